@@ -1,0 +1,162 @@
+# Pebble's build. `make` builds ./pebble, `make run` and `make test` also install what is missing,
+# `make help` lists the rest. Needs GNU make 4; every setting can be given on the command line:
+#
+#   make CC=clang                another compiler (below the MPI wrapper), in an object folder of its own
+#   make CFLAGS="-march=native"  added after the flags below
+#   make DEBUG=1                 address and undefined-behaviour sanitizers: build/<compiler>-debug/pebble
+#   make PETSC_DIR=... PETSC_ARCH=...   another PETSc than the system's (3.18 or newer)
+#   make PEBBLE=name BUILD=dir   other places for the program and the objects
+
+.DEFAULT_GOAL := all
+.DELETE_ON_ERROR:
+SHELL := /bin/bash
+
+# ---- Names. Objects of different compilers never mix. (Not taken from the environment: := .)
+DEBUG    :=
+compiler := $(if $(filter default,$(origin CC)),mpicc,$(notdir $(firstword $(CC))))
+BUILD    := build/$(compiler)$(if $(DEBUG),-debug)
+PEBBLE   := $(if $(DEBUG),$(BUILD)/pebble,pebble)
+program  := $(if $(findstring /,$(PEBBLE)),$(PEBBLE),./$(PEBBLE))
+python   := .venv/bin/python
+sources  := $(wildcard src/*.c)
+objects  := $(sources:src/%.c=$(BUILD)/%.o)
+units    := $(patsubst tests/%.c,$(BUILD)/%,$(wildcard tests/unit_*.c))
+
+# ---- PETSc, HDF5 and muParser through pkg-config. On a fresh machine this finds nothing;
+# then `run` and `test` install it and start make again, which looks again.
+PKG_CONFIG ?= pkg-config
+ask        = $(shell $(PKG_CONFIG) $1 2>/dev/null)
+first      = $(firstword $(foreach m,$1,$(if $(call ask,--modversion $m),$m)))
+petsc.pc  := $(if $(PETSC_DIR),$(PETSC_DIR)/$(PETSC_ARCH)/lib/pkgconfig/petsc.pc,$(call first,petsc PETSc))
+# A PETSc that was built with an HDF5 of its own must get that one, not the system's.
+hdf5.own  := $(wildcard $(call ask,--variable=libdir $(petsc.pc))/libhdf5.so)
+hdf5.pc   := $(if $(hdf5.own),,$(call first,hdf5-openmpi hdf5-mpich hdf5))
+modules   := $(petsc.pc) $(hdf5.pc) muparser
+comma     := ,
+# -isystem: warnings are for our code. rpath: a PETSc outside the system is found at run time too.
+includes  := $(patsubst -I%,-isystem %,$(call ask,--cflags-only-I $(modules)))
+libraries := $(call ask,--libs $(modules)) $(if $(hdf5.own),-lhdf5) -lm
+rpath     := $(patsubst -L%,-Wl$(comma)-rpath$(comma)%,$(filter-out -L/usr/lib/%,$(call ask,--libs-only-L $(modules))))
+
+# ---- The compiler: PETSc's own MPI wrapper; CC=clang is put below it, CC=mpi... takes its place.
+petsc.cc := $(or $(call ask,--variable=ccompiler $(petsc.pc)),mpicc)
+ifneq ($(filter mpi%,$(compiler)),)
+  MPICC := $(if $(filter default,$(origin CC)),$(petsc.cc),$(CC))
+else
+  MPICC := $(petsc.cc)
+  export OMPI_CC  := $(CC)
+  export MPICH_CC := $(CC)
+endif
+MPIEXEC := $(or $(wildcard $(dir $(petsc.cc))mpiexec),mpiexec)
+
+# ---- Flags. No fused multiply-adds that the compiler chooses by itself: a particle must get the
+# same bits wherever it lies. DEBUG=1 also defines MPM_DEBUG.
+optimise := $(if $(DEBUG),-O1 -fsanitize=address$(comma)undefined -fno-omit-frame-pointer -DMPM_DEBUG,-O3)
+flags    := -std=gnu11 $(optimise) -g -ffp-contract=off -Wall -Wextra -Wshadow -fno-math-errno $(CFLAGS)
+compile   = $(MPICC) $(flags) $(includes) -MMD -MP
+link      = $(MPICC) $(flags) $(LDFLAGS)
+
+# ---- Open MPI refuses root and more ranks than cores, binds the ranks of two runs to the same cores,
+# lets waiting ranks spin, and complains in containers that forbid reading another process's memory.
+# Tests run there, on few cores: allow it, leave the ranks unbound, let them yield, copy twice.
+# (PRTE_ is Open MPI 5's name. Only commands started by make see these.)
+export OMPI_ALLOW_RUN_AS_ROOT := 1
+export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1
+export OMPI_MCA_rmaps_base_oversubscribe := 1
+export PRTE_MCA_rmaps_default_mapping_policy := :oversubscribe
+export OMPI_MCA_hwloc_base_binding_policy := none
+export OMPI_MCA_mpi_yield_when_idle := 1
+export OMPI_MCA_btl_vader_single_copy_mechanism := none
+export OMPI_MCA_btl_base_warn_component_unused := 0
+# With sanitizers: MPI's own leaks would drown ours.
+export ASAN_OPTIONS := detect_leaks=0
+
+# ---- What a user asks for
+.PHONY: all run test verify robust format clean distclean help objects picture ctest FORCE
+
+again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
+
+all: $(PEBBLE) ## the program (default)
+
+run: ## install what is missing, build, run options/disks.opts, draw output/disks.png
+	@tools/install.sh run
+	@$(again) picture
+
+test: ## install what is missing, build, run every test but verify, robust and slow
+	@tools/install.sh test
+	@$(again) ctest select="-LE 'verify|robust|slow'"
+
+verify: ## the long tests of accuracy
+	@tools/install.sh test
+	@$(again) ctest select="-L verify"
+
+robust: ## the long tests of robustness
+	@tools/install.sh test
+	@$(again) ctest select="-L robust"
+
+format: ## clang-format on the C sources
+	clang-format -i $(wildcard src/*.[ch] tests/*.[ch])
+
+clean: ## remove the program and all objects
+	rm -rf build $(PEBBLE)
+
+distclean: clean ## also remove .venv and the products in output/
+	rm -rf .venv
+	find output -mindepth 1 ! -name README.md -delete
+
+help: ## this list
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  \1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
+
+# ---- Second halves of run and test, when everything is installed
+picture: $(PEBBLE)
+	$(program) -options_file options/disks.opts
+	@$(python) tools/plot.py output/disks.h5 --out output/disks.png
+	@printf '\n%s\n' "Products:" "  output/disks.png   the picture" \
+	  "  output/disks.xdmf  for ParaView (its data: output/disks.h5)" "  output/disks.csv   history of energies and momentum"
+
+ctest: $(PEBBLE) $(units) build/seed_serial
+	@rm -rf $(BUILD)/tests/work
+	@cmake -S tests -B $(BUILD)/tests -DSOURCE=$(CURDIR) -DBUILD=$(abspath $(BUILD)) -DPEBBLE=$(abspath $(PEBBLE)) \
+	  -DPYTHON=$(CURDIR)/$(python) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
+	@cd $(BUILD)/tests && ctest -j2 --output-on-failure --no-tests=error $(select)
+
+# ---- Building
+objects: $(objects)
+
+# A copy, so that ./pebble is always the one of the last make, whatever its compiler.
+ifneq ($(PEBBLE),$(BUILD)/pebble)
+$(PEBBLE): $(BUILD)/pebble FORCE
+	@cmp -s $< $@ || cp -f $< $@
+endif
+
+$(BUILD)/pebble: $(objects)
+	$(link) -o $@ $^ $(rpath) $(libraries)
+
+$(units): $(BUILD)/%: tests/%.c $(filter-out $(BUILD)/main.o,$(objects))
+	$(compile) -Isrc -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
+
+$(BUILD)/%.o: src/%.c $(BUILD)/flags
+	$(compile) $(defines) -c -o $@ $<
+
+# The plain serial program of the assignment, which the tests compare with: no PETSc, no MPI.
+build/seed_serial: tests/seed_serial.c | $(BUILD)
+	$(CC) -O2 -ffp-contract=off -o $@ $< -lm
+
+# Other flags, another PETSc: everything is compiled anew. (Files are rewritten only when they change.)
+replace = cmp -s $@.new $@ && rm $@.new || mv $@.new $@
+$(BUILD)/flags: FORCE | $(BUILD)
+	$(if $(call ask,--modversion $(modules)),,$(error PETSc, HDF5 or muParser not found by pkg-config; "make run" installs what is missing))
+	$(file >$@.new,$(OMPI_CC) $(compile) $(rpath) $(libraries))@$(replace)
+
+# Only version.o knows the commit, so that a commit recompiles one file.
+$(BUILD)/version.o: defines = @$(BUILD)/version
+$(BUILD)/version.o: $(BUILD)/version
+$(BUILD)/version: FORCE | $(BUILD)
+	@{ echo "'-DMPM_GIT=\"$$(git --git-dir=.git describe --always --dirty 2>/dev/null || echo unknown)\"'"; \
+	   echo "'-DMPM_COMPILER=\"$$($(MPICC) --version | head -n 1)\"'"; \
+	   echo "'-DMPM_CFLAGS=\"$(strip $(flags))\"'"; } >$@.new; $(replace)
+
+$(BUILD):
+	@mkdir -p $@
+
+-include $(objects:.o=.d) $(units:=.d)

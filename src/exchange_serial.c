@@ -1,0 +1,72 @@
+/* exchange_serial.c - one process, one patch that is the whole grid: nothing is exchanged.                            */
+#include "mpm.h"
+
+static PetscErrorCode SetUp_Serial(MPM mpm)
+{
+  MPMExchange *ex = &mpm->exchange;
+
+  PetscFunctionBeginUser;
+  ex->data = PETSC_COMM_SELF;
+  PetscCall(MPMGridCreateDM(&mpm->grid, ex->data, MPMBasisNodes(mpm->basis) - 1, &ex->da));
+  PetscCall(DMCreateLocalVector(ex->da, &ex->vel));
+  PetscCall(MPMPatchSetBox(&ex->patch, &mpm->grid, mpm->basis, ex->da));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Sweep_Serial(MPM mpm, const MPMPhase *phase)
+{
+  MPMExchange   *ex     = &mpm->exchange;
+  MPMPatch      *patch  = &ex->patch;
+  const PetscInt fields = phase->points_in | phase->points_out;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPointsGetView(&mpm->points, fields, &patch->points));
+  patch->norder = mpm->points.n;
+  patch->order = patch->own_order = mpm->points.order;
+  PetscCall(VecGetArray(ex->vel, &patch->vel));
+  PetscCall(MPMPatchRun(mpm, patch, phase, &mpm->status));
+  PetscCall(VecRestoreArray(ex->vel, &patch->vel));
+  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &patch->points));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Nodes_Serial(MPM mpm, const MPMPhase *phase)
+{
+  MPMExchange *ex = &mpm->exchange;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArray(ex->vel, &ex->patch.vel));
+  PetscCall(MPMPatchRun(mpm, &ex->patch, phase, &mpm->status));
+  PetscCall(VecRestoreArray(ex->vel, &ex->patch.vel));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Reduce_Serial(MPM mpm, MPMStatus *status)
+{
+  PetscFunctionBeginUser;
+  (void)mpm;
+  (void)status;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Settle_Serial(MPM mpm)
+{
+  PetscFunctionBeginUser;
+  if (mpm->status.moved) PetscCall(MPMPointsSort(&mpm->points, &mpm->exchange.patch));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Finish_Serial(MPM mpm)
+{
+  MPMExchange *ex = &mpm->exchange;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPatchDestroy(&ex->patch));
+  PetscCall(VecDestroy(&ex->vel));
+  PetscCall(DMDestroy(&ex->da));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const MPMExchangeType MPMExchange_serial = {
+  "serial", "one process, one patch", SetUp_Serial, Sweep_Serial, Nodes_Serial, Reduce_Serial, Settle_Serial, Finish_Serial,
+};

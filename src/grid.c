@@ -1,0 +1,27 @@
+/* grid.c - the background grid as PETSc sees it: a DMDA of nodes, in 1, 2 or 3 dimensions.                            */
+#include "mpm.h"
+
+/* The DMDA of the grid's nodes, layers beyond the walls included, with the velocity record as its unknowns. DMDA's
+   node 0 is node -layers of the grid. Collective on comm.
+     stencil [in]  node layers of a process's halo                                                                    */
+PetscErrorCode MPMGridCreateDM(const MPMGrid *grid, MPI_Comm comm, PetscInt stencil, DM *da)
+{
+  const DMBoundaryType none = DM_BOUNDARY_NONE;
+  const PetscInt       nc   = MPM_VEL_NC(grid->dim);
+  PetscInt             n[3];
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 3; d++) n[d] = grid->cells[d] + 1 + 2 * grid->layers;
+  switch (grid->dim) {
+  case 1:
+    PetscCall(DMDACreate1d(comm, none, n[0], nc, stencil, NULL, da));
+    break;
+  case 2:
+    PetscCall(DMDACreate2d(comm, none, none, DMDA_STENCIL_BOX, n[0], n[1], PETSC_DECIDE, PETSC_DECIDE, nc, stencil, NULL, NULL, da));
+    break;
+  default:
+    PetscCall(DMDACreate3d(comm, none, none, none, DMDA_STENCIL_BOX, n[0], n[1], n[2], PETSC_DECIDE, PETSC_DECIDE, PETSC_DECIDE, nc, stencil, NULL, NULL, NULL, da));
+  }
+  PetscCall(DMSetUp(*da));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,49 @@
+/* material_elastic.c - linear elasticity, sig = lambda tr(e) I + 2 mu e with e = sym(F) - I, tau = J sig: right for
+   small strains and rotations, where it is the textbook's law; not objective.                      docs/theory.md (12a) */
+#include "material.h"
+
+MPM_INLINE void elastic_strain(int dim, const PetscReal *F, PetscReal e[6])
+{
+  for (int k = 0; k < 6; k++) e[k] = 0;
+  for (int d = 0; d < dim; d++)
+    for (int f = d; f < dim; f++) e[MPMSymIndex(d, f)] = 0.5 * (F[d * dim + f] + F[f * dim + d]) - (d == f ? 1 : 0);
+}
+
+MPM_INLINE void elastic_stress(int dim, const MPMMaterial *m, const PetscReal *F, PetscReal *tau)
+{
+  PetscReal       e[6];
+  const PetscReal J = MPMDet(dim, F);
+
+  elastic_strain(dim, F, e);
+  {
+    const PetscReal p = m->lambda * (e[0] + e[3] + e[5]);
+
+    for (int k = 0; k < 6; k++) tau[k] = J * (2 * m->mu * e[k] + (k == 0 || k == 3 || k == 5 ? p : 0));
+  }
+}
+
+MPM_INLINE PetscReal elastic_energy(int dim, const MPMMaterial *m, const PetscReal *F)
+{
+  PetscReal e[6], tr;
+
+  elastic_strain(dim, F, e);
+  tr = e[0] + e[3] + e[5];
+  return 0.5 * m->lambda * tr * tr +
+         m->mu * (e[0] * e[0] + e[3] * e[3] + e[5] * e[5] + 2 * (e[1] * e[1] + e[2] * e[2] + e[4] * e[4]));
+}
+
+/* sig is linear in F, so a wave stiffens with the stretch: rho0 c^2 = J s (lambda + 2 mu) for F = s I and for uniaxial
+   stretch s; s is bounded by the largest row sum of F.                                                               */
+MPM_INLINE PetscReal elastic_speed2(int dim, const MPMMaterial *m, const PetscReal *F)
+{
+  PetscReal smax = 0;
+
+  for (int d = 0; d < dim; d++) {
+    PetscReal s = 0;
+    for (int e = 0; e < dim; e++) s += PetscAbsReal(F[d * dim + e]);
+    smax = PetscMax(smax, s);
+  }
+  return MPMDet(dim, F) * smax * (m->lambda + 2 * m->mu) / m->rho;
+}
+
+MPM_MATERIAL_DEFINE(elastic)

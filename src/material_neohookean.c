@@ -1,0 +1,43 @@
+/* material_neohookean.c - compressible neo-Hookean solid (Bonet and Wood, Nonlinear Continuum Mechanics, eq. 6.27):
+   W = mu/2 (tr b - 3 - 2 ln J) + lambda/2 ln^2 J,  tau = lambda ln J I + mu (b - I),  b = F F^T.   docs/theory.md (12b) */
+#include "material.h"
+
+MPM_INLINE void neohookean_stress(int dim, const MPMMaterial *m, const PetscReal *F, PetscReal *tau)
+{
+  PetscReal       b[6];
+  const PetscReal p = m->lambda * MPMLog(MPMDet(dim, F));
+
+  MPMLeftCauchyGreen(dim, F, b);
+  tau[0] = p + m->mu * (b[0] - 1);
+  tau[1] = m->mu * b[1];
+  tau[2] = m->mu * b[2];
+  tau[3] = p + m->mu * (b[3] - 1);
+  tau[4] = m->mu * b[4];
+  tau[5] = p + m->mu * (b[5] - 1);
+}
+
+MPM_INLINE PetscReal neohookean_energy(int dim, const MPMMaterial *m, const PetscReal *F)
+{
+  PetscReal       b[6];
+  const PetscReal lnJ = MPMLog(MPMDet(dim, F));
+
+  MPMLeftCauchyGreen(dim, F, b);
+  return 0.5 * m->mu * ((b[0] - 1) + (b[3] - 1) + (b[5] - 1) - 2 * lnJ) + 0.5 * m->lambda * lnJ * lnJ;
+}
+
+/* A plane wave along n has rho0 c^2 = lambda (1 - ln J) + mu (1 + n.b n). Bounded without a logarithm, by
+   -ln J <= 1/J - 1, and by the largest row sum of b (Gershgorin); equal at F = I.                                    */
+MPM_INLINE PetscReal neohookean_speed2(int dim, const MPMMaterial *m, const PetscReal *F)
+{
+  PetscReal b[6], bmax = 0;
+
+  MPMLeftCauchyGreen(dim, F, b);
+  for (int d = 0; d < dim; d++) {
+    PetscReal s = 0;
+    for (int e = 0; e < dim; e++) s += PetscAbsReal(b[MPMSymIndex(d, e)]);
+    bmax = PetscMax(bmax, s);
+  }
+  return (PetscAbsReal(m->lambda) / MPMDet(dim, F) + m->mu * (1 + bmax)) / m->rho;
+}
+
+MPM_MATERIAL_DEFINE(neohookean)

@@ -1,0 +1,214 @@
+/* mpm.c - the life of a run: options, set-up, the loop over steps and the reasons to stop.                            */
+#include "mpm.h"
+
+PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(mpm));
+  (*mpm)->comm = comm;
+  PetscCall(PetscTime(&(*mpm)->wall_start));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadMethod(MPM mpm, MPMOptions o)
+{
+  static const char *const bases[] = {
+#define MPM_BASIS(name, nodes, layers, what) #name,
+#include "basis.def"
+#undef MPM_BASIS
+  };
+  char      basis[MPM_NAME_LEN], update[MPM_NAME_LEN], transfer[MPM_NAME_LEN];
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "method_basis", NULL, basis, NULL));
+  PetscCall(MPMOptionsEnum(o, "method_update", NULL, update, NULL));
+  PetscCall(MPMOptionsEnum(o, "method_transfer", NULL, transfer, NULL));
+  PetscCall(MPMOptionsReal(o, "method_flip", NULL, &mpm->params.flip, &set));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < MPM_NUM_BASES; k++)
+    if (!strcmp(bases[k], basis)) mpm->basis = (MPMBasis)k;
+  for (PetscInt k = 0; MPMIntegrators[k]; k++)
+    if (!strcmp(MPMIntegrators[k]->name, update)) mpm->integrator = MPMIntegrators[k];
+  if (!strcmp(transfer, "pic")) {
+    if (set) MPMOptionsFail(o, "-method_flip does not apply: -method_transfer pic has no share of FLIP");
+    mpm->params.flip = 0;
+  }
+  mpm->grid.layers = MPMBasisLayers(mpm->basis);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadTime(MPM mpm, MPMOptions o)
+{
+  char      size[MPM_TEXT_LEN] = "auto";
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  mpm->max_steps = PETSC_MAX_INT;
+  PetscCall(MPMOptionsReal(o, "time_end", NULL, &mpm->time_end, NULL));
+  PetscCall(MPMOptionsInt(o, "time_max_steps", NULL, &mpm->max_steps, NULL));
+  PetscCall(MPMOptionsString(o, "dt_size", NULL, size, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (strcmp(size, "auto")) {
+    char *end;
+
+    mpm->dt_fixed = strtod(size, &end);
+    if (end == size || *end) MPMOptionsFail(o, "-dt_size %s: choose auto or a number > 0", size);
+    else if (!(PetscAbsReal(mpm->dt_fixed) <= PETSC_MAX_REAL)) MPMOptionsFail(o, "-dt_size is not finite");
+    else if (mpm->dt_fixed <= 0) MPMOptionsFail(o, "-dt_size %s is outside the allowed range dt_size > 0", size);
+    PetscCall(PetscOptionsHasName(NULL, NULL, "-dt_cfl", &set));
+    if (set) MPMOptionsFail(o, "-dt_cfl does not apply: -dt_size is fixed");
+  } else PetscCall(MPMOptionsReal(o, "dt_cfl", NULL, &mpm->dt_cfl, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadParallel(MPM mpm, MPMOptions o)
+{
+  char        strategy[MPM_NAME_LEN], ignored[MPM_NAME_LEN];
+  PetscMPIInt size;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "parallel_strategy", NULL, strategy, NULL));
+  PetscCall(MPMOptionsEnum(o, "check_state", NULL, ignored, NULL));     /* one value so far */
+  PetscCall(MPMOptionsEnum(o, "particles_leave", NULL, ignored, NULL)); /* one value so far */
+  PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
+  if (size > 1) MPMOptionsFail(o, "started on %d processes: -parallel_strategy %s is not built yet for more than one; run pebble without mpiexec", size, strategy);
+  mpm->exchange.type = MPMExchangeTypes[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the scene and everything about its run; allocates nothing of its size. The first fault is left in o. All
+   processes read the same. Collective on mpm->comm.                                                                  */
+PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMSceneSetFromOptions(mpm, o));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ReadMethod(mpm, o));
+  PetscCall(ReadTime(mpm, o));
+  PetscCall(ReadParallel(mpm, o));
+  PetscCall(MPMMonitorSetFromOptions(mpm, o));
+  PetscCall(MPMOutputSetFromOptions(mpm, o));
+  PetscCall(MPMOptionsFinish(o));
+  if (!MPMOptionsError(o)) PetscCall(MPMSceneCountPoints(mpm, o));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes grid, points and patches. Collective. */
+PetscErrorCode MPMSetUp(MPM mpm)
+{
+  PetscLogStage stage;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMStepRegisterEvents());
+  PetscCall(PetscLogStageRegister("MPM set-up", &stage));
+  PetscCall(PetscLogStagePush(stage));
+  mpm->params.kinds     = mpm->scene.kinds;
+  mpm->params.nkinds    = mpm->scene.nkinds;
+  mpm->params.materials = mpm->scene.materials;
+  mpm->params.walls     = mpm->scene.walls;
+  PetscCall(mpm->exchange.type->setup(mpm));
+  PetscCall(MPMPointsCreate(mpm, &mpm->points, mpm->exchange.data));
+  PetscCall(MPMSceneAddPoints(mpm));
+  PetscCall(MPMPointsLocate(&mpm->points, &mpm->exchange.patch, &mpm->status));
+  PetscCall(MPMStepBound(mpm));
+  PetscCall(PetscLogStagePop());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* dt of the next step, s: fixed, or cfl h/(c + |v|) of the state as it is. */
+PetscReal MPMTimeStep(MPM mpm)
+{
+  PetscReal h = mpm->grid.h[0];
+
+  for (PetscInt d = 1; d < mpm->grid.dim; d++) h = PetscMin(h, mpm->grid.h[d]);
+  if (mpm->dt_fixed > 0) return mpm->dt_fixed;
+  return mpm->dt_cfl * h / (PetscSqrtReal(mpm->status.c2) + PetscSqrtReal(mpm->status.v2));
+}
+
+/* Says why the step cannot stand, if so. */
+static void CheckState(MPM mpm)
+{
+  const MPMStatus *s   = &mpm->status;
+  const PetscInt   dim = mpm->grid.dim;
+  char             at[128];
+
+  if (s->bad == MPM_OK) return;
+  (void)snprintf(at, sizeof at, dim == 1 ? "(%g)" : dim == 2 ? "(%g, %g)" : "(%g, %g, %g)", (double)s->x[0], (double)s->x[1], (double)s->x[2]);
+  if (s->bad == MPM_LEFT_GRID)
+    (void)snprintf(mpm->stop, sizeof mpm->stop, "point %" PetscInt64_FMT " left the grid, to %s; enlarge the grid or close its walls (-bc_*_type)", s->id, at);
+  else (void)snprintf(mpm->stop, sizeof mpm->stop, "point %" PetscInt64_FMT " at %s is turned inside out or not finite (det F = %g); reduce -dt_size or -dt_cfl", s->id, at, (double)s->J);
+}
+
+/* One step of the loop: choose dt, step, check. */
+static PetscErrorCode Advance(MPM mpm)
+{
+  const PetscReal dt = MPMTimeStep(mpm);
+  /* The last step ends at time_end; a remainder of rounding is not left for a step of its own. */
+  const PetscBool last = mpm->time_end - mpm->t <= dt * (1 + 1e-9) ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  if (!(dt > 0 && mpm->t + dt > mpm->t)) {
+    (void)snprintf(mpm->stop, sizeof mpm->stop, "the time step, %g s, vanishes beside the time", (double)dt);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  mpm->params.dt = last ? mpm->time_end - mpm->t : dt;
+  PetscCall(MPMStep(mpm));
+  CheckState(mpm);
+  mpm->t = last ? mpm->time_end : mpm->t + mpm->params.dt;
+  mpm->step++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Runs the scene to its end, with output and history on the way. A reason to stop early is left in mpm->stop.
+   Collective.                                                                                                        */
+PetscErrorCode MPMRun(MPM mpm)
+{
+  PetscLogStage steps, output;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscLogStageRegister("MPM steps", &steps));
+  PetscCall(PetscLogStageRegister("MPM output", &output));
+  PetscCall(MPMReportStart(mpm));
+  if (mpm->scene.dry_run) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscLogStagePush(output));
+  PetscCall(MPMMonitorStep(mpm, PETSC_TRUE));
+  PetscCall(MPMOutputStep(mpm, PETSC_TRUE));
+  PetscCall(PetscLogStagePop());
+  while (mpm->t < mpm->time_end && mpm->step < mpm->max_steps && !mpm->stop[0]) {
+    PetscLogDouble t0, t1;
+
+    PetscCall(PetscTime(&t0));
+    PetscCall(PetscLogStagePush(steps));
+    PetscCall(Advance(mpm));
+    PetscCall(PetscLogStagePop());
+    PetscCall(PetscTime(&t1));
+    mpm->wall_steps += t1 - t0;
+    if (mpm->status.bad != MPM_OK) break; /* not a state to measure or to show */
+    PetscCall(PetscLogStagePush(output));
+    PetscCall(MPMMonitorStep(mpm, PETSC_FALSE));
+    PetscCall(MPMOutputStep(mpm, PETSC_FALSE));
+    PetscCall(PetscLogStagePop());
+    PetscCall(MPMReportProgress(mpm));
+  }
+  if (mpm->status.bad == MPM_OK) {
+    PetscCall(PetscLogStagePush(output));
+    PetscCall(MPMMonitorStep(mpm, PETSC_TRUE));
+    PetscCall(MPMOutputStep(mpm, PETSC_TRUE));
+    PetscCall(PetscLogStagePop());
+  }
+  PetscCall(MPMReportEnd(mpm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMDestroy(MPM *mpm)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMMonitorDestroy(&(*mpm)->monitor));
+  PetscCall(MPMOutputDestroy(*mpm));
+  if ((*mpm)->exchange.da) PetscCall((*mpm)->exchange.type->finish(*mpm));
+  PetscCall(MPMPointsDestroy(&(*mpm)->points));
+  PetscCall(MPMSceneDestroy(&(*mpm)->scene));
+  PetscCall(PetscFree(*mpm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

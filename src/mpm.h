@@ -1,0 +1,435 @@
+/* mpm.h - the header to read first: every structure and prototype of Pebble, layer by layer.
+
+   Pebble moves material points over a background grid (the Material Point Method). Layers, each knowing only those
+   above it:
+     1 physics    materials, walls, shapes, bases, transfers: plain arrays, no MPI, no DM, no options
+     2 parallel   grid, points, patch, exchange: who holds which points and how they travel
+     3 program    scene (from options), step, run, output
+   After this header read step.c: the whole method is two tables there. The equations and their numbers are those of
+   docs/theory.md. Units are SI in all names; any consistent set works.
+   Names: p point, i node, d,e axis, k component. x v F sig J dt h mean what they mean in the theory.                 */
+#ifndef MPM_H
+#define MPM_H
+
+#include <petscdmda.h>
+#include <petscdmswarm.h>
+#include "basis.h"
+
+#if PETSC_VERSION_LT(3, 19, 0)
+  #define PETSC_SUCCESS ((PetscErrorCode)0)
+#endif
+#if !defined(PETSC_USE_REAL_DOUBLE) || defined(PETSC_USE_COMPLEX)
+  #error "Pebble needs a PETSc with real scalars in double precision"
+#endif
+
+#define MPM_VERSION   "0.1.0"
+#define MPM_NAME_LEN  64
+#define MPM_TEXT_LEN  1024
+#define MPM_BLOCK     64 /* points that a transfer stages at a time: its scratch stays in L1 */
+#define MPM_STRESS_NC 6  /* components of a symmetric tensor: xx xy xz yy yz zz */
+
+/* Exit statuses of the program. */
+enum { MPM_EXIT_OK = 0, MPM_EXIT_INPUT = 2, MPM_EXIT_STOPPED = 3 };
+
+typedef struct _p_MPM *MPM;
+
+/* ---------------------------------------------------------------------------------------------------------------
+   1. Physics
+   --------------------------------------------------------------------------------------------------------------- */
+
+/* What a material's tests may assert. */
+enum {
+  MPM_OBJECTIVE    = 1, /* a rotation turns the stress and changes no energy */
+  MPM_HYPERELASTIC = 2, /* J sig F^-T is the derivative of the energy by F */
+  MPM_SMALL_STRAIN = 4  /* sig is the derivative of the energy by sym(F); right for small strains and rotations only */
+};
+
+typedef struct _MPMMaterial MPMMaterial;
+
+/* A material law: functions of n <= MPM_BLOCK points at once, one a dimension ([dim-1]), called once a block.
+   Arrays are component-major with stride MPM_BLOCK: F[k*MPM_BLOCK + p], k < dim*dim; all F have det F > 0.           */
+typedef struct {
+  /* Kirchhoff stress tau = J sig [6][MPM_BLOCK] in Pa */
+  void (*stress[3])(const MPMMaterial *, PetscInt n, const PetscReal *F, PetscReal *tau);
+  /* strain energy per reference volume W [n] in J/m^3 */
+  void (*energy[3])(const MPMMaterial *, PetscInt n, const PetscReal *F, PetscReal *W);
+  /* upper bound of the squared speed of waves in the deformed state c2 [n] in m^2/s^2 */
+  void (*speed2[3])(const MPMMaterial *, PetscInt n, const PetscReal *F, PetscReal *c2);
+} MPMMaterialLaw;
+
+typedef struct {
+  const char           *name, *parameters, *what; /* parameters: options it takes besides rho, separated by blanks */
+  PetscInt              traits;
+  const MPMMaterialLaw *law;
+} MPMMaterialType;
+
+struct _MPMMaterial {
+  char                   name[MPM_NAME_LEN];
+  const MPMMaterialType *type;
+  PetscReal              rho, E, nu;  /* density in kg/m^3, Young's modulus in Pa, Poisson's ratio */
+  PetscReal              lambda, mu;  /* Lame's constants in Pa, set by MPMMaterialSetUp */
+};
+
+extern const MPMMaterialType MPMMaterialTypes[]; /* rows of material.def; the last has no name */
+
+
+/* Lame's constants from E and nu. */
+void MPMMaterialSetUp(MPMMaterial *);
+
+/* A kind of point: what all points of a body share, so that no point carries it. Bodies of the same material, density
+   of points and cell size share a kind.                                                                              */
+typedef struct {
+  PetscInt  material; /* row of the scene's materials */
+  PetscReal m, V0;    /* mass in kg, reference volume in m^3 (unit thickness where dim < 3) */
+} MPMKind;
+
+typedef enum {
+#define MPM_WALL(name, what) MPM_WALL_##name,
+#include "wall.def"
+#undef MPM_WALL
+  MPM_NUM_WALLS
+} MPMWall;
+
+/* Applies the walls of the grid to the velocity v [dim] of node ijk [dim] (at or beyond a face). walls[axis][side].
+   Returns whether v was constrained.                                                                                 */
+PetscBool MPMWallsApply(MPMWall (*walls)[2], PetscInt dim, const PetscInt ijk[], const PetscInt cells[], PetscReal v[]);
+
+/* A shape in space; dim coordinates of each member count. */
+typedef enum {
+#define MPM_REGION(name, parameters, what) MPM_REGION_##name,
+#include "region.def"
+#undef MPM_REGION
+  MPM_NUM_REGIONS
+} MPMRegionType;
+typedef struct {
+  MPMRegionType type;
+  PetscReal     center[3], lower[3], upper[3], radius, inner_radius;
+} MPMRegion;
+
+PetscBool MPMRegionInside(const MPMRegion *, PetscInt dim, const PetscReal x[]);
+void      MPMRegionBounds(const MPMRegion *, PetscInt dim, PetscReal lower[], PetscReal upper[]);
+
+/* The background grid: node ijk lies at lower + ijk*h, 0 <= ijk <= cells; `layers` more nodes lie beyond each face. */
+typedef struct {
+  PetscInt  dim, cells[3], layers;
+  PetscReal lower[3], upper[3], h[3];
+} MPMGrid;
+
+/* Points as kernels see them: one pointer a field, rows of its components; NULL where the scene has no such field or
+   the running phase did not declare it.                                                                              */
+typedef struct {
+  PetscInt n;
+#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) ctype *name;
+#include "fields.def"
+#undef MPM_FIELD
+} MPMView;
+
+/* Bits that name fields, for the rows of phases. */
+enum {
+#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) MPM_FIELD_INDEX_##name,
+#include "fields.def"
+#undef MPM_FIELD
+  MPM_NUM_FIELDS
+};
+#define MPM_BIT(name) (1 << MPM_FIELD_INDEX_##name)
+
+/* What a kernel finds on its way. Merged over patches and processes by MPMStatusMerge: max and sums of integers, so
+   exact and without order. `bad` names the first condition met by the point of the smallest id.                      */
+typedef enum { MPM_OK, MPM_BAD_J, MPM_LEFT_GRID, MPM_NUM_BAD } MPMBad;
+typedef struct {
+  MPMBad     bad;
+  PetscInt64 id;
+  PetscReal  x[3], J;  /* where it was, and its det F for MPM_BAD_J */
+  PetscReal  v2, c2;   /* largest squared speed of a point and of a wave, m^2/s^2 */
+  PetscInt64 moved;    /* points that changed cell */
+} MPMStatus;
+
+void MPMStatusReset(MPMStatus *);
+void MPMStatusMerge(MPMStatus *, const MPMStatus *);
+
+/* Constants of a step, all that kernels know of the scene. */
+typedef struct {
+  PetscReal          dt, flip, gravity[3]; /* s, 1, m/s^2 */
+  const MPMKind     *kinds;
+  PetscInt           nkinds;
+  const MPMMaterial *materials;
+  MPMWall          (*walls)[2];
+} MPMParams;
+
+/* Number of values a node carries in `sum` (mass, momentum, force) and in `vel` (velocity, acceleration). */
+#define MPM_SUM_NC(dim) (1 + 2 * (dim))
+#define MPM_VEL_NC(dim) (2 * (dim))
+
+/* The unit of work: a box of cells with *all* the points that touch its own nodes, so that these get their complete
+   sums here, cell by cell in DMDA's order (x fastest) and within a cell by id. No partial sum ever leaves a patch:
+   hence the same bits however the grid is cut. A "cell" is the base node of a point's stencil.                        */
+typedef struct {
+  const MPMGrid  *grid;
+  MPMBasis        basis;
+  PetscInt        lo[3], n[3];         /* box of nodes that the arrays cover (owned and halo) */
+  PetscInt        own_lo[3], own_n[3]; /* nodes, and cells, that are this patch's own */
+  MPMView         points, halo;        /* own points; copies of the points of the halo cells */
+  PetscInt        norder;
+  const PetscInt *order;               /* [norder] all points by (cell, id): p < points.n own, else halo p - points.n */
+  const PetscInt *own_order;           /* [points.n] own points by (cell, id) */
+  PetscReal      *sum;                 /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N */
+  PetscReal      *vel;                 /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
+  char           *row;                 /* [n2][n1] does a point touch this row of nodes? Others are never visited. */
+} MPMPatch;
+
+/* Parts of a transfer: what a phase asks the one P2G body and the one G2P body to do. */
+enum {
+  MPM_P2G_MASS     = 1,  /* sum m_p phi                                   eq. (1) */
+  MPM_P2G_MOMENTUM = 2,  /* sum m_p v_p phi                               eq. (2) */
+  MPM_P2G_FORCE    = 4,  /* - sum V0 tau_p grad phi                       eq. (4) */
+  MPM_G2P_MOTION   = 8,  /* v_p by FLIP, displacement of the step         eqs. (8), (9) */
+  MPM_G2P_STRESS   = 16, /* L, F, checks of J, wave speed                 eqs. (3), (10), (11) */
+  MPM_G2P_COMMIT   = 32  /* x <- x + dx, new cell */
+};
+
+typedef void (*MPMTransfer)(const MPMParams *, MPMPatch *, MPMStatus *);
+
+/* The kernel for these parts, NULL if it was not instantiated; and its work per point and per visited cell. */
+MPMTransfer MPMTransferFind(PetscInt dim, MPMBasis basis, PetscInt parts);
+PetscReal   MPMTransferFlops(PetscInt dim, MPMBasis basis, PetscInt parts);
+
+/* ---------------------------------------------------------------------------------------------------------------
+   2. Parallel: who holds what
+   --------------------------------------------------------------------------------------------------------------- */
+
+/* The points of this process: a DMSWARM_BASIC swarm is the storage of the kept fields, plain arrays of the scratch. */
+typedef struct {
+  DM          swarm;
+  PetscInt    dim, n, capacity;        /* n: points here; capacity: of the scratch and of order */
+  PetscInt64  total;                   /* points of the whole scene */
+  PetscInt    since_reorder;           /* sorts since the storage was last put in order */
+  void       *scratch[MPM_NUM_FIELDS]; /* arrays of the fields that are not kept */
+  PetscBool   present[MPM_NUM_FIELDS]; /* does the scene have the field? */
+  PetscInt    bytes[MPM_NUM_FIELDS];   /* of a point */
+  PetscInt   *order, *start;           /* [n] points by (cell, id); [cells of the patch + 1] */
+  PetscInt    nstart;
+} MPMPoints;
+
+PetscErrorCode MPMPointsCreate(MPM, MPMPoints *, MPI_Comm);
+PetscErrorCode MPMPointsSetSize(MPMPoints *, PetscInt n);
+PetscErrorCode MPMPointsGetView(MPMPoints *, PetscInt fields, MPMView *);
+PetscErrorCode MPMPointsRestoreView(MPMPoints *, PetscInt fields, MPMView *);
+PetscErrorCode MPMPointsSort(MPMPoints *, MPMPatch *);
+PetscErrorCode MPMPointsLocate(MPMPoints *, MPMPatch *, MPMStatus *);
+PetscErrorCode MPMPointsDigest(MPMPoints *, MPI_Comm, PetscInt64 *digest);
+PetscInt       MPMPointsBytes(const MPMPoints *, PetscBool kept);
+PetscErrorCode MPMPointsDestroy(MPMPoints *);
+
+/* The rows of fields.def. */
+typedef struct {
+  const char   *name, *unit, *meaning;
+  PetscDataType type;
+  PetscBool     kept;
+} MPMFieldInfo;
+extern const MPMFieldInfo MPMFields[MPM_NUM_FIELDS];
+PetscInt                  MPMFieldComponents(PetscInt field, PetscInt dim);
+
+PetscErrorCode MPMGridCreateDM(const MPMGrid *, MPI_Comm, PetscInt stencil, DM *);
+
+/* A phase of the step: a row of constants, documentation and contract at once. Kernels get NULL for point fields that
+   the row does not declare; an exchange sends just the declared ones.                                                */
+typedef enum { MPM_POINTS_TO_NODES, MPM_NODES, MPM_NODES_TO_POINTS } MPMPhaseKind;
+typedef struct {
+  const char  *name;
+  MPMPhaseKind kind;
+  PetscInt     parts;                                           /* of the transfer; for MPM_NODES unused */
+  void       (*nodes)(const MPMParams *, MPMPatch *, PetscInt row); /* for MPM_NODES: one row of nodes */
+  PetscInt     points_in, points_out;                           /* bits of point fields */
+  const char  *nodes_in, *nodes_out;                            /* m p f v a */
+} MPMPhase;
+
+PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da);
+PetscErrorCode MPMPatchRun(MPM, MPMPatch *, const MPMPhase *, MPMStatus *);
+PetscErrorCode MPMPatchDestroy(MPMPatch *);
+
+/* A way to run the step. Physics, integrators and output are the same for all; only these functions differ. */
+typedef struct {
+  const char *name, *what;
+  PetscErrorCode (*setup)(MPM);                   /* DMs, patches; then the scene adds points */
+  PetscErrorCode (*sweep)(MPM, const MPMPhase *); /* run a transfer on all patches */
+  PetscErrorCode (*nodes)(MPM, const MPMPhase *); /* run a node phase and make its values known where they are read */
+  PetscErrorCode (*reduce)(MPM, MPMStatus *);     /* merge the status of all processes: the one reduction of a step */
+  PetscErrorCode (*settle)(MPM);                  /* points may have changed cell: bring them home and in order */
+  PetscErrorCode (*finish)(MPM);
+} MPMExchangeType;
+
+typedef struct {
+  const MPMExchangeType *type;
+  MPI_Comm               data; /* the processes that hold points and grid; all DMs and files live on it */
+  MPMPatch               patch;
+  DM                     da;
+  Vec                    vel;  /* local vector behind patch.vel */
+  void                  *ctx;
+} MPMExchange;
+
+extern const MPMExchangeType *const MPMExchangeTypes[]; /* rows of exchange.def, ends with NULL */
+
+/* ---------------------------------------------------------------------------------------------------------------
+   3. Program
+   --------------------------------------------------------------------------------------------------------------- */
+
+/* The strict reader of the option database; see options.c. The first error sticks, later reads do nothing. */
+typedef struct _MPMOptions *MPMOptions;
+
+PetscErrorCode MPMOptionsCheckFile(const char file[], char error[], size_t len);
+PetscErrorCode MPMOptionsCreate(MPMOptions *);
+PetscErrorCode MPMOptionsDestroy(MPMOptions *);
+const char    *MPMOptionsError(MPMOptions); /* NULL if there was none */
+void           MPMOptionsFail(MPMOptions, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
+PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*materials)[MPM_NAME_LEN], PetscInt nb,
+                                 char (*bodies)[MPM_NAME_LEN]);
+PetscErrorCode MPMOptionsFinish(MPMOptions); /* options that were given but that this scene never asked for */
+PetscErrorCode MPMOptionsHelp(MPI_Comm);
+PetscErrorCode MPMOptionsText(char **text); /* the option set as given, one a line; caller frees */
+
+/* Readers: `row` is a name of options.def, `name` the material, body or face that it is for (or NULL). set may be
+   NULL. A value that is not given keeps the default of the table (lists: what the caller put there).                 */
+PetscErrorCode MPMOptionsReal(MPMOptions, const char row[], const char name[], PetscReal *value, PetscBool *set);
+PetscErrorCode MPMOptionsInt(MPMOptions, const char row[], const char name[], PetscInt *value, PetscBool *set);
+PetscErrorCode MPMOptionsBool(MPMOptions, const char row[], const char name[], PetscBool *value);
+PetscErrorCode MPMOptionsEnum(MPMOptions, const char row[], const char name[], char value[MPM_NAME_LEN], PetscBool *set);
+PetscErrorCode MPMOptionsReals(MPMOptions, const char row[], const char name[], PetscReal value[3], PetscBool *set);
+PetscErrorCode MPMOptionsInts(MPMOptions, const char row[], const char name[], PetscInt value[3], PetscBool *set);
+PetscErrorCode MPMOptionsString(MPMOptions, const char row[], const char name[], char value[MPM_TEXT_LEN], PetscBool *set);
+PetscErrorCode MPMOptionsNames(MPMOptions, const char row[], PetscInt *n, char (**names)[MPM_NAME_LEN]);
+
+/* Expressions of coordinates, one a component, by muParser. */
+typedef struct _MPMExpression *MPMExpression;
+PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MPMExpression *, PetscInt *n, char error[], size_t len);
+PetscErrorCode MPMExpressionEvaluate(MPMExpression, PetscInt dim, const PetscReal x[], PetscReal t, PetscReal value[]);
+PetscErrorCode MPMExpressionDestroy(MPMExpression *);
+
+/* A body: where its points start, of what, how fast. */
+typedef struct {
+  char          name[MPM_NAME_LEN];
+  MPMRegion     region;
+  PetscInt      material, kind, ppc[3];
+  PetscReal     offset[3], b[3]; /* of its lattice of points, and their spacing, m */
+  MPMExpression velocity;        /* m/s, of x y z; NULL: at rest */
+  PetscInt64    first, n;        /* ids first .. first+n-1 */
+} MPMBody;
+
+typedef struct {
+  char         title[MPM_TEXT_LEN], name[MPM_NAME_LEN];
+  PetscBool    dry_run;
+  MPMMaterial *materials;
+  PetscInt     nmaterials;
+  MPMBody     *bodies;
+  PetscInt     nbodies;
+  MPMKind     *kinds;
+  PetscInt     nkinds;
+  MPMWall      walls[3][2];
+  PetscInt64   overlap; /* points that lie in an earlier body too */
+} MPMScene;
+
+PetscErrorCode MPMSceneSetFromOptions(MPM, MPMOptions);
+PetscErrorCode MPMSceneCountPoints(MPM, MPMOptions);
+PetscErrorCode MPMSceneAddPoints(MPM);
+PetscErrorCode MPMSceneDestroy(MPMScene *);
+
+/* An update scheme: a row of phases. */
+#define MPM_MAX_PHASES 8
+#define MPM_MAX_TIMERS 16 /* of step.c */
+typedef struct {
+  const char     *name, *what;
+  PetscBool       keeps_increment; /* x is read again after the motion: dx waits for the commit */
+  const MPMPhase *phases[MPM_MAX_PHASES];
+} MPMIntegrator;
+
+extern const MPMIntegrator *const MPMIntegrators[]; /* usf usl musl, ends with NULL */
+
+PetscErrorCode MPMStepRegisterEvents(void);
+PetscErrorCode MPMStep(MPM);            /* t -> t + dt; collective on the exchange */
+PetscErrorCode MPMStepNodes(MPM);       /* mass and velocity of the nodes for the state as it is, for output */
+PetscErrorCode MPMStepBound(MPM);       /* v2 and c2 of the state as it is, into mpm->status */
+PetscErrorCode MPMStepTimeSweep(MPM, PetscReal *seconds); /* for -dry_run's estimate */
+PetscErrorCode MPMStepView(MPM, PetscReal seconds);       /* the table of phases, after the run */
+
+/* An exact sum of doubles: a 2176-bit fixed-point number. Order-free, so equal on any number of processes. */
+#define MPM_SUM_WORDS 68
+typedef struct {
+  PetscInt64 word[MPM_SUM_WORDS];
+  PetscInt   pending;
+} MPMSum;
+void      MPMSumZero(MPMSum *);
+void      MPMSumAdd(MPMSum *, PetscReal);
+PetscReal MPMSumValue(MPMSum *); /* below 1 ulp from exact */
+PetscErrorCode MPMSumReduce(MPMSum *, PetscInt n, MPI_Comm);
+
+/* Totals of the state. */
+typedef struct {
+  PetscReal  kinetic, strain, work; /* J: m v^2/2, V0 W, work of gravity since the start */
+  PetscReal  momentum[3], moment[3], mass, speed; /* sum m v, sum m x, sum m, sum m |v| */
+  PetscInt64 n;
+} MPMTotals;
+PetscErrorCode MPMTotalsCompute(MPM, MPMTotals *);
+
+typedef struct {
+  FILE     *file;             /* on the first process of the data communicator */
+  PetscReal every, next;      /* s of simulated time */
+  PetscReal check_energy, check_momentum; /* relative; 0: off */
+  PetscReal energy_max;       /* the largest kinetic + strain energy so far, J */
+  PetscReal speed_max;        /* the largest sum m |v| so far, kg m/s */
+  PetscInt  last;             /* step of the last line */
+  MPMTotals start, now;
+} MPMMonitor;
+PetscErrorCode MPMMonitorSetFromOptions(MPM, MPMOptions);
+PetscErrorCode MPMMonitorStep(MPM, PetscBool force); /* may set mpm->stop */
+PetscErrorCode MPMMonitorDestroy(MPMMonitor *);
+PetscReal      MPMNextTime(PetscReal t, PetscReal every); /* when a cadence is due again */
+
+typedef struct {
+  char        dir[MPM_TEXT_LEN];
+  PetscBool   enabled;
+  PetscReal   every, next;  /* s of simulated time */
+  PetscInt    fields;       /* bits of the rows in output.c */
+  PetscInt    count, last;  /* snapshots written; step of the last */
+  PetscInt   *steps;        /* [count] */
+  PetscReal  *times;        /* [count] s */
+  PetscViewer viewer;       /* of the HDF5 file */
+} MPMOutput;
+PetscErrorCode MPMOutputSetFromOptions(MPM, MPMOptions);
+PetscErrorCode MPMOutputStep(MPM, PetscBool force);
+PetscErrorCode MPMOutputDestroy(MPM);
+PetscErrorCode MPMXdmfWrite(MPM);
+
+PetscErrorCode MPMPrint(MPM, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
+PetscErrorCode MPMReportStart(MPM);
+PetscErrorCode MPMReportProgress(MPM);
+PetscErrorCode MPMReportEnd(MPM);
+
+/* Everything of a run. */
+struct _p_MPM {
+  MPI_Comm             comm;
+  MPMScene             scene;
+  MPMGrid              grid;
+  MPMBasis             basis;
+  const MPMIntegrator *integrator;
+  MPMExchange          exchange;
+  MPMPoints            points;
+  MPMParams            params;
+  MPMStatus            status; /* of the last step */
+  MPMMonitor           monitor;
+  MPMOutput            output;
+  PetscReal            t, time_end, dt_fixed, dt_cfl; /* s; dt_fixed 0: automatic */
+  PetscInt             step, max_steps;
+  char                 stop[MPM_TEXT_LEN]; /* why the run has to stop early; empty: it need not */
+  PetscLogDouble       wall_start, wall_report, wall_steps, phase_seconds[MPM_MAX_TIMERS];
+};
+
+PetscErrorCode MPMCreate(MPI_Comm, MPM *);
+PetscErrorCode MPMSetFromOptions(MPM, MPMOptions);
+PetscErrorCode MPMSetUp(MPM);
+PetscErrorCode MPMRun(MPM);
+PetscErrorCode MPMDestroy(MPM *);
+PetscReal      MPMTimeStep(MPM); /* dt of the next step, s */
+
+/* Provenance, in version.c: version, commit, compiler and flags of this build. */
+extern const char MPMVersionGit[], MPMVersionCompiler[], MPMVersionFlags[];
+
+#endif

@@ -1,0 +1,527 @@
+/* output.c - snapshots: one HDF5 file a run, a group a snapshot, rows by id; with xdmf.c the way into ParaView.
+
+   /                      attributes: provenance and the grid
+   /step_000123           attributes time, step, dt, digest
+     particles/id x ...   [N] or [N][nc], one row a point in the order of ids, on every number of processes
+     grid/mass v          [nz][ny][nx] and [nz][ny][nx][3], nodes in the order of coordinates
+   Vectors have 3 components in every dimension. The file is complete on disk after each snapshot.                    */
+#include <errno.h>
+#include <hdf5.h>
+#include <petscsf.h>
+#include <petscviewerhdf5.h>
+#include <sys/stat.h>
+#include "mpm.h"
+
+#define H5(call)                                                                                          \
+  do {                                                                                                    \
+    PetscCheck((call) >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 failed to write the results: %s", #call); \
+  } while (0)
+
+/* A field of a snapshot: fills one row of nc values for point p. */
+typedef struct {
+  const char *name, *option, *unit, *components;
+  PetscInt    nc;
+  PetscBool   whole; /* whole numbers */
+  void      (*fill)(MPM, const MPMView *, PetscInt p, PetscReal row[]);
+} Field;
+
+static void FillId(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  (void)mpm;
+  row[0] = (PetscReal)v->id[p]; /* exact below 2^53 */
+}
+
+static void FillX(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  for (PetscInt d = 0; d < 3; d++) row[d] = d < mpm->grid.dim ? v->x[p * mpm->grid.dim + d] : 0;
+}
+
+static void FillV(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  for (PetscInt d = 0; d < 3; d++) row[d] = d < mpm->grid.dim ? v->v[p * mpm->grid.dim + d] : 0;
+}
+
+static void FillF(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  const PetscInt dim = mpm->grid.dim;
+
+  for (PetscInt d = 0; d < 3; d++)
+    for (PetscInt e = 0; e < 3; e++) row[3 * d + e] = d < dim && e < dim ? v->F[(p * dim + d) * dim + e] : d == e;
+}
+
+static const MPMKind *KindOf(MPM mpm, const MPMView *v, PetscInt p)
+{
+  return &mpm->scene.kinds[v->kind ? v->kind[p] : 0];
+}
+
+/* Cauchy stress, sig = tau/J. */
+static void FillStress(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  const PetscInt     dim = mpm->grid.dim;
+  const MPMMaterial *m   = &mpm->scene.materials[KindOf(mpm, v, p)->material];
+  PetscReal          F[9 * MPM_BLOCK], tau[MPM_STRESS_NC * MPM_BLOCK];
+
+  for (PetscInt k = 0; k < dim * dim; k++) F[k * MPM_BLOCK] = v->F[p * dim * dim + k];
+  m->type->law->stress[dim - 1](m, 1, F, tau);
+  for (PetscInt k = 0; k < MPM_STRESS_NC; k++) row[k] = tau[k * MPM_BLOCK] / MPMDet((int)dim, v->F + p * dim * dim);
+}
+
+static void FillVolume(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  row[0] = KindOf(mpm, v, p)->V0 * MPMDet((int)mpm->grid.dim, v->F + p * mpm->grid.dim * mpm->grid.dim);
+}
+
+static void FillBody(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  PetscInt b = 0;
+
+  while (v->id[p] >= mpm->scene.bodies[b].first + mpm->scene.bodies[b].n) b++;
+  row[0] = b;
+}
+
+static const Field fields[] = {
+  {"id",     NULL,       "1",   "",                           1, PETSC_TRUE,  FillId    },
+  {"x",      NULL,       "m",   "x y z",                      3, PETSC_FALSE, FillX     },
+  {"v",      "velocity", "m/s", "x y z",                      3, PETSC_FALSE, FillV     },
+  {"F",      "F",        "1",   "xx xy xz yx yy yz zx zy zz", 9, PETSC_FALSE, FillF     },
+  {"stress", "stress",   "Pa",  "xx xy xz yy yz zz",          6, PETSC_FALSE, FillStress},
+  {"volume", "volume",   "m^3", "",                           1, PETSC_FALSE, FillVolume},
+  {"body",   "body",     "1",   "",                           1, PETSC_TRUE,  FillBody  },
+};
+#define NUM_FIELDS ((PetscInt)(sizeof fields / sizeof fields[0]))
+#define GRID_BIT   (1 << NUM_FIELDS) /* the nodes, option word "grid" */
+
+/* Reads -output_fields a,b,...: words of the table, and grid. */
+static PetscErrorCode ReadFields(MPM mpm, MPMOptions o)
+{
+  char      text[MPM_TEXT_LEN] = "", *save = NULL;
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  mpm->output.fields = -1;
+  PetscCall(MPMOptionsString(o, "output_fields", NULL, text, &set));
+  if (!set || !strcmp(text, "all")) PetscFunctionReturn(PETSC_SUCCESS);
+  mpm->output.fields = 3; /* id, x */
+  for (char *w = strtok_r(text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
+    PetscInt f = 0;
+
+    while (f < NUM_FIELDS && (!fields[f].option || strcmp(fields[f].option, w))) f++;
+    if (f == NUM_FIELDS && strcmp(w, "grid")) MPMOptionsFail(o, "-output_fields %s: choose among all, or a list of velocity,F,stress,volume,body,grid", w);
+    mpm->output.fields |= 1 << f;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes the folder and those above it; returns 0 or errno. */
+static int MakeFolder(const char dir[])
+{
+  char        path[MPM_TEXT_LEN];
+  struct stat s;
+
+  (void)snprintf(path, sizeof path, "%s", dir);
+  for (char *c = path + 1; *c; c++)
+    if (*c == '/') {
+      *c = 0;
+      if (mkdir(path, 0777) && errno != EEXIST) return errno;
+      *c = '/';
+    }
+  if (mkdir(path, 0777) && errno != EEXIST) return errno;
+  return !stat(path, &s) && S_ISDIR(s.st_mode) ? 0 : ENOTDIR;
+}
+
+PetscErrorCode MPMOutputSetFromOptions(MPM mpm, MPMOptions o)
+{
+  MPMOutput *out = &mpm->output;
+  char       format[MPM_NAME_LEN];
+  PetscBool  set;
+
+  PetscFunctionBeginUser;
+  out->last  = -1;
+  out->every = mpm->time_end / 20;
+  PetscCall(PetscStrncpy(out->dir, "output", sizeof out->dir));
+  PetscCall(MPMOptionsString(o, "output_dir", NULL, out->dir, NULL));
+  PetscCall(MPMOptionsEnum(o, "output_format", NULL, format, NULL));
+  PetscCall(MPMOptionsReal(o, "output_every", NULL, &out->every, &set));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  out->enabled = !strcmp(format, "hdf5") ? PETSC_TRUE : PETSC_FALSE;
+  if (!out->enabled && set) MPMOptionsFail(o, "-output_every does not apply: -output_format none writes no snapshots");
+  PetscCall(ReadFields(mpm, o));
+  if (!out->enabled && out->fields != -1) MPMOptionsFail(o, "-output_fields does not apply: -output_format none writes no snapshots");
+  if (!MPMOptionsError(o) && !mpm->scene.dry_run) {
+    const int fault = MakeFolder(out->dir);
+
+    if (fault) MPMOptionsFail(o, "-output_dir %s: %s", out->dir, strerror(fault));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- HDF5 ------------------------------------------------------------------------------------------------------ */
+
+static PetscErrorCode WriteAttribute(hid_t object, const char name[], hid_t type, hsize_t n, const void *value)
+{
+  hid_t space, attribute;
+
+  PetscFunctionBeginUser;
+  H5(space = n ? H5Screate_simple(1, &n, NULL) : H5Screate(H5S_SCALAR));
+  H5(attribute = H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT));
+  H5(H5Awrite(attribute, type, value));
+  H5(H5Aclose(attribute));
+  H5(H5Sclose(space));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteText(hid_t object, const char name[], const char text[])
+{
+  hid_t type;
+
+  PetscFunctionBeginUser;
+  H5(type = H5Tcopy(H5T_C_S1));
+  H5(H5Tset_size(type, strlen(text) + 1));
+  PetscCall(WriteAttribute(object, name, type, 0, text));
+  H5(H5Tclose(type));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteReal(hid_t object, const char name[], PetscReal value)
+{
+  const double v = (double)value;
+
+  PetscFunctionBeginUser;
+  PetscCall(WriteAttribute(object, name, H5T_NATIVE_DOUBLE, 0, &v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteInt(hid_t object, const char name[], PetscInt value)
+{
+  const long long v = value;
+
+  PetscFunctionBeginUser;
+  PetscCall(WriteAttribute(object, name, H5T_NATIVE_LLONG, 0, &v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes a box of a dataset: this process's part at `offset` of size `count`. Collective on the file. */
+static PetscErrorCode WriteDataset(hid_t group, const char name[], const char unit[], const char components[], PetscBool whole, int rank, const hsize_t size[], const hsize_t offset[],
+                                   const hsize_t count[], const PetscReal *data)
+{
+  hid_t file, memory, create, transfer, set;
+
+  PetscFunctionBeginUser;
+  H5(file = H5Screate_simple(rank, size, NULL));
+  H5(memory = H5Screate_simple(rank, count, NULL));
+  H5(create = H5Pcreate(H5P_DATASET_CREATE));
+  H5(H5Pset_obj_track_times(create, 0)); /* so that equal results are equal files */
+  H5(set = H5Dcreate2(group, name, whole ? H5T_STD_I64LE : H5T_IEEE_F64LE, file, H5P_DEFAULT, create, H5P_DEFAULT));
+  H5(H5Sselect_hyperslab(file, H5S_SELECT_SET, offset, NULL, count, NULL));
+  for (int r = 0; r < rank; r++)
+    if (!count[r]) {
+      H5(H5Sselect_none(file));
+      H5(H5Sselect_none(memory));
+    }
+  H5(transfer = H5Pcreate(H5P_DATASET_XFER));
+#if defined(H5_HAVE_PARALLEL)
+  H5(H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE));
+#endif
+  H5(H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, file, transfer, data));
+  PetscCall(WriteText(set, "units", unit));
+  if (components[0]) PetscCall(WriteText(set, "components", components));
+  H5(H5Pclose(transfer));
+  H5(H5Dclose(set));
+  H5(H5Pclose(create));
+  H5(H5Sclose(memory));
+  H5(H5Sclose(file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where each row goes: ids in order, dealt to the processes in equal parts; `rows` of them here, from `first` on. */
+static PetscErrorCode CreateRows(MPM mpm, PetscSF *sf, PetscInt *first, PetscInt *rows)
+{
+  const MPI_Comm comm = mpm->exchange.data;
+  PetscLayout    layout;
+  PetscInt      *row;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscLayoutCreateFromSizes(comm, PETSC_DECIDE, (PetscInt)mpm->points.total, 1, &layout));
+  PetscCall(PetscLayoutGetRange(layout, first, rows));
+  *rows -= *first;
+  PetscCall(MPMPointsGetView(&mpm->points, MPM_BIT(id), &view));
+  PetscCall(PetscMalloc1(view.n, &row));
+  for (PetscInt p = 0; p < view.n; p++) row[p] = (PetscInt)view.id[p];
+  PetscCall(PetscSFCreate(comm, sf));
+  PetscCall(PetscSFSetGraphLayout(*sf, layout, view.n, NULL, PETSC_COPY_VALUES, row));
+  PetscCall(MPMPointsRestoreView(&mpm->points, MPM_BIT(id), &view));
+  PetscCall(PetscFree(row));
+  PetscCall(PetscLayoutDestroy(&layout));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WritePoints(MPM mpm, hid_t group)
+{
+  const PetscInt n = mpm->points.n;
+  PetscInt       first, rows;
+  PetscSF        sf;
+  MPMView        view;
+  PetscReal     *here, *sorted;
+
+  PetscFunctionBeginUser;
+  PetscCall(CreateRows(mpm, &sf, &first, &rows));
+  PetscCall(PetscMalloc2(n * 9, &here, rows * 9, &sorted));
+  for (PetscInt f = 0; f < NUM_FIELDS; f++) {
+    const PetscInt nc        = fields[f].nc;
+    const hsize_t  size[2]   = {(hsize_t)mpm->points.total, (hsize_t)nc};
+    const hsize_t  offset[2] = {(hsize_t)first, 0}, count[2] = {(hsize_t)rows, (hsize_t)nc};
+    MPI_Datatype   unit;
+
+    if (!(mpm->output.fields & (1 << f))) continue;
+    PetscCall(MPMPointsGetView(&mpm->points, -1, &view));
+    for (PetscInt p = 0; p < n; p++) fields[f].fill(mpm, &view, p, here + p * nc);
+    PetscCall(MPMPointsRestoreView(&mpm->points, -1, &view));
+    PetscCallMPI(MPI_Type_contiguous((PetscMPIInt)nc, MPIU_REAL, &unit));
+    PetscCallMPI(MPI_Type_commit(&unit));
+    PetscCall(PetscSFReduceBegin(sf, unit, here, sorted, MPI_REPLACE));
+    PetscCall(PetscSFReduceEnd(sf, unit, here, sorted, MPI_REPLACE));
+    PetscCallMPI(MPI_Type_free(&unit));
+    PetscCall(WriteDataset(group, fields[f].name, fields[f].unit, fields[f].components, fields[f].whole, nc == 1 ? 1 : 2, size, offset, count, sorted));
+  }
+  PetscCall(PetscFree2(here, sorted));
+  PetscCall(PetscSFDestroy(&sf));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Mass and velocity of the nodes between the walls, for the state as it is. */
+static PetscErrorCode WriteGrid(MPM mpm, hid_t group)
+{
+  const MPMGrid   *grid  = &mpm->grid;
+  const MPMPatch  *patch = &mpm->exchange.patch;
+  const PetscInt   dim   = grid->dim;
+  PetscInt         lo[3], n[3], at = 0;
+  hsize_t          size[4], offset[4], count[4];
+  PetscReal       *mass, *velocity;
+  const PetscReal *vel;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMStepNodes(mpm));
+  for (PetscInt d = 0; d < 3; d++) {
+    const PetscInt last = d < dim ? grid->cells[d] : 0, hi = PetscMin(patch->own_lo[d] + patch->own_n[d], last + 1);
+
+    lo[d]         = PetscMax(patch->own_lo[d], 0);
+    n[d]          = PetscMax(0, hi - lo[d]);
+    size[2 - d]   = (hsize_t)last + 1;
+    offset[2 - d] = (hsize_t)lo[d];
+    count[2 - d]  = (hsize_t)n[d];
+  }
+  size[3] = count[3] = 3;
+  offset[3]          = 0;
+  PetscCall(PetscCalloc2(n[0] * n[1] * n[2], &mass, 3 * n[0] * n[1] * n[2], &velocity));
+  PetscCall(VecGetArrayRead(mpm->exchange.vel, &vel));
+  for (PetscInt k = lo[2]; k < lo[2] + n[2]; k++)
+    for (PetscInt j = lo[1]; j < lo[1] + n[1]; j++)
+      for (PetscInt i = lo[0]; i < lo[0] + n[0]; i++, at++) {
+        const PetscInt row = (k - patch->lo[2]) * patch->n[1] + j - patch->lo[1], node = row * patch->n[0] + i - patch->lo[0];
+
+        if (!patch->row[row]) continue;
+        mass[at] = patch->sum[node * MPM_SUM_NC(dim)];
+        for (PetscInt d = 0; d < dim; d++) velocity[3 * at + d] = vel[node * MPM_VEL_NC(dim) + d];
+      }
+  PetscCall(VecRestoreArrayRead(mpm->exchange.vel, &vel));
+  PetscCall(WriteDataset(group, "mass", "kg", "", PETSC_FALSE, 3, size, offset, count, mass));
+  PetscCall(WriteDataset(group, "v", "m/s", "x y z", PETSC_FALSE, 4, size, offset, count, velocity));
+  PetscCall(PetscFree2(mass, velocity));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What made this file. */
+static PetscErrorCode WriteProvenance(MPM mpm, hid_t file)
+{
+  char        text[MPM_TEXT_LEN], *options;
+  unsigned    major, minor, release;
+  int         length = 0;
+  PetscMPIInt size;
+  char        mpi[MPI_MAX_LIBRARY_VERSION_STRING];
+  long long   cells[3];
+
+  PetscFunctionBeginUser;
+  PetscCall(WriteText(file, "title", mpm->scene.title));
+  PetscCall(WriteText(file, "scene", mpm->scene.name));
+  PetscCall(WriteInt(file, "dim", mpm->grid.dim));
+  PetscCall(WriteText(file, "version", "pebble " MPM_VERSION));
+  PetscCall(WriteText(file, "git", MPMVersionGit));
+  PetscCall(WriteText(file, "compiler", MPMVersionCompiler));
+  PetscCall(WriteText(file, "flags", MPMVersionFlags));
+  PetscCall(PetscGetVersion(text, sizeof text));
+  PetscCall(WriteText(file, "petsc_version", text));
+  H5(H5get_libversion(&major, &minor, &release));
+  (void)snprintf(text, sizeof text, "%u.%u.%u", major, minor, release);
+  PetscCall(WriteText(file, "hdf5_version", text));
+  PetscCallMPI(MPI_Get_library_version(mpi, &length));
+  PetscCall(WriteText(file, "mpi", mpi));
+  PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
+  PetscCall(WriteInt(file, "ranks", size));
+  PetscCall(PetscGetHostName(text, sizeof text));
+  PetscCall(WriteText(file, "host", text));
+  PetscCall(PetscGetDate(text, sizeof text));
+  PetscCall(WriteText(file, "date", text));
+  PetscCall(MPMOptionsText(&options));
+  PetscCall(WriteText(file, "options", options));
+  PetscCall(PetscFree(options));
+  for (PetscInt d = 0; d < 3; d++) cells[d] = mpm->grid.cells[d];
+  PetscCall(WriteAttribute(file, "grid_lower", H5T_NATIVE_DOUBLE, 3, mpm->grid.lower));
+  PetscCall(WriteAttribute(file, "grid_upper", H5T_NATIVE_DOUBLE, 3, mpm->grid.upper));
+  PetscCall(WriteAttribute(file, "grid_cells", H5T_NATIVE_LLONG, 3, cells));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode OpenFile(MPM mpm)
+{
+  MPMOutput *out = &mpm->output;
+  char       path[2 * MPM_TEXT_LEN];
+  hid_t      file;
+
+  PetscFunctionBeginUser;
+  (void)snprintf(path, sizeof path, "%s/%s.h5", out->dir, mpm->scene.name);
+  PetscCall(PetscViewerHDF5Open(mpm->exchange.data, path, FILE_MODE_WRITE, &out->viewer));
+  PetscCall(PetscViewerHDF5GetFileId(out->viewer, &file));
+  PetscCall(WriteProvenance(mpm, file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteSnapshot(MPM mpm)
+{
+  MPMOutput *out = &mpm->output;
+  char       name[MPM_NAME_LEN];
+  PetscInt64 digest;
+  hid_t      file, step, group;
+
+  PetscFunctionBeginUser;
+  if (!out->viewer) PetscCall(OpenFile(mpm));
+  PetscCall(PetscViewerHDF5GetFileId(out->viewer, &file));
+  (void)snprintf(name, sizeof name, "step_%06" PetscInt_FMT, mpm->step);
+  H5(step = H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  PetscCall(WriteReal(step, "time", mpm->t));
+  PetscCall(WriteInt(step, "step", mpm->step));
+  PetscCall(WriteReal(step, "dt", mpm->step ? mpm->params.dt : 0));
+  PetscCall(MPMPointsDigest(&mpm->points, mpm->exchange.data, &digest));
+  (void)snprintf(name, sizeof name, "%016llx", (unsigned long long)digest);
+  PetscCall(WriteText(step, "digest", name));
+  PetscCall(WriteText(step, "units", "time and dt in s"));
+  H5(group = H5Gcreate2(step, "particles", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  PetscCall(WritePoints(mpm, group));
+  H5(H5Gclose(group));
+  if (out->fields & GRID_BIT) {
+    H5(group = H5Gcreate2(step, "grid", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+    PetscCall(WriteGrid(mpm, group));
+    H5(H5Gclose(group));
+  }
+  H5(H5Gclose(step));
+  H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* At its cadence, or forced: a snapshot. Collective on the exchange. */
+PetscErrorCode MPMOutputStep(MPM mpm, PetscBool force)
+{
+  MPMOutput *out = &mpm->output;
+
+  PetscFunctionBeginUser;
+  if (!out->enabled || out->last == mpm->step || !(force || mpm->t >= out->next)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(WriteSnapshot(mpm));
+  if (out->count % 64 == 0) {
+    PetscCall(PetscRealloc((out->count + 64) * sizeof *out->steps, &out->steps));
+    PetscCall(PetscRealloc((out->count + 64) * sizeof *out->times, &out->times));
+  }
+  out->steps[out->count]   = mpm->step;
+  out->times[out->count++] = mpm->t;
+  PetscCall(MPMXdmfWrite(mpm));
+  out->last = mpm->step;
+  out->next = MPMNextTime(mpm->t, out->every);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- XDMF ------------------------------------------------------------------------------------------------------ */
+
+static void XdmfArray(FILE *f, const char indent[], const char dims[], PetscBool whole, const char file[], PetscInt step, const char path[])
+{
+  fprintf(f, "%s<DataItem Dimensions=\"%s\" NumberType=\"%s\" Precision=\"8\" Format=\"HDF\">%s:/step_%06" PetscInt_FMT "/%s</DataItem>\n", indent, dims, whole ? "Int" : "Float", file, step, path);
+}
+
+static void XdmfPoints(MPM mpm, FILE *f, const char file[], PetscInt k)
+{
+  const char *const types[] = {"", "Scalar", "", "Vector", "", "", "Tensor6", "", "", "Tensor"};
+  const MPMOutput  *out     = &mpm->output;
+  const long long   n       = mpm->points.total;
+  char              dims[64], path[64];
+
+  fprintf(f, "      <Grid Name=\"particles\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n", (double)out->times[k]);
+  fprintf(f, "        <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"%lld\" NodesPerElement=\"1\"/>\n        <Geometry GeometryType=\"XYZ\">\n", n);
+  (void)snprintf(dims, sizeof dims, "%lld 3", n);
+  XdmfArray(f, "          ", dims, PETSC_FALSE, file, out->steps[k], "particles/x");
+  fprintf(f, "        </Geometry>\n");
+  for (PetscInt q = 0; q < NUM_FIELDS; q++) {
+    if (!(out->fields & (1 << q)) || !strcmp(fields[q].name, "x")) continue;
+    if (fields[q].nc == 1) (void)snprintf(dims, sizeof dims, "%lld", n);
+    else (void)snprintf(dims, sizeof dims, "%lld %d", n, (int)fields[q].nc);
+    (void)snprintf(path, sizeof path, "particles/%s", fields[q].name);
+    fprintf(f, "        <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"Node\">\n", fields[q].name, types[fields[q].nc]);
+    XdmfArray(f, "          ", dims, fields[q].whole, file, out->steps[k], path);
+    fprintf(f, "        </Attribute>\n");
+  }
+  fprintf(f, "      </Grid>\n");
+}
+
+static void XdmfNodes(MPM mpm, FILE *f, const char file[], PetscInt k)
+{
+  const MPMGrid   *g   = &mpm->grid;
+  const MPMOutput *out = &mpm->output;
+  char             dims[128], vdims[160];
+
+  (void)snprintf(dims, sizeof dims, "%lld %lld %lld", (long long)g->cells[2] + 1, (long long)g->cells[1] + 1, (long long)g->cells[0] + 1);
+  (void)snprintf(vdims, sizeof vdims, "%s 3", dims);
+  fprintf(f, "      <Grid Name=\"grid\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n", (double)out->times[k]);
+  fprintf(f, "        <Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"%s\"/>\n        <Geometry GeometryType=\"ORIGIN_DXDYDZ\">\n", dims);
+  fprintf(f, "          <DataItem Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">%.17g %.17g %.17g</DataItem>\n", (double)g->lower[2], (double)g->lower[1], (double)g->lower[0]);
+  fprintf(f, "          <DataItem Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">%.17g %.17g %.17g</DataItem>\n        </Geometry>\n", (double)g->h[2], (double)g->h[1], (double)g->h[0]);
+  fprintf(f, "        <Attribute Name=\"mass\" AttributeType=\"Scalar\" Center=\"Node\">\n");
+  XdmfArray(f, "          ", dims, PETSC_FALSE, file, out->steps[k], "grid/mass");
+  fprintf(f, "        </Attribute>\n        <Attribute Name=\"v\" AttributeType=\"Vector\" Center=\"Node\">\n");
+  XdmfArray(f, "          ", vdims, PETSC_FALSE, file, out->steps[k], "grid/v");
+  fprintf(f, "        </Attribute>\n      </Grid>\n");
+}
+
+/* Writes <scene>.xdmf for the snapshots so far, whole at every moment: to a new file, then renamed. */
+PetscErrorCode MPMXdmfWrite(MPM mpm)
+{
+  MPMOutput  *out = &mpm->output;
+  char        path[2 * MPM_TEXT_LEN], temporary[2 * MPM_TEXT_LEN + 8], file[MPM_NAME_LEN + 4];
+  FILE       *f;
+  PetscMPIInt rank;
+  void (*const write[])(MPM, FILE *, const char[], PetscInt) = {XdmfPoints, XdmfNodes};
+  const char *const names[]                                  = {"particles", "grid"};
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(mpm->exchange.data, &rank));
+  if (rank) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)snprintf(path, sizeof path, "%s/%s.xdmf", out->dir, mpm->scene.name);
+  (void)snprintf(temporary, sizeof temporary, "%s.new", path);
+  (void)snprintf(file, sizeof file, "%s.h5", mpm->scene.name);
+  f = fopen(temporary, "w");
+  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", temporary, strerror(errno));
+  fprintf(f, "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n  <Domain>\n");
+  for (int part = 0; part < (out->fields & GRID_BIT ? 2 : 1); part++) {
+    fprintf(f, "    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", names[part]);
+    for (PetscInt k = 0; k < out->count; k++) write[part](mpm, f, file, k);
+    fprintf(f, "    </Grid>\n");
+  }
+  fprintf(f, "  </Domain>\n</Xdmf>\n");
+  PetscCheck(!fclose(f) && !rename(temporary, path), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s: %s", path, strerror(errno));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMOutputDestroy(MPM mpm)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscViewerDestroy(&mpm->output.viewer));
+  PetscCall(PetscFree(mpm->output.steps));
+  PetscCall(PetscFree(mpm->output.times));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

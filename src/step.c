@@ -1,0 +1,228 @@
+/* step.c - the Material Point Method as data: a table of phases, a table of integrators, and the two node kernels.
+
+   An integrator is the list of its phases, in order; MPMStep runs them through the exchange, which knows who holds
+   which points, and settles the points in their new cells. Equation numbers: docs/theory.md.                         */
+#include "mpm.h"
+
+/* Velocity conditions of the walls on node i of a row. */
+static PetscBool Walls(const MPMParams *par, const MPMPatch *patch, PetscInt row, PetscInt i, PetscReal v[])
+{
+  const PetscInt ijk[3] = {i + patch->lo[0], row % patch->n[1] + patch->lo[1], row / patch->n[1] + patch->lo[2]};
+
+  return MPMWallsApply(par->walls, patch->grid->dim, ijk, patch->grid->cells, v);
+}
+
+/* v = p/m and walls, eq. (2). A node without mass is at rest and nobody reads it; there is no threshold. */
+static void NodeVelocity(const MPMParams *par, MPMPatch *patch, PetscInt row)
+{
+  const PetscInt dim = patch->grid->dim, i0 = patch->own_lo[0] - patch->lo[0];
+
+  for (PetscInt i = i0; i < i0 + patch->own_n[0]; i++) {
+    const PetscReal *m = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *p = m + 1;
+    PetscReal       *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim);
+
+    for (PetscInt d = 0; d < dim; d++) v[d] = *m > 0 ? p[d] / *m : 0;
+    Walls(par, patch, row, i, v);
+  }
+}
+
+/* a = f/m + g, eqs. (5) and (13); v <- v + dt a, eq. (6), and walls, which also set a. */
+static void NodeAdvance(const MPMParams *par, MPMPatch *patch, PetscInt row)
+{
+  const PetscInt dim = patch->grid->dim, i0 = patch->own_lo[0] - patch->lo[0];
+
+  NodeVelocity(par, patch, row);
+  for (PetscInt i = i0; i < i0 + patch->own_n[0]; i++) {
+    const PetscReal *m = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *f = m + 1 + dim;
+    PetscReal       *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim), *a = v + dim, before[3], after[3];
+
+    for (PetscInt d = 0; d < dim; d++) {
+      a[d]      = *m > 0 ? f[d] / *m + par->gravity[d] : 0;
+      before[d] = v[d];
+      after[d] = v[d] = v[d] + par->dt * a[d];
+    }
+    if (Walls(par, patch, row, i, v))
+      for (PetscInt d = 0; d < dim; d++)
+        if (v[d] != after[d]) a[d] = (v[d] - before[d]) / par->dt;
+  }
+}
+
+#define B(field) MPM_BIT(field)
+
+/* clang-format off */
+enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_FORCE, VELOCITY, ADVANCE, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, NUM_PHASES };
+static const MPMPhase phases[NUM_PHASES] = {
+  /*                     name            kind                 parts                                                    node kernel    points in                        points out                    nodes in, out */
+  [P2G]               = {"P2G",          MPM_POINTS_TO_NODES, MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE,         NULL,          B(x) | B(v) | B(F) | B(kind),      0,                            "",    "mpf"},
+  [P2G_MASS]          = {"P2G_MASS",     MPM_POINTS_TO_NODES, MPM_P2G_MASS | MPM_P2G_MOMENTUM,                         NULL,          B(x) | B(v) | B(kind),             0,                            "",    "mp"},
+  [P2G_MOMENTUM]      = {"P2G_MOMENTUM", MPM_POINTS_TO_NODES, MPM_P2G_MOMENTUM,                                        NULL,          B(x) | B(v) | B(kind),             0,                            "",    "p"},
+  [P2G_FORCE]         = {"P2G_FORCE",    MPM_POINTS_TO_NODES, MPM_P2G_FORCE,                                           NULL,          B(x) | B(F) | B(kind),             0,                            "",    "f"},
+  [VELOCITY]          = {"VELOCITY",     MPM_NODES,           0,                                                       NodeVelocity,  0,                                 0,                            "mp",  "v"},
+  [ADVANCE]           = {"ADVANCE",      MPM_NODES,           0,                                                       NodeAdvance,   0,                                 0,                            "mpf", "va"},
+  [G2P]               = {"G2P",          MPM_NODES_TO_POINTS, MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT,        NULL,          B(id) | B(x) | B(v) | B(F) | B(kind), B(x) | B(v) | B(F) | B(cell), "va",  ""},
+  [G2P_MOTION]        = {"G2P_MOTION",   MPM_NODES_TO_POINTS, MPM_G2P_MOTION | MPM_G2P_COMMIT,                         NULL,          B(id) | B(x) | B(v),               B(x) | B(v) | B(cell),        "va",  ""},
+  [G2P_MOTION_HOLD]   = {"G2P_MOTION",   MPM_NODES_TO_POINTS, MPM_G2P_MOTION,                                          NULL,          B(x) | B(v),                       B(v) | B(dx),                 "va",  ""},
+  [G2P_STRESS]        = {"G2P_STRESS",   MPM_NODES_TO_POINTS, MPM_G2P_STRESS,                                          NULL,          B(id) | B(x) | B(F) | B(kind),     B(F),                         "v",   ""},
+  [G2P_STRESS_COMMIT] = {"G2P_STRESS",   MPM_NODES_TO_POINTS, MPM_G2P_STRESS | MPM_G2P_COMMIT,                         NULL,          B(id) | B(x) | B(F) | B(kind) | B(dx), B(x) | B(F) | B(cell),    "v",   ""},
+};
+
+static const MPMIntegrator usf  = {"usf",  "update stress first, the classic order; first order in dt", PETSC_FALSE,
+  {&phases[P2G_MASS], &phases[VELOCITY], &phases[G2P_STRESS], &phases[P2G_FORCE], &phases[ADVANCE], &phases[G2P_MOTION]}};
+static const MPMIntegrator usl  = {"usl",  "update stress last, from the advanced node velocities; the cheapest", PETSC_FALSE,
+  {&phases[P2G], &phases[ADVANCE], &phases[G2P]}};
+static const MPMIntegrator musl = {"musl", "modified update stress last, from point velocities mapped again", PETSC_TRUE,
+  {&phases[P2G], &phases[ADVANCE], &phases[G2P_MOTION_HOLD], &phases[P2G_MOMENTUM], &phases[VELOCITY], &phases[G2P_STRESS_COMMIT]}};
+/* clang-format on */
+
+const MPMIntegrator *const MPMIntegrators[] = {&usf, &usl, &musl, NULL};
+
+/* The parts of a run that -log_view and the final table show: the phases, and these. */
+enum { SETTLE = NUM_PHASES, REDUCE, NUM_EVENTS };
+static PetscLogEvent events[NUM_EVENTS];
+
+static const char *EventName(PetscInt e)
+{
+  return e == SETTLE ? "SETTLE" : e == REDUCE ? "REDUCE" : phases[e].name;
+}
+
+PetscErrorCode MPMStepRegisterEvents(void)
+{
+  PetscClassId id;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscClassIdRegister("MPM", &id));
+  for (PetscInt e = 0; e < NUM_EVENTS; e++) {
+    const PetscBool twin = e == G2P_MOTION_HOLD || e == G2P_STRESS_COMMIT ? PETSC_TRUE : PETSC_FALSE; /* same name, same event */
+    if (twin) events[e] = events[e - 1];
+    else PetscCall(PetscLogEventRegister(EventName(e), id, &events[e]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Flops of a phase: points do the work of the transfers; a node costs 6 a component. */
+static PetscReal PhaseFlops(MPM mpm, const MPMPhase *phase)
+{
+  const PetscInt dim = mpm->grid.dim;
+
+  if (phase->kind != MPM_NODES) return (PetscReal)mpm->points.n * MPMTransferFlops(dim, mpm->basis, phase->parts);
+  {
+    const MPMPatch *patch = &mpm->exchange.patch;
+    PetscInt        rows  = 0;
+
+    for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) rows += patch->row[r];
+    return (PetscReal)rows * patch->own_n[0] * dim * (phase->nodes == NodeAdvance ? 5 : 1);
+  }
+}
+
+static PetscErrorCode RunPhase(MPM mpm, const MPMPhase *phase)
+{
+  const MPMExchangeType *ex = mpm->exchange.type;
+  const PetscInt         e  = (PetscInt)(phase - phases);
+  PetscLogDouble         t0, t1;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscTime(&t0));
+  PetscCall(PetscLogEventBegin(events[e], 0, 0, 0, 0));
+  PetscCall(phase->kind == MPM_NODES ? ex->nodes(mpm, phase) : ex->sweep(mpm, phase));
+  PetscCall(PetscLogFlops(PhaseFlops(mpm, phase)));
+  PetscCall(PetscLogEventEnd(events[e], 0, 0, 0, 0));
+  PetscCall(PetscTime(&t1));
+  mpm->phase_seconds[e] += t1 - t0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* One step of length params.dt: the phases of the integrator, then one reduction and the points settle in their new
+   cells. Afterwards status holds what the step found; if status.bad is set, the state is that of the failed step and
+   has not settled. Collective on the exchange.                                                                       */
+PetscErrorCode MPMStep(MPM mpm)
+{
+  PetscLogDouble t0, t1, t2;
+
+  PetscFunctionBeginUser;
+  MPMStatusReset(&mpm->status);
+  for (PetscInt k = 0; k < MPM_MAX_PHASES && mpm->integrator->phases[k]; k++) PetscCall(RunPhase(mpm, mpm->integrator->phases[k]));
+  PetscCall(PetscTime(&t0));
+  PetscCall(PetscLogEventBegin(events[REDUCE], 0, 0, 0, 0));
+  PetscCall(mpm->exchange.type->reduce(mpm, &mpm->status));
+  PetscCall(PetscLogEventEnd(events[REDUCE], 0, 0, 0, 0));
+  PetscCall(PetscTime(&t1));
+  if (mpm->status.bad == MPM_OK) {
+    PetscCall(PetscLogEventBegin(events[SETTLE], 0, 0, 0, 0));
+    PetscCall(mpm->exchange.type->settle(mpm));
+    PetscCall(PetscLogEventEnd(events[SETTLE], 0, 0, 0, 0));
+  }
+  PetscCall(PetscTime(&t2));
+  mpm->phase_seconds[REDUCE] += t1 - t0;
+  mpm->phase_seconds[SETTLE] += t2 - t1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Mass and velocity of the nodes for the state as it is, as output shows them; changes no point. Collective. */
+PetscErrorCode MPMStepNodes(MPM mpm)
+{
+  PetscFunctionBeginUser;
+  PetscCall(mpm->exchange.type->sweep(mpm, &phases[P2G_MASS]));
+  PetscCall(mpm->exchange.type->nodes(mpm, &phases[VELOCITY]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Seconds that one sweep of all points to nodes takes now; changes no point. Collective. */
+PetscErrorCode MPMStepTimeSweep(MPM mpm, PetscReal *seconds)
+{
+  PetscLogDouble t0, t1;
+
+  PetscFunctionBeginUser;
+  *seconds = PETSC_MAX_REAL;
+  for (PetscInt k = 0; k < 3; k++) {
+    PetscCall(PetscTime(&t0));
+    PetscCall(mpm->exchange.type->sweep(mpm, &phases[P2G]));
+    PetscCall(PetscTime(&t1));
+    *seconds = PetscMin(*seconds, t1 - t0);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Largest squared speed of a point and of a wave in the state as it is, into status: what a step leaves there, for a
+   state that no step has made. Collective.                                                                           */
+PetscErrorCode MPMStepBound(MPM mpm)
+{
+  const PetscInt dim = mpm->grid.dim, fields = B(v) | B(F) | B(kind);
+  MPMView        view;
+  PetscReal      F[9 * MPM_BLOCK], c2;
+
+  PetscFunctionBeginUser;
+  MPMStatusReset(&mpm->status);
+  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+  for (PetscInt p = 0; p < view.n; p++) {
+    const MPMMaterial *m  = mpm->scene.materials + mpm->scene.kinds[view.kind ? view.kind[p] : 0].material;
+    PetscReal          v2 = 0;
+
+    for (PetscInt d = 0; d < dim; d++) v2 += view.v[p * dim + d] * view.v[p * dim + d];
+    for (PetscInt k = 0; k < dim * dim; k++) F[k * MPM_BLOCK] = view.F[p * dim * dim + k];
+    m->type->law->speed2[dim - 1](m, 1, F, &c2);
+    mpm->status.v2 = PetscMax(mpm->status.v2, v2);
+    mpm->status.c2 = PetscMax(mpm->status.c2, c2);
+  }
+  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+  PetscCall(mpm->exchange.type->reduce(mpm, &mpm->status));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints the table of phases of a run that took `seconds` in its steps. Collective on comm. */
+PetscErrorCode MPMStepView(MPM mpm, PetscReal seconds)
+{
+  const PetscReal per = (PetscReal)mpm->points.total * PetscMax(1, mpm->step);
+  PetscReal       other = seconds;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPrint(mpm, "phase                s      %%   ns/point/step\n"));
+  for (PetscInt e = 0; e < NUM_EVENTS; e++) {
+    const PetscReal s = mpm->phase_seconds[e];
+
+    other -= s;
+    if (s > 0) PetscCall(MPMPrint(mpm, "  %-12s %8.3f  %5.1f  %8.1f\n", EventName(e), (double)s, (double)(100 * s / seconds), (double)(1e9 * s / per)));
+  }
+  PetscCall(MPMPrint(mpm, "  %-12s %8.3f  %5.1f  %8.1f\n", "other", (double)other, (double)(100 * other / seconds), (double)(1e9 * other / per)));
+  PetscCall(MPMPrint(mpm, "  %-12s %8.3f  %5.1f  %8.1f\n", "all", (double)seconds, 100.0, (double)(1e9 * seconds / per)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
