@@ -80,19 +80,19 @@ all: $(PEBBLE) ## the program (default)
 
 run: ## install what is missing, build, run options/disks.opts, draw output/disks.png
 	@tools/install.sh run
-	@$(again) picture
+	+@$(again) picture
 
 test: ## install what is missing, build, run every test but verify, robust and slow
 	@tools/install.sh test
-	@$(again) ctest select="-LE 'verify|robust|slow'"
+	+@$(again) ctest select="-LE 'verify|robust|slow'"
 
 verify: ## the long tests of accuracy
 	@tools/install.sh test
-	@$(again) ctest select="-L verify"
+	+@$(again) ctest select="-L verify"
 
 robust: ## the long tests of robustness
 	@tools/install.sh test
-	@$(again) ctest select="-L robust"
+	+@$(again) ctest select="-L robust"
 
 format: ## clang-format on the C sources
 	clang-format -i $(wildcard src/*.[ch] tests/*.[ch])
@@ -111,11 +111,11 @@ help: ## this list
 picture: $(PEBBLE)
 	$(program) -options_file options/disks.opts
 	@$(python) tools/plot.py output/disks.h5 --out output/disks.png
-	@printf '\n%s\n' "Products:" "  output/disks.png   the picture" \
+	@printf '%s\n' "" "Products:" "  output/disks.png   the picture" \
 	  "  output/disks.xdmf  for ParaView (its data: output/disks.h5)" "  output/disks.csv   history of energies and momentum"
 
 ctest: $(PEBBLE) $(units) build/seed_serial
-	@rm -rf $(BUILD)/tests/work
+	@rm -rf $(BUILD)/tests/runs
 	@cmake -S tests -B $(BUILD)/tests -DSOURCE=$(CURDIR) -DBUILD=$(abspath $(BUILD)) -DPEBBLE=$(abspath $(PEBBLE)) \
 	  -DPYTHON=$(CURDIR)/$(python) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
 	@cd $(BUILD)/tests && ctest -j2 --output-on-failure --no-tests=error $(select)

@@ -12,6 +12,35 @@ const MPMExchangeType *const MPMExchangeTypes[] = {
   NULL
 };
 
+/* Chooses how the step is run: one process is serial, whatever the strategy. Collective on mpm->comm. */
+PetscErrorCode MPMExchangeSetFromOptions(MPM mpm, MPMOptions o)
+{
+  static const char *const balances[] = {"none", "start", "auto"};
+  MPMExchange             *ex         = &mpm->exchange;
+  char                     strategy[MPM_NAME_LEN], sums[MPM_NAME_LEN], balance[MPM_NAME_LEN], migrate[MPM_NAME_LEN];
+  PetscMPIInt              size;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "parallel_strategy", NULL, strategy, NULL));
+  PetscCall(MPMOptionsEnum(o, "parallel_sums", NULL, sums, NULL));
+  PetscCall(MPMOptionsEnum(o, "parallel_balance", NULL, balance, NULL));
+  PetscCall(MPMOptionsEnum(o, "parallel_migrate", NULL, migrate, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
+  ex->roundoff = !strcmp(sums, "roundoff") ? PETSC_TRUE : PETSC_FALSE;
+  ex->direct   = !strcmp(migrate, "direct") ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt k = 0; k < 3; k++)
+    if (!strcmp(balances[k], balance)) ex->balance = (MPMBalance)k;
+  for (PetscInt k = 0; MPMExchangeTypes[k]; k++)
+    if (!strcmp(MPMExchangeTypes[k]->name, size > 1 ? strategy : "serial")) ex->type = MPMExchangeTypes[k];
+  if (size > 1 && !strcmp(strategy, "spatial")) {
+    const PetscInt largest = MPMPartitionLargest(&mpm->grid, mpm->basis, size);
+
+    if (largest < size) MPMOptionsFail(o, "started on %d processes: this grid of nodes cannot be cut into so many boxes; the largest number below that can is %" PetscInt_FMT, size, largest);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 void MPMStatusReset(MPMStatus *s)
 {
   PetscMemzero(s, sizeof *s);
@@ -23,6 +52,9 @@ void MPMStatusMerge(MPMStatus *s, const MPMStatus *other)
   s->v2 = PetscMax(s->v2, other->v2);
   s->c2 = PetscMax(s->c2, other->c2);
   s->moved += other->moved;
+  s->left += other->left;
+  s->n += other->n;
+  s->ids = (PetscInt64)((uint64_t)s->ids + (uint64_t)other->ids); /* modulo 2^64 */
   if (other->bad != MPM_OK && (s->bad == MPM_OK || other->id < s->id)) {
     s->bad = other->bad;
     s->id  = other->id;

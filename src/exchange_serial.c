@@ -7,7 +7,7 @@ static PetscErrorCode SetUp_Serial(MPM mpm)
 
   PetscFunctionBeginUser;
   ex->data = PETSC_COMM_SELF;
-  PetscCall(MPMGridCreateDM(&mpm->grid, ex->data, MPMBasisNodes(mpm->basis) - 1, &ex->da));
+  PetscCall(MPMGridCreateDM(&mpm->grid, ex->data, MPMBasisNodes(mpm->basis) - 1, NULL, &ex->da));
   PetscCall(DMCreateLocalVector(ex->da, &ex->vel));
   PetscCall(MPMPatchSetBox(&ex->patch, &mpm->grid, mpm->basis, ex->da));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -49,10 +49,14 @@ static PetscErrorCode Reduce_Serial(MPM mpm, MPMStatus *status)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Settle_Serial(MPM mpm)
+static PetscErrorCode Settle_Serial(MPM mpm, PetscBool anew)
 {
+  MPMPatch *patch = &mpm->exchange.patch;
+
   PetscFunctionBeginUser;
-  if (mpm->status.moved) PetscCall(MPMPointsSort(&mpm->points, &mpm->exchange.patch));
+  if (!anew && !mpm->status.moved) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(anew ? MPMPointsLocate(&mpm->points, patch) : MPMPointsSort(&mpm->points, patch));
+  MPMPatchMarkRows(patch, mpm->points.start);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

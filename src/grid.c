@@ -3,24 +3,26 @@
 
 /* The DMDA of the grid's nodes, layers beyond the walls included, with the velocity record as its unknowns. DMDA's
    node 0 is node -layers of the grid. Collective on comm.
-     stencil [in]  node layers of a process's halo                                                                    */
-PetscErrorCode MPMGridCreateDM(const MPMGrid *grid, MPI_Comm comm, PetscInt stencil, DM *da)
+     stencil   [in]  node layers of a process's halo
+     partition [in]  how to cut the grid; NULL: comm has one process                                                  */
+PetscErrorCode MPMGridCreateDM(const MPMGrid *grid, MPI_Comm comm, PetscInt stencil, const MPMPartition *partition, DM *da)
 {
   const DMBoundaryType none = DM_BOUNDARY_NONE;
-  const PetscInt       nc   = MPM_VEL_NC(grid->dim);
+  const PetscInt       nc = MPM_VEL_NC(grid->dim), one[3] = {1, 1, 1}, *p = partition ? partition->p : one;
+  const PetscInt      *lx = partition ? partition->l[0] : NULL, *ly = partition ? partition->l[1] : NULL, *lz = partition ? partition->l[2] : NULL;
   PetscInt             n[3];
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < 3; d++) n[d] = grid->cells[d] + 1 + 2 * grid->layers;
   switch (grid->dim) {
   case 1:
-    PetscCall(DMDACreate1d(comm, none, n[0], nc, stencil, NULL, da));
+    PetscCall(DMDACreate1d(comm, none, n[0], nc, stencil, lx, da));
     break;
   case 2:
-    PetscCall(DMDACreate2d(comm, none, none, DMDA_STENCIL_BOX, n[0], n[1], PETSC_DECIDE, PETSC_DECIDE, nc, stencil, NULL, NULL, da));
+    PetscCall(DMDACreate2d(comm, none, none, DMDA_STENCIL_BOX, n[0], n[1], p[0], p[1], nc, stencil, lx, ly, da));
     break;
   default:
-    PetscCall(DMDACreate3d(comm, none, none, none, DMDA_STENCIL_BOX, n[0], n[1], n[2], PETSC_DECIDE, PETSC_DECIDE, PETSC_DECIDE, nc, stencil, NULL, NULL, NULL, da));
+    PetscCall(DMDACreate3d(comm, none, none, none, DMDA_STENCIL_BOX, n[0], n[1], n[2], p[0], p[1], p[2], nc, stencil, lx, ly, lz, da));
   }
   PetscCall(DMSetUp(*da));
   PetscFunctionReturn(PETSC_SUCCESS);

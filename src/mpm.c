@@ -62,18 +62,13 @@ static PetscErrorCode ReadTime(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadParallel(MPM mpm, MPMOptions o)
+static PetscErrorCode ReadSafety(MPMOptions o)
 {
-  char        strategy[MPM_NAME_LEN], ignored[MPM_NAME_LEN];
-  PetscMPIInt size;
+  char ignored[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
-  PetscCall(MPMOptionsEnum(o, "parallel_strategy", NULL, strategy, NULL));
   PetscCall(MPMOptionsEnum(o, "check_state", NULL, ignored, NULL));     /* one value so far */
   PetscCall(MPMOptionsEnum(o, "particles_leave", NULL, ignored, NULL)); /* one value so far */
-  PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
-  if (size > 1) MPMOptionsFail(o, "started on %d processes: -parallel_strategy %s is not built yet for more than one; run pebble without mpiexec", size, strategy);
-  mpm->exchange.type = MPMExchangeTypes[0];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -86,7 +81,8 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ReadMethod(mpm, o));
   PetscCall(ReadTime(mpm, o));
-  PetscCall(ReadParallel(mpm, o));
+  PetscCall(ReadSafety(o));
+  PetscCall(MPMExchangeSetFromOptions(mpm, o));
   PetscCall(MPMMonitorSetFromOptions(mpm, o));
   PetscCall(MPMOutputSetFromOptions(mpm, o));
   PetscCall(MPMOptionsFinish(o));
@@ -110,7 +106,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
   PetscCall(mpm->exchange.type->setup(mpm));
   PetscCall(MPMPointsCreate(mpm, &mpm->points, mpm->exchange.data));
   PetscCall(MPMSceneAddPoints(mpm));
-  PetscCall(MPMPointsLocate(&mpm->points, &mpm->exchange.patch, &mpm->status));
+  PetscCall(mpm->exchange.type->settle(mpm, PETSC_TRUE));
   PetscCall(MPMStepBound(mpm));
   PetscCall(PetscLogStagePop());
   PetscFunctionReturn(PETSC_SUCCESS);

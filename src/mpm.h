@@ -142,6 +142,8 @@ typedef struct {
   PetscReal  x[3], J;  /* where it was, and its det F for MPM_BAD_J */
   PetscReal  v2, c2;   /* largest squared speed of a point and of a wave, m^2/s^2 */
   PetscInt64 moved;    /* points that changed cell */
+  PetscInt64 left;     /* points that left the patch */
+  PetscInt64 n, ids;   /* points there are, and the sum of their ids' hashes: nothing may get lost on the way */
 } MPMStatus;
 
 void MPMStatusReset(MPMStatus *);
@@ -214,8 +216,10 @@ PetscErrorCode MPMPointsCreate(MPM, MPMPoints *, MPI_Comm);
 PetscErrorCode MPMPointsSetSize(MPMPoints *, PetscInt n);
 PetscErrorCode MPMPointsGetView(MPMPoints *, PetscInt fields, MPMView *);
 PetscErrorCode MPMPointsRestoreView(MPMPoints *, PetscInt fields, MPMView *);
-PetscErrorCode MPMPointsSort(MPMPoints *, MPMPatch *);
-PetscErrorCode MPMPointsLocate(MPMPoints *, MPMPatch *, MPMStatus *);
+PetscErrorCode MPMPointsSort(MPMPoints *, const MPMPatch *);
+PetscErrorCode MPMPointsLocate(MPMPoints *, const MPMPatch *);
+PetscErrorCode MPMPointsFingerprint(MPMPoints *, PetscInt64 *ids);
+PetscErrorCode MPMPointsFindLost(MPMPoints *, MPI_Comm, char what[], size_t len);
 PetscErrorCode MPMPointsDigest(MPMPoints *, MPI_Comm, PetscInt64 *digest);
 PetscInt       MPMPointsBytes(const MPMPoints *, PetscBool kept);
 PetscErrorCode MPMPointsDestroy(MPMPoints *);
@@ -229,7 +233,30 @@ typedef struct {
 extern const MPMFieldInfo MPMFields[MPM_NUM_FIELDS];
 PetscInt                  MPMFieldComponents(PetscInt field, PetscInt dim);
 
-PetscErrorCode MPMGridCreateDM(const MPMGrid *, MPI_Comm, PetscInt stencil, DM *);
+/* How the grid is cut into boxes of nodes, one a process: p[d] parts on axis d, of l[d][...] nodes each. */
+typedef struct {
+  PetscInt  p[3], *l[3];
+  PetscReal imbalance, predicted; /* largest over mean number of points of a process; s a step by the model */
+} MPMPartition;
+
+typedef enum { MPM_BALANCE_NONE, MPM_BALANCE_START, MPM_BALANCE_AUTO } MPMBalance;
+
+/* Points per bin of nodes: each bin covers `coarse` nodes an axis. table is its summed-area table. */
+typedef struct {
+  PetscInt    dim, nodes[3], n[3], coarse, stencil; /* stencil: nodes of a point's stencil per axis */
+  PetscInt64 *table;                                /* [n2+1][n1+1][n0+1] points below */
+} MPMHistogram;
+
+PetscErrorCode MPMHistogramCreate(const MPMGrid *, MPMBasis, MPMHistogram *);
+void           MPMHistogramAdd(MPMHistogram *, const PetscInt base[]); /* before Finish */
+PetscErrorCode MPMHistogramFinish(MPMHistogram *, MPI_Comm);           /* MPI_COMM_SELF: every process has added all */
+PetscErrorCode MPMHistogramDestroy(MPMHistogram *);
+PetscErrorCode MPMPartitionChoose(const MPMHistogram *, PetscMPIInt size, MPMBalance, MPMPartition *);
+PetscReal      MPMPartitionCost(const MPMHistogram *, const MPMPartition *, PetscReal *imbalance);
+PetscInt       MPMPartitionLargest(const MPMGrid *, MPMBasis, PetscInt size); /* the largest legal count <= size */
+PetscErrorCode MPMPartitionDestroy(MPMPartition *);
+
+PetscErrorCode MPMGridCreateDM(const MPMGrid *, MPI_Comm, PetscInt stencil, const MPMPartition *, DM *);
 
 /* A phase of the step: a row of constants, documentation and contract at once. Kernels get NULL for point fields that
    the row does not declare; an exchange sends just the declared ones.                                                */
@@ -244,6 +271,8 @@ typedef struct {
 } MPMPhase;
 
 PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da);
+void           MPMPatchMarkRows(MPMPatch *, const PetscInt *start); /* [cells+1] points of each cell, halo included */
+PetscInt       MPMPatchCells(const MPMPatch *);
 PetscErrorCode MPMPatchRun(MPM, MPMPatch *, const MPMPhase *, MPMStatus *);
 PetscErrorCode MPMPatchDestroy(MPMPatch *);
 
@@ -254,7 +283,7 @@ typedef struct {
   PetscErrorCode (*sweep)(MPM, const MPMPhase *); /* run a transfer on all patches */
   PetscErrorCode (*nodes)(MPM, const MPMPhase *); /* run a node phase and make its values known where they are read */
   PetscErrorCode (*reduce)(MPM, MPMStatus *);     /* merge the status of all processes: the one reduction of a step */
-  PetscErrorCode (*settle)(MPM);                  /* points may have changed cell: bring them home and in order */
+  PetscErrorCode (*settle)(MPM, PetscBool anew);  /* bring the points home and in order; anew: no cell is known */
   PetscErrorCode (*finish)(MPM);
 } MPMExchangeType;
 
@@ -264,6 +293,10 @@ typedef struct {
   MPMPatch               patch;
   DM                     da;
   Vec                    vel;  /* local vector behind patch.vel */
+  MPMBalance             balance;
+  PetscBool              direct;    /* -parallel_migrate direct */
+  PetscBool              roundoff;  /* -parallel_sums roundoff */
+  MPMPartition           partition;
   void                  *ctx;
 } MPMExchange;
 
@@ -314,6 +347,8 @@ typedef struct {
   PetscInt64    first, n;        /* ids first .. first+n-1 */
 } MPMBody;
 
+PetscErrorCode MPMExchangeSetFromOptions(MPM, MPMOptions);
+
 typedef struct {
   char         title[MPM_TEXT_LEN], name[MPM_NAME_LEN];
   PetscBool    dry_run;
@@ -330,6 +365,7 @@ typedef struct {
 PetscErrorCode MPMSceneSetFromOptions(MPM, MPMOptions);
 PetscErrorCode MPMSceneCountPoints(MPM, MPMOptions);
 PetscErrorCode MPMSceneAddPoints(MPM);
+PetscErrorCode MPMSceneHistogram(MPM, MPMHistogram *);
 PetscErrorCode MPMSceneDestroy(MPMScene *);
 
 /* An update scheme: a row of phases. */

@@ -27,6 +27,27 @@ PetscErrorCode MPMPatchDestroy(MPMPatch *patch)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscInt MPMPatchCells(const MPMPatch *patch)
+{
+  return patch->n[0] * patch->n[1] * patch->n[2];
+}
+
+/* Marks the rows of nodes that points touch, from the numbers of points in the cells. */
+void MPMPatchMarkRows(MPMPatch *patch, const PetscInt *start)
+{
+  const PetscInt ns = MPMBasisNodes(patch->basis);
+
+  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) patch->row[r] = 0;
+  for (PetscInt k = 0; k < patch->n[2]; k++)
+    for (PetscInt j = 0; j < patch->n[1]; j++) {
+      const PetscInt r = k * patch->n[1] + j;
+
+      if (start[(r + 1) * patch->n[0]] == start[r * patch->n[0]]) continue;
+      for (PetscInt kk = k; kk < PetscMin(k + ns, patch->n[2]); kk++)
+        for (PetscInt jj = j; jj < PetscMin(j + ns, patch->n[1]); jj++) patch->row[kk * patch->n[1] + jj] = 1;
+    }
+}
+
 /* Zeroes the sums that the parts will add to, in the rows that points touch. */
 static void ZeroSums(MPMPatch *patch, PetscInt parts)
 {

@@ -161,26 +161,10 @@ static void SortByCell(const MPMView *view, PetscInt ncells, PetscInt *start, Pe
     }
 }
 
-/* Marks the rows of nodes that the points of each row of cells touch. */
-static void MarkRows(const PetscInt *start, MPMPatch *patch)
+/* Orders the points, whose `cell` is known, for the patch: sets order and start. Not collective. */
+PetscErrorCode MPMPointsSort(MPMPoints *points, const MPMPatch *patch)
 {
-  const PetscInt ns = MPMBasisNodes(patch->basis);
-
-  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) patch->row[r] = 0;
-  for (PetscInt k = 0; k < patch->n[2]; k++)
-    for (PetscInt j = 0; j < patch->n[1]; j++) {
-      const PetscInt r = k * patch->n[1] + j;
-
-      if (start[(r + 1) * patch->n[0]] == start[r * patch->n[0]]) continue;
-      for (PetscInt kk = k; kk < PetscMin(k + ns, patch->n[2]); kk++)
-        for (PetscInt jj = j; jj < PetscMin(j + ns, patch->n[1]); jj++) patch->row[kk * patch->n[1] + jj] = 1;
-    }
-}
-
-/* Orders the points, whose `cell` is known, for the patch. Not collective. */
-PetscErrorCode MPMPointsSort(MPMPoints *points, MPMPatch *patch)
-{
-  const PetscInt ncells = patch->n[0] * patch->n[1] * patch->n[2], fields = MPM_BIT(id) | MPM_BIT(cell);
+  const PetscInt ncells = MPMPatchCells(patch), fields = MPM_BIT(id) | MPM_BIT(cell);
   MPMView        view;
 
   PetscFunctionBeginUser;
@@ -192,13 +176,12 @@ PetscErrorCode MPMPointsSort(MPMPoints *points, MPMPatch *patch)
   PetscCall(MPMPointsGetView(points, fields, &view));
   SortByCell(&view, ncells, points->start, points->order);
   PetscCall(MPMPointsRestoreView(points, fields, &view));
-  MarkRows(points->start, patch);
   if (++points->since_reorder >= MPM_REORDER_EVERY) PetscCall(Reorder(points));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the cells of all points anew and orders them: at the start. Notes points outside of the grid. Not collective. */
-PetscErrorCode MPMPointsLocate(MPMPoints *points, MPMPatch *patch, MPMStatus *status)
+/* Finds the cells of all points anew and orders them. All must lie in cells of the patch. Not collective. */
+PetscErrorCode MPMPointsLocate(MPMPoints *points, const MPMPatch *patch)
 {
   const PetscInt d = points->dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell);
   MPMView        view;
@@ -206,12 +189,11 @@ PetscErrorCode MPMPointsLocate(MPMPoints *points, MPMPatch *patch, MPMStatus *st
   PetscFunctionBeginUser;
   PetscCall(MPMPointsGetView(points, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    PetscReal xi[3];
-    PetscInt  base[3];
+    PetscInt base[3] = {0};
 
-    view.cell[p] = 0;
-    if (MPMLocate(d, patch->basis, patch->grid, view.x + p * d, xi, base)) view.cell[p] = MPMNodeIndex(d, patch, base);
-    else MPMNoteBad(status, MPM_LEFT_GRID, view.id[p], d, view.x + p * d, 0);
+    view.cell[p] = MPMOwnCell(d, patch->basis, patch, view.x + p * d, base);
+    PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "point %" PetscInt64_FMT " at (%g, %g, %g) is on the wrong process", view.id[p], (double)view.x[p * d],
+               (double)(d > 1 ? view.x[p * d + 1] : 0), (double)(d > 2 ? view.x[p * d + 2] : 0));
   }
   PetscCall(MPMPointsRestoreView(points, fields, &view));
   points->since_reorder = MPM_REORDER_EVERY;
@@ -225,6 +207,48 @@ static uint64_t Mix(uint64_t z)
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
   z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
   return z ^ (z >> 31);
+}
+
+/* The sum of hashes of the ids here: with their number it tells whether a point was lost or doubled. Not collective. */
+PetscErrorCode MPMPointsFingerprint(MPMPoints *points, PetscInt64 *ids)
+{
+  uint64_t sum = 0;
+  MPMView  view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPointsGetView(points, MPM_BIT(id), &view));
+  for (PetscInt p = 0; p < view.n; p++) sum += Mix((uint64_t)view.id[p]);
+  PetscCall(MPMPointsRestoreView(points, MPM_BIT(id), &view));
+  memcpy(ids, &sum, sizeof sum);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Names a point that is missing or there twice, after the fingerprints have told that there is one: counts every id on
+   the first process. Collective on comm.                                                                             */
+PetscErrorCode MPMPointsFindLost(MPMPoints *points, MPI_Comm comm, char what[], size_t len)
+{
+  PetscInt   *count;
+  PetscMPIInt rank;
+  MPMView     view;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(PetscCalloc1(points->total, &count));
+  PetscCall(MPMPointsGetView(points, MPM_BIT(id) | MPM_BIT(x), &view));
+  for (PetscInt p = 0; p < view.n; p++)
+    if (view.id[p] >= 0 && view.id[p] < points->total) count[view.id[p]]++;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, (PetscMPIInt)points->total, MPIU_INT, MPI_SUM, comm));
+  (void)snprintf(what, len, "no id is missing, but ids are wrong");
+  for (PetscInt64 id = points->total - 1; id >= 0; id--) {
+    if (count[id] == 1) continue;
+    (void)snprintf(what, len, "point %" PetscInt64_FMT " is there %" PetscInt_FMT " times", id, count[id]);
+    for (PetscInt p = 0; p < view.n; p++)
+      if (view.id[p] == id)
+        (void)snprintf(what, len, "point %" PetscInt64_FMT " is there %" PetscInt_FMT " times; process %d has it at x = %g", id, count[id], rank, (double)view.x[p * points->dim]);
+  }
+  PetscCall(MPMPointsRestoreView(points, MPM_BIT(id) | MPM_BIT(x), &view));
+  PetscCall(PetscFree(count));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* A number of the state's bits: every kept field of every point, with its id; a sum of hashes, so without order. Equal

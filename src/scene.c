@@ -2,7 +2,7 @@
 
    Points lie on the lattice (i+1/2) b + offset, b = h/ppc, anchored at the origin of space, wherever the body's shape
    is; numbered body by body in the order of -bodies, with x in the outer loop: a rule that knows no processes.        */
-#include "mpm.h"
+#include "transfer.h"
 
 static PetscErrorCode ReadGrid(MPM mpm, MPMOptions o)
 {
@@ -328,37 +328,77 @@ PetscErrorCode MPMSceneCountPoints(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes the points at rest in shape (F = I), with their start velocities. Collective on the exchange. */
-PetscErrorCode MPMSceneAddPoints(MPM mpm)
+/* Counts the points of the scene, as they will start, by the base node of their stencils. Not collective: every process
+   counts all.                                                                                                        */
+PetscErrorCode MPMSceneHistogram(MPM mpm, MPMHistogram *h)
 {
-  MPMScene      *scene  = &mpm->scene;
-  const PetscInt dim    = mpm->grid.dim;
-  PetscInt       p      = 0;
-  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(kind);
-  MPMView        view;
+  const PetscInt dim = mpm->grid.dim;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPointsSetSize(&mpm->points, (PetscInt)mpm->points.total));
-  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
-  for (PetscInt k = 0; k < scene->nbodies; k++) {
-    const MPMBody *b = &scene->bodies[k];
+  for (PetscInt k = 0; k < mpm->scene.nbodies; k++) {
+    const MPMBody *b = &mpm->scene.bodies[k];
     PetscInt64     first[3], last[3], ijk[3];
-    PetscReal      x[3];
+    PetscReal      x[3], xi[3];
+    PetscInt       base[3] = {0};
 
     LatticeRange(b, dim, first, last);
     PetscCall(PetscArraycpy(ijk, first, 3));
-    for (; NextPoint(b, dim, first, last, ijk, x); ijk[2]++, p++) {
-      PetscReal v[3] = {0};
+    for (; NextPoint(b, dim, first, last, ijk, x); ijk[2]++) {
+      (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, x, xi, base);
+      for (PetscInt d = 0; d < dim; d++) base[d] += mpm->grid.layers;
+      MPMHistogramAdd(h, base);
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-      if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, x, 0, v));
-      view.id[p] = p;
-      if (view.kind) view.kind[p] = b->kind;
-      for (PetscInt d = 0; d < dim; d++) {
-        view.x[p * dim + d] = x[d];
-        view.v[p * dim + d] = v[d];
-        for (PetscInt e = 0; e < dim; e++) view.F[(p * dim + d) * dim + e] = d == e;
+static PetscErrorCode SetPoint(MPM mpm, const MPMBody *b, PetscInt64 id, const PetscReal x[], PetscInt p, MPMView *view)
+{
+  const PetscInt dim  = mpm->grid.dim;
+  PetscReal      v[3] = {0};
+
+  PetscFunctionBeginUser;
+  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, x, 0, v));
+  view->id[p] = id;
+  if (view->kind) view->kind[p] = b->kind;
+  for (PetscInt d = 0; d < dim; d++) {
+    view->x[p * dim + d] = x[d];
+    view->v[p * dim + d] = v[d];
+    for (PetscInt e = 0; e < dim; e++) view->F[(p * dim + d) * dim + e] = d == e;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes the points of this process's patch, undeformed (F = I), with their start velocities. Not collective. */
+PetscErrorCode MPMSceneAddPoints(MPM mpm)
+{
+  MPMScene       *scene  = &mpm->scene;
+  const MPMPatch *patch  = &mpm->exchange.patch;
+  const PetscInt  dim    = mpm->grid.dim;
+  const PetscInt  fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(kind);
+  MPMView         view;
+
+  PetscFunctionBeginUser;
+  for (int pass = 0; pass < 2; pass++) { /* count, then make */
+    PetscInt64 id = 0;
+    PetscInt   p  = 0;
+
+    if (pass) PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+    for (PetscInt k = 0; k < scene->nbodies; k++) {
+      const MPMBody *b = &scene->bodies[k];
+      PetscInt64     first[3], last[3], ijk[3];
+      PetscReal      x[3];
+      PetscInt       base[3] = {0};
+
+      LatticeRange(b, dim, first, last);
+      PetscCall(PetscArraycpy(ijk, first, 3));
+      for (; NextPoint(b, dim, first, last, ijk, x); ijk[2]++, id++) {
+        if (MPMOwnCell((int)dim, mpm->basis, patch, x, base) < 0) continue;
+        if (pass) PetscCall(SetPoint(mpm, b, id, x, p, &view));
+        p++;
       }
     }
+    if (!pass) PetscCall(MPMPointsSetSize(&mpm->points, p));
   }
   PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);

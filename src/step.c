@@ -148,7 +148,7 @@ PetscErrorCode MPMStep(MPM mpm)
   PetscCall(PetscTime(&t1));
   if (mpm->status.bad == MPM_OK) {
     PetscCall(PetscLogEventBegin(events[SETTLE], 0, 0, 0, 0));
-    PetscCall(mpm->exchange.type->settle(mpm));
+    PetscCall(mpm->exchange.type->settle(mpm, PETSC_FALSE));
     PetscCall(PetscLogEventEnd(events[SETTLE], 0, 0, 0, 0));
   }
   PetscCall(PetscTime(&t2));

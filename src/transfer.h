@@ -215,21 +215,28 @@ MPM_INLINE void MPMUpdateF(int dim, const MPMParams *par, MPMPatch *patch, Petsc
   for (PetscInt l = 0; l < n; l++) status->c2 = PetscMax(status->c2, c2[l]);
 }
 
-/* x <- x + dx; the cell it is in now; counts the points that changed cell. */
+/* Index of the cell of position x if it is the patch's own; -1 in another patch, -2 outside of the grid. base: its node. */
+MPM_INLINE PetscInt MPMOwnCell(int dim, MPMBasis basis, const MPMPatch *patch, const PetscReal x[], PetscInt base[])
+{
+  PetscReal xi[3];
+
+  if (!MPMLocate(dim, basis, patch->grid, x, xi, base)) return -2;
+  for (int d = 0; d < dim; d++)
+    if (base[d] < patch->own_lo[d] || base[d] >= patch->own_lo[d] + patch->own_n[d]) return -1;
+  return MPMNodeIndex(dim, patch, base);
+}
+
+/* x <- x + dx; the cell it is in now; counts the points that changed cell, and those that left the patch. */
 MPM_INLINE void MPMCommit(int dim, MPMBasis basis, MPMPatch *patch, PetscInt p, PetscInt cell, const PetscReal dx[], MPMStatus *status)
 {
-  PetscReal *x = patch->points.x + p * dim, xi[3];
-  PetscInt   base[3], now = -1;
-  PetscBool  own = PETSC_TRUE;
+  PetscReal *x = patch->points.x + p * dim;
+  PetscInt   base[3], now;
 
   for (int d = 0; d < dim; d++) x[d] += dx[d];
-  if (!MPMLocate(dim, basis, patch->grid, x, xi, base)) MPMNoteBad(status, MPM_LEFT_GRID, patch->points.id[p], dim, x, 0);
-  else {
-    for (int d = 0; d < dim; d++)
-      if (base[d] < patch->own_lo[d] || base[d] >= patch->own_lo[d] + patch->own_n[d]) own = PETSC_FALSE;
-    if (own) now = MPMNodeIndex(dim, patch, base);
-  }
-  if (now != cell) status->moved++;
+  now = MPMOwnCell(dim, basis, patch, x, base);
+  if (now == -2) MPMNoteBad(status, MPM_LEFT_GRID, patch->points.id[p], dim, x, 0);
+  status->moved += now != cell;
+  status->left += now < 0;
   patch->points.cell[p] = now;
 }
 

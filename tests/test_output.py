@@ -94,7 +94,8 @@ def check_csv(path, steps):
         check(number in history, f"step {number} is a snapshot but not in the history")
         row, v, count = history[number], particles["v"][:], len(particles["id"])
         mass = row["mass"] / count
-        check(close(row["time"], step.attrs["time"], 1e-14) and row["particles"] == count, f"step {number}: time or count")
+        check(close(row["time"], step.attrs["time"], 1e-14), f"step {number}: time")
+        check(row["particles"] == count, f"step {number}: number of particles")
         check(close(row["kinetic_energy"], 0.5 * mass * (v ** 2).sum()), f"step {number}: kinetic energy")
         check(close(row["total_energy"], row["kinetic_energy"] + row["strain_energy"]), f"step {number}: total energy")
         momentum = [row["momentum_x"], row["momentum_y"]]
@@ -126,9 +127,9 @@ def check_xdmf(path, steps, times, history):
         blocks = leaves(reader.GetOutputDataObject(0))
         points = [block for block in blocks if block.IsA("vtkPointSet") and not block.IsA("vtkStructuredGrid")]
         grids = [block for block in blocks if block not in points]
-        check(len(points) == 1 and len(grids) == 1, f"VTK finds {len(points)} blocks of points, {len(grids)} of the grid")
+        check(len(points) == 1 and len(grids) == 1, f"VTK finds {len(points)} sets of points, {len(grids)} grids")
         particles, data = step["particles"], points[0].GetPointData()
-        check(points[0].GetNumberOfPoints() == len(particles["id"]), f"VTK finds {points[0].GetNumberOfPoints()} points")
+        check(points[0].GetNumberOfPoints() == len(particles["id"]), "VTK finds another number of points")
         check(points[0].GetNumberOfCells() > 0 and points[0].GetCellType(0) in (VTK_VERTEX, VTK_POLY_VERTEX),
               "the points have no vertex cells: nothing would be drawn")
         check(close(vtk_to_numpy(points[0].GetPoints().GetData()), particles["x"][:], 1e-15), "VTK's points are not x")
@@ -141,7 +142,7 @@ def check_xdmf(path, steps, times, history):
         check(close(vtk_to_numpy(mass).sum(), history[0]["mass"]), "VTK's nodes do not sum to the mass")
         low, high = np.array(grids[0].GetBounds()).reshape(3, 2).T
         x = particles["x"][:]
-        check((low - 1e-12 <= x.min(0)).all() and (x.max(0) <= high + 1e-12).all(), "VTK's grid does not hold the points")
+        check((low - 1e-12 <= x.min(0)).all() and (x.max(0) <= high + 1e-12).all(), "points outside of VTK's grid")
 
 
 def main(pebble, source, work="."):

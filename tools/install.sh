@@ -57,7 +57,7 @@ if [ -n "${PETSC_DIR:-}" ] && has "$pkgconfig" && ! module "$PETSC_DIR/${PETSC_A
   exit 1
 fi
 
-packages=$(missing | tr '\n' ' ')
+packages=$(missing | xargs)
 if [ -n "$packages" ]; then
   if [ "$(id -u)" = 0 ]; then root=(env)
   elif has sudo && sudo -n true 2>/dev/null; then root=(sudo -n env)
@@ -79,7 +79,7 @@ if [ -n "$packages" ]; then
   fi
   rm -f "$log"
   hash -r
-  packages=$(missing | tr '\n' ' ')
+  packages=$(missing | xargs)
   if [ -n "$packages" ]; then
     say "installed, but still missing or too old: $packages (PETSc must be 3.18 or newer, Python 3.11 to 3.14)"
     exit 1

@@ -122,7 +122,7 @@ def colours(run):
     values = values[np.isfinite(values)]
     if not len(values):
         fail("the values to draw are not finite")
-    low, high = np.percentile(values, [0.1, 99.9])
+    low, high = np.percentile(values, [0.5, 99.5])
     if run["signed"]:
         high = max(abs(low), abs(high)) or 1.0
         low = -high
@@ -161,18 +161,18 @@ def draw_particles(axes, run, snapshot, colour):
     a continuous body looks like one."""
     dim, x = run["dim"], snapshot["x"]
     size = (1.15 if dim == 3 else np.sqrt(2)) * snapshot["size"]
-    order = np.arange(len(x))
+    order, faces = np.arange(len(x)), colour.to_rgba(snapshot["values"])
     if dim == 3:
         order = np.argsort(x @ VIEW[2], kind="stable")
         edges, back = box_edges(run)
         axes.add_collection(LineCollection(edges[:back], colors="0.75", linewidths=0.5, zorder=0))
         axes.add_collection(LineCollection(edges[back:], colors=GREY, linewidths=0.6, zorder=3))
-        flat, limits, faces = x @ VIEW[:2].T, np.concatenate(edges), colour.to_rgba(snapshot["values"])
+        flat, limits = x @ VIEW[:2].T, np.concatenate(edges)
         depth = x @ VIEW[2]  # far particles a little paler
         fade = 0.35 * (depth.max() - depth) / max(np.ptp(depth), 1e-300)
         faces[:, :3] += (1 - faces[:, :3]) * fade[:, None]
     else:
-        flat, limits, faces = x[:, :2], np.array([run["lower"], run["upper"]])[:, :2], colour.to_rgba(snapshot["values"])
+        flat, limits = x[:, :2], np.array([run["lower"], run["upper"]])[:, :2]
     axes.add_collection(EllipseCollection(size[order], size[order], np.zeros(len(x)), units="xy", offsets=flat[order],
                                           offset_transform=axes.transData, facecolors=faces[order],
                                           edgecolors=(0, 0, 0, 0.25) if dim == 3 else "none",
@@ -225,7 +225,8 @@ def draw(run, history, out):
     width = min(3.1, 3.4 / aspect) if aspect > 0.25 else 4.2
     height = width * aspect + 0.35
     energies = 1.9 if history is not None else 0
-    figure = plt.figure(figsize=(max(columns * width, 5.5) + 1.6, 0.45 + rows * height + energies), layout="constrained")
+    page = max(columns * width, 5.5) + 1.6, 0.45 + rows * height + energies
+    figure = plt.figure(figsize=page, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.05, h_pad=0.05, hspace=0.02, wspace=0.02)
     parts = figure.subfigures(2, 1, height_ratios=[rows * height, energies]) if energies else [figure]
     panels = parts[0].subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
@@ -248,7 +249,8 @@ def draw(run, history, out):
         draw_energies(parts[1].subplots(), run, history)
     cells = " × ".join(str(n) for n in run["cells"])
     particles = f"{len(run['snapshots'][0]['x']):,} particles".replace(",", "\u2009")
-    figure.suptitle(", ".join(part for part in (run["title"], particles, cells and f"{cells} cells") if part), fontsize=11)
+    title = [run["title"], particles, cells and f"{cells} cells"]
+    figure.suptitle(", ".join(part for part in title if part), fontsize=11)
     try:
         figure.savefig(out)
     except (OSError, ValueError) as error:

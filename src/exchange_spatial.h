@@ -1,0 +1,35 @@
+/* exchange_spatial.h - what the files of the spatial decomposition share: exchange_spatial.c and migrate.c.           */
+#ifndef MPM_EXCHANGE_SPATIAL_H
+#define MPM_EXCHANGE_SPATIAL_H
+
+#include "mpm.h"
+
+#define MPM_MAX_NEIGHBOURS 7 /* lower, or upper, sides of a box in 3-D */
+
+typedef struct {
+  PetscMPIInt rank;
+  PetscInt    lo[3], hi[3];         /* cells [lo, hi) whose points it needs, nodes of the grid */
+  PetscInt    n, capacity, *list;   /* [n] those points */
+} MPMNeighbour;
+
+typedef struct {
+  MPI_Comm     comm; /* our own tags */
+  MPI_Datatype status_type;
+  MPI_Op       status_op;
+  PetscInt     p[3], *first[3];     /* process grid; [p] first own node of each part of an axis */
+  int          nto, nfrom;
+  MPMNeighbour to[MPM_MAX_NEIGHBOURS], from[MPM_MAX_NEIGHBOURS]; /* from: rank and n only */
+  PetscInt     nhalo, halo_capacity;
+  void        *halo[MPM_NUM_FIELDS]; /* [nhalo] copies, by neighbour */
+  PetscInt    *order, order_capacity, *start; /* own and halo points by (cell, id); [cells+1] */
+  char        *out, *in;             /* messages */
+  size_t       out_capacity, in_capacity;
+  PetscInt64   ids, all_ids;         /* fingerprint of the points here, and of all at the start */
+  DM           sums;                 /* of -parallel_sums roundoff */
+} MPMSpatial;
+
+PetscMPIInt    MPMSpatialOwner(const MPMSpatial *, PetscInt dim, const PetscInt base[]);
+PetscErrorCode MPMMigrateSwarm(MPM, MPMSpatial *);
+PetscErrorCode MPMMigrateDirect(MPM, MPMSpatial *);
+
+#endif

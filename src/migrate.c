@@ -1,0 +1,186 @@
+/* migrate.c - points that left their patch go to the process that owns their cell. Both ways give the same points on
+   the same processes, so the same bits; only messages and time differ.                                               */
+#include "transfer.h"
+#include "exchange_spatial.h"
+
+/* The new owner of every point that left (cell < 0), into rank [n]; own points get this process. */
+static PetscErrorCode FindOwners(MPM mpm, const MPMSpatial *s, const MPMView *view, PetscInt *owner)
+{
+  const PetscInt dim = mpm->grid.dim;
+  PetscMPIInt    me;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(s->comm, &me));
+  for (PetscInt p = 0; p < view->n; p++) {
+    PetscReal xi[3];
+    PetscInt  base[3] = {0};
+
+    owner[p] = me;
+    if (view->cell[p] >= 0) continue;
+    PetscCheck(MPMLocate((int)dim, mpm->basis, &mpm->grid, view->x + p * dim, xi, base), PETSC_COMM_SELF, PETSC_ERR_PLIB, "point %" PetscInt64_FMT " has no cell", view->id[p]);
+    owner[p] = MPMSpatialOwner(s, dim, base);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds the cell of points [first, n). */
+static PetscErrorCode LocateFrom(MPM mpm, PetscInt first)
+{
+  const PetscInt  dim = mpm->grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell);
+  const MPMPatch *patch = &mpm->exchange.patch;
+  MPMView         view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+  for (PetscInt p = first; p < view.n; p++) {
+    PetscInt base[3] = {0};
+
+    view.cell[p] = MPMOwnCell((int)dim, mpm->basis, patch, view.x + p * dim, base);
+    PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "point %" PetscInt64_FMT " came to the wrong process", view.id[p]);
+  }
+  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* By PETSc: DMSwarmMigrate on the BASIC swarm with the owners that we found. Exact, to any process, at the price of
+   eleven collectives a call. Collective.                                                                             */
+PetscErrorCode MPMMigrateSwarm(MPM mpm, MPMSpatial *s)
+{
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell);
+  MPMPoints     *pts    = &mpm->points;
+  PetscInt      *owner, n;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPointsGetView(pts, fields, &view));
+  PetscCall(DMSwarmGetField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
+  PetscCall(FindOwners(mpm, s, &view, owner));
+  PetscCall(DMSwarmRestoreField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
+  PetscCall(MPMPointsRestoreView(pts, fields, &view));
+  PetscCall(DMSwarmMigrate(pts->swarm, PETSC_TRUE));
+  PetscCall(DMSwarmGetLocalSize(pts->swarm, &n));
+  PetscCall(MPMPointsSetSize(pts, n));
+  PetscCall(LocateFrom(mpm, 0)); /* DMSwarmMigrate fills holes with points from the end */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Packs all kept fields of a point, or unpacks them. */
+static void PackPoint(const MPMPoints *pts, void *const at[], PetscInt p, char *message, PetscBool unpack)
+{
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    const PetscInt b = pts->bytes[f];
+
+    if (!at[f]) continue;
+    if (unpack) memcpy((char *)at[f] + p * b, message, (size_t)b);
+    else memcpy(message, (char *)at[f] + p * b, (size_t)b);
+    message += b;
+  }
+}
+
+static PetscErrorCode GetFields(MPMPoints *pts, PetscBool restore, void *at[])
+{
+  PetscFunctionBeginUser;
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    if (!pts->present[f] || !MPMFields[f].kept) continue;
+    if (restore) PetscCall(DMSwarmRestoreField(pts->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
+    else PetscCall(DMSwarmGetField(pts->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sends the listed points, `bytes` each, to their owners, packed in that order in `out` (sorted by owner), and returns
+   what came for this process in *in, which the caller frees. Destinations may be any processes: PetscCommBuildTwoSided
+   finds who has something for whom. Collective on the communicator.                                                   */
+static PetscErrorCode SendPoints(MPMSpatial *s, PetscInt bytes, PetscInt nsend, const PetscInt owner[], const char out[], PetscInt *nrecv, char **in)
+{
+  PetscMPIInt  nto = 0, nfrom, *to, *from;
+  PetscInt    *count, *counts;
+  MPI_Request *request;
+  int          n = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc2(nsend, &to, nsend, &count));
+  for (PetscInt q = 0; q < nsend; q++) {
+    if (!q || owner[q] != owner[q - 1]) {
+      to[nto]      = (PetscMPIInt)owner[q];
+      count[nto++] = 0;
+    }
+    count[nto - 1]++;
+  }
+  PetscCall(PetscCommBuildTwoSided(s->comm, 1, MPIU_INT, nto, to, count, &nfrom, &from, &counts));
+  *nrecv = 0;
+  for (PetscMPIInt k = 0; k < nfrom; k++) *nrecv += counts[k];
+  PetscCall(PetscMalloc1(*nrecv * bytes, in));
+  PetscCall(PetscMalloc1(nfrom + nto, &request));
+  for (PetscInt k = 0, at = 0; k < nfrom; at += counts[k++]) PetscCallMPI(MPI_Irecv(*in + at * bytes, (PetscMPIInt)(counts[k] * bytes), MPI_BYTE, from[k], 3, s->comm, &request[n++]));
+  for (PetscInt k = 0, at = 0; k < nto; at += count[k++]) PetscCallMPI(MPI_Isend(out + at * bytes, (PetscMPIInt)(count[k] * bytes), MPI_BYTE, to[k], 3, s->comm, &request[n++]));
+  PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
+  PetscCall(PetscFree(request));
+  PetscCall(PetscFree(from));
+  PetscCall(PetscFree(counts));
+  PetscCall(PetscFree2(to, count));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lists the points that left, by owner: which [nsend], owner [nsend]; allocated here. */
+static PetscErrorCode ListLeavers(MPM mpm, MPMSpatial *s, PetscInt *nsend, PetscInt **which, PetscInt **owner)
+{
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell);
+  MPMPoints     *pts    = &mpm->points;
+  PetscInt      *all;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  *nsend = 0;
+  PetscCall(PetscMalloc1(pts->n, &all));
+  PetscCall(PetscMalloc1(pts->n, which));
+  PetscCall(PetscMalloc1(pts->n, owner));
+  PetscCall(MPMPointsGetView(pts, fields, &view));
+  PetscCall(FindOwners(mpm, s, &view, all));
+  for (PetscInt p = 0; p < view.n; p++)
+    if (view.cell[p] < 0) {
+      (*which)[*nsend]      = p;
+      (*owner)[(*nsend)++] = all[p];
+    }
+  PetscCall(MPMPointsRestoreView(pts, fields, &view));
+  PetscCall(PetscFree(all));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* By our own messages: leavers are packed, comers fill the holes and the end. Collective. */
+PetscErrorCode MPMMigrateDirect(MPM mpm, MPMSpatial *s)
+{
+  MPMPoints     *pts   = &mpm->points;
+  const PetscInt bytes = MPMPointsBytes(pts, PETSC_TRUE);
+  PetscInt       n = pts->n, nsend, nrecv, *which, *owner, *sorted;
+  void          *at[MPM_NUM_FIELDS] = {NULL};
+  char          *out, *in;
+
+  PetscFunctionBeginUser;
+  PetscCall(ListLeavers(mpm, s, &nsend, &which, &owner));
+  PetscCall(PetscMalloc2(nsend * bytes, &out, nsend, &sorted));
+  PetscCall(PetscArraycpy(sorted, which, nsend));
+  PetscCall(PetscSortIntWithArray(nsend, owner, sorted));
+  PetscCall(GetFields(pts, PETSC_FALSE, at));
+  for (PetscInt q = 0; q < nsend; q++) PackPoint(pts, at, sorted[q], out + q * bytes, PETSC_FALSE);
+  PetscCall(GetFields(pts, PETSC_TRUE, at));
+  PetscCall(SendPoints(s, bytes, nsend, owner, out, &nrecv, &in));
+  if (nrecv > nsend) PetscCall(MPMPointsSetSize(pts, n + nrecv - nsend));
+  PetscCall(GetFields(pts, PETSC_FALSE, at));
+  for (PetscInt q = 0; q < nrecv; q++) PackPoint(pts, at, q < nsend ? which[q] : n + q - nsend, in + q * bytes, PETSC_TRUE);
+  for (PetscInt q = nsend; q > nrecv; q--) { /* the last points move into the holes that are left, the last hole first */
+    const PetscInt hole = which[q - 1], last = n - 1 - (nsend - q);
+
+    if (hole == last) continue;
+    PackPoint(pts, at, last, out, PETSC_FALSE);
+    PackPoint(pts, at, hole, out, PETSC_TRUE);
+  }
+  PetscCall(GetFields(pts, PETSC_TRUE, at));
+  if (nrecv < nsend) PetscCall(MPMPointsSetSize(pts, n + nrecv - nsend));
+  PetscCall(LocateFrom(mpm, 0));
+  PetscCall(PetscFree(in));
+  PetscCall(PetscFree2(out, sorted));
+  PetscCall(PetscFree(which));
+  PetscCall(PetscFree(owner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,221 @@
+/* partition.c - how the grid is cut into boxes, one a process.
+
+   Bodies fill a part of the grid, so equal boxes leave processes idle: two disks on 32 processes cost 3.6 times the
+   mean. Here every process grid px x py x pz (strips included) is tried with cuts at the quantiles of the points, and
+   the one of the smallest predicted step is taken. Input is a histogram of the points over the nodes, equal on every
+   process, so all choose the same without a message. docs/performance.md has the model.                              */
+#include "mpm.h"
+
+/* Cost of a step by the model, ns: per own point, per halo point (summed again, sent), per own node, per neighbour. */
+static const PetscReal ns_point = 70, ns_halo = 40, ns_node = 4, ns_neighbour = 2500;
+
+#define MPM_MAX_BINS ((PetscInt)1 << 21)
+
+/* A histogram of bins as fine as memory allows: `coarse` nodes a bin. Not collective. */
+PetscErrorCode MPMHistogramCreate(const MPMGrid *grid, MPMBasis basis, MPMHistogram *h)
+{
+  PetscReal bins = PETSC_MAX_REAL;
+
+  PetscFunctionBeginUser;
+  h->dim     = grid->dim;
+  h->stencil = MPMBasisNodes(basis);
+  for (h->coarse = 1; bins > MPM_MAX_BINS; h->coarse *= 2) {
+    bins = 1;
+    for (PetscInt d = 0; d < 3; d++) {
+      h->nodes[d] = d < grid->dim ? grid->cells[d] + 1 + 2 * grid->layers : 1;
+      h->n[d]     = (h->nodes[d] + h->coarse - 1) / h->coarse;
+      bins *= h->n[d];
+    }
+    if (bins <= MPM_MAX_BINS) break;
+  }
+  PetscCall(PetscCalloc1((h->n[0] + 1) * (h->n[1] + 1) * (h->n[2] + 1), &h->table));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMHistogramDestroy(MPMHistogram *h)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(h->table));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscInt64 *Entry(const MPMHistogram *h, PetscInt i, PetscInt j, PetscInt k)
+{
+  return h->table + (k * (h->n[1] + 1) + j) * (h->n[0] + 1) + i;
+}
+
+/* Counts a point whose stencil starts at node `base` (from 0, layers included). */
+void MPMHistogramAdd(MPMHistogram *h, const PetscInt base[])
+{
+  PetscInt b[3] = {0};
+
+  for (PetscInt d = 0; d < h->dim; d++) b[d] = base[d] / h->coarse;
+  (*Entry(h, b[0] + 1, b[1] + 1, b[2] + 1))++;
+}
+
+/* Sums over comm and turns counts into the summed-area table. Collective on comm. */
+PetscErrorCode MPMHistogramFinish(MPMHistogram *h, MPI_Comm comm)
+{
+  const PetscInt *n = h->n;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, h->table, (PetscMPIInt)((n[0] + 1) * (n[1] + 1) * (n[2] + 1)), MPIU_INT64, MPI_SUM, comm));
+  for (PetscInt d = 0; d < 3; d++)
+    for (PetscInt k = d == 2; k <= n[2]; k++)
+      for (PetscInt j = d == 1; j <= n[1]; j++)
+        for (PetscInt i = d == 0; i <= n[0]; i++) *Entry(h, i, j, k) += *Entry(h, i - (d == 0), j - (d == 1), k - (d == 2));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Points whose base lies in the box of bins [lo, hi). */
+static PetscInt64 Count(const MPMHistogram *h, const PetscInt lo[3], const PetscInt hi[3])
+{
+  PetscInt64 sum = 0;
+
+  for (int corner = 0; corner < 8; corner++) {
+    const PetscInt i = corner & 1 ? lo[0] : hi[0], j = corner & 2 ? lo[1] : hi[1], k = corner & 4 ? lo[2] : hi[2];
+
+    sum += ((corner ^ (corner >> 1) ^ (corner >> 2)) & 1 ? -1 : 1) * *Entry(h, i, j, k);
+  }
+  return sum;
+}
+
+/* Is there a way to give every process at least `least` bins on each axis? */
+static PetscBool Fits(const MPMHistogram *h, const PetscInt p[3])
+{
+  for (PetscInt d = 0; d < 3; d++) {
+    const PetscInt least = d < h->dim ? (h->stencil - 2 + h->coarse) / h->coarse : 1;
+
+    if (p[d] * PetscMax(1, least) > h->n[d]) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
+/* Cuts axis d into p[d] parts, into l (in nodes): at quantiles of the points, or into equal parts. */
+static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPartition *part)
+{
+  const PetscInt  p = part->p[d], least = PetscMax(1, (h->stencil - 2 + h->coarse) / h->coarse);
+  PetscInt        lo[3] = {0, 0, 0}, hi[3] = {h->n[0], h->n[1], h->n[2]}, from = 0;
+  const PetscReal total = (PetscReal)Count(h, lo, hi), node = weighted ? ns_node / ns_point * h->nodes[0] * h->nodes[1] * h->nodes[2] / h->n[d] : 1;
+
+  for (PetscInt r = 0; r < p; r++) {
+    const PetscReal goal = ((weighted ? total : 0) + node * h->n[d]) * (r + 1) / p;
+    PetscInt        to   = from + least;
+    const PetscInt  last = h->n[d] - least * (p - 1 - r);
+    PetscReal       before, after = 0;
+
+    for (;; to++) { /* the cut whose weight below is nearest to the goal */
+      before = after;
+      hi[d]  = to;
+      after  = (weighted ? (PetscReal)Count(h, lo, hi) : 0) + node * to;
+      if (to >= last || after >= goal) break;
+    }
+    if (to > from + least && goal - before < after - goal) to--;
+    if (r == p - 1) to = h->n[d];
+    part->l[d][r] = PetscMin(to * h->coarse, h->nodes[d]) - from * h->coarse;
+    from          = to;
+  }
+}
+
+/* Predicted seconds of a step: of the slowest process. imbalance: largest over mean number of points. */
+PetscReal MPMPartitionCost(const MPMHistogram *h, const MPMPartition *part, PetscReal *imbalance)
+{
+  PetscReal  worst = 0;
+  PetscInt64 most = 0, all;
+  PetscInt   lo[3], hi[3], zero[3] = {0}, at[3];
+
+  all = Count(h, zero, h->n);
+  for (PetscInt k = at[2] = 0; k < part->p[2]; at[2] += part->l[2][k++])
+    for (PetscInt j = at[1] = 0; j < part->p[1]; at[1] += part->l[1][j++])
+      for (PetscInt i = at[0] = 0; i < part->p[0]; at[0] += part->l[0][i++]) {
+        const PetscInt ijk[3]     = {i, j, k};
+        PetscReal      nodes      = 1;
+        PetscInt       neighbours = 1;
+        PetscInt64     own, halo;
+
+        for (PetscInt d = 0; d < 3; d++) {
+          const PetscInt to = at[d] + part->l[d][ijk[d]];
+
+          lo[d] = at[d] / h->coarse;
+          hi[d] = (to + h->coarse - 1) / h->coarse;
+          nodes *= part->l[d][ijk[d]];
+          neighbours *= 1 + (ijk[d] > 0) + (ijk[d] < part->p[d] - 1);
+        }
+        own = Count(h, lo, hi);
+        for (PetscInt d = 0; d < h->dim; d++) lo[d] = PetscMax(0, (at[d] - (h->stencil - 1)) / h->coarse);
+        halo  = Count(h, lo, hi) - own;
+        most  = PetscMax(most, own);
+        worst = PetscMax(worst, ns_point * (PetscReal)own + ns_halo * (PetscReal)halo + ns_node * nodes + ns_neighbour * (neighbours - 1));
+      }
+  if (imbalance) *imbalance = all ? (PetscReal)most * (part->p[0] * part->p[1] * part->p[2]) / (PetscReal)all : 1;
+  return 1e-9 * worst;
+}
+
+PetscErrorCode MPMPartitionDestroy(MPMPartition *part)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 3; d++) PetscCall(PetscFree(part->l[d]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Surface of the boxes of a process grid in cells: the most compact has the least. */
+static PetscReal Surface(const MPMHistogram *h, const PetscInt p[3])
+{
+  PetscReal s = 0;
+
+  for (PetscInt d = 0; d < h->dim; d++) {
+    PetscReal area = p[d] - 1;
+    for (PetscInt e = 0; e < h->dim; e++) area *= e == d ? 1 : h->nodes[e];
+    s += area;
+  }
+  return s;
+}
+
+/* Chooses the partition for `size` processes: MPM_BALANCE_NONE the most compact process grid with equal parts, else the
+   smallest predicted step over all process grids. All processes with the same histogram choose the same. Fails with
+   PETSC_ERR_ARG_SIZ if none fits (callers ask MPMPartitionLargest first). Not collective.                            */
+PetscErrorCode MPMPartitionChoose(const MPMHistogram *h, PetscMPIInt size, MPMBalance balance, MPMPartition *best)
+{
+  MPMPartition trial = {0};
+  PetscReal    lowest = PETSC_MAX_REAL;
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 3; d++) {
+    PetscCall(PetscMalloc1(size, &trial.l[d]));
+    PetscCall(PetscMalloc1(size, &best->l[d]));
+  }
+  for (trial.p[2] = 1; trial.p[2] <= size; trial.p[2]++)
+    for (trial.p[1] = 1; trial.p[1] * trial.p[2] <= size; trial.p[1]++) {
+      PetscReal cost;
+
+      trial.p[0] = size / (trial.p[1] * trial.p[2]);
+      if (trial.p[0] * trial.p[1] * trial.p[2] != size || !Fits(h, trial.p)) continue;
+      for (PetscInt d = 0; d < 3; d++) CutAxis(h, d, balance == MPM_BALANCE_NONE ? PETSC_FALSE : PETSC_TRUE, &trial);
+      trial.predicted = MPMPartitionCost(h, &trial, &trial.imbalance);
+      cost            = balance == MPM_BALANCE_NONE ? Surface(h, trial.p) : trial.predicted;
+      if (cost >= lowest) continue;
+      lowest          = cost;
+      best->predicted = trial.predicted;
+      best->imbalance = trial.imbalance;
+      for (PetscInt d = 0; d < 3; d++) {
+        best->p[d] = trial.p[d];
+        PetscCall(PetscArraycpy(best->l[d], trial.l[d], trial.p[d]));
+      }
+    }
+  PetscCall(MPMPartitionDestroy(&trial));
+  PetscCheck(lowest < PETSC_MAX_REAL, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "no process grid of %d fits %" PetscInt_FMT "x%" PetscInt_FMT "x%" PetscInt_FMT " nodes", size, h->nodes[0], h->nodes[1], h->nodes[2]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The largest number of processes, up to `size`, into which the grid can be cut. */
+PetscInt MPMPartitionLargest(const MPMGrid *grid, MPMBasis basis, PetscInt size)
+{
+  PetscInt most[3] = {1, 1, 1};
+
+  for (PetscInt d = 0; d < grid->dim; d++) most[d] = (grid->cells[d] + 1 + 2 * grid->layers) / PetscMax(1, MPMBasisNodes(basis) - 1);
+  for (; size > 1; size--)
+    for (PetscInt pz = 1; pz <= PetscMin(size, most[2]); pz++)
+      for (PetscInt py = 1; py <= most[1] && py * pz <= size; py++)
+        if (size % (py * pz) == 0 && size / (py * pz) <= most[0]) return size;
+  return 1;
+}

@@ -1,0 +1,161 @@
+/* unit_tensor.c - the logarithm, the floor and the small matrices, against long double and against plain loops.       */
+#include "mpm.h"
+#include "unit.h"
+
+/* Error of MPMLog in units of the last place of the result. */
+static void Log(PetscReal x)
+{
+  const PetscReal   got   = MPMLog(x);
+  const long double exact = logl((long double)x);
+  const PetscReal   near  = PetscAbsReal((PetscReal)exact);
+  int               e;
+
+  UnitContext("x = %.17g = %a", x, x);
+  if (exact == 0) {
+    CHECK_EQ(got, 0);
+    return;
+  }
+  frexp(near, &e);
+  CHECK_LE(fabsl(got - exact) / ldexpl(1, e - 53), 1.0L);
+}
+
+static void TestLog(void)
+{
+  PetscReal last = -INFINITY;
+
+  for (int k = 0; k < 300000; k++) Log(UnitReal(0.5, 1) * ldexp(1, UnitInt(1992) - 996)); /* 1e-300 .. 1e300 */
+  for (int k = 0; k < 100000; k++) Log(UnitReal(0.5, 2));
+  for (int k = 0; k < 100000; k++) Log(1 + UnitReal(-1, 1) * ldexp(1, -UnitInt(52)));
+  for (int k = -2000; k <= 2000; k++) {
+    Log(UnitStep(1, k));
+    Log(UnitStep(PETSC_SQRT2, k)); /* where the reduced argument jumps */
+    Log(UnitStep(PETSC_SQRT2 / 2, k));
+  }
+  for (int k = -1022; k <= 1023; k++)
+    for (int j = -2; j <= 2; j++)
+      if (k > -1022 || j >= 0) Log(UnitStep(ldexp(1, k), j));
+  Log(DBL_MIN);
+  Log(DBL_MAX);
+  CHECK_EQ(MPMLog(1), 0);
+  UnitContext("steps in x");
+  for (int k = -2000; k <= 2000; k++) { /* monotonic where ln is steep enough */
+    CHECK_GE(MPMLog(UnitStep(1, k)), last);
+    last = MPMLog(UnitStep(1, k));
+  }
+}
+
+static void Floor(PetscReal x)
+{
+  UnitContext("x = %.17g", x);
+  CHECK_EQ((PetscReal)MPMFloor(x), floor(x));
+}
+
+static void TestFloor(void)
+{
+  for (int k = 0; k < 100000; k++) Floor(UnitReal(-1e6, 1e6));
+  for (int k = 0; k < 100000; k++) Floor(UnitReal(-3, 3));
+  for (PetscInt i = -100; i <= 100; i++)
+    for (int k = -3; k <= 3; k++) {
+      Floor(UnitStep(i, k));
+      Floor(UnitStep(1e9 + i, k));
+      Floor(UnitStep(-1e9 + i, k));
+    }
+  Floor(-0.0);
+  Floor(DBL_TRUE_MIN);
+  Floor(-DBL_TRUE_MIN);
+}
+
+/* Determinant by permutations, and the sum of the absolute terms. */
+static long double Det(int dim, const PetscReal *F, long double *size)
+{
+  long double det = 0;
+
+  *size = 0;
+  for (int a = 0; a < dim; a++)
+    for (int b = 0; b < (dim > 1 ? dim : 1); b++)
+      for (int c = 0; c < (dim > 2 ? dim : 1); c++) {
+        long double term = F[a];
+        int         sign = 1;
+
+        if (dim > 1 && (a == b || (dim > 2 && (c == a || c == b)))) continue;
+        if (dim > 1) term *= F[dim + b];
+        if (dim > 2) term *= F[2 * dim + c];
+        if (dim == 2) sign = a < b ? 1 : -1;
+        if (dim == 3) sign = (b - a + 3) % 3 == 1 ? 1 : -1;
+        det += sign * term;
+        *size += fabsl(term);
+      }
+  return det;
+}
+
+static void Matrices(int dim, const PetscReal *F, const PetscReal *L, PetscReal dt)
+{
+  PetscReal         b[6], G[9];
+  long double       size;
+  const long double det = Det(dim, F, &size);
+
+  UnitContext("dim %d, F = %g %g %g ...", dim, F[0], F[1], F[2]);
+  CHECK_LE(fabsl(MPMDet(dim, F) - det), 4 * DBL_EPSILON * size);
+  MPMLeftCauchyGreen(dim, F, b);
+  for (int d = 0; d < 3; d++)
+    for (int e = 0; e < 3; e++) {
+      long double s = 0, sum = 0;
+
+      if (d < dim && e < dim)
+        for (int k = 0; k < dim; k++) {
+          s += (long double)F[d * dim + k] * F[e * dim + k];
+          sum += fabsl((long double)F[d * dim + k] * F[e * dim + k]);
+        }
+      else s = d == e ? 1 : 0;
+      CHECK_LE(fabsl(b[MPMSymIndex(d, e)] - s), 3 * DBL_EPSILON * sum);
+    }
+  memcpy(G, F, sizeof G);
+  MPMDeform(dim, dt, L, G);
+  for (int d = 0; d < dim; d++)
+    for (int e = 0; e < dim; e++) {
+      long double s = F[d * dim + e], sum = fabsl(s);
+
+      for (int k = 0; k < dim; k++) {
+        s += (long double)dt * L[d * dim + k] * F[k * dim + e];
+        sum += fabsl((long double)dt * L[d * dim + k] * F[k * dim + e]);
+      }
+      CHECK_LE(fabsl(G[d * dim + e] - s), 5 * DBL_EPSILON * sum);
+    }
+}
+
+static void TestMatrices(void)
+{
+  static const int index[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}}; /* xx xy xz yy yz zz */
+
+  for (int d = 0; d < 3; d++)
+    for (int e = 0; e < 3; e++) CHECK_EQ(MPMSymIndex(d, e), index[d][e]);
+  for (int dim = 1; dim <= 3; dim++)
+    for (int k = 0; k < 20000; k++) {
+      const PetscReal scale = ldexp(1, UnitInt(60) - 30);
+      PetscReal       F[9], L[9];
+
+      for (int i = 0; i < 9; i++) {
+        F[i] = k % 2 ? UnitReal(-scale, scale) : (i % (dim + 1) == 0) + UnitReal(-0.1, 0.1);
+        L[i] = UnitReal(-1, 1);
+      }
+      Matrices(dim, F, L, UnitReal(0, 1));
+      { /* det(A F) = det A det F, with A = I + dt L */
+        PetscReal A[9], G[9], bound = dim == 3 ? 6 : dim;
+
+        for (int i = 0; i < 9; i++) A[i] = i % (dim + 1) == 0;
+        memcpy(G, F, sizeof G);
+        MPMDeform(dim, 0.5, L, A);
+        MPMDeform(dim, 0.5, L, G);
+        bound *= 64 * DBL_EPSILON * PetscPowReal(PetscMax(scale, 2.0) * 3, dim);
+        CHECK_NEAR(MPMDet(dim, G), MPMDet(dim, A) * MPMDet(dim, F), bound);
+      }
+    }
+}
+
+int main(void)
+{
+  TestLog();
+  TestFloor();
+  TestMatrices();
+  return UnitEnd();
+}
