@@ -10,9 +10,6 @@
 #include "transfer.h"
 #include "exchange_spatial.h"
 
-/* Fields that are constant in a step: a halo point gets them once. */
-#define MPM_STEADY (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(kind))
-
 /* --- Who is where ---------------------------------------------------------------------------------------------- */
 
 /* The process that owns cell `base` (a node of the grid). */
@@ -141,164 +138,6 @@ static PetscErrorCode SetUp_Spatial(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- Halo points ------------------------------------------------------------------------------------------------- */
-
-/* Lists the points of the cells that neighbour `to` needs, in (cell, id) order, from the order of the points. */
-static PetscErrorCode ListPoints(MPM mpm, MPMNeighbour *to)
-{
-  const MPMPatch  *patch = &mpm->exchange.patch;
-  const MPMPoints *pts   = &mpm->points;
-
-  PetscFunctionBeginUser;
-  for (int pass = 0; pass < 2; pass++) {
-    to->n = 0;
-    for (PetscInt k = to->lo[2]; k < to->hi[2]; k++)
-      for (PetscInt j = to->lo[1]; j < to->hi[1]; j++) {
-        const PetscInt row = ((k - patch->lo[2]) * patch->n[1] + j - patch->lo[1]) * patch->n[0] - patch->lo[0];
-        const PetscInt a = pts->start[row + to->lo[0]], b = pts->start[row + to->hi[0]];
-
-        if (pass) PetscCall(PetscArraycpy(to->list + to->n, pts->order + a, b - a));
-        to->n += b - a;
-      }
-    if (!pass && to->n > to->capacity) {
-      to->capacity = to->n + to->n / 4 + 64;
-      PetscCall(PetscFree(to->list));
-      PetscCall(PetscMalloc1(to->capacity, &to->list));
-    }
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Bytes of these fields of a point. */
-static PetscInt FieldBytes(const MPMPoints *points, PetscInt fields)
-{
-  PetscInt bytes = 0;
-
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (points->present[f] && (fields & (1 << f))) bytes += points->bytes[f];
-  return bytes;
-}
-
-static PetscErrorCode Grow(char **buffer, size_t *capacity, size_t need)
-{
-  PetscFunctionBeginUser;
-  if (need <= *capacity) PetscFunctionReturn(PETSC_SUCCESS);
-  *capacity = need + need / 4 + 4096;
-  PetscCall(PetscFree(*buffer));
-  PetscCall(PetscMalloc(*capacity, buffer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sends fields of my listed points and receives those of the halo points: one message a neighbour. */
-static PetscErrorCode ExchangeFields(MPM mpm, MPMSpatial *s, PetscInt fields)
-{
-  const MPMPoints *pts   = &mpm->points;
-  const size_t     bytes = (size_t)FieldBytes(pts, fields);
-  void            *own[MPM_NUM_FIELDS] = {NULL};
-  MPI_Request      request[2 * MPM_MAX_NEIGHBOURS];
-  size_t           need = 0, at = 0;
-  int              n = 0;
-
-  PetscFunctionBeginUser;
-  for (int k = 0; k < s->nto; k++) need += bytes * (size_t)s->to[k].n;
-  PetscCall(Grow(&s->out, &s->out_capacity, need));
-  PetscCall(Grow(&s->in, &s->in_capacity, bytes * (size_t)s->nhalo));
-  for (int k = 0; k < s->nfrom; k++) {
-    PetscMPIInt len;
-
-    PetscCall(PetscMPIIntCast((PetscInt)(bytes * (size_t)s->from[k].n), &len));
-    if (len) PetscCallMPI(MPI_Irecv(s->in + at, len, MPI_BYTE, s->from[k].rank, 1, s->comm, &request[n++]));
-    at += (size_t)len;
-  }
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (pts->present[f] && (fields & (1 << f))) PetscCall(DMSwarmGetField(pts->swarm, MPMFields[f].name, NULL, NULL, &own[f]));
-  at = 0;
-  for (int k = 0; k < s->nto; k++) {
-    char *message = s->out + at;
-
-    for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-      const PetscInt b = pts->bytes[f];
-
-      if (!own[f]) continue;
-      for (PetscInt q = 0; q < s->to[k].n; q++, at += (size_t)b) memcpy(s->out + at, (char *)own[f] + s->to[k].list[q] * b, (size_t)b);
-    }
-    if (s->to[k].n) PetscCallMPI(MPI_Isend(message, (PetscMPIInt)(s->out + at - message), MPI_BYTE, s->to[k].rank, 1, s->comm, &request[n++]));
-  }
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (own[f]) PetscCall(DMSwarmRestoreField(pts->swarm, MPMFields[f].name, NULL, NULL, &own[f]));
-  PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
-  at = 0;
-  for (int k = 0, first = 0; k < s->nfrom; first += (int)s->from[k++].n)
-    for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-      const size_t len = (size_t)(s->from[k].n * pts->bytes[f]);
-
-      if (!pts->present[f] || !(fields & (1 << f))) continue;
-      memcpy((char *)s->halo[f] + (size_t)first * (size_t)pts->bytes[f], s->in + at, len);
-      at += len;
-    }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Tells the neighbours how many points come, and makes room for theirs. */
-static PetscErrorCode ExchangeCounts(MPM mpm, MPMSpatial *s)
-{
-  MPI_Request request[2 * MPM_MAX_NEIGHBOURS];
-  int         n = 0;
-
-  PetscFunctionBeginUser;
-  for (int k = 0; k < s->nfrom; k++) PetscCallMPI(MPI_Irecv(&s->from[k].n, 1, MPIU_INT, s->from[k].rank, 2, s->comm, &request[n++]));
-  for (int k = 0; k < s->nto; k++) PetscCallMPI(MPI_Isend(&s->to[k].n, 1, MPIU_INT, s->to[k].rank, 2, s->comm, &request[n++]));
-  PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
-  s->nhalo = 0;
-  for (int k = 0; k < s->nfrom; k++) s->nhalo += s->from[k].n;
-  if (s->nhalo > s->halo_capacity) {
-    s->halo_capacity = s->nhalo + s->nhalo / 4 + 64;
-    for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-      if (!mpm->points.present[f]) continue;
-      PetscCall(PetscFree(s->halo[f]));
-      PetscCall(PetscMalloc(s->halo_capacity * mpm->points.bytes[f], &s->halo[f]));
-    }
-  }
-  if (s->nhalo + mpm->points.n > s->order_capacity) {
-    s->order_capacity = (s->nhalo + mpm->points.n) * 5 / 4 + 64;
-    PetscCall(PetscFree(s->order));
-    PetscCall(PetscMalloc1(s->order_capacity, &s->order));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* order = own and halo points by (cell, id). A cell's points all come from one process, each process sends its own in
-   that order, so this is a counting sort without comparisons.                                                        */
-static PetscErrorCode MergeOrder(MPM mpm, MPMSpatial *s)
-{
-  const MPMPoints *pts    = &mpm->points;
-  MPMPatch        *patch  = &mpm->exchange.patch;
-  const PetscInt   dim    = mpm->grid.dim, ncells = MPMPatchCells(patch);
-  const PetscReal *x      = (const PetscReal *)s->halo[MPM_FIELD_INDEX_x];
-  PetscInt        *cell   = (PetscInt *)s->halo[MPM_FIELD_INDEX_cell], at = 0;
-
-  PetscFunctionBeginUser;
-  if (!s->start) PetscCall(PetscMalloc1(ncells + 1, &s->start));
-  PetscCall(PetscArrayzero(s->start, ncells + 1));
-  for (PetscInt p = 0; p < s->nhalo; p++) {
-    PetscReal xi[3];
-    PetscInt  base[3] = {0};
-
-    (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, x + p * dim, xi, base);
-    cell[p] = MPMNodeIndex((int)dim, patch, base);
-    s->start[cell[p] + 1]++;
-  }
-  for (PetscInt c = 0; c < ncells; c++) s->start[c + 1] += s->start[c] + (pts->start[c + 1] - pts->start[c]);
-  for (PetscInt c = 0; c < ncells; c++) {
-    at = s->start[c];
-    for (PetscInt q = pts->start[c]; q < pts->start[c + 1]; q++) s->order[at++] = pts->order[q];
-  }
-  for (PetscInt p = 0; p < s->nhalo; p++) s->order[s->start[cell[p]]++] = pts->n + p;
-  for (PetscInt p = 0; p < s->nhalo; p++) s->start[cell[p]]--;
-  MPMPatchMarkRows(patch, s->start);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* --- The functions of the table ------------------------------------------------------------------------------------ */
 
 /* -parallel_sums roundoff: adds the partial sums of all processes. Their order depends on the number of processes. */
@@ -317,6 +156,14 @@ static PetscErrorCode AddPartialSums(MPM mpm, MPMSpatial *s)
   PetscCall(VecResetArray(local));
   PetscCall(DMRestoreGlobalVector(s->sums, &global));
   PetscCall(DMRestoreLocalVector(s->sums, &local));
+  for (PetscInt i = 0; i < MPMPatchCells(patch); i++) { /* halo nodes start from 0 again, so that the next phase adds nothing twice */
+    const PetscInt ijk[3] = {i % patch->n[0] + patch->lo[0], i / patch->n[0] % patch->n[1] + patch->lo[1], i / (patch->n[0] * patch->n[1]) + patch->lo[2]};
+    PetscBool      own    = PETSC_TRUE;
+
+    for (PetscInt d = 0; d < 3; d++)
+      if (ijk[d] < patch->own_lo[d] || ijk[d] >= patch->own_lo[d] + patch->own_n[d]) own = PETSC_FALSE;
+    if (!own) PetscCall(PetscArrayzero(patch->sum + i * MPM_SUM_NC(mpm->grid.dim), MPM_SUM_NC(mpm->grid.dim)));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -328,7 +175,7 @@ static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
   const PetscInt fields = phase->points_in | phase->points_out;
 
   PetscFunctionBeginUser;
-  if (phase->kind == MPM_POINTS_TO_NODES && !ex->roundoff) PetscCall(ExchangeFields(mpm, s, phase->points_in & ~MPM_STEADY));
+  if (phase->kind == MPM_POINTS_TO_NODES && !ex->roundoff) PetscCall(MPMHaloExchange(mpm, s, phase->points_in & ~MPM_STEADY));
   PetscCall(MPMPointsGetView(&mpm->points, fields, &patch->points));
   PetscCall(PetscMemzero(&patch->halo, sizeof patch->halo));
   patch->halo.n = s->nhalo;
@@ -366,8 +213,8 @@ static PetscErrorCode Reduce_Spatial(MPM mpm, MPMStatus *status)
   MPMSpatial *s = (MPMSpatial *)mpm->exchange.ctx;
 
   PetscFunctionBeginUser;
-  status->n   = mpm->points.n;
-  status->ids = s->ids;
+  status->n = status->most = mpm->points.n;
+  status->ids              = s->ids;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, status, 1, s->status_type, s->status_op, s->comm));
   if (!s->all_ids) s->all_ids = status->ids;
   if (status->n != mpm->points.total || status->ids != s->all_ids) {
@@ -379,12 +226,69 @@ static PetscErrorCode Reduce_Spatial(MPM mpm, MPMStatus *status)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Cuts the grid anew for the points as they are, if the model sees a gain of a few per cent. Collective. */
+static PetscErrorCode Recut(MPM mpm)
+{
+  MPMExchange   *ex  = &mpm->exchange;
+  MPMSpatial    *s   = (MPMSpatial *)ex->ctx;
+  const PetscInt dim = mpm->grid.dim, fields = MPM_BIT(x) | MPM_BIT(cell);
+  MPMPartition   part = {0};
+  PetscMPIInt    size;
+  MPMHistogram   h;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(s->comm, &size));
+  PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, &h));
+  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+  for (PetscInt p = 0; p < view.n; p++) {
+    PetscReal xi[3];
+    PetscInt  base[3] = {0};
+
+    (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, view.x + p * dim, xi, base);
+    for (PetscInt d = 0; d < dim; d++) base[d] += mpm->grid.layers;
+    MPMHistogramAdd(&h, base);
+  }
+  PetscCall(MPMHistogramFinish(&h, s->comm));
+  PetscCall(MPMPartitionChoose(&h, size, MPM_BALANCE_AUTO, &part));
+  if (part.predicted < 0.97 * MPMPartitionCost(&h, &ex->partition, &ex->partition.imbalance)) {
+    PetscCall(TearDownPartition(mpm));
+    PetscCall(MPMPartitionDestroy(&ex->partition));
+    ex->partition = part;
+    PetscCall(SetUpPartition(mpm));
+    for (PetscInt p = 0; p < view.n; p++) {
+      PetscInt base[3] = {0};
+
+      view.cell[p] = MPMOwnCell((int)dim, mpm->basis, &ex->patch, view.x + p * dim, base);
+    }
+    mpm->status.left = mpm->status.moved = 1; /* on every process: all migrate and sort */
+    s->cuts++;
+  } else PetscCall(MPMPartitionDestroy(&part));
+  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+  PetscCall(MPMHistogramDestroy(&h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* -parallel_balance auto: is it time to look for better cuts? When what was lost to the most loaded process since the
+   last look exceeds what a cut costs, both by the model: wall times would differ between processes.                   */
+static PetscBool TimeToRecut(MPM mpm)
+{
+  MPMSpatial     *s    = (MPMSpatial *)mpm->exchange.ctx;
+  const PetscReal mean = (PetscReal)mpm->points.total / (s->p[0] * s->p[1] * s->p[2]);
+
+  s->lost += 70e-9 * ((PetscReal)mpm->status.most - mean * PetscMax(1, mpm->exchange.partition.imbalance));
+  if (s->lost < 5e-3 + 500e-9 * mean) return PETSC_FALSE;
+  s->lost = 0;
+  return PETSC_TRUE;
+}
+
 static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
 {
   MPMExchange *ex = &mpm->exchange;
   MPMSpatial  *s  = (MPMSpatial *)ex->ctx;
 
   PetscFunctionBeginUser;
+  if (!anew && ex->balance == MPM_BALANCE_AUTO && TimeToRecut(mpm)) PetscCall(Recut(mpm));
   if (!anew && mpm->status.left) { /* of any process: all migrate or none */
     PetscCall(ex->direct ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
@@ -393,10 +297,7 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
     PetscCall(MPMPointsLocate(&mpm->points, &ex->patch));
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
   } else if (mpm->status.moved) PetscCall(MPMPointsSort(&mpm->points, &ex->patch));
-  for (int k = 0; k < s->nto; k++) PetscCall(ListPoints(mpm, &s->to[k]));
-  PetscCall(ExchangeCounts(mpm, s));
-  PetscCall(ExchangeFields(mpm, s, MPM_STEADY));
-  PetscCall(MergeOrder(mpm, s));
+  PetscCall(MPMHaloUpdate(mpm, s));
   if (ex->roundoff) memset(ex->patch.row, 1, (size_t)(ex->patch.n[1] * ex->patch.n[2]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,10 +1,13 @@
-/* exchange_spatial.h - what the files of the spatial decomposition share: exchange_spatial.c and migrate.c.           */
+/* exchange_spatial.h - what the files of the spatial decomposition share: exchange_spatial.c, halo.c and migrate.c.          */
 #ifndef MPM_EXCHANGE_SPATIAL_H
 #define MPM_EXCHANGE_SPATIAL_H
 
 #include "mpm.h"
 
 #define MPM_MAX_NEIGHBOURS 7 /* lower, or upper, sides of a box in 3-D */
+
+/* Fields that are constant in a step: a halo point gets them once. */
+#define MPM_STEADY (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(kind))
 
 typedef struct {
   PetscMPIInt rank;
@@ -26,8 +29,12 @@ typedef struct {
   size_t       out_capacity, in_capacity;
   PetscInt64   ids, all_ids;         /* fingerprint of the points here, and of all at the start */
   DM           sums;                 /* of -parallel_sums roundoff */
+  PetscReal    lost;                 /* s lost to imbalance since the cuts were last looked at, by the model */
+  PetscInt     cuts;                 /* how often the grid was cut anew */
 } MPMSpatial;
 
+PetscErrorCode MPMHaloUpdate(MPM, MPMSpatial *);
+PetscErrorCode MPMHaloExchange(MPM, MPMSpatial *, PetscInt fields);
 PetscMPIInt    MPMSpatialOwner(const MPMSpatial *, PetscInt dim, const PetscInt base[]);
 PetscErrorCode MPMMigrateSwarm(MPM, MPMSpatial *);
 PetscErrorCode MPMMigrateDirect(MPM, MPMSpatial *);

@@ -143,6 +143,7 @@ typedef struct {
   PetscReal  v2, c2;   /* largest squared speed of a point and of a wave, m^2/s^2 */
   PetscInt64 moved;    /* points that changed cell */
   PetscInt64 left;     /* points that left the patch */
+  PetscInt64 most;     /* points of the process that has most */
   PetscInt64 n, ids;   /* points there are, and the sum of their ids' hashes: nothing may get lost on the way */
 } MPMStatus;
 

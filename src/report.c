@@ -71,6 +71,24 @@ static PetscErrorCode PrintMethod(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* How the work is divided, when there is someone to divide it with. */
+static PetscErrorCode PrintParallel(MPM mpm)
+{
+  const MPMPartition *part = &mpm->exchange.partition;
+  PetscMPIInt         size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
+  if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMPrint(mpm, "parallel   %d processes, %s", size, mpm->exchange.type->name));
+  if (part->p[0]) {
+    for (PetscInt d = 0; d < mpm->grid.dim; d++) PetscCall(MPMPrint(mpm, "%s%" PetscInt_FMT, d ? "x" : " ", part->p[d]));
+    PetscCall(MPMPrint(mpm, ", particles max/mean %.3f, by the model %.3g s a step", (double)part->imbalance, (double)part->predicted));
+  }
+  PetscCall(MPMPrint(mpm, "\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* What the user should know before time is spent. */
 static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
 {
@@ -94,6 +112,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
   PetscCall(PrintScene(mpm));
   PetscCall(PrintFields(mpm));
   PetscCall(PrintMethod(mpm));
+  PetscCall(PrintParallel(mpm));
   PetscCall(MPMPrint(mpm, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g h/(c+|v|)\n", (double)c, (double)v, (double)dt, (double)(dt * (c + v) / h)));
   steps = PetscMin(PetscCeilReal(mpm->time_end / dt), (PetscReal)mpm->max_steps);
   if (mpm->scene.dry_run) {
