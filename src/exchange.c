@@ -33,6 +33,9 @@ PetscErrorCode MPMExchangeSetFromOptions(MPM mpm, MPMOptions o)
     if (!strcmp(balances[k], balance)) ex->balance = (MPMBalance)k;
   for (PetscInt k = 0; MPMExchangeTypes[k]; k++)
     if (!strcmp(MPMExchangeTypes[k]->name, size > 1 ? strategy : "serial")) ex->type = MPMExchangeTypes[k];
+  ex->pool_cells = 16;
+  PetscCall(MPMOptionsInt(o, "pool_cells", NULL, &ex->pool_cells, NULL));
+  if (size > 1 && !strcmp(strategy, "pool") && ex->roundoff) MPMOptionsFail(o, "-parallel_sums roundoff does not apply: the pool always gives bitwise sums");
   if (size > 1 && !strcmp(strategy, "spatial")) {
     const PetscInt largest = MPMPartitionLargest(&mpm->grid, mpm->basis, size);
 

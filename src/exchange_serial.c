@@ -72,5 +72,5 @@ static PetscErrorCode Finish_Serial(MPM mpm)
 }
 
 const MPMExchangeType MPMExchange_serial = {
-  "serial", "one process, one patch", SetUp_Serial, Sweep_Serial, Nodes_Serial, Reduce_Serial, Settle_Serial, Finish_Serial,
+  "serial", "one process, one patch", SetUp_Serial, Sweep_Serial, Nodes_Serial, Reduce_Serial, Settle_Serial, Finish_Serial, PETSC_FALSE, NULL,
 };

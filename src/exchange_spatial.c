@@ -322,5 +322,5 @@ static PetscErrorCode Finish_Spatial(MPM mpm)
 }
 
 const MPMExchangeType MPMExchange_spatial = {
-  "spatial", "spatial decomposition", SetUp_Spatial, Sweep_Spatial, Nodes_Spatial, Reduce_Spatial, Settle_Spatial, Finish_Spatial,
+  "spatial", "spatial decomposition", SetUp_Spatial, Sweep_Spatial, Nodes_Spatial, Reduce_Spatial, Settle_Spatial, Finish_Spatial, PETSC_FALSE, NULL,
 };

@@ -104,6 +104,11 @@ PetscErrorCode MPMSetUp(MPM mpm)
   mpm->params.materials = mpm->scene.materials;
   mpm->params.walls     = mpm->scene.walls;
   PetscCall(mpm->exchange.type->setup(mpm));
+  mpm->exchange.ready = PETSC_TRUE;
+  if (mpm->exchange.data == MPI_COMM_NULL) { /* a worker of the pool: it holds no points */
+    PetscCall(PetscLogStagePop());
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MPMPointsCreate(mpm, &mpm->points, mpm->exchange.data));
   PetscCall(MPMSceneAddPoints(mpm));
   PetscCall(mpm->exchange.type->settle(mpm, PETSC_TRUE));
@@ -165,6 +170,12 @@ PetscErrorCode MPMRun(MPM mpm)
   PetscFunctionBeginUser;
   PetscCall(PetscLogStageRegister("MPM steps", &steps));
   PetscCall(PetscLogStageRegister("MPM output", &output));
+  if (mpm->exchange.data == MPI_COMM_NULL) {
+    PetscCall(PetscLogStagePush(steps));
+    PetscCall(mpm->exchange.type->serve(mpm));
+    PetscCall(PetscLogStagePop());
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MPMReportStart(mpm));
   if (mpm->scene.dry_run) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscLogStagePush(output));
@@ -202,7 +213,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscFunctionBeginUser;
   PetscCall(MPMMonitorDestroy(&(*mpm)->monitor));
   PetscCall(MPMOutputDestroy(*mpm));
-  if ((*mpm)->exchange.da) PetscCall((*mpm)->exchange.type->finish(*mpm));
+  if ((*mpm)->exchange.ready) PetscCall((*mpm)->exchange.type->finish(*mpm));
   PetscCall(MPMPointsDestroy(&(*mpm)->points));
   PetscCall(MPMSceneDestroy(&(*mpm)->scene));
   PetscCall(PetscFree(*mpm));

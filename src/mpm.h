@@ -213,6 +213,7 @@ typedef struct {
   PetscInt    nstart;
 } MPMPoints;
 
+PetscErrorCode MPMPointsLayout(MPM, MPMPoints *);
 PetscErrorCode MPMPointsCreate(MPM, MPMPoints *, MPI_Comm);
 PetscErrorCode MPMPointsSetSize(MPMPoints *, PetscInt n);
 PetscErrorCode MPMPointsGetView(MPMPoints *, PetscInt fields, MPMView *);
@@ -273,6 +274,7 @@ typedef struct {
 
 PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da);
 void           MPMPatchMarkRows(MPMPatch *, const PetscInt *start); /* [cells+1] points of each cell, halo included */
+void           MPMPatchZeroSums(MPMPatch *, PetscInt parts);
 PetscInt       MPMPatchCells(const MPMPatch *);
 PetscErrorCode MPMPatchRun(MPM, MPMPatch *, const MPMPhase *, MPMStatus *);
 PetscErrorCode MPMPatchDestroy(MPMPatch *);
@@ -286,6 +288,8 @@ typedef struct {
   PetscErrorCode (*reduce)(MPM, MPMStatus *);     /* merge the status of all processes: the one reduction of a step */
   PetscErrorCode (*settle)(MPM, PetscBool anew);  /* bring the points home and in order; anew: no cell is known */
   PetscErrorCode (*finish)(MPM);
+  PetscBool farms;                                /* the points' work is done by others */
+  PetscErrorCode (*serve)(MPM);                   /* what a process without data does, until the run ends */
 } MPMExchangeType;
 
 typedef struct {
@@ -297,11 +301,14 @@ typedef struct {
   MPMBalance             balance;
   PetscBool              direct;    /* -parallel_migrate direct */
   PetscBool              roundoff;  /* -parallel_sums roundoff */
+  PetscBool              ready;     /* is set up */
+  PetscInt               pool_cells; /* -pool_cells */
   MPMPartition           partition;
   void                  *ctx;
 } MPMExchange;
 
 extern const MPMExchangeType *const MPMExchangeTypes[]; /* rows of exchange.def, ends with NULL */
+extern const MPMExchangeType        MPMExchange_serial; /* the pool's master does the serial part of the work */
 
 /* ---------------------------------------------------------------------------------------------------------------
    3. Program
@@ -380,7 +387,11 @@ typedef struct {
 
 extern const MPMIntegrator *const MPMIntegrators[]; /* usf usl musl, ends with NULL */
 
-PetscErrorCode MPMStepRegisterEvents(void);
+PetscErrorCode  MPMStepRegisterEvents(void);
+const MPMPhase *MPMPhaseGet(PetscInt number);
+PetscInt        MPMPhaseNumber(const MPMPhase *);
+PetscErrorCode  MPMPhaseBegin(MPM, const MPMPhase *);
+PetscErrorCode  MPMPhaseEnd(MPM, const MPMPhase *, PetscInt npoints);
 PetscErrorCode MPMStep(MPM);            /* t -> t + dt; collective on the exchange */
 PetscErrorCode MPMStepNodes(MPM);       /* mass and velocity of the nodes for the state as it is, for output */
 PetscErrorCode MPMStepBound(MPM);       /* v2 and c2 of the state as it is, into mpm->status */
@@ -456,7 +467,7 @@ struct _p_MPM {
   PetscReal            t, time_end, dt_fixed, dt_cfl; /* s; dt_fixed 0: automatic */
   PetscInt             step, max_steps;
   char                 stop[MPM_TEXT_LEN]; /* why the run has to stop early; empty: it need not */
-  PetscLogDouble       wall_start, wall_report, wall_steps, phase_seconds[MPM_MAX_TIMERS];
+  PetscLogDouble       phase_start, wall_start, wall_report, wall_steps, phase_seconds[MPM_MAX_TIMERS];
 };
 
 PetscErrorCode MPMCreate(MPI_Comm, MPM *);

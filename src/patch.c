@@ -49,7 +49,7 @@ void MPMPatchMarkRows(MPMPatch *patch, const PetscInt *start)
 }
 
 /* Zeroes the sums that the parts will add to, in the rows that points touch. */
-static void ZeroSums(MPMPatch *patch, PetscInt parts)
+void MPMPatchZeroSums(MPMPatch *patch, PetscInt parts)
 {
   const PetscInt dim = patch->grid->dim, nc = MPM_SUM_NC(dim);
   const PetscInt c0 = parts & MPM_P2G_MASS ? 0 : parts & MPM_P2G_MOMENTUM ? 1 : 1 + dim, c1 = parts & MPM_P2G_FORCE ? nc : 1 + dim;
@@ -78,7 +78,7 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMS
     const MPMTransfer run = MPMTransferFind(patch->grid->dim, patch->basis, phase->parts);
 
     PetscCheck(run, PETSC_COMM_SELF, PETSC_ERR_PLIB, "phase %s has no kernel for parts %" PetscInt_FMT, phase->name, phase->parts);
-    if (phase->kind == MPM_POINTS_TO_NODES) ZeroSums(patch, phase->parts);
+    if (phase->kind == MPM_POINTS_TO_NODES) MPMPatchZeroSums(patch, phase->parts);
     run(&mpm->params, patch, status);
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -38,8 +38,8 @@ PetscInt MPMPointsBytes(const MPMPoints *points, PetscBool kept)
   return bytes;
 }
 
-/* Registers the fields that the scene needs, and no more. Collective on comm. */
-PetscErrorCode MPMPointsCreate(MPM mpm, MPMPoints *points, MPI_Comm comm)
+/* Which fields the scene needs, and their bytes. Not collective. */
+PetscErrorCode MPMPointsLayout(MPM mpm, MPMPoints *points)
 {
   const PetscBool present[] = {
 #define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) (present) ? PETSC_TRUE : PETSC_FALSE,
@@ -49,20 +49,29 @@ PetscErrorCode MPMPointsCreate(MPM mpm, MPMPoints *points, MPI_Comm comm)
 
   PetscFunctionBeginUser;
   points->dim = mpm->grid.dim;
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    size_t size;
+
+    PetscCall(PetscDataTypeGetSize(MPMFields[f].type, &size));
+    points->present[f] = present[f];
+    points->bytes[f]   = MPMFieldComponents(f, points->dim) * (PetscInt)size;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Registers the fields that the scene needs, and no more. Collective on comm. */
+PetscErrorCode MPMPointsCreate(MPM mpm, MPMPoints *points, MPI_Comm comm)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMPointsLayout(mpm, points));
   PetscCall(DMCreate(comm, &points->swarm));
   PetscCall(DMSetType(points->swarm, DMSWARM));
   PetscCall(DMSetDimension(points->swarm, points->dim));
   PetscCall(DMSwarmSetType(points->swarm, DMSWARM_BASIC));
   PetscCall(DMSwarmInitializeFieldRegister(points->swarm));
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    const PetscInt nc = MPMFieldComponents(f, points->dim);
-    size_t         size;
-
-    PetscCall(PetscDataTypeGetSize(MPMFields[f].type, &size));
-    points->present[f] = present[f];
-    points->bytes[f]   = nc * (PetscInt)size;
-    if (present[f] && MPMFields[f].kept) PetscCall(DMSwarmRegisterPetscDatatypeField(points->swarm, MPMFields[f].name, nc, MPMFields[f].type));
-  }
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
+    if (points->present[f] && MPMFields[f].kept)
+      PetscCall(DMSwarmRegisterPetscDatatypeField(points->swarm, MPMFields[f].name, MPMFieldComponents(f, points->dim), MPMFields[f].type));
   PetscCall(DMSwarmFinalizeFieldRegister(points->swarm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

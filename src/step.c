@@ -99,12 +99,12 @@ PetscErrorCode MPMStepRegisterEvents(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Flops of a phase: points do the work of the transfers; a node costs 6 a component. */
-static PetscReal PhaseFlops(MPM mpm, const MPMPhase *phase)
+/* Flops of a phase on npoints points: points do the work of the transfers, nodes that of the node phases. */
+static PetscReal PhaseFlops(MPM mpm, const MPMPhase *phase, PetscInt npoints)
 {
   const PetscInt dim = mpm->grid.dim;
 
-  if (phase->kind != MPM_NODES) return (PetscReal)mpm->points.n * MPMTransferFlops(dim, mpm->basis, phase->parts);
+  if (phase->kind != MPM_NODES) return (PetscReal)npoints * MPMTransferFlops(dim, mpm->basis, phase->parts);
   {
     const MPMPatch *patch = &mpm->exchange.patch;
     PetscInt        rows  = 0;
@@ -114,20 +114,46 @@ static PetscReal PhaseFlops(MPM mpm, const MPMPhase *phase)
   }
 }
 
+/* A phase by its number in the table, and back: how a worker is told what to do. */
+const MPMPhase *MPMPhaseGet(PetscInt number)
+{
+  return &phases[number];
+}
+
+PetscInt MPMPhaseNumber(const MPMPhase *phase)
+{
+  return (PetscInt)(phase - phases);
+}
+
+/* Marks the beginning and the end of a phase for -log_view and the final table. Not collective. */
+PetscErrorCode MPMPhaseBegin(MPM mpm, const MPMPhase *phase)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscLogEventBegin(events[phase - phases], 0, 0, 0, 0));
+  PetscCall(PetscTime(&mpm->phase_start));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMPhaseEnd(MPM mpm, const MPMPhase *phase, PetscInt npoints)
+{
+  PetscLogDouble now;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscTime(&now));
+  mpm->phase_seconds[phase - phases] += now - mpm->phase_start;
+  PetscCall(PetscLogFlops(PhaseFlops(mpm, phase, npoints)));
+  PetscCall(PetscLogEventEnd(events[phase - phases], 0, 0, 0, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode RunPhase(MPM mpm, const MPMPhase *phase)
 {
   const MPMExchangeType *ex = mpm->exchange.type;
-  const PetscInt         e  = (PetscInt)(phase - phases);
-  PetscLogDouble         t0, t1;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscTime(&t0));
-  PetscCall(PetscLogEventBegin(events[e], 0, 0, 0, 0));
+  PetscCall(MPMPhaseBegin(mpm, phase));
   PetscCall(phase->kind == MPM_NODES ? ex->nodes(mpm, phase) : ex->sweep(mpm, phase));
-  PetscCall(PetscLogFlops(PhaseFlops(mpm, phase)));
-  PetscCall(PetscLogEventEnd(events[e], 0, 0, 0, 0));
-  PetscCall(PetscTime(&t1));
-  mpm->phase_seconds[e] += t1 - t0;
+  PetscCall(MPMPhaseEnd(mpm, phase, ex->farms ? 0 : mpm->points.n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

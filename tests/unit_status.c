@@ -11,6 +11,9 @@ static MPMStatus Random(PetscInt64 id)
   s.v2    = UnitReal(0, 10);
   s.c2    = UnitInt(4) ? UnitReal(0, 10) : 3; /* equal ones too */
   s.moved = UnitInt(1000);
+  s.left  = UnitInt(1000);
+  s.n     = UnitInt(1000);
+  s.ids   = (PetscInt64)UnitBits(); /* a sum of hashes, modulo 2^64 */
   if (UnitInt(2)) {
     s.bad = (MPMBad)(1 + UnitInt(MPM_NUM_BAD - 1));
     s.id  = id;
@@ -22,7 +25,8 @@ static MPMStatus Random(PetscInt64 id)
 
 static int Equal(const MPMStatus *a, const MPMStatus *b)
 {
-  return a->bad == b->bad && a->id == b->id && !memcmp(a->x, b->x, sizeof a->x) && a->J == b->J && a->v2 == b->v2 && a->c2 == b->c2 && a->moved == b->moved;
+  return a->bad == b->bad && a->id == b->id && !memcmp(a->x, b->x, sizeof a->x) && a->J == b->J && a->v2 == b->v2 && a->c2 == b->c2 && a->moved == b->moved &&
+         a->left == b->left && a->n == b->n && a->ids == b->ids;
 }
 
 static MPMStatus Merge(MPMStatus a, MPMStatus b)
@@ -76,6 +80,9 @@ int main(void)
         CHECK_SAME(all[0].x, s[first].x, sizeof s[first].x);
       }
       CHECK_EQ(all[0].moved, s[0].moved + s[1].moved + s[2].moved);
+      CHECK_EQ(all[0].left, s[0].left + s[1].left + s[2].left);
+      CHECK_EQ(all[0].n, s[0].n + s[1].n + s[2].n);
+      CHECK((uint64_t)all[0].ids == (uint64_t)s[0].ids + (uint64_t)s[1].ids + (uint64_t)s[2].ids);
       CHECK_EQ(all[0].v2, PetscMax(s[0].v2, PetscMax(s[1].v2, s[2].v2)));
       CHECK_EQ(all[0].c2, PetscMax(s[0].c2, PetscMax(s[1].c2, s[2].c2)));
     }
