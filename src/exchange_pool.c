@@ -144,7 +144,7 @@ static PetscErrorCode GetFields(MPMPoints *pts, PetscInt fields, PetscBool resto
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     if (!pts->present[f] || !(fields & (1 << f))) continue;
-    if (!MPMFields[f].kept) at[f] = pts->scratch[f];
+    if (MPMFields[f].home == MPM_SCRATCH) at[f] = pts->scratch[f];
     else if (restore) PetscCall(DMSwarmRestoreField(pts->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
     else PetscCall(DMSwarmGetField(pts->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
   }
@@ -352,7 +352,7 @@ static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const Order *order,
   PetscCall(PetscMemzero(&patch->halo, sizeof patch->halo));
   patch->points.n = patch->norder = n;
   patch->order = patch->own_order = desk->identity;
-#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) \
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) \
   if (fields & MPM_BIT(name)) patch->points.name = (ctype *)desk->field[MPM_FIELD_INDEX_##name];
 #include "fields.def"
 #undef MPM_FIELD

@@ -179,7 +179,7 @@ static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
   PetscCall(MPMPointsGetView(&mpm->points, fields, &patch->points));
   PetscCall(PetscMemzero(&patch->halo, sizeof patch->halo));
   patch->halo.n = s->nhalo;
-#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) \
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) \
   if (fields & MPM_BIT(name)) patch->halo.name = (ctype *)s->halo[MPM_FIELD_INDEX_##name];
 #include "fields.def"
 #undef MPM_FIELD

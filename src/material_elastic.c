@@ -33,15 +33,18 @@ MPM_INLINE PetscReal elastic_energy(int dim, const MPMMaterial *m, const PetscRe
 }
 
 /* sig is linear in F, so a wave stiffens with the stretch: rho0 c^2 = J s (lambda + 2 mu) for F = s I and for uniaxial
-   stretch s; s is bounded by the largest row sum of F.                                                               */
+   stretch s. s = |F|_2 is bounded by the larger of the largest row and column sums, since |F|_2^2 <= |F|_1 |F|_inf.    */
 MPM_INLINE PetscReal elastic_speed2(int dim, const MPMMaterial *m, const PetscReal *F)
 {
   PetscReal smax = 0;
 
   for (int d = 0; d < dim; d++) {
-    PetscReal s = 0;
-    for (int e = 0; e < dim; e++) s += PetscAbsReal(F[d * dim + e]);
-    smax = PetscMax(smax, s);
+    PetscReal row = 0, column = 0;
+    for (int e = 0; e < dim; e++) {
+      row += PetscAbsReal(F[d * dim + e]);
+      column += PetscAbsReal(F[e * dim + d]);
+    }
+    smax = PetscMax(smax, PetscMax(row, column));
   }
   return MPMDet(dim, F) * smax * (m->lambda + 2 * m->mu) / m->rho;
 }

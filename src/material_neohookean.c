@@ -25,11 +25,12 @@ MPM_INLINE PetscReal neohookean_energy(int dim, const MPMMaterial *m, const Pets
   return 0.5 * m->mu * ((b[0] - 1) + (b[3] - 1) + (b[5] - 1) - 2 * lnJ) + 0.5 * m->lambda * lnJ * lnJ;
 }
 
-/* A plane wave along n has rho0 c^2 = lambda (1 - ln J) + mu (1 + n.b n). Bounded without a logarithm, by
-   -ln J <= 1/J - 1, and by the largest row sum of b (Gershgorin); equal at F = I.                                    */
+/* A plane wave along n has rho0 c^2 = lambda (1 - ln J) + mu (1 + n.b n), a shear wave mu n.b n. Bounded without a
+   logarithm, by 1 - 1/J <= ln J <= J - 1, and by the largest row sum of b (Gershgorin); equal at F = I.               */
 MPM_INLINE PetscReal neohookean_speed2(int dim, const MPMMaterial *m, const PetscReal *F)
 {
-  PetscReal b[6], bmax = 0;
+  const PetscReal J = MPMDet(dim, F), volumetric = m->lambda * (m->lambda >= 0 ? 1 / J : 2 - J);
+  PetscReal       b[6], bmax = 0;
 
   MPMLeftCauchyGreen(dim, F, b);
   for (int d = 0; d < dim; d++) {
@@ -37,7 +38,7 @@ MPM_INLINE PetscReal neohookean_speed2(int dim, const MPMMaterial *m, const Pets
     for (int e = 0; e < dim; e++) s += PetscAbsReal(b[MPMSymIndex(d, e)]);
     bmax = PetscMax(bmax, s);
   }
-  return (PetscAbsReal(m->lambda) / MPMDet(dim, F) + m->mu * (1 + bmax)) / m->rho;
+  return (m->mu * bmax + PetscMax(0, m->mu + volumetric)) / m->rho;
 }
 
 MPM_MATERIAL_DEFINE(neohookean)

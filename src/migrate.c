@@ -23,8 +23,8 @@ static PetscErrorCode FindOwners(MPM mpm, const MPMSpatial *s, const MPMView *vi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the cell of points [first, n). */
-static PetscErrorCode LocateFrom(MPM mpm, PetscInt first)
+/* Finds the cells of the points that came: their cell, which travels with them, is still that of a leaver. */
+static PetscErrorCode LocateComers(MPM mpm)
 {
   const PetscInt  dim = mpm->grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell);
   const MPMPatch *patch = &mpm->exchange.patch;
@@ -32,9 +32,10 @@ static PetscErrorCode LocateFrom(MPM mpm, PetscInt first)
 
   PetscFunctionBeginUser;
   PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
-  for (PetscInt p = first; p < view.n; p++) {
+  for (PetscInt p = 0; p < view.n; p++) {
     PetscInt base[3] = {0};
 
+    if (view.cell[p] >= 0) continue;
     view.cell[p] = MPMOwnCell((int)dim, mpm->basis, patch, view.x + p * dim, base);
     PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "point %" PetscInt64_FMT " came to the wrong process", view.id[p]);
   }
@@ -48,7 +49,7 @@ PetscErrorCode MPMMigrateSwarm(MPM mpm, MPMSpatial *s)
 {
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell);
   MPMPoints     *pts    = &mpm->points;
-  PetscInt      *owner, n;
+  PetscInt      *owner;
   MPMView        view;
 
   PetscFunctionBeginUser;
@@ -58,13 +59,12 @@ PetscErrorCode MPMMigrateSwarm(MPM mpm, MPMSpatial *s)
   PetscCall(DMSwarmRestoreField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
   PetscCall(MPMPointsRestoreView(pts, fields, &view));
   PetscCall(DMSwarmMigrate(pts->swarm, PETSC_TRUE));
-  PetscCall(DMSwarmGetLocalSize(pts->swarm, &n));
-  PetscCall(MPMPointsSetSize(pts, n));
-  PetscCall(LocateFrom(mpm, 0)); /* DMSwarmMigrate fills holes with points from the end */
+  PetscCall(MPMPointsResize(pts));
+  PetscCall(LocateComers(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Packs all kept fields of a point, or unpacks them. */
+/* Packs all fields of a point that travel, or unpacks them. */
 static void PackPoint(const MPMPoints *pts, void *const at[], PetscInt p, char *message, PetscBool unpack)
 {
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
@@ -81,7 +81,7 @@ static PetscErrorCode GetFields(MPMPoints *pts, PetscBool restore, void *at[])
 {
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    if (!pts->present[f] || !MPMFields[f].kept) continue;
+    if (!pts->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
     if (restore) PetscCall(DMSwarmRestoreField(pts->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
     else PetscCall(DMSwarmGetField(pts->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
   }
@@ -151,7 +151,7 @@ static PetscErrorCode ListLeavers(MPM mpm, MPMSpatial *s, PetscInt *nsend, Petsc
 PetscErrorCode MPMMigrateDirect(MPM mpm, MPMSpatial *s)
 {
   MPMPoints     *pts   = &mpm->points;
-  const PetscInt bytes = MPMPointsBytes(pts, PETSC_TRUE);
+  const PetscInt bytes = MPMPointsBytes(pts, MPM_SWARM);
   PetscInt       n = pts->n, nsend, nrecv, *which, *owner, *sorted;
   void          *at[MPM_NUM_FIELDS] = {NULL};
   char          *out, *in;
@@ -177,7 +177,7 @@ PetscErrorCode MPMMigrateDirect(MPM mpm, MPMSpatial *s)
   }
   PetscCall(GetFields(pts, PETSC_TRUE, at));
   if (nrecv < nsend) PetscCall(MPMPointsSetSize(pts, n + nrecv - nsend));
-  PetscCall(LocateFrom(mpm, 0));
+  PetscCall(LocateComers(mpm));
   PetscCall(PetscFree(in));
   PetscCall(PetscFree2(out, sorted));
   PetscCall(PetscFree(which));

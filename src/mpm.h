@@ -119,14 +119,14 @@ typedef struct {
    the running phase did not declare it.                                                                              */
 typedef struct {
   PetscInt n;
-#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) ctype *name;
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) ctype *name;
 #include "fields.def"
 #undef MPM_FIELD
 } MPMView;
 
 /* Bits that name fields, for the rows of phases. */
 enum {
-#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) MPM_FIELD_INDEX_##name,
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) MPM_FIELD_INDEX_##name,
 #include "fields.def"
 #undef MPM_FIELD
   MPM_NUM_FIELDS
@@ -200,13 +200,13 @@ PetscReal   MPMTransferFlops(PetscInt dim, MPMBasis basis, PetscInt parts);
    2. Parallel: who holds what
    --------------------------------------------------------------------------------------------------------------- */
 
-/* The points of this process: a DMSWARM_BASIC swarm is the storage of the kept fields, plain arrays of the scratch. */
+/* The points of this process: a DMSWARM_BASIC swarm stores the fields, plain arrays the scratch. */
 typedef struct {
   DM          swarm;
   PetscInt    dim, n, capacity;        /* n: points here; capacity: of the scratch and of order */
   PetscInt64  total;                   /* points of the whole scene */
   PetscInt    since_reorder;           /* sorts since the storage was last put in order */
-  void       *scratch[MPM_NUM_FIELDS]; /* arrays of the fields that are not kept */
+  void       *scratch[MPM_NUM_FIELDS]; /* arrays of the scratch fields */
   PetscBool   present[MPM_NUM_FIELDS]; /* does the scene have the field? */
   PetscInt    bytes[MPM_NUM_FIELDS];   /* of a point */
   PetscInt   *order, *start;           /* [n] points by (cell, id); [cells of the patch + 1] */
@@ -216,6 +216,7 @@ typedef struct {
 PetscErrorCode MPMPointsLayout(MPM, MPMPoints *);
 PetscErrorCode MPMPointsCreate(MPM, MPMPoints *, MPI_Comm);
 PetscErrorCode MPMPointsSetSize(MPMPoints *, PetscInt n);
+PetscErrorCode MPMPointsResize(MPMPoints *);
 PetscErrorCode MPMPointsGetView(MPMPoints *, PetscInt fields, MPMView *);
 PetscErrorCode MPMPointsRestoreView(MPMPoints *, PetscInt fields, MPMView *);
 PetscErrorCode MPMPointsSort(MPMPoints *, const MPMPatch *);
@@ -223,17 +224,18 @@ PetscErrorCode MPMPointsLocate(MPMPoints *, const MPMPatch *);
 PetscErrorCode MPMPointsFingerprint(MPMPoints *, PetscInt64 *ids);
 PetscErrorCode MPMPointsFindLost(MPMPoints *, MPI_Comm, char what[], size_t len);
 PetscErrorCode MPMPointsDigest(MPMPoints *, MPI_Comm, PetscInt64 *digest);
-PetscInt       MPMPointsBytes(const MPMPoints *, PetscBool kept);
 PetscErrorCode MPMPointsDestroy(MPMPoints *);
 
-/* The rows of fields.def. */
+/* Where a field lives, and the rows of fields.def. */
+typedef enum { MPM_STATE, MPM_SWARM, MPM_SCRATCH } MPMHome;
 typedef struct {
   const char   *name, *unit, *meaning;
   PetscDataType type;
-  PetscBool     kept;
+  MPMHome       home;
 } MPMFieldInfo;
 extern const MPMFieldInfo MPMFields[MPM_NUM_FIELDS];
 PetscInt                  MPMFieldComponents(PetscInt field, PetscInt dim);
+PetscInt                  MPMPointsBytes(const MPMPoints *, MPMHome most);
 
 /* How the grid is cut into boxes of nodes, one a process: p[d] parts on axis d, of l[d][...] nodes each. */
 typedef struct {

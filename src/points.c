@@ -1,7 +1,7 @@
 /* points.c - the material points: storage, views, canonical order, digest.
 
-   The kept fields of fields.def are fields of a DMSWARM_BASIC swarm, so PETSc stores and moves them; scratch fields
-   are plain arrays beside it. `order` lists the points by (cell, id): the order in which kernels visit them, the same
+   The fields of fields.def are fields of a DMSWARM_BASIC swarm, so PETSc stores and moves them; scratch fields are
+   plain arrays beside it. `order` lists the points by (cell, id): the order in which kernels visit them, the same
    whatever the storage looks like. The storage itself is put in that order now and then, for the cache.               */
 #include "transfer.h"
 
@@ -11,7 +11,7 @@
 #define MPM_SWARM_BUFFER 64
 
 const MPMFieldInfo MPMFields[MPM_NUM_FIELDS] = {
-#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) {#name, unit, meaning, ptype, kept ? PETSC_TRUE : PETSC_FALSE},
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) {#name, unit, meaning, ptype, home},
 #include "fields.def"
 #undef MPM_FIELD
 };
@@ -20,7 +20,7 @@ const MPMFieldInfo MPMFields[MPM_NUM_FIELDS] = {
 PetscInt MPMFieldComponents(PetscInt field, PetscInt dim)
 {
   const PetscInt components[] = {
-#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) nc,
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) nc,
 #include "fields.def"
 #undef MPM_FIELD
   };
@@ -28,13 +28,13 @@ PetscInt MPMFieldComponents(PetscInt field, PetscInt dim)
   return components[field];
 }
 
-/* Bytes that a point takes: of the kept fields, or of all. */
-PetscInt MPMPointsBytes(const MPMPoints *points, PetscBool kept)
+/* Bytes that a point takes: of its state, of all that the swarm moves, or with the scratch. */
+PetscInt MPMPointsBytes(const MPMPoints *points, MPMHome most)
 {
   PetscInt bytes = 0;
 
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (points->present[f] && (MPMFields[f].kept || !kept)) bytes += points->bytes[f];
+    if (points->present[f] && MPMFields[f].home <= most) bytes += points->bytes[f];
   return bytes;
 }
 
@@ -42,7 +42,7 @@ PetscInt MPMPointsBytes(const MPMPoints *points, PetscBool kept)
 PetscErrorCode MPMPointsLayout(MPM mpm, MPMPoints *points)
 {
   const PetscBool present[] = {
-#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) (present) ? PETSC_TRUE : PETSC_FALSE,
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) (present) ? PETSC_TRUE : PETSC_FALSE,
 #include "fields.def"
 #undef MPM_FIELD
   };
@@ -70,9 +70,26 @@ PetscErrorCode MPMPointsCreate(MPM mpm, MPMPoints *points, MPI_Comm comm)
   PetscCall(DMSwarmSetType(points->swarm, DMSWARM_BASIC));
   PetscCall(DMSwarmInitializeFieldRegister(points->swarm));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (points->present[f] && MPMFields[f].kept)
+    if (points->present[f] && MPMFields[f].home != MPM_SCRATCH)
       PetscCall(DMSwarmRegisterPetscDatatypeField(points->swarm, MPMFields[f].name, MPMFieldComponents(f, points->dim), MPMFields[f].type));
   PetscCall(DMSwarmFinalizeFieldRegister(points->swarm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Takes the swarm's size, after points came and went, and makes room for the scratch of so many. Not collective. */
+PetscErrorCode MPMPointsResize(MPMPoints *points)
+{
+  PetscFunctionBeginUser;
+  PetscCall(DMSwarmGetLocalSize(points->swarm, &points->n));
+  if (points->n <= points->capacity) PetscFunctionReturn(PETSC_SUCCESS);
+  points->capacity = points->n + points->n / 8 + MPM_SWARM_BUFFER;
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    if (!points->present[f] || MPMFields[f].home != MPM_SCRATCH) continue;
+    PetscCall(PetscFree(points->scratch[f]));
+    PetscCall(PetscMalloc(points->capacity * points->bytes[f], &points->scratch[f]));
+  }
+  PetscCall(PetscFree(points->order));
+  PetscCall(PetscMalloc1(points->capacity, &points->order));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -81,17 +98,7 @@ PetscErrorCode MPMPointsSetSize(MPMPoints *points, PetscInt n)
 {
   PetscFunctionBeginUser;
   PetscCall(DMSwarmSetLocalSizes(points->swarm, n, MPM_SWARM_BUFFER));
-  points->n = n;
-  if (n > points->capacity) {
-    points->capacity = n + n / 8 + MPM_SWARM_BUFFER;
-    for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-      if (!points->present[f] || MPMFields[f].kept) continue;
-      PetscCall(PetscFree(points->scratch[f]));
-      PetscCall(PetscMalloc(points->capacity * points->bytes[f], &points->scratch[f]));
-    }
-    PetscCall(PetscFree(points->order));
-    PetscCall(PetscMalloc1(points->capacity, &points->order));
-  }
+  PetscCall(MPMPointsResize(points));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -104,12 +111,12 @@ PetscErrorCode MPMPointsGetView(MPMPoints *points, PetscInt fields, MPMView *vie
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     if (!points->present[f] || !(fields & (1 << f))) continue;
-    if (MPMFields[f].kept) PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
+    if (MPMFields[f].home != MPM_SCRATCH) PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
     else at[f] = points->scratch[f];
   }
   PetscCall(PetscMemzero(view, sizeof *view));
   view->n = points->n;
-#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) view->name = (ctype *)at[MPM_FIELD_INDEX_##name];
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) view->name = (ctype *)at[MPM_FIELD_INDEX_##name];
 #include "fields.def"
 #undef MPM_FIELD
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -121,7 +128,7 @@ PetscErrorCode MPMPointsRestoreView(MPMPoints *points, PetscInt fields, MPMView 
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     void *at = NULL;
 
-    if (points->present[f] && (fields & (1 << f)) && MPMFields[f].kept) PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, &at));
+    if (points->present[f] && (fields & (1 << f)) && MPMFields[f].home != MPM_SCRATCH) PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, &at));
   }
   PetscCall(PetscMemzero(view, sizeof *view));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -139,10 +146,10 @@ static PetscErrorCode Reorder(MPMPoints *points)
     void          *at = points->scratch[f];
 
     if (!points->present[f]) continue;
-    if (MPMFields[f].kept) PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, &at));
+    if (MPMFields[f].home != MPM_SCRATCH) PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, &at));
     for (PetscInt q = 0; q < points->n; q++) memcpy(copy + q * b, (char *)at + points->order[q] * b, b);
     memcpy(at, copy, points->n * b);
-    if (MPMFields[f].kept) PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, &at));
+    if (MPMFields[f].home != MPM_SCRATCH) PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, &at));
   }
   for (PetscInt q = 0; q < points->n; q++) points->order[q] = q;
   points->since_reorder = 0;
@@ -260,7 +267,7 @@ PetscErrorCode MPMPointsFindLost(MPMPoints *points, MPI_Comm comm, char what[], 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A number of the state's bits: every kept field of every point, with its id; a sum of hashes, so without order. Equal
+/* A number of the state's bits: every state field of every point, with its id; a sum of hashes, so without order. Equal
    digests mean the same bits in id, x, v, F and material state. Collective on comm.                                  */
 PetscErrorCode MPMPointsDigest(MPMPoints *points, MPI_Comm comm, PetscInt64 *digest)
 {
@@ -272,8 +279,8 @@ PetscErrorCode MPMPointsDigest(MPMPoints *points, MPI_Comm comm, PetscInt64 *dig
   for (PetscInt p = 0; p < view.n; p++) {
     uint64_t h = Mix((uint64_t)view.id[p] + 0x9e3779b97f4a7c15ULL);
 
-#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning)                                   \
-  if (kept && MPM_FIELD_INDEX_##name != MPM_FIELD_INDEX_kind && view.name)                                \
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning)                                   \
+  if (home == MPM_STATE && MPM_FIELD_INDEX_##name != MPM_FIELD_INDEX_kind && view.name)                                \
     for (PetscInt k = 0; k < points->bytes[MPM_FIELD_INDEX_##name] / 8; k++) {                            \
       uint64_t word;                                                                                      \
       memcpy(&word, (char *)view.name + p * points->bytes[MPM_FIELD_INDEX_##name] + 8 * k, sizeof word);  \

@@ -32,8 +32,8 @@ MPM_INLINE PetscInt MPMNodeIndex(int dim, const MPMPatch *patch, const PetscInt 
 MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], PetscReal xi[], PetscInt base[])
 {
   for (int d = 0; d < dim; d++) {
-    xi[d] = (x[d] - grid->lower[d]) / grid->h[d];
-    if (!(xi[d] >= 0 && xi[d] <= (PetscReal)grid->cells[d])) return PETSC_FALSE;
+    if (!(x[d] >= grid->lower[d] && x[d] <= grid->upper[d])) return PETSC_FALSE;
+    xi[d]   = PetscMin((x[d] - grid->lower[d]) / grid->h[d], (PetscReal)grid->cells[d]); /* the quotient may round up */
     base[d] = MPMBasisBase(basis, xi[d], grid->cells[d]);
   }
   return PETSC_TRUE;
@@ -55,8 +55,13 @@ MPM_INLINE void MPMStage(int dim, MPMBasis basis, const MPMPatch *patch, PetscIn
     (void)MPMLocate(dim, basis, grid, x, xi, base); /* true: checked when x was committed */
     s->cell[l] = MPMNodeIndex(dim, patch, base);
     for (int d = 0; d < dim; d++) {
-      MPMBasisWeights(basis, xi[d], base[d], grid->cells[d], s->w[l][d], s->g[l][d]);
-      for (int i = 0; i < MPMBasisNodes(basis); i++) s->g[l][d][i] /= grid->h[d];
+      PetscReal w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
+
+      MPMBasisWeights(basis, xi[d], base[d], grid->cells[d], w, g);
+      for (int i = 0; i < MPMBasisNodes(basis); i++) {
+        s->w[l][d][i] = w[i];
+        s->g[l][d][i] = g[i] / grid->h[d];
+      }
     }
   }
 }
@@ -188,7 +193,7 @@ MPM_INLINE void MPMP2G(int dim, MPMBasis basis, int parts, const MPMParams *par,
 /* Notes a bad condition, of the smallest id. Rare, so never inlined into the loops. */
 static __attribute__((noinline)) void MPMNoteBad(MPMStatus *status, MPMBad bad, PetscInt64 id, PetscInt dim, const PetscReal x[], PetscReal J)
 {
-  if (status->bad != MPM_OK && status->id < id) return;
+  if (status->bad != MPM_OK && status->id <= id) return;
   status->bad = bad;
   status->id  = id;
   status->J   = J;
@@ -229,10 +234,10 @@ MPM_INLINE PetscInt MPMOwnCell(int dim, MPMBasis basis, const MPMPatch *patch, c
 /* x <- x + dx; the cell it is in now; counts the points that changed cell, and those that left the patch. */
 MPM_INLINE void MPMCommit(int dim, MPMBasis basis, MPMPatch *patch, PetscInt p, PetscInt cell, const PetscReal dx[], MPMStatus *status)
 {
-  PetscReal *x = patch->points.x + p * dim;
-  PetscInt   base[3], now;
+  PetscReal x[3];
+  PetscInt  base[3], now;
 
-  for (int d = 0; d < dim; d++) x[d] += dx[d];
+  for (int d = 0; d < dim; d++) patch->points.x[p * dim + d] = x[d] = patch->points.x[p * dim + d] + dx[d];
   now = MPMOwnCell(dim, basis, patch, x, base);
   if (now == -2) MPMNoteBad(status, MPM_LEFT_GRID, patch->points.id[p], dim, x, 0);
   status->moved += now != cell;
@@ -257,19 +262,20 @@ MPM_INLINE void MPMG2P(int dim, MPMBasis basis, int parts, const MPMParams *par,
       const PetscReal *base  = patch->vel + s.cell[l] * nc;
       PetscReal        vn[3] = {0}, an[3] = {0}; /* sum phi v', sum phi a */
 
-      for (int k = 0; k < dim * dim; k++) L[l][k] = 0;
       MPMShape(dim, basis, &s, l, phi, dphi);
-      for (int a = 0; a < nn; a++) {
-        const PetscReal *node = base + at[a] * nc;
-
-        for (int d = 0; d < dim; d++) {
-          if (parts & MPM_G2P_MOTION) {
-            vn[d] += phi[a] * node[d];
-            an[d] += phi[a] * node[dim + d];
+      for (int d = 0; d < dim; d++) { /* a sum at a time: it stays in a register */
+        if (parts & MPM_G2P_MOTION)
+          for (int a = 0; a < nn; a++) {
+            vn[d] += phi[a] * base[at[a] * nc + d];
+            an[d] += phi[a] * base[at[a] * nc + dim + d];
           }
-          if (parts & MPM_G2P_STRESS)
-            for (int e = 0; e < dim; e++) L[l][d * dim + e] += node[d] * dphi[a][e];
-        }
+        if (parts & MPM_G2P_STRESS)
+          for (int e = 0; e < dim; e++) {
+            PetscReal sum = 0;
+
+            for (int a = 0; a < nn; a++) sum += base[at[a] * nc + d] * dphi[a][e];
+            L[l][d * dim + e] = sum;
+          }
       }
       if (parts & MPM_G2P_MOTION) {
         PetscReal *v = patch->points.v + order[l] * dim, v2 = 0, dx[3];

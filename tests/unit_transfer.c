@@ -477,6 +477,27 @@ static void CheckPoints(const Bench *b, const Bench *ref)
   }
 }
 
+/* After a commit `cell` names the cell if it is the patch's own, else it is negative; the latter are counted. */
+static void CheckCells(const Bench *b, const MPMPhase *phase, MPMStatus status)
+{
+  const int  dim  = (int)b->patch.grid->dim;
+  PetscInt64 left = 0;
+
+  if (!(phase->parts & MPM_G2P_COMMIT)) return;
+  for (PetscInt p = 0; p < b->own.n; p++) {
+    PetscReal xi[3];
+    PetscInt  base[3];
+    int       own = MPMLocate(dim, b->patch.basis, b->patch.grid, b->own.x + p * dim, xi, base);
+
+    for (int d = 0; d < dim && own; d++)
+      if (base[d] < b->patch.own_lo[d] || base[d] > b->patch.own_lo[d] + b->patch.own_n[d] - 1) own = 0;
+    left += !own;
+    if (own) CHECK_EQ(b->own.cell[p], MPMNodeIndex(dim, &b->patch, base));
+    else CHECK(b->own.cell[p] < 0);
+  }
+  CHECK_EQ(status.left, left);
+}
+
 /* ---- Bits */
 
 /* One phase on the whole grid (ref) and then otherwise: stored otherwise, half as halo, the grid cut in two. */
@@ -536,7 +557,7 @@ static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MP
           memcpy(b.vel + c * vc, ref.vel + MPMNodeIndex(dim, &ref.patch, ijk) * vc, vc * sizeof(PetscReal));
         }
         if (!to_nodes) {
-          Run(&b, par, phase);
+          CheckCells(&b, phase, Run(&b, par, phase));
           CheckPoints(&b, &ref);
           continue;
         }

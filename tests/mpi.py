@@ -1,0 +1,108 @@
+"""Starts pebble on some processes, and sees to it that none of them outlives the run: what all parallel tests share.
+
+    status, out, err = mpi.run(4, [pebble, "-options_file", scene], timeout=60)
+
+One process is started without mpiexec. Linux only: processes are found in /proc.
+"""
+import os
+import signal
+import subprocess
+import tempfile
+import time
+
+TIMED_OUT, LEFT_BEHIND = 124, 125  # exit statuses that stand for what happened to the run
+
+# As in the makefile, which says why; for tests that are started by hand.
+ENVIRONMENT = {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe", "OMPI_MCA_hwloc_base_binding_policy": "none",
+    "OMPI_MCA_mpi_yield_when_idle": "1", "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+    "OMPI_MCA_btl_base_warn_component_unused": "0",
+}
+
+
+def members(session):
+    """The living processes of a session. (Not of a group: mpiexec gives each rank a group of its own.)"""
+    found = []
+    for pid in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open(f"/proc/{pid}/stat") as file:
+                state, _, _, its = file.read().rpartition(")")[2].split()[:4]
+        except OSError:
+            continue
+        if int(its) == session and state not in "ZX":
+            found.append(int(pid))
+    return found
+
+
+def rank_of(pid):
+    """The MPI rank of a process, None for mpiexec itself."""
+    try:
+        with open(f"/proc/{pid}/environ", "rb") as file:
+            words = dict(word.split(b"=", 1) for word in file.read().split(b"\0") if b"=" in word)
+    except OSError:
+        return None
+    for name in (b"OMPI_COMM_WORLD_RANK", b"PMIX_RANK", b"PMI_RANK"):
+        if name in words:
+            return int(words[name])
+    return None
+
+
+def process(session, rank):
+    """The process of a rank of a run."""
+    return next((pid for pid in members(session) if rank_of(pid) == rank), None)
+
+
+def end(session):
+    """Kills what is left of a session."""
+    while members(session):
+        for pid in members(session):
+            try:
+                os.kill(pid, signal.SIGKILL)
+            except ProcessLookupError:
+                pass
+        time.sleep(0.02)
+
+
+def run(n, arguments, timeout=120, mpiexec="mpiexec", during=None):
+    """Runs arguments[0] with the others on n processes: (exit status, standard output, standard error). The status is
+    TIMED_OUT if it had to be killed, LEFT_BEHIND if a process outlived it; then all are killed. during(session) is
+    called once the run has been started; a run's session is the number of its first process."""
+    command = list(map(str, arguments))
+    if n > 1:
+        command = [mpiexec, "-n", str(n)] + command
+    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
+        first = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True, env={**ENVIRONMENT, **os.environ})
+        said = ""
+        try:
+            deadline = time.monotonic() + timeout
+            if during:
+                during(first.pid)
+            try:
+                status = first.wait(max(0.1, deadline - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                status, said = TIMED_OUT, f"killed after {timeout} s\n"
+            else:
+                patience = time.monotonic() + 3
+                while members(first.pid) and time.monotonic() < patience:
+                    time.sleep(0.02)
+                left = members(first.pid)
+                if left:
+                    status, said = LEFT_BEHIND, f"exit status {status}, but processes are left behind: {left}\n"
+        finally:
+            end(first.pid)
+            first.wait()
+        out.seek(0)
+        err.seek(0)
+        return status, out.read(), err.read() + said
+
+
+def own_lines(err):
+    """Lines of standard error that are not mpiexec's notices: those stand between lines of dashes."""
+    lines, notice = [], False
+    for line in err.splitlines():
+        if len(line) > 20 and set(line) == {"-"}:
+            notice = not notice
+        elif not notice and line.strip():
+            lines.append(line)
+    return lines
