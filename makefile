@@ -72,7 +72,7 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 export ASAN_OPTIONS := detect_leaks=0
 
 # ---- What a user asks for
-.PHONY: all run test verify robust format clean distclean help objects picture ctest FORCE
+.PHONY: all run test verify robust bench format clean distclean help objects picture ctest FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -93,6 +93,9 @@ verify: ## the long tests of accuracy
 robust: ## the long tests of robustness
 	@tools/install.sh test
 	+@$(again) ctest select="-L robust"
+
+bench: $(PEBBLE) ## time 1 process against 2, both migrations, and the pool
+	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC)
 
 format: ## clang-format on the C sources
 	clang-format -i $(wildcard src/*.[ch] tests/*.[ch])

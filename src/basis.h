@@ -25,7 +25,8 @@ MPM_INLINE PetscInt MPMFloor(PetscReal xi)
   return i - (xi < (PetscReal)i);
 }
 
-/* A point on the upper wall belongs to the last cell (decided once, here). */
+/* A point on the upper wall belongs to the last cell (decided once, here). xi may lie beyond the grid for images of
+   points across a periodic face.                                                                                     */
 MPM_INLINE PetscInt MPMBasisBase_linear(PetscReal xi, PetscInt cells)
 {
   const PetscInt i = MPMFloor(xi);

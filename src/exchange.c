@@ -12,12 +12,14 @@ const MPMExchangeType *const MPMExchangeTypes[] = {
   NULL
 };
 
-/* Chooses how the step is run: one process is serial, whatever the strategy. Collective on mpm->comm. */
+/* Chooses how the step is run: one process is serial, whatever the strategy, but for periodic faces, across which it is
+   its own neighbour. Collective on mpm->comm.                                                                        */
 PetscErrorCode MPMExchangeSetFromOptions(MPM mpm, MPMOptions o)
 {
   static const char *const balances[] = {"none", "start", "auto"};
   MPMExchange             *ex         = &mpm->exchange;
   char                     strategy[MPM_NAME_LEN], sums[MPM_NAME_LEN], balance[MPM_NAME_LEN], migrate[MPM_NAME_LEN];
+  const PetscBool          periodic   = mpm->grid.periodic[0] || mpm->grid.periodic[1] || mpm->grid.periodic[2] ? PETSC_TRUE : PETSC_FALSE;
   PetscMPIInt              size;
 
   PetscFunctionBeginUser;
@@ -32,7 +34,7 @@ PetscErrorCode MPMExchangeSetFromOptions(MPM mpm, MPMOptions o)
   for (PetscInt k = 0; k < 3; k++)
     if (!strcmp(balances[k], balance)) ex->balance = (MPMBalance)k;
   for (PetscInt k = 0; MPMExchangeTypes[k]; k++)
-    if (!strcmp(MPMExchangeTypes[k]->name, size > 1 ? strategy : "serial")) ex->type = MPMExchangeTypes[k];
+    if (!strcmp(MPMExchangeTypes[k]->name, size > 1 ? strategy : periodic ? "spatial" : "serial")) ex->type = MPMExchangeTypes[k];
   ex->pool_cells = 16;
   PetscCall(MPMOptionsInt(o, "pool_cells", NULL, &ex->pool_cells, NULL));
   if (size > 1 && !strcmp(strategy, "pool") && ex->roundoff) MPMOptionsFail(o, "-parallel_sums roundoff does not apply: the pool always gives bitwise sums");

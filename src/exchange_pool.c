@@ -16,6 +16,7 @@ enum { TAG_WORK = 1, TAG_DONE };
 typedef struct {
   PetscInt  phase;             /* of the table; < 0: the run is over */
   PetscInt  own_lo[3], own_n[3]; /* its nodes, and cells */
+  PetscInt  all_lo[3], all_n[3]; /* the box of the master's arrays, for the numbers of cells */
   PetscInt  n;                 /* points that follow */
   PetscReal dt;
 } Order;
@@ -34,6 +35,7 @@ typedef struct {
 } Slot;
 
 typedef struct {
+  const MPMExchangeType *inner; /* how the master would run alone: serial, or its own neighbour if a face is periodic */
   MPI_Comm     comm;
   PetscMPIInt  size, rank;
   PetscInt     nchunks, *queue;
@@ -112,9 +114,9 @@ static PetscInt ListPoints(MPM mpm, const Chunk *c, PetscBool to_nodes, PetscInt
   }
   for (PetscInt k = lo[2]; k < hi[2]; k++)
     for (PetscInt j = lo[1]; j < hi[1]; j++) {
-      const PetscInt row = (k * all->n[1] + j) * all->n[0], a = mpm->points.start[row + lo[0]], b = mpm->points.start[row + hi[0]];
+      const PetscInt row = (k * all->n[1] + j) * all->n[0], a = all->start[row + lo[0]], b = all->start[row + hi[0]];
 
-      for (PetscInt q = a; list && q < b; q++) list[n + q - a] = mpm->points.order[q];
+      for (PetscInt q = a; list && q < b; q++) list[n + q - a] = all->order[q];
       n += b - a;
     }
   return n;
@@ -127,32 +129,31 @@ static int BiggerFirst(const void *a, const void *b, void *chunks)
   return na != nb ? (na < nb) - (na > nb) : *(const PetscInt *)a < *(const PetscInt *)b ? -1 : 1;
 }
 
-/* Packs fields of the listed points, field by field. */
-static char *PackFields(const MPMPoints *pts, PetscInt fields, void *const at[], PetscInt n, const PetscInt *list, char *message)
+/* The arrays of a view, by field. */
+static void Arrays(const MPMView *view, void *at[])
+{
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) at[MPM_FIELD_INDEX_##name] = view->name;
+#include "fields.def"
+#undef MPM_FIELD
+}
+
+/* Packs fields of the listed points, field by field: p < n of `at`, else p - n of `halo`. */
+static char *PackFields(const MPMPoints *pts, PetscInt fields, void *const at[], void *const halo[], PetscInt n, PetscInt count, const PetscInt *list, char *message)
 {
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     const size_t b = (size_t)pts->bytes[f];
 
     if (!pts->present[f] || !(fields & (1 << f))) continue;
-    for (PetscInt q = 0; q < n; q++, message += b) memcpy(message, (char *)at[f] + (size_t)list[q] * b, b);
+    for (PetscInt q = 0; q < count; q++, message += b) {
+      const PetscInt p = list[q];
+      memcpy(message, p < n ? (char *)at[f] + (size_t)p * b : (char *)halo[f] + (size_t)(p - n) * b, b);
+    }
   }
   return message;
 }
 
-static PetscErrorCode GetFields(MPMPoints *pts, PetscInt fields, PetscBool restore, void *at[])
-{
-  PetscFunctionBeginUser;
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    if (!pts->present[f] || !(fields & (1 << f))) continue;
-    if (MPMFields[f].home == MPM_SCRATCH) at[f] = pts->scratch[f];
-    else if (restore) PetscCall(DMSwarmRestoreField(pts->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
-    else PetscCall(DMSwarmGetField(pts->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Sends a chunk to a worker and awaits its answer in the slot. */
-static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt chunk, PetscInt place, void *const at[])
+static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt chunk, PetscInt place)
 {
   const PetscBool   to_nodes = phase->kind == MPM_POINTS_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
   const PetscInt    nv       = MPM_VEL_NC(mpm->grid.dim);
@@ -161,7 +162,8 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   const MPMPatch   *all      = &mpm->exchange.patch;
   Slot             *slot     = &pool->slots[place];
   MPMPatch          patch;
-  Order             order = {MPMPhaseNumber(phase), {0}, {0}, c->n, mpm->params.dt};
+  Order             order = {MPMPhaseNumber(phase), {0}, {0}, {0}, {0}, c->n, mpm->params.dt};
+  void             *at[MPM_NUM_FIELDS], *halo[MPM_NUM_FIELDS];
   PetscMPIInt       len;
   char             *m;
 
@@ -169,6 +171,10 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   PatchBox(mpm, c->own_lo, c->own_n, to_nodes, &patch);
   PetscCall(PetscArraycpy(order.own_lo, c->own_lo, 3));
   PetscCall(PetscArraycpy(order.own_n, c->own_n, 3));
+  PetscCall(PetscArraycpy(order.all_lo, all->lo, 3));
+  PetscCall(PetscArraycpy(order.all_n, all->n, 3));
+  Arrays(&all->points, at);
+  Arrays(&all->halo, halo);
   if (c->n > slot->capacity) {
     slot->capacity = c->n * 5 / 4 + 64;
     PetscCall(PetscFree(slot->list));
@@ -178,7 +184,7 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   PetscCallMPI(MPI_Wait(&slot->sent, MPI_STATUS_IGNORE)); /* answered long ago, so this does not wait */
   PetscCall(Grow(&slot->out, &slot->out_capacity, sizeof order + (size_t)c->n * Bytes(&mpm->points, phase->points_in) + (size_t)MPMPatchCells(&patch) * nv * sizeof(PetscReal)));
   memcpy(slot->out, &order, sizeof order);
-  m = PackFields(&mpm->points, phase->points_in, at, c->n, slot->list, slot->out + sizeof order);
+  m = PackFields(&mpm->points, phase->points_in, at, halo, all->points.n, c->n, slot->list, slot->out + sizeof order);
   if (!to_nodes) /* node motion, row by row; nodes beyond the grid are never read */
     for (PetscInt k = patch.lo[2]; k < patch.lo[2] + patch.n[2]; k++)
       for (PetscInt j = patch.lo[1]; j < patch.lo[1] + patch.n[1]; j++, m += (size_t)(patch.n[0] * nv) * sizeof(PetscReal)) {
@@ -197,15 +203,17 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
 }
 
 /* Puts an answer in its place: sums to nodes, fields to points. */
-static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt place, void *const at[])
+static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt place)
 {
   const Slot     *slot = &pool->slots[place];
   const Chunk    *c    = &pool->chunks[slot->chunk];
   const MPMPatch *all  = &mpm->exchange.patch;
   const char     *m    = slot->in + sizeof(MPMStatus);
+  void           *at[MPM_NUM_FIELDS];
   MPMStatus       status;
 
   PetscFunctionBeginUser;
+  Arrays(&all->points, at);
   memcpy(&status, slot->in, sizeof status);
   MPMStatusMerge(&mpm->status, &status);
   if (phase->kind == MPM_POINTS_TO_NODES) {
@@ -243,31 +251,29 @@ static PetscErrorCode FillQueue(MPM mpm, Pool *pool, PetscBool to_nodes, PetscIn
 static PetscErrorCode Sweep_Pool(MPM mpm, const MPMPhase *phase)
 {
   MPMExchange    *ex       = &mpm->exchange;
-  Pool           *pool     = (Pool *)ex->ctx;
+  Pool           *pool     = (Pool *)ex->farm;
   const PetscInt  fields   = phase->points_in | phase->points_out, places = pool->size * MPM_IN_FLIGHT;
   const PetscBool to_nodes = phase->kind == MPM_POINTS_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
-  void           *at[MPM_NUM_FIELDS] = {NULL};
   PetscInt        queued, next = 0, flying = 0;
 
   PetscFunctionBeginUser;
+  PetscCall(pool->inner->prepare(mpm, phase));
   PetscCall(FillQueue(mpm, pool, to_nodes, &queued));
-  PetscCall(VecGetArray(ex->vel, &ex->patch.vel));
-  PetscCall(GetFields(&mpm->points, fields, PETSC_FALSE, at));
   if (to_nodes) MPMPatchZeroSums(&ex->patch, phase->parts);
   for (PetscInt depth = 0; depth < MPM_IN_FLIGHT; depth++)
-    for (PetscInt w = 1; w < pool->size && next < queued; w++, flying++) PetscCall(Send(mpm, pool, phase, pool->queue[next++], w * MPM_IN_FLIGHT + depth, at));
+    for (PetscInt w = 1; w < pool->size && next < queued; w++, flying++) PetscCall(Send(mpm, pool, phase, pool->queue[next++], w * MPM_IN_FLIGHT + depth));
   for (; flying; flying--) {
     PetscMPIInt place;
 
     PetscCallMPI(MPI_Waitany((PetscMPIInt)places, pool->received, &place, MPI_STATUS_IGNORE));
-    PetscCall(Assemble(mpm, pool, phase, place, at));
+    PetscCall(Assemble(mpm, pool, phase, place));
     if (next < queued) {
-      PetscCall(Send(mpm, pool, phase, pool->queue[next++], place, at));
+      PetscCall(Send(mpm, pool, phase, pool->queue[next++], place));
       flying++;
     }
   }
-  PetscCall(GetFields(&mpm->points, fields, PETSC_TRUE, at));
   PetscCall(VecRestoreArray(ex->vel, &ex->patch.vel));
+  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &ex->patch.points));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -279,17 +285,17 @@ static PetscErrorCode SetUp_Pool(MPM mpm)
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&pool));
-  ex->ctx = pool;
+  ex->farm = pool;
   PetscCallMPI(MPI_Comm_dup(mpm->comm, &pool->comm));
   PetscCallMPI(MPI_Comm_size(pool->comm, &pool->size));
   PetscCallMPI(MPI_Comm_rank(pool->comm, &pool->rank));
-  ex->data = pool->rank ? MPI_COMM_NULL : PETSC_COMM_SELF;
   if (pool->rank) {
     PetscCall(MPMPointsLayout(mpm, &mpm->points));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  ex->data = PETSC_COMM_SELF;
-  PetscCall(MPMExchange_serial.setup(mpm));
+  ex->data    = PETSC_COMM_SELF;
+  pool->inner = mpm->grid.periodic[0] || mpm->grid.periodic[1] || mpm->grid.periodic[2] ? &MPMExchange_spatial : &MPMExchange_serial;
+  PetscCall(pool->inner->setup(mpm));
   for (PetscInt d = 0; d < 3; d++) {
     n[d] = (ex->patch.own_n[d] + ex->pool_cells - 1) / ex->pool_cells;
     total *= n[d];
@@ -367,16 +373,15 @@ static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const Order *order,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The cells that the kernel found are those of the patch; the master numbers them over its whole grid. */
-static void RenumberCells(MPM mpm, MPMPatch *patch)
+/* The cells that the kernel found are those of the patch; the master numbers them over its own arrays. */
+static void RenumberCells(MPM mpm, const Order *order, MPMPatch *patch)
 {
   const PetscInt dim = mpm->grid.dim;
   MPMPatch       all;
-  const PetscInt lo[3] = {-mpm->grid.layers, -mpm->grid.layers, -mpm->grid.layers};
 
   for (PetscInt d = 0; d < 3; d++) {
-    all.lo[d] = d < dim ? lo[d] : 0;
-    all.n[d]  = d < dim ? mpm->grid.cells[d] + 1 + 2 * mpm->grid.layers : 1;
+    all.lo[d] = order->all_lo[d];
+    all.n[d]  = order->all_n[d];
   }
   for (PetscInt p = 0; p < patch->points.n; p++) {
     PetscReal xi[3];
@@ -395,7 +400,7 @@ static char *PackAnswer(MPM mpm, const MPMPhase *phase, const MPMStatus *status,
 
   memcpy(m, status, sizeof *status);
   m += sizeof *status;
-  if (phase->kind == MPM_NODES_TO_POINTS) return PackFields(&mpm->points, phase->points_out, desk->field, patch->points.n, desk->identity, m);
+  if (phase->kind == MPM_NODES_TO_POINTS) return PackFields(&mpm->points, phase->points_out, desk->field, NULL, patch->points.n, patch->points.n, desk->identity, m);
   SumRange(mpm->grid.dim, phase->parts, &c0, &c1);
   for (PetscInt k = patch->own_lo[2]; k < patch->own_lo[2] + patch->own_n[2]; k++)
     for (PetscInt j = patch->own_lo[1]; j < patch->own_lo[1] + patch->own_n[1]; j++)
@@ -407,7 +412,7 @@ static char *PackAnswer(MPM mpm, const MPMPhase *phase, const MPMStatus *status,
 /* A worker's life: receive a patch, run the phase, answer; until the master says that the run is over. */
 static PetscErrorCode Serve_Pool(MPM mpm)
 {
-  Pool       *pool   = (Pool *)mpm->exchange.ctx;
+  Pool       *pool   = (Pool *)mpm->exchange.farm;
   Desk        desk   = {0};
   MPI_Request answer = MPI_REQUEST_NULL;
 
@@ -431,7 +436,7 @@ static PetscErrorCode Serve_Pool(MPM mpm)
     PetscCall(Unpack(mpm, phase, &order, desk.in + sizeof order, &desk));
     MPMStatusReset(&status);
     PetscCall(MPMPatchRun(mpm, &desk.patch, phase, &status));
-    if (phase->points_out & MPM_BIT(cell)) RenumberCells(mpm, &desk.patch);
+    if (phase->points_out & MPM_BIT(cell)) RenumberCells(mpm, &order, &desk.patch);
     PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
     PetscCall(Grow(&desk.out, &desk.out_capacity, AnswerBytes(mpm, phase, order.own_n, order.n)));
     len = (PetscMPIInt)(PackAnswer(mpm, phase, &status, &desk, desk.out) - desk.out);
@@ -450,31 +455,31 @@ static PetscErrorCode Serve_Pool(MPM mpm)
 static PetscErrorCode Nodes_Pool(MPM mpm, const MPMPhase *phase)
 {
   PetscFunctionBeginUser;
-  PetscCall(MPMExchange_serial.nodes(mpm, phase));
+  PetscCall(((Pool *)mpm->exchange.farm)->inner->nodes(mpm, phase));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Reduce_Pool(MPM mpm, MPMStatus *status)
 {
   PetscFunctionBeginUser;
-  PetscCall(MPMExchange_serial.reduce(mpm, status));
+  PetscCall(((Pool *)mpm->exchange.farm)->inner->reduce(mpm, status));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Settle_Pool(MPM mpm, PetscBool anew)
 {
   PetscFunctionBeginUser;
-  PetscCall(MPMExchange_serial.settle(mpm, anew));
+  PetscCall(((Pool *)mpm->exchange.farm)->inner->settle(mpm, anew));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Finish_Pool(MPM mpm)
 {
-  Pool *pool = (Pool *)mpm->exchange.ctx;
+  Pool *pool = (Pool *)mpm->exchange.farm;
 
   PetscFunctionBeginUser;
   if (!pool->rank) {
-    const Order over = {-1, {0}, {0}, 0, 0};
+    const Order over = {-1, {0}, {0}, {0}, {0}, 0, 0};
 
     for (PetscMPIInt w = 1; w < pool->size; w++) PetscCallMPI(MPI_Send(&over, (PetscMPIInt)sizeof over, MPI_BYTE, w, TAG_WORK, pool->comm));
     for (PetscInt k = 0; k < pool->size * MPM_IN_FLIGHT; k++) {
@@ -486,13 +491,13 @@ static PetscErrorCode Finish_Pool(MPM mpm)
     PetscCall(PetscFree2(pool->chunks, pool->queue));
     PetscCall(PetscFree(pool->slots));
     PetscCall(PetscFree(pool->received));
-    PetscCall(MPMExchange_serial.finish(mpm));
+    PetscCall(pool->inner->finish(mpm));
   }
   PetscCallMPI(MPI_Comm_free(&pool->comm));
-  PetscCall(PetscFree(mpm->exchange.ctx));
+  PetscCall(PetscFree(mpm->exchange.farm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 const MPMExchangeType MPMExchange_pool = {
-  "pool", "worker pool", SetUp_Pool, Sweep_Pool, Nodes_Pool, Reduce_Pool, Settle_Pool, Finish_Pool, PETSC_TRUE, Serve_Pool,
+  "pool", "worker pool", SetUp_Pool, Sweep_Pool, Nodes_Pool, Reduce_Pool, Settle_Pool, Finish_Pool, NULL, PETSC_TRUE, Serve_Pool,
 };

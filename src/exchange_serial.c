@@ -13,6 +13,18 @@ static PetscErrorCode SetUp_Serial(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode Prepare_Serial(MPM mpm, const MPMPhase *phase)
+{
+  MPMPatch *patch = &mpm->exchange.patch;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPointsGetView(&mpm->points, phase->points_in | phase->points_out, &patch->points));
+  patch->norder = mpm->points.n;
+  patch->order = patch->own_order = mpm->points.order;
+  PetscCall(VecGetArray(mpm->exchange.vel, &patch->vel));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Sweep_Serial(MPM mpm, const MPMPhase *phase)
 {
   MPMExchange   *ex     = &mpm->exchange;
@@ -20,10 +32,7 @@ static PetscErrorCode Sweep_Serial(MPM mpm, const MPMPhase *phase)
   const PetscInt fields = phase->points_in | phase->points_out;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPointsGetView(&mpm->points, fields, &patch->points));
-  patch->norder = mpm->points.n;
-  patch->order = patch->own_order = mpm->points.order;
-  PetscCall(VecGetArray(ex->vel, &patch->vel));
+  PetscCall(Prepare_Serial(mpm, phase));
   PetscCall(MPMPatchRun(mpm, patch, phase, &mpm->status));
   PetscCall(VecRestoreArray(ex->vel, &patch->vel));
   PetscCall(MPMPointsRestoreView(&mpm->points, fields, &patch->points));
@@ -72,5 +81,5 @@ static PetscErrorCode Finish_Serial(MPM mpm)
 }
 
 const MPMExchangeType MPMExchange_serial = {
-  "serial", "one process, one patch", SetUp_Serial, Sweep_Serial, Nodes_Serial, Reduce_Serial, Settle_Serial, Finish_Serial, PETSC_FALSE, NULL,
+  "serial", "one process, one patch", SetUp_Serial, Sweep_Serial, Nodes_Serial, Reduce_Serial, Settle_Serial, Finish_Serial, Prepare_Serial, PETSC_FALSE, NULL,
 };

@@ -31,7 +31,7 @@ PetscMPIInt MPMSpatialOwner(const MPMSpatial *s, PetscInt dim, const PetscInt ba
 }
 
 /* Neighbours: o in {0,1}^dim, not 0. Points of my cells at the upper side o go to the process at +o; the process at -o
-   sends me its own. Boxes of cells are in nodes of the grid.                                                         */
+   sends me its own. Across a periodic face that may be myself. Boxes of cells are in nodes of the grid.              */
 static PetscErrorCode FindNeighbours(MPM mpm, MPMSpatial *s)
 {
   const MPMPatch *patch = &mpm->exchange.patch;
@@ -47,25 +47,28 @@ static PetscErrorCode FindNeighbours(MPM mpm, MPMSpatial *s)
     rest /= s->p[d];
   }
   for (int o = 1; o < 1 << dim; o++) {
-    PetscBool up = PETSC_TRUE, down = PETSC_TRUE;
-    PetscInt  step = 0, stride = 1;
+    MPMNeighbour *to = &s->to[s->nto], *from = &s->from[s->nfrom];
+    PetscBool     up = PETSC_TRUE, down = PETSC_TRUE;
+    PetscInt      above = 0, below = 0, stride = 1;
 
-    for (PetscInt d = 0; d < dim; stride *= s->p[d++]) {
-      if (!(o & (1 << d))) continue;
-      step += stride;
-      if (me[d] == s->p[d] - 1) up = PETSC_FALSE;
-      if (me[d] == 0) down = PETSC_FALSE;
-    }
-    if (up) {
-      MPMNeighbour *to = &s->to[s->nto++];
+    for (PetscInt d = 0; d < 3; d++) {
+      const PetscInt off = o >> d & 1, last = s->p[d] - 1;
 
-      to->rank = (PetscMPIInt)(rank + step);
-      for (PetscInt d = 0; d < 3; d++) {
-        to->hi[d] = patch->own_lo[d] + patch->own_n[d];
-        to->lo[d] = o & (1 << d) ? to->hi[d] - reach : patch->own_lo[d];
-      }
+      to->hi[d]      = patch->own_lo[d] + patch->own_n[d];
+      to->lo[d]      = off ? to->hi[d] - reach : patch->own_lo[d];
+      from->shift[d] = 0;
+      if (off && me[d] == last && !mpm->grid.periodic[d]) up = PETSC_FALSE;
+      if (off && me[d] == 0 && !mpm->grid.periodic[d]) down = PETSC_FALSE;
+      if (off && me[d] == 0) from->shift[d] = mpm->grid.lower[d] - mpm->grid.upper[d];
+      above += stride * ((me[d] + off) % s->p[d]);
+      below += stride * ((me[d] + last * off) % s->p[d]);
+      stride *= s->p[d];
     }
-    if (down) s->from[s->nfrom++].rank = (PetscMPIInt)(rank - step);
+    to->rank = (PetscMPIInt)above;
+    from->rank = (PetscMPIInt)below;
+    to->tag = from->tag = MPM_TAG_HALO + o;
+    s->nto += up;
+    s->nfrom += down;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -90,7 +93,7 @@ static PetscErrorCode SetUpPartition(MPM mpm)
   for (PetscInt d = 0; d < 3; d++) {
     s->p[d] = part->p[d];
     PetscCall(PetscMalloc1(s->p[d], &s->first[d]));
-    for (PetscInt r = 0, at = -mpm->grid.layers; r < s->p[d]; at += part->l[d][r++]) s->first[d][r] = at;
+    for (PetscInt r = 0, at = -mpm->grid.layers[d]; r < s->p[d]; at += part->l[d][r++]) s->first[d][r] = at;
   }
   s->nto = s->nfrom = 0;
   PetscCall(FindNeighbours(mpm, s));
@@ -122,8 +125,8 @@ static PetscErrorCode SetUp_Spatial(MPM mpm)
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&s));
-  ex->ctx  = s;
-  ex->data = mpm->comm;
+  ex->ctx = s;
+  if (ex->data == MPI_COMM_NULL) ex->data = mpm->comm; /* the pool's master uses itself alone */
   PetscCallMPI(MPI_Comm_dup(ex->data, &s->comm));
   PetscCallMPI(MPI_Comm_size(ex->data, &size));
   PetscCallMPI(MPI_Type_contiguous((int)sizeof(MPMStatus), MPI_BYTE, &s->status_type));
@@ -167,7 +170,8 @@ static PetscErrorCode AddPartialSums(MPM mpm, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
+/* Refreshes the halo points for a phase that sums points to nodes, and shows the patch its fields. */
+static PetscErrorCode Prepare_Spatial(MPM mpm, const MPMPhase *phase)
 {
   MPMExchange   *ex     = &mpm->exchange;
   MPMSpatial    *s      = (MPMSpatial *)ex->ctx;
@@ -187,6 +191,18 @@ static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
   patch->order     = ex->roundoff ? mpm->points.order : s->order;
   patch->norder    = mpm->points.n + (ex->roundoff ? 0 : s->nhalo);
   PetscCall(VecGetArray(ex->vel, &patch->vel));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
+{
+  MPMExchange   *ex     = &mpm->exchange;
+  MPMSpatial    *s      = (MPMSpatial *)ex->ctx;
+  MPMPatch      *patch  = &ex->patch;
+  const PetscInt fields = phase->points_in | phase->points_out;
+
+  PetscFunctionBeginUser;
+  PetscCall(Prepare_Spatial(mpm, phase));
   PetscCall(MPMPatchRun(mpm, patch, phase, &mpm->status));
   PetscCall(VecRestoreArray(ex->vel, &patch->vel));
   PetscCall(MPMPointsRestoreView(&mpm->points, fields, &patch->points));
@@ -246,7 +262,7 @@ static PetscErrorCode Recut(MPM mpm)
     PetscInt  base[3] = {0};
 
     (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, view.x + p * dim, xi, base);
-    for (PetscInt d = 0; d < dim; d++) base[d] += mpm->grid.layers;
+    for (PetscInt d = 0; d < dim; d++) base[d] += mpm->grid.layers[d];
     MPMHistogramAdd(&h, base);
   }
   PetscCall(MPMHistogramFinish(&h, s->comm));
@@ -322,5 +338,5 @@ static PetscErrorCode Finish_Spatial(MPM mpm)
 }
 
 const MPMExchangeType MPMExchange_spatial = {
-  "spatial", "spatial decomposition", SetUp_Spatial, Sweep_Spatial, Nodes_Spatial, Reduce_Spatial, Settle_Spatial, Finish_Spatial, PETSC_FALSE, NULL,
+  "spatial", "spatial decomposition", SetUp_Spatial, Sweep_Spatial, Nodes_Spatial, Reduce_Spatial, Settle_Spatial, Finish_Spatial, Prepare_Spatial, PETSC_FALSE, NULL,
 };

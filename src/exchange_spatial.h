@@ -4,14 +4,16 @@
 
 #include "mpm.h"
 
+enum { MPM_TAG_MIGRATE = 1, MPM_TAG_HALO = 8 }; /* halo: + the direction, since a neighbour may be so in several */
 #define MPM_MAX_NEIGHBOURS 7 /* lower, or upper, sides of a box in 3-D */
 
 /* Fields that are constant in a step: a halo point gets them once. */
 #define MPM_STEADY (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(kind))
 
 typedef struct {
-  PetscMPIInt rank;
+  PetscMPIInt rank, tag;
   PetscInt    lo[3], hi[3];         /* cells [lo, hi) whose points it needs, nodes of the grid */
+  PetscReal   shift[3];             /* to be added to positions that come: across periodic faces, m */
   PetscInt    n, capacity, *list;   /* [n] those points */
 } MPMNeighbour;
 
@@ -21,7 +23,7 @@ typedef struct {
   MPI_Op       status_op;
   PetscInt     p[3], *first[3];     /* process grid; [p] first own node of each part of an axis */
   int          nto, nfrom;
-  MPMNeighbour to[MPM_MAX_NEIGHBOURS], from[MPM_MAX_NEIGHBOURS]; /* from: rank and n only */
+  MPMNeighbour to[MPM_MAX_NEIGHBOURS], from[MPM_MAX_NEIGHBOURS]; /* from: rank, tag, shift, n */
   PetscInt     nhalo, halo_capacity;
   void        *halo[MPM_NUM_FIELDS]; /* [nhalo] copies, by neighbour */
   PetscInt    *order, order_capacity, *start; /* own and halo points by (cell, id); [cells+1] */

@@ -1,28 +1,37 @@
 /* grid.c - the background grid as PETSc sees it: a DMDA of nodes, in 1, 2 or 3 dimensions.                            */
 #include "mpm.h"
 
+/* Layers and stored nodes of each axis, once cells, walls and basis are known. */
+void MPMGridSetNodes(MPMGrid *grid, MPMBasis basis)
+{
+  for (PetscInt d = 0; d < 3; d++) {
+    grid->layers[d] = d < grid->dim && !grid->periodic[d] ? MPMBasisLayers(basis) : 0;
+    grid->nodes[d]  = d >= grid->dim ? 1 : grid->periodic[d] ? grid->cells[d] : grid->cells[d] + 1 + 2 * grid->layers[d];
+  }
+}
+
 /* The DMDA of the grid's nodes, layers beyond the walls included, with the velocity record as its unknowns. DMDA's
    node 0 is node -layers of the grid. Collective on comm.
      stencil   [in]  node layers of a process's halo
      partition [in]  how to cut the grid; NULL: comm has one process                                                  */
 PetscErrorCode MPMGridCreateDM(const MPMGrid *grid, MPI_Comm comm, PetscInt stencil, const MPMPartition *partition, DM *da)
 {
-  const DMBoundaryType none = DM_BOUNDARY_NONE;
-  const PetscInt       nc = MPM_VEL_NC(grid->dim), one[3] = {1, 1, 1}, *p = partition ? partition->p : one;
+  const PetscInt  nc = MPM_VEL_NC(grid->dim), one[3] = {1, 1, 1}, *p = partition ? partition->p : one;
   const PetscInt      *lx = partition ? partition->l[0] : NULL, *ly = partition ? partition->l[1] : NULL, *lz = partition ? partition->l[2] : NULL;
-  PetscInt             n[3];
+  const PetscInt *n = grid->nodes;
+  DMBoundaryType  bc[3];
 
   PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < 3; d++) n[d] = grid->cells[d] + 1 + 2 * grid->layers;
+  for (PetscInt d = 0; d < 3; d++) bc[d] = grid->periodic[d] ? DM_BOUNDARY_PERIODIC : DM_BOUNDARY_NONE;
   switch (grid->dim) {
   case 1:
-    PetscCall(DMDACreate1d(comm, none, n[0], nc, stencil, lx, da));
+    PetscCall(DMDACreate1d(comm, bc[0], n[0], nc, stencil, lx, da));
     break;
   case 2:
-    PetscCall(DMDACreate2d(comm, none, none, DMDA_STENCIL_BOX, n[0], n[1], p[0], p[1], nc, stencil, lx, ly, da));
+    PetscCall(DMDACreate2d(comm, bc[0], bc[1], DMDA_STENCIL_BOX, n[0], n[1], p[0], p[1], nc, stencil, lx, ly, da));
     break;
   default:
-    PetscCall(DMDACreate3d(comm, none, none, none, DMDA_STENCIL_BOX, n[0], n[1], n[2], p[0], p[1], p[2], nc, stencil, lx, ly, lz, da));
+    PetscCall(DMDACreate3d(comm, bc[0], bc[1], bc[2], DMDA_STENCIL_BOX, n[0], n[1], n[2], p[0], p[1], p[2], nc, stencil, lx, ly, lz, da));
   }
   PetscCall(DMSetUp(*da));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -69,7 +69,7 @@ PetscErrorCode MPMHaloExchange(MPM mpm, MPMSpatial *s, PetscInt fields)
     PetscMPIInt len;
 
     PetscCall(PetscMPIIntCast((PetscInt)(bytes * (size_t)s->from[k].n), &len));
-    if (len) PetscCallMPI(MPI_Irecv(s->in + at, len, MPI_BYTE, s->from[k].rank, 1, s->comm, &request[n++]));
+    if (len) PetscCallMPI(MPI_Irecv(s->in + at, len, MPI_BYTE, s->from[k].rank, s->from[k].tag, s->comm, &request[n++]));
     at += (size_t)len;
   }
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
@@ -84,7 +84,7 @@ PetscErrorCode MPMHaloExchange(MPM mpm, MPMSpatial *s, PetscInt fields)
       if (!own[f]) continue;
       for (PetscInt q = 0; q < s->to[k].n; q++, at += (size_t)b) memcpy(s->out + at, (char *)own[f] + s->to[k].list[q] * b, (size_t)b);
     }
-    if (s->to[k].n) PetscCallMPI(MPI_Isend(message, (PetscMPIInt)(s->out + at - message), MPI_BYTE, s->to[k].rank, 1, s->comm, &request[n++]));
+    if (s->to[k].n) PetscCallMPI(MPI_Isend(message, (PetscMPIInt)(s->out + at - message), MPI_BYTE, s->to[k].rank, s->to[k].tag, s->comm, &request[n++]));
   }
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (own[f]) PetscCall(DMSwarmRestoreField(pts->swarm, MPMFields[f].name, NULL, NULL, &own[f]));
@@ -108,8 +108,8 @@ static PetscErrorCode ExchangeCounts(MPM mpm, MPMSpatial *s)
   int         n = 0;
 
   PetscFunctionBeginUser;
-  for (int k = 0; k < s->nfrom; k++) PetscCallMPI(MPI_Irecv(&s->from[k].n, 1, MPIU_INT, s->from[k].rank, 2, s->comm, &request[n++]));
-  for (int k = 0; k < s->nto; k++) PetscCallMPI(MPI_Isend(&s->to[k].n, 1, MPIU_INT, s->to[k].rank, 2, s->comm, &request[n++]));
+  for (int k = 0; k < s->nfrom; k++) PetscCallMPI(MPI_Irecv(&s->from[k].n, 1, MPIU_INT, s->from[k].rank, s->from[k].tag, s->comm, &request[n++]));
+  for (int k = 0; k < s->nto; k++) PetscCallMPI(MPI_Isend(&s->to[k].n, 1, MPIU_INT, s->to[k].rank, s->to[k].tag, s->comm, &request[n++]));
   PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
   s->nhalo = 0;
   for (int k = 0; k < s->nfrom; k++) s->nhalo += s->from[k].n;
@@ -136,17 +136,20 @@ static PetscErrorCode MergeOrder(MPM mpm, MPMSpatial *s)
   const MPMPoints *pts    = &mpm->points;
   MPMPatch        *patch  = &mpm->exchange.patch;
   const PetscInt   dim    = mpm->grid.dim, ncells = MPMPatchCells(patch);
-  const PetscReal *x      = (const PetscReal *)s->halo[MPM_FIELD_INDEX_x];
+  PetscReal       *x      = (PetscReal *)s->halo[MPM_FIELD_INDEX_x];
   PetscInt        *cell   = (PetscInt *)s->halo[MPM_FIELD_INDEX_cell], at = 0;
 
   PetscFunctionBeginUser;
   if (!s->start) PetscCall(PetscMalloc1(ncells + 1, &s->start));
   PetscCall(PetscArrayzero(s->start, ncells + 1));
+  for (PetscInt k = 0, p = 0; k < s->nfrom; k++) /* images across periodic faces */
+    for (PetscInt q = 0; q < s->from[k].n; q++, p++)
+      for (PetscInt d = 0; d < dim; d++) x[p * dim + d] += s->from[k].shift[d];
   for (PetscInt p = 0; p < s->nhalo; p++) {
     PetscReal xi[3];
     PetscInt  base[3] = {0};
 
-    (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, x + p * dim, xi, base);
+    MPMCoordinates((int)dim, mpm->basis, &mpm->grid, x + p * dim, xi, base);
     cell[p] = MPMNodeIndex((int)dim, patch, base);
     s->start[cell[p] + 1]++;
   }

@@ -112,8 +112,8 @@ static PetscErrorCode SendPoints(MPMSpatial *s, PetscInt bytes, PetscInt nsend, 
   for (PetscMPIInt k = 0; k < nfrom; k++) *nrecv += counts[k];
   PetscCall(PetscMalloc1(*nrecv * bytes, in));
   PetscCall(PetscMalloc1(nfrom + nto, &request));
-  for (PetscInt k = 0, at = 0; k < nfrom; at += counts[k++]) PetscCallMPI(MPI_Irecv(*in + at * bytes, (PetscMPIInt)(counts[k] * bytes), MPI_BYTE, from[k], 3, s->comm, &request[n++]));
-  for (PetscInt k = 0, at = 0; k < nto; at += count[k++]) PetscCallMPI(MPI_Isend(out + at * bytes, (PetscMPIInt)(count[k] * bytes), MPI_BYTE, to[k], 3, s->comm, &request[n++]));
+  for (PetscInt k = 0, at = 0; k < nfrom; at += counts[k++]) PetscCallMPI(MPI_Irecv(*in + at * bytes, (PetscMPIInt)(counts[k] * bytes), MPI_BYTE, from[k], MPM_TAG_MIGRATE, s->comm, &request[n++]));
+  for (PetscInt k = 0, at = 0; k < nto; at += count[k++]) PetscCallMPI(MPI_Isend(out + at * bytes, (PetscMPIInt)(count[k] * bytes), MPI_BYTE, to[k], MPM_TAG_MIGRATE, s->comm, &request[n++]));
   PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
   PetscCall(PetscFree(request));
   PetscCall(PetscFree(from));

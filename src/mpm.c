@@ -5,7 +5,8 @@ PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscNew(mpm));
-  (*mpm)->comm = comm;
+  (*mpm)->comm          = comm;
+  (*mpm)->exchange.data = MPI_COMM_NULL;
   PetscCall(PetscTime(&(*mpm)->wall_start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -34,7 +35,7 @@ static PetscErrorCode ReadMethod(MPM mpm, MPMOptions o)
     if (set) MPMOptionsFail(o, "-method_flip does not apply: -method_transfer pic has no share of FLIP");
     mpm->params.flip = 0;
   }
-  mpm->grid.layers = MPMBasisLayers(mpm->basis);
+  MPMGridSetNodes(&mpm->grid, mpm->basis);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -109,11 +109,15 @@ typedef struct {
 PetscBool MPMRegionInside(const MPMRegion *, PetscInt dim, const PetscReal x[]);
 void      MPMRegionBounds(const MPMRegion *, PetscInt dim, PetscReal lower[], PetscReal upper[]);
 
-/* The background grid: node ijk lies at lower + ijk*h, 0 <= ijk <= cells; `layers` more nodes lie beyond each face. */
+/* The background grid: node ijk lies at lower + ijk*h, 0 <= ijk <= cells. On an axis with walls, `layers` more nodes lie
+   beyond each face; on a periodic axis node `cells` is node 0 again.                                                 */
 typedef struct {
-  PetscInt  dim, cells[3], layers;
+  PetscInt  dim, cells[3], layers[3], nodes[3]; /* nodes that are stored per axis, layers included */
   PetscReal lower[3], upper[3], h[3];
+  PetscBool periodic[3];
 } MPMGrid;
+
+void MPMGridSetNodes(MPMGrid *, MPMBasis); /* layers and nodes, once the rest is known */
 
 /* Points as kernels see them: one pointer a field, rows of its components; NULL where the scene has no such field or
    the running phase did not declare it.                                                                              */
@@ -175,6 +179,7 @@ typedef struct {
   PetscInt        norder;
   const PetscInt *order;               /* [norder] all points by (cell, id): p < points.n own, else halo p - points.n */
   const PetscInt *own_order;           /* [points.n] own points by (cell, id) */
+  const PetscInt *start;               /* [cells+1] where each cell's points begin in order */
   PetscReal      *sum;                 /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N */
   PetscReal      *vel;                 /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
   char           *row;                 /* [n2][n1] does a point touch this row of nodes? Others are never visited. */
@@ -290,6 +295,7 @@ typedef struct {
   PetscErrorCode (*reduce)(MPM, MPMStatus *);     /* merge the status of all processes: the one reduction of a step */
   PetscErrorCode (*settle)(MPM, PetscBool anew);  /* bring the points home and in order; anew: no cell is known */
   PetscErrorCode (*finish)(MPM);
+  PetscErrorCode (*prepare)(MPM, const MPMPhase *); /* the first part of sweep: the patch's views are ready to read */
   PetscBool farms;                                /* the points' work is done by others */
   PetscErrorCode (*serve)(MPM);                   /* what a process without data does, until the run ends */
 } MPMExchangeType;
@@ -305,12 +311,13 @@ typedef struct {
   PetscBool              roundoff;  /* -parallel_sums roundoff */
   PetscBool              ready;     /* is set up */
   PetscInt               pool_cells; /* -pool_cells */
+  void                  *farm;      /* of the pool: its master uses the rest as a run on one process does */
   MPMPartition           partition;
   void                  *ctx;
 } MPMExchange;
 
 extern const MPMExchangeType *const MPMExchangeTypes[]; /* rows of exchange.def, ends with NULL */
-extern const MPMExchangeType        MPMExchange_serial; /* the pool's master does the serial part of the work */
+extern const MPMExchangeType        MPMExchange_serial, MPMExchange_spatial; /* the pool's master is one of them */
 
 /* ---------------------------------------------------------------------------------------------------------------
    3. Program
@@ -437,12 +444,23 @@ typedef struct {
   char        dir[MPM_TEXT_LEN];
   PetscBool   enabled;
   PetscReal   every, next;  /* s of simulated time */
-  PetscInt    fields;       /* bits of the rows in output.c */
+  PetscInt    fields;       /* bits of MPMOutputFields, and MPM_OUTPUT_GRID */
   PetscInt    count, last;  /* snapshots written; step of the last */
   PetscInt   *steps;        /* [count] */
   PetscReal  *times;        /* [count] s */
   PetscViewer viewer;       /* of the HDF5 file */
 } MPMOutput;
+#define MPM_OUTPUT_GRID (1 << 30) /* bit of the nodes in MPMOutput.fields */
+
+/* A field of a snapshot: fills one row of nc values for point p. */
+typedef struct {
+  const char *name, *option, *unit, *components; /* option: its word in -output_fields; NULL: always there */
+  PetscInt    nc;
+  PetscBool   whole; /* whole numbers */
+  void      (*fill)(MPM, const MPMView *, PetscInt p, PetscReal row[]);
+} MPMOutputField;
+extern const MPMOutputField MPMOutputFields[]; /* the last has no name */
+
 PetscErrorCode MPMOutputSetFromOptions(MPM, MPMOptions);
 PetscErrorCode MPMOutputStep(MPM, PetscBool force);
 PetscErrorCode MPMOutputDestroy(MPM);

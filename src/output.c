@@ -17,14 +17,6 @@
     PetscCheck((call) >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 failed to write the results: %s", #call); \
   } while (0)
 
-/* A field of a snapshot: fills one row of nc values for point p. */
-typedef struct {
-  const char *name, *option, *unit, *components;
-  PetscInt    nc;
-  PetscBool   whole; /* whole numbers */
-  void      (*fill)(MPM, const MPMView *, PetscInt p, PetscReal row[]);
-} Field;
-
 static void FillId(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
 {
   (void)mpm;
@@ -79,7 +71,7 @@ static void FillBody(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
   row[0] = b;
 }
 
-static const Field fields[] = {
+const MPMOutputField MPMOutputFields[] = {
   {"id",     NULL,       "1",   "",                           1, PETSC_TRUE,  FillId    },
   {"x",      NULL,       "m",   "x y z",                      3, PETSC_FALSE, FillX     },
   {"v",      "velocity", "m/s", "x y z",                      3, PETSC_FALSE, FillV     },
@@ -87,9 +79,8 @@ static const Field fields[] = {
   {"stress", "stress",   "Pa",  "xx xy xz yy yz zz",          6, PETSC_FALSE, FillStress},
   {"volume", "volume",   "m^3", "",                           1, PETSC_FALSE, FillVolume},
   {"body",   "body",     "1",   "",                           1, PETSC_TRUE,  FillBody  },
+  {NULL,     NULL,       NULL,  NULL,                         0, PETSC_FALSE, NULL      },
 };
-#define NUM_FIELDS ((PetscInt)(sizeof fields / sizeof fields[0]))
-#define GRID_BIT   (1 << NUM_FIELDS) /* the nodes, option word "grid" */
 
 /* Reads -output_fields a,b,...: words of the table, and grid. */
 static PetscErrorCode ReadFields(MPM mpm, MPMOptions o)
@@ -105,9 +96,9 @@ static PetscErrorCode ReadFields(MPM mpm, MPMOptions o)
   for (char *w = strtok_r(text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
     PetscInt f = 0;
 
-    while (f < NUM_FIELDS && (!fields[f].option || strcmp(fields[f].option, w))) f++;
-    if (f == NUM_FIELDS && strcmp(w, "grid")) MPMOptionsFail(o, "-output_fields %s: choose among all, or a list of velocity,F,stress,volume,body,grid", w);
-    mpm->output.fields |= 1 << f;
+    while (MPMOutputFields[f].name && (!MPMOutputFields[f].option || strcmp(MPMOutputFields[f].option, w))) f++;
+    if (!MPMOutputFields[f].name && strcmp(w, "grid")) MPMOptionsFail(o, "-output_fields %s: choose among all, or a list of velocity,F,stress,volume,body,grid", w);
+    mpm->output.fields |= MPMOutputFields[f].name ? 1 << f : MPM_OUTPUT_GRID;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -267,22 +258,23 @@ static PetscErrorCode WritePoints(MPM mpm, hid_t group)
   PetscFunctionBeginUser;
   PetscCall(CreateRows(mpm, &sf, &first, &rows));
   PetscCall(PetscMalloc2(n * 9, &here, rows * 9, &sorted));
-  for (PetscInt f = 0; f < NUM_FIELDS; f++) {
-    const PetscInt nc        = fields[f].nc;
+  for (PetscInt f = 0; MPMOutputFields[f].name; f++) {
+    const MPMOutputField *field = &MPMOutputFields[f];
+    const PetscInt nc        = field->nc;
     const hsize_t  size[2]   = {(hsize_t)mpm->points.total, (hsize_t)nc};
     const hsize_t  offset[2] = {(hsize_t)first, 0}, count[2] = {(hsize_t)rows, (hsize_t)nc};
     MPI_Datatype   unit;
 
     if (!(mpm->output.fields & (1 << f))) continue;
     PetscCall(MPMPointsGetView(&mpm->points, -1, &view));
-    for (PetscInt p = 0; p < n; p++) fields[f].fill(mpm, &view, p, here + p * nc);
+    for (PetscInt p = 0; p < n; p++) field->fill(mpm, &view, p, here + p * nc);
     PetscCall(MPMPointsRestoreView(&mpm->points, -1, &view));
     PetscCallMPI(MPI_Type_contiguous((PetscMPIInt)nc, MPIU_REAL, &unit));
     PetscCallMPI(MPI_Type_commit(&unit));
     PetscCall(PetscSFReduceBegin(sf, unit, here, sorted, MPI_REPLACE));
     PetscCall(PetscSFReduceEnd(sf, unit, here, sorted, MPI_REPLACE));
     PetscCallMPI(MPI_Type_free(&unit));
-    PetscCall(WriteDataset(group, fields[f].name, fields[f].unit, fields[f].components, fields[f].whole, nc == 1 ? 1 : 2, size, offset, count, sorted));
+    PetscCall(WriteDataset(group, field->name, field->unit, field->components, field->whole, nc == 1 ? 1 : 2, size, offset, count, sorted));
   }
   PetscCall(PetscFree2(here, sorted));
   PetscCall(PetscSFDestroy(&sf));
@@ -303,7 +295,7 @@ static PetscErrorCode WriteGrid(MPM mpm, hid_t group)
   PetscFunctionBeginUser;
   PetscCall(MPMStepNodes(mpm));
   for (PetscInt d = 0; d < 3; d++) {
-    const PetscInt last = d < dim ? grid->cells[d] : 0, hi = PetscMin(patch->own_lo[d] + patch->own_n[d], last + 1);
+    const PetscInt last = d < dim ? grid->cells[d] - grid->periodic[d] : 0, hi = PetscMin(patch->own_lo[d] + patch->own_n[d], last + 1);
 
     lo[d]         = PetscMax(patch->own_lo[d], 0);
     n[d]          = PetscMax(0, hi - lo[d]);
@@ -408,7 +400,7 @@ static PetscErrorCode WriteSnapshot(MPM mpm)
   H5(group = H5Gcreate2(step, "particles", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
   PetscCall(WritePoints(mpm, group));
   H5(H5Gclose(group));
-  if (out->fields & GRID_BIT) {
+  if (out->fields & MPM_OUTPUT_GRID) {
     H5(group = H5Gcreate2(step, "grid", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
     PetscCall(WriteGrid(mpm, group));
     H5(H5Gclose(group));
@@ -435,85 +427,6 @@ PetscErrorCode MPMOutputStep(MPM mpm, PetscBool force)
   PetscCall(MPMXdmfWrite(mpm));
   out->last = mpm->step;
   out->next = MPMNextTime(mpm->t, out->every);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* --- XDMF ------------------------------------------------------------------------------------------------------ */
-
-static void XdmfArray(FILE *f, const char indent[], const char dims[], PetscBool whole, const char file[], PetscInt step, const char path[])
-{
-  fprintf(f, "%s<DataItem Dimensions=\"%s\" NumberType=\"%s\" Precision=\"8\" Format=\"HDF\">%s:/step_%06" PetscInt_FMT "/%s</DataItem>\n", indent, dims, whole ? "Int" : "Float", file, step, path);
-}
-
-static void XdmfPoints(MPM mpm, FILE *f, const char file[], PetscInt k)
-{
-  const char *const types[] = {"", "Scalar", "", "Vector", "", "", "Tensor6", "", "", "Tensor"};
-  const MPMOutput  *out     = &mpm->output;
-  const long long   n       = mpm->points.total;
-  char              dims[64], path[64];
-
-  fprintf(f, "      <Grid Name=\"particles\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n", (double)out->times[k]);
-  fprintf(f, "        <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"%lld\" NodesPerElement=\"1\"/>\n        <Geometry GeometryType=\"XYZ\">\n", n);
-  (void)snprintf(dims, sizeof dims, "%lld 3", n);
-  XdmfArray(f, "          ", dims, PETSC_FALSE, file, out->steps[k], "particles/x");
-  fprintf(f, "        </Geometry>\n");
-  for (PetscInt q = 0; q < NUM_FIELDS; q++) {
-    if (!(out->fields & (1 << q)) || !strcmp(fields[q].name, "x")) continue;
-    if (fields[q].nc == 1) (void)snprintf(dims, sizeof dims, "%lld", n);
-    else (void)snprintf(dims, sizeof dims, "%lld %d", n, (int)fields[q].nc);
-    (void)snprintf(path, sizeof path, "particles/%s", fields[q].name);
-    fprintf(f, "        <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"Node\">\n", fields[q].name, types[fields[q].nc]);
-    XdmfArray(f, "          ", dims, fields[q].whole, file, out->steps[k], path);
-    fprintf(f, "        </Attribute>\n");
-  }
-  fprintf(f, "      </Grid>\n");
-}
-
-static void XdmfNodes(MPM mpm, FILE *f, const char file[], PetscInt k)
-{
-  const MPMGrid   *g   = &mpm->grid;
-  const MPMOutput *out = &mpm->output;
-  char             dims[128], vdims[160];
-
-  (void)snprintf(dims, sizeof dims, "%lld %lld %lld", (long long)g->cells[2] + 1, (long long)g->cells[1] + 1, (long long)g->cells[0] + 1);
-  (void)snprintf(vdims, sizeof vdims, "%s 3", dims);
-  fprintf(f, "      <Grid Name=\"grid\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n", (double)out->times[k]);
-  fprintf(f, "        <Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"%s\"/>\n        <Geometry GeometryType=\"ORIGIN_DXDYDZ\">\n", dims);
-  fprintf(f, "          <DataItem Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">%.17g %.17g %.17g</DataItem>\n", (double)g->lower[2], (double)g->lower[1], (double)g->lower[0]);
-  fprintf(f, "          <DataItem Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">%.17g %.17g %.17g</DataItem>\n        </Geometry>\n", (double)g->h[2], (double)g->h[1], (double)g->h[0]);
-  fprintf(f, "        <Attribute Name=\"mass\" AttributeType=\"Scalar\" Center=\"Node\">\n");
-  XdmfArray(f, "          ", dims, PETSC_FALSE, file, out->steps[k], "grid/mass");
-  fprintf(f, "        </Attribute>\n        <Attribute Name=\"v\" AttributeType=\"Vector\" Center=\"Node\">\n");
-  XdmfArray(f, "          ", vdims, PETSC_FALSE, file, out->steps[k], "grid/v");
-  fprintf(f, "        </Attribute>\n      </Grid>\n");
-}
-
-/* Writes <scene>.xdmf for the snapshots so far, whole at every moment: to a new file, then renamed. */
-PetscErrorCode MPMXdmfWrite(MPM mpm)
-{
-  MPMOutput  *out = &mpm->output;
-  char        path[2 * MPM_TEXT_LEN], temporary[2 * MPM_TEXT_LEN + 8], file[MPM_NAME_LEN + 4];
-  FILE       *f;
-  PetscMPIInt rank;
-  void (*const write[])(MPM, FILE *, const char[], PetscInt) = {XdmfPoints, XdmfNodes};
-  const char *const names[]                                  = {"particles", "grid"};
-
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(mpm->exchange.data, &rank));
-  if (rank) PetscFunctionReturn(PETSC_SUCCESS);
-  (void)snprintf(path, sizeof path, "%s/%s.xdmf", out->dir, mpm->scene.name);
-  (void)snprintf(temporary, sizeof temporary, "%s.new", path);
-  (void)snprintf(file, sizeof file, "%s.h5", mpm->scene.name);
-  f = fopen(temporary, "w");
-  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", temporary, strerror(errno));
-  fprintf(f, "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n  <Domain>\n");
-  for (int part = 0; part < (out->fields & GRID_BIT ? 2 : 1); part++) {
-    fprintf(f, "    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", names[part]);
-    for (PetscInt k = 0; k < out->count; k++) write[part](mpm, f, file, k);
-    fprintf(f, "    </Grid>\n");
-  }
-  fprintf(f, "  </Domain>\n</Xdmf>\n");
-  PetscCheck(!fclose(f) && !rename(temporary, path), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s: %s", path, strerror(errno));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -22,7 +22,7 @@ PetscErrorCode MPMHistogramCreate(const MPMGrid *grid, MPMBasis basis, MPMHistog
   for (h->coarse = 1; bins > MPM_MAX_BINS; h->coarse *= 2) {
     bins = 1;
     for (PetscInt d = 0; d < 3; d++) {
-      h->nodes[d] = d < grid->dim ? grid->cells[d] + 1 + 2 * grid->layers : 1;
+      h->nodes[d] = grid->nodes[d];
       h->n[d]     = (h->nodes[d] + h->coarse - 1) / h->coarse;
       bins *= h->n[d];
     }
@@ -212,7 +212,7 @@ PetscInt MPMPartitionLargest(const MPMGrid *grid, MPMBasis basis, PetscInt size)
 {
   PetscInt most[3] = {1, 1, 1};
 
-  for (PetscInt d = 0; d < grid->dim; d++) most[d] = (grid->cells[d] + 1 + 2 * grid->layers) / PetscMax(1, MPMBasisNodes(basis) - 1);
+  for (PetscInt d = 0; d < grid->dim; d++) most[d] = grid->nodes[d] / PetscMax(1, MPMBasisNodes(basis) - 1);
   for (; size > 1; size--)
     for (PetscInt pz = 1; pz <= PetscMin(size, most[2]); pz++)
       for (PetscInt py = 1; py <= most[1] && py * pz <= size; py++)

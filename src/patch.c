@@ -12,8 +12,8 @@ PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis bas
   PetscCall(DMDAGetCorners(da, &patch->own_lo[0], &patch->own_lo[1], &patch->own_lo[2], &patch->own_n[0], &patch->own_n[1], &patch->own_n[2]));
   PetscCall(DMDAGetGhostCorners(da, &patch->lo[0], &patch->lo[1], &patch->lo[2], &patch->n[0], &patch->n[1], &patch->n[2]));
   for (PetscInt d = 0; d < grid->dim; d++) {
-    patch->own_lo[d] -= grid->layers;
-    patch->lo[d] -= grid->layers;
+    patch->own_lo[d] -= grid->layers[d];
+    patch->lo[d] -= grid->layers[d];
   }
   nodes = patch->n[0] * patch->n[1] * patch->n[2];
   PetscCall(PetscCalloc2(nodes * MPM_SUM_NC(grid->dim), &patch->sum, patch->n[1] * patch->n[2], &patch->row));
@@ -32,11 +32,12 @@ PetscInt MPMPatchCells(const MPMPatch *patch)
   return patch->n[0] * patch->n[1] * patch->n[2];
 }
 
-/* Marks the rows of nodes that points touch, from the numbers of points in the cells. */
+/* Takes the places of the cells in the patch's order and marks the rows of nodes that points touch. */
 void MPMPatchMarkRows(MPMPatch *patch, const PetscInt *start)
 {
   const PetscInt ns = MPMBasisNodes(patch->basis);
 
+  patch->start = start;
   for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) patch->row[r] = 0;
   for (PetscInt k = 0; k < patch->n[2]; k++)
     for (PetscInt j = 0; j < patch->n[1]; j++) {

@@ -97,7 +97,7 @@ PetscErrorCode MPMPointsResize(MPMPoints *points)
 PetscErrorCode MPMPointsSetSize(MPMPoints *points, PetscInt n)
 {
   PetscFunctionBeginUser;
-  PetscCall(DMSwarmSetLocalSizes(points->swarm, n, MPM_SWARM_BUFFER));
+  PetscCall(DMSwarmSetLocalSizes(points->swarm, n, MPM_SWARM_BUFFER + n / 500));
   PetscCall(MPMPointsResize(points));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

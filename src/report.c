@@ -46,7 +46,7 @@ static PetscErrorCode PrintFields(MPM mpm)
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (mpm->points.present[f] && MPMFields[f].home == MPM_STATE) PetscCall(MPMPrint(mpm, "%s ", MPMFields[f].name));
   bytes = MPMPointsBytes(&mpm->points, MPM_SCRATCH) + (PetscInt)sizeof(PetscInt);
-  for (PetscInt d = 0; d < mpm->grid.dim; d++) nodes *= mpm->grid.cells[d] + 1 + 2 * mpm->grid.layers;
+  for (PetscInt d = 0; d < mpm->grid.dim; d++) nodes *= mpm->grid.nodes[d];
   PetscCall(MPMPrint(mpm, "  %" PetscInt_FMT " B/particle, %" PetscInt_FMT " with scratch, %d B/node: %.3g MB in all\n", MPMPointsBytes(&mpm->points, MPM_STATE), bytes,
                         (int)((MPM_SUM_NC(mpm->grid.dim) + MPM_VEL_NC(mpm->grid.dim)) * sizeof(PetscReal)),
                         (double)(1e-6 * (bytes * (PetscReal)mpm->points.total + nodes * (MPM_SUM_NC(mpm->grid.dim) + MPM_VEL_NC(mpm->grid.dim)) * sizeof(PetscReal)))));

@@ -28,14 +28,21 @@ MPM_INLINE PetscInt MPMNodeIndex(int dim, const MPMPatch *patch, const PetscInt 
   return c;
 }
 
-/* Base node and coordinate in cells of position x; false if x is outside of the grid or not finite. */
-MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], PetscReal xi[], PetscInt base[])
+/* Base node and coordinate in cells of position x, which is in the grid or an image across a periodic face. */
+MPM_INLINE void MPMCoordinates(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], PetscReal xi[], PetscInt base[])
 {
   for (int d = 0; d < dim; d++) {
-    if (!(x[d] >= grid->lower[d] && x[d] <= grid->upper[d])) return PETSC_FALSE;
     xi[d]   = PetscMin((x[d] - grid->lower[d]) / grid->h[d], (PetscReal)grid->cells[d]); /* the quotient may round up */
     base[d] = MPMBasisBase(basis, xi[d], grid->cells[d]);
   }
+}
+
+/* The same for any x; false if it is outside of the grid or not finite. */
+MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], PetscReal xi[], PetscInt base[])
+{
+  for (int d = 0; d < dim; d++)
+    if (!(x[d] >= grid->lower[d] && x[d] <= grid->upper[d])) return PETSC_FALSE;
+  MPMCoordinates(dim, basis, grid, x, xi, base);
   return PETSC_TRUE;
 }
 
@@ -49,10 +56,10 @@ MPM_INLINE void MPMStage(int dim, MPMBasis basis, const MPMPatch *patch, PetscIn
 
   for (PetscInt l = 0; l < n; l++) {
     const PetscReal *x = MPM_ROW(patch, x, order[l], dim);
-    PetscReal        xi[3]   = {0};
-    PetscInt         base[3] = {0};
+    PetscReal        xi[3];
+    PetscInt         base[3];
 
-    (void)MPMLocate(dim, basis, grid, x, xi, base); /* true: checked when x was committed */
+    MPMCoordinates(dim, basis, grid, x, xi, base); /* x was checked when it was committed */
     s->cell[l] = MPMNodeIndex(dim, patch, base);
     for (int d = 0; d < dim; d++) {
       PetscReal w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
@@ -231,13 +238,27 @@ MPM_INLINE PetscInt MPMOwnCell(int dim, MPMBasis basis, const MPMPatch *patch, c
   return MPMNodeIndex(dim, patch, base);
 }
 
+/* Brings x back through periodic faces; [lower, upper) afterwards. */
+MPM_INLINE void MPMWrap(int dim, const MPMGrid *grid, PetscReal x[])
+{
+  for (int d = 0; d < dim; d++) {
+    const PetscReal length = grid->upper[d] - grid->lower[d];
+
+    if (!grid->periodic[d] || (x[d] >= grid->lower[d] && x[d] < grid->upper[d])) continue;
+    x[d] -= PetscFloorReal((x[d] - grid->lower[d]) / length) * length;
+    if (x[d] < grid->lower[d] || x[d] >= grid->upper[d]) x[d] = grid->lower[d]; /* rounding */
+  }
+}
+
 /* x <- x + dx; the cell it is in now; counts the points that changed cell, and those that left the patch. */
 MPM_INLINE void MPMCommit(int dim, MPMBasis basis, MPMPatch *patch, PetscInt p, PetscInt cell, const PetscReal dx[], MPMStatus *status)
 {
   PetscReal x[3];
   PetscInt  base[3], now;
 
-  for (int d = 0; d < dim; d++) patch->points.x[p * dim + d] = x[d] = patch->points.x[p * dim + d] + dx[d];
+  for (int d = 0; d < dim; d++) x[d] = patch->points.x[p * dim + d] + dx[d];
+  MPMWrap(dim, patch->grid, x);
+  for (int d = 0; d < dim; d++) patch->points.x[p * dim + d] = x[d];
   now = MPMOwnCell(dim, basis, patch, x, base);
   if (now == -2) MPMNoteBad(status, MPM_LEFT_GRID, patch->points.id[p], dim, x, 0);
   status->moved += now != cell;

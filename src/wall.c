@@ -24,6 +24,12 @@ static PetscBool MPMWallApply_slip(PetscInt dim, PetscInt axis, PetscReal v[])
   return PETSC_TRUE;
 }
 
+/* A periodic face is no wall: its nodes are those of the opposite face. */
+static PetscBool MPMWallApply_periodic(PetscInt dim, PetscInt axis, PetscReal v[])
+{
+  return MPMWallApply_free(dim, axis, v);
+}
+
 PetscBool MPMWallsApply(MPMWall (*walls)[2], PetscInt dim, const PetscInt ijk[], const PetscInt cells[], PetscReal v[])
 {
   static PetscBool (*const apply[])(PetscInt, PetscInt, PetscReal[]) = {
