@@ -6,6 +6,7 @@
 #   make DEBUG=1                 address and undefined-behaviour sanitizers: build/<compiler>-debug/pebble
 #   make PETSC_DIR=... PETSC_ARCH=...   another PETSc than the system's (3.18 or newer)
 #   make PEBBLE=name BUILD=dir   other places for the program and the objects
+#   make V=1                     show the commands
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
@@ -123,7 +124,9 @@ ctest: $(PEBBLE) $(units) build/seed_serial
 	  -DPYTHON=$(CURDIR)/$(python) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
 	@cd $(BUILD)/tests && ctest -j2 --output-on-failure --no-tests=error $(select)
 
-# ---- Building
+# ---- Building. A line a file; V=1 shows the commands.
+say = $(if $(V),,@printf '  %-5s %s\n' $1 $@;)
+
 objects: $(objects)
 
 # A copy, so that ./pebble is always the one of the last make, whatever its compiler.
@@ -133,17 +136,17 @@ $(PEBBLE): $(BUILD)/pebble FORCE
 endif
 
 $(BUILD)/pebble: $(objects)
-	$(link) -o $@ $^ $(rpath) $(libraries)
+	$(call say,LINK) $(link) -o $@ $^ $(rpath) $(libraries)
 
 $(units): $(BUILD)/%: tests/%.c $(filter-out $(BUILD)/main.o,$(objects))
-	$(compile) -Isrc -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
+	$(call say,UNIT) $(compile) -Isrc -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
 
 $(BUILD)/%.o: src/%.c $(BUILD)/flags
-	$(compile) $(defines) -c -o $@ $<
+	$(call say,CC) $(compile) $(defines) -c -o $@ $<
 
 # The plain serial program of the assignment, which the tests compare with: no PETSc, no MPI.
 build/seed_serial: tests/seed_serial.c | $(BUILD)
-	$(CC) -O2 -ffp-contract=off -o $@ $< -lm
+	$(call say,CC) $(CC) -O2 -ffp-contract=off -o $@ $< -lm
 
 # Other flags, another PETSc: everything is compiled anew. (Files are rewritten only when they change.)
 replace = cmp -s $@.new $@ && rm $@.new || mv $@.new $@

@@ -59,13 +59,13 @@ static MPMGrid Grid(int dim, MPMBasis basis, int odd)
 
   memset(&g, 0, sizeof g);
   g.dim    = dim;
-  g.layers = MPMBasisLayers(basis);
   for (int d = 0; d < 3; d++) {
     g.cells[d] = d < dim ? cells[d] : 0;
     g.lower[d] = odd ? 0.3 * d - 0.7 : -0.5;
     g.upper[d] = g.lower[d] + (odd ? 0.1 * cells[d] + 0.01 * d : 0.25 * cells[d]);
     g.h[d]     = d < dim ? (g.upper[d] - g.lower[d]) / cells[d] : 1;
   }
+  MPMGridSetNodes(&g, basis);
   return g;
 }
 
@@ -145,7 +145,7 @@ static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, co
   patch->grid  = g;
   patch->basis = basis;
   for (int d = 0; d < 3; d++) {
-    const PetscInt first = -g->layers, last = g->cells[d] + g->layers;
+    const PetscInt first = -g->layers[d], last = g->cells[d] + g->layers[d];
 
     patch->n[d] = patch->own_n[d] = 1;
     if (d >= dim) continue;
@@ -613,7 +613,7 @@ static void UpperWall(MPMBasis basis)
 
   for (PetscInt cells = 1; cells <= 500; cells++)
     for (int k = 0; k < 5; k++) {
-      MPMGrid   g = {.dim = 1, .cells = {cells}, .layers = MPMBasisLayers(basis), .upper = {lengths[k]}, .h = {lengths[k] / (PetscReal)cells}};
+      MPMGrid   g = {.dim = 1, .cells = {cells}, .upper = {lengths[k]}, .h = {lengths[k] / (PetscReal)cells}};
       PetscReal xi[3] = {0}, w[MPM_MAX_STENCIL], grad[MPM_MAX_STENCIL];
       PetscInt  base[3] = {0};
 

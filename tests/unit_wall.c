@@ -27,12 +27,12 @@ static void OneFace(int dim, int axis, int side, MPMWall wall, const PetscInt ij
   memcpy(v, before, sizeof v);
   constrained = MPMWallsApply(walls, dim, ijk, cells, v);
   UnitContext("%s on axis %d side %d of %d-D, node %d %d %d", names[wall], axis, side, dim, (int)ijk[0], (int)ijk[1], (int)ijk[2]);
-  if (!On(axis, side, ijk) || wall == MPM_WALL_free) {
+  if (!On(axis, side, ijk) || wall == MPM_WALL_free || wall == MPM_WALL_periodic) {
     CHECK(!constrained);
     CHECK_SAME(v, before, sizeof v);
     return;
   }
-  CHECK(constrained); /* every wall but free constrains */
+  CHECK(constrained); /* every wall that is one constrains */
   for (int d = dim; d < 3; d++) CHECK_EQ(v[d], before[d]); /* no component beyond dim is touched */
   if (wall == MPM_WALL_fixed)
     for (int d = 0; d < dim; d++) CHECK_EQ(v[d], 0);
