@@ -326,8 +326,9 @@ PetscErrorCode MPMOptionsStartFault(MPI_Comm comm, int line, const char *functio
   char error[MPM_TEXT_LEN];
 
   if (started) return PetscTraceBackErrorHandler(comm, line, function, file, code, type, text, context);
-  if (yaml && text && strstr(text, "YAML"))
-    (void)snprintf(error, sizeof error, "%.200s: not valid YAML, or not names with values", yaml);
+  if (text && strstr(text, "YAML"))
+    (void)snprintf(error, sizeof error, "%.200s: not valid YAML, or not names with values",
+                   yaml ? yaml : "-options_string_yaml");
   else
     (void)snprintf(error, sizeof error, "%s", text ? text : "PETSc does not start");
   Say(error);

@@ -1,0 +1,194 @@
+"""Bad input is refused with one line, good input is not: the cases of refusals.txt, a few with -help, on two processes
+and 150 random mutations of options/disks.opts.
+
+    test_refusals.py PEBBLE SOURCE WORK [MPIEXEC]
+"""
+
+import os
+import random
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+PEBBLE, SOURCE, WORK = (os.path.abspath(a) for a in sys.argv[1:4])
+MPIEXEC = sys.argv[4] if len(sys.argv) > 4 else "mpiexec"
+DISKS = os.path.join(SOURCE, "options", "disks.opts")
+SECONDS = 10  # far more than a refusal takes, but the machine may be busy
+# Open MPI starts 8 times faster if it does not look for networks and for other processes.
+ALONE = dict(os.environ, OMPI_MCA_ess_singleton_isolated="1", OMPI_MCA_btl="self", OMPI_MCA_pml="ob1")
+
+
+def run(command, folder, environment=ALONE):
+    """Runs in an empty folder; returns status, stdout, stderr's lines and the files that there are then."""
+    p = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, errors="replace",
+                       timeout=6 * SECONDS)
+    return p.returncode, p.stdout, p.stderr.splitlines(), sorted(os.listdir(folder))
+
+
+def empty(name):
+    folder = os.path.join(WORK, name)
+    shutil.rmtree(folder, ignore_errors=True)
+    os.makedirs(folder)
+    return folder
+
+
+def refused(status, lines):
+    """What is wrong with a refusal, or None."""
+    if status != 2:
+        return f"exit status {status}, not 2"
+    if len(lines) != 1 or not lines[0].strip():
+        return f"{len(lines)} lines on stderr, not 1"
+    return None
+
+
+def cases():
+    with open(os.path.join(SOURCE, "tests", "refusals.txt"), encoding="utf-8") as f:
+        for line in f:
+            if line.strip() and not line.startswith("#"):
+                label, arguments, message = (part.strip() for part in re.split(r"(?:^|\s)::(?=\s)", line))
+                yield label, arguments, message
+
+
+def unescape(text):
+    """Resolves escapes as in C; characters are bytes."""
+    return text.encode("latin-1").decode("unicode_escape")
+
+
+def prepare(arguments, folder):
+    """The command of a case; writes its file."""
+    words, bare, name = [], False, None
+    with open(DISKS, encoding="latin-1") as f:
+        text = f.read()
+    for word in shlex.split(arguments.replace("\\", "\\\\").replace('\\\\"', '\\"')):
+        key, _, value = word.partition(":")
+        if key == "bare":
+            bare = True
+        elif key == "drop":
+            text, name = re.sub(rf"^{value}\b.*\n", "", text, flags=re.M), name or "scene.opts"
+        elif key == "add":
+            text, name = text + unescape(value), name or "scene.opts"
+        elif key in ("only", "yaml"):
+            text, name = unescape(value), "scene.yaml" if key == "yaml" else name or "scene.opts"
+        elif key == "file":
+            name = value
+        else:
+            words.append(unescape(word.replace("{long}", "x" * 3000)).replace("DISKS", DISKS))
+    if name:
+        with open(os.path.join(folder, name), "wb") as f:
+            f.write(text.encode("latin-1"))
+    return [PEBBLE] + ([] if bare else ["-options_file", name or DISKS]) + words, name
+
+
+def check_case(case):
+    number, (label, arguments, message) = case
+    folder = empty(f"case{number}")
+    command, name = prepare(arguments, folder)
+    start = time.time()
+    status, out, lines, files = run(command + (["-dry_run"] if message == "ok" else []), folder)
+    seconds = time.time() - start
+    files = [f for f in files if f not in (name, "log.txt") and not (os.path.isdir(os.path.join(folder, f)) and not os.listdir(os.path.join(folder, f)))]
+    shutil.rmtree(folder)
+    if message == "ok":
+        fault = None if status == 0 and not lines else f"exit status {status}"
+    else:
+        fault = refused(status, lines)
+        if not fault and not (re.fullmatch(message[1:], lines[0]) if message[0] == "~" else message == lines[0]):
+            fault = "another message"
+        if not fault and out:
+            fault = f"stdout: {out}"
+    if not fault and files:
+        fault = f"left files: {files}"
+    if not fault and seconds > SECONDS:
+        fault = f"took {seconds:.1f} s"
+    return fault and "\n".join([f"{label}: {fault}", f"  arguments  {arguments[:300]}", f"  expected   {message}"] + [f"  got        {line[:300]}" for line in lines[:5]])
+
+
+def mutate(rng, text):
+    """One to three random changes of names, values and lines."""
+    lines = text.splitlines()
+    letters = "abcxyzABC0123456789.,-+_eE\"'# \t:/*()|=\\~$\x7f\xe9"
+    for _ in range(rng.randint(1, 3)):
+        k = rng.choice([k for k, line in enumerate(lines) if line and not line.startswith("#")])
+        line, at = lines[k], rng.randrange(len(lines[k]))
+        what = rng.choice(["insert", "delete", "swap", "replace", "drop", "double", "join", "number"])
+        if what == "insert":
+            lines[k] = line[:at] + rng.choice(letters) + line[at:]
+        elif what == "delete":
+            lines[k] = line[:at] + line[at + 1:]
+        elif what == "swap":
+            lines[k] = line[:at] + line[at + 1: at + 2] + line[at: at + 1] + line[at + 2:]
+        elif what == "replace":
+            lines[k] = line[:at] + rng.choice(letters) + line[at + 1:]
+        elif what == "drop":
+            del lines[k]
+        elif what == "double":
+            lines.insert(rng.randrange(len(lines)), line)
+        elif what == "join" and k + 1 < len(lines):
+            lines[k: k + 2] = [line + " " + lines[k + 1]]
+        elif what == "number":
+            lines[k] = re.sub(r"\d+(\.\d+)?", rng.choice(["-1", "0", "nan", "inf", "1e308", "1e-308", "1e9", "2147483648", "x", ""]), line, count=1)
+    return "\n".join(lines) + "\n"
+
+
+def check_fuzz(seed):
+    with open(DISKS, encoding="utf-8") as f:
+        text = mutate(random.Random(seed), f.read())
+    folder = empty(f"fuzz{seed}")
+    with open(os.path.join(folder, "scene.opts"), "w", encoding="latin-1") as f:
+        f.write(text)
+    status, _, lines, files = run([PEBBLE, "-options_file", "scene.opts", "-dry_run"], folder)
+    fault = refused(status, lines) if status else None if not lines else "stderr although it is accepted"
+    if not fault and files != ["scene.opts"]:
+        fault = f"left files: {files}"
+    if fault:
+        return "\n".join([f"mutation {seed}: {fault}; the scene is {folder}/scene.opts"] + [f"  got        {line[:300]}" for line in lines[:8]])
+    shutil.rmtree(folder)
+    return None
+
+
+def check_help(arguments, status, pattern):
+    folder = empty("help")
+    got, out, lines, files = run([PEBBLE] + arguments, folder)
+    if got != status or lines or files or not re.search(pattern, out):
+        return f"{arguments}: exit status {got}, stderr {lines[:3]}, stdout does not have {pattern}"
+    return None
+
+
+def check_two_processes(arguments, message):
+    """The line comes once. mpiexec adds its own words about the exit status."""
+    folder = empty("two")
+    status, _, lines, files = run([MPIEXEC, "-n", "2", PEBBLE] + arguments, folder, os.environ)
+    if status != 2 or lines.count(message) != 1 or any("PETSC ERROR" in line for line in lines):
+        return f"mpiexec -n 2 {arguments}: exit status {status}, stderr:\n" + "\n".join(lines[:20])
+    return None
+
+
+def main():
+    start = time.time()
+    rows, mutations = list(cases()), range(150)
+    labels = [label for label, _, _ in rows]
+    assert len(set(labels)) == len(labels), "a label is there twice"
+    with ThreadPoolExecutor(2) as pool:
+        faults = list(pool.map(check_case, enumerate(rows))) + list(pool.map(check_fuzz, mutations))
+    faults += [
+        check_help(["-help"], 0, r"(?s)^Pebble: .*-dim <required>: .*-time_end <required> s: .*-help petsc|^Pebble"),
+        check_help(["-options_file", DISKS, "--help"], 0, r"^Pebble: .*\n"),
+        check_help(["-help", "petsc"], 0, r"(?s)^Pebble: .*Options for all PETSc programs"),
+        check_help(["-version"], 0, r"^pebble \S+ \(\S+\), PETSc 3\.\d+"),
+        check_two_processes(["-options_file", DISKS, "-dim", "4"], "-dim 4 is outside the allowed range 1 <= dim <= 3"),
+        check_two_processes(["-options_file", "nowhere"], "nowhere: No such file or directory"),
+        check_two_processes(["-options_file", DISKS, "-options_string_yaml", "a: [b"],
+                            "-options_string_yaml: not valid YAML, or not names with values"),
+    ]
+    faults = [fault for fault in faults if fault]
+    print("\n".join(faults))
+    print(f"{len(rows)} cases and {len(mutations)} mutations, {len(faults)} faults, {time.time() - start:.0f} s")
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
