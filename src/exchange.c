@@ -1,12 +1,12 @@
 /* exchange.c - the table of ways to run the step, and the status that they merge.                                     */
 #include "mpm.h"
 
-#define MPM_EXCHANGE(name, what) extern const MPMExchangeType MPMExchange_##name;
+#define MPM_EXCHANGE(name) extern const MPMExchangeType MPMExchange_##name;
 #include "exchange.def"
 #undef MPM_EXCHANGE
 
 const MPMExchangeType *const MPMExchangeTypes[] = {
-#define MPM_EXCHANGE(name, what) &MPMExchange_##name,
+#define MPM_EXCHANGE(name) &MPMExchange_##name,
 #include "exchange.def"
 #undef MPM_EXCHANGE
   NULL

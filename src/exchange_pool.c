@@ -499,5 +499,5 @@ static PetscErrorCode Finish_Pool(MPM mpm)
 }
 
 const MPMExchangeType MPMExchange_pool = {
-  "pool", "worker pool", SetUp_Pool, Sweep_Pool, Nodes_Pool, Reduce_Pool, Settle_Pool, Finish_Pool, NULL, PETSC_TRUE, Serve_Pool,
+  "pool", "a master hands patches to workers", SetUp_Pool, Sweep_Pool, Nodes_Pool, Reduce_Pool, Settle_Pool, Finish_Pool, NULL, PETSC_TRUE, Serve_Pool,
 };

@@ -81,5 +81,5 @@ static PetscErrorCode Finish_Serial(MPM mpm)
 }
 
 const MPMExchangeType MPMExchange_serial = {
-  "serial", "one process, one patch", SetUp_Serial, Sweep_Serial, Nodes_Serial, Reduce_Serial, Settle_Serial, Finish_Serial, Prepare_Serial, PETSC_FALSE, NULL,
+  "serial", "one process, one patch: the whole grid", SetUp_Serial, Sweep_Serial, Nodes_Serial, Reduce_Serial, Settle_Serial, Finish_Serial, Prepare_Serial, PETSC_FALSE, NULL,
 };

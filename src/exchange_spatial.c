@@ -278,7 +278,7 @@ static PetscErrorCode Recut(MPM mpm)
       view.cell[p] = MPMOwnCell((int)dim, mpm->basis, &ex->patch, view.x + p * dim, base);
     }
     mpm->status.left = mpm->status.moved = 1; /* on every process: all migrate and sort */
-    s->cuts++;
+    ex->recuts++;
   } else PetscCall(MPMPartitionDestroy(&part));
   PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
   PetscCall(MPMHistogramDestroy(&h));
@@ -338,5 +338,5 @@ static PetscErrorCode Finish_Spatial(MPM mpm)
 }
 
 const MPMExchangeType MPMExchange_spatial = {
-  "spatial", "spatial decomposition", SetUp_Spatial, Sweep_Spatial, Nodes_Spatial, Reduce_Spatial, Settle_Spatial, Finish_Spatial, Prepare_Spatial, PETSC_FALSE, NULL,
+  "spatial", "a box of the grid and its points for each process", SetUp_Spatial, Sweep_Spatial, Nodes_Spatial, Reduce_Spatial, Settle_Spatial, Finish_Spatial, Prepare_Spatial, PETSC_FALSE, NULL,
 };

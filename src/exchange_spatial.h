@@ -32,7 +32,6 @@ typedef struct {
   PetscInt64   ids, all_ids;         /* fingerprint of the points here, and of all at the start */
   DM           sums;                 /* of -parallel_sums roundoff */
   PetscReal    lost;                 /* s lost to imbalance since the cuts were last looked at, by the model */
-  PetscInt     cuts;                 /* how often the grid was cut anew */
 } MPMSpatial;
 
 PetscErrorCode MPMHaloUpdate(MPM, MPMSpatial *);

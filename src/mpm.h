@@ -313,6 +313,7 @@ typedef struct {
   PetscInt               pool_cells; /* -pool_cells */
   void                  *farm;      /* of the pool: its master uses the rest as a run on one process does */
   MPMPartition           partition;
+  PetscInt               recuts;    /* how often the grid was cut anew */
   void                  *ctx;
 } MPMExchange;
 

@@ -7,7 +7,8 @@
 
 /* Sorts between two reorders of the storage: in between, sweeps read it through `order`, which drifts slowly. */
 #define MPM_REORDER_EVERY 50
-/* Room for points to come: PETSc < 3.25 clears the whole buffer at each removal, so it is small. */
+/* Room for points to come in the swarm, besides n/500. Small, since PETSc before 3.25 clears all of it at each removal;
+   not smaller, since the swarm moves all fields to new memory when points come that find no room.                    */
 #define MPM_SWARM_BUFFER 64
 
 const MPMFieldInfo MPMFields[MPM_NUM_FIELDS] = {

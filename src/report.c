@@ -67,7 +67,7 @@ static PetscErrorCode PrintMethod(MPM mpm)
   else if (mpm->params.flip == 0) PetscCall(MPMPrint(mpm, "pic"));
   else PetscCall(MPMPrint(mpm, "flip %g", (double)mpm->params.flip));
   for (PetscInt m = 0; m < mpm->scene.nmaterials; m++) PetscCall(MPMPrint(mpm, " %s %s", m ? "+" : "/", mpm->scene.materials[m].type->name));
-  PetscCall(MPMPrint(mpm, "   %s\n", mpm->exchange.type->what));
+  PetscCall(MPMPrint(mpm, "\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -81,7 +81,8 @@ static PetscErrorCode PrintParallel(MPM mpm)
   PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMPrint(mpm, "parallel   %d processes, %s", size, mpm->exchange.type->name));
-  if (part->p[0]) {
+  if (mpm->exchange.type->farms) PetscCall(MPMPrint(mpm, ": %s of %" PetscInt_FMT " cells an axis", mpm->exchange.type->what, mpm->exchange.pool_cells));
+  else {
     for (PetscInt d = 0; d < mpm->grid.dim; d++) PetscCall(MPMPrint(mpm, "%s%" PetscInt_FMT, d ? "x" : " ", part->p[d]));
     PetscCall(MPMPrint(mpm, ", particles max/mean %.3f, by the model %.3g s a step", (double)part->imbalance, (double)part->predicted));
   }
@@ -125,6 +126,18 @@ PetscErrorCode MPMReportStart(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Does what we print go to a terminal? Under Open MPI's mpiexec it always seems to: then the one that started us knows. */
+static PetscBool OnTerminal(void)
+{
+  char    link[64], to[MPM_NAME_LEN];
+  ssize_t n;
+
+  if (!getenv("OMPI_COMM_WORLD_RANK")) return isatty(STDOUT_FILENO) ? PETSC_TRUE : PETSC_FALSE;
+  (void)snprintf(link, sizeof link, "/proc/%ld/fd/1", (long)getppid());
+  n = readlink(link, to, sizeof to - 1);
+  return n > 5 && !strncmp(to, "/dev/", 5) && (n < 9 || strncmp(to, "/dev/null", 9)) ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* A line that overwrites itself, at most once a second, if standard output is a terminal. Not collective. */
 PetscErrorCode MPMReportProgress(MPM mpm)
 {
@@ -134,7 +147,7 @@ PetscErrorCode MPMReportProgress(MPM mpm)
   PetscFunctionBeginUser;
   PetscCall(PetscTime(&now));
   PetscCallMPI(MPI_Comm_rank(mpm->comm, &rank));
-  if (rank || now - mpm->wall_report < 1 || !isatty(STDOUT_FILENO)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (rank || now - mpm->wall_report < 1 || !OnTerminal()) PetscFunctionReturn(PETSC_SUCCESS);
   if (mpm->wall_report > 0) {
     const PetscReal part = PetscMax(mpm->t / mpm->time_end, (PetscReal)mpm->step / mpm->max_steps);
 
@@ -167,6 +180,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
                           (double)(a->kinetic + a->strain), (double)(b->kinetic + b->strain)));
   }
   if (mpm->output.dir[0]) PetscCall(MPMPrint(mpm, "results    %s/%s.csv%s\n", mpm->output.dir, mpm->scene.name, mpm->output.enabled ? " .h5 .xdmf" : ""));
+  if (mpm->exchange.recuts) PetscCall(MPMPrint(mpm, "balance    the grid was cut anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n", mpm->exchange.recuts, (double)mpm->status.most * mpm->exchange.partition.p[0] * mpm->exchange.partition.p[1] * mpm->exchange.partition.p[2] / (double)mpm->points.total));
   if (mpm->step > 0) PetscCall(MPMStepView(mpm, mpm->wall_steps));
   PetscCall(MPMPointsDigest(&mpm->points, mpm->exchange.data, &digest));
   PetscCall(MPMPrint(mpm, "digest %016llx\n", (unsigned long long)digest));

@@ -11,6 +11,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -24,8 +25,9 @@ ALONE = dict(os.environ, OMPI_MCA_ess_singleton_isolated="1", OMPI_MCA_btl="self
 
 def run(command, folder, environment=ALONE):
     """Runs in an empty folder; returns status, stdout, stderr's lines and the files that there are then."""
-    p = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, errors="replace",
-                       timeout=6 * SECONDS)
+    with tempfile.TemporaryDirectory() as scratch:  # of its own: Open MPI's isolated runs would share one
+        p = subprocess.run(command, cwd=folder, env=dict(environment, OMPI_MCA_orte_tmpdir_base=scratch),
+                           capture_output=True, text=True, errors="replace", timeout=6 * SECONDS)
     return p.returncode, p.stdout, p.stderr.splitlines(), sorted(os.listdir(folder))
 
 
