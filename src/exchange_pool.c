@@ -7,20 +7,11 @@
    new fields of its points, and the status it found: an error is data and stops the run at the master.
    A patch gets complete sums of its own nodes from all points that touch them, in the canonical order, so the master
    only copies and the bits are those of the serial run.                                                               */
-#include "transfer.h"
+#include "exchange_pool.h"
 
 #define MPM_IN_FLIGHT 2 /* patches that a worker has at a time */
-enum { TAG_WORK = 1, TAG_DONE };
 
-/* What a patch is: the head of both messages. */
-typedef struct {
-  PetscInt  phase;             /* of the table; < 0: the run is over */
-  PetscInt  own_lo[3], own_n[3]; /* its nodes, and cells */
-  PetscInt  all_lo[3], all_n[3]; /* the box of the master's arrays, for the numbers of cells */
-  PetscInt  n;                 /* points that follow */
-  PetscReal dt;
-} Order;
-
+/* A patch of the tiling. */
 typedef struct {
   PetscInt own_lo[3], own_n[3], n; /* n: points to be sent in this sweep */
 } Chunk;
@@ -43,62 +34,6 @@ typedef struct {
   Slot        *slots;    /* [size][MPM_IN_FLIGHT]; those of process 0 are not used */
   MPI_Request *received; /* likewise */
 } Pool;
-
-static PetscErrorCode Grow(char **buffer, size_t *capacity, size_t need)
-{
-  PetscFunctionBeginUser;
-  if (need <= *capacity) PetscFunctionReturn(PETSC_SUCCESS);
-  *capacity = need + need / 4 + 4096;
-  PetscCall(PetscFree(*buffer));
-  PetscCall(PetscMalloc(*capacity, buffer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The box of nodes that a patch with these own nodes needs: what its points' stencils reach. */
-static void PatchBox(MPM mpm, const PetscInt own_lo[3], const PetscInt own_n[3], PetscBool to_nodes, MPMPatch *patch)
-{
-  const PetscInt reach = MPMBasisNodes(mpm->basis) - 1;
-
-  patch->grid  = &mpm->grid;
-  patch->basis = mpm->basis;
-  for (PetscInt d = 0; d < 3; d++) {
-    const PetscInt below = d < mpm->grid.dim && to_nodes ? reach : 0, above = d < mpm->grid.dim ? reach : 0;
-
-    patch->own_lo[d] = own_lo[d];
-    patch->own_n[d]  = own_n[d];
-    patch->lo[d]     = own_lo[d] - below;
-    patch->n[d]      = own_n[d] + below + above;
-  }
-}
-
-/* First and last component of the node sums that these parts make. */
-static void SumRange(PetscInt dim, PetscInt parts, PetscInt *c0, PetscInt *c1)
-{
-  *c0 = parts & MPM_P2G_MASS ? 0 : parts & MPM_P2G_MOMENTUM ? 1 : 1 + dim;
-  *c1 = parts & MPM_P2G_FORCE ? MPM_SUM_NC(dim) : 1 + dim;
-}
-
-/* Bytes of a point's fields. */
-static size_t Bytes(const MPMPoints *pts, PetscInt fields)
-{
-  size_t bytes = 0;
-
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (pts->present[f] && (fields & (1 << f))) bytes += (size_t)pts->bytes[f];
-  return bytes;
-}
-
-/* Size of the answer to a chunk: its status, then node sums or points. */
-static size_t AnswerBytes(MPM mpm, const MPMPhase *phase, const PetscInt own_n[3], PetscInt n)
-{
-  PetscInt c0, c1;
-
-  if (phase->kind == MPM_NODES_TO_POINTS) return sizeof(MPMStatus) + (size_t)n * Bytes(&mpm->points, phase->points_out);
-  SumRange(mpm->grid.dim, phase->parts, &c0, &c1);
-  return sizeof(MPMStatus) + (size_t)(own_n[0] * own_n[1] * own_n[2] * (c1 - c0)) * sizeof(PetscReal);
-}
-
-/* --- The master ---------------------------------------------------------------------------------------------------- */
 
 /* The points that a chunk needs in this sweep: of its own cells, and for sums of the cells below them too. Counts them,
    and lists them in (cell, id) order if list is given.                                                               */
@@ -137,21 +72,6 @@ static void Arrays(const MPMView *view, void *at[])
 #undef MPM_FIELD
 }
 
-/* Packs fields of the listed points, field by field: p < n of `at`, else p - n of `halo`. */
-static char *PackFields(const MPMPoints *pts, PetscInt fields, void *const at[], void *const halo[], PetscInt n, PetscInt count, const PetscInt *list, char *message)
-{
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    const size_t b = (size_t)pts->bytes[f];
-
-    if (!pts->present[f] || !(fields & (1 << f))) continue;
-    for (PetscInt q = 0; q < count; q++, message += b) {
-      const PetscInt p = list[q];
-      memcpy(message, p < n ? (char *)at[f] + (size_t)p * b : (char *)halo[f] + (size_t)(p - n) * b, b);
-    }
-  }
-  return message;
-}
-
 /* Sends a chunk to a worker and awaits its answer in the slot. */
 static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt chunk, PetscInt place)
 {
@@ -162,13 +82,13 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   const MPMPatch   *all      = &mpm->exchange.patch;
   Slot             *slot     = &pool->slots[place];
   MPMPatch          patch;
-  Order             order = {MPMPhaseNumber(phase), {0}, {0}, {0}, {0}, c->n, mpm->params.dt};
+  MPMOrder             order = {MPMPhaseNumber(phase), {0}, {0}, {0}, {0}, c->n, mpm->params.dt};
   void             *at[MPM_NUM_FIELDS], *halo[MPM_NUM_FIELDS];
   PetscMPIInt       len;
   char             *m;
 
   PetscFunctionBeginUser;
-  PatchBox(mpm, c->own_lo, c->own_n, to_nodes, &patch);
+  MPMPoolBox(mpm, c->own_lo, c->own_n, to_nodes, &patch);
   PetscCall(PetscArraycpy(order.own_lo, c->own_lo, 3));
   PetscCall(PetscArraycpy(order.own_n, c->own_n, 3));
   PetscCall(PetscArraycpy(order.all_lo, all->lo, 3));
@@ -182,9 +102,9 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   }
   (void)ListPoints(mpm, c, to_nodes, slot->list);
   PetscCallMPI(MPI_Wait(&slot->sent, MPI_STATUS_IGNORE)); /* answered long ago, so this does not wait */
-  PetscCall(Grow(&slot->out, &slot->out_capacity, sizeof order + (size_t)c->n * Bytes(&mpm->points, phase->points_in) + (size_t)MPMPatchCells(&patch) * nv * sizeof(PetscReal)));
+  PetscCall(MPMPoolGrow(&slot->out, &slot->out_capacity, sizeof order + (size_t)c->n * MPMPoolPointBytes(&mpm->points, phase->points_in) + (size_t)MPMPatchCells(&patch) * nv * sizeof(PetscReal)));
   memcpy(slot->out, &order, sizeof order);
-  m = PackFields(&mpm->points, phase->points_in, at, halo, all->points.n, c->n, slot->list, slot->out + sizeof order);
+  m = MPMPoolPack(&mpm->points, phase->points_in, at, halo, all->points.n, c->n, slot->list, slot->out + sizeof order);
   if (!to_nodes) /* node motion, row by row; nodes beyond the grid are never read */
     for (PetscInt k = patch.lo[2]; k < patch.lo[2] + patch.n[2]; k++)
       for (PetscInt j = patch.lo[1]; j < patch.lo[1] + patch.n[1]; j++, m += (size_t)(patch.n[0] * nv) * sizeof(PetscReal)) {
@@ -194,11 +114,11 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
         memcpy(m, all->vel + (((k - all->lo[2]) * all->n[1] + j - all->lo[1]) * all->n[0] + patch.lo[0] - all->lo[0]) * nv, (size_t)(n * nv) * sizeof(PetscReal));
       }
   slot->chunk = chunk;
-  PetscCall(PetscMPIIntCast((PetscInt)AnswerBytes(mpm, phase, c->own_n, c->n), &len));
-  PetscCall(Grow(&slot->in, &slot->in_capacity, (size_t)len));
-  PetscCallMPI(MPI_Irecv(slot->in, len, MPI_BYTE, worker, TAG_DONE, pool->comm, &pool->received[place]));
+  PetscCall(PetscMPIIntCast((PetscInt)MPMPoolAnswerBytes(mpm, phase, c->own_n, c->n), &len));
+  PetscCall(MPMPoolGrow(&slot->in, &slot->in_capacity, (size_t)len));
+  PetscCallMPI(MPI_Irecv(slot->in, len, MPI_BYTE, worker, MPM_TAG_DONE, pool->comm, &pool->received[place]));
   PetscCall(PetscMPIIntCast((PetscInt)(m - slot->out), &len));
-  PetscCallMPI(MPI_Isend(slot->out, len, MPI_BYTE, worker, TAG_WORK, pool->comm, &slot->sent));
+  PetscCallMPI(MPI_Isend(slot->out, len, MPI_BYTE, worker, MPM_TAG_WORK, pool->comm, &slot->sent));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -220,7 +140,7 @@ static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, Petsc
     const PetscInt nc = MPM_SUM_NC(mpm->grid.dim);
     PetscInt       c0, c1;
 
-    SumRange(mpm->grid.dim, phase->parts, &c0, &c1);
+    MPMPoolSumRange(mpm->grid.dim, phase->parts, &c0, &c1);
     for (PetscInt k = c->own_lo[2]; k < c->own_lo[2] + c->own_n[2]; k++)
       for (PetscInt j = c->own_lo[1]; j < c->own_lo[1] + c->own_n[1]; j++)
         for (PetscInt i = c->own_lo[0]; i < c->own_lo[0] + c->own_n[0]; i++, m += (size_t)(c1 - c0) * sizeof(PetscReal))
@@ -317,138 +237,10 @@ static PetscErrorCode SetUp_Pool(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- The worker ---------------------------------------------------------------------------------------------------- */
-
-typedef struct {
-  MPMPatch  patch;
-  void     *field[MPM_NUM_FIELDS];
-  PetscInt *identity, capacity;
-  char     *in, *out, *nodes;
-  size_t    in_capacity, out_capacity, nodes_capacity;
-} Desk;
-
-/* Makes a patch of what came: points in (cell, id) order, so their order is the identity. */
-static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const Order *order, const char *m, Desk *desk)
-{
-  MPMPatch       *patch    = &desk->patch;
-  const MPMPoints *pts     = &mpm->points;
-  const PetscBool to_nodes = phase->kind == MPM_POINTS_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
-  const PetscInt  fields = phase->points_in | phase->points_out, n = order->n, dim = mpm->grid.dim;
-  size_t          sums, vels;
-
-  PetscFunctionBeginUser;
-  PatchBox(mpm, order->own_lo, order->own_n, to_nodes, patch);
-  if (n > desk->capacity) {
-    desk->capacity = n * 5 / 4 + 64;
-    for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-      if (!pts->present[f]) continue;
-      PetscCall(PetscFree(desk->field[f]));
-      PetscCall(PetscMalloc(desk->capacity * pts->bytes[f], &desk->field[f]));
-    }
-    PetscCall(PetscFree(desk->identity));
-    PetscCall(PetscMalloc1(desk->capacity, &desk->identity));
-    for (PetscInt p = 0; p < desk->capacity; p++) desk->identity[p] = p;
-  }
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    if (!pts->present[f] || !(phase->points_in & (1 << f))) continue;
-    memcpy(desk->field[f], m, (size_t)n * (size_t)pts->bytes[f]);
-    m += (size_t)n * (size_t)pts->bytes[f];
-  }
-  PetscCall(PetscMemzero(&patch->points, sizeof patch->points));
-  PetscCall(PetscMemzero(&patch->halo, sizeof patch->halo));
-  patch->points.n = patch->norder = n;
-  patch->order = patch->own_order = desk->identity;
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) \
-  if (fields & MPM_BIT(name)) patch->points.name = (ctype *)desk->field[MPM_FIELD_INDEX_##name];
-#include "fields.def"
-#undef MPM_FIELD
-  sums = (size_t)MPMPatchCells(patch) * MPM_SUM_NC(dim) * sizeof(PetscReal);
-  vels = (size_t)MPMPatchCells(patch) * MPM_VEL_NC(dim) * sizeof(PetscReal);
-  PetscCall(Grow(&desk->nodes, &desk->nodes_capacity, sums + vels + (size_t)(patch->n[1] * patch->n[2])));
-  patch->sum = (PetscReal *)desk->nodes;
-  patch->vel = (PetscReal *)(desk->nodes + sums);
-  patch->row = desk->nodes + sums + vels;
-  memset(patch->row, 1, (size_t)(patch->n[1] * patch->n[2]));
-  if (!to_nodes) memcpy(patch->vel, m, vels);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The cells that the kernel found are those of the patch; the master numbers them over its own arrays. */
-static void RenumberCells(MPM mpm, const Order *order, MPMPatch *patch)
-{
-  const PetscInt dim = mpm->grid.dim;
-  MPMPatch       all;
-
-  for (PetscInt d = 0; d < 3; d++) {
-    all.lo[d] = order->all_lo[d];
-    all.n[d]  = order->all_n[d];
-  }
-  for (PetscInt p = 0; p < patch->points.n; p++) {
-    PetscReal xi[3];
-    PetscInt  base[3] = {0};
-
-    patch->points.cell[p] = MPMLocate((int)dim, mpm->basis, &mpm->grid, patch->points.x + p * dim, xi, base) ? MPMNodeIndex((int)dim, &all, base) : -1;
-  }
-}
-
-/* Packs the answer; returns its end. */
-static char *PackAnswer(MPM mpm, const MPMPhase *phase, const MPMStatus *status, const Desk *desk, char *m)
-{
-  const MPMPatch *patch = &desk->patch;
-  const PetscInt  nc    = MPM_SUM_NC(mpm->grid.dim);
-  PetscInt        c0, c1;
-
-  memcpy(m, status, sizeof *status);
-  m += sizeof *status;
-  if (phase->kind == MPM_NODES_TO_POINTS) return PackFields(&mpm->points, phase->points_out, desk->field, NULL, patch->points.n, patch->points.n, desk->identity, m);
-  SumRange(mpm->grid.dim, phase->parts, &c0, &c1);
-  for (PetscInt k = patch->own_lo[2]; k < patch->own_lo[2] + patch->own_n[2]; k++)
-    for (PetscInt j = patch->own_lo[1]; j < patch->own_lo[1] + patch->own_n[1]; j++)
-      for (PetscInt i = patch->own_lo[0]; i < patch->own_lo[0] + patch->own_n[0]; i++, m += (size_t)(c1 - c0) * sizeof(PetscReal))
-        memcpy(m, patch->sum + (((k - patch->lo[2]) * patch->n[1] + j - patch->lo[1]) * patch->n[0] + i - patch->lo[0]) * nc + c0, (size_t)(c1 - c0) * sizeof(PetscReal));
-  return m;
-}
-
-/* A worker's life: receive a patch, run the phase, answer; until the master says that the run is over. */
 static PetscErrorCode Serve_Pool(MPM mpm)
 {
-  Pool       *pool   = (Pool *)mpm->exchange.farm;
-  Desk        desk   = {0};
-  MPI_Request answer = MPI_REQUEST_NULL;
-
   PetscFunctionBeginUser;
-  for (;;) {
-    MPI_Status      probed;
-    PetscMPIInt     len;
-    Order           order;
-    const MPMPhase *phase;
-    MPMStatus       status;
-
-    PetscCallMPI(MPI_Probe(0, TAG_WORK, pool->comm, &probed));
-    PetscCallMPI(MPI_Get_count(&probed, MPI_BYTE, &len));
-    PetscCall(Grow(&desk.in, &desk.in_capacity, (size_t)len));
-    PetscCallMPI(MPI_Recv(desk.in, len, MPI_BYTE, 0, TAG_WORK, pool->comm, MPI_STATUS_IGNORE));
-    memcpy(&order, desk.in, sizeof order);
-    if (order.phase < 0) break;
-    phase          = MPMPhaseGet(order.phase);
-    mpm->params.dt = order.dt;
-    PetscCall(MPMPhaseBegin(mpm, phase));
-    PetscCall(Unpack(mpm, phase, &order, desk.in + sizeof order, &desk));
-    MPMStatusReset(&status);
-    PetscCall(MPMPatchRun(mpm, &desk.patch, phase, &status));
-    if (phase->points_out & MPM_BIT(cell)) RenumberCells(mpm, &order, &desk.patch);
-    PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
-    PetscCall(Grow(&desk.out, &desk.out_capacity, AnswerBytes(mpm, phase, order.own_n, order.n)));
-    len = (PetscMPIInt)(PackAnswer(mpm, phase, &status, &desk, desk.out) - desk.out);
-    PetscCallMPI(MPI_Isend(desk.out, len, MPI_BYTE, 0, TAG_DONE, pool->comm, &answer));
-    PetscCall(MPMPhaseEnd(mpm, phase, order.n));
-  }
-  PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) PetscCall(PetscFree(desk.field[f]));
-  PetscCall(PetscFree(desk.identity));
-  PetscCall(PetscFree(desk.in));
-  PetscCall(PetscFree(desk.out));
-  PetscCall(PetscFree(desk.nodes));
+  PetscCall(MPMPoolServe(mpm, ((Pool *)mpm->exchange.farm)->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -479,9 +271,9 @@ static PetscErrorCode Finish_Pool(MPM mpm)
 
   PetscFunctionBeginUser;
   if (!pool->rank) {
-    const Order over = {-1, {0}, {0}, {0}, {0}, 0, 0};
+    const MPMOrder over = {-1, {0}, {0}, {0}, {0}, 0, 0};
 
-    for (PetscMPIInt w = 1; w < pool->size; w++) PetscCallMPI(MPI_Send(&over, (PetscMPIInt)sizeof over, MPI_BYTE, w, TAG_WORK, pool->comm));
+    for (PetscMPIInt w = 1; w < pool->size; w++) PetscCallMPI(MPI_Send(&over, (PetscMPIInt)sizeof over, MPI_BYTE, w, MPM_TAG_WORK, pool->comm));
     for (PetscInt k = 0; k < pool->size * MPM_IN_FLIGHT; k++) {
       PetscCallMPI(MPI_Wait(&pool->slots[k].sent, MPI_STATUS_IGNORE));
       PetscCall(PetscFree(pool->slots[k].out));

@@ -1,4 +1,5 @@
 /* main.c - the program: read the options, set up, run. */
+#include <signal.h>
 #include "options.h"
 
 static PetscErrorCode Run(int *status)
@@ -32,6 +33,7 @@ int main(int argc, char **argv)
   PetscCall(PetscPushErrorHandler(MPMOptionsStartFault, NULL));
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   MPMOptionsStarted();
+  (void)signal(SIGPIPE, SIG_DFL); /* `pebble ... | head` is no crash */
   PetscCall(PetscOptionsHasHelp(NULL, &help));
   if (!help) PetscCall(Run(&status));
   PetscCall(PetscFinalize());

@@ -327,7 +327,6 @@ extern const MPMExchangeType        MPMExchange_serial, MPMExchange_spatial; /* 
 /* The strict reader of the option database; see options.c. The first error sticks, later reads do nothing. */
 typedef struct _MPMOptions *MPMOptions;
 
-PetscErrorCode MPMOptionsCheckFile(const char file[], char error[], size_t len);
 PetscErrorCode MPMOptionsCreate(MPMOptions *);
 PetscErrorCode MPMOptionsDestroy(MPMOptions *);
 const char    *MPMOptionsError(MPMOptions); /* NULL if there was none */
@@ -335,7 +334,6 @@ void           MPMOptionsFail(MPMOptions, const char format[], ...) PETSC_ATTRIB
 PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*materials)[MPM_NAME_LEN], PetscInt nb,
                                  char (*bodies)[MPM_NAME_LEN]);
 PetscErrorCode MPMOptionsFinish(MPMOptions); /* options that were given but that this scene never asked for */
-PetscErrorCode MPMOptionsHelp(MPI_Comm);
 PetscErrorCode MPMOptionsText(char **text); /* the option set as given, one a line; caller frees */
 
 /* Readers: `row` is a name of options.def, `name` the material, body or face that it is for (or NULL). set may be

@@ -195,10 +195,13 @@ static PetscErrorCode ReadWalls(MPM mpm, MPMOptions o)
         if (!strcmp(names[k], type)) mpm->scene.walls[d][side] = (MPMWall)k;
     }
   for (PetscInt d = 0; d < mpm->grid.dim; d++) {
-    const PetscBool low = mpm->scene.walls[d][0] == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE, high = mpm->scene.walls[d][1] == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool low  = mpm->scene.walls[d][0] == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE,
+                    high = mpm->scene.walls[d][1] == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE;
 
-    if (low != high) MPMOptionsFail(o, "-bc_%s_type periodic needs -bc_%s_type periodic too", faces[d][high], faces[d][low]);
-    if (low && mpm->params.gravity[d] != 0) MPMOptionsFail(o, "-gravity along %c is not built yet where -bc_%s_type is periodic", "xyz"[d], faces[d][0]);
+    if (low != high)
+      MPMOptionsFail(o, "-bc_%s_type periodic needs -bc_%s_type periodic too", faces[d][high], faces[d][low]);
+    if (low && mpm->params.gravity[d] != 0)
+      MPMOptionsFail(o, "-gravity along %c is not built yet where -bc_%s_type is periodic", "xyz"[d], faces[d][0]);
     mpm->grid.periodic[d] = low;
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -3,7 +3,7 @@ pool are those of the serial run, whatever the process grid, the cuts, the way p
 
 usage: test_parallel.py PEBBLE SOURCE WORK MPIEXEC [--counts 2,3,...] [--parts name,...]
 --counts  process counts that every scene gets with both strategies (default: a mix of 2, 3, 4, 6 and 8)
---parts   scenes, grids, migration, roundoff, placement, fit, large (default: all but large)
+--parts   scenes, grids, periodic, migration, roundoff, placement, fit, large (default: all but large)
 """
 import argparse
 import glob
@@ -46,7 +46,7 @@ class Result:
         self.command = f"{'' if n == 1 else f'mpiexec -n {n} '}pebble {' '.join(map(str, arguments))}"
         self.status, self.out, self.err = mpi.run(n, [pebble, *arguments, "-output_dir", folder, "-output_name", "run"], TIMEOUT, mpiexec)
         self.digest = field(self.out, r"^digest +([0-9a-f]{16})$")
-        self.grid = field(self.out, r"^parallel .*, (?:spatial )?([0-9x]+|pool)(?:,|$)")
+        self.grid = field(self.out, r"^parallel .*, spatial ([0-9x]+)") or field(self.out, r"^parallel .* (pool)")
         self.history = self.snapshots = None
         if self.status == 0:
             with open(os.path.join(folder, "run.csv"), "rb") as file:
@@ -192,21 +192,38 @@ def part_grids(source, counts):
         check(any(re.fullmatch(pattern, grid or "") for grid in seen), f"a process grid {kind} occurs among {', '.join(map(str, dict.fromkeys(seen)))}")
 
 
+def part_periodic(source, counts):
+    """Two blocks cross periodic faces and meet there; a process may be its own neighbour, or the neighbour on both sides."""
+    for dim, faces, cells, variants in (
+            (1, "x", (24,), [(2, *SPATIAL), (5, "-parallel_migrate", "direct"), (3, *POOL)]),
+            (2, "x", (16, 16), [(2, "-parallel_balance", "none"), (6, "-parallel_balance", "none"), (4, *POOL, "-pool_cells", "5")]),
+            (2, "xy", (16, 16), [(4, "-parallel_balance", "none"), (3, "-parallel_migrate", "direct"), (8, "-parallel_balance", "start"), (3, *POOL)]),
+            (2, "xy", (3, 20), [(4, "-parallel_balance", "none"), (4, "-parallel_balance", "auto", "-parallel_migrate", "direct")]),
+            (3, "xz", (8, 8, 8), [(8, "-parallel_balance", "none"), (3, "-parallel_migrate", "direct"), (2, *POOL)])):
+        h = 1 / max(cells)
+        size = [n * h for n in cells]
+        bodies = [{"lower": [0.0] * dim, "upper": [s * 0.4 for s in size], "velocity": ["-0.6", "-0.5", "0.4"][:dim]}, {"lower": [s * 0.5 for s in size], "upper": [s * 0.9 for s in size], "velocity": ["0.5", "0.6", "-0.3"][:dim]}]
+        kinds = "\n".join(f"-bc_{axis}{side}_type periodic" for axis in faces for side in ("min", "max"))
+        kinds += "".join(f"\n-bc_{axis}{side}_type slip" for axis in "xyz"[:dim] if axis not in faces for side in ("min", "max"))
+        scene = write_scene(f"periodic{dim}{faces}{cells[0]}", dim, cells, bodies, extra=f"{kinds}\n-time_end 100\n-dt_cfl 0.3\n-output_every 0.2")
+        compare(f"{'x'.join(map(str, cells))} cells, periodic in {faces}", [*scene, "-time_max_steps", "60"], variants)
+
+
 # ---- migration and cuts
 
 def flight(dim):
     """A soft body flies across most of the grid in 80 steps and turns a little."""
-    cells, ppc, width = {1: ((400,), 8, 40), 2: ((96, 26), 5, 20), 3: ((56, 14, 14), 3, 9)}[dim]
-    body = {"lower": [2.0] * dim, "upper": [2.0 + width] * dim, "ppc": ppc}
+    cells, ppc, size = {1: ((400,), 16, [40]), 2: ((96, 14), 8, [20, 8]), 3: ((56, 12, 12), 3, [14, 7, 7])}[dim]
+    body = {"lower": [2.0] * dim, "upper": [2.0 + n for n in size], "ppc": ppc}
     speed = {1: 4.0, 2: 0.8, 3: 0.45}[dim]
-    body["velocity"] = [f"{speed}+0.002*y" if dim > 1 else f"{speed}+0.001*x", f"0.02-0.002*(x-{2 + width / 2})", "0.01"][:dim]
+    body["velocity"] = [f"{speed}+0.002*y" if dim > 1 else f"{speed}+0.001*x", f"0.02-0.002*(x-{2 + size[0] / 2})", "0.01"][:dim]
     return write_scene(f"flight{dim}", dim, cells, [body], h=1.0, rho=1e6, extra="-dt_size 1\n-time_end 80\n-output_every 40")
 
 
 def cuts(n, scene, *more):
     """How often a DMDA was created while stepping: -log_view counts objects by stage."""
     folder = os.path.join(work, "cuts")
-    status, out, err = mpi.run(n, [pebble, *scene, *more, "-output_dir", folder, "-output_name", "run", "-output_format", "none", "-log_view"], TIMEOUT, mpiexec)
+    status, out, err = mpi.run(n, [pebble, *scene, *more, "-output_dir", folder, "-output_name", "run", "-log_view"], TIMEOUT, mpiexec)
     shutil.rmtree(folder, ignore_errors=True)
     stage = re.search(r"^--- Event Stage \d+: MPM steps\n(.*?)(?:^---|\Z)", out[out.find("Object Type"):], re.M | re.S)
     made = stage and re.search(r"^ *Distributed Mesh +(\d+)", stage.group(1), re.M)
@@ -226,7 +243,7 @@ def part_migration(source, counts):
             lines = (results[0].history or b"").splitlines()
             counted = {line.rsplit(b",", 1)[1] for line in lines[1:]}
             check(len(lines) > 70 and len(counted) == 1, f"flight {dim}-D {update}: {counted} particles in {len(lines) - 1} lines")
-        if dim == 2:
+        if dim > 1:
             auto, start = cuts(4, scene, "-parallel_balance", "auto"), cuts(4, scene, "-parallel_balance", "start")
             check(auto > start, f"flight {dim}-D: -parallel_balance auto cuts anew ({auto} objects of type Distributed Mesh made while stepping; {start} with start)")
 

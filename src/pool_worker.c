@@ -1,0 +1,205 @@
+/* pool_worker.c - the worker's half of the pool, and the making of its messages, which the master uses too.           */
+#include "transfer.h"
+#include "exchange_pool.h"
+
+/* Makes room for a message. */
+PetscErrorCode MPMPoolGrow(char **buffer, size_t *capacity, size_t need)
+{
+  PetscFunctionBeginUser;
+  if (need <= *capacity) PetscFunctionReturn(PETSC_SUCCESS);
+  *capacity = need + need / 4 + 4096;
+  PetscCall(PetscFree(*buffer));
+  PetscCall(PetscMalloc(*capacity, buffer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The box of nodes that a patch with these own nodes needs: what its points' stencils reach. */
+void MPMPoolBox(MPM mpm, const PetscInt own_lo[3], const PetscInt own_n[3], PetscBool to_nodes, MPMPatch *patch)
+{
+  const PetscInt reach = MPMBasisNodes(mpm->basis) - 1;
+
+  patch->grid  = &mpm->grid;
+  patch->basis = mpm->basis;
+  for (PetscInt d = 0; d < 3; d++) {
+    const PetscInt below = d < mpm->grid.dim && to_nodes ? reach : 0, above = d < mpm->grid.dim ? reach : 0;
+
+    patch->own_lo[d] = own_lo[d];
+    patch->own_n[d]  = own_n[d];
+    patch->lo[d]     = own_lo[d] - below;
+    patch->n[d]      = own_n[d] + below + above;
+  }
+}
+
+/* First and last component of the node sums that these parts make. */
+void MPMPoolSumRange(PetscInt dim, PetscInt parts, PetscInt *c0, PetscInt *c1)
+{
+  *c0 = parts & MPM_P2G_MASS ? 0 : parts & MPM_P2G_MOMENTUM ? 1 : 1 + dim;
+  *c1 = parts & MPM_P2G_FORCE ? MPM_SUM_NC(dim) : 1 + dim;
+}
+
+/* Bytes of a point's fields. */
+size_t MPMPoolPointBytes(const MPMPoints *pts, PetscInt fields)
+{
+  size_t bytes = 0;
+
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
+    if (pts->present[f] && (fields & (1 << f))) bytes += (size_t)pts->bytes[f];
+  return bytes;
+}
+
+/* Size of the answer to a chunk: its status, then node sums or points. */
+size_t MPMPoolAnswerBytes(MPM mpm, const MPMPhase *phase, const PetscInt own_n[3], PetscInt n)
+{
+  PetscInt c0, c1;
+
+  if (phase->kind == MPM_NODES_TO_POINTS) return sizeof(MPMStatus) + (size_t)n * MPMPoolPointBytes(&mpm->points, phase->points_out);
+  MPMPoolSumRange(mpm->grid.dim, phase->parts, &c0, &c1);
+  return sizeof(MPMStatus) + (size_t)(own_n[0] * own_n[1] * own_n[2] * (c1 - c0)) * sizeof(PetscReal);
+}
+
+/* Packs fields of the listed points, field by field: p < n of `at`, else p - n of `halo`. */
+char *MPMPoolPack(const MPMPoints *pts, PetscInt fields, void *const at[], void *const halo[], PetscInt n, PetscInt count, const PetscInt *list, char *message)
+{
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    const size_t b = (size_t)pts->bytes[f];
+
+    if (!pts->present[f] || !(fields & (1 << f))) continue;
+    for (PetscInt q = 0; q < count; q++, message += b) {
+      const PetscInt p = list[q];
+      memcpy(message, p < n ? (char *)at[f] + (size_t)p * b : (char *)halo[f] + (size_t)(p - n) * b, b);
+    }
+  }
+  return message;
+}
+
+typedef struct {
+  MPMPatch  patch;
+  void     *field[MPM_NUM_FIELDS];
+  PetscInt *identity, capacity;
+  char     *in, *out, *nodes;
+  size_t    in_capacity, out_capacity, nodes_capacity;
+} Desk;
+
+/* Makes a patch of what came: points in (cell, id) order, so their order is the identity. */
+static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *order, const char *m, Desk *desk)
+{
+  MPMPatch       *patch    = &desk->patch;
+  const MPMPoints *pts     = &mpm->points;
+  const PetscBool to_nodes = phase->kind == MPM_POINTS_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt  fields = phase->points_in | phase->points_out, n = order->n, dim = mpm->grid.dim;
+  size_t          sums, vels;
+
+  PetscFunctionBeginUser;
+  MPMPoolBox(mpm, order->own_lo, order->own_n, to_nodes, patch);
+  if (n > desk->capacity) {
+    desk->capacity = n * 5 / 4 + 64;
+    for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+      if (!pts->present[f]) continue;
+      PetscCall(PetscFree(desk->field[f]));
+      PetscCall(PetscMalloc(desk->capacity * pts->bytes[f], &desk->field[f]));
+    }
+    PetscCall(PetscFree(desk->identity));
+    PetscCall(PetscMalloc1(desk->capacity, &desk->identity));
+    for (PetscInt p = 0; p < desk->capacity; p++) desk->identity[p] = p;
+  }
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    if (!pts->present[f] || !(phase->points_in & (1 << f))) continue;
+    memcpy(desk->field[f], m, (size_t)n * (size_t)pts->bytes[f]);
+    m += (size_t)n * (size_t)pts->bytes[f];
+  }
+  PetscCall(PetscMemzero(&patch->points, sizeof patch->points));
+  PetscCall(PetscMemzero(&patch->halo, sizeof patch->halo));
+  patch->points.n = patch->norder = n;
+  patch->order = patch->own_order = desk->identity;
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) \
+  if (fields & MPM_BIT(name)) patch->points.name = (ctype *)desk->field[MPM_FIELD_INDEX_##name];
+#include "fields.def"
+#undef MPM_FIELD
+  sums = (size_t)MPMPatchCells(patch) * MPM_SUM_NC(dim) * sizeof(PetscReal);
+  vels = (size_t)MPMPatchCells(patch) * MPM_VEL_NC(dim) * sizeof(PetscReal);
+  PetscCall(MPMPoolGrow(&desk->nodes, &desk->nodes_capacity, sums + vels + (size_t)(patch->n[1] * patch->n[2])));
+  patch->sum = (PetscReal *)desk->nodes;
+  patch->vel = (PetscReal *)(desk->nodes + sums);
+  patch->row = desk->nodes + sums + vels;
+  memset(patch->row, 1, (size_t)(patch->n[1] * patch->n[2]));
+  if (!to_nodes) memcpy(patch->vel, m, vels);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The cells that the kernel found are those of the patch; the master numbers them over its own arrays. */
+static void RenumberCells(MPM mpm, const MPMOrder *order, MPMPatch *patch)
+{
+  const PetscInt dim = mpm->grid.dim;
+  MPMPatch       all;
+
+  for (PetscInt d = 0; d < 3; d++) {
+    all.lo[d] = order->all_lo[d];
+    all.n[d]  = order->all_n[d];
+  }
+  for (PetscInt p = 0; p < patch->points.n; p++) {
+    PetscReal xi[3];
+    PetscInt  base[3] = {0};
+
+    patch->points.cell[p] = MPMLocate((int)dim, mpm->basis, &mpm->grid, patch->points.x + p * dim, xi, base) ? MPMNodeIndex((int)dim, &all, base) : -1;
+  }
+}
+
+/* Packs the answer; returns its end. */
+static char *PackAnswer(MPM mpm, const MPMPhase *phase, const MPMStatus *status, const Desk *desk, char *m)
+{
+  const MPMPatch *patch = &desk->patch;
+  const PetscInt  nc    = MPM_SUM_NC(mpm->grid.dim);
+  PetscInt        c0, c1;
+
+  memcpy(m, status, sizeof *status);
+  m += sizeof *status;
+  if (phase->kind == MPM_NODES_TO_POINTS) return MPMPoolPack(&mpm->points, phase->points_out, desk->field, NULL, patch->points.n, patch->points.n, desk->identity, m);
+  MPMPoolSumRange(mpm->grid.dim, phase->parts, &c0, &c1);
+  for (PetscInt k = patch->own_lo[2]; k < patch->own_lo[2] + patch->own_n[2]; k++)
+    for (PetscInt j = patch->own_lo[1]; j < patch->own_lo[1] + patch->own_n[1]; j++)
+      for (PetscInt i = patch->own_lo[0]; i < patch->own_lo[0] + patch->own_n[0]; i++, m += (size_t)(c1 - c0) * sizeof(PetscReal))
+        memcpy(m, patch->sum + (((k - patch->lo[2]) * patch->n[1] + j - patch->lo[1]) * patch->n[0] + i - patch->lo[0]) * nc + c0, (size_t)(c1 - c0) * sizeof(PetscReal));
+  return m;
+}
+
+/* A worker's life: receive a patch, run the phase, answer; until the master says that the run is over. */
+PetscErrorCode MPMPoolServe(MPM mpm, MPI_Comm comm)
+{
+  Desk        desk   = {0};
+  MPI_Request answer = MPI_REQUEST_NULL;
+
+  PetscFunctionBeginUser;
+  for (;;) {
+    MPI_Status      probed;
+    PetscMPIInt     len;
+    MPMOrder           order;
+    const MPMPhase *phase;
+    MPMStatus       status;
+
+    PetscCallMPI(MPI_Probe(0, MPM_TAG_WORK, comm, &probed));
+    PetscCallMPI(MPI_Get_count(&probed, MPI_BYTE, &len));
+    PetscCall(MPMPoolGrow(&desk.in, &desk.in_capacity, (size_t)len));
+    PetscCallMPI(MPI_Recv(desk.in, len, MPI_BYTE, 0, MPM_TAG_WORK, comm, MPI_STATUS_IGNORE));
+    memcpy(&order, desk.in, sizeof order);
+    if (order.phase < 0) break;
+    phase          = MPMPhaseGet(order.phase);
+    mpm->params.dt = order.dt;
+    PetscCall(MPMPhaseBegin(mpm, phase));
+    PetscCall(Unpack(mpm, phase, &order, desk.in + sizeof order, &desk));
+    MPMStatusReset(&status);
+    PetscCall(MPMPatchRun(mpm, &desk.patch, phase, &status));
+    if (phase->points_out & MPM_BIT(cell)) RenumberCells(mpm, &order, &desk.patch);
+    PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
+    PetscCall(MPMPoolGrow(&desk.out, &desk.out_capacity, MPMPoolAnswerBytes(mpm, phase, order.own_n, order.n)));
+    len = (PetscMPIInt)(PackAnswer(mpm, phase, &status, &desk, desk.out) - desk.out);
+    PetscCallMPI(MPI_Isend(desk.out, len, MPI_BYTE, 0, MPM_TAG_DONE, comm, &answer));
+    PetscCall(MPMPhaseEnd(mpm, phase, order.n));
+  }
+  PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) PetscCall(PetscFree(desk.field[f]));
+  PetscCall(PetscFree(desk.identity));
+  PetscCall(PetscFree(desk.in));
+  PetscCall(PetscFree(desk.out));
+  PetscCall(PetscFree(desk.nodes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

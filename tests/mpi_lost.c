@@ -1,0 +1,123 @@
+/* mpi_lost.c - a point that gets lost, doubled, or replaced by another on its way between processes is found by the next
+   step, which raises an error that names it. Run on 2 processes, with the options file of the disks:
+     mpiexec -n 2 mpi_lost -options_file options/disks.opts -output_dir .                                              */
+#include "mpm.h"
+#include "unit.h"
+
+enum { LOST, DOUBLED, REPLACED, NUM_CASES };
+static const char *const names[NUM_CASES] = {"lost", "doubled", "replaced"};
+
+static char raised[4096]; /* the text of the first error */
+
+/* Keeps the text of an error instead of printing it. */
+static PetscErrorCode Keep(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code, PetscErrorType type, const char *text, void *ctx)
+{
+  (void)comm;
+  (void)line;
+  (void)function;
+  (void)file;
+  (void)ctx;
+  if (type == PETSC_ERROR_INITIAL && text && !raised[0]) (void)snprintf(raised, sizeof raised, "%s", text);
+  return code;
+}
+
+/* Copies all kept fields of point `from` of this process to point `to`. */
+static PetscErrorCode CopyPoint(MPMPoints *points, PetscInt from, PetscInt to)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    const PetscInt b = points->bytes[f];
+    char          *at;
+
+    if (!points->present[f] || !MPMFields[f].kept) continue;
+    PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&at));
+    memmove(at + to * b, at + from * b, (size_t)b);
+    PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&at));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Does to the points of this process what a wrong migration would do; returns the id that must be named, and in *other
+   another one that is wrong too, or -1. */
+static PetscErrorCode Damage(MPM mpm, int what, PetscInt64 *id, PetscInt64 *other)
+{
+  MPMPoints     *points = &mpm->points;
+  const PetscInt n = points->n, p = n / 3, q = n / 2;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPointsGetView(points, MPM_BIT(id), &view));
+  *id    = view.id[p];
+  *other = what == REPLACED ? view.id[q] : -1;
+  PetscCall(MPMPointsRestoreView(points, MPM_BIT(id), &view));
+  if (what == LOST) {
+    PetscCall(DMSwarmRemovePointAtIndex(points->swarm, p));
+    PetscCall(MPMPointsSetSize(points, n - 1));
+  } else if (what == DOUBLED) {
+    PetscCall(MPMPointsSetSize(points, n + 1));
+    PetscCall(CopyPoint(points, p, n));
+  } else PetscCall(CopyPoint(points, q, p));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Steps(MPM mpm, PetscInt n)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < n; k++) {
+    mpm->params.dt = MPMTimeStep(mpm);
+    PetscCall(MPMStep(mpm));
+    PetscCheck(mpm->status.bad == MPM_OK, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the scene failed by itself");
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Run(int what, PetscMPIInt rank)
+{
+  MPM            mpm;
+  MPMOptions     options;
+  PetscInt64     id[2] = {-1, -1};
+  PetscErrorCode code;
+  char           word[2][64];
+
+  PetscFunctionBeginUser;
+  UnitContext("%s, process %d", names[what], rank);
+  PetscCall(MPMCreate(PETSC_COMM_WORLD, &mpm));
+  PetscCall(MPMOptionsCreate(&options));
+  PetscCall(MPMSetFromOptions(mpm, options));
+  PetscCheck(!MPMOptionsError(options), PETSC_COMM_SELF, PETSC_ERR_USER, "%s", MPMOptionsError(options));
+  PetscCall(MPMSetUp(mpm));
+  PetscCall(Steps(mpm, 5));
+  CHECK_EQ(mpm->status.n, mpm->points.total);
+  CHECK(rank == 0 || mpm->points.n > 100);
+  if (rank == 1) PetscCall(Damage(mpm, what, &id[0], &id[1]));
+  PetscCallMPI(MPI_Bcast(id, 2, MPIU_INT64, 1, PETSC_COMM_WORLD));
+  PetscCall(mpm->exchange.type->settle(mpm, PETSC_TRUE));
+  raised[0] = 0;
+  PetscCall(PetscPushErrorHandler(Keep, NULL));
+  mpm->params.dt = MPMTimeStep(mpm);
+  code           = MPMStep(mpm);
+  (void)PetscPopErrorHandler();
+  CHECK(code != PETSC_SUCCESS);
+  CHECK(strstr(raised, "lost or doubled") != NULL);
+  for (int k = 0; k < 2; k++) (void)snprintf(word[k], sizeof word[k], "point %lld is there %d times", (long long)id[k], (what == LOST || (what == REPLACED && k == 0)) ? 0 : 2);
+  CHECK(strstr(raised, word[0]) != NULL || (id[1] >= 0 && strstr(raised, word[1]) != NULL));
+  if (rank == 0) printf("%s: %s\n", names[what], raised);
+  PetscCall(MPMOptionsDestroy(&options));
+  PetscCall(MPMDestroy(&mpm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+int main(int argc, char **argv)
+{
+  PetscMPIInt rank, size;
+  int         failed;
+
+  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  PetscCheck(size > 1, PETSC_COMM_WORLD, PETSC_ERR_USER, "needs 2 processes");
+  for (int what = 0; what < NUM_CASES; what++) PetscCall(Run(what, rank));
+  PetscCall(PetscFinalize());
+  failed = UnitEnd();
+  return failed;
+}
