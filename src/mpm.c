@@ -32,7 +32,7 @@ static PetscErrorCode ReadMethod(MPM mpm, MPMOptions o)
   for (PetscInt k = 0; MPMIntegrators[k]; k++)
     if (!strcmp(MPMIntegrators[k]->name, update)) mpm->integrator = MPMIntegrators[k];
   if (!strcmp(transfer, "pic")) {
-    if (set) MPMOptionsFail(o, "-method_flip does not apply: -method_transfer pic has no share of FLIP");
+    if (set && !MPMOptionsOverridden("method_flip", "method_transfer")) MPMOptionsFail(o, "-method_flip does not apply: -method_transfer pic has no share of FLIP");
     mpm->params.flip = 0;
   }
   MPMGridSetNodes(&mpm->grid, mpm->basis);
@@ -57,8 +57,8 @@ static PetscErrorCode ReadTime(MPM mpm, MPMOptions o)
     if (end == size || *end) MPMOptionsFail(o, "-dt_size %s: choose auto or a number > 0", size);
     else if (!(PetscAbsReal(mpm->dt_fixed) <= PETSC_MAX_REAL)) MPMOptionsFail(o, "-dt_size is not finite");
     else if (mpm->dt_fixed <= 0) MPMOptionsFail(o, "-dt_size %s is outside the allowed range dt_size > 0", size);
-    PetscCall(PetscOptionsHasName(NULL, NULL, "-dt_cfl", &set));
-    if (set) MPMOptionsFail(o, "-dt_cfl does not apply: -dt_size is fixed");
+    PetscCall(MPMOptionsReal(o, "dt_cfl", NULL, &mpm->dt_cfl, &set));
+    if (set && !MPMOptionsOverridden("dt_cfl", "dt_size")) MPMOptionsFail(o, "-dt_cfl does not apply: -dt_size is fixed");
   } else PetscCall(MPMOptionsReal(o, "dt_cfl", NULL, &mpm->dt_cfl, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -88,6 +88,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOutputSetFromOptions(mpm, o));
   PetscCall(MPMOptionsFinish(o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountPoints(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMOutputMakeFolder(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

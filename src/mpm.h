@@ -333,6 +333,7 @@ const char    *MPMOptionsError(MPMOptions); /* NULL if there was none */
 void           MPMOptionsFail(MPMOptions, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
 PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*materials)[MPM_NAME_LEN], PetscInt nb,
                                  char (*bodies)[MPM_NAME_LEN]);
+PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
 PetscErrorCode MPMOptionsFinish(MPMOptions); /* options that were given but that this scene never asked for */
 PetscErrorCode MPMOptionsText(char **text); /* the option set as given, one a line; caller frees */
 
@@ -461,6 +462,7 @@ typedef struct {
 extern const MPMOutputField MPMOutputFields[]; /* the last has no name */
 
 PetscErrorCode MPMOutputSetFromOptions(MPM, MPMOptions);
+PetscErrorCode MPMOutputMakeFolder(MPM, MPMOptions);
 PetscErrorCode MPMOutputStep(MPM, PetscBool force);
 PetscErrorCode MPMOutputDestroy(MPM);
 PetscErrorCode MPMXdmfWrite(MPM);

@@ -156,6 +156,23 @@ static void ParseList(MPMOptions o, const MPMOptionRow *row, const char full[], 
   }
 }
 
+/* Was option `by` given on the command line, over a scene whose file gives `name`? Then `name` may be left without effect;
+   given side by side it is refused.                                                                                  */
+PetscBool MPMOptionsOverridden(const char name[], const char by[])
+{
+  PetscBool has_name = PETSC_FALSE, has_by = PETSC_FALSE;
+  int       argc;
+  char    **argv;
+
+  if (PetscGetArgs(&argc, &argv)) return PETSC_FALSE;
+  for (int k = 1; k < argc; k++) {
+    if (argv[k][0] != '-') continue;
+    if (!strcasecmp(argv[k] + 1, name)) has_name = PETSC_TRUE;
+    if (!strcasecmp(argv[k] + 1, by)) has_by = PETSC_TRUE;
+  }
+  return has_by && !has_name ? PETSC_TRUE : PETSC_FALSE;
+}
+
 PetscErrorCode MPMOptionsReal(MPMOptions o, const char rowname[], const char name[], PetscReal *value, PetscBool *set)
 {
   const MPMOptionRow *row;

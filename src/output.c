@@ -135,13 +135,20 @@ PetscErrorCode MPMOutputSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsReal(o, "output_every", NULL, &out->every, &set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   out->enabled = !strcmp(format, "hdf5") ? PETSC_TRUE : PETSC_FALSE;
-  if (!out->enabled && set) MPMOptionsFail(o, "-output_every does not apply: -output_format none writes no snapshots");
+  if (!out->enabled && set && !MPMOptionsOverridden("output_every", "output_format")) MPMOptionsFail(o, "-output_every does not apply: -output_format none writes no snapshots");
   PetscCall(ReadFields(mpm, o));
-  if (!out->enabled && out->fields != -1) MPMOptionsFail(o, "-output_fields does not apply: -output_format none writes no snapshots");
-  if (!MPMOptionsError(o) && !mpm->scene.dry_run) {
-    const int fault = MakeFolder(out->dir);
+  if (!out->enabled && out->fields != -1 && !MPMOptionsOverridden("output_fields", "output_format")) MPMOptionsFail(o, "-output_fields does not apply: -output_format none writes no snapshots");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-    if (fault) MPMOptionsFail(o, "-output_dir %s: %s", out->dir, strerror(fault));
+/* Makes the folder of the results, once nothing else can be refused. Every process tries. */
+PetscErrorCode MPMOutputMakeFolder(MPM mpm, MPMOptions o)
+{
+  PetscFunctionBeginUser;
+  if (!mpm->scene.dry_run) {
+    const int fault = MakeFolder(mpm->output.dir);
+
+    if (fault) MPMOptionsFail(o, "-output_dir %s: %s", mpm->output.dir, strerror(fault));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
