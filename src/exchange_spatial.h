@@ -2,6 +2,7 @@
 #ifndef MPM_EXCHANGE_SPATIAL_H
 #define MPM_EXCHANGE_SPATIAL_H
 
+#include <petscsf.h>
 #include "mpm.h"
 
 enum { MPM_TAG_MIGRATE = 1, MPM_TAG_HALO = 8 }; /* halo: + the direction, since a neighbour may be so in several */
@@ -27,6 +28,9 @@ typedef struct {
   PetscInt     nhalo, halo_capacity;
   void        *halo[MPM_NUM_FIELDS]; /* [nhalo] copies, by neighbour */
   PetscInt    *order, order_capacity, *start; /* own and halo points by (cell, id); [cells+1] */
+  PetscInt    *count;                /* [cells] halo points; all 0 between uses */
+  PetscSF      ghosts;               /* of node values */
+  MPI_Datatype vel_type;
   char        *out, *in;             /* messages */
   size_t       out_capacity, in_capacity;
   PetscInt64   ids, all_ids;         /* fingerprint of the points here, and of all at the start */

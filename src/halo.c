@@ -140,8 +140,10 @@ static PetscErrorCode MergeOrder(MPM mpm, MPMSpatial *s)
   PetscInt        *cell   = (PetscInt *)s->halo[MPM_FIELD_INDEX_cell], at = 0;
 
   PetscFunctionBeginUser;
-  if (!s->start) PetscCall(PetscMalloc1(ncells + 1, &s->start));
-  PetscCall(PetscArrayzero(s->start, ncells + 1));
+  if (!s->start) {
+    PetscCall(PetscMalloc2(ncells + 1, &s->start, ncells, &s->count));
+    PetscCall(PetscArrayzero(s->count, ncells));
+  }
   for (PetscInt k = 0, p = 0; k < s->nfrom; k++) /* images across periodic faces */
     for (PetscInt q = 0; q < s->from[k].n; q++, p++)
       for (PetscInt d = 0; d < dim; d++) x[p * dim + d] += s->from[k].shift[d];
@@ -151,15 +153,15 @@ static PetscErrorCode MergeOrder(MPM mpm, MPMSpatial *s)
 
     MPMCoordinates((int)dim, mpm->basis, &mpm->grid, x + p * dim, xi, base);
     cell[p] = MPMNodeIndex((int)dim, patch, base);
-    s->start[cell[p] + 1]++;
+    s->count[cell[p]]++;
   }
-  for (PetscInt c = 0; c < ncells; c++) s->start[c + 1] += s->start[c] + (pts->start[c + 1] - pts->start[c]);
   for (PetscInt c = 0; c < ncells; c++) {
-    at = s->start[c];
+    s->start[c] = at;
     for (PetscInt q = pts->start[c]; q < pts->start[c + 1]; q++) s->order[at++] = pts->order[q];
+    at += s->count[c];
   }
-  for (PetscInt p = 0; p < s->nhalo; p++) s->order[s->start[cell[p]]++] = pts->n + p;
-  for (PetscInt p = 0; p < s->nhalo; p++) s->start[cell[p]]--;
+  s->start[ncells] = at;
+  for (PetscInt p = 0; p < s->nhalo; p++) s->order[s->start[cell[p] + 1] - s->count[cell[p]]--] = pts->n + p;
   MPMPatchMarkRows(patch, s->start);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -162,12 +162,10 @@ static PetscErrorCode Reorder(MPMPoints *points)
    storage is nearly in order.                                                                                        */
 static void SortByCell(const MPMView *view, PetscInt ncells, PetscInt *start, PetscInt *order)
 {
-  for (PetscInt c = 0; c <= ncells; c++) start[c] = 0;
-  for (PetscInt p = 0; p < view->n; p++) start[view->cell[p] + 1]++;
-  for (PetscInt c = 0; c < ncells; c++) start[c + 1] += start[c];
-  for (PetscInt p = 0; p < view->n; p++) order[start[view->cell[p]]++] = p;
-  for (PetscInt c = ncells; c > 0; c--) start[c] = start[c - 1];
-  start[0] = 0;
+  for (PetscInt c = 0; c < ncells + 2; c++) start[c] = 0;
+  for (PetscInt p = 0; p < view->n; p++) start[view->cell[p] + 2]++;
+  for (PetscInt c = 2; c < ncells + 2; c++) start[c] += start[c - 1];
+  for (PetscInt p = 0; p < view->n; p++) order[start[view->cell[p] + 1]++] = p; /* start[c + 1] grows to its place */
   for (PetscInt c = 0; c < ncells; c++)
     for (PetscInt q = start[c] + 1; q < start[c + 1]; q++) {
       const PetscInt p = order[q];
@@ -185,10 +183,10 @@ PetscErrorCode MPMPointsSort(MPMPoints *points, const MPMPatch *patch)
   MPMView        view;
 
   PetscFunctionBeginUser;
-  if (points->nstart < ncells + 1) {
+  if (points->nstart < ncells + 2) {
     PetscCall(PetscFree(points->start));
-    PetscCall(PetscMalloc1(ncells + 1, &points->start));
-    points->nstart = ncells + 1;
+    PetscCall(PetscMalloc1(ncells + 2, &points->start));
+    points->nstart = ncells + 2;
   }
   PetscCall(MPMPointsGetView(points, fields, &view));
   SortByCell(&view, ncells, points->start, points->order);

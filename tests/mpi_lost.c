@@ -21,7 +21,7 @@ static PetscErrorCode Keep(MPI_Comm comm, int line, const char *function, const 
   return code;
 }
 
-/* Copies all kept fields of point `from` of this process to point `to`. */
+/* Copies all fields that the swarm holds of point `from` of this process to point `to`. */
 static PetscErrorCode CopyPoint(MPMPoints *points, PetscInt from, PetscInt to)
 {
   PetscFunctionBeginUser;
@@ -29,7 +29,7 @@ static PetscErrorCode CopyPoint(MPMPoints *points, PetscInt from, PetscInt to)
     const PetscInt b = points->bytes[f];
     char          *at;
 
-    if (!points->present[f] || !MPMFields[f].kept) continue;
+    if (!points->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
     PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&at));
     memmove(at + to * b, at + from * b, (size_t)b);
     PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&at));
