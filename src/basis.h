@@ -2,7 +2,7 @@
 
    xi = (x - lower)/h is the coordinate in cells, by a division, the same expression on every rank and in every phase.
    A basis gives the first node of a point's stencil (the base, which also names the point's "cell") and the values w
-   and gradients g (per cell, so divide by h) of its nodes base, base+1, ...                                           */
+   and gradients g (per cell, so divide by h) of its nodes base, base+1, ... */
 #ifndef MPM_BASIS_H
 #define MPM_BASIS_H
 
@@ -48,7 +48,7 @@ MPM_INLINE void MPMBasisWeights_linear(PetscReal xi, PetscInt base, PetscInt cel
 /* Nodes per axis. */
 MPM_INLINE int MPMBasisNodes(MPMBasis basis)
 {
-#define MPM_BASIS(name, nodes, layers, what) \
+#define MPM_BASIS(name, nodes, layers, what)                                                                           \
   if (basis == MPM_BASIS_##name) return nodes;
 #include "basis.def"
 #undef MPM_BASIS
@@ -58,7 +58,7 @@ MPM_INLINE int MPMBasisNodes(MPMBasis basis)
 /* Node layers needed beyond each wall. */
 MPM_INLINE int MPMBasisLayers(MPMBasis basis)
 {
-#define MPM_BASIS(name, nodes, layers, what) \
+#define MPM_BASIS(name, nodes, layers, what)                                                                           \
   if (basis == MPM_BASIS_##name) return layers;
 #include "basis.def"
 #undef MPM_BASIS
@@ -67,16 +67,17 @@ MPM_INLINE int MPMBasisLayers(MPMBasis basis)
 
 MPM_INLINE PetscInt MPMBasisBase(MPMBasis basis, PetscReal xi, PetscInt cells)
 {
-#define MPM_BASIS(name, nodes, layers, what) \
+#define MPM_BASIS(name, nodes, layers, what)                                                                           \
   if (basis == MPM_BASIS_##name) return MPMBasisBase_##name(xi, cells);
 #include "basis.def"
 #undef MPM_BASIS
   return 0;
 }
 
-MPM_INLINE void MPMBasisWeights(MPMBasis basis, PetscReal xi, PetscInt base, PetscInt cells, PetscReal w[], PetscReal g[])
+MPM_INLINE void MPMBasisWeights(MPMBasis basis, PetscReal xi, PetscInt base, PetscInt cells, PetscReal w[],
+                                PetscReal g[])
 {
-#define MPM_BASIS(name, nodes, layers, what) \
+#define MPM_BASIS(name, nodes, layers, what)                                                                           \
   if (basis == MPM_BASIS_##name) MPMBasisWeights_##name(xi, base, cells, w, g);
 #include "basis.def"
 #undef MPM_BASIS

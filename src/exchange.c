@@ -1,4 +1,4 @@
-/* exchange.c - the table of ways to run the step, and the status that they merge.                                     */
+/* exchange.c - the table of ways to run the step, and the status that they merge. */
 #include "mpm.h"
 
 #define MPM_EXCHANGE(name) extern const MPMExchangeType MPMExchange_##name;
@@ -9,8 +9,7 @@ const MPMExchangeType *const MPMExchangeTypes[] = {
 #define MPM_EXCHANGE(name) &MPMExchange_##name,
 #include "exchange.def"
 #undef MPM_EXCHANGE
-  NULL
-};
+    NULL};
 
 /* Chooses how the step is run: one process is serial, whatever the strategy, but for periodic faces, across which it is
    its own neighbour. Collective on mpm->comm.                                                                        */
@@ -19,8 +18,9 @@ PetscErrorCode MPMExchangeSetFromOptions(MPM mpm, MPMOptions o)
   static const char *const balances[] = {"none", "start", "auto"};
   MPMExchange             *ex         = &mpm->exchange;
   char                     strategy[MPM_NAME_LEN], sums[MPM_NAME_LEN], balance[MPM_NAME_LEN], migrate[MPM_NAME_LEN];
-  const PetscBool          periodic   = mpm->grid.periodic[0] || mpm->grid.periodic[1] || mpm->grid.periodic[2] ? PETSC_TRUE : PETSC_FALSE;
-  PetscMPIInt              size;
+  const PetscBool periodic = mpm->grid.periodic[0] || mpm->grid.periodic[1] || mpm->grid.periodic[2] ? PETSC_TRUE
+                                                                                                     : PETSC_FALSE;
+  PetscMPIInt     size;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsEnum(o, "parallel_strategy", NULL, strategy, NULL));
@@ -34,14 +34,20 @@ PetscErrorCode MPMExchangeSetFromOptions(MPM mpm, MPMOptions o)
   for (PetscInt k = 0; k < 3; k++)
     if (!strcmp(balances[k], balance)) ex->balance = (MPMBalance)k;
   for (PetscInt k = 0; MPMExchangeTypes[k]; k++)
-    if (!strcmp(MPMExchangeTypes[k]->name, size > 1 ? strategy : periodic ? "spatial" : "serial")) ex->type = MPMExchangeTypes[k];
+    if (!strcmp(MPMExchangeTypes[k]->name, size > 1 ? strategy : periodic ? "spatial" : "serial"))
+      ex->type = MPMExchangeTypes[k];
   ex->pool_cells = 16;
   PetscCall(MPMOptionsInt(o, "pool_cells", NULL, &ex->pool_cells, NULL));
-  if (size > 1 && !strcmp(strategy, "pool") && ex->roundoff) MPMOptionsFail(o, "-parallel_sums roundoff does not apply: the pool always gives bitwise sums");
+  if (size > 1 && !strcmp(strategy, "pool") && ex->roundoff)
+    MPMOptionsFail(o, "-parallel_sums roundoff does not apply: the pool always gives bitwise sums");
   if (size > 1 && !strcmp(strategy, "spatial")) {
     const PetscInt largest = MPMPartitionLargest(&mpm->grid, mpm->basis, size);
 
-    if (largest < size) MPMOptionsFail(o, "started on %d processes: this grid of nodes cannot be cut into so many boxes; the largest number below that can is %" PetscInt_FMT, size, largest);
+    if (largest < size)
+      MPMOptionsFail(
+          o,
+          "started on %d processes: this grid of nodes cannot be cut into so many boxes; the largest number below that can is %" PetscInt_FMT,
+          size, largest);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

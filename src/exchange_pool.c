@@ -6,7 +6,7 @@
    flight for each. A worker runs the same kernel on its patch and returns the sums of the patch's own nodes, or the
    new fields of its points, and the status it found: an error is data and stops the run at the master.
    A patch gets complete sums of its own nodes from all points that touch them, in the canonical order, so the master
-   only copies and the bits are those of the serial run.                                                               */
+   only copies and the bits are those of the serial run. */
 #include "exchange_pool.h"
 
 #define MPM_IN_FLIGHT 2 /* patches that a worker has at a time */
@@ -27,12 +27,12 @@ typedef struct {
 
 typedef struct {
   const MPMExchangeType *inner; /* how the master would run alone: serial, or its own neighbour if a face is periodic */
-  MPI_Comm     comm;
-  PetscMPIInt  size, rank;
-  PetscInt     nchunks, *queue;
-  Chunk       *chunks;
-  Slot        *slots;    /* [size][MPM_IN_FLIGHT]; those of process 0 are not used */
-  MPI_Request *received; /* likewise */
+  MPI_Comm               comm;
+  PetscMPIInt            size, rank;
+  PetscInt               nchunks, *queue;
+  Chunk                 *chunks;
+  Slot                  *slots;    /* [size][MPM_IN_FLIGHT]; those of process 0 are not used */
+  MPI_Request           *received; /* likewise */
 } Pool;
 
 /* The points that a chunk needs in this sweep: of its own cells, and for sums of the cells below them too. Counts them,
@@ -82,7 +82,7 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   const MPMPatch   *all      = &mpm->exchange.patch;
   Slot             *slot     = &pool->slots[place];
   MPMPatch          patch;
-  MPMOrder             order = {MPMPhaseNumber(phase), {0}, {0}, {0}, {0}, c->n, mpm->params.dt};
+  MPMOrder          order = {MPMPhaseNumber(phase), {0}, {0}, {0}, {0}, c->n, mpm->params.dt};
   void             *at[MPM_NUM_FIELDS], *halo[MPM_NUM_FIELDS];
   PetscMPIInt       len;
   char             *m;
@@ -102,16 +102,21 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   }
   (void)ListPoints(mpm, c, to_nodes, slot->list);
   PetscCallMPI(MPI_Wait(&slot->sent, MPI_STATUS_IGNORE)); /* answered long ago, so this does not wait */
-  PetscCall(MPMPoolGrow(&slot->out, &slot->out_capacity, sizeof order + (size_t)c->n * MPMPoolPointBytes(&mpm->points, phase->points_in) + (size_t)MPMPatchCells(&patch) * nv * sizeof(PetscReal)));
+  PetscCall(MPMPoolGrow(&slot->out, &slot->out_capacity,
+                        sizeof order + (size_t)c->n * MPMPoolPointBytes(&mpm->points, phase->points_in) +
+                            (size_t)MPMPatchCells(&patch) * nv * sizeof(PetscReal)));
   memcpy(slot->out, &order, sizeof order);
   m = MPMPoolPack(&mpm->points, phase->points_in, at, halo, all->points.n, c->n, slot->list, slot->out + sizeof order);
   if (!to_nodes) /* node motion, row by row; nodes beyond the grid are never read */
     for (PetscInt k = patch.lo[2]; k < patch.lo[2] + patch.n[2]; k++)
-      for (PetscInt j = patch.lo[1]; j < patch.lo[1] + patch.n[1]; j++, m += (size_t)(patch.n[0] * nv) * sizeof(PetscReal)) {
+      for (PetscInt j = patch.lo[1]; j < patch.lo[1] + patch.n[1];
+           j++, m += (size_t)(patch.n[0] * nv) * sizeof(PetscReal)) {
         const PetscInt n = PetscMin(patch.n[0], all->lo[0] + all->n[0] - patch.lo[0]);
 
         if (k >= all->lo[2] + all->n[2] || j >= all->lo[1] + all->n[1]) continue;
-        memcpy(m, all->vel + (((k - all->lo[2]) * all->n[1] + j - all->lo[1]) * all->n[0] + patch.lo[0] - all->lo[0]) * nv, (size_t)(n * nv) * sizeof(PetscReal));
+        memcpy(m,
+               all->vel + (((k - all->lo[2]) * all->n[1] + j - all->lo[1]) * all->n[0] + patch.lo[0] - all->lo[0]) * nv,
+               (size_t)(n * nv) * sizeof(PetscReal));
       }
   slot->chunk = chunk;
   PetscCall(PetscMPIIntCast((PetscInt)MPMPoolAnswerBytes(mpm, phase, c->own_n, c->n), &len));
@@ -144,7 +149,8 @@ static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, Petsc
     for (PetscInt k = c->own_lo[2]; k < c->own_lo[2] + c->own_n[2]; k++)
       for (PetscInt j = c->own_lo[1]; j < c->own_lo[1] + c->own_n[1]; j++)
         for (PetscInt i = c->own_lo[0]; i < c->own_lo[0] + c->own_n[0]; i++, m += (size_t)(c1 - c0) * sizeof(PetscReal))
-          memcpy(all->sum + (((k - all->lo[2]) * all->n[1] + j - all->lo[1]) * all->n[0] + i - all->lo[0]) * nc + c0, m, (size_t)(c1 - c0) * sizeof(PetscReal));
+          memcpy(all->sum + (((k - all->lo[2]) * all->n[1] + j - all->lo[1]) * all->n[0] + i - all->lo[0]) * nc + c0, m,
+                 (size_t)(c1 - c0) * sizeof(PetscReal));
   } else
     for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
       const size_t b = (size_t)mpm->points.bytes[f];
@@ -170,9 +176,9 @@ static PetscErrorCode FillQueue(MPM mpm, Pool *pool, PetscBool to_nodes, PetscIn
 
 static PetscErrorCode Sweep_Pool(MPM mpm, const MPMPhase *phase)
 {
-  MPMExchange    *ex       = &mpm->exchange;
-  Pool           *pool     = (Pool *)ex->farm;
-  const PetscInt  fields   = phase->points_in | phase->points_out, places = pool->size * MPM_IN_FLIGHT;
+  MPMExchange    *ex     = &mpm->exchange;
+  Pool           *pool   = (Pool *)ex->farm;
+  const PetscInt  fields = phase->points_in | phase->points_out, places = pool->size * MPM_IN_FLIGHT;
   const PetscBool to_nodes = phase->kind == MPM_POINTS_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
   PetscInt        queued, next = 0, flying = 0;
 
@@ -181,7 +187,8 @@ static PetscErrorCode Sweep_Pool(MPM mpm, const MPMPhase *phase)
   PetscCall(FillQueue(mpm, pool, to_nodes, &queued));
   if (to_nodes) MPMPatchZeroSums(&ex->patch, phase->parts);
   for (PetscInt depth = 0; depth < MPM_IN_FLIGHT; depth++)
-    for (PetscInt w = 1; w < pool->size && next < queued; w++, flying++) PetscCall(Send(mpm, pool, phase, pool->queue[next++], w * MPM_IN_FLIGHT + depth));
+    for (PetscInt w = 1; w < pool->size && next < queued; w++, flying++)
+      PetscCall(Send(mpm, pool, phase, pool->queue[next++], w * MPM_IN_FLIGHT + depth));
   for (; flying; flying--) {
     PetscMPIInt place;
 
@@ -214,7 +221,8 @@ static PetscErrorCode SetUp_Pool(MPM mpm)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   ex->data    = PETSC_COMM_SELF;
-  pool->inner = mpm->grid.periodic[0] || mpm->grid.periodic[1] || mpm->grid.periodic[2] ? &MPMExchange_spatial : &MPMExchange_serial;
+  pool->inner = mpm->grid.periodic[0] || mpm->grid.periodic[1] || mpm->grid.periodic[2] ? &MPMExchange_spatial
+                                                                                        : &MPMExchange_serial;
   PetscCall(pool->inner->setup(mpm));
   for (PetscInt d = 0; d < 3; d++) {
     n[d] = (ex->patch.own_n[d] + ex->pool_cells - 1) / ex->pool_cells;
@@ -226,7 +234,8 @@ static PetscErrorCode SetUp_Pool(MPM mpm)
 
     for (PetscInt d = 0; d < 3; d++) {
       pool->chunks[k].own_lo[d] = ex->patch.own_lo[d] + ijk[d] * ex->pool_cells;
-      pool->chunks[k].own_n[d]  = PetscMin(ex->pool_cells, ex->patch.own_lo[d] + ex->patch.own_n[d] - pool->chunks[k].own_lo[d]);
+      pool->chunks[k].own_n[d]  = PetscMin(ex->pool_cells,
+                                           ex->patch.own_lo[d] + ex->patch.own_n[d] - pool->chunks[k].own_lo[d]);
     }
   }
   pool->nchunks = total;
@@ -273,7 +282,8 @@ static PetscErrorCode Finish_Pool(MPM mpm)
   if (!pool->rank) {
     const MPMOrder over = {-1, {0}, {0}, {0}, {0}, 0, 0};
 
-    for (PetscMPIInt w = 1; w < pool->size; w++) PetscCallMPI(MPI_Send(&over, (PetscMPIInt)sizeof over, MPI_BYTE, w, MPM_TAG_WORK, pool->comm));
+    for (PetscMPIInt w = 1; w < pool->size; w++)
+      PetscCallMPI(MPI_Send(&over, (PetscMPIInt)sizeof over, MPI_BYTE, w, MPM_TAG_WORK, pool->comm));
     for (PetscInt k = 0; k < pool->size * MPM_IN_FLIGHT; k++) {
       PetscCallMPI(MPI_Wait(&pool->slots[k].sent, MPI_STATUS_IGNORE));
       PetscCall(PetscFree(pool->slots[k].out));
@@ -291,5 +301,10 @@ static PetscErrorCode Finish_Pool(MPM mpm)
 }
 
 const MPMExchangeType MPMExchange_pool = {
-  "pool", "a master hands patches to workers", SetUp_Pool, Sweep_Pool, Nodes_Pool, Reduce_Pool, Settle_Pool, Finish_Pool, NULL, PETSC_TRUE, Serve_Pool,
+    "pool",      "a master hands patches to workers",
+    SetUp_Pool,  Sweep_Pool,
+    Nodes_Pool,  Reduce_Pool,
+    Settle_Pool, Finish_Pool,
+    NULL,        PETSC_TRUE,
+    Serve_Pool,
 };

@@ -1,4 +1,4 @@
-/* exchange_serial.c - one process, one patch that is the whole grid: nothing is exchanged.                            */
+/* exchange_serial.c - one process, one patch that is the whole grid: nothing is exchanged. */
 #include "mpm.h"
 
 static PetscErrorCode SetUp_Serial(MPM mpm)
@@ -81,5 +81,10 @@ static PetscErrorCode Finish_Serial(MPM mpm)
 }
 
 const MPMExchangeType MPMExchange_serial = {
-  "serial", "one process, one patch: the whole grid", SetUp_Serial, Sweep_Serial, Nodes_Serial, Reduce_Serial, Settle_Serial, Finish_Serial, Prepare_Serial, PETSC_FALSE, NULL,
+    "serial",       "one process, one patch: the whole grid",
+    SetUp_Serial,   Sweep_Serial,
+    Nodes_Serial,   Reduce_Serial,
+    Settle_Serial,  Finish_Serial,
+    Prepare_Serial, PETSC_FALSE,
+    NULL,
 };

@@ -6,166 +6,14 @@
      node motion   of the nodes above a patch, from their owners by a PetscSF
      points        that left their patch go to the owner of their cell, by DMSwarmMigrate, or by MPMMigrateDirect
    and reduces once: the status. Own nodes get complete sums in the canonical order, so results do not depend on how
-   the grid is cut. With -parallel_sums roundoff the partial sums of own points are added instead (DMLocalToGlobal).   */
+   the grid is cut. With -parallel_sums roundoff the partial sums of own points are added instead (DMLocalToGlobal). */
 #include "transfer.h"
 #include "exchange_spatial.h"
-
-/* --- Who is where ---------------------------------------------------------------------------------------------- */
-
-/* The process that owns cell `base` (a node of the grid). */
-PetscMPIInt MPMSpatialOwner(const MPMSpatial *s, PetscInt dim, const PetscInt base[])
-{
-  PetscInt rank = 0;
-
-  for (PetscInt d = dim - 1; d >= 0; d--) {
-    PetscInt lo = 0, hi = s->p[d];
-
-    while (hi - lo > 1) {
-      const PetscInt mid = (lo + hi) / 2;
-      if (s->first[d][mid] <= base[d]) lo = mid;
-      else hi = mid;
-    }
-    rank = rank * s->p[d] + lo;
-  }
-  return (PetscMPIInt)rank;
-}
-
-/* Neighbours: o in {0,1}^dim, not 0. Points of my cells at the upper side o go to the process at +o; the process at -o
-   sends me its own. Across a periodic face that may be myself. Boxes of cells are in nodes of the grid.              */
-static PetscErrorCode FindNeighbours(MPM mpm, MPMSpatial *s)
-{
-  const MPMPatch *patch = &mpm->exchange.patch;
-  const PetscInt  dim = mpm->grid.dim, reach = MPMBasisNodes(mpm->basis) - 1;
-  PetscInt        me[3] = {0}, rest;
-  PetscMPIInt     rank;
-
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
-  rest = rank;
-  for (PetscInt d = 0; d < dim; d++) {
-    me[d] = rest % s->p[d];
-    rest /= s->p[d];
-  }
-  for (int o = 1; o < 1 << dim; o++) {
-    MPMNeighbour *to = &s->to[s->nto], *from = &s->from[s->nfrom];
-    PetscBool     up = PETSC_TRUE, down = PETSC_TRUE;
-    PetscInt      above = 0, below = 0, stride = 1;
-
-    for (PetscInt d = 0; d < 3; d++) {
-      const PetscInt off = o >> d & 1, last = s->p[d] - 1;
-
-      to->hi[d]      = patch->own_lo[d] + patch->own_n[d];
-      to->lo[d]      = off ? to->hi[d] - reach : patch->own_lo[d];
-      from->shift[d] = 0;
-      if (off && me[d] == last && !mpm->grid.periodic[d]) up = PETSC_FALSE;
-      if (off && me[d] == 0 && !mpm->grid.periodic[d]) down = PETSC_FALSE;
-      if (off && me[d] == 0) from->shift[d] = mpm->grid.lower[d] - mpm->grid.upper[d];
-      above += stride * ((me[d] + off) % s->p[d]);
-      below += stride * ((me[d] + last * off) % s->p[d]);
-      stride *= s->p[d];
-    }
-    to->rank = (PetscMPIInt)above;
-    from->rank = (PetscMPIInt)below;
-    to->tag = from->tag = MPM_TAG_HALO + o;
-    s->nto += up;
-    s->nfrom += down;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* First node and number of nodes of the box of process c on axis d, halo included, as DMDA lays it out. */
-static void GhostRange(MPM mpm, const MPMSpatial *s, PetscInt d, PetscInt c, PetscInt *lo, PetscInt *n)
-{
-  const MPMGrid *g     = &mpm->grid;
-  const PetscInt reach = d < g->dim ? MPMBasisNodes(mpm->basis) - 1 : 0, first = -g->layers[d], last = first + g->nodes[d];
-  const PetscInt end   = s->first[d][c] + mpm->exchange.partition.l[d][c];
-
-  *lo = g->periodic[d] ? s->first[d][c] - reach : PetscMax(first, s->first[d][c] - reach);
-  *n  = (g->periodic[d] ? end + reach : PetscMin(last, end + reach)) - *lo;
-}
-
-/* The ghost update of node values: a broadcast from the owners to the nodes above a patch, which alone its points read.
-   DMLocalToLocal would do the same and copy every own node onto itself: 3 % of a step.                               */
-static PetscErrorCode CreateGhosts(MPM mpm, MPMSpatial *s)
-{
-  const MPMPatch *patch = &mpm->exchange.patch;
-  PetscInt        n = 0, *leaf;
-  PetscSFNode    *root;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(MPMPatchCells(patch), &leaf));
-  PetscCall(PetscMalloc1(MPMPatchCells(patch), &root));
-  for (PetscInt i = 0; i < MPMPatchCells(patch); i++) {
-    const PetscInt ijk[3] = {i % patch->n[0] + patch->lo[0], i / patch->n[0] % patch->n[1] + patch->lo[1], i / (patch->n[0] * patch->n[1]) + patch->lo[2]};
-    PetscInt       at[3], node = 0;
-    PetscBool      above = PETSC_FALSE, below = PETSC_FALSE;
-
-    for (PetscInt d = 0; d < 3; d++) {
-      if (ijk[d] < patch->own_lo[d]) below = PETSC_TRUE;
-      if (ijk[d] >= patch->own_lo[d] + patch->own_n[d]) above = PETSC_TRUE;
-      at[d] = mpm->grid.periodic[d] && ijk[d] >= mpm->grid.nodes[d] ? ijk[d] - mpm->grid.nodes[d] : ijk[d];
-    }
-    if (below || !above) continue;
-    root[n].rank = MPMSpatialOwner(s, mpm->grid.dim, at);
-    for (PetscInt d = 2; d >= 0; d--) {
-      PetscInt c = root[n].rank, lo, len;
-
-      for (PetscInt e = 0; e < d; e++) c /= s->p[e];
-      GhostRange(mpm, s, d, c % s->p[d], &lo, &len);
-      node = node * len + at[d] - lo;
-    }
-    root[n].index = node;
-    leaf[n++]     = i;
-  }
-  PetscCall(PetscSFCreate(s->comm, &s->ghosts));
-  PetscCall(PetscSFSetGraph(s->ghosts, MPMPatchCells(patch), n, leaf, PETSC_OWN_POINTER, root, PETSC_OWN_POINTER));
-  PetscCall(PetscSFSetUp(s->ghosts));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 static void MergeStatus(void *in, void *inout, int *n, MPI_Datatype *type)
 {
   (void)type;
   for (int k = 0; k < *n; k++) MPMStatusMerge((MPMStatus *)inout + k, (const MPMStatus *)in + k);
-}
-
-/* DMDA, patch and neighbours for a partition that is set. */
-static PetscErrorCode SetUpPartition(MPM mpm)
-{
-  MPMExchange        *ex = &mpm->exchange;
-  MPMSpatial         *s  = (MPMSpatial *)ex->ctx;
-  const MPMPartition *part = &ex->partition;
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMGridCreateDM(&mpm->grid, ex->data, MPMBasisNodes(mpm->basis) - 1, part, &ex->da));
-  PetscCall(DMCreateLocalVector(ex->da, &ex->vel));
-  PetscCall(MPMPatchSetBox(&ex->patch, &mpm->grid, mpm->basis, ex->da));
-  for (PetscInt d = 0; d < 3; d++) {
-    s->p[d] = part->p[d];
-    PetscCall(PetscMalloc1(s->p[d], &s->first[d]));
-    for (PetscInt r = 0, at = -mpm->grid.layers[d]; r < s->p[d]; at += part->l[d][r++]) s->first[d][r] = at;
-  }
-  s->nto = s->nfrom = 0;
-  PetscCall(FindNeighbours(mpm, s));
-  PetscCall(CreateGhosts(mpm, s));
-  if (ex->roundoff) PetscCall(DMDACreateCompatibleDMDA(ex->da, MPM_SUM_NC(mpm->grid.dim), &s->sums));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode TearDownPartition(MPM mpm)
-{
-  MPMExchange *ex = &mpm->exchange;
-  MPMSpatial  *s  = (MPMSpatial *)ex->ctx;
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMPatchDestroy(&ex->patch));
-  PetscCall(VecDestroy(&ex->vel));
-  PetscCall(DMDestroy(&ex->da));
-  PetscCall(DMDestroy(&s->sums));
-  PetscCall(PetscSFDestroy(&s->ghosts));
-  for (PetscInt d = 0; d < 3; d++) PetscCall(PetscFree(s->first[d]));
-  PetscCall(PetscFree2(s->start, s->count));
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode SetUp_Spatial(MPM mpm)
@@ -191,11 +39,12 @@ static PetscErrorCode SetUp_Spatial(MPM mpm)
   PetscCall(MPMHistogramFinish(&h, PETSC_COMM_SELF));
   PetscCall(MPMPartitionChoose(&h, size, ex->balance, &ex->partition));
   PetscCall(MPMHistogramDestroy(&h));
-  PetscCall(SetUpPartition(mpm));
+  PetscCall(MPMSpatialLayout(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- The functions of the table ------------------------------------------------------------------------------------ */
+/* --- The functions of the table ------------------------------------------------------------------------------------
+ */
 
 /* -parallel_sums roundoff: adds the partial sums of all processes. Their order depends on the number of processes. */
 static PetscErrorCode AddPartialSums(MPM mpm, MPMSpatial *s)
@@ -213,8 +62,10 @@ static PetscErrorCode AddPartialSums(MPM mpm, MPMSpatial *s)
   PetscCall(VecResetArray(local));
   PetscCall(DMRestoreGlobalVector(s->sums, &global));
   PetscCall(DMRestoreLocalVector(s->sums, &local));
-  for (PetscInt i = 0; i < MPMPatchCells(patch); i++) { /* halo nodes start from 0 again, so that the next phase adds nothing twice */
-    const PetscInt ijk[3] = {i % patch->n[0] + patch->lo[0], i / patch->n[0] % patch->n[1] + patch->lo[1], i / (patch->n[0] * patch->n[1]) + patch->lo[2]};
+  for (PetscInt i = 0; i < MPMPatchCells(patch);
+       i++) { /* halo nodes start from 0 again, so that the next phase adds nothing twice */
+    const PetscInt ijk[3] = {i % patch->n[0] + patch->lo[0], i / patch->n[0] % patch->n[1] + patch->lo[1],
+                             i / (patch->n[0] * patch->n[1]) + patch->lo[2]};
     PetscBool      own    = PETSC_TRUE;
 
     for (PetscInt d = 0; d < 3; d++)
@@ -233,11 +84,12 @@ static PetscErrorCode Prepare_Spatial(MPM mpm, const MPMPhase *phase)
   const PetscInt fields = phase->points_in | phase->points_out;
 
   PetscFunctionBeginUser;
-  if (phase->kind == MPM_POINTS_TO_NODES && !ex->roundoff) PetscCall(MPMHaloExchange(mpm, s, phase->points_in & ~MPM_STEADY));
+  if (phase->kind == MPM_POINTS_TO_NODES && !ex->roundoff)
+    PetscCall(MPMHaloExchange(mpm, s, phase->points_in & ~MPM_STEADY));
   PetscCall(MPMPointsGetView(&mpm->points, fields, &patch->points));
   PetscCall(PetscMemzero(&patch->halo, sizeof patch->halo));
   patch->halo.n = s->nhalo;
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) \
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning)                                                \
   if (fields & MPM_BIT(name)) patch->halo.name = (ctype *)s->halo[MPM_FIELD_INDEX_##name];
 #include "fields.def"
 #undef MPM_FIELD
@@ -292,7 +144,9 @@ static PetscErrorCode Reduce_Spatial(MPM mpm, MPMStatus *status)
     char what[MPM_TEXT_LEN];
 
     PetscCall(MPMPointsFindLost(&mpm->points, mpm->exchange.data, what, sizeof what));
-    SETERRQ(mpm->comm, PETSC_ERR_PLIB, "points got lost or doubled on the way between processes: %" PetscInt64_FMT " of %" PetscInt64_FMT "; %s", status->n, mpm->points.total, what);
+    SETERRQ(mpm->comm, PETSC_ERR_PLIB,
+            "points got lost or doubled on the way between processes: %" PetscInt64_FMT " of %" PetscInt64_FMT "; %s",
+            status->n, mpm->points.total, what);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -323,10 +177,10 @@ static PetscErrorCode Recut(MPM mpm)
   PetscCall(MPMHistogramFinish(&h, s->comm));
   PetscCall(MPMPartitionChoose(&h, size, MPM_BALANCE_AUTO, &part));
   if (part.predicted < 0.97 * MPMPartitionCost(&h, &ex->partition, &ex->partition.imbalance)) {
-    PetscCall(TearDownPartition(mpm));
+    PetscCall(MPMSpatialTearDown(mpm));
     PetscCall(MPMPartitionDestroy(&ex->partition));
     ex->partition = part;
-    PetscCall(SetUpPartition(mpm));
+    PetscCall(MPMSpatialLayout(mpm));
     for (PetscInt p = 0; p < view.n; p++) {
       PetscInt base[3] = {0};
 
@@ -334,14 +188,15 @@ static PetscErrorCode Recut(MPM mpm)
     }
     mpm->status.left = mpm->status.moved = 1; /* on every process: all migrate and sort */
     ex->recuts++;
-  } else PetscCall(MPMPartitionDestroy(&part));
+  } else
+    PetscCall(MPMPartitionDestroy(&part));
   PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
   PetscCall(MPMHistogramDestroy(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* -parallel_balance auto: is it time to look for better cuts? When what was lost to the most loaded process since the
-   last look exceeds what a cut costs, both by the model: wall times would differ between processes.                   */
+   last look exceeds what a cut costs, both by the model: wall times would differ between processes. */
 static PetscBool TimeToRecut(MPM mpm)
 {
   MPMSpatial     *s    = (MPMSpatial *)mpm->exchange.ctx;
@@ -367,7 +222,8 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
   if (anew) {
     PetscCall(MPMPointsLocate(&mpm->points, &ex->patch));
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
-  } else if (mpm->status.moved) PetscCall(MPMPointsSort(&mpm->points, &ex->patch));
+  } else if (mpm->status.moved)
+    PetscCall(MPMPointsSort(&mpm->points, &ex->patch));
   PetscCall(MPMHaloUpdate(mpm, s));
   if (ex->roundoff) memset(ex->patch.row, 1, (size_t)(ex->patch.n[1] * ex->patch.n[2]));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -378,7 +234,7 @@ static PetscErrorCode Finish_Spatial(MPM mpm)
   MPMSpatial *s = (MPMSpatial *)mpm->exchange.ctx;
 
   PetscFunctionBeginUser;
-  PetscCall(TearDownPartition(mpm));
+  PetscCall(MPMSpatialTearDown(mpm));
   PetscCall(MPMPartitionDestroy(&mpm->exchange.partition));
   for (int k = 0; k < MPM_MAX_NEIGHBOURS; k++) PetscCall(PetscFree(s->to[k].list));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) PetscCall(PetscFree(s->halo[f]));
@@ -394,5 +250,15 @@ static PetscErrorCode Finish_Spatial(MPM mpm)
 }
 
 const MPMExchangeType MPMExchange_spatial = {
-  "spatial", "a box of the grid and its points for each process", SetUp_Spatial, Sweep_Spatial, Nodes_Spatial, Reduce_Spatial, Settle_Spatial, Finish_Spatial, Prepare_Spatial, PETSC_FALSE, NULL,
+    "spatial",
+    "a box of the grid and its points for each process",
+    SetUp_Spatial,
+    Sweep_Spatial,
+    Nodes_Spatial,
+    Reduce_Spatial,
+    Settle_Spatial,
+    Finish_Spatial,
+    Prepare_Spatial,
+    PETSC_FALSE,
+    NULL,
 };

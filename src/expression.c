@@ -10,7 +10,8 @@ struct _MPMExpression {
 
 /* Parses text, in which the names in `variables` (of "xyzt") may stand. A fault is described in error, else error is
    "" and n is the number of components. Not collective.                                                              */
-PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MPMExpression *e, PetscInt *n, char error[], size_t len)
+PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MPMExpression *e, PetscInt *n,
+                                   char error[], size_t len)
 {
   int count = 0;
 
@@ -33,7 +34,8 @@ PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MP
   if (mupError((*e)->parser)) {
     const PetscInt at = (PetscInt)mupGetErrorPos((*e)->parser);
 
-    (void)snprintf(error, len, "%s (at position %" PetscInt_FMT ")", mupGetErrorMsg((*e)->parser), at >= 0 && at <= (PetscInt)strlen(text) ? at + 1 : (PetscInt)strlen(text) + 1);
+    (void)snprintf(error, len, "%s (at position %" PetscInt_FMT ")", mupGetErrorMsg((*e)->parser),
+                   at >= 0 && at <= (PetscInt)strlen(text) ? at + 1 : (PetscInt)strlen(text) + 1);
     mupErrorReset((*e)->parser);
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -54,8 +54,8 @@ static PetscErrorCode Grow(char **buffer, size_t *capacity, size_t need)
    neighbours.                                                                                                        */
 PetscErrorCode MPMHaloExchange(MPM mpm, MPMSpatial *s, PetscInt fields)
 {
-  const MPMPoints *pts   = &mpm->points;
-  const size_t     bytes = (size_t)FieldBytes(pts, fields);
+  const MPMPoints *pts                 = &mpm->points;
+  const size_t     bytes               = (size_t)FieldBytes(pts, fields);
   void            *own[MPM_NUM_FIELDS] = {NULL};
   MPI_Request      request[2 * MPM_MAX_NEIGHBOURS];
   size_t           need = 0, at = 0;
@@ -69,11 +69,13 @@ PetscErrorCode MPMHaloExchange(MPM mpm, MPMSpatial *s, PetscInt fields)
     PetscMPIInt len;
 
     PetscCall(PetscMPIIntCast((PetscInt)(bytes * (size_t)s->from[k].n), &len));
-    if (len) PetscCallMPI(MPI_Irecv(s->in + at, len, MPI_BYTE, s->from[k].rank, s->from[k].tag, s->comm, &request[n++]));
+    if (len)
+      PetscCallMPI(MPI_Irecv(s->in + at, len, MPI_BYTE, s->from[k].rank, s->from[k].tag, s->comm, &request[n++]));
     at += (size_t)len;
   }
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (pts->present[f] && (fields & (1 << f))) PetscCall(DMSwarmGetField(pts->swarm, MPMFields[f].name, NULL, NULL, &own[f]));
+    if (pts->present[f] && (fields & (1 << f)))
+      PetscCall(DMSwarmGetField(pts->swarm, MPMFields[f].name, NULL, NULL, &own[f]));
   at = 0;
   for (int k = 0; k < s->nto; k++) {
     char *message = s->out + at;
@@ -82,9 +84,12 @@ PetscErrorCode MPMHaloExchange(MPM mpm, MPMSpatial *s, PetscInt fields)
       const PetscInt b = pts->bytes[f];
 
       if (!own[f]) continue;
-      for (PetscInt q = 0; q < s->to[k].n; q++, at += (size_t)b) memcpy(s->out + at, (char *)own[f] + s->to[k].list[q] * b, (size_t)b);
+      for (PetscInt q = 0; q < s->to[k].n; q++, at += (size_t)b)
+        memcpy(s->out + at, (char *)own[f] + s->to[k].list[q] * b, (size_t)b);
     }
-    if (s->to[k].n) PetscCallMPI(MPI_Isend(message, (PetscMPIInt)(s->out + at - message), MPI_BYTE, s->to[k].rank, s->to[k].tag, s->comm, &request[n++]));
+    if (s->to[k].n)
+      PetscCallMPI(MPI_Isend(message, (PetscMPIInt)(s->out + at - message), MPI_BYTE, s->to[k].rank, s->to[k].tag,
+                             s->comm, &request[n++]));
   }
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (own[f]) PetscCall(DMSwarmRestoreField(pts->swarm, MPMFields[f].name, NULL, NULL, &own[f]));
@@ -108,8 +113,10 @@ static PetscErrorCode ExchangeCounts(MPM mpm, MPMSpatial *s)
   int         n = 0;
 
   PetscFunctionBeginUser;
-  for (int k = 0; k < s->nfrom; k++) PetscCallMPI(MPI_Irecv(&s->from[k].n, 1, MPIU_INT, s->from[k].rank, s->from[k].tag, s->comm, &request[n++]));
-  for (int k = 0; k < s->nto; k++) PetscCallMPI(MPI_Isend(&s->to[k].n, 1, MPIU_INT, s->to[k].rank, s->to[k].tag, s->comm, &request[n++]));
+  for (int k = 0; k < s->nfrom; k++)
+    PetscCallMPI(MPI_Irecv(&s->from[k].n, 1, MPIU_INT, s->from[k].rank, s->from[k].tag, s->comm, &request[n++]));
+  for (int k = 0; k < s->nto; k++)
+    PetscCallMPI(MPI_Isend(&s->to[k].n, 1, MPIU_INT, s->to[k].rank, s->to[k].tag, s->comm, &request[n++]));
   PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
   s->nhalo = 0;
   for (int k = 0; k < s->nfrom; k++) s->nhalo += s->from[k].n;
@@ -133,11 +140,11 @@ static PetscErrorCode ExchangeCounts(MPM mpm, MPMSpatial *s)
    that order, so this is a counting sort without comparisons.                                                        */
 static PetscErrorCode MergeOrder(MPM mpm, MPMSpatial *s)
 {
-  const MPMPoints *pts    = &mpm->points;
-  MPMPatch        *patch  = &mpm->exchange.patch;
-  const PetscInt   dim    = mpm->grid.dim, ncells = MPMPatchCells(patch);
-  PetscReal       *x      = (PetscReal *)s->halo[MPM_FIELD_INDEX_x];
-  PetscInt        *cell   = (PetscInt *)s->halo[MPM_FIELD_INDEX_cell], at = 0;
+  const MPMPoints *pts   = &mpm->points;
+  MPMPatch        *patch = &mpm->exchange.patch;
+  const PetscInt   dim = mpm->grid.dim, ncells = MPMPatchCells(patch);
+  PetscReal       *x    = (PetscReal *)s->halo[MPM_FIELD_INDEX_x];
+  PetscInt        *cell = (PetscInt *)s->halo[MPM_FIELD_INDEX_cell], at = 0;
 
   PetscFunctionBeginUser;
   if (!s->start) {

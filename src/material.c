@@ -9,8 +9,7 @@ const MPMMaterialType MPMMaterialTypes[] = {
 #define MPM_MATERIAL(name, traits, parameters, what) {#name, parameters, what, traits, &MPMMaterialLaw_##name},
 #include "material.def"
 #undef MPM_MATERIAL
-  {NULL, NULL, NULL, 0, NULL}
-};
+    {NULL, NULL, NULL, 0, NULL}};
 
 void MPMMaterialSetUp(MPMMaterial *m)
 {

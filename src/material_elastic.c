@@ -1,5 +1,6 @@
 /* material_elastic.c - linear elasticity, sig = lambda tr(e) I + 2 mu e with e = sym(F) - I, tau = J sig: right for
-   small strains and rotations, where it is the textbook's law; not objective.                      docs/theory.md (12a) */
+   small strains and rotations, where it is the textbook's law; not objective.                      docs/theory.md (12a)
+ */
 #include "material.h"
 
 MPM_INLINE void elastic_strain(int dim, const PetscReal *F, PetscReal e[6])
@@ -33,7 +34,7 @@ MPM_INLINE PetscReal elastic_energy(int dim, const MPMMaterial *m, const PetscRe
 }
 
 /* sig is linear in F, so a wave stiffens with the stretch: rho0 c^2 = J s (lambda + 2 mu) for F = s I and for uniaxial
-   stretch s. s = |F|_2 is bounded by the larger of the largest row and column sums, since |F|_2^2 <= |F|_1 |F|_inf.    */
+   stretch s. s = |F|_2 is bounded by the larger of the largest row and column sums, since |F|_2^2 <= |F|_1 |F|_inf. */
 MPM_INLINE PetscReal elastic_speed2(int dim, const MPMMaterial *m, const PetscReal *F)
 {
   PetscReal smax = 0;

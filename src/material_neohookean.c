@@ -1,5 +1,6 @@
 /* material_neohookean.c - compressible neo-Hookean solid (Bonet and Wood, Nonlinear Continuum Mechanics, eq. 6.27):
-   W = mu/2 (tr b - 3 - 2 ln J) + lambda/2 ln^2 J,  tau = lambda ln J I + mu (b - I),  b = F F^T.   docs/theory.md (12b) */
+   W = mu/2 (tr b - 3 - 2 ln J) + lambda/2 ln^2 J,  tau = lambda ln J I + mu (b - I),  b = F F^T.   docs/theory.md (12b)
+ */
 #include "material.h"
 
 MPM_INLINE void neohookean_stress(int dim, const MPMMaterial *m, const PetscReal *F, PetscReal *tau)
@@ -26,11 +27,11 @@ MPM_INLINE PetscReal neohookean_energy(int dim, const MPMMaterial *m, const Pets
 }
 
 /* A plane wave along n has rho0 c^2 = lambda (1 - ln J) + mu (1 + n.b n), a shear wave mu n.b n. Bounded without a
-   logarithm, by 1 - 1/J <= ln J <= J - 1, and by the largest row sum of b (Gershgorin); equal at F = I.               */
+   logarithm, by 1 - 1/J <= ln J <= J - 1, and by the largest row sum of b (Gershgorin); equal at F = I. */
 MPM_INLINE PetscReal neohookean_speed2(int dim, const MPMMaterial *m, const PetscReal *F)
 {
   const PetscReal J = MPMDet(dim, F), volumetric = m->lambda * (m->lambda >= 0 ? 1 / J : 2 - J);
-  PetscReal       b[6], bmax = 0;
+  PetscReal       b[6], bmax                     = 0;
 
   MPMLeftCauchyGreen(dim, F, b);
   for (int d = 0; d < dim; d++) {

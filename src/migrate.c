@@ -17,7 +17,8 @@ static PetscErrorCode FindOwners(MPM mpm, const MPMSpatial *s, const MPMView *vi
 
     owner[p] = me;
     if (view->cell[p] >= 0) continue;
-    PetscCheck(MPMLocate((int)dim, mpm->basis, &mpm->grid, view->x + p * dim, xi, base), PETSC_COMM_SELF, PETSC_ERR_PLIB, "point %" PetscInt64_FMT " has no cell", view->id[p]);
+    PetscCheck(MPMLocate((int)dim, mpm->basis, &mpm->grid, view->x + p * dim, xi, base), PETSC_COMM_SELF,
+               PETSC_ERR_PLIB, "point %" PetscInt64_FMT " has no cell", view->id[p]);
     owner[p] = MPMSpatialOwner(s, dim, base);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -37,7 +38,8 @@ static PetscErrorCode LocateComers(MPM mpm)
 
     if (view.cell[p] >= 0) continue;
     view.cell[p] = MPMOwnCell((int)dim, mpm->basis, patch, view.x + p * dim, base);
-    PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "point %" PetscInt64_FMT " came to the wrong process", view.id[p]);
+    PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+               "point %" PetscInt64_FMT " came to the wrong process", view.id[p]);
   }
   PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -71,8 +73,10 @@ static void PackPoint(const MPMPoints *pts, void *const at[], PetscInt p, char *
     const PetscInt b = pts->bytes[f];
 
     if (!at[f]) continue;
-    if (unpack) memcpy((char *)at[f] + p * b, message, (size_t)b);
-    else memcpy(message, (char *)at[f] + p * b, (size_t)b);
+    if (unpack)
+      memcpy((char *)at[f] + p * b, message, (size_t)b);
+    else
+      memcpy(message, (char *)at[f] + p * b, (size_t)b);
     message += b;
   }
 }
@@ -82,16 +86,19 @@ static PetscErrorCode GetFields(MPMPoints *pts, PetscBool restore, void *at[])
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     if (!pts->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
-    if (restore) PetscCall(DMSwarmRestoreField(pts->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
-    else PetscCall(DMSwarmGetField(pts->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
+    if (restore)
+      PetscCall(DMSwarmRestoreField(pts->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
+    else
+      PetscCall(DMSwarmGetField(pts->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Sends the listed points, `bytes` each, to their owners, packed in that order in `out` (sorted by owner), and returns
    what came for this process in *in, which the caller frees. Destinations may be any processes: PetscCommBuildTwoSided
-   finds who has something for whom. Collective on the communicator.                                                   */
-static PetscErrorCode SendPoints(MPMSpatial *s, PetscInt bytes, PetscInt nsend, const PetscInt owner[], const char out[], PetscInt *nrecv, char **in)
+   finds who has something for whom. Collective on the communicator. */
+static PetscErrorCode SendPoints(MPMSpatial *s, PetscInt bytes, PetscInt nsend, const PetscInt owner[],
+                                 const char out[], PetscInt *nrecv, char **in)
 {
   PetscMPIInt  nto = 0, nfrom, *to, *from;
   PetscInt    *count, *counts;
@@ -112,8 +119,12 @@ static PetscErrorCode SendPoints(MPMSpatial *s, PetscInt bytes, PetscInt nsend, 
   for (PetscMPIInt k = 0; k < nfrom; k++) *nrecv += counts[k];
   PetscCall(PetscMalloc1(*nrecv * bytes, in));
   PetscCall(PetscMalloc1(nfrom + nto, &request));
-  for (PetscInt k = 0, at = 0; k < nfrom; at += counts[k++]) PetscCallMPI(MPI_Irecv(*in + at * bytes, (PetscMPIInt)(counts[k] * bytes), MPI_BYTE, from[k], MPM_TAG_MIGRATE, s->comm, &request[n++]));
-  for (PetscInt k = 0, at = 0; k < nto; at += count[k++]) PetscCallMPI(MPI_Isend(out + at * bytes, (PetscMPIInt)(count[k] * bytes), MPI_BYTE, to[k], MPM_TAG_MIGRATE, s->comm, &request[n++]));
+  for (PetscInt k = 0, at = 0; k < nfrom; at += counts[k++])
+    PetscCallMPI(MPI_Irecv(*in + at * bytes, (PetscMPIInt)(counts[k] * bytes), MPI_BYTE, from[k], MPM_TAG_MIGRATE,
+                           s->comm, &request[n++]));
+  for (PetscInt k = 0, at = 0; k < nto; at += count[k++])
+    PetscCallMPI(MPI_Isend(out + at * bytes, (PetscMPIInt)(count[k] * bytes), MPI_BYTE, to[k], MPM_TAG_MIGRATE, s->comm,
+                           &request[n++]));
   PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
   PetscCall(PetscFree(request));
   PetscCall(PetscFree(from));
@@ -139,7 +150,7 @@ static PetscErrorCode ListLeavers(MPM mpm, MPMSpatial *s, PetscInt *nsend, Petsc
   PetscCall(FindOwners(mpm, s, &view, all));
   for (PetscInt p = 0; p < view.n; p++)
     if (view.cell[p] < 0) {
-      (*which)[*nsend]      = p;
+      (*which)[*nsend]     = p;
       (*owner)[(*nsend)++] = all[p];
     }
   PetscCall(MPMPointsRestoreView(pts, fields, &view));
@@ -150,9 +161,9 @@ static PetscErrorCode ListLeavers(MPM mpm, MPMSpatial *s, PetscInt *nsend, Petsc
 /* By our own messages: leavers are packed, comers fill the holes and the end. Collective. */
 PetscErrorCode MPMMigrateDirect(MPM mpm, MPMSpatial *s)
 {
-  MPMPoints     *pts   = &mpm->points;
-  const PetscInt bytes = MPMPointsBytes(pts, MPM_SWARM);
-  PetscInt       n = pts->n, nsend, nrecv, *which, *owner, *sorted;
+  MPMPoints     *pts                = &mpm->points;
+  const PetscInt bytes              = MPMPointsBytes(pts, MPM_SWARM);
+  PetscInt       n                  = pts->n, nsend, nrecv, *which, *owner, *sorted;
   void          *at[MPM_NUM_FIELDS] = {NULL};
   char          *out, *in;
 
@@ -167,8 +178,10 @@ PetscErrorCode MPMMigrateDirect(MPM mpm, MPMSpatial *s)
   PetscCall(SendPoints(s, bytes, nsend, owner, out, &nrecv, &in));
   if (nrecv > nsend) PetscCall(MPMPointsSetSize(pts, n + nrecv - nsend));
   PetscCall(GetFields(pts, PETSC_FALSE, at));
-  for (PetscInt q = 0; q < nrecv; q++) PackPoint(pts, at, q < nsend ? which[q] : n + q - nsend, in + q * bytes, PETSC_TRUE);
-  for (PetscInt q = nsend; q > nrecv; q--) { /* the last points move into the holes that are left, the last hole first */
+  for (PetscInt q = 0; q < nrecv; q++)
+    PackPoint(pts, at, q < nsend ? which[q] : n + q - nsend, in + q * bytes, PETSC_TRUE);
+  for (PetscInt q = nsend; q > nrecv;
+       q--) { /* the last points move into the holes that are left, the last hole first */
     const PetscInt hole = which[q - 1], last = n - 1 - (nsend - q);
 
     if (hole == last) continue;

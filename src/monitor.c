@@ -57,7 +57,8 @@ static PetscReal Work(MPM mpm)
   const MPMMonitor *mon  = &mpm->monitor;
   PetscReal         work = 0;
 
-  for (PetscInt d = 0; d < mpm->grid.dim; d++) work += mpm->params.gravity[d] * (mon->now.moment[d] - mon->start.moment[d]);
+  for (PetscInt d = 0; d < mpm->grid.dim; d++)
+    work += mpm->params.gravity[d] * (mon->now.moment[d] - mon->start.moment[d]);
   return work;
 }
 
@@ -101,41 +102,50 @@ static PetscErrorCode WriteLine(MPM mpm, PetscReal residual)
   PetscCallMPI(MPI_Comm_rank(mpm->exchange.data, &rank));
   if (rank) PetscFunctionReturn(PETSC_SUCCESS);
   if (!mon->file) PetscCall(Open(mpm));
-  fprintf(mon->file, "%" PetscInt_FMT ",%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g", mpm->step, (double)mpm->t, (double)(mpm->step ? mpm->params.dt : 0), (double)t->kinetic, (double)t->strain,
+  fprintf(mon->file, "%" PetscInt_FMT ",%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g", mpm->step, (double)mpm->t,
+          (double)(mpm->step ? mpm->params.dt : 0), (double)t->kinetic, (double)t->strain,
           (double)(t->kinetic + t->strain), (double)Work(mpm), (double)residual);
   for (PetscInt d = 0; d < mpm->grid.dim; d++) fprintf(mon->file, ",%.17g", (double)t->momentum[d]);
   fprintf(mon->file, ",%.17g,%" PetscInt64_FMT "\n", (double)t->mass, t->n);
-  PetscCheck(!fflush(mon->file) && !ferror(mon->file), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write the history: %s", strerror(errno));
+  PetscCheck(!fflush(mon->file) && !ferror(mon->file), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE,
+             "cannot write the history: %s", strerror(errno));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* -check_energy and -check_momentum: leaves the reason in mpm->stop when exceeded. */
 static void Check(MPM mpm, PetscReal residual)
 {
-  MPMMonitor *mon = &mpm->monitor;
+  MPMMonitor *mon     = &mpm->monitor;
   PetscReal   change2 = 0, base;
 
   mon->energy_max = PetscMax(mon->energy_max, mon->now.kinetic + mon->now.strain);
   mon->speed_max  = PetscMax(mon->speed_max, mon->now.speed);
   base            = mon->energy_max + PetscAbsReal(Work(mpm));
   if (mon->check_energy > 0 && !(PetscAbsReal(residual) <= mon->check_energy * base))
-    (void)snprintf(mpm->stop, sizeof mpm->stop, "energy changed by %g J, %.3g of the largest %g J; -check_energy allows %g", (double)residual, (double)(residual / base), (double)base, (double)mon->check_energy);
+    (void)snprintf(mpm->stop, sizeof mpm->stop,
+                   "energy changed by %g J, %.3g of the largest %g J; -check_energy allows %g", (double)residual,
+                   (double)(residual / base), (double)base, (double)mon->check_energy);
   for (PetscInt d = 0; d < mpm->grid.dim; d++) {
-    const PetscReal change = mon->now.momentum[d] - mon->start.momentum[d] - mon->now.mass * mpm->params.gravity[d] * mpm->t;
+    const PetscReal change = mon->now.momentum[d] - mon->start.momentum[d] -
+                             mon->now.mass * mpm->params.gravity[d] * mpm->t;
 
     change2 += change * change;
   }
   if (mon->check_momentum > 0 && !(PetscSqrtReal(change2) <= mon->check_momentum * mon->speed_max))
-    (void)snprintf(mpm->stop, sizeof mpm->stop, "momentum changed by %g kg m/s, %.3g of sum m|v| = %g; -check_momentum allows %g", (double)PetscSqrtReal(change2), (double)(PetscSqrtReal(change2) / mon->speed_max),
+    (void)snprintf(mpm->stop, sizeof mpm->stop,
+                   "momentum changed by %g kg m/s, %.3g of sum m|v| = %g; -check_momentum allows %g",
+                   (double)PetscSqrtReal(change2), (double)(PetscSqrtReal(change2) / mon->speed_max),
                    (double)mon->speed_max, (double)mon->check_momentum);
 }
 
-/* At its cadence, or forced: totals, a line of the history and the checks, which also act every 100 steps. Collective. */
+/* At its cadence, or forced: totals, a line of the history and the checks, which also act every 100 steps. Collective.
+ */
 PetscErrorCode MPMMonitorStep(MPM mpm, PetscBool force)
 {
   MPMMonitor     *mon   = &mpm->monitor;
   const PetscBool due   = force || mpm->t >= mon->next ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool check = (mon->check_energy > 0 || mon->check_momentum > 0) && mpm->step % 100 == 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool check = (mon->check_energy > 0 || mon->check_momentum > 0) && mpm->step % 100 == 0 ? PETSC_TRUE
+                                                                                                     : PETSC_FALSE;
   PetscReal       residual;
 
   PetscFunctionBeginUser;

@@ -1,4 +1,4 @@
-/* mpm.c - the life of a run: options, set-up, the loop over steps and the reasons to stop.                            */
+/* mpm.c - the life of a run: options, set-up, the loop over steps and the reasons to stop. */
 #include "mpm.h"
 
 PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
@@ -32,7 +32,8 @@ static PetscErrorCode ReadMethod(MPM mpm, MPMOptions o)
   for (PetscInt k = 0; MPMIntegrators[k]; k++)
     if (!strcmp(MPMIntegrators[k]->name, update)) mpm->integrator = MPMIntegrators[k];
   if (!strcmp(transfer, "pic")) {
-    if (set && !MPMOptionsOverridden("method_flip", "method_transfer")) MPMOptionsFail(o, "-method_flip does not apply: -method_transfer pic has no share of FLIP");
+    if (set && !MPMOptionsOverridden("method_flip", "method_transfer"))
+      MPMOptionsFail(o, "-method_flip does not apply: -method_transfer pic has no share of FLIP");
     mpm->params.flip = 0;
   }
   MPMGridSetNodes(&mpm->grid, mpm->basis);
@@ -54,12 +55,17 @@ static PetscErrorCode ReadTime(MPM mpm, MPMOptions o)
     char *end;
 
     mpm->dt_fixed = strtod(size, &end);
-    if (end == size || *end) MPMOptionsFail(o, "-dt_size %s: choose auto or a number > 0", size);
-    else if (!(PetscAbsReal(mpm->dt_fixed) <= PETSC_MAX_REAL)) MPMOptionsFail(o, "-dt_size is not finite");
-    else if (mpm->dt_fixed <= 0) MPMOptionsFail(o, "-dt_size %s is outside the allowed range dt_size > 0", size);
+    if (end == size || *end)
+      MPMOptionsFail(o, "-dt_size %s: choose auto or a number > 0", size);
+    else if (!(PetscAbsReal(mpm->dt_fixed) <= PETSC_MAX_REAL))
+      MPMOptionsFail(o, "-dt_size is not finite");
+    else if (mpm->dt_fixed <= 0)
+      MPMOptionsFail(o, "-dt_size %s is outside the allowed range dt_size > 0", size);
     PetscCall(MPMOptionsReal(o, "dt_cfl", NULL, &mpm->dt_cfl, &set));
-    if (set && !MPMOptionsOverridden("dt_cfl", "dt_size")) MPMOptionsFail(o, "-dt_cfl does not apply: -dt_size is fixed");
-  } else PetscCall(MPMOptionsReal(o, "dt_cfl", NULL, &mpm->dt_cfl, NULL));
+    if (set && !MPMOptionsOverridden("dt_cfl", "dt_size"))
+      MPMOptionsFail(o, "-dt_cfl does not apply: -dt_size is fixed");
+  } else
+    PetscCall(MPMOptionsReal(o, "dt_cfl", NULL, &mpm->dt_cfl, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -137,10 +143,20 @@ static void CheckState(MPM mpm)
   char             at[128];
 
   if (s->bad == MPM_OK) return;
-  (void)snprintf(at, sizeof at, dim == 1 ? "(%g)" : dim == 2 ? "(%g, %g)" : "(%g, %g, %g)", (double)s->x[0], (double)s->x[1], (double)s->x[2]);
+  (void)snprintf(at, sizeof at,
+                 dim == 1   ? "(%g)"
+                 : dim == 2 ? "(%g, %g)"
+                            : "(%g, %g, %g)",
+                 (double)s->x[0], (double)s->x[1], (double)s->x[2]);
   if (s->bad == MPM_LEFT_GRID)
-    (void)snprintf(mpm->stop, sizeof mpm->stop, "point %" PetscInt64_FMT " left the grid, to %s; enlarge the grid or close its walls (-bc_*_type)", s->id, at);
-  else (void)snprintf(mpm->stop, sizeof mpm->stop, "point %" PetscInt64_FMT " at %s is turned inside out or not finite (det F = %g); reduce -dt_size or -dt_cfl", s->id, at, (double)s->J);
+    (void)snprintf(mpm->stop, sizeof mpm->stop,
+                   "point %" PetscInt64_FMT " left the grid, to %s; enlarge the grid or close its walls (-bc_*_type)",
+                   s->id, at);
+  else
+    (void)snprintf(mpm->stop, sizeof mpm->stop,
+                   "point %" PetscInt64_FMT
+                   " at %s is turned inside out or not finite (det F = %g); reduce -dt_size or -dt_cfl",
+                   s->id, at, (double)s->J);
 }
 
 /* One step of the loop: choose dt, step, check. */

@@ -16,10 +16,10 @@
 #include "basis.h"
 
 #if PETSC_VERSION_LT(3, 19, 0)
-  #define PETSC_SUCCESS ((PetscErrorCode)0)
+#define PETSC_SUCCESS ((PetscErrorCode)0)
 #endif
 #if !defined(PETSC_USE_REAL_DOUBLE) || defined(PETSC_USE_COMPLEX)
-  #error "Pebble needs a PETSc with real scalars in double precision"
+#error "Pebble needs a PETSc with real scalars in double precision"
 #endif
 
 #define MPM_VERSION   "0.1.0"
@@ -66,12 +66,11 @@ typedef struct {
 struct _MPMMaterial {
   char                   name[MPM_NAME_LEN];
   const MPMMaterialType *type;
-  PetscReal              rho, E, nu;  /* density in kg/m^3, Young's modulus in Pa, Poisson's ratio */
-  PetscReal              lambda, mu;  /* Lame's constants in Pa, set by MPMMaterialSetUp */
+  PetscReal              rho, E, nu; /* density in kg/m^3, Young's modulus in Pa, Poisson's ratio */
+  PetscReal              lambda, mu; /* Lame's constants in Pa, set by MPMMaterialSetUp */
 };
 
 extern const MPMMaterialType MPMMaterialTypes[]; /* rows of material.def; the last has no name */
-
 
 /* Lame's constants from E and nu. */
 void MPMMaterialSetUp(MPMMaterial *);
@@ -109,8 +108,8 @@ typedef struct {
 PetscBool MPMRegionInside(const MPMRegion *, PetscInt dim, const PetscReal x[]);
 void      MPMRegionBounds(const MPMRegion *, PetscInt dim, PetscReal lower[], PetscReal upper[]);
 
-/* The background grid: node ijk lies at lower + ijk*h, 0 <= ijk <= cells. On an axis with walls, `layers` more nodes lie
-   beyond each face; on a periodic axis node `cells` is node 0 again.                                                 */
+/* The background grid: node ijk lies at lower + ijk*h, 0 <= ijk <= cells. On an axis with walls, `layers` more nodes
+   lie beyond each face; on a periodic axis node `cells` is node 0 again. */
 typedef struct {
   PetscInt  dim, cells[3], layers[3], nodes[3]; /* nodes that are stored per axis, layers included */
   PetscReal lower[3], upper[3], h[3];
@@ -143,12 +142,12 @@ typedef enum { MPM_OK, MPM_BAD_J, MPM_LEFT_GRID, MPM_NUM_BAD } MPMBad;
 typedef struct {
   MPMBad     bad;
   PetscInt64 id;
-  PetscReal  x[3], J;  /* where it was, and its det F for MPM_BAD_J */
-  PetscReal  v2, c2;   /* largest squared speed of a point and of a wave, m^2/s^2 */
-  PetscInt64 moved;    /* points that changed cell */
-  PetscInt64 left;     /* points that left the patch */
-  PetscInt64 most;     /* points of the process that has most */
-  PetscInt64 n, ids;   /* points there are, and the sum of their ids' hashes: nothing may get lost on the way */
+  PetscReal  x[3], J; /* where it was, and its det F for MPM_BAD_J */
+  PetscReal  v2, c2;  /* largest squared speed of a point and of a wave, m^2/s^2 */
+  PetscInt64 moved;   /* points that changed cell */
+  PetscInt64 left;    /* points that left the patch */
+  PetscInt64 most;    /* points of the process that has most */
+  PetscInt64 n, ids;  /* points there are, and the sum of their ids' hashes: nothing may get lost on the way */
 } MPMStatus;
 
 void MPMStatusReset(MPMStatus *);
@@ -160,7 +159,7 @@ typedef struct {
   const MPMKind     *kinds;
   PetscInt           nkinds;
   const MPMMaterial *materials;
-  MPMWall          (*walls)[2];
+  MPMWall (*walls)[2];
 } MPMParams;
 
 /* Number of values a node carries in `sum` (mass, momentum, force) and in `vel` (velocity, acceleration). */
@@ -169,7 +168,7 @@ typedef struct {
 
 /* The unit of work: a box of cells with *all* the points that touch its own nodes, so that these get their complete
    sums here, cell by cell in DMDA's order (x fastest) and within a cell by id. No partial sum ever leaves a patch:
-   hence the same bits however the grid is cut. A "cell" is the base node of a point's stencil.                        */
+   hence the same bits however the grid is cut. A "cell" is the base node of a point's stencil. */
 typedef struct {
   const MPMGrid  *grid;
   MPMBasis        basis;
@@ -177,12 +176,12 @@ typedef struct {
   PetscInt        own_lo[3], own_n[3]; /* nodes, and cells, that are this patch's own */
   MPMView         points, halo;        /* own points; copies of the points of the halo cells */
   PetscInt        norder;
-  const PetscInt *order;               /* [norder] all points by (cell, id): p < points.n own, else halo p - points.n */
-  const PetscInt *own_order;           /* [points.n] own points by (cell, id) */
-  const PetscInt *start;               /* [cells+1] where each cell's points begin in order */
-  PetscReal      *sum;                 /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N */
-  PetscReal      *vel;                 /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
-  char           *row;                 /* [n2][n1] does a point touch this row of nodes? Others are never visited. */
+  const PetscInt *order;     /* [norder] all points by (cell, id): p < points.n own, else halo p - points.n */
+  const PetscInt *own_order; /* [points.n] own points by (cell, id) */
+  const PetscInt *start;     /* [cells+1] where each cell's points begin in order */
+  PetscReal      *sum;       /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N */
+  PetscReal      *vel;       /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
+  char           *row;       /* [n2][n1] does a point touch this row of nodes? Others are never visited. */
 } MPMPatch;
 
 /* Parts of a transfer: what a phase asks the one P2G body and the one G2P body to do. */
@@ -207,15 +206,15 @@ PetscReal   MPMTransferFlops(PetscInt dim, MPMBasis basis, PetscInt parts);
 
 /* The points of this process: a DMSWARM_BASIC swarm stores the fields, plain arrays the scratch. */
 typedef struct {
-  DM          swarm;
-  PetscInt    dim, n, capacity;        /* n: points here; capacity: of the scratch and of order */
-  PetscInt64  total;                   /* points of the whole scene */
-  PetscInt    since_reorder;           /* sorts since the storage was last put in order */
-  void       *scratch[MPM_NUM_FIELDS]; /* arrays of the scratch fields */
-  PetscBool   present[MPM_NUM_FIELDS]; /* does the scene have the field? */
-  PetscInt    bytes[MPM_NUM_FIELDS];   /* of a point */
-  PetscInt   *order, *start;           /* [n] points by (cell, id); [cells of the patch + 1] */
-  PetscInt    nstart;
+  DM         swarm;
+  PetscInt   dim, n, capacity;        /* n: points here; capacity: of the scratch and of order */
+  PetscInt64 total;                   /* points of the whole scene */
+  PetscInt   since_reorder;           /* sorts since the storage was last put in order */
+  void      *scratch[MPM_NUM_FIELDS]; /* arrays of the scratch fields */
+  PetscBool  present[MPM_NUM_FIELDS]; /* does the scene have the field? */
+  PetscInt   bytes[MPM_NUM_FIELDS];   /* of a point */
+  PetscInt  *order, *start;           /* [n] points by (cell, id); [cells of the patch + 1] */
+  PetscInt   nstart;
 } MPMPoints;
 
 PetscErrorCode MPMPointsLayout(MPM, MPMPoints *);
@@ -273,10 +272,10 @@ typedef enum { MPM_POINTS_TO_NODES, MPM_NODES, MPM_NODES_TO_POINTS } MPMPhaseKin
 typedef struct {
   const char  *name;
   MPMPhaseKind kind;
-  PetscInt     parts;                                           /* of the transfer; for MPM_NODES unused */
-  void       (*nodes)(const MPMParams *, MPMPatch *, PetscInt row); /* for MPM_NODES: one row of nodes */
-  PetscInt     points_in, points_out;                           /* bits of point fields */
-  const char  *nodes_in, *nodes_out;                            /* m p f v a */
+  PetscInt     parts;                                         /* of the transfer; for MPM_NODES unused */
+  void (*nodes)(const MPMParams *, MPMPatch *, PetscInt row); /* for MPM_NODES: one row of nodes */
+  PetscInt    points_in, points_out;                          /* bits of point fields */
+  const char *nodes_in, *nodes_out;                           /* m p f v a */
 } MPMPhase;
 
 PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da);
@@ -296,8 +295,8 @@ typedef struct {
   PetscErrorCode (*settle)(MPM, PetscBool anew);  /* bring the points home and in order; anew: no cell is known */
   PetscErrorCode (*finish)(MPM);
   PetscErrorCode (*prepare)(MPM, const MPMPhase *); /* the first part of sweep: the patch's views are ready to read */
-  PetscBool farms;                                /* the points' work is done by others */
-  PetscErrorCode (*serve)(MPM);                   /* what a process without data does, until the run ends */
+  PetscBool farms;                                  /* the points' work is done by others */
+  PetscErrorCode (*serve)(MPM);                     /* what a process without data does, until the run ends */
 } MPMExchangeType;
 
 typedef struct {
@@ -305,19 +304,19 @@ typedef struct {
   MPI_Comm               data; /* the processes that hold points and grid; all DMs and files live on it */
   MPMPatch               patch;
   DM                     da;
-  Vec                    vel;  /* local vector behind patch.vel */
+  Vec                    vel; /* local vector behind patch.vel */
   MPMBalance             balance;
-  PetscBool              direct;    /* -parallel_migrate direct */
-  PetscBool              roundoff;  /* -parallel_sums roundoff */
-  PetscBool              ready;     /* is set up */
+  PetscBool              direct;     /* -parallel_migrate direct */
+  PetscBool              roundoff;   /* -parallel_sums roundoff */
+  PetscBool              ready;      /* is set up */
   PetscInt               pool_cells; /* -pool_cells */
-  void                  *farm;      /* of the pool: its master uses the rest as a run on one process does */
+  void                  *farm;       /* of the pool: its master uses the rest as a run on one process does */
   MPMPartition           partition;
-  PetscInt               recuts;    /* how often the grid was cut anew */
+  PetscInt               recuts; /* how often the grid was cut anew */
   void                  *ctx;
 } MPMExchange;
 
-extern const MPMExchangeType *const MPMExchangeTypes[]; /* rows of exchange.def, ends with NULL */
+extern const MPMExchangeType *const MPMExchangeTypes[];                      /* rows of exchange.def, ends with NULL */
 extern const MPMExchangeType        MPMExchange_serial, MPMExchange_spatial; /* the pool's master is one of them */
 
 /* ---------------------------------------------------------------------------------------------------------------
@@ -335,22 +334,25 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*m
                                  char (*bodies)[MPM_NAME_LEN]);
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
 PetscErrorCode MPMOptionsFinish(MPMOptions); /* options that were given but that this scene never asked for */
-PetscErrorCode MPMOptionsText(char **text); /* the option set as given, one a line; caller frees */
+PetscErrorCode MPMOptionsText(char **text);  /* the option set as given, one a line; caller frees */
 
 /* Readers: `row` is a name of options.def, `name` the material, body or face that it is for (or NULL). set may be
    NULL. A value that is not given keeps the default of the table (lists: what the caller put there).                 */
 PetscErrorCode MPMOptionsReal(MPMOptions, const char row[], const char name[], PetscReal *value, PetscBool *set);
 PetscErrorCode MPMOptionsInt(MPMOptions, const char row[], const char name[], PetscInt *value, PetscBool *set);
 PetscErrorCode MPMOptionsBool(MPMOptions, const char row[], const char name[], PetscBool *value);
-PetscErrorCode MPMOptionsEnum(MPMOptions, const char row[], const char name[], char value[MPM_NAME_LEN], PetscBool *set);
+PetscErrorCode MPMOptionsEnum(MPMOptions, const char row[], const char name[], char value[MPM_NAME_LEN],
+                              PetscBool *set);
 PetscErrorCode MPMOptionsReals(MPMOptions, const char row[], const char name[], PetscReal value[3], PetscBool *set);
 PetscErrorCode MPMOptionsInts(MPMOptions, const char row[], const char name[], PetscInt value[3], PetscBool *set);
-PetscErrorCode MPMOptionsString(MPMOptions, const char row[], const char name[], char value[MPM_TEXT_LEN], PetscBool *set);
+PetscErrorCode MPMOptionsString(MPMOptions, const char row[], const char name[], char value[MPM_TEXT_LEN],
+                                PetscBool *set);
 PetscErrorCode MPMOptionsNames(MPMOptions, const char row[], PetscInt *n, char (**names)[MPM_NAME_LEN]);
 
 /* Expressions of coordinates, one a component, by muParser. */
 typedef struct _MPMExpression *MPMExpression;
-PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MPMExpression *, PetscInt *n, char error[], size_t len);
+PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MPMExpression *, PetscInt *n,
+                                   char error[], size_t len);
 PetscErrorCode MPMExpressionEvaluate(MPMExpression, PetscInt dim, const PetscReal x[], PetscReal t, PetscReal value[]);
 PetscErrorCode MPMExpressionDestroy(MPMExpression *);
 
@@ -401,11 +403,11 @@ const MPMPhase *MPMPhaseGet(PetscInt number);
 PetscInt        MPMPhaseNumber(const MPMPhase *);
 PetscErrorCode  MPMPhaseBegin(MPM, const MPMPhase *);
 PetscErrorCode  MPMPhaseEnd(MPM, const MPMPhase *, PetscInt npoints);
-PetscErrorCode MPMStep(MPM);            /* t -> t + dt; collective on the exchange */
-PetscErrorCode MPMStepNodes(MPM);       /* mass and velocity of the nodes for the state as it is, for output */
-PetscErrorCode MPMStepBound(MPM);       /* v2 and c2 of the state as it is, into mpm->status */
-PetscErrorCode MPMStepTimeSweep(MPM, PetscReal *seconds); /* for -dry_run's estimate */
-PetscErrorCode MPMStepView(MPM, PetscReal seconds);       /* the table of phases, after the run */
+PetscErrorCode  MPMStep(MPM);      /* t -> t + dt; collective on the exchange */
+PetscErrorCode  MPMStepNodes(MPM); /* mass and velocity of the nodes for the state as it is, for output */
+PetscErrorCode  MPMStepBound(MPM); /* v2 and c2 of the state as it is, into mpm->status */
+PetscErrorCode  MPMStepTimeSweep(MPM, PetscReal *seconds); /* for -dry_run's estimate */
+PetscErrorCode  MPMStepView(MPM, PetscReal seconds);       /* the table of phases, after the run */
 
 /* An exact sum of doubles: a 2176-bit fixed-point number. Order-free, so equal on any number of processes. */
 #define MPM_SUM_WORDS 68
@@ -413,26 +415,26 @@ typedef struct {
   PetscInt64 word[MPM_SUM_WORDS];
   PetscInt   pending;
 } MPMSum;
-void      MPMSumZero(MPMSum *);
-void      MPMSumAdd(MPMSum *, PetscReal);
-PetscReal MPMSumValue(MPMSum *); /* below 1 ulp from exact */
+void           MPMSumZero(MPMSum *);
+void           MPMSumAdd(MPMSum *, PetscReal);
+PetscReal      MPMSumValue(MPMSum *); /* below 1 ulp from exact */
 PetscErrorCode MPMSumReduce(MPMSum *, PetscInt n, MPI_Comm);
 
 /* Totals of the state. */
 typedef struct {
-  PetscReal  kinetic, strain, work; /* J: m v^2/2, V0 W, work of gravity since the start */
+  PetscReal  kinetic, strain, work;               /* J: m v^2/2, V0 W, work of gravity since the start */
   PetscReal  momentum[3], moment[3], mass, speed; /* sum m v, sum m x, sum m, sum m |v| */
   PetscInt64 n;
 } MPMTotals;
 PetscErrorCode MPMTotalsCompute(MPM, MPMTotals *);
 
 typedef struct {
-  FILE     *file;             /* on the first process of the data communicator */
-  PetscReal every, next;      /* s of simulated time */
+  FILE     *file;                         /* on the first process of the data communicator */
+  PetscReal every, next;                  /* s of simulated time */
   PetscReal check_energy, check_momentum; /* relative; 0: off */
-  PetscReal energy_max;       /* the largest kinetic + strain energy so far, J */
-  PetscReal speed_max;        /* the largest sum m |v| so far, kg m/s */
-  PetscInt  last;             /* step of the last line */
+  PetscReal energy_max;                   /* the largest kinetic + strain energy so far, J */
+  PetscReal speed_max;                    /* the largest sum m |v| so far, kg m/s */
+  PetscInt  last;                         /* step of the last line */
   MPMTotals start, now;
 } MPMMonitor;
 PetscErrorCode MPMMonitorSetFromOptions(MPM, MPMOptions);
@@ -443,12 +445,12 @@ PetscReal      MPMNextTime(PetscReal t, PetscReal every); /* when a cadence is d
 typedef struct {
   char        dir[MPM_TEXT_LEN];
   PetscBool   enabled;
-  PetscReal   every, next;  /* s of simulated time */
-  PetscInt    fields;       /* bits of MPMOutputFields, and MPM_OUTPUT_GRID */
-  PetscInt    count, last;  /* snapshots written; step of the last */
-  PetscInt   *steps;        /* [count] */
-  PetscReal  *times;        /* [count] s */
-  PetscViewer viewer;       /* of the HDF5 file */
+  PetscReal   every, next; /* s of simulated time */
+  PetscInt    fields;      /* bits of MPMOutputFields, and MPM_OUTPUT_GRID */
+  PetscInt    count, last; /* snapshots written; step of the last */
+  PetscInt   *steps;       /* [count] */
+  PetscReal  *times;       /* [count] s */
+  PetscViewer viewer;      /* of the HDF5 file */
 } MPMOutput;
 #define MPM_OUTPUT_GRID (1 << 30) /* bit of the nodes in MPMOutput.fields */
 
@@ -457,11 +459,12 @@ typedef struct {
   const char *name, *option, *unit, *components; /* option: its word in -output_fields; NULL: always there */
   PetscInt    nc;
   PetscBool   whole; /* whole numbers */
-  void      (*fill)(MPM, const MPMView *, PetscInt p, PetscReal row[]);
+  void (*fill)(MPM, const MPMView *, PetscInt p, PetscReal row[]);
 } MPMOutputField;
 extern const MPMOutputField MPMOutputFields[]; /* the last has no name */
 
 PetscErrorCode MPMOutputSetFromOptions(MPM, MPMOptions);
+PetscErrorCode MPMOutputReadFields(MPM, MPMOptions);
 PetscErrorCode MPMOutputMakeFolder(MPM, MPMOptions);
 PetscErrorCode MPMOutputStep(MPM, PetscBool force);
 PetscErrorCode MPMOutputDestroy(MPM);

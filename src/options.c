@@ -156,8 +156,8 @@ static void ParseList(MPMOptions o, const MPMOptionRow *row, const char full[], 
   }
 }
 
-/* Was option `by` given on the command line, over a scene whose file gives `name`? Then `name` may be left without effect;
-   given side by side it is refused.                                                                                  */
+/* Was option `by` given on the command line, over a scene whose file gives `name`? Then `name` may be left without
+   effect; given side by side it is refused. */
 PetscBool MPMOptionsOverridden(const char name[], const char by[])
 {
   PetscBool has_name = PETSC_FALSE, has_by = PETSC_FALSE;

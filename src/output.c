@@ -12,96 +12,10 @@
 #include <sys/stat.h>
 #include "mpm.h"
 
-#define H5(call)                                                                                          \
-  do {                                                                                                    \
-    PetscCheck((call) >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 failed to write the results: %s", #call); \
+#define H5(call)                                                                                                       \
+  do {                                                                                                                 \
+    PetscCheck((call) >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 failed to write the results: %s", #call);            \
   } while (0)
-
-static void FillId(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
-{
-  (void)mpm;
-  row[0] = (PetscReal)v->id[p]; /* exact below 2^53 */
-}
-
-static void FillX(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
-{
-  for (PetscInt d = 0; d < 3; d++) row[d] = d < mpm->grid.dim ? v->x[p * mpm->grid.dim + d] : 0;
-}
-
-static void FillV(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
-{
-  for (PetscInt d = 0; d < 3; d++) row[d] = d < mpm->grid.dim ? v->v[p * mpm->grid.dim + d] : 0;
-}
-
-static void FillF(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
-{
-  const PetscInt dim = mpm->grid.dim;
-
-  for (PetscInt d = 0; d < 3; d++)
-    for (PetscInt e = 0; e < 3; e++) row[3 * d + e] = d < dim && e < dim ? v->F[(p * dim + d) * dim + e] : d == e;
-}
-
-static const MPMKind *KindOf(MPM mpm, const MPMView *v, PetscInt p)
-{
-  return &mpm->scene.kinds[v->kind ? v->kind[p] : 0];
-}
-
-/* Cauchy stress, sig = tau/J. */
-static void FillStress(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
-{
-  const PetscInt     dim = mpm->grid.dim;
-  const MPMMaterial *m   = &mpm->scene.materials[KindOf(mpm, v, p)->material];
-  PetscReal          F[9 * MPM_BLOCK], tau[MPM_STRESS_NC * MPM_BLOCK];
-
-  for (PetscInt k = 0; k < dim * dim; k++) F[k * MPM_BLOCK] = v->F[p * dim * dim + k];
-  m->type->law->stress[dim - 1](m, 1, F, tau);
-  for (PetscInt k = 0; k < MPM_STRESS_NC; k++) row[k] = tau[k * MPM_BLOCK] / MPMDet((int)dim, v->F + p * dim * dim);
-}
-
-static void FillVolume(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
-{
-  row[0] = KindOf(mpm, v, p)->V0 * MPMDet((int)mpm->grid.dim, v->F + p * mpm->grid.dim * mpm->grid.dim);
-}
-
-static void FillBody(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
-{
-  PetscInt b = 0;
-
-  while (v->id[p] >= mpm->scene.bodies[b].first + mpm->scene.bodies[b].n) b++;
-  row[0] = b;
-}
-
-const MPMOutputField MPMOutputFields[] = {
-  {"id",     NULL,       "1",   "",                           1, PETSC_TRUE,  FillId    },
-  {"x",      NULL,       "m",   "x y z",                      3, PETSC_FALSE, FillX     },
-  {"v",      "velocity", "m/s", "x y z",                      3, PETSC_FALSE, FillV     },
-  {"F",      "F",        "1",   "xx xy xz yx yy yz zx zy zz", 9, PETSC_FALSE, FillF     },
-  {"stress", "stress",   "Pa",  "xx xy xz yy yz zz",          6, PETSC_FALSE, FillStress},
-  {"volume", "volume",   "m^3", "",                           1, PETSC_FALSE, FillVolume},
-  {"body",   "body",     "1",   "",                           1, PETSC_TRUE,  FillBody  },
-  {NULL,     NULL,       NULL,  NULL,                         0, PETSC_FALSE, NULL      },
-};
-
-/* Reads -output_fields a,b,...: words of the table, and grid. */
-static PetscErrorCode ReadFields(MPM mpm, MPMOptions o)
-{
-  char      text[MPM_TEXT_LEN] = "", *save = NULL;
-  PetscBool set;
-
-  PetscFunctionBeginUser;
-  mpm->output.fields = -1;
-  PetscCall(MPMOptionsString(o, "output_fields", NULL, text, &set));
-  if (!set || !strcmp(text, "all")) PetscFunctionReturn(PETSC_SUCCESS);
-  mpm->output.fields = 3; /* id, x */
-  for (char *w = strtok_r(text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
-    PetscInt f = 0;
-
-    while (MPMOutputFields[f].name && (!MPMOutputFields[f].option || strcmp(MPMOutputFields[f].option, w))) f++;
-    if (!MPMOutputFields[f].name && strcmp(w, "grid")) MPMOptionsFail(o, "-output_fields %s: choose among all, or a list of velocity,F,stress,volume,body,grid", w);
-    mpm->output.fields |= MPMOutputFields[f].name ? 1 << f : MPM_OUTPUT_GRID;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Makes the folder and those above it; returns 0 or errno. */
 static int MakeFolder(const char dir[])
@@ -135,9 +49,11 @@ PetscErrorCode MPMOutputSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsReal(o, "output_every", NULL, &out->every, &set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   out->enabled = !strcmp(format, "hdf5") ? PETSC_TRUE : PETSC_FALSE;
-  if (!out->enabled && set && !MPMOptionsOverridden("output_every", "output_format")) MPMOptionsFail(o, "-output_every does not apply: -output_format none writes no snapshots");
-  PetscCall(ReadFields(mpm, o));
-  if (!out->enabled && out->fields != -1 && !MPMOptionsOverridden("output_fields", "output_format")) MPMOptionsFail(o, "-output_fields does not apply: -output_format none writes no snapshots");
+  if (!out->enabled && set && !MPMOptionsOverridden("output_every", "output_format"))
+    MPMOptionsFail(o, "-output_every does not apply: -output_format none writes no snapshots");
+  PetscCall(MPMOutputReadFields(mpm, o));
+  if (!out->enabled && out->fields != -1 && !MPMOptionsOverridden("output_fields", "output_format"))
+    MPMOptionsFail(o, "-output_fields does not apply: -output_format none writes no snapshots");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -199,7 +115,8 @@ static PetscErrorCode WriteInt(hid_t object, const char name[], PetscInt value)
 }
 
 /* Writes a box of a dataset: this process's part at `offset` of size `count`. Collective on the file. */
-static PetscErrorCode WriteDataset(hid_t group, const char name[], const char unit[], const char components[], PetscBool whole, int rank, const hsize_t size[], const hsize_t offset[],
+static PetscErrorCode WriteDataset(hid_t group, const char name[], const char unit[], const char components[],
+                                   PetscBool whole, int rank, const hsize_t size[], const hsize_t offset[],
                                    const hsize_t count[], const PetscReal *data)
 {
   hid_t file, memory, create, transfer, set;
@@ -266,11 +183,11 @@ static PetscErrorCode WritePoints(MPM mpm, hid_t group)
   PetscCall(CreateRows(mpm, &sf, &first, &rows));
   PetscCall(PetscMalloc2(n * 9, &here, rows * 9, &sorted));
   for (PetscInt f = 0; MPMOutputFields[f].name; f++) {
-    const MPMOutputField *field = &MPMOutputFields[f];
-    const PetscInt nc        = field->nc;
-    const hsize_t  size[2]   = {(hsize_t)mpm->points.total, (hsize_t)nc};
-    const hsize_t  offset[2] = {(hsize_t)first, 0}, count[2] = {(hsize_t)rows, (hsize_t)nc};
-    MPI_Datatype   unit;
+    const MPMOutputField *field     = &MPMOutputFields[f];
+    const PetscInt        nc        = field->nc;
+    const hsize_t         size[2]   = {(hsize_t)mpm->points.total, (hsize_t)nc};
+    const hsize_t         offset[2] = {(hsize_t)first, 0}, count[2] = {(hsize_t)rows, (hsize_t)nc};
+    MPI_Datatype          unit;
 
     if (!(mpm->output.fields & (1 << f))) continue;
     PetscCall(MPMPointsGetView(&mpm->points, -1, &view));
@@ -281,7 +198,8 @@ static PetscErrorCode WritePoints(MPM mpm, hid_t group)
     PetscCall(PetscSFReduceBegin(sf, unit, here, sorted, MPI_REPLACE));
     PetscCall(PetscSFReduceEnd(sf, unit, here, sorted, MPI_REPLACE));
     PetscCallMPI(MPI_Type_free(&unit));
-    PetscCall(WriteDataset(group, field->name, field->unit, field->components, field->whole, nc == 1 ? 1 : 2, size, offset, count, sorted));
+    PetscCall(WriteDataset(group, field->name, field->unit, field->components, field->whole, nc == 1 ? 1 : 2, size,
+                           offset, count, sorted));
   }
   PetscCall(PetscFree2(here, sorted));
   PetscCall(PetscSFDestroy(&sf));
@@ -302,7 +220,8 @@ static PetscErrorCode WriteGrid(MPM mpm, hid_t group)
   PetscFunctionBeginUser;
   PetscCall(MPMStepNodes(mpm));
   for (PetscInt d = 0; d < 3; d++) {
-    const PetscInt last = d < dim ? grid->cells[d] - grid->periodic[d] : 0, hi = PetscMin(patch->own_lo[d] + patch->own_n[d], last + 1);
+    const PetscInt last = d < dim ? grid->cells[d] - grid->periodic[d] : 0,
+                   hi   = PetscMin(patch->own_lo[d] + patch->own_n[d], last + 1);
 
     lo[d]         = PetscMax(patch->own_lo[d], 0);
     n[d]          = PetscMax(0, hi - lo[d]);
@@ -317,7 +236,8 @@ static PetscErrorCode WriteGrid(MPM mpm, hid_t group)
   for (PetscInt k = lo[2]; k < lo[2] + n[2]; k++)
     for (PetscInt j = lo[1]; j < lo[1] + n[1]; j++)
       for (PetscInt i = lo[0]; i < lo[0] + n[0]; i++, at++) {
-        const PetscInt row = (k - patch->lo[2]) * patch->n[1] + j - patch->lo[1], node = row * patch->n[0] + i - patch->lo[0];
+        const PetscInt row  = (k - patch->lo[2]) * patch->n[1] + j - patch->lo[1],
+                       node = row * patch->n[0] + i - patch->lo[0];
 
         if (!patch->row[row]) continue;
         mass[at] = patch->sum[node * MPM_SUM_NC(dim)];

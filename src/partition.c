@@ -59,11 +59,13 @@ PetscErrorCode MPMHistogramFinish(MPMHistogram *h, MPI_Comm comm)
   const PetscInt *n = h->n;
 
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, h->table, (PetscMPIInt)((n[0] + 1) * (n[1] + 1) * (n[2] + 1)), MPIU_INT64, MPI_SUM, comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, h->table, (PetscMPIInt)((n[0] + 1) * (n[1] + 1) * (n[2] + 1)), MPIU_INT64,
+                             MPI_SUM, comm));
   for (PetscInt d = 0; d < 3; d++)
     for (PetscInt k = d == 2; k <= n[2]; k++)
       for (PetscInt j = d == 1; j <= n[1]; j++)
-        for (PetscInt i = d == 0; i <= n[0]; i++) *Entry(h, i, j, k) += *Entry(h, i - (d == 0), j - (d == 1), k - (d == 2));
+        for (PetscInt i = d == 0; i <= n[0]; i++)
+          *Entry(h, i, j, k) += *Entry(h, i - (d == 0), j - (d == 1), k - (d == 2));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -96,7 +98,8 @@ static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPa
 {
   const PetscInt  p = part->p[d], least = PetscMax(1, (h->stencil - 2 + h->coarse) / h->coarse);
   PetscInt        lo[3] = {0, 0, 0}, hi[3] = {h->n[0], h->n[1], h->n[2]}, from = 0;
-  const PetscReal total = (PetscReal)Count(h, lo, hi), node = weighted ? ns_node / ns_point * h->nodes[0] * h->nodes[1] * h->nodes[2] / h->n[d] : 1;
+  const PetscReal total = (PetscReal)Count(h, lo, hi),
+                  node  = weighted ? ns_node / ns_point * h->nodes[0] * h->nodes[1] * h->nodes[2] / h->n[d] : 1;
 
   for (PetscInt r = 0; r < p; r++) {
     const PetscReal goal = ((weighted ? total : 0) + node * h->n[d]) * (r + 1) / p;
@@ -121,7 +124,7 @@ static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPa
 PetscReal MPMPartitionCost(const MPMHistogram *h, const MPMPartition *part, PetscReal *imbalance)
 {
   PetscReal  worst = 0;
-  PetscInt64 most = 0, all;
+  PetscInt64 most  = 0, all;
   PetscInt   lo[3], hi[3], zero[3] = {0}, at[3];
 
   all = Count(h, zero, h->n);
@@ -145,7 +148,8 @@ PetscReal MPMPartitionCost(const MPMHistogram *h, const MPMPartition *part, Pets
         for (PetscInt d = 0; d < h->dim; d++) lo[d] = PetscMax(0, (at[d] - (h->stencil - 1)) / h->coarse);
         halo  = Count(h, lo, hi) - own;
         most  = PetscMax(most, own);
-        worst = PetscMax(worst, ns_point * (PetscReal)own + ns_halo * (PetscReal)halo + ns_node * nodes + ns_neighbour * (neighbours - 1));
+        worst = PetscMax(worst, ns_point * (PetscReal)own + ns_halo * (PetscReal)halo + ns_node * nodes +
+                                    ns_neighbour * (neighbours - 1));
       }
   if (imbalance) *imbalance = all ? (PetscReal)most * (part->p[0] * part->p[1] * part->p[2]) / (PetscReal)all : 1;
   return 1e-9 * worst;
@@ -176,7 +180,7 @@ static PetscReal Surface(const MPMHistogram *h, const PetscInt p[3])
    PETSC_ERR_ARG_SIZ if none fits (callers ask MPMPartitionLargest first). Not collective.                            */
 PetscErrorCode MPMPartitionChoose(const MPMHistogram *h, PetscMPIInt size, MPMBalance balance, MPMPartition *best)
 {
-  MPMPartition trial = {0};
+  MPMPartition trial  = {0};
   PetscReal    lowest = PETSC_MAX_REAL;
 
   PetscFunctionBeginUser;
@@ -203,7 +207,9 @@ PetscErrorCode MPMPartitionChoose(const MPMHistogram *h, PetscMPIInt size, MPMBa
       }
     }
   PetscCall(MPMPartitionDestroy(&trial));
-  PetscCheck(lowest < PETSC_MAX_REAL, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ, "no process grid of %d fits %" PetscInt_FMT "x%" PetscInt_FMT "x%" PetscInt_FMT " nodes", size, h->nodes[0], h->nodes[1], h->nodes[2]);
+  PetscCheck(lowest < PETSC_MAX_REAL, PETSC_COMM_SELF, PETSC_ERR_ARG_SIZ,
+             "no process grid of %d fits %" PetscInt_FMT "x%" PetscInt_FMT "x%" PetscInt_FMT " nodes", size,
+             h->nodes[0], h->nodes[1], h->nodes[2]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,7 +1,8 @@
-/* patch.c - a patch of cells: its box, and running a phase on it. Shared by every way to run the step.                */
+/* patch.c - a patch of cells: its box, and running a phase on it. Shared by every way to run the step. */
 #include "transfer.h"
 
-/* Sets the box from the DMDA: own = what this process owns, box = with the halo. Allocates the node sums. Not collective. */
+/* Sets the box from the DMDA: own = what this process owns, box = with the halo. Allocates the node sums. Not
+ * collective. */
 PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis basis, DM da)
 {
   PetscInt nodes;
@@ -9,8 +10,10 @@ PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis bas
   PetscFunctionBeginUser;
   patch->grid  = grid;
   patch->basis = basis;
-  PetscCall(DMDAGetCorners(da, &patch->own_lo[0], &patch->own_lo[1], &patch->own_lo[2], &patch->own_n[0], &patch->own_n[1], &patch->own_n[2]));
-  PetscCall(DMDAGetGhostCorners(da, &patch->lo[0], &patch->lo[1], &patch->lo[2], &patch->n[0], &patch->n[1], &patch->n[2]));
+  PetscCall(DMDAGetCorners(da, &patch->own_lo[0], &patch->own_lo[1], &patch->own_lo[2], &patch->own_n[0],
+                           &patch->own_n[1], &patch->own_n[2]));
+  PetscCall(
+      DMDAGetGhostCorners(da, &patch->lo[0], &patch->lo[1], &patch->lo[2], &patch->n[0], &patch->n[1], &patch->n[2]));
   for (PetscInt d = 0; d < grid->dim; d++) {
     patch->own_lo[d] -= grid->layers[d];
     patch->lo[d] -= grid->layers[d];
@@ -53,7 +56,10 @@ void MPMPatchMarkRows(MPMPatch *patch, const PetscInt *start)
 void MPMPatchZeroSums(MPMPatch *patch, PetscInt parts)
 {
   const PetscInt dim = patch->grid->dim, nc = MPM_SUM_NC(dim);
-  const PetscInt c0 = parts & MPM_P2G_MASS ? 0 : parts & MPM_P2G_MOMENTUM ? 1 : 1 + dim, c1 = parts & MPM_P2G_FORCE ? nc : 1 + dim;
+  const PetscInt c0 = parts & MPM_P2G_MASS       ? 0
+                      : parts & MPM_P2G_MOMENTUM ? 1
+                                                 : 1 + dim,
+                 c1 = parts & MPM_P2G_FORCE ? nc : 1 + dim;
 
   for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
     PetscReal *sum = patch->sum + r * patch->n[0] * nc;
@@ -78,7 +84,8 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMS
   } else {
     const MPMTransfer run = MPMTransferFind(patch->grid->dim, patch->basis, phase->parts);
 
-    PetscCheck(run, PETSC_COMM_SELF, PETSC_ERR_PLIB, "phase %s has no kernel for parts %" PetscInt_FMT, phase->name, phase->parts);
+    PetscCheck(run, PETSC_COMM_SELF, PETSC_ERR_PLIB, "phase %s has no kernel for parts %" PetscInt_FMT, phase->name,
+               phase->parts);
     if (phase->kind == MPM_POINTS_TO_NODES) MPMPatchZeroSums(patch, phase->parts);
     run(&mpm->params, patch, status);
   }

@@ -2,7 +2,7 @@
 
    The fields of fields.def are fields of a DMSWARM_BASIC swarm, so PETSc stores and moves them; scratch fields are
    plain arrays beside it. `order` lists the points by (cell, id): the order in which kernels visit them, the same
-   whatever the storage looks like. The storage itself is put in that order now and then, for the cache.               */
+   whatever the storage looks like. The storage itself is put in that order now and then, for the cache. */
 #include "transfer.h"
 
 /* Sorts between two reorders of the storage: in between, sweeps read it through `order`, which drifts slowly. */
@@ -72,7 +72,8 @@ PetscErrorCode MPMPointsCreate(MPM mpm, MPMPoints *points, MPI_Comm comm)
   PetscCall(DMSwarmInitializeFieldRegister(points->swarm));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (points->present[f] && MPMFields[f].home != MPM_SCRATCH)
-      PetscCall(DMSwarmRegisterPetscDatatypeField(points->swarm, MPMFields[f].name, MPMFieldComponents(f, points->dim), MPMFields[f].type));
+      PetscCall(DMSwarmRegisterPetscDatatypeField(points->swarm, MPMFields[f].name, MPMFieldComponents(f, points->dim),
+                                                  MPMFields[f].type));
   PetscCall(DMSwarmFinalizeFieldRegister(points->swarm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -112,12 +113,15 @@ PetscErrorCode MPMPointsGetView(MPMPoints *points, PetscInt fields, MPMView *vie
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     if (!points->present[f] || !(fields & (1 << f))) continue;
-    if (MPMFields[f].home != MPM_SCRATCH) PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
-    else at[f] = points->scratch[f];
+    if (MPMFields[f].home != MPM_SCRATCH)
+      PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
+    else
+      at[f] = points->scratch[f];
   }
   PetscCall(PetscMemzero(view, sizeof *view));
   view->n = points->n;
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) view->name = (ctype *)at[MPM_FIELD_INDEX_##name];
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning)                                                \
+  view->name = (ctype *)at[MPM_FIELD_INDEX_##name];
 #include "fields.def"
 #undef MPM_FIELD
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -129,7 +133,8 @@ PetscErrorCode MPMPointsRestoreView(MPMPoints *points, PetscInt fields, MPMView 
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     void *at = NULL;
 
-    if (points->present[f] && (fields & (1 << f)) && MPMFields[f].home != MPM_SCRATCH) PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, &at));
+    if (points->present[f] && (fields & (1 << f)) && MPMFields[f].home != MPM_SCRATCH)
+      PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, &at));
   }
   PetscCall(PetscMemzero(view, sizeof *view));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -150,7 +155,8 @@ static PetscErrorCode Reorder(MPMPoints *points)
     if (MPMFields[f].home != MPM_SCRATCH) PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, &at));
     for (PetscInt q = 0; q < points->n; q++) memcpy(copy + q * b, (char *)at + points->order[q] * b, b);
     memcpy(at, copy, points->n * b);
-    if (MPMFields[f].home != MPM_SCRATCH) PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, &at));
+    if (MPMFields[f].home != MPM_SCRATCH)
+      PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, &at));
   }
   for (PetscInt q = 0; q < points->n; q++) points->order[q] = q;
   points->since_reorder = 0;
@@ -207,7 +213,8 @@ PetscErrorCode MPMPointsLocate(MPMPoints *points, const MPMPatch *patch)
     PetscInt base[3] = {0};
 
     view.cell[p] = MPMOwnCell(d, patch->basis, patch, view.x + p * d, base);
-    PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB, "point %" PetscInt64_FMT " at (%g, %g, %g) is on the wrong process", view.id[p], (double)view.x[p * d],
+    PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+               "point %" PetscInt64_FMT " at (%g, %g, %g) is on the wrong process", view.id[p], (double)view.x[p * d],
                (double)(d > 1 ? view.x[p * d + 1] : 0), (double)(d > 2 ? view.x[p * d + 2] : 0));
   }
   PetscCall(MPMPointsRestoreView(points, fields, &view));
@@ -259,7 +266,9 @@ PetscErrorCode MPMPointsFindLost(MPMPoints *points, MPI_Comm comm, char what[], 
     (void)snprintf(what, len, "point %" PetscInt64_FMT " is there %" PetscInt_FMT " times", id, count[id]);
     for (PetscInt p = 0; p < view.n; p++)
       if (view.id[p] == id)
-        (void)snprintf(what, len, "point %" PetscInt64_FMT " is there %" PetscInt_FMT " times; process %d has it at x = %g", id, count[id], rank, (double)view.x[p * points->dim]);
+        (void)snprintf(what, len,
+                       "point %" PetscInt64_FMT " is there %" PetscInt_FMT " times; process %d has it at x = %g", id,
+                       count[id], rank, (double)view.x[p * points->dim]);
   }
   PetscCall(MPMPointsRestoreView(points, MPM_BIT(id) | MPM_BIT(x), &view));
   PetscCall(PetscFree(count));
@@ -278,12 +287,12 @@ PetscErrorCode MPMPointsDigest(MPMPoints *points, MPI_Comm comm, PetscInt64 *dig
   for (PetscInt p = 0; p < view.n; p++) {
     uint64_t h = Mix((uint64_t)view.id[p] + 0x9e3779b97f4a7c15ULL);
 
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning)                                   \
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning)                                                \
   if (home == MPM_STATE && MPM_FIELD_INDEX_##name != MPM_FIELD_INDEX_kind && view.name)                                \
-    for (PetscInt k = 0; k < points->bytes[MPM_FIELD_INDEX_##name] / 8; k++) {                            \
-      uint64_t word;                                                                                      \
-      memcpy(&word, (char *)view.name + p * points->bytes[MPM_FIELD_INDEX_##name] + 8 * k, sizeof word);  \
-      h = Mix(h ^ word) + 0x9e3779b97f4a7c15ULL;                                                          \
+    for (PetscInt k = 0; k < points->bytes[MPM_FIELD_INDEX_##name] / 8; k++) {                                         \
+      uint64_t word;                                                                                                   \
+      memcpy(&word, (char *)view.name + p * points->bytes[MPM_FIELD_INDEX_##name] + 8 * k, sizeof word);               \
+      h = Mix(h ^ word) + 0x9e3779b97f4a7c15ULL;                                                                       \
     }
 #include "fields.def"
 #undef MPM_FIELD

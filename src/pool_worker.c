@@ -1,4 +1,4 @@
-/* pool_worker.c - the worker's half of the pool, and the making of its messages, which the master uses too.           */
+/* pool_worker.c - the worker's half of the pool, and the making of its messages, which the master uses too. */
 #include "transfer.h"
 #include "exchange_pool.h"
 
@@ -52,13 +52,15 @@ size_t MPMPoolAnswerBytes(MPM mpm, const MPMPhase *phase, const PetscInt own_n[3
 {
   PetscInt c0, c1;
 
-  if (phase->kind == MPM_NODES_TO_POINTS) return sizeof(MPMStatus) + (size_t)n * MPMPoolPointBytes(&mpm->points, phase->points_out);
+  if (phase->kind == MPM_NODES_TO_POINTS)
+    return sizeof(MPMStatus) + (size_t)n * MPMPoolPointBytes(&mpm->points, phase->points_out);
   MPMPoolSumRange(mpm->grid.dim, phase->parts, &c0, &c1);
   return sizeof(MPMStatus) + (size_t)(own_n[0] * own_n[1] * own_n[2] * (c1 - c0)) * sizeof(PetscReal);
 }
 
 /* Packs fields of the listed points, field by field: p < n of `at`, else p - n of `halo`. */
-char *MPMPoolPack(const MPMPoints *pts, PetscInt fields, void *const at[], void *const halo[], PetscInt n, PetscInt count, const PetscInt *list, char *message)
+char *MPMPoolPack(const MPMPoints *pts, PetscInt fields, void *const at[], void *const halo[], PetscInt n,
+                  PetscInt count, const PetscInt *list, char *message)
 {
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     const size_t b = (size_t)pts->bytes[f];
@@ -83,11 +85,11 @@ typedef struct {
 /* Makes a patch of what came: points in (cell, id) order, so their order is the identity. */
 static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *order, const char *m, Desk *desk)
 {
-  MPMPatch       *patch    = &desk->patch;
-  const MPMPoints *pts     = &mpm->points;
-  const PetscBool to_nodes = phase->kind == MPM_POINTS_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
-  const PetscInt  fields = phase->points_in | phase->points_out, n = order->n, dim = mpm->grid.dim;
-  size_t          sums, vels;
+  MPMPatch        *patch    = &desk->patch;
+  const MPMPoints *pts      = &mpm->points;
+  const PetscBool  to_nodes = phase->kind == MPM_POINTS_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt   fields = phase->points_in | phase->points_out, n = order->n, dim = mpm->grid.dim;
+  size_t           sums, vels;
 
   PetscFunctionBeginUser;
   MPMPoolBox(mpm, order->own_lo, order->own_n, to_nodes, patch);
@@ -111,7 +113,7 @@ static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *ord
   PetscCall(PetscMemzero(&patch->halo, sizeof patch->halo));
   patch->points.n = patch->norder = n;
   patch->order = patch->own_order = desk->identity;
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) \
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning)                                                \
   if (fields & MPM_BIT(name)) patch->points.name = (ctype *)desk->field[MPM_FIELD_INDEX_##name];
 #include "fields.def"
 #undef MPM_FIELD
@@ -140,7 +142,9 @@ static void RenumberCells(MPM mpm, const MPMOrder *order, MPMPatch *patch)
     PetscReal xi[3];
     PetscInt  base[3] = {0};
 
-    patch->points.cell[p] = MPMLocate((int)dim, mpm->basis, &mpm->grid, patch->points.x + p * dim, xi, base) ? MPMNodeIndex((int)dim, &all, base) : -1;
+    patch->points.cell[p] = MPMLocate((int)dim, mpm->basis, &mpm->grid, patch->points.x + p * dim, xi, base)
+                                ? MPMNodeIndex((int)dim, &all, base)
+                                : -1;
   }
 }
 
@@ -153,12 +157,18 @@ static char *PackAnswer(MPM mpm, const MPMPhase *phase, const MPMStatus *status,
 
   memcpy(m, status, sizeof *status);
   m += sizeof *status;
-  if (phase->kind == MPM_NODES_TO_POINTS) return MPMPoolPack(&mpm->points, phase->points_out, desk->field, NULL, patch->points.n, patch->points.n, desk->identity, m);
+  if (phase->kind == MPM_NODES_TO_POINTS)
+    return MPMPoolPack(&mpm->points, phase->points_out, desk->field, NULL, patch->points.n, patch->points.n,
+                       desk->identity, m);
   MPMPoolSumRange(mpm->grid.dim, phase->parts, &c0, &c1);
   for (PetscInt k = patch->own_lo[2]; k < patch->own_lo[2] + patch->own_n[2]; k++)
     for (PetscInt j = patch->own_lo[1]; j < patch->own_lo[1] + patch->own_n[1]; j++)
-      for (PetscInt i = patch->own_lo[0]; i < patch->own_lo[0] + patch->own_n[0]; i++, m += (size_t)(c1 - c0) * sizeof(PetscReal))
-        memcpy(m, patch->sum + (((k - patch->lo[2]) * patch->n[1] + j - patch->lo[1]) * patch->n[0] + i - patch->lo[0]) * nc + c0, (size_t)(c1 - c0) * sizeof(PetscReal));
+      for (PetscInt i = patch->own_lo[0]; i < patch->own_lo[0] + patch->own_n[0];
+           i++, m += (size_t)(c1 - c0) * sizeof(PetscReal))
+        memcpy(m,
+               patch->sum +
+                   (((k - patch->lo[2]) * patch->n[1] + j - patch->lo[1]) * patch->n[0] + i - patch->lo[0]) * nc + c0,
+               (size_t)(c1 - c0) * sizeof(PetscReal));
   return m;
 }
 
@@ -172,7 +182,7 @@ PetscErrorCode MPMPoolServe(MPM mpm, MPI_Comm comm)
   for (;;) {
     MPI_Status      probed;
     PetscMPIInt     len;
-    MPMOrder           order;
+    MPMOrder        order;
     const MPMPhase *phase;
     MPMStatus       status;
 

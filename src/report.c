@@ -1,4 +1,4 @@
-/* report.c - what a run prints: the scene before the first step, progress on a terminal, the summary.                 */
+/* report.c - what a run prints: the scene before the first step, progress on a terminal, the summary. */
 #include <stdarg.h>
 #include <unistd.h>
 #include "mpm.h"
@@ -29,16 +29,18 @@ static PetscErrorCode PrintScene(MPM mpm)
   for (PetscInt d = 0; d < dim; d++) PetscCall(MPMPrint(mpm, "%s%" PetscInt_FMT, d ? "x" : "", mpm->grid.cells[d]));
   PetscCall(MPMPrint(mpm, " cells  h="));
   for (PetscInt d = 0; d < dim; d++)
-    if (d == 0 || mpm->grid.h[d] != mpm->grid.h[0]) PetscCall(MPMPrint(mpm, "%s%g", d ? "," : "", (double)mpm->grid.h[d]));
+    if (d == 0 || mpm->grid.h[d] != mpm->grid.h[0])
+      PetscCall(MPMPrint(mpm, "%s%g", d ? "," : "", (double)mpm->grid.h[d]));
   PetscCall(MPMPrint(mpm, "  %" PetscInt64_FMT " particles (", mpm->points.total));
-  for (PetscInt b = 0; b < scene->nbodies; b++) PetscCall(MPMPrint(mpm, "%s%" PetscInt64_FMT, b ? "+" : "", scene->bodies[b].n));
+  for (PetscInt b = 0; b < scene->nbodies; b++)
+    PetscCall(MPMPrint(mpm, "%s%" PetscInt64_FMT, b ? "+" : "", scene->bodies[b].n));
   PetscCall(MPMPrint(mpm, ")\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode PrintFields(MPM mpm)
 {
-  PetscInt bytes = 0;
+  PetscInt  bytes = 0;
   PetscReal nodes = 1;
 
   PetscFunctionBeginUser;
@@ -47,9 +49,12 @@ static PetscErrorCode PrintFields(MPM mpm)
     if (mpm->points.present[f] && MPMFields[f].home == MPM_STATE) PetscCall(MPMPrint(mpm, "%s ", MPMFields[f].name));
   bytes = MPMPointsBytes(&mpm->points, MPM_SCRATCH) + (PetscInt)sizeof(PetscInt);
   for (PetscInt d = 0; d < mpm->grid.dim; d++) nodes *= mpm->grid.nodes[d];
-  PetscCall(MPMPrint(mpm, "  %" PetscInt_FMT " B/particle, %" PetscInt_FMT " with scratch, %d B/node: %.3g MB in all\n", MPMPointsBytes(&mpm->points, MPM_STATE), bytes,
-                        (int)((MPM_SUM_NC(mpm->grid.dim) + MPM_VEL_NC(mpm->grid.dim)) * sizeof(PetscReal)),
-                        (double)(1e-6 * (bytes * (PetscReal)mpm->points.total + nodes * (MPM_SUM_NC(mpm->grid.dim) + MPM_VEL_NC(mpm->grid.dim)) * sizeof(PetscReal)))));
+  PetscCall(
+      MPMPrint(mpm, "  %" PetscInt_FMT " B/particle, %" PetscInt_FMT " with scratch, %d B/node: %.3g MB in all\n",
+               MPMPointsBytes(&mpm->points, MPM_STATE), bytes,
+               (int)((MPM_SUM_NC(mpm->grid.dim) + MPM_VEL_NC(mpm->grid.dim)) * sizeof(PetscReal)),
+               (double)(1e-6 * (bytes * (PetscReal)mpm->points.total +
+                                nodes * (MPM_SUM_NC(mpm->grid.dim) + MPM_VEL_NC(mpm->grid.dim)) * sizeof(PetscReal)))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -63,10 +68,14 @@ static PetscErrorCode PrintMethod(MPM mpm)
 
   PetscFunctionBeginUser;
   PetscCall(MPMPrint(mpm, "kernels    %s / %s / ", bases[mpm->basis], mpm->integrator->name));
-  if (mpm->params.flip == 1) PetscCall(MPMPrint(mpm, "flip"));
-  else if (mpm->params.flip == 0) PetscCall(MPMPrint(mpm, "pic"));
-  else PetscCall(MPMPrint(mpm, "flip %g", (double)mpm->params.flip));
-  for (PetscInt m = 0; m < mpm->scene.nmaterials; m++) PetscCall(MPMPrint(mpm, " %s %s", m ? "+" : "/", mpm->scene.materials[m].type->name));
+  if (mpm->params.flip == 1)
+    PetscCall(MPMPrint(mpm, "flip"));
+  else if (mpm->params.flip == 0)
+    PetscCall(MPMPrint(mpm, "pic"));
+  else
+    PetscCall(MPMPrint(mpm, "flip %g", (double)mpm->params.flip));
+  for (PetscInt m = 0; m < mpm->scene.nmaterials; m++)
+    PetscCall(MPMPrint(mpm, " %s %s", m ? "+" : "/", mpm->scene.materials[m].type->name));
   PetscCall(MPMPrint(mpm, "\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -81,10 +90,14 @@ static PetscErrorCode PrintParallel(MPM mpm)
   PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMPrint(mpm, "parallel   %d processes, %s", size, mpm->exchange.type->name));
-  if (mpm->exchange.type->farms) PetscCall(MPMPrint(mpm, ": %s of %" PetscInt_FMT " cells an axis", mpm->exchange.type->what, mpm->exchange.pool_cells));
+  if (mpm->exchange.type->farms)
+    PetscCall(
+        MPMPrint(mpm, ": %s of %" PetscInt_FMT " cells an axis", mpm->exchange.type->what, mpm->exchange.pool_cells));
   else {
-    for (PetscInt d = 0; d < mpm->grid.dim; d++) PetscCall(MPMPrint(mpm, "%s%" PetscInt_FMT, d ? "x" : " ", part->p[d]));
-    PetscCall(MPMPrint(mpm, ", particles max/mean %.3f, by the model %.3g s a step", (double)part->imbalance, (double)part->predicted));
+    for (PetscInt d = 0; d < mpm->grid.dim; d++)
+      PetscCall(MPMPrint(mpm, "%s%" PetscInt_FMT, d ? "x" : " ", part->p[d]));
+    PetscCall(MPMPrint(mpm, ", particles max/mean %.3f, by the model %.3g s a step", (double)part->imbalance,
+                       (double)part->predicted));
   }
   PetscCall(MPMPrint(mpm, "\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -94,18 +107,27 @@ static PetscErrorCode PrintParallel(MPM mpm)
 static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
 {
   PetscFunctionBeginUser;
-  if (mpm->scene.overlap) PetscCall(MPMPrint(mpm, "warning    %" PetscInt64_FMT " particles lie in the shape of an earlier body too: matter is there twice\n", mpm->scene.overlap));
-  if (courant > 1) PetscCall(MPMPrint(mpm, "warning    dt is %.2g h/(c+|v|), above the bound 1: expect the run to blow up\n", (double)courant));
+  if (mpm->scene.overlap)
+    PetscCall(MPMPrint(mpm,
+                       "warning    %" PetscInt64_FMT
+                       " particles lie in the shape of an earlier body too: matter is there twice\n",
+                       mpm->scene.overlap));
+  if (courant > 1)
+    PetscCall(MPMPrint(mpm, "warning    dt is %.2g h/(c+|v|), above the bound 1: expect the run to blow up\n",
+                       (double)courant));
   if (mpm->basis == MPM_BASIS_linear && !strcmp(mpm->integrator->name, "usl"))
-    PetscCall(MPMPrint(mpm, "warning    linear with usl is unstable where points cross cells: nodes of vanishing mass get any velocity gradient; use musl or usf\n"));
+    PetscCall(MPMPrint(
+        mpm,
+        "warning    linear with usl is unstable where points cross cells: nodes of vanishing mass get any velocity gradient; use musl or usf\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The start-up print; with -dry_run also an estimate of the time, from sweeps of the points to the nodes. Collective. */
+/* The start-up print; with -dry_run also an estimate of the time, from sweeps of the points to the nodes. Collective.
+ */
 PetscErrorCode MPMReportStart(MPM mpm)
 {
   const PetscReal c = PetscSqrtReal(mpm->status.c2), v = PetscSqrtReal(mpm->status.v2), dt = MPMTimeStep(mpm);
-  PetscReal       h = mpm->grid.h[0], steps, sweep;
+  PetscReal       h      = mpm->grid.h[0], steps, sweep;
   PetscInt        sweeps = 0;
 
   PetscFunctionBeginUser;
@@ -114,19 +136,26 @@ PetscErrorCode MPMReportStart(MPM mpm)
   PetscCall(PrintFields(mpm));
   PetscCall(PrintMethod(mpm));
   PetscCall(PrintParallel(mpm));
-  PetscCall(MPMPrint(mpm, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g h/(c+|v|)\n", (double)c, (double)v, (double)dt, (double)(dt * (c + v) / h)));
+  PetscCall(MPMPrint(mpm, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g h/(c+|v|)\n", (double)c, (double)v,
+                     (double)dt, (double)(dt * (c + v) / h)));
   steps = PetscMin(PetscCeilReal(mpm->time_end / dt), (PetscReal)mpm->max_steps);
   if (mpm->scene.dry_run) {
     PetscCall(MPMStepTimeSweep(mpm, &sweep));
-    for (PetscInt k = 0; k < MPM_MAX_PHASES && mpm->integrator->phases[k]; k++) sweeps += mpm->integrator->phases[k]->kind != MPM_NODES;
-    PetscCall(MPMPrint(mpm, "predict    %.6g steps, about %.2g s without output (%" PetscInt_FMT " sweeps a step, one timed at %.3g s)\n", (double)steps, (double)(steps * sweeps * sweep), sweeps, (double)sweep));
-  } else PetscCall(MPMPrint(mpm, "predict    %.6g steps\n", (double)steps));
+    for (PetscInt k = 0; k < MPM_MAX_PHASES && mpm->integrator->phases[k]; k++)
+      sweeps += mpm->integrator->phases[k]->kind != MPM_NODES;
+    PetscCall(MPMPrint(mpm,
+                       "predict    %.6g steps, about %.2g s without output (%" PetscInt_FMT
+                       " sweeps a step, one timed at %.3g s)\n",
+                       (double)steps, (double)(steps * sweeps * sweep), sweeps, (double)sweep));
+  } else
+    PetscCall(MPMPrint(mpm, "predict    %.6g steps\n", (double)steps));
   PetscCall(PrintWarnings(mpm, dt * (c + v) / h));
   if (mpm->scene.dry_run) PetscCall(MPMPrint(mpm, "dry run    the scene is valid; no step was made\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does what we print go to a terminal? Under Open MPI's mpiexec it always seems to: then the one that started us knows. */
+/* Does what we print go to a terminal? Under Open MPI's mpiexec it always seems to: then the one that started us knows.
+ */
 static PetscBool OnTerminal(void)
 {
   char    link[64], to[MPM_NAME_LEN];
@@ -152,7 +181,8 @@ PetscErrorCode MPMReportProgress(MPM mpm)
     const PetscReal part = PetscMax(mpm->t / mpm->time_end, (PetscReal)mpm->step / mpm->max_steps);
 
     spent = now - mpm->wall_start;
-    printf("\rstep %" PetscInt_FMT "  t=%.4g of %.4g s  %.0f %%  %.0f s left   ", mpm->step, (double)mpm->t, (double)mpm->time_end, (double)(100 * part), (double)(spent * (1 - part) / part));
+    printf("\rstep %" PetscInt_FMT "  t=%.4g of %.4g s  %.0f %%  %.0f s left   ", mpm->step, (double)mpm->t,
+           (double)mpm->time_end, (double)(100 * part), (double)(spent * (1 - part) / part));
     (void)fflush(stdout);
   }
   mpm->wall_report = now;
@@ -172,15 +202,26 @@ PetscErrorCode MPMReportEnd(MPM mpm)
     char line[2 * MPM_TEXT_LEN];
 
     PetscCall(MPMPrint(mpm, "stopped    at step %" PetscInt_FMT ", t=%g s\n", mpm->step, (double)mpm->t));
-    (void)snprintf(line, sizeof line, "stopped at step %" PetscInt_FMT ", t=%g s: %s", mpm->step, (double)mpm->t, mpm->stop);
+    (void)snprintf(line, sizeof line, "stopped at step %" PetscInt_FMT ", t=%g s: %s", mpm->step, (double)mpm->t,
+                   mpm->stop);
     PetscCall(PetscFPrintf(mpm->comm, stderr, "%s\n", line));
-  } else PetscCall(MPMPrint(mpm, "done       %" PetscInt_FMT " steps, t=%g s, in %.3g s%s\n", mpm->step, (double)mpm->t, now - mpm->wall_start, mpm->t < mpm->time_end ? " (-time_max_steps)" : ""));
+  } else
+    PetscCall(MPMPrint(mpm, "done       %" PetscInt_FMT " steps, t=%g s, in %.3g s%s\n", mpm->step, (double)mpm->t,
+                       now - mpm->wall_start, mpm->t < mpm->time_end ? " (-time_max_steps)" : ""));
   if (mpm->status.bad == MPM_OK) {
-    PetscCall(MPMPrint(mpm, "energy     kinetic %g -> %g J, strain %g -> %g J, total %g -> %g J\n", (double)a->kinetic, (double)b->kinetic, (double)a->strain, (double)b->strain,
-                          (double)(a->kinetic + a->strain), (double)(b->kinetic + b->strain)));
+    PetscCall(MPMPrint(mpm, "energy     kinetic %g -> %g J, strain %g -> %g J, total %g -> %g J\n", (double)a->kinetic,
+                       (double)b->kinetic, (double)a->strain, (double)b->strain, (double)(a->kinetic + a->strain),
+                       (double)(b->kinetic + b->strain)));
   }
-  if (mpm->output.dir[0]) PetscCall(MPMPrint(mpm, "results    %s/%s.csv%s\n", mpm->output.dir, mpm->scene.name, mpm->output.enabled ? " .h5 .xdmf" : ""));
-  if (mpm->exchange.recuts) PetscCall(MPMPrint(mpm, "balance    the grid was cut anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n", mpm->exchange.recuts, (double)mpm->status.most * mpm->exchange.partition.p[0] * mpm->exchange.partition.p[1] * mpm->exchange.partition.p[2] / (double)mpm->points.total));
+  if (mpm->output.dir[0])
+    PetscCall(MPMPrint(mpm, "results    %s/%s.csv%s\n", mpm->output.dir, mpm->scene.name,
+                       mpm->output.enabled ? " .h5 .xdmf" : ""));
+  if (mpm->exchange.recuts)
+    PetscCall(MPMPrint(mpm,
+                       "balance    the grid was cut anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n",
+                       mpm->exchange.recuts,
+                       (double)mpm->status.most * mpm->exchange.partition.p[0] * mpm->exchange.partition.p[1] *
+                           mpm->exchange.partition.p[2] / (double)mpm->points.total));
   if (mpm->step > 0) PetscCall(MPMStepView(mpm, mpm->wall_steps));
   PetscCall(MPMPointsDigest(&mpm->points, mpm->exchange.data, &digest));
   PetscCall(MPMPrint(mpm, "digest %016llx\n", (unsigned long long)digest));

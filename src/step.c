@@ -92,9 +92,12 @@ PetscErrorCode MPMStepRegisterEvents(void)
   PetscFunctionBeginUser;
   PetscCall(PetscClassIdRegister("MPM", &id));
   for (PetscInt e = 0; e < NUM_EVENTS; e++) {
-    const PetscBool twin = e == G2P_MOTION_HOLD || e == G2P_STRESS_COMMIT ? PETSC_TRUE : PETSC_FALSE; /* same name, same event */
-    if (twin) events[e] = events[e - 1];
-    else PetscCall(PetscLogEventRegister(EventName(e), id, &events[e]));
+    const PetscBool twin = e == G2P_MOTION_HOLD || e == G2P_STRESS_COMMIT ? PETSC_TRUE
+                                                                          : PETSC_FALSE; /* same name, same event */
+    if (twin)
+      events[e] = events[e - 1];
+    else
+      PetscCall(PetscLogEventRegister(EventName(e), id, &events[e]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -166,7 +169,8 @@ PetscErrorCode MPMStep(MPM mpm)
 
   PetscFunctionBeginUser;
   MPMStatusReset(&mpm->status);
-  for (PetscInt k = 0; k < MPM_MAX_PHASES && mpm->integrator->phases[k]; k++) PetscCall(RunPhase(mpm, mpm->integrator->phases[k]));
+  for (PetscInt k = 0; k < MPM_MAX_PHASES && mpm->integrator->phases[k]; k++)
+    PetscCall(RunPhase(mpm, mpm->integrator->phases[k]));
   PetscCall(PetscTime(&t0));
   PetscCall(PetscLogEventBegin(events[REDUCE], 0, 0, 0, 0));
   PetscCall(mpm->exchange.type->reduce(mpm, &mpm->status));
@@ -237,7 +241,7 @@ PetscErrorCode MPMStepBound(MPM mpm)
 /* Prints the table of phases of a run that took `seconds` in its steps. Collective on comm. */
 PetscErrorCode MPMStepView(MPM mpm, PetscReal seconds)
 {
-  const PetscReal per = (PetscReal)mpm->points.total * PetscMax(1, mpm->step);
+  const PetscReal per   = (PetscReal)mpm->points.total * PetscMax(1, mpm->step);
   PetscReal       other = seconds;
 
   PetscFunctionBeginUser;
@@ -246,9 +250,13 @@ PetscErrorCode MPMStepView(MPM mpm, PetscReal seconds)
     const PetscReal s = mpm->phase_seconds[e];
 
     other -= s;
-    if (s > 0) PetscCall(MPMPrint(mpm, "  %-12s %8.3f  %5.1f  %8.1f\n", EventName(e), (double)s, (double)(100 * s / seconds), (double)(1e9 * s / per)));
+    if (s > 0)
+      PetscCall(MPMPrint(mpm, "  %-12s %8.3f  %5.1f  %8.1f\n", EventName(e), (double)s, (double)(100 * s / seconds),
+                         (double)(1e9 * s / per)));
   }
-  PetscCall(MPMPrint(mpm, "  %-12s %8.3f  %5.1f  %8.1f\n", "other", (double)other, (double)(100 * other / seconds), (double)(1e9 * other / per)));
-  PetscCall(MPMPrint(mpm, "  %-12s %8.3f  %5.1f  %8.1f\n", "all", (double)seconds, 100.0, (double)(1e9 * seconds / per)));
+  PetscCall(MPMPrint(mpm, "  %-12s %8.3f  %5.1f  %8.1f\n", "other", (double)other, (double)(100 * other / seconds),
+                     (double)(1e9 * other / per)));
+  PetscCall(
+      MPMPrint(mpm, "  %-12s %8.3f  %5.1f  %8.1f\n", "all", (double)seconds, 100.0, (double)(1e9 * seconds / per)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -28,13 +28,16 @@ void MPMSumAdd(MPMSum *s, PetscReal x)
   memcpy(&bits, &x, sizeof bits);
   e = (int)((bits >> 52) & 0x7ff);
   m = bits & 0xfffffffffffffULL;
-  if (e) m |= 1ULL << 52;
-  else e = 1;
+  if (e)
+    m |= 1ULL << 52;
+  else
+    e = 1;
   w     = e / 32;
   shift = e % 32;
   {
     const uint64_t   lo = (m & 0xffffffffULL) << shift, hi = (m >> 32) << shift;
-    const PetscInt64 a = (PetscInt64)(lo & 0xffffffffULL), b = (PetscInt64)((lo >> 32) + (hi & 0xffffffffULL)), c = (PetscInt64)(hi >> 32);
+    const PetscInt64 a = (PetscInt64)(lo & 0xffffffffULL), b = (PetscInt64)((lo >> 32) + (hi & 0xffffffffULL)),
+                     c    = (PetscInt64)(hi >> 32);
     const PetscInt64 sign = bits >> 63 ? -1 : 1;
 
     s->word[w] += sign * a;

@@ -2,7 +2,7 @@
 
    dim is always a compile-time constant after inlining, so the loops unroll. F is [dim*dim] row-major; a symmetric
    tensor is [6] in the order xx xy xz yy yz zz, whole in every dimension: 2-D is plane strain (F33 = 1), 1-D is
-   uniaxial strain (F22 = F33 = 1).                                                                                    */
+   uniaxial strain (F22 = F33 = 1). */
 #ifndef MPM_TENSOR_H
 #define MPM_TENSOR_H
 
@@ -56,21 +56,24 @@ MPM_INLINE void MPMDeform(int dim, PetscReal dt, const PetscReal *L, PetscReal *
 
 /* Natural logarithm of a positive normal number, below 1 ulp: the algorithm of fdlibm's e_log.c (Sun Microsystems,
    1993), branch-free. Our own, because a state must have the same bits with every libm and compiler, and because it
-   has to vectorise; libm's log promises neither. NaN for x <= 0 or not finite is not promised: callers check J first. */
+   has to vectorise; libm's log promises neither. NaN for x <= 0 or not finite is not promised: callers check J first.
+ */
 MPM_INLINE PetscReal MPMLog(PetscReal x)
 {
   PetscInt64 ix, k;
   PetscReal  m;
 
   memcpy(&ix, &x, sizeof ix);
-  k = (PetscInt64)(((uint64_t)(ix - 0x3fe6a09e667f3bcdLL) + (1023ULL << 52)) >> 52) - 1023; /* x = 2^k m, m in [sqrt(1/2), sqrt 2) */
+  k = (PetscInt64)(((uint64_t)(ix - 0x3fe6a09e667f3bcdLL) + (1023ULL << 52)) >> 52) -
+      1023; /* x = 2^k m, m in [sqrt(1/2), sqrt 2) */
   ix -= (PetscInt64)((uint64_t)k << 52);
   memcpy(&m, &ix, sizeof m);
   {
     const PetscReal dk = (PetscReal)k, f = m - 1.0, s = f / (f + 2.0), z = s * s, w = z * z, h = 0.5 * f * f;
     const PetscReal t1 = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
     const PetscReal t2 = z * (6.666666666666735130e-01 +
-                              w * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860510658591e-01)));
+                              w * (2.857142874366239149e-01 +
+                                   w * (1.818357216161805012e-01 + w * 1.479819860510658591e-01)));
 
     return dk * 6.93147180369123816490e-01 - ((h - (s * (h + (t1 + t2)) + dk * 1.90821492927058770002e-10)) - f);
   }

@@ -1,37 +1,37 @@
 /* transfer.c - the instances of transfer.h's two kernels: every (dim, basis) with each set of parts that an integrator
-   asks for. A new basis adds a row to basis.def and nothing here.                                                     */
+   asks for. A new basis adds a row to basis.def and nothing here. */
 #include "transfer.h"
 
 /* The sets of parts, MPM_P2G_PARTS(dim, basis, parts) and so on for each. */
-#define MPM_ALL_P2G(X, dim, basis)                                       \
-  X(dim, basis, MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE, mpf)    \
-  X(dim, basis, MPM_P2G_MASS | MPM_P2G_MOMENTUM, mp)                     \
-  X(dim, basis, MPM_P2G_MOMENTUM, p)                                     \
+#define MPM_ALL_P2G(X, dim, basis)                                                                                     \
+  X(dim, basis, MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE, mpf)                                                  \
+  X(dim, basis, MPM_P2G_MASS | MPM_P2G_MOMENTUM, mp)                                                                   \
+  X(dim, basis, MPM_P2G_MOMENTUM, p)                                                                                   \
   X(dim, basis, MPM_P2G_FORCE, f)
-#define MPM_ALL_G2P(X, dim, basis)                                       \
-  X(dim, basis, MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT, msc)   \
-  X(dim, basis, MPM_G2P_MOTION | MPM_G2P_COMMIT, mc)                     \
-  X(dim, basis, MPM_G2P_STRESS | MPM_G2P_COMMIT, sc)                     \
-  X(dim, basis, MPM_G2P_MOTION, m)                                       \
+#define MPM_ALL_G2P(X, dim, basis)                                                                                     \
+  X(dim, basis, MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT, msc)                                                 \
+  X(dim, basis, MPM_G2P_MOTION | MPM_G2P_COMMIT, mc)                                                                   \
+  X(dim, basis, MPM_G2P_STRESS | MPM_G2P_COMMIT, sc)                                                                   \
+  X(dim, basis, MPM_G2P_MOTION, m)                                                                                     \
   X(dim, basis, MPM_G2P_STRESS, s)
 
-#define MPM_INSTANCE_P2G(dim, basis, parts, tag)                                                          \
-  static void P2G_##basis##_##dim##_##tag(const MPMParams *par, MPMPatch *patch, MPMStatus *status)       \
-  {                                                                                                       \
-    (void)status;                                                                                         \
-    MPMP2G(dim, MPM_BASIS_##basis, parts, par, patch);                                                    \
+#define MPM_INSTANCE_P2G(dim, basis, parts, tag)                                                                       \
+  static void P2G_##basis##_##dim##_##tag(const MPMParams *par, MPMPatch *patch, MPMStatus *status)                    \
+  {                                                                                                                    \
+    (void)status;                                                                                                      \
+    MPMP2G(dim, MPM_BASIS_##basis, parts, par, patch);                                                                 \
   }
-#define MPM_INSTANCE_G2P(dim, basis, parts, tag)                                                          \
-  static void G2P_##basis##_##dim##_##tag(const MPMParams *par, MPMPatch *patch, MPMStatus *status)       \
-  {                                                                                                       \
-    MPMG2P(dim, MPM_BASIS_##basis, parts, par, patch, status);                                            \
+#define MPM_INSTANCE_G2P(dim, basis, parts, tag)                                                                       \
+  static void G2P_##basis##_##dim##_##tag(const MPMParams *par, MPMPatch *patch, MPMStatus *status)                    \
+  {                                                                                                                    \
+    MPMG2P(dim, MPM_BASIS_##basis, parts, par, patch, status);                                                         \
   }
-#define MPM_BASIS(basis, nodes, layers, what)  \
-  MPM_ALL_P2G(MPM_INSTANCE_P2G, 1, basis)      \
-  MPM_ALL_P2G(MPM_INSTANCE_P2G, 2, basis)      \
-  MPM_ALL_P2G(MPM_INSTANCE_P2G, 3, basis)      \
-  MPM_ALL_G2P(MPM_INSTANCE_G2P, 1, basis)      \
-  MPM_ALL_G2P(MPM_INSTANCE_G2P, 2, basis)      \
+#define MPM_BASIS(basis, nodes, layers, what)                                                                          \
+  MPM_ALL_P2G(MPM_INSTANCE_P2G, 1, basis)                                                                              \
+  MPM_ALL_P2G(MPM_INSTANCE_P2G, 2, basis)                                                                              \
+  MPM_ALL_P2G(MPM_INSTANCE_P2G, 3, basis)                                                                              \
+  MPM_ALL_G2P(MPM_INSTANCE_G2P, 1, basis)                                                                              \
+  MPM_ALL_G2P(MPM_INSTANCE_G2P, 2, basis)                                                                              \
   MPM_ALL_G2P(MPM_INSTANCE_G2P, 3, basis)
 #include "basis.def"
 #undef MPM_BASIS
@@ -46,12 +46,12 @@ MPMTransfer MPMTransferFind(PetscInt dim, MPMBasis basis, PetscInt parts)
   } table[] = {
 #define MPM_ENTRY_P2G(dim, basis, parts, tag) {dim, MPM_BASIS_##basis, parts, P2G_##basis##_##dim##_##tag},
 #define MPM_ENTRY_G2P(dim, basis, parts, tag) {dim, MPM_BASIS_##basis, parts, G2P_##basis##_##dim##_##tag},
-#define MPM_BASIS(basis, nodes, layers, what) \
-  MPM_ALL_P2G(MPM_ENTRY_P2G, 1, basis)        \
-  MPM_ALL_P2G(MPM_ENTRY_P2G, 2, basis)        \
-  MPM_ALL_P2G(MPM_ENTRY_P2G, 3, basis)        \
-  MPM_ALL_G2P(MPM_ENTRY_G2P, 1, basis)        \
-  MPM_ALL_G2P(MPM_ENTRY_G2P, 2, basis)        \
+#define MPM_BASIS(basis, nodes, layers, what)                                                                          \
+  MPM_ALL_P2G(MPM_ENTRY_P2G, 1, basis)                                                                                 \
+  MPM_ALL_P2G(MPM_ENTRY_P2G, 2, basis)                                                                                 \
+  MPM_ALL_P2G(MPM_ENTRY_P2G, 3, basis)                                                                                 \
+  MPM_ALL_G2P(MPM_ENTRY_G2P, 1, basis)                                                                                 \
+  MPM_ALL_G2P(MPM_ENTRY_G2P, 2, basis)                                                                                 \
   MPM_ALL_G2P(MPM_ENTRY_G2P, 3, basis)
 #include "basis.def"
 #undef MPM_BASIS
@@ -75,7 +75,8 @@ PetscReal MPMTransferFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
   if (parts & MPM_P2G_MOMENTUM) flops += d + 2 * d * nodes;
   if (parts & MPM_P2G_FORCE) flops += det + law + d * d + 2 * d * d * nodes;
   if (parts & MPM_G2P_MOTION) flops += 4 * d * nodes + 8 * d;
-  if (parts & MPM_G2P_STRESS) flops += 2 * d * d * nodes + d * d * (2 * d + 1) + 2 * det + d * (d + 1) / 2 * (2 * d - 1) + 6;
+  if (parts & MPM_G2P_STRESS)
+    flops += 2 * d * d * nodes + d * d * (2 * d + 1) + 2 * det + d * (d + 1) / 2 * (2 * d - 1) + 6;
   if (parts & MPM_G2P_COMMIT) flops += 3 * d;
   return flops;
 }

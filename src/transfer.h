@@ -29,7 +29,8 @@ MPM_INLINE PetscInt MPMNodeIndex(int dim, const MPMPatch *patch, const PetscInt 
 }
 
 /* Base node and coordinate in cells of position x, which is in the grid or an image across a periodic face. */
-MPM_INLINE void MPMCoordinates(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], PetscReal xi[], PetscInt base[])
+MPM_INLINE void MPMCoordinates(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], PetscReal xi[],
+                               PetscInt base[])
 {
   for (int d = 0; d < dim; d++) {
     xi[d]   = PetscMin((x[d] - grid->lower[d]) / grid->h[d], (PetscReal)grid->cells[d]); /* the quotient may round up */
@@ -38,7 +39,8 @@ MPM_INLINE void MPMCoordinates(int dim, MPMBasis basis, const MPMGrid *grid, con
 }
 
 /* The same for any x; false if it is outside of the grid or not finite. */
-MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], PetscReal xi[], PetscInt base[])
+MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], PetscReal xi[],
+                               PetscInt base[])
 {
   for (int d = 0; d < dim; d++)
     if (!(x[d] >= grid->lower[d] && x[d] <= grid->upper[d])) return PETSC_FALSE;
@@ -47,10 +49,12 @@ MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, con
 }
 
 /* The row of a field, of an own point or of a halo point (order entries from points.n on). */
-#define MPM_ROW(patch, field, p, nc) \
-  ((p) < (patch)->points.n ? (patch)->points.field + (p) * (nc) : (patch)->halo.field + ((p) - (patch)->points.n) * (nc))
+#define MPM_ROW(patch, field, p, nc)                                                                                   \
+  ((p) < (patch)->points.n ? (patch)->points.field + (p) * (nc)                                                        \
+                           : (patch)->halo.field + ((p) - (patch)->points.n) * (nc))
 
-MPM_INLINE void MPMStage(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, const PetscInt *order, MPMStencils *s)
+MPM_INLINE void MPMStage(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, const PetscInt *order,
+                         MPMStencils *s)
 {
   const MPMGrid *grid = patch->grid;
 
@@ -96,7 +100,8 @@ MPM_INLINE void MPMStencilOffsets(int dim, MPMBasis basis, const MPMPatch *patch
 }
 
 /* Tensor products of point l of the block: weights phi and gradients dphi (1/m) of the nodes of its stencil. */
-MPM_INLINE void MPMShape(int dim, MPMBasis basis, const MPMStencils *s, PetscInt l, PetscReal phi[], PetscReal (*dphi)[3])
+MPM_INLINE void MPMShape(int dim, MPMBasis basis, const MPMStencils *s, PetscInt l, PetscReal phi[],
+                         PetscReal (*dphi)[3])
 {
   const int ns = MPMBasisNodes(basis);
 
@@ -112,18 +117,19 @@ MPM_INLINE void MPMShape(int dim, MPMBasis basis, const MPMStencils *s, PetscInt
 }
 
 /* Kinds of the points of a block. */
-MPM_INLINE void MPMStageKinds(const MPMParams *par, const MPMPatch *patch, PetscInt n, const PetscInt *order, PetscInt *kind)
+MPM_INLINE void MPMStageKinds(const MPMParams *par, const MPMPatch *patch, PetscInt n, const PetscInt *order,
+                              PetscInt *kind)
 {
   for (PetscInt l = 0; l < n; l++) kind[l] = par->nkinds > 1 ? *MPM_ROW(patch, kind, order[l], 1) : 0;
 }
 
 /* Calls one function of the materials' laws on a block: once for each run of points of the same material. */
-#define MPM_FOR_MATERIALS(par, n, kind, function, F, out)                                                       \
-  for (PetscInt first = 0, next; first < (n); first = next) {                                                   \
-    const PetscInt     row = (par)->kinds[(kind)[first]].material;                                              \
-    const MPMMaterial *m   = (par)->materials + row;                                                            \
-    for (next = first + 1; next < (n) && (par)->kinds[(kind)[next]].material == row;) next++;                   \
-    m->type->law->function(m, next - first, (F) + first, (out) + first);                                        \
+#define MPM_FOR_MATERIALS(par, n, kind, function, F, out)                                                              \
+  for (PetscInt first = 0, next; first < (n); first = next) {                                                          \
+    const PetscInt     row = (par)->kinds[(kind)[first]].material;                                                     \
+    const MPMMaterial *m   = (par)->materials + row;                                                                   \
+    for (next = first + 1; next < (n) && (par)->kinds[(kind)[next]].material == row;) next++;                          \
+    m->type->law->function(m, next - first, (F) + first, (out) + first);                                               \
   }
 
 /* Adds the sums of one cell, components c0 to c1-1, to its nodes, and clears them. */
@@ -142,8 +148,8 @@ MPM_INLINE void MPMFlush(int dim, MPMBasis basis, int c0, int c1, const PetscInt
 MPM_INLINE void MPMP2G(int dim, MPMBasis basis, int parts, const MPMParams *par, MPMPatch *patch)
 {
   const int   nn = MPMStencilSize(dim, basis), nc = MPM_SUM_NC(dim);
-  const int   c0 = parts & MPM_P2G_MASS ? 0 : parts & MPM_P2G_MOMENTUM ? 1 : 1 + dim; /* components that are summed */
-  const int   c1 = parts & MPM_P2G_FORCE ? nc : 1 + dim;
+  const int   c0   = parts & MPM_P2G_MASS ? 0 : parts & MPM_P2G_MOMENTUM ? 1 : 1 + dim; /* components that are summed */
+  const int   c1   = parts & MPM_P2G_FORCE ? nc : 1 + dim;
   PetscInt    cell = -1, kind[MPM_BLOCK], at[MPM_MAX_NODES];
   MPMStencils s;
   PetscReal   phi[MPM_MAX_NODES], dphi[MPM_MAX_NODES][3];
@@ -198,7 +204,8 @@ MPM_INLINE void MPMP2G(int dim, MPMBasis basis, int parts, const MPMParams *par,
 }
 
 /* Notes a bad condition, of the smallest id. Rare, so never inlined into the loops. */
-static __attribute__((noinline)) void MPMNoteBad(MPMStatus *status, MPMBad bad, PetscInt64 id, PetscInt dim, const PetscReal x[], PetscReal J)
+static __attribute__((noinline)) void MPMNoteBad(MPMStatus *status, MPMBad bad, PetscInt64 id, PetscInt dim,
+                                                 const PetscReal x[], PetscReal J)
 {
   if (status->bad != MPM_OK && status->id <= id) return;
   status->bad = bad;
@@ -208,7 +215,8 @@ static __attribute__((noinline)) void MPMNoteBad(MPMStatus *status, MPMBad bad, 
 }
 
 /* New F of a block from its velocity gradients L [n][dim*dim] in 1/s: eqs. (10), (11); checks J; speeds of waves. */
-MPM_INLINE void MPMUpdateF(int dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const PetscInt *order, const PetscReal (*L)[9], MPMStatus *status)
+MPM_INLINE void MPMUpdateF(int dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const PetscInt *order,
+                           const PetscReal (*L)[9], MPMStatus *status)
 {
   PetscInt  kind[MPM_BLOCK];
   PetscReal F[9 * MPM_BLOCK], c2[MPM_BLOCK];
@@ -219,7 +227,8 @@ MPM_INLINE void MPMUpdateF(int dim, const MPMParams *par, MPMPatch *patch, Petsc
 
     MPMDeform(dim, par->dt, L[l], Fp);
     J = MPMDet(dim, Fp);
-    if (!(J > 0 && J < PETSC_MAX_REAL)) MPMNoteBad(status, MPM_BAD_J, patch->points.id[p], dim, patch->points.x + p * dim, J);
+    if (!(J > 0 && J < PETSC_MAX_REAL))
+      MPMNoteBad(status, MPM_BAD_J, patch->points.id[p], dim, patch->points.x + p * dim, J);
     for (int k = 0; k < dim * dim; k++) F[k * MPM_BLOCK + l] = Fp[k];
   }
   MPMStageKinds(par, patch, n, order, kind);
@@ -227,7 +236,8 @@ MPM_INLINE void MPMUpdateF(int dim, const MPMParams *par, MPMPatch *patch, Petsc
   for (PetscInt l = 0; l < n; l++) status->c2 = PetscMax(status->c2, c2[l]);
 }
 
-/* Index of the cell of position x if it is the patch's own; -1 in another patch, -2 outside of the grid. base: its node. */
+/* Index of the cell of position x if it is the patch's own; -1 in another patch, -2 outside of the grid. base: its
+ * node. */
 MPM_INLINE PetscInt MPMOwnCell(int dim, MPMBasis basis, const MPMPatch *patch, const PetscReal x[], PetscInt base[])
 {
   PetscReal xi[3];
@@ -251,7 +261,8 @@ MPM_INLINE void MPMWrap(int dim, const MPMGrid *grid, PetscReal x[])
 }
 
 /* x <- x + dx; the cell it is in now; counts the points that changed cell, and those that left the patch. */
-MPM_INLINE void MPMCommit(int dim, MPMBasis basis, MPMPatch *patch, PetscInt p, PetscInt cell, const PetscReal dx[], MPMStatus *status)
+MPM_INLINE void MPMCommit(int dim, MPMBasis basis, MPMPatch *patch, PetscInt p, PetscInt cell, const PetscReal dx[],
+                          MPMStatus *status)
 {
   PetscReal x[3];
   PetscInt  base[3], now;
@@ -307,7 +318,8 @@ MPM_INLINE void MPMG2P(int dim, MPMBasis basis, int parts, const MPMParams *par,
           dx[d] = par->dt * vn[d];
         }
         status->v2 = PetscMax(status->v2, v2);
-        if (parts & MPM_G2P_COMMIT) MPMCommit(dim, basis, patch, order[l], s.cell[l], dx, status);
+        if (parts & MPM_G2P_COMMIT)
+          MPMCommit(dim, basis, patch, order[l], s.cell[l], dx, status);
         else
           for (int d = 0; d < dim; d++) patch->points.dx[order[l] * dim + d] = dx[d];
       }

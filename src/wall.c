@@ -1,5 +1,5 @@
 /* wall.c - velocity conditions at the faces of the grid, step 2 and 5 of docs/theory.md. A condition acts on the nodes
-   at or beyond its face.                                                                                              */
+   at or beyond its face. */
 #include "mpm.h"
 
 static PetscBool MPMWallApply_free(PetscInt dim, PetscInt axis, PetscReal v[])

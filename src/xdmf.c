@@ -1,10 +1,14 @@
-/* xdmf.c - <scene>.xdmf beside the HDF5 file: the text with which ParaView, and VTK's reader, open the snapshots.      */
+/* xdmf.c - <scene>.xdmf beside the HDF5 file: the text with which ParaView, and VTK's reader, open the snapshots. */
 #include <errno.h>
 #include "mpm.h"
 
-static void XdmfArray(FILE *f, const char indent[], const char dims[], PetscBool whole, const char file[], PetscInt step, const char path[])
+static void XdmfArray(FILE *f, const char indent[], const char dims[], PetscBool whole, const char file[],
+                      PetscInt step, const char path[])
 {
-  fprintf(f, "%s<DataItem Dimensions=\"%s\" NumberType=\"%s\" Precision=\"8\" Format=\"HDF\">%s:/step_%06" PetscInt_FMT "/%s</DataItem>\n", indent, dims, whole ? "Int" : "Float", file, step, path);
+  fprintf(f,
+          "%s<DataItem Dimensions=\"%s\" NumberType=\"%s\" Precision=\"8\" Format=\"HDF\">%s:/step_%06" PetscInt_FMT
+          "/%s</DataItem>\n",
+          indent, dims, whole ? "Int" : "Float", file, step, path);
 }
 
 static void XdmfPoints(MPM mpm, FILE *f, const char file[], PetscInt k)
@@ -14,17 +18,24 @@ static void XdmfPoints(MPM mpm, FILE *f, const char file[], PetscInt k)
   const long long   n       = mpm->points.total;
   char              dims[64], path[64];
 
-  fprintf(f, "      <Grid Name=\"particles\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n", (double)out->times[k]);
-  fprintf(f, "        <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"%lld\" NodesPerElement=\"1\"/>\n        <Geometry GeometryType=\"XYZ\">\n", n);
+  fprintf(f, "      <Grid Name=\"particles\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n",
+          (double)out->times[k]);
+  fprintf(
+      f,
+      "        <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"%lld\" NodesPerElement=\"1\"/>\n        <Geometry GeometryType=\"XYZ\">\n",
+      n);
   (void)snprintf(dims, sizeof dims, "%lld 3", n);
   XdmfArray(f, "          ", dims, PETSC_FALSE, file, out->steps[k], "particles/x");
   fprintf(f, "        </Geometry>\n");
   for (PetscInt q = 0; MPMOutputFields[q].name; q++) {
     if (!(out->fields & (1 << q)) || !strcmp(MPMOutputFields[q].name, "x")) continue;
-    if (MPMOutputFields[q].nc == 1) (void)snprintf(dims, sizeof dims, "%lld", n);
-    else (void)snprintf(dims, sizeof dims, "%lld %d", n, (int)MPMOutputFields[q].nc);
+    if (MPMOutputFields[q].nc == 1)
+      (void)snprintf(dims, sizeof dims, "%lld", n);
+    else
+      (void)snprintf(dims, sizeof dims, "%lld %d", n, (int)MPMOutputFields[q].nc);
     (void)snprintf(path, sizeof path, "particles/%s", MPMOutputFields[q].name);
-    fprintf(f, "        <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"Node\">\n", MPMOutputFields[q].name, types[MPMOutputFields[q].nc]);
+    fprintf(f, "        <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"Node\">\n", MPMOutputFields[q].name,
+            types[MPMOutputFields[q].nc]);
     XdmfArray(f, "          ", dims, MPMOutputFields[q].whole, file, out->steps[k], path);
     fprintf(f, "        </Attribute>\n");
   }
@@ -37,13 +48,23 @@ static void XdmfNodes(MPM mpm, FILE *f, const char file[], PetscInt k)
   const MPMOutput *out = &mpm->output;
   char             dims[128], vdims[160];
 
-  (void)snprintf(dims, sizeof dims, "%lld %lld %lld", (long long)g->cells[2] + 1 - g->periodic[2], (long long)g->cells[1] + 1 - g->periodic[1],
-                 (long long)g->cells[0] + 1 - g->periodic[0]);
+  (void)snprintf(dims, sizeof dims, "%lld %lld %lld", (long long)g->cells[2] + 1 - g->periodic[2],
+                 (long long)g->cells[1] + 1 - g->periodic[1], (long long)g->cells[0] + 1 - g->periodic[0]);
   (void)snprintf(vdims, sizeof vdims, "%s 3", dims);
-  fprintf(f, "      <Grid Name=\"grid\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n", (double)out->times[k]);
-  fprintf(f, "        <Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"%s\"/>\n        <Geometry GeometryType=\"ORIGIN_DXDYDZ\">\n", dims);
-  fprintf(f, "          <DataItem Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">%.17g %.17g %.17g</DataItem>\n", (double)g->lower[2], (double)g->lower[1], (double)g->lower[0]);
-  fprintf(f, "          <DataItem Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">%.17g %.17g %.17g</DataItem>\n        </Geometry>\n", (double)g->h[2], (double)g->h[1], (double)g->h[0]);
+  fprintf(f, "      <Grid Name=\"grid\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n",
+          (double)out->times[k]);
+  fprintf(
+      f,
+      "        <Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"%s\"/>\n        <Geometry GeometryType=\"ORIGIN_DXDYDZ\">\n",
+      dims);
+  fprintf(
+      f,
+      "          <DataItem Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">%.17g %.17g %.17g</DataItem>\n",
+      (double)g->lower[2], (double)g->lower[1], (double)g->lower[0]);
+  fprintf(
+      f,
+      "          <DataItem Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">%.17g %.17g %.17g</DataItem>\n        </Geometry>\n",
+      (double)g->h[2], (double)g->h[1], (double)g->h[0]);
   fprintf(f, "        <Attribute Name=\"mass\" AttributeType=\"Scalar\" Center=\"Node\">\n");
   XdmfArray(f, "          ", dims, PETSC_FALSE, file, out->steps[k], "grid/mass");
   fprintf(f, "        </Attribute>\n        <Attribute Name=\"v\" AttributeType=\"Vector\" Center=\"Node\">\n");
@@ -76,6 +97,7 @@ PetscErrorCode MPMXdmfWrite(MPM mpm)
     fprintf(f, "    </Grid>\n");
   }
   fprintf(f, "  </Domain>\n</Xdmf>\n");
-  PetscCheck(!fclose(f) && !rename(temporary, path), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s: %s", path, strerror(errno));
+  PetscCheck(!fclose(f) && !rename(temporary, path), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s: %s", path,
+             strerror(errno));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,0 +1,90 @@
+/* output_fields.c - what a snapshot holds of the points: the table of fields, and how each row is filled. A new field
+   is a function and a row here. */
+#include "mpm.h"
+
+static void FillId(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  (void)mpm;
+  row[0] = (PetscReal)v->id[p]; /* exact below 2^53 */
+}
+
+static void FillX(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  for (PetscInt d = 0; d < 3; d++) row[d] = d < mpm->grid.dim ? v->x[p * mpm->grid.dim + d] : 0;
+}
+
+static void FillV(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  for (PetscInt d = 0; d < 3; d++) row[d] = d < mpm->grid.dim ? v->v[p * mpm->grid.dim + d] : 0;
+}
+
+static void FillF(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  const PetscInt dim = mpm->grid.dim;
+
+  for (PetscInt d = 0; d < 3; d++)
+    for (PetscInt e = 0; e < 3; e++) row[3 * d + e] = d < dim && e < dim ? v->F[(p * dim + d) * dim + e] : d == e;
+}
+
+static const MPMKind *KindOf(MPM mpm, const MPMView *v, PetscInt p)
+{
+  return &mpm->scene.kinds[v->kind ? v->kind[p] : 0];
+}
+
+/* Cauchy stress, sig = tau/J. */
+static void FillStress(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  const PetscInt     dim = mpm->grid.dim;
+  const MPMMaterial *m   = &mpm->scene.materials[KindOf(mpm, v, p)->material];
+  PetscReal          F[9 * MPM_BLOCK], tau[MPM_STRESS_NC * MPM_BLOCK];
+
+  for (PetscInt k = 0; k < dim * dim; k++) F[k * MPM_BLOCK] = v->F[p * dim * dim + k];
+  m->type->law->stress[dim - 1](m, 1, F, tau);
+  for (PetscInt k = 0; k < MPM_STRESS_NC; k++) row[k] = tau[k * MPM_BLOCK] / MPMDet((int)dim, v->F + p * dim * dim);
+}
+
+static void FillVolume(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  row[0] = KindOf(mpm, v, p)->V0 * MPMDet((int)mpm->grid.dim, v->F + p * mpm->grid.dim * mpm->grid.dim);
+}
+
+static void FillBody(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  PetscInt b = 0;
+
+  while (v->id[p] >= mpm->scene.bodies[b].first + mpm->scene.bodies[b].n) b++;
+  row[0] = b;
+}
+
+const MPMOutputField MPMOutputFields[] = {
+    {"id", NULL, "1", "", 1, PETSC_TRUE, FillId},
+    {"x", NULL, "m", "x y z", 3, PETSC_FALSE, FillX},
+    {"v", "velocity", "m/s", "x y z", 3, PETSC_FALSE, FillV},
+    {"F", "F", "1", "xx xy xz yx yy yz zx zy zz", 9, PETSC_FALSE, FillF},
+    {"stress", "stress", "Pa", "xx xy xz yy yz zz", 6, PETSC_FALSE, FillStress},
+    {"volume", "volume", "m^3", "", 1, PETSC_FALSE, FillVolume},
+    {"body", "body", "1", "", 1, PETSC_TRUE, FillBody},
+    {NULL, NULL, NULL, NULL, 0, PETSC_FALSE, NULL},
+};
+
+/* Reads -output_fields a,b,...: words of the table, and grid. */
+PetscErrorCode MPMOutputReadFields(MPM mpm, MPMOptions o)
+{
+  char      text[MPM_TEXT_LEN] = "", *save = NULL;
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  mpm->output.fields = -1;
+  PetscCall(MPMOptionsString(o, "output_fields", NULL, text, &set));
+  if (!set || !strcmp(text, "all")) PetscFunctionReturn(PETSC_SUCCESS);
+  mpm->output.fields = 3; /* id, x */
+  for (char *w = strtok_r(text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
+    PetscInt f = 0;
+
+    while (MPMOutputFields[f].name && (!MPMOutputFields[f].option || strcmp(MPMOutputFields[f].option, w))) f++;
+    if (!MPMOutputFields[f].name && strcmp(w, "grid"))
+      MPMOptionsFail(o, "-output_fields %s: choose among all, or a list of velocity,F,stress,volume,body,grid", w);
+    mpm->output.fields |= MPMOutputFields[f].name ? 1 << f : MPM_OUTPUT_GRID;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

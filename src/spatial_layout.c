@@ -1,0 +1,158 @@
+/* spatial_layout.c - who is where in the spatial decomposition: owners of cells, neighbours, ghost nodes. Made once for
+   a partition of the grid, from its numbers alone. */
+#include "exchange_spatial.h"
+
+/* The process that owns cell `base` (a node of the grid). */
+PetscMPIInt MPMSpatialOwner(const MPMSpatial *s, PetscInt dim, const PetscInt base[])
+{
+  PetscInt rank = 0;
+
+  for (PetscInt d = dim - 1; d >= 0; d--) {
+    PetscInt lo = 0, hi = s->p[d];
+
+    while (hi - lo > 1) {
+      const PetscInt mid = (lo + hi) / 2;
+      if (s->first[d][mid] <= base[d])
+        lo = mid;
+      else
+        hi = mid;
+    }
+    rank = rank * s->p[d] + lo;
+  }
+  return (PetscMPIInt)rank;
+}
+
+/* Neighbours: o in {0,1}^dim, not 0. Points of my cells at the upper side o go to the process at +o; the process at -o
+   sends me its own. Across a periodic face that may be myself. Boxes of cells are in nodes of the grid.              */
+static PetscErrorCode FindNeighbours(MPM mpm, MPMSpatial *s)
+{
+  const MPMPatch *patch = &mpm->exchange.patch;
+  const PetscInt  dim = mpm->grid.dim, reach = MPMBasisNodes(mpm->basis) - 1;
+  PetscInt        me[3] = {0}, rest;
+  PetscMPIInt     rank;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
+  rest = rank;
+  for (PetscInt d = 0; d < dim; d++) {
+    me[d] = rest % s->p[d];
+    rest /= s->p[d];
+  }
+  for (int o = 1; o < 1 << dim; o++) {
+    MPMNeighbour *to = &s->to[s->nto], *from = &s->from[s->nfrom];
+    PetscBool     up = PETSC_TRUE, down = PETSC_TRUE;
+    PetscInt      above = 0, below = 0, stride = 1;
+
+    for (PetscInt d = 0; d < 3; d++) {
+      const PetscInt off = o >> d & 1, last = s->p[d] - 1;
+
+      to->hi[d]      = patch->own_lo[d] + patch->own_n[d];
+      to->lo[d]      = off ? to->hi[d] - reach : patch->own_lo[d];
+      from->shift[d] = 0;
+      if (off && me[d] == last && !mpm->grid.periodic[d]) up = PETSC_FALSE;
+      if (off && me[d] == 0 && !mpm->grid.periodic[d]) down = PETSC_FALSE;
+      if (off && me[d] == 0) from->shift[d] = mpm->grid.lower[d] - mpm->grid.upper[d];
+      above += stride * ((me[d] + off) % s->p[d]);
+      below += stride * ((me[d] + last * off) % s->p[d]);
+      stride *= s->p[d];
+    }
+    to->rank   = (PetscMPIInt)above;
+    from->rank = (PetscMPIInt)below;
+    to->tag = from->tag = MPM_TAG_HALO + o;
+    s->nto += up;
+    s->nfrom += down;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* First node and number of nodes of the box of process c on axis d, halo included, as DMDA lays it out. */
+static void GhostRange(MPM mpm, const MPMSpatial *s, PetscInt d, PetscInt c, PetscInt *lo, PetscInt *n)
+{
+  const MPMGrid *g     = &mpm->grid;
+  const PetscInt reach = d < g->dim ? MPMBasisNodes(mpm->basis) - 1 : 0, first = -g->layers[d],
+                 last = first + g->nodes[d];
+  const PetscInt end  = s->first[d][c] + mpm->exchange.partition.l[d][c];
+
+  *lo = g->periodic[d] ? s->first[d][c] - reach : PetscMax(first, s->first[d][c] - reach);
+  *n  = (g->periodic[d] ? end + reach : PetscMin(last, end + reach)) - *lo;
+}
+
+/* The ghost update of node values: a broadcast from the owners to the nodes above a patch, which alone its points read.
+   DMLocalToLocal would do the same and copy every own node onto itself: 3 % of a step.                               */
+static PetscErrorCode CreateGhosts(MPM mpm, MPMSpatial *s)
+{
+  const MPMPatch *patch = &mpm->exchange.patch;
+  PetscInt        n     = 0, *leaf;
+  PetscSFNode    *root;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(MPMPatchCells(patch), &leaf));
+  PetscCall(PetscMalloc1(MPMPatchCells(patch), &root));
+  for (PetscInt i = 0; i < MPMPatchCells(patch); i++) {
+    const PetscInt ijk[3] = {i % patch->n[0] + patch->lo[0], i / patch->n[0] % patch->n[1] + patch->lo[1],
+                             i / (patch->n[0] * patch->n[1]) + patch->lo[2]};
+    PetscInt       at[3], node = 0;
+    PetscBool      above = PETSC_FALSE, below = PETSC_FALSE;
+
+    for (PetscInt d = 0; d < 3; d++) {
+      if (ijk[d] < patch->own_lo[d]) below = PETSC_TRUE;
+      if (ijk[d] >= patch->own_lo[d] + patch->own_n[d]) above = PETSC_TRUE;
+      at[d] = mpm->grid.periodic[d] && ijk[d] >= mpm->grid.nodes[d] ? ijk[d] - mpm->grid.nodes[d] : ijk[d];
+    }
+    if (below || !above) continue;
+    root[n].rank = MPMSpatialOwner(s, mpm->grid.dim, at);
+    for (PetscInt d = 2; d >= 0; d--) {
+      PetscInt c = root[n].rank, lo, len;
+
+      for (PetscInt e = 0; e < d; e++) c /= s->p[e];
+      GhostRange(mpm, s, d, c % s->p[d], &lo, &len);
+      node = node * len + at[d] - lo;
+    }
+    root[n].index = node;
+    leaf[n++]     = i;
+  }
+  PetscCall(PetscSFCreate(s->comm, &s->ghosts));
+  PetscCall(PetscSFSetGraph(s->ghosts, MPMPatchCells(patch), n, leaf, PETSC_OWN_POINTER, root, PETSC_OWN_POINTER));
+  PetscCall(PetscSFSetUp(s->ghosts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* DMDA, patch, neighbours and ghost update for the partition that is set. Collective. */
+PetscErrorCode MPMSpatialLayout(MPM mpm)
+{
+  MPMExchange        *ex   = &mpm->exchange;
+  MPMSpatial         *s    = (MPMSpatial *)ex->ctx;
+  const MPMPartition *part = &ex->partition;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMGridCreateDM(&mpm->grid, ex->data, MPMBasisNodes(mpm->basis) - 1, part, &ex->da));
+  PetscCall(DMCreateLocalVector(ex->da, &ex->vel));
+  PetscCall(MPMPatchSetBox(&ex->patch, &mpm->grid, mpm->basis, ex->da));
+  for (PetscInt d = 0; d < 3; d++) {
+    s->p[d] = part->p[d];
+    PetscCall(PetscMalloc1(s->p[d], &s->first[d]));
+    for (PetscInt r = 0, at = -mpm->grid.layers[d]; r < s->p[d]; at += part->l[d][r++]) s->first[d][r] = at;
+  }
+  s->nto = s->nfrom = 0;
+  PetscCall(FindNeighbours(mpm, s));
+  PetscCall(CreateGhosts(mpm, s));
+  if (ex->roundoff) PetscCall(DMDACreateCompatibleDMDA(ex->da, MPM_SUM_NC(mpm->grid.dim), &s->sums));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Undoes it. */
+PetscErrorCode MPMSpatialTearDown(MPM mpm)
+{
+  MPMExchange *ex = &mpm->exchange;
+  MPMSpatial  *s  = (MPMSpatial *)ex->ctx;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPatchDestroy(&ex->patch));
+  PetscCall(VecDestroy(&ex->vel));
+  PetscCall(DMDestroy(&ex->da));
+  PetscCall(DMDestroy(&s->sums));
+  PetscCall(PetscSFDestroy(&s->ghosts));
+  for (PetscInt d = 0; d < 3; d++) PetscCall(PetscFree(s->first[d]));
+  PetscCall(PetscFree2(s->start, s->count));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
