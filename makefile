@@ -21,7 +21,7 @@ program  := $(if $(findstring /,$(PEBBLE)),$(PEBBLE),./$(PEBBLE))
 python   := .venv/bin/python
 sources  := $(wildcard src/*.c)
 objects  := $(sources:src/%.c=$(BUILD)/%.o)
-units    := $(patsubst tests/%.c,$(BUILD)/%,$(wildcard tests/unit_*.c))
+units    := $(patsubst tests/%.c,$(BUILD)/%,$(wildcard tests/unit_*.c tests/mpi_*.c))
 
 # ---- PETSc, HDF5 and muParser through pkg-config. On a fresh machine this finds nothing;
 # then `run` and `test` install it and start make again, which looks again.
@@ -51,8 +51,8 @@ endif
 MPIEXEC := $(or $(wildcard $(dir $(petsc.cc))mpiexec),mpiexec)
 
 # ---- Flags. No fused multiply-adds that the compiler chooses by itself: a particle must get the
-# same bits wherever it lies. DEBUG=1 also defines MPM_DEBUG.
-optimise := $(if $(DEBUG),-O1 -fsanitize=address$(comma)undefined -fno-omit-frame-pointer -DMPM_DEBUG,-O3)
+# same bits wherever it lies.
+optimise := $(if $(DEBUG),-O1 -fsanitize=address$(comma)undefined -fno-omit-frame-pointer,-O3)
 flags    := -std=gnu11 $(optimise) -g -ffp-contract=off -Wall -Wextra -Wshadow -fno-math-errno $(CFLAGS)
 compile   = $(MPICC) $(flags) $(includes) -MMD -MP
 link      = $(MPICC) $(flags) $(LDFLAGS)

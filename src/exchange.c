@@ -57,7 +57,7 @@ void MPMStatusReset(MPMStatus *s)
   PetscMemzero(s, sizeof *s);
 }
 
-/* Maxima, sums of integers, and the bad condition of the smallest id: any order of merging gives the same. */
+/* Maxima, sums of integers, and the gravest bad condition of its smallest id: any order of merging gives the same. */
 void MPMStatusMerge(MPMStatus *s, const MPMStatus *other)
 {
   s->v2 = PetscMax(s->v2, other->v2);
@@ -67,7 +67,8 @@ void MPMStatusMerge(MPMStatus *s, const MPMStatus *other)
   s->most = PetscMax(s->most, other->most);
   s->n += other->n;
   s->ids = (PetscInt64)((uint64_t)s->ids + (uint64_t)other->ids); /* modulo 2^64 */
-  if (other->bad != MPM_OK && (s->bad == MPM_OK || other->id < s->id)) {
+  if (other->bad != MPM_OK &&
+      (s->bad == MPM_OK || other->bad < s->bad || (other->bad == s->bad && other->id < s->id))) {
     s->bad = other->bad;
     s->id  = other->id;
     s->J   = other->J;

@@ -301,7 +301,7 @@ static PetscErrorCode Finish_Pool(MPM mpm)
 }
 
 const MPMExchangeType MPMExchange_pool = {
-    "pool",      "a master hands patches to workers",
+    "pool",      "a master hands out patches",
     SetUp_Pool,  Sweep_Pool,
     Nodes_Pool,  Reduce_Pool,
     Settle_Pool, Finish_Pool,

@@ -202,7 +202,7 @@ static PetscBool TimeToRecut(MPM mpm)
   MPMSpatial     *s    = (MPMSpatial *)mpm->exchange.ctx;
   const PetscReal mean = (PetscReal)mpm->points.total / (s->p[0] * s->p[1] * s->p[2]);
 
-  s->lost += 70e-9 * ((PetscReal)mpm->status.most - mean * PetscMax(1, mpm->exchange.partition.imbalance));
+  s->lost += MPM_POINT_SECONDS * ((PetscReal)mpm->status.most - mean * PetscMax(1, mpm->exchange.partition.imbalance));
   if (s->lost < 5e-3 + 500e-9 * mean) return PETSC_FALSE;
   s->lost = 0;
   return PETSC_TRUE;

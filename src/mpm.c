@@ -98,6 +98,15 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A stage of -log_view: registered once in a process. */
+static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscLogStageGetId(name, stage));
+  if (*stage < 0) PetscCall(PetscLogStageRegister(name, stage));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Makes grid, points and patches. Collective. */
 PetscErrorCode MPMSetUp(MPM mpm)
 {
@@ -105,7 +114,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
 
   PetscFunctionBeginUser;
   PetscCall(MPMStepRegisterEvents());
-  PetscCall(PetscLogStageRegister("MPM set-up", &stage));
+  PetscCall(Stage("MPM set-up", &stage));
   PetscCall(PetscLogStagePush(stage));
   mpm->params.kinds     = mpm->scene.kinds;
   mpm->params.nkinds    = mpm->scene.nkinds;
@@ -186,8 +195,8 @@ PetscErrorCode MPMRun(MPM mpm)
   PetscLogStage steps, output;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscLogStageRegister("MPM steps", &steps));
-  PetscCall(PetscLogStageRegister("MPM output", &output));
+  PetscCall(Stage("MPM steps", &steps));
+  PetscCall(Stage("MPM output", &output));
   if (mpm->exchange.data == MPI_COMM_NULL) {
     PetscCall(PetscLogStagePush(steps));
     PetscCall(mpm->exchange.type->serve(mpm));

@@ -137,7 +137,8 @@ enum {
 #define MPM_BIT(name) (1 << MPM_FIELD_INDEX_##name)
 
 /* What a kernel finds on its way. Merged over patches and processes by MPMStatusMerge: max and sums of integers, so
-   exact and without order. `bad` names the first condition met by the point of the smallest id.                      */
+   exact and without order. `bad` is the gravest condition that was met, which is the first of the list, with the
+   smallest id that met it: a point turned inside out soon throws others off the grid.                                */
 typedef enum { MPM_OK, MPM_BAD_J, MPM_LEFT_GRID, MPM_NUM_BAD } MPMBad;
 typedef struct {
   MPMBad     bad;
@@ -196,7 +197,7 @@ enum {
 
 typedef void (*MPMTransfer)(const MPMParams *, MPMPatch *, MPMStatus *);
 
-/* The kernel for these parts, NULL if it was not instantiated; and its work per point and per visited cell. */
+/* The kernel for these parts, NULL if it was not instantiated; and its floating-point operations per point. */
 MPMTransfer MPMTransferFind(PetscInt dim, MPMBasis basis, PetscInt parts);
 PetscReal   MPMTransferFlops(PetscInt dim, MPMBasis basis, PetscInt parts);
 
@@ -247,6 +248,8 @@ typedef struct {
   PetscReal imbalance, predicted; /* largest over mean number of points of a process; s a step by the model */
 } MPMPartition;
 
+#define MPM_POINT_SECONDS 70e-9 /* a point's share of a step, in the model of the partition */
+
 typedef enum { MPM_BALANCE_NONE, MPM_BALANCE_START, MPM_BALANCE_AUTO } MPMBalance;
 
 /* Points per bin of nodes: each bin covers `coarse` nodes an axis. table is its summed-area table. */
@@ -267,7 +270,7 @@ PetscErrorCode MPMPartitionDestroy(MPMPartition *);
 PetscErrorCode MPMGridCreateDM(const MPMGrid *, MPI_Comm, PetscInt stencil, const MPMPartition *, DM *);
 
 /* A phase of the step: a row of constants, documentation and contract at once. Kernels get NULL for point fields that
-   the row does not declare; an exchange sends just the declared ones.                                                */
+   the row does not declare; an exchange sends just the declared ones. Node fields are there for the reader.          */
 typedef enum { MPM_POINTS_TO_NODES, MPM_NODES, MPM_NODES_TO_POINTS } MPMPhaseKind;
 typedef struct {
   const char  *name;
@@ -379,6 +382,7 @@ typedef struct {
   PetscInt     nkinds;
   MPMWall      walls[3][2];
   PetscInt64   overlap; /* points that lie in an earlier body too */
+  PetscInt64   on_line; /* points that start exactly on a line of the grid */
 } MPMScene;
 
 PetscErrorCode MPMSceneSetFromOptions(MPM, MPMOptions);

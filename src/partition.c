@@ -7,7 +7,7 @@
 #include "mpm.h"
 
 /* Cost of a step by the model, ns: per own point, per halo point (summed again, sent), per own node, per neighbour. */
-static const PetscReal ns_point = 70, ns_halo = 40, ns_node = 4, ns_neighbour = 2500;
+static const PetscReal ns_point = 1e9 * MPM_POINT_SECONDS, ns_halo = 40, ns_node = 4, ns_neighbour = 2500;
 
 #define MPM_MAX_BINS ((PetscInt)1 << 21)
 

@@ -112,6 +112,12 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
                        "warning    %" PetscInt64_FMT
                        " particles lie in the shape of an earlier body too: matter is there twice\n",
                        mpm->scene.overlap));
+  if (mpm->scene.on_line && mpm->basis == MPM_BASIS_linear)
+    PetscCall(MPMPrint(mpm,
+                       "warning    %" PetscInt64_FMT
+                       " particles start exactly on lines of the grid, where the gradient of the linear basis jumps; "
+                       "shift them by -body_<b>_offset\n",
+                       mpm->scene.on_line));
   if (courant > 1)
     PetscCall(MPMPrint(mpm, "warning    dt is %.2g h/(c+|v|), above the bound 1: expect the run to blow up\n",
                        (double)courant));

@@ -34,17 +34,23 @@ static PetscBool NextPoint(const MPMBody *b, PetscInt dim, const PetscInt64 firs
 static PetscErrorCode CheckPoint(MPM mpm, MPMOptions o, const MPMBody *b, const PetscReal x[])
 {
   const PetscInt dim  = mpm->grid.dim;
-  PetscReal      v[3] = {0};
+  PetscReal      v[3] = {0}, xi[3];
+  PetscInt       base[3];
+  PetscBool      on_line = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < dim; d++)
     if (!(x[d] >= mpm->grid.lower[d] && x[d] <= mpm->grid.upper[d]))
       MPMOptionsFail(o, "body %s lies outside of the grid: its point at %c = %g, the grid from %g to %g", b->name,
-                     "xyz"[d], (double)x[d], (double)mpm -> grid.lower[d], (double)mpm->grid.upper[d]);
+                     "xyz"[d], (double)x[d], (double)(mpm->grid.lower[d]), (double)(mpm->grid.upper[d]));
   if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, x, 0, v));
   for (PetscInt d = 0; d < dim; d++)
     if (!(PetscAbsReal(v[d]) <= PETSC_MAX_REAL))
       MPMOptionsFail(o, "-body_%s_velocity is not finite at x = %g%s", b->name, (double)x[0], dim > 1 ? ", ..." : "");
+  MPMCoordinates((int)dim, mpm->basis, &mpm->grid, x, xi, base);
+  for (PetscInt d = 0; d < dim; d++)
+    if (xi[d] == PetscFloorReal(xi[d])) on_line = PETSC_TRUE;
+  mpm->scene.on_line += on_line;
   for (PetscInt k = 0; k < mpm->scene.nbodies; k++)
     if (mpm->scene.bodies + k < b && MPMRegionInside(&mpm->scene.bodies[k].region, dim, x)) mpm->scene.overlap++;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -87,8 +93,8 @@ static void SetLattice(MPM mpm, MPMOptions o, MPMBody *b, PetscReal *places)
     product *= PetscMax(0, (PetscMin(upper[d], grid->upper[d]) - PetscMax(lower[d], grid->lower[d])) / b->b[d]) + 3;
     if (!(upper[d] <= grid->upper[d] + b->b[d] && lower[d] >= grid->lower[d] - b->b[d]))
       MPMOptionsFail(o, "body %s lies outside of the grid: it reaches from %c = %g to %g, the grid from %g to %g",
-                     b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)grid -> lower[d],
-                     (double)grid -> upper[d]);
+                     b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)(grid->lower[d]),
+                     (double)(grid->upper[d]));
     if (PetscAbsReal(b->offset[d]) > 1e9 * b->b[d])
       MPMOptionsFail(o, "-body_%s_offset %g: choose a smaller one; every multiple of %g gives the same lattice",
                      b->name, (double)b->offset[d], (double)b->b[d]);

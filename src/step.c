@@ -12,7 +12,8 @@ static PetscBool Walls(const MPMParams *par, const MPMPatch *patch, PetscInt row
   return MPMWallsApply(par->walls, patch->grid->dim, ijk, patch->grid->cells, v);
 }
 
-/* v = p/m and walls, eq. (2). A node without mass is at rest and nobody reads it; there is no threshold. */
+/* v = p/m and walls, eq. (2). A node without mass is at rest; there is no threshold. Only points exactly on a grid line,
+   whose weight there is 0 but whose gradient is not, read such a node. */
 static void NodeVelocity(const MPMParams *par, MPMPatch *patch, PetscInt row)
 {
   const PetscInt dim = patch->grid->dim, i0 = patch->own_lo[0] - patch->lo[0];
@@ -196,7 +197,7 @@ PetscErrorCode MPMStepNodes(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Seconds that one sweep of all points to nodes takes now; changes no point. Collective. */
+/* Seconds that one sweep of all points to nodes takes now, of the slowest process; changes no point. Collective. */
 PetscErrorCode MPMStepTimeSweep(MPM mpm, PetscReal *seconds)
 {
   PetscLogDouble t0, t1;
@@ -209,6 +210,7 @@ PetscErrorCode MPMStepTimeSweep(MPM mpm, PetscReal *seconds)
     PetscCall(PetscTime(&t1));
     *seconds = PetscMin(*seconds, t1 - t0);
   }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, seconds, 1, MPIU_REAL, MPIU_MAX, mpm->exchange.data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

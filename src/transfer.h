@@ -203,11 +203,11 @@ MPM_INLINE void MPMP2G(int dim, MPMBasis basis, int parts, const MPMParams *par,
   if (cell >= 0) MPMFlush(dim, basis, c0, c1, at, patch->sum + cell * nc, acc);
 }
 
-/* Notes a bad condition, of the smallest id. Rare, so never inlined into the loops. */
+/* Notes a bad condition: the gravest kind, of its smallest id. Rare, so never inlined into the loops. */
 static __attribute__((noinline)) void MPMNoteBad(MPMStatus *status, MPMBad bad, PetscInt64 id, PetscInt dim,
                                                  const PetscReal x[], PetscReal J)
 {
-  if (status->bad != MPM_OK && status->id <= id) return;
+  if (status->bad != MPM_OK && (status->bad < bad || (status->bad == bad && status->id <= id))) return;
   status->bad = bad;
   status->id  = id;
   status->J   = J;

@@ -241,6 +241,8 @@ def part_migration(source, counts):
             lines = (results[0].history or b"").splitlines()
             counted = {line.rsplit(b",", 1)[1] for line in lines[1:]}
             check(len(lines) > 70 and len(counted) == 1, f"flight {dim}-D {update}: {counted} particles in {len(lines) - 1} lines")
+
+
 def part_roundoff(source, counts):
     disks = os.path.join(source, "options", "disks.opts")
     arguments = ["-options_file", disks, *FASTER["disks"], "-time_max_steps", "80"]

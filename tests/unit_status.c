@@ -1,4 +1,4 @@
-/* unit_status.c - MPMStatusMerge is commutative and associative and keeps the smallest id, so that a run's status does
+/* unit_status.c - MPMStatusMerge is commutative and associative and keeps the gravest condition's smallest id, so that a run's status does
    not depend on the order in which patches and processes report. (A point is on one process: ids are distinct.)       */
 #include "mpm.h"
 #include "unit.h"
@@ -72,7 +72,9 @@ int main(void)
 
       CHECK(Equal(&right, &all[0]));
       for (int i = 0; i < 3; i++)
-        if (s[i].bad != MPM_OK && (first < 0 || s[i].id < s[first].id)) first = i;
+        if (s[i].bad != MPM_OK &&
+            (first < 0 || s[i].bad < s[first].bad || (s[i].bad == s[first].bad && s[i].id < s[first].id)))
+          first = i;
       CHECK_EQ(all[0].bad, first < 0 ? MPM_OK : s[first].bad);
       if (first >= 0) {
         CHECK_EQ(all[0].id, s[first].id);
