@@ -426,7 +426,7 @@ PetscErrorCode MPMSumReduce(MPMSum *, PetscInt n, MPI_Comm);
 
 /* Totals of the state. */
 typedef struct {
-  PetscReal  kinetic, strain, work;               /* J: m v^2/2, V0 W, work of gravity since the start */
+  PetscReal  kinetic, strain;                     /* J: m v^2/2, V0 W */
   PetscReal  momentum[3], moment[3], mass, speed; /* sum m v, sum m x, sum m, sum m |v| */
   PetscInt64 n;
 } MPMTotals;
