@@ -102,9 +102,9 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   }
   (void)ListPoints(mpm, c, to_nodes, slot->list);
   PetscCallMPI(MPI_Wait(&slot->sent, MPI_STATUS_IGNORE)); /* answered long ago, so this does not wait */
-  PetscCall(MPMPoolGrow(&slot->out, &slot->out_capacity,
-                        sizeof order + (size_t)c->n * MPMPoolPointBytes(&mpm->points, phase->points_in) +
-                            (size_t)MPMPatchCells(&patch) * nv * sizeof(PetscReal)));
+  PetscCall(MPMMessageRoom(&slot->out, &slot->out_capacity,
+                           sizeof order + (size_t)c->n * MPMMessagePointBytes(&mpm->points, phase->points_in) +
+                               (size_t)MPMPatchCells(&patch) * nv * sizeof(PetscReal)));
   memcpy(slot->out, &order, sizeof order);
   m = MPMPoolPack(&mpm->points, phase->points_in, at, halo, all->points.n, c->n, slot->list, slot->out + sizeof order);
   if (!to_nodes) /* node motion, row by row; nodes beyond the grid are never read */
@@ -119,10 +119,10 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
                (size_t)(n * nv) * sizeof(PetscReal));
       }
   slot->chunk = chunk;
-  PetscCall(PetscMPIIntCast((PetscInt)MPMPoolAnswerBytes(mpm, phase, c->own_n, c->n), &len));
-  PetscCall(MPMPoolGrow(&slot->in, &slot->in_capacity, (size_t)len));
+  PetscCall(MPMMessageLength(MPMPoolAnswerBytes(mpm, phase, c->own_n, c->n), &len));
+  PetscCall(MPMMessageRoom(&slot->in, &slot->in_capacity, (size_t)len));
   PetscCallMPI(MPI_Irecv(slot->in, len, MPI_BYTE, worker, MPM_TAG_DONE, pool->comm, &pool->received[place]));
-  PetscCall(PetscMPIIntCast((PetscInt)(m - slot->out), &len));
+  PetscCall(MPMMessageLength((size_t)(m - slot->out), &len));
   PetscCallMPI(MPI_Isend(slot->out, len, MPI_BYTE, worker, MPM_TAG_WORK, pool->comm, &slot->sent));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -140,6 +140,7 @@ static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, Petsc
   PetscFunctionBeginUser;
   Arrays(&all->points, at);
   memcpy(&status, slot->in, sizeof status);
+  status.left = 0; /* of the patch: the master has them all */
   MPMStatusMerge(&mpm->status, &status);
   if (phase->kind == MPM_POINTS_TO_NODES) {
     const PetscInt nc = MPM_SUM_NC(mpm->grid.dim);

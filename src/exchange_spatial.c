@@ -139,15 +139,7 @@ static PetscErrorCode Reduce_Spatial(MPM mpm, MPMStatus *status)
   status->n = status->most = mpm->points.n;
   status->ids              = s->ids;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, status, 1, s->status_type, s->status_op, s->comm));
-  if (!s->all_ids) s->all_ids = status->ids;
-  if (status->n != mpm->points.total || status->ids != s->all_ids) {
-    char what[MPM_TEXT_LEN];
-
-    PetscCall(MPMPointsFindLost(&mpm->points, mpm->exchange.data, what, sizeof what));
-    SETERRQ(mpm->comm, PETSC_ERR_PLIB,
-            "points got lost or doubled on the way between processes: %" PetscInt64_FMT " of %" PetscInt64_FMT "; %s",
-            status->n, mpm->points.total, what);
-  }
+  PetscCall(MPMPointsCheck(&mpm->points, mpm->exchange.data, status->n, status->ids));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -224,7 +216,7 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
   } else if (mpm->status.moved)
     PetscCall(MPMPointsSort(&mpm->points, &ex->patch));
-  PetscCall(MPMHaloUpdate(mpm, s));
+  PetscCall(MPMHaloUpdate(mpm, s, anew || mpm->status.moved ? PETSC_TRUE : PETSC_FALSE));
   if (ex->roundoff) memset(ex->patch.row, 1, (size_t)(ex->patch.n[1] * ex->patch.n[2]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -34,12 +34,12 @@ typedef struct {
   MPI_Datatype vel_type;
   char        *out, *in; /* messages */
   size_t       out_capacity, in_capacity;
-  PetscInt64   ids, all_ids; /* fingerprint of the points here, and of all at the start */
-  DM           sums;         /* of -parallel_sums roundoff */
-  PetscReal    lost;         /* s lost to imbalance since the cuts were last looked at, by the model */
+  PetscInt64   ids;  /* fingerprint of the points here */
+  DM           sums; /* of -parallel_sums roundoff */
+  PetscReal    lost; /* s lost to imbalance since the cuts were last looked at, by the model */
 } MPMSpatial;
 
-PetscErrorCode MPMHaloUpdate(MPM, MPMSpatial *);
+PetscErrorCode MPMHaloUpdate(MPM, MPMSpatial *, PetscBool changed);
 PetscErrorCode MPMHaloExchange(MPM, MPMSpatial *, PetscInt fields);
 PetscErrorCode MPMSpatialLayout(MPM);
 PetscErrorCode MPMSpatialTearDown(MPM);

@@ -30,32 +30,12 @@ static PetscErrorCode ListPoints(MPM mpm, MPMNeighbour *to)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Bytes of these fields of a point. */
-static PetscInt FieldBytes(const MPMPoints *points, PetscInt fields)
-{
-  PetscInt bytes = 0;
-
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (points->present[f] && (fields & (1 << f))) bytes += points->bytes[f];
-  return bytes;
-}
-
-static PetscErrorCode Grow(char **buffer, size_t *capacity, size_t need)
-{
-  PetscFunctionBeginUser;
-  if (need <= *capacity) PetscFunctionReturn(PETSC_SUCCESS);
-  *capacity = need + need / 4 + 4096;
-  PetscCall(PetscFree(*buffer));
-  PetscCall(PetscMalloc(*capacity, buffer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Sends fields (bits) of my listed points and receives those of the halo points: one message a neighbour. Collective on
    neighbours.                                                                                                        */
 PetscErrorCode MPMHaloExchange(MPM mpm, MPMSpatial *s, PetscInt fields)
 {
   const MPMPoints *pts                 = &mpm->points;
-  const size_t     bytes               = (size_t)FieldBytes(pts, fields);
+  const size_t     bytes               = MPMMessagePointBytes(pts, fields);
   void            *own[MPM_NUM_FIELDS] = {NULL};
   MPI_Request      request[2 * MPM_MAX_NEIGHBOURS];
   size_t           need = 0, at = 0;
@@ -63,12 +43,12 @@ PetscErrorCode MPMHaloExchange(MPM mpm, MPMSpatial *s, PetscInt fields)
 
   PetscFunctionBeginUser;
   for (int k = 0; k < s->nto; k++) need += bytes * (size_t)s->to[k].n;
-  PetscCall(Grow(&s->out, &s->out_capacity, need));
-  PetscCall(Grow(&s->in, &s->in_capacity, bytes * (size_t)s->nhalo));
+  PetscCall(MPMMessageRoom(&s->out, &s->out_capacity, need));
+  PetscCall(MPMMessageRoom(&s->in, &s->in_capacity, bytes * (size_t)s->nhalo));
   for (int k = 0; k < s->nfrom; k++) {
     PetscMPIInt len;
 
-    PetscCall(PetscMPIIntCast((PetscInt)(bytes * (size_t)s->from[k].n), &len));
+    PetscCall(MPMMessageLength(bytes * (size_t)s->from[k].n, &len));
     if (len)
       PetscCallMPI(MPI_Irecv(s->in + at, len, MPI_BYTE, s->from[k].rank, s->from[k].tag, s->comm, &request[n++]));
     at += (size_t)len;
@@ -78,8 +58,10 @@ PetscErrorCode MPMHaloExchange(MPM mpm, MPMSpatial *s, PetscInt fields)
       PetscCall(DMSwarmGetField(pts->swarm, MPMFields[f].name, NULL, NULL, &own[f]));
   at = 0;
   for (int k = 0; k < s->nto; k++) {
-    char *message = s->out + at;
+    char       *message = s->out + at;
+    PetscMPIInt len;
 
+    PetscCall(MPMMessageLength(bytes * (size_t)s->to[k].n, &len));
     for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
       const PetscInt b = pts->bytes[f];
 
@@ -87,9 +69,7 @@ PetscErrorCode MPMHaloExchange(MPM mpm, MPMSpatial *s, PetscInt fields)
       for (PetscInt q = 0; q < s->to[k].n; q++, at += (size_t)b)
         memcpy(s->out + at, (char *)own[f] + s->to[k].list[q] * b, (size_t)b);
     }
-    if (s->to[k].n)
-      PetscCallMPI(MPI_Isend(message, (PetscMPIInt)(s->out + at - message), MPI_BYTE, s->to[k].rank, s->to[k].tag,
-                             s->comm, &request[n++]));
+    if (len) PetscCallMPI(MPI_Isend(message, len, MPI_BYTE, s->to[k].rank, s->to[k].tag, s->comm, &request[n++]));
   }
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (own[f]) PetscCall(DMSwarmRestoreField(pts->swarm, MPMFields[f].name, NULL, NULL, &own[f]));
@@ -143,7 +123,7 @@ static PetscErrorCode MergeOrder(MPM mpm, MPMSpatial *s)
   const MPMPoints *pts   = &mpm->points;
   MPMPatch        *patch = &mpm->exchange.patch;
   const PetscInt   dim = mpm->grid.dim, ncells = MPMPatchCells(patch);
-  PetscReal       *x    = (PetscReal *)s->halo[MPM_FIELD_INDEX_x];
+  const PetscReal *x    = (const PetscReal *)s->halo[MPM_FIELD_INDEX_x];
   PetscInt        *cell = (PetscInt *)s->halo[MPM_FIELD_INDEX_cell], at = 0;
 
   PetscFunctionBeginUser;
@@ -151,9 +131,6 @@ static PetscErrorCode MergeOrder(MPM mpm, MPMSpatial *s)
     PetscCall(PetscMalloc2(ncells + 1, &s->start, ncells, &s->count));
     PetscCall(PetscArrayzero(s->count, ncells));
   }
-  for (PetscInt k = 0, p = 0; k < s->nfrom; k++) /* images across periodic faces */
-    for (PetscInt q = 0; q < s->from[k].n; q++, p++)
-      for (PetscInt d = 0; d < dim; d++) x[p * dim + d] += s->from[k].shift[d];
   for (PetscInt p = 0; p < s->nhalo; p++) {
     PetscReal xi[3];
     PetscInt  base[3] = {0};
@@ -173,13 +150,23 @@ static PetscErrorCode MergeOrder(MPM mpm, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the halo points anew, with their steady fields, and the order of all points. Collective on neighbours. */
-PetscErrorCode MPMHaloUpdate(MPM mpm, MPMSpatial *s)
+/* Gives the halo points their steady fields; if a point of any process changed cell, after finding them anew, and then
+   the order of all points too. Collective on neighbours.                                                             */
+PetscErrorCode MPMHaloUpdate(MPM mpm, MPMSpatial *s, PetscBool changed)
 {
+  const PetscInt dim = mpm->grid.dim;
+  PetscReal     *x;
+
   PetscFunctionBeginUser;
-  for (int k = 0; k < s->nto; k++) PetscCall(ListPoints(mpm, &s->to[k]));
-  PetscCall(ExchangeCounts(mpm, s));
+  if (changed) {
+    for (int k = 0; k < s->nto; k++) PetscCall(ListPoints(mpm, &s->to[k]));
+    PetscCall(ExchangeCounts(mpm, s));
+  }
   PetscCall(MPMHaloExchange(mpm, s, MPM_STEADY));
-  PetscCall(MergeOrder(mpm, s));
+  x = (PetscReal *)s->halo[MPM_FIELD_INDEX_x];
+  for (PetscInt k = 0, p = 0; k < s->nfrom; k++) /* images across periodic faces */
+    for (PetscInt q = 0; q < s->from[k].n; q++, p++)
+      for (PetscInt d = 0; d < dim; d++) x[p * dim + d] += s->from[k].shift[d];
+  if (changed) PetscCall(MergeOrder(mpm, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -100,7 +100,7 @@ static PetscErrorCode GetFields(MPMPoints *pts, PetscBool restore, void *at[])
 static PetscErrorCode SendPoints(MPMSpatial *s, PetscInt bytes, PetscInt nsend, const PetscInt owner[],
                                  const char out[], PetscInt *nrecv, char **in)
 {
-  PetscMPIInt  nto = 0, nfrom, *to, *from;
+  PetscMPIInt  nto = 0, nfrom, len, *to, *from;
   PetscInt    *count, *counts;
   MPI_Request *request;
   int          n = 0;
@@ -117,14 +117,18 @@ static PetscErrorCode SendPoints(MPMSpatial *s, PetscInt bytes, PetscInt nsend, 
   PetscCall(PetscCommBuildTwoSided(s->comm, 1, MPIU_INT, nto, to, count, &nfrom, &from, &counts));
   *nrecv = 0;
   for (PetscMPIInt k = 0; k < nfrom; k++) *nrecv += counts[k];
-  PetscCall(PetscMalloc1(*nrecv * bytes, in));
+  PetscCall(PetscMalloc1((size_t)*nrecv * (size_t)bytes, in));
   PetscCall(PetscMalloc1(nfrom + nto, &request));
-  for (PetscInt k = 0, at = 0; k < nfrom; at += counts[k++])
-    PetscCallMPI(MPI_Irecv(*in + at * bytes, (PetscMPIInt)(counts[k] * bytes), MPI_BYTE, from[k], MPM_TAG_MIGRATE,
-                           s->comm, &request[n++]));
-  for (PetscInt k = 0, at = 0; k < nto; at += count[k++])
-    PetscCallMPI(MPI_Isend(out + at * bytes, (PetscMPIInt)(count[k] * bytes), MPI_BYTE, to[k], MPM_TAG_MIGRATE, s->comm,
-                           &request[n++]));
+  for (PetscInt k = 0, at = 0; k < nfrom; at += counts[k++]) {
+    PetscCall(MPMMessageLength((size_t)counts[k] * (size_t)bytes, &len));
+    PetscCallMPI(
+        MPI_Irecv(*in + (size_t)at * (size_t)bytes, len, MPI_BYTE, from[k], MPM_TAG_MIGRATE, s->comm, &request[n++]));
+  }
+  for (PetscInt k = 0, at = 0; k < nto; at += count[k++]) {
+    PetscCall(MPMMessageLength((size_t)count[k] * (size_t)bytes, &len));
+    PetscCallMPI(
+        MPI_Isend(out + (size_t)at * (size_t)bytes, len, MPI_BYTE, to[k], MPM_TAG_MIGRATE, s->comm, &request[n++]));
+  }
   PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
   PetscCall(PetscFree(request));
   PetscCall(PetscFree(from));
@@ -169,17 +173,17 @@ PetscErrorCode MPMMigrateDirect(MPM mpm, MPMSpatial *s)
 
   PetscFunctionBeginUser;
   PetscCall(ListLeavers(mpm, s, &nsend, &which, &owner));
-  PetscCall(PetscMalloc2(nsend * bytes, &out, nsend, &sorted));
+  PetscCall(PetscMalloc2((size_t)nsend * (size_t)bytes, &out, nsend, &sorted));
   PetscCall(PetscArraycpy(sorted, which, nsend));
   PetscCall(PetscSortIntWithArray(nsend, owner, sorted));
   PetscCall(GetFields(pts, PETSC_FALSE, at));
-  for (PetscInt q = 0; q < nsend; q++) PackPoint(pts, at, sorted[q], out + q * bytes, PETSC_FALSE);
+  for (PetscInt q = 0; q < nsend; q++) PackPoint(pts, at, sorted[q], out + (size_t)q * (size_t)bytes, PETSC_FALSE);
   PetscCall(GetFields(pts, PETSC_TRUE, at));
   PetscCall(SendPoints(s, bytes, nsend, owner, out, &nrecv, &in));
   if (nrecv > nsend) PetscCall(MPMPointsSetSize(pts, n + nrecv - nsend));
   PetscCall(GetFields(pts, PETSC_FALSE, at));
   for (PetscInt q = 0; q < nrecv; q++)
-    PackPoint(pts, at, q < nsend ? which[q] : n + q - nsend, in + q * bytes, PETSC_TRUE);
+    PackPoint(pts, at, q < nsend ? which[q] : n + q - nsend, in + (size_t)q * (size_t)bytes, PETSC_TRUE);
   for (PetscInt q = nsend; q > nrecv;
        q--) { /* the last points move into the holes that are left, the last hole first */
     const PetscInt hole = which[q - 1], last = n - 1 - (nsend - q);

@@ -14,6 +14,7 @@ PetscErrorCode MPMTotalsCompute(MPM mpm, MPMTotals *totals)
   MPMView        view;
   MPMSum         sum[NUM_SUMS];
   PetscReal      F[9 * MPM_BLOCK], W;
+  PetscInt64     count[2]; /* points, and their fingerprint */
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < NUM_SUMS; k++) MPMSumZero(&sum[k]);
@@ -47,7 +48,11 @@ PetscErrorCode MPMTotalsCompute(MPM mpm, MPMTotals *totals)
     totals->momentum[d] = MPMSumValue(&sum[MOMENTUM + d]);
     totals->moment[d]   = MPMSumValue(&sum[MOMENT + d]);
   }
-  totals->n = mpm->points.total;
+  count[0] = mpm->points.n;
+  PetscCall(MPMPointsFingerprint(&mpm->points, &count[1]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT64, MPI_SUM, mpm->exchange.data));
+  PetscCall(MPMPointsCheck(&mpm->points, mpm->exchange.data, count[0], count[1]));
+  totals->n = count[0];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

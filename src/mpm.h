@@ -210,6 +210,7 @@ typedef struct {
   DM         swarm;
   PetscInt   dim, n, capacity;        /* n: points here; capacity: of the scratch and of order */
   PetscInt64 total;                   /* points of the whole scene */
+  PetscInt64 ids;                     /* the sum of the hashes of their ids */
   PetscInt   since_reorder;           /* sorts since the storage was last put in order */
   void      *scratch[MPM_NUM_FIELDS]; /* arrays of the scratch fields */
   PetscBool  present[MPM_NUM_FIELDS]; /* does the scene have the field? */
@@ -227,7 +228,7 @@ PetscErrorCode MPMPointsRestoreView(MPMPoints *, PetscInt fields, MPMView *);
 PetscErrorCode MPMPointsSort(MPMPoints *, const MPMPatch *);
 PetscErrorCode MPMPointsLocate(MPMPoints *, const MPMPatch *);
 PetscErrorCode MPMPointsFingerprint(MPMPoints *, PetscInt64 *ids);
-PetscErrorCode MPMPointsFindLost(MPMPoints *, MPI_Comm, char what[], size_t len);
+PetscErrorCode MPMPointsCheck(MPMPoints *, MPI_Comm, PetscInt64 n, PetscInt64 ids);
 PetscErrorCode MPMPointsDigest(MPMPoints *, MPI_Comm, PetscInt64 *digest);
 PetscErrorCode MPMPointsDestroy(MPMPoints *);
 
@@ -256,6 +257,7 @@ typedef enum { MPM_BALANCE_NONE, MPM_BALANCE_START, MPM_BALANCE_AUTO } MPMBalanc
 typedef struct {
   PetscInt    dim, nodes[3], n[3], coarse, stencil; /* stencil: nodes of a point's stencil per axis */
   PetscInt64 *table;                                /* [n2+1][n1+1][n0+1] points below */
+  PetscInt64 *occupied;                             /* likewise: bins with points below */
 } MPMHistogram;
 
 PetscErrorCode MPMHistogramCreate(const MPMGrid *, MPMBasis, MPMHistogram *);
@@ -280,6 +282,11 @@ typedef struct {
   PetscInt    points_in, points_out;                          /* bits of point fields */
   const char *nodes_in, *nodes_out;                           /* m p f v a */
 } MPMPhase;
+
+/* Messages: their length in bytes as MPI takes it, or an error; room for one; bytes of a point's fields. */
+PetscErrorCode MPMMessageLength(size_t bytes, PetscMPIInt *len);
+PetscErrorCode MPMMessageRoom(char **buffer, size_t *capacity, size_t need);
+size_t         MPMMessagePointBytes(const MPMPoints *, PetscInt fields);
 
 PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da);
 void           MPMPatchMarkRows(MPMPatch *, const PetscInt *start); /* [cells+1] points of each cell, halo included */

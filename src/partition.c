@@ -6,17 +6,17 @@
    process, so all choose the same without a message. docs/performance.md has the model.                              */
 #include "mpm.h"
 
-/* Cost of a step by the model, ns: per own point, per halo point (summed again, sent), per own node, per neighbour. */
+/* Cost of a step by the model, ns: per own point, per halo point (summed again, sent), per visited node, per neighbour.
+ */
 static const PetscReal ns_point = 1e9 * MPM_POINT_SECONDS, ns_halo = 40, ns_node = 4, ns_neighbour = 2500;
 
 #define MPM_MAX_BINS ((PetscInt)1 << 21)
 
-/* A histogram of bins as fine as memory allows: `coarse` nodes a bin. Not collective. */
-PetscErrorCode MPMHistogramCreate(const MPMGrid *grid, MPMBasis basis, MPMHistogram *h)
+/* Bins as fine as memory allows: `coarse` nodes an axis in each. */
+static void LayOut(const MPMGrid *grid, MPMBasis basis, MPMHistogram *h)
 {
   PetscReal bins = PETSC_MAX_REAL;
 
-  PetscFunctionBeginUser;
   h->dim     = grid->dim;
   h->stencil = MPMBasisNodes(basis);
   for (h->coarse = 1; bins > MPM_MAX_BINS; h->coarse *= 2) {
@@ -28,7 +28,15 @@ PetscErrorCode MPMHistogramCreate(const MPMGrid *grid, MPMBasis basis, MPMHistog
     }
     if (bins <= MPM_MAX_BINS) break;
   }
+}
+
+/* An empty histogram. Not collective. */
+PetscErrorCode MPMHistogramCreate(const MPMGrid *grid, MPMBasis basis, MPMHistogram *h)
+{
+  PetscFunctionBeginUser;
+  LayOut(grid, basis, h);
   PetscCall(PetscCalloc1((h->n[0] + 1) * (h->n[1] + 1) * (h->n[2] + 1), &h->table));
+  PetscCall(PetscCalloc1((h->n[0] + 1) * (h->n[1] + 1) * (h->n[2] + 1), &h->occupied));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -36,12 +44,13 @@ PetscErrorCode MPMHistogramDestroy(MPMHistogram *h)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscFree(h->table));
+  PetscCall(PetscFree(h->occupied));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscInt64 *Entry(const MPMHistogram *h, PetscInt i, PetscInt j, PetscInt k)
+static PetscInt64 *Entry(const MPMHistogram *h, PetscInt64 *table, PetscInt i, PetscInt j, PetscInt k)
 {
-  return h->table + (k * (h->n[1] + 1) + j) * (h->n[0] + 1) + i;
+  return table + (k * (h->n[1] + 1) + j) * (h->n[0] + 1) + i;
 }
 
 /* Counts a point whose stencil starts at node `base` (from 0, layers included). */
@@ -50,10 +59,20 @@ void MPMHistogramAdd(MPMHistogram *h, const PetscInt base[])
   PetscInt b[3] = {0};
 
   for (PetscInt d = 0; d < h->dim; d++) b[d] = base[d] / h->coarse;
-  (*Entry(h, b[0] + 1, b[1] + 1, b[2] + 1))++;
+  (*Entry(h, h->table, b[0] + 1, b[1] + 1, b[2] + 1))++;
 }
 
-/* Sums over comm and turns counts into the summed-area table. Collective on comm. */
+/* Turns numbers in bins into the summed-area table. */
+static void Accumulate(const MPMHistogram *h, PetscInt64 *table)
+{
+  for (PetscInt d = 0; d < 3; d++)
+    for (PetscInt k = d == 2; k <= h->n[2]; k++)
+      for (PetscInt j = d == 1; j <= h->n[1]; j++)
+        for (PetscInt i = d == 0; i <= h->n[0]; i++)
+          *Entry(h, table, i, j, k) += *Entry(h, table, i - (d == 0), j - (d == 1), k - (d == 2));
+}
+
+/* Sums over comm and turns counts into summed-area tables. Collective on comm. */
 PetscErrorCode MPMHistogramFinish(MPMHistogram *h, MPI_Comm comm)
 {
   const PetscInt *n = h->n;
@@ -61,23 +80,21 @@ PetscErrorCode MPMHistogramFinish(MPMHistogram *h, MPI_Comm comm)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, h->table, (PetscMPIInt)((n[0] + 1) * (n[1] + 1) * (n[2] + 1)), MPIU_INT64,
                              MPI_SUM, comm));
-  for (PetscInt d = 0; d < 3; d++)
-    for (PetscInt k = d == 2; k <= n[2]; k++)
-      for (PetscInt j = d == 1; j <= n[1]; j++)
-        for (PetscInt i = d == 0; i <= n[0]; i++)
-          *Entry(h, i, j, k) += *Entry(h, i - (d == 0), j - (d == 1), k - (d == 2));
+  for (PetscInt i = 0; i < (n[0] + 1) * (n[1] + 1) * (n[2] + 1); i++) h->occupied[i] = h->table[i] > 0;
+  Accumulate(h, h->table);
+  Accumulate(h, h->occupied);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Points whose base lies in the box of bins [lo, hi). */
-static PetscInt64 Count(const MPMHistogram *h, const PetscInt lo[3], const PetscInt hi[3])
+/* Sum of a table (points, or bins with points) over the box of bins [lo, hi). */
+static PetscInt64 Count(const MPMHistogram *h, PetscInt64 *table, const PetscInt lo[3], const PetscInt hi[3])
 {
   PetscInt64 sum = 0;
 
   for (int corner = 0; corner < 8; corner++) {
     const PetscInt i = corner & 1 ? lo[0] : hi[0], j = corner & 2 ? lo[1] : hi[1], k = corner & 4 ? lo[2] : hi[2];
 
-    sum += ((corner ^ (corner >> 1) ^ (corner >> 2)) & 1 ? -1 : 1) * *Entry(h, i, j, k);
+    sum += ((corner ^ (corner >> 1) ^ (corner >> 2)) & 1 ? -1 : 1) * *Entry(h, table, i, j, k);
   }
   return sum;
 }
@@ -93,16 +110,28 @@ static PetscBool Fits(const MPMHistogram *h, const PetscInt p[3])
   return PETSC_TRUE;
 }
 
-/* Cuts axis d into p[d] parts, into l (in nodes): at quantiles of the points, or into equal parts. */
+/* Nodes that are visited for the points of a box: those of bins with points, doubled since rows are visited whole. */
+static PetscReal Nodes(const MPMHistogram *h, const PetscInt lo[3], const PetscInt hi[3])
+{
+  return 2 * PetscPowReal((PetscReal)h->coarse, (PetscReal)h->dim) * (PetscReal)Count(h, h->occupied, lo, hi);
+}
+
+/* The weight by which boxes of bins are made equal: points with their nodes, or just bins. */
+static PetscReal Weight(const MPMHistogram *h, PetscInt d, PetscBool weighted, const PetscInt lo[3],
+                        const PetscInt hi[3])
+{
+  return weighted ? ns_point * (PetscReal)Count(h, h->table, lo, hi) + ns_node * Nodes(h, lo, hi) : hi[d] - lo[d];
+}
+
+/* Cuts axis d into p[d] parts, into l (in nodes): at quantiles of the weight. */
 static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPartition *part)
 {
   const PetscInt  p = part->p[d], least = PetscMax(1, (h->stencil - 2 + h->coarse) / h->coarse);
   PetscInt        lo[3] = {0, 0, 0}, hi[3] = {h->n[0], h->n[1], h->n[2]}, from = 0;
-  const PetscReal total = (PetscReal)Count(h, lo, hi),
-                  node  = weighted ? ns_node / ns_point * h->nodes[0] * h->nodes[1] * h->nodes[2] / h->n[d] : 1;
+  const PetscReal total = Weight(h, d, weighted, lo, hi);
 
   for (PetscInt r = 0; r < p; r++) {
-    const PetscReal goal = ((weighted ? total : 0) + node * h->n[d]) * (r + 1) / p;
+    const PetscReal goal = total * (r + 1) / p;
     PetscInt        to   = from + least;
     const PetscInt  last = h->n[d] - least * (p - 1 - r);
     PetscReal       before, after = 0;
@@ -110,7 +139,7 @@ static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPa
     for (;; to++) { /* the cut whose weight below is nearest to the goal */
       before = after;
       hi[d]  = to;
-      after  = (weighted ? (PetscReal)Count(h, lo, hi) : 0) + node * to;
+      after  = Weight(h, d, weighted, lo, hi);
       if (to >= last || after >= goal) break;
     }
     if (to > from + least && goal - before < after - goal) to--;
@@ -127,12 +156,12 @@ PetscReal MPMPartitionCost(const MPMHistogram *h, const MPMPartition *part, Pets
   PetscInt64 most  = 0, all;
   PetscInt   lo[3], hi[3], zero[3] = {0}, at[3];
 
-  all = Count(h, zero, h->n);
+  all = Count(h, h->table, zero, h->n);
   for (PetscInt k = at[2] = 0; k < part->p[2]; at[2] += part->l[2][k++])
     for (PetscInt j = at[1] = 0; j < part->p[1]; at[1] += part->l[1][j++])
       for (PetscInt i = at[0] = 0; i < part->p[0]; at[0] += part->l[0][i++]) {
-        const PetscInt ijk[3]     = {i, j, k};
-        PetscReal      nodes      = 1;
+        const PetscInt ijk[3] = {i, j, k};
+        PetscReal      nodes;
         PetscInt       neighbours = 1;
         PetscInt64     own, halo;
 
@@ -141,12 +170,12 @@ PetscReal MPMPartitionCost(const MPMHistogram *h, const MPMPartition *part, Pets
 
           lo[d] = at[d] / h->coarse;
           hi[d] = (to + h->coarse - 1) / h->coarse;
-          nodes *= part->l[d][ijk[d]];
           neighbours *= 1 + (ijk[d] > 0) + (ijk[d] < part->p[d] - 1);
         }
-        own = Count(h, lo, hi);
+        own   = Count(h, h->table, lo, hi);
+        nodes = Nodes(h, lo, hi);
         for (PetscInt d = 0; d < h->dim; d++) lo[d] = PetscMax(0, (at[d] - (h->stencil - 1)) / h->coarse);
-        halo  = Count(h, lo, hi) - own;
+        halo  = Count(h, h->table, lo, hi) - own;
         most  = PetscMax(most, own);
         worst = PetscMax(worst, ns_point * (PetscReal)own + ns_halo * (PetscReal)halo + ns_node * nodes +
                                     ns_neighbour * (neighbours - 1));
@@ -216,12 +245,15 @@ PetscErrorCode MPMPartitionChoose(const MPMHistogram *h, PetscMPIInt size, MPMBa
 /* The largest number of processes, up to `size`, into which the grid can be cut. */
 PetscInt MPMPartitionLargest(const MPMGrid *grid, MPMBasis basis, PetscInt size)
 {
-  PetscInt most[3] = {1, 1, 1};
+  MPMHistogram h;
+  PetscInt     p[3];
 
-  for (PetscInt d = 0; d < grid->dim; d++) most[d] = grid->nodes[d] / PetscMax(1, MPMBasisNodes(basis) - 1);
+  LayOut(grid, basis, &h);
   for (; size > 1; size--)
-    for (PetscInt pz = 1; pz <= PetscMin(size, most[2]); pz++)
-      for (PetscInt py = 1; py <= most[1] && py * pz <= size; py++)
-        if (size % (py * pz) == 0 && size / (py * pz) <= most[0]) return size;
+    for (p[2] = 1; p[2] <= PetscMin(size, h.n[2]); p[2]++)
+      for (p[1] = 1; p[1] <= h.n[1] && p[1] * p[2] <= size; p[1]++) {
+        p[0] = size / (p[1] * p[2]);
+        if (p[0] * p[1] * p[2] == size && Fits(&h, p)) return size;
+      }
   return 1;
 }

@@ -245,34 +245,74 @@ PetscErrorCode MPMPointsFingerprint(MPMPoints *points, PetscInt64 *ids)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Names a point that is missing or there twice, after the fingerprints have told that there is one: counts every id on
-   the first process. Collective on comm.                                                                             */
-PetscErrorCode MPMPointsFindLost(MPMPoints *points, MPI_Comm comm, char what[], size_t len)
+/* The first id that is not there once, and how often it is, or -1. Collective on comm. */
+static PetscErrorCode FirstWrong(MPMPoints *points, MPI_Comm comm, PetscBool doubled, PetscInt64 *wrong)
 {
   PetscInt   *count;
-  PetscMPIInt rank;
+  PetscMPIInt len;
   MPMView     view;
 
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  *wrong = -1;
+  PetscCall(PetscMPIIntCast((PetscInt)points->total, &len));
   PetscCall(PetscCalloc1(points->total, &count));
-  PetscCall(MPMPointsGetView(points, MPM_BIT(id) | MPM_BIT(x), &view));
+  PetscCall(MPMPointsGetView(points, MPM_BIT(id), &view));
   for (PetscInt p = 0; p < view.n; p++)
     if (view.id[p] >= 0 && view.id[p] < points->total) count[view.id[p]]++;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, (PetscMPIInt)points->total, MPIU_INT, MPI_SUM, comm));
-  (void)snprintf(what, len, "no id is missing, but ids are wrong");
-  for (PetscInt64 id = points->total - 1; id >= 0; id--) {
-    if (count[id] == 1) continue;
-    (void)snprintf(what, len, "point %" PetscInt64_FMT " is there %" PetscInt_FMT " times", id, count[id]);
-    for (PetscInt p = 0; p < view.n; p++)
-      if (view.id[p] == id)
-        (void)snprintf(what, len,
-                       "point %" PetscInt64_FMT " is there %" PetscInt_FMT " times; process %d has it at x = %g", id,
-                       count[id], rank, (double)view.x[p * points->dim]);
-  }
-  PetscCall(MPMPointsRestoreView(points, MPM_BIT(id) | MPM_BIT(x), &view));
+  PetscCall(MPMPointsRestoreView(points, MPM_BIT(id), &view));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, len, MPIU_INT, MPI_SUM, comm));
+  for (PetscInt64 id = points->total - 1; id >= 0; id--)
+    if (doubled ? count[id] > 1 : count[id] == 0) *wrong = id;
   PetscCall(PetscFree(count));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Names the points that are missing and there twice, after the fingerprints have told that there are some: ids, and of
+   a doubled one a process that has it and where. Collective on comm.                                                 */
+static PetscErrorCode DescribeLoss(MPMPoints *points, MPI_Comm comm, char what[], size_t len)
+{
+  PetscInt64  missing, doubled;
+  PetscMPIInt rank, holder = -1;
+  PetscReal   x[3] = {0};
+  MPMView     view;
+  size_t      at = 0;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCall(FirstWrong(points, comm, PETSC_FALSE, &missing));
+  PetscCall(FirstWrong(points, comm, PETSC_TRUE, &doubled));
+  PetscCall(MPMPointsGetView(points, MPM_BIT(id) | MPM_BIT(x), &view));
+  for (PetscInt p = 0; p < view.n; p++)
+    if (doubled >= 0 && view.id[p] == doubled) {
+      holder = rank;
+      for (PetscInt d = 0; d < points->dim; d++) x[d] = view.x[p * points->dim + d];
+    }
+  PetscCall(MPMPointsRestoreView(points, MPM_BIT(id) | MPM_BIT(x), &view));
+  what[0] = 0;
+  if (missing >= 0) at = (size_t)snprintf(what, len, "point %" PetscInt64_FMT " is missing", missing);
+  if (doubled >= 0) {
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &holder, 1, MPI_INT, MPI_MAX, comm));
+    PetscCallMPI(MPI_Bcast(x, 3, MPIU_REAL, holder, comm));
+    (void)snprintf(what + at, len - at,
+                   "%spoint %" PetscInt64_FMT " is there more than once, on process %d at (%g, %g, %g)", at ? "; " : "",
+                   doubled, holder, (double)x[0], (double)x[1], (double)x[2]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Raises an error if n points whose ids' hashes sum to `ids`, counted over comm, are not all the points of the scene,
+   each once. The first call remembers what is right. Collective on comm.                                             */
+PetscErrorCode MPMPointsCheck(MPMPoints *points, MPI_Comm comm, PetscInt64 n, PetscInt64 ids)
+{
+  char what[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  if (!points->ids) points->ids = ids;
+  if (n == points->total && ids == points->ids) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DescribeLoss(points, comm, what, sizeof what));
+  SETERRQ(comm, PETSC_ERR_PLIB,
+          "points got lost or doubled on the way between processes: %" PetscInt64_FMT " of %" PetscInt64_FMT "; %s", n,
+          points->total, what);
 }
 
 /* A number of the state's bits: every state field of every point, with its id; a sum of hashes, so without order. Equal

@@ -2,17 +2,6 @@
 #include "transfer.h"
 #include "exchange_pool.h"
 
-/* Makes room for a message. */
-PetscErrorCode MPMPoolGrow(char **buffer, size_t *capacity, size_t need)
-{
-  PetscFunctionBeginUser;
-  if (need <= *capacity) PetscFunctionReturn(PETSC_SUCCESS);
-  *capacity = need + need / 4 + 4096;
-  PetscCall(PetscFree(*buffer));
-  PetscCall(PetscMalloc(*capacity, buffer));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* The box of nodes that a patch with these own nodes needs: what its points' stencils reach. */
 void MPMPoolBox(MPM mpm, const PetscInt own_lo[3], const PetscInt own_n[3], PetscBool to_nodes, MPMPatch *patch)
 {
@@ -37,23 +26,13 @@ void MPMPoolSumRange(PetscInt dim, PetscInt parts, PetscInt *c0, PetscInt *c1)
   *c1 = parts & MPM_P2G_FORCE ? MPM_SUM_NC(dim) : 1 + dim;
 }
 
-/* Bytes of a point's fields. */
-size_t MPMPoolPointBytes(const MPMPoints *pts, PetscInt fields)
-{
-  size_t bytes = 0;
-
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (pts->present[f] && (fields & (1 << f))) bytes += (size_t)pts->bytes[f];
-  return bytes;
-}
-
 /* Size of the answer to a chunk: its status, then node sums or points. */
 size_t MPMPoolAnswerBytes(MPM mpm, const MPMPhase *phase, const PetscInt own_n[3], PetscInt n)
 {
   PetscInt c0, c1;
 
   if (phase->kind == MPM_NODES_TO_POINTS)
-    return sizeof(MPMStatus) + (size_t)n * MPMPoolPointBytes(&mpm->points, phase->points_out);
+    return sizeof(MPMStatus) + (size_t)n * MPMMessagePointBytes(&mpm->points, phase->points_out);
   MPMPoolSumRange(mpm->grid.dim, phase->parts, &c0, &c1);
   return sizeof(MPMStatus) + (size_t)(own_n[0] * own_n[1] * own_n[2] * (c1 - c0)) * sizeof(PetscReal);
 }
@@ -119,7 +98,7 @@ static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *ord
 #undef MPM_FIELD
   sums = (size_t)MPMPatchCells(patch) * MPM_SUM_NC(dim) * sizeof(PetscReal);
   vels = (size_t)MPMPatchCells(patch) * MPM_VEL_NC(dim) * sizeof(PetscReal);
-  PetscCall(MPMPoolGrow(&desk->nodes, &desk->nodes_capacity, sums + vels + (size_t)(patch->n[1] * patch->n[2])));
+  PetscCall(MPMMessageRoom(&desk->nodes, &desk->nodes_capacity, sums + vels + (size_t)(patch->n[1] * patch->n[2])));
   patch->sum = (PetscReal *)desk->nodes;
   patch->vel = (PetscReal *)(desk->nodes + sums);
   patch->row = desk->nodes + sums + vels;
@@ -188,7 +167,7 @@ PetscErrorCode MPMPoolServe(MPM mpm, MPI_Comm comm)
 
     PetscCallMPI(MPI_Probe(0, MPM_TAG_WORK, comm, &probed));
     PetscCallMPI(MPI_Get_count(&probed, MPI_BYTE, &len));
-    PetscCall(MPMPoolGrow(&desk.in, &desk.in_capacity, (size_t)len));
+    PetscCall(MPMMessageRoom(&desk.in, &desk.in_capacity, (size_t)len));
     PetscCallMPI(MPI_Recv(desk.in, len, MPI_BYTE, 0, MPM_TAG_WORK, comm, MPI_STATUS_IGNORE));
     memcpy(&order, desk.in, sizeof order);
     if (order.phase < 0) break;
@@ -200,7 +179,7 @@ PetscErrorCode MPMPoolServe(MPM mpm, MPI_Comm comm)
     PetscCall(MPMPatchRun(mpm, &desk.patch, phase, &status));
     if (phase->points_out & MPM_BIT(cell)) RenumberCells(mpm, &order, &desk.patch);
     PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
-    PetscCall(MPMPoolGrow(&desk.out, &desk.out_capacity, MPMPoolAnswerBytes(mpm, phase, order.own_n, order.n)));
+    PetscCall(MPMMessageRoom(&desk.out, &desk.out_capacity, MPMPoolAnswerBytes(mpm, phase, order.own_n, order.n)));
     len = (PetscMPIInt)(PackAnswer(mpm, phase, &status, &desk, desk.out) - desk.out);
     PetscCallMPI(MPI_Isend(desk.out, len, MPI_BYTE, 0, MPM_TAG_DONE, comm, &answer));
     PetscCall(MPMPhaseEnd(mpm, phase, order.n));

@@ -12,8 +12,8 @@ static PetscBool Walls(const MPMParams *par, const MPMPatch *patch, PetscInt row
   return MPMWallsApply(par->walls, patch->grid->dim, ijk, patch->grid->cells, v);
 }
 
-/* v = p/m and walls, eq. (2). A node without mass is at rest; there is no threshold. Only points exactly on a grid line,
-   whose weight there is 0 but whose gradient is not, read such a node. */
+/* v = p/m and walls, eq. (2). A node without mass is at rest; there is no threshold. Only points exactly on a grid
+   line, whose weight there is 0 but whose gradient is not, read such a node. */
 static void NodeVelocity(const MPMParams *par, MPMPatch *patch, PetscInt row)
 {
   const PetscInt dim = patch->grid->dim, i0 = patch->own_lo[0] - patch->lo[0];
