@@ -96,7 +96,8 @@ void MPMStatusMerge(MPMStatus *s, const MPMStatus *other)
   s->c2 = PetscMax(s->c2, other->c2);
   s->moved += other->moved;
   s->left += other->left;
-  s->most = PetscMax(s->most, other->most);
+  s->interrupted = PetscMax(s->interrupted, other->interrupted);
+  s->most        = PetscMax(s->most, other->most);
   s->n += other->n;
   s->ids = (PetscInt64)((uint64_t)s->ids + (uint64_t)other->ids); /* modulo 2^64 */
   if (other->bad != MPM_OK &&

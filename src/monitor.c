@@ -56,14 +56,16 @@ PetscErrorCode MPMTotalsCompute(MPM mpm, MPMTotals *totals)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Work that gravity has done on the points since the start, J. */
-static PetscReal Work(MPM mpm)
+/* Work that gravity has done on the points since the start, J: M g . (sum of (v_old + v_new)/2 dt), exact in free fall.
+   Points move with the new velocity, so their displacement is more than that by (v - v_start) dt/2. */
+PetscReal MPMMonitorWork(MPM mpm)
 {
   const MPMMonitor *mon  = &mpm->monitor;
   PetscReal         work = 0;
 
   for (PetscInt d = 0; d < mpm->grid.dim; d++)
-    work += mpm->params.gravity[d] * (mon->now.moment[d] - mon->start.moment[d]);
+    work += mpm->params.gravity[d] * (mon->now.moment[d] - mon->start.moment[d] -
+                                      0.5 * mpm->params.dt * (mon->now.momentum[d] - mon->start.momentum[d]));
   return work;
 }
 
@@ -109,7 +111,7 @@ static PetscErrorCode WriteLine(MPM mpm, PetscReal residual)
   if (!mon->file) PetscCall(Open(mpm));
   fprintf(mon->file, "%" PetscInt_FMT ",%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g", mpm->step, (double)mpm->t,
           (double)(mpm->step ? mpm->params.dt : 0), (double)t->kinetic, (double)t->strain,
-          (double)(t->kinetic + t->strain), (double)Work(mpm), (double)residual);
+          (double)(t->kinetic + t->strain), (double)MPMMonitorWork(mpm), (double)residual);
   for (PetscInt d = 0; d < mpm->grid.dim; d++) fprintf(mon->file, ",%.17g", (double)t->momentum[d]);
   fprintf(mon->file, ",%.17g,%" PetscInt64_FMT "\n", (double)t->mass, t->n);
   PetscCheck(!fflush(mon->file) && !ferror(mon->file), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE,
@@ -125,7 +127,7 @@ static void Check(MPM mpm, PetscReal residual)
 
   mon->energy_max = PetscMax(mon->energy_max, mon->now.kinetic + mon->now.strain);
   mon->speed_max  = PetscMax(mon->speed_max, mon->now.speed);
-  base            = mon->energy_max + PetscAbsReal(Work(mpm));
+  base            = mon->energy_max + PetscAbsReal(MPMMonitorWork(mpm));
   if (mon->check_energy > 0 && !(PetscAbsReal(residual) <= mon->check_energy * base))
     (void)snprintf(mpm->stop, sizeof mpm->stop,
                    "energy changed by %g J, %.3g of the largest %g J; -check_energy allows %g", (double)residual,
@@ -157,7 +159,7 @@ PetscErrorCode MPMMonitorStep(MPM mpm, PetscBool force)
   if ((!due && !check) || mon->last == mpm->step) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMTotalsCompute(mpm, &mon->now));
   if (mpm->step == 0) mon->start = mon->now;
-  residual = mon->now.kinetic + mon->now.strain - mon->start.kinetic - mon->start.strain - Work(mpm);
+  residual = mon->now.kinetic + mon->now.strain - mon->start.kinetic - mon->start.strain - MPMMonitorWork(mpm);
   Check(mpm, residual);
   if (!due && !mpm->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(WriteLine(mpm, residual));

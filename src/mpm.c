@@ -1,5 +1,31 @@
 /* mpm.c - the life of a run: options, set-up, the loop over steps and the reasons to stop. */
+#include <signal.h>
 #include "mpm.h"
+
+static volatile sig_atomic_t interrupted;
+
+static void Interrupt(int number)
+{
+  (void)number;
+  interrupted = 1;
+}
+
+PetscInt MPMInterrupted(void)
+{
+  return interrupted;
+}
+
+/* SIGINT and SIGTERM end the run after the step, with its results; a second one ends it at once. */
+static void CatchSignals(void)
+{
+  struct sigaction action;
+
+  memset(&action, 0, sizeof action);
+  action.sa_handler = Interrupt;
+  action.sa_flags   = (int)SA_RESETHAND;
+  (void)sigaction(SIGINT, &action, NULL);
+  (void)sigaction(SIGTERM, &action, NULL);
+}
 
 PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
 {
@@ -134,14 +160,31 @@ PetscErrorCode MPMSetUp(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* dt of the next step, s: fixed, or cfl h/(c + |v|) of the state as it is. */
+static PetscReal SmallestH(const MPMGrid *grid)
+{
+  PetscReal h = grid->h[0];
+
+  for (PetscInt d = 1; d < grid->dim; d++) h = PetscMin(h, grid->h[d]);
+  return h;
+}
+
+/* dt (c + |v|)/h of the state as it is: the part of the bound that this dt is. */
+PetscReal MPMCourant(MPM mpm, PetscReal dt)
+{
+  return dt * (PetscSqrtReal(mpm->status.c2) + PetscSqrtReal(mpm->status.v2)) / SmallestH(&mpm->grid);
+}
+
+/* dt of the next step, s: fixed, or cfl h/(c + |v|) of the state as it is, and no more than lets gravity move a point
+   from rest by a tenth of a cell.                                                                                    */
 PetscReal MPMTimeStep(MPM mpm)
 {
-  PetscReal h = mpm->grid.h[0];
+  const PetscReal h  = SmallestH(&mpm->grid);
+  PetscReal       g2 = 0, dt;
 
-  for (PetscInt d = 1; d < mpm->grid.dim; d++) h = PetscMin(h, mpm->grid.h[d]);
   if (mpm->dt_fixed > 0) return mpm->dt_fixed;
-  return mpm->dt_cfl * h / (PetscSqrtReal(mpm->status.c2) + PetscSqrtReal(mpm->status.v2));
+  for (PetscInt d = 0; d < mpm->grid.dim; d++) g2 += mpm->params.gravity[d] * mpm->params.gravity[d];
+  dt = mpm->dt_cfl * h / (PetscSqrtReal(mpm->status.c2) + PetscSqrtReal(mpm->status.v2));
+  return g2 > 0 ? PetscMin(dt, PetscSqrtReal(0.2 * h / PetscSqrtReal(g2))) : dt;
 }
 
 /* Says why the step cannot stand, if so. */
@@ -181,8 +224,11 @@ static PetscErrorCode Advance(MPM mpm)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   mpm->params.dt = last ? mpm->time_end - mpm->t : dt;
+  mpm->courant   = PetscMax(mpm->courant, MPMCourant(mpm, mpm->params.dt));
   PetscCall(MPMStep(mpm));
   CheckState(mpm);
+  if (mpm->status.interrupted && !mpm->stop[0])
+    (void)snprintf(mpm->stop, sizeof mpm->stop, "interrupted by a signal; the results are complete up to here");
   mpm->t = last ? mpm->time_end : mpm->t + mpm->params.dt;
   mpm->step++;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -197,6 +243,7 @@ PetscErrorCode MPMRun(MPM mpm)
   PetscFunctionBeginUser;
   PetscCall(Stage("MPM steps", &steps));
   PetscCall(Stage("MPM output", &output));
+  CatchSignals();
   if (mpm->exchange.data == MPI_COMM_NULL) {
     PetscCall(PetscLogStagePush(steps));
     PetscCall(mpm->exchange.type->serve(mpm));

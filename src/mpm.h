@@ -143,12 +143,13 @@ typedef enum { MPM_OK, MPM_BAD_J, MPM_LEFT_GRID, MPM_NUM_BAD } MPMBad;
 typedef struct {
   MPMBad     bad;
   PetscInt64 id;
-  PetscReal  x[3], J; /* where it was, and its det F for MPM_BAD_J */
-  PetscReal  v2, c2;  /* largest squared speed of a point and of a wave, m^2/s^2 */
-  PetscInt64 moved;   /* points that changed cell */
-  PetscInt64 left;    /* points that left the patch */
-  PetscInt64 most;    /* points of the process that has most */
-  PetscInt64 n, ids;  /* points there are, and the sum of their ids' hashes: nothing may get lost on the way */
+  PetscReal  x[3], J;     /* where it was, and its det F for MPM_BAD_J */
+  PetscReal  v2, c2;      /* largest squared speed of a point and of a wave, m^2/s^2 */
+  PetscInt64 moved;       /* points that changed cell */
+  PetscInt64 interrupted; /* has a signal asked the run to end? */
+  PetscInt64 left;        /* points that left the patch */
+  PetscInt64 most;        /* points of the process that has most */
+  PetscInt64 n, ids;      /* points there are, and the sum of their ids' hashes: nothing may get lost on the way */
 } MPMStatus;
 
 void MPMStatusReset(MPMStatus *);
@@ -451,6 +452,7 @@ typedef struct {
 PetscErrorCode MPMMonitorSetFromOptions(MPM, MPMOptions);
 PetscErrorCode MPMMonitorStep(MPM, PetscBool force); /* may set mpm->stop */
 PetscErrorCode MPMMonitorDestroy(MPMMonitor *);
+PetscReal      MPMMonitorWork(MPM);
 PetscReal      MPMNextTime(PetscReal t, PetscReal every); /* when a cadence is due again */
 
 typedef struct {
@@ -501,6 +503,8 @@ struct _p_MPM {
   MPMOutput            output;
   PetscReal            t, time_end, dt_fixed, dt_cfl; /* s; dt_fixed 0: automatic */
   PetscInt             step, max_steps;
+  PetscBool            progress;           /* a line of progress stands on the terminal */
+  PetscReal            courant;            /* the largest dt (c + |v|)/h of the run */
   char                 stop[MPM_TEXT_LEN]; /* why the run has to stop early; empty: it need not */
   PetscLogDouble       phase_start, wall_start, wall_report, wall_steps, phase_seconds[MPM_MAX_TIMERS];
 };
@@ -511,6 +515,8 @@ PetscErrorCode MPMSetUp(MPM);
 PetscErrorCode MPMRun(MPM);
 PetscErrorCode MPMDestroy(MPM *);
 PetscReal      MPMTimeStep(MPM); /* dt of the next step, s */
+PetscReal      MPMCourant(MPM, PetscReal dt);
+PetscInt       MPMInterrupted(void); /* did SIGINT or SIGTERM come? */
 
 /* Provenance, in version.c: version, commit, compiler and flags of this build. */
 extern const char MPMVersionGit[], MPMVersionCompiler[], MPMVersionFlags[];

@@ -133,17 +133,16 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
 PetscErrorCode MPMReportStart(MPM mpm)
 {
   const PetscReal c = PetscSqrtReal(mpm->status.c2), v = PetscSqrtReal(mpm->status.v2), dt = MPMTimeStep(mpm);
-  PetscReal       h      = mpm->grid.h[0], steps, sweep;
+  PetscReal       steps, sweep;
   PetscInt        sweeps = 0;
 
   PetscFunctionBeginUser;
-  for (PetscInt d = 1; d < mpm->grid.dim; d++) h = PetscMin(h, mpm->grid.h[d]);
   PetscCall(PrintScene(mpm));
   PetscCall(PrintFields(mpm));
   PetscCall(PrintMethod(mpm));
   PetscCall(PrintParallel(mpm));
   PetscCall(MPMPrint(mpm, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g h/(c+|v|)\n", (double)c, (double)v,
-                     (double)dt, (double)(dt * (c + v) / h)));
+                     (double)dt, (double)MPMCourant(mpm, dt)));
   steps = PetscMin(PetscCeilReal(mpm->time_end / dt), (PetscReal)mpm->max_steps);
   if (mpm->scene.dry_run) {
     PetscCall(MPMStepTimeSweep(mpm, &sweep));
@@ -155,7 +154,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
                        (double)steps, (double)(steps * sweeps * sweep), sweeps, (double)sweep));
   } else
     PetscCall(MPMPrint(mpm, "predict    %.6g steps\n", (double)steps));
-  PetscCall(PrintWarnings(mpm, dt * (c + v) / h));
+  PetscCall(PrintWarnings(mpm, MPMCourant(mpm, dt)));
   if (mpm->scene.dry_run) PetscCall(MPMPrint(mpm, "dry run    the scene is valid; no step was made\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -186,7 +185,8 @@ PetscErrorCode MPMReportProgress(MPM mpm)
   if (mpm->wall_report > 0) {
     const PetscReal part = PetscMax(mpm->t / mpm->time_end, (PetscReal)mpm->step / mpm->max_steps);
 
-    spent = now - mpm->wall_start;
+    spent         = now - mpm->wall_start;
+    mpm->progress = PETSC_TRUE;
     printf("\rstep %" PetscInt_FMT "  t=%.4g of %.4g s  %.0f %%  %.0f s left   ", mpm->step, (double)mpm->t,
            (double)mpm->time_end, (double)(100 * part), (double)(spent * (1 - part) / part));
     (void)fflush(stdout);
@@ -195,30 +195,49 @@ PetscErrorCode MPMReportProgress(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Energies at the start and the end, and what went wrong with them. The last line of the history has the same. */
+static PetscErrorCode PrintEnergy(MPM mpm)
+{
+  const MPMTotals *a = &mpm->monitor.start, *b = &mpm->monitor.now;
+  const PetscReal  work     = MPMMonitorWork(mpm);
+  const PetscReal  residual = b->kinetic + b->strain - a->kinetic - a->strain - work;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPrint(mpm, "energy     kinetic %g -> %g J, strain %g -> %g J, total %g -> %g J", (double)a->kinetic,
+                     (double)b->kinetic, (double)a->strain, (double)b->strain, (double)(a->kinetic + a->strain),
+                     (double)(b->kinetic + b->strain)));
+  if (work != 0) PetscCall(MPMPrint(mpm, ", work of gravity %g J, residual %g J", (double)work, (double)residual));
+  PetscCall(MPMPrint(mpm, "\n"));
+  if (residual > 0.05 * (mpm->monitor.energy_max + PetscAbsReal(work)))
+    PetscCall(MPMPrint(mpm,
+                       "warning    energy grew by %.2g of its largest value, which nothing in the scene explains\n",
+                       (double)(residual / (mpm->monitor.energy_max + PetscAbsReal(work)))));
+  if (mpm->courant > 1)
+    PetscCall(MPMPrint(mpm,
+                       "warning    dt reached %.3g h/(c+|v|) on the way, above the bound 1: do not trust the results\n",
+                       (double)mpm->courant));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The summary: why it ended, energies, phases, digest. Collective. */
 PetscErrorCode MPMReportEnd(MPM mpm)
 {
-  const MPMTotals *a = &mpm->monitor.start, *b = &mpm->monitor.now;
-  PetscInt64       digest;
-  PetscLogDouble   now;
+  PetscInt64     digest;
+  PetscLogDouble now;
 
   PetscFunctionBeginUser;
   PetscCall(PetscTime(&now));
+  if (mpm->progress) PetscCall(MPMPrint(mpm, "\r\033[K"));
   if (mpm->stop[0]) {
     char line[2 * MPM_TEXT_LEN];
 
-    PetscCall(MPMPrint(mpm, "stopped    at step %" PetscInt_FMT ", t=%g s\n", mpm->step, (double)mpm->t));
     (void)snprintf(line, sizeof line, "stopped at step %" PetscInt_FMT ", t=%g s: %s", mpm->step, (double)mpm->t,
                    mpm->stop);
     PetscCall(PetscFPrintf(mpm->comm, stderr, "%s\n", line));
   } else
     PetscCall(MPMPrint(mpm, "done       %" PetscInt_FMT " steps, t=%g s, in %.3g s%s\n", mpm->step, (double)mpm->t,
                        now - mpm->wall_start, mpm->t < mpm->time_end ? " (-time_max_steps)" : ""));
-  if (mpm->status.bad == MPM_OK) {
-    PetscCall(MPMPrint(mpm, "energy     kinetic %g -> %g J, strain %g -> %g J, total %g -> %g J\n", (double)a->kinetic,
-                       (double)b->kinetic, (double)a->strain, (double)b->strain, (double)(a->kinetic + a->strain),
-                       (double)(b->kinetic + b->strain)));
-  }
+  PetscCall(PrintEnergy(mpm));
   if (mpm->output.dir[0])
     PetscCall(MPMPrint(mpm, "results    %s/%s.csv%s\n", mpm->output.dir, mpm->scene.name,
                        mpm->output.enabled ? " .h5 .xdmf" : ""));
@@ -229,6 +248,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
                        (double)mpm->status.most * mpm->exchange.partition.p[0] * mpm->exchange.partition.p[1] *
                            mpm->exchange.partition.p[2] / (double)mpm->points.total));
   if (mpm->step > 0) PetscCall(MPMStepView(mpm, mpm->wall_steps));
+  if (mpm->status.bad != MPM_OK) PetscFunctionReturn(PETSC_SUCCESS); /* the failed state is in no file */
   PetscCall(MPMPointsDigest(&mpm->points, mpm->exchange.data, &digest));
   PetscCall(MPMPrint(mpm, "digest %016llx\n", (unsigned long long)digest));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -174,6 +174,7 @@ PetscErrorCode MPMStep(MPM mpm)
     PetscCall(RunPhase(mpm, mpm->integrator->phases[k]));
   PetscCall(PetscTime(&t0));
   PetscCall(PetscLogEventBegin(events[REDUCE], 0, 0, 0, 0));
+  mpm->status.interrupted = MPMInterrupted();
   PetscCall(mpm->exchange.type->reduce(mpm, &mpm->status));
   PetscCall(PetscLogEventEnd(events[REDUCE], 0, 0, 0, 0));
   PetscCall(PetscTime(&t1));
