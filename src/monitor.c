@@ -98,7 +98,7 @@ static PetscErrorCode Open(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A line of the history; it is on disk when this returns. */
+/* A line of the history; it is flushed when this returns. */
 static PetscErrorCode WriteLine(MPM mpm, PetscReal residual)
 {
   MPMMonitor      *mon = &mpm->monitor;

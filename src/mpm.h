@@ -345,7 +345,7 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*m
                                  char (*bodies)[MPM_NAME_LEN]);
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
 PetscErrorCode MPMOptionsFinish(MPMOptions); /* options that were given but that this scene never asked for */
-PetscErrorCode MPMOptionsText(char **text);  /* the option set as given, one a line; caller frees */
+PetscErrorCode MPMOptionsText(char **text);  /* the option set as given; caller frees */
 
 /* Readers: `row` is a name of options.def, `name` the material, body or face that it is for (or NULL). set may be
    NULL. A value that is not given keeps the default of the table (lists: what the caller put there).                 */

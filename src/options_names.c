@@ -293,6 +293,8 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
   if (fault[0] && !o->error[0]) PetscCall(PetscStrncpy(o->error, fault, sizeof o->error));
   RefuseAmbiguous(o, 'm', nm, materials);
   RefuseAmbiguous(o, 'b', nb, bodies);
+  o->materials = o->bodies = NULL; /* the caller's */
+  o->nm = o->nb = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

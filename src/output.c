@@ -4,7 +4,7 @@
    /step_000123           attributes time, step, dt, digest
      particles/id x ...   [N] or [N][nc], one row a point in the order of ids, on every number of processes
      grid/mass v          [nz][ny][nx] and [nz][ny][nx][3], nodes in the order of coordinates
-   Vectors have 3 components in every dimension. The file is complete on disk after each snapshot.                    */
+   Vectors have 3 components in every dimension. The file is flushed after each snapshot.                    */
 #include <errno.h>
 #include <hdf5.h>
 #include <petscsf.h>
@@ -65,6 +65,15 @@ PetscErrorCode MPMOutputMakeFolder(MPM mpm, MPMOptions o)
     const int fault = MakeFolder(mpm->output.dir);
 
     if (fault) MPMOptionsFail(o, "-output_dir %s: %s", mpm->output.dir, strerror(fault));
+    for (int k = 0; k < 3 && !fault; k++) {
+      static const char *const ends[] = {"csv", "h5", "xdmf"};
+      char                     path[2 * MPM_TEXT_LEN];
+      struct stat              s;
+
+      (void)snprintf(path, sizeof path, "%s/%s.%s", mpm->output.dir, mpm->scene.name, ends[k]);
+      if (!stat(path, &s) && !S_ISREG(s.st_mode))
+        MPMOptionsFail(o, "-output_name: %s is there and is not a file", path);
+    }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -92,6 +101,23 @@ static PetscErrorCode WriteText(hid_t object, const char name[], const char text
   H5(type = H5Tcopy(H5T_C_S1));
   H5(H5Tset_size(type, strlen(text) + 1));
   PetscCall(WriteAttribute(object, name, type, 0, text));
+  H5(H5Tclose(type));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A text of any length, as a dataset. */
+static PetscErrorCode WriteLongText(hid_t object, const char name[], const char text[])
+{
+  hid_t type, space, set;
+
+  PetscFunctionBeginUser;
+  H5(type = H5Tcopy(H5T_C_S1));
+  H5(H5Tset_size(type, strlen(text) + 1));
+  H5(space = H5Screate(H5S_SCALAR));
+  H5(set = H5Dcreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  H5(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text));
+  H5(H5Dclose(set));
+  H5(H5Sclose(space));
   H5(H5Tclose(type));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -282,7 +308,10 @@ static PetscErrorCode WriteProvenance(MPM mpm, hid_t file)
   PetscCall(PetscGetDate(text, sizeof text));
   PetscCall(WriteText(file, "date", text));
   PetscCall(MPMOptionsText(&options));
-  PetscCall(WriteText(file, "options", options));
+  if (strlen(options) < 60000)
+    PetscCall(WriteText(file, "options", options)); /* HDF5 takes 64 KiB an attribute */
+  else
+    PetscCall(WriteLongText(file, "options", options));
   PetscCall(PetscFree(options));
   for (PetscInt d = 0; d < 3; d++) cells[d] = mpm->grid.cells[d];
   PetscCall(WriteAttribute(file, "grid_lower", H5T_NATIVE_DOUBLE, 3, mpm->grid.lower));
@@ -351,7 +380,7 @@ PetscErrorCode MPMOutputStep(MPM mpm, PetscBool force)
   }
   out->steps[out->count]   = mpm->step;
   out->times[out->count++] = mpm->t;
-  PetscCall(MPMXdmfWrite(mpm));
+  if (force || out->count % (1 + out->count / 100) == 0) PetscCall(MPMXdmfWrite(mpm)); /* whole, so not each time */
   out->last = mpm->step;
   out->next = MPMNextTime(mpm->t, out->every);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -142,6 +142,11 @@ static PetscErrorCode ReadVelocity(MPMOptions o, PetscInt dim, MPMBody *b)
   PetscCall(MPMOptionsString(o, "body_<b>_velocity", b->name, text, &set));
   if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMExpressionCreate(text, "xyz", &b->velocity, &n, error, sizeof error));
+  for (const char *e = strchr(text, '='); e && !error[0]; e = strchr(e + 1, '=')) /* muParser assigns to variables */
+    if (e[1] == '=')
+      e++;
+    else if (e == text || !strchr("<>!", e[-1]))
+      (void)snprintf(error, sizeof error, "= does not compare, == does");
   if (error[0])
     MPMOptionsFail(o, "-body_%s_velocity %.300s: %s", b->name, text, error);
   else if (n != dim)
@@ -262,10 +267,12 @@ PetscErrorCode MPMSceneSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(DefaultName(scene->name));
   PetscCall(PetscStrncpy(name, scene->name, sizeof name));
   PetscCall(MPMOptionsString(o, "output_name", NULL, name, NULL));
-  if (strchr(name, '/') || strlen(name) >= MPM_NAME_LEN)
-    MPMOptionsFail(
-        o, "-output_name %.100s: a file name without a folder, at most %d characters (-output_dir names the folder)",
-        name, MPM_NAME_LEN - 1);
+  if (strspn(name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._+-") != strlen(name) ||
+      strlen(name) >= MPM_NAME_LEN)
+    MPMOptionsFail(o,
+                   "-output_name %.100s: the name of the results has letters, digits and ._+-, at most %d of them "
+                   "(-output_dir names the folder; without -output_name it is the options file's name)",
+                   name, MPM_NAME_LEN - 1);
   (void)snprintf(scene->name, sizeof scene->name, "%.*s", MPM_NAME_LEN - 1, name);
   PetscCall(PetscStrncpy(scene->title, scene->name, sizeof scene->title));
   PetscCall(MPMOptionsString(o, "scene_title", NULL, scene->title, NULL));

@@ -56,17 +56,18 @@ MPM_INLINE void MPMDeform(int dim, PetscReal dt, const PetscReal *L, PetscReal *
 
 /* Natural logarithm of a positive normal number, below 1 ulp: the algorithm of fdlibm's e_log.c (Sun Microsystems,
    1993), branch-free. Our own, because a state must have the same bits with every libm and compiler, and because it
-   has to vectorise; libm's log promises neither. NaN for x <= 0 or not finite is not promised: callers check J first.
- */
+   has to vectorise; libm's log promises neither. For x <= 0 or not
+   finite it returns something: such a J has been noted by then, and the step will not stand. */
 MPM_INLINE PetscReal MPMLog(PetscReal x)
 {
-  PetscInt64 ix, k;
+  uint64_t   ix;
+  PetscInt64 k;
   PetscReal  m;
 
   memcpy(&ix, &x, sizeof ix);
-  k = (PetscInt64)(((uint64_t)(ix - 0x3fe6a09e667f3bcdLL) + (1023ULL << 52)) >> 52) -
+  k = (PetscInt64)((ix - 0x3fe6a09e667f3bcdULL + (1023ULL << 52)) >> 52) -
       1023; /* x = 2^k m, m in [sqrt(1/2), sqrt 2) */
-  ix -= (PetscInt64)((uint64_t)k << 52);
+  ix -= (uint64_t)k << 52;
   memcpy(&m, &ix, sizeof m);
   {
     const PetscReal dk = (PetscReal)k, f = m - 1.0, s = f / (f + 2.0), z = s * s, w = z * z, h = 0.5 * f * f;

@@ -14,8 +14,11 @@ import argparse
 import os
 import sys
 
-import h5py
-import matplotlib
+try:
+    import h5py
+    import matplotlib
+except ModuleNotFoundError as missing:
+    sys.exit(f"plot.py: {missing}; run it with .venv/bin/python, which `make run` makes")
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402 (after the choice of the backend)
@@ -201,8 +204,11 @@ def draw_line(axes, run, snapshot, colour):
 
 
 def draw_energies(axes, run, history):
+    work = history["external_work"] if "external_work" in (history.dtype.names or ()) else 0 * history["time"]
     for name, style in {"total": ("0.15", "-"), "kinetic": ("tab:blue", "-"), "strain": ("tab:orange", "-")}.items():
-        axes.plot(history["time"], history[f"{name}_energy"], style[1], color=style[0], label=name,
+        pulled = name == "total" and np.any(work != 0)
+        axes.plot(history["time"], history[f"{name}_energy"] - (work if pulled else 0), style[1], color=style[0],
+                  label="total - work of gravity" if pulled else name,
                   linewidth=1.8 if name == "total" else 1.3, marker="." if len(history) == 1 else None)
     for snapshot in run["snapshots"]:
         axes.axvline(snapshot["time"], color="0.85", linewidth=0.7, zorder=0)
