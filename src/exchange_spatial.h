@@ -34,9 +34,10 @@ typedef struct {
   MPI_Datatype vel_type;
   char        *out, *in; /* messages */
   size_t       out_capacity, in_capacity;
-  PetscInt64   ids;  /* fingerprint of the points here */
-  DM           sums; /* of -parallel_sums roundoff */
-  PetscReal    lost; /* s lost to imbalance since the cuts were last looked at, by the model */
+  PetscInt64   ids;    /* fingerprint of the points here */
+  PetscBool    ranked; /* DMSwarm's rank field holds the owners */
+  DM           sums;   /* of -parallel_sums roundoff */
+  PetscReal    lost;   /* s lost to imbalance since the cuts were last looked at, by the model */
 } MPMSpatial;
 
 PetscErrorCode MPMHaloUpdate(MPM, MPMSpatial *, PetscBool changed);

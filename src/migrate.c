@@ -3,24 +3,17 @@
 #include "transfer.h"
 #include "exchange_spatial.h"
 
-/* The new owner of every point that left (cell < 0), into rank [n]; own points get this process. */
-static PetscErrorCode FindOwners(MPM mpm, const MPMSpatial *s, const MPMView *view, PetscInt *owner)
+/* The process that owns the cell where point p of the view is now. */
+static PetscErrorCode FindOwner(MPM mpm, const MPMSpatial *s, const MPMView *view, PetscInt p, PetscInt *owner)
 {
   const PetscInt dim = mpm->grid.dim;
-  PetscMPIInt    me;
+  PetscReal      xi[3];
+  PetscInt       base[3] = {0};
 
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(s->comm, &me));
-  for (PetscInt p = 0; p < view->n; p++) {
-    PetscReal xi[3];
-    PetscInt  base[3] = {0};
-
-    owner[p] = me;
-    if (view->cell[p] >= 0) continue;
-    PetscCheck(MPMLocate((int)dim, mpm->basis, &mpm->grid, view->x + p * dim, xi, base), PETSC_COMM_SELF,
-               PETSC_ERR_PLIB, "point %" PetscInt64_FMT " has no cell", view->id[p]);
-    owner[p] = MPMSpatialOwner(s, dim, base);
-  }
+  PetscCheck(MPMLocate((int)dim, mpm->basis, &mpm->grid, view->x + p * dim, xi, base), PETSC_COMM_SELF, PETSC_ERR_PLIB,
+             "point %" PetscInt64_FMT " has no cell", view->id[p]);
+  *owner = MPMSpatialOwner(s, dim, base);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -53,11 +46,17 @@ PetscErrorCode MPMMigrateSwarm(MPM mpm, MPMSpatial *s)
   MPMPoints     *pts    = &mpm->points;
   PetscInt      *owner;
   MPMView        view;
+  PetscMPIInt    me;
 
   PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(s->comm, &me));
   PetscCall(MPMPointsGetView(pts, fields, &view));
   PetscCall(DMSwarmGetField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
-  PetscCall(FindOwners(mpm, s, &view, owner));
+  if (!s->ranked) /* later, only leavers have another owner: the field travels with the points */
+    for (PetscInt p = 0; p < view.n; p++) owner[p] = me;
+  s->ranked = PETSC_TRUE;
+  for (PetscInt p = 0; p < view.n; p++)
+    if (view.cell[p] < 0) PetscCall(FindOwner(mpm, s, &view, p, &owner[p]));
   PetscCall(DMSwarmRestoreField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
   PetscCall(MPMPointsRestoreView(pts, fields, &view));
   PetscCall(DMSwarmMigrate(pts->swarm, PETSC_TRUE));
@@ -141,24 +140,20 @@ static PetscErrorCode SendPoints(MPMSpatial *s, PetscInt bytes, PetscInt nsend, 
 static PetscErrorCode ListLeavers(MPM mpm, MPMSpatial *s, PetscInt *nsend, PetscInt **which, PetscInt **owner)
 {
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell);
-  MPMPoints     *pts    = &mpm->points;
-  PetscInt      *all;
   MPMView        view;
 
   PetscFunctionBeginUser;
   *nsend = 0;
-  PetscCall(PetscMalloc1(pts->n, &all));
-  PetscCall(PetscMalloc1(pts->n, which));
-  PetscCall(PetscMalloc1(pts->n, owner));
-  PetscCall(MPMPointsGetView(pts, fields, &view));
-  PetscCall(FindOwners(mpm, s, &view, all));
-  for (PetscInt p = 0; p < view.n; p++)
+  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+  for (PetscInt p = 0; p < view.n; p++) *nsend += view.cell[p] < 0;
+  PetscCall(PetscMalloc1(*nsend, which));
+  PetscCall(PetscMalloc1(*nsend, owner));
+  for (PetscInt p = 0, q = 0; p < view.n; p++)
     if (view.cell[p] < 0) {
-      (*which)[*nsend]     = p;
-      (*owner)[(*nsend)++] = all[p];
+      (*which)[q] = p;
+      PetscCall(FindOwner(mpm, s, &view, p, &(*owner)[q++]));
     }
-  PetscCall(MPMPointsRestoreView(pts, fields, &view));
-  PetscCall(PetscFree(all));
+  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

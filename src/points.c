@@ -231,7 +231,8 @@ static uint64_t Mix(uint64_t z)
   return z ^ (z >> 31);
 }
 
-/* The sum of hashes of the ids here: with their number it tells whether a point was lost or doubled. Not collective. */
+/* The sum of id (id + 1) of the points here, modulo 2^64: with their number it tells whether a point was lost, doubled
+   or replaced. Not collective. */
 PetscErrorCode MPMPointsFingerprint(MPMPoints *points, PetscInt64 *ids)
 {
   uint64_t sum = 0;
@@ -239,7 +240,7 @@ PetscErrorCode MPMPointsFingerprint(MPMPoints *points, PetscInt64 *ids)
 
   PetscFunctionBeginUser;
   PetscCall(MPMPointsGetView(points, MPM_BIT(id), &view));
-  for (PetscInt p = 0; p < view.n; p++) sum += Mix((uint64_t)view.id[p]);
+  for (PetscInt p = 0; p < view.n; p++) sum += (uint64_t)view.id[p] * (uint64_t)(view.id[p] + 1);
   PetscCall(MPMPointsRestoreView(points, MPM_BIT(id), &view));
   memcpy(ids, &sum, sizeof sum);
   PetscFunctionReturn(PETSC_SUCCESS);
