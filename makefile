@@ -91,9 +91,9 @@ verify: ## the long tests of accuracy
 	@tools/install.sh test
 	+@$(again) ctest select="-L verify"
 
-robust: ## the long tests of robustness
+robust: ## the long tests of robustness, and those on 16 and 32 processes
 	@tools/install.sh test
-	+@$(again) ctest select="-L robust"
+	+@$(again) ctest select="-L 'robust|slow'"
 
 bench: $(PEBBLE) ## time 1 process against 2, both migrations, and the pool
 	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC)

@@ -7,6 +7,7 @@ One process is started without mpiexec. Linux only: processes are found in /proc
 import os
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 
@@ -106,3 +107,10 @@ def own_lines(err):
         elif not notice and line.strip():
             lines.append(line)
     return lines
+
+
+if __name__ == "__main__":  # mpi.py MPIEXEC N COMMAND...: for programs that have no test script of their own
+    result = run(int(sys.argv[2]), sys.argv[3:], mpiexec=sys.argv[1])
+    sys.stdout.write(result[1])
+    sys.stderr.write(result[2])
+    sys.exit(result[0])

@@ -1,6 +1,7 @@
-"""Every options/*.opts: passes -dry_run, runs, its history is finite, and programs of gcc and clang give the same bits.
+"""Every options/*.opts: passes -dry_run, runs, its history is finite, and programs of gcc and clang give the same bits,
+each alone and on 3 processes, spatial and pool.
 
-usage: test_scenes.py PEBBLE SOURCE [WORK]     (WORK: folder for the files, default the current one)
+usage: test_scenes.py PEBBLE SOURCE MPIEXEC [WORK]     (WORK: folder for the files, default the current one)
 """
 import csv
 import glob
@@ -9,6 +10,8 @@ import os
 import re
 import subprocess
 import sys
+
+import mpi
 
 STEPS = 200  # of the comparison of compilers
 failures = 0
@@ -37,8 +40,13 @@ def build(source, work, compiler):
     return program
 
 
-def digest(program, scene, work, steps):
-    status, said = run(program, "-options_file", scene, "-time_max_steps", str(steps), "-output_dir", work)
+def digest(program, scene, work, steps, mpiexec=None, strategy="spatial"):
+    command = [program, "-options_file", scene, "-time_max_steps", str(steps), "-output_dir", work]
+    if mpiexec:
+        status, said, err = mpi.run(3, command + ["-parallel_strategy", strategy], mpiexec=mpiexec)
+        said += err
+    else:
+        status, said = run(*command)
     found = re.search(r"^digest +([0-9a-f]{16})$", said, re.M)
     if status or not found:
         print(said)
@@ -65,7 +73,7 @@ def check_scene(pebble, scene, work):
     check(os.path.exists(os.path.join(work, name + ".h5")), f"{name}: snapshots")
 
 
-def main(pebble, source, work="."):
+def main(pebble, source, mpiexec, work="."):
     scenes = sorted(glob.glob(os.path.join(source, "options", "*.opts")))
     check(len(scenes) >= 3, f"{len(scenes)} scenes")
     for scene in scenes:
@@ -74,12 +82,16 @@ def main(pebble, source, work="."):
     for scene in scenes:
         digests = {compiler: digest(program, scene, os.path.join(work, compiler), STEPS) for compiler, program in programs.items()}
         same = len(set(digests.values())) == 1 and not digests["gcc"].startswith("none")
+        for compiler, program in programs.items():
+            for strategy in ("spatial", "pool"):
+                found = digest(program, scene, os.path.join(work, compiler), STEPS, mpiexec, strategy)
+                check(found == digests["gcc"], f"{os.path.basename(scene)}: {compiler}, {strategy} on 3 processes: digest {found}")
         check(same, f"{os.path.basename(scene)}: digest after at most {STEPS} steps by gcc {digests['gcc']}, by clang {digests['clang']}")
     if failures:
         sys.exit(f"FAIL: {failures} checks")
 
 
 if __name__ == "__main__":
-    if len(sys.argv) not in (3, 4):
+    if len(sys.argv) not in (4, 5):
         sys.exit(__doc__)
     main(*sys.argv[1:])
