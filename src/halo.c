@@ -79,7 +79,7 @@ PetscErrorCode MPMHaloExchange(MPM mpm, MPMSpatial *s, PetscInt fields)
     for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
       const size_t len = (size_t)(s->from[k].n * pts->bytes[f]);
 
-      if (!pts->present[f] || !(fields & (1 << f))) continue;
+      if (!pts->present[f] || !(fields & (1 << f)) || !len) continue;
       memcpy((char *)s->halo[f] + (size_t)first * (size_t)pts->bytes[f], s->in + at, len);
       at += len;
     }
