@@ -67,7 +67,7 @@ static int BiggerFirst(const void *a, const void *b, void *chunks)
 /* The arrays of a view, by field. */
 static void Arrays(const MPMView *view, void *at[])
 {
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) at[MPM_FIELD_INDEX_##name] = view->name;
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) at[MPM_FIELD_INDEX_##name] = view->name;
 #include "fields.def"
 #undef MPM_FIELD
 }
@@ -82,7 +82,7 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   const MPMPatch   *all      = &mpm->exchange.patch;
   Slot             *slot     = &pool->slots[place];
   MPMPatch          patch;
-  MPMOrder          order = {MPMPhaseNumber(phase), {0}, {0}, {0}, {0}, c->n, mpm->params.dt};
+  MPMOrder          order = {phase->number, {0}, {0}, {0}, {0}, c->n, mpm->params.dt};
   void             *at[MPM_NUM_FIELDS], *halo[MPM_NUM_FIELDS];
   PetscMPIInt       len;
   char             *m;
@@ -144,9 +144,8 @@ static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, Petsc
   MPMStatusMerge(&mpm->status, &status);
   if (phase->kind == MPM_POINTS_TO_NODES) {
     const PetscInt nc = MPM_SUM_NC(mpm->grid.dim);
-    PetscInt       c0, c1;
+    const PetscInt c0 = MPM_SUM_FIRST(mpm->grid.dim, phase->parts), c1 = MPM_SUM_LAST(mpm->grid.dim, phase->parts);
 
-    MPMPoolSumRange(mpm->grid.dim, phase->parts, &c0, &c1);
     for (PetscInt k = c->own_lo[2]; k < c->own_lo[2] + c->own_n[2]; k++)
       for (PetscInt j = c->own_lo[1]; j < c->own_lo[1] + c->own_n[1]; j++)
         for (PetscInt i = c->own_lo[0]; i < c->own_lo[0] + c->own_n[0]; i++, m += (size_t)(c1 - c0) * sizeof(PetscReal))

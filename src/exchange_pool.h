@@ -19,7 +19,6 @@ typedef struct {
 } MPMOrder;
 
 void   MPMPoolBox(MPM, const PetscInt own_lo[3], const PetscInt own_n[3], PetscBool to_nodes, MPMPatch *);
-void   MPMPoolSumRange(PetscInt dim, PetscInt parts, PetscInt *c0, PetscInt *c1);
 size_t MPMPoolAnswerBytes(MPM, const MPMPhase *, const PetscInt own_n[3], PetscInt n);
 char  *MPMPoolPack(const MPMPoints *, PetscInt fields, void *const at[], void *const halo[], PetscInt n, PetscInt count,
                    const PetscInt *list, char *message);

@@ -64,7 +64,7 @@ static PetscErrorCode Settle_Serial(MPM mpm, PetscBool anew)
 
   PetscFunctionBeginUser;
   if (!anew && !mpm->status.moved) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(anew ? MPMPointsLocate(&mpm->points, patch) : MPMPointsSort(&mpm->points, patch));
+  PetscCall(anew ? MPMPointsLocate(&mpm->points, patch, mpm->scene.kinds) : MPMPointsSort(&mpm->points, patch));
   MPMPatchMarkRows(patch, mpm->points.start);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

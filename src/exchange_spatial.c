@@ -87,12 +87,7 @@ static PetscErrorCode Prepare_Spatial(MPM mpm, const MPMPhase *phase)
   if (phase->kind == MPM_POINTS_TO_NODES && !ex->roundoff)
     PetscCall(MPMHaloExchange(mpm, s, phase->points_in & ~MPM_STEADY));
   PetscCall(MPMPointsGetView(&mpm->points, fields, &patch->points));
-  PetscCall(PetscMemzero(&patch->halo, sizeof patch->halo));
-  patch->halo.n = s->nhalo;
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning)                                                \
-  if (fields & MPM_BIT(name)) patch->halo.name = (ctype *)s->halo[MPM_FIELD_INDEX_##name];
-#include "fields.def"
-#undef MPM_FIELD
+  patch->halo      = MPMHaloView(s, fields);
   patch->own_order = mpm->points.order;
   patch->order     = ex->roundoff ? mpm->points.order : s->order;
   patch->norder    = mpm->points.n + (ex->roundoff ? 0 : s->nhalo);
@@ -148,7 +143,7 @@ static PetscErrorCode Recut(MPM mpm)
 {
   MPMExchange   *ex  = &mpm->exchange;
   MPMSpatial    *s   = (MPMSpatial *)ex->ctx;
-  const PetscInt dim = mpm->grid.dim, fields = MPM_BIT(x) | MPM_BIT(cell);
+  const PetscInt dim = mpm->grid.dim, fields = MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
   MPMPartition   part = {0};
   PetscMPIInt    size;
   MPMHistogram   h;
@@ -162,7 +157,8 @@ static PetscErrorCode Recut(MPM mpm)
     PetscReal xi[3];
     PetscInt  base[3] = {0};
 
-    (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, view.x + p * dim, xi, base);
+    (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, view.x + p * dim,
+                    MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), xi, base);
     for (PetscInt d = 0; d < dim; d++) base[d] += mpm->grid.layers[d];
     MPMHistogramAdd(&h, base);
   }
@@ -176,7 +172,8 @@ static PetscErrorCode Recut(MPM mpm)
     for (PetscInt p = 0; p < view.n; p++) {
       PetscInt base[3] = {0};
 
-      view.cell[p] = MPMOwnCell((int)dim, mpm->basis, &ex->patch, view.x + p * dim, base);
+      view.cell[p] = MPMOwnCell((int)dim, mpm->basis, &ex->patch, view.x + p * dim,
+                                MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), base);
     }
     mpm->status.left = mpm->status.moved = 1; /* on every process: all migrate and sort */
     ex->recuts++;
@@ -212,7 +209,7 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
   }
   if (anew) {
-    PetscCall(MPMPointsLocate(&mpm->points, &ex->patch));
+    PetscCall(MPMPointsLocate(&mpm->points, &ex->patch, mpm->scene.kinds));
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
   } else if (mpm->status.moved)
     PetscCall(MPMPointsSort(&mpm->points, &ex->patch));

@@ -9,13 +9,13 @@
 enum { MPM_TAG_MIGRATE = 1, MPM_TAG_HALO = 8 }; /* halo: + the direction, since a neighbour may be so in several */
 #define MPM_MAX_NEIGHBOURS 7                    /* lower, or upper, sides of a box in 3-D */
 
-/* Fields that are constant in a step: a halo point gets them once. */
-#define MPM_STEADY (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(kind))
+/* Fields that are constant in a step: a halo point gets them once; its cell is found here. */
+#define MPM_STEADY (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(kind) | MPM_BIT(l) | MPM_BIT(cell))
 
 typedef struct {
   PetscMPIInt rank, tag;
   PetscInt    lo[3], hi[3];       /* cells [lo, hi) whose points it needs, nodes of the grid */
-  PetscReal   shift[3];           /* to be added to positions that come: across periodic faces, m */
+  PetscInt    shift[3];           /* to be added to the cells of points that come: across periodic faces */
   PetscInt    n, capacity, *list; /* [n] those points */
 } MPMNeighbour;
 
@@ -40,6 +40,7 @@ typedef struct {
   PetscReal    lost;   /* s lost to imbalance since the cuts were last looked at, by the model */
 } MPMSpatial;
 
+MPMView        MPMHaloView(const MPMSpatial *, PetscInt fields);
 PetscErrorCode MPMHaloUpdate(MPM, MPMSpatial *, PetscBool changed);
 PetscErrorCode MPMHaloExchange(MPM, MPMSpatial *, PetscInt fields);
 PetscErrorCode MPMSpatialLayout(MPM);

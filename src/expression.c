@@ -1,15 +1,17 @@
-/* expression.c - values as expressions of coordinates, pi and the usual functions, by muParser (its C interface); the
-   components are separated by commas.                                                                                */
+/* expression.c - values as expressions of coordinates, time, pi and the usual functions, by muParser (its C interface);
+   the components are separated by commas.                                                                            */
 #include <muParserDLL.h>
-#include "mpm.h"
+#include "options.h"
+
+static const char letters[] = "xyzXYZt"; /* where a point is, where it started, time */
 
 struct _MPMExpression {
   muParserHandle_t parser;
-  PetscReal        var[4]; /* x y z t */
+  PetscReal        var[sizeof letters - 1];
 };
 
-/* Parses text, in which the names in `variables` (of "xyzt") may stand. A fault is described in error, else error is
-   "" and n is the number of components. Not collective.                                                              */
+/* Parses text, in which the letters in `variables` may stand. A fault is described in error, else error is "" and n is
+   the number of components. Not collective.                                                                          */
 PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MPMExpression *e, PetscInt *n,
                                    char error[], size_t len)
 {
@@ -22,10 +24,11 @@ PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MP
   (*e)->parser = mupCreate(muBASETYPE_FLOAT);
   PetscCheck((*e)->parser, PETSC_COMM_SELF, PETSC_ERR_LIB, "muParser has no parser left");
   for (const char *v = variables; *v; v++) {
-    const char name[2] = {*v, 0};
+    const char       name[2] = {*v, 0};
+    PetscReal *const at      = &(*e)->var[strchr(letters, *v) - letters];
 
-    (*e)->var[*v == 't' ? 3 : *v - 'x'] = 0.5; /* any value: the first evaluation only checks the syntax */
-    mupDefineVar((*e)->parser, name, &(*e)->var[*v == 't' ? 3 : *v - 'x']);
+    *at = 0.5; /* any value: the first evaluation only checks the syntax */
+    mupDefineVar((*e)->parser, name, at);
   }
   mupDefineConst((*e)->parser, "pi", PETSC_PI);
   mupSetExpr((*e)->parser, text);
@@ -38,18 +41,28 @@ PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MP
                    at >= 0 && at <= (PetscInt)strlen(text) ? at + 1 : (PetscInt)strlen(text) + 1);
     mupErrorReset((*e)->parser);
   }
+  for (const char *q = strchr(text, '='); q && !error[0]; q = strchr(q + 1, '=')) /* muParser assigns to variables */
+    if (q[1] == '=')
+      q++;
+    else if (q == text || !strchr("<>!", q[-1]))
+      (void)snprintf(error, len, "= does not compare, == does");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The components at position x [dim] in m and time t in s. Not collective. */
-PetscErrorCode MPMExpressionEvaluate(MPMExpression e, PetscInt dim, const PetscReal x[], PetscReal t, PetscReal value[])
+/* The components at position x [dim] in m and time t in s, of a point that started at X [dim], or NULL where no X may
+   stand. Not collective. */
+PetscErrorCode MPMExpressionEvaluate(MPMExpression e, PetscInt dim, const PetscReal x[], const PetscReal X[],
+                                     PetscReal t, PetscReal value[])
 {
   int              n;
   const muFloat_t *v;
 
   PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < 3; d++) e->var[d] = d < dim ? x[d] : 0;
-  e->var[3] = t;
+  for (PetscInt d = 0; d < 3; d++) {
+    e->var[d]     = d < dim ? x[d] : 0;
+    e->var[3 + d] = d < dim && X ? X[d] : 0;
+  }
+  e->var[6] = t;
   v         = mupEvalMulti(e->parser, &n);
   PetscCheck(!mupError(e->parser), PETSC_COMM_SELF, PETSC_ERR_LIB, "muParser: %s", mupGetErrorMsg(e->parser));
   for (int k = 0; k < n; k++) value[k] = v[k];
@@ -62,5 +75,25 @@ PetscErrorCode MPMExpressionDestroy(MPMExpression *e)
   if (!*e) PetscFunctionReturn(PETSC_SUCCESS);
   mupRelease((*e)->parser);
   PetscCall(PetscFree(*e));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads an option whose value is an expression of these variables with nc components; *e stays NULL if not given. */
+PetscErrorCode MPMOptionsExpression(MPMOptions o, const char row[], const char name[], const char variables[],
+                                    PetscInt nc, MPMExpression *e)
+{
+  char      full[MPM_FULL_LEN], text[MPM_TEXT_LEN], error[MPM_TEXT_LEN];
+  PetscInt  n;
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsString(o, row, name, text, &set));
+  if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  MPMOptionsFullName(row, name, full);
+  PetscCall(MPMExpressionCreate(text, variables, e, &n, error, sizeof error));
+  if (error[0])
+    MPMOptionsFail(o, "-%s %.300s: %s", full, text, error);
+  else if (n != nc)
+    MPMOptionsFail(o, "-%s has %" PetscInt_FMT " component%s, it needs %" PetscInt_FMT, full, n, n == 1 ? "" : "s", nc);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,6 +4,18 @@
 #include "transfer.h"
 #include "exchange_spatial.h"
 
+/* The fields of the halo points, as kernels see them. */
+MPMView MPMHaloView(const MPMSpatial *s, PetscInt fields)
+{
+  MPMView view = {.n = s->nhalo};
+
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
+  if (fields & MPM_BIT(name)) view.name = (ctype *)s->halo[MPM_FIELD_INDEX_##name];
+#include "fields.def"
+#undef MPM_FIELD
+  return view;
+}
+
 /* Lists the points of the cells that neighbour `to` needs, in (cell, id) order, from the order of the points. */
 static PetscErrorCode ListPoints(MPM mpm, MPMNeighbour *to)
 {
@@ -53,9 +65,12 @@ PetscErrorCode MPMHaloExchange(MPM mpm, MPMSpatial *s, PetscInt fields)
       PetscCallMPI(MPI_Irecv(s->in + at, len, MPI_BYTE, s->from[k].rank, s->from[k].tag, s->comm, &request[n++]));
     at += (size_t)len;
   }
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (pts->present[f] && (fields & (1 << f)))
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    if (!pts->present[f] || !(fields & (1 << f))) continue;
+    own[f] = pts->scratch[f];
+    if (MPMFields[f].home != MPM_SCRATCH)
       PetscCall(DMSwarmGetField(pts->swarm, MPMFields[f].name, NULL, NULL, &own[f]));
+  }
   at = 0;
   for (int k = 0; k < s->nto; k++) {
     char       *message = s->out + at;
@@ -72,7 +87,8 @@ PetscErrorCode MPMHaloExchange(MPM mpm, MPMSpatial *s, PetscInt fields)
     if (len) PetscCallMPI(MPI_Isend(message, len, MPI_BYTE, s->to[k].rank, s->to[k].tag, s->comm, &request[n++]));
   }
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (own[f]) PetscCall(DMSwarmRestoreField(pts->swarm, MPMFields[f].name, NULL, NULL, &own[f]));
+    if (own[f] && MPMFields[f].home != MPM_SCRATCH)
+      PetscCall(DMSwarmRestoreField(pts->swarm, MPMFields[f].name, NULL, NULL, &own[f]));
   PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
   at = 0;
   for (int k = 0, first = 0; k < s->nfrom; first += (int)s->from[k++].n)
@@ -123,7 +139,7 @@ static PetscErrorCode MergeOrder(MPM mpm, MPMSpatial *s)
   const MPMPoints *pts   = &mpm->points;
   MPMPatch        *patch = &mpm->exchange.patch;
   const PetscInt   dim = mpm->grid.dim, ncells = MPMPatchCells(patch);
-  const PetscReal *x    = (const PetscReal *)s->halo[MPM_FIELD_INDEX_x];
+  const MPMView    halo = MPMHaloView(s, MPM_STEADY);
   PetscInt        *cell = (PetscInt *)s->halo[MPM_FIELD_INDEX_cell], at = 0;
 
   PetscFunctionBeginUser;
@@ -131,14 +147,17 @@ static PetscErrorCode MergeOrder(MPM mpm, MPMSpatial *s)
     PetscCall(PetscMalloc2(ncells + 1, &s->start, ncells, &s->count));
     PetscCall(PetscArrayzero(s->count, ncells));
   }
-  for (PetscInt p = 0; p < s->nhalo; p++) {
-    PetscReal xi[3];
-    PetscInt  base[3] = {0};
+  for (PetscInt k = 0, p = 0; k < s->nfrom; k++)
+    for (PetscInt q = 0; q < s->from[k].n; q++, p++) {
+      PetscReal xi[3];
+      PetscInt  base[3] = {0};
 
-    MPMCoordinates((int)dim, mpm->basis, &mpm->grid, x + p * dim, xi, base);
-    cell[p] = MPMNodeIndex((int)dim, patch, base);
-    s->count[cell[p]]++;
-  }
+      MPMCoordinates((int)dim, mpm->basis, &mpm->grid, halo.x + p * dim,
+                     MPMHalfWidths((int)dim, mpm->scene.kinds, &halo, p), xi, base);
+      for (PetscInt d = 0; d < dim; d++) base[d] += s->from[k].shift[d];
+      cell[p] = MPMNodeIndex((int)dim, patch, base);
+      s->count[cell[p]]++;
+    }
   for (PetscInt c = 0; c < ncells; c++) {
     s->start[c] = at;
     for (PetscInt q = pts->start[c]; q < pts->start[c + 1]; q++) s->order[at++] = pts->order[q];
@@ -154,19 +173,12 @@ static PetscErrorCode MergeOrder(MPM mpm, MPMSpatial *s)
    the order of all points too. Collective on neighbours.                                                             */
 PetscErrorCode MPMHaloUpdate(MPM mpm, MPMSpatial *s, PetscBool changed)
 {
-  const PetscInt dim = mpm->grid.dim;
-  PetscReal     *x;
-
   PetscFunctionBeginUser;
   if (changed) {
     for (int k = 0; k < s->nto; k++) PetscCall(ListPoints(mpm, &s->to[k]));
     PetscCall(ExchangeCounts(mpm, s));
   }
-  PetscCall(MPMHaloExchange(mpm, s, MPM_STEADY));
-  x = (PetscReal *)s->halo[MPM_FIELD_INDEX_x];
-  for (PetscInt k = 0, p = 0; k < s->nfrom; k++) /* images across periodic faces */
-    for (PetscInt q = 0; q < s->from[k].n; q++, p++)
-      for (PetscInt d = 0; d < dim; d++) x[p * dim + d] += s->from[k].shift[d];
+  PetscCall(MPMHaloExchange(mpm, s, MPM_STEADY & ~MPM_BIT(cell)));
   if (changed) PetscCall(MergeOrder(mpm, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

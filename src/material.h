@@ -1,52 +1,114 @@
 /* material.h - turns a law for one point into the block functions of its row.
 
-   A material file defines three inlined functions of one point and ends with MPM_MATERIAL_DEFINE(name):
-     <name>_stress(dim, material, F, tau)   Kirchhoff stress [6] in Pa
-     <name>_energy(dim, material, F)        strain energy per reference volume in J/m^3
-     <name>_speed2(dim, material, F)        upper bound of the squared wave speed in m^2/s^2 */
+   A material file defines inlined functions of one point, s its state, and ends with MPM_MATERIAL_DEFINE:
+     <name>_setup(material)           of a law with history: constants from the options; what is wrong with them or NULL
+     <name>_stress(dim, m, s, tau)    Kirchhoff stress [6] in Pa of a law without history
+     <name>_update(dim, m, dt, L, s)  or, of a law with history, its new state and s->tau after a step dt with velocity
+                                      gradient L [dim*dim] in 1/s; s->F is new already
+     <name>_energy(dim, m, s)         stored energy per reference volume in J/m^3
+     <name>_speed2(dim, m, s)         upper bound of the squared wave speed in m^2/s^2 */
 #ifndef MPM_MATERIAL_H
 #define MPM_MATERIAL_H
 
 #include "mpm.h"
 
-MPM_INLINE void MPMLoadF(int dim, PetscInt p, const PetscReal *block, PetscReal F[])
+/* One point. Tensors be and tau are whole in every dimension: xx xy xz yy yz zz. */
+typedef struct {
+  PetscReal F[9], J, be[6], ep, vc, tau[6];
+} MPMPointState;
+
+/* Reads point p of a block; what its law does not use, the compiler leaves out. */
+MPM_INLINE void MPMPointLoad(int dim, const MPMBlock *b, PetscInt p, MPMPointState *s)
 {
-  for (int k = 0; k < dim * dim; k++) F[k] = block[k * MPM_BLOCK + p];
+  for (int k = 0; k < dim * dim; k++) s->F[k] = b->F[k][p];
+  for (int k = 0; k < 6; k++) {
+    s->be[k]  = MPMSymUnit(3, k);
+    s->tau[k] = 0;
+  }
+  for (int k = 0; k < MPM_SYM_NC(dim); k++) {
+    s->be[MPMSymPlace(dim, k)]  = b->be[k][p];
+    s->tau[MPMSymPlace(dim, k)] = b->tau[k][p];
+  }
+  s->J  = b->J[0][p];
+  s->ep = b->ep[0][p];
+  s->vc = b->vc[0][p];
 }
 
-#define MPM_MATERIAL_DIM(law, dim)                                                                                     \
-  static void law##_stress_##dim(const MPMMaterial *m, PetscInt n, const PetscReal *F, PetscReal *tau)                 \
+/* Writes the fields of the law's state, which a step changes. */
+MPM_INLINE void MPMPointStore(int dim, PetscInt state, const MPMPointState *s, MPMBlock *b, PetscInt p)
+{
+  for (int k = 0; k < MPM_SYM_NC(dim); k++) {
+    if (state & MPM_BIT(be)) b->be[k][p] = s->be[MPMSymPlace(dim, k)];
+    if (state & MPM_BIT(tau)) b->tau[k][p] = s->tau[MPMSymPlace(dim, k)];
+  }
+  if (state & MPM_BIT(J)) b->J[0][p] = s->J;
+  if (state & MPM_BIT(ep)) b->ep[0][p] = s->ep;
+  if (state & MPM_BIT(vc)) b->vc[0][p] = s->vc;
+}
+
+/* Block functions of points first .. last-1. */
+#define MPM_LAW_STRESS(law, dim)                                                                                       \
+  static void law##_stress_##dim(const MPMMaterial *m, PetscInt first, PetscInt last, MPMBlock *b)                     \
   {                                                                                                                    \
-    for (PetscInt p = 0; p < n; p++) {                                                                                 \
-      PetscReal Fp[9], tp[MPM_STRESS_NC];                                                                              \
-      MPMLoadF(dim, p, F, Fp);                                                                                         \
-      law##_stress(dim, m, Fp, tp);                                                                                    \
-      for (int k = 0; k < MPM_STRESS_NC; k++) tau[k * MPM_BLOCK + p] = tp[k];                                          \
-    }                                                                                                                  \
-  }                                                                                                                    \
-  static void law##_energy_##dim(const MPMMaterial *m, PetscInt n, const PetscReal *F, PetscReal *W)                   \
-  {                                                                                                                    \
-    for (PetscInt p = 0; p < n; p++) {                                                                                 \
-      PetscReal Fp[9];                                                                                                 \
-      MPMLoadF(dim, p, F, Fp);                                                                                         \
-      W[p] = law##_energy(dim, m, Fp);                                                                                 \
-    }                                                                                                                  \
-  }                                                                                                                    \
-  static void law##_speed2_##dim(const MPMMaterial *m, PetscInt n, const PetscReal *F, PetscReal *c2)                  \
-  {                                                                                                                    \
-    for (PetscInt p = 0; p < n; p++) {                                                                                 \
-      PetscReal Fp[9];                                                                                                 \
-      MPMLoadF(dim, p, F, Fp);                                                                                         \
-      c2[p] = law##_speed2(dim, m, Fp);                                                                                \
+    for (PetscInt p = first; p < last; p++) {                                                                          \
+      MPMPointState s;                                                                                                 \
+      MPMPointLoad(dim, b, p, &s);                                                                                     \
+      law##_stress(dim, m, &s, s.tau);                                                                                 \
+      MPMPointStore(dim, MPM_BIT(tau), &s, b, p);                                                                      \
     }                                                                                                                  \
   }
+#define MPM_LAW_UPDATE(law, dim, state)                                                                                \
+  static void law##_update_##dim(const MPMMaterial *m, PetscReal dt, PetscReal(*L)[MPM_BLOCK], PetscInt first,         \
+                                 PetscInt last, MPMBlock *b)                                                           \
+  {                                                                                                                    \
+    for (PetscInt p = first; p < last; p++) {                                                                          \
+      MPMPointState s;                                                                                                 \
+      PetscReal     Lp[9];                                                                                             \
+      MPMPointLoad(dim, b, p, &s);                                                                                     \
+      for (int k = 0; k < dim * dim; k++) Lp[k] = L[k][p];                                                             \
+      law##_update(dim, m, dt, Lp, &s);                                                                                \
+      MPMPointStore(dim, state, &s, b, p);                                                                             \
+    }                                                                                                                  \
+  }
+#define MPM_LAW_SCALAR(law, what, dim)                                                                                 \
+  static void law##_##what##_##dim(const MPMMaterial *m, PetscInt first, PetscInt last, const MPMBlock *b,             \
+                                   PetscReal out[])                                                                    \
+  {                                                                                                                    \
+    for (PetscInt p = first; p < last; p++) {                                                                          \
+      MPMPointState s;                                                                                                 \
+      MPMPointLoad(dim, b, p, &s);                                                                                     \
+      out[p] = law##_##what(dim, m, &s);                                                                               \
+    }                                                                                                                  \
+  }
+#define MPM_LAW_SCALARS(law, what)                                                                                     \
+  MPM_LAW_SCALAR(law, what, 1) MPM_LAW_SCALAR(law, what, 2) MPM_LAW_SCALAR(law, what, 3)
 
+#define MPM_LAW_1_2_3(law, what)                                                                                       \
+  {                                                                                                                    \
+    law##_##what##_1, law##_##what##_2, law##_##what##_3                                                               \
+  }
+
+/* A law whose stress is a function of F. */
 #define MPM_MATERIAL_DEFINE(law)                                                                                       \
-  MPM_MATERIAL_DIM(law, 1)                                                                                             \
-  MPM_MATERIAL_DIM(law, 2)                                                                                             \
-  MPM_MATERIAL_DIM(law, 3)                                                                                             \
-  const MPMMaterialLaw MPMMaterialLaw_##law = {{law##_stress_1, law##_stress_2, law##_stress_3},                       \
-                                               {law##_energy_1, law##_energy_2, law##_energy_3},                       \
-                                               {law##_speed2_1, law##_speed2_2, law##_speed2_3}};
+  MPM_LAW_STRESS(law, 1)                                                                                               \
+  MPM_LAW_STRESS(law, 2)                                                                                               \
+  MPM_LAW_STRESS(law, 3)                                                                                               \
+  MPM_LAW_SCALARS(law, energy)                                                                                         \
+  MPM_LAW_SCALARS(law, speed2)                                                                                         \
+  const MPMMaterialLaw MPMMaterialLaw_##law = {.stress = MPM_LAW_1_2_3(law, stress),                                   \
+                                               .energy = MPM_LAW_1_2_3(law, energy),                                   \
+                                               .speed2 = MPM_LAW_1_2_3(law, speed2)};
+
+/* A law with history: a step changes these fields of its state, tau among them. */
+#define MPM_MATERIAL_DEFINE_HISTORY(law, state)                                                                        \
+  MPM_LAW_UPDATE(law, 1, state)                                                                                        \
+  MPM_LAW_UPDATE(law, 2, state)                                                                                        \
+  MPM_LAW_UPDATE(law, 3, state)                                                                                        \
+  MPM_LAW_SCALARS(law, energy)                                                                                         \
+  MPM_LAW_SCALARS(law, speed2)                                                                                         \
+  const MPMMaterialLaw MPMMaterialLaw_##law = {.setup  = law##_setup,                                                  \
+                                               .update = MPM_LAW_1_2_3(law, update),                                   \
+                                               .energy = MPM_LAW_1_2_3(law, energy),                                   \
+                                               .speed2 = MPM_LAW_1_2_3(law, speed2)};
 
 #endif

@@ -10,12 +10,12 @@ MPM_INLINE void elastic_strain(int dim, const PetscReal *F, PetscReal e[6])
     for (int f = d; f < dim; f++) e[MPMSymIndex(d, f)] = 0.5 * (F[d * dim + f] + F[f * dim + d]) - (d == f ? 1 : 0);
 }
 
-MPM_INLINE void elastic_stress(int dim, const MPMMaterial *m, const PetscReal *F, PetscReal *tau)
+MPM_INLINE void elastic_stress(int dim, const MPMMaterial *m, const MPMPointState *s, PetscReal *tau)
 {
   PetscReal       e[6];
-  const PetscReal J = MPMDet(dim, F);
+  const PetscReal J = MPMDet(dim, s->F);
 
-  elastic_strain(dim, F, e);
+  elastic_strain(dim, s->F, e);
   {
     const PetscReal p = m->lambda * (e[0] + e[3] + e[5]);
 
@@ -23,11 +23,11 @@ MPM_INLINE void elastic_stress(int dim, const MPMMaterial *m, const PetscReal *F
   }
 }
 
-MPM_INLINE PetscReal elastic_energy(int dim, const MPMMaterial *m, const PetscReal *F)
+MPM_INLINE PetscReal elastic_energy(int dim, const MPMMaterial *m, const MPMPointState *s)
 {
   PetscReal e[6], tr;
 
-  elastic_strain(dim, F, e);
+  elastic_strain(dim, s->F, e);
   tr = e[0] + e[3] + e[5];
   return 0.5 * m->lambda * tr * tr +
          m->mu * (e[0] * e[0] + e[3] * e[3] + e[5] * e[5] + 2 * (e[1] * e[1] + e[2] * e[2] + e[4] * e[4]));
@@ -35,19 +35,19 @@ MPM_INLINE PetscReal elastic_energy(int dim, const MPMMaterial *m, const PetscRe
 
 /* sig is linear in F, so a wave stiffens with the stretch: rho0 c^2 = J s (lambda + 2 mu) for F = s I and for uniaxial
    stretch s. s = |F|_2 is bounded by the larger of the largest row and column sums, since |F|_2^2 <= |F|_1 |F|_inf. */
-MPM_INLINE PetscReal elastic_speed2(int dim, const MPMMaterial *m, const PetscReal *F)
+MPM_INLINE PetscReal elastic_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
 {
   PetscReal smax = 0;
 
   for (int d = 0; d < dim; d++) {
     PetscReal row = 0, column = 0;
     for (int e = 0; e < dim; e++) {
-      row += PetscAbsReal(F[d * dim + e]);
-      column += PetscAbsReal(F[e * dim + d]);
+      row += PetscAbsReal(s->F[d * dim + e]);
+      column += PetscAbsReal(s->F[e * dim + d]);
     }
     smax = PetscMax(smax, PetscMax(row, column));
   }
-  return MPMDet(dim, F) * smax * (m->lambda + 2 * m->mu) / m->rho;
+  return MPMDet(dim, s->F) * smax * (m->lambda + 2 * m->mu) / m->rho;
 }
 
 MPM_MATERIAL_DEFINE(elastic)

@@ -3,12 +3,12 @@
  */
 #include "material.h"
 
-MPM_INLINE void neohookean_stress(int dim, const MPMMaterial *m, const PetscReal *F, PetscReal *tau)
+MPM_INLINE void neohookean_stress(int dim, const MPMMaterial *m, const MPMPointState *s, PetscReal *tau)
 {
   PetscReal       b[6];
-  const PetscReal p = m->lambda * MPMLog(MPMDet(dim, F));
+  const PetscReal p = m->lambda * MPMLog(MPMDet(dim, s->F));
 
-  MPMLeftCauchyGreen(dim, F, b);
+  MPMLeftCauchyGreen(dim, s->F, b);
   tau[0] = p + m->mu * (b[0] - 1);
   tau[1] = m->mu * b[1];
   tau[2] = m->mu * b[2];
@@ -17,27 +17,27 @@ MPM_INLINE void neohookean_stress(int dim, const MPMMaterial *m, const PetscReal
   tau[5] = p + m->mu * (b[5] - 1);
 }
 
-MPM_INLINE PetscReal neohookean_energy(int dim, const MPMMaterial *m, const PetscReal *F)
+MPM_INLINE PetscReal neohookean_energy(int dim, const MPMMaterial *m, const MPMPointState *s)
 {
   PetscReal       b[6];
-  const PetscReal lnJ = MPMLog(MPMDet(dim, F));
+  const PetscReal lnJ = MPMLog(MPMDet(dim, s->F));
 
-  MPMLeftCauchyGreen(dim, F, b);
+  MPMLeftCauchyGreen(dim, s->F, b);
   return 0.5 * m->mu * ((b[0] - 1) + (b[3] - 1) + (b[5] - 1) - 2 * lnJ) + 0.5 * m->lambda * lnJ * lnJ;
 }
 
 /* A plane wave along n has rho0 c^2 = lambda (1 - ln J) + mu (1 + n.b n), a shear wave mu n.b n. Bounded without a
    logarithm, by 1 - 1/J <= ln J <= J - 1, and by the largest row sum of b (Gershgorin); equal at F = I. */
-MPM_INLINE PetscReal neohookean_speed2(int dim, const MPMMaterial *m, const PetscReal *F)
+MPM_INLINE PetscReal neohookean_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
 {
-  const PetscReal J = MPMDet(dim, F), volumetric = m->lambda * (m->lambda >= 0 ? 1 / J : 2 - J);
-  PetscReal       b[6], bmax                     = 0;
+  const PetscReal J = MPMDet(dim, s->F), volumetric = m->lambda * (m->lambda >= 0 ? 1 / J : 2 - J);
+  PetscReal       b[6], bmax                        = 0;
 
-  MPMLeftCauchyGreen(dim, F, b);
+  MPMLeftCauchyGreen(dim, s->F, b);
   for (int d = 0; d < dim; d++) {
-    PetscReal s = 0;
-    for (int e = 0; e < dim; e++) s += PetscAbsReal(b[MPMSymIndex(d, e)]);
-    bmax = PetscMax(bmax, s);
+    PetscReal row = 0;
+    for (int e = 0; e < dim; e++) row += PetscAbsReal(b[MPMSymIndex(d, e)]);
+    bmax = PetscMax(bmax, row);
   }
   return (m->mu * bmax + PetscMax(0, m->mu + volumetric)) / m->rho;
 }

@@ -11,8 +11,9 @@ static PetscErrorCode FindOwner(MPM mpm, const MPMSpatial *s, const MPMView *vie
   PetscInt       base[3] = {0};
 
   PetscFunctionBeginUser;
-  PetscCheck(MPMLocate((int)dim, mpm->basis, &mpm->grid, view->x + p * dim, xi, base), PETSC_COMM_SELF, PETSC_ERR_PLIB,
-             "point %" PetscInt64_FMT " has no cell", view->id[p]);
+  PetscCheck(MPMLocate((int)dim, mpm->basis, &mpm->grid, view->x + p * dim,
+                       MPMHalfWidths((int)dim, mpm->scene.kinds, view, p), xi, base),
+             PETSC_COMM_SELF, PETSC_ERR_PLIB, "point %" PetscInt64_FMT " has no cell", view->id[p]);
   *owner = MPMSpatialOwner(s, dim, base);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -20,7 +21,7 @@ static PetscErrorCode FindOwner(MPM mpm, const MPMSpatial *s, const MPMView *vie
 /* Finds the cells of the points that came: their cell, which travels with them, is still that of a leaver. */
 static PetscErrorCode LocateComers(MPM mpm)
 {
-  const PetscInt  dim = mpm->grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell);
+  const PetscInt  dim = mpm->grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
   const MPMPatch *patch = &mpm->exchange.patch;
   MPMView         view;
 
@@ -30,7 +31,8 @@ static PetscErrorCode LocateComers(MPM mpm)
     PetscInt base[3] = {0};
 
     if (view.cell[p] >= 0) continue;
-    view.cell[p] = MPMOwnCell((int)dim, mpm->basis, patch, view.x + p * dim, base);
+    view.cell[p] = MPMOwnCell((int)dim, mpm->basis, patch, view.x + p * dim,
+                              MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), base);
     PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                "point %" PetscInt64_FMT " came to the wrong process", view.id[p]);
   }
@@ -42,7 +44,7 @@ static PetscErrorCode LocateComers(MPM mpm)
    eleven collectives a call. Collective.                                                                             */
 PetscErrorCode MPMMigrateSwarm(MPM mpm, MPMSpatial *s)
 {
-  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell);
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
   MPMPoints     *pts    = &mpm->points;
   PetscInt      *owner;
   MPMView        view;
@@ -139,7 +141,7 @@ static PetscErrorCode SendPoints(MPMSpatial *s, PetscInt bytes, PetscInt nsend, 
 /* Lists the points that left, by owner: which [nsend], owner [nsend]; allocated here. */
 static PetscErrorCode ListLeavers(MPM mpm, MPMSpatial *s, PetscInt *nsend, PetscInt **which, PetscInt **owner)
 {
-  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell);
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
   MPMView        view;
 
   PetscFunctionBeginUser;

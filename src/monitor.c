@@ -10,10 +10,11 @@ enum { KINETIC, STRAIN, MASS, SPEED, MOMENTUM, MOMENT = MOMENTUM + 3, NUM_SUMS =
 /* Energies, momentum and mass of the points as they are. Collective on the exchange. */
 PetscErrorCode MPMTotalsCompute(MPM mpm, MPMTotals *totals)
 {
-  const PetscInt dim = mpm->grid.dim, fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(kind);
+  const PetscInt dim = mpm->grid.dim, fields = MPM_BIT(x) | MPM_BIT(v) | MPM_MATERIAL_BITS | MPM_BIT(kind);
   MPMView        view;
   MPMSum         sum[NUM_SUMS];
-  PetscReal      F[9 * MPM_BLOCK], W;
+  MPMBlock       b;
+  PetscReal      W;
   PetscInt64     count[2]; /* points, and their fingerprint */
 
   PetscFunctionBeginUser;
@@ -31,8 +32,8 @@ PetscErrorCode MPMTotalsCompute(MPM mpm, MPMTotals *totals)
       MPMSumAdd(&sum[MOMENTUM + d], kind->m * v);
       if (mpm->params.gravity[d] != 0) MPMSumAdd(&sum[MOMENT + d], kind->m * view.x[p * dim + d]);
     }
-    for (PetscInt k = 0; k < dim * dim; k++) F[k * MPM_BLOCK] = view.F[p * dim * dim + k];
-    m->type->law->energy[dim - 1](m, 1, F, &W);
+    MPMPointsState(dim, &view, p, &b);
+    m->type->law->energy[dim - 1](m, 0, 1, &b, &W);
     MPMSumAdd(&sum[KINETIC], 0.5 * kind->m * v2);
     MPMSumAdd(&sum[STRAIN], kind->V0 * W);
     MPMSumAdd(&sum[MASS], kind->m);

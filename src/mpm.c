@@ -40,27 +40,57 @@ PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
 static PetscErrorCode ReadMethod(MPM mpm, MPMOptions o)
 {
   static const char *const bases[] = {
-#define MPM_BASIS(name, nodes, layers, what) #name,
+#define MPM_BASIS(name, nodes, layers, inertia, what) #name,
 #include "basis.def"
 #undef MPM_BASIS
   };
-  char      basis[MPM_NAME_LEN], update[MPM_NAME_LEN], transfer[MPM_NAME_LEN];
-  PetscBool set;
+  char      basis[MPM_NAME_LEN], update[MPM_NAME_LEN], transfer[MPM_NAME_LEN], wall[MPM_NAME_LEN], gimp[MPM_NAME_LEN];
+  PetscBool set, wall_set, gimp_set, order_set;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsEnum(o, "method_basis", NULL, basis, NULL));
   PetscCall(MPMOptionsEnum(o, "method_update", NULL, update, NULL));
   PetscCall(MPMOptionsEnum(o, "method_transfer", NULL, transfer, NULL));
   PetscCall(MPMOptionsReal(o, "method_flip", NULL, &mpm->params.flip, &set));
+  PetscCall(MPMOptionsEnum(o, "method_wall_basis", NULL, wall, &wall_set));
+  PetscCall(MPMOptionsEnum(o, "method_gimp_update", NULL, gimp, &gimp_set));
+  mpm->params.order = 2;
+  PetscCall(MPMOptionsInt(o, "method_order", NULL, &mpm->params.order, &order_set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < MPM_NUM_BASES; k++)
     if (!strcmp(bases[k], basis)) mpm->basis = (MPMBasis)k;
   for (PetscInt k = 0; MPMIntegrators[k]; k++)
     if (!strcmp(MPMIntegrators[k]->name, update)) mpm->integrator = MPMIntegrators[k];
-  if (!strcmp(transfer, "pic")) {
+  if (strcmp(transfer, "flip")) {
     if (set && !MPMOptionsOverridden("method_flip", "method_transfer"))
-      MPMOptionsFail(o, "-method_flip does not apply: -method_transfer pic has no share of FLIP");
+      MPMOptionsFail(o, "-method_flip does not apply: -method_transfer %s has no share of FLIP", transfer);
     mpm->params.flip = 0;
+  }
+  if (strcmp(transfer, "xpic")) {
+    if (order_set && !MPMOptionsOverridden("method_order", "method_transfer"))
+      MPMOptionsFail(o, "-method_order does not apply: it is the order of -method_transfer xpic");
+    mpm->params.order = 0;
+  }
+  mpm->affine    = !strcmp(transfer, "apic") ? PETSC_TRUE : PETSC_FALSE;
+  mpm->stretched = mpm->basis == MPM_BASIS_gimp && !strcmp(gimp, "stretch") ? PETSC_TRUE : PETSC_FALSE;
+  if (wall_set && !MPMBasisIsSpline(mpm->basis) && !MPMOptionsOverridden("method_wall_basis", "method_basis"))
+    MPMOptionsFail(o, "-method_wall_basis does not apply: it is for the splines, -method_basis is %s", basis);
+  if (gimp_set && mpm->basis != MPM_BASIS_gimp && !MPMOptionsOverridden("method_gimp_update", "method_basis"))
+    MPMOptionsFail(o, "-method_gimp_update does not apply: -method_basis is %s", basis);
+  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++)
+    if (mpm->stretched && !(mpm->scene.materials[k].state & MPM_BIT(F)))
+      MPMOptionsFail(o, "-method_gimp_update stretch does not apply: material %s (%s) has no deformation gradient",
+                     mpm->scene.materials[k].name, mpm->scene.materials[k].type->name);
+  for (PetscInt d = 0; d < mpm->grid.dim; d++) {
+    const PetscInt least = mpm->basis == MPM_BASIS_linear ? 1 : MPMBasisNodes(mpm->basis);
+
+    mpm->grid.wall_basis[d] = mpm->grid.periodic[d]      ? MPM_WALL_BASIS_NONE
+                              : !strcmp(wall, "steffen") ? MPM_WALL_BASIS_STEFFEN
+                                                         : MPM_WALL_BASIS_EXTRAP;
+    if (mpm->grid.cells[d] < least && (MPMBasisIsSpline(mpm->basis) || mpm->grid.periodic[d]))
+      MPMOptionsFail(
+          o, "-grid_cells: %" PetscInt_FMT " on axis %c are too few for -method_basis %s, which needs %" PetscInt_FMT,
+          mpm->grid.cells[d], "xyz"[d], basis, least);
   }
   MPMGridSetNodes(&mpm->grid, mpm->basis);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -139,13 +169,15 @@ PetscErrorCode MPMSetUp(MPM mpm)
   PetscLogStage stage;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMStepRegisterEvents());
+  PetscCall(MPMStepSetUp(mpm));
   PetscCall(Stage("MPM set-up", &stage));
   PetscCall(PetscLogStagePush(stage));
   mpm->params.kinds     = mpm->scene.kinds;
   mpm->params.nkinds    = mpm->scene.nkinds;
   mpm->params.materials = mpm->scene.materials;
-  mpm->params.walls     = mpm->scene.walls;
+  mpm->params.faces     = mpm->scene.faces;
+  MPMWallsOfResidual(mpm->scene.faces, mpm->scene.residual_faces);
+  mpm->params.residual_faces = mpm->scene.residual_faces;
   PetscCall(mpm->exchange.type->setup(mpm));
   mpm->exchange.ready = PETSC_TRUE;
   if (mpm->exchange.data == MPI_COMM_NULL) { /* a worker of the pool: it holds no points */
@@ -175,15 +207,18 @@ PetscReal MPMCourant(MPM mpm, PetscReal dt)
 }
 
 /* dt of the next step, s: fixed, or cfl h/(c + |v|) of the state as it is, and no more than lets gravity move a point
-   from rest by a tenth of a cell.                                                                                    */
+   from rest by a tenth of a cell, or viscosity spread over cfl/2 of a cell (the explicit limit of diffusion is 1/2). */
 PetscReal MPMTimeStep(MPM mpm)
 {
   const PetscReal h  = SmallestH(&mpm->grid);
-  PetscReal       g2 = 0, dt;
+  PetscReal       g2 = 0, nu = 0, dt;
 
   if (mpm->dt_fixed > 0) return mpm->dt_fixed;
   for (PetscInt d = 0; d < mpm->grid.dim; d++) g2 += mpm->params.gravity[d] * mpm->params.gravity[d];
   dt = mpm->dt_cfl * h / (PetscSqrtReal(mpm->status.c2) + PetscSqrtReal(mpm->status.v2));
+  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++)
+    nu = PetscMax(nu, 4. / 3 * mpm->scene.materials[k].viscosity / mpm->scene.materials[k].rho);
+  if (nu > 0) dt = PetscMin(dt, 0.5 * mpm->dt_cfl * h * h / (nu * mpm->grid.dim));
   return g2 > 0 ? PetscMin(dt, PetscSqrtReal(0.2 * h / PetscSqrtReal(g2))) : dt;
 }
 
@@ -204,6 +239,12 @@ static void CheckState(MPM mpm)
     (void)snprintf(mpm->stop, sizeof mpm->stop,
                    "point %" PetscInt64_FMT " left the grid, to %s; enlarge the grid or close its walls (-bc_*_type)",
                    s->id, at);
+  else if (s->bad == MPM_TOO_WIDE)
+    (void)snprintf(
+        mpm->stop, sizeof mpm->stop,
+        "the domain of point %" PetscInt64_FMT
+        " at %s is stretched to %g cells, gimp takes 1 at most; use more points per cell (-body_*_ppc) or a spline",
+        s->id, at, (double)s->J);
   else
     (void)snprintf(mpm->stop, sizeof mpm->stop,
                    "point %" PetscInt64_FMT

@@ -24,7 +24,7 @@
 
 #define MPM_VERSION   "0.1.0"
 #define MPM_NAME_LEN  64
-#define MPM_TEXT_LEN  1024
+#define MPM_TEXT_LEN  2048
 #define MPM_BLOCK     64 /* points that a transfer stages at a time: its scratch stays in L1 */
 #define MPM_STRESS_NC 6  /* components of a symmetric tensor: xx xy xz yy yz zz */
 
@@ -41,24 +41,54 @@ typedef struct _p_MPM *MPM;
 enum {
   MPM_OBJECTIVE    = 1, /* a rotation turns the stress and changes no energy */
   MPM_HYPERELASTIC = 2, /* J sig F^-T is the derivative of the energy by F */
-  MPM_SMALL_STRAIN = 4  /* sig is the derivative of the energy by sym(F); right for small strains and rotations only */
+  MPM_SMALL_STRAIN = 4, /* sig is the derivative of the energy by sym(F); right for small strains and rotations only */
+  MPM_PLASTIC      = 8, /* tau stays within a yield surface, flow dissipates; Hencky elasticity on be until then */
+  MPM_FLUID        = 16 /* tau is a function of J but for a viscous part, which dissipates */
 };
+
+/* Bits that name fields, for the rows of phases and of materials. */
+enum {
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) MPM_FIELD_INDEX_##name,
+#include "fields.def"
+#undef MPM_FIELD
+  MPM_NUM_FIELDS
+};
+#define MPM_BIT(name) (1 << MPM_FIELD_INDEX_##name)
+
+/* The fields that laws read and write: X(name, rows in a block). */
+#define MPM_MATERIAL_FIELDS(X) X(F, 9) X(J, 1) X(be, 6) X(ep, 1) X(vc, 1) X(tau, 6)
+
+#define MPM_MATERIAL_BIT(name, rows) | MPM_BIT(name)
+#define MPM_MATERIAL_BITS            (0 MPM_MATERIAL_FIELDS(MPM_MATERIAL_BIT))
+
+/* The state of a block of points as laws see it, component-major. A field that the law's row does not list is unset. */
+typedef struct {
+#define MPM_MATERIAL_ROWS(name, rows) PetscReal name[rows][MPM_BLOCK];
+  MPM_MATERIAL_FIELDS(MPM_MATERIAL_ROWS)
+#undef MPM_MATERIAL_ROWS
+} MPMBlock;
 
 typedef struct _MPMMaterial MPMMaterial;
 
-/* A material law: functions of n <= MPM_BLOCK points at once, one a dimension ([dim-1]), called once a block.
-   Arrays are component-major with stride MPM_BLOCK: F[k*MPM_BLOCK + p], k < dim*dim; all F have det F > 0.           */
+/* A material law: functions of points first .. last-1 of a block, one a dimension ([dim-1]); all J > 0. A law without
+   history has stress and no update. */
 typedef struct {
-  /* Kirchhoff stress tau = J sig [6][MPM_BLOCK] in Pa */
-  void (*stress[3])(const MPMMaterial *, PetscInt n, const PetscReal *F, PetscReal *tau);
-  /* strain energy per reference volume W [n] in J/m^3 */
-  void (*energy[3])(const MPMMaterial *, PetscInt n, const PetscReal *F, PetscReal *W);
-  /* upper bound of the squared speed of waves in the deformed state c2 [n] in m^2/s^2 */
-  void (*speed2[3])(const MPMMaterial *, PetscInt n, const PetscReal *F, PetscReal *c2);
+  /* constants from the options; what is wrong with them, or NULL */
+  const char *(*setup)(MPMMaterial *);
+  /* Kirchhoff stress b->tau = J sig in Pa */
+  void (*stress[3])(const MPMMaterial *, PetscInt first, PetscInt last, MPMBlock *b);
+  /* the state after a step dt in s with velocity gradient L [dim*dim] in 1/s; b->F is new already */
+  void (*update[3])(const MPMMaterial *, PetscReal dt, PetscReal (*L)[MPM_BLOCK], PetscInt first, PetscInt last,
+                    MPMBlock *b);
+  /* stored energy per reference volume W [last] in J/m^3 */
+  void (*energy[3])(const MPMMaterial *, PetscInt first, PetscInt last, const MPMBlock *b, PetscReal W[]);
+  /* upper bound of the squared speed of waves in the deformed state c2 [last] in m^2/s^2 */
+  void (*speed2[3])(const MPMMaterial *, PetscInt first, PetscInt last, const MPMBlock *b, PetscReal c2[]);
 } MPMMaterialLaw;
 
 typedef struct {
-  const char           *name, *parameters, *what; /* parameters: options it takes besides rho, separated by blanks */
+  /* parameters: options it takes besides rho; state: fields that its points carry; lists separated by blanks */
+  const char           *name, *parameters, *state, *what;
   PetscInt              traits;
   const MPMMaterialLaw *law;
 } MPMMaterialType;
@@ -66,32 +96,49 @@ typedef struct {
 struct _MPMMaterial {
   char                   name[MPM_NAME_LEN];
   const MPMMaterialType *type;
-  PetscReal              rho, E, nu; /* density in kg/m^3, Young's modulus in Pa, Poisson's ratio */
-  PetscReal              lambda, mu; /* Lame's constants in Pa, set by MPMMaterialSetUp */
+  PetscInt               state;          /* bits of fields: those of the type, less what its constants make useless */
+  PetscReal              rho, E, nu;     /* density in kg/m^3, Young's modulus in Pa, Poisson's ratio */
+  PetscReal              lambda, mu;     /* Lame's constants in Pa, set by MPMMaterialSetUp */
+  PetscReal              K, viscosity;   /* of a fluid: bulk modulus in Pa, viscosity in Pa s */
+  PetscReal              gamma, tension; /* of a fluid: Tait's exponent (0: linear), largest tension in Pa (< 0: any) */
+  PetscReal              yield, hardening;   /* of vonmises: yield stress and its slope by plastic strain in Pa */
+  PetscReal              friction, dilation; /* of druckerprager: slopes of cone and flow, from angles in degrees */
+  PetscReal              cohesion; /* of druckerprager, in Pa; after the set-up the trace of tau at the apex */
 };
 
 extern const MPMMaterialType MPMMaterialTypes[]; /* rows of material.def; the last has no name */
 
-/* Lame's constants from E and nu. */
-void MPMMaterialSetUp(MPMMaterial *);
+PetscBool MPMListHas(const char list[],
+                     const char word[]); /* does a list of words with blanks between hold this one? */
+
+/* Lame's constants from E and nu, the law's own constants, and state. What is wrong with the options, or NULL. */
+const char *MPMMaterialSetUp(MPMMaterial *);
 
 /* A kind of point: what all points of a body share, so that no point carries it. Bodies of the same material, density
    of points and cell size share a kind.                                                                              */
 typedef struct {
   PetscInt  material; /* row of the scene's materials */
   PetscReal m, V0;    /* mass in kg, reference volume in m^3 (unit thickness where dim < 3) */
+  PetscReal l[3];     /* half-width of the point's domain at the start, in cells */
 } MPMKind;
 
 typedef enum {
-#define MPM_WALL(name, what) MPM_WALL_##name,
+#define MPM_WALL(name, parameters, what) MPM_WALL_##name,
 #include "wall.def"
 #undef MPM_WALL
   MPM_NUM_WALLS
 } MPMWall;
 
-/* Applies the walls of the grid to the velocity v [dim] of node ijk [dim] (at or beyond a face). walls[axis][side].
+typedef struct {
+  MPMWall   type;
+  PetscReal mu, velocity[3]; /* of friction: coefficient; of moving: velocity of the wall in m/s */
+} MPMFace;
+
+/* Applies the walls of the grid to the velocity v [dim] of node ijk [dim] (at or beyond a face). faces[axis][side].
    Returns whether v was constrained.                                                                                 */
-PetscBool MPMWallsApply(MPMWall (*walls)[2], PetscInt dim, const PetscInt ijk[], const PetscInt cells[], PetscReal v[]);
+PetscBool MPMWallsApply(const MPMFace (*faces)[2], PetscInt dim, const PetscInt ijk[], const PetscInt cells[],
+                        PetscReal v[]);
+void      MPMWallsOfResidual(const MPMFace (*faces)[2], MPMFace (*residual)[2]);
 
 /* A shape in space; dim coordinates of each member count. */
 typedef enum {
@@ -111,9 +158,10 @@ void      MPMRegionBounds(const MPMRegion *, PetscInt dim, PetscReal lower[], Pe
 /* The background grid: node ijk lies at lower + ijk*h, 0 <= ijk <= cells. On an axis with walls, `layers` more nodes
    lie beyond each face; on a periodic axis node `cells` is node 0 again. */
 typedef struct {
-  PetscInt  dim, cells[3], layers[3], nodes[3]; /* nodes that are stored per axis, layers included */
-  PetscReal lower[3], upper[3], h[3];
-  PetscBool periodic[3];
+  PetscInt     dim, cells[3], layers[3], nodes[3]; /* nodes that are stored per axis, layers included */
+  PetscReal    lower[3], upper[3], h[3];
+  PetscBool    periodic[3];
+  MPMWallBasis wall_basis[3]; /* form of the splines at the walls of each axis */
 } MPMGrid;
 
 void MPMGridSetNodes(MPMGrid *, MPMBasis); /* layers and nodes, once the rest is known */
@@ -122,24 +170,15 @@ void MPMGridSetNodes(MPMGrid *, MPMBasis); /* layers and nodes, once the rest is
    the running phase did not declare it.                                                                              */
 typedef struct {
   PetscInt n;
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) ctype *name;
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) ctype *name;
 #include "fields.def"
 #undef MPM_FIELD
 } MPMView;
 
-/* Bits that name fields, for the rows of phases. */
-enum {
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) MPM_FIELD_INDEX_##name,
-#include "fields.def"
-#undef MPM_FIELD
-  MPM_NUM_FIELDS
-};
-#define MPM_BIT(name) (1 << MPM_FIELD_INDEX_##name)
-
 /* What a kernel finds on its way. Merged over patches and processes by MPMStatusMerge: max and sums of integers, so
    exact and without order. `bad` is the gravest condition that was met, which is the first of the list, with the
    smallest id that met it: a point turned inside out soon throws others off the grid.                                */
-typedef enum { MPM_OK, MPM_BAD_J, MPM_LEFT_GRID, MPM_NUM_BAD } MPMBad;
+typedef enum { MPM_OK, MPM_BAD_J, MPM_LEFT_GRID, MPM_TOO_WIDE, MPM_NUM_BAD } MPMBad;
 typedef struct {
   MPMBad     bad;
   PetscInt64 id;
@@ -158,15 +197,29 @@ void MPMStatusMerge(MPMStatus *, const MPMStatus *);
 /* Constants of a step, all that kernels know of the scene. */
 typedef struct {
   PetscReal          dt, flip, gravity[3]; /* s, 1, m/s^2 */
+  PetscInt           order;                /* of xpic, else 0 */
   const MPMKind     *kinds;
   PetscInt           nkinds;
   const MPMMaterial *materials;
-  MPMWall (*walls)[2];
+  const MPMFace (*faces)[2], (*residual_faces)[2]; /* of velocities, and of what xpic filters from them */
 } MPMParams;
 
-/* Number of values a node carries in `sum` (mass, momentum, force) and in `vel` (velocity, acceleration). */
-#define MPM_SUM_NC(dim) (1 + 2 * (dim))
-#define MPM_VEL_NC(dim) (2 * (dim))
+/* Number of values a node carries in `sum` (mass, momentum, force) and in `vel` (velocity, acceleration); the first
+   and the last + 1 of the sums that these parts of a transfer make. */
+#define MPM_SUM_NC(dim)           (1 + 2 * (dim))
+#define MPM_VEL_NC(dim)           (2 * (dim))
+#define MPM_SUM_FIRST(dim, parts) ((parts)&MPM_P2G_MASS ? 0 : (parts)&MPM_P2G_MOMENTUM ? 1 : 1 + (dim))
+#define MPM_SUM_LAST(dim, parts)  ((parts)&MPM_P2G_FORCE ? MPM_SUM_NC(dim) : 1 + (dim))
+
+/* Components of each field: MPMComponents_x(dim), ... */
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
+  MPM_INLINE int MPMComponents_##name(int dim)                                                                         \
+  {                                                                                                                    \
+    (void)dim;                                                                                                         \
+    return nc;                                                                                                         \
+  }
+#include "fields.def"
+#undef MPM_FIELD
 
 /* The unit of work: a box of cells with *all* the points that touch its own nodes, so that these get their complete
    sums here, cell by cell in DMDA's order (x fastest) and within a cell by id. No partial sum ever leaves a patch:
@@ -188,12 +241,15 @@ typedef struct {
 
 /* Parts of a transfer: what a phase asks the one P2G body and the one G2P body to do. */
 enum {
-  MPM_P2G_MASS     = 1,  /* sum m_p phi                                   eq. (1) */
-  MPM_P2G_MOMENTUM = 2,  /* sum m_p v_p phi                               eq. (2) */
-  MPM_P2G_FORCE    = 4,  /* - sum V0 tau_p grad phi                       eq. (4) */
-  MPM_G2P_MOTION   = 8,  /* v_p by FLIP, displacement of the step         eqs. (8), (9) */
-  MPM_G2P_STRESS   = 16, /* L, F, checks of J, wave speed                 eqs. (3), (10), (11) */
-  MPM_G2P_COMMIT   = 32  /* x <- x + dx, new cell */
+  MPM_P2G_MASS     = 1,   /* sum m_p phi                                   eq. (1) */
+  MPM_P2G_MOMENTUM = 2,   /* sum m_p v_p phi                               eq. (2) */
+  MPM_P2G_FORCE    = 4,   /* - sum V0 tau_p grad phi + sum m_p b_p phi     eqs. (4), (13) */
+  MPM_G2P_MOTION   = 8,   /* v_p, displacement of the step                 eqs. (8), (9) */
+  MPM_G2P_STRESS   = 16,  /* L, F and material state, checks, wave speed   eqs. (3), (10), (11), (12) */
+  MPM_G2P_COMMIT   = 32,  /* x <- x + dx, new cell */
+  MPM_AFFINE       = 64,  /* with momentum and motion: v_p + C_p (x_i - x_p), and C_p (APIC) */
+  MPM_RESIDUAL     = 128, /* with momentum: of r_p in place of v_p (xpic) */
+  MPM_G2P_FILTER   = 256  /* r_p less its part that the grid takes up (xpic) */
 };
 
 typedef void (*MPMTransfer)(const MPMParams *, MPMPatch *, MPMStatus *);
@@ -227,11 +283,14 @@ PetscErrorCode MPMPointsResize(MPMPoints *);
 PetscErrorCode MPMPointsGetView(MPMPoints *, PetscInt fields, MPMView *);
 PetscErrorCode MPMPointsRestoreView(MPMPoints *, PetscInt fields, MPMView *);
 PetscErrorCode MPMPointsSort(MPMPoints *, const MPMPatch *);
-PetscErrorCode MPMPointsLocate(MPMPoints *, const MPMPatch *);
+PetscErrorCode MPMPointsLocate(MPMPoints *, const MPMPatch *, const MPMKind *);
 PetscErrorCode MPMPointsFingerprint(MPMPoints *, PetscInt64 *ids);
 PetscErrorCode MPMPointsCheck(MPMPoints *, MPI_Comm, PetscInt64 n, PetscInt64 ids);
 PetscErrorCode MPMPointsDigest(MPMPoints *, MPI_Comm, PetscInt64 *digest);
 PetscErrorCode MPMPointsDestroy(MPMPoints *);
+
+/* The material state of point p of a view, as far as it is there, as point 0 of a block. */
+void MPMPointsState(PetscInt dim, const MPMView *, PetscInt p, MPMBlock *);
 
 /* Where a field lives, and the rows of fields.def. */
 typedef enum { MPM_STATE, MPM_SWARM, MPM_SCRATCH } MPMHome;
@@ -282,6 +341,7 @@ typedef struct {
   void (*nodes)(const MPMParams *, MPMPatch *, PetscInt row); /* for MPM_NODES: one row of nodes */
   PetscInt    points_in, points_out;                          /* bits of point fields */
   const char *nodes_in, *nodes_out;                           /* m p f v a */
+  PetscInt    number;                                         /* row of the table */
 } MPMPhase;
 
 /* Messages: their length in bytes as MPI takes it, or an error; room for one; bytes of a point's fields. */
@@ -342,7 +402,7 @@ PetscErrorCode MPMOptionsDestroy(MPMOptions *);
 const char    *MPMOptionsError(MPMOptions); /* NULL if there was none */
 void           MPMOptionsFail(MPMOptions, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
 PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*materials)[MPM_NAME_LEN], PetscInt nb,
-                                 char (*bodies)[MPM_NAME_LEN]);
+                                 char (*bodies)[MPM_NAME_LEN], PetscInt nl, char (*loads)[MPM_NAME_LEN]);
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
 PetscErrorCode MPMOptionsFinish(MPMOptions); /* options that were given but that this scene never asked for */
 PetscErrorCode MPMOptionsText(char **text);  /* the option set as given; caller frees */
@@ -364,7 +424,10 @@ PetscErrorCode MPMOptionsNames(MPMOptions, const char row[], PetscInt *n, char (
 typedef struct _MPMExpression *MPMExpression;
 PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MPMExpression *, PetscInt *n,
                                    char error[], size_t len);
-PetscErrorCode MPMExpressionEvaluate(MPMExpression, PetscInt dim, const PetscReal x[], PetscReal t, PetscReal value[]);
+PetscErrorCode MPMExpressionEvaluate(MPMExpression, PetscInt dim, const PetscReal x[], const PetscReal X[], PetscReal t,
+                                     PetscReal value[]);
+PetscErrorCode MPMOptionsExpression(MPMOptions, const char row[], const char name[], const char variables[],
+                                    PetscInt nc, MPMExpression *);
 PetscErrorCode MPMExpressionDestroy(MPMExpression *);
 
 /* A body: where its points start, of what, how fast. */
@@ -379,18 +442,34 @@ typedef struct {
 
 PetscErrorCode MPMExchangeSetFromOptions(MPM, MPMOptions);
 
+/* A load on the surface of a body: pressure against the deformed surface, or a traction per area at the start. */
 typedef struct {
-  char         title[MPM_TEXT_LEN], name[MPM_NAME_LEN];
-  PetscBool    dry_run;
-  MPMMaterial *materials;
-  PetscInt     nmaterials;
-  MPMBody     *bodies;
-  PetscInt     nbodies;
-  MPMKind     *kinds;
-  PetscInt     nkinds;
-  MPMWall      walls[3][2];
-  PetscInt64   overlap; /* points that lie in an earlier body too */
-  PetscInt64   on_line; /* points that start exactly on a line of the grid */
+  char          name[MPM_NAME_LEN];
+  PetscInt      body, sides; /* row of the scene's bodies; bits of the sides that it acts on, as in field surface */
+  PetscBool     pressure;
+  MPMExpression value; /* Pa, of x y z X Y Z t */
+} MPMLoad;
+
+/* A solution that is known: exact, or made so by a body force that belongs to it. Rows of reference.def. */
+typedef struct _MPMReference MPMReference;
+
+typedef struct {
+  char                title[MPM_TEXT_LEN], name[MPM_NAME_LEN];
+  PetscBool           dry_run;
+  MPMMaterial        *materials;
+  PetscInt            nmaterials;
+  MPMBody            *bodies;
+  PetscInt            nbodies;
+  MPMKind            *kinds;
+  PetscInt            nkinds;
+  MPMFace             faces[3][2], residual_faces[3][2];
+  MPMLoad            *loads;
+  PetscInt            nloads;
+  MPMExpression       acceleration; /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
+  const MPMReference *reference;    /* or NULL */
+  PetscBool  forced, keeps_start;   /* are there body forces or loads; do points carry their place at the start? */
+  PetscInt64 overlap;               /* points that lie in an earlier body too */
+  PetscInt64 on_line;               /* points that start exactly on a line of the grid */
 } MPMScene;
 
 PetscErrorCode MPMSceneSetFromOptions(MPM, MPMOptions);
@@ -399,9 +478,15 @@ PetscErrorCode MPMSceneAddPoints(MPM);
 PetscErrorCode MPMSceneHistogram(MPM, MPMHistogram *);
 PetscErrorCode MPMSceneDestroy(MPMScene *);
 
+/* Body forces and loads of the points here for the time t, into field b. Not collective. */
+PetscErrorCode MPMForcesSetFromOptions(MPM, MPMOptions);
+PetscErrorCode MPMForcesUpdate(MPM, PetscReal t);
+PetscErrorCode MPMForcesDestroy(MPMScene *);
+
 /* An update scheme: a row of phases. */
-#define MPM_MAX_PHASES 8
-#define MPM_MAX_TIMERS 16 /* of step.c */
+#define MPM_MAX_ORDER  16 /* of xpic */
+#define MPM_MAX_PHASES (8 + 3 * MPM_MAX_ORDER)
+#define MPM_MAX_TIMERS 20 /* of step.c */
 typedef struct {
   const char     *name, *what;
   PetscBool       keeps_increment; /* x is read again after the motion: dx waits for the commit */
@@ -410,16 +495,14 @@ typedef struct {
 
 extern const MPMIntegrator *const MPMIntegrators[]; /* usf usl musl, ends with NULL */
 
-PetscErrorCode  MPMStepRegisterEvents(void);
-const MPMPhase *MPMPhaseGet(PetscInt number);
-PetscInt        MPMPhaseNumber(const MPMPhase *);
-PetscErrorCode  MPMPhaseBegin(MPM, const MPMPhase *);
-PetscErrorCode  MPMPhaseEnd(MPM, const MPMPhase *, PetscInt npoints);
-PetscErrorCode  MPMStep(MPM);      /* t -> t + dt; collective on the exchange */
-PetscErrorCode  MPMStepNodes(MPM); /* mass and velocity of the nodes for the state as it is, for output */
-PetscErrorCode  MPMStepBound(MPM); /* v2 and c2 of the state as it is, into mpm->status */
-PetscErrorCode  MPMStepTimeSweep(MPM, PetscReal *seconds); /* for -dry_run's estimate */
-PetscErrorCode  MPMStepView(MPM, PetscReal seconds);       /* the table of phases, after the run */
+PetscErrorCode MPMStepSetUp(MPM); /* mpm->phases */
+PetscErrorCode MPMPhaseBegin(MPM, const MPMPhase *);
+PetscErrorCode MPMPhaseEnd(MPM, const MPMPhase *, PetscInt npoints);
+PetscErrorCode MPMStep(MPM);      /* t -> t + dt; collective on the exchange */
+PetscErrorCode MPMStepNodes(MPM); /* mass and velocity of the nodes for the state as it is, for output */
+PetscErrorCode MPMStepBound(MPM); /* v2 and c2 of the state as it is, into mpm->status */
+PetscErrorCode MPMStepTimeSweep(MPM, PetscReal *seconds); /* for -dry_run's estimate */
+PetscErrorCode MPMStepView(MPM, PetscReal seconds);       /* the table of phases, after the run */
 
 /* An exact sum of doubles: a 2176-bit fixed-point number. Order-free, so equal on any number of processes. */
 #define MPM_SUM_WORDS 68
@@ -495,6 +578,10 @@ struct _p_MPM {
   MPMGrid              grid;
   MPMBasis             basis;
   const MPMIntegrator *integrator;
+  PetscBool            affine, stretched;       /* APIC; GIMP domains follow the deformation */
+  MPMPhase             phases[MPM_MAX_TIMERS];  /* the table of phases as this scene needs it */
+  const MPMPhase      *program[MPM_MAX_PHASES]; /* [nprogram] the phases of a step */
+  PetscInt             nprogram;
   MPMExchange          exchange;
   MPMPoints            points;
   MPMParams            params;

@@ -30,8 +30,8 @@ extern const size_t       MPMOptionTableSize;
 
 struct _MPMOptions {
   char     error[MPM_TEXT_LEN];
-  PetscInt dim, nm, nb; /* as declared; nm = nb = 0 before */
-  char (*materials)[MPM_NAME_LEN], (*bodies)[MPM_NAME_LEN];
+  PetscInt dim, nm, nb, nl; /* as declared; nm = nb = nl = 0 before */
+  char (*materials)[MPM_NAME_LEN], (*bodies)[MPM_NAME_LEN], (*loads)[MPM_NAME_LEN];
   PetscInt nasked, masked; /* full names that were asked for: number and space */
   char (*asked)[MPM_FULL_LEN];
 };

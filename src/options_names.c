@@ -79,9 +79,10 @@ static PetscInt Words(MPMOptions o, const MPMOptionRow *row, const char (**words
 
   *words = open && open[1] == 'm'   ? (const char(*)[MPM_NAME_LEN])o->materials
            : open && open[1] == 'b' ? (const char(*)[MPM_NAME_LEN])o->bodies
+           : open && open[1] == 'l' ? (const char(*)[MPM_NAME_LEN])o->loads
                                     : faces;
   if (!open) return 0;
-  return open[1] == 'm' ? o->nm : open[1] == 'b' ? o->nb : open[1] == 'f' ? 2 * o->dim : 0;
+  return open[1] == 'm' ? o->nm : open[1] == 'b' ? o->nb : open[1] == 'l' ? o->nl : open[1] == 'f' ? 2 * o->dim : 0;
 }
 
 /* Is `given` an instance of this row in the scene as declared so far? */
@@ -98,7 +99,7 @@ static PetscBool Matches(MPMOptions o, const MPMOptionRow *row, const char given
     MPMOptionsFullName(row->name, words[k], full);
     if (!strcasecmp(full, given)) return PETSC_TRUE;
   }
-  return strchr("mbf", open[1]) ? PETSC_FALSE : PETSC_TRUE; /* probes and loads: anything after the first word */
+  return strchr("mblf", open[1]) ? PETSC_FALSE : PETSC_TRUE; /* probes: anything after the first word */
 }
 
 static const MPMOptionRow *Find(MPMOptions o, const char given[])
@@ -198,7 +199,8 @@ static PetscBool IsPetscs(const char given[])
   return PETSC_FALSE;
 }
 
-/* If `given` would be legal with another name in the place of <m>, <b> or <f>: that name, and what should declare it.
+/* If `given` would be legal with another name in the place of <m>, <b>, <l> or <f>: that name, and what should declare
+ * it.
  */
 static PetscBool IsUndeclared(const char given[], char name[MPM_NAME_LEN], const char **list)
 {
@@ -207,11 +209,14 @@ static PetscBool IsUndeclared(const char given[], char name[MPM_NAME_LEN], const
     const char         *open = row->name ? strchr(row->name, '<') : NULL;
     const size_t        head = open ? (size_t)(open - row->name) : 0, n = strlen(given);
 
-    if (!open || !strchr("mbf", open[1]) || strncasecmp(row->name, given, head)) continue;
+    if (!open || !strchr("mblf", open[1]) || strncasecmp(row->name, given, head)) continue;
     if (!EndsWith(given, open + 4) || n <= head + strlen(open + 3)) continue;
     (void)snprintf(name, MPM_NAME_LEN, "%.*s", (int)PetscMin(n - head - strlen(open + 3), MPM_NAME_LEN - 1),
                    given + head);
-    *list = open[1] == 'm' ? "among -materials" : open[1] == 'b' ? "among -bodies" : "a face of the grid";
+    *list = open[1] == 'm'   ? "among -materials"
+            : open[1] == 'b' ? "among -bodies"
+            : open[1] == 'l' ? "among -loads"
+                             : "a face of the grid";
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
@@ -263,7 +268,7 @@ static void RefuseAmbiguous(MPMOptions o, char kind, PetscInt n, char (*names)[M
    After a fault in the declarations themselves (nm = nb = 0) options of materials, bodies and faces pass, and a name
    that is not legal explains more than the fault, e.g. -matrials soft than "-materials is required". */
 PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (*materials)[MPM_NAME_LEN], PetscInt nb,
-                                 char (*bodies)[MPM_NAME_LEN])
+                                 char (*bodies)[MPM_NAME_LEN], PetscInt nl, char (*loads)[MPM_NAME_LEN])
 {
   PetscInt n;
   char   **names, **values, fault[MPM_TEXT_LEN];
@@ -274,6 +279,8 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
   o->nb        = nb;
   o->materials = materials;
   o->bodies    = bodies;
+  o->nl        = nl;
+  o->loads     = loads;
   PetscCall(PetscStrncpy(fault, o->error, sizeof fault));
   o->error[0] = 0;
   PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
@@ -282,7 +289,7 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
 
     if (IsPetscs(names[k])) continue;
     if (fault[0] && (!strncasecmp(names[k], "material_", 9) || !strncasecmp(names[k], "body_", 5) ||
-                     !strncasecmp(names[k], "bc_", 3)))
+                     !strncasecmp(names[k], "load_", 5) || !strncasecmp(names[k], "bc_", 3)))
       continue;
     if (!row)
       Refuse(o, names[k]);
@@ -293,8 +300,9 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
   if (fault[0] && !o->error[0]) PetscCall(PetscStrncpy(o->error, fault, sizeof o->error));
   RefuseAmbiguous(o, 'm', nm, materials);
   RefuseAmbiguous(o, 'b', nb, bodies);
-  o->materials = o->bodies = NULL; /* the caller's */
-  o->nm = o->nb = 0;
+  RefuseAmbiguous(o, 'l', nl, loads);
+  o->materials = o->bodies = o->loads = NULL; /* the caller's */
+  o->nm = o->nb = o->nl = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,6 +2,24 @@
    is a function and a row here. */
 #include "mpm.h"
 
+static const MPMKind *KindOf(MPM mpm, const MPMView *v, PetscInt p)
+{
+  return &mpm->scene.kinds[v->kind ? v->kind[p] : 0];
+}
+
+static const MPMMaterial *MaterialOf(MPM mpm, const MPMView *v, PetscInt p)
+{
+  return &mpm->scene.materials[KindOf(mpm, v, p)->material];
+}
+
+/* Volume over that of the start. */
+static PetscReal Jacobian(MPM mpm, const MPMView *v, PetscInt p)
+{
+  const PetscInt dim = mpm->grid.dim;
+
+  return MaterialOf(mpm, v, p)->state & MPM_BIT(F) ? MPMDet((int)dim, v->F + p * dim * dim) : v->J[p];
+}
+
 static void FillId(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
 {
   (void)mpm;
@@ -18,34 +36,41 @@ static void FillV(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
   for (PetscInt d = 0; d < 3; d++) row[d] = d < mpm->grid.dim ? v->v[p * mpm->grid.dim + d] : 0;
 }
 
+/* Materials without F carry J: then F shows the same volume, J^(1/dim) I. */
 static void FillF(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
 {
   const PetscInt dim = mpm->grid.dim;
 
+  if (!(MaterialOf(mpm, v, p)->state & MPM_BIT(F))) {
+    for (PetscInt k = 0; k < 9; k++) row[k] = k % 4 ? 0 : k / 4 < dim ? PetscPowReal(v->J[p], 1 / (PetscReal)dim) : 1;
+    return;
+  }
   for (PetscInt d = 0; d < 3; d++)
     for (PetscInt e = 0; e < 3; e++) row[3 * d + e] = d < dim && e < dim ? v->F[(p * dim + d) * dim + e] : d == e;
-}
-
-static const MPMKind *KindOf(MPM mpm, const MPMView *v, PetscInt p)
-{
-  return &mpm->scene.kinds[v->kind ? v->kind[p] : 0];
 }
 
 /* Cauchy stress, sig = tau/J. */
 static void FillStress(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
 {
   const PetscInt     dim = mpm->grid.dim;
-  const MPMMaterial *m   = &mpm->scene.materials[KindOf(mpm, v, p)->material];
-  PetscReal          F[9 * MPM_BLOCK], tau[MPM_STRESS_NC * MPM_BLOCK];
+  const MPMMaterial *m   = MaterialOf(mpm, v, p);
+  MPMBlock           b;
 
-  for (PetscInt k = 0; k < dim * dim; k++) F[k * MPM_BLOCK] = v->F[p * dim * dim + k];
-  m->type->law->stress[dim - 1](m, 1, F, tau);
-  for (PetscInt k = 0; k < MPM_STRESS_NC; k++) row[k] = tau[k * MPM_BLOCK] / MPMDet((int)dim, v->F + p * dim * dim);
+  MPMPointsState(dim, v, p, &b);
+  if (!(m->state & MPM_BIT(tau))) m->type->law->stress[dim - 1](m, 0, 1, &b);
+  for (PetscInt k = 0; k < MPM_STRESS_NC; k++) row[k] = 0;
+  for (PetscInt k = 0; k < MPM_SYM_NC(dim); k++) row[MPMSymPlace((int)dim, (int)k)] = b.tau[k][0] / Jacobian(mpm, v, p);
 }
 
 static void FillVolume(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
 {
-  row[0] = KindOf(mpm, v, p)->V0 * MPMDet((int)mpm->grid.dim, v->F + p * mpm->grid.dim * mpm->grid.dim);
+  row[0] = KindOf(mpm, v, p)->V0 * Jacobian(mpm, v, p);
+}
+
+/* Equivalent plastic strain; 0 of materials without. */
+static void FillPlastic(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  row[0] = MaterialOf(mpm, v, p)->state & MPM_BIT(ep) ? v->ep[p] : 0;
 }
 
 static void FillBody(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
@@ -63,6 +88,7 @@ const MPMOutputField MPMOutputFields[] = {
     {"F", "F", "1", "xx xy xz yx yy yz zx zy zz", 9, PETSC_FALSE, FillF},
     {"stress", "stress", "Pa", "xx xy xz yy yz zz", 6, PETSC_FALSE, FillStress},
     {"volume", "volume", "m^3", "", 1, PETSC_FALSE, FillVolume},
+    {"plastic_strain", "plastic", "1", "", 1, PETSC_FALSE, FillPlastic},
     {"body", "body", "1", "", 1, PETSC_TRUE, FillBody},
     {NULL, NULL, NULL, NULL, 0, PETSC_FALSE, NULL},
 };
@@ -83,7 +109,8 @@ PetscErrorCode MPMOutputReadFields(MPM mpm, MPMOptions o)
 
     while (MPMOutputFields[f].name && (!MPMOutputFields[f].option || strcmp(MPMOutputFields[f].option, w))) f++;
     if (!MPMOutputFields[f].name && strcmp(w, "grid"))
-      MPMOptionsFail(o, "-output_fields %s: choose among all, or a list of velocity,F,stress,volume,body,grid", w);
+      MPMOptionsFail(o, "-output_fields %s: choose among all, or a list of velocity,F,stress,volume,plastic,body,grid",
+                     w);
     mpm->output.fields |= MPMOutputFields[f].name ? 1 << f : MPM_OUTPUT_GRID;
   }
   PetscFunctionReturn(PETSC_SUCCESS);

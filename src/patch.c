@@ -56,10 +56,7 @@ void MPMPatchMarkRows(MPMPatch *patch, const PetscInt *start)
 void MPMPatchZeroSums(MPMPatch *patch, PetscInt parts)
 {
   const PetscInt dim = patch->grid->dim, nc = MPM_SUM_NC(dim);
-  const PetscInt c0 = parts & MPM_P2G_MASS       ? 0
-                      : parts & MPM_P2G_MOMENTUM ? 1
-                                                 : 1 + dim,
-                 c1 = parts & MPM_P2G_FORCE ? nc : 1 + dim;
+  const PetscInt c0 = MPM_SUM_FIRST(dim, parts), c1 = MPM_SUM_LAST(dim, parts);
 
   for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
     PetscReal *sum = patch->sum + r * patch->n[0] * nc;

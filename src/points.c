@@ -12,7 +12,7 @@
 #define MPM_SWARM_BUFFER 64
 
 const MPMFieldInfo MPMFields[MPM_NUM_FIELDS] = {
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) {#name, unit, meaning, ptype, home},
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) {#name, unit, meaning, ptype, home},
 #include "fields.def"
 #undef MPM_FIELD
 };
@@ -21,7 +21,7 @@ const MPMFieldInfo MPMFields[MPM_NUM_FIELDS] = {
 PetscInt MPMFieldComponents(PetscInt field, PetscInt dim)
 {
   const PetscInt components[] = {
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) nc,
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) nc,
 #include "fields.def"
 #undef MPM_FIELD
   };
@@ -39,14 +39,24 @@ PetscInt MPMPointsBytes(const MPMPoints *points, MPMHome most)
   return bytes;
 }
 
+/* Does a material of the scene list this field in its state? */
+static PetscBool Keeps(const MPMScene *scene, PetscInt bit)
+{
+  for (PetscInt k = 0; k < scene->nmaterials; k++)
+    if (scene->materials[k].state & bit) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* Which fields the scene needs, and their bytes. Not collective. */
 PetscErrorCode MPMPointsLayout(MPM mpm, MPMPoints *points)
 {
+#define KEEPS(name) Keeps(&mpm->scene, MPM_BIT(name))
   const PetscBool present[] = {
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning) (present) ? PETSC_TRUE : PETSC_FALSE,
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) (present) ? PETSC_TRUE : PETSC_FALSE,
 #include "fields.def"
 #undef MPM_FIELD
   };
+#undef KEEPS
 
   PetscFunctionBeginUser;
   points->dim = mpm->grid.dim;
@@ -88,7 +98,7 @@ PetscErrorCode MPMPointsResize(MPMPoints *points)
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     if (!points->present[f] || MPMFields[f].home != MPM_SCRATCH) continue;
     PetscCall(PetscFree(points->scratch[f]));
-    PetscCall(PetscMalloc(points->capacity * points->bytes[f], &points->scratch[f]));
+    PetscCall(PetscCalloc1(points->capacity * points->bytes[f], (char **)&points->scratch[f]));
   }
   PetscCall(PetscFree(points->order));
   PetscCall(PetscMalloc1(points->capacity, &points->order));
@@ -120,7 +130,7 @@ PetscErrorCode MPMPointsGetView(MPMPoints *points, PetscInt fields, MPMView *vie
   }
   PetscCall(PetscMemzero(view, sizeof *view));
   view->n = points->n;
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning)                                                \
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   view->name = (ctype *)at[MPM_FIELD_INDEX_##name];
 #include "fields.def"
 #undef MPM_FIELD
@@ -202,9 +212,9 @@ PetscErrorCode MPMPointsSort(MPMPoints *points, const MPMPatch *patch)
 }
 
 /* Finds the cells of all points anew and orders them. All must lie in cells of the patch. Not collective. */
-PetscErrorCode MPMPointsLocate(MPMPoints *points, const MPMPatch *patch)
+PetscErrorCode MPMPointsLocate(MPMPoints *points, const MPMPatch *patch, const MPMKind *kinds)
 {
-  const PetscInt d = points->dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell);
+  const PetscInt d = points->dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
   MPMView        view;
 
   PetscFunctionBeginUser;
@@ -212,7 +222,8 @@ PetscErrorCode MPMPointsLocate(MPMPoints *points, const MPMPatch *patch)
   for (PetscInt p = 0; p < view.n; p++) {
     PetscInt base[3] = {0};
 
-    view.cell[p] = MPMOwnCell(d, patch->basis, patch, view.x + p * d, base);
+    view.cell[p] = MPMOwnCell((int)d, patch->basis, patch, view.x + p * d, MPMHalfWidths((int)d, kinds, &view, p),
+                              base);
     PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                "point %" PetscInt64_FMT " at (%g, %g, %g) is on the wrong process", view.id[p], (double)view.x[p * d],
                (double)(d > 1 ? view.x[p * d + 1] : 0), (double)(d > 2 ? view.x[p * d + 2] : 0));
@@ -331,7 +342,7 @@ PetscErrorCode MPMPointsDigest(MPMPoints *points, MPI_Comm comm, PetscInt64 *dig
   for (PetscInt p = 0; p < view.n; p++) {
     uint64_t h = Mix((uint64_t)view.id[p] + 0x9e3779b97f4a7c15ULL);
 
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning)                                                \
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   if (home == MPM_STATE && MPM_FIELD_INDEX_##name != MPM_FIELD_INDEX_kind && view.name)                                \
     for (PetscInt k = 0; k < points->bytes[MPM_FIELD_INDEX_##name] / 8; k++) {                                         \
       uint64_t word;                                                                                                   \
@@ -346,6 +357,16 @@ PetscErrorCode MPMPointsDigest(MPMPoints *points, MPI_Comm comm, PetscInt64 *dig
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, comm));
   memcpy(digest, &sum, sizeof sum);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void MPMPointsState(PetscInt dim, const MPMView *view, PetscInt p, MPMBlock *b)
+{
+#define MPM_STATE_OF(name, rows)                                                                                       \
+  if (view->name)                                                                                                      \
+    for (int k = 0; k < MPMComponents_##name((int)dim); k++)                                                           \
+      b->name[k][0] = view->name[p * MPMComponents_##name((int)dim) + k];
+  MPM_MATERIAL_FIELDS(MPM_STATE_OF)
+#undef MPM_STATE_OF
 }
 
 PetscErrorCode MPMPointsDestroy(MPMPoints *points)

@@ -19,21 +19,13 @@ void MPMPoolBox(MPM mpm, const PetscInt own_lo[3], const PetscInt own_n[3], Pets
   }
 }
 
-/* First and last component of the node sums that these parts make. */
-void MPMPoolSumRange(PetscInt dim, PetscInt parts, PetscInt *c0, PetscInt *c1)
-{
-  *c0 = parts & MPM_P2G_MASS ? 0 : parts & MPM_P2G_MOMENTUM ? 1 : 1 + dim;
-  *c1 = parts & MPM_P2G_FORCE ? MPM_SUM_NC(dim) : 1 + dim;
-}
-
 /* Size of the answer to a chunk: its status, then node sums or points. */
 size_t MPMPoolAnswerBytes(MPM mpm, const MPMPhase *phase, const PetscInt own_n[3], PetscInt n)
 {
-  PetscInt c0, c1;
+  const PetscInt c0 = MPM_SUM_FIRST(mpm->grid.dim, phase->parts), c1 = MPM_SUM_LAST(mpm->grid.dim, phase->parts);
 
   if (phase->kind == MPM_NODES_TO_POINTS)
     return sizeof(MPMStatus) + (size_t)n * MPMMessagePointBytes(&mpm->points, phase->points_out);
-  MPMPoolSumRange(mpm->grid.dim, phase->parts, &c0, &c1);
   return sizeof(MPMStatus) + (size_t)(own_n[0] * own_n[1] * own_n[2] * (c1 - c0)) * sizeof(PetscReal);
 }
 
@@ -92,7 +84,7 @@ static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *ord
   PetscCall(PetscMemzero(&patch->halo, sizeof patch->halo));
   patch->points.n = patch->norder = n;
   patch->order = patch->own_order = desk->identity;
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, unit, meaning)                                                \
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   if (fields & MPM_BIT(name)) patch->points.name = (ctype *)desk->field[MPM_FIELD_INDEX_##name];
 #include "fields.def"
 #undef MPM_FIELD
@@ -104,6 +96,14 @@ static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *ord
   patch->row = desk->nodes + sums + vels;
   memset(patch->row, 1, (size_t)(patch->n[1] * patch->n[2]));
   if (!to_nodes) memcpy(patch->vel, m, vels);
+  for (PetscInt p = 0; p < n; p++) { /* came numbered over the master's arrays */
+    const PetscInt c      = patch->points.cell[p];
+    const PetscInt ijk[3] = {c % order->all_n[0] + order->all_lo[0],
+                             c / order->all_n[0] % order->all_n[1] + order->all_lo[1],
+                             c / (order->all_n[0] * order->all_n[1]) + order->all_lo[2]};
+
+    patch->points.cell[p] = MPMNodeIndex((int)dim, patch, ijk);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -121,7 +121,8 @@ static void RenumberCells(MPM mpm, const MPMOrder *order, MPMPatch *patch)
     PetscReal xi[3];
     PetscInt  base[3] = {0};
 
-    patch->points.cell[p] = MPMLocate((int)dim, mpm->basis, &mpm->grid, patch->points.x + p * dim, xi, base)
+    patch->points.cell[p] = MPMLocate((int)dim, mpm->basis, &mpm->grid, patch->points.x + p * dim,
+                                      MPMHalfWidths((int)dim, mpm->scene.kinds, &patch->points, p), xi, base)
                                 ? MPMNodeIndex((int)dim, &all, base)
                                 : -1;
   }
@@ -132,14 +133,13 @@ static char *PackAnswer(MPM mpm, const MPMPhase *phase, const MPMStatus *status,
 {
   const MPMPatch *patch = &desk->patch;
   const PetscInt  nc    = MPM_SUM_NC(mpm->grid.dim);
-  PetscInt        c0, c1;
+  const PetscInt  c0 = MPM_SUM_FIRST(mpm->grid.dim, phase->parts), c1 = MPM_SUM_LAST(mpm->grid.dim, phase->parts);
 
   memcpy(m, status, sizeof *status);
   m += sizeof *status;
   if (phase->kind == MPM_NODES_TO_POINTS)
     return MPMPoolPack(&mpm->points, phase->points_out, desk->field, NULL, patch->points.n, patch->points.n,
                        desk->identity, m);
-  MPMPoolSumRange(mpm->grid.dim, phase->parts, &c0, &c1);
   for (PetscInt k = patch->own_lo[2]; k < patch->own_lo[2] + patch->own_n[2]; k++)
     for (PetscInt j = patch->own_lo[1]; j < patch->own_lo[1] + patch->own_n[1]; j++)
       for (PetscInt i = patch->own_lo[0]; i < patch->own_lo[0] + patch->own_n[0];
@@ -171,7 +171,7 @@ PetscErrorCode MPMPoolServe(MPM mpm, MPI_Comm comm)
     PetscCallMPI(MPI_Recv(desk.in, len, MPI_BYTE, 0, MPM_TAG_WORK, comm, MPI_STATUS_IGNORE));
     memcpy(&order, desk.in, sizeof order);
     if (order.phase < 0) break;
-    phase          = MPMPhaseGet(order.phase);
+    phase          = &mpm->phases[order.phase];
     mpm->params.dt = order.dt;
     PetscCall(MPMPhaseBegin(mpm, phase));
     PetscCall(Unpack(mpm, phase, &order, desk.in + sizeof order, &desk));

@@ -61,14 +61,23 @@ static PetscErrorCode PrintFields(MPM mpm)
 static PetscErrorCode PrintMethod(MPM mpm)
 {
   static const char *const bases[] = {
-#define MPM_BASIS(name, nodes, layers, what) #name,
+#define MPM_BASIS(name, nodes, layers, inertia, what) #name,
 #include "basis.def"
 #undef MPM_BASIS
   };
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPrint(mpm, "kernels    %s / %s / ", bases[mpm->basis], mpm->integrator->name));
-  if (mpm->params.flip == 1)
+  PetscCall(MPMPrint(mpm, "kernels    %s%s / %s / ", bases[mpm->basis],
+                     mpm->stretched                                      ? " stretch"
+                     : !MPMBasisIsSpline(mpm->basis)                     ? ""
+                     : mpm->grid.wall_basis[0] == MPM_WALL_BASIS_STEFFEN ? " steffen"
+                                                                         : "",
+                     mpm->integrator->name));
+  if (mpm->affine)
+    PetscCall(MPMPrint(mpm, "apic"));
+  else if (mpm->params.order)
+    PetscCall(MPMPrint(mpm, "xpic %" PetscInt_FMT, mpm->params.order));
+  else if (mpm->params.flip == 1)
     PetscCall(MPMPrint(mpm, "flip"));
   else if (mpm->params.flip == 0)
     PetscCall(MPMPrint(mpm, "pic"));
@@ -125,6 +134,10 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
     PetscCall(MPMPrint(
         mpm,
         "warning    linear with usl is unstable where points cross cells: nodes of vanishing mass get any velocity gradient; use musl or usf\n"));
+  if (mpm->basis == MPM_BASIS_linear && mpm->affine)
+    PetscCall(MPMPrint(
+        mpm,
+        "warning    linear with apic is unstable where points cross cells: nodes of vanishing mass get any velocity gradient; use bspline2\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -146,8 +159,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
   steps = PetscMin(PetscCeilReal(mpm->time_end / dt), (PetscReal)mpm->max_steps);
   if (mpm->scene.dry_run) {
     PetscCall(MPMStepTimeSweep(mpm, &sweep));
-    for (PetscInt k = 0; k < MPM_MAX_PHASES && mpm->integrator->phases[k]; k++)
-      sweeps += mpm->integrator->phases[k]->kind != MPM_NODES;
+    for (PetscInt k = 0; k < mpm->nprogram; k++) sweeps += mpm->program[k]->kind != MPM_NODES;
     PetscCall(MPMPrint(mpm,
                        "predict    %.6g steps, about %.2g s without output (%" PetscInt_FMT
                        " sweeps a step, one timed at %.3g s)\n",

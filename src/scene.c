@@ -58,34 +58,64 @@ static PetscErrorCode RefuseOthers(MPMOptions o, const char group[], const char 
   PetscFunctionBeginUser;
   (void)snprintf(words, sizeof words, "%s", all);
   for (char *w = strtok_r(words, " ", &save); w; w = strtok_r(NULL, " ", &save)) {
-    char      full[4 * MPM_NAME_LEN], padded[MPM_TEXT_LEN], word[MPM_NAME_LEN];
+    char      full[4 * MPM_NAME_LEN];
     PetscBool given;
 
-    (void)snprintf(padded, sizeof padded, " %s ", taken);
-    (void)snprintf(word, sizeof word, " %s ", w);
-    if (strstr(padded, word)) continue;
+    if (MPMListHas(taken, w)) continue;
     (void)snprintf(full, sizeof full, "-%s_%s_%s", group, name, w);
     PetscCall(PetscOptionsHasName(NULL, NULL, full, &given));
-    if (given) MPMOptionsFail(o, "%s does not apply: %s %s takes %s", full, what, choice, taken);
+    if (given) MPMOptionsFail(o, "%s does not apply: %s %s takes %s", full, what, choice, taken[0] ? taken : "none");
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
 {
-  char model[MPM_NAME_LEN] = "";
+  static const char all[] =
+      "E nu K viscosity eos tait_gamma tension_cutoff yield hardening friction_angle dilation_angle cohesion";
+  const struct {
+    const char *word, *row;
+    PetscReal  *value;
+  } numbers[] = {
+      {"E", "material_<m>_E", &m->E},
+      {"nu", "material_<m>_nu", &m->nu},
+      {"K", "material_<m>_K", &m->K},
+      {"viscosity", "material_<m>_viscosity", &m->viscosity},
+      {"tait_gamma", "material_<m>_tait_gamma", &m->gamma},
+      {"tension_cutoff", "material_<m>_tension_cutoff", &m->tension},
+      {"yield", "material_<m>_yield", &m->yield},
+      {"hardening", "material_<m>_hardening", &m->hardening},
+      {"friction_angle", "material_<m>_friction_angle", &m->friction},
+      {"dilation_angle", "material_<m>_dilation_angle", &m->dilation},
+      {"cohesion", "material_<m>_cohesion", &m->cohesion},
+  };
+  char        model[MPM_NAME_LEN] = "", eos[MPM_NAME_LEN] = "";
+  const char *taken, *wrong;
 
   PetscFunctionBeginUser;
+  m->tension = -1; /* none */
   PetscCall(MPMOptionsEnum(o, "material_<m>_model", m->name, model, NULL));
   for (const MPMMaterialType *type = MPMMaterialTypes; type->name; type++)
     if (!strcmp(type->name, model)) m->type = type;
   PetscCall(MPMOptionsReal(o, "material_<m>_rho", m->name, &m->rho, NULL));
   if (!m->type) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(RefuseOthers(o, "material", m->name, "model", model, "E nu", m->type->parameters));
-  if (strstr(m->type->parameters, "E")) PetscCall(MPMOptionsReal(o, "material_<m>_E", m->name, &m->E, NULL));
-  if (strstr(m->type->parameters, "nu")) PetscCall(MPMOptionsReal(o, "material_<m>_nu", m->name, &m->nu, NULL));
+  taken = m->type->parameters;
+  PetscCall(RefuseOthers(o, "material", m->name, "model", model, all, taken));
+  if (MPMListHas(taken, "eos")) {
+    PetscCall(MPMOptionsEnum(o, "material_<m>_eos", m->name, eos, NULL));
+    if (!strcmp(eos, "linear")) {
+      taken = "K viscosity eos tension_cutoff";
+      PetscCall(RefuseOthers(o, "material", m->name, "eos", eos, m->type->parameters, taken));
+    }
+  }
+  for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
+    if (MPMListHas(taken, numbers[k].word))
+      PetscCall(MPMOptionsReal(o, numbers[k].row, m->name, numbers[k].value, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  MPMMaterialSetUp(m);
+  wrong = MPMMaterialSetUp(m);
+  if (wrong) MPMOptionsFail(o, "material %s: %s", m->name, wrong);
+  if (!((m->K / m->rho) < PETSC_MAX_REAL))
+    MPMOptionsFail(o, "-material_%s_K %g over its density is not finite", m->name, (double)m->K);
   if (!((m->lambda + 2 * m->mu) / m->rho < PETSC_MAX_REAL))
     MPMOptionsFail(o, "-material_%s_nu %.17g is so close to its limit that the wave speed is not finite", m->name,
                    (double)m->nu);
@@ -132,30 +162,6 @@ static PetscErrorCode ReadRegion(MPMOptions o, PetscInt dim, const char name[], 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadVelocity(MPMOptions o, PetscInt dim, MPMBody *b)
-{
-  char      text[MPM_TEXT_LEN], error[MPM_TEXT_LEN];
-  PetscInt  n;
-  PetscBool set;
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMOptionsString(o, "body_<b>_velocity", b->name, text, &set));
-  if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMExpressionCreate(text, "xyz", &b->velocity, &n, error, sizeof error));
-  for (const char *e = strchr(text, '='); e && !error[0]; e = strchr(e + 1, '=')) /* muParser assigns to variables */
-    if (e[1] == '=')
-      e++;
-    else if (e == text || !strchr("<>!", e[-1]))
-      (void)snprintf(error, sizeof error, "= does not compare, == does");
-  if (error[0])
-    MPMOptionsFail(o, "-body_%s_velocity %.300s: %s", b->name, text, error);
-  else if (n != dim)
-    MPMOptionsFail(o,
-                   "-body_%s_velocity has %" PetscInt_FMT " component%s, -dim %" PetscInt_FMT " needs %" PetscInt_FMT,
-                   b->name, n, n == 1 ? "" : "s", dim, dim);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ReadBody(MPM mpm, MPMOptions o, MPMBody *b)
 {
   MPMScene *scene                  = &mpm->scene;
@@ -167,7 +173,7 @@ static PetscErrorCode ReadBody(MPM mpm, MPMOptions o, MPMBody *b)
   PetscCall(MPMOptionsString(o, "body_<b>_material", b->name, material, NULL));
   PetscCall(MPMOptionsInts(o, "body_<b>_ppc", b->name, b->ppc, NULL));
   PetscCall(MPMOptionsReals(o, "body_<b>_offset", b->name, b->offset, NULL));
-  PetscCall(ReadVelocity(o, mpm->grid.dim, b));
+  PetscCall(MPMOptionsExpression(o, "body_<b>_velocity", b->name, "xyz", mpm->grid.dim, &b->velocity));
   for (b->material = 0; b->material < scene->nmaterials && strcasecmp(scene->materials[b->material].name, material);)
     b->material++;
   if (b->material == scene->nmaterials) {
@@ -185,7 +191,12 @@ static PetscErrorCode ReadWalls(MPM mpm, MPMOptions o)
 {
   static const char *const faces[3][2] = {{"xmin", "xmax"}, {"ymin", "ymax"}, {"zmin", "zmax"}};
   static const char *const names[]     = {
-#define MPM_WALL(name, what) #name,
+#define MPM_WALL(name, parameters, what) #name,
+#include "wall.def"
+#undef MPM_WALL
+  };
+  static const char *const takes[] = {
+#define MPM_WALL(name, parameters, what) parameters,
 #include "wall.def"
 #undef MPM_WALL
   };
@@ -193,15 +204,21 @@ static PetscErrorCode ReadWalls(MPM mpm, MPMOptions o)
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < mpm->grid.dim; d++)
     for (PetscInt side = 0; side < 2; side++) {
-      char type[MPM_NAME_LEN] = "free";
+      MPMFace *face               = &mpm->scene.faces[d][side];
+      char     type[MPM_NAME_LEN] = "free";
 
       PetscCall(MPMOptionsEnum(o, "bc_<f>_type", faces[d][side], type, NULL));
       for (PetscInt k = 0; k < MPM_NUM_WALLS; k++)
-        if (!strcmp(names[k], type)) mpm->scene.walls[d][side] = (MPMWall)k;
+        if (!strcmp(names[k], type)) face->type = (MPMWall)k;
+      PetscCall(RefuseOthers(o, "bc", faces[d][side], "type", type, "mu velocity", takes[face->type]));
+      if (MPMListHas(takes[face->type], "mu"))
+        PetscCall(MPMOptionsReal(o, "bc_<f>_mu", faces[d][side], &face->mu, NULL));
+      if (MPMListHas(takes[face->type], "velocity"))
+        PetscCall(MPMOptionsReals(o, "bc_<f>_velocity", faces[d][side], face->velocity, NULL));
     }
   for (PetscInt d = 0; d < mpm->grid.dim; d++) {
-    const PetscBool low  = mpm->scene.walls[d][0] == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE,
-                    high = mpm->scene.walls[d][1] == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool low  = mpm->scene.faces[d][0].type == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE,
+                    high = mpm->scene.faces[d][1].type == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE;
 
     if (low != high)
       MPMOptionsFail(o, "-bc_%s_type periodic needs -bc_%s_type periodic too", faces[d][high], faces[d][low]);
@@ -234,23 +251,28 @@ static PetscErrorCode DefaultName(char name[MPM_NAME_LEN])
 static PetscErrorCode ReadNames(MPM mpm, MPMOptions o)
 {
   MPMScene *scene = &mpm->scene;
-  char(*materials)[MPM_NAME_LEN], (*bodies)[MPM_NAME_LEN];
+  char(*materials)[MPM_NAME_LEN], (*bodies)[MPM_NAME_LEN], (*loads)[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsInt(o, "dim", NULL, &mpm->grid.dim, NULL));
   PetscCall(MPMOptionsNames(o, "materials", &scene->nmaterials, &materials));
   PetscCall(MPMOptionsNames(o, "bodies", &scene->nbodies, &bodies));
+  PetscCall(MPMOptionsNames(o, "loads", &scene->nloads, &loads));
+  PetscCall(PetscCalloc1(scene->nloads, &scene->loads));
+  for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(PetscStrncpy(scene->loads[k].name, loads[k], MPM_NAME_LEN));
   PetscCall(PetscCalloc1(scene->nmaterials, &scene->materials));
   PetscCall(PetscCalloc1(scene->nbodies, &scene->bodies));
   for (PetscInt k = 0; k < scene->nmaterials; k++)
     PetscCall(PetscStrncpy(scene->materials[k].name, materials[k], MPM_NAME_LEN));
   for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(PetscStrncpy(scene->bodies[k].name, bodies[k], MPM_NAME_LEN));
   if (MPMOptionsError(o))
-    PetscCall(MPMOptionsDeclare(o, 3, 0, NULL, 0, NULL)); /* a misspelt -dim is better named than missed */
+    PetscCall(MPMOptionsDeclare(o, 3, 0, NULL, 0, NULL, 0, NULL)); /* a misspelt -dim is better named than missed */
   else
-    PetscCall(MPMOptionsDeclare(o, mpm->grid.dim, scene->nmaterials, materials, scene->nbodies, bodies));
+    PetscCall(MPMOptionsDeclare(o, mpm->grid.dim, scene->nmaterials, materials, scene->nbodies, bodies, scene->nloads,
+                                loads));
   PetscCall(PetscFree(materials));
   PetscCall(PetscFree(bodies));
+  PetscCall(PetscFree(loads));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -292,6 +314,7 @@ PetscErrorCode MPMSceneSetFromOptions(MPM mpm, MPMOptions o)
     if (!used) MPMOptionsFail(o, "-materials: no body is of %s; remove it", scene->materials[m].name);
   }
   PetscCall(ReadWalls(mpm, o));
+  PetscCall(MPMForcesSetFromOptions(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -299,6 +322,7 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
 {
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
+  PetscCall(MPMForcesDestroy(scene));
   PetscCall(PetscFree(scene->materials));
   PetscCall(PetscFree(scene->bodies));
   PetscCall(PetscFree(scene->kinds));

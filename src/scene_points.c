@@ -33,9 +33,8 @@ static PetscBool NextPoint(const MPMBody *b, PetscInt dim, const PetscInt64 firs
 
 static PetscErrorCode CheckPoint(MPM mpm, MPMOptions o, const MPMBody *b, const PetscReal x[])
 {
-  const PetscInt dim  = mpm->grid.dim;
-  PetscReal      v[3] = {0}, xi[3];
-  PetscInt       base[3];
+  const PetscInt dim     = mpm->grid.dim;
+  PetscReal      v[3]    = {0}, xi[3];
   PetscBool      on_line = PETSC_FALSE;
 
   PetscFunctionBeginUser;
@@ -43,11 +42,11 @@ static PetscErrorCode CheckPoint(MPM mpm, MPMOptions o, const MPMBody *b, const 
     if (!(x[d] >= mpm->grid.lower[d] && x[d] <= mpm->grid.upper[d]))
       MPMOptionsFail(o, "body %s lies outside of the grid: its point at %c = %g, the grid from %g to %g", b->name,
                      "xyz"[d], (double)x[d], (double)(mpm->grid.lower[d]), (double)(mpm->grid.upper[d]));
-  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, x, 0, v));
+  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, x, NULL, 0, v));
   for (PetscInt d = 0; d < dim; d++)
     if (!(PetscAbsReal(v[d]) <= PETSC_MAX_REAL))
       MPMOptionsFail(o, "-body_%s_velocity is not finite at x = %g%s", b->name, (double)x[0], dim > 1 ? ", ..." : "");
-  MPMCoordinates((int)dim, mpm->basis, &mpm->grid, x, xi, base);
+  for (PetscInt d = 0; d < dim; d++) xi[d] = (x[d] - mpm->grid.lower[d]) / mpm->grid.h[d];
   for (PetscInt d = 0; d < dim; d++)
     if (xi[d] == PetscFloorReal(xi[d])) on_line = PETSC_TRUE;
   mpm->scene.on_line += on_line;
@@ -69,15 +68,20 @@ static void CheckMemory(MPMOptions o, const char what[], PetscReal number, Petsc
 /* The kind of a body, shared with earlier bodies of the same material and point size. */
 static void FindKind(MPMScene *scene, MPMOptions o, PetscInt dim, MPMBody *b)
 {
-  MPMKind kind = {b->material, 0, 1};
+  MPMKind kind = {b->material, 0, 1, {0}};
 
-  for (PetscInt d = 0; d < dim; d++) kind.V0 *= b->b[d];
+  for (PetscInt d = 0; d < dim; d++) {
+    kind.V0 *= b->b[d];
+    kind.l[d] = 0.5 / (PetscReal)b->ppc[d];
+  }
   kind.m = scene->materials[b->material].rho * kind.V0;
   if (!(kind.V0 > 0 && kind.m > 0 && kind.m < PETSC_MAX_REAL))
     MPMOptionsFail(o, "body %s: a point of volume %g and mass %g is beyond the range of numbers", b->name,
                    (double)kind.V0, (double)kind.m);
   for (b->kind = 0; b->kind < scene->nkinds; b->kind++)
-    if (scene->kinds[b->kind].material == kind.material && scene->kinds[b->kind].V0 == kind.V0) return;
+    if (scene->kinds[b->kind].material == kind.material && scene->kinds[b->kind].V0 == kind.V0 &&
+        !memcmp(scene->kinds[b->kind].l, kind.l, sizeof kind.l))
+      return;
   scene->kinds[scene->nkinds++] = kind;
 }
 
@@ -156,12 +160,26 @@ PetscErrorCode MPMSceneHistogram(MPM mpm, MPMHistogram *h)
     LatticeRange(b, dim, first, last);
     PetscCall(PetscArraycpy(ijk, first, 3));
     for (; NextPoint(b, dim, first, last, ijk, x); ijk[2]++) {
-      (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, x, xi, base);
+      (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, x, mpm->scene.kinds[b->kind].l, xi, base);
       for (PetscInt d = 0; d < dim; d++) base[d] += mpm->grid.layers[d];
       MPMHistogramAdd(h, base);
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The sides of the point at x on which its neighbour on the lattice is not in the body: bit 2d + side. */
+static PetscInt SurfaceSides(const MPMBody *b, PetscInt dim, const PetscReal x[])
+{
+  PetscInt sides = 0;
+
+  for (PetscInt k = 0; k < 2 * dim; k++) {
+    PetscReal y[3];
+
+    for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (d == k / 2 ? (k % 2 ? 1 : -1) * b->b[d] : 0);
+    if (!MPMRegionInside(&b->region, dim, y)) sides |= (PetscInt)1 << k;
+  }
+  return sides;
 }
 
 static PetscErrorCode SetPoint(MPM mpm, const MPMBody *b, PetscInt64 id, const PetscReal x[], PetscInt p, MPMView *view)
@@ -170,13 +188,21 @@ static PetscErrorCode SetPoint(MPM mpm, const MPMBody *b, PetscInt64 id, const P
   PetscReal      v[3] = {0};
 
   PetscFunctionBeginUser;
-  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, x, 0, v));
+  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, x, NULL, 0, v));
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
+  if (view->name)                                                                                                      \
+    for (PetscInt k = 0; k < MPMComponents_##name((int)dim); k++)                                                      \
+      view->name[p * MPMComponents_##name((int)dim) + k] = start;
+#include "fields.def"
+#undef MPM_FIELD
   view->id[p] = id;
   if (view->kind) view->kind[p] = b->kind;
+  if (view->surface) view->surface[p] = SurfaceSides(b, dim, x);
   for (PetscInt d = 0; d < dim; d++) {
     view->x[p * dim + d] = x[d];
     view->v[p * dim + d] = v[d];
-    for (PetscInt e = 0; e < dim; e++) view->F[(p * dim + d) * dim + e] = d == e;
+    if (view->X) view->X[p * dim + d] = x[d];
+    if (view->l) view->l[p * dim + d] = mpm->scene.kinds[b->kind].l[d];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -187,7 +213,7 @@ PetscErrorCode MPMSceneAddPoints(MPM mpm)
   MPMScene       *scene  = &mpm->scene;
   const MPMPatch *patch  = &mpm->exchange.patch;
   const PetscInt  dim    = mpm->grid.dim;
-  const PetscInt  fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(kind);
+  const PetscInt  fields = -1;
   MPMView         view;
 
   PetscFunctionBeginUser;
@@ -205,7 +231,7 @@ PetscErrorCode MPMSceneAddPoints(MPM mpm)
       LatticeRange(b, dim, first, last);
       PetscCall(PetscArraycpy(ijk, first, 3));
       for (; NextPoint(b, dim, first, last, ijk, x); ijk[2]++, id++) {
-        if (MPMOwnCell((int)dim, mpm->basis, patch, x, base) < 0) continue;
+        if (MPMOwnCell((int)dim, mpm->basis, patch, x, scene->kinds[b->kind].l, base) < 0) continue;
         if (pass) PetscCall(SetPoint(mpm, b, id, x, p, &view));
         p++;
       }

@@ -51,7 +51,7 @@ static PetscErrorCode FindNeighbours(MPM mpm, MPMSpatial *s)
       from->shift[d] = 0;
       if (off && me[d] == last && !mpm->grid.periodic[d]) up = PETSC_FALSE;
       if (off && me[d] == 0 && !mpm->grid.periodic[d]) down = PETSC_FALSE;
-      if (off && me[d] == 0) from->shift[d] = mpm->grid.lower[d] - mpm->grid.upper[d];
+      if (off && me[d] == 0) from->shift[d] = -mpm->grid.cells[d];
       above += stride * ((me[d] + off) % s->p[d]);
       below += stride * ((me[d] + last * off) % s->p[d]);
       stride *= s->p[d];

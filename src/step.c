@@ -5,16 +5,16 @@
 #include "mpm.h"
 
 /* Velocity conditions of the walls on node i of a row. */
-static PetscBool Walls(const MPMParams *par, const MPMPatch *patch, PetscInt row, PetscInt i, PetscReal v[])
+static PetscBool Walls(const MPMFace (*faces)[2], const MPMPatch *patch, PetscInt row, PetscInt i, PetscReal v[])
 {
   const PetscInt ijk[3] = {i + patch->lo[0], row % patch->n[1] + patch->lo[1], row / patch->n[1] + patch->lo[2]};
 
-  return MPMWallsApply(par->walls, patch->grid->dim, ijk, patch->grid->cells, v);
+  return MPMWallsApply(faces, patch->grid->dim, ijk, patch->grid->cells, v);
 }
 
 /* v = p/m and walls, eq. (2). A node without mass is at rest; there is no threshold. Only points exactly on a grid
    line, whose weight there is 0 but whose gradient is not, read such a node. */
-static void NodeVelocity(const MPMParams *par, MPMPatch *patch, PetscInt row)
+static void Divide(const MPMFace (*faces)[2], MPMPatch *patch, PetscInt row)
 {
   const PetscInt dim = patch->grid->dim, i0 = patch->own_lo[0] - patch->lo[0];
 
@@ -23,8 +23,19 @@ static void NodeVelocity(const MPMParams *par, MPMPatch *patch, PetscInt row)
     PetscReal       *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim);
 
     for (PetscInt d = 0; d < dim; d++) v[d] = *m > 0 ? p[d] / *m : 0;
-    Walls(par, patch, row, i, v);
+    Walls(faces, patch, row, i, v);
   }
+}
+
+static void NodeVelocity(const MPMParams *par, MPMPatch *patch, PetscInt row)
+{
+  Divide(par->faces, patch, row);
+}
+
+/* The same of what xpic has left over: the walls hold no part of it. */
+static void NodeResidual(const MPMParams *par, MPMPatch *patch, PetscInt row)
+{
+  Divide(par->residual_faces, patch, row);
 }
 
 /* a = f/m + g, eqs. (5) and (13); v <- v + dt a, eq. (6), and walls, which also set a. */
@@ -42,29 +53,39 @@ static void NodeAdvance(const MPMParams *par, MPMPatch *patch, PetscInt row)
       before[d] = v[d];
       after[d] = v[d] = v[d] + par->dt * a[d];
     }
-    if (Walls(par, patch, row, i, v))
+    if (Walls(par->faces, patch, row, i, v))
       for (PetscInt d = 0; d < dim; d++)
         if (v[d] != after[d]) a[d] = (v[d] - before[d]) / par->dt;
   }
 }
 
-#define B(field) MPM_BIT(field)
+#define B(field)   MPM_BIT(field)
+#define WHERE      (B(x) | B(cell) | B(kind) | B(l)) /* what a stencil is made of */
+#define MOMENTUM   (B(v) | B(C))                     /* C of apic */
+#define STRESS     (B(F) | B(J) | B(tau))            /* what a force is made of */
+#define STATE      (STRESS | B(be) | B(ep) | B(vc))  /* what a material remembers */
+#define COMMIT_IN  (B(id) | B(F))                    /* F of gimp domains that stretch */
+#define COMMIT_OUT (B(x) | B(cell) | B(l))
 
 /* clang-format off */
-enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_FORCE, VELOCITY, ADVANCE, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, NUM_PHASES };
+enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, RESIDUAL, ADVANCE, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
-  /*                     name            kind                 parts                                                    node kernel    points in                        points out                    nodes in, out */
-  [P2G]               = {"P2G",          MPM_POINTS_TO_NODES, MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE,         NULL,          B(x) | B(v) | B(F) | B(kind),      0,                            "",    "mpf"},
-  [P2G_MASS]          = {"P2G_MASS",     MPM_POINTS_TO_NODES, MPM_P2G_MASS | MPM_P2G_MOMENTUM,                         NULL,          B(x) | B(v) | B(kind),             0,                            "",    "mp"},
-  [P2G_MOMENTUM]      = {"P2G_MOMENTUM", MPM_POINTS_TO_NODES, MPM_P2G_MOMENTUM,                                        NULL,          B(x) | B(v) | B(kind),             0,                            "",    "p"},
-  [P2G_FORCE]         = {"P2G_FORCE",    MPM_POINTS_TO_NODES, MPM_P2G_FORCE,                                           NULL,          B(x) | B(F) | B(kind),             0,                            "",    "f"},
-  [VELOCITY]          = {"VELOCITY",     MPM_NODES,           0,                                                       NodeVelocity,  0,                                 0,                            "mp",  "v"},
-  [ADVANCE]           = {"ADVANCE",      MPM_NODES,           0,                                                       NodeAdvance,   0,                                 0,                            "mpf", "va"},
-  [G2P]               = {"G2P",          MPM_NODES_TO_POINTS, MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT,        NULL,          B(id) | B(x) | B(v) | B(F) | B(kind), B(x) | B(v) | B(F) | B(cell), "va",  ""},
-  [G2P_MOTION]        = {"G2P_MOTION",   MPM_NODES_TO_POINTS, MPM_G2P_MOTION | MPM_G2P_COMMIT,                         NULL,          B(id) | B(x) | B(v),               B(x) | B(v) | B(cell),        "va",  ""},
-  [G2P_MOTION_HOLD]   = {"G2P_MOTION",   MPM_NODES_TO_POINTS, MPM_G2P_MOTION,                                          NULL,          B(x) | B(v),                       B(v) | B(dx),                 "va",  ""},
-  [G2P_STRESS]        = {"G2P_STRESS",   MPM_NODES_TO_POINTS, MPM_G2P_STRESS,                                          NULL,          B(id) | B(x) | B(F) | B(kind),     B(F),                         "v",   ""},
-  [G2P_STRESS_COMMIT] = {"G2P_STRESS",   MPM_NODES_TO_POINTS, MPM_G2P_STRESS | MPM_G2P_COMMIT,                         NULL,          B(id) | B(x) | B(F) | B(kind) | B(dx), B(x) | B(F) | B(cell),    "v",   ""},
+  /*                     name            kind                 parts                                                    node kernel    points in                                   points out                           nodes in, out */
+  [P2G]               = {"P2G",          MPM_POINTS_TO_NODES, MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE,         NULL,          WHERE | MOMENTUM | STRESS | B(b),           0,                                   "",    "mpf"},
+  [P2G_MASS]          = {"P2G_MASS",     MPM_POINTS_TO_NODES, MPM_P2G_MASS | MPM_P2G_MOMENTUM,                         NULL,          WHERE | MOMENTUM,                           0,                                   "",    "mp"},
+  [P2G_MOMENTUM]      = {"P2G_MOMENTUM", MPM_POINTS_TO_NODES, MPM_P2G_MOMENTUM,                                        NULL,          WHERE | MOMENTUM,                           0,                                   "",    "p"},
+  [P2G_RESIDUAL]      = {"P2G_RESIDUAL", MPM_POINTS_TO_NODES, MPM_P2G_MOMENTUM | MPM_RESIDUAL,                         NULL,          WHERE | B(r),                               0,                                   "",    "p"},
+  [P2G_FORCE]         = {"P2G_FORCE",    MPM_POINTS_TO_NODES, MPM_P2G_FORCE,                                           NULL,          WHERE | STRESS | B(b),                      0,                                   "",    "f"},
+  [VELOCITY]          = {"VELOCITY",     MPM_NODES,           0,                                                       NodeVelocity,  0,                                          0,                                   "mp",  "v"},
+  [RESIDUAL]          = {"RESIDUAL",     MPM_NODES,           0,                                                       NodeResidual,  0,                                          0,                                   "mp",  "v"},
+  [ADVANCE]           = {"ADVANCE",      MPM_NODES,           0,                                                       NodeAdvance,   0,                                          0,                                   "mpf", "va"},
+  [G2P]               = {"G2P",          MPM_NODES_TO_POINTS, MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT,        NULL,          WHERE | B(v) | B(r) | STATE | COMMIT_IN,    B(v) | B(C) | STATE | COMMIT_OUT,    "va",  ""},
+  [G2P_MOTION]        = {"G2P_MOTION",   MPM_NODES_TO_POINTS, MPM_G2P_MOTION | MPM_G2P_COMMIT,                         NULL,          WHERE | B(v) | B(r) | COMMIT_IN,            B(v) | B(C) | COMMIT_OUT,            "va",  ""},
+  [G2P_MOTION_HOLD]   = {"G2P_MOTION",   MPM_NODES_TO_POINTS, MPM_G2P_MOTION,                                          NULL,          WHERE | B(v) | B(r),                        B(v) | B(C) | B(dx),                 "va",  ""},
+  [G2P_STRESS]        = {"G2P_STRESS",   MPM_NODES_TO_POINTS, MPM_G2P_STRESS,                                          NULL,          WHERE | B(id) | STATE,                      STATE,                               "v",   ""},
+  [G2P_STRESS_COMMIT] = {"G2P_STRESS",   MPM_NODES_TO_POINTS, MPM_G2P_STRESS | MPM_G2P_COMMIT,                         NULL,          WHERE | STATE | COMMIT_IN | B(dx),          STATE | COMMIT_OUT,                  "v",   ""},
+  [G2P_FILTER]        = {"G2P_FILTER",   MPM_NODES_TO_POINTS, MPM_G2P_FILTER,                                          NULL,          WHERE | B(v),                               B(r),                                "v",   ""},
+  [G2P_FILTER_AGAIN]  = {"G2P_FILTER",   MPM_NODES_TO_POINTS, MPM_G2P_FILTER | MPM_RESIDUAL,                           NULL,          WHERE | B(r),                               B(r),                                "v",   ""},
 };
 
 static const MPMIntegrator usf  = {"usf",  "update stress first, the classic order; first order in dt", PETSC_FALSE,
@@ -73,33 +94,72 @@ static const MPMIntegrator usl  = {"usl",  "update stress last, from the advance
   {&phases[P2G], &phases[ADVANCE], &phases[G2P]}};
 static const MPMIntegrator musl = {"musl", "modified update stress last, from point velocities mapped again", PETSC_TRUE,
   {&phases[P2G], &phases[ADVANCE], &phases[G2P_MOTION_HOLD], &phases[P2G_MOMENTUM], &phases[VELOCITY], &phases[G2P_STRESS_COMMIT]}};
+/* What xpic does first, once an order: r = v - S S+ v, then r <- r - S S+ r, with S+ to the nodes and S to the points. */
+static const MPMPhase *const filter[2][3] = {
+  {&phases[P2G_MASS], &phases[VELOCITY], &phases[G2P_FILTER]},
+  {&phases[P2G_RESIDUAL], &phases[RESIDUAL], &phases[G2P_FILTER_AGAIN]}};
 /* clang-format on */
 
 const MPMIntegrator *const MPMIntegrators[] = {&usf, &usl, &musl, NULL};
 
 /* The parts of a run that -log_view and the final table show: the phases, and these. */
-enum { SETTLE = NUM_PHASES, REDUCE, NUM_EVENTS };
+enum { FORCES = NUM_PHASES, SETTLE, REDUCE, NUM_EVENTS };
 static PetscLogEvent events[NUM_EVENTS];
 
 static const char *EventName(PetscInt e)
 {
-  return e == SETTLE ? "SETTLE" : e == REDUCE ? "REDUCE" : phases[e].name;
+  return e == FORCES ? "FORCES" : e == SETTLE ? "SETTLE" : e == REDUCE ? "REDUCE" : phases[e].name;
 }
 
-PetscErrorCode MPMStepRegisterEvents(void)
+static PetscErrorCode RegisterEvents(void)
 {
   PetscClassId id;
 
   PetscFunctionBeginUser;
   PetscCall(PetscClassIdRegister("MPM", &id));
   for (PetscInt e = 0; e < NUM_EVENTS; e++) {
-    const PetscBool twin = e == G2P_MOTION_HOLD || e == G2P_STRESS_COMMIT ? PETSC_TRUE
-                                                                          : PETSC_FALSE; /* same name, same event */
-    if (twin)
-      events[e] = events[e - 1];
+    if (e && e < NUM_PHASES && !strcmp(EventName(e), EventName(e - 1)))
+      events[e] = events[e - 1]; /* twins share a name */
     else
       PetscCall(PetscLogEventRegister(EventName(e), id, &events[e]));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The phases as this scene needs them: the affine parts with apic; no field that nothing would read. */
+static void FitPhases(MPM mpm)
+{
+  PetscInt stress = 0; /* what the forces of these materials are made of */
+
+  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
+    const PetscInt state = mpm->scene.materials[k].state;
+    stress |= state & B(tau) ? B(tau) : state & STRESS;
+  }
+  for (PetscInt k = 0; k < NUM_PHASES; k++) {
+    MPMPhase *phase = &mpm->phases[k];
+
+    *phase        = phases[k];
+    phase->number = k;
+    if (phase->parts & MPM_P2G_FORCE) phase->points_in &= ~STRESS | stress;
+    if ((phase->points_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & MPM_G2P_STRESS) && !mpm->stretched)
+      phase->points_in &= ~B(F);
+    if (mpm->affine && (phase->parts & (MPM_P2G_MOMENTUM | MPM_G2P_MOTION)) && !(phase->parts & MPM_RESIDUAL))
+      phase->parts |= MPM_AFFINE;
+  }
+}
+
+/* Sets mpm->phases, and mpm->program: those of a step, in order. Once method and materials are known; not collective.
+ */
+PetscErrorCode MPMStepSetUp(MPM mpm)
+{
+  PetscFunctionBeginUser;
+  PetscCall(RegisterEvents());
+  FitPhases(mpm);
+  mpm->nprogram = 0;
+  for (PetscInt k = 0; k < mpm->params.order; k++)
+    for (PetscInt i = 0; i < 3; i++) mpm->program[mpm->nprogram++] = &mpm->phases[filter[k > 0][i] - phases];
+  for (PetscInt k = 0; k < MPM_MAX_PHASES && mpm->integrator->phases[k]; k++)
+    mpm->program[mpm->nprogram++] = &mpm->phases[mpm->integrator->phases[k] - phases];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -118,22 +178,11 @@ static PetscReal PhaseFlops(MPM mpm, const MPMPhase *phase, PetscInt npoints)
   }
 }
 
-/* A phase by its number in the table, and back: how a worker is told what to do. */
-const MPMPhase *MPMPhaseGet(PetscInt number)
-{
-  return &phases[number];
-}
-
-PetscInt MPMPhaseNumber(const MPMPhase *phase)
-{
-  return (PetscInt)(phase - phases);
-}
-
 /* Marks the beginning and the end of a phase for -log_view and the final table. Not collective. */
 PetscErrorCode MPMPhaseBegin(MPM mpm, const MPMPhase *phase)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscLogEventBegin(events[phase - phases], 0, 0, 0, 0));
+  PetscCall(PetscLogEventBegin(events[phase->number], 0, 0, 0, 0));
   PetscCall(PetscTime(&mpm->phase_start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -144,9 +193,9 @@ PetscErrorCode MPMPhaseEnd(MPM mpm, const MPMPhase *phase, PetscInt npoints)
 
   PetscFunctionBeginUser;
   PetscCall(PetscTime(&now));
-  mpm->phase_seconds[phase - phases] += now - mpm->phase_start;
+  mpm->phase_seconds[phase->number] += now - mpm->phase_start;
   PetscCall(PetscLogFlops(PhaseFlops(mpm, phase, npoints)));
-  PetscCall(PetscLogEventEnd(events[phase - phases], 0, 0, 0, 0));
+  PetscCall(PetscLogEventEnd(events[phase->number], 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -170,8 +219,15 @@ PetscErrorCode MPMStep(MPM mpm)
 
   PetscFunctionBeginUser;
   MPMStatusReset(&mpm->status);
-  for (PetscInt k = 0; k < MPM_MAX_PHASES && mpm->integrator->phases[k]; k++)
-    PetscCall(RunPhase(mpm, mpm->integrator->phases[k]));
+  if (mpm->scene.forced) {
+    PetscCall(PetscTime(&t0));
+    PetscCall(PetscLogEventBegin(events[FORCES], 0, 0, 0, 0));
+    PetscCall(MPMForcesUpdate(mpm, mpm->t));
+    PetscCall(PetscLogEventEnd(events[FORCES], 0, 0, 0, 0));
+    PetscCall(PetscTime(&t1));
+    mpm->phase_seconds[FORCES] += t1 - t0;
+  }
+  for (PetscInt k = 0; k < mpm->nprogram; k++) PetscCall(RunPhase(mpm, mpm->program[k]));
   PetscCall(PetscTime(&t0));
   PetscCall(PetscLogEventBegin(events[REDUCE], 0, 0, 0, 0));
   mpm->status.interrupted = MPMInterrupted();
@@ -193,8 +249,8 @@ PetscErrorCode MPMStep(MPM mpm)
 PetscErrorCode MPMStepNodes(MPM mpm)
 {
   PetscFunctionBeginUser;
-  PetscCall(mpm->exchange.type->sweep(mpm, &phases[P2G_MASS]));
-  PetscCall(mpm->exchange.type->nodes(mpm, &phases[VELOCITY]));
+  PetscCall(mpm->exchange.type->sweep(mpm, &mpm->phases[P2G_MASS]));
+  PetscCall(mpm->exchange.type->nodes(mpm, &mpm->phases[VELOCITY]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -207,7 +263,7 @@ PetscErrorCode MPMStepTimeSweep(MPM mpm, PetscReal *seconds)
   *seconds = PETSC_MAX_REAL;
   for (PetscInt k = 0; k < 3; k++) {
     PetscCall(PetscTime(&t0));
-    PetscCall(mpm->exchange.type->sweep(mpm, &phases[P2G]));
+    PetscCall(mpm->exchange.type->sweep(mpm, &mpm->phases[P2G]));
     PetscCall(PetscTime(&t1));
     *seconds = PetscMin(*seconds, t1 - t0);
   }
@@ -219,9 +275,10 @@ PetscErrorCode MPMStepTimeSweep(MPM mpm, PetscReal *seconds)
    state that no step has made. Collective.                                                                           */
 PetscErrorCode MPMStepBound(MPM mpm)
 {
-  const PetscInt dim = mpm->grid.dim, fields = B(v) | B(F) | B(kind);
+  const PetscInt dim = mpm->grid.dim, fields = B(v) | STATE | B(kind);
   MPMView        view;
-  PetscReal      F[9 * MPM_BLOCK], c2;
+  MPMBlock       b;
+  PetscReal      c2;
 
   PetscFunctionBeginUser;
   MPMStatusReset(&mpm->status);
@@ -231,8 +288,8 @@ PetscErrorCode MPMStepBound(MPM mpm)
     PetscReal          v2 = 0;
 
     for (PetscInt d = 0; d < dim; d++) v2 += view.v[p * dim + d] * view.v[p * dim + d];
-    for (PetscInt k = 0; k < dim * dim; k++) F[k * MPM_BLOCK] = view.F[p * dim * dim + k];
-    m->type->law->speed2[dim - 1](m, 1, F, &c2);
+    MPMPointsState(dim, &view, p, &b);
+    m->type->law->speed2[dim - 1](m, 0, 1, &b, &c2);
     mpm->status.v2 = PetscMax(mpm->status.v2, v2);
     mpm->status.c2 = PetscMax(mpm->status.c2, c2);
   }

@@ -20,6 +20,28 @@ MPM_INLINE int MPMSymIndex(int d, int e)
   return lo == 0 ? hi : lo + hi + 1;
 }
 
+/* Components of a symmetric tensor that a dimension has: xx yy zz; xx xy yy zz; all six. */
+#define MPM_SYM_NC(dim) ((dim) == 1 ? 3 : (dim) == 2 ? 4 : 6)
+
+/* The place among the six of component k of those; and component k of the unit tensor. */
+MPM_INLINE int MPMSymPlace(int dim, int k)
+{
+  return dim == 3 ? k : dim == 2 ? (k == 0 ? 0 : k == 1 ? 1 : k == 2 ? 3 : 5) : (k == 0 ? 0 : k == 1 ? 3 : 5);
+}
+
+MPM_INLINE int MPMSymUnit(int dim, int k)
+{
+  const int place = MPMSymPlace(dim, k);
+
+  return place == 0 || place == 3 || place == 5;
+}
+
+/* The same of row d, column e of the space that there is. */
+MPM_INLINE int MPMSymPart(int dim, int d, int e)
+{
+  return dim == 3 ? MPMSymIndex(d, e) : d + e;
+}
+
 MPM_INLINE PetscReal MPMDet(int dim, const PetscReal *F)
 {
   if (dim == 1) return F[0];
@@ -77,6 +99,139 @@ MPM_INLINE PetscReal MPMLog(PetscReal x)
                                    w * (1.818357216161805012e-01 + w * 1.479819860510658591e-01)));
 
     return dk * 6.93147180369123816490e-01 - ((h - (s * (h + (t1 + t2)) + dk * 1.90821492927058770002e-10)) - f);
+  }
+}
+
+/* e^x, below 1 ulp: the algorithm of fdlibm's e_exp.c (Sun Microsystems, 1993), branch-free; our own for the reasons
+   of MPMLog. Beyond the range it gives 0 and infinity, where the result is subnormal it is right to its last bit. */
+MPM_INLINE PetscReal MPMExp(PetscReal x)
+{
+  const PetscReal round = 6755399441055744.0; /* 1.5 2^52: adding it leaves a whole number in the low bits */
+  uint64_t        ik, iround, half, rest;
+  PetscReal       shifted, a, b;
+
+  x       = x > 710 ? 710 : x;
+  x       = x < -746 ? -746 : x;
+  shifted = x * 1.44269504088896338700e+00 + round;
+  memcpy(&ik, &shifted, sizeof ik);
+  memcpy(&iround, &round, sizeof iround);
+  ik -= iround; /* x = k ln 2 + (hi - lo), |hi - lo| <= ln 2/2; k here modulo 2^64 */
+  /* 2^k as a product of two powers, since k goes from -1076 to 1024: all but the last product are exact. k + 2048 > 0
+     makes the shift one of an unsigned number, as all processors have it. */
+  half = (ik + 2048) >> 1;
+  rest = (ik + 2048) - half;
+  half = (half - 1024 + 1023) << 52;
+  rest = (rest - 1024 + 1023) << 52;
+  memcpy(&a, &half, sizeof a);
+  memcpy(&b, &rest, sizeof b);
+  {
+    const PetscReal dk = shifted - round;
+    const PetscReal hi = x - dk * 6.93147180369123816490e-01, lo = dk * 1.90821492927058770002e-10;
+    const PetscReal r = hi - lo, z = r * r;
+    const PetscReal c = r - z * (1.66666666666666019037e-01 +
+                                 z * (-2.77777777770155933842e-03 +
+                                      z * (6.61375632143793436117e-05 +
+                                           z * (-1.65339022054652515390e-06 + z * 4.13813679705723846039e-08))));
+
+    return (1.0 - ((lo - (r * c) / (2.0 - c)) - hi)) * a * b;
+  }
+}
+
+/* One rotation of Jacobi in the plane of axes p and q (r is the third): A [3][3] symmetric becomes R A R^T with
+   A[p][q] = 0, and the rows of V turn with it. The smaller of the two angles; no difference of near numbers is taken,
+   so that eigenvalues which lie close together come out as well as others. */
+MPM_INLINE void MPMJacobi(PetscReal A[3][3], PetscReal V[3][3], int p, int q, int r)
+{
+  const PetscReal b = A[p][q], h = 0.5 * (A[q][q] - A[p][p]), root = PetscSqrtReal(h * h + b * b);
+  const PetscReal d = h + (h < 0 ? -root : root), t = d != 0 ? b / d : 0; /* tan of the angle, |t| <= 1 */
+  const PetscReal c = 1 / PetscSqrtReal(1 + t * t), s = t * c, Apr = A[p][r], Aqr = A[q][r];
+
+  A[p][p] -= t * b;
+  A[q][q] += t * b;
+  A[p][q] = A[q][p] = 0;
+  A[p][r] = A[r][p] = c * Apr - s * Aqr;
+  A[q][r] = A[r][q] = s * Apr + c * Aqr;
+  for (int k = 0; k < 3; k++) {
+    const PetscReal vp = V[p][k], vq = V[q][k];
+
+    V[p][k] = c * vp - s * vq;
+    V[q][k] = s * vp + c * vq;
+  }
+}
+
+/* Eigenvalues [3], in no order, and unit eigenvectors vectors[k][axis] of a symmetric tensor a [6], by Jacobi's
+   rotations: a few units in the last place of the largest one, of a positive tensor as good as of each one (Demmel and
+   Veselic, SIAM J. Matrix Anal. Appl. 13 (1992) 1204). In 2-D one rotation is exact; in 3-D few sweeps are, as they
+   converge quadratically: 8 is more than any tensor was seen to need (6). Additions, products, divisions and square
+   roots alone, so the bits are the same everywhere. */
+MPM_INLINE void MPMEigen(int dim, const PetscReal a[6], PetscReal values[3], PetscReal vectors[3][3])
+{
+  PetscReal A[3][3] = {{a[0], a[1], a[2]}, {a[1], a[3], a[4]}, {a[2], a[4], a[5]}};
+
+  for (int k = 0; k < 3; k++)
+    for (int d = 0; d < 3; d++) vectors[k][d] = k == d;
+  if (dim == 2) MPMJacobi(A, vectors, 0, 1, 2);
+  if (dim == 3)
+    for (int sweep = 0; sweep < 8; sweep++) {
+      const PetscReal tiny = 0x1p-112; /* what is this small turns no digit any more */
+
+      if (A[0][1] * A[0][1] <= tiny * PetscAbsReal(A[0][0] * A[1][1]) &&
+          A[0][2] * A[0][2] <= tiny * PetscAbsReal(A[0][0] * A[2][2]) &&
+          A[1][2] * A[1][2] <= tiny * PetscAbsReal(A[1][1] * A[2][2]))
+        break;
+      MPMJacobi(A, vectors, 0, 1, 2);
+      MPMJacobi(A, vectors, 0, 2, 1);
+      MPMJacobi(A, vectors, 1, 2, 0);
+    }
+  for (int k = 0; k < 3; k++) values[k] = A[k][k];
+}
+
+/* The other way: a = sum_k values[k] n_k n_k^T, n_k = vectors[k]. */
+MPM_INLINE void MPMSpectral(int dim, const PetscReal values[3], PetscReal vectors[3][3], PetscReal a[6])
+{
+  for (int d = 0; d < 3; d++)
+    for (int e = d; e < 3; e++) {
+      PetscReal s = 0;
+      if (d < dim && e < dim)
+        for (int k = 0; k < dim; k++) s += values[k] * vectors[k][d] * vectors[k][e];
+      else if (d == e)
+        s = values[d];
+      a[MPMSymIndex(d, e)] = s;
+    }
+}
+
+/* J F^-T, by which areas deform. */
+MPM_INLINE void MPMCofactor(int dim, const PetscReal *F, PetscReal *c)
+{
+  for (int d = 0; d < dim; d++)
+    for (int e = 0; e < dim; e++) {
+      const int p = (d + 1) % 3, q = (d + 2) % 3, r = (e + 1) % 3, s = (e + 2) % 3;
+
+      if (dim == 1) c[0] = 1;
+      if (dim == 2) c[d * 2 + e] = (d == e ? 1 : -1) * F[(1 - d) * 2 + 1 - e];
+      if (dim == 3) c[d * 3 + e] = F[p * 3 + r] * F[q * 3 + s] - F[p * 3 + s] * F[q * 3 + r];
+    }
+}
+
+/* The diagonal of the left stretch tensor V = sqrt(F F^T). */
+MPM_INLINE void MPMStretch(int dim, const PetscReal *F, PetscReal V[3])
+{
+  PetscReal b[6], squares[3], n[3][3];
+
+  MPMLeftCauchyGreen(dim, F, b);
+  if (dim == 1) {
+    V[0] = PetscAbsReal(F[0]);
+  } else if (dim == 2) { /* Cayley and Hamilton: V^2 - tr(V) V + det(V) I = 0 */
+    const PetscReal J = PetscAbsReal(MPMDet(2, F)), trace = PetscSqrtReal(b[0] + b[3] + 2 * J);
+
+    V[0] = (b[0] + J) / trace;
+    V[1] = (b[3] + J) / trace;
+  } else {
+    MPMEigen(3, b, squares, n);
+    for (int d = 0; d < 3; d++) {
+      V[d] = 0;
+      for (int k = 0; k < 3; k++) V[d] += PetscSqrtReal(squares[k]) * n[k][d] * n[k][d];
+    }
   }
 }
 

@@ -2,18 +2,29 @@
    asks for. A new basis adds a row to basis.def and nothing here. */
 #include "transfer.h"
 
-/* The sets of parts, MPM_P2G_PARTS(dim, basis, parts) and so on for each. */
+/* The sets of parts, MPM_ALL_P2G(X, dim, basis) and so on for each. */
+#define MPM_MP  (MPM_P2G_MASS | MPM_P2G_MOMENTUM)
+#define MPM_MPF (MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE)
 #define MPM_ALL_P2G(X, dim, basis)                                                                                     \
-  X(dim, basis, MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE, mpf)                                                  \
-  X(dim, basis, MPM_P2G_MASS | MPM_P2G_MOMENTUM, mp)                                                                   \
+  X(dim, basis, MPM_MPF, mpf)                                                                                          \
+  X(dim, basis, MPM_MP, mp)                                                                                            \
   X(dim, basis, MPM_P2G_MOMENTUM, p)                                                                                   \
-  X(dim, basis, MPM_P2G_FORCE, f)
+  X(dim, basis, MPM_P2G_FORCE, f)                                                                                      \
+  X(dim, basis, MPM_MPF | MPM_AFFINE, mpfa)                                                                            \
+  X(dim, basis, MPM_MP | MPM_AFFINE, mpa)                                                                              \
+  X(dim, basis, MPM_P2G_MOMENTUM | MPM_AFFINE, pa)                                                                     \
+  X(dim, basis, MPM_P2G_MOMENTUM | MPM_RESIDUAL, pr)
 #define MPM_ALL_G2P(X, dim, basis)                                                                                     \
   X(dim, basis, MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT, msc)                                                 \
   X(dim, basis, MPM_G2P_MOTION | MPM_G2P_COMMIT, mc)                                                                   \
   X(dim, basis, MPM_G2P_STRESS | MPM_G2P_COMMIT, sc)                                                                   \
   X(dim, basis, MPM_G2P_MOTION, m)                                                                                     \
-  X(dim, basis, MPM_G2P_STRESS, s)
+  X(dim, basis, MPM_G2P_STRESS, s)                                                                                     \
+  X(dim, basis, MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_AFFINE, msca)                                   \
+  X(dim, basis, MPM_G2P_MOTION | MPM_G2P_COMMIT | MPM_AFFINE, mca)                                                     \
+  X(dim, basis, MPM_G2P_MOTION | MPM_AFFINE, ma)                                                                       \
+  X(dim, basis, MPM_G2P_FILTER, f)                                                                                     \
+  X(dim, basis, MPM_G2P_FILTER | MPM_RESIDUAL, fr)
 
 #define MPM_INSTANCE_P2G(dim, basis, parts, tag)                                                                       \
   static void P2G_##basis##_##dim##_##tag(const MPMParams *par, MPMPatch *patch, MPMStatus *status)                    \
@@ -26,7 +37,7 @@
   {                                                                                                                    \
     MPMG2P(dim, MPM_BASIS_##basis, parts, par, patch, status);                                                         \
   }
-#define MPM_BASIS(basis, nodes, layers, what)                                                                          \
+#define MPM_BASIS(basis, nodes, layers, inertia, what)                                                                 \
   MPM_ALL_P2G(MPM_INSTANCE_P2G, 1, basis)                                                                              \
   MPM_ALL_P2G(MPM_INSTANCE_P2G, 2, basis)                                                                              \
   MPM_ALL_P2G(MPM_INSTANCE_P2G, 3, basis)                                                                              \
@@ -46,7 +57,7 @@ MPMTransfer MPMTransferFind(PetscInt dim, MPMBasis basis, PetscInt parts)
   } table[] = {
 #define MPM_ENTRY_P2G(dim, basis, parts, tag) {dim, MPM_BASIS_##basis, parts, P2G_##basis##_##dim##_##tag},
 #define MPM_ENTRY_G2P(dim, basis, parts, tag) {dim, MPM_BASIS_##basis, parts, G2P_##basis##_##dim##_##tag},
-#define MPM_BASIS(basis, nodes, layers, what)                                                                          \
+#define MPM_BASIS(basis, nodes, layers, inertia, what)                                                                 \
   MPM_ALL_P2G(MPM_ENTRY_P2G, 1, basis)                                                                                 \
   MPM_ALL_P2G(MPM_ENTRY_P2G, 2, basis)                                                                                 \
   MPM_ALL_P2G(MPM_ENTRY_P2G, 3, basis)                                                                                 \

@@ -4,7 +4,7 @@
 
 static const PetscInt cells_of[] = {1, 2, 3, 5, 49, 1000, 1000003, 1000000000};
 static const char    *names[]    = {
-#define MPM_BASIS(name, nodes, layers, what) #name,
+#define MPM_BASIS(name, nodes, layers, inertia, what) #name,
 #include "basis.def"
 #undef MPM_BASIS
 };

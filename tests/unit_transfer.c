@@ -11,7 +11,7 @@
 
 typedef struct {
   PetscInt n;
-#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) ctype name[9 * N];
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) ctype name[9 * N];
 #include "fields.def"
 #undef MPM_FIELD
 } State;
@@ -32,7 +32,7 @@ static MPMWall     walls[3][2];
 /* ---- Making of scenes */
 static void CopyPoint(int dim, const State *from, PetscInt p, State *to)
 {
-#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) \
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) \
   memcpy(to->name + to->n * (nc), from->name + p * (nc), (nc) * sizeof(ctype));
 #include "fields.def"
 #undef MPM_FIELD
@@ -45,7 +45,7 @@ static MPMView View(State *s, PetscInt fields, const MPMParams *par)
 
   memset(&view, 0, sizeof view);
   view.n = s->n;
-#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) view.name = fields & MPM_BIT(name) ? s->name : NULL;
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) view.name = fields & MPM_BIT(name) ? s->name : NULL;
 #include "fields.def"
 #undef MPM_FIELD
   if (par->nkinds == 1) view.kind = NULL; /* such a scene has no field kind */
@@ -470,7 +470,7 @@ static void CheckPoints(const Bench *b, const Bench *ref)
   for (PetscInt p = 0; p < ref->own.n; p++) at[ref->own.id[p]] = p;
   for (PetscInt p = 0; p < b->own.n; p++) {
     const PetscInt q = at[b->own.id[p]];
-#define MPM_FIELD(name, ctype, ptype, nc, kept, present, unit, meaning) \
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) \
   if (MPM_FIELD_INDEX_##name != MPM_FIELD_INDEX_cell) CHECK_SAME(b->own.name + p * (nc), ref->own.name + q * (nc), (nc) * sizeof(ctype));
 #include "fields.def"
 #undef MPM_FIELD

@@ -1,0 +1,111 @@
+/* forces.c - body forces and loads: the acceleration b of every point that is not gravity, eq. (13), found once a step
+   from expressions of place and time before the points are summed to the nodes.
+
+   A load acts on the points at the surface of a body: those whose neighbour on the lattice was not in the body at the
+   start. Such a side carries the area A of the point's cell of the lattice, with its normal N; under pressure p the
+   force is -p J F^-T N A (Nanson's formula: the surface as it deforms), under a traction T it is T A. */
+#include "tensor.h"
+#include "mpm.h"
+
+static PetscErrorCode ReadLoad(MPM mpm, MPMOptions o, MPMLoad *load)
+{
+  static const char *const faces[]            = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
+  const PetscInt           dim                = mpm->grid.dim;
+  char                     body[MPM_TEXT_LEN] = "", face[MPM_NAME_LEN] = "all", type[MPM_NAME_LEN] = "";
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsString(o, "load_<l>_body", load->name, body, NULL));
+  PetscCall(MPMOptionsEnum(o, "load_<l>_face", load->name, face, NULL));
+  PetscCall(MPMOptionsEnum(o, "load_<l>_type", load->name, type, NULL));
+  load->pressure = !strcmp(type, "pressure") ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(MPMOptionsExpression(o, "load_<l>_value", load->name, "xyzXYZt", load->pressure ? 1 : dim, &load->value));
+  for (load->body = 0; load->body < mpm->scene.nbodies && strcmp(mpm->scene.bodies[load->body].name, body);)
+    load->body++;
+  if (load->body == mpm->scene.nbodies)
+    MPMOptionsFail(o, "-load_%s_body %.100s is not declared: choose a name of -bodies", load->name, body);
+  for (PetscInt k = 0; k < 6; k++)
+    if (!strcmp(face, "all") ? k < 2 * dim : !strcmp(face, faces[k])) load->sides |= (PetscInt)1 << k;
+  if (load->sides >> 2 * dim)
+    MPMOptionsFail(o, "-load_%s_face %s: -dim %" PetscInt_FMT " has no such side", load->name, face, dim);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads -acceleration and -loads. Faults are left in o. */
+PetscErrorCode MPMForcesSetFromOptions(MPM mpm, MPMOptions o)
+{
+  MPMScene *scene = &mpm->scene;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsExpression(o, "acceleration", NULL, "xyzXYZt", mpm->grid.dim, &scene->acceleration));
+  for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(ReadLoad(mpm, o, &scene->loads[k]));
+  scene->forced      = scene->acceleration || scene->nloads ? PETSC_TRUE : PETSC_FALSE;
+  scene->keeps_start = scene->forced;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMForcesDestroy(MPMScene *scene)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMExpressionDestroy(&scene->acceleration));
+  for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(MPMExpressionDestroy(&scene->loads[k].value));
+  PetscCall(PetscFree(scene->loads));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds the load's part of b to point p if it acts on it. */
+static PetscErrorCode AddLoad(MPM mpm, const MPMLoad *load, const MPMView *view, PetscInt p, PetscReal t, PetscReal b[])
+{
+  const PetscInt     dim = mpm->grid.dim, sides = view->surface[p] & load->sides;
+  const MPMBody     *body = &mpm->scene.bodies[load->body];
+  const MPMKind     *kind = &mpm->scene.kinds[body->kind];
+  const MPMMaterial *m    = &mpm->scene.materials[body->material];
+  PetscReal          value[3], A[3] = {0}, size = 0;
+
+  PetscFunctionBeginUser;
+  if (!sides || view->id[p] < body->first || view->id[p] >= body->first + body->n) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < 2 * dim; k++) {
+    PetscReal area = 1;
+
+    if (!(sides & (PetscInt)1 << k)) continue;
+    for (PetscInt d = 0; d < dim; d++) area *= d == k / 2 ? 1 : body->b[d];
+    A[k / 2] += k % 2 ? area : -area;
+  }
+  PetscCall(MPMExpressionEvaluate(load->value, dim, view->x + p * dim, view->X + p * dim, t, value));
+  for (PetscInt d = 0; d < dim; d++) size += A[d] * A[d];
+  size = PetscSqrtReal(size);
+  if (load->pressure) {
+    PetscReal cofactor[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}; /* J F^-T; of a material without F that of J^(1/dim) I */
+
+    if (m->state & MPM_BIT(F))
+      MPMCofactor((int)dim, view->F + p * dim * dim, cofactor);
+    else
+      for (PetscInt d = 0; d < dim; d++) cofactor[d * (dim + 1)] = PetscPowReal(view->J[p], 1 - 1 / (PetscReal)dim);
+    for (PetscInt d = 0; d < dim; d++)
+      for (PetscInt e = 0; e < dim; e++) b[d] -= value[0] * cofactor[d * dim + e] * A[e] / kind->m;
+  } else
+    for (PetscInt d = 0; d < dim; d++) b[d] += value[d] * size / kind->m;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets field b of the points here for the time t in s. Not collective. */
+PetscErrorCode MPMForcesUpdate(MPM mpm, PetscReal t)
+{
+  const MPMScene *scene  = &mpm->scene;
+  const PetscInt  dim    = mpm->grid.dim;
+  const PetscInt  fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(surface) |
+                          MPM_BIT(b);
+  MPMView view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+  for (PetscInt p = 0; p < view.n; p++) {
+    PetscReal b[3] = {0};
+
+    if (scene->acceleration)
+      PetscCall(MPMExpressionEvaluate(scene->acceleration, dim, view.x + p * dim, view.X + p * dim, t, b));
+    for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(AddLoad(mpm, &scene->loads[k], &view, p, t, b));
+    for (PetscInt d = 0; d < dim; d++) view.b[p * dim + d] = b[d];
+  }
+  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
