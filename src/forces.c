@@ -103,6 +103,7 @@ PetscErrorCode MPMForcesUpdate(MPM mpm, PetscReal t)
 
     if (scene->acceleration)
       PetscCall(MPMExpressionEvaluate(scene->acceleration, dim, view.x + p * dim, view.X + p * dim, t, b));
+    MPMKnownForce(scene, dim, view.X + p * dim, t, b);
     for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(AddLoad(mpm, &scene->loads[k], &view, p, t, b));
     for (PetscInt d = 0; d < dim; d++) view.b[p * dim + d] = b[d];
   }

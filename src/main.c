@@ -14,6 +14,8 @@ static PetscErrorCode Run(int *status)
   if (MPMOptionsError(options)) {
     PetscCall(PetscFPrintf(mpm->comm, stderr, "%s\n", MPMOptionsError(options)));
     *status = MPM_EXIT_INPUT;
+  } else if (mpm->study.type[0]) {
+    PetscCall(MPMStudyRun(mpm, status));
   } else {
     PetscCall(MPMSetUp(mpm));
     PetscCall(MPMRun(mpm));

@@ -148,6 +148,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMExchangeSetFromOptions(mpm, o));
   PetscCall(MPMMonitorSetFromOptions(mpm, o));
   PetscCall(MPMOutputSetFromOptions(mpm, o));
+  PetscCall(MPMStudySetFromOptions(mpm, o));
   PetscCall(MPMOptionsFinish(o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountPoints(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MPMOutputMakeFolder(mpm, o));

@@ -452,24 +452,25 @@ typedef struct {
 
 /* A solution that is known: exact, or made so by a body force that belongs to it. Rows of reference.def. */
 typedef struct _MPMReference MPMReference;
+typedef struct _MPMKnown     MPMKnown; /* the one of this scene */
 
 typedef struct {
-  char                title[MPM_TEXT_LEN], name[MPM_NAME_LEN];
-  PetscBool           dry_run;
-  MPMMaterial        *materials;
-  PetscInt            nmaterials;
-  MPMBody            *bodies;
-  PetscInt            nbodies;
-  MPMKind            *kinds;
-  PetscInt            nkinds;
-  MPMFace             faces[3][2], residual_faces[3][2];
-  MPMLoad            *loads;
-  PetscInt            nloads;
-  MPMExpression       acceleration; /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
-  const MPMReference *reference;    /* or NULL */
-  PetscBool  forced, keeps_start;   /* are there body forces or loads; do points carry their place at the start? */
-  PetscInt64 overlap;               /* points that lie in an earlier body too */
-  PetscInt64 on_line;               /* points that start exactly on a line of the grid */
+  char          title[MPM_TEXT_LEN], name[MPM_NAME_LEN];
+  PetscBool     dry_run;
+  MPMMaterial  *materials;
+  PetscInt      nmaterials;
+  MPMBody      *bodies;
+  PetscInt      nbodies;
+  MPMKind      *kinds;
+  PetscInt      nkinds;
+  MPMFace       faces[3][2], residual_faces[3][2];
+  MPMLoad      *loads;
+  PetscInt      nloads;
+  MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
+  MPMKnown     *known;               /* or NULL */
+  PetscBool     forced, keeps_start; /* are there body forces or loads; do points carry their place at the start? */
+  PetscInt64    overlap;             /* points that lie in an earlier body too */
+  PetscInt64    on_line;             /* points that start exactly on a line of the grid */
 } MPMScene;
 
 PetscErrorCode MPMSceneSetFromOptions(MPM, MPMOptions);
@@ -477,6 +478,13 @@ PetscErrorCode MPMSceneCountPoints(MPM, MPMOptions);
 PetscErrorCode MPMSceneAddPoints(MPM);
 PetscErrorCode MPMSceneHistogram(MPM, MPMHistogram *);
 PetscErrorCode MPMSceneDestroy(MPMScene *);
+
+PetscErrorCode MPMKnownSetFromOptions(MPM, MPMOptions);
+PetscErrorCode MPMKnownDestroy(MPMScene *);
+PetscBool      MPMKnownStart(const MPMScene *, PetscInt dim, const PetscReal X[], PetscReal x[], PetscReal v[],
+                             PetscReal F[]);
+void           MPMKnownForce(const MPMScene *, PetscInt dim, const PetscReal X[], PetscReal t, PetscReal b[]);
+PetscErrorCode MPMKnownError(MPM, PetscReal *error, PetscReal *size);
 
 /* Body forces and loads of the points here for the time t, into field b. Not collective. */
 PetscErrorCode MPMForcesSetFromOptions(MPM, MPMOptions);
@@ -571,6 +579,18 @@ PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
 
+/* A ladder of runs; see study.c. */
+typedef struct {
+  char      type[MPM_NAME_LEN], vary[MPM_NAME_LEN]; /* type "": none */
+  PetscInt  levels;
+  PetscReal order_min; /* < 0: any */
+  PetscBool finest;    /* the last run is the reference */
+} MPMStudy;
+PetscErrorCode MPMStudySetFromOptions(MPM, MPMOptions);
+PetscErrorCode MPMStudyRun(MPM, int *status);
+PetscErrorCode MPMPlotLogLog(const char path[], const char title[], const char xlabel[], const char ylabel[],
+                             PetscInt n, const PetscReal x[], const PetscReal y[]);
+
 /* Everything of a run. */
 struct _p_MPM {
   MPI_Comm             comm;
@@ -588,6 +608,8 @@ struct _p_MPM {
   MPMStatus            status; /* of the last step */
   MPMMonitor           monitor;
   MPMOutput            output;
+  MPMStudy             study;
+  PetscBool            quiet;                         /* prints nothing: a rung of a study */
   PetscReal            t, time_end, dt_fixed, dt_cfl; /* s; dt_fixed 0: automatic */
   PetscInt             step, max_steps;
   PetscBool            progress;           /* a line of progress stands on the terminal */

@@ -22,7 +22,7 @@ typedef struct {
   PetscReal     c, cp;                        /* sqrt(E/rho), sqrt((lambda + 2 mu)/rho), m/s */
   PetscReal     gravity[3];                   /* m/s^2 */
   PetscReal     amplitude;                    /* A: of the displacement, m; of vortex: of the angle, rad */
-  PetscInt      mode;                         /* n >= 1: half waves of shear, number of the mode of mode */
+  PetscInt      mode;                         /* n >= 1: half waves of shear and standing, number of mode's mode */
   PetscReal     period;                       /* T of vortex, s; its sources have 1 */
 } MPMReferenceData;
 

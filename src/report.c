@@ -12,7 +12,7 @@ PetscErrorCode MPMPrint(MPM mpm, const char format[], ...)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(mpm->comm, &rank));
   va_start(args, format);
-  if (!rank) (void)vprintf(format, args);
+  if (!rank && !mpm->quiet) (void)vprintf(format, args);
   va_end(args);
   (void)fflush(stdout);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -193,7 +193,7 @@ PetscErrorCode MPMReportProgress(MPM mpm)
   PetscFunctionBeginUser;
   PetscCall(PetscTime(&now));
   PetscCallMPI(MPI_Comm_rank(mpm->comm, &rank));
-  if (rank || now - mpm->wall_report < 1 || !OnTerminal()) PetscFunctionReturn(PETSC_SUCCESS);
+  if (rank || mpm->quiet || now - mpm->wall_report < 1 || !OnTerminal()) PetscFunctionReturn(PETSC_SUCCESS);
   if (mpm->wall_report > 0) {
     const PetscReal part = PetscMax(mpm->t / mpm->time_end, (PetscReal)mpm->step / mpm->max_steps);
 
@@ -220,7 +220,7 @@ static PetscErrorCode PrintEnergy(MPM mpm)
                      (double)(b->kinetic + b->strain)));
   if (work != 0) PetscCall(MPMPrint(mpm, ", work of gravity %g J, residual %g J", (double)work, (double)residual));
   PetscCall(MPMPrint(mpm, "\n"));
-  if (residual > 0.05 * (mpm->monitor.energy_max + PetscAbsReal(work)))
+  if (!mpm->scene.forced && residual > 0.05 * (mpm->monitor.energy_max + PetscAbsReal(work)))
     PetscCall(MPMPrint(mpm,
                        "warning    energy grew by %.2g of its largest value, which nothing in the scene explains\n",
                        (double)(residual / (mpm->monitor.energy_max + PetscAbsReal(work)))));
@@ -250,6 +250,13 @@ PetscErrorCode MPMReportEnd(MPM mpm)
     PetscCall(MPMPrint(mpm, "done       %" PetscInt_FMT " steps, t=%g s, in %.3g s%s\n", mpm->step, (double)mpm->t,
                        now - mpm->wall_start, mpm->t < mpm->time_end ? " (-time_max_steps)" : ""));
   PetscCall(PrintEnergy(mpm));
+  if (mpm->scene.known) {
+    PetscReal error, size;
+
+    PetscCall(MPMKnownError(mpm, &error, &size));
+    PetscCall(MPMPrint(mpm, "reference  rms error of the displacement %.6g m, of its rms %.6g m a part of %.4g\n",
+                       (double)error, (double)size, (double)(error / size)));
+  }
   if (mpm->output.dir[0])
     PetscCall(MPMPrint(mpm, "results    %s/%s.csv%s\n", mpm->output.dir, mpm->scene.name,
                        mpm->output.enabled ? " .h5 .xdmf" : ""));

@@ -315,6 +315,7 @@ PetscErrorCode MPMSceneSetFromOptions(MPM mpm, MPMOptions o)
   }
   PetscCall(ReadWalls(mpm, o));
   PetscCall(MPMForcesSetFromOptions(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMKnownSetFromOptions(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -323,6 +324,7 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
   PetscCall(MPMForcesDestroy(scene));
+  PetscCall(MPMKnownDestroy(scene));
   PetscCall(PetscFree(scene->materials));
   PetscCall(PetscFree(scene->bodies));
   PetscCall(PetscFree(scene->kinds));

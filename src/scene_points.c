@@ -31,18 +31,20 @@ static PetscBool NextPoint(const MPMBody *b, PetscInt dim, const PetscInt64 firs
   return PETSC_FALSE;
 }
 
-static PetscErrorCode CheckPoint(MPM mpm, MPMOptions o, const MPMBody *b, const PetscReal x[])
+static PetscErrorCode CheckPoint(MPM mpm, MPMOptions o, const MPMBody *b, const PetscReal X[])
 {
   const PetscInt dim     = mpm->grid.dim;
-  PetscReal      v[3]    = {0}, xi[3];
+  PetscReal      v[3]    = {0}, xi[3], x[3];
   PetscBool      on_line = PETSC_FALSE;
 
   PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(x, X, dim));
+  (void)MPMKnownStart(&mpm->scene, dim, X, x, v, NULL);
   for (PetscInt d = 0; d < dim; d++)
     if (!(x[d] >= mpm->grid.lower[d] && x[d] <= mpm->grid.upper[d]))
       MPMOptionsFail(o, "body %s lies outside of the grid: its point at %c = %g, the grid from %g to %g", b->name,
                      "xyz"[d], (double)x[d], (double)(mpm->grid.lower[d]), (double)(mpm->grid.upper[d]));
-  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, x, NULL, 0, v));
+  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, X, NULL, 0, v));
   for (PetscInt d = 0; d < dim; d++)
     if (!(PetscAbsReal(v[d]) <= PETSC_MAX_REAL))
       MPMOptionsFail(o, "-body_%s_velocity is not finite at x = %g%s", b->name, (double)x[0], dim > 1 ? ", ..." : "");
@@ -51,7 +53,7 @@ static PetscErrorCode CheckPoint(MPM mpm, MPMOptions o, const MPMBody *b, const 
     if (xi[d] == PetscFloorReal(xi[d])) on_line = PETSC_TRUE;
   mpm->scene.on_line += on_line;
   for (PetscInt k = 0; k < mpm->scene.nbodies; k++)
-    if (mpm->scene.bodies + k < b && MPMRegionInside(&mpm->scene.bodies[k].region, dim, x)) mpm->scene.overlap++;
+    if (mpm->scene.bodies + k < b && MPMRegionInside(&mpm->scene.bodies[k].region, dim, X)) mpm->scene.overlap++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -154,12 +156,14 @@ PetscErrorCode MPMSceneHistogram(MPM mpm, MPMHistogram *h)
   for (PetscInt k = 0; k < mpm->scene.nbodies; k++) {
     const MPMBody *b = &mpm->scene.bodies[k];
     PetscInt64     first[3], last[3], ijk[3];
-    PetscReal      x[3], xi[3];
+    PetscReal      X[3], x[3], xi[3];
     PetscInt       base[3] = {0};
 
     LatticeRange(b, dim, first, last);
     PetscCall(PetscArraycpy(ijk, first, 3));
-    for (; NextPoint(b, dim, first, last, ijk, x); ijk[2]++) {
+    for (; NextPoint(b, dim, first, last, ijk, X); ijk[2]++) {
+      PetscCall(PetscArraycpy(x, X, dim));
+      (void)MPMKnownStart(&mpm->scene, dim, X, x, NULL, NULL);
       (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, x, mpm->scene.kinds[b->kind].l, xi, base);
       for (PetscInt d = 0; d < dim; d++) base[d] += mpm->grid.layers[d];
       MPMHistogramAdd(h, base);
@@ -182,27 +186,33 @@ static PetscInt SurfaceSides(const MPMBody *b, PetscInt dim, const PetscReal x[]
   return sides;
 }
 
-static PetscErrorCode SetPoint(MPM mpm, const MPMBody *b, PetscInt64 id, const PetscReal x[], PetscInt p, MPMView *view)
+/* Makes point p of a view: undeformed at X, or as the scene's known solution starts. */
+static PetscErrorCode SetPoint(MPM mpm, const MPMBody *b, PetscInt64 id, const PetscReal X[], PetscInt p, MPMView *view)
 {
   const PetscInt dim  = mpm->grid.dim;
-  PetscReal      v[3] = {0};
+  PetscReal      v[3] = {0}, x[3], F[9], V[3] = {1, 1, 1};
 
   PetscFunctionBeginUser;
-  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, x, NULL, 0, v));
+  PetscCall(PetscArraycpy(x, X, dim));
+  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, X, NULL, 0, v));
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   if (view->name)                                                                                                      \
     for (PetscInt k = 0; k < MPMComponents_##name((int)dim); k++)                                                      \
       view->name[p * MPMComponents_##name((int)dim) + k] = start;
 #include "fields.def"
 #undef MPM_FIELD
+  if (MPMKnownStart(&mpm->scene, dim, X, x, v, F)) {
+    for (PetscInt k = 0; k < dim * dim && view->F; k++) view->F[p * dim * dim + k] = F[k];
+    MPMStretch((int)dim, F, V);
+  }
   view->id[p] = id;
   if (view->kind) view->kind[p] = b->kind;
-  if (view->surface) view->surface[p] = SurfaceSides(b, dim, x);
+  if (view->surface) view->surface[p] = SurfaceSides(b, dim, X);
   for (PetscInt d = 0; d < dim; d++) {
     view->x[p * dim + d] = x[d];
     view->v[p * dim + d] = v[d];
-    if (view->X) view->X[p * dim + d] = x[d];
-    if (view->l) view->l[p * dim + d] = mpm->scene.kinds[b->kind].l[d];
+    if (view->X) view->X[p * dim + d] = X[d];
+    if (view->l) view->l[p * dim + d] = PetscMin(0.5, mpm->scene.kinds[b->kind].l[d] * V[d]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -225,14 +235,16 @@ PetscErrorCode MPMSceneAddPoints(MPM mpm)
     for (PetscInt k = 0; k < scene->nbodies; k++) {
       const MPMBody *b = &scene->bodies[k];
       PetscInt64     first[3], last[3], ijk[3];
-      PetscReal      x[3];
+      PetscReal      X[3], x[3];
       PetscInt       base[3] = {0};
 
       LatticeRange(b, dim, first, last);
       PetscCall(PetscArraycpy(ijk, first, 3));
-      for (; NextPoint(b, dim, first, last, ijk, x); ijk[2]++, id++) {
+      for (; NextPoint(b, dim, first, last, ijk, X); ijk[2]++, id++) {
+        PetscCall(PetscArraycpy(x, X, dim));
+        (void)MPMKnownStart(scene, dim, X, x, NULL, NULL);
         if (MPMOwnCell((int)dim, mpm->basis, patch, x, scene->kinds[b->kind].l, base) < 0) continue;
-        if (pass) PetscCall(SetPoint(mpm, b, id, x, p, &view));
+        if (pass) PetscCall(SetPoint(mpm, b, id, X, p, &view));
         p++;
       }
     }

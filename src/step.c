@@ -113,9 +113,12 @@ static const char *EventName(PetscInt e)
 
 static PetscErrorCode RegisterEvents(void)
 {
-  PetscClassId id;
+  static PetscBool done = PETSC_FALSE; /* a study makes many runs */
+  PetscClassId     id;
 
   PetscFunctionBeginUser;
+  if (done) PetscFunctionReturn(PETSC_SUCCESS);
+  done = PETSC_TRUE;
   PetscCall(PetscClassIdRegister("MPM", &id));
   for (PetscInt e = 0; e < NUM_EVENTS; e++) {
     if (e && e < NUM_PHASES && !strcmp(EventName(e), EventName(e - 1)))

@@ -162,8 +162,8 @@ MPM_INLINE void MPMJacobi(PetscReal A[3][3], PetscReal V[3][3], int p, int q, in
 /* Eigenvalues [3], in no order, and unit eigenvectors vectors[k][axis] of a symmetric tensor a [6], by Jacobi's
    rotations: a few units in the last place of the largest one, of a positive tensor as good as of each one (Demmel and
    Veselic, SIAM J. Matrix Anal. Appl. 13 (1992) 1204). In 2-D one rotation is exact; in 3-D few sweeps are, as they
-   converge quadratically: 8 is more than any tensor was seen to need (6). Additions, products, divisions and square
-   roots alone, so the bits are the same everywhere. */
+   converge quadratically: 8 is more than any tensor was seen to need (5). Its components' squares must neither vanish
+   nor overflow. Additions, products, divisions and square roots alone, so the bits are the same everywhere. */
 MPM_INLINE void MPMEigen(int dim, const PetscReal a[6], PetscReal values[3], PetscReal vectors[3][3])
 {
   PetscReal A[3][3] = {{a[0], a[1], a[2]}, {a[1], a[3], a[4]}, {a[2], a[4], a[5]}};

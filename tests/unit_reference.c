@@ -40,7 +40,7 @@ static int Scene(const MPMReference *row, int dim, MPMReferenceData *d)
     d->shape        = MPM_REGION_annulus;
     d->inner_radius = UnitReal(0.4, 0.8);
     d->radius       = d->inner_radius + UnitReal(0.3, 0.6);
-    d->amplitude    = ring ? 0.05 : UnitReal(0.05, 0.8);
+    d->amplitude    = ring ? 0.05 : UnitReal(0.3, 0.8);
     if (ring) d->nu = 0;
     for (int e = 0; e < 3; e++) {
       d->center[e]     = UnitReal(-1, 1);
@@ -55,6 +55,10 @@ static int Scene(const MPMReference *row, int dim, MPMReferenceData *d)
     if (UnitInt(2)) d->model = "elastic";
     d->walls[0][0] = d->walls[0][1] = MPM_WALL_periodic;
     d->walls[1][0] = d->walls[1][1] = MPM_WALL_fixed;
+  } else if (!strcmp(name, "standing")) {
+    d->model       = "elastic";
+    d->walls[0][0] = UnitInt(2) ? MPM_WALL_fixed : MPM_WALL_slip;
+    d->walls[0][1] = UnitInt(2) ? MPM_WALL_fixed : MPM_WALL_slip;
   } else if (!strcmp(name, "mode") || !strcmp(name, "column")) {
     const int axis = name[0] == 'm' ? 0 : UnitInt(dim);
 
@@ -512,7 +516,7 @@ int main(void)
         if (row->acceleration) CHECK_GE(Unbalance(&d, row, Turned), 0.1);
         if (!strcmp(row->name, "vortex")) {
           CHECK_LE(Unbalance(&d, row, PrintedRight), 1e-8);
-          CHECK_GE(Unbalance(&d, row, PrintedWrong), 1e-5);
+          CHECK_GE(Unbalance(&d, row, PrintedWrong), 1e-4);
           CHECK_GE(Unbalance(&d, row, AcrossTurned), 0.1);
         }
       }
