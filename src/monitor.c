@@ -72,7 +72,8 @@ PetscReal MPMMonitorWork(MPM mpm)
 
 PetscErrorCode MPMMonitorSetFromOptions(MPM mpm, MPMOptions o)
 {
-  MPMMonitor *mon = &mpm->monitor;
+  MPMMonitor *mon    = &mpm->monitor;
+  PetscBool   moving = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   mon->every = mpm->time_end / 100;
@@ -80,6 +81,11 @@ PetscErrorCode MPMMonitorSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsReal(o, "history_every", NULL, &mon->every, NULL));
   PetscCall(MPMOptionsReal(o, "check_energy", NULL, &mon->check_energy, NULL));
   PetscCall(MPMOptionsReal(o, "check_momentum", NULL, &mon->check_momentum, NULL));
+  for (PetscInt k = 0; k < 6; k++)
+    if (mpm->scene.faces[k / 2][k % 2].type == MPM_WALL_moving) moving = PETSC_TRUE;
+  if ((mon->check_energy > 0 || mon->check_momentum > 0) && (mpm->scene.forced || moving))
+    MPMOptionsFail(o, "-check_%s does not apply: the work of %s is not followed",
+                   mon->check_energy > 0 ? "energy" : "momentum", moving ? "moving walls" : "body forces and loads");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -149,6 +149,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMMonitorSetFromOptions(mpm, o));
   PetscCall(MPMOutputSetFromOptions(mpm, o));
   PetscCall(MPMStudySetFromOptions(mpm, o));
+  PetscCall(MPMOptionsBool(o, "report_limits", NULL, &mpm->report_limits));
   PetscCall(MPMOptionsFinish(o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountPoints(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MPMOutputMakeFolder(mpm, o));

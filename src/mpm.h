@@ -578,6 +578,7 @@ PetscErrorCode MPMPrint(MPM, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2,
 PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
+PetscErrorCode MPMRoofline(MPM); /* the last line: what was achieved, of what the machine can */
 
 /* A ladder of runs; see study.c. */
 typedef struct {
@@ -609,6 +610,8 @@ struct _p_MPM {
   MPMMonitor           monitor;
   MPMOutput            output;
   MPMStudy             study;
+  PetscReal            flops, bytes; /* of the phases here, counted by hand */
+  PetscBool            report_limits; /* measure those of the machine for the last line */
   PetscBool            quiet;                         /* prints nothing: a rung of a study */
   PetscReal            t, time_end, dt_fixed, dt_cfl; /* s; dt_fixed 0: automatic */
   PetscInt             step, max_steps;

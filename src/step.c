@@ -181,6 +181,23 @@ static PetscReal PhaseFlops(MPM mpm, const MPMPhase *phase, PetscInt npoints)
   }
 }
 
+/* Bytes of a phase between memory and processor if nothing stays in caches from phase to phase: the declared fields of
+   the points, and the node records of the rows that points touch, each read or written once. */
+static PetscReal PhaseBytes(MPM mpm, const MPMPhase *phase, PetscInt npoints)
+{
+  const MPMPatch *patch = &mpm->exchange.patch;
+  const PetscInt  dim   = mpm->grid.dim;
+  PetscReal       rows = 0, nc = phase->kind == MPM_POINTS_TO_NODES
+                                     ? 2 * (MPM_SUM_LAST(dim, phase->parts) - MPM_SUM_FIRST(dim, phase->parts))
+                                 : phase->kind == MPM_NODES_TO_POINTS ? MPM_VEL_NC(dim)
+                                                                      : MPM_SUM_NC(dim) + MPM_VEL_NC(dim);
+
+  for (PetscInt r = 0; patch->row && r < patch->n[1] * patch->n[2]; r++) rows += patch->row[r];
+  return (PetscReal)npoints * (PetscReal)(MPMMessagePointBytes(&mpm->points, phase->points_in) +
+                                          MPMMessagePointBytes(&mpm->points, phase->points_out)) +
+         rows * (PetscReal)patch->n[0] * nc * (PetscReal)sizeof(PetscReal);
+}
+
 /* Marks the beginning and the end of a phase for -log_view and the final table. Not collective. */
 PetscErrorCode MPMPhaseBegin(MPM mpm, const MPMPhase *phase)
 {
@@ -198,6 +215,8 @@ PetscErrorCode MPMPhaseEnd(MPM mpm, const MPMPhase *phase, PetscInt npoints)
   PetscCall(PetscTime(&now));
   mpm->phase_seconds[phase->number] += now - mpm->phase_start;
   PetscCall(PetscLogFlops(PhaseFlops(mpm, phase, npoints)));
+  mpm->flops += PhaseFlops(mpm, phase, npoints);
+  mpm->bytes += PhaseBytes(mpm, phase, npoints);
   PetscCall(PetscLogEventEnd(events[phase->number], 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
