@@ -73,7 +73,7 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 export ASAN_OPTIONS := detect_leaks=0
 
 # ---- What a user asks for
-.PHONY: all run test verify robust bench format clean distclean help objects picture ctest FORCE
+.PHONY: all run test verify robust bench paper format clean distclean help objects picture ctest FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -98,8 +98,11 @@ robust: ## the long tests of robustness, and those on 16 and 32 processes
 bench: $(PEBBLE) ## time 1 process against 2, both migrations, and the pool
 	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC)
 
+paper: $(PEBBLE) $(BUILD)/quadrature ## run the studies of docs/paper.md, renew its tables and figures
+	@$(python) tools/paper/paper.py --pebble $(program) --quadrature $(BUILD)/quadrature
+
 format: ## clang-format on the C sources
-	clang-format -i $(wildcard src/*.[ch] tests/*.[ch])
+	clang-format -i $(wildcard src/*.[ch] tests/*.[ch] tools/paper/*.c)
 
 clean: ## remove the program and all objects
 	rm -rf build $(PEBBLE)
@@ -118,7 +121,7 @@ picture: $(PEBBLE)
 	@printf '%s\n' "" "Products:" "  output/disks.png   the picture" \
 	  "  output/disks.xdmf  for ParaView (its data: output/disks.h5)" "  output/disks.csv   history of energies and momentum"
 
-ctest: $(PEBBLE) $(units) build/seed_serial
+ctest: $(PEBBLE) $(units) $(BUILD)/quadrature build/seed_serial
 	@rm -rf $(BUILD)/tests/runs
 	@cmake -S tests -B $(BUILD)/tests -DSOURCE=$(CURDIR) -DBUILD=$(abspath $(BUILD)) -DPEBBLE=$(abspath $(PEBBLE)) \
 	  -DPYTHON=$(CURDIR)/$(python) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
@@ -140,6 +143,9 @@ $(BUILD)/pebble: $(objects)
 
 $(units): $(BUILD)/%: tests/%.c $(filter-out $(BUILD)/main.o,$(objects))
 	$(call say,UNIT) $(compile) -Isrc -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
+
+$(BUILD)/quadrature: tools/paper/quadrature.c $(BUILD)/flags
+	$(call say,TOOL) $(compile) -Isrc -o $@ $< $(rpath) $(libraries)
 
 $(BUILD)/%.o: src/%.c $(BUILD)/flags
 	$(call say,CC) $(compile) $(defines) -c -o $@ $<
@@ -165,4 +171,4 @@ $(BUILD)/version: FORCE | $(BUILD)
 $(BUILD):
 	@mkdir -p $@
 
--include $(objects:.o=.d) $(units:=.d)
+-include $(objects:.o=.d) $(units:=.d) $(BUILD)/quadrature.d

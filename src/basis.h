@@ -139,10 +139,10 @@ MPM_INLINE PetscBool MPMWallWeights_bspline3(PetscReal t, MPMWallBasis wall, Pet
   }
   if (wall == MPM_WALL_BASIS_STEFFEN && t < 1) {
     w[0] = (0.75 * t - 1.5) * t * t + 1;
-    w[1] = ((-11. / 12 * s - 1.25) * s + 0.25) * s + 7. / 12;
+    w[1] = (1.5 - 11. / 12 * t) * t * t;
     w[2] = t * t * t / 6;
     g[0] = (2.25 * t - 3) * t;
-    g[1] = (-2.75 * s - 2.5) * s + 0.25;
+    g[1] = (3 - 2.75 * t) * t;
     g[2] = t * t / 2;
     w[3] = g[3] = 0;
     return PETSC_TRUE;

@@ -32,8 +32,9 @@ def numbers(values):
 
 
 def expression(text, consts):
-    """A Python expression as muParser reads it."""
+    """A Python expression as muParser reads it; never with a minus first, which an options file takes for an option."""
     text = str(text).replace("**", "^").replace(" ", "")
+    text = f"({text})" if text.startswith("-") else text
     for python, parser in (("log", "ln"), ("arctan2", "atan2")):
         text = re.sub(rf"\b{python}\(", parser + "(", text)
     for name, value in (consts or {}).items():
