@@ -93,7 +93,10 @@ PetscErrorCode MPMOptionsExpression(MPMOptions o, const char row[], const char n
   PetscCall(MPMExpressionCreate(text, variables, e, &n, error, sizeof error));
   if (error[0])
     MPMOptionsFail(o, "-%s %.300s: %s", full, text, error);
+  else if (n != nc && nc == o->dim)
+    MPMOptionsFail(o, "-%s has %" PetscInt_FMT " component%s, -dim %" PetscInt_FMT " needs %" PetscInt_FMT, full, n,
+                   n == 1 ? "" : "s", nc, nc);
   else if (n != nc)
-    MPMOptionsFail(o, "-%s has %" PetscInt_FMT " component%s, it needs %" PetscInt_FMT, full, n, n == 1 ? "" : "s", nc);
+    MPMOptionsFail(o, "-%s has %" PetscInt_FMT " components, it needs %" PetscInt_FMT, full, n, nc);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -4,7 +4,7 @@
    A load acts on the points at the surface of a body: those whose neighbour on the lattice was not in the body at the
    start. Such a side carries the area A of the point's cell of the lattice, with its normal N; under pressure p the
    force is -p J F^-T N A (Nanson's formula: the surface as it deforms), under a traction T it is T A. */
-#include "tensor.h"
+#include <strings.h>
 #include "mpm.h"
 
 static PetscErrorCode ReadLoad(MPM mpm, MPMOptions o, MPMLoad *load)
@@ -19,14 +19,21 @@ static PetscErrorCode ReadLoad(MPM mpm, MPMOptions o, MPMLoad *load)
   PetscCall(MPMOptionsEnum(o, "load_<l>_type", load->name, type, NULL));
   load->pressure = !strcmp(type, "pressure") ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(MPMOptionsExpression(o, "load_<l>_value", load->name, "xyzXYZt", load->pressure ? 1 : dim, &load->value));
-  for (load->body = 0; load->body < mpm->scene.nbodies && strcmp(mpm->scene.bodies[load->body].name, body);)
+  for (load->body = 0; load->body < mpm->scene.nbodies && strcasecmp(mpm->scene.bodies[load->body].name, body);)
     load->body++;
-  if (load->body == mpm->scene.nbodies)
-    MPMOptionsFail(o, "-load_%s_body %.100s is not declared: choose a name of -bodies", load->name, body);
+  if (load->body == mpm->scene.nbodies) {
+    char list[MPM_TEXT_LEN / 2] = "";
+
+    for (PetscInt k = 0; k < mpm->scene.nbodies; k++)
+      (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? "|" : "", mpm->scene.bodies[k].name);
+    MPMOptionsFail(o, "-load_%s_body %.100s is not declared: choose %s%s", load->name, body,
+                   mpm->scene.nbodies > 1 ? "one of " : "", list);
+  }
   for (PetscInt k = 0; k < 6; k++)
     if (!strcmp(face, "all") ? k < 2 * dim : !strcmp(face, faces[k])) load->sides |= (PetscInt)1 << k;
   if (load->sides >> 2 * dim)
-    MPMOptionsFail(o, "-load_%s_face %s: -dim %" PetscInt_FMT " has no such side", load->name, face, dim);
+    MPMOptionsFail(o, "-load_%s_face %s: -dim %" PetscInt_FMT " has the sides all|xmin|xmax%s", load->name, face, dim,
+                   dim > 1 ? "|ymin|ymax" : "");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -84,6 +91,28 @@ static PetscErrorCode AddLoad(MPM mpm, const MPMLoad *load, const MPMView *view,
       for (PetscInt e = 0; e < dim; e++) b[d] -= value[0] * cofactor[d * dim + e] * A[e] / kind->m;
   } else
     for (PetscInt d = 0; d < dim; d++) b[d] += value[d] * size / kind->m;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Are the body force and the loads finite at the start, at a point of a body that lies at x and started at X? Names the
+   option that is not. Not collective. */
+PetscErrorCode MPMForcesCheck(MPM mpm, MPMOptions o, const PetscReal x[], const PetscReal X[])
+{
+  const MPMScene *scene = &mpm->scene;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = -1; k < scene->nloads; k++) {
+    const MPMExpression e        = k < 0 ? scene->acceleration : scene->loads[k].value;
+    PetscReal           value[3] = {0};
+
+    if (!e) continue;
+    PetscCall(MPMExpressionEvaluate(e, mpm->grid.dim, x, X, 0, value));
+    for (PetscInt d = 0; d < (k >= 0 && scene->loads[k].pressure ? 1 : mpm->grid.dim); d++)
+      if (!(PetscAbsReal(value[d]) <= PETSC_MAX_REAL))
+        MPMOptionsFail(o, "-%s%s%s is not finite at x = %g%s at the start", k < 0 ? "acceleration" : "load_",
+                       k < 0 ? "" : scene->loads[k].name, k < 0 ? "" : "_value", (double)x[0],
+                       mpm->grid.dim > 1 ? ", ..." : "");
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -20,8 +20,8 @@ static const char *druckerprager_setup(MPMMaterial *m)
 {
   const PetscReal phi = m->friction;
 
-  if (m->dilation > phi) return "a dilation angle above the friction angle would create energy";
-  if (m->cohesion > 0 && !(phi > 0)) return "cohesion without friction has no apex: use vonmises";
+  if (m->dilation > phi) return "dilation_angle must be at most the friction angle: more would create energy";
+  if (m->cohesion > 0 && !(phi > 0)) return "cohesion needs a friction_angle above 0: without friction use vonmises";
   if (m->cohesion > 0) m->cohesion *= 3 / PetscTanReal(phi * PETSC_PI / 180);
   m->friction = druckerprager_slope(phi);
   m->dilation = druckerprager_slope(m->dilation);

@@ -237,7 +237,13 @@ static void CheckState(MPM mpm)
                  : dim == 2 ? "(%g, %g)"
                             : "(%g, %g, %g)",
                  (double)s->x[0], (double)s->x[1], (double)s->x[2]);
-  if (s->bad == MPM_LEFT_GRID)
+  if (s->bad == MPM_LEFT_GRID && !(PetscAbsReal(s->x[0] + s->x[1] + s->x[2]) <= PETSC_MAX_REAL))
+    (void)snprintf(mpm->stop, sizeof mpm->stop,
+                   "point %" PetscInt64_FMT
+                   " has a position that is not finite, %s; reduce -dt_size or -dt_cfl, or look at "
+                   "-acceleration and -loads",
+                   s->id, at);
+  else if (s->bad == MPM_LEFT_GRID)
     (void)snprintf(mpm->stop, sizeof mpm->stop,
                    "point %" PetscInt64_FMT " left the grid, to %s; enlarge the grid or close its walls (-bc_*_type)",
                    s->id, at);

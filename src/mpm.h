@@ -73,7 +73,7 @@ typedef struct _MPMMaterial MPMMaterial;
 /* A material law: functions of points first .. last-1 of a block, one a dimension ([dim-1]); all J > 0. A law without
    history has stress and no update. */
 typedef struct {
-  /* constants from the options; what is wrong with them, or NULL */
+  /* constants from the options; what is wrong with them, beginning with the name of one, or NULL */
   const char *(*setup)(MPMMaterial *);
   /* Kirchhoff stress b->tau = J sig in Pa */
   void (*stress[3])(const MPMMaterial *, PetscInt first, PetscInt last, MPMBlock *b);
@@ -489,6 +489,7 @@ PetscErrorCode MPMKnownError(MPM, PetscReal *error, PetscReal *size);
 /* Body forces and loads of the points here for the time t, into field b. Not collective. */
 PetscErrorCode MPMForcesSetFromOptions(MPM, MPMOptions);
 PetscErrorCode MPMForcesUpdate(MPM, PetscReal t);
+PetscErrorCode MPMForcesCheck(MPM, MPMOptions, const PetscReal x[], const PetscReal X[]);
 PetscErrorCode MPMForcesDestroy(MPMScene *);
 
 /* An update scheme: a row of phases. */

@@ -64,7 +64,8 @@ static PetscErrorCode RefuseOthers(MPMOptions o, const char group[], const char 
     if (MPMListHas(taken, w)) continue;
     (void)snprintf(full, sizeof full, "-%s_%s_%s", group, name, w);
     PetscCall(PetscOptionsHasName(NULL, NULL, full, &given));
-    if (given) MPMOptionsFail(o, "%s does not apply: %s %s takes %s", full, what, choice, taken[0] ? taken : "none");
+    if (given)
+      MPMOptionsFail(o, "%s does not apply: %s %s takes %s", full, what, choice, taken[0] ? taken : "no such option");
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -113,7 +114,7 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
       PetscCall(MPMOptionsReal(o, numbers[k].row, m->name, numbers[k].value, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   wrong = MPMMaterialSetUp(m);
-  if (wrong) MPMOptionsFail(o, "material %s: %s", m->name, wrong);
+  if (wrong) MPMOptionsFail(o, "-material_%s_%s", m->name, wrong);
   if (!((m->K / m->rho) < PETSC_MAX_REAL))
     MPMOptionsFail(o, "-material_%s_K %g over its density is not finite", m->name, (double)m->K);
   if (!((m->lambda + 2 * m->mu) / m->rho < PETSC_MAX_REAL))

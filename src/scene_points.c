@@ -48,6 +48,7 @@ static PetscErrorCode CheckPoint(MPM mpm, MPMOptions o, const MPMBody *b, const 
   for (PetscInt d = 0; d < dim; d++)
     if (!(PetscAbsReal(v[d]) <= PETSC_MAX_REAL))
       MPMOptionsFail(o, "-body_%s_velocity is not finite at x = %g%s", b->name, (double)x[0], dim > 1 ? ", ..." : "");
+  PetscCall(MPMForcesCheck(mpm, o, x, X));
   for (PetscInt d = 0; d < dim; d++) xi[d] = (x[d] - mpm->grid.lower[d]) / mpm->grid.h[d];
   for (PetscInt d = 0; d < dim; d++)
     if (xi[d] == PetscFloorReal(xi[d])) on_line = PETSC_TRUE;

@@ -40,6 +40,11 @@ PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
     MPMOptionsFail(
         o, "-study_type %s needs a solution to compare with: -mms_type, or -reference_type (finest: the last run)",
         study->type);
+  if (study->finest && set && study->levels < 3)
+    MPMOptionsFail(o,
+                   "-study_levels %" PetscInt_FMT " leaves no order for -study_order_min where the finest run is the "
+                   "reference; it needs 3",
+                   study->levels);
   if (study->finest && !strcmp(study->vary, "ppc"))
     MPMOptionsFail(o, "-study_vary ppc does not apply: -reference_type finest compares grids and time steps");
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -157,12 +162,13 @@ static PetscErrorCode Gather(MPM mpm, PetscInt *n, Sample **all)
 
 /* Root of the mass-weighted mean of |u - u_fine|^2 over the points of a run that has cells 2^halvings as large: u_fine
    is the mean over the points of the finest run that lie in the point's cell of the lattice. Sorts both. */
-static PetscErrorCode Difference(PetscInt dim, PetscInt halvings, PetscInt n, Sample *coarse, PetscInt nfine,
+static PetscErrorCode Difference(const MPMGrid *grid, PetscInt halvings, PetscInt n, Sample *coarse, PetscInt nfine,
                                  const Sample *finest, PetscReal *difference)
 {
-  PetscReal sum = 0, mass = 0;
-  PetscInt  at = 0;
-  Sample   *fine;
+  const PetscInt dim = grid->dim;
+  PetscReal      sum = 0, mass = 0;
+  PetscInt       at = 0;
+  Sample        *fine;
 
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(nfine, &fine));
@@ -177,14 +183,15 @@ static PetscErrorCode Difference(PetscInt dim, PetscInt halvings, PetscInt n, Sa
 
     while (at < nfine && ByPlace(&fine[at], &coarse[p], NULL) < 0) at++;
     for (PetscInt q = at; q < nfine && !ByPlace(&fine[q], &coarse[p], NULL); q++) {
-      for (PetscInt d = 0; d < dim; d++) mean[d] += fine[q].m * fine[q].u[d];
+      for (PetscInt d = 0; d < dim; d++) { /* less the coarse u; through a periodic face the short way */
+        const PetscReal length = grid->upper[d] - grid->lower[d], e = fine[q].u[d] - coarse[p].u[d];
+
+        mean[d] += fine[q].m * (grid->periodic[d] ? e - length * PetscFloorReal(e / length + 0.5) : e);
+      }
       m += fine[q].m;
     }
     if (m == 0) continue; /* a staircase edge that the finer lattice does not fill */
-    for (PetscInt d = 0; d < dim; d++) {
-      const PetscReal e = coarse[p].u[d] - mean[d] / m;
-      sum += coarse[p].m * e * e;
-    }
+    for (PetscInt d = 0; d < dim; d++) sum += coarse[p].m * PetscSqr(mean[d] / m);
     mass += coarse[p].m;
   }
   PetscCall(PetscFree(fine));
@@ -211,30 +218,31 @@ static PetscErrorCode Climb(MPM coarse, PetscInt level, Rung *rung, PetscInt *n,
   mpm->quiet = PETSC_TRUE;
   PetscCall(MPMOptionsCreate(&o));
   PetscCall(MPMSetFromOptions(mpm, o));
+  PetscCheck(!MPMOptionsError(o), mpm->comm, PETSC_ERR_PLIB, "run %" PetscInt_FMT " was valid: %s", level + 1,
+             MPMOptionsError(o));
   if (study->finest) mpm->scene.keeps_start = PETSC_TRUE;
-  if (MPMOptionsError(o)) {
-    PetscCall(
-        PetscFPrintf(mpm->comm, stderr, "run %" PetscInt_FMT " of the study: %s\n", level + 1, MPMOptionsError(o)));
-    *status = MPM_EXIT_INPUT;
-  } else {
-    PetscCall(MPMSetUp(mpm));
-    PetscCall(PetscTime(&t0));
-    PetscCall(MPMRun(mpm));
-    PetscCall(PetscTime(&t1));
-    rung->h       = !strcmp(study->vary, "grid")  ? mpm->grid.h[0]
-                    : !strcmp(study->vary, "ppc") ? 1 / (PetscReal)mpm->scene.bodies[0].ppc[0]
-                    : mpm->dt_fixed > 0           ? mpm->dt_fixed
-                                                  : mpm->dt_cfl;
-    rung->seconds = t1 - t0;
-    rung->steps   = mpm->step;
-    rung->points  = mpm->points.total;
-    if (mpm->stop[0]) *status = MPM_EXIT_STOPPED;
-    if (mpm->exchange.data != MPI_COMM_NULL && study->finest) PetscCall(Gather(mpm, n, samples));
-    if (mpm->exchange.data != MPI_COMM_NULL && !study->finest) PetscCall(MPMKnownError(mpm, &rung->error, &size));
+  PetscCall(MPMSetUp(mpm));
+  PetscCall(PetscTime(&t0));
+  PetscCall(MPMRun(mpm));
+  PetscCall(PetscTime(&t1));
+  rung->h       = !strcmp(study->vary, "grid")  ? mpm->grid.h[0]
+                  : !strcmp(study->vary, "ppc") ? 1 / (PetscReal)mpm->scene.bodies[0].ppc[0]
+                  : mpm->dt_fixed > 0           ? mpm->dt_fixed
+                                                : mpm->dt_cfl;
+  rung->seconds = t1 - t0;
+  rung->steps   = mpm->step;
+  rung->points  = mpm->points.total;
+  if (mpm->stop[0])
+    *status = MPM_EXIT_STOPPED;
+  else if (mpm->exchange.data != MPI_COMM_NULL) { /* a worker of the pool knows nothing */
+    if (study->finest)
+      PetscCall(Gather(mpm, n, samples));
+    else
+      PetscCall(MPMKnownError(mpm, &rung->error, &size));
   }
   PetscCall(MPMOptionsDestroy(&o));
   PetscCall(MPMDestroy(&mpm));
-  PetscCallMPI(MPI_Bcast(status, 1, MPI_INT, 0, coarse->comm)); /* a worker of the pool does not know */
+  PetscCallMPI(MPI_Bcast(status, 1, MPI_INT, 0, coarse->comm));
   PetscCallMPI(MPI_Bcast(rung, (PetscMPIInt)sizeof *rung, MPI_BYTE, 0, coarse->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -251,6 +259,34 @@ static PetscErrorCode PrintRung(MPM mpm, FILE *csv, PetscInt level, const Rung *
             (double)r->error);
     if (r->order > PETSC_MIN_REAL) fprintf(csv, "%.6g", (double)r->order);
     fprintf(csv, ",%.4g\n", (double)r->seconds);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads and checks the options of every run before time is spent on one, and prints what they are. Collective. */
+static PetscErrorCode CheckRungs(MPM coarse, int *status)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt level = 0; level < coarse->study.levels && *status == MPM_EXIT_OK; level++) {
+    MPMOptions o;
+    MPM        mpm;
+
+    PetscCall(SetRung(coarse, level));
+    PetscCall(MPMCreate(coarse->comm, &mpm));
+    PetscCall(MPMOptionsCreate(&o));
+    PetscCall(MPMSetFromOptions(mpm, o));
+    if (MPMOptionsError(o)) {
+      PetscCall(
+          PetscFPrintf(mpm->comm, stderr, "run %" PetscInt_FMT " of the study: %s\n", level + 1, MPMOptionsError(o)));
+      *status = MPM_EXIT_INPUT;
+    } else if (coarse->scene.dry_run) {
+      PetscCall(MPMPrint(coarse, "run %2" PetscInt_FMT "     ", level + 1));
+      for (PetscInt d = 0; d < mpm->grid.dim; d++)
+        PetscCall(MPMPrint(coarse, "%s%" PetscInt_FMT, d ? "x" : "", mpm->grid.cells[d]));
+      PetscCall(MPMPrint(coarse, " cells, %" PetscInt64_FMT " particles\n", mpm->points.total));
+    }
+    PetscCall(MPMOptionsDestroy(&o));
+    PetscCall(MPMDestroy(&mpm));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -305,12 +341,16 @@ PetscErrorCode MPMStudyRun(MPM mpm, int *status)
                      study->finest ? "the finest run" : "the known solution"));
   *status = MPM_EXIT_OK;
   PetscCall(PetscMemzero(rungs, sizeof rungs));
+  PetscCall(CheckRungs(mpm, status));
+  if (mpm->scene.dry_run && *status == MPM_EXIT_OK)
+    PetscCall(MPMPrint(mpm, "dry run    the study is valid; no step was made\n"));
+  if (mpm->scene.dry_run || *status != MPM_EXIT_OK) PetscFunctionReturn(PETSC_SUCCESS);
   for (; runs < study->levels && *status == MPM_EXIT_OK; runs++)
     PetscCall(Climb(mpm, runs, &rungs[runs], &n[runs], &samples[runs], status));
   if (*status != MPM_EXIT_OK) runs--;
   compared = study->finest ? runs - 1 : runs; /* the finest run has no error of its own */
   for (PetscInt k = 0; study->finest && *status == MPM_EXIT_OK && k < compared && !rank; k++)
-    PetscCall(Difference(mpm->grid.dim, !strcmp(study->vary, "grid") ? runs - 1 - k : 0, n[k], samples[k], n[runs - 1],
+    PetscCall(Difference(&mpm->grid, !strcmp(study->vary, "grid") ? runs - 1 - k : 0, n[k], samples[k], n[runs - 1],
                          samples[runs - 1], &rungs[k].error));
   for (PetscInt k = 0; k < MPM_MAX_LEVELS; k++) PetscCall(PetscFree(samples[k]));
   if (compared > 0 && (*status == MPM_EXIT_OK || !study->finest)) PetscCall(Report(mpm, compared, rungs));
