@@ -67,7 +67,7 @@ MPM_INLINE void MPMBasisWeights_gimp(PetscReal xi, PetscReal l, PetscInt base, P
                                      PetscReal w[], PetscReal g[])
 {
   const PetscReal s = xi - (PetscReal)base, below = s, at = s - 1, above = 2 - s; /* distances; l <= below < 1 + l */
-  const PetscReal under = 1 + l - below, over = PetscMax(1 + l - above, 0), a = PetscAbsReal(at);
+  const PetscReal under = PetscMax(1 + l - below, 0), over = PetscMax(1 + l - above, 0), a = PetscAbsReal(at);
   const PetscReal sign = at < 0 ? -1 : 1;
 
   (void)cells;

@@ -126,7 +126,7 @@ static PetscReal Weight(const MPMHistogram *h, PetscInt d, PetscBool weighted, c
 /* Cuts axis d into p[d] parts, into l (in nodes): at quantiles of the weight. */
 static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPartition *part)
 {
-  const PetscInt  p = part->p[d], least = PetscMax(1, (h->stencil - 2 + h->coarse) / h->coarse);
+  const PetscInt  p = part->p[d], least = d < h->dim ? PetscMax(1, (h->stencil - 2 + h->coarse) / h->coarse) : 1;
   PetscInt        lo[3] = {0, 0, 0}, hi[3] = {h->n[0], h->n[1], h->n[2]}, from = 0;
   const PetscReal total = Weight(h, d, weighted, lo, hi);
 

@@ -147,6 +147,17 @@ PetscErrorCode MPMSceneCountPoints(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Where a point of the body starts, x [dim] in m, and the half-widths l [dim] of its domain in cells. */
+static void StartPlace(MPM mpm, const MPMBody *b, const PetscReal X[], PetscReal x[], PetscReal l[])
+{
+  const PetscInt dim = mpm->grid.dim;
+  PetscReal      F[9], V[3] = {1, 1, 1};
+
+  for (PetscInt d = 0; d < dim; d++) x[d] = X[d];
+  if (MPMKnownStart(&mpm->scene, dim, X, x, NULL, F) && mpm->stretched) MPMStretch((int)dim, F, V);
+  for (PetscInt d = 0; d < dim; d++) l[d] = PetscMin(0.5, mpm->scene.kinds[b->kind].l[d] * V[d]);
+}
+
 /* Counts the points of the scene, as they will start, by the base node of their stencils. Not collective: every process
    counts all.                                                                                                        */
 PetscErrorCode MPMSceneHistogram(MPM mpm, MPMHistogram *h)
@@ -157,15 +168,14 @@ PetscErrorCode MPMSceneHistogram(MPM mpm, MPMHistogram *h)
   for (PetscInt k = 0; k < mpm->scene.nbodies; k++) {
     const MPMBody *b = &mpm->scene.bodies[k];
     PetscInt64     first[3], last[3], ijk[3];
-    PetscReal      X[3], x[3], xi[3];
+    PetscReal      X[3], x[3], l[3], xi[3];
     PetscInt       base[3] = {0};
 
     LatticeRange(b, dim, first, last);
     PetscCall(PetscArraycpy(ijk, first, 3));
     for (; NextPoint(b, dim, first, last, ijk, X); ijk[2]++) {
-      PetscCall(PetscArraycpy(x, X, dim));
-      (void)MPMKnownStart(&mpm->scene, dim, X, x, NULL, NULL);
-      (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, x, mpm->scene.kinds[b->kind].l, xi, base);
+      StartPlace(mpm, b, X, x, l);
+      (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, x, l, xi, base);
       for (PetscInt d = 0; d < dim; d++) base[d] += mpm->grid.layers[d];
       MPMHistogramAdd(h, base);
     }
@@ -191,10 +201,10 @@ static PetscInt SurfaceSides(const MPMBody *b, PetscInt dim, const PetscReal x[]
 static PetscErrorCode SetPoint(MPM mpm, const MPMBody *b, PetscInt64 id, const PetscReal X[], PetscInt p, MPMView *view)
 {
   const PetscInt dim  = mpm->grid.dim;
-  PetscReal      v[3] = {0}, x[3], F[9], V[3] = {1, 1, 1};
+  PetscReal      v[3] = {0}, x[3], F[9], l[3];
 
   PetscFunctionBeginUser;
-  PetscCall(PetscArraycpy(x, X, dim));
+  StartPlace(mpm, b, X, x, l);
   if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, X, NULL, 0, v));
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   if (view->name)                                                                                                      \
@@ -202,10 +212,8 @@ static PetscErrorCode SetPoint(MPM mpm, const MPMBody *b, PetscInt64 id, const P
       view->name[p * MPMComponents_##name((int)dim) + k] = start;
 #include "fields.def"
 #undef MPM_FIELD
-  if (MPMKnownStart(&mpm->scene, dim, X, x, v, F)) {
+  if (MPMKnownStart(&mpm->scene, dim, X, x, v, F))
     for (PetscInt k = 0; k < dim * dim && view->F; k++) view->F[p * dim * dim + k] = F[k];
-    MPMStretch((int)dim, F, V);
-  }
   view->id[p] = id;
   if (view->kind) view->kind[p] = b->kind;
   if (view->surface) view->surface[p] = SurfaceSides(b, dim, X);
@@ -213,7 +221,7 @@ static PetscErrorCode SetPoint(MPM mpm, const MPMBody *b, PetscInt64 id, const P
     view->x[p * dim + d] = x[d];
     view->v[p * dim + d] = v[d];
     if (view->X) view->X[p * dim + d] = X[d];
-    if (view->l) view->l[p * dim + d] = PetscMin(0.5, mpm->scene.kinds[b->kind].l[d] * V[d]);
+    if (view->l) view->l[p * dim + d] = l[d];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -236,15 +244,14 @@ PetscErrorCode MPMSceneAddPoints(MPM mpm)
     for (PetscInt k = 0; k < scene->nbodies; k++) {
       const MPMBody *b = &scene->bodies[k];
       PetscInt64     first[3], last[3], ijk[3];
-      PetscReal      X[3], x[3];
+      PetscReal      X[3], x[3], l[3];
       PetscInt       base[3] = {0};
 
       LatticeRange(b, dim, first, last);
       PetscCall(PetscArraycpy(ijk, first, 3));
       for (; NextPoint(b, dim, first, last, ijk, X); ijk[2]++, id++) {
-        PetscCall(PetscArraycpy(x, X, dim));
-        (void)MPMKnownStart(scene, dim, X, x, NULL, NULL);
-        if (MPMOwnCell((int)dim, mpm->basis, patch, x, scene->kinds[b->kind].l, base) < 0) continue;
+        StartPlace(mpm, b, X, x, l);
+        if (MPMOwnCell((int)dim, mpm->basis, patch, x, l, base) < 0) continue;
         if (pass) PetscCall(SetPoint(mpm, b, id, X, p, &view));
         p++;
       }
