@@ -1,0 +1,233 @@
+"""Every method of -method_*: each basis with each update and transfer runs in 1-D, 2-D and 3-D, with the same digest on
+one process, on three and in a pool of three; so do all walls, materials, numbers of points per cell and points exactly
+on nodes, faces and walls. A free body keeps its momentum. What does not go together is refused.
+
+usage: test_methods.py PEBBLE SOURCE MPIEXEC [WORK]     (WORK: folder for the files, default the current one)
+"""
+import csv
+import itertools
+import os
+import re
+import sys
+
+import h5py
+import numpy as np
+
+import mpi
+
+MATERIALS = {
+    "neohookean": "-model neohookean -rho 1000 -E 1e4 -nu 0.3",
+    "elastic": "-model elastic -rho 1000 -E 1e4 -nu 0.3",
+    "tait": "-model fluid -rho 1000 -K 1e4",
+    "water": "-model fluid -rho 1000 -K 1e4 -eos linear -tension_cutoff 0",
+    "honey": "-model fluid -rho 1000 -K 1e4 -viscosity 5",
+    "vonmises": "-model vonmises -rho 1000 -E 1e4 -nu 0.3 -yield 50 -hardening 100",
+    "druckerprager": "-model druckerprager -rho 1000 -E 1e4 -nu 0.3 -friction_angle 30 -cohesion 10",
+}
+BASES = {
+    "linear": "-method_basis linear", "gimp": "-method_basis gimp", "cpgimp": "-method_basis gimp -method_gimp_update stretch",
+    "bspline2": "-method_basis bspline2", "bspline3": "-method_basis bspline3",
+    "steffen2": "-method_basis bspline2 -method_wall_basis steffen", "steffen3": "-method_basis bspline3 -method_wall_basis steffen",
+}
+TRANSFERS = {"flip": "-method_transfer flip -method_flip 0.95", "pic": "-method_transfer pic", "apic": "-method_transfer apic",
+             "xpic": "-method_transfer xpic -method_order 3"}
+UPDATES = ("usf", "usl", "musl")
+WALLS = {"free": "", "fixed": "", "slip": "", "separate": "", "friction": "_mu 0.3", "moving": "_velocity"}
+VELOCITY = {1: "0.3+0.2*sin(2*pi*x)", 2: "0.3-0.5*(y-0.5)+0.2*sin(2*pi*x), -0.2+0.5*(x-0.5)",
+            3: "0.3-0.5*(y-0.5)+0.2*sin(2*pi*z), -0.2+0.5*(x-0.5), 0.1+0.3*(x-0.5)"}
+CELLS = {1: 12, 2: 9, 3: 9}  # three processes need 3 of cubic splines each
+FACES = ("xmin", "xmax", "ymin", "ymax", "zmin", "zmax")
+
+pebble, source, mpiexec = sys.argv[1:4]
+work = os.path.abspath(sys.argv[4] if len(sys.argv) > 4 else ".")
+failures = runs = 0
+
+
+def check(condition, what):
+    global failures
+    failures += not condition
+    print("ok  " if condition else "FAIL", what, flush=True)
+    return condition
+
+
+def every(value, dim):
+    return ",".join([str(value)] * dim)
+
+
+def scene(dim, materials=("neohookean", "tait"), lower=0.3, upper=0.7, ppc=2, offset=0.0, velocity=None, faces="", steps=8, extra="", cells=None):
+    """An options file: a block of one or two materials side by side. Returns arguments."""
+    names = [f"b{k}" for k in range(len(materials))]
+    middle = round(0.5 * (lower + upper), 6)
+    lines = [f"-dim {dim}", f"-grid_lower {every(0, dim)}", f"-grid_upper {every(1, dim)}", f"-grid_cells {every(cells or CELLS[dim], dim)}",
+             "-materials " + ",".join("m" + name for name in names), "-bodies " + ",".join(names), f"-time_max_steps {steps}",
+             "-time_end 1e3", "-dt_size 0.005", "-history_every 0", "-output_every 1e9"]
+    for k, (name, material) in enumerate(zip(names, materials)):
+        lines += [f"-material_m{name}_" + option for option in MATERIALS[material].lstrip("-").split(" -")]
+        lo, hi = [lower] * dim, [upper] * dim
+        if len(names) > 1:
+            (hi if k == 0 else lo)[0] = middle
+        lines += [f"-body_{name}_{option}" for option in ("shape box", "lower " + ",".join(map(str, lo)), "upper " + ",".join(map(str, hi)),
+                  f"ppc {every(ppc, dim)}", f"offset {every(offset, dim)}", f"material m{name}", f'velocity "{velocity or VELOCITY[dim]}"')]
+    text = "\n".join(lines + [faces, extra]) + "\n"
+    path = os.path.join(work, f"scene{abs(hash(text))}.opts")
+    with open(path, "w") as file:
+        file.write(text)
+    return ["-options_file", path]
+
+
+def walls(dim, types):
+    """Options of faces: one type for all, or one a face."""
+    lines = []
+    for k, face in enumerate(FACES[:2 * dim]):
+        kind = types if isinstance(types, str) else types[k % len(types)]
+        lines.append(f"-bc_{face}_type {kind}")
+        if kind == "friction":
+            lines.append(f"-bc_{face}_mu 0.3")
+        if kind == "moving":
+            lines.append(f"-bc_{face}_velocity " + ",".join("0.1" if d == (k // 2 + 1) % dim and dim > 1 else "0" for d in range(dim)))
+    return "\n".join(lines)
+
+
+def run(n, arguments, *more, name="run"):
+    """Exit status, digest, what it said."""
+    global runs
+    runs += 1
+    status, out, err = mpi.run(n, [pebble, *arguments, *more, "-output_dir", work, "-output_name", name], 100, mpiexec)
+    digest = re.search(r"^digest +([0-9a-f]{16})$", out, re.M)
+    return status, digest and digest.group(1), out, err
+
+
+def same(what, arguments, method, parallel=True, status=0, strategies=("spatial", "pool")):
+    """Runs; on three processes and in a pool of three the same."""
+    words = method.split()
+    first = run(1, arguments, *words)
+    if not check(first[0] == status and (status or first[1]), f"{what}: exit status {first[0]}, digest {first[1]}"):
+        print(" ".join(arguments + words), first[2][-600:], first[3][-600:], sep="\n")
+        return first
+    for strategy in strategies if parallel else ():
+        other = run(3, arguments, *words, "-parallel_strategy", strategy, *(["-pool_cells", "3"] if strategy == "pool" else []))
+        if other[:2] != first[:2]:
+            check(False, f"{what}: {strategy}: exit status {other[0]}, digest {other[1]}, not {first[1]}")
+            print(" ".join(arguments + words), other[2][-600:], other[3][-600:], sep="\n")
+    return first
+
+
+def momentum(arguments, method):
+    """Largest change of the momentum over sum m|v| of the start."""
+    status, _, out, err = run(1, arguments, *method.split(), name="flight")
+    if status:
+        print(out[-500:], err[-500:])
+        return np.inf
+    with open(os.path.join(work, "flight.csv"), newline="") as file:
+        rows = list(csv.DictReader(file))
+    p = np.array([[float(row[key]) for key in row if key.startswith("momentum_")] for row in rows])
+    return np.abs(p - p[0]).max() / (float(rows[0]["mass"]) * 0.5)
+
+
+def check_methods():
+    """Every basis x update x transfer; a third of them in parallel, so that each pair is."""
+    for k, (basis, transfer, update) in enumerate(itertools.product(BASES, TRANSFERS, UPDATES)):
+        method = f"{BASES[basis]} {TRANSFERS[transfer]} -method_update {update}"
+        pair = (k // 3 + k % 3 + k // 12) % 3 == 0
+        materials = ("neohookean", "elastic") if basis == "cpgimp" else ("neohookean", "honey")
+        same(f"2-D {basis} {transfer} {update}", scene(2, materials, offset=0.013), method, parallel=pair)
+        if pair:
+            same(f"1-D {basis} {transfer} {update}", scene(1, materials, offset=0.013), method, parallel=k % 4 == 0)
+            same(f"3-D {basis} {transfer} {update}", scene(3, materials, steps=4), method, parallel=k % 4 == 1)
+
+
+def check_periodic():
+    """Through periodic faces on one axis and on all; bodies that lie across the face."""
+    for (basis, method), transfer in zip(BASES.items(), itertools.cycle(TRANSFERS)):
+        materials = ("neohookean", "elastic") if basis == "cpgimp" else ("neohookean", "tait")
+        for dim, faces in ((2, walls(2, "periodic")), (2, walls(2, ("periodic", "periodic", "fixed", "slip"))), (3, walls(3, ("periodic", "periodic", "slip", "separate", "periodic", "periodic"))), (1, walls(1, "periodic"))):
+            # closed in on all sides, so that nothing leaves
+            where = dict(lower=0.05, upper=0.95, offset=0.004, velocity=",".join(["0.7", "0.02*sin(2*pi*x)", "-0.4"][:dim]), faces=faces, steps=15)
+            same(f"periodic {dim}-D {basis} {transfer}" + (", walls too" if "fixed" in faces or "slip" in faces else ""),
+                 scene(dim, materials, **where), f"{method} {TRANSFERS[transfer]}")
+            if dim == 2 and "fixed" not in faces:
+                change = momentum(scene(dim, materials, **where), f"{method} {TRANSFERS[transfer]}")
+                check(change < 1e-12, f"periodic {dim}-D {basis} {transfer}: momentum changes by {change:.1e}")
+
+
+def check_walls():
+    for kind in WALLS:
+        for (basis, method), transfer in zip(BASES.items(), itertools.cycle(TRANSFERS)):
+            open_ = kind == "free"
+            place = dict(lower=0.3, upper=0.7) if open_ else dict(lower=0.0, upper=1.0)
+            arguments = scene(2, ("neohookean",), **place, velocity="0.2*sin(2*pi*x), -0.2*sin(2*pi*y)", faces=walls(2, kind), extra="-gravity 0,-1")
+            same(f"walls {kind} {basis} {transfer}", arguments, f"{method} {TRANSFERS[transfer]}", parallel=transfer != "pic")
+    arguments = scene(3, ("neohookean",), lower=0.0, upper=1.0, velocity="0.2*sin(2*pi*x), -0.2*sin(2*pi*y), 0.1", steps=4,
+                      faces=walls(3, ("fixed", "slip", "friction", "separate", "moving", "slip")))
+    for basis, method in BASES.items():
+        same(f"walls of all kinds in 3-D {basis}", arguments, method, parallel=basis in ("gimp", "bspline3", "steffen2"))
+
+
+def check_materials():
+    for material in MATERIALS:
+        for dim in (1, 2, 3):
+            same(f"material {material} {dim}-D", scene(dim, (material, "neohookean"), faces=walls(dim, "slip"), lower=0.0, upper=1.0, steps=6), "", parallel=dim > 1)
+        for update, transfer in (("usf", "apic"), ("usl", "flip")):
+            same(f"material {material} {update} {transfer}", scene(2, (material,)), f"-method_update {update} {TRANSFERS[transfer]}", parallel=False)
+            change = momentum(scene(2, (material,)), f"-method_update {update} {TRANSFERS[transfer]}")
+            check(change < 1e-13, f"material {material} {update} {transfer}: momentum changes by {change:.1e}")
+
+
+def check_points():
+    """1 to 64 points per cell and axis; points on nodes, faces and walls. With b = h/ppc, an offset of b/2 puts points on
+    every grid line."""
+    for basis, method in BASES.items():
+        for ppc in (1, 2, 3, 8):
+            for where in ("as they are", "on lines"):
+                h = 1.0 / 8
+                offset = 0 if where == "as they are" else h / ppc / 2
+                arguments = scene(2, ("neohookean",), lower=0.25, upper=0.75, ppc=ppc, offset=offset, cells=8, steps=5, velocity="0.1, 0.05")
+                same(f"{ppc} points per cell, {where}, {basis}", arguments, method, parallel=ppc in (1, 3) and basis != "steffen3")
+        arguments = scene(2, ("neohookean",), lower=0.0, upper=1.01, ppc=2, offset=0.03125, cells=8, steps=5, velocity="0*x, 0*x", faces=walls(2, "slip"))
+        same(f"points on walls, {basis}", arguments, method)
+        with h5py.File(os.path.join(work, "run.h5")) as file:
+            x = file[sorted(key for key in file if key.startswith("step_"))[-1]]["particles/x"][:]
+        check(x.min() == 0 and x.max() == 1, f"points on walls, {basis}: they lie from {x.min()} to {x.max()}")
+        same(f"64 points per cell, 1-D, {basis}", scene(1, ("neohookean",), ppc=64), method)
+
+
+def check_flight():
+    for (basis, method), transfer, update in itertools.product(BASES.items(), TRANSFERS, UPDATES):
+        change = momentum(scene(2, ("neohookean", "elastic"), offset=0.013, steps=30), f"{method} {TRANSFERS[transfer]} -method_update {update}")
+        limit = 1e-12 if transfer in ("apic", "xpic", "pic") else 1e-13
+        check(change < limit, f"flight {basis} {transfer} {update}: momentum changes by {change:.1e} of m|v|")
+
+
+def refused(arguments, status, pattern):
+    got, _, out, err = run(1, arguments)
+    check(got == status and re.search(pattern, out + err), f"refused with {status}: {pattern}: {got}, {(err or out).strip().splitlines()[-1:]}")
+
+
+def check_refusals():
+    for basis in ("linear", "gimp"):
+        refused(scene(2, extra=f"-method_basis {basis}\n-method_wall_basis steffen"), 2, f"^-method_wall_basis does not apply: .* -method_basis is {basis}")
+    for transfer in ("flip", "pic", "apic"):
+        refused(scene(2, extra=f"-method_transfer {transfer}\n-method_order 3"), 2, "^-method_order does not apply")
+    for transfer in ("pic", "apic", "xpic"):
+        refused(scene(2, extra=f"-method_transfer {transfer}\n-method_flip 0.5"), 2, "^-method_flip does not apply")
+    refused(scene(2, extra="-method_basis bspline2\n-method_gimp_update stretch"), 2, "^-method_gimp_update does not apply")
+    refused(scene(2, extra="-method_basis gimp\n-method_gimp_update stretch"), 2, "^-method_gimp_update stretch does not apply: material mb1 .* no deformation gradient")
+    refused(scene(2, extra="-method_transfer xpic\n-method_order 17"), 2, "method_order")
+    for basis, least in (("bspline2", 3), ("bspline3", 4)):
+        refused(scene(2, cells=least - 1, extra=f"-method_basis {basis}"), 2, f"^-grid_cells: {least - 1} on axis x are too few .* {basis}")
+        same(f"{least} cells, {basis}", scene(2, cells=least, extra=f"-method_basis {basis}"), "", strategies=("pool",))  # too few to cut
+    for basis, least in (("gimp", 3), ("bspline2", 3), ("bspline3", 4)):
+        refused(scene(2, cells=least - 1, faces=walls(2, "periodic"), extra=f"-method_basis {basis}"), 2, "^-grid_cells: .* too few")
+        same(f"{least} periodic cells, {basis}", scene(2, cells=least, faces=walls(2, "periodic"), extra=f"-method_basis {basis}"), "", strategies=("pool",))
+    same("1 cell, linear", scene(2, cells=1, lower=0.0, upper=1.0, velocity="0*x, 0*x", extra="-method_basis linear"), "", parallel=False)
+    same("1 cell, gimp", scene(2, cells=1, lower=0.0, upper=1.0, velocity="0*x, 0*x", extra="-method_basis gimp"), "", parallel=False)
+    # stretched apart: half-width 1/2 at the start is the limit
+    pull = dict(ppc=1, velocity="3*(x-0.5), 0*y", steps=50)
+    refused(scene(2, ("neohookean",), **pull, extra="-method_basis gimp\n-method_gimp_update stretch"), 3, r"the domain of point \d+ at \(.*\) is stretched to 1\.\d+ cells, gimp takes 1 at most; use more points per cell")
+    same("gimp stretched too far, everywhere", scene(2, ("neohookean",), **pull, extra="-method_basis gimp\n-method_gimp_update stretch"), "", status=3)
+
+
+for part in (check_refusals, check_points, check_methods, check_periodic, check_walls, check_materials, check_flight):
+    part()
+print(f"{runs} runs, {failures} failed")
+sys.exit(1 if failures else 0)
