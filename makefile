@@ -87,9 +87,9 @@ test: ## install what is missing, build, run every test but verify, robust and s
 	@tools/install.sh test
 	+@$(again) ctest select="-LE 'verify|robust|slow'"
 
-verify: ## the long tests of accuracy
+verify: ## the long tests of accuracy: prints errors and orders beside those expected
 	@tools/install.sh test
-	+@$(again) ctest select="-L verify"
+	+@$(again) ctest select="-L verify -V"
 
 robust: ## the long tests of robustness, and those on 16 and 32 processes
 	@tools/install.sh test
@@ -103,6 +103,11 @@ paper: $(PEBBLE) $(BUILD)/quadrature ## run the studies of docs/paper.md, renew 
 
 format: ## clang-format on the C sources
 	clang-format -i $(wildcard src/*.[ch] tests/*.[ch] tools/paper/*.c)
+
+scenes: $(PEBBLE) ## run every scene of options/, draw docs/scene-*.png as its comment says
+	@for scene in options/*.opts; do name=$$(basename $$scene .opts); echo "  $$name"; \
+	  $(program) -options_file $$scene >output/$$name.log || { cat output/$$name.log; exit 1; }; \
+	  $$(sed -n 's/^# *\(.venv.*plot.py.*\)/\1/p' $$scene) --small --out docs/scene-$$name.png || exit 1; done
 
 clean: ## remove the program and all objects
 	rm -rf build $(PEBBLE)

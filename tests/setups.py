@@ -121,7 +121,7 @@ def options(spec, title="reference", output_every=1e9, history_every=1e9):
              f"-grid_upper {numbers(lower + cells * h)}", f"-grid_cells {','.join(map(str, cells))}",
              f"-gravity {numbers(spec.get('gravity', [0] * dim))}", f"-dt_size {float(spec['dt'])!r}",
              f"-time_end {1e6 * float(spec['dt'])!r}", f"-time_max_steps {spec['steps']}",
-             f"-output_every {output_every!r}", f"-history_every {history_every!r}"]
+             f"-output_every {float(output_every)!r}", f"-history_every {float(history_every)!r}"]
     lines += [f"-method_{name} {value}" for name, value in method(spec).items()]
     lines += [f"-bc_{face[0]}{'min' if face[1] == '-' else 'max'}_type {WALLS[kind]}" for face, kind in spec["walls"].items()]
     if spec.get("bodyforce"):
