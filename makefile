@@ -95,8 +95,9 @@ robust: ## the long tests of robustness, and those on 16 and 32 processes
 	@tools/install.sh test
 	+@$(again) ctest select="-L 'robust|slow'"
 
-bench: $(PEBBLE) ## time 1 process against 2, both migrations, and the pool
-	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC)
+bench: $(PEBBLE) build/seed_serial ## time this program and others on the same work; BENCH=full: all sizes, an hour
+	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --flags="$(strip $(flags))" \
+	  $(if $(filter full,$(BENCH)),--full,$(BENCH))
 
 paper: $(PEBBLE) $(BUILD)/quadrature ## run the studies of docs/paper.md, renew its tables and figures
 	@$(python) tools/paper/paper.py --pebble $(program) --quadrature $(BUILD)/quadrature

@@ -564,6 +564,7 @@ typedef struct {
   const char *name, *option, *unit, *components; /* option: its word in -output_fields; NULL: always there */
   PetscInt    nc;
   PetscBool   whole; /* whole numbers */
+  PetscInt    needs; /* bits of fields: it is there if the scene has them */
   void (*fill)(MPM, const MPMView *, PetscInt p, PetscReal row[]);
 } MPMOutputField;
 extern const MPMOutputField MPMOutputFields[]; /* the last has no name */
@@ -611,8 +612,8 @@ struct _p_MPM {
   MPMMonitor           monitor;
   MPMOutput            output;
   MPMStudy             study;
-  PetscReal            flops, bytes; /* of the phases here, counted by hand */
-  PetscBool            report_limits; /* measure those of the machine for the last line */
+  PetscReal            flops, bytes;                  /* of the phases here, counted by hand */
+  PetscBool            report_limits;                 /* measure those of the machine for the last line */
   PetscBool            quiet;                         /* prints nothing: a rung of a study */
   PetscReal            t, time_end, dt_fixed, dt_cfl; /* s; dt_fixed 0: automatic */
   PetscInt             step, max_steps;

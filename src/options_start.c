@@ -74,7 +74,8 @@ static const char *CheckWords(char *word[3], int n, int *depth)
   const char *value = n > 1 ? word[1] : "";
 
   if (!IsOption(word[0])) return "a line starts with -name";
-  if ((n > 1 && IsOption(word[1])) || (n > 2 && IsOption(word[2]))) return "two options on one line (a value that starts with - and a letter goes in parentheses: \"(-y), x\")";
+  if ((n > 1 && IsOption(word[1])) || (n > 2 && IsOption(word[2])))
+    return "two options on one line (a value that starts with - and a letter goes in parentheses: \"(-y), x\")";
   if (value[0] == '\'') return "use double quotes";
   if (n > 2) return "more than one value on a line; put it in double quotes or join it with commas";
   if (!strcasecmp(word[0], "-prefix_push")) {

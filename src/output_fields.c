@@ -82,25 +82,29 @@ static void FillBody(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
 }
 
 const MPMOutputField MPMOutputFields[] = {
-    {"id", NULL, "1", "", 1, PETSC_TRUE, FillId},
-    {"x", NULL, "m", "x y z", 3, PETSC_FALSE, FillX},
-    {"v", "velocity", "m/s", "x y z", 3, PETSC_FALSE, FillV},
-    {"F", "F", "1", "xx xy xz yx yy yz zx zy zz", 9, PETSC_FALSE, FillF},
-    {"stress", "stress", "Pa", "xx xy xz yy yz zz", 6, PETSC_FALSE, FillStress},
-    {"volume", "volume", "m^3", "", 1, PETSC_FALSE, FillVolume},
-    {"plastic_strain", "plastic", "1", "", 1, PETSC_FALSE, FillPlastic},
-    {"body", "body", "1", "", 1, PETSC_TRUE, FillBody},
-    {NULL, NULL, NULL, NULL, 0, PETSC_FALSE, NULL},
+    {"id", NULL, "1", "", 1, PETSC_TRUE, 0, FillId},
+    {"x", NULL, "m", "x y z", 3, PETSC_FALSE, 0, FillX},
+    {"v", "velocity", "m/s", "x y z", 3, PETSC_FALSE, 0, FillV},
+    {"F", "F", "1", "xx xy xz yx yy yz zx zy zz", 9, PETSC_FALSE, 0, FillF},
+    {"stress", "stress", "Pa", "xx xy xz yy yz zz", 6, PETSC_FALSE, 0, FillStress},
+    {"volume", "volume", "m^3", "", 1, PETSC_FALSE, 0, FillVolume},
+    {"plastic_strain", "plastic", "1", "", 1, PETSC_FALSE, MPM_BIT(ep), FillPlastic},
+    {"body", "body", "1", "", 1, PETSC_TRUE, 0, FillBody},
+    {NULL, NULL, NULL, NULL, 0, PETSC_FALSE, 0, NULL},
 };
 
 /* Reads -output_fields a,b,...: words of the table, and grid. */
 PetscErrorCode MPMOutputReadFields(MPM mpm, MPMOptions o)
 {
   char      text[MPM_TEXT_LEN] = "", *save = NULL;
+  PetscInt  has = 0; /* fields that a material of the scene carries */
   PetscBool set;
 
   PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) has |= mpm->scene.materials[k].state;
   mpm->output.fields = -1;
+  for (PetscInt f = 0; MPMOutputFields[f].name; f++)
+    if (MPMOutputFields[f].needs & ~has) mpm->output.fields &= ~(1 << f);
   PetscCall(MPMOptionsString(o, "output_fields", NULL, text, &set));
   if (!set || !strcmp(text, "all")) PetscFunctionReturn(PETSC_SUCCESS);
   mpm->output.fields = 3; /* id, x */
@@ -111,6 +115,8 @@ PetscErrorCode MPMOutputReadFields(MPM mpm, MPMOptions o)
     if (!MPMOutputFields[f].name && strcmp(w, "grid"))
       MPMOptionsFail(o, "-output_fields %s: choose among all, or a list of velocity,F,stress,volume,plastic,body,grid",
                      w);
+    if (MPMOutputFields[f].name && (MPMOutputFields[f].needs & ~has))
+      MPMOptionsFail(o, "-output_fields %s: no material of this scene has it", w);
     mpm->output.fields |= MPMOutputFields[f].name ? 1 << f : MPM_OUTPUT_GRID;
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -254,8 +254,10 @@ PetscErrorCode MPMReportEnd(MPM mpm)
     PetscReal error, size;
 
     PetscCall(MPMKnownError(mpm, &error, &size));
-    PetscCall(MPMPrint(mpm, "reference  rms error of the displacement %.6g m, of its rms %.6g m a part of %.4g\n",
-                       (double)error, (double)size, (double)(error / size)));
+    PetscCall(MPMPrint(mpm, "reference  rms error of the displacement %.6g m", (double)error));
+    if (size > error)
+      PetscCall(MPMPrint(mpm, ", of its rms %.6g m a part of %.4g", (double)size, (double)(error / size)));
+    PetscCall(MPMPrint(mpm, "\n"));
   }
   if (mpm->output.dir[0])
     PetscCall(MPMPrint(mpm, "results    %s/%s.csv%s\n", mpm->output.dir, mpm->scene.name,

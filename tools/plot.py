@@ -1,14 +1,23 @@
 #!/usr/bin/env python3
-"""Draws a run: six snapshots of the particles, spread over its time, and its energies.
+"""Draws a run: six snapshots of the particles, spread over its time, and below them a curve over time.
 
 Reads FILE.h5 and the history beside it (FILE.csv). Particles have their true size and are coloured by one quantity:
 
-  stress       von Mises stress (1-D: the axial stress)
-  pressure     minus the mean stress
-  speed        magnitude of the velocity
-  compression  determinant of F, current over initial volume
-  body         which body a particle belongs to
+  stress        von Mises stress (1-D: the axial stress)
+  pressure      minus the mean stress
+  speed         magnitude of the velocity
+  compression   determinant of F, current over initial volume
+  displacement  distance from where the particle was in the first snapshot
+  error         distance from where it is in the exact solution (-mms_type axis, vortex or ring, -reference_type shear)
+  bands         eight bands of equal x at the start, to show how they deform
+  body          which body a particle belongs to
   or any field of the file's particles (of a vector or tensor, its magnitude)
+
+What is only rounding, such as the stress of a body that flies freely, is drawn as a constant. The curves below:
+
+  energy        kinetic, strain and total (default)
+  velocity      of the centre of mass
+  error         root mean square of the error (default where the colours show it)
 """
 import argparse
 import os
@@ -26,6 +35,7 @@ import numpy as np  # noqa: E402
 from matplotlib.cm import ScalarMappable  # noqa: E402
 from matplotlib.collections import EllipseCollection, LineCollection  # noqa: E402
 from matplotlib.colors import Normalize  # noqa: E402
+from PIL import Image  # noqa: E402 (matplotlib needs it too)
 
 PANELS = 6
 STYLE = {"font.size": 9, "axes.titlesize": 9, "axes.linewidth": 0.6, "xtick.major.width": 0.6,
@@ -46,35 +56,131 @@ def text(value):
     return value.decode() if isinstance(value, bytes) else str(value)
 
 
+def scale(largest, unit):
+    """What to multiply by, and the unit with a prefix, so that the largest number lies between 0.1 and 1000."""
+    steps = {"m": {1: "m", 1e3: "mm", 1e6: "µm"}, "s": {1: "s", 1e3: "ms", 1e6: "µs"},
+             "Pa": {1e-9: "GPa", 1e-6: "MPa", 1e-3: "kPa", 1: "Pa"}, "J": {1e-6: "MJ", 1e-3: "kJ", 1: "J", 1e3: "mJ", 1e6: "µJ"}}
+    for factor, name in sorted(steps.get(unit, {}).items()):
+        if largest * factor >= (0.1 if unit in "ms" else 1):
+            return factor, name
+    return 1, unit
+
+
+# ---- Exact solutions: displacements of the points X at the time t, as src/reference.c has them
+
+def exact(options, X, t):
+    kind = options.get("mms_type", options.get("reference_type"))
+    body = options.get("bodies", "")
+
+    def numbers(name):
+        return np.array([float(number) for number in options[name].split(",")])
+
+    def of_body(name):
+        return numbers(f"body_{body}_{name}")
+
+    def material(name):
+        return float(options[f"material_{options[f'body_{body}_material']}_{name}"])
+
+    if kind not in ("axis", "vortex", "ring", "shear"):
+        fail("no error: the scene has no -mms_type axis, vortex or ring, and no -reference_type shear")
+    A = float(options.get("mms_amplitude", options.get("reference_amplitude")))
+    dim, u = X.shape[1], np.zeros_like(X)
+    if kind == "axis":
+        lower, length = of_body("lower"), of_body("upper") - of_body("lower")
+        turn = np.pi * np.sqrt(material("E") / material("rho")) / length[0] * t + 2 * np.pi * np.arange(dim) / dim
+        return A * np.sin(2 * np.pi * (X - lower) / length) * np.sin(turn)
+    if kind == "shear":
+        lower, height = of_body("lower")[1], (of_body("upper") - of_body("lower"))[1]
+        k = np.pi * int(options.get("reference_mode", 1)) / height
+        omega = k * np.sqrt(material("E") / 2 / (1 + material("nu")) / material("rho"))
+        u[:, 0] = A * np.sin(k * (X[:, 1] - lower)) * np.sin(omega * t)
+        return u
+    Y = X - of_body("center")
+    R, ri, ro = np.linalg.norm(Y, axis=1), of_body("inner_radius")[0], of_body("radius")[0]
+    if kind == "vortex":
+        s = (2 * R - ri - ro) / (ro - ri)
+        a = A * np.sin(np.pi * t / float(options.get("mms_period", 1))) * (1 - s * s)**2
+        u[:, 0], u[:, 1] = Y[:, 0] * np.cos(a) - Y[:, 1] * np.sin(a), Y[:, 0] * np.sin(a) + Y[:, 1] * np.cos(a)
+        return u - Y
+    omega = np.pi * np.sqrt(material("E") / material("rho")) / (ri + ro)
+    U = A * R * (-6 * ri * ro + R * (3 * (ri + ro) - 2 * R)) / (ro**2 * (ro - 3 * ri)) * np.sin(omega * t)
+    return U[:, None] * Y / R[:, None]
+
+
 # ---- Reading
 
-def quantity(particles, name, dim):
-    """One number a particle, its label with unit, and whether its sign matters."""
+def read_options(line):
+    """The options of the run by name: a word that starts with a minus and a letter is one, what follows its value."""
+    options, name = {}, None
+    for word in line.split():
+        if word.startswith("-") and word[1:2].isalpha():
+            name = word[1:]
+            options[name] = ""
+        elif name:
+            options[name] = f"{options[name]} {word}".strip()
+    return options
+
+
+def quantity(run, particles, name, time):
+    """One number a particle, its name, its unit, and whether its sign matters."""
     def read(field):
         if field not in particles:
-            known = sorted({"stress", "pressure", "speed", "compression"} | set(particles))
+            known = sorted({"stress", "pressure", "speed", "compression", "displacement", "error", "bands"} | set(particles))
             fail(f"no field '{name}' in {particles.file.filename}; choose one of: {' '.join(known)}")
-        return particles[field][...], text(particles[field].attrs.get("units", "")).replace("m3", "m$^3$")
+        return particles[field][...], text(particles[field].attrs.get("units", ""))
 
+    dim = run["dim"]
     if name == "stress":
         s, unit = read("stress")
         if dim == 1:
-            return s[:, 0], f"axial stress [{unit}]", True
+            return s[:, 0], "axial stress", unit, True
         xx, xy, xz, yy, yz, zz = s.T
         mises = np.sqrt(0.5 * ((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) + 3 * (xy**2 + yz**2 + xz**2))
-        return mises, f"von Mises stress [{unit}]", False
+        return mises, "von Mises stress", unit, False
     if name == "pressure":
         s, unit = read("stress")
-        return -(s[:, 0] + s[:, 3] + s[:, 5]) / 3, f"pressure [{unit}]", True
+        return -(s[:, 0] + s[:, 3] + s[:, 5]) / 3, "pressure", unit, True
     if name == "speed":
         v, unit = read("v")
-        return np.linalg.norm(v, axis=1), f"speed [{unit}]", False
+        return np.linalg.norm(v, axis=1), "speed", unit, False
     if name == "compression":
-        return np.linalg.det(read("F")[0].reshape(-1, 3, 3)), "volume ratio det F", False
+        return np.linalg.det(read("F")[0].reshape(-1, 3, 3)), "volume ratio det F", "1", False
+    if name in ("displacement", "error", "bands"):
+        x, ids = read("x")[0][:, :dim], read("id")[0]
+        order = np.argsort(ids)
+        if "start" not in run:
+            run["start"] = x[order]
+        if len(run["start"]) != len(x):
+            fail(f"no {name}: the number of particles changes")
+        was = np.empty_like(x)
+        was[order] = run["start"]
+        if name == "bands":
+            low, high = run["start"][:, 0].min(), run["start"][:, 0].max()
+            return np.floor(8 * (was[:, 0] - low) / (high - low) * (1 - 1e-9)) % 2, "band", "1", False
+        u = x - was
+        for d in range(dim):  # a point that left through a periodic face has come in through the other
+            if run["options"].get(f"bc_{'xyz'[d]}min_type") == "periodic":
+                length = run["upper"][d] - run["lower"][d]
+                u[:, d] -= length * np.round(u[:, d] / length)
+        if name == "error":
+            u -= exact(run["options"], was, time)
+        return np.linalg.norm(u, axis=1), name, "m", False
     values, unit = read(name)
     signed = values.ndim == 1 and bool((values < 0).any())
     values = values if values.ndim == 1 else np.linalg.norm(values, axis=1)
-    return values, name + (f" [{unit}]" if unit not in ("", "1") else ""), signed
+    return values, name.replace("_", " "), unit, signed
+
+
+def noise(run, name, time):
+    """What a quantity must exceed to be more than rounding."""
+    extent, options = (run["upper"] - run["lower"]).max(), run["options"]
+    if name in ("stress", "pressure"):
+        moduli = [float(value) for option, value in options.items()
+                  if option.startswith("material_") and option.rsplit("_", 1)[1] in "EK"]
+        return 1e-10 * max(moduli, default=0)
+    if name in ("displacement", "error"):
+        return 1e-13 * extent
+    return 1e-10 * extent / time if name in ("speed", "v") and time > 0 else 1e-300
 
 
 def read_run(path, field):
@@ -93,14 +199,32 @@ def read_run(path, field):
         run = {"title": text(file.attrs.get("title", "")) or text(file.attrs.get("scene", "")), "dim": dim,
                "lower": np.array(file.attrs["grid_lower"], float), "upper": np.array(file.attrs["grid_upper"], float),
                "cells": np.array(file.attrs["grid_cells"])[:dim] if "grid_cells" in file.attrs else [],
-               "snapshots": []}
-        for k in sorted(nearest):
+               "options": read_options(text(file.attrs.get("options", ""))), "snapshots": [], "error": []}
+        run["noise"] = noise(run, field, times[-1])
+        for k in range(len(names)):
+            if k not in nearest and field != "error":
+                continue
             particles = file[names[k]]["particles"]
-            values, run["label"], run["signed"] = quantity(particles, field, dim)
-            run["snapshots"].append({"time": times[k], "x": particles["x"][...], "values": values,
-                                     "size": particles["volume"][...]**(1 / dim)})
+            values, name, unit, run["signed"] = quantity(run, particles, field, times[k])
+            if field == "error":
+                run["error"].append((times[k], np.sqrt((values**2).mean())))
+            if k in nearest:
+                run["snapshots"].append({"time": times[k], "x": particles["x"][...], "values": values,
+                                         "size": particles["volume"][...]**(1 / dim)})
     if not len(run["snapshots"][0]["values"]):
         fail(f"{path} has no particles")
+    # One prefix of units for all: lengths by the box, times by the last, the quantity by its largest.
+    largest = np.percentile(np.abs(np.concatenate([snapshot["values"] for snapshot in run["snapshots"]])), 99.5)
+    factor, unit = scale(largest, unit) if largest > run["noise"] else (1, unit)
+    unit = unit.replace("m3", "m$^3$")
+    run["label"] = name + (f" [{unit}]" if unit not in ("", "1") else "")
+    run["noise"] *= factor
+    length, run["length"] = scale(max(abs(run["lower"]).max(), abs(run["upper"]).max()), "m")
+    run["second"], run["seconds"] = scale(times[-1], "s")
+    run["lower"], run["upper"] = run["lower"] * length, run["upper"] * length
+    for snapshot in run["snapshots"]:
+        snapshot["values"] = snapshot["values"] * factor
+        snapshot["x"], snapshot["size"] = snapshot["x"] * length, snapshot["size"] * length
     return run
 
 
@@ -125,6 +249,11 @@ def colours(run):
     values = values[np.isfinite(values)]
     if not len(values):
         fail("the values to draw are not finite")
+    middle = (values.max() + values.min()) / 2
+    if np.ptp(values) <= max(2 * run["noise"], 1e-9 * abs(middle)):  # rounding: one colour
+        reach = abs(middle) if abs(middle) > run["noise"] else 1.0
+        low = middle - reach if run["signed"] or middle > run["noise"] else 0
+        return ScalarMappable(Normalize(low, low + 2 * reach), "coolwarm" if run["signed"] else "viridis"), "neither"
     low, high = np.percentile(values, [0.5, 99.5])
     if run["signed"]:
         high = max(abs(low), abs(high)) or 1.0
@@ -153,10 +282,14 @@ def draw_axes_names(axes, run):
     low, high = run["lower"], run["upper"]
     middle = (low + high) / 2
     places = {"x": (middle[0], low[1], low[2]), "y": (high[0], middle[1], low[2]), "z": (low[0], low[1], middle[2])}
-    shifts = {"x": (-2, -8), "y": (5, -7), "z": (-6, 0)}
-    for name, place in places.items():
-        axes.annotate(f"${name}$", VIEW[:2] @ np.array(place), shifts[name], textcoords="offset points",
-                      ha="center", va="center", color=GREY)
+    shifts = {"x": (-4, -9), "y": (7, -8), "z": (-13, 0)}
+    for k, (name, place) in enumerate(places.items()):
+        for value in (low[k], middle[k], high[k])[name == "y":]:  # y starts where x ends
+            at = np.array(place)
+            at[k] = value
+            word = f"${name}$ [{run['length']}]" if value == middle[k] else f"{value:.4g}"
+            axes.annotate(word, VIEW[:2] @ at, shifts[name], textcoords="offset points", ha="center", va="center",
+                          color=GREY, fontsize=7, rotation=90 if name == "z" and value == middle[k] else 0)
 
 
 def draw_particles(axes, run, snapshot, colour):
@@ -181,7 +314,7 @@ def draw_particles(axes, run, snapshot, colour):
                                           edgecolors=(0, 0, 0, 0.25) if dim == 3 else "none",
                                           linewidths=0.15 if dim == 3 else 0))
     low, high = limits.min(0), limits.max(0)
-    margin = (0.04 if dim == 3 else 0.01) * (high - low).max()
+    margin = (0.08 if dim == 3 else 0.01) * (high - low).max()
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
     if dim == 3:
         axes.set_axis_off()
@@ -203,23 +336,42 @@ def draw_line(axes, run, snapshot, colour):
     axes.set(xlim=(run["lower"][0], run["upper"][0]), ylim=(low - margin, high + margin))
 
 
-def draw_energies(axes, run, history):
-    work = history["external_work"] if "external_work" in (history.dtype.names or ()) else 0 * history["time"]
-    for name, style in {"total": ("0.15", "-"), "kinetic": ("tab:blue", "-"), "strain": ("tab:orange", "-")}.items():
-        pulled = name == "total" and np.any(work != 0)
-        axes.plot(history["time"], history[f"{name}_energy"] - (work if pulled else 0), style[1], color=style[0],
-                  label="total - work of gravity" if pulled else name,
-                  linewidth=1.8 if name == "total" else 1.3, marker="." if len(history) == 1 else None)
+def draw_curves(axes, run, history, below):
+    """Over time: energies, the velocity of the centre of mass, or the error."""
+    if below == "error":
+        times, values = np.array(run["error"]).T
+        factor, unit = scale(values.max(), "m")
+        axes.plot(times * run["second"], values * factor, ".-", color="0.15", linewidth=1.3, markersize=4)
+        axes.set(ylabel=f"rms error [{unit}]")
+    elif below == "velocity":
+        times = history["time"]
+        for d in range(run["dim"]):
+            axes.plot(times * run["second"], history[f"momentum_{'xyz'[d]}"] / history["mass"], linewidth=1.5, label=f"$v_{'xyz'[d]}$")
+        axes.axhline(0, color="0.8", linewidth=0.6, zorder=0)
+        axes.set(ylabel="velocity [m/s]")
+        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), title="centre of mass", alignment="left")
+    else:
+        times = history["time"]
+        work = history["external_work"] if "external_work" in history.dtype.names else 0 * times
+        curves = {"total": history["total_energy"], "kinetic": history["kinetic_energy"], "strain": history["strain_energy"]}
+        pulled = bool(np.any(work != 0))
+        curves["total"] = curves["total"] - work
+        factor, unit = scale(max(np.abs(curve).max() for curve in curves.values()), "J")
+        for name, colour in {"total": "0.15", "kinetic": "tab:blue", "strain": "tab:orange"}.items():
+            axes.plot(times * run["second"], curves[name] * factor, color=colour, linewidth=1.8 if name == "total" else 1.3,
+                      label="total - work of gravity" if name == "total" and pulled else name,
+                      marker="." if len(times) == 1 else None)
+        axes.set(ylabel=f"energy [{unit}]")
+        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), title="energy", alignment="left")
     for snapshot in run["snapshots"]:
-        axes.axvline(snapshot["time"], color="0.85", linewidth=0.7, zorder=0)
-    end = max(history["time"][-1], run["snapshots"][-1]["time"])
-    axes.set(xlabel="time [s]", ylabel="energy [J]", xlim=(0, end or 1))
+        axes.axvline(snapshot["time"] * run["second"], color="0.85", linewidth=0.7, zorder=0)
+    end = max(times[-1], run["snapshots"][-1]["time"]) * run["second"]
+    axes.set(xlabel=f"time [{run['seconds']}]", xlim=(0, end or 1))
     axes.margins(y=0.08)
-    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), title="energy", alignment="left")
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def draw(run, history, out):
+def draw(run, history, below, out):
     dim, count = run["dim"], len(run["snapshots"])
     columns = min(count, 3)
     rows = -(-count // columns)
@@ -230,7 +382,7 @@ def draw(run, history, out):
     aspect = 0.6 if dim == 1 else size[1] / size[0]
     width = min(3.1, 3.4 / aspect) if aspect > 0.25 else 4.2
     height = width * aspect + 0.35
-    energies = 1.9 if history is not None else 0
+    energies = 1.9 if history is not None or below == "error" else 0
     page = max(columns * width, 5.5) + 1.6, 0.45 + rows * height + energies
     figure = plt.figure(figsize=page, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.05, h_pad=0.05, hspace=0.02, wspace=0.02)
@@ -243,16 +395,16 @@ def draw(run, history, out):
             continue
         snapshot = run["snapshots"][k]
         (draw_line if dim == 1 else draw_particles)(axes, run, snapshot, colour)
-        axes.set_title(f"$t = {snapshot['time']:.4g}$ s")
+        axes.set_title(f"$t = {snapshot['time'] * run['second']:.4g}$ {run['seconds']}")
         if dim < 3 and k + columns >= count:
-            axes.set_xlabel("$x$ [m]")
+            axes.set_xlabel(f"$x$ [{run['length']}]")
             axes.tick_params(labelbottom=True)
         if dim < 3 and k % columns == 0:
-            axes.set_ylabel("$y$ [m]" if dim == 2 else run["label"])
-    if dim > 1:
+            axes.set_ylabel(f"$y$ [{run['length']}]" if dim == 2 else run["label"])
+    if dim > 1 and run["label"] != "band":
         parts[0].colorbar(colour, ax=list(panels), label=run["label"], extend=extend, shrink=0.9, pad=0.02, aspect=30)
     if energies:
-        draw_energies(parts[1].subplots(), run, history)
+        draw_curves(parts[1].subplots(), run, history, below)
     cells = " × ".join(str(n) for n in run["cells"])
     particles = f"{len(run['snapshots'][0]['x']):,} particles".replace(",", "\u2009")
     title = [run["title"], particles, cells and f"{cells} cells"]
@@ -269,12 +421,22 @@ def main():
     parser.add_argument("--csv", metavar="FILE.csv", help="history (default: beside FILE.h5, if it is there)")
     parser.add_argument("--out", metavar="FILE.png", help="picture (default: beside FILE.h5)")
     parser.add_argument("--field", default="stress", help="what the colours show (default: stress)")
+    parser.add_argument("--below", choices=("energy", "velocity", "error"), help="curves below (default: energy)")
+    parser.add_argument("--small", action="store_true", help="a small file: half as sharp, 256 colours")
     arguments = parser.parse_args()
+    below = arguments.below or ("error" if arguments.field == "error" else "energy")
+    if below == "error" and arguments.field != "error":
+        fail("--below error needs --field error")
     base = os.path.splitext(arguments.file)[0]
     run = read_run(arguments.file, arguments.field)
     history = read_history(arguments.csv or base + ".csv", arguments.csv is not None)
-    plt.rcParams.update(STYLE)
-    draw(run, history, arguments.out or base + ".png")
+    plt.rcParams.update(STYLE | ({"savefig.dpi": 105} if arguments.small else {}))
+    out = arguments.out or base + ".png"
+    draw(run, history, below, out)
+    if arguments.small:
+        with Image.open(out) as picture:
+            small = picture.convert("RGB").quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+        small.save(out, optimize=True)
 
 
 if __name__ == "__main__":
