@@ -40,6 +40,8 @@ PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
     MPMOptionsFail(
         o, "-study_type %s needs a solution to compare with: -mms_type, or -reference_type (finest: the last run)",
         study->type);
+  if (mpm->max_steps != PETSC_MAX_INT)
+    MPMOptionsFail(o, "-time_max_steps does not apply: the runs of a study end at the same time, -time_end");
   if (study->finest && set && study->levels < 3)
     MPMOptionsFail(o,
                    "-study_levels %" PetscInt_FMT " leaves no order for -study_order_min where the finest run is the "

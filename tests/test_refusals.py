@@ -18,6 +18,27 @@ from concurrent.futures import ThreadPoolExecutor
 PEBBLE, SOURCE, WORK = (os.path.abspath(a) for a in sys.argv[1:4])
 MPIEXEC = sys.argv[4] if len(sys.argv) > 4 else "mpiexec"
 DISKS = os.path.join(SOURCE, "options", "disks.opts")
+FILLED = """\
+-dim 2
+-grid_lower 0,0
+-grid_upper 1,1
+-grid_cells 8,8
+-bc_xmin_type slip
+-bc_xmax_type slip
+-bc_ymin_type slip
+-bc_ymax_type slip
+-materials m
+-material_m_model neohookean
+-material_m_rho 1000
+-material_m_E 1e7
+-material_m_nu 0.3
+-bodies b
+-body_b_shape box
+-body_b_lower 0,0
+-body_b_upper 1,1
+-body_b_material m
+-time_end 0.005
+"""
 SECONDS = 10  # far more than a refusal takes, but the machine may be busy
 # Open MPI starts 8 times faster if it does not look for networks and for other processes.
 ALONE = dict(os.environ, OMPI_MCA_ess_singleton_isolated="1", OMPI_MCA_btl="self", OMPI_MCA_pml="ob1")
@@ -69,6 +90,8 @@ def prepare(arguments, folder):
         key, _, value = word.partition(":")
         if key == "bare":
             bare = True
+        elif key == "filled":
+            text, name = FILLED, "scene.opts"
         elif key == "drop":
             text, name = re.sub(rf"^{value}\b.*\n", "", text, flags=re.M), name or "scene.opts"
         elif key == "add":
