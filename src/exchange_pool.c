@@ -82,7 +82,7 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   const MPMPatch   *all      = &mpm->exchange.patch;
   Slot             *slot     = &pool->slots[place];
   MPMPatch          patch;
-  MPMOrder          order = {phase->number, {0}, {0}, {0}, {0}, c->n, mpm->params.dt};
+  MPMOrder          order = {(PetscInt)(phase - mpm->phases), {0}, {0}, {0}, {0}, c->n, mpm->params.dt};
   void             *at[MPM_NUM_FIELDS], *halo[MPM_NUM_FIELDS];
   PetscMPIInt       len;
   char             *m;

@@ -341,7 +341,6 @@ typedef struct {
   void (*nodes)(const MPMParams *, MPMPatch *, PetscInt row); /* for MPM_NODES: one row of nodes */
   PetscInt    points_in, points_out;                          /* bits of point fields */
   const char *nodes_in, *nodes_out;                           /* m p f v a */
-  PetscInt    number;                                         /* row of the table */
 } MPMPhase;
 
 /* Messages: their length in bytes as MPI takes it, or an error; room for one; bytes of a point's fields. */
@@ -570,7 +569,7 @@ typedef struct {
 extern const MPMOutputField MPMOutputFields[]; /* the last has no name */
 
 PetscErrorCode MPMOutputSetFromOptions(MPM, MPMOptions);
-PetscErrorCode MPMOutputReadFields(MPM, MPMOptions);
+PetscErrorCode MPMOutputReadFields(MPM, MPMOptions, PetscBool *set);
 PetscErrorCode MPMOutputMakeFolder(MPM, MPMOptions);
 PetscErrorCode MPMOutputStep(MPM, PetscBool force);
 PetscErrorCode MPMOutputDestroy(MPM);

@@ -51,8 +51,8 @@ PetscErrorCode MPMOutputSetFromOptions(MPM mpm, MPMOptions o)
   out->enabled = !strcmp(format, "hdf5") ? PETSC_TRUE : PETSC_FALSE;
   if (!out->enabled && set && !MPMOptionsOverridden("output_every", "output_format"))
     MPMOptionsFail(o, "-output_every does not apply: -output_format none writes no snapshots");
-  PetscCall(MPMOutputReadFields(mpm, o));
-  if (!out->enabled && out->fields != -1 && !MPMOptionsOverridden("output_fields", "output_format"))
+  PetscCall(MPMOutputReadFields(mpm, o, &set));
+  if (!out->enabled && set && !MPMOptionsOverridden("output_fields", "output_format"))
     MPMOptionsFail(o, "-output_fields does not apply: -output_format none writes no snapshots");
   PetscFunctionReturn(PETSC_SUCCESS);
 }

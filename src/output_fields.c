@@ -93,20 +93,19 @@ const MPMOutputField MPMOutputFields[] = {
     {NULL, NULL, NULL, NULL, 0, PETSC_FALSE, 0, NULL},
 };
 
-/* Reads -output_fields a,b,...: words of the table, and grid. */
-PetscErrorCode MPMOutputReadFields(MPM mpm, MPMOptions o)
+/* Reads -output_fields a,b,...: words of the table, and grid. set: was it given? */
+PetscErrorCode MPMOutputReadFields(MPM mpm, MPMOptions o, PetscBool *set)
 {
-  char      text[MPM_TEXT_LEN] = "", *save = NULL;
-  PetscInt  has = 0; /* fields that a material of the scene carries */
-  PetscBool set;
+  char     text[MPM_TEXT_LEN] = "", *save = NULL;
+  PetscInt has = 0; /* fields that a material of the scene carries */
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) has |= mpm->scene.materials[k].state;
   mpm->output.fields = -1;
   for (PetscInt f = 0; MPMOutputFields[f].name; f++)
     if (MPMOutputFields[f].needs & ~has) mpm->output.fields &= ~(1 << f);
-  PetscCall(MPMOptionsString(o, "output_fields", NULL, text, &set));
-  if (!set || !strcmp(text, "all")) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMOptionsString(o, "output_fields", NULL, text, set));
+  if (!*set || !strcmp(text, "all")) PetscFunctionReturn(PETSC_SUCCESS);
   mpm->output.fields = 3; /* id, x */
   for (char *w = strtok_r(text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
     PetscInt f = 0;

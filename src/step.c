@@ -141,8 +141,7 @@ static void FitPhases(MPM mpm)
   for (PetscInt k = 0; k < NUM_PHASES; k++) {
     MPMPhase *phase = &mpm->phases[k];
 
-    *phase        = phases[k];
-    phase->number = k;
+    *phase = phases[k];
     if (phase->parts & MPM_P2G_FORCE) phase->points_in &= ~STRESS | stress;
     if ((phase->points_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & MPM_G2P_STRESS) && !mpm->stretched)
       phase->points_in &= ~B(F);
@@ -202,7 +201,7 @@ static PetscReal PhaseBytes(MPM mpm, const MPMPhase *phase, PetscInt npoints)
 PetscErrorCode MPMPhaseBegin(MPM mpm, const MPMPhase *phase)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscLogEventBegin(events[phase->number], 0, 0, 0, 0));
+  PetscCall(PetscLogEventBegin(events[phase - mpm->phases], 0, 0, 0, 0));
   PetscCall(PetscTime(&mpm->phase_start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -213,11 +212,11 @@ PetscErrorCode MPMPhaseEnd(MPM mpm, const MPMPhase *phase, PetscInt npoints)
 
   PetscFunctionBeginUser;
   PetscCall(PetscTime(&now));
-  mpm->phase_seconds[phase->number] += now - mpm->phase_start;
+  mpm->phase_seconds[phase - mpm->phases] += now - mpm->phase_start;
   PetscCall(PetscLogFlops(PhaseFlops(mpm, phase, npoints)));
   mpm->flops += PhaseFlops(mpm, phase, npoints);
   mpm->bytes += PhaseBytes(mpm, phase, npoints);
-  PetscCall(PetscLogEventEnd(events[phase->number], 0, 0, 0, 0));
+  PetscCall(PetscLogEventEnd(events[phase - mpm->phases], 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

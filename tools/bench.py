@@ -1,12 +1,27 @@
 #!/usr/bin/env python3
-"""Times whole runs of pebble on this machine: `make bench`.
+"""Measures pebble on this machine, and others on the same work: `make bench`, or `make bench BENCH=full`.
 
-The work is a square block of elastic material that is sheared to and fro, 9 points a cell, without output. Runs of one
-process, two processes (both migrations) and the worker pool alternate, so that what else the machine does hits all
-alike; figures are the minimum and the median of the repeats, ratios are of minima. The time is that of the steps (the
-`all` row of the phase table), not of start-up.
+The work is that of tools/bench/scene.py. What is compared runs in alternation, so that what else the machine does hits
+all alike; figures are the minimum and the median of the repeats, ratios are of minima. Times are those of the steps per
+particle and step, without start-up and without the compilation of kernels. Groups:
+
+  seed     against tests/seed_serial.c, the plain serial program: its own block of as many particles, where usl soon is
+           unstable; pebble's drifts and crosses more cells. Checked on the seed's. (Its time is the processor's.)
+  peers    against steps in Taichi and Warp (tools/bench/), on one core; checked against pebble's energy
+  updates  usf and musl against usl, at 1e5 particles
+  ranks    2 processes against 1, at 1e6 particles; the digests must be equal
+  small    1e4 particles, for the plot
+  matrix   (full) every basis and dimension, 1e4 to 4e6 particles, 4, 9 and 16 a cell (3-D: 4, 8, 16, 27), 1 and 2
+           processes
+  modes    (full) both migrations and the pool on 2 processes
+
+Writes output/bench.csv, docs/bench.png and the section of docs/performance.md between its marks (with --only, or when
+something failed: the plot goes to output/ and the section is left alone), and prints the table of ratios.
 """
 import argparse
+import csv
+import datetime
+import json
 import os
 import re
 import statistics
@@ -14,84 +29,518 @@ import subprocess
 import sys
 import tempfile
 
-SCENE = """
--dim 2
--grid_lower 0,0
--grid_upper 1,1
--grid_cells {cells},{cells}
--materials m
--material_m_model neohookean
--material_m_rho 1000
--material_m_E 1e6
--material_m_nu 0.3
--bodies b
--body_b_shape box
--body_b_lower 0.25,0.25
--body_b_upper 0.75,0.75
--body_b_ppc 3,3
--body_b_material m
--body_b_velocity "2*sin(2*pi*y), 1.3*sin(2*pi*x)"
--method_basis linear
--method_update {update}
--time_end 1
--time_max_steps {steps}
--output_format none
--history_every 1
-"""
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+FOLDER = os.path.join(ROOT, "tools", "bench")
+sys.path.insert(0, FOLDER)
+from scene import Scene  # noqa: E402 (after the path)
 
-CASES = {  # name: (processes, options)
-    "1 process": (1, []),
-    "spatial 2, swarm": (2, []),
-    "spatial 2, direct": (2, ["-parallel_migrate", "direct"]),
-    "pool 2": (2, ["-parallel_strategy", "pool"]),
-}
+BASES = {"linear": "linear", "bspline2": "quadratic", "bspline3": "cubic", "gimp": "GIMP"}
+PER_CELL = {1: [(4,), (9,), (16,)], 2: [(2, 2), (3, 3), (4, 4)], 3: [(2, 2, 1), (2, 2, 2), (4, 2, 2), (3, 3, 3)]}
+USUAL = {1: (9,), 2: (3, 3), 3: (2, 2, 2)}
+# Targets: ns per particle and step of a whole usl step on one core, at 1e5 and at 1e6 particles.
+TARGETS = {(2, "linear"): (13, 16), (2, "bspline2"): (16, 19), (2, "bspline3"): (21, 24), (2, "gimp"): (21, 24),
+           (3, "linear"): (32, 42), (3, "bspline2"): (56, 63)}
+TIMES_FASTER = {"warp": 2, "taichi": 7}
+# About what a step takes, to choose the number of steps: {program: {dimension: ns per particle and step}}.
+ROUGH = {"warp": {2: 45, 3: 180}, "taichi": {2: 200, 3: 800}, "seed": {2: 330}}
+TIMEOUT = 900
 
 
-def run(args, scene, processes, options):
-    """Runs once; returns (ns per particle-step, digest)."""
-    command = [args.mpiexec, "-n", str(processes), args.pebble, "-options_file", scene, "-output_dir",
-               os.path.dirname(scene)] + options
-    out = subprocess.run(command, capture_output=True, text=True)
-    if out.returncode:
-        sys.exit(f"{' '.join(command)}\n{out.stdout}{out.stderr}")
-    row = re.search(r"^  all +\S+ +\S+ +(\S+)", out.stdout, re.M)
-    return float(row[1]), re.search(r"^digest (\w+)", out.stdout, re.M)[1]
+class Failed(Exception):
+    pass
+
+
+def command_output(command, **more):
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, **more)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise Failed(str(error)) from error
+    if done.returncode:
+        lines = [line for line in (done.stderr + done.stdout).splitlines() if re.search(r"\w", line)] or ["no message"]
+        lines = [line for line in lines if re.search(r"^\[?\d*\]?\W*error\b", line, re.I)] or lines
+        raise Failed(f"exit status {done.returncode}: {lines[0].strip()} ({' '.join(command)})")
+    return done.stdout
+
+
+# ---- What runs: each has `row` (what it is, for the table) and time() -> ns per particle and step
+
+class Pebble:
+    def __init__(self, args, scene, basis, update, steps, ranks=1, extra=()):
+        self.folder = tempfile.TemporaryDirectory()
+        self.args, self.steps, self.ranks, self.digests = args, steps, ranks, set()
+        path = os.path.join(self.folder.name, "scene.opts")
+        with open(path, "w") as f:
+            f.write(scene.options(basis, update, steps))
+        launch = [args.mpiexec, "-n", str(ranks)] if ranks > 1 else []
+        self.command = launch + [args.pebble, "-options_file", path, "-output_dir", self.folder.name,
+                                 "-output_format", "none", "-report_limits", "false", *extra]
+        self.row = dict(program="pebble", dim=scene.dim, basis=basis, update=update, particles=scene.particles,
+                        per_cell=scene.ppc, processes=ranks, steps=steps, options=" ".join(extra))
+
+    def time(self):
+        out = command_output(self.command)
+        row, digest = re.search(r"^  all +\S+ +\S+ +(\S+)", out, re.M), re.search(r"^digest (\w+)", out, re.M)
+        if not row or not digest:
+            raise Failed(f"{' '.join(self.command)}: no table of phases or no digest in its output")
+        self.digests.add(digest[1])
+        return float(row[1])
+
+    def kinetic(self):
+        """Kinetic energy at the end of the last run."""
+        with open(os.path.join(self.folder.name, "scene.csv")) as f:
+            return float(list(csv.DictReader(f))[-1]["kinetic_energy"])
+
+
+class Seed:
+    def __init__(self, args, scene, steps):
+        self.command = [args.seed, "setup=block", "material=neohookean", f"cells={scene.grid}",
+                        f"ppc={scene.per_axis[0]}", f"steps={steps}", "time=1"]
+        self.row = dict(program="seed_serial", dim=2, basis="linear", update="usf", particles=scene.particles,
+                        per_cell=scene.ppc, processes=1, steps=steps)
+
+    def time(self):
+        out = command_output(self.command)
+        self.energy = float(re.search(r"^kinetic (\S+)", out, re.M)[1])
+        return float(re.search(r"^ns per particle-step (\S+)", out, re.M)[1])
+
+
+class Peer:
+    """A process that has compiled its kernels and waits for numbers of steps."""
+
+    def __init__(self, name, scheme, python, scene, steps):
+        self.steps = steps
+        self.label = f"{name}, {scheme}"
+        environment = dict(os.environ, WARP_CACHE_PATH=os.path.join(ROOT, "build", "bench-venv", "warp"))
+        self.log = tempfile.TemporaryFile("w+")
+        self.process = subprocess.Popen(
+            [python, os.path.join(FOLDER, f"peer_{name}.py"), scheme, str(scene.dim), str(scene.particles),
+             *map(str, scene.per_axis)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log, text=True,
+            env=environment)
+        if self.answer()["particles"] != scene.particles:
+            raise Failed(f"{self.label}: another number of particles")
+        self.row = dict(program=name, dim=scene.dim, basis="bspline2", update="usl" if scheme == "flip" else "mls",
+                        particles=scene.particles, per_cell=scene.ppc, processes=1, steps=steps)
+
+    def answer(self):
+        for line in self.process.stdout:  # other lines are banners
+            if line.startswith("{"):
+                return json.loads(line)
+        self.process.wait()
+        self.log.seek(0)
+        raise Failed(f"{self.label}: {(self.log.read().strip().splitlines() or ['ended'])[-1]}")
+
+    def run(self, steps):
+        try:
+            self.process.stdin.write(f"{steps}\n")
+            self.process.stdin.flush()
+        except OSError as error:
+            raise Failed(f"{self.label}: {error}") from error
+        return self.answer()
+
+    def time(self):
+        return self.run(self.steps + 1)["ns"]  # the first is not timed
+
+    def close(self):
+        self.process.stdin.close()
+        try:
+            self.process.wait(30)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+
+
+# ---- What is kept
+
+class Results:
+    def __init__(self, args):
+        self.args, self.series, self.ratios, self.problems = args, [], [], []
+
+    def problem(self, text):
+        self.problems.append(text)
+        print(f"  FAILED {text}", flush=True)
+
+    def alternate(self, group, runs):
+        """Times all in turns; returns {name: row with min and median}, without those that failed."""
+        times = {name: [] for name in runs}
+        for _ in range(self.args.repeats):
+            for name in list(times):
+                try:
+                    times[name].append(runs[name].time())
+                except Failed as failure:
+                    self.problem(f"{group}: {name}: {failure}")
+                    del times[name]
+        rows = {}
+        for name, t in times.items():
+            rows[name] = dict(group=group, **runs[name].row, repeats=len(t), min_ns=min(t),
+                              median_ns=statistics.median(t), all_ns=" ".join(f"{x:.4g}" for x in t))
+            print(f"  {name:44s} {rows[name]['particles']:8d}  min {min(t):7.1f}  median "
+                  f"{statistics.median(t):7.1f} ns", flush=True)
+        self.series += rows.values()
+        self.write()
+        return rows
+
+    def ratio(self, what, rows, over, under, target, at_least=True):
+        if over in rows and under in rows:
+            a, b = rows[over], rows[under]
+            self.ratios.append(dict(what=what, value=a["min_ns"] / b["min_ns"], median=a["median_ns"] / b["median_ns"],
+                                    target=target, at_least=at_least, unit=""))
+        else:
+            self.ratios.append(dict(what=what, value=None, median=None, target=target, at_least=at_least, unit=""))
+
+    def nanoseconds(self, what, rows, name, target):
+        row = rows.get(name)
+        self.ratios.append(dict(what=what, value=row and row["min_ns"], median=row and row["median_ns"], target=target,
+                                at_least=False, unit=" ns"))
+
+    def write(self):
+        columns = ["group", "program", "dim", "basis", "update", "particles", "per_cell", "processes", "steps",
+                   "options", "repeats", "min_ns", "median_ns", "all_ns"]
+        os.makedirs(os.path.dirname(self.args.csv) or ".", exist_ok=True)
+        with open(self.args.csv, "w", newline="") as f:
+            writer = csv.DictWriter(f, columns, restval="")
+            writer.writeheader()
+            writer.writerows(self.series)
+
+
+def judged(ratio):
+    if ratio["value"] is None:
+        return ratio.get("absent", "failed")
+    if ratio["target"] is None:
+        return ""
+    better = ratio["value"] >= ratio["target"] if ratio["at_least"] else ratio["value"] <= ratio["target"]
+    return "met" if better else "missed"
+
+
+def table(ratios):
+    """Cells of the table of ratios: what, measured, of medians, target, met or missed."""
+    for r in ratios:
+        form = "{:.1f} ns" if r["unit"] else "{:.2f}"
+        bound = "" if r["target"] is None else f"{'>=' if r['at_least'] else '<='} {r['target']:g}{r['unit']}"
+        value, median = ("-" if r[k] is None else form.format(r[k]) for k in ("value", "median"))
+        yield r["what"], value, median, bound, judged(r)
+
+
+# ---- The groups
+
+def choose(args, scene, ns, least):
+    return max(least, min(scene.room(), round(1e9 * args.seconds / ns / scene.particles)))
+
+
+def rough(dim, basis, per_cell=9):
+    """About what a step of pebble takes."""
+    return TARGETS.get((dim, basis), (10, 10) if dim == 1 else (120, 120))[1] * (1.2 if per_cell < 8 else 1)
+
+
+def pebble(args, scene, basis, update="usl", ranks=1, extra=(), least=25):
+    steps = choose(args, scene, rough(scene.dim, basis, scene.ppc), least)
+    return Pebble(args, scene, basis, update, steps, ranks, extra)
+
+
+def size(scene):
+    return f"{scene.particles:.0e}".replace("e+0", "e")
+
+
+def close(a, b, tolerance):
+    return abs(a - b) <= tolerance * max(abs(a), abs(b))
+
+
+def seed(args, results):
+    for n in (1e5, 2.5e5):  # the seed's mesh has at most 500 cells a side: 2.5e5 particles at 4 per cell
+        scene = Scene(2, n, (2, 2), drift=False)
+        check = Seed(args, scene, 10), Pebble(args, scene, "linear", "usf", 10)
+        try:
+            for run in check:
+                run.time()
+            if not close(check[0].energy, check[1].kinetic(), 1e-10):
+                raise Failed(f"kinetic energy {check[1].kinetic()} of pebble, {check[0].energy} of the seed")
+        except Failed as failure:
+            results.problem(f"seed: {failure}")
+        steps, ours = choose(args, scene, ROUGH["seed"][2], 5), Scene(2, scene.particles, (2, 2))
+        rows = results.alternate("seed", {"seed_serial": Seed(args, scene, steps),
+                                          "linear 2-D usl": pebble(args, ours, "linear", "usl"),
+                                          "linear 2-D usf": pebble(args, ours, "linear", "usf")})
+        for update, target in (("usl", 15), ("usf", 8)):
+            results.ratio(f"seed_serial / pebble {update}, linear 2-D, 4 per cell, {scene.particles}", rows,
+                          "seed_serial", f"linear 2-D {update}", target)
+
+
+def check_peer(args, peer, scene, scheme):
+    """Total mass and momentum; the kinetic energy of pebble's step, where the scheme is the same."""
+    steps = 12
+    ours = Pebble(args, scene, "bspline2", "usl", steps)
+    ours.time()
+    theirs = peer.run(steps)
+    scale = theirs["mass"] * (2 * theirs["kinetic"] / theirs["mass"]) ** 0.5
+    if not close(theirs["grid_mass"], theirs["mass"], 1e-12):
+        raise Failed(f"{peer.label}: mass of the nodes {theirs['grid_mass']}, of the particles {theirs['mass']}")
+    for a, b in zip(theirs["momentum"], theirs["momentum_start"]):
+        if abs(a - b) > 1e-10 * scale:
+            raise Failed(f"{peer.label}: momentum {b} -> {a}")
+    # MLS-MPM is another scheme: it is only to compute the same motion.
+    if not close(theirs["kinetic"], ours.kinetic(), 1e-6 if scheme == "flip" else 1e-2):
+        raise Failed(f"{peer.label}: kinetic energy {theirs['kinetic']}, pebble's {ours.kinetic()}")
+
+
+def peers(args, results):
+    python, names, reasons = install(args)
+    for name, reason in reasons.items():
+        print(f"  {name.capitalize()} is left out: {reason}")
+        results.ratios.append(dict(what=f"{name.capitalize()} / pebble, quadratic 2-D and 3-D", value=None, median=None,
+                                   target=TIMES_FASTER[name], at_least=True, unit="", absent="left out"))
+    for dim in (2, 3) if names else ():
+        for n in (1e5, 1e6):
+            scene, runs, started = Scene(dim, n, USUAL[dim]), {}, []
+            ours = f"quadratic {dim}-D usl"
+            runs[ours] = pebble(args, scene, "bspline2")
+            try:
+                for name in names:
+                    for scheme in ("flip", "mls"):
+                        try:
+                            steps = choose(args, scene, ROUGH[name][dim], 2)
+                            peer = Peer(name, scheme, python, scene, steps)
+                            started.append(peer)
+                            if n == 1e5:
+                                check_peer(args, peer, scene, scheme)
+                            runs[f"{name} {scheme} {dim}-D"] = peer
+                        except Failed as failure:
+                            results.problem(f"peers: {failure}")
+                rows = results.alternate("peers", runs)
+            finally:
+                for peer in started:
+                    peer.close()
+            for name, target in TIMES_FASTER.items():
+                for scheme, text in (("flip", "same scheme"), ("mls", "MLS-MPM")):
+                    if name in names:
+                        results.ratio(f"{name.capitalize()} ({text}) / pebble, quadratic {dim}-D, {size(scene)}", rows,
+                                      f"{name} {scheme} {dim}-D", ours, target)
+
+
+def updates(args, results):
+    for dim, basis in TARGETS:
+        scene, name = Scene(dim, 1e5, USUAL[dim]), f"{BASES[basis]} {dim}-D"
+        rows = results.alternate("updates", {f"{name} {update}": pebble(args, scene, basis, update)
+                                             for update in ("usl", "usf", "musl")})
+        results.nanoseconds(f"step, {name}, {size(scene)}", rows, f"{name} usl", TARGETS[dim, basis][0])
+        for update in ("usf", "musl"):
+            results.ratio(f"{update} / usl, {name}, {size(scene)}", rows, f"{name} {update}", f"{name} usl", 1.9, False)
+
+
+def on_two(args, results, group, scene, basis, name, least=25):
+    runs = {f"{name}, {ranks} process{'es' * (ranks - 1)}": pebble(args, scene, basis, ranks=ranks, least=least)
+            for ranks in (1, 2)}
+    rows = results.alternate(group, runs)
+    digests = set().union(*(run.digests for run in runs.values()))
+    if len(digests) > 1:
+        results.problem(f"{group}: {name}: digests differ: {digests}")
+    return rows
+
+
+def ranks(args, results):
+    for dim, basis in TARGETS:
+        scene, name = Scene(dim, 1e6, USUAL[dim]), f"{BASES[basis]} {dim}-D usl"
+        rows = on_two(args, results, "ranks", scene, basis, name)
+        results.nanoseconds(f"step, {BASES[basis]} {dim}-D, {size(scene)}", rows, f"{name}, 1 process",
+                            TARGETS[dim, basis][1])
+        results.ratio(f"1 process / 2 processes, {BASES[basis]} {dim}-D, {size(scene)}", rows, f"{name}, 1 process",
+                      f"{name}, 2 processes", 1.85)
+
+
+def small(args, results):
+    results.alternate("small", {f"{BASES[basis]} {dim}-D usl": pebble(args, Scene(dim, 1e4, USUAL[dim]), basis)
+                                for dim, basis in TARGETS})
+
+
+def matrix(args, results):
+    for dim in (1, 2, 3):
+        for basis in BASES:
+            for per_axis in PER_CELL[dim]:
+                for n in (1e4, 1e5, 1e6, 4e6):
+                    scene = Scene(dim, n, per_axis)
+                    name = f"{BASES[basis]} {dim}-D usl, {scene.ppc} per cell"
+                    on_two(args, results, "matrix", scene, basis, name, 10)
+
+
+def modes(args, results):
+    scene = Scene(2, 1e6, USUAL[2])
+    one = "linear 2-D usf, 1 process"
+    cases = {one: (1, ()), "2 processes, swarm": (2, ()), "2 processes, direct": (2, ("-parallel_migrate", "direct")),
+             "2 processes, pool": (2, ("-parallel_strategy", "pool"))}
+    rows = results.alternate("modes", {name: pebble(args, scene, "linear", "usf", *case)
+                                       for name, case in cases.items()})
+    for name in list(cases)[1:]:
+        results.ratio(f"1 process / {name}, linear 2-D usf, {size(scene)}", rows, one, name, None)
+
+
+# ---- The peers' programs
+
+def install(args):
+    """Python of build/bench-venv; which of the peers it has; of the others, why not."""
+    venv = os.path.join(ROOT, "build", "bench-venv")
+    python, packages = os.path.join(venv, "bin", "python"), {"warp": "warp-lang", "taichi": "taichi"}
+    with open(os.path.join(ROOT, "tools", "requirements-bench.txt")) as f:
+        pins = dict(line.strip().split("==") for line in f if "==" in line)
+    pip = [python, "-m", "pip", "--disable-pip-version-check"]
+    names, reasons = [], {}
+    if args.no_peers:
+        return python, names, dict.fromkeys(packages, "--no-peers")
+    try:
+        if not os.path.exists(os.path.join(venv, "bin", "pip")):
+            command_output([sys.executable, "-m", "venv", "--clear", venv])
+        have = {package["name"].lower(): package["version"]
+                for package in json.loads(command_output([*pip, "list", "--format", "json"]))}
+    except (Failed, ValueError) as failure:
+        return python, names, dict.fromkeys(packages, f"no {venv}: {failure}")
+    for name, package in packages.items():
+        wanted = [package, "numpy"]
+        try:
+            if any(have.get(p) != pins[p] for p in wanted):
+                print(f"  installing {package} {pins[package]} in build/bench-venv ...", flush=True)
+                command_output([*pip, "install", "-q", "--retries", "1", *(f"{p}=={pins[p]}" for p in wanted)])
+            names.append(name)
+        except Failed as failure:
+            reasons[name] = f"cannot be installed: {str(failure)[:200]}"
+    return python, names, reasons
+
+
+# ---- The machine, the plot, the document
+
+def machine(args):
+    """Lines that say what was measured where."""
+    def first(path, pattern, default="unknown"):
+        try:
+            with open(path) as f:
+                found = re.search(pattern, f.read(), re.M)
+                return found[1].strip() if found else default
+        except OSError:
+            return default
+
+    flags = first("/proc/cpuinfo", r"^flags\s*:(.*)$", "").split()
+    vectors = [name for flag, name in (("avx512f", "AVX-512"), ("avx2", "AVX2"), ("asimd", "NEON")) if flag in flags]
+    memory = int(first("/proc/meminfo", r"^MemTotal:\s*(\d+)", "0")) / 2**20
+    version = command_output([args.pebble, "-version"]).strip()
+    mpi = command_output([args.mpiexec, "--version"]).splitlines()[0]
+    model = first("/proc/cpuinfo", r"^model name\s*:(.*)$") + (f" ({vectors[0]})" if vectors else "")
+    return [f"{model}, {os.cpu_count()} cores, {memory:.0f} GiB, {os.uname().sysname} {os.uname().release}", version,
+            f"{mpi}; flags {args.flags or 'unknown'}"]
+
+
+def plot(results, path):
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    plt.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.linewidth": 0.6, "legend.frameon": False})
+    bars = [r for r in results.ratios if r["value"] is not None and r["at_least"] and r["target"]]
+    figure, axes = plt.subplots(1, 3, figsize=(13, max(4, 0.19 * len(bars) + 1)), layout="constrained")
+    for dim, axis in zip((2, 3), axes):
+        per_cell = 9 if dim == 2 else 8
+        for color, basis in enumerate(BASES):
+            best = {}
+            for row in results.series:
+                if (row["program"], row["dim"], row["basis"], row["update"], row["per_cell"], row["processes"]) == (
+                        "pebble", dim, basis, "usl", per_cell, 1):
+                    best[row["particles"]] = min(row["min_ns"], best.get(row["particles"], float("inf")))
+            if best:
+                axis.plot(*zip(*sorted(best.items())), "o-", color=f"C{color}", markersize=4, label=BASES[basis])
+            targets = TARGETS.get((dim, basis))
+            if best and targets:
+                axis.plot((1e5, 1e6), targets, "_", color=f"C{color}", markersize=16)
+        axis.set_xscale("log")
+        axis.set_xlim(6e3, 6e6)
+        axis.set_ylim(bottom=0)
+        axis.set_xlabel("particles")
+        axis.set_ylabel("ns per particle and step")
+        axis.set_title(f"{dim}-D, usl, {per_cell} per cell, 1 process (dashes: targets)")
+        if axis.lines:
+            axis.legend()
+    axis = axes[2]
+    for y, r in enumerate(reversed(bars)):
+        axis.barh(y, r["value"], color="C0" if judged(r) == "met" else "0.7", height=0.7)
+        axis.plot((r["target"], r["target"]), (y - 0.4, y + 0.4), color="k", linewidth=1.2)
+        axis.text(1.06 * max(r["value"], r["target"]), y, f"{r['value']:.2f}", va="center", fontsize=6)
+    axis.set_yticks(range(len(bars)), [r["what"] for r in reversed(bars)], fontsize=7)
+    axis.set_xscale("log")
+    axis.set_xlim(0.5, 1.6 * max([r["value"] for r in bars] + [15]))
+    axis.set_title("times faster (grey: below the target, a line)")
+    figure.savefig(path, dpi=160)
+
+
+BEGIN, END = "<!-- bench: written by `make bench` -->", "<!-- bench: end -->"
+
+
+def record(results, lines, path):
+    """Renews the section between the marks."""
+    with open(path) as f:
+        text = f.read()
+    if BEGIN not in text or END not in text:
+        print(f"{path} has no marks for the figures")
+        return
+    rows = ["| | of minima | of medians | target | |", "| --- | --- | --- | --- | --- |"]
+    rows += ["| " + " | ".join(cells) + " |" for cells in table(results.ratios)]
+    picture = "![Time by size, and ratios](bench.png)"
+    section = "\n".join(["", *(f"* {line}" for line in lines), "", *rows, "", picture, ""])
+    before, rest = text.split(BEGIN, 1)
+    with open(path, "w") as f:
+        f.write(before + BEGIN + "\n" + section + "\n" + END + rest.split(END, 1)[1])
 
 
 def main():
-    p = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    groups = {"seed": seed, "peers": peers, "updates": updates, "ranks": ranks, "small": small}
+    more = {"matrix": matrix, "modes": modes}
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--pebble", default="./pebble")
+    p.add_argument("--seed", default="build/seed_serial")
     p.add_argument("--mpiexec", default="mpiexec")
-    p.add_argument("--particles", type=float, default=1e6)
-    p.add_argument("--steps", type=int, default=30)
+    p.add_argument("--flags", default="", help="the compiler's flags, for the description of the machine")
+    p.add_argument("--full", action="store_true", help="the whole matrix")
+    p.add_argument("--only", help="groups, separated by commas")
+    p.add_argument("--no-peers", action="store_true", help="leave out Taichi and Warp")
     p.add_argument("--repeats", type=int, default=5)
-    p.add_argument("--update", default="usf", help="usf, usl or musl")
-    p.add_argument("--csv", help="also write the table there")
+    p.add_argument("--seconds", type=float, default=0.8, help="about what one run's steps take")
+    p.add_argument("--csv", default=os.path.join(ROOT, "output", "bench.csv"))
     args = p.parse_args()
-    cells = 4 * round((args.particles * 4 / 9) ** 0.5 / 4)
-    with tempfile.TemporaryDirectory() as folder:
-        scene = os.path.join(folder, "block.opts")
-        with open(scene, "w") as f:
-            f.write(SCENE.format(cells=cells, update=args.update, steps=args.steps))
-        times, digests = {name: [] for name in CASES}, set()
-        for _ in range(args.repeats):
-            for name, (processes, options) in CASES.items():
-                ns, digest = run(args, scene, processes, options)
-                times[name].append(ns)
-                digests.add(digest)
-    base = min(times["1 process"])
-    print(f"{9 * cells * cells // 4} particles, {args.steps} steps, linear / {args.update}, {os.cpu_count()} cores")
-    print(f"{'':20s} {'min':>8s} {'median':>8s}   ns per particle-step;  times faster than 1 process")
-    rows = []
-    for name, t in times.items():
-        print(f"{name:20s} {min(t):8.1f} {statistics.median(t):8.1f} {base / min(t):8.2f}")
-        rows.append(f"{name},{min(t)},{statistics.median(t)},{base / min(t)}\n")
-    if args.csv:
-        with open(args.csv, "w") as f:
-            f.write("case,min_ns,median_ns,ratio\n" + "".join(rows))
-    if len(digests) > 1:
-        sys.exit(f"digests differ: {digests}")
+    wanted = args.only.split(",") if args.only else [*groups, *(more if args.full else ())]
+    groups.update(more)
+    unknown = set(wanted) - set(groups)
+    if unknown:
+        p.error(f"{', '.join(sorted(unknown))}: choose of {', '.join(groups)}")
+
+    results = Results(args)
+    start = datetime.datetime.now()
+    try:
+        lines = machine(args)
+    except Failed as failure:
+        sys.exit(f"bench.py: {failure}")
+    loads = [os.getloadavg()[0]]
+    print("\n".join(lines))
+    if loads[0] > 0.5:
+        print(f"The load average is {loads[0]:.1f}: other work is running, the figures will be too large")
+    for name in wanted:
+        print(f"{name}:", flush=True)
+        groups[name](args, results)
+        loads.append(os.getloadavg()[0])
+    minutes = (datetime.datetime.now() - start).total_seconds() / 60
+    lines.append(f"{start:%Y-%m-%d %H:%M}, {minutes:.0f} minutes, {args.repeats} repeats in alternation, load average "
+                 f"{loads[0]:.1f} at the start")
+
+    print(f"\n{'':68s} {'minima':>9s} {'medians':>9s}   target")
+    for what, value, median, bound, verdict in table(results.ratios):
+        print(f"{what:68s} {value:>9s} {median:>9s}   {bound:10s} {verdict}")
+    verdicts = [judged(r) for r in results.ratios]
+    print(", ".join(f"{verdicts.count(v)} {v}" for v in ("met", "missed", "failed")) + f"; {lines[-1]}")
+    for problem in results.problems:
+        print(f"FAILED {problem}")
+    picture = os.path.join(ROOT, "output" if args.only or results.problems else "docs", "bench.png")
+    try:
+        plot(results, picture)
+    except ImportError as missing:
+        print(f"no plot: {missing}")
+    if results.problems:
+        print("docs/performance.md is left as it is")
+    elif not args.only:
+        record(results, lines, os.path.join(ROOT, "docs", "performance.md"))
+    print(f"written: {os.path.relpath(args.csv)} {os.path.relpath(picture)}")
+    return bool(results.problems)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -1,0 +1,82 @@
+"""The work that `make bench` times: one description, from which Pebble's options and the points of the peers are made.
+
+A block of neo-Hookean material, plane strain in 2-D, in the middle of a box that is about twice as wide. Its left half
+moves at +2 m/s along x, its right half at -2 m/s, and all of it drifts along the diagonal by 5 % of a cell a step. With
+the linear basis the halves move at 1e-3 m/s only: there usl is unstable when points under stress cross cells, and the
+work is the same. E = 1e6 Pa, nu = 0.3, rho = 1000 kg/m^3, dt = 0.2 h/c. The lattice of points is shifted by a part of a
+cell, so that points cross cells at different steps along each axis.
+"""
+import math
+
+E, NU, RHO = 1e6, 0.3, 1000.0
+LAMBDA, MU = E * NU / ((1 + NU) * (1 - 2 * NU)), E / (2 * (1 + NU))
+SPEED = math.sqrt((LAMBDA + 2 * MU) / RHO)
+HALF, HALF_LINEAR, DRIFT = 2.0, 1e-3, 0.05
+OFFSET = (0.137, 0.071, 0.203)
+
+
+class Scene:
+    """Sizes in cells: `grid` of the box and `body` of the block, along each axis."""
+
+    def __init__(self, dim, particles, per_axis, drift=True):
+        """per_axis: points a cell along each axis. Without drift: the block of tests/seed_serial.c (2-D)."""
+        self.dim, self.per_axis = dim, tuple(per_axis)
+        self.ppc = math.prod(self.per_axis)
+        self.body = max(4, round((particles / self.ppc) ** (1 / dim)))
+        if not drift:
+            self.body -= self.body % 2
+        # In 3-D the empty part of a box twice as wide would be 7/8 of its nodes.
+        self.grid = 2 * self.body if dim < 3 else math.ceil(1.6 * self.body) + 4
+        self.h = 1 / self.grid
+        self.dt = 0.2 * self.h / SPEED
+        self.start = (self.grid - self.body) // 2 if not drift else max(2, (self.grid - self.body) // 4)
+        self.offset = [o if drift else 0.0 for o in OFFSET[:dim]]
+        self.drift = DRIFT * self.h / self.dt / math.sqrt(dim) if drift else 0.0
+        self.particles = self.body ** dim * self.ppc
+
+    def lower(self):
+        return [(self.start + o) * self.h for o in self.offset]
+
+    def upper(self):
+        return [x + self.body * self.h for x in self.lower()]
+
+    def middle(self):
+        return self.lower()[0] + 0.5 * self.body * self.h
+
+    def room(self):
+        """Steps until the block comes near the wall."""
+        left = self.grid - self.start - self.body - 3
+        speed = (self.drift + HALF) * self.dt / self.h
+        return int(left / speed)
+
+    def options(self, basis, update, steps):
+        def row(values):
+            return ",".join(format(v, ".17g") for v in values)
+
+        def same(value):
+            return ",".join([str(value)] * self.dim)
+
+        half = HALF_LINEAR if basis == "linear" and self.drift else HALF
+        first = f"{self.drift:.17g} + (x < {self.middle():.17g} ? {half} : -{half})"
+        return "\n".join([
+            f"-dim {self.dim}", f"-grid_lower {same(0)}", f"-grid_upper {same(1)}", f"-grid_cells {same(self.grid)}",
+            "-materials m", "-material_m_model neohookean", f"-material_m_rho {RHO}", f"-material_m_E {E}",
+            f"-material_m_nu {NU}", "-bodies b", "-body_b_shape box", f"-body_b_lower {row(self.lower())}",
+            f"-body_b_upper {row(self.upper())}", f"-body_b_ppc {','.join(map(str, self.per_axis))}",
+            f"-body_b_offset {row(o * self.h for o in self.offset)}", "-body_b_material m",
+            f"-body_b_velocity \"{', '.join([first] + [format(self.drift, '.17g')] * (self.dim - 1))}\"",
+            f"-method_basis {basis}", f"-method_update {update}", "-method_transfer flip", f"-dt_size {self.dt:.17g}",
+            "-time_end 1e6", f"-time_max_steps {steps}", "-history_every 1e9", ""])
+
+    def points(self):
+        """NumPy arrays x and v [N, dim], in the order of cells (the last axis runs fastest), and a point's volume."""
+        import numpy as np
+        axes = [(np.arange(self.body * p) + 0.5) / p + self.start + o for p, o in zip(self.per_axis, self.offset)]
+        x = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, self.dim)
+        cell = np.zeros(len(x), np.int64)
+        for axis in range(self.dim):
+            cell = cell * self.grid + np.floor(x[:, axis] - 0.5).astype(np.int64)
+        x = x[np.argsort(cell, kind="stable")] * self.h
+        v = np.full_like(x, self.drift)
+        v[:, 0] += np.where(x[:, 0] < self.middle(), HALF, -HALF)
+        return x, v, self.h ** self.dim / self.ppc
