@@ -7,7 +7,7 @@
      points        that left their patch go to the owner of their cell, by DMSwarmMigrate, or by MPMMigrateDirect
    and reduces once: the status. Own nodes get complete sums in the canonical order, so results do not depend on how
    the grid is cut. With -parallel_sums roundoff the partial sums of own points are added instead (DMLocalToGlobal). */
-#include "transfer.h"
+#include "cell.h"
 #include "exchange_spatial.h"
 
 static void MergeStatus(void *in, void *inout, int *n, MPI_Datatype *type)

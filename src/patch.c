@@ -1,5 +1,5 @@
 /* patch.c - a patch of cells: its box, and running a phase on it. Shared by every way to run the step. */
-#include "transfer.h"
+#include "cell.h"
 
 /* Sets the box from the DMDA: own = what this process owns, box = with the halo. Allocates the node sums. Not
  * collective. */
@@ -84,7 +84,7 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMS
     PetscCheck(run, PETSC_COMM_SELF, PETSC_ERR_PLIB, "phase %s has no kernel for parts %" PetscInt_FMT, phase->name,
                phase->parts);
     if (phase->kind == MPM_POINTS_TO_NODES) MPMPatchZeroSums(patch, phase->parts);
-    run(&mpm->params, patch, status);
+    run(&mpm->params, patch, phase->parts, status);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,7 +3,7 @@
    The fields of fields.def are fields of a DMSWARM_BASIC swarm, so PETSc stores and moves them; scratch fields are
    plain arrays beside it. `order` lists the points by (cell, id): the order in which kernels visit them, the same
    whatever the storage looks like. The storage itself is put in that order now and then, for the cache. */
-#include "transfer.h"
+#include "cell.h"
 
 /* Sorts between two reorders of the storage: in between, sweeps read it through `order`, which drifts slowly. */
 #define MPM_REORDER_EVERY 50

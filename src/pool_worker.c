@@ -1,5 +1,5 @@
 /* pool_worker.c - the worker's half of the pool, and the making of its messages, which the master uses too. */
-#include "transfer.h"
+#include "cell.h"
 #include "exchange_pool.h"
 
 /* The box of nodes that a patch with these own nodes needs: what its points' stencils reach. */

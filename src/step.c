@@ -45,7 +45,7 @@ static void NodeAdvance(const MPMParams *par, MPMPatch *patch, PetscInt row)
 
   NodeVelocity(par, patch, row);
   for (PetscInt i = i0; i < i0 + patch->own_n[0]; i++) {
-    const PetscReal *m = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *f = m + 1 + dim;
+    const PetscReal *m = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *f = m + MPM_SUM_FORCE;
     PetscReal       *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim), *a = v + dim, before[3], after[3];
 
     for (PetscInt d = 0; d < dim; d++) {
