@@ -115,6 +115,20 @@ MPM_INLINE void MPMWrite(PetscReal *to, MPMReal a)
   memcpy(to, &a, sizeof a);
 }
 
+/* The vector of rows' component c. */
+MPM_INLINE MPMReal MPMLanes(const PetscReal *const row[], int c)
+{
+#if MPM_WIDTH == 8
+  return (MPMReal){row[0][c], row[1][c], row[2][c], row[3][c], row[4][c], row[5][c], row[6][c], row[7][c]};
+#elif MPM_WIDTH == 4
+  return (MPMReal){row[0][c], row[1][c], row[2][c], row[3][c]};
+#elif MPM_WIDTH == 2
+  return (MPMReal){row[0][c], row[1][c]};
+#else
+  return row[0][c];
+#endif
+}
+
 /* Stores lanes first .. last-1 alone; the others of `to` belong to somebody else. */
 MPM_INLINE void MPMWritePart(PetscReal *to, MPMReal a, PetscInt first, PetscInt last)
 {

@@ -30,6 +30,7 @@ typedef PetscReal MPMRow[MPM_BLOCK]; /* a component of the points of a block; la
 /* The points of a block: n entries of an order, and those a block further on, whose rows are fetched in advance. */
 typedef struct {
   PetscInt        n, own; /* own: p < own is an own point, else a halo point */
+  PetscBool       mixed;  /* are there halo points in the block? */
   const PetscInt *order, *ahead;
 } MPMBlockOrder;
 
@@ -51,9 +52,12 @@ MPM_INLINE PetscInt MPMCellOf(const MPMPatch *patch, PetscInt p)
 MPM_INLINE MPMBlockOrder MPMNextBlock(const MPMPatch *patch, PetscInt q, PetscInt n, const PetscInt *order,
                                       PetscInt *cell)
 {
-  MPMBlockOrder o = {PetscMin(MPM_STAGED, n - q), patch->points.n, order + q, NULL};
+  MPMBlockOrder o = {PetscMin(MPM_STAGED, n - q), patch->points.n, PETSC_FALSE, order + q, NULL};
+  PetscInt      last = 0;
 
-  for (PetscInt l = 0; l < o.n; l++) cell[l] = MPMCellOf(patch, o.order[l]);
+  for (PetscInt l = 0; l < o.n; l++) last = PetscMax(last, o.order[l]);
+  o.mixed = last >= o.own ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt l = 0; l < o.n; l++) cell[l] = o.mixed ? MPMCellOf(patch, o.order[l]) : patch->points.cell[o.order[l]];
   if (q + o.n < n && MPMCellOf(patch, o.order[o.n]) == cell[o.n - 1]) {
     PetscInt whole = o.n - 1;
 
@@ -64,22 +68,33 @@ MPM_INLINE MPMBlockOrder MPMNextBlock(const MPMPatch *patch, PetscInt q, PetscIn
   return o;
 }
 
-/* Rows of nc components of the block's points -> lanes; and back, to own points. */
+/* Rows of nc components of the block's points -> lanes. The rows of a vector are read together, which makes it in
+   registers; the lanes past the last point repeat it. */
 MPM_INLINE void MPMGather(int nc, const PetscReal *own, const PetscReal *halo, const MPMBlockOrder *o, MPMRow *to)
 {
-  for (PetscInt l = 0; l < o->n; l++) {
-    const PetscInt   p = o->order[l], a = o->ahead[l];
-    const PetscReal *from = p < o->own ? own + (size_t)p * nc : halo + (size_t)(p - o->own) * nc;
+  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
+    const PetscReal *row[MPM_WIDTH];
 
-    __builtin_prefetch(own + (size_t)PetscMin(a, o->own) * nc);
-    MPM_UNROLL
-    for (int k = 0; k < nc; k++) to[k][l] = from[k];
+    if (o->mixed || l + MPM_WIDTH > o->n)
+      for (int k = 0; k < MPM_WIDTH; k++) {
+        const PetscInt p = o->order[PetscMin(l + k, o->n - 1)];
+
+        row[k] = p < o->own ? own + (size_t)p * nc : halo + (size_t)(p - o->own) * nc;
+      }
+    else
+      for (int k = 0; k < MPM_WIDTH; k++) {
+        row[k] = own + (size_t)o->order[l + k] * nc;
+        __builtin_prefetch(own + (size_t)PetscMin(o->ahead[l + k], o->own) * nc);
+      }
+    for (int c = 0; c < nc; c++) MPMWrite(&to[c][l], MPMLanes(row, c));
   }
 }
 
-MPM_INLINE void MPMScatter(int nc, const MPMRow *from, const MPMBlockOrder *o, PetscReal *own)
+/* Lanes of points first .. last-1 -> rows of own points. */
+MPM_INLINE void MPMScatter(int nc, const MPMRow *from, const MPMBlockOrder *o, PetscInt first, PetscInt last,
+                           PetscReal *own)
 {
-  for (PetscInt l = 0; l < o->n; l++) {
+  for (PetscInt l = first; l < last; l++) {
     PetscReal *to = own + (size_t)o->order[l] * nc;
 
     MPM_UNROLL
@@ -375,14 +390,10 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
     law->speed2[dim - 1](m, first, next, b, c2);
     for (PetscInt l = from; l < next; l += MPM_WIDTH)
       *c2max = MPMMax(*c2max, MPMSelect(MPMBetween(l, first, next), MPMRead(c2 + l), MPMAll(0)));
-    for (PetscInt l = first; l < next; l++) {
 #define MPM_SCATTER(name, rows)                                                                                        \
-  if (m->state & MPM_BIT(name))                                                                                        \
-    for (int k = 0; k < MPMComponents_##name(dim); k++)                                                                \
-      points->name[(size_t)o->order[l] * MPMComponents_##name(dim) + k] = b->name[k][l];
-      MPM_MATERIAL_FIELDS(MPM_SCATTER)
+  if (m->state & MPM_BIT(name)) MPMScatter(MPMComponents_##name(dim), b->name, o, first, next, points->name);
+    MPM_MATERIAL_FIELDS(MPM_SCATTER)
 #undef MPM_SCATTER
-    }
   }
 }
 
@@ -450,7 +461,7 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
       if (grid->periodic[d]) wraps |= MPMBetween(l, 0, o->n) & MPMNot((x >= grid->lower[d]) & (x < grid->upper[d]));
     }
   if (MPMAny(wraps)) MPMWrap(dim, grid, o->n, s->x);
-  MPMScatter(dim, s->x, o, patch->points.x);
+  MPMScatter(dim, s->x, o, 0, o->n, patch->points.x);
   if (patch->points.l) {
     MPMStretchDomains(dim, par, patch, o->n, o->order, s->x, status);
     MPMGather(dim, patch->points.l, NULL, o, s->l);
@@ -499,7 +510,7 @@ MPM_INLINE void MPMAffine(int dim, const MPMPatch *patch, const PetscInt at[], c
         MPMWrite(&s->g[d][i][l], MPMRead(&s->w[d][i][l]) * away * ((PetscReal)inertia / patch->grid->h[d]));
       }
   MPM_LANES_NAME(MPMInterpolateBlock)[dim - 1][ns - 2][0][1](s, o->n, at, patch->vel, NULL, C);
-  MPMScatter(dim * dim, C, o, patch->points.C);
+  MPMScatter(dim * dim, C, o, 0, o->n, patch->points.C);
 }
 
 /* From nodes to points: motion (8), (9); velocity gradient (3), F and state; commit of the new position; filter of
@@ -532,14 +543,14 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       MPMGather(dim, parts & MPM_RESIDUAL ? points->r : points->v, NULL, &o, r);
       for (int d = 0; d < dim; d++)
         for (PetscInt l = 0; l < o.n; l += MPM_WIDTH) MPMWrite(&r[d][l], MPMRead(&r[d][l]) - MPMRead(&value[d][l]));
-      MPMScatter(dim, r, &o, points->r);
+      MPMScatter(dim, r, &o, 0, o.n, points->r);
     }
     if (parts & MPM_G2P_MOTION) {
       MPMGather(dim, points->v, NULL, &o, v);
       if (points->r) MPMGather(dim, points->r, NULL, &o, r);
       MPMMove(dim, par, o.n, v, points->r ? r : NULL, value, value + dim, value, &v2);
-      MPMScatter(dim, v, &o, points->v);
-      if (!(parts & MPM_G2P_COMMIT)) MPMScatter(dim, value, &o, points->dx);
+      MPMScatter(dim, v, &o, 0, o.n, points->v);
+      if (!(parts & MPM_G2P_COMMIT)) MPMScatter(dim, value, &o, 0, o.n, points->dx);
     }
     if (stress) MPMUpdateState(dim, par, patch, &o, &s, L, &b, &c2, status);
     if (parts & MPM_AFFINE) MPMAffine(dim, patch, at, &o, &s, L);
