@@ -214,7 +214,7 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
   } else if (mpm->status.moved)
     PetscCall(MPMPointsSort(&mpm->points, &ex->patch));
   PetscCall(MPMHaloUpdate(mpm, s, anew || mpm->status.moved ? PETSC_TRUE : PETSC_FALSE));
-  if (ex->roundoff) memset(ex->patch.row, 1, (size_t)(ex->patch.n[1] * ex->patch.n[2]));
+  if (ex->roundoff) MPMPatchMarkAll(&ex->patch);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -27,6 +27,7 @@
 #define MPM_TEXT_LEN  2048
 #define MPM_STAGED    64 /* points that a transfer stages at a time: its scratch stays in L1 */
 #define MPM_BLOCK     72 /* the length of its rows: room for the widest vector past the last point */
+#define MPM_LINE      64 /* bytes of a line of the cache */
 #define MPM_STRESS_NC 6  /* components of a symmetric tensor: xx xy xz yy yz zz */
 
 /* Exit statuses of the program. */
@@ -244,8 +245,8 @@ typedef struct {
   const PetscInt *start;     /* [cells+1] where each cell's points begin in order */
   PetscReal      *sum;       /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N */
   PetscReal      *vel;       /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
-  char           *row;       /* [n2][n1] does a point touch this row of nodes? Others are never visited. */
-  void           *memory;    /* behind sum, where the patch owns it */
+  PetscInt (*span)[2];       /* [n2][n1] points touch nodes first .. last-1 of a row; others are never visited */
+  void *memory;              /* behind sum and span, where the patch owns them */
 } MPMPatch;
 
 /* Parts of a transfer: what a phase asks the one P2G body and the one G2P body to do. */
@@ -361,7 +362,9 @@ size_t         MPMMessagePointBytes(const MPMPoints *, PetscInt fields);
 
 PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da);
 void           MPMPatchMarkRows(MPMPatch *, const PetscInt *start); /* [cells+1] points of each cell, halo included */
+void           MPMPatchMarkAll(MPMPatch *);
 void           MPMPatchZeroSums(MPMPatch *, PetscInt parts);
+void          *MPMAlign(void *memory);
 PetscInt       MPMPatchCells(const MPMPatch *);
 PetscErrorCode MPMPatchRun(MPM, MPMPatch *, const MPMPhase *, MPMStatus *);
 PetscErrorCode MPMPatchDestroy(MPMPatch *);

@@ -4,11 +4,24 @@
    which points, and settles the points in their new cells. Equation numbers: docs/theory.md.                         */
 #include "mpm.h"
 
+/* The own nodes first .. last-1 of a row that points touch. */
+static void OwnNodes(const MPMPatch *patch, PetscInt row, PetscInt *first, PetscInt *last)
+{
+  const PetscInt own = patch->own_lo[0] - patch->lo[0];
+
+  *first = PetscMax(own, patch->span[row][0]);
+  *last  = PetscMin(own + patch->own_n[0], patch->span[row][1]);
+}
+
 /* Velocity conditions of the walls on node i of a row. */
 static PetscBool Walls(const MPMFace (*faces)[2], const MPMPatch *patch, PetscInt row, PetscInt i, PetscReal v[])
 {
   const PetscInt ijk[3] = {i + patch->lo[0], row % patch->n[1] + patch->lo[1], row / patch->n[1] + patch->lo[2]};
 
+  for (PetscInt d = 0;; d++) { /* most nodes are at no wall */
+    if (d == patch->grid->dim) return PETSC_FALSE;
+    if (ijk[d] <= 0 || ijk[d] >= patch->grid->cells[d]) break;
+  }
   return MPMWallsApply(faces, patch->grid->dim, ijk, patch->grid->cells, v);
 }
 
@@ -16,9 +29,11 @@ static PetscBool Walls(const MPMFace (*faces)[2], const MPMPatch *patch, PetscIn
    line, whose weight there is 0 but whose gradient is not, read such a node. */
 static void Divide(const MPMFace (*faces)[2], MPMPatch *patch, PetscInt row)
 {
-  const PetscInt dim = patch->grid->dim, i0 = patch->own_lo[0] - patch->lo[0];
+  const PetscInt dim = patch->grid->dim;
+  PetscInt       first, last;
 
-  for (PetscInt i = i0; i < i0 + patch->own_n[0]; i++) {
+  OwnNodes(patch, row, &first, &last);
+  for (PetscInt i = first; i < last; i++) {
     const PetscReal *m = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *p = m + 1;
     PetscReal       *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim);
 
@@ -41,10 +56,12 @@ static void NodeResidual(const MPMParams *par, MPMPatch *patch, PetscInt row)
 /* a = f/m + g, eqs. (5) and (13); v <- v + dt a, eq. (6), and walls, which also set a. */
 static void NodeAdvance(const MPMParams *par, MPMPatch *patch, PetscInt row)
 {
-  const PetscInt dim = patch->grid->dim, i0 = patch->own_lo[0] - patch->lo[0];
+  const PetscInt dim = patch->grid->dim;
+  PetscInt       first, last;
 
+  OwnNodes(patch, row, &first, &last);
   NodeVelocity(par, patch, row);
-  for (PetscInt i = i0; i < i0 + patch->own_n[0]; i++) {
+  for (PetscInt i = first; i < last; i++) {
     const PetscReal *m = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *f = m + MPM_SUM_FORCE;
     PetscReal       *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim), *a = v + dim, before[3], after[3];
 
@@ -171,10 +188,11 @@ static PetscReal PhaseFlops(MPM mpm, const MPMPhase *phase, PetscInt npoints)
   if (phase->kind != MPM_NODES) return (PetscReal)npoints * MPMTransferFlops(dim, mpm->basis, phase->parts);
   {
     const MPMPatch *patch = &mpm->exchange.patch;
-    PetscInt        rows  = 0;
+    PetscReal       nodes = 0;
 
-    for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) rows += patch->row[r];
-    return (PetscReal)rows * patch->own_n[0] * dim * (phase->nodes == NodeAdvance ? 5 : 1);
+    for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++)
+      nodes += (PetscReal)PetscMax(0, patch->span[r][1] - patch->span[r][0]);
+    return nodes * (PetscReal)(dim * (phase->nodes == NodeAdvance ? 5 : 1));
   }
 }
 

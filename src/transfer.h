@@ -84,7 +84,7 @@ MPM_INLINE void MPMGather(int nc, const PetscReal *own, const PetscReal *halo, c
     else
       for (int k = 0; k < MPM_WIDTH; k++) {
         row[k] = own + (size_t)o->order[l + k] * nc;
-        __builtin_prefetch(own + (size_t)PetscMin(o->ahead[l + k], o->own) * nc);
+        if (nc > 4 || k % 2 == 0) __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc); /* a line holds several rows */
       }
     for (int c = 0; c < nc; c++) MPMWrite(&to[c][l], MPMLanes(row, c));
   }
