@@ -104,7 +104,9 @@ static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   PetscCall(Prepare_Spatial(mpm, phase));
+  patch->movers = mpm->points.movers;
   PetscCall(MPMPatchRun(mpm, patch, phase, &mpm->status));
+  if (phase->parts & MPM_G2P_COMMIT) mpm->points.nmovers = patch->nmovers;
   PetscCall(VecRestoreArray(ex->vel, &patch->vel));
   PetscCall(MPMPointsRestoreView(&mpm->points, fields, &patch->points));
   if (phase->kind == MPM_POINTS_TO_NODES && ex->roundoff) PetscCall(AddPartialSums(mpm, s));
@@ -205,6 +207,7 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
   PetscFunctionBeginUser;
   if (!anew && ex->balance == MPM_BALANCE_AUTO && TimeToRecut(mpm)) PetscCall(Recut(mpm));
   if (!anew && mpm->status.left) { /* of any process: all migrate or none */
+    mpm->points.nmovers = -1; /* other points take the places of leavers */
     PetscCall(ex->direct ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
   }

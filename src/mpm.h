@@ -284,6 +284,9 @@ typedef struct {
   PetscBool  present[MPM_NUM_FIELDS]; /* does the scene have the field? */
   PetscInt   bytes[MPM_NUM_FIELDS];   /* of a point */
   PetscInt  *order, *start;           /* [n] points by (cell, id); [cells of the patch + 1] */
+  PetscInt  *spare;                   /* [n] the next order is made here */
+  PetscInt  *comers;                  /* [cells] points that come to a cell; all 0 between uses */
+  PetscInt  *movers, nmovers;         /* places in order of points that changed cell since; -1: not known */
   PetscInt   nstart;
 } MPMPoints;
 

@@ -105,21 +105,35 @@ void MPMStretchDomains(PetscInt dim, const MPMParams *par, MPMPatch *patch, Pets
   }
 }
 
-/* Floating-point operations per point, counted by hand from transfer.h: an addition, product or quotient is 1; the law
-   is counted as a neo-Hookean solid (a logarithm is 26). The adds of a cell's sums to its nodes are left out.        */
+/* Floating-point operations per point, counted by hand from transfer.h and transfer_sums.c: an addition, product or
+   quotient is 1, a fused multiply-add 2; the law is counted as a neo-Hookean solid (a logarithm is 26). Only lanes that
+   hold something count. The adds of a cell's sums to its nodes, xpic's filter and the forms of splines at walls are left
+   out. */
 PetscReal MPMTransferFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
 {
-  const PetscReal d = dim, ns = MPMBasisNodes(basis), nodes = PetscPowReal(ns, d);
-  const PetscReal weights = d * (4 + 2 * ns), shape = (d + 1) * (d - 1); /* phi and dphi of a node */
-  const PetscReal law = 26 + d * (d + 1) / 2 * (2 * d - 1) + 8, det = dim == 1 ? 0 : dim == 2 ? 3 : 14;
-  PetscReal       flops = weights + nodes * shape;
+  static const PetscReal weights[] = {
+      [MPM_BASIS_linear] = 1, [MPM_BASIS_gimp] = 28, [MPM_BASIS_bspline2] = 13, [MPM_BASIS_bspline3] = 22};
+  const PetscReal d = dim, ns = MPMBasisNodes(basis), rows = dim == 1 ? 1 : PetscPowReal(ns, d - 1), nodes = rows * ns;
+  const PetscReal planes = dim == 3 ? ns : 0, inner = dim == 1 ? 0 : rows; /* products with wz; with wy */
+  const PetscReal sym = d * (d + 1) / 2, det = dim == 1 ? 0 : dim == 2 ? 3 : 14;
+  const PetscReal law = 26 + det + sym * (2 * d - 1) + 2 * d + d * d, values = parts & MPM_G2P_MOTION ? 2 * d : d;
+  const PetscReal sums = (parts & MPM_P2G_MASS ? 1 : 0) + (parts & MPM_P2G_MOMENTUM ? d : 0);
+  PetscReal       flops = d * (6 + weights[basis] + ns); /* coordinate, floor, base; g/h */
 
-  if (parts & MPM_P2G_MASS) flops += 2 * nodes;
-  if (parts & MPM_P2G_MOMENTUM) flops += d + 2 * d * nodes;
-  if (parts & MPM_P2G_FORCE) flops += det + law + d * d + 2 * d * d * nodes;
-  if (parts & MPM_G2P_MOTION) flops += 4 * d * nodes + 8 * d;
-  if (parts & MPM_G2P_STRESS)
-    flops += 2 * d * d * nodes + d * d * (2 * d + 1) + 2 * det + d * (d + 1) / 2 * (2 * d - 1) + 6;
-  if (parts & MPM_G2P_COMMIT) flops += 3 * d;
+  flops += sums * (planes + inner + 2 * nodes);
+  if (parts & MPM_P2G_MOMENTUM) flops += d;
+  if (parts & MPM_P2G_FORCE) flops += law + d * d + d * (5 * planes + 3 * inner + 2 * nodes) + 2 * d * nodes;
+  if ((parts & MPM_P2G_MOMENTUM) && (parts & MPM_AFFINE))
+    flops += 4 * d * d + d * (4 * planes + 3 * inner + 2 * nodes);
+  if (parts & (MPM_G2P_MOTION | MPM_G2P_FILTER)) flops += 2 * values * (nodes + inner + planes);
+  if (parts & MPM_G2P_MOTION) flops += 8 * d;
+  if (parts & MPM_G2P_STRESS) { /* without the motion the velocities' rows come extra */
+    flops += 2 * d * (nodes + 2 * inner + 3 * planes);
+    if (!(parts & MPM_G2P_MOTION)) flops += 2 * d * (nodes + (dim == 3 ? inner : 0));
+    flops += d * d * (2 * d + 1) + 2 * det + sym * (2 * d - 1) + 2 * d + 6;
+  }
+  if ((parts & MPM_G2P_MOTION) && (parts & MPM_AFFINE))
+    flops += 3 * d * ns + 2 * d * (2 * nodes + 3 * inner + 3 * planes);
+  if (parts & MPM_G2P_COMMIT) flops += d * (1 + 6 + 2);
   return flops;
 }

@@ -304,8 +304,7 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
 
 /* Sums over points of a cell to its nodes, and over its nodes to the points, for a block: transfer_sums.c. */
 typedef struct {
-  PetscBool is;                    /* did a cell begin in the last block that goes on in the next? */
-  PetscReal sum[MPM_MAX_NODES][8]; /* its sums so far */
+  PetscReal sum[MPM_MAX_NODES][8]; /* of a cell that begins in one block and goes on in the next; else 0 */
 } __attribute__((aligned(64))) MPMBegun;
 typedef void (*MPMSumBlocks)(const MPMStencils *, const MPMRecords *, PetscInt n, const PetscInt at[], PetscReal *nodes,
                              MPMBegun *, PetscBool goes_on);
@@ -322,7 +321,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   const int          forces = parts & MPM_P2G_FORCE ? 1 : 0, affine = parts & MPM_AFFINE ? 1 : 0;
   const MPMSumBlocks sum = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
   PetscInt           at[MPM_MAX_NODES];
-  MPMBegun           begun = {PETSC_FALSE, {{0}}};
+  MPMBegun           begun = {{{0}}};
   MPMStencils        s;
   MPMRecords         r;
   MPMBlock           b;

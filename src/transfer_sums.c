@@ -89,38 +89,33 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPM
     }
 }
 
-/* Adds the sums of a cell to its nodes. */
+/* Adds the sums of a cell to its nodes, and clears them. */
 MPM_INLINE void MPMFlush(int dim, int nn, const PetscInt at[], PetscReal *node, MPMReal (*sum)[MPM_PARTS])
 {
   for (int a = 0; a < nn; a++)
     for (int h = 0; h < MPM_PARTS; h++)
-      if (MPM_PART_USED(dim, h))
+      if (MPM_PART_USED(dim, h)) {
         MPMWrite(node + at[a] + h * MPM_WIDTH, MPMRead(node + at[a] + h * MPM_WIDTH) + sum[a][h]);
+        sum[a][h] = MPMAll(0);
+      }
 }
 
-/* A block of points into the sums of the nodes. begun: the sums of its first cell, if that began in an earlier block;
-   those of its last cell are left there if it goes on. */
+/* A block of points into the sums of the nodes. begun: the sums so far of its first cell, if that began in an
+   earlier block, else 0; those of its last cell are left there if it goes on. */
 MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMStencils *s, const MPMRecords *r,
                             PetscInt n, const PetscInt at[], PetscReal *nodes, MPMBegun *begun, PetscBool goes_on)
 {
   const int nn = ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
 
-  for (PetscInt first = 0, last; first < n; first = last) {
-    MPMSums sum;
+  MPMSums   sum;
 
+  memcpy(sum, begun->sum, (size_t)nn * sizeof *sum); /* 0 if no cell began */
+  for (PetscInt first = 0, last; first < n; first = last) {
     last = MPMCellEnd(s->cell, n, first);
-    if (begun->is && !first)
-      memcpy(sum, begun->sum, sizeof sum);
-    else
-      for (int a = 0; a < nn; a++)
-        for (int h = 0; h < MPM_PARTS; h++) sum[a][h] = MPMAll(0);
     MPMAccumulate(dim, ns, forces, affine, s, r, first, last, sum);
-    if (last == n && goes_on)
-      memcpy(begun->sum, sum, sizeof sum);
-    else
-      MPMFlush(dim, nn, at, nodes + (size_t)s->cell[first] * MPM_SUM_NC(dim), sum);
+    if (last < n || !goes_on) MPMFlush(dim, nn, at, nodes + (size_t)s->cell[first] * MPM_SUM_NC(dim), sum);
   }
-  begun->is = goes_on;
+  memcpy(begun->sum, sum, (size_t)nn * sizeof *sum);
 }
 
 /* --- Nodes to points -----------------------------------------------------------------------------------------------
