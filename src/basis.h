@@ -4,10 +4,10 @@
    A basis is two functions: the first node of a point's stencil (the base, which also names the point's "cell"), and
    the values w and gradients g (per cell, so divide by h) of its nodes base, base+1, ... Both are free of branches and
    take one point or several (MPMReal, lanes.h), with the number of the base as a real.
-   Splines near a wall are restricted to nodes of the grid in one of two forms, so that no node lies beyond it; few points are
-   near a wall, so these forms are for one point at a time:
-     extrap   the coefficient beyond the wall is extrapolated, c_-1 = 2 c_0 - c_1: keeps sum w = 1 and sum w x_i = x
-     steffen  knots repeated at the wall (Steffen, Kirby and Berzins 2008): sum w = 1, all slopes 0 at the wall */
+   Splines near a wall are restricted to nodes of the grid in one of two forms, so that no node lies beyond it; few
+   points are near a wall, so these forms are for one point at a time: extrap   the coefficient beyond the wall is
+   extrapolated, c_-1 = 2 c_0 - c_1: keeps sum w = 1 and sum w x_i = x steffen  knots repeated at the wall (Steffen,
+   Kirby and Berzins 2008): sum w = 1, all slopes 0 at the wall */
 #ifndef MPM_BASIS_H
 #define MPM_BASIS_H
 

@@ -132,8 +132,7 @@ MPM_INLINE MPMReal MPMLanes(const PetscReal *const row[], int c)
 /* Stores lanes first .. last-1 alone; the others of `to` belong to somebody else. */
 MPM_INLINE void MPMWritePart(PetscReal *to, MPMReal a, PetscInt first, PetscInt last)
 {
-  if (first <= 0 && last >= MPM_WIDTH)
-    MPMWrite(to, a);
+  if (first <= 0 && last >= MPM_WIDTH) MPMWrite(to, a);
 #if MPM_WIDTH > 1
   else
     for (PetscInt l = 0; l < MPM_WIDTH; l++)
@@ -141,7 +140,8 @@ MPM_INLINE void MPMWritePart(PetscReal *to, MPMReal a, PetscInt first, PetscInt 
 #endif
 }
 
-/* Not m. Which lanes of a vector that begins at l belong to first .. last-1? Is it true in any lane? The largest lane. */
+/* Not m. Which lanes of a vector that begins at l belong to first .. last-1? Is it true in any lane? The largest lane.
+ */
 #if MPM_WIDTH == 1
 MPM_INLINE MPMMask MPMNot(MPMMask m)
 {

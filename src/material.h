@@ -12,7 +12,8 @@
 
 #include "mpm.h"
 
-/* One point or, where the file is compiled for lanes, as many at a time. Tensors be and tau are whole in every dimension: xx xy xz yy yz zz. */
+/* One point or, where the file is compiled for lanes, as many at a time. Tensors be and tau are whole in every
+ * dimension: xx xy xz yy yz zz. */
 typedef struct {
   MPMReal F[9], J, be[6], ep, vc, tau[6];
 } MPMPointState;
@@ -55,11 +56,11 @@ MPM_INLINE void MPMPointStore(int dim, PetscInt state, const MPMPointState *s, M
   static void law##_stress_##dim(const MPMMaterial *m, PetscInt first, PetscInt last, MPMBlock *b)                     \
   {                                                                                                                    \
     MPM_FOR_LANES(p, first, last)                                                                                      \
-    {                                                                                                                 \
+    {                                                                                                                  \
       MPMPointState s;                                                                                                 \
       MPMPointLoad(dim, b, p, &s);                                                                                     \
       law##_stress(dim, m, &s, s.tau);                                                                                 \
-      MPMPointStore(dim, MPM_BIT(tau), &s, b, p, first, last);                                                                      \
+      MPMPointStore(dim, MPM_BIT(tau), &s, b, p, first, last);                                                         \
     }                                                                                                                  \
   }
 #define MPM_LAW_UPDATE(law, dim, state)                                                                                \
@@ -67,13 +68,13 @@ MPM_INLINE void MPMPointStore(int dim, PetscInt state, const MPMPointState *s, M
                                  PetscInt last, MPMBlock *b)                                                           \
   {                                                                                                                    \
     MPM_FOR_LANES(p, first, last)                                                                                      \
-    {                                                                                                                 \
+    {                                                                                                                  \
       MPMPointState s;                                                                                                 \
       MPMReal       Lp[9];                                                                                             \
       MPMPointLoad(dim, b, p, &s);                                                                                     \
-      for (int k = 0; k < dim * dim; k++) Lp[k] = MPMRead(&L[k][p]);                                                             \
+      for (int k = 0; k < dim * dim; k++) Lp[k] = MPMRead(&L[k][p]);                                                   \
       law##_update(dim, m, dt, Lp, &s);                                                                                \
-      MPMPointStore(dim, state, &s, b, p, first, last);                                                                             \
+      MPMPointStore(dim, state, &s, b, p, first, last);                                                                \
     }                                                                                                                  \
   }
 #define MPM_LAW_SCALAR(law, what, dim)                                                                                 \
@@ -81,10 +82,10 @@ MPM_INLINE void MPMPointStore(int dim, PetscInt state, const MPMPointState *s, M
                                    PetscReal out[])                                                                    \
   {                                                                                                                    \
     MPM_FOR_LANES(p, first, last)                                                                                      \
-    {                                                                                                                 \
+    {                                                                                                                  \
       MPMPointState s;                                                                                                 \
       MPMPointLoad(dim, b, p, &s);                                                                                     \
-      MPMWritePart(out + p, law##_##what(dim, m, &s), first - p, last - p);                                                                               \
+      MPMWritePart(out + p, law##_##what(dim, m, &s), first - p, last - p);                                            \
     }                                                                                                                  \
   }
 #define MPM_LAW_SCALARS(law, what)                                                                                     \
@@ -97,9 +98,15 @@ MPM_INLINE void MPMPointStore(int dim, PetscInt state, const MPMPointState *s, M
 
 /* The laws of a file that the makefile compiles for lanes too. */
 #if defined(__x86_64__)
-#define MPM_LAW_LANES(law) {&MPMMaterialLaw_##law##_8, &MPMMaterialLaw_##law##_4, &MPMMaterialLaw_##law##_2}
+#define MPM_LAW_LANES(law)                                                                                             \
+  {                                                                                                                    \
+    &MPMMaterialLaw_##law##_8, &MPMMaterialLaw_##law##_4, &MPMMaterialLaw_##law##_2                                    \
+  }
 #else
-#define MPM_LAW_LANES(law) {NULL, NULL, &MPMMaterialLaw_##law##_2}
+#define MPM_LAW_LANES(law)                                                                                             \
+  {                                                                                                                    \
+    NULL, NULL, &MPMMaterialLaw_##law##_2                                                                              \
+  }
 #endif
 
 /* A law whose stress is a function of F. */

@@ -240,13 +240,13 @@ typedef struct {
   PetscInt        norder;
   const PetscInt *order;     /* [norder] all points by (cell, id): p < points.n own, else halo p - points.n */
   const PetscInt *own_order; /* [points.n] own points by (cell, id) */
-  PetscInt       *movers;    /* [nmovers] places in own_order of points that changed cell, noted by the commit; or NULL */
+  PetscInt       *movers; /* [nmovers] places in own_order of points that changed cell, noted by the commit; or NULL */
   PetscInt        nmovers;
-  const PetscInt *start;     /* [cells+1] where each cell's points begin in order */
-  PetscReal      *sum;       /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N */
-  PetscReal      *vel;       /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
-  PetscInt (*span)[2];       /* [n2][n1] points touch nodes first .. last-1 of a row; others are never visited */
-  void *memory;              /* behind sum and span, where the patch owns them */
+  const PetscInt *start; /* [cells+1] where each cell's points begin in order */
+  PetscReal      *sum;   /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N */
+  PetscReal      *vel;   /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
+  PetscInt (*span)[2];   /* [n2][n1] points touch nodes first .. last-1 of a row; others are never visited */
+  void *memory;          /* behind sum and span, where the patch owns them */
 } MPMPatch;
 
 /* Parts of a transfer: what a phase asks the one P2G body and the one G2P body to do. */

@@ -21,7 +21,8 @@ PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis bas
   }
   nodes = patch->n[0] * patch->n[1] * patch->n[2];
   sums  = (size_t)nodes * MPM_SUM_NC(grid->dim) * sizeof(PetscReal);
-  PetscCall(PetscCalloc1(sums + (size_t)(patch->n[1] * patch->n[2]) * sizeof *patch->span + MPM_LINE, (char **)&patch->memory));
+  PetscCall(PetscCalloc1(sums + (size_t)(patch->n[1] * patch->n[2]) * sizeof *patch->span + MPM_LINE,
+                         (char **)&patch->memory));
   patch->sum  = (PetscReal *)MPMAlign(patch->memory);
   patch->span = (PetscInt(*)[2])((char *)patch->sum + sums);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -90,7 +91,7 @@ void MPMPatchZeroSums(MPMPatch *patch, PetscInt parts)
   const PetscInt c0 = MPM_SUM_FIRST(dim, parts), c1 = MPM_SUM_LAST(dim, parts);
 
   for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
-    PetscReal     *sum  = patch->sum + (size_t)(r * patch->n[0] * nc);
+    PetscReal     *sum = patch->sum + (size_t)(r * patch->n[0] * nc);
     const PetscInt i0 = patch->span[r][0], i1 = patch->span[r][1];
 
     if (i0 < i1 && (parts & MPM_P2G_MASS) && (parts & MPM_P2G_FORCE))

@@ -90,8 +90,8 @@ static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *ord
 #undef MPM_FIELD
   sums = (size_t)MPMPatchCells(patch) * MPM_SUM_NC(dim) * sizeof(PetscReal);
   vels = (size_t)MPMPatchCells(patch) * MPM_VEL_NC(dim) * sizeof(PetscReal);
-  PetscCall(MPMMessageRoom(&desk->nodes, &desk->nodes_capacity, sums + vels + MPM_LINE +
-                               (size_t)(patch->n[1] * patch->n[2]) * sizeof *patch->span));
+  PetscCall(MPMMessageRoom(&desk->nodes, &desk->nodes_capacity,
+                           sums + vels + MPM_LINE + (size_t)(patch->n[1] * patch->n[2]) * sizeof *patch->span));
   patch->sum  = (PetscReal *)MPMAlign(desk->nodes);
   patch->vel  = (PetscReal *)((char *)patch->sum + sums);
   patch->span = (PetscInt(*)[2])((char *)patch->vel + vels);

@@ -1,9 +1,9 @@
 /* tensor.h - the few small-matrix operations that materials and transfers share.
 
    dim is always a compile-time constant after inlining, so the loops unroll. MPMReal is one point or, in the files that
-   are compiled for lanes, several (lanes.h); what branches is for one point alone. F is [dim*dim] row-major; a symmetric
-   tensor is [6] in the order xx xy xz yy yz zz, whole in every dimension: 2-D is plane strain (F33 = 1), 1-D is
-   uniaxial strain (F22 = F33 = 1). */
+   are compiled for lanes, several (lanes.h); what branches is for one point alone. F is [dim*dim] row-major; a
+   symmetric tensor is [6] in the order xx xy xz yy yz zz, whole in every dimension: 2-D is plane strain (F33 = 1), 1-D
+   is uniaxial strain (F22 = F33 = 1). */
 #ifndef MPM_TENSOR_H
 #define MPM_TENSOR_H
 
@@ -93,9 +93,9 @@ MPM_INLINE MPMReal MPMLog(MPMReal x)
   {
     const MPMReal f = m - 1.0, s = f / (f + 2.0), z = s * s, w = z * z, h = 0.5 * f * f;
     const MPMReal t1 = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
-    const MPMReal t2 = z * (6.666666666666735130e-01 +
-                              w * (2.857142874366239149e-01 +
-                                   w * (1.818357216161805012e-01 + w * 1.479819860510658591e-01)));
+    const MPMReal t2 = z *
+                       (6.666666666666735130e-01 +
+                        w * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860510658591e-01)));
 
     return dk * 6.93147180369123816490e-01 - ((h - (s * (h + (t1 + t2)) + dk * 1.90821492927058770002e-10)) - f);
   }
@@ -126,9 +126,9 @@ MPM_INLINE MPMReal MPMExp(MPMReal x)
     const MPMReal hi = x - dk * 6.93147180369123816490e-01, lo = dk * 1.90821492927058770002e-10;
     const MPMReal r = hi - lo, z = r * r;
     const MPMReal c = r - z * (1.66666666666666019037e-01 +
-                                 z * (-2.77777777770155933842e-03 +
-                                      z * (6.61375632143793436117e-05 +
-                                           z * (-1.65339022054652515390e-06 + z * 4.13813679705723846039e-08))));
+                               z * (-2.77777777770155933842e-03 +
+                                    z * (6.61375632143793436117e-05 +
+                                         z * (-1.65339022054652515390e-06 + z * 4.13813679705723846039e-08))));
 
     return (1.0 - ((lo - (r * c) / (2.0 - c)) - hi)) * a * b;
   }

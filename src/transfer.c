@@ -1,5 +1,5 @@
-/* transfer.c - which kernels to run, for the number of lanes that the processor has, and what they leave to one point at
-   a time because it is rare. */
+/* transfer.c - which kernels to run, for the number of lanes that the processor has, and what they leave to one point
+   at a time because it is rare. */
 #include "transfer.h"
 
 /* Of each width, [dim-1]: to nodes, to points. */
@@ -28,7 +28,7 @@ PetscInt MPMTransferWidth(void)
 
 MPMTransfer MPMTransferFind(PetscInt dim, MPMBasis basis, PetscInt parts)
 {
-  const PetscInt to_nodes = parts & (MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE) ? 1 : 0;
+  const PetscInt to_nodes  = parts & (MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE) ? 1 : 0;
   const PetscInt to_points = parts & (MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_G2P_FILTER) ? 1 : 0;
 
   if (dim < 1 || dim > 3 || basis >= MPM_NUM_BASES || to_nodes == to_points) return NULL;
@@ -80,8 +80,8 @@ void MPMWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMRow *x)
   }
 }
 
-/* Half-widths of n stretched domains (cpGIMP): those of the kind times the diagonal of V = sqrt(F F^T), which a rotation
-   of the undeformed leaves as it is and which turns with the material, unlike the diagonal of F. */
+/* Half-widths of n stretched domains (cpGIMP): those of the kind times the diagonal of V = sqrt(F F^T), which a
+   rotation of the undeformed leaves as it is and which turns with the material, unlike the diagonal of F. */
 void MPMStretchDomains(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const PetscInt *order,
                        const MPMRow *x, MPMStatus *status)
 {
@@ -107,8 +107,8 @@ void MPMStretchDomains(PetscInt dim, const MPMParams *par, MPMPatch *patch, Pets
 
 /* Floating-point operations per point, counted by hand from transfer.h and transfer_sums.c: an addition, product or
    quotient is 1, a fused multiply-add 2; the law is counted as a neo-Hookean solid (a logarithm is 26). Only lanes that
-   hold something count. The adds of a cell's sums to its nodes, xpic's filter and the forms of splines at walls are left
-   out. */
+   hold something count. The adds of a cell's sums to its nodes, xpic's filter and the forms of splines at walls are
+   left out. */
 PetscReal MPMTransferFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
 {
   static const PetscReal weights[] = {
@@ -117,14 +117,13 @@ PetscReal MPMTransferFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
   const PetscReal planes = dim == 3 ? ns : 0, inner = dim == 1 ? 0 : rows; /* products with wz; with wy */
   const PetscReal sym = d * (d + 1) / 2, det = dim == 1 ? 0 : dim == 2 ? 3 : 14;
   const PetscReal law = 26 + det + sym * (2 * d - 1) + 2 * d + d * d, values = parts & MPM_G2P_MOTION ? 2 * d : d;
-  const PetscReal sums = (parts & MPM_P2G_MASS ? 1 : 0) + (parts & MPM_P2G_MOMENTUM ? d : 0);
+  const PetscReal sums  = (parts & MPM_P2G_MASS ? 1 : 0) + (parts & MPM_P2G_MOMENTUM ? d : 0);
   PetscReal       flops = d * (6 + weights[basis] + ns); /* coordinate, floor, base; g/h */
 
   flops += sums * (planes + inner + 2 * nodes);
   if (parts & MPM_P2G_MOMENTUM) flops += d;
   if (parts & MPM_P2G_FORCE) flops += law + d * d + d * (5 * planes + 3 * inner + 2 * nodes) + 2 * d * nodes;
-  if ((parts & MPM_P2G_MOMENTUM) && (parts & MPM_AFFINE))
-    flops += 4 * d * d + d * (4 * planes + 3 * inner + 2 * nodes);
+  if ((parts & MPM_P2G_MOMENTUM) && (parts & MPM_AFFINE)) flops += 4 * d * d + d * (4 * planes + 3 * inner + 2 * nodes);
   if (parts & (MPM_G2P_MOTION | MPM_G2P_FILTER)) flops += 2 * values * (nodes + inner + planes);
   if (parts & MPM_G2P_MOTION) flops += 8 * d;
   if (parts & MPM_G2P_STRESS) { /* without the motion the velocities' rows come extra */

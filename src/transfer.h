@@ -36,8 +36,8 @@ typedef struct {
 
 /* Stencils of a block. */
 typedef struct {
-  PetscInt cell[MPM_BLOCK], kind[MPM_BLOCK];  /* cell: index of the base node in the patch's arrays */
-  MPMRow   x[3], l[3], m, V0, at[3];          /* at: from the base node, in cells */
+  PetscInt cell[MPM_BLOCK], kind[MPM_BLOCK];             /* cell: index of the base node in the patch's arrays */
+  MPMRow   x[3], l[3], m, V0, at[3];                     /* at: from the base node, in cells */
   MPMRow   w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients per axis, 1 and 1/m */
 } __attribute__((aligned(64))) MPMStencils;
 
@@ -47,12 +47,12 @@ MPM_INLINE PetscInt MPMCellOf(const MPMPatch *patch, PetscInt p)
   return p < patch->points.n ? patch->points.cell[p] : patch->halo.cell[p - patch->points.n];
 }
 
-/* The next block from entry q of n entries of an order, and its cells: whole cells, if they fit (a cell that is cut costs
-   time, not bits). */
+/* The next block from entry q of n entries of an order, and its cells: whole cells, if they fit (a cell that is cut
+   costs time, not bits). */
 MPM_INLINE MPMBlockOrder MPMNextBlock(const MPMPatch *patch, PetscInt q, PetscInt n, const PetscInt *order,
                                       PetscInt *cell)
 {
-  MPMBlockOrder o = {PetscMin(MPM_STAGED, n - q), patch->points.n, PETSC_FALSE, order + q, NULL};
+  MPMBlockOrder o    = {PetscMin(MPM_STAGED, n - q), patch->points.n, PETSC_FALSE, order + q, NULL};
   PetscInt      last = 0;
 
   for (PetscInt l = 0; l < o.n; l++) last = PetscMax(last, o.order[l]);
@@ -84,7 +84,8 @@ MPM_INLINE void MPMGather(int nc, const PetscReal *own, const PetscReal *halo, c
     else
       for (int k = 0; k < MPM_WIDTH; k++) {
         row[k] = own + (size_t)o->order[l + k] * nc;
-        if (nc > 4 || k % 2 == 0) __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc); /* a line holds several rows */
+        if (nc > 4 || k % 2 == 0)
+          __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc); /* a line holds several rows */
       }
     for (int c = 0; c < nc; c++) MPMWrite(&to[c][l], MPMLanes(row, c));
   }
@@ -291,9 +292,8 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
     for (PetscInt l = 0; l < o->n; l++) {
       const PetscReal V0 = -s->V0[l];
       MPM_UNROLL
-      for (int e = 0; e < dim; e++)
-        MPM_UNROLL
-        for (int d = 0; d < dim; d++) r->Q[l][1 + e][MPM_SUM_FORCE + d] = V0 * b->tau[MPMSymPart(dim, d, e)][l];
+      for (int e = 0; e < dim; e++) MPM_UNROLL
+      for (int d = 0; d < dim; d++) r->Q[l][1 + e][MPM_SUM_FORCE + d] = V0 * b->tau[MPMSymPart(dim, d, e)][l];
     }
   if ((parts & MPM_P2G_FORCE) && patch->points.b) {
     MPMGather(dim, patch->points.b, patch->halo.b, o, force);
@@ -359,10 +359,10 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
   MPMGatherState(dim, patch, o, b);
   MPM_FOR_MATERIALS(par, o->n, s->kind)
   {
-    const MPMMaterialLaw *law  = MPMLaw(m);
-    const PetscInt        from = first - first % MPM_WIDTH;
+    const MPMMaterialLaw *law   = MPMLaw(m);
+    const PetscInt        from  = first - first % MPM_WIDTH;
     const PetscBool       has_F = m->state & MPM_BIT(F) ? PETSC_TRUE : PETSC_FALSE;
-    MPMMask               bad  = MPMAll(0) != MPMAll(0);
+    MPMMask               bad   = MPMAll(0) != MPMAll(0);
     MPMRow                c2;
 
     for (PetscInt l = from; l < next && has_F; l += MPM_WIDTH) {
@@ -444,8 +444,8 @@ MPM_INLINE void MPMFindCells(int dim, MPMBasis basis, const MPMPatch *patch, Pet
 
 /* x <- x + dx and the cell it is in now. Notes the points that changed cell,
    counts them and those that left the patch. q: of the block in own_order. */
-MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscInt q,
-                          const MPMBlockOrder *o, MPMStencils *s, const MPMRow *dx, MPMStatus *status)
+MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscInt q, const MPMBlockOrder *o,
+                          MPMStencils *s, const MPMRow *dx, MPMStatus *status)
 {
   const MPMGrid *grid  = patch->grid;
   MPMMask        wraps = MPMAll(0) != MPMAll(0);
@@ -517,9 +517,9 @@ MPM_INLINE void MPMAffine(int dim, const MPMPatch *patch, const PetscInt at[], c
 MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts, MPMStatus *status)
 {
   const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER) ? 1 : 0, stress = parts & MPM_G2P_STRESS ? 1 : 0;
-  const MPMView *points = &patch->points;
-  const MPMInterpolateBlocks interpolate =
-      MPM_LANES_NAME(MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][stress];
+  const MPMView *points                  = &patch->points;
+  const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(
+      MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][stress];
   PetscInt    at[MPM_MAX_NODES];
   MPMReal     v2 = MPMAll(0), c2 = MPMAll(0);
   MPMRow      value[6], L[9], v[3], r[3]; /* value: sum phi v', sum phi a; then dx in place of the first */

@@ -1,5 +1,5 @@
-/* transfer_lanes.c - the instances of transfer.h's two kernels for each dim; compiled once for each number of lanes. What
-   the instances do not distinguish costs a branch a block. */
+/* transfer_lanes.c - the instances of transfer.h's two kernels for each dim; compiled once for each number of lanes.
+   What the instances do not distinguish costs a branch a block. */
 #include "transfer.h"
 
 #define MPM_INSTANCES(dim)                                                                                             \

@@ -1,5 +1,5 @@
-/* transfer_sums.c - the two hot loops of transfer.h: sums over the points of a cell to its nodes, and over the nodes of a
-   cell to its points, block by block. They depend on a basis by its number of nodes per axis alone.
+/* transfer_sums.c - the two hot loops of transfer.h: sums over the points of a cell to its nodes, and over the nodes of
+   a cell to its points, block by block. They depend on a basis by its number of nodes per axis alone.
 
    Compiled once for each number of lanes, and unlike the rest with -ffp-contract=fast: where a processor has fused
    multiply-adds, a * b + c is one. To leave no choice to a compiler every product here is part of exactly one such
@@ -32,7 +32,7 @@ MPM_INLINE PetscInt MPMCellEnd(const PetscInt *cell, PetscInt n, PetscInt first)
 /* --- Points to nodes -----------------------------------------------------------------------------------------------
    Lanes are the sums of a node, MPM_PARTS vectors. Does part h hold these; forces; anything? */
 #define MPM_PARTS               (8 / MPM_WIDTH)
-#define MPM_PART_HAS(h, lo, hi) ((h) * MPM_WIDTH < (hi) && ((h) + 1) * MPM_WIDTH > (lo))
+#define MPM_PART_HAS(h, lo, hi) ((h)*MPM_WIDTH < (hi) && ((h) + 1) * MPM_WIDTH > (lo))
 #define MPM_PART_MOTION(dim, h) MPM_PART_HAS(h, 0, 1 + (dim))
 #define MPM_PART_FORCE(dim, h)  MPM_PART_HAS(h, MPM_SUM_FORCE, MPM_SUM_FORCE + (dim))
 #define MPM_PART_USED(dim, h)   (MPM_PART_MOTION(dim, h) || MPM_PART_FORCE(dim, h))
@@ -107,7 +107,7 @@ MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMSt
 {
   const int nn = ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
 
-  MPMSums   sum;
+  MPMSums sum;
 
   memcpy(sum, begun->sum, (size_t)nn * sizeof *sum); /* 0 if no cell began */
   for (PetscInt first = 0, last; first < n; first = last) {
@@ -124,8 +124,9 @@ MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMSt
 MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const PetscReal *node, const PetscInt at[],
                                const MPMStencils *s, PetscInt l, MPMRow *value, MPMRow *gradient)
 {
-  const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1, n = gradients && nv < dim ? dim : nv, ng = gradients ? dim : 0;
-  MPMReal   V[6], G[9];
+  const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1, n = gradients && nv < dim ? dim : nv,
+            ng = gradients ? dim : 0;
+  MPMReal V[6], G[9];
 
   for (int f = 0; f < n; f++) V[f] = MPMAll(0);
   for (int f = 0; f < ng * dim; f++) G[f] = MPMAll(0);
@@ -194,8 +195,7 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
 
 /* --- Instances -----------------------------------------------------------------------------------------------------
  */
-#define MPM_FOR_ALL(X)                                                                                                 \
-  X(1, 2) X(1, 3) X(1, 4) X(2, 2) X(2, 3) X(2, 4) X(3, 2) X(3, 3) X(3, 4)
+#define MPM_FOR_ALL(X) X(1, 2) X(1, 3) X(1, 4) X(2, 2) X(2, 3) X(2, 4) X(3, 2) X(3, 3) X(3, 4)
 #define MPM_SUM_BLOCK(dim, ns, forces, affine)                                                                         \
   static void SumBlock_##dim##ns##_##forces##affine(const MPMStencils *s, const MPMRecords *r, PetscInt n,             \
                                                     const PetscInt at[], PetscReal *nodes, MPMBegun *begun,            \
