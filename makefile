@@ -20,7 +20,9 @@ PEBBLE   := $(if $(DEBUG),$(BUILD)/pebble,pebble)
 program  := $(if $(findstring /,$(PEBBLE)),$(PEBBLE),./$(PEBBLE))
 python   := .venv/bin/python
 sources  := $(wildcard src/*.c)
-objects  := $(sources:src/%.c=$(BUILD)/%.o)
+# Compiled once for each number of lanes (see src/lanes.h): the transfers, and the laws that they call for many points.
+lanes    := transfer_lanes transfer_sums material_elastic material_neohookean material_fluid
+objects  := $(patsubst src/%.c,$(BUILD)/%.o,$(filter-out src/transfer_lanes.c src/transfer_sums.c,$(sources)))
 units    := $(patsubst tests/%.c,$(BUILD)/%,$(wildcard tests/unit_*.c tests/mpi_*.c))
 
 # ---- PETSc, HDF5 and muParser through pkg-config. On a fresh machine this finds nothing;
@@ -55,6 +57,14 @@ MPIEXEC := $(or $(wildcard $(dir $(petsc.cc))mpiexec),mpiexec)
 optimise := $(if $(DEBUG),-O1 -fsanitize=address$(comma)undefined -fno-omit-frame-pointer,-O3)
 flags    := -std=gnu11 $(optimise) -g -ffp-contract=off -Wall -Wextra -Wshadow -fno-math-errno $(CFLAGS)
 compile   = $(MPICC) $(flags) $(includes) -MMD -MP
+
+# ---- Lanes: 8 with AVX-512, 4 with AVX2, 2 with what every processor has; the program picks at its start.
+width.8  := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx2 -mfma
+width.4  := -mavx2 -mfma
+# The optimiser makes the fused multiply-adds of transfer_sums.c, so it has to run, whatever CFLAGS say.
+fuse     := -O3 -ffp-contract=fast
+widths   := $(if $(filter x86_64%,$(shell $(MPICC) -dumpmachine 2>/dev/null)),8 4) 2
+objects  += $(foreach w,$(widths),$(lanes:%=$(BUILD)/%.$w.o))
 link      = $(MPICC) $(flags) $(LDFLAGS)
 
 # ---- Open MPI refuses root and more ranks than cores, binds the ranks of two runs to the same cores,
@@ -156,6 +166,12 @@ $(BUILD)/quadrature: tools/paper/quadrature.c $(BUILD)/flags
 $(BUILD)/%.o: src/%.c $(BUILD)/flags
 	$(call say,CC) $(compile) $(defines) -c -o $@ $<
 
+define with_lanes
+$(BUILD)/%.$1.o: src/%.c $(BUILD)/flags
+	$$(call say,CC) $$(compile) -DMPM_WIDTH=$1 $(width.$1) $$(if $$(findstring sums,$$@),$(fuse)) -c -o $$@ $$<
+endef
+$(foreach w,$(widths),$(eval $(call with_lanes,$w)))
+
 # The plain serial program of the assignment, which the tests compare with: no PETSc, no MPI.
 build/seed_serial: tests/seed_serial.c | $(BUILD)
 	$(call say,CC) $(CC) -O2 -ffp-contract=off -o $@ $< -lm
@@ -164,7 +180,7 @@ build/seed_serial: tests/seed_serial.c | $(BUILD)
 replace = cmp -s $@.new $@ && rm $@.new || mv $@.new $@
 $(BUILD)/flags: FORCE | $(BUILD)
 	$(if $(call ask,--modversion $(modules)),,$(error PETSc, HDF5 or muParser not found by pkg-config; "make run" installs what is missing))
-	$(file >$@.new,$(OMPI_CC) $(compile) $(rpath) $(libraries))@$(replace)
+	$(file >$@.new,$(OMPI_CC) $(compile) $(width.8) $(width.4) $(rpath) $(libraries))@$(replace)
 
 # Only version.o knows the commit, so that a commit recompiles one file.
 $(BUILD)/version.o: defines = @$(BUILD)/version

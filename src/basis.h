@@ -1,11 +1,13 @@
 /* basis.h - the 1-D basis functions; transfer.h forms their tensor products, once, for all of them.
 
    xi = (x - lower)/h is the coordinate in cells, by a division, the same expression on every rank and in every phase.
-   A basis gives the first node of a point's stencil (the base, which also names the point's "cell") and the values w
-   and gradients g (per cell, so divide by h) of its nodes base, base+1, ...
-   Splines near a wall are restricted to nodes of the grid in one of two forms, so that no node lies beyond it:
-     extrap   the coefficient beyond the wall is extrapolated, c_-1 = 2 c_0 - c_1: keeps sum w = 1 and sum w x_i = x
-     steffen  knots repeated at the wall (Steffen, Kirby and Berzins 2008): sum w = 1, all slopes 0 at the wall */
+   A basis is two functions: the first node of a point's stencil (the base, which also names the point's "cell"), and
+   the values w and gradients g (per cell, so divide by h) of its nodes base, base+1, ... Both are free of branches and
+   take one point or several (MPMReal, lanes.h), with the number of the base as a real.
+   Splines near a wall are restricted to nodes of the grid in one of two forms, so that no node lies beyond it; few
+   points are near a wall, so these forms are for one point at a time: extrap   the coefficient beyond the wall is
+   extrapolated, c_-1 = 2 c_0 - c_1: keeps sum w = 1 and sum w x_i = x steffen  knots repeated at the wall (Steffen,
+   Kirby and Berzins 2008): sum w = 1, all slopes 0 at the wall */
 #ifndef MPM_BASIS_H
 #define MPM_BASIS_H
 
@@ -22,76 +24,67 @@ typedef enum { MPM_WALL_BASIS_NONE, MPM_WALL_BASIS_EXTRAP, MPM_WALL_BASIS_STEFFE
 
 #define MPM_MAX_STENCIL 4 /* nodes per axis of the widest basis */
 
-/* Largest integer <= xi without a library call; xi is far inside the range of PetscInt. */
-MPM_INLINE PetscInt MPMFloor(PetscReal xi)
-{
-  const PetscInt i = (PetscInt)xi;
-
-  return i - (xi < (PetscReal)i);
-}
-
 /* --- Hats ----------------------------------------------------------------------------------------------------------
  */
 
 /* A point on the upper wall belongs to the last cell (decided once, here). */
-MPM_INLINE PetscInt MPMBasisBase_linear(PetscReal xi, PetscReal l, PetscInt cells)
+MPM_INLINE MPMReal MPMBasisBase_linear(MPMReal xi, MPMReal l, PetscInt cells)
 {
-  const PetscInt i = MPMFloor(xi);
-
   (void)l;
-  return i < cells ? i : cells - 1;
+  return MPMMin(MPMFloor(xi), MPMAll((PetscReal)(cells - 1)));
 }
 
-MPM_INLINE void MPMBasisWeights_linear(PetscReal xi, PetscReal l, PetscInt base, PetscInt cells, MPMWallBasis wall,
-                                       PetscReal w[], PetscReal g[])
+MPM_INLINE void MPMBasisWeights_linear(MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
 {
-  const PetscReal s = xi - (PetscReal)base;
+  const MPMReal s = xi - base;
 
   (void)l;
-  (void)cells;
-  (void)wall;
-  w[0] = 1 - s;
+  w[0] = 1.0 - s;
   w[1] = s;
-  g[0] = -1;
-  g[1] = 1;
+  g[0] = MPMAll(-1);
+  g[1] = MPMAll(1);
 }
 
 /* --- Hats averaged over [xi - l, xi + l], 0 < l <= 1/2 (Bardenhagen and Kober 2004) ------------------------------- */
-MPM_INLINE PetscInt MPMBasisBase_gimp(PetscReal xi, PetscReal l, PetscInt cells)
+MPM_INLINE MPMReal MPMBasisBase_gimp(MPMReal xi, MPMReal l, PetscInt cells)
 {
   (void)cells;
   return MPMFloor(xi - l);
 }
 
-MPM_INLINE void MPMBasisWeights_gimp(PetscReal xi, PetscReal l, PetscInt base, PetscInt cells, MPMWallBasis wall,
-                                     PetscReal w[], PetscReal g[])
+MPM_INLINE void MPMBasisWeights_gimp(MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
 {
-  const PetscReal s = xi - (PetscReal)base, below = s, at = s - 1, above = 2 - s; /* distances; l <= below < 1 + l */
-  const PetscReal under = PetscMax(1 + l - below, 0), over = PetscMax(1 + l - above, 0), a = PetscAbsReal(at);
-  const PetscReal sign = at < 0 ? -1 : 1;
+  const MPMReal below = xi - base, at = below - 1.0, above = 2.0 - below, a = MPMAbs(at); /* distances */
+  const MPMReal under = MPMMax(1.0 + l - below, MPMAll(0)), over = MPMMax(1.0 + l - above, MPMAll(0)), half = 0.5 / l;
+  const MPMReal one = MPMAll(1);
 
-  (void)cells;
-  (void)wall;
-  w[0] = below <= 1 - l ? 1 - below : under * under / (4 * l);
-  g[0] = below <= 1 - l ? -1 : -under / (2 * l);
-  w[1] = a <= l ? 1 - (at * at + l * l) / (2 * l) : 1 - a;
-  g[1] = a <= l ? -at / l : -sign;
-  w[2] = above <= 1 - l ? 1 - above : over * over / (4 * l);
-  g[2] = above <= 1 - l ? 1 : over / (2 * l);
+  w[0] = MPMSelect(below <= 1.0 - l, 1.0 - below, 0.5 * under * under * half);
+  g[0] = MPMSelect(below <= 1.0 - l, -one, -under * half);
+  w[1] = MPMSelect(a <= l, 1.0 - (at * at + l * l) * half, 1.0 - a);
+  g[1] = MPMSelect(a <= l, -2.0 * at * half, MPMSelect(at < 0.0, one, -one));
+  w[2] = MPMSelect(above <= 1.0 - l, 1.0 - above, 0.5 * over * over * half);
+  g[2] = MPMSelect(above <= 1.0 - l, one, over * half);
 }
 
 /* --- B-splines centred on the nodes --------------------------------------------------------------------------------
  */
 
 /* Base of a spline of ns nodes: between walls its stencil stays on the grid; on a periodic axis it may be -1. */
-MPM_INLINE PetscInt MPMSplineBase(PetscInt base, PetscInt ns, PetscInt cells, MPMWallBasis wall)
+MPM_INLINE MPMReal MPMSplineBase(MPMReal base, int ns, PetscInt cells, MPMWallBasis wall)
 {
   if (wall == MPM_WALL_BASIS_NONE) return base;
-  return base < 0 ? 0 : base > cells + 1 - ns ? cells + 1 - ns : base;
+  return MPMMin(MPMMax(base, MPMAll(0)), MPMAll((PetscReal)(cells + 1 - ns)));
+}
+
+/* How far from a wall, in cells, points have the form of the wall. */
+MPM_INLINE PetscReal MPMWallReach(MPMBasis basis, MPMWallBasis wall)
+{
+  if (wall == MPM_WALL_BASIS_NONE) return 0;
+  return (basis == MPM_BASIS_bspline2 ? 0.5 : basis == MPM_BASIS_bspline3 ? 1 : 0) + (wall == MPM_WALL_BASIS_STEFFEN);
 }
 
 /* Values and gradients within reach of the lower wall, t = xi >= 0; false beyond it, where the uniform spline holds. */
-MPM_INLINE PetscBool MPMWallWeights_bspline2(PetscReal t, MPMWallBasis wall, PetscReal w[], PetscReal g[])
+MPM_INLINE PetscBool MPMLowerWall_bspline2(PetscReal t, MPMWallBasis wall, PetscReal w[], PetscReal g[])
 {
   const PetscReal s = t - 1;
 
@@ -123,7 +116,7 @@ MPM_INLINE PetscBool MPMWallWeights_bspline2(PetscReal t, MPMWallBasis wall, Pet
   return PETSC_FALSE;
 }
 
-MPM_INLINE PetscBool MPMWallWeights_bspline3(PetscReal t, MPMWallBasis wall, PetscReal w[], PetscReal g[])
+MPM_INLINE PetscBool MPMLowerWall_bspline3(PetscReal t, MPMWallBasis wall, PetscReal w[], PetscReal g[])
 {
   const PetscReal s = t - 1, r = 2 - t;
 
@@ -161,66 +154,68 @@ MPM_INLINE PetscBool MPMWallWeights_bspline3(PetscReal t, MPMWallBasis wall, Pet
   return PETSC_FALSE;
 }
 
-/* The same at the upper wall is the mirror image. */
-#define MPM_SPLINE_WALLS(name, ns)                                                                                     \
-  do {                                                                                                                 \
-    PetscReal mw[ns], mg[ns];                                                                                          \
-    if (wall == MPM_WALL_BASIS_NONE) break;                                                                            \
-    if (MPMWallWeights_##name(xi, wall, w, g)) return;                                                                 \
-    if (!MPMWallWeights_##name((PetscReal)cells - xi, wall, mw, mg)) break;                                            \
-    for (int i = 0; i < ns; i++) {                                                                                     \
-      w[i] = mw[ns - 1 - i];                                                                                           \
-      g[i] = -mg[ns - 1 - i];                                                                                          \
-    }                                                                                                                  \
-    return;                                                                                                            \
-  } while (0)
+/* Values and gradients of one point near a wall; false if it is near none. At the upper wall they are the mirror image
+   of those at the lower one. */
+MPM_INLINE PetscBool MPMWallWeights(MPMBasis basis, PetscReal xi, PetscInt cells, MPMWallBasis wall, PetscReal w[],
+                                    PetscReal g[])
+{
+  const int ns = basis == MPM_BASIS_bspline3 ? 4 : 3;
+  PetscReal mw[4], mg[4];
 
-MPM_INLINE PetscInt MPMBasisBase_bspline2(PetscReal xi, PetscReal l, PetscInt cells)
+  if (wall == MPM_WALL_BASIS_NONE || (basis != MPM_BASIS_bspline2 && basis != MPM_BASIS_bspline3)) return PETSC_FALSE;
+  if (ns == 3 ? MPMLowerWall_bspline2(xi, wall, w, g) : MPMLowerWall_bspline3(xi, wall, w, g)) return PETSC_TRUE;
+  xi = (PetscReal)cells - xi;
+  if (!(ns == 3 ? MPMLowerWall_bspline2(xi, wall, mw, mg) : MPMLowerWall_bspline3(xi, wall, mw, mg)))
+    return PETSC_FALSE;
+  for (int i = 0; i < ns; i++) {
+    w[i] = mw[ns - 1 - i];
+    g[i] = -mg[ns - 1 - i];
+  }
+  return PETSC_TRUE;
+}
+
+MPM_INLINE MPMReal MPMBasisBase_bspline2(MPMReal xi, MPMReal l, PetscInt cells)
 {
   (void)l;
   (void)cells;
-  return MPMFloor(xi + 0.5) - 1;
+  return MPMFloor(xi + 0.5) - 1.0;
 }
 
-MPM_INLINE void MPMBasisWeights_bspline2(PetscReal xi, PetscReal l, PetscInt base, PetscInt cells, MPMWallBasis wall,
-                                         PetscReal w[], PetscReal g[])
+MPM_INLINE void MPMBasisWeights_bspline2(MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
 {
-  const PetscReal s = xi - (PetscReal)(base + 1); /* from the middle node, |s| <= 1/2 */
+  const MPMReal s = xi - (base + 1.0); /* from the middle node, |s| <= 1/2 */
 
   (void)l;
-  MPM_SPLINE_WALLS(bspline2, 3);
   w[0] = 0.5 * (0.5 - s) * (0.5 - s);
   w[1] = 0.75 - s * s;
   w[2] = 0.5 * (0.5 + s) * (0.5 + s);
   g[0] = s - 0.5;
-  g[1] = -2 * s;
+  g[1] = -2.0 * s;
   g[2] = s + 0.5;
 }
 
-MPM_INLINE PetscInt MPMBasisBase_bspline3(PetscReal xi, PetscReal l, PetscInt cells)
+MPM_INLINE MPMReal MPMBasisBase_bspline3(MPMReal xi, MPMReal l, PetscInt cells)
 {
   (void)l;
   (void)cells;
-  return MPMFloor(xi) - 1;
+  return MPMFloor(xi) - 1.0;
 }
 
-MPM_INLINE void MPMBasisWeights_bspline3(PetscReal xi, PetscReal l, PetscInt base, PetscInt cells, MPMWallBasis wall,
-                                         PetscReal w[], PetscReal g[])
+MPM_INLINE void MPMBasisWeights_bspline3(MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
 {
-  const PetscReal s = xi - (PetscReal)(base + 1), r = 1 - s; /* from the second and third node, 0 <= s <= 1 */
+  const MPMReal s = xi - (base + 1.0), r = 1.0 - s; /* from the second and third node, 0 <= s <= 1 */
+  const MPMReal s2 = s * s, r2 = r * r, s3 = s2 * s, r3 = r2 * r;
 
   (void)l;
-  MPM_SPLINE_WALLS(bspline3, 4);
-  w[0] = r * r * r / 6;
-  w[1] = 2. / 3 - s * s + s * s * s / 2;
-  w[2] = 2. / 3 - r * r + r * r * r / 2;
-  w[3] = s * s * s / 6;
-  g[0] = -r * r / 2;
-  g[1] = (1.5 * s - 2) * s;
-  g[2] = (2 - 1.5 * r) * r;
-  g[3] = s * s / 2;
+  w[0] = r3 * (1. / 6);
+  w[1] = 2. / 3 - s2 + s3 * 0.5;
+  w[2] = 2. / 3 - r2 + r3 * 0.5;
+  w[3] = s3 * (1. / 6);
+  g[0] = -0.5 * r2;
+  g[1] = (1.5 * s - 2.0) * s;
+  g[2] = (2.0 - 1.5 * r) * r;
+  g[3] = 0.5 * s2;
 }
-#undef MPM_SPLINE_WALLS
 
 /* --- By number -----------------------------------------------------------------------------------------------------
  */
@@ -260,32 +255,48 @@ MPM_INLINE PetscBool MPMBasisIsSpline(MPMBasis basis)
   return MPMBasisInertia(basis) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Base node of a point at xi with half-width l (both in cells; l matters to gimp only). On a periodic axis node -1 is
+/* Base node of points at xi with half-widths l (both in cells; l matters to gimp only). On a periodic axis node -1 is
    node cells-1 and xi goes with it, so that 0 <= base < cells. */
-MPM_INLINE PetscInt MPMBasisBase(MPMBasis basis, PetscReal *xi, PetscReal l, PetscInt cells, PetscBool periodic,
+MPM_INLINE MPMReal MPMBasisBases(MPMBasis basis, MPMReal *xi, MPMReal l, PetscInt cells, PetscBool periodic,
                                  MPMWallBasis wall)
 {
-  PetscInt base = 0;
+  MPMReal base = MPMAll(0);
 
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   if (basis == MPM_BASIS_##name) base = MPMBasisBase_##name(*xi, l, cells);
 #include "basis.def"
 #undef MPM_BASIS
   if (MPMBasisIsSpline(basis)) base = MPMSplineBase(base, MPMBasisNodes(basis), cells, wall);
-  if (basis != MPM_BASIS_linear && periodic && base < 0) {
-    base += cells;
-    *xi += (PetscReal)cells;
+  if (basis != MPM_BASIS_linear && periodic) {
+    const MPMReal round = MPMSelect(base < 0.0, MPMAll((PetscReal)cells), MPMAll(0));
+
+    base += round;
+    *xi += round;
   }
   return base;
+}
+
+/* Values and gradients away from walls. */
+MPM_INLINE void MPMBasisInside(MPMBasis basis, MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
+{
+#define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
+  if (basis == MPM_BASIS_##name) MPMBasisWeights_##name(xi, l, base, w, g);
+#include "basis.def"
+#undef MPM_BASIS
+}
+
+#if MPM_WIDTH == 1 /* the same for one point, its base as an integer */
+MPM_INLINE PetscInt MPMBasisBase(MPMBasis basis, PetscReal *xi, PetscReal l, PetscInt cells, PetscBool periodic,
+                                 MPMWallBasis wall)
+{
+  return (PetscInt)MPMBasisBases(basis, xi, l, cells, periodic, wall);
 }
 
 MPM_INLINE void MPMBasisWeights(MPMBasis basis, PetscReal xi, PetscReal l, PetscInt base, PetscInt cells,
                                 MPMWallBasis wall, PetscReal w[], PetscReal g[])
 {
-#define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
-  if (basis == MPM_BASIS_##name) MPMBasisWeights_##name(xi, l, base, cells, wall, w, g);
-#include "basis.def"
-#undef MPM_BASIS
+  if (!MPMWallWeights(basis, xi, cells, wall, w, g)) MPMBasisInside(basis, xi, l, (PetscReal)base, w, g);
 }
+#endif
 
 #endif

@@ -33,7 +33,9 @@ static PetscErrorCode Sweep_Serial(MPM mpm, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   PetscCall(Prepare_Serial(mpm, phase));
+  patch->movers = mpm->points.movers;
   PetscCall(MPMPatchRun(mpm, patch, phase, &mpm->status));
+  if (phase->parts & MPM_G2P_COMMIT) mpm->points.nmovers = patch->nmovers;
   PetscCall(VecRestoreArray(ex->vel, &patch->vel));
   PetscCall(MPMPointsRestoreView(&mpm->points, fields, &patch->points));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -7,7 +7,7 @@
      points        that left their patch go to the owner of their cell, by DMSwarmMigrate, or by MPMMigrateDirect
    and reduces once: the status. Own nodes get complete sums in the canonical order, so results do not depend on how
    the grid is cut. With -parallel_sums roundoff the partial sums of own points are added instead (DMLocalToGlobal). */
-#include "transfer.h"
+#include "cell.h"
 #include "exchange_spatial.h"
 
 static void MergeStatus(void *in, void *inout, int *n, MPI_Datatype *type)
@@ -104,7 +104,9 @@ static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   PetscCall(Prepare_Spatial(mpm, phase));
+  patch->movers = mpm->points.movers;
   PetscCall(MPMPatchRun(mpm, patch, phase, &mpm->status));
+  if (phase->parts & MPM_G2P_COMMIT) mpm->points.nmovers = patch->nmovers;
   PetscCall(VecRestoreArray(ex->vel, &patch->vel));
   PetscCall(MPMPointsRestoreView(&mpm->points, fields, &patch->points));
   if (phase->kind == MPM_POINTS_TO_NODES && ex->roundoff) PetscCall(AddPartialSums(mpm, s));
@@ -205,6 +207,7 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
   PetscFunctionBeginUser;
   if (!anew && ex->balance == MPM_BALANCE_AUTO && TimeToRecut(mpm)) PetscCall(Recut(mpm));
   if (!anew && mpm->status.left) { /* of any process: all migrate or none */
+    mpm->points.nmovers = -1; /* other points take the places of leavers */
     PetscCall(ex->direct ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
   }
@@ -214,7 +217,7 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
   } else if (mpm->status.moved)
     PetscCall(MPMPointsSort(&mpm->points, &ex->patch));
   PetscCall(MPMHaloUpdate(mpm, s, anew || mpm->status.moved ? PETSC_TRUE : PETSC_FALSE));
-  if (ex->roundoff) memset(ex->patch.row, 1, (size_t)(ex->patch.n[1] * ex->patch.n[2]));
+  if (ex->roundoff) MPMPatchMarkAll(&ex->patch);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

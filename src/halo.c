@@ -1,7 +1,7 @@
 /* halo.c - halo points of the spatial decomposition: copies of the points of the cells just below a patch, which touch
    its own nodes. Which ones, and their place in the canonical order, is settled once a step; phases then refresh the
    fields that they declare.                                                                                          */
-#include "transfer.h"
+#include "cell.h"
 #include "exchange_spatial.h"
 
 /* The fields of the halo points, as kernels see them. */

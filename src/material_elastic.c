@@ -3,49 +3,49 @@
  */
 #include "material.h"
 
-MPM_INLINE void elastic_strain(int dim, const PetscReal *F, PetscReal e[6])
+MPM_INLINE void elastic_strain(int dim, const MPMReal *F, MPMReal e[6])
 {
-  for (int k = 0; k < 6; k++) e[k] = 0;
+  for (int k = 0; k < 6; k++) e[k] = MPMAll(0);
   for (int d = 0; d < dim; d++)
-    for (int f = d; f < dim; f++) e[MPMSymIndex(d, f)] = 0.5 * (F[d * dim + f] + F[f * dim + d]) - (d == f ? 1 : 0);
+    for (int f = d; f < dim; f++) e[MPMSymIndex(d, f)] = 0.5 * (F[d * dim + f] + F[f * dim + d]) - (d == f ? 1.0 : 0.0);
 }
 
-MPM_INLINE void elastic_stress(int dim, const MPMMaterial *m, const MPMPointState *s, PetscReal *tau)
+MPM_INLINE void elastic_stress(int dim, const MPMMaterial *m, const MPMPointState *s, MPMReal *tau)
 {
-  PetscReal       e[6];
-  const PetscReal J = MPMDet(dim, s->F);
+  MPMReal       e[6];
+  const MPMReal J = MPMDet(dim, s->F);
 
   elastic_strain(dim, s->F, e);
   {
-    const PetscReal p = m->lambda * (e[0] + e[3] + e[5]);
+    const MPMReal p = m->lambda * (e[0] + e[3] + e[5]);
 
-    for (int k = 0; k < 6; k++) tau[k] = J * (2 * m->mu * e[k] + (k == 0 || k == 3 || k == 5 ? p : 0));
+    for (int k = 0; k < 6; k++) tau[k] = J * (2 * m->mu * e[k] + (k == 0 || k == 3 || k == 5 ? p : MPMAll(0)));
   }
 }
 
-MPM_INLINE PetscReal elastic_energy(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal elastic_energy(int dim, const MPMMaterial *m, const MPMPointState *s)
 {
-  PetscReal e[6], tr;
+  MPMReal e[6], tr;
 
   elastic_strain(dim, s->F, e);
   tr = e[0] + e[3] + e[5];
   return 0.5 * m->lambda * tr * tr +
-         m->mu * (e[0] * e[0] + e[3] * e[3] + e[5] * e[5] + 2 * (e[1] * e[1] + e[2] * e[2] + e[4] * e[4]));
+         m->mu * (e[0] * e[0] + e[3] * e[3] + e[5] * e[5] + 2.0 * (e[1] * e[1] + e[2] * e[2] + e[4] * e[4]));
 }
 
 /* sig is linear in F, so a wave stiffens with the stretch: rho0 c^2 = J s (lambda + 2 mu) for F = s I and for uniaxial
    stretch s. s = |F|_2 is bounded by the larger of the largest row and column sums, since |F|_2^2 <= |F|_1 |F|_inf. */
-MPM_INLINE PetscReal elastic_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal elastic_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
 {
-  PetscReal smax = 0;
+  MPMReal smax = MPMAll(0);
 
   for (int d = 0; d < dim; d++) {
-    PetscReal row = 0, column = 0;
+    MPMReal row = MPMAll(0), column = MPMAll(0);
     for (int e = 0; e < dim; e++) {
-      row += PetscAbsReal(s->F[d * dim + e]);
-      column += PetscAbsReal(s->F[e * dim + d]);
+      row += MPMAbs(s->F[d * dim + e]);
+      column += MPMAbs(s->F[e * dim + d]);
     }
-    smax = PetscMax(smax, PetscMax(row, column));
+    smax = MPMMax(smax, MPMMax(row, column));
   }
   return MPMDet(dim, s->F) * smax * (m->lambda + 2 * m->mu) / m->rho;
 }

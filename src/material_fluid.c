@@ -6,43 +6,46 @@
    function of J. A wave's speed bounds dt; that dt < h^2 rho/(2 viscosity) too is not looked after here. */
 #include "material.h"
 
+#if MPM_WIDTH == 1
 static const char *fluid_setup(MPMMaterial *m)
 {
   if (!(m->viscosity > 0)) m->state &= ~MPM_BIT(tau);
   return NULL;
 }
+#endif
 
 /* Pressure in Pa. */
-MPM_INLINE PetscReal fluid_pressure(const MPMMaterial *m, PetscReal J)
+MPM_INLINE MPMReal fluid_pressure(const MPMMaterial *m, MPMReal J)
 {
-  const PetscReal p = m->gamma > 0 ? m->K / m->gamma * (MPMExp(-m->gamma * MPMLog(J)) - 1) : -m->K * (J - 1);
+  const MPMReal p = m->gamma > 0 ? m->K / m->gamma * (MPMExp(-m->gamma * MPMLog(J)) - 1.0) : -m->K * (J - 1.0);
 
-  return m->tension >= 0 ? PetscMax(p, -m->tension) : p;
+  return m->tension >= 0 ? MPMMax(p, MPMAll(-m->tension)) : p;
 }
 
 /* Of an inviscid fluid, and the rest of a viscous one. */
-MPM_INLINE void fluid_stress(int dim, const MPMMaterial *m, const MPMPointState *s, PetscReal *tau)
+MPM_INLINE void fluid_stress(int dim, const MPMMaterial *m, const MPMPointState *s, MPMReal *tau)
 {
-  const PetscReal p = fluid_pressure(m, s->J);
+  const MPMReal p = fluid_pressure(m, s->J);
 
   (void)dim;
-  for (int k = 0; k < 6; k++) tau[k] = MPMSymUnit(3, k) ? -s->J * p : 0;
+  for (int k = 0; k < 6; k++) tau[k] = MPMSymUnit(3, k) ? -s->J * p : MPMAll(0);
 }
 
-MPM_INLINE void fluid_update(int dim, const MPMMaterial *m, PetscReal dt, const PetscReal *L, MPMPointState *s)
+MPM_INLINE void fluid_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMPointState *s)
 {
-  PetscReal tr = L[0];
+  MPMReal tr = L[0];
 
   for (int d = 1; d < dim; d++) tr += L[d * (dim + 1)];
-  s->J *= 1 + dt * tr;
+  s->J *= 1.0 + dt * tr;
   if (!(m->state & MPM_BIT(tau))) return;
   fluid_stress(dim, m, s, s->tau);
   for (int d = 0; d < dim; d++)
     for (int e = d; e < dim; e++) s->tau[MPMSymIndex(d, e)] += s->J * m->viscosity * (L[d * dim + e] + L[e * dim + d]);
   for (int k = 0; k < 6; k++)
-    if (MPMSymUnit(3, k)) s->tau[k] -= s->J * 2 * m->viscosity / 3 * tr;
+    if (MPMSymUnit(3, k)) s->tau[k] -= s->J * 2.0 * m->viscosity / 3.0 * tr;
 }
 
+#if MPM_WIDTH == 1
 /* -int p dJ from 1 to J without a cut-off, in J/m^3. */
 MPM_INLINE PetscReal fluid_work(const MPMMaterial *m, PetscReal J)
 {
@@ -65,11 +68,13 @@ MPM_INLINE PetscReal fluid_energy(int dim, const MPMMaterial *m, const MPMPointS
   return s->J <= Jc ? fluid_work(m, s->J) : fluid_work(m, Jc) + m->tension * (s->J - Jc);
 }
 
+#endif
+
 /* c^2 = dp/drho with rho = rho0/J: K/rho0 J^(1 - gamma) or K J^2/rho0. Where tension is cut there are no waves; the
    fluid keeps the value of rest there, as the next compression must find a dt. */
-MPM_INLINE PetscReal fluid_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal fluid_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
 {
-  const PetscReal J = m->tension >= 0 ? PetscMin(s->J, 1) : s->J;
+  const MPMReal J = m->tension >= 0 ? MPMMin(s->J, MPMAll(1)) : s->J;
 
   (void)dim;
   return m->K / m->rho * (m->gamma > 0 ? MPMExp((1 - m->gamma) * MPMLog(J)) : s->J * s->J);
@@ -81,10 +86,18 @@ MPM_LAW_STRESS(fluid, 3)
 MPM_LAW_UPDATE(fluid, 1, m->state)
 MPM_LAW_UPDATE(fluid, 2, m->state)
 MPM_LAW_UPDATE(fluid, 3, m->state)
-MPM_LAW_SCALARS(fluid, energy)
 MPM_LAW_SCALARS(fluid, speed2)
-const MPMMaterialLaw MPMMaterialLaw_fluid = {.setup  = fluid_setup,
-                                             .stress = MPM_LAW_1_2_3(fluid, stress),
-                                             .update = MPM_LAW_1_2_3(fluid, update),
-                                             .energy = MPM_LAW_1_2_3(fluid, energy),
-                                             .speed2 = MPM_LAW_1_2_3(fluid, speed2)};
+#if MPM_WIDTH == 1
+MPM_LAW_SCALARS(fluid, energy)
+extern const MPMMaterialLaw MPMMaterialLaw_fluid_8, MPMMaterialLaw_fluid_4, MPMMaterialLaw_fluid_2;
+const MPMMaterialLaw        MPMMaterialLaw_fluid = {.setup  = fluid_setup,
+                                                    .stress = MPM_LAW_1_2_3(fluid, stress),
+                                                    .update = MPM_LAW_1_2_3(fluid, update),
+                                                    .energy = MPM_LAW_1_2_3(fluid, energy),
+                                                    .speed2 = MPM_LAW_1_2_3(fluid, speed2),
+                                                    .lanes  = MPM_LAW_LANES(fluid)};
+#else
+const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_fluid) = {.stress = MPM_LAW_1_2_3(fluid, stress),
+                                                             .update = MPM_LAW_1_2_3(fluid, update),
+                                                             .speed2 = MPM_LAW_1_2_3(fluid, speed2)};
+#endif

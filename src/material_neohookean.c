@@ -3,43 +3,43 @@
  */
 #include "material.h"
 
-MPM_INLINE void neohookean_stress(int dim, const MPMMaterial *m, const MPMPointState *s, PetscReal *tau)
+MPM_INLINE void neohookean_stress(int dim, const MPMMaterial *m, const MPMPointState *s, MPMReal *tau)
 {
-  PetscReal       b[6];
-  const PetscReal p = m->lambda * MPMLog(MPMDet(dim, s->F));
+  MPMReal       b[6];
+  const MPMReal p = m->lambda * MPMLog(MPMDet(dim, s->F));
 
   MPMLeftCauchyGreen(dim, s->F, b);
-  tau[0] = p + m->mu * (b[0] - 1);
+  tau[0] = p + m->mu * (b[0] - 1.0);
   tau[1] = m->mu * b[1];
   tau[2] = m->mu * b[2];
-  tau[3] = p + m->mu * (b[3] - 1);
+  tau[3] = p + m->mu * (b[3] - 1.0);
   tau[4] = m->mu * b[4];
-  tau[5] = p + m->mu * (b[5] - 1);
+  tau[5] = p + m->mu * (b[5] - 1.0);
 }
 
-MPM_INLINE PetscReal neohookean_energy(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal neohookean_energy(int dim, const MPMMaterial *m, const MPMPointState *s)
 {
-  PetscReal       b[6];
-  const PetscReal lnJ = MPMLog(MPMDet(dim, s->F));
+  MPMReal       b[6];
+  const MPMReal lnJ = MPMLog(MPMDet(dim, s->F));
 
   MPMLeftCauchyGreen(dim, s->F, b);
-  return 0.5 * m->mu * ((b[0] - 1) + (b[3] - 1) + (b[5] - 1) - 2 * lnJ) + 0.5 * m->lambda * lnJ * lnJ;
+  return 0.5 * m->mu * ((b[0] - 1.0) + (b[3] - 1.0) + (b[5] - 1.0) - 2.0 * lnJ) + 0.5 * m->lambda * lnJ * lnJ;
 }
 
 /* A plane wave along n has rho0 c^2 = lambda (1 - ln J) + mu (1 + n.b n), a shear wave mu n.b n. Bounded without a
    logarithm, by 1 - 1/J <= ln J <= J - 1, and by the largest row sum of b (Gershgorin); equal at F = I. */
-MPM_INLINE PetscReal neohookean_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal neohookean_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
 {
-  const PetscReal J = MPMDet(dim, s->F), volumetric = m->lambda * (m->lambda >= 0 ? 1 / J : 2 - J);
-  PetscReal       b[6], bmax                        = 0;
+  const MPMReal J = MPMDet(dim, s->F), volumetric = m->lambda * (m->lambda >= 0 ? 1.0 / J : 2.0 - J);
+  MPMReal       b[6], bmax                        = MPMAll(0);
 
   MPMLeftCauchyGreen(dim, s->F, b);
   for (int d = 0; d < dim; d++) {
-    PetscReal row = 0;
-    for (int e = 0; e < dim; e++) row += PetscAbsReal(b[MPMSymIndex(d, e)]);
-    bmax = PetscMax(bmax, row);
+    MPMReal row = MPMAll(0);
+    for (int e = 0; e < dim; e++) row += MPMAbs(b[MPMSymIndex(d, e)]);
+    bmax = MPMMax(bmax, row);
   }
-  return (m->mu * bmax + PetscMax(0, m->mu + volumetric)) / m->rho;
+  return (m->mu * bmax + MPMMax(MPMAll(0), m->mu + volumetric)) / m->rho;
 }
 
 MPM_MATERIAL_DEFINE(neohookean)

@@ -1,6 +1,6 @@
 /* migrate.c - points that left their patch go to the process that owns their cell. Both ways give the same points on
    the same processes, so the same bits; only messages and time differ.                                               */
-#include "transfer.h"
+#include "cell.h"
 #include "exchange_spatial.h"
 
 /* The process that owns the cell where point p of the view is now. */

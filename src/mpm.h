@@ -25,7 +25,9 @@
 #define MPM_VERSION   "0.1.0"
 #define MPM_NAME_LEN  64
 #define MPM_TEXT_LEN  2048
-#define MPM_BLOCK     64 /* points that a transfer stages at a time: its scratch stays in L1 */
+#define MPM_STAGED    64 /* points that a transfer stages at a time: its scratch stays in L1 */
+#define MPM_BLOCK     72 /* the length of its rows: room for the widest vector past the last point */
+#define MPM_LINE      64 /* bytes of a line of the cache */
 #define MPM_STRESS_NC 6  /* components of a symmetric tensor: xx xy xz yy yz zz */
 
 /* Exit statuses of the program. */
@@ -66,13 +68,14 @@ typedef struct {
 #define MPM_MATERIAL_ROWS(name, rows) PetscReal name[rows][MPM_BLOCK];
   MPM_MATERIAL_FIELDS(MPM_MATERIAL_ROWS)
 #undef MPM_MATERIAL_ROWS
-} MPMBlock;
+} __attribute__((aligned(64))) MPMBlock;
 
 typedef struct _MPMMaterial MPMMaterial;
 
 /* A material law: functions of points first .. last-1 of a block, one a dimension ([dim-1]); all J > 0. A law without
    history has stress and no update. */
-typedef struct {
+typedef struct _MPMMaterialLaw MPMMaterialLaw;
+struct _MPMMaterialLaw {
   /* constants from the options; what is wrong with them, beginning with the name of one, or NULL */
   const char *(*setup)(MPMMaterial *);
   /* Kirchhoff stress b->tau = J sig in Pa */
@@ -84,7 +87,9 @@ typedef struct {
   void (*energy[3])(const MPMMaterial *, PetscInt first, PetscInt last, const MPMBlock *b, PetscReal W[]);
   /* upper bound of the squared speed of waves in the deformed state c2 [last] in m^2/s^2 */
   void (*speed2[3])(const MPMMaterial *, PetscInt first, PetscInt last, const MPMBlock *b, PetscReal c2[]);
-} MPMMaterialLaw;
+  /* stress, update and speed2 for vectors of 8, 4, 2 points: what the transfers call; NULL: they call those above */
+  const MPMMaterialLaw *lanes[3];
+};
 
 typedef struct {
   /* parameters: options it takes besides rho; state: fields that its points carry; lists separated by blanks */
@@ -204,12 +209,14 @@ typedef struct {
   const MPMFace (*faces)[2], (*residual_faces)[2]; /* of velocities, and of what xpic filters from them */
 } MPMParams;
 
-/* Number of values a node carries in `sum` (mass, momentum, force) and in `vel` (velocity, acceleration); the first
-   and the last + 1 of the sums that these parts of a transfer make. */
-#define MPM_SUM_NC(dim)           (1 + 2 * (dim))
+/* Number of values a node carries in `sum` and in `vel` (velocity, acceleration). The sums are a record of 8 in every
+   dimension, mass, momentum [3] and force [3] from MPM_SUM_FORCE on: one vector, or a whole number of shorter ones,
+   that lies in one line of the cache. Then the first and the last + 1 of the sums that parts of a transfer make. */
+#define MPM_SUM_NC(dim)           8
+#define MPM_SUM_FORCE             4
 #define MPM_VEL_NC(dim)           (2 * (dim))
-#define MPM_SUM_FIRST(dim, parts) ((parts)&MPM_P2G_MASS ? 0 : (parts)&MPM_P2G_MOMENTUM ? 1 : 1 + (dim))
-#define MPM_SUM_LAST(dim, parts)  ((parts)&MPM_P2G_FORCE ? MPM_SUM_NC(dim) : 1 + (dim))
+#define MPM_SUM_FIRST(dim, parts) ((parts)&MPM_P2G_MASS ? 0 : (parts)&MPM_P2G_MOMENTUM ? 1 : MPM_SUM_FORCE)
+#define MPM_SUM_LAST(dim, parts)  ((parts)&MPM_P2G_FORCE ? MPM_SUM_FORCE + (dim) : 1 + (dim))
 
 /* Components of each field: MPMComponents_x(dim), ... */
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
@@ -233,10 +240,13 @@ typedef struct {
   PetscInt        norder;
   const PetscInt *order;     /* [norder] all points by (cell, id): p < points.n own, else halo p - points.n */
   const PetscInt *own_order; /* [points.n] own points by (cell, id) */
-  const PetscInt *start;     /* [cells+1] where each cell's points begin in order */
-  PetscReal      *sum;       /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N */
-  PetscReal      *vel;       /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
-  char           *row;       /* [n2][n1] does a point touch this row of nodes? Others are never visited. */
+  PetscInt       *movers; /* [nmovers] places in own_order of points that changed cell, noted by the commit; or NULL */
+  PetscInt        nmovers;
+  const PetscInt *start; /* [cells+1] where each cell's points begin in order */
+  PetscReal      *sum;   /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N */
+  PetscReal      *vel;   /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
+  PetscInt (*span)[2];   /* [n2][n1] points touch nodes first .. last-1 of a row; others are never visited */
+  void *memory;          /* behind sum and span, where the patch owns them */
 } MPMPatch;
 
 /* Parts of a transfer: what a phase asks the one P2G body and the one G2P body to do. */
@@ -252,11 +262,12 @@ enum {
   MPM_G2P_FILTER   = 256  /* r_p less its part that the grid takes up (xpic) */
 };
 
-typedef void (*MPMTransfer)(const MPMParams *, MPMPatch *, MPMStatus *);
+typedef void (*MPMTransfer)(const MPMParams *, MPMPatch *, PetscInt parts, MPMStatus *);
 
-/* The kernel for these parts, NULL if it was not instantiated; and its floating-point operations per point. */
+/* The kernel for these parts, NULL if there is none; and its floating-point operations per point. */
 MPMTransfer MPMTransferFind(PetscInt dim, MPMBasis basis, PetscInt parts);
 PetscReal   MPMTransferFlops(PetscInt dim, MPMBasis basis, PetscInt parts);
+PetscInt    MPMTransferWidth(void); /* points that kernels handle at a time: 8, 4 or 2, as the processor allows */
 
 /* ---------------------------------------------------------------------------------------------------------------
    2. Parallel: who holds what
@@ -273,6 +284,9 @@ typedef struct {
   PetscBool  present[MPM_NUM_FIELDS]; /* does the scene have the field? */
   PetscInt   bytes[MPM_NUM_FIELDS];   /* of a point */
   PetscInt  *order, *start;           /* [n] points by (cell, id); [cells of the patch + 1] */
+  PetscInt  *spare;                   /* [n] the next order is made here */
+  PetscInt  *comers;                  /* [cells] points that come to a cell; all 0 between uses */
+  PetscInt  *movers, nmovers;         /* places in order of points that changed cell since; -1: not known */
   PetscInt   nstart;
 } MPMPoints;
 
@@ -350,7 +364,9 @@ size_t         MPMMessagePointBytes(const MPMPoints *, PetscInt fields);
 
 PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da);
 void           MPMPatchMarkRows(MPMPatch *, const PetscInt *start); /* [cells+1] points of each cell, halo included */
+void           MPMPatchMarkAll(MPMPatch *);
 void           MPMPatchZeroSums(MPMPatch *, PetscInt parts);
+void          *MPMAlign(void *memory);
 PetscInt       MPMPatchCells(const MPMPatch *);
 PetscErrorCode MPMPatchRun(MPM, MPMPatch *, const MPMPhase *, MPMStatus *);
 PetscErrorCode MPMPatchDestroy(MPMPatch *);

@@ -1,11 +1,12 @@
 /* patch.c - a patch of cells: its box, and running a phase on it. Shared by every way to run the step. */
-#include "transfer.h"
+#include "cell.h"
 
 /* Sets the box from the DMDA: own = what this process owns, box = with the halo. Allocates the node sums. Not
  * collective. */
 PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis basis, DM da)
 {
   PetscInt nodes;
+  size_t   sums;
 
   PetscFunctionBeginUser;
   patch->grid  = grid;
@@ -19,14 +20,18 @@ PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis bas
     patch->lo[d] -= grid->layers[d];
   }
   nodes = patch->n[0] * patch->n[1] * patch->n[2];
-  PetscCall(PetscCalloc2(nodes * MPM_SUM_NC(grid->dim), &patch->sum, patch->n[1] * patch->n[2], &patch->row));
+  sums  = (size_t)nodes * MPM_SUM_NC(grid->dim) * sizeof(PetscReal);
+  PetscCall(PetscCalloc1(sums + (size_t)(patch->n[1] * patch->n[2]) * sizeof *patch->span + MPM_LINE,
+                         (char **)&patch->memory));
+  patch->sum  = (PetscReal *)MPMAlign(patch->memory);
+  patch->span = (PetscInt(*)[2])((char *)patch->sum + sums);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMPatchDestroy(MPMPatch *patch)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscFree2(patch->sum, patch->row));
+  PetscCall(PetscFree(patch->memory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -35,34 +40,64 @@ PetscInt MPMPatchCells(const MPMPatch *patch)
   return patch->n[0] * patch->n[1] * patch->n[2];
 }
 
-/* Takes the places of the cells in the patch's order and marks the rows of nodes that points touch. */
+/* The next address that begins a line of the cache, so that the record of a node lies in one. */
+void *MPMAlign(void *memory)
+{
+  return (void *)(((uintptr_t)memory + MPM_LINE - 1) / MPM_LINE * MPM_LINE);
+}
+
+/* Takes the places of the cells in the patch's order and finds the part of each row of nodes that points touch. */
 void MPMPatchMarkRows(MPMPatch *patch, const PetscInt *start)
 {
   const PetscInt ns = MPMBasisNodes(patch->basis);
 
   patch->start = start;
-  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) patch->row[r] = 0;
+  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
+    patch->span[r][0] = patch->n[0];
+    patch->span[r][1] = 0;
+  }
   for (PetscInt k = 0; k < patch->n[2]; k++)
     for (PetscInt j = 0; j < patch->n[1]; j++) {
-      const PetscInt r = k * patch->n[1] + j;
+      const PetscInt *cell  = start + (k * patch->n[1] + j) * patch->n[0];
+      PetscInt        first = 0, last = patch->n[0];
 
-      if (start[(r + 1) * patch->n[0]] == start[r * patch->n[0]]) continue;
+      if (cell[0] == cell[last]) continue;
+      while (cell[first + 1] == cell[0]) first++;
+      while (cell[last - 1] == cell[patch->n[0]]) last--;
+      last = PetscMin(last + ns - 1, patch->n[0]);
       for (PetscInt kk = k; kk < PetscMin(k + ns, patch->n[2]); kk++)
-        for (PetscInt jj = j; jj < PetscMin(j + ns, patch->n[1]); jj++) patch->row[kk * patch->n[1] + jj] = 1;
+        for (PetscInt jj = j; jj < PetscMin(j + ns, patch->n[1]); jj++) {
+          PetscInt *span = patch->span[kk * patch->n[1] + jj];
+
+          span[0] = PetscMin(span[0], first);
+          span[1] = PetscMax(span[1], last);
+        }
     }
 }
 
-/* Zeroes the sums that the parts will add to, in the rows that points touch. */
+/* Lets all nodes be visited. */
+void MPMPatchMarkAll(MPMPatch *patch)
+{
+  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
+    patch->span[r][0] = 0;
+    patch->span[r][1] = patch->n[0];
+  }
+}
+
+/* Zeroes the sums that the parts will add to, of the nodes that points touch. */
 void MPMPatchZeroSums(MPMPatch *patch, PetscInt parts)
 {
   const PetscInt dim = patch->grid->dim, nc = MPM_SUM_NC(dim);
   const PetscInt c0 = MPM_SUM_FIRST(dim, parts), c1 = MPM_SUM_LAST(dim, parts);
 
   for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
-    PetscReal *sum = patch->sum + r * patch->n[0] * nc;
+    PetscReal     *sum = patch->sum + (size_t)(r * patch->n[0] * nc);
+    const PetscInt i0 = patch->span[r][0], i1 = patch->span[r][1];
 
-    if (patch->row[r])
-      for (PetscInt i = 0; i < patch->n[0]; i++)
+    if (i0 < i1 && (parts & MPM_P2G_MASS) && (parts & MPM_P2G_FORCE))
+      memset(sum + i0 * nc, 0, (size_t)((i1 - i0) * nc) * sizeof *sum);
+    else
+      for (PetscInt i = i0; i < i1; i++)
         for (PetscInt c = c0; c < c1; c++) sum[i * nc + c] = 0;
   }
 }
@@ -76,7 +111,7 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMS
     for (PetscInt k = 0; k < patch->own_n[2]; k++)
       for (PetscInt j = 0; j < patch->own_n[1]; j++) {
         const PetscInt row = (k + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + j + patch->own_lo[1] - patch->lo[1];
-        if (patch->row[row]) phase->nodes(&mpm->params, patch, row);
+        if (patch->span[row][0] < patch->span[row][1]) phase->nodes(&mpm->params, patch, row);
       }
   } else {
     const MPMTransfer run = MPMTransferFind(patch->grid->dim, patch->basis, phase->parts);
@@ -84,7 +119,7 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMS
     PetscCheck(run, PETSC_COMM_SELF, PETSC_ERR_PLIB, "phase %s has no kernel for parts %" PetscInt_FMT, phase->name,
                phase->parts);
     if (phase->kind == MPM_POINTS_TO_NODES) MPMPatchZeroSums(patch, phase->parts);
-    run(&mpm->params, patch, status);
+    run(&mpm->params, patch, phase->parts, status);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,7 +3,7 @@
    The fields of fields.def are fields of a DMSWARM_BASIC swarm, so PETSc stores and moves them; scratch fields are
    plain arrays beside it. `order` lists the points by (cell, id): the order in which kernels visit them, the same
    whatever the storage looks like. The storage itself is put in that order now and then, for the cache. */
-#include "transfer.h"
+#include "cell.h"
 
 /* Sorts between two reorders of the storage: in between, sweeps read it through `order`, which drifts slowly. */
 #define MPM_REORDER_EVERY 50
@@ -93,6 +93,7 @@ PetscErrorCode MPMPointsResize(MPMPoints *points)
 {
   PetscFunctionBeginUser;
   PetscCall(DMSwarmGetLocalSize(points->swarm, &points->n));
+  points->nmovers = -1;
   if (points->n <= points->capacity) PetscFunctionReturn(PETSC_SUCCESS);
   points->capacity = points->n + points->n / 8 + MPM_SWARM_BUFFER;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
@@ -101,7 +102,11 @@ PetscErrorCode MPMPointsResize(MPMPoints *points)
     PetscCall(PetscCalloc1(points->capacity * points->bytes[f], (char **)&points->scratch[f]));
   }
   PetscCall(PetscFree(points->order));
-  PetscCall(PetscMalloc1(points->capacity, &points->order));
+  PetscCall(PetscFree(points->spare));
+  PetscCall(PetscFree(points->movers));
+  PetscCall(PetscMalloc1(points->capacity + 1, &points->order));
+  PetscCall(PetscMalloc1(points->capacity + 1, &points->spare));
+  PetscCall(PetscMalloc1(points->capacity, &points->movers));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -192,6 +197,41 @@ static void SortByCell(const MPMView *view, PetscInt ncells, PetscInt *start, Pe
     }
 }
 
+/* The same from the order before and the places in it of the points that changed cell: the others keep their turns, so
+   cells are copied without them and leave room for comers, which then find their place by id. */
+static void MergeMovers(const MPMView *view, PetscInt ncells, MPMPoints *points)
+{
+  PetscInt *order = points->order, *start = points->start, *to = points->spare, *comers = points->comers, at = 0;
+
+  for (PetscInt m = 0; m < points->nmovers; m++) {
+    const PetscInt q = points->movers[m];
+
+    comers[view->cell[order[q]]]++;
+    points->movers[m] = order[q];
+    order[q]          = -1;
+  }
+  for (PetscInt c = 0, q = 0; c < ncells; c++) {
+    const PetscInt end = start[c + 1];
+
+    start[c] = at;
+    for (; q < end; q++) {
+      to[at] = order[q];
+      at += order[q] >= 0;
+    }
+    at += comers[c];
+  }
+  start[ncells] = at;
+  for (PetscInt m = 0; m < points->nmovers; m++) {
+    const PetscInt p = points->movers[m], c = view->cell[p];
+    PetscInt       r = start[c + 1] - comers[c]--;
+
+    for (; r > start[c] && view->id[to[r - 1]] > view->id[p]; r--) to[r] = to[r - 1];
+    to[r] = p;
+  }
+  points->spare = order;
+  points->order = to;
+}
+
 /* Orders the points, whose `cell` is known, for the patch: sets order and start. Not collective. */
 PetscErrorCode MPMPointsSort(MPMPoints *points, const MPMPatch *patch)
 {
@@ -200,12 +240,18 @@ PetscErrorCode MPMPointsSort(MPMPoints *points, const MPMPatch *patch)
 
   PetscFunctionBeginUser;
   if (points->nstart < ncells + 2) {
-    PetscCall(PetscFree(points->start));
-    PetscCall(PetscMalloc1(ncells + 2, &points->start));
-    points->nstart = ncells + 2;
+    PetscCall(PetscFree2(points->start, points->comers));
+    PetscCall(PetscMalloc2(ncells + 2, &points->start, ncells + 2, &points->comers));
+    PetscCall(PetscArrayzero(points->comers, ncells + 2));
+    points->nstart  = ncells + 2;
+    points->nmovers = -1;
   }
   PetscCall(MPMPointsGetView(points, fields, &view));
-  SortByCell(&view, ncells, points->start, points->order);
+  if (points->nmovers < 0)
+    SortByCell(&view, ncells, points->start, points->order);
+  else
+    MergeMovers(&view, ncells, points);
+  points->nmovers = -1;
   PetscCall(MPMPointsRestoreView(points, fields, &view));
   if (++points->since_reorder >= MPM_REORDER_EVERY) PetscCall(Reorder(points));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -230,6 +276,7 @@ PetscErrorCode MPMPointsLocate(MPMPoints *points, const MPMPatch *patch, const M
   }
   PetscCall(MPMPointsRestoreView(points, fields, &view));
   points->since_reorder = MPM_REORDER_EVERY;
+  points->nmovers       = -1;
   PetscCall(MPMPointsSort(points, patch));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -374,7 +421,9 @@ PetscErrorCode MPMPointsDestroy(MPMPoints *points)
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) PetscCall(PetscFree(points->scratch[f]));
   PetscCall(PetscFree(points->order));
-  PetscCall(PetscFree(points->start));
+  PetscCall(PetscFree(points->spare));
+  PetscCall(PetscFree(points->movers));
+  PetscCall(PetscFree2(points->start, points->comers));
   PetscCall(DMDestroy(&points->swarm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,5 @@
 /* pool_worker.c - the worker's half of the pool, and the making of its messages, which the master uses too. */
-#include "transfer.h"
+#include "cell.h"
 #include "exchange_pool.h"
 
 /* The box of nodes that a patch with these own nodes needs: what its points' stencils reach. */
@@ -90,11 +90,12 @@ static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *ord
 #undef MPM_FIELD
   sums = (size_t)MPMPatchCells(patch) * MPM_SUM_NC(dim) * sizeof(PetscReal);
   vels = (size_t)MPMPatchCells(patch) * MPM_VEL_NC(dim) * sizeof(PetscReal);
-  PetscCall(MPMMessageRoom(&desk->nodes, &desk->nodes_capacity, sums + vels + (size_t)(patch->n[1] * patch->n[2])));
-  patch->sum = (PetscReal *)desk->nodes;
-  patch->vel = (PetscReal *)(desk->nodes + sums);
-  patch->row = desk->nodes + sums + vels;
-  memset(patch->row, 1, (size_t)(patch->n[1] * patch->n[2]));
+  PetscCall(MPMMessageRoom(&desk->nodes, &desk->nodes_capacity,
+                           sums + vels + MPM_LINE + (size_t)(patch->n[1] * patch->n[2]) * sizeof *patch->span));
+  patch->sum  = (PetscReal *)MPMAlign(desk->nodes);
+  patch->vel  = (PetscReal *)((char *)patch->sum + sums);
+  patch->span = (PetscInt(*)[2])((char *)patch->vel + vels);
+  MPMPatchMarkAll(patch);
   if (!to_nodes) memcpy(patch->vel, m, vels);
   for (PetscInt p = 0; p < n; p++) { /* came numbered over the master's arrays */
     const PetscInt c      = patch->points.cell[p];

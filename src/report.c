@@ -85,7 +85,7 @@ static PetscErrorCode PrintMethod(MPM mpm)
     PetscCall(MPMPrint(mpm, "flip %g", (double)mpm->params.flip));
   for (PetscInt m = 0; m < mpm->scene.nmaterials; m++)
     PetscCall(MPMPrint(mpm, " %s %s", m ? "+" : "/", mpm->scene.materials[m].type->name));
-  PetscCall(MPMPrint(mpm, "\n"));
+  PetscCall(MPMPrint(mpm, ", %" PetscInt_FMT " lanes\n", MPMTransferWidth()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -3,7 +3,7 @@
    Points lie on the lattice (i+1/2) b + offset, b = h/ppc, anchored at the origin of space, wherever the body's shape
    is; numbered body by body in the order of -bodies, with x in the outer loop: a rule that knows no processes. */
 #include <unistd.h>
-#include "transfer.h"
+#include "cell.h"
 
 /* The range of lattice numbers that covers the body, on one axis. */
 static void LatticeRange(const MPMBody *b, PetscInt dim, PetscInt64 first[3], PetscInt64 last[3])

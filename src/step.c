@@ -4,11 +4,24 @@
    which points, and settles the points in their new cells. Equation numbers: docs/theory.md.                         */
 #include "mpm.h"
 
+/* The own nodes first .. last-1 of a row that points touch. */
+static void OwnNodes(const MPMPatch *patch, PetscInt row, PetscInt *first, PetscInt *last)
+{
+  const PetscInt own = patch->own_lo[0] - patch->lo[0];
+
+  *first = PetscMax(own, patch->span[row][0]);
+  *last  = PetscMin(own + patch->own_n[0], patch->span[row][1]);
+}
+
 /* Velocity conditions of the walls on node i of a row. */
 static PetscBool Walls(const MPMFace (*faces)[2], const MPMPatch *patch, PetscInt row, PetscInt i, PetscReal v[])
 {
   const PetscInt ijk[3] = {i + patch->lo[0], row % patch->n[1] + patch->lo[1], row / patch->n[1] + patch->lo[2]};
 
+  for (PetscInt d = 0;; d++) { /* most nodes are at no wall */
+    if (d == patch->grid->dim) return PETSC_FALSE;
+    if (ijk[d] <= 0 || ijk[d] >= patch->grid->cells[d]) break;
+  }
   return MPMWallsApply(faces, patch->grid->dim, ijk, patch->grid->cells, v);
 }
 
@@ -16,9 +29,11 @@ static PetscBool Walls(const MPMFace (*faces)[2], const MPMPatch *patch, PetscIn
    line, whose weight there is 0 but whose gradient is not, read such a node. */
 static void Divide(const MPMFace (*faces)[2], MPMPatch *patch, PetscInt row)
 {
-  const PetscInt dim = patch->grid->dim, i0 = patch->own_lo[0] - patch->lo[0];
+  const PetscInt dim = patch->grid->dim;
+  PetscInt       first, last;
 
-  for (PetscInt i = i0; i < i0 + patch->own_n[0]; i++) {
+  OwnNodes(patch, row, &first, &last);
+  for (PetscInt i = first; i < last; i++) {
     const PetscReal *m = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *p = m + 1;
     PetscReal       *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim);
 
@@ -41,11 +56,13 @@ static void NodeResidual(const MPMParams *par, MPMPatch *patch, PetscInt row)
 /* a = f/m + g, eqs. (5) and (13); v <- v + dt a, eq. (6), and walls, which also set a. */
 static void NodeAdvance(const MPMParams *par, MPMPatch *patch, PetscInt row)
 {
-  const PetscInt dim = patch->grid->dim, i0 = patch->own_lo[0] - patch->lo[0];
+  const PetscInt dim = patch->grid->dim;
+  PetscInt       first, last;
 
+  OwnNodes(patch, row, &first, &last);
   NodeVelocity(par, patch, row);
-  for (PetscInt i = i0; i < i0 + patch->own_n[0]; i++) {
-    const PetscReal *m = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *f = m + 1 + dim;
+  for (PetscInt i = first; i < last; i++) {
+    const PetscReal *m = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *f = m + MPM_SUM_FORCE;
     PetscReal       *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim), *a = v + dim, before[3], after[3];
 
     for (PetscInt d = 0; d < dim; d++) {
@@ -173,28 +190,30 @@ static PetscReal PhaseFlops(MPM mpm, const MPMPhase *phase, PetscInt npoints)
   if (phase->kind != MPM_NODES) return (PetscReal)npoints * MPMTransferFlops(dim, mpm->basis, phase->parts);
   {
     const MPMPatch *patch = &mpm->exchange.patch;
-    PetscInt        rows  = 0;
+    PetscReal       nodes = 0;
 
-    for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) rows += patch->row[r];
-    return (PetscReal)rows * patch->own_n[0] * dim * (phase->nodes == NodeAdvance ? 5 : 1);
+    for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++)
+      nodes += (PetscReal)PetscMax(0, patch->span[r][1] - patch->span[r][0]);
+    return nodes * (PetscReal)(dim * (phase->nodes == NodeAdvance ? 5 : 1));
   }
 }
 
 /* Bytes of a phase between memory and processor if nothing stays in caches from phase to phase: the declared fields of
-   the points, and the node records of the rows that points touch, each read or written once. */
+   the points, and the node records that points touch, each read or written once. */
 static PetscReal PhaseBytes(MPM mpm, const MPMPhase *phase, PetscInt npoints)
 {
   const MPMPatch *patch = &mpm->exchange.patch;
   const PetscInt  dim   = mpm->grid.dim;
-  PetscReal       rows = 0, nc = phase->kind == MPM_POINTS_TO_NODES
-                                     ? 2 * (MPM_SUM_LAST(dim, phase->parts) - MPM_SUM_FIRST(dim, phase->parts))
-                                 : phase->kind == MPM_NODES_TO_POINTS ? MPM_VEL_NC(dim)
-                                                                      : MPM_SUM_NC(dim) + MPM_VEL_NC(dim);
+  PetscReal       nodes = 0, nc;
 
-  for (PetscInt r = 0; patch->row && r < patch->n[1] * patch->n[2]; r++) rows += patch->row[r];
+  nc = phase->kind == MPM_POINTS_TO_NODES   ? 2 * MPM_SUM_NC(dim)
+       : phase->kind == MPM_NODES_TO_POINTS ? MPM_VEL_NC(dim)
+                                            : MPM_SUM_NC(dim) + MPM_VEL_NC(dim);
+  for (PetscInt r = 0; patch->span && r < patch->n[1] * patch->n[2]; r++)
+    nodes += PetscMax(0, patch->span[r][1] - patch->span[r][0]);
   return (PetscReal)npoints * (PetscReal)(MPMMessagePointBytes(&mpm->points, phase->points_in) +
                                           MPMMessagePointBytes(&mpm->points, phase->points_out)) +
-         rows * (PetscReal)patch->n[0] * nc * (PetscReal)sizeof(PetscReal);
+         nodes * nc * (PetscReal)sizeof(PetscReal);
 }
 
 /* Marks the beginning and the end of a phase for -log_view and the final table. Not collective. */

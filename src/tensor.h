@@ -1,16 +1,13 @@
 /* tensor.h - the few small-matrix operations that materials and transfers share.
 
-   dim is always a compile-time constant after inlining, so the loops unroll. F is [dim*dim] row-major; a symmetric
-   tensor is [6] in the order xx xy xz yy yz zz, whole in every dimension: 2-D is plane strain (F33 = 1), 1-D is
-   uniaxial strain (F22 = F33 = 1). */
+   dim is always a compile-time constant after inlining, so the loops unroll. MPMReal is one point or, in the files that
+   are compiled for lanes, several (lanes.h); what branches is for one point alone. F is [dim*dim] row-major; a
+   symmetric tensor is [6] in the order xx xy xz yy yz zz, whole in every dimension: 2-D is plane strain (F33 = 1), 1-D
+   is uniaxial strain (F22 = F33 = 1). */
 #ifndef MPM_TENSOR_H
 #define MPM_TENSOR_H
 
-#include <petscsys.h>
-#include <stdint.h>
-#include <string.h>
-
-#define MPM_INLINE static inline __attribute__((always_inline))
+#include "lanes.h"
 
 /* Row d, column e of a symmetric tensor stored as xx xy xz yy yz zz. */
 MPM_INLINE int MPMSymIndex(int d, int e)
@@ -42,7 +39,7 @@ MPM_INLINE int MPMSymPart(int dim, int d, int e)
   return dim == 3 ? MPMSymIndex(d, e) : d + e;
 }
 
-MPM_INLINE PetscReal MPMDet(int dim, const PetscReal *F)
+MPM_INLINE MPMReal MPMDet(int dim, const MPMReal *F)
 {
   if (dim == 1) return F[0];
   if (dim == 2) return F[0] * F[3] - F[1] * F[2];
@@ -50,26 +47,26 @@ MPM_INLINE PetscReal MPMDet(int dim, const PetscReal *F)
 }
 
 /* b = F F^T, the left Cauchy-Green tensor. */
-MPM_INLINE void MPMLeftCauchyGreen(int dim, const PetscReal *F, PetscReal b[6])
+MPM_INLINE void MPMLeftCauchyGreen(int dim, const MPMReal *F, MPMReal b[6])
 {
-  b[0] = b[3] = b[5] = 1;
-  b[1] = b[2] = b[4] = 0;
+  b[0] = b[3] = b[5] = MPMAll(1);
+  b[1] = b[2] = b[4] = MPMAll(0);
   for (int d = 0; d < dim; d++)
     for (int e = d; e < dim; e++) {
-      PetscReal s = F[d * dim] * F[e * dim];
+      MPMReal s = F[d * dim] * F[e * dim];
       for (int k = 1; k < dim; k++) s += F[d * dim + k] * F[e * dim + k];
       b[MPMSymIndex(d, e)] = s;
     }
 }
 
 /* F <- (I + dt L) F, eqs. (10) and (11). */
-MPM_INLINE void MPMDeform(int dim, PetscReal dt, const PetscReal *L, PetscReal *F)
+MPM_INLINE void MPMDeform(int dim, PetscReal dt, const MPMReal *L, MPMReal *F)
 {
-  PetscReal G[9];
+  MPMReal G[9];
 
   for (int d = 0; d < dim; d++)
     for (int e = 0; e < dim; e++) {
-      PetscReal s = L[d * dim] * F[e];
+      MPMReal s = L[d * dim] * F[e];
       for (int k = 1; k < dim; k++) s += L[d * dim + k] * F[k * dim + e];
       G[d * dim + e] = F[d * dim + e] + dt * s;
     }
@@ -80,23 +77,25 @@ MPM_INLINE void MPMDeform(int dim, PetscReal dt, const PetscReal *L, PetscReal *
    1993), branch-free. Our own, because a state must have the same bits with every libm and compiler, and because it
    has to vectorise; libm's log promises neither. For x <= 0 or not
    finite it returns something: such a J has been noted by then, and the step will not stand. */
-MPM_INLINE PetscReal MPMLog(PetscReal x)
+MPM_INLINE MPMReal MPMLog(MPMReal x)
 {
-  uint64_t   ix;
-  PetscInt64 k;
-  PetscReal  m;
+  const PetscReal magic = 6755399441055744.0; /* 1.5 2^52: its low bits hold whole numbers */
+  MPMBits         ix, k;
+  MPMReal         m, dk;
 
   memcpy(&ix, &x, sizeof ix);
-  k = (PetscInt64)((ix - 0x3fe6a09e667f3bcdULL + (1023ULL << 52)) >> 52) -
-      1023; /* x = 2^k m, m in [sqrt(1/2), sqrt 2) */
-  ix -= (uint64_t)k << 52;
+  k = ((ix - 0x3fe6a09e667f3bcdULL + (1023ULL << 52)) >> 52) - 1023; /* x = 2^k m, m in [sqrt(1/2), sqrt 2) */
+  ix -= k << 52;
+  k += 0x4338000000000000ULL; /* the bits of 1.5 2^52 + k */
   memcpy(&m, &ix, sizeof m);
+  memcpy(&dk, &k, sizeof dk);
+  dk -= magic;
   {
-    const PetscReal dk = (PetscReal)k, f = m - 1.0, s = f / (f + 2.0), z = s * s, w = z * z, h = 0.5 * f * f;
-    const PetscReal t1 = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
-    const PetscReal t2 = z * (6.666666666666735130e-01 +
-                              w * (2.857142874366239149e-01 +
-                                   w * (1.818357216161805012e-01 + w * 1.479819860510658591e-01)));
+    const MPMReal f = m - 1.0, s = f / (f + 2.0), z = s * s, w = z * z, h = 0.5 * f * f;
+    const MPMReal t1 = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
+    const MPMReal t2 = z *
+                       (6.666666666666735130e-01 +
+                        w * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860510658591e-01)));
 
     return dk * 6.93147180369123816490e-01 - ((h - (s * (h + (t1 + t2)) + dk * 1.90821492927058770002e-10)) - f);
   }
@@ -104,18 +103,16 @@ MPM_INLINE PetscReal MPMLog(PetscReal x)
 
 /* e^x, below 1 ulp: the algorithm of fdlibm's e_exp.c (Sun Microsystems, 1993), branch-free; our own for the reasons
    of MPMLog. Beyond the range it gives 0 and infinity, where the result is subnormal it is right to its last bit. */
-MPM_INLINE PetscReal MPMExp(PetscReal x)
+MPM_INLINE MPMReal MPMExp(MPMReal x)
 {
-  const PetscReal round = 6755399441055744.0; /* 1.5 2^52: adding it leaves a whole number in the low bits */
-  uint64_t        ik, iround, half, rest;
-  PetscReal       shifted, a, b;
+  const PetscReal magic = 6755399441055744.0; /* 1.5 2^52: adding it leaves a whole number in the low bits */
+  MPMBits         ik, half, rest;
+  MPMReal         shifted, a, b;
 
-  x       = x > 710 ? 710 : x;
-  x       = x < -746 ? -746 : x;
-  shifted = x * 1.44269504088896338700e+00 + round;
+  x       = MPMMax(MPMMin(x, MPMAll(710)), MPMAll(-746));
+  shifted = x * 1.44269504088896338700e+00 + magic;
   memcpy(&ik, &shifted, sizeof ik);
-  memcpy(&iround, &round, sizeof iround);
-  ik -= iround; /* x = k ln 2 + (hi - lo), |hi - lo| <= ln 2/2; k here modulo 2^64 */
+  ik -= 0x4338000000000000ULL; /* x = k ln 2 + (hi - lo), |hi - lo| <= ln 2/2; k here modulo 2^64 */
   /* 2^k as a product of two powers, since k goes from -1076 to 1024: all but the last product are exact. k + 2048 > 0
      makes the shift one of an unsigned number, as all processors have it. */
   half = (ik + 2048) >> 1;
@@ -125,17 +122,19 @@ MPM_INLINE PetscReal MPMExp(PetscReal x)
   memcpy(&a, &half, sizeof a);
   memcpy(&b, &rest, sizeof b);
   {
-    const PetscReal dk = shifted - round;
-    const PetscReal hi = x - dk * 6.93147180369123816490e-01, lo = dk * 1.90821492927058770002e-10;
-    const PetscReal r = hi - lo, z = r * r;
-    const PetscReal c = r - z * (1.66666666666666019037e-01 +
-                                 z * (-2.77777777770155933842e-03 +
-                                      z * (6.61375632143793436117e-05 +
-                                           z * (-1.65339022054652515390e-06 + z * 4.13813679705723846039e-08))));
+    const MPMReal dk = shifted - magic;
+    const MPMReal hi = x - dk * 6.93147180369123816490e-01, lo = dk * 1.90821492927058770002e-10;
+    const MPMReal r = hi - lo, z = r * r;
+    const MPMReal c = r - z * (1.66666666666666019037e-01 +
+                               z * (-2.77777777770155933842e-03 +
+                                    z * (6.61375632143793436117e-05 +
+                                         z * (-1.65339022054652515390e-06 + z * 4.13813679705723846039e-08))));
 
     return (1.0 - ((lo - (r * c) / (2.0 - c)) - hi)) * a * b;
   }
 }
+
+#if MPM_WIDTH == 1 /* what branches */
 
 /* One rotation of Jacobi in the plane of axes p and q (r is the third): A [3][3] symmetric becomes R A R^T with
    A[p][q] = 0, and the rows of V turn with it. The smaller of the two angles; no difference of near numbers is taken,
@@ -234,5 +233,7 @@ MPM_INLINE void MPMStretch(int dim, const PetscReal *F, PetscReal V[3])
     }
   }
 }
+
+#endif
 
 #endif

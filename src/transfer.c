@@ -1,93 +1,138 @@
-/* transfer.c - the instances of transfer.h's two kernels: every (dim, basis) with each set of parts that an integrator
-   asks for. A new basis adds a row to basis.def and nothing here. */
+/* transfer.c - which kernels to run, for the number of lanes that the processor has, and what they leave to one point
+   at a time because it is rare. */
 #include "transfer.h"
 
-/* The sets of parts, MPM_ALL_P2G(X, dim, basis) and so on for each. */
-#define MPM_MP  (MPM_P2G_MASS | MPM_P2G_MOMENTUM)
-#define MPM_MPF (MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE)
-#define MPM_ALL_P2G(X, dim, basis)                                                                                     \
-  X(dim, basis, MPM_MPF, mpf)                                                                                          \
-  X(dim, basis, MPM_MP, mp)                                                                                            \
-  X(dim, basis, MPM_P2G_MOMENTUM, p)                                                                                   \
-  X(dim, basis, MPM_P2G_FORCE, f)                                                                                      \
-  X(dim, basis, MPM_MPF | MPM_AFFINE, mpfa)                                                                            \
-  X(dim, basis, MPM_MP | MPM_AFFINE, mpa)                                                                              \
-  X(dim, basis, MPM_P2G_MOMENTUM | MPM_AFFINE, pa)                                                                     \
-  X(dim, basis, MPM_P2G_MOMENTUM | MPM_RESIDUAL, pr)
-#define MPM_ALL_G2P(X, dim, basis)                                                                                     \
-  X(dim, basis, MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT, msc)                                                 \
-  X(dim, basis, MPM_G2P_MOTION | MPM_G2P_COMMIT, mc)                                                                   \
-  X(dim, basis, MPM_G2P_STRESS | MPM_G2P_COMMIT, sc)                                                                   \
-  X(dim, basis, MPM_G2P_MOTION, m)                                                                                     \
-  X(dim, basis, MPM_G2P_STRESS, s)                                                                                     \
-  X(dim, basis, MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_AFFINE, msca)                                   \
-  X(dim, basis, MPM_G2P_MOTION | MPM_G2P_COMMIT | MPM_AFFINE, mca)                                                     \
-  X(dim, basis, MPM_G2P_MOTION | MPM_AFFINE, ma)                                                                       \
-  X(dim, basis, MPM_G2P_FILTER, f)                                                                                     \
-  X(dim, basis, MPM_G2P_FILTER | MPM_RESIDUAL, fr)
+/* Of each width, [dim-1]: to nodes, to points. */
+extern const MPMTransfer MPMTransfers_8[3][2], MPMTransfers_4[3][2], MPMTransfers_2[3][2];
 
-#define MPM_INSTANCE_P2G(dim, basis, parts, tag)                                                                       \
-  static void P2G_##basis##_##dim##_##tag(const MPMParams *par, MPMPatch *patch, MPMStatus *status)                    \
-  {                                                                                                                    \
-    (void)status;                                                                                                      \
-    MPMP2G(dim, MPM_BASIS_##basis, parts, par, patch);                                                                 \
+/* 8 lanes with AVX-512, 4 with AVX2, else 2. The environment's PEBBLE_VECTOR asks for fewer: the bits are the same. */
+PetscInt MPMTransferWidth(void)
+{
+  static PetscInt width = 0;
+
+  if (!width) {
+    const char *wish = getenv("PEBBLE_VECTOR");
+    const int   most = wish && atoi(wish) >= 2 ? atoi(wish) : 8;
+
+    width = 2;
+#if defined(__x86_64__)
+    __builtin_cpu_init();
+    if (most >= 4 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) width = 4;
+    if (most >= 8 && width == 4 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw"))
+      width = 8;
+#endif
   }
-#define MPM_INSTANCE_G2P(dim, basis, parts, tag)                                                                       \
-  static void G2P_##basis##_##dim##_##tag(const MPMParams *par, MPMPatch *patch, MPMStatus *status)                    \
-  {                                                                                                                    \
-    MPMG2P(dim, MPM_BASIS_##basis, parts, par, patch, status);                                                         \
-  }
-#define MPM_BASIS(basis, nodes, layers, inertia, what)                                                                 \
-  MPM_ALL_P2G(MPM_INSTANCE_P2G, 1, basis)                                                                              \
-  MPM_ALL_P2G(MPM_INSTANCE_P2G, 2, basis)                                                                              \
-  MPM_ALL_P2G(MPM_INSTANCE_P2G, 3, basis)                                                                              \
-  MPM_ALL_G2P(MPM_INSTANCE_G2P, 1, basis)                                                                              \
-  MPM_ALL_G2P(MPM_INSTANCE_G2P, 2, basis)                                                                              \
-  MPM_ALL_G2P(MPM_INSTANCE_G2P, 3, basis)
-#include "basis.def"
-#undef MPM_BASIS
+  return width;
+}
 
 MPMTransfer MPMTransferFind(PetscInt dim, MPMBasis basis, PetscInt parts)
 {
-  static const struct {
-    PetscInt    dim;
-    MPMBasis    basis;
-    PetscInt    parts;
-    MPMTransfer run;
-  } table[] = {
-#define MPM_ENTRY_P2G(dim, basis, parts, tag) {dim, MPM_BASIS_##basis, parts, P2G_##basis##_##dim##_##tag},
-#define MPM_ENTRY_G2P(dim, basis, parts, tag) {dim, MPM_BASIS_##basis, parts, G2P_##basis##_##dim##_##tag},
-#define MPM_BASIS(basis, nodes, layers, inertia, what)                                                                 \
-  MPM_ALL_P2G(MPM_ENTRY_P2G, 1, basis)                                                                                 \
-  MPM_ALL_P2G(MPM_ENTRY_P2G, 2, basis)                                                                                 \
-  MPM_ALL_P2G(MPM_ENTRY_P2G, 3, basis)                                                                                 \
-  MPM_ALL_G2P(MPM_ENTRY_G2P, 1, basis)                                                                                 \
-  MPM_ALL_G2P(MPM_ENTRY_G2P, 2, basis)                                                                                 \
-  MPM_ALL_G2P(MPM_ENTRY_G2P, 3, basis)
-#include "basis.def"
-#undef MPM_BASIS
-  };
+  const PetscInt to_nodes  = parts & (MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE) ? 1 : 0;
+  const PetscInt to_points = parts & (MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_G2P_FILTER) ? 1 : 0;
 
-  for (size_t r = 0; r < sizeof table / sizeof table[0]; r++)
-    if (table[r].dim == dim && table[r].basis == basis && table[r].parts == parts) return table[r].run;
-  return NULL;
+  if (dim < 1 || dim > 3 || basis >= MPM_NUM_BASES || to_nodes == to_points) return NULL;
+#if defined(__x86_64__)
+  if (MPMTransferWidth() == 8) return MPMTransfers_8[dim - 1][to_points];
+  if (MPMTransferWidth() == 4) return MPMTransfers_4[dim - 1][to_points];
+#endif
+  return MPMTransfers_2[dim - 1][to_points];
 }
 
-/* Floating-point operations per point, counted by hand from transfer.h: an addition, product or quotient is 1; the law
-   is counted as a neo-Hookean solid (a logarithm is 26). The adds of a cell's sums to its nodes are left out.        */
+/* Notes a bad condition: the gravest kind, of its smallest id. */
+void MPMNoteBad(MPMStatus *status, MPMBad bad, PetscInt64 id, PetscInt dim, const PetscReal x[], PetscReal J)
+{
+  if (status->bad != MPM_OK && (status->bad < bad || (status->bad == bad && status->id <= id))) return;
+  status->bad = bad;
+  status->id  = id;
+  status->J   = J;
+  for (PetscInt d = 0; d < dim; d++) status->x[d] = x[d];
+}
+
+/* The same for those of points first .. last-1 of a block whose J is not a positive number. */
+void MPMNoteBadJ(PetscInt dim, const MPMPatch *patch, PetscBool has_F, PetscInt first, PetscInt last,
+                 const PetscInt *order, const MPMBlock *b, MPMStatus *status)
+{
+  for (PetscInt l = first; l < last; l++) {
+    PetscReal F[9], J = b->J[0][l];
+
+    for (PetscInt k = 0; k < dim * dim; k++) F[k] = b->F[k][l];
+    if (has_F) J = MPMDet((int)dim, F);
+    if (!(J > 0 && J < PETSC_MAX_REAL))
+      MPMNoteBad(status, MPM_BAD_J, patch->points.id[order[l]], dim, patch->points.x + (size_t)order[l] * (size_t)dim,
+                 J);
+  }
+}
+
+/* Brings x [dim] of n points back through periodic faces; [lower, upper) afterwards. */
+void MPMWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMRow *x)
+{
+  for (PetscInt d = 0; d < dim; d++) {
+    const PetscReal lower = grid->lower[d], upper = grid->upper[d], length = upper - lower;
+
+    for (PetscInt l = 0; l < n && grid->periodic[d]; l++) {
+      PetscReal *at = &x[d][l];
+
+      if (*at >= lower && *at < upper) continue;
+      *at -= PetscFloorReal((*at - lower) / length) * length;
+      if (*at < lower || *at >= upper) *at = lower; /* rounding */
+    }
+  }
+}
+
+/* Half-widths of n stretched domains (cpGIMP): those of the kind times the diagonal of V = sqrt(F F^T), which a
+   rotation of the undeformed leaves as it is and which turns with the material, unlike the diagonal of F. */
+void MPMStretchDomains(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const PetscInt *order,
+                       const MPMRow *x, MPMStatus *status)
+{
+  const MPMView *points = &patch->points;
+
+  for (PetscInt q = 0; q < n; q++) {
+    const PetscInt p = order[q];
+    PetscReal      V[3], at[3];
+
+    MPMStretch((int)dim, points->F + (size_t)(p * dim * dim), V);
+    for (PetscInt d = 0; d < dim; d++) at[d] = x[d][q];
+    for (PetscInt d = 0; d < dim; d++) {
+      PetscReal l = par->kinds[points->kind ? points->kind[p] : 0].l[d] * V[d];
+
+      if (!(l <= 0.5)) { /* its stencil would be too small */
+        MPMNoteBad(status, MPM_TOO_WIDE, points->id[p], dim, at, 2 * l);
+        l = 0.5;
+      }
+      points->l[p * dim + d] = l;
+    }
+  }
+}
+
+/* Floating-point operations per point, counted by hand from transfer.h and transfer_sums.c: an addition, product or
+   quotient is 1, a fused multiply-add 2; the law is counted as a neo-Hookean solid (a logarithm is 26). Only lanes that
+   hold something count. The adds of a cell's sums to its nodes, xpic's filter and the forms of splines at walls are
+   left out. */
 PetscReal MPMTransferFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
 {
-  const PetscReal d = dim, ns = MPMBasisNodes(basis), nodes = PetscPowReal(ns, d);
-  const PetscReal weights = d * (4 + 2 * ns), shape = (d + 1) * (d - 1); /* phi and dphi of a node */
-  const PetscReal law = 26 + d * (d + 1) / 2 * (2 * d - 1) + 8, det = dim == 1 ? 0 : dim == 2 ? 3 : 14;
-  PetscReal       flops = weights + nodes * shape;
+  static const PetscReal weights[] = {
+      [MPM_BASIS_linear] = 1, [MPM_BASIS_gimp] = 28, [MPM_BASIS_bspline2] = 13, [MPM_BASIS_bspline3] = 22};
+  const PetscReal d = dim, ns = MPMBasisNodes(basis), rows = dim == 1 ? 1 : PetscPowReal(ns, d - 1), nodes = rows * ns;
+  const PetscReal planes = dim == 3 ? ns : 0, inner = dim == 1 ? 0 : rows; /* products with wz; with wy */
+  const PetscReal sym = d * (d + 1) / 2, det = dim == 1 ? 0 : dim == 2 ? 3 : 14;
+  const PetscReal law = 26 + det + sym * (2 * d - 1) + 2 * d + d * d, values = parts & MPM_G2P_MOTION ? 2 * d : d;
+  const PetscReal sums  = (parts & MPM_P2G_MASS ? 1 : 0) + (parts & MPM_P2G_MOMENTUM ? d : 0);
+  PetscReal       flops = d * (6 + weights[basis] + ns); /* coordinate, floor, base; g/h */
 
-  if (parts & MPM_P2G_MASS) flops += 2 * nodes;
-  if (parts & MPM_P2G_MOMENTUM) flops += d + 2 * d * nodes;
-  if (parts & MPM_P2G_FORCE) flops += det + law + d * d + 2 * d * d * nodes;
-  if (parts & MPM_G2P_MOTION) flops += 4 * d * nodes + 8 * d;
-  if (parts & MPM_G2P_STRESS)
-    flops += 2 * d * d * nodes + d * d * (2 * d + 1) + 2 * det + d * (d + 1) / 2 * (2 * d - 1) + 6;
-  if (parts & MPM_G2P_COMMIT) flops += 3 * d;
+  flops += sums * (planes + inner + 2 * nodes);
+  if (parts & MPM_P2G_MOMENTUM) flops += d;
+  if (parts & MPM_P2G_FORCE) flops += law + d * d + d * (5 * planes + 3 * inner + 2 * nodes) + 2 * d * nodes;
+  if ((parts & MPM_P2G_MOMENTUM) && (parts & MPM_AFFINE)) flops += 4 * d * d + d * (4 * planes + 3 * inner + 2 * nodes);
+  if (parts & (MPM_G2P_MOTION | MPM_G2P_FILTER)) flops += 2 * values * (nodes + inner + planes);
+  if (parts & MPM_G2P_MOTION) flops += 8 * d;
+  if (parts & MPM_G2P_STRESS) { /* without the motion the velocities' rows come extra */
+    flops += 2 * d * (nodes + 2 * inner + 3 * planes);
+    if (!(parts & MPM_G2P_MOTION)) flops += 2 * d * (nodes + (dim == 3 ? inner : 0));
+    flops += d * d * (2 * d + 1) + 2 * det + sym * (2 * d - 1) + 2 * d + 6;
+  }
+  if ((parts & MPM_G2P_MOTION) && (parts & MPM_AFFINE))
+    flops += 3 * d * ns + 2 * d * (2 * nodes + 3 * inner + 3 * planes);
+  if (parts & MPM_G2P_COMMIT) flops += d * (1 + 6 + 2);
   return flops;
 }

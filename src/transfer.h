@@ -1,146 +1,215 @@
 /* transfer.h - the two kernels of the Material Point Method: points to nodes (P2G) and nodes to points (G2P).
 
-   Each is written once. dim, basis and parts are compile-time constants of always-inlined functions; transfer.c
-   instantiates the combinations that the integrators use. Both walk the points in (cell, id) order in blocks of
-   MPM_BLOCK, whose scratch stays in L1:
-     P2G  stage stencils -> stress of the block, one call a material -> sums of a cell in local accumulators ->
-          added to its nodes once a cell. The tree of additions depends on cells and ids alone, never on the blocks.
-     G2P  stage stencils -> velocity, acceleration and velocity gradient -> new v, F, x.
-   No branch depends on where a point came from, so every point gets the same instructions on every process.
+   Each is written once, for vectors of MPM_WIDTH lanes (lanes.h); dim is a compile-time constant of always-inlined
+   functions, and so is the basis where weights are made. transfer_lanes.c instantiates them and is compiled once a
+   width, as are the innermost loops, in transfer_sums.c. Both walk the points in
+   (cell, id) order in blocks of up to MPM_STAGED, whose rows are gathered into scratch that stays in L1:
+     P2G  weights (lanes are points) -> stress of the block, one call a material -> sums of a cell in local accumulators
+          (lanes are the sums of a node) -> added to its nodes once a cell.
+     G2P  weights -> velocity, acceleration and velocity gradient, cell by cell (lanes are its points) -> new v, F, x
+          (lanes are points again) -> rows.
+   The tree of additions depends on cells and ids alone, never on blocks or lanes, and no branch depends on where a
+   point came from: every point gets the same operations on every process, in every width.
    In: points x v F kind, nodes vel.  Out: nodes sum; points v F x dx cell; status.                                   */
 #ifndef MPM_TRANSFER_H
 #define MPM_TRANSFER_H
 
 #include "mpm.h"
 
-/* Stencils of a block: cell = index of the base node in the patch's arrays, weights and gradients per axis. */
+#if defined(__clang__)
+#define MPM_UNROLL _Pragma("unroll")
+#else
+#define MPM_UNROLL _Pragma("GCC unroll 64")
+#endif
+
+/* --- Blocks --------------------------------------------------------------------------------------------------------
+ */
+
+typedef PetscReal MPMRow[MPM_BLOCK]; /* a component of the points of a block; lanes past the last hold leftovers */
+
+/* The points of a block: n entries of an order, and those a block further on, whose rows are fetched in advance. */
 typedef struct {
-  PetscInt  cell[MPM_BLOCK];
-  PetscReal w[MPM_BLOCK][3][MPM_MAX_STENCIL], g[MPM_BLOCK][3][MPM_MAX_STENCIL]; /* 1, 1/m */
-  PetscReal at[MPM_BLOCK][3];                                                   /* from the base node, in cells */
-} MPMStencils;
+  PetscInt        n, own; /* own: p < own is an own point, else a halo point */
+  PetscBool       mixed;  /* are there halo points in the block? */
+  const PetscInt *order, *ahead;
+} MPMBlockOrder;
 
-/* Index of node ijk in the arrays of the patch. */
-MPM_INLINE PetscInt MPMNodeIndex(int dim, const MPMPatch *patch, const PetscInt ijk[])
+/* Stencils of a block. */
+typedef struct {
+  PetscInt cell[MPM_BLOCK], kind[MPM_BLOCK];             /* cell: index of the base node in the patch's arrays */
+  MPMRow   x[3], l[3], m, V0, at[3];                     /* at: from the base node, in cells */
+  MPMRow   w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients per axis, 1 and 1/m */
+} __attribute__((aligned(64))) MPMStencils;
+
+/* The cell of point p of an order. */
+MPM_INLINE PetscInt MPMCellOf(const MPMPatch *patch, PetscInt p)
 {
-  PetscInt c = 0;
-
-  for (int d = dim - 1; d >= 0; d--) c = c * patch->n[d] + (ijk[d] - patch->lo[d]);
-  return c;
+  return p < patch->points.n ? patch->points.cell[p] : patch->halo.cell[p - patch->points.n];
 }
 
-/* Base node and coordinate in cells of position x in the grid, of a point with half-widths l [dim] in cells (which
-   matter to gimp only). */
-MPM_INLINE void MPMCoordinates(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], const PetscReal l[],
-                               PetscReal xi[], PetscInt base[])
+/* The next block from entry q of n entries of an order, and its cells: whole cells, if they fit (a cell that is cut
+   costs time, not bits). */
+MPM_INLINE MPMBlockOrder MPMNextBlock(const MPMPatch *patch, PetscInt q, PetscInt n, const PetscInt *order,
+                                      PetscInt *cell)
 {
-  for (int d = 0; d < dim; d++) {
-    xi[d]   = PetscMin((x[d] - grid->lower[d]) / grid->h[d], (PetscReal)grid->cells[d]); /* the quotient may round up */
-    base[d] = MPMBasisBase(basis, &xi[d], basis == MPM_BASIS_gimp ? l[d] : 0, grid->cells[d], grid->periodic[d],
-                           grid->wall_basis[d]);
+  MPMBlockOrder o    = {PetscMin(MPM_STAGED, n - q), patch->points.n, PETSC_FALSE, order + q, NULL};
+  PetscInt      last = 0;
+
+  for (PetscInt l = 0; l < o.n; l++) last = PetscMax(last, o.order[l]);
+  o.mixed = last >= o.own ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt l = 0; l < o.n; l++) cell[l] = o.mixed ? MPMCellOf(patch, o.order[l]) : patch->points.cell[o.order[l]];
+  if (q + o.n < n && MPMCellOf(patch, o.order[o.n]) == cell[o.n - 1]) {
+    PetscInt whole = o.n - 1;
+
+    while (whole > 0 && cell[whole - 1] == cell[o.n - 1]) whole--;
+    if (whole) o.n = whole;
+  }
+  o.ahead = o.order + PetscMin(MPM_STAGED, n - q - o.n);
+  return o;
+}
+
+/* Rows of nc components of the block's points -> lanes. The rows of a vector are read together, which makes it in
+   registers; the lanes past the last point repeat it. */
+MPM_INLINE void MPMGather(int nc, const PetscReal *own, const PetscReal *halo, const MPMBlockOrder *o, MPMRow *to)
+{
+  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
+    const PetscReal *row[MPM_WIDTH];
+
+    if (o->mixed || l + MPM_WIDTH > o->n)
+      for (int k = 0; k < MPM_WIDTH; k++) {
+        const PetscInt p = o->order[PetscMin(l + k, o->n - 1)];
+
+        row[k] = p < o->own ? own + (size_t)p * nc : halo + (size_t)(p - o->own) * nc;
+      }
+    else
+      for (int k = 0; k < MPM_WIDTH; k++) {
+        row[k] = own + (size_t)o->order[l + k] * nc;
+        if (nc > 4 || k % 2 == 0)
+          __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc); /* a line holds several rows */
+      }
+    for (int c = 0; c < nc; c++) MPMWrite(&to[c][l], MPMLanes(row, c));
   }
 }
 
-/* The same for any x; false if it is outside of the grid or not finite. */
-MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], const PetscReal l[],
-                               PetscReal xi[], PetscInt base[])
+/* Lanes of points first .. last-1 -> rows of own points. */
+MPM_INLINE void MPMScatter(int nc, const MPMRow *from, const MPMBlockOrder *o, PetscInt first, PetscInt last,
+                           PetscReal *own)
 {
-  for (int d = 0; d < dim; d++)
-    if (!(x[d] >= grid->lower[d] && x[d] <= grid->upper[d])) return PETSC_FALSE;
-  MPMCoordinates(dim, basis, grid, x, l, xi, base);
-  return PETSC_TRUE;
+  for (PetscInt l = first; l < last; l++) {
+    PetscReal *to = own + (size_t)o->order[l] * nc;
+
+    MPM_UNROLL
+    for (int k = 0; k < nc; k++) to[k] = from[k][l];
+  }
 }
 
-/* The half-widths [dim] of point p of a view: those of its kind, or its own. */
-MPM_INLINE const PetscReal *MPMHalfWidths(int dim, const MPMKind *kinds, const MPMView *view, PetscInt p)
+/* Mass, volume and half-widths of kind k for points first .. last-1. */
+MPM_INLINE void MPMStageKind(int dim, const MPMKind *k, PetscInt first, PetscInt last, MPMStencils *s)
 {
-  return view->l ? view->l + p * dim : kinds[view->kind ? view->kind[p] : 0].l;
+  for (PetscInt l = first; l < last; l++) {
+    s->m[l]  = k->m;
+    s->V0[l] = k->V0;
+    for (int d = 0; d < dim; d++) s->l[d][l] = k->l[d];
+  }
 }
 
-/* The row of a field, of an own point or of a halo point (order entries from points.n on). */
-#define MPM_ROW(patch, field, p, nc)                                                                                   \
-  ((p) < (patch)->points.n ? (patch)->points.field + (p) * (nc)                                                        \
-                           : (patch)->halo.field + ((p) - (patch)->points.n) * (nc))
+/* What stays the same from block to block. */
+MPM_INLINE void MPMStencilsBegin(int dim, const MPMParams *par, MPMStencils *s)
+{
+  memset(s, 0, sizeof *s);
+  MPMStageKind(dim, par->kinds, 0, MPM_BLOCK, s);
+}
+
+/* The weights of a spline near walls, point by point. */
+static __attribute__((noinline)) void MPMStageWalls(int dim, MPMBasis basis, const MPMGrid *grid, PetscInt n,
+                                                    MPMStencils *s)
+{
+  for (PetscInt l = 0; l < n; l++)
+    for (int d = 0; d < dim; d++) {
+      const PetscReal cells = (PetscReal)grid->cells[d], xi = (s->x[d][l] - grid->lower[d]) / grid->h[d];
+      PetscReal       w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
+
+      if (!MPMWallWeights(basis, PetscMin(xi, cells), grid->cells[d], grid->wall_basis[d], w, g)) continue;
+      for (int i = 0; i < MPMBasisNodes(basis); i++) {
+        s->w[d][i][l] = w[i];
+        s->g[d][i][l] = g[i] * (1 / grid->h[d]);
+      }
+    }
+}
+
+/* Coordinate in cells and base node along axis d of points at x with half-widths l, as MPMCoordinates finds them. */
+MPM_INLINE MPMReal MPMBasesOf(MPMBasis basis, const MPMGrid *grid, int d, MPMReal x, MPMReal l, MPMReal *xi)
+{
+  *xi = MPMMin((x - grid->lower[d]) / grid->h[d], MPMAll((PetscReal)grid->cells[d])); /* the quotient may round up */
+  return MPMBasisBases(basis, xi, l, grid->cells[d], grid->periodic[d], grid->wall_basis[d]);
+}
+
+/* Weights of a block of points. */
+MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMGrid *grid, PetscInt n, MPMStencils *s)
+{
+  MPMMask wall = MPMAll(0) != MPMAll(0);
+
+  for (int d = 0; d < dim; d++) {
+    const PetscReal reach = MPMBasisIsSpline(basis) ? MPMWallReach(basis, grid->wall_basis[d]) : 0;
+    const PetscReal rh = 1 / grid->h[d], cells = (PetscReal)grid->cells[d];
+
+    for (PetscInt q = 0; q < n; q += MPM_WIDTH) {
+      const MPMReal l = MPMRead(&s->l[d][q]);
+      MPMReal       xi, base, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
+
+      base = MPMBasesOf(basis, grid, d, MPMRead(&s->x[d][q]), l, &xi); /* x was checked when it was committed */
+      MPMBasisInside(basis, xi, l, base, w, g);
+      MPMWrite(&s->at[d][q], xi - base);
+      for (int i = 0; i < MPMBasisNodes(basis); i++) {
+        MPMWrite(&s->w[d][i][q], w[i]);
+        MPMWrite(&s->g[d][i][q], g[i] * rh);
+      }
+      if (MPMBasisIsSpline(basis)) wall |= (xi < reach) | (cells - xi < reach);
+    }
+  }
+  if (MPMBasisIsSpline(basis) && MPMAny(wall)) MPMStageWalls(dim, basis, grid, n, s);
+}
 
 /* Stencils of a block of points, whose cells are known. Those of an image across a periodic face are the point's own:
    only its cell lies elsewhere. */
-MPM_INLINE void MPMStage(int dim, MPMBasis basis, const MPMParams *par, const MPMPatch *patch, PetscInt n,
-                         const PetscInt *order, MPMStencils *s)
+MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o, MPMStencils *s)
 {
-  const MPMGrid *grid = patch->grid;
+  MPMGather(dim, patch->points.x, patch->halo.x, o, s->x);
+  for (PetscInt l = 0; l < o->n && par->nkinds > 1; l++) {
+    const PetscInt p = o->order[l];
 
-  for (PetscInt q = 0; q < n; q++) {
-    const PetscBool  own  = order[q] < patch->points.n ? PETSC_TRUE : PETSC_FALSE;
-    const MPMView   *view = own ? &patch->points : &patch->halo;
-    const PetscInt   p    = own ? order[q] : order[q] - patch->points.n;
-    const PetscReal *x = view->x + p * dim, *l = NULL;
-    PetscReal        xi[3];
-    PetscInt         base[3];
-
-    if (basis == MPM_BASIS_gimp) l = MPMHalfWidths(dim, par->kinds, view, p);
-    MPMCoordinates(dim, basis, grid, x, l, xi, base); /* x was checked when it was committed */
-    s->cell[q] = view->cell[p];
-    for (int d = 0; d < dim; d++) {
-      PetscReal w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
-
-      MPMBasisWeights(basis, xi[d], basis == MPM_BASIS_gimp ? l[d] : 0, base[d], grid->cells[d], grid->wall_basis[d], w,
-                      g);
-      s->at[q][d] = xi[d] - (PetscReal)base[d];
-      for (int i = 0; i < MPMBasisNodes(basis); i++) {
-        s->w[q][d][i] = w[i];
-        s->g[q][d][i] = g[i] / grid->h[d];
-      }
-    }
+    s->kind[l] = p < o->own ? patch->points.kind[p] : patch->halo.kind[p - o->own];
+    MPMStageKind(dim, par->kinds + s->kind[l], l, l + 1, s);
+  }
+  if (patch->points.l) MPMGather(dim, patch->points.l, patch->halo.l, o, s->l);
+  switch (patch->basis) {
+#define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
+  case MPM_BASIS_##name:                                                                                               \
+    MPMStageWeights(dim, MPM_BASIS_##name, patch->grid, o->n, s);                                                      \
+    break;
+#include "basis.def"
+#undef MPM_BASIS
+  default:
+    break;
   }
 }
 
 #define MPM_MAX_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
 
-/* Nodes of a stencil. */
-MPM_INLINE int MPMStencilSize(int dim, MPMBasis basis)
+/* Offsets of the nodes of a stencil from its base node in the patch's arrays, x fastest, times nc. */
+MPM_INLINE void MPMStencilOffsets(int dim, const MPMPatch *patch, PetscInt nc, PetscInt at[])
 {
-  const int ns = MPMBasisNodes(basis);
+  const PetscInt ns = MPMBasisNodes(patch->basis), ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1;
 
-  return dim == 1 ? ns : dim == 2 ? ns * ns : ns * ns * ns;
+  for (PetscInt a = 0; a < ns * ny * nz; a++)
+    at[a] = nc * (a % ns + (a / ns % ny + a / (ns * ny) * patch->n[1]) * patch->n[0]);
 }
 
-/* Offsets of the nodes of a stencil from its base node in the patch's arrays, x fastest. */
-MPM_INLINE void MPMStencilOffsets(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt at[])
-{
-  const int ns = MPMBasisNodes(basis);
+/* --- Materials -----------------------------------------------------------------------------------------------------
+ */
 
-  for (int a = 0; a < MPMStencilSize(dim, basis); a++) {
-    at[a] = a % ns;
-    if (dim > 1) at[a] += a / ns % ns * patch->n[0];
-    if (dim > 2) at[a] += a / (ns * ns) * patch->n[0] * patch->n[1];
-  }
-}
-
-/* Tensor products of point l of the block: weights phi and gradients dphi (1/m) of the nodes of its stencil. */
-MPM_INLINE void MPMShape(int dim, MPMBasis basis, const MPMStencils *s, PetscInt l, PetscReal phi[],
-                         PetscReal (*dphi)[3])
-{
-  const int ns = MPMBasisNodes(basis);
-
-  for (int a = 0; a < MPMStencilSize(dim, basis); a++) {
-    const int       i = a % ns, j = a / ns % ns, k = a / (ns * ns);
-    const PetscReal wx = s->w[l][0][i], wy = dim > 1 ? s->w[l][1][j] : 1, wz = dim > 2 ? s->w[l][2][k] : 1;
-
-    phi[a]     = wx * wy * wz;
-    dphi[a][0] = s->g[l][0][i] * wy * wz;
-    if (dim > 1) dphi[a][1] = wx * s->g[l][1][j] * wz;
-    if (dim > 2) dphi[a][2] = wx * wy * s->g[l][2][k];
-  }
-}
-
-/* Kinds of the points of a block. */
-MPM_INLINE void MPMStageKinds(const MPMParams *par, const MPMPatch *patch, PetscInt n, const PetscInt *order,
-                              PetscInt *kind)
-{
-  for (PetscInt l = 0; l < n; l++) kind[l] = par->nkinds > 1 ? *MPM_ROW(patch, kind, order[l], 1) : 0;
-}
-
-/* For each run of points of the same material in a block: m is it, points first to next-1 are of it. */
+/* For each run of points of the same material in a block: m is it, points first to next-1 are of it, law its functions
+   for this width. */
 #define MPM_FOR_MATERIALS(par, n, kind)                                                                                \
   for (PetscInt first = 0, next = 0; first < (n); first = next)                                                        \
     for (const MPMMaterial *m = MPMSameMaterial(par, n, kind, first, &next); m; m = NULL)
@@ -150,323 +219,348 @@ MPM_INLINE const MPMMaterial *MPMSameMaterial(const MPMParams *par, PetscInt n, 
 {
   const PetscInt row = par->kinds[kind[first]].material;
 
-  for (*next = first + 1; *next < n && par->kinds[kind[*next]].material == row;) (*next)++;
+  *next = n;
+  if (par->nkinds > 1)
+    for (*next = first + 1; *next < n && par->kinds[kind[*next]].material == row;) (*next)++;
   return par->materials + row;
 }
 
+MPM_INLINE const MPMMaterialLaw *MPMLaw(const MPMMaterial *m)
+{
+  const MPMMaterialLaw *law = m->type->law->lanes[MPM_WIDTH == 8 ? 0 : MPM_WIDTH == 4 ? 1 : 2];
+
+  return law ? law : m->type->law;
+}
+
 /* Reads the state of a block's points as far as the phase declared it and the scene has it. */
-MPM_INLINE void MPMGather(int dim, const MPMPatch *patch, PetscInt n, const PetscInt *order, MPMBlock *b)
+MPM_INLINE void MPMGatherState(int dim, const MPMPatch *patch, const MPMBlockOrder *o, MPMBlock *b)
 {
 #define MPM_GATHER(name, rows)                                                                                         \
-  if (patch->points.name)                                                                                              \
-    for (PetscInt l = 0; l < n; l++) {                                                                                 \
-      const PetscReal *from = MPM_ROW(patch, name, order[l], MPMComponents_##name(dim));                               \
-      for (int k = 0; k < MPMComponents_##name(dim); k++) b->name[k][l] = from[k];                                     \
-    }
+  if (patch->points.name) MPMGather(MPMComponents_##name(dim), patch->points.name, patch->halo.name, o, b->name);
   MPM_MATERIAL_FIELDS(MPM_GATHER)
 #undef MPM_GATHER
 }
 
-/* Adds the sums of one cell, components c0 to c1-1, to its nodes, and clears them. */
-MPM_INLINE void MPMFlush(int dim, MPMBasis basis, int c0, int c1, const PetscInt at[], PetscReal *node, PetscReal *acc)
+/* --- What is rare, so one point at a time in transfer.c ------------------------------------------------------------
+ */
+
+void MPMNoteBad(MPMStatus *, MPMBad, PetscInt64 id, PetscInt dim, const PetscReal x[], PetscReal J);
+void MPMNoteBadJ(PetscInt dim, const MPMPatch *, PetscBool has_F, PetscInt first, PetscInt last, const PetscInt *order,
+                 const MPMBlock *, MPMStatus *);
+void MPMWrap(PetscInt dim, const MPMGrid *, PetscInt n, MPMRow *x);
+void MPMStretchDomains(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt n, const PetscInt *order, const MPMRow *x,
+                       MPMStatus *);
+
+/* --- Points to nodes -----------------------------------------------------------------------------------------------
+ */
+
+/* What a point adds to node i of its stencil: phi Q[0] + sum_e dphi_e Q[1+e] + sum_e i_e phi A[e], each a record. */
+typedef PetscReal MPMRecord[8];
+typedef struct {
+  MPMRecord Q[MPM_STAGED][4], A[MPM_STAGED][3];
+} __attribute__((aligned(64))) MPMRecords;
+
+/* The records of a block: Q[0] = (m, m v | m b), Q[1+e] = (0 | - V0 tau_e), with V sig = V0 tau; with the affine part
+   v + C (x_i - x_p) of velocity, x_i - x_p = (i - at) h. */
+MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, const MPMBlockOrder *o,
+                                const MPMStencils *s, const MPMBlock *b, MPMRecords *r)
 {
-  const int nc = MPM_SUM_NC(dim);
+  MPMRow          v[3], force[3], C[9];
+  const PetscReal one = parts & MPM_P2G_MASS ? 1 : 0;
 
-  for (int a = 0; a < MPMStencilSize(dim, basis); a++)
-    for (int c = c0; c < c1; c++) {
-      node[at[a] * nc + c] += acc[a * nc + c];
-      acc[a * nc + c] = 0;
-    }
-}
-
-/* Sums over points to nodes: mass (1), momentum (2) and force (4), (13), with V sig = V0 tau. */
-MPM_INLINE void MPMP2G(int dim, MPMBasis basis, int parts, const MPMParams *par, MPMPatch *patch)
-{
-  const int        nn = MPMStencilSize(dim, basis), ns = MPMBasisNodes(basis), nc = MPM_SUM_NC(dim);
-  const int        c0 = MPM_SUM_FIRST(dim, parts), c1 = MPM_SUM_LAST(dim, parts);
-  const PetscReal *h    = patch->grid->h;
-  PetscInt         cell = -1, kind[MPM_BLOCK], at[MPM_MAX_NODES];
-  MPMStencils      s;
-  PetscReal        phi[MPM_MAX_NODES], dphi[MPM_MAX_NODES][3];
-  MPMBlock         b;
-  PetscReal        acc[MPM_MAX_NODES * MPM_SUM_NC(3)] = {0};
-
-  MPMStencilOffsets(dim, basis, patch, at);
-  for (PetscInt q = 0; q < patch->norder; q += MPM_BLOCK) {
-    const PetscInt *order = patch->order + q, n = PetscMin(MPM_BLOCK, patch->norder - q);
-
-    MPMStage(dim, basis, par, patch, n, order, &s);
-    MPMStageKinds(par, patch, n, order, kind);
-    if (parts & MPM_P2G_FORCE) {
-      MPMGather(dim, patch, n, order, &b);
-      MPM_FOR_MATERIALS(par, n, kind)
-      if (!(m->state & MPM_BIT(tau))) m->type->law->stress[dim - 1](m, first, next, &b);
-    }
-    for (PetscInt l = 0; l < n; l++) {
-      const MPMKind *k = par->kinds + kind[l];
-      PetscReal      mv[3], mC[3][3], mb[3] = {0}, flux[3][3]; /* m v; m C h; m b; - V0 tau */
-
-      if (s.cell[l] != cell) {
-        if (cell >= 0) MPMFlush(dim, basis, c0, c1, at, patch->sum + cell * nc, acc);
-        cell = s.cell[l];
-      }
-      if (parts & MPM_P2G_MOMENTUM) {
-        const PetscReal *v = parts & MPM_RESIDUAL ? MPM_ROW(patch, r, order[l], dim) : MPM_ROW(patch, v, order[l], dim);
-        for (int d = 0; d < dim; d++) mv[d] = k->m * v[d];
-      }
-      if (parts & MPM_AFFINE) { /* m (v + C (x_i - x_p)), x_i - x_p = (i - at) h */
-        const PetscReal *C = MPM_ROW(patch, C, order[l], dim * dim);
-        for (int d = 0; d < dim; d++)
-          for (int e = 0; e < dim; e++) {
-            mC[d][e] = k->m * C[d * dim + e] * h[e];
-            mv[d] -= mC[d][e] * s.at[l][e];
-          }
-      }
-      if (parts & MPM_P2G_FORCE) {
-        for (int d = 0; d < dim; d++)
-          for (int e = 0; e < dim; e++) flux[d][e] = -k->V0 * b.tau[MPMSymPart(dim, d, e)][l];
-        if (patch->points.b)
-          for (int d = 0; d < dim; d++) mb[d] = k->m * MPM_ROW(patch, b, order[l], dim)[d];
-      }
-      MPMShape(dim, basis, &s, l, phi, dphi);
-      for (int a = 0; a < nn; a++) {
-        const int  i[3] = {a % ns, a / ns % ns, a / (ns * ns)};
-        PetscReal *node = acc + a * nc;
-
-        if (parts & MPM_P2G_MASS) node[0] += phi[a] * k->m;
-        if (parts & MPM_P2G_MOMENTUM)
-          for (int d = 0; d < dim; d++) {
-            PetscReal p = mv[d];
-            if (parts & MPM_AFFINE)
-              for (int e = 0; e < dim; e++) p += mC[d][e] * i[e];
-            node[1 + d] += phi[a] * p;
-          }
-        if (parts & MPM_P2G_FORCE)
-          for (int d = 0; d < dim; d++) {
-            PetscReal f = flux[d][0] * dphi[a][0];
-            for (int e = 1; e < dim; e++) f += flux[d][e] * dphi[a][e];
-            node[1 + dim + d] += patch->points.b ? f + phi[a] * mb[d] : f;
-          }
-      }
+  if (parts & MPM_P2G_MOMENTUM) {
+    if (parts & MPM_RESIDUAL)
+      MPMGather(dim, patch->points.r, patch->halo.r, o, v);
+    else
+      MPMGather(dim, patch->points.v, patch->halo.v, o, v);
+    for (PetscInt l = 0; l < o->n; l++) {
+      r->Q[l][0][0] = one * s->m[l];
+      for (int d = 0; d < dim; d++) r->Q[l][0][1 + d] = s->m[l] * v[d][l];
     }
   }
-  if (cell >= 0) MPMFlush(dim, basis, c0, c1, at, patch->sum + cell * nc, acc);
+  if (parts & MPM_AFFINE) {
+    MPMGather(dim * dim, patch->points.C, patch->halo.C, o, C);
+    for (PetscInt l = 0; l < o->n; l++)
+      for (int d = 0; d < dim; d++)
+        for (int e = 0; e < dim; e++) {
+          const PetscReal mC = s->m[l] * C[d * dim + e][l] * patch->grid->h[e];
+          r->A[l][e][1 + d]  = mC;
+          r->Q[l][0][1 + d] -= mC * s->at[e][l];
+        }
+  }
+  if (parts & MPM_P2G_FORCE)
+    for (PetscInt l = 0; l < o->n; l++) {
+      const PetscReal V0 = -s->V0[l];
+      MPM_UNROLL
+      for (int e = 0; e < dim; e++) MPM_UNROLL
+      for (int d = 0; d < dim; d++) r->Q[l][1 + e][MPM_SUM_FORCE + d] = V0 * b->tau[MPMSymPart(dim, d, e)][l];
+    }
+  if ((parts & MPM_P2G_FORCE) && patch->points.b) {
+    MPMGather(dim, patch->points.b, patch->halo.b, o, force);
+    for (PetscInt l = 0; l < o->n; l++)
+      for (int d = 0; d < dim; d++) r->Q[l][0][MPM_SUM_FORCE + d] = s->m[l] * force[d][l];
+  }
 }
 
-/* Notes a bad condition: the gravest kind, of its smallest id. Rare, so never inlined into the loops. */
-static __attribute__((noinline)) void MPMNoteBad(MPMStatus *status, MPMBad bad, PetscInt64 id, PetscInt dim,
-                                                 const PetscReal x[], PetscReal J)
+/* Sums over points of a cell to its nodes, and over its nodes to the points, for a block: transfer_sums.c. */
+typedef struct {
+  PetscReal sum[MPM_MAX_NODES][8]; /* of a cell that begins in one block and goes on in the next; else 0 */
+} __attribute__((aligned(64))) MPMBegun;
+typedef void (*MPMSumBlocks)(const MPMStencils *, const MPMRecords *, PetscInt n, const PetscInt at[], PetscReal *nodes,
+                             MPMBegun *, PetscBool goes_on);
+typedef void (*MPMInterpolateBlocks)(const MPMStencils *, PetscInt n, const PetscInt at[], const PetscReal *nodes,
+                                     MPMRow *value, MPMRow *gradient);
+/* [dim-1][nodes per axis - 2][forces][affine], [..][..][motion][stress] */
+extern const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
+extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
+
+/* Sums over points to nodes: mass (1), momentum (2) and force (4), (13). Sums that are not among the parts get 0
+   added. */
+MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts)
 {
-  if (status->bad != MPM_OK && (status->bad < bad || (status->bad == bad && status->id <= id))) return;
-  status->bad = bad;
-  status->id  = id;
-  status->J   = J;
-  for (PetscInt d = 0; d < dim; d++) status->x[d] = x[d];
+  const int          forces = parts & MPM_P2G_FORCE ? 1 : 0, affine = parts & MPM_AFFINE ? 1 : 0;
+  const MPMSumBlocks sum = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
+  PetscInt           at[MPM_MAX_NODES];
+  MPMBegun           begun = {{{0}}};
+  MPMStencils        s;
+  MPMRecords         r;
+  MPMBlock           b;
+
+  MPMStencilsBegin(dim, par, &s);
+  memset(&r, 0, sizeof r);
+  memset(&b, 0, sizeof b);
+  MPMStencilOffsets(dim, patch, MPM_SUM_NC(dim), at);
+  for (PetscInt q = 0; q < patch->norder;) {
+    const MPMBlockOrder o = MPMNextBlock(patch, q, patch->norder, patch->order, s.cell);
+
+    MPMStage(dim, par, patch, &o, &s);
+    if (forces) {
+      MPMGatherState(dim, patch, &o, &b);
+      MPM_FOR_MATERIALS(par, o.n, s.kind)
+      if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[dim - 1](m, first, next, &b);
+    }
+    MPMStageRecords(dim, parts, patch, &o, &s, &b, &r);
+    q += o.n;
+    sum(&s, &r, o.n, at, patch->sum, &begun,
+        q < patch->norder && MPMCellOf(patch, o.order[o.n]) == s.cell[o.n - 1] ? PETSC_TRUE : PETSC_FALSE);
+  }
 }
+
+/* --- Nodes to points -----------------------------------------------------------------------------------------------
+ */
 
 /* New F and material state of a block from its velocity gradients L [dim*dim] in 1/s: eqs. (10) to (12); checks J;
    speeds of waves. */
-MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const PetscInt *order,
-                               PetscReal (*L)[MPM_BLOCK], MPMStatus *status)
+MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
+                               const MPMStencils *s, MPMRow *L, MPMBlock *b, MPMReal *c2max, MPMStatus *status)
 {
   const MPMView *points = &patch->points;
-  PetscInt       kind[MPM_BLOCK];
-  PetscReal      c2[MPM_BLOCK];
-  MPMBlock       b;
 
-  MPMStageKinds(par, patch, n, order, kind);
-  MPMGather(dim, patch, n, order, &b);
-  MPM_FOR_MATERIALS(par, n, kind)
+  MPMGatherState(dim, patch, o, b);
+  MPM_FOR_MATERIALS(par, o->n, s->kind)
   {
-    const MPMMaterialLaw *law = m->type->law;
+    const MPMMaterialLaw *law   = MPMLaw(m);
+    const PetscInt        from  = first - first % MPM_WIDTH;
+    const PetscBool       has_F = m->state & MPM_BIT(F) ? PETSC_TRUE : PETSC_FALSE;
+    MPMMask               bad   = MPMAll(0) != MPMAll(0);
+    MPMRow                c2;
 
-    if (m->state & MPM_BIT(F))
-      for (PetscInt l = first; l < next; l++) {
-        PetscReal F[9], G[9];
+    for (PetscInt l = from; l < next && has_F; l += MPM_WIDTH) {
+      MPMReal F[9], G[9];
 
-        for (int k = 0; k < dim * dim; k++) {
-          F[k] = b.F[k][l];
-          G[k] = L[k][l];
-        }
-        MPMDeform(dim, par->dt, G, F);
-        for (int k = 0; k < dim * dim; k++) b.F[k][l] = points->F[order[l] * dim * dim + k] = F[k];
+      for (int k = 0; k < dim * dim; k++) {
+        F[k] = MPMRead(&b->F[k][l]);
+        G[k] = MPMRead(&L[k][l]);
       }
-    if (law->update[dim - 1]) {
-      law->update[dim - 1](m, par->dt, L, first, next, &b);
-      for (PetscInt l = first; l < next; l++) {
-#define MPM_SCATTER(name, rows)                                                                                        \
-  if (m->state & MPM_BIT(name) & ~MPM_BIT(F))                                                                          \
-    for (int k = 0; k < MPMComponents_##name(dim); k++)                                                                \
-      points->name[order[l] * MPMComponents_##name(dim) + k] = b.name[k][l];
-        MPM_MATERIAL_FIELDS(MPM_SCATTER)
-#undef MPM_SCATTER
-      }
+      MPMDeform(dim, par->dt, G, F);
+      for (int k = 0; k < dim * dim; k++) MPMWritePart(&b->F[k][l], F[k], first - l, next - l);
     }
-    for (PetscInt l = first; l < next; l++) {
-      PetscReal F[9], J = b.J[0][l];
+    if (law->update[dim - 1]) law->update[dim - 1](m, par->dt, L, first, next, b);
+    for (PetscInt l = from; l < next; l += MPM_WIDTH) {
+      MPMReal F[9], J = MPMRead(&b->J[0][l]);
 
-      if (m->state & MPM_BIT(F)) {
-        for (int k = 0; k < dim * dim; k++) F[k] = b.F[k][l];
+      if (has_F) {
+        for (int k = 0; k < dim * dim; k++) F[k] = MPMRead(&b->F[k][l]);
         J = MPMDet(dim, F);
       }
-      if (!(J > 0 && J < PETSC_MAX_REAL))
-        MPMNoteBad(status, MPM_BAD_J, points->id[order[l]], dim, points->x + order[l] * dim, J);
+      bad |= MPMBetween(l, first, next) & MPMNot((J > 0.0) & (J < PETSC_MAX_REAL));
     }
-    law->speed2[dim - 1](m, first, next, &b, c2);
+    if (MPMAny(bad)) MPMNoteBadJ(dim, patch, has_F, first, next, o->order, b, status);
+    law->speed2[dim - 1](m, first, next, b, c2);
+    for (PetscInt l = from; l < next; l += MPM_WIDTH)
+      *c2max = MPMMax(*c2max, MPMSelect(MPMBetween(l, first, next), MPMRead(c2 + l), MPMAll(0)));
+#define MPM_SCATTER(name, rows)                                                                                        \
+  if (m->state & MPM_BIT(name)) MPMScatter(MPMComponents_##name(dim), b->name, o, first, next, points->name);
+    MPM_MATERIAL_FIELDS(MPM_SCATTER)
+#undef MPM_SCATTER
   }
-  for (PetscInt l = 0; l < n; l++) status->c2 = PetscMax(status->c2, c2[l]);
 }
 
-/* Index of the cell of position x if it is the patch's own; -1 in another patch, -2 outside of the grid. base: its
- * node. */
-MPM_INLINE PetscInt MPMOwnCell(int dim, MPMBasis basis, const MPMPatch *patch, const PetscReal x[], const PetscReal l[],
-                               PetscInt base[])
+/* New velocities v of a block from vn = sum phi v', an = sum phi a (8), and displacements dx (9); r as below. */
+MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMRow *v, const MPMRow *r, const MPMRow *vn,
+                        const MPMRow *an, MPMRow *dx, MPMReal *v2max)
 {
-  PetscReal xi[3];
+  for (PetscInt l = 0; l < n; l += MPM_WIDTH) {
+    MPMReal v2 = MPMAll(0);
 
-  if (!MPMLocate(dim, basis, patch->grid, x, l, xi, base)) return -2;
+    for (int d = 0; d < dim; d++) {
+      const MPMReal now = MPMRead(&vn[d][l]), step = par->dt * MPMRead(&an[d][l]), old = MPMRead(&v[d][l]);
+      MPMReal       to;
+
+      if (r) /* xpic: what the grid took up of v_p, accelerated */
+        to = old - MPMRead(&r[d][l]) + step;
+      else
+        to = par->flip * (old + step) + (1 - par->flip) * now;
+      v2 += to * to;
+      MPMWrite(&v[d][l], to);
+      MPMWrite(&dx[d][l], par->dt * (r ? to : now));
+    }
+    *v2max = MPMMax(*v2max, MPMSelect(MPMBetween(l, 0, n), v2, MPMAll(0)));
+  }
+}
+
+/* The cells where n points are: -1 in another patch, -2 outside of the grid. */
+MPM_INLINE void MPMFindCells(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, const MPMStencils *s,
+                             PetscReal *now)
+{
+  const MPMGrid *grid = patch->grid;
+
+  for (PetscInt l = 0; l < n; l += MPM_WIDTH) {
+    MPMReal cell   = MPMAll(0);
+    MPMMask inside = cell == cell, own = inside;
+
+    for (int d = dim - 1; d >= 0; d--) {
+      const PetscReal lo = (PetscReal)patch->own_lo[d], hi = (PetscReal)(patch->own_lo[d] + patch->own_n[d]);
+      const MPMReal   x = MPMRead(&s->x[d][l]);
+      MPMReal         xi, base = MPMBasesOf(basis, grid, d, x, MPMRead(&s->l[d][l]), &xi);
+
+      inside &= (x >= grid->lower[d]) & (x <= grid->upper[d]);
+      own &= (base >= lo) & (base < hi);
+      cell = cell * (PetscReal)patch->n[d] + (base - (PetscReal)patch->lo[d]);
+    }
+    MPMWrite(now + l, MPMSelect(inside, MPMSelect(own, cell, MPMAll(-1)), MPMAll(-2)));
+  }
+}
+
+/* x <- x + dx and the cell it is in now. Notes the points that changed cell,
+   counts them and those that left the patch. q: of the block in own_order. */
+MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscInt q, const MPMBlockOrder *o,
+                          MPMStencils *s, const MPMRow *dx, MPMStatus *status)
+{
+  const MPMGrid *grid  = patch->grid;
+  MPMMask        wraps = MPMAll(0) != MPMAll(0);
+  MPMRow         now;
+  PetscInt       moved = 0, left = 0, lost = 0, which[MPM_STAGED + 1];
+
   for (int d = 0; d < dim; d++)
-    if (base[d] < patch->own_lo[d] || base[d] >= patch->own_lo[d] + patch->own_n[d]) return -1;
-  return MPMNodeIndex(dim, patch, base);
-}
+    for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
+      const MPMReal x = MPMRead(&s->x[d][l]) + MPMRead(&dx[d][l]);
 
-/* Brings x back through periodic faces; [lower, upper) afterwards. */
-MPM_INLINE void MPMWrap(int dim, const MPMGrid *grid, PetscReal x[])
-{
-  for (int d = 0; d < dim; d++) {
-    const PetscReal length = grid->upper[d] - grid->lower[d];
-
-    if (!grid->periodic[d] || (x[d] >= grid->lower[d] && x[d] < grid->upper[d])) continue;
-    x[d] -= PetscFloorReal((x[d] - grid->lower[d]) / length) * length;
-    if (x[d] < grid->lower[d] || x[d] >= grid->upper[d]) x[d] = grid->lower[d]; /* rounding */
-  }
-}
-
-/* Half-widths of a stretched domain (cpGIMP): those of the kind times the diagonal of V = sqrt(F F^T), which a rotation
-   of the undeformed leaves as it is and which turns with the material, unlike the diagonal of F. */
-MPM_INLINE void MPMStretchDomain(int dim, const MPMParams *par, MPMPatch *patch, PetscInt p, const PetscReal x[],
-                                 MPMStatus *status)
-{
-  const MPMView *points = &patch->points;
-  PetscReal      V[3];
-
-  MPMStretch(dim, points->F + p * dim * dim, V);
-  for (int d = 0; d < dim; d++) {
-    PetscReal l = par->kinds[points->kind ? points->kind[p] : 0].l[d] * V[d];
-
-    if (!(l <= 0.5)) { /* its stencil would be too small */
-      MPMNoteBad(status, MPM_TOO_WIDE, points->id[p], dim, x, 2 * l);
-      l = 0.5;
+      MPMWrite(&s->x[d][l], x);
+      if (grid->periodic[d]) wraps |= MPMBetween(l, 0, o->n) & MPMNot((x >= grid->lower[d]) & (x < grid->upper[d]));
     }
-    points->l[p * dim + d] = l;
+  if (MPMAny(wraps)) MPMWrap(dim, grid, o->n, s->x);
+  MPMScatter(dim, s->x, o, 0, o->n, patch->points.x);
+  if (patch->points.l) {
+    MPMStretchDomains(dim, par, patch, o->n, o->order, s->x, status);
+    MPMGather(dim, patch->points.l, NULL, o, s->l);
   }
+  switch (patch->basis) {
+#define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
+  case MPM_BASIS_##name:                                                                                               \
+    MPMFindCells(dim, MPM_BASIS_##name, patch, o->n, s, now);                                                          \
+    break;
+#include "basis.def"
+#undef MPM_BASIS
+  default:
+    break;
+  }
+  for (PetscInt l = 0; l < o->n; l++) {
+    const PetscInt cell = (PetscInt)now[l];
+
+    patch->points.cell[o->order[l]] = cell;
+    which[moved]                    = q + l;
+    moved += cell != s->cell[l];
+    left += cell < 0;
+    lost += cell < -1;
+  }
+  for (PetscInt l = 0; l < o->n && lost; l++)
+    if (now[l] == -2) {
+      const PetscReal x[3] = {s->x[0][l], s->x[1][l], s->x[2][l]};
+      MPMNoteBad(status, MPM_LEFT_GRID, patch->points.id[o->order[l]], dim, x, 0);
+    }
+  if (patch->movers) memcpy(patch->movers + patch->nmovers, which, (size_t)moved * sizeof *which);
+  patch->nmovers += moved;
+  status->moved += moved;
+  status->left += left;
 }
 
-/* x <- x + dx; the cell it is in now; counts the points that changed cell, and those that left the patch. */
-MPM_INLINE void MPMCommit(int dim, MPMBasis basis, const MPMParams *par, MPMPatch *patch, PetscInt p, PetscInt cell,
-                          const PetscReal dx[], MPMStatus *status)
+/* Affine velocities C of a block (APIC): of a basis without inertia they are the velocity gradient L; else
+   sum phi v (x_i - x) over the inertia, found as a gradient whose g is w (i - at). */
+MPM_INLINE void MPMAffine(int dim, const MPMPatch *patch, const PetscInt at[], const MPMBlockOrder *o, MPMStencils *s,
+                          MPMRow *C)
 {
-  const PetscReal *l = NULL;
-  PetscReal        x[3];
-  PetscInt         base[3], now;
+  const int ns = MPMBasisNodes(patch->basis), inertia = MPMBasisInertia(patch->basis);
 
-  for (int d = 0; d < dim; d++) x[d] = patch->points.x[p * dim + d] + dx[d];
-  MPMWrap(dim, patch->grid, x);
-  for (int d = 0; d < dim; d++) patch->points.x[p * dim + d] = x[d];
-  if (basis == MPM_BASIS_gimp) {
-    if (patch->points.l) MPMStretchDomain(dim, par, patch, p, x, status);
-    l = MPMHalfWidths(dim, par->kinds, &patch->points, p);
-  }
-  now = MPMOwnCell(dim, basis, patch, x, l, base);
-  if (now == -2) MPMNoteBad(status, MPM_LEFT_GRID, patch->points.id[p], dim, x, 0);
-  status->moved += now != cell;
-  status->left += now < 0;
-  patch->points.cell[p] = now;
+  for (int d = 0; d < dim && inertia; d++)
+    for (int i = 0; i < ns; i++)
+      for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
+        const MPMReal away = MPMAll(i) - MPMRead(&s->at[d][l]);
+        MPMWrite(&s->g[d][i][l], MPMRead(&s->w[d][i][l]) * away * ((PetscReal)inertia / patch->grid->h[d]));
+      }
+  MPM_LANES_NAME(MPMInterpolateBlock)[dim - 1][ns - 2][0][1](s, o->n, at, patch->vel, NULL, C);
+  MPMScatter(dim * dim, C, o, 0, o->n, patch->points.C);
 }
 
-/* The new velocity of point p from vn = sum phi v', an = sum phi a (8), and its displacement (9). */
-MPM_INLINE void MPMMove(int dim, const MPMParams *par, MPMPatch *patch, PetscInt p, const PetscReal vn[],
-                        const PetscReal an[], PetscReal dx[], MPMStatus *status)
+/* From nodes to points: motion (8), (9); velocity gradient (3), F and state; commit of the new position; filter of
+   xpic. */
+MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts, MPMStatus *status)
 {
-  PetscReal *v = patch->points.v + p * dim, v2 = 0;
-
-  for (int d = 0; d < dim; d++) {
-    if (patch->points.r) /* xpic: what the grid took up of v_p, accelerated */
-      v[d] = v[d] - patch->points.r[p * dim + d] + par->dt * an[d];
-    else
-      v[d] = par->flip * (v[d] + par->dt * an[d]) + (1 - par->flip) * vn[d];
-    v2 += v[d] * v[d];
-    dx[d] = par->dt * (patch->points.r ? v[d] : vn[d]);
-  }
-  status->v2 = PetscMax(status->v2, v2);
-}
-
-/* From nodes to points: motion (8), (9); velocity gradient (3), F and state; commit of the new position. */
-MPM_INLINE void MPMG2P(int dim, MPMBasis basis, int parts, const MPMParams *par, MPMPatch *patch, MPMStatus *status)
-{
-  const int   nn = MPMStencilSize(dim, basis), ns = MPMBasisNodes(basis), nc = MPM_VEL_NC(dim);
-  const int   inertia = MPMBasisInertia(basis);
+  const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER) ? 1 : 0, stress = parts & MPM_G2P_STRESS ? 1 : 0;
+  const MPMView *points                  = &patch->points;
+  const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(
+      MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][stress];
   PetscInt    at[MPM_MAX_NODES];
+  MPMReal     v2 = MPMAll(0), c2 = MPMAll(0);
+  MPMRow      value[6], L[9], v[3], r[3]; /* value: sum phi v', sum phi a; then dx in place of the first */
   MPMStencils s;
-  PetscReal   phi[MPM_MAX_NODES], dphi[MPM_MAX_NODES][3], L[9][MPM_BLOCK];
+  MPMBlock    b;
 
-  MPMStencilOffsets(dim, basis, patch, at);
-  for (PetscInt q = 0; q < patch->points.n; q += MPM_BLOCK) {
-    const PetscInt *order = patch->own_order + q, n = PetscMin(MPM_BLOCK, patch->points.n - q);
+  MPMStencilsBegin(dim, par, &s);
+  memset(&b, 0, sizeof b);
+  memset(value, 0, sizeof value);
+  memset(v, 0, sizeof v);
+  memset(r, 0, sizeof r);
+  MPMStencilOffsets(dim, patch, MPM_VEL_NC(dim), at);
+  patch->nmovers = 0;
+  for (PetscInt q = 0; q < points->n;) {
+    const MPMBlockOrder o = MPMNextBlock(patch, q, points->n, patch->own_order, s.cell);
 
-    MPMStage(dim, basis, par, patch, n, order, &s);
-    for (PetscInt l = 0; l < n; l++) {
-      const PetscReal *base  = patch->vel + s.cell[l] * nc;
-      PetscReal        vn[3] = {0}, an[3] = {0}, dx[3], G[9]; /* sum phi v', sum phi a; sum v' grad phi */
-
-      MPMShape(dim, basis, &s, l, phi, dphi);
-      for (int d = 0; d < dim; d++) { /* a sum at a time: it stays in a register */
-        if (parts & (MPM_G2P_MOTION | MPM_G2P_FILTER))
-          for (int a = 0; a < nn; a++) vn[d] += phi[a] * base[at[a] * nc + d];
-        if (parts & MPM_G2P_MOTION)
-          for (int a = 0; a < nn; a++) an[d] += phi[a] * base[at[a] * nc + dim + d];
-        if ((parts & MPM_G2P_STRESS) || ((parts & MPM_AFFINE) && !inertia))
-          for (int e = 0; e < dim; e++) {
-            PetscReal sum = 0;
-
-            for (int a = 0; a < nn; a++) sum += base[at[a] * nc + d] * dphi[a][e];
-            G[d * dim + e] = sum;
-          }
-      }
-      if (parts & MPM_G2P_STRESS)
-        for (int k = 0; k < dim * dim; k++) L[k][l] = G[k];
-      if (parts & MPM_AFFINE)
-        for (int d = 0; d < dim; d++)
-          for (int e = 0; e < dim; e++) {
-            PetscReal sum = 0;
-
-            for (int a = 0; a < nn && inertia; a++) {
-              const int i[3] = {a % ns, a / ns % ns, a / (ns * ns)};
-              sum += phi[a] * base[at[a] * nc + d] * ((PetscReal)i[e] - s.at[l][e]);
-            }
-            patch->points.C[(order[l] * dim + d) * dim + e] = inertia ? sum * inertia / patch->grid->h[e]
-                                                                      : G[d * dim + e];
-          }
-      if (parts & MPM_G2P_FILTER) {
-        PetscReal *r = patch->points.r + order[l] * dim;
-        for (int d = 0; d < dim; d++) r[d] = (parts & MPM_RESIDUAL ? r : patch->points.v + order[l] * dim)[d] - vn[d];
-      }
-      if (parts & MPM_G2P_MOTION) {
-        MPMMove(dim, par, patch, order[l], vn, an, dx, status);
-        if (!(parts & MPM_G2P_COMMIT))
-          for (int d = 0; d < dim; d++) patch->points.dx[order[l] * dim + d] = dx[d];
-        else if (!(parts & MPM_G2P_STRESS))
-          MPMCommit(dim, basis, par, patch, order[l], s.cell[l], dx, status);
-        else /* the new state comes first */
-          for (int d = 0; d < dim; d++) s.at[l][d] = dx[d];
-      }
+    MPMStage(dim, par, patch, &o, &s);
+    if (interpolate) interpolate(&s, o.n, at, patch->vel, value, L);
+    if (parts & MPM_G2P_FILTER) {
+      MPMGather(dim, parts & MPM_RESIDUAL ? points->r : points->v, NULL, &o, r);
+      for (int d = 0; d < dim; d++)
+        for (PetscInt l = 0; l < o.n; l += MPM_WIDTH) MPMWrite(&r[d][l], MPMRead(&r[d][l]) - MPMRead(&value[d][l]));
+      MPMScatter(dim, r, &o, 0, o.n, points->r);
     }
-    if (parts & MPM_G2P_STRESS) MPMUpdateState(dim, par, patch, n, order, L, status);
-    if ((parts & MPM_G2P_STRESS) && (parts & MPM_G2P_COMMIT))
-      for (PetscInt l = 0; l < n; l++)
-        MPMCommit(dim, basis, par, patch, order[l], s.cell[l],
-                  parts & MPM_G2P_MOTION ? s.at[l] : patch->points.dx + order[l] * dim, status);
+    if (parts & MPM_G2P_MOTION) {
+      MPMGather(dim, points->v, NULL, &o, v);
+      if (points->r) MPMGather(dim, points->r, NULL, &o, r);
+      MPMMove(dim, par, o.n, v, points->r ? r : NULL, value, value + dim, value, &v2);
+      MPMScatter(dim, v, &o, 0, o.n, points->v);
+      if (!(parts & MPM_G2P_COMMIT)) MPMScatter(dim, value, &o, 0, o.n, points->dx);
+    }
+    if (stress) MPMUpdateState(dim, par, patch, &o, &s, L, &b, &c2, status);
+    if (parts & MPM_AFFINE) MPMAffine(dim, patch, at, &o, &s, L);
+    if (parts & MPM_G2P_COMMIT) { /* after the new state, which may change the domain */
+      if (!motion) MPMGather(dim, points->dx, NULL, &o, value);
+      MPMCommit(dim, par, patch, q, &o, &s, value, status);
+    }
+    q += o.n;
   }
+  status->v2 = PetscMax(status->v2, MPMLargest(v2));
+  status->c2 = PetscMax(status->c2, MPMLargest(c2));
 }
 
 #endif

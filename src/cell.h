@@ -1,0 +1,58 @@
+/* cell.h - where one point is: its base node, which names its cell, and what the grid's arrays call it. The transfers
+   find the same for many points at a time (transfer.h), by the same functions of basis.h, so the same bits. */
+#ifndef MPM_CELL_H
+#define MPM_CELL_H
+
+#include "mpm.h"
+
+/* Index of node ijk in the arrays of the patch. */
+MPM_INLINE PetscInt MPMNodeIndex(int dim, const MPMPatch *patch, const PetscInt ijk[])
+{
+  PetscInt c = 0;
+
+  for (int d = dim - 1; d >= 0; d--) c = c * patch->n[d] + (ijk[d] - patch->lo[d]);
+  return c;
+}
+
+/* Base node and coordinate in cells of position x in the grid, of a point with half-widths l [dim] in cells (which
+   matter to gimp only). */
+MPM_INLINE void MPMCoordinates(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], const PetscReal l[],
+                               PetscReal xi[], PetscInt base[])
+{
+  for (int d = 0; d < dim; d++) {
+    xi[d]   = PetscMin((x[d] - grid->lower[d]) / grid->h[d], (PetscReal)grid->cells[d]); /* the quotient may round up */
+    base[d] = MPMBasisBase(basis, &xi[d], basis == MPM_BASIS_gimp ? l[d] : 0, grid->cells[d], grid->periodic[d],
+                           grid->wall_basis[d]);
+  }
+}
+
+/* The same for any x; false if it is outside of the grid or not finite. */
+MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], const PetscReal l[],
+                               PetscReal xi[], PetscInt base[])
+{
+  for (int d = 0; d < dim; d++)
+    if (!(x[d] >= grid->lower[d] && x[d] <= grid->upper[d])) return PETSC_FALSE;
+  MPMCoordinates(dim, basis, grid, x, l, xi, base);
+  return PETSC_TRUE;
+}
+
+/* The half-widths [dim] of point p of a view: those of its kind, or its own. */
+MPM_INLINE const PetscReal *MPMHalfWidths(int dim, const MPMKind *kinds, const MPMView *view, PetscInt p)
+{
+  return view->l ? view->l + p * dim : kinds[view->kind ? view->kind[p] : 0].l;
+}
+
+/* Index of the cell of position x if it is the patch's own; -1 in another patch, -2 outside of the grid. base: its
+   node. */
+MPM_INLINE PetscInt MPMOwnCell(int dim, MPMBasis basis, const MPMPatch *patch, const PetscReal x[], const PetscReal l[],
+                               PetscInt base[])
+{
+  PetscReal xi[3];
+
+  if (!MPMLocate(dim, basis, patch->grid, x, l, xi, base)) return -2;
+  for (int d = 0; d < dim; d++)
+    if (base[d] < patch->own_lo[d] || base[d] >= patch->own_lo[d] + patch->own_n[d]) return -1;
+  return MPMNodeIndex(dim, patch, base);
+}
+
+#endif
