@@ -207,7 +207,7 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
   PetscFunctionBeginUser;
   if (!anew && ex->balance == MPM_BALANCE_AUTO && TimeToRecut(mpm)) PetscCall(Recut(mpm));
   if (!anew && mpm->status.left) { /* of any process: all migrate or none */
-    mpm->points.nmovers = -1; /* other points take the places of leavers */
+    mpm->points.nmovers = -1;      /* other points take the places of leavers */
     PetscCall(ex->direct ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
   }

@@ -178,8 +178,10 @@ PetscErrorCode MPMSetUp(MPM mpm)
   mpm->params.nkinds    = mpm->scene.nkinds;
   mpm->params.materials = mpm->scene.materials;
   mpm->params.faces     = mpm->scene.faces;
-  MPMWallsOfResidual(mpm->scene.faces, mpm->scene.residual_faces);
-  mpm->params.residual_faces = mpm->scene.residual_faces;
+  mpm->params.before    = mpm->scene.before;
+  mpm->params.gradient  = mpm->scene.gradient;
+  mpm->params.residual  = mpm->scene.residual;
+  MPMWallsDerive(mpm->scene.faces, mpm->scene.before, mpm->scene.gradient, mpm->scene.residual);
   PetscCall(mpm->exchange.type->setup(mpm));
   mpm->exchange.ready = PETSC_TRUE;
   if (mpm->exchange.data == MPI_COMM_NULL) { /* a worker of the pool: it holds no points */

@@ -143,7 +143,9 @@ typedef struct {
    Returns whether v was constrained.                                                                                 */
 PetscBool MPMWallsApply(const MPMFace (*faces)[2], PetscInt dim, const PetscInt ijk[], const PetscInt cells[],
                         PetscReal v[]);
-void      MPMWallsOfResidual(const MPMFace (*faces)[2], MPMFace (*residual)[2]);
+PetscInt  MPMWallsAdvance(const MPMFace (*faces)[2], PetscInt dim, const PetscInt ijk[], const PetscInt cells[],
+                          PetscReal dt, const PetscReal v[], PetscReal at[], PetscReal a[]);
+void MPMWallsDerive(const MPMFace (*faces)[2], MPMFace (*before)[2], MPMFace (*gradient)[2], MPMFace (*residual)[2]);
 
 /* A shape in space; dim coordinates of each member count. */
 typedef enum {
@@ -206,7 +208,7 @@ typedef struct {
   const MPMKind     *kinds;
   PetscInt           nkinds;
   const MPMMaterial *materials;
-  const MPMFace (*faces)[2], (*residual_faces)[2]; /* of velocities, and of what xpic filters from them */
+  const MPMFace (*faces)[2], (*before)[2], (*gradient)[2], (*residual)[2]; /* walls, as MPMWallsDerive makes them */
 } MPMParams;
 
 /* Number of values a node carries in `sum` and in `vel` (velocity, acceleration). The sums are a record of 8 in every
@@ -214,6 +216,7 @@ typedef struct {
    that lies in one line of the cache. Then the first and the last + 1 of the sums that parts of a transfer make. */
 #define MPM_SUM_NC(dim)           8
 #define MPM_SUM_FORCE             4
+#define MPM_SUM_MET               7 /* axes (bits, a whole number) along which the advance met a wall that only pushes */
 #define MPM_VEL_NC(dim)           (2 * (dim))
 #define MPM_SUM_FIRST(dim, parts) ((parts)&MPM_P2G_MASS ? 0 : (parts)&MPM_P2G_MOMENTUM ? 1 : MPM_SUM_FORCE)
 #define MPM_SUM_LAST(dim, parts)  ((parts)&MPM_P2G_FORCE ? MPM_SUM_FORCE + (dim) : 1 + (dim))
@@ -478,7 +481,7 @@ typedef struct {
   PetscInt      nbodies;
   MPMKind      *kinds;
   PetscInt      nkinds;
-  MPMFace       faces[3][2], residual_faces[3][2];
+  MPMFace       faces[3][2], before[3][2], gradient[3][2], residual[3][2]; /* as MPMWallsDerive makes them */
   MPMLoad      *loads;
   PetscInt      nloads;
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */

@@ -44,13 +44,13 @@ static void Divide(const MPMFace (*faces)[2], MPMPatch *patch, PetscInt row)
 
 static void NodeVelocity(const MPMParams *par, MPMPatch *patch, PetscInt row)
 {
-  Divide(par->faces, patch, row);
+  Divide(par->gradient, patch, row);
 }
 
-/* The same of what xpic has left over: the walls hold no part of it. */
+/* The same of what xpic has left over. */
 static void NodeResidual(const MPMParams *par, MPMPatch *patch, PetscInt row)
 {
-  Divide(par->residual_faces, patch, row);
+  Divide(par->residual, patch, row);
 }
 
 /* a = f/m + g, eqs. (5) and (13); v <- v + dt a, eq. (6), and walls, which also set a. */
@@ -60,19 +60,35 @@ static void NodeAdvance(const MPMParams *par, MPMPatch *patch, PetscInt row)
   PetscInt       first, last;
 
   OwnNodes(patch, row, &first, &last);
-  NodeVelocity(par, patch, row);
+  Divide(par->before, patch, row);
   for (PetscInt i = first; i < last; i++) {
-    const PetscReal *m = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *f = m + MPM_SUM_FORCE;
-    PetscReal       *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim), *a = v + dim, before[3], after[3];
+    const PetscInt ijk[3] = {i + patch->lo[0], row % patch->n[1] + patch->lo[1], row / patch->n[1] + patch->lo[2]};
+    PetscReal     *sum = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *f = sum + MPM_SUM_FORCE;
+    PetscReal     *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim), *a = v + dim, before[3];
 
     for (PetscInt d = 0; d < dim; d++) {
-      a[d]      = *m > 0 ? f[d] / *m + par->gravity[d] : 0;
+      a[d]      = *sum > 0 ? f[d] / *sum + par->gravity[d] : 0;
       before[d] = v[d];
-      after[d] = v[d] = v[d] + par->dt * a[d];
+      v[d]      = v[d] + par->dt * a[d];
     }
-    if (Walls(par->faces, patch, row, i, v))
-      for (PetscInt d = 0; d < dim; d++)
-        if (v[d] != after[d]) a[d] = (v[d] - before[d]) / par->dt;
+    sum[MPM_SUM_MET] = (PetscReal)MPMWallsAdvance(par->faces, dim, ijk, patch->grid->cells, par->dt, before, v, a);
+  }
+}
+
+/* Velocities mapped again after an advance: a wall that only pushes holds the nodes that it met there, and no others.
+   If each mapping asked anew, what trembles at the wall would be cut on one side, and that drives it. */
+static void NodeVelocityAgain(const MPMParams *par, MPMPatch *patch, PetscInt row)
+{
+  const PetscInt dim = patch->grid->dim;
+  PetscInt       first, last;
+
+  OwnNodes(patch, row, &first, &last);
+  Divide(par->before, patch, row);
+  for (PetscInt i = first; i < last; i++) {
+    const PetscInt met = (PetscInt)patch->sum[(row * patch->n[0] + i) * MPM_SUM_NC(dim) + MPM_SUM_MET];
+
+    for (PetscInt d = 0; met && d < dim; d++)
+      if (met & (PetscInt)1 << d) patch->vel[(row * patch->n[0] + i) * MPM_VEL_NC(dim) + d] = 0;
   }
 }
 
@@ -85,7 +101,7 @@ static void NodeAdvance(const MPMParams *par, MPMPatch *patch, PetscInt row)
 #define COMMIT_OUT (B(x) | B(cell) | B(l))
 
 /* clang-format off */
-enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, RESIDUAL, ADVANCE, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
+enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, ADVANCE, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
   /*                     name            kind                 parts                                                    node kernel    points in                                   points out                           nodes in, out */
   [P2G]               = {"P2G",          MPM_POINTS_TO_NODES, MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE,         NULL,          WHERE | MOMENTUM | STRESS | B(b),           0,                                   "",    "mpf"},
@@ -94,6 +110,7 @@ static const MPMPhase phases[NUM_PHASES] = {
   [P2G_RESIDUAL]      = {"P2G_RESIDUAL", MPM_POINTS_TO_NODES, MPM_P2G_MOMENTUM | MPM_RESIDUAL,                         NULL,          WHERE | B(r),                               0,                                   "",    "p"},
   [P2G_FORCE]         = {"P2G_FORCE",    MPM_POINTS_TO_NODES, MPM_P2G_FORCE,                                           NULL,          WHERE | STRESS | B(b),                      0,                                   "",    "f"},
   [VELOCITY]          = {"VELOCITY",     MPM_NODES,           0,                                                       NodeVelocity,  0,                                          0,                                   "mp",  "v"},
+  [VELOCITY_AGAIN]    = {"VELOCITY",     MPM_NODES,           0,                                                       NodeVelocityAgain,0,                                          0,                                   "mp",  "v"},
   [RESIDUAL]          = {"RESIDUAL",     MPM_NODES,           0,                                                       NodeResidual,  0,                                          0,                                   "mp",  "v"},
   [ADVANCE]           = {"ADVANCE",      MPM_NODES,           0,                                                       NodeAdvance,   0,                                          0,                                   "mpf", "va"},
   [G2P]               = {"G2P",          MPM_NODES_TO_POINTS, MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT,        NULL,          WHERE | B(v) | B(r) | STATE | COMMIT_IN,    B(v) | B(C) | STATE | COMMIT_OUT,    "va",  ""},
@@ -110,7 +127,7 @@ static const MPMIntegrator usf  = {"usf",  "update stress first, the classic ord
 static const MPMIntegrator usl  = {"usl",  "update stress last, from the advanced node velocities; the cheapest", PETSC_FALSE,
   {&phases[P2G], &phases[ADVANCE], &phases[G2P]}};
 static const MPMIntegrator musl = {"musl", "modified update stress last, from point velocities mapped again", PETSC_TRUE,
-  {&phases[P2G], &phases[ADVANCE], &phases[G2P_MOTION_HOLD], &phases[P2G_MOMENTUM], &phases[VELOCITY], &phases[G2P_STRESS_COMMIT]}};
+  {&phases[P2G], &phases[ADVANCE], &phases[G2P_MOTION_HOLD], &phases[P2G_MOMENTUM], &phases[VELOCITY_AGAIN], &phases[G2P_STRESS_COMMIT]}};
 /* What xpic does first, once an order: r = v - S S+ v, then r <- r - S S+ r, with S+ to the nodes and S to the points. */
 static const MPMPhase *const filter[2][3] = {
   {&phases[P2G_MASS], &phases[VELOCITY], &phases[G2P_FILTER]},

@@ -42,7 +42,8 @@ static PetscBool MPMWallApply_separate(MPM_WALL_ARGUMENTS)
   return PETSC_TRUE;
 }
 
-/* The impulse that stops the normal velocity, times mu, is the most that the sliding can lose (Coulomb). */
+/* The impulse that stops the normal velocity, times mu, is the most that the sliding can lose (Coulomb). v is what the
+   node would have after the step without the wall. */
 static PetscBool MPMWallApply_friction(MPM_WALL_ARGUMENTS)
 {
   const PetscReal lost  = -inward * v[axis];
@@ -87,16 +88,51 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], PetscInt dim, const PetscInt 
   return constrained;
 }
 
-/* The walls for what xpic filters from velocities: it is 0 where they are held, whatever they are held at; where that
-   depends on their sign there is no condition. */
-void MPMWallsOfResidual(const MPMFace (*faces)[2], MPMFace (*residual)[2])
+/* Does the wall only push, so that matter may leave it? Then it is met or not by what a node would do without it. */
+static PetscBool OnlyPushes(MPMWall type)
+{
+  return type == MPM_WALL_separate || type == MPM_WALL_friction ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Walls in the advance of a node (at or beyond a face): v [dim] is its velocity before, held by the walls that hold; at
+   comes in as v + dt a, the velocity without walls that only push, and leaves with them. A node that meets such a wall
+   moves as at a slip wall, with no velocity and no acceleration along the normal (the points lose their momentum by
+   their stress, so none is lost for good), and feels friction in a. Returns the axes (bits) along which it met one. */
+PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], PetscInt dim, const PetscInt ijk[], const PetscInt cells[],
+                         PetscReal dt, const PetscReal v[], PetscReal at[], PetscReal a[])
+{
+  PetscReal trial[3];
+  PetscInt  met = 0;
+
+  for (PetscInt d = 0; d < dim; d++) {
+    trial[d] = at[d];
+    if ((ijk[d] <= 0 && OnlyPushes(faces[d][0].type) && at[d] < 0) ||
+        (ijk[d] >= cells[d] && OnlyPushes(faces[d][1].type) && at[d] > 0))
+      met |= (PetscInt)1 << d;
+  }
+  for (PetscInt d = 0; d < dim; d++)
+    if (met & (PetscInt)1 << d) at[d] = dt * a[d]; /* the wall's pressure is that of the forces: friction follows it */
+  (void)MPMWallsApply(faces, dim, ijk, cells, at);
+  for (PetscInt d = 0; d < dim; d++)
+    if (met & (PetscInt)1 << d)
+      at[d] = a[d] = 0;
+    else if (at[d] != trial[d])
+      a[d] = (at[d] - v[d]) / dt;
+  return met;
+}
+
+/* The same walls for other velocities of nodes. Of those before an advance: walls that only push wait for its end. Of
+   those that make velocity gradients: friction is an impulse of the advance alone. Of what xpic filters: it is 0 where
+   velocities are held, whatever they are held at; where that depends on their sign there is no condition. */
+void MPMWallsDerive(const MPMFace (*faces)[2], MPMFace (*before)[2], MPMFace (*gradient)[2], MPMFace (*residual)[2])
 {
   for (PetscInt k = 0; k < 6; k++) {
-    const MPMWall type = faces[k / 2][k % 2].type;
+    const PetscInt d = k / 2, side = k % 2;
+    const MPMWall  type = faces[d][side].type;
 
-    residual[k / 2][k % 2]      = faces[k / 2][k % 2];
-    residual[k / 2][k % 2].type = type == MPM_WALL_moving                                  ? MPM_WALL_fixed
-                                  : type == MPM_WALL_separate || type == MPM_WALL_friction ? MPM_WALL_free
-                                                                                           : type;
+    before[d][side] = gradient[d][side] = residual[d][side] = faces[d][side];
+    if (OnlyPushes(type)) before[d][side].type = residual[d][side].type = MPM_WALL_free;
+    if (type == MPM_WALL_friction) gradient[d][side].type = MPM_WALL_separate;
+    if (type == MPM_WALL_moving) residual[d][side].type = MPM_WALL_fixed;
   }
 }

@@ -1,10 +1,14 @@
 /* unit_transfer.c - the kernels of transfer.h on small patches made by hand: every phase of every program that step.c
    makes, in every dimension and basis, with walls and periodic. What is checked: each node and each point against plain
    loops in long double, conservation of mass, momentum and (apic) angular momentum, affine fields, what xpic filters,
-   and that bits depend neither on the order of storage, nor on what is own and what is halo, nor on how the grid is
-   cut. Views hold just the fields that a phase declares, so a kernel that reads another one crashes here.              */
+   and that bits depend neither on the number of lanes, nor on the order of storage, nor on what is own and what is
+   halo, nor on how the grid is cut. Views hold just the fields that a phase declares, so a kernel that reads another
+   one crashes here. Every number of lanes that the machine has is run: all are checked against the plain loops.       */
+#include "cell.h"
 #include "transfer.h"
 #include "unit.h"
+#include <sys/wait.h>
+#include <unistd.h>
 
 #define N         150 /* points: two blocks and a part */
 #define MAX_NODES 4000
@@ -21,9 +25,8 @@ typedef struct {
 typedef struct {
   MPMPatch  patch;
   State     own, halo;
-  PetscInt  order[HALO], own_order[HALO];
+  PetscInt  order[HALO], own_order[HALO], movers[HALO + 1];
   PetscReal sum[MAX_NODES * NC], vel[MAX_NODES * NC];
-  char      row[MAX_NODES];
 } Bench;
 
 static MPMMaterial materials[8];
@@ -31,6 +34,73 @@ static MPMKind     kinds[8];
 static PetscInt    nkinds;
 static MPMFace     faces[3][2];
 static struct _p_MPM mpm; /* its method, and the program that step.c makes of it */
+
+/* ---- Widths: the tables of transfer.c, those that this processor can run, the widest first. */
+typedef const MPMTransfer Table[3][2];
+#if defined(__x86_64__)
+extern Table MPMTransfers_8, MPMTransfers_4;
+#endif
+extern Table MPMTransfers_2;
+
+static struct {
+  PetscInt lanes;
+  Table   *table;
+} widths[3];
+static int nwidths, width; /* of them, that Run takes */
+
+static void FindWidths(void)
+{
+  const PetscInt most = MPMTransferWidth();
+
+  CHECK(most == 8 || most == 4 || most == 2);
+#if defined(__x86_64__)
+  if (most >= 8) widths[nwidths].lanes = 8, widths[nwidths++].table = &MPMTransfers_8;
+  if (most >= 4) widths[nwidths].lanes = 4, widths[nwidths++].table = &MPMTransfers_4;
+#endif
+  widths[nwidths].lanes = 2, widths[nwidths++].table = &MPMTransfers_2;
+  printf("lanes:");
+  for (int w = 0; w < nwidths; w++) printf(" %d", (int)widths[w].lanes);
+  printf("\n");
+}
+
+/* What a program that starts with this PEBBLE_VECTOR picks. Before MPI starts: it forks. */
+static int Picked(const char *wish)
+{
+  int   status = 0;
+  pid_t child;
+
+  fflush(NULL);
+  child = fork();
+  if (!child) {
+    if (wish) setenv("PEBBLE_VECTOR", wish, 1);
+    else unsetenv("PEBBLE_VECTOR");
+    _exit((int)MPMTransferWidth());
+  }
+  CHECK(child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status));
+  return WEXITSTATUS(status);
+}
+
+/* PEBBLE_VECTOR asks for fewer lanes, never for more than there are; what is no number of lanes asks for nothing. */
+static void Wishes(void)
+{
+  static const char *const nothing[] = {"", "0", "1", "-4", "many", "8", "9", "64"};
+  const int                most      = Picked(NULL);
+
+  UnitContext("PEBBLE_VECTOR");
+  for (size_t k = 0; k < sizeof nothing / sizeof nothing[0]; k++) CHECK_EQ(Picked(nothing[k]), most);
+  CHECK_EQ(Picked("2"), 2);
+  CHECK_EQ(Picked("3"), 2);
+  CHECK_EQ(Picked("4"), PetscMin(4, most));
+  CHECK_EQ(Picked("7"), PetscMin(4, most));
+#if defined(__x86_64__)
+  CHECK_EQ(most, !__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")                ? 2
+                 : !__builtin_cpu_supports("avx512f") || !__builtin_cpu_supports("avx512dq") ||
+                         !__builtin_cpu_supports("avx512vl") || !__builtin_cpu_supports("avx512bw") ? 4
+                                                                                                    : 8);
+#else
+  CHECK_EQ(most, 2);
+#endif
+}
 
 /* ---- Making of scenes */
 static void CopyPoint(int dim, const State *from, PetscInt p, State *to)
@@ -83,8 +153,9 @@ static const PetscReal *Widths(const State *s, PetscInt p, int dim)
   return mpm.stretched ? s->l + p * dim : kinds[nkinds > 1 ? s->kind[p] : 0].l;
 }
 
-/* n points: anywhere, on nodes, on edges and faces of cells, on walls. Ids in random order, with gaps. */
-static void Points(State *s, const MPMGrid *g, int n)
+/* n points: anywhere, on nodes, on edges and faces of cells, on walls; crowded: two thirds of them in one cell, which
+   is more than a block. Ids in random order, with gaps. */
+static void Points(State *s, const MPMGrid *g, int n, int crowded)
 {
   const int dim = (int)g->dim;
 
@@ -100,6 +171,7 @@ static void Points(State *s, const MPMGrid *g, int n)
       *x = UnitReal(g->lower[d], g->upper[d]);
       if (where == 1) *x = g->lower[d] + UnitInt((int)g->cells[d] + 1) * g->h[d];
       if (where == 2) *x = UnitInt(2) ? g->lower[d] : g->upper[d];
+      if (crowded && p % 3) *x = g->lower[d] + UnitReal(1.05, 1.45) * g->h[d];
       *x                 = PetscMax(g->lower[d], PetscMin(g->upper[d], *x));
       if (g->periodic[d] && *x >= g->upper[d]) *x = g->lower[d];
       s->v[p * dim + d]  = UnitReal(-1, 1);
@@ -184,8 +256,8 @@ static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, co
   }
   patch->sum = b->sum;
   patch->vel = b->vel;
-  patch->row = b->row;
-  memset(b->row, 1, sizeof b->row);
+  patch->movers = b->movers;
+  for (int k = 0; k <= HALO; k++) b->movers[k] = -9;
   for (int pass = 0; pass < 2; pass++) { /* own points, then those of the halo */
     uint64_t coin = 12345;
 
@@ -233,14 +305,16 @@ static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, co
 
 static MPMStatus Run(Bench *b, const MPMParams *par, const MPMPhase *phase)
 {
-  const MPMTransfer run = MPMTransferFind(b->patch.grid->dim, b->patch.basis, phase->parts);
+  const MPMTransfer found = MPMTransferFind(b->patch.grid->dim, b->patch.basis, phase->parts);
+  const MPMTransfer run   = (*widths[width].table)[b->patch.grid->dim - 1][phase->kind == MPM_POINTS_TO_NODES ? 0 : 1];
   MPMStatus         status;
 
   MPMStatusReset(&status);
   b->patch.points = View(&b->own, phase->points_in | phase->points_out, par);
   b->patch.halo   = View(&b->halo, phase->points_in, par);
-  CHECK(run != NULL);
-  if (run) run(par, &b->patch, &status);
+  CHECK(run != NULL && found != NULL);
+  if (widths[width].lanes == MPMTransferWidth()) CHECK(run == found);
+  if (run) run(par, &b->patch, phase->parts, &status);
   return status;
 }
 
@@ -258,10 +332,21 @@ static void NodeOf(const MPMPatch *patch, PetscInt c, PetscInt ijk[3])
   }
 }
 
-static int Components(int dim, PetscInt parts, int *c0)
+/* Do these parts make component k of a node's sums? */
+static int Asked(int dim, PetscInt parts, int k)
 {
-  *c0 = parts & MPM_P2G_MASS ? 0 : parts & MPM_P2G_MOMENTUM ? 1 : 1 + dim;
-  return parts & MPM_P2G_FORCE ? MPM_SUM_NC(dim) : 1 + dim;
+  if (k == 0) return parts & MPM_P2G_MASS ? 1 : 0;
+  if (k <= dim) return parts & MPM_P2G_MOMENTUM ? 1 : 0;
+  return k >= MPM_SUM_FORCE && k < MPM_SUM_FORCE + dim && parts & MPM_P2G_FORCE ? 1 : 0;
+}
+
+/* Nodes of a stencil. */
+static int StencilSize(int dim, MPMBasis basis)
+{
+  int size = 1;
+
+  for (int d = 0; d < dim; d++) size *= MPMBasisNodes(basis);
+  return size;
 }
 
 static int Mine(const MPMPatch *patch, const PetscInt ijk[])
@@ -290,7 +375,7 @@ static void Stencil(const MPMPatch *patch, const State *s, PetscInt p, Node node
     base[d] = MPMBasisBase(patch->basis, &xi[d], l[d], g->cells[d], g->periodic[d], g->wall_basis[d]);
     MPMBasisWeights(patch->basis, xi[d], l[d], base[d], g->cells[d], g->wall_basis[d], w[d], grad[d]);
   }
-  for (int a = 0; a < MPMStencilSize(dim, patch->basis); a++) {
+  for (int a = 0; a < StencilSize(dim, patch->basis); a++) {
     const int i[3]   = {a % ns, a / ns % ns, a / ns / ns};
     PetscInt  ijk[3] = {base[0] + i[0], base[1] + i[1], base[2] + i[2]};
     Node     *node   = nodes + a;
@@ -330,7 +415,6 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
   const MPMPatch    *patch = &b->patch;
   const MPMGrid     *g     = patch->grid;
   const int          dim = (int)g->dim, nc = MPM_SUM_NC(dim);
-  int                c0, c1 = Components(dim, parts, &c0);
   long double        total[NC] = {0}, points[NC] = {0}, sizes[NC] = {0};
   static Node        nodes[MPM_MAX_NODES];
 
@@ -344,7 +428,7 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
     Block(dim, s, p, &block);
     if (!(m->state & MPM_BIT(tau))) m->type->law->stress[dim - 1](m, 0, 1, &block);
     Stencil(patch, s, p, nodes);
-    for (int a = 0; a < MPMStencilSize(dim, patch->basis); a++)
+    for (int a = 0; a < StencilSize(dim, patch->basis); a++)
       for (int d = 0; d < dim; d++) {
         const long double phi = nodes[a].phi, f[3] = {d == 0 ? phi * k->m : 0};
         long double      *r = ref + nodes[a].at * nc, *z = size + nodes[a].at * nc, v = parts & MPM_RESIDUAL ? s->r[p * dim + d] : s->v[p * dim + d], vs = fabsl(v);
@@ -358,14 +442,14 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
         r[1 + d] += phi * k->m * v;
         z[1 + d] += phi * k->m * vs;
         if (mpm.scene.forced) {
-          r[1 + dim + d] += phi * k->m * s->b[p * dim + d];
-          z[1 + dim + d] += fabsl(phi * k->m * s->b[p * dim + d]);
+          r[MPM_SUM_FORCE + d] += phi * k->m * s->b[p * dim + d];
+          z[MPM_SUM_FORCE + d] += fabsl(phi * k->m * s->b[p * dim + d]);
         }
         for (int e = 0; e < dim; e++) {
           const long double force = -(long double)k->V0 * block.tau[MPMSymPart(dim, d, e)][0] * nodes[a].dphi[e];
-          r[1 + dim + d] += force;
-          z[1 + dim + d] += fabsl(force);
-          sizes[1 + dim + d] += fabsl(force);
+          r[MPM_SUM_FORCE + d] += force;
+          z[MPM_SUM_FORCE + d] += fabsl(force);
+          sizes[MPM_SUM_FORCE + d] += fabsl(force);
         }
       }
     points[0] += k->m;
@@ -374,8 +458,8 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
       const long double v = parts & MPM_RESIDUAL ? s->r[p * dim + d] : s->v[p * dim + d];
       points[1 + d] += k->m * v;
       sizes[1 + d] += k->m * (fabsl(v) + (parts & MPM_AFFINE ? 4 : 0));
-      if (mpm.scene.forced) points[1 + dim + d] += (long double)k->m * s->b[p * dim + d];
-      sizes[1 + dim + d] += k->m;
+      if (mpm.scene.forced) points[MPM_SUM_FORCE + d] += (long double)k->m * s->b[p * dim + d];
+      sizes[MPM_SUM_FORCE + d] += k->m;
     }
   }
   for (PetscInt c = 0; c < Nodes(patch); c++) {
@@ -385,7 +469,7 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
     for (int k = 0; k < nc; k++) {
       const PetscReal value = b->sum[c * nc + k];
 
-      if (k < c0 || k >= c1) {
+      if (!Asked(dim, parts, k)) {
         CHECK_EQ(value, -777); /* not asked for: untouched */
         continue;
       }
@@ -394,19 +478,19 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
       CHECK_LE(fabsl(value - ref[c * nc + k]), 2e-14L * size[c * nc + k]);
     }
   }
-  for (int k = c0; k < c1; k++) /* C carries no momentum where the basis is linearly complete; force: that of b */
-    if (!(parts & MPM_AFFINE) || k < 1 || k > dim || g->wall_basis[0] != MPM_WALL_BASIS_STEFFEN) CHECK_LE(fabsl(total[k] - points[k]), 2e-14L * sizes[k]);
+  for (int k = 0; k < nc; k++) /* C carries no momentum where the basis is linearly complete; force: that of b */
+    if (Asked(dim, parts, k) && (!(parts & MPM_AFFINE) || k < 1 || k > dim || g->wall_basis[0] != MPM_WALL_BASIS_STEFFEN)) CHECK_LE(fabsl(total[k] - points[k]), 2e-14L * sizes[k]);
 }
 
 /* Runs a phase to nodes on zeroed sums; what it is not asked for holds -777. */
 static void RunSums(Bench *b, const MPMParams *par, const MPMPhase *phase)
 {
   const int dim = (int)b->patch.grid->dim, nc = MPM_SUM_NC(dim);
-  int       c0, c1 = Components(dim, phase->parts, &c0);
 
   for (PetscInt c = 0; c < Nodes(&b->patch); c++)
-    for (int k = 0; k < nc; k++) b->sum[c * nc + k] = k < c0 || k >= c1 ? -777 : 0;
+    for (int k = 0; k < nc; k++) b->sum[c * nc + k] = Asked(dim, phase->parts, k) ? 0 : -777;
   Run(b, par, phase);
+  for (PetscInt k = 0; k < NC; k++) CHECK_EQ(b->sum[Nodes(&b->patch) * nc + k], 0); /* behind the last node */
 }
 
 /* ---- Nodes to points */
@@ -460,7 +544,7 @@ static void CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase *pha
     MPMBlock           block;
 
     Stencil(patch, &before, p, nodes);
-    for (int a = 0; a < MPMStencilSize(dim, patch->basis); a++)
+    for (int a = 0; a < StencilSize(dim, patch->basis); a++)
       for (int d = 0; d < dim; d++) {
         const PetscReal *node = b->vel + nodes[a].at * vc;
 
@@ -845,7 +929,7 @@ static void UpperWall(MPMBasis basis)
 
 static void TestPhase(int dim, MPMBasis basis, MPMWallBasis wall, const MPMPhase *phase, const char *method)
 {
-  static const int numbers[] = {N, 1, MPM_BLOCK, MPM_BLOCK + 1};
+  static const int numbers[] = {N, 1, MPM_STAGED, MPM_STAGED + 1, N, MPM_STAGED - 1}; /* the fifth is crowded */
   static Bench     b;
   static State     s;
   MPMParams        par = {.dt = 0.125, .flip = 1, .order = mpm.params.order, .kinds = kinds, .nkinds = nkinds, .materials = materials, .faces = (const MPMFace(*)[2])faces};
