@@ -3,7 +3,8 @@
      p = -K (J - 1)               linear, where gamma is 0; and never p < -tension, where tension >= 0.
    It knows its volume ratio, J <- J (1 + dt tr L), and no shape: no F.                          docs/theory.md (12e)
    The viscous stress is of the last velocity gradient, so tau is kept until the forces; without viscosity it is a
-   function of J. A wave's speed bounds dt; that dt < h^2 rho/(2 viscosity) too is not looked after here. */
+   function of J. A wave's speed bounds dt; what viscosity
+   spreads in a step is bounded by MPMTimeStep. */
 #include "material.h"
 
 #if MPM_WIDTH == 1

@@ -210,19 +210,27 @@ PetscReal MPMCourant(MPM mpm, PetscReal dt)
   return dt * (PetscSqrtReal(mpm->status.c2) + PetscSqrtReal(mpm->status.v2)) / SmallestH(&mpm->grid);
 }
 
+/* The explicit limit of diffusion, h^2/(2 dim nu) with nu = 4/3 viscosity/rho. */
+PetscReal MPMViscousStep(MPM mpm)
+{
+  PetscReal nu = 0;
+
+  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++)
+    nu = PetscMax(nu, 4. / 3 * mpm->scene.materials[k].viscosity / mpm->scene.materials[k].rho);
+  return nu > 0 ? PetscSqr(SmallestH(&mpm->grid)) / (2 * (PetscReal)mpm->grid.dim * nu) : PETSC_INFINITY;
+}
+
 /* dt of the next step, s: fixed, or cfl h/(c + |v|) of the state as it is, and no more than lets gravity move a point
-   from rest by a tenth of a cell, or viscosity spread over cfl/2 of a cell (the explicit limit of diffusion is 1/2). */
+   from rest by a tenth of a cell, or is cfl of what viscosity allows. */
 PetscReal MPMTimeStep(MPM mpm)
 {
   const PetscReal h  = SmallestH(&mpm->grid);
-  PetscReal       g2 = 0, nu = 0, dt;
+  PetscReal       g2 = 0, dt;
 
   if (mpm->dt_fixed > 0) return mpm->dt_fixed;
   for (PetscInt d = 0; d < mpm->grid.dim; d++) g2 += mpm->params.gravity[d] * mpm->params.gravity[d];
   dt = mpm->dt_cfl * h / (PetscSqrtReal(mpm->status.c2) + PetscSqrtReal(mpm->status.v2));
-  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++)
-    nu = PetscMax(nu, 4. / 3 * mpm->scene.materials[k].viscosity / mpm->scene.materials[k].rho);
-  if (nu > 0) dt = PetscMin(dt, 0.5 * mpm->dt_cfl * h * h / (nu * mpm->grid.dim));
+  dt = PetscMin(dt, mpm->dt_cfl * MPMViscousStep(mpm));
   return g2 > 0 ? PetscMin(dt, PetscSqrtReal(0.2 * h / PetscSqrtReal(g2))) : dt;
 }
 

@@ -648,6 +648,7 @@ PetscErrorCode MPMRun(MPM);
 PetscErrorCode MPMDestroy(MPM *);
 PetscReal      MPMTimeStep(MPM); /* dt of the next step, s */
 PetscReal      MPMCourant(MPM, PetscReal dt);
+PetscReal      MPMViscousStep(MPM);  /* bound of dt by viscosity, s; infinite without */
 PetscInt       MPMInterrupted(void); /* did SIGINT or SIGTERM come? */
 
 /* Provenance, in version.c: version, commit, compiler and flags of this build. */

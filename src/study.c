@@ -303,7 +303,8 @@ static PetscErrorCode Report(MPM mpm, PetscInt n, Rung *rungs)
   char        path[2 * MPM_TEXT_LEN];
   PetscReal   x[MPM_MAX_LEVELS], y[MPM_MAX_LEVELS];
   PetscMPIInt rank;
-  FILE       *csv = NULL;
+  FILE       *csv  = NULL;
+  PetscBool   plot = PETSC_TRUE;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(mpm->comm, &rank));
@@ -317,13 +318,19 @@ static PetscErrorCode Report(MPM mpm, PetscInt n, Rung *rungs)
   for (PetscInt k = 0; k < n; k++) {
     x[k]           = rungs[k].h;
     y[k]           = rungs[k].error;
-    rungs[k].order = k ? PetscLogReal(y[k - 1] / y[k]) / PetscLogReal(x[k - 1] / x[k]) : PETSC_MIN_REAL;
+    rungs[k].order = k && y[k] > 0 && y[k - 1] > 0 ? PetscLogReal(y[k - 1] / y[k]) / PetscLogReal(x[k - 1] / x[k])
+                                                   : PETSC_MIN_REAL; /* none of errors that are 0 */
+    plot           = plot && y[k] > 0 && y[k] < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
     PetscCall(PrintRung(mpm, csv, k, &rungs[k]));
   }
-  if (csv) (void)fclose(csv);
+  if (csv) PetscCheck(!fclose(csv), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write the CSV of the study");
   (void)snprintf(path, sizeof path, "%s/%s_study.svg", mpm->output.dir, mpm->scene.name);
-  if (!rank) PetscCall(MPMPlotLogLog(path, mpm->scene.title, what, "rms error of the displacement, m", n, x, y));
-  PetscCall(MPMPrint(mpm, "results    %s/%s_study.csv .svg\n", mpm->output.dir, mpm->scene.name));
+  if (!rank && plot)
+    PetscCall(MPMPlotLogLog(path, mpm->scene.title, what, "rms error of the displacement, m", n, x, y));
+  else if (!rank)
+    (void)remove(path); /* that of an earlier study */
+  PetscCall(MPMPrint(mpm, "results    %s/%s_study.csv%s\n", mpm->output.dir, mpm->scene.name,
+                     plot ? " .svg" : ", no plot: an error is 0 or not finite"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

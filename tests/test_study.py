@@ -133,7 +133,7 @@ def check_status():
     study = Study("stopped", square(), "-dt_size", "0.005", "-time_end", "0.1", "-method_update", "usl", "-method_basis", "linear")
     check(study.status == 3 and len(study.lines) == 1 and len(study.rows) < 3, f"a run that stops: exit status {study.status}, {len(study.rows)} runs in the file, {study.lines}")
     # a run that is refused ends the study with one line
-    study = Study("refused", square(), "-study_vary", "ppc", "-body_b_ppc", "40,40", "-study_levels", "2", "-time_max_steps", "1")
+    study = Study("refused", square(), "-study_vary", "ppc", "-body_b_ppc", "40,40", "-study_levels", "2")
     check(study.status == 2 and len(study.lines) == 1 and "-body_b_ppc" in study.lines[0], f"a run that is refused: exit status {study.status}, {study.lines[:3]}")
     # -dry_run computes nothing
     study = Study("dry", square(), "-dry_run")

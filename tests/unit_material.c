@@ -18,7 +18,7 @@ static void Put(const MPMMaterial *m, int dim, const MPMPointState *s, MPMBlock 
   for (size_t row = 0; row < sizeof *b / sizeof(PetscReal[MPM_BLOCK]); row++) all[row * MPM_BLOCK + p] = NAN;
   if (m->state & MPM_BIT(F))
     for (int k = 0; k < dim * dim; k++) b->F[k][p] = s->F[k];
-  MPMPointStore(dim, m->state, &known, b, p);
+  MPMPointStore(dim, m->state, &known, b, p, p, p + 1);
 }
 
 /* A step dt with L: F, then the law's update. */
@@ -320,11 +320,12 @@ static void Dimensions(const MPMMaterial *m, int dim, const PetscReal *F)
   }
 }
 
-/* Every point of a block gets the bits it gets alone, wherever it lies and however many there are; nothing is written
-   but the points first .. last-1 of the fields of the state (and tau of a law that gives it on demand).              */
+/* Every point of a block gets the bits it gets alone, wherever it lies and however many there are, with every number of
+   lanes that the machine has; nothing is written but the points first .. last-1 of the fields of the state (and tau of
+   a law that gives it on demand).                                                                                     */
 static void Block(const MPMMaterial *m, int dim)
 {
-  const MPMMaterialLaw *law = m->type->law;
+  const MPMMaterialLaw *law = m->type->law, *lanes;
   MPMBlock              block, alone, run;
   PetscReal             L[9][MPM_BLOCK], out[3][2][MPM_BLOCK];
 
@@ -337,19 +338,23 @@ static void Block(const MPMMaterial *m, int dim)
     Put(m, dim, &s, &block, p);
     for (int k = 0; k < dim * dim; k++) L[k][p] = UnitReal(-1, 1);
   }
-  for (PetscInt n = 0; n <= MPM_BLOCK; n++) { /* n = 0: one by one, to compare with */
+  for (PetscInt n = 0, width = 0; n <= MPM_BLOCK; width = width < 3 && n ? width + 1 : 0, n += !width) {
+    /* n = 0: one by one, to compare with */
     const PetscInt first = n ? UnitInt(MPM_BLOCK - (int)n + 1) : 0, last = n ? first + n : MPM_BLOCK;
 
-    run = block;
+    if (width && MPMTransferWidth() < 1 << width) continue; /* 1, 2, 4, 8 lanes */
+    lanes = width && law->lanes[3 - width] ? law->lanes[3 - width] : law;
+    run   = block;
     for (int k = 0; k < 2; k++)
       for (int p = 0; p < MPM_BLOCK; p++) out[2][k][p] = -12345;
     for (PetscInt p = first; p < last; p += n ? n : 1) {
       const PetscInt end = n ? last : p + 1;
 
       law->energy[dim - 1](m, p, end, &run, out[2][0]);
-      law->speed2[dim - 1](m, p, end, &run, out[2][1]);
-      if (law->update[dim - 1]) law->update[dim - 1](m, 0.1, L, p, end, &run);
-      if (!(m->state & MPM_BIT(tau))) law->stress[dim - 1](m, p, end, &run);
+      CHECK(lanes->speed2[dim - 1] && !lanes->update[dim - 1] == !law->update[dim - 1] && !lanes->stress[dim - 1] == !law->stress[dim - 1]);
+      lanes->speed2[dim - 1](m, p, end, &run, out[2][1]);
+      if (law->update[dim - 1]) lanes->update[dim - 1](m, 0.1, L, p, end, &run);
+      if (!(m->state & MPM_BIT(tau))) lanes->stress[dim - 1](m, p, end, &run);
     }
     if (n == 0) {
       alone = run;

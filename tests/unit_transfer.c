@@ -76,7 +76,8 @@ static int Picked(const char *wish)
     else unsetenv("PEBBLE_VECTOR");
     _exit((int)MPMTransferWidth());
   }
-  CHECK(child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status));
+  if (child > 0 && waitpid(child, &status, 0) != child) status = -1;
+  CHECK(child > 0 && WIFEXITED(status));
   return WEXITSTATUS(status);
 }
 
@@ -305,8 +306,9 @@ static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, co
 
 static MPMStatus Run(Bench *b, const MPMParams *par, const MPMPhase *phase)
 {
-  const MPMTransfer found = MPMTransferFind(b->patch.grid->dim, b->patch.basis, phase->parts);
-  const MPMTransfer run   = (*widths[width].table)[b->patch.grid->dim - 1][phase->kind == MPM_POINTS_TO_NODES ? 0 : 1];
+  const int         to_points = phase->parts & (MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_G2P_FILTER) ? 1 : 0;
+  const MPMTransfer found     = MPMTransferFind(b->patch.grid->dim, b->patch.basis, phase->parts);
+  const MPMTransfer run       = (*widths[width].table)[b->patch.grid->dim - 1][to_points];
   MPMStatus         status;
 
   MPMStatusReset(&status);
@@ -483,14 +485,16 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
 }
 
 /* Runs a phase to nodes on zeroed sums; what it is not asked for holds -777. */
-static void RunSums(Bench *b, const MPMParams *par, const MPMPhase *phase)
+static MPMStatus RunSums(Bench *b, const MPMParams *par, const MPMPhase *phase)
 {
   const int dim = (int)b->patch.grid->dim, nc = MPM_SUM_NC(dim);
+  MPMStatus status;
 
   for (PetscInt c = 0; c < Nodes(&b->patch); c++)
     for (int k = 0; k < nc; k++) b->sum[c * nc + k] = Asked(dim, phase->parts, k) ? 0 : -777;
-  Run(b, par, phase);
+  status = Run(b, par, phase);
   for (PetscInt k = 0; k < NC; k++) CHECK_EQ(b->sum[Nodes(&b->patch) * nc + k], 0); /* behind the last node */
+  return status;
 }
 
 /* ---- Nodes to points */
@@ -520,7 +524,7 @@ static void Worse(MPMBad *bad, PetscInt64 *id, MPMBad now, PetscInt64 whose)
 }
 
 /* Every point of a patch of all points by plain loops over its nodes; status. */
-static void CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase *phase)
+static MPMStatus CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase *phase)
 {
   static State    before;
   static Node     nodes[MPM_MAX_NODES];
@@ -531,6 +535,7 @@ static void CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase *pha
   MPMStatus       status;
   MPMBad          bad = MPM_OK;
   PetscInt64      id = -1, moved = 0;
+  PetscInt        nmovers = 0;
   PetscReal       v2 = 0, c2 = 0;
 
   before = b->own;
@@ -649,6 +654,15 @@ static void CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase *pha
   CHECK_EQ(status.moved, moved);
   if (parts & MPM_G2P_MOTION) CHECK_EQ(status.v2, v2);
   if (parts & MPM_G2P_STRESS) CHECK(status.c2 == c2 || !(c2 < PETSC_MAX_REAL));
+  for (PetscInt q = 0; q < b->own.n && (parts & MPM_G2P_COMMIT); q++) { /* the places of those that moved, in order */
+    const PetscInt p = patch->own_order[q];
+
+    if (b->own.cell[p] != before.cell[p]) CHECK_EQ(b->movers[nmovers], q);
+    nmovers += b->own.cell[p] != before.cell[p];
+  }
+  CHECK_EQ(patch->nmovers, nmovers);
+  CHECK_EQ(b->movers[nmovers], -9);
+  return status;
 }
 
 /* Own points of b have the bits of the points of the same id in ref. The cell is a number of the patch: left out. */
@@ -669,7 +683,14 @@ static void CheckPoints(const Bench *b, const Bench *ref)
 
 /* ---- Bits */
 
-/* One phase on the whole grid (ref) and then otherwise: stored otherwise, half as halo, the grid cut in two. */
+/* The next number of lanes, for a run that need not be of all. */
+static void NextWidth(void)
+{
+  width = (width + 1) % nwidths;
+}
+
+/* One phase on the whole grid (ref) and then otherwise: stored otherwise, half as halo, the grid cut in two; each with
+   another number of lanes. */
 static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MPMParams *par, const MPMPhase *phase, const char *what)
 {
   static Bench   ref, b;
@@ -680,6 +701,7 @@ static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MP
   SetUp(&ref, g, basis, s, NULL, NULL, 0);
   for (PetscInt k = 0; k < Nodes(&ref.patch) * vc; k++) ref.vel[k] = UnitReal(-0.2, 0.2);
   Images(&ref);
+  NextWidth();
   if (to_nodes) RunSums(&ref, par, phase);
   else Run(&ref, par, phase);
   for (int share = 0; share < 2; share++) {
@@ -690,6 +712,7 @@ static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MP
     SetUp(&b, g, basis, &other, NULL, NULL, share);
     CHECK(!share || s->n < 10 || (b.own.n && b.halo.n));
     memcpy(b.vel, ref.vel, sizeof b.vel);
+    NextWidth();
     if (to_nodes) {
       RunSums(&b, par, phase);
       CHECK_SAME(b.sum, ref.sum, Nodes(&ref.patch) * sc * sizeof(PetscReal));
@@ -714,6 +737,7 @@ static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MP
         UnitContext("%s, cut on axis %d after %d nodes, side %d", what, axis, (int)cut, side);
         SetUp(&b, g, basis, &other, lo, n, 0);
         own += b.own.n;
+        NextWidth();
         for (PetscInt c = 0; c < Nodes(&b.patch); c++) {
           PetscInt ijk[3];
 
@@ -786,7 +810,7 @@ static void Affine(int dim, MPMBasis basis)
   MPMGridSetNodes(&g, basis);
   for (int k = 0; k < 9; k++) A[k] = UnitReal(-1, 1);
   for (int d = 0; d < 3; d++) c[d] = UnitReal(-1, 1);
-  Points(&s, &g, N);
+  Points(&s, &g, N, 0);
   for (PetscInt p = 0; p < N; p++)
     for (int d = 0; d < dim; d++) {
       s.x[p * dim + d] = p % 3 && inertia ? UnitReal(g.lower[d] + 2 * g.h[d], g.upper[d] - 2 * g.h[d]) : s.x[p * dim + d];
@@ -848,7 +872,7 @@ static void Filter(int dim, MPMBasis basis, MPMWallBasis wall)
   const MPMGrid g   = Grid(dim, basis, wall, 0);
 
   mpm.params.order = 1;
-  Points(&s, &g, N);
+  Points(&s, &g, N, 0);
   for (int constant = 0; constant < 2; constant++) {
     long double last = INFINITY;
 
@@ -930,30 +954,49 @@ static void UpperWall(MPMBasis basis)
 static void TestPhase(int dim, MPMBasis basis, MPMWallBasis wall, const MPMPhase *phase, const char *method)
 {
   static const int numbers[] = {N, 1, MPM_STAGED, MPM_STAGED + 1, N, MPM_STAGED - 1}; /* the fifth is crowded */
-  static Bench     b;
+  static Bench     start, b, first;
   static State     s;
+  MPMStatus        status, found;
   MPMParams        par = {.dt = 0.125, .flip = 1, .order = mpm.params.order, .kinds = kinds, .nkinds = nkinds, .materials = materials, .faces = (const MPMFace(*)[2])faces};
 
   CHECK(MPMTransferFlops(dim, basis, phase->parts) > 0);
-  for (int round = 0; round < 4; round++) {
+  for (int round = 0; round < 6; round++) {
     const MPMGrid g = Grid(dim, basis, wall, round % 2);
     char          what[160];
 
     snprintf(what, sizeof what, "%s %s, dim %d, basis %d, wall form %d, %d points", method, phase->name, dim, (int)basis, (int)wall, numbers[round]);
     UnitContext("%s", what);
     par.flip = round == 0 ? 1 : round == 1 ? 0 : 0.9;
-    Points(&s, &g, numbers[round]);
+    Points(&s, &g, numbers[round], round == 4);
     SetUp(&b, &g, basis, &s, NULL, NULL, 0);
-    if (phase->kind == MPM_POINTS_TO_NODES) {
-      RunSums(&b, &par, phase);
-      CheckSums(&b, &s, &par, phase->parts);
-    } else {
+    if (phase->kind != MPM_POINTS_TO_NODES) {
       const PetscReal size = round ? 0.05 : 0.6;
 
       for (PetscInt k = 0; k < Nodes(&b.patch) * MPM_VEL_NC(dim); k++) b.vel[k] = UnitReal(-size, size);
       Images(&b);
-      CheckPointsMoved(&b, &par, phase);
     }
+    start = b;
+    for (width = 0; width < nwidths; width++) {
+      UnitContext("%s, %d lanes", what, (int)widths[width].lanes);
+      b = start; /* the pointers of its patch are into b */
+      if (phase->kind == MPM_POINTS_TO_NODES) {
+        status = RunSums(&b, &par, phase);
+        CheckSums(&b, &s, &par, phase->parts);
+      } else
+        status = CheckPointsMoved(&b, &par, phase);
+      if (!width) first = b, found = status;
+      CHECK_SAME(&b.own, &first.own, sizeof b.own); /* the same bits with any number of lanes */
+      CHECK_SAME(&b.halo, &start.halo, sizeof b.halo);
+      CHECK_SAME(b.sum, first.sum, sizeof b.sum);
+      CHECK_SAME(b.vel, start.vel, sizeof b.vel);
+      CHECK_SAME(b.movers, first.movers, sizeof b.movers);
+      CHECK(status.bad == found.bad && status.id == found.id && status.moved == found.moved && status.left == found.left);
+      CHECK_SAME(&status.v2, &found.v2, sizeof status.v2);
+      CHECK_SAME(&status.c2, &found.c2, sizeof status.c2);
+      CHECK_SAME(&status.J, &found.J, sizeof status.J);
+      CHECK_SAME(status.x, found.x, sizeof status.x);
+    }
+    width = 0;
     CheckBits(&g, basis, &s, &par, phase, what);
   }
 }
@@ -983,7 +1026,9 @@ static PetscErrorCode TestMethod(int dim, MPMBasis basis, MPMWallBasis wall, int
 int main(int argc, char **argv)
 {
   PetscFunctionBeginUser;
+  Wishes();
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  FindWidths();
   for (const MPMMaterialType *type = MPMMaterialTypes; type->name; type++) { /* a kind a material, the first has two */
     MPMMaterial *m = &materials[mpm.scene.nmaterials];
 
@@ -1002,10 +1047,12 @@ int main(int argc, char **argv)
         for (int i = 0; MPMIntegrators[i]; i++)
           for (int transfer = 0; transfer < (b == MPM_BASIS_gimp ? 5 : 4); transfer++) PetscCall(TestMethod(dim, (MPMBasis)b, (MPMWallBasis)wall, i, transfer));
         mpm.affine = mpm.stretched = mpm.scene.forced = PETSC_FALSE;
-        Filter(dim, (MPMBasis)b, (MPMWallBasis)wall);
+        for (width = 0; width < nwidths; width++) Filter(dim, (MPMBasis)b, (MPMWallBasis)wall);
+        width = 0;
         mpm.params.order = 0;
       }
-      Affine(dim, (MPMBasis)b);
+      for (width = 0; width < nwidths; width++) Affine(dim, (MPMBasis)b);
+      width = 0;
       mpm.affine = PETSC_FALSE;
     }
   }
