@@ -2,33 +2,35 @@
    time of the steps; beside them the limits of this core, measured here in about a second.                           */
 #include "mpm.h"
 
-typedef double Lanes __attribute__((vector_size(16)));
-
-#define STREAMS 16 /* independent chains of operations: more than the latency of one needs */
-
-/* Floating-point operations per second of one core, in independent chains of products and sums that stay in registers.
-   With the vectors of any x86-64 or ARM: a processor with wider ones can do 2 or 4 times as much, and the kernels,
-   which are built for those too, may come out above 1. */
-static PetscReal PeakFlops(void)
+/* transfer_sums.c, for each number of lanes: n rounds of fused products and sums; how many operations that is. */
+typedef PetscReal Chains(PetscInt n, PetscReal start, volatile PetscReal *end);
+extern Chains     MPMChains_8, MPMChains_4, MPMChains_2;
+static Chains    *Widest(void)
 {
-  Lanes           x[STREAMS];
-  volatile double start = 1, end; /* so that the compiler keeps the loop between the clocks */
-  PetscReal       best  = 0;
-  PetscLogDouble  t0, t1;
+#if defined(__x86_64__)
+  if (MPMTransferWidth() == 8) return MPMChains_8;
+  if (MPMTransferWidth() == 4) return MPMChains_4;
+#endif
+  return MPMChains_2;
+}
 
+/* Floating-point operations per second of one core with the vectors that the kernels use. */
+static PetscErrorCode PeakFlops(PetscReal *best)
+{
+  volatile PetscReal start = 1, end;
+
+  PetscFunctionBeginUser;
+  *best = 0;
   for (int repeat = 0; repeat < 5; repeat++) {
-    const PetscInt n = 4000000;
+    PetscLogDouble t0, t1;
+    PetscReal      flops;
 
-    if (PetscTime(&t0)) return 0;
-    for (int k = 0; k < STREAMS; k++) x[k] = (Lanes){start + 1e-9 * k, start - 1e-9 * k};
-    for (PetscInt i = 0; i < n; i++)
-      for (int k = 0; k < STREAMS; k++) x[k] = x[k] * 0.999999999 + 1e-9;
-    for (int k = 0; k < STREAMS; k++) end = x[k][0] + x[k][1];
-    if (PetscTime(&t1)) return 0;
-    best = PetscMax(best, (PetscReal)n * STREAMS * 4 / (t1 - t0));
+    PetscCall(PetscTime(&t0));
+    flops = Widest()(3000000, start, &end);
+    PetscCall(PetscTime(&t1));
+    *best = PetscMax(*best, flops / (t1 - t0));
   }
-  (void)end;
-  return best;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Bytes per second of one core, a = b + s c on arrays far larger than caches. */
@@ -68,7 +70,7 @@ PetscErrorCode MPMRoofline(MPM mpm)
   PetscCallMPI(MPI_Bcast(&mpm->wall_steps, 1, MPI_DOUBLE, 0, mpm->exchange.data));
   if (mpm->report_limits || mpm->wall_steps > 20) {
     PetscCallMPI(MPI_Barrier(mpm->exchange.data));
-    flops = PeakFlops();
+    PetscCall(PeakFlops(&flops));
     PetscCall(PeakBytes(&bytes));
     PetscCall(MPMPrint(mpm, ": %.2g of %.3g and %.2g of %.3g that the core can", (double)(mpm->flops / s / flops),
                        (double)(1e-9 * flops), (double)(mpm->bytes / s / bytes), (double)(1e-9 * bytes)));

@@ -13,16 +13,15 @@ static void OwnNodes(const MPMPatch *patch, PetscInt row, PetscInt *first, Petsc
   *last  = PetscMin(own + patch->own_n[0], patch->span[row][1]);
 }
 
-/* Velocity conditions of the walls on node i of a row. */
-static PetscBool Walls(const MPMFace (*faces)[2], const MPMPatch *patch, PetscInt row, PetscInt i, PetscReal v[])
+/* Is node i of a row at or beyond a face of the grid? Most are not. ijk [3]: its number in the grid. */
+static PetscBool AtFace(const MPMPatch *patch, PetscInt row, PetscInt i, PetscInt ijk[])
 {
-  const PetscInt ijk[3] = {i + patch->lo[0], row % patch->n[1] + patch->lo[1], row / patch->n[1] + patch->lo[2]};
-
-  for (PetscInt d = 0;; d++) { /* most nodes are at no wall */
-    if (d == patch->grid->dim) return PETSC_FALSE;
-    if (ijk[d] <= 0 || ijk[d] >= patch->grid->cells[d]) break;
-  }
-  return MPMWallsApply(faces, patch->grid->dim, ijk, patch->grid->cells, v);
+  ijk[0] = i + patch->lo[0];
+  ijk[1] = row % patch->n[1] + patch->lo[1];
+  ijk[2] = row / patch->n[1] + patch->lo[2];
+  for (PetscInt d = 0; d < patch->grid->dim; d++)
+    if (ijk[d] <= 0 || ijk[d] >= patch->grid->cells[d]) return PETSC_TRUE;
+  return PETSC_FALSE;
 }
 
 /* v = p/m and walls, eq. (2). A node without mass is at rest; there is no threshold. Only points exactly on a grid
@@ -30,7 +29,7 @@ static PetscBool Walls(const MPMFace (*faces)[2], const MPMPatch *patch, PetscIn
 static void Divide(const MPMFace (*faces)[2], MPMPatch *patch, PetscInt row)
 {
   const PetscInt dim = patch->grid->dim;
-  PetscInt       first, last;
+  PetscInt       first, last, ijk[3];
 
   OwnNodes(patch, row, &first, &last);
   for (PetscInt i = first; i < last; i++) {
@@ -38,7 +37,7 @@ static void Divide(const MPMFace (*faces)[2], MPMPatch *patch, PetscInt row)
     PetscReal       *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim);
 
     for (PetscInt d = 0; d < dim; d++) v[d] = *m > 0 ? p[d] / *m : 0;
-    Walls(faces, patch, row, i, v);
+    if (AtFace(patch, row, i, ijk)) (void)MPMWallsApply(faces, dim, ijk, patch->grid->cells, v);
   }
 }
 
@@ -57,21 +56,22 @@ static void NodeResidual(const MPMParams *par, MPMPatch *patch, PetscInt row)
 static void NodeAdvance(const MPMParams *par, MPMPatch *patch, PetscInt row)
 {
   const PetscInt dim = patch->grid->dim;
-  PetscInt       first, last;
+  PetscInt       first, last, ijk[3];
 
   OwnNodes(patch, row, &first, &last);
   Divide(par->before, patch, row);
   for (PetscInt i = first; i < last; i++) {
-    const PetscInt ijk[3] = {i + patch->lo[0], row % patch->n[1] + patch->lo[1], row / patch->n[1] + patch->lo[2]};
-    PetscReal     *sum = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *f = sum + MPM_SUM_FORCE;
-    PetscReal     *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim), *a = v + dim, before[3];
+    PetscReal *sum = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *f = sum + MPM_SUM_FORCE;
+    PetscReal *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim), *a = v + dim, before[3];
 
     for (PetscInt d = 0; d < dim; d++) {
       a[d]      = *sum > 0 ? f[d] / *sum + par->gravity[d] : 0;
       before[d] = v[d];
       v[d]      = v[d] + par->dt * a[d];
     }
-    sum[MPM_SUM_MET] = (PetscReal)MPMWallsAdvance(par->faces, dim, ijk, patch->grid->cells, par->dt, before, v, a);
+    sum[MPM_SUM_MET] = 0;
+    if (AtFace(patch, row, i, ijk))
+      sum[MPM_SUM_MET] = (PetscReal)MPMWallsAdvance(par->faces, dim, ijk, patch->grid->cells, par->dt, before, v, a);
   }
 }
 

@@ -227,3 +227,22 @@ MPM_FOR_ALL(MPM_DEFINE)
                        {InterpolateBlock_##dim##ns##_10, InterpolateBlock_##dim##ns##_11}},
 const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2]         = {MPM_FOR_ALL(MPM_SUM_ENTRY)};
 const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2] = {MPM_FOR_ALL(MPM_INTERPOLATE_ENTRY)};
+
+/* Floating-point operations of n rounds of fused products and sums in 16 independent chains, more than their latency
+   needs, in registers: what roofline.c takes for the limit of a core. start, end: so that the compiler keeps them. */
+#define MPM_CHAINS 16
+PetscReal MPM_LANES_NAME(MPMChains)(PetscInt n, PetscReal start, volatile PetscReal *end)
+{
+  MPMReal x[MPM_CHAINS];
+
+  for (int k = 0; k < MPM_CHAINS; k++) x[k] = MPMAll(start + 1e-9 * k);
+  for (PetscInt i = 0; i < n; i++) MPM_UNROLL
+  for (int k = 0; k < MPM_CHAINS; k++) x[k] = MPMFma(x[k], MPMAll(0.999999999), MPMAll(1e-9));
+  for (int k = 0; k < MPM_CHAINS; k++) {
+    PetscReal lane[MPM_WIDTH];
+
+    memcpy(lane, &x[k], sizeof lane);
+    *end = lane[0];
+  }
+  return (PetscReal)n * MPM_CHAINS * MPM_WIDTH * 2;
+}

@@ -1,4 +1,5 @@
-/* unit_wall.c - what the rows of wall.def do, and where: at or beyond their face of the grid and nowhere else.        */
+/* unit_wall.c - what the rows of wall.def do, and where: at or beyond their face of the grid and nowhere else; the
+   same in the advance of a node, and the walls that are derived for other velocities.                                 */
 #include "mpm.h"
 #include "unit.h"
 
@@ -129,27 +130,229 @@ static void Corners(int dim, const PetscInt ijk[])
   CHECK_SAME(v, expected, sizeof v);
 }
 
-/* Of what xpic filters from velocities the walls hold 0, and leave free what depends on a sign. */
-static void Residuals(void)
+/* Is it a wall that matter may leave? */
+static int Pushes(MPMWall wall)
+{
+  return wall == MPM_WALL_separate || wall == MPM_WALL_friction;
+}
+
+/* v and at as the step makes them: v is held by the walls that hold, at = v + dt a. */
+static void Trial(const MPMFace (*faces)[2], int dim, const PetscInt ijk[], PetscReal dt, PetscReal v[], const PetscReal a[], PetscReal at[])
+{
+  MPMFace before[3][2], gradient[3][2], residual[3][2];
+
+  MPMWallsDerive(faces, before, gradient, residual);
+  MPMWallsApply((const MPMFace(*)[2])before, dim, ijk, cells, v);
+  for (int d = 0; d < dim; d++) at[d] = v[d] + dt * a[d];
+}
+
+/* The advance of a node with one wall on one face, all others free. */
+static void AdvanceOneFace(int dim, int axis, int side, MPMWall wall, const PetscInt ijk[])
+{
+  const MPMFace   face = Face(wall);
+  const PetscReal dt   = UnitInt(2) ? 0.125 : UnitReal(1e-3, 1), lo = side ? 1 : -1;
+  MPMFace         faces[3][2];
+  PetscReal       v[3] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, force[3], a[3], at[3], trial[3] = {0}, old[3], into, was, is, lost;
+  PetscInt        met;
+
+  memset(faces, 0, sizeof faces); /* free */
+  faces[axis][side] = face;
+  for (int d = 0; d < 3; d++) at[d] = force[d] = a[d] = UnitInt(5) ? UnitReal(-2, 2) / dt : 0;
+  switch (UnitInt(6)) { /* a node that comes to rest, that is at rest, that the force alone moves */
+  case 0:
+    v[axis] = 0;
+    break;
+  case 1:
+    v[axis] = force[axis] = a[axis] = 0;
+    break;
+  case 2:
+    for (int d = 0; d < 3; d++) v[d] = 0;
+    break;
+  default:
+    break;
+  }
+  Trial((const MPMFace(*)[2])faces, dim, ijk, dt, v, a, at);
+  memcpy(old, v, sizeof v);
+  memcpy(trial, at, sizeof at);
+  met = MPMWallsAdvance((const MPMFace(*)[2])faces, dim, ijk, cells, dt, v, at, a);
+  UnitContext("advance at %s on axis %d side %d of %d-D, node %d %d %d", names[wall], axis, side, dim, (int)ijk[0], (int)ijk[1], (int)ijk[2]);
+  CHECK_SAME(v, old, sizeof v);
+  for (int d = dim; d < 3; d++) CHECK(at[d] == trial[d] && a[d] == force[d]); /* no component beyond dim is touched */
+  into = lo * trial[axis];                                                     /* what the force gives counts, not v alone */
+  if (!On(axis, side, ijk) || wall == MPM_WALL_free || wall == MPM_WALL_periodic || (Pushes(wall) && into <= 0)) {
+    CHECK_EQ(met, 0);
+    CHECK_SAME(at, trial, sizeof at); /* leaving, or no wall: free */
+    CHECK_SAME(a, force, sizeof a);
+    return;
+  }
+  CHECK_EQ(met, Pushes(wall) ? 1 << axis : 0);
+  for (int d = 0; d < dim; d++) { /* a wall that holds: no acceleration, whatever pulls */
+    if (wall == MPM_WALL_fixed) CHECK(at[d] == 0 && v[d] == 0 && a[d] == 0);
+    if (wall == MPM_WALL_moving) CHECK(at[d] == face.velocity[d] && v[d] == face.velocity[d] && (a[d] == 0 || force[d] == 0));
+    if (wall == MPM_WALL_moving) CHECK_NEAR(a[d], 0, 0);
+    if (wall == MPM_WALL_slip && d == axis) CHECK(at[d] == 0 && v[d] == 0 && a[d] == 0);
+    if ((wall == MPM_WALL_slip || wall == MPM_WALL_separate) && d != axis) CHECK(at[d] == trial[d] && a[d] == force[d]);
+  }
+  if (!Pushes(wall)) return;
+  CHECK(at[axis] == 0 && a[axis] == 0); /* pressed: as at a slip wall */
+  if (wall != MPM_WALL_friction) return;
+  lost = PetscMax(0, lo * dt * force[axis]); /* the impulse of the forces into the wall; forces that pull press nothing */
+  was  = Sliding(dim, axis, trial);
+  is   = Sliding(dim, axis, at);
+  CHECK_NEAR(is, PetscMax(0, was - face.mu * lost), 16 * DBL_EPSILON * (1 + was)); /* Coulomb */
+  for (int d = 0; d < dim; d++)
+    if (d != axis) {
+      CHECK(at[d] * trial[d] >= 0 && PetscAbsReal(at[d]) <= PetscAbsReal(trial[d])); /* never reverses, never speeds up */
+      CHECK_NEAR(at[d] * was, trial[d] * is, 16 * DBL_EPSILON * (1 + was * was));    /* along the sliding */
+      CHECK_NEAR(dt * a[d], at[d] - v[d], 8 * DBL_EPSILON * (1 + was));             /* the impulse is in a */
+      if (face.mu == 0) CHECK(at[d] == trial[d] && a[d] == force[d]);
+    }
+}
+
+/* Walls of all kinds but moving on all faces, at edges and corners: a wall that pushes and is met holds its axis, one
+   that is left does not; where two faces of the grid are the same axis (one cell) only one is touched at a time. */
+static void AdvanceCorners(int dim, const PetscInt ijk[])
+{
+  const PetscReal dt = 0.25;
+  MPMFace         faces[3][2];
+  PetscReal       v[3] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, a[3], at[3], trial[3] = {0}, force[3];
+  PetscInt        met, expected = 0;
+  PetscReal       friction = 0;
+  int             fixed = 0, held[3] = {0};
+
+  for (int k = 0; k < 6; k++) {
+    MPMWall wall;
+
+    do wall = (MPMWall)UnitInt(MPM_NUM_WALLS);
+    while (wall == MPM_WALL_moving);
+    faces[k / 2][k % 2] = Face(wall);
+  }
+  for (int d = 0; d < 3; d++) at[d] = a[d] = force[d] = UnitReal(-4, 4);
+  Trial((const MPMFace(*)[2])faces, dim, ijk, dt, v, a, at);
+  memcpy(trial, at, sizeof at);
+  for (int d = 0; d < dim; d++)
+    for (int side = 0; side < 2; side++) {
+      const MPMWall wall = faces[d][side].type;
+
+      if (!On(d, side, ijk)) continue;
+      fixed |= wall == MPM_WALL_fixed;
+      if (wall == MPM_WALL_slip) held[d] = 1;
+      if (Pushes(wall) && (side ? 1 : -1) * trial[d] > 0) {
+        expected |= (PetscInt)1 << d;
+        held[d] = 1;
+        if (wall == MPM_WALL_friction) friction += faces[d][side].mu * PetscMax(0, (side ? 1 : -1) * dt * force[d]);
+      }
+    }
+  met = MPMWallsAdvance((const MPMFace(*)[2])faces, dim, ijk, cells, dt, v, at, a);
+  UnitContext("advance at a corner of %d-D, node %d %d %d", dim, (int)ijk[0], (int)ijk[1], (int)ijk[2]);
+  CHECK_EQ(met, expected);
+  for (int d = 0; d < dim; d++) {
+    if (fixed || held[d]) CHECK(at[d] == 0 && a[d] == 0);
+    CHECK(at[d] * trial[d] >= 0 && PetscAbsReal(at[d]) <= PetscAbsReal(trial[d]));
+    CHECK_LE(PetscAbsReal(at[d] - trial[d]), fixed || held[d] ? PetscAbsReal(trial[d]) : friction * (1 + 8 * DBL_EPSILON));
+    if (!held[d] && !fixed && !(friction > 0)) CHECK(at[d] == trial[d] && a[d] == force[d]);
+    if (!held[d] && !fixed) CHECK_NEAR(dt * a[d], at[d] - v[d], 8 * DBL_EPSILON);
+  }
+  for (int d = dim; d < 3; d++) CHECK(at[d] == trial[d] && a[d] == force[d]);
+}
+
+/* A node on a corner of a moving wall and one that pushes: the velocity is that of the advance where it is held, in the
+   first mapping as in the second, which holds what the advance met. */
+static void AdvanceMoving(int dim, int mover, int pusher, MPMWall wall)
+{
+  const PetscReal dt = 0.25;
+  MPMFace         faces[3][2];
+  PetscInt        at_lower[3] = {0, 0, 0}, met;
+  PetscReal       v[3] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, a[3], at[3];
+
+  memset(faces, 0, sizeof faces);
+  for (int d = 0; d < 3; d++) at_lower[d] = d == mover || d == pusher ? 0 : 3;
+  if (dim > 1 && mover != 1 && pusher != 1) at_lower[1] = 1; /* one cell: its upper face is free */
+  faces[mover][0]  = Face(MPM_WALL_moving);
+  faces[pusher][0] = Face(wall);
+  for (int d = 0; d < 3; d++) at[d] = a[d] = UnitReal(-4, 4);
+  Trial((const MPMFace(*)[2])faces, dim, at_lower, dt, v, a, at);
+  met = MPMWallsAdvance((const MPMFace(*)[2])faces, dim, at_lower, cells, dt, v, at, a);
+  UnitContext("advance at a moving wall on axis %d and %s on axis %d of %d-D, velocity %g", mover, names[wall], pusher, dim, faces[mover][0].velocity[pusher]);
+  for (int d = 0; d < dim; d++) {
+    CHECK(at[d] == 0 || at[d] * faces[mover][0].velocity[d] >= 0);
+    if (met & (PetscInt)1 << d) CHECK(at[d] == 0 && a[d] == 0); /* the second mapping sets 0 there */
+    if (at[d] == faces[mover][0].velocity[d]) CHECK_EQ(a[d], 0);
+  }
+}
+
+/* The mirror image of an advance is the advance of the mirror image, with the same bits. */
+static void AdvanceMirror(int dim, int axis, MPMWall wall)
+{
+  const PetscReal dt = UnitReal(0.1, 1);
+  MPMFace         lower[3][2], upper[3][2];
+  PetscInt        low[3] = {2, 0, 3}, high[3] = {2, 0, 3}, one, two;
+  PetscReal       v[3] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, a[3], at[3], w[3], b[3], bt[3];
+
+  memset(lower, 0, sizeof lower);
+  memset(upper, 0, sizeof upper);
+  lower[axis][0] = upper[axis][1] = Face(wall);
+  upper[axis][1].velocity[axis] *= -1;
+  for (int d = 0; d < 3; d++) {
+    at[d] = a[d] = UnitReal(-4, 4);
+    w[d] = d == axis ? -v[d] : v[d];
+    bt[d] = b[d] = d == axis ? -a[d] : a[d];
+  }
+  low[axis]  = 0;
+  high[axis] = cells[axis];
+  Trial((const MPMFace(*)[2])lower, dim, low, dt, v, a, at);
+  Trial((const MPMFace(*)[2])upper, dim, high, dt, w, b, bt);
+  one = MPMWallsAdvance((const MPMFace(*)[2])lower, dim, low, cells, dt, v, at, a);
+  two = MPMWallsAdvance((const MPMFace(*)[2])upper, dim, high, cells, dt, w, bt, b);
+  UnitContext("advance at %s on axis %d of %d-D, mirrored", names[wall], axis, dim);
+  CHECK_EQ(one, two);
+  for (int d = 0; d < 3; d++) {
+    CHECK_EQ(bt[d], d == axis ? -at[d] : at[d]);
+    CHECK_EQ(b[d], d == axis ? -a[d] : a[d]);
+  }
+}
+
+/* The walls of other velocities of nodes, by type; each keeps its constants. And what they do: of what xpic filters the
+   walls hold 0, and leave free what depends on a sign; gradients feel no friction; before an advance a wall that only
+   pushes does nothing. */
+static void Derived(void)
 {
   for (int wall = 0; wall < MPM_NUM_WALLS; wall++) {
-    MPMFace faces[3][2], residual[3][2];
+    MPMFace faces[3][2], before[3][2], gradient[3][2], residual[3][2], kept[3][2];
 
     for (int k = 0; k < 6; k++) faces[k / 2][k % 2] = Face((MPMWall)((wall + k) % MPM_NUM_WALLS));
-    MPMWallsOfResidual((const MPMFace(*)[2])faces, residual);
-    for (int k = 0; k < 6; k++)
-      for (int round = 0; round < 10; round++) {
-        const MPMWall   type = faces[k / 2][k % 2].type;
-        const PetscInt  mid[3] = {100, 100, 100}, far[3] = {200, 200, 200};
-        const PetscReal r[3] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)};
-        PetscInt        at[3] = {mid[0], mid[1], mid[2]};
-        PetscReal       v[3] = {r[0], r[1], r[2]};
+    memcpy(kept, faces, sizeof faces);
+    MPMWallsDerive((const MPMFace(*)[2])faces, before, gradient, residual);
+    CHECK_SAME(kept, faces, sizeof faces);
+    for (int k = 0; k < 6; k++) {
+      const MPMFace *of[3] = {&before[k / 2][k % 2], &gradient[k / 2][k % 2], &residual[k / 2][k % 2]}, *f = &faces[k / 2][k % 2];
+      const MPMWall  type = f->type;
 
-        UnitContext("residual at %s", names[type]);
+      UnitContext("walls derived from %s", names[type]);
+      for (int i = 0; i < 3; i++) CHECK(of[i]->mu == f->mu && of[i]->velocity[0] == f->velocity[0] && of[i]->velocity[1] == f->velocity[1] && of[i]->velocity[2] == f->velocity[2]);
+      CHECK_EQ(of[0]->type, Pushes(type) ? MPM_WALL_free : type);
+      CHECK_EQ(of[1]->type, type == MPM_WALL_friction ? MPM_WALL_separate : type);
+      CHECK_EQ(of[2]->type, Pushes(type) ? MPM_WALL_free : type == MPM_WALL_moving ? MPM_WALL_fixed : type);
+      for (int round = 0; round < 10; round++) {
+        const PetscInt  far[3] = {200, 200, 200};
+        const PetscReal r[3]   = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, into = (k % 2 ? 1 : -1) * r[k / 2];
+        PetscInt        at[3]  = {100, 100, 100};
+        PetscReal       v[3][3];
+
+        for (int i = 0; i < 3; i++) memcpy(v[i], r, sizeof r);
         at[k / 2] = k % 2 ? 200 : 0;
-        MPMWallsApply((const MPMFace(*)[2])residual, 3, at, far, v);
-        for (int d = 0; d < 3; d++) CHECK_EQ(v[d], type == MPM_WALL_fixed || type == MPM_WALL_moving || (type == MPM_WALL_slip && d == k / 2) ? 0 : r[d]);
+        MPMWallsApply((const MPMFace(*)[2])before, 3, at, far, v[0]);
+        MPMWallsApply((const MPMFace(*)[2])gradient, 3, at, far, v[1]);
+        MPMWallsApply((const MPMFace(*)[2])residual, 3, at, far, v[2]);
+        for (int d = 0; d < 3; d++) {
+          const PetscReal held = type == MPM_WALL_fixed || (type == MPM_WALL_slip && d == k / 2) ? 0 : type == MPM_WALL_moving ? f->velocity[d] : r[d];
+
+          CHECK_EQ(v[0][d], held);
+          CHECK_EQ(v[1][d], Pushes(type) && d == k / 2 && into > 0 ? 0 : held);
+          CHECK_EQ(v[2][d], type == MPM_WALL_moving ? 0 : held);
+        }
       }
+    }
   }
 }
 
@@ -164,12 +367,24 @@ int main(void)
           for (int axis = 0; axis < dim; axis++)
             for (int side = 0; side < 2; side++)
               for (int wall = 0; wall < MPM_NUM_WALLS; wall++)
-                for (int round = 0; round < 5; round++) OneFace(dim, axis, side, (MPMWall)wall, ijk);
+                for (int round = 0; round < 5; round++) {
+                  OneFace(dim, axis, side, (MPMWall)wall, ijk);
+                  AdvanceOneFace(dim, axis, side, (MPMWall)wall, ijk);
+                }
           for (int round = 0; round < 20; round++) Corners(dim, ijk);
+          for (int round = 0; round < 20; round++) AdvanceCorners(dim, ijk);
         }
   for (int round = 0; round < 500; round++)
     for (int dim = 1; dim <= 3; dim++)
-      for (int wall = 0; wall < MPM_NUM_WALLS; wall++) Mirror(dim, UnitInt(dim), (MPMWall)wall);
-  Residuals();
+      for (int wall = 0; wall < MPM_NUM_WALLS; wall++) {
+        Mirror(dim, UnitInt(dim), (MPMWall)wall);
+        AdvanceMirror(dim, UnitInt(dim), (MPMWall)wall);
+        for (int axis = 1; axis < dim; axis++) {
+          if (!Pushes((MPMWall)wall)) continue;
+          AdvanceMoving(dim, axis, axis - 1, (MPMWall)wall);
+          AdvanceMoving(dim, axis - 1, axis, (MPMWall)wall);
+        }
+      }
+  Derived();
   return UnitEnd();
 }
