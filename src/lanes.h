@@ -13,7 +13,8 @@
 #include <stdint.h>
 #include <string.h>
 
-#define MPM_INLINE static inline __attribute__((always_inline, unused)) /* unused: a file of lanes takes what it needs */
+#define MPM_INLINE                                                                                                     \
+  static inline __attribute__((always_inline, unused)) /* unused: a file of lanes takes what it needs */
 
 #ifndef MPM_WIDTH
 #define MPM_WIDTH 1
@@ -91,7 +92,7 @@ MPM_INLINE MPMReal MPMFloor(MPMReal a)
    the library, which is right and slow. */
 MPM_INLINE MPMReal MPMFma(MPMReal a, MPMReal b, MPMReal c)
 {
-#if defined(MPM_CONTRACT) && defined(__FMA__) /* compiled with -ffp-contract=fast */
+#if defined(MPM_CONTRACT) && defined(__FMA__) && !defined(__clang__) /* compiled with -ffp-contract=fast */
   return a * b + c;
 #elif MPM_WIDTH == 1
   return __builtin_fma(a, b, c);

@@ -39,6 +39,12 @@ MPM_INLINE PetscInt MPMCellEnd(const PetscInt *cell, PetscInt n, PetscInt first)
 
 typedef MPMReal MPMSums[MPM_MAX_NODES][MPM_PARTS];
 
+/* i c for i = 0 .. 3, by sums: a product here could be taken out of the loops and then not be fused. */
+MPM_INLINE MPMReal MPMMultiple(int i, MPMReal c)
+{
+  return i == 0 ? MPMAll(0) : i == 1 ? c : i == 2 ? c + c : c + c + c;
+}
+
 /* Adds points first .. last-1 of the block to the sums of their cell: phi = wx wy wz and its gradients are multiplied
    out axis by axis, the last on the way into the sums. forces, affine: are there records for them? */
 MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPMStencils *s, const MPMRecords *r,
@@ -60,7 +66,7 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPM
         if (dim > 2) {
           const MPMReal wz = MPMAll(s->w[2][k][l]), gz = MPMAll(s->g[2][k][l]);
 
-          if (motion) P = MPMFma(MPMAll(k), A[2], P);
+          if (motion) P += MPMMultiple(k, A[2]);
           P = MPMTimes(wz, P);
           if (motion) a = MPMTimes(wz, a), b = MPMTimes(wz, b);
           if (force) P = MPMFma(gz, Q[3], P), Px = MPMTimes(wz, Px), Py = MPMTimes(wz, Py);
@@ -72,7 +78,7 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPM
           if (dim > 1) {
             const MPMReal wy = MPMAll(s->w[1][j][l]), gy = MPMAll(s->g[1][j][l]);
 
-            if (motion) R = MPMFma(MPMAll(j), b, R);
+            if (motion) R += MPMMultiple(j, b);
             R = MPMTimes(wy, R);
             if (motion) c = MPMTimes(wy, c);
             if (force) R = MPMFma(gy, Py, R), Rx = MPMTimes(wy, Rx);
@@ -81,7 +87,7 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPM
           for (int i = 0; i < ns; i++) {
             MPMReal *to = &sum[(k * ny + j) * ns + i][h];
 
-            *to = MPMFma(MPMAll(s->w[0][i][l]), motion ? MPMFma(MPMAll(i), c, R) : R, *to);
+            *to = MPMFma(MPMAll(s->w[0][i][l]), motion ? R + MPMMultiple(i, c) : R, *to);
             if (force) *to = MPMFma(MPMAll(s->g[0][i][l]), Rx, *to);
           }
         }

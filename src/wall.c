@@ -42,18 +42,24 @@ static PetscBool MPMWallApply_separate(MPM_WALL_ARGUMENTS)
   return PETSC_TRUE;
 }
 
-/* The impulse that stops the normal velocity, times mu, is the most that the sliding can lose (Coulomb). v is what the
-   node would have after the step without the wall. */
+/* Takes up to `most` off the length of v [dim]: never more than there is. */
+static void Brake(PetscInt dim, PetscReal most, PetscReal v[])
+{
+  PetscReal slide = 0;
+
+  for (PetscInt d = 0; d < dim; d++) slide += v[d] * v[d];
+  slide = PetscSqrtReal(slide);
+  for (PetscInt d = 0; d < dim; d++) v[d] = slide > most ? v[d] * (1 - most / slide) : 0;
+}
+
+/* The impulse that stops the normal velocity, times mu, is the most that the sliding can lose (Coulomb). */
 static PetscBool MPMWallApply_friction(MPM_WALL_ARGUMENTS)
 {
-  const PetscReal lost  = -inward * v[axis];
-  PetscReal       slide = 0;
+  const PetscReal lost = -inward * v[axis];
 
   if (!(lost > 0)) return PETSC_FALSE;
   v[axis] = 0;
-  for (PetscInt d = 0; d < dim; d++) slide += v[d] * v[d];
-  slide = PetscSqrtReal(slide);
-  for (PetscInt d = 0; d < dim; d++) v[d] = slide > f->mu * lost ? v[d] * (1 - f->mu * lost / slide) : 0;
+  Brake(dim, f->mu * lost, v);
   return PETSC_TRUE;
 }
 
@@ -111,7 +117,13 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], PetscInt dim, const PetscInt
       met |= (PetscInt)1 << d;
   }
   for (PetscInt d = 0; d < dim; d++)
-    if (met & (PetscInt)1 << d) at[d] = dt * a[d]; /* the wall's pressure is that of the forces: friction follows it */
+    if (met & (PetscInt)1 << d) at[d] = 0;
+  for (PetscInt d = 0; d < dim; d++) { /* friction follows the forces that press, not the velocity at a first touch */
+    const MPMFace  *f     = &faces[d][ijk[d] >= cells[d]];
+    const PetscReal press = ijk[d] <= 0 ? -a[d] : a[d];
+
+    if ((met & (PetscInt)1 << d) && f->type == MPM_WALL_friction && press > 0) Brake(dim, f->mu * dt * press, at);
+  }
   (void)MPMWallsApply(faces, dim, ijk, cells, at);
   for (PetscInt d = 0; d < dim; d++)
     if (met & (PetscInt)1 << d)
