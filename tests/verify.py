@@ -75,6 +75,9 @@ def two_digits(values):
     return (0.51 * 10 ** (np.floor(np.log10(values)) - 1) / values).max()
 
 
+CHAOTIC = ("linear-none-usl-flip1-n20", "linear-none-usf-apic-n20", "linear-none-usf-tpic-n20")
+
+
 def left_out(name):
     """Why a row of the reference is not run here; nothing if it should be."""
     spline = "quadratic" in name or "cubic" in name
@@ -99,6 +102,8 @@ def left_out(name):
         return "TPIC is APIC for linear and GIMP: see that row"
     if "ghost" in name and spline:
         return "splines without modification at walls (ghost) are not built"
+    if name in CHAOTIC:
+        return "a start moved by one unit in the last place ends this run or changes its energy by a third: the unstable pairs that the program warns of"
     if name == "placement":
         return "378 set-ups that the tables do not give; points on nodes, edges and corners are tried by the unit tests"
     if name.startswith(("settle-E1e5", "settle-E3e4")) and ("linear-none-usf" in name or "cubic" in name):
@@ -434,11 +439,11 @@ def disks_spec(n, kind="neo", ppc=2, **how):
             "steps": 3500, **how}
 
 
-DISKS = {"linear-none-usl-flip1-n20": 0.1, "linear-none-usf-apic-n20": 0.1, "linear-none-usf-tpic-n20": 0.1, "linear-none-usl-flip1-n40": 5e-5,
-         "ugimp-ghost-usf-apic-n20": 1e-8, "ugimp-ghost-usf-tpic-n20": 1e-8}
+DISKS = {"linear-none-usl-flip1-n40": 5e-5, "ugimp-ghost-usf-apic-n20": 1e-8, "ugimp-ghost-usf-tpic-n20": 1e-8}
 
 
 def disks(runs, table):
+    table = {name: want for name, want in table.items() if name not in CHAOTIC}
     for name in table:
         basis, boundary, order, variant, n, *ppc = name.split("-")
         linear, n = variant == "linear", int(n[1:])
