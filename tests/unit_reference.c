@@ -156,7 +156,7 @@ static void Difference(const MPMReferenceData *d, Values f, int n, const PetscRe
     }
 }
 
-/* First Piola stress P [dim*dim] for F [dim*dim], through the Cauchy stress; as in shared/theory.md, in 3-D. */
+/* First Piola stress P [dim*dim] for F [dim*dim], through the Cauchy stress, in 3-D. */
 static void Piola(const MPMReferenceData *d, const double F[], double P[])
 {
   double f[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, inverse[3][3], sig[3][3], J = 0, trace = 0;
@@ -436,7 +436,7 @@ static void AcrossTurned(const MPMReferenceData *d, const PetscReal X[], PetscRe
   b[1] -= 2 * bt * x;
 }
 
-/* Values of the formulas of families bar1d, mms2d and vortex of shared/setups.json, evaluated by Python. */
+/* Values of the formulas of an independent set-up (bar1d, mms2d, vortex), evaluated by Python. */
 static void Setups(void)
 {
   MPMReferenceData    d = {.dim = 1, .upper = {25}, .rho = 1, .E = 100, .mu = 50, .c = 10, .cp = 10, .mode = 1};
