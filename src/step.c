@@ -1,4 +1,4 @@
-/* step.c - the Material Point Method as data: a table of phases, a table of integrators, and the two node kernels.
+/* step.c - the Material Point Method as data: a table of phases, a table of integrators, and the node kernels.
 
    An integrator is the list of its phases, in order; MPMStep runs them through the exchange, which knows who holds
    which points, and settles the points in their new cells. Equation numbers: docs/theory.md.                         */
@@ -41,6 +41,7 @@ static void Divide(const MPMFace (*faces)[2], MPMPatch *patch, PetscInt row)
   }
 }
 
+/* For output and velocity gradients. */
 static void NodeVelocity(const MPMParams *par, MPMPatch *patch, PetscInt row)
 {
   Divide(par->gradient, patch, row);
@@ -110,7 +111,7 @@ static const MPMPhase phases[NUM_PHASES] = {
   [P2G_RESIDUAL]      = {"P2G_RESIDUAL", MPM_POINTS_TO_NODES, MPM_P2G_MOMENTUM | MPM_RESIDUAL,                         NULL,          WHERE | B(r),                               0,                                   "",    "p"},
   [P2G_FORCE]         = {"P2G_FORCE",    MPM_POINTS_TO_NODES, MPM_P2G_FORCE,                                           NULL,          WHERE | STRESS | B(b),                      0,                                   "",    "f"},
   [VELOCITY]          = {"VELOCITY",     MPM_NODES,           0,                                                       NodeVelocity,  0,                                          0,                                   "mp",  "v"},
-  [VELOCITY_AGAIN]    = {"VELOCITY",     MPM_NODES,           0,                                                       NodeVelocityAgain,0,                                          0,                                   "mp",  "v"},
+  [VELOCITY_AGAIN]    = {"VELOCITY",     MPM_NODES,           0,                                                       NodeVelocityAgain, 0,                                      0,                                   "mp",  "v"},
   [RESIDUAL]          = {"RESIDUAL",     MPM_NODES,           0,                                                       NodeResidual,  0,                                          0,                                   "mp",  "v"},
   [ADVANCE]           = {"ADVANCE",      MPM_NODES,           0,                                                       NodeAdvance,   0,                                          0,                                   "mpf", "va"},
   [G2P]               = {"G2P",          MPM_NODES_TO_POINTS, MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT,        NULL,          WHERE | B(v) | B(r) | STATE | COMMIT_IN,    B(v) | B(C) | STATE | COMMIT_OUT,    "va",  ""},
@@ -199,38 +200,37 @@ PetscErrorCode MPMStepSetUp(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Nodes of the patch here that points touch. */
+static PetscReal TouchedNodes(const MPMPatch *patch)
+{
+  PetscReal nodes = 0;
+
+  for (PetscInt r = 0; patch->span && r < patch->n[1] * patch->n[2]; r++)
+    nodes += (PetscReal)PetscMax(0, patch->span[r][1] - patch->span[r][0]);
+  return nodes;
+}
+
 /* Flops of a phase on npoints points: points do the work of the transfers, nodes that of the node phases. */
-static PetscReal PhaseFlops(MPM mpm, const MPMPhase *phase, PetscInt npoints)
+static PetscReal PhaseFlops(MPM mpm, const MPMPhase *phase, PetscInt npoints, PetscReal nodes)
 {
   const PetscInt dim = mpm->grid.dim;
 
   if (phase->kind != MPM_NODES) return (PetscReal)npoints * MPMTransferFlops(dim, mpm->basis, phase->parts);
-  {
-    const MPMPatch *patch = &mpm->exchange.patch;
-    PetscReal       nodes = 0;
-
-    for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++)
-      nodes += (PetscReal)PetscMax(0, patch->span[r][1] - patch->span[r][0]);
-    return nodes * (PetscReal)(dim * (phase->nodes == NodeAdvance ? 5 : 1));
-  }
+  return nodes * (PetscReal)(dim * (phase->nodes == NodeAdvance ? 5 : 1));
 }
 
 /* Bytes of a phase between memory and processor if nothing stays in caches from phase to phase: the declared fields of
    the points, and the node records that points touch, each read or written once. */
-static PetscReal PhaseBytes(MPM mpm, const MPMPhase *phase, PetscInt npoints)
+static PetscReal PhaseBytes(MPM mpm, const MPMPhase *phase, PetscInt npoints, PetscReal nodes)
 {
-  const MPMPatch *patch = &mpm->exchange.patch;
-  const PetscInt  dim   = mpm->grid.dim;
-  PetscReal       nodes = 0, nc;
+  const PetscInt dim = mpm->grid.dim;
+  const PetscInt nc  = phase->kind == MPM_POINTS_TO_NODES   ? 2 * MPM_SUM_NC(dim)
+                       : phase->kind == MPM_NODES_TO_POINTS ? MPM_VEL_NC(dim)
+                                                            : MPM_SUM_NC(dim) + MPM_VEL_NC(dim);
 
-  nc = phase->kind == MPM_POINTS_TO_NODES   ? 2 * MPM_SUM_NC(dim)
-       : phase->kind == MPM_NODES_TO_POINTS ? MPM_VEL_NC(dim)
-                                            : MPM_SUM_NC(dim) + MPM_VEL_NC(dim);
-  for (PetscInt r = 0; patch->span && r < patch->n[1] * patch->n[2]; r++)
-    nodes += PetscMax(0, patch->span[r][1] - patch->span[r][0]);
   return (PetscReal)npoints * (PetscReal)(MPMMessagePointBytes(&mpm->points, phase->points_in) +
                                           MPMMessagePointBytes(&mpm->points, phase->points_out)) +
-         nodes * nc * (PetscReal)sizeof(PetscReal);
+         nodes * (PetscReal)nc * (PetscReal)sizeof(PetscReal);
 }
 
 /* Marks the beginning and the end of a phase for -log_view and the final table. Not collective. */
@@ -244,14 +244,15 @@ PetscErrorCode MPMPhaseBegin(MPM mpm, const MPMPhase *phase)
 
 PetscErrorCode MPMPhaseEnd(MPM mpm, const MPMPhase *phase, PetscInt npoints)
 {
-  PetscLogDouble now;
+  const PetscReal nodes = TouchedNodes(&mpm->exchange.patch), flops = PhaseFlops(mpm, phase, npoints, nodes);
+  PetscLogDouble  now;
 
   PetscFunctionBeginUser;
   PetscCall(PetscTime(&now));
   mpm->phase_seconds[phase - mpm->phases] += now - mpm->phase_start;
-  PetscCall(PetscLogFlops(PhaseFlops(mpm, phase, npoints)));
-  mpm->flops += PhaseFlops(mpm, phase, npoints);
-  mpm->bytes += PhaseBytes(mpm, phase, npoints);
+  PetscCall(PetscLogFlops(flops));
+  mpm->flops += flops;
+  mpm->bytes += PhaseBytes(mpm, phase, npoints, nodes);
   PetscCall(PetscLogEventEnd(events[phase - mpm->phases], 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
