@@ -88,6 +88,7 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   char             *m;
 
   PetscFunctionBeginUser;
+  MPMWorkBegin(mpm);
   MPMPoolBox(mpm, c->own_lo, c->own_n, to_nodes, &patch);
   PetscCall(PetscArraycpy(order.own_lo, c->own_lo, 3));
   PetscCall(PetscArraycpy(order.own_n, c->own_n, 3));
@@ -124,6 +125,9 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   PetscCallMPI(MPI_Irecv(slot->in, len, MPI_BYTE, worker, MPM_TAG_DONE, pool->comm, &pool->received[place]));
   PetscCall(MPMMessageLength((size_t)(m - slot->out), &len));
   PetscCallMPI(MPI_Isend(slot->out, len, MPI_BYTE, worker, MPM_TAG_WORK, pool->comm, &slot->sent));
+  mpm->exchange.chunks++;
+  MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
+  mpm->exchange.bytes += (PetscReal)len + (PetscReal)MPMPoolAnswerBytes(mpm, phase, c->own_n, c->n);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -138,6 +142,7 @@ static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, Petsc
   MPMStatus       status;
 
   PetscFunctionBeginUser;
+  MPMWorkBegin(mpm);
   Arrays(&all->points, at);
   memcpy(&status, slot->in, sizeof status);
   status.left = 0; /* of the patch: the master has them all */
@@ -158,6 +163,7 @@ static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, Petsc
       if (!mpm->points.present[f] || !(phase->points_out & (1 << f))) continue;
       for (PetscInt q = 0; q < c->n; q++, m += b) memcpy((char *)at[f] + (size_t)slot->list[q] * b, m, b);
     }
+  MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -181,8 +187,10 @@ static PetscErrorCode Sweep_Pool(MPM mpm, const MPMPhase *phase)
   const PetscInt  fields = phase->points_in | phase->points_out, places = pool->size * MPM_IN_FLIGHT;
   const PetscBool to_nodes = phase->kind == MPM_POINTS_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
   PetscInt        queued, next = 0, flying = 0;
+  PetscLogDouble  t0, t1, waited           = 0, from;
 
   PetscFunctionBeginUser;
+  PetscCall(PetscTime(&from));
   PetscCall(pool->inner->prepare(mpm, phase));
   PetscCall(FillQueue(mpm, pool, to_nodes, &queued));
   if (to_nodes) MPMPatchZeroSums(&ex->patch, phase->parts);
@@ -192,7 +200,10 @@ static PetscErrorCode Sweep_Pool(MPM mpm, const MPMPhase *phase)
   for (; flying; flying--) {
     PetscMPIInt place;
 
+    PetscCall(PetscTime(&t0));
     PetscCallMPI(MPI_Waitany((PetscMPIInt)places, pool->received, &place, MPI_STATUS_IGNORE));
+    PetscCall(PetscTime(&t1));
+    waited += t1 - t0;
     PetscCall(Assemble(mpm, pool, phase, place));
     if (next < queued) {
       PetscCall(Send(mpm, pool, phase, pool->queue[next++], place));
@@ -201,6 +212,8 @@ static PetscErrorCode Sweep_Pool(MPM mpm, const MPMPhase *phase)
   }
   PetscCall(VecRestoreArray(ex->vel, &ex->patch.vel));
   PetscCall(MPMPointsRestoreView(&mpm->points, fields, &ex->patch.points));
+  PetscCall(PetscTime(&t1));
+  ex->busy += t1 - from - waited;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -306,5 +319,5 @@ const MPMExchangeType MPMExchange_pool = {
     Nodes_Pool,  Reduce_Pool,
     Settle_Pool, Finish_Pool,
     NULL,        PETSC_TRUE,
-    Serve_Pool,
+    Serve_Pool,  NULL,
 };

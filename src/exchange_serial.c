@@ -66,8 +66,10 @@ static PetscErrorCode Settle_Serial(MPM mpm, PetscBool anew)
 
   PetscFunctionBeginUser;
   if (!anew && !mpm->status.moved) PetscFunctionReturn(PETSC_SUCCESS);
+  MPMWorkBegin(mpm);
   PetscCall(anew ? MPMPointsLocate(&mpm->points, patch, mpm->scene.kinds) : MPMPointsSort(&mpm->points, patch));
   MPMPatchMarkRows(patch, mpm->points.start);
+  MPMWorkEnd(mpm, MPM_TIMER_SETTLE);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -88,5 +90,5 @@ const MPMExchangeType MPMExchange_serial = {
     Nodes_Serial,   Reduce_Serial,
     Settle_Serial,  Finish_Serial,
     Prepare_Serial, PETSC_FALSE,
-    NULL,
+    NULL,           NULL,
 };

@@ -37,6 +37,7 @@ static PetscErrorCode SetUp_Spatial(MPM mpm)
   PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, &h));
   PetscCall(MPMSceneHistogram(mpm, &h));
   PetscCall(MPMHistogramFinish(&h, PETSC_COMM_SELF));
+  MPMModelCosts(mpm, (PetscReal)mpm->points.total / size, &ex->partition.costs);
   PetscCall(MPMPartitionChoose(&h, size, ex->balance, &ex->partition));
   PetscCall(MPMHistogramDestroy(&h));
   PetscCall(MPMSpatialLayout(mpm));
@@ -165,8 +166,9 @@ static PetscErrorCode Recut(MPM mpm)
     MPMHistogramAdd(&h, base);
   }
   PetscCall(MPMHistogramFinish(&h, s->comm));
+  part.costs = ex->partition.costs;
   PetscCall(MPMPartitionChoose(&h, size, MPM_BALANCE_AUTO, &part));
-  if (part.predicted < 0.97 * MPMPartitionCost(&h, &ex->partition, &ex->partition.imbalance)) {
+  if (part.predicted < 0.97 * MPMPartitionCost(&h, &ex->partition)) {
     PetscCall(MPMSpatialTearDown(mpm));
     PetscCall(MPMPartitionDestroy(&ex->partition));
     ex->partition = part;
@@ -193,10 +195,24 @@ static PetscBool TimeToRecut(MPM mpm)
   MPMSpatial     *s    = (MPMSpatial *)mpm->exchange.ctx;
   const PetscReal mean = (PetscReal)mpm->points.total / (s->p[0] * s->p[1] * s->p[2]);
 
-  s->lost += MPM_POINT_SECONDS * ((PetscReal)mpm->status.most - mean * PetscMax(1, mpm->exchange.partition.imbalance));
+  s->lost += mpm->exchange.partition.costs.point *
+             ((PetscReal)mpm->status.most - mean * PetscMax(1, mpm->exchange.partition.imbalance));
   if (s->lost < 5e-3 + 500e-9 * mean) return PETSC_FALSE;
   s->lost = 0;
   return PETSC_TRUE;
+}
+
+static PetscErrorCode Share_Spatial(MPM mpm, MPMShare *share)
+{
+  const MPMSpatial *s = (const MPMSpatial *)mpm->exchange.ctx;
+  PetscInt          ghosts;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscSFGetGraph(s->ghosts, NULL, &ghosts, NULL, NULL));
+  share->halo       = (PetscReal)s->nhalo;
+  share->ghosts     = (PetscReal)ghosts;
+  share->neighbours = 0.5 * (PetscReal)(s->nto + s->nfrom);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
@@ -211,11 +227,13 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
     PetscCall(ex->direct ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
   }
+  MPMWorkBegin(mpm);
   if (anew) {
     PetscCall(MPMPointsLocate(&mpm->points, &ex->patch, mpm->scene.kinds));
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
   } else if (mpm->status.moved)
     PetscCall(MPMPointsSort(&mpm->points, &ex->patch));
+  MPMWorkEnd(mpm, MPM_TIMER_SETTLE);
   PetscCall(MPMHaloUpdate(mpm, s, anew || mpm->status.moved ? PETSC_TRUE : PETSC_FALSE));
   if (ex->roundoff) MPMPatchMarkAll(&ex->patch);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -253,4 +271,5 @@ const MPMExchangeType MPMExchange_spatial = {
     Prepare_Spatial,
     PETSC_FALSE,
     NULL,
+    Share_Spatial,
 };

@@ -179,6 +179,8 @@ PetscErrorCode MPMHaloUpdate(MPM mpm, MPMSpatial *s, PetscBool changed)
     PetscCall(ExchangeCounts(mpm, s));
   }
   PetscCall(MPMHaloExchange(mpm, s, MPM_STEADY & ~MPM_BIT(cell)));
+  MPMWorkBegin(mpm);
   if (changed) PetscCall(MergeOrder(mpm, s));
+  MPMWorkEnd(mpm, MPM_TIMER_SETTLE);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

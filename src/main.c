@@ -14,6 +14,9 @@ static PetscErrorCode Run(int *status)
   if (MPMOptionsError(options)) {
     PetscCall(PetscFPrintf(mpm->comm, stderr, "%s\n", MPMOptionsError(options)));
     *status = MPM_EXIT_INPUT;
+  } else if (mpm->calibrate) {
+    PetscCall(MPMCalibrate(mpm));
+    *status = MPM_EXIT_OK;
   } else if (mpm->study.type[0]) {
     PetscCall(MPMStudyRun(mpm, status));
   } else {

@@ -163,7 +163,7 @@ PetscErrorCode MPMMonitorStep(MPM mpm, PetscBool force)
   PetscReal       residual;
 
   PetscFunctionBeginUser;
-  if ((!due && !check) || mon->last == mpm->step) PetscFunctionReturn(PETSC_SUCCESS);
+  if (mon->off || (!due && !check) || mon->last == mpm->step) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMTotalsCompute(mpm, &mon->now));
   if (mpm->step == 0) mon->start = mon->now;
   residual = mon->now.kinetic + mon->now.strain - mon->start.kinetic - mon->start.strain - MPMMonitorWork(mpm);

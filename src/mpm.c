@@ -146,10 +146,12 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(ReadTime(mpm, o));
   PetscCall(ReadSafety(o));
   PetscCall(MPMExchangeSetFromOptions(mpm, o));
+  PetscCall(MPMModelSetFromOptions(mpm, o));
   PetscCall(MPMMonitorSetFromOptions(mpm, o));
   PetscCall(MPMOutputSetFromOptions(mpm, o));
   PetscCall(MPMStudySetFromOptions(mpm, o));
   PetscCall(MPMOptionsBool(o, "report_limits", NULL, &mpm->report_limits));
+  PetscCall(MPMOptionsBool(o, "report_path", NULL, &mpm->path.on));
   PetscCall(MPMOptionsFinish(o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountPoints(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MPMOutputMakeFolder(mpm, o));
@@ -182,6 +184,8 @@ PetscErrorCode MPMSetUp(MPM mpm)
   mpm->params.gradient  = mpm->scene.gradient;
   mpm->params.residual  = mpm->scene.residual;
   MPMWallsDerive(mpm->scene.faces, mpm->scene.before, mpm->scene.gradient, mpm->scene.residual);
+  PetscCall(MPMPointsLayout(mpm, &mpm->points));
+  PetscCall(MPMModelSetUp(mpm));
   PetscCall(mpm->exchange.type->setup(mpm));
   mpm->exchange.ready = PETSC_TRUE;
   if (mpm->exchange.data == MPI_COMM_NULL) { /* a worker of the pool: it holds no points */
@@ -192,6 +196,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
   PetscCall(MPMSceneAddPoints(mpm));
   PetscCall(mpm->exchange.type->settle(mpm, PETSC_TRUE));
   PetscCall(MPMStepBound(mpm));
+  PetscCall(MPMModelPredict(mpm));
   PetscCall(PetscLogStagePop());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -305,6 +310,7 @@ PetscErrorCode MPMRun(MPM mpm)
   CatchSignals();
   if (mpm->exchange.data == MPI_COMM_NULL) {
     PetscCall(PetscLogStagePush(steps));
+    PetscCall(MPMWorkStep(mpm));
     PetscCall(mpm->exchange.type->serve(mpm));
     PetscCall(PetscLogStagePop());
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -346,9 +352,13 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscFunctionBeginUser;
   PetscCall(MPMMonitorDestroy(&(*mpm)->monitor));
   PetscCall(MPMOutputDestroy(*mpm));
-  if ((*mpm)->exchange.ready) PetscCall((*mpm)->exchange.type->finish(*mpm));
+  if ((*mpm)->exchange.ready) {
+    PetscCall((*mpm)->exchange.type->finish(*mpm));
+    PetscCall(MPMWorkView(*mpm)); /* now that workers of the pool are free to take part */
+  }
   PetscCall(MPMPointsDestroy(&(*mpm)->points));
   PetscCall(MPMSceneDestroy(&(*mpm)->scene));
+  PetscCall(PetscFree((*mpm)->path.seconds));
   PetscCall(PetscFree(*mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -320,13 +320,25 @@ extern const MPMFieldInfo MPMFields[MPM_NUM_FIELDS];
 PetscInt                  MPMFieldComponents(PetscInt field, PetscInt dim);
 PetscInt                  MPMPointsBytes(const MPMPoints *, MPMHome most);
 
+/* What a process has in a step, as the model (model.c) counts it. */
+typedef struct {
+  PetscReal points, halo, nodes, ghosts; /* own points, halo points, own nodes that points touch, nodes above its box */
+  PetscReal neighbours, processes;       /* that it sends to, and awaits from, in an exchange; all processes */
+  PetscReal crossing;                    /* points of all processes that change process in a step */
+} MPMShare;
+
+/* The model near a share, linear: s, s a point, a halo point, a node, a neighbour. */
+typedef struct {
+  PetscReal fixed, point, halo, node, neighbour;
+} MPMCosts;
+
 /* How the grid is cut into boxes of nodes, one a process: p[d] parts on axis d, of l[d][...] nodes each. */
 typedef struct {
   PetscInt  p[3], *l[3];
-  PetscReal imbalance, predicted; /* largest over mean number of points of a process; s a step by the model */
+  MPMCosts  costs;                /* by which cuts are chosen: set before MPMPartitionChoose */
+  PetscReal imbalance, predicted; /* largest over mean number of points of a process; s a step by the costs */
+  MPMShare  worst;                /* of the process for which predicted is largest; no processes and crossing */
 } MPMPartition;
-
-#define MPM_POINT_SECONDS 70e-9 /* a point's share of a step, in the model of the partition */
 
 typedef enum { MPM_BALANCE_NONE, MPM_BALANCE_START, MPM_BALANCE_AUTO } MPMBalance;
 
@@ -342,7 +354,7 @@ void           MPMHistogramAdd(MPMHistogram *, const PetscInt base[]); /* before
 PetscErrorCode MPMHistogramFinish(MPMHistogram *, MPI_Comm);           /* MPI_COMM_SELF: every process has added all */
 PetscErrorCode MPMHistogramDestroy(MPMHistogram *);
 PetscErrorCode MPMPartitionChoose(const MPMHistogram *, PetscMPIInt size, MPMBalance, MPMPartition *);
-PetscReal      MPMPartitionCost(const MPMHistogram *, const MPMPartition *, PetscReal *imbalance);
+PetscReal      MPMPartitionCost(const MPMHistogram *, MPMPartition *);        /* sets imbalance and worst */
 PetscInt       MPMPartitionLargest(const MPMGrid *, MPMBasis, PetscInt size); /* the largest legal count <= size */
 PetscErrorCode MPMPartitionDestroy(MPMPartition *);
 
@@ -386,6 +398,7 @@ typedef struct {
   PetscErrorCode (*prepare)(MPM, const MPMPhase *); /* the first part of sweep: the patch's views are ready to read */
   PetscBool farms;                                  /* the points' work is done by others */
   PetscErrorCode (*serve)(MPM);                     /* what a process without data does, until the run ends */
+  PetscErrorCode (*share)(MPM, MPMShare *);         /* halo, ghosts, neighbours of this process; NULL: none */
 } MPMExchangeType;
 
 typedef struct {
@@ -402,7 +415,8 @@ typedef struct {
   void                  *farm;       /* of the pool: its master uses the rest as a run on one process does */
   MPMPartition           partition;
   PetscInt               recuts; /* how often the grid was cut anew */
-  void                  *ctx;
+  PetscReal busy, chunks, bytes; /* of the pool's master: s not spent waiting, patches handed out, bytes both ways */
+  void     *ctx;
 } MPMExchange;
 
 extern const MPMExchangeType *const MPMExchangeTypes[];                      /* rows of exchange.def, ends with NULL */
@@ -513,7 +527,10 @@ PetscErrorCode MPMForcesDestroy(MPMScene *);
 /* An update scheme: a row of phases. */
 #define MPM_MAX_ORDER  16 /* of xpic */
 #define MPM_MAX_PHASES (8 + 3 * MPM_MAX_ORDER)
-#define MPM_MAX_TIMERS 20 /* of step.c */
+
+/* What is timed of a step: the phases by their rows in step.c, then the rest. */
+#define MPM_MAX_TIMERS 20
+enum { MPM_TIMER_FORCES = MPM_MAX_TIMERS - 4, MPM_TIMER_SETTLE, MPM_TIMER_REDUCE, MPM_TIMER_OTHER };
 typedef struct {
   const char     *name, *what;
   PetscBool       keeps_increment; /* x is read again after the motion: dx waits for the commit */
@@ -528,8 +545,53 @@ PetscErrorCode MPMPhaseEnd(MPM, const MPMPhase *, PetscInt npoints);
 PetscErrorCode MPMStep(MPM);      /* t -> t + dt; collective on the exchange */
 PetscErrorCode MPMStepNodes(MPM); /* mass and velocity of the nodes for the state as it is, for output */
 PetscErrorCode MPMStepBound(MPM); /* v2 and c2 of the state as it is, into mpm->status */
-PetscErrorCode MPMStepTimeSweep(MPM, PetscReal *seconds); /* for -dry_run's estimate */
-PetscErrorCode MPMStepView(MPM, PetscReal seconds);       /* the table of phases, after the run */
+PetscErrorCode MPMStepView(MPM);  /* the table of phases, after the run */
+const char    *MPMTimerName(PetscInt timer);
+PetscReal      MPMTimerSeconds(MPM, PetscInt timer); /* wall time here, of all steps */
+
+/* The model of a step. The time of n points or nodes: call + n each, where each goes from each[0] at size[0] to each[1]
+   at size[1] by the logarithm of n, as caches overflow. */
+typedef struct {
+  PetscReal call, size[2], each[2]; /* s, 1, s */
+} MPMRate;
+
+/* A migration takes call + stage log2(P) + process P + point n seconds for n points here and P processes. */
+typedef struct {
+  PetscReal call, stage, process, point;
+} MPMMigration;
+
+typedef struct {
+  MPMRate      rate[MPM_MAX_TIMERS]; /* all passes of a step together */
+  PetscReal    message, wire, copy;  /* s a message; s a byte: on its way, packed and unpacked */
+  PetscReal    reduction;            /* s of the step's reduction for each doubling of the processes */
+  PetscReal    halo, merge;          /* s a halo point and a point, to find the order of both together */
+  MPMMigration migration[2];         /* swarm, direct */
+  PetscReal    chunk, farm;          /* s a patch of the pool, s a byte of it, on either side */
+  char         from[MPM_NAME_LEN];   /* where the constants come from */
+} MPMModel;
+
+/* The work of each step, see path.c. */
+typedef struct {
+  PetscBool on; /* -report_path */
+  PetscInt  row, capacity;
+  PetscReal start, *seconds;          /* [row+1][MPM_MAX_TIMERS] s of processor time, here */
+  PetscReal messages[MPM_MAX_TIMERS]; /* s a step, by the model, of the process that sends most */
+} MPMPath;
+void           MPMWorkBegin(MPM);
+void           MPMWorkEnd(MPM, PetscInt timer);
+PetscErrorCode MPMWorkStep(MPM);
+PetscErrorCode MPMWorkView(MPM);
+
+PetscErrorCode MPMModelSetFromOptions(MPM, MPMOptions);
+PetscErrorCode MPMModelSetUp(MPM);
+PetscErrorCode MPMModelLoad(MPM, char wrong[], size_t len);
+void           MPMModelMethod(MPM, char text[], size_t len);
+PetscReal      MPMModelTimer(MPM, PetscInt timer, const MPMShare *);
+void           MPMModelCosts(MPM, PetscReal points, MPMCosts *);
+PetscErrorCode MPMModelShare(MPM, MPMShare *); /* of this process as it is */
+PetscErrorCode MPMModelPredict(MPM);
+PetscErrorCode MPMModelView(MPM);
+PetscErrorCode MPMCalibrate(MPM);
 
 /* An exact sum of doubles: a 2176-bit fixed-point number. Order-free, so equal on any number of processes. */
 #define MPM_SUM_WORDS 68
@@ -557,6 +619,7 @@ typedef struct {
   PetscReal energy_max;                   /* the largest kinetic + strain energy so far, J */
   PetscReal speed_max;                    /* the largest sum m |v| so far, kg m/s */
   PetscInt  last;                         /* step of the last line */
+  PetscBool off;                          /* no file, no totals: a run of the calibration */
   MPMTotals start, now;
 } MPMMonitor;
 PetscErrorCode MPMMonitorSetFromOptions(MPM, MPMOptions);
@@ -630,7 +693,12 @@ struct _p_MPM {
   MPMMonitor           monitor;
   MPMOutput            output;
   MPMStudy             study;
-  PetscReal            flops, bytes;                  /* of the phases here, counted by hand */
+  PetscReal            flops, bytes; /* of the phases here, counted by hand */
+  MPMModel             model;
+  PetscBool            calibrate;                                              /* -model_calibrate */
+  char                 model_file[2 * MPM_TEXT_LEN], model_note[MPM_TEXT_LEN]; /* why the file is not used */
+  PetscReal            predicted[MPM_MAX_TIMERS];                              /* s a step, by the model */
+  MPMPath              path;
   PetscBool            report_limits;                 /* measure those of the machine for the last line */
   PetscBool            quiet;                         /* prints nothing: a rung of a study */
   PetscReal            t, time_end, dt_fixed, dt_cfl; /* s; dt_fixed 0: automatic */

@@ -6,10 +6,6 @@
    process, so all choose the same without a message. docs/performance.md has the model.                              */
 #include "mpm.h"
 
-/* Cost of a step by the model, ns: per own point, per halo point (summed again, sent), per visited node, per neighbour.
- */
-static const PetscReal ns_point = 1e9 * MPM_POINT_SECONDS, ns_halo = 40, ns_node = 4, ns_neighbour = 2500;
-
 #define MPM_MAX_BINS ((PetscInt)1 << 21)
 
 /* Bins as fine as memory allows: `coarse` nodes an axis in each. */
@@ -110,17 +106,17 @@ static PetscBool Fits(const MPMHistogram *h, const PetscInt p[3])
   return PETSC_TRUE;
 }
 
-/* Nodes that are visited for the points of a box: those of bins with points, doubled since rows are visited whole. */
+/* Nodes that are visited for the points of a box: those of bins with points. */
 static PetscReal Nodes(const MPMHistogram *h, const PetscInt lo[3], const PetscInt hi[3])
 {
-  return 2 * PetscPowReal((PetscReal)h->coarse, (PetscReal)h->dim) * (PetscReal)Count(h, h->occupied, lo, hi);
+  return PetscPowReal((PetscReal)h->coarse, (PetscReal)h->dim) * (PetscReal)Count(h, h->occupied, lo, hi);
 }
 
 /* The weight by which boxes of bins are made equal: points with their nodes, or just bins. */
-static PetscReal Weight(const MPMHistogram *h, PetscInt d, PetscBool weighted, const PetscInt lo[3],
+static PetscReal Weight(const MPMHistogram *h, PetscInt d, const MPMCosts *costs, const PetscInt lo[3],
                         const PetscInt hi[3])
 {
-  return weighted ? ns_point * (PetscReal)Count(h, h->table, lo, hi) + ns_node * Nodes(h, lo, hi) : hi[d] - lo[d];
+  return costs ? costs->point * (PetscReal)Count(h, h->table, lo, hi) + costs->node * Nodes(h, lo, hi) : hi[d] - lo[d];
 }
 
 /* Cuts axis d into p[d] parts, into l (in nodes): at quantiles of the weight. */
@@ -128,7 +124,8 @@ static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPa
 {
   const PetscInt  p = part->p[d], least = d < h->dim ? PetscMax(1, (h->stencil - 2 + h->coarse) / h->coarse) : 1;
   PetscInt        lo[3] = {0, 0, 0}, hi[3] = {h->n[0], h->n[1], h->n[2]}, from = 0;
-  const PetscReal total = Weight(h, d, weighted, lo, hi);
+  const MPMCosts *costs = weighted ? &part->costs : NULL;
+  const PetscReal total = Weight(h, d, costs, lo, hi);
 
   for (PetscInt r = 0; r < p; r++) {
     const PetscReal goal = total * (r + 1) / p;
@@ -139,7 +136,7 @@ static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPa
     for (;; to++) { /* the cut whose weight below is nearest to the goal */
       before = after;
       hi[d]  = to;
-      after  = Weight(h, d, weighted, lo, hi);
+      after  = Weight(h, d, costs, lo, hi);
       if (to >= last || after >= goal) break;
     }
     if (to > from + least && goal - before < after - goal) to--;
@@ -149,39 +146,44 @@ static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPa
   }
 }
 
-/* Predicted seconds of a step: of the slowest process. imbalance: largest over mean number of points. */
-PetscReal MPMPartitionCost(const MPMHistogram *h, const MPMPartition *part, PetscReal *imbalance)
+/* Predicted seconds of a step: of the slowest process, whose share is left in part->worst. */
+PetscReal MPMPartitionCost(const MPMHistogram *h, MPMPartition *part)
 {
-  PetscReal  worst = 0;
-  PetscInt64 most  = 0, all;
-  PetscInt   lo[3], hi[3], zero[3] = {0}, at[3];
+  const MPMCosts *c     = &part->costs;
+  PetscReal       worst = PETSC_MIN_REAL;
+  PetscInt64      most  = 0, all;
+  PetscInt        lo[3], hi[3], zero[3] = {0}, at[3];
 
   all = Count(h, h->table, zero, h->n);
   for (PetscInt k = at[2] = 0; k < part->p[2]; at[2] += part->l[2][k++])
     for (PetscInt j = at[1] = 0; j < part->p[1]; at[1] += part->l[1][j++])
       for (PetscInt i = at[0] = 0; i < part->p[0]; at[0] += part->l[0][i++]) {
         const PetscInt ijk[3] = {i, j, k};
-        PetscReal      nodes;
-        PetscInt       neighbours = 1;
-        PetscInt64     own, halo;
+        MPMShare       s      = {0};
+        PetscInt       around = 1;
+        PetscReal      t;
 
         for (PetscInt d = 0; d < 3; d++) {
           const PetscInt to = at[d] + part->l[d][ijk[d]];
 
           lo[d] = at[d] / h->coarse;
           hi[d] = (to + h->coarse - 1) / h->coarse;
-          neighbours *= 1 + (ijk[d] > 0) + (ijk[d] < part->p[d] - 1);
+          around *= 1 + (ijk[d] > 0) + (ijk[d] < part->p[d] - 1);
         }
-        own   = Count(h, h->table, lo, hi);
-        nodes = Nodes(h, lo, hi);
+        s.neighbours = 0.5 * (PetscReal)(around - 1);
+        s.points     = (PetscReal)Count(h, h->table, lo, hi);
+        s.nodes      = Nodes(h, lo, hi);
         for (PetscInt d = 0; d < h->dim; d++) lo[d] = PetscMax(0, (at[d] - (h->stencil - 1)) / h->coarse);
-        halo  = Count(h, h->table, lo, hi) - own;
-        most  = PetscMax(most, own);
-        worst = PetscMax(worst, ns_point * (PetscReal)own + ns_halo * (PetscReal)halo + ns_node * nodes +
-                                    ns_neighbour * (neighbours - 1));
+        s.halo   = (PetscReal)Count(h, h->table, lo, hi) - s.points;
+        s.ghosts = Nodes(h, lo, hi) - s.nodes;
+        most     = PetscMax(most, (PetscInt64)s.points);
+        t        = c->fixed + c->point * s.points + c->halo * s.halo + c->node * s.nodes + c->neighbour * s.neighbours;
+        if (t <= worst) continue;
+        worst       = t;
+        part->worst = s;
       }
-  if (imbalance) *imbalance = all ? (PetscReal)most * (part->p[0] * part->p[1] * part->p[2]) / (PetscReal)all : 1;
-  return 1e-9 * worst;
+  part->imbalance = all ? (PetscReal)most * (part->p[0] * part->p[1] * part->p[2]) / (PetscReal)all : 1;
+  return worst;
 }
 
 PetscErrorCode MPMPartitionDestroy(MPMPartition *part)
@@ -209,7 +211,7 @@ static PetscReal Surface(const MPMHistogram *h, const PetscInt p[3])
    PETSC_ERR_ARG_SIZ if none fits (callers ask MPMPartitionLargest first). Not collective.                            */
 PetscErrorCode MPMPartitionChoose(const MPMHistogram *h, PetscMPIInt size, MPMBalance balance, MPMPartition *best)
 {
-  MPMPartition trial  = {0};
+  MPMPartition trial  = {.costs = best->costs};
   PetscReal    lowest = PETSC_MAX_REAL;
 
   PetscFunctionBeginUser;
@@ -224,12 +226,13 @@ PetscErrorCode MPMPartitionChoose(const MPMHistogram *h, PetscMPIInt size, MPMBa
       trial.p[0] = size / (trial.p[1] * trial.p[2]);
       if (trial.p[0] * trial.p[1] * trial.p[2] != size || !Fits(h, trial.p)) continue;
       for (PetscInt d = 0; d < 3; d++) CutAxis(h, d, balance == MPM_BALANCE_NONE ? PETSC_FALSE : PETSC_TRUE, &trial);
-      trial.predicted = MPMPartitionCost(h, &trial, &trial.imbalance);
+      trial.predicted = MPMPartitionCost(h, &trial);
       cost            = balance == MPM_BALANCE_NONE ? Surface(h, trial.p) : trial.predicted;
       if (cost >= lowest) continue;
       lowest          = cost;
       best->predicted = trial.predicted;
       best->imbalance = trial.imbalance;
+      best->worst     = trial.worst;
       for (PetscInt d = 0; d < 3; d++) {
         best->p[d] = trial.p[d];
         PetscCall(PetscArraycpy(best->l[d], trial.l[d], trial.p[d]));

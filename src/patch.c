@@ -107,6 +107,7 @@ void MPMPatchZeroSums(MPMPatch *patch, PetscInt parts)
 PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMStatus *status)
 {
   PetscFunctionBeginUser;
+  MPMWorkBegin(mpm);
   if (phase->kind == MPM_NODES) {
     for (PetscInt k = 0; k < patch->own_n[2]; k++)
       for (PetscInt j = 0; j < patch->own_n[1]; j++) {
@@ -121,5 +122,6 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMS
     if (phase->kind == MPM_POINTS_TO_NODES) MPMPatchZeroSums(patch, phase->parts);
     run(&mpm->params, patch, phase->parts, status);
   }
+  MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -195,13 +195,11 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The start-up print; with -dry_run also an estimate of the time, from sweeps of the points to the nodes. Collective.
- */
+/* The start-up print; with -dry_run also what the model says of other numbers of processes. Collective. */
 PetscErrorCode MPMReportStart(MPM mpm)
 {
   const PetscReal c = PetscSqrtReal(mpm->status.c2), v = PetscSqrtReal(mpm->status.v2), dt = MPMTimeStep(mpm);
-  PetscReal       steps, sweep;
-  PetscInt        sweeps = 0;
+  PetscReal       steps, step = 0;
 
   PetscFunctionBeginUser;
   PetscCall(PrintScene(mpm));
@@ -211,15 +209,10 @@ PetscErrorCode MPMReportStart(MPM mpm)
   PetscCall(MPMPrint(mpm, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g h/(c+|v|)\n", (double)c, (double)v,
                      (double)dt, (double)MPMCourant(mpm, dt)));
   steps = PetscMin(PetscCeilReal(mpm->time_end / dt), (PetscReal)mpm->max_steps);
-  if (mpm->scene.dry_run) {
-    PetscCall(MPMStepTimeSweep(mpm, &sweep));
-    for (PetscInt k = 0; k < mpm->nprogram; k++) sweeps += mpm->program[k]->kind != MPM_NODES;
-    PetscCall(MPMPrint(mpm,
-                       "predict    %.6g steps, about %.2g s without output (%" PetscInt_FMT
-                       " sweeps a step, one timed at %.3g s)\n",
-                       (double)steps, (double)(steps * sweeps * sweep), sweeps, (double)sweep));
-  } else
-    PetscCall(MPMPrint(mpm, "predict    %.6g steps\n", (double)steps));
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) step += mpm->predicted[e];
+  PetscCall(MPMPrint(mpm, "predict    %.6g steps of %.3g s, about %.2g s without output\n", (double)steps, (double)step,
+                     (double)(steps * step)));
+  if (mpm->scene.dry_run) PetscCall(MPMModelView(mpm));
   PetscCall(PrintLoads(mpm));
   PetscCall(PrintWarnings(mpm, MPMCourant(mpm, dt)));
   if (mpm->scene.dry_run) PetscCall(MPMPrint(mpm, "dry run    the scene is valid; no step was made\n"));
@@ -324,7 +317,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
                        mpm->exchange.recuts,
                        (double)mpm->status.most * mpm->exchange.partition.p[0] * mpm->exchange.partition.p[1] *
                            mpm->exchange.partition.p[2] / (double)mpm->points.total));
-  if (mpm->step > 0) PetscCall(MPMStepView(mpm, mpm->wall_steps));
+  if (mpm->step > 0) PetscCall(MPMStepView(mpm));
   PetscCall(MPMRoofline(mpm));
   if (mpm->status.bad != MPM_OK) PetscFunctionReturn(PETSC_SUCCESS); /* the failed state is in no file */
   PetscCall(MPMPointsDigest(&mpm->points, mpm->exchange.data, &digest));

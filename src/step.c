@@ -138,12 +138,23 @@ static const MPMPhase *const filter[2][3] = {
 const MPMIntegrator *const MPMIntegrators[] = {&usf, &usl, &musl, NULL};
 
 /* The parts of a run that -log_view and the final table show: the phases, and these. */
-enum { FORCES = NUM_PHASES, SETTLE, REDUCE, NUM_EVENTS };
+enum { FORCES = MPM_TIMER_FORCES, SETTLE, REDUCE, NUM_EVENTS };
 static PetscLogEvent events[NUM_EVENTS];
 
-static const char *EventName(PetscInt e)
+const char *MPMTimerName(PetscInt e)
 {
-  return e == FORCES ? "FORCES" : e == SETTLE ? "SETTLE" : e == REDUCE ? "REDUCE" : phases[e].name;
+  static const char *const rest[] = {"FORCES", "SETTLE", "REDUCE", "other"};
+
+  return e >= FORCES ? rest[e - FORCES] : e < NUM_PHASES ? phases[e].name : "";
+}
+
+PetscReal MPMTimerSeconds(MPM mpm, PetscInt e)
+{
+  PetscReal other = mpm->wall_steps;
+
+  if (e < NUM_EVENTS) return mpm->phase_seconds[e];
+  for (PetscInt k = 0; k < NUM_EVENTS; k++) other -= mpm->phase_seconds[k];
+  return other;
 }
 
 static PetscErrorCode RegisterEvents(void)
@@ -156,10 +167,10 @@ static PetscErrorCode RegisterEvents(void)
   done = PETSC_TRUE;
   PetscCall(PetscClassIdRegister("MPM", &id));
   for (PetscInt e = 0; e < NUM_EVENTS; e++) {
-    if (e && e < NUM_PHASES && !strcmp(EventName(e), EventName(e - 1)))
+    if (e && e < NUM_PHASES && !strcmp(MPMTimerName(e), MPMTimerName(e - 1)))
       events[e] = events[e - 1]; /* twins share a name */
     else
-      PetscCall(PetscLogEventRegister(EventName(e), id, &events[e]));
+      PetscCall(PetscLogEventRegister(MPMTimerName(e), id, &events[e]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -277,10 +288,13 @@ PetscErrorCode MPMStep(MPM mpm)
 
   PetscFunctionBeginUser;
   MPMStatusReset(&mpm->status);
+  PetscCall(MPMWorkStep(mpm));
   if (mpm->scene.forced) {
     PetscCall(PetscTime(&t0));
     PetscCall(PetscLogEventBegin(events[FORCES], 0, 0, 0, 0));
+    MPMWorkBegin(mpm);
     PetscCall(MPMForcesUpdate(mpm, mpm->t));
+    MPMWorkEnd(mpm, FORCES);
     PetscCall(PetscLogEventEnd(events[FORCES], 0, 0, 0, 0));
     PetscCall(PetscTime(&t1));
     mpm->phase_seconds[FORCES] += t1 - t0;
@@ -312,23 +326,6 @@ PetscErrorCode MPMStepNodes(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Seconds that one sweep of all points to nodes takes now, of the slowest process; changes no point. Collective. */
-PetscErrorCode MPMStepTimeSweep(MPM mpm, PetscReal *seconds)
-{
-  PetscLogDouble t0, t1;
-
-  PetscFunctionBeginUser;
-  *seconds = PETSC_MAX_REAL;
-  for (PetscInt k = 0; k < 3; k++) {
-    PetscCall(PetscTime(&t0));
-    PetscCall(mpm->exchange.type->sweep(mpm, &mpm->phases[P2G]));
-    PetscCall(PetscTime(&t1));
-    *seconds = PetscMin(*seconds, t1 - t0);
-  }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, seconds, 1, MPIU_REAL, MPIU_MAX, mpm->exchange.data));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Largest squared speed of a point and of a wave in the state as it is, into status: what a step leaves there, for a
    state that no step has made. Collective.                                                                           */
 PetscErrorCode MPMStepBound(MPM mpm)
@@ -356,25 +353,34 @@ PetscErrorCode MPMStepBound(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the table of phases of a run that took `seconds` in its steps. Collective on comm. */
-PetscErrorCode MPMStepView(MPM mpm, PetscReal seconds)
+static PetscErrorCode PrintTimer(MPM mpm, const char name[], PetscReal seconds, PetscReal predicted)
 {
-  const PetscReal per   = (PetscReal)mpm->points.total * PetscMax(1, mpm->step);
-  PetscReal       other = seconds;
+  const PetscReal steps = (PetscReal)PetscMax(1, mpm->step), per = (PetscReal)mpm->points.total * steps;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPrint(mpm, "phase                s      %%   ns/point/step\n"));
-  for (PetscInt e = 0; e < NUM_EVENTS; e++) {
-    const PetscReal s = mpm->phase_seconds[e];
+  PetscCall(MPMPrint(mpm, "  %-12s %8.3f  %5.1f  %8.1f  %12.3g  ", name, (double)seconds,
+                     (double)(100 * seconds / mpm->wall_steps), (double)(1e9 * seconds / per),
+                     (double)(seconds / steps)));
+  PetscCall(predicted > 0 ? MPMPrint(mpm, "%11.3g  %6.2f\n", (double)predicted, (double)(seconds / steps / predicted))
+                          : MPMPrint(mpm, "%11s  %6s\n", "-", "-"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-    other -= s;
-    if (s > 0)
-      PetscCall(MPMPrint(mpm, "  %-12s %8.3f  %5.1f  %8.1f\n", EventName(e), (double)s, (double)(100 * s / seconds),
-                         (double)(1e9 * s / per)));
+/* Prints the table of phases of a run, beside it what the model predicts. Collective on comm. */
+PetscErrorCode MPMStepView(MPM mpm)
+{
+  PetscReal all = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPrint(mpm, "phase                s      %%   ns/point/step      s/step    predicted   ratio\n"));
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) {
+    const PetscReal s = MPMTimerSeconds(mpm, e);
+
+    all += mpm->predicted[e];
+    if (s > 0) PetscCall(PrintTimer(mpm, MPMTimerName(e), s, mpm->predicted[e]));
   }
-  PetscCall(MPMPrint(mpm, "  %-12s %8.3f  %5.1f  %8.1f\n", "other", (double)other, (double)(100 * other / seconds),
-                     (double)(1e9 * other / per)));
+  PetscCall(PrintTimer(mpm, "all", mpm->wall_steps, all));
   PetscCall(
-      MPMPrint(mpm, "  %-12s %8.3f  %5.1f  %8.1f\n", "all", (double)seconds, 100.0, (double)(1e9 * seconds / per)));
+      MPMPrint(mpm, "model      constants %s%s%s\n", mpm->model.from, mpm->model_note[0] ? "; " : "", mpm->model_note));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,0 +1,459 @@
+/* calibrate.c - the constants of the model (model.c), measured: -model_calibrate makes short runs of the scene coarser
+   and finer than it is, of about 600, 20,000 and 400,000 points, on every process at once and each for itself, since
+   processes share memory; then times messages, a reduction, migrations and the pool's master, where there are processes
+   for it. The constants go to a file, which later runs of the same method read. */
+#include <errno.h>
+#include "exchange_spatial.h"
+#include "options.h"
+
+#define LEVELS 3
+static const PetscReal goal[LEVELS]  = {600, 2e4, 4e5};
+static const PetscInt  steps[LEVELS] = {400, 150, 75}, repeats[LEVELS] = {3, 3, 2};
+
+/* What a short run left. */
+typedef struct {
+  PetscReal seconds[MPM_MAX_TIMERS]; /* s a step of each timer */
+  PetscReal points, nodes;
+  PetscInt  steps;
+} Sample;
+
+/* --- The file -------------------------------------------------------------------------------------------------- */
+
+/* The single numbers of a model, by the names that they have in its file. */
+#define MPM_MODEL_NUMBERS(X)                                                                                           \
+  X(message)                                                                                                           \
+  X(wire) X(copy) X(reduction) X(halo) X(merge) X(chunk) X(farm) X(migration[0].call) X(migration[0].stage)            \
+      X(migration[0].process) X(migration[0].point) X(migration[1].call) X(migration[1].stage) X(migration[1].process) \
+          X(migration[1].point)
+
+static PetscErrorCode Save(MPM mpm)
+{
+  const MPMModel *m = &mpm->model;
+  char            method[MPM_TEXT_LEN];
+  FILE           *file = fopen(mpm->model_file, "w");
+
+  PetscFunctionBeginUser;
+  PetscCheck(file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", mpm->model_file, strerror(errno));
+  MPMModelMethod(mpm, method, sizeof method);
+  fprintf(file, "# constants of pebble's model of a step, by -model_calibrate; s, and s a point, node or byte\n");
+  fprintf(file, "method %s\nfrom %s\n", method, m->from);
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
+    if (m->rate[e].call > 0 || m->rate[e].each[0] > 0) {
+      fprintf(file, "rate %d %.6g", (int)e, (double)m->rate[e].call);
+      for (int k = 0; k < 2; k++) fprintf(file, " %.6g %.6g", (double)m->rate[e].size[k], (double)m->rate[e].each[k]);
+      fprintf(file, " # %s: call, then at so many so much each\n", MPMTimerName(e));
+    }
+#define MPM_WRITE(name) fprintf(file, #name " %.6g\n", (double)m->name);
+  MPM_MODEL_NUMBERS(MPM_WRITE)
+#undef MPM_WRITE
+  PetscCheck(!fclose(file), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s", mpm->model_file);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the file of the constants, if there is one for this method: what keeps it from being used goes to `wrong`. On
+   one process. */
+PetscErrorCode MPMModelLoad(MPM mpm, char wrong[], size_t len)
+{
+  MPMModel  m    = mpm->model;
+  FILE     *file = fopen(mpm->model_file, "r");
+  char      line[2 * MPM_TEXT_LEN], method[MPM_TEXT_LEN], name[MPM_NAME_LEN];
+  PetscBool fits = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  if (!file) PetscFunctionReturn(PETSC_SUCCESS);
+  MPMModelMethod(mpm, method, sizeof method);
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) PetscCall(PetscMemzero(&m.rate[e], sizeof m.rate[e]));
+  while (fgets(line, (int)sizeof line, file)) {
+    double v[5];
+    int    e;
+
+    line[strcspn(line, "\n")] = 0;
+    if (!strncmp(line, "method ", 7)) fits = strcmp(line + 7, method) ? PETSC_FALSE : PETSC_TRUE;
+    if (!strncmp(line, "from ", 5)) (void)snprintf(m.from, sizeof m.from, "%.*s", (int)sizeof m.from - 1, line + 5);
+    if (sscanf(line, "rate %d %lf %lf %lf %lf %lf", &e, v, v + 1, v + 2, v + 3, v + 4) == 6 && e >= 0 &&
+        e < MPM_MAX_TIMERS)
+      m.rate[e] = (MPMRate){v[0], {v[1], v[3]}, {v[2], v[4]}};
+    if (sscanf(line, "%63s %lf", name, v) == 2) {
+#define MPM_READ(entry)                                                                                                \
+  if (!strcmp(name, #entry)) m.entry = v[0];
+      MPM_MODEL_NUMBERS(MPM_READ)
+#undef MPM_READ
+    }
+  }
+  (void)fclose(file);
+  if (fits)
+    mpm->model = m;
+  else
+    (void)snprintf(wrong, len, "%s is of another method or of other points: not used", mpm->model_file);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- Short runs ------------------------------------------------------------------------------------------------ */
+
+static PetscErrorCode Set(const char name[], const char format[], double value)
+{
+  char text[MPM_NAME_LEN];
+
+  PetscFunctionBeginUser;
+  (void)snprintf(text, sizeof text, format, value);
+  PetscCall(PetscOptionsSetValue(NULL, name, text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the options for the scene with cells `coarser` times as large. */
+static PetscErrorCode SetSize(MPM scene, PetscReal coarser, PetscInt nsteps)
+{
+  char cells[MPM_NAME_LEN] = "";
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < scene->grid.dim; d++) {
+    const PetscReal n = PetscMax(4, PetscFloorReal((PetscReal)scene->grid.cells[d] / coarser + 0.5));
+
+    (void)snprintf(cells + strlen(cells), sizeof cells - strlen(cells), "%s%.0f", d ? "," : "", (double)n);
+  }
+  PetscCall(PetscOptionsClearValue(NULL, "-grid_h"));
+  PetscCall(PetscOptionsSetValue(NULL, "-grid_cells", cells));
+  if (scene->dt_fixed > 0) PetscCall(Set("-dt_size", "%.17g", (double)(scene->dt_fixed * coarser)));
+  PetscCall(PetscOptionsSetValue(NULL, "-output_format", "none"));
+  PetscCall(PetscOptionsClearValue(NULL, "-output_every"));
+  PetscCall(PetscOptionsClearValue(NULL, "-output_fields"));
+  PetscCall(PetscOptionsClearValue(NULL, "-model_calibrate"));
+  PetscCall(Set("-time_max_steps", "%.0f", (double)nsteps));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes and sets up a run of the options as they are now; *mpm is NULL if they are not valid at this size. Collective
+   on comm. */
+static PetscErrorCode Make(MPI_Comm comm, MPM *mpm)
+{
+  MPMOptions o;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMCreate(comm, mpm));
+  (*mpm)->quiet = PETSC_TRUE;
+  PetscCall(MPMOptionsCreate(&o));
+  PetscCall(MPMSetFromOptions(*mpm, o));
+  (*mpm)->monitor.every = PETSC_INFINITY;
+  (*mpm)->monitor.off   = PETSC_TRUE;
+  if (!MPMOptionsError(o))
+    PetscCall(MPMSetUp(*mpm));
+  else
+    PetscCall(MPMDestroy(mpm));
+  PetscCall(MPMOptionsDestroy(&o));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Runs the scene of about `n` points for a number of steps, alone. */
+static PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt nrepeats, Sample *sample)
+{
+  PetscReal coarser = PetscPowReal((PetscReal)scene->points.total / n, 1 / (PetscReal)scene->grid.dim);
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(sample, sizeof *sample));
+  for (PetscInt k = 0, tries = 0; k < nrepeats && tries < 8; tries++) {
+    MPMShare share;
+    MPM      mpm;
+
+    PetscCall(SetSize(scene, coarser, nsteps));
+    PetscCall(Make(PETSC_COMM_SELF, &mpm));
+    if (!mpm) { /* too coarse for its shapes */
+      coarser /= 1.5;
+      continue;
+    }
+    PetscCall(MPMModelShare(mpm, &share));
+    PetscCall(MPMRun(mpm));
+    for (PetscInt e = 0; e < MPM_MAX_TIMERS && mpm->step; e++) {
+      const PetscReal s = MPMTimerSeconds(mpm, e) / (PetscReal)mpm->step;
+
+      sample->seconds[e] = k ? PetscMin(sample->seconds[e], s) : s;
+    }
+    sample->points = share.points;
+    sample->nodes  = share.nodes;
+    sample->steps  = mpm->step;
+    PetscCall(MPMDestroy(&mpm));
+    k++;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* call + n each through three samples: `each` of the middle and of the largest, `call` from the smallest. */
+static void Fit(MPM mpm, PetscInt e, const Sample sample[LEVELS], MPMRate *r)
+{
+  const PetscBool nodes = e < MPM_TIMER_FORCES && mpm->phases[e].kind == MPM_NODES ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal       n[LEVELS];
+
+  for (int k = 0; k < LEVELS; k++) n[k] = nodes ? sample[k].nodes : sample[k].points;
+  r->each[0] = PetscMax(0, (sample[1].seconds[e] - sample[0].seconds[e]) / (n[1] - n[0]));
+  r->call    = PetscMax(0, sample[0].seconds[e] - n[0] * r->each[0]);
+  r->each[1] = PetscMax(0, (sample[2].seconds[e] - r->call) / n[2]);
+  r->size[0] = n[1];
+  r->size[1] = n[2];
+}
+
+/* --- Messages -------------------------------------------------------------------------------------------------- */
+
+/* Least seconds of one of many messages of so many bytes, there and back halved; processes 2k and 2k+1 are pairs. */
+static PetscErrorCode PingPong(MPI_Comm comm, size_t bytes, PetscReal *seconds)
+{
+  PetscMPIInt rank, size, peer, len;
+  char       *buffer;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(MPMMessageLength(bytes, &len));
+  PetscCall(PetscCalloc1(bytes, &buffer));
+  peer     = rank ^ 1;
+  *seconds = PETSC_MAX_REAL;
+  for (int batch = 0; batch < 20 && peer < size; batch++) {
+    PetscLogDouble t0, t1;
+
+    PetscCall(PetscTime(&t0));
+    for (int k = 0; k < 50; k++)
+      for (int turn = 0; turn < 2; turn++)
+        if ((rank & 1) == turn)
+          PetscCallMPI(MPI_Send(buffer, len, MPI_BYTE, peer, turn, comm));
+        else
+          PetscCallMPI(MPI_Recv(buffer, len, MPI_BYTE, peer, turn, comm, MPI_STATUS_IGNORE));
+    PetscCall(PetscTime(&t1));
+    *seconds = PetscMin(*seconds, (t1 - t0) / 100);
+  }
+  PetscCall(PetscFree(buffer));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, seconds, 1, MPIU_REAL, MPIU_MIN, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TimeMessages(MPI_Comm comm, MPMModel *m)
+{
+  const size_t long_message = 1 << 16;
+  PetscReal    longer, status[24] = {0};
+  PetscMPIInt  size;
+  PetscReal    best = PETSC_MAX_REAL;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PingPong(comm, 8, &m->message));
+  PetscCall(PingPong(comm, long_message, &longer));
+  m->wire = PetscMax(0, (longer - m->message) / (PetscReal)long_message);
+  for (int batch = 0; batch < 20; batch++) {
+    PetscLogDouble t0, t1;
+
+    PetscCallMPI(MPI_Barrier(comm));
+    PetscCall(PetscTime(&t0));
+    for (int k = 0; k < 50; k++) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, status, 24, MPIU_REAL, MPIU_MAX, comm));
+    PetscCall(PetscTime(&t1));
+    best = PetscMin(best, (t1 - t0) / 50);
+  }
+  m->reduction = best / PetscCeilReal(PetscLog2Real((PetscReal)size));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &m->reduction, 1, MPIU_REAL, MPIU_MAX, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Seconds of packing and unpacking a byte, in rows of a point's velocity. */
+static PetscErrorCode TimeCopy(MPMModel *m)
+{
+  enum { ROWS = 20000 };
+  PetscReal(*from)[2], (*to)[2];
+  PetscInt *list;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc3(2 * ROWS, &from, ROWS, &to, ROWS, &list));
+  for (PetscInt q = 0; q < ROWS; q++) list[q] = 2 * q;
+  for (PetscInt q = 0; q < 2 * ROWS; q++) from[q][0] = from[q][1] = 1;
+  m->copy = PETSC_MAX_REAL;
+  for (int repeat = 0; repeat < 10; repeat++) {
+    PetscLogDouble t0, t1;
+
+    PetscCall(PetscTime(&t0));
+    for (PetscInt q = 0; q < ROWS; q++) memcpy(to[q], from[list[q]], sizeof *to);
+    memcpy(from, to, ROWS * sizeof *to);
+    PetscCall(PetscTime(&t1));
+    m->copy = PetscMin(m->copy, (t1 - t0) / (ROWS * sizeof *to));
+  }
+  PetscCall(PetscFree3(from, to, list));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- Halo and migration ---------------------------------------------------------------------------------------- */
+
+typedef struct {
+  PetscReal points, halo, update, migration[2]; /* s: of a halo update, of a migration by swarm and direct */
+} Trial;
+
+static PetscErrorCode Slowest(MPI_Comm comm, PetscReal *seconds)
+{
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, seconds, 1, MPIU_REAL, MPIU_MAX, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Times the parts of the settling that only many processes have, for about n points a process. */
+static PetscErrorCode TimeSettling(MPM scene, PetscReal n, Trial *trial)
+{
+  PetscMPIInt size;
+  MPM         mpm;
+  MPMShare    share;
+  MPMSpatial *s;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(scene->comm, &size));
+  PetscCall(
+      SetSize(scene, PetscPowReal((PetscReal)scene->points.total / (n * size), 1 / (PetscReal)scene->grid.dim), 10));
+  PetscCall(PetscOptionsSetValue(NULL, "-parallel_strategy", "spatial"));
+  PetscCall(Make(scene->comm, &mpm));
+  PetscCall(PetscMemzero(trial, sizeof *trial));
+  if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
+  s = (MPMSpatial *)mpm->exchange.ctx;
+  PetscCall(MPMModelShare(mpm, &share));
+  trial->points = share.points;
+  trial->halo   = share.halo;
+  trial->update = trial->migration[0] = trial->migration[1] = PETSC_MAX_REAL;
+  for (int repeat = 0; repeat < 10; repeat++) {
+    PetscLogDouble t0, t1;
+
+    PetscCallMPI(MPI_Barrier(scene->comm));
+    PetscCall(PetscTime(&t0));
+    PetscCall(MPMHaloUpdate(mpm, s, PETSC_TRUE));
+    PetscCall(PetscTime(&t1));
+    trial->update = PetscMin(trial->update, t1 - t0);
+    for (int way = 0; way < 2; way++) {
+      PetscCallMPI(MPI_Barrier(scene->comm));
+      PetscCall(PetscTime(&t0));
+      PetscCall(way ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
+      PetscCall(PetscTime(&t1));
+      trial->migration[way] = PetscMin(trial->migration[way], t1 - t0);
+    }
+  }
+  trial->update -= 2 * share.neighbours * scene->model.message;
+  trial->update -= share.halo * (scene->model.wire + scene->model.copy) *
+                   (PetscReal)MPMMessagePointBytes(&mpm->points, MPM_STEADY & ~MPM_BIT(cell));
+  PetscCall(Slowest(scene->comm, &trial->points));
+  PetscCall(Slowest(scene->comm, &trial->halo));
+  PetscCall(Slowest(scene->comm, &trial->update));
+  PetscCall(Slowest(scene->comm, &trial->migration[0]));
+  PetscCall(Slowest(scene->comm, &trial->migration[1]));
+  PetscCall(MPMDestroy(&mpm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode FitSettling(MPM scene)
+{
+  MPMModel   *m = &scene->model;
+  Trial       a, b;
+  PetscReal   det, stages;
+  PetscMPIInt size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(scene->comm, &size));
+  PetscCall(TimeSettling(scene, 2e3, &a));
+  PetscCall(TimeSettling(scene, 5e4, &b));
+  if (a.points == 0 || b.points == 0) PetscFunctionReturn(PETSC_SUCCESS); /* no such cut: rough constants stay */
+  det = a.halo * b.points - b.halo * a.points;
+  if (det != 0) { /* update = halo m->halo + points m->merge */
+    m->halo  = PetscMax(0, (a.update * b.points - b.update * a.points) / det);
+    m->merge = PetscMax(0, (a.halo * b.update - b.halo * a.update) / det);
+  }
+  stages = PetscCeilReal(PetscLog2Real((PetscReal)size));
+  for (int way = 0; way < 2; way++) {
+    MPMMigration *g = &m->migration[way];
+
+    g->point   = PetscMax(0, (b.migration[way] - a.migration[way]) / (b.points - a.points));
+    g->stage   = (way ? 2 : 24) * m->reduction;
+    g->process = way ? 0 : 80 * m->wire;
+    g->call    = PetscMax(0, a.migration[way] - a.points * g->point - g->stage * stages - g->process * size);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- The pool -------------------------------------------------------------------------------------------------- */
+
+/* How long the master is busy a step, with how many chunks and bytes. */
+static PetscErrorCode TimePool(MPM scene, PetscInt cells, PetscReal *busy, PetscReal *chunks, PetscReal *bytes)
+{
+  MPM mpm;
+
+  PetscFunctionBeginUser;
+  PetscCall(SetSize(scene, PetscPowReal((PetscReal)scene->points.total / 2e4, 1 / (PetscReal)scene->grid.dim), 40));
+  PetscCall(PetscOptionsSetValue(NULL, "-parallel_strategy", "pool"));
+  PetscCall(Set("-pool_cells", "%.0f", (double)cells));
+  PetscCall(Make(scene->comm, &mpm));
+  *busy = *chunks = *bytes = 0;
+  if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMRun(mpm));
+  if (mpm->step) {
+    *busy   = mpm->exchange.busy / (PetscReal)mpm->step;
+    *chunks = mpm->exchange.chunks / (PetscReal)mpm->step;
+    *bytes  = mpm->exchange.bytes / (PetscReal)mpm->step;
+  }
+  PetscCall(MPMDestroy(&mpm));
+  PetscCallMPI(MPI_Bcast(busy, 1, MPIU_REAL, 0, scene->comm));
+  PetscCallMPI(MPI_Bcast(chunks, 1, MPIU_REAL, 0, scene->comm));
+  PetscCallMPI(MPI_Bcast(bytes, 1, MPIU_REAL, 0, scene->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode FitPool(MPM scene)
+{
+  const PetscInt edge = scene->grid.dim == 3 ? 3 : scene->grid.dim == 2 ? 4 : 8;
+  PetscReal      busy[2], chunks[2], bytes[2], det;
+
+  PetscFunctionBeginUser;
+  PetscCall(TimePool(scene, edge, &busy[0], &chunks[0], &bytes[0]));
+  PetscCall(TimePool(scene, 4 * edge, &busy[1], &chunks[1], &bytes[1]));
+  det = chunks[0] * bytes[1] - chunks[1] * bytes[0];
+  if (det == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  scene->model.chunk = PetscMax(0, (busy[0] * bytes[1] - busy[1] * bytes[0]) / det);
+  scene->model.farm  = PetscMax(0, (chunks[0] * busy[1] - chunks[1] * busy[0]) / det);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- The calibration ------------------------------------------------------------------------------------------- */
+
+/* Measures the constants for the scene, whose options are read and whose phases are known, and writes the file. The
+   option database is changed: nothing can run after this. Collective on scene->comm. */
+PetscErrorCode MPMCalibrate(MPM scene)
+{
+  MPMModel   *m = &scene->model;
+  Sample      sample[LEVELS];
+  PetscMPIInt size, rank;
+  char        machine[MPM_NAME_LEN] = "?", date[MPM_NAME_LEN] = "?";
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(scene->comm, &size));
+  PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
+  PetscCall(MPMPrint(scene,
+                     "calibrate  %s: short runs of about 600, 20,000 and 400,000 particles on each of %d process%s\n",
+                     scene->scene.title, size, size > 1 ? "es" : ""));
+  PetscCall(MPMStepSetUp(scene));
+  PetscCall(MPMPointsLayout(scene, &scene->points));
+  PetscCall(MPMModelSetUp(scene));
+  for (int k = 0; k < LEVELS; k++) PetscCall(RunAlone(scene, goal[k], steps[k], repeats[k], &sample[k]));
+  for (int k = 0; k < LEVELS; k++)
+    PetscCheck(sample[k].steps > 0 && (!k || sample[k].points > 2 * sample[k - 1].points), scene->comm, PETSC_ERR_SUP,
+               "the scene cannot be run with about %g points, so it cannot be calibrated", (double)goal[k]);
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) {
+    Fit(scene, e, sample, &m->rate[e]);
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &m->rate[e], (PetscMPIInt)(sizeof(MPMRate) / sizeof(PetscReal)), MPIU_REAL,
+                               MPI_SUM, scene->comm));
+    m->rate[e].call /= size;
+    for (int k = 0; k < 2; k++) {
+      m->rate[e].size[k] /= size;
+      m->rate[e].each[k] /= size;
+    }
+  }
+  PetscCall(TimeCopy(m));
+  if (size > 1) {
+    PetscCall(TimeMessages(scene->comm, m));
+    PetscCall(FitSettling(scene));
+    PetscCall(FitPool(scene));
+  }
+  PetscCall(PetscGetArchType(machine, sizeof machine));
+  PetscCall(PetscGetDate(date, sizeof date));
+  (void)snprintf(m->from, sizeof m->from, "calibrated on %d process%s, %s", size, size > 1 ? "es" : "", date);
+  if (!rank) PetscCall(Save(scene));
+  PetscCall(MPMPrint(scene, "results    %s\n", scene->model_file));
+  if (size == 1)
+    PetscCall(
+        MPMPrint(scene, "note       messages and the pool were not measured: start on 2 processes or more for that\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,427 @@
+/* model.c - what a step costs, predicted: docs/performance.md derives the formulas and says how well they hold.
+
+   A step is the sum of its phases. A phase costs the process that has most of it
+     call + n each          its kernel, for n points (or nodes); `each` depends on n, by the caches
+     + message + byte       what it sends to neighbours
+   and a step one reduction and, when points leave, a migration. The constants are of this machine and this method, from
+   -model_calibrate (calibrate.c), or else rough ones from counts of flops and bytes. Physics never sees any of this,
+   but the partition of the grid is chosen by it. */
+#include <errno.h>
+#include <unistd.h>
+#include "exchange_spatial.h"
+#include "options.h"
+
+/* Without a calibration: s per flop, per byte of point fields, per node, per point settled, per phase. */
+#define FLOP   0.028e-9
+#define BYTE   0.05e-9
+#define NODE   4e-9
+#define SETTLE 2.5e-9
+#define CALL   1e-6
+
+/* Seconds for n things. */
+static PetscReal Seconds(const MPMRate *r, PetscReal n)
+{
+  PetscReal s = 0;
+
+  if (n > 0 && r->size[1] > r->size[0])
+    s = PetscMin(1, PetscMax(0, PetscLogReal(n / r->size[0]) / PetscLogReal(r->size[1] / r->size[0])));
+  return r->call + n * (r->each[0] + s * (r->each[1] - r->each[0]));
+}
+
+/* How often a step runs the phase of timer e. */
+static PetscInt Times(MPM mpm, PetscInt e)
+{
+  PetscInt times = 0;
+
+  for (PetscInt k = 0; k < mpm->nprogram; k++) times += mpm->program[k] == &mpm->phases[e];
+  return times;
+}
+
+/* Bytes of a halo point, or of a ghost node, that a phase refreshes. */
+static PetscReal PhaseMessage(MPM mpm, const MPMPhase *phase)
+{
+  if (phase->kind == MPM_NODES) return (PetscReal)MPM_VEL_NC(mpm->grid.dim) * (PetscReal)sizeof(PetscReal);
+  return (PetscReal)MPMMessagePointBytes(&mpm->points, phase->points_in & ~MPM_STEADY);
+}
+
+static PetscReal Log2(PetscReal processes)
+{
+  return processes > 1 ? PetscCeilReal(PetscLog2Real(processes)) : 0;
+}
+
+/* The probability that a step moves a point from one process to another, if so many do so on average. */
+static PetscReal Migrates(const MPMShare *s)
+{
+  return s->processes > 1 ? 1 - PetscExpReal(-s->crossing) : 0;
+}
+
+/* Predicted seconds a step of timer e on a process with this share of a run in spatial decomposition, or of one
+   process. Not collective. */
+PetscReal MPMModelTimer(MPM mpm, PetscInt e, const MPMShare *s)
+{
+  const MPMModel *m    = &mpm->model;
+  const PetscReal byte = m->wire + m->copy, ahead = s->neighbours * m->message;
+
+  if (e == MPM_TIMER_REDUCE) return m->rate[e].call + Log2(s->processes) * m->reduction;
+  if (e == MPM_TIMER_SETTLE) {
+    const MPMMigration *way    = &m->migration[mpm->exchange.direct];
+    const PetscReal     steady = (PetscReal)MPMMessagePointBytes(&mpm->points, MPM_STEADY & ~MPM_BIT(cell));
+    PetscReal           t      = Seconds(&m->rate[e], s->points);
+
+    if (s->neighbours > 0) t += 2 * ahead + s->halo * (m->halo + steady * byte) + s->points * m->merge;
+    return t + Migrates(s) *
+                   (way->call + way->stage * Log2(s->processes) + way->point * s->points + way->process * s->processes);
+  }
+  if (e == MPM_TIMER_FORCES || e == MPM_TIMER_OTHER) return Seconds(&m->rate[e], s->points);
+  if (!Times(mpm, e)) return 0;
+  switch (mpm->phases[e].kind) {
+  case MPM_POINTS_TO_NODES:
+    return Seconds(&m->rate[e], s->points + s->halo) +
+           (PetscReal)Times(mpm, e) * (ahead + s->halo * PhaseMessage(mpm, &mpm->phases[e]) * byte);
+  case MPM_NODES:
+    return Seconds(&m->rate[e], s->nodes) +
+           (PetscReal)Times(mpm, e) * (ahead + s->ghosts * PhaseMessage(mpm, &mpm->phases[e]) * byte);
+  default:
+    return Seconds(&m->rate[e], s->points);
+  }
+}
+
+/* The same for the pool's master with processes-1 workers; s is the share of a run on one process, edge that of a patch
+   in cells. Node phases and the settling are the master's alone. For the transfers it packs chunks and puts answers in
+   place (master) while workers do that and the kernel; the first chunk and the last answer wait for each other.
+   *master gets the seconds for which the master is busy. */
+static PetscReal PoolTimer(MPM mpm, PetscInt e, const MPMShare *s, PetscInt edge, PetscReal *master)
+{
+  const MPMModel *m     = &mpm->model;
+  const PetscInt  dim   = mpm->grid.dim;
+  const MPMPhase *phase = &mpm->phases[e];
+  const PetscReal reach = (PetscReal)MPMBasisNodes(mpm->basis) - 1, c = (PetscReal)edge;
+  MPMShare        alone = *s;
+  PetscReal       chunks, cells, wide, points = s->points, bytes, worker, pool;
+
+  alone.processes = 1;
+  *master         = MPMModelTimer(mpm, e, &alone);
+  if (e >= MPM_TIMER_FORCES || !Times(mpm, e) || phase->kind == MPM_NODES) return *master;
+  cells  = PetscPowReal(c, (PetscReal)dim);
+  wide   = PetscPowReal(c + reach, (PetscReal)dim);
+  chunks = PetscMax(1, s->nodes / cells);
+  if (phase->kind == MPM_POINTS_TO_NODES) points *= wide / cells;
+  bytes = points * (PetscReal)(MPMMessagePointBytes(&mpm->points, phase->points_in));
+  if (phase->kind == MPM_POINTS_TO_NODES)
+    bytes += chunks * cells * 8 * (PetscReal)(MPM_SUM_LAST(dim, phase->parts) - MPM_SUM_FIRST(dim, phase->parts));
+  else
+    bytes += s->points * (PetscReal)MPMMessagePointBytes(&mpm->points, phase->points_out) +
+             chunks * wide * 8 * (PetscReal)MPM_VEL_NC(dim);
+  bytes *= (PetscReal)Times(mpm, e);
+  chunks *= (PetscReal)Times(mpm, e);
+  pool    = chunks * (m->chunk + m->message) + bytes * (m->farm + m->wire);
+  *master = pool;
+  worker  = (Seconds(&m->rate[e], points) + pool) / PetscMin(s->processes - 1, chunks);
+  return PetscMax(pool, worker) + (Seconds(&m->rate[e], points) + 2 * pool) / chunks;
+}
+
+static PetscReal Step(MPM mpm, const MPMShare *s)
+{
+  PetscReal t = 0;
+
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) t += MPMModelTimer(mpm, e, s);
+  return t;
+}
+
+/* Seconds of a step in the pool; bound: what no number of workers can exceed, the speed-up where the master is all. */
+static PetscReal PoolStep(MPM mpm, const MPMShare *s, PetscInt edge, PetscReal *bound)
+{
+  PetscReal t = 0, busy = 0, master, serial;
+  MPMShare  alone = *s;
+
+  alone.processes = 1;
+  serial          = Step(mpm, &alone);
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) {
+    t += PoolTimer(mpm, e, s, edge, &master);
+    busy += master;
+  }
+  if (bound) *bound = serial / busy;
+  return t;
+}
+
+/* The share of one process in a cut of a full block into `processes` cubes, n points each: cells of side
+   (n/per_cell)^(1/d), halo and ghosts a shell of the stencil's reach below and above. Points cross a face at `courant`
+   cells a step. */
+static MPMShare Cube(MPM mpm, PetscReal n, PetscReal per_cell, PetscReal processes, PetscReal courant)
+{
+  const PetscReal dim = (PetscReal)mpm->grid.dim, reach = (PetscReal)MPMBasisNodes(mpm->basis) - 1;
+  const PetscReal side = PetscPowReal(n / per_cell, 1 / dim), cells = n / per_cell;
+  MPMShare        s = {.points = n, .processes = processes, .nodes = PetscPowReal(side + reach, dim)};
+
+  if (processes > 1) {
+    s.ghosts     = PetscPowReal(side + reach, dim) - cells;
+    s.halo       = s.ghosts * per_cell;
+    s.neighbours = PetscPowReal(2, dim) - 1;
+    s.crossing   = courant * processes * dim * cells / side * per_cell;
+  }
+  return s;
+}
+
+/* Linear costs of a share near `n` points on one process, for the choice of the partition. */
+void MPMModelCosts(MPM mpm, PetscReal n, MPMCosts *costs)
+{
+  const PetscReal nodes = n, step = 0.01 * n + 1;
+  MPMShare        s    = {.points = n, .nodes = nodes, .neighbours = 1, .processes = 1}, more;
+  const PetscReal base = Step(mpm, &s);
+
+  more = s;
+  more.points += step;
+  costs->point = (Step(mpm, &more) - base) / step;
+  more         = s;
+  more.halo += step;
+  costs->halo = (Step(mpm, &more) - base) / step;
+  more        = s;
+  more.nodes += step;
+  costs->node = (Step(mpm, &more) - base) / step;
+  more        = s;
+  more.neighbours += 1;
+  costs->neighbour = Step(mpm, &more) - base;
+  costs->fixed     = base - n * costs->point - nodes * costs->node - costs->neighbour;
+}
+
+/* Rough constants from the hand counts, once the phases are known. Not collective. */
+static void SetRough(MPM mpm)
+{
+  MPMModel *m = &mpm->model;
+
+  memset(m, 0, sizeof *m);
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) {
+    const MPMPhase *phase = &mpm->phases[e];
+    MPMRate        *r     = &m->rate[e];
+    const PetscReal times = e < MPM_TIMER_FORCES ? (PetscReal)Times(mpm, e) : 1;
+
+    r->size[0] = r->size[1] = 1;
+    if (e == MPM_TIMER_FORCES && !mpm->scene.forced) continue;
+    if (e < MPM_TIMER_FORCES && !times) continue;
+    r->call = times * CALL;
+    if (e == MPM_TIMER_SETTLE || e == MPM_TIMER_FORCES)
+      r->each[0] = e == MPM_TIMER_SETTLE ? SETTLE : 100e-9; /* an expression a point */
+    else if (e < MPM_TIMER_FORCES)
+      r->each[0] = times * (phase->kind == MPM_NODES
+                                ? NODE
+                                : FLOP * MPMTransferFlops(mpm->grid.dim, mpm->basis, phase->parts) +
+                                      BYTE * (PetscReal)(MPMMessagePointBytes(&mpm->points, phase->points_in) +
+                                                         MPMMessagePointBytes(&mpm->points, phase->points_out)));
+    r->each[1] = r->each[0];
+  }
+  m->message              = 1.6e-6; /* a cluster: latency 1 us, 0.3 us on each side */
+  m->wire                 = 0.08e-9;
+  m->copy                 = 0.3e-9;
+  m->reduction            = 1.6e-6;
+  m->halo                 = 15e-9;
+  m->merge                = 1e-9;
+  m->migration[0].call    = 60e-6; /* DMSwarmMigrate: 22 collectives, one of them of a number from every process */
+  m->migration[0].stage   = 24 * 1.6e-6;
+  m->migration[0].process = 80 * m->wire;
+  m->migration[0].point = m->migration[1].point = 1e-9;
+  m->migration[1].call                          = 5e-6;
+  m->migration[1].stage                         = 2 * 1.6e-6;
+  m->chunk                                      = 2e-6;
+  m->farm                                       = 0.3e-9;
+  (void)snprintf(m->from, sizeof m->from, "rough: -model_calibrate measures them");
+}
+
+/* What the constants are good for: the same method, of points that cost the same. */
+void MPMModelMethod(MPM mpm, char text[], size_t len)
+{
+  size_t at = (size_t)snprintf(text, len, "%" PetscInt_FMT "-D:%d:%" PetscInt_FMT ":%" PetscInt_FMT, mpm->grid.dim,
+                               (int)mpm->basis, MPMPointsBytes(&mpm->points, MPM_SCRATCH), MPMTransferWidth());
+
+  for (PetscInt k = 0; k < mpm->nprogram && at < len; k++)
+    at += (size_t)snprintf(text + at, len - at, ":%s.%" PetscInt_FMT, mpm->program[k]->name, mpm->program[k]->parts);
+  for (PetscInt k = 0; k < mpm->scene.nmaterials && at < len; k++)
+    at += (size_t)snprintf(text + at, len - at, ":%s", mpm->scene.materials[k].type->name);
+  for (PetscInt b = 0; b < mpm->scene.nbodies && at < len; b++) {
+    const MPMBody *body = &mpm->scene.bodies[b];
+
+    at += (size_t)snprintf(text + at, len - at, ":%" PetscInt_FMT,
+                           body->ppc[0] * PetscMax(1, body->ppc[1]) * PetscMax(1, body->ppc[2]));
+  }
+}
+
+PetscErrorCode MPMModelSetFromOptions(MPM mpm, MPMOptions o)
+{
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsBool(o, "model_calibrate", NULL, &mpm->calibrate));
+  PetscCall(PetscStrncpy(mpm->model_file, "", sizeof mpm->model_file));
+  PetscCall(MPMOptionsString(o, "model_file", NULL, mpm->model_file, &set));
+  if (set && !mpm->calibrate && !MPMOptionsError(o) && access(mpm->model_file, R_OK))
+    MPMOptionsFail(o, "-model_file: cannot read %s: %s; -model_calibrate writes it", mpm->model_file, strerror(errno));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the constants: from the file of a calibration if there is one for this method, else rough ones. Once the phases
+   and the fields of the points are known. Collective on mpm->comm. */
+PetscErrorCode MPMModelSetUp(MPM mpm)
+{
+  char        wrong[MPM_TEXT_LEN] = "";
+  PetscMPIInt rank;
+
+  PetscFunctionBeginUser;
+  SetRough(mpm);
+  if (!mpm->model_file[0])
+    (void)snprintf(mpm->model_file, sizeof mpm->model_file, "%s/%s.model", mpm->output.dir, mpm->scene.name);
+  PetscCallMPI(MPI_Comm_rank(mpm->comm, &rank));
+  if (!rank) PetscCall(MPMModelLoad(mpm, wrong, sizeof wrong));
+  PetscCallMPI(MPI_Bcast(&mpm->model, (PetscMPIInt)sizeof mpm->model, MPI_BYTE, 0, mpm->comm));
+  PetscCall(PetscStrncpy(mpm->model_note, wrong, sizeof mpm->model_note));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What this process has now. Collective on the exchange. */
+PetscErrorCode MPMModelShare(MPM mpm, MPMShare *s)
+{
+  const MPMPatch *patch = &mpm->exchange.patch;
+  PetscReal       h     = PETSC_MAX_REAL;
+  PetscMPIInt     size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
+  PetscCall(PetscMemzero(s, sizeof *s));
+  s->points    = (PetscReal)mpm->points.n;
+  s->processes = (PetscReal)size;
+  for (PetscInt k = patch->own_lo[2]; k < patch->own_lo[2] + patch->own_n[2]; k++)
+    for (PetscInt j = patch->own_lo[1]; j < patch->own_lo[1] + patch->own_n[1]; j++) {
+      const PetscInt *span = patch->span[(k - patch->lo[2]) * patch->n[1] + j - patch->lo[1]];
+
+      s->nodes += (PetscReal)PetscMax(0, span[1] - span[0]);
+    }
+  if (mpm->exchange.type->share) PetscCall(mpm->exchange.type->share(mpm, s));
+  for (PetscInt d = 0; d < mpm->grid.dim; d++) h = PetscMin(h, mpm->grid.h[d]);
+  s->crossing = s->halo / PetscMax(1, (PetscReal)MPMBasisNodes(mpm->basis) - 1) * PetscSqrtReal(mpm->status.v2) *
+                MPMTimeStep(mpm) / h;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s->crossing, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Predicts the step of the state as it is: mpm->predicted, of the process that takes longest in each part. Collective
+   on the exchange. */
+PetscErrorCode MPMModelPredict(MPM mpm)
+{
+  MPMShare  s;
+  PetscReal ignored;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMModelShare(mpm, &s));
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
+    mpm->predicted[e] = mpm->exchange.type->farms ? PoolTimer(mpm, e, &s, mpm->exchange.pool_cells, &ignored)
+                                                  : MPMModelTimer(mpm, e, &s);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, mpm->predicted, MPM_MAX_TIMERS, MPIU_REAL, MPIU_MAX, mpm->exchange.data));
+  if (mpm->path.on) { /* messages: what is left when the work costs nothing */
+    const MPMModel model = mpm->model;
+
+    PetscCall(PetscMemzero(mpm->model.rate, sizeof mpm->model.rate));
+    mpm->model.merge = mpm->model.halo = 0;
+    for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
+      mpm->path.messages[e] = mpm->exchange.type->farms ? 0 : MPMModelTimer(mpm, e, &s);
+    mpm->model = model;
+    PetscCallMPI(
+        MPI_Allreduce(MPI_IN_PLACE, mpm->path.messages, MPM_MAX_TIMERS, MPIU_REAL, MPIU_MAX, mpm->exchange.data));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The predicted step of this scene in spatial decomposition on `size` processes, cut as the program would cut it. */
+static PetscErrorCode SpatialStep(MPM mpm, const MPMHistogram *h, PetscMPIInt size, PetscReal courant,
+                                  PetscReal *seconds, PetscReal *imbalance)
+{
+  MPMPartition part = {0};
+  MPMShare     s    = {0};
+
+  PetscFunctionBeginUser;
+  MPMModelCosts(mpm, (PetscReal)mpm->points.total / size, &part.costs);
+  PetscCall(MPMPartitionChoose(h, size, MPM_BALANCE_START, &part));
+  s           = part.worst;
+  s.processes = size;
+  s.crossing  = courant * part.worst.halo * size;
+  *seconds    = Step(mpm, &s);
+  *imbalance  = part.imbalance;
+  PetscCall(MPMPartitionDestroy(&part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The smallest number of points a process at which cubes on `processes` keep this efficiency; 0: none up to 1e9. */
+static PetscReal Isoefficiency(MPM mpm, PetscReal per_cell, PetscReal processes, PetscReal courant,
+                               PetscReal efficiency)
+{
+  for (PetscReal n = 64; n < 1e9; n *= 1.02) {
+    const MPMShare alone = Cube(mpm, n, per_cell, 1, courant), s = Cube(mpm, n, per_cell, processes, courant);
+
+    if (Step(mpm, &alone) >= efficiency * Step(mpm, &s)) return n;
+  }
+  return 0;
+}
+
+/* Prints what the model says of this scene on other numbers of processes. Collective on mpm->exchange.data. */
+PetscErrorCode MPMModelView(MPM mpm)
+{
+  static const PetscMPIInt sizes[] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024};
+  MPMHistogram             h;
+  MPMShare                 s;
+  PetscReal                serial, courant, bound, best = PETSC_MAX_REAL, volume = 1;
+  PetscInt                 edge = 0, cross = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMModelShare(mpm, &s));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.points, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.nodes, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
+  for (PetscInt d = 0; d < mpm->grid.dim; d++) volume = PetscMin(volume, mpm->grid.h[d] / mpm->grid.h[0]);
+  courant = PetscSqrtReal(mpm->status.v2) * MPMTimeStep(mpm) / (mpm->grid.h[0] * volume) /
+            PetscMax(1, (PetscReal)MPMBasisNodes(mpm->basis) - 1);
+  s.halo = s.ghosts = s.neighbours = s.crossing = 0;
+  s.processes                                   = 1;
+  serial                                        = Step(mpm, &s);
+  PetscCall(MPMPrint(mpm, "model      constants %s\n", mpm->model.from));
+  PetscCall(
+      MPMPrint(mpm, "  processes   spatial s/step  speed-up  efficiency  imbalance      pool s/step  speed-up\n"));
+  PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, &h));
+  PetscCall(MPMSceneHistogram(mpm, &h));
+  PetscCall(MPMHistogramFinish(&h, mpm->exchange.data));
+  for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
+    const PetscMPIInt size = sizes[k];
+    PetscReal         t = serial, imbalance = 1, pool;
+
+    if (MPMPartitionLargest(&mpm->grid, mpm->basis, size) < size) break;
+    if (size > 1) PetscCall(SpatialStep(mpm, &h, size, courant, &t, &imbalance));
+    s.processes = size;
+    PetscCall(MPMPrint(mpm, "  %9d  %15.3g  %8.2f  %10.2f  %9.3f", size, (double)t, (double)(serial / t),
+                       (double)(serial / t / size), (double)imbalance));
+    if (size > 1) {
+      pool = PoolStep(mpm, &s, mpm->exchange.pool_cells, NULL);
+      if (!cross && t < pool) cross = size;
+      PetscCall(MPMPrint(mpm, "  %15.3g  %8.2f", (double)pool, (double)(serial / pool)));
+    }
+    PetscCall(MPMPrint(mpm, "\n"));
+  }
+  PetscCall(MPMHistogramDestroy(&h));
+  s.processes = 8;
+  (void)PoolStep(mpm, &s, mpm->exchange.pool_cells, &bound);
+  for (PetscInt c = 1; c <= 256; c++) {
+    const PetscReal t = PoolStep(mpm, &s, c, NULL);
+
+    if (t < best) {
+      best = t;
+      edge = c;
+    }
+  }
+  PetscCall(
+      MPMPrint(mpm,
+               "  pool: no number of workers exceeds a speed-up of %.2f; best patches on 8 processes %" PetscInt_FMT
+               " cells an axis; ",
+               (double)bound, edge));
+  PetscCall(cross ? MPMPrint(mpm, "spatial is ahead from %" PetscInt_FMT " processes on\n", cross)
+                  : MPMPrint(mpm, "spatial is never ahead\n"));
+  PetscCall(MPMPrint(mpm, "  spatial keeps 0.9 of full blocks with this many points a process:"));
+  for (PetscInt p = 2; p <= 32768; p *= p < 32 ? 4 : p == 32 ? 32 : 32)
+    PetscCall(MPMPrint(mpm, "%s %.3g on %" PetscInt_FMT, p > 2 ? "," : "",
+                       (double)Isoefficiency(mpm, s.points / s.nodes, (PetscReal)p, courant, 0.9), p));
+  PetscCall(MPMPrint(mpm, "\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
