@@ -178,6 +178,7 @@ static PetscErrorCode Recut(MPM mpm)
                                 MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), base);
     }
     mpm->status.left = mpm->status.moved = 1; /* on every process: all migrate and sort */
+    mpm->points.nmovers = -1;                 /* all have other cells */
     ex->recuts++;
   } else
     PetscCall(MPMPartitionDestroy(&part));
@@ -207,7 +208,6 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
   PetscFunctionBeginUser;
   if (!anew && ex->balance == MPM_BALANCE_AUTO && TimeToRecut(mpm)) PetscCall(Recut(mpm));
   if (!anew && mpm->status.left) { /* of any process: all migrate or none */
-    mpm->points.nmovers = -1;      /* other points take the places of leavers */
     PetscCall(ex->direct ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
   }

@@ -290,6 +290,7 @@ typedef struct {
   PetscInt  *spare;                   /* [n] the next order is made here */
   PetscInt  *comers;                  /* [cells] points that come to a cell; all 0 between uses */
   PetscInt  *movers, nmovers;         /* places in order of points that changed cell since; -1: not known */
+  PetscInt   nkept; /* points below this one are where order has them, but those that changed cell or left */
   PetscInt   nstart;
 } MPMPoints;
 
@@ -299,6 +300,7 @@ PetscErrorCode MPMPointsSetSize(MPMPoints *, PetscInt n);
 PetscErrorCode MPMPointsResize(MPMPoints *);
 PetscErrorCode MPMPointsGetView(MPMPoints *, PetscInt fields, MPMView *);
 PetscErrorCode MPMPointsRestoreView(MPMPoints *, PetscInt fields, MPMView *);
+PetscErrorCode MPMPointsLeavers(MPMPoints *, PetscInt *n, PetscInt **which);
 PetscErrorCode MPMPointsSort(MPMPoints *, const MPMPatch *);
 PetscErrorCode MPMPointsLocate(MPMPoints *, const MPMPatch *, const MPMKind *);
 PetscErrorCode MPMPointsFingerprint(MPMPoints *, PetscInt64 *ids);

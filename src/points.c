@@ -88,12 +88,12 @@ PetscErrorCode MPMPointsCreate(MPM mpm, MPMPoints *points, MPI_Comm comm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes the swarm's size, after points came and went, and makes room for the scratch of so many. Not collective. */
+/* Takes the swarm's size, after points came and went, and makes room for the scratch of so many. Keeps order and
+   movers. Not collective. */
 PetscErrorCode MPMPointsResize(MPMPoints *points)
 {
   PetscFunctionBeginUser;
   PetscCall(DMSwarmGetLocalSize(points->swarm, &points->n));
-  points->nmovers = -1;
   if (points->n <= points->capacity) PetscFunctionReturn(PETSC_SUCCESS);
   points->capacity = points->n + points->n / 8 + MPM_SWARM_BUFFER;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
@@ -101,12 +101,10 @@ PetscErrorCode MPMPointsResize(MPMPoints *points)
     PetscCall(PetscFree(points->scratch[f]));
     PetscCall(PetscCalloc1(points->capacity * points->bytes[f], (char **)&points->scratch[f]));
   }
-  PetscCall(PetscFree(points->order));
+  PetscCall(PetscRealloc((size_t)(points->capacity + 1) * sizeof *points->order, &points->order));
+  PetscCall(PetscRealloc((size_t)points->capacity * sizeof *points->movers, &points->movers));
   PetscCall(PetscFree(points->spare));
-  PetscCall(PetscFree(points->movers));
-  PetscCall(PetscMalloc1(points->capacity + 1, &points->order));
   PetscCall(PetscMalloc1(points->capacity + 1, &points->spare));
-  PetscCall(PetscMalloc1(points->capacity, &points->movers));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -197,32 +195,36 @@ static void SortByCell(const MPMView *view, PetscInt ncells, PetscInt *start, Pe
     }
 }
 
-/* The same from the order before and the places in it of the points that changed cell: the others keep their turns, so
-   cells are copied without them and leave room for comers, which then find their place by id. */
+/* The same from the order before and the places in it of the points that changed cell or left: the others keep their
+   turns, so cells are copied without them and leave room for comers, which then find their place by id. After a
+   migration other points are where leavers were and from nkept on: they are comers too. */
 static void MergeMovers(const MPMView *view, PetscInt ncells, MPMPoints *points)
 {
-  PetscInt *order = points->order, *start = points->start, *to = points->spare, *comers = points->comers, at = 0;
+  PetscInt *order = points->order, *start = points->start, *to = points->spare, *comers = points->comers;
+  PetscInt *come = points->movers, ncome = 0, at = 0;
+  const PetscInt nkept = points->nkept;
 
   for (PetscInt m = 0; m < points->nmovers; m++) {
-    const PetscInt q = points->movers[m];
+    const PetscInt p = order[points->movers[m]];
 
-    comers[view->cell[order[q]]]++;
-    points->movers[m] = order[q];
-    order[q]          = -1;
+    order[points->movers[m]] = nkept;
+    if (p < nkept) come[ncome++] = p;
   }
+  for (PetscInt p = nkept; p < view->n; p++) come[ncome++] = p;
+  for (PetscInt m = 0; m < ncome; m++) comers[view->cell[come[m]]]++;
   for (PetscInt c = 0, q = 0; c < ncells; c++) {
     const PetscInt end = start[c + 1];
 
     start[c] = at;
     for (; q < end; q++) {
       to[at] = order[q];
-      at += order[q] >= 0;
+      at += order[q] < nkept;
     }
     at += comers[c];
   }
   start[ncells] = at;
-  for (PetscInt m = 0; m < points->nmovers; m++) {
-    const PetscInt p = points->movers[m], c = view->cell[p];
+  for (PetscInt m = 0; m < ncome; m++) {
+    const PetscInt p = come[m], c = view->cell[p];
     PetscInt       r = start[c + 1] - comers[c]--;
 
     for (; r > start[c] && view->id[to[r - 1]] > view->id[p]; r--) to[r] = to[r - 1];
@@ -230,6 +232,30 @@ static void MergeMovers(const MPMView *view, PetscInt ncells, MPMPoints *points)
   }
   points->spare = order;
   points->order = to;
+}
+
+/* Lists the points that left the patch, ascending: which [n], allocated here. Not collective. */
+PetscErrorCode MPMPointsLeavers(MPMPoints *points, PetscInt *n, PetscInt **which)
+{
+  const PetscInt candidates = points->nmovers < 0 ? points->n : points->nmovers;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPointsGetView(points, MPM_BIT(cell), &view));
+  for (PetscInt pass = 0; pass < 2; pass++) {
+    *n = 0;
+    for (PetscInt m = 0; m < candidates; m++) {
+      const PetscInt p = points->nmovers < 0 ? m : points->order[points->movers[m]];
+
+      if (view.cell[p] >= 0) continue;
+      if (pass) (*which)[*n] = p;
+      ++*n;
+    }
+    if (!pass) PetscCall(PetscMalloc1(*n, which));
+  }
+  PetscCall(MPMPointsRestoreView(points, MPM_BIT(cell), &view));
+  PetscCall(PetscSortInt(*n, *which));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Orders the points, whose `cell` is known, for the patch: sets order and start. Not collective. */
@@ -252,6 +278,7 @@ PetscErrorCode MPMPointsSort(MPMPoints *points, const MPMPatch *patch)
   else
     MergeMovers(&view, ncells, points);
   points->nmovers = -1;
+  points->nkept   = points->n;
   PetscCall(MPMPointsRestoreView(points, fields, &view));
   if (++points->since_reorder >= MPM_REORDER_EVERY) PetscCall(Reorder(points));
   PetscFunctionReturn(PETSC_SUCCESS);
