@@ -282,7 +282,7 @@ typedef struct {
   PetscInt   dim, n, capacity;        /* n: points here; capacity: of the scratch and of order */
   PetscInt64 total;                   /* points of the whole scene */
   PetscInt64 ids;                     /* the sum of the hashes of their ids */
-  PetscInt   since_reorder;           /* sorts since the storage was last put in order */
+  PetscReal  scattered;               /* points that came to another cell since the storage was put in order */
   void      *scratch[MPM_NUM_FIELDS]; /* arrays of the scratch fields */
   PetscBool  present[MPM_NUM_FIELDS]; /* does the scene have the field? */
   PetscInt   bytes[MPM_NUM_FIELDS];   /* of a point */
