@@ -66,7 +66,13 @@ static PetscErrorCode Settle_Serial(MPM mpm, PetscBool anew)
 
   PetscFunctionBeginUser;
   if (!anew && !mpm->status.moved) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(anew ? MPMPointsLocate(&mpm->points, patch, mpm->scene.kinds) : MPMPointsSort(&mpm->points, patch));
+  if (anew)
+    PetscCall(MPMPointsLocate(&mpm->points, patch, mpm->scene.kinds));
+  else {
+    PetscCall(MPMSettlingBegin(mpm, MPM_SORT));
+    PetscCall(MPMPointsSort(&mpm->points, patch));
+    PetscCall(MPMSettlingEnd(mpm, MPM_SORT));
+  }
   MPMPatchMarkRows(patch, mpm->points.start);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -208,14 +208,19 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
   PetscFunctionBeginUser;
   if (!anew && ex->balance == MPM_BALANCE_AUTO && TimeToRecut(mpm)) PetscCall(Recut(mpm));
   if (!anew && mpm->status.left) { /* of any process: all migrate or none */
+    PetscCall(MPMSettlingBegin(mpm, MPM_MIGRATE));
     PetscCall(ex->direct ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
+    PetscCall(MPMSettlingEnd(mpm, MPM_MIGRATE));
   }
   if (anew) {
     PetscCall(MPMPointsLocate(&mpm->points, &ex->patch, mpm->scene.kinds));
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
-  } else if (mpm->status.moved)
+  } else if (mpm->status.moved) {
+    PetscCall(MPMSettlingBegin(mpm, MPM_SORT));
     PetscCall(MPMPointsSort(&mpm->points, &ex->patch));
+    PetscCall(MPMSettlingEnd(mpm, MPM_SORT));
+  }
   PetscCall(MPMHaloUpdate(mpm, s, anew || mpm->status.moved ? PETSC_TRUE : PETSC_FALSE));
   if (ex->roundoff) MPMPatchMarkAll(&ex->patch);
   PetscFunctionReturn(PETSC_SUCCESS);

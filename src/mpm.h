@@ -515,7 +515,7 @@ PetscErrorCode MPMForcesDestroy(MPMScene *);
 /* An update scheme: a row of phases. */
 #define MPM_MAX_ORDER  16 /* of xpic */
 #define MPM_MAX_PHASES (8 + 3 * MPM_MAX_ORDER)
-#define MPM_MAX_TIMERS 20 /* of step.c */
+#define MPM_MAX_TIMERS 24 /* of step.c */
 typedef struct {
   const char     *name, *what;
   PetscBool       keeps_increment; /* x is read again after the motion: dx waits for the commit */
@@ -527,6 +527,12 @@ extern const MPMIntegrator *const MPMIntegrators[]; /* usf usl musl, ends with N
 PetscErrorCode MPMStepSetUp(MPM); /* mpm->phases */
 PetscErrorCode MPMPhaseBegin(MPM, const MPMPhase *);
 PetscErrorCode MPMPhaseEnd(MPM, const MPMPhase *, PetscInt npoints);
+
+/* Parts of settling that -log_view and the table of phases show beside it. Not collective. */
+typedef enum { MPM_MIGRATE, MPM_SORT } MPMSettling;
+PetscErrorCode MPMSettlingBegin(MPM, MPMSettling);
+PetscErrorCode MPMSettlingEnd(MPM, MPMSettling);
+
 PetscErrorCode MPMStep(MPM);      /* t -> t + dt; collective on the exchange */
 PetscErrorCode MPMStepNodes(MPM); /* mass and velocity of the nodes for the state as it is, for output */
 PetscErrorCode MPMStepBound(MPM); /* v2 and c2 of the state as it is, into mpm->status */
