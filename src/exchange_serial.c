@@ -66,10 +66,14 @@ static PetscErrorCode Settle_Serial(MPM mpm, PetscBool anew)
 
   PetscFunctionBeginUser;
   if (!anew && !mpm->status.moved) PetscFunctionReturn(PETSC_SUCCESS);
-  MPMWorkBegin(mpm);
-  PetscCall(anew ? MPMPointsLocate(&mpm->points, patch, mpm->scene.kinds) : MPMPointsSort(&mpm->points, patch));
+  if (anew)
+    PetscCall(MPMPointsLocate(&mpm->points, patch, mpm->scene.kinds));
+  else {
+    PetscCall(MPMSettlingBegin(mpm, MPM_TIMER_SORT));
+    PetscCall(MPMPointsSort(&mpm->points, patch));
+    PetscCall(MPMSettlingEnd(mpm, MPM_TIMER_SORT));
+  }
   MPMPatchMarkRows(patch, mpm->points.start);
-  MPMWorkEnd(mpm, MPM_TIMER_SETTLE);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -180,6 +180,7 @@ static PetscErrorCode Recut(MPM mpm)
                                 MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), base);
     }
     mpm->status.left = mpm->status.moved = 1; /* on every process: all migrate and sort */
+    mpm->points.nmovers = -1;                 /* all have other cells */
     ex->recuts++;
   } else
     PetscCall(MPMPartitionDestroy(&part));
@@ -223,17 +224,19 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
   PetscFunctionBeginUser;
   if (!anew && ex->balance == MPM_BALANCE_AUTO && TimeToRecut(mpm)) PetscCall(Recut(mpm));
   if (!anew && mpm->status.left) { /* of any process: all migrate or none */
-    mpm->points.nmovers = -1;      /* other points take the places of leavers */
+    PetscCall(MPMSettlingBegin(mpm, MPM_TIMER_MIGRATE));
     PetscCall(ex->direct ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
+    PetscCall(MPMSettlingEnd(mpm, MPM_TIMER_MIGRATE));
   }
-  MPMWorkBegin(mpm);
   if (anew) {
     PetscCall(MPMPointsLocate(&mpm->points, &ex->patch, mpm->scene.kinds));
     PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
-  } else if (mpm->status.moved)
+  } else if (mpm->status.moved) {
+    PetscCall(MPMSettlingBegin(mpm, MPM_TIMER_SORT));
     PetscCall(MPMPointsSort(&mpm->points, &ex->patch));
-  MPMWorkEnd(mpm, MPM_TIMER_SETTLE);
+    PetscCall(MPMSettlingEnd(mpm, MPM_TIMER_SORT));
+  }
   PetscCall(MPMHaloUpdate(mpm, s, anew || mpm->status.moved ? PETSC_TRUE : PETSC_FALSE));
   if (ex->roundoff) MPMPatchMarkAll(&ex->patch);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -140,7 +140,7 @@ static PetscErrorCode MergeOrder(MPM mpm, MPMSpatial *s)
   MPMPatch        *patch = &mpm->exchange.patch;
   const PetscInt   dim = mpm->grid.dim, ncells = MPMPatchCells(patch);
   const MPMView    halo = MPMHaloView(s, MPM_STEADY);
-  PetscInt        *cell = (PetscInt *)s->halo[MPM_FIELD_INDEX_cell], at = 0;
+  PetscInt        *cell = (PetscInt *)s->halo[MPM_FIELD_INDEX_cell], from = 0, room = 0;
 
   PetscFunctionBeginUser;
   if (!s->start) {
@@ -159,11 +159,14 @@ static PetscErrorCode MergeOrder(MPM mpm, MPMSpatial *s)
       s->count[cell[p]]++;
     }
   for (PetscInt c = 0; c < ncells; c++) {
-    s->start[c] = at;
-    for (PetscInt q = pts->start[c]; q < pts->start[c + 1]; q++) s->order[at++] = pts->order[q];
-    at += s->count[c];
+    s->start[c] = pts->start[c] + room;
+    if (!s->count[c]) continue; /* own points are copied as far as a cell that halo points come to */
+    PetscCall(PetscArraycpy(s->order + from + room, pts->order + from, pts->start[c + 1] - from));
+    from = pts->start[c + 1];
+    room += s->count[c];
   }
-  s->start[ncells] = at;
+  PetscCall(PetscArraycpy(s->order + from + room, pts->order + from, pts->n - from));
+  s->start[ncells] = pts->n + room;
   for (PetscInt p = 0; p < s->nhalo; p++) s->order[s->start[cell[p] + 1] - s->count[cell[p]]--] = pts->n + p;
   MPMPatchMarkRows(patch, s->start);
   PetscFunctionReturn(PETSC_SUCCESS);

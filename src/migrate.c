@@ -18,25 +18,29 @@ static PetscErrorCode FindOwner(MPM mpm, const MPMSpatial *s, const MPMView *vie
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the cells of the points that came: their cell, which travels with them, is still that of a leaver. */
-static PetscErrorCode LocateComers(MPM mpm)
+/* Finds the cells of the points that came: their cell, which travels with them, is still that of a leaver. They are
+   where leavers (which [nleavers]) were, or at the end, as may be points that were here already. */
+static PetscErrorCode LocateComers(MPM mpm, PetscInt nleavers, const PetscInt which[])
 {
   const PetscInt  dim = mpm->grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
   const MPMPatch *patch = &mpm->exchange.patch;
+  MPMPoints      *pts   = &mpm->points;
   MPMView         view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
-  for (PetscInt p = 0; p < view.n; p++) {
-    PetscInt base[3] = {0};
+  pts->nkept -= nleavers;
+  PetscCall(MPMPointsGetView(pts, fields, &view));
+  for (PetscInt q = 0; q < nleavers + view.n - pts->nkept; q++) {
+    const PetscInt p       = q < nleavers ? which[q] : pts->nkept + q - nleavers;
+    PetscInt       base[3] = {0};
 
-    if (view.cell[p] >= 0) continue;
+    if (p >= view.n || view.cell[p] >= 0) continue;
     view.cell[p] = MPMOwnCell((int)dim, mpm->basis, patch, view.x + p * dim,
                               MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), base);
     PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                "point %" PetscInt64_FMT " came to the wrong process", view.id[p]);
   }
-  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+  PetscCall(MPMPointsRestoreView(pts, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -46,24 +50,25 @@ PetscErrorCode MPMMigrateSwarm(MPM mpm, MPMSpatial *s)
 {
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
   MPMPoints     *pts    = &mpm->points;
-  PetscInt      *owner;
+  PetscInt      *owner, nleavers, *which;
   MPMView        view;
   PetscMPIInt    me;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(s->comm, &me));
+  PetscCall(MPMPointsLeavers(pts, &nleavers, &which));
   PetscCall(MPMPointsGetView(pts, fields, &view));
   PetscCall(DMSwarmGetField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
   if (!s->ranked) /* later, only leavers have another owner: the field travels with the points */
     for (PetscInt p = 0; p < view.n; p++) owner[p] = me;
   s->ranked = PETSC_TRUE;
-  for (PetscInt p = 0; p < view.n; p++)
-    if (view.cell[p] < 0) PetscCall(FindOwner(mpm, s, &view, p, &owner[p]));
+  for (PetscInt q = 0; q < nleavers; q++) PetscCall(FindOwner(mpm, s, &view, which[q], &owner[which[q]]));
   PetscCall(DMSwarmRestoreField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
   PetscCall(MPMPointsRestoreView(pts, fields, &view));
   PetscCall(DMSwarmMigrate(pts->swarm, PETSC_TRUE));
   PetscCall(MPMPointsResize(pts));
-  PetscCall(LocateComers(mpm));
+  PetscCall(LocateComers(mpm, nleavers, which));
+  PetscCall(PetscFree(which));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -138,23 +143,17 @@ static PetscErrorCode SendPoints(MPMSpatial *s, PetscInt bytes, PetscInt nsend, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists the points that left, by owner: which [nsend], owner [nsend]; allocated here. */
+/* Lists the points that left, ascending, and their owners: which [nsend], owner [nsend]; allocated here. */
 static PetscErrorCode ListLeavers(MPM mpm, MPMSpatial *s, PetscInt *nsend, PetscInt **which, PetscInt **owner)
 {
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
   MPMView        view;
 
   PetscFunctionBeginUser;
-  *nsend = 0;
-  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
-  for (PetscInt p = 0; p < view.n; p++) *nsend += view.cell[p] < 0;
-  PetscCall(PetscMalloc1(*nsend, which));
+  PetscCall(MPMPointsLeavers(&mpm->points, nsend, which));
   PetscCall(PetscMalloc1(*nsend, owner));
-  for (PetscInt p = 0, q = 0; p < view.n; p++)
-    if (view.cell[p] < 0) {
-      (*which)[q] = p;
-      PetscCall(FindOwner(mpm, s, &view, p, &(*owner)[q++]));
-    }
+  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+  for (PetscInt q = 0; q < *nsend; q++) PetscCall(FindOwner(mpm, s, &view, (*which)[q], &(*owner)[q]));
   PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -191,7 +190,7 @@ PetscErrorCode MPMMigrateDirect(MPM mpm, MPMSpatial *s)
   }
   PetscCall(GetFields(pts, PETSC_TRUE, at));
   if (nrecv < nsend) PetscCall(MPMPointsSetSize(pts, n + nrecv - nsend));
-  PetscCall(LocateComers(mpm));
+  PetscCall(LocateComers(mpm, nsend, which));
   PetscCall(PetscFree(in));
   PetscCall(PetscFree2(out, sorted));
   PetscCall(PetscFree(which));

@@ -11,12 +11,12 @@
 #include "exchange_spatial.h"
 #include "options.h"
 
-/* Without a calibration: s per flop, per byte of point fields, per node, per point settled, per phase. */
-#define FLOP   0.028e-9
-#define BYTE   0.05e-9
-#define NODE   4e-9
-#define SETTLE 2.5e-9
-#define CALL   1e-6
+/* Without a calibration: s per flop, per byte of point fields, per node, per point sorted, per phase. */
+#define FLOP 0.028e-9
+#define BYTE 0.05e-9
+#define NODE 4e-9
+#define SORT 2.5e-9
+#define CALL 1e-6
 
 /* Seconds for n things. */
 static PetscReal Seconds(const MPMRate *r, PetscReal n)
@@ -59,20 +59,20 @@ static PetscReal Migrates(const MPMShare *s)
    process. Not collective. */
 PetscReal MPMModelTimer(MPM mpm, PetscInt e, const MPMShare *s)
 {
-  const MPMModel *m    = &mpm->model;
-  const PetscReal byte = m->wire + m->copy, ahead = s->neighbours * m->message;
+  const MPMModel     *m    = &mpm->model;
+  const MPMMigration *way  = &m->migration[mpm->exchange.direct];
+  const PetscReal     byte = m->wire + m->copy, ahead = s->neighbours * m->message;
 
   if (e == MPM_TIMER_REDUCE) return m->rate[e].call + Log2(s->processes) * m->reduction;
-  if (e == MPM_TIMER_SETTLE) {
-    const MPMMigration *way    = &m->migration[mpm->exchange.direct];
-    const PetscReal     steady = (PetscReal)MPMMessagePointBytes(&mpm->points, MPM_STEADY & ~MPM_BIT(cell));
-    PetscReal           t      = Seconds(&m->rate[e], s->points);
+  if (e == MPM_TIMER_MIGRATE)
+    return Migrates(s) *
+           (way->call + way->stage * Log2(s->processes) + way->point * s->points + way->process * s->processes);
+  if (e == MPM_TIMER_SETTLE && s->neighbours > 0) {
+    const PetscReal steady = (PetscReal)MPMMessagePointBytes(&mpm->points, MPM_STEADY & ~MPM_BIT(cell));
 
-    if (s->neighbours > 0) t += 2 * ahead + s->halo * (m->halo + steady * byte) + s->points * m->merge;
-    return t + Migrates(s) *
-                   (way->call + way->stage * Log2(s->processes) + way->point * s->points + way->process * s->processes);
+    return m->rate[e].call + 2 * ahead + s->halo * (m->halo + steady * byte) + s->points * m->merge;
   }
-  if (e == MPM_TIMER_FORCES || e == MPM_TIMER_OTHER) return Seconds(&m->rate[e], s->points);
+  if (e >= MPM_TIMER_FORCES) return Seconds(&m->rate[e], s->points);
   if (!Times(mpm, e)) return 0;
   switch (mpm->phases[e].kind) {
   case MPM_POINTS_TO_NODES:
@@ -197,10 +197,10 @@ static void SetRough(MPM mpm)
 
     r->size[0] = r->size[1] = 1;
     if (e == MPM_TIMER_FORCES && !mpm->scene.forced) continue;
-    if (e < MPM_TIMER_FORCES && !times) continue;
+    if ((e < MPM_TIMER_FORCES && !times) || e == MPM_TIMER_MIGRATE) continue;
     r->call = times * CALL;
-    if (e == MPM_TIMER_SETTLE || e == MPM_TIMER_FORCES)
-      r->each[0] = e == MPM_TIMER_SETTLE ? SETTLE : 100e-9; /* an expression a point */
+    if (e == MPM_TIMER_SORT || e == MPM_TIMER_FORCES)
+      r->each[0] = e == MPM_TIMER_SORT ? SORT : 100e-9; /* an expression a point */
     else if (e < MPM_TIMER_FORCES)
       r->each[0] = times * (phase->kind == MPM_NODES
                                 ? NODE

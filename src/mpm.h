@@ -282,7 +282,7 @@ typedef struct {
   PetscInt   dim, n, capacity;        /* n: points here; capacity: of the scratch and of order */
   PetscInt64 total;                   /* points of the whole scene */
   PetscInt64 ids;                     /* the sum of the hashes of their ids */
-  PetscInt   since_reorder;           /* sorts since the storage was last put in order */
+  PetscReal  scattered;               /* points that came to another cell since the storage was put in order */
   void      *scratch[MPM_NUM_FIELDS]; /* arrays of the scratch fields */
   PetscBool  present[MPM_NUM_FIELDS]; /* does the scene have the field? */
   PetscInt   bytes[MPM_NUM_FIELDS];   /* of a point */
@@ -290,6 +290,7 @@ typedef struct {
   PetscInt  *spare;                   /* [n] the next order is made here */
   PetscInt  *comers;                  /* [cells] points that come to a cell; all 0 between uses */
   PetscInt  *movers, nmovers;         /* places in order of points that changed cell since; -1: not known */
+  PetscInt   nkept; /* points below this one are where order has them, but those that changed cell or left */
   PetscInt   nstart;
 } MPMPoints;
 
@@ -299,6 +300,7 @@ PetscErrorCode MPMPointsSetSize(MPMPoints *, PetscInt n);
 PetscErrorCode MPMPointsResize(MPMPoints *);
 PetscErrorCode MPMPointsGetView(MPMPoints *, PetscInt fields, MPMView *);
 PetscErrorCode MPMPointsRestoreView(MPMPoints *, PetscInt fields, MPMView *);
+PetscErrorCode MPMPointsLeavers(MPMPoints *, PetscInt *n, PetscInt **which);
 PetscErrorCode MPMPointsSort(MPMPoints *, const MPMPatch *);
 PetscErrorCode MPMPointsLocate(MPMPoints *, const MPMPatch *, const MPMKind *);
 PetscErrorCode MPMPointsFingerprint(MPMPoints *, PetscInt64 *ids);
@@ -529,8 +531,15 @@ PetscErrorCode MPMForcesDestroy(MPMScene *);
 #define MPM_MAX_PHASES (8 + 3 * MPM_MAX_ORDER)
 
 /* What is timed of a step: the phases by their rows in step.c, then the rest. */
-#define MPM_MAX_TIMERS 20
-enum { MPM_TIMER_FORCES = MPM_MAX_TIMERS - 4, MPM_TIMER_SETTLE, MPM_TIMER_REDUCE, MPM_TIMER_OTHER };
+#define MPM_MAX_TIMERS 22
+enum {
+  MPM_TIMER_FORCES = MPM_MAX_TIMERS - 6,
+  MPM_TIMER_REDUCE,
+  MPM_TIMER_MIGRATE,
+  MPM_TIMER_SORT,
+  MPM_TIMER_SETTLE,
+  MPM_TIMER_OTHER
+};
 typedef struct {
   const char     *name, *what;
   PetscBool       keeps_increment; /* x is read again after the motion: dx waits for the commit */
@@ -542,6 +551,12 @@ extern const MPMIntegrator *const MPMIntegrators[]; /* usf usl musl, ends with N
 PetscErrorCode MPMStepSetUp(MPM); /* mpm->phases */
 PetscErrorCode MPMPhaseBegin(MPM, const MPMPhase *);
 PetscErrorCode MPMPhaseEnd(MPM, const MPMPhase *, PetscInt npoints);
+
+/* Parts of settling that -log_view and the table of phases show beside it: MPM_TIMER_MIGRATE and _SORT. Not collective.
+ */
+PetscErrorCode MPMSettlingBegin(MPM, PetscInt timer);
+PetscErrorCode MPMSettlingEnd(MPM, PetscInt timer);
+
 PetscErrorCode MPMStep(MPM);      /* t -> t + dt; collective on the exchange */
 PetscErrorCode MPMStepNodes(MPM); /* mass and velocity of the nodes for the state as it is, for output */
 PetscErrorCode MPMStepBound(MPM); /* v2 and c2 of the state as it is, into mpm->status */

@@ -5,8 +5,11 @@
    whatever the storage looks like. The storage itself is put in that order now and then, for the cache. */
 #include "cell.h"
 
-/* Sorts between two reorders of the storage: in between, sweeps read it through `order`, which drifts slowly. */
-#define MPM_REORDER_EVERY 50
+/* The storage is put in order after so many changes of cell for each point; in between, sweeps read it through `order`.
+   A sort that does not know its movers counts as if 4 % had moved: every 50 of them. (More often: 3-D gains up to 4 %
+   where points move 5 % of a cell a step, 2-D loses as much.) */
+#define MPM_SCATTERED   2
+#define MPM_MOVES_GUESS 0.04
 /* Room for points to come in the swarm, besides n/500. Small, since PETSc before 3.25 clears all of it at each removal;
    not smaller, since the swarm moves all fields to new memory when points come that find no room.                    */
 #define MPM_SWARM_BUFFER 64
@@ -88,12 +91,12 @@ PetscErrorCode MPMPointsCreate(MPM mpm, MPMPoints *points, MPI_Comm comm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes the swarm's size, after points came and went, and makes room for the scratch of so many. Not collective. */
+/* Takes the swarm's size, after points came and went, and makes room for the scratch of so many. Keeps order and
+   movers. Not collective. */
 PetscErrorCode MPMPointsResize(MPMPoints *points)
 {
   PetscFunctionBeginUser;
   PetscCall(DMSwarmGetLocalSize(points->swarm, &points->n));
-  points->nmovers = -1;
   if (points->n <= points->capacity) PetscFunctionReturn(PETSC_SUCCESS);
   points->capacity = points->n + points->n / 8 + MPM_SWARM_BUFFER;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
@@ -101,12 +104,10 @@ PetscErrorCode MPMPointsResize(MPMPoints *points)
     PetscCall(PetscFree(points->scratch[f]));
     PetscCall(PetscCalloc1(points->capacity * points->bytes[f], (char **)&points->scratch[f]));
   }
-  PetscCall(PetscFree(points->order));
+  PetscCall(PetscRealloc((size_t)(points->capacity + 1) * sizeof *points->order, &points->order));
+  PetscCall(PetscRealloc((size_t)points->capacity * sizeof *points->movers, &points->movers));
   PetscCall(PetscFree(points->spare));
-  PetscCall(PetscFree(points->movers));
-  PetscCall(PetscMalloc1(points->capacity + 1, &points->order));
   PetscCall(PetscMalloc1(points->capacity + 1, &points->spare));
-  PetscCall(PetscMalloc1(points->capacity, &points->movers));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -155,27 +156,59 @@ PetscErrorCode MPMPointsRestoreView(MPMPoints *points, PetscInt fields, MPMView 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Puts the storage into the order of `order`, which becomes the identity. */
+/* Copies a point to another place in all arrays, or from or to `row`, which is place -1. */
+static void CopyPoint(const MPMPoints *points, char *const at[], PetscReal (*row)[9], PetscInt from, PetscInt to)
+{
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    const PetscInt b = points->bytes[f];
+
+    if (at[f]) memcpy(to < 0 ? (char *)row[f] : at[f] + to * b, from < 0 ? (char *)row[f] : at[f] + from * b, (size_t)b);
+  }
+}
+
+static void PrefetchPoint(const MPMPoints *points, char *const at[], PetscInt p)
+{
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
+    for (PetscInt b = 0; at[f] && b < points->bytes[f]; b += MPM_LINE)
+      __builtin_prefetch(at[f] + p * points->bytes[f] + b);
+}
+
+/* Puts the storage into the order of `order`, which becomes the identity. Cycle by cycle, in place: a copy of the
+   largest field would be up to half of the memory of the points. */
 static PetscErrorCode Reorder(MPMPoints *points)
 {
-  char *copy;
+  PetscInt *order = points->order;
+  PetscReal row[MPM_NUM_FIELDS][9];
+  char     *at[MPM_NUM_FIELDS];
 
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc(points->n * 9 * sizeof(PetscReal), &copy));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    const PetscInt b  = points->bytes[f];
-    void          *at = points->scratch[f];
-
-    if (!points->present[f]) continue;
-    if (MPMFields[f].home != MPM_SCRATCH) PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, &at));
-    for (PetscInt q = 0; q < points->n; q++) memcpy(copy + q * b, (char *)at + points->order[q] * b, b);
-    memcpy(at, copy, points->n * b);
-    if (MPMFields[f].home != MPM_SCRATCH)
-      PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, &at));
+    at[f] = (char *)points->scratch[f];
+    if (points->present[f] && MPMFields[f].home != MPM_SCRATCH)
+      PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&at[f]));
   }
-  for (PetscInt q = 0; q < points->n; q++) points->order[q] = q;
-  points->since_reorder = 0;
-  PetscCall(PetscFree(copy));
+  for (PetscInt q = 0; q < points->n; q++) {
+    PetscInt hole = q, ahead = q;
+
+    if (order[q] == q) continue;
+    for (PetscInt k = 0; k < 8; k++) ahead = order[ahead];
+    CopyPoint(points, at, row, q, -1);
+    while (order[hole] != q) {
+      const PetscInt from = order[hole];
+
+      ahead = order[ahead];
+      PrefetchPoint(points, at, ahead);
+      CopyPoint(points, at, row, from, hole);
+      order[hole] = hole;
+      hole        = from;
+    }
+    CopyPoint(points, at, row, -1, hole);
+    order[hole] = hole;
+  }
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
+    if (points->present[f] && MPMFields[f].home != MPM_SCRATCH)
+      PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&at[f]));
+  points->scattered = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -197,32 +230,36 @@ static void SortByCell(const MPMView *view, PetscInt ncells, PetscInt *start, Pe
     }
 }
 
-/* The same from the order before and the places in it of the points that changed cell: the others keep their turns, so
-   cells are copied without them and leave room for comers, which then find their place by id. */
+/* The same from the order before and the places in it of the points that changed cell or left: the others keep their
+   turns, so cells are copied without them and leave room for comers, which then find their place by id. After a
+   migration other points are where leavers were and from nkept on: they are comers too. */
 static void MergeMovers(const MPMView *view, PetscInt ncells, MPMPoints *points)
 {
-  PetscInt *order = points->order, *start = points->start, *to = points->spare, *comers = points->comers, at = 0;
+  PetscInt *order = points->order, *start = points->start, *to = points->spare, *comers = points->comers;
+  PetscInt *come = points->movers, ncome = 0, at = 0;
+  const PetscInt nkept = points->nkept;
 
   for (PetscInt m = 0; m < points->nmovers; m++) {
-    const PetscInt q = points->movers[m];
+    const PetscInt p = order[points->movers[m]];
 
-    comers[view->cell[order[q]]]++;
-    points->movers[m] = order[q];
-    order[q]          = -1;
+    order[points->movers[m]] = nkept;
+    if (p < nkept) come[ncome++] = p;
   }
+  for (PetscInt p = nkept; p < view->n; p++) come[ncome++] = p;
+  for (PetscInt m = 0; m < ncome; m++) comers[view->cell[come[m]]]++;
   for (PetscInt c = 0, q = 0; c < ncells; c++) {
     const PetscInt end = start[c + 1];
 
     start[c] = at;
     for (; q < end; q++) {
       to[at] = order[q];
-      at += order[q] >= 0;
+      at += order[q] < nkept;
     }
     at += comers[c];
   }
   start[ncells] = at;
-  for (PetscInt m = 0; m < points->nmovers; m++) {
-    const PetscInt p = points->movers[m], c = view->cell[p];
+  for (PetscInt m = 0; m < ncome; m++) {
+    const PetscInt p = come[m], c = view->cell[p];
     PetscInt       r = start[c + 1] - comers[c]--;
 
     for (; r > start[c] && view->id[to[r - 1]] > view->id[p]; r--) to[r] = to[r - 1];
@@ -230,6 +267,30 @@ static void MergeMovers(const MPMView *view, PetscInt ncells, MPMPoints *points)
   }
   points->spare = order;
   points->order = to;
+}
+
+/* Lists the points that left the patch, ascending: which [n], allocated here. Not collective. */
+PetscErrorCode MPMPointsLeavers(MPMPoints *points, PetscInt *n, PetscInt **which)
+{
+  const PetscInt candidates = points->nmovers < 0 ? points->n : points->nmovers;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPointsGetView(points, MPM_BIT(cell), &view));
+  for (PetscInt pass = 0; pass < 2; pass++) {
+    *n = 0;
+    for (PetscInt m = 0; m < candidates; m++) {
+      const PetscInt p = points->nmovers < 0 ? m : points->order[points->movers[m]];
+
+      if (view.cell[p] >= 0) continue;
+      if (pass) (*which)[*n] = p;
+      ++*n;
+    }
+    if (!pass) PetscCall(PetscMalloc1(*n, which));
+  }
+  PetscCall(MPMPointsRestoreView(points, MPM_BIT(cell), &view));
+  PetscCall(PetscSortInt(*n, *which));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Orders the points, whose `cell` is known, for the patch: sets order and start. Not collective. */
@@ -247,13 +308,15 @@ PetscErrorCode MPMPointsSort(MPMPoints *points, const MPMPatch *patch)
     points->nmovers = -1;
   }
   PetscCall(MPMPointsGetView(points, fields, &view));
+  points->scattered += points->nmovers < 0 ? MPM_MOVES_GUESS * (PetscReal)points->n : (PetscReal)points->nmovers;
   if (points->nmovers < 0)
     SortByCell(&view, ncells, points->start, points->order);
   else
     MergeMovers(&view, ncells, points);
   points->nmovers = -1;
+  points->nkept   = points->n;
   PetscCall(MPMPointsRestoreView(points, fields, &view));
-  if (++points->since_reorder >= MPM_REORDER_EVERY) PetscCall(Reorder(points));
+  if (points->scattered >= MPM_SCATTERED * (PetscReal)points->n) PetscCall(Reorder(points));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -275,8 +338,8 @@ PetscErrorCode MPMPointsLocate(MPMPoints *points, const MPMPatch *patch, const M
                (double)(d > 1 ? view.x[p * d + 1] : 0), (double)(d > 2 ? view.x[p * d + 2] : 0));
   }
   PetscCall(MPMPointsRestoreView(points, fields, &view));
-  points->since_reorder = MPM_REORDER_EVERY;
-  points->nmovers       = -1;
+  points->scattered = PETSC_MAX_REAL;
+  points->nmovers   = -1;
   PetscCall(MPMPointsSort(points, patch));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
