@@ -1,0 +1,105 @@
+#!/usr/bin/env python3
+"""The performance model: what a calibration writes is what a run predicts by, files that do not fit are not used, and
+neither the model nor the measurement of the critical path changes a bit of the results. No time is judged here.
+
+usage: test_model.py PEBBLE SOURCE MPIEXEC
+"""
+import math
+import os
+import re
+import subprocess
+import sys
+
+pebble, source, mpiexec = sys.argv[1:4]
+scene = ["-options_file", f"{source}/options/disks.opts", "-grid_cells", "64,64", "-time_max_steps", "60"]
+faults = []
+
+
+def check(what, ok, detail=""):
+    if not ok:
+        faults.append(what)
+    print(f"{'ok  ' if ok else 'FAIL'} {what} {detail}")
+
+
+def run(*options, n=1, status=0):
+    command = ([mpiexec, "-n", str(n)] if n > 1 else []) + [pebble] + scene + list(options)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    if done.returncode != status:
+        print(done.stdout, done.stderr)
+        sys.exit(f"{' '.join(command)}: exit {done.returncode}, expected {status}")
+    return done.stdout + done.stderr
+
+
+def predictions(text):
+    """{phase: predicted s/step} of the final table."""
+    rows = re.findall(r"^  (\S+) +[\d.]+ +[\d.]+ +[\d.]+ +\S+ +([\d.e+-]+) +[\d.]+$", text, re.M)
+    return {name: float(value) for name, value in rows}
+
+
+def digest(text):
+    return re.search(r"^digest (\w+)", text, re.M).group(1)
+
+
+plain = run()
+check("without a calibration the model says that it is rough", "constants rough" in plain)
+check("every phase of usf is predicted", {"P2G_MASS", "P2G_FORCE", "VELOCITY", "ADVANCE", "G2P_MOTION", "G2P_STRESS",
+                                          "SORT", "REDUCE", "all"} <= set(predictions(plain)))
+
+# ---- A calibration, and a run by it
+calibrated = run("-model_calibrate", n=2)
+check("the calibration names its file", "output/disks.model" in calibrated and os.path.exists("output/disks.model"))
+check("a calibration runs no scene", "digest" not in calibrated)
+constants = {}
+for line in open("output/disks.model"):
+    rate = re.match(r"rate \d+ (\S+) (\S+) (\S+) (\S+) (\S+) # (\w+)", line)
+    if rate:
+        constants[rate.group(6)] = [float(v) for v in rate.groups()[:5]]
+numbers = dict(re.findall(r"^([a-z]\S*) ([\d.e+-]+)$", open("output/disks.model").read(), re.M))
+check("all kinds of constants are there", {"message", "wire", "copy", "reduction", "halo", "merge", "chunk", "farm",
+                                           "migration[0].call", "migration[1].call"} <= set(numbers))
+check("no constant is negative or not finite",
+      all(0 <= v < math.inf for rate in constants.values() for v in rate) and
+      all(0 <= float(v) < 1 for v in numbers.values()))
+fitted = run()
+check("the run says where its constants are from", "constants calibrated on 2 processes" in fitted)
+points = int(re.search(r"(\d+) particles", fitted).group(1))
+for phase in ("G2P_MOTION", "G2P_STRESS"):
+    call, n0, each0, n1, each1 = constants[phase]
+    part = min(1, max(0, math.log(points / n0) / math.log(n1 / n0)))
+    expected = call + points * (each0 + part * (each1 - each0))
+    shown = predictions(fitted)[phase]
+    check(f"{phase} is predicted by the formula", abs(shown - expected) < 0.01 * expected, f"{shown:g} {expected:g}")
+check("the sum of the phases is the prediction of the step",
+      abs(predictions(fitted)["all"] - sum(v for k, v in predictions(fitted).items() if k != "all"))
+      < 0.01 * predictions(fitted)["all"])
+
+# ---- Files that do not fit, or are not there
+other = run("-method_update", "usl")
+check("a file of another method is not used, and the run says so", "of another method" in other and
+      "constants rough" in other)
+check("a file that is not there is refused", "-model_file" in run("-model_file", "nowhere.model", status=2))
+
+# ---- Same bits with everything
+for n, strategy in ((1, "spatial"), (3, "spatial"), (3, "pool")):
+    text = run("-parallel_strategy", strategy, "-report_path", n=n)
+    rows = re.findall(r"^  (\S+) {10,}(\S+) +(\S+) +(\S+)", text.split("\npath")[1], re.M)
+    check(f"{strategy} on {n}: same digest", digest(text) == digest(plain))
+    check(f"{strategy} on {n}: the slowest work is no less than the mean, and on one process the same",
+          rows and all(float(slowest) >= 0.999 * float(mean) and (n > 1 or slowest == mean)
+                       for _, mean, slowest, _ in rows))
+    check(f"{strategy} on {n}: the phases are there", {"P2G_MASS", "G2P_STRESS", "all"} <= {row[0] for row in rows})
+
+# ---- The table of a dry run
+dry = run("-dry_run", "-parallel_migrate", "direct")
+table = [line.split() for line in dry.splitlines() if re.match(r"^ +\d+ +[\d.e+-]+ +[\d.]+ ", line)]
+check("a dry run predicts 1, 2, 4, ... processes", [int(row[0]) for row in table][:5] == [1, 2, 4, 8, 16])
+for row in table:
+    check(f"{row[0]}: speed-up, efficiency and imbalance agree",
+          abs(float(row[2]) / int(row[0]) - float(row[3])) < 0.01 and
+          float(row[2]) <= 1.05 * int(row[0]) / float(row[4]) * 1.3)
+for n in (2, 4):
+    shown = re.search(r"max/mean ([\d.]+)", run("-dry_run", n=n)).group(1)
+    check(f"the imbalance predicted for {n} is that on {n}", float(table[int(math.log2(n))][4]) == float(shown))
+check("it names the pool's bound and its best patches", re.search(r"exceeds a speed-up of [\d.]+; best patches", dry))
+
+sys.exit(f"{len(faults)} failed" if faults else 0)
