@@ -118,6 +118,7 @@ static PetscErrorCode SetSize(MPM scene, PetscReal coarser, PetscInt nsteps)
   PetscCall(PetscOptionsClearValue(NULL, "-output_every"));
   PetscCall(PetscOptionsClearValue(NULL, "-output_fields"));
   PetscCall(PetscOptionsClearValue(NULL, "-model_calibrate"));
+  PetscCall(PetscOptionsClearValue(NULL, "-model_file")); /* it need not exist yet */
   PetscCall(Set("-time_max_steps", "%.0f", (double)nsteps));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
