@@ -321,6 +321,7 @@ typedef struct {
 extern const MPMFieldInfo MPMFields[MPM_NUM_FIELDS];
 PetscInt                  MPMFieldComponents(PetscInt field, PetscInt dim);
 PetscInt                  MPMPointsBytes(const MPMPoints *, MPMHome most);
+PetscInt                  MPMPointsMemory(const MPMPoints *);
 
 /* How the grid is cut into boxes of nodes, one a process: p[d] parts on axis d, of l[d][...] nodes each. */
 typedef struct {

@@ -42,6 +42,13 @@ PetscInt MPMPointsBytes(const MPMPoints *points, MPMHome most)
   return bytes;
 }
 
+/* Bytes of memory that a point takes here: its fields, those that every swarm has (number and process), and the orders
+   of now and of before. */
+PetscInt MPMPointsMemory(const MPMPoints *points)
+{
+  return MPMPointsBytes(points, MPM_SCRATCH) + (PetscInt)(sizeof(PetscInt64) + 3 * sizeof(PetscInt));
+}
+
 /* Does a material of the scene list this field in its state? */
 static PetscBool Keeps(const MPMScene *scene, PetscInt bit)
 {
