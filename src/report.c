@@ -41,7 +41,7 @@ static PetscErrorCode PrintScene(MPM mpm)
 static PetscErrorCode PrintFields(MPM mpm)
 {
   const PetscInt bytes = MPMPointsMemory(&mpm->points), dim = mpm->grid.dim;
-  const PetscInt node  = (MPM_SUM_NC(dim) + MPM_VEL_NC(dim)) * (PetscInt)sizeof(PetscReal) +
+  const PetscInt node = (MPM_SUM_NC(dim) + MPM_VEL_NC(dim)) * (PetscInt)sizeof(PetscReal) +
                         2 * (PetscInt)sizeof(PetscInt); /* where the points of a cell begin, and how many come */
   PetscReal nodes = 1;
 
