@@ -179,8 +179,8 @@ static PetscErrorCode Recut(MPM mpm)
       view.cell[p] = MPMOwnCell((int)dim, mpm->basis, &ex->patch, view.x + p * dim,
                                 MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), base);
     }
-    mpm->status.left = mpm->status.moved = 1; /* on every process: all migrate and sort */
-    mpm->points.nmovers = -1;                 /* all have other cells */
+    mpm->status.left = mpm->status.moved = 1;  /* on every process: all migrate and sort */
+    mpm->points.nmovers                  = -1; /* all have other cells */
     ex->recuts++;
   } else
     PetscCall(MPMPartitionDestroy(&part));

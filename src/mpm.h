@@ -321,6 +321,7 @@ typedef struct {
 extern const MPMFieldInfo MPMFields[MPM_NUM_FIELDS];
 PetscInt                  MPMFieldComponents(PetscInt field, PetscInt dim);
 PetscInt                  MPMPointsBytes(const MPMPoints *, MPMHome most);
+PetscInt                  MPMPointsMemory(const MPMPoints *);
 
 /* What a process has in a step, as the model (model.c) counts it. */
 typedef struct {
