@@ -31,9 +31,11 @@ PKG_CONFIG ?= pkg-config
 ask        = $(shell $(PKG_CONFIG) $1 2>/dev/null)
 first      = $(firstword $(foreach m,$1,$(if $(call ask,--modversion $m),$m)))
 petsc.pc  := $(if $(PETSC_DIR),$(PETSC_DIR)/$(PETSC_ARCH)/lib/pkgconfig/petsc.pc,$(call first,petsc PETSc))
-# A PETSc that was built with an HDF5 of its own must get that one, not the system's.
+# A PETSc that was built with an HDF5 of its own must get that one, not the system's; one without HDF5 gets none.
+petscconf := $(wildcard $(patsubst -I%,%/petscconf.h,$(call ask,--cflags-only-I $(petsc.pc))))
+hdf5      := $(if $(petscconf),$(shell grep -s 'define PETSC_HAVE_HDF5 ' $(petscconf)),perhaps)
 hdf5.own  := $(wildcard $(call ask,--variable=libdir $(petsc.pc))/libhdf5.so)
-hdf5.pc   := $(if $(hdf5.own),,$(call first,hdf5-openmpi hdf5-mpich hdf5))
+hdf5.pc   := $(if $(hdf5),$(if $(hdf5.own),,$(call first,hdf5-openmpi hdf5-mpich hdf5)))
 modules   := $(petsc.pc) $(hdf5.pc) muparser
 comma     := ,
 # -isystem: warnings are for our code. rpath: a PETSc outside the system is found at run time too.

@@ -149,7 +149,7 @@ void MPMWallsDerive(const MPMFace (*faces)[2], MPMFace (*before)[2], MPMFace (*g
 
 /* A shape in space; dim coordinates of each member count. */
 typedef enum {
-#define MPM_REGION(name, parameters, what) MPM_REGION_##name,
+#define MPM_REGION(name, solid, parameters, what) MPM_REGION_##name,
 #include "region.def"
 #undef MPM_REGION
   MPM_NUM_REGIONS
@@ -160,6 +160,7 @@ typedef struct {
 } MPMRegion;
 
 PetscBool MPMRegionInside(const MPMRegion *, PetscInt dim, const PetscReal x[]);
+PetscBool MPMRegionSolid(const MPMRegion *); /* as region.def says */
 void      MPMRegionBounds(const MPMRegion *, PetscInt dim, PetscReal lower[], PetscReal upper[]);
 
 /* The background grid: node ijk lies at lower + ijk*h, 0 <= ijk <= cells. On an axis with walls, `layers` more nodes
@@ -338,7 +339,7 @@ typedef struct {
 } MPMHistogram;
 
 PetscErrorCode MPMHistogramCreate(const MPMGrid *, MPMBasis, MPMHistogram *);
-void           MPMHistogramAdd(MPMHistogram *, const PetscInt base[]); /* before Finish */
+void           MPMHistogramAdd(MPMHistogram *, const PetscInt base[], PetscInt64 points); /* before Finish */
 PetscErrorCode MPMHistogramFinish(MPMHistogram *, MPI_Comm);           /* MPI_COMM_SELF: every process has added all */
 PetscErrorCode MPMHistogramDestroy(MPMHistogram *);
 PetscErrorCode MPMPartitionChoose(const MPMHistogram *, PetscMPIInt size, MPMBalance, MPMPartition *);
@@ -419,6 +420,7 @@ PetscErrorCode MPMOptionsCreate(MPMOptions *);
 PetscErrorCode MPMOptionsDestroy(MPMOptions *);
 const char    *MPMOptionsError(MPMOptions); /* NULL if there was none */
 void           MPMOptionsFail(MPMOptions, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
+PetscErrorCode MPMOptionsShare(MPMOptions, MPI_Comm); /* a fault that any process has noted becomes that of all */
 PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*materials)[MPM_NAME_LEN], PetscInt nb,
                                  char (*bodies)[MPM_NAME_LEN], PetscInt nl, char (*loads)[MPM_NAME_LEN]);
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
@@ -499,6 +501,7 @@ PetscErrorCode MPMSceneDestroy(MPMScene *);
 
 PetscErrorCode MPMKnownSetFromOptions(MPM, MPMOptions);
 PetscErrorCode MPMKnownDestroy(MPMScene *);
+PetscBool      MPMKnownStarts(const MPMScene *);
 PetscBool      MPMKnownStart(const MPMScene *, PetscInt dim, const PetscReal X[], PetscReal x[], PetscReal v[],
                              PetscReal F[]);
 void           MPMKnownForce(const MPMScene *, PetscInt dim, const PetscReal X[], PetscReal t, PetscReal b[]);

@@ -53,13 +53,13 @@ static PetscInt64 *Entry(const MPMHistogram *h, PetscInt64 *table, PetscInt i, P
   return table + (k * (h->n[1] + 1) + j) * (h->n[0] + 1) + i;
 }
 
-/* Counts a point whose stencil starts at node `base` (from 0, layers included). */
-void MPMHistogramAdd(MPMHistogram *h, const PetscInt base[])
+/* Counts points whose stencils start at node `base` (from 0, layers included). */
+void MPMHistogramAdd(MPMHistogram *h, const PetscInt base[], PetscInt64 points)
 {
   PetscInt b[3] = {0};
 
   for (PetscInt d = 0; d < h->dim; d++) b[d] = base[d] / h->coarse;
-  (*Entry(h, h->table, b[0] + 1, b[1] + 1, b[2] + 1))++;
+  *Entry(h, h->table, b[0] + 1, b[1] + 1, b[2] + 1) += points;
 }
 
 /* Turns numbers in bins into the summed-area table. */
