@@ -27,7 +27,8 @@ MPM_INLINE PetscInt MPMCoordinate(MPMBasis basis, const MPMGrid *grid, int d, Pe
 MPM_INLINE void MPMCoordinates(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], const PetscReal l[],
                                PetscReal xi[], PetscInt base[])
 {
-  for (int d = 0; d < dim; d++) base[d] = MPMCoordinate(basis, grid, d, x[d], basis == MPM_BASIS_gimp ? l[d] : 0, &xi[d]);
+  for (int d = 0; d < dim; d++)
+    base[d] = MPMCoordinate(basis, grid, d, x[d], basis == MPM_BASIS_gimp ? l[d] : 0, &xi[d]);
 }
 
 /* The same for any x; false if it is outside of the grid or not finite. */

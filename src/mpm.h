@@ -340,7 +340,7 @@ typedef struct {
 
 PetscErrorCode MPMHistogramCreate(const MPMGrid *, MPMBasis, MPMHistogram *);
 void           MPMHistogramAdd(MPMHistogram *, const PetscInt base[], PetscInt64 points); /* before Finish */
-PetscErrorCode MPMHistogramFinish(MPMHistogram *, MPI_Comm);           /* MPI_COMM_SELF: every process has added all */
+PetscErrorCode MPMHistogramFinish(MPMHistogram *, MPI_Comm); /* MPI_COMM_SELF: every process has added all */
 PetscErrorCode MPMHistogramDestroy(MPMHistogram *);
 PetscErrorCode MPMPartitionChoose(const MPMHistogram *, PetscMPIInt size, MPMBalance, MPMPartition *);
 PetscReal      MPMPartitionCost(const MPMHistogram *, const MPMPartition *, PetscReal *imbalance);
@@ -653,6 +653,18 @@ PetscReal      MPMTimeStep(MPM); /* dt of the next step, s */
 PetscReal      MPMCourant(MPM, PetscReal dt);
 PetscReal      MPMViscousStep(MPM);  /* bound of dt by viscosity, s; infinite without */
 PetscInt       MPMInterrupted(void); /* did SIGINT or SIGTERM come? */
+
+/* For the simulator: the time that work takes, declared where it is done; elsewhere nothing. See simulate.c. */
+#if defined(MPM_SIMULATE)
+void MPMSimulateExecute(PetscReal seconds);
+void MPMSimulateWork(const char name[], PetscReal amount);
+#else
+MPM_INLINE void MPMSimulateWork(const char name[], PetscReal amount)
+{
+  (void)name;
+  (void)amount;
+}
+#endif
 
 /* Provenance, in version.c: version, commit, compiler and flags of this build. */
 extern const char MPMVersionGit[], MPMVersionCompiler[], MPMVersionFlags[];

@@ -76,10 +76,13 @@ static void Accumulate(const MPMHistogram *h, PetscInt64 *table)
 PetscErrorCode MPMHistogramFinish(MPMHistogram *h, MPI_Comm comm)
 {
   const PetscInt *n = h->n;
+  PetscMPIInt     size;
 
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, h->table, (PetscMPIInt)((n[0] + 1) * (n[1] + 1) * (n[2] + 1)), MPIU_INT64,
-                             MPI_SUM, comm));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  if (size > 1)
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, h->table, (PetscMPIInt)((n[0] + 1) * (n[1] + 1) * (n[2] + 1)), MPIU_INT64,
+                               MPI_SUM, comm));
   for (PetscInt i = 0; i < (n[0] + 1) * (n[1] + 1) * (n[2] + 1); i++) h->occupied[i] = h->table[i] > 0;
   Accumulate(h, h->table);
   Accumulate(h, h->occupied);

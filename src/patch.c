@@ -121,5 +121,8 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMS
     if (phase->kind == MPM_POINTS_TO_NODES) MPMPatchZeroSums(patch, phase->parts);
     run(&mpm->params, patch, phase->parts, status);
   }
+  MPMSimulateWork(phase->name, phase->kind == MPM_NODES             ? mpm->points.n
+                               : phase->kind == MPM_NODES_TO_POINTS ? patch->points.n
+                                                                    : patch->norder);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -251,6 +251,7 @@ PetscErrorCode MPMPointsSort(MPMPoints *points, const MPMPatch *patch)
     SortByCell(&view, ncells, points->start, points->order);
   else
     MergeMovers(&view, ncells, points);
+  MPMSimulateWork(points->nmovers < 0 ? "SORT" : "SETTLE", view.n);
   points->nmovers = -1;
   PetscCall(MPMPointsRestoreView(points, fields, &view));
   if (++points->since_reorder >= MPM_REORDER_EVERY) PetscCall(Reorder(points));

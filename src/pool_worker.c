@@ -176,12 +176,15 @@ PetscErrorCode MPMPoolServe(MPM mpm, MPI_Comm comm)
     mpm->params.dt = order.dt;
     PetscCall(MPMPhaseBegin(mpm, phase));
     PetscCall(Unpack(mpm, phase, &order, desk.in + sizeof order, &desk));
+    MPMSimulateWork("UNPACK", (PetscReal)len);
     MPMStatusReset(&status);
     PetscCall(MPMPatchRun(mpm, &desk.patch, phase, &status));
     if (phase->points_out & MPM_BIT(cell)) RenumberCells(mpm, &order, &desk.patch);
     PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
     PetscCall(MPMMessageRoom(&desk.out, &desk.out_capacity, MPMPoolAnswerBytes(mpm, phase, order.own_n, order.n)));
     len = (PetscMPIInt)(PackAnswer(mpm, phase, &status, &desk, desk.out) - desk.out);
+    MPMSimulateWork("CHUNK", 1);
+    MPMSimulateWork("ANSWER", (PetscReal)len);
     PetscCallMPI(MPI_Isend(desk.out, len, MPI_BYTE, 0, MPM_TAG_DONE, comm, &answer));
     PetscCall(MPMPhaseEnd(mpm, phase, order.n));
   }

@@ -354,7 +354,8 @@ static PetscErrorCode SetPoint(MPM mpm, const MPMBody *b, PetscInt64 id, const P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The places of a body's lattice, lo .. hi on each axis, where points of this process's patch can be: exact tests follow.
+/* The places of a body's lattice, lo .. hi on each axis, where points of this process's patch can be: exact tests
+ * follow.
  */
 static void OwnPlaces(MPM mpm, const Walk *w, PetscInt64 lo[3], PetscInt64 hi[3])
 {
@@ -363,7 +364,8 @@ static void OwnPlaces(MPM mpm, const Walk *w, PetscInt64 lo[3], PetscInt64 hi[3]
   const MPMBody  *b     = w->body;
 
   for (PetscInt d = 0; d < w->dim; d++) {
-    const PetscReal below = patch->own_lo[d] - 1, above = patch->own_lo[d] + patch->own_n[d] + MPMBasisNodes(mpm->basis);
+    const PetscReal below = patch->own_lo[d] - 1,
+                    above = patch->own_lo[d] + patch->own_n[d] + MPMBasisNodes(mpm->basis);
 
     lo[d] = w->first[d];
     hi[d] = w->last[d];
@@ -376,9 +378,9 @@ static void OwnPlaces(MPM mpm, const Walk *w, PetscInt64 lo[3], PetscInt64 hi[3]
 /* Makes the points of this process's patch, undeformed (F = I), with their start velocities. Not collective. */
 PetscErrorCode MPMSceneAddPoints(MPM mpm)
 {
-  MPMScene       *scene  = &mpm->scene;
-  const MPMPatch *patch  = &mpm->exchange.patch;
-  const PetscInt  dim    = mpm->grid.dim, axis = dim - 1;
+  MPMScene       *scene = &mpm->scene;
+  const MPMPatch *patch = &mpm->exchange.patch;
+  const PetscInt  dim = mpm->grid.dim, axis = dim - 1;
   const PetscInt  fields = -1;
   MPMView         view;
 
