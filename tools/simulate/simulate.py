@@ -15,6 +15,7 @@ one of two ways:
     simulate.py --only weak    one of costs strong weak large validate
 """
 import argparse
+import concurrent.futures
 import csv
 import functools
 import math
@@ -23,6 +24,7 @@ import re
 import subprocess
 import sys
 import time
+import typing
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -188,9 +190,15 @@ def real(args, path, ranks=1, strategy="spatial", migrate="direct", copies=1):
     return [finish(p) for p in [start(command) for _ in range(copies)]]
 
 
-def simulated(args, path, ranks, mode, strategy, migrate, platform, costs):
-    hosts = WORK / f"hosts-{ranks}"  # must name no more than there are in use
-    hosts.write_text("".join(f"n{k}\n" for k in range(ranks)))
+@functools.cache
+def hosts(ranks):
+    """The file that says where processes run: it must name no more nodes than are used."""
+    path = WORK / f"hosts-{ranks}"
+    path.write_text("".join(f"n{k}\n" for k in range(ranks)))
+    return path
+
+
+def simulated(args, path, hosts, ranks, mode, strategy, migrate, platform, costs):
     settings = SETTINGS + NETWORK[platform] + (["smpi/simulate-computation:no"] if mode == "injected" else [])
     # smpirun passes arguments through a shell's eyes, so all that has blanks or quotes stands in the file.
     command = ["nice", "-n", "19"] if mode == "injected" else []
@@ -255,30 +263,51 @@ def write(path, rows):
         out.writerows(rows)
 
 
+class Run(typing.NamedTuple):
+    """A row of a plan."""
+    scene: str
+    size: object
+    steps: int
+    strategy: str
+    migrate: str
+    mode: str
+    platform: str
+    ranks: int
+
+
 def table(args, path, plan, costs):
-    """Runs a plan: rows (scene, size, steps, strategy, migrate, mode, platform, ranks). The first run of a curve is its
-    base: seconds a step times processes a particle there, over those of the row, is the efficiency."""
-    rows, base, wrong = [], {}, 0
-    for name, size, steps, strategy, migrate, mode, platform, ranks in plan:
-        scene = write_scene(name, size, steps)
-        label = f"  {name:9} {strategy:8} {migrate:7} {mode:9} {platform:8} {ranks:5}"
+    """Makes the runs of a plan and writes their table. The first run of a scene, mode and platform is the base of the
+    others' efficiency: its time a particle, over theirs times processes."""
+    plan, rows, base, wrong = list(plan), [], {}, 0
+    started = []
+    executor = concurrent.futures.ThreadPoolExecutor(os.cpu_count())
+    for run in plan:  # injected runs may share the machine; emulated ones wait until they are alone
+        call = functools.partial(simulated, args, write_scene(run.scene, run.size, run.steps), hosts(run.ranks), run.ranks,
+                                 run.mode, run.strategy, run.migrate, run.platform, costs[run.scene])
+        started.append(executor.submit(call).result if run.mode == "injected" else call)
+    for run, result in zip(plan, started):
+        if run.mode == "emulated":
+            executor.shutdown()
+        label = f"  {run.scene:9} {run.strategy:8} {run.migrate:7} {run.mode:9} {run.platform:8} {run.ranks:5}"
         try:
-            r = simulated(args, scene, ranks, mode, strategy, migrate, platform, costs[name])
+            r = result()
         except RuntimeError as fault:
             print(f"{label}  failed: {str(fault).strip().splitlines()[-1][:150]}", flush=True)
             wrong += 1
             continue
-        work = r["seconds"] * ranks / r["particles"]
-        efficiency = base.setdefault((name, mode, platform), work) / work
-        same = r["digest"] == true_digest(args.pebble, scene)
+        work = r["seconds"] * run.ranks / r["particles"]
+        efficiency = base.setdefault((run.scene, run.mode, run.platform), work) / work
+        same = r["digest"] == true_digest(args.pebble, write_scene(run.scene, run.size, run.steps))
         wrong += not same
-        rows.append({"scene": name, "strategy": strategy, "migrate": migrate, "mode": mode, "platform": platform, "ranks": ranks,
-                     "particles": r["particles"], "steps": r["steps"], "seconds_per_step": f"{r['seconds']:.9g}",
-                     "efficiency": f"{efficiency:.4f}", "imbalance": f"{r['imbalance']:.3f}", "cut": r["cut"],
-                     "digest": r["digest"], "same_as_real": "yes" if same else "no"})
+        rows.append({"scene": run.scene, "strategy": run.strategy, "migrate": run.migrate, "mode": run.mode,
+                     "platform": run.platform, "ranks": run.ranks, "particles": r["particles"], "steps": r["steps"],
+                     "seconds_per_step": f"{r['seconds']:.9g}", "efficiency": f"{efficiency:.4f}",
+                     "imbalance": f"{r['imbalance']:.3f}", "cut": r["cut"], "digest": r["digest"],
+                     "same_as_real": "yes" if same else "no"})
         print(f"{label}  {1e6 * r['seconds']:10.1f} us/step  efficiency {efficiency:.3f}  max/mean {r['imbalance']:.3f}  "
               f"{'same bits' if same else 'OTHER BITS'}  ({r['wall']:.1f} s)", flush=True)
         write(path, rows)
+    executor.shutdown()
     return wrong
 
 
@@ -292,7 +321,7 @@ def curves(ranks, scenes, size, steps):
                 for p in ranks:
                     if p > 1 or (strategy, migrate) == ("spatial", "direct"):
                         # The pool's many messages take the simulator long, and its steps are all alike.
-                        yield name, size(name, p), steps if strategy == "spatial" else steps // 4, strategy, migrate, mode, "cluster", p
+                        yield Run(name, size(name, p), steps if strategy == "spatial" else steps // 4, strategy, migrate, mode, "cluster", p)
 
 
 def strong():
@@ -308,15 +337,15 @@ def large(ranks):
     for platform in ("cluster", "fattree"):
         for name in WEAK:
             for p in (1, *ranks):
-                yield name, weak_size(name, p), 20, "spatial", "direct", "injected", platform, p
+                yield Run(name, weak_size(name, p), 20, "spatial", "direct", "injected", platform, p)
     for p in ranks:
-        yield "box2d", weak_size("box2d", p), 20, "spatial", "swarm", "injected", "cluster", p
+        yield Run("box2d", weak_size("box2d", p), 20, "spatial", "swarm", "injected", "cluster", p)
 
 
 def large_strong(ranks):
     for name, size in (("box2d", (512, 512)), ("disks", 1024)):
         for p in (1, *ranks):
-            yield name, size, 20, "spatial", "direct", "injected", "cluster", p
+            yield Run(name, size, 20, "spatial", "direct", "injected", "cluster", p)
 
 
 def validate(args, costs):
@@ -331,7 +360,7 @@ def validate(args, costs):
                 row = {"scene": name, "particles": runs[0]["particles"], "ranks": ranks, "strategy": strategy, "migrate": migrate,
                        "real": f"{measured:.6g}"}
                 for mode in ("injected", "emulated"):
-                    r = simulated(args, path, ranks, mode, strategy, migrate, "shared", costs[name])
+                    r = simulated(args, path, hosts(ranks), ranks, mode, strategy, migrate, "shared", costs[name])
                     wrong += r["digest"] != runs[0]["digest"]
                     row[mode], row[f"{mode}_over_real"] = f"{r['seconds']:.6g}", f"{r['seconds'] / measured:.3f}"
                 row["same_digest"] = "yes" if r["digest"] == runs[0]["digest"] else "no"
@@ -352,7 +381,7 @@ def main():
     parser.add_argument("--validate", action="store_true")
     parser.add_argument("--only", choices=["costs", "strong", "weak", "large", "validate"])
     parser.add_argument("--calibrations", type=int, default=15, help="runs of each kind, of which the fastest counts")
-    parser.add_argument("--repeat", type=int, default=3, help="emulated runs, of which the fastest counts")
+    parser.add_argument("--repeat", type=int, default=2, help="emulated runs, of which the fastest counts")
     args = parser.parse_args()
     WORK.mkdir(parents=True, exist_ok=True)
     if args.calibrate or not COSTS.exists():
