@@ -179,7 +179,10 @@ PetscErrorCode MPMPoolServe(MPM mpm, MPI_Comm comm)
     MPMSimulateWork("UNPACK", (PetscReal)len);
     MPMStatusReset(&status);
     PetscCall(MPMPatchRun(mpm, &desk.patch, phase, &status));
-    if (phase->points_out & MPM_BIT(cell)) RenumberCells(mpm, &order, &desk.patch);
+    if (phase->points_out & MPM_BIT(cell)) {
+      RenumberCells(mpm, &order, &desk.patch);
+      MPMSimulateWork("RENUMBER", order.n);
+    }
     PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
     PetscCall(MPMMessageRoom(&desk.out, &desk.out_capacity, MPMPoolAnswerBytes(mpm, phase, order.own_n, order.n)));
     len = (PetscMPIInt)(PackAnswer(mpm, phase, &status, &desk, desk.out) - desk.out);
