@@ -22,7 +22,8 @@ typedef struct {
 /* The single numbers of a model, by the names that they have in its file. */
 #define MPM_MODEL_NUMBERS(X)                                                                                           \
   X(message)                                                                                                           \
-  X(wire) X(copy) X(reduction) X(halo) X(merge) X(chunk) X(farm) X(migration[0].call) X(migration[0].stage)            \
+  X(wire)                                                                                                              \
+  X(copy) X(reduction) X(halo) X(merge) X(chunk) X(farm) X(migration[0].call) X(migration[0].stage)                    \
       X(migration[0].process) X(migration[0].point) X(migration[1].call) X(migration[1].stage) X(migration[1].process) \
           X(migration[1].point)
 

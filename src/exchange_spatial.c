@@ -163,7 +163,7 @@ static PetscErrorCode Recut(MPM mpm)
     (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, view.x + p * dim,
                     MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), xi, base);
     for (PetscInt d = 0; d < dim; d++) base[d] += mpm->grid.layers[d];
-    MPMHistogramAdd(&h, base);
+    MPMHistogramAdd(&h, base, 1);
   }
   PetscCall(MPMHistogramFinish(&h, s->comm));
   part.costs = ex->partition.costs;

@@ -318,6 +318,9 @@ PetscErrorCode MPMReportEnd(MPM mpm)
                        (double)mpm->status.most * mpm->exchange.partition.p[0] * mpm->exchange.partition.p[1] *
                            mpm->exchange.partition.p[2] / (double)mpm->points.total));
   if (mpm->step > 0) PetscCall(MPMStepView(mpm));
+#if defined(MPM_SIMULATE)
+  PetscCall(MPMPrint(mpm, "simulated  %.9g s a step\n", (double)(mpm->wall_steps / PetscMax(1, mpm->step))));
+#endif
   PetscCall(MPMRoofline(mpm));
   if (mpm->status.bad != MPM_OK) PetscFunctionReturn(PETSC_SUCCESS); /* the failed state is in no file */
   PetscCall(MPMPointsDigest(&mpm->points, mpm->exchange.data, &digest));
