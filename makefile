@@ -138,10 +138,10 @@ scenes: $(PEBBLE) ## run every scene of options/, draw docs/scene-*.png as its c
 	  $$(sed -n 's/^# *\(.venv.*plot.py.*\)/\1/p' $$scene) --small --out docs/scene-$$name.png || exit 1; done
 
 clean: ## remove the program and all objects
-	rm -rf build $(PEBBLE)
+	rm -rf $(PEBBLE) $(filter-out build/simulate,$(wildcard build/*)) build/simulate/objects $(simulator)
 
-distclean: clean ## also remove .venv and the products in output/
-	rm -rf .venv
+distclean: clean ## also remove .venv, the simulator's PETSc and the products in output/
+	rm -rf .venv build
 	find output -mindepth 1 ! -name README.md -delete
 
 help: ## this list
