@@ -102,18 +102,21 @@ MPM_INLINE MPMReal MPMFma(MPMReal a, MPMReal b, MPMReal c)
 #endif
 }
 
-/* Vectors at any address. */
+/* Vectors at any address: of reals, so that a compiler knows that writing one changes no other type. */
+#if MPM_WIDTH == 1
+typedef PetscReal MPMRealAt;
+#else
+typedef PetscReal MPMRealAt __attribute__((vector_size(8 * MPM_WIDTH), aligned(8)));
+#endif
+
 MPM_INLINE MPMReal MPMRead(const PetscReal *from)
 {
-  MPMReal a;
-
-  memcpy(&a, from, sizeof a);
-  return a;
+  return *(const MPMRealAt *)from;
 }
 
 MPM_INLINE void MPMWrite(PetscReal *to, MPMReal a)
 {
-  memcpy(to, &a, sizeof a);
+  *(MPMRealAt *)to = a;
 }
 
 /* The vector of rows' component c. */
@@ -127,6 +130,91 @@ MPM_INLINE MPMReal MPMLanes(const PetscReal *const row[], int c)
   return (MPMReal){row[0][c], row[1][c]};
 #else
   return row[0][c];
+#endif
+}
+
+/* Rows of numbers, one a lane, to the vectors of their components and back. Two components of a row are moved at a
+   time: pairs of the even rows make a vector, those of the odd rows another, and taking lanes from both in turn makes
+   of these two the vectors of the components, or of the latter the former. */
+#if MPM_WIDTH > 1
+typedef PetscReal MPMPair __attribute__((vector_size(16)));
+typedef PetscReal MPMPairAt __attribute__((vector_size(16), aligned(8)));
+
+#if MPM_WIDTH == 8
+#define MPM_TURNS(a, b, k) __builtin_shufflevector(a, b, k, 8 + k, 2 + k, 10 + k, 4 + k, 12 + k, 6 + k, 14 + k)
+#elif MPM_WIDTH == 4
+#define MPM_TURNS(a, b, k) __builtin_shufflevector(a, b, k, 4 + k, 2 + k, 6 + k)
+#else
+#define MPM_TURNS(a, b, k) __builtin_shufflevector(a, b, k, 2 + k)
+#endif
+
+MPM_INLINE MPMPair MPMPairRead(const PetscReal *from)
+{
+  return *(const MPMPairAt *)from;
+}
+
+/* A vector of the pairs of every second row. */
+MPM_INLINE MPMReal MPMPairsRead(const PetscReal *const row[], int c)
+{
+#if MPM_WIDTH == 2
+  return MPMPairRead(row[0] + c);
+#else
+  const MPMPair a = MPMPairRead(row[0] + c), b = MPMPairRead(row[2] + c);
+#if MPM_WIDTH == 4
+  return __builtin_shufflevector(a, b, 0, 1, 2, 3);
+#else
+  const MPMPair d = MPMPairRead(row[4] + c), e = MPMPairRead(row[6] + c);
+
+  return __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 1, 2, 3), __builtin_shufflevector(d, e, 0, 1, 2, 3),
+                                 0, 1, 2, 3, 4, 5, 6, 7);
+#endif
+#endif
+}
+
+#define MPM_PAIR_WRITE(to, a, k) *(MPMPairAt *)(to) = __builtin_shufflevector(a, a, k, k + 1)
+
+MPM_INLINE void MPMPairsWrite(PetscReal *const row[], int c, MPMReal a)
+{
+  MPM_PAIR_WRITE(row[0] + c, a, 0);
+#if MPM_WIDTH > 2
+  MPM_PAIR_WRITE(row[2] + c, a, 2);
+#endif
+#if MPM_WIDTH > 4
+  MPM_PAIR_WRITE(row[4] + c, a, 4);
+  MPM_PAIR_WRITE(row[6] + c, a, 6);
+#endif
+}
+#endif
+
+/* Rows of nc reals -> to [nc]. */
+MPM_INLINE void MPMReadRows(int nc, const PetscReal *const row[], MPMReal *to)
+{
+  int c = 0;
+
+#if MPM_WIDTH > 1
+  for (; c + 1 < nc; c += 2) {
+    const MPMReal even = MPMPairsRead(row, c), odd = MPMPairsRead(row + 1, c);
+
+    to[c]     = MPM_TURNS(even, odd, 0);
+    to[c + 1] = MPM_TURNS(even, odd, 1);
+  }
+#endif
+  for (; c < nc; c++) to[c] = MPMLanes(row, c);
+}
+
+/* from [nc] -> rows of nc reals. */
+MPM_INLINE void MPMWriteRows(int nc, const MPMReal *from, PetscReal *const row[])
+{
+  int c = 0;
+
+#if MPM_WIDTH > 1
+  for (; c + 1 < nc; c += 2) {
+    MPMPairsWrite(row, c, MPM_TURNS(from[c], from[c + 1], 0));
+    MPMPairsWrite(row + 1, c, MPM_TURNS(from[c], from[c + 1], 1));
+  }
+  for (int k = 0; k < MPM_WIDTH && c < nc; k++) row[k][c] = from[c][k];
+#else
+  for (; c < nc; c++) row[0][c] = from[c];
 #endif
 }
 
