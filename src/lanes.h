@@ -133,45 +133,73 @@ MPM_INLINE MPMReal MPMLanes(const PetscReal *const row[], int c)
 #endif
 }
 
-/* Rows of numbers, one a lane, to the vectors of their components and back. Two components of a row are moved at a
-   time: pairs of the even rows make a vector, those of the odd rows another, and taking lanes from both in turn makes
-   of these two the vectors of the components, or of the latter the former. */
+/* Lanes of a and b in another order: lane i of the result is MPM_<pick>(i, k) of the 2 MPM_WIDTH. */
+#if MPM_WIDTH == 8
+#define MPM_PICK(a, b, f, k)                                                                                           \
+  __builtin_shufflevector(a, b, f(0, k), f(1, k), f(2, k), f(3, k), f(4, k), f(5, k), f(6, k), f(7, k))
+#elif MPM_WIDTH == 4
+#define MPM_PICK(a, b, f, k) __builtin_shufflevector(a, b, f(0, k), f(1, k), f(2, k), f(3, k))
+#elif MPM_WIDTH == 2
+#define MPM_PICK(a, b, f, k) __builtin_shufflevector(a, b, f(0, k), f(1, k))
+#endif
+
+/* Deals n = 1, 2 or 3 vectors, one after the other, like cards: every n-th number goes to the same vector. */
+MPM_INLINE void MPMDeal(int n, const MPMReal *from, MPMReal *to)
+{
+#if MPM_WIDTH == 1
+  for (int k = 0; k < n; k++) to[k] = from[k];
+#else
+#define MPM_SECOND(i, k) (2 * (i) + (k))
+#define MPM_THIRD(i, k)  (3 * (i) + (k) < 2 * MPM_WIDTH ? 3 * (i) + (k) : 0) /* of the first two, and then of the last */
+#define MPM_LATER(i, k)  (3 * (i) + (k) < 2 * MPM_WIDTH ? (i) : 3 * (i) + (k) - MPM_WIDTH)
+#define MPM_DEAL_3(k)    MPM_PICK(MPM_PICK(from[0], from[1], MPM_THIRD, k), from[2], MPM_LATER, k)
+  if (n == 1) to[0] = from[0];
+  if (n == 2) to[0] = MPM_PICK(from[0], from[1], MPM_SECOND, 0), to[1] = MPM_PICK(from[0], from[1], MPM_SECOND, 1);
+  if (n == 3) to[0] = MPM_DEAL_3(0), to[1] = MPM_DEAL_3(1), to[2] = MPM_DEAL_3(2);
+#endif
+}
+
+/* MPM_WIDTH rows of nc = 1, 2, 3, 4, 6 or 9 numbers, one after the other -> the vectors of their components. */
+MPM_INLINE void MPMTurn(int nc, const PetscReal *rows, MPMReal *to)
+{
+  const int r = nc % 3 == 0 ? 3 : nc % 2 == 0 ? 2 : 1, m = nc / r; /* dealt to r, and each of these to m */
+  MPMReal   in[3], dealt[3], part[3][3];
+
+  for (int g = 0; g < m; g++) {
+    for (int k = 0; k < r; k++) in[k] = MPMRead(rows + (g * r + k) * MPM_WIDTH);
+    MPMDeal(r, in, dealt);
+    for (int k = 0; k < r; k++) part[k][g] = dealt[k];
+  }
+  for (int k = 0; k < r; k++) {
+    MPMDeal(m, part[k], dealt);
+    for (int g = 0; g < m; g++) to[g * r + k] = dealt[g];
+  }
+}
+
+/* Rows of nc numbers, one a lane, to the vectors of their components and back. Two components are moved at a time:
+   pairs of the even rows make a vector, those of the odd rows another, and lanes taken from both in turn make of these
+   two the vectors of the components, or of the latter the former. */
 #if MPM_WIDTH > 1
 typedef PetscReal MPMPair __attribute__((vector_size(16)));
 typedef PetscReal MPMPairAt __attribute__((vector_size(16), aligned(8)));
 
-#if MPM_WIDTH == 8
-#define MPM_TURNS(a, b, k) __builtin_shufflevector(a, b, k, 8 + k, 2 + k, 10 + k, 4 + k, 12 + k, 6 + k, 14 + k)
-#elif MPM_WIDTH == 4
-#define MPM_TURNS(a, b, k) __builtin_shufflevector(a, b, k, 4 + k, 2 + k, 6 + k)
-#else
-#define MPM_TURNS(a, b, k) __builtin_shufflevector(a, b, k, 2 + k)
-#endif
-
-MPM_INLINE MPMPair MPMPairRead(const PetscReal *from)
-{
-  return *(const MPMPairAt *)from;
-}
+#define MPM_TURNS(i, k)             ((i) % 2 * MPM_WIDTH + (i) - (i) % 2 + (k))
+#define MPM_PAIR(from)              (*(const MPMPairAt *)(from))
+#define MPM_PAIR_WRITE(to, a, lane) *(MPMPairAt *)(to) = __builtin_shufflevector(a, a, lane, lane + 1)
 
 /* A vector of the pairs of every second row. */
 MPM_INLINE MPMReal MPMPairsRead(const PetscReal *const row[], int c)
 {
 #if MPM_WIDTH == 2
-  return MPMPairRead(row[0] + c);
+  return MPM_PAIR(row[0] + c);
+#elif MPM_WIDTH == 4
+  return __builtin_shufflevector(MPM_PAIR(row[0] + c), MPM_PAIR(row[2] + c), 0, 1, 2, 3);
 #else
-  const MPMPair a = MPMPairRead(row[0] + c), b = MPMPairRead(row[2] + c);
-#if MPM_WIDTH == 4
-  return __builtin_shufflevector(a, b, 0, 1, 2, 3);
-#else
-  const MPMPair d = MPMPairRead(row[4] + c), e = MPMPairRead(row[6] + c);
-
-  return __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 1, 2, 3), __builtin_shufflevector(d, e, 0, 1, 2, 3),
-                                 0, 1, 2, 3, 4, 5, 6, 7);
-#endif
+  return __builtin_shufflevector(
+      __builtin_shufflevector(MPM_PAIR(row[0] + c), MPM_PAIR(row[2] + c), 0, 1, 2, 3),
+      __builtin_shufflevector(MPM_PAIR(row[4] + c), MPM_PAIR(row[6] + c), 0, 1, 2, 3), 0, 1, 2, 3, 4, 5, 6, 7);
 #endif
 }
-
-#define MPM_PAIR_WRITE(to, a, k) *(MPMPairAt *)(to) = __builtin_shufflevector(a, a, k, k + 1)
 
 MPM_INLINE void MPMPairsWrite(PetscReal *const row[], int c, MPMReal a)
 {
@@ -186,35 +214,51 @@ MPM_INLINE void MPMPairsWrite(PetscReal *const row[], int c, MPMReal a)
 }
 #endif
 
-/* Rows of nc reals -> to [nc]. */
 MPM_INLINE void MPMReadRows(int nc, const PetscReal *const row[], MPMReal *to)
 {
+#if MPM_WIDTH == 1
+  for (int c = 0; c < nc; c++) to[c] = row[0][c];
+#else
   int c = 0;
 
-#if MPM_WIDTH > 1
   for (; c + 1 < nc; c += 2) {
     const MPMReal even = MPMPairsRead(row, c), odd = MPMPairsRead(row + 1, c);
 
-    to[c]     = MPM_TURNS(even, odd, 0);
-    to[c + 1] = MPM_TURNS(even, odd, 1);
+    to[c]     = MPM_PICK(even, odd, MPM_TURNS, 0);
+    to[c + 1] = MPM_PICK(even, odd, MPM_TURNS, 1);
   }
+  if (c < nc) to[c] = MPMLanes(row, c);
 #endif
-  for (; c < nc; c++) to[c] = MPMLanes(row, c);
 }
 
-/* from [nc] -> rows of nc reals. */
 MPM_INLINE void MPMWriteRows(int nc, const MPMReal *from, PetscReal *const row[])
 {
+#if MPM_WIDTH == 1
+  for (int c = 0; c < nc; c++) row[0][c] = from[c];
+#else
   int c = 0;
 
-#if MPM_WIDTH > 1
   for (; c + 1 < nc; c += 2) {
-    MPMPairsWrite(row, c, MPM_TURNS(from[c], from[c + 1], 0));
-    MPMPairsWrite(row + 1, c, MPM_TURNS(from[c], from[c + 1], 1));
+    MPMPairsWrite(row, c, MPM_PICK(from[c], from[c + 1], MPM_TURNS, 0));
+    MPMPairsWrite(row + 1, c, MPM_PICK(from[c], from[c + 1], MPM_TURNS, 1));
   }
   for (int k = 0; k < MPM_WIDTH && c < nc; k++) row[k][c] = from[c][k];
+#endif
+}
+
+/* Appends to list [n] the lanes of a vector that begins at l in which m is true, without a branch, which chance would
+   have mispredicted; the new n. Room for one more is needed. */
+MPM_INLINE PetscInt MPMList(MPMMask m, PetscInt l, PetscInt n, PetscInt *list)
+{
+#if MPM_WIDTH == 1
+  list[n] = l;
+  return n + (m != 0);
 #else
-  for (; c < nc; c++) row[0][c] = from[c];
+  for (int k = 0; k < MPM_WIDTH; k++) {
+    list[n] = l + k;
+    n -= (PetscInt)m[k];
+  }
+  return n;
 #endif
 }
 
@@ -259,8 +303,9 @@ MPM_INLINE MPMMask MPMNot(MPMMask m)
 
 MPM_INLINE MPMMask MPMBetween(PetscInt l, PetscInt first, PetscInt last)
 {
-  MPMReal lane;
+  MPMReal lane = MPMAll(0);
 
+  if (first <= l && l + MPM_WIDTH <= last) return lane == lane; /* as a rule */
   for (int k = 0; k < MPM_WIDTH; k++) lane[k] = k;
   return (lane >= MPMAll((PetscReal)(first - l))) & (lane < MPMAll((PetscReal)(last - l)));
 }

@@ -29,16 +29,17 @@ typedef PetscReal MPMRow[MPM_BLOCK]; /* a component of the points of a block; la
 
 /* The points of a block: n entries of an order, and those a block further on, whose rows are fetched in advance. */
 typedef struct {
-  PetscInt        n, own;            /* own: p < own is an own point, else a halo point */
-  PetscBool       mixed;             /* are there halo points in the block? */
-  PetscInt        point[MPM_BLOCK];  /* the last one again in the lanes past it */
+  PetscInt        n, own;           /* own: p < own is an own point, else a halo point */
+  PetscBool       mixed, run;       /* are there halo points in the block? are its rows one after the other? */
+  PetscInt        point[MPM_BLOCK]; /* the last one again in the lanes past it */
   const PetscInt *ahead;
   PetscInt        ncells, end[MPM_STAGED + 1]; /* its runs of points of the same cell, and where they end */
 } MPMBlockOrder;
 
 /* Stencils of a block. */
 typedef struct {
-  PetscInt cell[MPM_BLOCK], kind[MPM_BLOCK];             /* cell: index of the base node in the patch's arrays */
+  PetscInt kind[MPM_BLOCK];
+  MPMRow   cell;                                         /* index of the base node in the patch's arrays, a whole number */
   MPMRow   x[3], l[3], m, V0, at[3];                     /* at: from the base node, in cells */
   MPMRow   w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients per axis, 1 and 1/m */
 } __attribute__((aligned(64))) MPMStencils;
@@ -49,56 +50,51 @@ MPM_INLINE PetscInt MPMCellOf(const MPMPatch *patch, PetscInt p)
   return p < patch->points.n ? patch->points.cell[p] : patch->halo.cell[p - patch->points.n];
 }
 
-/* The next block from entry q of n entries of an order, and the cells of its points. All blocks but the last are full,
-   so that loops over them are as long every time; a cell that is cut costs little, and no bits. */
-MPM_INLINE void MPMNextBlock(const MPMPatch *patch, PetscInt q, PetscInt nall, const PetscInt *order, MPMBlockOrder *o,
-                             PetscInt *cell)
+/* The next block from entry q of nall entries of an order. All blocks but the last are full, so that loops over them
+   are as long every time; a cell that is cut costs little, and no bits. */
+MPM_INLINE void MPMNextBlock(const MPMPatch *patch, PetscInt q, PetscInt nall, const PetscInt *order, MPMBlockOrder *o)
 {
-  const PetscInt *own = patch->points.cell;
-  const PetscInt  n   = PetscMin(MPM_STAGED, nall - q);
-  PetscInt        last = 0, ncells = 0;
+  const PetscInt n = PetscMin(MPM_STAGED, nall - q), from = order[q];
+  PetscInt       last = 0, jumps = 0;
 
-  o->n   = n;
-  o->own = patch->points.n;
   for (PetscInt l = 0; l < n; l++) {
     o->point[l] = order[q + l];
     last        = PetscMax(last, order[q + l]);
+    jumps |= order[q + l] - l - from;
   }
   for (PetscInt l = n; l % MPM_WIDTH; l++) o->point[l] = o->point[n - 1];
+  o->n     = n;
+  o->own   = patch->points.n;
   o->mixed = last >= o->own ? PETSC_TRUE : PETSC_FALSE;
-  if (o->mixed)
-    for (PetscInt l = 0; l < n; l++) cell[l] = MPMCellOf(patch, o->point[l]);
-  else
-    for (PetscInt l = 0; l < n; l++) cell[l] = own[o->point[l]];
-  for (PetscInt l = 1; l < n; l++) { /* without a branch, which would be mispredicted once a cell */
-    o->end[ncells] = l;
-    ncells += cell[l] != cell[l - 1];
-  }
-  o->end[ncells] = n;
-  o->ncells      = ncells + 1;
-  o->ahead       = order + q + PetscMin(MPM_STAGED, nall - q - n);
+  o->run   = !jumps && !o->mixed && n == MPM_STAGED ? PETSC_TRUE : PETSC_FALSE;
+  o->ahead = order + q + PetscMin(MPM_STAGED, nall - q - n);
 }
 
 /* Rows of nc components of the block's points -> lanes; the lanes past the last point repeat it. */
 MPM_INLINE void MPMGather(int nc, const PetscReal *own, const PetscReal *halo, const MPMBlockOrder *o, MPMRow *to)
 {
+  const int step = nc > 4 ? 1 : 2; /* a line holds several rows */
+
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
     const PetscReal *row[MPM_WIDTH];
     MPMReal          lanes[9];
 
-    if (o->mixed)
-      for (int k = 0; k < MPM_WIDTH; k++) {
-        const PetscInt p = o->point[l + k];
+    if (o->run) {
+      for (int k = 0; k < MPM_WIDTH; k += step) __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc);
+      MPMTurn(nc, own + (size_t)(o->point[0] + l) * nc, lanes);
+    } else {
+      if (o->mixed)
+        for (int k = 0; k < MPM_WIDTH; k++) {
+          const PetscInt p = o->point[l + k];
 
-        row[k] = p < o->own ? own + (size_t)p * nc : halo + (size_t)(p - o->own) * nc;
+          row[k] = p < o->own ? own + (size_t)p * nc : halo + (size_t)(p - o->own) * nc;
+        }
+      else {
+        for (int k = 0; k < MPM_WIDTH; k += step) __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc);
+        for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->point[l + k] * nc;
       }
-    else
-      for (int k = 0; k < MPM_WIDTH; k++) {
-        row[k] = own + (size_t)o->point[l + k] * nc;
-        if (nc > 4 || k % 2 == 0)
-          __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc); /* a line holds several rows */
-      }
-    MPMReadRows(nc, row, lanes);
+      MPMReadRows(nc, row, lanes);
+    }
     for (int c = 0; c < nc; c++) MPMWrite(&to[c][l], lanes[c]);
   }
 }
@@ -164,21 +160,24 @@ MPM_INLINE MPMReal MPMBasesOf(MPMBasis basis, const MPMGrid *grid, int d, MPMRea
   return MPMBasisBases(basis, xi, l, grid->cells[d], grid->periodic[d], grid->wall_basis[d]);
 }
 
-/* Weights of a block of points. */
-MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMGrid *grid, PetscInt n, MPMStencils *s)
+/* Cells and weights of a block of points; x was checked when it was committed. */
+MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, MPMStencils *s)
 {
-  MPMMask wall = MPMAll(0) != MPMAll(0);
+  const MPMGrid grid = *patch->grid; /* a copy, which no write can change: its numbers stay in registers */
+  MPMMask       wall = MPMAll(0) != MPMAll(0);
 
-  for (int d = 0; d < dim; d++) {
-    const PetscReal reach = MPMBasisIsSpline(basis) ? MPMWallReach(basis, grid->wall_basis[d]) : 0;
-    const PetscReal rh = 1 / grid->h[d], cells = (PetscReal)grid->cells[d];
+  for (int d = dim - 1; d >= 0; d--) {
+    const PetscReal reach = MPMBasisIsSpline(basis) ? MPMWallReach(basis, grid.wall_basis[d]) : 0;
+    const PetscReal rh = 1 / grid.h[d], cells = (PetscReal)grid.cells[d];
+    const PetscReal lo = (PetscReal)patch->lo[d], nodes = (PetscReal)patch->n[d];
 
     for (PetscInt q = 0; q < n; q += MPM_WIDTH) {
       const MPMReal l = MPMRead(&s->l[d][q]);
       MPMReal       xi, base, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
 
-      base = MPMBasesOf(basis, grid, d, MPMRead(&s->x[d][q]), l, &xi); /* x was checked when it was committed */
+      base = MPMBasesOf(basis, &grid, d, MPMRead(&s->x[d][q]), l, &xi);
       MPMBasisInside(basis, xi, l, base, w, g);
+      MPMWrite(&s->cell[q], d == dim - 1 ? base - lo : MPMRead(&s->cell[q]) * nodes + (base - lo));
       MPMWrite(&s->at[d][q], xi - base);
       for (int i = 0; i < MPMBasisNodes(basis); i++) {
         MPMWrite(&s->w[d][i][q], w[i]);
@@ -187,13 +186,15 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMGrid *grid, Pe
       if (MPMBasisIsSpline(basis)) wall |= (xi < reach) | (cells - xi < reach);
     }
   }
-  if (MPMBasisIsSpline(basis) && MPMAny(wall)) MPMStageWalls(dim, basis, grid, n, s);
+  if (MPMBasisIsSpline(basis) && MPMAny(wall)) MPMStageWalls(dim, basis, patch->grid, n, s);
 }
 
-/* Stencils of a block of points, whose cells are known. Those of an image across a periodic face are the point's own:
+/* Stencils of a block of points, and where its cells end. Those of an image across a periodic face are the point's own:
    only its cell lies elsewhere. */
-MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o, MPMStencils *s)
+MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, MPMBlockOrder *o, MPMStencils *s)
 {
+  PetscInt ncells = 0;
+
   MPMGather(dim, patch->points.x, patch->halo.x, o, s->x);
   for (PetscInt l = 0; l < o->n && par->nkinds > 1; l++) {
     const PetscInt p = o->point[l];
@@ -205,23 +206,36 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, c
   switch (patch->basis) {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   case MPM_BASIS_##name:                                                                                               \
-    MPMStageWeights(dim, MPM_BASIS_##name, patch->grid, o->n, s);                                                      \
+    MPMStageWeights(dim, MPM_BASIS_##name, patch, o->n, s);                                                            \
     break;
 #include "basis.def"
 #undef MPM_BASIS
   default:
     break;
   }
+  for (PetscInt l = 0; l < o->n && o->mixed; l++) s->cell[l] = (PetscReal)MPMCellOf(patch, o->point[l]);
+  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
+    ncells = MPMList(MPMRead(&s->cell[l]) != MPMRead(&s->cell[l] + 1), l + 1, ncells, o->end);
+  while (ncells && o->end[ncells - 1] >= o->n) ncells--;
+  o->end[ncells] = o->n;
+  o->ncells      = ncells + 1;
 }
 
 #define MPM_MAX_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
 
+MPM_INLINE int MPMStencilNodes(int dim, MPMBasis basis)
+{
+  const int ns = MPMBasisNodes(basis);
+
+  return ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
+}
+
 /* Offsets of the nodes of a stencil from its base node in the patch's arrays, x fastest, times nc. */
 MPM_INLINE void MPMStencilOffsets(int dim, const MPMPatch *patch, PetscInt nc, PetscInt at[])
 {
-  const PetscInt ns = MPMBasisNodes(patch->basis), ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1;
+  const PetscInt ns = MPMBasisNodes(patch->basis), ny = dim > 1 ? ns : 1;
 
-  for (PetscInt a = 0; a < ns * ny * nz; a++)
+  for (PetscInt a = 0; a < MPMStencilNodes(dim, patch->basis); a++)
     at[a] = nc * (a % ns + (a / ns % ny + a / (ns * ny) * patch->n[1]) * patch->n[0]);
 }
 
@@ -280,13 +294,13 @@ typedef struct {
   MPMRecord Q[MPM_STAGED][4], A[MPM_STAGED][3];
 } __attribute__((aligned(64))) MPMRecords;
 
-/* Half a record, of lanes: 4 numbers of MPM_WIDTH points whose records lie `stride` apart. */
-MPM_INLINE void MPMWriteRecords(const MPMReal *from, PetscReal *to, int stride)
+/* A part of records: nc numbers of MPM_WIDTH points whose records lie `stride` apart. */
+MPM_INLINE void MPMWriteRecords(int nc, const MPMReal *from, PetscReal *to, int stride)
 {
   PetscReal *row[MPM_WIDTH];
 
   for (int k = 0; k < MPM_WIDTH; k++) row[k] = to + k * stride * 8;
-  MPMWriteRows(4, from, row);
+  MPMWriteRows(nc + nc % 2, from, row); /* where nothing else is */
 }
 
 /* The records of a block: Q[0] = (m, m v | m b), Q[1+e] = (0 | - V0 tau_e), with V sig = V0 tau; with the affine part
@@ -316,9 +330,9 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
           A[1 + d] = m * MPMRead(&C[d * dim + e][l]) * patch->grid->h[e];
           Q[1 + d] -= A[1 + d] * MPMRead(&s->at[e][l]);
         }
-        MPMWriteRecords(A, r->A[l][e], 3);
+        MPMWriteRecords(1 + dim, A, r->A[l][e], 3);
       }
-      MPMWriteRecords(Q, r->Q[l][0], 4);
+      MPMWriteRecords(1 + dim, Q, r->Q[l][0], 4);
     }
   }
   if (parts & MPM_P2G_FORCE)
@@ -329,7 +343,7 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
         MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 
         for (int d = 0; d < dim; d++) Q[d] = V0 * MPMRead(&b->tau[MPMSymPart(dim, d, e)][l]);
-        MPMWriteRecords(Q, r->Q[l][1 + e] + MPM_SUM_FORCE, 4);
+        MPMWriteRecords(dim, Q, r->Q[l][1 + e] + MPM_SUM_FORCE, 4);
       }
     }
   if ((parts & MPM_P2G_FORCE) && patch->points.b) {
@@ -338,17 +352,19 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
       MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 
       for (int d = 0; d < dim; d++) Q[d] = MPMRead(&s->m[l]) * MPMRead(&force[d][l]);
-      MPMWriteRecords(Q, r->Q[l][0] + MPM_SUM_FORCE, 4);
+      MPMWriteRecords(dim, Q, r->Q[l][0] + MPM_SUM_FORCE, 4);
     }
   }
 }
 
-/* Sums over points of a cell to its nodes, and over its nodes to the points, for a block: transfer_sums.c. */
+/* Sums over points of a cell to its nodes, and over its nodes to the points, for a block: transfer_sums.c. The sums of
+   a block's last cell, which may go on in the next, are not yet added to its nodes. */
 typedef struct {
-  PetscReal sum[MPM_MAX_NODES][8]; /* of a cell that begins in one block and goes on in the next; else 0 */
+  PetscReal sum[MPM_MAX_NODES][8];
+  PetscInt  cell;
 } __attribute__((aligned(64))) MPMBegun;
 typedef void (*MPMSumBlocks)(const MPMBlockOrder *, const MPMStencils *, const MPMRecords *, const PetscInt at[],
-                             PetscReal *nodes, MPMBegun *, PetscBool goes_on);
+                             PetscReal *nodes, MPMBegun *);
 typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *, const PetscInt at[],
                                      const PetscReal *nodes, MPMRow *value, MPMRow *gradient);
 /* [dim-1][nodes per axis - 2][forces][affine], [..][..][motion][stress] */
@@ -362,7 +378,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   const int          forces = parts & MPM_P2G_FORCE ? 1 : 0, affine = parts & MPM_AFFINE ? 1 : 0;
   const MPMSumBlocks sum = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
   PetscInt           at[MPM_MAX_NODES];
-  MPMBegun           begun = {{{0}}};
+  MPMBegun           begun = {{{0}}, patch->norder ? MPMCellOf(patch, patch->order[0]) : 0};
   MPMBlockOrder      o;
   MPMStencils        s;
   MPMRecords         r;
@@ -373,7 +389,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   memset(&b, 0, sizeof b);
   MPMStencilOffsets(dim, patch, MPM_SUM_NC(dim), at);
   for (PetscInt q = 0; q < patch->norder;) {
-    MPMNextBlock(patch, q, patch->norder, patch->order, &o, s.cell);
+    MPMNextBlock(patch, q, patch->norder, patch->order, &o);
     MPMStage(dim, par, patch, &o, &s);
     if (forces) {
       MPMGatherState(dim, patch, &o, &b);
@@ -382,9 +398,10 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     }
     MPMStageRecords(dim, parts, patch, &o, &s, &b, &r);
     q += o.n;
-    sum(&o, &s, &r, at, patch->sum, &begun,
-        q < patch->norder && MPMCellOf(patch, patch->order[q]) == s.cell[o.n - 1] ? PETSC_TRUE : PETSC_FALSE);
+    sum(&o, &s, &r, at, patch->sum, &begun);
   }
+  for (int a = 0; a < MPMStencilNodes(dim, patch->basis) && patch->norder; a++)
+    for (int k = 0; k < 8; k++) patch->sum[(size_t)begun.cell * MPM_SUM_NC(dim) + at[a] + k] += begun.sum[a][k];
 }
 
 /* --- Nodes to points -----------------------------------------------------------------------------------------------
@@ -464,7 +481,7 @@ MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMRow *v, co
 MPM_INLINE void MPMFindCells(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, const MPMStencils *s,
                              PetscReal *now)
 {
-  const MPMGrid *grid = patch->grid;
+  const MPMGrid grid = *patch->grid;
 
   for (PetscInt l = 0; l < n; l += MPM_WIDTH) {
     MPMReal cell   = MPMAll(0);
@@ -473,9 +490,9 @@ MPM_INLINE void MPMFindCells(int dim, MPMBasis basis, const MPMPatch *patch, Pet
     for (int d = dim - 1; d >= 0; d--) {
       const PetscReal lo = (PetscReal)patch->own_lo[d], hi = (PetscReal)(patch->own_lo[d] + patch->own_n[d]);
       const MPMReal   x = MPMRead(&s->x[d][l]);
-      MPMReal         xi, base = MPMBasesOf(basis, grid, d, x, MPMRead(&s->l[d][l]), &xi);
+      MPMReal         xi, base = MPMBasesOf(basis, &grid, d, x, MPMRead(&s->l[d][l]), &xi);
 
-      inside &= (x >= grid->lower[d]) & (x <= grid->upper[d]);
+      inside &= (x >= grid.lower[d]) & (x <= grid.upper[d]);
       own &= (base >= lo) & (base < hi);
       cell = cell * (PetscReal)patch->n[d] + (base - (PetscReal)patch->lo[d]);
     }
@@ -516,10 +533,8 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   default:
     break;
   }
-  for (PetscInt l = 0; l < o->n; l++) { /* without a branch, as chance decides */
-    which[moved] = l;
-    moved += (PetscInt)now[l] != s->cell[l];
-  }
+  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
+    moved = MPMList(MPMBetween(l, 0, o->n) & (MPMRead(&now[l]) != MPMRead(&s->cell[l])), l, moved, which);
   for (PetscInt k = 0; k < moved; k++) {
     const PetscInt l = which[k], p = o->point[l], cell = (PetscInt)now[l];
 
@@ -576,7 +591,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   MPMStencilOffsets(dim, patch, MPM_VEL_NC(dim), at);
   patch->nmovers = 0;
   for (PetscInt q = 0; q < points->n;) {
-    MPMNextBlock(patch, q, points->n, patch->own_order, &o, s.cell);
+    MPMNextBlock(patch, q, points->n, patch->own_order, &o);
     MPMStage(dim, par, patch, &o, &s);
     if (interpolate) interpolate(&o, &s, at, patch->vel, value, L);
     if (parts & MPM_G2P_FILTER) {

@@ -97,22 +97,25 @@ MPM_INLINE void MPMFlush(int dim, int nn, const PetscInt at[], PetscReal *node, 
       }
 }
 
-/* A block of points into the sums of the nodes. begun: the sums so far of its first cell, if that began in an
-   earlier block, else 0; those of its last cell are left there if it goes on. */
+/* A block of points into the sums of the nodes. begun: the sums so far of the cell that an earlier block began; those of
+   the last cell are left there. */
 MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMBlockOrder *o, const MPMStencils *s,
-                            const MPMRecords *r, const PetscInt at[], PetscReal *nodes, MPMBegun *begun,
-                            PetscBool goes_on)
+                            const MPMRecords *r, const PetscInt at[], PetscReal *nodes, MPMBegun *begun)
 {
-  const int nn = ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
+  const int nn   = ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
+  PetscInt  cell = begun->cell;
+  MPMSums   sum;
 
-  MPMSums sum;
-
-  memcpy(sum, begun->sum, (size_t)nn * sizeof *sum); /* 0 if no cell began */
+  memcpy(sum, begun->sum, (size_t)nn * sizeof *sum);
   for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++]) {
+    const PetscInt next = (PetscInt)s->cell[first];
+
+    if (next != cell) MPMFlush(dim, nn, at, nodes + (size_t)cell * MPM_SUM_NC(dim), sum);
+    cell = next;
     MPMAccumulate(dim, ns, forces, affine, s, r, first, o->end[c], sum);
-    if (c + 1 < o->ncells || !goes_on) MPMFlush(dim, nn, at, nodes + (size_t)s->cell[first] * MPM_SUM_NC(dim), sum);
   }
   memcpy(begun->sum, sum, (size_t)nn * sizeof *sum);
+  begun->cell = cell;
 }
 
 /* --- Nodes to points -----------------------------------------------------------------------------------------------
@@ -195,9 +198,9 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
 #define MPM_SUM_BLOCK(dim, ns, forces, affine)                                                                         \
   static void SumBlock_##dim##ns##_##forces##affine(const MPMBlockOrder *o, const MPMStencils *s,                       \
                                                     const MPMRecords *r, const PetscInt at[], PetscReal *nodes,        \
-                                                    MPMBegun *begun, PetscBool goes_on)                                \
+                                                    MPMBegun *begun)                                                   \
   {                                                                                                                    \
-    MPMSumBlock(dim, ns, forces, affine, o, s, r, at, nodes, begun, goes_on);                                          \
+    MPMSumBlock(dim, ns, forces, affine, o, s, r, at, nodes, begun);                                          \
   }
 #define MPM_INTERPOLATE_BLOCK(dim, ns, motion, stress)                                                                 \
   static void InterpolateBlock_##dim##ns##_##motion##stress(const MPMBlockOrder *o, const MPMStencils *s,              \
