@@ -15,6 +15,7 @@
 #define MPM_TRANSFER_H
 
 #include "mpm.h"
+#include "rows.h"
 
 #if defined(__clang__)
 #define MPM_UNROLL _Pragma("unroll")
@@ -30,7 +31,7 @@ typedef PetscReal MPMRow[MPM_BLOCK]; /* a component of the points of a block; la
 /* The points of a block: n entries of an order, and those a block further on, whose rows are fetched in advance. */
 typedef struct {
   PetscInt        n, own;           /* own: p < own is an own point, else a halo point */
-  PetscBool       mixed, run;       /* are there halo points in the block? are its rows one after the other? */
+  PetscBool       mixed, run;       /* are there halo points in the block? do its rows follow each other? */
   PetscInt        point[MPM_BLOCK]; /* the last one again in the lanes past it */
   const PetscInt *ahead;
   PetscInt        ncells, end[MPM_STAGED + 1]; /* its runs of points of the same cell, and where they end */
@@ -39,8 +40,8 @@ typedef struct {
 /* Stencils of a block. */
 typedef struct {
   PetscInt kind[MPM_BLOCK];
-  MPMRow   cell;                                         /* index of the base node in the patch's arrays, a whole number */
-  MPMRow   x[3], l[3], m, V0, at[3];                     /* at: from the base node, in cells */
+  MPMRow   cell;                     /* index of the base node in the patch's arrays, a whole number */
+  MPMRow   x[3], l[3], m, V0, at[3]; /* at: from the base node, in cells */
   MPMRow   w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients per axis, 1 and 1/m */
 } __attribute__((aligned(64))) MPMStencils;
 
@@ -54,13 +55,13 @@ MPM_INLINE PetscInt MPMCellOf(const MPMPatch *patch, PetscInt p)
    are as long every time; a cell that is cut costs little, and no bits. */
 MPM_INLINE void MPMNextBlock(const MPMPatch *patch, PetscInt q, PetscInt nall, const PetscInt *order, MPMBlockOrder *o)
 {
-  const PetscInt n = PetscMin(MPM_STAGED, nall - q), from = order[q];
+  const PetscInt n = PetscMin(MPM_STAGED, nall - q), first = order[q];
   PetscInt       last = 0, jumps = 0;
 
   for (PetscInt l = 0; l < n; l++) {
     o->point[l] = order[q + l];
     last        = PetscMax(last, order[q + l]);
-    jumps |= order[q + l] - l - from;
+    jumps |= order[q + l] - l - first;
   }
   for (PetscInt l = n; l % MPM_WIDTH; l++) o->point[l] = o->point[n - 1];
   o->n     = n;
@@ -70,29 +71,35 @@ MPM_INLINE void MPMNextBlock(const MPMPatch *patch, PetscInt q, PetscInt nall, c
   o->ahead = order + q + PetscMin(MPM_STAGED, nall - q - n);
 }
 
+/* Fetches rows of a block further on, those that stand where points l to l + MPM_WIDTH - 1 do in this one. */
+MPM_INLINE void MPMFetch(int nc, const PetscReal *own, const MPMBlockOrder *o, PetscInt l)
+{
+  if (l + MPM_WIDTH > o->n) return;
+  for (int k = 0; k<MPM_WIDTH; k += nc> 4 ? 1 : 2) { /* a line holds several rows, or not all of one */
+    __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc);
+    if (nc > 8) __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc + 8);
+  }
+}
+
 /* Rows of nc components of the block's points -> lanes; the lanes past the last point repeat it. */
 MPM_INLINE void MPMGather(int nc, const PetscReal *own, const PetscReal *halo, const MPMBlockOrder *o, MPMRow *to)
 {
-  const int step = nc > 4 ? 1 : 2; /* a line holds several rows */
-
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
     const PetscReal *row[MPM_WIDTH];
     MPMReal          lanes[9];
 
-    if (o->run) {
-      for (int k = 0; k < MPM_WIDTH; k += step) __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc);
+    if (!o->mixed) MPMFetch(nc, own, o, l);
+    if (o->run)
       MPMTurn(nc, own + (size_t)(o->point[0] + l) * nc, lanes);
-    } else {
+    else {
       if (o->mixed)
         for (int k = 0; k < MPM_WIDTH; k++) {
           const PetscInt p = o->point[l + k];
 
           row[k] = p < o->own ? own + (size_t)p * nc : halo + (size_t)(p - o->own) * nc;
         }
-      else {
-        for (int k = 0; k < MPM_WIDTH; k += step) __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc);
+      else
         for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->point[l + k] * nc;
-      }
       MPMReadRows(nc, row, lanes);
     }
     for (int c = 0; c < nc; c++) MPMWrite(&to[c][l], lanes[c]);
@@ -458,20 +465,22 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
 MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMRow *v, const MPMRow *r, const MPMRow *vn,
                         const MPMRow *an, MPMRow *dx, MPMReal *v2max)
 {
+  const PetscReal dt = par->dt, flip = par->flip, pic = 1 - par->flip;
+
   for (PetscInt l = 0; l < n; l += MPM_WIDTH) {
     MPMReal v2 = MPMAll(0);
 
     for (int d = 0; d < dim; d++) {
-      const MPMReal now = MPMRead(&vn[d][l]), step = par->dt * MPMRead(&an[d][l]), old = MPMRead(&v[d][l]);
+      const MPMReal now = MPMRead(&vn[d][l]), step = dt * MPMRead(&an[d][l]), old = MPMRead(&v[d][l]);
       MPMReal       to;
 
       if (r) /* xpic: what the grid took up of v_p, accelerated */
         to = old - MPMRead(&r[d][l]) + step;
       else
-        to = par->flip * (old + step) + (1 - par->flip) * now;
+        to = flip * (old + step) + pic * now;
       v2 += to * to;
       MPMWrite(&v[d][l], to);
-      MPMWrite(&dx[d][l], par->dt * (r ? to : now));
+      MPMWrite(&dx[d][l], dt * (r ? to : now));
     }
     *v2max = MPMMax(*v2max, MPMSelect(MPMBetween(l, 0, n), v2, MPMAll(0)));
   }
@@ -578,10 +587,10 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][stress];
   PetscInt      at[MPM_MAX_NODES];
   MPMBlockOrder o;
-  MPMReal     v2 = MPMAll(0), c2 = MPMAll(0);
-  MPMRow      value[6], L[9], v[3], r[3]; /* value: sum phi v', sum phi a; then dx in place of the first */
-  MPMStencils s;
-  MPMBlock    b;
+  MPMReal       v2 = MPMAll(0), c2 = MPMAll(0);
+  MPMRow        value[6], L[9], v[3], r[3]; /* value: sum phi v', sum phi a; then dx in place of the first */
+  MPMStencils   s;
+  MPMBlock      b;
 
   MPMStencilsBegin(dim, par, &s);
   memset(&b, 0, sizeof b);

@@ -97,8 +97,8 @@ MPM_INLINE void MPMFlush(int dim, int nn, const PetscInt at[], PetscReal *node, 
       }
 }
 
-/* A block of points into the sums of the nodes. begun: the sums so far of the cell that an earlier block began; those of
-   the last cell are left there. */
+/* A block of points into the sums of the nodes. begun: the sums so far of the cell that an earlier block began; those
+   of the last cell are left there. */
 MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMBlockOrder *o, const MPMStencils *s,
                             const MPMRecords *r, const PetscInt at[], PetscReal *nodes, MPMBegun *begun)
 {
@@ -196,11 +196,10 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
  */
 #define MPM_FOR_ALL(X) X(1, 2) X(1, 3) X(1, 4) X(2, 2) X(2, 3) X(2, 4) X(3, 2) X(3, 3) X(3, 4)
 #define MPM_SUM_BLOCK(dim, ns, forces, affine)                                                                         \
-  static void SumBlock_##dim##ns##_##forces##affine(const MPMBlockOrder *o, const MPMStencils *s,                       \
-                                                    const MPMRecords *r, const PetscInt at[], PetscReal *nodes,        \
-                                                    MPMBegun *begun)                                                   \
+  static void SumBlock_##dim##ns##_##forces##affine(const MPMBlockOrder *o, const MPMStencils *s, const MPMRecords *r, \
+                                                    const PetscInt at[], PetscReal *nodes, MPMBegun *begun)            \
   {                                                                                                                    \
-    MPMSumBlock(dim, ns, forces, affine, o, s, r, at, nodes, begun);                                          \
+    MPMSumBlock(dim, ns, forces, affine, o, s, r, at, nodes, begun);                                                   \
   }
 #define MPM_INTERPOLATE_BLOCK(dim, ns, motion, stress)                                                                 \
   static void InterpolateBlock_##dim##ns##_##motion##stress(const MPMBlockOrder *o, const MPMStencils *s,              \
