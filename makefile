@@ -83,7 +83,7 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 export ASAN_OPTIONS := detect_leaks=0
 
 # ---- What a user asks for
-.PHONY: all run test verify robust bench paper format clean distclean help objects picture ctest FORCE
+.PHONY: all run test verify robust bench paper scaling format clean distclean help objects picture ctest FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -111,6 +111,9 @@ bench: $(PEBBLE) build/seed_serial ## time this program and others on the same w
 
 paper: $(PEBBLE) $(BUILD)/quadrature ## run the studies of docs/paper.md, renew its tables and figures
 	@$(python) tools/paper/paper.py --pebble $(program) --quadrature $(BUILD)/quadrature
+
+scaling: $(PEBBLE) ## how it scales: 1 to 32 processes, counted and predicted (docs/data/scaling); SCALING=full: longer
+	@$(python) tools/scaling/scaling.py --pebble $(program) --mpiexec $(MPIEXEC) $(if $(filter full,$(SCALING)),--full,$(SCALING))
 
 format: ## clang-format on the C sources
 	clang-format -i $(wildcard src/*.[ch] tests/*.[ch] tools/paper/*.c)
