@@ -7,6 +7,9 @@
 #include "options.h"
 
 #define LEVELS 3
+/* Runs of more points are timed by the processor's clock, which other programs do not lengthen; for fewer points,
+   reading it would be a part of what it measures, and there the least of short runs does. */
+#define MPM_CLOCKED 5e3
 static const PetscReal goal[LEVELS]  = {600, 2e4, 4e5};
 static const PetscInt  steps[LEVELS] = {400, 150, 75}, repeats[LEVELS] = {8, 8, 4};
 
@@ -151,7 +154,7 @@ static PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt
 
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(sample, sizeof *sample));
-  for (PetscInt k = 0, tries = 0; k < nrepeats && tries < 8; tries++) {
+  for (PetscInt k = 0, tries = 0; k < nrepeats && tries < nrepeats + 8; tries++) {
     MPMShare share;
     MPM      mpm;
 
@@ -162,6 +165,7 @@ static PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt
       continue;
     }
     PetscCall(MPMModelShare(mpm, &share));
+    mpm->path.clock = n > MPM_CLOCKED ? PETSC_TRUE : PETSC_FALSE;
     PetscCall(MPMRun(mpm));
     for (PetscInt e = 0; e < MPM_MAX_TIMERS && mpm->step; e++) {
       const PetscReal s = MPMTimerSeconds(mpm, e) / (PetscReal)mpm->step;
