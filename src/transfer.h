@@ -74,8 +74,10 @@ MPM_INLINE void MPMNextBlock(const MPMPatch *patch, PetscInt q, PetscInt nall, c
 /* Fetches rows of a block further on, those that stand where points l to l + MPM_WIDTH - 1 do in this one. */
 MPM_INLINE void MPMFetch(int nc, const PetscReal *own, const MPMBlockOrder *o, PetscInt l)
 {
-  if (l + MPM_WIDTH > o->n) return;
-  for (int k = 0; k<MPM_WIDTH; k += nc> 4 ? 1 : 2) { /* a line holds several rows, or not all of one */
+  const int step = nc > 4 ? 1 : 2; /* a line holds several rows, or not all of one */
+
+  if (l + MPM_WIDTH > o->n) return; /* ahead may end with the order */
+  for (int k = 0; k < MPM_WIDTH; k += step) {
     __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc);
     if (nc > 8) __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc + 8);
   }
@@ -196,11 +198,12 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
   if (MPMBasisIsSpline(basis) && MPMAny(wall)) MPMStageWalls(dim, basis, patch->grid, n, s);
 }
 
-/* Stencils of a block of points, and where its cells end. Those of an image across a periodic face are the point's own:
-   only its cell lies elsewhere. */
+/* Stencils of a block of points, and where its cells end. Those of an image across a periodic face, which may be among
+   the own points too (in the pool), are the point's own: only its cell lies elsewhere. */
 MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, MPMBlockOrder *o, MPMStencils *s)
 {
-  PetscInt ncells = 0;
+  PetscBool images = o->mixed;
+  PetscInt  ncells = 0;
 
   MPMGather(dim, patch->points.x, patch->halo.x, o, s->x);
   for (PetscInt l = 0; l < o->n && par->nkinds > 1; l++) {
@@ -220,7 +223,9 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
   default:
     break;
   }
-  for (PetscInt l = 0; l < o->n && o->mixed; l++) s->cell[l] = (PetscReal)MPMCellOf(patch, o->point[l]);
+  for (int d = 0; d < dim; d++)
+    if (patch->grid->periodic[d]) images = PETSC_TRUE;
+  for (PetscInt l = 0; l < o->n && images; l++) s->cell[l] = (PetscReal)MPMCellOf(patch, o->point[l]);
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
     ncells = MPMList(MPMRead(&s->cell[l]) != MPMRead(&s->cell[l] + 1), l + 1, ncells, o->end);
   while (ncells && o->end[ncells - 1] >= o->n) ncells--;
