@@ -27,7 +27,7 @@ def panels(rows, quantity, path, what, limit):
     scenes = list(dict.fromkeys(row["scene"] for row in rows))
     if not scenes:
         return
-    figure, axes = plt.subplots(1, len(scenes), figsize=(2.7 * len(scenes) + 0.5, 3.1), layout="constrained",
+    figure, axes = plt.subplots(1, len(scenes), figsize=(max(7, 2.7 * len(scenes)), 3.3), layout="constrained",
                                 squeeze=False)
     for axis, scene in zip(axes[0], scenes):
         mine = [row for row in rows if row["scene"] == scene and row[quantity] and int(row["processes"]) <= limit]

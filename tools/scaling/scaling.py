@@ -41,7 +41,17 @@ PER_PROCESS = 16000
 
 class Results:
     def __init__(self, args):
-        self.args, self.runs, self.counts, self.validation, self.problems = args, [], [], [], []
+        self.args, self.validation, self.problems = args, [], []
+        # With --scenes the rows of the others stay.
+        self.runs, self.counts = ([row for row in self.read(name) if args.scenes and row["scene"] not in args.scenes]
+                                  for name in ("runs", "counts"))
+
+    def read(self, name):
+        try:
+            with open(os.path.join(self.args.data, name + ".csv"), newline="") as file:
+                return list(csv.DictReader(file))
+        except OSError:
+            return []
 
     def problem(self, text):
         self.problems.append(text)
@@ -223,14 +233,14 @@ def validation(args, results):
                 tries = [Run(args, options, p, "spatial", "direct", args.validation_steps, model, count=False)
                          for _ in range(args.repeats)]
                 run = min(tries, key=lambda r: r.seconds)
-                path = min(r.path for r in tries)
+                slowest = min(r.path for r in tries)
                 results.validation.append(dict(
                     scene=name, dim=dimension(path), particles=run.particles, processes=p, steps=run.steps,
                     repeats=len(tries), seconds_per_step=number(run.seconds), predicted=number(run.predicted),
-                    ratio=number(run.seconds / run.predicted), critical_path=number(path),
-                    critical_path_ratio=number(path / run.predicted)))
+                    ratio=number(run.seconds / run.predicted), critical_path=number(slowest),
+                    critical_path_ratio=number(slowest / run.predicted)))
                 print(f"  {name:12s}{run.particles:9d} {p:9d}  {1e3 * run.seconds:9.4f}  {1e3 * run.predicted:9.4f}  "
-                      f"{run.seconds / run.predicted:5.2f}      {1e3 * path:9.4f}  {path / run.predicted:5.2f}",
+                      f"{run.seconds / run.predicted:5.2f}      {1e3 * slowest:9.4f}  {slowest / run.predicted:5.2f}",
                       flush=True)
         except Failed as failure:
             results.problem(f"validation: {name}: {failure}")
