@@ -51,7 +51,7 @@ class Data:
         out = []
         for path in self.need("scaling/*.csv", "`make scaling`"):
             for row in rows(path):
-                if "study" in row and "strategy" in row and row.get("processes"):
+                if "study" in row and "strategy" in row and row.get("processes") and row["class"] != "oversubscribed":
                     row["class"] = evidence(row["class"])
                     out.append(row)
         if not out:

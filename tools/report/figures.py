@@ -58,7 +58,7 @@ def efficiency(path, titles, panels, floor=0, top=1.15):
             ticks(at, [v for v in (1, 8, 64, 1024, 32768, 1000000) if v <= max(values)])
         at.axhline(1, color="0.8", linewidth=0.6, zorder=0)
         at.set(title=title, xlabel="processes")
-        at.legend(fontsize=7, loc="lower left")
+        at.legend(fontsize=7, loc="best")
     axes[0][0].set(ylabel="efficiency", ylim=(floor, top))
     legend_of_kinds(figure, kinds, "outside lower center")
     finish(figure, path)
@@ -72,7 +72,7 @@ def pool(path, panels):
             at.loglog(*zip(*points), color=COLOURS[k], label=label, linestyle="--" if "spatial" in label else "-")
         at.axhline(1, color="0.8", linewidth=0.6, zorder=0)
         at.set(title=title, xlabel="cost added to the law, ns a particle and step")
-        at.legend(fontsize=7, loc="upper left")
+        at.legend(fontsize=7, loc="best")
     axes[0][0].set_ylabel("speed-up (closed form)")
     finish(figure, path)
 
@@ -87,7 +87,7 @@ def shares(path, panels):
             heights = [1e6 * parts.get(name, 0) for _, parts in bars]
             at.bar(range(len(bars)), heights, bottom=below, color=COLOURS[k % len(COLOURS)], label=name, width=0.7)
             below = [a + b for a, b in zip(below, heights)]
-        at.set_xticks(range(len(bars)), [f"{p:,}".replace(",", " ") for p, _ in bars], fontsize=7)
+        at.set_xticks(range(len(bars)), [f"{p:,}".replace(",", " ") if p < 1e5 else f"$10^{{{len(str(p)) - 1}}}$" for p, _ in bars], fontsize=8)
         at.set(title=title, xlabel="processes", ylabel="µs a step (closed form)")
     handles, labels = axes[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside right center", fontsize=7)

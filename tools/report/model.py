@@ -190,9 +190,14 @@ def load(path):
 
 
 def save(model, path, like):
-    """Writes a calibration's file `like` with the numbers of this model."""
+    """Writes a calibration's file `like` with the rates and numbers of this model."""
     with open(like) as f:
         text = f.read()
+
+    def rate(found):
+        r = model.rates.get(found[2], Rate(0, (1, 1), (0, 0)))
+        return f"rate {found[1]} {r.call:.8g} {r.size[0]:g} {r.each[0]:.8g} {r.size[1]:g} {r.each[1]:.8g} # {found[2]}:"
+    text = re.sub(r"^rate (\d+) [^#\n]*# (\w+):", rate, text, flags=re.M)
     for name, value in model.numbers.items():
         text = re.sub(rf"^{re.escape(name)} .*$", f"{name} {value:.8g}", text, flags=re.M)
     with open(path, "w") as f:
