@@ -1,4 +1,5 @@
 """Marked blocks of documents: what stands between the lines <!-- table NAME --> and <!-- end --> is made by a program."""
+
 import re
 
 
@@ -14,7 +15,9 @@ def names(text):
 
 def renew(text, name, block):
     """The document with the block of that name replaced; ValueError unless it has exactly one."""
-    found, count = re.subn(rf"(<!-- table {name} -->\n).*?(<!-- end -->)", lambda m: f"{m[1]}\n{block}\n\n{m[2]}", text, flags=re.S)
+    found, count = re.subn(
+        rf"(<!-- table {name} -->\n).*?(<!-- end -->)", lambda m: f"{m[1]}\n{block}\n\n{m[2]}", text, flags=re.S
+    )
     if count != 1:
         raise ValueError(f"the document must have one table {name}, not {count}")
     return found

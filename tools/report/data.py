@@ -1,9 +1,10 @@
 """What the report is made of: the CSV files of docs/data, as rows with numbers, and the calibrations of the model."""
+
 import csv
 import glob
 import os
 
-ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 
 
 class Missing(Exception):
@@ -26,8 +27,16 @@ def rows(path):
 def evidence(text):
     """The class of a number, in the words of the report."""
     text = str(text).lower().replace("_", " ")
-    for word, name in (("measure", "measured"), ("wall", "measured"), ("path", "critical path"), ("simul", "simulated"),
-                       ("inject", "simulated"), ("closed", "closed form"), ("model", "closed form"), ("predict", "closed form")):
+    for word, name in (
+        ("measure", "measured"),
+        ("wall", "measured"),
+        ("path", "critical path"),
+        ("simul", "simulated"),
+        ("inject", "simulated"),
+        ("closed", "closed form"),
+        ("model", "closed form"),
+        ("predict", "closed form"),
+    ):
         if word in text:
             return name
     raise ValueError(f"class {text!r} of a number is none of measured, critical path, simulated, closed form")
@@ -59,7 +68,12 @@ class Data:
         return out
 
     def simulated(self, name):
-        return rows(self.need(f"simulated/{name}.csv", "`make simulate`" + ("" if name in ("strong", "weak", "validate") else " SIMULATE=full"))[0])
+        return rows(
+            self.need(
+                f"simulated/{name}.csv",
+                "`make simulate`" + ("" if name in ("strong", "weak", "validate") else " SIMULATE=full"),
+            )[0]
+        )
 
     def costs(self):
         out = {}
@@ -75,7 +89,12 @@ class Data:
                 names = {k.lower(): k for k in row if k}
                 predicted = next((names[k] for k in names if "predict" in k), None)
                 measured = next((names[k] for k in names if k.startswith("measured") or k == "seconds_per_step"), None)
-                if predicted and measured and isinstance(row[predicted], (int, float)) and isinstance(row[measured], (int, float)):
+                if (
+                    predicted
+                    and measured
+                    and isinstance(row[predicted], (int, float))
+                    and isinstance(row[measured], (int, float))
+                ):
                     out.append({**row, "predicted": row[predicted], "measured": row[measured]})
         if not out:
             raise Missing("no file `docs/data/scaling/*.csv` has columns `predicted` and `measured`: `make scaling` writes it")

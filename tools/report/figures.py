@@ -1,5 +1,6 @@
 """The figures of docs/report.md. Marks mean evidence: filled = measured, open = critical path, crosses = simulated, lines =
 closed form."""
+
 import os
 import sys
 
@@ -11,17 +12,29 @@ except ModuleNotFoundError as missing:
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402 (after the choice of the backend)
 
-STYLE = {"font.size": 9, "axes.titlesize": 9, "axes.linewidth": 0.6, "xtick.major.width": 0.6, "ytick.major.width": 0.6,
-         "legend.frameon": False, "savefig.dpi": 130, "mathtext.fontset": "cm", "lines.linewidth": 1.2, "lines.markersize": 4.5}
+STYLE = {
+    "font.size": 9,
+    "axes.titlesize": 9,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "legend.frameon": False,
+    "savefig.dpi": 130,
+    "mathtext.fontset": "cm",
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4.5,
+}
 COLOURS = ["tab:blue", "tab:red", "tab:green", "tab:purple", "tab:orange", "tab:brown", "tab:pink", "tab:olive"]
 plt.rcParams.update(STYLE)
 
 
 def mark(kind, colour):
-    return {"measured": dict(marker="s", color=colour, linestyle="none"),
-            "critical path": dict(marker="o", color=colour, markerfacecolor="white", linestyle="none"),
-            "simulated": dict(marker="x", color=colour, linestyle="none"),
-            "closed form": dict(color=colour)}[kind]
+    return {
+        "measured": dict(marker="s", color=colour, linestyle="none"),
+        "critical path": dict(marker="o", color=colour, markerfacecolor="white", linestyle="none"),
+        "simulated": dict(marker="x", color=colour, linestyle="none"),
+        "closed form": dict(color=colour),
+    }[kind]
 
 
 def ticks(axes, values):
@@ -87,7 +100,11 @@ def shares(path, panels):
             heights = [1e6 * parts.get(name, 0) for _, parts in bars]
             at.bar(range(len(bars)), heights, bottom=below, color=COLOURS[k % len(COLOURS)], label=name, width=0.7)
             below = [a + b for a, b in zip(below, heights)]
-        at.set_xticks(range(len(bars)), [f"{p:,}".replace(",", " ") if p < 1e5 else f"$10^{{{len(str(p)) - 1}}}$" for p, _ in bars], fontsize=8)
+        at.set_xticks(
+            range(len(bars)),
+            [f"{p:,}".replace(",", " ") if p < 1e5 else f"$10^{{{len(str(p)) - 1}}}$" for p, _ in bars],
+            fontsize=8,
+        )
         at.set(title=title, xlabel="processes", ylabel="µs a step (closed form)")
     handles, labels = axes[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside right center", fontsize=7)
@@ -101,7 +118,14 @@ def convergence(path, curves):
         axes.loglog(*zip(*points), color=COLOURS[k], marker="os^D"[k % 4], label=label)
     sizes = sorted(h for points in curves.values() for h, _ in points)
     low = min(e for points in curves.values() for _, e in points)
-    axes.plot([sizes[0], sizes[-1]], [low, low * (sizes[-1] / sizes[0])**2], color="0.55", linewidth=0.8, linestyle=":", label="second order")
+    axes.plot(
+        [sizes[0], sizes[-1]],
+        [low, low * (sizes[-1] / sizes[0]) ** 2],
+        color="0.55",
+        linewidth=0.8,
+        linestyle=":",
+        label="second order",
+    )
     axes.set(xlabel="cell size $h$ [m]", ylabel="rms error of the displacement [m]")
     axes.legend(fontsize=7)
     finish(figure, path)

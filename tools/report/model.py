@@ -3,7 +3,9 @@ million processes, dearer materials, constants of another network. `agrees` hold
 
 Symbols are those of docs/report.md, section 5. Times in s, sizes in particles, nodes and bytes.
 """
+
 import copy
+import itertools
 import math
 import re
 from dataclasses import dataclass, field, replace
@@ -11,14 +13,27 @@ from dataclasses import dataclass, field, replace
 NODES = {"linear": 2, "gimp": 3, "bspline2": 3, "bspline3": 4}  # of the stencil along an axis
 # The phases of a step: name, kind, fields in, fields out, and of those to nodes the sums (mass, momentum, force).
 PHASES = {
-    "usl": [("P2G", "to_nodes", "x cell v F", "", "mpf"), ("ADVANCE", "nodes", "", "", ""),
-            ("G2P", "to_points", "id x cell v F", "x cell v F", "")],
-    "usf": [("P2G_MASS", "to_nodes", "x cell v", "", "mp"), ("VELOCITY", "nodes", "", "", ""),
-            ("G2P_STRESS", "to_points", "id x cell F", "F", ""), ("P2G_FORCE", "to_nodes", "x cell F", "", "f"),
-            ("ADVANCE", "nodes", "", "", ""), ("G2P_MOTION", "to_points", "id x cell v", "x cell v", "")],
-    "musl": [("P2G", "to_nodes", "x cell v F", "", "mpf"), ("ADVANCE", "nodes", "", "", ""),
-             ("G2P_MOTION", "to_points", "x cell v", "v dx", ""), ("P2G_MOMENTUM", "to_nodes", "x cell v", "", "p"),
-             ("VELOCITY", "nodes", "", "", ""), ("G2P_STRESS", "to_points", "id x cell F dx", "x cell F", "")],
+    "usl": [
+        ("P2G", "to_nodes", "x cell v F", "", "mpf"),
+        ("ADVANCE", "nodes", "", "", ""),
+        ("G2P", "to_points", "id x cell v F", "x cell v F", ""),
+    ],
+    "usf": [
+        ("P2G_MASS", "to_nodes", "x cell v", "", "mp"),
+        ("VELOCITY", "nodes", "", "", ""),
+        ("G2P_STRESS", "to_points", "id x cell F", "F", ""),
+        ("P2G_FORCE", "to_nodes", "x cell F", "", "f"),
+        ("ADVANCE", "nodes", "", "", ""),
+        ("G2P_MOTION", "to_points", "id x cell v", "x cell v", ""),
+    ],
+    "musl": [
+        ("P2G", "to_nodes", "x cell v F", "", "mpf"),
+        ("ADVANCE", "nodes", "", "", ""),
+        ("G2P_MOTION", "to_points", "x cell v", "v dx", ""),
+        ("P2G_MOMENTUM", "to_nodes", "x cell v", "", "p"),
+        ("VELOCITY", "nodes", "", "", ""),
+        ("G2P_STRESS", "to_points", "id x cell F dx", "x cell F", ""),
+    ],
 }
 STEADY = {"id", "x", "kind", "cell"}  # travel with `settle`
 
@@ -31,6 +46,7 @@ def log2(processes):
 class Share:
     """What one process has: particles, nodes, halo particles, ghost nodes, neighbours; and the whole run's number of
     processes and particles that change process in a step."""
+
     points: float
     nodes: float
     halo: float = 0
@@ -65,7 +81,7 @@ class Model:
 
     # ---- Sizes of messages
     def bytes(self, fields, without=()):
-        size = {"id": 8, "x": 8 * self.dim, "v": 8 * self.dim, "F": 8 * self.dim ** 2, "dx": 8 * self.dim, "cell": 4}
+        size = {"id": 8, "x": 8 * self.dim, "v": 8 * self.dim, "F": 8 * self.dim**2, "dx": 8 * self.dim, "cell": 4}
         return sum(size[f] for f in fields.split() if f not in without)
 
     def sums(self, parts):
@@ -92,7 +108,9 @@ class Model:
             t["SETTLE"] = settle.seconds(s.points)
         way = {k: m[f"migration[{int(self.direct)}].{k}"] for k in ("call", "stage", "process", "point")}
         chance = 1 - math.exp(-s.crossing) if s.processes > 1 else 0
-        t["MIGRATE"] = chance * (way["call"] + way["stage"] * log2(s.processes) + way["point"] * s.points + way["process"] * s.processes)
+        t["MIGRATE"] = chance * (
+            way["call"] + way["stage"] * log2(s.processes) + way["point"] * s.points + way["process"] * s.processes
+        )
         t["REDUCE"] = self.rates.get("REDUCE", none).call + log2(s.processes) * m["reduction"]
         t["other"] = self.rates.get("other", none).seconds(s.points)
         return t
@@ -106,7 +124,7 @@ class Model:
         s is the share of a run on one process."""
         m, reach, busy, total = self.numbers, NODES[self.basis] - 1, 0.0, 0.0
         alone = self.parts(replace(s, processes=1))
-        cells, wide = edge ** self.dim, (edge + reach) ** self.dim
+        cells, wide = edge**self.dim, (edge + reach) ** self.dim
         for name, kind, fields, back, sums in PHASES[self.update]:
             if kind == "nodes":
                 continue
@@ -133,21 +151,52 @@ class Model:
         if processes > 1:
             s.ghosts = (side + reach) ** self.dim - cells
             s.halo = s.ghosts * per_cell
-            s.neighbours = 2 ** self.dim - 1
+            s.neighbours = 2**self.dim - 1
             s.crossing = courant * processes * self.dim * cells / side * per_cell
         return s
 
-    def box(self, cells, cut, per_cell, courant):
-        """The busiest process of a full box of `cells` that is cut into cut[0] x cut[1] ... equal boxes."""
-        reach, own = NODES[self.basis] - 1, [math.ceil(c / p) for c, p in zip(cells, cut)]
-        around = [n + (reach if p > 1 else 0) for n, p in zip(own, cut)]
-        s = Share(math.prod(own) * per_cell, math.prod(n + 1 for n in own), processes=math.prod(cut))
-        if s.processes > 1:
-            s.ghosts = math.prod(around) - math.prod(own)
-            s.halo = s.ghosts * per_cell
-            s.neighbours = 2 ** sum(p > 1 for p in cut) - 1
-            s.crossing = courant * s.halo * s.processes
-        return s
+    def axis(self, cells, parts, up):
+        """One axis of a full box between walls, cut into parts as even as cells allow: for each part its particles, halo below
+        and ghosts above in units of a cell's particles. Near walls a spline's stencil is moved onto the grid, so the first and
+        the last cell of stencils have more particles. up: which way halves are rounded."""
+        reach = NODES[self.basis] - 1
+        n = cells + 1 - reach
+        load = [1.0] * n
+        load[0] += (cells - n) / 2
+        load[-1] += (cells - n) / 2
+        cuts, total = [0], 0.0
+        for k, one in enumerate(load):
+            total += one
+            while len(cuts) < parts and total + (0 if up else one / 2 + 1e-9) >= len(cuts) * cells / parts:
+                cuts.append(k + 1)
+        cuts.append(n)
+        return [
+            (sum(load[a:b]), sum(load[max(0, a - reach) : a]), min(reach, n + reach - b) if b < n else 0)
+            for a, b in zip(cuts, cuts[1:])
+        ]
+
+    def box(self, cells, cut, per_cell, crossing):
+        """Seconds of a step, and the imbalance, of a full box that is cut into cut[0] x cut[1] ... boxes: of the slowest process,
+        for the better rounding of the cuts."""
+        found = []
+        for ups in itertools.product((False, True), repeat=len(cut)):
+            slowest, most = 0.0, 0.0
+            for where in itertools.product(*(set(self.axis(c, p, up)) for c, p, up in zip(cells, cut, ups))):
+                own = math.prod(w[0] for w in where)
+                halo, ghosts = math.prod(w[0] + w[1] for w in where) - own, math.prod(w[0] + w[2] for w in where) - own
+                below, above = (2 ** sum(w[k] > 0 for w in where) - 1 for k in (1, 2))
+                s = Share(
+                    own * per_cell,
+                    math.prod(w[0] + 1 / p for w, p in zip(where, cut)),
+                    halo * per_cell,
+                    ghosts,
+                    (below + above) / 2,
+                    math.prod(cut),
+                    crossing,
+                )
+                slowest, most = max(slowest, self.step(s)), max(most, own)
+            found.append((slowest, most * math.prod(cut) / math.prod(cells)))
+        return min(found)
 
     # ---- Other constants
     def with_(self, **numbers):
@@ -157,9 +206,12 @@ class Model:
 
     def with_network(self, message, wire, reduction):
         """The same processor, another network; what of migration is messages follows, as in src/calibrate.c."""
-        return self.with_(message=message, wire=wire, reduction=reduction, **{
-            "migration[0].stage": 24 * reduction, "migration[1].stage": 2 * reduction,
-            "migration[0].process": 80 * wire})
+        return self.with_(
+            message=message,
+            wire=wire,
+            reduction=reduction,
+            **{"migration[0].stage": 24 * reduction, "migration[1].stage": 2 * reduction, "migration[0].process": 80 * wire},
+        )
 
     def dearer(self, seconds):
         """A law that takes so much longer for each particle and evaluation; it is evaluated once a step, in the sum of
@@ -182,7 +234,9 @@ def load(path):
     update = "usl" if ":G2P." in method[0] else "usf" if ":P2G_MASS." in method[0] else "musl"
     model = Model(int(method[1]), bases[int(method[2])], update, origin=(re.search(r"^from (.*)", text, re.M) or ["", ""])[1])
     number = r"([-+.\deE]+)"
-    for _, call, n0, e0, n1, e1, name in re.findall(rf"^rate (\d+) {number} {number} {number} {number} {number} # (\w+):", text, re.M):
+    for _, call, n0, e0, n1, e1, name in re.findall(
+        rf"^rate (\d+) {number} {number} {number} {number} {number} # (\w+):", text, re.M
+    ):
         model.rates[name] = Rate(float(call), (float(n0), float(n1)), (float(e0), float(e1)))
     for name, value in re.findall(rf"^([a-z]+(?:\[\d\]\.[a-z]+)?) {number}$", text, re.M):
         model.numbers[name] = float(value)
@@ -197,6 +251,7 @@ def save(model, path, like):
     def rate(found):
         r = model.rates.get(found[2], Rate(0, (1, 1), (0, 0)))
         return f"rate {found[1]} {r.call:.8g} {r.size[0]:g} {r.each[0]:.8g} {r.size[1]:g} {r.each[1]:.8g} # {found[2]}:"
+
     text = re.sub(r"^rate (\d+) [^#\n]*# (\w+):", rate, text, flags=re.M)
     for name, value in model.numbers.items():
         text = re.sub(rf"^{re.escape(name)} .*$", f"{name} {value:.8g}", text, flags=re.M)
@@ -210,8 +265,12 @@ def parse(text):
     out = {"rows": {}, "blocks": {}}
     for line in text.splitlines():
         if m := re.match(r" +(\d+) +(\S+) +(\S+) +(\S+) +(\S+)(?: +(\S+) +(\S+))?$", line):
-            out["rows"][int(m[1])] = {"spatial": float(m[2]), "efficiency": float(m[4]), "imbalance": float(m[5]),
-                                      "pool": float(m[6]) if m[6] else None}
+            out["rows"][int(m[1])] = {
+                "spatial": float(m[2]),
+                "efficiency": float(m[4]),
+                "imbalance": float(m[5]),
+                "pool": float(m[6]) if m[6] else None,
+            }
         if m := re.search(r"no number of workers exceeds a speed-up of (\S+);", line):
             out["bound"] = float(m[1])
         if "spatial keeps 0.9" in line:
@@ -229,7 +288,9 @@ def blocks(model, per_cell, processes, courant, efficiency=0.9):
     """The least number of particles a process at which full blocks keep this efficiency."""
     n = 64.0
     while n < 1e9:
-        if model.step(model.cube(n, per_cell, 1, courant)) >= efficiency * model.step(model.cube(n, per_cell, processes, courant)):
+        if model.step(model.cube(n, per_cell, 1, courant)) >= efficiency * model.step(
+            model.cube(n, per_cell, processes, courant)
+        ):
             return n
         n *= 1.02
     return 0.0
@@ -243,6 +304,7 @@ def agrees(model, said, cells, edge=16, tolerance=0.02):
     def hold(what, ours, theirs, allowed=tolerance):
         if abs(ours - theirs) > allowed * abs(theirs):
             wrong.append(f"{what}: {ours:.4g} here, {theirs:.4g} from the program")
+
     hold("step on one process", model.step(whole), said["rows"][1]["spatial"])
     for p, row in said["rows"].items():
         if row["pool"]:

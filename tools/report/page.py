@@ -1,4 +1,5 @@
 """A Markdown document as one HTML file that needs nothing else: figures embedded, formulas as they are written (plain text)."""
+
 import base64
 import html
 import os
@@ -21,13 +22,18 @@ img { max-width: 100%; }
 
 
 def embed(folder):
+    """A function for each <img ...>: the file's content in place of its name."""
+
     def image(match):
-        name = html.unescape(match[1])
+        name = html.unescape(re.search(r'src="([^"]*)"', match[0])[1])
         path = os.path.join(folder, name)
         if not os.path.isfile(path):
-            return f'<em>(figure {html.escape(name)} is missing)</em><img alt="" src=""'
+            return f"<em>(The figure {html.escape(name)} is missing: no data.)</em>"
         with open(path, "rb") as f:
-            return f'<img src="data:image/png;base64,{base64.b64encode(f.read()).decode()}"'
+            return match[0].replace(
+                f'src="{html.escape(name)}"', f'src="data:image/png;base64,{base64.b64encode(f.read()).decode()}"'
+            )
+
     return image
 
 
@@ -35,10 +41,10 @@ def write(text, folder, path):
     title = re.search(r"^# (.*)", text, re.M)[1]
     body = markdown.markdown(text, extensions=["tables", "toc", "sane_lists", "attr_list"], output_format="html")
     body = re.sub(r"<!--.*?-->\n?", "", body, flags=re.S)
-    # The document's own folder is that of its links: others of the repository are not beside an HTML file that was sent on.
-    body = re.sub(r'<img ([^>]*?)src="([^"]+)"', r'<img src="\2" \1', body)
-    body = re.sub(r'<img src="([^":]+)"', embed(folder), body)
+    body = re.sub(r"<img [^>]*>", embed(folder), body)
     with open(path, "w") as f:
-        f.write(f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<meta name="viewport" content="width=device-width">\n'
-                f"<title>{html.escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n")
+        f.write(
+            f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<meta name="viewport" content="width=device-width">\n'
+            f"<title>{html.escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
+        )
     print(f"  {os.path.relpath(path)}")

@@ -1,524 +1,31 @@
 #!/usr/bin/env python3
 """Makes docs/report.md's tables and figures anew from docs/data, and docs/report.html from it: `make report`.
 
-The tables stand between the lines <!-- table NAME --> and <!-- end -->; NAME is a function table_NAME below. A table whose
+The tables stand between the lines <!-- table NAME --> and <!-- end -->; NAME is a function table_NAME of tables.py. A table whose
 data are not there becomes a sentence that says which, and the program ends with status 1.
 
     report.py                  tables, figures and HTML from the data in the repository (runs Pebble for a few seconds)
     report.py --calibrate      first measures docs/data/models/*.model anew on this machine (wants it quiet; minutes)
 """
+
 import argparse
-import csv
 import math
 import os
 import re
 import subprocess
 import sys
-import tempfile
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-ROOT = os.path.normpath(os.path.join(HERE, "..", ".."))
-sys.path[:0] = [HERE, os.path.join(ROOT, "tools")]
+ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+sys.path.insert(0, os.path.join(ROOT, "tools"))
 import figures  # noqa: E402 (after the path)
 import marks  # noqa: E402
 import model  # noqa: E402
-from data import Data, Missing  # noqa: E402
-from data import rows as rows_of  # noqa: E402
-
-PROCESSES = (1, 2, 4, 8, 16, 32)
-FAR = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4096, 32768, 262144, 1000000)
-# The cluster of all closed forms and simulations: latency 1 us, 0.3 us of a processor on either side of a message, 12.5 GB/s.
-LATENCY, OVERHEAD, WIRE = 1e-6, 0.3e-6, 0.08e-9
-NETWORK = dict(message=LATENCY + 2 * OVERHEAD, wire=WIRE, reduction=LATENCY + 2 * OVERHEAD)
-# Scenes of the closed form: options, cells of the box, what it is
-BOXES = {"box2d": ((256, 256), "filled box, 2-D linear"), "box3d": ((32, 32, 32), "filled box, 3-D quadratic")}
-WEAK = 16384  # particles a process
-NAMES = {"box2d": "filled box, 2-D", "box3d": "filled box, 3-D", "disks": "two disks", "disks3d": "two balls, 3-D",
-         "dambreak": "dam break", "dambreak3d": "dam break, 3-D", "column": "sand column", "bar": "bar"}
-WAYS = {("spatial", "direct"): "spatial, direct", ("spatial", "swarm"): "spatial, DMSwarmMigrate", ("pool", "direct"): "pool", ("pool", "swarm"): "pool"}
+from closed import BOXES, FAR, WEAK, way  # noqa: E402
+from data import Missing  # noqa: E402
+from tables import Tables, group, scene, thousands  # noqa: E402
 
 
-def way(row):
-    return "one process" if row.get("processes", row.get("ranks")) == 1 else WAYS.get((row["strategy"], row["migrate"]), row["strategy"])
-
-
-def scene(name):
-    return NAMES.get(name, str(name))
-
-
-def group(rows, key):
-    out = {}
-    for row in rows:
-        out.setdefault(key(row), []).append(row)
-    return out
-
-
-def two(x):
-    return "" if x is None or x == "" else f"{x:.2f}"
-
-
-def seconds(t):
-    return f"{1e6 * t:.0f} µs" if t < 9.995e-4 else f"{1e3 * t:.3g} ms"
-
-
-def thousands(n):
-    return f"{int(n):,}".replace(",", " ")
-
-
-class Report:
-    def __init__(self, args):
-        self.args, self.data, self.missing = args, Data(args.data), []
-        self.work = tempfile.TemporaryDirectory()
-        self.models, self.said = {}, {}
-
-    # ---- Pebble
-    def pebble(self, *options, ranks=1):
-        command = ([self.args.mpiexec, "-n", str(ranks)] if ranks > 1 else []) + [self.args.pebble, *map(str, options), "-output_dir", self.work.name]
-        done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
-        if done.returncode:
-            sys.exit(f"report.py: {' '.join(command)}\n{done.stdout[-800:]}{done.stderr[-800:]}")
-        return done.stdout
-
-    def calibrate(self, repeats):
-        """docs/data/models/*.model: the least of each constant in several calibrations, since other work only adds."""
-        folder = os.path.join(self.args.data, "models")
-        os.makedirs(folder, exist_ok=True)
-        for name in BOXES:
-            texts = []
-            for k in range(repeats):
-                path = os.path.join(self.work.name, f"{name}{k}.model")
-                open(path, "w").close()  # a rung of the calibration wants the file to be there
-                self.pebble("-options_file", os.path.join(HERE, f"{name}.opts"), "-model_calibrate", "-model_file", path, ranks=2)
-                with open(path) as f:
-                    texts.append(f.read().splitlines())
-                print(f"  {name}: calibration {k + 1} of {repeats}", flush=True)
-            lines = []
-            for same in zip(*texts):
-                best = same[0]
-                numbers = [re.match(r"(rate \d+|[a-z]+(?:\[\d\]\.[a-z]+)?) (.*?)( #.*)?$", line) for line in same]
-                if all(numbers) and not same[0].startswith(("method", "from", "#")):
-                    columns = zip(*(m[2].split() for m in numbers))
-                    best = f"{numbers[0][1]} {' '.join(min(column, key=float) for column in columns)}{numbers[0][3] or ''}"
-                elif best.startswith("from"):
-                    best += f", the least of {repeats}"
-                lines.append(best)
-            with open(os.path.join(folder, f"{name}.model"), "w") as f:
-                f.write("\n".join(lines) + "\n")
-
-    # ---- The closed form
-    def closed(self, name):
-        """The model of a box on the cluster, held against the program's."""
-        if name not in self.models:
-            path = self.data.model(name)
-            m = model.load(path).with_network(**NETWORK)
-            file = os.path.join(self.work.name, f"{name}.model")
-            model.save(m, file, path)
-            text = self.pebble("-options_file", os.path.join(HERE, f"{name}.opts"), "-model_file", file, "-parallel_migrate", "direct", "-dry_run")
-            said = model.parse(text)
-            if "calibrated" not in said.get("constants", ""):
-                raise Missing(f"`docs/data/models/{name}.model` is of another version of the program: `make report REPORT=calibrate` renews it")
-            wrong = model.agrees(m, said, BOXES[name][0])
-            if wrong:
-                sys.exit(f"report.py: tools/report/model.py and `pebble -dry_run` differ for {name}:\n  " + "\n  ".join(wrong))
-            self.models[name], self.said[name] = m, said
-        return self.models[name]
-
-    def courant(self, name):
-        m = self.closed(name)
-        return self.said[name]["speed"] * self.said[name]["dt"] / (model.NODES[m.basis] - 1)
-
-    def whole(self, name):
-        cells = BOXES[name][0]
-        return model.Share(math.prod(cells) * 2 ** len(cells), math.prod(c + 1 for c in cells))
-
-    def weak(self, name, n, processes, swarm=False, m=None):
-        """Weak efficiency of cubes of n particles."""
-        m = m or self.closed(name)
-        m.direct = not swarm
-        per, c = 2 ** m.dim, self.courant(name)
-        e = m.step(m.cube(n, per, 1, c)) / m.step(m.cube(n, per, processes, c))
-        m.direct = True
-        return e
-
-    def injected(self, name, cut, cells):
-        """The model with the costs that the simulator injects, and none that it does not know."""
-        costs, like = self.data.costs()[name], model.load(self.data.model(name))
-        m = model.Model(like.dim, like.basis, like.update, origin="costs.csv")
-        for k, timer in (("P2G", "P2G"), ("ADVANCE", "ADVANCE"), ("G2P", "G2P"), ("SETTLE", "SORT")):
-            each = costs[k] * (2 ** m.dim if k == "ADVANCE" else 1)  # of a node; costs.csv: of a particle
-            m.rates[timer] = model.Rate(0, (1, 1), (each, each))
-        # Particles of these boxes cross a cut in whole layers, 2 a cell: q is the number of layers a step, not of particles.
-        # (Rubber, sound at 36.7 m/s; 4 sin(pi x/L) m/s along each axis; dt = 0.4 h/(c + |v|).)
-        step = 0.4 / (36.7 + 4 * math.sqrt(m.dim))
-        q = sum(2 * 4 * math.sin(math.pi * j / p) * step for p in cut for j in range(1, p))
-        p = 1 - math.exp(-q)
-        m.numbers = {**dict.fromkeys(like.numbers, 0.0), "copy": 0.2e-9}
-        m = m.with_network(**NETWORK)
-        for k in (0, 1):
-            m.numbers[f"migration[{k}].point"] = costs.get("SORT", costs["SETTLE"]) - costs["SETTLE"]
-            m.numbers[f"migration[{k}].call"] = costs["SWARM"] if k == 0 else 0
-            for part in ("call", "stage", "process", "point"):
-                m.numbers[f"migration[{k}].{part}"] *= p
-        return m
-
-    def against_simulation(self):
-        """Rows: scene, study, processes, simulated s, closed form s: by the program, with its own cuts."""
-        if "against" in self.said:
-            return self.said["against"]
-        out = []
-        for study in ("strong", "weak"):
-            for row in self.data.simulated(study):
-                name, ranks = row["scene"], row["ranks"]
-                if not (name in BOXES and ranks > 1 and row["mode"] == "injected" and way(row) == "spatial, direct" and row["platform"] == "cluster"):
-                    continue
-                cells = self.cells_of(row, study)
-                like = self.data.model(name)
-                file = os.path.join(self.work.name, f"{name}-injected.model")
-                model.save(self.injected(name, [int(p) for p in str(row["cut"]).split("x")], cells), file, like)
-                upper, axes = ",".join(map(str, cells)), "xyz"
-                text = self.pebble("-options_file", os.path.join(HERE, f"{name}.opts"), "-model_file", file, "-parallel_migrate", "direct", "-dry_run",
-                                   "-grid_cells", upper, "-grid_upper", upper, "-body_box_upper", upper,
-                                   "-body_box_velocity", ",".join(f"4*sin(pi*{axes[d]}/{c})" for d, c in enumerate(cells)))
-                said = model.parse(text)["rows"]
-                out.append((name, study, ranks, row["seconds_per_step"], said[ranks]["spatial"]))
-        if not out:
-            raise Missing("`docs/data/simulated/*.csv` has no injected runs of filled boxes: `make simulate` writes them")
-        self.said["against"] = out
-        return out
-
-    @staticmethod
-    def cells_of(row, study):
-        if study == "strong":
-            return BOXES[row["scene"]][0]
-        cells, p = ([64, 64], [1, 1]) if row["scene"] == "box2d" else ([16, 16, 8], [1, 1, 1])
-        while math.prod(p) < row["ranks"]:
-            p[p.index(min(p))] *= 2
-        return [c * k for c, k in zip(cells, p)]
-
-    # ---- Tables: each returns Markdown
-    def table_answer(self):
-        """Which strategy, at how many processes, for which scene: a line for each scene, a column for each evidence."""
-        columns = {(2, "measured"): "2, measured", (8, "critical path"): "8, critical path", (32, "critical path"): "32, critical path",
-                   (32, "simulated"): "32, simulated", (1024, "closed form"): "1 024, closed form"}
-        ways, sizes, lacking = {}, {}, []  # {scene: {column: {way: speed-up}}}
-
-        def add(name, n, p, kind, how, speedup):
-            if (p, kind) in columns:
-                ways.setdefault(name, {}).setdefault((p, kind), {})[how] = speedup
-                sizes.setdefault(name, {})[n] = None
-        try:
-            for r in self.real("strong"):
-                add(r["scene"], r["particles"], r["processes"], r["class"], way(r), r["speedup"])
-        except Missing as m:
-            lacking.append(str(m))
-        try:
-            for r in self.simulated("strong", "injected"):
-                add(r["scene"], r["particles"], r["ranks"], "simulated", way(r), r["efficiency"] * r["ranks"])
-        except Missing as m:
-            lacking.append(str(m))
-        try:
-            for name in BOXES:
-                self.closed(name)
-                said = self.said[name]["rows"]
-                for p in set(said) & {1024}:
-                    add(name, self.said[name]["points"], p, "closed form", "spatial, direct", said[1]["spatial"] / said[p]["spatial"])
-                    add(name, self.said[name]["points"], p, "closed form", "pool", said[1]["spatial"] / said[p]["pool"])
-        except Missing as m:
-            lacking.append(str(m))
-        if not ways:
-            raise Missing("; ".join(lacking))
-        used = [c for c in columns if any(c in found for found in ways.values())]
-        lines = []
-        for name, found in ways.items():
-            best = {c: max(found[c], key=found[c].get) if max(found[c].values()) > 1 else "one process" for c in used if c in found}
-            uses = list(dict.fromkeys(best.values()))
-            cells = []
-            for c in used:
-                text = ""
-                if c in found:
-                    text = f"**{found[c].get(best[c], 1):.3g}**" + (f" ({best[c]})" if len(uses) > 1 else "")
-                    if best[c] != "pool" and "pool" in found[c]:
-                        text += f"; pool {found[c]['pool']:.2g}"
-                cells.append(text)
-            lines.append([scene(name), " and ".join(map(thousands, sizes[name])), uses[0] if len(uses) == 1 else "as in the columns", *cells])
-        text = marks.markdown(["scene", "particles", "use", *(columns[c] for c in used)], lines)
-        for what in lacking:
-            self.note("answer", what)
-            text += f"\n\n*Not in the table: {what}.*"
-        return text
-
-    def table_goals(self):
-        lines = []
-
-        def goal(text, make):
-            try:
-                found = make()
-            except Missing as m:
-                self.note("goals", str(m))
-                lines.append([text, "no data", "", "open"])
-                return
-            for value_, kind, met in found:
-                lines.append([text, value_, kind, "other size" if met is None else "met" if met else "**missed**"])
-                text = ""
-
-        def strong():
-            found, lacking = [], []
-            for of, rows, p in (("scaling", lambda: self.real("strong"), "processes"),
-                                ("simulated", lambda: [r for r in self.data.simulated("strong") if r["scene"] == "box3d" and r["mode"] == "injected"], "ranks")):
-                try:
-                    for r in rows():
-                        if r[p] == 32 and way(r) == "spatial, direct" and r["scene"] == "box3d":
-                            net, n = r["efficiency"] * r["imbalance"], r["particles"] / 32
-                            found.append((f"{thousands(n)} a process: {net:.2f} net, {r['efficiency']:.2f} gross", r.get("class", "simulated"),
-                                          net >= 0.9 if abs(n / 8000 - 1) < 0.3 or net >= 0.9 else None))
-                except Missing as m:
-                    lacking.append(m)
-            if not found:
-                raise lacking[0] if lacking else Missing("no row of 32 processes in 3-D with quadratic functions")
-            return found
-
-        def imbalance():
-            text = self.pebble("-options_file", "options/disks.opts", "-grid_cells", "1024,1024", "-dry_run")
-            row = model.parse(text)["rows"].get(32)
-            if not row:
-                raise Missing("`pebble -dry_run` printed no row of 32 processes for the disks")
-            return [(f"{row['imbalance']:.3f}", "counted: exact on any machine", row["imbalance"] <= 1.05)]
-
-        def weak(name, p, bound):
-            found = []
-            for study in ("weak", "weak-large"):
-                try:
-                    for r in self.data.simulated(study):
-                        if r["scene"] == name and r["ranks"] == p and r["mode"] == "injected" and r["strategy"] == "spatial" and r["migrate"] == "direct":
-                            found.append((f"{r['efficiency']:.3f}", f"simulated, {r['platform']}", r["efficiency"] >= bound))
-                except Missing:
-                    pass
-            e = self.weak(name, WEAK, p)
-            return found + [(f"{e:.3f}", "closed form", e >= bound)]
-
-        def simulation():
-            rows = self.against_simulation()
-            worst = max(rows, key=lambda r: abs(r[4] / r[3] - 1))
-            return [(f"largest difference {100 * (worst[4] / worst[3] - 1):+.0f} % ({scene(worst[0])}, {worst[1]}, {worst[2]} processes)", "closed form / simulated", abs(worst[4] / worst[3] - 1) <= 0.1)]
-
-        def validation():
-            rows = [r for r in self.data.validation() if r.get("processes", 1) in (1, 2) and (r.get("strategy") != "pool")]
-            ratios = [(r["predicted"] / r["measured"], r) for r in rows if r["measured"]]
-            if not ratios:
-                raise Missing("no row of 1 or 2 processes in the validation")
-            inside = sum(abs(q - 1) <= 0.15 for q, _ in ratios)
-            worst = max(ratios, key=lambda q: abs(math.log(q[0])))
-            return [(f"{inside} of {len(ratios)} runs; worst {worst[0]:.2f} ({scene(worst[1].get('scene', '?'))}, {worst[1].get('processes', 1)})", "closed form / measured", inside == len(ratios))]
-        goal("strong efficiency on 32 processes, 3-D quadratic, 8 000 particles a process: at least 0.90 net of imbalance", strong)
-        goal("imbalance of two disks on 1024 x 1024 cells, 32 processes: at most 1.05", imbalance)
-        for name, what in (("box2d", "2-D linear"), ("box3d", "3-D quadratic")):
-            for p, bound in ((1024, 0.9), (32768, 0.88)):
-                goal(f"weak efficiency, 16 000 particles a process, {what}, {thousands(p)} processes: at least {bound:.2f}", lambda: weak(name, p, bound))
-        goal("model against simulation, filled boxes, 2 to 32 processes: within 10 %", simulation)
-        goal("predicted / measured on 1 and 2 processes, all scenes: within 15 %", validation)
-        return marks.markdown(["goal", "found", "evidence", ""], lines)
-
-    def curves(self, rows, processes="processes", extra=""):
-        """A table of efficiencies: a line for each scene and way, a column for each number of processes."""
-        columns = sorted({r[processes] for r in rows if r[processes] > 1})
-        lines, base = [], {}
-        for r in rows:  # weak studies have larger scenes on one process too, for their digests
-            key = r["scene"], r.get("mode"), r.get("platform")
-            if r[processes] == 1 and (key not in base or r["particles"] < base[key]["particles"]):
-                base[key] = r
-        for key, found in group([r for r in rows if r[processes] > 1], lambda r: (r["scene"], way(r), r.get("mode"), r.get("platform"))).items():
-            by = {}
-            for r in found:
-                by.setdefault(r[processes], {})[r.get("class", "simulated")] = r
-            one = base.get((key[0], key[2], key[3]))
-            cells = []
-            for p in columns:
-                kinds = by.get(p, {})
-                cells.append(" / ".join(f"{r['efficiency']:.2f}{self.sign(k)}" for k, r in sorted(kinds.items())) or "")
-            lines.append([scene(key[0]), key[1] + (f", {key[2]}" if key[2] else "") + (f", {key[3]}" if key[3] == "fattree" else ""),
-                          seconds(one["seconds_per_step"]) if one else "", *cells])
-        return marks.markdown(["scene", "way", "one process", *map(thousands, columns)], lines)
-
-    @staticmethod
-    def sign(kind):
-        return {"measured": "ᵐ", "critical path": "ᶜ", "simulated": "", "closed form": "ᶠ"}[kind]
-
-    def real(self, study):
-        """Rows of a study but those of the closed form and those that only give a digest."""
-        rows = [r for r in self.data.scaling() if r["study"] == study and r["class"] in ("measured", "critical path") and r["efficiency"] != ""]
-        if not rows:
-            raise Missing(f"`docs/data/scaling/*.csv` has no rows of study {study}: `make scaling` writes them")
-        return rows
-
-    def table_strong_real(self):
-        return self.curves(self.real("strong"))
-
-    def table_weak_real(self):
-        return self.curves(self.real("weak"))
-
-    def simulated(self, name, mode):
-        rows = [r for r in self.data.simulated(name) if r["mode"] == mode]
-        if not rows:
-            raise Missing(f"`docs/data/simulated/{name}.csv` has no rows of mode {mode}: `make simulate` writes them")
-        return rows
-
-    def table_strong_simulated(self):
-        return self.curves(self.simulated("strong", "injected"), "ranks")
-
-    def table_weak_simulated(self):
-        return self.curves(self.simulated("weak", "injected"), "ranks")
-
-    def table_large_simulated(self):
-        return self.curves(self.simulated("weak-large", "injected"), "ranks")
-
-    def table_emulated(self):
-        rows = [r for r in self.simulated("strong", "emulated") if r["strategy"] == "spatial"]
-        return self.curves(rows, "ranks")
-
-    def table_messages(self):
-        rows = [r for r in self.real("strong") if r["processes"] in (2, 8, 32) and r.get("messages_per_step", "") != ""]
-        sizes, lines = sorted({r["processes"] for r in rows}), []
-        for key, found in group(rows, lambda r: (r["scene"], way(r))).items():
-            by = {r["processes"]: r for r in found}
-            lines.append([scene(key[0]), key[1], *(f"{by[p]['messages_per_step']:.4g}; {by[p]['bytes_per_particle_step']:.3g} B; {by[p]['reductions_per_step']:.3g}" if p in by else "" for p in sizes)])
-        return marks.markdown(["scene", "way", *(f"{p} processes: messages a step; bytes a particle and step; reductions a step" if k == 0 else f"{p}" for k, p in enumerate(sizes))], lines)
-
-    def table_bits(self):
-        rows, lines = [r for r in self.data.scaling() if r["digest"] != ""], []
-        for key, found in group(rows, lambda r: (r["scene"], r["study"], r["particles"], r["steps"])).items():
-            digests = {str(r["digest"]) for r in found}
-            runs = {(r["strategy"], r["migrate"], r["processes"]) for r in found}
-            if len(runs) > 1:
-                lines.append([scene(key[0]), key[1], thousands(key[2]), key[3], len(runs), "one" if len(digests) == 1 else f"**{len(digests)} differ**"])
-        return marks.markdown(["scene", "study", "particles", "steps", "runs: numbers of processes and ways", "digests"], lines)
-
-    def table_migration(self):
-        lines = []
-        for kind, rows, p in (("", lambda: self.real("strong"), "processes"), ("simulated", lambda: self.simulated("strong", "injected"), "ranks")):
-            try:
-                found = rows()
-            except Missing as m:
-                self.note("migration", str(m))
-                continue
-            for (name, n, k), both in group([r for r in found if r["strategy"] == "spatial" and r[p] in (2, 8, 32)], lambda r: (r["scene"], r[p], r.get("class", kind))).items():
-                t = {r["migrate"]: r["seconds_per_step"] for r in both}
-                if len(t) == 2:
-                    lines.append([scene(name), n, seconds(t["direct"]), seconds(t["swarm"]), two(t["swarm"] / t["direct"]), k])
-        if not lines:
-            raise Missing("no scene ran with both ways of migration: `make scaling` and `make simulate` write them")
-        return marks.markdown(["scene", "processes", "direct", "DMSwarmMigrate", "ratio", "evidence"], lines)
-
-    def pool_facts(self, name):
-        """The best edge of a patch, the bound with it, and what a law must cost more for bounds of 1, 4 and 16."""
-        m, s = self.closed(name), self.whole(name)
-        edge = min((2 ** k for k in range(1, 8)), key=lambda c: m.pool(model.replace(s, processes=1024), c)[1])
-        busy, serial = m.pool(model.replace(s, processes=8), edge)[1], m.step(s)
-        return m, s, edge, serial, busy, {b: max(0, (b * busy - serial) / s.points) for b in (1, 2, 4, 16)}
-
-    def table_pool(self):
-        lines = []
-        for name, (_, what) in BOXES.items():
-            m, s, edge, serial, busy, extra = self.pool_facts(name)
-            lines.append([what, f"{1e9 * serial / s.points:.1f}", f"{1e9 * busy / s.points:.1f}", edge, two(serial / busy) + (" **below 1**" if serial < busy else ""),
-                          *(f"{1e9 * extra[b]:.0f}" if extra[b] else "0" for b in (1, 2, 4, 16))])
-        return marks.markdown(["scene", "one process, ns a particle and step", "master, ns", "best patch, cells an axis", "bound of the speed-up",
-                               "a law dearer by this many ns makes the bound 1", "2", "4", "16"], lines)
-
-    def table_blocks(self):
-        lines = []
-        for name, (_, what) in BOXES.items():
-            for swarm in (False, True):
-                lines.append([what, "DMSwarmMigrate" if swarm else "direct", *(two(self.weak(name, WEAK, p, swarm)) for p in FAR[5:] if p in (32, 1024, 32768, 1000000))])
-        return marks.markdown(["block", "migration", "32", "1 024", "32 768", "1 000 000"], lines)
-
-    def table_least(self):
-        lines = []
-        for name, (_, what) in BOXES.items():
-            m = self.closed(name)
-            for e in (0.8, 0.9):
-                lines.append([what, e, *(thousands(float(f"{model.blocks(m, 2 ** m.dim, p, self.courant(name), e):.2g}")) for p in (2, 32, 1024, 32768, 1000000))])
-        return marks.markdown(["block", "efficiency", "2 processes", "32", "1 024", "32 768", "1 000 000"], lines)
-
-    def table_constants(self):
-        lines = []
-        for name, (_, what) in BOXES.items():
-            m = self.closed(name)
-            for k in ("P2G", "ADVANCE", "G2P", "SORT"):
-                r = m.rates[k]
-                lines.append([what, k, f"{1e6 * r.call:.2g} µs", f"{1e9 * r.each[0]:.2f} ns", f"{1e9 * r.each[1]:.2f} ns"])
-            for k, unit in (("halo", "ns a halo particle"), ("merge", "ns a particle"), ("copy", "ns a byte"), ("farm", "ns a byte"), ("chunk", "ns a patch")):
-                lines.append([what, k, f"{1e9 * m.numbers[k]:.3g} {unit}", "", ""])
-        text = marks.markdown(["scene", "constant", "each call", "each, about 20 000", "each, about 400 000"], lines)
-        return text + f"\n\n{self.closed('box2d').origin}."
-
-    def table_against_simulation(self):
-        lines = []
-        for (name, study), rows in group(self.against_simulation(), lambda r: r[:2]).items():
-            for _, _, p, sim, form in rows:
-                lines.append([scene(name), study, p, seconds(sim), seconds(form), f"{100 * (form / sim - 1):+.1f} %"])
-        return marks.markdown(["scene", "study", "processes", "simulated", "closed form", "difference"], lines)
-
-    def table_simulator(self):
-        rows = self.data.simulated("validate")
-        return marks.markdown(["scene", "particles", "way", "processes", "measured", "simulated with injected costs, over it", "emulated, over it"],
-                              [[scene(r["scene"]), thousands(r["particles"]), way(r), r["ranks"], seconds(r["real"]), two(r["injected_over_real"]), two(r["emulated_over_real"])] for r in rows])
-
-    def table_validation(self):
-        lines = []
-        for r in self.data.validation():
-            q = r["predicted"] / r["measured"]
-            lines.append([scene(r.get("scene", "")), thousands(r["particles"]), r.get("processes", ""), seconds(r["measured"]), seconds(r["predicted"]),
-                          two(q), "" if abs(q - 1) <= 0.15 else "outside"])
-        return marks.markdown(["scene", "particles", "processes", "measured", "predicted", "predicted / measured", "15 %"], lines)
-
-    def table_path(self):
-        """Critical path over the closed form with the constants of this machine, on 2 to 32 processes."""
-        rows = [r for r in self.data.scaling() if r["study"] in ("strong", "weak") and r["processes"] > 1 and r["strategy"] != "serial"]
-        lines, columns = [], sorted({r["processes"] for r in rows if r["class"] == "critical path"})
-        for key, found in group(rows, lambda r: (r["scene"], r["study"], way(r))).items():
-            t = {(r["class"], r["processes"]): r["seconds_per_step"] for r in found}
-            cells = [two(t["critical path", p] / t["closed form", p]) if ("critical path", p) in t and ("closed form", p) in t else "" for p in columns]
-            if any(cells):
-                lines.append([scene(key[0]), *key[1:], *cells])
-        if not lines:
-            raise Missing("`docs/data/scaling/runs.csv` has no rows of both classes: `make scaling` writes them")
-        return marks.markdown(["scene", "study", "way", *columns], lines)
-
-    def table_counts(self):
-        rows = rows_of(self.data.need("scaling/counts.csv", "`make scaling`")[0])
-        lines = []
-        for (name, strategy, p, cut), found in group(rows, lambda r: (r["scene"], r["strategy"], r["processes"], r["grid"])).items():
-            same = sum(r["equal"] == "yes" for r in found)
-            lines.append([scene(name), strategy, p, cut if strategy != "pool" else "", thousands(sum(r["counted"] for r in found if r["quantity"].startswith("messages"))),
-                          thousands(sum(r["counted"] for r in found if r["quantity"].startswith("bytes"))) if strategy != "pool" else "",
-                          f"all {same}" if same == len(found) else f"**{same} of {len(found)}**"])
-        return marks.markdown(["scene", "way", "processes", "cut", "messages a step", "bytes a step", "numbers equal to the formulas"], lines)
-
-    def table_cuts(self):
-        lines = []
-        for name, options in (("disks, 1024 x 1024 cells", ("options/disks.opts", "-grid_cells", "1024,1024")), ("disks, 20 x 20 cells", ("options/disks.opts",)), ("disks3d, 32 x 32 x 32 cells", ("options/disks3d.opts",))):
-            rows = model.parse(self.pebble("-options_file", options[0], *options[1:], "-dry_run"))["rows"]
-            lines.append([name, *(f"{rows[p]['imbalance']:.3f}" if p in rows else "" for p in PROCESSES[1:])])
-        return marks.markdown(["scene", *map(str, PROCESSES[1:])], lines)
-
-    def table_orders(self):
-        lines = []
-        for label, points in self.ladders().items():
-            points = sorted(points, reverse=True)
-            orders = [math.log(a[1] / b[1]) / math.log(a[0] / b[0]) for a, b in zip(points, points[1:])]
-            lines.append([label, *(f"{e:.2e}" for _, e in points), *(f"{o:.2f}" for o in orders)])
-        return marks.markdown(["basis", "8 cells", "16", "32", "order 8-16", "16-32"], lines)
-
-    def ladders(self):
-        if "ladders" not in self.said:
-            out = {}
-            for label, more in (("linear", ("-method_basis", "linear")), ("quadratic B-spline", ("-method_basis", "bspline2")), ("GIMP, stretched", ())):
-                self.pebble("-options_file", "options/mms.opts", "-grid_cells", "8,8", "-study_type", "convergence", "-study_levels", "3", *more)
-                with open(os.path.join(self.work.name, "mms_study.csv")) as f:
-                    out[label] = [(float(r["h"]), float(r["error"])) for r in csv.DictReader(f)]
-            self.said["ladders"] = out
-        return self.said["ladders"]
-
+class Report(Tables):
     # ---- Figures
     def place(self, name):
         return os.path.join(self.args.out, f"report-{name}.png")
@@ -526,7 +33,18 @@ class Report:
     def figure_disks(self):
         self.pebble("-options_file", "options/disks.opts")
         path = self.place("disks")
-        subprocess.run([sys.executable, os.path.join(ROOT, "tools", "plot.py"), os.path.join(self.work.name, "disks.h5"), "--small", "--out", path], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(
+            [
+                sys.executable,
+                os.path.join(ROOT, "tools", "plot.py"),
+                os.path.join(self.work.name, "disks.h5"),
+                "--small",
+                "--out",
+                path,
+            ],
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
         print(f"  {os.path.relpath(path)}")
 
     def figure_convergence(self):
@@ -547,7 +65,10 @@ class Report:
 
     def both(self, study):
         found, lacking = [], []
-        for rows, p, kind in ((lambda: self.real(study), "processes", ""), (lambda: self.simulated(study, "injected"), "ranks", "simulated")):
+        for rows, p, kind in (
+            (lambda: self.real(study), "processes", ""),
+            (lambda: self.simulated(study, "injected"), "ranks", "simulated"),
+        ):
             try:
                 found.append((rows(), p, kind))
             except Missing as m:
@@ -561,15 +82,24 @@ class Report:
     def figure_weak(self):
         panels = []
         for name, (_, what) in BOXES.items():
-            panel = {"direct": [("closed form", [(p, self.weak(name, WEAK, p)) for p in FAR])],
-                     "DMSwarmMigrate": [("closed form", [(p, self.weak(name, WEAK, p, True)) for p in FAR])]}
+            panel = {
+                "direct": [("closed form", [(p, self.weak(name, WEAK, p)) for p in FAR])],
+                "DMSwarmMigrate": [("closed form", [(p, self.weak(name, WEAK, p, True)) for p in FAR])],
+            }
             found = list(self.both("weak"))
             try:
                 found.append((self.simulated("weak-large", "injected"), "ranks", "simulated"))
             except Missing as m:
                 self.note("figure weak", str(m))
             for rows, p, kind in found:
-                for k, some in group([r for r in rows if r["scene"] == name and r["strategy"] == "spatial" and r.get("platform", "cluster") == "cluster"], lambda r: (r["migrate"], r.get("class", kind))).items():
+                for k, some in group(
+                    [
+                        r
+                        for r in rows
+                        if r["scene"] == name and r["strategy"] == "spatial" and r.get("platform", "cluster") == "cluster"
+                    ],
+                    lambda r: (r["migrate"], r.get("class", kind)),
+                ).items():
                     label = "direct" if k[0] == "direct" else "DMSwarmMigrate"
                     points = [(r[p], r["efficiency"]) for r in some if r[p] > 1]
                     if points:
@@ -586,9 +116,15 @@ class Report:
                 lines[f"pool, {p} processes"] = []
                 for t in costs:
                     d = m.dearer(1e-9 * t)
-                    lines[f"pool, {p} processes"].append((t, d.step(s) / min(d.pool(model.replace(s, processes=p), c)[0] for c in range(2, 65, 2))))
-                cut = next(c for c in ({8: (4, 2), 32: (8, 4)} if m.dim == 2 else {8: (2, 2, 2), 32: (4, 4, 2)}).items() if c[0] == p)[1]
-                lines[f"spatial, {p} processes"] = [(t, (d := m.dearer(1e-9 * t)).step(s) / d.step(d.box(BOXES[name][0], cut, 2 ** m.dim, self.courant(name)))) for t in costs]
+                    lines[f"pool, {p} processes"].append(
+                        (t, d.step(s) / min(d.pool(model.replace(s, processes=p), c)[0] for c in range(2, 65, 2)))
+                    )
+                cut = next(
+                    c for c in ({8: (4, 2), 32: (8, 4)} if m.dim == 2 else {8: (2, 2, 2), 32: (4, 4, 2)}).items() if c[0] == p
+                )[1]
+                lines[f"spatial, {p} processes"] = [
+                    (t, (d := m.dearer(1e-9 * t)).step(s) / d.box(BOXES[name][0], cut, 2**m.dim, math.inf)[0]) for t in costs
+                ]
             panels[what] = lines
         figures.pool(self.place("pool"), panels)
 
@@ -596,14 +132,12 @@ class Report:
         panels = {}
         for name, (_, what) in BOXES.items():
             m = self.closed(name)
-            panels[f"{what}, {thousands(WEAK)} a process"] = [(p, m.parts(m.cube(WEAK, 2 ** m.dim, p, self.courant(name)))) for p in (1, 2, 32, 1024, 32768, 1000000)]
+            panels[f"{what}, {thousands(WEAK)} a process"] = [
+                (p, m.parts(m.cube(WEAK, 2**m.dim, p, self.courant(name)))) for p in (1, 2, 32, 1024, 32768, 1000000)
+            ]
         figures.shares(self.place("parts"), panels)
 
     # ---- All
-    def note(self, where, what):
-        if (where, what) not in self.missing:
-            self.missing.append((where, what))
-
     def run(self):
         path = os.path.join(ROOT, "docs", "report.md")
         with open(path) as f:
