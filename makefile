@@ -31,14 +31,20 @@ PKG_CONFIG ?= pkg-config
 ask        = $(shell $(PKG_CONFIG) $1 2>/dev/null)
 first      = $(firstword $(foreach m,$1,$(if $(call ask,--modversion $m),$m)))
 petsc.pc  := $(if $(PETSC_DIR),$(PETSC_DIR)/$(PETSC_ARCH)/lib/pkgconfig/petsc.pc,$(call first,petsc PETSc))
-# A PETSc that was built with an HDF5 of its own must get that one, not the system's.
+# A PETSc that was built with an HDF5 of its own must get that one, not the system's; one without HDF5 gets none.
+petscconf := $(wildcard $(patsubst -I%,%/petscconf.h,$(call ask,--cflags-only-I $(petsc.pc))))
+hdf5      := $(if $(petscconf),$(shell grep -s 'define PETSC_HAVE_HDF5 ' $(petscconf)),perhaps)
 hdf5.own  := $(wildcard $(call ask,--variable=libdir $(petsc.pc))/libhdf5.so)
-hdf5.pc   := $(if $(hdf5.own),,$(call first,hdf5-openmpi hdf5-mpich hdf5))
+hdf5.pc   := $(if $(hdf5),$(if $(hdf5.own),,$(call first,hdf5-openmpi hdf5-mpich hdf5)))
 modules   := $(petsc.pc) $(hdf5.pc) muparser
 comma     := ,
 # -isystem: warnings are for our code. rpath: a PETSc outside the system is found at run time too.
 includes  := $(patsubst -I%,-isystem %,$(call ask,--cflags-only-I $(modules)))
-libraries := $(call ask,--libs $(modules)) $(if $(hdf5.own),-lhdf5) -lm
+# A PETSc that is a static library is taken by its path: a wrapper may look in the system's folders first.
+petsc.lib := $(call ask,--variable=libdir $(petsc.pc))/libpetsc
+petsc.a   := $(if $(wildcard $(petsc.lib).so),,$(wildcard $(petsc.lib).a))
+libraries := $(call ask,$(if $(petsc.a),--static) --libs $(modules)) $(if $(hdf5.own),-lhdf5) -lm
+libraries := $(if $(petsc.a),$(patsubst -lpetsc,$(petsc.a),$(libraries)),$(libraries))
 rpath     := $(patsubst -L%,-Wl$(comma)-rpath$(comma)%,$(filter-out -L/usr/lib/%,$(call ask,--libs-only-L $(modules))))
 
 # ---- The compiler: PETSc's own MPI wrapper; CC=clang is put below it, CC=mpi... takes its place.
@@ -83,7 +89,7 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 export ASAN_OPTIONS := detect_leaks=0
 
 # ---- What a user asks for
-.PHONY: all run test verify robust bench paper report format clean distclean help objects picture ctest pages FORCE
+.PHONY: all run test verify robust bench paper simulate report format clean distclean help objects picture ctest pages FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -112,6 +118,17 @@ bench: $(PEBBLE) build/seed_serial ## time this program and others on the same w
 paper: $(PEBBLE) $(BUILD)/quadrature ## run the studies of docs/paper.md, renew its tables and figures
 	@$(python) tools/paper/paper.py --pebble $(program) --quadrature $(BUILD)/quadrature
 
+# The program in SimGrid's SMPI. Its build is separate: another compiler wrapper, a static PETSc.
+simulator = build/simulate/pebble
+simulate: ## run on simulated clusters (docs/simulate.md); builds a PETSc first, once; SIMULATE=full: to 1024 processes
+	@tools/install.sh simulate
+	@tools/simulate/petsc.sh
+	+@$(again) $(PEBBLE)
+	+@$(again) $(simulator) PEBBLE=$(simulator) BUILD=build/simulate/objects DEBUG= \
+	  PETSC_DIR=$(CURDIR)/build/simulate/petsc PETSC_ARCH=smpi CFLAGS="$(CFLAGS) -DMPM_SIMULATE -DSMPI_NO_OVERRIDE_MALLOC"
+	@$(python) tools/simulate/simulate.py --pebble $(program) --simulator $(simulator) --mpiexec $(MPIEXEC) \
+	  $(if $(filter full,$(SIMULATE)),--full,$(SIMULATE))
+
 report: ## docs/report.md, .html and figures anew from docs/data; REPORT=calibrate: constants first; =all: all data
 	@tools/install.sh report
 	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate SIMULATE=full && )$(again) pages
@@ -125,10 +142,10 @@ scenes: $(PEBBLE) ## run every scene of options/, draw docs/scene-*.png as its c
 	  $$(sed -n 's/^# *\(.venv.*plot.py.*\)/\1/p' $$scene) --small --out docs/scene-$$name.png || exit 1; done
 
 clean: ## remove the program and all objects
-	rm -rf build $(PEBBLE)
+	rm -rf $(PEBBLE) $(filter-out build/simulate,$(wildcard build/*)) build/simulate/objects $(simulator)
 
-distclean: clean ## also remove .venv and the products in output/
-	rm -rf .venv
+distclean: clean ## also remove .venv, the simulator's PETSc and the products in output/
+	rm -rf .venv build
 	find output -mindepth 1 ! -name README.md -delete
 
 help: ## this list

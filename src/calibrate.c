@@ -22,7 +22,8 @@ typedef struct {
 /* The single numbers of a model, by the names that they have in its file. */
 #define MPM_MODEL_NUMBERS(X)                                                                                           \
   X(message)                                                                                                           \
-  X(wire) X(copy) X(reduction) X(halo) X(merge) X(chunk) X(farm) X(migration[0].call) X(migration[0].stage)            \
+  X(wire)                                                                                                              \
+  X(copy) X(reduction) X(halo) X(merge) X(chunk) X(farm) X(migration[0].call) X(migration[0].stage)                    \
       X(migration[0].process) X(migration[0].point) X(migration[1].call) X(migration[1].stage) X(migration[1].process) \
           X(migration[1].point)
 
@@ -118,6 +119,7 @@ static PetscErrorCode SetSize(MPM scene, PetscReal coarser, PetscInt nsteps)
   PetscCall(PetscOptionsClearValue(NULL, "-output_every"));
   PetscCall(PetscOptionsClearValue(NULL, "-output_fields"));
   PetscCall(PetscOptionsClearValue(NULL, "-model_calibrate"));
+  PetscCall(PetscOptionsClearValue(NULL, "-model_file")); /* it need not exist yet */
   PetscCall(Set("-time_max_steps", "%.0f", (double)nsteps));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

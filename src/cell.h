@@ -14,16 +14,21 @@ MPM_INLINE PetscInt MPMNodeIndex(int dim, const MPMPatch *patch, const PetscInt 
   return c;
 }
 
-/* Base node and coordinate in cells of position x in the grid, of a point with half-widths l [dim] in cells (which
-   matter to gimp only). */
+/* Base node and coordinate in cells on axis d of a position in the grid, of a point with half-width l in cells (which
+   matters to gimp only). */
+MPM_INLINE PetscInt MPMCoordinate(MPMBasis basis, const MPMGrid *grid, int d, PetscReal x, PetscReal l, PetscReal *xi)
+{
+  *xi = PetscMin((x - grid->lower[d]) / grid->h[d], (PetscReal)grid->cells[d]); /* the quotient may round up */
+  return MPMBasisBase(basis, xi, basis == MPM_BASIS_gimp ? l : 0, grid->cells[d], grid->periodic[d],
+                      grid->wall_basis[d]);
+}
+
+/* The same on all axes. */
 MPM_INLINE void MPMCoordinates(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], const PetscReal l[],
                                PetscReal xi[], PetscInt base[])
 {
-  for (int d = 0; d < dim; d++) {
-    xi[d]   = PetscMin((x[d] - grid->lower[d]) / grid->h[d], (PetscReal)grid->cells[d]); /* the quotient may round up */
-    base[d] = MPMBasisBase(basis, &xi[d], basis == MPM_BASIS_gimp ? l[d] : 0, grid->cells[d], grid->periodic[d],
-                           grid->wall_basis[d]);
-  }
+  for (int d = 0; d < dim; d++)
+    base[d] = MPMCoordinate(basis, grid, d, x[d], basis == MPM_BASIS_gimp ? l[d] : 0, &xi[d]);
 }
 
 /* The same for any x; false if it is outside of the grid or not finite. */

@@ -124,6 +124,8 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   PetscCall(MPMMessageRoom(&slot->in, &slot->in_capacity, (size_t)len));
   PetscCallMPI(MPI_Irecv(slot->in, len, MPI_BYTE, worker, MPM_TAG_DONE, pool->comm, &pool->received[place]));
   PetscCall(MPMMessageLength((size_t)(m - slot->out), &len));
+  MPMSimulateWork("CHUNK", 1);
+  MPMSimulateWork("PACK", (PetscReal)len);
   PetscCallMPI(MPI_Isend(slot->out, len, MPI_BYTE, worker, MPM_TAG_WORK, pool->comm, &slot->sent));
   mpm->exchange.chunks++;
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
@@ -164,6 +166,7 @@ static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, Petsc
       for (PetscInt q = 0; q < c->n; q++, m += b) memcpy((char *)at[f] + (size_t)slot->list[q] * b, m, b);
     }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
+  MPMSimulateWork("ASSEMBLE", (PetscReal)(m - slot->in));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

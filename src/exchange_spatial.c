@@ -163,7 +163,7 @@ static PetscErrorCode Recut(MPM mpm)
     (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, view.x + p * dim,
                     MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), xi, base);
     for (PetscInt d = 0; d < dim; d++) base[d] += mpm->grid.layers[d];
-    MPMHistogramAdd(&h, base);
+    MPMHistogramAdd(&h, base, 1);
   }
   PetscCall(MPMHistogramFinish(&h, s->comm));
   part.costs = ex->partition.costs;
@@ -179,8 +179,8 @@ static PetscErrorCode Recut(MPM mpm)
       view.cell[p] = MPMOwnCell((int)dim, mpm->basis, &ex->patch, view.x + p * dim,
                                 MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), base);
     }
-    mpm->status.left = mpm->status.moved = 1; /* on every process: all migrate and sort */
-    mpm->points.nmovers = -1;                 /* all have other cells */
+    mpm->status.left = mpm->status.moved = 1;  /* on every process: all migrate and sort */
+    mpm->points.nmovers                  = -1; /* all have other cells */
     ex->recuts++;
   } else
     PetscCall(MPMPartitionDestroy(&part));

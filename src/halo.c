@@ -86,6 +86,7 @@ PetscErrorCode MPMHaloExchange(MPM mpm, MPMSpatial *s, PetscInt fields)
     }
     if (len) PetscCallMPI(MPI_Isend(message, len, MPI_BYTE, s->to[k].rank, s->to[k].tag, s->comm, &request[n++]));
   }
+  MPMSimulateWork("PACK", (PetscReal)at);
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (own[f] && MPMFields[f].home != MPM_SCRATCH)
       PetscCall(DMSwarmRestoreField(pts->swarm, MPMFields[f].name, NULL, NULL, &own[f]));

@@ -113,6 +113,12 @@ PetscErrorCode MPMKnownDestroy(MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Is the scene's start that of a known solution? */
+PetscBool MPMKnownStarts(const MPMScene *scene)
+{
+  return scene->known && scene->known->row ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Where a point of rest place X starts, [dim] m; with velocity [dim] m/s and deformation gradient [dim*dim] if they are
    asked for. Does nothing, and says false, where the scene's start is not that of a known solution. */
 PetscBool MPMKnownStart(const MPMScene *scene, PetscInt dim, const PetscReal X[], PetscReal x[], PetscReal v[],
@@ -121,7 +127,7 @@ PetscBool MPMKnownStart(const MPMScene *scene, PetscInt dim, const PetscReal X[]
   const MPMKnown *known = scene->known;
   PetscReal       u[3];
 
-  if (!known || !known->row) return PETSC_FALSE;
+  if (!MPMKnownStarts(scene)) return PETSC_FALSE;
   known->row->displacement(&known->data, X, 0, u);
   for (PetscInt d = 0; d < dim; d++) x[d] = X[d] + u[d];
   if (v) known->row->velocity(&known->data, X, 0, v);

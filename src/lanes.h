@@ -102,31 +102,36 @@ MPM_INLINE MPMReal MPMFma(MPMReal a, MPMReal b, MPMReal c)
 #endif
 }
 
-/* Vectors at any address. */
+/* Vectors at any address: of reals, so that a compiler knows that writing one changes no other type. */
+#if MPM_WIDTH == 1
+typedef PetscReal MPMRealAt;
+#else
+typedef PetscReal MPMRealAt __attribute__((vector_size(8 * MPM_WIDTH), aligned(8)));
+#endif
+
 MPM_INLINE MPMReal MPMRead(const PetscReal *from)
 {
-  MPMReal a;
-
-  memcpy(&a, from, sizeof a);
-  return a;
+  return *(const MPMRealAt *)from;
 }
 
 MPM_INLINE void MPMWrite(PetscReal *to, MPMReal a)
 {
-  memcpy(to, &a, sizeof a);
+  *(MPMRealAt *)to = a;
 }
 
-/* The vector of rows' component c. */
-MPM_INLINE MPMReal MPMLanes(const PetscReal *const row[], int c)
+/* Appends to list [n] the lanes of a vector that begins at l in which m is true, without a branch, which chance would
+   have mispredicted; the new n. Room for one more is needed. */
+MPM_INLINE PetscInt MPMList(MPMMask m, PetscInt l, PetscInt n, PetscInt *list)
 {
-#if MPM_WIDTH == 8
-  return (MPMReal){row[0][c], row[1][c], row[2][c], row[3][c], row[4][c], row[5][c], row[6][c], row[7][c]};
-#elif MPM_WIDTH == 4
-  return (MPMReal){row[0][c], row[1][c], row[2][c], row[3][c]};
-#elif MPM_WIDTH == 2
-  return (MPMReal){row[0][c], row[1][c]};
+#if MPM_WIDTH == 1
+  list[n] = l;
+  return n + (m != 0);
 #else
-  return row[0][c];
+  for (int k = 0; k < MPM_WIDTH; k++) {
+    list[n] = l + k;
+    n -= (PetscInt)m[k];
+  }
+  return n;
 #endif
 }
 
@@ -171,8 +176,9 @@ MPM_INLINE MPMMask MPMNot(MPMMask m)
 
 MPM_INLINE MPMMask MPMBetween(PetscInt l, PetscInt first, PetscInt last)
 {
-  MPMReal lane;
+  MPMReal lane = MPMAll(0);
 
+  if (first <= l && l + MPM_WIDTH <= last) return lane == lane; /* as a rule */
   for (int k = 0; k < MPM_WIDTH; k++) lane[k] = k;
   return (lane >= MPMAll((PetscReal)(first - l))) & (lane < MPMAll((PetscReal)(last - l)));
 }

@@ -66,6 +66,7 @@ PetscErrorCode MPMMigrateSwarm(MPM mpm, MPMSpatial *s)
   PetscCall(DMSwarmRestoreField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
   PetscCall(MPMPointsRestoreView(pts, fields, &view));
   PetscCall(DMSwarmMigrate(pts->swarm, PETSC_TRUE));
+  MPMSimulateWork("SWARM", 1);
   PetscCall(MPMPointsResize(pts));
   PetscCall(LocateComers(mpm, nleavers, which));
   PetscCall(PetscFree(which));
@@ -161,9 +162,9 @@ static PetscErrorCode ListLeavers(MPM mpm, MPMSpatial *s, PetscInt *nsend, Petsc
 /* By our own messages: leavers are packed, comers fill the holes and the end. Collective. */
 PetscErrorCode MPMMigrateDirect(MPM mpm, MPMSpatial *s)
 {
-  MPMPoints     *pts                = &mpm->points;
-  const PetscInt bytes              = MPMPointsBytes(pts, MPM_SWARM);
-  PetscInt       n                  = pts->n, nsend, nrecv, *which, *owner, *sorted;
+  MPMPoints     *pts   = &mpm->points;
+  const PetscInt bytes = MPMPointsBytes(pts, MPM_SWARM);
+  PetscInt       n = pts->n, nsend, nrecv = 0, *which, *owner, *sorted;
   void          *at[MPM_NUM_FIELDS] = {NULL};
   char          *out, *in;
 

@@ -149,7 +149,7 @@ void MPMWallsDerive(const MPMFace (*faces)[2], MPMFace (*before)[2], MPMFace (*g
 
 /* A shape in space; dim coordinates of each member count. */
 typedef enum {
-#define MPM_REGION(name, parameters, what) MPM_REGION_##name,
+#define MPM_REGION(name, solid, parameters, what) MPM_REGION_##name,
 #include "region.def"
 #undef MPM_REGION
   MPM_NUM_REGIONS
@@ -160,6 +160,7 @@ typedef struct {
 } MPMRegion;
 
 PetscBool MPMRegionInside(const MPMRegion *, PetscInt dim, const PetscReal x[]);
+PetscBool MPMRegionSolid(const MPMRegion *); /* as region.def says */
 void      MPMRegionBounds(const MPMRegion *, PetscInt dim, PetscReal lower[], PetscReal upper[]);
 
 /* The background grid: node ijk lies at lower + ijk*h, 0 <= ijk <= cells. On an axis with walls, `layers` more nodes
@@ -321,6 +322,7 @@ typedef struct {
 extern const MPMFieldInfo MPMFields[MPM_NUM_FIELDS];
 PetscInt                  MPMFieldComponents(PetscInt field, PetscInt dim);
 PetscInt                  MPMPointsBytes(const MPMPoints *, MPMHome most);
+PetscInt                  MPMPointsMemory(const MPMPoints *);
 
 /* What a process has in a step, as the model (model.c) counts it. */
 typedef struct {
@@ -352,8 +354,8 @@ typedef struct {
 } MPMHistogram;
 
 PetscErrorCode MPMHistogramCreate(const MPMGrid *, MPMBasis, MPMHistogram *);
-void           MPMHistogramAdd(MPMHistogram *, const PetscInt base[]); /* before Finish */
-PetscErrorCode MPMHistogramFinish(MPMHistogram *, MPI_Comm);           /* MPI_COMM_SELF: every process has added all */
+void           MPMHistogramAdd(MPMHistogram *, const PetscInt base[], PetscInt64 points); /* before Finish */
+PetscErrorCode MPMHistogramFinish(MPMHistogram *, MPI_Comm); /* MPI_COMM_SELF: every process has added all */
 PetscErrorCode MPMHistogramDestroy(MPMHistogram *);
 PetscErrorCode MPMPartitionChoose(const MPMHistogram *, PetscMPIInt size, MPMBalance, MPMPartition *);
 PetscReal      MPMPartitionCost(const MPMHistogram *, MPMPartition *);        /* sets imbalance and worst */
@@ -435,6 +437,7 @@ PetscErrorCode MPMOptionsCreate(MPMOptions *);
 PetscErrorCode MPMOptionsDestroy(MPMOptions *);
 const char    *MPMOptionsError(MPMOptions); /* NULL if there was none */
 void           MPMOptionsFail(MPMOptions, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
+PetscErrorCode MPMOptionsShare(MPMOptions, MPI_Comm); /* a fault that any process has noted becomes that of all */
 PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*materials)[MPM_NAME_LEN], PetscInt nb,
                                  char (*bodies)[MPM_NAME_LEN], PetscInt nl, char (*loads)[MPM_NAME_LEN]);
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
@@ -515,6 +518,7 @@ PetscErrorCode MPMSceneDestroy(MPMScene *);
 
 PetscErrorCode MPMKnownSetFromOptions(MPM, MPMOptions);
 PetscErrorCode MPMKnownDestroy(MPMScene *);
+PetscBool      MPMKnownStarts(const MPMScene *);
 PetscBool      MPMKnownStart(const MPMScene *, PetscInt dim, const PetscReal X[], PetscReal x[], PetscReal v[],
                              PetscReal F[]);
 void           MPMKnownForce(const MPMScene *, PetscInt dim, const PetscReal X[], PetscReal t, PetscReal b[]);
@@ -733,6 +737,18 @@ PetscReal      MPMTimeStep(MPM); /* dt of the next step, s */
 PetscReal      MPMCourant(MPM, PetscReal dt);
 PetscReal      MPMViscousStep(MPM);  /* bound of dt by viscosity, s; infinite without */
 PetscInt       MPMInterrupted(void); /* did SIGINT or SIGTERM come? */
+
+/* For the simulator: the time that work takes, declared where it is done; elsewhere nothing. See simulate.c. */
+#if defined(MPM_SIMULATE)
+void MPMSimulateExecute(PetscReal seconds);
+void MPMSimulateWork(const char name[], PetscReal amount);
+#else
+MPM_INLINE void MPMSimulateWork(const char name[], PetscReal amount)
+{
+  (void)name;
+  (void)amount;
+}
+#endif
 
 /* Provenance, in version.c: version, commit, compiler and flags of this build. */
 extern const char MPMVersionGit[], MPMVersionCompiler[], MPMVersionFlags[];

@@ -27,6 +27,20 @@ const char *MPMOptionsError(MPMOptions o)
   return o->error[0] ? o->error : NULL;
 }
 
+/* A fault that some processes have noted becomes that of all: the one of the lowest. Collective on comm. */
+PetscErrorCode MPMOptionsShare(MPMOptions o, MPI_Comm comm)
+{
+  PetscMPIInt rank, size, from;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  from = o->error[0] ? rank : size;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &from, 1, MPI_INT, MPI_MIN, comm));
+  if (from < size) PetscCallMPI(MPI_Bcast(o->error, (PetscMPIInt)sizeof o->error, MPI_CHAR, from, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMOptionsCreate(MPMOptions *o)
 {
   PetscFunctionBeginUser;

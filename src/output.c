@@ -4,13 +4,16 @@
    /step_000123           attributes time, step, dt, digest
      particles/id x ...   [N] or [N][nc], one row a point in the order of ids, on every number of processes
      grid/mass v          [nz][ny][nx] and [nz][ny][nx][3], nodes in the order of coordinates
-   Vectors have 3 components in every dimension. The file is flushed after each snapshot.                    */
+   Vectors have 3 components in every dimension. The file is flushed after each snapshot. With a PETSc that has no HDF5
+   there are no snapshots, and asking for them is refused.                                                            */
 #include <errno.h>
+#include <sys/stat.h>
+#include "mpm.h"
+#if defined(PETSC_HAVE_HDF5)
 #include <hdf5.h>
 #include <petscsf.h>
 #include <petscviewerhdf5.h>
-#include <sys/stat.h>
-#include "mpm.h"
+#endif
 
 #define H5(call)                                                                                                       \
   do {                                                                                                                 \
@@ -49,6 +52,10 @@ PetscErrorCode MPMOutputSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsReal(o, "output_every", NULL, &out->every, &set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   out->enabled = !strcmp(format, "hdf5") ? PETSC_TRUE : PETSC_FALSE;
+#if !defined(PETSC_HAVE_HDF5)
+  if (out->enabled)
+    MPMOptionsFail(o, "-output_format hdf5, the default, needs a PETSc with HDF5, and this one has none; choose none");
+#endif
   if (!out->enabled && set && !MPMOptionsOverridden("output_every", "output_format"))
     MPMOptionsFail(o, "-output_every does not apply: -output_format none writes no snapshots");
   PetscCall(MPMOutputReadFields(mpm, o, &set));
@@ -79,6 +86,8 @@ PetscErrorCode MPMOutputMakeFolder(MPM mpm, MPMOptions o)
 }
 
 /* --- HDF5 ------------------------------------------------------------------------------------------------------ */
+
+#if defined(PETSC_HAVE_HDF5)
 
 static PetscErrorCode WriteAttribute(hid_t object, const char name[], hid_t type, hsize_t n, const void *value)
 {
@@ -365,6 +374,16 @@ static PetscErrorCode WriteSnapshot(MPM mpm)
   H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+#else
+
+static PetscErrorCode WriteSnapshot(MPM mpm)
+{
+  PetscFunctionBeginUser;
+  SETERRQ(mpm->comm, PETSC_ERR_SUP, "snapshots need a PETSc with HDF5");
+}
+
+#endif
 
 /* At its cadence, or forced: a snapshot. Collective on the exchange. */
 PetscErrorCode MPMOutputStep(MPM mpm, PetscBool force)

@@ -49,13 +49,13 @@ static PetscInt64 *Entry(const MPMHistogram *h, PetscInt64 *table, PetscInt i, P
   return table + (k * (h->n[1] + 1) + j) * (h->n[0] + 1) + i;
 }
 
-/* Counts a point whose stencil starts at node `base` (from 0, layers included). */
-void MPMHistogramAdd(MPMHistogram *h, const PetscInt base[])
+/* Counts points whose stencils start at node `base` (from 0, layers included). */
+void MPMHistogramAdd(MPMHistogram *h, const PetscInt base[], PetscInt64 points)
 {
   PetscInt b[3] = {0};
 
   for (PetscInt d = 0; d < h->dim; d++) b[d] = base[d] / h->coarse;
-  (*Entry(h, h->table, b[0] + 1, b[1] + 1, b[2] + 1))++;
+  *Entry(h, h->table, b[0] + 1, b[1] + 1, b[2] + 1) += points;
 }
 
 /* Turns numbers in bins into the summed-area table. */
@@ -72,10 +72,13 @@ static void Accumulate(const MPMHistogram *h, PetscInt64 *table)
 PetscErrorCode MPMHistogramFinish(MPMHistogram *h, MPI_Comm comm)
 {
   const PetscInt *n = h->n;
+  PetscMPIInt     size;
 
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, h->table, (PetscMPIInt)((n[0] + 1) * (n[1] + 1) * (n[2] + 1)), MPIU_INT64,
-                             MPI_SUM, comm));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  if (size > 1)
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, h->table, (PetscMPIInt)((n[0] + 1) * (n[1] + 1) * (n[2] + 1)), MPIU_INT64,
+                               MPI_SUM, comm));
   for (PetscInt i = 0; i < (n[0] + 1) * (n[1] + 1) * (n[2] + 1); i++) h->occupied[i] = h->table[i] > 0;
   Accumulate(h, h->table);
   Accumulate(h, h->occupied);

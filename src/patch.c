@@ -123,5 +123,8 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMS
     run(&mpm->params, patch, phase->parts, status);
   }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
+  MPMSimulateWork(phase->name, phase->kind == MPM_NODES             ? mpm->points.n
+                               : phase->kind == MPM_NODES_TO_POINTS ? patch->points.n
+                                                                    : patch->norder);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -42,6 +42,13 @@ PetscInt MPMPointsBytes(const MPMPoints *points, MPMHome most)
   return bytes;
 }
 
+/* Bytes of memory that a point takes here: its fields, those that every swarm has (number and process), and the orders
+   of now and of before. */
+PetscInt MPMPointsMemory(const MPMPoints *points)
+{
+  return MPMPointsBytes(points, MPM_SCRATCH) + (PetscInt)(sizeof(PetscInt64) + 3 * sizeof(PetscInt));
+}
+
 /* Does a material of the scene list this field in its state? */
 static PetscBool Keeps(const MPMScene *scene, PetscInt bit)
 {
@@ -162,7 +169,8 @@ static void CopyPoint(const MPMPoints *points, char *const at[], PetscReal (*row
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     const PetscInt b = points->bytes[f];
 
-    if (at[f]) memcpy(to < 0 ? (char *)row[f] : at[f] + to * b, from < 0 ? (char *)row[f] : at[f] + from * b, (size_t)b);
+    if (at[f])
+      memcpy(to < 0 ? (char *)row[f] : at[f] + to * b, from < 0 ? (char *)row[f] : at[f] + from * b, (size_t)b);
   }
 }
 
@@ -235,8 +243,8 @@ static void SortByCell(const MPMView *view, PetscInt ncells, PetscInt *start, Pe
    migration other points are where leavers were and from nkept on: they are comers too. */
 static void MergeMovers(const MPMView *view, PetscInt ncells, MPMPoints *points)
 {
-  PetscInt *order = points->order, *start = points->start, *to = points->spare, *comers = points->comers;
-  PetscInt *come = points->movers, ncome = 0, at = 0;
+  PetscInt      *order = points->order, *start = points->start, *to = points->spare, *comers = points->comers;
+  PetscInt      *come = points->movers, ncome = 0, at = 0;
   const PetscInt nkept = points->nkept;
 
   for (PetscInt m = 0; m < points->nmovers; m++) {
@@ -313,6 +321,7 @@ PetscErrorCode MPMPointsSort(MPMPoints *points, const MPMPatch *patch)
     SortByCell(&view, ncells, points->start, points->order);
   else
     MergeMovers(&view, ncells, points);
+  MPMSimulateWork(points->nmovers < 0 ? "SORT" : "SETTLE", view.n);
   points->nmovers = -1;
   points->nkept   = points->n;
   PetscCall(MPMPointsRestoreView(points, fields, &view));

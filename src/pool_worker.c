@@ -178,14 +178,20 @@ PetscErrorCode MPMPoolServe(MPM mpm, MPI_Comm comm)
     MPMWorkBegin(mpm);
     PetscCall(Unpack(mpm, phase, &order, desk.in + sizeof order, &desk));
     MPMWorkEnd(mpm, order.phase);
+    MPMSimulateWork("UNPACK", (PetscReal)len);
     MPMStatusReset(&status);
     PetscCall(MPMPatchRun(mpm, &desk.patch, phase, &status));
-    if (phase->points_out & MPM_BIT(cell)) RenumberCells(mpm, &order, &desk.patch);
+    if (phase->points_out & MPM_BIT(cell)) {
+      RenumberCells(mpm, &order, &desk.patch);
+      MPMSimulateWork("RENUMBER", order.n);
+    }
     PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
     PetscCall(MPMMessageRoom(&desk.out, &desk.out_capacity, MPMPoolAnswerBytes(mpm, phase, order.own_n, order.n)));
     MPMWorkBegin(mpm);
     len = (PetscMPIInt)(PackAnswer(mpm, phase, &status, &desk, desk.out) - desk.out);
     MPMWorkEnd(mpm, order.phase);
+    MPMSimulateWork("CHUNK", 1);
+    MPMSimulateWork("ANSWER", (PetscReal)len);
     PetscCallMPI(MPI_Isend(desk.out, len, MPI_BYTE, 0, MPM_TAG_DONE, comm, &answer));
     PetscCall(MPMPhaseEnd(mpm, phase, order.n));
   }

@@ -32,12 +32,23 @@ static PetscBool Inside_annulus(const MPMRegion *r, PetscInt dim, const PetscRea
 PetscBool MPMRegionInside(const MPMRegion *r, PetscInt dim, const PetscReal x[])
 {
   static PetscBool (*const inside[])(const MPMRegion *, PetscInt, const PetscReal[]) = {
-#define MPM_REGION(name, parameters, what) Inside_##name,
+#define MPM_REGION(name, solid, parameters, what) Inside_##name,
 #include "region.def"
 #undef MPM_REGION
   };
 
   return inside[r->type](r, dim, x);
+}
+
+PetscBool MPMRegionSolid(const MPMRegion *r)
+{
+  static const PetscBool solids[] = {
+#define MPM_REGION(name, solid, parameters, what) solid,
+#include "region.def"
+#undef MPM_REGION
+  };
+
+  return solids[r->type];
 }
 
 void MPMRegionBounds(const MPMRegion *r, PetscInt dim, PetscReal lower[], PetscReal upper[])

@@ -40,21 +40,21 @@ static PetscErrorCode PrintScene(MPM mpm)
 
 static PetscErrorCode PrintFields(MPM mpm)
 {
-  PetscInt  bytes = 0;
+  const PetscInt bytes = MPMPointsMemory(&mpm->points), dim = mpm->grid.dim;
+  const PetscInt node = (MPM_SUM_NC(dim) + MPM_VEL_NC(dim)) * (PetscInt)sizeof(PetscReal) +
+                        2 * (PetscInt)sizeof(PetscInt); /* where the points of a cell begin, and how many come */
   PetscReal nodes = 1;
 
   PetscFunctionBeginUser;
   PetscCall(MPMPrint(mpm, "fields     "));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (mpm->points.present[f] && MPMFields[f].home == MPM_STATE) PetscCall(MPMPrint(mpm, "%s ", MPMFields[f].name));
-  bytes = MPMPointsBytes(&mpm->points, MPM_SCRATCH) + (PetscInt)sizeof(PetscInt);
-  for (PetscInt d = 0; d < mpm->grid.dim; d++) nodes *= mpm->grid.nodes[d];
-  PetscCall(
-      MPMPrint(mpm, "  %" PetscInt_FMT " B/particle, %" PetscInt_FMT " with scratch, %d B/node: %.3g MB in all\n",
-               MPMPointsBytes(&mpm->points, MPM_STATE), bytes,
-               (int)((MPM_SUM_NC(mpm->grid.dim) + MPM_VEL_NC(mpm->grid.dim)) * sizeof(PetscReal)),
-               (double)(1e-6 * (bytes * (PetscReal)mpm->points.total +
-                                nodes * (MPM_SUM_NC(mpm->grid.dim) + MPM_VEL_NC(mpm->grid.dim)) * sizeof(PetscReal)))));
+  for (PetscInt d = 0; d < dim; d++) nodes *= mpm->grid.nodes[d];
+  PetscCall(MPMPrint(mpm,
+                     "  %" PetscInt_FMT " B/particle, %" PetscInt_FMT " with order and scratch, %" PetscInt_FMT
+                     " B/node: %.3g MB in all\n",
+                     MPMPointsBytes(&mpm->points, MPM_STATE), bytes, node,
+                     (double)(1e-6 * (bytes * (PetscReal)mpm->points.total + nodes * (PetscReal)node))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -318,6 +318,9 @@ PetscErrorCode MPMReportEnd(MPM mpm)
                        (double)mpm->status.most * mpm->exchange.partition.p[0] * mpm->exchange.partition.p[1] *
                            mpm->exchange.partition.p[2] / (double)mpm->points.total));
   if (mpm->step > 0) PetscCall(MPMStepView(mpm));
+#if defined(MPM_SIMULATE)
+  PetscCall(MPMPrint(mpm, "simulated  %.9g s a step\n", (double)(mpm->wall_steps / PetscMax(1, mpm->step))));
+#endif
   PetscCall(MPMRoofline(mpm));
   if (mpm->status.bad != MPM_OK) PetscFunctionReturn(PETSC_SUCCESS); /* the failed state is in no file */
   PetscCall(MPMPointsDigest(&mpm->points, mpm->exchange.data, &digest));

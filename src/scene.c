@@ -127,12 +127,12 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
 static PetscErrorCode ReadRegion(MPMOptions o, PetscInt dim, const char name[], MPMRegion *r)
 {
   static const char *const takes[] = {
-#define MPM_REGION(name, parameters, what) parameters,
+#define MPM_REGION(name, solid, parameters, what) parameters,
 #include "region.def"
 #undef MPM_REGION
   };
   static const char *const names[] = {
-#define MPM_REGION(name, parameters, what) #name,
+#define MPM_REGION(name, solid, parameters, what) #name,
 #include "region.def"
 #undef MPM_REGION
   };

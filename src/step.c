@@ -2,6 +2,7 @@
 
    An integrator is the list of its phases, in order; MPMStep runs them through the exchange, which knows who holds
    which points, and settles the points in their new cells. Equation numbers: docs/theory.md.                         */
+#include <petscsf.h>
 #include "mpm.h"
 
 /* The own nodes first .. last-1 of a row that points touch. */
@@ -166,6 +167,8 @@ static PetscErrorCode RegisterEvents(void)
   if (done) PetscFunctionReturn(PETSC_SUCCESS);
   done = PETSC_TRUE;
   PetscCall(PetscClassIdRegister("MPM", &id));
+  PetscCall(DMInitializePackage()); /* -log_view asks all processes for the same events: workers of a pool make no DM */
+  PetscCall(PetscSFInitializePackage());
   for (PetscInt e = 0; e < NUM_EVENTS; e++) {
     if (e && e < NUM_PHASES && !strcmp(MPMTimerName(e), MPMTimerName(e - 1)))
       events[e] = events[e - 1]; /* twins share a name */

@@ -15,6 +15,7 @@
 #define MPM_TRANSFER_H
 
 #include "mpm.h"
+#include "rows.h"
 
 #if defined(__clang__)
 #define MPM_UNROLL _Pragma("unroll")
@@ -29,15 +30,18 @@ typedef PetscReal MPMRow[MPM_BLOCK]; /* a component of the points of a block; la
 
 /* The points of a block: n entries of an order, and those a block further on, whose rows are fetched in advance. */
 typedef struct {
-  PetscInt        n, own; /* own: p < own is an own point, else a halo point */
-  PetscBool       mixed;  /* are there halo points in the block? */
-  const PetscInt *order, *ahead;
+  PetscInt        n, own;           /* own: p < own is an own point, else a halo point */
+  PetscBool       mixed, run;       /* are there halo points in the block? do its rows follow each other? */
+  PetscInt        point[MPM_BLOCK]; /* the last one again in the lanes past it */
+  const PetscInt *ahead;
+  PetscInt        ncells, end[MPM_STAGED + 1]; /* its runs of points of the same cell, and where they end */
 } MPMBlockOrder;
 
 /* Stencils of a block. */
 typedef struct {
-  PetscInt cell[MPM_BLOCK], kind[MPM_BLOCK];             /* cell: index of the base node in the patch's arrays */
-  MPMRow   x[3], l[3], m, V0, at[3];                     /* at: from the base node, in cells */
+  PetscInt kind[MPM_BLOCK];
+  MPMRow   cell;                     /* index of the base node in the patch's arrays, a whole number */
+  MPMRow   x[3], l[3], m, V0, at[3]; /* at: from the base node, in cells */
   MPMRow   w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients per axis, 1 and 1/m */
 } __attribute__((aligned(64))) MPMStencils;
 
@@ -47,47 +51,58 @@ MPM_INLINE PetscInt MPMCellOf(const MPMPatch *patch, PetscInt p)
   return p < patch->points.n ? patch->points.cell[p] : patch->halo.cell[p - patch->points.n];
 }
 
-/* The next block from entry q of n entries of an order, and its cells: whole cells, if they fit (a cell that is cut
-   costs time, not bits). */
-MPM_INLINE MPMBlockOrder MPMNextBlock(const MPMPatch *patch, PetscInt q, PetscInt n, const PetscInt *order,
-                                      PetscInt *cell)
+/* The next block from entry q of nall entries of an order. All blocks but the last are full, so that loops over them
+   are as long every time; a cell that is cut costs little, and no bits. */
+MPM_INLINE void MPMNextBlock(const MPMPatch *patch, PetscInt q, PetscInt nall, const PetscInt *order, MPMBlockOrder *o)
 {
-  MPMBlockOrder o    = {PetscMin(MPM_STAGED, n - q), patch->points.n, PETSC_FALSE, order + q, NULL};
-  PetscInt      last = 0;
+  const PetscInt n = PetscMin(MPM_STAGED, nall - q), first = order[q];
+  PetscInt       last = 0, jumps = 0;
 
-  for (PetscInt l = 0; l < o.n; l++) last = PetscMax(last, o.order[l]);
-  o.mixed = last >= o.own ? PETSC_TRUE : PETSC_FALSE;
-  for (PetscInt l = 0; l < o.n; l++) cell[l] = o.mixed ? MPMCellOf(patch, o.order[l]) : patch->points.cell[o.order[l]];
-  if (q + o.n < n && MPMCellOf(patch, o.order[o.n]) == cell[o.n - 1]) {
-    PetscInt whole = o.n - 1;
-
-    while (whole > 0 && cell[whole - 1] == cell[o.n - 1]) whole--;
-    if (whole) o.n = whole;
+  for (PetscInt l = 0; l < n; l++) {
+    o->point[l] = order[q + l];
+    last        = PetscMax(last, order[q + l]);
+    jumps |= order[q + l] - l - first;
   }
-  o.ahead = o.order + PetscMin(MPM_STAGED, n - q - o.n);
-  return o;
+  for (PetscInt l = n; l % MPM_WIDTH; l++) o->point[l] = o->point[n - 1];
+  o->n     = n;
+  o->own   = patch->points.n;
+  o->mixed = last >= o->own ? PETSC_TRUE : PETSC_FALSE;
+  o->run   = !jumps && !o->mixed && n == MPM_STAGED ? PETSC_TRUE : PETSC_FALSE;
+  o->ahead = order + q + PetscMin(MPM_STAGED, nall - q - n);
 }
 
-/* Rows of nc components of the block's points -> lanes. The rows of a vector are read together, which makes it in
-   registers; the lanes past the last point repeat it. */
+/* Fetches rows of a block further on, those that stand where points l to l + MPM_WIDTH - 1 do in this one. */
+MPM_INLINE void MPMFetch(int nc, const PetscReal *own, const MPMBlockOrder *o, PetscInt l)
+{
+  if (l + MPM_WIDTH > o->n) return;
+  for (int k = 0; k<MPM_WIDTH; k += nc> 4 ? 1 : 2) { /* a line holds several rows, or not all of one */
+    __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc);
+    if (nc > 8) __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc + 8);
+  }
+}
+
+/* Rows of nc components of the block's points -> lanes; the lanes past the last point repeat it. */
 MPM_INLINE void MPMGather(int nc, const PetscReal *own, const PetscReal *halo, const MPMBlockOrder *o, MPMRow *to)
 {
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
     const PetscReal *row[MPM_WIDTH];
+    MPMReal          lanes[9];
 
-    if (o->mixed || l + MPM_WIDTH > o->n)
-      for (int k = 0; k < MPM_WIDTH; k++) {
-        const PetscInt p = o->order[PetscMin(l + k, o->n - 1)];
+    if (!o->mixed) MPMFetch(nc, own, o, l);
+    if (o->run)
+      MPMTurn(nc, own + (size_t)(o->point[0] + l) * nc, lanes);
+    else {
+      if (o->mixed)
+        for (int k = 0; k < MPM_WIDTH; k++) {
+          const PetscInt p = o->point[l + k];
 
-        row[k] = p < o->own ? own + (size_t)p * nc : halo + (size_t)(p - o->own) * nc;
-      }
-    else
-      for (int k = 0; k < MPM_WIDTH; k++) {
-        row[k] = own + (size_t)o->order[l + k] * nc;
-        if (nc > 4 || k % 2 == 0)
-          __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc); /* a line holds several rows */
-      }
-    for (int c = 0; c < nc; c++) MPMWrite(&to[c][l], MPMLanes(row, c));
+          row[k] = p < o->own ? own + (size_t)p * nc : halo + (size_t)(p - o->own) * nc;
+        }
+      else
+        for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->point[l + k] * nc;
+      MPMReadRows(nc, row, lanes);
+    }
+    for (int c = 0; c < nc; c++) MPMWrite(&to[c][l], lanes[c]);
   }
 }
 
@@ -95,11 +110,19 @@ MPM_INLINE void MPMGather(int nc, const PetscReal *own, const PetscReal *halo, c
 MPM_INLINE void MPMScatter(int nc, const MPMRow *from, const MPMBlockOrder *o, PetscInt first, PetscInt last,
                            PetscReal *own)
 {
-  for (PetscInt l = first; l < last; l++) {
-    PetscReal *to = own + (size_t)o->order[l] * nc;
+  PetscReal others[9]; /* where the lanes of other points go */
 
-    MPM_UNROLL
-    for (int k = 0; k < nc; k++) to[k] = from[k][l];
+  for (PetscInt l = first - first % MPM_WIDTH; l < last; l += MPM_WIDTH) {
+    PetscReal *row[MPM_WIDTH];
+    MPMReal    lanes[9];
+
+    if (first <= l && l + MPM_WIDTH <= last)
+      for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->point[l + k] * nc;
+    else
+      for (int k = 0; k < MPM_WIDTH; k++)
+        row[k] = first <= l + k && l + k < last ? own + (size_t)o->point[l + k] * nc : others;
+    for (int c = 0; c < nc; c++) lanes[c] = MPMRead(&from[c][l]);
+    MPMWriteRows(nc, lanes, row);
   }
 }
 
@@ -144,21 +167,24 @@ MPM_INLINE MPMReal MPMBasesOf(MPMBasis basis, const MPMGrid *grid, int d, MPMRea
   return MPMBasisBases(basis, xi, l, grid->cells[d], grid->periodic[d], grid->wall_basis[d]);
 }
 
-/* Weights of a block of points. */
-MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMGrid *grid, PetscInt n, MPMStencils *s)
+/* Cells and weights of a block of points; x was checked when it was committed. */
+MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, MPMStencils *s)
 {
-  MPMMask wall = MPMAll(0) != MPMAll(0);
+  const MPMGrid grid = *patch->grid; /* a copy, which no write can change: its numbers stay in registers */
+  MPMMask       wall = MPMAll(0) != MPMAll(0);
 
-  for (int d = 0; d < dim; d++) {
-    const PetscReal reach = MPMBasisIsSpline(basis) ? MPMWallReach(basis, grid->wall_basis[d]) : 0;
-    const PetscReal rh = 1 / grid->h[d], cells = (PetscReal)grid->cells[d];
+  for (int d = dim - 1; d >= 0; d--) {
+    const PetscReal reach = MPMBasisIsSpline(basis) ? MPMWallReach(basis, grid.wall_basis[d]) : 0;
+    const PetscReal rh = 1 / grid.h[d], cells = (PetscReal)grid.cells[d];
+    const PetscReal lo = (PetscReal)patch->lo[d], nodes = (PetscReal)patch->n[d];
 
     for (PetscInt q = 0; q < n; q += MPM_WIDTH) {
       const MPMReal l = MPMRead(&s->l[d][q]);
       MPMReal       xi, base, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
 
-      base = MPMBasesOf(basis, grid, d, MPMRead(&s->x[d][q]), l, &xi); /* x was checked when it was committed */
+      base = MPMBasesOf(basis, &grid, d, MPMRead(&s->x[d][q]), l, &xi);
       MPMBasisInside(basis, xi, l, base, w, g);
+      MPMWrite(&s->cell[q], d == dim - 1 ? base - lo : MPMRead(&s->cell[q]) * nodes + (base - lo));
       MPMWrite(&s->at[d][q], xi - base);
       for (int i = 0; i < MPMBasisNodes(basis); i++) {
         MPMWrite(&s->w[d][i][q], w[i]);
@@ -167,16 +193,18 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMGrid *grid, Pe
       if (MPMBasisIsSpline(basis)) wall |= (xi < reach) | (cells - xi < reach);
     }
   }
-  if (MPMBasisIsSpline(basis) && MPMAny(wall)) MPMStageWalls(dim, basis, grid, n, s);
+  if (MPMBasisIsSpline(basis) && MPMAny(wall)) MPMStageWalls(dim, basis, patch->grid, n, s);
 }
 
-/* Stencils of a block of points, whose cells are known. Those of an image across a periodic face are the point's own:
+/* Stencils of a block of points, and where its cells end. Those of an image across a periodic face are the point's own:
    only its cell lies elsewhere. */
-MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o, MPMStencils *s)
+MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, MPMBlockOrder *o, MPMStencils *s)
 {
+  PetscInt ncells = 0;
+
   MPMGather(dim, patch->points.x, patch->halo.x, o, s->x);
   for (PetscInt l = 0; l < o->n && par->nkinds > 1; l++) {
-    const PetscInt p = o->order[l];
+    const PetscInt p = o->point[l];
 
     s->kind[l] = p < o->own ? patch->points.kind[p] : patch->halo.kind[p - o->own];
     MPMStageKind(dim, par->kinds + s->kind[l], l, l + 1, s);
@@ -185,23 +213,36 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, c
   switch (patch->basis) {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   case MPM_BASIS_##name:                                                                                               \
-    MPMStageWeights(dim, MPM_BASIS_##name, patch->grid, o->n, s);                                                      \
+    MPMStageWeights(dim, MPM_BASIS_##name, patch, o->n, s);                                                            \
     break;
 #include "basis.def"
 #undef MPM_BASIS
   default:
     break;
   }
+  for (PetscInt l = 0; l < o->n && o->mixed; l++) s->cell[l] = (PetscReal)MPMCellOf(patch, o->point[l]);
+  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
+    ncells = MPMList(MPMRead(&s->cell[l]) != MPMRead(&s->cell[l] + 1), l + 1, ncells, o->end);
+  while (ncells && o->end[ncells - 1] >= o->n) ncells--;
+  o->end[ncells] = o->n;
+  o->ncells      = ncells + 1;
 }
 
 #define MPM_MAX_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
 
+MPM_INLINE int MPMStencilNodes(int dim, MPMBasis basis)
+{
+  const int ns = MPMBasisNodes(basis);
+
+  return ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
+}
+
 /* Offsets of the nodes of a stencil from its base node in the patch's arrays, x fastest, times nc. */
 MPM_INLINE void MPMStencilOffsets(int dim, const MPMPatch *patch, PetscInt nc, PetscInt at[])
 {
-  const PetscInt ns = MPMBasisNodes(patch->basis), ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1;
+  const PetscInt ns = MPMBasisNodes(patch->basis), ny = dim > 1 ? ns : 1;
 
-  for (PetscInt a = 0; a < ns * ny * nz; a++)
+  for (PetscInt a = 0; a < MPMStencilNodes(dim, patch->basis); a++)
     at[a] = nc * (a % ns + (a / ns % ny + a / (ns * ny) * patch->n[1]) * patch->n[0]);
 }
 
@@ -260,6 +301,15 @@ typedef struct {
   MPMRecord Q[MPM_STAGED][4], A[MPM_STAGED][3];
 } __attribute__((aligned(64))) MPMRecords;
 
+/* A part of records: nc numbers of MPM_WIDTH points whose records lie `stride` apart. */
+MPM_INLINE void MPMWriteRecords(int nc, const MPMReal *from, PetscReal *to, int stride)
+{
+  PetscReal *row[MPM_WIDTH];
+
+  for (int k = 0; k < MPM_WIDTH; k++) row[k] = to + k * stride * 8;
+  MPMWriteRows(nc + nc % 2, from, row); /* where nothing else is */
+}
+
 /* The records of a block: Q[0] = (m, m v | m b), Q[1+e] = (0 | - V0 tau_e), with V sig = V0 tau; with the affine part
    v + C (x_i - x_p) of velocity, x_i - x_p = (i - at) h. */
 MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, const MPMBlockOrder *o,
@@ -273,43 +323,57 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
       MPMGather(dim, patch->points.r, patch->halo.r, o, v);
     else
       MPMGather(dim, patch->points.v, patch->halo.v, o, v);
-    for (PetscInt l = 0; l < o->n; l++) {
-      r->Q[l][0][0] = one * s->m[l];
-      for (int d = 0; d < dim; d++) r->Q[l][0][1 + d] = s->m[l] * v[d][l];
+    if (parts & MPM_AFFINE) MPMGather(dim * dim, patch->points.C, patch->halo.C, o, C);
+    for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
+      const MPMReal m = MPMRead(&s->m[l]);
+      MPMReal       Q[4];
+
+      Q[0] = one * m;
+      for (int d = 0; d < 3; d++) Q[1 + d] = d < dim ? m * MPMRead(&v[d][l]) : MPMAll(0);
+      for (int e = 0; e < dim && (parts & MPM_AFFINE); e++) {
+        MPMReal A[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
+
+        for (int d = 0; d < dim; d++) {
+          A[1 + d] = m * MPMRead(&C[d * dim + e][l]) * patch->grid->h[e];
+          Q[1 + d] -= A[1 + d] * MPMRead(&s->at[e][l]);
+        }
+        MPMWriteRecords(1 + dim, A, r->A[l][e], 3);
+      }
+      MPMWriteRecords(1 + dim, Q, r->Q[l][0], 4);
     }
   }
-  if (parts & MPM_AFFINE) {
-    MPMGather(dim * dim, patch->points.C, patch->halo.C, o, C);
-    for (PetscInt l = 0; l < o->n; l++)
-      for (int d = 0; d < dim; d++)
-        for (int e = 0; e < dim; e++) {
-          const PetscReal mC = s->m[l] * C[d * dim + e][l] * patch->grid->h[e];
-          r->A[l][e][1 + d]  = mC;
-          r->Q[l][0][1 + d] -= mC * s->at[e][l];
-        }
-  }
   if (parts & MPM_P2G_FORCE)
-    for (PetscInt l = 0; l < o->n; l++) {
-      const PetscReal V0 = -s->V0[l];
-      MPM_UNROLL
-      for (int e = 0; e < dim; e++) MPM_UNROLL
-      for (int d = 0; d < dim; d++) r->Q[l][1 + e][MPM_SUM_FORCE + d] = V0 * b->tau[MPMSymPart(dim, d, e)][l];
+    for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
+      const MPMReal V0 = -MPMRead(&s->V0[l]);
+
+      for (int e = 0; e < dim; e++) {
+        MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
+
+        for (int d = 0; d < dim; d++) Q[d] = V0 * MPMRead(&b->tau[MPMSymPart(dim, d, e)][l]);
+        MPMWriteRecords(dim, Q, r->Q[l][1 + e] + MPM_SUM_FORCE, 4);
+      }
     }
   if ((parts & MPM_P2G_FORCE) && patch->points.b) {
     MPMGather(dim, patch->points.b, patch->halo.b, o, force);
-    for (PetscInt l = 0; l < o->n; l++)
-      for (int d = 0; d < dim; d++) r->Q[l][0][MPM_SUM_FORCE + d] = s->m[l] * force[d][l];
+    for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
+      MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
+
+      for (int d = 0; d < dim; d++) Q[d] = MPMRead(&s->m[l]) * MPMRead(&force[d][l]);
+      MPMWriteRecords(dim, Q, r->Q[l][0] + MPM_SUM_FORCE, 4);
+    }
   }
 }
 
-/* Sums over points of a cell to its nodes, and over its nodes to the points, for a block: transfer_sums.c. */
+/* Sums over points of a cell to its nodes, and over its nodes to the points, for a block: transfer_sums.c. The sums of
+   a block's last cell, which may go on in the next, are not yet added to its nodes. */
 typedef struct {
-  PetscReal sum[MPM_MAX_NODES][8]; /* of a cell that begins in one block and goes on in the next; else 0 */
+  PetscReal sum[MPM_MAX_NODES][8];
+  PetscInt  cell;
 } __attribute__((aligned(64))) MPMBegun;
-typedef void (*MPMSumBlocks)(const MPMStencils *, const MPMRecords *, PetscInt n, const PetscInt at[], PetscReal *nodes,
-                             MPMBegun *, PetscBool goes_on);
-typedef void (*MPMInterpolateBlocks)(const MPMStencils *, PetscInt n, const PetscInt at[], const PetscReal *nodes,
-                                     MPMRow *value, MPMRow *gradient);
+typedef void (*MPMSumBlocks)(const MPMBlockOrder *, const MPMStencils *, const MPMRecords *, const PetscInt at[],
+                             PetscReal *nodes, MPMBegun *);
+typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *, const PetscInt at[],
+                                     const PetscReal *nodes, MPMRow *value, MPMRow *gradient);
 /* [dim-1][nodes per axis - 2][forces][affine], [..][..][motion][stress] */
 extern const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
 extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
@@ -321,7 +385,8 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   const int          forces = parts & MPM_P2G_FORCE ? 1 : 0, affine = parts & MPM_AFFINE ? 1 : 0;
   const MPMSumBlocks sum = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
   PetscInt           at[MPM_MAX_NODES];
-  MPMBegun           begun = {{{0}}};
+  MPMBegun           begun = {{{0}}, patch->norder ? MPMCellOf(patch, patch->order[0]) : 0};
+  MPMBlockOrder      o;
   MPMStencils        s;
   MPMRecords         r;
   MPMBlock           b;
@@ -331,8 +396,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   memset(&b, 0, sizeof b);
   MPMStencilOffsets(dim, patch, MPM_SUM_NC(dim), at);
   for (PetscInt q = 0; q < patch->norder;) {
-    const MPMBlockOrder o = MPMNextBlock(patch, q, patch->norder, patch->order, s.cell);
-
+    MPMNextBlock(patch, q, patch->norder, patch->order, &o);
     MPMStage(dim, par, patch, &o, &s);
     if (forces) {
       MPMGatherState(dim, patch, &o, &b);
@@ -341,9 +405,10 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     }
     MPMStageRecords(dim, parts, patch, &o, &s, &b, &r);
     q += o.n;
-    sum(&s, &r, o.n, at, patch->sum, &begun,
-        q < patch->norder && MPMCellOf(patch, o.order[o.n]) == s.cell[o.n - 1] ? PETSC_TRUE : PETSC_FALSE);
+    sum(&o, &s, &r, at, patch->sum, &begun);
   }
+  for (int a = 0; a < MPMStencilNodes(dim, patch->basis) && patch->norder; a++)
+    for (int k = 0; k < 8; k++) patch->sum[(size_t)begun.cell * MPM_SUM_NC(dim) + at[a] + k] += begun.sum[a][k];
 }
 
 /* --- Nodes to points -----------------------------------------------------------------------------------------------
@@ -385,7 +450,7 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
       }
       bad |= MPMBetween(l, first, next) & MPMNot((J > 0.0) & (J < PETSC_MAX_REAL));
     }
-    if (MPMAny(bad)) MPMNoteBadJ(dim, patch, has_F, first, next, o->order, b, status);
+    if (MPMAny(bad)) MPMNoteBadJ(dim, patch, has_F, first, next, o->point, b, status);
     law->speed2[dim - 1](m, first, next, b, c2);
     for (PetscInt l = from; l < next; l += MPM_WIDTH)
       *c2max = MPMMax(*c2max, MPMSelect(MPMBetween(l, first, next), MPMRead(c2 + l), MPMAll(0)));
@@ -400,20 +465,22 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
 MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMRow *v, const MPMRow *r, const MPMRow *vn,
                         const MPMRow *an, MPMRow *dx, MPMReal *v2max)
 {
+  const PetscReal dt = par->dt, flip = par->flip, pic = 1 - par->flip;
+
   for (PetscInt l = 0; l < n; l += MPM_WIDTH) {
     MPMReal v2 = MPMAll(0);
 
     for (int d = 0; d < dim; d++) {
-      const MPMReal now = MPMRead(&vn[d][l]), step = par->dt * MPMRead(&an[d][l]), old = MPMRead(&v[d][l]);
+      const MPMReal now = MPMRead(&vn[d][l]), step = dt * MPMRead(&an[d][l]), old = MPMRead(&v[d][l]);
       MPMReal       to;
 
       if (r) /* xpic: what the grid took up of v_p, accelerated */
         to = old - MPMRead(&r[d][l]) + step;
       else
-        to = par->flip * (old + step) + (1 - par->flip) * now;
+        to = flip * (old + step) + pic * now;
       v2 += to * to;
       MPMWrite(&v[d][l], to);
-      MPMWrite(&dx[d][l], par->dt * (r ? to : now));
+      MPMWrite(&dx[d][l], dt * (r ? to : now));
     }
     *v2max = MPMMax(*v2max, MPMSelect(MPMBetween(l, 0, n), v2, MPMAll(0)));
   }
@@ -423,7 +490,7 @@ MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMRow *v, co
 MPM_INLINE void MPMFindCells(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, const MPMStencils *s,
                              PetscReal *now)
 {
-  const MPMGrid *grid = patch->grid;
+  const MPMGrid grid = *patch->grid;
 
   for (PetscInt l = 0; l < n; l += MPM_WIDTH) {
     MPMReal cell   = MPMAll(0);
@@ -432,9 +499,9 @@ MPM_INLINE void MPMFindCells(int dim, MPMBasis basis, const MPMPatch *patch, Pet
     for (int d = dim - 1; d >= 0; d--) {
       const PetscReal lo = (PetscReal)patch->own_lo[d], hi = (PetscReal)(patch->own_lo[d] + patch->own_n[d]);
       const MPMReal   x = MPMRead(&s->x[d][l]);
-      MPMReal         xi, base = MPMBasesOf(basis, grid, d, x, MPMRead(&s->l[d][l]), &xi);
+      MPMReal         xi, base = MPMBasesOf(basis, &grid, d, x, MPMRead(&s->l[d][l]), &xi);
 
-      inside &= (x >= grid->lower[d]) & (x <= grid->upper[d]);
+      inside &= (x >= grid.lower[d]) & (x <= grid.upper[d]);
       own &= (base >= lo) & (base < hi);
       cell = cell * (PetscReal)patch->n[d] + (base - (PetscReal)patch->lo[d]);
     }
@@ -450,7 +517,7 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   const MPMGrid *grid  = patch->grid;
   MPMMask        wraps = MPMAll(0) != MPMAll(0);
   MPMRow         now;
-  PetscInt       moved = 0, left = 0, lost = 0, which[MPM_STAGED + 1];
+  PetscInt       moved = 0, left = 0, which[MPM_STAGED + 1];
 
   for (int d = 0; d < dim; d++)
     for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
@@ -462,7 +529,7 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   if (MPMAny(wraps)) MPMWrap(dim, grid, o->n, s->x);
   MPMScatter(dim, s->x, o, 0, o->n, patch->points.x);
   if (patch->points.l) {
-    MPMStretchDomains(dim, par, patch, o->n, o->order, s->x, status);
+    MPMStretchDomains(dim, par, patch, o->n, o->point, s->x, status);
     MPMGather(dim, patch->points.l, NULL, o, s->l);
   }
   switch (patch->basis) {
@@ -475,21 +542,19 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   default:
     break;
   }
-  for (PetscInt l = 0; l < o->n; l++) {
-    const PetscInt cell = (PetscInt)now[l];
+  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
+    moved = MPMList(MPMBetween(l, 0, o->n) & (MPMRead(&now[l]) != MPMRead(&s->cell[l])), l, moved, which);
+  for (PetscInt k = 0; k < moved; k++) {
+    const PetscInt l = which[k], p = o->point[l], cell = (PetscInt)now[l];
 
-    patch->points.cell[o->order[l]] = cell;
-    which[moved]                    = q + l;
-    moved += cell != s->cell[l];
+    patch->points.cell[p] = cell;
+    if (patch->movers) patch->movers[patch->nmovers + k] = q + l;
     left += cell < 0;
-    lost += cell < -1;
-  }
-  for (PetscInt l = 0; l < o->n && lost; l++)
-    if (now[l] == -2) {
+    if (cell == -2) {
       const PetscReal x[3] = {s->x[0][l], s->x[1][l], s->x[2][l]};
-      MPMNoteBad(status, MPM_LEFT_GRID, patch->points.id[o->order[l]], dim, x, 0);
+      MPMNoteBad(status, MPM_LEFT_GRID, patch->points.id[p], dim, x, 0);
     }
-  if (patch->movers) memcpy(patch->movers + patch->nmovers, which, (size_t)moved * sizeof *which);
+  }
   patch->nmovers += moved;
   status->moved += moved;
   status->left += left;
@@ -508,7 +573,7 @@ MPM_INLINE void MPMAffine(int dim, const MPMPatch *patch, const PetscInt at[], c
         const MPMReal away = MPMAll(i) - MPMRead(&s->at[d][l]);
         MPMWrite(&s->g[d][i][l], MPMRead(&s->w[d][i][l]) * away * ((PetscReal)inertia / patch->grid->h[d]));
       }
-  MPM_LANES_NAME(MPMInterpolateBlock)[dim - 1][ns - 2][0][1](s, o->n, at, patch->vel, NULL, C);
+  MPM_LANES_NAME(MPMInterpolateBlock)[dim - 1][ns - 2][0][1](o, s, at, patch->vel, NULL, C);
   MPMScatter(dim * dim, C, o, 0, o->n, patch->points.C);
 }
 
@@ -520,11 +585,12 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   const MPMView *points                  = &patch->points;
   const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(
       MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][stress];
-  PetscInt    at[MPM_MAX_NODES];
-  MPMReal     v2 = MPMAll(0), c2 = MPMAll(0);
-  MPMRow      value[6], L[9], v[3], r[3]; /* value: sum phi v', sum phi a; then dx in place of the first */
-  MPMStencils s;
-  MPMBlock    b;
+  PetscInt      at[MPM_MAX_NODES];
+  MPMBlockOrder o;
+  MPMReal       v2 = MPMAll(0), c2 = MPMAll(0);
+  MPMRow        value[6], L[9], v[3], r[3]; /* value: sum phi v', sum phi a; then dx in place of the first */
+  MPMStencils   s;
+  MPMBlock      b;
 
   MPMStencilsBegin(dim, par, &s);
   memset(&b, 0, sizeof b);
@@ -534,10 +600,9 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   MPMStencilOffsets(dim, patch, MPM_VEL_NC(dim), at);
   patch->nmovers = 0;
   for (PetscInt q = 0; q < points->n;) {
-    const MPMBlockOrder o = MPMNextBlock(patch, q, points->n, patch->own_order, s.cell);
-
+    MPMNextBlock(patch, q, points->n, patch->own_order, &o);
     MPMStage(dim, par, patch, &o, &s);
-    if (interpolate) interpolate(&s, o.n, at, patch->vel, value, L);
+    if (interpolate) interpolate(&o, &s, at, patch->vel, value, L);
     if (parts & MPM_G2P_FILTER) {
       MPMGather(dim, parts & MPM_RESIDUAL ? points->r : points->v, NULL, &o, r);
       for (int d = 0; d < dim; d++)

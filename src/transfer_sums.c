@@ -20,15 +20,6 @@ MPM_INLINE MPMReal MPMTimes(MPMReal a, MPMReal b)
   return MPMFma(a, b, MPMAll(0));
 }
 
-/* The end of the cell that begins at point `first` of a block. */
-MPM_INLINE PetscInt MPMCellEnd(const PetscInt *cell, PetscInt n, PetscInt first)
-{
-  PetscInt last = first + 1;
-
-  while (last < n && cell[last] == cell[first]) last++;
-  return last;
-}
-
 /* --- Points to nodes -----------------------------------------------------------------------------------------------
    Lanes are the sums of a node, MPM_PARTS vectors. Does part h hold these; forces; anything? */
 #define MPM_PARTS               (8 / MPM_WIDTH)
@@ -106,22 +97,25 @@ MPM_INLINE void MPMFlush(int dim, int nn, const PetscInt at[], PetscReal *node, 
       }
 }
 
-/* A block of points into the sums of the nodes. begun: the sums so far of its first cell, if that began in an
-   earlier block, else 0; those of its last cell are left there if it goes on. */
-MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMStencils *s, const MPMRecords *r,
-                            PetscInt n, const PetscInt at[], PetscReal *nodes, MPMBegun *begun, PetscBool goes_on)
+/* A block of points into the sums of the nodes. begun: the sums so far of the cell that an earlier block began; those
+   of the last cell are left there. */
+MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMBlockOrder *o, const MPMStencils *s,
+                            const MPMRecords *r, const PetscInt at[], PetscReal *nodes, MPMBegun *begun)
 {
-  const int nn = ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
+  const int nn   = ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
+  PetscInt  cell = begun->cell;
+  MPMSums   sum;
 
-  MPMSums sum;
+  memcpy(sum, begun->sum, (size_t)nn * sizeof *sum);
+  for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++]) {
+    const PetscInt next = (PetscInt)s->cell[first];
 
-  memcpy(sum, begun->sum, (size_t)nn * sizeof *sum); /* 0 if no cell began */
-  for (PetscInt first = 0, last; first < n; first = last) {
-    last = MPMCellEnd(s->cell, n, first);
-    MPMAccumulate(dim, ns, forces, affine, s, r, first, last, sum);
-    if (last < n || !goes_on) MPMFlush(dim, nn, at, nodes + (size_t)s->cell[first] * MPM_SUM_NC(dim), sum);
+    if (next != cell) MPMFlush(dim, nn, at, nodes + (size_t)cell * MPM_SUM_NC(dim), sum);
+    cell = next;
+    MPMAccumulate(dim, ns, forces, affine, s, r, first, o->end[c], sum);
   }
   memcpy(begun->sum, sum, (size_t)nn * sizeof *sum);
+  begun->cell = cell;
 }
 
 /* --- Nodes to points -----------------------------------------------------------------------------------------------
@@ -188,32 +182,31 @@ MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const Pet
 
 /* The same for all points of a block. What a vector finds for lanes past the end of its cell is overwritten by the next
    cell, or lies past the end of the block. */
-MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, const MPMStencils *s, PetscInt n,
-                                    const PetscInt at[], const PetscReal *nodes, MPMRow *value, MPMRow *gradient)
+MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, const MPMBlockOrder *o,
+                                    const MPMStencils *s, const PetscInt at[], const PetscReal *nodes, MPMRow *value,
+                                    MPMRow *gradient)
 {
-  for (PetscInt first = 0, last; first < n; first = last) {
-    last = MPMCellEnd(s->cell, n, first);
-    for (PetscInt l = first; l < last; l += MPM_WIDTH)
+  for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++])
+    for (PetscInt l = first; l < o->end[c]; l += MPM_WIDTH)
       MPMInterpolate(dim, ns, nv, gradients, nodes + (size_t)s->cell[first] * MPM_VEL_NC(dim), at, s, l, value,
                      gradient);
-  }
 }
 
 /* --- Instances -----------------------------------------------------------------------------------------------------
  */
 #define MPM_FOR_ALL(X) X(1, 2) X(1, 3) X(1, 4) X(2, 2) X(2, 3) X(2, 4) X(3, 2) X(3, 3) X(3, 4)
 #define MPM_SUM_BLOCK(dim, ns, forces, affine)                                                                         \
-  static void SumBlock_##dim##ns##_##forces##affine(const MPMStencils *s, const MPMRecords *r, PetscInt n,             \
-                                                    const PetscInt at[], PetscReal *nodes, MPMBegun *begun,            \
-                                                    PetscBool goes_on)                                                 \
+  static void SumBlock_##dim##ns##_##forces##affine(const MPMBlockOrder *o, const MPMStencils *s, const MPMRecords *r, \
+                                                    const PetscInt at[], PetscReal *nodes, MPMBegun *begun)            \
   {                                                                                                                    \
-    MPMSumBlock(dim, ns, forces, affine, s, r, n, at, nodes, begun, goes_on);                                          \
+    MPMSumBlock(dim, ns, forces, affine, o, s, r, at, nodes, begun);                                                   \
   }
 #define MPM_INTERPOLATE_BLOCK(dim, ns, motion, stress)                                                                 \
-  static void InterpolateBlock_##dim##ns##_##motion##stress(const MPMStencils *s, PetscInt n, const PetscInt at[],     \
-                                                            const PetscReal *nodes, MPMRow *value, MPMRow *gradient)   \
+  static void InterpolateBlock_##dim##ns##_##motion##stress(const MPMBlockOrder *o, const MPMStencils *s,              \
+                                                            const PetscInt at[], const PetscReal *nodes,               \
+                                                            MPMRow *value, MPMRow *gradient)                           \
   {                                                                                                                    \
-    MPMInterpolateBlock(dim, ns, motion ? 2 * dim : 0, stress, s, n, at, nodes, value, gradient);                      \
+    MPMInterpolateBlock(dim, ns, motion ? 2 * dim : 0, stress, o, s, at, nodes, value, gradient);                      \
   }
 #define MPM_DEFINE(dim, ns)                                                                                            \
   MPM_SUM_BLOCK(dim, ns, 0, 0)                                                                                         \

@@ -4,7 +4,7 @@
 #include "unit.h"
 
 static const char *names[] = {
-#define MPM_REGION(name, parameters, what) #name,
+#define MPM_REGION(name, solid, parameters, what) #name,
 #include "region.def"
 #undef MPM_REGION
 };
@@ -77,6 +77,39 @@ static void AnyShape(MPMRegionType type, int dim)
   }
 }
 
+/* What a solid shape has of a row of places is one piece, with one of the two places beside the middle in it. */
+static void Solid(MPMRegionType type, int dim)
+{
+  const MPMRegion r = Random(type);
+  PetscReal       lower[3], upper[3];
+
+  UnitContext("rows of %s in %d-D", names[type], dim);
+  if (!MPMRegionSolid(&r)) return;
+  MPMRegionBounds(&r, dim, lower, upper);
+  for (int row = 0; row < 200; row++) {
+    const int       d = row % dim;
+    const PetscReal b = UnitReal(0.01, 0.7), offset = UnitReal(-1, 1);
+    const int       first = (int)floor((lower[d] - offset) / b) - 2, last = (int)ceil((upper[d] - offset) / b) + 2;
+    const int       middle = (int)floor((0.5 * (lower[d] + upper[d]) - offset) / b - 0.5);
+    int             pieces = 0, inside = 0, at_middle = 0;
+    PetscReal       x[3];
+
+    for (int e = 0; e < dim; e++) x[e] = UnitReal(lower[e], upper[e]);
+    for (int k = first; k <= last; k++) {
+      int in;
+
+      x[d] = (k + 0.5) * b + offset;
+      in   = MPMRegionInside(&r, dim, x);
+      if (in && !inside) pieces++;
+      if (in && (k == middle || k == middle + 1)) at_middle = 1;
+      inside = in;
+    }
+    CHECK_EQ(inside, 0);
+    CHECK_LE(pieces, 1);
+    CHECK_EQ(at_middle, pieces);
+  }
+}
+
 static void Box(int dim)
 {
   const MPMRegion r = Random(MPM_REGION_box);
@@ -137,7 +170,10 @@ int main(void)
 {
   for (int dim = 1; dim <= 3; dim++)
     for (int round = 0; round < 50; round++) {
-      for (int type = 0; type < MPM_NUM_REGIONS; type++) AnyShape((MPMRegionType)type, dim);
+      for (int type = 0; type < MPM_NUM_REGIONS; type++) {
+        AnyShape((MPMRegionType)type, dim);
+        Solid((MPMRegionType)type, dim);
+      }
       Box(dim);
       Round(dim);
     }

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Installs what is missing: `install.sh run` for building and running, `install.sh test` for the tests too,
-# `install.sh report` for running and for the report.
+# `install.sh simulate` for running and for the simulator, `install.sh report` for running and for the report.
 # Silent and quick when nothing is missing. System packages are installed on Debian and its kin, as root or
 # with a sudo that asks no password; elsewhere it says what to install. The Python packages go to .venv.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 mode=${1:-run}
-case $mode in run | test | report) ;; *) echo "usage: tools/install.sh run|test|report" >&2; exit 2 ;; esac
+case $mode in run | test | simulate | report) ;; *) echo "usage: tools/install.sh run|test|simulate|report" >&2; exit 2 ;; esac
 pkgconfig=${PKG_CONFIG:-pkg-config}
 
 has()    { command -v "$1" >/dev/null 2>&1; }
@@ -48,6 +48,11 @@ missing() {
   if [ "$mode" = test ]; then
     has ctest || echo cmake
     has clang || echo clang
+  fi
+  if [ "$mode" = simulate ]; then
+    has smpicc && has smpirun || echo libsimgrid-dev
+    module lapack || echo liblapack-dev
+    module blas || echo libblas-dev
   fi
 }
 
