@@ -34,6 +34,19 @@ def way(row):
     )
 
 
+def combine(lines, repeats):
+    """One line of a calibration's file from that of several."""
+    found = [re.match(r"(rate \d+|[a-z]+(?:\[\d\]\.[a-z]+)?) ([-+.\de ]+?)( #.*)?$", line) for line in lines]
+    if lines[0].startswith("from"):
+        return f"{lines[0]}, of {repeats}"
+    if not all(found):
+        return lines[0]
+    name, columns = found[0][1], list(zip(*(m[2].split() for m in found)))
+    least = {2, 4} if name.startswith("rate") else {0} if name in ("message", "copy", "reduction") else set()
+    values = [min(c, key=float) if k in least else sorted(c, key=float)[len(c) // 2] for k, c in enumerate(columns)]
+    return f"{name} {' '.join(values)}{found[0][3] or ''}"
+
+
 class ClosedForm:
     """What tables and figures have in common."""
 
@@ -60,32 +73,21 @@ class ClosedForm:
         return done.stdout
 
     def calibrate(self, repeats):
-        """docs/data/models/*.model: the least of each constant in several calibrations, since other work only adds."""
+        """docs/data/models/*.model from several calibrations, since other work on the machine disturbs them: times of a particle,
+        node, message or byte only get longer by it, so the least counts; constants that are differences, the median."""
         folder = os.path.join(self.args.data, "models")
         os.makedirs(folder, exist_ok=True)
         for name in BOXES:
             texts = []
             for k in range(repeats):
                 path = os.path.join(self.work.name, f"{name}{k}.model")
-                open(path, "w").close()  # a rung of the calibration wants the file to be there
-                self.pebble(
-                    "-options_file", os.path.join(HERE, f"{name}.opts"), "-model_calibrate", "-model_file", path, ranks=2
-                )
+                options = os.path.join(HERE, f"{name}.opts")
+                self.pebble("-options_file", options, "-model_calibrate", "-model_file", path, ranks=2)
                 with open(path) as f:
                     texts.append(f.read().splitlines())
                 print(f"  {name}: calibration {k + 1} of {repeats}", flush=True)
-            lines = []
-            for same in zip(*texts):
-                best = same[0]
-                numbers = [re.match(r"(rate \d+|[a-z]+(?:\[\d\]\.[a-z]+)?) (.*?)( #.*)?$", line) for line in same]
-                if all(numbers) and not same[0].startswith(("method", "from", "#")):
-                    columns = zip(*(m[2].split() for m in numbers))
-                    best = f"{numbers[0][1]} {' '.join(min(column, key=float) for column in columns)}{numbers[0][3] or ''}"
-                elif best.startswith("from"):
-                    best += f", the least of {repeats}"
-                lines.append(best)
             with open(os.path.join(folder, f"{name}.model"), "w") as f:
-                f.write("\n".join(lines) + "\n")
+                f.writelines(combine(lines, repeats) + "\n" for lines in zip(*texts))
 
     # ---- The closed form
     def closed(self, name):
@@ -134,8 +136,8 @@ class ClosedForm:
 
     def injected(self, name, cut):
         """The model with the costs that the simulator injects, and none that it does not know."""
-        costs, like = self.data.costs()[name], model.load(self.data.model(name))
-        m = model.Model(like.dim, like.basis, like.update, origin="costs.csv")
+        costs, dim = self.data.costs()[name], len(BOXES[name][0])
+        m = model.Model(dim, {"box2d": "linear", "box3d": "bspline2"}[name], "usl", origin="costs.csv")
         for k, timer in (("P2G", "P2G"), ("ADVANCE", "ADVANCE"), ("G2P", "G2P"), ("SETTLE", "SORT")):
             each = costs[k] * (2**m.dim if k == "ADVANCE" else 1)  # of a node; costs.csv: of a particle
             m.rates[timer] = model.Rate(0, (1, 1), (each, each))
@@ -144,7 +146,7 @@ class ClosedForm:
         step = 0.4 / (36.7 + 4 * math.sqrt(m.dim))
         q = sum(2 * 4 * math.sin(math.pi * j / p) * step for p in cut for j in range(1, p))
         p = 1 - math.exp(-q)
-        m.numbers = {**dict.fromkeys(like.numbers, 0.0), "copy": 0.2e-9}
+        m.numbers = {"copy": 0.2e-9, "halo": 0, "merge": 0, "migration[0].process": 0, "migration[1].process": 0}
         m = m.with_network(**NETWORK)
         for k in (0, 1):
             m.numbers[f"migration[{k}].point"] = costs.get("SORT", costs["SETTLE"]) - costs["SETTLE"]
@@ -157,11 +159,11 @@ class ClosedForm:
         """Rows: scene, study, processes, cut, simulated s, closed form s, imbalance in the simulation, by formula: of the cuts that
         the simulated runs had."""
         out = []
-        for study in ("strong", "weak", "weak-large"):
+        for study in ("strong", "strong-large", "weak", "weak-large"):
             try:
                 rows = self.data.simulated(study)
             except Missing:
-                if study == "weak-large":
+                if study.endswith("large"):
                     continue
                 raise
             for row in rows:
@@ -187,6 +189,10 @@ class ClosedForm:
     def cells_of(row, study):
         if study == "strong":
             return BOXES[row["scene"]][0]
+        if study == "strong-large":
+            return [round((row["particles"] / 2**d) ** (1 / d)) for d in [len(BOXES[row["scene"]][0])]] * len(
+                BOXES[row["scene"]][0]
+            )
         cells, p = ([64, 64], [1, 1]) if row["scene"] == "box2d" else ([16, 16, 8], [1, 1, 1])
         while math.prod(p) < row["ranks"]:
             p[p.index(min(p))] *= 2
