@@ -89,7 +89,7 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 export ASAN_OPTIONS := detect_leaks=0
 
 # ---- What a user asks for
-.PHONY: all run test verify robust bench paper simulate report format clean distclean help objects picture ctest pages FORCE
+.PHONY: all run test verify robust bench paper simulate scaling report format clean distclean help objects picture ctest pages FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -128,6 +128,9 @@ simulate: ## run on simulated clusters (docs/simulate.md); builds a PETSc first,
 	  PETSC_DIR=$(CURDIR)/build/simulate/petsc PETSC_ARCH=smpi CFLAGS="$(CFLAGS) -DMPM_SIMULATE -DSMPI_NO_OVERRIDE_MALLOC"
 	@$(python) tools/simulate/simulate.py --pebble $(program) --simulator $(simulator) --mpiexec $(MPIEXEC) \
 	  $(if $(filter full,$(SIMULATE)),--full,$(SIMULATE))
+
+scaling: $(PEBBLE) ## how it scales: 1 to 32 processes, counted and predicted (docs/data/scaling); SCALING=full: longer
+	@$(python) tools/scaling/scaling.py --pebble $(program) --mpiexec $(MPIEXEC) $(if $(filter full,$(SCALING)),--full,$(SCALING))
 
 report: ## docs/report.md, .html and figures anew from docs/data; REPORT=calibrate: constants first; =all: all data
 	@tools/install.sh report

@@ -7,8 +7,11 @@
 #include "options.h"
 
 #define LEVELS 3
+/* Runs of more points are timed by the processor's clock, which other programs do not lengthen; for fewer points,
+   reading it would be a part of what it measures, and there the least of short runs does. */
+#define MPM_CLOCKED 5e3
 static const PetscReal goal[LEVELS]  = {600, 2e4, 4e5};
-static const PetscInt  steps[LEVELS] = {400, 150, 75}, repeats[LEVELS] = {3, 3, 2};
+static const PetscInt  steps[LEVELS] = {400, 150, 75}, repeats[LEVELS] = {8, 8, 4};
 
 /* What a short run left. */
 typedef struct {
@@ -152,7 +155,7 @@ static PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt
 
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(sample, sizeof *sample));
-  for (PetscInt k = 0, tries = 0; k < nrepeats && tries < 8; tries++) {
+  for (PetscInt k = 0, tries = 0; k < nrepeats && tries < nrepeats + 8; tries++) {
     MPMShare share;
     MPM      mpm;
 
@@ -163,6 +166,7 @@ static PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt
       continue;
     }
     PetscCall(MPMModelShare(mpm, &share));
+    mpm->path.clock = n > MPM_CLOCKED ? PETSC_TRUE : PETSC_FALSE;
     PetscCall(MPMRun(mpm));
     for (PetscInt e = 0; e < MPM_MAX_TIMERS && mpm->step; e++) {
       const PetscReal s = MPMTimerSeconds(mpm, e) / (PetscReal)mpm->step;
@@ -310,7 +314,7 @@ static PetscErrorCode TimeSettling(MPM scene, PetscReal n, Trial *trial)
   trial->points = share.points;
   trial->halo   = share.halo;
   trial->update = trial->migration[0] = trial->migration[1] = PETSC_MAX_REAL;
-  for (int repeat = 0; repeat < 10; repeat++) {
+  for (int repeat = 0; repeat < 30; repeat++) {
     PetscLogDouble t0, t1;
 
     PetscCallMPI(MPI_Barrier(scene->comm));
@@ -369,25 +373,29 @@ static PetscErrorCode FitSettling(MPM scene)
 
 /* --- The pool -------------------------------------------------------------------------------------------------- */
 
-/* How long the master is busy a step, with how many chunks and bytes. */
+/* How long the master is busy a step at least, of a few runs, with how many chunks and bytes. */
 static PetscErrorCode TimePool(MPM scene, PetscInt cells, PetscReal *busy, PetscReal *chunks, PetscReal *bytes)
 {
-  MPM mpm;
-
   PetscFunctionBeginUser;
-  PetscCall(SetSize(scene, PetscPowReal((PetscReal)scene->points.total / 2e4, 1 / (PetscReal)scene->grid.dim), 40));
+  PetscCall(SetSize(scene, PetscPowReal((PetscReal)scene->points.total / 2e4, 1 / (PetscReal)scene->grid.dim), 20));
   PetscCall(PetscOptionsSetValue(NULL, "-parallel_strategy", "pool"));
   PetscCall(Set("-pool_cells", "%.0f", (double)cells));
-  PetscCall(Make(scene->comm, &mpm));
   *busy = *chunks = *bytes = 0;
-  if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMRun(mpm));
-  if (mpm->step) {
-    *busy   = mpm->exchange.busy / (PetscReal)mpm->step;
-    *chunks = mpm->exchange.chunks / (PetscReal)mpm->step;
-    *bytes  = mpm->exchange.bytes / (PetscReal)mpm->step;
+  for (int repeat = 0; repeat < 4; repeat++) {
+    MPM mpm;
+
+    PetscCall(Make(scene->comm, &mpm));
+    if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(MPMRun(mpm));
+    if (mpm->step) {
+      const PetscReal s = mpm->exchange.busy / (PetscReal)mpm->step;
+
+      *busy   = repeat ? PetscMin(*busy, s) : s;
+      *chunks = mpm->exchange.chunks / (PetscReal)mpm->step;
+      *bytes  = mpm->exchange.bytes / (PetscReal)mpm->step;
+    }
+    PetscCall(MPMDestroy(&mpm));
   }
-  PetscCall(MPMDestroy(&mpm));
   PetscCallMPI(MPI_Bcast(busy, 1, MPIU_REAL, 0, scene->comm));
   PetscCallMPI(MPI_Bcast(chunks, 1, MPIU_REAL, 0, scene->comm));
   PetscCallMPI(MPI_Bcast(bytes, 1, MPIU_REAL, 0, scene->comm));

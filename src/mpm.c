@@ -324,11 +324,11 @@ PetscErrorCode MPMRun(MPM mpm)
   while (mpm->t < mpm->time_end && mpm->step < mpm->max_steps && !mpm->stop[0]) {
     PetscLogDouble t0, t1;
 
-    PetscCall(PetscTime(&t0));
+    PetscCall(MPMClock(mpm, &t0));
     PetscCall(PetscLogStagePush(steps));
     PetscCall(Advance(mpm));
     PetscCall(PetscLogStagePop());
-    PetscCall(PetscTime(&t1));
+    PetscCall(MPMClock(mpm, &t1));
     mpm->wall_steps += t1 - t0;
     if (mpm->status.bad != MPM_OK) break; /* not a state to measure or to show */
     PetscCall(PetscLogStagePush(output));

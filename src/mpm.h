@@ -591,11 +591,13 @@ typedef struct {
 
 /* The work of each step, see path.c. */
 typedef struct {
-  PetscBool on; /* -report_path */
+  PetscBool on;    /* -report_path */
+  PetscBool clock; /* timers read processor time */
   PetscInt  row, capacity;
   PetscReal start, *seconds;          /* [row+1][MPM_MAX_TIMERS] s of processor time, here */
   PetscReal messages[MPM_MAX_TIMERS]; /* s a step, by the model, of the process that sends most */
 } MPMPath;
+PetscErrorCode MPMClock(MPM, PetscLogDouble *);
 void           MPMWorkBegin(MPM);
 void           MPMWorkEnd(MPM, PetscInt timer);
 PetscErrorCode MPMWorkStep(MPM);

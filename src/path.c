@@ -12,6 +12,18 @@ static PetscReal Processor(void)
   return (PetscReal)now.tv_sec + 1e-9 * (PetscReal)now.tv_nsec;
 }
 
+/* The clock of the table of phases: wall time, or in a calibration the processor's, which other programs do not
+   lengthen. Not collective. */
+PetscErrorCode MPMClock(MPM mpm, PetscLogDouble *now)
+{
+  PetscFunctionBeginUser;
+  if (mpm->path.clock)
+    *now = Processor();
+  else
+    PetscCall(PetscTime(now));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Marks work that belongs to a timer; without -report_path they do nothing. Not collective. */
 void MPMWorkBegin(MPM mpm)
 {

@@ -321,7 +321,7 @@ PetscErrorCode MPMPointsSort(MPMPoints *points, const MPMPatch *patch)
     SortByCell(&view, ncells, points->start, points->order);
   else
     MergeMovers(&view, ncells, points);
-  MPMSimulateWork(points->nmovers < 0 ? "SORT" : "SETTLE", view.n);
+  MPMSimulateWork("SORT", view.n);
   points->nmovers = -1;
   points->nkept   = points->n;
   PetscCall(MPMPointsRestoreView(points, fields, &view));

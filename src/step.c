@@ -252,7 +252,7 @@ PetscErrorCode MPMPhaseBegin(MPM mpm, const MPMPhase *phase)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscLogEventBegin(events[phase - mpm->phases], 0, 0, 0, 0));
-  PetscCall(PetscTime(&mpm->phase_start));
+  PetscCall(MPMClock(mpm, &mpm->phase_start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -262,7 +262,7 @@ PetscErrorCode MPMPhaseEnd(MPM mpm, const MPMPhase *phase, PetscInt npoints)
   PetscLogDouble  now;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscTime(&now));
+  PetscCall(MPMClock(mpm, &now));
   mpm->phase_seconds[phase - mpm->phases] += now - mpm->phase_start;
   PetscCall(PetscLogFlops(flops));
   mpm->flops += flops;
@@ -276,7 +276,7 @@ PetscErrorCode MPMSettlingBegin(MPM mpm, PetscInt timer)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscLogEventBegin(events[timer], 0, 0, 0, 0));
-  PetscCall(PetscTime(&mpm->phase_start));
+  PetscCall(MPMClock(mpm, &mpm->phase_start));
   if (timer == SORT) MPMWorkBegin(mpm);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -287,7 +287,7 @@ PetscErrorCode MPMSettlingEnd(MPM mpm, PetscInt timer)
 
   PetscFunctionBeginUser;
   if (timer == SORT) MPMWorkEnd(mpm, timer);
-  PetscCall(PetscTime(&now));
+  PetscCall(MPMClock(mpm, &now));
   mpm->phase_seconds[timer] += now - mpm->phase_start;
   mpm->phase_seconds[SETTLE] -= now - mpm->phase_start;
   PetscCall(PetscLogEventEnd(events[timer], 0, 0, 0, 0));
@@ -316,28 +316,28 @@ PetscErrorCode MPMStep(MPM mpm)
   MPMStatusReset(&mpm->status);
   PetscCall(MPMWorkStep(mpm));
   if (mpm->scene.forced) {
-    PetscCall(PetscTime(&t0));
+    PetscCall(MPMClock(mpm, &t0));
     PetscCall(PetscLogEventBegin(events[FORCES], 0, 0, 0, 0));
     MPMWorkBegin(mpm);
     PetscCall(MPMForcesUpdate(mpm, mpm->t));
     MPMWorkEnd(mpm, FORCES);
     PetscCall(PetscLogEventEnd(events[FORCES], 0, 0, 0, 0));
-    PetscCall(PetscTime(&t1));
+    PetscCall(MPMClock(mpm, &t1));
     mpm->phase_seconds[FORCES] += t1 - t0;
   }
   for (PetscInt k = 0; k < mpm->nprogram; k++) PetscCall(RunPhase(mpm, mpm->program[k]));
-  PetscCall(PetscTime(&t0));
+  PetscCall(MPMClock(mpm, &t0));
   PetscCall(PetscLogEventBegin(events[REDUCE], 0, 0, 0, 0));
   mpm->status.interrupted = MPMInterrupted();
   PetscCall(mpm->exchange.type->reduce(mpm, &mpm->status));
   PetscCall(PetscLogEventEnd(events[REDUCE], 0, 0, 0, 0));
-  PetscCall(PetscTime(&t1));
+  PetscCall(MPMClock(mpm, &t1));
   if (mpm->status.bad == MPM_OK) {
     PetscCall(PetscLogEventBegin(events[SETTLE], 0, 0, 0, 0));
     PetscCall(mpm->exchange.type->settle(mpm, PETSC_FALSE));
     PetscCall(PetscLogEventEnd(events[SETTLE], 0, 0, 0, 0));
   }
-  PetscCall(PetscTime(&t2));
+  PetscCall(MPMClock(mpm, &t2));
   mpm->phase_seconds[REDUCE] += t1 - t0;
   mpm->phase_seconds[SETTLE] += t2 - t1;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -153,7 +153,7 @@ def parse(text):
             out["cut"], out["imbalance"] = m[1], float(m[2])
         elif m := re.match(r"done +(\d+) steps", line):
             out["steps"] = int(m[1])
-        elif m := re.match(r"  (\w+) +[\d.]+ +[\d.]+ +([\d.]+)$", line):
+        elif m := re.match(r"  (\w+) +[\d.]+ +[\d.]+ +[\d.]+ +(\S+) ", line):
             out["phases"][m[1]] = float(m[2])
         elif m := re.match(r"simulated +(\S+) s a step", line):
             out["seconds"] = float(m[1])
@@ -163,8 +163,8 @@ def parse(text):
         raise RuntimeError(text[-2000:])
     out.setdefault("imbalance", 1.0)
     out.setdefault("cut", "")
-    if "seconds" not in out:  # a real run: ns a point and step, to 0.1
-        out["seconds"] = 1e-9 * out["phases"]["all"] * out["particles"]
+    out["seconds"] = out.get("seconds", out["phases"]["all"])  # of a real run: to three digits
+    out["phases"] = {k: 1e9 * v / out["particles"] for k, v in out["phases"].items()}  # ns a point
     return out
 
 
@@ -227,8 +227,8 @@ def true_digest(args_pebble, path):
 
 # ---- Costs
 def calibrate(args):
-    """Costs of phases, ns a point, with all cores busy; what a sort after migration and DMSwarmMigrate cost more. Others may
-    use the machine too: the least of many short runs."""
+    """Costs of phases, ns a point, with all cores busy; what DMSwarmMigrate costs more than direct messages. Others may use
+    the machine too: the least of many short runs."""
     def least(path, **how):
         runs = [r for _ in range(args.calibrations) for r in real(args, path, **how)]
         return runs[0]["particles"], {k: min(r["phases"].get(k, math.inf) for r in runs) for k in runs[0]["phases"]}
@@ -237,10 +237,9 @@ def calibrate(args):
     for name, (_, _, size) in SCENES.items():
         path = write_scene(name, size, 40)
         n, cost = least(path, copies=os.cpu_count())
-        direct, swarm = (least(path, ranks=2, migrate=m)[1]["SETTLE"] for m in ("direct", "swarm"))
-        cost["SORT"] = max(cost["SETTLE"], 2 * direct)  # of a process's own points: half of all
+        direct, swarm = (least(path, ranks=2, migrate=m)[1].get("MIGRATE", 0) for m in ("direct", "swarm"))
         cost["SWARM"] = max(0, swarm - direct) * n
-        cost = {k: v for k, v in cost.items() if k not in ("REDUCE", "other", "all")}
+        cost = {k: v for k, v in cost.items() if k not in ("REDUCE", "MIGRATE", "SETTLE", "other", "all")}
         cost = {k: v for k, v in cost.items() if v < math.inf}
         print(f"  {name:10} {n} points: " + ", ".join(f"{k} {v:.4g}" for k, v in cost.items()), flush=True)
         rows += [{"scene": name, "particles": n, "name": k, "ns": f"{v:.4g}"} for k, v in cost.items()]

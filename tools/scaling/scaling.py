@@ -1,0 +1,329 @@
+#!/usr/bin/env python3
+"""How pebble scales: `make scaling`, or `make scaling SCALING=full` (larger, longer and more often).
+
+The machine has fewer cores than the processes that are asked for, so a run on more gives no speed-up by the clock. What
+stands for it is told apart by the column `class`, and no figure joins two:
+
+  measured        wall time of a step, where every process has a core
+  oversubscribed  wall time where it has none: recorded, never a speed-up
+  critical path   -report_path: the slowest process's own processor time in each phase of each step, and the messages
+                  by the model
+  closed form     what the model (docs/performance.md) predicts from constants measured on 1 and 2 processes
+
+Studies: strong (the same scene on all numbers of processes) and weak (16,000 particles a process) with spatial
+decomposition (points migrate `direct`; some runs also by `swarm`) and the pool. In each, all runs of a scene must give
+the same digest. Then `counts`: messages and bytes of a full box by -log_view against formulas, exactly; and `validation`:
+measured over predicted for every scene of options/ on 1 and 2 processes.
+
+Writes docs/data/scaling/*.csv, docs/scaling-*.png; exit status 1 when digests or counts differ or a run failed.
+"""
+import argparse
+import csv
+import datetime
+import glob
+import os
+import sys
+
+import counts
+import runs
+from runs import Failed, Run
+
+COLUMNS = ["scene", "dim", "basis", "update", "study", "strategy", "migrate", "processes", "particles", "steps", "class",
+           "seconds_per_step", "speedup", "efficiency", "efficiency_net_of_imbalance", "imbalance", "work_imbalance",
+           "messages_per_step", "bytes_per_particle_step", "reductions_per_step", "migrating_steps", "digest"]
+COUNTS = ["scene", "dim", "basis", "update", "strategy", "processes", "grid", "particles", "quantity", "counted",
+          "formula", "equal"]
+VALIDATION = ["scene", "dim", "particles", "processes", "steps", "repeats", "seconds_per_step", "predicted", "ratio",
+              "critical_path", "critical_path_ratio"]
+SIZES = (1, 2, 4, 8, 16, 32)
+PER_PROCESS = 16000
+
+
+class Results:
+    def __init__(self, args):
+        self.args, self.runs, self.counts, self.validation, self.problems = args, [], [], [], []
+
+    def problem(self, text):
+        self.problems.append(text)
+        print(f"  FAILED {text}", flush=True)
+
+    def write(self):
+        os.makedirs(self.args.data, exist_ok=True)
+        for name, columns, rows in (("runs", COLUMNS, self.runs), ("counts", COUNTS, self.counts),
+                                    ("validation", VALIDATION, self.validation)):
+            if rows:
+                with open(os.path.join(self.args.data, name + ".csv"), "w", newline="") as file:
+                    writer = csv.DictWriter(file, columns, restval="", lineterminator="\n")
+                    writer.writeheader()
+                    writer.writerows(rows)
+
+
+# ---- Strong and weak
+
+def best(args, scene, cells, processes, strategy, migrate, steps, models):
+    """The run, repeated where wall time counts: least wall time and critical path of the repeats."""
+    result = None
+    for _ in range(args.repeats if processes <= args.cores else args.more_repeats):
+        run = Run(args, scene.options(cells), processes, strategy, migrate, steps, models[min(processes, 2)])
+        if result:
+            if run.digest != result.digest:
+                raise Failed(f"{scene.name} on {processes}: a repeat has another digest")
+            run.seconds, run.path = min(run.seconds, result.seconds), min(run.path, result.path)
+            run.work_imbalance = min(run.work_imbalance, result.work_imbalance)
+        result = run
+    return result
+
+
+def number(value, digits=4):
+    return "" if value is None else f"{value:.{digits}g}"
+
+
+def record(args, results, scene, study, run, base):
+    """Rows of a run, one a class. base: {class: (seconds, particles, processes)} that speed-up is of."""
+    step = dict(zip(("messages", "bytes", "reductions"), (0, 0, 0)))
+    migrating = 0
+    if run.events:
+        total = run.events["summary"]
+        step = dict(messages=total.messages / run.steps, bytes=total.bytes / run.steps / run.particles,
+                    reductions=total.reductions / run.steps)
+        migrating = run.events["MIGRATE"].count if "MIGRATE" in run.events else 0
+    clock = "measured" if run.processes <= args.cores else "oversubscribed"
+    line = ""
+    for kind, seconds in ((clock, run.seconds), ("critical path", run.path), ("closed form", run.predicted)):
+        row = dict(scene=scene.name, dim=scene.dim, basis=scene.basis, update=scene.update, study=study,
+                   strategy="serial" if run.processes == 1 else run.strategy,
+                   migrate=run.migrate if run.processes > 1 and run.strategy == "spatial" else "",
+                   processes=run.processes, particles=run.particles, steps=run.steps,
+                   seconds_per_step=number(seconds), imbalance=number(run.imbalance),
+                   work_imbalance=number(run.work_imbalance), messages_per_step=number(step["messages"], 6),
+                   bytes_per_particle_step=number(step["bytes"]), reductions_per_step=number(step["reductions"]),
+                   migrating_steps=migrating, digest=run.digest, **{"class": kind})
+        if kind != "oversubscribed":
+            # Work done in a second over that of one process: in the weak study sizes are rounded, and this is not.
+            speedup = base[kind][0] / seconds * run.particles / base[kind][1]
+            efficiency = speedup / run.processes
+            row.update(speedup=number(speedup), efficiency=number(efficiency),
+                       efficiency_net_of_imbalance=number(efficiency * run.imbalance))
+            line += f"  {seconds * 1e3:9.3f} {speedup:6.2f}"
+        else:
+            line += f"  {seconds * 1e3:9.3f}    -  "
+        results.runs.append(row)
+    print(f"  {study:6s} {run.strategy if run.processes > 1 else 'serial':8s}{run.migrate if run.processes > 1 else '':7s}"
+          f"{run.processes:3d} {run.particles:8d}{line}  {run.imbalance:6.3f} {run.work_imbalance:6.3f} "
+          f"{step['messages']:9.1f} {step['bytes']:8.2f} {step['reductions']:5.2f}", flush=True)
+    results.write()
+
+
+def bases(run):
+    return {"measured": (run.seconds, run.particles), "critical path": (run.path, run.particles),
+            "closed form": (run.predicted, run.particles)}
+
+
+def tasks(args, scene, study):
+    """(processes, strategy, migrate) of a study beside direct migration on all sizes."""
+    for p in args.sizes:
+        yield p, "spatial", "direct"
+        if study == "strong" and p in (2, 8, 32):
+            yield p, "spatial", "swarm"
+        if p > 1 and (study == "strong" or scene.name == "box2d"):
+            yield p, "pool", "direct"
+
+
+def compare(results, scene, run, digests):
+    """All runs of the same cells and steps must end in the same bits."""
+    expected = digests.setdefault((run.particles, run.steps), run.digest)
+    if run.digest != expected:
+        results.problem(f"{scene.name}, {run.particles} particles: digest {run.digest} with {run.strategy} "
+                        f"{run.migrate} on {run.processes} processes, {expected} before")
+
+
+def strong_and_weak(args, results, scene):
+    models = {p: runs.calibrate(args, scene.name, p, scene.options()) for p in (1, 2)}
+    for study, steps in (("strong", args.steps), ("weak", args.steps // 2)):
+        base, digests = None, {}
+        for p, strategy, migrate in tasks(args, scene, study):
+            cells = scene.cells(scene.strong * args.scale if study == "strong" else PER_PROCESS * args.scale * p)
+            try:
+                run = best(args, scene, cells, p, strategy, migrate, steps, models)
+                if study == "weak" and p > 1 and (run.particles, run.steps) not in digests:
+                    alone = Run(args, scene.options(cells), 1, strategy, migrate, steps, models[1])
+                    compare(results, scene, alone, digests)
+                    record(args, results, scene, study, alone, base)
+                compare(results, scene, run, digests)
+            except Failed as failure:
+                results.problem(f"{scene.name} {study}: {failure}")
+                if p == 1:
+                    break
+                continue
+            base = base or bases(run)
+            record(args, results, scene, study, run, base)
+        if study == "strong" and base:
+            beyond(args, results, scene, models[2], base["closed form"])
+
+
+def beyond(args, results, scene, model, base):
+    """The closed form on more processes than there is any run of: -dry_run."""
+    options = scene.options(scene.cells(scene.strong * args.scale))
+    for p, seconds, imbalance, pool in runs.dry_run(args, options, model):
+        for strategy, t in (("spatial", seconds), ("pool", pool)):
+            if p <= max(SIZES) or t is None:
+                continue
+            results.runs.append(dict(
+                scene=scene.name, dim=scene.dim, basis=scene.basis, update=scene.update, study="strong",
+                strategy=strategy, migrate="direct" if strategy == "spatial" else "", processes=p, particles=base[1],
+                seconds_per_step=number(t), speedup=number(base[0] / t), efficiency=number(base[0] / t / p),
+                efficiency_net_of_imbalance=number(base[0] / t / p * (imbalance if strategy == "spatial" else 1)),
+                imbalance=number(imbalance if strategy == "spatial" else 1), **{"class": "closed form"}))
+    results.write()
+
+
+def scaling(args, results):
+    for scene in runs.SCENES:
+        if args.scenes and scene.name not in args.scenes:
+            continue
+        print(f"\n{scene.name}: {scene.dim}-D {scene.basis} {scene.update}\n  study  strategy       procs particles"
+              "   clock ms/step S  critical path S     closed form S  max/mean: points, work  messages B/point/step "
+              "reductions", flush=True)
+        strong_and_weak(args, results, scene)
+
+
+# ---- Counts
+
+def count(args, results):
+    print("\nmessages of a full box, counted by -log_view and by formula")
+    for scene in runs.SCENES:
+        if not scene.name.startswith("box") or args.scenes and scene.name not in args.scenes:
+            continue
+        for processes in args.sizes[1:]:
+            try:
+                rows = counts.check(args, scene, processes)
+            except Failed as failure:
+                results.problem(f"counts: {failure}")
+                continue
+            results.counts += rows
+            for row in rows:
+                text = (f"{row['scene']:6s} {row['strategy']:8s}{row['grid'] if row['strategy'] != 'pool' else '':8s} "
+                        f"{row['processes']:3d}  {row['quantity']:28s}{row['counted']:>14s}{row['formula']:>14s}")
+                print(f"  {text}", flush=True)
+                if row["equal"] == "no":
+                    results.problem(f"counts differ: {text}")
+    results.write()
+
+
+# ---- Validation
+
+def validation(args, results):
+    print("\nmeasured over predicted, every scene of options/, as it is\n  scene       particles processes    ms/step"
+          "  predicted  ratio  critical path  ratio")
+    for path in sorted(glob.glob(os.path.join(runs.ROOT, "options", "*.opts"))):
+        name, options = os.path.basename(path)[:-5], ["-options_file", path]
+        try:
+            model = runs.calibrate(args, f"scene-{name}", 2, options)
+            for p in (1, 2):
+                tries = [Run(args, options, p, "spatial", "direct", args.validation_steps, model, count=False)
+                         for _ in range(args.repeats)]
+                run = min(tries, key=lambda r: r.seconds)
+                path = min(r.path for r in tries)
+                results.validation.append(dict(
+                    scene=name, dim=dimension(path), particles=run.particles, processes=p, steps=run.steps,
+                    repeats=len(tries), seconds_per_step=number(run.seconds), predicted=number(run.predicted),
+                    ratio=number(run.seconds / run.predicted), critical_path=number(path),
+                    critical_path_ratio=number(path / run.predicted)))
+                print(f"  {name:12s}{run.particles:9d} {p:9d}  {1e3 * run.seconds:9.4f}  {1e3 * run.predicted:9.4f}  "
+                      f"{run.seconds / run.predicted:5.2f}      {1e3 * path:9.4f}  {path / run.predicted:5.2f}",
+                      flush=True)
+        except Failed as failure:
+            results.problem(f"validation: {name}: {failure}")
+    for column in ("ratio", "critical_path_ratio"):
+        ratios = [float(row[column]) for row in results.validation]
+        print(f"  {column} within 15 %: {sum(abs(r - 1) <= 0.15 for r in ratios)} of {len(ratios)}")
+    results.write()
+
+
+def dimension(path):
+    with open(path) as file:
+        return next(line.split()[1] for line in file if line.startswith("-dim "))
+
+
+README = """# Data of the scaling studies
+
+Written by `make scaling` ({when}; {machine}; load average {load} at the start, {minutes:.0f} minutes). Times are s.
+
+**runs.csv**, a row a run and class:
+
+| column | meaning |
+| --- | --- |
+| scene, dim, basis, update | tools/scaling/runs.py has the scenes |
+| study | `strong`: the same scene on all numbers of processes; `weak`: {per} particles a process |
+| strategy, migrate | `serial` (one process), `spatial` with its way of migration, `pool` |
+| processes, particles, steps | weak with `serial`: the scene of a larger number of processes, for its digest |
+| class | `measured`: wall time, a core for each process; `oversubscribed`: wall time, more processes than cores, no speed-up; `critical path`: slowest processor time in each phase and step, messages by the model; `closed form`: the model |
+| seconds_per_step | least of the repeats |
+| speedup | particles a second over those of one process, of the same class |
+| efficiency, efficiency_net_of_imbalance | speedup / processes; times imbalance |
+| imbalance | largest over mean number of points of a process at the start |
+| work_imbalance | slowest over mean processor time; in the pool the master's |
+| messages_per_step, bytes_per_particle_step | sent in all, by -log_view; in the pool by and to the master |
+| reductions_per_step | by -log_view |
+| migrating_steps | steps in which some point changed process |
+| digest | of the state at the end: equal for all runs of a scene, number of particles and steps |
+
+**counts.csv**: messages and bytes a step of a full box at rest in its cells, counted and by formula (tools/scaling/counts.py);
+bytes are counted to six digits.
+
+**validation.csv**: of the scenes of options/ as they are, for their first steps: the step measured (least of the repeats),
+predicted, and their ratio; and the same of the critical path, which hardly depends on what else the machine does but
+leaves out what lies between the phases.
+"""
+
+
+def main():
+    parts = {"scaling": scaling, "counts": count, "validation": validation}
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("--pebble", default="./pebble")
+    p.add_argument("--mpiexec", default="mpiexec")
+    p.add_argument("--full", action="store_true", help="four times the particles, 100 steps, 5 repeats")
+    p.add_argument("--only", help=f"of {', '.join(parts)}, separated by commas")
+    p.add_argument("--scenes", help="scenes of the studies, separated by commas")
+    p.add_argument("--sizes", help="numbers of processes, separated by commas, 1 first")
+    p.add_argument("--cores", type=int, default=os.cpu_count())
+    p.add_argument("--repeats", type=int, default=3, help="where every process has a core")
+    p.add_argument("--keep", action="store_true", help="calibrations that build/scaling has are not made again")
+    p.add_argument("--data", default=os.path.join(runs.ROOT, "docs", "data", "scaling"), help="folder of the tables")
+    p.add_argument("--figures", default=os.path.join(runs.ROOT, "docs"))
+    p.add_argument("--plot", action="store_true", help="only draw the figures from the tables")
+    args = p.parse_args()
+    args.steps, args.scale, args.validation_steps, args.more_repeats = 40, 1, 300, 1
+    if args.full:
+        args.steps, args.scale, args.repeats, args.more_repeats = 100, 4, 5, 3
+    args.sizes = tuple(map(int, args.sizes.split(","))) if args.sizes else SIZES
+    args.scenes = args.scenes.split(",") if args.scenes else []
+    chosen = args.only.split(",") if args.only else list(parts)
+    if set(chosen) - set(parts) or set(args.scenes) - {scene.name for scene in runs.SCENES}:
+        p.error("no such part or scene")
+
+    results, start, load = Results(args), datetime.datetime.now(), os.getloadavg()[0]
+    if not args.plot:
+        if load > 0.5:
+            print(f"The load average is {load:.1f}: other work is running, times will be too long")
+        for name in chosen:
+            parts[name](args, results)
+        minutes = (datetime.datetime.now() - start).total_seconds() / 60
+        with open("/proc/cpuinfo") as file:
+            cpu = next((line.split(":")[1].strip() for line in file if line.startswith("model name")), "unknown")
+        with open(os.path.join(args.data, "README.md"), "w") as file:
+            file.write(README.format(when=f"{start:%Y-%m-%d %H:%M}", machine=f"{cpu}, {args.cores} cores",
+                                     load=f"{load:.1f}", minutes=minutes, per=PER_PROCESS * args.scale))
+        print(f"\n{minutes:.1f} minutes, load average {load:.1f} at the start")
+    try:
+        import plots
+        plots.draw(args.data, args.figures)
+    except ImportError as missing:
+        print(f"no figures: {missing}")
+    for problem in results.problems:
+        print(f"FAILED {problem}")
+    return bool(results.problems)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
