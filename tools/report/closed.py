@@ -138,9 +138,9 @@ class ClosedForm:
         """The model with the costs that the simulator injects, and none that it does not know."""
         costs, dim = self.data.costs()[name], len(BOXES[name][0])
         m = model.Model(dim, {"box2d": "linear", "box3d": "bspline2"}[name], "usl", origin="costs.csv")
-        for k, timer in (("P2G", "P2G"), ("ADVANCE", "ADVANCE"), ("G2P", "G2P"), ("SETTLE", "SORT")):
-            each = costs[k] * (2**m.dim if k == "ADVANCE" else 1)  # of a node; costs.csv: of a particle
-            m.rates[timer] = model.Rate(0, (1, 1), (each, each))
+        sort = costs.get("SETTLE", costs["SORT"])  # tables of before have SETTLE for a step without migration, SORT for one with it
+        for k, each in (("P2G", costs["P2G"]), ("ADVANCE", 2**dim * costs["ADVANCE"]), ("G2P", costs["G2P"]), ("SORT", sort)):
+            m.rates[k] = model.Rate(0, (1, 1), (each, each))  # ADVANCE: of a node; in costs.csv of a particle
         # Particles of these boxes cross a cut in whole layers, 2 a cell: q is the number of layers a step, not of particles.
         # (Rubber, sound at 36.7 m/s; 4 sin(pi x/L) m/s along each axis; dt = 0.4 h/(c + |v|).)
         step = 0.4 / (36.7 + 4 * math.sqrt(m.dim))
@@ -149,7 +149,7 @@ class ClosedForm:
         m.numbers = {"copy": 0.2e-9, "halo": 0, "merge": 0, "migration[0].process": 0, "migration[1].process": 0}
         m = m.with_network(**NETWORK)
         for k in (0, 1):
-            m.numbers[f"migration[{k}].point"] = costs.get("SORT", costs["SETTLE"]) - costs["SETTLE"]
+            m.numbers[f"migration[{k}].point"] = costs["SORT"] - sort
             m.numbers[f"migration[{k}].call"] = costs["SWARM"] if k == 0 else 0
             for part in ("call", "stage", "process", "point"):
                 m.numbers[f"migration[{k}].{part}"] *= p
