@@ -89,7 +89,7 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 export ASAN_OPTIONS := detect_leaks=0
 
 # ---- What a user asks for
-.PHONY: all run test verify robust bench paper simulate scaling report format clean distclean help objects picture ctest FORCE
+.PHONY: all run test verify robust bench paper simulate scaling report format clean distclean help objects picture ctest pages FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -132,6 +132,10 @@ simulate: ## run on simulated clusters (docs/simulate.md); builds a PETSc first,
 scaling: $(PEBBLE) ## how it scales: 1 to 32 processes, counted and predicted (docs/data/scaling); SCALING=full: longer
 	@$(python) tools/scaling/scaling.py --pebble $(program) --mpiexec $(MPIEXEC) $(if $(filter full,$(SCALING)),--full,$(SCALING))
 
+report: ## docs/report.md, .html and figures anew from docs/data; REPORT=calibrate: constants first; =all: all data
+	@tools/install.sh report
+	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate SIMULATE=full && )$(again) pages
+
 format: ## clang-format on the C sources
 	clang-format -i $(wildcard src/*.[ch] tests/*.[ch] tools/paper/*.c)
 
@@ -150,7 +154,7 @@ distclean: clean ## also remove .venv, the simulator's PETSc and the products in
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  \1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
 
-# ---- Second halves of run and test, when everything is installed
+# ---- Second halves of run, test and report, when everything is installed
 picture: $(PEBBLE)
 	$(program) -options_file options/disks.opts
 	@$(python) tools/plot.py output/disks.h5 --out output/disks.png
@@ -162,6 +166,9 @@ ctest: $(PEBBLE) $(units) $(BUILD)/quadrature build/seed_serial
 	@cmake -S tests -B $(BUILD)/tests -DSOURCE=$(CURDIR) -DBUILD=$(abspath $(BUILD)) -DPEBBLE=$(abspath $(PEBBLE)) \
 	  -DPYTHON=$(CURDIR)/$(python) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
 	@cd $(BUILD)/tests && ctest -j2 --output-on-failure --no-tests=error $(select)
+
+pages: $(PEBBLE)
+	@$(python) tools/report/report.py --pebble $(program) --mpiexec $(MPIEXEC) $(if $(filter all calibrate,$(REPORT)),--calibrate)
 
 # ---- Building. A line a file; V=1 shows the commands.
 say = $(if $(V),,@printf '  %-5s %s\n' $1 $@;)

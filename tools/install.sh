@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Installs what is missing: `install.sh run` for building and running, `install.sh test` for the tests too,
-# `install.sh simulate` for running and for the simulator.
+# `install.sh simulate` for running and for the simulator, `install.sh report` for running and for the report.
 # Silent and quick when nothing is missing. System packages are installed on Debian and its kin, as root or
 # with a sudo that asks no password; elsewhere it says what to install. The Python packages go to .venv.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 mode=${1:-run}
-case $mode in run | test | simulate) ;; *) echo "usage: tools/install.sh run|test|simulate" >&2; exit 2 ;; esac
+case $mode in run | test | simulate | report) ;; *) echo "usage: tools/install.sh run|test|simulate|report" >&2; exit 2 ;; esac
 pkgconfig=${PKG_CONFIG:-pkg-config}
 
 has()    { command -v "$1" >/dev/null 2>&1; }
@@ -95,6 +95,7 @@ fi
 # ---- Python packages; .venv/installed/ keeps the lists that are in .venv
 lists=(tools/requirements.txt)
 [ "$mode" = test ] && lists+=(tools/requirements-test.txt)
+[ "$mode" = report ] && lists+=(tools/requirements-report.txt)
 for list in "${lists[@]}"; do
   venv_works && cmp -s "$list" ".venv/installed/${list##*/}" && continue
   if ! venv_works; then

@@ -8,7 +8,6 @@ import concurrent.futures
 import csv
 import itertools
 import os
-import re
 import subprocess
 import sys
 import time
@@ -24,6 +23,9 @@ import matplotlib.pyplot as plt  # noqa: E402 (after the choice of the backend)
 import numpy as np  # noqa: E402
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+sys.path.insert(0, os.path.join(ROOT, "tools"))
+from marks import markdown, renew  # noqa: E402 (after the path)
+
 STYLE = {"font.size": 9, "axes.titlesize": 9, "axes.linewidth": 0.6, "xtick.major.width": 0.6, "ytick.major.width": 0.6,
          "legend.frameon": False, "savefig.dpi": 130, "mathtext.fontset": "cm", "lines.linewidth": 1.3, "lines.markersize": 4}
 # name: options, label, colour, marker; the order of legends and tables
@@ -188,17 +190,6 @@ def number(x):
         return f"{x:.2f}" if x >= 0.1 else f"{x:.3f}"
     digits, power = f"{x:.1e}".split("e")
     return f"{digits}e{int(power)}"
-
-
-def markdown(header, rows):
-    return "\n".join("| " + " | ".join(map(str, row)) + " |" for row in [header, ["---"] * len(header), *rows])
-
-
-def renew(text, name, table):
-    found, count = re.subn(rf"(<!-- table {name} -->\n).*?(<!-- end -->)", lambda m: m[1] + "\n" + table + "\n\n" + m[2], text, flags=re.S)
-    if count != 1:
-        sys.exit(f"paper.py: docs/paper.md must have one table {name}, not {count}")
-    return found
 
 
 def slope(axes, x, y, order, text, dx=1.04, dy=1.0, align="left"):

@@ -1,0 +1,199 @@
+"""The closed form of the report's scenes: constants, the program's own word on them, shares, comparison with the simulator."""
+
+import math
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+import model
+from data import ROOT, Data, Missing
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+FAR = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4096, 32768, 262144, 1000000)
+# The cluster of all closed forms and simulations: latency 1 us, 0.3 us of a processor on either side of a message, 12.5 GB/s.
+LATENCY, OVERHEAD, WIRE = 1e-6, 0.3e-6, 0.08e-9
+NETWORK = dict(message=LATENCY + 2 * OVERHEAD, wire=WIRE, reduction=LATENCY + 2 * OVERHEAD)
+# Scenes of the closed form: options, cells of the box, what it is
+BOXES = {"box2d": ((256, 256), "filled box, 2-D linear"), "box3d": ((32, 32, 32), "filled box, 3-D quadratic")}
+WEAK = 16384  # particles a process
+WAYS = {
+    ("spatial", "direct"): "spatial, direct",
+    ("spatial", "swarm"): "spatial, DMSwarmMigrate",
+    ("pool", "direct"): "pool",
+    ("pool", "swarm"): "pool",
+}
+
+
+def way(row):
+    return (
+        "one process"
+        if row.get("processes", row.get("ranks")) == 1
+        else WAYS.get((row["strategy"], row["migrate"]), row["strategy"])
+    )
+
+
+def combine(lines, repeats):
+    """One line of a calibration's file from that of several."""
+    found = [re.match(r"(rate \d+|[a-z]+(?:\[\d\]\.[a-z]+)?) ([-+.\de ]+?)( #.*)?$", line) for line in lines]
+    if lines[0].startswith("from"):
+        return f"{lines[0]}, of {repeats}"
+    if not all(found):
+        return lines[0]
+    name, columns = found[0][1], list(zip(*(m[2].split() for m in found)))
+    least = {2, 4} if name.startswith("rate") else {0} if name in ("message", "copy", "reduction") else set()
+    values = [min(c, key=float) if k in least else sorted(c, key=float)[len(c) // 2] for k, c in enumerate(columns)]
+    return f"{name} {' '.join(values)}{found[0][3] or ''}"
+
+
+class ClosedForm:
+    """What tables and figures have in common."""
+
+    def __init__(self, args):
+        self.args, self.data, self.missing = args, Data(args.data), []
+        self.work = tempfile.TemporaryDirectory()
+        self.models, self.said = {}, {}
+
+    def note(self, where, what):
+        if (where, what) not in self.missing:
+            self.missing.append((where, what))
+
+    # ---- Pebble
+    def pebble(self, *options, ranks=1):
+        command = ([self.args.mpiexec, "-n", str(ranks)] if ranks > 1 else []) + [
+            self.args.pebble,
+            *map(str, options),
+            "-output_dir",
+            self.work.name,
+        ]
+        done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+        if done.returncode:
+            sys.exit(f"report.py: {' '.join(command)}\n{done.stdout[-800:]}{done.stderr[-800:]}")
+        return done.stdout
+
+    def calibrate(self, repeats):
+        """docs/data/models/*.model from several calibrations, since other work on the machine disturbs them: times of a particle,
+        node, message or byte only get longer by it, so the least counts; constants that are differences, the median."""
+        folder = os.path.join(self.args.data, "models")
+        os.makedirs(folder, exist_ok=True)
+        for name in BOXES:
+            texts = []
+            for k in range(repeats):
+                path = os.path.join(self.work.name, f"{name}{k}.model")
+                options = os.path.join(HERE, f"{name}.opts")
+                self.pebble("-options_file", options, "-model_calibrate", "-model_file", path, ranks=2)
+                with open(path) as f:
+                    texts.append(f.read().splitlines())
+                print(f"  {name}: calibration {k + 1} of {repeats}", flush=True)
+            with open(os.path.join(folder, f"{name}.model"), "w") as f:
+                f.writelines(combine(lines, repeats) + "\n" for lines in zip(*texts))
+
+    # ---- The closed form
+    def closed(self, name):
+        """The model of a box on the cluster, held against the program's."""
+        if name not in self.models:
+            path = self.data.model(name)
+            m = model.load(path).with_network(**NETWORK)
+            file = os.path.join(self.work.name, f"{name}.model")
+            model.save(m, file, path)
+            text = self.pebble(
+                "-options_file",
+                os.path.join(HERE, f"{name}.opts"),
+                "-model_file",
+                file,
+                "-parallel_migrate",
+                "direct",
+                "-dry_run",
+            )
+            said = model.parse(text)
+            if "calibrated" not in said.get("constants", ""):
+                raise Missing(
+                    f"`docs/data/models/{name}.model` is of another version of the program: `make report REPORT=calibrate` renews it"
+                )
+            wrong = model.agrees(m, said, BOXES[name][0])
+            if wrong:
+                sys.exit(f"report.py: tools/report/model.py and `pebble -dry_run` differ for {name}:\n  " + "\n  ".join(wrong))
+            self.models[name], self.said[name] = m, said
+        return self.models[name]
+
+    def courant(self, name):
+        m = self.closed(name)
+        return self.said[name]["speed"] * self.said[name]["dt"] / (model.NODES[m.basis] - 1)
+
+    def whole(self, name):
+        cells = BOXES[name][0]
+        return model.Share(math.prod(cells) * 2 ** len(cells), math.prod(c + 1 for c in cells))
+
+    def weak(self, name, n, processes, swarm=False, m=None):
+        """Weak efficiency of cubes of n particles."""
+        m = m or self.closed(name)
+        m.direct = not swarm
+        per, c = 2**m.dim, self.courant(name)
+        e = m.step(m.cube(n, per, 1, c)) / m.step(m.cube(n, per, processes, c))
+        m.direct = True
+        return e
+
+    def injected(self, name, cut):
+        """The model with the costs that the simulator injects, and none that it does not know."""
+        costs, dim = self.data.costs()[name], len(BOXES[name][0])
+        m = model.Model(dim, {"box2d": "linear", "box3d": "bspline2"}[name], "usl", origin="costs.csv")
+        sort = costs.get("SETTLE", costs["SORT"])  # tables of before have SETTLE for a step without migration, SORT for one with it
+        for k, each in (("P2G", costs["P2G"]), ("ADVANCE", 2**dim * costs["ADVANCE"]), ("G2P", costs["G2P"]), ("SORT", sort)):
+            m.rates[k] = model.Rate(0, (1, 1), (each, each))  # ADVANCE: of a node; in costs.csv of a particle
+        # Particles of these boxes cross a cut in whole layers, 2 a cell: q is the number of layers a step, not of particles.
+        # (Rubber, sound at 36.7 m/s; 4 sin(pi x/L) m/s along each axis; dt = 0.4 h/(c + |v|).)
+        step = 0.4 / (36.7 + 4 * math.sqrt(m.dim))
+        q = sum(2 * 4 * math.sin(math.pi * j / p) * step for p in cut for j in range(1, p))
+        p = 1 - math.exp(-q)
+        m.numbers = {"copy": 0.2e-9, "halo": 0, "merge": 0, "migration[0].process": 0, "migration[1].process": 0}
+        m = m.with_network(**NETWORK)
+        for k in (0, 1):
+            m.numbers[f"migration[{k}].point"] = costs["SORT"] - sort
+            m.numbers[f"migration[{k}].call"] = costs["SWARM"] if k == 0 else 0
+            for part in ("call", "stage", "process", "point"):
+                m.numbers[f"migration[{k}].{part}"] *= p
+        return m
+
+    def against_simulation(self):
+        """Rows: scene, study, processes, cut, simulated s, closed form s, imbalance in the simulation, by formula: of the cuts that
+        the simulated runs had."""
+        out = []
+        for study in ("strong", "strong-large", "weak", "weak-large"):
+            try:
+                rows = self.data.simulated(study)
+            except Missing:
+                if study.endswith("large"):
+                    continue
+                raise
+            for row in rows:
+                name, ranks = row["scene"], row["ranks"]
+                if (
+                    name in BOXES
+                    and ranks > 1
+                    and row["mode"] == "injected"
+                    and way(row) == "spatial, direct"
+                    and row["platform"] == "cluster"
+                ):
+                    cells, cut = self.cells_of(row, study), [int(p) for p in str(row["cut"]).split("x")]
+                    m = self.injected(name, cut)
+                    t, imbalance = m.box(cells, cut, 2**m.dim, math.inf)  # the chance of a migration is in its constants
+                    out.append(
+                        (name, study.split("-")[0], ranks, row["cut"], row["seconds_per_step"], t, row["imbalance"], imbalance)
+                    )
+        if not out:
+            raise Missing("`docs/data/simulated/*.csv` has no injected runs of filled boxes: `make simulate` writes them")
+        return out
+
+    @staticmethod
+    def cells_of(row, study):
+        if study == "strong":
+            return BOXES[row["scene"]][0]
+        if study == "strong-large":
+            return [round((row["particles"] / 2**d) ** (1 / d)) for d in [len(BOXES[row["scene"]][0])]] * len(
+                BOXES[row["scene"]][0]
+            )
+        cells, p = ([64, 64], [1, 1]) if row["scene"] == "box2d" else ([16, 16, 8], [1, 1, 1])
+        while math.prod(p) < row["ranks"]:
+            p[p.index(min(p))] *= 2
+        return [c * k for c, k in zip(cells, p)]

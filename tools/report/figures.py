@@ -1,0 +1,131 @@
+"""The figures of docs/report.md. Marks mean evidence: filled = measured, open = critical path, crosses = simulated, lines =
+closed form."""
+
+import os
+import sys
+
+try:
+    import matplotlib
+except ModuleNotFoundError as missing:
+    sys.exit(f"report.py: {missing}; run it by `make report`")
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402 (after the choice of the backend)
+
+STYLE = {
+    "font.size": 9,
+    "axes.titlesize": 9,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "legend.frameon": False,
+    "savefig.dpi": 130,
+    "mathtext.fontset": "cm",
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4.5,
+}
+COLOURS = ["tab:blue", "tab:red", "tab:green", "tab:purple", "tab:orange", "tab:brown", "tab:pink", "tab:olive"]
+plt.rcParams.update(STYLE)
+
+
+def mark(kind, colour):
+    return {
+        "measured": dict(marker="s", color=colour, linestyle="none"),
+        "critical path": dict(marker="o", color=colour, markerfacecolor="white", linestyle="none"),
+        "simulated": dict(marker="x", color=colour, linestyle="none"),
+        "closed form": dict(color=colour),
+    }[kind]
+
+
+def ticks(axes, values):
+    axes.set_xticks(values, [f"{v:,}".replace(",", " ") if v < 1e5 else f"$10^{{{len(str(v)) - 1}}}$" for v in values])
+    axes.minorticks_off()
+
+
+def legend_of_kinds(figure, kinds, where):
+    handles = [plt.Line2D([], [], label=kind, **mark(kind, "0.3")) for kind in kinds]
+    figure.legend(handles=handles, loc=where, ncols=len(kinds), fontsize=8)
+
+
+def finish(figure, path):
+    figure.savefig(path, metadata={"Software": None})
+    plt.close(figure)
+    print(f"  {os.path.relpath(path)}")
+
+
+def efficiency(path, titles, panels, floor=0, top=1.15):
+    """panels: a list of {label: [(kind, [(processes, efficiency)])]}."""
+    figure, axes = plt.subplots(1, len(panels), figsize=(7.6, 3.4), sharey=True, layout="constrained", squeeze=False)
+    kinds, colours = [], {}
+    for at, title, panel in zip(axes[0], titles, panels):
+        for label, curves in panel.items():
+            colour = colours.setdefault(label, COLOURS[len(colours) % len(COLOURS)])
+            for kind, points in curves:
+                if kind not in kinds:
+                    kinds.append(kind)
+                at.semilogx(*zip(*sorted(points)), base=2, **mark(kind, colour))
+            at.plot([], [], color=colour, label=label)
+        values = sorted({p for curves in panel.values() for _, points in curves for p, _ in points})
+        ticks(at, [v for v in (1, 2, 4, 8, 16, 32, 128, 1024, 32768, 1000000) if values and v <= max(values)])
+        if values and max(values) > 64:
+            ticks(at, [v for v in (1, 8, 64, 1024, 32768, 1000000) if v <= max(values)])
+        at.axhline(1, color="0.8", linewidth=0.6, zorder=0)
+        at.set(title=title, xlabel="processes")
+        at.legend(fontsize=7, loc="best")
+    axes[0][0].set(ylabel="efficiency", ylim=(floor, top))
+    legend_of_kinds(figure, kinds, "outside lower center")
+    finish(figure, path)
+
+
+def pool(path, panels):
+    """panels: {title: {label: [(extra ns, speed-up)]}}"""
+    figure, axes = plt.subplots(1, len(panels), figsize=(7.6, 3.2), sharey=True, layout="constrained", squeeze=False)
+    for at, (title, lines) in zip(axes[0], panels.items()):
+        for k, (label, points) in enumerate(lines.items()):
+            at.loglog(*zip(*points), color=COLOURS[k], label=label, linestyle="--" if "spatial" in label else "-")
+        at.axhline(1, color="0.8", linewidth=0.6, zorder=0)
+        at.set(title=title, xlabel="cost added to the law, ns a particle and step")
+        at.legend(fontsize=7, loc="best")
+    axes[0][0].set_ylabel("speed-up (closed form)")
+    finish(figure, path)
+
+
+def shares(path, panels):
+    """panels: {title: [(processes, {part: seconds})]}: where the time of a step goes."""
+    figure, axes = plt.subplots(1, len(panels), figsize=(7.6, 3.2), layout="constrained", squeeze=False)
+    names = list(dict.fromkeys(name for bars in panels.values() for _, parts in bars for name in parts))
+    for at, (title, bars) in zip(axes[0], panels.items()):
+        below = [0.0] * len(bars)
+        for k, name in enumerate(names):
+            heights = [1e6 * parts.get(name, 0) for _, parts in bars]
+            at.bar(range(len(bars)), heights, bottom=below, color=COLOURS[k % len(COLOURS)], label=name, width=0.7)
+            below = [a + b for a, b in zip(below, heights)]
+        at.set_xticks(
+            range(len(bars)),
+            [f"{p:,}".replace(",", " ") if p < 1e5 else f"$10^{{{len(str(p)) - 1}}}$" for p, _ in bars],
+            fontsize=8,
+        )
+        at.set(title=title, xlabel="processes", ylabel="µs a step (closed form)")
+    handles, labels = axes[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right center", fontsize=7)
+    finish(figure, path)
+
+
+def convergence(path, curves):
+    """curves: {label: [(h, error)]}"""
+    figure, axes = plt.subplots(figsize=(4.2, 3.2), layout="constrained")
+    for k, (label, points) in enumerate(curves.items()):
+        axes.loglog(*zip(*points), color=COLOURS[k], marker="os^D"[k % 4], label=label)
+    sizes = sorted(h for points in curves.values() for h, _ in points)
+    low = min(e for points in curves.values() for _, e in points)
+    axes.plot(
+        [sizes[0], sizes[-1]],
+        [low, low * (sizes[-1] / sizes[0]) ** 2],
+        color="0.55",
+        linewidth=0.8,
+        linestyle=":",
+        label="second order",
+    )
+    axes.set(xlabel="cell size $h$ [m]", ylabel="rms error of the displacement [m]")
+    axes.legend(fontsize=7)
+    finish(figure, path)

@@ -1,0 +1,317 @@
+"""The performance model of src/model.c once more, in Python, for what `pebble -dry_run` does not print: full blocks on up to a
+million processes, dearer materials, constants of another network. `agrees` holds it against the program.
+
+Symbols are those of docs/report.md, section 5. Times in s, sizes in particles, nodes and bytes.
+"""
+
+import copy
+import itertools
+import math
+import re
+from dataclasses import dataclass, field, replace
+
+NODES = {"linear": 2, "gimp": 3, "bspline2": 3, "bspline3": 4}  # of the stencil along an axis
+# The phases of a step: name, kind, fields in, fields out, and of those to nodes the sums (mass, momentum, force).
+PHASES = {
+    "usl": [
+        ("P2G", "to_nodes", "x cell v F", "", "mpf"),
+        ("ADVANCE", "nodes", "", "", ""),
+        ("G2P", "to_points", "id x cell v F", "x cell v F", ""),
+    ],
+    "usf": [
+        ("P2G_MASS", "to_nodes", "x cell v", "", "mp"),
+        ("VELOCITY", "nodes", "", "", ""),
+        ("G2P_STRESS", "to_points", "id x cell F", "F", ""),
+        ("P2G_FORCE", "to_nodes", "x cell F", "", "f"),
+        ("ADVANCE", "nodes", "", "", ""),
+        ("G2P_MOTION", "to_points", "id x cell v", "x cell v", ""),
+    ],
+    "musl": [
+        ("P2G", "to_nodes", "x cell v F", "", "mpf"),
+        ("ADVANCE", "nodes", "", "", ""),
+        ("G2P_MOTION", "to_points", "x cell v", "v dx", ""),
+        ("P2G_MOMENTUM", "to_nodes", "x cell v", "", "p"),
+        ("VELOCITY", "nodes", "", "", ""),
+        ("G2P_STRESS", "to_points", "id x cell F dx", "x cell F", ""),
+    ],
+}
+STEADY = {"id", "x", "kind", "cell"}  # travel with `settle`
+
+
+def log2(processes):
+    return math.ceil(math.log2(processes)) if processes > 1 else 0
+
+
+@dataclass
+class Share:
+    """What one process has: particles, nodes, halo particles, ghost nodes, neighbours; and the whole run's number of
+    processes and particles that change process in a step."""
+
+    points: float
+    nodes: float
+    halo: float = 0
+    ghosts: float = 0
+    neighbours: float = 0
+    processes: int = 1
+    crossing: float = 0
+
+
+@dataclass
+class Rate:
+    call: float
+    size: tuple
+    each: tuple
+
+    def seconds(self, n):
+        s = 0.0
+        if n > 0 and self.size[1] > self.size[0]:
+            s = min(1, max(0, math.log(n / self.size[0]) / math.log(self.size[1] / self.size[0])))
+        return self.call + n * (self.each[0] + s * (self.each[1] - self.each[0]))
+
+
+@dataclass
+class Model:
+    dim: int
+    basis: str
+    update: str
+    rates: dict = field(default_factory=dict)
+    numbers: dict = field(default_factory=dict)
+    direct: bool = True
+    origin: str = ""
+
+    # ---- Sizes of messages
+    def bytes(self, fields, without=()):
+        size = {"id": 8, "x": 8 * self.dim, "v": 8 * self.dim, "F": 8 * self.dim**2, "dx": 8 * self.dim, "cell": 4}
+        return sum(size[f] for f in fields.split() if f not in without)
+
+    def sums(self, parts):
+        return sum({"m": 1, "p": self.dim, "f": self.dim}[p] for p in parts) + (3 - self.dim if parts == "mpf" else 0)
+
+    # ---- A step in spatial decomposition
+    def parts(self, s):
+        """Seconds of each part of a step."""
+        m, none = self.numbers, Rate(0, (1, 1), (0, 0))
+        byte, ahead, t = m["wire"] + m["copy"], s.neighbours * m["message"], {}
+        for name, kind, fields, _, _ in PHASES[self.update]:
+            rate = self.rates.get(name, none)
+            if kind == "to_nodes":
+                t[name] = rate.seconds(s.points + s.halo) + ahead + s.halo * self.bytes(fields, STEADY) * byte
+            elif kind == "nodes":
+                t[name] = rate.seconds(s.nodes) + ahead + s.ghosts * 2 * self.dim * 8 * byte
+            else:
+                t[name] = rate.seconds(s.points)
+        t["SORT"] = self.rates.get("SORT", none).seconds(s.points)
+        settle = self.rates.get("SETTLE", none)
+        if s.neighbours > 0:
+            t["SETTLE"] = settle.call + 2 * ahead + s.halo * (m["halo"] + self.bytes("id x") * byte) + s.points * m["merge"]
+        else:
+            t["SETTLE"] = settle.seconds(s.points)
+        way = {k: m[f"migration[{int(self.direct)}].{k}"] for k in ("call", "stage", "process", "point")}
+        chance = 1 - math.exp(-s.crossing) if s.processes > 1 else 0
+        t["MIGRATE"] = chance * (
+            way["call"] + way["stage"] * log2(s.processes) + way["point"] * s.points + way["process"] * s.processes
+        )
+        t["REDUCE"] = self.rates.get("REDUCE", none).call + log2(s.processes) * m["reduction"]
+        t["other"] = self.rates.get("other", none).seconds(s.points)
+        return t
+
+    def step(self, s):
+        return sum(self.parts(s).values())
+
+    # ---- A step in the pool
+    def pool(self, s, edge):
+        """Seconds of a step with processes - 1 workers and patches of edge^dim cells, and those for which the master is busy;
+        s is the share of a run on one process."""
+        m, reach, busy, total = self.numbers, NODES[self.basis] - 1, 0.0, 0.0
+        alone = self.parts(replace(s, processes=1))
+        cells, wide = edge**self.dim, (edge + reach) ** self.dim
+        for name, kind, fields, back, sums in PHASES[self.update]:
+            if kind == "nodes":
+                continue
+            one = alone.pop(name)
+            chunks, points = max(1, s.nodes / cells), s.points
+            if kind == "to_nodes":
+                points *= wide / cells
+                size = points * self.bytes(fields) + chunks * cells * 8 * self.sums(sums)
+            else:
+                size = points * (self.bytes(fields) + self.bytes(back)) + chunks * wide * 8 * 2 * self.dim
+            master = chunks * (m["chunk"] + m["message"]) + size * (m["farm"] + m["wire"])
+            work = self.rates[name].seconds(points) if name in self.rates else one
+            busy += master
+            total += max(master, (work + master) / min(s.processes - 1, chunks)) + (work + 2 * master) / chunks
+        rest = sum(alone.values())
+        return total + rest, busy + rest
+
+    # ---- Shares
+    def cube(self, n, per_cell, processes, courant):
+        """One of many cubes of a full block, n particles each."""
+        reach, cells = NODES[self.basis] - 1, n / per_cell
+        side = cells ** (1 / self.dim)
+        s = Share(n, (side + reach) ** self.dim, processes=processes)
+        if processes > 1:
+            s.ghosts = (side + reach) ** self.dim - cells
+            s.halo = s.ghosts * per_cell
+            s.neighbours = 2**self.dim - 1
+            s.crossing = courant * processes * self.dim * cells / side * per_cell
+        return s
+
+    def axis(self, cells, parts, up):
+        """One axis of a full box between walls, cut into parts as even as cells allow: for each part its particles, halo below
+        and ghosts above in units of a cell's particles. Near walls a spline's stencil is moved onto the grid, so the first and
+        the last cell of stencils have more particles. up: which way halves are rounded."""
+        reach = NODES[self.basis] - 1
+        n = cells + 1 - reach
+        load = [1.0] * n
+        load[0] += (cells - n) / 2
+        load[-1] += (cells - n) / 2
+        cuts, total = [0], 0.0
+        for k, one in enumerate(load):
+            total += one
+            while len(cuts) < parts and total + (0 if up else one / 2 + 1e-9) >= len(cuts) * cells / parts:
+                cuts.append(k + 1)
+        cuts.append(n)
+        return [
+            (sum(load[a:b]), sum(load[max(0, a - reach) : a]), min(reach, n + reach - b) if b < n else 0)
+            for a, b in zip(cuts, cuts[1:])
+        ]
+
+    def box(self, cells, cut, per_cell, crossing):
+        """Seconds of a step, and the imbalance, of a full box that is cut into cut[0] x cut[1] ... boxes: of the slowest process,
+        for the better rounding of the cuts."""
+        found = []
+        for ups in itertools.product((False, True), repeat=len(cut)):
+            slowest, most = 0.0, 0.0
+            for where in itertools.product(*(set(self.axis(c, p, up)) for c, p, up in zip(cells, cut, ups))):
+                own = math.prod(w[0] for w in where)
+                halo, ghosts = math.prod(w[0] + w[1] for w in where) - own, math.prod(w[0] + w[2] for w in where) - own
+                below, above = (2 ** sum(w[k] > 0 for w in where) - 1 for k in (1, 2))
+                s = Share(
+                    own * per_cell,
+                    math.prod(w[0] + 1 / p for w, p in zip(where, cut)),
+                    halo * per_cell,
+                    ghosts,
+                    (below + above) / 2,
+                    math.prod(cut),
+                    crossing,
+                )
+                slowest, most = max(slowest, self.step(s)), max(most, own)
+            found.append((slowest, most * math.prod(cut) / math.prod(cells)))
+        return min(found)
+
+    # ---- Other constants
+    def with_(self, **numbers):
+        other = copy.deepcopy(self)
+        other.numbers.update(numbers)
+        return other
+
+    def with_network(self, message, wire, reduction):
+        """The same processor, another network; what of migration is messages follows, as in src/calibrate.c."""
+        return self.with_(
+            message=message,
+            wire=wire,
+            reduction=reduction,
+            **{"migration[0].stage": 24 * reduction, "migration[1].stage": 2 * reduction, "migration[0].process": 80 * wire},
+        )
+
+    def dearer(self, seconds):
+        """A law that takes so much longer for each particle and evaluation; it is evaluated once a step, in the sum of
+        forces."""
+        other = copy.deepcopy(self)
+        name = next(p[0] for p in PHASES[self.update] if "f" in p[4])
+        r = other.rates[name]
+        other.rates[name] = Rate(r.call, r.size, tuple(e + seconds for e in r.each))
+        return other
+
+
+def load(path):
+    """A model from a file that `pebble -model_calibrate` wrote. Rates go by their names, since their numbers may change."""
+    with open(path) as f:
+        text = f.read()
+    method = re.search(r"^method (\d)-D:(\d+):\S*", text, re.M)
+    if not method:
+        raise ValueError(f"{path}: no line `method`")
+    bases = ["linear", "gimp", "bspline2", "bspline3"]
+    update = "usl" if ":G2P." in method[0] else "usf" if ":P2G_MASS." in method[0] else "musl"
+    model = Model(int(method[1]), bases[int(method[2])], update, origin=(re.search(r"^from (.*)", text, re.M) or ["", ""])[1])
+    number = r"([-+.\deE]+)"
+    for _, call, n0, e0, n1, e1, name in re.findall(
+        rf"^rate (\d+) {number} {number} {number} {number} {number} # (\w+):", text, re.M
+    ):
+        model.rates[name] = Rate(float(call), (float(n0), float(n1)), (float(e0), float(e1)))
+    for name, value in re.findall(rf"^([a-z]+(?:\[\d\]\.[a-z]+)?) {number}$", text, re.M):
+        model.numbers[name] = float(value)
+    return model
+
+
+def save(model, path, like):
+    """Writes a calibration's file `like` with the rates and numbers of this model."""
+    with open(like) as f:
+        text = f.read()
+
+    def rate(found):
+        r = model.rates.get(found[2], Rate(0, (1, 1), (0, 0)))
+        return f"rate {found[1]} {r.call:.8g} {r.size[0]:g} {r.each[0]:.8g} {r.size[1]:g} {r.each[1]:.8g} # {found[2]}:"
+
+    text = re.sub(r"^rate (\d+) [^#\n]*# (\w+):", rate, text, flags=re.M)
+    for name, value in model.numbers.items():
+        text = re.sub(rf"^{re.escape(name)} .*$", f"{name} {value:.8g}", text, flags=re.M)
+    with open(path, "w") as f:
+        f.write(text)
+
+
+# ---- What the program says
+def parse(text):
+    """The table and the lines below it that `pebble -dry_run` prints of the model."""
+    out = {"rows": {}, "blocks": {}}
+    for line in text.splitlines():
+        if m := re.match(r" +(\d+) +(\S+) +(\S+) +(\S+) +(\S+)(?: +(\S+) +(\S+))?$", line):
+            out["rows"][int(m[1])] = {
+                "spatial": float(m[2]),
+                "efficiency": float(m[4]),
+                "imbalance": float(m[5]),
+                "pool": float(m[6]) if m[6] else None,
+            }
+        if m := re.search(r"no number of workers exceeds a speed-up of (\S+);", line):
+            out["bound"] = float(m[1])
+        if "spatial keeps 0.9" in line:
+            out["blocks"] = {int(p): float(n) for n, p in re.findall(r"([-+.\de]+) on (\d+)", line)}
+        if m := re.search(r"\|v\|=(\S+) m/s   dt=(\S+) s", line):
+            out["speed"], out["dt"] = float(m[1]), float(m[2])
+        if m := re.search(r"(\d+) particles", line):
+            out.setdefault("points", int(m[1]))
+        if m := re.match(r"model +constants (.*)", line):
+            out["constants"] = m[1]
+    return out
+
+
+def blocks(model, per_cell, processes, courant, efficiency=0.9):
+    """The least number of particles a process at which full blocks keep this efficiency."""
+    n = 64.0
+    while n < 1e9:
+        if model.step(model.cube(n, per_cell, 1, courant)) >= efficiency * model.step(
+            model.cube(n, per_cell, processes, courant)
+        ):
+            return n
+        n *= 1.02
+    return 0.0
+
+
+def agrees(model, said, cells, edge=16, tolerance=0.02):
+    """Where this module and the program differ, for a full box of cells: a list of sentences."""
+    nodes = math.prod(c + 1 for c in cells)
+    whole, wrong = Share(said["points"], nodes), []
+
+    def hold(what, ours, theirs, allowed=tolerance):
+        if abs(ours - theirs) > allowed * abs(theirs):
+            wrong.append(f"{what}: {ours:.4g} here, {theirs:.4g} from the program")
+
+    hold("step on one process", model.step(whole), said["rows"][1]["spatial"])
+    for p, row in said["rows"].items():
+        if row["pool"]:
+            hold(f"step of the pool on {p}", model.pool(replace(whole, processes=p), edge)[0], row["pool"])
+    total, busy = model.pool(replace(whole, processes=8), edge)
+    hold("bound of the pool", model.step(whole) / busy, said["bound"], max(tolerance, 0.006 / said["bound"]))
+    courant = said["speed"] * said["dt"] / (NODES[model.basis] - 1)
+    for p, n in said["blocks"].items():
+        hold(f"particles for 0.9 on {p}", blocks(model, said["points"] / nodes, p, courant), n, 0.04)
+    return wrong

@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+"""Makes docs/report.md's tables and figures anew from docs/data, and docs/report.html from it: `make report`.
+
+The tables stand between the lines <!-- table NAME --> and <!-- end -->; NAME is a function table_NAME of tables.py. A table whose
+data are not there becomes a sentence that says which, and the program ends with status 1.
+
+    report.py                  tables, figures and HTML from the data in the repository (runs Pebble for a few seconds)
+    report.py --calibrate      first measures docs/data/models/*.model anew on this machine (wants it quiet; minutes)
+"""
+
+import argparse
+import math
+import os
+import re
+import subprocess
+import sys
+
+ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+sys.path.insert(0, os.path.join(ROOT, "tools"))
+import figures  # noqa: E402 (after the path)
+import marks  # noqa: E402
+import model  # noqa: E402
+from closed import BOXES, FAR, WEAK, way  # noqa: E402
+from data import Missing  # noqa: E402
+from tables import Tables, group, scene, thousands  # noqa: E402
+
+
+class Report(Tables):
+    # ---- Figures
+    def place(self, name):
+        return os.path.join(self.args.out, f"report-{name}.png")
+
+    def figure_disks(self):
+        self.pebble("-options_file", "options/disks.opts")
+        path = self.place("disks")
+        subprocess.run(
+            [
+                sys.executable,
+                os.path.join(ROOT, "tools", "plot.py"),
+                os.path.join(self.work.name, "disks.h5"),
+                "--small",
+                "--out",
+                path,
+            ],
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
+        print(f"  {os.path.relpath(path)}")
+
+    def figure_convergence(self):
+        figures.convergence(self.place("convergence"), self.ladders())
+
+    def figure_strong(self):
+        panels = {}
+        for name in ("spatial, direct", "pool"):
+            panel = {}
+            for rows, p, kind in self.both("strong"):
+                for s, found in group([r for r in rows if r[p] == 1 or way(r) == name], lambda r: r["scene"]).items():
+                    for k, some in group(found, lambda r: r.get("class", kind)).items():
+                        points = [(r[p], r["efficiency"]) for r in some if r[p] > 1]
+                        if points:
+                            panel.setdefault(scene(s), []).append((k, points))
+            panels[name] = panel
+        figures.efficiency(self.place("strong"), [f"strong scaling, {k}" for k in panels], list(panels.values()))
+
+    def both(self, study):
+        found, lacking = [], []
+        for rows, p, kind in (
+            (lambda: self.real(study), "processes", ""),
+            (lambda: self.simulated(study, "injected"), "ranks", "simulated"),
+        ):
+            try:
+                found.append((rows(), p, kind))
+            except Missing as m:
+                lacking.append(m)
+        if not found:
+            raise lacking[0]
+        for m in lacking:
+            self.note(f"figure {study}", str(m))
+        return found
+
+    def figure_weak(self):
+        panels = []
+        for name, (_, what) in BOXES.items():
+            panel = {
+                "direct": [("closed form", [(p, self.weak(name, WEAK, p)) for p in FAR])],
+                "DMSwarmMigrate": [("closed form", [(p, self.weak(name, WEAK, p, True)) for p in FAR])],
+            }
+            found = list(self.both("weak"))
+            try:
+                found.append((self.simulated("weak-large", "injected"), "ranks", "simulated"))
+            except Missing as m:
+                self.note("figure weak", str(m))
+            for rows, p, kind in found:
+                for k, some in group(
+                    [
+                        r
+                        for r in rows
+                        if r["scene"] == name and r["strategy"] == "spatial" and r.get("platform", "cluster") == "cluster"
+                    ],
+                    lambda r: (r["migrate"], r.get("class", kind)),
+                ).items():
+                    label = "direct" if k[0] == "direct" else "DMSwarmMigrate"
+                    points = [(r[p], r["efficiency"]) for r in some if r[p] > 1]
+                    if points:
+                        panel[label].append((k[1], points))
+            panels.append(panel)
+        figures.efficiency(self.place("weak"), [f"weak scaling, {what}" for _, what in BOXES.values()], panels)
+
+    def figure_pool(self):
+        panels = {}
+        for name, (_, what) in BOXES.items():
+            m, s, lines = self.closed(name), self.whole(name), {}
+            costs = [10 ** (k / 4) for k in range(0, 21)]
+            for p in (8, 32):
+                lines[f"pool, {p} processes"] = []
+                for t in costs:
+                    d = m.dearer(1e-9 * t)
+                    lines[f"pool, {p} processes"].append(
+                        (t, d.step(s) / min(d.pool(model.replace(s, processes=p), c)[0] for c in range(2, 65, 2)))
+                    )
+                cut = next(
+                    c for c in ({8: (4, 2), 32: (8, 4)} if m.dim == 2 else {8: (2, 2, 2), 32: (4, 4, 2)}).items() if c[0] == p
+                )[1]
+                lines[f"spatial, {p} processes"] = [
+                    (t, (d := m.dearer(1e-9 * t)).step(s) / d.box(BOXES[name][0], cut, 2**m.dim, math.inf)[0]) for t in costs
+                ]
+            panels[what] = lines
+        figures.pool(self.place("pool"), panels)
+
+    def figure_parts(self):
+        panels = {}
+        for name, (_, what) in BOXES.items():
+            m = self.closed(name)
+            panels[f"{what}, {thousands(WEAK)} a process"] = [
+                (p, m.parts(m.cube(WEAK, 2**m.dim, p, self.courant(name)))) for p in (1, 2, 32, 1024, 32768, 1000000)
+            ]
+        figures.shares(self.place("parts"), panels)
+
+    # ---- All
+    def run(self):
+        path = os.path.join(ROOT, "docs", "report.md")
+        with open(path) as f:
+            text = f.read()
+        for name in marks.names(text):
+            make = getattr(self, f"table_{name}", None)
+            if not make:
+                sys.exit(f"report.py: docs/report.md has a table {name} that nothing makes")
+            try:
+                block = make()
+            except Missing as m:
+                self.note(f"table {name}", str(m))
+                block = f"*No data: {m}.*"
+            text = marks.renew(text, name, block)
+        for name in re.findall(r"\]\(report-(\w+)\.png\)", text):
+            try:
+                getattr(self, f"figure_{name}")()
+            except Missing as m:
+                self.note(f"figure {name}", str(m))
+        with open(os.path.join(self.args.out, "report.md"), "w") as f:
+            f.write(text)
+        print(f"  {os.path.relpath(os.path.join(self.args.out, 'report.md'))}")
+        try:
+            import page
+        except ModuleNotFoundError as missing:
+            sys.exit(f"report.py: {missing}; run it by `make report`")
+        page.write(text, self.args.out, os.path.join(self.args.out, "report.html"))
+        for where, what in self.missing:
+            print(f"report.py: {where}: {what}", file=sys.stderr)
+        return 1 if self.missing else 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--pebble", default=os.path.join(ROOT, "pebble"), type=os.path.abspath)
+    parser.add_argument("--mpiexec", default="mpiexec")
+    parser.add_argument("--data", default=os.path.join(ROOT, "docs", "data"), help="folder of the CSV files")
+    parser.add_argument("--out", default=os.path.join(ROOT, "docs"), help="where the report and its figures go")
+    parser.add_argument("--calibrate", nargs="?", type=int, const=6, metavar="REPEATS")
+    args = parser.parse_args()
+    report = Report(args)
+    if args.calibrate:
+        report.calibrate(args.calibrate)
+    return report.run()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,638 @@
+"""The tables of docs/report.md: table_NAME makes the block NAME, as Markdown."""
+
+import csv
+import math
+import os
+
+import marks
+import model
+from closed import BOXES, FAR, WEAK, ClosedForm, way
+from data import Missing
+from data import rows as rows_of
+
+PROCESSES = (1, 2, 4, 8, 16, 32)
+NAMES = {
+    "box2d": "filled box, 2-D",
+    "box3d": "filled box, 3-D",
+    "disks": "two disks",
+    "disks3d": "two balls, 3-D",
+    "dambreak": "dam break",
+    "dambreak3d": "dam break, 3-D",
+    "column": "sand column",
+    "bar": "bar",
+}
+
+
+def scene(name):
+    return NAMES.get(name, str(name))
+
+
+def group(rows, key):
+    out = {}
+    for row in rows:
+        out.setdefault(key(row), []).append(row)
+    return out
+
+
+def two(x):
+    return "" if x is None or x == "" else f"{x:.2f}"
+
+
+def seconds(t):
+    return f"{1e6 * t:.0f} µs" if t < 9.995e-4 else f"{1e3 * t:.3g} ms"
+
+
+def thousands(n):
+    return f"{int(n):,}".replace(",", " ")
+
+
+class Tables(ClosedForm):
+    def table_answer(self):
+        """Which strategy, at how many processes, for which scene: a line for each scene, a column for each evidence."""
+        columns = {
+            (2, "measured"): "2, measured",
+            (8, "critical path"): "8, critical path",
+            (32, "critical path"): "32, critical path",
+            (32, "simulated"): "32, simulated",
+            (1024, "closed form"): "1 024, closed form",
+        }
+        ways, sizes, lacking = {}, {}, []  # {scene: {column: {way: speed-up}}}
+
+        def add(name, n, p, kind, how, speedup):
+            if (p, kind) in columns:
+                ways.setdefault(name, {}).setdefault((p, kind), {})[how] = speedup
+                sizes.setdefault(name, {})[n] = None
+
+        try:
+            for r in self.real("strong"):
+                add(r["scene"], r["particles"], r["processes"], r["class"], way(r), r["speedup"])
+        except Missing as m:
+            lacking.append(str(m))
+        try:
+            for r in self.simulated("strong", "injected"):
+                add(r["scene"], r["particles"], r["ranks"], "simulated", way(r), r["efficiency"] * r["ranks"])
+        except Missing as m:
+            lacking.append(str(m))
+        try:
+            for name in BOXES:
+                self.closed(name)
+                said = self.said[name]["rows"]
+                for p in set(said) & {1024}:
+                    add(
+                        name,
+                        self.said[name]["points"],
+                        p,
+                        "closed form",
+                        "spatial, direct",
+                        said[1]["spatial"] / said[p]["spatial"],
+                    )
+                    add(name, self.said[name]["points"], p, "closed form", "pool", said[1]["spatial"] / said[p]["pool"])
+        except Missing as m:
+            lacking.append(str(m))
+        if not ways:
+            raise Missing("; ".join(lacking))
+        used = [c for c in columns if any(c in found for found in ways.values())]
+        lines = []
+        for name, found in ways.items():
+            best = {
+                c: max(found[c], key=found[c].get) if max(found[c].values()) > 1 else "one process" for c in used if c in found
+            }
+            uses = list(dict.fromkeys(best.values()))
+            cells = []
+            for c in used:
+                text = ""
+                if c in found:
+                    text = f"**{found[c].get(best[c], 1):.3g}**" + (f" ({best[c]})" if len(uses) > 1 else "")
+                    if best[c] != "pool" and "pool" in found[c]:
+                        text += f"; pool {found[c]['pool']:.2g}"
+                cells.append(text)
+            lines.append(
+                [
+                    scene(name),
+                    " and ".join(map(thousands, sizes[name])),
+                    uses[0] if len(uses) == 1 else "as in the columns",
+                    *cells,
+                ]
+            )
+        text = marks.markdown(["scene", "particles", "use", *(columns[c] for c in used)], lines)
+        for what in lacking:
+            self.note("answer", what)
+            text += f"\n\n*Not in the table: {what}.*"
+        return text
+
+    def table_goals(self):
+        lines = []
+
+        def goal(text, make):
+            try:
+                found = make()
+            except Missing as m:
+                self.note("goals", str(m))
+                lines.append([text, "no data", "", "open"])
+                return
+            for value_, kind, met in found:
+                lines.append([text, value_, kind, "other size" if met is None else "met" if met else "**missed**"])
+                text = ""
+
+        def strong():
+            found, lacking = [], []
+            for of, rows, p in (
+                ("scaling", lambda: self.real("strong"), "processes"),
+                (
+                    "simulated",
+                    lambda: [r for r in self.data.simulated("strong") if r["scene"] == "box3d" and r["mode"] == "injected"],
+                    "ranks",
+                ),
+            ):
+                try:
+                    for r in rows():
+                        if r[p] == 32 and way(r) == "spatial, direct" and r["scene"] == "box3d":
+                            net, n = r["efficiency"] * r["imbalance"], r["particles"] / 32
+                            found.append(
+                                (
+                                    f"{thousands(n)} a process: {net:.2f} net, {r['efficiency']:.2f} gross",
+                                    r.get("class", "simulated"),
+                                    net >= 0.9 if abs(n / 8000 - 1) < 0.3 or net >= 0.9 else None,
+                                )
+                            )
+                except Missing as m:
+                    lacking.append(m)
+            if not found:
+                raise lacking[0] if lacking else Missing("no row of 32 processes in 3-D with quadratic functions")
+            return found
+
+        def imbalance():
+            text = self.pebble("-options_file", "options/disks.opts", "-grid_cells", "1024,1024", "-dry_run")
+            row = model.parse(text)["rows"].get(32)
+            if not row:
+                raise Missing("`pebble -dry_run` printed no row of 32 processes for the disks")
+            return [(f"{row['imbalance']:.3f}", "counted: exact on any machine", row["imbalance"] <= 1.05)]
+
+        def weak(name, p, bound):
+            rows = []
+            for study in ("weak", "weak-large"):
+                try:
+                    rows += [
+                        r
+                        for r in self.data.simulated(study)
+                        if r["scene"] == name
+                        and r["mode"] == "injected"
+                        and way(r) == "spatial, direct"
+                        and r["platform"] == "cluster"
+                    ]
+                except Missing:
+                    pass
+            found, most = [], max((r["ranks"] for r in rows), default=0)
+            for r in rows:
+                if r["ranks"] == p or (r["ranks"] == most < p == 1024):
+                    met = r["efficiency"] >= bound
+                    found.append(
+                        (
+                            f"{r['efficiency']:.3f}" + ("" if r["ranks"] == p else f" on {r['ranks']}"),
+                            "simulated",
+                            met if r["ranks"] == p or not met else None,
+                        )
+                    )
+            try:
+                e = self.weak(name, WEAK, p)
+                found.append((f"{e:.3f}", "closed form", e >= bound))
+            except Missing as m:
+                if not found:
+                    raise
+                self.note("goals", str(m))
+            return found
+
+        def simulation():
+            rows = self.against_simulation()
+            worst = max(rows, key=lambda r: abs(r[5] / r[4] - 1))
+            return [
+                (
+                    f"{len(rows)} runs on 2 to {max(r[2] for r in rows)} processes; largest difference {100 * (worst[5] / worst[4] - 1):+.1f} % ({scene(worst[0])}, {worst[1]}, {worst[2]})",
+                    "closed form / simulated",
+                    abs(worst[5] / worst[4] - 1) <= 0.1,
+                )
+            ]
+
+        def validation():
+            rows = [r for r in self.data.validation() if r.get("processes", 1) in (1, 2) and (r.get("strategy") != "pool")]
+            ratios = [(r["predicted"] / r["measured"], r) for r in rows if r["measured"]]
+            if not ratios:
+                raise Missing("no row of 1 or 2 processes in the validation")
+            inside = sum(abs(q - 1) <= 0.15 for q, _ in ratios)
+            worst = max(ratios, key=lambda q: abs(math.log(q[0])))
+            return [
+                (
+                    f"{inside} of {len(ratios)} runs; worst {worst[0]:.2f} ({scene(worst[1].get('scene', '?'))}, {worst[1].get('processes', 1)})",
+                    "closed form / measured",
+                    inside == len(ratios),
+                )
+            ]
+
+        goal(
+            "strong efficiency on 32 processes, 3-D quadratic, 8 000 particles a process: at least 0.90 net of imbalance",
+            strong,
+        )
+        goal("imbalance of two disks on 1024 x 1024 cells, 32 processes: at most 1.05", imbalance)
+        for name, what in (("box2d", "2-D linear"), ("box3d", "3-D quadratic")):
+            for p, bound in ((1024, 0.9), (32768, 0.88)):
+                goal(
+                    f"weak efficiency, 16 000 particles a process, {what}, {thousands(p)} processes: at least {bound:.2f}",
+                    lambda: weak(name, p, bound),
+                )
+        goal("model against simulation, filled boxes: within 10 %", simulation)
+        goal("predicted / measured on 1 and 2 processes, all scenes: within 15 %", validation)
+        return marks.markdown(["goal", "found", "evidence", ""], lines)
+
+    def curves(self, rows, processes="processes", extra=""):
+        """A table of efficiencies: a line for each scene and way, a column for each number of processes."""
+        columns = sorted({r[processes] for r in rows if r[processes] > 1})
+        lines, base = [], {}
+        for r in rows:  # weak studies have larger scenes on one process too, for their digests
+            key = r["scene"], r.get("mode"), r.get("platform")
+            if r[processes] == 1 and (key not in base or r["particles"] < base[key]["particles"]):
+                base[key] = r
+        for key, found in group(
+            [r for r in rows if r[processes] > 1], lambda r: (r["scene"], way(r), r.get("mode"), r.get("platform"))
+        ).items():
+            by = {}
+            for r in found:
+                by.setdefault(r[processes], {})[r.get("class", "simulated")] = r
+            one = base.get((key[0], key[2], key[3]))
+            cells = []
+            for p in columns:
+                kinds = by.get(p, {})
+                cells.append(" / ".join(f"{r['efficiency']:.2f}{self.sign(k)}" for k, r in sorted(kinds.items())) or "")
+            lines.append(
+                [
+                    scene(key[0]),
+                    key[1] + (f", {key[2]}" if key[2] else "") + (f", {key[3]}" if key[3] == "fattree" else ""),
+                    seconds(one["seconds_per_step"]) if one else "",
+                    *cells,
+                ]
+            )
+        return marks.markdown(["scene", "way", "one process", *map(thousands, columns)], lines)
+
+    @staticmethod
+    def sign(kind):
+        return {"measured": "ᵐ", "critical path": "ᶜ", "simulated": "", "closed form": "ᶠ"}[kind]
+
+    def real(self, study):
+        """Rows of a study but those of the closed form and those that only give a digest."""
+        rows = [
+            r
+            for r in self.data.scaling()
+            if r["study"] == study and r["class"] in ("measured", "critical path") and r["efficiency"] != ""
+        ]
+        if not rows:
+            raise Missing(f"`docs/data/scaling/*.csv` has no rows of study {study}: `make scaling` writes them")
+        return rows
+
+    def table_strong_real(self):
+        return self.curves(self.real("strong"))
+
+    def table_weak_real(self):
+        return self.curves(self.real("weak"))
+
+    def simulated(self, name, mode):
+        rows = [r for r in self.data.simulated(name) if r["mode"] == mode]
+        if not rows:
+            raise Missing(f"`docs/data/simulated/{name}.csv` has no rows of mode {mode}: `make simulate` writes them")
+        return rows
+
+    def table_strong_simulated(self):
+        return self.curves(self.simulated("strong", "injected"), "ranks")
+
+    def table_weak_simulated(self):
+        return self.curves(self.simulated("weak", "injected"), "ranks")
+
+    def table_large_simulated(self):
+        return self.curves(self.simulated("weak-large", "injected"), "ranks")
+
+    def table_large_strong(self):
+        return self.curves(self.simulated("strong-large", "injected"), "ranks")
+
+    def table_emulated(self):
+        rows = [r for r in self.simulated("strong", "emulated") if r["strategy"] == "spatial"]
+        return self.curves(rows, "ranks")
+
+    def table_messages(self):
+        rows = [r for r in self.real("strong") if r["processes"] in (2, 8, 32) and r.get("messages_per_step", "") != ""]
+        sizes, lines = sorted({r["processes"] for r in rows}), []
+        for key, found in group(rows, lambda r: (r["scene"], way(r))).items():
+            by = {r["processes"]: r for r in found}
+            lines.append(
+                [
+                    scene(key[0]),
+                    key[1],
+                    *(
+                        (
+                            f"{by[p]['messages_per_step']:.4g}; {by[p]['bytes_per_particle_step']:.3g} B; {by[p]['reductions_per_step']:.3g}"
+                            if p in by
+                            else ""
+                        )
+                        for p in sizes
+                    ),
+                ]
+            )
+        return marks.markdown(
+            [
+                "scene",
+                "way",
+                *(
+                    f"{p} processes: messages a step; bytes a particle and step; reductions a step" if k == 0 else f"{p}"
+                    for k, p in enumerate(sizes)
+                ),
+            ],
+            lines,
+        )
+
+    def table_bits(self):
+        rows, lines = [r for r in self.data.scaling() if r["digest"] != ""], []
+        for key, found in group(rows, lambda r: (r["scene"], r["study"], r["particles"], r["steps"])).items():
+            digests = {str(r["digest"]) for r in found}
+            runs = {(r["strategy"], r["migrate"], r["processes"]) for r in found}
+            if len(runs) > 1:
+                lines.append(
+                    [
+                        scene(key[0]),
+                        key[1],
+                        thousands(key[2]),
+                        key[3],
+                        len(runs),
+                        "one" if len(digests) == 1 else f"**{len(digests)} differ**",
+                    ]
+                )
+        return marks.markdown(["scene", "study", "particles", "steps", "runs: numbers of processes and ways", "digests"], lines)
+
+    def table_migration(self):
+        lines = []
+        for kind, rows, p in (
+            ("", lambda: self.real("strong"), "processes"),
+            ("simulated", lambda: self.simulated("strong", "injected"), "ranks"),
+        ):
+            try:
+                found = rows()
+            except Missing as m:
+                self.note("migration", str(m))
+                continue
+            for (name, n, k), both in group(
+                [r for r in found if r["strategy"] == "spatial" and r[p] in (2, 8, 32)],
+                lambda r: (r["scene"], r[p], r.get("class", kind)),
+            ).items():
+                t = {r["migrate"]: r["seconds_per_step"] for r in both}
+                if len(t) == 2:
+                    lines.append([scene(name), n, seconds(t["direct"]), seconds(t["swarm"]), two(t["swarm"] / t["direct"]), k])
+        if not lines:
+            raise Missing("no scene ran with both ways of migration: `make scaling` and `make simulate` write them")
+        return marks.markdown(["scene", "processes", "direct", "DMSwarmMigrate", "ratio", "evidence"], lines)
+
+    def pool_facts(self, name):
+        """The best edge of a patch, the bound with it, and what a law must cost more for bounds of 1, 4 and 16."""
+        m, s = self.closed(name), self.whole(name)
+        edge = min((2**k for k in range(1, 8)), key=lambda c: m.pool(model.replace(s, processes=1024), c)[1])
+        busy, serial = m.pool(model.replace(s, processes=8), edge)[1], m.step(s)
+        return m, s, edge, serial, busy, {b: max(0, (b * busy - serial) / s.points) for b in (1, 2, 4, 16)}
+
+    def table_pool(self):
+        lines = []
+        for name, (_, what) in BOXES.items():
+            m, s, edge, serial, busy, extra = self.pool_facts(name)
+            lines.append(
+                [
+                    what,
+                    f"{1e9 * serial / s.points:.1f}",
+                    f"{1e9 * busy / s.points:.1f}",
+                    edge,
+                    two(serial / busy) + (" **below 1**" if serial < busy else ""),
+                    *(f"{1e9 * extra[b]:.0f}" if extra[b] else "0" for b in (1, 2, 4, 16)),
+                ]
+            )
+        return marks.markdown(
+            [
+                "scene",
+                "one process, ns a particle and step",
+                "master, ns",
+                "best patch, cells an axis",
+                "bound of the speed-up",
+                "a law dearer by this many ns makes the bound 1",
+                "2",
+                "4",
+                "16",
+            ],
+            lines,
+        )
+
+    def table_blocks(self):
+        lines = []
+        for name, (_, what) in BOXES.items():
+            for swarm in (False, True):
+                lines.append(
+                    [
+                        what,
+                        "DMSwarmMigrate" if swarm else "direct",
+                        *(two(self.weak(name, WEAK, p, swarm)) for p in FAR[5:] if p in (32, 1024, 32768, 1000000)),
+                    ]
+                )
+        return marks.markdown(["block", "migration", "32", "1 024", "32 768", "1 000 000"], lines)
+
+    def table_least(self):
+        lines = []
+        for name, (_, what) in BOXES.items():
+            m = self.closed(name)
+            for e in (0.8, 0.9):
+                lines.append(
+                    [
+                        what,
+                        e,
+                        *(
+                            thousands(float(f"{model.blocks(m, 2 ** m.dim, p, self.courant(name), e):.2g}"))
+                            for p in (2, 32, 1024, 32768, 1000000)
+                        ),
+                    ]
+                )
+        return marks.markdown(["block", "efficiency", "2 processes", "32", "1 024", "32 768", "1 000 000"], lines)
+
+    def table_constants(self):
+        lines = []
+        for name, (_, what) in BOXES.items():
+            m = self.closed(name)
+            for k in ("P2G", "ADVANCE", "G2P", "SORT"):
+                r = m.rates[k]
+                lines.append([what, k, f"{1e6 * r.call:.2g} µs", f"{1e9 * r.each[0]:.2f} ns", f"{1e9 * r.each[1]:.2f} ns"])
+            for k, unit in (
+                ("halo", "ns a halo particle"),
+                ("merge", "ns a particle"),
+                ("copy", "ns a byte"),
+                ("farm", "ns a byte"),
+                ("chunk", "ns a patch"),
+            ):
+                lines.append([what, k, f"{1e9 * m.numbers[k]:.3g} {unit}", "", ""])
+        text = marks.markdown(["scene", "constant", "each call", "each, about 20 000", "each, about 400 000"], lines)
+        return text + f"\n\n{self.closed('box2d').origin}."
+
+    def table_against_simulation(self):
+        return marks.markdown(
+            [
+                "scene",
+                "study",
+                "processes",
+                "cut",
+                "simulated",
+                "closed form",
+                "difference",
+                "imbalance, counted",
+                "by formula",
+            ],
+            [
+                [
+                    scene(name),
+                    study,
+                    thousands(p),
+                    cut,
+                    seconds(sim),
+                    seconds(form),
+                    f"{100 * (form / sim - 1):+.1f} %",
+                    f"{counted:.3f}",
+                    f"{formula:.3f}",
+                ]
+                for name, study, p, cut, sim, form, counted, formula in self.against_simulation()
+            ],
+        )
+
+    def table_simulator(self):
+        rows = self.data.simulated("validate")
+        return marks.markdown(
+            [
+                "scene",
+                "particles",
+                "way",
+                "processes",
+                "measured",
+                "simulated with injected costs, over it",
+                "emulated, over it",
+            ],
+            [
+                [
+                    scene(r["scene"]),
+                    thousands(r["particles"]),
+                    way(r),
+                    r["ranks"],
+                    seconds(r["real"]),
+                    two(r["injected_over_real"]),
+                    two(r["emulated_over_real"]),
+                ]
+                for r in rows
+            ],
+        )
+
+    def table_validation(self):
+        lines = []
+        for r in self.data.validation():
+            q = r["predicted"] / r["measured"]
+            lines.append(
+                [
+                    scene(r.get("scene", "")),
+                    thousands(r["particles"]),
+                    r.get("processes", ""),
+                    seconds(r["measured"]),
+                    seconds(r["predicted"]),
+                    two(q),
+                    "" if abs(q - 1) <= 0.15 else "outside",
+                ]
+            )
+        return marks.markdown(
+            ["scene", "particles", "processes", "measured", "predicted", "predicted / measured", "15 %"], lines
+        )
+
+    def table_path(self):
+        """Critical path over the closed form with the constants of this machine, on 2 to 32 processes."""
+        rows = [
+            r
+            for r in self.data.scaling()
+            if r["study"] in ("strong", "weak") and r["processes"] > 1 and r["strategy"] != "serial"
+        ]
+        lines, columns = [], sorted({r["processes"] for r in rows if r["class"] == "critical path"})
+        for key, found in group(rows, lambda r: (r["scene"], r["study"], way(r))).items():
+            t = {(r["class"], r["processes"]): r["seconds_per_step"] for r in found}
+            cells = [
+                (
+                    two(t["critical path", p] / t["closed form", p])
+                    if ("critical path", p) in t and ("closed form", p) in t
+                    else ""
+                )
+                for p in columns
+            ]
+            if any(cells):
+                lines.append([scene(key[0]), *key[1:], *cells])
+        if not lines:
+            raise Missing("`docs/data/scaling/runs.csv` has no rows of both classes: `make scaling` writes them")
+        return marks.markdown(["scene", "study", "way", *columns], lines)
+
+    def table_counts(self):
+        rows = rows_of(self.data.need("scaling/counts.csv", "`make scaling`")[0])
+        lines = []
+        for (name, strategy, p, cut), found in group(
+            rows, lambda r: (r["scene"], r["strategy"], r["processes"], r["grid"])
+        ).items():
+            same = sum(r["equal"] == "yes" for r in found)
+            lines.append(
+                [
+                    scene(name),
+                    strategy,
+                    p,
+                    cut if strategy != "pool" else "",
+                    thousands(sum(r["counted"] for r in found if r["quantity"].startswith("messages"))),
+                    (
+                        thousands(sum(r["counted"] for r in found if r["quantity"].startswith("bytes")))
+                        if strategy != "pool"
+                        else ""
+                    ),
+                    f"all {same}" if same == len(found) else f"**{same} of {len(found)}**",
+                ]
+            )
+        return marks.markdown(
+            ["scene", "way", "processes", "cut", "messages a step", "bytes a step", "numbers equal to the formulas"], lines
+        )
+
+    def table_cuts(self):
+        lines = []
+        for name, options in (
+            ("disks, 1024 x 1024 cells", ("options/disks.opts", "-grid_cells", "1024,1024")),
+            ("disks, 20 x 20 cells", ("options/disks.opts",)),
+            ("disks3d, 32 x 32 x 32 cells", ("options/disks3d.opts",)),
+        ):
+            rows = model.parse(self.pebble("-options_file", options[0], *options[1:], "-dry_run"))["rows"]
+            lines.append([name, *(f"{rows[p]['imbalance']:.3f}" if p in rows else "" for p in PROCESSES[1:])])
+        return marks.markdown(["scene", *map(str, PROCESSES[1:])], lines)
+
+    def table_orders(self):
+        lines = []
+        for label, points in self.ladders().items():
+            points = sorted(points, reverse=True)
+            orders = [math.log(a[1] / b[1]) / math.log(a[0] / b[0]) for a, b in zip(points, points[1:])]
+            lines.append([label, *(f"{e:.2e}" for _, e in points), *(f"{o:.2f}" for o in orders)])
+        return marks.markdown(["basis", "8 cells", "16", "32", "order 8-16", "16-32"], lines)
+
+    def ladders(self):
+        if "ladders" not in self.said:
+            out = {}
+            for label, more in (
+                ("linear", ("-method_basis", "linear")),
+                ("quadratic B-spline", ("-method_basis", "bspline2")),
+                ("GIMP, stretched", ()),
+            ):
+                self.pebble(
+                    "-options_file",
+                    "options/mms.opts",
+                    "-grid_cells",
+                    "8,8",
+                    "-study_type",
+                    "convergence",
+                    "-study_levels",
+                    "3",
+                    *more,
+                )
+                with open(os.path.join(self.work.name, "mms_study.csv")) as f:
+                    out[label] = [(float(r["h"]), float(r["error"])) for r in csv.DictReader(f)]
+            self.said["ladders"] = out
+        return self.said["ladders"]
