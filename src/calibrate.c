@@ -24,6 +24,7 @@ typedef struct {
 
 /* The single numbers of a model, by the names that they have in its file. */
 #define MPM_MODEL_NUMBERS(X)                                                                                           \
+  X(exchange)                                                                                                          \
   X(message)                                                                                                           \
   X(wire)                                                                                                              \
   X(copy) X(reduction) X(halo) X(merge) X(chunk) X(farm) X(migration[0].call) X(migration[0].stage)                    \
@@ -330,7 +331,7 @@ static PetscErrorCode TimeSettling(MPM scene, PetscReal n, Trial *trial)
       trial->migration[way] = PetscMin(trial->migration[way], t1 - t0);
     }
   }
-  trial->update -= 2 * share.neighbours * scene->model.message;
+  trial->update -= 2 * (scene->model.exchange + share.neighbours * scene->model.message);
   trial->update -= share.halo * (scene->model.wire + scene->model.copy) *
                    (PetscReal)MPMMessagePointBytes(&mpm->points, MPM_STEADY & ~MPM_BIT(cell));
   PetscCall(Slowest(scene->comm, &trial->points));
@@ -368,6 +369,42 @@ static PetscErrorCode FitSettling(MPM scene)
     g->process = way ? 0 : 80 * m->wire;
     g->call    = PetscMax(0, a.migration[way] - a.points * g->point - g->stage * stages - g->process * size);
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What an exchange costs besides its messages, calls and the waiting of processes for each other: what a step of about
+   600 points a process takes that the rest of the model does not explain, over the number of exchanges. */
+static PetscErrorCode FitExchange(MPM scene)
+{
+  MPMModel   *m       = &scene->model;
+  PetscReal   step[9] = {0}, predicted[2] = {0};
+  PetscMPIInt size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(scene->comm, &size));
+  PetscCall(SetSize(scene, PetscPowReal((PetscReal)scene->points.total / (600. * size), 1 / (PetscReal)scene->grid.dim),
+                    400));
+  PetscCall(PetscOptionsSetValue(NULL, "-parallel_strategy", "spatial"));
+  PetscCall(PetscOptionsSetValue(NULL, "-parallel_migrate", "direct"));
+  for (int repeat = 0; repeat < 9; repeat++) {
+    MPM mpm;
+
+    PetscCall(Make(scene->comm, &mpm));
+    if (!mpm) PetscFunctionReturn(PETSC_SUCCESS); /* no such cut: the rough constant stays */
+    for (int k = 0; k < 2; k++) {                 /* without exchanges, and with 1 s for each */
+      mpm->model          = *m;
+      mpm->model.exchange = k;
+      predicted[k]        = 0;
+      PetscCall(MPMModelPredict(mpm));
+      for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) predicted[k] += mpm->predicted[e];
+    }
+    PetscCall(MPMRun(mpm));
+    if (mpm->step) step[repeat] = mpm->wall_steps / (PetscReal)mpm->step;
+    PetscCall(Slowest(scene->comm, &step[repeat]));
+    PetscCall(MPMDestroy(&mpm));
+  }
+  PetscCall(PetscSortReal(9, step)); /* the median: waiting is mostly for what else the cores have to do, always */
+  if (predicted[1] > predicted[0]) m->exchange = PetscMax(0, (step[4] - predicted[0]) / (predicted[1] - predicted[0]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -455,6 +492,7 @@ PetscErrorCode MPMCalibrate(MPM scene)
   if (size > 1) {
     PetscCall(TimeMessages(scene->comm, m));
     PetscCall(FitSettling(scene));
+    PetscCall(FitExchange(scene));
     PetscCall(FitPool(scene));
   }
   PetscCall(PetscGetArchType(machine, sizeof machine));

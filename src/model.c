@@ -59,9 +59,9 @@ static PetscReal Migrates(const MPMShare *s)
    process. Not collective. */
 PetscReal MPMModelTimer(MPM mpm, PetscInt e, const MPMShare *s)
 {
-  const MPMModel     *m    = &mpm->model;
-  const MPMMigration *way  = &m->migration[mpm->exchange.direct];
-  const PetscReal     byte = m->wire + m->copy, ahead = s->neighbours * m->message;
+  const MPMModel     *m   = &mpm->model;
+  const MPMMigration *way = &m->migration[mpm->exchange.direct];
+  const PetscReal byte = m->wire + m->copy, ahead = s->neighbours > 0 ? m->exchange + s->neighbours * m->message : 0;
 
   if (e == MPM_TIMER_REDUCE) return m->rate[e].call + Log2(s->processes) * m->reduction;
   if (e == MPM_TIMER_MIGRATE)
@@ -209,6 +209,7 @@ static void SetRough(MPM mpm)
                                                          MPMMessagePointBytes(&mpm->points, phase->points_out)));
     r->each[1] = r->each[0];
   }
+  m->exchange             = 1e-6;
   m->message              = 1.6e-6; /* a cluster: latency 1 us, 0.3 us on each side */
   m->wire                 = 0.08e-9;
   m->copy                 = 0.3e-9;

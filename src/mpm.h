@@ -581,7 +581,8 @@ typedef struct {
 
 typedef struct {
   MPMRate      rate[MPM_MAX_TIMERS]; /* all passes of a step together */
-  PetscReal    message, wire, copy;  /* s a message; s a byte: on its way, packed and unpacked */
+  PetscReal    exchange, message;    /* s an exchange with the neighbours, and each message of it */
+  PetscReal    wire, copy;           /* s a byte: on its way, packed and unpacked */
   PetscReal    reduction;            /* s of the step's reduction for each doubling of the processes */
   PetscReal    halo, merge;          /* s a halo point and a point, to find the order of both together */
   MPMMigration migration[2];         /* swarm, direct */

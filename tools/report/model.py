@@ -91,7 +91,8 @@ class Model:
     def parts(self, s):
         """Seconds of each part of a step."""
         m, none = self.numbers, Rate(0, (1, 1), (0, 0))
-        byte, ahead, t = m["wire"] + m["copy"], s.neighbours * m["message"], {}
+        byte, t = m["wire"] + m["copy"], {}
+        ahead = m["exchange"] + s.neighbours * m["message"] if s.neighbours > 0 else 0
         for name, kind, fields, _, _ in PHASES[self.update]:
             rate = self.rates.get(name, none)
             if kind == "to_nodes":
@@ -205,8 +206,10 @@ class Model:
         return other
 
     def with_network(self, message, wire, reduction):
-        """The same processor, another network; what of migration is messages follows, as in src/calibrate.c."""
+        """The same processor, another network; what of migration is messages follows, as in src/calibrate.c. What an exchange
+        costs beyond its messages is the waiting of two processes of this machine: none of a network's business."""
         return self.with_(
+            exchange=0,
             message=message,
             wire=wire,
             reduction=reduction,

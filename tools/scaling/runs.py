@@ -58,7 +58,7 @@ def scene_file(name):
 SCENES = [
     Scene("disks", 2, "linear", "usf", 262144, lambda n: times(1, 1)((n / 4.021) ** 0.5), {}, scene_file("disks")),
     Scene("box2d", 2, "linear", "usl", 262144, lambda n: times(1, 1)((n / 4) ** 0.5), box(2, "linear")),
-    Scene("box3d", 3, "bspline2", "usl", 110592, lambda n: times(1, 1, 1)((n / 8) ** (1 / 3)), box(3, "bspline2")),
+    Scene("box3d", 3, "bspline2", "usl", 262144, lambda n: times(1, 1, 1)((n / 8) ** (1 / 3)), box(3, "bspline2")),
     Scene("dambreak", 2, "bspline2", "musl", 262144, lambda n: times(20, 9)(4 * (n / 2048) ** 0.5),
           {"body_column_velocity": "2*x, 0-2*y"}, scene_file("dambreak")),
     Scene("dambreak3d", 3, "bspline2", "musl", 110592, lambda n: times(4, 4, 3)(6 * (n / 8192) ** (1 / 3)),
@@ -115,13 +115,13 @@ class Run:
     """One run: particles, steps, grid (of processes), imbalance, seconds, predicted, path, work_imbalance (slowest over
     mean of the work), digest, events (by -log_view)."""
 
-    def __init__(self, args, options, processes, strategy, migrate, steps, model, count=True):
+    def __init__(self, args, options, processes, strategy, migrate, steps, model, count=True, path=True):
         self.processes, self.strategy, self.migrate, self.steps = processes, strategy, migrate, steps
         with tempfile.TemporaryDirectory() as folder:
             log = os.path.join(folder, "log.csv")
             words = ["-time_max_steps", str(steps), "-output_format", "none", "-output_dir", folder, "-history_every",
                      "1e9", "-parallel_strategy", "pool" if strategy == "pool" else "spatial", "-parallel_migrate",
-                     migrate, "-report_path", "-report_limits", "false"]
+                     migrate, "-report_limits", "false"] + (["-report_path"] if path else [])
             words += ["-model_file", model] if model else []
             if count and processes > 1:
                 words += ["-log_view", f":{log}:ascii_csv"]
@@ -143,8 +143,9 @@ class Run:
             self.grid, self.imbalance = tuple(map(int, grid.split("x"))), float(imbalance)
         measured, predicted = find(r"^  all +\S+ +\S+ +\S+ +(\S+) +(\S+) +\S+$")
         self.seconds, self.predicted = float(measured), float(predicted)
-        mean, slowest, path = find(r"^  all +(\S+) +(\S+) +\S+ +critical path (\S+)")
-        self.path, self.work_imbalance = float(path), float(slowest) / float(mean)
+        if path:
+            mean, slowest, path = find(r"^  all +(\S+) +(\S+) +\S+ +critical path (\S+)")
+            self.path, self.work_imbalance = float(path), float(slowest) / float(mean)
         if model and "constants calibrated" not in text:
             raise Failed(f"{model} was not used for {' '.join(options)}")
 
