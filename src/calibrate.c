@@ -27,9 +27,9 @@ typedef struct {
   X(exchange)                                                                                                          \
   X(message)                                                                                                           \
   X(wire)                                                                                                              \
-  X(copy) X(reduction) X(halo) X(merge) X(chunk) X(farm) X(migration[0].call) X(migration[0].stage)                    \
-      X(migration[0].process) X(migration[0].point) X(migration[1].call) X(migration[1].stage) X(migration[1].process) \
-          X(migration[1].point)
+  X(copy)                                                                                                              \
+  X(reduction) X(halo) X(merge) X(chunk) X(farm) X(migration[0].call) X(migration[0].stage) X(migration[0].process)    \
+      X(migration[0].point) X(migration[1].call) X(migration[1].stage) X(migration[1].process) X(migration[1].point)
 
 static PetscErrorCode Save(MPM mpm)
 {
@@ -463,7 +463,7 @@ PetscErrorCode MPMCalibrate(MPM scene)
   MPMModel   *m = &scene->model;
   Sample      sample[LEVELS];
   PetscMPIInt size, rank;
-  char        machine[MPM_NAME_LEN] = "?", date[MPM_NAME_LEN] = "?";
+  char        date[MPM_NAME_LEN] = "?";
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
@@ -495,7 +495,6 @@ PetscErrorCode MPMCalibrate(MPM scene)
     PetscCall(FitExchange(scene));
     PetscCall(FitPool(scene));
   }
-  PetscCall(PetscGetArchType(machine, sizeof machine));
   PetscCall(PetscGetDate(date, sizeof date));
   (void)snprintf(m->from, sizeof m->from, "calibrated on %d process%s, %s", size, size > 1 ? "es" : "", date);
   if (!rank) PetscCall(Save(scene));

@@ -580,14 +580,14 @@ typedef struct {
 } MPMMigration;
 
 typedef struct {
-  MPMRate      rate[MPM_MAX_TIMERS]; /* all passes of a step together */
-  PetscReal    exchange, message;    /* s an exchange with the neighbours, and each message of it */
-  PetscReal    wire, copy;           /* s a byte: on its way, packed and unpacked */
-  PetscReal    reduction;            /* s of the step's reduction for each doubling of the processes */
-  PetscReal    halo, merge;          /* s a halo point and a point, to find the order of both together */
-  MPMMigration migration[2];         /* swarm, direct */
-  PetscReal    chunk, farm;          /* s a patch of the pool, s a byte of it, on either side */
-  char         from[MPM_NAME_LEN];   /* where the constants come from */
+  MPMRate      rate[MPM_MAX_TIMERS];   /* all passes of a step together */
+  PetscReal    exchange, message;      /* s an exchange with the neighbours, and each message of it */
+  PetscReal    wire, copy;             /* s a byte: on its way, packed and unpacked */
+  PetscReal    reduction;              /* s of the step's reduction for each doubling of the processes */
+  PetscReal    halo, merge;            /* s a halo point and a point, to find the order of both together */
+  MPMMigration migration[2];           /* swarm, direct */
+  PetscReal    chunk, farm;            /* s a patch of the pool, s a byte of it, on either side */
+  char         from[2 * MPM_NAME_LEN]; /* where the constants come from */
 } MPMModel;
 
 /* The work of each step, see path.c. */
