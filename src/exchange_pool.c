@@ -127,8 +127,8 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   MPMSimulateWork("CHUNK", 1);
   MPMSimulateWork("PACK", (PetscReal)len);
   PetscCallMPI(MPI_Isend(slot->out, len, MPI_BYTE, worker, MPM_TAG_WORK, pool->comm, &slot->sent));
-  mpm->exchange.chunks++;
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
+  mpm->exchange.chunks++;
   mpm->exchange.bytes += (PetscReal)len + (PetscReal)MPMPoolAnswerBytes(mpm, phase, c->own_n, c->n);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -190,7 +190,7 @@ static PetscErrorCode Sweep_Pool(MPM mpm, const MPMPhase *phase)
   const PetscInt  fields = phase->points_in | phase->points_out, places = pool->size * MPM_IN_FLIGHT;
   const PetscBool to_nodes = phase->kind == MPM_POINTS_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
   PetscInt        queued, next = 0, flying = 0;
-  PetscLogDouble  t0, t1, waited           = 0, from;
+  PetscLogDouble  waited = 0, from, t0, t1;
 
   PetscFunctionBeginUser;
   PetscCall(PetscTime(&from));

@@ -420,7 +420,7 @@ PetscErrorCode MPMModelView(MPM mpm)
   PetscCall(cross ? MPMPrint(mpm, "spatial is ahead from %" PetscInt_FMT " processes on\n", cross)
                   : MPMPrint(mpm, "spatial is never ahead\n"));
   PetscCall(MPMPrint(mpm, "  spatial keeps 0.9 of full blocks with this many points a process:"));
-  for (PetscInt p = 2; p <= 32768; p *= p < 32 ? 4 : p == 32 ? 32 : 32)
+  for (PetscInt p = 2; p <= 32768; p *= p < 32 ? 4 : 32)
     PetscCall(MPMPrint(mpm, "%s %.3g on %" PetscInt_FMT, p > 2 ? "," : "",
                        (double)Isoefficiency(mpm, s.points / s.nodes, (PetscReal)p, courant, 0.9), p));
   PetscCall(MPMPrint(mpm, "\n"));
