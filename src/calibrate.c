@@ -28,7 +28,7 @@ typedef struct {
   X(message)                                                                                                           \
   X(wire)                                                                                                              \
   X(copy)                                                                                                              \
-  X(reduction) X(halo) X(merge) X(chunk) X(farm) X(migration[0].call) X(migration[0].stage) X(migration[0].process)    \
+  X(reduction) X(chunk) X(farm) X(migration[0].call) X(migration[0].stage) X(migration[0].process)    \
       X(migration[0].point) X(migration[1].call) X(migration[1].stage) X(migration[1].process) X(migration[1].point)
 
 static PetscErrorCode Save(MPM mpm)
@@ -281,10 +281,10 @@ static PetscErrorCode TimeCopy(MPMModel *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- Halo and migration ---------------------------------------------------------------------------------------- */
+/* --- Migration ---------------------------------------------------------------------------------------- */
 
 typedef struct {
-  PetscReal points, halo, update, migration[2]; /* s: of a halo update, of a migration by swarm and direct */
+  PetscReal points, migration[2]; /* s: by swarm and direct */
 } Trial;
 
 static PetscErrorCode Slowest(MPI_Comm comm, PetscReal *seconds)
@@ -294,8 +294,8 @@ static PetscErrorCode Slowest(MPI_Comm comm, PetscReal *seconds)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Times the parts of the settling that only many processes have, for about n points a process. */
-static PetscErrorCode TimeSettling(MPM scene, PetscReal n, Trial *trial)
+/* Times migrations of about n points a process. */
+static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
 {
   PetscMPIInt size;
   MPM         mpm;
@@ -312,54 +312,37 @@ static PetscErrorCode TimeSettling(MPM scene, PetscReal n, Trial *trial)
   if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
   s = (MPMSpatial *)mpm->exchange.ctx;
   PetscCall(MPMModelShare(mpm, &share));
-  trial->points = share.points;
-  trial->halo   = share.halo;
-  trial->update = trial->migration[0] = trial->migration[1] = PETSC_MAX_REAL;
-  for (int repeat = 0; repeat < 30; repeat++) {
-    PetscLogDouble t0, t1;
-
-    PetscCallMPI(MPI_Barrier(scene->comm));
-    PetscCall(PetscTime(&t0));
-    PetscCall(MPMHaloUpdate(mpm, s, PETSC_TRUE));
-    PetscCall(PetscTime(&t1));
-    trial->update = PetscMin(trial->update, t1 - t0);
+  trial->points       = share.points;
+  trial->migration[0] = trial->migration[1] = PETSC_MAX_REAL;
+  for (int repeat = 0; repeat < 30; repeat++)
     for (int way = 0; way < 2; way++) {
+      PetscLogDouble t0, t1;
+
       PetscCallMPI(MPI_Barrier(scene->comm));
       PetscCall(PetscTime(&t0));
       PetscCall(way ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
       PetscCall(PetscTime(&t1));
       trial->migration[way] = PetscMin(trial->migration[way], t1 - t0);
     }
-  }
-  trial->update -= 2 * (scene->model.exchange + share.neighbours * scene->model.message);
-  trial->update -= share.halo * (scene->model.wire + scene->model.copy) *
-                   (PetscReal)MPMMessagePointBytes(&mpm->points, MPM_STEADY & ~MPM_BIT(cell));
   PetscCall(Slowest(scene->comm, &trial->points));
-  PetscCall(Slowest(scene->comm, &trial->halo));
-  PetscCall(Slowest(scene->comm, &trial->update));
   PetscCall(Slowest(scene->comm, &trial->migration[0]));
   PetscCall(Slowest(scene->comm, &trial->migration[1]));
   PetscCall(MPMDestroy(&mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode FitSettling(MPM scene)
+static PetscErrorCode FitMigration(MPM scene)
 {
   MPMModel   *m = &scene->model;
   Trial       a, b;
-  PetscReal   det, stages;
+  PetscReal   stages;
   PetscMPIInt size;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
-  PetscCall(TimeSettling(scene, 2e3, &a));
-  PetscCall(TimeSettling(scene, 5e4, &b));
+  PetscCall(TimeMigration(scene, 2e3, &a));
+  PetscCall(TimeMigration(scene, 5e4, &b));
   if (a.points == 0 || b.points == 0) PetscFunctionReturn(PETSC_SUCCESS); /* no such cut: rough constants stay */
-  det = a.halo * b.points - b.halo * a.points;
-  if (det != 0) { /* update = halo m->halo + points m->merge */
-    m->halo  = PetscMax(0, (a.update * b.points - b.update * a.points) / det);
-    m->merge = PetscMax(0, (a.halo * b.update - b.halo * a.update) / det);
-  }
   stages = PetscCeilReal(PetscLog2Real((PetscReal)size));
   for (int way = 0; way < 2; way++) {
     MPMMigration *g = &m->migration[way];
@@ -491,7 +474,7 @@ PetscErrorCode MPMCalibrate(MPM scene)
   PetscCall(TimeCopy(m));
   if (size > 1) {
     PetscCall(TimeMessages(scene->comm, m));
-    PetscCall(FitSettling(scene));
+    PetscCall(FitMigration(scene));
     PetscCall(FitExchange(scene));
     PetscCall(FitPool(scene));
   }

@@ -1,18 +1,9 @@
-/* cell.h - where one point is: its base node, which names its cell, and what the grid's arrays call it. The transfers
-   find the same for many points at a time (transfer.h), by the same functions of basis.h, so the same bits. */
+/* cell.h - where one point is: its base node, and the number of that cell. The transfers find the same for many points at
+   a time (transfer.h), by the same functions of basis.h, so the same bits. */
 #ifndef MPM_CELL_H
 #define MPM_CELL_H
 
 #include "mpm.h"
-
-/* Index of node ijk in the arrays of the patch. */
-MPM_INLINE PetscInt MPMNodeIndex(int dim, const MPMPatch *patch, const PetscInt ijk[])
-{
-  PetscInt c = 0;
-
-  for (int d = dim - 1; d >= 0; d--) c = c * patch->n[d] + (ijk[d] - patch->lo[d]);
-  return c;
-}
 
 /* Base node and coordinate in cells on axis d of a position in the grid, of a point with half-width l in cells (which
    matters to gimp only). */
@@ -47,17 +38,20 @@ MPM_INLINE const PetscReal *MPMHalfWidths(int dim, const MPMKind *kinds, const M
   return view->l ? view->l + p * dim : kinds[view->kind ? view->kind[p] : 0].l;
 }
 
-/* Index of the cell of position x if it is the patch's own; -1 in another patch, -2 outside of the grid. base: its
+/* The number of the cell of position x if it is the patch's own; -1 in another patch, -2 outside of the grid. base: its
    node. */
 MPM_INLINE PetscInt MPMOwnCell(int dim, MPMBasis basis, const MPMPatch *patch, const PetscReal x[], const PetscReal l[],
                                PetscInt base[])
 {
   PetscReal xi[3];
+  PetscInt  at[3] = {0};
 
   if (!MPMLocate(dim, basis, patch->grid, x, l, xi, base)) return -2;
-  for (int d = 0; d < dim; d++)
-    if (base[d] < patch->own_lo[d] || base[d] >= patch->own_lo[d] + patch->own_n[d]) return -1;
-  return MPMNodeIndex(dim, patch, base);
+  for (int d = 0; d < dim; d++) {
+    at[d] = base[d] - patch->own_lo[d];
+    if (at[d] < 0 || at[d] >= patch->own_n[d]) return -1;
+  }
+  return MPMTileCell(dim, &patch->tiles, at);
 }
 
 #endif

@@ -52,6 +52,54 @@ PetscErrorCode MPMExchangeSetFromOptions(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Shows the patch the fields that the phase declares, and the node motion. Restore by MPMExchangeClose. Not collective.
+ */
+PetscErrorCode MPMExchangeOpen(MPM mpm, const MPMPhase *phase)
+{
+  MPMPatch *patch = &mpm->exchange.patch;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPointsGetView(&mpm->points, phase->points_in | phase->points_out, &patch->points));
+  patch->order  = mpm->points.order;
+  patch->movers = mpm->points.movers;
+  PetscCall(VecGetArray(mpm->exchange.vel, &patch->vel));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMExchangeClose(MPM mpm, const MPMPhase *phase)
+{
+  MPMPatch *patch = &mpm->exchange.patch;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecRestoreArray(mpm->exchange.vel, &patch->vel));
+  PetscCall(MPMPointsRestoreView(&mpm->points, phase->points_in | phase->points_out, &patch->points));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Runs a transfer on the points here. Not collective. */
+PetscErrorCode MPMExchangeRun(MPM mpm, const MPMPhase *phase)
+{
+  MPMPatch *patch = &mpm->exchange.patch;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMExchangeOpen(mpm, phase));
+  PetscCall(MPMPatchRun(mpm, patch, phase, &mpm->status));
+  if (phase->parts & MPM_G2P_COMMIT) mpm->points.nmovers = patch->nmovers;
+  PetscCall(MPMExchangeClose(mpm, phase));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds the sums of tiles up to those of the nodes here, once all are there. Not collective. */
+PetscErrorCode MPMExchangeAddTiles(MPM mpm, const MPMPhase *phase)
+{
+  PetscFunctionBeginUser;
+  MPMWorkBegin(mpm);
+  MPMTransferAddTiles(mpm->grid.dim)(&mpm->params, &mpm->exchange.patch, phase->parts, &mpm->status);
+  MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
+  MPMSimulateWork("TILES", (PetscReal)mpm->exchange.patch.tiles.nown);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 void MPMStatusReset(MPMStatus *s)
 {
   PetscMemzero(s, sizeof *s);

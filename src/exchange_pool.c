@@ -1,19 +1,20 @@
 /* exchange_pool.c - the worker pool: the master (process 0) holds all points and the grid, hands out patches of cells,
    assembles what comes back, and finishes the step; workers hold no state.
 
-   In a sweep the master packs for each patch the points it needs with the fields that the phase declares, and for
-   nodes-to-points the node motion too. It sends patches to workers as they become idle, the biggest first, two in
-   flight for each. A worker runs the same kernel on its patch and returns the sums of the patch's own nodes, or the
-   new fields of its points, and the status it found: an error is data and stops the run at the master.
-   A patch gets complete sums of its own nodes from all points that touch them, in the canonical order, so the master
-   only copies and the bits are those of the serial run. */
+   In a sweep the master packs for each patch its points with the fields that the phase declares, and for nodes-to-points
+   the node motion too. It sends patches to workers as they become idle, the biggest first, two in flight for each. A
+   worker runs the same kernel on its patch and returns the sums of its tiles, or the new fields of its points, and the
+   status it found: an error is data and stops the run at the master.
+   Patches are boxes of whole tiles, whose sums do not depend on who makes them; the master adds them up to nodes as the
+   serial run does: hence its bits. */
 #include "exchange_pool.h"
 
 #define MPM_IN_FLIGHT 2 /* patches that a worker has at a time */
 
 /* A patch of the tiling. */
 typedef struct {
-  PetscInt own_lo[3], own_n[3], n; /* n: points to be sent in this sweep */
+  PetscInt first[3], tiles[3];     /* its tiles of the master's table */
+  PetscInt own_lo[3], own_n[3], n; /* n: its points now */
 } Chunk;
 
 /* A place for a patch in flight. */
@@ -35,25 +36,36 @@ typedef struct {
   MPI_Request           *received; /* likewise */
 } Pool;
 
-/* The points that a chunk needs in this sweep: of its own cells, and for sums of the cells below them too. Counts them,
-   and lists them in (cell, id) order if list is given.                                                               */
-static PetscInt ListPoints(MPM mpm, const Chunk *c, PetscBool to_nodes, PetscInt *list)
+/* Goes through the rows of a chunk's tiles: the number of the first, in the table. */
+#define FOR_ROWS(all, c, tile)                                                                                         \
+  for (PetscInt k = (c)->first[2]; k < (c)->first[2] + (c)->tiles[2]; k++)                                             \
+    for (PetscInt j = (c)->first[1], tile = (k * (all)->tiles.n[1] + j) * (all)->tiles.n[0] + (c)->first[0];           \
+         j < (c)->first[1] + (c)->tiles[1]; j++, tile += (all)->tiles.n[0])
+
+/* The points of a chunk: counts them, and lists them in (cell, id) order if list is given. */
+static PetscInt ListPoints(MPM mpm, const Chunk *c, PetscInt *list)
 {
-  const MPMPatch *all   = &mpm->exchange.patch;
-  const PetscInt  reach = to_nodes ? MPMBasisNodes(mpm->basis) - 1 : 0;
-  PetscInt        lo[3], hi[3], n = 0;
+  const MPMPatch *all  = &mpm->exchange.patch;
+  const PetscInt  bits = 2 * mpm->grid.dim;
+  PetscInt        n    = 0;
 
-  for (PetscInt d = 0; d < 3; d++) {
-    lo[d] = PetscMax(c->own_lo[d] - (d < mpm->grid.dim ? reach : 0), all->lo[d]) - all->lo[d];
-    hi[d] = c->own_lo[d] + c->own_n[d] - all->lo[d];
+  FOR_ROWS(all, c, tile)
+  {
+    const PetscInt a = mpm->points.start[tile << bits], b = mpm->points.start[(tile + c->tiles[0]) << bits];
+
+    for (PetscInt q = a; list && q < b; q++) list[n + q - a] = all->order[q];
+    n += b - a;
   }
-  for (PetscInt k = lo[2]; k < hi[2]; k++)
-    for (PetscInt j = lo[1]; j < hi[1]; j++) {
-      const PetscInt row = (k * all->n[1] + j) * all->n[0], a = all->start[row + lo[0]], b = all->start[row + hi[0]];
+  return n;
+}
 
-      for (PetscInt q = a; list && q < b; q++) list[n + q - a] = all->order[q];
-      n += b - a;
-    }
+/* Those of its tiles that have points. */
+static PetscInt CountTiles(const MPMPatch *all, const Chunk *c)
+{
+  PetscInt n = 0;
+
+  FOR_ROWS(all, c, tile)
+  for (PetscInt i = tile; i < tile + c->tiles[0]; i++) n += all->tiles.slot[i] >= 0;
   return n;
 }
 
@@ -83,31 +95,31 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   Slot             *slot     = &pool->slots[place];
   MPMPatch          patch;
   MPMOrder          order = {(PetscInt)(phase - mpm->phases), {0}, {0}, {0}, {0}, c->n, mpm->params.dt};
-  void             *at[MPM_NUM_FIELDS], *halo[MPM_NUM_FIELDS];
+  void             *at[MPM_NUM_FIELDS];
+  size_t            answer;
   PetscMPIInt       len;
   char             *m;
 
   PetscFunctionBeginUser;
   MPMWorkBegin(mpm);
-  MPMPoolBox(mpm, c->own_lo, c->own_n, to_nodes, &patch);
+  MPMPoolBox(mpm, c->own_lo, c->own_n, &patch);
   PetscCall(PetscArraycpy(order.own_lo, c->own_lo, 3));
   PetscCall(PetscArraycpy(order.own_n, c->own_n, 3));
-  PetscCall(PetscArraycpy(order.all_lo, all->lo, 3));
-  PetscCall(PetscArraycpy(order.all_n, all->n, 3));
+  PetscCall(PetscArraycpy(order.tiles, all->tiles.n, 3));
+  PetscCall(PetscArraycpy(order.first, c->first, 3));
   Arrays(&all->points, at);
-  Arrays(&all->halo, halo);
   if (c->n > slot->capacity) {
     slot->capacity = c->n * 5 / 4 + 64;
     PetscCall(PetscFree(slot->list));
     PetscCall(PetscMalloc1(slot->capacity, &slot->list));
   }
-  (void)ListPoints(mpm, c, to_nodes, slot->list);
+  (void)ListPoints(mpm, c, slot->list);
   PetscCallMPI(MPI_Wait(&slot->sent, MPI_STATUS_IGNORE)); /* answered long ago, so this does not wait */
   PetscCall(MPMMessageRoom(&slot->out, &slot->out_capacity,
                            sizeof order + (size_t)c->n * MPMMessagePointBytes(&mpm->points, phase->points_in) +
-                               (size_t)MPMPatchCells(&patch) * nv * sizeof(PetscReal)));
+                               (size_t)MPMPatchNodes(&patch) * nv * sizeof(PetscReal)));
   memcpy(slot->out, &order, sizeof order);
-  m = MPMPoolPack(&mpm->points, phase->points_in, at, halo, all->points.n, c->n, slot->list, slot->out + sizeof order);
+  m = MPMPoolPack(&mpm->points, phase->points_in, at, c->n, slot->list, slot->out + sizeof order);
   if (!to_nodes) /* node motion, row by row; nodes beyond the grid are never read */
     for (PetscInt k = patch.lo[2]; k < patch.lo[2] + patch.n[2]; k++)
       for (PetscInt j = patch.lo[1]; j < patch.lo[1] + patch.n[1];
@@ -120,7 +132,8 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
                (size_t)(n * nv) * sizeof(PetscReal));
       }
   slot->chunk = chunk;
-  PetscCall(MPMMessageLength(MPMPoolAnswerBytes(mpm, phase, c->own_n, c->n), &len));
+  answer      = MPMPoolAnswerBytes(mpm, phase, c->n, CountTiles(all, c));
+  PetscCall(MPMMessageLength(answer, &len));
   PetscCall(MPMMessageRoom(&slot->in, &slot->in_capacity, (size_t)len));
   PetscCallMPI(MPI_Irecv(slot->in, len, MPI_BYTE, worker, MPM_TAG_DONE, pool->comm, &pool->received[place]));
   PetscCall(MPMMessageLength((size_t)(m - slot->out), &len));
@@ -129,11 +142,11 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   PetscCallMPI(MPI_Isend(slot->out, len, MPI_BYTE, worker, MPM_TAG_WORK, pool->comm, &slot->sent));
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
   mpm->exchange.chunks++;
-  mpm->exchange.bytes += (PetscReal)len + (PetscReal)MPMPoolAnswerBytes(mpm, phase, c->own_n, c->n);
+  mpm->exchange.bytes += (PetscReal)len + (PetscReal)answer;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Puts an answer in its place: sums to nodes, fields to points. */
+/* Puts an answer in its place: sums to tiles, fields to points. */
 static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt place)
 {
   const Slot     *slot = &pool->slots[place];
@@ -150,14 +163,9 @@ static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, Petsc
   status.left = 0; /* of the patch: the master has them all */
   MPMStatusMerge(&mpm->status, &status);
   if (phase->kind == MPM_POINTS_TO_NODES) {
-    const PetscInt nc = MPM_SUM_NC(mpm->grid.dim);
-    const PetscInt c0 = MPM_SUM_FIRST(mpm->grid.dim, phase->parts), c1 = MPM_SUM_LAST(mpm->grid.dim, phase->parts);
-
-    for (PetscInt k = c->own_lo[2]; k < c->own_lo[2] + c->own_n[2]; k++)
-      for (PetscInt j = c->own_lo[1]; j < c->own_lo[1] + c->own_n[1]; j++)
-        for (PetscInt i = c->own_lo[0]; i < c->own_lo[0] + c->own_n[0]; i++, m += (size_t)(c1 - c0) * sizeof(PetscReal))
-          memcpy(all->sum + (((k - all->lo[2]) * all->n[1] + j - all->lo[1]) * all->n[0] + i - all->lo[0]) * nc + c0, m,
-                 (size_t)(c1 - c0) * sizeof(PetscReal));
+    FOR_ROWS(all, c, tile)
+    for (PetscInt i = tile; i < tile + c->tiles[0]; i++)
+      if (all->tiles.slot[i] >= 0) m += MPMTilesCopy(all, all->tiles.slot[i], phase->parts, PETSC_FALSE, (char *)m);
   } else
     for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
       const size_t b = (size_t)mpm->points.bytes[f];
@@ -171,12 +179,12 @@ static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, Petsc
 }
 
 /* Counts the points of each chunk for this sweep and queues those that have any, the biggest first. */
-static PetscErrorCode FillQueue(MPM mpm, Pool *pool, PetscBool to_nodes, PetscInt *n)
+static PetscErrorCode FillQueue(MPM mpm, Pool *pool, PetscInt *n)
 {
   PetscFunctionBeginUser;
   *n = 0;
   for (PetscInt k = 0; k < pool->nchunks; k++) {
-    pool->chunks[k].n = ListPoints(mpm, &pool->chunks[k], to_nodes, NULL);
+    pool->chunks[k].n = ListPoints(mpm, &pool->chunks[k], NULL);
     if (pool->chunks[k].n) pool->queue[(*n)++] = k;
   }
   PetscCall(PetscTimSort(*n, pool->queue, sizeof *pool->queue, BiggerFirst, pool->chunks));
@@ -187,16 +195,14 @@ static PetscErrorCode Sweep_Pool(MPM mpm, const MPMPhase *phase)
 {
   MPMExchange    *ex     = &mpm->exchange;
   Pool           *pool   = (Pool *)ex->farm;
-  const PetscInt  fields = phase->points_in | phase->points_out, places = pool->size * MPM_IN_FLIGHT;
-  const PetscBool to_nodes = phase->kind == MPM_POINTS_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt  places = pool->size * MPM_IN_FLIGHT;
   PetscInt        queued, next = 0, flying = 0;
   PetscLogDouble  waited = 0, from, t0, t1;
 
   PetscFunctionBeginUser;
   PetscCall(PetscTime(&from));
-  PetscCall(pool->inner->prepare(mpm, phase));
-  PetscCall(FillQueue(mpm, pool, to_nodes, &queued));
-  if (to_nodes) MPMPatchZeroSums(&ex->patch, phase->parts);
+  PetscCall(MPMExchangeOpen(mpm, phase));
+  PetscCall(FillQueue(mpm, pool, &queued));
   for (PetscInt depth = 0; depth < MPM_IN_FLIGHT; depth++)
     for (PetscInt w = 1; w < pool->size && next < queued; w++, flying++)
       PetscCall(Send(mpm, pool, phase, pool->queue[next++], w * MPM_IN_FLIGHT + depth));
@@ -213,8 +219,8 @@ static PetscErrorCode Sweep_Pool(MPM mpm, const MPMPhase *phase)
       flying++;
     }
   }
-  PetscCall(VecRestoreArray(ex->vel, &ex->patch.vel));
-  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &ex->patch.points));
+  PetscCall(MPMExchangeClose(mpm, phase));
+  if (phase->kind == MPM_POINTS_TO_NODES) PetscCall(MPMExchangeAddTiles(mpm, phase));
   PetscCall(PetscTime(&t1));
   ex->busy += t1 - from - waited;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -224,7 +230,7 @@ static PetscErrorCode SetUp_Pool(MPM mpm)
 {
   MPMExchange *ex = &mpm->exchange;
   Pool        *pool;
-  PetscInt     n[3], total = 1, places;
+  PetscInt     n[3], total = 1, places, edge = MPMPoolEdge(ex->pool_cells) / MPM_TILE;
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&pool));
@@ -241,17 +247,19 @@ static PetscErrorCode SetUp_Pool(MPM mpm)
                                                                                         : &MPMExchange_serial;
   PetscCall(pool->inner->setup(mpm));
   for (PetscInt d = 0; d < 3; d++) {
-    n[d] = (ex->patch.own_n[d] + ex->pool_cells - 1) / ex->pool_cells;
+    n[d] = (ex->patch.tiles.n[d] + edge - 1) / edge;
     total *= n[d];
   }
   PetscCall(PetscMalloc2(total, &pool->chunks, total, &pool->queue));
   for (PetscInt k = 0; k < total; k++) {
     const PetscInt ijk[3] = {k % n[0], k / n[0] % n[1], k / (n[0] * n[1])};
+    Chunk         *c      = &pool->chunks[k];
 
     for (PetscInt d = 0; d < 3; d++) {
-      pool->chunks[k].own_lo[d] = ex->patch.own_lo[d] + ijk[d] * ex->pool_cells;
-      pool->chunks[k].own_n[d]  = PetscMin(ex->pool_cells,
-                                           ex->patch.own_lo[d] + ex->patch.own_n[d] - pool->chunks[k].own_lo[d]);
+      c->first[d]  = ijk[d] * edge;
+      c->tiles[d]  = PetscMin(edge, ex->patch.tiles.n[d] - c->first[d]);
+      c->own_lo[d] = ex->patch.own_lo[d] + c->first[d] * MPM_TILE;
+      c->own_n[d]  = PetscMin(c->tiles[d] * MPM_TILE, ex->patch.own_lo[d] + ex->patch.own_n[d] - c->own_lo[d]);
     }
   }
   pool->nchunks = total;
@@ -321,6 +329,6 @@ const MPMExchangeType MPMExchange_pool = {
     SetUp_Pool,  Sweep_Pool,
     Nodes_Pool,  Reduce_Pool,
     Settle_Pool, Finish_Pool,
-    NULL,        PETSC_TRUE,
-    Serve_Pool,  NULL,
+    PETSC_TRUE,  Serve_Pool,
+    NULL,
 };

@@ -10,34 +10,15 @@ static PetscErrorCode SetUp_Serial(MPM mpm)
   PetscCall(MPMGridCreateDM(&mpm->grid, ex->data, MPMBasisNodes(mpm->basis) - 1, NULL, &ex->da));
   PetscCall(DMCreateLocalVector(ex->da, &ex->vel));
   PetscCall(MPMPatchSetBox(&ex->patch, &mpm->grid, mpm->basis, ex->da));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode Prepare_Serial(MPM mpm, const MPMPhase *phase)
-{
-  MPMPatch *patch = &mpm->exchange.patch;
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMPointsGetView(&mpm->points, phase->points_in | phase->points_out, &patch->points));
-  patch->norder = mpm->points.n;
-  patch->order = patch->own_order = mpm->points.order;
-  PetscCall(VecGetArray(mpm->exchange.vel, &patch->vel));
+  PetscCall(MPMTilesSetUp(&ex->patch, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Sweep_Serial(MPM mpm, const MPMPhase *phase)
 {
-  MPMExchange   *ex     = &mpm->exchange;
-  MPMPatch      *patch  = &ex->patch;
-  const PetscInt fields = phase->points_in | phase->points_out;
-
   PetscFunctionBeginUser;
-  PetscCall(Prepare_Serial(mpm, phase));
-  patch->movers = mpm->points.movers;
-  PetscCall(MPMPatchRun(mpm, patch, phase, &mpm->status));
-  if (phase->parts & MPM_G2P_COMMIT) mpm->points.nmovers = patch->nmovers;
-  PetscCall(VecRestoreArray(ex->vel, &patch->vel));
-  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &patch->points));
+  PetscCall(MPMExchangeRun(mpm, phase));
+  if (phase->kind == MPM_POINTS_TO_NODES) PetscCall(MPMExchangeAddTiles(mpm, phase));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -73,7 +54,7 @@ static PetscErrorCode Settle_Serial(MPM mpm, PetscBool anew)
     PetscCall(MPMPointsSort(&mpm->points, patch));
     PetscCall(MPMSettlingEnd(mpm, MPM_TIMER_SORT));
   }
-  MPMPatchMarkRows(patch, mpm->points.start);
+  PetscCall(MPMTilesMark(patch, mpm->points.start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -89,10 +70,10 @@ static PetscErrorCode Finish_Serial(MPM mpm)
 }
 
 const MPMExchangeType MPMExchange_serial = {
-    "serial",       "one process, one patch: the whole grid",
-    SetUp_Serial,   Sweep_Serial,
-    Nodes_Serial,   Reduce_Serial,
-    Settle_Serial,  Finish_Serial,
-    Prepare_Serial, PETSC_FALSE,
-    NULL,           NULL,
+    "serial",      "one process, one patch: the whole grid",
+    SetUp_Serial,  Sweep_Serial,
+    Nodes_Serial,  Reduce_Serial,
+    Settle_Serial, Finish_Serial,
+    PETSC_FALSE,   NULL,
+    NULL,
 };

@@ -1,12 +1,12 @@
 /* exchange_spatial.c - spatial decomposition: every process has one patch, its box of a DMDA.
 
    A step exchanges
-     halo points   the points of the cells below a patch touch its own nodes: copies of them come from the (up to
-                   2^dim - 1) neighbours on the lower sides, positions once a step, other fields as phases declare
-     node motion   of the nodes above a patch, from their owners by a PetscSF
-     points        that left their patch go to the owner of their cell, by DMSwarmMigrate, or by MPMMigrateDirect
-   and reduces once: the status. Own nodes get complete sums in the canonical order, so results do not depend on how
-   the grid is cut. With -parallel_sums roundoff the partial sums of own points are added instead (DMLocalToGlobal). */
+     sums of tiles  whose points touch nodes of the up to 2^dim - 1 processes above, in each phase that sums points
+     node motion    of the nodes above a patch, from their owners by a PetscSF
+     points         that left their patch go to the owner of their cell, by DMSwarmMigrate, or by MPMMigrateDirect
+   and reduces once: the status. Tiles are added up the same on whichever process they are, so results do not depend on
+   how the grid is cut. With -parallel_sums roundoff each process adds up its own tiles to nodes and these partial sums
+   are added instead (DMLocalToGlobal). */
 #include "cell.h"
 #include "exchange_spatial.h"
 
@@ -63,7 +63,7 @@ static PetscErrorCode AddPartialSums(MPM mpm, MPMSpatial *s)
   PetscCall(VecResetArray(local));
   PetscCall(DMRestoreGlobalVector(s->sums, &global));
   PetscCall(DMRestoreLocalVector(s->sums, &local));
-  for (PetscInt i = 0; i < MPMPatchCells(patch);
+  for (PetscInt i = 0; i < MPMPatchNodes(patch);
        i++) { /* halo nodes start from 0 again, so that the next phase adds nothing twice */
     const PetscInt ijk[3] = {i % patch->n[0] + patch->lo[0], i / patch->n[0] % patch->n[1] + patch->lo[1],
                              i / (patch->n[0] * patch->n[1]) + patch->lo[2]};
@@ -73,44 +73,61 @@ static PetscErrorCode AddPartialSums(MPM mpm, MPMSpatial *s)
       if (ijk[d] < patch->own_lo[d] || ijk[d] >= patch->own_lo[d] + patch->own_n[d]) own = PETSC_FALSE;
     if (!own) PetscCall(PetscArrayzero(patch->sum + i * MPM_SUM_NC(mpm->grid.dim), MPM_SUM_NC(mpm->grid.dim)));
   }
+  MPMPatchMarkAll(patch); /* others' points touch nodes here too */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refreshes the halo points for a phase that sums points to nodes, and shows the patch its fields. */
-static PetscErrorCode Prepare_Spatial(MPM mpm, const MPMPhase *phase)
+/* Sends the sums of tiles at upper sides and receives those of the tiles below: one message a neighbour. Collective on
+   neighbours. */
+static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phase)
 {
-  MPMExchange   *ex     = &mpm->exchange;
-  MPMSpatial    *s      = (MPMSpatial *)ex->ctx;
-  MPMPatch      *patch  = &ex->patch;
-  const PetscInt fields = phase->points_in | phase->points_out;
+  MPMPatch   *patch = &mpm->exchange.patch;
+  MPI_Request request[2 * MPM_MAX_NEIGHBOURS];
+  size_t      need = 0, at = 0, in[MPM_MAX_NEIGHBOURS];
+  int         n    = 0;
+  PetscMPIInt len;
 
   PetscFunctionBeginUser;
-  if (phase->kind == MPM_POINTS_TO_NODES && !ex->roundoff)
-    PetscCall(MPMHaloExchange(mpm, s, phase->points_in & ~MPM_STEADY));
-  PetscCall(MPMPointsGetView(&mpm->points, fields, &patch->points));
-  patch->halo      = MPMHaloView(s, fields);
-  patch->own_order = mpm->points.order;
-  patch->order     = ex->roundoff ? mpm->points.order : s->order;
-  patch->norder    = mpm->points.n + (ex->roundoff ? 0 : s->nhalo);
-  PetscCall(VecGetArray(ex->vel, &patch->vel));
+  for (int k = 0; k < s->nto; k++) need += MPMTilesBytes(patch, s->to[k].toward, phase->parts, PETSC_TRUE);
+  PetscCall(MPMMessageRoom(&s->out, &s->out_capacity, need));
+  need = 0;
+  for (int k = 0; k < s->nfrom; k++) {
+    in[k] = need;
+    need += MPMTilesBytes(patch, s->from[k].toward, phase->parts, PETSC_FALSE);
+  }
+  PetscCall(MPMMessageRoom(&s->in, &s->in_capacity, need));
+  for (int k = 0; k < s->nfrom; k++) {
+    PetscCall(MPMMessageLength((k + 1 < s->nfrom ? in[k + 1] : need) - in[k], &len));
+    PetscCallMPI(MPI_Irecv(s->in + in[k], len, MPI_BYTE, s->from[k].rank, s->from[k].tag, s->comm, &request[n++]));
+  }
+  MPMWorkBegin(mpm);
+  for (int k = 0; k < s->nto; k++) {
+    const size_t bytes = MPMTilesPack(patch, s->to[k].toward, phase->parts, s->out + at);
+
+    PetscCall(MPMMessageLength(bytes, &len));
+    PetscCallMPI(MPI_Isend(s->out + at, len, MPI_BYTE, s->to[k].rank, s->to[k].tag, s->comm, &request[n++]));
+    at += bytes;
+  }
+  MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
+  MPMSimulateWork("PACK", (PetscReal)at);
+  PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
+  MPMWorkBegin(mpm);
+  patch->tiles.nslots = patch->tiles.nown;
+  for (int k = 0; k < s->nfrom; k++) MPMTilesUnpack(patch, s->from[k].toward, phase->parts, s->in + in[k]);
+  MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
 {
-  MPMExchange   *ex     = &mpm->exchange;
-  MPMSpatial    *s      = (MPMSpatial *)ex->ctx;
-  MPMPatch      *patch  = &ex->patch;
-  const PetscInt fields = phase->points_in | phase->points_out;
+  MPMSpatial *s = (MPMSpatial *)mpm->exchange.ctx;
 
   PetscFunctionBeginUser;
-  PetscCall(Prepare_Spatial(mpm, phase));
-  patch->movers = mpm->points.movers;
-  PetscCall(MPMPatchRun(mpm, patch, phase, &mpm->status));
-  if (phase->parts & MPM_G2P_COMMIT) mpm->points.nmovers = patch->nmovers;
-  PetscCall(VecRestoreArray(ex->vel, &patch->vel));
-  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &patch->points));
-  if (phase->kind == MPM_POINTS_TO_NODES && ex->roundoff) PetscCall(AddPartialSums(mpm, s));
+  PetscCall(MPMExchangeRun(mpm, phase));
+  if (phase->kind != MPM_POINTS_TO_NODES) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!mpm->exchange.roundoff) PetscCall(ExchangeTiles(mpm, s, phase));
+  PetscCall(MPMExchangeAddTiles(mpm, phase));
+  if (mpm->exchange.roundoff) PetscCall(AddPartialSums(mpm, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -210,7 +227,6 @@ static PetscErrorCode Share_Spatial(MPM mpm, MPMShare *share)
 
   PetscFunctionBeginUser;
   PetscCall(PetscSFGetGraph(s->ghosts, NULL, &ghosts, NULL, NULL));
-  share->halo       = (PetscReal)s->nhalo;
   share->ghosts     = (PetscReal)ghosts;
   share->neighbours = 0.5 * (PetscReal)(s->nto + s->nfrom);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -237,8 +253,7 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
     PetscCall(MPMPointsSort(&mpm->points, &ex->patch));
     PetscCall(MPMSettlingEnd(mpm, MPM_TIMER_SORT));
   }
-  PetscCall(MPMHaloUpdate(mpm, s, anew || mpm->status.moved ? PETSC_TRUE : PETSC_FALSE));
-  if (ex->roundoff) MPMPatchMarkAll(&ex->patch);
+  if (anew || mpm->status.moved) PetscCall(MPMTilesMark(&ex->patch, mpm->points.start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -249,11 +264,8 @@ static PetscErrorCode Finish_Spatial(MPM mpm)
   PetscFunctionBeginUser;
   PetscCall(MPMSpatialTearDown(mpm));
   PetscCall(MPMPartitionDestroy(&mpm->exchange.partition));
-  for (int k = 0; k < MPM_MAX_NEIGHBOURS; k++) PetscCall(PetscFree(s->to[k].list));
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) PetscCall(PetscFree(s->halo[f]));
   PetscCall(PetscFree(s->out));
   PetscCall(PetscFree(s->in));
-  PetscCall(PetscFree(s->order));
   PetscCallMPI(MPI_Op_free(&s->status_op));
   PetscCallMPI(MPI_Type_free(&s->status_type));
   PetscCallMPI(MPI_Type_free(&s->vel_type));
@@ -271,7 +283,6 @@ const MPMExchangeType MPMExchange_spatial = {
     Reduce_Spatial,
     Settle_Spatial,
     Finish_Spatial,
-    Prepare_Spatial,
     PETSC_FALSE,
     NULL,
     Share_Spatial,

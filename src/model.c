@@ -37,11 +37,15 @@ static PetscInt Times(MPM mpm, PetscInt e)
   return times;
 }
 
-/* Bytes of a halo point, or of a ghost node, that a phase refreshes. */
+/* Bytes a ghost node that a phase sends: its motion once, its sums once for each tile that reaches it. */
 static PetscReal PhaseMessage(MPM mpm, const MPMPhase *phase)
 {
-  if (phase->kind == MPM_NODES) return (PetscReal)MPM_VEL_NC(mpm->grid.dim) * (PetscReal)sizeof(PetscReal);
-  return (PetscReal)MPMMessagePointBytes(&mpm->points, phase->points_in & ~MPM_STEADY);
+  const PetscInt  dim   = mpm->grid.dim;
+  const PetscReal tiles = PetscPowReal((PetscReal)MPMTileSide(mpm->basis) / MPM_TILE, (PetscReal)dim - 1);
+
+  if (phase->kind == MPM_NODES) return (PetscReal)MPM_VEL_NC(dim) * (PetscReal)sizeof(PetscReal);
+  return tiles * (PetscReal)(MPM_SUM_LAST(dim, phase->parts) - MPM_SUM_FIRST(dim, phase->parts)) *
+         (PetscReal)sizeof(PetscReal);
 }
 
 static PetscReal Log2(PetscReal processes)
@@ -67,23 +71,11 @@ PetscReal MPMModelTimer(MPM mpm, PetscInt e, const MPMShare *s)
   if (e == MPM_TIMER_MIGRATE)
     return Migrates(s) *
            (way->call + way->stage * Log2(s->processes) + way->point * s->points + way->process * s->processes);
-  if (e == MPM_TIMER_SETTLE && s->neighbours > 0) {
-    const PetscReal steady = (PetscReal)MPMMessagePointBytes(&mpm->points, MPM_STEADY & ~MPM_BIT(cell));
-
-    return m->rate[e].call + 2 * ahead + s->halo * (m->halo + steady * byte) + s->points * m->merge;
-  }
   if (e >= MPM_TIMER_FORCES) return Seconds(&m->rate[e], s->points);
   if (!Times(mpm, e)) return 0;
-  switch (mpm->phases[e].kind) {
-  case MPM_POINTS_TO_NODES:
-    return Seconds(&m->rate[e], s->points + s->halo) +
-           (PetscReal)Times(mpm, e) * (ahead + s->halo * PhaseMessage(mpm, &mpm->phases[e]) * byte);
-  case MPM_NODES:
-    return Seconds(&m->rate[e], s->nodes) +
-           (PetscReal)Times(mpm, e) * (ahead + s->ghosts * PhaseMessage(mpm, &mpm->phases[e]) * byte);
-  default:
-    return Seconds(&m->rate[e], s->points);
-  }
+  if (mpm->phases[e].kind == MPM_NODES_TO_POINTS) return Seconds(&m->rate[e], s->points);
+  return Seconds(&m->rate[e], mpm->phases[e].kind == MPM_NODES ? s->nodes : s->points) +
+         (PetscReal)Times(mpm, e) * (ahead + s->ghosts * PhaseMessage(mpm, &mpm->phases[e]) * byte);
 }
 
 /* The same for the pool's master with processes-1 workers; s is the share of a run on one process, edge that of a patch
@@ -95,9 +87,9 @@ static PetscReal PoolTimer(MPM mpm, PetscInt e, const MPMShare *s, PetscInt edge
   const MPMModel *m     = &mpm->model;
   const PetscInt  dim   = mpm->grid.dim;
   const MPMPhase *phase = &mpm->phases[e];
-  const PetscReal reach = (PetscReal)MPMBasisNodes(mpm->basis) - 1, c = (PetscReal)edge;
+  const PetscReal reach = (PetscReal)MPMBasisNodes(mpm->basis) - 1, c = MPMPoolEdge(edge);
   MPMShare        alone = *s;
-  PetscReal       chunks, cells, wide, points = s->points, bytes, worker, pool;
+  PetscReal       chunks, cells, wide, bytes, worker, pool;
 
   alone.processes = 1;
   *master         = MPMModelTimer(mpm, e, &alone);
@@ -105,10 +97,10 @@ static PetscReal PoolTimer(MPM mpm, PetscInt e, const MPMShare *s, PetscInt edge
   cells  = PetscPowReal(c, (PetscReal)dim);
   wide   = PetscPowReal(c + reach, (PetscReal)dim);
   chunks = PetscMax(1, s->nodes / cells);
-  if (phase->kind == MPM_POINTS_TO_NODES) points *= wide / cells;
-  bytes = points * (PetscReal)(MPMMessagePointBytes(&mpm->points, phase->points_in));
+  bytes  = s->points * (PetscReal)(MPMMessagePointBytes(&mpm->points, phase->points_in));
   if (phase->kind == MPM_POINTS_TO_NODES)
-    bytes += chunks * cells * 8 * (PetscReal)(MPM_SUM_LAST(dim, phase->parts) - MPM_SUM_FIRST(dim, phase->parts));
+    bytes += s->nodes * PetscPowReal((PetscReal)MPMTileSide(mpm->basis) / MPM_TILE, (PetscReal)dim) * 8 *
+             (PetscReal)(MPM_SUM_LAST(dim, phase->parts) - MPM_SUM_FIRST(dim, phase->parts));
   else
     bytes += s->points * (PetscReal)MPMMessagePointBytes(&mpm->points, phase->points_out) +
              chunks * wide * 8 * (PetscReal)MPM_VEL_NC(dim);
@@ -116,8 +108,8 @@ static PetscReal PoolTimer(MPM mpm, PetscInt e, const MPMShare *s, PetscInt edge
   chunks *= (PetscReal)Times(mpm, e);
   pool    = chunks * (m->chunk + m->message) + bytes * (m->farm + m->wire);
   *master = pool;
-  worker  = (Seconds(&m->rate[e], points) + pool) / PetscMin(s->processes - 1, chunks);
-  return PetscMax(pool, worker) + (Seconds(&m->rate[e], points) + 2 * pool) / chunks;
+  worker  = (Seconds(&m->rate[e], s->points) + pool) / PetscMin(s->processes - 1, chunks);
+  return PetscMax(pool, worker) + (Seconds(&m->rate[e], s->points) + 2 * pool) / chunks;
 }
 
 static PetscReal Step(MPM mpm, const MPMShare *s)
@@ -145,7 +137,7 @@ static PetscReal PoolStep(MPM mpm, const MPMShare *s, PetscInt edge, PetscReal *
 }
 
 /* The share of one process in a cut of a full block into `processes` cubes, n points each: cells of side
-   (n/per_cell)^(1/d), halo and ghosts a shell of the stencil's reach below and above. Points cross a face at `courant`
+   (n/per_cell)^(1/d), ghosts a shell of the stencil's reach above. Points cross a face at `courant`
    cells a step. */
 static MPMShare Cube(MPM mpm, PetscReal n, PetscReal per_cell, PetscReal processes, PetscReal courant)
 {
@@ -155,7 +147,6 @@ static MPMShare Cube(MPM mpm, PetscReal n, PetscReal per_cell, PetscReal process
 
   if (processes > 1) {
     s.ghosts     = PetscPowReal(side + reach, dim) - cells;
-    s.halo       = s.ghosts * per_cell;
     s.neighbours = PetscPowReal(2, dim) - 1;
     s.crossing   = courant * processes * dim * cells / side * per_cell;
   }
@@ -173,8 +164,8 @@ void MPMModelCosts(MPM mpm, PetscReal n, MPMCosts *costs)
   more.points += step;
   costs->point = (Step(mpm, &more) - base) / step;
   more         = s;
-  more.halo += step;
-  costs->halo = (Step(mpm, &more) - base) / step;
+  more.ghosts += step;
+  costs->ghost = (Step(mpm, &more) - base) / step;
   more        = s;
   more.nodes += step;
   costs->node = (Step(mpm, &more) - base) / step;
@@ -214,8 +205,6 @@ static void SetRough(MPM mpm)
   m->wire                 = 0.08e-9;
   m->copy                 = 0.3e-9;
   m->reduction            = 1.6e-6;
-  m->halo                 = 15e-9;
-  m->merge                = 1e-9;
   m->migration[0].call    = 60e-6; /* DMSwarmMigrate: 22 collectives, one of them of a number from every process */
   m->migration[0].stage   = 24 * 1.6e-6;
   m->migration[0].process = 80 * m->wire;
@@ -296,8 +285,8 @@ PetscErrorCode MPMModelShare(MPM mpm, MPMShare *s)
     }
   if (mpm->exchange.type->share) PetscCall(mpm->exchange.type->share(mpm, s));
   for (PetscInt d = 0; d < mpm->grid.dim; d++) h = PetscMin(h, mpm->grid.h[d]);
-  s->crossing = s->halo / PetscMax(1, (PetscReal)MPMBasisNodes(mpm->basis) - 1) * PetscSqrtReal(mpm->status.v2) *
-                MPMTimeStep(mpm) / h;
+  s->crossing = s->ghosts * s->points / PetscMax(1, s->nodes) / ((PetscReal)MPMBasisNodes(mpm->basis) - 1) *
+                PetscSqrtReal(mpm->status.v2) * MPMTimeStep(mpm) / h;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s->crossing, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -319,7 +308,6 @@ PetscErrorCode MPMModelPredict(MPM mpm)
     const MPMModel model = mpm->model;
 
     PetscCall(PetscMemzero(mpm->model.rate, sizeof mpm->model.rate));
-    mpm->model.merge = mpm->model.halo = 0;
     for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
       mpm->path.messages[e] = mpm->exchange.type->farms ? 0 : MPMModelTimer(mpm, e, &s);
     mpm->model = model;
@@ -341,7 +329,7 @@ static PetscErrorCode SpatialStep(MPM mpm, const MPMHistogram *h, PetscMPIInt si
   PetscCall(MPMPartitionChoose(h, size, MPM_BALANCE_START, &part));
   s           = part.worst;
   s.processes = size;
-  s.crossing  = courant * part.worst.halo * size;
+  s.crossing  = courant * s.ghosts * s.points / PetscMax(1, s.nodes) * size;
   *seconds    = Step(mpm, &s);
   *imbalance  = part.imbalance;
   PetscCall(MPMPartitionDestroy(&part));
@@ -376,9 +364,9 @@ PetscErrorCode MPMModelView(MPM mpm)
   for (PetscInt d = 0; d < mpm->grid.dim; d++) volume = PetscMin(volume, mpm->grid.h[d] / mpm->grid.h[0]);
   courant = PetscSqrtReal(mpm->status.v2) * MPMTimeStep(mpm) / (mpm->grid.h[0] * volume) /
             PetscMax(1, (PetscReal)MPMBasisNodes(mpm->basis) - 1);
-  s.halo = s.ghosts = s.neighbours = s.crossing = 0;
-  s.processes                                   = 1;
-  serial                                        = Step(mpm, &s);
+  s.ghosts = s.neighbours = s.crossing = 0;
+  s.processes                          = 1;
+  serial                               = Step(mpm, &s);
   PetscCall(MPMPrint(mpm, "model      constants %s\n", mpm->model.from));
   PetscCall(
       MPMPrint(mpm, "  processes   spatial s/step  speed-up  efficiency  imbalance      pool s/step  speed-up\n"));

@@ -232,25 +232,84 @@ typedef struct {
 #include "fields.def"
 #undef MPM_FIELD
 
-/* The unit of work: a box of cells with *all* the points that touch its own nodes, so that these get their complete
-   sums here, cell by cell in DMDA's order (x fastest) and within a cell by id. No partial sum ever leaves a patch:
-   hence the same bits however the grid is cut. A "cell" is the base node of a point's stencil. */
+/* Tiles: blocks of MPM_TILE cells an axis, counted from the first node of the grid. A "cell" is the base node of a
+   point's stencil. Points are added up in tiles, each with its own sums of all nodes that its points touch, `side` on an
+   axis; then nodes add up the tiles that have some for them, from the lowest to the highest. Both sums are made the same
+   wherever the tiles are, and tiles are never cut: hence the same bits however the grid is cut, without anything being
+   computed twice. */
+#define MPM_TILE      4
+#define MPM_MAX_REACH 4
+
+/* On one axis, what a tile gives to nodes first .. last-1 of the patch: they are its nodes first + shift and so on. */
+typedef struct {
+  PetscInt tile, first, last, shift;
+} MPMReach;
+
+/* On one axis, nodes first .. last-1, those of a tile, and which tiles touch them, from the lowest to the highest. */
+typedef struct {
+  PetscInt first, last, n;
+  MPMReach reach[MPM_MAX_REACH];
+} MPMTilePart;
+
+/* The tiles of a patch: a table of its own and of those `below` whose points touch its nodes. Nodes are numbered from
+   the first own one. */
+typedef struct {
+  PetscInt     n[3], below[3]; /* of the table on each axis; so many of them not its own */
+  PetscInt     nparts[3];
+  MPMTilePart *part[3];
+  PetscInt    *slot;         /* [n2][n1][n0] which of the sums are the tile's; -1: it has no points */
+  PetscInt     nown, nslots; /* sums of own tiles, and all; ascending */
+  PetscReal   *sum;          /* [nslots][nodes of a tile][MPM_SUM_NC] kg, kg m/s, N */
+  size_t       room;
+  void        *memory; /* behind sum */
+} MPMTiles;
+
+/* Nodes that the points of a tile touch, on an axis. */
+MPM_INLINE PetscInt MPMTileSide(MPMBasis basis)
+{
+  return MPM_TILE + MPMBasisNodes(basis) - 1;
+}
+
+MPM_INLINE size_t MPMTileNodes(PetscInt dim, MPMBasis basis)
+{
+  const size_t side = (size_t)MPMTileSide(basis);
+
+  return side * (dim > 1 ? side : 1) * (dim > 2 ? side : 1);
+}
+
+/* The edge of a patch of the pool: whole tiles. */
+MPM_INLINE PetscInt MPMPoolEdge(PetscInt cells)
+{
+  return (cells + MPM_TILE - 1) / MPM_TILE * MPM_TILE;
+}
+
+/* The number of the cell at place `at` [dim] from the patch's first own node: cells of a tile follow each other. */
+MPM_INLINE PetscInt MPMTileCell(int dim, const MPMTiles *tiles, const PetscInt at[])
+{
+  PetscInt tile = 0, in = 0;
+
+  for (int d = dim - 1; d >= 0; d--) {
+    tile = tile * tiles->n[d] + tiles->below[d] + at[d] / MPM_TILE;
+    in   = in * MPM_TILE + at[d] % MPM_TILE;
+  }
+  return (tile << 2 * dim) + in;
+}
+
+/* The unit of work: a box of cells, their points, and the nodes there and around. */
 typedef struct {
   const MPMGrid  *grid;
   MPMBasis        basis;
-  PetscInt        lo[3], n[3];         /* box of nodes that the arrays cover (owned and halo) */
+  PetscInt        lo[3], n[3];         /* box of nodes that the arrays cover */
   PetscInt        own_lo[3], own_n[3]; /* nodes, and cells, that are this patch's own */
-  MPMView         points, halo;        /* own points; copies of the points of the halo cells */
-  PetscInt        norder;
-  const PetscInt *order;     /* [norder] all points by (cell, id): p < points.n own, else halo p - points.n */
-  const PetscInt *own_order; /* [points.n] own points by (cell, id) */
-  PetscInt       *movers; /* [nmovers] places in own_order of points that changed cell, noted by the commit; or NULL */
+  MPMTiles        tiles;
+  MPMView         points;
+  const PetscInt *order;  /* [points.n] points by (cell, id) */
+  PetscInt       *movers; /* [nmovers] places in order of points that changed cell, noted by the commit; or NULL */
   PetscInt        nmovers;
-  const PetscInt *start; /* [cells+1] where each cell's points begin in order */
-  PetscReal      *sum;   /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N */
-  PetscReal      *vel;   /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
-  PetscInt (*span)[2];   /* [n2][n1] points touch nodes first .. last-1 of a row; others are never visited */
-  void *memory;          /* behind sum and span, where the patch owns them */
+  PetscReal      *sum; /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N; complete for own nodes */
+  PetscReal      *vel; /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
+  PetscInt (*span)[2]; /* [n2][n1] points touch nodes first .. last-1 of a row; others are never visited */
+  void *memory;        /* behind sum and span, where the patch owns them */
 } MPMPatch;
 
 /* Parts of a transfer: what a phase asks the one P2G body and the one G2P body to do. */
@@ -270,6 +329,7 @@ typedef void (*MPMTransfer)(const MPMParams *, MPMPatch *, PetscInt parts, MPMSt
 
 /* The kernel for these parts, NULL if there is none; and its floating-point operations per point. */
 MPMTransfer MPMTransferFind(PetscInt dim, MPMBasis basis, PetscInt parts);
+MPMTransfer MPMTransferAddTiles(PetscInt dim); /* from the tiles' sums to those of the nodes */
 PetscReal   MPMTransferFlops(PetscInt dim, MPMBasis basis, PetscInt parts);
 PetscInt    MPMTransferWidth(void); /* points that kernels handle at a time: 8, 4 or 2, as the processor allows */
 
@@ -326,14 +386,14 @@ PetscInt                  MPMPointsMemory(const MPMPoints *);
 
 /* What a process has in a step, as the model (model.c) counts it. */
 typedef struct {
-  PetscReal points, halo, nodes, ghosts; /* own points, halo points, own nodes that points touch, nodes above its box */
-  PetscReal neighbours, processes;       /* that it sends to, and awaits from, in an exchange; all processes */
-  PetscReal crossing;                    /* points of all processes that change process in a step */
+  PetscReal points, nodes, ghosts; /* own points, own nodes that points touch, nodes above its box that they touch */
+  PetscReal neighbours, processes; /* that it sends to, and awaits from, in an exchange; all processes */
+  PetscReal crossing;              /* points of all processes that change process in a step */
 } MPMShare;
 
-/* The model near a share, linear: s, s a point, a halo point, a node, a neighbour. */
+/* The model near a share, linear: s, s a point, a ghost node, a node, a neighbour. */
 typedef struct {
-  PetscReal fixed, point, halo, node, neighbour;
+  PetscReal fixed, point, ghost, node, neighbour;
 } MPMCosts;
 
 /* How the grid is cut into boxes of nodes, one a process: p[d] parts on axis d, of l[d][...] nodes each. */
@@ -382,13 +442,20 @@ PetscErrorCode MPMMessageRoom(char **buffer, size_t *capacity, size_t need);
 size_t         MPMMessagePointBytes(const MPMPoints *, PetscInt fields);
 
 PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da);
-void           MPMPatchMarkRows(MPMPatch *, const PetscInt *start); /* [cells+1] points of each cell, halo included */
 void           MPMPatchMarkAll(MPMPatch *);
-void           MPMPatchZeroSums(MPMPatch *, PetscInt parts);
 void          *MPMAlign(void *memory);
-PetscInt       MPMPatchCells(const MPMPatch *);
+PetscInt       MPMPatchNodes(const MPMPatch *);
 PetscErrorCode MPMPatchRun(MPM, MPMPatch *, const MPMPhase *, MPMStatus *);
 PetscErrorCode MPMPatchDestroy(MPMPatch *);
+
+PetscErrorCode MPMTilesSetUp(MPMPatch *, PetscBool alone);
+PetscErrorCode MPMTilesMark(MPMPatch *, const PetscInt start[]); /* [cells+1] where the points of a cell begin */
+PetscInt       MPMTilesCells(const MPMPatch *);
+size_t         MPMTilesBytes(const MPMPatch *, const int toward[3], PetscInt parts, PetscBool above);
+size_t         MPMTilesPack(const MPMPatch *, const int toward[3], PetscInt parts, char *message);
+void           MPMTilesUnpack(MPMPatch *, const int toward[3], PetscInt parts, const char *message);
+size_t         MPMTilesCopy(const MPMPatch *, PetscInt slot, PetscInt parts, PetscBool pack, char *message);
+PetscErrorCode MPMTilesDestroy(MPMPatch *);
 
 /* A way to run the step. Physics, integrators and output are the same for all; only these functions differ. */
 typedef struct {
@@ -399,10 +466,9 @@ typedef struct {
   PetscErrorCode (*reduce)(MPM, MPMStatus *);     /* merge the status of all processes: the one reduction of a step */
   PetscErrorCode (*settle)(MPM, PetscBool anew);  /* bring the points home and in order; anew: no cell is known */
   PetscErrorCode (*finish)(MPM);
-  PetscErrorCode (*prepare)(MPM, const MPMPhase *); /* the first part of sweep: the patch's views are ready to read */
-  PetscBool farms;                                  /* the points' work is done by others */
-  PetscErrorCode (*serve)(MPM);                     /* what a process without data does, until the run ends */
-  PetscErrorCode (*share)(MPM, MPMShare *);         /* halo, ghosts, neighbours of this process; NULL: none */
+  PetscBool farms;                          /* the points' work is done by others */
+  PetscErrorCode (*serve)(MPM);             /* what a process without data does, until the run ends */
+  PetscErrorCode (*share)(MPM, MPMShare *); /* ghosts, neighbours of this process; NULL: none */
 } MPMExchangeType;
 
 typedef struct {
@@ -422,6 +488,11 @@ typedef struct {
   PetscReal busy, chunks, bytes; /* of the pool's master: s not spent waiting, patches handed out, bytes both ways */
   void     *ctx;
 } MPMExchange;
+
+PetscErrorCode MPMExchangeOpen(MPM, const MPMPhase *);
+PetscErrorCode MPMExchangeClose(MPM, const MPMPhase *);
+PetscErrorCode MPMExchangeRun(MPM, const MPMPhase *);
+PetscErrorCode MPMExchangeAddTiles(MPM, const MPMPhase *);
 
 extern const MPMExchangeType *const MPMExchangeTypes[];                      /* rows of exchange.def, ends with NULL */
 extern const MPMExchangeType        MPMExchange_serial, MPMExchange_spatial; /* the pool's master is one of them */
@@ -584,7 +655,6 @@ typedef struct {
   PetscReal    exchange, message;      /* s an exchange with the neighbours, and each message of it */
   PetscReal    wire, copy;             /* s a byte: on its way, packed and unpacked */
   PetscReal    reduction;              /* s of the step's reduction for each doubling of the processes */
-  PetscReal    halo, merge;            /* s a halo point and a point, to find the order of both together */
   MPMMigration migration[2];           /* swarm, direct */
   PetscReal    chunk, farm;            /* s a patch of the pool, s a byte of it, on either side */
   char         from[2 * MPM_NAME_LEN]; /* where the constants come from */

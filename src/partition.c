@@ -8,18 +8,18 @@
 
 #define MPM_MAX_BINS ((PetscInt)1 << 21)
 
-/* Bins as fine as memory allows: `coarse` nodes an axis in each. */
+/* Bins of one tile, or of more if memory does not allow it: `coarse` nodes an axis in each, and in the last the rest. */
 static void LayOut(const MPMGrid *grid, MPMBasis basis, MPMHistogram *h)
 {
   PetscReal bins = PETSC_MAX_REAL;
 
   h->dim     = grid->dim;
   h->stencil = MPMBasisNodes(basis);
-  for (h->coarse = 1; bins > MPM_MAX_BINS; h->coarse *= 2) {
+  for (h->coarse = MPM_TILE; bins > MPM_MAX_BINS; h->coarse *= 2) {
     bins = 1;
     for (PetscInt d = 0; d < 3; d++) {
       h->nodes[d] = grid->nodes[d];
-      h->n[d]     = (h->nodes[d] + h->coarse - 1) / h->coarse;
+      h->n[d]     = PetscMax(1, h->nodes[d] / h->coarse);
       bins *= h->n[d];
     }
     if (bins <= MPM_MAX_BINS) break;
@@ -54,7 +54,7 @@ void MPMHistogramAdd(MPMHistogram *h, const PetscInt base[], PetscInt64 points)
 {
   PetscInt b[3] = {0};
 
-  for (PetscInt d = 0; d < h->dim; d++) b[d] = base[d] / h->coarse;
+  for (PetscInt d = 0; d < h->dim; d++) b[d] = PetscMin(base[d] / h->coarse, h->n[d] - 1);
   *Entry(h, h->table, b[0] + 1, b[1] + 1, b[2] + 1) += points;
 }
 
@@ -98,14 +98,11 @@ static PetscInt64 Count(const MPMHistogram *h, PetscInt64 *table, const PetscInt
   return sum;
 }
 
-/* Is there a way to give every process at least `least` bins on each axis? */
+/* Is there a bin for every process on each axis? */
 static PetscBool Fits(const MPMHistogram *h, const PetscInt p[3])
 {
-  for (PetscInt d = 0; d < 3; d++) {
-    const PetscInt least = d < h->dim ? (h->stencil - 2 + h->coarse) / h->coarse : 1;
-
-    if (p[d] * PetscMax(1, least) > h->n[d]) return PETSC_FALSE;
-  }
+  for (PetscInt d = 0; d < 3; d++)
+    if (p[d] > h->n[d]) return PETSC_FALSE;
   return PETSC_TRUE;
 }
 
@@ -125,15 +122,15 @@ static PetscReal Weight(const MPMHistogram *h, PetscInt d, const MPMCosts *costs
 /* Cuts axis d into p[d] parts, into l (in nodes): at quantiles of the weight. */
 static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPartition *part)
 {
-  const PetscInt  p = part->p[d], least = d < h->dim ? PetscMax(1, (h->stencil - 2 + h->coarse) / h->coarse) : 1;
+  const PetscInt  p = part->p[d];
   PetscInt        lo[3] = {0, 0, 0}, hi[3] = {h->n[0], h->n[1], h->n[2]}, from = 0;
   const MPMCosts *costs = weighted ? &part->costs : NULL;
   const PetscReal total = Weight(h, d, costs, lo, hi);
 
   for (PetscInt r = 0; r < p; r++) {
     const PetscReal goal = total * (r + 1) / p;
-    PetscInt        to   = from + least;
-    const PetscInt  last = h->n[d] - least * (p - 1 - r);
+    PetscInt        to   = from + 1;
+    const PetscInt  last = h->n[d] - (p - 1 - r);
     PetscReal       before, after = 0;
 
     for (;; to++) { /* the cut whose weight below is nearest to the goal */
@@ -142,9 +139,9 @@ static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPa
       after  = Weight(h, d, costs, lo, hi);
       if (to >= last || after >= goal) break;
     }
-    if (to > from + least && goal - before < after - goal) to--;
+    if (to > from + 1 && goal - before < after - goal) to--;
     if (r == p - 1) to = h->n[d];
-    part->l[d][r] = PetscMin(to * h->coarse, h->nodes[d]) - from * h->coarse;
+    part->l[d][r] = (r == p - 1 ? h->nodes[d] : to * h->coarse) - from * h->coarse;
     from          = to;
   }
 }
@@ -170,17 +167,16 @@ PetscReal MPMPartitionCost(const MPMHistogram *h, MPMPartition *part)
           const PetscInt to = at[d] + part->l[d][ijk[d]];
 
           lo[d] = at[d] / h->coarse;
-          hi[d] = (to + h->coarse - 1) / h->coarse;
+          hi[d] = ijk[d] == part->p[d] - 1 ? h->n[d] : to / h->coarse;
           around *= 1 + (ijk[d] > 0) + (ijk[d] < part->p[d] - 1);
         }
         s.neighbours = 0.5 * (PetscReal)(around - 1);
         s.points     = (PetscReal)Count(h, h->table, lo, hi);
         s.nodes      = Nodes(h, lo, hi);
-        for (PetscInt d = 0; d < h->dim; d++) lo[d] = PetscMax(0, (at[d] - (h->stencil - 1)) / h->coarse);
-        s.halo   = (PetscReal)Count(h, h->table, lo, hi) - s.points;
-        s.ghosts = Nodes(h, lo, hi) - s.nodes;
+        for (PetscInt d = 0; d < h->dim; d++) lo[d] = PetscMax(0, lo[d] - 1);
+        s.ghosts = (Nodes(h, lo, hi) - s.nodes) * (PetscReal)(h->stencil - 1) / (PetscReal)h->coarse;
         most     = PetscMax(most, (PetscInt64)s.points);
-        t        = c->fixed + c->point * s.points + c->halo * s.halo + c->node * s.nodes + c->neighbour * s.neighbours;
+        t = c->fixed + c->point * s.points + c->ghost * s.ghosts + c->node * s.nodes + c->neighbour * s.neighbours;
         if (t <= worst) continue;
         worst       = t;
         part->worst = s;

@@ -1,5 +1,5 @@
 /* patch.c - a patch of cells: its box, and running a phase on it. Shared by every way to run the step. */
-#include "cell.h"
+#include "mpm.h"
 
 /* Sets the box from the DMDA: own = what this process owns, box = with the halo. Allocates the node sums. Not
  * collective. */
@@ -31,11 +31,13 @@ PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis bas
 PetscErrorCode MPMPatchDestroy(MPMPatch *patch)
 {
   PetscFunctionBeginUser;
+  PetscCall(MPMTilesDestroy(patch));
   PetscCall(PetscFree(patch->memory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscInt MPMPatchCells(const MPMPatch *patch)
+/* Nodes of its arrays. */
+PetscInt MPMPatchNodes(const MPMPatch *patch)
 {
   return patch->n[0] * patch->n[1] * patch->n[2];
 }
@@ -44,35 +46,6 @@ PetscInt MPMPatchCells(const MPMPatch *patch)
 void *MPMAlign(void *memory)
 {
   return (void *)(((uintptr_t)memory + MPM_LINE - 1) / MPM_LINE * MPM_LINE);
-}
-
-/* Takes the places of the cells in the patch's order and finds the part of each row of nodes that points touch. */
-void MPMPatchMarkRows(MPMPatch *patch, const PetscInt *start)
-{
-  const PetscInt ns = MPMBasisNodes(patch->basis);
-
-  patch->start = start;
-  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
-    patch->span[r][0] = patch->n[0];
-    patch->span[r][1] = 0;
-  }
-  for (PetscInt k = 0; k < patch->n[2]; k++)
-    for (PetscInt j = 0; j < patch->n[1]; j++) {
-      const PetscInt *cell  = start + (k * patch->n[1] + j) * patch->n[0];
-      PetscInt        first = 0, last = patch->n[0];
-
-      if (cell[0] == cell[last]) continue;
-      while (cell[first + 1] == cell[0]) first++;
-      while (cell[last - 1] == cell[patch->n[0]]) last--;
-      last = PetscMin(last + ns - 1, patch->n[0]);
-      for (PetscInt kk = k; kk < PetscMin(k + ns, patch->n[2]); kk++)
-        for (PetscInt jj = j; jj < PetscMin(j + ns, patch->n[1]); jj++) {
-          PetscInt *span = patch->span[kk * patch->n[1] + jj];
-
-          span[0] = PetscMin(span[0], first);
-          span[1] = PetscMax(span[1], last);
-        }
-    }
 }
 
 /* Lets all nodes be visited. */
@@ -84,26 +57,8 @@ void MPMPatchMarkAll(MPMPatch *patch)
   }
 }
 
-/* Zeroes the sums that the parts will add to, of the nodes that points touch. */
-void MPMPatchZeroSums(MPMPatch *patch, PetscInt parts)
-{
-  const PetscInt dim = patch->grid->dim, nc = MPM_SUM_NC(dim);
-  const PetscInt c0 = MPM_SUM_FIRST(dim, parts), c1 = MPM_SUM_LAST(dim, parts);
-
-  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
-    PetscReal     *sum = patch->sum + (size_t)(r * patch->n[0] * nc);
-    const PetscInt i0 = patch->span[r][0], i1 = patch->span[r][1];
-
-    if (i0 < i1 && (parts & MPM_P2G_MASS) && (parts & MPM_P2G_FORCE))
-      memset(sum + i0 * nc, 0, (size_t)((i1 - i0) * nc) * sizeof *sum);
-    else
-      for (PetscInt i = i0; i < i1; i++)
-        for (PetscInt c = c0; c < c1; c++) sum[i * nc + c] = 0;
-  }
-}
-
-/* Runs a phase on the patch, whose views hold the fields that the phase declares. Merges what it finds into status.
-   Not collective.                                                                                                    */
+/* Runs a phase on the patch, whose views hold the fields that the phase declares; sums of points are those of its tiles
+   then. Merges what it finds into status. Not collective.                                                            */
 PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMStatus *status)
 {
   PetscFunctionBeginUser;
@@ -119,12 +74,9 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMS
 
     PetscCheck(run, PETSC_COMM_SELF, PETSC_ERR_PLIB, "phase %s has no kernel for parts %" PetscInt_FMT, phase->name,
                phase->parts);
-    if (phase->kind == MPM_POINTS_TO_NODES) MPMPatchZeroSums(patch, phase->parts);
     run(&mpm->params, patch, phase->parts, status);
   }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
-  MPMSimulateWork(phase->name, phase->kind == MPM_NODES             ? mpm->points.n
-                               : phase->kind == MPM_NODES_TO_POINTS ? patch->points.n
-                                                                    : patch->norder);
+  MPMSimulateWork(phase->name, phase->kind == MPM_NODES ? mpm->points.n : patch->points.n);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

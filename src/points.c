@@ -304,7 +304,7 @@ PetscErrorCode MPMPointsLeavers(MPMPoints *points, PetscInt *n, PetscInt **which
 /* Orders the points, whose `cell` is known, for the patch: sets order and start. Not collective. */
 PetscErrorCode MPMPointsSort(MPMPoints *points, const MPMPatch *patch)
 {
-  const PetscInt ncells = MPMPatchCells(patch), fields = MPM_BIT(id) | MPM_BIT(cell);
+  const PetscInt ncells = MPMTilesCells(patch), fields = MPM_BIT(id) | MPM_BIT(cell);
   MPMView        view;
 
   PetscFunctionBeginUser;

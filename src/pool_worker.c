@@ -2,45 +2,41 @@
 #include "cell.h"
 #include "exchange_pool.h"
 
-/* The box of nodes that a patch with these own nodes needs: what its points' stencils reach. */
-void MPMPoolBox(MPM mpm, const PetscInt own_lo[3], const PetscInt own_n[3], PetscBool to_nodes, MPMPatch *patch)
+/* A patch with these own nodes: the box of nodes that its points' stencils reach, and its tiles. */
+void MPMPoolBox(MPM mpm, const PetscInt own_lo[3], const PetscInt own_n[3], MPMPatch *patch)
 {
   const PetscInt reach = MPMBasisNodes(mpm->basis) - 1;
 
   patch->grid  = &mpm->grid;
   patch->basis = mpm->basis;
   for (PetscInt d = 0; d < 3; d++) {
-    const PetscInt below = d < mpm->grid.dim && to_nodes ? reach : 0, above = d < mpm->grid.dim ? reach : 0;
-
-    patch->own_lo[d] = own_lo[d];
-    patch->own_n[d]  = own_n[d];
-    patch->lo[d]     = own_lo[d] - below;
-    patch->n[d]      = own_n[d] + below + above;
+    patch->own_lo[d] = patch->lo[d] = own_lo[d];
+    patch->own_n[d]                 = own_n[d];
+    patch->n[d]                     = own_n[d] + (d < mpm->grid.dim ? reach : 0);
+    patch->tiles.n[d]               = (own_n[d] + MPM_TILE - 1) / MPM_TILE;
+    patch->tiles.below[d]           = 0;
   }
 }
 
-/* Size of the answer to a chunk: its status, then node sums or points. */
-size_t MPMPoolAnswerBytes(MPM mpm, const MPMPhase *phase, const PetscInt own_n[3], PetscInt n)
+/* Size of the answer to a chunk of n points in so many tiles: its status, then sums or points. */
+size_t MPMPoolAnswerBytes(MPM mpm, const MPMPhase *phase, PetscInt n, PetscInt tiles)
 {
-  const PetscInt c0 = MPM_SUM_FIRST(mpm->grid.dim, phase->parts), c1 = MPM_SUM_LAST(mpm->grid.dim, phase->parts);
+  const PetscInt dim = mpm->grid.dim, c0 = MPM_SUM_FIRST(dim, phase->parts), c1 = MPM_SUM_LAST(dim, phase->parts);
 
   if (phase->kind == MPM_NODES_TO_POINTS)
     return sizeof(MPMStatus) + (size_t)n * MPMMessagePointBytes(&mpm->points, phase->points_out);
-  return sizeof(MPMStatus) + (size_t)(own_n[0] * own_n[1] * own_n[2] * (c1 - c0)) * sizeof(PetscReal);
+  return sizeof(MPMStatus) + (size_t)tiles * MPMTileNodes(dim, mpm->basis) * (size_t)(c1 - c0) * sizeof(PetscReal);
 }
 
-/* Packs fields of the listed points, field by field: p < n of `at`, else p - n of `halo`. */
-char *MPMPoolPack(const MPMPoints *pts, PetscInt fields, void *const at[], void *const halo[], PetscInt n,
-                  PetscInt count, const PetscInt *list, char *message)
+/* Packs fields of n listed points, field by field. */
+char *MPMPoolPack(const MPMPoints *pts, PetscInt fields, void *const at[], PetscInt n, const PetscInt *list,
+                  char *message)
 {
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     const size_t b = (size_t)pts->bytes[f];
 
     if (!pts->present[f] || !(fields & (1 << f))) continue;
-    for (PetscInt q = 0; q < count; q++, message += b) {
-      const PetscInt p = list[q];
-      memcpy(message, p < n ? (char *)at[f] + (size_t)p * b : (char *)halo[f] + (size_t)(p - n) * b, b);
-    }
+    for (PetscInt q = 0; q < n; q++, message += b) memcpy(message, (char *)at[f] + (size_t)list[q] * b, b);
   }
   return message;
 }
@@ -53,6 +49,36 @@ typedef struct {
   size_t    in_capacity, out_capacity, nodes_capacity;
 } Desk;
 
+/* Gives the patch's tiles their sums, and renumbers the points' cells, which came numbered over the master's tiles. */
+static PetscErrorCode PlaceTiles(MPM mpm, const MPMOrder *order, Desk *desk)
+{
+  MPMPatch      *patch = &desk->patch;
+  MPMTiles      *t     = &patch->tiles;
+  const PetscInt bits = 2 * mpm->grid.dim, tiles = t->n[0] * t->n[1] * t->n[2];
+  const size_t   slots = ((size_t)tiles * sizeof *t->slot + MPM_LINE - 1) / MPM_LINE * MPM_LINE;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMMessageRoom(&desk->nodes, &desk->nodes_capacity,
+                           slots + MPM_LINE + (size_t)PetscMin(tiles, order->n) * MPMTileNodes(mpm->grid.dim, mpm->basis) *
+                                       MPM_SUM_NC(mpm->grid.dim) * sizeof(PetscReal)));
+  t->slot = (PetscInt *)MPMAlign(desk->nodes);
+  t->sum  = (PetscReal *)((char *)t->slot + slots);
+  for (PetscInt k = 0; k < tiles; k++) t->slot[k] = -1;
+  t->nown = 0;
+  for (PetscInt p = 0; p < order->n; p++) {
+    const PetscInt c = patch->points.cell[p], tile = c >> bits;
+    const PetscInt at[3] = {tile % order->tiles[0] - order->first[0],
+                            tile / order->tiles[0] % order->tiles[1] - order->first[1],
+                            tile / (order->tiles[0] * order->tiles[1]) - order->first[2]};
+    const PetscInt mine  = (at[2] * t->n[1] + at[1]) * t->n[0] + at[0];
+
+    if (t->slot[mine] < 0) t->slot[mine] = t->nown++;
+    patch->points.cell[p] = (mine << bits) + (c & ((1 << bits) - 1));
+  }
+  t->nslots = t->nown;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Makes a patch of what came: points in (cell, id) order, so their order is the identity. */
 static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *order, const char *m, Desk *desk)
 {
@@ -60,10 +86,9 @@ static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *ord
   const MPMPoints *pts      = &mpm->points;
   const PetscBool  to_nodes = phase->kind == MPM_POINTS_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
   const PetscInt   fields = phase->points_in | phase->points_out, n = order->n, dim = mpm->grid.dim;
-  size_t           sums, vels;
 
   PetscFunctionBeginUser;
-  MPMPoolBox(mpm, order->own_lo, order->own_n, to_nodes, patch);
+  MPMPoolBox(mpm, order->own_lo, order->own_n, patch);
   if (n > desk->capacity) {
     desk->capacity = n * 5 / 4 + 64;
     for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
@@ -81,51 +106,39 @@ static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *ord
     m += (size_t)n * (size_t)pts->bytes[f];
   }
   PetscCall(PetscMemzero(&patch->points, sizeof patch->points));
-  PetscCall(PetscMemzero(&patch->halo, sizeof patch->halo));
-  patch->points.n = patch->norder = n;
-  patch->order = patch->own_order = desk->identity;
+  patch->points.n = n;
+  patch->order    = desk->identity;
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   if (fields & MPM_BIT(name)) patch->points.name = (ctype *)desk->field[MPM_FIELD_INDEX_##name];
 #include "fields.def"
 #undef MPM_FIELD
-  sums = (size_t)MPMPatchCells(patch) * MPM_SUM_NC(dim) * sizeof(PetscReal);
-  vels = (size_t)MPMPatchCells(patch) * MPM_VEL_NC(dim) * sizeof(PetscReal);
-  PetscCall(MPMMessageRoom(&desk->nodes, &desk->nodes_capacity,
-                           sums + vels + MPM_LINE + (size_t)(patch->n[1] * patch->n[2]) * sizeof *patch->span));
-  patch->sum  = (PetscReal *)MPMAlign(desk->nodes);
-  patch->vel  = (PetscReal *)((char *)patch->sum + sums);
-  patch->span = (PetscInt(*)[2])((char *)patch->vel + vels);
-  MPMPatchMarkAll(patch);
-  if (!to_nodes) memcpy(patch->vel, m, vels);
-  for (PetscInt p = 0; p < n; p++) { /* came numbered over the master's arrays */
-    const PetscInt c      = patch->points.cell[p];
-    const PetscInt ijk[3] = {c % order->all_n[0] + order->all_lo[0],
-                             c / order->all_n[0] % order->all_n[1] + order->all_lo[1],
-                             c / (order->all_n[0] * order->all_n[1]) + order->all_lo[2]};
+  if (!to_nodes) {
+    const size_t vels = (size_t)MPMPatchNodes(patch) * MPM_VEL_NC(dim) * sizeof(PetscReal);
 
-    patch->points.cell[p] = MPMNodeIndex((int)dim, patch, ijk);
-  }
+    PetscCall(MPMMessageRoom(&desk->nodes, &desk->nodes_capacity, vels));
+    patch->vel = (PetscReal *)desk->nodes;
+    memcpy(patch->vel, m, vels);
+  } else
+    PetscCall(PlaceTiles(mpm, order, desk));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The cells that the kernel found are those of the patch; the master numbers them over its own arrays. */
-static void RenumberCells(MPM mpm, const MPMOrder *order, MPMPatch *patch)
+/* The numbers of the points' cells over the tiles of the master. */
+static void NumberCells(MPM mpm, const MPMOrder *order, MPMPatch *patch)
 {
   const PetscInt dim = mpm->grid.dim;
-  MPMPatch       all;
+  MPMPatch       all = *patch;
 
-  for (PetscInt d = 0; d < 3; d++) {
-    all.lo[d] = order->all_lo[d];
-    all.n[d]  = order->all_n[d];
+  for (PetscInt d = 0; d < 3; d++) { /* the box of the master's tiles: it finds what leaves the grid or its own nodes */
+    all.tiles.n[d] = order->tiles[d];
+    all.own_lo[d]  = order->own_lo[d] - order->first[d] * MPM_TILE;
+    all.own_n[d]   = order->tiles[d] * MPM_TILE;
   }
   for (PetscInt p = 0; p < patch->points.n; p++) {
-    PetscReal xi[3];
-    PetscInt  base[3] = {0};
+    PetscInt base[3];
 
-    patch->points.cell[p] = MPMLocate((int)dim, mpm->basis, &mpm->grid, patch->points.x + p * dim,
-                                      MPMHalfWidths((int)dim, mpm->scene.kinds, &patch->points, p), xi, base)
-                                ? MPMNodeIndex((int)dim, &all, base)
-                                : -1;
+    patch->points.cell[p] = MPMOwnCell((int)dim, mpm->basis, &all, patch->points.x + p * dim,
+                                       MPMHalfWidths((int)dim, mpm->scene.kinds, &patch->points, p), base);
   }
 }
 
@@ -133,22 +146,12 @@ static void RenumberCells(MPM mpm, const MPMOrder *order, MPMPatch *patch)
 static char *PackAnswer(MPM mpm, const MPMPhase *phase, const MPMStatus *status, const Desk *desk, char *m)
 {
   const MPMPatch *patch = &desk->patch;
-  const PetscInt  nc    = MPM_SUM_NC(mpm->grid.dim);
-  const PetscInt  c0 = MPM_SUM_FIRST(mpm->grid.dim, phase->parts), c1 = MPM_SUM_LAST(mpm->grid.dim, phase->parts);
 
   memcpy(m, status, sizeof *status);
   m += sizeof *status;
   if (phase->kind == MPM_NODES_TO_POINTS)
-    return MPMPoolPack(&mpm->points, phase->points_out, desk->field, NULL, patch->points.n, patch->points.n,
-                       desk->identity, m);
-  for (PetscInt k = patch->own_lo[2]; k < patch->own_lo[2] + patch->own_n[2]; k++)
-    for (PetscInt j = patch->own_lo[1]; j < patch->own_lo[1] + patch->own_n[1]; j++)
-      for (PetscInt i = patch->own_lo[0]; i < patch->own_lo[0] + patch->own_n[0];
-           i++, m += (size_t)(c1 - c0) * sizeof(PetscReal))
-        memcpy(m,
-               patch->sum +
-                   (((k - patch->lo[2]) * patch->n[1] + j - patch->lo[1]) * patch->n[0] + i - patch->lo[0]) * nc + c0,
-               (size_t)(c1 - c0) * sizeof(PetscReal));
+    return MPMPoolPack(&mpm->points, phase->points_out, desk->field, patch->points.n, desk->identity, m);
+  for (PetscInt k = 0; k < patch->tiles.nown; k++) m += MPMTilesCopy(patch, k, phase->parts, PETSC_TRUE, m);
   return m;
 }
 
@@ -182,11 +185,12 @@ PetscErrorCode MPMPoolServe(MPM mpm, MPI_Comm comm)
     MPMStatusReset(&status);
     PetscCall(MPMPatchRun(mpm, &desk.patch, phase, &status));
     if (phase->points_out & MPM_BIT(cell)) {
-      RenumberCells(mpm, &order, &desk.patch);
+      NumberCells(mpm, &order, &desk.patch);
       MPMSimulateWork("RENUMBER", order.n);
     }
     PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
-    PetscCall(MPMMessageRoom(&desk.out, &desk.out_capacity, MPMPoolAnswerBytes(mpm, phase, order.own_n, order.n)));
+    PetscCall(MPMMessageRoom(&desk.out, &desk.out_capacity,
+                             MPMPoolAnswerBytes(mpm, phase, order.n, desk.patch.tiles.nown)));
     MPMWorkBegin(mpm);
     len = (PetscMPIInt)(PackAnswer(mpm, phase, &status, &desk, desk.out) - desk.out);
     MPMWorkEnd(mpm, order.phase);

@@ -22,14 +22,13 @@ PetscMPIInt MPMSpatialOwner(const MPMSpatial *s, PetscInt dim, const PetscInt ba
   return (PetscMPIInt)rank;
 }
 
-/* Neighbours: o in {0,1}^dim, not 0. Points of my cells at the upper side o go to the process at +o; the process at -o
-   sends me its own. Across a periodic face that may be myself. Boxes of cells are in nodes of the grid.              */
+/* Neighbours: o in {0,1}^dim, not 0. The process at +o gets sums of my tiles at that side; the one at -o sends me those
+   of its own. On an axis that is not cut there is none. */
 static PetscErrorCode FindNeighbours(MPM mpm, MPMSpatial *s)
 {
-  const MPMPatch *patch = &mpm->exchange.patch;
-  const PetscInt  dim = mpm->grid.dim, reach = MPMBasisNodes(mpm->basis) - 1;
-  PetscInt        me[3] = {0}, rest;
-  PetscMPIInt     rank;
+  const PetscInt dim = mpm->grid.dim;
+  PetscInt       me[3] = {0}, rest;
+  PetscMPIInt    rank;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
@@ -46,19 +45,16 @@ static PetscErrorCode FindNeighbours(MPM mpm, MPMSpatial *s)
     for (PetscInt d = 0; d < 3; d++) {
       const PetscInt off = o >> d & 1, last = s->p[d] - 1;
 
-      to->hi[d]      = patch->own_lo[d] + patch->own_n[d];
-      to->lo[d]      = off ? to->hi[d] - reach : patch->own_lo[d];
-      from->shift[d] = 0;
-      if (off && me[d] == last && !mpm->grid.periodic[d]) up = PETSC_FALSE;
-      if (off && me[d] == 0 && !mpm->grid.periodic[d]) down = PETSC_FALSE;
-      if (off && me[d] == 0) from->shift[d] = -mpm->grid.cells[d];
+      to->toward[d] = from->toward[d] = (int)off;
+      if (off && (last == 0 || (me[d] == last && !mpm->grid.periodic[d]))) up = PETSC_FALSE;
+      if (off && (last == 0 || (me[d] == 0 && !mpm->grid.periodic[d]))) down = PETSC_FALSE;
       above += stride * ((me[d] + off) % s->p[d]);
       below += stride * ((me[d] + last * off) % s->p[d]);
       stride *= s->p[d];
     }
     to->rank   = (PetscMPIInt)above;
     from->rank = (PetscMPIInt)below;
-    to->tag = from->tag = MPM_TAG_HALO + o;
+    to->tag = from->tag = MPM_TAG_TILES + o;
     s->nto += up;
     s->nfrom += down;
   }
@@ -86,9 +82,9 @@ static PetscErrorCode CreateGhosts(MPM mpm, MPMSpatial *s)
   PetscSFNode    *root;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(MPMPatchCells(patch), &leaf));
-  PetscCall(PetscMalloc1(MPMPatchCells(patch), &root));
-  for (PetscInt i = 0; i < MPMPatchCells(patch); i++) {
+  PetscCall(PetscMalloc1(MPMPatchNodes(patch), &leaf));
+  PetscCall(PetscMalloc1(MPMPatchNodes(patch), &root));
+  for (PetscInt i = 0; i < MPMPatchNodes(patch); i++) {
     const PetscInt ijk[3] = {i % patch->n[0] + patch->lo[0], i / patch->n[0] % patch->n[1] + patch->lo[1],
                              i / (patch->n[0] * patch->n[1]) + patch->lo[2]};
     PetscInt       at[3], node = 0;
@@ -112,7 +108,7 @@ static PetscErrorCode CreateGhosts(MPM mpm, MPMSpatial *s)
     leaf[n++]     = i;
   }
   PetscCall(PetscSFCreate(s->comm, &s->ghosts));
-  PetscCall(PetscSFSetGraph(s->ghosts, MPMPatchCells(patch), n, leaf, PETSC_OWN_POINTER, root, PETSC_OWN_POINTER));
+  PetscCall(PetscSFSetGraph(s->ghosts, MPMPatchNodes(patch), n, leaf, PETSC_OWN_POINTER, root, PETSC_OWN_POINTER));
   PetscCall(PetscSFSetUp(s->ghosts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -128,6 +124,7 @@ PetscErrorCode MPMSpatialLayout(MPM mpm)
   PetscCall(MPMGridCreateDM(&mpm->grid, ex->data, MPMBasisNodes(mpm->basis) - 1, part, &ex->da));
   PetscCall(DMCreateLocalVector(ex->da, &ex->vel));
   PetscCall(MPMPatchSetBox(&ex->patch, &mpm->grid, mpm->basis, ex->da));
+  PetscCall(MPMTilesSetUp(&ex->patch, ex->roundoff));
   for (PetscInt d = 0; d < 3; d++) {
     s->p[d] = part->p[d];
     PetscCall(PetscMalloc1(s->p[d], &s->first[d]));
@@ -153,6 +150,5 @@ PetscErrorCode MPMSpatialTearDown(MPM mpm)
   PetscCall(DMDestroy(&s->sums));
   PetscCall(PetscSFDestroy(&s->ghosts));
   for (PetscInt d = 0; d < 3; d++) PetscCall(PetscFree(s->first[d]));
-  PetscCall(PetscFree2(s->start, s->count));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

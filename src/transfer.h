@@ -5,11 +5,11 @@
    width, as are the innermost loops, in transfer_sums.c. Both walk the points in
    (cell, id) order in blocks of up to MPM_STAGED, whose rows are gathered into scratch that stays in L1:
      P2G  weights (lanes are points) -> stress of the block, one call a material -> sums of a cell in local accumulators
-          (lanes are the sums of a node) -> added to its nodes once a cell.
+          (lanes are the sums of a node) -> added to the nodes of its tile once a cell; later nodes add up their tiles.
      G2P  weights -> velocity, acceleration and velocity gradient, cell by cell (lanes are its points) -> new v, F, x
           (lanes are points again) -> rows.
-   The tree of additions depends on cells and ids alone, never on blocks or lanes, and no branch depends on where a
-   point came from: every point gets the same operations on every process, in every width.
+   The tree of additions - points of a cell by id, cells of a tile, tiles of a node - depends on cells and ids alone,
+   never on blocks, lanes or processes.
    In: points x v F kind, nodes vel.  Out: nodes sum; points v F x dx cell; status.                                   */
 #ifndef MPM_TRANSFER_H
 #define MPM_TRANSFER_H
@@ -30,8 +30,8 @@ typedef PetscReal MPMRow[MPM_BLOCK]; /* a component of the points of a block; la
 
 /* The points of a block: n entries of an order, and those a block further on, whose rows are fetched in advance. */
 typedef struct {
-  PetscInt        n, own;           /* own: p < own is an own point, else a halo point */
-  PetscBool       mixed, run;       /* are there halo points in the block? do its rows follow each other? */
+  PetscInt        n;
+  PetscBool       run;              /* do its rows follow each other? */
   PetscInt        point[MPM_BLOCK]; /* the last one again in the lanes past it */
   const PetscInt *ahead;
   PetscInt        ncells, end[MPM_STAGED + 1]; /* its runs of points of the same cell, and where they end */
@@ -45,29 +45,20 @@ typedef struct {
   MPMRow   w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients per axis, 1 and 1/m */
 } __attribute__((aligned(64))) MPMStencils;
 
-/* The cell of point p of an order. */
-MPM_INLINE PetscInt MPMCellOf(const MPMPatch *patch, PetscInt p)
+/* The next block from entry q of the order. All blocks but the last are full, so that loops over them are as long every
+   time; a cell that is cut costs little, and no bits. */
+MPM_INLINE void MPMNextBlock(const MPMPatch *patch, PetscInt q, MPMBlockOrder *o)
 {
-  return p < patch->points.n ? patch->points.cell[p] : patch->halo.cell[p - patch->points.n];
-}
-
-/* The next block from entry q of nall entries of an order. All blocks but the last are full, so that loops over them
-   are as long every time; a cell that is cut costs little, and no bits. */
-MPM_INLINE void MPMNextBlock(const MPMPatch *patch, PetscInt q, PetscInt nall, const PetscInt *order, MPMBlockOrder *o)
-{
-  const PetscInt n = PetscMin(MPM_STAGED, nall - q), first = order[q];
-  PetscInt       last = 0, jumps = 0;
+  const PetscInt *order = patch->order, nall = patch->points.n, n = PetscMin(MPM_STAGED, nall - q), first = order[q];
+  PetscInt        jumps = 0;
 
   for (PetscInt l = 0; l < n; l++) {
     o->point[l] = order[q + l];
-    last        = PetscMax(last, order[q + l]);
     jumps |= order[q + l] - l - first;
   }
   for (PetscInt l = n; l % MPM_WIDTH; l++) o->point[l] = o->point[n - 1];
   o->n     = n;
-  o->own   = patch->points.n;
-  o->mixed = last >= o->own ? PETSC_TRUE : PETSC_FALSE;
-  o->run   = !jumps && !o->mixed && n == MPM_STAGED ? PETSC_TRUE : PETSC_FALSE;
+  o->run   = !jumps && n == MPM_STAGED ? PETSC_TRUE : PETSC_FALSE;
   o->ahead = order + q + PetscMin(MPM_STAGED, nall - q - n);
 }
 
@@ -84,24 +75,17 @@ MPM_INLINE void MPMFetch(int nc, const PetscReal *own, const MPMBlockOrder *o, P
 }
 
 /* Rows of nc components of the block's points -> lanes; the lanes past the last point repeat it. */
-MPM_INLINE void MPMGather(int nc, const PetscReal *own, const PetscReal *halo, const MPMBlockOrder *o, MPMRow *to)
+MPM_INLINE void MPMGather(int nc, const PetscReal *own, const MPMBlockOrder *o, MPMRow *to)
 {
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
     const PetscReal *row[MPM_WIDTH];
     MPMReal          lanes[9];
 
-    if (!o->mixed) MPMFetch(nc, own, o, l);
+    MPMFetch(nc, own, o, l);
     if (o->run)
       MPMTurn(nc, own + (size_t)(o->point[0] + l) * nc, lanes);
     else {
-      if (o->mixed)
-        for (int k = 0; k < MPM_WIDTH; k++) {
-          const PetscInt p = o->point[l + k];
-
-          row[k] = p < o->own ? own + (size_t)p * nc : halo + (size_t)(p - o->own) * nc;
-        }
-      else
-        for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->point[l + k] * nc;
+      for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->point[l + k] * nc;
       MPMReadRows(nc, row, lanes);
     }
     for (int c = 0; c < nc; c++) MPMWrite(&to[c][l], lanes[c]);
@@ -198,21 +182,17 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
   if (MPMBasisIsSpline(basis) && MPMAny(wall)) MPMStageWalls(dim, basis, patch->grid, n, s);
 }
 
-/* Stencils of a block of points, and where its cells end. Those of an image across a periodic face, which may be among
-   the own points too (in the pool), are the point's own: only its cell lies elsewhere. */
+/* Stencils of a block of points, and where its cells end. */
 MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, MPMBlockOrder *o, MPMStencils *s)
 {
-  PetscBool images = o->mixed;
-  PetscInt  ncells = 0;
+  PetscInt ncells = 0;
 
-  MPMGather(dim, patch->points.x, patch->halo.x, o, s->x);
+  MPMGather(dim, patch->points.x, o, s->x);
   for (PetscInt l = 0; l < o->n && par->nkinds > 1; l++) {
-    const PetscInt p = o->point[l];
-
-    s->kind[l] = p < o->own ? patch->points.kind[p] : patch->halo.kind[p - o->own];
+    s->kind[l] = patch->points.kind[o->point[l]];
     MPMStageKind(dim, par->kinds + s->kind[l], l, l + 1, s);
   }
-  if (patch->points.l) MPMGather(dim, patch->points.l, patch->halo.l, o, s->l);
+  if (patch->points.l) MPMGather(dim, patch->points.l, o, s->l);
   switch (patch->basis) {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   case MPM_BASIS_##name:                                                                                               \
@@ -223,9 +203,6 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
   default:
     break;
   }
-  for (int d = 0; d < dim; d++)
-    if (patch->grid->periodic[d]) images = PETSC_TRUE;
-  for (PetscInt l = 0; l < o->n && images; l++) s->cell[l] = (PetscReal)MPMCellOf(patch, o->point[l]);
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
     ncells = MPMList(MPMRead(&s->cell[l]) != MPMRead(&s->cell[l] + 1), l + 1, ncells, o->end);
   while (ncells && o->end[ncells - 1] >= o->n) ncells--;
@@ -282,7 +259,7 @@ MPM_INLINE const MPMMaterialLaw *MPMLaw(const MPMMaterial *m)
 MPM_INLINE void MPMGatherState(int dim, const MPMPatch *patch, const MPMBlockOrder *o, MPMBlock *b)
 {
 #define MPM_GATHER(name, rows)                                                                                         \
-  if (patch->points.name) MPMGather(MPMComponents_##name(dim), patch->points.name, patch->halo.name, o, b->name);
+  if (patch->points.name) MPMGather(MPMComponents_##name(dim), patch->points.name, o, b->name);
   MPM_MATERIAL_FIELDS(MPM_GATHER)
 #undef MPM_GATHER
 }
@@ -325,10 +302,10 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
 
   if (parts & MPM_P2G_MOMENTUM) {
     if (parts & MPM_RESIDUAL)
-      MPMGather(dim, patch->points.r, patch->halo.r, o, v);
+      MPMGather(dim, patch->points.r, o, v);
     else
-      MPMGather(dim, patch->points.v, patch->halo.v, o, v);
-    if (parts & MPM_AFFINE) MPMGather(dim * dim, patch->points.C, patch->halo.C, o, C);
+      MPMGather(dim, patch->points.v, o, v);
+    if (parts & MPM_AFFINE) MPMGather(dim * dim, patch->points.C, o, C);
     for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
       const MPMReal m = MPMRead(&s->m[l]);
       MPMReal       Q[4];
@@ -359,7 +336,7 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
       }
     }
   if ((parts & MPM_P2G_FORCE) && patch->points.b) {
-    MPMGather(dim, patch->points.b, patch->halo.b, o, force);
+    MPMGather(dim, patch->points.b, o, force);
     for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
       MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 
@@ -369,28 +346,48 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
   }
 }
 
-/* Sums over points of a cell to its nodes, and over its nodes to the points, for a block: transfer_sums.c. The sums of
-   a block's last cell, which may go on in the next, are not yet added to its nodes. */
+/* Sums over points of a cell to its nodes, and over its nodes to the points, for a block: transfer_sums.c. place: where
+   in its tile the base node of each of the block's cells is. The sums of a block's last cell, which may go on in the
+   next, are not yet added to its nodes. */
 typedef struct {
-  PetscReal sum[MPM_MAX_NODES][8];
-  PetscInt  cell;
+  PetscReal  sum[MPM_MAX_NODES][8];
+  PetscReal *place; /* of that cell; NULL: none yet */
 } __attribute__((aligned(64))) MPMBegun;
-typedef void (*MPMSumBlocks)(const MPMBlockOrder *, const MPMStencils *, const MPMRecords *, const PetscInt at[],
-                             PetscReal *nodes, MPMBegun *);
+typedef void (*MPMSumBlocks)(const MPMBlockOrder *, const MPMStencils *, const MPMRecords *, PetscReal *const place[],
+                             MPMBegun *);
 typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *, const PetscInt at[],
                                      const PetscReal *nodes, MPMRow *value, MPMRow *gradient);
 /* [dim-1][nodes per axis - 2][forces][affine], [..][..][motion][stress] */
 extern const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
 extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
 
-/* Sums over points to nodes: mass (1), momentum (2) and force (4), (13). Sums that are not among the parts get 0
-   added. */
+/* Where the cells of a block have their sums. A tile's are zeroed when its first cell comes. */
+MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, const MPMBlockOrder *o, PetscInt *tile,
+                               PetscReal *place[])
+{
+  const PetscInt side = MPMTileSide(patch->basis);
+  const size_t   size = (size_t)(side * (dim > 1 ? side : 1) * (dim > 2 ? side : 1) * MPM_SUM_NC(dim));
+
+  for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++]) {
+    const PetscInt cell = patch->points.cell[o->point[first]], in = cell & ((1 << 2 * dim) - 1);
+    PetscReal     *sums = patch->tiles.sum + (size_t)patch->tiles.slot[cell >> 2 * dim] * size;
+
+    if (cell >> 2 * dim != *tile) {
+      *tile = cell >> 2 * dim;
+      memset(sums, 0, size * sizeof *sums);
+    }
+    place[c] = sums + MPM_SUM_NC(dim) * ((in & 3) + side * ((in >> 2 & 3) + side * (in >> 4)));
+  }
+}
+
+/* Sums over points to nodes, of each tile: mass (1), momentum (2) and force (4), (13). */
 MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts)
 {
   const int          forces = parts & MPM_P2G_FORCE ? 1 : 0, affine = parts & MPM_AFFINE ? 1 : 0;
   const MPMSumBlocks sum = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
-  PetscInt           at[MPM_MAX_NODES];
-  MPMBegun           begun = {{{0}}, patch->norder ? MPMCellOf(patch, patch->order[0]) : 0};
+  MPMBegun           begun = {{{0}}, NULL};
+  PetscReal         *place[MPM_STAGED];
+  PetscInt           tile = -1;
   MPMBlockOrder      o;
   MPMStencils        s;
   MPMRecords         r;
@@ -399,21 +396,83 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   MPMStencilsBegin(dim, par, &s);
   memset(&r, 0, sizeof r);
   memset(&b, 0, sizeof b);
-  MPMStencilOffsets(dim, patch, MPM_SUM_NC(dim), at);
-  for (PetscInt q = 0; q < patch->norder;) {
-    MPMNextBlock(patch, q, patch->norder, patch->order, &o);
+  for (PetscInt q = 0; q < patch->points.n; q += o.n) {
+    MPMNextBlock(patch, q, &o);
     MPMStage(dim, par, patch, &o, &s);
+    MPMStagePlaces(dim, patch, &o, &tile, place);
     if (forces) {
       MPMGatherState(dim, patch, &o, &b);
       MPM_FOR_MATERIALS(par, o.n, s.kind)
       if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[dim - 1](m, first, next, &b);
     }
     MPMStageRecords(dim, parts, patch, &o, &s, &b, &r);
-    q += o.n;
-    sum(&o, &s, &r, at, patch->sum, &begun);
+    sum(&o, &s, &r, place, &begun);
   }
-  for (int a = 0; a < MPMStencilNodes(dim, patch->basis) && patch->norder; a++)
-    for (int k = 0; k < 8; k++) patch->sum[(size_t)begun.cell * MPM_SUM_NC(dim) + at[a] + k] += begun.sum[a][k];
+  o.ncells = 1; /* no points of no cell: what is begun is done */
+  o.end[0] = 0;
+  place[0] = NULL;
+  sum(&o, &s, &r, place, &begun);
+}
+
+/* Adds `n` records of the sums of nodes to others. */
+MPM_INLINE void MPMAddRecords(PetscInt n, const PetscReal *from, PetscReal *to)
+{
+  for (PetscInt i = 0; i < 8 * n; i += MPM_WIDTH) MPMWrite(to + i, MPMRead(to + i) + MPMRead(from + i));
+}
+
+/* The sums of nodes: those of the tiles whose points touch them, from the lowest tile to the highest, whoever has them.
+   Sets the parts' sums alone, and the spans of rows that tiles touch. */
+MPM_INLINE void MPMAddTiles(int dim, MPMPatch *patch, PetscInt parts)
+{
+  const MPMTiles *t = &patch->tiles;
+  const PetscInt  c0 = MPM_SUM_FIRST(dim, parts), c1 = MPM_SUM_LAST(dim, parts), side = MPMTileSide(patch->basis);
+  const PetscInt  size = side * (dim > 1 ? side : 1) * (dim > 2 ? side : 1), edge = MPM_TILE;
+  PetscReal       sum[MPM_TILE * MPM_TILE * MPM_TILE][8] __attribute__((aligned(64)));
+  PetscInt        at[3], k[3];
+
+  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
+    patch->span[r][0] = patch->n[0];
+    patch->span[r][1] = 0;
+  }
+  for (at[2] = 0; at[2] < t->nparts[2]; at[2]++)
+    for (at[1] = 0; at[1] < t->nparts[1]; at[1]++)
+      for (at[0] = 0; at[0] < t->nparts[0]; at[0]++) {
+        const MPMTilePart *x = &t->part[0][at[0]], *y = &t->part[1][at[1]], *z = &t->part[2][at[2]];
+        PetscBool          touched = PETSC_FALSE;
+
+        for (k[2] = 0; k[2] < z->n; k[2]++)
+          for (k[1] = 0; k[1] < y->n; k[1]++)
+            for (k[0] = 0; k[0] < x->n; k[0]++) {
+              const MPMReach *rx = &x->reach[k[0]], *ry = &y->reach[k[1]], *rz = &z->reach[k[2]];
+              const PetscInt  slot = t->slot[(rz->tile * t->n[1] + ry->tile) * t->n[0] + rx->tile];
+
+              if (slot < 0) continue;
+              if (!touched) memset(sum, 0, sizeof *sum << 2 * dim);
+              touched = PETSC_TRUE;
+              for (PetscInt kk = rz->first; kk < rz->last; kk++)
+                for (PetscInt jj = ry->first; jj < ry->last; jj++)
+                  MPMAddRecords(rx->last - rx->first,
+                                t->sum + 8 * ((size_t)slot * size + ((kk + rz->shift) * side + jj + ry->shift) * side +
+                                              rx->first + rx->shift),
+                                sum[((kk - z->first) * edge + jj - y->first) * edge + rx->first - x->first]);
+            }
+        if (!touched) continue;
+        for (PetscInt kk = z->first; kk < z->last; kk++)
+          for (PetscInt jj = y->first; jj < y->last; jj++) {
+            const PetscInt   row = (kk + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + jj + patch->own_lo[1] - patch->lo[1];
+            const PetscInt   first = x->first + patch->own_lo[0] - patch->lo[0], n = x->last - x->first;
+            PetscReal       *node = patch->sum + 8 * ((size_t)row * patch->n[0] + first);
+            const PetscReal *from = sum[((kk - z->first) * edge + jj - y->first) * edge];
+
+            patch->span[row][0] = PetscMin(patch->span[row][0], first);
+            patch->span[row][1] = PetscMax(patch->span[row][1], first + n);
+            if (c0 == 0 && c1 > MPM_SUM_FORCE)
+              memcpy(node, from, 8 * (size_t)n * sizeof *node);
+            else
+              for (PetscInt i = 0; i < n; i++)
+                for (PetscInt c = c0; c < c1; c++) node[8 * i + c] = from[8 * i + c];
+          }
+      }
 }
 
 /* --- Nodes to points -----------------------------------------------------------------------------------------------
@@ -491,9 +550,10 @@ MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMRow *v, co
   }
 }
 
-/* The cells where n points are: -1 in another patch, -2 outside of the grid. */
+/* The base nodes of n points where they are now, on each axis from the patch's first own one, and their number in the
+   arrays: -1 in another patch, -2 outside of the grid. */
 MPM_INLINE void MPMFindCells(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, const MPMStencils *s,
-                             PetscReal *now)
+                             MPMRow *base, PetscReal *now)
 {
   const MPMGrid grid = *patch->grid;
 
@@ -502,26 +562,27 @@ MPM_INLINE void MPMFindCells(int dim, MPMBasis basis, const MPMPatch *patch, Pet
     MPMMask inside = cell == cell, own = inside;
 
     for (int d = dim - 1; d >= 0; d--) {
-      const PetscReal lo = (PetscReal)patch->own_lo[d], hi = (PetscReal)(patch->own_lo[d] + patch->own_n[d]);
+      const PetscReal lo = (PetscReal)patch->own_lo[d], below = (PetscReal)(patch->own_lo[d] - patch->lo[d]);
       const MPMReal   x = MPMRead(&s->x[d][l]);
-      MPMReal         xi, base = MPMBasesOf(basis, &grid, d, x, MPMRead(&s->l[d][l]), &xi);
+      MPMReal         xi, at = MPMBasesOf(basis, &grid, d, x, MPMRead(&s->l[d][l]), &xi) - lo;
 
       inside &= (x >= grid.lower[d]) & (x <= grid.upper[d]);
-      own &= (base >= lo) & (base < hi);
-      cell = cell * (PetscReal)patch->n[d] + (base - (PetscReal)patch->lo[d]);
+      own &= (at >= 0) & (at < (PetscReal)patch->own_n[d]);
+      cell = cell * (PetscReal)patch->n[d] + (at + below);
+      MPMWrite(&base[d][l], at);
     }
     MPMWrite(now + l, MPMSelect(inside, MPMSelect(own, cell, MPMAll(-1)), MPMAll(-2)));
   }
 }
 
-/* x <- x + dx and the cell it is in now. Notes the points that changed cell,
-   counts them and those that left the patch. q: of the block in own_order. */
+/* x <- x + dx and the cell it is in now. Notes the points that changed cell, counts them and those that left the patch.
+   q: of the block in the order. */
 MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscInt q, const MPMBlockOrder *o,
                           MPMStencils *s, const MPMRow *dx, MPMStatus *status)
 {
   const MPMGrid *grid  = patch->grid;
   MPMMask        wraps = MPMAll(0) != MPMAll(0);
-  MPMRow         now;
+  MPMRow         base[3], now;
   PetscInt       moved = 0, left = 0, which[MPM_STAGED + 1];
 
   for (int d = 0; d < dim; d++)
@@ -535,12 +596,12 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   MPMScatter(dim, s->x, o, 0, o->n, patch->points.x);
   if (patch->points.l) {
     MPMStretchDomains(dim, par, patch, o->n, o->point, s->x, status);
-    MPMGather(dim, patch->points.l, NULL, o, s->l);
+    MPMGather(dim, patch->points.l, o, s->l);
   }
   switch (patch->basis) {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   case MPM_BASIS_##name:                                                                                               \
-    MPMFindCells(dim, MPM_BASIS_##name, patch, o->n, s, now);                                                          \
+    MPMFindCells(dim, MPM_BASIS_##name, patch, o->n, s, base, now);                                                        \
     break;
 #include "basis.def"
 #undef MPM_BASIS
@@ -550,7 +611,9 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
     moved = MPMList(MPMBetween(l, 0, o->n) & (MPMRead(&now[l]) != MPMRead(&s->cell[l])), l, moved, which);
   for (PetscInt k = 0; k < moved; k++) {
-    const PetscInt l = which[k], p = o->point[l], cell = (PetscInt)now[l];
+    const PetscInt l = which[k], p = o->point[l], at[3] = {(PetscInt)base[0][l], dim > 1 ? (PetscInt)base[1][l] : 0,
+                                                           dim > 2 ? (PetscInt)base[2][l] : 0};
+    const PetscInt cell = now[l] < 0 ? (PetscInt)now[l] : MPMTileCell(dim, &patch->tiles, at);
 
     patch->points.cell[p] = cell;
     if (patch->movers) patch->movers[patch->nmovers + k] = q + l;
@@ -605,18 +668,18 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   MPMStencilOffsets(dim, patch, MPM_VEL_NC(dim), at);
   patch->nmovers = 0;
   for (PetscInt q = 0; q < points->n;) {
-    MPMNextBlock(patch, q, points->n, patch->own_order, &o);
+    MPMNextBlock(patch, q, &o);
     MPMStage(dim, par, patch, &o, &s);
     if (interpolate) interpolate(&o, &s, at, patch->vel, value, L);
     if (parts & MPM_G2P_FILTER) {
-      MPMGather(dim, parts & MPM_RESIDUAL ? points->r : points->v, NULL, &o, r);
+      MPMGather(dim, parts & MPM_RESIDUAL ? points->r : points->v, &o, r);
       for (int d = 0; d < dim; d++)
         for (PetscInt l = 0; l < o.n; l += MPM_WIDTH) MPMWrite(&r[d][l], MPMRead(&r[d][l]) - MPMRead(&value[d][l]));
       MPMScatter(dim, r, &o, 0, o.n, points->r);
     }
     if (parts & MPM_G2P_MOTION) {
-      MPMGather(dim, points->v, NULL, &o, v);
-      if (points->r) MPMGather(dim, points->r, NULL, &o, r);
+      MPMGather(dim, points->v, &o, v);
+      if (points->r) MPMGather(dim, points->r, &o, r);
       MPMMove(dim, par, o.n, v, points->r ? r : NULL, value, value + dim, value, &v2);
       MPMScatter(dim, v, &o, 0, o.n, points->v);
       if (!(parts & MPM_G2P_COMMIT)) MPMScatter(dim, value, &o, 0, o.n, points->dx);
@@ -624,7 +687,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     if (stress) MPMUpdateState(dim, par, patch, &o, &s, L, &b, &c2, status);
     if (parts & MPM_AFFINE) MPMAffine(dim, patch, at, &o, &s, L);
     if (parts & MPM_G2P_COMMIT) { /* after the new state, which may change the domain */
-      if (!motion) MPMGather(dim, points->dx, NULL, &o, value);
+      if (!motion) MPMGather(dim, points->dx, &o, value);
       MPMCommit(dim, par, patch, q, &o, &s, value, status);
     }
     q += o.n;

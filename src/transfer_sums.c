@@ -86,36 +86,36 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPM
     }
 }
 
-/* Adds the sums of a cell to its nodes, and clears them. */
-MPM_INLINE void MPMFlush(int dim, int nn, const PetscInt at[], PetscReal *node, MPMReal (*sum)[MPM_PARTS])
+/* Adds the sums of a cell to its nodes in its tile, and clears them. */
+MPM_INLINE void MPMFlush(int dim, int ns, PetscReal *place, MPMReal (*sum)[MPM_PARTS])
 {
-  for (int a = 0; a < nn; a++)
+  const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1, side = MPM_TILE + ns - 1;
+
+  for (int a = 0; a < nz * ny * ns; a++)
     for (int h = 0; h < MPM_PARTS; h++)
       if (MPM_PART_USED(dim, h)) {
-        MPMWrite(node + at[a] + h * MPM_WIDTH, MPMRead(node + at[a] + h * MPM_WIDTH) + sum[a][h]);
+        PetscReal *node = place + MPM_SUM_NC(dim) * (a % ns + side * (a / ns % ny + side * (a / (ns * ny))));
+
+        MPMWrite(node + h * MPM_WIDTH, MPMRead(node + h * MPM_WIDTH) + sum[a][h]);
         sum[a][h] = MPMAll(0);
       }
 }
 
-/* A block of points into the sums of the nodes. begun: the sums so far of the cell that an earlier block began; those
+/* A block of points into the sums of their tiles. begun: the sums so far of the cell that an earlier block began; those
    of the last cell are left there. */
 MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMBlockOrder *o, const MPMStencils *s,
-                            const MPMRecords *r, const PetscInt at[], PetscReal *nodes, MPMBegun *begun)
+                            const MPMRecords *r, PetscReal *const place[], MPMBegun *begun)
 {
-  const int nn   = ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
-  PetscInt  cell = begun->cell;
+  const int nn = ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
   MPMSums   sum;
 
   memcpy(sum, begun->sum, (size_t)nn * sizeof *sum);
   for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++]) {
-    const PetscInt next = (PetscInt)s->cell[first];
-
-    if (next != cell) MPMFlush(dim, nn, at, nodes + (size_t)cell * MPM_SUM_NC(dim), sum);
-    cell = next;
+    if (begun->place && place[c] != begun->place) MPMFlush(dim, ns, begun->place, sum);
+    begun->place = place[c];
     MPMAccumulate(dim, ns, forces, affine, s, r, first, o->end[c], sum);
   }
   memcpy(begun->sum, sum, (size_t)nn * sizeof *sum);
-  begun->cell = cell;
 }
 
 /* --- Nodes to points -----------------------------------------------------------------------------------------------
@@ -197,9 +197,9 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
 #define MPM_FOR_ALL(X) X(1, 2) X(1, 3) X(1, 4) X(2, 2) X(2, 3) X(2, 4) X(3, 2) X(3, 3) X(3, 4)
 #define MPM_SUM_BLOCK(dim, ns, forces, affine)                                                                         \
   static void SumBlock_##dim##ns##_##forces##affine(const MPMBlockOrder *o, const MPMStencils *s, const MPMRecords *r, \
-                                                    const PetscInt at[], PetscReal *nodes, MPMBegun *begun)            \
+                                                    PetscReal *const place[], MPMBegun *begun)                         \
   {                                                                                                                    \
-    MPMSumBlock(dim, ns, forces, affine, o, s, r, at, nodes, begun);                                                   \
+    MPMSumBlock(dim, ns, forces, affine, o, s, r, place, begun);                                                       \
   }
 #define MPM_INTERPOLATE_BLOCK(dim, ns, motion, stress)                                                                 \
   static void InterpolateBlock_##dim##ns##_##motion##stress(const MPMBlockOrder *o, const MPMStencils *s,              \
