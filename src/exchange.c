@@ -76,27 +76,17 @@ PetscErrorCode MPMExchangeClose(MPM mpm, const MPMPhase *phase)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs a transfer on the points here. Not collective. */
-PetscErrorCode MPMExchangeRun(MPM mpm, const MPMPhase *phase)
+/* Runs a transfer on the points here; keep: see MPMPatchRun. Not collective. */
+PetscErrorCode MPMExchangeRun(MPM mpm, const MPMPhase *phase, PetscBool keep)
 {
   MPMPatch *patch = &mpm->exchange.patch;
 
   PetscFunctionBeginUser;
+  if (keep && !patch->tiles.nruns[1]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMExchangeOpen(mpm, phase));
-  PetscCall(MPMPatchRun(mpm, patch, phase, &mpm->status));
+  PetscCall(MPMPatchRun(mpm, patch, phase, keep, &mpm->status));
   if (phase->parts & MPM_G2P_COMMIT) mpm->points.nmovers = patch->nmovers;
   PetscCall(MPMExchangeClose(mpm, phase));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Adds the sums of tiles up to those of the nodes here, once all are there. Not collective. */
-PetscErrorCode MPMExchangeAddTiles(MPM mpm, const MPMPhase *phase)
-{
-  PetscFunctionBeginUser;
-  MPMWorkBegin(mpm);
-  MPMTransferAddTiles(mpm->grid.dim)(&mpm->params, &mpm->exchange.patch, phase->parts, &mpm->status);
-  MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
-  MPMSimulateWork("TILES", (PetscReal)mpm->exchange.patch.tiles.nown);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -65,7 +65,7 @@ static PetscInt CountTiles(const MPMPatch *all, const Chunk *c)
   PetscInt n = 0;
 
   FOR_ROWS(all, c, tile)
-  for (PetscInt i = tile; i < tile + c->tiles[0]; i++) n += all->tiles.slot[i] >= 0;
+  for (PetscInt i = tile; i < tile + c->tiles[0]; i++) n += all->tiles.slot[i] != MPM_TILE_EMPTY;
   return n;
 }
 
@@ -220,7 +220,10 @@ static PetscErrorCode Sweep_Pool(MPM mpm, const MPMPhase *phase)
     }
   }
   PetscCall(MPMExchangeClose(mpm, phase));
-  if (phase->kind == MPM_POINTS_TO_NODES) PetscCall(MPMExchangeAddTiles(mpm, phase));
+  if (phase->kind == MPM_POINTS_TO_NODES) { /* all tiles are kept */
+    MPMTilesWrap(&ex->patch);
+    PetscCall(MPMExchangeRun(mpm, phase, PETSC_FALSE));
+  }
   PetscCall(PetscTime(&t1));
   ex->busy += t1 - from - waited;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -247,7 +250,7 @@ static PetscErrorCode SetUp_Pool(MPM mpm)
                                                                                         : &MPMExchange_serial;
   PetscCall(pool->inner->setup(mpm));
   for (PetscInt d = 0; d < 3; d++) {
-    n[d] = (ex->patch.tiles.n[d] + edge - 1) / edge;
+    n[d] = (ex->patch.tiles.n[d] - ex->patch.tiles.below[d] + edge - 1) / edge;
     total *= n[d];
   }
   PetscCall(PetscMalloc2(total, &pool->chunks, total, &pool->queue));
@@ -256,9 +259,9 @@ static PetscErrorCode SetUp_Pool(MPM mpm)
     Chunk         *c      = &pool->chunks[k];
 
     for (PetscInt d = 0; d < 3; d++) {
-      c->first[d]  = ijk[d] * edge;
+      c->first[d]  = ex->patch.tiles.below[d] + ijk[d] * edge;
       c->tiles[d]  = PetscMin(edge, ex->patch.tiles.n[d] - c->first[d]);
-      c->own_lo[d] = ex->patch.own_lo[d] + c->first[d] * MPM_TILE;
+      c->own_lo[d] = ex->patch.own_lo[d] + ijk[d] * edge * MPM_TILE;
       c->own_n[d]  = PetscMin(c->tiles[d] * MPM_TILE, ex->patch.own_lo[d] + ex->patch.own_n[d] - c->own_lo[d]);
     }
   }

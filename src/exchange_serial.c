@@ -17,8 +17,7 @@ static PetscErrorCode SetUp_Serial(MPM mpm)
 static PetscErrorCode Sweep_Serial(MPM mpm, const MPMPhase *phase)
 {
   PetscFunctionBeginUser;
-  PetscCall(MPMExchangeRun(mpm, phase));
-  if (phase->kind == MPM_POINTS_TO_NODES) PetscCall(MPMExchangeAddTiles(mpm, phase));
+  PetscCall(MPMExchangeRun(mpm, phase, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -28,7 +27,7 @@ static PetscErrorCode Nodes_Serial(MPM mpm, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   PetscCall(VecGetArray(ex->vel, &ex->patch.vel));
-  PetscCall(MPMPatchRun(mpm, &ex->patch, phase, &mpm->status));
+  PetscCall(MPMPatchRun(mpm, &ex->patch, phase, PETSC_FALSE, &mpm->status));
   PetscCall(VecRestoreArray(ex->vel, &ex->patch.vel));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -54,7 +53,7 @@ static PetscErrorCode Settle_Serial(MPM mpm, PetscBool anew)
     PetscCall(MPMPointsSort(&mpm->points, patch));
     PetscCall(MPMSettlingEnd(mpm, MPM_TIMER_SORT));
   }
-  PetscCall(MPMTilesMark(patch, mpm->points.start));
+  PetscCall(MPMTilesMark(patch, mpm->exchange.type->farms, mpm->points.start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -123,11 +123,13 @@ static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
   MPMSpatial *s = (MPMSpatial *)mpm->exchange.ctx;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMExchangeRun(mpm, phase));
-  if (phase->kind != MPM_POINTS_TO_NODES) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!mpm->exchange.roundoff) PetscCall(ExchangeTiles(mpm, s, phase));
-  PetscCall(MPMExchangeAddTiles(mpm, phase));
-  if (mpm->exchange.roundoff) PetscCall(AddPartialSums(mpm, s));
+  if (phase->kind == MPM_POINTS_TO_NODES) {
+    PetscCall(MPMExchangeRun(mpm, phase, PETSC_TRUE));
+    if (!mpm->exchange.roundoff) PetscCall(ExchangeTiles(mpm, s, phase));
+    MPMTilesWrap(&mpm->exchange.patch);
+  }
+  PetscCall(MPMExchangeRun(mpm, phase, PETSC_FALSE));
+  if (phase->kind == MPM_POINTS_TO_NODES && mpm->exchange.roundoff) PetscCall(AddPartialSums(mpm, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -138,7 +140,7 @@ static PetscErrorCode Nodes_Spatial(MPM mpm, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   PetscCall(VecGetArray(ex->vel, &ex->patch.vel));
-  PetscCall(MPMPatchRun(mpm, &ex->patch, phase, &mpm->status));
+  PetscCall(MPMPatchRun(mpm, &ex->patch, phase, PETSC_FALSE, &mpm->status));
   PetscCall(PetscSFBcastBegin(s->ghosts, s->vel_type, ex->patch.vel, ex->patch.vel, MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(s->ghosts, s->vel_type, ex->patch.vel, ex->patch.vel, MPI_REPLACE));
   PetscCall(VecRestoreArray(ex->vel, &ex->patch.vel));
@@ -253,7 +255,7 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
     PetscCall(MPMPointsSort(&mpm->points, &ex->patch));
     PetscCall(MPMSettlingEnd(mpm, MPM_TIMER_SORT));
   }
-  if (anew || mpm->status.moved) PetscCall(MPMTilesMark(&ex->patch, mpm->points.start));
+  if (anew || mpm->status.moved) PetscCall(MPMTilesMark(&ex->patch, ex->type->farms, mpm->points.start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -237,31 +237,35 @@ typedef struct {
    axis; then nodes add up the tiles that have some for them, from the lowest to the highest. Both sums are made the same
    wherever the tiles are, and tiles are never cut: hence the same bits however the grid is cut, without anything being
    computed twice. */
-#define MPM_TILE      4
-#define MPM_MAX_REACH 4
+#define MPM_TILE 4
 
-/* On one axis, what a tile gives to nodes first .. last-1 of the patch: they are its nodes first + shift and so on. */
+/* On one axis, nodes from .. to-1 of a tile are added to nodes from + at .. of the patch's arrays. */
 typedef struct {
-  PetscInt tile, first, last, shift;
-} MPMReach;
+  PetscInt from, to, at;
+} MPMTileBox;
 
-/* On one axis, nodes first .. last-1, those of a tile, and which tiles touch them, from the lowest to the highest. */
+/* Entries first .. last-1 of an order. */
 typedef struct {
-  PetscInt first, last, n;
-  MPMReach reach[MPM_MAX_REACH];
-} MPMTilePart;
+  PetscInt first, last;
+} MPMRange;
 
-/* The tiles of a patch: a table of its own and of those `below` whose points touch its nodes. Nodes are numbered from
-   the first own one. */
+/* What the table of tiles says of one: sums are kept there (>= 0), it has points, or none. Kept are the sums that
+   another process needs, or came from one, or are needed across a periodic face before their turn. */
+enum { MPM_TILE_OPEN = -1, MPM_TILE_EMPTY = -2 };
+
+/* The tiles of a patch: a table of its own and of those `below` whose points touch its nodes. */
 typedef struct {
-  PetscInt     n[3], below[3]; /* of the table on each axis; so many of them not its own */
-  PetscInt     nparts[3];
-  MPMTilePart *part[3];
-  PetscInt    *slot;         /* [n2][n1][n0] which of the sums are the tile's; -1: it has no points */
-  PetscInt     nown, nslots; /* sums of own tiles, and all; ascending */
-  PetscReal   *sum;          /* [nslots][nodes of a tile][MPM_SUM_NC] kg, kg m/s, N */
-  size_t       room;
-  void        *memory; /* behind sum */
+  PetscInt    n[3], below[3], keep[3]; /* of the table on each axis; not its own; uppermost ones that are kept */
+  PetscBool   wraps[3];                /* those below are the uppermost ones again */
+  MPMTileBox *box[3];
+  PetscInt   *slot;         /* [n2][n1][n0] which of the kept sums are the tile's, or as above */
+  PetscInt    nown, nslots; /* kept sums: of own tiles, and all */
+  PetscInt    nruns[2];     /* parts of the order: points of tiles that are not kept, and of those that are */
+  MPMRange   *runs[2];
+  PetscReal  *sum;     /* [nslots][nodes of a tile][MPM_SUM_NC] kg, kg m/s, N */
+  PetscReal  *scratch; /* [MPM_STAGED + 1][nodes of a tile][MPM_SUM_NC] */
+  size_t      room;
+  void       *memory; /* behind sum and scratch */
 } MPMTiles;
 
 /* Nodes that the points of a tile touch, on an axis. */
@@ -322,14 +326,14 @@ enum {
   MPM_G2P_COMMIT   = 32,  /* x <- x + dx, new cell */
   MPM_AFFINE       = 64,  /* with momentum and motion: v_p + C_p (x_i - x_p), and C_p (APIC) */
   MPM_RESIDUAL     = 128, /* with momentum: of r_p in place of v_p (xpic) */
-  MPM_G2P_FILTER   = 256  /* r_p less its part that the grid takes up (xpic) */
+  MPM_G2P_FILTER   = 256, /* r_p less its part that the grid takes up (xpic) */
+  MPM_P2G_KEEP     = 512  /* of the tiles whose sums are kept, which are not added to nodes yet */
 };
 
 typedef void (*MPMTransfer)(const MPMParams *, MPMPatch *, PetscInt parts, MPMStatus *);
 
 /* The kernel for these parts, NULL if there is none; and its floating-point operations per point. */
 MPMTransfer MPMTransferFind(PetscInt dim, MPMBasis basis, PetscInt parts);
-MPMTransfer MPMTransferAddTiles(PetscInt dim); /* from the tiles' sums to those of the nodes */
 PetscReal   MPMTransferFlops(PetscInt dim, MPMBasis basis, PetscInt parts);
 PetscInt    MPMTransferWidth(void); /* points that kernels handle at a time: 8, 4 or 2, as the processor allows */
 
@@ -443,13 +447,16 @@ size_t         MPMMessagePointBytes(const MPMPoints *, PetscInt fields);
 
 PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da);
 void           MPMPatchMarkAll(MPMPatch *);
+void           MPMPatchZeroSums(MPMPatch *, PetscInt parts);
 void          *MPMAlign(void *memory);
 PetscInt       MPMPatchNodes(const MPMPatch *);
-PetscErrorCode MPMPatchRun(MPM, MPMPatch *, const MPMPhase *, MPMStatus *);
+PetscErrorCode MPMPatchRun(MPM, MPMPatch *, const MPMPhase *, PetscBool keep, MPMStatus *);
 PetscErrorCode MPMPatchDestroy(MPMPatch *);
 
 PetscErrorCode MPMTilesSetUp(MPMPatch *, PetscBool alone);
-PetscErrorCode MPMTilesMark(MPMPatch *, const PetscInt start[]); /* [cells+1] where the points of a cell begin */
+PetscErrorCode MPMTilesMark(MPMPatch *, PetscBool keep, const PetscInt start[]); /* [cells+1] where cells' points begin */
+void           MPMTilesWrap(MPMPatch *);
+void           MPMTilesMarkRows(MPMPatch *);
 PetscInt       MPMTilesCells(const MPMPatch *);
 size_t         MPMTilesBytes(const MPMPatch *, const int toward[3], PetscInt parts, PetscBool above);
 size_t         MPMTilesPack(const MPMPatch *, const int toward[3], PetscInt parts, char *message);
@@ -491,8 +498,7 @@ typedef struct {
 
 PetscErrorCode MPMExchangeOpen(MPM, const MPMPhase *);
 PetscErrorCode MPMExchangeClose(MPM, const MPMPhase *);
-PetscErrorCode MPMExchangeRun(MPM, const MPMPhase *);
-PetscErrorCode MPMExchangeAddTiles(MPM, const MPMPhase *);
+PetscErrorCode MPMExchangeRun(MPM, const MPMPhase *, PetscBool keep);
 
 extern const MPMExchangeType *const MPMExchangeTypes[];                      /* rows of exchange.def, ends with NULL */
 extern const MPMExchangeType        MPMExchange_serial, MPMExchange_spatial; /* the pool's master is one of them */

@@ -57,10 +57,30 @@ void MPMPatchMarkAll(MPMPatch *patch)
   }
 }
 
-/* Runs a phase on the patch, whose views hold the fields that the phase declares; sums of points are those of its tiles
-   then. Merges what it finds into status. Not collective.                                                            */
-PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMStatus *status)
+/* Zeroes the sums that the parts will add to, of the nodes that points touch. */
+void MPMPatchZeroSums(MPMPatch *patch, PetscInt parts)
 {
+  const PetscInt dim = patch->grid->dim, nc = MPM_SUM_NC(dim);
+  const PetscInt c0 = MPM_SUM_FIRST(dim, parts), c1 = MPM_SUM_LAST(dim, parts);
+
+  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
+    PetscReal     *sum = patch->sum + (size_t)(r * patch->n[0] * nc);
+    const PetscInt i0 = patch->span[r][0], i1 = patch->span[r][1];
+
+    if (i0 < i1 && (parts & MPM_P2G_MASS) && (parts & MPM_P2G_FORCE))
+      memset(sum + i0 * nc, 0, (size_t)((i1 - i0) * nc) * sizeof *sum);
+    else
+      for (PetscInt i = i0; i < i1; i++)
+        for (PetscInt c = c0; c < c1; c++) sum[i * nc + c] = 0;
+  }
+}
+
+/* Runs a phase on the patch, whose views hold the fields that the phase declares. keep: of points to nodes only the tiles
+   whose sums are kept; without it the rest. Merges what it finds into status. Not collective.                        */
+PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, PetscBool keep, MPMStatus *status)
+{
+  PetscInt work = phase->kind == MPM_NODES ? mpm->points.n : patch->points.n;
+
   PetscFunctionBeginUser;
   MPMWorkBegin(mpm);
   if (phase->kind == MPM_NODES) {
@@ -74,9 +94,17 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMS
 
     PetscCheck(run, PETSC_COMM_SELF, PETSC_ERR_PLIB, "phase %s has no kernel for parts %" PetscInt_FMT, phase->name,
                phase->parts);
-    run(&mpm->params, patch, phase->parts, status);
+    if (phase->kind == MPM_POINTS_TO_NODES) {
+      if (!keep) {
+        MPMTilesMarkRows(patch);
+        MPMPatchZeroSums(patch, phase->parts);
+      }
+      for (PetscInt k = work = 0; k < patch->tiles.nruns[keep]; k++)
+        work += patch->tiles.runs[keep][k].last - patch->tiles.runs[keep][k].first;
+    }
+    run(&mpm->params, patch, phase->parts | (keep ? MPM_P2G_KEEP : 0), status);
   }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
-  MPMSimulateWork(phase->name, phase->kind == MPM_NODES ? mpm->points.n : patch->points.n);
+  MPMSimulateWork(phase->name, (PetscReal)work);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

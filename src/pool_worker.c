@@ -45,6 +45,7 @@ typedef struct {
   MPMPatch  patch;
   void     *field[MPM_NUM_FIELDS];
   PetscInt *identity, capacity;
+  MPMRange    all;
   char     *in, *out, *nodes;
   size_t    in_capacity, out_capacity, nodes_capacity;
 } Desk;
@@ -63,7 +64,7 @@ static PetscErrorCode PlaceTiles(MPM mpm, const MPMOrder *order, Desk *desk)
                                        MPM_SUM_NC(mpm->grid.dim) * sizeof(PetscReal)));
   t->slot = (PetscInt *)MPMAlign(desk->nodes);
   t->sum  = (PetscReal *)((char *)t->slot + slots);
-  for (PetscInt k = 0; k < tiles; k++) t->slot[k] = -1;
+  for (PetscInt k = 0; k < tiles; k++) t->slot[k] = MPM_TILE_EMPTY;
   t->nown = 0;
   for (PetscInt p = 0; p < order->n; p++) {
     const PetscInt c = patch->points.cell[p], tile = c >> bits;
@@ -75,7 +76,11 @@ static PetscErrorCode PlaceTiles(MPM mpm, const MPMOrder *order, Desk *desk)
     if (t->slot[mine] < 0) t->slot[mine] = t->nown++;
     patch->points.cell[p] = (mine << bits) + (c & ((1 << bits) - 1));
   }
-  t->nslots = t->nown;
+  t->nslots    = t->nown;
+  t->nruns[1]  = 1;
+  t->runs[1]   = &desk->all;
+  desk->all.first = 0;
+  desk->all.last  = order->n;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -183,7 +188,7 @@ PetscErrorCode MPMPoolServe(MPM mpm, MPI_Comm comm)
     MPMWorkEnd(mpm, order.phase);
     MPMSimulateWork("UNPACK", (PetscReal)len);
     MPMStatusReset(&status);
-    PetscCall(MPMPatchRun(mpm, &desk.patch, phase, &status));
+    PetscCall(MPMPatchRun(mpm, &desk.patch, phase, phase->kind == MPM_POINTS_TO_NODES, &status));
     if (phase->points_out & MPM_BIT(cell)) {
       NumberCells(mpm, &order, &desk.patch);
       MPMSimulateWork("RENUMBER", order.n);

@@ -13,66 +13,67 @@ static PetscInt Width(const MPMGrid *grid, PetscInt d, PetscInt tile, PetscInt *
   return PetscMin(MPM_TILE, grid->nodes[d] - at * MPM_TILE);
 }
 
-/* Finds the tiles whose points touch nodes [first, last) of axis d, from the highest, at which the nodes end, to the
-   lowest, but stores them the other way round. */
-static PetscErrorCode FindReach(const MPMPatch *patch, PetscInt d, PetscInt first, PetscInt last, MPMTilePart *part)
+/* The stencil's reach beyond a point's base node. */
+static PetscInt Reach(const MPMPatch *patch, PetscInt d)
 {
-  const MPMGrid *grid  = patch->grid;
-  const PetscInt reach = d < grid->dim ? MPMBasisNodes(patch->basis) - 1 : 0;
-  const PetscInt from = patch->own_lo[d] + grid->layers[d], own = (patch->own_n[d] + MPM_TILE - 1) / MPM_TILE;
-  const PetscInt lowest = grid->periodic[d] ? PETSC_MIN_INT : 0;
+  return d < patch->grid->dim ? MPMBasisNodes(patch->basis) - 1 : 0;
+}
 
-  PetscFunctionBeginUser;
-  part->first = first;
-  part->last  = last;
-  part->n     = 0;
-  for (PetscInt tile = PetscMin(first / MPM_TILE, own - 1) + from / MPM_TILE; tile >= lowest; tile--) {
-    PetscInt       start, end = Width(grid, d, tile, &start), at = tile - from / MPM_TILE;
-    const MPMReach none = {0};
+/* The tile on axis d that stands at place k of the table, numbered over the grid. */
+static PetscInt TileAt(const MPMPatch *patch, PetscInt d, PetscInt k)
+{
+  return (patch->own_lo[d] + patch->grid->layers[d]) / MPM_TILE + k - patch->tiles.below[d];
+}
 
-    end += start + reach - from; /* both from the patch's first own node */
-    start -= from;
-    if (end <= first) break;
-    PetscCheck(part->n < MPM_MAX_REACH, PETSC_COMM_SELF, PETSC_ERR_PLIB, "too many tiles touch a node");
-    while (at < 0 && patch->own_n[d] == grid->nodes[d]) at += own; /* its own neighbour */
-    for (PetscInt k = part->n++; k > 0; k--) part->reach[k] = part->reach[k - 1];
-    part->reach[0]       = none;
-    part->reach[0].tile  = at;
-    part->reach[0].first = PetscMax(first, start);
-    part->reach[0].last  = PetscMin(last, end);
-    part->reach[0].shift = -start;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
+/* How many tiles of axis d from `tile` on downwards touch nodes beyond it, which begin at `node` of the grid. */
+static PetscInt CountBelow(const MPMPatch *patch, PetscInt d, PetscInt tile, PetscInt node)
+{
+  PetscInt n = 0, start;
+
+  if (Reach(patch, d) == 0) return 0;
+  while (Width(patch->grid, d, tile - n, &start) + start + Reach(patch, d) > node) n++;
+  return n;
 }
 
 /* The tiles of a patch whose box is set. alone: sums of the nodes above are wanted too, and none come from below (for
    -parallel_sums roundoff). Not collective. */
 PetscErrorCode MPMTilesSetUp(MPMPatch *patch, PetscBool alone)
 {
-  MPMTiles *t = &patch->tiles;
+  const MPMGrid *grid = patch->grid;
+  MPMTiles      *t    = &patch->tiles;
+  const size_t   size = MPMTileNodes(grid->dim, patch->basis) * MPM_SUM_NC(grid->dim) * sizeof(PetscReal);
+  PetscInt       rows;
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < 3; d++) {
-    const PetscInt own   = (patch->own_n[d] + MPM_TILE - 1) / MPM_TILE, reach = MPMTileSide(patch->basis) - MPM_TILE;
-    const PetscInt above = alone && d < patch->grid->dim && patch->own_n[d] < patch->grid->nodes[d]
-                               ? PetscMin(reach, patch->lo[d] + patch->n[d] - patch->own_lo[d] - patch->own_n[d])
-                               : 0;
+    const PetscInt  own = (patch->own_n[d] + MPM_TILE - 1) / MPM_TILE, lo = patch->own_lo[d] + grid->layers[d];
+    const PetscBool whole = patch->own_n[d] == grid->nodes[d] ? PETSC_TRUE : PETSC_FALSE;
 
-    t->nparts[d] = own + (above > 0);
-    t->below[d]  = 0;
-    PetscCall(PetscMalloc1(t->nparts[d], &t->part[d]));
-    for (PetscInt k = 0; k < t->nparts[d]; k++) {
-      const PetscInt first = k < own ? k * MPM_TILE : patch->own_n[d];
-
-      PetscCall(FindReach(patch, d, first, k < own ? PetscMin(first + MPM_TILE, patch->own_n[d]) : first + above,
-                          &t->part[d][k]));
-      t->below[d] = PetscMax(t->below[d], -t->part[d][k].reach[0].tile);
-    }
-    for (PetscInt k = 0; k < t->nparts[d]; k++)
-      for (PetscInt q = 0; q < t->part[d][k].n; q++) t->part[d][k].reach[q].tile += t->below[d];
+    t->wraps[d] = whole && grid->periodic[d] ? PETSC_TRUE : PETSC_FALSE;
+    t->below[d] = t->keep[d] = 0;
+    if (t->wraps[d] || (!alone && !whole && (lo > 0 || grid->periodic[d])))
+      t->below[d] = CountBelow(patch, d, lo / MPM_TILE - 1, lo);
+    if (t->wraps[d] || (!alone && !whole && (lo + patch->own_n[d] < grid->nodes[d] || grid->periodic[d])))
+      t->keep[d] = PetscMin(own, CountBelow(patch, d, lo / MPM_TILE + own - 1, lo + patch->own_n[d]));
     t->n[d] = own + t->below[d];
+    PetscCall(PetscMalloc1(t->n[d], &t->box[d]));
+    for (PetscInt k = 0; k < t->n[d]; k++) {
+      MPMTileBox    *box  = &t->box[d][k];
+      const PetscInt last = alone && !t->wraps[d] ? patch->lo[d] + patch->n[d] : patch->own_lo[d] + patch->own_n[d];
+      PetscInt       start, width = Width(grid, d, TileAt(patch, d, k), &start);
+
+      start -= grid->layers[d];
+      box->at   = start - patch->lo[d];
+      box->from = PetscMax(0, patch->own_lo[d] - start);
+      box->to   = PetscMin(width + Reach(patch, d), last - start);
+    }
   }
-  PetscCall(PetscMalloc1(t->n[0] * t->n[1] * t->n[2], &t->slot));
+  rows = t->n[1] * t->n[2];
+  PetscCall(PetscMalloc1(t->n[0] * rows, &t->slot));
+  for (int k = 0; k < 2; k++) PetscCall(PetscMalloc1(rows + 1, &t->runs[k]));
+  t->room = 0;
+  PetscCall(PetscMalloc((MPM_STAGED + 1) * size + MPM_LINE, &t->memory));
+  t->scratch = (PetscReal *)MPMAlign(t->memory);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -81,10 +82,10 @@ PetscErrorCode MPMTilesDestroy(MPMPatch *patch)
   MPMTiles *t = &patch->tiles;
 
   PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < 3; d++) PetscCall(PetscFree(t->part[d]));
+  for (PetscInt d = 0; d < 3; d++) PetscCall(PetscFree(t->box[d]));
+  for (int k = 0; k < 2; k++) PetscCall(PetscFree(t->runs[k]));
   PetscCall(PetscFree(t->slot));
   PetscCall(PetscFree(t->memory));
-  t->room = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -96,63 +97,123 @@ PetscInt MPMTilesCells(const MPMPatch *patch)
   return t->n[0] * t->n[1] * t->n[2] << 2 * patch->grid->dim;
 }
 
-/* Gives the tiles with points a place for their sums, in order, and makes room for those that may come. Not collective.
- */
-PetscErrorCode MPMTilesMark(MPMPatch *patch, const PetscInt start[])
+/* Adds a part of the order, which may go on from the one before. */
+static void AddRun(MPMTiles *t, int kept, PetscInt first, PetscInt last)
 {
-  MPMTiles      *t     = &patch->tiles;
-  const PetscInt tiles = t->n[0] * t->n[1] * t->n[2], bits = 2 * patch->grid->dim;
-  const size_t   size  = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_SUM_NC(patch->grid->dim) * sizeof(PetscReal);
+  MPMRange *before = t->runs[kept] + t->nruns[kept] - 1;
+
+  if (first == last) return;
+  if (t->nruns[kept] && before->last == first)
+    before->last = last;
+  else
+    t->runs[kept][t->nruns[kept]++] = (MPMRange){first, last};
+}
+
+/* Notes which tiles have points and gives those that are kept a place for their sums, and room to those that may come.
+   keep: all are kept. Not collective. */
+PetscErrorCode MPMTilesMark(MPMPatch *patch, PetscBool keep, const PetscInt start[])
+{
+  MPMTiles      *t    = &patch->tiles;
+  const PetscInt bits = 2 * patch->grid->dim;
+  const size_t   size = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_SUM_NC(patch->grid->dim) * sizeof(PetscReal);
+  PetscInt       tile = 0;
   size_t         need;
 
   PetscFunctionBeginUser;
-  t->nown = 0;
-  for (PetscInt k = 0; k < tiles; k++) t->slot[k] = start[k << bits] < start[(k + 1) << bits] ? t->nown++ : -1;
+  t->nown = t->nruns[0] = t->nruns[1] = 0;
+  for (PetscInt k = 0; k < t->n[2]; k++)
+    for (PetscInt j = 0; j < t->n[1]; j++) {
+      const PetscBool row = keep || k >= t->n[2] - t->keep[2] || j >= t->n[1] - t->keep[1] ? PETSC_TRUE : PETSC_FALSE;
+      const PetscInt  from = start[tile << bits], cut = start[(tile + (row ? 0 : t->n[0] - t->keep[0])) << bits];
+
+      for (PetscInt i = 0; i < t->n[0]; i++, tile++)
+        t->slot[tile] = start[tile << bits] == start[(tile + 1) << bits] ? MPM_TILE_EMPTY
+                        : row || i >= t->n[0] - t->keep[0]               ? t->nown++
+                                                                         : MPM_TILE_OPEN;
+      AddRun(t, 0, from, cut);
+      AddRun(t, 1, cut, start[tile << bits]);
+    }
+  if (keep) t->nruns[0] = t->nruns[1] = 0; /* others do the work */
   t->nslots = t->nown;
-  need      = (size_t)(t->nown + tiles - (t->n[0] - t->below[0]) * (t->n[1] - t->below[1]) * (t->n[2] - t->below[2]));
-  if (need > t->room || !t->memory) {
+  need      = (size_t)(t->nown + tile - (t->n[0] - t->below[0]) * (t->n[1] - t->below[1]) * (t->n[2] - t->below[2]));
+  if (need > t->room) {
     t->room = need + need / 8;
     PetscCall(PetscFree(t->memory));
-    PetscCall(PetscMalloc(t->room * size + MPM_LINE, &t->memory));
-    t->sum = (PetscReal *)MPMAlign(t->memory);
+    PetscCall(PetscMalloc((t->room + MPM_STAGED + 1) * size + MPM_LINE, &t->memory));
+    t->scratch = (PetscReal *)MPMAlign(t->memory);
+    t->sum     = (PetscReal *)((char *)t->scratch + (MPM_STAGED + 1) * size);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Fills in the tiles below on the axes where they are the uppermost ones again, once those have their sums. */
+void MPMTilesWrap(MPMPatch *patch)
+{
+  MPMTiles *t = &patch->tiles;
+
+  for (PetscInt d = 0; d < 3; d++)
+    for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2] && t->wraps[d]; tile++) {
+      const PetscInt at[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
+      const PetscInt own = t->n[d] - t->below[d], stride = d == 0 ? 1 : d == 1 ? t->n[0] : t->n[0] * t->n[1];
+
+      if (at[d] >= t->below[d]) continue;
+      t->slot[tile] = t->slot[tile + (t->below[d] - at[d] + own - 1) / own * own * stride];
+    }
+}
+
+/* Finds the part of each row of nodes that tiles with points touch. */
+void MPMTilesMarkRows(MPMPatch *patch)
+{
+  const MPMTiles *t = &patch->tiles;
+
+  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
+    patch->span[r][0] = patch->n[0];
+    patch->span[r][1] = 0;
+  }
+  for (PetscInt k = 0; k < t->n[2]; k++)
+    for (PetscInt j = 0; j < t->n[1]; j++) {
+      const PetscInt   *slot  = t->slot + (k * t->n[1] + j) * t->n[0];
+      const MPMTileBox *y     = &t->box[1][j], *z = &t->box[2][k];
+      PetscInt          first = 0, last = t->n[0] - 1, end;
+
+      while (first <= last && slot[first] == MPM_TILE_EMPTY) first++;
+      while (first < last && slot[last] == MPM_TILE_EMPTY) last--;
+      if (first > last) continue;
+      end = t->box[0][last].at + t->box[0][last].to;
+      for (PetscInt kk = z->at + z->from; kk < z->at + z->to; kk++)
+        for (PetscInt jj = y->at + y->from; jj < y->at + y->to; jj++) {
+          PetscInt *span = patch->span[kk * patch->n[1] + jj];
+
+          span[0] = PetscMin(span[0], t->box[0][first].at + t->box[0][first].from);
+          span[1] = PetscMax(span[1], end);
+        }
+    }
 }
 
 /* --- Messages: of the tiles at a side of a patch, `toward` [3] 1 or 0 on each axis, the nodes that the process there
    owns. First a byte for each tile of the side, whether it has points; then the sums of those that have. ---------- */
 
-/* Axis d of the side: tiles [lo, hi) of the table, and nodes [from, to) of each of them. above: mine, for the process
-   above; else that of the one below, for me. */
+/* Axis d of the side: tiles [lo, hi) of the table. above: mine, for the process above; else those of the one below, for
+   me. */
 static void Side(const MPMPatch *patch, PetscInt d, int toward, PetscBool above, PetscInt *lo, PetscInt *hi)
 {
   const MPMTiles *t = &patch->tiles;
-  PetscInt        last = 0, reach = d < patch->grid->dim ? MPMTileSide(patch->basis) - MPM_TILE : 0;
 
-  *lo = t->below[d];
-  *hi = t->n[d];
-  if (!toward) return;
-  if (above) {
-    last = patch->own_n[d] - (*hi - *lo - 1) * MPM_TILE;
-    *lo  = *hi - 1 - (reach > last);
-  } else {
-    *lo = 0;
-    *hi = t->below[d];
-  }
+  *lo = !toward ? t->below[d] : above ? t->n[d] - t->keep[d] : 0;
+  *hi = toward && !above ? t->below[d] : t->n[d];
 }
 
 /* Nodes [from, to) of tile k of the table that lie in the box of whom the message is for. */
 static void Cut(const MPMPatch *patch, PetscInt d, int toward, PetscBool above, PetscInt k, PetscInt *from,
                 PetscInt *to)
 {
-  const PetscInt reach = d < patch->grid->dim ? MPMTileSide(patch->basis) - MPM_TILE : 0;
-  const PetscInt tile  = (patch->own_lo[d] + patch->grid->layers[d]) / MPM_TILE + k - patch->tiles.below[d];
-  PetscInt       start, width = Width(patch->grid, d, tile, &start), edge;
+  const PetscInt lo = patch->own_lo[d] + patch->grid->layers[d];
+  PetscInt       start, width = Width(patch->grid, d, TileAt(patch, d, k), &start), edge;
 
-  start -= patch->own_lo[d] + patch->grid->layers[d];
-  edge  = (toward && !above ? 0 : patch->own_n[d]) - start; /* the box's face, from the tile's first node */
+  edge  = lo + (toward && !above ? 0 : patch->own_n[d]) - start; /* the box's face, from the tile's first node */
   *from = toward ? PetscMax(0, edge) : 0;
-  *to   = toward || patch->own_n[d] == patch->grid->nodes[d] ? width + reach : PetscMin(width + reach, edge);
+  *to   = width + Reach(patch, d);
+  if (!toward && !patch->tiles.wraps[d]) *to = PetscMin(*to, edge);
 }
 
 /* Calls for each tile of the side in turn: its place in the table and its nodes' box. */
@@ -187,20 +248,24 @@ static PetscInt WalkTiles(const Walk *w)
   return (w->hi[0] - w->lo[0]) * (w->hi[1] - w->lo[1]) * (w->hi[2] - w->lo[2]);
 }
 
-/* Copies the sums of a tile's box to or from a message; returns how many bytes. */
+/* Copies the sums of a tile's box to a message, or from it, and zeroes the others; returns how many bytes. */
 static size_t CopyBox(const MPMPatch *patch, const Walk *w, PetscInt slot, PetscInt parts, PetscBool pack, char *message)
 {
   const PetscInt dim = patch->grid->dim, side = MPMTileSide(patch->basis);
-  const PetscInt c0 = MPM_SUM_FIRST(dim, parts), n = MPM_SUM_LAST(dim, parts) - c0;
-  size_t         at = 0;
+  const PetscInt c0   = MPM_SUM_FIRST(dim, parts);
+  const size_t   size = (size_t)(MPM_SUM_LAST(dim, parts) - c0) * sizeof(PetscReal);
+  size_t         at   = 0;
 
   for (PetscInt k = w->from[2]; k < w->to[2]; k++)
     for (PetscInt j = w->from[1]; j < w->to[1]; j++) {
-      PetscReal *sum = patch->tiles.sum + MPM_SUM_NC(dim) * ((size_t)slot * MPMTileNodes(patch->grid->dim, patch->basis) +
-                                                            (size_t)((k * side + j) * side + w->from[0])) + c0;
+      PetscReal *sum = patch->tiles.sum +
+                       MPM_SUM_NC(dim) * ((size_t)slot * MPMTileNodes(dim, patch->basis) +
+                                          (size_t)((k * side + j) * side + w->from[0]));
 
-      for (PetscInt i = w->from[0]; i < w->to[0]; i++, sum += MPM_SUM_NC(dim), at += (size_t)n * sizeof *sum)
-        memcpy(pack ? message + at : (char *)sum, pack ? (char *)sum : message + at, (size_t)n * sizeof *sum);
+      for (PetscInt i = w->from[0]; i < w->to[0]; i++, sum += MPM_SUM_NC(dim), at += size) {
+        if (!pack) memset(sum, 0, MPM_SUM_NC(dim) * sizeof *sum);
+        memcpy(pack ? message + at : (char *)(sum + c0), pack ? (char *)(sum + c0) : message + at, size);
+      }
     }
   return at;
 }
@@ -233,7 +298,7 @@ size_t MPMTilesPack(const MPMPatch *patch, const int toward[3], PetscInt parts, 
   WalkBegin(patch, toward, PETSC_TRUE, &w);
   at = (size_t)((WalkTiles(&w) + 7) / 8 * 8);
   for (; WalkNext(patch, toward, PETSC_TRUE, &w, &tile); q++) {
-    message[q] = patch->tiles.slot[tile] >= 0;
+    message[q] = patch->tiles.slot[tile] != MPM_TILE_EMPTY;
     if (message[q]) at += CopyBox(patch, &w, patch->tiles.slot[tile], parts, PETSC_TRUE, message + at);
   }
   return at;
@@ -249,7 +314,7 @@ void MPMTilesUnpack(MPMPatch *patch, const int toward[3], PetscInt parts, const 
   WalkBegin(patch, toward, PETSC_FALSE, &w);
   at = (size_t)((WalkTiles(&w) + 7) / 8 * 8);
   for (; WalkNext(patch, toward, PETSC_FALSE, &w, &tile); q++) {
-    patch->tiles.slot[tile] = message[q] ? patch->tiles.nslots++ : -1;
+    patch->tiles.slot[tile] = message[q] ? patch->tiles.nslots++ : MPM_TILE_EMPTY;
     if (message[q]) at += CopyBox(patch, &w, patch->tiles.slot[tile], parts, PETSC_FALSE, (char *)message + at);
   }
 }

@@ -2,8 +2,8 @@
    at a time because it is rare. */
 #include "transfer.h"
 
-/* Of each width, [dim-1]: to nodes, to points, tiles to nodes. */
-extern const MPMTransfer MPMTransfers_8[3][3], MPMTransfers_4[3][3], MPMTransfers_2[3][3];
+/* Of each width, [dim-1]: to nodes, to points. */
+extern const MPMTransfer MPMTransfers_8[3][2], MPMTransfers_4[3][2], MPMTransfers_2[3][2];
 
 /* 8 lanes with AVX-512, 4 with AVX2, else 2. The environment's PEBBLE_VECTOR asks for fewer: the bits are the same. */
 PetscInt MPMTransferWidth(void)
@@ -26,27 +26,17 @@ PetscInt MPMTransferWidth(void)
   return width;
 }
 
-static MPMTransfer Kernel(PetscInt dim, int which)
-{
-#if defined(__x86_64__)
-  if (MPMTransferWidth() == 8) return MPMTransfers_8[dim - 1][which];
-  if (MPMTransferWidth() == 4) return MPMTransfers_4[dim - 1][which];
-#endif
-  return MPMTransfers_2[dim - 1][which];
-}
-
 MPMTransfer MPMTransferFind(PetscInt dim, MPMBasis basis, PetscInt parts)
 {
   const PetscInt to_nodes  = parts & (MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE) ? 1 : 0;
   const PetscInt to_points = parts & (MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_G2P_FILTER) ? 1 : 0;
 
   if (dim < 1 || dim > 3 || basis >= MPM_NUM_BASES || to_nodes == to_points) return NULL;
-  return Kernel(dim, to_points);
-}
-
-MPMTransfer MPMTransferAddTiles(PetscInt dim)
-{
-  return Kernel(dim, 2);
+#if defined(__x86_64__)
+  if (MPMTransferWidth() == 8) return MPMTransfers_8[dim - 1][to_points];
+  if (MPMTransferWidth() == 4) return MPMTransfers_4[dim - 1][to_points];
+#endif
+  return MPMTransfers_2[dim - 1][to_points];
 }
 
 /* Notes a bad condition: the gravest kind, of its smallest id. */

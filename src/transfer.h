@@ -28,9 +28,10 @@
 
 typedef PetscReal MPMRow[MPM_BLOCK]; /* a component of the points of a block; lanes past the last hold leftovers */
 
-/* The points of a block: n entries of an order, and those a block further on, whose rows are fetched in advance. */
+/* The points of a block: n entries of an order, those a block further on, whose rows are fetched in advance, and where
+   the next block begins. */
 typedef struct {
-  PetscInt        n;
+  PetscInt        n, part, entry;
   PetscBool       run;              /* do its rows follow each other? */
   PetscInt        point[MPM_BLOCK]; /* the last one again in the lanes past it */
   const PetscInt *ahead;
@@ -45,21 +46,33 @@ typedef struct {
   MPMRow   w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients per axis, 1 and 1/m */
 } __attribute__((aligned(64))) MPMStencils;
 
-/* The next block from entry q of the order. All blocks but the last are full, so that loops over them are as long every
-   time; a cell that is cut costs little, and no bits. */
-MPM_INLINE void MPMNextBlock(const MPMPatch *patch, PetscInt q, MPMBlockOrder *o)
+/* The next block of the points in `nruns` parts [first, last) of the order, from the part and the entry where the one
+   before ended. All blocks but the last are full, so that loops over them are as long every time; a cell that is cut
+   costs little, and no bits. PETSC_FALSE: there are no more points. */
+MPM_INLINE PetscBool MPMNextBlock(const MPMPatch *patch, PetscInt nruns, const MPMRange *runs, MPMBlockOrder *o)
 {
-  const PetscInt *order = patch->order, nall = patch->points.n, n = PetscMin(MPM_STAGED, nall - q), first = order[q];
-  PetscInt        jumps = 0;
+  PetscInt n = 0, jumps = 0;
 
-  for (PetscInt l = 0; l < n; l++) {
-    o->point[l] = order[q + l];
-    jumps |= order[q + l] - l - first;
+  while (n < MPM_STAGED && o->part < nruns) {
+    const PetscInt *from = patch->order + o->entry, len = PetscMin(MPM_STAGED - n, runs[o->part].last - o->entry);
+
+    for (PetscInt l = 0; l < len; l++) o->point[n + l] = from[l];
+    n += len;
+    o->entry += len;
+    if (o->entry == runs[o->part].last && ++o->part < nruns) o->entry = runs[o->part].first;
   }
-  for (PetscInt l = n; l % MPM_WIDTH; l++) o->point[l] = o->point[n - 1];
+  for (PetscInt l = 1; l < n; l++) jumps |= o->point[l] - l - o->point[0];
+  for (PetscInt l = n; n && l % MPM_WIDTH; l++) o->point[l] = o->point[n - 1];
   o->n     = n;
   o->run   = !jumps && n == MPM_STAGED ? PETSC_TRUE : PETSC_FALSE;
-  o->ahead = order + q + PetscMin(MPM_STAGED, nall - q - n);
+  o->ahead = patch->order + PetscMin(o->entry, patch->points.n - n);
+  return n ? PETSC_TRUE : PETSC_FALSE;
+}
+
+MPM_INLINE void MPMFirstBlock(PetscInt nruns, const MPMRange *runs, MPMBlockOrder *o)
+{
+  o->part  = 0;
+  o->entry = nruns ? runs[0].first : 0;
 }
 
 /* Fetches rows of a block further on, those that stand where points l to l + MPM_WIDTH - 1 do in this one. */
@@ -361,33 +374,91 @@ typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *,
 extern const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
 extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
 
-/* Where the cells of a block have their sums. A tile's are zeroed when its first cell comes. */
-MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, const MPMBlockOrder *o, PetscInt *tile,
+/* The tiles of a block, in order: the last may go on in the next block. */
+typedef struct {
+  PetscInt   n, tile[MPM_STAGED + 1], next; /* next: of the table, to be added to the nodes */
+  PetscReal *sums[MPM_STAGED + 1];
+} MPMOpenTiles;
+
+/* Where the cells of a block have their sums: kept ones in their place, others in scratch, as few as are needed at a
+   time. They are zeroed when the tile's first cell comes. */
+MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool keep, const MPMBlockOrder *o, MPMOpenTiles *open,
                                PetscReal *place[])
 {
   const PetscInt side = MPMTileSide(patch->basis);
-  const size_t   size = (size_t)(side * (dim > 1 ? side : 1) * (dim > 2 ? side : 1) * MPM_SUM_NC(dim));
+  const size_t   size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
+  PetscReal     *free = patch->tiles.scratch;
 
   for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++]) {
-    const PetscInt cell = patch->points.cell[o->point[first]], in = cell & ((1 << 2 * dim) - 1);
-    PetscReal     *sums = patch->tiles.sum + (size_t)patch->tiles.slot[cell >> 2 * dim] * size;
+    const PetscInt cell = patch->points.cell[o->point[first]], in = cell & ((1 << 2 * dim) - 1), tile = cell >> 2 * dim;
 
-    if (cell >> 2 * dim != *tile) {
-      *tile = cell >> 2 * dim;
-      memset(sums, 0, size * sizeof *sums);
+    if (!open->n || tile != open->tile[open->n - 1]) {
+      if (open->n && free == open->sums[0]) free += size;
+      open->tile[open->n] = tile;
+      open->sums[open->n] = keep ? patch->tiles.sum + (size_t)patch->tiles.slot[tile] * size : free;
+      memset(open->sums[open->n++], 0, size * sizeof *free);
+      free += size;
     }
-    place[c] = sums + MPM_SUM_NC(dim) * ((in & 3) + side * ((in >> 2 & 3) + side * (in >> 4)));
+    place[c] = open->sums[open->n - 1] + MPM_SUM_NC(dim) * ((in & 3) + side * ((in >> 2 & 3) + side * (in >> 4)));
   }
 }
 
-/* Sums over points to nodes, of each tile: mass (1), momentum (2) and force (4), (13). */
+/* Adds the sums of a tile to those of the patch's nodes. */
+MPM_INLINE void MPMAddTile(MPMPatch *patch, PetscInt tile, const PetscReal *sums)
+{
+  const MPMTiles   *t    = &patch->tiles;
+  const PetscInt    side = MPMTileSide(patch->basis);
+  const MPMTileBox *x = &t->box[0][tile % t->n[0]], *y = &t->box[1][tile / t->n[0] % t->n[1]],
+                   *z = &t->box[2][tile / (t->n[0] * t->n[1])];
+
+  for (PetscInt k = z->from; k < z->to; k++)
+    for (PetscInt j = y->from; j < y->to; j++) {
+      const PetscReal *from = sums + 8 * ((k * side + j) * side + x->from);
+      PetscReal       *to   = patch->sum + 8 * (((size_t)(k + z->at) * (size_t)patch->n[1] + (size_t)(j + y->at)) *
+                                                          (size_t)patch->n[0] +
+                                                      (size_t)(x->from + x->at));
+
+      for (PetscInt i = 0; i < 8 * (x->to - x->from); i += MPM_WIDTH)
+        MPMWrite(to + i, MPMRead(to + i) + MPMRead(from + i));
+    }
+}
+
+/* The same of the tiles of the table below `tile` that have sums already. */
+MPM_INLINE void MPMAddKept(int dim, MPMPatch *patch, PetscInt tile, PetscInt *next)
+{
+  const size_t size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
+
+  for (; *next < tile; ++*next)
+    if (patch->tiles.slot[*next] >= 0)
+      MPMAddTile(patch, *next, patch->tiles.sum + (size_t)patch->tiles.slot[*next] * size);
+}
+
+/* Adds the first n open tiles to the nodes, with the kept ones between them; the others remain open. */
+MPM_INLINE void MPMCloseTiles(int dim, MPMPatch *patch, PetscBool keep, PetscInt n, MPMOpenTiles *open)
+{
+  for (PetscInt k = 0; k < n && !keep; k++) {
+    MPMAddKept(dim, patch, open->tile[k], &open->next);
+    MPMAddTile(patch, open->tile[k], open->sums[k]);
+  }
+  if (n > 0 && n < open->n) {
+    open->tile[0] = open->tile[n];
+    open->sums[0] = open->sums[n];
+  }
+  open->n -= PetscMax(0, n);
+}
+
+/* Sums over points to nodes: mass (1), momentum (2) and force (4), (13). With MPM_P2G_KEEP of the tiles that are to be
+   kept, into their sums; else of the others, and all are added to the nodes in the order of the table. Sums that are not
+   among the parts get 0 added. */
 MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts)
 {
   const int          forces = parts & MPM_P2G_FORCE ? 1 : 0, affine = parts & MPM_AFFINE ? 1 : 0;
-  const MPMSumBlocks sum = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
+  const MPMSumBlocks sum  = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
+  const PetscBool    keep = parts & MPM_P2G_KEEP ? PETSC_TRUE : PETSC_FALSE;
+  const MPMTiles    *t    = &patch->tiles;
   MPMBegun           begun = {{{0}}, NULL};
+  MPMOpenTiles       open  = {0};
   PetscReal         *place[MPM_STAGED];
-  PetscInt           tile = -1;
   MPMBlockOrder      o;
   MPMStencils        s;
   MPMRecords         r;
@@ -396,10 +467,10 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   MPMStencilsBegin(dim, par, &s);
   memset(&r, 0, sizeof r);
   memset(&b, 0, sizeof b);
-  for (PetscInt q = 0; q < patch->points.n; q += o.n) {
-    MPMNextBlock(patch, q, &o);
+  MPMFirstBlock(t->nruns[keep], t->runs[keep], &o);
+  while (MPMNextBlock(patch, t->nruns[keep], t->runs[keep], &o)) {
     MPMStage(dim, par, patch, &o, &s);
-    MPMStagePlaces(dim, patch, &o, &tile, place);
+    MPMStagePlaces(dim, patch, keep, &o, &open, place);
     if (forces) {
       MPMGatherState(dim, patch, &o, &b);
       MPM_FOR_MATERIALS(par, o.n, s.kind)
@@ -407,72 +478,14 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     }
     MPMStageRecords(dim, parts, patch, &o, &s, &b, &r);
     sum(&o, &s, &r, place, &begun);
+    MPMCloseTiles(dim, patch, keep, open.n - 1, &open);
   }
   o.ncells = 1; /* no points of no cell: what is begun is done */
   o.end[0] = 0;
   place[0] = NULL;
   sum(&o, &s, &r, place, &begun);
-}
-
-/* Adds `n` records of the sums of nodes to others. */
-MPM_INLINE void MPMAddRecords(PetscInt n, const PetscReal *from, PetscReal *to)
-{
-  for (PetscInt i = 0; i < 8 * n; i += MPM_WIDTH) MPMWrite(to + i, MPMRead(to + i) + MPMRead(from + i));
-}
-
-/* The sums of nodes: those of the tiles whose points touch them, from the lowest tile to the highest, whoever has them.
-   Sets the parts' sums alone, and the spans of rows that tiles touch. */
-MPM_INLINE void MPMAddTiles(int dim, MPMPatch *patch, PetscInt parts)
-{
-  const MPMTiles *t = &patch->tiles;
-  const PetscInt  c0 = MPM_SUM_FIRST(dim, parts), c1 = MPM_SUM_LAST(dim, parts), side = MPMTileSide(patch->basis);
-  const PetscInt  size = side * (dim > 1 ? side : 1) * (dim > 2 ? side : 1), edge = MPM_TILE;
-  PetscReal       sum[MPM_TILE * MPM_TILE * MPM_TILE][8] __attribute__((aligned(64)));
-  PetscInt        at[3], k[3];
-
-  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
-    patch->span[r][0] = patch->n[0];
-    patch->span[r][1] = 0;
-  }
-  for (at[2] = 0; at[2] < t->nparts[2]; at[2]++)
-    for (at[1] = 0; at[1] < t->nparts[1]; at[1]++)
-      for (at[0] = 0; at[0] < t->nparts[0]; at[0]++) {
-        const MPMTilePart *x = &t->part[0][at[0]], *y = &t->part[1][at[1]], *z = &t->part[2][at[2]];
-        PetscBool          touched = PETSC_FALSE;
-
-        for (k[2] = 0; k[2] < z->n; k[2]++)
-          for (k[1] = 0; k[1] < y->n; k[1]++)
-            for (k[0] = 0; k[0] < x->n; k[0]++) {
-              const MPMReach *rx = &x->reach[k[0]], *ry = &y->reach[k[1]], *rz = &z->reach[k[2]];
-              const PetscInt  slot = t->slot[(rz->tile * t->n[1] + ry->tile) * t->n[0] + rx->tile];
-
-              if (slot < 0) continue;
-              if (!touched) memset(sum, 0, sizeof *sum << 2 * dim);
-              touched = PETSC_TRUE;
-              for (PetscInt kk = rz->first; kk < rz->last; kk++)
-                for (PetscInt jj = ry->first; jj < ry->last; jj++)
-                  MPMAddRecords(rx->last - rx->first,
-                                t->sum + 8 * ((size_t)slot * size + ((kk + rz->shift) * side + jj + ry->shift) * side +
-                                              rx->first + rx->shift),
-                                sum[((kk - z->first) * edge + jj - y->first) * edge + rx->first - x->first]);
-            }
-        if (!touched) continue;
-        for (PetscInt kk = z->first; kk < z->last; kk++)
-          for (PetscInt jj = y->first; jj < y->last; jj++) {
-            const PetscInt   row = (kk + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + jj + patch->own_lo[1] - patch->lo[1];
-            const PetscInt   first = x->first + patch->own_lo[0] - patch->lo[0], n = x->last - x->first;
-            PetscReal       *node = patch->sum + 8 * ((size_t)row * patch->n[0] + first);
-            const PetscReal *from = sum[((kk - z->first) * edge + jj - y->first) * edge];
-
-            patch->span[row][0] = PetscMin(patch->span[row][0], first);
-            patch->span[row][1] = PetscMax(patch->span[row][1], first + n);
-            if (c0 == 0 && c1 > MPM_SUM_FORCE)
-              memcpy(node, from, 8 * (size_t)n * sizeof *node);
-            else
-              for (PetscInt i = 0; i < n; i++)
-                for (PetscInt c = c0; c < c1; c++) node[8 * i + c] = from[8 * i + c];
-          }
-      }
+  MPMCloseTiles(dim, patch, keep, open.n, &open);
+  if (!keep) MPMAddKept(dim, patch, t->n[0] * t->n[1] * t->n[2], &open.next);
 }
 
 /* --- Nodes to points -----------------------------------------------------------------------------------------------
@@ -651,6 +664,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
 {
   const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER) ? 1 : 0, stress = parts & MPM_G2P_STRESS ? 1 : 0;
   const MPMView *points                  = &patch->points;
+  const MPMRange   all                     = {0, points->n};
   const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(
       MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][stress];
   PetscInt      at[MPM_MAX_NODES];
@@ -667,8 +681,8 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   memset(r, 0, sizeof r);
   MPMStencilOffsets(dim, patch, MPM_VEL_NC(dim), at);
   patch->nmovers = 0;
-  for (PetscInt q = 0; q < points->n;) {
-    MPMNextBlock(patch, q, &o);
+  MPMFirstBlock(1, &all, &o);
+  while (MPMNextBlock(patch, 1, &all, &o)) {
     MPMStage(dim, par, patch, &o, &s);
     if (interpolate) interpolate(&o, &s, at, patch->vel, value, L);
     if (parts & MPM_G2P_FILTER) {
@@ -688,9 +702,8 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     if (parts & MPM_AFFINE) MPMAffine(dim, patch, at, &o, &s, L);
     if (parts & MPM_G2P_COMMIT) { /* after the new state, which may change the domain */
       if (!motion) MPMGather(dim, points->dx, &o, value);
-      MPMCommit(dim, par, patch, q, &o, &s, value, status);
+      MPMCommit(dim, par, patch, o.entry - o.n, &o, &s, value, status);
     }
-    q += o.n;
   }
   status->v2 = PetscMax(status->v2, MPMLargest(v2));
   status->c2 = PetscMax(status->c2, MPMLargest(c2));

@@ -11,15 +11,9 @@
   static void G2P_##dim(const MPMParams *par, MPMPatch *patch, PetscInt parts, MPMStatus *status)                      \
   {                                                                                                                    \
     MPMG2P(dim, par, patch, parts, status);                                                                            \
-  }                                                                                                                    \
-  static void ADD_##dim(const MPMParams *par, MPMPatch *patch, PetscInt parts, MPMStatus *status)                      \
-  {                                                                                                                    \
-    (void)par;                                                                                                         \
-    (void)status;                                                                                                      \
-    MPMAddTiles(dim, patch, parts);                                                                                    \
   }
 MPM_INSTANCES(1)
 MPM_INSTANCES(2)
 MPM_INSTANCES(3)
 
-const MPMTransfer MPM_LANES_NAME(MPMTransfers)[3][3] = {{P2G_1, G2P_1, ADD_1}, {P2G_2, G2P_2, ADD_2}, {P2G_3, G2P_3, ADD_3}};
+const MPMTransfer MPM_LANES_NAME(MPMTransfers)[3][2] = {{P2G_1, G2P_1}, {P2G_2, G2P_2}, {P2G_3, G2P_3}};

@@ -50,7 +50,7 @@ def run(pebble, opts, extra):
         path.write_text("".join(f"-{k} {v}\n" for k, v in opts.items()))
         out = subprocess.run([pebble, "-options_file", str(path), "-output_dir", folder, *extra], capture_output=True,
                              text=True, check=False)
-    rows = re.findall(r"^  (\w+) +[\d.]+ +[\d.]+ +([\d.]+)$", out.stdout, re.M)
+    rows = re.findall(r"^  (\w+) +[\d.]+ +[\d.]+ +([\d.]+) ", out.stdout, re.M)
     if not rows:
         sys.exit(out.stdout + out.stderr)
     return {name: float(ns) for name, ns in rows}, re.findall(r"digest\W+(\w+)", out.stdout)
