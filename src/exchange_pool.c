@@ -45,13 +45,14 @@ typedef struct {
 /* The points of a chunk: counts them, and lists them in (cell, id) order if list is given. */
 static PetscInt ListPoints(MPM mpm, const Chunk *c, PetscInt *list)
 {
-  const MPMPatch *all  = &mpm->exchange.patch;
-  const PetscInt  bits = 2 * mpm->grid.dim;
-  PetscInt        n    = 0;
+  const MPMPatch *all = &mpm->exchange.patch;
+  const int       dim = (int)mpm->grid.dim;
+  PetscInt        n   = 0;
 
   FOR_ROWS(all, c, tile)
-  {
-    const PetscInt a = mpm->points.start[tile << bits], b = mpm->points.start[(tile + c->tiles[0]) << bits];
+  for (PetscInt in = 0; in < 1 << 2 * (dim - 1); in++) {
+    const PetscInt *cell = mpm->points.start + MPMTileRowCell(dim, &all->tiles, tile / all->tiles.n[0], in);
+    const PetscInt  a = cell[MPM_TILE * c->first[0]], b = cell[MPM_TILE * (c->first[0] + c->tiles[0])];
 
     for (PetscInt q = a; list && q < b; q++) list[n + q - a] = all->order[q];
     n += b - a;

@@ -124,6 +124,10 @@ static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   if (phase->kind == MPM_POINTS_TO_NODES) {
+    if (mpm->exchange.roundoff) { /* partial sums are those of own points alone, at nodes that these do not touch too */
+      MPMPatchMarkAll(&mpm->exchange.patch);
+      MPMPatchZeroSums(&mpm->exchange.patch, phase->parts);
+    }
     PetscCall(MPMExchangeRun(mpm, phase, PETSC_TRUE));
     if (!mpm->exchange.roundoff) PetscCall(ExchangeTiles(mpm, s, phase));
     MPMTilesWrap(&mpm->exchange.patch);

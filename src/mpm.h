@@ -244,16 +244,18 @@ typedef struct {
   PetscInt from, to, at;
 } MPMTileBox;
 
-/* Entries first .. last-1 of an order. */
+/* Entries first .. last-1 of the order: points of a row of tiles. */
 typedef struct {
-  PetscInt first, last;
+  PetscInt first, last, row;
 } MPMRange;
 
 /* What the table of tiles says of one: sums are kept there (>= 0), it has points, or none. Kept are the sums that
    another process needs, or came from one, or are needed across a periodic face before their turn. */
 enum { MPM_TILE_OPEN = -1, MPM_TILE_EMPTY = -2 };
 
-/* The tiles of a patch: a table of its own and of those `below` whose points touch its nodes. */
+/* The tiles of a patch: a table of its own and of those `below` whose points touch its nodes. Cells are numbered row by
+   row of cells (x fastest), those of a row of tiles first: so kernels stream through points, and a row of tiles is at
+   work at a time. */
 typedef struct {
   PetscInt    n[3], below[3], keep[3]; /* of the table on each axis; not its own; uppermost ones that are kept */
   PetscBool   wraps[3];                /* those below are the uppermost ones again */
@@ -263,7 +265,7 @@ typedef struct {
   PetscInt    nruns[2];     /* parts of the order: points of tiles that are not kept, and of those that are */
   MPMRange   *runs[2];
   PetscReal  *sum;     /* [nslots][nodes of a tile][MPM_SUM_NC] kg, kg m/s, N */
-  PetscReal  *scratch; /* [MPM_STAGED + 1][nodes of a tile][MPM_SUM_NC] */
+  PetscReal  *scratch; /* [n0][nodes of a tile][MPM_SUM_NC] of the row at work */
   size_t      room;
   void       *memory; /* behind sum and scratch */
 } MPMTiles;
@@ -287,16 +289,33 @@ MPM_INLINE PetscInt MPMPoolEdge(PetscInt cells)
   return (cells + MPM_TILE - 1) / MPM_TILE * MPM_TILE;
 }
 
-/* The number of the cell at place `at` [dim] from the patch's first own node: cells of a tile follow each other. */
-MPM_INLINE PetscInt MPMTileCell(int dim, const MPMTiles *tiles, const PetscInt at[])
+/* The number of the first cell of the table in row `in` of cells (x fastest) of a row of tiles. */
+MPM_INLINE PetscInt MPMTileRowCell(int dim, const MPMTiles *t, PetscInt row, PetscInt in)
 {
-  PetscInt tile = 0, in = 0;
+  return ((row << 2 * (dim - 1)) + in) * MPM_TILE * t->n[0];
+}
 
-  for (int d = dim - 1; d >= 0; d--) {
-    tile = tile * tiles->n[d] + tiles->below[d] + at[d] / MPM_TILE;
-    in   = in * MPM_TILE + at[d] % MPM_TILE;
+/* The number of the cell at place `at` [dim] from the patch's first own node. */
+MPM_INLINE PetscInt MPMTileCell(int dim, const MPMTiles *t, const PetscInt at[])
+{
+  PetscInt row = 0, in = 0;
+
+  for (int d = dim - 1; d >= 1; d--) {
+    row = row * t->n[d] + t->below[d] + at[d] / MPM_TILE;
+    in  = in * MPM_TILE + at[d] % MPM_TILE;
   }
-  return (tile << 2 * dim) + in;
+  return MPMTileRowCell(dim, t, row, in) + MPM_TILE * t->below[0] + at[0];
+}
+
+/* The tile of a cell, and its place in there: at [3]. */
+MPM_INLINE PetscInt MPMTileOf(int dim, const MPMTiles *t, PetscInt cell, PetscInt at[])
+{
+  const PetscInt x = cell % (MPM_TILE * t->n[0]), row = cell / (MPM_TILE * t->n[0]), bits = 2 * (dim - 1);
+
+  at[0] = x % MPM_TILE;
+  at[1] = (row & ((1 << bits) - 1)) % MPM_TILE;
+  at[2] = (row & ((1 << bits) - 1)) / MPM_TILE;
+  return (row >> bits) * t->n[0] + x / MPM_TILE;
 }
 
 /* The unit of work: a box of cells, their points, and the nodes there and around. */

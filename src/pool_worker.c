@@ -55,7 +55,9 @@ static PetscErrorCode PlaceTiles(MPM mpm, const MPMOrder *order, Desk *desk)
 {
   MPMPatch      *patch = &desk->patch;
   MPMTiles      *t     = &patch->tiles;
-  const PetscInt bits = 2 * mpm->grid.dim, tiles = t->n[0] * t->n[1] * t->n[2];
+  const int      dim   = (int)mpm->grid.dim;
+  const PetscInt tiles = t->n[0] * t->n[1] * t->n[2];
+  const MPMTiles all   = {.n = {order->tiles[0], order->tiles[1], order->tiles[2]}};
   const size_t   slots = ((size_t)tiles * sizeof *t->slot + MPM_LINE - 1) / MPM_LINE * MPM_LINE;
 
   PetscFunctionBeginUser;
@@ -67,20 +69,21 @@ static PetscErrorCode PlaceTiles(MPM mpm, const MPMOrder *order, Desk *desk)
   for (PetscInt k = 0; k < tiles; k++) t->slot[k] = MPM_TILE_EMPTY;
   t->nown = 0;
   for (PetscInt p = 0; p < order->n; p++) {
-    const PetscInt c = patch->points.cell[p], tile = c >> bits;
-    const PetscInt at[3] = {tile % order->tiles[0] - order->first[0],
-                            tile / order->tiles[0] % order->tiles[1] - order->first[1],
-                            tile / (order->tiles[0] * order->tiles[1]) - order->first[2]};
-    const PetscInt mine  = (at[2] * t->n[1] + at[1]) * t->n[0] + at[0];
+    PetscInt       at[3];
+    const PetscInt tile = MPMTileOf(dim, &all, patch->points.cell[p], at);
+    const PetscInt ijk[3] = {tile % all.n[0] - order->first[0], tile / all.n[0] % all.n[1] - order->first[1],
+                             tile / (all.n[0] * all.n[1]) - order->first[2]};
 
-    if (t->slot[mine] < 0) t->slot[mine] = t->nown++;
-    patch->points.cell[p] = (mine << bits) + (c & ((1 << bits) - 1));
+    for (PetscInt d = 0; d < dim; d++) at[d] += MPM_TILE * ijk[d];
+    patch->points.cell[p] = MPMTileCell(dim, t, at);
+    t->slot[(ijk[2] * t->n[1] + ijk[1]) * t->n[0] + ijk[0]] = MPM_TILE_OPEN;
   }
+  for (PetscInt k = 0; k < tiles; k++)
+    if (t->slot[k] == MPM_TILE_OPEN) t->slot[k] = t->nown++;
   t->nslots    = t->nown;
   t->nruns[1]  = 1;
   t->runs[1]   = &desk->all;
-  desk->all.first = 0;
-  desk->all.last  = order->n;
+  desk->all    = (MPMRange){0, order->n, 0};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -70,9 +70,9 @@ PetscErrorCode MPMTilesSetUp(MPMPatch *patch, PetscBool alone)
   }
   rows = t->n[1] * t->n[2];
   PetscCall(PetscMalloc1(t->n[0] * rows, &t->slot));
-  for (int k = 0; k < 2; k++) PetscCall(PetscMalloc1(rows + 1, &t->runs[k]));
+  for (int k = 0; k < 2; k++) PetscCall(PetscMalloc1(rows << 2 * (grid->dim - 1), &t->runs[k]));
   t->room = 0;
-  PetscCall(PetscMalloc((MPM_STAGED + 1) * size + MPM_LINE, &t->memory));
+  PetscCall(PetscMalloc((size_t)t->n[0] * size + MPM_LINE, &t->memory));
   t->scratch = (PetscReal *)MPMAlign(t->memory);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -98,50 +98,63 @@ PetscInt MPMTilesCells(const MPMPatch *patch)
 }
 
 /* Adds a part of the order, which may go on from the one before. */
-static void AddRun(MPMTiles *t, int kept, PetscInt first, PetscInt last)
+static void AddRun(MPMTiles *t, int kept, PetscInt row, PetscInt first, PetscInt last)
 {
   MPMRange *before = t->runs[kept] + t->nruns[kept] - 1;
 
   if (first == last) return;
-  if (t->nruns[kept] && before->last == first)
+  if (t->nruns[kept] && before->row == row && before->last == first)
     before->last = last;
   else
-    t->runs[kept][t->nruns[kept]++] = (MPMRange){first, last};
+    t->runs[kept][t->nruns[kept]++] = (MPMRange){first, last, row};
+}
+
+/* Notes which tiles of a row have points and gives those from `cut` on, which are kept, a place for their sums. */
+static void MarkRow(MPMPatch *patch, PetscInt row, PetscInt cut, const PetscInt start[])
+{
+  MPMTiles      *t   = &patch->tiles;
+  const int      dim = (int)patch->grid->dim;
+  const PetscInt n0 = t->n[0], rows = 1 << 2 * (dim - 1);
+  PetscInt      *slot = t->slot + row * n0;
+
+  for (PetscInt i = 0; i < n0; i++) slot[i] = MPM_TILE_EMPTY;
+  for (PetscInt in = 0; in < rows; in++) {
+    const PetscInt *cell = start + MPMTileRowCell(dim, t, row, in);
+
+    if (cell[0] == cell[MPM_TILE * n0]) continue;
+    for (PetscInt i = 0; i < n0; i++)
+      if (cell[MPM_TILE * i] < cell[MPM_TILE * (i + 1)]) slot[i] = MPM_TILE_OPEN;
+    AddRun(t, 0, row, cell[0], cell[MPM_TILE * cut]);
+    AddRun(t, 1, row, cell[MPM_TILE * cut], cell[MPM_TILE * n0]);
+  }
+  for (PetscInt i = cut; i < n0; i++)
+    if (slot[i] == MPM_TILE_OPEN) slot[i] = t->nown++;
 }
 
 /* Notes which tiles have points and gives those that are kept a place for their sums, and room to those that may come.
    keep: all are kept. Not collective. */
 PetscErrorCode MPMTilesMark(MPMPatch *patch, PetscBool keep, const PetscInt start[])
 {
-  MPMTiles      *t    = &patch->tiles;
-  const PetscInt bits = 2 * patch->grid->dim;
-  const size_t   size = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_SUM_NC(patch->grid->dim) * sizeof(PetscReal);
-  PetscInt       tile = 0;
+  MPMTiles      *t     = &patch->tiles;
+  const size_t   size  = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_SUM_NC(patch->grid->dim) * sizeof(PetscReal);
+  const PetscInt tiles = t->n[0] * t->n[1] * t->n[2];
   size_t         need;
 
   PetscFunctionBeginUser;
   t->nown = t->nruns[0] = t->nruns[1] = 0;
   for (PetscInt k = 0; k < t->n[2]; k++)
-    for (PetscInt j = 0; j < t->n[1]; j++) {
-      const PetscBool row = keep || k >= t->n[2] - t->keep[2] || j >= t->n[1] - t->keep[1] ? PETSC_TRUE : PETSC_FALSE;
-      const PetscInt  from = start[tile << bits], cut = start[(tile + (row ? 0 : t->n[0] - t->keep[0])) << bits];
-
-      for (PetscInt i = 0; i < t->n[0]; i++, tile++)
-        t->slot[tile] = start[tile << bits] == start[(tile + 1) << bits] ? MPM_TILE_EMPTY
-                        : row || i >= t->n[0] - t->keep[0]               ? t->nown++
-                                                                         : MPM_TILE_OPEN;
-      AddRun(t, 0, from, cut);
-      AddRun(t, 1, cut, start[tile << bits]);
-    }
+    for (PetscInt j = 0; j < t->n[1]; j++)
+      MarkRow(patch, k * t->n[1] + j,
+              keep || k >= t->n[2] - t->keep[2] || j >= t->n[1] - t->keep[1] ? 0 : t->n[0] - t->keep[0], start);
   if (keep) t->nruns[0] = t->nruns[1] = 0; /* others do the work */
   t->nslots = t->nown;
-  need      = (size_t)(t->nown + tile - (t->n[0] - t->below[0]) * (t->n[1] - t->below[1]) * (t->n[2] - t->below[2]));
+  need      = (size_t)(t->nown + tiles - (t->n[0] - t->below[0]) * (t->n[1] - t->below[1]) * (t->n[2] - t->below[2]));
   if (need > t->room) {
     t->room = need + need / 8;
     PetscCall(PetscFree(t->memory));
-    PetscCall(PetscMalloc((t->room + MPM_STAGED + 1) * size + MPM_LINE, &t->memory));
+    PetscCall(PetscMalloc((t->room + (size_t)t->n[0]) * size + MPM_LINE, &t->memory));
     t->scratch = (PetscReal *)MPMAlign(t->memory);
-    t->sum     = (PetscReal *)((char *)t->scratch + (MPM_STAGED + 1) * size);
+    t->sum     = (PetscReal *)((char *)t->scratch + (size_t)t->n[0] * size);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -374,32 +374,20 @@ typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *,
 extern const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
 extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
 
-/* The tiles of a block, in order: the last may go on in the next block. */
-typedef struct {
-  PetscInt   n, tile[MPM_STAGED + 1], next; /* next: of the table, to be added to the nodes */
-  PetscReal *sums[MPM_STAGED + 1];
-} MPMOpenTiles;
-
-/* Where the cells of a block have their sums: kept ones in their place, others in scratch, as few as are needed at a
-   time. They are zeroed when the tile's first cell comes. */
-MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool keep, const MPMBlockOrder *o, MPMOpenTiles *open,
+/* Where the cells of a block have their sums: kept ones in their place, others in the scratch of their row. */
+MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool keep, const MPMBlockOrder *o,
                                PetscReal *place[])
 {
-  const PetscInt side = MPMTileSide(patch->basis);
-  const size_t   size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
-  PetscReal     *free = patch->tiles.scratch;
+  const MPMTiles *t    = &patch->tiles;
+  const PetscInt  side = MPMTileSide(patch->basis);
+  const size_t    size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
 
   for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++]) {
-    const PetscInt cell = patch->points.cell[o->point[first]], in = cell & ((1 << 2 * dim) - 1), tile = cell >> 2 * dim;
+    PetscInt       at[3];
+    const PetscInt tile = MPMTileOf(dim, t, patch->points.cell[o->point[first]], at);
 
-    if (!open->n || tile != open->tile[open->n - 1]) {
-      if (open->n && free == open->sums[0]) free += size;
-      open->tile[open->n] = tile;
-      open->sums[open->n] = keep ? patch->tiles.sum + (size_t)patch->tiles.slot[tile] * size : free;
-      memset(open->sums[open->n++], 0, size * sizeof *free);
-      free += size;
-    }
-    place[c] = open->sums[open->n - 1] + MPM_SUM_NC(dim) * ((in & 3) + side * ((in >> 2 & 3) + side * (in >> 4)));
+    place[c] = (keep ? t->sum + (size_t)t->slot[tile] * size : t->scratch + (size_t)(tile % t->n[0]) * size) +
+               MPM_SUM_NC(dim) * ((at[2] * side + at[1]) * side + at[0]);
   }
 }
 
@@ -433,31 +421,41 @@ MPM_INLINE void MPMAddKept(int dim, MPMPatch *patch, PetscInt tile, PetscInt *ne
       MPMAddTile(patch, *next, patch->tiles.sum + (size_t)patch->tiles.slot[*next] * size);
 }
 
-/* Adds the first n open tiles to the nodes, with the kept ones between them; the others remain open. */
-MPM_INLINE void MPMCloseTiles(int dim, MPMPatch *patch, PetscBool keep, PetscInt n, MPMOpenTiles *open)
+/* Zeroes the scratch of the open tiles of a row. */
+MPM_INLINE void MPMOpenRow(int dim, const MPMPatch *patch, PetscInt row)
 {
-  for (PetscInt k = 0; k < n && !keep; k++) {
-    MPMAddKept(dim, patch, open->tile[k], &open->next);
-    MPMAddTile(patch, open->tile[k], open->sums[k]);
-  }
-  if (n > 0 && n < open->n) {
-    open->tile[0] = open->tile[n];
-    open->sums[0] = open->sums[n];
-  }
-  open->n -= PetscMax(0, n);
+  const MPMTiles *t    = &patch->tiles;
+  const size_t    size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
+
+  for (PetscInt i = 0; i < t->n[0]; i++)
+    if (t->slot[row * t->n[0] + i] == MPM_TILE_OPEN) memset(t->scratch + (size_t)i * size, 0, size * sizeof *t->scratch);
 }
 
-/* Sums over points to nodes: mass (1), momentum (2) and force (4), (13). With MPM_P2G_KEEP of the tiles that are to be
-   kept, into their sums; else of the others, and all are added to the nodes in the order of the table. Sums that are not
-   among the parts get 0 added. */
+/* Adds the open tiles of a row to the nodes, with the kept ones before and between. */
+MPM_INLINE void MPMCloseRow(int dim, MPMPatch *patch, PetscInt row, PetscInt *next)
+{
+  const MPMTiles *t    = &patch->tiles;
+  const size_t    size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
+
+  for (PetscInt i = 0; i < t->n[0]; i++) {
+    if (t->slot[row * t->n[0] + i] != MPM_TILE_OPEN) continue;
+    MPMAddKept(dim, patch, row * t->n[0] + i, next);
+    MPMAddTile(patch, row * t->n[0] + i, t->scratch + (size_t)i * size);
+  }
+}
+
+/* Sums over points to nodes: mass (1), momentum (2) and force (4), (13), a row of tiles at a time. With MPM_P2G_KEEP of
+   the tiles that are to be kept, into their sums; else of the others, and all are added to the nodes in the order of the
+   table. Sums that are not among the parts get 0 added. */
 MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts)
 {
   const int          forces = parts & MPM_P2G_FORCE ? 1 : 0, affine = parts & MPM_AFFINE ? 1 : 0;
   const MPMSumBlocks sum  = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
   const PetscBool    keep = parts & MPM_P2G_KEEP ? PETSC_TRUE : PETSC_FALSE;
   const MPMTiles    *t    = &patch->tiles;
+  const MPMRange    *runs = t->runs[keep], *end = runs + t->nruns[keep];
   MPMBegun           begun = {{{0}}, NULL};
-  MPMOpenTiles       open  = {0};
+  PetscInt           done  = 0; /* tiles of the table */
   PetscReal         *place[MPM_STAGED];
   MPMBlockOrder      o;
   MPMStencils        s;
@@ -467,25 +465,34 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   MPMStencilsBegin(dim, par, &s);
   memset(&r, 0, sizeof r);
   memset(&b, 0, sizeof b);
-  MPMFirstBlock(t->nruns[keep], t->runs[keep], &o);
-  while (MPMNextBlock(patch, t->nruns[keep], t->runs[keep], &o)) {
-    MPMStage(dim, par, patch, &o, &s);
-    MPMStagePlaces(dim, patch, keep, &o, &open, place);
-    if (forces) {
-      MPMGatherState(dim, patch, &o, &b);
-      MPM_FOR_MATERIALS(par, o.n, s.kind)
-      if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[dim - 1](m, first, next, &b);
+  if (keep && runs < end)
+    memset(t->sum, 0, (size_t)t->nown * MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim) * sizeof *t->sum);
+  while (runs < end) {
+    const PetscInt row = runs->row;
+    PetscInt       n   = 1;
+
+    while (runs + n < end && runs[n].row == row) n++;
+    if (!keep) MPMOpenRow(dim, patch, row);
+    MPMFirstBlock(n, runs, &o);
+    while (MPMNextBlock(patch, n, runs, &o)) {
+      MPMStage(dim, par, patch, &o, &s);
+      MPMStagePlaces(dim, patch, keep, &o, place);
+      if (forces) {
+        MPMGatherState(dim, patch, &o, &b);
+        MPM_FOR_MATERIALS(par, o.n, s.kind)
+        if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[dim - 1](m, first, next, &b);
+      }
+      MPMStageRecords(dim, parts, patch, &o, &s, &b, &r);
+      sum(&o, &s, &r, place, &begun);
     }
-    MPMStageRecords(dim, parts, patch, &o, &s, &b, &r);
+    o.ncells = 1; /* no points of no cell: what is begun is done */
+    o.end[0] = 0;
+    place[0] = NULL;
     sum(&o, &s, &r, place, &begun);
-    MPMCloseTiles(dim, patch, keep, open.n - 1, &open);
+    if (!keep) MPMCloseRow(dim, patch, row, &done);
+    runs += n;
   }
-  o.ncells = 1; /* no points of no cell: what is begun is done */
-  o.end[0] = 0;
-  place[0] = NULL;
-  sum(&o, &s, &r, place, &begun);
-  MPMCloseTiles(dim, patch, keep, open.n, &open);
-  if (!keep) MPMAddKept(dim, patch, t->n[0] * t->n[1] * t->n[2], &open.next);
+  if (!keep) MPMAddKept(dim, patch, t->n[0] * t->n[1] * t->n[2], &done);
 }
 
 /* --- Nodes to points -----------------------------------------------------------------------------------------------
@@ -664,7 +671,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
 {
   const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER) ? 1 : 0, stress = parts & MPM_G2P_STRESS ? 1 : 0;
   const MPMView *points                  = &patch->points;
-  const MPMRange   all                     = {0, points->n};
+  const MPMRange   all                     = {0, points->n, 0};
   const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(
       MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][stress];
   PetscInt      at[MPM_MAX_NODES];
