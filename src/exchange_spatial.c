@@ -77,6 +77,16 @@ static PetscErrorCode AddPartialSums(MPM mpm, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Zeroes the parts' sums of all nodes: partial sums are those of own points alone, at nodes that they do not touch too. */
+static void ZeroSums(MPMPatch *patch, PetscInt parts)
+{
+  const PetscInt dim = patch->grid->dim;
+
+  for (PetscInt i = 0; i < MPMPatchNodes(patch); i++)
+    for (PetscInt c = MPM_SUM_FIRST(dim, parts); c < MPM_SUM_LAST(dim, parts); c++)
+      patch->sum[i * MPM_SUM_NC(dim) + c] = 0;
+}
+
 /* Sends the sums of tiles at upper sides and receives those of the tiles below: one message a neighbour. Collective on
    neighbours. */
 static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phase)
@@ -124,10 +134,7 @@ static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   if (phase->kind == MPM_POINTS_TO_NODES) {
-    if (mpm->exchange.roundoff) { /* partial sums are those of own points alone, at nodes that these do not touch too */
-      MPMPatchMarkAll(&mpm->exchange.patch);
-      MPMPatchZeroSums(&mpm->exchange.patch, phase->parts);
-    }
+    if (mpm->exchange.roundoff) ZeroSums(&mpm->exchange.patch, phase->parts);
     PetscCall(MPMExchangeRun(mpm, phase, PETSC_TRUE));
     if (!mpm->exchange.roundoff) PetscCall(ExchangeTiles(mpm, s, phase));
     MPMTilesWrap(&mpm->exchange.patch);

@@ -279,9 +279,9 @@ PetscErrorCode MPMModelShare(MPM mpm, MPMShare *s)
   s->processes = (PetscReal)size;
   for (PetscInt k = patch->own_lo[2]; k < patch->own_lo[2] + patch->own_n[2]; k++)
     for (PetscInt j = patch->own_lo[1]; j < patch->own_lo[1] + patch->own_n[1]; j++) {
-      const PetscInt *span = patch->span[(k - patch->lo[2]) * patch->n[1] + j - patch->lo[1]];
+      const MPMSpan *span = &patch->span[(k - patch->lo[2]) * patch->n[1] + j - patch->lo[1]];
 
-      s->nodes += (PetscReal)PetscMax(0, span[1] - span[0]);
+      s->nodes += (PetscReal)PetscMax(0, span->last - span->first);
     }
   if (mpm->exchange.type->share) PetscCall(mpm->exchange.type->share(mpm, s));
   for (PetscInt d = 0; d < mpm->grid.dim; d++) h = PetscMin(h, mpm->grid.h[d]);

@@ -262,6 +262,7 @@ typedef struct {
   MPMTileBox *box[3];
   PetscInt   *slot;         /* [n2][n1][n0] which of the kept sums are the tile's, or as above */
   PetscInt    nown, nslots; /* kept sums: of own tiles, and all */
+  const PetscInt *start; /* [cells+1] where the points of a cell begin in the order */
   PetscInt    nruns[2];     /* parts of the order: points of tiles that are not kept, and of those that are */
   MPMRange   *runs[2];
   PetscReal  *sum;     /* [nslots][nodes of a tile][MPM_SUM_NC] kg, kg m/s, N */
@@ -318,6 +319,12 @@ MPM_INLINE PetscInt MPMTileOf(int dim, const MPMTiles *t, PetscInt cell, PetscIn
   return (row >> bits) * t->n[0] + x / MPM_TILE;
 }
 
+/* Points touch nodes first .. last-1 of a row; others are never visited. fresh: their sums are still to be zeroed. */
+typedef struct {
+  PetscInt  first, last;
+  PetscBool fresh;
+} MPMSpan;
+
 /* The unit of work: a box of cells, their points, and the nodes there and around. */
 typedef struct {
   const MPMGrid  *grid;
@@ -331,8 +338,8 @@ typedef struct {
   PetscInt        nmovers;
   PetscReal      *sum; /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N; complete for own nodes */
   PetscReal      *vel; /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
-  PetscInt (*span)[2]; /* [n2][n1] points touch nodes first .. last-1 of a row; others are never visited */
-  void *memory;        /* behind sum and span, where the patch owns them */
+  MPMSpan        *span;   /* [n2][n1] */
+  void           *memory; /* behind sum and span, where the patch owns them */
 } MPMPatch;
 
 /* Parts of a transfer: what a phase asks the one P2G body and the one G2P body to do. */
@@ -466,7 +473,6 @@ size_t         MPMMessagePointBytes(const MPMPoints *, PetscInt fields);
 
 PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da);
 void           MPMPatchMarkAll(MPMPatch *);
-void           MPMPatchZeroSums(MPMPatch *, PetscInt parts);
 void          *MPMAlign(void *memory);
 PetscInt       MPMPatchNodes(const MPMPatch *);
 PetscErrorCode MPMPatchRun(MPM, MPMPatch *, const MPMPhase *, PetscBool keep, MPMStatus *);

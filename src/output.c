@@ -274,7 +274,7 @@ static PetscErrorCode WriteGrid(MPM mpm, hid_t group)
         const PetscInt row  = (k - patch->lo[2]) * patch->n[1] + j - patch->lo[1],
                        node = row * patch->n[0] + i - patch->lo[0];
 
-        if (i - patch->lo[0] < patch->span[row][0] || i - patch->lo[0] >= patch->span[row][1]) continue;
+        if (i - patch->lo[0] < patch->span[row].first || i - patch->lo[0] >= patch->span[row].last) continue;
         mass[at] = patch->sum[node * MPM_SUM_NC(dim)];
         for (PetscInt d = 0; d < dim; d++) velocity[3 * at + d] = vel[node * MPM_VEL_NC(dim) + d];
       }

@@ -24,7 +24,7 @@ PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis bas
   PetscCall(PetscCalloc1(sums + (size_t)(patch->n[1] * patch->n[2]) * sizeof *patch->span + MPM_LINE,
                          (char **)&patch->memory));
   patch->sum  = (PetscReal *)MPMAlign(patch->memory);
-  patch->span = (PetscInt(*)[2])((char *)patch->sum + sums);
+  patch->span = (MPMSpan *)((char *)patch->sum + sums);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -52,26 +52,8 @@ void *MPMAlign(void *memory)
 void MPMPatchMarkAll(MPMPatch *patch)
 {
   for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
-    patch->span[r][0] = 0;
-    patch->span[r][1] = patch->n[0];
-  }
-}
-
-/* Zeroes the sums that the parts will add to, of the nodes that points touch. */
-void MPMPatchZeroSums(MPMPatch *patch, PetscInt parts)
-{
-  const PetscInt dim = patch->grid->dim, nc = MPM_SUM_NC(dim);
-  const PetscInt c0 = MPM_SUM_FIRST(dim, parts), c1 = MPM_SUM_LAST(dim, parts);
-
-  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
-    PetscReal     *sum = patch->sum + (size_t)(r * patch->n[0] * nc);
-    const PetscInt i0 = patch->span[r][0], i1 = patch->span[r][1];
-
-    if (i0 < i1 && (parts & MPM_P2G_MASS) && (parts & MPM_P2G_FORCE))
-      memset(sum + i0 * nc, 0, (size_t)((i1 - i0) * nc) * sizeof *sum);
-    else
-      for (PetscInt i = i0; i < i1; i++)
-        for (PetscInt c = c0; c < c1; c++) sum[i * nc + c] = 0;
+    patch->span[r].first = 0;
+    patch->span[r].last  = patch->n[0];
   }
 }
 
@@ -87,7 +69,7 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, Pets
     for (PetscInt k = 0; k < patch->own_n[2]; k++)
       for (PetscInt j = 0; j < patch->own_n[1]; j++) {
         const PetscInt row = (k + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + j + patch->own_lo[1] - patch->lo[1];
-        if (patch->span[row][0] < patch->span[row][1]) phase->nodes(&mpm->params, patch, row);
+        if (patch->span[row].first < patch->span[row].last) phase->nodes(&mpm->params, patch, row);
       }
   } else {
     const MPMTransfer run = MPMTransferFind(patch->grid->dim, patch->basis, phase->parts);
@@ -95,10 +77,7 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, Pets
     PetscCheck(run, PETSC_COMM_SELF, PETSC_ERR_PLIB, "phase %s has no kernel for parts %" PetscInt_FMT, phase->name,
                phase->parts);
     if (phase->kind == MPM_POINTS_TO_NODES) {
-      if (!keep) {
-        MPMTilesMarkRows(patch);
-        MPMPatchZeroSums(patch, phase->parts);
-      }
+      if (!keep) MPMTilesMarkRows(patch);
       for (PetscInt k = work = 0; k < patch->tiles.nruns[keep]; k++)
         work += patch->tiles.runs[keep][k].last - patch->tiles.runs[keep][k].first;
     }

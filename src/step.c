@@ -10,8 +10,8 @@ static void OwnNodes(const MPMPatch *patch, PetscInt row, PetscInt *first, Petsc
 {
   const PetscInt own = patch->own_lo[0] - patch->lo[0];
 
-  *first = PetscMax(own, patch->span[row][0]);
-  *last  = PetscMin(own + patch->own_n[0], patch->span[row][1]);
+  *first = PetscMax(own, patch->span[row].first);
+  *last  = PetscMin(own + patch->own_n[0], patch->span[row].last);
 }
 
 /* Is node i of a row at or beyond a face of the grid? Most are not. ijk [3]: its number in the grid. */
@@ -220,7 +220,7 @@ static PetscReal TouchedNodes(const MPMPatch *patch)
   PetscReal nodes = 0;
 
   for (PetscInt r = 0; patch->span && r < patch->n[1] * patch->n[2]; r++)
-    nodes += (PetscReal)PetscMax(0, patch->span[r][1] - patch->span[r][0]);
+    nodes += (PetscReal)PetscMax(0, patch->span[r].last - patch->span[r].first);
   return nodes;
 }
 

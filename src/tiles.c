@@ -141,6 +141,7 @@ PetscErrorCode MPMTilesMark(MPMPatch *patch, PetscBool keep, const PetscInt star
   size_t         need;
 
   PetscFunctionBeginUser;
+  t->start = start;
   t->nown = t->nruns[0] = t->nruns[1] = 0;
   for (PetscInt k = 0; k < t->n[2]; k++)
     for (PetscInt j = 0; j < t->n[1]; j++)
@@ -174,33 +175,59 @@ void MPMTilesWrap(MPMPatch *patch)
     }
 }
 
-/* Finds the part of each row of nodes that tiles with points touch. */
+/* Lets `first` to `last` - 1 of the rows [lo, hi) of nodes be visited. */
+static void Extend(MPMPatch *patch, const PetscInt lo[3], const PetscInt hi[3])
+{
+  for (PetscInt k = lo[2]; k < hi[2]; k++)
+    for (PetscInt j = lo[1]; j < hi[1]; j++) {
+      MPMSpan *span = &patch->span[k * patch->n[1] + j];
+
+      span->first = PetscMin(span->first, lo[0]);
+      span->last  = PetscMax(span->last, hi[0]);
+    }
+}
+
+/* The part of each row of nodes that the points of a row of cells touch. */
+static void MarkCells(MPMPatch *patch, PetscInt row, PetscInt in)
+{
+  const MPMTiles   *t     = &patch->tiles;
+  const PetscInt   *cell = t->start + MPMTileRowCell((int)patch->grid->dim, t, row, in), end = MPM_TILE * t->n[0];
+  const PetscInt    at[3] = {0, in % MPM_TILE, in / MPM_TILE}, tile[3] = {0, row % t->n[1], row / t->n[1]};
+  PetscInt          lo[3], hi[3], first = 0, last = end;
+
+  if (cell[0] == cell[end]) return;
+  while (cell[first + 1] == cell[0]) first++;
+  while (cell[last - 1] == cell[end]) last--;
+  for (PetscInt d = 0; d < 3; d++) {
+    lo[d] = d ? t->box[d][tile[d]].at + at[d] : t->box[0][t->below[0]].at + first - MPM_TILE * t->below[0];
+    hi[d] = PetscMin(lo[d] + (d ? 1 : last - first) + Reach(patch, d), patch->own_lo[d] + patch->own_n[d] - patch->lo[d]);
+  }
+  Extend(patch, lo, hi);
+}
+
+/* Finds the part of each row of nodes that points touch: for own points by cells, for those below by tiles. */
 void MPMTilesMarkRows(MPMPatch *patch)
 {
   const MPMTiles *t = &patch->tiles;
 
-  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
-    patch->span[r][0] = patch->n[0];
-    patch->span[r][1] = 0;
-  }
-  for (PetscInt k = 0; k < t->n[2]; k++)
-    for (PetscInt j = 0; j < t->n[1]; j++) {
-      const PetscInt   *slot  = t->slot + (k * t->n[1] + j) * t->n[0];
-      const MPMTileBox *y     = &t->box[1][j], *z = &t->box[2][k];
-      PetscInt          first = 0, last = t->n[0] - 1, end;
+  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) patch->span[r] = (MPMSpan){patch->n[0], 0, PETSC_TRUE};
+  for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++)
+    for (PetscInt in = 0; in < 1 << 2 * (patch->grid->dim - 1); in++) MarkCells(patch, row, in);
+  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+    const PetscInt at[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
+    PetscInt       lo[3], hi[3];
 
-      while (first <= last && slot[first] == MPM_TILE_EMPTY) first++;
-      while (first < last && slot[last] == MPM_TILE_EMPTY) last--;
-      if (first > last) continue;
-      end = t->box[0][last].at + t->box[0][last].to;
-      for (PetscInt kk = z->at + z->from; kk < z->at + z->to; kk++)
-        for (PetscInt jj = y->at + y->from; jj < y->at + y->to; jj++) {
-          PetscInt *span = patch->span[kk * patch->n[1] + jj];
-
-          span[0] = PetscMin(span[0], t->box[0][first].at + t->box[0][first].from);
-          span[1] = PetscMax(span[1], end);
-        }
+    if (at[0] >= t->below[0] && at[1] >= t->below[1] && at[2] >= t->below[2]) {
+      tile += t->n[0] - at[0] - 1; /* the rest of the row is own */
+      continue;
     }
+    if (t->slot[tile] == MPM_TILE_EMPTY) continue;
+    for (PetscInt d = 0; d < 3; d++) {
+      lo[d] = t->box[d][at[d]].at + t->box[d][at[d]].from;
+      hi[d] = t->box[d][at[d]].at + t->box[d][at[d]].to;
+    }
+    Extend(patch, lo, hi);
+  }
 }
 
 /* --- Messages: of the tiles at a side of a patch, `toward` [3] 1 or 0 on each axis, the nodes that the process there

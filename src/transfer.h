@@ -374,51 +374,35 @@ typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *,
 extern const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
 extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
 
-/* Where the cells of a block have their sums: kept ones in their place, others in the scratch of their row. */
+/* Where the cells of a block have their sums: kept ones in their place, others in the scratch of their row. Most cells
+   follow the one before in its row of cells, so that nothing is to be divided. */
 MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool keep, const MPMBlockOrder *o,
                                PetscReal *place[])
 {
   const MPMTiles *t    = &patch->tiles;
   const PetscInt  side = MPMTileSide(patch->basis);
   const size_t    size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
+  PetscInt        begin = 0, end = 0, row = 0; /* cells of a row of cells, and its first tile */
+  PetscReal      *sums = NULL;
 
+  for (PetscInt l = 0; l < o->n; l += 8) __builtin_prefetch(patch->points.cell + o->ahead[l]);
   for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++]) {
-    PetscInt       at[3];
-    const PetscInt tile = MPMTileOf(dim, t, patch->points.cell[o->point[first]], at);
+    const PetscInt cell = patch->points.cell[o->point[first]];
+    PetscInt       tile, in;
 
-    place[c] = (keep ? t->sum + (size_t)t->slot[tile] * size : t->scratch + (size_t)(tile % t->n[0]) * size) +
-               MPM_SUM_NC(dim) * ((at[2] * side + at[1]) * side + at[0]);
-  }
-}
+    if (cell >= end || cell < begin) {
+      PetscInt at[3];
 
-/* Adds the sums of a tile to those of the patch's nodes. */
-MPM_INLINE void MPMAddTile(MPMPatch *patch, PetscInt tile, const PetscReal *sums)
-{
-  const MPMTiles   *t    = &patch->tiles;
-  const PetscInt    side = MPMTileSide(patch->basis);
-  const MPMTileBox *x = &t->box[0][tile % t->n[0]], *y = &t->box[1][tile / t->n[0] % t->n[1]],
-                   *z = &t->box[2][tile / (t->n[0] * t->n[1])];
-
-  for (PetscInt k = z->from; k < z->to; k++)
-    for (PetscInt j = y->from; j < y->to; j++) {
-      const PetscReal *from = sums + 8 * ((k * side + j) * side + x->from);
-      PetscReal       *to   = patch->sum + 8 * (((size_t)(k + z->at) * (size_t)patch->n[1] + (size_t)(j + y->at)) *
-                                                          (size_t)patch->n[0] +
-                                                      (size_t)(x->from + x->at));
-
-      for (PetscInt i = 0; i < 8 * (x->to - x->from); i += MPM_WIDTH)
-        MPMWrite(to + i, MPMRead(to + i) + MPMRead(from + i));
+      tile  = MPMTileOf(dim, t, cell, at);
+      row   = tile - tile % t->n[0];
+      begin = cell - at[0] - MPM_TILE * (tile - row);
+      end   = begin + MPM_TILE * t->n[0];
+      sums  = (keep ? t->sum : t->scratch) + MPM_SUM_NC(dim) * (at[2] * side + at[1]) * side;
     }
-}
-
-/* The same of the tiles of the table below `tile` that have sums already. */
-MPM_INLINE void MPMAddKept(int dim, MPMPatch *patch, PetscInt tile, PetscInt *next)
-{
-  const size_t size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
-
-  for (; *next < tile; ++*next)
-    if (patch->tiles.slot[*next] >= 0)
-      MPMAddTile(patch, *next, patch->tiles.sum + (size_t)patch->tiles.slot[*next] * size);
+    tile     = (cell - begin) / MPM_TILE;
+    in       = (cell - begin) % MPM_TILE;
+    place[c] = sums + (size_t)(keep ? t->slot[row + tile] : tile) * size + MPM_SUM_NC(dim) * in;
+  }
 }
 
 /* Zeroes the scratch of the open tiles of a row. */
@@ -431,17 +415,51 @@ MPM_INLINE void MPMOpenRow(int dim, const MPMPatch *patch, PetscInt row)
     if (t->slot[row * t->n[0] + i] == MPM_TILE_OPEN) memset(t->scratch + (size_t)i * size, 0, size * sizeof *t->scratch);
 }
 
-/* Adds the open tiles of a row to the nodes, with the kept ones before and between. */
-MPM_INLINE void MPMCloseRow(int dim, MPMPatch *patch, PetscInt row, PetscInt *next)
+/* Zeroes the parts' sums of a row of nodes, once. */
+MPM_INLINE void MPMZeroRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt row)
 {
-  const MPMTiles *t    = &patch->tiles;
-  const size_t    size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
+  MPMSpan       *span = patch->span + row;
+  const PetscInt c0 = MPM_SUM_FIRST(dim, parts), c1 = MPM_SUM_LAST(dim, parts), n = span->last - span->first;
+  PetscReal     *sum = patch->sum + MPM_SUM_NC(dim) * ((size_t)row * (size_t)patch->n[0] + (size_t)span->first);
 
-  for (PetscInt i = 0; i < t->n[0]; i++) {
-    if (t->slot[row * t->n[0] + i] != MPM_TILE_OPEN) continue;
-    MPMAddKept(dim, patch, row * t->n[0] + i, next);
-    MPMAddTile(patch, row * t->n[0] + i, t->scratch + (size_t)i * size);
-  }
+  if (!span->fresh) return;
+  span->fresh = PETSC_FALSE;
+  if (n > 0 && (parts & MPM_P2G_MASS) && (parts & MPM_P2G_FORCE))
+    memset(sum, 0, (size_t)(n * MPM_SUM_NC(dim)) * sizeof *sum);
+  else
+    for (PetscInt i = 0; i < n; i++)
+      for (PetscInt c = c0; c < c1; c++) sum[i * MPM_SUM_NC(dim) + c] = 0;
+}
+
+/* Adds the sums of the tiles of a row of the table to those of the patch's nodes, from left to right: the open tiles are
+   in the scratch. */
+MPM_INLINE void MPMCloseRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt row)
+{
+  const MPMTiles   *t    = &patch->tiles;
+  const PetscInt    side = MPMTileSide(patch->basis), *slot = t->slot + row * t->n[0];
+  const size_t      size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
+  const MPMTileBox *y = &t->box[1][row % t->n[1]], *z = &t->box[2][row / t->n[1]];
+  PetscInt          first = 0, last = t->n[0];
+
+  while (first < last && slot[first] == MPM_TILE_EMPTY) first++;
+  while (first < last && slot[last - 1] == MPM_TILE_EMPTY) last--;
+  for (PetscInt k = z->from; k < z->to; k++)
+    for (PetscInt j = y->from; j < y->to; j++) {
+      const PetscInt at    = (k + z->at) * patch->n[1] + j + y->at;
+      PetscReal     *nodes = patch->sum + MPM_SUM_NC(dim) * (size_t)at * (size_t)patch->n[0];
+
+      if (first < last) MPMZeroRow(dim, patch, parts, at);
+      for (PetscInt i = first; i < last; i++) {
+        const MPMTileBox *x    = &t->box[0][i];
+        const PetscReal  *from = slot[i] >= 0 ? t->sum + (size_t)slot[i] * size : t->scratch + (size_t)i * size;
+        PetscReal        *to   = nodes + MPM_SUM_NC(dim) * x->at;
+
+        from += MPM_SUM_NC(dim) * (k * side + j) * side;
+        if (slot[i] == MPM_TILE_EMPTY) continue;
+        for (PetscInt c = MPM_SUM_NC(dim) * x->from; c < MPM_SUM_NC(dim) * x->to; c += MPM_WIDTH)
+          MPMWrite(to + c, MPMRead(to + c) + MPMRead(from + c));
+      }
+    }
 }
 
 /* Sums over points to nodes: mass (1), momentum (2) and force (4), (13), a row of tiles at a time. With MPM_P2G_KEEP of
@@ -455,7 +473,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   const MPMTiles    *t    = &patch->tiles;
   const MPMRange    *runs = t->runs[keep], *end = runs + t->nruns[keep];
   MPMBegun           begun = {{{0}}, NULL};
-  PetscInt           done  = 0; /* tiles of the table */
+  PetscInt           done  = 0; /* rows of tiles */
   PetscReal         *place[MPM_STAGED];
   MPMBlockOrder      o;
   MPMStencils        s;
@@ -472,6 +490,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     PetscInt       n   = 1;
 
     while (runs + n < end && runs[n].row == row) n++;
+    while (!keep && done < row) MPMCloseRow(dim, patch, parts, done++);
     if (!keep) MPMOpenRow(dim, patch, row);
     MPMFirstBlock(n, runs, &o);
     while (MPMNextBlock(patch, n, runs, &o)) {
@@ -489,10 +508,9 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     o.end[0] = 0;
     place[0] = NULL;
     sum(&o, &s, &r, place, &begun);
-    if (!keep) MPMCloseRow(dim, patch, row, &done);
     runs += n;
   }
-  if (!keep) MPMAddKept(dim, patch, t->n[0] * t->n[1] * t->n[2], &done);
+  while (!keep && done < t->n[1] * t->n[2]) MPMCloseRow(dim, patch, parts, done++);
 }
 
 /* --- Nodes to points -----------------------------------------------------------------------------------------------
