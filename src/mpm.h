@@ -239,9 +239,9 @@ typedef struct {
    computed twice. */
 #define MPM_TILE 4
 
-/* On one axis, nodes from .. to-1 of a tile are added to nodes from + at .. of the patch's arrays. */
+/* On one axis, a tile has nodes 0 .. end-1, of which from .. to-1 are the patch's own; 0 is node `at` of its arrays. */
 typedef struct {
-  PetscInt from, to, at;
+  PetscInt from, to, end, at;
 } MPMTileBox;
 
 /* Entries first .. last-1 of the order: points of a row of tiles. */

@@ -65,7 +65,8 @@ PetscErrorCode MPMTilesSetUp(MPMPatch *patch, PetscBool alone)
       start -= grid->layers[d];
       box->at   = start - patch->lo[d];
       box->from = PetscMax(0, patch->own_lo[d] - start);
-      box->to   = PetscMin(width + Reach(patch, d), last - start);
+      box->end  = width + Reach(patch, d);
+      box->to   = PetscMin(box->end, last - start);
     }
   }
   rows = t->n[1] * t->n[2];
@@ -243,20 +244,17 @@ static void Side(const MPMPatch *patch, PetscInt d, int toward, PetscBool above,
   *hi = toward && !above ? t->below[d] : t->n[d];
 }
 
-/* Nodes [from, to) of tile k of the table that lie in the box of whom the message is for. */
-static void Cut(const MPMPatch *patch, PetscInt d, int toward, PetscBool above, PetscInt k, PetscInt *from,
-                PetscInt *to)
+/* Nodes [from, to) of tile k of the table that the receiver owns: beyond my own ones, or else among them, where nodes
+   across a periodic face are too. */
+static void Cut(const MPMPatch *patch, PetscInt d, int toward, PetscBool above, PetscInt k, PetscInt *from, PetscInt *to)
 {
-  const PetscInt lo = patch->own_lo[d] + patch->grid->layers[d];
-  PetscInt       start, width = Width(patch->grid, d, TileAt(patch, d, k), &start), edge;
+  const MPMTileBox *box = &patch->tiles.box[d][k];
 
-  edge  = lo + (toward && !above ? 0 : patch->own_n[d]) - start; /* the box's face, from the tile's first node */
-  *from = toward ? PetscMax(0, edge) : 0;
-  *to   = width + Reach(patch, d);
-  if (!toward && !patch->tiles.wraps[d]) *to = PetscMin(*to, edge);
+  *from = toward && above ? box->to : box->from;
+  *to   = (toward && above) || patch->tiles.wraps[d] ? box->end : box->to;
 }
 
-/* Calls for each tile of the side in turn: its place in the table and its nodes' box. */
+/* Goes from tile to tile of the side: its place in the table and its nodes' box. */
 typedef struct {
   PetscInt lo[3], hi[3], at[3], from[3], to[3];
 } Walk;
@@ -292,9 +290,8 @@ static PetscInt WalkTiles(const Walk *w)
 static size_t CopyBox(const MPMPatch *patch, const Walk *w, PetscInt slot, PetscInt parts, PetscBool pack, char *message)
 {
   const PetscInt dim = patch->grid->dim, side = MPMTileSide(patch->basis);
-  const PetscInt c0   = MPM_SUM_FIRST(dim, parts);
-  const size_t   size = (size_t)(MPM_SUM_LAST(dim, parts) - c0) * sizeof(PetscReal);
-  size_t         at   = 0;
+  const PetscInt c0 = MPM_SUM_FIRST(dim, parts), c1 = MPM_SUM_LAST(dim, parts);
+  PetscReal     *at = (PetscReal *)message;
 
   for (PetscInt k = w->from[2]; k < w->to[2]; k++)
     for (PetscInt j = w->from[1]; j < w->to[1]; j++) {
@@ -302,28 +299,32 @@ static size_t CopyBox(const MPMPatch *patch, const Walk *w, PetscInt slot, Petsc
                        MPM_SUM_NC(dim) * ((size_t)slot * MPMTileNodes(dim, patch->basis) +
                                           (size_t)((k * side + j) * side + w->from[0]));
 
-      for (PetscInt i = w->from[0]; i < w->to[0]; i++, sum += MPM_SUM_NC(dim), at += size) {
-        if (!pack) memset(sum, 0, MPM_SUM_NC(dim) * sizeof *sum);
-        memcpy(pack ? message + at : (char *)(sum + c0), pack ? (char *)(sum + c0) : message + at, size);
-      }
+      for (PetscInt i = w->from[0]; i < w->to[0]; i++, sum += MPM_SUM_NC(dim))
+        if (pack)
+          for (PetscInt c = c0; c < c1; c++) *at++ = sum[c];
+        else
+          for (PetscInt c = 0; c < MPM_SUM_NC(dim); c++) sum[c] = c < c0 || c >= c1 ? 0 : *at++;
     }
-  return at;
+  return (size_t)((char *)at - message);
 }
 
 /* The most bytes that such a message can have. */
 size_t MPMTilesBytes(const MPMPatch *patch, const int toward[3], PetscInt parts, PetscBool above)
 {
-  const PetscInt dim = patch->grid->dim;
-  PetscInt       tile;
-  size_t         nodes = 0, tiles = 0;
+  const PetscInt dim   = patch->grid->dim;
+  size_t         nodes = 1, tiles = 1;
   Walk           w;
 
   WalkBegin(patch, toward, above, &w);
-  for (; WalkNext(patch, toward, above, &w, &tile); tiles++) {
-    size_t box = 1;
+  for (PetscInt d = 0; d < 3; d++) {
+    size_t sum = 0;
 
-    for (PetscInt d = 0; d < 3; d++) box *= (size_t)PetscMax(0, w.to[d] - w.from[d]);
-    nodes += box;
+    for (PetscInt k = w.lo[d]; k < w.hi[d]; k++) {
+      Cut(patch, d, toward[d], above, k, &w.from[d], &w.to[d]);
+      sum += (size_t)(w.to[d] - w.from[d]);
+    }
+    nodes *= sum;
+    tiles *= (size_t)(w.hi[d] - w.lo[d]);
   }
   return (tiles + 7) / 8 * 8 + nodes * (size_t)(MPM_SUM_LAST(dim, parts) - MPM_SUM_FIRST(dim, parts)) * sizeof(PetscReal);
 }
