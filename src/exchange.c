@@ -46,7 +46,7 @@ PetscErrorCode MPMExchangeSetFromOptions(MPM mpm, MPMOptions o)
     if (largest < size)
       MPMOptionsFail(
           o,
-          "started on %d processes: this grid of nodes cannot be cut into so many boxes; the largest number below that can is %" PetscInt_FMT,
+          "started on %d processes: this grid cannot be cut into so many boxes of at least 4 nodes an axis; the largest number below that can is %" PetscInt_FMT,
           size, largest);
   }
   PetscFunctionReturn(PETSC_SUCCESS);

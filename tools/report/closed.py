@@ -146,7 +146,7 @@ class ClosedForm:
         step = 0.4 / (36.7 + 4 * math.sqrt(m.dim))
         q = sum(2 * 4 * math.sin(math.pi * j / p) * step for p in cut for j in range(1, p))
         p = 1 - math.exp(-q)
-        m.numbers = {"copy": 0.2e-9, "halo": 0, "merge": 0, "migration[0].process": 0, "migration[1].process": 0}
+        m.numbers = {"copy": 0.2e-9, "migration[0].process": 0, "migration[1].process": 0}
         m = m.with_network(**NETWORK)
         for k in (0, 1):
             m.numbers[f"migration[{k}].point"] = costs["SORT"] - sort

@@ -35,7 +35,7 @@ PHASES = {
         ("G2P_STRESS", "to_points", "id x cell F dx", "x cell F", ""),
     ],
 }
-STEADY = {"id", "x", "kind", "cell"}  # travel with `settle`
+TILE = 4  # cells of a tile on an axis
 
 
 def log2(processes):
@@ -44,12 +44,11 @@ def log2(processes):
 
 @dataclass
 class Share:
-    """What one process has: particles, nodes, halo particles, ghost nodes, neighbours; and the whole run's number of
-    processes and particles that change process in a step."""
+    """What one process has: particles, nodes, ghost nodes, neighbours; and the whole run's number of processes and particles
+    that change process in a step."""
 
     points: float
     nodes: float
-    halo: float = 0
     ghosts: float = 0
     neighbours: float = 0
     processes: int = 1
@@ -80,12 +79,16 @@ class Model:
     origin: str = ""
 
     # ---- Sizes of messages
-    def bytes(self, fields, without=()):
+    def bytes(self, fields):
         size = {"id": 8, "x": 8 * self.dim, "v": 8 * self.dim, "F": 8 * self.dim**2, "dx": 8 * self.dim, "cell": 4}
-        return sum(size[f] for f in fields.split() if f not in without)
+        return sum(size[f] for f in fields.split())
 
     def sums(self, parts):
         return sum({"m": 1, "p": self.dim, "f": self.dim}[p] for p in parts) + (3 - self.dim if parts == "mpf" else 0)
+
+    def spread(self, power):
+        """How many tiles reach a node, on so many axes."""
+        return ((TILE + NODES[self.basis] - 1) / TILE) ** power
 
     # ---- A step in spatial decomposition
     def parts(self, s):
@@ -93,20 +96,16 @@ class Model:
         m, none = self.numbers, Rate(0, (1, 1), (0, 0))
         byte, t = m["wire"] + m["copy"], {}
         ahead = m["exchange"] + s.neighbours * m["message"] if s.neighbours > 0 else 0
-        for name, kind, fields, _, _ in PHASES[self.update]:
+        for name, kind, _, _, sums in PHASES[self.update]:
             rate = self.rates.get(name, none)
             if kind == "to_nodes":
-                t[name] = rate.seconds(s.points + s.halo) + ahead + s.halo * self.bytes(fields, STEADY) * byte
+                t[name] = rate.seconds(s.points) + ahead + s.ghosts * self.spread(self.dim - 1) * self.sums(sums) * 8 * byte
             elif kind == "nodes":
                 t[name] = rate.seconds(s.nodes) + ahead + s.ghosts * 2 * self.dim * 8 * byte
             else:
                 t[name] = rate.seconds(s.points)
-        t["SORT"] = self.rates.get("SORT", none).seconds(s.points)
-        settle = self.rates.get("SETTLE", none)
-        if s.neighbours > 0:
-            t["SETTLE"] = settle.call + 2 * ahead + s.halo * (m["halo"] + self.bytes("id x") * byte) + s.points * m["merge"]
-        else:
-            t["SETTLE"] = settle.seconds(s.points)
+        for name in "SORT", "SETTLE":
+            t[name] = self.rates.get(name, none).seconds(s.points)
         way = {k: m[f"migration[{int(self.direct)}].{k}"] for k in ("call", "stage", "process", "point")}
         chance = 1 - math.exp(-s.crossing) if s.processes > 1 else 0
         t["MIGRATE"] = chance * (
@@ -125,19 +124,19 @@ class Model:
         s is the share of a run on one process."""
         m, reach, busy, total = self.numbers, NODES[self.basis] - 1, 0.0, 0.0
         alone = self.parts(replace(s, processes=1))
+        edge = math.ceil(edge / TILE) * TILE
         cells, wide = edge**self.dim, (edge + reach) ** self.dim
         for name, kind, fields, back, sums in PHASES[self.update]:
             if kind == "nodes":
                 continue
             one = alone.pop(name)
-            chunks, points = max(1, s.nodes / cells), s.points
+            chunks = max(1, s.nodes / cells)
             if kind == "to_nodes":
-                points *= wide / cells
-                size = points * self.bytes(fields) + chunks * cells * 8 * self.sums(sums)
+                size = s.points * self.bytes(fields) + s.nodes * self.spread(self.dim) * 8 * self.sums(sums)
             else:
-                size = points * (self.bytes(fields) + self.bytes(back)) + chunks * wide * 8 * 2 * self.dim
+                size = s.points * (self.bytes(fields) + self.bytes(back)) + chunks * wide * 8 * 2 * self.dim
             master = chunks * (m["chunk"] + m["message"]) + size * (m["farm"] + m["wire"])
-            work = self.rates[name].seconds(points) if name in self.rates else one
+            work = self.rates[name].seconds(s.points) if name in self.rates else one
             busy += master
             total += max(master, (work + master) / min(s.processes - 1, chunks)) + (work + 2 * master) / chunks
         rest = sum(alone.values())
@@ -151,30 +150,28 @@ class Model:
         s = Share(n, (side + reach) ** self.dim, processes=processes)
         if processes > 1:
             s.ghosts = (side + reach) ** self.dim - cells
-            s.halo = s.ghosts * per_cell
             s.neighbours = 2**self.dim - 1
             s.crossing = courant * processes * self.dim * cells / side * per_cell
         return s
 
     def axis(self, cells, parts, up):
-        """One axis of a full box between walls, cut into parts as even as cells allow: for each part its particles, halo below
-        and ghosts above in units of a cell's particles. Near walls a spline's stencil is moved onto the grid, so the first and
-        the last cell of stencils have more particles. up: which way halves are rounded."""
+        """One axis of a full box between walls, cut into parts as even as tiles allow: for each part its particles in units of
+        a cell's and the ghosts above. Near walls a spline's stencil is moved onto the grid, so the first and the
+        last cell of stencils have more particles. up: which way halves are rounded."""
         reach = NODES[self.basis] - 1
         n = cells + 1 - reach
-        load = [1.0] * n
+        load = [1.0] * n + [0.0] * reach
         load[0] += (cells - n) / 2
-        load[-1] += (cells - n) / 2
+        load[n - 1] += (cells - n) / 2
+        edges = [TILE * k for k in range((cells + 1) // TILE)] + [cells + 1]
         cuts, total = [0], 0.0
-        for k, one in enumerate(load):
+        for a, b in zip(edges, edges[1:-1]):
+            one = sum(load[a:b])
             total += one
             while len(cuts) < parts and total + (0 if up else one / 2 + 1e-9) >= len(cuts) * cells / parts:
-                cuts.append(k + 1)
-        cuts.append(n)
-        return [
-            (sum(load[a:b]), sum(load[max(0, a - reach) : a]), min(reach, n + reach - b) if b < n else 0)
-            for a, b in zip(cuts, cuts[1:])
-        ]
+                cuts.append(b)
+        cuts.append(cells + 1)
+        return [(sum(load[a:b]), min(reach, cells + 1 - b)) for a, b in zip(cuts, cuts[1:])]
 
     def box(self, cells, cut, per_cell, crossing):
         """Seconds of a step, and the imbalance, of a full box that is cut into cut[0] x cut[1] ... boxes: of the slowest process,
@@ -184,14 +181,13 @@ class Model:
             slowest, most = 0.0, 0.0
             for where in itertools.product(*(set(self.axis(c, p, up)) for c, p, up in zip(cells, cut, ups))):
                 own = math.prod(w[0] for w in where)
-                halo, ghosts = math.prod(w[0] + w[1] for w in where) - own, math.prod(w[0] + w[2] for w in where) - own
-                below, above = (2 ** sum(w[k] > 0 for w in where) - 1 for k in (1, 2))
+                ghosts = math.prod(w[0] + w[1] for w in where) - own
+                above = 2 ** sum(w[1] > 0 for w in where) - 1
                 s = Share(
                     own * per_cell,
                     math.prod(w[0] + 1 / p for w, p in zip(where, cut)),
-                    halo * per_cell,
                     ghosts,
-                    (below + above) / 2,
+                    above,
                     math.prod(cut),
                     crossing,
                 )

@@ -460,8 +460,6 @@ class Tables(ClosedForm):
                 r = m.rates[k]
                 lines.append([what, k, f"{1e6 * r.call:.2g} µs", f"{1e9 * r.each[0]:.2f} ns", f"{1e9 * r.each[1]:.2f} ns"])
             for k, unit in (
-                ("halo", "ns a halo particle"),
-                ("merge", "ns a particle"),
                 ("copy", "ns a byte"),
                 ("farm", "ns a byte"),
                 ("chunk", "ns a patch"),

@@ -6,6 +6,7 @@ import math
 import runs
 
 STENCIL = {"linear": 2, "bspline2": 3, "bspline3": 4}  # nodes an axis; with walls none lies beyond the grid
+TILE = 4
 
 
 def product(dim, of_cut, of_rest):
@@ -15,14 +16,39 @@ def product(dim, of_cut, of_rest):
                for o in itertools.product((0, 1), repeat=dim) if any(o))
 
 
-def spatial(scene, cells, ppc, grid):
-    """Of usl, per step: pairs of neighbours, halo points, ghost nodes; summed over all processes."""
+def ghosts(scene, cells, grid):
+    """Nodes above the boxes of processes, summed over all."""
     reach = STENCIL[scene.basis] - 1
-    pairs = product(scene.dim, lambda d: grid[d] - 1, lambda d: grid[d])
-    per_axis = round(ppc ** (1 / scene.dim))
-    halo = product(scene.dim, lambda d: reach * (grid[d] - 1) * per_axis, lambda d: cells[d] * per_axis)
-    ghosts = product(scene.dim, lambda d: reach * (grid[d] - 1), lambda d: cells[d] + 1)
-    return pairs, halo, ghosts
+    return product(scene.dim, lambda d: reach * (grid[d] - 1), lambda d: cells[d] + 1)
+
+
+def parts(cells, count, reach):
+    """An axis cut evenly at multiples of TILE nodes: for each part the widths of its tiles, and how many of them have
+    points."""
+    bins = (cells + 1) // TILE
+    cuts = [TILE * (bins * k // count) for k in range(count)] + [cells + 1]
+    for a, b in zip(cuts, cuts[1:]):
+        widths = [min(TILE, b - at) for at in range(a, b, TILE)]
+        yield widths, sum(at + a <= cells - reach for at in range(0, b - a, TILE))
+
+
+def sums(scene, cells, grid, numbers):
+    """Bytes of the sums of tiles that processes send, all together: a byte a tile of the side, in words, then `numbers`
+    sums of each node of tiles with points that the receiver owns."""
+    reach, total = STENCIL[scene.basis] - 1, 0
+    axes = [list(parts(c, p, reach)) for c, p in zip(cells, grid)]
+    for where in itertools.product(*(range(p) for p in grid)):
+        for toward in itertools.product((0, 1), repeat=scene.dim):
+            if not any(toward) or any(o and k + 1 == p for o, k, p in zip(toward, where, grid)):
+                continue
+            tiles, nodes = 1, 1
+            for axis, o, k in zip(axes, toward, where):
+                widths, full = axis[k]
+                own = sum(widths)
+                tiles *= 1 if o else len(widths)
+                nodes *= reach if o else sum(min(w + reach, own - TILE * n) for n, w in enumerate(widths[:full]))
+            total += (tiles + 7) // 8 * 8 + nodes * numbers * 8
+    return total
 
 
 def rows(scene, run):
@@ -30,20 +56,17 @@ def rows(scene, run):
     dim, steps, cells = scene.dim, run.steps, scene.cells(scene.strong)
     event = lambda name: run.events.get(name, runs.Event(0, 0, 0, 0))
     if run.strategy == "pool":
-        # A patch of 16 nodes an axis is sent, and answered, if it gets a point: for sums to nodes if a stencil reaches
-        # it, else if one starts in it.
-        patches = lambda last: math.prod(last(c) // 16 + 1 for c in cells)
-        yield "messages of P2G a step", event("P2G").messages / steps, 2 * patches(lambda c: c)
-        yield ("messages of G2P a step", event("G2P").messages / steps,
-               2 * patches(lambda c: c + 1 - STENCIL[scene.basis]))
+        # A patch of 16 nodes an axis is sent, and answered, if a stencil starts in it.
+        patches = math.prod((c + 1 - STENCIL[scene.basis]) // 16 + 1 for c in cells)
+        yield "messages of P2G a step", event("P2G").messages / steps, 2 * patches
+        yield "messages of G2P a step", event("G2P").messages / steps, 2 * patches
         return
-    pairs, halo, ghosts = spatial(scene, cells, 2 ** dim, run.grid)
+    pairs = product(dim, lambda d: run.grid[d] - 1, lambda d: run.grid[d])
     yield "messages of P2G a step", event("P2G").messages / steps, pairs
     yield "messages of ADVANCE a step", event("ADVANCE").messages / steps, pairs
-    yield "messages of SETTLE a step", event("SETTLE").messages / steps, pairs
-    yield "bytes of P2G a step", event("P2G").bytes / steps, halo * (8 * dim + 8 * dim * dim)
-    yield "bytes of SETTLE a step", event("SETTLE").bytes / steps, halo * (8 + 8 * dim)
-    yield "bytes of ADVANCE a step", event("ADVANCE").bytes / steps, ghosts * 16 * dim
+    yield "messages of SETTLE a step", event("SETTLE").messages / steps, 0
+    yield "bytes of P2G a step", event("P2G").bytes / steps, sums(scene, cells, run.grid, 4 + dim)
+    yield "bytes of ADVANCE a step", event("ADVANCE").bytes / steps, ghosts(scene, cells, run.grid) * 16 * dim
     yield "reductions a step", event("summary").reductions / steps, 1
 
 
