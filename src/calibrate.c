@@ -78,6 +78,8 @@ PetscErrorCode MPMModelLoad(MPM mpm, char wrong[], size_t len)
     if (sscanf(line, "rate %d %lf %lf %lf %lf %lf", &e, v, v + 1, v + 2, v + 3, v + 4) == 6 && e >= 0 &&
         e < MPM_MAX_TIMERS)
       m.rate[e] = (MPMRate){v[0], {v[1], v[3]}, {v[2], v[4]}};
+    for (int k = 0; !strncmp(line, "rate ", 5) && k < 5; k++)
+      if (!(v[k] >= 0 && v[k] < PETSC_MAX_REAL)) fits = PETSC_FALSE;
     if (sscanf(line, "%63s %lf", name, v) == 2) {
 #define MPM_READ(entry)                                                                                                \
   if (!strcmp(name, #entry)) m.entry = v[0];

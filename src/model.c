@@ -268,15 +268,16 @@ PetscErrorCode MPMModelSetUp(MPM mpm)
 /* What this process has now. Collective on the exchange. */
 PetscErrorCode MPMModelShare(MPM mpm, MPMShare *s)
 {
-  const MPMPatch *patch = &mpm->exchange.patch;
-  PetscReal       h     = PETSC_MAX_REAL;
-  PetscMPIInt     size;
+  MPMPatch   *patch = &mpm->exchange.patch;
+  PetscReal   h     = PETSC_MAX_REAL;
+  PetscMPIInt size;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
   PetscCall(PetscMemzero(s, sizeof *s));
   s->points    = (PetscReal)mpm->points.n;
   s->processes = (PetscReal)size;
+  MPMTilesMarkRows(patch); /* no step may have done so yet */
   for (PetscInt k = patch->own_lo[2]; k < patch->own_lo[2] + patch->own_n[2]; k++)
     for (PetscInt j = patch->own_lo[1]; j < patch->own_lo[1] + patch->own_n[1]; j++) {
       const MPMSpan *span = &patch->span[(k - patch->lo[2]) * patch->n[1] + j - patch->lo[1]];

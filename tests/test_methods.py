@@ -35,7 +35,7 @@ UPDATES = ("usf", "usl", "musl")
 WALLS = {"free": "", "fixed": "", "slip": "", "separate": "", "friction": "_mu 0.3", "moving": "_velocity"}
 VELOCITY = {1: "0.3+0.2*sin(2*pi*x)", 2: "0.3-0.5*(y-0.5)+0.2*sin(2*pi*x), -0.2+0.5*(x-0.5)",
             3: "0.3-0.5*(y-0.5)+0.2*sin(2*pi*z), -0.2+0.5*(x-0.5), 0.1+0.3*(x-0.5)"}
-CELLS = {1: 12, 2: 9, 3: 9}  # three processes need 3 of cubic splines each
+CELLS = {1: 12, 2: 12, 3: 12}  # three processes need a tile of 4 nodes each
 FACES = ("xmin", "xmax", "ymin", "ymax", "zmin", "zmax")
 
 pebble, source, mpiexec = sys.argv[1:4]
@@ -179,11 +179,11 @@ def check_points():
     for basis, method in BASES.items():
         for ppc in (1, 2, 3, 8):
             for where in ("as they are", "on lines"):
-                h = 1.0 / 8
+                h = 1.0 / 12
                 offset = 0 if where == "as they are" else h / ppc / 2
-                arguments = scene(2, ("neohookean",), lower=0.25, upper=0.75, ppc=ppc, offset=offset, cells=8, steps=5, velocity="0.1, 0.05")
+                arguments = scene(2, ("neohookean",), lower=0.25, upper=0.75, ppc=ppc, offset=offset, cells=12, steps=5, velocity="0.1, 0.05")
                 same(f"{ppc} points per cell, {where}, {basis}", arguments, method, parallel=ppc in (1, 3) and basis != "steffen3")
-        arguments = scene(2, ("neohookean",), lower=0.0, upper=1.01, ppc=2, offset=0.03125, cells=8, steps=5, velocity="0*x, 0*x", faces=walls(2, "slip"))
+        arguments = scene(2, ("neohookean",), lower=0.0, upper=1.01, ppc=2, offset=0.25 / 12, cells=12, steps=5, velocity="0*x, 0*x", faces=walls(2, "slip"))
         same(f"points on walls, {basis}", arguments, method)
         with h5py.File(os.path.join(work, "run.h5")) as file:
             x = file[sorted(key for key in file if key.startswith("step_"))[-1]]["particles/x"][:]

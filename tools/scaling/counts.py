@@ -32,9 +32,9 @@ def parts(cells, count, reach):
         yield widths, sum(at + a <= cells - reach for at in range(0, b - a, TILE))
 
 
-def sums(scene, cells, grid, numbers):
+def sums(scene, cells, grid, numbers, room):
     """Bytes of the sums of tiles that processes send, all together: a byte a tile of the side, in words, then `numbers`
-    sums of each node of tiles with points that the receiver owns."""
+    sums of each node of tiles with points that the receiver owns; room: of all tiles, for which it makes room."""
     reach, total = STENCIL[scene.basis] - 1, 0
     axes = [list(parts(c, p, reach)) for c, p in zip(cells, grid)]
     for where in itertools.product(*(range(p) for p in grid)):
@@ -46,7 +46,7 @@ def sums(scene, cells, grid, numbers):
                 widths, full = axis[k]
                 own = sum(widths)
                 tiles *= 1 if o else len(widths)
-                nodes *= reach if o else sum(min(w + reach, own - TILE * n) for n, w in enumerate(widths[:full]))
+                nodes *= reach if o else sum(min(w + reach, own - TILE * n) for n, w in enumerate(widths[:None if room else full]))
             total += (tiles + 7) // 8 * 8 + nodes * numbers * 8
     return total
 
@@ -65,7 +65,9 @@ def rows(scene, run):
     yield "messages of P2G a step", event("P2G").messages / steps, pairs
     yield "messages of ADVANCE a step", event("ADVANCE").messages / steps, pairs
     yield "messages of SETTLE a step", event("SETTLE").messages / steps, 0
-    yield "bytes of P2G a step", event("P2G").bytes / steps, sums(scene, cells, run.grid, 4 + dim)
+    # A receive counts by its room.
+    yield ("bytes of P2G a step", event("P2G").bytes / steps,
+           sum(sums(scene, cells, run.grid, 4 + dim, room) for room in (False, True)) / 2)
     yield "bytes of ADVANCE a step", event("ADVANCE").bytes / steps, ghosts(scene, cells, run.grid) * 16 * dim
     yield "reductions a step", event("summary").reductions / steps, 1
 
