@@ -28,8 +28,9 @@ typedef struct {
   X(message)                                                                                                           \
   X(wire)                                                                                                              \
   X(copy)                                                                                                              \
-  X(reduction) X(chunk) X(farm) X(migration[0].call) X(migration[0].stage) X(migration[0].process)    \
-      X(migration[0].point) X(migration[1].call) X(migration[1].stage) X(migration[1].process) X(migration[1].point)
+  X(reduction)                                                                                                         \
+  X(chunk) X(farm) X(migration[0].call) X(migration[0].stage) X(migration[0].process) X(migration[0].point)            \
+      X(migration[1].call) X(migration[1].stage) X(migration[1].process) X(migration[1].point)
 
 static PetscErrorCode Save(MPM mpm)
 {

@@ -1,12 +1,13 @@
 /* exchange_pool.c - the worker pool: the master (process 0) holds all points and the grid, hands out patches of cells,
    assembles what comes back, and finishes the step; workers hold no state.
 
-   In a sweep the master packs for each patch its points with the fields that the phase declares, and for nodes-to-points
-   the node motion too. It sends patches to workers as they become idle, the biggest first, two in flight for each. A
-   worker runs the same kernel on its patch and returns the sums of its tiles, or the new fields of its points, and the
-   status it found: an error is data and stops the run at the master.
-   Patches are boxes of whole tiles, whose sums do not depend on who makes them; the master adds them up to nodes as the
-   serial run does: hence its bits. */
+   In a sweep the master packs for each patch its points with the fields that the phase declares, and for
+   nodes-to-points the node motion too. It sends patches to workers as they become idle, the biggest first, two in
+   flight for each. A worker runs the same kernel on its patch and returns the sums of its tiles, or the new fields of
+   its points, and the status it found: an error is data and stops the run at the master. Patches are boxes of whole
+   tiles, whose sums do not depend on who makes them; the master adds them up to nodes as the serial run does: hence its
+   bits. */
+#include "cell.h"
 #include "exchange_pool.h"
 
 #define MPM_IN_FLIGHT 2 /* patches that a worker has at a time */
@@ -194,11 +195,11 @@ static PetscErrorCode FillQueue(MPM mpm, Pool *pool, PetscInt *n)
 
 static PetscErrorCode Sweep_Pool(MPM mpm, const MPMPhase *phase)
 {
-  MPMExchange    *ex     = &mpm->exchange;
-  Pool           *pool   = (Pool *)ex->farm;
-  const PetscInt  places = pool->size * MPM_IN_FLIGHT;
-  PetscInt        queued, next = 0, flying = 0;
-  PetscLogDouble  waited = 0, from, t0, t1;
+  MPMExchange   *ex     = &mpm->exchange;
+  Pool          *pool   = (Pool *)ex->farm;
+  const PetscInt places = pool->size * MPM_IN_FLIGHT;
+  PetscInt       queued, next = 0, flying = 0;
+  PetscLogDouble waited = 0, from, t0, t1;
 
   PetscFunctionBeginUser;
   PetscCall(PetscTime(&from));

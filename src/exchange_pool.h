@@ -20,7 +20,8 @@ typedef struct {
 
 void           MPMPoolBox(MPM, const PetscInt own_lo[3], const PetscInt own_n[3], MPMPatch *);
 size_t         MPMPoolAnswerBytes(MPM, const MPMPhase *, PetscInt n, PetscInt tiles);
-char          *MPMPoolPack(const MPMPoints *, PetscInt fields, void *const at[], PetscInt n, const PetscInt *list, char *message);
+char          *MPMPoolPack(const MPMPoints *, PetscInt fields, void *const at[], PetscInt n, const PetscInt *list,
+                           char *message);
 PetscErrorCode MPMPoolServe(MPM, MPI_Comm);
 
 #endif

@@ -77,7 +77,8 @@ static PetscErrorCode AddPartialSums(MPM mpm, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Zeroes the parts' sums of all nodes: partial sums are those of own points alone, at nodes that they do not touch too. */
+/* Zeroes the parts' sums of all nodes: partial sums are those of own points alone, at nodes that they do not touch too.
+ */
 static void ZeroSums(MPMPatch *patch, PetscInt parts)
 {
   const PetscInt dim = patch->grid->dim;
@@ -94,7 +95,7 @@ static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phas
   MPMPatch   *patch = &mpm->exchange.patch;
   MPI_Request request[2 * MPM_MAX_NEIGHBOURS];
   size_t      need = 0, at = 0, in[MPM_MAX_NEIGHBOURS];
-  int         n    = 0;
+  int         n = 0;
   PetscMPIInt len;
 
   PetscFunctionBeginUser;
@@ -288,15 +289,10 @@ static PetscErrorCode Finish_Spatial(MPM mpm)
 }
 
 const MPMExchangeType MPMExchange_spatial = {
-    "spatial",
-    "a box of the grid and its points for each process",
-    SetUp_Spatial,
-    Sweep_Spatial,
-    Nodes_Spatial,
-    Reduce_Spatial,
-    Settle_Spatial,
-    Finish_Spatial,
-    PETSC_FALSE,
-    NULL,
+    "spatial",      "a box of the grid and its points for each process",
+    SetUp_Spatial,  Sweep_Spatial,
+    Nodes_Spatial,  Reduce_Spatial,
+    Settle_Spatial, Finish_Spatial,
+    PETSC_FALSE,    NULL,
     Share_Spatial,
 };

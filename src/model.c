@@ -166,7 +166,7 @@ void MPMModelCosts(MPM mpm, PetscReal n, MPMCosts *costs)
   more         = s;
   more.ghosts += step;
   costs->ghost = (Step(mpm, &more) - base) / step;
-  more        = s;
+  more         = s;
   more.nodes += step;
   costs->node = (Step(mpm, &more) - base) / step;
   more        = s;

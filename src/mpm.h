@@ -233,10 +233,10 @@ typedef struct {
 #undef MPM_FIELD
 
 /* Tiles: blocks of MPM_TILE cells an axis, counted from the first node of the grid. A "cell" is the base node of a
-   point's stencil. Points are added up in tiles, each with its own sums of all nodes that its points touch, `side` on an
-   axis; then nodes add up the tiles that have some for them, from the lowest to the highest. Both sums are made the same
-   wherever the tiles are, and tiles are never cut: hence the same bits however the grid is cut, without anything being
-   computed twice. */
+   point's stencil. Points are added up in tiles, each with its own sums of all nodes that its points touch, `side` on
+   an axis; then nodes add up the tiles that have some for them, from the lowest to the highest. Both sums are made the
+   same wherever the tiles are, and tiles are never cut: hence the same bits however the grid is cut, without anything
+   being computed twice. */
 #define MPM_TILE 4
 
 /* On one axis, a tile has nodes 0 .. end-1, of which from .. to-1 are the patch's own; 0 is node `at` of its arrays. */
@@ -257,18 +257,18 @@ enum { MPM_TILE_OPEN = -1, MPM_TILE_EMPTY = -2 };
    row of cells (x fastest), those of a row of tiles first: so kernels stream through points, and a row of tiles is at
    work at a time. */
 typedef struct {
-  PetscInt    n[3], below[3], keep[3]; /* of the table on each axis; not its own; uppermost ones that are kept */
-  PetscBool   wraps[3];                /* those below are the uppermost ones again */
-  MPMTileBox *box[3];
-  PetscInt   *slot;         /* [n2][n1][n0] which of the kept sums are the tile's, or as above */
-  PetscInt    nown, nslots; /* kept sums: of own tiles, and all */
-  const PetscInt *start; /* [cells+1] where the points of a cell begin in the order */
-  PetscInt    nruns[2];     /* parts of the order: points of tiles that are not kept, and of those that are */
-  MPMRange   *runs[2];
-  PetscReal  *sum;     /* [nslots][nodes of a tile][MPM_SUM_NC] kg, kg m/s, N */
-  PetscReal  *scratch; /* [n0][nodes of a tile][MPM_SUM_NC] of the row at work */
-  size_t      room;
-  void       *memory; /* behind sum and scratch */
+  PetscInt        n[3], below[3], keep[3]; /* of the table on each axis; not its own; uppermost ones that are kept */
+  PetscBool       wraps[3];                /* those below are the uppermost ones again */
+  MPMTileBox     *box[3];
+  PetscInt       *slot;         /* [n2][n1][n0] which of the kept sums are the tile's, or as above */
+  PetscInt        nown, nslots; /* kept sums: of own tiles, and all */
+  const PetscInt *start;        /* [cells+1] where the points of a cell begin in the order */
+  PetscInt        nruns[2];     /* parts of the order: points of tiles that are not kept, and of those that are */
+  MPMRange       *runs[2];
+  PetscReal      *sum;     /* [nslots][nodes of a tile][MPM_SUM_NC] kg, kg m/s, N */
+  PetscReal      *scratch; /* [n0][nodes of a tile][MPM_SUM_NC] of the row at work */
+  size_t          room;
+  void           *memory; /* behind sum and scratch */
 } MPMTiles;
 
 /* Nodes that the points of a tile touch, on an axis. */
@@ -290,35 +290,6 @@ MPM_INLINE PetscInt MPMPoolEdge(PetscInt cells)
   return (cells + MPM_TILE - 1) / MPM_TILE * MPM_TILE;
 }
 
-/* The number of the first cell of the table in row `in` of cells (x fastest) of a row of tiles. */
-MPM_INLINE PetscInt MPMTileRowCell(int dim, const MPMTiles *t, PetscInt row, PetscInt in)
-{
-  return ((row << 2 * (dim - 1)) + in) * MPM_TILE * t->n[0];
-}
-
-/* The number of the cell at place `at` [dim] from the patch's first own node. */
-MPM_INLINE PetscInt MPMTileCell(int dim, const MPMTiles *t, const PetscInt at[])
-{
-  PetscInt row = 0, in = 0;
-
-  for (int d = dim - 1; d >= 1; d--) {
-    row = row * t->n[d] + t->below[d] + at[d] / MPM_TILE;
-    in  = in * MPM_TILE + at[d] % MPM_TILE;
-  }
-  return MPMTileRowCell(dim, t, row, in) + MPM_TILE * t->below[0] + at[0];
-}
-
-/* The tile of a cell, and its place in there: at [3]. */
-MPM_INLINE PetscInt MPMTileOf(int dim, const MPMTiles *t, PetscInt cell, PetscInt at[])
-{
-  const PetscInt x = cell % (MPM_TILE * t->n[0]), row = cell / (MPM_TILE * t->n[0]), bits = 2 * (dim - 1);
-
-  at[0] = x % MPM_TILE;
-  at[1] = (row & ((1 << bits) - 1)) % MPM_TILE;
-  at[2] = (row & ((1 << bits) - 1)) / MPM_TILE;
-  return (row >> bits) * t->n[0] + x / MPM_TILE;
-}
-
 /* Points touch nodes first .. last-1 of a row; others are never visited. fresh: their sums are still to be zeroed. */
 typedef struct {
   PetscInt  first, last;
@@ -336,8 +307,8 @@ typedef struct {
   const PetscInt *order;  /* [points.n] points by (cell, id) */
   PetscInt       *movers; /* [nmovers] places in order of points that changed cell, noted by the commit; or NULL */
   PetscInt        nmovers;
-  PetscReal      *sum; /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N; complete for own nodes */
-  PetscReal      *vel; /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
+  PetscReal      *sum;    /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N; complete for own nodes */
+  PetscReal      *vel;    /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
   MPMSpan        *span;   /* [n2][n1] */
   void           *memory; /* behind sum and span, where the patch owns them */
 } MPMPatch;
@@ -479,7 +450,8 @@ PetscErrorCode MPMPatchRun(MPM, MPMPatch *, const MPMPhase *, PetscBool keep, MP
 PetscErrorCode MPMPatchDestroy(MPMPatch *);
 
 PetscErrorCode MPMTilesSetUp(MPMPatch *, PetscBool alone);
-PetscErrorCode MPMTilesMark(MPMPatch *, PetscBool keep, const PetscInt start[]); /* [cells+1] where cells' points begin */
+PetscErrorCode MPMTilesMark(MPMPatch *, PetscBool keep,
+                            const PetscInt start[]); /* [cells+1] where cells' points begin */
 void           MPMTilesWrap(MPMPatch *);
 void           MPMTilesMarkRows(MPMPatch *);
 PetscInt       MPMTilesCells(const MPMPatch *);

@@ -8,7 +8,8 @@
 
 #define MPM_MAX_BINS ((PetscInt)1 << 21)
 
-/* Bins of one tile, or of more if memory does not allow it: `coarse` nodes an axis in each, and in the last the rest. */
+/* Bins of one tile, or of more if memory does not allow it: `coarse` nodes an axis in each, and in the last the rest.
+ */
 static void LayOut(const MPMGrid *grid, MPMBasis basis, MPMHistogram *h)
 {
   PetscReal bins = PETSC_MAX_REAL;
@@ -122,7 +123,7 @@ static PetscReal Weight(const MPMHistogram *h, PetscInt d, const MPMCosts *costs
 /* Cuts axis d into p[d] parts, into l (in nodes): at quantiles of the weight. */
 static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPartition *part)
 {
-  const PetscInt  p = part->p[d];
+  const PetscInt  p     = part->p[d];
   PetscInt        lo[3] = {0, 0, 0}, hi[3] = {h->n[0], h->n[1], h->n[2]}, from = 0;
   const MPMCosts *costs = weighted ? &part->costs : NULL;
   const PetscReal total = Weight(h, d, costs, lo, hi);

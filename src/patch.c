@@ -57,8 +57,8 @@ void MPMPatchMarkAll(MPMPatch *patch)
   }
 }
 
-/* Runs a phase on the patch, whose views hold the fields that the phase declares. keep: of points to nodes only the tiles
-   whose sums are kept; without it the rest. Merges what it finds into status. Not collective.                        */
+/* Runs a phase on the patch, whose views hold the fields that the phase declares. keep: of points to nodes only the
+   tiles whose sums are kept; without it the rest. Merges what it finds into status. Not collective. */
 PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, PetscBool keep, MPMStatus *status)
 {
   PetscInt work = phase->kind == MPM_NODES ? mpm->points.n : patch->points.n;

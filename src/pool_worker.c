@@ -45,7 +45,7 @@ typedef struct {
   MPMPatch  patch;
   void     *field[MPM_NUM_FIELDS];
   PetscInt *identity, capacity;
-  MPMRange    all;
+  MPMRange  all;
   char     *in, *out, *nodes;
   size_t    in_capacity, out_capacity, nodes_capacity;
 } Desk;
@@ -62,28 +62,29 @@ static PetscErrorCode PlaceTiles(MPM mpm, const MPMOrder *order, Desk *desk)
 
   PetscFunctionBeginUser;
   PetscCall(MPMMessageRoom(&desk->nodes, &desk->nodes_capacity,
-                           slots + MPM_LINE + (size_t)PetscMin(tiles, order->n) * MPMTileNodes(mpm->grid.dim, mpm->basis) *
-                                       MPM_SUM_NC(mpm->grid.dim) * sizeof(PetscReal)));
+                           slots + MPM_LINE +
+                               (size_t)PetscMin(tiles, order->n) * MPMTileNodes(mpm->grid.dim, mpm->basis) *
+                                   MPM_SUM_NC(mpm->grid.dim) * sizeof(PetscReal)));
   t->slot = (PetscInt *)MPMAlign(desk->nodes);
   t->sum  = (PetscReal *)((char *)t->slot + slots);
   for (PetscInt k = 0; k < tiles; k++) t->slot[k] = MPM_TILE_EMPTY;
   t->nown = 0;
   for (PetscInt p = 0; p < order->n; p++) {
     PetscInt       at[3];
-    const PetscInt tile = MPMTileOf(dim, &all, patch->points.cell[p], at);
+    const PetscInt tile   = MPMTileOf(dim, &all, patch->points.cell[p], at);
     const PetscInt ijk[3] = {tile % all.n[0] - order->first[0], tile / all.n[0] % all.n[1] - order->first[1],
                              tile / (all.n[0] * all.n[1]) - order->first[2]};
 
     for (PetscInt d = 0; d < dim; d++) at[d] += MPM_TILE * ijk[d];
-    patch->points.cell[p] = MPMTileCell(dim, t, at);
+    patch->points.cell[p]                                   = MPMTileCell(dim, t, at);
     t->slot[(ijk[2] * t->n[1] + ijk[1]) * t->n[0] + ijk[0]] = MPM_TILE_OPEN;
   }
   for (PetscInt k = 0; k < tiles; k++)
     if (t->slot[k] == MPM_TILE_OPEN) t->slot[k] = t->nown++;
-  t->nslots    = t->nown;
-  t->nruns[1]  = 1;
-  t->runs[1]   = &desk->all;
-  desk->all    = (MPMRange){0, order->n, 0};
+  t->nslots   = t->nown;
+  t->nruns[1] = 1;
+  t->runs[1]  = &desk->all;
+  desk->all   = (MPMRange){0, order->n, 0};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -197,8 +198,8 @@ PetscErrorCode MPMPoolServe(MPM mpm, MPI_Comm comm)
       MPMSimulateWork("RENUMBER", order.n);
     }
     PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
-    PetscCall(MPMMessageRoom(&desk.out, &desk.out_capacity,
-                             MPMPoolAnswerBytes(mpm, phase, order.n, desk.patch.tiles.nown)));
+    PetscCall(
+        MPMMessageRoom(&desk.out, &desk.out_capacity, MPMPoolAnswerBytes(mpm, phase, order.n, desk.patch.tiles.nown)));
     MPMWorkBegin(mpm);
     len = (PetscMPIInt)(PackAnswer(mpm, phase, &status, &desk, desk.out) - desk.out);
     MPMWorkEnd(mpm, order.phase);

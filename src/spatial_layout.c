@@ -26,7 +26,7 @@ PetscMPIInt MPMSpatialOwner(const MPMSpatial *s, PetscInt dim, const PetscInt ba
    of its own. On an axis that is not cut there is none. */
 static PetscErrorCode FindNeighbours(MPM mpm, MPMSpatial *s)
 {
-  const PetscInt dim = mpm->grid.dim;
+  const PetscInt dim   = mpm->grid.dim;
   PetscInt       me[3] = {0}, rest;
   PetscMPIInt    rank;
 

@@ -1,6 +1,6 @@
 /* tiles.c - the tiles of a patch: which of them touch which nodes, whose sums they have, and how those that others
    need travel. Geometry comes from the grid alone, so neighbours know each other's. */
-#include "mpm.h"
+#include "cell.h"
 
 /* Nodes, or cells, of tile `tile` of axis d of the grid; on a periodic axis tiles go on beyond the first. *start: its
    first node, counted from the grid's first. */
@@ -136,8 +136,8 @@ static void MarkRow(MPMPatch *patch, PetscInt row, PetscInt cut, const PetscInt 
    keep: all are kept. Not collective. */
 PetscErrorCode MPMTilesMark(MPMPatch *patch, PetscBool keep, const PetscInt start[])
 {
-  MPMTiles      *t     = &patch->tiles;
-  const size_t   size  = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_SUM_NC(patch->grid->dim) * sizeof(PetscReal);
+  MPMTiles      *t    = &patch->tiles;
+  const size_t   size = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_SUM_NC(patch->grid->dim) * sizeof(PetscReal);
   const PetscInt tiles = t->n[0] * t->n[1] * t->n[2];
   size_t         need;
 
@@ -191,17 +191,18 @@ static void Extend(MPMPatch *patch, const PetscInt lo[3], const PetscInt hi[3])
 /* The part of each row of nodes that the points of a row of cells touch. */
 static void MarkCells(MPMPatch *patch, PetscInt row, PetscInt in)
 {
-  const MPMTiles   *t     = &patch->tiles;
-  const PetscInt   *cell = t->start + MPMTileRowCell((int)patch->grid->dim, t, row, in), end = MPM_TILE * t->n[0];
-  const PetscInt    at[3] = {0, in % MPM_TILE, in / MPM_TILE}, tile[3] = {0, row % t->n[1], row / t->n[1]};
-  PetscInt          lo[3], hi[3], first = 0, last = end;
+  const MPMTiles *t    = &patch->tiles;
+  const PetscInt *cell = t->start + MPMTileRowCell((int)patch->grid->dim, t, row, in), end = MPM_TILE * t->n[0];
+  const PetscInt  at[3] = {0, in % MPM_TILE, in / MPM_TILE}, tile[3] = {0, row % t->n[1], row / t->n[1]};
+  PetscInt        lo[3], hi[3], first = 0, last = end;
 
   if (cell[0] == cell[end]) return;
   while (cell[first + 1] == cell[0]) first++;
   while (cell[last - 1] == cell[end]) last--;
   for (PetscInt d = 0; d < 3; d++) {
     lo[d] = d ? t->box[d][tile[d]].at + at[d] : t->box[0][t->below[0]].at + first - MPM_TILE * t->below[0];
-    hi[d] = PetscMin(lo[d] + (d ? 1 : last - first) + Reach(patch, d), patch->own_lo[d] + patch->own_n[d] - patch->lo[d]);
+    hi[d] = PetscMin(lo[d] + (d ? 1 : last - first) + Reach(patch, d),
+                     patch->own_lo[d] + patch->own_n[d] - patch->lo[d]);
   }
   Extend(patch, lo, hi);
 }
@@ -246,7 +247,8 @@ static void Side(const MPMPatch *patch, PetscInt d, int toward, PetscBool above,
 
 /* Nodes [from, to) of tile k of the table that the receiver owns: beyond my own ones, or else among them, where nodes
    across a periodic face are too. */
-static void Cut(const MPMPatch *patch, PetscInt d, int toward, PetscBool above, PetscInt k, PetscInt *from, PetscInt *to)
+static void Cut(const MPMPatch *patch, PetscInt d, int toward, PetscBool above, PetscInt k, PetscInt *from,
+                PetscInt *to)
 {
   const MPMTileBox *box = &patch->tiles.box[d][k];
 
@@ -287,7 +289,8 @@ static PetscInt WalkTiles(const Walk *w)
 }
 
 /* Copies the sums of a tile's box to a message, or from it, and zeroes the others; returns how many bytes. */
-static size_t CopyBox(const MPMPatch *patch, const Walk *w, PetscInt slot, PetscInt parts, PetscBool pack, char *message)
+static size_t CopyBox(const MPMPatch *patch, const Walk *w, PetscInt slot, PetscInt parts, PetscBool pack,
+                      char *message)
 {
   const PetscInt dim = patch->grid->dim, side = MPMTileSide(patch->basis);
   const PetscInt c0 = MPM_SUM_FIRST(dim, parts), c1 = MPM_SUM_LAST(dim, parts);
@@ -295,9 +298,8 @@ static size_t CopyBox(const MPMPatch *patch, const Walk *w, PetscInt slot, Petsc
 
   for (PetscInt k = w->from[2]; k < w->to[2]; k++)
     for (PetscInt j = w->from[1]; j < w->to[1]; j++) {
-      PetscReal *sum = patch->tiles.sum +
-                       MPM_SUM_NC(dim) * ((size_t)slot * MPMTileNodes(dim, patch->basis) +
-                                          (size_t)((k * side + j) * side + w->from[0]));
+      PetscReal *sum = patch->tiles.sum + MPM_SUM_NC(dim) * ((size_t)slot * MPMTileNodes(dim, patch->basis) +
+                                                             (size_t)((k * side + j) * side + w->from[0]));
 
       for (PetscInt i = w->from[0]; i < w->to[0]; i++, sum += MPM_SUM_NC(dim))
         if (pack)
@@ -326,7 +328,8 @@ size_t MPMTilesBytes(const MPMPatch *patch, const int toward[3], PetscInt parts,
     nodes *= sum;
     tiles *= (size_t)(w.hi[d] - w.lo[d]);
   }
-  return (tiles + 7) / 8 * 8 + nodes * (size_t)(MPM_SUM_LAST(dim, parts) - MPM_SUM_FIRST(dim, parts)) * sizeof(PetscReal);
+  return (tiles + 7) / 8 * 8 +
+         nodes * (size_t)(MPM_SUM_LAST(dim, parts) - MPM_SUM_FIRST(dim, parts)) * sizeof(PetscReal);
 }
 
 /* Packs the message for the process above on the side; its length in bytes. */
@@ -364,7 +367,7 @@ void MPMTilesUnpack(MPMPatch *patch, const int toward[3], PetscInt parts, const 
 size_t MPMTilesCopy(const MPMPatch *patch, PetscInt slot, PetscInt parts, PetscBool pack, char *message)
 {
   const PetscInt side = MPMTileSide(patch->basis), dim = patch->grid->dim;
-  const Walk     w    = {.to = {side, dim > 1 ? side : 1, dim > 2 ? side : 1}};
+  const Walk     w = {.to = {side, dim > 1 ? side : 1, dim > 2 ? side : 1}};
 
   return CopyBox(patch, &w, slot, parts, pack, message);
 }

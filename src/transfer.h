@@ -14,7 +14,7 @@
 #ifndef MPM_TRANSFER_H
 #define MPM_TRANSFER_H
 
-#include "mpm.h"
+#include "cell.h"
 #include "rows.h"
 
 #if defined(__clang__)
@@ -379,9 +379,9 @@ extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2
 MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool keep, const MPMBlockOrder *o,
                                PetscReal *place[])
 {
-  const MPMTiles *t    = &patch->tiles;
-  const PetscInt  side = MPMTileSide(patch->basis);
-  const size_t    size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
+  const MPMTiles *t     = &patch->tiles;
+  const PetscInt  side  = MPMTileSide(patch->basis);
+  const size_t    size  = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
   PetscInt        begin = 0, end = 0, row = 0; /* cells of a row of cells, and its first tile */
   PetscReal      *sums = NULL;
 
@@ -412,7 +412,8 @@ MPM_INLINE void MPMOpenRow(int dim, const MPMPatch *patch, PetscInt row)
   const size_t    size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
 
   for (PetscInt i = 0; i < t->n[0]; i++)
-    if (t->slot[row * t->n[0] + i] == MPM_TILE_OPEN) memset(t->scratch + (size_t)i * size, 0, size * sizeof *t->scratch);
+    if (t->slot[row * t->n[0] + i] == MPM_TILE_OPEN)
+      memset(t->scratch + (size_t)i * size, 0, size * sizeof *t->scratch);
 }
 
 /* Zeroes the parts' sums of a row of nodes, once. */
@@ -431,8 +432,8 @@ MPM_INLINE void MPMZeroRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt ro
       for (PetscInt c = c0; c < c1; c++) sum[i * MPM_SUM_NC(dim) + c] = 0;
 }
 
-/* Adds the sums of the tiles of a row of the table to those of the patch's nodes, from left to right: the open tiles are
-   in the scratch. */
+/* Adds the sums of the tiles of a row of the table to those of the patch's nodes, from left to right: the open tiles
+   are in the scratch. */
 MPM_INLINE void MPMCloseRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt row)
 {
   const MPMTiles   *t    = &patch->tiles;
@@ -463,8 +464,8 @@ MPM_INLINE void MPMCloseRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt r
 }
 
 /* Sums over points to nodes: mass (1), momentum (2) and force (4), (13), a row of tiles at a time. With MPM_P2G_KEEP of
-   the tiles that are to be kept, into their sums; else of the others, and all are added to the nodes in the order of the
-   table. Sums that are not among the parts get 0 added. */
+   the tiles that are to be kept, into their sums; else of the others, and all are added to the nodes in the order of
+   the table. Sums that are not among the parts get 0 added. */
 MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts)
 {
   const int          forces = parts & MPM_P2G_FORCE ? 1 : 0, affine = parts & MPM_AFFINE ? 1 : 0;
@@ -639,7 +640,7 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   switch (patch->basis) {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   case MPM_BASIS_##name:                                                                                               \
-    MPMFindCells(dim, MPM_BASIS_##name, patch, o->n, s, base, now);                                                        \
+    MPMFindCells(dim, MPM_BASIS_##name, patch, o->n, s, base, now);                                                    \
     break;
 #include "basis.def"
 #undef MPM_BASIS
@@ -649,9 +650,10 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
     moved = MPMList(MPMBetween(l, 0, o->n) & (MPMRead(&now[l]) != MPMRead(&s->cell[l])), l, moved, which);
   for (PetscInt k = 0; k < moved; k++) {
-    const PetscInt l = which[k], p = o->point[l], at[3] = {(PetscInt)base[0][l], dim > 1 ? (PetscInt)base[1][l] : 0,
-                                                           dim > 2 ? (PetscInt)base[2][l] : 0};
-    const PetscInt cell = now[l] < 0 ? (PetscInt)now[l] : MPMTileCell(dim, &patch->tiles, at);
+    const PetscInt l = which[k], p = o->point[l],
+                   at[3] = {(PetscInt)base[0][l], dim > 1 ? (PetscInt)base[1][l] : 0,
+                            dim > 2 ? (PetscInt)base[2][l] : 0};
+    const PetscInt cell  = now[l] < 0 ? (PetscInt)now[l] : MPMTileCell(dim, &patch->tiles, at);
 
     patch->points.cell[p] = cell;
     if (patch->movers) patch->movers[patch->nmovers + k] = q + l;
@@ -689,7 +691,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
 {
   const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER) ? 1 : 0, stress = parts & MPM_G2P_STRESS ? 1 : 0;
   const MPMView *points                  = &patch->points;
-  const MPMRange   all                     = {0, points->n, 0};
+  const MPMRange all                     = {0, points->n, 0};
   const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(
       MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][stress];
   PetscInt      at[MPM_MAX_NODES];
