@@ -3,36 +3,7 @@
 #ifndef MPM_CELL_H
 #define MPM_CELL_H
 
-#include "mpm.h"
-
-/* The number of the first cell of the table in row `in` of cells (x fastest) of a row of tiles. */
-MPM_INLINE PetscInt MPMTileRowCell(int dim, const MPMTiles *t, PetscInt row, PetscInt in)
-{
-  return ((row << 2 * (dim - 1)) + in) * MPM_TILE * t->n[0];
-}
-
-/* The number of the cell at place `at` [dim] from the patch's first own node. */
-MPM_INLINE PetscInt MPMTileCell(int dim, const MPMTiles *t, const PetscInt at[])
-{
-  PetscInt row = 0, in = 0;
-
-  for (int d = dim - 1; d >= 1; d--) {
-    row = row * t->n[d] + t->below[d] + at[d] / MPM_TILE;
-    in  = in * MPM_TILE + at[d] % MPM_TILE;
-  }
-  return MPMTileRowCell(dim, t, row, in) + MPM_TILE * t->below[0] + at[0];
-}
-
-/* The tile of a cell, and its place in there: at [3]. */
-MPM_INLINE PetscInt MPMTileOf(int dim, const MPMTiles *t, PetscInt cell, PetscInt at[])
-{
-  const PetscInt x = cell % (MPM_TILE * t->n[0]), row = cell / (MPM_TILE * t->n[0]), bits = 2 * (dim - 1);
-
-  at[0] = x % MPM_TILE;
-  at[1] = (row & ((1 << bits) - 1)) % MPM_TILE;
-  at[2] = (row & ((1 << bits) - 1)) / MPM_TILE;
-  return (row >> bits) * t->n[0] + x / MPM_TILE;
-}
+#include "tiles.h"
 
 /* Base node and coordinate in cells on axis d of a position in the grid, of a point with half-width l in cells (which
    matters to gimp only). */

@@ -7,7 +7,7 @@
    its points, and the status it found: an error is data and stops the run at the master. Patches are boxes of whole
    tiles, whose sums do not depend on who makes them; the master adds them up to nodes as the serial run does: hence its
    bits. */
-#include "cell.h"
+#include "tiles.h"
 #include "exchange_pool.h"
 
 #define MPM_IN_FLIGHT 2 /* patches that a worker has at a time */

@@ -10,6 +10,7 @@
 #include <unistd.h>
 #include "exchange_spatial.h"
 #include "options.h"
+#include "tiles.h"
 
 /* Without a calibration: s per flop, per byte of point fields, per node, per point sorted, per phase. */
 #define FLOP 0.028e-9

@@ -271,25 +271,6 @@ typedef struct {
   void           *memory; /* behind sum and scratch */
 } MPMTiles;
 
-/* Nodes that the points of a tile touch, on an axis. */
-MPM_INLINE PetscInt MPMTileSide(MPMBasis basis)
-{
-  return MPM_TILE + MPMBasisNodes(basis) - 1;
-}
-
-MPM_INLINE size_t MPMTileNodes(PetscInt dim, MPMBasis basis)
-{
-  const size_t side = (size_t)MPMTileSide(basis);
-
-  return side * (dim > 1 ? side : 1) * (dim > 2 ? side : 1);
-}
-
-/* The edge of a patch of the pool: whole tiles. */
-MPM_INLINE PetscInt MPMPoolEdge(PetscInt cells)
-{
-  return (cells + MPM_TILE - 1) / MPM_TILE * MPM_TILE;
-}
-
 /* Points touch nodes first .. last-1 of a row; others are never visited. fresh: their sums are still to be zeroed. */
 typedef struct {
   PetscInt  first, last;

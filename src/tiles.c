@@ -1,6 +1,6 @@
 /* tiles.c - the tiles of a patch: which of them touch which nodes, whose sums they have, and how those that others
    need travel. Geometry comes from the grid alone, so neighbours know each other's. */
-#include "cell.h"
+#include "tiles.h"
 
 /* Nodes, or cells, of tile `tile` of axis d of the grid; on a periodic axis tiles go on beyond the first. *start: its
    first node, counted from the grid's first. */

@@ -14,7 +14,7 @@
 #ifndef MPM_TRANSFER_H
 #define MPM_TRANSFER_H
 
-#include "cell.h"
+#include "tiles.h"
 #include "rows.h"
 
 #if defined(__clang__)
