@@ -120,7 +120,7 @@ static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phas
     at += bytes;
   }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
-  MPMSimulateWork("PACK", (PetscReal)at);
+  MPMSimulateWork("PACK", (PetscReal)(at + need));
   PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
   MPMWorkBegin(mpm);
   patch->tiles.nslots = patch->tiles.nown;

@@ -120,31 +120,41 @@ static PetscReal Weight(const MPMHistogram *h, PetscInt d, const MPMCosts *costs
   return costs ? costs->point * (PetscReal)Count(h, h->table, lo, hi) + costs->node * Nodes(h, lo, hi) : hi[d] - lo[d];
 }
 
-/* Cuts axis d into p[d] parts, into l (in nodes): at quantiles of the weight. */
-static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPartition *part)
+/* Fills parts of axis d from below, each with as many bins as weigh at most `most`, into l (in nodes): do all fit? */
+static PetscBool FillParts(const MPMHistogram *h, PetscInt d, const MPMCosts *costs, PetscReal most, MPMPartition *part)
 {
-  const PetscInt  p     = part->p[d];
-  PetscInt        lo[3] = {0, 0, 0}, hi[3] = {h->n[0], h->n[1], h->n[2]}, from = 0;
-  const MPMCosts *costs = weighted ? &part->costs : NULL;
-  const PetscReal total = Weight(h, d, costs, lo, hi);
+  const PetscInt p     = part->p[d];
+  PetscInt       lo[3] = {0, 0, 0}, hi[3] = {h->n[0], h->n[1], h->n[2]};
 
   for (PetscInt r = 0; r < p; r++) {
-    const PetscReal goal = total * (r + 1) / p;
-    PetscInt        to   = from + 1;
-    const PetscInt  last = h->n[d] - (p - 1 - r);
-    PetscReal       before, after = 0;
+    const PetscInt last = h->n[d] - (p - 1 - r); /* a bin for each of those above */
 
-    for (;; to++) { /* the cut whose weight below is nearest to the goal */
-      before = after;
-      hi[d]  = to;
-      after  = Weight(h, d, costs, lo, hi);
-      if (to >= last || after >= goal) break;
-    }
-    if (to > from + 1 && goal - before < after - goal) to--;
-    if (r == p - 1) to = h->n[d];
-    part->l[d][r] = (r == p - 1 ? h->nodes[d] : to * h->coarse) - from * h->coarse;
-    from          = to;
+    hi[d] = lo[d] + 1;
+    if (Weight(h, d, costs, lo, hi) > most) return PETSC_FALSE;
+    while (hi[d]++ < last && Weight(h, d, costs, lo, hi) <= most) continue;
+    hi[d]--;
+    part->l[d][r] = (r == p - 1 ? h->nodes[d] : hi[d] * h->coarse) - lo[d] * h->coarse;
+    lo[d]         = hi[d];
   }
+  return lo[d] == h->n[d] ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Cuts axis d into p[d] parts so that the heaviest weighs as little as it can: that weight is found by bisection. */
+static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPartition *part)
+{
+  const MPMCosts *costs = weighted ? &part->costs : NULL;
+  const PetscInt  lo[3] = {0, 0, 0};
+  PetscReal       above = Weight(h, d, costs, lo, h->n), below = 0;
+
+  for (int k = 0; k < 40; k++) {
+    const PetscReal middle = 0.5 * (below + above);
+
+    if (FillParts(h, d, costs, middle, part))
+      above = middle;
+    else
+      below = middle;
+  }
+  (void)FillParts(h, d, costs, above, part);
 }
 
 /* Predicted seconds of a step: of the slowest process, whose share is left in part->worst. */
