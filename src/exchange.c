@@ -1,5 +1,5 @@
 /* exchange.c - the table of ways to run the step, and the status that they merge. */
-#include "mpm.h"
+#include "tiles.h"
 
 #define MPM_EXCHANGE(name) extern const MPMExchangeType MPMExchange_##name;
 #include "exchange.def"
@@ -46,8 +46,8 @@ PetscErrorCode MPMExchangeSetFromOptions(MPM mpm, MPMOptions o)
     if (largest < size)
       MPMOptionsFail(
           o,
-          "started on %d processes: this grid cannot be cut into so many boxes of at least 4 nodes an axis; the largest number below that can is %" PetscInt_FMT,
-          size, largest);
+          "started on %d processes: this grid cannot be cut into so many boxes of at least %" PetscInt_FMT " nodes an axis; the largest number below that can is %" PetscInt_FMT,
+          size, MPMTileEdge(mpm->basis), largest);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

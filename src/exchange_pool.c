@@ -51,9 +51,10 @@ static PetscInt ListPoints(MPM mpm, const Chunk *c, PetscInt *list)
   PetscInt        n   = 0;
 
   FOR_ROWS(all, c, tile)
-  for (PetscInt in = 0; in < 1 << 2 * (dim - 1); in++) {
+  for (PetscInt in = 0; in < 1 << all->tiles.bits * (dim - 1); in++) {
     const PetscInt *cell = mpm->points.start + MPMTileRowCell(dim, &all->tiles, tile / all->tiles.n[0], in);
-    const PetscInt  a = cell[MPM_TILE * c->first[0]], b = cell[MPM_TILE * (c->first[0] + c->tiles[0])];
+    const PetscInt  a = cell[c->first[0] << all->tiles.bits],
+                    b = cell[(c->first[0] + c->tiles[0]) << all->tiles.bits];
 
     for (PetscInt q = a; list && q < b; q++) list[n + q - a] = all->order[q];
     n += b - a;
@@ -235,7 +236,8 @@ static PetscErrorCode SetUp_Pool(MPM mpm)
 {
   MPMExchange *ex = &mpm->exchange;
   Pool        *pool;
-  PetscInt     n[3], total = 1, places, edge = MPMPoolEdge(ex->pool_cells) / MPM_TILE;
+  PetscInt     n[3], total = 1, places, tile = MPMTileEdge(mpm->basis),
+               edge = MPMPoolEdge(mpm->basis, ex->pool_cells) / tile;
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&pool));
@@ -263,8 +265,8 @@ static PetscErrorCode SetUp_Pool(MPM mpm)
     for (PetscInt d = 0; d < 3; d++) {
       c->first[d]  = ex->patch.tiles.below[d] + ijk[d] * edge;
       c->tiles[d]  = PetscMin(edge, ex->patch.tiles.n[d] - c->first[d]);
-      c->own_lo[d] = ex->patch.own_lo[d] + ijk[d] * edge * MPM_TILE;
-      c->own_n[d]  = PetscMin(c->tiles[d] * MPM_TILE, ex->patch.own_lo[d] + ex->patch.own_n[d] - c->own_lo[d]);
+      c->own_lo[d] = ex->patch.own_lo[d] + ijk[d] * edge * tile;
+      c->own_n[d]  = PetscMin(c->tiles[d] * tile, ex->patch.own_lo[d] + ex->patch.own_n[d] - c->own_lo[d]);
     }
   }
   pool->nchunks = total;

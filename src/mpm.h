@@ -232,12 +232,12 @@ typedef struct {
 #include "fields.def"
 #undef MPM_FIELD
 
-/* Tiles: blocks of MPM_TILE cells an axis, counted from the first node of the grid. A "cell" is the base node of a
+/* Tiles: blocks of 2^bits cells an axis, counted from the first node of the grid. A "cell" is the base node of a
    point's stencil. Points are added up in tiles, each with its own sums of all nodes that its points touch, `side` on
    an axis; then nodes add up the tiles that have some for them, from the lowest to the highest. Both sums are made the
    same wherever the tiles are, and tiles are never cut: hence the same bits however the grid is cut, without anything
    being computed twice. */
-#define MPM_TILE 4
+#define MPM_TILE_BITS(stencil) ((stencil) > 2 ? 2 : 1) /* twice as many as a stencil reaches: 2 or 4 cells */
 
 /* On one axis, a tile has nodes 0 .. end-1, of which from .. to-1 are the patch's own; 0 is node `at` of its arrays. */
 typedef struct {
@@ -257,6 +257,7 @@ enum { MPM_TILE_OPEN = -1, MPM_TILE_EMPTY = -2 };
    row of cells (x fastest), those of a row of tiles first: so kernels stream through points, and a row of tiles is at
    work at a time. */
 typedef struct {
+  int             bits;                    /* log2 of the cells on an axis */
   PetscInt        n[3], below[3], keep[3]; /* of the table on each axis; not its own; uppermost ones that are kept */
   PetscBool       wraps[3];                /* those below are the uppermost ones again */
   MPMTileBox     *box[3];

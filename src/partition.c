@@ -4,7 +4,7 @@
    mean. Here every process grid px x py x pz (strips included) is tried with cuts at the quantiles of the points, and
    the one of the smallest predicted step is taken. Input is a histogram of the points over the nodes, equal on every
    process, so all choose the same without a message. docs/performance.md has the model.                              */
-#include "mpm.h"
+#include "tiles.h"
 
 #define MPM_MAX_BINS ((PetscInt)1 << 21)
 
@@ -16,7 +16,7 @@ static void LayOut(const MPMGrid *grid, MPMBasis basis, MPMHistogram *h)
 
   h->dim     = grid->dim;
   h->stencil = MPMBasisNodes(basis);
-  for (h->coarse = MPM_TILE; bins > MPM_MAX_BINS; h->coarse *= 2) {
+  for (h->coarse = MPMTileEdge(basis); bins > MPM_MAX_BINS; h->coarse *= 2) {
     bins = 1;
     for (PetscInt d = 0; d < 3; d++) {
       h->nodes[d] = grid->nodes[d];

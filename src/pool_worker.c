@@ -5,15 +5,16 @@
 /* A patch with these own nodes: the box of nodes that its points' stencils reach, and its tiles. */
 void MPMPoolBox(MPM mpm, const PetscInt own_lo[3], const PetscInt own_n[3], MPMPatch *patch)
 {
-  const PetscInt reach = MPMBasisNodes(mpm->basis) - 1;
+  const PetscInt reach = MPMBasisNodes(mpm->basis) - 1, edge = MPMTileEdge(mpm->basis);
 
+  patch->tiles.bits = MPM_TILE_BITS(reach + 1);
   patch->grid  = &mpm->grid;
   patch->basis = mpm->basis;
   for (PetscInt d = 0; d < 3; d++) {
     patch->own_lo[d] = patch->lo[d] = own_lo[d];
     patch->own_n[d]                 = own_n[d];
     patch->n[d]                     = own_n[d] + (d < mpm->grid.dim ? reach : 0);
-    patch->tiles.n[d]               = (own_n[d] + MPM_TILE - 1) / MPM_TILE;
+    patch->tiles.n[d]               = (own_n[d] + edge - 1) / edge;
     patch->tiles.below[d]           = 0;
   }
 }
@@ -57,7 +58,7 @@ static PetscErrorCode PlaceTiles(MPM mpm, const MPMOrder *order, Desk *desk)
   MPMTiles      *t     = &patch->tiles;
   const int      dim   = (int)mpm->grid.dim;
   const PetscInt tiles = t->n[0] * t->n[1] * t->n[2];
-  const MPMTiles all   = {.n = {order->tiles[0], order->tiles[1], order->tiles[2]}};
+  const MPMTiles all   = {.bits = t->bits, .n = {order->tiles[0], order->tiles[1], order->tiles[2]}};
   const size_t   slots = ((size_t)tiles * sizeof *t->slot + MPM_LINE - 1) / MPM_LINE * MPM_LINE;
 
   PetscFunctionBeginUser;
@@ -75,7 +76,7 @@ static PetscErrorCode PlaceTiles(MPM mpm, const MPMOrder *order, Desk *desk)
     const PetscInt ijk[3] = {tile % all.n[0] - order->first[0], tile / all.n[0] % all.n[1] - order->first[1],
                              tile / (all.n[0] * all.n[1]) - order->first[2]};
 
-    for (PetscInt d = 0; d < dim; d++) at[d] += MPM_TILE * ijk[d];
+    for (PetscInt d = 0; d < dim; d++) at[d] += ijk[d] << t->bits;
     patch->points.cell[p]                                   = MPMTileCell(dim, t, at);
     t->slot[(ijk[2] * t->n[1] + ijk[1]) * t->n[0] + ijk[0]] = MPM_TILE_OPEN;
   }
@@ -140,8 +141,8 @@ static void NumberCells(MPM mpm, const MPMOrder *order, MPMPatch *patch)
 
   for (PetscInt d = 0; d < 3; d++) { /* the box of the master's tiles: it finds what leaves the grid or its own nodes */
     all.tiles.n[d] = order->tiles[d];
-    all.own_lo[d]  = order->own_lo[d] - order->first[d] * MPM_TILE;
-    all.own_n[d]   = order->tiles[d] * MPM_TILE;
+    all.own_lo[d]  = order->own_lo[d] - order->first[d] * MPMTileEdge(mpm->basis);
+    all.own_n[d]   = order->tiles[d] * MPMTileEdge(mpm->basis);
   }
   for (PetscInt p = 0; p < patch->points.n; p++) {
     PetscInt base[3];

@@ -4,13 +4,13 @@
 
 /* Nodes, or cells, of tile `tile` of axis d of the grid; on a periodic axis tiles go on beyond the first. *start: its
    first node, counted from the grid's first. */
-static PetscInt Width(const MPMGrid *grid, PetscInt d, PetscInt tile, PetscInt *start)
+static PetscInt Width(const MPMPatch *patch, PetscInt d, PetscInt tile, PetscInt *start)
 {
-  const PetscInt n     = (grid->nodes[d] + MPM_TILE - 1) / MPM_TILE;
+  const PetscInt edge = MPMTileEdge(patch->basis), nodes = patch->grid->nodes[d], n = (nodes + edge - 1) / edge;
   const PetscInt round = tile < 0 ? -((-tile + n - 1) / n) : 0, at = tile - round * n;
 
-  *start = round * grid->nodes[d] + at * MPM_TILE;
-  return PetscMin(MPM_TILE, grid->nodes[d] - at * MPM_TILE);
+  *start = round * nodes + at * edge;
+  return PetscMin(edge, nodes - at * edge);
 }
 
 /* The stencil's reach beyond a point's base node. */
@@ -22,7 +22,7 @@ static PetscInt Reach(const MPMPatch *patch, PetscInt d)
 /* The tile on axis d that stands at place k of the table, numbered over the grid. */
 static PetscInt TileAt(const MPMPatch *patch, PetscInt d, PetscInt k)
 {
-  return (patch->own_lo[d] + patch->grid->layers[d]) / MPM_TILE + k - patch->tiles.below[d];
+  return (patch->own_lo[d] + patch->grid->layers[d]) / MPMTileEdge(patch->basis) + k - patch->tiles.below[d];
 }
 
 /* How many tiles of axis d from `tile` on downwards touch nodes beyond it, which begin at `node` of the grid. */
@@ -31,7 +31,7 @@ static PetscInt CountBelow(const MPMPatch *patch, PetscInt d, PetscInt tile, Pet
   PetscInt n = 0, start;
 
   if (Reach(patch, d) == 0) return 0;
-  while (Width(patch->grid, d, tile - n, &start) + start + Reach(patch, d) > node) n++;
+  while (Width(patch, d, tile - n, &start) + start + Reach(patch, d) > node) n++;
   return n;
 }
 
@@ -40,27 +40,29 @@ static PetscInt CountBelow(const MPMPatch *patch, PetscInt d, PetscInt tile, Pet
 PetscErrorCode MPMTilesSetUp(MPMPatch *patch, PetscBool alone)
 {
   const MPMGrid *grid = patch->grid;
+  const PetscInt edge = MPMTileEdge(patch->basis);
   MPMTiles      *t    = &patch->tiles;
   const size_t   size = MPMTileNodes(grid->dim, patch->basis) * MPM_SUM_NC(grid->dim) * sizeof(PetscReal);
   PetscInt       rows;
 
   PetscFunctionBeginUser;
+  t->bits = MPM_TILE_BITS(MPMBasisNodes(patch->basis));
   for (PetscInt d = 0; d < 3; d++) {
-    const PetscInt  own = (patch->own_n[d] + MPM_TILE - 1) / MPM_TILE, lo = patch->own_lo[d] + grid->layers[d];
+    const PetscInt  own = (patch->own_n[d] + edge - 1) / edge, lo = patch->own_lo[d] + grid->layers[d];
     const PetscBool whole = patch->own_n[d] == grid->nodes[d] ? PETSC_TRUE : PETSC_FALSE;
 
     t->wraps[d] = whole && grid->periodic[d] ? PETSC_TRUE : PETSC_FALSE;
     t->below[d] = t->keep[d] = 0;
     if (t->wraps[d] || (!alone && !whole && (lo > 0 || grid->periodic[d])))
-      t->below[d] = CountBelow(patch, d, lo / MPM_TILE - 1, lo);
+      t->below[d] = CountBelow(patch, d, lo / edge - 1, lo);
     if (t->wraps[d] || (!alone && !whole && (lo + patch->own_n[d] < grid->nodes[d] || grid->periodic[d])))
-      t->keep[d] = PetscMin(own, CountBelow(patch, d, lo / MPM_TILE + own - 1, lo + patch->own_n[d]));
+      t->keep[d] = PetscMin(own, CountBelow(patch, d, lo / edge + own - 1, lo + patch->own_n[d]));
     t->n[d] = own + t->below[d];
     PetscCall(PetscMalloc1(t->n[d], &t->box[d]));
     for (PetscInt k = 0; k < t->n[d]; k++) {
       MPMTileBox    *box  = &t->box[d][k];
       const PetscInt last = alone && !t->wraps[d] ? patch->lo[d] + patch->n[d] : patch->own_lo[d] + patch->own_n[d];
-      PetscInt       start, width = Width(grid, d, TileAt(patch, d, k), &start);
+      PetscInt       start, width = Width(patch, d, TileAt(patch, d, k), &start);
 
       start -= grid->layers[d];
       box->at   = start - patch->lo[d];
@@ -71,7 +73,7 @@ PetscErrorCode MPMTilesSetUp(MPMPatch *patch, PetscBool alone)
   }
   rows = t->n[1] * t->n[2];
   PetscCall(PetscMalloc1(t->n[0] * rows, &t->slot));
-  for (int k = 0; k < 2; k++) PetscCall(PetscMalloc1(rows << 2 * (grid->dim - 1), &t->runs[k]));
+  for (int k = 0; k < 2; k++) PetscCall(PetscMalloc1(rows << t->bits * (grid->dim - 1), &t->runs[k]));
   t->room = 0;
   PetscCall(PetscMalloc((size_t)t->n[0] * size + MPM_LINE, &t->memory));
   t->scratch = (PetscReal *)MPMAlign(t->memory);
@@ -95,7 +97,7 @@ PetscInt MPMTilesCells(const MPMPatch *patch)
 {
   const MPMTiles *t = &patch->tiles;
 
-  return t->n[0] * t->n[1] * t->n[2] << 2 * patch->grid->dim;
+  return t->n[0] * t->n[1] * t->n[2] << t->bits * patch->grid->dim;
 }
 
 /* Adds a part of the order, which may go on from the one before. */
@@ -115,18 +117,18 @@ static void MarkRow(MPMPatch *patch, PetscInt row, PetscInt cut, const PetscInt 
 {
   MPMTiles      *t   = &patch->tiles;
   const int      dim = (int)patch->grid->dim;
-  const PetscInt n0 = t->n[0], rows = 1 << 2 * (dim - 1);
+  const PetscInt n0 = t->n[0], rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits;
   PetscInt      *slot = t->slot + row * n0;
 
   for (PetscInt i = 0; i < n0; i++) slot[i] = MPM_TILE_EMPTY;
   for (PetscInt in = 0; in < rows; in++) {
     const PetscInt *cell = start + MPMTileRowCell(dim, t, row, in);
 
-    if (cell[0] == cell[MPM_TILE * n0]) continue;
+    if (cell[0] == cell[edge * n0]) continue;
     for (PetscInt i = 0; i < n0; i++)
-      if (cell[MPM_TILE * i] < cell[MPM_TILE * (i + 1)]) slot[i] = MPM_TILE_OPEN;
-    AddRun(t, 0, row, cell[0], cell[MPM_TILE * cut]);
-    AddRun(t, 1, row, cell[MPM_TILE * cut], cell[MPM_TILE * n0]);
+      if (cell[edge * i] < cell[edge * (i + 1)]) slot[i] = MPM_TILE_OPEN;
+    AddRun(t, 0, row, cell[0], cell[edge * cut]);
+    AddRun(t, 1, row, cell[edge * cut], cell[edge * n0]);
   }
   for (PetscInt i = cut; i < n0; i++)
     if (slot[i] == MPM_TILE_OPEN) slot[i] = t->nown++;
@@ -192,15 +194,15 @@ static void Extend(MPMPatch *patch, const PetscInt lo[3], const PetscInt hi[3])
 static void MarkCells(MPMPatch *patch, PetscInt row, PetscInt in)
 {
   const MPMTiles *t    = &patch->tiles;
-  const PetscInt *cell = t->start + MPMTileRowCell((int)patch->grid->dim, t, row, in), end = MPM_TILE * t->n[0];
-  const PetscInt  at[3] = {0, in % MPM_TILE, in / MPM_TILE}, tile[3] = {0, row % t->n[1], row / t->n[1]};
+  const PetscInt *cell = t->start + MPMTileRowCell((int)patch->grid->dim, t, row, in), edge = 1 << t->bits, end = edge * t->n[0];
+  const PetscInt  at[3] = {0, in % edge, in / edge}, tile[3] = {0, row % t->n[1], row / t->n[1]};
   PetscInt        lo[3], hi[3], first = 0, last = end;
 
   if (cell[0] == cell[end]) return;
   while (cell[first + 1] == cell[0]) first++;
   while (cell[last - 1] == cell[end]) last--;
   for (PetscInt d = 0; d < 3; d++) {
-    lo[d] = d ? t->box[d][tile[d]].at + at[d] : t->box[0][t->below[0]].at + first - MPM_TILE * t->below[0];
+    lo[d] = d ? t->box[d][tile[d]].at + at[d] : t->box[0][t->below[0]].at + first - edge * t->below[0];
     hi[d] = PetscMin(lo[d] + (d ? 1 : last - first) + Reach(patch, d),
                      patch->own_lo[d] + patch->own_n[d] - patch->lo[d]);
   }
@@ -214,7 +216,7 @@ void MPMTilesMarkRows(MPMPatch *patch)
 
   for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) patch->span[r] = (MPMSpan){patch->n[0], 0, PETSC_TRUE};
   for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++)
-    for (PetscInt in = 0; in < 1 << 2 * (patch->grid->dim - 1); in++) MarkCells(patch, row, in);
+    for (PetscInt in = 0; in < 1 << t->bits * (patch->grid->dim - 1); in++) MarkCells(patch, row, in);
   for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
     const PetscInt at[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
     PetscInt       lo[3], hi[3];

@@ -4,10 +4,15 @@
 
 #include "mpm.h"
 
-/* Nodes that the points of a tile touch, on an axis. */
+/* Cells of a tile on an axis, and the nodes that its points touch. */
+MPM_INLINE PetscInt MPMTileEdge(MPMBasis basis)
+{
+  return 1 << MPM_TILE_BITS(MPMBasisNodes(basis));
+}
+
 MPM_INLINE PetscInt MPMTileSide(MPMBasis basis)
 {
-  return MPM_TILE + MPMBasisNodes(basis) - 1;
+  return MPMTileEdge(basis) + MPMBasisNodes(basis) - 1;
 }
 
 MPM_INLINE size_t MPMTileNodes(PetscInt dim, MPMBasis basis)
@@ -18,15 +23,17 @@ MPM_INLINE size_t MPMTileNodes(PetscInt dim, MPMBasis basis)
 }
 
 /* The edge of a patch of the pool: whole tiles. */
-MPM_INLINE PetscInt MPMPoolEdge(PetscInt cells)
+MPM_INLINE PetscInt MPMPoolEdge(MPMBasis basis, PetscInt cells)
 {
-  return (cells + MPM_TILE - 1) / MPM_TILE * MPM_TILE;
+  const PetscInt edge = MPMTileEdge(basis);
+
+  return (cells + edge - 1) / edge * edge;
 }
 
 /* The number of the first cell of the table in row `in` of cells (x fastest) of a row of tiles. */
 MPM_INLINE PetscInt MPMTileRowCell(int dim, const MPMTiles *t, PetscInt row, PetscInt in)
 {
-  return ((row << 2 * (dim - 1)) + in) * MPM_TILE * t->n[0];
+  return ((row << t->bits * (dim - 1)) + in) * (t->n[0] << t->bits);
 }
 
 /* The number of the cell at place `at` [dim] from the patch's first own node. */
@@ -35,21 +42,22 @@ MPM_INLINE PetscInt MPMTileCell(int dim, const MPMTiles *t, const PetscInt at[])
   PetscInt row = 0, in = 0;
 
   for (int d = dim - 1; d >= 1; d--) {
-    row = row * t->n[d] + t->below[d] + at[d] / MPM_TILE;
-    in  = in * MPM_TILE + at[d] % MPM_TILE;
+    row = row * t->n[d] + t->below[d] + (at[d] >> t->bits);
+    in  = (in << t->bits) + (at[d] & ((1 << t->bits) - 1));
   }
-  return MPMTileRowCell(dim, t, row, in) + MPM_TILE * t->below[0] + at[0];
+  return MPMTileRowCell(dim, t, row, in) + (t->below[0] << t->bits) + at[0];
 }
 
 /* The tile of a cell, and its place in there: at [3]. */
 MPM_INLINE PetscInt MPMTileOf(int dim, const MPMTiles *t, PetscInt cell, PetscInt at[])
 {
-  const PetscInt x = cell % (MPM_TILE * t->n[0]), row = cell / (MPM_TILE * t->n[0]), bits = 2 * (dim - 1);
+  const PetscInt len = t->n[0] << t->bits, edge = 1 << t->bits, x = cell % len, row = cell / len;
+  const PetscInt in = row & ((1 << t->bits * (dim - 1)) - 1);
 
-  at[0] = x % MPM_TILE;
-  at[1] = (row & ((1 << bits) - 1)) % MPM_TILE;
-  at[2] = (row & ((1 << bits) - 1)) / MPM_TILE;
-  return (row >> bits) * t->n[0] + x / MPM_TILE;
+  at[0] = x % edge;
+  at[1] = in % edge;
+  at[2] = in / edge;
+  return (row >> t->bits * (dim - 1)) * t->n[0] + x / edge;
 }
 
 #endif

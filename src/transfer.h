@@ -395,12 +395,12 @@ MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool keep, c
 
       tile  = MPMTileOf(dim, t, cell, at);
       row   = tile - tile % t->n[0];
-      begin = cell - at[0] - MPM_TILE * (tile - row);
-      end   = begin + MPM_TILE * t->n[0];
+      begin = cell - at[0] - ((tile - row) << t->bits);
+      end   = begin + (t->n[0] << t->bits);
       sums  = (keep ? t->sum : t->scratch) + MPM_SUM_NC(dim) * (at[2] * side + at[1]) * side;
     }
-    tile     = (cell - begin) / MPM_TILE;
-    in       = (cell - begin) % MPM_TILE;
+    tile     = (cell - begin) >> t->bits;
+    in       = (cell - begin) & ((1 << t->bits) - 1);
     place[c] = sums + (size_t)(keep ? t->slot[row + tile] : tile) * size + MPM_SUM_NC(dim) * in;
   }
 }

@@ -89,7 +89,7 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPM
 /* Adds the sums of a cell to its nodes in its tile, and clears them. */
 MPM_INLINE void MPMFlush(int dim, int ns, PetscReal *place, MPMReal (*sum)[MPM_PARTS])
 {
-  const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1, side = MPM_TILE + ns - 1;
+  const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1, side = (1 << MPM_TILE_BITS(ns)) + ns - 1;
 
   for (int a = 0; a < nz * ny * ns; a++)
     for (int h = 0; h < MPM_PARTS; h++)

@@ -35,7 +35,7 @@ PHASES = {
         ("G2P_STRESS", "to_points", "id x cell F dx", "x cell F", ""),
     ],
 }
-TILE = 4  # cells of a tile on an axis
+TILE = {"linear": 2, "gimp": 4, "bspline2": 4, "bspline3": 4}  # cells of a tile on an axis
 
 
 def log2(processes):
@@ -88,7 +88,7 @@ class Model:
 
     def spread(self, power):
         """How many tiles reach a node, on so many axes."""
-        return ((TILE + NODES[self.basis] - 1) / TILE) ** power
+        return (1 + (NODES[self.basis] - 1) / TILE[self.basis]) ** power
 
     # ---- A step in spatial decomposition
     def parts(self, s):
@@ -124,7 +124,7 @@ class Model:
         s is the share of a run on one process."""
         m, reach, busy, total = self.numbers, NODES[self.basis] - 1, 0.0, 0.0
         alone = self.parts(replace(s, processes=1))
-        edge = math.ceil(edge / TILE) * TILE
+        edge = math.ceil(edge / TILE[self.basis]) * TILE[self.basis]
         cells, wide = edge**self.dim, (edge + reach) ** self.dim
         for name, kind, fields, back, sums in PHASES[self.update]:
             if kind == "nodes":
@@ -163,7 +163,8 @@ class Model:
         load = [1.0] * n + [0.0] * reach
         load[0] += (cells - n) / 2
         load[n - 1] += (cells - n) / 2
-        edges = [TILE * k for k in range((cells + 1) // TILE)] + [cells + 1]
+        tile = TILE[self.basis]
+        edges = [tile * k for k in range((cells + 1) // tile)] + [cells + 1]
         cuts, total = [0], 0.0
         for a, b in zip(edges, edges[1:-1]):
             one = sum(load[a:b])

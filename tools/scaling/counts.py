@@ -6,7 +6,6 @@ import math
 import runs
 
 STENCIL = {"linear": 2, "bspline2": 3, "bspline3": 4}  # nodes an axis; with walls none lies beyond the grid
-TILE = 4
 
 
 def product(dim, of_cut, of_rest):
@@ -23,13 +22,14 @@ def ghosts(scene, cells, grid):
 
 
 def parts(cells, count, reach):
-    """An axis cut evenly at multiples of TILE nodes: for each part the widths of its tiles, and how many of them have
+    """An axis cut evenly at multiples of a tile's edge: for each part the widths of its tiles, and how many of them have
     points."""
-    bins = (cells + 1) // TILE
-    cuts = [TILE * (bins * k // count) for k in range(count)] + [cells + 1]
+    edge = 2 * reach if reach < 2 else 4
+    bins = (cells + 1) // edge
+    cuts = [edge * (bins * k // count) for k in range(count)] + [cells + 1]
     for a, b in zip(cuts, cuts[1:]):
-        widths = [min(TILE, b - at) for at in range(a, b, TILE)]
-        yield widths, sum(at + a <= cells - reach for at in range(0, b - a, TILE))
+        widths = [min(edge, b - at) for at in range(a, b, edge)]
+        yield widths, sum(at + a <= cells - reach for at in range(0, b - a, edge))
 
 
 def sums(scene, cells, grid, numbers, room):
@@ -46,7 +46,7 @@ def sums(scene, cells, grid, numbers, room):
                 widths, full = axis[k]
                 own = sum(widths)
                 tiles *= 1 if o else len(widths)
-                nodes *= reach if o else sum(min(w + reach, own - TILE * n) for n, w in enumerate(widths[:None if room else full]))
+                nodes *= reach if o else sum(min(w + reach, own - widths[0] * n) for n, w in enumerate(widths[:None if room else full]))
             total += (tiles + 7) // 8 * 8 + nodes * numbers * 8
     return total
 
