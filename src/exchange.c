@@ -38,16 +38,17 @@ PetscErrorCode MPMExchangeSetFromOptions(MPM mpm, MPMOptions o)
       ex->type = MPMExchangeTypes[k];
   ex->pool_cells = 16;
   PetscCall(MPMOptionsInt(o, "pool_cells", NULL, &ex->pool_cells, NULL));
+  ex->pool_cells = MPMPoolEdge(mpm->basis, ex->pool_cells);
   if (size > 1 && !strcmp(strategy, "pool") && ex->roundoff)
     MPMOptionsFail(o, "-parallel_sums roundoff does not apply: the pool always gives bitwise sums");
   if (size > 1 && !strcmp(strategy, "spatial")) {
     const PetscInt largest = MPMPartitionLargest(&mpm->grid, mpm->basis, size);
 
     if (largest < size)
-      MPMOptionsFail(
-          o,
-          "started on %d processes: this grid cannot be cut into so many boxes of at least %" PetscInt_FMT " nodes an axis; the largest number below that can is %" PetscInt_FMT,
-          size, MPMTileEdge(mpm->basis), largest);
+      MPMOptionsFail(o,
+                     "started on %d processes: this grid cannot be cut into so many boxes of at least %" PetscInt_FMT
+                     " nodes an axis; the largest number below that can is %" PetscInt_FMT,
+                     size, MPMTileEdge(mpm->basis), largest);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -53,8 +53,7 @@ static PetscInt ListPoints(MPM mpm, const Chunk *c, PetscInt *list)
   FOR_ROWS(all, c, tile)
   for (PetscInt in = 0; in < 1 << all->tiles.bits * (dim - 1); in++) {
     const PetscInt *cell = mpm->points.start + MPMTileRowCell(dim, &all->tiles, tile / all->tiles.n[0], in);
-    const PetscInt  a = cell[c->first[0] << all->tiles.bits],
-                    b = cell[(c->first[0] + c->tiles[0]) << all->tiles.bits];
+    const PetscInt  a = cell[c->first[0] << all->tiles.bits], b = cell[(c->first[0] + c->tiles[0]) << all->tiles.bits];
 
     for (PetscInt q = a; list && q < b; q++) list[n + q - a] = all->order[q];
     n += b - a;
@@ -236,8 +235,7 @@ static PetscErrorCode SetUp_Pool(MPM mpm)
 {
   MPMExchange *ex = &mpm->exchange;
   Pool        *pool;
-  PetscInt     n[3], total = 1, places, tile = MPMTileEdge(mpm->basis),
-               edge = MPMPoolEdge(mpm->basis, ex->pool_cells) / tile;
+  PetscInt     n[3], total = 1, places, tile = MPMTileEdge(mpm->basis), edge = ex->pool_cells / tile;
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&pool));

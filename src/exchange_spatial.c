@@ -64,7 +64,7 @@ static PetscErrorCode AddPartialSums(MPM mpm, MPMSpatial *s)
   PetscCall(DMRestoreGlobalVector(s->sums, &global));
   PetscCall(DMRestoreLocalVector(s->sums, &local));
   for (PetscInt i = 0; i < MPMPatchNodes(patch);
-       i++) { /* halo nodes start from 0 again, so that the next phase adds nothing twice */
+       i++) { /* ghost nodes start from 0 again, so that the next phase adds nothing twice */
     const PetscInt ijk[3] = {i % patch->n[0] + patch->lo[0], i / patch->n[0] % patch->n[1] + patch->lo[1],
                              i / (patch->n[0] * patch->n[1]) + patch->lo[2]};
     PetscBool      own    = PETSC_TRUE;

@@ -42,7 +42,8 @@ static PetscInt Times(MPM mpm, PetscInt e)
 static PetscReal PhaseMessage(MPM mpm, const MPMPhase *phase)
 {
   const PetscInt  dim   = mpm->grid.dim;
-  const PetscReal tiles = PetscPowReal((PetscReal)MPMTileSide(mpm->basis) / (PetscReal)MPMTileEdge(mpm->basis), (PetscReal)dim - 1);
+  const PetscReal tiles = PetscPowReal((PetscReal)MPMTileSide(mpm->basis) / (PetscReal)MPMTileEdge(mpm->basis),
+                                       (PetscReal)dim - 1);
 
   if (phase->kind == MPM_NODES) return (PetscReal)MPM_VEL_NC(dim) * (PetscReal)sizeof(PetscReal);
   return tiles * (PetscReal)(MPM_SUM_LAST(dim, phase->parts) - MPM_SUM_FIRST(dim, phase->parts)) *
@@ -100,7 +101,8 @@ static PetscReal PoolTimer(MPM mpm, PetscInt e, const MPMShare *s, PetscInt edge
   chunks = PetscMax(1, s->nodes / cells);
   bytes  = s->points * (PetscReal)(MPMMessagePointBytes(&mpm->points, phase->points_in));
   if (phase->kind == MPM_POINTS_TO_NODES)
-    bytes += s->nodes * PetscPowReal((PetscReal)MPMTileSide(mpm->basis) / (PetscReal)MPMTileEdge(mpm->basis), (PetscReal)dim) * 8 *
+    bytes += s->nodes *
+             PetscPowReal((PetscReal)MPMTileSide(mpm->basis) / (PetscReal)MPMTileEdge(mpm->basis), (PetscReal)dim) * 8 *
              (PetscReal)(MPM_SUM_LAST(dim, phase->parts) - MPM_SUM_FIRST(dim, phase->parts));
   else
     bytes += s->points * (PetscReal)MPMMessagePointBytes(&mpm->points, phase->points_out) +

@@ -8,8 +8,8 @@ void MPMPoolBox(MPM mpm, const PetscInt own_lo[3], const PetscInt own_n[3], MPMP
   const PetscInt reach = MPMBasisNodes(mpm->basis) - 1, edge = MPMTileEdge(mpm->basis);
 
   patch->tiles.bits = MPM_TILE_BITS(reach + 1);
-  patch->grid  = &mpm->grid;
-  patch->basis = mpm->basis;
+  patch->grid       = &mpm->grid;
+  patch->basis      = mpm->basis;
   for (PetscInt d = 0; d < 3; d++) {
     patch->own_lo[d] = patch->lo[d] = own_lo[d];
     patch->own_n[d]                 = own_n[d];

@@ -26,8 +26,9 @@ MPM_INLINE void MPMDeal(int n, const MPMReal *from, MPMReal *to)
   for (int k = 0; k < n; k++) to[k] = from[k];
 #else
 #define MPM_SECOND(i, k) (2 * (i) + (k))
-#define MPM_THIRD(i, k)  (3 * (i) + (k) < 2 * MPM_WIDTH ? 3 * (i) + (k) : 0) /* of the first two, and then of the last \
-                                                                              */
+#define MPM_THIRD(i, k)                                                                                                \
+  (3 * (i) + (k) < 2 * MPM_WIDTH ? 3 * (i) + (k) : 0) /* of the first two, and then of the last                        \
+                                                       */
 #define MPM_LATER(i, k) (3 * (i) + (k) < 2 * MPM_WIDTH ? (i) : 3 * (i) + (k)-MPM_WIDTH)
 #define MPM_DEAL_3(k)   MPM_PICK(MPM_PICK(from[0], from[1], MPM_THIRD, k), from[2], MPM_LATER, k)
   if (n == 1) to[0] = from[0];

@@ -194,9 +194,10 @@ static void Extend(MPMPatch *patch, const PetscInt lo[3], const PetscInt hi[3])
 static void MarkCells(MPMPatch *patch, PetscInt row, PetscInt in)
 {
   const MPMTiles *t    = &patch->tiles;
-  const PetscInt *cell = t->start + MPMTileRowCell((int)patch->grid->dim, t, row, in), edge = 1 << t->bits, end = edge * t->n[0];
-  const PetscInt  at[3] = {0, in % edge, in / edge}, tile[3] = {0, row % t->n[1], row / t->n[1]};
-  PetscInt        lo[3], hi[3], first = 0, last = end;
+  const PetscInt *cell = t->start + MPMTileRowCell((int)patch->grid->dim, t, row, in), edge = 1 << t->bits,
+                 end   = edge * t->n[0];
+  const PetscInt at[3] = {0, in % edge, in / edge}, tile[3] = {0, row % t->n[1], row / t->n[1]};
+  PetscInt       lo[3], hi[3], first = 0, last = end;
 
   if (cell[0] == cell[end]) return;
   while (cell[first + 1] == cell[0]) first++;
