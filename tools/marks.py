@@ -1,4 +1,5 @@
-"""Marked blocks of documents: what stands between the lines <!-- table NAME --> and <!-- end --> is made by a program."""
+"""Marked parts of documents, made by a program: blocks between the lines <!-- table NAME --> and <!-- end -->, and numbers
+in the text, <!-- number NAME -->3.14<!-- end -->."""
 
 import re
 
@@ -21,3 +22,18 @@ def renew(text, name, block):
     if count != 1:
         raise ValueError(f"the document must have one table {name}, not {count}")
     return found
+
+
+NUMBER = r"(<!-- number (\w+) -->)([^<\n]*)(<!-- end -->)"
+
+
+def numbers(text, make):
+    """The document with each number anew: make(NAME)."""
+    if begins := re.search(r"^<!-- number (\w+)", text, flags=re.M):
+        raise ValueError(f"the number {begins[1]} begins a line, which Markdown takes for the end of a paragraph")
+    return re.sub(NUMBER, lambda m: m[1] + make(m[2]) + m[4], text)
+
+
+def without(text):
+    """The document without the marks of its numbers."""
+    return re.sub(NUMBER, r"\3", text)

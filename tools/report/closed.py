@@ -18,6 +18,7 @@ NETWORK = dict(message=LATENCY + 2 * OVERHEAD, wire=WIRE, reduction=LATENCY + 2 
 # Scenes of the closed form: options, cells of the box, what it is
 BOXES = {"box2d": ((256, 256), "filled box, 2-D linear"), "box3d": ((32, 32, 32), "filled box, 3-D quadratic")}
 WEAK = 16384  # particles a process
+CUTS = {(2, 8): (4, 2), (2, 32): (8, 4), (3, 8): (2, 2, 2), (3, 32): (4, 4, 2)}  # of a box: dimension, processes
 WAYS = {
     ("spatial", "direct"): "spatial, direct",
     ("spatial", "swarm"): "spatial, DMSwarmMigrate",
@@ -133,6 +134,11 @@ class ClosedForm:
         e = m.step(m.cube(n, per, 1, c)) / m.step(m.cube(n, per, processes, c))
         m.direct = True
         return e
+
+    @staticmethod
+    def best_pool(m, s, processes):
+        """Seconds of a step of the pool with the best patches."""
+        return min(m.pool(model.replace(s, processes=processes), c)[0] for c in range(model.TILE, 65, model.TILE))
 
     def injected(self, name, cut):
         """The model with the costs that the simulator injects, and none that it does not know."""

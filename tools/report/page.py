@@ -6,6 +6,7 @@ import os
 import re
 
 import markdown
+import marks
 
 STYLE = """
 body { max-width: 54rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 Georgia, "DejaVu Serif", serif; color: #222; }
@@ -39,7 +40,7 @@ def embed(folder):
 
 def write(text, folder, path):
     title = re.search(r"^# (.*)", text, re.M)[1]
-    body = markdown.markdown(text, extensions=["tables", "toc", "sane_lists", "attr_list"], output_format="html")
+    body = markdown.markdown(marks.without(text), extensions=["tables", "toc", "sane_lists", "attr_list"], output_format="html")
     body = re.sub(r"<!--.*?-->\n?", "", body, flags=re.S)
     body = re.sub(r"<img [^>]*>", embed(folder), body)
     with open(path, "w") as f:

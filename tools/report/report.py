@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Makes docs/report.md's tables and figures anew from docs/data, and docs/report.html from it: `make report`.
 
-The tables stand between the lines <!-- table NAME --> and <!-- end -->; NAME is a function table_NAME of tables.py. A table whose
-data are not there becomes a sentence that says which, and the program ends with status 1.
+The tables stand between the lines <!-- table NAME --> and <!-- end -->; NAME is a function table_NAME of tables.py. Numbers in the
+text are <!-- number NAME -->...<!-- end -->, by number_NAME. A table whose data are not there becomes a sentence that says which,
+and the program ends with status 1.
 
     report.py                  tables, figures and HTML from the data in the repository (runs Pebble for a few seconds)
     report.py --calibrate      first measures docs/data/models/*.model anew on this machine (wants it quiet; minutes)
@@ -20,7 +21,7 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 import figures  # noqa: E402 (after the path)
 import marks  # noqa: E402
 import model  # noqa: E402
-from closed import BOXES, FAR, WEAK, way  # noqa: E402
+from closed import BOXES, CUTS, FAR, WEAK, way  # noqa: E402
 from data import Missing  # noqa: E402
 from tables import Tables, group, scene, thousands  # noqa: E402
 
@@ -116,14 +117,10 @@ class Report(Tables):
                 lines[f"pool, {p} processes"] = []
                 for t in costs:
                     d = m.dearer(1e-9 * t)
-                    lines[f"pool, {p} processes"].append(
-                        (t, d.step(s) / min(d.pool(model.replace(s, processes=p), c)[0] for c in range(2, 65, 2)))
-                    )
-                cut = next(
-                    c for c in ({8: (4, 2), 32: (8, 4)} if m.dim == 2 else {8: (2, 2, 2), 32: (4, 4, 2)}).items() if c[0] == p
-                )[1]
+                    lines[f"pool, {p} processes"].append((t, d.step(s) / self.best_pool(d, s, p)))
                 lines[f"spatial, {p} processes"] = [
-                    (t, (d := m.dearer(1e-9 * t)).step(s) / d.box(BOXES[name][0], cut, 2**m.dim, math.inf)[0]) for t in costs
+                    (t, (d := m.dearer(1e-9 * t)).step(s) / d.box(BOXES[name][0], CUTS[m.dim, p], 2**m.dim, math.inf)[0])
+                    for t in costs
                 ]
             panels[what] = lines
         figures.pool(self.place("pool"), panels)
@@ -138,6 +135,16 @@ class Report(Tables):
         figures.shares(self.place("parts"), panels)
 
     # ---- All
+    def number(self, name):
+        make = getattr(self, f"number_{name}", None)
+        if not make:
+            sys.exit(f"report.py: docs/report.md has a number {name} that nothing makes")
+        try:
+            return make()
+        except Missing as m:
+            self.note(f"number {name}", str(m))
+            return "(no data)"
+
     def run(self):
         path = os.path.join(ROOT, "docs", "report.md")
         with open(path) as f:
@@ -152,6 +159,7 @@ class Report(Tables):
                 self.note(f"table {name}", str(m))
                 block = f"*No data: {m}.*"
             text = marks.renew(text, name, block)
+        text = marks.numbers(text, self.number)
         for name in re.findall(r"\]\(report-(\w+)\.png\)", text):
             try:
                 getattr(self, f"figure_{name}")()

@@ -6,7 +6,7 @@ import os
 
 import marks
 import model
-from closed import BOXES, FAR, WEAK, ClosedForm, way
+from closed import BOXES, CUTS, FAR, WEAK, ClosedForm, way
 from data import Missing
 from data import rows as rows_of
 
@@ -162,11 +162,8 @@ class Tables(ClosedForm):
             return found
 
         def imbalance():
-            text = self.pebble("-options_file", "options/disks.opts", "-grid_cells", "1024,1024", "-dry_run")
-            row = model.parse(text)["rows"].get(32)
-            if not row:
-                raise Missing("`pebble -dry_run` printed no row of 32 processes for the disks")
-            return [(f"{row['imbalance']:.3f}", "counted: exact on any machine", row["imbalance"] <= 1.05)]
+            found = self.imbalance("options/disks.opts", "-grid_cells", "1024,1024")
+            return [(f"{found:.3f}", "counted: exact on any machine", found <= 1.05)]
 
         def weak(name, p, bound):
             rows = []
@@ -389,7 +386,7 @@ class Tables(ClosedForm):
     def pool_facts(self, name):
         """The best edge of a patch, the bound with it, and what a law must cost more for bounds of 1, 4 and 16."""
         m, s = self.closed(name), self.whole(name)
-        edge = min((2**k for k in range(1, 8)), key=lambda c: m.pool(model.replace(s, processes=1024), c)[1])
+        edge = min((model.TILE * 2**k for k in range(6)), key=lambda c: m.pool(model.replace(s, processes=1024), c)[1])
         busy, serial = m.pool(model.replace(s, processes=8), edge)[1], m.step(s)
         return m, s, edge, serial, busy, {b: max(0, (b * busy - serial) / s.points) for b in (1, 2, 4, 16)}
 
@@ -434,6 +431,23 @@ class Tables(ClosedForm):
                     ]
                 )
         return marks.markdown(["block", "migration", "32", "1 024", "32 768", "1 000 000"], lines)
+
+    def table_losses(self):
+        """What a step on many processes takes beyond that of one with as many particles, in parts of the step."""
+        lines = []
+        for name, (_, what) in BOXES.items():
+            m, per, c = self.closed(name), 2 ** len(BOXES[name][0]), self.courant(name)
+            alone, quick = m.step(m.cube(WEAK, per, 1, c)), m.with_(wire=0, copy=0)
+            for p in (32, 1024, 32768):
+                s = m.cube(WEAK, per, p, c)
+                t, parts = m.step(s), m.parts(s)
+                bytes_ = t - quick.step(s)
+                settled = parts["MIGRATE"], parts["REDUCE"] - m.parts(m.cube(WEAK, per, 1, c))["REDUCE"]
+                shares = (t - alone - bytes_ - sum(settled), bytes_, *settled)
+                lines.append([what, thousands(p), *(f"{100 * x / t:.1f} %" for x in shares), two(alone / t)])
+        return marks.markdown(
+            ["block", "processes", "messages to neighbours", "their bytes", "MIGRATE", "REDUCE", "efficiency"], lines
+        )
 
     def table_least(self):
         lines = []
@@ -634,3 +648,90 @@ class Tables(ClosedForm):
                     out[label] = [(float(r["h"]), float(r["error"])) for r in csv.DictReader(f)]
             self.said["ladders"] = out
         return self.said["ladders"]
+
+    # ---- Numbers in the text
+    def imbalance(self, *options):
+        """On 32 processes."""
+        row = model.parse(self.pebble("-options_file", *options, "-dry_run"))["rows"].get(32)
+        if not row:
+            raise Missing(f"`pebble -dry_run` printed no row of 32 processes for {options[0]}")
+        return row["imbalance"]
+
+    def number_cut_disks(self):
+        return f"{self.imbalance('options/disks.opts', '-grid_cells', '1024,1024'):.3f}"
+
+    def number_cut_disks3d(self):
+        return two(self.imbalance("options/disks3d.opts"))
+
+    def serial(self, name):
+        """ns a particle and step, measured on one process."""
+        for r in self.real("strong"):
+            if r["scene"] == name and r["processes"] == 1 and r["class"] == "measured":
+                return f"{1e9 * r['seconds_per_step'] / r['particles']:.0f}"
+        raise Missing(f"`docs/data/scaling/runs.csv` has no run of {name} on one process: `make scaling` writes it")
+
+    def number_serial_2d(self):
+        return self.serial("box2d")
+
+    def number_serial_3d(self):
+        return self.serial("box3d")
+
+    def least(self, name, efficiency=0.8, processes=1024):
+        m = self.closed(name)
+        return thousands(float(f"{model.blocks(m, 2**m.dim, processes, self.courant(name), efficiency):.2g}"))
+
+    def number_least_2d(self):
+        return self.least("box2d")
+
+    def number_least_3d(self):
+        return self.least("box3d")
+
+    def strong_on_32(self, name, kind):
+        rows = self.simulated("strong", "injected") if kind == "simulated" else self.real("strong")
+        for r in rows:
+            if r["scene"] == name and r.get("processes", r.get("ranks")) == 32 and way(r) == "spatial, direct":
+                if r.get("class", "simulated") == kind:
+                    return two(r["efficiency"])
+        raise Missing(f"no run of {name} on 32 processes, {kind}")
+
+    def number_path_2d(self):
+        return self.strong_on_32("box2d", "critical path")
+
+    def number_path_3d(self):
+        return self.strong_on_32("box3d", "critical path")
+
+    def number_simulated_2d(self):
+        return self.strong_on_32("box2d", "simulated")
+
+    def number_simulated_3d(self):
+        return self.strong_on_32("box3d", "simulated")
+
+    def travels(self, name):
+        """Bytes that the pool's master sends and receives of a particle in a step, its fields alone."""
+        m = self.closed(name)
+        return str(sum(m.bytes(p[2]) + m.bytes(p[3]) for p in model.PHASES[m.update] if p[1] != "nodes"))
+
+    def number_travels_2d(self):
+        return self.travels("box2d")
+
+    def number_travels_3d(self):
+        return self.travels("box3d")
+
+    def number_overtakes(self):
+        """From which cost of the law on the pool is ahead of spatial decomposition: 3-D, 32 processes."""
+        m, s = self.closed("box3d"), self.whole("box3d")
+        for k in range(0, 121):
+            d = m.dearer(1e-9 * 10 ** (k / 20))
+            if self.best_pool(d, s, 32) < d.box(BOXES["box3d"][0], CUTS[3, 32], 8, math.inf)[0]:
+                return f"beyond {float(f'{10 ** (k / 20 - 3):.1g}'):g} µs"
+        return "nowhere"
+
+    def number_misses(self):
+        """The largest difference in % of predicted and measured steps of 0.1 ms and more."""
+        rows = [r for r in self.data.validation() if r["measured"] >= 1e-4]
+        return f"{100 * max(abs(r['predicted'] / r['measured'] - 1) for r in rows):.0f}"
+
+    def number_caches(self):
+        """How much longer in % a run on one process takes than by the costs that the simulator injects."""
+        rows = [r for r in self.data.simulated("validate") if r["ranks"] == 1]
+        return f"{100 * max(1 / r['injected_over_real'] - 1 for r in rows):.0f}"
