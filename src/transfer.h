@@ -490,7 +490,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     const PetscInt row = runs->row;
     PetscInt       n   = 1;
 
-    while (runs + n < end && runs[n].row == row) n++;
+    while (runs + n < end && (keep || runs[n].row == row)) n++; /* kept sums have no need of rows */
     while (!keep && done < row) MPMCloseRow(dim, patch, parts, done++);
     if (!keep) MPMOpenRow(dim, patch, row);
     MPMFirstBlock(n, runs, &o);
