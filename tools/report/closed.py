@@ -138,7 +138,7 @@ class ClosedForm:
     @staticmethod
     def best_pool(m, s, processes):
         """Seconds of a step of the pool with the best patches."""
-        return min(m.pool(model.replace(s, processes=processes), c)[0] for c in range(model.TILE, 65, model.TILE))
+        return min(m.pool(model.replace(s, processes=processes), c)[0] for c in range(model.TILE[m.basis], 65, model.TILE[m.basis]))
 
     def injected(self, name, cut):
         """The model with the costs that the simulator injects, and none that it does not know."""

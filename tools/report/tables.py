@@ -386,7 +386,7 @@ class Tables(ClosedForm):
     def pool_facts(self, name):
         """The best edge of a patch, the bound with it, and what a law must cost more for bounds of 1, 4 and 16."""
         m, s = self.closed(name), self.whole(name)
-        edge = min((model.TILE * 2**k for k in range(6)), key=lambda c: m.pool(model.replace(s, processes=1024), c)[1])
+        edge = min((model.TILE[m.basis] * 2**k for k in range(6)), key=lambda c: m.pool(model.replace(s, processes=1024), c)[1])
         busy, serial = m.pool(model.replace(s, processes=8), edge)[1], m.step(s)
         return m, s, edge, serial, busy, {b: max(0, (b * busy - serial) / s.points) for b in (1, 2, 4, 16)}
 
