@@ -30,8 +30,10 @@ typedef struct {
   X(copy)                                                                                                              \
   X(reduction)                                                                                                         \
   X(chunk)                                                                                                             \
-  X(farm) X(migration[0].call) X(migration[0].stage) X(migration[0].process) X(migration[0].point)                     \
-      X(migration[1].call) X(migration[1].stage) X(migration[1].process) X(migration[1].point)
+  X(farm)                                                                                                              \
+  X(migration[0].call)                                                                                                 \
+  X(migration[0].stage) X(migration[0].process) X(migration[0].point) X(migration[1].call) X(migration[1].stage)       \
+      X(migration[1].process) X(migration[1].point)
 
 static PetscErrorCode Save(MPM mpm)
 {

@@ -77,15 +77,15 @@ PetscErrorCode MPMExchangeClose(MPM mpm, const MPMPhase *phase)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs a transfer on the points here; keep: see MPMPatchRun. Not collective. */
-PetscErrorCode MPMExchangeRun(MPM mpm, const MPMPhase *phase, PetscBool keep)
+/* Runs a transfer on the points here. Not collective. */
+PetscErrorCode MPMExchangeRun(MPM mpm, const MPMPhase *phase, MPMTurns turn)
 {
   MPMPatch *patch = &mpm->exchange.patch;
 
   PetscFunctionBeginUser;
-  if (keep && !patch->tiles.nruns[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (turn != MPM_TILES_OPEN && !patch->tiles.nruns[turn]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMExchangeOpen(mpm, phase));
-  PetscCall(MPMPatchRun(mpm, patch, phase, keep, &mpm->status));
+  PetscCall(MPMPatchRun(mpm, patch, phase, turn, &mpm->status));
   if (phase->parts & MPM_G2P_COMMIT) mpm->points.nmovers = patch->nmovers;
   PetscCall(MPMExchangeClose(mpm, phase));
   PetscFunctionReturn(PETSC_SUCCESS);

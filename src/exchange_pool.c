@@ -224,7 +224,7 @@ static PetscErrorCode Sweep_Pool(MPM mpm, const MPMPhase *phase)
   PetscCall(MPMExchangeClose(mpm, phase));
   if (phase->kind == MPM_POINTS_TO_NODES) { /* all tiles are kept */
     MPMTilesWrap(&ex->patch);
-    PetscCall(MPMExchangeRun(mpm, phase, PETSC_FALSE));
+    PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_OPEN));
   }
   PetscCall(PetscTime(&t1));
   ex->busy += t1 - from - waited;

@@ -17,7 +17,7 @@ static PetscErrorCode SetUp_Serial(MPM mpm)
 static PetscErrorCode Sweep_Serial(MPM mpm, const MPMPhase *phase)
 {
   PetscFunctionBeginUser;
-  PetscCall(MPMExchangeRun(mpm, phase, PETSC_FALSE));
+  PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_OPEN));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -27,7 +27,7 @@ static PetscErrorCode Nodes_Serial(MPM mpm, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   PetscCall(VecGetArray(ex->vel, &ex->patch.vel));
-  PetscCall(MPMPatchRun(mpm, &ex->patch, phase, PETSC_FALSE, &mpm->status));
+  PetscCall(MPMPatchRun(mpm, &ex->patch, phase, MPM_TILES_OPEN, &mpm->status));
   PetscCall(VecRestoreArray(ex->vel, &ex->patch.vel));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -88,8 +88,8 @@ static void ZeroSums(MPMPatch *patch, PetscInt parts)
       patch->sum[i * MPM_SUM_NC(dim) + c] = 0;
 }
 
-/* Sends the sums of tiles at upper sides and receives those of the tiles below: one message a neighbour. Collective on
-   neighbours. */
+/* Sends the sums of tiles at upper sides, makes those of late tiles meanwhile, and receives those of the tiles below:
+   one message a neighbour. Collective on neighbours. */
 static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phase)
 {
   MPMPatch   *patch = &mpm->exchange.patch;
@@ -120,12 +120,14 @@ static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phas
     at += bytes;
   }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
-  MPMSimulateWork("PACK", (PetscReal)(at + need));
+  MPMSimulateWork("PACK", (PetscReal)at);
+  PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_LATE));
   PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
   MPMWorkBegin(mpm);
   patch->tiles.nslots = patch->tiles.nown;
   for (int k = 0; k < s->nfrom; k++) MPMTilesUnpack(patch, s->from[k].toward, phase->parts, s->in + in[k]);
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
+  MPMSimulateWork("PACK", (PetscReal)need);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -136,11 +138,11 @@ static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
   PetscFunctionBeginUser;
   if (phase->kind == MPM_POINTS_TO_NODES) {
     if (mpm->exchange.roundoff) ZeroSums(&mpm->exchange.patch, phase->parts);
-    PetscCall(MPMExchangeRun(mpm, phase, PETSC_TRUE));
+    PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_EARLY));
     if (!mpm->exchange.roundoff) PetscCall(ExchangeTiles(mpm, s, phase));
     MPMTilesWrap(&mpm->exchange.patch);
   }
-  PetscCall(MPMExchangeRun(mpm, phase, PETSC_FALSE));
+  PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_OPEN));
   if (phase->kind == MPM_POINTS_TO_NODES && mpm->exchange.roundoff) PetscCall(AddPartialSums(mpm, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -152,7 +154,7 @@ static PetscErrorCode Nodes_Spatial(MPM mpm, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   PetscCall(VecGetArray(ex->vel, &ex->patch.vel));
-  PetscCall(MPMPatchRun(mpm, &ex->patch, phase, PETSC_FALSE, &mpm->status));
+  PetscCall(MPMPatchRun(mpm, &ex->patch, phase, MPM_TILES_OPEN, &mpm->status));
   PetscCall(PetscSFBcastBegin(s->ghosts, s->vel_type, ex->patch.vel, ex->patch.vel, MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(s->ghosts, s->vel_type, ex->patch.vel, ex->patch.vel, MPI_REPLACE));
   PetscCall(VecRestoreArray(ex->vel, &ex->patch.vel));

@@ -249,8 +249,13 @@ typedef struct {
   PetscInt first, last, row;
 } MPMRange;
 
-/* What the table of tiles says of one: sums are kept there (>= 0), it has points, or none. Kept are the sums that
-   another process needs, or came from one, or are needed across a periodic face before their turn. */
+/* Which tiles a sweep of points to nodes is for. MPM_TILES_EARLY: those whose sums another process needs, or which are
+   needed across a periodic face before their turn; all in the pool. MPM_TILES_LATE: the others where sums of other
+   processes have to come first, so that these need not be waited for. MPM_TILES_OPEN: all others; and the sums of all
+   are added to the nodes. Sums of early and late tiles are kept. */
+typedef enum { MPM_TILES_OPEN, MPM_TILES_EARLY, MPM_TILES_LATE, MPM_NUM_TURNS } MPMTurns;
+
+/* What the table of tiles says of one: which sums are kept (>= 0), it has points, or none. */
 enum { MPM_TILE_OPEN = -1, MPM_TILE_EMPTY = -2 };
 
 /* The tiles of a patch: a table of its own and of those `below` whose points touch its nodes. Cells are numbered row by
@@ -261,11 +266,12 @@ typedef struct {
   PetscInt        n[3], below[3], keep[3]; /* of the table on each axis; not its own; uppermost ones that are kept */
   PetscBool       wraps[3];                /* those below are the uppermost ones again */
   MPMTileBox     *box[3];
-  PetscInt       *slot;         /* [n2][n1][n0] which of the kept sums are the tile's, or as above */
-  PetscInt        nown, nslots; /* kept sums: of own tiles, and all */
-  const PetscInt *start;        /* [cells+1] where the points of a cell begin in the order */
-  PetscInt        nruns[2];     /* parts of the order: points of tiles that are not kept, and of those that are */
-  MPMRange       *runs[2];
+  PetscInt       *slot;                 /* [n2][n1][n0] which of the kept sums are the tile's, or as above */
+  PetscBool       waits;                /* sums come from processes below */
+  PetscInt        nearly, nown, nslots; /* kept sums: of early tiles, of own ones, and all */
+  const PetscInt *start;                /* [cells+1] where the points of a cell begin in the order */
+  PetscInt        nruns[MPM_NUM_TURNS]; /* parts of the order */
+  MPMRange       *runs[MPM_NUM_TURNS];
   PetscReal      *sum;     /* [nslots][nodes of a tile][MPM_SUM_NC] kg, kg m/s, N */
   PetscReal      *scratch; /* [n0][nodes of a tile][MPM_SUM_NC] of the row at work */
   size_t          room;
@@ -306,7 +312,8 @@ enum {
   MPM_AFFINE       = 64,  /* with momentum and motion: v_p + C_p (x_i - x_p), and C_p (APIC) */
   MPM_RESIDUAL     = 128, /* with momentum: of r_p in place of v_p (xpic) */
   MPM_G2P_FILTER   = 256, /* r_p less its part that the grid takes up (xpic) */
-  MPM_P2G_KEEP     = 512  /* of the tiles whose sums are kept, which are not added to nodes yet */
+  MPM_P2G_EARLY    = 512, /* of early tiles, see MPMTurns */
+  MPM_P2G_LATE     = 1024 /* of late ones */
 };
 
 typedef void (*MPMTransfer)(const MPMParams *, MPMPatch *, PetscInt parts, MPMStatus *);
@@ -428,7 +435,7 @@ PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da);
 void           MPMPatchMarkAll(MPMPatch *);
 void          *MPMAlign(void *memory);
 PetscInt       MPMPatchNodes(const MPMPatch *);
-PetscErrorCode MPMPatchRun(MPM, MPMPatch *, const MPMPhase *, PetscBool keep, MPMStatus *);
+PetscErrorCode MPMPatchRun(MPM, MPMPatch *, const MPMPhase *, MPMTurns, MPMStatus *);
 PetscErrorCode MPMPatchDestroy(MPMPatch *);
 
 PetscErrorCode MPMTilesSetUp(MPMPatch *, PetscBool alone);
@@ -477,7 +484,7 @@ typedef struct {
 
 PetscErrorCode MPMExchangeOpen(MPM, const MPMPhase *);
 PetscErrorCode MPMExchangeClose(MPM, const MPMPhase *);
-PetscErrorCode MPMExchangeRun(MPM, const MPMPhase *, PetscBool keep);
+PetscErrorCode MPMExchangeRun(MPM, const MPMPhase *, MPMTurns);
 
 extern const MPMExchangeType *const MPMExchangeTypes[];                      /* rows of exchange.def, ends with NULL */
 extern const MPMExchangeType        MPMExchange_serial, MPMExchange_spatial; /* the pool's master is one of them */

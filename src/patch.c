@@ -59,9 +59,10 @@ void MPMPatchMarkAll(MPMPatch *patch)
 
 /* Runs a phase on the patch, whose views hold the fields that the phase declares. keep: of points to nodes only the
    tiles whose sums are kept; without it the rest. Merges what it finds into status. Not collective. */
-PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, PetscBool keep, MPMStatus *status)
+PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMTurns turn, MPMStatus *status)
 {
-  PetscInt work = phase->kind == MPM_NODES ? mpm->points.n : patch->points.n;
+  static const PetscInt parts[] = {[MPM_TILES_EARLY] = MPM_P2G_EARLY, [MPM_TILES_LATE] = MPM_P2G_LATE};
+  PetscInt              work    = phase->kind == MPM_NODES ? mpm->points.n : patch->points.n;
 
   PetscFunctionBeginUser;
   MPMWorkBegin(mpm);
@@ -77,11 +78,11 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, Pets
     PetscCheck(run, PETSC_COMM_SELF, PETSC_ERR_PLIB, "phase %s has no kernel for parts %" PetscInt_FMT, phase->name,
                phase->parts);
     if (phase->kind == MPM_POINTS_TO_NODES) {
-      if (!keep) MPMTilesMarkRows(patch);
-      for (PetscInt k = work = 0; k < patch->tiles.nruns[keep]; k++)
-        work += patch->tiles.runs[keep][k].last - patch->tiles.runs[keep][k].first;
+      if (turn == MPM_TILES_OPEN) MPMTilesMarkRows(patch);
+      for (PetscInt k = work = 0; k < patch->tiles.nruns[turn]; k++)
+        work += patch->tiles.runs[turn][k].last - patch->tiles.runs[turn][k].first;
     }
-    run(&mpm->params, patch, phase->parts | (keep ? MPM_P2G_KEEP : 0), status);
+    run(&mpm->params, patch, phase->parts | parts[turn], status);
   }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
   MPMSimulateWork(phase->name, (PetscReal)work);

@@ -82,10 +82,10 @@ static PetscErrorCode PlaceTiles(MPM mpm, const MPMOrder *order, Desk *desk)
   }
   for (PetscInt k = 0; k < tiles; k++)
     if (t->slot[k] == MPM_TILE_OPEN) t->slot[k] = t->nown++;
-  t->nslots   = t->nown;
-  t->nruns[1] = 1;
-  t->runs[1]  = &desk->all;
-  desk->all   = (MPMRange){0, order->n, 0};
+  t->nslots = t->nearly     = t->nown;
+  t->nruns[MPM_TILES_EARLY] = 1;
+  t->runs[MPM_TILES_EARLY]  = &desk->all;
+  desk->all                 = (MPMRange){0, order->n, 0};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -193,7 +193,8 @@ PetscErrorCode MPMPoolServe(MPM mpm, MPI_Comm comm)
     MPMWorkEnd(mpm, order.phase);
     MPMSimulateWork("UNPACK", (PetscReal)len);
     MPMStatusReset(&status);
-    PetscCall(MPMPatchRun(mpm, &desk.patch, phase, phase->kind == MPM_POINTS_TO_NODES, &status));
+    PetscCall(MPMPatchRun(mpm, &desk.patch, phase,
+                          phase->kind == MPM_POINTS_TO_NODES ? MPM_TILES_EARLY : MPM_TILES_OPEN, &status));
     if (phase->points_out & MPM_BIT(cell)) {
       NumberCells(mpm, &order, &desk.patch);
       MPMSimulateWork("RENUMBER", order.n);

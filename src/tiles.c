@@ -73,7 +73,10 @@ PetscErrorCode MPMTilesSetUp(MPMPatch *patch, PetscBool alone)
   }
   rows = t->n[1] * t->n[2];
   PetscCall(PetscMalloc1(t->n[0] * rows, &t->slot));
-  for (int k = 0; k < 2; k++) PetscCall(PetscMalloc1(rows << t->bits * (grid->dim - 1), &t->runs[k]));
+  t->waits = PETSC_FALSE;
+  for (PetscInt d = 0; d < 3; d++)
+    if (t->below[d] && !t->wraps[d]) t->waits = PETSC_TRUE;
+  for (int k = 0; k < MPM_NUM_TURNS; k++) PetscCall(PetscMalloc1(rows << t->bits * (grid->dim - 1), &t->runs[k]));
   t->room = 0;
   PetscCall(PetscMalloc((size_t)t->n[0] * size + MPM_LINE, &t->memory));
   t->scratch = (PetscReal *)MPMAlign(t->memory);
@@ -86,7 +89,7 @@ PetscErrorCode MPMTilesDestroy(MPMPatch *patch)
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < 3; d++) PetscCall(PetscFree(t->box[d]));
-  for (int k = 0; k < 2; k++) PetscCall(PetscFree(t->runs[k]));
+  for (int k = 0; k < MPM_NUM_TURNS; k++) PetscCall(PetscFree(t->runs[k]));
   PetscCall(PetscFree(t->slot));
   PetscCall(PetscFree(t->memory));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -101,18 +104,18 @@ PetscInt MPMTilesCells(const MPMPatch *patch)
 }
 
 /* Adds a part of the order, which may go on from the one before. */
-static void AddRun(MPMTiles *t, int kept, PetscInt row, PetscInt first, PetscInt last)
+static void AddRun(MPMTiles *t, MPMTurns turn, PetscInt row, PetscInt first, PetscInt last)
 {
-  MPMRange *before = t->runs[kept] + t->nruns[kept] - 1;
+  MPMRange *before = t->runs[turn] + t->nruns[turn] - 1;
 
   if (first == last) return;
-  if (t->nruns[kept] && before->row == row && before->last == first)
+  if (t->nruns[turn] && before->row == row && before->last == first)
     before->last = last;
   else
-    t->runs[kept][t->nruns[kept]++] = (MPMRange){first, last, row};
+    t->runs[turn][t->nruns[turn]++] = (MPMRange){first, last, row};
 }
 
-/* Notes which tiles of a row have points and gives those from `cut` on, which are kept, a place for their sums. */
+/* Notes which tiles of a row have points and gives those from `cut` on, which are early, a place for their sums. */
 static void MarkRow(MPMPatch *patch, PetscInt row, PetscInt cut, const PetscInt start[])
 {
   MPMTiles      *t   = &patch->tiles;
@@ -127,15 +130,15 @@ static void MarkRow(MPMPatch *patch, PetscInt row, PetscInt cut, const PetscInt 
     if (cell[0] == cell[edge * n0]) continue;
     for (PetscInt i = 0; i < n0; i++)
       if (cell[edge * i] < cell[edge * (i + 1)]) slot[i] = MPM_TILE_OPEN;
-    AddRun(t, 0, row, cell[0], cell[edge * cut]);
-    AddRun(t, 1, row, cell[edge * cut], cell[edge * n0]);
+    AddRun(t, t->waits ? MPM_TILES_LATE : MPM_TILES_OPEN, row, cell[0], cell[edge * cut]);
+    AddRun(t, MPM_TILES_EARLY, row, cell[edge * cut], cell[edge * n0]);
   }
   for (PetscInt i = cut; i < n0; i++)
-    if (slot[i] == MPM_TILE_OPEN) slot[i] = t->nown++;
+    if (slot[i] == MPM_TILE_OPEN) slot[i] = t->nearly++;
 }
 
 /* Notes which tiles have points and gives those that are kept a place for their sums, and room to those that may come.
-   keep: all are kept. Not collective. */
+   keep: all are early. Not collective. */
 PetscErrorCode MPMTilesMark(MPMPatch *patch, PetscBool keep, const PetscInt start[])
 {
   MPMTiles      *t    = &patch->tiles;
@@ -144,13 +147,17 @@ PetscErrorCode MPMTilesMark(MPMPatch *patch, PetscBool keep, const PetscInt star
   size_t         need;
 
   PetscFunctionBeginUser;
-  t->start = start;
-  t->nown = t->nruns[0] = t->nruns[1] = 0;
+  t->start  = start;
+  t->nearly = 0;
+  for (int k = 0; k < MPM_NUM_TURNS; k++) t->nruns[k] = 0;
   for (PetscInt k = 0; k < t->n[2]; k++)
     for (PetscInt j = 0; j < t->n[1]; j++)
       MarkRow(patch, k * t->n[1] + j,
               keep || k >= t->n[2] - t->keep[2] || j >= t->n[1] - t->keep[1] ? 0 : t->n[0] - t->keep[0], start);
-  if (keep) t->nruns[0] = t->nruns[1] = 0; /* others do the work */
+  t->nown = t->nearly;
+  for (PetscInt k = 0; k < tiles && t->waits; k++)
+    if (t->slot[k] == MPM_TILE_OPEN) t->slot[k] = t->nown++;
+  for (int k = 0; k < MPM_NUM_TURNS && keep; k++) t->nruns[k] = 0; /* others do the work */
   t->nslots = t->nown;
   need      = (size_t)(t->nown + tiles - (t->n[0] - t->below[0]) * (t->n[1] - t->below[1]) * (t->n[2] - t->below[2]));
   if (need > t->room) {

@@ -463,16 +463,21 @@ MPM_INLINE void MPMCloseRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt r
     }
 }
 
-/* Sums over points to nodes: mass (1), momentum (2) and force (4), (13), a row of tiles at a time. With MPM_P2G_KEEP of
-   the tiles that are to be kept, into their sums; else of the others, and all are added to the nodes in the order of
-   the table. Sums that are not among the parts get 0 added. */
+/* Sums over points to nodes: mass (1), momentum (2) and force (4), (13). Of early or late tiles, into the sums that are
+   kept of them; else of the others, a row of tiles at a time, and all are added to the nodes in the order of the table.
+   Sums that are not among the parts get 0 added. */
 MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts)
 {
   const int          forces = parts & MPM_P2G_FORCE ? 1 : 0, affine = parts & MPM_AFFINE ? 1 : 0;
   const MPMSumBlocks sum  = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
-  const PetscBool    keep = parts & MPM_P2G_KEEP ? PETSC_TRUE : PETSC_FALSE;
   const MPMTiles    *t    = &patch->tiles;
-  const MPMRange    *runs = t->runs[keep], *end = runs + t->nruns[keep];
+  const MPMTurns     turn = parts & MPM_P2G_EARLY  ? MPM_TILES_EARLY
+                            : parts & MPM_P2G_LATE ? MPM_TILES_LATE
+                                                   : MPM_TILES_OPEN;
+  const PetscBool    keep = turn == MPM_TILES_OPEN ? PETSC_FALSE : PETSC_TRUE;
+  const PetscInt     from = turn == MPM_TILES_LATE ? t->nearly : 0, to = turn == MPM_TILES_LATE ? t->nown : t->nearly;
+  const size_t       size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
+  const MPMRange    *runs = t->runs[turn], *end = runs + t->nruns[turn];
   MPMBegun           begun = {{{0}}, NULL};
   PetscInt           done  = 0; /* rows of tiles */
   PetscReal         *place[MPM_STAGED];
@@ -484,8 +489,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   MPMStencilsBegin(dim, par, &s);
   memset(&r, 0, sizeof r);
   memset(&b, 0, sizeof b);
-  if (keep && runs < end)
-    memset(t->sum, 0, (size_t)t->nown * MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim) * sizeof *t->sum);
+  if (keep && from < to) memset(t->sum + (size_t)from * size, 0, (size_t)(to - from) * size * sizeof *t->sum);
   while (runs < end) {
     const PetscInt row = runs->row;
     PetscInt       n   = 1;

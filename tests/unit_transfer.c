@@ -322,10 +322,10 @@ static int ToPoints(const MPMPhase *phase)
   return phase->parts & (MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_G2P_FILTER) ? 1 : 0;
 }
 
-/* Runs the kernel of a phase. keep: of points to nodes only the tiles that are kept. */
-static MPMStatus Run(Bench *b, const MPMParams *par, const MPMPhase *phase, int keep)
+/* Runs the kernel of a phase. turn: the tiles that points to nodes are for. */
+static MPMStatus Run(Bench *b, const MPMParams *par, const MPMPhase *phase, MPMTurns turn)
 {
-  const PetscInt    parts = phase->parts | (keep ? MPM_P2G_KEEP : 0);
+  const PetscInt    parts = phase->parts | (turn == MPM_TILES_EARLY ? MPM_P2G_EARLY : turn == MPM_TILES_LATE ? MPM_P2G_LATE : 0);
   const MPMTransfer found = MPMTransferFind(b->patch.grid->dim, b->patch.basis, parts);
   const MPMTransfer run   = (*widths[width].table)[b->patch.grid->dim - 1][ToPoints(phase)];
   MPMStatus         status;
@@ -545,7 +545,7 @@ static void Add(Bench *b, const MPMParams *par, const MPMPhase *phase, int alone
   if (alone) Zero(b, phase->parts, 1);
   MPMTilesWrap(&b->patch);
   MPMTilesMarkRows(&b->patch);
-  (void)Run(b, par, phase, 0);
+  (void)Run(b, par, phase, MPM_TILES_OPEN);
   for (PetscInt k = 0; k < NC; k++) CHECK_EQ(b->sum[end + k], 0); /* behind the last node */
   if (!alone) Zero(b, phase->parts, 0);
 }
@@ -555,9 +555,9 @@ static MPMStatus Sweep(Bench *b, const MPMParams *par, const MPMPhase *phase)
 {
   MPMStatus status;
 
-  if (ToPoints(phase)) return Run(b, par, phase, 0);
+  if (ToPoints(phase)) return Run(b, par, phase, MPM_TILES_OPEN);
   Spoil(b);
-  status = Run(b, par, phase, 1);
+  status = Run(b, par, phase, MPM_TILES_EARLY);
   Add(b, par, phase, 0);
   return status;
 }
@@ -614,7 +614,7 @@ static MPMStatus CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase
   PetscReal       v2 = 0, c2 = 0;
 
   before = b->own;
-  status = Run(b, par, phase, 0);
+  status = Run(b, par, phase, MPM_TILES_OPEN);
   for (PetscInt p = 0; p < b->own.n; p++) {
     const MPMMaterial *m = par->materials + KindOf(par, &before, p)->material;
     const PetscReal   *v = b->own.v + p * dim, *x = b->own.x + p * dim, *F = b->own.F + p * dim * dim;
@@ -798,13 +798,13 @@ static void CheckNodes(const Bench *b, const Bench *ref, PetscInt parts)
 }
 
 /* Axis `which` into as many boxes as can be; if there is no such axis all into two. Returns how many boxes. */
-static PetscInt Cut(const MPMGrid *g, int which, Cuts *cuts)
+static PetscInt Cut(const MPMGrid *g, MPMBasis basis, int which, Cuts *cuts)
 {
   for (int d = 0; d < 3; d++) {
-    const PetscInt most = g->nodes[d] / MPM_TILE;
+    const PetscInt most = PetscMin(MAX_BOXES, g->nodes[d] / MPMTileEdge(basis));
 
     cuts->p[d] = which == d ? PetscMax(1, most) : which == g->dim && most > 1 ? 2 : 1;
-    for (PetscInt k = 0; k < cuts->p[d]; k++) cuts->edge[d][k] = k * MPM_TILE;
+    for (PetscInt k = 0; k < cuts->p[d]; k++) cuts->edge[d][k] = k * MPMTileEdge(basis);
     if (which == g->dim && most > 1) cuts->edge[d][1] *= 1 + UnitInt((int)most - 1);
     cuts->edge[d][cuts->p[d]] = g->nodes[d];
   }
@@ -841,7 +841,7 @@ static void Hand(const Bench *b, const Bench *all, PetscInt parts)
 
     if (t->slot[tile] == MPM_TILE_EMPTY) continue;
     for (int d = 0; d < 3; d++)
-      at[d] += to->below[d] - t->below[d] + (b->patch.own_lo[d] - all->patch.own_lo[d]) / MPM_TILE;
+      at[d] += to->below[d] - t->below[d] + (b->patch.own_lo[d] - all->patch.own_lo[d]) / MPMTileEdge(b->patch.basis);
     slot = to->slot[(at[2] * to->n[1] + at[1]) * to->n[0] + at[0]];
     CHECK(slot >= 0 && slot < to->nown);
     if (slot < 0) continue;
@@ -860,7 +860,7 @@ static void CheckAlone(const MPMGrid *g, MPMBasis basis, const State *s, const M
 
   SetUp(&master, g, basis, s, NULL, 0, PETSC_FALSE);
   PetscCallAbort(PETSC_COMM_SELF, MPMTilesMark(&master.patch, PETSC_TRUE, master.start));
-  CHECK(master.patch.tiles.nruns[0] == 0 && master.patch.tiles.nruns[1] == 0);
+  for (int k = 0; k < MPM_NUM_TURNS; k++) CHECK(master.patch.tiles.nruns[k] == 0);
   Spoil(&master);
   total = *ref;
   for (PetscInt k = 0; k < Nodes(&ref->patch) * nc; k++) total.sum[k] = Asked((int)g->dim, phase->parts, (int)(k % nc)) ? 0 : -777;
@@ -870,15 +870,15 @@ static void CheckAlone(const MPMGrid *g, MPMBasis basis, const State *s, const M
     SetUp(&b, g, basis, s, cuts, r, PETSC_TRUE);
     Spoil(&b);
     NextWidth();
-    (void)Run(&b, par, phase, 1);
+    (void)Run(&b, par, phase, MPM_TILES_EARLY);
     Add(&b, par, phase, 1);
     for (PetscInt k = 0; k < Nodes(&b.patch) * nc; k++)
       if (Asked((int)g->dim, phase->parts, (int)(k % nc))) total.sum[SameNode(&b.patch, k / nc, &ref->patch) * nc + k % nc] += b.sum[k];
     PetscCallAbort(PETSC_COMM_SELF, MPMTilesMark(&b.patch, PETSC_TRUE, b.start));
-    t->runs[1][0] = (MPMRange){0, b.own.n, 0};
-    t->nruns[1]   = b.own.n > 0;
+    t->runs[MPM_TILES_EARLY][0] = (MPMRange){0, b.own.n, 0};
+    t->nruns[MPM_TILES_EARLY]   = b.own.n > 0;
     NextWidth();
-    (void)Run(&b, par, phase, 1);
+    (void)Run(&b, par, phase, MPM_TILES_EARLY);
     Hand(&b, &master, phase->parts);
     Destroy(&b);
   }
@@ -916,7 +916,7 @@ static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MP
   Destroy(&b);
   for (int cut = 0; cut <= dim; cut++) {
     Cuts           cuts;
-    const PetscInt boxes = Cut(g, cut, &cuts);
+    const PetscInt boxes = Cut(g, basis, cut, &cuts);
     PetscInt       own   = 0;
 
     UnitContext("%s, cut %d into %dx%dx%d", what, cut, (int)cuts.p[0], (int)cuts.p[1], (int)cuts.p[2]);
@@ -927,7 +927,9 @@ static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MP
         memcpy(part[r].vel + c * vc, ref.vel + SameNode(&part[r].patch, c, &ref.patch) * vc, vc * sizeof(PetscReal));
       NextWidth();
       Spoil(&part[r]);
-      CheckCells(&part[r], Run(&part[r], par, phase, !to_points), phase);
+      CheckCells(&part[r], Run(&part[r], par, phase, to_points ? MPM_TILES_OPEN : MPM_TILES_EARLY), phase);
+      NextWidth();
+      if (!to_points) (void)Run(&part[r], par, phase, MPM_TILES_LATE);
       if (to_points) CheckPoints(&part[r], &ref);
     }
     CHECK_EQ(own, s->n); /* every point has one owner */
