@@ -32,8 +32,9 @@ typedef struct {
   X(chunk)                                                                                                             \
   X(farm)                                                                                                              \
   X(migration[0].call)                                                                                                 \
-  X(migration[0].stage) X(migration[0].process) X(migration[0].point) X(migration[1].call) X(migration[1].stage)       \
-      X(migration[1].process) X(migration[1].point)
+  X(migration[0].stage)                                                                                                \
+  X(migration[0].process)                                                                                              \
+  X(migration[0].point) X(migration[1].call) X(migration[1].stage) X(migration[1].process) X(migration[1].point)
 
 static PetscErrorCode Save(MPM mpm)
 {
@@ -73,7 +74,7 @@ PetscErrorCode MPMModelLoad(MPM mpm, char wrong[], size_t len)
   MPMModelMethod(mpm, method, sizeof method);
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) PetscCall(PetscMemzero(&m.rate[e], sizeof m.rate[e]));
   while (fgets(line, (int)sizeof line, file)) {
-    double v[5];
+    double v[5] = {0};
     int    e;
 
     line[strcspn(line, "\n")] = 0;

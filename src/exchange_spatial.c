@@ -116,11 +116,11 @@ static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phas
     const size_t bytes = MPMTilesPack(patch, s->to[k].toward, phase->parts, s->out + at);
 
     PetscCall(MPMMessageLength(bytes, &len));
+    MPMSimulateWork("PACK", (PetscReal)bytes);
     PetscCallMPI(MPI_Isend(s->out + at, len, MPI_BYTE, s->to[k].rank, s->to[k].tag, s->comm, &request[n++]));
     at += bytes;
   }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
-  MPMSimulateWork("PACK", (PetscReal)at);
   PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_LATE));
   PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
   MPMWorkBegin(mpm);

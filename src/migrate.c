@@ -77,13 +77,13 @@ PetscErrorCode MPMMigrateSwarm(MPM mpm, MPMSpatial *s)
 static void PackPoint(const MPMPoints *pts, void *const at[], PetscInt p, char *message, PetscBool unpack)
 {
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    const PetscInt b = pts->bytes[f];
+    const size_t b = (size_t)pts->bytes[f];
 
     if (!at[f]) continue;
     if (unpack)
-      memcpy((char *)at[f] + p * b, message, (size_t)b);
+      memcpy((char *)at[f] + (size_t)p * b, message, b);
     else
-      memcpy(message, (char *)at[f] + p * b, (size_t)b);
+      memcpy(message, (char *)at[f] + (size_t)p * b, b);
     message += b;
   }
 }

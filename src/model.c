@@ -396,7 +396,7 @@ PetscErrorCode MPMModelView(MPM mpm)
   PetscCall(MPMHistogramDestroy(&h));
   s.processes = 8;
   (void)PoolStep(mpm, &s, mpm->exchange.pool_cells, &bound);
-  for (PetscInt c = 1; c <= 256; c++) {
+  for (PetscInt c = MPMTileEdge(mpm->basis); c <= 256; c += MPMTileEdge(mpm->basis)) {
     const PetscReal t = PoolStep(mpm, &s, c, NULL);
 
     if (t < best) {
@@ -404,11 +404,11 @@ PetscErrorCode MPMModelView(MPM mpm)
       edge = c;
     }
   }
-  PetscCall(
-      MPMPrint(mpm,
-               "  pool: no number of workers exceeds a speed-up of %.2f; best patches on 8 processes %" PetscInt_FMT
-               " cells an axis; ",
-               (double)bound, edge));
+  PetscCall(MPMPrint(
+      mpm,
+      "  pool: with these patches no number of workers exceeds a speed-up of %.2f; best patches on 8 processes %" PetscInt_FMT
+      " cells an axis; ",
+      (double)bound, edge));
   PetscCall(cross ? MPMPrint(mpm, "spatial is ahead from %" PetscInt_FMT " processes on\n", cross)
                   : MPMPrint(mpm, "spatial is never ahead\n"));
   PetscCall(MPMPrint(mpm, "  spatial keeps 0.9 of full blocks with this many points a process:"));

@@ -237,7 +237,7 @@ typedef struct {
    an axis; then nodes add up the tiles that have some for them, from the lowest to the highest. Both sums are made the
    same wherever the tiles are, and tiles are never cut: hence the same bits however the grid is cut, without anything
    being computed twice. */
-#define MPM_TILE_BITS(stencil) ((stencil) > 2 ? 2 : 1) /* twice as many as a stencil reaches: 2 or 4 cells */
+#define MPM_TILE_BITS(stencil) ((stencil) > 2 ? 2 : 1) /* 2 or 4 cells, about twice what a stencil reaches */
 
 /* On one axis, a tile has nodes 0 .. end-1, of which from .. to-1 are the patch's own; 0 is node `at` of its arrays. */
 typedef struct {

@@ -109,7 +109,7 @@ PetscErrorCode MPMPointsResize(MPMPoints *points)
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     if (!points->present[f] || MPMFields[f].home != MPM_SCRATCH) continue;
     PetscCall(PetscFree(points->scratch[f]));
-    PetscCall(PetscCalloc1(points->capacity * points->bytes[f], (char **)&points->scratch[f]));
+    PetscCall(PetscCalloc1((size_t)points->capacity * (size_t)points->bytes[f], (char **)&points->scratch[f]));
   }
   PetscCall(PetscRealloc((size_t)(points->capacity + 1) * sizeof *points->order, &points->order));
   PetscCall(PetscRealloc((size_t)points->capacity * sizeof *points->movers, &points->movers));
@@ -167,10 +167,10 @@ PetscErrorCode MPMPointsRestoreView(MPMPoints *points, PetscInt fields, MPMView 
 static void CopyPoint(const MPMPoints *points, char *const at[], PetscReal (*row)[9], PetscInt from, PetscInt to)
 {
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    const PetscInt b = points->bytes[f];
+    const size_t b = (size_t)points->bytes[f]; /* n points times b may exceed an int */
 
     if (at[f])
-      memcpy(to < 0 ? (char *)row[f] : at[f] + to * b, from < 0 ? (char *)row[f] : at[f] + from * b, (size_t)b);
+      memcpy(to < 0 ? (char *)row[f] : at[f] + (size_t)to * b, from < 0 ? (char *)row[f] : at[f] + (size_t)from * b, b);
   }
 }
 
@@ -178,7 +178,7 @@ static void PrefetchPoint(const MPMPoints *points, char *const at[], PetscInt p)
 {
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     for (PetscInt b = 0; at[f] && b < points->bytes[f]; b += MPM_LINE)
-      __builtin_prefetch(at[f] + p * points->bytes[f] + b);
+      __builtin_prefetch(at[f] + (size_t)p * (size_t)points->bytes[f] + b);
 }
 
 /* Puts the storage into the order of `order`, which becomes the identity. Cycle by cycle, in place: a copy of the
@@ -362,7 +362,7 @@ static uint64_t Mix(uint64_t z)
 }
 
 /* The sum of id (id + 1) of the points here, modulo 2^64: with their number it tells whether a point was lost, doubled
-   or replaced. Not collective. */
+   or, but for rare sums, replaced. Not collective. */
 PetscErrorCode MPMPointsFingerprint(MPMPoints *points, PetscInt64 *ids)
 {
   uint64_t sum = 0;
@@ -465,7 +465,8 @@ PetscErrorCode MPMPointsDigest(MPMPoints *points, MPI_Comm comm, PetscInt64 *dig
   if (home == MPM_STATE && MPM_FIELD_INDEX_##name != MPM_FIELD_INDEX_kind && view.name)                                \
     for (PetscInt k = 0; k < points->bytes[MPM_FIELD_INDEX_##name] / 8; k++) {                                         \
       uint64_t word;                                                                                                   \
-      memcpy(&word, (char *)view.name + p * points->bytes[MPM_FIELD_INDEX_##name] + 8 * k, sizeof word);               \
+      memcpy(&word, (char *)view.name + (size_t)p * (size_t)points->bytes[MPM_FIELD_INDEX_##name] + 8 * k,             \
+             sizeof word);                                                                                             \
       h = Mix(h ^ word) + 0x9e3779b97f4a7c15ULL;                                                                       \
     }
 #include "fields.def"

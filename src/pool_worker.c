@@ -104,7 +104,7 @@ static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *ord
     for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
       if (!pts->present[f]) continue;
       PetscCall(PetscFree(desk->field[f]));
-      PetscCall(PetscMalloc(desk->capacity * pts->bytes[f], &desk->field[f]));
+      PetscCall(PetscMalloc((size_t)desk->capacity * (size_t)pts->bytes[f], &desk->field[f]));
     }
     PetscCall(PetscFree(desk->identity));
     PetscCall(PetscMalloc1(desk->capacity, &desk->identity));

@@ -654,11 +654,11 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
     moved = MPMList(MPMBetween(l, 0, o->n) & (MPMRead(&now[l]) != MPMRead(&s->cell[l])), l, moved, which);
   for (PetscInt k = 0; k < moved; k++) {
-    const PetscInt l = which[k], p = o->point[l],
-                   at[3] = {(PetscInt)base[0][l], dim > 1 ? (PetscInt)base[1][l] : 0,
-                            dim > 2 ? (PetscInt)base[2][l] : 0};
-    const PetscInt cell  = now[l] < 0 ? (PetscInt)now[l] : MPMTileCell(dim, &patch->tiles, at);
+    const PetscInt l = which[k], p = o->point[l];
+    PetscInt       cell = now[l] < 0 ? (PetscInt)now[l] : 0, at[3] = {0};
 
+    for (int d = 0; d < dim && now[l] >= 0; d++) at[d] = (PetscInt)base[d][l];
+    if (now[l] >= 0) cell = MPMTileCell(dim, &patch->tiles, at);
     patch->points.cell[p] = cell;
     if (patch->movers) patch->movers[patch->nmovers + k] = q + l;
     left += cell < 0;
