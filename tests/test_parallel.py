@@ -331,7 +331,7 @@ def part_placement(source, counts):
 # ---- more processes than fit
 
 def part_fit(source, counts):
-    for name, dim, cells, n, largest in (("11x7 cells", 2, (11, 7), 16, 6), ("18 cells", 1, (18,), 8, 4), ("11x7 cells", 2, (11, 7), 7, 6), ("3x3x7 cells", 3, (3, 3, 7), 13, 2)):
+    for name, dim, cells, n, largest in (("5x3 cells", 2, (5, 3), 16, 6), ("9 cells", 1, (9,), 8, 5), ("5x3 cells", 2, (5, 3), 7, 6), ("1x1x3 cells", 3, (1, 1, 3), 13, 2)):
         body = {"lower": [0.01] * dim, "upper": [min(cells) * 0.9] * dim, "velocity": ["0.1"] + ["0"] * (dim - 1)}
         scene = write_scene("fit_" + name.replace(" ", "_"), dim, cells, [body], h=1.0, extra="-time_end 1\n-dt_size 0.01\n-output_every 0.1") + ["-time_max_steps", "20"]
         folder = os.path.join(work, "fit")

@@ -70,7 +70,7 @@ for dim in (1, 2, 3):
         rows = np.genfromtxt(history.decode().splitlines(), delimiter=",", names=True)
         check(len(set(rows["mass"])) == 1 and len(set(rows["particles"])) == 1, f"{name}: mass and particles constant")
         check(abs(mass / rows["mass"][0] - 1) < 1e-13, f"{name}: the nodes hold the whole mass, {mass / rows['mass'][0] - 1:.1e}")
-        for n in (2, 3, 4) if update == "usf" else (2, 5):
+        for n in (2, 3, 4) if update == "usf" else (2, 4):
             for strategy in (["spatial"], ["spatial", "-parallel_migrate", "direct"], ["pool", "-pool_cells", "3"]):
                 if n > 4 and dim == 1 and strategy[0] == "spatial":
                     continue
