@@ -140,8 +140,8 @@ static PetscReal PoolStep(MPM mpm, const MPMShare *s, PetscInt edge, PetscReal *
 }
 
 /* The share of one process in a cut of a full block into `processes` cubes, n points each: cells of side
-   (n/per_cell)^(1/d), ghosts a shell of the stencil's reach above. Points cross a face at `courant`
-   cells a step. */
+   (n/per_cell)^(1/d), ghosts a shell of the stencil's reach above. Points cross a face at `courant` times
+   the reach cells a step. */
 static MPMShare Cube(MPM mpm, PetscReal n, PetscReal per_cell, PetscReal processes, PetscReal courant)
 {
   const PetscReal dim = (PetscReal)mpm->grid.dim, reach = (PetscReal)MPMBasisNodes(mpm->basis) - 1;
@@ -151,7 +151,7 @@ static MPMShare Cube(MPM mpm, PetscReal n, PetscReal per_cell, PetscReal process
   if (processes > 1) {
     s.ghosts     = PetscPowReal(side + reach, dim) - cells;
     s.neighbours = PetscPowReal(2, dim) - 1;
-    s.crossing   = courant * processes * dim * cells / side * per_cell;
+    s.crossing   = courant * reach * processes * dim * cells / side * per_cell;
   }
   return s;
 }

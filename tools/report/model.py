@@ -151,7 +151,7 @@ class Model:
         if processes > 1:
             s.ghosts = (side + reach) ** self.dim - cells
             s.neighbours = 2**self.dim - 1
-            s.crossing = courant * processes * self.dim * cells / side * per_cell
+            s.crossing = courant * reach * processes * self.dim * cells / side * per_cell
         return s
 
     def axis(self, cells, parts, up):
