@@ -134,7 +134,7 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
                (size_t)(n * nv) * sizeof(PetscReal));
       }
   slot->chunk = chunk;
-  answer      = MPMPoolAnswerBytes(mpm, phase, c->n, CountTiles(all, c));
+  answer      = MPMPoolAnswerBytes(mpm, phase, c->n, to_nodes ? CountTiles(all, c) : 0);
   PetscCall(MPMMessageLength(answer, &len));
   PetscCall(MPMMessageRoom(&slot->in, &slot->in_capacity, (size_t)len));
   PetscCallMPI(MPI_Irecv(slot->in, len, MPI_BYTE, worker, MPM_TAG_DONE, pool->comm, &pool->received[place]));

@@ -12,7 +12,7 @@ void MPMGridSetNodes(MPMGrid *grid, MPMBasis basis)
 
 /* The DMDA of the grid's nodes, layers beyond the walls included, with the velocity record as its unknowns. DMDA's
    node 0 is node -layers of the grid. Collective on comm.
-     stencil   [in]  node layers of a process's halo
+     stencil   [in]  layers of ghost nodes around a process's box
      partition [in]  how to cut the grid; NULL: comm has one process                                                  */
 PetscErrorCode MPMGridCreateDM(const MPMGrid *grid, MPI_Comm comm, PetscInt stencil, const MPMPartition *partition,
                                DM *da)

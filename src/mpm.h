@@ -263,7 +263,7 @@ enum { MPM_TILE_OPEN = -1, MPM_TILE_EMPTY = -2 };
    work at a time. */
 typedef struct {
   int             bits;                    /* log2 of the cells on an axis */
-  PetscInt        n[3], below[3], keep[3]; /* of the table on each axis; not its own; uppermost ones that are kept */
+  PetscInt        n[3], below[3], keep[3]; /* of the table on each axis; not its own; uppermost ones that are early */
   PetscBool       wraps[3];                /* those below are the uppermost ones again */
   MPMTileBox     *box[3];
   PetscInt       *slot;                 /* [n2][n1][n0] which of the kept sums are the tile's, or as above */

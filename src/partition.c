@@ -1,10 +1,10 @@
 /* partition.c - how the grid is cut into boxes, one a process.
 
-   Bodies fill a part of the grid, so equal boxes leave processes idle: two disks on 32 processes cost 3.6 times the
-   mean. Here every process grid px x py x pz (strips included) is tried, each axis cut at edges of tiles so
-   that its heaviest part is as light as it can be, and the one of the smallest predicted step is taken. Input is a
-   histogram of the points over the nodes, equal on every process, so all choose the same without a message.
-   docs/performance.md has the model.                              */
+   Bodies fill a part of the grid, so equal boxes leave processes idle: two disks on 32 processes cost 3.9 times the
+   mean. Here every process grid px x py x pz (strips included) is tried, each axis cut at edges of tiles so that its
+   heaviest part is as light as it can be, and the one of the smallest predicted step is taken. Input is a histogram of
+   the points over the nodes, equal on every process, so all choose the same without a message. docs/performance.md has
+   the model.                                                                                                         */
 #include "tiles.h"
 
 #define MPM_MAX_BINS ((PetscInt)1 << 21)

@@ -1,7 +1,7 @@
 /* patch.c - a patch of cells: its box, and running a phase on it. Shared by every way to run the step. */
 #include "mpm.h"
 
-/* Sets the box from the DMDA: own = what this process owns, box = with the halo. Allocates the node sums. Not
+/* Sets the box from the DMDA: own = what this process owns, box = with the ghost nodes. Allocates the node sums. Not
  * collective. */
 PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis basis, DM da)
 {

@@ -61,7 +61,7 @@ static PetscErrorCode FindNeighbours(MPM mpm, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* First node and number of nodes of the box of process c on axis d, halo included, as DMDA lays it out. */
+/* First node and number of nodes of the box of process c on axis d, ghosts included, as DMDA lays it out. */
 static void GhostRange(MPM mpm, const MPMSpatial *s, PetscInt d, PetscInt c, PetscInt *lo, PetscInt *n)
 {
   const MPMGrid *g     = &mpm->grid;
