@@ -88,14 +88,13 @@ static void ZeroSums(MPMPatch *patch, PetscInt parts)
       patch->sum[i * MPM_SUM_NC(dim) + c] = 0;
 }
 
-/* Sends the sums of tiles at upper sides, makes those of late tiles meanwhile, and receives those of the tiles below:
-   one message a neighbour. Collective on neighbours. */
+/* Begins to send the sums of tiles at upper sides (s->sent), makes those of late tiles meanwhile, and receives those of
+   the tiles below: one message a neighbour. Collective on neighbours. */
 static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phase)
 {
   MPMPatch   *patch = &mpm->exchange.patch;
-  MPI_Request request[2 * MPM_MAX_NEIGHBOURS];
+  MPI_Request received[MPM_MAX_NEIGHBOURS];
   size_t      need = 0, at = 0, in[MPM_MAX_NEIGHBOURS];
-  int         n = 0;
   PetscMPIInt len;
 
   PetscFunctionBeginUser;
@@ -109,7 +108,7 @@ static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phas
   PetscCall(MPMMessageRoom(&s->in, &s->in_capacity, need));
   for (int k = 0; k < s->nfrom; k++) {
     PetscCall(MPMMessageLength((k + 1 < s->nfrom ? in[k + 1] : need) - in[k], &len));
-    PetscCallMPI(MPI_Irecv(s->in + in[k], len, MPI_BYTE, s->from[k].rank, s->from[k].tag, s->comm, &request[n++]));
+    PetscCallMPI(MPI_Irecv(s->in + in[k], len, MPI_BYTE, s->from[k].rank, s->from[k].tag, s->comm, &received[k]));
   }
   MPMWorkBegin(mpm);
   for (int k = 0; k < s->nto; k++) {
@@ -117,12 +116,12 @@ static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phas
 
     PetscCall(MPMMessageLength(bytes, &len));
     MPMSimulateWork("PACK", (PetscReal)bytes);
-    PetscCallMPI(MPI_Isend(s->out + at, len, MPI_BYTE, s->to[k].rank, s->to[k].tag, s->comm, &request[n++]));
+    PetscCallMPI(MPI_Isend(s->out + at, len, MPI_BYTE, s->to[k].rank, s->to[k].tag, s->comm, &s->sent[k]));
     at += bytes;
   }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
   PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_LATE));
-  PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
+  PetscCallMPI(MPI_Waitall(s->nfrom, received, MPI_STATUSES_IGNORE));
   MPMWorkBegin(mpm);
   patch->tiles.nslots = patch->tiles.nown;
   for (int k = 0; k < s->nfrom; k++) MPMTilesUnpack(patch, s->from[k].toward, phase->parts, s->in + in[k]);
@@ -143,6 +142,9 @@ static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
     MPMTilesWrap(&mpm->exchange.patch);
   }
   PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_OPEN));
+  if (phase->kind == MPM_POINTS_TO_NODES &&
+      !mpm->exchange.roundoff) /* not before: receivers may be at late tiles yet */
+    PetscCallMPI(MPI_Waitall(s->nto, s->sent, MPI_STATUSES_IGNORE));
   if (phase->kind == MPM_POINTS_TO_NODES && mpm->exchange.roundoff) PetscCall(AddPartialSums(mpm, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
