@@ -88,12 +88,21 @@ static void ZeroSums(MPMPatch *patch, PetscInt parts)
       patch->sum[i * MPM_SUM_NC(dim) + c] = 0;
 }
 
-/* Begins to send the sums of tiles at upper sides (s->sent), makes those of late tiles meanwhile, and receives those of
-   the tiles below: one message a neighbour. Collective on neighbours. */
+/* Lets the messages of sums get on while points are summed: without a call of MPI now and then some ways to send, of
+   large messages above all, make the receiver wait until the sender has summed its points, or the other way round. */
+static void Progress(void *ctx)
+{
+  MPMSpatial *s = (MPMSpatial *)ctx;
+  int         done;
+
+  (void)MPI_Testall(s->nfrom + s->nto, s->request, &done, MPI_STATUSES_IGNORE);
+}
+
+/* Begins to send the sums of tiles at upper sides, makes those of late tiles meanwhile, and receives those of the tiles
+   below: one message a neighbour. Collective on neighbours. */
 static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phase)
 {
   MPMPatch   *patch = &mpm->exchange.patch;
-  MPI_Request received[MPM_MAX_NEIGHBOURS];
   size_t      need = 0, at = 0, in[MPM_MAX_NEIGHBOURS];
   PetscMPIInt len;
 
@@ -108,7 +117,7 @@ static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phas
   PetscCall(MPMMessageRoom(&s->in, &s->in_capacity, need));
   for (int k = 0; k < s->nfrom; k++) {
     PetscCall(MPMMessageLength((k + 1 < s->nfrom ? in[k + 1] : need) - in[k], &len));
-    PetscCallMPI(MPI_Irecv(s->in + in[k], len, MPI_BYTE, s->from[k].rank, s->from[k].tag, s->comm, &received[k]));
+    PetscCallMPI(MPI_Irecv(s->in + in[k], len, MPI_BYTE, s->from[k].rank, s->from[k].tag, s->comm, &s->request[k]));
   }
   MPMWorkBegin(mpm);
   for (int k = 0; k < s->nto; k++) {
@@ -116,12 +125,15 @@ static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phas
 
     PetscCall(MPMMessageLength(bytes, &len));
     MPMSimulateWork("PACK", (PetscReal)bytes);
-    PetscCallMPI(MPI_Isend(s->out + at, len, MPI_BYTE, s->to[k].rank, s->to[k].tag, s->comm, &s->sent[k]));
+    PetscCallMPI(
+        MPI_Isend(s->out + at, len, MPI_BYTE, s->to[k].rank, s->to[k].tag, s->comm, &s->request[s->nfrom + k]));
     at += bytes;
   }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
+  patch->meanwhile = Progress;
+  patch->ctx       = s;
   PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_LATE));
-  PetscCallMPI(MPI_Waitall(s->nfrom, received, MPI_STATUSES_IGNORE));
+  PetscCallMPI(MPI_Waitall(s->nfrom, s->request, MPI_STATUSES_IGNORE));
   MPMWorkBegin(mpm);
   patch->tiles.nslots = patch->tiles.nown;
   for (int k = 0; k < s->nfrom; k++) MPMTilesUnpack(patch, s->from[k].toward, phase->parts, s->in + in[k]);
@@ -142,9 +154,10 @@ static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
     MPMTilesWrap(&mpm->exchange.patch);
   }
   PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_OPEN));
-  if (phase->kind == MPM_POINTS_TO_NODES &&
-      !mpm->exchange.roundoff) /* not before: receivers may be at late tiles yet */
-    PetscCallMPI(MPI_Waitall(s->nto, s->sent, MPI_STATUSES_IGNORE));
+  if (mpm->exchange.patch.meanwhile) { /* sums are under way, since receivers may be at late tiles yet */
+    PetscCallMPI(MPI_Waitall(s->nto, s->request + s->nfrom, MPI_STATUSES_IGNORE));
+    mpm->exchange.patch.meanwhile = NULL;
+  }
   if (phase->kind == MPM_POINTS_TO_NODES && mpm->exchange.roundoff) PetscCall(AddPartialSums(mpm, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -21,8 +21,8 @@ typedef struct {
   PetscInt     p[3], *first[3]; /* process grid; [p] first own node of each part of an axis */
   int          nto, nfrom;
   MPMNeighbour to[MPM_MAX_NEIGHBOURS], from[MPM_MAX_NEIGHBOURS];
-  MPI_Request  sent[MPM_MAX_NEIGHBOURS];
-  PetscSF      ghosts; /* of node values */
+  MPI_Request  request[2 * MPM_MAX_NEIGHBOURS]; /* sums that come, sums that go */
+  PetscSF      ghosts;                          /* of node values */
   MPI_Datatype vel_type;
   char        *out, *in; /* messages */
   size_t       out_capacity, in_capacity;

@@ -26,6 +26,7 @@
 #define MPM_NAME_LEN  64
 #define MPM_TEXT_LEN  2048
 #define MPM_STAGED    64 /* points that a transfer stages at a time: its scratch stays in L1 */
+#define MPM_MEANWHILE 32 /* blocks of so many points between calls of what else must get on */
 #define MPM_BLOCK     72 /* the length of its rows: room for the widest vector past the last point */
 #define MPM_LINE      64 /* bytes of a line of the cache */
 #define MPM_STRESS_NC 6  /* components of a symmetric tensor: xx xy xz yy yz zz */
@@ -295,10 +296,12 @@ typedef struct {
   const PetscInt *order;  /* [points.n] points by (cell, id) */
   PetscInt       *movers; /* [nmovers] places in order of points that changed cell, noted by the commit; or NULL */
   PetscInt        nmovers;
-  PetscReal      *sum;    /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N; complete for own nodes */
-  PetscReal      *vel;    /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
-  MPMSpan        *span;   /* [n2][n1] */
-  void           *memory; /* behind sum and span, where the patch owns them */
+  PetscReal      *sum;          /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N; complete for own nodes */
+  PetscReal      *vel;          /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
+  MPMSpan        *span;         /* [n2][n1] */
+  void (*meanwhile)(void *ctx); /* called now and then while points are summed; or NULL */
+  void *ctx;
+  void *memory; /* behind sum and span, where the patch owns them */
 } MPMPatch;
 
 /* Parts of a transfer: what a phase asks the one P2G body and the one G2P body to do. */

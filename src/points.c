@@ -10,6 +10,7 @@
    where points move 5 % of a cell a step, 2-D loses as much.) */
 #define MPM_SCATTERED   2
 #define MPM_MOVES_GUESS 0.04
+#define MPM_RUN         16 /* runs of so many points in the order, on average: they need no reordering */
 /* Room for points to come in the swarm, besides n/500. Small, since PETSc before 3.25 clears all of it at each removal;
    not smaller, since the swarm moves all fields to new memory when points come that find no room.                    */
 #define MPM_SWARM_BUFFER 64
@@ -216,8 +217,17 @@ static PetscErrorCode Reorder(MPMPoints *points)
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (points->present[f] && MPMFields[f].home != MPM_SCRATCH)
       PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&at[f]));
-  points->scattered = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Is the order far from that of the storage? Points that move together, and those that come from other processes and
+   take the places of leavers, leave long runs, along which nothing is gained by putting the storage in order. */
+static PetscBool Scattered(const MPMPoints *points)
+{
+  PetscInt jumps = 0;
+
+  for (PetscInt q = 1; q < points->n; q++) jumps += points->order[q] != points->order[q - 1] + 1;
+  return jumps > points->n / MPM_RUN ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* order = points by (cell, id): a counting sort by cell, then insertion by id, which finds little to do since the
@@ -325,7 +335,10 @@ PetscErrorCode MPMPointsSort(MPMPoints *points, const MPMPatch *patch)
   points->nmovers = -1;
   points->nkept   = points->n;
   PetscCall(MPMPointsRestoreView(points, fields, &view));
-  if (points->scattered >= MPM_SCATTERED * (PetscReal)points->n) PetscCall(Reorder(points));
+  if (points->scattered >= MPM_SCATTERED * (PetscReal)points->n) {
+    if (Scattered(points)) PetscCall(Reorder(points));
+    points->scattered = 0;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

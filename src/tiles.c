@@ -2,6 +2,9 @@
    need travel. Geometry comes from the grid alone, so neighbours know each other's. */
 #include "tiles.h"
 
+/* Sums of late tiles, at most about so much: they must stay in the cache, and this is work enough to hide a message. */
+#define LATE_BYTES 262144
+
 /* Nodes, or cells, of tile `tile` of axis d of the grid; on a periodic axis tiles go on beyond the first. *start: its
    first node, counted from the grid's first. */
 static PetscInt Width(const MPMPatch *patch, PetscInt d, PetscInt tile, PetscInt *start)
@@ -115,13 +118,14 @@ static void AddRun(MPMTiles *t, MPMTurns turn, PetscInt row, PetscInt first, Pet
     t->runs[turn][t->nruns[turn]++] = (MPMRange){first, last, row};
 }
 
-/* Notes which tiles of a row have points and gives those from `cut` on, which are early, a place for their sums. */
-static void MarkRow(MPMPatch *patch, PetscInt row, PetscInt cut, const PetscInt start[])
+/* Notes which tiles of a row have points and gives those from `cut` on, which are early, a place for their sums.
+   Returns how many others have points; turn: theirs. */
+static PetscInt MarkRow(MPMPatch *patch, PetscInt row, PetscInt cut, MPMTurns turn, const PetscInt start[])
 {
   MPMTiles      *t   = &patch->tiles;
   const int      dim = (int)patch->grid->dim;
   const PetscInt n0 = t->n[0], rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits;
-  PetscInt      *slot = t->slot + row * n0;
+  PetscInt      *slot = t->slot + row * n0, others = 0;
 
   for (PetscInt i = 0; i < n0; i++) slot[i] = MPM_TILE_EMPTY;
   for (PetscInt in = 0; in < rows; in++) {
@@ -130,11 +134,14 @@ static void MarkRow(MPMPatch *patch, PetscInt row, PetscInt cut, const PetscInt 
     if (cell[0] == cell[edge * n0]) continue;
     for (PetscInt i = 0; i < n0; i++)
       if (cell[edge * i] < cell[edge * (i + 1)]) slot[i] = MPM_TILE_OPEN;
-    AddRun(t, t->waits ? MPM_TILES_LATE : MPM_TILES_OPEN, row, cell[0], cell[edge * cut]);
+    AddRun(t, turn, row, cell[0], cell[edge * cut]);
     AddRun(t, MPM_TILES_EARLY, row, cell[edge * cut], cell[edge * n0]);
   }
-  for (PetscInt i = cut; i < n0; i++)
-    if (slot[i] == MPM_TILE_OPEN) slot[i] = t->nearly++;
+  for (PetscInt i = 0; i < n0; i++) {
+    if (slot[i] == MPM_TILE_OPEN && i < cut) others++;
+    if (slot[i] == MPM_TILE_OPEN && i >= cut) slot[i] = t->nearly++;
+  }
+  return others;
 }
 
 /* Notes which tiles have points and gives those that are kept a place for their sums, and room to those that may come.
@@ -144,18 +151,24 @@ PetscErrorCode MPMTilesMark(MPMPatch *patch, PetscBool keep, const PetscInt star
   MPMTiles      *t    = &patch->tiles;
   const size_t   size = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_SUM_NC(patch->grid->dim) * sizeof(PetscReal);
   const PetscInt tiles = t->n[0] * t->n[1] * t->n[2];
+  PetscInt       late = 0, rows = 0; /* late tiles, in the first rows */
   size_t         need;
 
   PetscFunctionBeginUser;
   t->start  = start;
   t->nearly = 0;
   for (int k = 0; k < MPM_NUM_TURNS; k++) t->nruns[k] = 0;
-  for (PetscInt k = 0; k < t->n[2]; k++)
-    for (PetscInt j = 0; j < t->n[1]; j++)
-      MarkRow(patch, k * t->n[1] + j,
-              keep || k >= t->n[2] - t->keep[2] || j >= t->n[1] - t->keep[1] ? 0 : t->n[0] - t->keep[0], start);
+  for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++) {
+    const PetscInt  j = row % t->n[1], k = row / t->n[1];
+    const PetscBool early  = keep || k >= t->n[2] - t->keep[2] || j >= t->n[1] - t->keep[1] ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool waits  = t->waits && (size_t)late * size < LATE_BYTES ? PETSC_TRUE : PETSC_FALSE;
+    const PetscInt  others = MarkRow(patch, row, early ? 0 : t->n[0] - t->keep[0],
+                                    waits ? MPM_TILES_LATE : MPM_TILES_OPEN, start);
+
+    if (waits) late += others, rows = row + 1;
+  }
   t->nown = t->nearly;
-  for (PetscInt k = 0; k < tiles && t->waits; k++)
+  for (PetscInt k = 0; k < rows * t->n[0]; k++)
     if (t->slot[k] == MPM_TILE_OPEN) t->slot[k] = t->nown++;
   for (int k = 0; k < MPM_NUM_TURNS && keep; k++) t->nruns[k] = 0; /* others do the work */
   t->nslots = t->nown;

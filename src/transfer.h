@@ -479,7 +479,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   const size_t       size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
   const MPMRange    *runs = t->runs[turn], *end = runs + t->nruns[turn];
   MPMBegun           begun = {{{0}}, NULL};
-  PetscInt           done  = 0; /* rows of tiles */
+  PetscInt           done = 0, blocks = 0; /* rows of tiles */
   PetscReal         *place[MPM_STAGED];
   MPMBlockOrder      o;
   MPMStencils        s;
@@ -508,6 +508,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       }
       MPMStageRecords(dim, parts, patch, &o, &s, &b, &r);
       sum(&o, &s, &r, place, &begun);
+      if (patch->meanwhile && ++blocks % MPM_MEANWHILE == 0) patch->meanwhile(patch->ctx);
     }
     o.ncells = 1; /* no points of no cell: what is begun is done */
     o.end[0] = 0;
