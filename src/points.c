@@ -10,6 +10,7 @@
    where points move 5 % of a cell a step, 2-D loses as much.) */
 #define MPM_SCATTERED   2
 #define MPM_MOVES_GUESS 0.04
+#define MPM_COLUMN      24 /* bytes of a point that are put in order at a time */
 #define MPM_RUN         16 /* runs of so many points in the order, on average: they need no reordering */
 /* Room for points to come in the swarm, besides n/500. Small, since PETSc before 3.25 clears all of it at each removal;
    not smaller, since the swarm moves all fields to new memory when points come that find no room.                    */
@@ -47,7 +48,7 @@ PetscInt MPMPointsBytes(const MPMPoints *points, MPMHome most)
    of now and of before. */
 PetscInt MPMPointsMemory(const MPMPoints *points)
 {
-  return MPMPointsBytes(points, MPM_SCRATCH) + (PetscInt)(sizeof(PetscInt64) + 3 * sizeof(PetscInt));
+  return MPMPointsBytes(points, MPM_SCRATCH) + (PetscInt)(sizeof(PetscInt64) + 3 * sizeof(PetscInt)) + MPM_COLUMN;
 }
 
 /* Does a material of the scene list this field in its state? */
@@ -164,59 +165,45 @@ PetscErrorCode MPMPointsRestoreView(MPMPoints *points, PetscInt fields, MPMView 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies a point to another place in all arrays, or from or to `row`, which is place -1. */
-static void CopyPoint(const MPMPoints *points, char *const at[], PetscReal (*row)[9], PetscInt from, PetscInt to)
+/* The first `width` of each row of `bytes`, from `rows` on, into the order, through a copy of them. */
+MPM_INLINE void ReorderColumn(const PetscInt *order, PetscInt n, size_t bytes, size_t width, char *rows, char *copy)
 {
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    const size_t b = (size_t)points->bytes[f]; /* n points times b may exceed an int */
-
-    if (at[f])
-      memcpy(to < 0 ? (char *)row[f] : at[f] + (size_t)to * b, from < 0 ? (char *)row[f] : at[f] + (size_t)from * b, b);
-  }
+  for (PetscInt q = 0; q < n; q++) memcpy(copy + (size_t)q * width, rows + (size_t)order[q] * bytes, width);
+  for (PetscInt q = 0; q < n; q++) memcpy(rows + (size_t)q * bytes, copy + (size_t)q * width, width);
 }
 
-static void PrefetchPoint(const MPMPoints *points, char *const at[], PetscInt p)
-{
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    for (PetscInt b = 0; at[f] && b < points->bytes[f]; b += MPM_LINE)
-      __builtin_prefetch(at[f] + (size_t)p * (size_t)points->bytes[f] + b);
-}
-
-/* Puts the storage into the order of `order`, which becomes the identity. Cycle by cycle, in place: a copy of the
-   largest field would be up to half of the memory of the points. */
+/* Puts the storage into the order of `order`, which becomes the identity. Column by column: a copy of the largest field
+   would be up to half of the memory of the points. */
 static PetscErrorCode Reorder(MPMPoints *points)
 {
-  PetscInt *order = points->order;
-  PetscReal row[MPM_NUM_FIELDS][9];
-  char     *at[MPM_NUM_FIELDS];
+  char *copy;
 
   PetscFunctionBeginUser;
+  PetscCall(PetscMalloc((size_t)points->n * MPM_COLUMN, &copy));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    at[f] = (char *)points->scratch[f];
-    if (points->present[f] && MPMFields[f].home != MPM_SCRATCH)
-      PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&at[f]));
-  }
-  for (PetscInt q = 0; q < points->n; q++) {
-    PetscInt hole = q, ahead = q;
+    const size_t bytes = (size_t)points->bytes[f];
+    char        *rows  = (char *)points->scratch[f];
 
-    if (order[q] == q) continue;
-    for (PetscInt k = 0; k < 8; k++) ahead = order[ahead];
-    CopyPoint(points, at, row, q, -1);
-    while (order[hole] != q) {
-      const PetscInt from = order[hole];
-
-      ahead = order[ahead];
-      PrefetchPoint(points, at, ahead);
-      CopyPoint(points, at, row, from, hole);
-      order[hole] = hole;
-      hole        = from;
-    }
-    CopyPoint(points, at, row, -1, hole);
-    order[hole] = hole;
-  }
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (points->present[f] && MPMFields[f].home != MPM_SCRATCH)
-      PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&at[f]));
+      PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&rows));
+    for (size_t at = 0; rows && at < bytes; at += MPM_COLUMN) switch (PetscMin(MPM_COLUMN, bytes - at)) {
+      case 8: /* known widths are copied in registers */
+        ReorderColumn(points->order, points->n, bytes, 8, rows + at, copy);
+        break;
+      case 16:
+        ReorderColumn(points->order, points->n, bytes, 16, rows + at, copy);
+        break;
+      case MPM_COLUMN:
+        ReorderColumn(points->order, points->n, bytes, MPM_COLUMN, rows + at, copy);
+        break;
+      default:
+        ReorderColumn(points->order, points->n, bytes, bytes - at, rows + at, copy);
+      }
+    if (points->present[f] && MPMFields[f].home != MPM_SCRATCH)
+      PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&rows));
+  }
+  for (PetscInt q = 0; q < points->n; q++) points->order[q] = q;
+  PetscCall(PetscFree(copy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
