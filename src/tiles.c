@@ -2,7 +2,7 @@
    need travel. Geometry comes from the grid alone, so neighbours know each other's. */
 #include "tiles.h"
 
-/* So many bytes of sums of late tiles, besides half as many tiles again as come from others: enough to hide their
+/* So many bytes of sums of late tiles, besides half as many tiles again as came from others: enough to hide their
    sums and their messages. No more, since open tiles are summed in scratch, late ones mostly beyond the cache. */
 #define LATE_BYTES 262144
 
@@ -152,8 +152,8 @@ PetscErrorCode MPMTilesMark(MPMPatch *patch, PetscBool keep, const PetscInt star
   MPMTiles      *t    = &patch->tiles;
   const size_t   size = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_SUM_NC(patch->grid->dim) * sizeof(PetscReal);
   const PetscInt tiles = t->n[0] * t->n[1] * t->n[2];
-  const PetscInt come  = tiles - (t->n[0] - t->below[0]) * (t->n[1] - t->below[1]) * (t->n[2] - t->below[2]);
-  PetscInt       late = 0, rows = 0; /* late tiles, in the first rows */
+  const PetscInt came  = t->nslots - t->nown; /* when sums were exchanged last */
+  PetscInt       late = 0, rows = 0;          /* late tiles, in the first rows */
   size_t         need;
 
   PetscFunctionBeginUser;
@@ -163,7 +163,7 @@ PetscErrorCode MPMTilesMark(MPMPatch *patch, PetscBool keep, const PetscInt star
   for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++) {
     const PetscInt  j = row % t->n[1], k = row / t->n[1];
     const PetscBool early  = keep || k >= t->n[2] - t->keep[2] || j >= t->n[1] - t->keep[1] ? PETSC_TRUE : PETSC_FALSE;
-    const PetscBool waits  = t->waits && (size_t)PetscMax(0, late - come - come / 2) * size < LATE_BYTES ? PETSC_TRUE
+    const PetscBool waits  = t->waits && (size_t)PetscMax(0, late - came - came / 2) * size < LATE_BYTES ? PETSC_TRUE
                                                                                                          : PETSC_FALSE;
     const PetscInt  others = MarkRow(patch, row, early ? 0 : t->n[0] - t->keep[0],
                                     waits ? MPM_TILES_LATE : MPM_TILES_OPEN, start);
@@ -175,7 +175,7 @@ PetscErrorCode MPMTilesMark(MPMPatch *patch, PetscBool keep, const PetscInt star
     if (t->slot[k] == MPM_TILE_OPEN) t->slot[k] = t->nown++;
   for (int k = 0; k < MPM_NUM_TURNS && keep; k++) t->nruns[k] = 0; /* others do the work */
   t->nslots = t->nown;
-  need      = (size_t)(t->nown + come);
+  need      = (size_t)(t->nown + tiles - (t->n[0] - t->below[0]) * (t->n[1] - t->below[1]) * (t->n[2] - t->below[2]));
   if (need > t->room) {
     t->room = need + need / 8;
     PetscCall(PetscFree(t->memory));
