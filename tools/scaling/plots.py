@@ -1,4 +1,5 @@
-"""Figures of the tables of docs/data/scaling: docs/scaling-strong.png, -weak.png, -model.png."""
+"""Figures of the tables of docs/data/scaling: docs/scaling-strong.png, -weak.png, -model.png; by `make scaling`, and by `make report` for
+its pages."""
 import csv
 import os
 
