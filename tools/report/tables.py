@@ -662,10 +662,6 @@ class Tables(ClosedForm):
     def number_cut_disks(self):
         return f"{self.imbalance('options/disks.opts', '-grid_cells', '1024,1024'):.3f}"
 
-    def number_even_disks(self):
-        """With boxes of as many cells each."""
-        return f"{self.imbalance('options/disks.opts', '-grid_cells', '1024,1024', '-parallel_balance', 'none'):.1f}"
-
     def number_cut_disks3d(self):
         return two(self.imbalance("options/disks3d.opts"))
 
