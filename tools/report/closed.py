@@ -18,6 +18,7 @@ NETWORK = dict(message=LATENCY + 2 * OVERHEAD, wire=WIRE, reduction=LATENCY + 2 
 # Scenes of the closed form: options, cells of the box, what it is
 BOXES = {"box2d": ((256, 256), "filled box, 2-D linear"), "box3d": ((32, 32, 32), "filled box, 3-D quadratic")}
 WEAK = 16384  # particles a process
+PATCH = 16  # cells of a patch of the pool on an axis, unless -parallel_chunk says so
 CUTS = {(2, 8): (4, 2), (2, 32): (8, 4), (3, 8): (2, 2, 2), (3, 32): (4, 4, 2)}  # of a box: dimension, processes
 WAYS = {
     ("spatial", "direct"): "spatial, direct",

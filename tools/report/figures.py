@@ -1,6 +1,7 @@
 """The figures of docs/report.md. Marks mean evidence: filled = measured, open = critical path, crosses = simulated, lines =
 closed form."""
 
+import math
 import os
 import sys
 
@@ -42,38 +43,42 @@ def ticks(axes, values):
     axes.minorticks_off()
 
 
-def legend_of_kinds(figure, kinds, where):
-    handles = [plt.Line2D([], [], label=kind, **mark(kind, "0.3")) for kind in kinds]
-    figure.legend(handles=handles, loc=where, ncols=len(kinds), fontsize=8)
-
-
 def finish(figure, path):
     figure.savefig(path, metadata={"Software": None})
     plt.close(figure)
     print(f"  {os.path.relpath(path)}")
 
 
-def efficiency(path, titles, panels, floor=0, top=1.15):
+def efficiency(path, titles, panels, floor=0, top=1.15, columns=2):
     """panels: a list of {label: [(kind, [(processes, efficiency)])]}."""
-    figure, axes = plt.subplots(1, len(panels), figsize=(7.6, 3.4), sharey=True, layout="constrained", squeeze=False)
+    rows = math.ceil(len(panels) / columns)
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(7.6, 0.8 + 2.5 * rows), sharey=True, layout="constrained", squeeze=False
+    )
     kinds, colours = [], {}
-    for at, title, panel in zip(axes[0], titles, panels):
+    for at, title, panel in zip(axes.flat, titles, panels):
         for label, curves in panel.items():
             colour = colours.setdefault(label, COLOURS[len(colours) % len(COLOURS)])
             for kind, points in curves:
                 if kind not in kinds:
                     kinds.append(kind)
                 at.semilogx(*zip(*sorted(points)), base=2, **mark(kind, colour))
-            at.plot([], [], color=colour, label=label)
         values = sorted({p for curves in panel.values() for _, points in curves for p, _ in points})
         ticks(at, [v for v in (1, 2, 4, 8, 16, 32, 128, 1024, 32768, 1000000) if values and v <= max(values)])
         if values and max(values) > 64:
             ticks(at, [v for v in (1, 8, 64, 1024, 32768, 1000000) if v <= max(values)])
         at.axhline(1, color="0.8", linewidth=0.6, zorder=0)
         at.set(title=title, xlabel="processes")
-        at.legend(fontsize=7, loc="best")
-    axes[0][0].set(ylabel="efficiency", ylim=(floor, top))
-    legend_of_kinds(figure, kinds, "outside lower center")
+    for at in axes[:, 0]:
+        at.set(ylabel="efficiency", ylim=(floor, top))
+    for at in axes.flat[len(panels) :]:
+        at.axis("off")
+    handles = [plt.Rectangle((0, 0), 1, 1, color=colour, label=label) for label, colour in colours.items()]
+    handles += [plt.Line2D([], [], label=kind, **mark(kind, "0.3")) for kind in kinds]
+    if len(panels) < axes.size:
+        axes.flat[-1].legend(handles=handles, fontsize=8, loc="center")
+    else:
+        figure.legend(handles=handles, fontsize=8, loc="outside lower center", ncols=len(handles))
     finish(figure, path)
 
 
@@ -85,8 +90,34 @@ def pool(path, panels):
             at.loglog(*zip(*points), color=COLOURS[k], label=label, linestyle="--" if "spatial" in label else "-")
         at.axhline(1, color="0.8", linewidth=0.6, zorder=0)
         at.set(title=title, xlabel="cost added to the law, ns a particle and step")
-        at.legend(fontsize=7, loc="best")
+        at.minorticks_off()
     axes[0][0].set_ylabel("speed-up (closed form)")
+    axes[0][0].set_yticks((1, 2, 4, 8, 16, 32), map(str, (1, 2, 4, 8, 16, 32)))
+    axes[0][0].minorticks_off()  # those of the new ticks
+    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
+    finish(figure, path)
+
+
+def messages(path, imbalance, size):
+    """imbalance, size: {scene: [(kind, [(processes, value)])]}, in two panels."""
+    figure, axes = plt.subplots(1, 2, figsize=(7.6, 3.4), layout="constrained")
+    titles = "imbalance: largest over mean number of particles", "bytes sent, a particle and step"
+    for at, title, panel in zip(axes, titles, (imbalance, size)):
+        for colour, shape, (label, curves) in zip(COLOURS, "os^Dv", panel.items()):
+            style = {"counted": dict(marker=shape, markerfacecolor="none", linestyle="none"), "formula": dict(linewidth=0.9)}
+            for kind, points in curves:
+                at.semilogx(*zip(*sorted(points)), base=2, color=colour, **style[kind])
+            at.plot([], [], color=colour, label=label, **style["counted"])
+        at.set(title=title, xlabel="processes")
+        ticks(at, sorted({p for curves in panel.values() for _, points in curves for p, _ in points}))
+    handles, labels = axes[0].get_legend_handles_labels()
+    handles.append(plt.Line2D([], [], color="0.3", linewidth=0.9))
+    figure.legend(handles, [*labels, "by formula"], loc="outside lower center", ncols=len(handles), fontsize=7, columnspacing=1)
+    most = max(v for curves in size.values() for _, points in curves for _, v in points)
+    axes[1].set_yscale("log")
+    axes[1].set_ylim(top=6 * most)
+    axes[1].text(2, 2 * most, "pool", fontsize=8)
+    axes[1].text(0.97, 0.05, "spatial, direct", fontsize=8, ha="right", transform=axes[1].transAxes)
     finish(figure, path)
 
 
@@ -107,7 +138,7 @@ def shares(path, panels):
         )
         at.set(title=title, xlabel="processes", ylabel="µs a step (closed form)")
     handles, labels = axes[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside right center", fontsize=7)
+    figure.legend(handles[::-1], labels[::-1], loc="outside right center", fontsize=7)  # in the order of the bars
     finish(figure, path)
 
 
@@ -116,7 +147,7 @@ def convergence(path, curves):
     figure, axes = plt.subplots(figsize=(4.2, 3.2), layout="constrained")
     for k, (label, points) in enumerate(curves.items()):
         axes.loglog(*zip(*points), color=COLOURS[k], marker="os^D"[k % 4], label=label)
-    sizes = sorted(h for points in curves.values() for h, _ in points)
+    sizes = sorted({h for points in curves.values() for h, _ in points})
     low = min(e for points in curves.values() for _, e in points)
     axes.plot(
         [sizes[0], sizes[-1]],
@@ -126,6 +157,8 @@ def convergence(path, curves):
         linestyle=":",
         label="second order",
     )
+    axes.set_xticks(sizes, [f"1/{1 / h:g}" for h in sizes])
+    axes.minorticks_off()
     axes.set(xlabel="cell size $h$ [m]", ylabel="rms error of the displacement [m]")
     axes.legend(fontsize=7)
     finish(figure, path)

@@ -119,22 +119,25 @@ class Model:
         return sum(self.parts(s).values())
 
     # ---- A step in the pool
+    def farmed(self, s, edge):
+        """Patches of edge^dim cells, and for each phase of the pool the bytes to and from the master."""
+        edge = math.ceil(edge / TILE[self.basis]) * TILE[self.basis]
+        chunks, wide, size = max(1, s.nodes / edge**self.dim), (edge + NODES[self.basis] - 1) ** self.dim, {}
+        for name, kind, fields, back, sums in PHASES[self.update]:
+            if kind == "to_nodes":
+                size[name] = s.points * self.bytes(fields) + s.nodes * self.spread(self.dim) * 8 * self.sums(sums)
+            elif kind == "to_points":
+                size[name] = s.points * (self.bytes(fields) + self.bytes(back)) + chunks * wide * 8 * 2 * self.dim
+        return chunks, size
+
     def pool(self, s, edge):
         """Seconds of a step with processes - 1 workers and patches of edge^dim cells, and those for which the master is busy;
         s is the share of a run on one process."""
-        m, reach, busy, total = self.numbers, NODES[self.basis] - 1, 0.0, 0.0
+        m, busy, total = self.numbers, 0.0, 0.0
         alone = self.parts(replace(s, processes=1))
-        edge = math.ceil(edge / TILE[self.basis]) * TILE[self.basis]
-        cells, wide = edge**self.dim, (edge + reach) ** self.dim
-        for name, kind, fields, back, sums in PHASES[self.update]:
-            if kind == "nodes":
-                continue
+        chunks, sizes = self.farmed(s, edge)
+        for name, size in sizes.items():
             one = alone.pop(name)
-            chunks = max(1, s.nodes / cells)
-            if kind == "to_nodes":
-                size = s.points * self.bytes(fields) + s.nodes * self.spread(self.dim) * 8 * self.sums(sums)
-            else:
-                size = s.points * (self.bytes(fields) + self.bytes(back)) + chunks * wide * 8 * 2 * self.dim
             master = chunks * (m["chunk"] + m["message"]) + size * (m["farm"] + m["wire"])
             work = self.rates[name].seconds(s.points) if name in self.rates else one
             busy += master

@@ -12,6 +12,9 @@ STYLE = """
 body { max-width: 54rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 Georgia, "DejaVu Serif", serif; color: #222; }
 h1, h2, h3 { font-family: "Helvetica Neue", Arial, "DejaVu Sans", sans-serif; line-height: 1.25; }
 h2 { border-bottom: 1px solid #ccc; margin-top: 2.2em; padding-bottom: .2em; }
+figure { margin: 1em 0; }
+figcaption { font-size: .85rem; color: #555; }
+nav { font-size: .9rem; }
 table { border-collapse: collapse; font-size: .85rem; margin: 1em 0; display: block; overflow-x: auto; }
 th, td { border: 1px solid #ccc; padding: .25em .55em; vertical-align: top; text-align: left; }
 th { background: #f2f2f2; }
@@ -40,8 +43,12 @@ def embed(folder):
 
 def write(text, folder, path):
     title = re.search(r"^# (.*)", text, re.M)[1]
-    body = markdown.markdown(marks.without(text), extensions=["tables", "toc", "sane_lists", "attr_list"], output_format="html")
+    extensions = ["tables", "toc", "sane_lists", "attr_list"]
+    made = markdown.Markdown(extensions=extensions, extension_configs={"toc": {"toc_depth": "2-2"}}, output_format="html")
+    body = made.convert(marks.without(text))
+    body = body.replace("</h1>", f"</h1>\n<nav>{made.toc}</nav>", 1)
     body = re.sub(r"<!--.*?-->\n?", "", body, flags=re.S)
+    body = re.sub(r'<p>(<img alt="([^"]*)"[^>]*>)</p>', r"<figure>\1<figcaption>\2</figcaption></figure>", body)
     body = re.sub(r"<img [^>]*>", embed(folder), body)
     with open(path, "w") as f:
         f.write(

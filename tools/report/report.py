@@ -17,12 +17,14 @@ import subprocess
 import sys
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-sys.path.insert(0, os.path.join(ROOT, "tools"))
+sys.path[:0] = [os.path.join(ROOT, "tools"), os.path.join(ROOT, "tools", "scaling")]
 import figures  # noqa: E402 (after the path)
 import marks  # noqa: E402
 import model  # noqa: E402
-from closed import BOXES, CUTS, FAR, WEAK, way  # noqa: E402
+import plots  # noqa: E402
+from closed import BOXES, CUTS, FAR, PATCH, WEAK, way  # noqa: E402
 from data import Missing  # noqa: E402
+from data import rows as rows_of  # noqa: E402
 from tables import Tables, group, scene, thousands  # noqa: E402
 
 
@@ -52,17 +54,20 @@ class Report(Tables):
         figures.convergence(self.place("convergence"), self.ladders())
 
     def figure_strong(self):
-        panels = {}
-        for name in ("spatial, direct", "pool"):
-            panel = {}
-            for rows, p, kind in self.both("strong"):
-                for s, found in group([r for r in rows if r[p] == 1 or way(r) == name], lambda r: r["scene"]).items():
-                    for k, some in group(found, lambda r: r.get("class", kind)).items():
-                        points = [(r[p], r["efficiency"]) for r in some if r[p] > 1]
-                        if points:
-                            panel.setdefault(scene(s), []).append((k, points))
-            panels[name] = panel
-        figures.efficiency(self.place("strong"), [f"strong scaling, {k}" for k in panels], list(panels.values()))
+        panels = {}  # {scene: {way: [(class, points)]}}
+        for rows, p, kind in self.both("strong"):
+            for key, some in group([r for r in rows if r[p] > 1], lambda r: (r["scene"], way(r), r.get("class", kind))).items():
+                panel = panels.setdefault(scene(key[0]), {})
+                panel.setdefault(key[1], []).append((key[2], [(r[p], r["efficiency"]) for r in some]))
+        try:
+            for name, rows in group([r for r in self.against_simulation() if r[1] == "strong"], lambda r: r[0]).items():
+                cells = BOXES[name][0]
+                one = self.injected(name, [1] * len(cells)).box(cells, [1] * len(cells), 2 ** len(cells), 0)[0]
+                points = [(1, 1.0)] + [(p, one / t / p) for _, _, p, _, _, t, _, _ in rows if p <= 32]
+                panels[scene(name)]["spatial, direct"].append(("closed form", points))
+        except Missing as m:
+            self.note("figure strong", str(m))
+        figures.efficiency(self.place("strong"), list(panels), list(panels.values()), columns=3)
 
     def both(self, study):
         found, lacking = [], []
@@ -125,6 +130,37 @@ class Report(Tables):
             panels[what] = lines
         figures.pool(self.place("pool"), panels)
 
+    def figure_messages(self):
+        """Imbalance, and bytes a particle and step: counted in the runs of strong scaling; of filled boxes by formula too."""
+        rows = [r for r in self.real("strong") if r["class"] == "critical path" and r["migrate"] != "swarm"]
+        cuts = group(
+            [r for r in rows_of(self.data.need("scaling/counts.csv", "`make scaling`")[0]) if r["strategy"] == "spatial"],
+            lambda r: (r["scene"], r["processes"]),
+        )
+        imbalance, size = {}, {}
+        for name, found in group(rows, lambda r: r["scene"]).items():
+            imbalance[scene(name)] = [("counted", [(r["processes"], r["imbalance"]) for r in found if r["strategy"] != "pool"])]
+            size[scene(name)] = [
+                ("counted", [(r["processes"], r["bytes_per_particle_step"]) for r in found if r["strategy"] == strategy])
+                for strategy in ("spatial", "pool")
+            ]
+            if name not in BOXES:
+                continue
+            m, s, made = self.closed(name), self.whole(name), {p: rows for (n, p), rows in cuts.items() if n == name}
+            imbalance[scene(name)].append(
+                ("formula", [(1, 1.0)] + [(p, self.even(name, r[0]["grid"])) for p, r in made.items()])
+            )
+            sent = [(p, sum(r["formula"] for r in found if r["quantity"].startswith("bytes"))) for p, found in made.items()]
+            size[scene(name)].append(("formula", [(p, b / s.points) for p, b in sent]))
+            dealt = sum(m.farmed(s, PATCH)[1].values()) / s.points
+            size[scene(name)].append(("formula", [(p, dealt) for p in made]))
+        figures.messages(self.place("messages"), imbalance, size)
+
+    def even(self, name, cut):
+        """Imbalance of a filled box by formula."""
+        m = self.closed(name)
+        return m.box(BOXES[name][0], [int(p) for p in str(cut).split("x")], 2**m.dim, math.inf)[1]
+
     def figure_parts(self):
         panels = {}
         for name, (_, what) in BOXES.items():
@@ -165,6 +201,7 @@ class Report(Tables):
                 getattr(self, f"figure_{name}")()
             except Missing as m:
                 self.note(f"figure {name}", str(m))
+        plots.draw(os.path.join(self.args.data, "scaling"), self.args.out)
         with open(os.path.join(self.args.out, "report.md"), "w") as f:
             f.write(text)
         print(f"  {os.path.relpath(os.path.join(self.args.out, 'report.md'))}")

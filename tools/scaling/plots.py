@@ -1,4 +1,5 @@
-"""Figures of the tables of docs/data/scaling: docs/scaling-strong.png, -weak.png, -model.png."""
+"""Figures of the tables of docs/data/scaling: docs/scaling-strong.png, -weak.png, -model.png; by `make scaling`, and by `make report` for
+its pages."""
 import csv
 import os
 
@@ -7,12 +8,14 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402 (after the choice of the backend)
 
-plt.rcParams.update({"font.size": 8, "axes.titlesize": 8, "axes.linewidth": 0.6, "legend.frameon": False})
-WAYS = {("spatial", "direct"): ("C0", "spatial, direct"), ("spatial", "swarm"): ("C1", "spatial, swarm"),
+STYLE = {"font.size": 8, "axes.titlesize": 8, "axes.linewidth": 0.6, "legend.frameon": False, "savefig.dpi": 130}
+WAYS = {("spatial", "direct"): ("C0", "spatial, direct"), ("spatial", "swarm"): ("C1", "spatial, DMSwarmMigrate"),
         ("pool", ""): ("C2", "pool")}
-CLASSES = {"closed form": dict(linestyle="-", marker="", linewidth=0.9),
-           "critical path": dict(linestyle="", marker="o", markersize=4, markerfacecolor="none"),
-           "measured": dict(linestyle="", marker="s", markersize=5)}
+# Measured squares are the largest and lie below, so that those of the critical path are seen on them.
+CLASSES = {"closed form": dict(linestyle="-", linewidth=0.9),
+           "measured": dict(linestyle="", marker="s", markersize=6),
+           "critical path": dict(linestyle="", marker="o", markersize=4, markerfacecolor="white")}
+COLUMNS = 3
 
 
 def read(folder, name):
@@ -23,67 +26,79 @@ def read(folder, name):
         return []
 
 
-def panels(rows, quantity, path, what, limit):
+def save(figure, path):
+    figure.savefig(path, metadata={"Software": None})
+    plt.close(figure)
+    print(f"  {os.path.relpath(path)}")
+
+
+def panels(rows, quantity, path, what):
     scenes = list(dict.fromkeys(row["scene"] for row in rows))
     if not scenes:
         return
-    figure, axes = plt.subplots(1, len(scenes), figsize=(max(7, 2.7 * len(scenes)), 3.3), layout="constrained",
+    lines = len(scenes) // COLUMNS + 1  # the last place is the legend's
+    figure, axes = plt.subplots(lines, COLUMNS, figsize=(7.6, 0.4 + 2.3 * lines), sharey=True, layout="constrained",
                                 squeeze=False)
-    for axis, scene in zip(axes[0], scenes):
-        mine = [row for row in rows if row["scene"] == scene and row[quantity] and int(row["processes"]) <= limit]
-        for (strategy, migrate), (color, label) in WAYS.items():
+    for axis in axes.flat[len(scenes):]:
+        axis.axis("off")
+    most = max(int(row["processes"]) for row in rows)
+    for axis, scene in zip(axes.flat, scenes):
+        mine = [row for row in rows if row["scene"] == scene and row[quantity]]
+        for (strategy, migrate), (color, _) in WAYS.items():
             for kind, style in CLASSES.items():
                 points = sorted((int(row["processes"]), float(row[quantity])) for row in mine
                                 if (row["strategy"], row["migrate"], row["class"]) == (strategy, migrate, kind))
                 if points:
-                    axis.plot(*zip(*points), color=color, label=f"{label}: {kind}", **style)
+                    axis.plot(*zip(*points), color=color, **style)
         axis.set_xscale("log", base=2)
         if quantity == "speedup":
             axis.set_yscale("log", base=2)
-            most = max((int(row["processes"]) for row in mine), default=2)
             axis.plot((1, most), (1, most), color="0.7", linewidth=0.8, zorder=0)
             axis.set_ylim(0.1, 1.5 * most)
+            axis.set_yticks([4**k for k in range(-1, 6) if 4**k <= most])
         else:
             axis.axhline(1, color="0.7", linewidth=0.8, zorder=0)
             axis.set_ylim(0, 1.15)
+        axis.set_xticks([p for k in range(11) if (p := 2**k) <= most and (most <= 64 or k % 2 == 0)])
         axis.xaxis.set_major_formatter(matplotlib.ticker.FormatStrFormatter("%d"))
         axis.yaxis.set_major_formatter(matplotlib.ticker.FormatStrFormatter("%g"))
         one = next(row for row in rows if row["scene"] == scene)
         axis.set_title(f"{scene}: {one['dim']}-D {one['basis']} {one['update']}")
         axis.set_xlabel("processes")
-    axes[0][0].set_ylabel(what)
-    handles = {label: handle for axis in axes[0] for handle, label in zip(*axis.get_legend_handles_labels())}
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4, fontsize=7)
-    figure.savefig(path, dpi=130)
-    plt.close(figure)
-    print(f"written: {os.path.relpath(path)}")
+    for axis in axes[:, 0]:
+        axis.set_ylabel(what)
+    handles = [plt.Rectangle((0, 0), 1, 1, color=color, label=label) for way, (color, label) in WAYS.items()
+               if any((row["strategy"], row["migrate"]) == way for row in rows)]
+    handles += [plt.Line2D([], [], color="0.3", label=kind, **style) for kind, style in CLASSES.items()]
+    axes.flat[-1].legend(handles=handles, loc="center")
+    save(figure, path)
 
 
 def model(rows, path):
     if not rows:
         return
     names = list(dict.fromkeys(row["scene"] for row in rows))
-    figure, axis = plt.subplots(figsize=(7, 2.8), layout="constrained")
+    figure, axis = plt.subplots(figsize=(7.6, 2.8), layout="constrained")
     axis.axhspan(0.85, 1.15, color="0.92")
     axis.axhline(1, color="0.6", linewidth=0.8)
-    for processes, color in (("1", "C0"), ("2", "C1")):
-        points = [(names.index(row["scene"]), float(row["ratio"])) for row in rows if row["processes"] == processes]
-        axis.plot(*zip(*points), "s", color=color, markersize=4, label=f"{processes} process{'es' * (processes > '1')}")
+    for processes, style in (("1", dict(color="C0", marker="s")), ("2", dict(color="C1", marker="D"))):
+        points = [(names.index(row["scene"]), float(row["predicted"]) / float(row["seconds_per_step"])) for row in rows
+                  if row["processes"] == processes]
+        axis.plot(*zip(*points), linestyle="", markersize=4, label=f"{processes} process{'es' * (processes > '1')}", **style)
     axis.set_xticks(range(len(names)), names, rotation=40, ha="right")
     axis.set_yscale("log")
     axis.set_yticks((0.5, 0.7, 0.85, 1, 1.15, 1.5, 2), ("0.5", "0.7", "0.85", "1", "1.15", "1.5", "2"))
     axis.yaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
-    axis.set_ylabel("step: measured / predicted")
-    axis.legend()
-    figure.savefig(path, dpi=130)
-    plt.close(figure)
-    print(f"written: {os.path.relpath(path)}")
+    axis.set_ylabel("step: predicted / measured")
+    figure.legend(loc="outside right upper")
+    save(figure, path)
 
 
 def draw(data, folder):
-    rows = read(data, "runs")
-    panels([row for row in rows if row["study"] == "strong"], "speedup", os.path.join(folder, "scaling-strong.png"),
-           "speed-up", 1024)
-    panels([row for row in rows if row["study"] == "weak" and row["strategy"] != "serial"], "efficiency",
-           os.path.join(folder, "scaling-weak.png"), "weak efficiency", 1024)
-    model(read(data, "validation"), os.path.join(folder, "scaling-model.png"))
+    with plt.style.context(["default", STYLE]):
+        rows = read(data, "runs")
+        panels([row for row in rows if row["study"] == "strong"], "speedup", os.path.join(folder, "scaling-strong.png"),
+               "speed-up")
+        panels([row for row in rows if row["study"] == "weak" and row["strategy"] != "serial"], "efficiency",
+               os.path.join(folder, "scaling-weak.png"), "weak efficiency")
+        model(read(data, "validation"), os.path.join(folder, "scaling-model.png"))

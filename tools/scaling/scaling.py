@@ -129,13 +129,13 @@ def bases(run):
             "closed form": (run.predicted, run.particles)}
 
 
-def tasks(args, scene, study):
+def tasks(args, study):
     """(processes, strategy, migrate) of a study beside direct migration on all sizes."""
     for p in args.sizes:
         yield p, "spatial", "direct"
         if study == "strong" and p in (2, 8, 32):
             yield p, "spatial", "swarm"
-        if p > 1 and (study == "strong" or scene.name == "box2d"):
+        if p > 1:
             yield p, "pool", "direct"
 
 
@@ -151,7 +151,7 @@ def strong_and_weak(args, results, scene):
     models = {p: runs.calibrate(args, scene.name, p, scene.options()) for p in (1, 2)}
     for study, steps in (("strong", args.steps), ("weak", args.steps // 2)):
         base, digests = None, {}
-        for p, strategy, migrate in tasks(args, scene, study):
+        for p, strategy, migrate in tasks(args, study):
             cells = scene.cells(scene.strong * args.scale if study == "strong" else PER_PROCESS * args.scale * p)
             try:
                 run = best(args, scene, cells, p, strategy, migrate, steps, models)
