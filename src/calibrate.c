@@ -366,8 +366,8 @@ static PetscErrorCode FitMigration(MPM scene)
    600 points a process takes that the rest of the model does not explain, over the number of exchanges. */
 static PetscErrorCode FitExchange(MPM scene)
 {
-  MPMModel   *m       = &scene->model;
-  PetscReal   step[9] = {0}, predicted[2] = {0};
+  MPMModel   *m     = &scene->model;
+  PetscReal   least = PETSC_MAX_REAL, predicted[2] = {0};
   PetscMPIInt size;
 
   PetscFunctionBeginUser;
@@ -377,7 +377,8 @@ static PetscErrorCode FitExchange(MPM scene)
   PetscCall(PetscOptionsSetValue(NULL, "-parallel_strategy", "spatial"));
   PetscCall(PetscOptionsSetValue(NULL, "-parallel_migrate", "direct"));
   for (int repeat = 0; repeat < 9; repeat++) {
-    MPM mpm;
+    PetscReal step;
+    MPM       mpm;
 
     PetscCall(Make(scene->comm, &mpm));
     if (!mpm) PetscFunctionReturn(PETSC_SUCCESS); /* no such cut: the rough constant stays */
@@ -389,12 +390,12 @@ static PetscErrorCode FitExchange(MPM scene)
       for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) predicted[k] += mpm->predicted[e];
     }
     PetscCall(MPMRun(mpm));
-    if (mpm->step) step[repeat] = mpm->wall_steps / (PetscReal)mpm->step;
-    PetscCall(Slowest(scene->comm, &step[repeat]));
+    step = mpm->step ? mpm->wall_steps / (PetscReal)mpm->step : 0;
+    PetscCall(Slowest(scene->comm, &step));
     PetscCall(MPMDestroy(&mpm));
+    least = PetscMin(least, step);
   }
-  PetscCall(PetscSortReal(9, step)); /* the median: waiting is mostly for what else the cores have to do, always */
-  if (predicted[1] > predicted[0]) m->exchange = PetscMax(0, (step[4] - predicted[0]) / (predicted[1] - predicted[0]));
+  if (predicted[1] > predicted[0]) m->exchange = PetscMax(0, (least - predicted[0]) / (predicted[1] - predicted[0]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
