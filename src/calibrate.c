@@ -26,6 +26,7 @@ typedef struct {
 #define MPM_MODEL_NUMBERS(X)                                                                                           \
   X(exchange)                                                                                                          \
   X(message)                                                                                                           \
+  X(post)                                                                                                              \
   X(wire)                                                                                                              \
   X(copy)                                                                                                              \
   X(reduction)                                                                                                         \
@@ -204,6 +205,8 @@ static void Fit(MPM mpm, PetscInt e, const Sample sample[LEVELS], MPMRate *r)
   r->size[1] = n[2];
 }
 
+enum { BURST = 8 }; /* messages at once */
+
 /* --- Messages -------------------------------------------------------------------------------------------------- */
 
 /* Least seconds of one of many messages of so many bytes, there and back halved; processes 2k and 2k+1 are pairs. */
@@ -237,10 +240,40 @@ static PetscErrorCode PingPong(MPI_Comm comm, size_t bytes, PetscReal *seconds)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Least seconds of an exchange of n short messages each way between the processes of a pair. */
+static PetscErrorCode Burst(MPI_Comm comm, int n, PetscReal *seconds)
+{
+  double      in[BURST], out[BURST] = {0};
+  MPI_Request request[2 * BURST];
+  PetscMPIInt rank, size, peer;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  peer     = rank ^ 1;
+  *seconds = PETSC_MAX_REAL;
+  for (int batch = 0; batch < 20 && peer < size; batch++) {
+    PetscLogDouble t0, t1;
+
+    PetscCall(PetscTime(&t0));
+    for (int k = 0; k < 50; k++) {
+      for (int q = 0; q < n; q++) {
+        PetscCallMPI(MPI_Irecv(&in[q], 1, MPI_DOUBLE, peer, q, comm, &request[q]));
+        PetscCallMPI(MPI_Isend(&out[q], 1, MPI_DOUBLE, peer, q, comm, &request[n + q]));
+      }
+      PetscCallMPI(MPI_Waitall(2 * n, request, MPI_STATUSES_IGNORE));
+    }
+    PetscCall(PetscTime(&t1));
+    *seconds = PetscMin(*seconds, (t1 - t0) / 50);
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, seconds, 1, MPIU_REAL, MPIU_MIN, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode TimeMessages(MPI_Comm comm, MPMModel *m)
 {
   const size_t long_message = 1 << 16;
-  PetscReal    longer, status[24] = {0};
+  PetscReal    longer, one, more, status[24] = {0};
   PetscMPIInt  size;
   PetscReal    best = PETSC_MAX_REAL;
 
@@ -249,6 +282,9 @@ static PetscErrorCode TimeMessages(MPI_Comm comm, MPMModel *m)
   PetscCall(PingPong(comm, 8, &m->message));
   PetscCall(PingPong(comm, long_message, &longer));
   m->wire = PetscMax(0, (longer - m->message) / (PetscReal)long_message);
+  PetscCall(Burst(comm, 1, &one));
+  PetscCall(Burst(comm, BURST, &more));
+  m->post = PetscMax(0, (more - one) / (BURST - 1));
   for (int batch = 0; batch < 20; batch++) {
     PetscLogDouble t0, t1;
 

@@ -2,7 +2,7 @@
 
    A step is the sum of its phases. A phase costs the process that has most of it
      call + n each          its kernel, for n points (or nodes); `each` depends on n, by the caches
-     + message + byte       what it sends to neighbours
+     + message + byte       what it sends to neighbours; the way of sums is hidden by work, that of motion is not
    and a step one reduction and, when points leave, a migration. The constants are of this machine and this method, from
    -model_calibrate (calibrate.c), or else rough ones from counts of flops and bytes. Physics never sees any of this,
    but the partition of the grid is chosen by it. */
@@ -65,9 +65,11 @@ static PetscReal Migrates(const MPMShare *s)
    process. Not collective. */
 PetscReal MPMModelTimer(MPM mpm, PetscInt e, const MPMShare *s)
 {
-  const MPMModel     *m   = &mpm->model;
-  const MPMMigration *way = &m->migration[mpm->exchange.direct];
-  const PetscReal byte = m->wire + m->copy, ahead = s->neighbours > 0 ? m->exchange + s->neighbours * m->message : 0;
+  const MPMModel     *m      = &mpm->model;
+  const MPMMigration *way    = &m->migration[mpm->exchange.direct];
+  const PetscReal     posts  = s->neighbours > 0 ? m->exchange + s->neighbours * m->post : 0;
+  const PetscReal     way_of = s->neighbours > 0 ? PetscMax(0, m->message - m->post) : 0;
+  PetscReal           sent;
 
   if (e == MPM_TIMER_REDUCE) return m->rate[e].call + Log2(s->processes) * m->reduction;
   if (e == MPM_TIMER_MIGRATE)
@@ -76,8 +78,10 @@ PetscReal MPMModelTimer(MPM mpm, PetscInt e, const MPMShare *s)
   if (e >= MPM_TIMER_FORCES) return Seconds(&m->rate[e], s->points);
   if (!Times(mpm, e)) return 0;
   if (mpm->phases[e].kind == MPM_NODES_TO_POINTS) return Seconds(&m->rate[e], s->points);
-  return Seconds(&m->rate[e], mpm->phases[e].kind == MPM_NODES ? s->nodes : s->points) +
-         (PetscReal)Times(mpm, e) * (ahead + s->ghosts * PhaseMessage(mpm, &mpm->phases[e]) * byte);
+  sent = s->ghosts * PhaseMessage(mpm, &mpm->phases[e]);
+  if (mpm->phases[e].kind == MPM_NODES)
+    return Seconds(&m->rate[e], s->nodes) + (PetscReal)Times(mpm, e) * (posts + way_of + sent * (m->wire + m->copy));
+  return Seconds(&m->rate[e], s->points) + (PetscReal)Times(mpm, e) * (posts + sent * m->copy);
 }
 
 /* The same for the pool's master with processes-1 workers; s is the share of a run on one process, edge that of a patch
@@ -205,6 +209,7 @@ static void SetRough(MPM mpm)
   }
   m->exchange             = 1e-6;
   m->message              = 1.6e-6; /* a cluster: latency 1 us, 0.3 us on each side */
+  m->post                 = 0.6e-6;
   m->wire                 = 0.08e-9;
   m->copy                 = 0.3e-9;
   m->reduction            = 1.6e-6;

@@ -647,7 +647,8 @@ typedef struct {
 
 typedef struct {
   MPMRate      rate[MPM_MAX_TIMERS];   /* all passes of a step together */
-  PetscReal    exchange, message;      /* s an exchange with the neighbours, and each message of it */
+  PetscReal    exchange, message;      /* s an exchange with the neighbours, and a message on its way */
+  PetscReal    post;                   /* s that a message takes of the processors at its ends */
   PetscReal    wire, copy;             /* s a byte: on its way, packed and unpacked */
   PetscReal    reduction;              /* s of the step's reduction for each doubling of the processes */
   MPMMigration migration[2];           /* swarm, direct */

@@ -55,7 +55,7 @@ for line in open("output/disks.model"):
     if rate:
         constants[rate.group(6)] = [float(v) for v in rate.groups()[:5]]
 numbers = dict(re.findall(r"^([a-z]\S*) ([\d.e+-]+)$", open("output/disks.model").read(), re.M))
-check("all kinds of constants are there", {"message", "wire", "copy", "reduction", "chunk", "farm",
+check("all kinds of constants are there", {"message", "post", "wire", "copy", "reduction", "chunk", "farm",
                                            "migration[0].call", "migration[1].call"} <= set(numbers))
 check("no constant is negative or not finite",
       all(0 <= v < math.inf for rate in constants.values() for v in rate) and

@@ -14,7 +14,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 FAR = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4096, 32768, 262144, 1000000)
 # The cluster of all closed forms and simulations: latency 1 us, 0.3 us of a processor on either side of a message, 12.5 GB/s.
 LATENCY, OVERHEAD, WIRE = 1e-6, 0.3e-6, 0.08e-9
-NETWORK = dict(message=LATENCY + 2 * OVERHEAD, wire=WIRE, reduction=LATENCY + 2 * OVERHEAD)
+NETWORK = dict(message=LATENCY + 2 * OVERHEAD, post=2 * OVERHEAD, wire=WIRE, reduction=LATENCY + 2 * OVERHEAD)
 # Scenes of the closed form: options, cells of the box, what it is
 BOXES = {"box2d": ((256, 256), "filled box, 2-D linear"), "box3d": ((32, 32, 32), "filled box, 3-D quadratic")}
 WEAK = 16384  # particles a process

@@ -94,14 +94,15 @@ class Model:
     def parts(self, s):
         """Seconds of each part of a step."""
         m, none = self.numbers, Rate(0, (1, 1), (0, 0))
-        byte, t = m["wire"] + m["copy"], {}
-        ahead = m["exchange"] + s.neighbours * m["message"] if s.neighbours > 0 else 0
+        t = {}
+        posts = m["exchange"] + s.neighbours * m["post"] if s.neighbours > 0 else 0
+        way = max(0, m["message"] - m["post"]) if s.neighbours > 0 else 0
         for name, kind, _, _, sums in PHASES[self.update]:
             rate = self.rates.get(name, none)
             if kind == "to_nodes":
-                t[name] = rate.seconds(s.points) + ahead + s.ghosts * self.spread(self.dim - 1) * self.sums(sums) * 8 * byte
+                t[name] = rate.seconds(s.points) + posts + s.ghosts * self.spread(self.dim - 1) * self.sums(sums) * 8 * m["copy"]
             elif kind == "nodes":
-                t[name] = rate.seconds(s.nodes) + ahead + s.ghosts * 2 * self.dim * 8 * byte
+                t[name] = rate.seconds(s.nodes) + posts + way + s.ghosts * 2 * self.dim * 8 * (m["wire"] + m["copy"])
             else:
                 t[name] = rate.seconds(s.points)
         for name in "SORT", "SETTLE":
@@ -205,12 +206,13 @@ class Model:
         other.numbers.update(numbers)
         return other
 
-    def with_network(self, message, wire, reduction):
+    def with_network(self, message, post, wire, reduction):
         """The same processor, another network; what of migration is messages follows, as in src/calibrate.c. What an exchange
         costs beyond its messages is the waiting of two processes of this machine: none of a network's business."""
         return self.with_(
             exchange=0,
             message=message,
+            post=post,
             wire=wire,
             reduction=reduction,
             **{"migration[0].stage": 24 * reduction, "migration[1].stage": 2 * reduction, "migration[0].process": 80 * wire},

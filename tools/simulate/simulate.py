@@ -42,6 +42,7 @@ SETTINGS = [
     "smpi/async-small-thresh:65536",  # messages up to 64 KiB leave without waiting for the receiver, as in Open MPI
     "smpi/iprobe:5e-7",  # cost of a poll; the default, 100 us, is a step's worth of work
     "smpi/test:5e-7",  # the same for MPI_Test
+    "smpi/grow-injected-times:no",  # no dearer each time: the default is for programs that do nothing but poll
     "smpi/cpu-threshold:1e-6",  # emulated: shorter bursts are free, or the simulator's own cost would count
 ]
 # SMPI's own factors describe a cluster with Gigabit Ethernet: replaced by those of the platform. lat, bw: message size and
