@@ -197,7 +197,7 @@ typedef struct {
   PetscInt64 interrupted; /* has a signal asked the run to end? */
   PetscInt64 left;        /* points that left the patch */
   PetscInt64 most;        /* points of the process that has most */
-  PetscInt64 n, ids;      /* points there are, and the sum of their ids' hashes: nothing may get lost on the way */
+  PetscInt64 n, ids;      /* points there are, and their fingerprint: none may get lost or doubled on the way */
 } MPMStatus;
 
 void MPMStatusReset(MPMStatus *);
@@ -335,7 +335,7 @@ typedef struct {
   DM         swarm;
   PetscInt   dim, n, capacity;        /* n: points here; capacity: of the scratch and of order */
   PetscInt64 total;                   /* points of the whole scene */
-  PetscInt64 ids;                     /* the sum of the hashes of their ids */
+  PetscInt64 ids;                     /* the fingerprint of all points of the scene */
   PetscReal  scattered;               /* points that came to another cell since the storage was put in order */
   void      *scratch[MPM_NUM_FIELDS]; /* arrays of the scratch fields */
   PetscBool  present[MPM_NUM_FIELDS]; /* does the scene have the field? */
