@@ -173,7 +173,8 @@ typedef struct {
   MPMWallBasis wall_basis[3]; /* form of the splines at the walls of each axis */
 } MPMGrid;
 
-void MPMGridSetNodes(MPMGrid *, MPMBasis); /* layers and nodes, once the rest is known */
+void      MPMGridSetNodes(MPMGrid *, MPMBasis); /* layers and nodes, once the rest is known */
+PetscReal MPMGridNodes(const MPMGrid *, MPMBasis);
 
 /* Points as kernels see them: one pointer a field, rows of its components; NULL where the scene has no such field or
    the running phase did not declare it.                                                                              */
