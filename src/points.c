@@ -433,8 +433,8 @@ static PetscErrorCode DescribeLoss(MPMPoints *points, MPI_Comm comm, char what[]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Raises an error if n points with the fingerprint `ids`, counted over comm, cannot be those of the scene, each once. The
-   first call remembers what is right. Collective on comm.                                                            */
+/* Raises an error if n points with the fingerprint `ids`, counted over comm, cannot be those of the scene, each once.
+   The first call remembers what is right. Collective on comm. */
 PetscErrorCode MPMPointsCheck(MPMPoints *points, MPI_Comm comm, PetscInt64 n, PetscInt64 ids)
 {
   char what[MPM_TEXT_LEN];

@@ -17,8 +17,8 @@ void MPMPoolBox(MPM mpm, const PetscInt own_lo[3], const PetscInt own_n[3], MPMP
     patch->n[d]                     = own_n[d] + reach;
     if (!mpm->grid.periodic[d])
       patch->n[d] = PetscMin(patch->n[d], mpm->grid.nodes[d] - mpm->grid.layers[d] - own_lo[d]);
-    patch->tiles.n[d]               = (own_n[d] + edge - 1) / edge;
-    patch->tiles.below[d]           = 0;
+    patch->tiles.n[d]     = (own_n[d] + edge - 1) / edge;
+    patch->tiles.below[d] = 0;
   }
 }
 
