@@ -98,13 +98,14 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   MPMPatch          patch;
   MPMOrder          order = {(PetscInt)(phase - mpm->phases), {0}, {0}, {0}, {0}, c->n, mpm->params.dt};
   void             *at[MPM_NUM_FIELDS];
-  size_t            answer;
+  size_t            answer, row;
   PetscMPIInt       len;
   char             *m;
 
   PetscFunctionBeginUser;
   MPMWorkBegin(mpm);
   MPMPoolBox(mpm, c->own_lo, c->own_n, &patch);
+  row = (size_t)(patch.n[0] * nv) * sizeof(PetscReal);
   PetscCall(PetscArraycpy(order.own_lo, c->own_lo, 3));
   PetscCall(PetscArraycpy(order.own_n, c->own_n, 3));
   PetscCall(PetscArraycpy(order.tiles, all->tiles.n, 3));
@@ -122,17 +123,12 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
                                (size_t)MPMPatchNodes(&patch) * nv * sizeof(PetscReal)));
   memcpy(slot->out, &order, sizeof order);
   m = MPMPoolPack(&mpm->points, phase->points_in, at, c->n, slot->list, slot->out + sizeof order);
-  if (!to_nodes) /* node motion, row by row; nodes beyond the grid are never read */
+  if (!to_nodes) /* node motion, row by row */
     for (PetscInt k = patch.lo[2]; k < patch.lo[2] + patch.n[2]; k++)
-      for (PetscInt j = patch.lo[1]; j < patch.lo[1] + patch.n[1];
-           j++, m += (size_t)(patch.n[0] * nv) * sizeof(PetscReal)) {
-        const PetscInt n = PetscMin(patch.n[0], all->lo[0] + all->n[0] - patch.lo[0]);
-
-        if (k >= all->lo[2] + all->n[2] || j >= all->lo[1] + all->n[1]) continue;
+      for (PetscInt j = patch.lo[1]; j < patch.lo[1] + patch.n[1]; j++, m += row)
         memcpy(m,
                all->vel + (((k - all->lo[2]) * all->n[1] + j - all->lo[1]) * all->n[0] + patch.lo[0] - all->lo[0]) * nv,
-               (size_t)(n * nv) * sizeof(PetscReal));
-      }
+               row);
   slot->chunk = chunk;
   answer      = MPMPoolAnswerBytes(mpm, phase, c->n, to_nodes ? CountTiles(all, c) : 0);
   PetscCall(MPMMessageLength(answer, &len));

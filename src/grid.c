@@ -10,6 +10,17 @@ void MPMGridSetNodes(MPMGrid *grid, MPMBasis basis)
   }
 }
 
+/* Nodes in the arrays of a process that has the whole grid: with the layers beyond walls, and the ghost nodes across
+   periodic faces. No process has more. A real number, which does not overflow. */
+PetscReal MPMGridNodes(const MPMGrid *grid, MPMBasis basis)
+{
+  PetscReal nodes = 1;
+
+  for (PetscInt d = 0; d < grid->dim; d++)
+    nodes *= (PetscReal)grid->nodes[d] + (grid->periodic[d] ? 2 * (MPMBasisNodes(basis) - 1) : 0);
+  return nodes;
+}
+
 /* The DMDA of the grid's nodes, layers beyond the walls included, with the velocity record as its unknowns. DMDA's
    node 0 is node -layers of the grid. Collective on comm.
      stencil   [in]  layers of ghost nodes around a process's box

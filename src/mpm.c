@@ -46,6 +46,7 @@ static PetscErrorCode ReadMethod(MPM mpm, MPMOptions o)
   };
   char      basis[MPM_NAME_LEN], update[MPM_NAME_LEN], transfer[MPM_NAME_LEN], wall[MPM_NAME_LEN], gimp[MPM_NAME_LEN];
   PetscBool set, wall_set, gimp_set, order_set;
+  PetscReal nodes;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsEnum(o, "method_basis", NULL, basis, NULL));
@@ -93,6 +94,9 @@ static PetscErrorCode ReadMethod(MPM mpm, MPMOptions o)
           mpm->grid.cells[d], "xyz"[d], basis, least);
   }
   MPMGridSetNodes(&mpm->grid, mpm->basis);
+  nodes = MPMGridNodes(&mpm->grid, mpm->basis);
+  if (nodes * MPM_SUM_NC(mpm->grid.dim) > (PetscReal)PETSC_MAX_INT) /* cells of tiles are fewer: below 6 a node */
+    MPMOptionsFail(o, "-grid_cells: %g nodes are more than this PETSc can number", (double)nodes);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -173,7 +173,8 @@ typedef struct {
   MPMWallBasis wall_basis[3]; /* form of the splines at the walls of each axis */
 } MPMGrid;
 
-void MPMGridSetNodes(MPMGrid *, MPMBasis); /* layers and nodes, once the rest is known */
+void      MPMGridSetNodes(MPMGrid *, MPMBasis); /* layers and nodes, once the rest is known */
+PetscReal MPMGridNodes(const MPMGrid *, MPMBasis);
 
 /* Points as kernels see them: one pointer a field, rows of its components; NULL where the scene has no such field or
    the running phase did not declare it.                                                                              */
@@ -197,7 +198,7 @@ typedef struct {
   PetscInt64 interrupted; /* has a signal asked the run to end? */
   PetscInt64 left;        /* points that left the patch */
   PetscInt64 most;        /* points of the process that has most */
-  PetscInt64 n, ids;      /* points there are, and the sum of their ids' hashes: nothing may get lost on the way */
+  PetscInt64 n, ids;      /* points there are, and their fingerprint: none may get lost or doubled on the way */
 } MPMStatus;
 
 void MPMStatusReset(MPMStatus *);
@@ -335,7 +336,7 @@ typedef struct {
   DM         swarm;
   PetscInt   dim, n, capacity;        /* n: points here; capacity: of the scratch and of order */
   PetscInt64 total;                   /* points of the whole scene */
-  PetscInt64 ids;                     /* the sum of the hashes of their ids */
+  PetscInt64 ids;                     /* the fingerprint of all points of the scene */
   PetscReal  scattered;               /* points that came to another cell since the storage was put in order */
   void      *scratch[MPM_NUM_FIELDS]; /* arrays of the scratch fields */
   PetscBool  present[MPM_NUM_FIELDS]; /* does the scene have the field? */

@@ -57,8 +57,8 @@ void MPMPatchMarkAll(MPMPatch *patch)
   }
 }
 
-/* Runs a phase on the patch, whose views hold the fields that the phase declares. keep: of points to nodes only the
-   tiles whose sums are kept; without it the rest. Merges what it finds into status. Not collective. */
+/* Runs a phase on the patch, whose views hold the fields that the phase declares. turn: of points to nodes the tiles
+   that it is for. Merges what it finds into status. Not collective. */
 PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMTurns turn, MPMStatus *status)
 {
   static const PetscInt parts[] = {[MPM_TILES_EARLY] = MPM_P2G_EARLY, [MPM_TILES_LATE] = MPM_P2G_LATE};

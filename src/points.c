@@ -361,8 +361,10 @@ static uint64_t Mix(uint64_t z)
   return z ^ (z >> 31);
 }
 
-/* The sum of id (id + 1) of the points here, modulo 2^64: with their number it tells whether a point was lost, doubled
-   or, but for rare sums, replaced. Not collective. */
+/* The sum of id (id + 1) of the points here, modulo 2^64. Of all processes, with the number of points: one that is lost
+   or doubled changes the number, and one that stands in the place of another changes the sum. Of several at once it
+   misses those that leave both as they are: 0 and 6 doubled, 3 and 5 lost. It says nothing of their state. Not
+   collective. */
 PetscErrorCode MPMPointsFingerprint(MPMPoints *points, PetscInt64 *ids)
 {
   uint64_t sum = 0;
@@ -431,8 +433,8 @@ static PetscErrorCode DescribeLoss(MPMPoints *points, MPI_Comm comm, char what[]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Raises an error if n points whose ids' hashes sum to `ids`, counted over comm, are not all the points of the scene,
-   each once. The first call remembers what is right. Collective on comm.                                             */
+/* Raises an error if n points with the fingerprint `ids`, counted over comm, cannot be those of the scene, each once.
+   The first call remembers what is right. Collective on comm. */
 PetscErrorCode MPMPointsCheck(MPMPoints *points, MPI_Comm comm, PetscInt64 n, PetscInt64 ids)
 {
   char what[MPM_TEXT_LEN];

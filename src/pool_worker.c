@@ -2,7 +2,8 @@
 #include "cell.h"
 #include "exchange_pool.h"
 
-/* A patch with these own nodes: the box of nodes that its points' stencils reach, and its tiles. */
+/* A patch with these own nodes: the box of nodes that its points' stencils reach, which ends with the grid, and its
+   tiles. */
 void MPMPoolBox(MPM mpm, const PetscInt own_lo[3], const PetscInt own_n[3], MPMPatch *patch)
 {
   const PetscInt reach = MPMBasisNodes(mpm->basis) - 1, edge = MPMTileEdge(mpm->basis);
@@ -13,9 +14,11 @@ void MPMPoolBox(MPM mpm, const PetscInt own_lo[3], const PetscInt own_n[3], MPMP
   for (PetscInt d = 0; d < 3; d++) {
     patch->own_lo[d] = patch->lo[d] = own_lo[d];
     patch->own_n[d]                 = own_n[d];
-    patch->n[d]                     = own_n[d] + (d < mpm->grid.dim ? reach : 0);
-    patch->tiles.n[d]               = (own_n[d] + edge - 1) / edge;
-    patch->tiles.below[d]           = 0;
+    patch->n[d]                     = own_n[d] + reach;
+    if (!mpm->grid.periodic[d])
+      patch->n[d] = PetscMin(patch->n[d], mpm->grid.nodes[d] - mpm->grid.layers[d] - own_lo[d]);
+    patch->tiles.n[d]     = (own_n[d] + edge - 1) / edge;
+    patch->tiles.below[d] = 0;
   }
 }
 

@@ -5,8 +5,8 @@
 #include <strings.h>
 #include "mpm.h"
 
-/* Cells, cell size and number of nodes of one axis, which has -grid_cells or, if h > 0, -grid_h. */
-static void SetAxis(MPMGrid *grid, MPMOptions o, PetscInt d, PetscReal h, PetscReal *nodes)
+/* Cells and cell size of one axis, which has -grid_cells or, if h > 0, -grid_h. */
+static void SetAxis(MPMGrid *grid, MPMOptions o, PetscInt d, PetscReal h)
 {
   const PetscReal lower = grid->lower[d], upper = grid->upper[d], length = upper - lower;
   const PetscReal most = 1e9, n = PetscFloorReal(length / h + 0.5);
@@ -23,7 +23,6 @@ static void SetAxis(MPMGrid *grid, MPMOptions o, PetscInt d, PetscReal h, PetscR
   if (MPMOptionsError(o)) return;
   if (h > 0) grid->cells[d] = (PetscInt)n;
   grid->h[d] = length / grid->cells[d];
-  *nodes *= grid->cells[d] + 1.0;
   if (!(lower + grid->h[d] > lower && upper - grid->h[d] < upper))
     MPMOptionsFail(o, "-grid_cells: cells of %g m vanish beside the coordinates, %g to %g", (double)grid->h[d],
                    (double)lower, (double)upper);
@@ -33,7 +32,7 @@ static PetscErrorCode ReadGrid(MPM mpm, MPMOptions o)
 {
   MPMGrid  *grid = &mpm->grid;
   PetscBool by_cells, by_h;
-  PetscReal h[3] = {0}, nodes = 1;
+  PetscReal h[3] = {0};
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < 3; d++) grid->h[d] = 1;
@@ -43,9 +42,7 @@ static PetscErrorCode ReadGrid(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsReals(o, "grid_h", NULL, h, &by_h));
   if (by_cells && by_h) MPMOptionsFail(o, "-grid_cells and -grid_h exclude each other");
   if (!by_cells && !by_h) MPMOptionsFail(o, "-grid_cells is required (number of cells), or -grid_h");
-  for (PetscInt d = 0; d < grid->dim && !MPMOptionsError(o); d++) SetAxis(grid, o, d, h[d], &nodes);
-  if (nodes * MPM_SUM_NC(3) > (PetscReal)PETSC_MAX_INT)
-    MPMOptionsFail(o, "-grid_cells: %g nodes are more than this PETSc can number", (double)nodes);
+  for (PetscInt d = 0; d < grid->dim && !MPMOptionsError(o); d++) SetAxis(grid, o, d, h[d]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

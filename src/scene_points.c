@@ -220,13 +220,13 @@ PetscErrorCode MPMSceneCountPoints(MPM mpm, MPMOptions o)
   MPMScene      *scene  = &mpm->scene;
   const PetscInt dim    = mpm->grid.dim;
   PetscInt64     total  = 0;
-  PetscReal      places = 0, nodes = 1;
+  PetscReal      places = 0;
   PetscMPIInt    size;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
-  for (PetscInt d = 0; d < dim; d++) nodes *= mpm->grid.cells[d] + 1.0;
-  CheckMemory(o, "nodes of the grid", nodes, (PetscReal)(MPM_SUM_NC(dim) + MPM_VEL_NC(dim)) * sizeof(PetscReal), size);
+  CheckMemory(o, "nodes of the grid", MPMGridNodes(&mpm->grid, mpm->basis),
+              (PetscReal)(MPM_SUM_NC(dim) + MPM_VEL_NC(dim)) * sizeof(PetscReal), size);
   PetscCall(PetscCalloc1(scene->nbodies, &scene->kinds));
   for (PetscInt k = 0; k < scene->nbodies && !MPMOptionsError(o); k++) {
     MPMBody *b = &scene->bodies[k];

@@ -1,8 +1,12 @@
-"""Every options/*.opts: says what to look at and which method it takes, has its picture in docs/scenes.md, passes -dry_run,
-runs, and its history is finite. Programs of gcc and clang give the same bits alone and on 3 processes, spatial and pool.
-Scenes whose solution is known stay within a limit of it.
+"""Scenes of options/, in two parts.
 
-usage: test_scenes.py PEBBLE SOURCE MPIEXEC [WORK]     (WORK: folder for the files, default the current one)
+files   Every options/*.opts: says what to look at and which method it takes, has its picture in docs/scenes.md, passes
+        -dry_run, runs, and its history is finite. Programs of gcc and clang give the same bits alone and on 3 processes,
+        spatial and pool. Scenes whose solution is known stay within a limit of it.
+lanes   A few scenes of all dimensions, bases, updates and laws: the same bits with vectors of 8, 4 and 2 points, of
+        programs that are compiled with -O3, the default, and with -O2, alone and on 2 processes.
+
+usage: test_scenes.py PEBBLE SOURCE MPIEXEC files|lanes [WORK]     (WORK: folder for the files, default the current one)
 """
 import csv
 import glob
@@ -20,6 +24,18 @@ EXPECTED = ("bar cantilever column dambreak dambreak3d disks disks3d drop fricti
 POINT_STEPS, STEPS = 200000, 200  # of the comparisons: at most so much work, and so many steps
 # Largest rms error of the displacement at the end of the run, as a part of its rms; a quarter above what is measured.
 ERRORS = {"mms": 0.007, "ring": 0.012, "shear": 0.003, "vortex": 0.021}
+# Of the part lanes: scene, what is different from its file, most steps.
+LANES = [
+    ("bar", "", 100),
+    ("disks", "", 300),  # all of it: they meet late
+    ("column", "", 100),
+    ("shear", "", 50),
+    ("mms", "", 50),
+    ("dambreak", "-method_basis bspline3 -method_update usl -method_transfer apic", 50),
+    ("dambreak3d", "-method_basis bspline3 -method_transfer xpic -method_order 3", 10),
+    ("disks3d", "-method_basis gimp -method_update usl -body_ball1_velocity 0.3*z,0.1,x*y", 10),
+    ("taylor", "", 20),
+]
 failures = 0
 
 
@@ -36,13 +52,13 @@ def run(*command):
     return result.returncode, result.stdout
 
 
-def build(source, work, compiler):
-    """The program by this compiler, in a folder of its own."""
-    folder = os.path.abspath(os.path.join(work, "build_" + compiler))
+def build(source, work, compiler, flags=""):
+    """The program by this compiler, in a folder of its own; flags are added to the default ones."""
+    folder = os.path.abspath(os.path.join(work, "build_" + compiler + flags))
     program = os.path.join(folder, "pebble")
-    status, said = run("make", "-j2", "-C", source, f"CC={compiler}", f"BUILD={folder}", f"PEBBLE={program}", program)
+    status, said = run("make", "-j2", "-C", source, f"CC={compiler}", f"CFLAGS={flags}", f"BUILD={folder}", f"PEBBLE={program}", program)
     if status or not os.path.exists(program):
-        sys.exit(f"{said}\nFAIL: no program by {compiler}")
+        sys.exit(f"{said}\nFAIL: no program by {compiler} {flags}")
     return program
 
 
@@ -115,7 +131,42 @@ def check_error(pebble, scene, work):
     check(status == 0 and part <= ERRORS[name], f"{name}: rms error {part:.3g} of the displacement, allowed {ERRORS[name]}")
 
 
-def main(pebble, source, mpiexec, work="."):
+def lanes_run(program, source, work, lanes, n, mpiexec, scene, options, steps, strategy="spatial"):
+    """Digest of a run with vectors of at most so many points, and how many they had."""
+    command = ["env", f"PEBBLE_VECTOR={lanes}", program, "-options_file", os.path.join(source, "options", scene + ".opts"), *options.split(),
+               "-time_max_steps", str(steps), "-output_format", "none", "-output_dir", work, "-parallel_strategy", strategy]
+    status, said, err = mpi.run(n, command, mpiexec=mpiexec)
+    found, used = (re.search(pattern, said, re.M) for pattern in (r"^digest +([0-9a-f]{16})$", r"^kernels .* (\d) lanes$"))
+    if status or not found or not used:
+        print(said, err)
+    return (found.group(1), int(used.group(1))) if found and used and not status else (f"none, exit status {status}", 0)
+
+
+def check_lanes(pebble, source, mpiexec, work="."):
+    programs = {"-O3": pebble, "-O2": build(source, work, compiler_of(pebble) or "gcc", "-O2")}
+    jobs = [(level, lanes, 1, *row) for row in LANES for level in programs for lanes in (8, 4, 2)]
+    for k, row in enumerate(LANES):  # -O2 with each width and strategy by turns
+        jobs += [("-O3", lanes, 2, *row) for lanes in (8, 4, 2)] + [("-O2", (8, 4, 2)[k % 3], 2, *row, ("pool", "spatial")[k % 2])]
+
+    def result(job):
+        level, lanes, n, *row = job
+        return lanes_run(programs[level], source, os.path.join(work, f"{level}{lanes}"), lanes, n, mpiexec, *row)
+
+    alone = [job for job in jobs if job[2] == 1]
+    with ThreadPoolExecutor(2) as pool:
+        results = dict(zip(alone, pool.map(result, alone)))
+    results.update((job, result(job)) for job in jobs if job[2] > 1)
+    for row in LANES:
+        want, most = results["-O3", 8, 1, *row]  # most: what the processor has
+        check(not want.startswith("none"), f"{' '.join(row[:2]).strip()}: digest {want} with {most} lanes")
+        for (level, lanes, n, *its), (found, used) in results.items():
+            if tuple(its[:3]) == row:
+                check(found == want and used == min(lanes, most), f"{row[0]}: {level}, {used} lanes, on {', '.join([str(n), *its[3:]])}: digest {found}")
+    if failures:
+        sys.exit(f"FAIL: {failures} checks")
+
+
+def check_files(pebble, source, mpiexec, work="."):
     scenes = sorted(glob.glob(os.path.join(source, "options", "*.opts")))
     names = [name_of(scene) for scene in scenes]
     check(set(EXPECTED) <= set(names), f"{len(scenes)} scenes{'; missing: ' + ' '.join(set(EXPECTED) - set(names)) if set(EXPECTED) - set(names) else ''}")
@@ -150,6 +201,7 @@ def main(pebble, source, mpiexec, work="."):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) not in (4, 5):
+    parts = {"files": check_files, "lanes": check_lanes}
+    if len(sys.argv) not in (5, 6) or sys.argv[4] not in parts:
         sys.exit(__doc__)
-    main(*sys.argv[1:])
+    parts[sys.argv[4]](*sys.argv[1:4], *sys.argv[5:])

@@ -13,7 +13,7 @@ static MPMStatus Random(PetscInt64 id)
   s.moved = UnitInt(1000);
   s.left  = UnitInt(1000);
   s.n     = UnitInt(1000);
-  s.ids   = (PetscInt64)UnitBits(); /* a sum of hashes, modulo 2^64 */
+  s.ids   = (PetscInt64)UnitBits(); /* a sum, modulo 2^64 */
   if (UnitInt(2)) {
     s.bad = (MPMBad)(1 + UnitInt(MPM_NUM_BAD - 1));
     s.id  = id;
