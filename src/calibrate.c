@@ -68,7 +68,8 @@ PetscErrorCode MPMModelLoad(MPM mpm, char wrong[], size_t len)
   MPMModel  m    = mpm->model;
   FILE     *file = fopen(mpm->model_file, "r");
   char      line[2 * MPM_TEXT_LEN], method[MPM_TEXT_LEN], name[MPM_NAME_LEN];
-  PetscBool fits = PETSC_FALSE;
+  PetscBool fits  = PETSC_FALSE;
+  int       found = 0, wanted = 0;
 
   PetscFunctionBeginUser;
   if (!file) PetscFunctionReturn(PETSC_SUCCESS);
@@ -88,16 +89,20 @@ PetscErrorCode MPMModelLoad(MPM mpm, char wrong[], size_t len)
       if (!(v[k] >= 0 && v[k] < PETSC_MAX_REAL)) fits = PETSC_FALSE;
     if (sscanf(line, "%63s %lf", name, v) == 2) {
 #define MPM_READ(entry)                                                                                                \
-  if (!strcmp(name, #entry)) m.entry = v[0];
+  if (!strcmp(name, #entry)) m.entry = v[0], found++;
       MPM_MODEL_NUMBERS(MPM_READ)
 #undef MPM_READ
     }
   }
+#define MPM_COUNT(entry) wanted++;
+  MPM_MODEL_NUMBERS(MPM_COUNT)
+#undef MPM_COUNT
   (void)fclose(file);
-  if (fits)
+  if (fits && found == wanted)
     mpm->model = m;
   else
-    (void)snprintf(wrong, len, "%s is of another method or of other points: not used", mpm->model_file);
+    (void)snprintf(wrong, len, "%s is of another method, of other points or of another version: not used",
+                   mpm->model_file);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -426,12 +431,13 @@ static PetscErrorCode FitExchange(MPM scene)
       for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) predicted[k] += mpm->predicted[e];
     }
     PetscCall(MPMRun(mpm));
-    step = mpm->step ? mpm->wall_steps / (PetscReal)mpm->step : 0;
+    step = mpm->step ? mpm->wall_steps / (PetscReal)mpm->step : PETSC_MAX_REAL;
     PetscCall(Slowest(scene->comm, &step));
     PetscCall(MPMDestroy(&mpm));
     least = PetscMin(least, step);
   }
-  if (predicted[1] > predicted[0]) m->exchange = PetscMax(0, (least - predicted[0]) / (predicted[1] - predicted[0]));
+  if (least < PETSC_MAX_REAL && predicted[1] > predicted[0])
+    m->exchange = PetscMax(0, (least - predicted[0]) / (predicted[1] - predicted[0]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

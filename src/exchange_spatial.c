@@ -95,7 +95,7 @@ static void Progress(void *ctx)
   MPMSpatial *s = (MPMSpatial *)ctx;
   int         done;
 
-  (void)MPI_Testall(s->nfrom + s->nto, s->request, &done, MPI_STATUSES_IGNORE);
+  if (s->fault == MPI_SUCCESS) s->fault = MPI_Testall(s->nfrom + s->nto, s->request, &done, MPI_STATUSES_IGNORE);
 }
 
 /* Begins to send the sums of tiles at upper sides, makes those of late tiles meanwhile, and receives those of the tiles
@@ -130,7 +130,7 @@ static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phas
     at += bytes;
   }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
-  patch->meanwhile = Progress;
+  patch->meanwhile = mpm->path.on ? NULL : Progress; /* which would count as work */
   patch->ctx       = s;
   PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_LATE));
   PetscCallMPI(MPI_Waitall(s->nfrom, s->request, MPI_STATUSES_IGNORE));
@@ -154,9 +154,10 @@ static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
     MPMTilesWrap(&mpm->exchange.patch);
   }
   PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_OPEN));
-  if (mpm->exchange.patch.meanwhile) { /* sums are under way, since receivers may be at late tiles yet */
-    PetscCallMPI(MPI_Waitall(s->nto, s->request + s->nfrom, MPI_STATUSES_IGNORE));
+  if (phase->kind == MPM_POINTS_TO_NODES && !mpm->exchange.roundoff) { /* not before: receivers may be at late tiles */
     mpm->exchange.patch.meanwhile = NULL;
+    PetscCallMPI(s->fault);
+    PetscCallMPI(MPI_Waitall(s->nto, s->request + s->nfrom, MPI_STATUSES_IGNORE));
   }
   if (phase->kind == MPM_POINTS_TO_NODES && mpm->exchange.roundoff) PetscCall(AddPartialSums(mpm, s));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -22,6 +22,7 @@ typedef struct {
   int          nto, nfrom;
   MPMNeighbour to[MPM_MAX_NEIGHBOURS], from[MPM_MAX_NEIGHBOURS];
   MPI_Request  request[2 * MPM_MAX_NEIGHBOURS]; /* sums that come, sums that go */
+  int          fault;                           /* what MPI said while points were summed */
   PetscSF      ghosts;                          /* of node values */
   MPI_Datatype vel_type;
   char        *out, *in; /* messages */

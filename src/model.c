@@ -376,7 +376,10 @@ PetscErrorCode MPMModelView(MPM mpm)
   s.ghosts = s.neighbours = s.crossing = 0;
   s.processes                          = 1;
   serial                               = Step(mpm, &s);
-  PetscCall(MPMPrint(mpm, "model      constants %s\n", mpm->model.from));
+  PetscCall(MPMPrint(mpm, "model      constants %s\n  phase         s/step, on as many processes as here\n",
+                     mpm->model.from));
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
+    if (mpm->predicted[e] > 0) PetscCall(MPMPrint(mpm, "  %-12s %8.3g\n", MPMTimerName(e), (double)mpm->predicted[e]));
   PetscCall(
       MPMPrint(mpm, "  processes   spatial s/step  speed-up  efficiency  imbalance      pool s/step  speed-up\n"));
   PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, &h));

@@ -26,7 +26,7 @@
 #define MPM_NAME_LEN  64
 #define MPM_TEXT_LEN  2048
 #define MPM_STAGED    64 /* points that a transfer stages at a time: its scratch stays in L1 */
-#define MPM_MEANWHILE 32 /* blocks of so many points between calls of what else must get on */
+#define MPM_MEANWHILE 32 /* blocks of points between calls of what else must get on */
 #define MPM_BLOCK     72 /* the length of its rows: room for the widest vector past the last point */
 #define MPM_LINE      64 /* bytes of a line of the cache */
 #define MPM_STRESS_NC 6  /* components of a symmetric tensor: xx xy xz yy yz zz */
@@ -252,8 +252,8 @@ typedef struct {
 } MPMRange;
 
 /* Which tiles a sweep of points to nodes is for. MPM_TILES_EARLY: those whose sums another process needs, or which are
-   needed across a periodic face before their turn; all in the pool. MPM_TILES_LATE: the others where sums of other
-   processes have to come first, so that these need not be waited for. MPM_TILES_OPEN: all others; and the sums of all
+   needed across a periodic face before their turn; all in the pool. MPM_TILES_LATE: where sums of other processes
+   have to come first, others of the first rows, so that these need not be waited for. MPM_TILES_OPEN: all others; and the sums of all
    are added to the nodes. Sums of early and late tiles are kept. */
 typedef enum { MPM_TILES_OPEN, MPM_TILES_EARLY, MPM_TILES_LATE, MPM_NUM_TURNS } MPMTurns;
 

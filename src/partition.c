@@ -217,17 +217,18 @@ static PetscReal Surface(const MPMHistogram *h, const PetscInt p[3])
   return s;
 }
 
-/* Cuts are dearer than the model says, by at most this where they are across x, and across y: points run along x first
-   and z last, and the tiles at such a cut, whose sums are kept, have short runs of them. Across x the step on two
-   processes was 3 (linear, 2-D) to 9 % (quadratic, 3-D) longer than across the last axis. */
+/* How much dearer than the model says cuts across x, and across y, count: points run along x first and z last, and the
+   tiles at such a cut, whose sums are kept, have short runs of them. On two processes a cut across x made the step 3
+   (linear, 2-D) to 9 % (quadratic, 3-D) longer than one across the last axis; it counts less, lest balance suffer. */
 static PetscReal Across(const PetscInt p[3])
 {
   return 1 + 0.04 * (1 - 1 / (PetscReal)p[0]) + 0.01 * (1 - 1 / (PetscReal)p[1]);
 }
 
 /* Chooses the partition for `size` processes: MPM_BALANCE_NONE the most compact process grid with equal parts, else the
-   smallest predicted step over all process grids. All processes with the same histogram choose the same. Fails with
-   PETSC_ERR_ARG_SIZ if none fits (callers ask MPMPartitionLargest first). Not collective.                            */
+   smallest predicted step over all process grids, cuts across x and y made dearer. All processes with the same
+   histogram choose the same. Fails with PETSC_ERR_ARG_SIZ if none fits (callers ask MPMPartitionLargest first). Not
+   collective.                            */
 PetscErrorCode MPMPartitionChoose(const MPMHistogram *h, PetscMPIInt size, MPMBalance balance, MPMPartition *best)
 {
   MPMPartition trial  = {.costs = best->costs};
@@ -246,7 +247,7 @@ PetscErrorCode MPMPartitionChoose(const MPMHistogram *h, PetscMPIInt size, MPMBa
       if (trial.p[0] * trial.p[1] * trial.p[2] != size || !Fits(h, trial.p)) continue;
       for (PetscInt d = 0; d < 3; d++) CutAxis(h, d, balance == MPM_BALANCE_NONE ? PETSC_FALSE : PETSC_TRUE, &trial);
       trial.predicted = MPMPartitionCost(h, &trial);
-      cost            = (balance == MPM_BALANCE_NONE ? Surface(h, trial.p) : trial.predicted) * Across(trial.p);
+      cost            = balance == MPM_BALANCE_NONE ? Surface(h, trial.p) : trial.predicted * Across(trial.p);
       if (cost >= lowest) continue;
       lowest          = cost;
       best->predicted = trial.predicted;

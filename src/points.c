@@ -44,8 +44,8 @@ PetscInt MPMPointsBytes(const MPMPoints *points, MPMHome most)
   return bytes;
 }
 
-/* Bytes of memory that a point takes here: its fields, those that every swarm has (number and process), and the orders
-   of now and of before. */
+/* Bytes of memory that a point takes here: its fields, those that every swarm has (number and process), the orders of
+   now and of before, and the copy that is made of it while the storage is put in order. */
 PetscInt MPMPointsMemory(const MPMPoints *points)
 {
   return MPMPointsBytes(points, MPM_SCRATCH) + (PetscInt)(sizeof(PetscInt64) + 3 * sizeof(PetscInt)) + MPM_COLUMN;

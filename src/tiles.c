@@ -3,7 +3,8 @@
 #include "tiles.h"
 
 /* So many bytes of sums of late tiles, besides half as many tiles again as came from others: enough to hide their
-   sums and their messages. No more, since open tiles are summed in scratch, late ones mostly beyond the cache. */
+   sums and their messages. Not many more, since open tiles are summed in scratch, late ones mostly beyond the cache;
+   but whole rows of tiles, so in 1-D all. */
 #define LATE_BYTES 262144
 
 /* Nodes, or cells, of tile `tile` of axis d of the grid; on a periodic axis tiles go on beyond the first. *start: its
@@ -75,7 +76,8 @@ PetscErrorCode MPMTilesSetUp(MPMPatch *patch, PetscBool alone)
       box->to   = PetscMin(box->end, last - start);
     }
   }
-  rows = t->n[1] * t->n[2];
+  rows      = t->n[1] * t->n[2];
+  t->nearly = t->nown = t->nslots = 0;
   PetscCall(PetscMalloc1(t->n[0] * rows, &t->slot));
   t->waits = PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++)

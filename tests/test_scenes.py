@@ -56,7 +56,8 @@ def build(source, work, compiler, flags=""):
     """The program by this compiler, in a folder of its own; flags are added to the default ones."""
     folder = os.path.abspath(os.path.join(work, "build_" + compiler + flags))
     program = os.path.join(folder, "pebble")
-    status, said = run("make", "-j2", "-C", source, f"CC={compiler}", f"CFLAGS={flags}", f"BUILD={folder}", f"PEBBLE={program}", program)
+    status, said = run("make", "-j2", "-C", source, f"CC={compiler}", f"CFLAGS={flags}",
+                       *([f"fuse={flags} -ffp-contract=fast"] if flags else []), f"BUILD={folder}", f"PEBBLE={program}", program)
     if status or not os.path.exists(program):
         sys.exit(f"{said}\nFAIL: no program by {compiler} {flags}")
     return program

@@ -248,8 +248,8 @@ def load(path):
     return model
 
 
-def save(model, path, like):
-    """Writes a calibration's file `like` with the rates and numbers of this model."""
+def save(model, path, like, lanes=None):
+    """Writes a calibration's file `like` with the rates and numbers of this model; as if of so many lanes."""
     with open(like) as f:
         text = f.read()
 
@@ -258,6 +258,8 @@ def save(model, path, like):
         return f"rate {found[1]} {r.call:.8g} {r.size[0]:g} {r.each[0]:.8g} {r.size[1]:g} {r.each[1]:.8g} # {found[2]}:"
 
     text = re.sub(r"^rate (\d+) [^#\n]*# (\w+):", rate, text, flags=re.M)
+    if lanes:
+        text = re.sub(r"^(method \d-D:\d+:\d+:)\d+", rf"\g<1>{lanes}", text, flags=re.M)
     for name, value in model.numbers.items():
         text = re.sub(rf"^{re.escape(name)} .*$", f"{name} {value:.8g}", text, flags=re.M)
     with open(path, "w") as f:
@@ -284,6 +286,8 @@ def parse(text):
             out["speed"], out["dt"] = float(m[1]), float(m[2])
         if m := re.search(r"(\d+) particles", line):
             out.setdefault("points", int(m[1]))
+        if m := re.match(r"kernels .* (\d+) lanes", line):
+            out["lanes"] = int(m[1])
         if m := re.match(r"model +constants (.*)", line):
             out["constants"] = m[1]
     return out

@@ -223,7 +223,7 @@ def count(args, results):
 # ---- Validation
 
 def validation(args, results):
-    print("\nmeasured over predicted, every scene of options/, as it is\n  scene       particles processes    ms/step"
+    print("\npredicted over measured, every scene of options/, as it is\n  scene       particles processes    ms/step"
           "  predicted  ratio  critical path  ratio")
     for path in sorted(glob.glob(os.path.join(runs.ROOT, "options", "*.opts"))):
         name, options = os.path.basename(path)[:-5], ["-options_file", path]
@@ -231,7 +231,7 @@ def validation(args, results):
             tries = {1: [], 2: []}
             for _ in range(2):
                 model = runs.calibrate(args, f"scene-{name}", 2, options)
-                for _ in range(args.repeats):
+                for _ in range(2 * args.repeats):
                     for p in tries:  # in turns: reading the processor's clock takes a part of the steps of small scenes
                         tries[p].append([Run(args, options, p, "spatial", "direct", args.validation_steps, model, False, path)
                                          for path in (False, True)])
@@ -241,10 +241,10 @@ def validation(args, results):
                 results.validation.append(dict(
                     scene=name, dim=dimension(path), particles=run.particles, processes=p, steps=run.steps,
                     repeats=len(pairs), seconds_per_step=number(run.seconds), predicted=number(predicted),
-                    ratio=number(run.seconds / predicted), critical_path=number(slowest),
-                    critical_path_ratio=number(slowest / predicted)))
+                    ratio=number(predicted / run.seconds), critical_path=number(slowest),
+                    critical_path_ratio=number(predicted / slowest)))
                 print(f"  {name:12s}{run.particles:9d} {p:9d}  {1e3 * run.seconds:9.4f}  {1e3 * predicted:9.4f}  "
-                      f"{run.seconds / predicted:5.2f}      {1e3 * slowest:9.4f}  {slowest / predicted:5.2f}", flush=True)
+                      f"{predicted / run.seconds:5.2f}      {1e3 * slowest:9.4f}  {predicted / slowest:5.2f}", flush=True)
         except Failed as failure:
             results.problem(f"validation: {name}: {failure}")
     for column in ("ratio", "critical_path_ratio"):
@@ -286,7 +286,7 @@ bytes are counted to six digits.
 
 **validation.csv**: of the scenes of options/ as they are, for their first steps: the step measured (least of the repeats, as
 the constants are), predicted (the lesser of two calibrations, before the first and before the last half of the repeats), and
-their ratio; and the same of the critical path, which hardly depends on what else the machine does but leaves out what lies
+the second over the first; and the same of the critical path, which hardly depends on what else the machine does but leaves out what lies
 between the phases.
 """
 
