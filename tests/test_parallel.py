@@ -245,7 +245,7 @@ def part_migration(source, counts):
     for dim, updates in ((2, ("musl", "usf")), (3, ("musl",)), (1, ("usf",))):
         scene = flight(dim)
         for update in updates:
-            n = 7 if dim == 2 else 4 # too many for strips along the motion, which would stay balanced
+            n = 4 if dim == 1 else 7 # too many for strips along the motion, which would stay balanced
             variants = [(n, "-parallel_migrate", migrate, "-parallel_balance", balance) for migrate in ("swarm", "direct") for balance in ("none", "start", "auto")]
             if update != "musl" or dim != 2:
                 variants = [variants[k] for k in (1, 2, 5)]
