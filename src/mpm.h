@@ -253,8 +253,8 @@ typedef struct {
 
 /* Which tiles a sweep of points to nodes is for. MPM_TILES_EARLY: those whose sums another process needs, or which are
    needed across a periodic face before their turn; all in the pool. MPM_TILES_LATE: where sums of other processes
-   have to come first, others of the first rows, so that these need not be waited for. MPM_TILES_OPEN: all others; and the sums of all
-   are added to the nodes. Sums of early and late tiles are kept. */
+   have to come first, others of the first rows, so that these need not be waited for. MPM_TILES_OPEN: all others; and
+   the sums of all are added to the nodes. Sums of early and late tiles are kept. */
 typedef enum { MPM_TILES_OPEN, MPM_TILES_EARLY, MPM_TILES_LATE, MPM_NUM_TURNS } MPMTurns;
 
 /* What the table of tiles says of one: which sums are kept (>= 0), it has points, or none. */

@@ -479,7 +479,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   const size_t       size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
   const MPMRange    *runs = t->runs[turn], *end = runs + t->nruns[turn];
   MPMBegun           begun = {{{0}}, NULL};
-  PetscInt           done = 0, blocks = 0; /* rows of tiles */
+  PetscInt           done = 0, blocks = 0; /* rows of tiles; blocks of points */
   PetscReal         *place[MPM_STAGED];
   MPMBlockOrder      o;
   MPMStencils        s;
