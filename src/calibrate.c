@@ -332,7 +332,7 @@ static PetscErrorCode TimeCopy(MPMModel *m)
 /* --- Migration ---------------------------------------------------------------------------------------- */
 
 typedef struct {
-  PetscReal points, migration[2]; /* s: by swarm and direct */
+  PetscReal points, neighbours, migration[2]; /* s: by swarm and direct */
 } Trial;
 
 static PetscErrorCode Slowest(MPI_Comm comm, PetscReal *seconds)
@@ -361,6 +361,8 @@ static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
   s = (MPMSpatial *)mpm->exchange.ctx;
   PetscCall(MPMModelShare(mpm, &share));
   trial->points       = share.points;
+  trial->neighbours   = share.neighbours;
+  mpm->status.hops    = 1; /* all messages, of no points */
   trial->migration[0] = trial->migration[1] = PETSC_MAX_REAL;
   for (int repeat = 0; repeat < 30; repeat++)
     for (int way = 0; way < 2; way++) {
@@ -373,6 +375,7 @@ static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
       trial->migration[way] = PetscMin(trial->migration[way], t1 - t0);
     }
   PetscCall(Slowest(scene->comm, &trial->points));
+  PetscCall(Slowest(scene->comm, &trial->neighbours));
   PetscCall(Slowest(scene->comm, &trial->migration[0]));
   PetscCall(Slowest(scene->comm, &trial->migration[1]));
   PetscCall(MPMDestroy(&mpm));
@@ -391,13 +394,13 @@ static PetscErrorCode FitMigration(MPM scene)
   PetscCall(TimeMigration(scene, 2e3, &a));
   PetscCall(TimeMigration(scene, 5e4, &b));
   if (a.points == 0 || b.points == 0) PetscFunctionReturn(PETSC_SUCCESS); /* no such cut: rough constants stay */
-  stages = PetscCeilReal(PetscLog2Real((PetscReal)size));
   for (int way = 0; way < 2; way++) {
     MPMMigration *g = &m->migration[way];
 
     g->point   = PetscMax(0, (b.migration[way] - a.migration[way]) / (b.points - a.points));
-    g->stage   = (way ? 2 : 24) * m->reduction;
+    g->stage   = way ? m->message + m->post : 24 * m->reduction;
     g->process = way ? 0 : 80 * m->wire;
+    stages     = way ? PetscLog2Real(1 + a.neighbours) : PetscCeilReal(PetscLog2Real((PetscReal)size));
     g->call    = PetscMax(0, a.migration[way] - a.points * g->point - g->stage * stages - g->process * size);
   }
   PetscFunctionReturn(PETSC_SUCCESS);

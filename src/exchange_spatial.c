@@ -183,6 +183,8 @@ static PetscErrorCode Reduce_Spatial(MPM mpm, MPMStatus *status)
   MPMSpatial *s = (MPMSpatial *)mpm->exchange.ctx;
 
   PetscFunctionBeginUser;
+  PetscCall(MPMMigrateForget(s));
+  if (status->left && status->bad == MPM_OK) PetscCall(MPMMigrateList(mpm, s, &status->hops));
   status->n = status->most = mpm->points.n;
   status->ids              = s->ids;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, status, 1, s->status_type, s->status_op, s->comm));
@@ -231,9 +233,13 @@ static PetscErrorCode Recut(MPM mpm)
     mpm->status.left = mpm->status.moved = 1;  /* on every process: all migrate and sort */
     mpm->points.nmovers                  = -1; /* all have other cells */
     ex->recuts++;
-  } else
+    PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+    PetscCall(MPMMigrateList(mpm, s, &mpm->status.hops));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mpm->status.hops, 1, MPIU_INT64, MPI_MAX, s->comm));
+  } else {
     PetscCall(MPMPartitionDestroy(&part));
-  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+    PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+  }
   PetscCall(MPMHistogramDestroy(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -274,7 +280,6 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
   if (!anew && mpm->status.left) { /* of any process: all migrate or none */
     PetscCall(MPMSettlingBegin(mpm, MPM_TIMER_MIGRATE));
     PetscCall(ex->direct ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
-    PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
     PetscCall(MPMSettlingEnd(mpm, MPM_TIMER_MIGRATE));
   }
   if (anew) {
@@ -296,6 +301,7 @@ static PetscErrorCode Finish_Spatial(MPM mpm)
   PetscFunctionBeginUser;
   PetscCall(MPMSpatialTearDown(mpm));
   PetscCall(MPMPartitionDestroy(&mpm->exchange.partition));
+  PetscCall(MPMMigrateForget(s));
   PetscCall(PetscFree(s->out));
   PetscCall(PetscFree(s->in));
   PetscCallMPI(MPI_Op_free(&s->status_op));

@@ -197,6 +197,7 @@ typedef struct {
   PetscInt64 moved;       /* points that changed cell */
   PetscInt64 interrupted; /* has a signal asked the run to end? */
   PetscInt64 left;        /* points that left the patch */
+  PetscInt64 hops;        /* patches that the farthest of these has to go along an axis */
   PetscInt64 most;        /* points of the process that has most */
   PetscInt64 n, ids;      /* points there are, and their fingerprint: none may get lost or doubled on the way */
 } MPMStatus;
@@ -359,6 +360,7 @@ PetscErrorCode MPMPointsLeavers(MPMPoints *, PetscInt *n, PetscInt **which);
 PetscErrorCode MPMPointsSort(MPMPoints *, const MPMPatch *);
 PetscErrorCode MPMPointsLocate(MPMPoints *, const MPMPatch *, const MPMKind *);
 PetscErrorCode MPMPointsFingerprint(MPMPoints *, PetscInt64 *ids);
+uint64_t       MPMPointMark(PetscInt64 id); /* of one point */
 PetscErrorCode MPMPointsCheck(MPMPoints *, MPI_Comm, PetscInt64 n, PetscInt64 ids);
 PetscErrorCode MPMPointsDigest(MPMPoints *, MPI_Comm, PetscInt64 *digest);
 PetscErrorCode MPMPointsDestroy(MPMPoints *);
@@ -641,7 +643,8 @@ typedef struct {
   PetscReal call, size[2], each[2]; /* s, 1, s */
 } MPMRate;
 
-/* A migration takes call + stage log2(P) + process P + point n seconds for n points here and P processes. */
+/* A migration takes call + stage s + process P + point n seconds for n points here and P processes; s is log2(P) for
+   DMSwarmMigrate, and the number of axes that are cut here for direct messages. */
 typedef struct {
   PetscReal call, stage, process, point;
 } MPMMigration;

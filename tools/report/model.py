@@ -109,8 +109,9 @@ class Model:
             t[name] = self.rates.get(name, none).seconds(s.points)
         way = {k: m[f"migration[{int(self.direct)}].{k}"] for k in ("call", "stage", "process", "point")}
         chance = 1 - math.exp(-s.crossing) if s.processes > 1 else 0
+        stages = math.log2(1 + s.neighbours) if self.direct else log2(s.processes)
         t["MIGRATE"] = chance * (
-            way["call"] + way["stage"] * log2(s.processes) + way["point"] * s.points + way["process"] * s.processes
+            way["call"] + way["stage"] * stages + way["point"] * s.points + way["process"] * s.processes
         )
         t["REDUCE"] = self.rates.get("REDUCE", none).call + log2(s.processes) * m["reduction"]
         t["other"] = self.rates.get("other", none).seconds(s.points)
@@ -215,7 +216,7 @@ class Model:
             post=post,
             wire=wire,
             reduction=reduction,
-            **{"migration[0].stage": 24 * reduction, "migration[1].stage": 2 * reduction, "migration[0].process": 80 * wire},
+            **{"migration[0].stage": 24 * reduction, "migration[1].stage": message + post, "migration[0].process": 80 * wire},
         )
 
     def dearer(self, seconds):
