@@ -230,11 +230,13 @@ static PetscErrorCode Recut(MPM mpm)
       view.cell[p] = MPMOwnCell((int)dim, mpm->basis, &ex->patch, view.x + p * dim,
                                 MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), base);
     }
-    mpm->status.left = mpm->status.moved = 1;  /* on every process: all migrate and sort */
-    mpm->points.nmovers                  = -1; /* all have other cells */
+    mpm->status.moved   = 1;  /* on every process: all sort */
+    mpm->points.nmovers = -1; /* all have other cells */
     ex->recuts++;
     PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
     PetscCall(MPMMigrateList(mpm, s, &mpm->status.hops));
+    mpm->status.left = s->nleavers;
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mpm->status.left, 1, MPIU_INT64, MPI_SUM, s->comm));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mpm->status.hops, 1, MPIU_INT64, MPI_MAX, s->comm));
   } else {
     PetscCall(MPMPartitionDestroy(&part));
@@ -280,6 +282,8 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
   if (!anew && mpm->status.left) { /* of any process: all migrate or none */
     PetscCall(MPMSettlingBegin(mpm, MPM_TIMER_MIGRATE));
     PetscCall(ex->direct ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
+    ex->migrations++;
+    ex->migrants += mpm->status.left;
     PetscCall(MPMSettlingEnd(mpm, MPM_TIMER_MIGRATE));
   }
   if (anew) {

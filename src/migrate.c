@@ -239,6 +239,7 @@ PetscErrorCode MPMMigrateDirect(MPM mpm, MPMSpatial *s)
   }
   PetscCall(GetFields(pts, PETSC_TRUE, at));
   if (t.n < nsend) PetscCall(MPMPointsSetSize(pts, n + t.n - nsend));
+  MPMSimulateWork("LEAVER", 0.5 * (PetscReal)(nsend + t.n));
   PetscCall(LocateComers(mpm, s));
   PetscCall(PetscFree(t.at));
   PetscFunctionReturn(PETSC_SUCCESS);

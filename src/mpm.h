@@ -483,7 +483,9 @@ typedef struct {
   PetscInt               pool_cells; /* -pool_cells */
   void                  *farm;       /* of the pool: its master uses the rest as a run on one process does */
   MPMPartition           partition;
-  PetscInt               recuts; /* how often the grid was cut anew */
+  PetscInt               recuts;     /* how often the grid was cut anew */
+  PetscInt               migrations; /* steps in which points changed process */
+  PetscInt64             migrants;   /* how many did, in all */
   PetscReal busy, chunks, bytes; /* of the pool's master: s not spent waiting, patches handed out, bytes both ways */
   void     *ctx;
 } MPMExchange;
@@ -643,10 +645,11 @@ typedef struct {
   PetscReal call, size[2], each[2]; /* s, 1, s */
 } MPMRate;
 
-/* A migration takes call + stage s + process P + point n seconds for n points here and P processes; s is log2(P) for
-   DMSwarmMigrate, and the number of axes that are cut here for direct messages. */
+/* A migration takes call + stage s + process P + point n + leaver q seconds for n points here, of which q leave and as
+   many come, and P processes; s is log2(P) for DMSwarmMigrate, and the number of axes that are cut here for direct
+   messages. */
 typedef struct {
-  PetscReal call, stage, process, point;
+  PetscReal call, stage, process, point, leaver;
 } MPMMigration;
 
 typedef struct {

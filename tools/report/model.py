@@ -107,12 +107,12 @@ class Model:
                 t[name] = rate.seconds(s.points)
         for name in "SORT", "SETTLE":
             t[name] = self.rates.get(name, none).seconds(s.points)
-        way = {k: m[f"migration[{int(self.direct)}].{k}"] for k in ("call", "stage", "process", "point")}
+        way = {k: m[f"migration[{int(self.direct)}].{k}"] for k in ("call", "stage", "process", "point", "leaver")}
         chance = 1 - math.exp(-s.crossing) if s.processes > 1 else 0
         stages = math.log2(1 + s.neighbours) if self.direct else log2(s.processes)
         t["MIGRATE"] = chance * (
             way["call"] + way["stage"] * stages + way["point"] * s.points + way["process"] * s.processes
-        )
+        ) + way["leaver"] * s.crossing / s.processes
         t["REDUCE"] = self.rates.get("REDUCE", none).call + log2(s.processes) * m["reduction"]
         t["other"] = self.rates.get("other", none).seconds(s.points)
         return t
