@@ -92,10 +92,13 @@ static void ZeroSums(MPMPatch *patch, PetscInt parts)
    large messages above all, make the receiver wait until the sender has summed its points, or the other way round. */
 static void Progress(void *ctx)
 {
-  MPMSpatial *s = (MPMSpatial *)ctx;
+  MPM         mpm = (MPM)ctx;
+  MPMSpatial *s   = (MPMSpatial *)mpm->exchange.ctx;
   int         done;
 
+  MPMWorkPause(mpm);
   if (s->fault == MPI_SUCCESS) s->fault = MPI_Testall(s->nfrom + s->nto, s->request, &done, MPI_STATUSES_IGNORE);
+  MPMWorkResume(mpm);
 }
 
 /* Begins to send the sums of tiles at upper sides, makes those of late tiles meanwhile, and receives those of the tiles
@@ -131,7 +134,7 @@ static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phas
   }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
   patch->meanwhile = Progress;
-  patch->ctx       = s;
+  patch->ctx       = mpm;
   PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_LATE));
   PetscCallMPI(MPI_Waitall(s->nfrom, s->request, MPI_STATUSES_IGNORE));
   MPMWorkBegin(mpm);

@@ -668,12 +668,14 @@ typedef struct {
   PetscBool on;    /* -report_path */
   PetscBool clock; /* timers read processor time */
   PetscInt  row, capacity;
-  PetscReal start, *seconds;          /* [row+1][MPM_MAX_TIMERS] s of processor time, here */
+  PetscReal start, paused, *seconds;  /* [row+1][MPM_MAX_TIMERS] s of processor time, here */
   PetscReal messages[MPM_MAX_TIMERS]; /* s a step, by the model, of the process that sends most */
 } MPMPath;
 PetscErrorCode MPMClock(MPM, PetscLogDouble *);
 void           MPMWorkBegin(MPM);
 void           MPMWorkEnd(MPM, PetscInt timer);
+void           MPMWorkPause(MPM);
+void           MPMWorkResume(MPM);
 PetscErrorCode MPMWorkStep(MPM);
 PetscErrorCode MPMWorkView(MPM);
 

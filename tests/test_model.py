@@ -100,6 +100,9 @@ for row in table:
 for n in (3, 5):  # which count the points in parts
     check(f"{n} processes predict the same", [line.split() for line in run("-dry_run", "-parallel_migrate", "direct", n=n).splitlines()
                                               if re.match(r"^ +\d+ +[\d.e+-]+ +[\d.]+ ", line)] == table)
+for n in (3, 5):  # which count the points in parts
+    check(f"{n} processes predict the same", [line.split() for line in run("-dry_run", "-parallel_migrate", "direct", n=n).splitlines()
+                                              if re.match(r"^ +\d+ +[\d.e+-]+ +[\d.]+ ", line)] == table)
 for n in (2, 4):
     shown = re.search(r"max/mean ([\d.]+)", run("-dry_run", n=n)).group(1)
     check(f"the imbalance predicted for {n} is that on {n}", float(table[int(math.log2(n))][4]) == float(shown))
