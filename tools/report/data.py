@@ -60,7 +60,7 @@ class Data:
         out = []
         for path in self.need("scaling/*.csv", "`make scaling`"):
             for row in rows(path):
-                if "study" in row and "strategy" in row and row.get("processes") and row["class"] != "oversubscribed":
+                if "study" in row and row.get("class", "oversubscribed") != "oversubscribed" and row.get("processes"):
                     row["class"] = evidence(row["class"])
                     out.append(row)
         if not out:
