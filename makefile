@@ -133,7 +133,7 @@ scaling: $(PEBBLE) ## how it scales: 1 to 32 processes, counted and predicted (d
 
 report: ## docs/report.md, .html and figures anew from docs/data; REPORT=calibrate: constants first; =all: all data
 	@tools/install.sh report
-	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate && )$(again) pages
+	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate SIMULATE=--calibrate && )$(again) pages
 
 format: ## clang-format on the C sources
 	clang-format -i $(wildcard src/*.[ch] tests/*.[ch] tools/paper/*.c)

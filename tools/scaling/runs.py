@@ -58,10 +58,10 @@ def scene_file(name):
 SCENES = [
     Scene("disks", 2, "linear", "usf", 262144, lambda n: times(1, 1)((n / 4.021) ** 0.5), {}, scene_file("disks")),
     Scene("box2d", 2, "linear", "usl", 262144, lambda n: times(1, 1)((n / 4) ** 0.5), box(2, "linear")),
-    Scene("box3d", 3, "bspline2", "usl", 262144, lambda n: times(1, 1, 1)((n / 8) ** (1 / 3)), box(3, "bspline2")),
     Scene("dambreak", 2, "bspline2", "musl", 262144, lambda n: times(20, 9)(4 * (n / 2048) ** 0.5),
           {"body_column_velocity": "2*x, 0-2*y"}, scene_file("dambreak")),
     Scene("disks3d", 3, "linear", "musl", 262144, lambda n: times(1, 1, 1)((n / 0.5362) ** (1 / 3)), {}, scene_file("disks3d")),
+    Scene("box3d", 3, "bspline2", "usl", 262144, lambda n: times(1, 1, 1)((n / 8) ** (1 / 3)), box(3, "bspline2")),
     Scene("dambreak3d", 3, "bspline2", "musl", 110592, lambda n: times(4, 4, 3)(6 * (n / 8192) ** (1 / 3)),
           {"body_column_velocity": "2*x, 2*y, 0-4*z"}, scene_file("dambreak3d")),
 ]

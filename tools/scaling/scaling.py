@@ -39,6 +39,7 @@ VALIDATION = ["scene", "dim", "particles", "processes", "steps", "repeats", "sec
               "critical_path", "critical_path_ratio"]
 SIZES = (1, 2, 4, 8, 16, 32)
 PER_PROCESS = 16000
+ORDER = [scene.name for scene in runs.SCENES]
 
 
 class Results:
@@ -65,6 +66,8 @@ class Results:
         for name, columns, rows in (("runs", COLUMNS, self.runs), ("phases", PHASES, self.phases),
                                     ("counts", COUNTS, self.counts), ("validation", VALIDATION, self.validation)):
             if rows:
+                if name != "validation":
+                    rows = sorted(rows, key=lambda row: ORDER.index(row["scene"]))
                 with open(os.path.join(self.args.data, name + ".csv"), "w", newline="") as file:
                     writer = csv.DictWriter(file, columns, restval="", lineterminator="\n")
                     writer.writeheader()
