@@ -89,8 +89,9 @@ class Tables(ClosedForm):
                 kept += f"; of {row['particles'] / 1e6:.2g} million particles {keeps(large[name], 'simulated')[0]}"
                 more = f"{row['speedup']:.3g} on {thousands(row['ranks'])}"
             pools = [r["pool"]["speedup"] for r in found.values() if "pool" in r]
-            one = next(r for c in found for r in found[c].values())
-            lines.append([scene(name), thousands(one["particles"]), ", ".join(sorted(uses)), kept, *cells, more, f"{max(pools):.2g}" if pools else ""])
+            size = next(r["particles"] for c in found for r in found[c].values())
+            pool = f"{max(pools):.2g}" if pools else ""
+            lines.append([scene(name), thousands(size), ", ".join(sorted(uses)), kept, *cells, more, pool])
         text = marks.markdown(
             [
                 "scene",
@@ -849,8 +850,15 @@ class Tables(ClosedForm):
 
     def number_most_simulated(self):
         """The largest number of processes in a simulation."""
-        rows = [r for name in ("strong", "weak", "weak-large", "strong-large") for r in self.data.simulated(name)]
-        return thousands(max(r["ranks"] for r in rows))
+        most = []
+        for name in ("strong", "weak", "weak-large", "strong-large"):
+            try:
+                most.append(max(r["ranks"] for r in self.data.simulated(name)))
+            except Missing:
+                pass
+        if not most:
+            raise Missing("`docs/data/simulated` has no curves: `make simulate` writes them")
+        return thousands(max(most))
 
     def number_misses(self):
         """The largest difference in % of predicted and measured steps of 0.1 ms and more."""

@@ -244,15 +244,17 @@ def tcp(args):
     file, found = WORK / "tcp.model", []
     for _ in range(args.calibrations // 5 + 1):
         command = [args.mpiexec, *TCP, "-n", "2", args.pebble, "-options_file", write_scene("box2d", SCENES["box2d"][2], 40)]
-        done = subprocess.run(command + ["-model_calibrate", "-model_file", file, "-output_dir", WORK], capture_output=True, text=True)
+        command += ["-model_calibrate", "-model_file", file, "-output_dir", WORK]
+        done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode:
             raise RuntimeError(f"no calibration over TCP: {(done.stderr + done.stdout)[-500:]}")
         found.append({k: float(v) for k, v in re.findall(r"^(message|post|wire) (\S+)$", file.read_text(), re.M)})
     message, post, wire = (min(f[k] for f in found) for k in ("message", "post", "wire"))
     post = min(post, 0.8 * message)  # where other work has disturbed it
     (WORK / "tcp.xml").write_text(PLATFORM.format(name="tcp", bandwidth=1 / wire, latency=(message - post) / 2))  # two links
-    NETWORK["tcp"] = ["smpi/lat-factor:0:1.0", "smpi/bw-factor:0:1.0"] + [f"smpi/{k}:0:{post / 2:.3g}:0" for k in ("os", "ois", "or")]
-    print(f"  TCP: a short message {1e6 * message:.3g} us, of it {1e6 * post:.3g} us of processors; {1e-9 / wire:.3g} GB/s", flush=True)
+    NETWORK["tcp"] = ["smpi/lat-factor:0:1.0", "smpi/bw-factor:0:1.0"]
+    NETWORK["tcp"] += [f"smpi/{k}:0:{post / 2:.3g}:0" for k in ("os", "ois", "or")]
+    print(f"  TCP: a short message {1e6 * message:.3g} us, of it {1e6 * post:.3g} us of processors; {1e-9 / wire:.3g} GB/s")
     write(DATA / "networks.csv", [{"transport": "tcp", "message": f"{message:.4g}", "post": f"{post:.4g}", "wire": f"{wire:.4g}"}])
 
 
@@ -361,7 +363,8 @@ def chosen(args, run):
 def write_table(path, plan, done):
     """The rows in the order of the plan, with efficiencies: the time a particle on one process of the same scene, mode and platform,
     over that of this run times its processes."""
-    rows, base = [done[run.key()] for run in plan if run.key() in done], {}
+    keys = [run.key() for run in plan]
+    rows, base = [done[k] for k in keys if k in done] + [row for k, row in done.items() if k not in keys], {}
     for row in rows:
         work = float(row["seconds_per_step"]) * int(row["ranks"]) / int(row["particles"])
         one = base.setdefault((row["scene"], row["mode"], row["platform"]), work if int(row["ranks"]) == 1 else math.nan)
@@ -377,9 +380,9 @@ def table(args, path, plan, costs):
     """Makes the chosen runs of a plan and writes their table, in which the other rows stay."""
     plan, wrong = [run for run in plan if run.scene in costs], 0
     making = [run for run in plan if chosen(args, run)]
-    gone = {run.key() for run in making}
-    done = {key: row for row in read_rows(path)
-            if (key := tuple(row[k] for k in ("scene", "strategy", "migrate", "mode", "platform", "ranks"))) not in gone}
+    some = any((args.scenes, args.mode, args.strategy, args.migrate, args.sizes))
+    done = {tuple(row[k] for k in Run._fields if k in row): row for row in read_rows(path) if some}
+    done = {key: row for key, row in done.items() if key not in {run.key() for run in making}}
 
     def make(run):
         with LARGE_RUN if run.ranks >= 512 else contextlib.nullcontext():
@@ -457,8 +460,9 @@ def large_strong():
 def validate(args, costs):
     """This machine simulated, beside real runs on one and two of its cores, whose messages go through shared memory or by TCP."""
     ways = [(1, "spatial", "direct", "shared")]
-    ways += [(2, *way, transport) for transport in TRANSPORTS for way in (("spatial", "direct"), ("spatial", "swarm"), ("pool", "direct"))
-             if wanted(args.transport, transport)]
+    for transport in TRANSPORTS:
+        if wanted(args.transport, transport):
+            ways += [(2, *way, transport) for way in (("spatial", "direct"), ("spatial", "swarm"), ("pool", "direct"))]
     rows, wrong = [], 0
     if wanted(args.transport, "tcp"):
         tcp(args)
@@ -483,8 +487,8 @@ def validate(args, costs):
                     row[mode], row[f"{mode}_over_real"] = f"{r['seconds']:.6g}", f"{r['seconds'] / measured:.3f}"
                 row["same_digest"] = "yes" if r["digest"] == runs[0]["digest"] else "no"
                 rows.append(row)
-                print(f"  {name:10} {row['particles']:7} {strategy:8} {migrate:7} {ranks} {transport:6}  real {1e6 * measured:9.1f} us/step"
-                      f"  injected {row['injected_over_real']}  emulated {row['emulated_over_real']} of it", flush=True)
+                print(f"  {name:10} {row['particles']:7} {strategy:8} {migrate:7} {ranks} {transport:6}"
+                      f"  real {1e6 * measured:9.1f} us/step  injected {row['injected_over_real']}  emulated {row['emulated_over_real']} of it", flush=True)
                 which = lambda r: tuple(str(r[k]) for k in ("scene", "particles", "ranks", "strategy", "migrate", "transport"))
                 new = {which(r) for r in rows}
                 write(path_of_table, sorted([r for r in kept if which(r) not in new] + rows, key=lambda r: (
