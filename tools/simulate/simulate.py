@@ -339,6 +339,9 @@ def wanted(chosen, value):
     return not chosen or value in chosen
 
 
+KEY = ("scene", "strategy", "migrate", "mode", "platform", "ranks")  # columns that tell the rows of a table apart
+
+
 class Run(typing.NamedTuple):
     """A row of a plan."""
     scene: str
@@ -351,7 +354,7 @@ class Run(typing.NamedTuple):
     ranks: int
 
     def key(self):
-        return self.scene, self.strategy, self.migrate, self.mode, self.platform, str(self.ranks)
+        return tuple(str(getattr(self, k)) for k in KEY)
 
 
 def chosen(args, run):
@@ -380,9 +383,10 @@ def table(args, path, plan, costs):
     """Makes the chosen runs of a plan and writes their table, in which the other rows stay."""
     plan, wrong = [run for run in plan if run.scene in costs], 0
     making = [run for run in plan if chosen(args, run)]
+    gone = {run.key() for run in making}
     some = any((args.scenes, args.mode, args.strategy, args.migrate, args.sizes))
-    done = {tuple(row[k] for k in Run._fields if k in row): row for row in read_rows(path) if some}
-    done = {key: row for key, row in done.items() if key not in {run.key() for run in making}}
+    done = {tuple(row[k] for k in KEY): row for row in read_rows(path) if some}
+    done = {key: row for key, row in done.items() if key not in gone}
 
     def make(run):
         with LARGE_RUN if run.ranks >= 512 else contextlib.nullcontext():
