@@ -120,21 +120,20 @@ paper: $(PEBBLE) $(BUILD)/quadrature ## run the studies of docs/paper.md, renew 
 
 # The program in SimGrid's SMPI. Its build is separate: another compiler wrapper, a static PETSc.
 simulator = build/simulate/pebble
-simulate: ## run on simulated clusters (docs/simulate.md); builds a PETSc first, once; SIMULATE=full: to 1024 processes
+simulate: ## run on simulated clusters (docs/simulate.md), hours; builds a PETSc first, once; SIMULATE="--only strong": a part
 	@tools/install.sh simulate
 	@tools/simulate/petsc.sh
 	+@$(again) $(PEBBLE)
 	+@$(again) $(simulator) PEBBLE=$(simulator) BUILD=build/simulate/objects DEBUG= \
 	  PETSC_DIR=$(CURDIR)/build/simulate/petsc PETSC_ARCH=smpi CFLAGS="$(CFLAGS) -DMPM_SIMULATE -DSMPI_NO_OVERRIDE_MALLOC"
-	@$(python) tools/simulate/simulate.py --pebble $(program) --simulator $(simulator) --mpiexec $(MPIEXEC) \
-	  $(if $(filter full,$(SIMULATE)),--full,$(SIMULATE))
+	@$(python) tools/simulate/simulate.py --pebble $(program) --simulator $(simulator) --mpiexec $(MPIEXEC) $(SIMULATE)
 
 scaling: $(PEBBLE) ## how it scales: 1 to 32 processes, counted and predicted (docs/data/scaling); SCALING=full: longer
 	@$(python) tools/scaling/scaling.py --pebble $(program) --mpiexec $(MPIEXEC) $(if $(filter full,$(SCALING)),--full,$(SCALING))
 
 report: ## docs/report.md, .html and figures anew from docs/data; REPORT=calibrate: constants first; =all: all data
 	@tools/install.sh report
-	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate SIMULATE=full && )$(again) pages
+	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate SIMULATE=--calibrate && )$(again) pages
 
 format: ## clang-format on the C sources
 	clang-format -i $(wildcard src/*.[ch] tests/*.[ch] tools/paper/*.c)

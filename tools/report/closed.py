@@ -9,6 +9,7 @@ import tempfile
 
 import model
 from data import ROOT, Data, Missing
+from data import rows as rows_of
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 FAR = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4096, 32768, 262144, 1000000)
@@ -19,7 +20,7 @@ NETWORK = dict(message=LATENCY + 2 * OVERHEAD, post=2 * OVERHEAD, wire=WIRE, red
 BOXES = {"box2d": ((256, 256), "filled box, 2-D linear"), "box3d": ((32, 32, 32), "filled box, 3-D quadratic")}
 WEAK = 16384  # particles a process
 PATCH = 16  # cells of a patch of the pool on an axis, unless -pool_cells says so
-CUTS = {(2, 8): (4, 2), (2, 32): (8, 4), (3, 8): (2, 2, 2), (3, 32): (4, 4, 2)}  # of a box: dimension, processes
+LARGE = {"box2d": (512, 512), "box3d": (64, 64, 32)}  # cells of the simulated runs of strong-large.csv
 WAYS = {
     ("spatial", "direct"): "spatial, direct",
     ("spatial", "swarm"): "spatial, DMSwarmMigrate",
@@ -131,6 +132,17 @@ class ClosedForm:
         m.direct = True
         return e
 
+    def cut(self, name, processes):
+        """Processes along each axis: the program's cut of a box, in the runs whose messages were counted."""
+        for row in rows_of(self.data.need("scaling/counts.csv", "`make scaling`")[0]):
+            if (row["scene"], row["strategy"], row["processes"]) == (name, "spatial", processes):
+                return [int(p) for p in str(row["grid"]).split("x")]
+        raise Missing(f"`docs/data/scaling/counts.csv` has no run of {name} on {processes} processes: `make scaling` writes it")
+
+    def spatial(self, m, name, processes):
+        """Seconds of a step and imbalance of a box that is cut as the program does it; some particle crosses a cut in each step."""
+        return m.box(BOXES[name][0], self.cut(name, processes), 2**m.dim, math.inf)
+
     @staticmethod
     def best_pool(m, s, processes):
         """Seconds of a step of the pool with the best patches."""
@@ -192,9 +204,7 @@ class ClosedForm:
         if study == "strong":
             return BOXES[row["scene"]][0]
         if study == "strong-large":
-            return [round((row["particles"] / 2**d) ** (1 / d)) for d in [len(BOXES[row["scene"]][0])]] * len(
-                BOXES[row["scene"]][0]
-            )
+            return LARGE[row["scene"]]
         cells, p = ([64, 64], [1, 1]) if row["scene"] == "box2d" else ([16, 16, 8], [1, 1, 1])
         while math.prod(p) < row["ranks"]:
             p[p.index(min(p))] *= 2

@@ -281,6 +281,8 @@ def parse(text):
             }
         if m := re.search(r"no number of workers exceeds a speed-up of (\S+);", line):
             out["bound"] = float(m[1])
+        if m := re.search(r"spatial is (?:ahead from (\d+) processes on|never ahead)", line):
+            out["ahead"] = m[1] or "none"
         if "spatial keeps 0.9" in line:
             out["blocks"] = {int(p): float(n) for n, p in re.findall(r"([-+.\de]+) on (\d+)", line)}
         if m := re.search(r"\|v\|=(\S+) m/s   dt=(\S+) s", line):
