@@ -148,8 +148,9 @@ class ClosedForm:
         """Seconds of a step of the pool with the best patches."""
         return min(m.pool(model.replace(s, processes=processes), c)[0] for c in range(model.TILE[m.basis], 65, model.TILE[m.basis]))
 
-    def injected(self, name, cut):
-        """The model with the costs that the simulator injects, and none that it does not know."""
+    def injected(self, name, cells, cut):
+        """The model with the costs that the simulator injects, and none that it does not know; particles that change process in a
+        step."""
         costs, dim = self.data.costs()[name], len(BOXES[name][0])
         m = model.Model(dim, {"box2d": "linear", "box3d": "bspline2"}[name], "usl", origin="costs.csv")
         sort = costs.get("SETTLE", costs["SORT"])  # tables of before have SETTLE for a step without migration, SORT for one with it
@@ -158,8 +159,9 @@ class ClosedForm:
         # Particles of these boxes cross a cut in whole layers, 2 a cell: q is the number of layers a step, not of particles.
         # (Rubber, sound at 36.7 m/s; 4 sin(pi x/L) m/s along each axis; dt = 0.4 h/(c + |v|).)
         step = 0.4 / (36.7 + 4 * math.sqrt(m.dim))
-        q = sum(2 * 4 * math.sin(math.pi * j / p) * step for p in cut for j in range(1, p))
-        p = 1 - math.exp(-q)
+        layers = [sum(2 * 4 * math.sin(math.pi * j / p) * step for j in range(1, p)) for p in cut]
+        crossing = sum(q * 2 ** (dim - 1) * math.prod(cells) / c for q, c in zip(layers, cells))
+        p = 1 - math.exp(-sum(layers))
         m.numbers = {"copy": 0.2e-9, "migration[0].process": 0, "migration[1].process": 0}
         m = m.with_network(**NETWORK)
         for k in (0, 1):
@@ -167,7 +169,8 @@ class ClosedForm:
             m.numbers[f"migration[{k}].call"] = costs["SWARM"] if k == 0 else 0
             for part in ("call", "stage", "process", "point"):
                 m.numbers[f"migration[{k}].{part}"] *= p
-        return m
+            m.numbers[f"migration[{k}].leaver"] = costs.get("LEAVER", 0)
+        return m, crossing
 
     def against_simulation(self):
         """Rows: scene, study, processes, cut, simulated s, closed form s, imbalance in the simulation, by formula: of the cuts that
@@ -190,8 +193,8 @@ class ClosedForm:
                     and row["platform"] == "cluster"
                 ):
                     cells, cut = self.cells_of(row, study), [int(p) for p in str(row["cut"]).split("x")]
-                    m = self.injected(name, cut)
-                    t, imbalance = m.box(cells, cut, 2**m.dim, math.inf)  # the chance of a migration is in its constants
+                    m, crossing = self.injected(name, cells, cut)
+                    t, imbalance = m.box(cells, cut, 2**m.dim, crossing)  # that any do is in the constants
                     out.append(
                         (name, study.split("-")[0], ranks, row["cut"], row["seconds_per_step"], t, row["imbalance"], imbalance)
                     )

@@ -62,7 +62,7 @@ class Report(Tables):
         try:
             for name, rows in group([r for r in self.against_simulation() if r[1] == "strong"], lambda r: r[0]).items():
                 cells = BOXES[name][0]
-                one = self.injected(name, [1] * len(cells)).box(cells, [1] * len(cells), 2 ** len(cells), 0)[0]
+                one = self.injected(name, cells, [1] * len(cells))[0].box(cells, [1] * len(cells), 2 ** len(cells), 0)[0]
                 points = [(1, 1.0)] + [(p, one / t / p) for _, _, p, _, _, t, _, _ in rows if p <= 32]
                 panels.setdefault(scene(name), {}).setdefault("spatial, direct", []).append(("closed form", points))
         except Missing as m:

@@ -284,6 +284,15 @@ def true_digest(args_pebble, path):
 
 
 # ---- Costs
+def leaver(name):
+    """What a point that changes process costs, ns: of the report's calibration in as many dimensions, which has it from real runs
+    on two processes."""
+    box = "box3d" if name.endswith("3d") else "box2d"
+    with open(ROOT / "docs" / "data" / "models" / f"{box}.model") as f:
+        found = re.search(r"^migration\[1\]\.leaver (\S+)$", f.read(), re.M)
+    return 1e9 * float(found[1]) if found else 0
+
+
 def calibrate(args):
     """Costs of phases, ns a point, with all cores busy; what DMSwarmMigrate costs more than direct messages. Others may use
     the machine too: the least of many short runs."""
@@ -301,6 +310,7 @@ def calibrate(args):
         cost["SWARM"] = max(0, swarm - direct) * n
         cost = {k: v for k, v in cost.items() if k not in ("REDUCE", "MIGRATE", "SETTLE", "other", "all")}
         cost = {k: v for k, v in cost.items() if v < math.inf}
+        cost["LEAVER"] = leaver(name)
         print(f"  {name:10} {n} points: " + ", ".join(f"{k} {v:.4g}" for k, v in cost.items()), flush=True)
         rows += [{"scene": name, "particles": n, "name": k, "ns": f"{v:.4g}"} for k, v in cost.items()]
     rows.sort(key=lambda r: list(SCENES).index(r["scene"]))
