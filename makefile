@@ -117,7 +117,7 @@ test-widths: ## the tests of equality with vectors of 8, 4 and 2 points
 	+@for lanes in 8 4 2; do echo "At most $$lanes lanes:"; \
 	  PEBBLE_VECTOR=$$lanes $(again) ctest select="-L equal" || exit 1; done
 
-bench: $(PEBBLE) build/seed_serial ## time this program and others on the same work; BENCH=full: all sizes, an hour
+bench: $(PEBBLE) build/seed_serial ## time this program and others on the same work; BENCH=full: all sizes, 45 minutes
 	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --flags="$(strip $(flags))" \
 	  $(if $(filter full,$(BENCH)),--full,$(BENCH))
 
