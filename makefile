@@ -89,7 +89,7 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 export ASAN_OPTIONS := detect_leaks=0
 
 # ---- What a user asks for
-.PHONY: all run test verify robust bench paper simulate scaling report format clean distclean help objects picture ctest pages FORCE
+.PHONY: all run test test-widths verify robust bench paper simulate scaling report format clean distclean help objects picture ctest pages FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -111,7 +111,13 @@ robust: ## the long tests of robustness, and those on 16 and 32 processes
 	@tools/install.sh test
 	+@$(again) ctest select="-L 'robust|slow'"
 
-bench: $(PEBBLE) build/seed_serial ## time this program and others on the same work; BENCH=full: all sizes, an hour
+# The environment's PEBBLE_VECTOR is the largest number of lanes; a processor may have fewer.
+test-widths: ## the tests of equality with vectors of 8, 4 and 2 points
+	@tools/install.sh test
+	+@for lanes in 8 4 2; do echo "At most $$lanes lanes:"; \
+	  PEBBLE_VECTOR=$$lanes $(again) ctest select="-L equal" || exit 1; done
+
+bench: $(PEBBLE) build/seed_serial ## time this program and others on the same work; BENCH=full: all sizes, 45 minutes
 	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --flags="$(strip $(flags))" \
 	  $(if $(filter full,$(BENCH)),--full,$(BENCH))
 
@@ -151,7 +157,7 @@ distclean: clean ## also remove .venv, the simulator's PETSc and the products in
 	find output -mindepth 1 ! -name README.md -delete
 
 help: ## this list
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  \1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  \1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
 
 # ---- Second halves of run, test and report, when everything is installed
 picture: $(PEBBLE)

@@ -1,7 +1,7 @@
 /* calibrate.c - the constants of the model (model.c), measured: -model_calibrate makes short runs of the scene coarser
    and finer than it is, of about 600, 20,000 and 400,000 points, on every process at once and each for itself, since
-   processes share memory; then times messages, a reduction, migrations and the pool's master, where there are processes
-   for it. The constants go to a file, which later runs of the same method read. */
+   processes share memory; measures the limits of a core; then times messages, a reduction, migrations and the pool's
+   master, where there are processes for it. The constants go to a file, which later runs of the same method read. */
 #include <errno.h>
 #include "exchange_spatial.h"
 #include "options.h"
@@ -45,6 +45,9 @@ typedef struct {
   X(migration[1].leaver)
 /* clang-format on */
 
+/* Those that a file may lack: no prediction needs them. */
+#define MPM_MODEL_LIMITS(X) X(flop) X(byte)
+
 static PetscErrorCode Save(MPM mpm)
 {
   const MPMModel *m = &mpm->model;
@@ -64,6 +67,7 @@ static PetscErrorCode Save(MPM mpm)
     }
 #define MPM_WRITE(name) fprintf(file, #name " %.6g\n", (double)m->name);
   MPM_MODEL_NUMBERS(MPM_WRITE)
+  MPM_MODEL_LIMITS(MPM_WRITE)
 #undef MPM_WRITE
   PetscCheck(!fclose(file), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s", mpm->model_file);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -100,6 +104,10 @@ PetscErrorCode MPMModelLoad(MPM mpm, char wrong[], size_t len)
   if (!strcmp(name, #entry)) m.entry = v[0], found++;
       MPM_MODEL_NUMBERS(MPM_READ)
 #undef MPM_READ
+#define MPM_READ_LIMIT(entry)                                                                                          \
+  if (!strcmp(name, #entry) && v[0] > 0 && v[0] < 1) m.entry = v[0];
+      MPM_MODEL_LIMITS(MPM_READ_LIMIT)
+#undef MPM_READ_LIMIT
     }
   }
 #define MPM_COUNT(entry) wanted++;
@@ -562,6 +570,7 @@ PetscErrorCode MPMCalibrate(MPM scene)
     }
   }
   PetscCall(TimeCopy(m));
+  PetscCall(MPMLimits(scene->comm, &m->flop, &m->byte));
   if (size > 1) {
     PetscCall(TimeMessages(scene->comm, m));
     PetscCall(PetscOptionsSetValue(NULL, "-parallel_strategy", "spatial"));

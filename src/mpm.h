@@ -660,6 +660,7 @@ typedef struct {
   PetscReal    reduction;              /* s of the step's reduction for each doubling of the processes */
   MPMMigration migration[2];           /* swarm, direct */
   PetscReal    chunk, farm;            /* s a patch of the pool, s a byte of it, on either side */
+  PetscReal    flop, byte;             /* s that a core takes at best for an operation, a byte of memory; 0: unknown */
   char         from[2 * MPM_NAME_LEN]; /* where the constants come from */
 } MPMModel;
 
@@ -759,6 +760,7 @@ PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
 PetscErrorCode MPMRoofline(MPM); /* the last line: what was achieved, of what the machine can */
+PetscErrorCode MPMLimits(MPI_Comm, PetscReal *flop, PetscReal *byte);
 
 /* A ladder of runs; see study.c. */
 typedef struct {
@@ -790,7 +792,7 @@ struct _p_MPM {
   MPMMonitor           monitor;
   MPMOutput            output;
   MPMStudy             study;
-  PetscReal            flops, bytes; /* of the phases here, counted by hand */
+  PetscReal            flops, bytes; /* of the phases here, counted by hand; of the pool's master: its workers' too */
   MPMModel             model;
   PetscBool            calibrate;                                              /* -model_calibrate */
   char                 model_file[2 * MPM_TEXT_LEN], model_note[MPM_TEXT_LEN]; /* why the file is not used */
