@@ -45,7 +45,7 @@ def combine(lines, repeats):
     if not all(found):
         return lines[0]
     name, columns = found[0][1], list(zip(*(m[2].split() for m in found)))
-    least = {2, 4} if name.startswith("rate") else {0} if name in ("message", "copy", "reduction") else set()
+    least = {2, 4} if name.startswith("rate") else {0} if name in ("message", "copy", "reduction", "flop", "byte") else set()
     values = [min(c, key=float) if k in least else sorted(c, key=float)[len(c) // 2] for k, c in enumerate(columns)]
     return f"{name} {' '.join(values)}{found[0][3] or ''}"
 
