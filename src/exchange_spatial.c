@@ -21,7 +21,7 @@ static PetscErrorCode SetUp_Spatial(MPM mpm)
   MPMExchange *ex = &mpm->exchange;
   MPMSpatial  *s;
   MPMHistogram h;
-  PetscMPIInt  size;
+  PetscMPIInt  size, rank;
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&s));
@@ -29,16 +29,18 @@ static PetscErrorCode SetUp_Spatial(MPM mpm)
   if (ex->data == MPI_COMM_NULL) ex->data = mpm->comm; /* the pool's master uses itself alone */
   PetscCallMPI(MPI_Comm_dup(ex->data, &s->comm));
   PetscCallMPI(MPI_Comm_size(ex->data, &size));
+  PetscCallMPI(MPI_Comm_rank(ex->data, &rank));
   PetscCallMPI(MPI_Type_contiguous((int)sizeof(MPMStatus), MPI_BYTE, &s->status_type));
   PetscCallMPI(MPI_Type_commit(&s->status_type));
   PetscCallMPI(MPI_Type_contiguous((int)MPM_VEL_NC(mpm->grid.dim), MPIU_REAL, &s->vel_type));
   PetscCallMPI(MPI_Type_commit(&s->vel_type));
   PetscCallMPI(MPI_Op_create(MergeStatus, 1, &s->status_op));
-  PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, &h));
+  PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, s->comm, &h));
   PetscCall(MPMSceneHistogram(mpm, &h));
-  PetscCall(MPMHistogramFinish(&h, PETSC_COMM_SELF));
+  PetscCall(MPMHistogramFinish(&h));
   MPMModelCosts(mpm, (PetscReal)mpm->points.total / size, &ex->partition.costs);
-  PetscCall(MPMPartitionChoose(&h, size, ex->balance, &ex->partition));
+  if (!rank) PetscCall(MPMPartitionChoose(&h, size, ex->balance, &ex->partition));
+  PetscCall(MPMPartitionShare(&ex->partition, s->comm));
   PetscCall(MPMHistogramDestroy(&h));
   PetscCall(MPMSpatialLayout(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -201,14 +203,15 @@ static PetscErrorCode Recut(MPM mpm)
   MPMExchange   *ex  = &mpm->exchange;
   MPMSpatial    *s   = (MPMSpatial *)ex->ctx;
   const PetscInt dim = mpm->grid.dim, fields = MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
-  MPMPartition   part = {0};
-  PetscMPIInt    size;
+  MPMPartition   part = {.costs = ex->partition.costs};
+  PetscMPIInt    size, rank, gain = 0;
   MPMHistogram   h;
   MPMView        view;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(s->comm, &size));
-  PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, &h));
+  PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
+  PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, s->comm, &h));
   PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     PetscReal xi[3];
@@ -217,12 +220,16 @@ static PetscErrorCode Recut(MPM mpm)
     (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, view.x + p * dim,
                     MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), xi, base);
     for (PetscInt d = 0; d < dim; d++) base[d] += mpm->grid.layers[d];
-    MPMHistogramAdd(&h, base, 1);
+    PetscCall(MPMHistogramAdd(&h, base, 1));
   }
-  PetscCall(MPMHistogramFinish(&h, s->comm));
-  part.costs = ex->partition.costs;
-  PetscCall(MPMPartitionChoose(&h, size, MPM_BALANCE_AUTO, &part));
-  if (part.predicted < 0.97 * MPMPartitionCost(&h, &ex->partition)) {
+  PetscCall(MPMHistogramFinish(&h));
+  if (!rank) {
+    PetscCall(MPMPartitionChoose(&h, size, MPM_BALANCE_AUTO, &part));
+    gain = part.predicted < 0.97 * MPMPartitionCost(&h, &ex->partition);
+  }
+  PetscCallMPI(MPI_Bcast(&gain, 1, MPI_INT, 0, s->comm));
+  PetscCall(MPMPartitionShare(gain ? &part : &ex->partition, s->comm)); /* that in use has another imbalance now */
+  if (gain) {
     PetscCall(MPMSpatialTearDown(mpm));
     PetscCall(MPMPartitionDestroy(&ex->partition));
     ex->partition = part;

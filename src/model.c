@@ -372,8 +372,10 @@ PetscErrorCode MPMModelView(MPM mpm)
   MPMShare                 s;
   PetscReal                serial, courant, bound, best = PETSC_MAX_REAL, volume = 1;
   PetscInt                 edge = 0, cross = 0;
+  PetscMPIInt              rank;
 
   PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(mpm->exchange.data, &rank));
   PetscCall(MPMModelShare(mpm, &s));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.points, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.nodes, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
@@ -389,9 +391,13 @@ PetscErrorCode MPMModelView(MPM mpm)
     if (mpm->predicted[e] > 0) PetscCall(MPMPrint(mpm, "  %-12s %8.3g\n", MPMTimerName(e), (double)mpm->predicted[e]));
   PetscCall(
       MPMPrint(mpm, "  processes   spatial s/step  speed-up  efficiency  imbalance      pool s/step  speed-up\n"));
-  PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, &h));
+  PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, mpm->exchange.data, &h));
   PetscCall(MPMSceneHistogram(mpm, &h));
-  PetscCall(MPMHistogramFinish(&h, PETSC_COMM_SELF)); /* every process counts all points */
+  PetscCall(MPMHistogramFinish(&h));
+  if (rank) { /* the first prints, and no other has the histogram */
+    PetscCall(MPMHistogramDestroy(&h));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
     const PetscMPIInt size = sizes[k];
     PetscReal         t = serial, imbalance = 1, pool;

@@ -402,20 +402,25 @@ typedef struct {
 
 typedef enum { MPM_BALANCE_NONE, MPM_BALANCE_START, MPM_BALANCE_AUTO } MPMBalance;
 
-/* Points per bin of nodes: each bin covers `coarse` nodes an axis. table is its summed-area table. */
+/* Points per bin of nodes: each bin covers `coarse` nodes an axis. Processes count some of the points each; the first
+   has the summed-area tables, the others only lists of what they counted. */
 typedef struct {
+  MPI_Comm    comm;
   PetscInt    dim, nodes[3], n[3], coarse, stencil; /* stencil: nodes of a point's stencil per axis */
   PetscInt64 *table;                                /* [n2+1][n1+1][n0+1] points below */
   PetscInt64 *occupied;                             /* likewise: bins with points below */
+  PetscInt64 *list;                                 /* [listed][2] entry of table, points */
+  PetscInt    listed, capacity;
 } MPMHistogram;
 
-PetscErrorCode MPMHistogramCreate(const MPMGrid *, MPMBasis, MPMHistogram *);
-void           MPMHistogramAdd(MPMHistogram *, const PetscInt base[], PetscInt64 points); /* before Finish */
-PetscErrorCode MPMHistogramFinish(MPMHistogram *, MPI_Comm); /* MPI_COMM_SELF: every process has added all */
+PetscErrorCode MPMHistogramCreate(const MPMGrid *, MPMBasis, MPI_Comm, MPMHistogram *);
+PetscErrorCode MPMHistogramAdd(MPMHistogram *, const PetscInt base[], PetscInt64 points); /* before Finish */
+PetscErrorCode MPMHistogramFinish(MPMHistogram *);
 PetscErrorCode MPMHistogramDestroy(MPMHistogram *);
 PetscErrorCode MPMPartitionChoose(const MPMHistogram *, PetscMPIInt size, MPMBalance, MPMPartition *);
 PetscReal      MPMPartitionCost(const MPMHistogram *, MPMPartition *);        /* sets imbalance and worst */
 PetscInt       MPMPartitionLargest(const MPMGrid *, MPMBasis, PetscInt size); /* the largest legal count <= size */
+PetscErrorCode MPMPartitionShare(MPMPartition *, MPI_Comm); /* that of its first process becomes that of all */
 PetscErrorCode MPMPartitionDestroy(MPMPartition *);
 
 PetscErrorCode MPMGridCreateDM(const MPMGrid *, MPI_Comm, PetscInt stencil, const MPMPartition *, DM *);
@@ -546,6 +551,7 @@ typedef struct {
   PetscReal     offset[3], b[3]; /* of its lattice of points, and their spacing, m */
   MPMExpression velocity;        /* m/s, of x y z; NULL: at rest */
   PetscInt64    first, n;        /* ids first .. first+n-1 */
+  PetscInt64    row;             /* its first row of lattice places, of those of all bodies */
 } MPMBody;
 
 PetscErrorCode MPMExchangeSetFromOptions(MPM, MPMOptions);
@@ -579,6 +585,8 @@ typedef struct {
   PetscBool     forced, keeps_start; /* are there body forces or loads; do points carry their place at the start? */
   PetscInt64    overlap;             /* points that lie in an earlier body too */
   PetscInt64    on_line;             /* points that start exactly on a line of the grid */
+  PetscInt64    rows, *share_first; /* of lattice places; [shares] points before each of as many equal shares of them */
+  PetscMPIInt   shares;
 } MPMScene;
 
 PetscErrorCode MPMSceneSetFromOptions(MPM, MPMOptions);
