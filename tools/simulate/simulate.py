@@ -47,6 +47,7 @@ SETTINGS = [
     "smpi/host-speed:1Gf",  # of the core that emulates; the platforms' hosts have the same, so seconds stay seconds
     "smpi/privatization:mmap",  # each process has its own globals, swapped by remapping the program's data
     "smpi/coll-selector:ompi",  # collectives by the algorithms that Open MPI would choose
+    "smpi/bcast:binomial_tree",  # but for this one, which looks for cores that share memory with a square of the processes' messages
     "smpi/async-small-thresh:65536",  # messages up to 64 KiB leave without waiting for the receiver, as in Open MPI
     "smpi/iprobe:5e-7",  # cost of a poll; the default, 100 us, is a step's worth of work
     "smpi/test:5e-7",  # the same for MPI_Test
