@@ -89,7 +89,7 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 export ASAN_OPTIONS := detect_leaks=0
 
 # ---- What a user asks for
-.PHONY: all run test verify robust bench paper simulate scaling report format clean distclean help objects picture ctest pages FORCE
+.PHONY: all run test test-widths verify robust bench paper simulate scaling report format clean distclean help objects picture ctest pages FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -111,7 +111,13 @@ robust: ## the long tests of robustness, and those on 16 and 32 processes
 	@tools/install.sh test
 	+@$(again) ctest select="-L 'robust|slow'"
 
-bench: $(PEBBLE) build/seed_serial ## time this program and others on the same work; BENCH=full: all sizes, an hour
+# The environment's PEBBLE_VECTOR is the largest number of lanes; a processor may have fewer.
+test-widths: ## the tests of equality with vectors of 8, 4 and 2 points
+	@tools/install.sh test
+	+@for lanes in 8 4 2; do echo "At most $$lanes lanes:"; \
+	  PEBBLE_VECTOR=$$lanes $(again) ctest select="-L equal" || exit 1; done
+
+bench: $(PEBBLE) build/seed_serial ## time this program and others on the same work; BENCH=full: all sizes, 45 minutes
 	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --flags="$(strip $(flags))" \
 	  $(if $(filter full,$(BENCH)),--full,$(BENCH))
 
@@ -120,21 +126,20 @@ paper: $(PEBBLE) $(BUILD)/quadrature ## run the studies of docs/paper.md, renew 
 
 # The program in SimGrid's SMPI. Its build is separate: another compiler wrapper, a static PETSc.
 simulator = build/simulate/pebble
-simulate: ## run on simulated clusters (docs/simulate.md); builds a PETSc first, once; SIMULATE=full: to 1024 processes
+simulate: ## run on simulated clusters (docs/simulate.md), hours; builds a PETSc first, once; SIMULATE="--only strong": a part
 	@tools/install.sh simulate
 	@tools/simulate/petsc.sh
 	+@$(again) $(PEBBLE)
 	+@$(again) $(simulator) PEBBLE=$(simulator) BUILD=build/simulate/objects DEBUG= \
 	  PETSC_DIR=$(CURDIR)/build/simulate/petsc PETSC_ARCH=smpi CFLAGS="$(CFLAGS) -DMPM_SIMULATE -DSMPI_NO_OVERRIDE_MALLOC"
-	@$(python) tools/simulate/simulate.py --pebble $(program) --simulator $(simulator) --mpiexec $(MPIEXEC) \
-	  $(if $(filter full,$(SIMULATE)),--full,$(SIMULATE))
+	@$(python) tools/simulate/simulate.py --pebble $(program) --simulator $(simulator) --mpiexec $(MPIEXEC) $(SIMULATE)
 
 scaling: $(PEBBLE) ## how it scales: 1 to 32 processes, counted and predicted (docs/data/scaling); SCALING=full: longer
 	@$(python) tools/scaling/scaling.py --pebble $(program) --mpiexec $(MPIEXEC) $(if $(filter full,$(SCALING)),--full,$(SCALING))
 
 report: ## docs/report.md, .html and figures anew from docs/data; REPORT=calibrate: constants first; =all: all data
 	@tools/install.sh report
-	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate SIMULATE=full && )$(again) pages
+	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate SIMULATE=--calibrate && )$(again) pages
 
 format: ## clang-format on the C sources
 	clang-format -i $(wildcard src/*.[ch] tests/*.[ch] tools/paper/*.c)
@@ -152,7 +157,7 @@ distclean: clean ## also remove .venv, the simulator's PETSc and the products in
 	find output -mindepth 1 ! -name README.md -delete
 
 help: ## this list
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  \1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  \1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
 
 # ---- Second halves of run, test and report, when everything is installed
 picture: $(PEBBLE)

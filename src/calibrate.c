@@ -1,7 +1,7 @@
 /* calibrate.c - the constants of the model (model.c), measured: -model_calibrate makes short runs of the scene coarser
    and finer than it is, of about 600, 20,000 and 400,000 points, on every process at once and each for itself, since
-   processes share memory; then times messages, a reduction, migrations and the pool's master, where there are processes
-   for it. The constants go to a file, which later runs of the same method read. */
+   processes share memory; measures the limits of a core; then times messages, a reduction, migrations and the pool's
+   master, where there are processes for it. The constants go to a file, which later runs of the same method read. */
 #include <errno.h>
 #include "exchange_spatial.h"
 #include "options.h"
@@ -23,19 +23,30 @@ typedef struct {
 /* --- The file -------------------------------------------------------------------------------------------------- */
 
 /* The single numbers of a model, by the names that they have in its file. */
-#define MPM_MODEL_NUMBERS(X)                                                                                           \
-  X(exchange)                                                                                                          \
-  X(message)                                                                                                           \
-  X(post)                                                                                                              \
-  X(wire)                                                                                                              \
-  X(copy)                                                                                                              \
-  X(reduction)                                                                                                         \
-  X(chunk)                                                                                                             \
-  X(farm)                                                                                                              \
-  X(migration[0].call)                                                                                                 \
-  X(migration[0].stage)                                                                                                \
-  X(migration[0].process)                                                                                              \
-  X(migration[0].point) X(migration[1].call) X(migration[1].stage) X(migration[1].process) X(migration[1].point)
+/* clang-format off */
+#define MPM_MODEL_NUMBERS(X) \
+  X(exchange) \
+  X(message) \
+  X(post) \
+  X(wire) \
+  X(copy) \
+  X(reduction) \
+  X(chunk) \
+  X(farm) \
+  X(migration[0].call) \
+  X(migration[0].stage) \
+  X(migration[0].process) \
+  X(migration[0].point) \
+  X(migration[0].leaver) \
+  X(migration[1].call) \
+  X(migration[1].stage) \
+  X(migration[1].process) \
+  X(migration[1].point) \
+  X(migration[1].leaver)
+/* clang-format on */
+
+/* Those that a file may lack: no prediction needs them. */
+#define MPM_MODEL_LIMITS(X) X(flop) X(byte)
 
 static PetscErrorCode Save(MPM mpm)
 {
@@ -56,6 +67,7 @@ static PetscErrorCode Save(MPM mpm)
     }
 #define MPM_WRITE(name) fprintf(file, #name " %.6g\n", (double)m->name);
   MPM_MODEL_NUMBERS(MPM_WRITE)
+  MPM_MODEL_LIMITS(MPM_WRITE)
 #undef MPM_WRITE
   PetscCheck(!fclose(file), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s", mpm->model_file);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -92,6 +104,10 @@ PetscErrorCode MPMModelLoad(MPM mpm, char wrong[], size_t len)
   if (!strcmp(name, #entry)) m.entry = v[0], found++;
       MPM_MODEL_NUMBERS(MPM_READ)
 #undef MPM_READ
+#define MPM_READ_LIMIT(entry)                                                                                          \
+  if (!strcmp(name, #entry) && v[0] > 0 && v[0] < 1) m.entry = v[0];
+      MPM_MODEL_LIMITS(MPM_READ_LIMIT)
+#undef MPM_READ_LIMIT
     }
   }
 #define MPM_COUNT(entry) wanted++;
@@ -332,7 +348,7 @@ static PetscErrorCode TimeCopy(MPMModel *m)
 /* --- Migration ---------------------------------------------------------------------------------------- */
 
 typedef struct {
-  PetscReal points, migration[2]; /* s: by swarm and direct */
+  PetscReal points, neighbours, migration[2]; /* s: by swarm and direct */
 } Trial;
 
 static PetscErrorCode Slowest(MPI_Comm comm, PetscReal *seconds)
@@ -354,13 +370,14 @@ static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
   PetscCall(
       SetSize(scene, PetscPowReal((PetscReal)scene->points.total / (n * size), 1 / (PetscReal)scene->grid.dim), 10));
-  PetscCall(PetscOptionsSetValue(NULL, "-parallel_strategy", "spatial"));
   PetscCall(Make(scene->comm, &mpm));
   PetscCall(PetscMemzero(trial, sizeof *trial));
   if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
   s = (MPMSpatial *)mpm->exchange.ctx;
   PetscCall(MPMModelShare(mpm, &share));
   trial->points       = share.points;
+  trial->neighbours   = share.neighbours;
+  mpm->status.hops    = 1; /* all messages, of no points */
   trial->migration[0] = trial->migration[1] = PETSC_MAX_REAL;
   for (int repeat = 0; repeat < 30; repeat++)
     for (int way = 0; way < 2; way++) {
@@ -373,6 +390,7 @@ static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
       trial->migration[way] = PetscMin(trial->migration[way], t1 - t0);
     }
   PetscCall(Slowest(scene->comm, &trial->points));
+  PetscCall(Slowest(scene->comm, &trial->neighbours));
   PetscCall(Slowest(scene->comm, &trial->migration[0]));
   PetscCall(Slowest(scene->comm, &trial->migration[1]));
   PetscCall(MPMDestroy(&mpm));
@@ -391,15 +409,47 @@ static PetscErrorCode FitMigration(MPM scene)
   PetscCall(TimeMigration(scene, 2e3, &a));
   PetscCall(TimeMigration(scene, 5e4, &b));
   if (a.points == 0 || b.points == 0) PetscFunctionReturn(PETSC_SUCCESS); /* no such cut: rough constants stay */
-  stages = PetscCeilReal(PetscLog2Real((PetscReal)size));
   for (int way = 0; way < 2; way++) {
     MPMMigration *g = &m->migration[way];
 
     g->point   = PetscMax(0, (b.migration[way] - a.migration[way]) / (b.points - a.points));
-    g->stage   = (way ? 2 : 24) * m->reduction;
+    g->stage   = way ? m->message + m->post : 24 * m->reduction;
     g->process = way ? 0 : 80 * m->wire;
+    stages     = way ? PetscLog2Real(1 + a.neighbours) : PetscCeilReal(PetscLog2Real((PetscReal)size));
     g->call    = PetscMax(0, a.migration[way] - a.points * g->point - g->stage * stages - g->process * size);
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a point that goes to another process costs: what migrations of a run of about 50,000 points a process take
+   beyond those without points. Where hardly any change process, the rough constant stays; both ways copy them alike. */
+static PetscErrorCode FitLeaver(MPM scene)
+{
+  MPMMigration *g     = scene->model.migration;
+  PetscReal     least = PETSC_MAX_REAL;
+  PetscMPIInt   size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(scene->comm, &size));
+  PetscCall(
+      SetSize(scene, PetscPowReal((PetscReal)scene->points.total / (5e4 * size), 1 / (PetscReal)scene->grid.dim), 40));
+  for (int repeat = 0; repeat < 4; repeat++) {
+    MPMShare  share;
+    PetscReal s;
+    MPM       mpm;
+
+    PetscCall(Make(scene->comm, &mpm));
+    if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(MPMModelShare(mpm, &share));
+    PetscCall(MPMRun(mpm));
+    s = MPMTimerSeconds(mpm, MPM_TIMER_MIGRATE) -
+        (PetscReal)mpm->exchange.migrations *
+            (g[1].call + g[1].stage * PetscLog2Real(1 + share.neighbours) + g[1].point * share.points);
+    PetscCall(Slowest(scene->comm, &s));
+    if (mpm->exchange.migrants > 100) least = PetscMin(least, s * size / (PetscReal)mpm->exchange.migrants);
+    PetscCall(MPMDestroy(&mpm));
+  }
+  if (least < PETSC_MAX_REAL) g[0].leaver = g[1].leaver = PetscMax(0, least);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -415,8 +465,6 @@ static PetscErrorCode FitExchange(MPM scene)
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
   PetscCall(SetSize(scene, PetscPowReal((PetscReal)scene->points.total / (600. * size), 1 / (PetscReal)scene->grid.dim),
                     400));
-  PetscCall(PetscOptionsSetValue(NULL, "-parallel_strategy", "spatial"));
-  PetscCall(PetscOptionsSetValue(NULL, "-parallel_migrate", "direct"));
   for (int repeat = 0; repeat < 9; repeat++) {
     PetscReal step;
     MPM       mpm;
@@ -522,9 +570,13 @@ PetscErrorCode MPMCalibrate(MPM scene)
     }
   }
   PetscCall(TimeCopy(m));
+  PetscCall(MPMLimits(scene->comm, &m->flop, &m->byte));
   if (size > 1) {
     PetscCall(TimeMessages(scene->comm, m));
+    PetscCall(PetscOptionsSetValue(NULL, "-parallel_strategy", "spatial"));
+    PetscCall(PetscOptionsSetValue(NULL, "-parallel_migrate", "direct"));
     PetscCall(FitMigration(scene));
+    PetscCall(FitLeaver(scene));
     PetscCall(FitExchange(scene));
     PetscCall(FitPool(scene));
   }

@@ -135,6 +135,7 @@ void MPMStatusMerge(MPMStatus *s, const MPMStatus *other)
   s->c2 = PetscMax(s->c2, other->c2);
   s->moved += other->moved;
   s->left += other->left;
+  s->hops        = PetscMax(s->hops, other->hops);
   s->interrupted = PetscMax(s->interrupted, other->interrupted);
   s->most        = PetscMax(s->most, other->most);
   s->n += other->n;

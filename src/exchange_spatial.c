@@ -21,7 +21,7 @@ static PetscErrorCode SetUp_Spatial(MPM mpm)
   MPMExchange *ex = &mpm->exchange;
   MPMSpatial  *s;
   MPMHistogram h;
-  PetscMPIInt  size;
+  PetscMPIInt  size, rank;
 
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&s));
@@ -29,16 +29,18 @@ static PetscErrorCode SetUp_Spatial(MPM mpm)
   if (ex->data == MPI_COMM_NULL) ex->data = mpm->comm; /* the pool's master uses itself alone */
   PetscCallMPI(MPI_Comm_dup(ex->data, &s->comm));
   PetscCallMPI(MPI_Comm_size(ex->data, &size));
+  PetscCallMPI(MPI_Comm_rank(ex->data, &rank));
   PetscCallMPI(MPI_Type_contiguous((int)sizeof(MPMStatus), MPI_BYTE, &s->status_type));
   PetscCallMPI(MPI_Type_commit(&s->status_type));
   PetscCallMPI(MPI_Type_contiguous((int)MPM_VEL_NC(mpm->grid.dim), MPIU_REAL, &s->vel_type));
   PetscCallMPI(MPI_Type_commit(&s->vel_type));
   PetscCallMPI(MPI_Op_create(MergeStatus, 1, &s->status_op));
-  PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, &h));
+  PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, s->comm, &h));
   PetscCall(MPMSceneHistogram(mpm, &h));
-  PetscCall(MPMHistogramFinish(&h, PETSC_COMM_SELF));
+  PetscCall(MPMHistogramFinish(&h));
   MPMModelCosts(mpm, (PetscReal)mpm->points.total / size, &ex->partition.costs);
-  PetscCall(MPMPartitionChoose(&h, size, ex->balance, &ex->partition));
+  if (!rank) PetscCall(MPMPartitionChoose(&h, size, ex->balance, &ex->partition));
+  PetscCall(MPMPartitionShare(&ex->partition, s->comm));
   PetscCall(MPMHistogramDestroy(&h));
   PetscCall(MPMSpatialLayout(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -92,10 +94,13 @@ static void ZeroSums(MPMPatch *patch, PetscInt parts)
    large messages above all, make the receiver wait until the sender has summed its points, or the other way round. */
 static void Progress(void *ctx)
 {
-  MPMSpatial *s = (MPMSpatial *)ctx;
+  MPM         mpm = (MPM)ctx;
+  MPMSpatial *s   = (MPMSpatial *)mpm->exchange.ctx;
   int         done;
 
+  MPMWorkPause(mpm);
   if (s->fault == MPI_SUCCESS) s->fault = MPI_Testall(s->nfrom + s->nto, s->request, &done, MPI_STATUSES_IGNORE);
+  MPMWorkResume(mpm);
 }
 
 /* Begins to send the sums of tiles at upper sides, makes those of late tiles meanwhile, and receives those of the tiles
@@ -131,7 +136,7 @@ static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phas
   }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
   patch->meanwhile = Progress;
-  patch->ctx       = s;
+  patch->ctx       = mpm;
   PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_LATE));
   PetscCallMPI(MPI_Waitall(s->nfrom, s->request, MPI_STATUSES_IGNORE));
   MPMWorkBegin(mpm);
@@ -183,6 +188,8 @@ static PetscErrorCode Reduce_Spatial(MPM mpm, MPMStatus *status)
   MPMSpatial *s = (MPMSpatial *)mpm->exchange.ctx;
 
   PetscFunctionBeginUser;
+  PetscCall(MPMMigrateForget(s));
+  if (status->left && status->bad == MPM_OK) PetscCall(MPMMigrateList(mpm, s, &status->hops));
   status->n = status->most = mpm->points.n;
   status->ids              = s->ids;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, status, 1, s->status_type, s->status_op, s->comm));
@@ -196,14 +203,15 @@ static PetscErrorCode Recut(MPM mpm)
   MPMExchange   *ex  = &mpm->exchange;
   MPMSpatial    *s   = (MPMSpatial *)ex->ctx;
   const PetscInt dim = mpm->grid.dim, fields = MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
-  MPMPartition   part = {0};
-  PetscMPIInt    size;
+  MPMPartition   part = {.costs = ex->partition.costs};
+  PetscMPIInt    size, rank, gain = 0;
   MPMHistogram   h;
   MPMView        view;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(s->comm, &size));
-  PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, &h));
+  PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
+  PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, s->comm, &h));
   PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     PetscReal xi[3];
@@ -212,12 +220,16 @@ static PetscErrorCode Recut(MPM mpm)
     (void)MPMLocate((int)dim, mpm->basis, &mpm->grid, view.x + p * dim,
                     MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), xi, base);
     for (PetscInt d = 0; d < dim; d++) base[d] += mpm->grid.layers[d];
-    MPMHistogramAdd(&h, base, 1);
+    PetscCall(MPMHistogramAdd(&h, base, 1));
   }
-  PetscCall(MPMHistogramFinish(&h, s->comm));
-  part.costs = ex->partition.costs;
-  PetscCall(MPMPartitionChoose(&h, size, MPM_BALANCE_AUTO, &part));
-  if (part.predicted < 0.97 * MPMPartitionCost(&h, &ex->partition)) {
+  PetscCall(MPMHistogramFinish(&h));
+  if (!rank) {
+    PetscCall(MPMPartitionChoose(&h, size, MPM_BALANCE_AUTO, &part));
+    gain = part.predicted < 0.97 * MPMPartitionCost(&h, &ex->partition);
+  }
+  PetscCallMPI(MPI_Bcast(&gain, 1, MPI_INT, 0, s->comm));
+  PetscCall(MPMPartitionShare(gain ? &part : &ex->partition, s->comm)); /* that in use has another imbalance now */
+  if (gain) {
     PetscCall(MPMSpatialTearDown(mpm));
     PetscCall(MPMPartitionDestroy(&ex->partition));
     ex->partition = part;
@@ -228,12 +240,18 @@ static PetscErrorCode Recut(MPM mpm)
       view.cell[p] = MPMOwnCell((int)dim, mpm->basis, &ex->patch, view.x + p * dim,
                                 MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), base);
     }
-    mpm->status.left = mpm->status.moved = 1;  /* on every process: all migrate and sort */
-    mpm->points.nmovers                  = -1; /* all have other cells */
+    mpm->status.moved   = 1;  /* on every process: all sort */
+    mpm->points.nmovers = -1; /* all have other cells */
     ex->recuts++;
-  } else
+    PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+    PetscCall(MPMMigrateList(mpm, s, &mpm->status.hops));
+    mpm->status.left = s->nleavers;
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mpm->status.left, 1, MPIU_INT64, MPI_SUM, s->comm));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mpm->status.hops, 1, MPIU_INT64, MPI_MAX, s->comm));
+  } else {
     PetscCall(MPMPartitionDestroy(&part));
-  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+    PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+  }
   PetscCall(MPMHistogramDestroy(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -274,7 +292,8 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
   if (!anew && mpm->status.left) { /* of any process: all migrate or none */
     PetscCall(MPMSettlingBegin(mpm, MPM_TIMER_MIGRATE));
     PetscCall(ex->direct ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
-    PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
+    ex->migrations++;
+    ex->migrants += mpm->status.left;
     PetscCall(MPMSettlingEnd(mpm, MPM_TIMER_MIGRATE));
   }
   if (anew) {
@@ -296,6 +315,7 @@ static PetscErrorCode Finish_Spatial(MPM mpm)
   PetscFunctionBeginUser;
   PetscCall(MPMSpatialTearDown(mpm));
   PetscCall(MPMPartitionDestroy(&mpm->exchange.partition));
+  PetscCall(MPMMigrateForget(s));
   PetscCall(PetscFree(s->out));
   PetscCall(PetscFree(s->in));
   PetscCallMPI(MPI_Op_free(&s->status_op));

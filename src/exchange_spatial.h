@@ -19,6 +19,8 @@ typedef struct {
   MPI_Datatype status_type;
   MPI_Op       status_op;
   PetscInt     p[3], *first[3]; /* process grid; [p] first own node of each part of an axis */
+  PetscInt     me[3];
+  PetscMPIInt  beside[3][2]; /* processes below and above on an axis, MPI_PROC_NULL: none */
   int          nto, nfrom;
   MPMNeighbour to[MPM_MAX_NEIGHBOURS], from[MPM_MAX_NEIGHBOURS];
   MPI_Request  request[2 * MPM_MAX_NEIGHBOURS]; /* sums that come, sums that go */
@@ -27,15 +29,20 @@ typedef struct {
   MPI_Datatype vel_type;
   char        *out, *in; /* messages */
   size_t       out_capacity, in_capacity;
-  PetscInt64   ids;    /* fingerprint of the points here */
-  PetscBool    ranked; /* DMSwarm's rank field holds the owners */
-  DM           sums;   /* of -parallel_sums roundoff */
-  PetscReal    lost;   /* s lost to imbalance since the cuts were last looked at, by the model */
+  PetscInt     nleavers, *leaver; /* points that left, ascending */
+  PetscMPIInt *owner;             /* of each, the process that it goes to */
+  PetscInt64   ids;               /* fingerprint of the points here */
+  PetscBool    ranked;            /* DMSwarm's rank field holds the owners */
+  DM           sums;              /* of -parallel_sums roundoff */
+  PetscReal    lost;              /* s lost to imbalance since the cuts were last looked at, by the model */
 } MPMSpatial;
 
 PetscErrorCode MPMSpatialLayout(MPM);
 PetscErrorCode MPMSpatialTearDown(MPM);
 PetscMPIInt    MPMSpatialOwner(const MPMSpatial *, PetscInt dim, const PetscInt base[]);
+PetscInt       MPMSpatialHops(const MPMSpatial *, const PetscBool periodic[], PetscInt d, PetscMPIInt rank);
+PetscErrorCode MPMMigrateList(MPM, MPMSpatial *, PetscInt64 *hops);
+PetscErrorCode MPMMigrateForget(MPMSpatial *);
 PetscErrorCode MPMMigrateSwarm(MPM, MPMSpatial *);
 PetscErrorCode MPMMigrateDirect(MPM, MPMSpatial *);
 

@@ -3,8 +3,10 @@
 #include "cell.h"
 #include "exchange_spatial.h"
 
+#define FIELDS (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l)) /* that say where a point is */
+
 /* The process that owns the cell where point p of the view is now. */
-static PetscErrorCode FindOwner(MPM mpm, const MPMSpatial *s, const MPMView *view, PetscInt p, PetscInt *owner)
+static PetscErrorCode FindOwner(MPM mpm, const MPMSpatial *s, const MPMView *view, PetscInt p, PetscMPIInt *owner)
 {
   const PetscInt dim = mpm->grid.dim;
   PetscReal      xi[3];
@@ -18,20 +20,65 @@ static PetscErrorCode FindOwner(MPM mpm, const MPMSpatial *s, const MPMView *vie
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the cells of the points that came: their cell, which travels with them, is still that of a leaver. They are
-   where leavers (which [nleavers]) were, or at the end, as may be points that were here already. */
-static PetscErrorCode LocateComers(MPM mpm, PetscInt nleavers, const PetscInt which[])
+/* Lists the points that left the patch and the processes that they go to, and finds out how far that is. A migration
+   follows if any process lists some. Not collective. */
+PetscErrorCode MPMMigrateList(MPM mpm, MPMSpatial *s, PetscInt64 *hops)
 {
-  const PetscInt  dim = mpm->grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
+  MPMView view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMMigrateForget(s));
+  *hops = 0;
+  PetscCall(MPMPointsLeavers(&mpm->points, &s->nleavers, &s->leaver));
+  PetscCall(PetscMalloc1(s->nleavers, &s->owner));
+  PetscCall(MPMPointsGetView(&mpm->points, FIELDS, &view));
+  for (PetscInt q = 0; q < s->nleavers; q++) {
+    PetscCall(FindOwner(mpm, s, &view, s->leaver[q], &s->owner[q]));
+    for (PetscInt d = 0; d < mpm->grid.dim; d++)
+      *hops = PetscMax(*hops, PetscAbsInt(MPMSpatialHops(s, mpm->grid.periodic, d, s->owner[q])));
+  }
+  PetscCall(MPMPointsRestoreView(&mpm->points, FIELDS, &view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Empties the list. Not collective. */
+PetscErrorCode MPMMigrateForget(MPMSpatial *s)
+{
+  PetscFunctionBeginUser;
+  s->nleavers = 0;
+  PetscCall(PetscFree(s->leaver));
+  PetscCall(PetscFree(s->owner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Takes the leavers out of the fingerprint, before they go. */
+static PetscErrorCode CountOut(MPM mpm, MPMSpatial *s)
+{
+  uint64_t ids = (uint64_t)s->ids;
+  MPMView  view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPointsGetView(&mpm->points, MPM_BIT(id), &view));
+  for (PetscInt q = 0; q < s->nleavers; q++) ids -= MPMPointMark(view.id[s->leaver[q]]);
+  s->ids = (PetscInt64)ids;
+  PetscCall(MPMPointsRestoreView(&mpm->points, MPM_BIT(id), &view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds the cells of the points that came, and adds them to the fingerprint: their cell, which travels with them, is
+   still that of a leaver. They are where leavers were, or at the end, as may be points that were here already. */
+static PetscErrorCode LocateComers(MPM mpm, MPMSpatial *s)
+{
+  const PetscInt  dim = mpm->grid.dim, nleavers = s->nleavers;
   const MPMPatch *patch = &mpm->exchange.patch;
   MPMPoints      *pts   = &mpm->points;
   MPMView         view;
 
   PetscFunctionBeginUser;
   pts->nkept -= nleavers;
-  PetscCall(MPMPointsGetView(pts, fields, &view));
+  PetscCall(MPMPointsGetView(pts, FIELDS, &view));
   for (PetscInt q = 0; q < nleavers + view.n - pts->nkept; q++) {
-    const PetscInt p       = q < nleavers ? which[q] : pts->nkept + q - nleavers;
+    const PetscInt p       = q < nleavers ? s->leaver[q] : pts->nkept + q - nleavers;
     PetscInt       base[3] = {0};
 
     if (p >= view.n || view.cell[p] >= 0) continue;
@@ -39,8 +86,10 @@ static PetscErrorCode LocateComers(MPM mpm, PetscInt nleavers, const PetscInt wh
                               MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), base);
     PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                "point %" PetscInt64_FMT " came to the wrong process", view.id[p]);
+    s->ids = (PetscInt64)((uint64_t)s->ids + MPMPointMark(view.id[p]));
   }
-  PetscCall(MPMPointsRestoreView(pts, fields, &view));
+  PetscCall(MPMPointsRestoreView(pts, FIELDS, &view));
+  PetscCall(MPMMigrateForget(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -48,28 +97,23 @@ static PetscErrorCode LocateComers(MPM mpm, PetscInt nleavers, const PetscInt wh
    eleven collectives a call. Collective.                                                                             */
 PetscErrorCode MPMMigrateSwarm(MPM mpm, MPMSpatial *s)
 {
-  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
-  MPMPoints     *pts    = &mpm->points;
-  PetscInt      *owner, nleavers, *which;
-  MPMView        view;
-  PetscMPIInt    me;
+  MPMPoints  *pts = &mpm->points;
+  PetscInt   *owner;
+  PetscMPIInt me;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(s->comm, &me));
-  PetscCall(MPMPointsLeavers(pts, &nleavers, &which));
-  PetscCall(MPMPointsGetView(pts, fields, &view));
+  PetscCall(CountOut(mpm, s));
   PetscCall(DMSwarmGetField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
   if (!s->ranked) /* later, only leavers have another owner: the field travels with the points */
-    for (PetscInt p = 0; p < view.n; p++) owner[p] = me;
+    for (PetscInt p = 0; p < pts->n; p++) owner[p] = me;
   s->ranked = PETSC_TRUE;
-  for (PetscInt q = 0; q < nleavers; q++) PetscCall(FindOwner(mpm, s, &view, which[q], &owner[which[q]]));
+  for (PetscInt q = 0; q < s->nleavers; q++) owner[s->leaver[q]] = s->owner[q];
   PetscCall(DMSwarmRestoreField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
-  PetscCall(MPMPointsRestoreView(pts, fields, &view));
   PetscCall(DMSwarmMigrate(pts->swarm, PETSC_TRUE));
   MPMSimulateWork("SWARM", 1);
   PetscCall(MPMPointsResize(pts));
-  PetscCall(LocateComers(mpm, nleavers, which));
-  PetscCall(PetscFree(which));
+  PetscCall(LocateComers(mpm, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -101,100 +145,102 @@ static PetscErrorCode GetFields(MPMPoints *pts, PetscBool restore, void *at[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sends the listed points, `bytes` each, to their owners, packed in that order in `out` (sorted by owner), and returns
-   what came for this process in *in, which the caller frees. Destinations may be any processes: PetscCommBuildTwoSided
-   finds who has something for whom. Collective on the communicator. */
-static PetscErrorCode SendPoints(MPMSpatial *s, PetscInt bytes, PetscInt nsend, const PetscInt owner[],
-                                 const char out[], PetscInt *nrecv, char **in)
-{
-  PetscMPIInt  nto = 0, nfrom, len, *to, *from;
-  PetscInt    *count, *counts;
-  MPI_Request *request;
-  int          n = 0;
+/* Packed points on their way, each behind the process that it goes to. */
+typedef struct {
+  char    *at;
+  PetscInt n, capacity;
+  size_t   bytes; /* of a point with its destination */
+} Transit;
 
+static PetscErrorCode MakeRoom(Transit *t, PetscInt n)
+{
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc2(nsend, &to, nsend, &count));
-  for (PetscInt q = 0; q < nsend; q++) {
-    if (!q || owner[q] != owner[q - 1]) {
-      to[nto]      = (PetscMPIInt)owner[q];
-      count[nto++] = 0;
-    }
-    count[nto - 1]++;
-  }
-  PetscCall(PetscCommBuildTwoSided(s->comm, 1, MPIU_INT, nto, to, count, &nfrom, &from, &counts));
-  *nrecv = 0;
-  for (PetscMPIInt k = 0; k < nfrom; k++) *nrecv += counts[k];
-  PetscCall(PetscMalloc1((size_t)*nrecv * (size_t)bytes, in));
-  PetscCall(PetscMalloc1(nfrom + nto, &request));
-  for (PetscInt k = 0, at = 0; k < nfrom; at += counts[k++]) {
-    PetscCall(MPMMessageLength((size_t)counts[k] * (size_t)bytes, &len));
-    PetscCallMPI(
-        MPI_Irecv(*in + (size_t)at * (size_t)bytes, len, MPI_BYTE, from[k], MPM_TAG_MIGRATE, s->comm, &request[n++]));
-  }
-  for (PetscInt k = 0, at = 0; k < nto; at += count[k++]) {
-    PetscCall(MPMMessageLength((size_t)count[k] * (size_t)bytes, &len));
-    PetscCallMPI(
-        MPI_Isend(out + (size_t)at * (size_t)bytes, len, MPI_BYTE, to[k], MPM_TAG_MIGRATE, s->comm, &request[n++]));
-  }
-  PetscCallMPI(MPI_Waitall(n, request, MPI_STATUSES_IGNORE));
-  PetscCall(PetscFree(request));
-  PetscCall(PetscFree(from));
-  PetscCall(PetscFree(counts));
-  PetscCall(PetscFree2(to, count));
+  if (n <= t->capacity) PetscFunctionReturn(PETSC_SUCCESS);
+  t->capacity = 2 * n;
+  PetscCall(PetscRealloc((size_t)t->capacity * t->bytes, &t->at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists the points that left, ascending, and their owners: which [nsend], owner [nsend]; allocated here. */
-static PetscErrorCode ListLeavers(MPM mpm, MPMSpatial *s, PetscInt *nsend, PetscInt **which, PetscInt **owner)
+/* Hands the points that have to go along axis d to the next process there, and takes those from both sides: a message
+   each way, of no bytes where nothing moves. Collective on the processes of a line along d.                          */
+static PetscErrorCode PassOn(MPM mpm, const MPMSpatial *s, PetscInt d, Transit *t)
 {
-  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
-  MPMView        view;
+  Transit     out[2] = {{.bytes = t->bytes}, {.bytes = t->bytes}}; /* down, up */
+  MPI_Request request[2];
+  PetscInt    stay = 0;
+  PetscMPIInt len, rank;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPointsLeavers(&mpm->points, nsend, which));
-  PetscCall(PetscMalloc1(*nsend, owner));
-  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
-  for (PetscInt q = 0; q < *nsend; q++) PetscCall(FindOwner(mpm, s, &view, (*which)[q], &(*owner)[q]));
-  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+  for (PetscInt q = 0; q < t->n; q++) {
+    const char *from = t->at + (size_t)q * t->bytes;
+    PetscInt    hops;
+
+    memcpy(&rank, from, sizeof rank);
+    hops = MPMSpatialHops(s, mpm->grid.periodic, d, rank);
+    if (hops) {
+      Transit *to = &out[hops > 0];
+
+      PetscCall(MakeRoom(to, to->n + 1));
+      memcpy(to->at + (size_t)to->n++ * t->bytes, from, t->bytes);
+    } else
+      memmove(t->at + (size_t)stay++ * t->bytes, from, t->bytes);
+  }
+  t->n = stay;
+  for (int up = 0; up < 2; up++) {
+    PetscCall(MPMMessageLength((size_t)out[up].n * t->bytes, &len));
+    PetscCallMPI(MPI_Isend(out[up].at, len, MPI_BYTE, s->beside[d][up], MPM_TAG_MIGRATE + up, s->comm, &request[up]));
+  }
+  for (int up = 0; up < 2; up++) { /* what goes up comes from below */
+    MPI_Status status;
+
+    PetscCallMPI(MPI_Probe(s->beside[d][!up], MPM_TAG_MIGRATE + up, s->comm, &status));
+    PetscCallMPI(MPI_Get_count(&status, MPI_BYTE, &len));
+    PetscCall(MakeRoom(t, t->n + (PetscInt)((size_t)len / t->bytes)));
+    PetscCallMPI(MPI_Recv(t->at ? t->at + (size_t)t->n * t->bytes : NULL, len, MPI_BYTE, s->beside[d][!up],
+                          MPM_TAG_MIGRATE + up, s->comm, MPI_STATUS_IGNORE));
+    t->n += (PetscInt)((size_t)len / t->bytes);
+  }
+  PetscCallMPI(MPI_Waitall(2, request, MPI_STATUSES_IGNORE));
+  for (int up = 0; up < 2; up++) PetscCall(PetscFree(out[up].at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* By our own messages: leavers are packed, comers fill the holes and the end. Collective. */
+/* By our own messages: leavers go from box to box, along one axis after the other, mostly one box on each (status.hops
+   has the most of all processes); comers fill the holes and the end. Collective.                                     */
 PetscErrorCode MPMMigrateDirect(MPM mpm, MPMSpatial *s)
 {
-  MPMPoints     *pts   = &mpm->points;
-  const PetscInt bytes = MPMPointsBytes(pts, MPM_SWARM);
-  PetscInt       n = pts->n, nsend, nrecv = 0, *which, *owner, *sorted;
+  MPMPoints     *pts = &mpm->points;
+  const PetscInt n = pts->n, nsend = s->nleavers;
   void          *at[MPM_NUM_FIELDS] = {NULL};
-  char          *out, *in;
+  Transit        t                  = {.bytes = sizeof *s->owner + (size_t)MPMPointsBytes(pts, MPM_SWARM)};
 
   PetscFunctionBeginUser;
-  PetscCall(ListLeavers(mpm, s, &nsend, &which, &owner));
-  PetscCall(PetscMalloc2((size_t)nsend * (size_t)bytes, &out, nsend, &sorted));
-  PetscCall(PetscArraycpy(sorted, which, nsend));
-  PetscCall(PetscSortIntWithArray(nsend, owner, sorted));
+  PetscCall(CountOut(mpm, s));
+  PetscCall(MakeRoom(&t, nsend + 1));
   PetscCall(GetFields(pts, PETSC_FALSE, at));
-  for (PetscInt q = 0; q < nsend; q++) PackPoint(pts, at, sorted[q], out + (size_t)q * (size_t)bytes, PETSC_FALSE);
-  PetscCall(GetFields(pts, PETSC_TRUE, at));
-  PetscCall(SendPoints(s, bytes, nsend, owner, out, &nrecv, &in));
-  if (nrecv > nsend) PetscCall(MPMPointsSetSize(pts, n + nrecv - nsend));
-  PetscCall(GetFields(pts, PETSC_FALSE, at));
-  for (PetscInt q = 0; q < nrecv; q++)
-    PackPoint(pts, at, q < nsend ? which[q] : n + q - nsend, in + (size_t)q * (size_t)bytes, PETSC_TRUE);
-  for (PetscInt q = nsend; q > nrecv;
-       q--) { /* the last points move into the holes that are left, the last hole first */
-    const PetscInt hole = which[q - 1], last = n - 1 - (nsend - q);
-
-    if (hole == last) continue;
-    PackPoint(pts, at, last, out, PETSC_FALSE);
-    PackPoint(pts, at, hole, out, PETSC_TRUE);
+  for (; t.n < nsend; t.n++) {
+    memcpy(t.at + (size_t)t.n * t.bytes, &s->owner[t.n], sizeof *s->owner);
+    PackPoint(pts, at, s->leaver[t.n], t.at + (size_t)t.n * t.bytes + sizeof *s->owner, PETSC_FALSE);
   }
   PetscCall(GetFields(pts, PETSC_TRUE, at));
-  if (nrecv < nsend) PetscCall(MPMPointsSetSize(pts, n + nrecv - nsend));
-  PetscCall(LocateComers(mpm, nsend, which));
-  PetscCall(PetscFree(in));
-  PetscCall(PetscFree2(out, sorted));
-  PetscCall(PetscFree(which));
-  PetscCall(PetscFree(owner));
+  for (PetscInt d = 0; d < mpm->grid.dim; d++)
+    for (PetscInt64 hop = 0; s->p[d] > 1 && hop < mpm->status.hops; hop++) PetscCall(PassOn(mpm, s, d, &t));
+  if (t.n > nsend) PetscCall(MPMPointsSetSize(pts, n + t.n - nsend));
+  PetscCall(GetFields(pts, PETSC_FALSE, at));
+  for (PetscInt q = 0; q < t.n; q++)
+    PackPoint(pts, at, q < nsend ? s->leaver[q] : n + q - nsend, t.at + (size_t)q * t.bytes + sizeof *s->owner,
+              PETSC_TRUE);
+  for (PetscInt q = nsend; q > t.n; q--) { /* the last points move into the holes that are left, the last hole first */
+    const PetscInt hole = s->leaver[q - 1], last = n - 1 - (nsend - q);
+
+    if (hole == last) continue;
+    PackPoint(pts, at, last, t.at, PETSC_FALSE);
+    PackPoint(pts, at, hole, t.at, PETSC_TRUE);
+  }
+  PetscCall(GetFields(pts, PETSC_TRUE, at));
+  if (t.n < nsend) PetscCall(MPMPointsSetSize(pts, n + t.n - nsend));
+  MPMSimulateWork("LEAVER", 0.5 * (PetscReal)(nsend + t.n));
+  PetscCall(LocateComers(mpm, s));
+  PetscCall(PetscFree(t.at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

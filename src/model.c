@@ -61,6 +61,12 @@ static PetscReal Migrates(const MPMShare *s)
   return s->processes > 1 ? 1 - PetscExpReal(-s->crossing) : 0;
 }
 
+/* The messages one after the other of a migration: a tree of all processes, or the axes that are cut here. */
+static PetscReal Stages(MPM mpm, const MPMShare *s)
+{
+  return mpm->exchange.direct ? PetscLog2Real(1 + s->neighbours) : Log2(s->processes);
+}
+
 /* Predicted seconds a step of timer e on a process with this share of a run in spatial decomposition, or of one
    process. Not collective. */
 PetscReal MPMModelTimer(MPM mpm, PetscInt e, const MPMShare *s)
@@ -74,7 +80,8 @@ PetscReal MPMModelTimer(MPM mpm, PetscInt e, const MPMShare *s)
   if (e == MPM_TIMER_REDUCE) return m->rate[e].call + Log2(s->processes) * m->reduction;
   if (e == MPM_TIMER_MIGRATE)
     return Migrates(s) *
-           (way->call + way->stage * Log2(s->processes) + way->point * s->points + way->process * s->processes);
+               (way->call + way->stage * Stages(mpm, s) + way->point * s->points + way->process * s->processes) +
+           way->leaver * s->crossing / s->processes;
   if (e >= MPM_TIMER_FORCES) return Seconds(&m->rate[e], s->points);
   if (!Times(mpm, e)) return 0;
   if (mpm->phases[e].kind == MPM_NODES_TO_POINTS) return Seconds(&m->rate[e], s->points);
@@ -216,11 +223,11 @@ static void SetRough(MPM mpm)
   m->migration[0].call    = 60e-6; /* DMSwarmMigrate: 22 collectives, one of them of a number from every process */
   m->migration[0].stage   = 24 * 1.6e-6;
   m->migration[0].process = 80 * m->wire;
-  m->migration[0].point = m->migration[1].point = 1e-9;
-  m->migration[1].call                          = 5e-6;
-  m->migration[1].stage                         = 2 * 1.6e-6;
-  m->chunk                                      = 2e-6;
-  m->farm                                       = 0.3e-9;
+  m->migration[0].point   = 1e-9;
+  m->migration[1].call    = 2e-6;
+  m->migration[1].stage   = 1.6e-6 + 0.6e-6;
+  m->chunk                = 2e-6;
+  m->farm                 = 0.3e-9;
   (void)snprintf(m->from, sizeof m->from, "rough: -model_calibrate measures them");
 }
 
@@ -365,8 +372,10 @@ PetscErrorCode MPMModelView(MPM mpm)
   MPMShare                 s;
   PetscReal                serial, courant, bound, best = PETSC_MAX_REAL, volume = 1;
   PetscInt                 edge = 0, cross = 0;
+  PetscMPIInt              rank;
 
   PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(mpm->exchange.data, &rank));
   PetscCall(MPMModelShare(mpm, &s));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.points, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.nodes, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
@@ -382,9 +391,13 @@ PetscErrorCode MPMModelView(MPM mpm)
     if (mpm->predicted[e] > 0) PetscCall(MPMPrint(mpm, "  %-12s %8.3g\n", MPMTimerName(e), (double)mpm->predicted[e]));
   PetscCall(
       MPMPrint(mpm, "  processes   spatial s/step  speed-up  efficiency  imbalance      pool s/step  speed-up\n"));
-  PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, &h));
+  PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, mpm->exchange.data, &h));
   PetscCall(MPMSceneHistogram(mpm, &h));
-  PetscCall(MPMHistogramFinish(&h, PETSC_COMM_SELF)); /* every process counts all points */
+  PetscCall(MPMHistogramFinish(&h));
+  if (rank) { /* the first prints, and no other has the histogram */
+    PetscCall(MPMHistogramDestroy(&h));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
     const PetscMPIInt size = sizes[k];
     PetscReal         t = serial, imbalance = 1, pool;

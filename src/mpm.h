@@ -197,6 +197,7 @@ typedef struct {
   PetscInt64 moved;       /* points that changed cell */
   PetscInt64 interrupted; /* has a signal asked the run to end? */
   PetscInt64 left;        /* points that left the patch */
+  PetscInt64 hops;        /* patches that the farthest of these has to go along an axis */
   PetscInt64 most;        /* points of the process that has most */
   PetscInt64 n, ids;      /* points there are, and their fingerprint: none may get lost or doubled on the way */
 } MPMStatus;
@@ -359,6 +360,7 @@ PetscErrorCode MPMPointsLeavers(MPMPoints *, PetscInt *n, PetscInt **which);
 PetscErrorCode MPMPointsSort(MPMPoints *, const MPMPatch *);
 PetscErrorCode MPMPointsLocate(MPMPoints *, const MPMPatch *, const MPMKind *);
 PetscErrorCode MPMPointsFingerprint(MPMPoints *, PetscInt64 *ids);
+uint64_t       MPMPointMark(PetscInt64 id); /* of one point */
 PetscErrorCode MPMPointsCheck(MPMPoints *, MPI_Comm, PetscInt64 n, PetscInt64 ids);
 PetscErrorCode MPMPointsDigest(MPMPoints *, MPI_Comm, PetscInt64 *digest);
 PetscErrorCode MPMPointsDestroy(MPMPoints *);
@@ -400,20 +402,25 @@ typedef struct {
 
 typedef enum { MPM_BALANCE_NONE, MPM_BALANCE_START, MPM_BALANCE_AUTO } MPMBalance;
 
-/* Points per bin of nodes: each bin covers `coarse` nodes an axis. table is its summed-area table. */
+/* Points per bin of nodes: each bin covers `coarse` nodes an axis. Processes count some of the points each; the first
+   has the summed-area tables, the others only lists of what they counted. */
 typedef struct {
+  MPI_Comm    comm;
   PetscInt    dim, nodes[3], n[3], coarse, stencil; /* stencil: nodes of a point's stencil per axis */
   PetscInt64 *table;                                /* [n2+1][n1+1][n0+1] points below */
   PetscInt64 *occupied;                             /* likewise: bins with points below */
+  PetscInt64 *list;                                 /* [listed][2] entry of table, points */
+  PetscInt    listed, capacity;
 } MPMHistogram;
 
-PetscErrorCode MPMHistogramCreate(const MPMGrid *, MPMBasis, MPMHistogram *);
-void           MPMHistogramAdd(MPMHistogram *, const PetscInt base[], PetscInt64 points); /* before Finish */
-PetscErrorCode MPMHistogramFinish(MPMHistogram *, MPI_Comm); /* MPI_COMM_SELF: every process has added all */
+PetscErrorCode MPMHistogramCreate(const MPMGrid *, MPMBasis, MPI_Comm, MPMHistogram *);
+PetscErrorCode MPMHistogramAdd(MPMHistogram *, const PetscInt base[], PetscInt64 points); /* before Finish */
+PetscErrorCode MPMHistogramFinish(MPMHistogram *);
 PetscErrorCode MPMHistogramDestroy(MPMHistogram *);
 PetscErrorCode MPMPartitionChoose(const MPMHistogram *, PetscMPIInt size, MPMBalance, MPMPartition *);
 PetscReal      MPMPartitionCost(const MPMHistogram *, MPMPartition *);        /* sets imbalance and worst */
 PetscInt       MPMPartitionLargest(const MPMGrid *, MPMBasis, PetscInt size); /* the largest legal count <= size */
+PetscErrorCode MPMPartitionShare(MPMPartition *, MPI_Comm); /* that of its first process becomes that of all */
 PetscErrorCode MPMPartitionDestroy(MPMPartition *);
 
 PetscErrorCode MPMGridCreateDM(const MPMGrid *, MPI_Comm, PetscInt stencil, const MPMPartition *, DM *);
@@ -481,7 +488,9 @@ typedef struct {
   PetscInt               pool_cells; /* -pool_cells */
   void                  *farm;       /* of the pool: its master uses the rest as a run on one process does */
   MPMPartition           partition;
-  PetscInt               recuts; /* how often the grid was cut anew */
+  PetscInt               recuts;     /* how often the grid was cut anew */
+  PetscInt               migrations; /* steps in which points changed process */
+  PetscInt64             migrants;   /* how many did, in all */
   PetscReal busy, chunks, bytes; /* of the pool's master: s not spent waiting, patches handed out, bytes both ways */
   void     *ctx;
 } MPMExchange;
@@ -542,6 +551,7 @@ typedef struct {
   PetscReal     offset[3], b[3]; /* of its lattice of points, and their spacing, m */
   MPMExpression velocity;        /* m/s, of x y z; NULL: at rest */
   PetscInt64    first, n;        /* ids first .. first+n-1 */
+  PetscInt64    row;             /* its first row of lattice places, of those of all bodies */
 } MPMBody;
 
 PetscErrorCode MPMExchangeSetFromOptions(MPM, MPMOptions);
@@ -575,6 +585,8 @@ typedef struct {
   PetscBool     forced, keeps_start; /* are there body forces or loads; do points carry their place at the start? */
   PetscInt64    overlap;             /* points that lie in an earlier body too */
   PetscInt64    on_line;             /* points that start exactly on a line of the grid */
+  PetscInt64    rows, *share_first; /* of lattice places; [shares] points before each of as many equal shares of them */
+  PetscMPIInt   shares;
 } MPMScene;
 
 PetscErrorCode MPMSceneSetFromOptions(MPM, MPMOptions);
@@ -641,9 +653,11 @@ typedef struct {
   PetscReal call, size[2], each[2]; /* s, 1, s */
 } MPMRate;
 
-/* A migration takes call + stage log2(P) + process P + point n seconds for n points here and P processes. */
+/* A migration takes call + stage s + process P + point n + leaver q seconds for n points here, of which q leave and as
+   many come, and P processes; s is log2(P) for DMSwarmMigrate, and the number of axes that are cut here for direct
+   messages. */
 typedef struct {
-  PetscReal call, stage, process, point;
+  PetscReal call, stage, process, point, leaver;
 } MPMMigration;
 
 typedef struct {
@@ -654,6 +668,7 @@ typedef struct {
   PetscReal    reduction;              /* s of the step's reduction for each doubling of the processes */
   MPMMigration migration[2];           /* swarm, direct */
   PetscReal    chunk, farm;            /* s a patch of the pool, s a byte of it, on either side */
+  PetscReal    flop, byte;             /* s that a core takes at best for an operation, a byte of memory; 0: unknown */
   char         from[2 * MPM_NAME_LEN]; /* where the constants come from */
 } MPMModel;
 
@@ -662,12 +677,14 @@ typedef struct {
   PetscBool on;    /* -report_path */
   PetscBool clock; /* timers read processor time */
   PetscInt  row, capacity;
-  PetscReal start, *seconds;          /* [row+1][MPM_MAX_TIMERS] s of processor time, here */
+  PetscReal start, paused, *seconds;  /* [row+1][MPM_MAX_TIMERS] s of processor time, here */
   PetscReal messages[MPM_MAX_TIMERS]; /* s a step, by the model, of the process that sends most */
 } MPMPath;
 PetscErrorCode MPMClock(MPM, PetscLogDouble *);
 void           MPMWorkBegin(MPM);
 void           MPMWorkEnd(MPM, PetscInt timer);
+void           MPMWorkPause(MPM);
+void           MPMWorkResume(MPM);
 PetscErrorCode MPMWorkStep(MPM);
 PetscErrorCode MPMWorkView(MPM);
 
@@ -751,6 +768,7 @@ PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
 PetscErrorCode MPMRoofline(MPM); /* the last line: what was achieved, of what the machine can */
+PetscErrorCode MPMLimits(MPI_Comm, PetscReal *flop, PetscReal *byte);
 
 /* A ladder of runs; see study.c. */
 typedef struct {
@@ -782,7 +800,7 @@ struct _p_MPM {
   MPMMonitor           monitor;
   MPMOutput            output;
   MPMStudy             study;
-  PetscReal            flops, bytes; /* of the phases here, counted by hand */
+  PetscReal            flops, bytes; /* of the phases here, counted by hand; of the pool's master: its workers' too */
   MPMModel             model;
   PetscBool            calibrate;                                              /* -model_calibrate */
   char                 model_file[2 * MPM_TEXT_LEN], model_note[MPM_TEXT_LEN]; /* why the file is not used */

@@ -3,11 +3,12 @@
    Bodies fill a part of the grid, so equal boxes leave processes idle: two disks on 32 processes cost 3.9 times the
    mean. Here every process grid px x py x pz (strips included) is tried, each axis cut at edges of tiles so that its
    heaviest part is as light as it can be, and the one of the smallest predicted step is taken. Input is a histogram of
-   the points over the nodes, equal on every process, so all choose the same without a message. docs/performance.md has
-   the model.                                                                                                         */
+   the points over the nodes, which the first process has; it tells the others what it chose. docs/performance.md has
+   the model. */
 #include "tiles.h"
 
-#define MPM_MAX_BINS ((PetscInt)1 << 21)
+#define MPM_MAX_BINS      ((PetscInt)1 << 21)
+#define MPM_TAG_HISTOGRAM 2 /* beside those of exchange_spatial.h */
 
 /* Bins of one tile, or of more if memory does not allow it: `coarse` nodes an axis in each, and in the last the rest.
  */
@@ -28,13 +29,29 @@ static void LayOut(const MPMGrid *grid, MPMBasis basis, MPMHistogram *h)
   }
 }
 
-/* An empty histogram. Not collective. */
-PetscErrorCode MPMHistogramCreate(const MPMGrid *grid, MPMBasis basis, MPMHistogram *h)
+static PetscInt Index(const MPMHistogram *h, PetscInt i, PetscInt j, PetscInt k)
 {
+  return (k * (h->n[1] + 1) + j) * (h->n[0] + 1) + i;
+}
+
+static PetscInt Entries(const MPMHistogram *h)
+{
+  return Index(h, h->n[0], h->n[1], h->n[2]) + 1;
+}
+
+/* An empty histogram, to which the processes of comm add points. Not collective. */
+PetscErrorCode MPMHistogramCreate(const MPMGrid *grid, MPMBasis basis, MPI_Comm comm, MPMHistogram *h)
+{
+  PetscMPIInt rank;
+
   PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(h, sizeof *h));
   LayOut(grid, basis, h);
-  PetscCall(PetscCalloc1((h->n[0] + 1) * (h->n[1] + 1) * (h->n[2] + 1), &h->table));
-  PetscCall(PetscCalloc1((h->n[0] + 1) * (h->n[1] + 1) * (h->n[2] + 1), &h->occupied));
+  h->comm = comm;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  if (rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(Entries(h), &h->table));
+  PetscCall(PetscCalloc1(Entries(h), &h->occupied));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -43,21 +60,49 @@ PetscErrorCode MPMHistogramDestroy(MPMHistogram *h)
   PetscFunctionBeginUser;
   PetscCall(PetscFree(h->table));
   PetscCall(PetscFree(h->occupied));
+  PetscCall(PetscFree(h->list));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscInt64 *Entry(const MPMHistogram *h, PetscInt64 *table, PetscInt i, PetscInt j, PetscInt k)
 {
-  return table + (k * (h->n[1] + 1) + j) * (h->n[0] + 1) + i;
+  return table + Index(h, i, j, k);
 }
 
-/* Counts points whose stencils start at node `base` (from 0, layers included). */
-void MPMHistogramAdd(MPMHistogram *h, const PetscInt base[], PetscInt64 points)
+/* Makes room for n items in the list. */
+static PetscErrorCode Room(MPMHistogram *h, PetscInt n)
 {
-  PetscInt b[3] = {0};
+  PetscInt64 *more;
 
+  PetscFunctionBeginUser;
+  if (n <= h->capacity) PetscFunctionReturn(PETSC_SUCCESS);
+  h->capacity = PetscMax(n, h->capacity + h->capacity / 2 + 64);
+  PetscCall(PetscMalloc1(2 * h->capacity, &more));
+  PetscCall(PetscArraycpy(more, h->list, 2 * h->listed));
+  PetscCall(PetscFree(h->list));
+  h->list = more;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Counts points whose stencils start at node `base` (from 0, layers included). Points that follow each other are mostly
+   in the same bin, so that a list is short beside the points. */
+PetscErrorCode MPMHistogramAdd(MPMHistogram *h, const PetscInt base[], PetscInt64 points)
+{
+  PetscInt b[3] = {0}, entry;
+
+  PetscFunctionBeginUser;
   for (PetscInt d = 0; d < h->dim; d++) b[d] = PetscMin(base[d] / h->coarse, h->n[d] - 1);
-  *Entry(h, h->table, b[0] + 1, b[1] + 1, b[2] + 1) += points;
+  entry = Index(h, b[0] + 1, b[1] + 1, b[2] + 1);
+  if (h->table)
+    h->table[entry] += points;
+  else if (h->listed && h->list[2 * h->listed - 2] == entry)
+    h->list[2 * h->listed - 1] += points;
+  else {
+    PetscCall(Room(h, h->listed + 1));
+    h->list[2 * h->listed]       = entry;
+    h->list[2 * h->listed++ + 1] = points;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Turns numbers in bins into the summed-area table. */
@@ -70,18 +115,29 @@ static void Accumulate(const MPMHistogram *h, PetscInt64 *table)
           *Entry(h, table, i, j, k) += *Entry(h, table, i - (d == 0), j - (d == 1), k - (d == 2));
 }
 
-/* Sums over comm and turns counts into summed-area tables. Collective on comm. */
-PetscErrorCode MPMHistogramFinish(MPMHistogram *h, MPI_Comm comm)
+/* Sums what all have counted, and turns it into summed-area tables, on the first process. Collective. */
+PetscErrorCode MPMHistogramFinish(MPMHistogram *h)
 {
-  const PetscInt *n = h->n;
-  PetscMPIInt     size;
+  PetscMPIInt size, rank, n;
 
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  if (size > 1)
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, h->table, (PetscMPIInt)((n[0] + 1) * (n[1] + 1) * (n[2] + 1)), MPIU_INT64,
-                               MPI_SUM, comm));
-  for (PetscInt i = 0; i < (n[0] + 1) * (n[1] + 1) * (n[2] + 1); i++) h->occupied[i] = h->table[i] > 0;
+  PetscCallMPI(MPI_Comm_size(h->comm, &size));
+  PetscCallMPI(MPI_Comm_rank(h->comm, &rank));
+  if (rank) {
+    PetscCall(PetscMPIIntCast(2 * h->listed, &n));
+    PetscCallMPI(MPI_Send(h->list, n, MPIU_INT64, 0, MPM_TAG_HISTOGRAM, h->comm));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (PetscMPIInt r = 1; r < size; r++) { /* one after the other: all lists together may be long */
+    MPI_Status status;
+
+    PetscCallMPI(MPI_Probe(r, MPM_TAG_HISTOGRAM, h->comm, &status));
+    PetscCallMPI(MPI_Get_count(&status, MPIU_INT64, &n));
+    PetscCall(Room(h, n / 2));
+    PetscCallMPI(MPI_Recv(h->list, n, MPIU_INT64, r, MPM_TAG_HISTOGRAM, h->comm, MPI_STATUS_IGNORE));
+    for (PetscMPIInt k = 0; k < n; k += 2) h->table[h->list[k]] += h->list[k + 1];
+  }
+  for (PetscInt i = 0; i < Entries(h); i++) h->occupied[i] = h->table[i] > 0;
   Accumulate(h, h->table);
   Accumulate(h, h->occupied);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -197,6 +253,21 @@ PetscReal MPMPartitionCost(const MPMHistogram *h, MPMPartition *part)
   return worst;
 }
 
+/* The partition of the first process of comm, once chosen, becomes that of all. Collective on comm. */
+PetscErrorCode MPMPartitionShare(MPMPartition *part, MPI_Comm comm)
+{
+  PetscInt *l[3] = {part->l[0], part->l[1], part->l[2]};
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Bcast(part, (PetscMPIInt)sizeof *part, MPI_BYTE, 0, comm));
+  for (PetscInt d = 0; d < 3; d++) {
+    part->l[d] = l[d];
+    if (!l[d]) PetscCall(PetscMalloc1(part->p[d], &part->l[d]));
+    PetscCallMPI(MPI_Bcast(part->l[d], (PetscMPIInt)part->p[d], MPIU_INT, 0, comm));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMPartitionDestroy(MPMPartition *part)
 {
   PetscFunctionBeginUser;
@@ -226,9 +297,8 @@ static PetscReal Across(const PetscInt p[3])
 }
 
 /* Chooses the partition for `size` processes: MPM_BALANCE_NONE the most compact process grid with equal parts, else the
-   smallest predicted step over all process grids, cuts across x and y made dearer. All processes with the same
-   histogram choose the same. Fails with PETSC_ERR_ARG_SIZ if none fits (callers ask MPMPartitionLargest first). Not
-   collective.                            */
+   smallest predicted step over all process grids, cuts across x and y made dearer. Fails with PETSC_ERR_ARG_SIZ if none
+   fits (callers ask MPMPartitionLargest first). Not collective: for the process that has the histogram's tables. */
 PetscErrorCode MPMPartitionChoose(const MPMHistogram *h, PetscMPIInt size, MPMBalance balance, MPMPartition *best)
 {
   MPMPartition trial  = {.costs = best->costs};

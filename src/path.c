@@ -37,6 +37,17 @@ void MPMWorkEnd(MPM mpm, PetscInt timer)
   if (path->on && path->seconds) path->seconds[path->row * MPM_MAX_TIMERS + timer] += Processor() - path->start;
 }
 
+/* Leaves out what lies between the two. */
+void MPMWorkPause(MPM mpm)
+{
+  if (mpm->path.on) mpm->path.paused = Processor();
+}
+
+void MPMWorkResume(MPM mpm)
+{
+  if (mpm->path.on) mpm->path.start += Processor() - mpm->path.paused;
+}
+
 /* Makes room for the work of a step. Processes of a pool do not take part in steps: they keep sums over the run, in one
    row. Not collective. */
 PetscErrorCode MPMWorkStep(MPM mpm)

@@ -361,7 +361,13 @@ static uint64_t Mix(uint64_t z)
   return z ^ (z >> 31);
 }
 
-/* The sum of id (id + 1) of the points here, modulo 2^64. Of all processes, with the number of points: one that is lost
+/* What a point counts for in the fingerprint: id (id + 1), modulo 2^64. */
+uint64_t MPMPointMark(PetscInt64 id)
+{
+  return (uint64_t)id * (uint64_t)(id + 1);
+}
+
+/* The sum of the marks of the points here, modulo 2^64. Of all processes, with the number of points: one that is lost
    or doubled changes the number, and one that stands in the place of another changes the sum. Of several at once it
    misses those that leave both as they are: 0 and 6 doubled, 3 and 5 lost. It says nothing of their state. Not
    collective. */
@@ -372,9 +378,9 @@ PetscErrorCode MPMPointsFingerprint(MPMPoints *points, PetscInt64 *ids)
 
   PetscFunctionBeginUser;
   PetscCall(MPMPointsGetView(points, MPM_BIT(id), &view));
-  for (PetscInt p = 0; p < view.n; p++) sum += (uint64_t)view.id[p] * (uint64_t)(view.id[p] + 1);
+  for (PetscInt p = 0; p < view.n; p++) sum += MPMPointMark(view.id[p]);
   PetscCall(MPMPointsRestoreView(points, MPM_BIT(id), &view));
-  memcpy(ids, &sum, sizeof sum);
+  *ids = (PetscInt64)sum;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

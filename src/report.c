@@ -317,6 +317,11 @@ PetscErrorCode MPMReportEnd(MPM mpm)
                        mpm->exchange.recuts,
                        (double)mpm->status.most * mpm->exchange.partition.p[0] * mpm->exchange.partition.p[1] *
                            mpm->exchange.partition.p[2] / (double)mpm->points.total));
+  if (mpm->exchange.migrations)
+    PetscCall(MPMPrint(mpm,
+                       "migration  particles changed process %" PetscInt64_FMT " times, in %" PetscInt_FMT
+                       " of %" PetscInt_FMT " steps\n",
+                       mpm->exchange.migrants, mpm->exchange.migrations, mpm->step));
   if (mpm->step > 0) PetscCall(MPMStepView(mpm));
 #if defined(MPM_SIMULATE)
   PetscCall(MPMPrint(mpm, "simulated  %.9g s a step\n", (double)(mpm->wall_steps / PetscMax(1, mpm->step))));

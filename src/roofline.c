@@ -1,6 +1,8 @@
 /* roofline.c - how much of the machine a run used: arithmetic and memory traffic, counted by hand per phase, over the
-   time of the steps; beside them the limits of this core, measured here in about a second.                           */
+   time of the steps; beside them the limits of a core, measured here in less than a second.                          */
 #include "mpm.h"
+
+#define TRIES 40 /* of which the best counts; some tenths of a second, longer than what else runs keeps a core */
 
 /* transfer_sums.c, for each number of lanes: n rounds of fused products and sums; how many operations that is. */
 typedef PetscReal Chains(PetscInt n, PetscReal start, volatile PetscReal *end);
@@ -21,7 +23,7 @@ static PetscErrorCode PeakFlops(PetscReal *best)
 
   PetscFunctionBeginUser;
   *best = 0;
-  for (int repeat = 0; repeat < 5; repeat++) {
+  for (int repeat = 0; repeat < TRIES; repeat++) {
     PetscLogDouble t0, t1;
     PetscReal      flops;
 
@@ -43,7 +45,7 @@ static PetscErrorCode PeakBytes(PetscReal *best)
   *best = 0;
   PetscCall(PetscMalloc3(n, &a, n, &b, n, &c));
   for (PetscInt i = 0; i < n; i++) a[i] = b[i] = c[i] = 1;
-  for (int repeat = 0; repeat < 5; repeat++) {
+  for (int repeat = 0; repeat < TRIES; repeat++) {
     PetscLogDouble t0, t1;
 
     PetscCall(PetscTime(&t0));
@@ -56,25 +58,49 @@ static PetscErrorCode PeakBytes(PetscReal *best)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the line, of the first process. With limits after a run whose steps took 20 s, or with -report_limits: all
-   processes measure at once, since cores share memory. Collective on the exchange. */
-PetscErrorCode MPMRoofline(MPM mpm)
+/* Seconds of a core for an operation and for a byte of memory at best, the mean over processes that measure at once,
+   since cores share memory and heat. Collective on comm; takes less than a second. */
+PetscErrorCode MPMLimits(MPI_Comm comm, PetscReal *flop, PetscReal *byte)
 {
-  const PetscReal s = mpm->wall_steps, per = (PetscReal)mpm->points.total * mpm->step;
-  PetscReal       flops, bytes;
+  PetscReal   flops, bytes, seconds[2];
+  PetscMPIInt size;
 
   PetscFunctionBeginUser;
-  if (mpm->step == 0 || s <= 0 || mpm->exchange.type->farms) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCallMPI(MPI_Barrier(comm));
+  PetscCall(PeakFlops(&flops));
+  PetscCallMPI(MPI_Barrier(comm));
+  PetscCall(PeakBytes(&bytes));
+  seconds[0] = 1 / flops;
+  seconds[1] = 1 / bytes;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, seconds, 2, MPIU_REAL, MPIU_SUM, comm));
+  *flop = seconds[0] / size;
+  *byte = seconds[1] / size;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints the line: operations and bytes are the mean over the processes, in the pool over master and workers. Beside
+   them what a core can: as the model's file says, or measured now, with -report_limits or, where no file says it, after
+   a run whose steps took 20 s. In the pool the master measures alone. Collective on the exchange. */
+PetscErrorCode MPMRoofline(MPM mpm)
+{
+  const PetscReal per = (PetscReal)mpm->points.total * mpm->step;
+  PetscReal   work[2] = {mpm->flops, mpm->bytes}, s = mpm->wall_steps, flop = mpm->model.flop, byte = mpm->model.byte;
+  PetscMPIInt size;
+
+  PetscFunctionBeginUser;
+  if (mpm->quiet) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
+  PetscCallMPI(MPI_Bcast(&s, 1, MPIU_REAL, 0, mpm->exchange.data));
+  if (mpm->step == 0 || s <= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, work, 2, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
+  for (int k = 0; k < 2; k++) work[k] /= s * size;
   PetscCall(MPMPrint(mpm, "speed      %.3g ns/particle/step, %.3g GFlop/s, %.3g GB/s a process",
-                     (double)(1e9 * s / per), (double)(1e-9 * mpm->flops / s), (double)(1e-9 * mpm->bytes / s)));
-  PetscCallMPI(MPI_Bcast(&mpm->wall_steps, 1, MPI_DOUBLE, 0, mpm->exchange.data));
-  if (mpm->report_limits || mpm->wall_steps > 20) {
-    PetscCallMPI(MPI_Barrier(mpm->exchange.data));
-    PetscCall(PeakFlops(&flops));
-    PetscCall(PeakBytes(&bytes));
-    PetscCall(MPMPrint(mpm, ": %.2g of %.3g and %.2g of %.3g that the core can", (double)(mpm->flops / s / flops),
-                       (double)(1e-9 * flops), (double)(mpm->bytes / s / bytes), (double)(1e-9 * bytes)));
-  }
+                     (double)(1e9 * s / per), (double)(1e-9 * work[0]), (double)(1e-9 * work[1])));
+  if (mpm->report_limits || (flop == 0 && s > 20)) PetscCall(MPMLimits(mpm->exchange.data, &flop, &byte));
+  if (flop > 0)
+    PetscCall(MPMPrint(mpm, ": %.2g of %.3g and %.2g of %.3g that a core can", (double)(work[0] * flop),
+                       (double)(1e-9 / flop), (double)(work[1] * byte), (double)(1e-9 / byte)));
   PetscCall(MPMPrint(mpm, "\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -326,5 +326,6 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   PetscCall(PetscFree(scene->materials));
   PetscCall(PetscFree(scene->bodies));
   PetscCall(PetscFree(scene->kinds));
+  PetscCall(PetscFree(scene->share_first));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

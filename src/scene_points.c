@@ -5,25 +5,67 @@
 #include <unistd.h>
 #include "cell.h"
 
-/* A walk over the points of a body in the order of their numbers, a run of neighbours along the last axis at a time. */
+/* A walk over rows of a body's points, in the order of their numbers: a row is along the last axis, and has runs of
+   neighbours. A body has as many rows as its lattice has places on the other axes, some without points. */
 typedef struct {
   const MPMBody *body;
   PetscInt       dim;
   PetscInt64     first[3], last[3]; /* the range of lattice places that covers the body */
+  PetscInt64     row, end;          /* of the body's rows: where the walk is, and before which it ends */
   PetscInt64     ijk[3], n;         /* the run: its first place and its length */
   PetscInt64     id;                /* the number of its first point */
 } Walk;
 
+/* The row of the places ijk. */
+static PetscInt64 RowOf(const Walk *w, const PetscInt64 ijk[])
+{
+  PetscInt64 row = 0;
+
+  for (PetscInt d = 0; d < w->dim - 1; d++) row = row * (w->last[d] - w->first[d] + 1) + ijk[d] - w->first[d];
+  return row;
+}
+
+static void GoToRow(Walk *w, PetscInt64 row)
+{
+  w->row             = row;
+  w->n               = 0;
+  w->ijk[w->dim - 1] = w->first[w->dim - 1];
+  for (PetscInt d = w->dim - 2; d >= 0; d--) {
+    const PetscInt64 places = w->last[d] - w->first[d] + 1;
+
+    w->ijk[d] = w->first[d] + row % places;
+    row /= places;
+  }
+}
+
 static Walk WalkStart(const MPMBody *b, PetscInt dim)
 {
-  Walk      w = {b, dim, {0}, {0}, {0}, 0, b->first};
+  Walk      w = {.body = b, .dim = dim, .id = b->first};
   PetscReal lower[3], upper[3];
 
   MPMRegionBounds(&b->region, dim, lower, upper);
   for (PetscInt d = 0; d < dim; d++) {
-    w.ijk[d] = w.first[d] = (PetscInt64)PetscFloorReal((lower[d] - b->offset[d]) / b->b[d] - 0.5);
-    w.last[d]             = (PetscInt64)PetscCeilReal((upper[d] - b->offset[d]) / b->b[d] - 0.5);
+    w.first[d] = (PetscInt64)PetscFloorReal((lower[d] - b->offset[d]) / b->b[d] - 0.5);
+    w.last[d]  = (PetscInt64)PetscCeilReal((upper[d] - b->offset[d]) / b->b[d] - 0.5);
   }
+  w.end = RowOf(&w, w.last) + 1;
+  GoToRow(&w, 0);
+  return w;
+}
+
+/* The rows of all bodies in equal shares, one a process: the first of share k among the rows of a body. */
+static PetscInt64 ShareRow(const MPMScene *scene, const MPMBody *b, PetscInt64 k, PetscMPIInt shares)
+{
+  return scene->rows * k / shares - b->row;
+}
+
+/* A walk over the rows of a body that are in this process's share. Its id means nothing. */
+static Walk WalkShare(const MPMScene *scene, const MPMBody *b, PetscInt dim, PetscMPIInt rank, PetscMPIInt size)
+{
+  Walk w = WalkStart(b, dim);
+
+  w.end = PetscMin(w.end, ShareRow(scene, b, rank + 1, size));
+  GoToRow(&w, PetscMax(0, ShareRow(scene, b, rank, size)));
   return w;
 }
 
@@ -59,7 +101,7 @@ static PetscInt64 LastInside(const Walk *w, PetscInt64 inside, PetscInt64 outsid
 }
 
 /* Finds the next run of the row, at or after where the walk is. In a solid body it is around the middle, so that not
-   every point need be looked at: each process walks over all points, but these may be billions. */
+   every point need be looked at: there may be billions. */
 static PetscBool FindRun(Walk *w)
 {
   const PetscInt   d    = w->dim - 1;
@@ -90,20 +132,26 @@ static PetscBool FindRun(Walk *w)
 /* Goes to the next run. False when there are no more; id is then the number after the last point's. */
 static PetscBool WalkNext(Walk *w)
 {
-  const PetscInt d = w->dim - 1;
-
   w->id += w->n;
-  w->ijk[d] += w->n;
-  w->n = 0;
-  while (!FindRun(w)) {
-    PetscInt e = d - 1;
+  w->ijk[w->dim - 1] += w->n;
+  for (w->n = 0; w->row < w->end; GoToRow(w, w->row + 1))
+    if (FindRun(w)) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
 
-    w->ijk[d] = w->first[d];
-    for (; e >= 0 && w->ijk[e] == w->last[e]; e--) w->ijk[e] = w->first[e];
-    if (e < 0) return PETSC_FALSE;
-    w->ijk[e]++;
+/* Takes a walk on to rows from .. to-1, from the last row before them where a share, whose first number is known,
+   begins. */
+static void WalkTo(const MPMScene *scene, Walk *w, PetscInt64 from, PetscInt64 to)
+{
+  const PetscInt64 share = ((w->body->row + from + 1) * scene->shares - 1) / scene->rows;
+  const PetscInt64 row   = ShareRow(scene, w->body, share, scene->shares);
+
+  if (row > w->row) {
+    GoToRow(w, row);
+    w->id = scene->share_first[share];
   }
-  return PETSC_TRUE;
+  for (w->end = from; WalkNext(w);) continue;
+  w->end = to;
 }
 
 static PetscErrorCode CheckPoint(MPM mpm, MPMOptions o, const MPMBody *b, const PetscReal X[])
@@ -184,25 +232,53 @@ static void SetLattice(MPM mpm, MPMOptions o, MPMBody *b, PetscReal *places)
   *places += product;
 }
 
-/* Checks that the points lie in the grid and start with finite velocities, each process a part of them. The first fault
-   becomes that of all. Collective on comm. */
+/* Counts the points of the bodies and before each share, and numbers them. Collective on comm. */
+static PetscErrorCode Count(MPM mpm)
+{
+  MPMScene   *scene = &mpm->scene;
+  PetscInt64  mine = 0, before = 0;
+  PetscMPIInt rank;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(mpm->comm, &scene->shares));
+  PetscCallMPI(MPI_Comm_rank(mpm->comm, &rank));
+  PetscCall(PetscMalloc1(scene->shares, &scene->share_first));
+  for (PetscInt k = 0; k < scene->nbodies; k++) {
+    MPMBody *b = &scene->bodies[k];
+    Walk     w = WalkShare(scene, b, mpm->grid.dim, rank, scene->shares);
+
+    for (w.id = 0; WalkNext(&w);) continue;
+    b->n = w.id;
+    mine += b->n;
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &b->n, 1, MPIU_INT64, MPI_SUM, mpm->comm));
+    b->first = mpm->points.total;
+    mpm->points.total += b->n;
+  }
+  PetscCallMPI(MPI_Allgather(&mine, 1, MPIU_INT64, scene->share_first, 1, MPIU_INT64, mpm->comm));
+  for (PetscInt k = 0; k < scene->shares; k++) {
+    const PetscInt64 n = scene->share_first[k];
+
+    scene->share_first[k] = before;
+    before += n;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Checks that the points lie in the grid and start with finite velocities, each process those of its rows. The first
+   fault becomes that of all. Collective on comm. */
 static PetscErrorCode CheckPoints(MPM mpm, MPMOptions o)
 {
   MPMScene   *scene = &mpm->scene;
-  PetscMPIInt size, rank;
-  PetscInt64  lo, hi;
+  PetscMPIInt rank;
 
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
   PetscCallMPI(MPI_Comm_rank(mpm->comm, &rank));
-  lo = mpm->points.total * rank / size;
-  hi = mpm->points.total * (rank + 1) / size;
   for (PetscInt k = 0; k < scene->nbodies && !MPMOptionsError(o); k++) {
-    Walk      w = WalkStart(&scene->bodies[k], mpm->grid.dim);
+    Walk      w = WalkShare(scene, &scene->bodies[k], mpm->grid.dim, rank, scene->shares);
     PetscReal X[3];
 
     while (WalkNext(&w))
-      for (PetscInt64 q = PetscMax(0, lo - w.id); q < PetscMin(w.n, hi - w.id) && !MPMOptionsError(o); q++) {
+      for (PetscInt64 q = 0; q < w.n && !MPMOptionsError(o); q++) {
         PlaceOf(&w, w.ijk[w.dim - 1] + q, X);
         PetscCall(CheckPoint(mpm, o, w.body, X));
       }
@@ -219,7 +295,6 @@ PetscErrorCode MPMSceneCountPoints(MPM mpm, MPMOptions o)
 {
   MPMScene      *scene  = &mpm->scene;
   const PetscInt dim    = mpm->grid.dim;
-  PetscInt64     total  = 0;
   PetscReal      places = 0;
   PetscMPIInt    size;
 
@@ -227,26 +302,30 @@ PetscErrorCode MPMSceneCountPoints(MPM mpm, MPMOptions o)
   PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
   CheckMemory(o, "nodes of the grid", MPMGridNodes(&mpm->grid, mpm->basis),
               (PetscReal)(MPM_SUM_NC(dim) + MPM_VEL_NC(dim)) * sizeof(PetscReal), size);
-  PetscCall(PetscCalloc1(scene->nbodies, &scene->kinds));
   for (PetscInt k = 0; k < scene->nbodies && !MPMOptionsError(o); k++) {
     MPMBody *b = &scene->bodies[k];
-    Walk     w;
 
     SetLattice(mpm, o, b, &places);
     if (places * (1 + 2 * dim + dim * dim) > (PetscReal)PETSC_MAX_INT)
       MPMOptionsFail(o, "body %s: with it the scene has about %g points, more than this PETSc can number", b->name,
                      (double)places);
     if (MPMOptionsError(o)) break;
-    b->first = total;
-    for (w = WalkStart(b, dim); WalkNext(&w);) continue;
-    total = w.id;
-    b->n  = total - b->first;
+    b->row = scene->rows;
+    scene->rows += WalkStart(b, dim).end;
+  }
+  PetscCall(MPMOptionsShare(o, mpm->comm)); /* machines may differ in what fits into their memory */
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Count(mpm));
+  PetscCall(PetscCalloc1(scene->nbodies, &scene->kinds));
+  for (PetscInt k = 0; k < scene->nbodies; k++) {
+    MPMBody *b = &scene->bodies[k];
+
     if (!b->n) MPMOptionsFail(o, "body %s has no points: no lattice point (i+1/2) h/ppc + offset lies in it", b->name);
     FindKind(scene, o, dim, b);
   }
-  CheckMemory(o, "points", (PetscReal)total, (PetscReal)(1 + 2 * dim + dim * dim) * sizeof(PetscReal), size);
-  mpm->points.total = total;
-  PetscCall(CheckPoints(mpm, o)); /* with a fault too: machines may differ in what fits into their memory */
+  CheckMemory(o, "points", (PetscReal)mpm->points.total, (PetscReal)(1 + 2 * dim + dim * dim) * sizeof(PetscReal),
+              size);
+  PetscCall(CheckPoints(mpm, o)); /* with a fault too: others may have none */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -277,16 +356,19 @@ static PetscErrorCode LastBases(MPM mpm, const Walk *w, PetscInt **bases)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counts the points of the scene, as they will start, by the base node of their stencils. Not collective: every process
-   counts all, cell by cell where they start undeformed.                                                              */
+/* Counts the points of the scene, as they will start, by the base node of their stencils, each process of the
+   histogram those of its rows: cell by cell where they start undeformed. Not collective. */
 PetscErrorCode MPMSceneHistogram(MPM mpm, MPMHistogram *h)
 {
   const PetscInt  dim = mpm->grid.dim, axis = dim - 1;
   const PetscBool moved = MPMKnownStarts(&mpm->scene);
+  PetscMPIInt     rank, size;
 
   PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(h->comm, &size));
+  PetscCallMPI(MPI_Comm_rank(h->comm, &rank));
   for (PetscInt k = 0; k < mpm->scene.nbodies; k++) {
-    Walk      w = WalkStart(&mpm->scene.bodies[k], dim);
+    Walk      w = WalkShare(&mpm->scene, &mpm->scene.bodies[k], dim, rank, size);
     PetscReal X[3], x[3], l[3], xi[3];
     PetscInt  base[3] = {0}, *bases;
 
@@ -304,7 +386,7 @@ PetscErrorCode MPMSceneHistogram(MPM mpm, MPMHistogram *h)
         }
         if (!moved)
           for (base[axis] = last[q]; q + same < w.n && last[q + same] == last[q];) same++;
-        MPMHistogramAdd(h, base, same);
+        PetscCall(MPMHistogramAdd(h, base, same));
       }
     PetscCall(PetscFree(bases));
   }
@@ -355,24 +437,28 @@ static PetscErrorCode SetPoint(MPM mpm, const MPMBody *b, PetscInt64 id, const P
 }
 
 /* The places of a body's lattice, lo .. hi on each axis, where points of this process's patch can be: exact tests
- * follow.
- */
-static void OwnPlaces(MPM mpm, const Walk *w, PetscInt64 lo[3], PetscInt64 hi[3])
+   follow. False if there are none. */
+static PetscBool OwnPlaces(MPM mpm, const Walk *w, PetscInt64 lo[3], PetscInt64 hi[3])
 {
   const MPMGrid  *grid  = &mpm->grid;
   const MPMPatch *patch = &mpm->exchange.patch;
   const MPMBody  *b     = w->body;
 
   for (PetscInt d = 0; d < w->dim; d++) {
-    const PetscReal below = patch->own_lo[d] - 1,
-                    above = patch->own_lo[d] + patch->own_n[d] + MPMBasisNodes(mpm->basis);
+    const PetscInt below = patch->own_lo[d] - 1, above = patch->own_lo[d] + patch->own_n[d] + MPMBasisNodes(mpm->basis);
+    PetscInt64     from, to;
 
     lo[d] = w->first[d];
     hi[d] = w->last[d];
-    if (grid->periodic[d] || MPMKnownStarts(&mpm->scene)) continue;
-    lo[d] = (PetscInt64)PetscFloorReal((grid->lower[d] + below * grid->h[d] - b->offset[d]) / b->b[d]) - 1;
-    hi[d] = (PetscInt64)PetscCeilReal((grid->lower[d] + above * grid->h[d] - b->offset[d]) / b->b[d]) + 1;
+    if (MPMKnownStarts(&mpm->scene)) continue;
+    if (grid->periodic[d] && (below < 0 || above > grid->cells[d])) continue; /* from the other end too */
+    from  = (PetscInt64)PetscFloorReal((grid->lower[d] + (PetscReal)below * grid->h[d] - b->offset[d]) / b->b[d]) - 1;
+    to    = (PetscInt64)PetscCeilReal((grid->lower[d] + (PetscReal)above * grid->h[d] - b->offset[d]) / b->b[d]) + 1;
+    lo[d] = PetscMax(lo[d], from);
+    hi[d] = PetscMin(hi[d], to);
+    if (lo[d] > hi[d]) return PETSC_FALSE;
   }
+  return PETSC_TRUE;
 }
 
 /* Makes the points of this process's patch, undeformed (F = I), with their start velocities. Not collective. */
@@ -390,25 +476,24 @@ PetscErrorCode MPMSceneAddPoints(MPM mpm)
 
     if (pass) PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
     for (PetscInt k = 0; k < scene->nbodies; k++) {
-      Walk       w = WalkStart(&scene->bodies[k], dim);
-      PetscInt64 lo[3], hi[3];
+      Walk       w     = WalkStart(&scene->bodies[k], dim);
+      PetscInt64 lo[3] = {0}, hi[3] = {0};
       PetscReal  X[3], x[3], l[3];
       PetscInt   base[3] = {0};
 
-      OwnPlaces(mpm, &w, lo, hi);
-      while (WalkNext(&w)) {
-        const PetscInt64 from = w.ijk[axis];
-        PetscBool        near = PETSC_TRUE;
+      if (!OwnPlaces(mpm, &w, lo, hi)) continue;
+      for (PetscInt64 plane = lo[0]; plane <= (dim == 3 ? hi[0] : lo[0]); plane++) { /* whose rows follow one another */
+        const PetscInt64 from[3] = {plane, lo[1]}, to[3] = {dim == 3 ? plane : hi[0], hi[1]};
 
-        for (PetscInt d = 0; d < axis; d++)
-          if (w.ijk[d] < lo[d] || w.ijk[d] > hi[d]) near = PETSC_FALSE;
-        for (PetscInt64 q = PetscMax(from, lo[axis]); near && q <= PetscMin(from + w.n - 1, hi[axis]); q++) {
-          PlaceOf(&w, q, X);
-          StartPlace(mpm, w.body, X, x, l);
-          if (MPMOwnCell((int)dim, mpm->basis, patch, x, l, base) < 0) continue;
-          if (pass) PetscCall(SetPoint(mpm, w.body, w.id + q - from, X, p, &view));
-          p++;
-        }
+        WalkTo(scene, &w, RowOf(&w, from), RowOf(&w, to) + 1);
+        while (WalkNext(&w))
+          for (PetscInt64 q = PetscMax(w.ijk[axis], lo[axis]); q <= PetscMin(w.ijk[axis] + w.n - 1, hi[axis]); q++) {
+            PlaceOf(&w, q, X);
+            StartPlace(mpm, w.body, X, x, l);
+            if (MPMOwnCell((int)dim, mpm->basis, patch, x, l, base) < 0) continue;
+            if (pass) PetscCall(SetPoint(mpm, w.body, w.id + q - w.ijk[axis], X, p, &view));
+            p++;
+          }
       }
     }
     if (!pass) PetscCall(MPMPointsSetSize(&mpm->points, p));

@@ -22,20 +22,41 @@ PetscMPIInt MPMSpatialOwner(const MPMSpatial *s, PetscInt dim, const PetscInt ba
   return (PetscMPIInt)rank;
 }
 
+/* How many boxes process `rank` is away on axis d: above, or below if negative; on a periodic axis the shorter way. */
+PetscInt MPMSpatialHops(const MPMSpatial *s, const PetscBool periodic[], PetscInt d, PetscMPIInt rank)
+{
+  PetscInt hops = rank;
+
+  for (PetscInt e = 0; e < d; e++) hops /= s->p[e];
+  hops = hops % s->p[d] - s->me[d];
+  if (!periodic[d]) return hops;
+  if (hops < 0) hops += s->p[d];
+  return 2 * hops <= s->p[d] ? hops : hops - s->p[d];
+}
+
 /* Neighbours: o in {0,1}^dim, not 0. The process at +o gets sums of my tiles at that side; the one at -o sends me those
    of its own. On an axis that is not cut there is none. */
 static PetscErrorCode FindNeighbours(MPM mpm, MPMSpatial *s)
 {
-  const PetscInt dim   = mpm->grid.dim;
-  PetscInt       me[3] = {0}, rest;
+  const PetscInt dim = mpm->grid.dim;
+  PetscInt      *me = s->me, rest, along = 1;
   PetscMPIInt    rank;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
   rest = rank;
-  for (PetscInt d = 0; d < dim; d++) {
-    me[d] = rest % s->p[d];
-    rest /= s->p[d];
+  for (PetscInt d = 0; d < 3; d++) {
+    const PetscInt p = s->p[d], around = mpm->grid.periodic[d] && p > 1;
+
+    me[d] = rest % p;
+    rest /= p;
+    for (int up = 0; up < 2; up++) {
+      const PetscInt at = me[d] + (up ? 1 : -1);
+
+      s->beside[d][up] = around || (at >= 0 && at < p) ? (PetscMPIInt)(rank + along * ((at + p) % p - me[d]))
+                                                       : MPI_PROC_NULL;
+    }
+    along *= p;
   }
   for (int o = 1; o < 1 << dim; o++) {
     MPMNeighbour *to = &s->to[s->nto], *from = &s->from[s->nfrom];

@@ -259,14 +259,15 @@ PetscErrorCode MPMPhaseBegin(MPM mpm, const MPMPhase *phase)
 PetscErrorCode MPMPhaseEnd(MPM mpm, const MPMPhase *phase, PetscInt npoints)
 {
   const PetscReal nodes = TouchedNodes(&mpm->exchange.patch), flops = PhaseFlops(mpm, phase, npoints, nodes);
+  const PetscInt  all = PetscMax(npoints, mpm->points.n); /* of the pool's master: those that its workers have done */
   PetscLogDouble  now;
 
   PetscFunctionBeginUser;
   PetscCall(MPMClock(mpm, &now));
   mpm->phase_seconds[phase - mpm->phases] += now - mpm->phase_start;
   PetscCall(PetscLogFlops(flops));
-  mpm->flops += flops;
-  mpm->bytes += PhaseBytes(mpm, phase, npoints, nodes);
+  mpm->flops += PhaseFlops(mpm, phase, all, nodes);
+  mpm->bytes += PhaseBytes(mpm, phase, all, nodes);
   PetscCall(PetscLogEventEnd(events[phase - mpm->phases], 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

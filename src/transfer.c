@@ -112,24 +112,26 @@ void MPMStretchDomains(PetscInt dim, const MPMParams *par, MPMPatch *patch, Pets
 PetscReal MPMTransferFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
 {
   static const PetscReal weights[] = {
-      [MPM_BASIS_linear] = 1, [MPM_BASIS_gimp] = 28, [MPM_BASIS_bspline2] = 13, [MPM_BASIS_bspline3] = 22};
+      [MPM_BASIS_linear] = 1, [MPM_BASIS_gimp] = 26, [MPM_BASIS_bspline2] = 15, [MPM_BASIS_bspline3] = 24};
   const PetscReal d = dim, ns = MPMBasisNodes(basis), rows = dim == 1 ? 1 : PetscPowReal(ns, d - 1), nodes = rows * ns;
   const PetscReal planes = dim == 3 ? ns : 0, inner = dim == 1 ? 0 : rows; /* products with wz; with wy */
   const PetscReal sym = d * (d + 1) / 2, det = dim == 1 ? 0 : dim == 2 ? 3 : 14;
-  const PetscReal law = 26 + det + sym * (2 * d - 1) + 2 * d + d * d, values = parts & MPM_G2P_MOTION ? 2 * d : d;
-  const PetscReal sums  = (parts & MPM_P2G_MASS ? 1 : 0) + (parts & MPM_P2G_MOMENTUM ? d : 0);
-  PetscReal       flops = d * (6 + weights[basis] + ns); /* coordinate, floor, base; g/h */
+  const PetscReal law       = 26 + det + sym * (2 * d - 1) + 1 + sym + 2 * d;
+  const PetscReal one_force = dim == 3 ? 4 * (planes + inner + nodes) : dim == 2 ? 3 * inner + 4 * nodes : 2 * nodes;
+  const PetscReal values    = parts & MPM_G2P_MOTION ? 2 * d : d;
+  const PetscReal sums      = (parts & MPM_P2G_MASS ? 1 : 0) + (parts & MPM_P2G_MOMENTUM ? d : 0);
+  PetscReal       flops     = d * (6 + weights[basis] + ns); /* coordinate, number of the cell; g/h */
 
   flops += sums * (planes + inner + 2 * nodes);
   if (parts & MPM_P2G_MOMENTUM) flops += d;
-  if (parts & MPM_P2G_FORCE) flops += law + d * d + d * (5 * planes + 3 * inner + 2 * nodes) + 2 * d * nodes;
+  if (parts & MPM_P2G_FORCE) flops += law + d * d + d * one_force;
   if ((parts & MPM_P2G_MOMENTUM) && (parts & MPM_AFFINE)) flops += 4 * d * d + d * (4 * planes + 3 * inner + 2 * nodes);
   if (parts & (MPM_G2P_MOTION | MPM_G2P_FILTER)) flops += 2 * values * (nodes + inner + planes);
   if (parts & MPM_G2P_MOTION) flops += 8 * d;
   if (parts & MPM_G2P_STRESS) { /* without the motion the velocities' rows come extra */
     flops += 2 * d * (nodes + 2 * inner + 3 * planes);
     if (!(parts & MPM_G2P_MOTION)) flops += 2 * d * (nodes + (dim == 3 ? inner : 0));
-    flops += d * d * (2 * d + 1) + 2 * det + sym * (2 * d - 1) + 2 * d + 6;
+    flops += d * d * (2 * d + 1) + 2 * det + sym * (2 * d - 1) + d * d + 6;
   }
   if ((parts & MPM_G2P_MOTION) && (parts & MPM_AFFINE))
     flops += 3 * d * ns + 2 * d * (2 * nodes + 3 * inner + 3 * planes);

@@ -13,8 +13,7 @@ import mpi
 
 MEMORY = 0.10  # largest part by which the memory of a point may differ from what is printed
 PRINTED = 0.012  # three digits each of ns per point and of GFlop/s or GB/s
-STEPS, CELLS, SIDE = 20, 64, 32  # of the block whose operations are counted: SIDE x SIDE cells, 3 x 3 points each
-POINTS = SIDE ** 2 * 9
+STEPS, BLOCK = 10, {2: (64, 32), 3: (20, 10)}  # whose operations are counted: cells a side of grid and block, 3^d points each
 failures = 0
 
 
@@ -62,48 +61,76 @@ def memory(pebble):
               f"{dim}-D: {slope:.1f} B a particle at the most, from {n[0]} and {n[1]}; printed {told}, of which state {state}")
 
 
-# Operations of a point in 2-D, counted by hand from the equations; + - * / are 1 each, a logarithm 26. `basis` has the
-# nodes of a stencil per axis (ns) and the operations for its weights and slopes.
-WEIGHTS = {"linear": (2, 1), "bspline2": (3, 13)}
+# Operations of a point, counted by hand from the equations: + - * / are 1 each, so a term of a sum is 2; a logarithm is 26.
+# `basis`: the nodes of a stencil per axis, and the operations per axis of base, weights and slopes.
+WEIGHTS = {
+    "linear": (2, 1),           # 1 - s
+    "bspline2": (3, 2           # base: floor(xi + 1/2) - 1
+                 + 2 + 8 + 3),  # s; 1/2 (1/2 -+ s)^2, 3/4 - s^2; their slopes, 1/2 - s once more
+    "bspline3": (4, 1           # base: floor(xi) - 1
+                 + 2 + 1 + 4    # s, r = 1 - s; their squares and cubes
+                 + 2 * 1 + 2 * 3   # s^3/6, r^3/6; 2/3 - s^2 + s^3/2, and of r
+                 + 2 * 1 + 2 * 3)  # s^2/2, r^2/2; (3/2 s - 2) s, and of r
+}
 
 
-def by_hand(basis):
-    """{phase: operations of a point}"""
+def by_hand(d, basis):
+    """{phase: operations of a point}, in d dimensions. Sums over a stencil are done by axes: what has no i is multiplied before
+    the nodes of a row are visited (`rows`), what has neither i nor j before the rows of a plane (`planes`)."""
     ns, weights = WEIGHTS[basis]
-    nodes = ns * ns
-    stencil = 2 * (6 + weights + ns)   # per axis: coordinate, floor, base; weights; slopes by h
-    products = ns + 2 * nodes          # of one sum: w_j Q for each row, then a product and a sum for each node
-    mass_momentum = 3 * products + 2   # m, m vx, m vy; and m v itself
-    stress = (26                       # log J
-              + 3                      # J = det F
-              + 3 * 3                  # F F^T: 3 parts of 2 products and 1 sum
-              + 2 * 2 + 4)             # mu (F F^T - I) + lambda log J I, and its factors
-    force = (stress + 4                # V0 tau
-             + 2 * (3 * ns + 2 * nodes)  # two forces: rows of both slopes, then as above
-             + 2 * 2 * nodes)          # the slope along x has a product of its own
-    motion = 4 * 2 * (nodes + ns) + 16  # two velocities, two accelerations; new v and dx: 8 per axis
-    gradient = 2 * 2 * (nodes + 2 * ns)  # two velocities by x and y
-    update = (4 * 5                    # F + dt L F: 4 parts
-              + 2 * 3 + 3 * 3 + 4 + 6)  # J before and after; speed of waves
-    commit = 2 * (1 + 6 + 2)           # x + dx; the new cell
+    planes, rows, nodes = (0 if d == 2 else ns), ns ** (d - 1), ns ** d
+    pairs = d * (d + 1) // 2              # entries of a symmetric tensor
+    stencil = d * (6 + weights + ns)      # per axis: (x - lower)/h; xi - base; number of the cell; weights; slopes by h
+    to_nodes = planes + rows + 2 * nodes  # of one sum: w_k Q for each plane, w_j w_k Q for each row, then a term a node
+    momentum = d * to_nodes + d           # and m v itself
+    determinant = {2: 3, 3: 3 * 3 + 5}[d]  # 3-D: three minors, three products and two sums of them
+    cauchy_green = pairs * (2 * d - 1)    # F F^T: d products, d - 1 sums each
+    stress = (26 + determinant + cauchy_green
+              + 1 + pairs + 2 * d)        # lambda log J; mu (b - I) + lambda log J I: a product, on the diagonal two sums more
+    # One force sum_e tau_e dphi/de: 3-D for each plane w_k tau_x, w_k tau_y and the term g_k tau_z; for each row w_j of these
+    # two (2-D: of tau_x alone, there is no tau_z) and the term g_j tau_y; at each node two terms.
+    one_force = {2: 3 * rows + 4 * nodes, 3: 4 * planes + 4 * rows + 4 * nodes}[d]
+    force = stress + d * d + d * one_force  # V0 tau
+    # One interpolated value: a term for each node, row, plane. Its gradient: the sums of a row with slopes along x; of a plane
+    # both, and along y; then all three.
+    value = 2 * (nodes + rows + planes)
+    gradient = d * {2: 2 * (nodes + 2 * rows), 3: 2 * (nodes + 2 * rows + 3 * planes)}[d]
+    alone = d * {2: 2 * nodes, 3: 2 * (nodes + rows)}[d]  # its sums with weights, if not there for the motion anyway
+    motion = 2 * d * value + 8 * d        # velocities, accelerations; new v, its square, and dx
+    update = (d * d * (2 * d + 1)         # F + dt L F
+              + 2 * determinant           # J for the check, and for the speed
+              + cauchy_green + d * d + 6)  # speed of waves: row sums of b; (mu b + mu + lambda/J)/rho
+    commit = d * (1 + 6 + 2)              # x + dx; the new cell
     return {
-        "P2G": stencil + mass_momentum + force,
-        "G2P": stencil + motion + gradient + update + commit,
-        "P2G_MASS": stencil + mass_momentum,
+        "P2G": stencil + to_nodes + momentum + force,
+        "P2G_MASS": stencil + to_nodes + momentum,
+        "P2G_MOMENTUM": stencil + momentum,
         "P2G_FORCE": stencil + force,
-        "G2P_STRESS": stencil + gradient + 2 * 2 * nodes + update,  # the rows of velocities are not those of the motion
+        "G2P": stencil + motion + gradient + update + commit,
         "G2P_MOTION": stencil + motion + commit,
+        "G2P_MOTION, held": stencil + motion,
+        "G2P_STRESS": stencil + gradient + alone + update,
+        "G2P_STRESS, commits": stencil + gradient + alone + update + commit,
     }
 
 
-# Bytes of a point, read and written: id 8, x 16, v 16, F 32, cell 4; of a node: sums 64, motion 32.
-BYTES = {
-    "P2G": (16 + 4 + 16 + 32, 2 * 64), "ADVANCE": (0, 64 + 32), "G2P": ((8 + 16 + 4 + 16 + 32) + (16 + 4 + 16 + 32), 32),
-    "P2G_MASS": (16 + 4 + 16, 2 * 64), "VELOCITY": (0, 64 + 32), "G2P_STRESS": ((8 + 16 + 4 + 32) + 32, 32),
-    "P2G_FORCE": (16 + 4 + 32, 2 * 64), "G2P_MOTION": ((8 + 16 + 4 + 16) + (16 + 4 + 16), 32),
+# Phases of a step: the count above, fields of a point read and written, numbers of a node read and written (sums 8, motion 2 d).
+PHASES = {
+    "usl": [("P2G", "x cell v F", 2 * 8, 0), ("ADVANCE", "", 8, 1), ("G2P", "id x cell v F, x cell v F", 0, 1)],
+    "usf": [("P2G_MASS", "x cell v", 2 * 8, 0), ("VELOCITY", "", 8, 1), ("G2P_STRESS", "id x cell F, F", 0, 1),
+            ("P2G_FORCE", "x cell F", 2 * 8, 0), ("ADVANCE", "", 8, 1), ("G2P_MOTION", "id x cell v, x cell v", 0, 1)],
+    "musl": [("P2G", "x cell v F", 2 * 8, 0), ("ADVANCE", "", 8, 1), ("G2P_MOTION, held", "x cell v, v dx", 0, 1),
+             ("P2G_MOMENTUM", "x cell v", 2 * 8, 0), ("VELOCITY", "", 8, 1),
+             ("G2P_STRESS, commits", "id x cell F dx, x cell F", 0, 1)],
 }
-PHASES = {"usl": ("P2G", "ADVANCE", "G2P"),
-          "usf": ("P2G_MASS", "VELOCITY", "G2P_STRESS", "P2G_FORCE", "ADVANCE", "G2P_MOTION")}
+# Dimension, basis, update; 2-D of all updates, 3-D of the two bases that the targets name.
+CASES = [(2, "linear", "usl"), (2, "linear", "usf"), (2, "bspline2", "usl"), (2, "bspline3", "usf"), (2, "bspline2", "musl"),
+         (3, "linear", "usl"), (3, "bspline2", "usl"), (3, "bspline2", "usf")]
+
+
+def field_bytes(d, fields):
+    size = {"id": 8, "x": 8 * d, "v": 8 * d, "F": 8 * d * d, "dx": 8 * d, "cell": 4}
+    return sum(size[name] for name in fields.replace(",", " ").split())
 
 
 def logged(path):
@@ -119,33 +146,34 @@ def logged(path):
 
 def flops(pebble, mpiexec):
     """A block at rest, so that its nodes are known: log_view's operations, and the line of the speed."""
-    for basis, update in ("linear", "usl"), ("bspline2", "usl"), ("linear", "usf"):
-        nodes = (SIDE + 1 if basis == "linear" else SIDE + 3) ** 2  # that points touch
-        hand = by_hand(basis)
+    for dim, basis, update in CASES:
+        cells, side = BLOCK[dim]
+        points, nodes = (3 * side) ** dim, (side + 1 if basis == "linear" else side + 3) ** dim  # that points touch
+        hand, what = by_hand(dim, basis), f"{dim}-D {basis} {update}"
         hand_total = hand_bytes = 0
         for n in 1, 2:
-            status, out, err = mpi.run(n, [pebble, *block(2, CELLS, SIDE, 3, 0, basis, update, STEPS), "-log_view", ":log.csv:ascii_csv"], mpiexec=mpiexec)
+            status, out, err = mpi.run(n, [pebble, *block(dim, cells, side, 3, 0, basis, update, STEPS), "-log_view", ":log.csv:ascii_csv"], mpiexec=mpiexec)
             if status:
                 sys.exit(f"{out}{err}\nFAIL: status {status}")
             events = logged("log.csv")
-            for phase in PHASES[update]:
-                count, got = events[phase]
+            for phase, fields, sums, motions in PHASES[update]:
+                count, got = events[phase.split(",")[0]]
                 if phase in hand:
-                    right = POINTS * STEPS * hand[phase]
+                    right = points * STEPS * hand[phase]
                 elif n == 1:
-                    right = nodes * STEPS * 2 * (5 if phase == "ADVANCE" else 1)  # f/m + g, v + dt a; p/m
+                    right = nodes * STEPS * dim * (5 if phase == "ADVANCE" else 1)  # f/m + g, p/m + dt a; p/m
                 else:
                     continue  # both processes visit the nodes beside the cut
                 check(count == STEPS and abs(got - right) < 1e-5 * right,
-                      f"{basis} {update} on {n}: {phase} {got:.0f} operations in {count} steps, by hand {right}")
+                      f"{what} on {n}: {phase} {got:.0f} operations in {count} steps, by hand {right}")
                 if n == 1:
                     hand_total += right
-                    hand_bytes += STEPS * (POINTS * BYTES[phase][0] + nodes * BYTES[phase][1])
+                    hand_bytes += STEPS * (points * field_bytes(dim, fields) + nodes * 8 * (sums + motions * 2 * dim))
             if n == 1:
                 ns, gflops, gbytes = map(float, re.search(r"^speed +([\d.e+-]+) ns.*, ([\d.e+-]+) GFlop/s, ([\d.e+-]+) GB/s", out, re.M).groups())
                 for name, got, right in ("operations", gflops, hand_total), ("bytes", gbytes, hand_bytes):
-                    got *= ns * POINTS * STEPS
-                    check(abs(got - right) < PRINTED * right, f"{basis} {update}: speed line {got:.4g} {name}, by hand {right}")
+                    got *= ns * points * STEPS
+                    check(abs(got - right) < PRINTED * right, f"{what}: speed line {got:.4g} {name}, by hand {right}")
 
 
 if sys.argv[4] == "memory":

@@ -56,12 +56,21 @@ for line in open("output/disks.model"):
         constants[rate.group(6)] = [float(v) for v in rate.groups()[:5]]
 numbers = dict(re.findall(r"^([a-z]\S*) ([\d.e+-]+)$", open("output/disks.model").read(), re.M))
 check("all kinds of constants are there", {"message", "post", "wire", "copy", "reduction", "chunk", "farm",
-                                           "migration[0].call", "migration[1].call"} <= set(numbers))
+                                           "migration[0].call", "migration[1].call", "flop", "byte"} <= set(numbers))
 check("no constant is negative or not finite",
       all(0 <= v < math.inf for rate in constants.values() for v in rate) and
       all(0 <= float(v) < 1 for v in numbers.values()))
 fitted = run()
 check("the run says where its constants are from", "constants calibrated on 2 processes" in fitted)
+LIMITS = r"^speed .* GB/s a process: [\d.e-]+ of ([\d.e+]+) and [\d.e-]+ of ([\d.e+]+) that a core can$"
+limits = re.search(LIMITS, fitted, re.M)
+check("the line of the speed has the limits of the file", limits and all(
+    abs(float(shown) * 1e9 * float(numbers[name]) - 1) < 0.01 for shown, name in zip(limits.groups(), ("flop", "byte"))))
+with open("output/disks.model") as full, open("old.model", "w") as old:
+    old.writelines(line for line in full if not line.startswith(("flop ", "byte ")))
+without = run("-model_file", "old.model")
+check("a file without limits is used, and none are shown", "constants calibrated" in without and
+      re.search(r"^speed .* a process$", without, re.M))
 points = int(re.search(r"(\d+) particles", fitted).group(1))
 for phase in ("G2P_MOTION", "G2P_STRESS"):
     call, n0, each0, n1, each1 = constants[phase]
@@ -80,8 +89,14 @@ check("a file of another method is not used, and the run says so", "of another m
 check("a file that is not there is refused", "-model_file" in run("-model_file", "nowhere.model", status=2))
 
 # ---- Same bits with everything
+work = []  # of each run: ns a particle and step, GFlop/s and GB/s of a process
 for n, strategy in ((1, "spatial"), (3, "spatial"), (3, "pool")):
     text = run("-parallel_strategy", strategy, "-report_path", n=n)
+    work.append([float(v) for v in re.search(r"^speed +(\S+) ns.*, (\S+) GFlop/s, (\S+) GB/s", text, re.M).groups()])
+    for k, what in ((1, "operations"), (2, "bytes")):
+        ratio = work[-1][0] * work[-1][k] * n / (work[0][0] * work[0][k])
+        # nodes beside a cut are visited by the processes on both sides
+        check(f"{strategy} on {n}: {what} of all processes", abs(ratio - 1) < (0.1 if strategy == "spatial" else 0.03), f"{ratio:.3f}")
     rows = re.findall(r"^  (\S+) {10,}(\S+) +(\S+) +(\S+)", text.split("\npath")[1], re.M)
     check(f"{strategy} on {n}: same digest", digest(text) == digest(plain))
     check(f"{strategy} on {n}: the slowest work is no less than the mean, and on one process the same",
@@ -97,6 +112,9 @@ for row in table:
     check(f"{row[0]}: speed-up, efficiency and imbalance agree",
           abs(float(row[2]) / int(row[0]) - float(row[3])) < 0.01 and
           float(row[2]) <= 1.05 * int(row[0]) / float(row[4]) * 1.3)
+for n in (3, 5):  # which count the points in parts
+    rows = re.findall(r"^ +(\d+) +([\d.e+-]+) +[\d.]+ +[\d.]+ +([\d.]+) ", run("-dry_run", "-parallel_migrate", "direct", n=n), re.M)
+    check(f"{n} processes predict the same steps and imbalances", rows == [(row[0], row[1], row[4]) for row in table[1:]])
 for n in (2, 4):
     shown = re.search(r"max/mean ([\d.]+)", run("-dry_run", n=n)).group(1)
     check(f"the imbalance predicted for {n} is that on {n}", float(table[int(math.log2(n))][4]) == float(shown))

@@ -9,19 +9,21 @@ particle and step, without start-up and without the compilation of kernels. Grou
            unstable; pebble's drifts and crosses more cells. Checked on the seed's. (Its time is the processor's.)
   peers    against steps in Taichi and Warp (tools/bench/), on one core; checked against pebble's energy
   updates  usf and musl against usl, at 1e5 particles
-  ranks    2 processes against 1, at 1e6 particles; the digests must be equal
+  ranks    2 processes against 1, at 1e6 particles, with both ways of migration; the digests must be equal
   small    1e4 particles, for the plot
   matrix   (full) every basis and dimension, 1e4 to 4e6 particles, 4, 9 and 16 a cell (3-D: 4, 8, 16, 27), 1 and 2
-           processes
+           processes; shorter runs and at most 3 repeats. --plan says how long it takes
   modes    (full) both migrations and the pool on 2 processes
 
 Writes output/bench.csv, docs/bench.png and the section of docs/performance.md between its marks (with --only, or when
-something failed: the plot goes to output/ and the section is left alone), and prints the table of ratios.
+something failed: the plot goes to output/ and the section is left alone), and prints the table of ratios. The matrix
+has a section and a file of its own, docs/data/bench/matrix.csv.
 """
 import argparse
 import csv
 import datetime
 import json
+import math
 import os
 import re
 import statistics
@@ -35,6 +37,7 @@ sys.path.insert(0, FOLDER)
 from scene import Scene  # noqa: E402 (after the path)
 
 BASES = {"linear": "linear", "bspline2": "quadratic", "bspline3": "cubic", "gimp": "GIMP"}
+SIZES = "1e4,1e5,1e6,4e6"  # of the matrix
 PER_CELL = {1: [(4,), (9,), (16,)], 2: [(2, 2), (3, 3), (4, 4)], 3: [(2, 2, 1), (2, 2, 2), (4, 2, 2), (3, 3, 3)]}
 USUAL = {1: (9,), 2: (3, 3), 3: (2, 2, 2)}
 # Targets: ns per particle and step of a whole usl step on one core, at 1e5 and at 1e6 particles.
@@ -159,10 +162,10 @@ class Results:
         self.problems.append(text)
         print(f"  FAILED {text}", flush=True)
 
-    def alternate(self, group, runs):
+    def alternate(self, group, runs, repeats=None):
         """Times all in turns; returns {name: row with min and median}, without those that failed."""
         times = {name: [] for name in runs}
-        for _ in range(self.args.repeats):
+        for _ in range(repeats or self.args.repeats):
             for name in list(times):
                 try:
                     times[name].append(runs[name].time())
@@ -197,7 +200,7 @@ class Results:
                    "options", "repeats", "min_ns", "median_ns", "all_ns"]
         os.makedirs(os.path.dirname(self.args.csv) or ".", exist_ok=True)
         with open(self.args.csv, "w", newline="") as f:
-            writer = csv.DictWriter(f, columns, restval="")
+            writer = csv.DictWriter(f, columns, restval="", extrasaction="ignore")
             writer.writeheader()
             writer.writerows(self.series)
 
@@ -222,8 +225,8 @@ def table(ratios):
 
 # ---- The groups
 
-def choose(args, scene, ns, least):
-    return max(least, min(scene.room(), round(1e9 * args.seconds / ns / scene.particles)))
+def choose(args, scene, ns, least, part=1.0):
+    return max(least, min(scene.room(), round(1e9 * part * args.seconds / ns / scene.particles)))
 
 
 def rough(dim, basis, per_cell=9):
@@ -325,10 +328,9 @@ def updates(args, results):
             results.ratio(f"{update} / usl, {name}, {size(scene)}", rows, f"{name} {update}", f"{name} usl", 1.9, False)
 
 
-def on_two(args, results, group, scene, basis, name, least=25):
-    runs = {f"{name}, {ranks} process{'es' * (ranks - 1)}": pebble(args, scene, basis, ranks=ranks, least=least)
-            for ranks in (1, 2)}
-    rows = results.alternate(group, runs)
+def same_bits(results, group, name, runs, repeats=None):
+    """Times runs whose digests must be equal."""
+    rows = results.alternate(group, runs, repeats)
     digests = set().union(*(run.digests for run in runs.values()))
     if len(digests) > 1:
         results.problem(f"{group}: {name}: digests differ: {digests}")
@@ -338,11 +340,15 @@ def on_two(args, results, group, scene, basis, name, least=25):
 def ranks(args, results):
     for dim, basis in TARGETS:
         scene, name = Scene(dim, 1e6, USUAL[dim]), f"{BASES[basis]} {dim}-D usl"
-        rows = on_two(args, results, "ranks", scene, basis, name)
+        cases = {"1 process": (1, ()), "2 processes": (2, ()),
+                 "2 processes, direct": (2, ("-parallel_migrate", "direct"))}
+        rows = same_bits(results, "ranks", name, {f"{name}, {case}": pebble(args, scene, basis, "usl", *what)
+                                                  for case, what in cases.items()})
         results.nanoseconds(f"step, {BASES[basis]} {dim}-D, {size(scene)}", rows, f"{name}, 1 process",
                             TARGETS[dim, basis][1])
-        results.ratio(f"1 process / 2 processes, {BASES[basis]} {dim}-D, {size(scene)}", rows, f"{name}, 1 process",
-                      f"{name}, 2 processes", 1.85)
+        for case in list(cases)[1:]:
+            results.ratio(f"1 process / {case}, {BASES[basis]} {dim}-D, {size(scene)}", rows, f"{name}, 1 process",
+                          f"{name}, {case}", 1.85)
 
 
 def small(args, results):
@@ -350,14 +356,36 @@ def small(args, results):
                                 for dim, basis in TARGETS})
 
 
-def matrix(args, results):
+def cells_of_matrix(args):
+    """(size asked for, scene, basis, steps) of each."""
     for dim in (1, 2, 3):
         for basis in BASES:
             for per_axis in PER_CELL[dim]:
-                for n in (1e4, 1e5, 1e6, 4e6):
+                for n in map(float, args.sizes.split(",")):
                     scene = Scene(dim, n, per_axis)
-                    name = f"{BASES[basis]} {dim}-D usl, {scene.ppc} per cell"
-                    on_two(args, results, "matrix", scene, basis, name, 10)
+                    yield n, scene, basis, choose(args, scene, rough(dim, basis, scene.ppc), 6, 0.5)
+
+
+def matrix(args, results):
+    for n, scene, basis, steps in cells_of_matrix(args):
+        name = f"{BASES[basis]} {scene.dim}-D usl, {scene.ppc} per cell"
+        rows = same_bits(results, "matrix", name, {f"{name}, {ranks} process{'es' * (ranks - 1)}":
+                                                   Pebble(args, scene, basis, "usl", steps, ranks) for ranks in (1, 2)},
+                         min(3, args.repeats))
+        for row in rows.values():
+            row["asked"] = n
+
+
+def plan(args):
+    """About how long the matrix takes: start-up and end, then steps, which take 1.4 times what they should."""
+    seconds = {1: 0.0, 2: 0.0}
+    for _, scene, basis, steps in cells_of_matrix(args):
+        for ranks in seconds:
+            seconds[ranks] += (0.2 * ranks + 0.6e-6 * scene.particles
+                               + 1.4e-9 * steps * scene.particles * rough(scene.dim, basis, scene.ppc) / ranks)
+    repeats = min(3, args.repeats)
+    return (f"matrix: {sum(1 for _ in cells_of_matrix(args))} scenes on 1 and 2 processes, {repeats} repeats: about "
+            f"{repeats * sum(seconds.values()) / 60:.0f} minutes")
 
 
 def modes(args, results):
@@ -464,23 +492,51 @@ def plot(results, path):
     figure.savefig(path, dpi=160)
 
 
-BEGIN, END = "<!-- bench: written by `make bench` -->", "<!-- bench: end -->"
-
-
-def record(results, lines, path):
+def renew(path, mark, by, lines):
     """Renews the section between the marks."""
+    begin, end = f"<!-- {mark}: written by {by} -->", f"<!-- {mark}: end -->"
     with open(path) as f:
         text = f.read()
-    if BEGIN not in text or END not in text:
-        print(f"{path} has no marks for the figures")
+    if begin not in text or end not in text:
+        print(f"{path} has no marks for {mark}")
         return
+    before, rest = text.split(begin, 1)
+    with open(path, "w") as f:
+        f.write("\n".join([before + begin, "", *lines, "", end]) + rest.split(end, 1)[1])
+
+
+def record_matrix(args, results, lines):
+    """The matrix as a file, and as a table of ns and speed-ups."""
+    columns = ["dim", "basis", "per_cell", "particles", "processes", "steps", "repeats", "min_ns", "median_ns"]
+    rows = [row for row in results.series if row["group"] == "matrix"]
+    path = os.path.join(args.docs, "data", "bench", "matrix.csv")
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    with open(path, "w", newline="") as f:
+        writer = csv.DictWriter(f, columns, extrasaction="ignore", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({**row, **{k: f"{row[k]:.4g}" for k in ("min_ns", "median_ns")}} for row in rows)
+    best = {(row["dim"], row["basis"], row["per_cell"], row["asked"], row["processes"]): row["min_ns"] for row in rows}
+    sizes = [float(n) for n in args.sizes.split(",")]
+    text = ["| | per cell | " + " | ".join(f"{n:.0e}".replace("e+0", "e") for n in sizes) + " |",
+            "| --- | --- |" + " --- |" * len(sizes)]
+    for dim in (1, 2, 3):
+        for basis in BASES:
+            for k, per_axis in enumerate(PER_CELL[dim]):
+                per_cell = math.prod(per_axis)
+                cells = [(best[dim, basis, per_cell, n, 1], best[dim, basis, per_cell, n, 2]) for n in sizes]
+                text.append(f"| {'' if k else f'{dim}-D {BASES[basis]}'} | {per_cell} | "
+                            + " | ".join(f"{one:.1f} ({one / two:.2f})" for one, two in cells) + " |")
+    renew(os.path.join(args.docs, "performance.md"), "matrix", "`make bench BENCH=full`",
+          [*(f"* {line}" for line in lines), "", *text])
+    return path
+
+
+def record(args, results, lines):
     rows = ["| | of minima | of medians | target | |", "| --- | --- | --- | --- | --- |"]
     rows += ["| " + " | ".join(cells) + " |" for cells in table(results.ratios)]
     picture = "![Time by size, and ratios](bench.png)"
-    section = "\n".join(["", *(f"* {line}" for line in lines), "", *rows, "", picture, ""])
-    before, rest = text.split(BEGIN, 1)
-    with open(path, "w") as f:
-        f.write(before + BEGIN + "\n" + section + "\n" + END + rest.split(END, 1)[1])
+    renew(os.path.join(args.docs, "performance.md"), "bench", "`make bench`",
+          [*(f"* {line}" for line in lines), "", *rows, "", picture])
 
 
 def main():
@@ -496,6 +552,9 @@ def main():
     p.add_argument("--no-peers", action="store_true", help="leave out Taichi and Warp")
     p.add_argument("--repeats", type=int, default=5)
     p.add_argument("--seconds", type=float, default=0.8, help="about what one run's steps take")
+    p.add_argument("--sizes", default=SIZES, help="particles of the matrix")
+    p.add_argument("--plan", action="store_true", help="only say how long the matrix takes")
+    p.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="where sections, data and plot go")
     p.add_argument("--csv", default=os.path.join(ROOT, "output", "bench.csv"))
     args = p.parse_args()
     wanted = args.only.split(",") if args.only else [*groups, *(more if args.full else ())]
@@ -504,6 +563,8 @@ def main():
     if unknown:
         p.error(f"{', '.join(sorted(unknown))}: choose of {', '.join(groups)}")
 
+    if args.plan:
+        return print(plan(args))
     results = Results(args)
     start = datetime.datetime.now()
     try:
@@ -529,16 +590,20 @@ def main():
     print(", ".join(f"{verdicts.count(v)} {v}" for v in ("met", "missed", "failed")) + f"; {lines[-1]}")
     for problem in results.problems:
         print(f"FAILED {problem}")
-    picture = os.path.join(ROOT, "output" if args.only or results.problems else "docs", "bench.png")
+    left_alone = args.only or results.problems
+    picture = os.path.join(os.path.join(ROOT, "output") if left_alone else args.docs, "bench.png")
     try:
         plot(results, picture)
     except ImportError as missing:
         print(f"no plot: {missing}")
     if results.problems:
         print("docs/performance.md is left as it is")
-    elif not args.only:
-        record(results, lines, os.path.join(ROOT, "docs", "performance.md"))
-    print(f"written: {os.path.relpath(args.csv)} {os.path.relpath(picture)}")
+    written = [args.csv, picture]
+    if not left_alone:
+        record(args, results, lines)
+    if "matrix" in wanted and not results.problems:
+        written.append(record_matrix(args, results, lines))
+    print("written:", *map(os.path.relpath, written))
     return bool(results.problems)
 
 

@@ -9,6 +9,7 @@ import tempfile
 
 import model
 from data import ROOT, Data, Missing
+from data import rows as rows_of
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 FAR = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4096, 32768, 262144, 1000000)
@@ -19,7 +20,7 @@ NETWORK = dict(message=LATENCY + 2 * OVERHEAD, post=2 * OVERHEAD, wire=WIRE, red
 BOXES = {"box2d": ((256, 256), "filled box, 2-D linear"), "box3d": ((32, 32, 32), "filled box, 3-D quadratic")}
 WEAK = 16384  # particles a process
 PATCH = 16  # cells of a patch of the pool on an axis, unless -pool_cells says so
-CUTS = {(2, 8): (4, 2), (2, 32): (8, 4), (3, 8): (2, 2, 2), (3, 32): (4, 4, 2)}  # of a box: dimension, processes
+LARGE = {"box2d": (512, 512), "box3d": (64, 64, 32)}  # cells of the simulated runs of strong-large.csv
 WAYS = {
     ("spatial", "direct"): "spatial, direct",
     ("spatial", "swarm"): "spatial, DMSwarmMigrate",
@@ -44,7 +45,7 @@ def combine(lines, repeats):
     if not all(found):
         return lines[0]
     name, columns = found[0][1], list(zip(*(m[2].split() for m in found)))
-    least = {2, 4} if name.startswith("rate") else {0} if name in ("message", "copy", "reduction") else set()
+    least = {2, 4} if name.startswith("rate") else {0} if name in ("message", "copy", "reduction", "flop", "byte") else set()
     values = [min(c, key=float) if k in least else sorted(c, key=float)[len(c) // 2] for k, c in enumerate(columns)]
     return f"{name} {' '.join(values)}{found[0][3] or ''}"
 
@@ -131,13 +132,25 @@ class ClosedForm:
         m.direct = True
         return e
 
+    def cut(self, name, processes):
+        """Processes along each axis: the program's cut of a box, in the runs whose messages were counted."""
+        for row in rows_of(self.data.need("scaling/counts.csv", "`make scaling`")[0]):
+            if (row["scene"], row["strategy"], row["processes"]) == (name, "spatial", processes):
+                return [int(p) for p in str(row["grid"]).split("x")]
+        raise Missing(f"`docs/data/scaling/counts.csv` has no run of {name} on {processes} processes: `make scaling` writes it")
+
+    def spatial(self, m, name, processes):
+        """Seconds of a step and imbalance of a box that is cut as the program does it; some particle crosses a cut in each step."""
+        return m.box(BOXES[name][0], self.cut(name, processes), 2**m.dim, math.inf)
+
     @staticmethod
     def best_pool(m, s, processes):
         """Seconds of a step of the pool with the best patches."""
         return min(m.pool(model.replace(s, processes=processes), c)[0] for c in range(model.TILE[m.basis], 65, model.TILE[m.basis]))
 
-    def injected(self, name, cut):
-        """The model with the costs that the simulator injects, and none that it does not know."""
+    def injected(self, name, cells, cut):
+        """The model with the costs that the simulator injects, and none that it does not know; particles that change process in a
+        step."""
         costs, dim = self.data.costs()[name], len(BOXES[name][0])
         m = model.Model(dim, {"box2d": "linear", "box3d": "bspline2"}[name], "usl", origin="costs.csv")
         sort = costs.get("SETTLE", costs["SORT"])  # tables of before have SETTLE for a step without migration, SORT for one with it
@@ -146,8 +159,9 @@ class ClosedForm:
         # Particles of these boxes cross a cut in whole layers, 2 a cell: q is the number of layers a step, not of particles.
         # (Rubber, sound at 36.7 m/s; 4 sin(pi x/L) m/s along each axis; dt = 0.4 h/(c + |v|).)
         step = 0.4 / (36.7 + 4 * math.sqrt(m.dim))
-        q = sum(2 * 4 * math.sin(math.pi * j / p) * step for p in cut for j in range(1, p))
-        p = 1 - math.exp(-q)
+        layers = [sum(2 * 4 * math.sin(math.pi * j / p) * step for j in range(1, p)) for p in cut]
+        crossing = sum(q * 2 ** (dim - 1) * math.prod(cells) / c for q, c in zip(layers, cells))
+        p = 1 - math.exp(-sum(layers))
         m.numbers = {"copy": 0.2e-9, "migration[0].process": 0, "migration[1].process": 0}
         m = m.with_network(**NETWORK)
         for k in (0, 1):
@@ -155,7 +169,8 @@ class ClosedForm:
             m.numbers[f"migration[{k}].call"] = costs["SWARM"] if k == 0 else 0
             for part in ("call", "stage", "process", "point"):
                 m.numbers[f"migration[{k}].{part}"] *= p
-        return m
+            m.numbers[f"migration[{k}].leaver"] = costs.get("LEAVER", 0)
+        return m, crossing
 
     def against_simulation(self):
         """Rows: scene, study, processes, cut, simulated s, closed form s, imbalance in the simulation, by formula: of the cuts that
@@ -178,8 +193,8 @@ class ClosedForm:
                     and row["platform"] == "cluster"
                 ):
                     cells, cut = self.cells_of(row, study), [int(p) for p in str(row["cut"]).split("x")]
-                    m = self.injected(name, cut)
-                    t, imbalance = m.box(cells, cut, 2**m.dim, math.inf)  # the chance of a migration is in its constants
+                    m, crossing = self.injected(name, cells, cut)
+                    t, imbalance = m.box(cells, cut, 2**m.dim, crossing)  # that any do is in the constants
                     out.append(
                         (name, study.split("-")[0], ranks, row["cut"], row["seconds_per_step"], t, row["imbalance"], imbalance)
                     )
@@ -192,9 +207,7 @@ class ClosedForm:
         if study == "strong":
             return BOXES[row["scene"]][0]
         if study == "strong-large":
-            return [round((row["particles"] / 2**d) ** (1 / d)) for d in [len(BOXES[row["scene"]][0])]] * len(
-                BOXES[row["scene"]][0]
-            )
+            return LARGE[row["scene"]]
         cells, p = ([64, 64], [1, 1]) if row["scene"] == "box2d" else ([16, 16, 8], [1, 1, 1])
         while math.prod(p) < row["ranks"]:
             p[p.index(min(p))] *= 2

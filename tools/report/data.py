@@ -60,7 +60,7 @@ class Data:
         out = []
         for path in self.need("scaling/*.csv", "`make scaling`"):
             for row in rows(path):
-                if "study" in row and "strategy" in row and row.get("processes") and row["class"] != "oversubscribed":
+                if "study" in row and row.get("class", "oversubscribed") != "oversubscribed" and row.get("processes"):
                     row["class"] = evidence(row["class"])
                     out.append(row)
         if not out:
@@ -68,12 +68,11 @@ class Data:
         return out
 
     def simulated(self, name):
-        return rows(
-            self.need(
-                f"simulated/{name}.csv",
-                "`make simulate`" + ("" if name in ("strong", "weak", "validate") else " SIMULATE=full"),
-            )[0]
-        )
+        return rows(self.need(f"simulated/{name}.csv", "`make simulate`")[0])
+
+    def phases(self):
+        """Processor time of each phase, of the runs of scaling()."""
+        return rows(self.need("scaling/phases.csv", "`make scaling`")[0])
 
     def costs(self):
         out = {}

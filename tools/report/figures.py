@@ -34,6 +34,7 @@ def mark(kind, colour):
         "measured": dict(marker="s", color=colour, linestyle="none"),
         "critical path": dict(marker="o", color=colour, markerfacecolor="white", linestyle="none"),
         "simulated": dict(marker="x", color=colour, linestyle="none"),
+        "emulated to injected": dict(color=colour, alpha=0.18, linewidth=0),
         "closed form": dict(color=colour),
     }[kind]
 
@@ -57,11 +58,15 @@ def efficiency(path, titles, panels, floor=0, top=1.15, columns=2):
     )
     kinds, colours = [], {}
     for at, title, panel in zip(axes.flat, titles, panels):
+        at.set_xscale("log", base=2)
         for label, curves in panel.items():
             colour = colours.setdefault(label, COLOURS[len(colours) % len(COLOURS)])
             for kind, points in curves:
                 if kind not in kinds:
                     kinds.append(kind)
+                if kind == "emulated to injected":
+                    at.fill_between([p for p, _ in sorted(points)], *zip(*(y for _, y in sorted(points))), **mark(kind, colour))
+                    continue
                 at.semilogx(*zip(*sorted(points)), base=2, **mark(kind, colour))
         values = sorted({p for curves in panel.values() for _, points in curves for p, _ in points})
         ticks(at, [v for v in (1, 2, 4, 8, 16, 32, 128, 1024, 32768, 1000000) if values and v <= max(values)])
@@ -74,11 +79,13 @@ def efficiency(path, titles, panels, floor=0, top=1.15, columns=2):
     for at in axes.flat[len(panels) :]:
         at.axis("off")
     handles = [plt.Rectangle((0, 0), 1, 1, color=colour, label=label) for label, colour in colours.items()]
-    handles += [plt.Line2D([], [], label=kind, **mark(kind, "0.3")) for kind in kinds]
+    for kind in kinds:
+        handle = plt.Rectangle if kind == "emulated to injected" else plt.Line2D
+        handles.append(handle(*([(0, 0), 1, 1] if handle is plt.Rectangle else [[], []]), label=kind, **mark(kind, "0.3")))
     if len(panels) < axes.size:
         axes.flat[-1].legend(handles=handles, fontsize=8, loc="center")
     else:
-        figure.legend(handles=handles, fontsize=8, loc="outside lower center", ncols=len(handles))
+        figure.legend(handles=handles, fontsize=8, loc="outside lower center", ncols=4 if len(handles) > 5 else len(handles))
     finish(figure, path)
 
 
@@ -103,7 +110,7 @@ def messages(path, imbalance, size):
     figure, axes = plt.subplots(1, 2, figsize=(7.6, 3.4), layout="constrained")
     titles = "imbalance: largest over mean number of particles", "bytes sent, a particle and step"
     for at, title, panel in zip(axes, titles, (imbalance, size)):
-        for colour, shape, (label, curves) in zip(COLOURS, "os^Dv", panel.items()):
+        for colour, shape, (label, curves) in zip(COLOURS, "os^DvP", panel.items()):
             style = {"counted": dict(marker=shape, markerfacecolor="none", linestyle="none"), "formula": dict(linewidth=0.9)}
             for kind, points in curves:
                 at.semilogx(*zip(*sorted(points)), base=2, color=colour, **style[kind])
@@ -112,7 +119,7 @@ def messages(path, imbalance, size):
         ticks(at, sorted({p for curves in panel.values() for _, points in curves for p, _ in points}))
     handles, labels = axes[0].get_legend_handles_labels()
     handles.append(plt.Line2D([], [], color="0.3", linewidth=0.9))
-    figure.legend(handles, [*labels, "by formula"], loc="outside lower center", ncols=len(handles), fontsize=7, columnspacing=1)
+    figure.legend(handles, [*labels, "by formula"], loc="outside lower center", ncols=4, fontsize=7, columnspacing=1)
     most = max(v for curves in size.values() for _, points in curves for _, v in points)
     axes[1].set_yscale("log")
     axes[1].set_ylim(top=6 * most)

@@ -107,11 +107,12 @@ class Model:
                 t[name] = rate.seconds(s.points)
         for name in "SORT", "SETTLE":
             t[name] = self.rates.get(name, none).seconds(s.points)
-        way = {k: m[f"migration[{int(self.direct)}].{k}"] for k in ("call", "stage", "process", "point")}
+        way = {k: m[f"migration[{int(self.direct)}].{k}"] for k in ("call", "stage", "process", "point", "leaver")}
         chance = 1 - math.exp(-s.crossing) if s.processes > 1 else 0
+        stages = math.log2(1 + s.neighbours) if self.direct else log2(s.processes)
         t["MIGRATE"] = chance * (
-            way["call"] + way["stage"] * log2(s.processes) + way["point"] * s.points + way["process"] * s.processes
-        )
+            way["call"] + way["stage"] * stages + way["point"] * s.points + way["process"] * s.processes
+        ) + way["leaver"] * s.crossing / s.processes
         t["REDUCE"] = self.rates.get("REDUCE", none).call + log2(s.processes) * m["reduction"]
         t["other"] = self.rates.get("other", none).seconds(s.points)
         return t
@@ -215,7 +216,7 @@ class Model:
             post=post,
             wire=wire,
             reduction=reduction,
-            **{"migration[0].stage": 24 * reduction, "migration[1].stage": 2 * reduction, "migration[0].process": 80 * wire},
+            **{"migration[0].stage": 24 * reduction, "migration[1].stage": message + post, "migration[0].process": 80 * wire},
         )
 
     def dearer(self, seconds):
@@ -280,6 +281,8 @@ def parse(text):
             }
         if m := re.search(r"no number of workers exceeds a speed-up of (\S+);", line):
             out["bound"] = float(m[1])
+        if m := re.search(r"spatial is (?:ahead from (\d+) processes on|never ahead)", line):
+            out["ahead"] = m[1] or "none"
         if "spatial keeps 0.9" in line:
             out["blocks"] = {int(p): float(n) for n, p in re.findall(r"([-+.\de]+) on (\d+)", line)}
         if m := re.search(r"\|v\|=(\S+) m/s   dt=(\S+) s", line):

@@ -22,7 +22,7 @@ import figures  # noqa: E402 (after the path)
 import marks  # noqa: E402
 import model  # noqa: E402
 import plots  # noqa: E402
-from closed import BOXES, CUTS, FAR, PATCH, WEAK, way  # noqa: E402
+from closed import BOXES, FAR, PATCH, WEAK, way  # noqa: E402
 from data import Missing  # noqa: E402
 from data import rows as rows_of  # noqa: E402
 from tables import Tables, group, scene, thousands  # noqa: E402
@@ -62,12 +62,24 @@ class Report(Tables):
         try:
             for name, rows in group([r for r in self.against_simulation() if r[1] == "strong"], lambda r: r[0]).items():
                 cells = BOXES[name][0]
-                one = self.injected(name, [1] * len(cells)).box(cells, [1] * len(cells), 2 ** len(cells), 0)[0]
+                one = self.injected(name, cells, [1] * len(cells))[0].box(cells, [1] * len(cells), 2 ** len(cells), 0)[0]
                 points = [(1, 1.0)] + [(p, one / t / p) for _, _, p, _, _, t, _, _ in rows if p <= 32]
-                panels[scene(name)]["spatial, direct"].append(("closed form", points))
+                panels.setdefault(scene(name), {}).setdefault("spatial, direct", []).append(("closed form", points))
         except Missing as m:
             self.note("figure strong", str(m))
+        for name, points in self.bands("strong").items():
+            panels.setdefault(scene(name), {}).setdefault("spatial, direct", []).append(("emulated to injected", points))
         figures.efficiency(self.place("strong"), list(panels), list(panels.values()), columns=3)
+
+    def bands(self, study):
+        """{scene: [(processes, (emulated, injected efficiency))]} of spatial decomposition with direct migration, where both ran."""
+        rows = [r for r in self.data.simulated(study) if way(r) == "spatial, direct" and r["platform"] == "cluster"]
+        out = {}
+        for (name, p), both in group(rows, lambda r: (r["scene"], r["ranks"])).items():
+            found = {r["mode"]: r["efficiency"] for r in both}
+            if len(found) == 2:
+                out.setdefault(name, []).append((p, (found["emulated"], found["injected"])))
+        return out
 
     def both(self, study):
         found, lacking = [], []
@@ -94,6 +106,8 @@ class Report(Tables):
             }
             found = list(self.both("weak"))
             try:
+                if points := self.bands("weak").get(name):
+                    panel["direct"].append(("emulated to injected", points))
                 found.append((self.simulated("weak-large", "injected"), "ranks", "simulated"))
             except Missing as m:
                 self.note("figure weak", str(m))
@@ -124,7 +138,7 @@ class Report(Tables):
                     d = m.dearer(1e-9 * t)
                     lines[f"pool, {p} processes"].append((t, d.step(s) / self.best_pool(d, s, p)))
                 lines[f"spatial, {p} processes"] = [
-                    (t, (d := m.dearer(1e-9 * t)).step(s) / d.box(BOXES[name][0], CUTS[m.dim, p], 2**m.dim, math.inf)[0])
+                    (t, (d := m.dearer(1e-9 * t)).step(s) / self.spatial(d, name, p)[0])
                     for t in costs
                 ]
             panels[what] = lines

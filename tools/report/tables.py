@@ -7,8 +7,8 @@ import re
 
 import marks
 import model
-from closed import BOXES, CUTS, FAR, WEAK, ClosedForm, way
-from data import Missing
+from closed import BOXES, FAR, WEAK, ClosedForm, way
+from data import ROOT, Missing
 from data import rows as rows_of
 
 PROCESSES = (1, 2, 4, 8, 16, 32)
@@ -49,83 +49,61 @@ def thousands(n):
 
 class Tables(ClosedForm):
     def table_answer(self):
-        """Which strategy, at how many processes, for which scene: a line for each scene, a column for each evidence."""
-        columns = {
-            (2, "measured"): "2, measured",
-            (8, "critical path"): "8, critical path",
-            (32, "critical path"): "32, critical path",
-            (32, "simulated"): "32, simulated",
-            (1024, "closed form"): "1 024, closed form",
-        }
-        ways, sizes, lacking = {}, {}, []  # {scene: {column: {way: speed-up}}}
-
-        most = {}  # {scene: {class: the most processes with an efficiency of 0.8, spatial, direct}}
-
-        def keeps(name, kind, p, how, efficiency):
-            if p > 1 and how == "spatial, direct" and kind in ("critical path", "simulated"):
-                found = most.setdefault(name, {})
-                found[kind] = max(found.get(kind, 1), p if efficiency >= 0.8 else 1)
-
-        def add(name, n, p, kind, how, speedup):
-            if (p, kind) in columns and how != "spatial, DMSwarmMigrate":  # the same but for migration: 6.5 has both
-                ways.setdefault(name, {}).setdefault((p, kind), {})[how] = speedup
-                sizes.setdefault(name, {})[n] = None
-
-        try:
-            for r in self.real("strong"):
-                add(r["scene"], r["particles"], r["processes"], r["class"], way(r), r["speedup"])
-                keeps(r["scene"], r["class"], r["processes"], way(r), r["efficiency"])
-        except Missing as m:
-            lacking.append(str(m))
-        try:
-            for r in self.simulated("strong", "injected"):
-                add(r["scene"], r["particles"], r["ranks"], "simulated", way(r), r["efficiency"] * r["ranks"])
-                keeps(r["scene"], "simulated", r["ranks"], way(r), r["efficiency"])
-        except Missing as m:
-            lacking.append(str(m))
-        try:
-            for name in BOXES:
-                self.closed(name)
-                said = self.said[name]["rows"]
-                for p in set(said) & {1024}:
-                    add(
-                        name,
-                        self.said[name]["points"],
-                        p,
-                        "closed form",
-                        "spatial, direct",
-                        said[1]["spatial"] / said[p]["spatial"],
-                    )
-                    add(name, self.said[name]["points"], p, "closed form", "pool", said[1]["spatial"] / said[p]["pool"])
-        except Missing as m:
-            lacking.append(str(m))
-        if not ways:
+        """Which strategy, at how many processes, for which scene: a line for each scene."""
+        scenes, large, lacking = {}, {}, []  # {scene: {(class, processes): {way: row}}}
+        for into, rows, p, kind in (
+            (scenes, lambda: self.real("strong"), "processes", ""),
+            (scenes, lambda: self.simulated("strong", "injected"), "ranks", "simulated"),
+            (large, lambda: self.simulated("strong-large", "injected"), "ranks", "simulated"),
+        ):
+            try:
+                for r in rows():
+                    found = into.setdefault(r["scene"], {}).setdefault((r.get("class", kind), r[p]), {})
+                    found.setdefault(way(r), {**r, "speedup": r["efficiency"] * r[p]})
+            except Missing as m:
+                lacking.append(str(m))
+        if not scenes:
             raise Missing("; ".join(lacking))
-        used = [c for c in columns if any(c in found for found in ways.values())]
+
+        def best(found):
+            """The way with the largest speed-up, migrations apart (6.5 has both), and that."""
+            ways = {how: r["speedup"] for how, r in found.items() if how != "spatial, DMSwarmMigrate"}
+            how = max(ways, key=ways.get)
+            return (how, ways[how]) if ways[how] > 1 else ("one process", 1)
+
+        def keeps(found, kind):
+            """The most processes with an efficiency of 0.8, spatial, direct."""
+            rows = {p: r["spatial, direct"] for (k, p), r in found.items() if k == kind and "spatial, direct" in r}
+            return [f"{thousands(max([1] + [p for p, r in rows.items() if r['efficiency'] >= 0.8]))} ({kind})"] if rows else []
+
+        columns = {("measured", 2): "2, measured", ("critical path", 32): "32, critical path", ("simulated", 32): "32, simulated"}
         lines = []
-        for name, found in ways.items():
-            best = {
-                c: max(found[c], key=found[c].get) if max(found[c].values()) > 1 else "one process" for c in used if c in found
-            }
-            uses = list(dict.fromkeys(best.values()))
-            cells = []
-            for c in used:
-                text = ""
-                if c in found:
-                    text = f"**{found[c].get(best[c], 1):.3g}**" + (f" ({best[c]})" if len(uses) > 1 else "")
-                    if best[c] != "pool" and "pool" in found[c]:
-                        text += f"; pool {found[c]['pool']:.2g}"
-                cells.append(text)
-            lines.append(
-                [
-                    scene(name),
-                    " and ".join(map(thousands, sizes[name])),
-                    uses[0] if len(uses) == 1 else "as in the columns",
-                    ", ".join(f"{p} ({kind})" for kind, p in most.get(name, {}).items()),
-                    *cells,
-                ]
-            )
-        text = marks.markdown(["scene", "particles", "use", "processes with an efficiency of 0.8", *(columns[c] for c in used)], lines)
+        for name, found in scenes.items():
+            kept = ", ".join(keeps(found, "critical path") + keeps(found, "simulated"))
+            uses, cells, more = {best(found[c])[0] for c in found if c[1] > 1}, [], ""
+            for c in columns:
+                how, speedup = best(found[c]) if c in found else ("", 0)
+                cells.append(f"{speedup:.3g}" + (f" ({how})" if len(uses) > 1 else "") if how else "")
+            if wide := {p: r["spatial, direct"] for (_, p), r in large.get(name, {}).items() if p > 1}:
+                row = wide[max(wide)]
+                kept += f"; of {row['particles'] / 1e6:.2g} million particles {keeps(large[name], 'simulated')[0]}"
+                more = f"{row['speedup']:.3g} on {thousands(row['ranks'])}"
+            pools = [r["pool"]["speedup"] for r in found.values() if "pool" in r]
+            size = next(r["particles"] for c in found for r in found[c].values())
+            pool = f"{max(pools):.2g}" if pools else ""
+            lines.append([scene(name), thousands(size), ", ".join(sorted(uses)), kept, *cells, more, pool])
+        text = marks.markdown(
+            [
+                "scene",
+                "particles",
+                "use",
+                "to how many processes with an efficiency of 0.8",
+                *(f"speed-up on {what}" for what in columns.values()),
+                "with a million particles, simulated",
+                "the pool at best",
+            ],
+            lines,
+        )
         for what in lacking:
             self.note("answer", what)
             text += f"\n\n*Not in the table: {what}.*"
@@ -314,6 +292,37 @@ class Tables(ClosedForm):
     def table_strong_real(self):
         return self.curves(self.real("strong"))
 
+    def table_phases(self):
+        """Processor time of each phase in strong scaling, spatial decomposition with direct migration: mean / slowest process."""
+        try:
+            data = self.data.phases()
+        except Missing as m:
+            return f"*No data: {m}.*"  # younger than the other tables of `make scaling`: no fault
+        rows = [r for r in data if r["study"] == "strong" and r["migrate"] in ("", "direct") and r["strategy"] != "pool"]
+        columns, lines = sorted({r["processes"] for r in rows}), []
+        for name in ("box2d", "box3d", "disks"):
+            mine = [r for r in rows if r["scene"] == name]
+            for phase in dict.fromkeys(r["phase"] for r in mine):
+                found = {r["processes"]: r for r in mine if r["phase"] == phase}
+                if any(r["slowest_seconds"] for r in found.values()):
+                    cells = [(found[p]["mean_seconds"], found[p]["slowest_seconds"]) if p in found else None for p in columns]
+                    lines.append([scene(name), phase, *map(self.pair, cells)])
+            sums = [[sum(r[k] for r in mine if r["processes"] == p) for k in ("mean_seconds", "slowest_seconds")] for p in columns]
+            if mine:
+                lines.append([scene(name), "**all**", *map(self.pair, sums)])
+                whole = [f"{p * mean / sums[0][0]:.2f}; {slowest / mean:.2f}" for p, (mean, slowest) in zip(columns, sums)]
+                lines.append([scene(name), "*work of all processes over that of one; slowest over mean*", *whole])
+        if not lines:
+            raise Missing("`docs/data/scaling/phases.csv` has no rows of strong scaling: `make scaling` writes them")
+        return marks.markdown(["scene", "phase", "one process", *map(str, columns[1:])], lines)
+
+    @staticmethod
+    def pair(times):
+        if not times:
+            return ""
+        mean, slowest = (f"{1e6 * t:.3g}" if t < 9.995e-4 else f"{1e6 * t:.0f}" for t in times)
+        return mean if mean == slowest else f"{mean} / {slowest}"
+
     def table_weak_real(self):
         return self.curves(self.real("weak"))
 
@@ -446,6 +455,53 @@ class Tables(ClosedForm):
             lines,
         )
 
+    def table_crossover(self):
+        """The terms of the cross-over of both strategies, and the imbalance from which on the pool would be ahead."""
+        lines = []
+        for name, (_, what) in BOXES.items():
+            m, whole = self.closed(name), self.whole(name)
+            for p in (2, 8, 32):
+                s = model.replace(whole, processes=p)
+                edge = min(range(model.TILE[m.basis], 65, model.TILE[m.basis]), key=lambda c: m.pool(s, c)[0])
+                alone, farmed = m.parts(whole), m.farmed(s, edge)[1]
+                work = sum(alone[k] for k in farmed)
+                rest = sum(alone.values()) - work
+                pool, busy = m.pool(s, edge)
+                spatial, i = self.spatial(m, name, p)
+                messages = spatial - self.part(m, whole, i / p)
+                lines.append(
+                    [
+                        what,
+                        p,
+                        *map(seconds, (self.part(m, whole, i / p), messages, rest, busy - rest, (work + busy - rest) / (p - 1))),
+                        seconds(spatial),
+                        seconds(pool),
+                        "spatial" if spatial < pool else "pool",
+                        f"{i:.2f}",
+                        *(self.level(m.dearer(1e-9 * extra), name, p) for extra in (0, 1e4, 1e6)),
+                    ]
+                )
+        head = "scene", "P", "T_1(i N/P)", "X", "R", "T_m", "(w + T_m)/(P - 1)", "T_spatial", "T_pool", "ahead", "i"
+        return marks.markdown([*head, "pool ahead from i =", "law dearer by 10 µs", "by 1 ms"], lines)
+
+    def level(self, m, name, p):
+        """The imbalance of equal times of both strategies, with the best patch."""
+        whole = self.whole(name)
+        spatial, i = self.spatial(m, name, p)
+        messages, pool = spatial - self.part(m, whole, i / p), self.best_pool(m, whole, p)
+        if self.part(m, whole, 1) + messages < pool:
+            return "none"  # not even where one process has all
+        low, high = 0.5, float(p)
+        for _ in range(40):
+            middle = (low + high) / 2
+            low, high = (middle, high) if self.part(m, whole, middle / p) + messages < pool else (low, middle)
+        return two(low)
+
+    @staticmethod
+    def part(m, whole, share):
+        """Seconds of a step of one process that has a share of all particles, and as much of the nodes."""
+        return m.step(model.Share(whole.points * share, whole.nodes * share))
+
     def table_blocks(self):
         lines = []
         for name, (_, what) in BOXES.items():
@@ -547,6 +603,7 @@ class Tables(ClosedForm):
                 "particles",
                 "way",
                 "processes",
+                "messages by",
                 "measured",
                 "simulated with injected costs, over it",
                 "emulated, over it",
@@ -557,6 +614,7 @@ class Tables(ClosedForm):
                     thousands(r["particles"]),
                     way(r),
                     r["ranks"],
+                    {"shared": "shared memory", "tcp": "TCP"}[r.get("transport", "shared")] if r["ranks"] > 1 else "",
                     seconds(r["real"]),
                     two(r["injected_over_real"]),
                     two(r["emulated_over_real"]),
@@ -750,9 +808,57 @@ class Tables(ClosedForm):
         m, s = self.closed("box3d"), self.whole("box3d")
         for k in range(0, 121):
             d = m.dearer(1e-9 * 10 ** (k / 20))
-            if self.best_pool(d, s, 32) < d.box(BOXES["box3d"][0], CUTS[3, 32], 8, math.inf)[0]:
+            if self.best_pool(d, s, 32) < self.spatial(d, "box3d", 32)[0]:
                 return f"beyond {float(f'{10 ** (k / 20 - 3):.1g}'):g} µs a particle and step"
         return "at no cost of the law"
+
+    def number_crosses(self):
+        """From how many processes on spatial decomposition is ahead, as the program prints it for both boxes."""
+        found = []
+        for name in BOXES:
+            self.closed(name)
+            found.append(self.said[name].get("ahead", "none"))
+        return found[0] if len(set(found)) == 1 else f"{found[0]} in 2-D and {found[1]} in 3-D"
+
+    def bench(self, pattern):
+        """Numbers of docs/performance.md: the first of each line that a pattern fits."""
+        with open(os.path.join(ROOT, "docs", "performance.md")) as f:
+            found = [float(x) for x in re.findall(rf"^\| {pattern}[^|\n]*\| ([\d.]+)", f.read(), re.M)]
+        if not found:
+            raise Missing(f"`docs/performance.md` has no line {pattern}: `make bench` writes it")
+        return found
+
+    def number_plain(self):
+        found = self.bench("seed_serial / pebble us[lf], linear 2-D")
+        return f"{min(found):.0f} to {max(found):.0f}"
+
+    def number_two_2d(self):
+        found = self.bench("1 process / 2 processes, .* 2-D, 1e6")
+        return f"{min(found):.1f} to {max(found):.1f}"
+
+    def number_two_3d(self):
+        found = sorted({f"{x:.1f}" for x in self.bench("1 process / 2 processes, .* 3-D, 1e6")})
+        return " to ".join(dict.fromkeys((found[0], found[-1])))
+
+    def number_cut_equal(self):
+        """Imbalance of the disks on 32 processes with equal boxes, counted by the program: docs/performance.md, The partition."""
+        with open(os.path.join(ROOT, "docs", "performance.md")) as f:
+            found = re.search(r"^\| disks, 1024 x 1024 cells \|(?:.*\n\| *)*?\| 32 \| ([\d.]+) ", f.read(), re.M)
+        if not found:
+            raise Missing("`docs/performance.md` has no imbalance of the disks on 32 processes with equal boxes")
+        return f"{float(found[1]):.1f}"
+
+    def number_most_simulated(self):
+        """The largest number of processes in a simulation."""
+        most = []
+        for name in ("strong", "weak", "weak-large", "strong-large"):
+            try:
+                most.append(max(r["ranks"] for r in self.data.simulated(name)))
+            except Missing:
+                pass
+        if not most:
+            raise Missing("`docs/data/simulated` has no curves: `make simulate` writes them")
+        return thousands(max(most))
 
     def number_misses(self):
         """The largest difference in % of predicted and measured steps of 0.1 ms and more."""

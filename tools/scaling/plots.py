@@ -36,8 +36,8 @@ def panels(rows, quantity, path, what):
     scenes = list(dict.fromkeys(row["scene"] for row in rows))
     if not scenes:
         return
-    lines = len(scenes) // COLUMNS + 1  # the last place is the legend's
-    figure, axes = plt.subplots(lines, COLUMNS, figsize=(7.6, 0.4 + 2.3 * lines), sharey=True, layout="constrained",
+    lines = -(-len(scenes) // COLUMNS)
+    figure, axes = plt.subplots(lines, COLUMNS, figsize=(7.6, 0.6 + 2.3 * lines), sharey=True, layout="constrained",
                                 squeeze=False)
     for axis in axes.flat[len(scenes):]:
         axis.axis("off")
@@ -70,7 +70,10 @@ def panels(rows, quantity, path, what):
     handles = [plt.Rectangle((0, 0), 1, 1, color=color, label=label) for way, (color, label) in WAYS.items()
                if any((row["strategy"], row["migrate"]) == way for row in rows)]
     handles += [plt.Line2D([], [], color="0.3", label=kind, **style) for kind, style in CLASSES.items()]
-    axes.flat[-1].legend(handles=handles, loc="center")
+    if len(scenes) < axes.size:
+        axes.flat[-1].legend(handles=handles, loc="center")
+    else:
+        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     save(figure, path)
 
 

@@ -58,9 +58,10 @@ def scene_file(name):
 SCENES = [
     Scene("disks", 2, "linear", "usf", 262144, lambda n: times(1, 1)((n / 4.021) ** 0.5), {}, scene_file("disks")),
     Scene("box2d", 2, "linear", "usl", 262144, lambda n: times(1, 1)((n / 4) ** 0.5), box(2, "linear")),
-    Scene("box3d", 3, "bspline2", "usl", 262144, lambda n: times(1, 1, 1)((n / 8) ** (1 / 3)), box(3, "bspline2")),
     Scene("dambreak", 2, "bspline2", "musl", 262144, lambda n: times(20, 9)(4 * (n / 2048) ** 0.5),
           {"body_column_velocity": "2*x, 0-2*y"}, scene_file("dambreak")),
+    Scene("disks3d", 3, "linear", "musl", 262144, lambda n: times(1, 1, 1)((n / 0.5362) ** (1 / 3)), {}, scene_file("disks3d")),
+    Scene("box3d", 3, "bspline2", "usl", 262144, lambda n: times(1, 1, 1)((n / 8) ** (1 / 3)), box(3, "bspline2")),
     Scene("dambreak3d", 3, "bspline2", "musl", 110592, lambda n: times(4, 4, 3)(6 * (n / 8192) ** (1 / 3)),
           {"body_column_velocity": "2*x, 2*y, 0-4*z"}, scene_file("dambreak3d")),
 ]
@@ -113,7 +114,7 @@ def read_events(path, pool):
 
 class Run:
     """One run: particles, steps, grid (of processes), imbalance, seconds, predicted, path, work_imbalance (slowest over
-    mean of the work), digest, events (by -log_view)."""
+    mean of the work), phases [(name, mean, slowest, messages)] in s a step, digest, events (by -log_view)."""
 
     def __init__(self, args, options, processes, strategy, migrate, steps, model, count=True, path=True):
         self.processes, self.strategy, self.migrate, self.steps = processes, strategy, migrate, steps
@@ -143,7 +144,10 @@ class Run:
             self.grid, self.imbalance = tuple(map(int, grid.split("x"))), float(imbalance)
         measured, predicted = find(r"^  all +\S+ +\S+ +\S+ +(\S+) +(\S+) +\S+$")
         self.seconds, self.predicted = float(measured), float(predicted)
+        self.phases = []
         if path:
+            table = re.search(r"^path +processor time.*\n((?:  \w+(?: +\S+){3}\n)+)", text, re.M)
+            self.phases = [(name, *map(float, times)) for name, *times in map(str.split, table[1].splitlines())] if table else []
             mean, slowest, path = find(r"^  all +(\S+) +(\S+) +\S+ +critical path (\S+)")
             self.path, self.work_imbalance = float(path), float(slowest) / float(mean)
         if model and "constants calibrated" not in text:

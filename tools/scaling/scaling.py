@@ -33,18 +33,22 @@ COLUMNS = ["scene", "dim", "basis", "update", "study", "strategy", "migrate", "p
            "messages_per_step", "bytes_per_particle_step", "reductions_per_step", "migrating_steps", "digest"]
 COUNTS = ["scene", "dim", "basis", "update", "strategy", "processes", "grid", "particles", "quantity", "counted",
           "formula", "equal"]
+PHASES = ["scene", "study", "strategy", "migrate", "processes", "particles", "phase", "mean_seconds", "slowest_seconds",
+          "message_seconds", "messages_per_step", "bytes_per_step"]
 VALIDATION = ["scene", "dim", "particles", "processes", "steps", "repeats", "seconds_per_step", "predicted", "ratio",
               "critical_path", "critical_path_ratio"]
 SIZES = (1, 2, 4, 8, 16, 32)
 PER_PROCESS = 16000
+ORDER = [scene.name for scene in runs.SCENES]
 
 
 class Results:
     def __init__(self, args):
         self.args, self.validation, self.problems = args, [], []
         # With --scenes the rows of the others stay.
-        self.runs, self.counts = ([row for row in self.read(name) if args.scenes and row["scene"] not in args.scenes]
-                                  for name in ("runs", "counts"))
+        self.runs, self.phases, self.counts = (
+            [row for row in self.read(name) if args.scenes and row["scene"] not in args.scenes]
+            for name in ("runs", "phases", "counts"))
 
     def read(self, name):
         try:
@@ -59,9 +63,11 @@ class Results:
 
     def write(self):
         os.makedirs(self.args.data, exist_ok=True)
-        for name, columns, rows in (("runs", COLUMNS, self.runs), ("counts", COUNTS, self.counts),
-                                    ("validation", VALIDATION, self.validation)):
+        for name, columns, rows in (("runs", COLUMNS, self.runs), ("phases", PHASES, self.phases),
+                                    ("counts", COUNTS, self.counts), ("validation", VALIDATION, self.validation)):
             if rows:
+                if name != "validation":
+                    rows = sorted(rows, key=lambda row: ORDER.index(row["scene"]))
                 with open(os.path.join(self.args.data, name + ".csv"), "w", newline="") as file:
                     writer = csv.DictWriter(file, columns, restval="", lineterminator="\n")
                     writer.writeheader()
@@ -78,7 +84,9 @@ def best(args, scene, cells, processes, strategy, migrate, steps, models):
         if result:
             if run.digest != result.digest:
                 raise Failed(f"{scene.name} on {processes}: a repeat has another digest")
-            run.seconds, run.path = min(run.seconds, result.seconds), min(run.path, result.path)
+            run.seconds = min(run.seconds, result.seconds)
+            if result.path < run.path:
+                run.path, run.phases = result.path, result.phases
             run.work_imbalance = min(run.work_imbalance, result.work_imbalance)
         result = run
     return result
@@ -86,6 +94,18 @@ def best(args, scene, cells, processes, strategy, migrate, steps, models):
 
 def number(value, digits=4):
     return "" if value is None else f"{value:.{digits}g}"
+
+
+def record_phases(results, scene, study, run):
+    """Rows of a run, one a phase: processor time of the processes, and what -log_view counted there."""
+    for phase, mean, slowest, messages in run.phases:
+        row = dict(scene=scene.name, study=study, strategy="serial" if run.processes == 1 else run.strategy,
+                   migrate=run.migrate if run.processes > 1 and run.strategy == "spatial" else "",
+                   processes=run.processes, particles=run.particles, phase=phase, mean_seconds=number(mean),
+                   slowest_seconds=number(slowest), message_seconds=number(messages))
+        if event := run.events.get(phase):
+            row.update(messages_per_step=number(event.messages / run.steps, 6), bytes_per_step=number(event.bytes / run.steps, 6))
+        results.phases.append(row)
 
 
 def record(args, results, scene, study, run, base):
@@ -118,6 +138,7 @@ def record(args, results, scene, study, run, base):
         else:
             line += f"  {seconds * 1e3:9.3f}    -  "
         results.runs.append(row)
+    record_phases(results, scene, study, run)
     print(f"  {study:6s} {run.strategy if run.processes > 1 else 'serial':8s}{run.migrate if run.processes > 1 else '':7s}"
           f"{run.processes:3d} {run.particles:8d}{line}  {run.imbalance:6.3f} {run.work_imbalance:6.3f} "
           f"{step['messages']:9.1f} {step['bytes']:8.2f} {step['reductions']:5.2f}", flush=True)
@@ -280,6 +301,14 @@ Written by `make scaling` ({when}; {machine}; load average {load} at the start, 
 | reductions_per_step | by -log_view |
 | migrating_steps | steps in which some point changed process |
 | digest | of the state at the end: equal for all runs of a scene, number of particles and steps |
+
+**phases.csv**, a row a run and phase, of the runs with which runs.csv has a critical path: s a step
+
+| column | meaning |
+| --- | --- |
+| mean_seconds, slowest_seconds | processor time of the processes: the mean, and the largest of each step |
+| message_seconds | messages on the critical path, by the model |
+| messages_per_step, bytes_per_step | sent in this phase, all processes together, by -log_view; in the pool by and to the master |
 
 **counts.csv**: messages and bytes a step of a full box at rest in its cells, counted and by formula (tools/scaling/counts.py);
 bytes are counted to six digits.

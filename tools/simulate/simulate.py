@@ -8,15 +8,22 @@ one of two ways:
   injected   declared where it is done (MPMSimulateWork), by the costs of costs.csv: the same to the last digit each time
   emulated   measured while it runs: no assumption, but noise and the caches of one core that all processes share
 
-    simulate.py                the curves to 32 processes, and to 128 where they go on: docs/data/simulated/*.csv
-    simulate.py --full         to 1024 processes
+    simulate.py                all curves, to 32 processes, and to 1024 where they go on: docs/data/simulated/*.csv
     simulate.py --calibrate    measures costs.csv anew on this machine first
     simulate.py --validate     only: this machine simulated, beside real runs on one and two of its cores
-    simulate.py --mode injected    these curves only
-    simulate.py --only weak    one of costs strong weak large validate
+
+These make a part; all other rows of the tables stay as they are:
+
+    --only weak,weak-large     of costs strong weak strong-large weak-large validate
+    --scenes box2d             (with --calibrate: the costs of these alone)
+    --mode injected            or emulated
+    --strategy spatial         or pool
+    --migrate direct           or swarm
+    --sizes 512,1024           numbers of processes (one process is always made anew)
 """
 import argparse
 import concurrent.futures
+import contextlib
 import csv
 import functools
 import math
@@ -24,6 +31,7 @@ import os
 import re
 import subprocess
 import sys
+import threading
 import time
 import typing
 from pathlib import Path
@@ -53,6 +61,19 @@ NETWORK = {
                "smpi/os:0:2e-8:0", "smpi/ois:0:2e-8:0", "smpi/or:0:2e-8:0"],
 }
 NETWORK["fattree"] = NETWORK["cluster"]
+
+# This machine's other transport: messages of two processes through the loopback device. tcp() measures it.
+TCP = ["--mca", "pml", "ob1", "--mca", "btl", "tcp,self", "--mca", "btl_tcp_if_include", "lo"]
+TRANSPORTS = {"shared": [], "tcp": TCP}
+PLATFORM = """<?xml version='1.0'?>
+<!DOCTYPE platform SYSTEM "https://simgrid.org/simgrid.dtd">
+<platform version="4.1">
+  <zone id="world" routing="Full">
+    <cluster id="{name}" prefix="n" suffix="" radical="0-63" speed="1Gf" bw="{bandwidth:.6g}Bps" lat="{latency:.6g}s"
+             loopback_bw="{bandwidth:.6g}Bps" loopback_lat="{latency:.6g}s" sharing_policy="SPLITDUPLEX"/>
+  </zone>
+</platform>
+"""
 
 # Costs that one process alone does not show: copying into messages and out of them, ns a byte; what the pool's worker has
 # to do for each point that moved, and both sides for each chunk, ns. Measured once, with clocks around the code, on the
@@ -121,13 +142,25 @@ def dambreak(n):
     return scene_file("dambreak", f"-grid_cells {5 * n},{9 * n // 4}\n-body_column_velocity 4*x,-4*y\n")
 
 
-# name: maker, size for the strong curve, size with about 16,000 points (calibration; validation: and four times that)
+def disks3d(n):
+    spin = "\n".join(f"-body_ball{k}_velocity {v}-0.3*(y-{c}),{v}+0.3*(x-{c}),{v}" for k, v, c in ((1, 0.1, 0.3), (2, -0.1, 0.7)))
+    return scene_file("disks3d", f"-grid_cells {n},{n},{n}\n{spin}\n")
+
+
+def dambreak3d(n):
+    return scene_file("dambreak3d", f"-grid_cells {4 * n},{4 * n},{3 * n}\n-body_column_velocity 2*x,2*y,-4*z\n")
+
+
+# name: maker, size for the strong curve, size with about 16,000 points (calibration; validation: both)
 SCENES = {
     "box2d": (box2d, (256, 256), (64, 64)),
     "box3d": (box3d, (32, 32, 32), (16, 16, 8)),
     "disks": (disks, 512, 128),
     "dambreak": (dambreak, 160, 48),
+    "disks3d": (disks3d, 80, 32),
+    "dambreak3d": (dambreak3d, 18, 8),
 }
+LARGE = {"box2d": (512, 512), "box3d": (64, 64, 32), "disks": 1024}  # about a million points, tiles for 1024 processes and more
 WEAK = {"box2d": (64, 64), "box3d": (16, 16, 8)}  # cells of a process: 16,384 points
 
 
@@ -185,11 +218,11 @@ def finish(process):
     return parse(text)
 
 
-def real(args, path, ranks=1, strategy="spatial", migrate="direct", copies=1):
+def real(args, path, ranks=1, strategy="spatial", migrate="direct", copies=1, transport="shared"):
     """Runs on this machine; copies at once, so that all cores are busy."""
     command = [args.pebble, "-options_file", path] + options(strategy, migrate)
     if ranks > 1:
-        command = [args.mpiexec, "-n", str(ranks)] + command
+        command = [args.mpiexec, *TRANSPORTS[transport], "-n", str(ranks)] + command
     return [finish(p) for p in [start(command) for _ in range(copies)]]
 
 
@@ -201,11 +234,35 @@ def hosts(ranks):
     return path
 
 
+def platform_file(name):
+    return WORK / "tcp.xml" if name == "tcp" else HERE / f"{name}.xml"
+
+
+def tcp(args):
+    """Makes the platform of processes that send through the loopback device, by what -model_calibrate finds there: time of a
+    short message, what of it the processors at its ends are busy for, time of a byte. The least of several."""
+    file, found = WORK / "tcp.model", []
+    for _ in range(args.calibrations // 5 + 1):
+        command = [args.mpiexec, *TCP, "-n", "2", args.pebble, "-options_file", write_scene("box2d", SCENES["box2d"][2], 40)]
+        command += ["-model_calibrate", "-model_file", file, "-output_dir", WORK]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            raise RuntimeError(f"no calibration over TCP: {(done.stderr + done.stdout)[-500:]}")
+        found.append({k: float(v) for k, v in re.findall(r"^(message|post|wire) (\S+)$", file.read_text(), re.M)})
+    message, post, wire = (min(f[k] for f in found) for k in ("message", "post", "wire"))
+    post = min(post, 0.8 * message)  # where other work has disturbed it
+    (WORK / "tcp.xml").write_text(PLATFORM.format(name="tcp", bandwidth=1 / wire, latency=(message - post) / 2))  # two links
+    NETWORK["tcp"] = ["smpi/lat-factor:0:1.0", "smpi/bw-factor:0:1.0"]
+    NETWORK["tcp"] += [f"smpi/{k}:0:{post / 2:.3g}:0" for k in ("os", "ois", "or")]
+    print(f"  TCP: a short message {1e6 * message:.3g} us, of it {1e6 * post:.3g} us of processors; {1e-9 / wire:.3g} GB/s")
+    write(DATA / "networks.csv", [{"transport": "tcp", "message": f"{message:.4g}", "post": f"{post:.4g}", "wire": f"{wire:.4g}"}])
+
+
 def simulated(args, path, hosts, ranks, mode, strategy, migrate, platform, costs):
     settings = SETTINGS + NETWORK[platform] + (["smpi/simulate-computation:no"] if mode == "injected" else [])
     # smpirun passes arguments through a shell's eyes, so all that has blanks or quotes stands in the file.
     command = ["nice", "-n", "19"] if mode == "injected" else []
-    command += ["smpirun", "-np", str(ranks), "-platform", HERE / f"{platform}.xml", "-hostfile", hosts, "--log=root.thres:error"]
+    command += ["smpirun", "-np", str(ranks), "-platform", platform_file(platform), "-hostfile", hosts, "--log=root.thres:error"]
     command += [f"--cfg={s}" for s in settings] + [args.simulator, "-options_file", path] + options(strategy, migrate)
     environment = {k: v for k, v in os.environ.items() if k != "PEBBLE_COSTS"}
     if mode == "injected":
@@ -227,6 +284,15 @@ def true_digest(args_pebble, path):
 
 
 # ---- Costs
+def leaver(name):
+    """What a point that changes process costs, ns: of the report's calibration in as many dimensions, which has it from real runs
+    on two processes."""
+    box = "box3d" if name.endswith("3d") else "box2d"
+    with open(ROOT / "docs" / "data" / "models" / f"{box}.model") as f:
+        found = re.search(r"^migration\[1\]\.leaver (\S+)$", f.read(), re.M)
+    return 1e9 * float(found[1]) if found else 0
+
+
 def calibrate(args):
     """Costs of phases, ns a point, with all cores busy; what DMSwarmMigrate costs more than direct messages. Others may use
     the machine too: the least of many short runs."""
@@ -234,25 +300,31 @@ def calibrate(args):
         runs = [r for _ in range(args.calibrations) for r in real(args, path, **how)]
         return runs[0]["particles"], {k: min(r["phases"].get(k, math.inf) for r in runs) for k in runs[0]["phases"]}
 
-    rows = []
+    rows = [row for row in read_rows(COSTS) if not wanted(args.scenes, row["scene"])]
     for name, (_, _, size) in SCENES.items():
+        if not wanted(args.scenes, name):
+            continue
         path = write_scene(name, size, 40)
         n, cost = least(path, copies=os.cpu_count())
         direct, swarm = (least(path, ranks=2, migrate=m)[1].get("MIGRATE", 0) for m in ("direct", "swarm"))
         cost["SWARM"] = max(0, swarm - direct) * n
         cost = {k: v for k, v in cost.items() if k not in ("REDUCE", "MIGRATE", "SETTLE", "other", "all")}
         cost = {k: v for k, v in cost.items() if v < math.inf}
+        cost["LEAVER"] = leaver(name)
         print(f"  {name:10} {n} points: " + ", ".join(f"{k} {v:.4g}" for k, v in cost.items()), flush=True)
         rows += [{"scene": name, "particles": n, "name": k, "ns": f"{v:.4g}"} for k, v in cost.items()]
+    rows.sort(key=lambda r: list(SCENES).index(r["scene"]))
     call = min(float(r["ns"]) for r in rows if r["name"] == "SWARM")  # the same in all scenes, but for the noise
     write(COSTS, [{**r, "ns": f"{call:.4g}"} if r["name"] == "SWARM" else r for r in rows])
 
 
 def read_costs():
     costs = {}
-    with open(COSTS) as f:
-        for row in csv.DictReader(f):
-            costs.setdefault(row["scene"], dict(FIXED))[row["name"]] = float(row["ns"])
+    for row in read_rows(COSTS):
+        costs.setdefault(row["scene"], dict(FIXED))[row["name"]] = float(row["ns"])
+    for name in SCENES:
+        if name not in costs:
+            print(f"no costs of {name}: not simulated; simulate.py --calibrate --only costs --scenes {name} measures them")
     return costs
 
 
@@ -263,6 +335,21 @@ def write(path, rows):
         out = csv.DictWriter(f, rows[0], lineterminator="\n")
         out.writeheader()
         out.writerows(rows)
+
+
+def read_rows(path):
+    if not path.exists():
+        return []
+    with open(path) as f:
+        return list(csv.DictReader(f))
+
+
+def wanted(chosen, value):
+    """Is it one of those that an option names? No option: all."""
+    return not chosen or value in chosen
+
+
+KEY = ("scene", "strategy", "migrate", "mode", "platform", "ranks")  # columns that tell the rows of a table apart
 
 
 class Run(typing.NamedTuple):
@@ -276,44 +363,69 @@ class Run(typing.NamedTuple):
     platform: str
     ranks: int
 
+    def key(self):
+        return tuple(str(getattr(self, k)) for k in KEY)
+
+
+def chosen(args, run):
+    """Is this run to be made?"""
+    return (wanted(args.scenes, run.scene) and wanted(args.mode, run.mode) and wanted(args.strategy, run.strategy) and
+            wanted(args.migrate, run.migrate) and (run.ranks == 1 or wanted(args.sizes, run.ranks)))
+
+
+def write_table(path, plan, done):
+    """The rows in the order of the plan, with efficiencies: the time a particle on one process of the same scene, mode and platform,
+    over that of this run times its processes."""
+    keys = [run.key() for run in plan]
+    rows, base = [done[k] for k in keys if k in done] + [row for k, row in done.items() if k not in keys], {}
+    for row in rows:
+        work = float(row["seconds_per_step"]) * int(row["ranks"]) / int(row["particles"])
+        one = base.setdefault((row["scene"], row["mode"], row["platform"]), work if int(row["ranks"]) == 1 else math.nan)
+        row["efficiency"] = f"{one / work:.4f}"
+    if rows:
+        write(path, rows)
+
+
+LARGE_RUN = threading.Lock()  # runs on many processes take much memory: one at a time
+
 
 def table(args, path, plan, costs):
-    """Makes the runs of a plan and writes their table. The first run of a scene, mode and platform is the base of the
-    others' efficiency: its time a particle, over theirs times processes."""
-    plan, rows, base, wrong = list(plan), [], {}, 0
-    if args.mode:  # the rows of the other mode stay as they are
-        plan = [run for run in plan if run.mode == args.mode]
-        if path.exists():
-            with open(path) as f:
-                rows = [row for row in csv.DictReader(f) if row["mode"] != args.mode]
-    started = []
+    """Makes the chosen runs of a plan and writes their table, in which the other rows stay."""
+    plan, wrong = [run for run in plan if run.scene in costs], 0
+    making = [run for run in plan if chosen(args, run)]
+    gone = {run.key() for run in making}
+    some = any((args.scenes, args.mode, args.strategy, args.migrate, args.sizes))
+    done = {tuple(row[k] for k in KEY): row for row in read_rows(path) if some}
+    done = {key: row for key, row in done.items() if key not in gone}
+
+    def make(run):
+        with LARGE_RUN if run.ranks >= 512 else contextlib.nullcontext():
+            return simulated(args, write_scene(run.scene, run.size, run.steps), hosts(run.ranks), run.ranks, run.mode,
+                             run.strategy, run.migrate, run.platform, costs[run.scene])
+
     executor = concurrent.futures.ThreadPoolExecutor(os.cpu_count())
-    for run in plan:  # injected runs may share the machine; emulated ones wait until they are alone
-        call = functools.partial(simulated, args, write_scene(run.scene, run.size, run.steps), hosts(run.ranks), run.ranks,
-                                 run.mode, run.strategy, run.migrate, run.platform, costs[run.scene])
-        started.append(executor.submit(call).result if run.mode == "injected" else call)
-    for run, result in zip(plan, started):
+    # Injected runs may share the machine; emulated ones wait until they are alone.
+    started = [executor.submit(make, run).result if run.mode == "injected" else functools.partial(make, run) for run in making]
+    for run, result in zip(making, started):
         if run.mode == "emulated":
             executor.shutdown()
-        label = f"  {run.scene:9} {run.strategy:8} {run.migrate:7} {run.mode:9} {run.platform:8} {run.ranks:5}"
+        label = f"  {run.scene:10} {run.strategy:8} {run.migrate:7} {run.mode:9} {run.platform:8} {run.ranks:5}"
         try:
             r = result()
         except RuntimeError as fault:
             print(f"{label}  failed: {str(fault).strip().splitlines()[-1][:150]}", flush=True)
             wrong += 1
             continue
-        work = r["seconds"] * run.ranks / r["particles"]
-        efficiency = base.setdefault((run.scene, run.mode, run.platform), work) / work
         same = r["digest"] == true_digest(args.pebble, write_scene(run.scene, run.size, run.steps))
         wrong += not same
-        rows.append({"scene": run.scene, "strategy": run.strategy, "migrate": run.migrate, "mode": run.mode,
-                     "platform": run.platform, "ranks": run.ranks, "particles": r["particles"], "steps": r["steps"],
-                     "seconds_per_step": f"{r['seconds']:.9g}", "efficiency": f"{efficiency:.4f}",
-                     "imbalance": f"{r['imbalance']:.3f}", "cut": r["cut"], "digest": r["digest"],
-                     "same_as_real": "yes" if same else "no"})
-        print(f"{label}  {1e6 * r['seconds']:10.1f} us/step  efficiency {efficiency:.3f}  max/mean {r['imbalance']:.3f}  "
+        row = {"scene": run.scene, "strategy": run.strategy, "migrate": run.migrate, "mode": run.mode,
+               "platform": run.platform, "ranks": run.ranks, "particles": r["particles"], "steps": r["steps"],
+               "seconds_per_step": f"{r['seconds']:.9g}", "efficiency": "", "imbalance": f"{r['imbalance']:.3f}",
+               "cut": r["cut"], "digest": r["digest"], "same_as_real": "yes" if same else "no"}
+        done[run.key()] = row
+        write_table(path, plan, done)
+        print(f"{label}  {1e6 * r['seconds']:10.1f} us/step  efficiency {row['efficiency']}  max/mean {r['imbalance']:.3f}  "
               f"{'same bits' if same else 'OTHER BITS'}  ({r['wall']:.1f} s)", flush=True)
-        write(path, rows)
     executor.shutdown()
     return wrong
 
@@ -339,75 +451,102 @@ def weak():
     yield from curves((1, 2, 4, 8, 16, 32), WEAK, weak_size, 40)
 
 
-def large_weak(ranks):
-    """Beyond 32 processes. Their set-up takes the simulator minutes from 256 on, so there only what matters most."""
+BEYOND = (64, 128, 256, 512, 1024)  # their set-up takes the simulator minutes from 256 on: there only what matters most
+
+
+def large_weak():
+    """Beyond 32 processes."""
     for name in WEAK:
-        for p in (1, *ranks):
+        for p in (1, *BEYOND):
             yield Run(name, weak_size(name, p), 20, "spatial", "direct", "injected", "cluster", p)
     for platform, migrate in (("fattree", "direct"), ("cluster", "swarm")):
-        for p in (1, *(p for p in ranks if p <= 256)):
+        for p in (1, *(p for p in BEYOND if p <= 256)):
             yield Run("box2d", weak_size("box2d", p), 20, "spatial", migrate, "injected", platform, p)
 
 
-def large_strong(ranks):
+def large_strong():
     """About a million points."""
-    for name, size in (("box2d", (512, 512)), ("disks", 1024)):
-        for p in (1, *(p for p in ranks if p <= (1024 if name == "box2d" else 256))):
+    for name, size in LARGE.items():
+        for p in (1, *BEYOND):
             yield Run(name, size, 20, "spatial", "direct", "injected", "cluster", p)
 
 
 def validate(args, costs):
-    """This machine simulated, beside real runs on one and two of its cores."""
+    """This machine simulated, beside real runs on one and two of its cores, whose messages go through shared memory or by TCP."""
+    ways = [(1, "spatial", "direct", "shared")]
+    for transport in TRANSPORTS:
+        if wanted(args.transport, transport):
+            ways += [(2, *way, transport) for way in (("spatial", "direct"), ("spatial", "swarm"), ("pool", "direct"))]
     rows, wrong = [], 0
+    if wanted(args.transport, "tcp"):
+        tcp(args)
+    path_of_table = DATA / "validate.csv"
+    kept = [{**row, "transport": row.get("transport", "shared")} for row in read_rows(path_of_table)]
     for name, (_, big, small) in SCENES.items():
+        if name not in costs:
+            continue
         for size in (small, big):
             path = write_scene(name, size, 40)
-            for ranks, strategy, migrate in ((1, "spatial", "direct"), (2, "spatial", "direct"), (2, "spatial", "swarm"), (2, "pool", "direct")):
-                runs = [real(args, path, ranks, strategy, migrate)[0] for _ in range(args.calibrations if size == small else 5)]
+            for ranks, strategy, migrate, transport in ways:
+                if not (wanted(args.scenes, name) and wanted(args.strategy, strategy) and wanted(args.migrate, migrate)):
+                    continue
+                runs = [real(args, path, ranks, strategy, migrate, transport=transport)[0]
+                        for _ in range(args.calibrations if size == small else 5)]
                 measured = min(r["seconds"] for r in runs)
                 row = {"scene": name, "particles": runs[0]["particles"], "ranks": ranks, "strategy": strategy, "migrate": migrate,
-                       "real": f"{measured:.6g}"}
+                       "transport": transport, "real": f"{measured:.6g}"}
                 for mode in ("injected", "emulated"):
-                    r = simulated(args, path, hosts(ranks), ranks, mode, strategy, migrate, "shared", costs[name])
+                    r = simulated(args, path, hosts(ranks), ranks, mode, strategy, migrate, transport, costs[name])
                     wrong += r["digest"] != runs[0]["digest"]
                     row[mode], row[f"{mode}_over_real"] = f"{r['seconds']:.6g}", f"{r['seconds'] / measured:.3f}"
                 row["same_digest"] = "yes" if r["digest"] == runs[0]["digest"] else "no"
                 rows.append(row)
-                print(f"  {name:9} {row['particles']:7} {strategy:8} {migrate:7} {ranks}  real {1e6 * measured:9.1f} us/step"
-                      f"  injected {row['injected_over_real']}  emulated {row['emulated_over_real']} of it", flush=True)
-                write(DATA / "validate.csv", rows)
+                print(f"  {name:10} {row['particles']:7} {strategy:8} {migrate:7} {ranks} {transport:6}"
+                      f"  real {1e6 * measured:9.1f} us/step  injected {row['injected_over_real']}  emulated {row['emulated_over_real']} of it", flush=True)
+                which = lambda r: tuple(str(r[k]) for k in ("scene", "particles", "ranks", "strategy", "migrate", "transport"))
+                new = {which(r) for r in rows}
+                write(path_of_table, sorted([r for r in kept if which(r) not in new] + rows, key=lambda r: (
+                    list(SCENES).index(r["scene"]), int(r["particles"]), int(r["ranks"]), list(TRANSPORTS).index(r["transport"]))))
     return wrong
 
 
 def main():
+    names = lambda text: text.split(",")
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pebble", default=ROOT / "pebble", type=lambda p: Path(p).resolve(), help="the program")
     parser.add_argument("--simulator", default=ROOT / "build/simulate/pebble", type=lambda p: Path(p).resolve(), help="built with smpicc")
     parser.add_argument("--mpiexec", default="mpiexec")
-    parser.add_argument("--full", action="store_true")
     parser.add_argument("--calibrate", action="store_true")
     parser.add_argument("--validate", action="store_true")
-    parser.add_argument("--only", choices=["costs", "strong", "weak", "large", "validate"])
-    parser.add_argument("--mode", choices=["injected", "emulated"], help="the curves of this mode only")
+    parser.add_argument("--only", type=names)
+    parser.add_argument("--scenes", type=names)
+    parser.add_argument("--mode", choices=["injected", "emulated"])
+    parser.add_argument("--strategy", choices=["spatial", "pool"])
+    parser.add_argument("--migrate", choices=["direct", "swarm"])
+    parser.add_argument("--transport", choices=list(TRANSPORTS), help="of the validation on two processes")
+    parser.add_argument("--sizes", type=lambda text: [int(p) for p in text.split(",")])
     parser.add_argument("--calibrations", type=int, default=15, help="runs of each kind, of which the fastest counts")
     parser.add_argument("--repeat", type=int, default=2, help="emulated runs, of which the fastest counts")
     args = parser.parse_args()
+    parts = {"costs": lambda costs: 0,
+             "strong": lambda costs: table(args, DATA / "strong.csv", strong(), costs),
+             "weak": lambda costs: table(args, DATA / "weak.csv", weak(), costs),
+             "weak-large": lambda costs: table(args, DATA / "weak-large.csv", large_weak(), costs),
+             "strong-large": lambda costs: table(args, DATA / "strong-large.csv", large_strong(), costs),
+             "validate": lambda costs: validate(args, costs)}
+    only = ["validate"] if args.validate else args.only or list(parts)
+    if set(only) - set(parts) or set(args.scenes or ()) - set(SCENES):
+        parser.error(f"parts are {', '.join(parts)}, scenes {', '.join(SCENES)}")
     WORK.mkdir(parents=True, exist_ok=True)
     if args.calibrate or not COSTS.exists():
         print("costs, ns a point (SWARM: a call), measured on this machine")
         calibrate(args)
     costs, wrong = read_costs(), 0
-    only = "validate" if args.validate else args.only
-    ranks = (64, 128, 256, 512, 1024) if args.full else (64, 128)
-    for what, run in (("strong", lambda: table(args, DATA / "strong.csv", strong(), costs)),
-                      ("weak", lambda: table(args, DATA / "weak.csv", weak(), costs)),
-                      ("large", lambda: table(args, DATA / "weak-large.csv", large_weak(ranks), costs) +
-                       table(args, DATA / "strong-large.csv", large_strong(ranks), costs)),
-                      ("validate", lambda: validate(args, costs))):
-        if only in (None, what):
+    for what in parts:
+        if what in only and what != "costs":
             print(what)
-            wrong += run()
-    print(f"tables in {DATA.relative_to(ROOT)}; {wrong} runs failed or had other bits than the real program")
+            wrong += parts[what](costs)
+    print(f"tables in {os.path.relpath(DATA)}; {wrong} runs failed or had other bits than the real program")
     return 1 if wrong else 0
 
 
