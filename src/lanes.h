@@ -119,20 +119,34 @@ MPM_INLINE void MPMWrite(PetscReal *to, MPMReal a)
   *(MPMRealAt *)to = a;
 }
 
-/* Appends to list [n] the lanes of a vector that begins at l in which m is true, without a branch, which chance would
-   have mispredicted; the new n. Room for one more is needed. */
-MPM_INLINE PetscInt MPMList(MPMMask m, PetscInt l, PetscInt n, PetscInt *list)
+/* A set of points 0 .. 63, a bit each, whose parts are in the lanes; adds those lanes of a vector that begins at point
+   l in which m is true. */
+MPM_INLINE MPMBits MPMMark(MPMMask m, PetscInt l, MPMBits set)
 {
 #if MPM_WIDTH == 1
-  list[n] = l;
-  return n + (m != 0);
+  return m ? set | (uint64_t)1 << l : set;
+#elif MPM_WIDTH == 8
+  return set | ((MPMBits)m & ((MPMBits){1, 2, 4, 8, 16, 32, 64, 128} << l));
+#elif MPM_WIDTH == 4
+  return set | ((MPMBits)m & ((MPMBits){1, 2, 4, 8} << l));
 #else
-  for (int k = 0; k < MPM_WIDTH; k++) {
-    list[n] = l + k;
-    n -= (PetscInt)m[k];
-  }
-  return n;
+  return set | ((MPMBits)m & ((MPMBits){1, 2} << l));
 #endif
+}
+
+/* Lists the points of a set that are below n > 0, and how many these are. */
+MPM_INLINE PetscInt MPMList(MPMBits set, PetscInt n, PetscInt *list)
+{
+  uint64_t bits = 0;
+  PetscInt k    = 0;
+
+#if MPM_WIDTH == 1
+  bits = set;
+#else
+  for (int l = 0; l < MPM_WIDTH; l++) bits |= set[l];
+#endif
+  for (bits &= ~(uint64_t)0 >> (64 - n); bits; bits &= bits - 1) list[k++] = __builtin_ctzll(bits);
+  return k;
 }
 
 /* Stores lanes first .. last-1 alone; the others of `to` belong to somebody else. */

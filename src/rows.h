@@ -88,18 +88,19 @@ MPM_INLINE void MPMSwapLanes(int group, MPMReal *v)
 #endif
 }
 
-/* The pieces of rows 0, group, 2 group, ... from component c on. */
+/* The pieces of rows 0, group, 2 group, ... from component c on. Pairs as whole numbers: gcc then takes them straight
+   from memory into their lanes. */
 MPM_INLINE MPMReal MPMReadPieces(int group, const PetscReal *const row[], int c)
 {
   (void)group;
-#define MPM_PAIR(k) (*(const MPMPairAt *)(row[k] + c))
+#if MPM_WIDTH > 2
+  typedef __int128 MPMPairs __attribute__((vector_size(8 * MPM_WIDTH)));
+#define MPM_PAIR(k) ((__int128)*(const MPMPairAt *)(row[k] + c))
 #if MPM_WIDTH == 8
-  if (group == 2)
-    return __builtin_shufflevector(__builtin_shufflevector(MPM_PAIR(0), MPM_PAIR(2), 0, 1, 2, 3),
-                                   __builtin_shufflevector(MPM_PAIR(4), MPM_PAIR(6), 0, 1, 2, 3), 0, 1, 2, 3, 4, 5, 6,
-                                   7);
-#elif MPM_WIDTH == 4
-  if (group == 2) return __builtin_shufflevector(MPM_PAIR(0), MPM_PAIR(2), 0, 1, 2, 3);
+  if (group == 2) return (MPMReal)(MPMPairs){MPM_PAIR(0), MPM_PAIR(2), MPM_PAIR(4), MPM_PAIR(6)};
+#else
+  if (group == 2) return (MPMReal)(MPMPairs){MPM_PAIR(0), MPM_PAIR(2)};
+#endif
 #endif
   return MPMRead(row[0] + c);
 }

@@ -61,7 +61,7 @@ MPM_INLINE PetscBool MPMNextBlock(const MPMPatch *patch, PetscInt nruns, const M
     o->entry += len;
     if (o->entry == runs[o->part].last && ++o->part < nruns) o->entry = runs[o->part].first;
   }
-  for (PetscInt l = 1; l < n; l++) jumps |= o->point[l] - l - o->point[0];
+  for (PetscInt l = 0; l < MPM_STAGED && n == MPM_STAGED; l++) jumps |= o->point[l] - l - o->point[0];
   for (PetscInt l = n; n && l % MPM_WIDTH; l++) o->point[l] = o->point[n - 1];
   o->n     = n;
   o->run   = !jumps && n == MPM_STAGED ? PETSC_TRUE : PETSC_FALSE;
@@ -198,7 +198,7 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
 /* Stencils of a block of points, and where its cells end. */
 MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, MPMBlockOrder *o, MPMStencils *s)
 {
-  PetscInt ncells = 0;
+  MPMBits ends = {0};
 
   MPMGather(dim, patch->points.x, o, s->x);
   for (PetscInt l = 0; l < o->n && par->nkinds > 1; l++) {
@@ -217,10 +217,9 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
     break;
   }
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
-    ncells = MPMList(MPMRead(&s->cell[l]) != MPMRead(&s->cell[l] + 1), l + 1, ncells, o->end);
-  while (ncells && o->end[ncells - 1] >= o->n) ncells--;
-  o->end[ncells] = o->n;
-  o->ncells      = ncells + 1;
+    ends = MPMMark(MPMRead(&s->cell[l]) != MPMRead(&s->cell[l] + 1), l + 1, ends);
+  o->ncells             = MPMList(ends, o->n, o->end) + 1;
+  o->end[o->ncells - 1] = o->n;
 }
 
 #define MPM_MAX_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
@@ -626,8 +625,9 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
 {
   const MPMGrid *grid  = patch->grid;
   MPMMask        wraps = MPMAll(0) != MPMAll(0);
+  MPMBits        moves = {0};
   MPMRow         base[3], now;
-  PetscInt       moved = 0, left = 0, which[MPM_STAGED + 1];
+  PetscInt       moved, left = 0, which[MPM_STAGED];
 
   for (int d = 0; d < dim; d++)
     for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
@@ -652,8 +652,8 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   default:
     break;
   }
-  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
-    moved = MPMList(MPMBetween(l, 0, o->n) & (MPMRead(&now[l]) != MPMRead(&s->cell[l])), l, moved, which);
+  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) moves = MPMMark(MPMRead(&now[l]) != MPMRead(&s->cell[l]), l, moves);
+  moved = MPMList(moves, o->n, which);
   for (PetscInt k = 0; k < moved; k++) {
     const PetscInt l = which[k], p = o->point[l];
     PetscInt       cell = now[l] < 0 ? (PetscInt)now[l] : 0, at[3] = {0};
