@@ -435,18 +435,21 @@ static PetscErrorCode FitLeaver(MPM scene)
       SetSize(scene, PetscPowReal((PetscReal)scene->points.total / (5e4 * size), 1 / (PetscReal)scene->grid.dim), 40));
   for (int repeat = 0; repeat < 4; repeat++) {
     MPMShare  share;
-    PetscReal s;
+    PetscReal s, leavers;
     MPM       mpm;
 
     PetscCall(Make(scene->comm, &mpm));
     if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
     PetscCall(MPMModelShare(mpm, &share));
     PetscCall(MPMRun(mpm));
-    s = MPMTimerSeconds(mpm, MPM_TIMER_MIGRATE) -
+    leavers = (PetscReal)mpm->exchange.leavers;
+    s       = MPMTimerSeconds(mpm, MPM_TIMER_MIGRATE) -
         (PetscReal)mpm->exchange.migrations *
             (g[1].call + g[1].stage * PetscLog2Real(1 + share.neighbours) + g[1].point * share.points);
     PetscCall(Slowest(scene->comm, &s));
-    if (mpm->exchange.migrants > 100) least = PetscMin(least, s * size / (PetscReal)mpm->exchange.migrants);
+    PetscCall(
+        Slowest(scene->comm, &leavers)); /* where all go one way, one process packs them and then another unpacks */
+    if (leavers > 100) least = PetscMin(least, s / leavers);
     PetscCall(MPMDestroy(&mpm));
   }
   if (least < PETSC_MAX_REAL) g[0].leaver = g[1].leaver = PetscMax(0, least);

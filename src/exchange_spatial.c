@@ -291,9 +291,10 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
   if (!anew && ex->balance == MPM_BALANCE_AUTO && TimeToRecut(mpm)) PetscCall(Recut(mpm));
   if (!anew && mpm->status.left) { /* of any process: all migrate or none */
     PetscCall(MPMSettlingBegin(mpm, MPM_TIMER_MIGRATE));
-    PetscCall(ex->direct ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
     ex->migrations++;
     ex->migrants += mpm->status.left;
+    ex->leavers += s->nleavers;
+    PetscCall(ex->direct ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
     PetscCall(MPMSettlingEnd(mpm, MPM_TIMER_MIGRATE));
   }
   if (anew) {

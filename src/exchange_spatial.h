@@ -31,16 +31,16 @@ typedef struct {
   size_t       out_capacity, in_capacity;
   PetscInt     nleavers, *leaver; /* points that left, ascending */
   PetscMPIInt *owner;             /* of each, the process that it goes to */
-  PetscInt64   ids;               /* fingerprint of the points here */
-  PetscBool    ranked;            /* DMSwarm's rank field holds the owners */
-  DM           sums;              /* of -parallel_sums roundoff */
-  PetscReal    lost;              /* s lost to imbalance since the cuts were last looked at, by the model */
+  int (*hops)[3];                 /* and how many boxes that is away on each axis */
+  PetscInt64 ids;                 /* fingerprint of the points here */
+  PetscBool  ranked;              /* DMSwarm's rank field holds the owners */
+  DM         sums;                /* of -parallel_sums roundoff */
+  PetscReal  lost;                /* s lost to imbalance since the cuts were last looked at, by the model */
 } MPMSpatial;
 
 PetscErrorCode MPMSpatialLayout(MPM);
 PetscErrorCode MPMSpatialTearDown(MPM);
-PetscMPIInt    MPMSpatialOwner(const MPMSpatial *, PetscInt dim, const PetscInt base[]);
-PetscInt       MPMSpatialHops(const MPMSpatial *, const PetscBool periodic[], PetscInt d, PetscMPIInt rank);
+PetscMPIInt    MPMSpatialOwner(const MPMSpatial *, const MPMGrid *, const PetscInt base[], int hops[3]);
 PetscErrorCode MPMMigrateList(MPM, MPMSpatial *, PetscInt64 *hops);
 PetscErrorCode MPMMigrateForget(MPMSpatial *);
 PetscErrorCode MPMMigrateSwarm(MPM, MPMSpatial *);

@@ -5,8 +5,9 @@
 
 #define FIELDS (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l)) /* that say where a point is */
 
-/* The process that owns the cell where point p of the view is now. */
-static PetscErrorCode FindOwner(MPM mpm, const MPMSpatial *s, const MPMView *view, PetscInt p, PetscMPIInt *owner)
+/* The process that owns the cell where point p of the view is now, and the way to it. */
+static PetscErrorCode FindOwner(MPM mpm, const MPMSpatial *s, const MPMView *view, PetscInt p, PetscMPIInt *owner,
+                                int hops[3])
 {
   const PetscInt dim = mpm->grid.dim;
   PetscReal      xi[3];
@@ -16,7 +17,7 @@ static PetscErrorCode FindOwner(MPM mpm, const MPMSpatial *s, const MPMView *vie
   PetscCheck(MPMLocate((int)dim, mpm->basis, &mpm->grid, view->x + p * dim,
                        MPMHalfWidths((int)dim, mpm->scene.kinds, view, p), xi, base),
              PETSC_COMM_SELF, PETSC_ERR_PLIB, "point %" PetscInt64_FMT " has no cell", view->id[p]);
-  *owner = MPMSpatialOwner(s, dim, base);
+  *owner = MPMSpatialOwner(s, &mpm->grid, base, hops);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -31,11 +32,11 @@ PetscErrorCode MPMMigrateList(MPM mpm, MPMSpatial *s, PetscInt64 *hops)
   *hops = 0;
   PetscCall(MPMPointsLeavers(&mpm->points, &s->nleavers, &s->leaver));
   PetscCall(PetscMalloc1(s->nleavers, &s->owner));
+  PetscCall(PetscCalloc1(s->nleavers, &s->hops));
   PetscCall(MPMPointsGetView(&mpm->points, FIELDS, &view));
   for (PetscInt q = 0; q < s->nleavers; q++) {
-    PetscCall(FindOwner(mpm, s, &view, s->leaver[q], &s->owner[q]));
-    for (PetscInt d = 0; d < mpm->grid.dim; d++)
-      *hops = PetscMax(*hops, PetscAbsInt(MPMSpatialHops(s, mpm->grid.periodic, d, s->owner[q])));
+    PetscCall(FindOwner(mpm, s, &view, s->leaver[q], &s->owner[q], s->hops[q]));
+    for (PetscInt d = 0; d < mpm->grid.dim; d++) *hops = PetscMax(*hops, PetscAbsInt(s->hops[q][d]));
   }
   PetscCall(MPMPointsRestoreView(&mpm->points, FIELDS, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -48,6 +49,7 @@ PetscErrorCode MPMMigrateForget(MPMSpatial *s)
   s->nleavers = 0;
   PetscCall(PetscFree(s->leaver));
   PetscCall(PetscFree(s->owner));
+  PetscCall(PetscFree(s->hops));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -117,18 +119,53 @@ PetscErrorCode MPMMigrateSwarm(MPM mpm, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Packs all fields of a point that travel, or unpacks them. */
-static void PackPoint(const MPMPoints *pts, void *const at[], PetscInt p, char *message, PetscBool unpack)
+/* A field of the listed points into messages that lie `stride` bytes apart, or back. */
+MPM_INLINE void PackField(size_t bytes, PetscInt n, const PetscInt which[], char *field, char *message, size_t stride,
+                          PetscBool unpack)
+{
+  for (PetscInt q = 0; q < n; q++) {
+    char *row = field + (size_t)which[q] * bytes, *packed = message + (size_t)q * stride;
+
+    if (unpack)
+      memcpy(row, packed, bytes);
+    else
+      memcpy(packed, row, bytes);
+  }
+}
+
+/* Packs all fields of the listed points that travel, or unpacks them: field by field, and known widths in registers, so
+   that the processor waits for many of these places, far from each other, at a time. */
+static void PackPoints(const MPMPoints *pts, void *const at[], PetscInt n, const PetscInt which[], char *message,
+                       size_t stride, PetscBool unpack)
 {
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    const size_t b = (size_t)pts->bytes[f];
+    const size_t bytes = (size_t)pts->bytes[f];
+    char        *field = (char *)at[f];
 
-    if (!at[f]) continue;
-    if (unpack)
-      memcpy((char *)at[f] + (size_t)p * b, message, b);
-    else
-      memcpy(message, (char *)at[f] + (size_t)p * b, b);
-    message += b;
+    if (!field) continue;
+    switch (bytes) {
+    case 4:
+      PackField(4, n, which, field, message, stride, unpack);
+      break;
+    case 8:
+      PackField(8, n, which, field, message, stride, unpack);
+      break;
+    case 16:
+      PackField(16, n, which, field, message, stride, unpack);
+      break;
+    case 24:
+      PackField(24, n, which, field, message, stride, unpack);
+      break;
+    case 32:
+      PackField(32, n, which, field, message, stride, unpack);
+      break;
+    case 72:
+      PackField(72, n, which, field, message, stride, unpack);
+      break;
+    default:
+      PackField(bytes, n, which, field, message, stride, unpack);
+    }
+    message += bytes;
   }
 }
 
@@ -145,12 +182,13 @@ static PetscErrorCode GetFields(MPMPoints *pts, PetscBool restore, void *at[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Packed points on their way, each behind the process that it goes to. */
+/* Packed points on their way, each behind the boxes that it has yet to go on each axis. */
 typedef struct {
   char    *at;
   PetscInt n, capacity;
-  size_t   bytes; /* of a point with its destination */
+  size_t   bytes; /* of a point and its way */
 } Transit;
+typedef int Way[3];
 
 static PetscErrorCode MakeRoom(Transit *t, PetscInt n)
 {
@@ -163,27 +201,28 @@ static PetscErrorCode MakeRoom(Transit *t, PetscInt n)
 
 /* Hands the points that have to go along axis d to the next process there, and takes those from both sides: a message
    each way, of no bytes where nothing moves. Collective on the processes of a line along d.                          */
-static PetscErrorCode PassOn(MPM mpm, const MPMSpatial *s, PetscInt d, Transit *t)
+static PetscErrorCode PassOn(const MPMSpatial *s, PetscInt d, Transit *t)
 {
   Transit     out[2] = {{.bytes = t->bytes}, {.bytes = t->bytes}}; /* down, up */
   MPI_Request request[2];
   PetscInt    stay = 0;
-  PetscMPIInt len, rank;
+  PetscMPIInt len;
 
   PetscFunctionBeginUser;
   for (PetscInt q = 0; q < t->n; q++) {
-    const char *from = t->at + (size_t)q * t->bytes;
-    PetscInt    hops;
+    char *from = t->at + (size_t)q * t->bytes;
+    Way   way;
 
-    memcpy(&rank, from, sizeof rank);
-    hops = MPMSpatialHops(s, mpm->grid.periodic, d, rank);
-    if (hops) {
-      Transit *to = &out[hops > 0];
+    memcpy(way, from, sizeof way);
+    if (way[d]) {
+      Transit *to = &out[way[d] > 0];
 
+      way[d] += way[d] > 0 ? -1 : 1;
+      memcpy(from, way, sizeof way);
       PetscCall(MakeRoom(to, to->n + 1));
       memcpy(to->at + (size_t)to->n++ * t->bytes, from, t->bytes);
-    } else
-      memmove(t->at + (size_t)stay++ * t->bytes, from, t->bytes);
+    } else if (stay++ < q)
+      memcpy(t->at + (size_t)(stay - 1) * t->bytes, from, t->bytes);
   }
   t->n = stay;
   for (int up = 0; up < 2; up++) {
@@ -196,8 +235,8 @@ static PetscErrorCode PassOn(MPM mpm, const MPMSpatial *s, PetscInt d, Transit *
     PetscCallMPI(MPI_Probe(s->beside[d][!up], MPM_TAG_MIGRATE + up, s->comm, &status));
     PetscCallMPI(MPI_Get_count(&status, MPI_BYTE, &len));
     PetscCall(MakeRoom(t, t->n + (PetscInt)((size_t)len / t->bytes)));
-    PetscCallMPI(MPI_Recv(t->at ? t->at + (size_t)t->n * t->bytes : NULL, len, MPI_BYTE, s->beside[d][!up],
-                          MPM_TAG_MIGRATE + up, s->comm, MPI_STATUS_IGNORE));
+    PetscCallMPI(MPI_Recv(t->at + (size_t)t->n * t->bytes, len, MPI_BYTE, s->beside[d][!up], MPM_TAG_MIGRATE + up,
+                          s->comm, MPI_STATUS_IGNORE));
     t->n += (PetscInt)((size_t)len / t->bytes);
   }
   PetscCallMPI(MPI_Waitall(2, request, MPI_STATUSES_IGNORE));
@@ -212,30 +251,30 @@ PetscErrorCode MPMMigrateDirect(MPM mpm, MPMSpatial *s)
   MPMPoints     *pts = &mpm->points;
   const PetscInt n = pts->n, nsend = s->nleavers;
   void          *at[MPM_NUM_FIELDS] = {NULL};
-  Transit        t                  = {.bytes = sizeof *s->owner + (size_t)MPMPointsBytes(pts, MPM_SWARM)};
+  Transit        t                  = {.bytes = sizeof(Way) + (size_t)MPMPointsBytes(pts, MPM_SWARM)};
+  PetscInt      *place;
 
   PetscFunctionBeginUser;
   PetscCall(CountOut(mpm, s));
   PetscCall(MakeRoom(&t, nsend + 1));
   PetscCall(GetFields(pts, PETSC_FALSE, at));
-  for (; t.n < nsend; t.n++) {
-    memcpy(t.at + (size_t)t.n * t.bytes, &s->owner[t.n], sizeof *s->owner);
-    PackPoint(pts, at, s->leaver[t.n], t.at + (size_t)t.n * t.bytes + sizeof *s->owner, PETSC_FALSE);
-  }
+  for (; t.n < nsend; t.n++) memcpy(t.at + (size_t)t.n * t.bytes, s->hops[t.n], sizeof(Way));
+  PackPoints(pts, at, nsend, s->leaver, t.at + sizeof(Way), t.bytes, PETSC_FALSE);
   PetscCall(GetFields(pts, PETSC_TRUE, at));
   for (PetscInt d = 0; d < mpm->grid.dim; d++)
-    for (PetscInt64 hop = 0; s->p[d] > 1 && hop < mpm->status.hops; hop++) PetscCall(PassOn(mpm, s, d, &t));
+    for (PetscInt64 hop = 0; s->p[d] > 1 && hop < mpm->status.hops; hop++) PetscCall(PassOn(s, d, &t));
   if (t.n > nsend) PetscCall(MPMPointsSetSize(pts, n + t.n - nsend));
   PetscCall(GetFields(pts, PETSC_FALSE, at));
-  for (PetscInt q = 0; q < t.n; q++)
-    PackPoint(pts, at, q < nsend ? s->leaver[q] : n + q - nsend, t.at + (size_t)q * t.bytes + sizeof *s->owner,
-              PETSC_TRUE);
+  PetscCall(PetscMalloc1(t.n, &place));
+  for (PetscInt q = 0; q < t.n; q++) place[q] = q < nsend ? s->leaver[q] : n + q - nsend;
+  PackPoints(pts, at, t.n, place, t.at + sizeof(Way), t.bytes, PETSC_TRUE);
+  PetscCall(PetscFree(place));
   for (PetscInt q = nsend; q > t.n; q--) { /* the last points move into the holes that are left, the last hole first */
     const PetscInt hole = s->leaver[q - 1], last = n - 1 - (nsend - q);
 
     if (hole == last) continue;
-    PackPoint(pts, at, last, t.at, PETSC_FALSE);
-    PackPoint(pts, at, hole, t.at, PETSC_TRUE);
+    PackPoints(pts, at, 1, &last, t.at, t.bytes, PETSC_FALSE);
+    PackPoints(pts, at, 1, &hole, t.at, t.bytes, PETSC_TRUE);
   }
   PetscCall(GetFields(pts, PETSC_TRUE, at));
   if (t.n < nsend) PetscCall(MPMPointsSetSize(pts, n + t.n - nsend));

@@ -491,6 +491,7 @@ typedef struct {
   PetscInt               recuts;     /* how often the grid was cut anew */
   PetscInt               migrations; /* steps in which points changed process */
   PetscInt64             migrants;   /* how many did, in all */
+  PetscInt64             leavers;    /* and from here */
   PetscReal busy, chunks, bytes; /* of the pool's master: s not spent waiting, patches handed out, bytes both ways */
   void     *ctx;
 } MPMExchange;

@@ -2,12 +2,13 @@
    a partition of the grid, from its numbers alone. */
 #include "exchange_spatial.h"
 
-/* The process that owns cell `base` (a node of the grid). */
-PetscMPIInt MPMSpatialOwner(const MPMSpatial *s, PetscInt dim, const PetscInt base[])
+/* The process that owns cell `base` (a node of the grid), and how many boxes away it is on each axis, above, or below
+   if negative, the shorter way around where the axis is periodic; hops may be NULL. */
+PetscMPIInt MPMSpatialOwner(const MPMSpatial *s, const MPMGrid *grid, const PetscInt base[], int hops[3])
 {
   PetscInt rank = 0;
 
-  for (PetscInt d = dim - 1; d >= 0; d--) {
+  for (PetscInt d = grid->dim - 1; d >= 0; d--) {
     PetscInt lo = 0, hi = s->p[d];
 
     while (hi - lo > 1) {
@@ -18,20 +19,12 @@ PetscMPIInt MPMSpatialOwner(const MPMSpatial *s, PetscInt dim, const PetscInt ba
         hi = mid;
     }
     rank = rank * s->p[d] + lo;
+    if (!hops) continue;
+    hops[d] = (int)(lo - s->me[d]);
+    if (grid->periodic[d] && 2 * hops[d] > s->p[d]) hops[d] -= (int)s->p[d];
+    if (grid->periodic[d] && 2 * hops[d] < -s->p[d]) hops[d] += (int)s->p[d];
   }
   return (PetscMPIInt)rank;
-}
-
-/* How many boxes process `rank` is away on axis d: above, or below if negative; on a periodic axis the shorter way. */
-PetscInt MPMSpatialHops(const MPMSpatial *s, const PetscBool periodic[], PetscInt d, PetscMPIInt rank)
-{
-  PetscInt hops = rank;
-
-  for (PetscInt e = 0; e < d; e++) hops /= s->p[e];
-  hops = hops % s->p[d] - s->me[d];
-  if (!periodic[d]) return hops;
-  if (hops < 0) hops += s->p[d];
-  return 2 * hops <= s->p[d] ? hops : hops - s->p[d];
 }
 
 /* Neighbours: o in {0,1}^dim, not 0. The process at +o gets sums of my tiles at that side; the one at -o sends me those
@@ -117,7 +110,7 @@ static PetscErrorCode CreateGhosts(MPM mpm, MPMSpatial *s)
       at[d] = mpm->grid.periodic[d] && ijk[d] >= mpm->grid.nodes[d] ? ijk[d] - mpm->grid.nodes[d] : ijk[d];
     }
     if (below || !above) continue;
-    root[n].rank = MPMSpatialOwner(s, mpm->grid.dim, at);
+    root[n].rank = MPMSpatialOwner(s, &mpm->grid, at, NULL);
     for (PetscInt d = 2; d >= 0; d--) {
       PetscInt c = root[n].rank, lo, len;
 
