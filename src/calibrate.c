@@ -347,14 +347,39 @@ static PetscErrorCode TimeCopy(MPMModel *m)
 
 /* --- Migration ---------------------------------------------------------------------------------------- */
 
+enum { SWARM, DIRECT, SWAP, WAYS }; /* without points, and directly with SWAPPED of them */
+#define SWAPPED 256
+#define OTHER   (8 << 20) /* bytes that the caches have seen since: a migration comes after the sweeps of a step */
 typedef struct {
-  PetscReal points, neighbours, migration[2]; /* s: by swarm and direct */
+  PetscReal points, axes, migration[WAYS]; /* s */
 } Trial;
 
 static PetscErrorCode Slowest(MPI_Comm comm, PetscReal *seconds)
 {
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, seconds, 1, MPIU_REAL, MPIU_MAX, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Pairs of processes next to each other exchange `n` points, far from each other in memory and not those of the last
+   time, which stay what they are: only the cost counts, but for that of finding their processes and cells. */
+static PetscErrorCode Swap(MPM mpm, MPMSpatial *s, PetscInt n, PetscInt first)
+{
+  const PetscInt all = mpm->points.n;
+  PetscInt       d   = 0;
+
+  PetscFunctionBeginUser;
+  while (d < mpm->grid.dim - 1 && s->p[d] == 1) d++;
+  if (s->beside[d][s->me[d] % 2 == 0] == MPI_PROC_NULL || n > all / 2) n = 0; /* the last of an odd number, alone */
+  s->nleavers = n;
+  PetscCall(PetscMalloc1(n, &s->leaver));
+  PetscCall(PetscMalloc1(n, &s->owner));
+  PetscCall(PetscCalloc1(n, &s->hops));
+  for (PetscInt q = 0; q < n; q++) {
+    s->leaver[q]  = first + q * ((all - first) / n);
+    s->hops[q][d] = s->me[d] % 2 ? -1 : 1;
+  }
+  mpm->points.nkept = all;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -365,6 +390,7 @@ static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
   MPM         mpm;
   MPMShare    share;
   MPMSpatial *s;
+  char       *other;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
@@ -375,24 +401,27 @@ static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
   if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
   s = (MPMSpatial *)mpm->exchange.ctx;
   PetscCall(MPMModelShare(mpm, &share));
-  trial->points       = share.points;
-  trial->neighbours   = share.neighbours;
-  mpm->status.hops    = 1; /* all messages, of no points */
-  trial->migration[0] = trial->migration[1] = PETSC_MAX_REAL;
-  for (int repeat = 0; repeat < 30; repeat++)
-    for (int way = 0; way < 2; way++) {
-      PetscLogDouble t0, t1;
+  trial->points    = share.points;
+  trial->axes      = share.axes;
+  mpm->status.hops = 1; /* all messages, of no points */
+  PetscCall(PetscMalloc1(OTHER, &other));
+  for (int way = 0; way < WAYS; way++) trial->migration[way] = PETSC_MAX_REAL;
+  for (int turn = 0; turn < 90; turn++) {
+    /* swaps after DMSwarm's turns: they leave points where it would not have them */
+    const int      way = turn < 30 ? SWARM : turn % 2 ? DIRECT : SWAP;
+    PetscLogDouble t0, t1;
 
-      PetscCallMPI(MPI_Barrier(scene->comm));
-      PetscCall(PetscTime(&t0));
-      PetscCall(way ? MPMMigrateDirect(mpm, s) : MPMMigrateSwarm(mpm, s));
-      PetscCall(PetscTime(&t1));
-      trial->migration[way] = PetscMin(trial->migration[way], t1 - t0);
-    }
+    if (way == SWAP) PetscCall(Swap(mpm, s, SWAPPED, 7 * turn));
+    memset(other, turn, OTHER);
+    PetscCallMPI(MPI_Barrier(scene->comm));
+    PetscCall(PetscTime(&t0));
+    PetscCall(way == SWARM ? MPMMigrateSwarm(mpm, s) : MPMMigrateDirect(mpm, s));
+    PetscCall(PetscTime(&t1));
+    trial->migration[way] = PetscMin(trial->migration[way], t1 - t0);
+  }
   PetscCall(Slowest(scene->comm, &trial->points));
-  PetscCall(Slowest(scene->comm, &trial->neighbours));
-  PetscCall(Slowest(scene->comm, &trial->migration[0]));
-  PetscCall(Slowest(scene->comm, &trial->migration[1]));
+  PetscCall(PetscFree(other));
+  for (int way = 0; way < WAYS; way++) PetscCall(Slowest(scene->comm, &trial->migration[way]));
   PetscCall(MPMDestroy(&mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -415,44 +444,10 @@ static PetscErrorCode FitMigration(MPM scene)
     g->point   = PetscMax(0, (b.migration[way] - a.migration[way]) / (b.points - a.points));
     g->stage   = way ? m->message + m->post : 24 * m->reduction;
     g->process = way ? 0 : 80 * m->wire;
-    stages     = way ? PetscLog2Real(1 + a.neighbours) : PetscCeilReal(PetscLog2Real((PetscReal)size));
+    stages     = way ? a.axes : PetscCeilReal(PetscLog2Real((PetscReal)size));
+    g->leaver  = PetscMax(0, b.migration[SWAP] - b.migration[DIRECT]) / SWAPPED; /* both ways copy them alike */
     g->call    = PetscMax(0, a.migration[way] - a.points * g->point - g->stage * stages - g->process * size);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What a point that goes to another process costs: what migrations of a run of about 50,000 points a process take
-   beyond those without points. Where hardly any change process, the rough constant stays; both ways copy them alike. */
-static PetscErrorCode FitLeaver(MPM scene)
-{
-  MPMMigration *g     = scene->model.migration;
-  PetscReal     least = PETSC_MAX_REAL;
-  PetscMPIInt   size;
-
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_size(scene->comm, &size));
-  PetscCall(
-      SetSize(scene, PetscPowReal((PetscReal)scene->points.total / (5e4 * size), 1 / (PetscReal)scene->grid.dim), 40));
-  for (int repeat = 0; repeat < 4; repeat++) {
-    MPMShare  share;
-    PetscReal s, leavers;
-    MPM       mpm;
-
-    PetscCall(Make(scene->comm, &mpm));
-    if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(MPMModelShare(mpm, &share));
-    PetscCall(MPMRun(mpm));
-    leavers = (PetscReal)mpm->exchange.leavers;
-    s       = MPMTimerSeconds(mpm, MPM_TIMER_MIGRATE) -
-        (PetscReal)mpm->exchange.migrations *
-            (g[1].call + g[1].stage * PetscLog2Real(1 + share.neighbours) + g[1].point * share.points);
-    PetscCall(Slowest(scene->comm, &s));
-    PetscCall(
-        Slowest(scene->comm, &leavers)); /* where all go one way, one process packs them and then another unpacks */
-    if (leavers > 100) least = PetscMin(least, s / leavers);
-    PetscCall(MPMDestroy(&mpm));
-  }
-  if (least < PETSC_MAX_REAL) g[0].leaver = g[1].leaver = PetscMax(0, least);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -579,7 +574,6 @@ PetscErrorCode MPMCalibrate(MPM scene)
     PetscCall(PetscOptionsSetValue(NULL, "-parallel_strategy", "spatial"));
     PetscCall(PetscOptionsSetValue(NULL, "-parallel_migrate", "direct"));
     PetscCall(FitMigration(scene));
-    PetscCall(FitLeaver(scene));
     PetscCall(FitExchange(scene));
     PetscCall(FitPool(scene));
   }

@@ -6,8 +6,11 @@
 #include <petscsf.h>
 #include "mpm.h"
 
-enum { MPM_TAG_MIGRATE = 1, MPM_TAG_TILES = 8 }; /* tiles: + the direction, since a neighbour may be so in several */
-#define MPM_MAX_NEIGHBOURS 7                     /* lower, or upper, sides of a box in 3-D */
+enum {
+  MPM_TAG_MIGRATE = 1,
+  MPM_TAG_TILES   = 8
+};                           /* migrate: 1 down, 2 up; tiles: + the direction, since a neighbour may be so in several */
+#define MPM_MAX_NEIGHBOURS 7 /* lower, or upper, sides of a box in 3-D */
 
 typedef struct {
   PetscMPIInt rank, tag;

@@ -25,7 +25,8 @@
 #define MPM_LANES_JOIN(name, width)   MPM_LANES_JOIN_AGAIN(name, width)
 #define MPM_LANES_JOIN_AGAIN(name, w) name##_##w
 
-/* MPMMask is what comparisons give: combine by & and |, and choose by MPMSelect. MPMBits: a real's bits. */
+/* MPMMask is what comparisons give: combine by & and |, and choose by MPMSelect. MPMBits: a real's bits, or a set of
+ * points. */
 #if MPM_WIDTH == 1
 typedef PetscReal MPMReal;
 typedef int       MPMMask;
@@ -124,7 +125,7 @@ MPM_INLINE void MPMWrite(PetscReal *to, MPMReal a)
 MPM_INLINE MPMBits MPMMark(MPMMask m, PetscInt l, MPMBits set)
 {
 #if MPM_WIDTH == 1
-  return m ? set | (uint64_t)1 << l : set;
+  return m && l < 64 ? set | (uint64_t)1 << l : set;
 #elif MPM_WIDTH == 8
   return set | ((MPMBits)m & ((MPMBits){1, 2, 4, 8, 16, 32, 64, 128} << l));
 #elif MPM_WIDTH == 4

@@ -58,13 +58,7 @@ static PetscReal Log2(PetscReal processes)
 /* The probability that a step moves a point from one process to another, if so many do so on average. */
 static PetscReal Migrates(const MPMShare *s)
 {
-  return s->processes > 1 ? 1 - PetscExpReal(-s->crossing) : 0;
-}
-
-/* The messages one after the other of a migration: a tree of all processes, or the axes that are cut here. */
-static PetscReal Stages(MPM mpm, const MPMShare *s)
-{
-  return mpm->exchange.direct ? PetscLog2Real(1 + s->neighbours) : Log2(s->processes);
+  return 1 - PetscExpReal(-s->crossing);
 }
 
 /* Predicted seconds a step of timer e on a process with this share of a run in spatial decomposition, or of one
@@ -78,10 +72,11 @@ PetscReal MPMModelTimer(MPM mpm, PetscInt e, const MPMShare *s)
   PetscReal           sent;
 
   if (e == MPM_TIMER_REDUCE) return m->rate[e].call + Log2(s->processes) * m->reduction;
-  if (e == MPM_TIMER_MIGRATE)
-    return Migrates(s) *
-               (way->call + way->stage * Stages(mpm, s) + way->point * s->points + way->process * s->processes) +
+  if (e == MPM_TIMER_MIGRATE && s->processes > 1)
+    return Migrates(s) * (way->call + way->stage * (mpm->exchange.direct ? s->axes : Log2(s->processes)) +
+                          way->point * s->points + way->process * s->processes) +
            way->leaver * s->crossing / s->processes;
+  if (e == MPM_TIMER_MIGRATE) return 0;
   if (e >= MPM_TIMER_FORCES) return Seconds(&m->rate[e], s->points);
   if (!Times(mpm, e)) return 0;
   if (mpm->phases[e].kind == MPM_NODES_TO_POINTS) return Seconds(&m->rate[e], s->points);
@@ -162,6 +157,7 @@ static MPMShare Cube(MPM mpm, PetscReal n, PetscReal per_cell, PetscReal process
   if (processes > 1) {
     s.ghosts     = PetscPowReal(side + reach, dim) - cells;
     s.neighbours = PetscPowReal(2, dim) - 1;
+    s.axes       = dim;
     s.crossing   = courant * reach * processes * dim * cells / side * per_cell;
   }
   return s;
@@ -224,10 +220,11 @@ static void SetRough(MPM mpm)
   m->migration[0].stage   = 24 * 1.6e-6;
   m->migration[0].process = 80 * m->wire;
   m->migration[0].point   = 1e-9;
-  m->migration[1].call    = 2e-6;
-  m->migration[1].stage   = 1.6e-6 + 0.6e-6;
-  m->chunk                = 2e-6;
-  m->farm                 = 0.3e-9;
+  m->migration[0].leaver = m->migration[1].leaver = 200e-9;
+  m->migration[1].call                            = 2e-6;
+  m->migration[1].stage                           = 1.6e-6 + 0.6e-6;
+  m->chunk                                        = 2e-6;
+  m->farm                                         = 0.3e-9;
   (void)snprintf(m->from, sizeof m->from, "rough: -model_calibrate measures them");
 }
 
@@ -345,9 +342,10 @@ static PetscErrorCode SpatialStep(MPM mpm, const MPMHistogram *h, PetscMPIInt si
   PetscCall(MPMPartitionChoose(h, size, MPM_BALANCE_START, &part));
   s           = part.worst;
   s.processes = size;
-  s.crossing  = courant * s.ghosts * s.points / PetscMax(1, s.nodes) * size;
-  *seconds    = Step(mpm, &s);
-  *imbalance  = part.imbalance;
+  for (PetscInt d = 0; d < 3; d++) s.axes += part.p[d] > 1;
+  s.crossing = courant * s.ghosts * s.points / PetscMax(1, s.nodes) * size;
+  *seconds   = Step(mpm, &s);
+  *imbalance = part.imbalance;
   PetscCall(MPMPartitionDestroy(&part));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

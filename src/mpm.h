@@ -296,11 +296,12 @@ typedef struct {
   MPMTiles        tiles;
   MPMView         points;
   const PetscInt *order;  /* [points.n] points by (cell, id) */
-  PetscInt       *movers; /* [nmovers] places in order of points that changed cell, noted by the commit; or NULL */
-  PetscInt        nmovers;
-  PetscReal      *sum;          /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N; complete for own nodes */
-  PetscReal      *vel;          /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
-  MPMSpan        *span;         /* [n2][n1] */
+  PetscInt       *movers; /* [nmovers] places q in order of points that changed cell, as the commit notes them, of those
+                             that left the patch -1 - q; or NULL */
+  PetscInt   nmovers;
+  PetscReal *sum;               /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N; complete for own nodes */
+  PetscReal *vel;               /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
+  MPMSpan   *span;              /* [n2][n1] */
   void (*meanwhile)(void *ctx); /* called now and then while points are summed; or NULL */
   void *ctx;
   void *memory; /* behind sum and span, where the patch owns them */
@@ -345,7 +346,7 @@ typedef struct {
   PetscInt  *order, *start;           /* [n] points by (cell, id); [cells of the patch + 1] */
   PetscInt  *spare;                   /* [n] the next order is made here */
   PetscInt  *comers;                  /* [cells] points that come to a cell; all 0 between uses */
-  PetscInt  *movers, nmovers;         /* places in order of points that changed cell since; -1: not known */
+  PetscInt  *movers, nmovers;         /* the points that changed cell since, as in MPMPatch; -1: not known */
   PetscInt   nkept; /* points below this one are where order has them, but those that changed cell or left */
   PetscInt   nstart;
 } MPMPoints;
@@ -384,6 +385,7 @@ PetscInt                  MPMPointsMemory(const MPMPoints *);
 typedef struct {
   PetscReal points, nodes, ghosts; /* own points, own nodes that points touch, nodes above its box that they touch */
   PetscReal neighbours, processes; /* that it sends to, and awaits from, in an exchange; all processes */
+  PetscReal axes;                  /* that are cut */
   PetscReal crossing;              /* points of all processes that change process in a step */
 } MPMShare;
 
@@ -491,7 +493,6 @@ typedef struct {
   PetscInt               recuts;     /* how often the grid was cut anew */
   PetscInt               migrations; /* steps in which points changed process */
   PetscInt64             migrants;   /* how many did, in all */
-  PetscInt64             leavers;    /* and from here */
   PetscReal busy, chunks, bytes; /* of the pool's master: s not spent waiting, patches handed out, bytes both ways */
   void     *ctx;
 } MPMExchange;

@@ -8,7 +8,7 @@
 #include "tiles.h"
 
 #define MPM_MAX_BINS      ((PetscInt)1 << 21)
-#define MPM_TAG_HISTOGRAM 2 /* beside those of exchange_spatial.h */
+#define MPM_TAG_HISTOGRAM 3 /* beside those of exchange_spatial.h */
 
 /* Bins of one tile, or of more if memory does not allow it: `coarse` nodes an axis in each, and in the last the rest.
  */

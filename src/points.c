@@ -245,9 +245,9 @@ static void MergeMovers(const MPMView *view, PetscInt ncells, MPMPoints *points)
   const PetscInt nkept = points->nkept;
 
   for (PetscInt m = 0; m < points->nmovers; m++) {
-    const PetscInt p = order[points->movers[m]];
+    const PetscInt q = points->movers[m] < 0 ? -1 - points->movers[m] : points->movers[m], p = order[q];
 
-    order[points->movers[m]] = nkept;
+    order[q] = nkept;
     if (p < nkept) come[ncome++] = p;
   }
   for (PetscInt p = nkept; p < view->n; p++) come[ncome++] = p;
@@ -277,18 +277,17 @@ static void MergeMovers(const MPMView *view, PetscInt ncells, MPMPoints *points)
 /* Lists the points that left the patch, ascending: which [n], allocated here. Not collective. */
 PetscErrorCode MPMPointsLeavers(MPMPoints *points, PetscInt *n, PetscInt **which)
 {
-  const PetscInt candidates = points->nmovers < 0 ? points->n : points->nmovers;
-  MPMView        view;
+  const PetscBool all        = points->nmovers < 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt  candidates = all ? points->n : points->nmovers, *movers = points->movers;
+  MPMView         view;
 
   PetscFunctionBeginUser;
   PetscCall(MPMPointsGetView(points, MPM_BIT(cell), &view));
   for (PetscInt pass = 0; pass < 2; pass++) {
     *n = 0;
     for (PetscInt m = 0; m < candidates; m++) {
-      const PetscInt p = points->nmovers < 0 ? m : points->order[points->movers[m]];
-
-      if (view.cell[p] >= 0) continue;
-      if (pass) (*which)[*n] = p;
+      if (all ? view.cell[m] >= 0 : movers[m] >= 0) continue;
+      if (pass) (*which)[*n] = all ? m : points->order[-1 - movers[m]];
       ++*n;
     }
     if (!pass) PetscCall(PetscMalloc1(*n, which));

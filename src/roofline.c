@@ -59,7 +59,7 @@ static PetscErrorCode PeakBytes(PetscReal *best)
 }
 
 /* Seconds of a core for an operation and for a byte of memory at best, the mean over processes that measure at once,
-   since cores share memory and heat. Collective on comm; takes less than a second. */
+   since cores share memory and heat. Collective on comm; takes about a second. */
 PetscErrorCode MPMLimits(MPI_Comm comm, PetscReal *flop, PetscReal *byte)
 {
   PetscReal   flops, bytes, seconds[2];

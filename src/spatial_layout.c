@@ -27,8 +27,9 @@ PetscMPIInt MPMSpatialOwner(const MPMSpatial *s, const MPMGrid *grid, const Pets
   return (PetscMPIInt)rank;
 }
 
-/* Neighbours: o in {0,1}^dim, not 0. The process at +o gets sums of my tiles at that side; the one at -o sends me those
-   of its own. On an axis that is not cut there is none. */
+/* Who is beside this box on each axis, for points on their way; and neighbours: o in {0,1}^dim, not 0. The process at
+   +o gets sums of my tiles at that side; the one at -o sends me those of its own. On an axis that is not cut there is
+   none. */
 static PetscErrorCode FindNeighbours(MPM mpm, MPMSpatial *s)
 {
   const PetscInt dim = mpm->grid.dim;

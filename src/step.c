@@ -259,7 +259,8 @@ PetscErrorCode MPMPhaseBegin(MPM mpm, const MPMPhase *phase)
 PetscErrorCode MPMPhaseEnd(MPM mpm, const MPMPhase *phase, PetscInt npoints)
 {
   const PetscReal nodes = TouchedNodes(&mpm->exchange.patch), flops = PhaseFlops(mpm, phase, npoints, nodes);
-  const PetscInt  all = PetscMax(npoints, mpm->points.n); /* of the pool's master: those that its workers have done */
+  const PetscInt  all = mpm->exchange.type->farms ? mpm->points.n
+                                                  : npoints; /* the pool's workers do them for its master */
   PetscLogDouble  now;
 
   PetscFunctionBeginUser;

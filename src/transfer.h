@@ -661,7 +661,7 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
     for (int d = 0; d < dim && now[l] >= 0; d++) at[d] = (PetscInt)base[d][l];
     if (now[l] >= 0) cell = MPMTileCell(dim, &patch->tiles, at);
     patch->points.cell[p] = cell;
-    if (patch->movers) patch->movers[patch->nmovers + k] = q + l;
+    if (patch->movers) patch->movers[patch->nmovers + k] = cell < 0 ? -1 - (q + l) : q + l;
     left += cell < 0;
     if (cell == -2) {
       const PetscReal x[3] = {s->x[0][l], s->x[1][l], s->x[2][l]};

@@ -15,7 +15,7 @@ particle and step, without start-up and without the compilation of kernels. Grou
            processes; shorter runs and at most 3 repeats. --plan says how long it takes
   modes    (full) both migrations and the pool on 2 processes
 
-Writes output/bench.csv, docs/bench.png and the section of docs/performance.md between its marks (with --only, or when
+Writes output/bench.csv, docs/bench.png and the section of docs/performance.md between its marks (with --only, but for the matrix's own, or when
 something failed: the plot goes to output/ and the section is left alone), and prints the table of ratios. The matrix
 has a section and a file of its own, docs/data/bench/matrix.csv.
 """

@@ -140,8 +140,9 @@ class ClosedForm:
         raise Missing(f"`docs/data/scaling/counts.csv` has no run of {name} on {processes} processes: `make scaling` writes it")
 
     def spatial(self, m, name, processes):
-        """Seconds of a step and imbalance of a box that is cut as the program does it; some particle crosses a cut in each step."""
-        return m.box(BOXES[name][0], self.cut(name, processes), 2**m.dim, math.inf)
+        """Seconds of a step and imbalance of a box that is cut as the program does it; particles cross its cuts as in `injected`."""
+        cells, cut = BOXES[name][0], self.cut(name, processes)
+        return m.box(cells, cut, 2**m.dim, self.injected(name, cells, cut)[1])
 
     @staticmethod
     def best_pool(m, s, processes):

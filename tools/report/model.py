@@ -53,6 +53,7 @@ class Share:
     neighbours: float = 0
     processes: int = 1
     crossing: float = 0
+    axes: int = 0  # that are cut
 
 
 @dataclass
@@ -109,7 +110,7 @@ class Model:
             t[name] = self.rates.get(name, none).seconds(s.points)
         way = {k: m[f"migration[{int(self.direct)}].{k}"] for k in ("call", "stage", "process", "point", "leaver")}
         chance = 1 - math.exp(-s.crossing) if s.processes > 1 else 0
-        stages = math.log2(1 + s.neighbours) if self.direct else log2(s.processes)
+        stages = s.axes if self.direct else log2(s.processes)
         t["MIGRATE"] = chance * (
             way["call"] + way["stage"] * stages + way["point"] * s.points + way["process"] * s.processes
         ) + way["leaver"] * s.crossing / s.processes
@@ -155,7 +156,7 @@ class Model:
         s = Share(n, (side + reach) ** self.dim, processes=processes)
         if processes > 1:
             s.ghosts = (side + reach) ** self.dim - cells
-            s.neighbours = 2**self.dim - 1
+            s.neighbours, s.axes = 2**self.dim - 1, self.dim
             s.crossing = courant * reach * processes * self.dim * cells / side * per_cell
         return s
 
@@ -196,6 +197,7 @@ class Model:
                     above,
                     math.prod(cut),
                     crossing,
+                    sum(p > 1 for p in cut),
                 )
                 slowest, most = max(slowest, self.step(s)), max(most, own)
             found.append((slowest, most * math.prod(cut) / math.prod(cells)))

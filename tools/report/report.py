@@ -173,7 +173,7 @@ class Report(Tables):
     def even(self, name, cut):
         """Imbalance of a filled box by formula."""
         m = self.closed(name)
-        return m.box(BOXES[name][0], [int(p) for p in str(cut).split("x")], 2**m.dim, math.inf)[1]
+        return m.box(BOXES[name][0], [int(p) for p in str(cut).split("x")], 2**m.dim, 0)[1]
 
     def figure_parts(self):
         panels = {}

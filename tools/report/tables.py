@@ -560,8 +560,10 @@ class Tables(ClosedForm):
                 ("copy", "ns a byte"),
                 ("farm", "ns a byte"),
                 ("chunk", "ns a patch"),
+                ("migration[1].call", "ns a direct migration"),
+                ("migration[1].leaver", "ns a particle that leaves"),
             ):
-                lines.append([what, k, f"{1e9 * m.numbers[k]:.3g} {unit}", "", ""])
+                lines.append([what, k.replace("[1].", ", "), f"{1e9 * m.numbers[k]:.3g} {unit}", "", ""])
         text = marks.markdown(["scene", "constant", "each call", "each, about 20 000", "each, about 400 000"], lines)
         origin = re.sub(r", of (\d+)$", r"; of \1 such, the least or the median", self.closed("box2d").origin)
         return f"{text}\n\n{origin[:1].upper()}{origin[1:]}."
