@@ -96,7 +96,7 @@ static PetscErrorCode LocateComers(MPM mpm, MPMSpatial *s)
 }
 
 /* By PETSc: DMSwarmMigrate on the BASIC swarm with the owners that we found. Exact, to any process, at the price of
-   eleven collectives a call. Collective.                                                                             */
+   22 collectives a call, half of them reductions. Collective. */
 PetscErrorCode MPMMigrateSwarm(MPM mpm, MPMSpatial *s)
 {
   MPMPoints  *pts = &mpm->points;
