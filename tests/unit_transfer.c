@@ -729,10 +729,10 @@ static MPMStatus CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase
   CHECK_EQ(status.moved, moved);
   if (parts & MPM_G2P_MOTION) CHECK_EQ(status.v2, v2);
   if (parts & MPM_G2P_STRESS) CHECK(status.c2 == c2 || !(c2 < PETSC_MAX_REAL));
-  for (PetscInt q = 0; q < b->own.n && (parts & MPM_G2P_COMMIT); q++) { /* the places of those that moved, in order */
+  for (PetscInt q = 0; q < b->own.n && (parts & MPM_G2P_COMMIT); q++) { /* those that moved, in order */
     const PetscInt p = patch->order[q];
 
-    if (b->own.cell[p] != before.cell[p]) CHECK_EQ(b->movers[nmovers], q);
+    if (b->own.cell[p] != before.cell[p]) CHECK_EQ(b->movers[nmovers], b->own.cell[p] < 0 ? -1 - q : q);
     nmovers += b->own.cell[p] != before.cell[p];
   }
   CHECK_EQ(patch->nmovers, nmovers);
