@@ -578,7 +578,8 @@ PetscErrorCode MPMCalibrate(MPM scene)
     PetscCall(FitPool(scene));
   }
   PetscCall(PetscGetDate(date, sizeof date));
-  (void)snprintf(m->from, sizeof m->from, "calibrated on %d process%s, %s", size, size > 1 ? "es" : "", date);
+  (void)snprintf(m->from, sizeof m->from, "calibrated on %d process%s, %s", size, size > 1 ? "es" : " (messages rough)",
+                 date);
   if (!rank) PetscCall(Save(scene));
   PetscCall(MPMPrint(scene, "results    %s\n", scene->model_file));
   if (size == 1)

@@ -252,6 +252,8 @@ PetscErrorCode MPMModelSetFromOptions(MPM mpm, MPMOptions o)
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsBool(o, "model_calibrate", NULL, &mpm->calibrate));
+  if (mpm->calibrate && mpm->scene.dry_run && !MPMOptionsError(o))
+    MPMOptionsFail(o, "-model_calibrate does not go with -dry_run: it times short runs");
   PetscCall(PetscStrncpy(mpm->model_file, "", sizeof mpm->model_file));
   PetscCall(MPMOptionsString(o, "model_file", NULL, mpm->model_file, &set));
   if (set && !mpm->calibrate && !MPMOptionsError(o) && access(mpm->model_file, R_OK))

@@ -23,14 +23,16 @@ static PetscErrorCode PrintScene(MPM mpm)
   static const char *const space[] = {"1-D uniaxial strain", "2-D plane strain", "3-D"};
   const MPMScene          *scene   = &mpm->scene;
   const PetscInt           dim     = mpm->grid.dim;
+  PetscBool                cubes   = PETSC_TRUE; /* but for rounding */
 
   PetscFunctionBeginUser;
   PetscCall(MPMPrint(mpm, "scene      %s   %s   ", scene->title, space[dim - 1]));
   for (PetscInt d = 0; d < dim; d++) PetscCall(MPMPrint(mpm, "%s%" PetscInt_FMT, d ? "x" : "", mpm->grid.cells[d]));
   PetscCall(MPMPrint(mpm, " cells  h="));
-  for (PetscInt d = 0; d < dim; d++)
-    if (d == 0 || mpm->grid.h[d] != mpm->grid.h[0])
-      PetscCall(MPMPrint(mpm, "%s%g", d ? "," : "", (double)mpm->grid.h[d]));
+  for (PetscInt d = 1; d < dim; d++)
+    if (PetscAbsReal(mpm->grid.h[d] - mpm->grid.h[0]) > 1e-12 * mpm->grid.h[0]) cubes = PETSC_FALSE;
+  for (PetscInt d = 0; d < (cubes ? 1 : dim); d++)
+    PetscCall(MPMPrint(mpm, "%s%g", d ? "," : "", (double)mpm->grid.h[d]));
   PetscCall(MPMPrint(mpm, "  %" PetscInt64_FMT " particles (", mpm->points.total));
   for (PetscInt b = 0; b < scene->nbodies; b++)
     PetscCall(MPMPrint(mpm, "%s%" PetscInt64_FMT, b ? "+" : "", scene->bodies[b].n));
@@ -105,8 +107,8 @@ static PetscErrorCode PrintParallel(MPM mpm)
   else {
     for (PetscInt d = 0; d < mpm->grid.dim; d++)
       PetscCall(MPMPrint(mpm, "%s%" PetscInt_FMT, d ? "x" : " ", part->p[d]));
-    PetscCall(MPMPrint(mpm, ", particles max/mean %.3f, by the model %.3g s a step", (double)part->imbalance,
-                       (double)part->predicted));
+    PetscCall(MPMPrint(mpm, ", particles max/mean %.3f, by the model %.3g s a step without migration",
+                       (double)part->imbalance, (double)part->predicted));
   }
   PetscCall(MPMPrint(mpm, "\n"));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -345,12 +345,17 @@ PetscErrorCode MPMStep(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Mass and velocity of the nodes for the state as it is, as output shows them; changes no point. Collective. */
+/* Mass and velocity of the nodes for the state as it is, as output shows them; changes no point, and is no work of a
+   step. Collective. */
 PetscErrorCode MPMStepNodes(MPM mpm)
 {
+  const PetscBool on = mpm->path.on;
+
   PetscFunctionBeginUser;
+  mpm->path.on = PETSC_FALSE;
   PetscCall(mpm->exchange.type->sweep(mpm, &mpm->phases[P2G_MASS]));
   PetscCall(mpm->exchange.type->nodes(mpm, &mpm->phases[VELOCITY]));
+  mpm->path.on = on;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -31,6 +31,7 @@ PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
     if (study->finest) MPMOptionsFail(o, "-reference_type finest does not apply: it is the last run of a -study_type");
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  if (mpm->calibrate) MPMOptionsFail(o, "-model_calibrate does not go with -study_type: it times this scene alone");
   study->levels    = 4;
   study->order_min = PETSC_MIN_REAL;
   PetscCall(MPMOptionsInt(o, "study_levels", NULL, &study->levels, NULL));
