@@ -25,8 +25,8 @@
 #define MPM_LANES_JOIN(name, width)   MPM_LANES_JOIN_AGAIN(name, width)
 #define MPM_LANES_JOIN_AGAIN(name, w) name##_##w
 
-/* MPMMask is what comparisons give: combine by & and |, and choose by MPMSelect. MPMBits: a real's bits, or a set of
- * points. */
+/* MPMMask is what comparisons give: combine by & and |, and choose by MPMSelect. MPMBits: the bits of reals, or a set
+   of points. */
 #if MPM_WIDTH == 1
 typedef PetscReal MPMReal;
 typedef int       MPMMask;

@@ -72,11 +72,11 @@ PetscReal MPMModelTimer(MPM mpm, PetscInt e, const MPMShare *s)
   PetscReal           sent;
 
   if (e == MPM_TIMER_REDUCE) return m->rate[e].call + Log2(s->processes) * m->reduction;
-  if (e == MPM_TIMER_MIGRATE && s->processes > 1)
+  if (e == MPM_TIMER_MIGRATE && s->processes == 1) return 0;
+  if (e == MPM_TIMER_MIGRATE)
     return Migrates(s) * (way->call + way->stage * (mpm->exchange.direct ? s->axes : Log2(s->processes)) +
                           way->point * s->points + way->process * s->processes) +
            way->leaver * s->crossing / s->processes;
-  if (e == MPM_TIMER_MIGRATE) return 0;
   if (e >= MPM_TIMER_FORCES) return Seconds(&m->rate[e], s->points);
   if (!Times(mpm, e)) return 0;
   if (mpm->phases[e].kind == MPM_NODES_TO_POINTS) return Seconds(&m->rate[e], s->points);

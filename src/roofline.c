@@ -1,5 +1,5 @@
 /* roofline.c - how much of the machine a run used: arithmetic and memory traffic, counted by hand per phase, over the
-   time of the steps; beside them the limits of a core, measured here in less than a second.                          */
+   time of the steps; beside them the limits of a core, measured here in about a second. */
 #include "mpm.h"
 
 #define TRIES 40 /* of which the best counts; some tenths of a second, longer than what else runs keeps a core */

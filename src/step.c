@@ -259,8 +259,7 @@ PetscErrorCode MPMPhaseBegin(MPM mpm, const MPMPhase *phase)
 PetscErrorCode MPMPhaseEnd(MPM mpm, const MPMPhase *phase, PetscInt npoints)
 {
   const PetscReal nodes = TouchedNodes(&mpm->exchange.patch), flops = PhaseFlops(mpm, phase, npoints, nodes);
-  const PetscInt  all = mpm->exchange.type->farms ? mpm->points.n
-                                                  : npoints; /* the pool's workers do them for its master */
+  const PetscInt  all = mpm->exchange.type->farms ? mpm->points.n : npoints; /* workers do those of a pool's master */
   PetscLogDouble  now;
 
   PetscFunctionBeginUser;
