@@ -21,7 +21,8 @@ program  := $(if $(findstring /,$(PEBBLE)),$(PEBBLE),./$(PEBBLE))
 python   := .venv/bin/python
 sources  := $(wildcard src/*.c)
 # Compiled once for each number of lanes (see src/lanes.h): the transfers, and the laws that they call for many points.
-lanes    := transfer_lanes transfer_sums material_elastic material_neohookean material_fluid
+lanes    := transfer_lanes transfer_sums material_elastic material_neohookean material_fluid \
+            material_vonmises material_druckerprager
 objects  := $(patsubst src/%.c,$(BUILD)/%.o,$(filter-out src/transfer_lanes.c src/transfer_sums.c,$(sources)))
 units    := $(patsubst tests/%.c,$(BUILD)/%,$(wildcard tests/unit_*.c tests/mpi_*.c))
 

@@ -81,6 +81,17 @@ MPM_INLINE MPMReal MPMAbs(MPMReal a)
   return a;
 }
 
+/* Rounded rightly, as the standard of floating point has it: the same bits everywhere. */
+MPM_INLINE MPMReal MPMSqrt(MPMReal a)
+{
+#if MPM_WIDTH == 1
+  return PetscSqrtReal(a);
+#else
+  for (int l = 0; l < MPM_WIDTH; l++) a[l] = __builtin_sqrt(a[l]);
+  return a;
+#endif
+}
+
 /* Largest integer <= a, |a| < 2^51, without a library call: adding 1.5 2^52 rounds to the nearest one. */
 MPM_INLINE MPMReal MPMFloor(MPMReal a)
 {

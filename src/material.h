@@ -1,7 +1,7 @@
 /* material.h - turns a law for one point into the block functions of its row.
 
    A material file defines inlined functions of one point, s its state, and ends with MPM_MATERIAL_DEFINE:
-     <name>_setup(material)           of a law with history: constants from the options; what is wrong with them or NULL
+     <name>_setup(material)           if it has one: constants from the options; what is wrong with them or NULL
      <name>_stress(dim, m, s, tau)    Kirchhoff stress [6] in Pa of a law without history
      <name>_update(dim, m, dt, L, s)  or, of a law with history, its new state and s->tau after a step dt with velocity
                                       gradient L [dim*dim] in 1/s; s->F is new already
@@ -132,16 +132,28 @@ MPM_INLINE void MPMPointStore(int dim, PetscInt state, const MPMPointState *s, M
                                                                .speed2 = MPM_LAW_1_2_3(law, speed2)};
 #endif
 
-/* A law with history: a step changes these fields of its state, tau among them. */
-#define MPM_MATERIAL_DEFINE_HISTORY(law, state)                                                                        \
+/* A law with history: a step changes these fields of its state, tau among them. setup may be NULL. */
+#if MPM_WIDTH == 1
+#define MPM_MATERIAL_DEFINE_HISTORY(law, prepare, state)                                                               \
   MPM_LAW_UPDATE(law, 1, state)                                                                                        \
   MPM_LAW_UPDATE(law, 2, state)                                                                                        \
   MPM_LAW_UPDATE(law, 3, state)                                                                                        \
   MPM_LAW_SCALARS(law, energy)                                                                                         \
   MPM_LAW_SCALARS(law, speed2)                                                                                         \
-  const MPMMaterialLaw MPMMaterialLaw_##law = {.setup  = law##_setup,                                                  \
-                                               .update = MPM_LAW_1_2_3(law, update),                                   \
-                                               .energy = MPM_LAW_1_2_3(law, energy),                                   \
-                                               .speed2 = MPM_LAW_1_2_3(law, speed2)};
+  extern const MPMMaterialLaw MPMMaterialLaw_##law##_8, MPMMaterialLaw_##law##_4, MPMMaterialLaw_##law##_2;            \
+  const MPMMaterialLaw        MPMMaterialLaw_##law = {.setup  = (prepare),                                             \
+                                                      .update = MPM_LAW_1_2_3(law, update),                            \
+                                                      .energy = MPM_LAW_1_2_3(law, energy),                            \
+                                                      .speed2 = MPM_LAW_1_2_3(law, speed2),                            \
+                                                      .lanes  = MPM_LAW_LANES(law)};
+#else
+#define MPM_MATERIAL_DEFINE_HISTORY(law, prepare, state)                                                               \
+  MPM_LAW_UPDATE(law, 1, state)                                                                                        \
+  MPM_LAW_UPDATE(law, 2, state)                                                                                        \
+  MPM_LAW_UPDATE(law, 3, state)                                                                                        \
+  MPM_LAW_SCALARS(law, speed2)                                                                                         \
+  const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_##law) = {.update = MPM_LAW_1_2_3(law, update),                   \
+                                                               .speed2 = MPM_LAW_1_2_3(law, speed2)};
+#endif
 
 #endif

@@ -8,7 +8,7 @@
 
 /* The cone through the Mohr-Coulomb hexagon's outer edges; phi in degrees. sin is libm's: the same on all processes
    of a run, being a constant of the scene. */
-static PetscReal druckerprager_slope(PetscReal phi)
+MPM_INLINE PetscReal druckerprager_slope(PetscReal phi)
 {
   const PetscReal s = PetscSinReal(phi * PETSC_PI / 180);
 
@@ -16,7 +16,7 @@ static PetscReal druckerprager_slope(PetscReal phi)
 }
 
 /* Turns the angles into slopes and the cohesion into the trace of tau at the apex, in Pa. */
-static const char *druckerprager_setup(MPMMaterial *m)
+MPM_INLINE const char *druckerprager_setup(MPMMaterial *m)
 {
   const PetscReal phi = m->friction;
 
@@ -28,42 +28,45 @@ static const char *druckerprager_setup(MPMMaterial *m)
   return NULL;
 }
 
-MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt, const PetscReal *L, MPMPointState *s)
+MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMPointState *s)
 {
   const PetscReal K3 = 3 * m->lambda + 2 * m->mu, apex = m->cohesion / K3; /* tr tau = K3 tr e; tr e at the apex */
-  const PetscReal open = PetscMax(0, s->vc);
-  PetscReal       b[3], n[3][3], e[3], tr, norm = 0, f;
+  const MPMReal   open = MPMMax(MPMAll(0), s->vc);
+  MPMReal         b[3], n[3][3], e[3], tr, norm = MPMAll(0), f;
+  MPMMask         beyond, flows, new;
 
   MPMHenckyTrial(dim, dt, L, s->be);
   MPMHenckyStrain(dim, s->be, b, n, e);
   for (int k = 0; k < 3; k++) e[k] += open / 3;
   tr = e[0] + e[1] + e[2];
   for (int k = 0; k < 3; k++) norm += (e[k] - tr / 3) * (e[k] - tr / 3);
-  norm = 2 * m->mu * PetscSqrtReal(norm); /* |dev tau| */
-  f    = norm + m->friction * (K3 * tr - m->cohesion);
-  if (2 * m->mu * (K3 * tr - m->cohesion) >= 3 * K3 * m->dilation * norm) { /* beyond the apex, seen along the flow */
-    s->vc = tr - apex;
-    for (int k = 0; k < 3; k++) e[k] = apex / 3;
-    MPMHenckySetStrain(dim, e, n, s->be);
-  } else {
-    const PetscReal gamma = f / (2 * m->mu + 3 * K3 * m->friction * m->dilation); /* |dev tau| > 0 where f > 0 */
+  norm   = 2 * m->mu * MPMSqrt(norm); /* |dev tau| */
+  f      = norm + m->friction * (K3 * tr - m->cohesion);
+  beyond = 2 * m->mu * (K3 * tr - m->cohesion) >= 3 * K3 * m->dilation * norm; /* the apex, seen along the flow */
+  flows  = MPMNot(beyond) & (f > 0);
+  new    = beyond | flows | (open > 0);
+  if (MPMAny(new)) {
+    const MPMReal gamma = f / (2 * m->mu + 3 * K3 * m->friction * m->dilation); /* |dev tau| > 0 where it flows */
 
-    if (f > 0)
-      for (int k = 0; k < 3; k++) e[k] -= gamma * ((e[k] - tr / 3) * (2 * m->mu / norm) + m->dilation);
-    if (f > 0 || open > 0) MPMHenckySetStrain(dim, e, n, s->be);
-    s->vc = 0;
+    for (int k = 0; k < 3; k++) {
+      const MPMReal back = e[k] - gamma * ((e[k] - tr / 3) * (2 * m->mu / norm) + m->dilation);
+
+      e[k] = MPMSelect(beyond, MPMAll(apex / 3), MPMSelect(flows, back, e[k]));
+    }
+    MPMHenckySetStrain(dim, new, e, n, s->be);
   }
+  s->vc = MPMSelect(beyond, tr - apex, MPMAll(0));
   MPMHenckyStress(dim, m, e, n, s->tau);
 }
 
-MPM_INLINE PetscReal druckerprager_energy(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal druckerprager_energy(int dim, const MPMMaterial *m, const MPMPointState *s)
 {
   return MPMHenckyEnergy(dim, m, s);
 }
 
-MPM_INLINE PetscReal druckerprager_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal druckerprager_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
 {
   return MPMHenckySpeed2(dim, m, s);
 }
 
-MPM_MATERIAL_DEFINE_HISTORY(druckerprager, MPM_BIT(be) | MPM_BIT(vc) | MPM_BIT(tau))
+MPM_MATERIAL_DEFINE_HISTORY(druckerprager, druckerprager_setup, MPM_BIT(be) | MPM_BIT(vc) | MPM_BIT(tau))

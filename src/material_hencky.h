@@ -8,18 +8,18 @@
 #include "material.h"
 
 /* Principal values b [3] and axes n [k][axis] of be, and e [3] = ln(b)/2. */
-MPM_INLINE void MPMHenckyStrain(int dim, const PetscReal be[6], PetscReal b[3], PetscReal n[3][3], PetscReal e[3])
+MPM_INLINE void MPMHenckyStrain(int dim, const MPMReal be[6], MPMReal b[3], MPMReal n[3][3], MPMReal e[3])
 {
   MPMEigen(dim, be, b, n);
   for (int k = 0; k < 3; k++) e[k] = 0.5 * MPMLog(b[k]);
 }
 
 /* be <- f be f^T with f = I + dt L, L [dim*dim] in 1/s: the trial state, as if nothing flowed. */
-MPM_INLINE void MPMHenckyTrial(int dim, PetscReal dt, const PetscReal *L, PetscReal be[6])
+MPM_INLINE void MPMHenckyTrial(int dim, PetscReal dt, const MPMReal *L, MPMReal be[6])
 {
-  PetscReal f[9], fb[9];
+  MPMReal f[9], fb[9];
 
-  for (int k = 0; k < dim * dim; k++) f[k] = (k % (dim + 1) == 0) + dt * L[k];
+  for (int k = 0; k < dim * dim; k++) f[k] = (PetscReal)(k % (dim + 1) == 0) + dt * L[k];
   for (int d = 0; d < dim; d++)
     for (int e = 0; e < dim; e++) {
       fb[d * dim + e] = f[d * dim] * be[MPMSymIndex(0, e)];
@@ -27,27 +27,27 @@ MPM_INLINE void MPMHenckyTrial(int dim, PetscReal dt, const PetscReal *L, PetscR
     }
   for (int d = 0; d < dim; d++)
     for (int e = d; e < dim; e++) {
-      PetscReal s = fb[d * dim] * f[e * dim];
+      MPMReal s = fb[d * dim] * f[e * dim];
       for (int k = 1; k < dim; k++) s += fb[d * dim + k] * f[e * dim + k];
       be[MPMSymIndex(d, e)] = s;
     }
 }
 
-/* be that belongs to strains e [3] along axes n. */
-MPM_INLINE void MPMHenckySetStrain(int dim, const PetscReal e[3], PetscReal n[3][3], PetscReal be[6])
+/* be that belongs to strains e [3] along axes n, where it is `new`; elsewhere be stays. */
+MPM_INLINE void MPMHenckySetStrain(int dim, MPMMask new, const MPMReal e[3], MPMReal n[3][3], MPMReal be[6])
 {
-  PetscReal b[3];
+  MPMReal b[3], now[6];
 
   for (int k = 0; k < 3; k++) b[k] = MPMExp(2 * e[k]);
-  MPMSpectral(dim, b, n, be);
+  MPMSpectral(dim, b, n, now);
+  for (int k = 0; k < 6; k++) be[k] = MPMSelect(new, now[k], be[k]);
 }
 
 /* Kirchhoff stress tau in Pa of strains e [3] along axes n. */
-MPM_INLINE void MPMHenckyStress(int dim, const MPMMaterial *m, const PetscReal e[3], PetscReal n[3][3],
-                                PetscReal tau[6])
+MPM_INLINE void MPMHenckyStress(int dim, const MPMMaterial *m, const MPMReal e[3], MPMReal n[3][3], MPMReal tau[6])
 {
-  const PetscReal p = m->lambda * (e[0] + e[1] + e[2]);
-  PetscReal       t[3];
+  const MPMReal p = m->lambda * (e[0] + e[1] + e[2]);
+  MPMReal       t[3];
 
   for (int k = 0; k < 3; k++) t[k] = p + 2 * m->mu * e[k];
   MPMSpectral(dim, t, n, tau);
@@ -55,9 +55,9 @@ MPM_INLINE void MPMHenckyStress(int dim, const MPMMaterial *m, const PetscReal e
 
 /* Stored energy lambda/2 tr(e)^2 + mu e:e in J/m^3: what unloading gives back. Work that flow has dissipated, and what
    the hardening of a metal may keep, are not in it. */
-MPM_INLINE PetscReal MPMHenckyEnergy(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal MPMHenckyEnergy(int dim, const MPMMaterial *m, const MPMPointState *s)
 {
-  PetscReal b[3], n[3][3], e[3], tr;
+  MPMReal b[3], n[3][3], e[3], tr;
 
   MPMHenckyStrain(dim, s->be, b, n, e);
   tr = e[0] + e[1] + e[2];
@@ -68,15 +68,15 @@ MPM_INLINE PetscReal MPMHenckyEnergy(int dim, const MPMMaterial *m, const MPMPoi
    for shear mu x/(1 - exp(-x)) <= mu + max(0, mu x) with mu x = tau_1 - tau_2. Both are below lambda + 2 mu and the
    largest row sum of |tau| (Gershgorin), unless elastic shear strains come near 1/2: far beyond what these laws are
    for. */
-MPM_INLINE PetscReal MPMHenckySpeed2(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal MPMHenckySpeed2(int dim, const MPMMaterial *m, const MPMPointState *s)
 {
-  PetscReal most = 0;
+  MPMReal most = MPMAll(0);
 
   (void)dim;
   for (int d = 0; d < 3; d++) {
-    PetscReal row = 0;
-    for (int e = 0; e < 3; e++) row += PetscAbsReal(s->tau[MPMSymIndex(d, e)]);
-    most = PetscMax(most, row);
+    MPMReal row = MPMAll(0);
+    for (int e = 0; e < 3; e++) row += MPMAbs(s->tau[MPMSymIndex(d, e)]);
+    most = MPMMax(most, row);
   }
   return (m->lambda + 2 * m->mu + most) / m->rho;
 }

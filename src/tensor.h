@@ -1,7 +1,7 @@
 /* tensor.h - the few small-matrix operations that materials and transfers share.
 
    dim is always a compile-time constant after inlining, so the loops unroll. MPMReal is one point or, in the files that
-   are compiled for lanes, several (lanes.h); what branches is for one point alone. F is [dim*dim] row-major; a
+   are compiled for lanes, several (lanes.h). F is [dim*dim] row-major; a
    symmetric tensor is [6] in the order xx xy xz yy yz zz, whole in every dimension: 2-D is plane strain (F33 = 1), 1-D
    is uniaxial strain (F22 = F33 = 1). */
 #ifndef MPM_TENSOR_H
@@ -134,24 +134,23 @@ MPM_INLINE MPMReal MPMExp(MPMReal x)
   }
 }
 
-#if MPM_WIDTH == 1 /* what branches */
-
 /* One rotation of Jacobi in the plane of axes p and q (r is the third): A [3][3] symmetric becomes R A R^T with
    A[p][q] = 0, and the rows of V turn with it. The smaller of the two angles; no difference of near numbers is taken,
-   so that eigenvalues which lie close together come out as well as others. */
-MPM_INLINE void MPMJacobi(PetscReal A[3][3], PetscReal V[3][3], int p, int q, int r)
+   so that eigenvalues which lie close together come out as well as others. None where `done`. */
+MPM_INLINE void MPMJacobi(MPMReal A[3][3], MPMReal V[3][3], int p, int q, int r, MPMMask done)
 {
-  const PetscReal b = A[p][q], h = 0.5 * (A[q][q] - A[p][p]), root = PetscSqrtReal(h * h + b * b);
-  const PetscReal d = h + (h < 0 ? -root : root), t = d != 0 ? b / d : 0; /* tan of the angle, |t| <= 1 */
-  const PetscReal c = 1 / PetscSqrtReal(1 + t * t), s = t * c, Apr = A[p][r], Aqr = A[q][r];
+  const MPMReal none = MPMAll(0), b = A[p][q], h = 0.5 * (A[q][q] - A[p][p]), root = MPMSqrt(h * h + b * b);
+  const MPMReal d = h + MPMSelect(h < 0, -root, root);
+  const MPMReal t = MPMSelect(MPMNot(done) & (d != 0), b / d, none); /* tan of the angle, |t| <= 1 */
+  const MPMReal c = 1 / MPMSqrt(1 + t * t), s = t * c, Apr = A[p][r], Aqr = A[q][r];
 
   A[p][p] -= t * b;
   A[q][q] += t * b;
-  A[p][q] = A[q][p] = 0;
+  A[p][q] = A[q][p] = none;
   A[p][r] = A[r][p] = c * Apr - s * Aqr;
   A[q][r] = A[r][q] = s * Apr + c * Aqr;
   for (int k = 0; k < 3; k++) {
-    const PetscReal vp = V[p][k], vq = V[q][k];
+    const MPMReal vp = V[p][k], vq = V[q][k];
 
     V[p][k] = c * vp - s * vq;
     V[q][k] = s * vp + c * vq;
@@ -162,35 +161,37 @@ MPM_INLINE void MPMJacobi(PetscReal A[3][3], PetscReal V[3][3], int p, int q, in
    rotations: a few units in the last place of the largest one, of a positive tensor as good as of each one (Demmel and
    Veselic, SIAM J. Matrix Anal. Appl. 13 (1992) 1204). In 2-D one rotation is exact; in 3-D few sweeps are, as they
    converge quadratically: 8 is more than any tensor was seen to need (5). Its components' squares must neither vanish
-   nor overflow. Additions, products, divisions and square roots alone, so the bits are the same everywhere. */
-MPM_INLINE void MPMEigen(int dim, const PetscReal a[6], PetscReal values[3], PetscReal vectors[3][3])
+   nor overflow. Additions, products, divisions and square roots alone, so the bits are the same everywhere; a point
+   that is done waits for the others of its lanes. */
+MPM_INLINE void MPMEigen(int dim, const MPMReal a[6], MPMReal values[3], MPMReal vectors[3][3])
 {
-  PetscReal A[3][3] = {{a[0], a[1], a[2]}, {a[1], a[3], a[4]}, {a[2], a[4], a[5]}};
+  const PetscReal tiny    = 0x1p-112; /* what is this small turns no digit any more */
+  MPMReal         A[3][3] = {{a[0], a[1], a[2]}, {a[1], a[3], a[4]}, {a[2], a[4], a[5]}};
+  MPMMask         done    = MPMAll(0) != MPMAll(0);
 
   for (int k = 0; k < 3; k++)
-    for (int d = 0; d < 3; d++) vectors[k][d] = k == d;
-  if (dim == 2) MPMJacobi(A, vectors, 0, 1, 2);
-  if (dim == 3)
-    for (int sweep = 0; sweep < 8; sweep++) {
-      const PetscReal tiny = 0x1p-112; /* what is this small turns no digit any more */
+    for (int d = 0; d < 3; d++) vectors[k][d] = MPMAll(k == d);
+  if (dim == 2) MPMJacobi(A, vectors, 0, 1, 2, done);
+  for (int sweep = 0; sweep < 8 && dim == 3; sweep++) {
+    const MPMMask first  = A[0][1] * A[0][1] <= tiny * MPMAbs(A[0][0] * A[1][1]);
+    const MPMMask second = A[0][2] * A[0][2] <= tiny * MPMAbs(A[0][0] * A[2][2]);
+    const MPMMask third  = A[1][2] * A[1][2] <= tiny * MPMAbs(A[1][1] * A[2][2]);
 
-      if (A[0][1] * A[0][1] <= tiny * PetscAbsReal(A[0][0] * A[1][1]) &&
-          A[0][2] * A[0][2] <= tiny * PetscAbsReal(A[0][0] * A[2][2]) &&
-          A[1][2] * A[1][2] <= tiny * PetscAbsReal(A[1][1] * A[2][2]))
-        break;
-      MPMJacobi(A, vectors, 0, 1, 2);
-      MPMJacobi(A, vectors, 0, 2, 1);
-      MPMJacobi(A, vectors, 1, 2, 0);
-    }
+    done |= first & second & third;
+    if (!MPMAny(MPMNot(done))) break;
+    MPMJacobi(A, vectors, 0, 1, 2, done);
+    MPMJacobi(A, vectors, 0, 2, 1, done);
+    MPMJacobi(A, vectors, 1, 2, 0, done);
+  }
   for (int k = 0; k < 3; k++) values[k] = A[k][k];
 }
 
 /* The other way: a = sum_k values[k] n_k n_k^T, n_k = vectors[k]. */
-MPM_INLINE void MPMSpectral(int dim, const PetscReal values[3], PetscReal vectors[3][3], PetscReal a[6])
+MPM_INLINE void MPMSpectral(int dim, const MPMReal values[3], MPMReal vectors[3][3], MPMReal a[6])
 {
   for (int d = 0; d < 3; d++)
     for (int e = d; e < 3; e++) {
-      PetscReal s = 0;
+      MPMReal s = MPMAll(0);
       if (d < dim && e < dim)
         for (int k = 0; k < dim; k++) s += values[k] * vectors[k][d] * vectors[k][e];
       else if (d == e)
@@ -198,6 +199,8 @@ MPM_INLINE void MPMSpectral(int dim, const PetscReal values[3], PetscReal vector
       a[MPMSymIndex(d, e)] = s;
     }
 }
+
+#if MPM_WIDTH == 1 /* for one point alone */
 
 /* J F^-T, by which areas deform. */
 MPM_INLINE void MPMCofactor(int dim, const PetscReal *F, PetscReal *c)
