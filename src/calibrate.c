@@ -1,17 +1,19 @@
 /* calibrate.c - the constants of the model (model.c), measured: -model_calibrate makes short runs of the scene coarser
    and finer than it is, of about 600, 20,000 and 400,000 points, on every process at once and each for itself, since
-   processes share memory; measures the limits of a core; then times messages, a reduction, migrations and the pool's
-   master, where there are processes for it. The constants go to a file, which later runs of the same method read. */
+   processes share memory; times messages, a reduction, migrations and the pool's master, where there are processes for
+   it; and all that a few times over, since what else a machine does slows it for seconds on end: the least of each
+   counts. Last come the limits of a core. The constants go to a file, which later runs of the same method read. */
 #include <errno.h>
 #include "exchange_spatial.h"
 #include "options.h"
 
 #define LEVELS 3
+#define PASSES 5 /* through all measurements */
 /* Runs of more points are timed by the processor's clock, which other programs do not lengthen; for fewer points,
    reading it would be a part of what it measures, and there the least of short runs does. */
 #define MPM_CLOCKED 5e3
 static const PetscReal goal[LEVELS]  = {600, 2e4, 4e5};
-static const PetscInt  steps[LEVELS] = {400, 150, 75}, repeats[LEVELS] = {8, 8, 4};
+static const PetscInt  steps[LEVELS] = {400, 150, 40}, repeats[LEVELS] = {3, 2, 1};
 
 /* What a short run left. */
 typedef struct {
@@ -134,8 +136,8 @@ static PetscErrorCode Set(const char name[], const char format[], double value)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the options for the scene with cells `coarser` times as large. */
-static PetscErrorCode SetSize(MPM scene, PetscReal coarser, PetscInt nsteps)
+/* Sets the options for the scene with this strategy and cells `coarser` times as large. */
+static PetscErrorCode SetRun(MPM scene, const char strategy[], PetscReal coarser, PetscInt nsteps)
 {
   char cells[MPM_NAME_LEN] = "";
 
@@ -145,6 +147,8 @@ static PetscErrorCode SetSize(MPM scene, PetscReal coarser, PetscInt nsteps)
 
     (void)snprintf(cells + strlen(cells), sizeof cells - strlen(cells), "%s%.0f", d ? "," : "", (double)n);
   }
+  PetscCall(PetscOptionsSetValue(NULL, "-parallel_strategy", strategy));
+  PetscCall(PetscOptionsSetValue(NULL, "-parallel_migrate", "direct"));
   PetscCall(PetscOptionsClearValue(NULL, "-grid_h"));
   PetscCall(PetscOptionsSetValue(NULL, "-grid_cells", cells));
   if (scene->dt_fixed > 0) PetscCall(Set("-dt_size", "%.17g", (double)(scene->dt_fixed * coarser)));
@@ -178,18 +182,30 @@ static PetscErrorCode Make(MPI_Comm comm, MPM *mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs the scene of about `n` points for a number of steps, alone. */
+/* Keeps the lesser one of what was measured now and before; 0: never yet. */
+static void Least(PetscReal *least, PetscReal now)
+{
+  *least = *least > 0 ? PetscMin(*least, now) : now;
+}
+
+static PetscErrorCode Slowest(MPI_Comm comm, PetscReal *seconds)
+{
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, seconds, 1, MPIU_REAL, MPIU_MAX, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Runs the scene of about `n` points for a number of steps, alone; the least times go to the sample. */
 static PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt nrepeats, Sample *sample)
 {
   PetscReal coarser = PetscPowReal((PetscReal)scene->points.total / n, 1 / (PetscReal)scene->grid.dim);
 
   PetscFunctionBeginUser;
-  PetscCall(PetscMemzero(sample, sizeof *sample));
   for (PetscInt k = 0, tries = 0; k < nrepeats && tries < nrepeats + 8; tries++) {
     MPMShare share;
     MPM      mpm;
 
-    PetscCall(SetSize(scene, coarser, nsteps));
+    PetscCall(SetRun(scene, "spatial", coarser, nsteps));
     PetscCall(Make(PETSC_COMM_SELF, &mpm));
     if (!mpm) { /* too coarse for its shapes */
       coarser /= 1.5;
@@ -198,11 +214,8 @@ static PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt
     PetscCall(MPMModelShare(mpm, &share));
     mpm->path.clock = n > MPM_CLOCKED ? PETSC_TRUE : PETSC_FALSE;
     PetscCall(MPMRun(mpm));
-    for (PetscInt e = 0; e < MPM_MAX_TIMERS && mpm->step; e++) {
-      const PetscReal s = MPMTimerSeconds(mpm, e) / (PetscReal)mpm->step;
-
-      sample->seconds[e] = k ? PetscMin(sample->seconds[e], s) : s;
-    }
+    for (PetscInt e = 0; e < MPM_MAX_TIMERS && mpm->step; e++)
+      Least(&sample->seconds[e], MPMTimerSeconds(mpm, e) / (PetscReal)mpm->step);
     sample->points = share.points;
     sample->nodes  = share.nodes;
     sample->steps  = mpm->step;
@@ -227,12 +240,21 @@ static void Fit(MPM mpm, PetscInt e, const Sample sample[LEVELS], MPMRate *r)
 }
 
 enum { BURST = 8 }; /* messages at once */
+#define LONG_MESSAGE (1 << 16)
 
 /* --- Messages -------------------------------------------------------------------------------------------------- */
 
+/* Seconds, each the least of many. */
+typedef struct {
+  PetscReal one, longer; /* a message of 8 B, and of LONG_MESSAGE */
+  PetscReal burst[2];    /* exchanges of one message each way, and of BURST */
+  PetscReal reduction;
+} Messages;
+
 /* Least seconds of one of many messages of so many bytes, there and back halved; processes 2k and 2k+1 are pairs. */
-static PetscErrorCode PingPong(MPI_Comm comm, size_t bytes, PetscReal *seconds)
+static PetscErrorCode PingPong(MPI_Comm comm, size_t bytes, PetscReal *least)
 {
+  PetscReal   seconds = PETSC_MAX_REAL;
   PetscMPIInt rank, size, peer, len;
   char       *buffer;
 
@@ -241,8 +263,7 @@ static PetscErrorCode PingPong(MPI_Comm comm, size_t bytes, PetscReal *seconds)
   PetscCallMPI(MPI_Comm_size(comm, &size));
   PetscCall(MPMMessageLength(bytes, &len));
   PetscCall(PetscCalloc1(bytes, &buffer));
-  peer     = rank ^ 1;
-  *seconds = PETSC_MAX_REAL;
+  peer = rank ^ 1;
   for (int batch = 0; batch < 20 && peer < size; batch++) {
     PetscLogDouble t0, t1;
 
@@ -254,16 +275,18 @@ static PetscErrorCode PingPong(MPI_Comm comm, size_t bytes, PetscReal *seconds)
         else
           PetscCallMPI(MPI_Recv(buffer, len, MPI_BYTE, peer, turn, comm, MPI_STATUS_IGNORE));
     PetscCall(PetscTime(&t1));
-    *seconds = PetscMin(*seconds, (t1 - t0) / 100);
+    seconds = PetscMin(seconds, (t1 - t0) / 100);
   }
   PetscCall(PetscFree(buffer));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, seconds, 1, MPIU_REAL, MPIU_MIN, comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &seconds, 1, MPIU_REAL, MPIU_MIN, comm));
+  Least(least, seconds);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Least seconds of an exchange of n short messages each way between the processes of a pair. */
-static PetscErrorCode Burst(MPI_Comm comm, int n, PetscReal *seconds)
+static PetscErrorCode Burst(MPI_Comm comm, int n, PetscReal *least)
 {
+  PetscReal   seconds = PETSC_MAX_REAL;
   double      in[BURST], out[BURST] = {0};
   MPI_Request request[2 * BURST];
   PetscMPIInt rank, size, peer;
@@ -271,8 +294,7 @@ static PetscErrorCode Burst(MPI_Comm comm, int n, PetscReal *seconds)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCallMPI(MPI_Comm_size(comm, &size));
-  peer     = rank ^ 1;
-  *seconds = PETSC_MAX_REAL;
+  peer = rank ^ 1;
   for (int batch = 0; batch < 20 && peer < size; batch++) {
     PetscLogDouble t0, t1;
 
@@ -285,27 +307,22 @@ static PetscErrorCode Burst(MPI_Comm comm, int n, PetscReal *seconds)
       PetscCallMPI(MPI_Waitall(2 * n, request, MPI_STATUSES_IGNORE));
     }
     PetscCall(PetscTime(&t1));
-    *seconds = PetscMin(*seconds, (t1 - t0) / 50);
+    seconds = PetscMin(seconds, (t1 - t0) / 50);
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, seconds, 1, MPIU_REAL, MPIU_MIN, comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &seconds, 1, MPIU_REAL, MPIU_MIN, comm));
+  Least(least, seconds);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TimeMessages(MPI_Comm comm, MPMModel *m)
+static PetscErrorCode TimeMessages(MPI_Comm comm, Messages *least)
 {
-  const size_t long_message = 1 << 16;
-  PetscReal    longer, one, more, status[24] = {0};
-  PetscMPIInt  size;
-  PetscReal    best = PETSC_MAX_REAL;
+  PetscReal status[24] = {0}, best = PETSC_MAX_REAL;
 
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  PetscCall(PingPong(comm, 8, &m->message));
-  PetscCall(PingPong(comm, long_message, &longer));
-  m->wire = PetscMax(0, (longer - m->message) / (PetscReal)long_message);
-  PetscCall(Burst(comm, 1, &one));
-  PetscCall(Burst(comm, BURST, &more));
-  m->post = PetscMax(0, (more - one) / (BURST - 1));
+  PetscCall(PingPong(comm, 8, &least->one));
+  PetscCall(PingPong(comm, LONG_MESSAGE, &least->longer));
+  PetscCall(Burst(comm, 1, &least->burst[0]));
+  PetscCall(Burst(comm, BURST, &least->burst[1]));
   for (int batch = 0; batch < 20; batch++) {
     PetscLogDouble t0, t1;
 
@@ -315,13 +332,21 @@ static PetscErrorCode TimeMessages(MPI_Comm comm, MPMModel *m)
     PetscCall(PetscTime(&t1));
     best = PetscMin(best, (t1 - t0) / 50);
   }
-  m->reduction = best / PetscCeilReal(PetscLog2Real((PetscReal)size));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &m->reduction, 1, MPIU_REAL, MPIU_MAX, comm));
+  PetscCall(Slowest(comm, &best));
+  Least(&least->reduction, best);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static void FitMessages(PetscMPIInt size, const Messages *least, MPMModel *m)
+{
+  m->message   = least->one;
+  m->wire      = PetscMax(0, (least->longer - least->one) / LONG_MESSAGE);
+  m->post      = PetscMax(0, (least->burst[1] - least->burst[0]) / (BURST - 1));
+  m->reduction = least->reduction / PetscCeilReal(PetscLog2Real((PetscReal)size));
+}
+
 /* Seconds of packing and unpacking a byte, in rows of a point's velocity. */
-static PetscErrorCode TimeCopy(MPMModel *m)
+static PetscErrorCode TimeCopy(PetscReal *least)
 {
   enum { ROWS = 20000 };
   PetscReal(*from)[2], (*to)[2];
@@ -331,7 +356,6 @@ static PetscErrorCode TimeCopy(MPMModel *m)
   PetscCall(PetscMalloc3(2 * ROWS, &from, ROWS, &to, ROWS, &list));
   for (PetscInt q = 0; q < ROWS; q++) list[q] = 2 * q;
   for (PetscInt q = 0; q < 2 * ROWS; q++) from[q][0] = from[q][1] = 1;
-  m->copy = PETSC_MAX_REAL;
   for (int repeat = 0; repeat < 10; repeat++) {
     PetscLogDouble t0, t1;
 
@@ -339,7 +363,7 @@ static PetscErrorCode TimeCopy(MPMModel *m)
     for (PetscInt q = 0; q < ROWS; q++) memcpy(to[q], from[list[q]], sizeof *to);
     memcpy(from, to, ROWS * sizeof *to);
     PetscCall(PetscTime(&t1));
-    m->copy = PetscMin(m->copy, (t1 - t0) / (ROWS * sizeof *to));
+    Least(least, (t1 - t0) / (ROWS * sizeof *to));
   }
   PetscCall(PetscFree3(from, to, list));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -349,17 +373,11 @@ static PetscErrorCode TimeCopy(MPMModel *m)
 
 enum { SWARM, DIRECT, SWAP, WAYS }; /* without points, and directly with SWAPPED of them */
 #define SWAPPED 256
+#define TURNS   10        /* of each way in a pass */
 #define OTHER   (8 << 20) /* bytes that the caches have seen since: a migration comes after the sweeps of a step */
 typedef struct {
   PetscReal points, axes, migration[WAYS]; /* s */
 } Trial;
-
-static PetscErrorCode Slowest(MPI_Comm comm, PetscReal *seconds)
-{
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, seconds, 1, MPIU_REAL, MPIU_MAX, comm));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Pairs of processes next to each other exchange `n` points, far from each other in memory and not those of the last
    time, which stay what they are: only the cost counts, but for that of finding their processes and cells. */
@@ -383,9 +401,11 @@ static PetscErrorCode Swap(MPM mpm, MPMSpatial *s, PetscInt n, PetscInt first)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Times migrations of about n points a process. */
+/* Times migrations of about n points a process; the least times go to the trial, points stay 0 if there is no such cut.
+ */
 static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
 {
+  PetscReal   seconds[WAYS];
   PetscMPIInt size;
   MPM         mpm;
   MPMShare    share;
@@ -394,10 +414,9 @@ static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
-  PetscCall(
-      SetSize(scene, PetscPowReal((PetscReal)scene->points.total / (n * size), 1 / (PetscReal)scene->grid.dim), 10));
+  PetscCall(SetRun(scene, "spatial",
+                   PetscPowReal((PetscReal)scene->points.total / (n * size), 1 / (PetscReal)scene->grid.dim), 10));
   PetscCall(Make(scene->comm, &mpm));
-  PetscCall(PetscMemzero(trial, sizeof *trial));
   if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
   s = (MPMSpatial *)mpm->exchange.ctx;
   PetscCall(MPMModelShare(mpm, &share));
@@ -405,10 +424,10 @@ static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
   trial->axes      = share.axes;
   mpm->status.hops = 1; /* all messages, of no points */
   PetscCall(PetscMalloc1(OTHER, &other));
-  for (int way = 0; way < WAYS; way++) trial->migration[way] = PETSC_MAX_REAL;
-  for (int turn = 0; turn < 90; turn++) {
+  for (int way = 0; way < WAYS; way++) seconds[way] = PETSC_MAX_REAL;
+  for (int turn = 0; turn < 3 * TURNS; turn++) {
     /* swaps after DMSwarm's turns: they leave points where it would not have them */
-    const int      way = turn < 30 ? SWARM : turn % 2 ? DIRECT : SWAP;
+    const int      way = turn < TURNS ? SWARM : turn % 2 ? DIRECT : SWAP;
     PetscLogDouble t0, t1;
 
     if (way == SWAP) PetscCall(Swap(mpm, s, SWAPPED, 7 * turn));
@@ -417,60 +436,51 @@ static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
     PetscCall(PetscTime(&t0));
     PetscCall(way == SWARM ? MPMMigrateSwarm(mpm, s) : MPMMigrateDirect(mpm, s));
     PetscCall(PetscTime(&t1));
-    trial->migration[way] = PetscMin(trial->migration[way], t1 - t0);
+    seconds[way] = PetscMin(seconds[way], t1 - t0);
   }
   PetscCall(Slowest(scene->comm, &trial->points));
   PetscCall(PetscFree(other));
-  for (int way = 0; way < WAYS; way++) PetscCall(Slowest(scene->comm, &trial->migration[way]));
+  for (int way = 0; way < WAYS; way++) {
+    PetscCall(Slowest(scene->comm, &seconds[way]));
+    Least(&trial->migration[way], seconds[way]);
+  }
   PetscCall(MPMDestroy(&mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode FitMigration(MPM scene)
+static void FitMigration(PetscMPIInt size, const Trial *a, const Trial *b, MPMModel *m)
 {
-  MPMModel   *m = &scene->model;
-  Trial       a, b;
-  PetscReal   stages;
-  PetscMPIInt size;
-
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_size(scene->comm, &size));
-  PetscCall(TimeMigration(scene, 2e3, &a));
-  PetscCall(TimeMigration(scene, 5e4, &b));
-  if (a.points == 0 || b.points == 0) PetscFunctionReturn(PETSC_SUCCESS); /* no such cut: rough constants stay */
+  if (a->points == 0 || b->points == 0) return; /* no such cut: rough constants stay */
   for (int way = 0; way < 2; way++) {
-    MPMMigration *g = &m->migration[way];
+    MPMMigration   *g      = &m->migration[way];
+    const PetscReal stages = way ? a->axes : PetscCeilReal(PetscLog2Real((PetscReal)size));
 
-    g->point   = PetscMax(0, (b.migration[way] - a.migration[way]) / (b.points - a.points));
+    g->point   = PetscMax(0, (b->migration[way] - a->migration[way]) / (b->points - a->points));
     g->stage   = way ? m->message + m->post : 24 * m->reduction;
     g->process = way ? 0 : 80 * m->wire;
-    stages     = way ? a.axes : PetscCeilReal(PetscLog2Real((PetscReal)size));
-    g->leaver  = PetscMax(0, b.migration[SWAP] - b.migration[DIRECT]) / SWAPPED; /* both ways copy them alike */
-    g->call    = PetscMax(0, a.migration[way] - a.points * g->point - g->stage * stages - g->process * size);
+    g->leaver  = PetscMax(0, b->migration[SWAP] - b->migration[DIRECT]) / SWAPPED; /* both ways copy them alike */
+    g->call    = PetscMax(0, a->migration[way] - a->points * g->point - g->stage * stages - g->process * size);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What an exchange costs besides its messages, calls and the waiting of processes for each other: what a step of about
-   600 points a process takes that the rest of the model does not explain, over the number of exchanges. */
-static PetscErrorCode FitExchange(MPM scene)
+/* Times steps of about 600 points a process, and predicts them without the cost of an exchange, and with 1 s for each.
+ */
+static PetscErrorCode TimeExchange(MPM scene, PetscReal *least, PetscReal predicted[2])
 {
-  MPMModel   *m     = &scene->model;
-  PetscReal   least = PETSC_MAX_REAL, predicted[2] = {0};
   PetscMPIInt size;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
-  PetscCall(SetSize(scene, PetscPowReal((PetscReal)scene->points.total / (600. * size), 1 / (PetscReal)scene->grid.dim),
-                    400));
-  for (int repeat = 0; repeat < 9; repeat++) {
+  PetscCall(SetRun(scene, "spatial",
+                   PetscPowReal((PetscReal)scene->points.total / (600. * size), 1 / (PetscReal)scene->grid.dim), 400));
+  for (int repeat = 0; repeat < 3; repeat++) {
     PetscReal step;
     MPM       mpm;
 
     PetscCall(Make(scene->comm, &mpm));
-    if (!mpm) PetscFunctionReturn(PETSC_SUCCESS); /* no such cut: the rough constant stays */
-    for (int k = 0; k < 2; k++) {                 /* without exchanges, and with 1 s for each */
-      mpm->model          = *m;
+    if (!mpm) PetscFunctionReturn(PETSC_SUCCESS); /* no such cut */
+    for (int k = 0; k < 2; k++) {
+      mpm->model          = scene->model;
       mpm->model.exchange = k;
       predicted[k]        = 0;
       PetscCall(MPMModelPredict(mpm));
@@ -480,67 +490,108 @@ static PetscErrorCode FitExchange(MPM scene)
     step = mpm->step ? mpm->wall_steps / (PetscReal)mpm->step : PETSC_MAX_REAL;
     PetscCall(Slowest(scene->comm, &step));
     PetscCall(MPMDestroy(&mpm));
-    least = PetscMin(least, step);
+    Least(least, step);
   }
-  if (least < PETSC_MAX_REAL && predicted[1] > predicted[0])
-    m->exchange = PetscMax(0, (least - predicted[0]) / (predicted[1] - predicted[0]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* --- The pool -------------------------------------------------------------------------------------------------- */
 
-/* How long the master is busy a step at least, of a few runs, with how many chunks and bytes. */
-static PetscErrorCode TimePool(MPM scene, PetscInt cells, PetscReal *busy, PetscReal *chunks, PetscReal *bytes)
+/* A step of the pool: how long its master is busy at least, with how many chunks and bytes. */
+typedef struct {
+  PetscReal busy, chunks, bytes;
+} Farm;
+
+static PetscErrorCode TimePool(MPM scene, PetscInt cells, Farm *farm)
 {
+  MPM mpm;
+
   PetscFunctionBeginUser;
-  PetscCall(SetSize(scene, PetscPowReal((PetscReal)scene->points.total / 2e4, 1 / (PetscReal)scene->grid.dim), 20));
-  PetscCall(PetscOptionsSetValue(NULL, "-parallel_strategy", "pool"));
+  PetscCall(
+      SetRun(scene, "pool", PetscPowReal((PetscReal)scene->points.total / 2e4, 1 / (PetscReal)scene->grid.dim), 20));
   PetscCall(Set("-pool_cells", "%.0f", (double)cells));
-  *busy = *chunks = *bytes = 0;
-  for (int repeat = 0; repeat < 4; repeat++) {
-    MPM mpm;
-
-    PetscCall(Make(scene->comm, &mpm));
-    if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(MPMRun(mpm));
-    if (mpm->step) {
-      const PetscReal s = mpm->exchange.busy / (PetscReal)mpm->step;
-
-      *busy   = repeat ? PetscMin(*busy, s) : s;
-      *chunks = mpm->exchange.chunks / (PetscReal)mpm->step;
-      *bytes  = mpm->exchange.bytes / (PetscReal)mpm->step;
-    }
-    PetscCall(MPMDestroy(&mpm));
+  PetscCall(Make(scene->comm, &mpm));
+  if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMRun(mpm));
+  if (mpm->step) {
+    Least(&farm->busy, mpm->exchange.busy / (PetscReal)mpm->step);
+    farm->chunks = mpm->exchange.chunks / (PetscReal)mpm->step;
+    farm->bytes  = mpm->exchange.bytes / (PetscReal)mpm->step;
   }
-  PetscCallMPI(MPI_Bcast(busy, 1, MPIU_REAL, 0, scene->comm));
-  PetscCallMPI(MPI_Bcast(chunks, 1, MPIU_REAL, 0, scene->comm));
-  PetscCallMPI(MPI_Bcast(bytes, 1, MPIU_REAL, 0, scene->comm));
+  PetscCall(MPMDestroy(&mpm));
+  PetscCallMPI(MPI_Bcast(farm, sizeof *farm / sizeof(PetscReal), MPIU_REAL, 0, scene->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode FitPool(MPM scene)
+static void FitPool(const Farm *a, const Farm *b, MPMModel *m)
 {
-  const PetscInt edge = scene->grid.dim == 3 ? 3 : scene->grid.dim == 2 ? 4 : 8;
-  PetscReal      busy[2], chunks[2], bytes[2], det;
+  const PetscReal det = a->chunks * b->bytes - b->chunks * a->bytes;
 
-  PetscFunctionBeginUser;
-  PetscCall(TimePool(scene, edge, &busy[0], &chunks[0], &bytes[0]));
-  PetscCall(TimePool(scene, 4 * edge, &busy[1], &chunks[1], &bytes[1]));
-  det = chunks[0] * bytes[1] - chunks[1] * bytes[0];
-  if (det == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  scene->model.chunk = PetscMax(0, (busy[0] * bytes[1] - busy[1] * bytes[0]) / det);
-  scene->model.farm  = PetscMax(0, (chunks[0] * busy[1] - chunks[1] * busy[0]) / det);
-  PetscFunctionReturn(PETSC_SUCCESS);
+  if (det == 0) return;
+  m->chunk = PetscMax(0, (a->busy * b->bytes - b->busy * a->bytes) / det);
+  m->farm  = PetscMax(0, (a->chunks * b->busy - b->chunks * a->busy) / det);
 }
 
 /* --- The calibration ------------------------------------------------------------------------------------------- */
+
+/* All that is measured. */
+typedef struct {
+  Sample    alone[LEVELS];
+  Messages  messages;
+  Trial     migration[2];
+  PetscReal copy;                   /* s a byte */
+  PetscReal exchange, predicted[2]; /* TimeExchange */
+  Farm      farm[2];
+} Measured;
+
+/* Measures everything once; the least of it and of what was measured before stays. */
+static PetscErrorCode Measure(MPM scene, PetscMPIInt size, Measured *all)
+{
+  const PetscInt edge = scene->grid.dim == 3 ? 3 : scene->grid.dim == 2 ? 4 : 8;
+
+  PetscFunctionBeginUser;
+  for (int k = 0; k < LEVELS; k++) PetscCall(RunAlone(scene, goal[k], steps[k], repeats[k], &all->alone[k]));
+  PetscCall(TimeCopy(&all->copy));
+  if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(TimeMessages(scene->comm, &all->messages));
+  PetscCall(TimeMigration(scene, 2e3, &all->migration[0]));
+  PetscCall(TimeMigration(scene, 5e4, &all->migration[1]));
+  PetscCall(TimeExchange(scene, &all->exchange, all->predicted));
+  PetscCall(TimePool(scene, edge, &all->farm[0]));
+  PetscCall(TimePool(scene, 4 * edge, &all->farm[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The constants of what was measured. */
+static PetscErrorCode FitModel(MPM scene, PetscMPIInt size, const Measured *all)
+{
+  MPMModel *m = &scene->model;
+
+  PetscFunctionBeginUser;
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) {
+    Fit(scene, e, all->alone, &m->rate[e]);
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &m->rate[e], (PetscMPIInt)(sizeof(MPMRate) / sizeof(PetscReal)), MPIU_REAL,
+                               MPI_SUM, scene->comm));
+    m->rate[e].call /= size;
+    for (int k = 0; k < 2; k++) {
+      m->rate[e].size[k] /= size;
+      m->rate[e].each[k] /= size;
+    }
+  }
+  m->copy = all->copy;
+  if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  FitMessages(size, &all->messages, m);
+  FitMigration(size, &all->migration[0], &all->migration[1], m);
+  FitPool(&all->farm[0], &all->farm[1], m);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* Measures the constants for the scene, whose options are read and whose phases are known, and writes the file. The
    option database is changed: nothing can run after this. Collective on scene->comm. */
 PetscErrorCode MPMCalibrate(MPM scene)
 {
   MPMModel   *m = &scene->model;
-  Sample      sample[LEVELS];
+  Measured    all;
   PetscMPIInt size, rank;
   char        date[MPM_NAME_LEN] = "?";
 
@@ -553,30 +604,21 @@ PetscErrorCode MPMCalibrate(MPM scene)
   PetscCall(MPMStepSetUp(scene));
   PetscCall(MPMPointsLayout(scene, &scene->points));
   PetscCall(MPMModelSetUp(scene));
-  for (int k = 0; k < LEVELS; k++) PetscCall(RunAlone(scene, goal[k], steps[k], repeats[k], &sample[k]));
-  for (int k = 0; k < LEVELS; k++)
-    PetscCheck(sample[k].steps > 0 && (!k || sample[k].points > 2 * sample[k - 1].points), scene->comm, PETSC_ERR_SUP,
-               "the scene cannot be run with about %g points, so it cannot be calibrated", (double)goal[k]);
-  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) {
-    Fit(scene, e, sample, &m->rate[e]);
-    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &m->rate[e], (PetscMPIInt)(sizeof(MPMRate) / sizeof(PetscReal)), MPIU_REAL,
-                               MPI_SUM, scene->comm));
-    m->rate[e].call /= size;
-    for (int k = 0; k < 2; k++) {
-      m->rate[e].size[k] /= size;
-      m->rate[e].each[k] /= size;
-    }
+  PetscCall(PetscMemzero(&all, sizeof all));
+  for (int pass = 0; pass < PASSES; pass++) {
+    PetscCall(Measure(scene, size, &all));
+    for (int k = 0; k < LEVELS; k++)
+      PetscCheck(all.alone[k].steps > 0 && (!k || all.alone[k].points > 2 * all.alone[k - 1].points), scene->comm,
+                 PETSC_ERR_SUP, "the scene cannot be run with about %g points, so it cannot be calibrated",
+                 (double)goal[k]);
   }
-  PetscCall(TimeCopy(m));
+  PetscCall(FitModel(scene, size, &all));
+  /* What an exchange costs besides its messages, calls and the waiting of processes for each other: what a step takes
+     that the rest of the model does not explain, over the number of exchanges. */
+  if (size > 1) PetscCall(TimeExchange(scene, &all.exchange, all.predicted));
+  if (all.predicted[1] > all.predicted[0])
+    m->exchange = PetscMax(0, (all.exchange - all.predicted[0]) / (all.predicted[1] - all.predicted[0]));
   PetscCall(MPMLimits(scene->comm, &m->flop, &m->byte));
-  if (size > 1) {
-    PetscCall(TimeMessages(scene->comm, m));
-    PetscCall(PetscOptionsSetValue(NULL, "-parallel_strategy", "spatial"));
-    PetscCall(PetscOptionsSetValue(NULL, "-parallel_migrate", "direct"));
-    PetscCall(FitMigration(scene));
-    PetscCall(FitExchange(scene));
-    PetscCall(FitPool(scene));
-  }
   PetscCall(PetscGetDate(date, sizeof date));
   (void)snprintf(m->from, sizeof m->from, "calibrated on %d process%s, %s", size, size > 1 ? "es" : " (messages rough)",
                  date);

@@ -7,6 +7,7 @@ usage: test_model.py PEBBLE SOURCE MPIEXEC
 import math
 import os
 import re
+import shutil
 import subprocess
 import sys
 
@@ -40,6 +41,7 @@ def digest(text):
     return re.search(r"^digest (\w+)", text, re.M).group(1)
 
 
+shutil.rmtree("output", ignore_errors=True)  # the constants that the last time left
 plain = run()
 check("without a calibration the model says that it is rough", "constants rough" in plain)
 check("every phase of usf is predicted", {"P2G_MASS", "P2G_FORCE", "VELOCITY", "ADVANCE", "G2P_MOTION", "G2P_STRESS",
