@@ -43,7 +43,9 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPM
 {
   const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1;
 
-  for (PetscInt l = first; l < last; l++)
+  for (PetscInt l = first; l < last; l++) {
+    /* unrolled, a part's kind is known: no product is shared by paths of which one adds to it and one does not */
+    MPM_UNROLL_NODES
     for (int h = 0; h < MPM_PARTS; h++) {
       const int force = forces && MPM_PART_FORCE(dim, h), motion = affine && MPM_PART_MOTION(dim, h);
       MPMReal   Q[4] = {MPMAll(0)}, A[3] = {MPMAll(0)};
@@ -84,6 +86,7 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPM
         }
       }
     }
+  }
 }
 
 /* Adds the sums of a cell to its nodes in its tile, and clears them. */
