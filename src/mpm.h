@@ -766,6 +766,7 @@ PetscErrorCode MPMOutputDestroy(MPM);
 PetscErrorCode MPMXdmfWrite(MPM);
 
 PetscErrorCode MPMPrint(MPM, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
+PetscErrorCode MPMNotes(MPM);
 PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
