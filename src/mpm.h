@@ -739,6 +739,7 @@ PetscReal      MPMNextTime(PetscReal t, PetscReal every); /* when a cadence is d
 typedef struct {
   char        dir[MPM_TEXT_LEN];
   PetscBool   enabled;
+  PetscBool   replaced;    /* files of the same name were there */
   PetscReal   every, next; /* s of simulated time */
   PetscInt    fields;      /* bits of MPMOutputFields, and MPM_OUTPUT_GRID */
   PetscInt    count, last; /* snapshots written; step of the last */
