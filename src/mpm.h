@@ -818,6 +818,7 @@ struct _p_MPM {
   PetscReal            courant;            /* the largest dt (c + |v|)/h of the run */
   char                 stop[MPM_TEXT_LEN]; /* why the run has to stop early; empty: it need not */
   PetscLogDouble       phase_start, wall_start, wall_report, wall_steps, phase_seconds[MPM_MAX_TIMERS];
+  PetscLogDouble       wall_output; /* s of history and snapshots */
 };
 
 PetscErrorCode MPMCreate(MPI_Comm, MPM *);
