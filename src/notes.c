@@ -26,6 +26,8 @@ static PetscErrorCode NoteCrowd(MPM mpm)
                        "note       %d processes share %d core%s of this node: they take turns, and more than %d are no "
                        "faster\n",
                        processes, CPU_COUNT(&cores), CPU_COUNT(&cores) > 1 ? "s" : "", CPU_COUNT(&cores)));
+#else
+  (void)mpm; /* the simulator's processes share a core by design */
 #endif
   PetscFunctionReturn(PETSC_SUCCESS);
 }
