@@ -10,6 +10,18 @@ struct _MPMExpression {
   PetscReal        var[sizeof letters - 1];
 };
 
+/* muParser ends most of its messages, but not all, with a position that it counts from 0. Cuts it off. */
+static void CutPosition(char message[])
+{
+  static const char *const ends[] = {" found at position ", " at expression position ", " at position "};
+
+  for (size_t k = 0; k < sizeof ends / sizeof ends[0]; k++) {
+    char *const at = strstr(message, ends[k]), *const number = at ? at + strlen(ends[k]) : NULL;
+
+    if (at && !number[strspn(number, "0123456789.")]) *at = 0;
+  }
+}
+
 /* Parses text, in which the letters in `variables` may stand. A fault is described in error, else error is "" and n is
    the number of components. Not collective.                                                                          */
 PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MPMExpression *e, PetscInt *n,
@@ -36,8 +48,11 @@ PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MP
   *n = count;
   if (mupError((*e)->parser)) {
     const PetscInt at = (PetscInt)mupGetErrorPos((*e)->parser);
+    char           message[MPM_TEXT_LEN];
 
-    (void)snprintf(error, len, "%s (at position %" PetscInt_FMT ")", mupGetErrorMsg((*e)->parser),
+    (void)snprintf(message, sizeof message, "%s", mupGetErrorMsg((*e)->parser));
+    CutPosition(message);
+    (void)snprintf(error, len, "%.300s (at position %" PetscInt_FMT ")", message,
                    at >= 0 && at <= (PetscInt)strlen(text) ? at + 1 : (PetscInt)strlen(text) + 1);
     mupErrorReset((*e)->parser);
   }

@@ -11,6 +11,7 @@ static PetscErrorCode Run(int *status)
   PetscCall(MPMCreate(PETSC_COMM_WORLD, &mpm));
   PetscCall(MPMOptionsCreate(&options));
   PetscCall(MPMSetFromOptions(mpm, options));
+  if (!MPMOptionsError(options)) PetscCall(MPMNotes(mpm));
   if (MPMOptionsError(options)) {
     PetscCall(PetscFPrintf(mpm->comm, stderr, "%s\n", MPMOptionsError(options)));
     *status = MPM_EXIT_INPUT;

@@ -246,6 +246,19 @@ void MPMModelMethod(MPM mpm, char text[], size_t len)
   }
 }
 
+/* Does one of the first lines name a method? In every file of -model_calibrate the second does. */
+static PetscBool IsModelFile(const char path[])
+{
+  FILE     *file = fopen(path, "r");
+  char      line[2 * MPM_TEXT_LEN];
+  PetscBool is = PETSC_FALSE;
+
+  for (int k = 0; file && k < 20 && fgets(line, (int)sizeof line, file); k++)
+    if (!strncmp(line, "method ", 7)) is = PETSC_TRUE;
+  if (file) (void)fclose(file);
+  return is;
+}
+
 PetscErrorCode MPMModelSetFromOptions(MPM mpm, MPMOptions o)
 {
   PetscBool set;
@@ -258,6 +271,9 @@ PetscErrorCode MPMModelSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsString(o, "model_file", NULL, mpm->model_file, &set));
   if (set && !mpm->calibrate && !MPMOptionsError(o) && access(mpm->model_file, R_OK))
     MPMOptionsFail(o, "-model_file: cannot read %s: %s; -model_calibrate writes it", mpm->model_file, strerror(errno));
+  if (set && !mpm->calibrate && !MPMOptionsError(o) && !IsModelFile(mpm->model_file))
+    MPMOptionsFail(o, "-model_file: %s has no constants of the model; -model_calibrate writes such a file",
+                   mpm->model_file);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

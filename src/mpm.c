@@ -302,6 +302,22 @@ static PetscErrorCode Advance(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* History and snapshots that are due, or all if forced. Collective on the exchange. */
+static PetscErrorCode Output(MPM mpm, PetscLogStage stage, PetscBool force)
+{
+  PetscLogDouble t0, t1;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscLogStagePush(stage));
+  PetscCall(MPMClock(mpm, &t0));
+  PetscCall(MPMMonitorStep(mpm, force));
+  PetscCall(MPMOutputStep(mpm, force));
+  PetscCall(MPMClock(mpm, &t1));
+  mpm->wall_output += t1 - t0;
+  PetscCall(PetscLogStagePop());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Runs the scene to its end, with output and history on the way. A reason to stop early is left in mpm->stop.
    Collective.                                                                                                        */
 PetscErrorCode MPMRun(MPM mpm)
@@ -321,10 +337,7 @@ PetscErrorCode MPMRun(MPM mpm)
   }
   PetscCall(MPMReportStart(mpm));
   if (mpm->scene.dry_run) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscLogStagePush(output));
-  PetscCall(MPMMonitorStep(mpm, PETSC_TRUE));
-  PetscCall(MPMOutputStep(mpm, PETSC_TRUE));
-  PetscCall(PetscLogStagePop());
+  PetscCall(Output(mpm, output, PETSC_TRUE));
   while (mpm->t < mpm->time_end && mpm->step < mpm->max_steps && !mpm->stop[0]) {
     PetscLogDouble t0, t1;
 
@@ -335,18 +348,10 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(MPMClock(mpm, &t1));
     mpm->wall_steps += t1 - t0;
     if (mpm->status.bad != MPM_OK) break; /* not a state to measure or to show */
-    PetscCall(PetscLogStagePush(output));
-    PetscCall(MPMMonitorStep(mpm, PETSC_FALSE));
-    PetscCall(MPMOutputStep(mpm, PETSC_FALSE));
-    PetscCall(PetscLogStagePop());
+    PetscCall(Output(mpm, output, PETSC_FALSE));
     PetscCall(MPMReportProgress(mpm));
   }
-  if (mpm->status.bad == MPM_OK) {
-    PetscCall(PetscLogStagePush(output));
-    PetscCall(MPMMonitorStep(mpm, PETSC_TRUE));
-    PetscCall(MPMOutputStep(mpm, PETSC_TRUE));
-    PetscCall(PetscLogStagePop());
-  }
+  if (mpm->status.bad == MPM_OK) PetscCall(Output(mpm, output, PETSC_TRUE));
   PetscCall(MPMReportEnd(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -739,6 +739,7 @@ PetscReal      MPMNextTime(PetscReal t, PetscReal every); /* when a cadence is d
 typedef struct {
   char        dir[MPM_TEXT_LEN];
   PetscBool   enabled;
+  PetscBool   replaced;    /* files of the same name were there */
   PetscReal   every, next; /* s of simulated time */
   PetscInt    fields;      /* bits of MPMOutputFields, and MPM_OUTPUT_GRID */
   PetscInt    count, last; /* snapshots written; step of the last */
@@ -766,6 +767,7 @@ PetscErrorCode MPMOutputDestroy(MPM);
 PetscErrorCode MPMXdmfWrite(MPM);
 
 PetscErrorCode MPMPrint(MPM, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
+PetscErrorCode MPMNotes(MPM);
 PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
@@ -816,6 +818,7 @@ struct _p_MPM {
   PetscReal            courant;            /* the largest dt (c + |v|)/h of the run */
   char                 stop[MPM_TEXT_LEN]; /* why the run has to stop early; empty: it need not */
   PetscLogDouble       phase_start, wall_start, wall_report, wall_steps, phase_seconds[MPM_MAX_TIMERS];
+  PetscLogDouble       wall_output; /* s of history and snapshots */
 };
 
 PetscErrorCode MPMCreate(MPI_Comm, MPM *);

@@ -78,8 +78,9 @@ PetscErrorCode MPMOutputMakeFolder(MPM mpm, MPMOptions o)
       struct stat              s;
 
       (void)snprintf(path, sizeof path, "%s/%s.%s", mpm->output.dir, mpm->scene.name, ends[k]);
-      if (!stat(path, &s) && !S_ISREG(s.st_mode))
-        MPMOptionsFail(o, "-output_name: %s is there and is not a file", path);
+      if (stat(path, &s)) continue;
+      if (!S_ISREG(s.st_mode)) MPMOptionsFail(o, "-output_name: %s is there and is not a file", path);
+      if (!k || mpm->output.enabled) mpm->output.replaced = PETSC_TRUE;
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -311,8 +311,8 @@ PetscErrorCode MPMReportEnd(MPM mpm)
     PetscCall(MPMPrint(mpm, "\n"));
   }
   if (mpm->output.dir[0])
-    PetscCall(MPMPrint(mpm, "results    %s/%s.csv%s\n", mpm->output.dir, mpm->scene.name,
-                       mpm->output.enabled ? " .h5 .xdmf" : ""));
+    PetscCall(MPMPrint(mpm, "results    %s/%s.csv%s%s\n", mpm->output.dir, mpm->scene.name,
+                       mpm->output.enabled ? " .h5 .xdmf" : "", mpm->output.replaced ? " (replaced)" : ""));
   if (mpm->exchange.recuts)
     PetscCall(MPMPrint(mpm,
                        "balance    the grid was cut anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n",

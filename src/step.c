@@ -412,6 +412,8 @@ PetscErrorCode MPMStepView(MPM mpm)
     if (s > 0) PetscCall(PrintTimer(mpm, MPMTimerName(e), s, mpm->predicted[e]));
   }
   PetscCall(PrintTimer(mpm, "all", mpm->wall_steps, all));
+  if (mpm->wall_output > 0.01 * mpm->wall_steps)
+    PetscCall(MPMPrint(mpm, "output     %.3g s for history and snapshots\n", mpm->wall_output));
   PetscCall(
       MPMPrint(mpm, "model      constants %s%s%s\n", mpm->model.from, mpm->model_note[0] ? "; " : "", mpm->model_note));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,6 +1,7 @@
 /* study.c - a ladder of runs of one scene, each finer than the one before by a factor of two, and what the refinement
    buys: the error, the observed order and the time of each. The reference is the scene's known solution, or its finest
    run. Every rung is a run like any other, made from the option database with a few values replaced.               */
+#include <unistd.h>
 #include "options.h"
 
 #define MPM_MAX_LEVELS 12
@@ -305,11 +306,12 @@ static PetscErrorCode Report(MPM mpm, PetscInt n, Rung *rungs)
   PetscReal   x[MPM_MAX_LEVELS], y[MPM_MAX_LEVELS];
   PetscMPIInt rank;
   FILE       *csv  = NULL;
-  PetscBool   plot = PETSC_TRUE;
+  PetscBool   plot = PETSC_TRUE, replaced;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(mpm->comm, &rank));
   (void)snprintf(path, sizeof path, "%s/%s_study.csv", mpm->output.dir, mpm->scene.name);
+  replaced = !access(path, F_OK) ? PETSC_TRUE : PETSC_FALSE;
   if (!rank) {
     csv = fopen(path, "w");
     PetscCheck(csv, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s", path);
@@ -330,8 +332,13 @@ static PetscErrorCode Report(MPM mpm, PetscInt n, Rung *rungs)
     PetscCall(MPMPlotLogLog(path, mpm->scene.title, what, "rms error of the displacement, m", n, x, y));
   else if (!rank)
     (void)remove(path); /* that of an earlier study */
-  PetscCall(MPMPrint(mpm, "results    %s/%s_study.csv%s\n", mpm->output.dir, mpm->scene.name,
-                     plot ? " .svg" : ", no plot: an error is 0 or not finite"));
+  if (n > 1 && y[n - 1] > y[n - 2])
+    PetscCall(MPMPrint(mpm,
+                       "note       the error grew from run %" PetscInt_FMT " to run %" PetscInt_FMT
+                       ": most of it does not come from %s, or the method does not converge here\n",
+                       n - 1, n, what));
+  PetscCall(MPMPrint(mpm, "results    %s/%s_study.csv%s%s\n", mpm->output.dir, mpm->scene.name,
+                     plot ? " .svg" : ", no plot: an error is 0 or not finite", replaced ? " (replaced)" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -146,9 +146,18 @@ def check_xdmf(path, steps, times, history):
 
 
 def main(pebble, source, work="."):
-    subprocess.run([pebble, "-options_file", os.path.join(source, "options", "disks.opts"), "-time_end", str(TIME_END),
-                    "-output_every", str(OUTPUT_EVERY), "-output_dir", work], check=True)
     path = os.path.join(work, "disks")
+    command = [pebble, "-options_file", os.path.join(source, "options", "disks.opts"), "-time_end", str(TIME_END),
+               "-output_dir", work]
+    full = ["-output_every", str(OUTPUT_EVERY)]
+    for end in ".csv", ".h5", ".xdmf":
+        if os.path.exists(path + end):
+            os.remove(path + end)
+    for files, options in ((".csv .h5 .xdmf", full), (".csv (replaced)", ["-output_format", "none"]),
+                           (".csv .h5 .xdmf (replaced)", full)):
+        said = subprocess.run(command + options, check=True, stdout=subprocess.PIPE, text=True).stdout
+        check(f"\nresults    {path}{files}\n" in said, f"the results are not told as {files}:\n{said}")
+    check(re.search(r"^output +[\d.e-]+ s for history and snapshots$", said, re.M), "the time of the output is not told")
     with h5py.File(path + ".h5") as file:
         steps, times = check_h5(file)
         history = check_csv(path + ".csv", steps)

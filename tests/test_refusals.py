@@ -1,5 +1,5 @@
 """Bad input is refused with one line, good input is not: the cases of refusals.txt, a few with -help, on two processes
-and 150 random mutations of options/disks.opts.
+and 150 random mutations of options/disks.opts. Options without effect and crowded cores get a note.
 
     test_refusals.py PEBBLE SOURCE WORK [MPIEXEC]
 """
@@ -192,6 +192,20 @@ def check_two_processes(arguments, message):
     return None
 
 
+def check_notes(n, arguments, expected, core=None):
+    """The notes of a short run; that on processes that take turns counts where all share one core."""
+    folder = empty("notes")
+    command = (["taskset", "-c", str(core)] if core is not None else []) + ([MPIEXEC, "-n", str(n)] if n > 1 else [])
+    command += [PEBBLE, "-options_file", DISKS, "-time_max_steps", "1", "-output_format", "none"] + arguments
+    status, out, _, _ = run(command, folder, os.environ if n > 1 else ALONE)
+    notes = [line[11:] for line in out.splitlines() if line.startswith("note ")]
+    if core is None:
+        notes = [note for note in notes if "take turns" not in note]
+    if status or notes != expected:
+        return f"{n} processes, {arguments}: exit status {status}, notes {notes}, not {expected}"
+    return None
+
+
 def main():
     start = time.time()
     rows, mutations = list(cases()), range(150)
@@ -208,6 +222,22 @@ def main():
         check_two_processes(["-options_file", "nowhere"], "nowhere: No such file or directory"),
         check_two_processes(["-options_file", DISKS, "-options_string_yaml", "a: [b"],
                             "-options_string_yaml: not valid YAML, or not names with values"),
+    ]
+    pool, spatial = ["-parallel_strategy", "pool"], ["-pool_cells", "8"]
+    both = ["-parallel_migrate", "direct", "-parallel_balance", "auto"]
+    core = min(os.sched_getaffinity(0))
+    faults += [
+        check_notes(1, [], []),
+        check_notes(1, pool + spatial + both, [f"-{name} has no effect on one process" for name in
+                    ("parallel_strategy", "parallel_balance", "parallel_migrate", "pool_cells")]),
+        check_notes(1, ["-dry_run", "-report_path", "-report_limits"] + pool + spatial + both,
+                    [f"-report_{name} has no effect with -dry_run" for name in ("limits", "path")]),
+        check_notes(2, spatial + both, ["-pool_cells has no effect without -parallel_strategy pool"]),
+        check_notes(2, pool + spatial + both, [f"-parallel_{name} has no effect with -parallel_strategy pool" for name in
+                    ("balance", "migrate")]),
+        check_notes(2, [], ["2 processes share 1 core of this node: they take turns, and more than 1 are no faster"], core),
+        check_notes(2, ["-dry_run"], [], core),
+        check_notes(1, [], [], core),
     ]
     faults = [fault for fault in faults if fault]
     print("\n".join(faults))

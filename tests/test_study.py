@@ -7,6 +7,7 @@ usage: test_study.py PEBBLE SOURCE MPIEXEC [WORK]     (WORK: folder for the file
 import csv
 import math
 import os
+import re
 import shutil
 import sys
 from xml.etree import ElementTree
@@ -112,6 +113,8 @@ def check_axis():
         errors = study.column("error")
         worst = max(abs(a / b - 1) for a, b in zip(errors, expected))
         check(worst <= TOLERANCE, f"axis, {name}: errors {words(errors)}, expected {words(expected)}, difference {worst:.1e} (allowed {TOLERANCE})")
+        note = re.findall("^note +the error grew from run (\\d) to run (\\d): ", study.out, re.M)
+        check(note == ([("2", "3")] if errors[2] > errors[1] else []), f"axis, {name}: a note where the last error is larger: {note}")
         if name == "gimp stretch":
             check_files(study)
             check(study.column("order")[2] > 1.8, f"axis, {name}: order {study.column('order')[2]:.3f} (above 1.8)")

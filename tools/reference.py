@@ -35,6 +35,8 @@ A scene is a PETSc options file, one `-name value` a line:
   material, a declared body and a face (`xmin` `xmax` `ymin` `ymax` `zmin` `zmax`, as far as `-dim` goes).
 * A default *required* means that there is none. An option that is misspelt, out of range, of the wrong length, or that
   cannot matter in the scene is answered with one line on standard error and exit status 2, before anything is computed.
+  One that only this way to run has no use for, such as `-pool_cells` on one process or `-report_path` with `-dry_run`,
+  gets a `note`, and the run goes on: the same file serves one process and many.
 * Units are SI here; any consistent set of units works. Intervals: `[` and `]` include the bound, `(` and `)` do not.
 
 PETSc's own options of general use are understood too, e.g. `-log_view`; `pebble -help petsc` lists them, `pebble -version`
