@@ -35,6 +35,8 @@ LANES = [
     ("dambreak3d", "-method_basis bspline3 -method_transfer xpic -method_order 3", 10),
     ("disks3d", "-method_basis gimp -method_update usl -body_ball1_velocity 0.3*z,0.1,x*y", 10),
     ("taylor", "", 20),
+    ("drop", "-method_update usl -method_transfer apic", 50),
+    ("mms", "-method_update usl -method_transfer apic", 30),
 ]
 failures = 0
 
