@@ -238,6 +238,10 @@ PetscReal MPMPartitionCost(const MPMHistogram *h, MPMPartition *part)
           hi[d] = ijk[d] == part->p[d] - 1 ? h->n[d] : to / h->coarse;
           around *= 1 + (ijk[d] > 0) + (ijk[d] < part->p[d] - 1);
         }
+        for (PetscInt d = 0; d < 3; d++) {
+          s.axes += part->p[d] > 1;
+          s.cuts += (PetscReal)(part->p[d] - 1);
+        }
         s.neighbours = 0.5 * (PetscReal)(around - 1);
         s.points     = (PetscReal)Count(h, h->table, lo, hi);
         s.nodes      = Nodes(h, lo, hi);
