@@ -19,6 +19,10 @@
 #define SORT 2.5e-9
 #define CALL 1e-6
 
+/* Cells that the fastest point moves in a step, for the choice of the cuts: a guess, since these are made before the
+   points, and bodies that rest at the start will not stay so. With dt = 0.4 h/(c + |v|) it is |v| = c/9. */
+#define MOVED 0.04
+
 /* Seconds for n things. */
 static PetscReal Seconds(const MPMRate *r, PetscReal n)
 {
@@ -197,6 +201,8 @@ void MPMModelCosts(MPM mpm, PetscReal n, MPMCosts *costs)
   more        = s;
   more.neighbours += 1;
   costs->neighbour = Step(mpm, &more) - base;
+  costs->leaver    = mpm->model.migration[mpm->exchange.direct].leaver;
+  costs->moved     = MOVED;
   costs->fixed     = base - n * costs->point - nodes * costs->node - costs->neighbour;
 }
 

@@ -390,9 +390,10 @@ typedef struct {
   PetscReal row, waits;            /* points of a row along its cuts; chance that a row crosses a cut of an axis */
 } MPMShare;
 
-/* The model near a share, linear: s, s a point, a ghost node, a node, a neighbour. */
+/* The model near a share, linear: s, s a point, a ghost node, a node, a neighbour, a point that changes process; cells
+   that the fastest point is taken to move in a step. */
 typedef struct {
-  PetscReal fixed, point, ghost, node, neighbour;
+  PetscReal fixed, point, ghost, node, neighbour, leaver, moved;
 } MPMCosts;
 
 /* How the grid is cut into boxes of nodes, one a process: p[d] parts on axis d, of l[d][...] nodes each. */

@@ -214,7 +214,9 @@ static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPa
   (void)FillParts(h, d, costs, above, part);
 }
 
-/* Predicted seconds of a step: of the slowest process, whose share is left in part->worst. */
+/* Predicted seconds of a step: of the slowest process, whose share is left in part->worst. Of migration it has what
+   depends on the cuts: leavers, between the mean over the steps and all processes waiting for one row (MPMModelCross),
+   since nobody knows how long points will keep to rows. */
 PetscReal MPMPartitionCost(const MPMHistogram *h, MPMPartition *part)
 {
   const MPMCosts *c     = &part->costs;
@@ -248,7 +250,9 @@ PetscReal MPMPartitionCost(const MPMHistogram *h, MPMPartition *part)
         for (PetscInt d = 0; d < h->dim; d++) lo[d] = PetscMax(0, lo[d] - 1);
         s.ghosts = (Nodes(h, lo, hi) - s.nodes) * (PetscReal)(h->stencil - 1) / (PetscReal)h->coarse;
         most     = PetscMax(most, (PetscInt64)s.points);
-        t = c->fixed + c->point * s.points + c->ghost * s.ghosts + c->node * s.nodes + c->neighbour * s.neighbours;
+        MPMModelCross(h->dim, s.ghosts / (PetscReal)(h->stencil - 1), s.points / PetscMax(1, s.nodes), c->moved, &s);
+        t = c->fixed + c->point * s.points + c->ghost * s.ghosts + c->node * s.nodes + c->neighbour * s.neighbours +
+            c->leaver * 0.5 * (s.crossing + s.row * s.waits);
         if (t <= worst) continue;
         worst       = t;
         part->worst = s;
