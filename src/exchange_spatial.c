@@ -287,7 +287,10 @@ static PetscErrorCode Share_Spatial(MPM mpm, MPMShare *share)
   PetscCall(PetscSFGetGraph(s->ghosts, NULL, &ghosts, NULL, NULL));
   share->ghosts     = (PetscReal)ghosts;
   share->neighbours = 0.5 * (PetscReal)(s->nto + s->nfrom);
-  for (PetscInt d = 0; d < 3; d++) share->axes += s->p[d] > 1;
+  for (PetscInt d = 0; d < 3; d++) {
+    share->axes += s->p[d] > 1;
+    share->cuts += (PetscReal)(s->p[d] - 1);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

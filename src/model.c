@@ -19,6 +19,10 @@
 #define SORT 2.5e-9
 #define CALL 1e-6
 
+/* Cells that the fastest point moves in a step, for the choice of the cuts: a guess, since these are made before the
+   points, and bodies that rest at the start will not stay so. With dt = 0.4 h/(c + |v|) it is |v| = c/9. */
+#define MOVED 0.04
+
 /* Seconds for n things. */
 static PetscReal Seconds(const MPMRate *r, PetscReal n)
 {
@@ -61,6 +65,20 @@ static PetscReal Migrates(const MPMShare *s)
   return 1 - PetscExpReal(-s->crossing);
 }
 
+/* What of a share crosses its cuts in a step, where the fastest point moves by `moved` cells: `layer` cells lie at the
+   cuts, one deep, with so many points in each. Points lie in rows, a = per_cell^(1/dim) of them in a layer, and a row
+   crosses a cut as a whole, in one step out of 1/(a moved). All processes wait for the one that hands on a row just
+   then, so a step is as dear with one row on its way as with one at every cut of the axis. crossing is of this process.
+ */
+void MPMModelCross(PetscInt dim, PetscReal layer, PetscReal per_cell, PetscReal moved, MPMShare *s)
+{
+  const PetscReal rows = PetscPowReal(per_cell, 1 / (PetscReal)dim);
+
+  s->crossing = layer * per_cell * moved;
+  s->row      = rows > 0 ? layer * per_cell / rows : 0;
+  s->waits    = 1 - PetscPowReal(1 - PetscMin(1, rows * moved), s->cuts / PetscMax(1, s->axes));
+}
+
 /* Predicted seconds a step of timer e on a process with this share of a run in spatial decomposition, or of one
    process. Not collective. */
 PetscReal MPMModelTimer(MPM mpm, PetscInt e, const MPMShare *s)
@@ -76,7 +94,7 @@ PetscReal MPMModelTimer(MPM mpm, PetscInt e, const MPMShare *s)
   if (e == MPM_TIMER_MIGRATE)
     return Migrates(s) * (way->call + way->stage * (mpm->exchange.direct ? s->axes : Log2(s->processes)) +
                           way->point * s->points + way->process * s->processes) +
-           way->leaver * s->crossing / s->processes;
+           way->leaver * s->row * s->waits;
   if (e >= MPM_TIMER_FORCES) return Seconds(&m->rate[e], s->points);
   if (!Times(mpm, e)) return 0;
   if (mpm->phases[e].kind == MPM_NODES_TO_POINTS) return Seconds(&m->rate[e], s->points);
@@ -146,9 +164,8 @@ static PetscReal PoolStep(MPM mpm, const MPMShare *s, PetscInt edge, PetscReal *
 }
 
 /* The share of one process in a cut of a full block into `processes` cubes, n points each: cells of side
-   (n/per_cell)^(1/d), ghosts a shell of the stencil's reach above. Points cross a face at `courant` times
-   the reach cells a step. */
-static MPMShare Cube(MPM mpm, PetscReal n, PetscReal per_cell, PetscReal processes, PetscReal courant)
+   (n/per_cell)^(1/d), ghosts a shell of the stencil's reach above. The fastest point moves by `moved` cells a step. */
+static MPMShare Cube(MPM mpm, PetscReal n, PetscReal per_cell, PetscReal processes, PetscReal moved)
 {
   const PetscReal dim = (PetscReal)mpm->grid.dim, reach = (PetscReal)MPMBasisNodes(mpm->basis) - 1;
   const PetscReal side = PetscPowReal(n / per_cell, 1 / dim), cells = n / per_cell;
@@ -158,7 +175,9 @@ static MPMShare Cube(MPM mpm, PetscReal n, PetscReal per_cell, PetscReal process
     s.ghosts     = PetscPowReal(side + reach, dim) - cells;
     s.neighbours = PetscPowReal(2, dim) - 1;
     s.axes       = dim;
-    s.crossing   = courant * reach * processes * dim * cells / side * per_cell;
+    s.cuts       = dim * (PetscPowReal(processes, 1 / dim) - 1);
+    MPMModelCross(mpm->grid.dim, dim * cells / side, per_cell, moved, &s);
+    s.crossing *= processes;
   }
   return s;
 }
@@ -182,6 +201,8 @@ void MPMModelCosts(MPM mpm, PetscReal n, MPMCosts *costs)
   more        = s;
   more.neighbours += 1;
   costs->neighbour = Step(mpm, &more) - base;
+  costs->leaver    = mpm->model.migration[mpm->exchange.direct].leaver;
+  costs->moved     = MOVED;
   costs->fixed     = base - n * costs->point - nodes * costs->node - costs->neighbour;
 }
 
@@ -316,8 +337,8 @@ PetscErrorCode MPMModelShare(MPM mpm, MPMShare *s)
     }
   if (mpm->exchange.type->share) PetscCall(mpm->exchange.type->share(mpm, s));
   for (PetscInt d = 0; d < mpm->grid.dim; d++) h = PetscMin(h, mpm->grid.h[d]);
-  s->crossing = s->ghosts * s->points / PetscMax(1, s->nodes) / ((PetscReal)MPMBasisNodes(mpm->basis) - 1) *
-                PetscSqrtReal(mpm->status.v2) * MPMTimeStep(mpm) / h;
+  MPMModelCross(mpm->grid.dim, s->ghosts / ((PetscReal)MPMBasisNodes(mpm->basis) - 1),
+                s->points / PetscMax(1, s->nodes), PetscSqrtReal(mpm->status.v2) * MPMTimeStep(mpm) / h, s);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s->crossing, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -349,8 +370,8 @@ PetscErrorCode MPMModelPredict(MPM mpm)
 }
 
 /* The predicted step of this scene in spatial decomposition on `size` processes, cut as the program would cut it. */
-static PetscErrorCode SpatialStep(MPM mpm, const MPMHistogram *h, PetscMPIInt size, PetscReal courant,
-                                  PetscReal *seconds, PetscReal *imbalance)
+static PetscErrorCode SpatialStep(MPM mpm, const MPMHistogram *h, PetscMPIInt size, PetscReal moved, PetscReal *seconds,
+                                  PetscReal *imbalance)
 {
   MPMPartition part = {0};
   MPMShare     s    = {0};
@@ -360,8 +381,8 @@ static PetscErrorCode SpatialStep(MPM mpm, const MPMHistogram *h, PetscMPIInt si
   PetscCall(MPMPartitionChoose(h, size, MPM_BALANCE_START, &part));
   s           = part.worst;
   s.processes = size;
-  for (PetscInt d = 0; d < 3; d++) s.axes += part.p[d] > 1;
-  s.crossing = courant * s.ghosts * s.points / PetscMax(1, s.nodes) * size;
+  MPMModelCross(mpm->grid.dim, s.ghosts / (PetscReal)(h->stencil - 1), s.points / PetscMax(1, s.nodes), moved, &s);
+  s.crossing *= size;
   *seconds   = Step(mpm, &s);
   *imbalance = part.imbalance;
   PetscCall(MPMPartitionDestroy(&part));
@@ -369,11 +390,10 @@ static PetscErrorCode SpatialStep(MPM mpm, const MPMHistogram *h, PetscMPIInt si
 }
 
 /* The smallest number of points a process at which cubes on `processes` keep this efficiency; 0: none up to 1e9. */
-static PetscReal Isoefficiency(MPM mpm, PetscReal per_cell, PetscReal processes, PetscReal courant,
-                               PetscReal efficiency)
+static PetscReal Isoefficiency(MPM mpm, PetscReal per_cell, PetscReal processes, PetscReal moved, PetscReal efficiency)
 {
   for (PetscReal n = 64; n < 1e9; n *= 1.02) {
-    const MPMShare alone = Cube(mpm, n, per_cell, 1, courant), s = Cube(mpm, n, per_cell, processes, courant);
+    const MPMShare alone = Cube(mpm, n, per_cell, 1, moved), s = Cube(mpm, n, per_cell, processes, moved);
 
     if (Step(mpm, &alone) >= efficiency * Step(mpm, &s)) return n;
   }
@@ -386,7 +406,7 @@ PetscErrorCode MPMModelView(MPM mpm)
   static const PetscMPIInt sizes[] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024};
   MPMHistogram             h;
   MPMShare                 s;
-  PetscReal                serial, courant, bound, best = PETSC_MAX_REAL, volume = 1;
+  PetscReal                serial, moved, bound, best = PETSC_MAX_REAL, volume = 1;
   PetscInt                 edge = 0, cross = 0;
   PetscMPIInt              rank;
 
@@ -396,11 +416,10 @@ PetscErrorCode MPMModelView(MPM mpm)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.points, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.nodes, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
   for (PetscInt d = 0; d < mpm->grid.dim; d++) volume = PetscMin(volume, mpm->grid.h[d] / mpm->grid.h[0]);
-  courant = PetscSqrtReal(mpm->status.v2) * MPMTimeStep(mpm) / (mpm->grid.h[0] * volume) /
-            PetscMax(1, (PetscReal)MPMBasisNodes(mpm->basis) - 1);
-  s.ghosts = s.neighbours = s.crossing = 0;
-  s.processes                          = 1;
-  serial                               = Step(mpm, &s);
+  moved    = PetscSqrtReal(mpm->status.v2) * MPMTimeStep(mpm) / (mpm->grid.h[0] * volume);
+  s.ghosts = s.neighbours = s.crossing = s.row = 0;
+  s.processes                                  = 1;
+  serial                                       = Step(mpm, &s);
   PetscCall(MPMPrint(mpm, "model      constants %s\n  phase         s/step, on as many processes as here\n",
                      mpm->model.from));
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
@@ -419,7 +438,7 @@ PetscErrorCode MPMModelView(MPM mpm)
     PetscReal         t = serial, imbalance = 1, pool;
 
     if (MPMPartitionLargest(&mpm->grid, mpm->basis, size) < size) break;
-    if (size > 1) PetscCall(SpatialStep(mpm, &h, size, courant, &t, &imbalance));
+    if (size > 1) PetscCall(SpatialStep(mpm, &h, size, moved, &t, &imbalance));
     s.processes = size;
     PetscCall(MPMPrint(mpm, "  %9d  %15.3g  %8.2f  %10.2f  %9.3f", size, (double)t, (double)(serial / t),
                        (double)(serial / t / size), (double)imbalance));
@@ -451,7 +470,7 @@ PetscErrorCode MPMModelView(MPM mpm)
   PetscCall(MPMPrint(mpm, "  spatial keeps 0.9 of full blocks with this many points a process:"));
   for (PetscInt p = 2; p <= 32768; p *= p < 32 ? 4 : 32)
     PetscCall(MPMPrint(mpm, "%s %.3g on %" PetscInt_FMT, p > 2 ? "," : "",
-                       (double)Isoefficiency(mpm, s.points / s.nodes, (PetscReal)p, courant, 0.9), p));
+                       (double)Isoefficiency(mpm, s.points / s.nodes, (PetscReal)p, moved, 0.9), p));
   PetscCall(MPMPrint(mpm, "\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -385,13 +385,15 @@ PetscInt                  MPMPointsMemory(const MPMPoints *);
 typedef struct {
   PetscReal points, nodes, ghosts; /* own points, own nodes that points touch, nodes above its box that they touch */
   PetscReal neighbours, processes; /* that it sends to, and awaits from, in an exchange; all processes */
-  PetscReal axes;                  /* that are cut */
+  PetscReal axes, cuts;            /* that are cut; planes between boxes, on all axes together */
   PetscReal crossing;              /* points of all processes that change process in a step */
+  PetscReal row, waits;            /* points of a row along its cuts; chance that a row crosses a cut of an axis */
 } MPMShare;
 
-/* The model near a share, linear: s, s a point, a ghost node, a node, a neighbour. */
+/* The model near a share, linear: s, s a point, a ghost node, a node, a neighbour, a point that changes process; cells
+   that the fastest point is taken to move in a step. */
 typedef struct {
-  PetscReal fixed, point, ghost, node, neighbour;
+  PetscReal fixed, point, ghost, node, neighbour, leaver, moved;
 } MPMCosts;
 
 /* How the grid is cut into boxes of nodes, one a process: p[d] parts on axis d, of l[d][...] nodes each. */
@@ -399,7 +401,7 @@ typedef struct {
   PetscInt  p[3], *l[3];
   MPMCosts  costs;                /* by which cuts are chosen: set before MPMPartitionChoose */
   PetscReal imbalance, predicted; /* largest over mean number of points of a process; s a step by the costs */
-  MPMShare  worst;                /* of the process for which predicted is largest; no processes and crossing */
+  MPMShare  worst;                /* of the process for which predicted is largest; no processes, no crossing */
 } MPMPartition;
 
 typedef enum { MPM_BALANCE_NONE, MPM_BALANCE_START, MPM_BALANCE_AUTO } MPMBalance;
@@ -696,6 +698,7 @@ PetscErrorCode MPMModelLoad(MPM, char wrong[], size_t len);
 void           MPMModelMethod(MPM, char text[], size_t len);
 PetscReal      MPMModelTimer(MPM, PetscInt timer, const MPMShare *);
 void           MPMModelCosts(MPM, PetscReal points, MPMCosts *);
+void           MPMModelCross(PetscInt dim, PetscReal layer, PetscReal per_cell, PetscReal moved, MPMShare *);
 PetscErrorCode MPMModelShare(MPM, MPMShare *); /* of this process as it is */
 PetscErrorCode MPMModelPredict(MPM);
 PetscErrorCode MPMModelView(MPM);

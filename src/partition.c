@@ -214,7 +214,9 @@ static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPa
   (void)FillParts(h, d, costs, above, part);
 }
 
-/* Predicted seconds of a step: of the slowest process, whose share is left in part->worst. */
+/* Predicted seconds of a step: of the slowest process, whose share is left in part->worst. Of migration it has what
+   depends on the cuts: leavers, between the mean over the steps and all processes waiting for one row (MPMModelCross),
+   since nobody knows how long points will keep to rows. */
 PetscReal MPMPartitionCost(const MPMHistogram *h, MPMPartition *part)
 {
   const MPMCosts *c     = &part->costs;
@@ -238,13 +240,19 @@ PetscReal MPMPartitionCost(const MPMHistogram *h, MPMPartition *part)
           hi[d] = ijk[d] == part->p[d] - 1 ? h->n[d] : to / h->coarse;
           around *= 1 + (ijk[d] > 0) + (ijk[d] < part->p[d] - 1);
         }
+        for (PetscInt d = 0; d < 3; d++) {
+          s.axes += part->p[d] > 1;
+          s.cuts += (PetscReal)(part->p[d] - 1);
+        }
         s.neighbours = 0.5 * (PetscReal)(around - 1);
         s.points     = (PetscReal)Count(h, h->table, lo, hi);
         s.nodes      = Nodes(h, lo, hi);
         for (PetscInt d = 0; d < h->dim; d++) lo[d] = PetscMax(0, lo[d] - 1);
         s.ghosts = (Nodes(h, lo, hi) - s.nodes) * (PetscReal)(h->stencil - 1) / (PetscReal)h->coarse;
         most     = PetscMax(most, (PetscInt64)s.points);
-        t = c->fixed + c->point * s.points + c->ghost * s.ghosts + c->node * s.nodes + c->neighbour * s.neighbours;
+        MPMModelCross(h->dim, s.ghosts / (PetscReal)(h->stencil - 1), s.points / PetscMax(1, s.nodes), c->moved, &s);
+        t = c->fixed + c->point * s.points + c->ghost * s.ghosts + c->node * s.nodes + c->neighbour * s.neighbours +
+            c->leaver * 0.5 * (s.crossing + s.row * s.waits);
         if (t <= worst) continue;
         worst       = t;
         part->worst = s;

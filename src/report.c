@@ -107,7 +107,7 @@ static PetscErrorCode PrintParallel(MPM mpm)
   else {
     for (PetscInt d = 0; d < mpm->grid.dim; d++)
       PetscCall(MPMPrint(mpm, "%s%" PetscInt_FMT, d ? "x" : " ", part->p[d]));
-    PetscCall(MPMPrint(mpm, ", particles max/mean %.3f, by the model %.3g s a step without migration",
+    PetscCall(MPMPrint(mpm, ", particles max/mean %.3f, by the model %.3g s a step, of migration the leavers alone",
                        (double)part->imbalance, (double)part->predicted));
   }
   PetscCall(MPMPrint(mpm, "\n"));

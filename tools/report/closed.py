@@ -115,9 +115,10 @@ class ClosedForm:
             self.models[name], self.said[name] = m, said
         return self.models[name]
 
-    def courant(self, name):
-        m = self.closed(name)
-        return self.said[name]["speed"] * self.said[name]["dt"] / (model.NODES[m.basis] - 1)
+    def moved(self, name):
+        """Cells, of 1 m, by which the fastest particle moves in a step."""
+        self.closed(name)
+        return self.said[name]["speed"] * self.said[name]["dt"]
 
     def whole(self, name):
         cells = BOXES[name][0]
@@ -127,7 +128,7 @@ class ClosedForm:
         """Weak efficiency of cubes of n particles."""
         m = m or self.closed(name)
         m.direct = not swarm
-        per, c = 2**m.dim, self.courant(name)
+        per, c = 2**m.dim, self.moved(name)
         e = m.step(m.cube(n, per, 1, c)) / m.step(m.cube(n, per, processes, c))
         m.direct = True
         return e
@@ -142,7 +143,7 @@ class ClosedForm:
     def spatial(self, m, name, processes):
         """Seconds of a step and imbalance of a box that is cut as the program does it; particles cross its cuts as in `injected`."""
         cells, cut = BOXES[name][0], self.cut(name, processes)
-        return m.box(cells, cut, 2**m.dim, self.injected(name, cells, cut)[1])
+        return m.box(cells, cut, 2**m.dim, *self.injected(name, cells, cut)[1:])
 
     @staticmethod
     def best_pool(m, s, processes):
@@ -151,7 +152,7 @@ class ClosedForm:
 
     def injected(self, name, cells, cut):
         """The model with the costs that the simulator injects, and none that it does not know; particles that change process in a
-        step."""
+        step, and the chance that a row of them crosses a cut of an axis."""
         costs, dim = self.data.costs()[name], len(BOXES[name][0])
         m = model.Model(dim, {"box2d": "linear", "box3d": "bspline2"}[name], "usl", origin="costs.csv")
         sort = costs.get("SETTLE", costs["SORT"])  # tables of before have SETTLE for a step without migration, SORT for one with it
@@ -160,9 +161,10 @@ class ClosedForm:
         # Particles of these boxes cross a cut in whole layers, 2 a cell: q is the number of layers a step, not of particles.
         # (Rubber, sound at 36.7 m/s; 4 sin(pi x/L) m/s along each axis; dt = 0.4 h/(c + |v|).)
         step = 0.4 / (36.7 + 4 * math.sqrt(m.dim))
-        layers = [sum(2 * 4 * math.sin(math.pi * j / p) * step for j in range(1, p)) for p in cut]
-        crossing = sum(q * 2 ** (dim - 1) * math.prod(cells) / c for q, c in zip(layers, cells))
-        p = 1 - math.exp(-sum(layers))
+        layers = [[2 * 4 * math.sin(math.pi * j / p) * step for j in range(1, p)] for p in cut]
+        crossing = sum(sum(q) * 2 ** (dim - 1) * math.prod(cells) / c for q, c in zip(layers, cells))
+        crossed = [q for axis in layers for q in axis]
+        p = 1 - math.exp(-sum(crossed))
         m.numbers = {"copy": 0.2e-9, "migration[0].process": 0, "migration[1].process": 0}
         m = m.with_network(**NETWORK)
         for k in (0, 1):
@@ -170,8 +172,10 @@ class ClosedForm:
             m.numbers[f"migration[{k}].call"] = costs["SWARM"] if k == 0 else 0
             for part in ("call", "stage", "process", "point"):
                 m.numbers[f"migration[{k}].{part}"] *= p
-            m.numbers[f"migration[{k}].leaver"] = costs.get("LEAVER", 0)
-        return m, crossing
+            # Half of it stands at either end of the way, and both ends wait at the same time; the bytes are the network's.
+            m.numbers[f"migration[{k}].leaver"] = 0.5 * costs.get("LEAVER", 0) + WIRE * (12 + m.bytes("id x cell v F"))
+        waits = 1 - math.prod(1 - q for q in crossed) ** (1 / max(1, sum(p > 1 for p in cut)))
+        return m, crossing, waits
 
     def against_simulation(self):
         """Rows: scene, study, processes, cut, simulated s, closed form s, imbalance in the simulation, by formula: of the cuts that
@@ -194,8 +198,8 @@ class ClosedForm:
                     and row["platform"] == "cluster"
                 ):
                     cells, cut = self.cells_of(row, study), [int(p) for p in str(row["cut"]).split("x")]
-                    m, crossing = self.injected(name, cells, cut)
-                    t, imbalance = m.box(cells, cut, 2**m.dim, crossing)  # that any do is in the constants
+                    m, *crossing = self.injected(name, cells, cut)
+                    t, imbalance = m.box(cells, cut, 2**m.dim, *crossing)  # that any do is in the constants
                     out.append(
                         (name, study.split("-")[0], ranks, row["cut"], row["seconds_per_step"], t, row["imbalance"], imbalance)
                     )

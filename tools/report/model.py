@@ -44,8 +44,8 @@ def log2(processes):
 
 @dataclass
 class Share:
-    """What one process has: particles, nodes, ghost nodes, neighbours; and the whole run's number of processes and particles
-    that change process in a step."""
+    """What one process has: particles, nodes, ghost nodes, neighbours; the whole run's number of processes and particles that
+    change process in a step; particles of a row along the cuts here, and the chance that a row crosses a cut of an axis."""
 
     points: float
     nodes: float
@@ -54,6 +54,8 @@ class Share:
     processes: int = 1
     crossing: float = 0
     axes: int = 0  # that are cut
+    row: float = 0
+    waits: float = 0
 
 
 @dataclass
@@ -113,7 +115,7 @@ class Model:
         stages = s.axes if self.direct else log2(s.processes)
         t["MIGRATE"] = chance * (
             way["call"] + way["stage"] * stages + way["point"] * s.points + way["process"] * s.processes
-        ) + way["leaver"] * s.crossing / s.processes
+        ) + way["leaver"] * s.row * s.waits
         t["REDUCE"] = self.rates.get("REDUCE", none).call + log2(s.processes) * m["reduction"]
         t["other"] = self.rates.get("other", none).seconds(s.points)
         return t
@@ -149,15 +151,17 @@ class Model:
         return total + rest, busy + rest
 
     # ---- Shares
-    def cube(self, n, per_cell, processes, courant):
-        """One of many cubes of a full block, n particles each."""
+    def cube(self, n, per_cell, processes, moved):
+        """One of many cubes of a full block, n particles each, the fastest of which moves by so many cells a step."""
         reach, cells = NODES[self.basis] - 1, n / per_cell
         side = cells ** (1 / self.dim)
         s = Share(n, (side + reach) ** self.dim, processes=processes)
         if processes > 1:
             s.ghosts = (side + reach) ** self.dim - cells
             s.neighbours, s.axes = 2**self.dim - 1, self.dim
-            s.crossing = courant * reach * processes * self.dim * cells / side * per_cell
+            layer, rows, cuts = self.dim * cells / side, per_cell ** (1 / self.dim), processes ** (1 / self.dim) - 1
+            s.crossing = moved * processes * layer * per_cell
+            s.row, s.waits = layer * per_cell / rows, 1 - (1 - min(1, rows * moved)) ** cuts
         return s
 
     def axis(self, cells, parts, up):
@@ -180,9 +184,9 @@ class Model:
         cuts.append(cells + 1)
         return [(sum(load[a:b]), min(reach, cells + 1 - b)) for a, b in zip(cuts, cuts[1:])]
 
-    def box(self, cells, cut, per_cell, crossing):
+    def box(self, cells, cut, per_cell, crossing, waits=0):
         """Seconds of a step, and the imbalance, of a full box that is cut into cut[0] x cut[1] ... boxes: of the slowest process,
-        for the better rounding of the cuts."""
+        for the better rounding of the cuts. crossing and waits as in Share."""
         found = []
         for ups in itertools.product((False, True), repeat=len(cut)):
             slowest, most = 0.0, 0.0
@@ -198,6 +202,8 @@ class Model:
                     math.prod(cut),
                     crossing,
                     sum(p > 1 for p in cut),
+                    ghosts / (NODES[self.basis] - 1) * per_cell ** (1 - 1 / self.dim),
+                    waits,
                 )
                 slowest, most = max(slowest, self.step(s)), max(most, own)
             found.append((slowest, most * math.prod(cut) / math.prod(cells)))
@@ -298,12 +304,12 @@ def parse(text):
     return out
 
 
-def blocks(model, per_cell, processes, courant, efficiency=0.9):
+def blocks(model, per_cell, processes, moved, efficiency=0.9):
     """The least number of particles a process at which full blocks keep this efficiency."""
     n = 64.0
     while n < 1e9:
-        if model.step(model.cube(n, per_cell, 1, courant)) >= efficiency * model.step(
-            model.cube(n, per_cell, processes, courant)
+        if model.step(model.cube(n, per_cell, 1, moved)) >= efficiency * model.step(
+            model.cube(n, per_cell, processes, moved)
         ):
             return n
         n *= 1.02
@@ -325,7 +331,7 @@ def agrees(model, said, cells, edge=16, tolerance=0.02):
             hold(f"step of the pool on {p}", model.pool(replace(whole, processes=p), edge)[0], row["pool"])
     total, busy = model.pool(replace(whole, processes=8), edge)
     hold("bound of the pool", model.step(whole) / busy, said["bound"], max(tolerance, 0.006 / said["bound"]))
-    courant = said["speed"] * said["dt"] / (NODES[model.basis] - 1)
+    moved = said["speed"] * said["dt"]  # cells of 1 m
     for p, n in said["blocks"].items():
-        hold(f"particles for 0.9 on {p}", blocks(model, said["points"] / nodes, p, courant), n, 0.04)
+        hold(f"particles for 0.9 on {p}", blocks(model, said["points"] / nodes, p, moved), n, 0.04)
     return wrong

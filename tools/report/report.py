@@ -180,7 +180,7 @@ class Report(Tables):
         for name, (_, what) in BOXES.items():
             m = self.closed(name)
             panels[f"{what}, {thousands(WEAK)} a process"] = [
-                (p, m.parts(m.cube(WEAK, 2**m.dim, p, self.courant(name)))) for p in (1, 2, 32, 1024, 32768, 1000000)
+                (p, m.parts(m.cube(WEAK, 2**m.dim, p, self.moved(name)))) for p in (1, 2, 32, 1024, 32768, 1000000)
             ]
         figures.shares(self.place("parts"), panels)
 

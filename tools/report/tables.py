@@ -196,7 +196,7 @@ class Tables(ClosedForm):
                     )
             try:
                 e, m = self.weak(name, WEAK, p), self.closed(name)
-                one = 1e9 * m.step(m.cube(WEAK, 2**m.dim, 1, self.courant(name))) / WEAK
+                one = 1e9 * m.step(m.cube(WEAK, 2**m.dim, 1, self.moved(name))) / WEAK
                 found.append((f"{e:.3f}", "closed form", e >= bound, f"{one:.0f}", two(self.weak(name, WEAK, p, True))))
             except Missing as m:
                 if not found:
@@ -519,7 +519,7 @@ class Tables(ClosedForm):
         """What a step on many processes takes beyond that of one with as many particles, in parts of the step."""
         lines = []
         for name, (_, what) in BOXES.items():
-            m, per, c = self.closed(name), 2 ** len(BOXES[name][0]), self.courant(name)
+            m, per, c = self.closed(name), 2 ** len(BOXES[name][0]), self.moved(name)
             alone, quick = m.step(m.cube(WEAK, per, 1, c)), m.with_(wire=0, copy=0)
             for p in (32, 1024, 32768):
                 s = m.cube(WEAK, per, p, c)
@@ -542,7 +542,7 @@ class Tables(ClosedForm):
                         what,
                         e,
                         *(
-                            thousands(float(f"{model.blocks(m, 2 ** m.dim, p, self.courant(name), e):.2g}"))
+                            thousands(float(f"{model.blocks(m, 2 ** m.dim, p, self.moved(name), e):.2g}"))
                             for p in (2, 32, 1024, 32768, 1000000)
                         ),
                     ]
@@ -766,7 +766,7 @@ class Tables(ClosedForm):
 
     def least(self, name, efficiency=0.8, processes=1024):
         m = self.closed(name)
-        return thousands(float(f"{model.blocks(m, 2**m.dim, processes, self.courant(name), efficiency):.2g}"))
+        return thousands(float(f"{model.blocks(m, 2**m.dim, processes, self.moved(name), efficiency):.2g}"))
 
     def number_least_2d(self):
         return self.least("box2d")
