@@ -70,6 +70,8 @@ width.8  := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx2 -mfma
 width.4  := -mavx2 -mfma
 # The optimiser makes the fused multiply-adds of transfer_sums.c, so it has to run, whatever CFLAGS say.
 fuse     := -O3 -ffp-contract=fast
+# The serial program is compiled like the rest.
+seed.flags := -O3 -ffp-contract=off
 widths   := $(if $(filter x86_64%,$(shell $(MPICC) -dumpmachine 2>/dev/null)),8 4) 2
 objects  += $(foreach w,$(widths),$(lanes:%=$(BUILD)/%.$w.o))
 link      = $(MPICC) $(flags) $(LDFLAGS)
@@ -118,11 +120,15 @@ test-widths: ## the tests of equality with vectors of 8, 4 and 2 points
 	+@for lanes in 8 4 2; do echo "At most $$lanes lanes:"; \
 	  PEBBLE_VECTOR=$$lanes $(again) ctest select="-L equal" || exit 1; done
 
-bench: $(PEBBLE) build/seed_serial ## time this program and others on the same work; BENCH=full: all sizes, 45 minutes
+bench: ## time this program and others on the same work; BENCH=full: all sizes, an hour
+	@tools/install.sh run
+	+@$(again) $(PEBBLE) build/seed_serial
 	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --flags="$(strip $(flags))" \
-	  $(if $(filter full,$(BENCH)),--full,$(BENCH))
+	  --flags-sums="$(fuse)" --flags-seed="$(notdir $(CC)) $(seed.flags)" $(if $(filter full,$(BENCH)),--full,$(BENCH))
 
-paper: $(PEBBLE) $(BUILD)/quadrature ## run the studies of docs/paper.md, renew its tables and figures
+paper: ## run the studies of docs/paper.md, renew its tables and figures
+	@tools/install.sh run
+	+@$(again) $(PEBBLE) $(BUILD)/quadrature
 	@$(python) tools/paper/paper.py --pebble $(program) --quadrature $(BUILD)/quadrature
 
 # The program in SimGrid's SMPI. Its build is separate: another compiler wrapper, a static PETSc.
@@ -135,7 +141,9 @@ simulate: ## run on simulated clusters (docs/simulate.md), hours; builds a PETSc
 	  PETSC_DIR=$(CURDIR)/build/simulate/petsc PETSC_ARCH=smpi CFLAGS="$(CFLAGS) -DMPM_SIMULATE -DSMPI_NO_OVERRIDE_MALLOC"
 	@$(python) tools/simulate/simulate.py --pebble $(program) --simulator $(simulator) --mpiexec $(MPIEXEC) $(SIMULATE)
 
-scaling: $(PEBBLE) ## how it scales: 1 to 32 processes, counted and predicted (docs/data/scaling); SCALING=full: longer
+scaling: ## how it scales: 1 to 32 processes, counted and predicted (docs/data/scaling); SCALING=full: longer
+	@tools/install.sh run
+	+@$(again) $(PEBBLE)
 	@$(python) tools/scaling/scaling.py --pebble $(program) --mpiexec $(MPIEXEC) $(if $(filter full,$(SCALING)),--full,$(SCALING))
 
 report: ## docs/report.md, .html and figures anew from docs/data; REPORT=calibrate: constants first; =all: all data
@@ -206,8 +214,8 @@ endef
 $(foreach w,$(widths),$(eval $(call with_lanes,$w)))
 
 # The plain serial program of the assignment, which the tests compare with: no PETSc, no MPI.
-build/seed_serial: tests/seed_serial.c | $(BUILD)
-	$(call say,CC) $(CC) -O2 -ffp-contract=off -o $@ $< -lm
+build/seed_serial: tests/seed_serial.c makefile | $(BUILD)
+	$(call say,CC) $(CC) $(seed.flags) -o $@ $< -lm
 
 # Other flags, another PETSc: everything is compiled anew. (Files are rewritten only when they change.)
 replace = cmp -s $@.new $@ && rm $@.new || mv $@.new $@

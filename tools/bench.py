@@ -12,7 +12,7 @@ particle and step, without start-up and without the compilation of kernels. Grou
   ranks    2 processes against 1, at 1e6 particles, with both ways of migration; the digests must be equal
   small    1e4 particles, for the plot
   matrix   (full) every basis and dimension, 1e4 to 4e6 particles, 4, 9 and 16 a cell (3-D: 4, 8, 16, 27), 1 and 2
-           processes; shorter runs and at most 3 repeats. --plan says how long it takes
+           processes; at least 30 steps, at most 3 repeats, at the largest size 2. --plan says how long it takes
   modes    (full) both migrations and the pool on 2 processes
 
 Writes output/bench.csv, docs/bench.png and the section of docs/performance.md between its marks (with --only, but for the matrix's own, or when
@@ -33,12 +33,15 @@ import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FOLDER = os.path.join(ROOT, "tools", "bench")
+sys.path.insert(0, os.path.join(ROOT, "tools"))
 sys.path.insert(0, FOLDER)
 from scene import Scene  # noqa: E402 (after the path)
+import launch  # noqa: E402
 
 BASES = {"linear": "linear", "bspline2": "quadratic", "bspline3": "cubic", "gimp": "GIMP"}
 SIZES = "1e4,1e5,1e6,4e6"  # of the matrix
 PER_CELL = {1: [(4,), (9,), (16,)], 2: [(2, 2), (3, 3), (4, 4)], 3: [(2, 2, 1), (2, 2, 2), (4, 2, 2), (3, 3, 3)]}
+LARGE = 4e6  # from so many particles on the matrix has 2 repeats
 USUAL = {1: (9,), 2: (3, 3), 3: (2, 2, 2)}
 # Targets: ns per particle and step of a whole usl step on one core, at 1e5 and at 1e6 particles.
 TARGETS = {(2, "linear"): (13, 16), (2, "bspline2"): (16, 19), (2, "bspline3"): (21, 24), (2, "gimp"): (21, 24),
@@ -46,6 +49,9 @@ TARGETS = {(2, "linear"): (13, 16), (2, "bspline2"): (16, 19), (2, "bspline3"): 
 TIMES_FASTER = {"warp": 2, "taichi": 7}
 # About what a step takes, to choose the number of steps: {program: {dimension: ns per particle and step}}.
 ROUGH = {"warp": {2: 45, 3: 180}, "taichi": {2: 200, 3: 800}, "seed": {2: 330}}
+PEBBLE = {(1, basis): 10 for basis in BASES} | {key: ns for key, (_, ns) in TARGETS.items()} | {
+    (3, "gimp"): 85, (3, "bspline3"): 170}
+SLOWER = 1.5  # what they take in the plan, over the above
 TIMEOUT = 900
 
 
@@ -74,14 +80,15 @@ class Pebble:
         path = os.path.join(self.folder.name, "scene.opts")
         with open(path, "w") as f:
             f.write(scene.options(basis, update, steps))
-        launch = [args.mpiexec, "-n", str(ranks)] if ranks > 1 else []
-        self.command = launch + [args.pebble, "-options_file", path, "-output_dir", self.folder.name,
+        mpi = [args.mpiexec, "-n", str(ranks)] if ranks > 1 else []
+        self.command = mpi + [args.pebble, "-options_file", path, "-output_dir", self.folder.name,
                                  "-output_format", "none", "-report_limits", "false", *extra]
+        self.environment = launch.environment(ranks, args.cores)
         self.row = dict(program="pebble", dim=scene.dim, basis=basis, update=update, particles=scene.particles,
                         per_cell=scene.ppc, processes=ranks, steps=steps, options=" ".join(extra))
 
     def time(self):
-        out = command_output(self.command)
+        out = command_output(self.command, env=self.environment)
         row, digest = re.search(r"^  all +\S+ +\S+ +(\S+)", out, re.M), re.search(r"^digest (\w+)", out, re.M)
         if not row or not digest:
             raise Failed(f"{' '.join(self.command)}: no table of phases or no digest in its output")
@@ -231,12 +238,19 @@ def choose(args, scene, ns, least, part=1.0):
 
 def rough(dim, basis, per_cell=9):
     """About what a step of pebble takes."""
-    return TARGETS.get((dim, basis), (10, 10) if dim == 1 else (120, 120))[1] * (1.2 if per_cell < 8 else 1)
+    return PEBBLE[dim, basis] * (1.2 if per_cell < 8 else 1)
 
 
-def pebble(args, scene, basis, update="usl", ranks=1, extra=(), least=25):
-    steps = choose(args, scene, rough(scene.dim, basis, scene.ppc), least)
-    return Pebble(args, scene, basis, update, steps, ranks, extra)
+def pebble_steps(args, scene, basis, part=1.0):
+    """At least 30, and a reorder of the storage: every 41 steps in 1-D, 29 in 2-D, 24 in 3-D. Runs with a few of them end a
+    step after the last, so that they have about the part of the time that they have in long runs."""
+    steps = choose(args, scene, rough(scene.dim, basis, scene.ppc), 30, part)
+    reorders = max(1, round(steps / scene.reorder()))
+    return max(30, math.ceil(reorders * scene.reorder()) + 1) if reorders < 5 else steps
+
+
+def pebble(args, scene, basis, update="usl", ranks=1, extra=()):
+    return Pebble(args, scene, basis, update, pebble_steps(args, scene, basis), ranks, extra)
 
 
 def size(scene):
@@ -357,35 +371,40 @@ def small(args, results):
 
 
 def cells_of_matrix(args):
-    """(size asked for, scene, basis, steps) of each."""
+    """(size asked for, scene, basis, steps, repeats) of each."""
     for dim in (1, 2, 3):
         for basis in BASES:
             for per_axis in PER_CELL[dim]:
                 for n in map(float, args.sizes.split(",")):
                     scene = Scene(dim, n, per_axis)
-                    yield n, scene, basis, choose(args, scene, rough(dim, basis, scene.ppc), 6, 0.5)
+                    repeats = min(3 if n < LARGE else 2, args.repeats)
+                    yield n, scene, basis, pebble_steps(args, scene, basis, 0.5), repeats
 
 
 def matrix(args, results):
-    for n, scene, basis, steps in cells_of_matrix(args):
+    for n, scene, basis, steps, repeats in cells_of_matrix(args):
         name = f"{BASES[basis]} {scene.dim}-D usl, {scene.ppc} per cell"
         rows = same_bits(results, "matrix", name, {f"{name}, {ranks} process{'es' * (ranks - 1)}":
                                                    Pebble(args, scene, basis, "usl", steps, ranks) for ranks in (1, 2)},
-                         min(3, args.repeats))
+                         repeats)
         for row in rows.values():
             row["asked"] = n
 
 
 def plan(args):
-    """About how long the matrix takes: start-up and end, then steps, which take 1.4 times what they should."""
-    seconds = {1: 0.0, 2: 0.0}
-    for _, scene, basis, steps in cells_of_matrix(args):
-        for ranks in seconds:
-            seconds[ranks] += (0.2 * ranks + 0.6e-6 * scene.particles
-                               + 1.4e-9 * steps * scene.particles * rough(scene.dim, basis, scene.ppc) / ranks)
-    repeats = min(3, args.repeats)
-    return (f"matrix: {sum(1 for _ in cells_of_matrix(args))} scenes on 1 and 2 processes, {repeats} repeats: about "
-            f"{repeats * sum(seconds.values()) / 60:.0f} minutes")
+    """About how long the matrix takes, by size: start-up and end, then steps."""
+    lines, total = [], 0.0
+    for size in map(float, args.sizes.split(",")):
+        cells = [cell[1:] for cell in cells_of_matrix(args) if cell[0] == size]
+        # On two processes about 1/1.7 of the time on one.
+        minutes = sum(repeats * (0.6 + 1.2e-6 * scene.particles + (1 + 1 / 1.7) * 1e-9 * SLOWER * steps
+                                 * scene.particles * rough(scene.dim, basis, scene.ppc))
+                      for scene, basis, steps, repeats in cells) / 60
+        total += minutes
+        steps = [steps for _, _, steps, _ in cells]
+        lines.append(f"  {size:.0e} particles: {len(cells)} scenes on 1 and 2 processes, {min(steps)} to {max(steps)} "
+                     f"steps, {cells[0][-1]} repeats, about {minutes:.0f} minutes")
+    return "\n".join([f"matrix: about {total:.0f} minutes", *lines])
 
 
 def modes(args, results):
@@ -449,7 +468,9 @@ def machine(args):
     mpi = command_output([args.mpiexec, "--version"]).splitlines()[0]
     model = first("/proc/cpuinfo", r"^model name\s*:(.*)$") + (f" ({vectors[0]})" if vectors else "")
     return [f"{model}, {os.cpu_count()} cores, {memory:.0f} GiB, {os.uname().sysname} {os.uname().release}", version,
-            f"{mpi}; flags {args.flags or 'unknown'}"]
+            f"{mpi}; flags {args.flags or 'unknown'}; of transfer_sums.c also {args.flags_sums or 'unknown'}; "
+            f"seed_serial: {args.flags_seed or 'unknown'}",
+            f"2 processes: {launch.settings(2, args.cores)}"]
 
 
 def plot(results, path):
@@ -547,6 +568,10 @@ def main():
     p.add_argument("--seed", default="build/seed_serial")
     p.add_argument("--mpiexec", default="mpiexec")
     p.add_argument("--flags", default="", help="the compiler's flags, for the description of the machine")
+    p.add_argument("--flags-sums", help="those that transfer_sums.c gets besides")
+    p.add_argument("--flags-seed", help="compiler and flags of seed_serial")
+    p.add_argument("--cores", type=int, default=os.cpu_count(),
+                   help="cores that are free; with fewer than processes these are started as in the tests")
     p.add_argument("--full", action="store_true", help="the whole matrix")
     p.add_argument("--only", help="groups, separated by commas")
     p.add_argument("--no-peers", action="store_true", help="leave out Taichi and Warp")

@@ -4,9 +4,13 @@ import csv
 import os
 import re
 import subprocess
+import sys
 import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, os.path.join(ROOT, "tools"))
+import launch  # noqa: E402 (after the path)
+
 TIMEOUT = 600
 
 
@@ -69,9 +73,9 @@ SCENES = [
 
 # ---- Running
 
-def command_output(command):
+def command_output(command, environment):
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, env=environment)
     except (OSError, subprocess.TimeoutExpired) as error:
         raise Failed(str(error)) from error
     if done.returncode:
@@ -81,7 +85,8 @@ def command_output(command):
 
 
 def start(args, processes, *options):
-    return command_output([args.mpiexec, "-n", str(processes), args.pebble, *options])
+    return command_output([args.mpiexec, "-n", str(processes), args.pebble, *options],
+                          launch.environment(processes, args.cores))
 
 
 def calibrate(args, name, processes, options):

@@ -329,7 +329,7 @@ def main():
     p.add_argument("--only", help=f"of {', '.join(parts)}, separated by commas")
     p.add_argument("--scenes", help="scenes of the studies, separated by commas")
     p.add_argument("--sizes", help="numbers of processes, separated by commas, 1 first")
-    p.add_argument("--cores", type=int, default=os.cpu_count())
+    p.add_argument("--cores", type=int, default=os.cpu_count(), help="that are free (tools/launch.py)")
     p.add_argument("--repeats", type=int, default=3, help="where every process has a core")
     p.add_argument("--keep", action="store_true", help="calibrations that build/scaling has are not made again")
     p.add_argument("--data", default=os.path.join(runs.ROOT, "docs", "data", "scaling"), help="folder of the tables")
