@@ -61,6 +61,12 @@ MPM_INLINE MPMReal MPMAll(PetscReal a)
 #endif
 }
 
+/* True in no lane. */
+MPM_INLINE MPMMask MPMNone(void)
+{
+  return MPMAll(0) != MPMAll(0);
+}
+
 MPM_INLINE MPMReal MPMMax(MPMReal a, MPMReal b)
 {
   return MPMSelect(a < b, b, a); /* a where b is not a number */

@@ -247,7 +247,7 @@ typedef struct {
   PetscInt from, to, end, at;
 } MPMTileBox;
 
-/* Entries first .. last-1 of the order: points of a row of tiles. */
+/* A run of the order: entries first .. last-1, points of a row of tiles. */
 typedef struct {
   PetscInt first, last, row;
 } MPMRange;
@@ -273,7 +273,7 @@ typedef struct {
   PetscBool       waits;                /* sums come from processes below */
   PetscInt        nearly, nown, nslots; /* kept sums: of early tiles, of own ones, and all */
   const PetscInt *start;                /* [cells+1] where the points of a cell begin in the order */
-  PetscInt        nruns[MPM_NUM_TURNS]; /* parts of the order */
+  PetscInt        nruns[MPM_NUM_TURNS]; /* of the order, each turn's from row to row */
   MPMRange       *runs[MPM_NUM_TURNS];
   PetscReal      *sum;     /* [nslots][nodes of a tile][MPM_SUM_NC] kg, kg m/s, N */
   PetscReal      *scratch; /* [n0][nodes of a tile][MPM_SUM_NC] of the row at work */
@@ -297,7 +297,7 @@ typedef struct {
   MPMView         points;
   const PetscInt *order;  /* [points.n] points by (cell, id) */
   PetscInt       *movers; /* [nmovers] places q in order of points that changed cell, as the commit notes them, of those
-                             that left the patch -1 - q; or NULL */
+                             that left the patch MPM_LEAVER(q); or NULL */
   PetscInt   nmovers;
   PetscReal *sum;               /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N; complete for own nodes */
   PetscReal *vel;               /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
@@ -306,6 +306,9 @@ typedef struct {
   void *ctx;
   void *memory; /* behind sum and span, where the patch owns them */
 } MPMPatch;
+
+/* A negative number for the mover at place q; and q for such a number. */
+#define MPM_LEAVER(q) (-1 - (q))
 
 /* Parts of a transfer: what a phase asks the one P2G body and the one G2P body to do. */
 enum {

@@ -73,16 +73,16 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMT
         if (patch->span[row].first < patch->span[row].last) phase->nodes(&mpm->params, patch, row);
       }
   } else {
-    const MPMTransfer run = MPMTransferFind(patch->grid->dim, patch->basis, phase->parts);
+    const MPMTransfer kernel = MPMTransferFind(patch->grid->dim, patch->basis, phase->parts);
 
-    PetscCheck(run, PETSC_COMM_SELF, PETSC_ERR_PLIB, "phase %s has no kernel for parts %" PetscInt_FMT, phase->name,
+    PetscCheck(kernel, PETSC_COMM_SELF, PETSC_ERR_PLIB, "phase %s has no kernel for parts %" PetscInt_FMT, phase->name,
                phase->parts);
     if (phase->kind == MPM_POINTS_TO_NODES) {
       if (turn == MPM_TILES_OPEN) MPMTilesMarkRows(patch);
       for (PetscInt k = work = 0; k < patch->tiles.nruns[turn]; k++)
         work += patch->tiles.runs[turn][k].last - patch->tiles.runs[turn][k].first;
     }
-    run(&mpm->params, patch, phase->parts | parts[turn], status);
+    kernel(&mpm->params, patch, phase->parts | parts[turn], status);
   }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
   MPMSimulateWork(phase->name, (PetscReal)work);

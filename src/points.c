@@ -245,7 +245,7 @@ static void MergeMovers(const MPMView *view, PetscInt ncells, MPMPoints *points)
   const PetscInt nkept = points->nkept;
 
   for (PetscInt m = 0; m < points->nmovers; m++) {
-    const PetscInt q = points->movers[m] < 0 ? -1 - points->movers[m] : points->movers[m], p = order[q];
+    const PetscInt q = points->movers[m] < 0 ? MPM_LEAVER(points->movers[m]) : points->movers[m], p = order[q];
 
     order[q] = nkept;
     if (p < nkept) come[ncome++] = p;
@@ -287,7 +287,7 @@ PetscErrorCode MPMPointsLeavers(MPMPoints *points, PetscInt *n, PetscInt **which
     *n = 0;
     for (PetscInt m = 0; m < candidates; m++) {
       if (all ? view.cell[m] >= 0 : movers[m] >= 0) continue;
-      if (pass) (*which)[*n] = all ? m : points->order[-1 - movers[m]];
+      if (pass) (*which)[*n] = all ? m : points->order[MPM_LEAVER(movers[m])];
       ++*n;
     }
     if (!pass) PetscCall(PetscMalloc1(*n, which));

@@ -167,7 +167,7 @@ MPM_INLINE void MPMEigen(int dim, const MPMReal a[6], MPMReal values[3], MPMReal
 {
   const PetscReal tiny    = 0x1p-112; /* what is this small turns no digit any more */
   MPMReal         A[3][3] = {{a[0], a[1], a[2]}, {a[1], a[3], a[4]}, {a[2], a[4], a[5]}};
-  MPMMask         done    = MPMAll(0) != MPMAll(0);
+  MPMMask         done    = MPMNone();
 
   for (int k = 0; k < 3; k++)
     for (int d = 0; d < 3; d++) vectors[k][d] = MPMAll(k == d);

@@ -2,19 +2,25 @@
 
    Each is written once, for vectors of MPM_WIDTH lanes (lanes.h); dim is a compile-time constant of always-inlined
    functions, and so is the basis where weights are made. transfer_lanes.c instantiates them and is compiled once a
-   width, as are the innermost loops, in transfer_sums.c. Both walk the points in
-   (cell, id) order in blocks of up to MPM_STAGED, whose rows are gathered into scratch that stays in L1:
-     P2G  weights (lanes are points) -> stress of the block, one call a material -> sums of a cell in local accumulators
-          (lanes are the sums of a node) -> added to the nodes of its tile once a cell; later nodes add up their tiles.
-     G2P  weights -> velocity, acceleration and velocity gradient, cell by cell (lanes are its points) -> new v, F, x
-          (lanes are points again) -> rows.
-   The tree of additions - points of a cell by id, cells of a tile, tiles of a node - depends on cells and ids alone,
-   never on blocks, lanes or processes.
+   width, as are the innermost loops, in transfer_sums.c. P2G goes down this map; G2P goes over the same blocks:
+
+     order    points by (cell, id), in runs (MPMRange): G2P takes all as one, P2G those of a row of tiles at a time.
+     blocks   of MPM_STAGED points of these runs, whatever their cells. Their rows are gathered into scratch that stays
+       |      in L1; weights, stress, new v, F and x are made there: lanes are points (MPMBlockOrder, MPMStencils).
+     cells    points of a block with the same base node, added up in local accumulators: lanes are the sums of a node.
+       |      A cell may go on in the next block. G2P: the motion of the cell's nodes to its points, which are lanes.
+     tiles    of 2 or 4 cells an axis, with sums of their own for all nodes that their points touch: of open tiles in
+       |      scratch, of early and late ones kept (MPMTurns) until their row's turn comes (tile_sums.h).
+     nodes    patch->sum, which gets the sums of a row of tiles, tile by tile, when the row is closed.
+
+   A cell is its base node, s->base, an index of the patch's arrays; its number in the table of tiles, points.cell, is
+   what the order goes by. The tree of additions - points of a cell by id, cells of a tile, tiles of a node - depends on
+   cells and ids alone, never on blocks, lanes or processes. Equation numbers: docs/theory.md.
    In: points x v F kind, nodes vel.  Out: nodes sum; points v F x dx cell; status.                                   */
 #ifndef MPM_TRANSFER_H
 #define MPM_TRANSFER_H
 
-#include "tiles.h"
+#include "tile_sums.h"
 #include "rows.h"
 
 #if defined(__clang__)
@@ -23,62 +29,63 @@
 #define MPM_UNROLL _Pragma("GCC unroll 64")
 #endif
 
-/* --- Blocks --------------------------------------------------------------------------------------------------------
- */
+/* --- Blocks ------------------------------------------------------------------------------------------------------- */
 
 typedef PetscReal MPMRow[MPM_BLOCK]; /* a component of the points of a block; lanes past the last hold leftovers */
 
-/* The points of a block: n entries of an order, those a block further on, whose rows are fetched in advance, and where
-   the next block begins. */
+/* The points of a block: n entries of the order. */
 typedef struct {
-  PetscInt        n, part, entry;
-  PetscBool       run;              /* do its rows follow each other? */
-  PetscInt        point[MPM_BLOCK]; /* the last one again in the lanes past it */
-  const PetscInt *ahead;
-  PetscInt        ncells, end[MPM_STAGED + 1]; /* its runs of points of the same cell, and where they end */
+  PetscInt        n, run, entry;               /* run, entry of the order: where the next block begins */
+  PetscBool       adjacent;                    /* does each point's row follow that of the one before? */
+  PetscInt        point[MPM_BLOCK];            /* the last one again in the lanes past it */
+  const PetscInt *ahead;                       /* entries a block further on, whose rows are fetched in advance */
+  PetscInt        ncells, end[MPM_STAGED + 1]; /* cells; the points of cell c are those from end[c-1] to end[c] - 1 */
 } MPMBlockOrder;
 
 /* Stencils of a block. */
 typedef struct {
   PetscInt kind[MPM_BLOCK];
-  MPMRow   cell;                     /* index of the base node in the patch's arrays, a whole number */
+  MPMRow   base;                     /* index of the base node in the patch's arrays, a whole number */
   MPMRow   x[3], l[3], m, V0, at[3]; /* at: from the base node, in cells */
   MPMRow   w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients per axis, 1 and 1/m */
 } __attribute__((aligned(64))) MPMStencils;
 
-/* The next block of the points in `nruns` parts [first, last) of the order, from the part and the entry where the one
-   before ended. All blocks but the last are full, so that loops over them are as long every time; a cell that is cut
-   costs little, and no bits. PETSC_FALSE: there are no more points. */
+/* The next block of the points of `nruns` runs, from where the one before ended. All blocks but the last are full, so
+   that loops over them are as long every time; a cell that is cut costs little, and no bits. PETSC_FALSE: there are no
+   more points. */
 MPM_INLINE PetscBool MPMNextBlock(const MPMPatch *patch, PetscInt nruns, const MPMRange *runs, MPMBlockOrder *o)
 {
   PetscInt n = 0, jumps = 0;
 
-  while (n < MPM_STAGED && o->part < nruns) {
-    const PetscInt *from = patch->order + o->entry, len = PetscMin(MPM_STAGED - n, runs[o->part].last - o->entry);
+  while (n < MPM_STAGED && o->run < nruns) {
+    const PetscInt *from = patch->order + o->entry, len = PetscMin(MPM_STAGED - n, runs[o->run].last - o->entry);
 
     for (PetscInt l = 0; l < len; l++) o->point[n + l] = from[l];
     n += len;
     o->entry += len;
-    if (o->entry == runs[o->part].last && ++o->part < nruns) o->entry = runs[o->part].first;
+    if (o->entry == runs[o->run].last && ++o->run < nruns) o->entry = runs[o->run].first;
   }
-  for (PetscInt l = 0; l < MPM_STAGED && n == MPM_STAGED; l++) jumps |= o->point[l] - l - o->point[0];
+  if (n == MPM_STAGED) /* of a full block alone, and to its end whatever is found: this becomes vectors */
+    for (PetscInt l = 0; l < MPM_STAGED; l++) jumps |= o->point[l] - l - o->point[0];
   for (PetscInt l = n; n && l % MPM_WIDTH; l++) o->point[l] = o->point[n - 1];
-  o->n     = n;
-  o->run   = !jumps && n == MPM_STAGED ? PETSC_TRUE : PETSC_FALSE;
-  o->ahead = patch->order + PetscMin(o->entry, patch->points.n - n);
+  o->n        = n;
+  o->adjacent = !jumps && n == MPM_STAGED ? PETSC_TRUE : PETSC_FALSE;
+  o->ahead    = patch->order + PetscMin(o->entry, patch->points.n - n);
   return n ? PETSC_TRUE : PETSC_FALSE;
 }
 
 MPM_INLINE void MPMFirstBlock(PetscInt nruns, const MPMRange *runs, MPMBlockOrder *o)
 {
-  o->part  = 0;
+  o->run   = 0;
   o->entry = nruns ? runs[0].first : 0;
 }
 
-/* Fetches rows of a block further on, those that stand where points l to l + MPM_WIDTH - 1 do in this one. */
+/* Fetches rows of a block further on, those that stand where points l to l + MPM_WIDTH - 1 do in this one. A line of
+   the cache holds 8 numbers. As neighbours in the order mostly are in memory, every other row brings the one after it
+   along if a line holds two; a row of 9 needs its second line too. */
 MPM_INLINE void MPMFetch(int nc, const PetscReal *own, const MPMBlockOrder *o, PetscInt l)
 {
-  const int step = nc > 4 ? 1 : 2; /* a line holds several rows, or not all of one */
+  const int step = 2 * nc > 8 ? 1 : 2;
 
   if (l + MPM_WIDTH > o->n) return; /* ahead may end with the order */
   for (int k = 0; k < MPM_WIDTH; k += step) {
@@ -95,7 +102,7 @@ MPM_INLINE void MPMGather(int nc, const PetscReal *own, const MPMBlockOrder *o, 
     MPMReal          lanes[9];
 
     MPMFetch(nc, own, o, l);
-    if (o->run)
+    if (o->adjacent)
       MPMTurn(nc, own + (size_t)(o->point[0] + l) * nc, lanes);
     else {
       for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->point[l + k] * nc;
@@ -166,11 +173,11 @@ MPM_INLINE MPMReal MPMBasesOf(MPMBasis basis, const MPMGrid *grid, int d, MPMRea
   return MPMBasisBases(basis, xi, l, grid->cells[d], grid->periodic[d], grid->wall_basis[d]);
 }
 
-/* Cells and weights of a block of points; x was checked when it was committed. */
+/* Base nodes and weights of a block of points; x was checked when it was committed. */
 MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, MPMStencils *s)
 {
   const MPMGrid grid = *patch->grid; /* a copy, which no write can change: its numbers stay in registers */
-  MPMMask       wall = MPMAll(0) != MPMAll(0);
+  MPMMask       wall = MPMNone();    /* points whose stencil a wall changes */
 
   for (int d = dim - 1; d >= 0; d--) {
     const PetscReal reach = MPMBasisIsSpline(basis) ? MPMWallReach(basis, grid.wall_basis[d]) : 0;
@@ -183,7 +190,7 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
 
       base = MPMBasesOf(basis, &grid, d, MPMRead(&s->x[d][q]), l, &xi);
       MPMBasisInside(basis, xi, l, base, w, g);
-      MPMWrite(&s->cell[q], d == dim - 1 ? base - lo : MPMRead(&s->cell[q]) * nodes + (base - lo));
+      MPMWrite(&s->base[q], d == dim - 1 ? base - lo : MPMRead(&s->base[q]) * nodes + (base - lo));
       MPMWrite(&s->at[d][q], xi - base);
       for (int i = 0; i < MPMBasisNodes(basis); i++) {
         MPMWrite(&s->w[d][i][q], w[i]);
@@ -216,8 +223,10 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
   default:
     break;
   }
+  /* A cell ends where the next point has another base node. The last point is compared with leftovers past it: its mark
+     is n, and MPMList takes only those below. */
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
-    ends = MPMMark(MPMRead(&s->cell[l]) != MPMRead(&s->cell[l] + 1), l + 1, ends);
+    ends = MPMMark(MPMRead(&s->base[l]) != MPMRead(&s->base[l] + 1), l + 1, ends);
   o->ncells             = MPMList(ends, o->n, o->end) + 1;
   o->end[o->ncells - 1] = o->n;
 }
@@ -240,12 +249,11 @@ MPM_INLINE void MPMStencilOffsets(int dim, const MPMPatch *patch, PetscInt nc, P
     at[a] = nc * (a % ns + (a / ns % ny + a / (ns * ny) * patch->n[1]) * patch->n[0]);
 }
 
-/* --- Materials -----------------------------------------------------------------------------------------------------
- */
+/* --- Materials ---------------------------------------------------------------------------------------------------- */
 
-/* For each run of points of the same material in a block: m is it, points first to next-1 are of it, law its functions
-   for this width. */
-#define MPM_FOR_MATERIALS(par, n, kind)                                                                                \
+/* For each stretch of points of the same material among the n of a block: declares m, the material, and its points,
+   first to next-1. (The inner loop, of one round, is there for the declaration of m.) */
+#define MPM_FOR_MATERIALS(m, first, next, par, n, kind)                                                                \
   for (PetscInt first = 0, next = 0; first < (n); first = next)                                                        \
     for (const MPMMaterial *m = MPMSameMaterial(par, n, kind, first, &next); m; m = NULL)
 
@@ -260,6 +268,7 @@ MPM_INLINE const MPMMaterial *MPMSameMaterial(const MPMParams *par, PetscInt n, 
   return par->materials + row;
 }
 
+/* The functions of a material, those for this width if it has some. */
 MPM_INLINE const MPMMaterialLaw *MPMLaw(const MPMMaterial *m)
 {
   const MPMMaterialLaw *law = m->type->law->lanes[MPM_WIDTH == 8 ? 0 : MPM_WIDTH == 4 ? 1 : 2];
@@ -276,8 +285,7 @@ MPM_INLINE void MPMGatherState(int dim, const MPMPatch *patch, const MPMBlockOrd
 #undef MPM_GATHER
 }
 
-/* --- What is rare, so one point at a time in transfer.c ------------------------------------------------------------
- */
+/* --- What is rare, so one point at a time in transfer.c ----------------------------------------------------------- */
 
 void MPMNoteBad(MPMStatus *, MPMBad, PetscInt64 id, PetscInt dim, const PetscReal x[], PetscReal J);
 void MPMNoteBadJ(PetscInt dim, const MPMPatch *, PetscBool has_F, PetscInt first, PetscInt last, const PetscInt *order,
@@ -286,22 +294,26 @@ void MPMWrap(PetscInt dim, const MPMGrid *, PetscInt n, MPMRow *x);
 void MPMStretchDomains(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt n, const PetscInt *order, const MPMRow *x,
                        MPMStatus *);
 
-/* --- Points to nodes -----------------------------------------------------------------------------------------------
- */
+/* --- Points to nodes ---------------------------------------------------------------------------------------------- */
 
-/* What a point adds to node i of its stencil: phi Q[0] + sum_e dphi_e Q[1+e] + sum_e i_e phi A[e], each a record. */
-typedef PetscReal MPMRecord[8];
+/* What a point adds to node i of its stencil: phi Q[0] + sum_e dphi_e Q[1+e] + sum_e i_e phi A[e], where each is a
+   record of numbers that are laid out as the sums of a node (mpm.h). MPMP2G zeroes all of them once; what its parts do
+   not ask for is never written and stays 0. */
+enum { MPM_Q_RECORDS = 4, MPM_A_RECORDS = 3 }; /* of a point, in every dimension */
+typedef PetscReal MPMRecord[MPM_SUM_NC(3)];
 typedef struct {
-  MPMRecord Q[MPM_STAGED][4], A[MPM_STAGED][3];
+  MPMRecord Q[MPM_STAGED][MPM_Q_RECORDS], A[MPM_STAGED][MPM_A_RECORDS];
 } __attribute__((aligned(64))) MPMRecords;
 
-/* A part of records: nc numbers of MPM_WIDTH points whose records lie `stride` apart. */
-MPM_INLINE void MPMWriteRecords(int nc, const MPMReal *from, PetscReal *to, int stride)
+/* nc numbers of MPM_WIDTH points into a record of each, from the place `to` in that of the first; a point has `records`
+   of them. Pairs are written faster than single numbers: an odd nc takes from[nc] along, which is 0, as is what the
+   record has in that place. */
+MPM_INLINE void MPMWriteRecords(int nc, const MPMReal *from, PetscReal *to, int records)
 {
   PetscReal *row[MPM_WIDTH];
 
-  for (int k = 0; k < MPM_WIDTH; k++) row[k] = to + k * stride * 8;
-  MPMWriteRows(nc + nc % 2, from, row); /* where nothing else is */
+  for (int k = 0; k < MPM_WIDTH; k++) row[k] = to + k * records * MPM_SUM_NC(3);
+  MPMWriteRows(nc + nc % 2, from, row);
 }
 
 /* The records of a block: Q[0] = (m, m v | m b), Q[1+e] = (0 | - V0 tau_e), with V sig = V0 tau; with the affine part
@@ -313,10 +325,7 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
   const PetscReal one = parts & MPM_P2G_MASS ? 1 : 0;
 
   if (parts & MPM_P2G_MOMENTUM) {
-    if (parts & MPM_RESIDUAL)
-      MPMGather(dim, patch->points.r, o, v);
-    else
-      MPMGather(dim, patch->points.v, o, v);
+    MPMGather(dim, parts & MPM_RESIDUAL ? patch->points.r : patch->points.v, o, v);
     if (parts & MPM_AFFINE) MPMGather(dim * dim, patch->points.C, o, C);
     for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
       const MPMReal m = MPMRead(&s->m[l]);
@@ -331,9 +340,9 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
           A[1 + d] = m * MPMRead(&C[d * dim + e][l]) * patch->grid->h[e];
           Q[1 + d] -= A[1 + d] * MPMRead(&s->at[e][l]);
         }
-        MPMWriteRecords(1 + dim, A, r->A[l][e], 3);
+        MPMWriteRecords(1 + dim, A, r->A[l][e], MPM_A_RECORDS);
       }
-      MPMWriteRecords(1 + dim, Q, r->Q[l][0], 4);
+      MPMWriteRecords(1 + dim, Q, r->Q[l][0], MPM_Q_RECORDS);
     }
   }
   if (parts & MPM_P2G_FORCE)
@@ -344,7 +353,7 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
         MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 
         for (int d = 0; d < dim; d++) Q[d] = V0 * MPMRead(&b->tau[MPMSymPart(dim, d, e)][l]);
-        MPMWriteRecords(dim, Q, r->Q[l][1 + e] + MPM_SUM_FORCE, 4);
+        MPMWriteRecords(dim, Q, r->Q[l][1 + e] + MPM_SUM_FORCE, MPM_Q_RECORDS);
       }
     }
   if ((parts & MPM_P2G_FORCE) && patch->points.b) {
@@ -353,16 +362,16 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
       MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 
       for (int d = 0; d < dim; d++) Q[d] = MPMRead(&s->m[l]) * MPMRead(&force[d][l]);
-      MPMWriteRecords(dim, Q, r->Q[l][0] + MPM_SUM_FORCE, 4);
+      MPMWriteRecords(dim, Q, r->Q[l][0] + MPM_SUM_FORCE, MPM_Q_RECORDS);
     }
   }
 }
 
-/* Sums over points of a cell to its nodes, and over its nodes to the points, for a block: transfer_sums.c. place: where
-   in its tile the base node of each of the block's cells is. The sums of a block's last cell, which may go on in the
-   next, are not yet added to its nodes. */
+/* The hot loops, transfer_sums.c, for a block: sums over the points of a cell to its nodes, and over its nodes to the
+   points. place: where in its tile the base node of each of the block's cells is. The last cell may go on in the next
+   block, so its sums are not yet added to its nodes but are left begun. */
 typedef struct {
-  PetscReal  sum[MPM_MAX_NODES][8];
+  MPMRecord  sum[MPM_MAX_NODES];
   PetscReal *place; /* of that cell; NULL: none yet */
 } __attribute__((aligned(64))) MPMBegun;
 typedef void (*MPMSumBlocks)(const MPMBlockOrder *, const MPMStencils *, const MPMRecords *, PetscReal *const place[],
@@ -373,98 +382,52 @@ typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *,
 extern const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
 extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
 
-/* Where the cells of a block have their sums: kept ones in their place, others in the scratch of their row. Most cells
-   follow the one before in its row of cells, so that nothing is to be divided. */
-MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool keep, const MPMBlockOrder *o,
+/* Adds the sums that the last block left begun to their nodes, as any new cell does: here one of no points, nowhere. */
+MPM_INLINE void MPMSumEnd(MPMSumBlocks sum, MPMBlockOrder *o, const MPMStencils *s, const MPMRecords *r,
+                          PetscReal *place[], MPMBegun *begun)
+{
+  o->ncells = 1;
+  o->end[0] = 0;
+  place[0]  = NULL;
+  sum(o, s, r, place, begun);
+}
+
+/* Where in their tiles the cells of a block have their sums (tile_sums.h has a drawing). Most cells follow the one
+   before in its row of cells: what is found by divisions is found once a row. */
+MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool kept, const MPMBlockOrder *o,
                                PetscReal *place[])
 {
   const MPMTiles *t     = &patch->tiles;
   const PetscInt  side  = MPMTileSide(patch->basis);
-  const size_t    size  = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
-  PetscInt        begin = 0, end = 0, row = 0; /* cells of a row of cells, and its first tile */
-  PetscReal      *sums = NULL;
+  const size_t    size  = MPMTileSize(dim, patch->basis);
+  PetscInt        begin = 0, end = 0, left = 0; /* cells of the row of cells: begin .. end-1; its first tile */
+  PetscReal      *sums = NULL;                  /* where that row of cells begins in the first tile of all these sums */
 
   for (PetscInt l = 0; l < o->n; l += 8) __builtin_prefetch(patch->points.cell + o->ahead[l]);
   for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++]) {
     const PetscInt cell = patch->points.cell[o->point[first]];
-    PetscInt       tile, in;
+    PetscInt       tile, in; /* of the row; the cell in the tile, on x */
 
     if (cell >= end || cell < begin) {
       PetscInt at[3];
 
       tile  = MPMTileOf(dim, t, cell, at);
-      row   = tile - tile % t->n[0];
-      begin = cell - at[0] - ((tile - row) << t->bits);
+      left  = tile - tile % t->n[0];
+      begin = cell - at[0] - ((tile - left) << t->bits);
       end   = begin + (t->n[0] << t->bits);
-      sums  = (keep ? t->sum : t->scratch) + MPM_SUM_NC(dim) * (at[2] * side + at[1]) * side;
+      sums  = (kept ? t->sum : t->scratch) + MPM_SUM_NC(dim) * (at[2] * side + at[1]) * side;
     }
     tile     = (cell - begin) >> t->bits;
     in       = (cell - begin) & ((1 << t->bits) - 1);
-    place[c] = sums + (size_t)(keep ? t->slot[row + tile] : tile) * size + MPM_SUM_NC(dim) * in;
+    place[c] = sums + (size_t)(kept ? t->slot[left + tile] : tile) * size + MPM_SUM_NC(dim) * in;
   }
 }
 
-/* Zeroes the scratch of the open tiles of a row. */
-MPM_INLINE void MPMOpenRow(int dim, const MPMPatch *patch, PetscInt row)
-{
-  const MPMTiles *t    = &patch->tiles;
-  const size_t    size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
-
-  for (PetscInt i = 0; i < t->n[0]; i++)
-    if (t->slot[row * t->n[0] + i] == MPM_TILE_OPEN)
-      memset(t->scratch + (size_t)i * size, 0, size * sizeof *t->scratch);
-}
-
-/* Zeroes the parts' sums of a row of nodes, once. */
-MPM_INLINE void MPMZeroRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt row)
-{
-  MPMSpan       *span = patch->span + row;
-  const PetscInt c0 = MPM_SUM_FIRST(dim, parts), c1 = MPM_SUM_LAST(dim, parts), n = span->last - span->first;
-  PetscReal     *sum = patch->sum + MPM_SUM_NC(dim) * ((size_t)row * (size_t)patch->n[0] + (size_t)span->first);
-
-  if (!span->fresh) return;
-  span->fresh = PETSC_FALSE;
-  if (n > 0 && (parts & MPM_P2G_MASS) && (parts & MPM_P2G_FORCE))
-    memset(sum, 0, (size_t)(n * MPM_SUM_NC(dim)) * sizeof *sum);
-  else
-    for (PetscInt i = 0; i < n; i++)
-      for (PetscInt c = c0; c < c1; c++) sum[i * MPM_SUM_NC(dim) + c] = 0;
-}
-
-/* Adds the sums of the tiles of a row of the table to those of the patch's nodes, from left to right: the open tiles
-   are in the scratch. */
-MPM_INLINE void MPMCloseRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt row)
-{
-  const MPMTiles   *t    = &patch->tiles;
-  const PetscInt    side = MPMTileSide(patch->basis), *slot = t->slot + row * t->n[0];
-  const size_t      size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
-  const MPMTileBox *y = &t->box[1][row % t->n[1]], *z = &t->box[2][row / t->n[1]];
-  PetscInt          first = 0, last = t->n[0];
-
-  while (first < last && slot[first] == MPM_TILE_EMPTY) first++;
-  while (first < last && slot[last - 1] == MPM_TILE_EMPTY) last--;
-  for (PetscInt k = z->from; k < z->to; k++)
-    for (PetscInt j = y->from; j < y->to; j++) {
-      const PetscInt at    = (k + z->at) * patch->n[1] + j + y->at;
-      PetscReal     *nodes = patch->sum + MPM_SUM_NC(dim) * (size_t)at * (size_t)patch->n[0];
-
-      if (first < last) MPMZeroRow(dim, patch, parts, at);
-      for (PetscInt i = first; i < last; i++) {
-        const MPMTileBox *x    = &t->box[0][i];
-        const PetscReal  *from = slot[i] >= 0 ? t->sum + (size_t)slot[i] * size : t->scratch + (size_t)i * size;
-        PetscReal        *to   = nodes + MPM_SUM_NC(dim) * x->at;
-
-        from += MPM_SUM_NC(dim) * (k * side + j) * side;
-        if (slot[i] == MPM_TILE_EMPTY) continue;
-        for (PetscInt c = MPM_SUM_NC(dim) * x->from; c < MPM_SUM_NC(dim) * x->to; c += MPM_WIDTH)
-          MPMWrite(to + c, MPMRead(to + c) + MPMRead(from + c));
-      }
-    }
-}
-
-/* Sums over points to nodes: mass (1), momentum (2) and force (4), (13). Of early or late tiles, into the sums that are
-   kept of them; else of the others, a row of tiles at a time, and all are added to the nodes in the order of the table.
-   Sums that are not among the parts get 0 added. */
+/* Sums over points to nodes: mass (1), momentum (2) and force (4), (13). A sweep is for the tiles of one turn. Those of
+   early tiles, for which other processes wait, and of late ones, which fill the time until sums of others have come,
+   make their kept sums and no more. The last sweep goes from row to row of tiles: opens it, sums the points of its open
+   tiles, and closes it, which adds all its tiles, kept ones too, to the nodes. Sums that are not among the parts get 0
+   added. */
 MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts)
 {
   const int          forces = parts & MPM_P2G_FORCE ? 1 : 0, affine = parts & MPM_AFFINE ? 1 : 0;
@@ -473,12 +436,10 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   const MPMTurns     turn = parts & MPM_P2G_EARLY  ? MPM_TILES_EARLY
                             : parts & MPM_P2G_LATE ? MPM_TILES_LATE
                                                    : MPM_TILES_OPEN;
-  const PetscBool    keep = turn == MPM_TILES_OPEN ? PETSC_FALSE : PETSC_TRUE;
-  const PetscInt     from = turn == MPM_TILES_LATE ? t->nearly : 0, to = turn == MPM_TILES_LATE ? t->nown : t->nearly;
-  const size_t       size = MPMTileNodes(dim, patch->basis) * MPM_SUM_NC(dim);
+  const PetscBool    kept = turn == MPM_TILES_OPEN ? PETSC_FALSE : PETSC_TRUE;
   const MPMRange    *runs = t->runs[turn], *end = runs + t->nruns[turn];
-  MPMBegun           begun = {{{0}}, NULL};
-  PetscInt           done = 0, blocks = 0; /* rows of tiles; blocks of points */
+  MPMBegun           begun  = {{{0}}, NULL};
+  PetscInt           closed = 0, blocks = 0; /* rows of tiles; blocks of points */
   PetscReal         *place[MPM_STAGED];
   MPMBlockOrder      o;
   MPMStencils        s;
@@ -488,38 +449,35 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   MPMStencilsBegin(dim, par, &s);
   memset(&r, 0, sizeof r);
   memset(&b, 0, sizeof b);
-  if (keep && from < to) memset(t->sum + (size_t)from * size, 0, (size_t)(to - from) * size * sizeof *t->sum);
+  if (kept) MPMOpenKept(dim, patch, turn);
   while (runs < end) {
     const PetscInt row = runs->row;
-    PetscInt       n   = 1;
+    PetscInt       n   = 1; /* runs at a time: those of a row of tiles, all where sums are kept */
 
-    while (runs + n < end && (keep || runs[n].row == row)) n++; /* kept sums have no need of rows */
-    while (!keep && done < row) MPMCloseRow(dim, patch, parts, done++);
-    if (!keep) MPMOpenRow(dim, patch, row);
+    while (runs + n < end && (kept || runs[n].row == row)) n++;
+    while (!kept && closed < row)
+      MPMCloseRow(dim, patch, parts, closed++); /* the last one, and such without open tiles */
+    if (!kept) MPMOpenRow(dim, patch, row);
     MPMFirstBlock(n, runs, &o);
     while (MPMNextBlock(patch, n, runs, &o)) {
       MPMStage(dim, par, patch, &o, &s);
-      MPMStagePlaces(dim, patch, keep, &o, place);
+      MPMStagePlaces(dim, patch, kept, &o, place);
       if (forces) {
         MPMGatherState(dim, patch, &o, &b);
-        MPM_FOR_MATERIALS(par, o.n, s.kind)
+        MPM_FOR_MATERIALS(m, first, next, par, o.n, s.kind)
         if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[dim - 1](m, first, next, &b);
       }
       MPMStageRecords(dim, parts, patch, &o, &s, &b, &r);
       sum(&o, &s, &r, place, &begun);
       if (patch->meanwhile && ++blocks % MPM_MEANWHILE == 0) patch->meanwhile(patch->ctx);
     }
-    o.ncells = 1; /* no points of no cell: what is begun is done */
-    o.end[0] = 0;
-    place[0] = NULL;
-    sum(&o, &s, &r, place, &begun);
+    MPMSumEnd(sum, &o, &s, &r, place, &begun);
     runs += n;
   }
-  while (!keep && done < t->n[1] * t->n[2]) MPMCloseRow(dim, patch, parts, done++);
+  while (!kept && closed < t->n[1] * t->n[2]) MPMCloseRow(dim, patch, parts, closed++);
 }
 
-/* --- Nodes to points -----------------------------------------------------------------------------------------------
- */
+/* --- Nodes to points ---------------------------------------------------------------------------------------------- */
 
 /* New F and material state of a block from its velocity gradients L [dim*dim] in 1/s: eqs. (10) to (12); checks J;
    speeds of waves. */
@@ -529,12 +487,12 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
   const MPMView *points = &patch->points;
 
   MPMGatherState(dim, patch, o, b);
-  MPM_FOR_MATERIALS(par, o->n, s->kind)
+  MPM_FOR_MATERIALS(m, first, next, par, o->n, s->kind)
   {
     const MPMMaterialLaw *law   = MPMLaw(m);
     const PetscInt        from  = first - first % MPM_WIDTH;
     const PetscBool       has_F = m->state & MPM_BIT(F) ? PETSC_TRUE : PETSC_FALSE;
-    MPMMask               bad   = MPMAll(0) != MPMAll(0);
+    MPMMask               bad   = MPMNone();
     MPMRow                c2;
 
     for (PetscInt l = from; l < next && has_F; l += MPM_WIDTH) {
@@ -568,7 +526,8 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
   }
 }
 
-/* New velocities v of a block from vn = sum phi v', an = sum phi a (8), and displacements dx (9); r as below. */
+/* New velocities v of a block from vn = sum phi v', an = sum phi a (8), and displacements dx (9), which may take the
+   place of vn. r: of xpic, the part of the old v that the grid did not take up, which is dropped; else NULL. */
 MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMRow *v, const MPMRow *r, const MPMRow *vn,
                         const MPMRow *an, MPMRow *dx, MPMReal *v2max)
 {
@@ -579,12 +538,8 @@ MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMRow *v, co
 
     for (int d = 0; d < dim; d++) {
       const MPMReal now = MPMRead(&vn[d][l]), step = dt * MPMRead(&an[d][l]), old = MPMRead(&v[d][l]);
-      MPMReal       to;
+      const MPMReal to = r ? old - MPMRead(&r[d][l]) + step : flip * (old + step) + pic * now;
 
-      if (r) /* xpic: what the grid took up of v_p, accelerated */
-        to = old - MPMRead(&r[d][l]) + step;
-      else
-        to = flip * (old + step) + pic * now;
       v2 += to * to;
       MPMWrite(&v[d][l], to);
       MPMWrite(&dx[d][l], dt * (r ? to : now));
@@ -593,40 +548,40 @@ MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMRow *v, co
   }
 }
 
-/* The base nodes of n points where they are now, on each axis from the patch's first own one, and their number in the
-   arrays: -1 in another patch, -2 outside of the grid. */
-MPM_INLINE void MPMFindCells(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, const MPMStencils *s,
-                             MPMRow *base, PetscReal *now)
+/* The base nodes of n points where they are now: on each axis from the patch's first own one, and their index in the
+   arrays as in s->base; -1 in another patch, -2 outside of the grid. */
+MPM_INLINE void MPMFindBases(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, const MPMStencils *s,
+                             MPMRow *at, PetscReal *base)
 {
   const MPMGrid grid = *patch->grid;
 
   for (PetscInt l = 0; l < n; l += MPM_WIDTH) {
-    MPMReal cell   = MPMAll(0);
-    MPMMask inside = cell == cell, own = inside;
+    MPMReal index  = MPMAll(0);
+    MPMMask inside = MPMNot(MPMNone()), own = inside;
 
     for (int d = dim - 1; d >= 0; d--) {
       const PetscReal lo = (PetscReal)patch->own_lo[d], below = (PetscReal)(patch->own_lo[d] - patch->lo[d]);
       const MPMReal   x = MPMRead(&s->x[d][l]);
-      MPMReal         xi, at = MPMBasesOf(basis, &grid, d, x, MPMRead(&s->l[d][l]), &xi) - lo;
+      MPMReal         xi, node = MPMBasesOf(basis, &grid, d, x, MPMRead(&s->l[d][l]), &xi) - lo;
 
       inside &= (x >= grid.lower[d]) & (x <= grid.upper[d]);
-      own &= (at >= 0) & (at < (PetscReal)patch->own_n[d]);
-      cell = cell * (PetscReal)patch->n[d] + (at + below);
-      MPMWrite(&base[d][l], at);
+      own &= (node >= 0) & (node < (PetscReal)patch->own_n[d]);
+      index = index * (PetscReal)patch->n[d] + (node + below);
+      MPMWrite(&at[d][l], node);
     }
-    MPMWrite(now + l, MPMSelect(inside, MPMSelect(own, cell, MPMAll(-1)), MPMAll(-2)));
+    MPMWrite(base + l, MPMSelect(inside, MPMSelect(own, index, MPMAll(-1)), MPMAll(-2)));
   }
 }
 
-/* x <- x + dx and the cell it is in now. Notes the points that changed cell, counts them and those that left the patch.
-   q: of the block in the order. */
+/* x <- x + dx and the cell it is in now. Notes the points that changed cell (MPMPatch), which are few: only theirs is
+   numbered anew. Counts them and those that left the patch. q: where in the order the block begins. */
 MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscInt q, const MPMBlockOrder *o,
                           MPMStencils *s, const MPMRow *dx, MPMStatus *status)
 {
   const MPMGrid *grid  = patch->grid;
-  MPMMask        wraps = MPMAll(0) != MPMAll(0);
+  MPMMask        wraps = MPMNone();
   MPMBits        moves = {0};
-  MPMRow         base[3], now;
+  MPMRow         at[3], now; /* base nodes: from the first own one; their index, to be compared with s->base */
   PetscInt       moved, left = 0, which[MPM_STAGED];
 
   for (int d = 0; d < dim; d++)
@@ -645,23 +600,23 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   switch (patch->basis) {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   case MPM_BASIS_##name:                                                                                               \
-    MPMFindCells(dim, MPM_BASIS_##name, patch, o->n, s, base, now);                                                    \
+    MPMFindBases(dim, MPM_BASIS_##name, patch, o->n, s, at, now);                                                      \
     break;
 #include "basis.def"
 #undef MPM_BASIS
   default:
     break;
   }
-  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) moves = MPMMark(MPMRead(&now[l]) != MPMRead(&s->cell[l]), l, moves);
+  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) moves = MPMMark(MPMRead(&now[l]) != MPMRead(&s->base[l]), l, moves);
   moved = MPMList(moves, o->n, which);
   for (PetscInt k = 0; k < moved; k++) {
     const PetscInt l = which[k], p = o->point[l];
-    PetscInt       cell = now[l] < 0 ? (PetscInt)now[l] : 0, at[3] = {0};
+    PetscInt       cell = now[l] < 0 ? (PetscInt)now[l] : 0, node[3] = {0};
 
-    for (int d = 0; d < dim && now[l] >= 0; d++) at[d] = (PetscInt)base[d][l];
-    if (now[l] >= 0) cell = MPMTileCell(dim, &patch->tiles, at);
+    for (int d = 0; d < dim && now[l] >= 0; d++) node[d] = (PetscInt)at[d][l];
+    if (now[l] >= 0) cell = MPMTileCell(dim, &patch->tiles, node);
     patch->points.cell[p] = cell;
-    if (patch->movers) patch->movers[patch->nmovers + k] = cell < 0 ? -1 - (q + l) : q + l;
+    if (patch->movers) patch->movers[patch->nmovers + k] = cell < 0 ? MPM_LEAVER(q + l) : q + l;
     left += cell < 0;
     if (cell == -2) {
       const PetscReal x[3] = {s->x[0][l], s->x[1][l], s->x[2][l]};
@@ -674,7 +629,8 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
 }
 
 /* Affine velocities C of a block (APIC): of a basis without inertia they are the velocity gradient L; else
-   sum phi v (x_i - x) over the inertia, found as a gradient whose g is w (i - at). */
+   sum phi v (x_i - x) over the inertia, found as a gradient whose g is w (i - at): s->g is overwritten, so this comes
+   after all that needs it. C: room for them, before they go to their rows. */
 MPM_INLINE void MPMAffine(int dim, const MPMPatch *patch, const PetscInt at[], const MPMBlockOrder *o, MPMStencils *s,
                           MPMRow *C)
 {
@@ -702,9 +658,10 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   PetscInt      at[MPM_MAX_NODES];
   MPMBlockOrder o;
   MPMReal       v2 = MPMAll(0), c2 = MPMAll(0);
-  MPMRow        value[6], L[9], v[3], r[3]; /* value: sum phi v', sum phi a; then dx in place of the first */
-  MPMStencils   s;
-  MPMBlock      b;
+  MPMRow        value[6], L[9], v[3], r[3];
+  MPMRow *const vn = value, *const an = value + dim, *const dx = vn; /* sum phi v', sum phi a; dx in place of vn */
+  MPMStencils s;
+  MPMBlock    b;
 
   MPMStencilsBegin(dim, par, &s);
   memset(&b, 0, sizeof b);
@@ -720,21 +677,23 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     if (parts & MPM_G2P_FILTER) {
       MPMGather(dim, parts & MPM_RESIDUAL ? points->r : points->v, &o, r);
       for (int d = 0; d < dim; d++)
-        for (PetscInt l = 0; l < o.n; l += MPM_WIDTH) MPMWrite(&r[d][l], MPMRead(&r[d][l]) - MPMRead(&value[d][l]));
+        for (PetscInt l = 0; l < o.n; l += MPM_WIDTH) MPMWrite(&r[d][l], MPMRead(&r[d][l]) - MPMRead(&vn[d][l]));
       MPMScatter(dim, r, &o, 0, o.n, points->r);
     }
     if (parts & MPM_G2P_MOTION) {
       MPMGather(dim, points->v, &o, v);
       if (points->r) MPMGather(dim, points->r, &o, r);
-      MPMMove(dim, par, o.n, v, points->r ? r : NULL, value, value + dim, value, &v2);
+      MPMMove(dim, par, o.n, v, points->r ? r : NULL, vn, an, dx, &v2);
       MPMScatter(dim, v, &o, 0, o.n, points->v);
-      if (!(parts & MPM_G2P_COMMIT)) MPMScatter(dim, value, &o, 0, o.n, points->dx);
+      if (!(parts & MPM_G2P_COMMIT)) MPMScatter(dim, dx, &o, 0, o.n, points->dx);
     }
     if (stress) MPMUpdateState(dim, par, patch, &o, &s, L, &b, &c2, status);
-    if (parts & MPM_AFFINE) MPMAffine(dim, patch, at, &o, &s, L);
-    if (parts & MPM_G2P_COMMIT) { /* after the new state, which may change the domain */
-      if (!motion) MPMGather(dim, points->dx, &o, value);
-      MPMCommit(dim, par, patch, o.entry - o.n, &o, &s, value, status);
+    if (parts & MPM_AFFINE) MPMAffine(dim, patch, at, &o, &s, L); /* L is of no more use */
+    if (parts & MPM_G2P_COMMIT) {                                 /* after the new state, which may change the domain */
+      const PetscInt q = o.entry - o.n; /* of the one run that there is, the last n entries that were taken */
+
+      if (!motion) MPMGather(dim, points->dx, &o, dx);
+      MPMCommit(dim, par, patch, q, &o, &s, dx, status);
     }
   }
   status->v2 = PetscMax(status->v2, MPMLargest(v2));

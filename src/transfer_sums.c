@@ -191,7 +191,7 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
 {
   for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++])
     for (PetscInt l = first; l < o->end[c]; l += MPM_WIDTH)
-      MPMInterpolate(dim, ns, nv, gradients, nodes + (size_t)s->cell[first] * MPM_VEL_NC(dim), at, s, l, value,
+      MPMInterpolate(dim, ns, nv, gradients, nodes + (size_t)s->base[first] * MPM_VEL_NC(dim), at, s, l, value,
                      gradient);
 }
 
