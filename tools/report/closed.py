@@ -20,6 +20,7 @@ NETWORK = dict(message=LATENCY + 2 * OVERHEAD, post=2 * OVERHEAD, wire=WIRE, red
 BOXES = {"box2d": ((256, 256), "filled box, 2-D linear"), "box3d": ((32, 32, 32), "filled box, 3-D quadratic")}
 WEAK = 16384  # particles a process
 PATCH = 16  # cells of a patch of the pool on an axis, unless -pool_cells says so
+SMALL = {"box2d": (64, 64), "box3d": (16, 16, 8)}  # cells of a process in weak.csv and weak-large.csv
 LARGE = {"box2d": (512, 512), "box3d": (64, 64, 32)}  # cells of the simulated runs of strong-large.csv
 WAYS = {
     ("spatial", "direct"): "spatial, direct",
@@ -35,6 +36,14 @@ def way(row):
         if row.get("processes", row.get("ranks")) == 1
         else WAYS.get((row["strategy"], row["migrate"]), row["strategy"])
     )
+
+
+def near_cube(dim, parts):
+    """parts (a power of 2) as a product of dim factors that differ little."""
+    p = [1] * dim
+    while math.prod(p) < parts:
+        p[p.index(min(p))] *= 2
+    return p
 
 
 def combine(lines, repeats):
@@ -147,8 +156,8 @@ class ClosedForm:
 
     @staticmethod
     def best_pool(m, s, processes):
-        """Seconds of a step of the pool with the best patches."""
-        return min(m.pool(model.replace(s, processes=processes), c)[0] for c in range(model.TILE[m.basis], 65, model.TILE[m.basis]))
+        """Seconds of a step of the pool with the best patches, those of Model.patch."""
+        return m.pool(model.replace(s, processes=processes), m.patch(s))[0]
 
     def injected(self, name, cells, cut):
         """The model with the costs that the simulator injects, and none that it does not know; particles that change process in a
@@ -213,7 +222,27 @@ class ClosedForm:
             return BOXES[row["scene"]][0]
         if study == "strong-large":
             return LARGE[row["scene"]]
-        cells, p = ([64, 64], [1, 1]) if row["scene"] == "box2d" else ([16, 16, 8], [1, 1, 1])
-        while math.prod(p) < row["ranks"]:
-            p[p.index(min(p))] *= 2
-        return [c * k for c, k in zip(cells, p)]
+        cells = SMALL[row["scene"]]
+        return [c * k for c, k in zip(cells, near_cube(len(cells), row["ranks"]))]
+
+    def alone(self, name, cells):
+        """Seconds of a step on one process with the costs that the simulator injects."""
+        one = [1] * len(cells)
+        return self.injected(name, cells, one)[0].box(cells, one, 2 ** len(cells), 0)[0]
+
+    def boxes(self, name, ranks, swarm=False):
+        """Weak efficiency with the costs that the simulator injects, and imbalance: of the boxes that the program chose in the
+        simulated run, or beyond these of one box of equally many cells each."""
+        cuts = {}
+        for study in ("weak", "weak-large"):
+            try:
+                rows = [r for r in self.data.simulated(study) if r["scene"] == name and r["mode"] == "injected"]
+                cuts |= {r["ranks"]: r["cut"] for r in rows if r["cut"]}
+            except Missing:
+                pass
+        cells = self.cells_of({"scene": name, "ranks": ranks}, "weak")
+        cut = [int(p) for p in str(cuts[ranks]).split("x")] if ranks in cuts else near_cube(len(cells), ranks)
+        m, *crossing = self.injected(name, cells, cut)
+        m.direct = not swarm
+        t, imbalance = m.box(cells, cut, 2**m.dim, *crossing)
+        return self.alone(name, SMALL[name]) / t, imbalance

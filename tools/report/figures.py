@@ -35,7 +35,8 @@ def mark(kind, colour):
         "critical path": dict(marker="o", color=colour, markerfacecolor="white", linestyle="none"),
         "simulated": dict(marker="x", color=colour, linestyle="none"),
         "emulated to injected": dict(color=colour, alpha=0.18, linewidth=0),
-        "closed form": dict(color=colour),
+        "closed form": dict(color=colour, linestyle="--"),
+        "closed form, as simulated": dict(color=colour),
     }[kind]
 
 

@@ -150,6 +150,11 @@ class Model:
         rest = sum(alone.values())
         return total + rest, busy + rest
 
+    def patch(self, s):
+        """The edge of the patches with which the predicted step on 8 processes is shortest, as `-dry_run` looks for it."""
+        s, tile = replace(s, processes=8), TILE[self.basis]
+        return min(range(tile, 257, tile), key=lambda c: self.pool(s, c)[0])
+
     # ---- Shares
     def cube(self, n, per_cell, processes, moved):
         """One of many cubes of a full block, n particles each, the fastest of which moves by so many cells a step."""
@@ -289,6 +294,8 @@ def parse(text):
             }
         if m := re.search(r"no number of workers exceeds a speed-up of (\S+);", line):
             out["bound"] = float(m[1])
+        if m := re.search(r"best patches on 8 processes (\d+)", line):
+            out["patch"] = int(m[1])
         if m := re.search(r"spatial is (?:ahead from (\d+) processes on|never ahead)", line):
             out["ahead"] = m[1] or "none"
         if "spatial keeps 0.9" in line:
@@ -329,6 +336,8 @@ def agrees(model, said, cells, edge=16, tolerance=0.02):
     for p, row in said["rows"].items():
         if row["pool"]:
             hold(f"step of the pool on {p}", model.pool(replace(whole, processes=p), edge)[0], row["pool"])
+    best = (model.pool(replace(whole, processes=8), c)[0] for c in (model.patch(whole), said["patch"]))
+    hold("step of the pool on 8 with the best patches", *best)
     total, busy = model.pool(replace(whole, processes=8), edge)
     hold("bound of the pool", model.step(whole) / busy, said["bound"], max(tolerance, 0.006 / said["bound"]))
     moved = said["speed"] * said["dt"]  # cells of 1 m

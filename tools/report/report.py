@@ -61,10 +61,9 @@ class Report(Tables):
                 panel.setdefault(key[1], []).append((key[2], [(r[p], r["efficiency"]) for r in some]))
         try:
             for name, rows in group([r for r in self.against_simulation() if r[1] == "strong"], lambda r: r[0]).items():
-                cells = BOXES[name][0]
-                one = self.injected(name, cells, [1] * len(cells))[0].box(cells, [1] * len(cells), 2 ** len(cells), 0)[0]
+                one = self.alone(name, BOXES[name][0])
                 points = [(1, 1.0)] + [(p, one / t / p) for _, _, p, _, _, t, _, _ in rows if p <= 32]
-                panels.setdefault(scene(name), {}).setdefault("spatial, direct", []).append(("closed form", points))
+                panels.setdefault(scene(name), {}).setdefault("spatial, direct", []).append(("closed form, as simulated", points))
         except Missing as m:
             self.note("figure strong", str(m))
         for name, points in self.bands("strong").items():
@@ -101,8 +100,11 @@ class Report(Tables):
         panels = []
         for name, (_, what) in BOXES.items():
             panel = {
-                "direct": [("closed form", [(p, self.weak(name, WEAK, p)) for p in FAR])],
-                "DMSwarmMigrate": [("closed form", [(p, self.weak(name, WEAK, p, True)) for p in FAR])],
+                label: [
+                    ("closed form", [(p, self.weak(name, WEAK, p, swarm)) for p in FAR]),
+                    ("closed form, as simulated", [(2**k, self.boxes(name, 2**k, swarm)[0]) for k in range(21)]),
+                ]
+                for label, swarm in (("direct", False), ("DMSwarmMigrate", True))
             }
             found = list(self.both("weak"))
             try:

@@ -13,7 +13,7 @@ stands for it is told apart by the column `class`, and no figure joins two:
 Studies: strong (the same scene on all numbers of processes) and weak (16,000 particles a process) with spatial
 decomposition (points migrate `direct`; some runs also by `swarm`) and the pool. In each, all runs of a scene must give
 the same digest. Then `counts`: messages and bytes of a full box by -log_view against formulas, exactly; and `validation`:
-measured over predicted for every scene of options/ on 1 and 2 processes.
+predicted over measured for every scene of options/ on 1 and 2 processes.
 
 Writes docs/data/scaling/*.csv, docs/scaling-*.png; exit status 1 when digests or counts differ or a run failed.
 """
