@@ -120,7 +120,7 @@ test-widths: ## the tests of equality with vectors of 8, 4 and 2 points
 	+@for lanes in 8 4 2; do echo "At most $$lanes lanes:"; \
 	  PEBBLE_VECTOR=$$lanes $(again) ctest select="-L equal" || exit 1; done
 
-bench: ## time this program and others on the same work; BENCH=full: all sizes, an hour
+bench: ## time this program and others on the same work; BENCH=full: all sizes, 40 minutes
 	@tools/install.sh run
 	+@$(again) $(PEBBLE) build/seed_serial
 	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --flags="$(strip $(flags))" \
