@@ -8,7 +8,8 @@
 #include "options.h"
 
 #define LEVELS 3
-#define PASSES 5 /* through all measurements */
+#define PASSES 5   /* through all measurements */
+#define VARIES 1.2 /* times as long that a run takes is worth a word */
 /* Runs of more points are timed by the processor's clock, which other programs do not lengthen; for fewer points,
    reading it would be a part of what it measures, and there the least of short runs does. */
 #define MPM_CLOCKED 5e3
@@ -17,7 +18,8 @@ static const PetscInt  steps[LEVELS] = {400, 150, 40}, repeats[LEVELS] = {3, 2, 
 
 /* What a short run left. */
 typedef struct {
-  PetscReal seconds[MPM_MAX_TIMERS]; /* s a step of each timer */
+  PetscReal seconds[MPM_MAX_TIMERS]; /* s a step of each timer, at the least */
+  PetscReal fastest, slowest;        /* s a step of the runs */
   PetscReal points, nodes;
   PetscInt  steps;
 } Sample;
@@ -75,14 +77,54 @@ static PetscErrorCode Save(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A line of the file into the model; what is none of its lines, or has no sound numbers, returns PETSC_FALSE. `found`
+   counts the single numbers. */
+static PetscBool ReadLine(const char line[], MPMModel *m, int *found)
+{
+  char   name[MPM_NAME_LEN];
+  double v[5];
+  int    e;
+
+  if (!strncmp(line, "method ", 7) || line[0] == '#' || !line[0]) return PETSC_TRUE;
+  if (!strncmp(line, "from ", 5)) {
+    (void)snprintf(m->from, sizeof m->from, "%.*s", (int)sizeof m->from - 1, line + 5);
+    return PETSC_TRUE;
+  }
+  if (!strncmp(line, "rate ", 5)) {
+    if (sscanf(line, "rate %d %lf %lf %lf %lf %lf", &e, v, v + 1, v + 2, v + 3, v + 4) != 6) return PETSC_FALSE;
+    for (int k = 0; k < 5; k++)
+      if (!(v[k] >= 0 && v[k] < PETSC_MAX_REAL)) return PETSC_FALSE;
+    if (e < 0 || e >= MPM_MAX_TIMERS) return PETSC_FALSE;
+    m->rate[e] = (MPMRate){v[0], {v[1], v[3]}, {v[2], v[4]}};
+    return PETSC_TRUE;
+  }
+  if (sscanf(line, "%63s %lf", name, v) != 2 || !(v[0] >= 0 && v[0] < 1)) return PETSC_FALSE; /* all are s */
+#define MPM_READ(entry)                                                                                                \
+  if (!strcmp(name, #entry)) {                                                                                         \
+    m->entry = v[0];                                                                                                   \
+    *found += 1;                                                                                                       \
+    return PETSC_TRUE;                                                                                                 \
+  }
+  MPM_MODEL_NUMBERS(MPM_READ)
+#undef MPM_READ
+#define MPM_READ(entry)                                                                                                \
+  if (!strcmp(name, #entry)) {                                                                                         \
+    m->entry = v[0];                                                                                                   \
+    return PETSC_TRUE;                                                                                                 \
+  }
+  MPM_MODEL_LIMITS(MPM_READ)
+#undef MPM_READ
+  return PETSC_FALSE;
+}
+
 /* Reads the file of the constants, if there is one for this method: what keeps it from being used goes to `wrong`. On
    one process. */
 PetscErrorCode MPMModelLoad(MPM mpm, char wrong[], size_t len)
 {
   MPMModel  m    = mpm->model;
   FILE     *file = fopen(mpm->model_file, "r");
-  char      line[2 * MPM_TEXT_LEN], method[MPM_TEXT_LEN], name[MPM_NAME_LEN];
-  PetscBool fits  = PETSC_FALSE;
+  char      line[2 * MPM_TEXT_LEN], method[MPM_TEXT_LEN];
+  PetscBool fits = PETSC_FALSE, sound = PETSC_TRUE;
   int       found = 0, wanted = 0;
 
   PetscFunctionBeginUser;
@@ -90,37 +132,26 @@ PetscErrorCode MPMModelLoad(MPM mpm, char wrong[], size_t len)
   MPMModelMethod(mpm, method, sizeof method);
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) PetscCall(PetscMemzero(&m.rate[e], sizeof m.rate[e]));
   while (fgets(line, (int)sizeof line, file)) {
-    double v[5] = {0};
-    int    e;
-
     line[strcspn(line, "\n")] = 0;
     if (!strncmp(line, "method ", 7)) fits = strcmp(line + 7, method) ? PETSC_FALSE : PETSC_TRUE;
-    if (!strncmp(line, "from ", 5)) (void)snprintf(m.from, sizeof m.from, "%.*s", (int)sizeof m.from - 1, line + 5);
-    if (sscanf(line, "rate %d %lf %lf %lf %lf %lf", &e, v, v + 1, v + 2, v + 3, v + 4) == 6 && e >= 0 &&
-        e < MPM_MAX_TIMERS)
-      m.rate[e] = (MPMRate){v[0], {v[1], v[3]}, {v[2], v[4]}};
-    for (int k = 0; !strncmp(line, "rate ", 5) && k < 5; k++)
-      if (!(v[k] >= 0 && v[k] < PETSC_MAX_REAL)) fits = PETSC_FALSE;
-    if (sscanf(line, "%63s %lf", name, v) == 2) {
-#define MPM_READ(entry)                                                                                                \
-  if (!strcmp(name, #entry)) m.entry = v[0], found++;
-      MPM_MODEL_NUMBERS(MPM_READ)
-#undef MPM_READ
-#define MPM_READ_LIMIT(entry)                                                                                          \
-  if (!strcmp(name, #entry) && v[0] > 0 && v[0] < 1) m.entry = v[0];
-      MPM_MODEL_LIMITS(MPM_READ_LIMIT)
-#undef MPM_READ_LIMIT
-    }
+    if (!ReadLine(line, &m, &found)) sound = PETSC_FALSE;
   }
+  (void)fclose(file);
 #define MPM_COUNT(entry) wanted++;
   MPM_MODEL_NUMBERS(MPM_COUNT)
 #undef MPM_COUNT
-  (void)fclose(file);
-  if (fits && found == wanted)
-    mpm->model = m;
+  if (found != wanted) sound = PETSC_FALSE;
+  for (PetscInt k = 0; k < mpm->nprogram && fits; k++) { /* each phase has been timed */
+    const MPMRate *r = &m.rate[mpm->program[k] - mpm->phases];
+
+    if (!(r->call > 0 || r->each[0] > 0)) sound = PETSC_FALSE;
+  }
+  if (!fits)
+    (void)snprintf(wrong, len, "%s is of another method or of other points: not used", mpm->model_file);
+  else if (!sound)
+    (void)snprintf(wrong, len, "%s is damaged, or of another version: not used", mpm->model_file);
   else
-    (void)snprintf(wrong, len, "%s is of another method, of other points or of another version: not used",
-                   mpm->model_file);
+    mpm->model = m;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -202,8 +233,9 @@ static PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0, tries = 0; k < nrepeats && tries < nrepeats + 8; tries++) {
-    MPMShare share;
-    MPM      mpm;
+    PetscReal all = 0;
+    MPMShare  share;
+    MPM       mpm;
 
     PetscCall(SetRun(scene, "spatial", coarser, nsteps));
     PetscCall(Make(PETSC_COMM_SELF, &mpm));
@@ -214,11 +246,17 @@ static PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt
     PetscCall(MPMModelShare(mpm, &share));
     mpm->path.clock = n > MPM_CLOCKED ? PETSC_TRUE : PETSC_FALSE;
     PetscCall(MPMRun(mpm));
-    for (PetscInt e = 0; e < MPM_MAX_TIMERS && mpm->step; e++)
-      Least(&sample->seconds[e], MPMTimerSeconds(mpm, e) / (PetscReal)mpm->step);
-    sample->points = share.points;
-    sample->nodes  = share.nodes;
-    sample->steps  = mpm->step;
+    for (PetscInt e = 0; e < MPM_MAX_TIMERS && mpm->step; e++) {
+      const PetscReal s = MPMTimerSeconds(mpm, e) / (PetscReal)mpm->step;
+
+      Least(&sample->seconds[e], s);
+      all += s;
+    }
+    Least(&sample->fastest, all);
+    sample->slowest = PetscMax(sample->slowest, all);
+    sample->points  = share.points;
+    sample->nodes   = share.nodes;
+    sample->steps   = mpm->step;
     PetscCall(MPMDestroy(&mpm));
     k++;
   }
@@ -592,6 +630,7 @@ PetscErrorCode MPMCalibrate(MPM scene)
 {
   MPMModel   *m = &scene->model;
   Measured    all;
+  PetscReal   varied = 1;
   PetscMPIInt size, rank;
   char        date[MPM_NAME_LEN] = "?";
 
@@ -624,6 +663,13 @@ PetscErrorCode MPMCalibrate(MPM scene)
                  date);
   if (!rank) PetscCall(Save(scene));
   PetscCall(MPMPrint(scene, "results    %s\n", scene->model_file));
+  for (int k = 1; k < LEVELS; k++) varied = PetscMax(varied, all.alone[k].slowest / all.alone[k].fastest);
+  PetscCall(Slowest(scene->comm, &varied));
+  if (varied > VARIES)
+    PetscCall(MPMPrint(scene,
+                       "note       the same run took up to %.1f times as long as at its fastest, which counts: other "
+                       "work was running here, and runs beside it take longer than predicted\n",
+                       (double)varied));
   if (size == 1)
     PetscCall(
         MPMPrint(scene, "note       messages and the pool were not measured: start on 2 processes or more for that\n"));

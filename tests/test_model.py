@@ -88,6 +88,14 @@ check("the sum of the phases is the prediction of the step",
 other = run("-method_update", "usl")
 check("a file of another method is not used, and the run says so", "of another method" in other and
       "constants rough" in other)
+whole = open("output/disks.model").read()
+for what, damaged in (("a number that is none", whole.replace("\nmessage ", "\nmessage x")), ("an infinite one", re.sub(r"\nwire .*", "\nwire inf", whole)),
+                      ("a negative one", re.sub(r"\nmessage .*", "\nmessage -5", whole)), ("a rate that is none", re.sub(r"\nrate (\d+) \S+", r"\nrate \1 xyz", whole, count=1)),
+                      ("a rate less", re.sub(r"\nrate .*", "", whole, count=1)), ("no end", whole[:len(whole) // 2])):
+    with open("damaged.model", "w") as file:
+        file.write(damaged)
+    text = run("-model_file", "damaged.model", n=2)
+    check(f"a file with {what} is not used, and the run says so", damaged != whole and "is damaged" in text and "constants rough" in text)
 check("a file that is not there is refused", "-model_file" in run("-model_file", "nowhere.model", status=2))
 
 # ---- Same bits with everything

@@ -45,10 +45,10 @@ ORDER = [scene.name for scene in runs.SCENES]
 class Results:
     def __init__(self, args):
         self.args, self.validation, self.problems = args, [], []
-        # With --scenes the rows of the others stay.
+        # What is not measured now stays: tables of other parts, and with --scenes rows of the other scenes.
         self.runs, self.phases, self.counts = (
-            [row for row in self.read(name) if args.scenes and row["scene"] not in args.scenes]
-            for name in ("runs", "phases", "counts"))
+            [row for row in self.read(name) if part not in args.only or args.scenes and row["scene"] not in args.scenes]
+            for name, part in (("runs", "scaling"), ("phases", "scaling"), ("counts", "counts")))
 
     def read(self, name):
         try:
@@ -341,22 +341,27 @@ def main():
         args.steps, args.scale, args.repeats, args.more_repeats = 100, 4, 5, 3
     args.sizes = tuple(map(int, args.sizes.split(","))) if args.sizes else SIZES
     args.scenes = args.scenes.split(",") if args.scenes else []
-    chosen = args.only.split(",") if args.only else list(parts)
-    if set(chosen) - set(parts) or set(args.scenes) - {scene.name for scene in runs.SCENES}:
+    whole = not args.only and not args.scenes
+    args.only = args.only.split(",") if args.only else list(parts)
+    if set(args.only) - set(parts) or set(args.scenes) - {scene.name for scene in runs.SCENES}:
         p.error("no such part or scene")
 
     results, start, load = Results(args), datetime.datetime.now(), os.getloadavg()[0]
     if not args.plot:
         if load > 0.5:
             print(f"The load average is {load:.1f}: other work is running, times will be too long")
-        for name in chosen:
+        for name in args.only:
             parts[name](args, results)
         minutes = (datetime.datetime.now() - start).total_seconds() / 60
         with open("/proc/cpuinfo") as file:
             cpu = next((line.split(":")[1].strip() for line in file if line.startswith("model name")), "unknown")
-        with open(os.path.join(args.data, "README.md"), "w") as file:
-            file.write(README.format(when=f"{start:%Y-%m-%d %H:%M}", machine=f"{cpu}, {args.cores} cores",
-                                     load=f"{load:.1f}", minutes=minutes, per=PER_PROCESS * args.scale))
+        readme = os.path.join(args.data, "README.md")
+        if whole or not os.path.exists(readme):
+            with open(readme, "w") as file:
+                file.write(README.format(when=f"{start:%Y-%m-%d %H:%M}", machine=f"{cpu}, {args.cores} cores",
+                                         load=f"{load:.1f}", minutes=minutes, per=PER_PROCESS * args.scale))
+        else:
+            print(f"a part of the tables is new: {os.path.relpath(readme)} wants a word about it")
         print(f"\n{minutes:.1f} minutes, load average {load:.1f} at the start")
     try:
         import plots
