@@ -248,9 +248,12 @@ static void CheckState(MPM mpm)
 {
   const MPMStatus *s   = &mpm->status;
   const PetscInt   dim = mpm->grid.dim;
-  char             at[128];
+  PetscInt         b   = 0;
+  char             at[128], who[2 * MPM_NAME_LEN];
 
   if (s->bad == MPM_OK) return;
+  while (b + 1 < mpm->scene.nbodies && s->id >= mpm->scene.bodies[b + 1].first) b++;
+  (void)snprintf(who, sizeof who, "point %" PetscInt64_FMT " of %s", s->id, mpm->scene.bodies[b].name);
   (void)snprintf(at, sizeof at,
                  dim == 1   ? "(%g)"
                  : dim == 2 ? "(%g, %g)"
@@ -258,25 +261,21 @@ static void CheckState(MPM mpm)
                  (double)s->x[0], (double)s->x[1], (double)s->x[2]);
   if (s->bad == MPM_LEFT_GRID && !(PetscAbsReal(s->x[0] + s->x[1] + s->x[2]) <= PETSC_MAX_REAL))
     (void)snprintf(mpm->stop, sizeof mpm->stop,
-                   "point %" PetscInt64_FMT
-                   " has a position that is not finite, %s; reduce -dt_size or -dt_cfl, or look at "
-                   "-acceleration and -loads",
-                   s->id, at);
+                   "%s has a position that is not finite, %s; reduce -dt_size or -dt_cfl, or look at -acceleration and "
+                   "-loads",
+                   who, at);
   else if (s->bad == MPM_LEFT_GRID)
     (void)snprintf(mpm->stop, sizeof mpm->stop,
-                   "point %" PetscInt64_FMT " left the grid, to %s; enlarge the grid or close its walls (-bc_*_type)",
-                   s->id, at);
+                   "%s left the grid, to %s; enlarge the grid or close its walls (-bc_*_type)", who, at);
   else if (s->bad == MPM_TOO_WIDE)
-    (void)snprintf(
-        mpm->stop, sizeof mpm->stop,
-        "the domain of point %" PetscInt64_FMT
-        " at %s is stretched to %g cells, gimp takes 1 at most; use more points per cell (-body_*_ppc) or a spline",
-        s->id, at, (double)s->J);
+    (void)snprintf(mpm->stop, sizeof mpm->stop,
+                   "the domain of %s at %s is stretched to %g cells, gimp takes 1 at most; use more points per cell "
+                   "(-body_*_ppc) or a spline",
+                   who, at, (double)s->J);
   else
     (void)snprintf(mpm->stop, sizeof mpm->stop,
-                   "point %" PetscInt64_FMT
-                   " at %s is turned inside out or not finite (det F = %g); reduce -dt_size or -dt_cfl",
-                   s->id, at, (double)s->J);
+                   "%s at %s is turned inside out or not finite (det F = %g); reduce -dt_size or -dt_cfl", who, at,
+                   (double)s->J);
 }
 
 /* One step of the loop: choose dt, step, check. */

@@ -247,10 +247,11 @@ static void CheckArguments(int argc, char **argv, char error[], size_t len)
 /* The vocabulary: names, defaults, units, ranges. */
 static void PrintHelp(void)
 {
-  printf("Pebble: the Material Point Method on PETSc\n"
-         "  pebble -options_file options/disks.opts [-option value ...]\n"
-         "  pebble -version; pebble -help petsc also lists PETSc's own options\n"
-         "Options: <default> unit: meaning (allowed). Lists have no blanks: -gravity 0,-9.81\n");
+  printf(
+      "Pebble: the Material Point Method on PETSc\n"
+      "  pebble -options_file options/disks.opts [-option value ...]\n"
+      "  pebble -version; pebble -help petsc also lists PETSc's own options; -log_view times events and counts messages\n"
+      "Options: <default> unit: meaning (allowed). Lists have no blanks: -gravity 0,-9.81\n");
   for (size_t r = 0; r < MPMOptionTableSize; r++) {
     const MPMOptionRow *row     = &MPMOptionTable[r];
     const PetscBool     numbers = row->type == MPM_REALS || row->type == MPM_INTS ? PETSC_TRUE : PETSC_FALSE;

@@ -199,7 +199,7 @@ def check_refusal(work, run):
     """A block without a floor falls out of the grid: at which step, and what is left of the run."""
     global failures
     status, said = run["result"]
-    stop = re.search(r"point (\d+) left the grid, to \(([^)]*)\)", said)
+    stop = re.search(r"point (\d+) of \w+ left the grid, to \(([^)]*)\)", said)
     expected = int(re.match(r"step (\d+):", run["error"]).group(1))
     complaints, refused = [], None
     if not stop:
