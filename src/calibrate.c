@@ -26,31 +26,31 @@ typedef struct {
 
 /* --- The file -------------------------------------------------------------------------------------------------- */
 
-/* The single numbers of a model, by the names that they have in its file. */
+/* The single numbers of a model, by their names in its file. 0: a file may lack it, since no prediction needs it. */
 /* clang-format off */
 #define MPM_MODEL_NUMBERS(X) \
-  X(exchange) \
-  X(message) \
-  X(post) \
-  X(wire) \
-  X(copy) \
-  X(reduction) \
-  X(chunk) \
-  X(farm) \
-  X(migration[0].call) \
-  X(migration[0].stage) \
-  X(migration[0].process) \
-  X(migration[0].point) \
-  X(migration[0].leaver) \
-  X(migration[1].call) \
-  X(migration[1].stage) \
-  X(migration[1].process) \
-  X(migration[1].point) \
-  X(migration[1].leaver)
+  X(exchange, 1) \
+  X(message, 1) \
+  X(post, 1) \
+  X(wire, 1) \
+  X(copy, 1) \
+  X(kept, 1) \
+  X(reduction, 1) \
+  X(chunk, 1) \
+  X(farm, 1) \
+  X(migration[0].call, 1) \
+  X(migration[0].stage, 1) \
+  X(migration[0].process, 1) \
+  X(migration[0].point, 1) \
+  X(migration[0].leaver, 1) \
+  X(migration[1].call, 1) \
+  X(migration[1].stage, 1) \
+  X(migration[1].process, 1) \
+  X(migration[1].point, 1) \
+  X(migration[1].leaver, 1) \
+  X(flop, 0) \
+  X(byte, 0)
 /* clang-format on */
-
-/* Those that a file may lack: no prediction needs them. */
-#define MPM_MODEL_LIMITS(X) X(flop) X(byte)
 
 static PetscErrorCode Save(MPM mpm)
 {
@@ -69,16 +69,15 @@ static PetscErrorCode Save(MPM mpm)
       for (int k = 0; k < 2; k++) fprintf(file, " %.6g %.6g", (double)m->rate[e].size[k], (double)m->rate[e].each[k]);
       fprintf(file, " # %s: call, then at so many so much each\n", MPMTimerName(e));
     }
-#define MPM_WRITE(name) fprintf(file, #name " %.6g\n", (double)m->name);
+#define MPM_WRITE(name, needed) fprintf(file, #name " %.6g\n", (double)m->name);
   MPM_MODEL_NUMBERS(MPM_WRITE)
-  MPM_MODEL_LIMITS(MPM_WRITE)
 #undef MPM_WRITE
   PetscCheck(!fclose(file), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s", mpm->model_file);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* A line of the file into the model; what is none of its lines, or has no sound numbers, returns PETSC_FALSE. `found`
-   counts the single numbers. */
+   counts the single numbers that are needed. */
 static PetscBool ReadLine(const char line[], MPMModel *m, int *found)
 {
   char   name[MPM_NAME_LEN];
@@ -99,20 +98,13 @@ static PetscBool ReadLine(const char line[], MPMModel *m, int *found)
     return PETSC_TRUE;
   }
   if (sscanf(line, "%63s %lf", name, v) != 2 || !(v[0] >= 0 && v[0] < 1)) return PETSC_FALSE; /* all are s */
-#define MPM_READ(entry)                                                                                                \
+#define MPM_READ(entry, needed)                                                                                        \
   if (!strcmp(name, #entry)) {                                                                                         \
     m->entry = v[0];                                                                                                   \
-    *found += 1;                                                                                                       \
+    *found += needed;                                                                                                  \
     return PETSC_TRUE;                                                                                                 \
   }
   MPM_MODEL_NUMBERS(MPM_READ)
-#undef MPM_READ
-#define MPM_READ(entry)                                                                                                \
-  if (!strcmp(name, #entry)) {                                                                                         \
-    m->entry = v[0];                                                                                                   \
-    return PETSC_TRUE;                                                                                                 \
-  }
-  MPM_MODEL_LIMITS(MPM_READ)
 #undef MPM_READ
   return PETSC_FALSE;
 }
@@ -137,7 +129,7 @@ PetscErrorCode MPMModelLoad(MPM mpm, char wrong[], size_t len)
     if (!ReadLine(line, &m, &found)) sound = PETSC_FALSE;
   }
   (void)fclose(file);
-#define MPM_COUNT(entry) wanted++;
+#define MPM_COUNT(entry, needed) wanted += needed;
   MPM_MODEL_NUMBERS(MPM_COUNT)
 #undef MPM_COUNT
   if (found != wanted) sound = PETSC_FALSE;
@@ -501,36 +493,72 @@ static void FitMigration(PetscMPIInt size, const Trial *a, const Trial *b, MPMMo
   }
 }
 
-/* Times steps of about 600 points a process, and predicts them without the cost of an exchange, and with 1 s for each.
- */
-static PetscErrorCode TimeExchange(MPM scene, PetscReal *least, PetscReal predicted[2])
+/* Steps of about so many points a process, on all of them. */
+typedef struct {
+  PetscReal step;             /* s, the least */
+  PetscReal predicted;        /* s, without what the exchange costs besides its messages */
+  PetscReal exchanges, bytes; /* of the process that has most of them; 0: there is no such cut */
+} Together;
+
+/* What the model says of a step with these costs of an exchange and of a byte of sums. Collective on scene->comm. */
+static PetscErrorCode PredictWith(MPM scene, MPM mpm, PetscReal exchange, PetscReal kept, PetscReal *seconds)
+{
+  PetscFunctionBeginUser;
+  mpm->model          = scene->model;
+  mpm->model.exchange = exchange;
+  mpm->model.kept     = kept;
+  *seconds            = 0;
+  PetscCall(MPMModelPredict(mpm));
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) *seconds += mpm->predicted[e];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TimeTogether(MPM scene, PetscReal n, PetscInt nsteps, Together *t)
 {
   PetscMPIInt size;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
   PetscCall(SetRun(scene, "spatial",
-                   PetscPowReal((PetscReal)scene->points.total / (600. * size), 1 / (PetscReal)scene->grid.dim), 400));
+                   PetscPowReal((PetscReal)scene->points.total / (n * size), 1 / (PetscReal)scene->grid.dim), nsteps));
   for (int repeat = 0; repeat < 3; repeat++) {
     PetscReal step;
     MPM       mpm;
 
     PetscCall(Make(scene->comm, &mpm));
     if (!mpm) PetscFunctionReturn(PETSC_SUCCESS); /* no such cut */
-    for (int k = 0; k < 2; k++) {
-      mpm->model          = scene->model;
-      mpm->model.exchange = k;
-      predicted[k]        = 0;
-      PetscCall(MPMModelPredict(mpm));
-      for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) predicted[k] += mpm->predicted[e];
-    }
+    PetscCall(PredictWith(scene, mpm, 0, 0, &t->predicted));
+    PetscCall(PredictWith(scene, mpm, 1, 0, &t->exchanges)); /* 1 s: beside it nothing else counts */
+    PetscCall(PredictWith(scene, mpm, 0, 1, &t->bytes));
+    t->exchanges -= t->predicted;
+    t->bytes -= t->predicted;
     PetscCall(MPMRun(mpm));
     step = mpm->step ? mpm->wall_steps / (PetscReal)mpm->step : PETSC_MAX_REAL;
     PetscCall(Slowest(scene->comm, &step));
     PetscCall(MPMDestroy(&mpm));
-    Least(least, step);
+    Least(&t->step, step);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What a step takes that the rest of the model does not explain: so much an exchange, for calls and processes that wait
+   for each other, and so much a byte of sums. A few points show the first, many the second. */
+static void FitTogether(const Together *few, const Together *many, MPMModel *m)
+{
+  const PetscReal det = few->exchanges * many->bytes - many->exchanges * few->bytes;
+  const PetscReal a = few->step - few->predicted, b = many->step - many->predicted;
+
+  if (det > 0) {
+    m->exchange = (a * many->bytes - b * few->bytes) / det;
+    m->kept     = (few->exchanges * b - many->exchanges * a) / det;
+  }
+  if (det <= 0 || m->kept < m->copy) {
+    m->kept     = m->copy;
+    m->exchange = few->exchanges > 0 ? PetscMax(0, a - few->bytes * m->kept) / few->exchanges : m->exchange;
+  } else if (m->exchange < 0) {
+    m->exchange = 0;
+    m->kept     = PetscMax(m->copy, b / many->bytes);
+  }
 }
 
 /* --- The pool -------------------------------------------------------------------------------------------------- */
@@ -577,10 +605,18 @@ typedef struct {
   Sample    alone[LEVELS];
   Messages  messages;
   Trial     migration[2];
-  PetscReal copy;                   /* s a byte */
-  PetscReal exchange, predicted[2]; /* TimeExchange */
+  PetscReal copy; /* s a byte */
+  Together  together[2];
   Farm      farm[2];
 } Measured;
+
+static PetscErrorCode TimeSteps(MPM scene, Measured *all)
+{
+  PetscFunctionBeginUser;
+  PetscCall(TimeTogether(scene, 600, 400, &all->together[0]));
+  PetscCall(TimeTogether(scene, 1e4, 60, &all->together[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 /* Measures everything once; the least of it and of what was measured before stays. */
 static PetscErrorCode Measure(MPM scene, PetscMPIInt size, Measured *all)
@@ -594,7 +630,7 @@ static PetscErrorCode Measure(MPM scene, PetscMPIInt size, Measured *all)
   PetscCall(TimeMessages(scene->comm, &all->messages));
   PetscCall(TimeMigration(scene, 2e3, &all->migration[0]));
   PetscCall(TimeMigration(scene, 5e4, &all->migration[1]));
-  PetscCall(TimeExchange(scene, &all->exchange, all->predicted));
+  PetscCall(TimeSteps(scene, all));
   PetscCall(TimePool(scene, edge, &all->farm[0]));
   PetscCall(TimePool(scene, 4 * edge, &all->farm[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -637,9 +673,10 @@ PetscErrorCode MPMCalibrate(MPM scene)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
   PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
-  PetscCall(MPMPrint(scene,
-                     "calibrate  %s: short runs of about 600, 20,000 and 400,000 particles on each of %d process%s\n",
-                     scene->scene.title, size, size > 1 ? "es" : ""));
+  PetscCall(MPMPrint(
+      scene,
+      "calibrate  %s: short runs of about 600, 20,000 and 400,000 particles on each of %d process%s, some 20 s\n",
+      scene->scene.title, size, size > 1 ? "es" : ""));
   PetscCall(MPMStepSetUp(scene));
   PetscCall(MPMPointsLayout(scene, &scene->points));
   PetscCall(MPMModelSetUp(scene));
@@ -652,11 +689,10 @@ PetscErrorCode MPMCalibrate(MPM scene)
                  (double)goal[k]);
   }
   PetscCall(FitModel(scene, size, &all));
-  /* What an exchange costs besides its messages, calls and the waiting of processes for each other: what a step takes
-     that the rest of the model does not explain, over the number of exchanges. */
-  if (size > 1) PetscCall(TimeExchange(scene, &all.exchange, all.predicted));
-  if (all.predicted[1] > all.predicted[0])
-    m->exchange = PetscMax(0, (all.exchange - all.predicted[0]) / (all.predicted[1] - all.predicted[0]));
+  if (size > 1) { /* last, since the rest of the model is taken from it */
+    PetscCall(TimeSteps(scene, &all));
+    FitTogether(&all.together[0], &all.together[1], m);
+  }
   PetscCall(MPMLimits(scene->comm, &m->flop, &m->byte));
   PetscCall(PetscGetDate(date, sizeof date));
   (void)snprintf(m->from, sizeof m->from, "calibrated on %d process%s, %s", size, size > 1 ? "es" : " (messages rough)",

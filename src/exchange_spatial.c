@@ -281,11 +281,11 @@ static PetscBool TimeToRecut(MPM mpm)
 static PetscErrorCode Share_Spatial(MPM mpm, MPMShare *share)
 {
   const MPMSpatial *s = (const MPMSpatial *)mpm->exchange.ctx;
-  PetscInt          ghosts;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscSFGetGraph(s->ghosts, NULL, &ghosts, NULL, NULL));
-  share->ghosts     = (PetscReal)ghosts;
+  for (int k = 0; k < s->nto; k++)
+    share->ghosts += (PetscReal)MPMTilesSent(&mpm->exchange.patch, s->to[k].toward) /
+                     MPMTilesPerGhost(mpm->grid.dim, mpm->basis);
   share->neighbours = 0.5 * (PetscReal)(s->nto + s->nfrom);
   for (PetscInt d = 0; d < 3; d++) {
     share->axes += s->p[d] > 1;

@@ -45,13 +45,11 @@ static PetscInt Times(MPM mpm, PetscInt e)
 /* Bytes a ghost node that a phase sends: its motion once, its sums once for each tile that reaches it. */
 static PetscReal PhaseMessage(MPM mpm, const MPMPhase *phase)
 {
-  const PetscInt  dim   = mpm->grid.dim;
-  const PetscReal tiles = PetscPowReal((PetscReal)MPMTileSide(mpm->basis) / (PetscReal)MPMTileEdge(mpm->basis),
-                                       (PetscReal)dim - 1);
+  const PetscInt dim = mpm->grid.dim;
 
   if (phase->kind == MPM_NODES) return (PetscReal)MPM_VEL_NC(dim) * (PetscReal)sizeof(PetscReal);
-  return tiles * (PetscReal)(MPM_SUM_LAST(dim, phase->parts) - MPM_SUM_FIRST(dim, phase->parts)) *
-         (PetscReal)sizeof(PetscReal);
+  return MPMTilesPerGhost(dim, mpm->basis) * (PetscReal)sizeof(PetscReal) *
+         (PetscReal)(MPM_SUM_LAST(dim, phase->parts) - MPM_SUM_FIRST(dim, phase->parts));
 }
 
 static PetscReal Log2(PetscReal processes)
@@ -101,7 +99,7 @@ PetscReal MPMModelTimer(MPM mpm, PetscInt e, const MPMShare *s)
   sent = s->ghosts * PhaseMessage(mpm, &mpm->phases[e]);
   if (mpm->phases[e].kind == MPM_NODES)
     return Seconds(&m->rate[e], s->nodes) + (PetscReal)Times(mpm, e) * (posts + way_of + sent * (m->wire + m->copy));
-  return Seconds(&m->rate[e], s->points) + (PetscReal)Times(mpm, e) * (posts + sent * m->copy);
+  return Seconds(&m->rate[e], s->points) + (PetscReal)Times(mpm, e) * (posts + sent * m->kept);
 }
 
 /* The same for the pool's master with processes-1 workers; s is the share of a run on one process, edge that of a patch
@@ -236,6 +234,7 @@ static void SetRough(MPM mpm)
   m->post                 = 0.6e-6;
   m->wire                 = 0.08e-9;
   m->copy                 = 0.3e-9;
+  m->kept                 = 0.3e-9;
   m->reduction            = 1.6e-6;
   m->migration[0].call    = 60e-6; /* DMSwarmMigrate: 22 collectives, one of them of a number from every process */
   m->migration[0].stage   = 24 * 1.6e-6;

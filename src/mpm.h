@@ -265,12 +265,13 @@ enum { MPM_TILE_OPEN = -1, MPM_TILE_EMPTY = -2 };
    row of cells (x fastest), those of a row of tiles first: so kernels stream through points, and a row of tiles is at
    work at a time. */
 typedef struct {
-  int             bits;                    /* log2 of the cells on an axis */
-  PetscInt        n[3], below[3], keep[3]; /* of the table on each axis; not its own; uppermost ones that are early */
-  PetscBool       wraps[3];                /* those below are the uppermost ones again */
-  MPMTileBox     *box[3];
-  PetscInt       *slot;                 /* [n2][n1][n0] which of the kept sums are the tile's, or as above */
-  PetscBool       waits;                /* sums come from processes below */
+  int         bits;                    /* log2 of the cells on an axis */
+  PetscInt    n[3], below[3], keep[3]; /* of the table on each axis; not its own; uppermost ones that are early */
+  PetscBool   wraps[3];                /* those below are the uppermost ones again */
+  MPMTileBox *box[3];
+  PetscInt   *slot;      /* [n2][n1][n0] which of the kept sums are the tile's, or as above */
+  PetscInt (*used)[2];   /* [n2][n1] tiles used[0] to used[1]-1 of a row: there are none with sums else */
+  PetscBool       waits; /* sums come from processes below */
   PetscInt        nearly, nown, nslots; /* kept sums: of early tiles, of own ones, and all */
   const PetscInt *start;                /* [cells+1] where the points of a cell begin in the order */
   PetscInt        nruns[MPM_NUM_TURNS]; /* of the order, each turn's from row to row */
@@ -462,6 +463,7 @@ PetscErrorCode MPMTilesMark(MPMPatch *, PetscBool keep,
 void           MPMTilesWrap(MPMPatch *);
 void           MPMTilesMarkRows(MPMPatch *);
 PetscInt       MPMTilesCells(const MPMPatch *);
+PetscInt       MPMTilesSent(const MPMPatch *, const int toward[3]);
 size_t         MPMTilesBytes(const MPMPatch *, const int toward[3], PetscInt parts, PetscBool above);
 size_t         MPMTilesPack(const MPMPatch *, const int toward[3], PetscInt parts, char *message);
 void           MPMTilesUnpack(MPMPatch *, const int toward[3], PetscInt parts, const char *message);
@@ -672,6 +674,7 @@ typedef struct {
   PetscReal    exchange, message;      /* s an exchange with the neighbours, and a message on its way */
   PetscReal    post;                   /* s that a message takes of the processors at its ends */
   PetscReal    wire, copy;             /* s a byte: on its way, packed and unpacked */
+  PetscReal    kept;                   /* s a byte of a tile's sums that are sent: kept, packed, unpacked, added */
   PetscReal    reduction;              /* s of the step's reduction for each doubling of the processes */
   MPMMigration migration[2];           /* swarm, direct */
   PetscReal    chunk, farm;            /* s a patch of the pool, s a byte of it, on either side */

@@ -235,15 +235,27 @@ static void SortByCell(const MPMView *view, PetscInt ncells, PetscInt *start, Pe
     }
 }
 
+/* Does this part of the order have places of points that changed cell or left? */
+static PetscBool HasMovers(const PetscInt *order, PetscInt n, PetscInt nkept)
+{
+  PetscInt most = -1;
+
+  for (PetscInt q = 0; q < n; q++) most = PetscMax(most, order[q]);
+  return most >= nkept ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* The same from the order before and the places in it of the points that changed cell or left: the others keep their
-   turns, so cells are copied without them and leave room for comers, which then find their place by id. After a
-   migration other points are where leavers were and from nkept on: they are comers too. */
-static void MergeMovers(const MPMView *view, PetscInt ncells, MPMPoints *points)
+   turns, so cells are copied without them and leave room for comers, which then find their place by id. Rows of `row`
+   cells without movers are copied as they are. After a migration other points are where leavers were and from nkept on:
+   they are comers too. */
+static PetscErrorCode MergeMovers(const MPMView *view, PetscInt ncells, PetscInt row, MPMPoints *points)
 {
   PetscInt      *order = points->order, *start = points->start, *to = points->spare, *comers = points->comers;
   PetscInt      *come = points->movers, ncome = 0, at = 0;
   const PetscInt nkept = points->nkept;
+  PetscBool     *comes; /* to a row */
 
+  PetscFunctionBeginUser;
   for (PetscInt m = 0; m < points->nmovers; m++) {
     const PetscInt q = points->movers[m] < 0 ? MPM_LEAVER(points->movers[m]) : points->movers[m], p = order[q];
 
@@ -251,16 +263,31 @@ static void MergeMovers(const MPMView *view, PetscInt ncells, MPMPoints *points)
     if (p < nkept) come[ncome++] = p;
   }
   for (PetscInt p = nkept; p < view->n; p++) come[ncome++] = p;
-  for (PetscInt m = 0; m < ncome; m++) comers[view->cell[come[m]]]++;
-  for (PetscInt c = 0, q = 0; c < ncells; c++) {
-    const PetscInt end = start[c + 1];
+  PetscCall(PetscCalloc1(ncells / row, &comes));
+  for (PetscInt m = 0; m < ncome; m++) {
+    comers[view->cell[come[m]]]++;
+    comes[view->cell[come[m]] / row] = PETSC_TRUE;
+  }
+  for (PetscInt first = 0; first < ncells; first += row) {
+    PetscInt       q = start[first];
+    const PetscInt n = start[first + row] - q, shift = at - q;
 
-    start[c] = at;
-    for (; q < end; q++) {
-      to[at] = order[q];
-      at += order[q] < nkept;
+    if (!comes[first / row] && !HasMovers(order + q, n, nkept)) {
+      (void)memcpy(to + at, order + q, (size_t)n * sizeof *to);
+      for (PetscInt c = first; c < first + row && shift; c++) start[c] += shift;
+      at += n;
+      continue;
     }
-    at += comers[c];
+    for (PetscInt c = first; c < first + row; c++) {
+      const PetscInt end = start[c + 1];
+
+      start[c] = at;
+      for (; q < end; q++) {
+        to[at] = order[q];
+        at += order[q] < nkept;
+      }
+      at += comers[c];
+    }
   }
   start[ncells] = at;
   for (PetscInt m = 0; m < ncome; m++) {
@@ -270,8 +297,10 @@ static void MergeMovers(const MPMView *view, PetscInt ncells, MPMPoints *points)
     for (; r > start[c] && view->id[to[r - 1]] > view->id[p]; r--) to[r] = to[r - 1];
     to[r] = p;
   }
+  PetscCall(PetscFree(comes));
   points->spare = order;
   points->order = to;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Lists the points that left the patch, ascending: which [n], allocated here. Not collective. */
@@ -316,7 +345,7 @@ PetscErrorCode MPMPointsSort(MPMPoints *points, const MPMPatch *patch)
   if (points->nmovers < 0)
     SortByCell(&view, ncells, points->start, points->order);
   else
-    MergeMovers(&view, ncells, points);
+    PetscCall(MergeMovers(&view, ncells, patch->tiles.n[0] << patch->tiles.bits, points));
   MPMSimulateWork("SORT", view.n);
   points->nmovers = -1;
   points->nkept   = points->n;

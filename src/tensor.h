@@ -1,9 +1,8 @@
 /* tensor.h - the few small-matrix operations that materials and transfers share.
 
    dim is always a compile-time constant after inlining, so the loops unroll. MPMReal is one point or, in the files that
-   are compiled for lanes, several (lanes.h). F is [dim*dim] row-major; a
-   symmetric tensor is [6] in the order xx xy xz yy yz zz, whole in every dimension: 2-D is plane strain (F33 = 1), 1-D
-   is uniaxial strain (F22 = F33 = 1). */
+   are compiled for lanes, several (lanes.h). F is [dim*dim] row-major; a symmetric tensor is [6] in the order xx xy xz
+   yy yz zz, whole in every dimension: 2-D is plane strain (F33 = 1), 1-D is uniaxial strain (F22 = F33 = 1). */
 #ifndef MPM_TENSOR_H
 #define MPM_TENSOR_H
 

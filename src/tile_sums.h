@@ -37,7 +37,7 @@ MPM_INLINE void MPMOpenRow(int dim, const MPMPatch *patch, PetscInt row)
   const MPMTiles *t    = &patch->tiles;
   const size_t    size = MPMTileSize(dim, patch->basis);
 
-  for (PetscInt i = 0; i < t->n[0]; i++)
+  for (PetscInt i = t->used[row][0]; i < t->used[row][1]; i++)
     if (t->slot[row * t->n[0] + i] == MPM_TILE_OPEN)
       memset(t->scratch + (size_t)i * size, 0, size * sizeof *t->scratch);
 }
@@ -65,16 +65,15 @@ MPM_INLINE void MPMCloseRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt r
   const PetscInt    side = MPMTileSide(patch->basis), *slot = t->slot + row * t->n[0];
   const size_t      size = MPMTileSize(dim, patch->basis);
   const MPMTileBox *y = &t->box[1][row % t->n[1]], *z = &t->box[2][row / t->n[1]];
-  PetscInt          first = 0, last = t->n[0];
+  const PetscInt    first = t->used[row][0], last = t->used[row][1];
 
-  while (first < last && slot[first] == MPM_TILE_EMPTY) first++;
-  while (first < last && slot[last - 1] == MPM_TILE_EMPTY) last--;
+  if (first >= last) return;
   for (PetscInt k = z->from; k < z->to; k++)
     for (PetscInt j = y->from; j < y->to; j++) { /* a row of nodes: j, k of the tiles, `at` of the arrays */
       const PetscInt at    = (k + z->at) * patch->n[1] + j + y->at;
       PetscReal     *nodes = patch->sum + MPM_SUM_NC(dim) * (size_t)at * (size_t)patch->n[0];
 
-      if (first < last) MPMZeroRow(dim, patch, parts, at);
+      MPMZeroRow(dim, patch, parts, at);
       for (PetscInt i = first; i < last; i++) {
         const MPMTileBox *x    = &t->box[0][i];
         const PetscReal  *from = slot[i] >= 0 ? t->sum + (size_t)slot[i] * size : t->scratch + (size_t)i * size;

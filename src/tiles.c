@@ -79,6 +79,8 @@ PetscErrorCode MPMTilesSetUp(MPMPatch *patch, PetscBool alone)
   rows      = t->n[1] * t->n[2];
   t->nearly = t->nown = t->nslots = 0;
   PetscCall(PetscMalloc1(t->n[0] * rows, &t->slot));
+  for (PetscInt k = 0; k < t->n[0] * rows; k++) t->slot[k] = MPM_TILE_EMPTY;
+  PetscCall(PetscCalloc1(rows, &t->used));
   t->waits = PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++)
     if (t->below[d] && !t->wraps[d]) t->waits = PETSC_TRUE;
@@ -97,6 +99,7 @@ PetscErrorCode MPMTilesDestroy(MPMPatch *patch)
   for (PetscInt d = 0; d < 3; d++) PetscCall(PetscFree(t->box[d]));
   for (int k = 0; k < MPM_NUM_TURNS; k++) PetscCall(PetscFree(t->runs[k]));
   PetscCall(PetscFree(t->slot));
+  PetscCall(PetscFree(t->used));
   PetscCall(PetscFree(t->memory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -121,6 +124,15 @@ static void AddRun(MPMTiles *t, MPMTurns turn, PetscInt row, PetscInt first, Pet
     t->runs[turn][t->nruns[turn]++] = (MPMRange){first, last, row};
 }
 
+/* Notes that the tile has sums. */
+static void Use(MPMTiles *t, PetscInt tile)
+{
+  PetscInt *used = t->used[tile / t->n[0]], at = tile % t->n[0];
+
+  used[0] = used[0] < used[1] ? PetscMin(used[0], at) : at;
+  used[1] = PetscMax(used[1], at + 1);
+}
+
 /* Notes which tiles of a row have points and gives those from `cut` on, which are early, a place for their sums.
    Returns how many others have points; turn: theirs. */
 static PetscInt MarkRow(MPMPatch *patch, PetscInt row, PetscInt cut, MPMTurns turn, const PetscInt start[])
@@ -128,9 +140,11 @@ static PetscInt MarkRow(MPMPatch *patch, PetscInt row, PetscInt cut, MPMTurns tu
   MPMTiles      *t   = &patch->tiles;
   const int      dim = (int)patch->grid->dim;
   const PetscInt n0 = t->n[0], rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits;
-  PetscInt      *slot = t->slot + row * n0, others = 0;
+  PetscInt      *slot = t->slot + row * n0, *used = t->used[row], others = 0;
 
-  for (PetscInt i = 0; i < n0; i++) slot[i] = MPM_TILE_EMPTY;
+  for (PetscInt i = used[0]; i < used[1]; i++) slot[i] = MPM_TILE_EMPTY;
+  used[0] = used[1] = 0;
+  if (start[MPMTileRowCell(dim, t, row, 0)] == start[MPMTileRowCell(dim, t, row, rows)]) return 0;
   for (PetscInt in = 0; in < rows; in++) {
     const PetscInt *cell = start + MPMTileRowCell(dim, t, row, in);
 
@@ -141,8 +155,12 @@ static PetscInt MarkRow(MPMPatch *patch, PetscInt row, PetscInt cut, MPMTurns tu
     AddRun(t, MPM_TILES_EARLY, row, cell[edge * cut], cell[edge * n0]);
   }
   for (PetscInt i = 0; i < n0; i++) {
-    if (slot[i] == MPM_TILE_OPEN && i < cut) others++;
-    if (slot[i] == MPM_TILE_OPEN && i >= cut) slot[i] = t->nearly++;
+    if (slot[i] == MPM_TILE_EMPTY) continue;
+    Use(t, row * n0 + i);
+    if (i < cut)
+      others++;
+    else
+      slot[i] = t->nearly++;
   }
   return others;
 }
@@ -200,6 +218,7 @@ void MPMTilesWrap(MPMPatch *patch)
 
       if (at[d] >= t->below[d]) continue;
       t->slot[tile] = t->slot[tile + (t->below[d] - at[d] + own - 1) / own * own * stride];
+      if (t->slot[tile] != MPM_TILE_EMPTY) Use(t, tile);
     }
 }
 
@@ -220,12 +239,12 @@ static void MarkCells(MPMPatch *patch, PetscInt row, PetscInt in)
 {
   const MPMTiles *t    = &patch->tiles;
   const PetscInt *cell = t->start + MPMTileRowCell((int)patch->grid->dim, t, row, in), edge = 1 << t->bits,
-                 end   = edge * t->n[0];
+                 end   = edge * t->used[row][1];
   const PetscInt at[3] = {0, in % edge, in / edge}, tile[3] = {0, row % t->n[1], row / t->n[1]};
-  PetscInt       lo[3], hi[3], first = 0, last = end;
+  PetscInt       lo[3], hi[3], first = edge * t->used[row][0], last = end;
 
-  if (cell[0] == cell[end]) return;
-  while (cell[first + 1] == cell[0]) first++;
+  if (cell[first] == cell[end]) return;
+  while (cell[first + 1] == cell[first]) first++;
   while (cell[last - 1] == cell[end]) last--;
   for (PetscInt d = 0; d < 3; d++) {
     lo[d] = d ? t->box[d][tile[d]].at + at[d] : t->box[0][t->below[0]].at + first - edge * t->below[0];
@@ -360,6 +379,19 @@ size_t MPMTilesBytes(const MPMPatch *patch, const int toward[3], PetscInt parts,
          nodes * (size_t)(MPM_SUM_LAST(dim, parts) - MPM_SUM_FIRST(dim, parts)) * sizeof(PetscReal);
 }
 
+/* Nodes whose sums go to the process above on the side as points lie now, once for each tile that has some. */
+PetscInt MPMTilesSent(const MPMPatch *patch, const int toward[3])
+{
+  PetscInt tile, nodes = 0;
+  Walk     w;
+
+  WalkBegin(patch, toward, PETSC_TRUE, &w);
+  while (WalkNext(patch, toward, PETSC_TRUE, &w, &tile))
+    if (patch->tiles.slot[tile] != MPM_TILE_EMPTY)
+      nodes += (w.to[0] - w.from[0]) * (w.to[1] - w.from[1]) * (w.to[2] - w.from[2]);
+  return nodes;
+}
+
 /* Packs the message for the process above on the side; its length in bytes. */
 size_t MPMTilesPack(const MPMPatch *patch, const int toward[3], PetscInt parts, char *message)
 {
@@ -387,6 +419,7 @@ void MPMTilesUnpack(MPMPatch *patch, const int toward[3], PetscInt parts, const 
   at = (size_t)((WalkTiles(&w) + 7) / 8 * 8);
   for (; WalkNext(patch, toward, PETSC_FALSE, &w, &tile); q++) {
     patch->tiles.slot[tile] = message[q] ? patch->tiles.nslots++ : MPM_TILE_EMPTY;
+    if (message[q]) Use(&patch->tiles, tile);
     if (message[q]) at += CopyBox(patch, &w, patch->tiles.slot[tile], parts, PETSC_FALSE, (char *)message + at);
   }
 }

@@ -22,6 +22,12 @@ MPM_INLINE size_t MPMTileNodes(PetscInt dim, MPMBasis basis)
   return side * (dim > 1 ? side : 1) * (dim > 2 ? side : 1);
 }
 
+/* How many tiles have sums of a node beyond a cut, on the mean. */
+MPM_INLINE PetscReal MPMTilesPerGhost(PetscInt dim, MPMBasis basis)
+{
+  return PetscPowReal((PetscReal)MPMTileSide(basis) / (PetscReal)MPMTileEdge(basis), (PetscReal)dim - 1);
+}
+
 /* The edge of a patch of the pool: whole tiles. */
 MPM_INLINE PetscInt MPMPoolEdge(MPMBasis basis, PetscInt cells)
 {

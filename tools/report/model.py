@@ -103,7 +103,7 @@ class Model:
         for name, kind, _, _, sums in PHASES[self.update]:
             rate = self.rates.get(name, none)
             if kind == "to_nodes":
-                t[name] = rate.seconds(s.points) + posts + s.ghosts * self.spread(self.dim - 1) * self.sums(sums) * 8 * m["copy"]
+                t[name] = rate.seconds(s.points) + posts + s.ghosts * self.spread(self.dim - 1) * self.sums(sums) * 8 * m["kept"]
             elif kind == "nodes":
                 t[name] = rate.seconds(s.nodes) + posts + way + s.ghosts * 2 * self.dim * 8 * (m["wire"] + m["copy"])
             else:
@@ -222,9 +222,11 @@ class Model:
 
     def with_network(self, message, post, wire, reduction):
         """The same processor, another network; what of migration is messages follows, as in src/calibrate.c. What an exchange
-        costs beyond its messages is the waiting of two processes of this machine: none of a network's business."""
+        costs beyond its messages, and a byte of sums beyond its copy, is largely the waiting of two processes of this machine
+        for each other: none of a network's business."""
         return self.with_(
             exchange=0,
+            kept=self.numbers["copy"],
             message=message,
             post=post,
             wire=wire,
