@@ -4,8 +4,9 @@
    The makefile compiles the files that need speed for 8, 4 and 2 lanes, each with the instructions for just that width
    (a vector wider than the processor's is split through memory, many times slower); transfer.c picks at the start.
    Everywhere else MPM_WIDTH is 1 and MPMReal is a plain PetscReal, so that the same functions serve single points. A
-   lane sees the same operations in every width and no compiler may fuse any by itself (-ffp-contract=off): the bits
-   are the same in all. Where a + b * c shall be fused, MPMFma says so. */
+   lane sees the same operations in every width and no compiler may choose to fuse any (-ffp-contract=off): the bits are
+   the same in all. Where a + b * c shall be fused, MPMFma says so; since gcc makes no vector instruction of the fma of
+   each lane, transfer_sums.c is compiled to fuse every product with its sum, and has none that is not to be. */
 #ifndef MPM_LANES_H
 #define MPM_LANES_H
 

@@ -25,7 +25,7 @@
 #define MPM_VERSION   "0.1.0"
 #define MPM_NAME_LEN  64
 #define MPM_TEXT_LEN  2048
-#define MPM_STAGED    64 /* points that a transfer stages at a time: its scratch stays in L1 */
+#define MPM_STAGED    64 /* points that a transfer stages at a time: its scratch, 34 to 56 KiB, stays in L1 or near */
 #define MPM_MEANWHILE 32 /* blocks of points between calls of what else must get on */
 #define MPM_BLOCK     72 /* the length of its rows: room for the widest vector past the last point */
 #define MPM_LINE      64 /* bytes of a line of the cache */
@@ -780,7 +780,7 @@ PetscErrorCode MPMNotes(MPM);
 PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
-PetscErrorCode MPMRoofline(MPM); /* the last line: what was achieved, of what the machine can */
+PetscErrorCode MPMRoofline(MPM); /* the line `speed`: what was achieved, of what the machine can */
 PetscErrorCode MPMLimits(MPI_Comm, PetscReal *flop, PetscReal *byte);
 
 /* A ladder of runs; see study.c. */
@@ -819,7 +819,7 @@ struct _p_MPM {
   char                 model_file[2 * MPM_TEXT_LEN], model_note[MPM_TEXT_LEN]; /* why the file is not used */
   PetscReal            predicted[MPM_MAX_TIMERS];                              /* s a step, by the model */
   MPMPath              path;
-  PetscBool            report_limits;                 /* measure those of the machine for the last line */
+  PetscBool            report_limits;                 /* measure those of the machine for the line `speed` */
   PetscBool            quiet;                         /* prints nothing: a rung of a study */
   PetscReal            t, time_end, dt_fixed, dt_cfl; /* s; dt_fixed 0: automatic */
   PetscInt             step, max_steps;

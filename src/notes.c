@@ -68,6 +68,18 @@ static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The environment's PEBBLE_VECTOR, for tests, says how many lanes there are at most. */
+static PetscErrorCode NoteVector(MPM mpm)
+{
+  const char *wish = getenv("PEBBLE_VECTOR");
+
+  PetscFunctionBeginUser;
+  if (wish && wish[0] && strcmp(wish, "8") && strcmp(wish, "4") && strcmp(wish, "2"))
+    PetscCall(MPMPrint(mpm, "note       PEBBLE_VECTOR=%s is none of 8, 4, 2: %" PetscInt_FMT " lanes\n", wish,
+                       MPMTransferWidth()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Prints the notes, before anything else of a run, a study or a calibration. Collective on mpm->comm. */
 PetscErrorCode MPMNotes(MPM mpm)
 {
@@ -76,6 +88,7 @@ PetscErrorCode MPMNotes(MPM mpm)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
   PetscCall(NoteOptions(mpm, size));
+  PetscCall(NoteVector(mpm));
   if (size > 1 && !mpm->scene.dry_run) PetscCall(NoteCrowd(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -54,7 +54,7 @@ static PetscErrorCode PrintFields(MPM mpm)
   for (PetscInt d = 0; d < dim; d++) nodes *= mpm->grid.nodes[d];
   PetscCall(MPMPrint(mpm,
                      "  %" PetscInt_FMT " B/particle, %" PetscInt_FMT " with order and scratch, %" PetscInt_FMT
-                     " B/node: %.3g MB in all\n",
+                     " B/node: %.3g MB for both\n",
                      MPMPointsBytes(&mpm->points, MPM_STATE), bytes, node,
                      (double)(1e-6 * (bytes * (PetscReal)mpm->points.total + nodes * (PetscReal)node))));
   PetscFunctionReturn(PETSC_SUCCESS);

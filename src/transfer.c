@@ -5,14 +5,15 @@
 /* Of each width, [dim-1]: to nodes, to points. */
 extern const MPMTransfer MPMTransfers_8[3][2], MPMTransfers_4[3][2], MPMTransfers_2[3][2];
 
-/* 8 lanes with AVX-512, 4 with AVX2, else 2. The environment's PEBBLE_VECTOR asks for fewer: the bits are the same. */
+/* 8 lanes with AVX-512, 4 with AVX2, else 2. The environment's PEBBLE_VECTOR asks for at most so many (notes.c): the
+   bits are the same. */
 PetscInt MPMTransferWidth(void)
 {
   static PetscInt width = 0;
 
   if (!width) {
     const char *wish = getenv("PEBBLE_VECTOR");
-    const int   most = wish && atoi(wish) >= 2 ? atoi(wish) : 8;
+    const int   most = wish && wish[0] ? atoi(wish) : 8;
 
     width = 2;
 #if defined(__x86_64__)

@@ -64,7 +64,7 @@ check("no constant is negative or not finite",
       all(0 <= float(v) < 1 for v in numbers.values()))
 fitted = run()
 check("the run says where its constants are from", "constants calibrated on 2 processes" in fitted)
-LIMITS = r"^speed .* GB/s a process: [\d.e-]+ of ([\d.e+]+) and [\d.e-]+ of ([\d.e+]+) that a core can$"
+LIMITS = r"^speed .* GB/s a process: [\d.e-]+ of ([\d.e+]+) GFlop/s and [\d.e-]+ of ([\d.e+]+) GB/s that a core can$"
 limits = re.search(LIMITS, fitted, re.M)
 check("the line of the speed has the limits of the file", limits and all(
     abs(float(shown) * 1e9 * float(numbers[name]) - 1) < 0.01 for shown, name in zip(limits.groups(), ("flop", "byte"))))
