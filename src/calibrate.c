@@ -6,6 +6,7 @@
 #include <errno.h>
 #include "exchange_spatial.h"
 #include "options.h"
+#include "tiles.h"
 
 #define LEVELS 3
 #define PASSES 5   /* through all measurements */
@@ -399,6 +400,41 @@ static PetscErrorCode TimeCopy(PetscReal *least)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Seconds a byte of sums of tiles takes to be zeroed, packed and unpacked, where there are more tiles than a cache has
+   room for: those whose sums are sent. */
+static PetscErrorCode TimeKept(MPM scene, PetscReal *least)
+{
+  const PetscReal coarser = PetscPowReal((PetscReal)scene->points.total / 1e5, 1 / (PetscReal)scene->grid.dim);
+  const size_t    size = MPMTileNodes(scene->grid.dim, scene->basis) * MPM_SUM_NC(scene->grid.dim) * sizeof(PetscReal);
+  MPM             mpm;
+  char           *message;
+
+  PetscFunctionBeginUser;
+  PetscCall(SetRun(scene, "spatial", coarser, 1));
+  PetscCall(Make(PETSC_COMM_SELF, &mpm));
+  if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMTilesMark(&mpm->exchange.patch, PETSC_TRUE, mpm->points.start)); /* all are kept */
+  const MPMTiles *t = &mpm->exchange.patch.tiles;
+  PetscCall(PetscCalloc1((size_t)t->nown * size, &message));
+  for (int repeat = 0; repeat < 10; repeat++) {
+    PetscLogDouble t0, t1;
+    size_t         bytes = 0;
+
+    PetscCall(PetscTime(&t0));
+    memset(t->sum, 0, (size_t)t->nown * size);
+    for (PetscInt slot = 0; slot < t->nown; slot++)
+      bytes += MPMTilesCopy(&mpm->exchange.patch, slot, scene->program[0]->parts, PETSC_TRUE, message + bytes);
+    bytes = 0;
+    for (PetscInt slot = 0; slot < t->nown; slot++)
+      bytes += MPMTilesCopy(&mpm->exchange.patch, slot, scene->program[0]->parts, PETSC_FALSE, message + bytes);
+    PetscCall(PetscTime(&t1));
+    Least(least, (t1 - t0) / (PetscReal)bytes);
+  }
+  PetscCall(PetscFree(message));
+  PetscCall(MPMDestroy(&mpm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* --- Migration ---------------------------------------------------------------------------------------- */
 
 enum { SWARM, DIRECT, SWAP, WAYS }; /* without points, and directly with SWAPPED of them */
@@ -493,72 +529,63 @@ static void FitMigration(PetscMPIInt size, const Trial *a, const Trial *b, MPMMo
   }
 }
 
-/* Steps of about so many points a process, on all of them. */
+/* Steps of about 600 points on each process, together, without their migrations. */
 typedef struct {
-  PetscReal step;             /* s, the least */
-  PetscReal predicted;        /* s, without what the exchange costs besides its messages */
-  PetscReal exchanges, bytes; /* of the process that has most of them; 0: there is no such cut */
+  PetscReal step;      /* s, the least */
+  PetscReal predicted; /* s, without what an exchange costs besides its messages */
+  PetscReal exchanges; /* of the process that has most of them; 0: there is no such cut */
 } Together;
 
-/* What the model says of a step with these costs of an exchange and of a byte of sums. Collective on scene->comm. */
-static PetscErrorCode PredictWith(MPM scene, MPM mpm, PetscReal exchange, PetscReal kept, PetscReal *seconds)
+/* What the model says of a step with this cost of an exchange. Collective on scene->comm. */
+static PetscErrorCode PredictWith(MPM scene, MPM mpm, PetscReal exchange, PetscReal *seconds)
 {
   PetscFunctionBeginUser;
   mpm->model          = scene->model;
   mpm->model.exchange = exchange;
-  mpm->model.kept     = kept;
   *seconds            = 0;
   PetscCall(MPMModelPredict(mpm));
-  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) *seconds += mpm->predicted[e];
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) *seconds += e == MPM_TIMER_MIGRATE ? 0 : mpm->predicted[e];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode TimeTogether(MPM scene, PetscReal n, PetscInt nsteps, Together *t)
+/* Adds half of what the model says of the state as it is: bodies move from process to process, so the mean of the start
+   and the end counts. Collective on scene->comm. */
+static PetscErrorCode PredictHalf(MPM scene, MPM mpm, Together *t)
+{
+  PetscReal none, all;
+
+  PetscFunctionBeginUser;
+  PetscCall(PredictWith(scene, mpm, 0, &none));
+  PetscCall(PredictWith(scene, mpm, 1, &all)); /* 1 s: beside it nothing else counts */
+  t->predicted += 0.5 * none;
+  t->exchanges += 0.5 * (all - none);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode TimeTogether(MPM scene, Together *t)
 {
   PetscMPIInt size;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
   PetscCall(SetRun(scene, "spatial",
-                   PetscPowReal((PetscReal)scene->points.total / (n * size), 1 / (PetscReal)scene->grid.dim), nsteps));
-  for (int repeat = 0; repeat < 3; repeat++) {
-    PetscReal step;
+                   PetscPowReal((PetscReal)scene->points.total / (600. * size), 1 / (PetscReal)scene->grid.dim), 200));
+  for (int repeat = 0; repeat < 4; repeat++) {
+    PetscReal step = PETSC_MAX_REAL;
     MPM       mpm;
 
     PetscCall(Make(scene->comm, &mpm));
     if (!mpm) PetscFunctionReturn(PETSC_SUCCESS); /* no such cut */
-    PetscCall(PredictWith(scene, mpm, 0, 0, &t->predicted));
-    PetscCall(PredictWith(scene, mpm, 1, 0, &t->exchanges)); /* 1 s: beside it nothing else counts */
-    PetscCall(PredictWith(scene, mpm, 0, 1, &t->bytes));
-    t->exchanges -= t->predicted;
-    t->bytes -= t->predicted;
+    t->predicted = t->exchanges = 0;
+    PetscCall(PredictHalf(scene, mpm, t));
     PetscCall(MPMRun(mpm));
-    step = mpm->step ? mpm->wall_steps / (PetscReal)mpm->step : PETSC_MAX_REAL;
+    PetscCall(PredictHalf(scene, mpm, t));
+    if (mpm->step) step = (mpm->wall_steps - MPMTimerSeconds(mpm, MPM_TIMER_MIGRATE)) / (PetscReal)mpm->step;
     PetscCall(Slowest(scene->comm, &step));
     PetscCall(MPMDestroy(&mpm));
     Least(&t->step, step);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* What a step takes that the rest of the model does not explain: so much an exchange, for calls and processes that wait
-   for each other, and so much a byte of sums. A few points show the first, many the second. */
-static void FitTogether(const Together *few, const Together *many, MPMModel *m)
-{
-  const PetscReal det = few->exchanges * many->bytes - many->exchanges * few->bytes;
-  const PetscReal a = few->step - few->predicted, b = many->step - many->predicted;
-
-  if (det > 0) {
-    m->exchange = (a * many->bytes - b * few->bytes) / det;
-    m->kept     = (few->exchanges * b - many->exchanges * a) / det;
-  }
-  if (det <= 0 || m->kept < m->copy) {
-    m->kept     = m->copy;
-    m->exchange = few->exchanges > 0 ? PetscMax(0, a - few->bytes * m->kept) / few->exchanges : m->exchange;
-  } else if (m->exchange < 0) {
-    m->exchange = 0;
-    m->kept     = PetscMax(m->copy, b / many->bytes);
-  }
 }
 
 /* --- The pool -------------------------------------------------------------------------------------------------- */
@@ -605,18 +632,10 @@ typedef struct {
   Sample    alone[LEVELS];
   Messages  messages;
   Trial     migration[2];
-  PetscReal copy; /* s a byte */
-  Together  together[2];
+  PetscReal copy, kept; /* s a byte */
+  Together  together;
   Farm      farm[2];
 } Measured;
-
-static PetscErrorCode TimeSteps(MPM scene, Measured *all)
-{
-  PetscFunctionBeginUser;
-  PetscCall(TimeTogether(scene, 600, 400, &all->together[0]));
-  PetscCall(TimeTogether(scene, 1e4, 60, &all->together[1]));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Measures everything once; the least of it and of what was measured before stays. */
 static PetscErrorCode Measure(MPM scene, PetscMPIInt size, Measured *all)
@@ -626,11 +645,12 @@ static PetscErrorCode Measure(MPM scene, PetscMPIInt size, Measured *all)
   PetscFunctionBeginUser;
   for (int k = 0; k < LEVELS; k++) PetscCall(RunAlone(scene, goal[k], steps[k], repeats[k], &all->alone[k]));
   PetscCall(TimeCopy(&all->copy));
+  PetscCall(TimeKept(scene, &all->kept));
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TimeMessages(scene->comm, &all->messages));
   PetscCall(TimeMigration(scene, 2e3, &all->migration[0]));
   PetscCall(TimeMigration(scene, 5e4, &all->migration[1]));
-  PetscCall(TimeSteps(scene, all));
+  PetscCall(TimeTogether(scene, &all->together));
   PetscCall(TimePool(scene, edge, &all->farm[0]));
   PetscCall(TimePool(scene, 4 * edge, &all->farm[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -653,6 +673,7 @@ static PetscErrorCode FitModel(MPM scene, PetscMPIInt size, const Measured *all)
     }
   }
   m->copy = all->copy;
+  m->kept = all->kept;
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   FitMessages(size, &all->messages, m);
   FitMigration(size, &all->migration[0], &all->migration[1], m);
@@ -689,10 +710,11 @@ PetscErrorCode MPMCalibrate(MPM scene)
                  (double)goal[k]);
   }
   PetscCall(FitModel(scene, size, &all));
-  if (size > 1) { /* last, since the rest of the model is taken from it */
-    PetscCall(TimeSteps(scene, &all));
-    FitTogether(&all.together[0], &all.together[1], m);
-  }
+  /* What an exchange costs besides its messages, calls and the waiting of processes for each other: what a step takes
+     that the rest of the model does not explain, over the number of exchanges. */
+  if (size > 1) PetscCall(TimeTogether(scene, &all.together));
+  if (all.together.exchanges > 0)
+    m->exchange = PetscMax(0, all.together.step - all.together.predicted) / all.together.exchanges;
   PetscCall(MPMLimits(scene->comm, &m->flop, &m->byte));
   PetscCall(PetscGetDate(date, sizeof date));
   (void)snprintf(m->from, sizeof m->from, "calibrated on %d process%s, %s", size, size > 1 ? "es" : " (messages rough)",

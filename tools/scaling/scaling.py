@@ -22,6 +22,7 @@ import csv
 import datetime
 import glob
 import os
+import statistics
 import sys
 
 import counts
@@ -36,7 +37,7 @@ COUNTS = ["scene", "dim", "basis", "update", "strategy", "processes", "grid", "p
 PHASES = ["scene", "study", "strategy", "migrate", "processes", "particles", "phase", "mean_seconds", "slowest_seconds",
           "message_seconds", "messages_per_step", "bytes_per_step"]
 VALIDATION = ["scene", "dim", "particles", "processes", "steps", "repeats", "seconds_per_step", "predicted", "ratio",
-              "critical_path", "critical_path_ratio"]
+              "critical_path", "critical_path_ratio", "speedup", "predicted_speedup"]
 SIZES = (1, 2, 4, 8, 16, 32)
 PER_PROCESS = 16000
 ORDER = [scene.name for scene in runs.SCENES]
@@ -245,32 +246,40 @@ def count(args, results):
 
 def validation(args, results):
     print("\npredicted over measured, every scene of options/, as it is\n  scene       particles processes    ms/step"
-          "  predicted  ratio  critical path  ratio")
+          "  predicted  ratio  critical path  ratio  speed-up predicted")
     for path in sorted(glob.glob(os.path.join(runs.ROOT, "options", "*.opts"))):
         name, options = os.path.basename(path)[:-5], ["-options_file", path]
         try:
-            tries = {1: [], 2: []}
+            tries, paths = {1: [], 2: []}, {1: [], 2: []}
             for _ in range(2):
                 model = runs.calibrate(args, f"scene-{name}", 2, options)
-                for _ in range(2 * args.repeats):
-                    for p in tries:  # in turns: reading the processor's clock takes a part of the steps of small scenes
-                        tries[p].append([Run(args, options, p, "spatial", "direct", args.validation_steps, model, False, path)
-                                         for path in (False, True)])
-            for p, pairs in tries.items():
-                run = min((r for r, _ in pairs), key=lambda r: r.seconds)
-                predicted, slowest = min(r.predicted for r, _ in pairs), min(r.path for _, r in pairs)
+                for k in range(4 * args.repeats):
+                    for p in tries:
+                        tries[p].append(Run(args, options, p, "spatial", "direct", args.validation_steps, model, False, False))
+                    # reading the processor's clock takes a part of the steps of small scenes, so this has runs of its own
+                    for p in tries if k % 3 == 0 else ():
+                        paths[p].append(Run(args, options, p, "spatial", "direct", args.validation_steps, model, False, True))
+            speedup = statistics.median(alone.seconds / two.seconds for alone, two in zip(tries[1], tries[2]))
+            told = min(r.predicted for r in tries[1]) / min(r.predicted for r in tries[2])
+            for p, all_runs in tries.items():
+                run = min(all_runs, key=lambda r: r.seconds)
+                predicted, slowest = min(r.predicted for r in all_runs), min(r.path for r in paths[p])
                 results.validation.append(dict(
                     scene=name, dim=dimension(path), particles=run.particles, processes=p, steps=run.steps,
-                    repeats=len(pairs), seconds_per_step=number(run.seconds), predicted=number(predicted),
+                    repeats=len(all_runs), seconds_per_step=number(run.seconds), predicted=number(predicted),
                     ratio=number(predicted / run.seconds), critical_path=number(slowest),
-                    critical_path_ratio=number(predicted / slowest)))
+                    critical_path_ratio=number(predicted / slowest),
+                    **(dict(speedup=number(speedup), predicted_speedup=number(told)) if p > 1 else {})))
                 print(f"  {name:12s}{run.particles:9d} {p:9d}  {1e3 * run.seconds:9.4f}  {1e3 * predicted:9.4f}  "
-                      f"{predicted / run.seconds:5.2f}      {1e3 * slowest:9.4f}  {predicted / slowest:5.2f}", flush=True)
+                      f"{predicted / run.seconds:5.2f}      {1e3 * slowest:9.4f}  {predicted / slowest:5.2f}"
+                      + (f"     {speedup:5.2f}     {told:5.2f}" if p > 1 else ""), flush=True)
         except Failed as failure:
             results.problem(f"validation: {name}: {failure}")
     for column in ("ratio", "critical_path_ratio"):
         ratios = [float(row[column]) for row in results.validation]
         print(f"  {column} within 15 %: {sum(abs(r - 1) <= 0.15 for r in ratios)} of {len(ratios)}")
+    ratios = [float(row["predicted_speedup"]) / float(row["speedup"]) for row in results.validation if row.get("speedup")]
+    print(f"  speed-up within 15 %: {sum(abs(r - 1) <= 0.15 for r in ratios)} of {len(ratios)}")
     results.write()
 
 
@@ -316,7 +325,8 @@ bytes are counted to six digits.
 **validation.csv**: of the scenes of options/ as they are, for their first steps: the step measured (least of the repeats, as
 the constants are), predicted (the lesser of two calibrations, before the first and before the last half of the repeats), and
 the second over the first; and the same of the critical path, which hardly depends on what else the machine does but leaves out what lies
-between the phases.
+between the phases. speedup: the median over pairs of runs, one after the other, on one process and on two, which a machine whose
+speed changes leaves as it is; predicted_speedup: of the predictions.
 """
 
 
