@@ -151,7 +151,7 @@ report: ## docs/report.md, .html and figures anew from docs/data; REPORT=calibra
 	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate SIMULATE=--calibrate && )$(again) pages
 
 format: ## clang-format on the C sources
-	clang-format -i $(wildcard src/*.[ch] tests/*.[ch] tools/paper/*.c tools/bench/*.c)
+	clang-format -i $(wildcard src/*.[ch] tests/*.[ch] tools/*/*.c)
 
 scenes: $(PEBBLE) ## run every scene of options/, draw docs/scene-*.png as its comment says
 	@for scene in options/*.opts; do name=$$(basename $$scene .opts); echo "  $$name"; \

@@ -15,7 +15,7 @@
    reading it would be a part of what it measures, and there the least of short runs does. */
 #define MPM_CLOCKED 5e3
 static const PetscReal goal[LEVELS]  = {600, 2e4, 4e5};
-static const PetscInt  steps[LEVELS] = {400, 150, 40}, repeats[LEVELS] = {3, 2, 1};
+static const PetscInt  steps[LEVELS] = {300, 60, 20}, repeats[LEVELS] = {10, 5, 2};
 
 /* What a short run left. */
 typedef struct {
@@ -529,7 +529,7 @@ static void FitMigration(PetscMPIInt size, const Trial *a, const Trial *b, MPMMo
   }
 }
 
-/* Steps of about 600 points on each process, together, without their migrations. */
+/* Steps of about 600 points on each process, or of as many more as have a cut, together, without their migrations. */
 typedef struct {
   PetscReal step;      /* s, the least */
   PetscReal predicted; /* s, without what an exchange costs besides its messages */
@@ -564,18 +564,22 @@ static PetscErrorCode PredictHalf(MPM scene, MPM mpm, Together *t)
 
 static PetscErrorCode TimeTogether(MPM scene, Together *t)
 {
+  PetscReal   coarser;
   PetscMPIInt size;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
-  PetscCall(SetRun(scene, "spatial",
-                   PetscPowReal((PetscReal)scene->points.total / (600. * size), 1 / (PetscReal)scene->grid.dim), 200));
-  for (int repeat = 0; repeat < 4; repeat++) {
+  coarser = PetscPowReal((PetscReal)scene->points.total / (600. * size), 1 / (PetscReal)scene->grid.dim);
+  for (int repeat = 0, tries = 0; repeat < 8 && tries < 16; tries++) {
     PetscReal step = PETSC_MAX_REAL;
     MPM       mpm;
 
+    PetscCall(SetRun(scene, "spatial", coarser, 300));
     PetscCall(Make(scene->comm, &mpm));
-    if (!mpm) PetscFunctionReturn(PETSC_SUCCESS); /* no such cut */
+    if (!mpm) { /* too coarse for so many processes */
+      coarser /= 1.5;
+      continue;
+    }
     t->predicted = t->exchanges = 0;
     PetscCall(PredictHalf(scene, mpm, t));
     PetscCall(MPMRun(mpm));
@@ -584,7 +588,61 @@ static PetscErrorCode TimeTogether(MPM scene, Together *t)
     PetscCall(Slowest(scene->comm, &step));
     PetscCall(MPMDestroy(&mpm));
     Least(&t->step, step);
+    repeat++;
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- The scene itself ------------------------------------------------------------------------------------------ */
+
+#define CHECK_POINTS 2e6 /* more a process would take long */
+#define CHECK_WORK   2e5 /* points times steps of a run, but 20 to 500 steps */
+
+/* Times first steps of the scene as it is: the least second a step goes to *least, unless it is too large. Collective
+   on comm. */
+static PetscErrorCode TimeItself(MPM scene, MPI_Comm comm, PetscReal *least)
+{
+  const PetscReal n = (PetscReal)scene->points.total;
+  PetscMPIInt     size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  if (n > CHECK_POINTS * size) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(SetRun(scene, "spatial", 1, (PetscInt)PetscMax(20, PetscMin(500, CHECK_WORK / n))));
+  for (int repeat = 0; repeat < (n < 3e4 ? 8 : 2); repeat++) {
+    PetscReal step;
+    MPM       mpm;
+
+    PetscCall(Make(comm, &mpm));
+    if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(MPMRun(mpm));
+    step = mpm->step ? mpm->wall_steps / (PetscReal)mpm->step : PETSC_MAX_REAL;
+    PetscCall(Slowest(comm, &step));
+    PetscCall(MPMDestroy(&mpm));
+    Least(least, step);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints what these took beside what the model says of them. Collective on comm, whose first process is the scene's. */
+static PetscErrorCode CheckItself(MPM scene, MPI_Comm comm, PetscReal least)
+{
+  PetscReal   predicted = 0;
+  PetscMPIInt size;
+  MPM         mpm;
+
+  PetscFunctionBeginUser;
+  if (least == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(SetRun(scene, "spatial", 1, 1));
+  PetscCall(Make(comm, &mpm));
+  mpm->model = scene->model;
+  PetscCall(MPMModelPredict(mpm));
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) predicted += mpm->predicted[e];
+  PetscCall(MPMPrint(
+      scene, "check      first steps of the scene itself on %d process%s: %.3g s a step, predicted %.3g, ratio %.2f\n",
+      size, size > 1 ? "es" : "", (double)least, (double)predicted, (double)(predicted / least)));
+  PetscCall(MPMDestroy(&mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -635,10 +693,11 @@ typedef struct {
   PetscReal copy, kept; /* s a byte */
   Together  together;
   Farm      farm[2];
+  PetscReal itself[2]; /* s a step on one process, and on all */
 } Measured;
 
 /* Measures everything once; the least of it and of what was measured before stays. */
-static PetscErrorCode Measure(MPM scene, PetscMPIInt size, Measured *all)
+static PetscErrorCode Measure(MPM scene, PetscMPIInt size, PetscMPIInt rank, Measured *all)
 {
   const PetscInt edge = scene->grid.dim == 3 ? 3 : scene->grid.dim == 2 ? 4 : 8;
 
@@ -646,6 +705,7 @@ static PetscErrorCode Measure(MPM scene, PetscMPIInt size, Measured *all)
   for (int k = 0; k < LEVELS; k++) PetscCall(RunAlone(scene, goal[k], steps[k], repeats[k], &all->alone[k]));
   PetscCall(TimeCopy(&all->copy));
   PetscCall(TimeKept(scene, &all->kept));
+  if (!rank) PetscCall(TimeItself(scene, PETSC_COMM_SELF, &all->itself[0]));
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(TimeMessages(scene->comm, &all->messages));
   PetscCall(TimeMigration(scene, 2e3, &all->migration[0]));
@@ -653,6 +713,7 @@ static PetscErrorCode Measure(MPM scene, PetscMPIInt size, Measured *all)
   PetscCall(TimeTogether(scene, &all->together));
   PetscCall(TimePool(scene, edge, &all->farm[0]));
   PetscCall(TimePool(scene, 4 * edge, &all->farm[1]));
+  PetscCall(TimeItself(scene, scene->comm, &all->itself[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -673,7 +734,7 @@ static PetscErrorCode FitModel(MPM scene, PetscMPIInt size, const Measured *all)
     }
   }
   m->copy = all->copy;
-  m->kept = all->kept;
+  if (all->kept > 0) m->kept = all->kept; /* else the scene has no cells of that size */
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   FitMessages(size, &all->messages, m);
   FitMigration(size, &all->migration[0], &all->migration[1], m);
@@ -703,7 +764,7 @@ PetscErrorCode MPMCalibrate(MPM scene)
   PetscCall(MPMModelSetUp(scene));
   PetscCall(PetscMemzero(&all, sizeof all));
   for (int pass = 0; pass < PASSES; pass++) {
-    PetscCall(Measure(scene, size, &all));
+    PetscCall(Measure(scene, size, rank, &all));
     for (int k = 0; k < LEVELS; k++)
       PetscCheck(all.alone[k].steps > 0 && (!k || all.alone[k].points > 2 * all.alone[k - 1].points), scene->comm,
                  PETSC_ERR_SUP, "the scene cannot be run with about %g points, so it cannot be calibrated",
@@ -721,6 +782,8 @@ PetscErrorCode MPMCalibrate(MPM scene)
                  date);
   if (!rank) PetscCall(Save(scene));
   PetscCall(MPMPrint(scene, "results    %s\n", scene->model_file));
+  if (!rank) PetscCall(CheckItself(scene, PETSC_COMM_SELF, all.itself[0]));
+  if (size > 1) PetscCall(CheckItself(scene, scene->comm, all.itself[1]));
   for (int k = 1; k < LEVELS; k++) varied = PetscMax(varied, all.alone[k].slowest / all.alone[k].fastest);
   PetscCall(Slowest(scene->comm, &varied));
   if (varied > VARIES)

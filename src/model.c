@@ -359,6 +359,7 @@ PetscErrorCode MPMModelPredict(MPM mpm)
     const MPMModel model = mpm->model;
 
     PetscCall(PetscMemzero(mpm->model.rate, sizeof mpm->model.rate));
+    mpm->model.kept = 0; /* that is work, of the processor time */
     for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
       mpm->path.messages[e] = mpm->exchange.type->farms ? 0 : MPMModelTimer(mpm, e, &s);
     mpm->model = model;
@@ -419,8 +420,8 @@ PetscErrorCode MPMModelView(MPM mpm)
   s.ghosts = s.neighbours = s.crossing = s.row = 0;
   s.processes                                  = 1;
   serial                                       = Step(mpm, &s);
-  PetscCall(MPMPrint(mpm, "model      constants %s\n  phase         s/step, on as many processes as here\n",
-                     mpm->model.from));
+  PetscCall(MPMPrint(mpm, "model      constants %s%s%s\n  phase         s/step, on as many processes as here\n",
+                     mpm->model.from, mpm->model_note[0] ? "; " : "", mpm->model_note));
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
     if (mpm->predicted[e] > 0) PetscCall(MPMPrint(mpm, "  %-12s %8.3g\n", MPMTimerName(e), (double)mpm->predicted[e]));
   PetscCall(

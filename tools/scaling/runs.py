@@ -11,6 +11,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 import launch  # noqa: E402 (after the path)
 
+BUILD = os.path.join(ROOT, "build", "scaling")
 TIMEOUT = 600
 
 
@@ -91,8 +92,8 @@ def start(args, processes, *options):
 
 def calibrate(args, name, processes, options):
     """Constants of the model for a method, in a file of this build; its name."""
-    path = os.path.join(ROOT, "build", "scaling", f"{name}.{processes}.model")
-    os.makedirs(os.path.dirname(path), exist_ok=True)
+    path = os.path.join(BUILD, f"{name}.{processes}.model")
+    os.makedirs(BUILD, exist_ok=True)
     if not (args.keep and os.path.exists(path)):
         start(args, processes, *options, "-model_calibrate", "-model_file", path, "-output_dir", os.path.dirname(path))
     return path

@@ -22,7 +22,7 @@ import csv
 import datetime
 import glob
 import os
-import statistics
+import re
 import sys
 
 import counts
@@ -36,8 +36,7 @@ COUNTS = ["scene", "dim", "basis", "update", "strategy", "processes", "grid", "p
           "formula", "equal"]
 PHASES = ["scene", "study", "strategy", "migrate", "processes", "particles", "phase", "mean_seconds", "slowest_seconds",
           "message_seconds", "messages_per_step", "bytes_per_step"]
-VALIDATION = ["scene", "dim", "particles", "processes", "steps", "repeats", "seconds_per_step", "predicted", "ratio",
-              "critical_path", "critical_path_ratio", "speedup", "predicted_speedup"]
+VALIDATION = ["scene", "dim", "particles", "processes", "repeats", "seconds_per_step", "predicted", "ratio"]
 SIZES = (1, 2, 4, 8, 16, 32)
 PER_PROCESS = 16000
 ORDER = [scene.name for scene in runs.SCENES]
@@ -245,41 +244,30 @@ def count(args, results):
 # ---- Validation
 
 def validation(args, results):
+    """The calibration times first steps of the scene itself, too, on one process and on all, and says what its constants
+    give for them."""
     print("\npredicted over measured, every scene of options/, as it is\n  scene       particles processes    ms/step"
-          "  predicted  ratio  critical path  ratio  speed-up predicted")
-    for path in sorted(glob.glob(os.path.join(runs.ROOT, "options", "*.opts"))):
-        name, options = os.path.basename(path)[:-5], ["-options_file", path]
+          "  predicted  ratio")
+    for path in sorted(glob.glob(os.path.join(runs.ROOT, "options", args.validated + ".opts"))):
+        name, found = os.path.basename(path)[:-5], {1: [], 2: []}
         try:
-            tries, paths = {1: [], 2: []}, {1: [], 2: []}
-            for _ in range(2):
-                model = runs.calibrate(args, f"scene-{name}", 2, options)
-                for k in range(4 * args.repeats):
-                    for p in tries:
-                        tries[p].append(Run(args, options, p, "spatial", "direct", args.validation_steps, model, False, False))
-                    # reading the processor's clock takes a part of the steps of small scenes, so this has runs of its own
-                    for p in tries if k % 3 == 0 else ():
-                        paths[p].append(Run(args, options, p, "spatial", "direct", args.validation_steps, model, False, True))
-            speedup = statistics.median(alone.seconds / two.seconds for alone, two in zip(tries[1], tries[2]))
-            told = min(r.predicted for r in tries[1]) / min(r.predicted for r in tries[2])
-            for p, all_runs in tries.items():
-                run = min(all_runs, key=lambda r: r.seconds)
-                predicted, slowest = min(r.predicted for r in all_runs), min(r.path for r in paths[p])
-                results.validation.append(dict(
-                    scene=name, dim=dimension(path), particles=run.particles, processes=p, steps=run.steps,
-                    repeats=len(all_runs), seconds_per_step=number(run.seconds), predicted=number(predicted),
-                    ratio=number(predicted / run.seconds), critical_path=number(slowest),
-                    critical_path_ratio=number(predicted / slowest),
-                    **(dict(speedup=number(speedup), predicted_speedup=number(told)) if p > 1 else {})))
-                print(f"  {name:12s}{run.particles:9d} {p:9d}  {1e3 * run.seconds:9.4f}  {1e3 * predicted:9.4f}  "
-                      f"{predicted / run.seconds:5.2f}      {1e3 * slowest:9.4f}  {predicted / slowest:5.2f}"
-                      + (f"     {speedup:5.2f}     {told:5.2f}" if p > 1 else ""), flush=True)
+            for _ in range(args.repeats):
+                text = runs.start(args, 2, "-options_file", path, "-model_calibrate", "-output_dir", runs.BUILD)
+                for p, measured, predicted in re.findall(r"^check .* on (\d+) process\w*: (\S+) s a step, predicted ([^,]+),", text, re.M):
+                    found[int(p)].append((float(measured), float(predicted)))
+            particles = int(re.search(r"^scene .* (\d+) particles", runs.start(args, 1, "-options_file", path, "-dry_run"), re.M)[1])
         except Failed as failure:
             results.problem(f"validation: {name}: {failure}")
-    for column in ("ratio", "critical_path_ratio"):
-        ratios = [float(row[column]) for row in results.validation]
-        print(f"  {column} within 15 %: {sum(abs(r - 1) <= 0.15 for r in ratios)} of {len(ratios)}")
-    ratios = [float(row["predicted_speedup"]) / float(row["speedup"]) for row in results.validation if row.get("speedup")]
-    print(f"  speed-up within 15 %: {sum(abs(r - 1) <= 0.15 for r in ratios)} of {len(ratios)}")
+            continue
+        for p, pairs in found.items():
+            measured, predicted = map(min, zip(*pairs))
+            results.validation.append(dict(
+                scene=name, dim=dimension(path), particles=particles, processes=p, repeats=len(pairs),
+                seconds_per_step=number(measured), predicted=number(predicted), ratio=number(predicted / measured)))
+            print(f"  {name:12s}{particles:9d} {p:9d}  {1e3 * measured:9.4f}  {1e3 * predicted:9.4f}  "
+                  f"{predicted / measured:5.2f}", flush=True)
+    ratios = [float(row["ratio"]) for row in results.validation]
+    print(f"  within 15 %: {sum(abs(r - 1) <= 0.15 for r in ratios)} of {len(ratios)}")
     results.write()
 
 
@@ -322,11 +310,10 @@ Written by `make scaling` ({when}; {machine}; load average {load} at the start, 
 **counts.csv**: messages and bytes a step of a full box at rest in its cells, counted and by formula (tools/scaling/counts.py);
 bytes are counted to six digits.
 
-**validation.csv**: of the scenes of options/ as they are, for their first steps: the step measured (least of the repeats, as
-the constants are), predicted (the lesser of two calibrations, before the first and before the last half of the repeats), and
-the second over the first; and the same of the critical path, which hardly depends on what else the machine does but leaves out what lies
-between the phases. speedup: the median over pairs of runs, one after the other, on one process and on two, which a machine whose
-speed changes leaves as it is; predicted_speedup: of the predictions.
+**validation.csv**: of the scenes of options/ as they are, for their first steps (20 to 500, some 6 ms): the step measured and
+the step predicted, both by `-model_calibrate` on two processes, the least of the repeats of each, and predicted over measured. The calibration measures its
+constants, from runs at other sizes, and the scene itself, on one process and on two, in turns for 10 s and more, and keeps the least of
+each: other guests of the machine slow its cores to two thirds for milliseconds or hours, and of many short runs some meet quiet ones.
 """
 
 
@@ -345,8 +332,9 @@ def main():
     p.add_argument("--data", default=os.path.join(runs.ROOT, "docs", "data", "scaling"), help="folder of the tables")
     p.add_argument("--figures", default=os.path.join(runs.ROOT, "docs"))
     p.add_argument("--plot", action="store_true", help="only draw the figures from the tables")
+    p.add_argument("--validated", default="*", help="scenes of options/ for the validation, as the shell names files")
     args = p.parse_args()
-    args.steps, args.scale, args.validation_steps, args.more_repeats = 40, 1, 300, 1
+    args.steps, args.scale, args.more_repeats = 40, 1, 1
     if args.full:
         args.steps, args.scale, args.repeats, args.more_repeats = 100, 4, 5, 3
     args.sizes = tuple(map(int, args.sizes.split(","))) if args.sizes else SIZES
