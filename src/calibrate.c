@@ -757,7 +757,7 @@ PetscErrorCode MPMCalibrate(MPM scene)
   PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
   PetscCall(MPMPrint(
       scene,
-      "calibrate  %s: short runs of about 600, 20,000 and 400,000 particles on each of %d process%s, some 20 s\n",
+      "calibrate  %s: short runs of about 600, 20,000 and 400,000 particles on each of %d process%s, 10 to 40 s\n",
       scene->scene.title, size, size > 1 ? "es" : ""));
   PetscCall(MPMStepSetUp(scene));
   PetscCall(MPMPointsLayout(scene, &scene->points));

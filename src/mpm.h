@@ -674,7 +674,7 @@ typedef struct {
   PetscReal    exchange, message;      /* s an exchange with the neighbours, and a message on its way */
   PetscReal    post;                   /* s that a message takes of the processors at its ends */
   PetscReal    wire, copy;             /* s a byte: on its way, packed and unpacked */
-  PetscReal    kept;                   /* s a byte of a tile's sums that are sent: kept, packed, unpacked, added */
+  PetscReal    kept;                   /* s a byte of tiles' sums that are sent: zeroed, packed, unpacked */
   PetscReal    reduction;              /* s of the step's reduction for each doubling of the processes */
   MPMMigration migration[2];           /* swarm, direct */
   PetscReal    chunk, farm;            /* s a patch of the pool, s a byte of it, on either side */

@@ -51,13 +51,14 @@ check("every phase of usf is predicted", {"P2G_MASS", "P2G_FORCE", "VELOCITY", "
 calibrated = run("-model_calibrate", n=2)
 check("the calibration names its file", "output/disks.model" in calibrated and os.path.exists("output/disks.model"))
 check("a calibration runs no scene", "digest" not in calibrated)
+check("but first steps of it, to check itself", len(re.findall(r"^check .* on [12] process.* s a step, predicted \S+, ratio \d+\.\d+$", calibrated, re.M)) == 2)
 constants = {}
 for line in open("output/disks.model"):
     rate = re.match(r"rate \d+ (\S+) (\S+) (\S+) (\S+) (\S+) # (\w+)", line)
     if rate:
         constants[rate.group(6)] = [float(v) for v in rate.groups()[:5]]
 numbers = dict(re.findall(r"^([a-z]\S*) ([\d.e+-]+)$", open("output/disks.model").read(), re.M))
-check("all kinds of constants are there", {"message", "post", "wire", "copy", "reduction", "chunk", "farm",
+check("all kinds of constants are there", {"exchange", "message", "post", "wire", "copy", "kept", "reduction", "chunk", "farm",
                                            "migration[0].call", "migration[1].call", "flop", "byte"} <= set(numbers))
 check("no constant is negative or not finite",
       all(0 <= v < math.inf for rate in constants.values() for v in rate) and
@@ -96,6 +97,7 @@ for what, damaged in (("a number that is none", whole.replace("\nmessage ", "\nm
         file.write(damaged)
     text = run("-model_file", "damaged.model", n=2)
     check(f"a file with {what} is not used, and the run says so", damaged != whole and "is damaged" in text and "constants rough" in text)
+check("nor by a dry run, which says so", "is damaged" in run("-model_file", "damaged.model", "-dry_run"))
 check("a file that is not there is refused", "-model_file" in run("-model_file", "nowhere.model", status=2))
 
 # ---- Same bits with everything

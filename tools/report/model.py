@@ -222,11 +222,9 @@ class Model:
 
     def with_network(self, message, post, wire, reduction):
         """The same processor, another network; what of migration is messages follows, as in src/calibrate.c. What an exchange
-        costs beyond its messages, and a byte of sums beyond its copy, is largely the waiting of two processes of this machine
-        for each other: none of a network's business."""
+        costs beyond its messages is the waiting of two processes of this machine: none of a network's business."""
         return self.with_(
             exchange=0,
-            kept=self.numbers["copy"],
             message=message,
             post=post,
             wire=wire,

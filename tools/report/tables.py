@@ -7,7 +7,7 @@ import re
 
 import marks
 import model
-from closed import BOXES, FAR, WEAK, ClosedForm, way
+from closed import BOXES, FAR, SMALL, WEAK, ClosedForm, way
 from data import ROOT, Missing
 from data import rows as rows_of
 
@@ -127,14 +127,16 @@ class Tables(ClosedForm):
                 lines.append([text, value_, kind, verdict, *more, *[""] * (2 - len(more))])
                 text = ""
 
-        def assumed(rows, p, kind):
-            """ns a particle and step on one process, in these rows; the efficiency with DMSwarmMigrate in the last of them."""
+        def assumed(rows, p, kind, most):
+            """ns a particle and step on one process, in these rows; the efficiency with DMSwarmMigrate on the most processes up
+            to these."""
             one = [r for r in rows if r[p] == 1 and r.get("class", "simulated") == kind]
             base = min(one, key=lambda r: r["particles"], default=None)
-            swarm = [r for r in rows if r[p] > 1 and r.get("class", "simulated") == kind and way(r) == "spatial, DMSwarmMigrate"]
+            rows = [r for r in rows if 1 < r[p] <= most and r.get("class", "simulated") == kind]
+            swarm = max((r for r in rows if way(r) == "spatial, DMSwarmMigrate"), key=lambda r: r[p], default=None)
             return (
                 f"{1e9 * base['seconds_per_step'] / base['particles']:.0f}" if base else "",
-                f"{swarm[-1]['efficiency']:.2f}" if swarm else "",
+                f"{swarm['efficiency']:.2f}" + ("" if swarm[p] == most else f" on {swarm[p]}") if swarm else "",
             )
 
         def strong(name, bound=None):
@@ -157,7 +159,7 @@ class Tables(ClosedForm):
                                     f"{thousands(n)} a process: {net:.2f} net, {r['efficiency']:.2f} gross",
                                     r.get("class", "simulated"),
                                     "no aim" if not bound else net >= bound if abs(n / 8000 - 1) < 0.3 or net >= bound else None,
-                                    *assumed(some, p, r.get("class", "simulated")),
+                                    *assumed(some, p, r.get("class", "simulated"), 32),
                                 )
                             )
                 except Missing as m:
@@ -197,12 +199,14 @@ class Tables(ClosedForm):
                             gross_net(r["efficiency"], r["imbalance"]) + ("" if r["ranks"] == p else f", on {r['ranks']}"),
                             "simulated",
                             met if r["ranks"] == p or not met else None,
-                            *assumed([q for q in rows if q["ranks"] in (1, r["ranks"])], "ranks", "simulated"),
+                            *assumed(rows, "ranks", "simulated", r["ranks"]),
                         )
                     )
             try:
                 e, imbalance = self.boxes(name, p)
-                found.append((gross_net(e, imbalance), "closed form, as simulated", e >= bound))
+                one = 1e9 * self.alone(name, SMALL[name]) / WEAK
+                swarm = two(self.boxes(name, p, True)[0])
+                found.append((gross_net(e, imbalance), "closed form, as simulated", e >= bound, f"{one:.0f}", swarm))
                 e, m = self.weak(name, WEAK, p), self.closed(name)
                 one = 1e9 * m.step(m.cube(WEAK, 2**m.dim, 1, self.moved(name))) / WEAK
                 found.append((f"{e:.3f}", "closed form", e >= bound, f"{one:.0f}", two(self.weak(name, WEAK, p, True))))
@@ -584,6 +588,7 @@ class Tables(ClosedForm):
                 lines.append([what, k, f"{1e6 * r.call:.2g} µs", f"{1e9 * r.each[0]:.2f} ns", f"{1e9 * r.each[1]:.2f} ns"])
             for k, unit in (
                 ("copy", "ns a byte"),
+                ("kept", "ns a byte"),
                 ("farm", "ns a byte"),
                 ("chunk", "ns a patch"),
                 ("migration[1].call", "ns a direct migration"),
@@ -940,16 +945,6 @@ class Tables(ClosedForm):
         if not most:
             raise Missing("`docs/data/simulated` has no curves: `make simulate` writes them")
         return thousands(max(most))
-
-    def number_misses(self):
-        """The largest difference in % of predicted and measured steps of 0.1 ms and more."""
-        rows = [r for r in self.data.validation() if r["measured"] >= 1e-4]
-        return f"{100 * max(abs(r['predicted'] / r['measured'] - 1) for r in rows):.0f}"
-
-    def number_small_misses(self):
-        """How many of the predictions that miss by more than 15 % are of steps below 0.1 ms."""
-        times = [r["measured"] for r in self.data.validation() if abs(r["predicted"] / r["measured"] - 1) > 0.15]
-        return f"{sum(t < 1e-4 for t in times)} of {len(times)}"
 
     def number_caches(self):
         """How much longer in % a run on one process takes than by the costs that the simulator injects."""
