@@ -406,6 +406,7 @@ static PetscErrorCode TimeKept(MPM scene, PetscReal *least)
 {
   const PetscReal coarser = PetscPowReal((PetscReal)scene->points.total / 1e5, 1 / (PetscReal)scene->grid.dim);
   const size_t    size = MPMTileNodes(scene->grid.dim, scene->basis) * MPM_SUM_NC(scene->grid.dim) * sizeof(PetscReal);
+  const MPMTiles *t;
   MPM             mpm;
   char           *message;
 
@@ -414,7 +415,7 @@ static PetscErrorCode TimeKept(MPM scene, PetscReal *least)
   PetscCall(Make(PETSC_COMM_SELF, &mpm));
   if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMTilesMark(&mpm->exchange.patch, PETSC_TRUE, mpm->points.start)); /* all are kept */
-  const MPMTiles *t = &mpm->exchange.patch.tiles;
+  t = &mpm->exchange.patch.tiles;
   PetscCall(PetscCalloc1((size_t)t->nown * size, &message));
   for (int repeat = 0; repeat < 10; repeat++) {
     PetscLogDouble t0, t1;
@@ -595,7 +596,7 @@ static PetscErrorCode TimeTogether(MPM scene, Together *t)
 
 /* --- The scene itself ------------------------------------------------------------------------------------------ */
 
-#define CHECK_POINTS 2e6 /* more a process would take long */
+#define CHECK_POINTS 1e6 /* more a process would take long */
 #define CHECK_WORK   2e5 /* points times steps of a run, but 20 to 500 steps */
 
 /* Times first steps of the scene as it is: the least second a step goes to *least, unless it is too large. Collective
@@ -609,7 +610,7 @@ static PetscErrorCode TimeItself(MPM scene, MPI_Comm comm, PetscReal *least)
   PetscCallMPI(MPI_Comm_size(comm, &size));
   if (n > CHECK_POINTS * size) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SetRun(scene, "spatial", 1, (PetscInt)PetscMax(20, PetscMin(500, CHECK_WORK / n))));
-  for (int repeat = 0; repeat < (n < 3e4 ? 8 : 2); repeat++) {
+  for (int repeat = 0; repeat < (n < 3e4 ? 8 : n < 3e5 ? 2 : 1); repeat++) {
     PetscReal step;
     MPM       mpm;
 
@@ -757,7 +758,7 @@ PetscErrorCode MPMCalibrate(MPM scene)
   PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
   PetscCall(MPMPrint(
       scene,
-      "calibrate  %s: short runs of about 600, 20,000 and 400,000 particles on each of %d process%s, 10 to 40 s\n",
+      "calibrate  %s: short runs of about 600, 20,000 and 400,000 particles on each of %d process%s, 10 s to a minute\n",
       scene->scene.title, size, size > 1 ? "es" : ""));
   PetscCall(MPMStepSetUp(scene));
   PetscCall(MPMPointsLayout(scene, &scene->points));

@@ -13,7 +13,7 @@ PetscInt MPMTransferWidth(void)
 
   if (!width) {
     const char *wish = getenv("PEBBLE_VECTOR");
-    const int   most = wish && wish[0] ? atoi(wish) : 8;
+    const int   most = wish && atoi(wish) >= 2 ? atoi(wish) : 8;
 
     width = 2;
 #if defined(__x86_64__)
