@@ -273,7 +273,7 @@ static PetscErrorCode MergeMovers(const MPMView *view, PetscInt ncells, PetscInt
     const PetscInt n = start[first + row] - q, shift = at - q;
 
     if (!comes[first / row] && !HasMovers(order + q, n, nkept)) {
-      (void)memcpy(to + at, order + q, (size_t)n * sizeof *to);
+      if (n > 0) memcpy(to + at, order + q, (size_t)n * sizeof *to);
       for (PetscInt c = first; c < first + row && shift; c++) start[c] += shift;
       at += n;
       continue;
