@@ -649,11 +649,14 @@ class Tables(ClosedForm):
             )
         low, high = SIMULATOR
         for what, some in self.simulator():
-            missed = " **The aim is missed:** real runs have costs here that the simulator was not told."
-            if max(some) > high:
-                missed = " **The aim is missed.**"
+            missed = " **The aim is missed.**"
             met = low <= min(some) and max(some) <= high
             text += f"\n* {what}: simulated with injected costs over measured {inside(some, low, high)}.{'' if met else missed}"
+        alone = {(r["scene"], r["particles"]): r["injected_over_real"] for r in rows if r["ranks"] == 1}
+        beside = [r["injected_over_real"] / alone[r["scene"], r["particles"]] for r in rows]
+        for kind in kinds:
+            some = [q for q, r in zip(beside, rows) if r["ranks"] > 1 and r.get("transport", "shared") == kind and r["strategy"] == "spatial"]
+            text += f"\n* Spatial, {TRANSPORT[kind]}, over that of one process: {inside(some, low, high)}."
         text = text.replace("\n*", "\n\n*", 1)
         head = ["scene", "particles", "way", "processes", "messages by", "measured", "simulated with injected costs, over it"]
         lines = [
@@ -665,11 +668,12 @@ class Tables(ClosedForm):
                 TRANSPORT[r.get("transport", "shared")] if r["ranks"] > 1 else "",
                 seconds(r["real"]),
                 two(r["injected_over_real"]),
+                two(q) if r["ranks"] > 1 else "",
                 two(r["emulated_over_real"]),
             ]
-            for r in rows
+            for q, r in zip(beside, rows)
         ]
-        return text + "\n\n" + marks.markdown([*head, "emulated, over it"], lines)
+        return text + "\n\n" + marks.markdown([*head, "over that of one process", "emulated, over it"], lines)
 
     def table_validation(self):
         lines = []
