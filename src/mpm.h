@@ -270,7 +270,7 @@ typedef struct {
   PetscBool   wraps[3];                /* those below are the uppermost ones again */
   MPMTileBox *box[3];
   PetscInt   *slot;      /* [n2][n1][n0] which of the kept sums are the tile's, or as above */
-  PetscInt (*used)[2];   /* [n2][n1] tiles used[0] to used[1]-1 of a row: there are none with sums else */
+  PetscInt (*used)[2];   /* [n2][n1] of a row: tiles used[0] to used[1]-1 may have sums, no others have */
   PetscBool       waits; /* sums come from processes below */
   PetscInt        nearly, nown, nslots; /* kept sums: of early tiles, of own ones, and all */
   const PetscInt *start;                /* [cells+1] where the points of a cell begin in the order */

@@ -235,7 +235,7 @@ class Tables(ClosedForm):
             worst = max(ratios, key=lambda q: abs(math.log(q[0])))
             of = f" ({scene(worst[1].get('scene', '?'))}, {worst[1].get('processes', 1)})"
             some = [q for q, _ in ratios]
-            found = [(f"scenes of `options/`: {inside(some, 0.85, 1.15)}; worst {worst[0]:.2f}{of}", some)]
+            found = [(f"scenes of `options/`, least of many short runs: {inside(some, 0.85, 1.15)}; worst {worst[0]:.2f}{of}", some)]
             for what, pool in (("spatial", False), ("pool", True)):
                 some = [r["ratio"] for r in self.ratios() if r["class"] == "measured" and (r["strategy"] == "pool") == pool]
                 if some:

@@ -248,6 +248,7 @@ def validation(args, results):
     give for them."""
     print("\npredicted over measured, every scene of options/, as it is\n  scene       particles processes    ms/step"
           "  predicted  ratio")
+    new = []
     for path in sorted(glob.glob(os.path.join(runs.ROOT, "options", args.validated + ".opts"))):
         name, found = os.path.basename(path)[:-5], {1: [], 2: []}
         try:
@@ -259,14 +260,20 @@ def validation(args, results):
         except Failed as failure:
             results.problem(f"validation: {name}: {failure}")
             continue
+        if not all(found.values()):
+            results.problem(f"validation: {name}: the calibration has no line `check`")
+            continue
         for p, pairs in found.items():
             measured, predicted = map(min, zip(*pairs))
-            results.validation.append(dict(
+            new.append(dict(
                 scene=name, dim=dimension(path), particles=particles, processes=p, repeats=len(pairs),
                 seconds_per_step=number(measured), predicted=number(predicted), ratio=number(predicted / measured)))
             print(f"  {name:12s}{particles:9d} {p:9d}  {1e3 * measured:9.4f}  {1e3 * predicted:9.4f}  "
                   f"{predicted / measured:5.2f}", flush=True)
-    ratios = [float(row["ratio"]) for row in results.validation]
+    ratios = [float(row["ratio"]) for row in new]
+    # The rows of scenes that were not asked for stay.
+    results.validation = sorted([row for row in results.read("validation") if row["scene"] not in {r["scene"] for r in new}] + new,
+                                key=lambda row: (row["scene"], int(row["processes"])))
     print(f"  within 15 %: {sum(abs(r - 1) <= 0.15 for r in ratios)} of {len(ratios)}")
     results.write()
 
