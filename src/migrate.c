@@ -143,28 +143,7 @@ static void PackPoints(const MPMPoints *pts, void *const at[], PetscInt n, const
     char        *field = (char *)at[f];
 
     if (!field) continue;
-    switch (bytes) {
-    case 4:
-      PackField(4, n, which, field, message, stride, unpack);
-      break;
-    case 8:
-      PackField(8, n, which, field, message, stride, unpack);
-      break;
-    case 16:
-      PackField(16, n, which, field, message, stride, unpack);
-      break;
-    case 24:
-      PackField(24, n, which, field, message, stride, unpack);
-      break;
-    case 32:
-      PackField(32, n, which, field, message, stride, unpack);
-      break;
-    case 72:
-      PackField(72, n, which, field, message, stride, unpack);
-      break;
-    default:
-      PackField(bytes, n, which, field, message, stride, unpack);
-    }
+    MPM_FOR_WIDTH(bytes, PackField, n, which, field, message, stride, unpack);
     message += bytes;
   }
 }
@@ -175,9 +154,9 @@ static PetscErrorCode GetFields(MPMPoints *pts, PetscBool restore, void *at[])
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     if (!pts->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
     if (restore)
-      PetscCall(DMSwarmRestoreField(pts->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
+      PetscCall(MPMPointsRestoreField(pts, f));
     else
-      PetscCall(DMSwarmGetField(pts->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
+      PetscCall(MPMPointsGetField(pts, f, &at[f]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -361,6 +361,8 @@ PetscErrorCode MPMPointsSetSize(MPMPoints *, PetscInt n);
 PetscErrorCode MPMPointsResize(MPMPoints *);
 PetscErrorCode MPMPointsGetView(MPMPoints *, PetscInt fields, MPMView *);
 PetscErrorCode MPMPointsRestoreView(MPMPoints *, PetscInt fields, MPMView *);
+PetscErrorCode MPMPointsGetField(MPMPoints *, PetscInt field, void **at);
+PetscErrorCode MPMPointsRestoreField(MPMPoints *, PetscInt field);
 PetscErrorCode MPMPointsLeavers(MPMPoints *, PetscInt *n, PetscInt **which);
 PetscErrorCode MPMPointsSort(MPMPoints *, const MPMPatch *);
 PetscErrorCode MPMPointsLocate(MPMPoints *, const MPMPatch *, const MPMKind *);
@@ -384,6 +386,20 @@ extern const MPMFieldInfo MPMFields[MPM_NUM_FIELDS];
 PetscInt                  MPMFieldComponents(PetscInt field, PetscInt dim);
 PetscInt                  MPMPointsBytes(const MPMPoints *, MPMHome most);
 PetscInt                  MPMPointsMemory(const MPMPoints *);
+
+/* Calls an inline function with the bytes of a field's row first: of known widths, they are copied in registers. */
+#define MPM_FOR_WIDTH(bytes, FUNCTION, ...)                                                                            \
+  do switch (bytes) {                                                                                                  \
+    case 4: FUNCTION(4, __VA_ARGS__); break;                                                                           \
+    case 8: FUNCTION(8, __VA_ARGS__); break;                                                                           \
+    case 16: FUNCTION(16, __VA_ARGS__); break;                                                                         \
+    case 24: FUNCTION(24, __VA_ARGS__); break;                                                                         \
+    case 32: FUNCTION(32, __VA_ARGS__); break;                                                                         \
+    case 48: FUNCTION(48, __VA_ARGS__); break;                                                                         \
+    case 72: FUNCTION(72, __VA_ARGS__); break;                                                                         \
+    default: FUNCTION((size_t)(bytes), __VA_ARGS__);                                                                   \
+    }                                                                                                                  \
+  while (0)
 
 /* What a process has in a step, as the model (model.c) counts it. */
 typedef struct {

@@ -10,7 +10,6 @@
    where points move 5 % of a cell a step, 2-D loses as much.) */
 #define MPM_SCATTERED   2
 #define MPM_MOVES_GUESS 0.04
-#define MPM_COLUMN      24 /* bytes of a point that are put in order at a time */
 #define MPM_RUN         16 /* runs of so many points in the order, on average: they need no reordering */
 /* Room for points to come in the swarm, besides n/500. Small, since PETSc before 3.25 clears all of it at each removal;
    not smaller, since the swarm moves all fields to new memory when points come that find no room.                    */
@@ -44,11 +43,11 @@ PetscInt MPMPointsBytes(const MPMPoints *points, MPMHome most)
   return bytes;
 }
 
-/* Bytes of memory that a point takes here: its fields, those that every swarm has (number and process), the orders of
-   now and of before, and the copy that is made of it while the storage is put in order. */
+/* Bytes of memory that a point takes here: its fields, with the process that every swarm keeps, and the orders of now
+   and of before. */
 PetscInt MPMPointsMemory(const MPMPoints *points)
 {
-  return MPMPointsBytes(points, MPM_SCRATCH) + (PetscInt)(sizeof(PetscInt64) + 3 * sizeof(PetscInt)) + MPM_COLUMN;
+  return MPMPointsBytes(points, MPM_SCRATCH) + 3 * (PetscInt)sizeof(PetscInt);
 }
 
 /* Does a material of the scene list this field in its state? */
@@ -82,6 +81,12 @@ PetscErrorCode MPMPointsLayout(MPM mpm, MPMPoints *points)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* What the swarm calls a field. */
+static const char *SwarmName(PetscInt field)
+{
+  return field == MPM_FIELD_INDEX_id ? DMSwarmField_pid : MPMFields[field].name;
+}
+
 /* Registers the fields that the scene needs, and no more. Collective on comm. */
 PetscErrorCode MPMPointsCreate(MPM mpm, MPMPoints *points, MPI_Comm comm)
 {
@@ -93,7 +98,7 @@ PetscErrorCode MPMPointsCreate(MPM mpm, MPMPoints *points, MPI_Comm comm)
   PetscCall(DMSwarmSetType(points->swarm, DMSWARM_BASIC));
   PetscCall(DMSwarmInitializeFieldRegister(points->swarm));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (points->present[f] && MPMFields[f].home != MPM_SCRATCH)
+    if (points->present[f] && MPMFields[f].home != MPM_SCRATCH && f != MPM_FIELD_INDEX_id)
       PetscCall(DMSwarmRegisterPetscDatatypeField(points->swarm, MPMFields[f].name, MPMFieldComponents(f, points->dim),
                                                   MPMFields[f].type));
   PetscCall(DMSwarmFinalizeFieldRegister(points->swarm));
@@ -129,6 +134,28 @@ PetscErrorCode MPMPointsSetSize(MPMPoints *points, PetscInt n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The array of a field that the scene has: [n][components]. The id is the number that every swarm keeps of its points.
+   Restore before the number of points changes. Not collective. */
+PetscErrorCode MPMPointsGetField(MPMPoints *points, PetscInt field, void **at)
+{
+  PetscFunctionBeginUser;
+  if (MPMFields[field].home == MPM_SCRATCH)
+    *at = points->scratch[field];
+  else
+    PetscCall(DMSwarmGetField(points->swarm, SwarmName(field), NULL, NULL, at));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMPointsRestoreField(MPMPoints *points, PetscInt field)
+{
+  void *at;
+
+  PetscFunctionBeginUser;
+  if (MPMFields[field].home != MPM_SCRATCH)
+    PetscCall(DMSwarmRestoreField(points->swarm, SwarmName(field), NULL, NULL, &at));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The fields (bits) of the points here; those not asked for, or not in this scene, are NULL. Restore before the number
    of points changes. Not collective.                                                                                 */
 PetscErrorCode MPMPointsGetView(MPMPoints *points, PetscInt fields, MPMView *view)
@@ -136,13 +163,8 @@ PetscErrorCode MPMPointsGetView(MPMPoints *points, PetscInt fields, MPMView *vie
   void *at[MPM_NUM_FIELDS] = {NULL};
 
   PetscFunctionBeginUser;
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    if (!points->present[f] || !(fields & (1 << f))) continue;
-    if (MPMFields[f].home != MPM_SCRATCH)
-      PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, &at[f]));
-    else
-      at[f] = points->scratch[f];
-  }
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
+    if (points->present[f] && (fields & (1 << f))) PetscCall(MPMPointsGetField(points, f, &at[f]));
   PetscCall(PetscMemzero(view, sizeof *view));
   view->n = points->n;
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
@@ -155,55 +177,65 @@ PetscErrorCode MPMPointsGetView(MPMPoints *points, PetscInt fields, MPMView *vie
 PetscErrorCode MPMPointsRestoreView(MPMPoints *points, PetscInt fields, MPMView *view)
 {
   PetscFunctionBeginUser;
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    void *at = NULL;
-
-    if (points->present[f] && (fields & (1 << f)) && MPMFields[f].home != MPM_SCRATCH)
-      PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, &at));
-  }
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
+    if (points->present[f] && (fields & (1 << f))) PetscCall(MPMPointsRestoreField(points, f));
   PetscCall(PetscMemzero(view, sizeof *view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The first `width` of each row of `bytes`, from `rows` on, into the order, through a copy of them. */
-MPM_INLINE void ReorderColumn(const PetscInt *order, PetscInt n, size_t bytes, size_t width, char *rows, char *copy)
+/* Marks the last place of a cycle, and back. */
+#define MPM_LAST(p) (-1 - (p))
+
+/* Moves rows of `bytes` along the cycles of a path (FindCycles). */
+MPM_INLINE void FollowCycles(size_t bytes, PetscInt npath, const PetscInt path[], char *rows)
 {
-  for (PetscInt q = 0; q < n; q++) memcpy(copy + (size_t)q * width, rows + (size_t)order[q] * bytes, width);
-  for (PetscInt q = 0; q < n; q++) memcpy(rows + (size_t)q * bytes, copy + (size_t)q * width, width);
+  char first[9 * sizeof(PetscReal)]; /* of a tensor in 3-D */
+
+  for (PetscInt k = 0; k < npath; k++) {
+    memcpy(first, rows + (size_t)path[k] * bytes, bytes);
+    for (; path[k] >= 0; k++) {
+      const PetscInt next = path[k + 1] < 0 ? MPM_LAST(path[k + 1]) : path[k + 1];
+
+      memcpy(rows + (size_t)path[k] * bytes, rows + (size_t)next * bytes, bytes);
+    }
+    memcpy(rows + (size_t)MPM_LAST(path[k]) * bytes, first, bytes);
+  }
 }
 
-/* Puts the storage into the order of `order`, which becomes the identity. Column by column: a copy of the largest field
-   would be up to half of the memory of the points. */
+/* The cycles of an order, which becomes the identity: path [returned] has the places of one after the other, each taken
+   by what is at the next; the last place of a cycle, which takes what was at the first, is marked. */
+static PetscInt FindCycles(PetscInt n, PetscInt order[], PetscInt path[])
+{
+  PetscInt npath = 0;
+
+  for (PetscInt q = 0; q < n; q++) {
+    if (order[q] == q) continue;
+    for (PetscInt to = q, from; order[to] != to; to = from) {
+      from            = order[to];
+      order[to]       = to;
+      path[npath++] = to;
+    }
+    path[npath - 1] = MPM_LAST(path[npath - 1]);
+  }
+  return npath;
+}
+
+/* Puts the storage into the order of `order`, which becomes the identity. In place: a copy of the largest field would be
+   up to half of the memory of the points. The path along the cycles is in the room of the order before. */
 static PetscErrorCode Reorder(MPMPoints *points)
 {
-  char *copy;
+  const PetscInt *path  = points->spare;
+  const PetscInt  npath = FindCycles(points->n, points->order, points->spare);
 
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc((size_t)points->n * MPM_COLUMN, &copy));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    const size_t bytes = (size_t)points->bytes[f];
-    char        *rows  = (char *)points->scratch[f];
+    void *rows;
 
-    if (points->present[f] && MPMFields[f].home != MPM_SCRATCH)
-      PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&rows));
-    for (size_t at = 0; rows && at < bytes; at += MPM_COLUMN) switch (PetscMin(MPM_COLUMN, bytes - at)) {
-      case 8: /* known widths are copied in registers */
-        ReorderColumn(points->order, points->n, bytes, 8, rows + at, copy);
-        break;
-      case 16:
-        ReorderColumn(points->order, points->n, bytes, 16, rows + at, copy);
-        break;
-      case MPM_COLUMN:
-        ReorderColumn(points->order, points->n, bytes, MPM_COLUMN, rows + at, copy);
-        break;
-      default:
-        ReorderColumn(points->order, points->n, bytes, bytes - at, rows + at, copy);
-      }
-    if (points->present[f] && MPMFields[f].home != MPM_SCRATCH)
-      PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&rows));
+    if (!points->present[f]) continue;
+    PetscCall(MPMPointsGetField(points, f, &rows));
+    MPM_FOR_WIDTH(points->bytes[f], FollowCycles, npath, path, (char *)rows);
+    PetscCall(MPMPointsRestoreField(points, f));
   }
-  for (PetscInt q = 0; q < points->n; q++) points->order[q] = q;
-  PetscCall(PetscFree(copy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
