@@ -1,21 +1,21 @@
 /* calibrate.c - the constants of the model (model.c), measured: -model_calibrate makes short runs of the scene coarser
-   and finer than it is, of about 600, 20,000 and 400,000 points, on every process at once and each for itself, since
-   processes share memory; times messages, a reduction, migrations and the pool's master, where there are processes for
-   it; and all that a few times over, since what else a machine does slows it for seconds on end: the least of each
+   and finer than it is, of about 150, 1500, 20,000 and 400,000 points, on every process at once and each for itself,
+   since processes share memory; times messages, a reduction, migrations and the pool's master, where there are processes
+   for it; and all that a few times over, since what else a machine does slows it for seconds on end: the least of each
    counts. Last come the limits of a core. The constants go to a file, which later runs of the same method read. */
 #include <errno.h>
 #include "exchange_spatial.h"
 #include "options.h"
 #include "tiles.h"
 
-#define LEVELS 3
+#define LEVELS (MPM_RATE_SIZES + 1)
 #define PASSES 5   /* through all measurements */
 #define VARIES 1.2 /* times as long that a run takes is worth a word */
 /* Runs of more points are timed by the processor's clock, which other programs do not lengthen; for fewer points,
    reading it would be a part of what it measures, and there the least of short runs does. */
 #define MPM_CLOCKED 5e3
-static const PetscReal goal[LEVELS]  = {600, 2e4, 4e5};
-static const PetscInt  steps[LEVELS] = {300, 60, 20}, repeats[LEVELS] = {10, 5, 2};
+static const PetscReal goal[LEVELS]  = {150, 1500, 2e4, 4e5};
+static const PetscInt  steps[LEVELS] = {600, 200, 60, 20}, repeats[LEVELS] = {10, 10, 5, 2};
 
 /* What a short run left. */
 typedef struct {
@@ -67,7 +67,8 @@ static PetscErrorCode Save(MPM mpm)
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
     if (m->rate[e].call > 0 || m->rate[e].each[0] > 0) {
       fprintf(file, "rate %d %.6g", (int)e, (double)m->rate[e].call);
-      for (int k = 0; k < 2; k++) fprintf(file, " %.6g %.6g", (double)m->rate[e].size[k], (double)m->rate[e].each[k]);
+      for (int k = 0; k < MPM_RATE_SIZES; k++)
+        fprintf(file, " %.6g %.6g", (double)m->rate[e].size[k], (double)m->rate[e].each[k]);
       fprintf(file, " # %s: call, then at so many so much each\n", MPMTimerName(e));
     }
 #define MPM_WRITE(name, needed) fprintf(file, #name " %.6g\n", (double)m->name);
@@ -82,8 +83,8 @@ static PetscErrorCode Save(MPM mpm)
 static PetscBool ReadLine(const char line[], MPMModel *m, int *found)
 {
   char   name[MPM_NAME_LEN];
-  double v[5];
-  int    e;
+  double v[1 + 2 * MPM_RATE_SIZES];
+  int    e, at;
 
   if (!strncmp(line, "method ", 7) || line[0] == '#' || !line[0]) return PETSC_TRUE;
   if (!strncmp(line, "from ", 5)) {
@@ -91,11 +92,15 @@ static PetscBool ReadLine(const char line[], MPMModel *m, int *found)
     return PETSC_TRUE;
   }
   if (!strncmp(line, "rate ", 5)) {
-    if (sscanf(line, "rate %d %lf %lf %lf %lf %lf", &e, v, v + 1, v + 2, v + 3, v + 4) != 6) return PETSC_FALSE;
-    for (int k = 0; k < 5; k++)
-      if (!(v[k] >= 0 && v[k] < PETSC_MAX_REAL)) return PETSC_FALSE;
-    if (e < 0 || e >= MPM_MAX_TIMERS) return PETSC_FALSE;
-    m->rate[e] = (MPMRate){v[0], {v[1], v[3]}, {v[2], v[4]}};
+    if (sscanf(line, "rate %d%n", &e, &at) != 1 || e < 0 || e >= MPM_MAX_TIMERS) return PETSC_FALSE;
+    for (int k = 0, len; k < 1 + 2 * MPM_RATE_SIZES; k++, at += len)
+      if (sscanf(line + at, "%lf%n", &v[k], &len) != 1 || !(v[k] >= 0 && v[k] < PETSC_MAX_REAL)) return PETSC_FALSE;
+    m->rate[e].call = v[0];
+    for (int k = 0; k < MPM_RATE_SIZES; k++) {
+      m->rate[e].size[k] = v[1 + 2 * k];
+      m->rate[e].each[k] = v[2 + 2 * k];
+      if (k && v[1 + 2 * k] <= v[2 * k - 1]) return PETSC_FALSE;
+    }
     return PETSC_TRUE;
   }
   if (sscanf(line, "%63s %lf", name, v) != 2 || !(v[0] >= 0 && v[0] < 1)) return PETSC_FALSE; /* all are s */
@@ -256,18 +261,22 @@ static PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* call + n each through three samples: `each` of the middle and of the largest, `call` from the smallest. */
+/* call + n each through the samples, small to large: `call` and the first `each` through the smallest two, or through
+   another where shapes need more points than the second should have; the other `each` through one sample each. */
 static void Fit(MPM mpm, PetscInt e, const Sample sample[LEVELS], MPMRate *r)
 {
   const PetscBool nodes = e < MPM_TIMER_FORCES && mpm->phases[e].kind == MPM_NODES ? PETSC_TRUE : PETSC_FALSE;
   PetscReal       n[LEVELS];
+  int             second = 1;
 
   for (int k = 0; k < LEVELS; k++) n[k] = nodes ? sample[k].nodes : sample[k].points;
-  r->each[0] = PetscMax(0, (sample[1].seconds[e] - sample[0].seconds[e]) / (n[1] - n[0]));
+  if (n[1] < 2 * n[0]) second = 2;
+  r->each[0] = PetscMax(0, (sample[second].seconds[e] - sample[0].seconds[e]) / (n[second] - n[0]));
   r->call    = PetscMax(0, sample[0].seconds[e] - n[0] * r->each[0]);
-  r->each[1] = PetscMax(0, (sample[2].seconds[e] - r->call) / n[2]);
-  r->size[0] = n[1];
-  r->size[1] = n[2];
+  for (int k = 0; k < MPM_RATE_SIZES; k++) {
+    r->size[k] = n[k + 1];
+    if (k) r->each[k] = PetscMax(0, (sample[k + 1].seconds[e] - r->call) / n[k + 1]);
+  }
 }
 
 enum { BURST = 8 }; /* messages at once */
@@ -729,7 +738,7 @@ static PetscErrorCode FitModel(MPM scene, PetscMPIInt size, const Measured *all)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &m->rate[e], (PetscMPIInt)(sizeof(MPMRate) / sizeof(PetscReal)), MPIU_REAL,
                                MPI_SUM, scene->comm));
     m->rate[e].call /= size;
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < MPM_RATE_SIZES; k++) {
       m->rate[e].size[k] /= size;
       m->rate[e].each[k] /= size;
     }
@@ -758,7 +767,7 @@ PetscErrorCode MPMCalibrate(MPM scene)
   PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
   PetscCall(MPMPrint(
       scene,
-      "calibrate  %s: short runs of about 600, 20,000 and 400,000 particles on each of %d process%s, 10 s to a minute\n",
+      "calibrate  %s: short runs of about 150 to 400,000 particles on each of %d process%s, 10 s to a minute\n",
       scene->scene.title, size, size > 1 ? "es" : ""));
   PetscCall(MPMStepSetUp(scene));
   PetscCall(MPMPointsLayout(scene, &scene->points));

@@ -26,11 +26,14 @@
 /* Seconds for n things. */
 static PetscReal Seconds(const MPMRate *r, PetscReal n)
 {
-  PetscReal s = 0;
+  PetscReal each = r->each[0];
 
-  if (n > 0 && r->size[1] > r->size[0])
-    s = PetscMin(1, PetscMax(0, PetscLogReal(n / r->size[0]) / PetscLogReal(r->size[1] / r->size[0])));
-  return r->call + n * (r->each[0] + s * (r->each[1] - r->each[0]));
+  for (int k = 1; k < MPM_RATE_SIZES && n > r->size[k - 1] && r->size[k - 1] > 0; k++) {
+    const PetscReal s = PetscLogReal(n / r->size[k - 1]) / PetscLogReal(r->size[k] / r->size[k - 1]);
+
+    each = r->each[k - 1] + PetscMin(1, s) * (r->each[k] - r->each[k - 1]);
+  }
+  return r->call + n * each;
 }
 
 /* How often a step runs the phase of timer e. */
@@ -162,15 +165,17 @@ static PetscReal PoolStep(MPM mpm, const MPMShare *s, PetscInt edge, PetscReal *
 }
 
 /* The share of one process in a cut of a full block into `processes` cubes, n points each: cells of side
-   (n/per_cell)^(1/d), ghosts a shell of the stencil's reach above. The fastest point moves by `moved` cells a step. */
+   (n/per_cell)^(1/d), ghosts a shell of the stencil's reach above, as tiles send them: on an axis where it is above the
+   cube, a node is in the last tile alone. The fastest point moves by `moved` cells a step. */
 static MPMShare Cube(MPM mpm, PetscReal n, PetscReal per_cell, PetscReal processes, PetscReal moved)
 {
   const PetscReal dim = (PetscReal)mpm->grid.dim, reach = (PetscReal)MPMBasisNodes(mpm->basis) - 1;
   const PetscReal side = PetscPowReal(n / per_cell, 1 / dim), cells = n / per_cell;
+  const PetscReal tiles = MPMTilesPerGhost(mpm->grid.dim, mpm->basis), one = PetscPowReal(tiles, 1 / PetscMax(1, dim - 1));
   MPMShare        s = {.points = n, .processes = processes, .nodes = PetscPowReal(side + reach, dim)};
 
   if (processes > 1) {
-    s.ghosts     = PetscPowReal(side + reach, dim) - cells;
+    s.ghosts     = (PetscPowReal(one * side + reach, dim) - PetscPowReal(one * side, dim)) / tiles;
     s.neighbours = PetscPowReal(2, dim) - 1;
     s.axes       = dim;
     s.cuts       = dim * (PetscPowReal(processes, 1 / dim) - 1);
@@ -215,7 +220,6 @@ static void SetRough(MPM mpm)
     MPMRate        *r     = &m->rate[e];
     const PetscReal times = e < MPM_TIMER_FORCES ? (PetscReal)Times(mpm, e) : 1;
 
-    r->size[0] = r->size[1] = 1;
     if (e == MPM_TIMER_FORCES && !mpm->scene.forced) continue;
     if ((e < MPM_TIMER_FORCES && !times) || e == MPM_TIMER_MIGRATE) continue;
     r->call = times * CALL;
@@ -227,7 +231,7 @@ static void SetRough(MPM mpm)
                                 : FLOP * MPMTransferFlops(mpm->grid.dim, mpm->basis, phase->parts) +
                                       BYTE * (PetscReal)(MPMMessagePointBytes(&mpm->points, phase->points_in) +
                                                          MPMMessagePointBytes(&mpm->points, phase->points_out)));
-    r->each[1] = r->each[0];
+    for (int k = 1; k < MPM_RATE_SIZES; k++) r->each[k] = r->each[0];
   }
   m->exchange             = 1e-6;
   m->message              = 1.6e-6; /* a cluster: latency 1 us, 0.3 us on each side */

@@ -672,10 +672,11 @@ PetscErrorCode MPMStepView(MPM);  /* the table of phases, after the run */
 const char    *MPMTimerName(PetscInt timer);
 PetscReal      MPMTimerSeconds(MPM, PetscInt timer); /* wall time here, of all steps */
 
-/* The model of a step. The time of n points or nodes: call + n each, where each goes from each[0] at size[0] to each[1]
-   at size[1] by the logarithm of n, as caches overflow. */
+/* The model of a step. The time of n points or nodes: call + n each, where each is each[k] at size[k] and goes from one
+   to the next by the logarithm of n, as caches overflow. */
+#define MPM_RATE_SIZES 3
 typedef struct {
-  PetscReal call, size[2], each[2]; /* s, 1, s */
+  PetscReal call, size[MPM_RATE_SIZES], each[MPM_RATE_SIZES]; /* s, 1, s */
 } MPMRate;
 
 /* A migration takes call + stage s + process P + point n + leaver q seconds for n points here, of which q leave and as

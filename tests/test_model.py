@@ -54,9 +54,9 @@ check("a calibration runs no scene", "digest" not in calibrated)
 check("but first steps of it, to check itself", len(re.findall(r"^check .* on [12] process.* s a step, predicted \S+, ratio \d+\.\d+$", calibrated, re.M)) == 2)
 constants = {}
 for line in open("output/disks.model"):
-    rate = re.match(r"rate \d+ (\S+) (\S+) (\S+) (\S+) (\S+) # (\w+)", line)
+    rate = re.match(r"rate \d+ ([^#]*) # (\w+)", line)
     if rate:
-        constants[rate.group(6)] = [float(v) for v in rate.groups()[:5]]
+        constants[rate[2]] = [float(v) for v in rate[1].split()]  # call, then sizes and how much each
 numbers = dict(re.findall(r"^([a-z]\S*) ([\d.e+-]+)$", open("output/disks.model").read(), re.M))
 check("all kinds of constants are there", {"exchange", "message", "post", "wire", "copy", "kept", "reduction", "chunk", "farm",
                                            "migration[0].call", "migration[1].call", "flop", "byte"} <= set(numbers))
@@ -76,9 +76,10 @@ check("a file without limits is used, and none are shown", "constants calibrated
       re.search(r"^speed .* a process$", without, re.M))
 points = int(re.search(r"(\d+) particles", fitted).group(1))
 for phase in ("G2P_MOTION", "G2P_STRESS"):
-    call, n0, each0, n1, each1 = constants[phase]
-    part = min(1, max(0, math.log(points / n0) / math.log(n1 / n0)))
-    expected = call + points * (each0 + part * (each1 - each0))
+    call, *pairs = constants[phase]
+    sizes, each = pairs[::2], pairs[1::2]
+    part = [min(1, max(0, math.log(points / n0) / math.log(n1 / n0))) for n0, n1 in zip(sizes, sizes[1:])]
+    expected = call + points * (each[0] + sum(p * (e1 - e0) for p, e0, e1 in zip(part, each, each[1:])))
     shown = predictions(fitted)[phase]
     check(f"{phase} is predicted by the formula", abs(shown - expected) < 0.01 * expected, f"{shown:g} {expected:g}")
 check("the sum of the phases is the prediction of the step",
@@ -92,6 +93,7 @@ check("a file of another method is not used, and the run says so", "of another m
 whole = open("output/disks.model").read()
 for what, damaged in (("a number that is none", whole.replace("\nmessage ", "\nmessage x")), ("an infinite one", re.sub(r"\nwire .*", "\nwire inf", whole)),
                       ("a negative one", re.sub(r"\nmessage .*", "\nmessage -5", whole)), ("a rate that is none", re.sub(r"\nrate (\d+) \S+", r"\nrate \1 xyz", whole, count=1)),
+                      ("a rate of two sizes", re.sub(r"\nrate (\d+)( \S+){3}", r"\nrate \1 1e-6", whole, count=1)),
                       ("a rate less", re.sub(r"\nrate .*", "", whole, count=1)), ("no end", whole[:len(whole) // 2])):
     with open("damaged.model", "w") as file:
         file.write(damaged)

@@ -166,7 +166,7 @@ class ClosedForm:
         m = model.Model(dim, {"box2d": "linear", "box3d": "bspline2"}[name], "usl", origin="costs.csv")
         sort = costs.get("SETTLE", costs["SORT"])  # tables of before have SETTLE for a step without migration, SORT for one with it
         for k, each in (("P2G", costs["P2G"]), ("ADVANCE", 2**dim * costs["ADVANCE"]), ("G2P", costs["G2P"]), ("SORT", sort)):
-            m.rates[k] = model.Rate(0, (1, 1), (each, each))  # ADVANCE: of a node; in costs.csv of a particle
+            m.rates[k] = model.Rate(0, (1, 2, 3), (each, each, each))  # ADVANCE: of a node; in costs.csv of a particle
         # Particles of these boxes cross a cut in whole layers, 2 a cell: q is the number of layers a step, not of particles.
         # (Rubber, sound at 36.7 m/s; 4 sin(pi x/L) m/s along each axis; dt = 0.4 h/(c + |v|).)
         step = 0.4 / (36.7 + 4 * math.sqrt(m.dim))

@@ -44,7 +44,7 @@ def log2(processes):
 
 @dataclass
 class Share:
-    """What one process has: particles, nodes, ghost nodes, neighbours; the whole run's number of processes and particles that
+    """What one process has: particles, nodes, ghost nodes as tiles send them, neighbours; the whole run's number of processes and particles that
     change process in a step; particles of a row along the cuts here, and the chance that a row crosses a cut of an axis."""
 
     points: float
@@ -65,10 +65,11 @@ class Rate:
     each: tuple
 
     def seconds(self, n):
-        s = 0.0
-        if n > 0 and self.size[1] > self.size[0]:
-            s = min(1, max(0, math.log(n / self.size[0]) / math.log(self.size[1] / self.size[0])))
-        return self.call + n * (self.each[0] + s * (self.each[1] - self.each[0]))
+        each = self.each[0]
+        for n0, n1, e0, e1 in zip(self.size, self.size[1:], self.each, self.each[1:]):
+            if n > n0:
+                each = e0 + min(1, math.log(n / n0) / math.log(n1 / n0)) * (e1 - e0)
+        return self.call + n * each
 
 
 @dataclass
@@ -93,10 +94,16 @@ class Model:
         """How many tiles reach a node, on so many axes."""
         return (1 + (NODES[self.basis] - 1) / TILE[self.basis]) ** power
 
+    def ghosts(self, sides):
+        """Ghost nodes of a full box, [(own nodes, nodes above)] an axis, as its tiles send them: on an axis where it is above the
+        box a node is in the last tile alone, so at an edge or a corner fewer tiles reach it than at a side."""
+        one = self.spread(1)
+        return (math.prod(one * own + above for own, above in sides) - math.prod(one * own for own, _ in sides)) / one ** (self.dim - 1)
+
     # ---- A step in spatial decomposition
     def parts(self, s):
         """Seconds of each part of a step."""
-        m, none = self.numbers, Rate(0, (1, 1), (0, 0))
+        m, none = self.numbers, Rate(0, (1,), (0,))
         t = {}
         posts = m["exchange"] + s.neighbours * m["post"] if s.neighbours > 0 else 0
         way = max(0, m["message"] - m["post"]) if s.neighbours > 0 else 0
@@ -162,7 +169,7 @@ class Model:
         side = cells ** (1 / self.dim)
         s = Share(n, (side + reach) ** self.dim, processes=processes)
         if processes > 1:
-            s.ghosts = (side + reach) ** self.dim - cells
+            s.ghosts = self.ghosts([(side, reach)] * self.dim)
             s.neighbours, s.axes = 2**self.dim - 1, self.dim
             layer, rows, cuts = self.dim * cells / side, per_cell ** (1 / self.dim), processes ** (1 / self.dim) - 1
             s.crossing = moved * processes * layer * per_cell
@@ -197,17 +204,17 @@ class Model:
             slowest, most = 0.0, 0.0
             for where in itertools.product(*(set(self.axis(c, p, up)) for c, p, up in zip(cells, cut, ups))):
                 own = math.prod(w[0] for w in where)
-                ghosts = math.prod(w[0] + w[1] for w in where) - own
+                layer = (math.prod(w[0] + w[1] for w in where) - own) / (NODES[self.basis] - 1)
                 above = 2 ** sum(w[1] > 0 for w in where) - 1
                 s = Share(
                     own * per_cell,
                     math.prod(w[0] + 1 / p for w, p in zip(where, cut)),
-                    ghosts,
+                    self.ghosts(where),
                     above,
                     math.prod(cut),
                     crossing,
                     sum(p > 1 for p in cut),
-                    ghosts / (NODES[self.basis] - 1) * per_cell ** (1 - 1 / self.dim),
+                    layer * per_cell ** (1 - 1 / self.dim),
                     waits,
                 )
                 slowest, most = max(slowest, self.step(s)), max(most, own)
@@ -253,10 +260,9 @@ def load(path):
     update = "usl" if ":G2P." in method[0] else "usf" if ":P2G_MASS." in method[0] else "musl"
     model = Model(int(method[1]), bases[int(method[2])], update, origin=(re.search(r"^from (.*)", text, re.M) or ["", ""])[1])
     number = r"([-+.\deE]+)"
-    for _, call, n0, e0, n1, e1, name in re.findall(
-        rf"^rate (\d+) {number} {number} {number} {number} {number} # (\w+):", text, re.M
-    ):
-        model.rates[name] = Rate(float(call), (float(n0), float(n1)), (float(e0), float(e1)))
+    for values, name in re.findall(r"^rate \d+ ([^#\n]*)# (\w+):", text, re.M):
+        call, *pairs = map(float, values.split())
+        model.rates[name] = Rate(call, tuple(pairs[::2]), tuple(pairs[1::2]))
     for name, value in re.findall(rf"^([a-z]+(?:\[\d\]\.[a-z]+)?) {number}$", text, re.M):
         model.numbers[name] = float(value)
     return model
@@ -268,8 +274,9 @@ def save(model, path, like, lanes=None):
         text = f.read()
 
     def rate(found):
-        r = model.rates.get(found[2], Rate(0, (1, 1), (0, 0)))
-        return f"rate {found[1]} {r.call:.8g} {r.size[0]:g} {r.each[0]:.8g} {r.size[1]:g} {r.each[1]:.8g} # {found[2]}:"
+        r = model.rates.get(found[2], Rate(0, (1, 2, 3), (0, 0, 0)))
+        pairs = " ".join(f"{n:g} {each:.8g}" for n, each in zip(r.size, r.each))
+        return f"rate {found[1]} {r.call:.8g} {pairs} # {found[2]}:"
 
     text = re.sub(r"^rate (\d+) [^#\n]*# (\w+):", rate, text, flags=re.M)
     if lanes:

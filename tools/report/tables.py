@@ -585,7 +585,7 @@ class Tables(ClosedForm):
             m = self.closed(name)
             for k in ("P2G", "ADVANCE", "G2P", "SORT"):
                 r = m.rates[k]
-                lines.append([what, k, f"{1e6 * r.call:.2g} µs", f"{1e9 * r.each[0]:.2f} ns", f"{1e9 * r.each[1]:.2f} ns"])
+                lines.append([what, k, f"{1e6 * r.call:.2g} µs", *(f"{1e9 * each:.2f} ns" for each in r.each)])
             for k, unit in (
                 ("copy", "ns a byte"),
                 ("kept", "ns a byte"),
@@ -594,8 +594,9 @@ class Tables(ClosedForm):
                 ("migration[1].call", "ns a direct migration"),
                 ("migration[1].leaver", "ns a particle that leaves"),
             ):
-                lines.append([what, k.replace("[1].", ", "), f"{1e9 * m.numbers[k]:.3g} {unit}", "", ""])
-        text = marks.markdown(["scene", "constant", "each call", "each, about 20 000", "each, about 400 000"], lines)
+                lines.append([what, k.replace("[1].", ", "), f"{1e9 * m.numbers[k]:.3g} {unit}", "", "", ""])
+        sizes = ("1 500", "20 000", "400 000")
+        text = marks.markdown(["scene", "constant", "each call", *(f"each, about {n}" for n in sizes)], lines)
         origin = re.sub(r", of (\d+)$", r"; of \1 such, the least or the median", self.closed("box2d").origin)
         return f"{text}\n\n{origin[:1].upper()}{origin[1:]}."
 
