@@ -65,7 +65,7 @@ static PetscErrorCode Save(MPM mpm)
   fprintf(file, "# constants of pebble's model of a step, by -model_calibrate; s, and s a point, node or byte\n");
   fprintf(file, "method %s\nfrom %s\n", method, m->from);
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
-    if (m->rate[e].call > 0 || m->rate[e].each[0] > 0) {
+    if (m->rate[e].call > 0 || m->rate[e].each[MPM_RATE_SIZES - 1] > 0) {
       fprintf(file, "rate %d %.6g", (int)e, (double)m->rate[e].call);
       for (int k = 0; k < MPM_RATE_SIZES; k++)
         fprintf(file, " %.6g %.6g", (double)m->rate[e].size[k], (double)m->rate[e].each[k]);
