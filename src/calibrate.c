@@ -1,8 +1,9 @@
 /* calibrate.c - the constants of the model (model.c), measured: -model_calibrate makes short runs of the scene coarser
    and finer than it is, of about 150, 1500, 20,000 and 400,000 points, on every process at once and each for itself,
-   since processes share memory; times messages, a reduction, migrations and the pool's master, where there are processes
-   for it; and all that a few times over, since what else a machine does slows it for seconds on end: the least of each
-   counts. Last come the limits of a core. The constants go to a file, which later runs of the same method read. */
+   since processes share memory; times messages, a reduction, migrations and the pool's master, where there are
+   processes for it; and all that a few times over, since what else a machine does slows it for seconds on end: the
+   least of each counts. Last come the limits of a core. The constants go to a file, which later runs of the same method
+   read. */
 #include <errno.h>
 #include "exchange_spatial.h"
 #include "options.h"
@@ -766,8 +767,7 @@ PetscErrorCode MPMCalibrate(MPM scene)
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
   PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
   PetscCall(MPMPrint(
-      scene,
-      "calibrate  %s: short runs of about 150 to 400,000 particles on each of %d process%s, 10 s to a minute\n",
+      scene, "calibrate  %s: short runs of about 150 to 400,000 particles on each of %d process%s, 10 s to a minute\n",
       scene->scene.title, size, size > 1 ? "es" : ""));
   PetscCall(MPMStepSetUp(scene));
   PetscCall(MPMPointsLayout(scene, &scene->points));
