@@ -1,8 +1,9 @@
 /* calibrate.c - the constants of the model (model.c), measured: -model_calibrate makes short runs of the scene coarser
    and finer than it is, of about 150, 1500, 20,000 and 400,000 points, on every process at once and each for itself,
-   since processes share memory; times messages, a reduction, migrations and the pool's master, where there are processes
-   for it; and all that a few times over, since what else a machine does slows it for seconds on end: the least of each
-   counts. Last come the limits of a core. The constants go to a file, which later runs of the same method read. */
+   since processes share memory; times messages, a reduction, migrations and the pool's master, where there are
+   processes for it; and all that a few times over, since what else a machine does slows it for seconds on end: the
+   least of each counts. Last come the limits of a core. The constants go to a file, which later runs of the same method
+   read. */
 #include <errno.h>
 #include "exchange_spatial.h"
 #include "options.h"
@@ -65,7 +66,7 @@ static PetscErrorCode Save(MPM mpm)
   fprintf(file, "# constants of pebble's model of a step, by -model_calibrate; s, and s a point, node or byte\n");
   fprintf(file, "method %s\nfrom %s\n", method, m->from);
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
-    if (m->rate[e].call > 0 || m->rate[e].each[0] > 0) {
+    if (m->rate[e].call > 0 || m->rate[e].each[MPM_RATE_SIZES - 1] > 0) {
       fprintf(file, "rate %d %.6g", (int)e, (double)m->rate[e].call);
       for (int k = 0; k < MPM_RATE_SIZES; k++)
         fprintf(file, " %.6g %.6g", (double)m->rate[e].size[k], (double)m->rate[e].each[k]);
@@ -766,8 +767,7 @@ PetscErrorCode MPMCalibrate(MPM scene)
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
   PetscCallMPI(MPI_Comm_rank(scene->comm, &rank));
   PetscCall(MPMPrint(
-      scene,
-      "calibrate  %s: short runs of about 150 to 400,000 particles on each of %d process%s, 10 s to a minute\n",
+      scene, "calibrate  %s: short runs of about 150 to 400,000 particles on each of %d process%s, 10 s to a minute\n",
       scene->scene.title, size, size > 1 ? "es" : ""));
   PetscCall(MPMStepSetUp(scene));
   PetscCall(MPMPointsLayout(scene, &scene->points));

@@ -171,8 +171,9 @@ static MPMShare Cube(MPM mpm, PetscReal n, PetscReal per_cell, PetscReal process
 {
   const PetscReal dim = (PetscReal)mpm->grid.dim, reach = (PetscReal)MPMBasisNodes(mpm->basis) - 1;
   const PetscReal side = PetscPowReal(n / per_cell, 1 / dim), cells = n / per_cell;
-  const PetscReal tiles = MPMTilesPerGhost(mpm->grid.dim, mpm->basis), one = PetscPowReal(tiles, 1 / PetscMax(1, dim - 1));
-  MPMShare        s = {.points = n, .processes = processes, .nodes = PetscPowReal(side + reach, dim)};
+  const PetscReal tiles = MPMTilesPerGhost(mpm->grid.dim, mpm->basis);
+  const PetscReal one   = PetscPowReal(tiles, 1 / PetscMax(1, dim - 1)); /* the same of one axis */
+  MPMShare        s     = {.points = n, .processes = processes, .nodes = PetscPowReal(side + reach, dim)};
 
   if (processes > 1) {
     s.ghosts     = (PetscPowReal(one * side + reach, dim) - PetscPowReal(one * side, dim)) / tiles;

@@ -388,10 +388,11 @@ PetscInt                  MPMPointsBytes(const MPMPoints *, MPMHome most);
 PetscInt                  MPMPointsMemory(const MPMPoints *);
 
 /* Calls an inline function with the bytes of a field's row first: of known widths, they are copied in registers. */
+/* clang-format off */
 #define MPM_FOR_WIDTH(bytes, FUNCTION, ...)                                                                            \
   do switch (bytes) {                                                                                                  \
-    case 4: FUNCTION(4, __VA_ARGS__); break;                                                                           \
-    case 8: FUNCTION(8, __VA_ARGS__); break;                                                                           \
+    case 4:  FUNCTION(4, __VA_ARGS__);  break;                                                                         \
+    case 8:  FUNCTION(8, __VA_ARGS__);  break;                                                                         \
     case 16: FUNCTION(16, __VA_ARGS__); break;                                                                         \
     case 24: FUNCTION(24, __VA_ARGS__); break;                                                                         \
     case 32: FUNCTION(32, __VA_ARGS__); break;                                                                         \
@@ -400,6 +401,7 @@ PetscInt                  MPMPointsMemory(const MPMPoints *);
     default: FUNCTION((size_t)(bytes), __VA_ARGS__);                                                                   \
     }                                                                                                                  \
   while (0)
+/* clang-format on */
 
 /* What a process has in a step, as the model (model.c) counts it. */
 typedef struct {

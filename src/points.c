@@ -211,8 +211,8 @@ static PetscInt FindCycles(PetscInt n, PetscInt order[], PetscInt path[])
   for (PetscInt q = 0; q < n; q++) {
     if (order[q] == q) continue;
     for (PetscInt to = q, from; order[to] != to; to = from) {
-      from            = order[to];
-      order[to]       = to;
+      from          = order[to];
+      order[to]     = to;
       path[npath++] = to;
     }
     path[npath - 1] = MPM_LAST(path[npath - 1]);
@@ -220,8 +220,8 @@ static PetscInt FindCycles(PetscInt n, PetscInt order[], PetscInt path[])
   return npath;
 }
 
-/* Puts the storage into the order of `order`, which becomes the identity. In place: a copy of the largest field would be
-   up to half of the memory of the points. The path along the cycles is in the room of the order before. */
+/* Puts the storage into the order of `order`, which becomes the identity. In place: a copy of the largest field would
+   be up to half of the memory of the points. The path along the cycles is in the room of the order before. */
 static PetscErrorCode Reorder(MPMPoints *points)
 {
   const PetscInt *path  = points->spare;
