@@ -540,7 +540,10 @@ static void FitMigration(PetscMPIInt size, const Trial *a, const Trial *b, MPMMo
   }
 }
 
-/* Steps of about 600 points on each process, or of as many more as have a cut, together, without their migrations. */
+/* Steps of about 600 points on each process, or of as many more as have a cut, together, without their migrations. The
+   model is asked between spans of the run. */
+#define SPANS 5
+#define SPAN  60
 typedef struct {
   PetscReal step;      /* s, the least */
   PetscReal predicted; /* s, without what an exchange costs besides its messages */
@@ -559,17 +562,17 @@ static PetscErrorCode PredictWith(MPM scene, MPM mpm, PetscReal exchange, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds half of what the model says of the state as it is: bodies move from process to process, so the mean of the start
-   and the end counts. Collective on scene->comm. */
-static PetscErrorCode PredictHalf(MPM scene, MPM mpm, Together *t)
+/* Adds a part of what the model says of the state as it is: bodies move from process to process, so the mean over the
+   run counts. Collective on scene->comm. */
+static PetscErrorCode PredictPart(MPM scene, MPM mpm, PetscReal part, Together *t)
 {
   PetscReal none, all;
 
   PetscFunctionBeginUser;
   PetscCall(PredictWith(scene, mpm, 0, &none));
   PetscCall(PredictWith(scene, mpm, 1, &all)); /* 1 s: beside it nothing else counts */
-  t->predicted += 0.5 * none;
-  t->exchanges += 0.5 * (all - none);
+  t->predicted += part * none;
+  t->exchanges += part * (all - none);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -585,16 +588,19 @@ static PetscErrorCode TimeTogether(MPM scene, Together *t)
     PetscReal step = PETSC_MAX_REAL;
     MPM       mpm;
 
-    PetscCall(SetRun(scene, "spatial", coarser, 300));
+    PetscCall(SetRun(scene, "spatial", coarser, SPANS * SPAN));
     PetscCall(Make(scene->comm, &mpm));
     if (!mpm) { /* too coarse for so many processes */
       coarser /= 1.5;
       continue;
     }
     t->predicted = t->exchanges = 0;
-    PetscCall(PredictHalf(scene, mpm, t));
-    PetscCall(MPMRun(mpm));
-    PetscCall(PredictHalf(scene, mpm, t));
+    PetscCall(PredictPart(scene, mpm, 0.5 / SPANS, t));
+    for (int k = 1; k <= SPANS; k++) { /* by trapezoids */
+      mpm->max_steps = k * SPAN;
+      PetscCall(MPMRun(mpm));
+      PetscCall(PredictPart(scene, mpm, (k < SPANS ? 1. : 0.5) / SPANS, t));
+    }
     if (mpm->step) step = (mpm->wall_steps - MPMTimerSeconds(mpm, MPM_TIMER_MIGRATE)) / (PetscReal)mpm->step;
     PetscCall(Slowest(scene->comm, &step));
     PetscCall(MPMDestroy(&mpm));
