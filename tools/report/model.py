@@ -56,6 +56,7 @@ class Share:
     axes: int = 0  # that are cut
     row: float = 0
     waits: float = 0
+    received: float = None  # ghost nodes of those below that are sent here; None: as many as its own
 
 
 @dataclass
@@ -110,7 +111,8 @@ class Model:
         for name, kind, _, _, sums in PHASES[self.update]:
             rate = self.rates.get(name, none)
             if kind == "to_nodes":
-                t[name] = rate.seconds(s.points) + posts + s.ghosts * self.spread(self.dim - 1) * self.sums(sums) * 8 * m["kept"]
+                kept = s.ghosts if s.received is None else (s.ghosts + s.received) / 2
+                t[name] = rate.seconds(s.points) + posts + kept * self.spread(self.dim - 1) * self.sums(sums) * 8 * m["kept"]
             elif kind == "nodes":
                 t[name] = rate.seconds(s.nodes) + posts + way + s.ghosts * 2 * self.dim * 8 * (m["wire"] + m["copy"])
             else:
@@ -178,7 +180,7 @@ class Model:
 
     def axis(self, cells, parts, up):
         """One axis of a full box between walls, cut into parts as even as tiles allow: for each part its particles in units of
-        a cell's and the ghosts above. Near walls a spline's stencil is moved onto the grid, so the first and the
+        a cell's, the ghosts above, and those of the part below. Near walls a spline's stencil is moved onto the grid, so the first and the
         last cell of stencils have more particles. up: which way halves are rounded."""
         reach = NODES[self.basis] - 1
         n = cells + 1 - reach
@@ -194,7 +196,7 @@ class Model:
             while len(cuts) < parts and total + (0 if up else one / 2 + 1e-9) >= len(cuts) * cells / parts:
                 cuts.append(b)
         cuts.append(cells + 1)
-        return [(sum(load[a:b]), min(reach, cells + 1 - b)) for a, b in zip(cuts, cuts[1:])]
+        return [(sum(load[a:b]), min(reach, cells + 1 - b), min(reach, a)) for a, b in zip(cuts, cuts[1:])]
 
     def box(self, cells, cut, per_cell, crossing, waits=0):
         """Seconds of a step, and the imbalance, of a full box that is cut into cut[0] x cut[1] ... boxes: of the slowest process,
@@ -209,13 +211,14 @@ class Model:
                 s = Share(
                     own * per_cell,
                     math.prod(w[0] + 1 / p for w, p in zip(where, cut)),
-                    self.ghosts(where),
+                    self.ghosts([(w[0], w[1]) for w in where]),
                     above,
                     math.prod(cut),
                     crossing,
                     sum(p > 1 for p in cut),
                     layer * per_cell ** (1 - 1 / self.dim),
                     waits,
+                    self.ghosts([(w[0], w[2]) for w in where]),
                 )
                 slowest, most = max(slowest, self.step(s)), max(most, own)
             found.append((slowest, most * math.prod(cut) / math.prod(cells)))
