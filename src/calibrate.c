@@ -266,12 +266,11 @@ static PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt
    another where shapes need more points than the second should have; the other `each` through one sample each. */
 static void Fit(MPM mpm, PetscInt e, const Sample sample[LEVELS], MPMRate *r)
 {
-  const PetscBool nodes = e < MPM_TIMER_FORCES && mpm->phases[e].kind == MPM_NODES ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool nodes  = e < MPM_TIMER_FORCES && mpm->phases[e].kind == MPM_NODES ? PETSC_TRUE : PETSC_FALSE;
+  const int       second = sample[1].points > 2 * sample[0].points ? 1 : 2;
   PetscReal       n[LEVELS];
-  int             second = 1;
 
   for (int k = 0; k < LEVELS; k++) n[k] = nodes ? sample[k].nodes : sample[k].points;
-  if (n[1] < 2 * n[0]) second = 2;
   r->each[0] = PetscMax(0, (sample[second].seconds[e] - sample[0].seconds[e]) / (n[second] - n[0]));
   r->call    = PetscMax(0, sample[0].seconds[e] - n[0] * r->each[0]);
   for (int k = 0; k < MPM_RATE_SIZES; k++) {
@@ -782,8 +781,9 @@ PetscErrorCode MPMCalibrate(MPM scene)
   for (int pass = 0; pass < PASSES; pass++) {
     PetscCall(Measure(scene, size, rank, &all));
     for (int k = 0; k < LEVELS; k++)
-      PetscCheck(all.alone[k].steps > 0 && (!k || all.alone[k].points > 2 * all.alone[k - 1].points), scene->comm,
-                 PETSC_ERR_SUP, "the scene cannot be run with about %g points, so it cannot be calibrated",
+      PetscCheck(all.alone[k].steps > 0 && (k < 2 || (all.alone[k].points > 2 * all.alone[k - 1].points &&
+                                                      all.alone[k].points > 2 * all.alone[0].points)),
+                 scene->comm, PETSC_ERR_SUP, "the scene cannot be run with about %g points, so it cannot be calibrated",
                  (double)goal[k]);
   }
   PetscCall(FitModel(scene, size, &all));

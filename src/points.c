@@ -10,6 +10,7 @@
    where points move 5 % of a cell a step, 2-D loses as much.) */
 #define MPM_SCATTERED   2
 #define MPM_MOVES_GUESS 0.04
+#define MPM_ROW_BYTES   (9 * sizeof(PetscReal)) /* of a field, at most: a tensor in 3-D */
 #define MPM_RUN         16 /* runs of so many points in the order, on average: they need no reordering */
 /* Room for points to come in the swarm, besides n/500. Small, since PETSc before 3.25 clears all of it at each removal;
    not smaller, since the swarm moves all fields to new memory when points come that find no room.                    */
@@ -77,6 +78,9 @@ PetscErrorCode MPMPointsLayout(MPM mpm, MPMPoints *points)
     PetscCall(PetscDataTypeGetSize(MPMFields[f].type, &size));
     points->present[f] = present[f];
     points->bytes[f]   = MPMFieldComponents(f, points->dim) * (PetscInt)size;
+    PetscCheck((size_t)points->bytes[f] <= MPM_ROW_BYTES, PETSC_COMM_SELF, PETSC_ERR_SUP,
+               "field %s has rows of %" PetscInt_FMT " bytes, more than MPM_ROW_BYTES", MPMFields[f].name,
+               points->bytes[f]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -189,7 +193,7 @@ PetscErrorCode MPMPointsRestoreView(MPMPoints *points, PetscInt fields, MPMView 
 /* Moves rows of `bytes` along the cycles of a path (FindCycles). */
 MPM_INLINE void FollowCycles(size_t bytes, PetscInt npath, const PetscInt path[], char *rows)
 {
-  char first[9 * sizeof(PetscReal)]; /* of a tensor in 3-D */
+  char first[MPM_ROW_BYTES];
 
   for (PetscInt k = 0; k < npath; k++) {
     memcpy(first, rows + (size_t)path[k] * bytes, bytes);

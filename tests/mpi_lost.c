@@ -27,12 +27,12 @@ static PetscErrorCode CopyPoint(MPMPoints *points, PetscInt from, PetscInt to)
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     const PetscInt b = points->bytes[f];
-    char          *at;
+    void          *at;
 
     if (!points->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
-    PetscCall(DMSwarmGetField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&at));
-    memmove(at + to * b, at + from * b, (size_t)b);
-    PetscCall(DMSwarmRestoreField(points->swarm, MPMFields[f].name, NULL, NULL, (void **)&at));
+    PetscCall(MPMPointsGetField(points, f, &at));
+    memmove((char *)at + to * b, (char *)at + from * b, (size_t)b);
+    PetscCall(MPMPointsRestoreField(points, f));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -86,6 +86,12 @@ check("the sum of the phases is the prediction of the step",
       abs(predictions(fitted)["all"] - sum(v for k, v in predictions(fitted).items() if k != "all"))
       < 0.01 * predictions(fitted)["all"])
 
+# ---- A scene whose small body needs more points than the smallest of the calibration's runs should have
+small = ("-grid_cells", "32,32", "-body_disk1_radius", "0.25", "-body_disk1_center", "0.27,0.27", "-body_disk2_radius", "0.006",
+         "-body_disk2_center", "0.822,0.822", "-body_disk2_velocity", "0,0")
+check("a scene that cannot be as coarse as the calibration wants is calibrated nevertheless",
+      re.search(r"^check .* ratio", run(*small, "-model_calibrate", "-model_file", "small.model"), re.M))
+
 # ---- Files that do not fit, or are not there
 other = run("-method_update", "usl")
 check("a file of another method is not used, and the run says so", "of another method" in other and
