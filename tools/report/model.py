@@ -180,7 +180,7 @@ class Model:
 
     def axis(self, cells, parts, up):
         """One axis of a full box between walls, cut into parts as even as tiles allow: for each part its particles in units of
-        a cell's, the ghosts above, and those of the part below. Near walls a spline's stencil is moved onto the grid, so the first and the
+        a cell's, the ghosts above, those of the part below, and its own nodes. Near walls a spline's stencil is moved onto the grid, so the first and the
         last cell of stencils have more particles. up: which way halves are rounded."""
         reach = NODES[self.basis] - 1
         n = cells + 1 - reach
@@ -196,7 +196,7 @@ class Model:
             while len(cuts) < parts and total + (0 if up else one / 2 + 1e-9) >= len(cuts) * cells / parts:
                 cuts.append(b)
         cuts.append(cells + 1)
-        return [(sum(load[a:b]), min(reach, cells + 1 - b), min(reach, a)) for a, b in zip(cuts, cuts[1:])]
+        return [(sum(load[a:b]), min(reach, cells + 1 - b), min(reach, a), b - a) for a, b in zip(cuts, cuts[1:])]
 
     def box(self, cells, cut, per_cell, crossing, waits=0):
         """Seconds of a step, and the imbalance, of a full box that is cut into cut[0] x cut[1] ... boxes: of the slowest process,
@@ -210,15 +210,15 @@ class Model:
                 above = 2 ** sum(w[1] > 0 for w in where) - 1
                 s = Share(
                     own * per_cell,
-                    math.prod(w[0] + 1 / p for w, p in zip(where, cut)),
-                    self.ghosts([(w[0], w[1]) for w in where]),
+                    math.prod(w[3] for w in where),
+                    self.ghosts([(w[3], w[1]) for w in where]),
                     above,
                     math.prod(cut),
                     crossing,
                     sum(p > 1 for p in cut),
                     layer * per_cell ** (1 - 1 / self.dim),
                     waits,
-                    self.ghosts([(w[0], w[2]) for w in where]),
+                    self.ghosts([(w[3], w[2]) for w in where]),
                 )
                 slowest, most = max(slowest, self.step(s)), max(most, own)
             found.append((slowest, most * math.prod(cut) / math.prod(cells)))
