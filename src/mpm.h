@@ -298,7 +298,7 @@ typedef struct {
   MPMView         points;
   const PetscInt *order;  /* [points.n] points by (cell, id) */
   PetscInt       *movers; /* [nmovers] places q in order of points that changed cell, as the commit notes them, of those
-                             that left the patch MPM_LEAVER(q); or NULL */
+                             that left the patch MPM_MARK(q); or NULL */
   PetscInt   nmovers;
   PetscReal *sum;               /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N; complete for own nodes */
   PetscReal *vel;               /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
@@ -308,8 +308,8 @@ typedef struct {
   void *memory; /* behind sum and span, where the patch owns them */
 } MPMPatch;
 
-/* A negative number for the mover at place q; and q for such a number. */
-#define MPM_LEAVER(q) (-1 - (q))
+/* Marks place q of a list, by a negative number; and q for such a number. */
+#define MPM_MARK(q) (-1 - (q))
 
 /* Parts of a transfer: what a phase asks the one P2G body and the one G2P body to do. */
 enum {

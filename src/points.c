@@ -187,9 +187,6 @@ PetscErrorCode MPMPointsRestoreView(MPMPoints *points, PetscInt fields, MPMView 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Marks the last place of a cycle, and back. */
-#define MPM_LAST(p) (-1 - (p))
-
 /* Moves rows of `bytes` along the cycles of a path (FindCycles). */
 MPM_INLINE void FollowCycles(size_t bytes, PetscInt npath, const PetscInt path[], char *rows)
 {
@@ -198,11 +195,11 @@ MPM_INLINE void FollowCycles(size_t bytes, PetscInt npath, const PetscInt path[]
   for (PetscInt k = 0; k < npath; k++) {
     memcpy(first, rows + (size_t)path[k] * bytes, bytes);
     for (; path[k] >= 0; k++) {
-      const PetscInt next = path[k + 1] < 0 ? MPM_LAST(path[k + 1]) : path[k + 1];
+      const PetscInt next = path[k + 1] < 0 ? MPM_MARK(path[k + 1]) : path[k + 1];
 
       memcpy(rows + (size_t)path[k] * bytes, rows + (size_t)next * bytes, bytes);
     }
-    memcpy(rows + (size_t)MPM_LAST(path[k]) * bytes, first, bytes);
+    memcpy(rows + (size_t)MPM_MARK(path[k]) * bytes, first, bytes);
   }
 }
 
@@ -219,7 +216,7 @@ static PetscInt FindCycles(PetscInt n, PetscInt order[], PetscInt path[])
       order[to]     = to;
       path[npath++] = to;
     }
-    path[npath - 1] = MPM_LAST(path[npath - 1]);
+    path[npath - 1] = MPM_MARK(path[npath - 1]);
   }
   return npath;
 }
@@ -293,7 +290,7 @@ static PetscErrorCode MergeMovers(const MPMView *view, PetscInt ncells, PetscInt
 
   PetscFunctionBeginUser;
   for (PetscInt m = 0; m < points->nmovers; m++) {
-    const PetscInt q = points->movers[m] < 0 ? MPM_LEAVER(points->movers[m]) : points->movers[m], p = order[q];
+    const PetscInt q = points->movers[m] < 0 ? MPM_MARK(points->movers[m]) : points->movers[m], p = order[q];
 
     order[q] = nkept;
     if (p < nkept) come[ncome++] = p;
@@ -352,7 +349,7 @@ PetscErrorCode MPMPointsLeavers(MPMPoints *points, PetscInt *n, PetscInt **which
     *n = 0;
     for (PetscInt m = 0; m < candidates; m++) {
       if (all ? view.cell[m] >= 0 : movers[m] >= 0) continue;
-      if (pass) (*which)[*n] = all ? m : points->order[MPM_LEAVER(movers[m])];
+      if (pass) (*which)[*n] = all ? m : points->order[MPM_MARK(movers[m])];
       ++*n;
     }
     if (!pass) PetscCall(PetscMalloc1(*n, which));

@@ -617,7 +617,7 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
     for (int d = 0; d < dim && now[l] >= 0; d++) node[d] = (PetscInt)at[d][l];
     if (now[l] >= 0) cell = MPMTileCell(dim, &patch->tiles, node);
     patch->points.cell[p] = cell;
-    if (patch->movers) patch->movers[patch->nmovers + k] = cell < 0 ? MPM_LEAVER(q + l) : q + l;
+    if (patch->movers) patch->movers[patch->nmovers + k] = cell < 0 ? MPM_MARK(q + l) : q + l;
     left += cell < 0;
     if (cell == -2) {
       const PetscReal x[3] = {s->x[0][l], s->x[1][l], s->x[2][l]};

@@ -9,6 +9,7 @@ import itertools
 import math
 import re
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 NODES = {"linear": 2, "gimp": 3, "bspline2": 3, "bspline3": 4}  # of the stencil along an axis
 # The phases of a step: name, kind, fields in, fields out, and of those to nodes the sums (mass, momentum, force).
@@ -57,6 +58,16 @@ class Share:
     row: float = 0
     waits: float = 0
     received: float = None  # ghost nodes of those below that are sent here; None: as many as its own
+
+
+class Part(NamedTuple):
+    """A part of an axis of a box: its particles in units of a cell's, its nodes, the ghost nodes above, and those of the part below
+    that lie in it."""
+
+    particles: float
+    nodes: int
+    above: int
+    below: int
 
 
 @dataclass
@@ -179,9 +190,8 @@ class Model:
         return s
 
     def axis(self, cells, parts, up):
-        """One axis of a full box between walls, cut into parts as even as tiles allow: for each part its particles in units of
-        a cell's, the ghosts above, those of the part below, and its own nodes. Near walls a spline's stencil is moved onto the grid, so the first and the
-        last cell of stencils have more particles. up: which way halves are rounded."""
+        """One axis of a full box between walls, cut into parts as even as tiles allow. Near walls a spline's stencil is moved
+        onto the grid, so the first and the last cell of stencils have more particles. up: which way halves are rounded."""
         reach = NODES[self.basis] - 1
         n = cells + 1 - reach
         load = [1.0] * n + [0.0] * reach
@@ -196,7 +206,7 @@ class Model:
             while len(cuts) < parts and total + (0 if up else one / 2 + 1e-9) >= len(cuts) * cells / parts:
                 cuts.append(b)
         cuts.append(cells + 1)
-        return [(sum(load[a:b]), min(reach, cells + 1 - b), min(reach, a), b - a) for a, b in zip(cuts, cuts[1:])]
+        return [Part(sum(load[a:b]), b - a, min(reach, cells + 1 - b), min(reach, a)) for a, b in zip(cuts, cuts[1:])]
 
     def box(self, cells, cut, per_cell, crossing, waits=0):
         """Seconds of a step, and the imbalance, of a full box that is cut into cut[0] x cut[1] ... boxes: of the slowest process,
@@ -205,20 +215,20 @@ class Model:
         for ups in itertools.product((False, True), repeat=len(cut)):
             slowest, most = 0.0, 0.0
             for where in itertools.product(*(set(self.axis(c, p, up)) for c, p, up in zip(cells, cut, ups))):
-                own = math.prod(w[0] for w in where)
-                layer = (math.prod(w[0] + w[1] for w in where) - own) / (NODES[self.basis] - 1)
-                above = 2 ** sum(w[1] > 0 for w in where) - 1
+                own = math.prod(w.particles for w in where)
+                layer = (math.prod(w.particles + w.above for w in where) - own) / (NODES[self.basis] - 1)
+                above = 2 ** sum(w.above > 0 for w in where) - 1
                 s = Share(
                     own * per_cell,
-                    math.prod(w[3] for w in where),
-                    self.ghosts([(w[3], w[1]) for w in where]),
+                    math.prod(w.nodes for w in where),
+                    self.ghosts([(w.nodes, w.above) for w in where]),
                     above,
                     math.prod(cut),
                     crossing,
                     sum(p > 1 for p in cut),
                     layer * per_cell ** (1 - 1 / self.dim),
                     waits,
-                    self.ghosts([(w[3], w[2]) for w in where]),
+                    self.ghosts([(w.nodes, w.below) for w in where]),
                 )
                 slowest, most = max(slowest, self.step(s)), max(most, own)
             found.append((slowest, most * math.prod(cut) / math.prod(cells)))
