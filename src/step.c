@@ -5,94 +5,114 @@
 #include <petscsf.h>
 #include "mpm.h"
 
-/* The own nodes first .. last-1 of a row that points touch. */
-static void OwnNodes(const MPMPatch *patch, PetscInt row, PetscInt *first, PetscInt *last)
-{
-  const PetscInt own = patch->own_lo[0] - patch->lo[0];
+/* A row of nodes along x: sum, vel: of its node 0; its own nodes that points touch are first .. last-1. ijk: where in
+   the grid node 0 is. at_face: is all of the row at or beyond a face along y or z? */
+typedef struct {
+  PetscReal *sum, *vel;
+  PetscInt   first, last, ijk[3];
+  PetscBool  at_face;
+} NodeRow;
 
-  *first = PetscMax(own, patch->span[row].first);
-  *last  = PetscMin(own + patch->own_n[0], patch->span[row].last);
+static NodeRow OwnRow(const MPMPatch *patch, PetscInt row)
+{
+  const PetscInt dim = patch->grid->dim, own = patch->own_lo[0] - patch->lo[0];
+  NodeRow        r = {.sum = patch->sum + row * patch->n[0] * MPM_SUM_NC(dim),
+                      .vel = patch->vel + row * patch->n[0] * MPM_VEL_NC(dim)};
+
+  r.first  = PetscMax(own, patch->span[row].first);
+  r.last   = PetscMin(own + patch->own_n[0], patch->span[row].last);
+  r.ijk[0] = patch->lo[0];
+  r.ijk[1] = row % patch->n[1] + patch->lo[1];
+  r.ijk[2] = row / patch->n[1] + patch->lo[2];
+  for (PetscInt d = 1; d < dim; d++)
+    if (r.ijk[d] <= 0 || r.ijk[d] >= patch->grid->cells[d]) r.at_face = PETSC_TRUE;
+  return r;
 }
 
-/* Is node i of a row at or beyond a face of the grid? Most are not. ijk [3]: its number in the grid. */
-static PetscBool AtFace(const MPMPatch *patch, PetscInt row, PetscInt i, PetscInt ijk[])
+/* Is node i of the row at or beyond a face of the grid? Most are not. ijk [3]: its number in the grid. */
+MPM_INLINE PetscBool AtFace(const NodeRow *r, const MPMGrid *grid, PetscInt i, PetscInt ijk[])
 {
-  ijk[0] = i + patch->lo[0];
-  ijk[1] = row % patch->n[1] + patch->lo[1];
-  ijk[2] = row / patch->n[1] + patch->lo[2];
-  for (PetscInt d = 0; d < patch->grid->dim; d++)
-    if (ijk[d] <= 0 || ijk[d] >= patch->grid->cells[d]) return PETSC_TRUE;
-  return PETSC_FALSE;
+  ijk[0] = r->ijk[0] + i;
+  ijk[1] = r->ijk[1];
+  ijk[2] = r->ijk[2];
+  return r->at_face || ijk[0] <= 0 || ijk[0] >= grid->cells[0] ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* v = p/m and walls, eq. (2). A node without mass is at rest; there is no threshold. Only points exactly on a grid
    line, whose weight there is 0 but whose gradient is not, read such a node. */
-static void Divide(const MPMFace (*faces)[2], MPMPatch *patch, PetscInt row)
+MPM_INLINE void Divide(int dim, const MPMFace (*faces)[2], const MPMGrid *grid, const NodeRow *r)
 {
-  const PetscInt dim = patch->grid->dim;
-  PetscInt       first, last, ijk[3];
+  PetscInt ijk[3];
 
-  OwnNodes(patch, row, &first, &last);
-  for (PetscInt i = first; i < last; i++) {
-    const PetscReal *m = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *p = m + 1;
-    PetscReal       *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim);
+  for (PetscInt i = r->first; i < r->last; i++) {
+    const PetscReal *m = r->sum + i * MPM_SUM_NC(dim), *p = m + 1;
+    PetscReal       *v = r->vel + i * MPM_VEL_NC(dim);
 
-    for (PetscInt d = 0; d < dim; d++) v[d] = *m > 0 ? p[d] / *m : 0;
-    if (AtFace(patch, row, i, ijk)) (void)MPMWallsApply(faces, dim, ijk, patch->grid->cells, v);
+    for (int d = 0; d < dim; d++) v[d] = *m > 0 ? p[d] / *m : 0;
+    if (AtFace(r, grid, i, ijk)) (void)MPMWallsApply(faces, dim, ijk, grid->cells, v);
   }
 }
 
 /* For output and velocity gradients. */
-static void NodeVelocity(const MPMParams *par, MPMPatch *patch, PetscInt row)
+MPM_INLINE void Velocity(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
-  Divide(par->gradient, patch, row);
+  Divide(dim, par->gradient, grid, r);
 }
 
 /* The same of what xpic has left over. */
-static void NodeResidual(const MPMParams *par, MPMPatch *patch, PetscInt row)
+MPM_INLINE void Residual(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
-  Divide(par->residual, patch, row);
+  Divide(dim, par->residual, grid, r);
 }
 
 /* a = f/m + g, eqs. (5) and (13); v <- v + dt a, eq. (6), and walls, which also set a. */
-static void NodeAdvance(const MPMParams *par, MPMPatch *patch, PetscInt row)
+MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
-  const PetscInt dim = patch->grid->dim;
-  PetscInt       first, last, ijk[3];
+  PetscInt ijk[3];
 
-  OwnNodes(patch, row, &first, &last);
-  Divide(par->before, patch, row);
-  for (PetscInt i = first; i < last; i++) {
-    PetscReal *sum = patch->sum + (row * patch->n[0] + i) * MPM_SUM_NC(dim), *f = sum + MPM_SUM_FORCE;
-    PetscReal *v = patch->vel + (row * patch->n[0] + i) * MPM_VEL_NC(dim), *a = v + dim, before[3];
+  Divide(dim, par->before, grid, r);
+  for (PetscInt i = r->first; i < r->last; i++) {
+    PetscReal *sum = r->sum + i * MPM_SUM_NC(dim), *f = sum + MPM_SUM_FORCE;
+    PetscReal *v = r->vel + i * MPM_VEL_NC(dim), *a = v + dim, before[3];
 
-    for (PetscInt d = 0; d < dim; d++) {
+    for (int d = 0; d < dim; d++) {
       a[d]      = *sum > 0 ? f[d] / *sum + par->gravity[d] : 0;
       before[d] = v[d];
       v[d]      = v[d] + par->dt * a[d];
     }
     sum[MPM_SUM_MET] = 0;
-    if (AtFace(patch, row, i, ijk))
-      sum[MPM_SUM_MET] = (PetscReal)MPMWallsAdvance(par->faces, dim, ijk, patch->grid->cells, par->dt, before, v, a);
+    if (AtFace(r, grid, i, ijk))
+      sum[MPM_SUM_MET] = (PetscReal)MPMWallsAdvance(par->faces, dim, ijk, grid->cells, par->dt, before, v, a);
   }
 }
 
 /* Velocities mapped again after an advance: a wall that only pushes holds the nodes that it met there, and no others.
    If each mapping asked anew, what trembles at the wall would be cut on one side, and that drives it. */
-static void NodeVelocityAgain(const MPMParams *par, MPMPatch *patch, PetscInt row)
+MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
-  const PetscInt dim = patch->grid->dim;
-  PetscInt       first, last;
+  Divide(dim, par->before, grid, r);
+  for (PetscInt i = r->first; i < r->last; i++) {
+    const PetscInt met = (PetscInt)r->sum[i * MPM_SUM_NC(dim) + MPM_SUM_MET];
 
-  OwnNodes(patch, row, &first, &last);
-  Divide(par->before, patch, row);
-  for (PetscInt i = first; i < last; i++) {
-    const PetscInt met = (PetscInt)patch->sum[(row * patch->n[0] + i) * MPM_SUM_NC(dim) + MPM_SUM_MET];
-
-    for (PetscInt d = 0; met && d < dim; d++)
-      if (met & (PetscInt)1 << d) patch->vel[(row * patch->n[0] + i) * MPM_VEL_NC(dim) + d] = 0;
+    for (int d = 0; met && d < dim; d++)
+      if (met & (PetscInt)1 << d) r->vel[i * MPM_VEL_NC(dim) + d] = 0;
   }
 }
+
+/* The node kernels of phases: the number of dimensions is a constant in each. */
+#define NODE_KERNEL(what)                                                                                              \
+  static void Node##what(const MPMParams *par, MPMPatch *patch, PetscInt row)                                          \
+  {                                                                                                                    \
+    const NodeRow r = OwnRow(patch, row);                                                                              \
+                                                                                                                       \
+    if (patch->grid->dim == 1) what(1, par, patch->grid, &r);                                                          \
+    if (patch->grid->dim == 2) what(2, par, patch->grid, &r);                                                          \
+    if (patch->grid->dim == 3) what(3, par, patch->grid, &r);                                                          \
+  }
+NODE_KERNEL(Velocity)
+NODE_KERNEL(VelocityAgain)
+NODE_KERNEL(Residual)
+NODE_KERNEL(Advance)
 
 #define B(field)   MPM_BIT(field)
 #define WHERE      (B(x) | B(cell) | B(kind) | B(l)) /* what a stencil is made of */
