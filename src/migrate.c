@@ -114,6 +114,7 @@ PetscErrorCode MPMMigrateSwarm(MPM mpm, MPMSpatial *s)
   PetscCall(DMSwarmRestoreField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
   PetscCall(DMSwarmMigrate(pts->swarm, PETSC_TRUE));
   MPMSimulateWork("SWARM", 1);
+  MPMSimulateWork("SWARM_POINT", (PetscReal)pts->n);
   PetscCall(MPMPointsResize(pts));
   PetscCall(LocateComers(mpm, s));
   PetscFunctionReturn(PETSC_SUCCESS);

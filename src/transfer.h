@@ -16,7 +16,7 @@
    A cell is its base node, s->base, an index of the patch's arrays; its number in the table of tiles, points.cell, is
    what the order goes by. The tree of additions - points of a cell by id, cells of a tile, tiles of a node - depends on
    cells and ids alone, never on blocks, lanes or processes. Equation numbers: docs/theory.md.
-   In: points x v F kind id state, and l b C r where a scene has them; nodes vel. Out: nodes sum; points v F x dx cell,
+   In: points x v F kind id cell state, and l b C r dx where a scene has them; nodes vel. Out: nodes sum; points v F x dx cell,
    and state tau C r likewise; status. For a first reading leave out what has to do with walls and with MPMBegun.     */
 #ifndef MPM_TRANSFER_H
 #define MPM_TRANSFER_H

@@ -26,6 +26,7 @@ import json
 import math
 import os
 import re
+import shutil
 import statistics
 import subprocess
 import sys
@@ -244,11 +245,7 @@ def rough(dim, basis, per_cell=9):
 
 
 def pebble_steps(args, scene, basis, part=1.0):
-    """At least 30, and a reorder of the storage: every 41 steps in 1-D, 29 in 2-D, 24 in 3-D. Runs with a few of them end a
-    step after the last, so that they have about the part of the time that they have in long runs."""
-    steps = choose(args, scene, rough(scene.dim, basis, scene.ppc), 30, part)
-    reorders = max(1, round(steps / scene.reorder()))
-    return max(30, math.ceil(reorders * scene.reorder()) + 1) if reorders < 5 else steps
+    return choose(args, scene, rough(scene.dim, basis, scene.ppc), 30, part)
 
 
 def pebble(args, scene, basis, update="usl", ranks=1, extra=()):
@@ -562,6 +559,7 @@ def record(args, results, lines):
     picture = "![Time by size, and ratios](bench.png)"
     renew(os.path.join(args.docs, "performance.md"), "bench", "`make bench`",
           [*(f"* {line}" for line in lines), "", *rows, "", picture])
+    return shutil.copy(args.csv, os.path.join(args.docs, "data", "bench", "bench.csv"))
 
 
 def main():
@@ -609,14 +607,13 @@ def main():
         groups[name](args, results)
         loads.append(os.getloadavg()[0])
     minutes = (datetime.datetime.now() - start).total_seconds() / 60
-    lines.append(f"{start:%Y-%m-%d %H:%M}, {minutes:.0f} minutes, {args.repeats} repeats in alternation, load average "
-                 f"{loads[0]:.1f} at the start")
+    when, load = f"{start:%Y-%m-%d %H:%M}, {minutes:.0f} minutes", f"load average {loads[0]:.1f} at the start"
 
     print(f"\n{'':68s} {'minima':>9s} {'medians':>9s}   target")
     for what, value, median, bound, verdict in table(results.ratios):
         print(f"{what:68s} {value:>9s} {median:>9s}   {bound:10s} {verdict}")
     verdicts = [judged(r) for r in results.ratios]
-    print(", ".join(f"{verdicts.count(v)} {v}" for v in ("met", "missed", "failed")) + f"; {lines[-1]}")
+    print(", ".join(f"{verdicts.count(v)} {v}" for v in ("met", "missed", "failed")) + f"; {when}, {load}")
     for problem in results.problems:
         print(f"FAILED {problem}")
     left_alone = args.only or results.problems
@@ -629,9 +626,9 @@ def main():
         print("docs/performance.md is left as it is")
     written = [args.csv, picture]
     if not left_alone:
-        record(args, results, lines)
+        written.append(record(args, results, [*lines, f"{when}, {args.repeats} repeats in alternation, {load}"]))
     if "matrix" in wanted and not results.problems:
-        written.append(record_matrix(args, results, lines))
+        written.append(record_matrix(args, results, [*lines, f"{when}, {load}"]))
     print("written:", *map(os.path.relpath, written))
     return bool(results.problems)
 

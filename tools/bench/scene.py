@@ -49,10 +49,6 @@ class Scene:
         speed = (self.drift + HALF) * self.dt / self.h
         return int(left / speed)
 
-    def reorder(self):
-        """Steps until pebble has put its storage in order: two changes of cell for each point."""
-        return 2 / (1 - (1 - DRIFT / math.sqrt(self.dim)) ** self.dim)
-
     def options(self, basis, update, steps):
         def row(values):
             return ",".join(format(v, ".17g") for v in values)

@@ -242,9 +242,11 @@ class Model:
 
     def with_network(self, message, post, wire, reduction):
         """The same processor, another network; what of migration is messages follows, as in src/calibrate.c. What an exchange
-        costs beyond its messages is the waiting of two processes of this machine: none of a network's business."""
+        costs beyond its messages is the waiting of two processes of this machine: none of a network's business. A network carries
+        bytes while the master of a pool packs others, where processes that share memory copy them: the longer of both counts."""
         return self.with_(
             exchange=0,
+            farm=max(0, self.numbers["farm"] - wire),
             message=message,
             post=post,
             wire=wire,

@@ -29,13 +29,15 @@ import functools
 import math
 import os
 import re
-import statistics
 import subprocess
 import sys
 import threading
 import time
 import typing
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+import launch  # noqa: E402 (after the path)
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
@@ -57,16 +59,11 @@ SETTINGS = [
 ]
 # SMPI's own factors describe a cluster with Gigabit Ethernet: replaced by those of the platform. lat, bw: message size and
 # factor; os, ois, or: what a send and a receive cost the processor, s (before a size; per message; per byte).
-NETWORK = {
-    "cluster": ["smpi/lat-factor:0:1.0", "smpi/bw-factor:0:1.0", "smpi/os:0:3e-7:0", "smpi/ois:0:3e-7:0", "smpi/or:0:3e-7:0"],
-    "shared": ["smpi/lat-factor:0:0.6;1024:0.5;4096:3.3;16384:4.1", "smpi/bw-factor:0:0.35;1024:0.265;4096:1.0;16384:1.25",
-               "smpi/os:0:2e-8:0", "smpi/ois:0:2e-8:0", "smpi/or:0:2e-8:0"],
-}
+NETWORK = {"cluster": ["smpi/lat-factor:0:1.0", "smpi/bw-factor:0:1.0", "smpi/os:0:3e-7:0", "smpi/ois:0:3e-7:0", "smpi/or:0:3e-7:0"]}
 NETWORK["fattree"] = NETWORK["cluster"]
 
-# This machine's other transport: messages of two processes through the loopback device. tcp() measures it.
-TCP = ["--mca", "pml", "ob1", "--mca", "btl", "tcp,self", "--mca", "btl_tcp_if_include", "lo"]
-TRANSPORTS = {"shared": [], "tcp": TCP}
+# How messages of two processes of this machine go: through memory that they share, or by TCP through the loopback device.
+TRANSPORTS = {"shared": [], "tcp": ["--mca", "pml", "ob1", "--mca", "btl", "tcp,self", "--mca", "btl_tcp_if_include", "lo"]}
 PLATFORM = """<?xml version='1.0'?>
 <!DOCTYPE platform SYSTEM "https://simgrid.org/simgrid.dtd">
 <platform version="4.1">
@@ -225,7 +222,7 @@ def real(args, path, ranks=1, strategy="spatial", migrate="direct", copies=1, tr
     command = [args.pebble, "-options_file", path] + options(strategy, migrate)
     if ranks > 1:
         command = [args.mpiexec, *TRANSPORTS[transport], "-n", str(ranks)] + command
-    return [finish(p) for p in [start(command) for _ in range(copies)]]
+    return [finish(p) for p in [start(command, env=launch.environment(ranks, os.cpu_count()) if ranks > 1 else None) for _ in range(copies)]]
 
 
 @functools.cache
@@ -237,30 +234,33 @@ def hosts(ranks):
 
 
 def platform_file(name):
-    return WORK / "tcp.xml" if name == "tcp" else HERE / f"{name}.xml"
+    return (WORK if name in TRANSPORTS else HERE) / f"{name}.xml"
 
 
-def tcp(args):
-    """Makes the platform of processes that send through the loopback device, by what -model_calibrate finds there: time of a
-    short message, what of it the processors at its ends are busy for, time of a byte. The least of several."""
-    file, found = WORK / "tcp.model", []
+def measure(args, transport):
+    """Makes the platform of two processes of this machine, by what -model_calibrate finds there: time of a short message, what
+    of it the processors at its ends are busy for, time of a byte. The least of several."""
+    file, found = WORK / f"{transport}.model", []
+    path = write_scene("box2d", SCENES["box2d"][2], 40)
     for _ in range(args.calibrations // 5 + 1):
-        command = [args.mpiexec, *TCP, "-n", "2", args.pebble, "-options_file", write_scene("box2d", SCENES["box2d"][2], 40)]
+        command = [args.mpiexec, *TRANSPORTS[transport], "-n", "2", args.pebble, "-options_file", path]
         command += ["-model_calibrate", "-model_file", file, "-output_dir", WORK]
-        done = subprocess.run(command, capture_output=True, text=True)
+        done = subprocess.run(command, capture_output=True, text=True, env=launch.environment(2, os.cpu_count()))
         if done.returncode:
-            raise RuntimeError(f"no calibration over TCP: {(done.stderr + done.stdout)[-500:]}")
+            raise RuntimeError(f"no calibration over {transport}: {(done.stderr + done.stdout)[-500:]}")
         found.append({k: float(v) for k, v in re.findall(r"^(message|post|wire) (\S+)$", file.read_text(), re.M)})
     found = [f for f in found if f["wire"] > 0]  # others were disturbed
     if not found:
-        raise RuntimeError("no calibration over TCP found what a byte takes")
+        raise RuntimeError(f"no calibration over {transport} found what a byte takes")
     message, post, wire = (min(f[k] for f in found) for k in ("message", "post", "wire"))
     post = min(post, 0.8 * message)  # where other work has disturbed it
-    (WORK / "tcp.xml").write_text(PLATFORM.format(name="tcp", bandwidth=1 / wire, latency=(message - post) / 2))  # two links
-    NETWORK["tcp"] = ["smpi/lat-factor:0:1.0", "smpi/bw-factor:0:1.0"]
-    NETWORK["tcp"] += [f"smpi/{k}:0:{post / 2:.3g}:0" for k in ("os", "ois", "or")]
-    print(f"  TCP: a short message {1e6 * message:.3g} us, of it {1e6 * post:.3g} us of processors; {1e-9 / wire:.3g} GB/s")
-    write(DATA / "networks.csv", [{"transport": "tcp", "message": f"{message:.4g}", "post": f"{post:.4g}", "wire": f"{wire:.4g}"}])
+    platform_file(transport).write_text(PLATFORM.format(name=transport, bandwidth=1 / wire, latency=(message - post) / 2))  # two links
+    NETWORK[transport] = ["smpi/lat-factor:0:1.0", "smpi/bw-factor:0:1.0"]
+    NETWORK[transport] += [f"smpi/{k}:0:{post / 2:.3g}:0" for k in ("os", "ois", "or")]
+    print(f"  {transport}: a short message {1e6 * message:.3g} us, of it {1e6 * post:.3g} us of processors; {1e-9 / wire:.3g} GB/s")
+    row = {"transport": transport, "message": f"{message:.4g}", "post": f"{post:.4g}", "wire": f"{wire:.4g}"}
+    path = DATA / "networks.csv"
+    write(path, sorted([r for r in read_rows(path) if r["transport"] != transport] + [row], key=lambda r: r["transport"]))
 
 
 def simulated(args, path, hosts, ranks, mode, strategy, migrate, platform, costs):
@@ -289,39 +289,47 @@ def true_digest(args_pebble, path):
 
 
 # ---- Costs
-def leaver(name):
-    """What a point that changes process costs, ns: of the report's calibration in as many dimensions, which has it from real runs
-    on two processes."""
+def migration(name):
+    """What migration costs, ns: a point that changes process; DMSwarmMigrate a call, without its collectives, and a point that
+    is there. Of the report's calibration in as many dimensions, which has them from real runs on two processes."""
     box = "box3d" if name.endswith("3d") else "box2d"
-    with open(ROOT / "docs" / "data" / "models" / f"{box}.model") as f:
-        found = re.search(r"^migration\[1\]\.leaver (\S+)$", f.read(), re.M)
-    return 1e9 * float(found[1]) if found else 0
+    text = (ROOT / f"docs/data/models/{box}.model").read_text()
+    known = dict(re.findall(r"^migration\[(\d\]\.\w+) (\S+)$", text, re.M))
+    return {cost: 1e9 * float(known[k]) for cost, k in (("LEAVER", "1].leaver"), ("SWARM", "0].call"), ("SWARM_POINT", "0].point"))}
+
+
+def in_turns(args, path, ways):
+    """The fastest of many short runs of each way, in turns: others use the machine too, and slow what runs at the time.
+    Of each: points, s a step, digest, and ns a point of each phase (its least of its own)."""
+    best = [None] * len(ways)
+    for _ in range(args.calibrations):
+        for k, way in enumerate(ways):
+            for r in real(args, path, **way):
+                old = best[k] or r
+                phases = {name: min(ns, old["phases"].get(name, math.inf)) for name, ns in r["phases"].items()}
+                best[k] = {**min(old, r, key=lambda run: run["seconds"]), "phases": phases}
+    return best
+
+
+ALONE = {"copies": os.cpu_count()}  # one process a core, each by itself
+
+
+def costs_of(name, alone):
+    """Costs of phases, ns a point, and of migration."""
+    phases = {k: v for k, v in alone["phases"].items() if k not in ("REDUCE", "MIGRATE", "SETTLE", "other", "all")}
+    return phases | migration(name)
 
 
 def calibrate(args):
-    """Costs of phases, ns a point, with all cores busy; what DMSwarmMigrate costs more than direct messages. Others may use
-    the machine too: the least of many short runs."""
-    def least(path, **how):
-        runs = [r for _ in range(args.calibrations) for r in real(args, path, **how)]
-        return runs[0]["particles"], {k: min(r["phases"].get(k, math.inf) for r in runs) for k in runs[0]["phases"]}
-
     rows = [row for row in read_rows(COSTS) if not wanted(args.scenes, row["scene"])]
     for name, (_, _, size) in SCENES.items():
         if not wanted(args.scenes, name):
             continue
-        path = write_scene(name, size, 40)
-        n, cost = least(path, copies=os.cpu_count())
-        direct, swarm = (least(path, ranks=2, migrate=m)[1].get("MIGRATE", 0) for m in ("direct", "swarm"))
-        cost["SWARM"] = max(0, swarm - direct) * n
-        cost = {k: v for k, v in cost.items() if k not in ("REDUCE", "MIGRATE", "SETTLE", "other", "all")}
-        cost = {k: v for k, v in cost.items() if v < math.inf}
-        cost["LEAVER"] = leaver(name)
-        print(f"  {name:10} {n} points: " + ", ".join(f"{k} {v:.4g}" for k, v in cost.items()), flush=True)
-        rows += [{"scene": name, "particles": n, "name": k, "ns": f"{v:.4g}"} for k, v in cost.items()]
-    rows = sorted((r for r in rows if r["scene"] in SCENES), key=lambda r: list(SCENES).index(r["scene"]))
-    # The same in all scenes, but for the noise; none where hardly any point changes process.
-    call = statistics.median([ns for r in rows if r["name"] == "SWARM" and (ns := float(r["ns"])) > 0] or [0])
-    write(COSTS, [{**r, "ns": f"{call:.4g}"} if r["name"] == "SWARM" else r for r in rows])
+        run = in_turns(args, write_scene(name, size, 40), [ALONE])[0]
+        costs = costs_of(name, run)
+        print(f"  {name:10} {run['particles']} points: " + ", ".join(f"{k} {v:.4g}" for k, v in costs.items()), flush=True)
+        rows += [{"scene": name, "particles": run["particles"], "name": k, "ns": f"{v:.4g}"} for k, v in costs.items()]
+    write(COSTS, sorted((r for r in rows if r["scene"] in SCENES), key=lambda r: list(SCENES).index(r["scene"])))
 
 
 def read_costs():
@@ -474,42 +482,39 @@ def large_strong():
             yield Run(name, size, 20, "spatial", "direct", "injected", "cluster", p)
 
 
-def validate(args, costs):
-    """This machine simulated, beside real runs on one and two of its cores, whose messages go through shared memory or by TCP."""
-    ways = [(1, "spatial", "direct", "shared")]
+def validate(args, _):
+    """This machine simulated, beside real runs on one and two of its cores, whose messages go through shared memory or by TCP.
+    Costs are measured in turns with these runs, of the same scene: the runs on one process are what they were made from."""
+    ways = [{"ranks": 1, "strategy": "spatial", "migrate": "direct", "transport": "shared"}]
     for transport in TRANSPORTS:
         if wanted(args.transport, transport):
-            ways += [(2, *way, transport) for way in (("spatial", "direct"), ("spatial", "swarm"), ("pool", "direct"))]
-    rows, wrong = [], 0
-    if wanted(args.transport, "tcp"):
-        tcp(args)
-    path_of_table = DATA / "validate.csv"
-    kept = [{**row, "transport": row.get("transport", "shared")} for row in read_rows(path_of_table)]
+            measure(args, transport)
+            ways += [{"ranks": 2, "strategy": strategy, "migrate": migrate, "transport": transport}
+                     for strategy, migrate in (("spatial", "direct"), ("spatial", "swarm"), ("pool", "direct"))
+                     if wanted(args.strategy, strategy) and wanted(args.migrate, migrate)]
+    NETWORK.setdefault("shared", NETWORK["cluster"])  # one process sends nothing
+    path_of_table, wrong = DATA / "validate.csv", 0
+    key = lambda row: tuple(str(row[k]) for k in ("scene", "particles", *ways[0]))
+    done = {key(row): row for row in read_rows(path_of_table)}
     for name, (_, big, small) in SCENES.items():
-        if name not in costs:
-            continue
-        for size in (small, big):
+        for size in (small, big) if wanted(args.scenes, name) else ():
             path = write_scene(name, size, 40)
-            for ranks, strategy, migrate, transport in ways:
-                if not (wanted(args.scenes, name) and wanted(args.strategy, strategy) and wanted(args.migrate, migrate)):
-                    continue
-                runs = [real(args, path, ranks, strategy, migrate, transport=transport)[0]
-                        for _ in range(args.calibrations if size == small else 5)]
-                measured = min(r["seconds"] for r in runs)
-                row = {"scene": name, "particles": runs[0]["particles"], "ranks": ranks, "strategy": strategy, "migrate": migrate,
-                       "transport": transport, "real": f"{measured:.6g}"}
+            alone, *runs = in_turns(args, path, [ALONE, *ways])
+            costs = FIXED | costs_of(name, alone)
+            for how, run in zip(ways, runs):
+                row = {"scene": name, "particles": run["particles"], **how, "real": f"{run['seconds']:.6g}"}
+                digests = {run["digest"]}
                 for mode in ("injected", "emulated"):
-                    r = simulated(args, path, hosts(ranks), ranks, mode, strategy, migrate, transport, costs[name])
-                    wrong += r["digest"] != runs[0]["digest"]
-                    row[mode], row[f"{mode}_over_real"] = f"{r['seconds']:.6g}", f"{r['seconds'] / measured:.3f}"
-                row["same_digest"] = "yes" if r["digest"] == runs[0]["digest"] else "no"
-                rows.append(row)
-                print(f"  {name:10} {row['particles']:7} {strategy:8} {migrate:7} {ranks} {transport:6}"
-                      f"  real {1e6 * measured:9.1f} us/step  injected {row['injected_over_real']}  emulated {row['emulated_over_real']} of it", flush=True)
-                which = lambda r: tuple(str(r[k]) for k in ("scene", "particles", "ranks", "strategy", "migrate", "transport"))
-                new = {which(r) for r in rows}
-                write(path_of_table, sorted([r for r in kept if which(r) not in new] + rows, key=lambda r: (
-                    list(SCENES).index(r["scene"]), int(r["particles"]), int(r["ranks"]), list(TRANSPORTS).index(r["transport"]))))
+                    r = simulated(args, path, hosts(how["ranks"]), how["ranks"], mode, how["strategy"], how["migrate"], how["transport"], costs)
+                    digests.add(r["digest"])
+                    row[mode], row[f"{mode}_over_real"] = f"{r['seconds']:.6g}", f"{r['seconds'] / run['seconds']:.3f}"
+                wrong += len(digests) > 1
+                row["same_digest"] = "no" if len(digests) > 1 else "yes"
+                print(f"  {name:10} {row['particles']:7} {how['strategy']:8} {how['migrate']:7} {how['ranks']} {how['transport']:6}  real "
+                      f"{1e6 * run['seconds']:9.1f} us/step  injected {row['injected_over_real']}  emulated {row['emulated_over_real']} of it", flush=True)
+                done[key(row)] = row
+            write(path_of_table, sorted(done.values(), key=lambda r: (
+                list(SCENES).index(r["scene"]), int(r["particles"]), int(r["ranks"]), list(TRANSPORTS).index(r["transport"]))))
     return wrong
 
 

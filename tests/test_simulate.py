@@ -1,0 +1,50 @@
+#!/usr/bin/env python3
+"""The simulator, where `make simulate` has built it: the same bits as the real program; simulated time that is the same each
+time, and counts what costs it is given.
+
+usage: test_simulate.py PEBBLE SOURCE
+"""
+import argparse
+import sys
+from pathlib import Path
+
+pebble, source = Path(sys.argv[1]), Path(sys.argv[2])
+sys.path.insert(0, str(source / "tools/simulate"))
+import simulate  # noqa: E402
+
+STEPS, RANKS = 5, 4
+args = argparse.Namespace(simulator=source / "build/simulate/pebble", repeat=1)
+if max(f.stat().st_mtime for f in (source / "src").iterdir()) > args.simulator.stat().st_mtime:
+    print("skipped: the simulator is older than the sources; make simulate builds it anew")
+    sys.exit(77)
+costs = simulate.read_costs()["box2d"]
+size = simulate.weak_size("box2d", RANKS)
+scene = simulate.write_scene("box2d", size, STEPS)
+faults = []
+
+
+def check(right, what):
+    if not right:
+        faults.append(what)
+        print("FAIL", what)
+
+
+def run(how="direct", ranks=RANKS, **other):
+    return simulated(ranks, "injected", how, {**costs, **other})
+
+
+def simulated(ranks, mode, migrate, costs):
+    return simulate.simulated(args, scene, simulate.hosts(ranks), ranks, mode, "spatial", migrate, "cluster", costs)
+
+
+digest = simulate.true_digest(pebble, scene)
+first, again, alone, emulated = run(), run(), run(ranks=1), simulated(RANKS, "emulated", "direct", costs)
+check(all(r["digest"] == digest for r in (first, again, alone, emulated, run("swarm"))), "other bits than the real program")
+check(first["seconds"] == again["seconds"], f"simulated times differ: {first['seconds']} and {again['seconds']} s")
+check(1 < RANKS * first["seconds"] / alone["seconds"] < 1.5, f"{alone['seconds']} s on one process, {first['seconds']} s on {RANKS}")
+# A nanosecond more for each point in P2G, which no message hides: every process waits for it.
+more = run(P2G=costs["P2G"] + 1)["seconds"] - first["seconds"]
+each = 1e-9 * first["particles"] / RANKS
+check(abs(more / each - 1) < 0.02, f"{more} s more instead of {each}")
+print(f"{first['seconds']:.6g} s a step on {RANKS} processes, {alone['seconds']:.6g} on one; {len(faults)} faults")
+sys.exit(bool(faults))
