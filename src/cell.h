@@ -38,18 +38,17 @@ MPM_INLINE const PetscReal *MPMHalfWidths(int dim, const MPMKind *kinds, const M
   return view->l ? view->l + p * dim : kinds[view->kind ? view->kind[p] : 0].l;
 }
 
-/* The number of the cell of position x if it is the patch's own; -1 in another patch, -2 outside of the grid. base: its
-   node. */
+/* The number of the cell of position x if it is the patch's own; else MPM_ELSEWHERE or MPM_NOWHERE. base: its node. */
 MPM_INLINE PetscInt MPMOwnCell(int dim, MPMBasis basis, const MPMPatch *patch, const PetscReal x[], const PetscReal l[],
                                PetscInt base[])
 {
   PetscReal xi[3];
   PetscInt  at[3] = {0};
 
-  if (!MPMLocate(dim, basis, patch->grid, x, l, xi, base)) return -2;
+  if (!MPMLocate(dim, basis, patch->grid, x, l, xi, base)) return MPM_NOWHERE;
   for (int d = 0; d < dim; d++) {
     at[d] = base[d] - patch->own_lo[d];
-    if (at[d] < 0 || at[d] >= patch->own_n[d]) return -1;
+    if (at[d] < 0 || at[d] >= patch->own_n[d]) return MPM_ELSEWHERE;
   }
   return MPMTileCell(dim, &patch->tiles, at);
 }

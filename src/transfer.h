@@ -16,8 +16,9 @@
    A cell is its base node, s->base, an index of the patch's arrays; its number in the table of tiles, points.cell, is
    what the order goes by. The tree of additions - points of a cell by id, cells of a tile, tiles of a node - depends on
    cells and ids alone, never on blocks, lanes or processes. Equation numbers: docs/theory.md.
-   In: points x v F kind id cell state, and l b C r dx where a scene has them; nodes vel. Out: nodes sum; points v F x dx cell,
-   and state tau C r likewise; status. For a first reading leave out what has to do with walls and with MPMBegun.     */
+   In: points x v F kind id cell state, and l b C r dx where a scene has them; nodes vel. Out: nodes sum; points v F x
+   dx cell, and state tau C r likewise; status. For a first reading leave out what has to do with walls and with
+   MPMBegun.     */
 #ifndef MPM_TRANSFER_H
 #define MPM_TRANSFER_H
 
@@ -550,7 +551,7 @@ MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMRow *v, co
 }
 
 /* The base nodes of n points where they are now: on each axis from the patch's first own one, and their index in the
-   arrays as in s->base; -1 in another patch, -2 outside of the grid. */
+   arrays as in s->base, or MPM_ELSEWHERE or MPM_NOWHERE. */
 MPM_INLINE void MPMFindBases(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, const MPMStencils *s,
                              MPMRow *at, PetscReal *base)
 {
@@ -570,12 +571,37 @@ MPM_INLINE void MPMFindBases(int dim, MPMBasis basis, const MPMPatch *patch, Pet
       index = index * (PetscReal)patch->n[d] + (node + below);
       MPMWrite(&at[d][l], node);
     }
-    MPMWrite(base + l, MPMSelect(inside, MPMSelect(own, index, MPMAll(-1)), MPMAll(-2)));
+    MPMWrite(base + l, MPMSelect(inside, MPMSelect(own, index, MPMAll(MPM_ELSEWHERE)), MPMAll(MPM_NOWHERE)));
   }
 }
 
-/* x <- x + dx and the cell it is in now. Notes the points that changed cell (MPMPatch), which are few: only theirs is
-   numbered anew. Counts them and those that left the patch. q: where in the order the block begins. */
+/* Point l of a block has another base node than before, with that index and at that place: numbers its cell, and notes
+   it (MPMPatch); entry: its place in the order. Did it leave the patch? */
+MPM_INLINE PetscBool MPMNoteMover(int dim, MPMPatch *patch, PetscInt entry, const MPMBlockOrder *o,
+                                  const MPMStencils *s, PetscInt l, PetscInt index, const MPMRow *at, MPMStatus *status)
+{
+  const PetscInt p       = o->point[l];
+  PetscInt       cell    = index; /* where it has none */
+  PetscInt       node[3] = {0};
+
+  if (index >= 0) {
+    for (int d = 0; d < dim; d++) node[d] = (PetscInt)at[d][l];
+    cell = MPMTileCell(dim, &patch->tiles, node);
+  }
+  patch->points.cell[p] = cell;
+  if (patch->movers) patch->movers[patch->nmovers] = cell < 0 ? MPM_MARK(entry) : entry;
+  patch->nmovers++;
+  status->moved++;
+  if (cell == MPM_NOWHERE) {
+    const PetscReal x[3] = {s->x[0][l], s->x[1][l], s->x[2][l]};
+
+    MPMNoteBad(status, MPM_LEFT_GRID, patch->points.id[p], dim, x, 0);
+  }
+  return cell < 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* x <- x + dx and the cell it is in now. Only points that changed cell are numbered anew: they are few. Counts them and
+   those that left the patch. q: where in the order the block begins. */
 MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscInt q, const MPMBlockOrder *o,
                           MPMStencils *s, const MPMRow *dx, MPMStatus *status)
 {
@@ -583,7 +609,7 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   MPMMask        wraps = MPMNone();
   MPMBits        moves = {0};
   MPMRow         at[3], now; /* base nodes: from the first own one; their index, to be compared with s->base */
-  PetscInt       moved, left = 0, which[MPM_STAGED];
+  PetscInt       moved, which[MPM_STAGED];
 
   for (int d = 0; d < dim; d++)
     for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
@@ -610,23 +636,8 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   }
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) moves = MPMMark(MPMRead(&now[l]) != MPMRead(&s->base[l]), l, moves);
   moved = MPMList(moves, o->n, which);
-  for (PetscInt k = 0; k < moved; k++) {
-    const PetscInt l = which[k], p = o->point[l];
-    PetscInt       cell = now[l] < 0 ? (PetscInt)now[l] : 0, node[3] = {0};
-
-    for (int d = 0; d < dim && now[l] >= 0; d++) node[d] = (PetscInt)at[d][l];
-    if (now[l] >= 0) cell = MPMTileCell(dim, &patch->tiles, node);
-    patch->points.cell[p] = cell;
-    if (patch->movers) patch->movers[patch->nmovers + k] = cell < 0 ? MPM_MARK(q + l) : q + l;
-    left += cell < 0;
-    if (cell == -2) {
-      const PetscReal x[3] = {s->x[0][l], s->x[1][l], s->x[2][l]};
-      MPMNoteBad(status, MPM_LEFT_GRID, patch->points.id[p], dim, x, 0);
-    }
-  }
-  patch->nmovers += moved;
-  status->moved += moved;
-  status->left += left;
+  for (PetscInt k = 0; k < moved; k++)
+    status->left += MPMNoteMover(dim, patch, q + which[k], o, s, which[k], (PetscInt)now[which[k]], at, status);
 }
 
 /* Affine velocities C of a block (APIC): of a basis without inertia they are the velocity gradient L; else
