@@ -261,7 +261,8 @@ typedef enum { MPM_TILES_OPEN, MPM_TILES_EARLY, MPM_TILES_LATE, MPM_NUM_TURNS } 
 /* What the table of tiles says of one: which sums are kept (>= 0), it has points, or none. */
 enum { MPM_TILE_OPEN = -1, MPM_TILE_EMPTY = -2 };
 
-/* Instead of the number of a cell or a base node: that of the position is in another patch, or it is outside the grid. */
+/* Instead of the number of a cell or a base node: that of the position is in another patch, or it is outside the grid.
+ */
 enum { MPM_ELSEWHERE = -1, MPM_NOWHERE = -2 };
 
 /* The tiles of a patch: a table of its own and of those `below` whose points touch its nodes. Cells are numbered row by
