@@ -639,15 +639,16 @@ class Tables(ClosedForm):
         """What was simulated beside real runs, and simulated over measured times. Injected costs are those of the runs on one
         process, which say nothing about them."""
         by = group(
-            self.data.simulated("validate"), lambda r: (r["ranks"], r.get("transport", "shared") if r["ranks"] > 1 else "")
+            self.data.simulated("validate"),
+            lambda r: (r["strategy"] == "pool", r["ranks"], r.get("transport", "shared") if r["ranks"] > 1 else ""),
         )
         return [
             (
-                f"{mode}, {n} process{'es, ' * (n > 1)}{TRANSPORT[transport]}",
+                f"{mode}, {'pool, ' * pool}{n} process{'es, ' * (n > 1)}{TRANSPORT[transport]}",
                 [r[f"{mode}_over_real"] for r in some],
             )
             for mode in ("injected", "emulated")
-            for (n, transport), some in sorted(by.items())
+            for (pool, n, transport), some in sorted(by.items())
             if n > 1 or mode == "emulated"
         ]
 
