@@ -146,7 +146,7 @@ PetscErrorCode MPMModelLoad(MPM mpm, char wrong[], size_t len)
     if (!(r->call > 0 || r->each[0] > 0)) sound = PETSC_FALSE;
   }
   if (!fits)
-    (void)snprintf(wrong, len, "%s is of another method or of other points: not used", mpm->model_file);
+    (void)snprintf(wrong, len, "%s is of another method, of other points or of other vectors: not used", mpm->model_file);
   else if (!sound)
     (void)snprintf(wrong, len, "%s is damaged, or of another version: not used", mpm->model_file);
   else

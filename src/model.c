@@ -7,6 +7,7 @@
    -model_calibrate (calibrate.c), or else rough ones from counts of flops and bytes. Physics never sees any of this,
    but the partition of the grid is chosen by it. */
 #include <errno.h>
+#include <libgen.h>
 #include <unistd.h>
 #include "exchange_spatial.h"
 #include "options.h"
@@ -284,6 +285,16 @@ static PetscBool IsModelFile(const char path[])
   return is;
 }
 
+/* Can a calibration write this file? It takes the place of an older one, and of nothing else. Sets errno. */
+static PetscBool CanWrite(const char path[])
+{
+  char folder[PETSC_MAX_PATH_LEN];
+
+  (void)snprintf(folder, sizeof folder, "%s", path);
+  if (!access(path, F_OK)) return access(path, W_OK) ? PETSC_FALSE : PETSC_TRUE;
+  return access(dirname(folder), W_OK) ? PETSC_FALSE : PETSC_TRUE;
+}
+
 PetscErrorCode MPMModelSetFromOptions(MPM mpm, MPMOptions o)
 {
   PetscBool set;
@@ -296,9 +307,11 @@ PetscErrorCode MPMModelSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsString(o, "model_file", NULL, mpm->model_file, &set));
   if (set && !mpm->calibrate && !MPMOptionsError(o) && access(mpm->model_file, R_OK))
     MPMOptionsFail(o, "-model_file: cannot read %s: %s; -model_calibrate writes it", mpm->model_file, strerror(errno));
-  if (set && !mpm->calibrate && !MPMOptionsError(o) && !IsModelFile(mpm->model_file))
-    MPMOptionsFail(o, "-model_file: %s has no constants of the model; -model_calibrate writes such a file",
-                   mpm->model_file);
+  if (set && mpm->calibrate && !MPMOptionsError(o) && !CanWrite(mpm->model_file))
+    MPMOptionsFail(o, "-model_file: cannot write %s: %s", mpm->model_file, strerror(errno));
+  if (set && !MPMOptionsError(o) && !access(mpm->model_file, F_OK) && !IsModelFile(mpm->model_file))
+    MPMOptionsFail(o, "-model_file: %s has no constants of the model; -model_calibrate %s", mpm->model_file,
+                   mpm->calibrate ? "does not overwrite it" : "writes such a file");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -473,9 +486,12 @@ PetscErrorCode MPMModelView(MPM mpm)
   PetscCall(cross ? MPMPrint(mpm, "spatial is ahead from %" PetscInt_FMT " processes on\n", cross)
                   : MPMPrint(mpm, "spatial is never ahead\n"));
   PetscCall(MPMPrint(mpm, "  spatial keeps 0.9 of full blocks with this many points a process:"));
-  for (PetscInt p = 2; p <= 32768; p *= p < 32 ? 4 : 32)
-    PetscCall(MPMPrint(mpm, "%s %.3g on %" PetscInt_FMT, p > 2 ? "," : "",
-                       (double)Isoefficiency(mpm, s.points / s.nodes, (PetscReal)p, moved, 0.9), p));
+  for (PetscInt p = 2; p <= 32768; p *= p < 32 ? 4 : 32) {
+    const PetscReal n = Isoefficiency(mpm, s.points / s.nodes, (PetscReal)p, moved, 0.9);
+
+    PetscCall(n > 0 ? MPMPrint(mpm, "%s %.3g on %" PetscInt_FMT, p > 2 ? "," : "", (double)n, p)
+                    : MPMPrint(mpm, "%s no number on %" PetscInt_FMT, p > 2 ? "," : "", p));
+  }
   PetscCall(MPMPrint(mpm, "\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -11,7 +11,7 @@ void MPMSimulateExecute(PetscReal seconds)
 }
 
 /* Declares work where it is done: the time of `amount` units passes. What a unit costs, ns, stands in the environment:
-   PEBBLE_COSTS="P2G=8.3,SETTLE=2.1,..."; a name that is not there costs nothing, and without the variable the simulator
+   PEBBLE_COSTS="P2G=8.3,SORT=1.1,..."; a name that is not there costs nothing, and without the variable the simulator
    times the program itself. Not collective. */
 void MPMSimulateWork(const char name[], PetscReal amount)
 {

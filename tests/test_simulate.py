@@ -5,6 +5,7 @@ time, and counts what costs it is given.
 usage: test_simulate.py PEBBLE SOURCE
 """
 import argparse
+import shutil
 import sys
 from pathlib import Path
 
@@ -14,6 +15,10 @@ import simulate  # noqa: E402
 
 STEPS, RANKS = 5, 4
 args = argparse.Namespace(simulator=source / "build/simulate/pebble", repeat=1)
+simulate.WORK = Path.cwd()
+if not shutil.which("smpirun"):
+    print("skipped: no smpirun")
+    sys.exit(77)
 if max(f.stat().st_mtime for f in (source / "src").iterdir()) > args.simulator.stat().st_mtime:
     print("skipped: the simulator is older than the sources; make simulate builds it anew")
     sys.exit(77)

@@ -15,8 +15,8 @@ particle and step, without start-up and without the compilation of kernels. Grou
            processes; at least 30 steps, at most 3 repeats, at the largest size 2. --plan says how long it takes
   modes    (full) both migrations and the pool on 2 processes
 
-Writes output/bench.csv, docs/bench.png and the section of docs/performance.md between its marks (with --only, but for the matrix's own, or when
-something failed: the plot goes to output/ and the section is left alone), and prints the table of ratios. The matrix
+Writes output/bench.csv and its copy docs/data/bench/bench.csv, docs/bench.png and the section of docs/performance.md between its marks (with --only, but for the matrix's own, or when
+something failed: the plot goes to output/, and copy and section are left alone), and prints the table of ratios. The matrix
 has a section and a file of its own, docs/data/bench/matrix.csv.
 """
 import argparse
@@ -559,6 +559,7 @@ def record(args, results, lines):
     picture = "![Time by size, and ratios](bench.png)"
     renew(os.path.join(args.docs, "performance.md"), "bench", "`make bench`",
           [*(f"* {line}" for line in lines), "", *rows, "", picture])
+    os.makedirs(os.path.join(args.docs, "data", "bench"), exist_ok=True)
     return shutil.copy(args.csv, os.path.join(args.docs, "data", "bench", "bench.csv"))
 
 

@@ -182,8 +182,8 @@ class ClosedForm:
             m.numbers[f"migration[{k}].call"] = costs["SWARM"] if k == 0 else 0
             for part in ("call", "stage", "process", "point"):
                 m.numbers[f"migration[{k}].{part}"] *= p
-            # Half of it stands at either end of the way, and both ends wait at the same time; the bytes are the network's.
-            m.numbers[f"migration[{k}].leaver"] = 0.5 * costs.get("LEAVER", 0) + WIRE * (12 + m.bytes("id x cell v F"))
+            # direct: half of it stands at either end of the way, and both ends wait at the same time; the bytes are the network's.
+            m.numbers[f"migration[{k}].leaver"] = k * 0.5 * costs.get("LEAVER", 0) + WIRE * (12 + m.bytes("id x cell v F"))
         waits = 1 - math.prod(1 - q for q in crossed) ** (1 / max(1, sum(p > 1 for p in cut)))
         return m, crossing, waits
 

@@ -662,7 +662,7 @@ class Tables(ClosedForm):
         for net in self.data.simulated("networks"):
             text += (
                 f" a short message through {TRANSPORT[net['transport']]} takes {1e6 * net['message']:.3g} µs, {1e6 * net['post']:.3g} µs"
-                f" of it at processors, and a byte {1e-9 / net['wire']:.3g} GB/s;"
+                f" of it at processors (taken as 0.8 of it at most), and a byte {1e-9 / net['wire']:.3g} GB/s;"
             )
         text = text.removesuffix(";") + ".\n"
         low, high = SIMULATOR
