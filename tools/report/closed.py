@@ -164,8 +164,7 @@ class ClosedForm:
         step, and the chance that a row of them crosses a cut of an axis."""
         costs, dim = self.data.costs()[name], len(BOXES[name][0])
         m = model.Model(dim, {"box2d": "linear", "box3d": "bspline2"}[name], "usl", origin="costs.csv")
-        sort = costs.get("SETTLE", costs["SORT"])  # tables of before have SETTLE for a step without migration, SORT for one with it
-        for k, each in (("P2G", costs["P2G"]), ("ADVANCE", 2**dim * costs["ADVANCE"]), ("G2P", costs["G2P"]), ("SORT", sort)):
+        for k, each in (("P2G", costs["P2G"]), ("ADVANCE", 2**dim * costs["ADVANCE"]), ("G2P", costs["G2P"]), ("SORT", costs["SORT"])):
             m.rates[k] = model.Rate(0, (1, 2, 3), (each, each, each))  # ADVANCE: of a node; in costs.csv of a particle
         # Particles of these boxes cross a cut in whole layers, 2 a cell: q is the number of layers a step, not of particles.
         # (Rubber, sound at 36.7 m/s; 4 sin(pi x/L) m/s along each axis; dt = 0.4 h/(c + |v|).)
@@ -178,7 +177,7 @@ class ClosedForm:
         m.numbers = {"copy": 0, "kept": 0.4e-9, "farm": 0.155e-9, "chunk": 500e-9, "migration[0].process": 0, "migration[1].process": 0}
         m = m.with_network(**NETWORK)
         for k in (0, 1):
-            m.numbers[f"migration[{k}].point"] = costs["SORT"] - sort + (costs["SWARM_POINT"] if k == 0 else 0)
+            m.numbers[f"migration[{k}].point"] = costs["SWARM_POINT"] if k == 0 else 0
             m.numbers[f"migration[{k}].call"] = costs["SWARM"] if k == 0 else 0
             for part in ("call", "stage", "process", "point"):
                 m.numbers[f"migration[{k}].{part}"] *= p

@@ -323,6 +323,7 @@ def costs_of(name, alone):
 
 
 def calibrate(args):
+    """Measures costs.csv anew, or the costs of some scenes."""
     rows = [row for row in read_rows(COSTS) if not wanted(args.scenes, row["scene"])]
     for name, (_, _, size) in SCENES.items():
         if not wanted(args.scenes, name):
