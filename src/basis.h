@@ -1,13 +1,13 @@
 /* basis.h - the 1-D basis functions; transfer.h forms their tensor products, once, for all of them.
 
    xi = (x - lower)/h is the coordinate in cells, by a division, the same expression on every rank and in every phase.
-   A basis is two functions: the first node of a point's stencil (the base, which also names the point's "cell"), and
-   the values w and gradients g (per cell, so divide by h) of its nodes base, base+1, ... Both are free of branches and
-   take one point or several (MPMReal, lanes.h), with the number of the base as a real.
-   Splines near a wall are restricted to nodes of the grid in one of two forms, so that no node lies beyond it; few
-   points are near a wall, so these forms are for one point at a time: extrap   the coefficient beyond the wall is
-   extrapolated, c_-1 = 2 c_0 - c_1: keeps sum w = 1 and sum w x_i = x steffen  knots repeated at the wall (Steffen,
-   Kirby and Berzins 2008): sum w = 1, all slopes 0 at the wall */
+   A basis is two functions: the first node of a particle's stencil (the base, which also names the particle's "cell"),
+   and the values w and gradients g (per cell, so divide by h) of its nodes base, base+1, ... Both are free of branches
+   and take one particle or several (MPMReal, lanes.h), with the number of the base as a real. Splines near a wall are
+   restricted to nodes of the grid in one of two forms, so that no node lies beyond it; few particles are near a wall,
+   so these forms are for one particle at a time: extrap   the coefficient beyond the wall is extrapolated, c_-1 = 2 c_0
+   - c_1: keeps sum w = 1 and sum w x_i = x steffen  knots repeated at the wall (Steffen, Kirby and Berzins 2008): sum w
+   = 1, all slopes 0 at the wall */
 #ifndef MPM_BASIS_H
 #define MPM_BASIS_H
 
@@ -27,7 +27,7 @@ typedef enum { MPM_WALL_BASIS_NONE, MPM_WALL_BASIS_EXTRAP, MPM_WALL_BASIS_STEFFE
 /* --- Hats ----------------------------------------------------------------------------------------------------------
  */
 
-/* A point on the upper wall belongs to the last cell (decided once, here). */
+/* A particle on the upper wall belongs to the last cell (decided once, here). */
 MPM_INLINE MPMReal MPMBasisBase_linear(MPMReal xi, MPMReal l, PetscInt cells)
 {
   (void)l;
@@ -76,7 +76,7 @@ MPM_INLINE MPMReal MPMSplineBase(MPMReal base, int ns, PetscInt cells, MPMWallBa
   return MPMMin(MPMMax(base, MPMAll(0)), MPMAll((PetscReal)(cells + 1 - ns)));
 }
 
-/* How far from a wall, in cells, points have the form of the wall. */
+/* How far from a wall, in cells, particles have the form of the wall. */
 MPM_INLINE PetscReal MPMWallReach(MPMBasis basis, MPMWallBasis wall)
 {
   if (wall == MPM_WALL_BASIS_NONE) return 0;
@@ -154,8 +154,8 @@ MPM_INLINE PetscBool MPMLowerWall_bspline3(PetscReal t, MPMWallBasis wall, Petsc
   return PETSC_FALSE;
 }
 
-/* Values and gradients of one point near a wall; false if it is near none. At the upper wall they are the mirror image
-   of those at the lower one. */
+/* Values and gradients of one particle near a wall; false if it is near none. At the upper wall they are the mirror
+   image of those at the lower one. */
 MPM_INLINE PetscBool MPMWallWeights(MPMBasis basis, PetscReal xi, PetscInt cells, MPMWallBasis wall, PetscReal w[],
                                     PetscReal g[])
 {
@@ -255,8 +255,8 @@ MPM_INLINE PetscBool MPMBasisIsSpline(MPMBasis basis)
   return MPMBasisInertia(basis) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Base node of points at xi with half-widths l (both in cells; l matters to gimp only). On a periodic axis node -1 is
-   node cells-1 and xi goes with it, so that 0 <= base < cells. */
+/* Base node of particles at xi with half-widths l (both in cells; l matters to gimp only). On a periodic axis node -1
+   is node cells-1 and xi goes with it, so that 0 <= base < cells. */
 MPM_INLINE MPMReal MPMBasisBases(MPMBasis basis, MPMReal *xi, MPMReal l, PetscInt cells, PetscBool periodic,
                                  MPMWallBasis wall)
 {
@@ -285,7 +285,7 @@ MPM_INLINE void MPMBasisInside(MPMBasis basis, MPMReal xi, MPMReal l, MPMReal ba
 #undef MPM_BASIS
 }
 
-#if MPM_WIDTH == 1 /* the same for one point, its base as an integer */
+#if MPM_WIDTH == 1 /* the same for one particle, its base as an integer */
 MPM_INLINE PetscInt MPMBasisBase(MPMBasis basis, PetscReal *xi, PetscReal l, PetscInt cells, PetscBool periodic,
                                  MPMWallBasis wall)
 {

@@ -1,5 +1,5 @@
 /* calibrate.c - the constants of the model (model.c), measured: -model_calibrate makes short runs of the scene coarser
-   and finer than it is, of about 150, 1500, 20,000 and 400,000 points, on every process at once and each for itself,
+   and finer than it is, of about 150, 1500, 20,000 and 400,000 particles, on every process at once and each for itself,
    since processes share memory; times messages, a reduction, migrations and the pool's master, where there are
    processes for it; and all that a few times over, since what else a machine does slows it for seconds on end: the
    least of each counts. Last come the limits of a core. The constants go to a file, which later runs of the same method
@@ -12,7 +12,7 @@
 #define LEVELS (MPM_RATE_SIZES + 1)
 #define PASSES 5   /* through all measurements */
 #define VARIES 1.2 /* times as long that a run takes is worth a word */
-/* Runs of more points are timed by the processor's clock, which other programs do not lengthen; for fewer points,
+/* Runs of more particles are timed by the processor's clock, which other programs do not lengthen; for fewer particles,
    reading it would be a part of what it measures, and there the least of short runs does. */
 #define MPM_CLOCKED 5e3
 static const PetscReal goal[LEVELS]  = {150, 1500, 2e4, 4e5};
@@ -22,7 +22,7 @@ static const PetscInt  steps[LEVELS] = {600, 200, 60, 20}, repeats[LEVELS] = {10
 typedef struct {
   PetscReal seconds[MPM_MAX_TIMERS]; /* s a step of each timer, at the least */
   PetscReal fastest, slowest;        /* s a step of the runs */
-  PetscReal points, nodes;
+  PetscReal particles, nodes;
   PetscInt  steps;
 } Sample;
 
@@ -43,12 +43,12 @@ typedef struct {
   X(migration[0].call, 1) \
   X(migration[0].stage, 1) \
   X(migration[0].process, 1) \
-  X(migration[0].point, 1) \
+  X(migration[0].particle, 1) \
   X(migration[0].leaver, 1) \
   X(migration[1].call, 1) \
   X(migration[1].stage, 1) \
   X(migration[1].process, 1) \
-  X(migration[1].point, 1) \
+  X(migration[1].particle, 1) \
   X(migration[1].leaver, 1) \
   X(flop, 0) \
   X(byte, 0)
@@ -63,7 +63,7 @@ static PetscErrorCode Save(MPM mpm)
   PetscFunctionBeginUser;
   PetscCheck(file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", mpm->model_file, strerror(errno));
   MPMModelMethod(mpm, method, sizeof method);
-  fprintf(file, "# constants of pebble's model of a step, by -model_calibrate; s, and s a point, node or byte\n");
+  fprintf(file, "# constants of pebble's model of a step, by -model_calibrate; s, and s a particle, node or byte\n");
   fprintf(file, "method %s\nfrom %s\n", method, m->from);
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
     if (m->rate[e].call > 0 || m->rate[e].each[MPM_RATE_SIZES - 1] > 0) {
@@ -146,7 +146,8 @@ PetscErrorCode MPMModelLoad(MPM mpm, char wrong[], size_t len)
     if (!(r->call > 0 || r->each[0] > 0)) sound = PETSC_FALSE;
   }
   if (!fits)
-    (void)snprintf(wrong, len, "%s is of another method, of other points or of other vectors: not used", mpm->model_file);
+    (void)snprintf(wrong, len, "%s is of another method, of other particles or of other vectors: not used",
+                   mpm->model_file);
   else if (!sound)
     (void)snprintf(wrong, len, "%s is damaged, or of another version: not used", mpm->model_file);
   else
@@ -225,10 +226,10 @@ static PetscErrorCode Slowest(MPI_Comm comm, PetscReal *seconds)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs the scene of about `n` points for a number of steps, alone; the least times go to the sample. */
+/* Runs the scene of about `n` particles for a number of steps, alone; the least times go to the sample. */
 static PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt nrepeats, Sample *sample)
 {
-  PetscReal coarser = PetscPowReal((PetscReal)scene->points.total / n, 1 / (PetscReal)scene->grid.dim);
+  PetscReal coarser = PetscPowReal((PetscReal)scene->particles.total / n, 1 / (PetscReal)scene->grid.dim);
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0, tries = 0; k < nrepeats && tries < nrepeats + 8; tries++) {
@@ -252,10 +253,10 @@ static PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt
       all += s;
     }
     Least(&sample->fastest, all);
-    sample->slowest = PetscMax(sample->slowest, all);
-    sample->points  = share.points;
-    sample->nodes   = share.nodes;
-    sample->steps   = mpm->step;
+    sample->slowest   = PetscMax(sample->slowest, all);
+    sample->particles = share.particles;
+    sample->nodes     = share.nodes;
+    sample->steps     = mpm->step;
     PetscCall(MPMDestroy(&mpm));
     k++;
   }
@@ -263,14 +264,14 @@ static PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt
 }
 
 /* call + n each through the samples, small to large: `call` and the first `each` through the smallest two, or through
-   another where shapes need more points than the second should have; the other `each` through one sample each. */
+   another where shapes need more particles than the second should have; the other `each` through one sample each. */
 static void Fit(MPM mpm, PetscInt e, const Sample sample[LEVELS], MPMRate *r)
 {
   const PetscBool nodes  = e < MPM_TIMER_FORCES && mpm->phases[e].kind == MPM_NODES ? PETSC_TRUE : PETSC_FALSE;
-  const int       second = sample[1].points > 2 * sample[0].points ? 1 : 2;
+  const int       second = sample[1].particles > 2 * sample[0].particles ? 1 : 2;
   PetscReal       n[LEVELS];
 
-  for (int k = 0; k < LEVELS; k++) n[k] = nodes ? sample[k].nodes : sample[k].points;
+  for (int k = 0; k < LEVELS; k++) n[k] = nodes ? sample[k].nodes : sample[k].particles;
   r->each[0] = PetscMax(0, (sample[second].seconds[e] - sample[0].seconds[e]) / (n[second] - n[0]));
   r->call    = PetscMax(0, sample[0].seconds[e] - n[0] * r->each[0]);
   for (int k = 0; k < MPM_RATE_SIZES; k++) {
@@ -385,7 +386,7 @@ static void FitMessages(PetscMPIInt size, const Messages *least, MPMModel *m)
   m->reduction = least->reduction / PetscCeilReal(PetscLog2Real((PetscReal)size));
 }
 
-/* Seconds of packing and unpacking a byte, in rows of a point's velocity. */
+/* Seconds of packing and unpacking a byte, in rows of a particle's velocity. */
 static PetscErrorCode TimeCopy(PetscReal *least)
 {
   enum { ROWS = 20000 };
@@ -413,7 +414,7 @@ static PetscErrorCode TimeCopy(PetscReal *least)
    room for: those whose sums are sent. */
 static PetscErrorCode TimeKept(MPM scene, PetscReal *least)
 {
-  const PetscReal coarser = PetscPowReal((PetscReal)scene->points.total / 1e5, 1 / (PetscReal)scene->grid.dim);
+  const PetscReal coarser = PetscPowReal((PetscReal)scene->particles.total / 1e5, 1 / (PetscReal)scene->grid.dim);
   const size_t    size = MPMTileNodes(scene->grid.dim, scene->basis) * MPM_SUM_NC(scene->grid.dim) * sizeof(PetscReal);
   const MPMTiles *t;
   MPM             mpm;
@@ -423,19 +424,19 @@ static PetscErrorCode TimeKept(MPM scene, PetscReal *least)
   PetscCall(SetRun(scene, "spatial", coarser, 1));
   PetscCall(Make(PETSC_COMM_SELF, &mpm));
   if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMTilesMark(&mpm->exchange.patch, PETSC_TRUE, mpm->points.start)); /* all are kept */
+  PetscCall(MPMTilesAssign(&mpm->exchange.patch, PETSC_TRUE, mpm->particles.start)); /* all are kept */
   t = &mpm->exchange.patch.tiles;
-  PetscCall(PetscCalloc1((size_t)t->nown * size, &message));
+  PetscCall(PetscCalloc1((size_t)t->n_own * size, &message));
   for (int repeat = 0; repeat < 10; repeat++) {
     PetscLogDouble t0, t1;
     size_t         bytes = 0;
 
     PetscCall(PetscTime(&t0));
-    memset(t->sum, 0, (size_t)t->nown * size);
-    for (PetscInt slot = 0; slot < t->nown; slot++)
+    memset(t->sum, 0, (size_t)t->n_own * size);
+    for (PetscInt slot = 0; slot < t->n_own; slot++)
       bytes += MPMTilesCopy(&mpm->exchange.patch, slot, scene->program[0]->parts, PETSC_TRUE, message + bytes);
     bytes = 0;
-    for (PetscInt slot = 0; slot < t->nown; slot++)
+    for (PetscInt slot = 0; slot < t->n_own; slot++)
       bytes += MPMTilesCopy(&mpm->exchange.patch, slot, scene->program[0]->parts, PETSC_FALSE, message + bytes);
     PetscCall(PetscTime(&t1));
     Least(least, (t1 - t0) / (PetscReal)bytes);
@@ -447,19 +448,19 @@ static PetscErrorCode TimeKept(MPM scene, PetscReal *least)
 
 /* --- Migration ---------------------------------------------------------------------------------------- */
 
-enum { SWARM, DIRECT, SWAP, WAYS }; /* without points, and directly with SWAPPED of them */
+enum { SWARM, DIRECT, SWAP, WAYS }; /* without particles, and directly with SWAPPED of them */
 #define SWAPPED 256
 #define TURNS   10        /* of each way in a pass */
 #define OTHER   (8 << 20) /* bytes that the caches have seen since: a migration comes after the sweeps of a step */
 typedef struct {
-  PetscReal points, axes, migration[WAYS]; /* s */
+  PetscReal particles, axes, migration[WAYS]; /* s */
 } Trial;
 
-/* Pairs of processes next to each other exchange `n` points, far from each other in memory and not those of the last
+/* Pairs of processes next to each other exchange `n` particles, far from each other in memory and not those of the last
    time, which stay what they are: only the cost counts, but for that of finding their processes and cells. */
 static PetscErrorCode Swap(MPM mpm, MPMSpatial *s, PetscInt n, PetscInt first)
 {
-  const PetscInt all = mpm->points.n;
+  const PetscInt all = mpm->particles.n;
   PetscInt       d   = 0;
 
   PetscFunctionBeginUser;
@@ -473,11 +474,12 @@ static PetscErrorCode Swap(MPM mpm, MPMSpatial *s, PetscInt n, PetscInt first)
     s->leaver[q]  = first + q * ((all - first) / n);
     s->hops[q][d] = s->me[d] % 2 ? -1 : 1;
   }
-  mpm->points.nkept = all;
+  mpm->particles.nkept = all;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Times migrations of about n points a process; the least times go to the trial, points stay 0 if there is no such cut.
+/* Times migrations of about n particles a process; the least times go to the trial, particles stay 0 if there is no
+ * such cut.
  */
 static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
 {
@@ -491,18 +493,18 @@ static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
   PetscCall(SetRun(scene, "spatial",
-                   PetscPowReal((PetscReal)scene->points.total / (n * size), 1 / (PetscReal)scene->grid.dim), 10));
+                   PetscPowReal((PetscReal)scene->particles.total / (n * size), 1 / (PetscReal)scene->grid.dim), 10));
   PetscCall(Make(scene->comm, &mpm));
   if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
   s = (MPMSpatial *)mpm->exchange.ctx;
   PetscCall(MPMModelShare(mpm, &share));
-  trial->points    = share.points;
+  trial->particles = share.particles;
   trial->axes      = share.axes;
-  mpm->status.hops = 1; /* all messages, of no points */
+  mpm->status.hops = 1; /* all messages, of no particles */
   PetscCall(PetscMalloc1(OTHER, &other));
   for (int way = 0; way < WAYS; way++) seconds[way] = PETSC_MAX_REAL;
   for (int turn = 0; turn < 3 * TURNS; turn++) {
-    /* swaps after DMSwarm's turns: they leave points where it would not have them */
+    /* swaps after DMSwarm's turns: they leave particles where it would not have them */
     const int      way = turn < TURNS ? SWARM : turn % 2 ? DIRECT : SWAP;
     PetscLogDouble t0, t1;
 
@@ -514,7 +516,7 @@ static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
     PetscCall(PetscTime(&t1));
     seconds[way] = PetscMin(seconds[way], t1 - t0);
   }
-  PetscCall(Slowest(scene->comm, &trial->points));
+  PetscCall(Slowest(scene->comm, &trial->particles));
   PetscCall(PetscFree(other));
   for (int way = 0; way < WAYS; way++) {
     PetscCall(Slowest(scene->comm, &seconds[way]));
@@ -526,21 +528,21 @@ static PetscErrorCode TimeMigration(MPM scene, PetscReal n, Trial *trial)
 
 static void FitMigration(PetscMPIInt size, const Trial *a, const Trial *b, MPMModel *m)
 {
-  if (a->points == 0 || b->points == 0) return; /* no such cut: rough constants stay */
+  if (a->particles == 0 || b->particles == 0) return; /* no such cut: rough constants stay */
   for (int way = 0; way < 2; way++) {
     MPMMigration   *g      = &m->migration[way];
     const PetscReal stages = way ? a->axes : PetscCeilReal(PetscLog2Real((PetscReal)size));
 
-    g->point   = PetscMax(0, (b->migration[way] - a->migration[way]) / (b->points - a->points));
-    g->stage   = way ? m->message + m->post : 24 * m->reduction;
-    g->process = way ? 0 : 80 * m->wire;
-    g->leaver  = PetscMax(0, b->migration[SWAP] - b->migration[DIRECT]) / SWAPPED; /* both ways copy them alike */
-    g->call    = PetscMax(0, a->migration[way] - a->points * g->point - g->stage * stages - g->process * size);
+    g->particle = PetscMax(0, (b->migration[way] - a->migration[way]) / (b->particles - a->particles));
+    g->stage    = way ? m->message + m->post : 24 * m->reduction;
+    g->process  = way ? 0 : 80 * m->wire;
+    g->leaver   = PetscMax(0, b->migration[SWAP] - b->migration[DIRECT]) / SWAPPED; /* both ways copy them alike */
+    g->call     = PetscMax(0, a->migration[way] - a->particles * g->particle - g->stage * stages - g->process * size);
   }
 }
 
-/* Steps of about 600 points on each process, or of as many more as have a cut, together, without their migrations. The
-   model is asked between spans of the run. */
+/* Steps of about 600 particles on each process, or of as many more as have a cut, together, without their migrations.
+   The model is asked between spans of the run. */
 #define SPANS 5
 #define SPAN  60
 typedef struct {
@@ -582,7 +584,7 @@ static PetscErrorCode TimeTogether(MPM scene, Together *t)
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(scene->comm, &size));
-  coarser = PetscPowReal((PetscReal)scene->points.total / (600. * size), 1 / (PetscReal)scene->grid.dim);
+  coarser = PetscPowReal((PetscReal)scene->particles.total / (600. * size), 1 / (PetscReal)scene->grid.dim);
   for (int repeat = 0, tries = 0; repeat < 8 && tries < 16; tries++) {
     PetscReal step = PETSC_MAX_REAL;
     MPM       mpm;
@@ -612,13 +614,13 @@ static PetscErrorCode TimeTogether(MPM scene, Together *t)
 /* --- The scene itself ------------------------------------------------------------------------------------------ */
 
 #define CHECK_POINTS 1e6 /* more a process would take long */
-#define CHECK_WORK   2e5 /* points times steps of a run, but 20 to 500 steps */
+#define CHECK_WORK   2e5 /* particles times steps of a run, but 20 to 500 steps */
 
 /* Times first steps of the scene as it is: the least second a step goes to *least, unless it is too large. Collective
    on comm. */
 static PetscErrorCode TimeItself(MPM scene, MPI_Comm comm, PetscReal *least)
 {
-  const PetscReal n = (PetscReal)scene->points.total;
+  const PetscReal n = (PetscReal)scene->particles.total;
   PetscMPIInt     size;
 
   PetscFunctionBeginUser;
@@ -675,7 +677,7 @@ static PetscErrorCode TimePool(MPM scene, PetscInt cells, Farm *farm)
 
   PetscFunctionBeginUser;
   PetscCall(
-      SetRun(scene, "pool", PetscPowReal((PetscReal)scene->points.total / 2e4, 1 / (PetscReal)scene->grid.dim), 20));
+      SetRun(scene, "pool", PetscPowReal((PetscReal)scene->particles.total / 2e4, 1 / (PetscReal)scene->grid.dim), 20));
   PetscCall(Set("-pool_cells", "%.0f", (double)cells));
   PetscCall(Make(scene->comm, &mpm));
   if (!mpm) PetscFunctionReturn(PETSC_SUCCESS);
@@ -775,16 +777,16 @@ PetscErrorCode MPMCalibrate(MPM scene)
       scene, "calibrate  %s: short runs of about 150 to 400,000 particles on each of %d process%s, 10 s to a minute\n",
       scene->scene.title, size, size > 1 ? "es" : ""));
   PetscCall(MPMStepSetUp(scene));
-  PetscCall(MPMPointsLayout(scene, &scene->points));
+  PetscCall(MPMParticlesLayout(scene, &scene->particles));
   PetscCall(MPMModelSetUp(scene));
   PetscCall(PetscMemzero(&all, sizeof all));
   for (int pass = 0; pass < PASSES; pass++) {
     PetscCall(Measure(scene, size, rank, &all));
     for (int k = 0; k < LEVELS; k++)
-      PetscCheck(all.alone[k].steps > 0 && (k < 2 || (all.alone[k].points > 2 * all.alone[k - 1].points &&
-                                                      all.alone[k].points > 2 * all.alone[0].points)),
-                 scene->comm, PETSC_ERR_SUP, "the scene cannot be run with about %g points, so it cannot be calibrated",
-                 (double)goal[k]);
+      PetscCheck(all.alone[k].steps > 0 && (k < 2 || (all.alone[k].particles > 2 * all.alone[k - 1].particles &&
+                                                      all.alone[k].particles > 2 * all.alone[0].particles)),
+                 scene->comm, PETSC_ERR_SUP,
+                 "the scene cannot be run with about %g particles, so it cannot be calibrated", (double)goal[k]);
   }
   PetscCall(FitModel(scene, size, &all));
   /* What an exchange costs besides its messages, calls and the waiting of processes for each other: what a step takes

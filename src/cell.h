@@ -1,12 +1,12 @@
-/* cell.h - where one point is: its base node, and the number of that cell. The transfers find the same for many points
-   at a time (transfer.h), by the same functions of basis.h, so the same bits. */
+/* cell.h - where one particle is: its base node, and the number of that cell. The transfers find the same for many
+   particles at a time (transfer.h), by the same functions of basis.h, so the same bits. */
 #ifndef MPM_CELL_H
 #define MPM_CELL_H
 
 #include "tiles.h"
 
-/* Base node and coordinate in cells on axis d of a position in the grid, of a point with half-width l in cells (which
-   matters to gimp only). */
+/* Base node and coordinate in cells on axis d of a position in the grid, of a particle with half-width l in cells
+   (which matters to gimp only). */
 MPM_INLINE PetscInt MPMCoordinate(MPMBasis basis, const MPMGrid *grid, int d, PetscReal x, PetscReal l, PetscReal *xi)
 {
   *xi = PetscMin((x - grid->lower[d]) / grid->h[d], (PetscReal)grid->cells[d]); /* the quotient may round up */
@@ -32,7 +32,7 @@ MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, con
   return PETSC_TRUE;
 }
 
-/* The half-widths [dim] of point p of a view: those of its kind, or its own. */
+/* The half-widths [dim] of particle p of a view: those of its kind, or its own. */
 MPM_INLINE const PetscReal *MPMHalfWidths(int dim, const MPMKind *kinds, const MPMView *view, PetscInt p)
 {
   return view->l ? view->l + p * dim : kinds[view->kind ? view->kind[p] : 0].l;

@@ -60,9 +60,9 @@ PetscErrorCode MPMExchangeOpen(MPM mpm, const MPMPhase *phase)
   MPMPatch *patch = &mpm->exchange.patch;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPointsGetView(&mpm->points, phase->points_in | phase->points_out, &patch->points));
-  patch->order  = mpm->points.order;
-  patch->movers = mpm->points.movers;
+  PetscCall(MPMParticlesGetView(&mpm->particles, phase->particles_in | phase->particles_out, &patch->particles));
+  patch->order  = mpm->particles.order;
+  patch->movers = mpm->particles.movers;
   PetscCall(VecGetArray(mpm->exchange.vel, &patch->vel));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -73,20 +73,20 @@ PetscErrorCode MPMExchangeClose(MPM mpm, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   PetscCall(VecRestoreArray(mpm->exchange.vel, &patch->vel));
-  PetscCall(MPMPointsRestoreView(&mpm->points, phase->points_in | phase->points_out, &patch->points));
+  PetscCall(MPMParticlesRestoreView(&mpm->particles, phase->particles_in | phase->particles_out, &patch->particles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs a transfer on the points here. Not collective. */
-PetscErrorCode MPMExchangeRun(MPM mpm, const MPMPhase *phase, MPMTurns turn)
+/* Runs a transfer on the particles here. Not collective. */
+PetscErrorCode MPMExchangeRun(MPM mpm, const MPMPhase *phase, MPMPass pass)
 {
   MPMPatch *patch = &mpm->exchange.patch;
 
   PetscFunctionBeginUser;
-  if (turn != MPM_TILES_OPEN && !patch->tiles.nruns[turn]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (pass != MPM_PASS_MAIN && !patch->tiles.nruns[pass]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMExchangeOpen(mpm, phase));
-  PetscCall(MPMPatchRun(mpm, patch, phase, turn, &mpm->status));
-  if (phase->parts & MPM_G2P_COMMIT) mpm->points.nmovers = patch->nmovers;
+  PetscCall(MPMPatchRun(mpm, patch, phase, pass, &mpm->status));
+  if (phase->parts & MPM_G2P_COMMIT) mpm->particles.nmovers = patch->nmovers;
   PetscCall(MPMExchangeClose(mpm, phase));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -118,13 +118,13 @@ PetscErrorCode MPMMessageRoom(char **buffer, size_t *capacity, size_t need)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Bytes of these fields of a point. */
-size_t MPMMessagePointBytes(const MPMPoints *points, PetscInt fields)
+/* Bytes of these fields of a particle. */
+size_t MPMParticlesRowBytes(const MPMParticles *particles, PetscInt fields)
 {
   size_t bytes = 0;
 
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (points->present[f] && (fields & (1 << f))) bytes += (size_t)points->bytes[f];
+    if (particles->present[f] && (fields & (1 << f))) bytes += (size_t)particles->bytes[f];
   return bytes;
 }
 

@@ -1,10 +1,10 @@
-/* exchange_pool.c - the worker pool: the master (process 0) holds all points and the grid, hands out patches of cells,
-   assembles what comes back, and finishes the step; workers hold no state.
+/* exchange_pool.c - the worker pool: the master (process 0) holds all particles and the grid, hands out patches of
+   cells, assembles what comes back, and finishes the step; workers hold no state.
 
-   In a sweep the master packs for each patch its points with the fields that the phase declares, and for
-   nodes-to-points the node motion too. It sends patches to workers as they become idle, the biggest first, two in
+   In a sweep the master packs for each patch its particles with the fields that the phase declares, and for
+   nodes-to-particles the node motion too. It sends patches to workers as they become idle, the biggest first, two in
    flight for each. A worker runs the same kernel on its patch and returns the sums of its tiles, or the new fields of
-   its points, and the status it found: an error is data and stops the run at the master. Patches are boxes of whole
+   its particles, and the status it found: an error is data and stops the run at the master. Patches are boxes of whole
    tiles, whose sums do not depend on who makes them; the master adds them up to nodes as the serial run does: hence its
    bits. */
 #include "tiles.h"
@@ -15,7 +15,7 @@
 /* A patch of the tiling. */
 typedef struct {
   PetscInt first[3], tiles[3];     /* its tiles of the master's table */
-  PetscInt own_lo[3], own_n[3], n; /* n: its points now */
+  PetscInt own_lo[3], own_n[3], n; /* n: its particles now */
 } Chunk;
 
 /* A place for a patch in flight. */
@@ -23,7 +23,7 @@ typedef struct {
   PetscInt    chunk;
   char       *out, *in;
   size_t      out_capacity, in_capacity;
-  PetscInt   *list, capacity; /* the points of the chunk */
+  PetscInt   *list, capacity; /* the particles of the chunk */
   MPI_Request sent;
 } Slot;
 
@@ -43,8 +43,8 @@ typedef struct {
     for (PetscInt j = (c)->first[1], tile = (k * (all)->tiles.n[1] + j) * (all)->tiles.n[0] + (c)->first[0];           \
          j < (c)->first[1] + (c)->tiles[1]; j++, tile += (all)->tiles.n[0])
 
-/* The points of a chunk: counts them, and lists them in (cell, id) order if list is given. */
-static PetscInt ListPoints(MPM mpm, const Chunk *c, PetscInt *list)
+/* The particles of a chunk: counts them, and lists them in (cell, id) order if list is given. */
+static PetscInt ListParticles(MPM mpm, const Chunk *c, PetscInt *list)
 {
   const MPMPatch *all = &mpm->exchange.patch;
   const int       dim = (int)mpm->grid.dim;
@@ -52,7 +52,7 @@ static PetscInt ListPoints(MPM mpm, const Chunk *c, PetscInt *list)
 
   FOR_ROWS(all, c, tile)
   for (PetscInt in = 0; in < 1 << all->tiles.bits * (dim - 1); in++) {
-    const PetscInt *cell = mpm->points.start + MPMTileRowCell(dim, &all->tiles, tile / all->tiles.n[0], in);
+    const PetscInt *cell = mpm->particles.start + MPMTileRowCell(dim, &all->tiles, tile / all->tiles.n[0], in);
     const PetscInt  a = cell[c->first[0] << all->tiles.bits], b = cell[(c->first[0] + c->tiles[0]) << all->tiles.bits];
 
     for (PetscInt q = a; list && q < b; q++) list[n + q - a] = all->order[q];
@@ -61,7 +61,7 @@ static PetscInt ListPoints(MPM mpm, const Chunk *c, PetscInt *list)
   return n;
 }
 
-/* Those of its tiles that have points. */
+/* Those of its tiles that have particles. */
 static PetscInt CountTiles(const MPMPatch *all, const Chunk *c)
 {
   PetscInt n = 0;
@@ -89,14 +89,14 @@ static void Arrays(const MPMView *view, void *at[])
 /* Sends a chunk to a worker and awaits its answer in the slot. */
 static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt chunk, PetscInt place)
 {
-  const PetscBool   to_nodes = phase->kind == MPM_POINTS_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool   to_nodes = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
   const PetscInt    nv       = MPM_VEL_NC(mpm->grid.dim);
   const Chunk      *c        = &pool->chunks[chunk];
   const PetscMPIInt worker   = (PetscMPIInt)(place / MPM_IN_FLIGHT);
   const MPMPatch   *all      = &mpm->exchange.patch;
   Slot             *slot     = &pool->slots[place];
   MPMPatch          patch;
-  MPMOrder          order = {(PetscInt)(phase - mpm->phases), {0}, {0}, {0}, {0}, c->n, mpm->params.dt};
+  MPMJob            order = {(PetscInt)(phase - mpm->phases), {0}, {0}, {0}, {0}, c->n, mpm->params.dt};
   void             *at[MPM_NUM_FIELDS];
   size_t            answer, row;
   PetscMPIInt       len;
@@ -110,19 +110,19 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   PetscCall(PetscArraycpy(order.own_n, c->own_n, 3));
   PetscCall(PetscArraycpy(order.tiles, all->tiles.n, 3));
   PetscCall(PetscArraycpy(order.first, c->first, 3));
-  Arrays(&all->points, at);
+  Arrays(&all->particles, at);
   if (c->n > slot->capacity) {
     slot->capacity = c->n * 5 / 4 + 64;
     PetscCall(PetscFree(slot->list));
     PetscCall(PetscMalloc1(slot->capacity, &slot->list));
   }
-  (void)ListPoints(mpm, c, slot->list);
+  (void)ListParticles(mpm, c, slot->list);
   PetscCallMPI(MPI_Wait(&slot->sent, MPI_STATUS_IGNORE)); /* answered long ago, so this does not wait */
   PetscCall(MPMMessageRoom(&slot->out, &slot->out_capacity,
-                           sizeof order + (size_t)c->n * MPMMessagePointBytes(&mpm->points, phase->points_in) +
+                           sizeof order + (size_t)c->n * MPMParticlesRowBytes(&mpm->particles, phase->particles_in) +
                                (size_t)MPMPatchNodes(&patch) * nv * sizeof(PetscReal)));
   memcpy(slot->out, &order, sizeof order);
-  m = MPMPoolPack(&mpm->points, phase->points_in, at, c->n, slot->list, slot->out + sizeof order);
+  m = MPMPoolPack(&mpm->particles, phase->particles_in, at, c->n, slot->list, slot->out + sizeof order);
   if (!to_nodes) /* node motion, row by row */
     for (PetscInt k = patch.lo[2]; k < patch.lo[2] + patch.n[2]; k++)
       for (PetscInt j = patch.lo[1]; j < patch.lo[1] + patch.n[1]; j++, m += row)
@@ -144,7 +144,7 @@ static PetscErrorCode Send(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Puts an answer in its place: sums to tiles, fields to points. */
+/* Puts an answer in its place: sums to tiles, fields to particles. */
 static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, PetscInt place)
 {
   const Slot     *slot = &pool->slots[place];
@@ -156,19 +156,19 @@ static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, Petsc
 
   PetscFunctionBeginUser;
   MPMWorkBegin(mpm);
-  Arrays(&all->points, at);
+  Arrays(&all->particles, at);
   memcpy(&status, slot->in, sizeof status);
   status.left = 0; /* of the patch: the master has them all */
   MPMStatusMerge(&mpm->status, &status);
-  if (phase->kind == MPM_POINTS_TO_NODES) {
+  if (phase->kind == MPM_PARTICLES_TO_NODES) {
     FOR_ROWS(all, c, tile)
     for (PetscInt i = tile; i < tile + c->tiles[0]; i++)
       if (all->tiles.slot[i] >= 0) m += MPMTilesCopy(all, all->tiles.slot[i], phase->parts, PETSC_FALSE, (char *)m);
   } else
     for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-      const size_t b = (size_t)mpm->points.bytes[f];
+      const size_t b = (size_t)mpm->particles.bytes[f];
 
-      if (!mpm->points.present[f] || !(phase->points_out & (1 << f))) continue;
+      if (!mpm->particles.present[f] || !(phase->particles_out & (1 << f))) continue;
       for (PetscInt q = 0; q < c->n; q++, m += b) memcpy((char *)at[f] + (size_t)slot->list[q] * b, m, b);
     }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
@@ -176,13 +176,13 @@ static PetscErrorCode Assemble(MPM mpm, Pool *pool, const MPMPhase *phase, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counts the points of each chunk for this sweep and queues those that have any, the biggest first. */
+/* Counts the particles of each chunk for this sweep and queues those that have any, the biggest first. */
 static PetscErrorCode FillQueue(MPM mpm, Pool *pool, PetscInt *n)
 {
   PetscFunctionBeginUser;
   *n = 0;
   for (PetscInt k = 0; k < pool->nchunks; k++) {
-    pool->chunks[k].n = ListPoints(mpm, &pool->chunks[k], NULL);
+    pool->chunks[k].n = ListParticles(mpm, &pool->chunks[k], NULL);
     if (pool->chunks[k].n) pool->queue[(*n)++] = k;
   }
   PetscCall(PetscTimSort(*n, pool->queue, sizeof *pool->queue, BiggerFirst, pool->chunks));
@@ -218,9 +218,9 @@ static PetscErrorCode Sweep_Pool(MPM mpm, const MPMPhase *phase)
     }
   }
   PetscCall(MPMExchangeClose(mpm, phase));
-  if (phase->kind == MPM_POINTS_TO_NODES) { /* all tiles are kept */
+  if (phase->kind == MPM_PARTICLES_TO_NODES) { /* all tiles are kept */
     MPMTilesWrap(&ex->patch);
-    PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_OPEN));
+    PetscCall(MPMExchangeRun(mpm, phase, MPM_PASS_MAIN));
   }
   PetscCall(PetscTime(&t1));
   ex->busy += t1 - from - waited;
@@ -240,7 +240,7 @@ static PetscErrorCode SetUp_Pool(MPM mpm)
   PetscCallMPI(MPI_Comm_size(pool->comm, &pool->size));
   PetscCallMPI(MPI_Comm_rank(pool->comm, &pool->rank));
   if (pool->rank) {
-    PetscCall(MPMPointsLayout(mpm, &mpm->points));
+    PetscCall(MPMParticlesLayout(mpm, &mpm->particles));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   ex->data    = PETSC_COMM_SELF;
@@ -305,7 +305,7 @@ static PetscErrorCode Finish_Pool(MPM mpm)
 
   PetscFunctionBeginUser;
   if (!pool->rank) {
-    const MPMOrder over = {-1, {0}, {0}, {0}, {0}, 0, 0};
+    const MPMJob over = {-1, {0}, {0}, {0}, {0}, 0, 0};
 
     for (PetscMPIInt w = 1; w < pool->size; w++)
       PetscCallMPI(MPI_Send(&over, (PetscMPIInt)sizeof over, MPI_BYTE, w, MPM_TAG_WORK, pool->comm));

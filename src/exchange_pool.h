@@ -1,7 +1,7 @@
 /* exchange_pool.h - what the master (exchange_pool.c) and the workers (pool_worker.c) share: the messages.
 
-   master -> worker   MPMOrder, the points' fields that the phase declares, then for nodes-to-points the node motion
-   worker -> master   MPMStatus, then the sums of the tiles that have points, or the fields of the points */
+   master -> worker   MPMJob, the particles' fields that the phase declares, then for nodes-to-particles the node motion
+   worker -> master   MPMStatus, then the sums of the tiles that have particles, or the fields of the particles */
 #ifndef MPM_EXCHANGE_POOL_H
 #define MPM_EXCHANGE_POOL_H
 
@@ -14,13 +14,13 @@ typedef struct {
   PetscInt  phase;               /* of the table; < 0: the run is over */
   PetscInt  own_lo[3], own_n[3]; /* its nodes, and cells: whole tiles */
   PetscInt  tiles[3], first[3];  /* the master's tiles, by which it numbers cells; the patch's first */
-  PetscInt  n;                   /* points that follow */
+  PetscInt  n;                   /* particles that follow */
   PetscReal dt;
-} MPMOrder;
+} MPMJob;
 
 void           MPMPoolBox(MPM, const PetscInt own_lo[3], const PetscInt own_n[3], MPMPatch *);
 size_t         MPMPoolAnswerBytes(MPM, const MPMPhase *, PetscInt n, PetscInt tiles);
-char          *MPMPoolPack(const MPMPoints *, PetscInt fields, void *const at[], PetscInt n, const PetscInt *list,
+char          *MPMPoolPack(const MPMParticles *, PetscInt fields, void *const at[], PetscInt n, const PetscInt *list,
                            char *message);
 PetscErrorCode MPMPoolServe(MPM, MPI_Comm);
 

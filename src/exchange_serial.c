@@ -17,7 +17,7 @@ static PetscErrorCode SetUp_Serial(MPM mpm)
 static PetscErrorCode Sweep_Serial(MPM mpm, const MPMPhase *phase)
 {
   PetscFunctionBeginUser;
-  PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_OPEN));
+  PetscCall(MPMExchangeRun(mpm, phase, MPM_PASS_MAIN));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -27,7 +27,7 @@ static PetscErrorCode Nodes_Serial(MPM mpm, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   PetscCall(VecGetArray(ex->vel, &ex->patch.vel));
-  PetscCall(MPMPatchRun(mpm, &ex->patch, phase, MPM_TILES_OPEN, &mpm->status));
+  PetscCall(MPMPatchRun(mpm, &ex->patch, phase, MPM_PASS_MAIN, &mpm->status));
   PetscCall(VecRestoreArray(ex->vel, &ex->patch.vel));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -47,13 +47,13 @@ static PetscErrorCode Settle_Serial(MPM mpm, PetscBool anew)
   PetscFunctionBeginUser;
   if (!anew && !mpm->status.moved) PetscFunctionReturn(PETSC_SUCCESS);
   if (anew)
-    PetscCall(MPMPointsLocate(&mpm->points, patch, mpm->scene.kinds));
+    PetscCall(MPMParticlesLocate(&mpm->particles, patch, mpm->scene.kinds));
   else {
     PetscCall(MPMSettlingBegin(mpm, MPM_TIMER_SORT));
-    PetscCall(MPMPointsSort(&mpm->points, patch));
+    PetscCall(MPMParticlesSort(&mpm->particles, patch));
     PetscCall(MPMSettlingEnd(mpm, MPM_TIMER_SORT));
   }
-  PetscCall(MPMTilesMark(patch, mpm->exchange.type->farms, mpm->points.start));
+  PetscCall(MPMTilesAssign(patch, mpm->exchange.type->farms, mpm->particles.start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,12 +1,12 @@
 /* exchange_spatial.c - spatial decomposition: every process has one patch, its box of a DMDA.
 
    A step exchanges
-     sums of tiles  whose points touch nodes of the up to 2^dim - 1 processes above, in each phase that sums points
-     node motion    of the nodes above a patch, from their owners by a PetscSF
-     points         that left their patch go to the owner of their cell, by DMSwarmMigrate, or by MPMMigrateDirect
-   and reduces once: the status. Tiles are added up the same on whichever process they are, so results do not depend on
-   how the grid is cut. With -parallel_sums roundoff each process adds up its own tiles to nodes and these partial sums
-   are added instead (DMLocalToGlobal). */
+     sums of tiles  whose particles touch nodes of the up to 2^dim - 1 processes above, in each phase that sums
+   particles node motion    of the nodes above a patch, from their owners by a PetscSF particles         that left their
+   patch go to the owner of their cell, by DMSwarmMigrate, or by MPMMigrateDirect and reduces once: the status. Tiles
+   are added up the same on whichever process they are, so results do not depend on how the grid is cut. With
+   -parallel_sums roundoff each process adds up its own tiles to nodes and these partial sums are added instead
+   (DMLocalToGlobal). */
 #include "cell.h"
 #include "exchange_spatial.h"
 
@@ -38,7 +38,7 @@ static PetscErrorCode SetUp_Spatial(MPM mpm)
   PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, s->comm, &h));
   PetscCall(MPMSceneHistogram(mpm, &h));
   PetscCall(MPMHistogramFinish(&h));
-  MPMModelCosts(mpm, (PetscReal)mpm->points.total / size, &ex->partition.costs);
+  MPMModelCosts(mpm, (PetscReal)mpm->particles.total / size, &ex->partition.costs);
   if (!rank) PetscCall(MPMPartitionChoose(&h, size, ex->balance, &ex->partition));
   PetscCall(MPMPartitionShare(&ex->partition, s->comm));
   PetscCall(MPMHistogramDestroy(&h));
@@ -75,11 +75,12 @@ static PetscErrorCode AddPartialSums(MPM mpm, MPMSpatial *s)
       if (ijk[d] < patch->own_lo[d] || ijk[d] >= patch->own_lo[d] + patch->own_n[d]) own = PETSC_FALSE;
     if (!own) PetscCall(PetscArrayzero(patch->sum + i * MPM_SUM_NC(mpm->grid.dim), MPM_SUM_NC(mpm->grid.dim)));
   }
-  MPMPatchMarkAll(patch); /* others' points touch nodes here too */
+  MPMPatchVisitAll(patch); /* others' particles touch nodes here too */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Zeroes the parts' sums of all nodes: partial sums are those of own points alone, at nodes that they do not touch too.
+/* Zeroes the parts' sums of all nodes: partial sums are those of own particles alone, at nodes that they do not touch
+ * too.
  */
 static void ZeroSums(MPMPatch *patch, PetscInt parts)
 {
@@ -90,8 +91,9 @@ static void ZeroSums(MPMPatch *patch, PetscInt parts)
       patch->sum[i * MPM_SUM_NC(dim) + c] = 0;
 }
 
-/* Lets the messages of sums get on while points are summed: without a call of MPI now and then some ways to send, of
-   large messages above all, make the receiver wait until the sender has summed its points, or the other way round. */
+/* Lets the messages of sums get on while particles are summed: without a call of MPI now and then some ways to send, of
+   large messages above all, make the receiver wait until the sender has summed its particles, or the other way round.
+ */
 static void Progress(void *ctx)
 {
   MPM         mpm = (MPM)ctx;
@@ -137,10 +139,10 @@ static PetscErrorCode ExchangeTiles(MPM mpm, MPMSpatial *s, const MPMPhase *phas
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
   patch->meanwhile = Progress;
   patch->ctx       = mpm;
-  PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_LATE));
+  PetscCall(MPMExchangeRun(mpm, phase, MPM_PASS_LATE));
   PetscCallMPI(MPI_Waitall(s->nfrom, s->request, MPI_STATUSES_IGNORE));
   MPMWorkBegin(mpm);
-  patch->tiles.nslots = patch->tiles.nown;
+  patch->tiles.nslots = patch->tiles.n_own;
   for (int k = 0; k < s->nfrom; k++) MPMTilesUnpack(patch, s->from[k].toward, phase->parts, s->in + in[k]);
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
   MPMSimulateWork("PACK", (PetscReal)need);
@@ -152,19 +154,20 @@ static PetscErrorCode Sweep_Spatial(MPM mpm, const MPMPhase *phase)
   MPMSpatial *s = (MPMSpatial *)mpm->exchange.ctx;
 
   PetscFunctionBeginUser;
-  if (phase->kind == MPM_POINTS_TO_NODES) {
+  if (phase->kind == MPM_PARTICLES_TO_NODES) {
     if (mpm->exchange.roundoff) ZeroSums(&mpm->exchange.patch, phase->parts);
-    PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_EARLY));
+    PetscCall(MPMExchangeRun(mpm, phase, MPM_PASS_EARLY));
     if (!mpm->exchange.roundoff) PetscCall(ExchangeTiles(mpm, s, phase));
     MPMTilesWrap(&mpm->exchange.patch);
   }
-  PetscCall(MPMExchangeRun(mpm, phase, MPM_TILES_OPEN));
-  if (phase->kind == MPM_POINTS_TO_NODES && !mpm->exchange.roundoff) { /* not before: receivers may be at late tiles */
+  PetscCall(MPMExchangeRun(mpm, phase, MPM_PASS_MAIN));
+  if (phase->kind == MPM_PARTICLES_TO_NODES &&
+      !mpm->exchange.roundoff) { /* not before: receivers may be at late tiles */
     mpm->exchange.patch.meanwhile = NULL;
     PetscCallMPI(s->fault);
     PetscCallMPI(MPI_Waitall(s->nto, s->request + s->nfrom, MPI_STATUSES_IGNORE));
   }
-  if (phase->kind == MPM_POINTS_TO_NODES && mpm->exchange.roundoff) PetscCall(AddPartialSums(mpm, s));
+  if (phase->kind == MPM_PARTICLES_TO_NODES && mpm->exchange.roundoff) PetscCall(AddPartialSums(mpm, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -175,14 +178,14 @@ static PetscErrorCode Nodes_Spatial(MPM mpm, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   PetscCall(VecGetArray(ex->vel, &ex->patch.vel));
-  PetscCall(MPMPatchRun(mpm, &ex->patch, phase, MPM_TILES_OPEN, &mpm->status));
+  PetscCall(MPMPatchRun(mpm, &ex->patch, phase, MPM_PASS_MAIN, &mpm->status));
   PetscCall(PetscSFBcastBegin(s->ghosts, s->vel_type, ex->patch.vel, ex->patch.vel, MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(s->ghosts, s->vel_type, ex->patch.vel, ex->patch.vel, MPI_REPLACE));
   PetscCall(VecRestoreArray(ex->vel, &ex->patch.vel));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The one reduction of a step; it also carries the fingerprint of the points after the migration before. */
+/* The one reduction of a step; it also carries the fingerprint of the particles after the migration before. */
 static PetscErrorCode Reduce_Spatial(MPM mpm, MPMStatus *status)
 {
   MPMSpatial *s = (MPMSpatial *)mpm->exchange.ctx;
@@ -198,14 +201,14 @@ static PetscErrorCode Reduce_Spatial(MPM mpm, MPMStatus *status)
     mpm->phase_seconds[MPM_TIMER_MIGRATE] += t1 - t0;
     mpm->phase_seconds[MPM_TIMER_REDUCE] -= t1 - t0;
   }
-  status->n = status->most = mpm->points.n;
+  status->n = status->most = mpm->particles.n;
   status->ids              = s->ids;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, status, 1, s->status_type, s->status_op, s->comm));
-  PetscCall(MPMPointsCheck(&mpm->points, mpm->exchange.data, status->n, status->ids));
+  PetscCall(MPMParticlesCheck(&mpm->particles, mpm->exchange.data, status->n, status->ids));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Cuts the grid anew for the points as they are, if the model sees a gain of a few per cent. Collective. */
+/* Cuts the grid anew for the particles as they are, if the model sees a gain of a few per cent. Collective. */
 static PetscErrorCode Recut(MPM mpm)
 {
   MPMExchange   *ex  = &mpm->exchange;
@@ -220,7 +223,7 @@ static PetscErrorCode Recut(MPM mpm)
   PetscCallMPI(MPI_Comm_size(s->comm, &size));
   PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
   PetscCall(MPMHistogramCreate(&mpm->grid, mpm->basis, s->comm, &h));
-  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+  PetscCall(MPMParticlesGetView(&mpm->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     PetscReal xi[3];
     PetscInt  base[3] = {0};
@@ -248,17 +251,17 @@ static PetscErrorCode Recut(MPM mpm)
       view.cell[p] = MPMOwnCell((int)dim, mpm->basis, &ex->patch, view.x + p * dim,
                                 MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), base);
     }
-    mpm->status.moved   = 1;  /* on every process: all sort */
-    mpm->points.nmovers = -1; /* all have other cells */
+    mpm->status.moved      = 1;  /* on every process: all sort */
+    mpm->particles.nmovers = -1; /* all have other cells */
     ex->recuts++;
-    PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+    PetscCall(MPMParticlesRestoreView(&mpm->particles, fields, &view));
     PetscCall(MPMMigrateList(mpm, s, &mpm->status.hops));
     mpm->status.left = s->nleavers;
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mpm->status.left, 1, MPIU_INT64, MPI_SUM, s->comm));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &mpm->status.hops, 1, MPIU_INT64, MPI_MAX, s->comm));
   } else {
     PetscCall(MPMPartitionDestroy(&part));
-    PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+    PetscCall(MPMParticlesRestoreView(&mpm->particles, fields, &view));
   }
   PetscCall(MPMHistogramDestroy(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -269,9 +272,9 @@ static PetscErrorCode Recut(MPM mpm)
 static PetscBool TimeToRecut(MPM mpm)
 {
   MPMSpatial     *s    = (MPMSpatial *)mpm->exchange.ctx;
-  const PetscReal mean = (PetscReal)mpm->points.total / (s->p[0] * s->p[1] * s->p[2]);
+  const PetscReal mean = (PetscReal)mpm->particles.total / (s->p[0] * s->p[1] * s->p[2]);
 
-  s->lost += mpm->exchange.partition.costs.point *
+  s->lost += mpm->exchange.partition.costs.particle *
              ((PetscReal)mpm->status.most - mean * PetscMax(1, mpm->exchange.partition.imbalance));
   if (s->lost < 5e-3 + 500e-9 * mean) return PETSC_FALSE;
   s->lost = 0;
@@ -309,14 +312,14 @@ static PetscErrorCode Settle_Spatial(MPM mpm, PetscBool anew)
     PetscCall(MPMSettlingEnd(mpm, MPM_TIMER_MIGRATE));
   }
   if (anew) {
-    PetscCall(MPMPointsLocate(&mpm->points, &ex->patch, mpm->scene.kinds));
-    PetscCall(MPMPointsFingerprint(&mpm->points, &s->ids));
+    PetscCall(MPMParticlesLocate(&mpm->particles, &ex->patch, mpm->scene.kinds));
+    PetscCall(MPMParticlesFingerprint(&mpm->particles, &s->ids));
   } else if (mpm->status.moved) {
     PetscCall(MPMSettlingBegin(mpm, MPM_TIMER_SORT));
-    PetscCall(MPMPointsSort(&mpm->points, &ex->patch));
+    PetscCall(MPMParticlesSort(&mpm->particles, &ex->patch));
     PetscCall(MPMSettlingEnd(mpm, MPM_TIMER_SORT));
   }
-  if (anew || mpm->status.moved) PetscCall(MPMTilesMark(&ex->patch, ex->type->farms, mpm->points.start));
+  if (anew || mpm->status.moved) PetscCall(MPMTilesAssign(&ex->patch, ex->type->farms, mpm->particles.start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -339,7 +342,7 @@ static PetscErrorCode Finish_Spatial(MPM mpm)
 }
 
 const MPMExchangeType MPMExchange_spatial = {
-    "spatial",      "a box of the grid and its points for each process",
+    "spatial",      "a box of the grid and its particles for each process",
     SetUp_Spatial,  Sweep_Spatial,
     Nodes_Spatial,  Reduce_Spatial,
     Settle_Spatial, Finish_Spatial,

@@ -27,15 +27,15 @@ typedef struct {
   int          nto, nfrom;
   MPMNeighbour to[MPM_MAX_NEIGHBOURS], from[MPM_MAX_NEIGHBOURS];
   MPI_Request  request[2 * MPM_MAX_NEIGHBOURS]; /* sums that come, sums that go */
-  int          fault;                           /* what MPI said while points were summed */
+  int          fault;                           /* what MPI said while particles were summed */
   PetscSF      ghosts;                          /* of node values */
   MPI_Datatype vel_type;
   char        *out, *in; /* messages */
   size_t       out_capacity, in_capacity;
-  PetscInt     nleavers, *leaver; /* points that left, ascending */
+  PetscInt     nleavers, *leaver; /* particles that left, ascending */
   PetscMPIInt *owner;             /* of each, the process that it goes to */
   int (*hops)[3];                 /* and how many boxes that is away on each axis */
-  PetscInt64 ids;                 /* fingerprint of the points here */
+  PetscInt64 ids;                 /* fingerprint of the particles here */
   PetscBool  ranked;              /* DMSwarm's rank field holds the owners */
   DM         sums;                /* of -parallel_sums roundoff */
   PetscReal  lost;                /* s lost to imbalance since the cuts were last looked at, by the model */

@@ -3,7 +3,7 @@
 #include <muParserDLL.h>
 #include "options.h"
 
-static const char letters[] = "xyzXYZt"; /* where a point is, where it started, time */
+static const char letters[] = "xyzXYZt"; /* where a particle is, where it started, time */
 
 struct _MPMExpression {
   muParserHandle_t parser;
@@ -64,8 +64,8 @@ PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MP
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The components at position x [dim] in m and time t in s, of a point that started at X [dim], or NULL where no X may
-   stand. Not collective. */
+/* The components at position x [dim] in m and time t in s, of a particle that started at X [dim], or NULL where no X
+   may stand. Not collective. */
 PetscErrorCode MPMExpressionEvaluate(MPMExpression e, PetscInt dim, const PetscReal x[], const PetscReal X[],
                                      PetscReal t, PetscReal value[])
 {

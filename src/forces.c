@@ -1,9 +1,9 @@
-/* forces.c - body forces and loads: the acceleration b of every point that is not gravity, eq. (13), found once a step
-   from expressions of place and time before the points are summed to the nodes.
+/* forces.c - body forces and loads: the acceleration b of every particle that is not gravity, eq. (13), found once a
+   step from expressions of place and time before the particles are summed to the nodes.
 
-   A load acts on the points at the surface of a body: those whose neighbour on the lattice was not in the body at the
-   start. Such a side carries the area A of the point's cell of the lattice, with its normal N; under pressure p the
-   force is -p J F^-T N A (Nanson's formula: the surface as it deforms), under a traction T it is T A. */
+   A load acts on the particles at the surface of a body: those whose neighbour on the lattice was not in the body at
+   the start. Such a side carries the area A of the particle's cell of the lattice, with its normal N; under pressure p
+   the force is -p J F^-T N A (Nanson's formula: the surface as it deforms), under a traction T it is T A. */
 #include <strings.h>
 #include "mpm.h"
 
@@ -59,7 +59,7 @@ PetscErrorCode MPMForcesDestroy(MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the load's part of b to point p if it acts on it. */
+/* Adds the load's part of b to particle p if it acts on it. */
 static PetscErrorCode AddLoad(MPM mpm, const MPMLoad *load, const MPMView *view, PetscInt p, PetscReal t, PetscReal b[])
 {
   const PetscInt     dim = mpm->grid.dim, sides = view->surface[p] & load->sides;
@@ -94,8 +94,8 @@ static PetscErrorCode AddLoad(MPM mpm, const MPMLoad *load, const MPMView *view,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Are the body force and the loads finite at the start, at a point of a body that lies at x and started at X? Names the
-   option that is not. Not collective. */
+/* Are the body force and the loads finite at the start, at a particle of a body that lies at x and started at X? Names
+   the option that is not. Not collective. */
 PetscErrorCode MPMForcesCheck(MPM mpm, MPMOptions o, const PetscReal x[], const PetscReal X[])
 {
   const MPMScene *scene = &mpm->scene;
@@ -116,7 +116,7 @@ PetscErrorCode MPMForcesCheck(MPM mpm, MPMOptions o, const PetscReal x[], const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets field b of the points here for the time t in s. Not collective. */
+/* Sets field b of the particles here for the time t in s. Not collective. */
 PetscErrorCode MPMForcesUpdate(MPM mpm, PetscReal t)
 {
   const MPMScene *scene  = &mpm->scene;
@@ -126,7 +126,7 @@ PetscErrorCode MPMForcesUpdate(MPM mpm, PetscReal t)
   MPMView view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+  PetscCall(MPMParticlesGetView(&mpm->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     PetscReal b[3] = {0};
 
@@ -136,6 +136,6 @@ PetscErrorCode MPMForcesUpdate(MPM mpm, PetscReal t)
     for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(AddLoad(mpm, &scene->loads[k], &view, p, t, b));
     for (PetscInt d = 0; d < dim; d++) view.b[p * dim + d] = b[d];
   }
-  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+  PetscCall(MPMParticlesRestoreView(&mpm->particles, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

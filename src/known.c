@@ -119,8 +119,8 @@ PetscBool MPMKnownStarts(const MPMScene *scene)
   return scene->known && scene->known->row ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Where a point of rest place X starts, [dim] m; with velocity [dim] m/s and deformation gradient [dim*dim] if they are
-   asked for. Does nothing, and says false, where the scene's start is not that of a known solution. */
+/* Where a particle of rest place X starts, [dim] m; with velocity [dim] m/s and deformation gradient [dim*dim] if they
+   are asked for. Does nothing, and says false, where the scene's start is not that of a known solution. */
 PetscBool MPMKnownStart(const MPMScene *scene, PetscInt dim, const PetscReal X[], PetscReal x[], PetscReal v[],
                         PetscReal F[])
 {
@@ -157,7 +157,7 @@ PetscErrorCode MPMKnownError(MPM mpm, PetscReal *error, PetscReal *size)
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < 3; k++) MPMSumZero(&sum[k]);
-  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+  PetscCall(MPMParticlesGetView(&mpm->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const PetscReal *X = view.X + p * dim, m = mpm->scene.kinds[view.kind ? view.kind[p] : 0].m;
     PetscReal        u[3], e2 = 0, u2 = 0;
@@ -178,7 +178,7 @@ PetscErrorCode MPMKnownError(MPM mpm, PetscReal *error, PetscReal *size)
     MPMSumAdd(&sum[1], m * u2);
     MPMSumAdd(&sum[2], m);
   }
-  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+  PetscCall(MPMParticlesRestoreView(&mpm->particles, fields, &view));
   PetscCall(MPMSumReduce(sum, 3, mpm->exchange.data));
   *error = PetscSqrtReal(MPMSumValue(&sum[0]) / MPMSumValue(&sum[2]));
   *size  = PetscSqrtReal(MPMSumValue(&sum[1]) / MPMSumValue(&sum[2]));

@@ -1,9 +1,10 @@
-/* lanes.h - numbers that are computed for several points at a time: MPMReal is a vector of MPM_WIDTH reals, one point a
-   lane, by the vector types of gcc and clang: +, -, *, / and comparisons read as for scalars and act on each lane.
+/* lanes.h - numbers that are computed for several particles at a time: MPMReal is a vector of MPM_WIDTH reals, one
+   particle a lane, by the vector types of gcc and clang: +, -, *, / and comparisons read as for scalars and act on each
+   lane.
 
    The makefile compiles the files that need speed for 8, 4 and 2 lanes, each with the instructions for just that width
    (a vector wider than the processor's is split through memory, many times slower); transfer.c picks at the start.
-   Everywhere else MPM_WIDTH is 1 and MPMReal is a plain PetscReal, so that the same functions serve single points. A
+   Everywhere else MPM_WIDTH is 1 and MPMReal is a plain PetscReal, so that the same functions serve single particles. A
    lane sees the same operations in every width and no compiler may choose to fuse any (-ffp-contract=off): the bits are
    the same in all. Where a + b * c shall be fused, MPMFma says so; since gcc makes no vector instruction of the fma of
    each lane, transfer_sums.c is compiled to fuse every product with its sum, and has none that is not to be. */
@@ -27,7 +28,7 @@
 #define MPM_LANES_JOIN_AGAIN(name, w) name##_##w
 
 /* MPMMask is what comparisons give: combine by & and |, and choose by MPMSelect. MPMBits: the bits of reals, or a set
-   of points. */
+   of particles. */
 #if MPM_WIDTH == 1
 typedef PetscReal MPMReal;
 typedef int       MPMMask;
@@ -138,9 +139,9 @@ MPM_INLINE void MPMWrite(PetscReal *to, MPMReal a)
   *(MPMRealAt *)to = a;
 }
 
-/* A set of points 0 .. 63, a bit each, whose parts are in the lanes; adds those lanes of a vector that begins at point
-   l in which m is true. */
-MPM_INLINE MPMBits MPMMark(MPMMask m, PetscInt l, MPMBits set)
+/* A set of particles 0 .. 63, a bit each, whose parts are in the lanes; adds those lanes of a vector that begins at
+   particle l in which m is true. */
+MPM_INLINE MPMBits MPMCollect(MPMMask m, PetscInt l, MPMBits set)
 {
 #if MPM_WIDTH == 1
   return m && l < 64 ? set | (uint64_t)1 << l : set;
@@ -153,7 +154,7 @@ MPM_INLINE MPMBits MPMMark(MPMMask m, PetscInt l, MPMBits set)
 #endif
 }
 
-/* Lists the points of a set that are below n > 0, and how many these are. */
+/* Lists the particles of a set that are below n > 0, and how many these are. */
 MPM_INLINE PetscInt MPMList(MPMBits set, PetscInt n, PetscInt *list)
 {
   uint64_t bits = 0;

@@ -1,6 +1,6 @@
-/* material.h - turns a law for one point into the block functions of its row.
+/* material.h - turns a law for one particle into the block functions of its row.
 
-   A material file defines inlined functions of one point, s its state, and ends with MPM_MATERIAL_DEFINE:
+   A material file defines inlined functions of one particle, s its state, and ends with MPM_MATERIAL_DEFINE:
      <name>_setup(material)           if it has one: constants from the options; what is wrong with them or NULL
      <name>_stress(dim, m, s, tau)    Kirchhoff stress [6] in Pa of a law without history
      <name>_update(dim, m, dt, L, s)  or, of a law with history, its new state and s->tau after a step dt with velocity
@@ -12,14 +12,14 @@
 
 #include "mpm.h"
 
-/* One point or, where the file is compiled for lanes, as many at a time. Tensors be and tau are whole in every
+/* One particle or, where the file is compiled for lanes, as many at a time. Tensors be and tau are whole in every
  * dimension: xx xy xz yy yz zz. */
 typedef struct {
   MPMReal F[9], J, be[6], ep, vc, tau[6];
-} MPMPointState;
+} MPMParticleState;
 
-/* Reads point p of a block; what its law does not use, the compiler leaves out. */
-MPM_INLINE void MPMPointLoad(int dim, const MPMBlock *b, PetscInt p, MPMPointState *s)
+/* Reads particle p of a block; what its law does not use, the compiler leaves out. */
+MPM_INLINE void MPMParticleLoad(int dim, const MPMBlock *b, PetscInt p, MPMParticleState *s)
 {
   for (int k = 0; k < dim * dim; k++) s->F[k] = MPMRead(&b->F[k][p]);
   for (int k = 0; k < 6; k++) {
@@ -35,9 +35,9 @@ MPM_INLINE void MPMPointLoad(int dim, const MPMBlock *b, PetscInt p, MPMPointSta
   s->vc = MPMRead(&b->vc[0][p]);
 }
 
-/* Writes the fields of the law's state, which a step changes, of points first .. last-1 of the block. */
-MPM_INLINE void MPMPointStore(int dim, PetscInt state, const MPMPointState *s, MPMBlock *b, PetscInt p, PetscInt first,
-                              PetscInt last)
+/* Writes the fields of the law's state, which a step changes, of particles first .. last-1 of the block. */
+MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState *s, MPMBlock *b, PetscInt p,
+                                 PetscInt first, PetscInt last)
 {
   for (int k = 0; k < MPM_SYM_NC(dim); k++) {
     if (state & MPM_BIT(be)) MPMWritePart(&b->be[k][p], s->be[MPMSymPlace(dim, k)], first - p, last - p);
@@ -48,8 +48,8 @@ MPM_INLINE void MPMPointStore(int dim, PetscInt state, const MPMPointState *s, M
   if (state & MPM_BIT(vc)) MPMWritePart(&b->vc[0][p], s->vc, first - p, last - p);
 }
 
-/* Block functions of points first .. last-1. Vectors begin at multiples of their width; lanes of other points are left
-   as they are. */
+/* Block functions of particles first .. last-1. Vectors begin at multiples of their width; lanes of other particles are
+   left as they are. */
 #define MPM_FOR_LANES(p, first, last) for (PetscInt p = (first) - (first) % MPM_WIDTH; p < (last); p += MPM_WIDTH)
 
 #define MPM_LAW_STRESS(law, dim)                                                                                       \
@@ -57,10 +57,10 @@ MPM_INLINE void MPMPointStore(int dim, PetscInt state, const MPMPointState *s, M
   {                                                                                                                    \
     MPM_FOR_LANES(p, first, last)                                                                                      \
     {                                                                                                                  \
-      MPMPointState s;                                                                                                 \
-      MPMPointLoad(dim, b, p, &s);                                                                                     \
+      MPMParticleState s;                                                                                              \
+      MPMParticleLoad(dim, b, p, &s);                                                                                  \
       law##_stress(dim, m, &s, s.tau);                                                                                 \
-      MPMPointStore(dim, MPM_BIT(tau), &s, b, p, first, last);                                                         \
+      MPMParticleStore(dim, MPM_BIT(tau), &s, b, p, first, last);                                                      \
     }                                                                                                                  \
   }
 #define MPM_LAW_UPDATE(law, dim, state)                                                                                \
@@ -69,12 +69,12 @@ MPM_INLINE void MPMPointStore(int dim, PetscInt state, const MPMPointState *s, M
   {                                                                                                                    \
     MPM_FOR_LANES(p, first, last)                                                                                      \
     {                                                                                                                  \
-      MPMPointState s;                                                                                                 \
-      MPMReal       Lp[9];                                                                                             \
-      MPMPointLoad(dim, b, p, &s);                                                                                     \
+      MPMParticleState s;                                                                                              \
+      MPMReal          Lp[9];                                                                                          \
+      MPMParticleLoad(dim, b, p, &s);                                                                                  \
       for (int k = 0; k < dim * dim; k++) Lp[k] = MPMRead(&L[k][p]);                                                   \
       law##_update(dim, m, dt, Lp, &s);                                                                                \
-      MPMPointStore(dim, state, &s, b, p, first, last);                                                                \
+      MPMParticleStore(dim, state, &s, b, p, first, last);                                                             \
     }                                                                                                                  \
   }
 #define MPM_LAW_SCALAR(law, what, dim)                                                                                 \
@@ -83,8 +83,8 @@ MPM_INLINE void MPMPointStore(int dim, PetscInt state, const MPMPointState *s, M
   {                                                                                                                    \
     MPM_FOR_LANES(p, first, last)                                                                                      \
     {                                                                                                                  \
-      MPMPointState s;                                                                                                 \
-      MPMPointLoad(dim, b, p, &s);                                                                                     \
+      MPMParticleState s;                                                                                              \
+      MPMParticleLoad(dim, b, p, &s);                                                                                  \
       MPMWritePart(out + p, law##_##what(dim, m, &s), first - p, last - p);                                            \
     }                                                                                                                  \
   }

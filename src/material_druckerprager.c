@@ -28,7 +28,7 @@ MPM_INLINE const char *druckerprager_setup(MPMMaterial *m)
   return NULL;
 }
 
-MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMPointState *s)
+MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
 {
   const PetscReal K3 = 3 * m->lambda + 2 * m->mu, apex = m->cohesion / K3; /* tr tau = K3 tr e; tr e at the apex */
   const MPMReal   open = MPMMax(MPMAll(0), s->vc);
@@ -59,12 +59,12 @@ MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt
   MPMHenckyStress(dim, m, e, n, s->tau);
 }
 
-MPM_INLINE MPMReal druckerprager_energy(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal druckerprager_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   return MPMHenckyEnergy(dim, m, s);
 }
 
-MPM_INLINE MPMReal druckerprager_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal druckerprager_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   return MPMHenckySpeed2(dim, m, s);
 }

@@ -10,7 +10,7 @@ MPM_INLINE void elastic_strain(int dim, const MPMReal *F, MPMReal e[6])
     for (int f = d; f < dim; f++) e[MPMSymIndex(d, f)] = 0.5 * (F[d * dim + f] + F[f * dim + d]) - (d == f ? 1.0 : 0.0);
 }
 
-MPM_INLINE void elastic_stress(int dim, const MPMMaterial *m, const MPMPointState *s, MPMReal *tau)
+MPM_INLINE void elastic_stress(int dim, const MPMMaterial *m, const MPMParticleState *s, MPMReal *tau)
 {
   MPMReal       e[6];
   const MPMReal J = MPMDet(dim, s->F);
@@ -23,7 +23,7 @@ MPM_INLINE void elastic_stress(int dim, const MPMMaterial *m, const MPMPointStat
   }
 }
 
-MPM_INLINE MPMReal elastic_energy(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal elastic_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   MPMReal e[6], tr;
 
@@ -35,7 +35,7 @@ MPM_INLINE MPMReal elastic_energy(int dim, const MPMMaterial *m, const MPMPointS
 
 /* sig is linear in F, so a wave stiffens with the stretch: rho0 c^2 = J s (lambda + 2 mu) for F = s I and for uniaxial
    stretch s. s = |F|_2 is bounded by the larger of the largest row and column sums, since |F|_2^2 <= |F|_1 |F|_inf. */
-MPM_INLINE MPMReal elastic_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal elastic_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   MPMReal smax = MPMAll(0);
 

@@ -24,7 +24,7 @@ MPM_INLINE MPMReal fluid_pressure(const MPMMaterial *m, MPMReal J)
 }
 
 /* Of an inviscid fluid, and the rest of a viscous one. */
-MPM_INLINE void fluid_stress(int dim, const MPMMaterial *m, const MPMPointState *s, MPMReal *tau)
+MPM_INLINE void fluid_stress(int dim, const MPMMaterial *m, const MPMParticleState *s, MPMReal *tau)
 {
   const MPMReal p = fluid_pressure(m, s->J);
 
@@ -32,7 +32,7 @@ MPM_INLINE void fluid_stress(int dim, const MPMMaterial *m, const MPMPointState 
   for (int k = 0; k < 6; k++) tau[k] = MPMSymUnit(3, k) ? -s->J * p : MPMAll(0);
 }
 
-MPM_INLINE void fluid_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMPointState *s)
+MPM_INLINE void fluid_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
 {
   MPMReal tr = L[0];
 
@@ -58,7 +58,7 @@ MPM_INLINE PetscReal fluid_work(const MPMMaterial *m, PetscReal J)
 }
 
 /* dW/dJ = -p, W(1) = 0. From the volume Jc on where the tension is cut, W grows by it alone. */
-MPM_INLINE PetscReal fluid_energy(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE PetscReal fluid_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   const PetscReal g = m->gamma, left = 1 - g * m->tension / m->K; /* Tait: Jc^-g; it pulls with less than K/g */
   PetscReal       Jc = PETSC_MAX_REAL;
@@ -73,7 +73,7 @@ MPM_INLINE PetscReal fluid_energy(int dim, const MPMMaterial *m, const MPMPointS
 
 /* c^2 = dp/drho with rho = rho0/J: K/rho0 J^(1 - gamma) or K J^2/rho0. Where tension is cut there are no waves; the
    fluid keeps the value of rest there, as the next compression must find a dt. */
-MPM_INLINE MPMReal fluid_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal fluid_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   const MPMReal J = m->tension >= 0 ? MPMMin(s->J, MPMAll(1)) : s->J;
 

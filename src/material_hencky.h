@@ -55,7 +55,7 @@ MPM_INLINE void MPMHenckyStress(int dim, const MPMMaterial *m, const MPMReal e[3
 
 /* Stored energy lambda/2 tr(e)^2 + mu e:e in J/m^3: what unloading gives back. Work that flow has dissipated, and what
    the hardening of a metal may keep, are not in it. */
-MPM_INLINE MPMReal MPMHenckyEnergy(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal MPMHenckyEnergy(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   MPMReal b[3], n[3][3], e[3], tr;
 
@@ -68,7 +68,7 @@ MPM_INLINE MPMReal MPMHenckyEnergy(int dim, const MPMMaterial *m, const MPMPoint
    for shear mu x/(1 - exp(-x)) <= mu + max(0, mu x) with mu x = tau_1 - tau_2. Both are below lambda + 2 mu and the
    largest row sum of |tau| (Gershgorin), unless elastic shear strains come near 1/2: far beyond what these laws are
    for. */
-MPM_INLINE MPMReal MPMHenckySpeed2(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal MPMHenckySpeed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   MPMReal most = MPMAll(0);
 

@@ -3,7 +3,7 @@
  */
 #include "material.h"
 
-MPM_INLINE void neohookean_stress(int dim, const MPMMaterial *m, const MPMPointState *s, MPMReal *tau)
+MPM_INLINE void neohookean_stress(int dim, const MPMMaterial *m, const MPMParticleState *s, MPMReal *tau)
 {
   MPMReal       b[6];
   const MPMReal p = m->lambda * MPMLog(MPMDet(dim, s->F));
@@ -17,7 +17,7 @@ MPM_INLINE void neohookean_stress(int dim, const MPMMaterial *m, const MPMPointS
   tau[5] = p + m->mu * (b[5] - 1.0);
 }
 
-MPM_INLINE MPMReal neohookean_energy(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal neohookean_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   MPMReal       b[6];
   const MPMReal lnJ = MPMLog(MPMDet(dim, s->F));
@@ -28,7 +28,7 @@ MPM_INLINE MPMReal neohookean_energy(int dim, const MPMMaterial *m, const MPMPoi
 
 /* A plane wave along n has rho0 c^2 = lambda (1 - ln J) + mu (1 + n.b n), a shear wave mu n.b n. Bounded without a
    logarithm, by 1 - 1/J <= ln J <= J - 1, and by the largest row sum of b (Gershgorin); equal at F = I. */
-MPM_INLINE MPMReal neohookean_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal neohookean_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   const MPMReal J = MPMDet(dim, s->F), volumetric = m->lambda * (m->lambda >= 0 ? 1.0 / J : 2.0 - J);
   MPMReal       b[6], bmax                        = MPMAll(0);

@@ -4,7 +4,7 @@
    Beyond, back to the surface along dev tau, which changes no volume; ep grows by dgamma. */
 #include "material_hencky.h"
 
-MPM_INLINE void vonmises_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMPointState *s)
+MPM_INLINE void vonmises_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
 {
   MPMReal b[3], n[3][3], e[3], mean, q = MPMAll(0), f;
   MPMMask flows;
@@ -26,12 +26,12 @@ MPM_INLINE void vonmises_update(int dim, const MPMMaterial *m, PetscReal dt, con
   MPMHenckyStress(dim, m, e, n, s->tau);
 }
 
-MPM_INLINE MPMReal vonmises_energy(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal vonmises_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   return MPMHenckyEnergy(dim, m, s);
 }
 
-MPM_INLINE MPMReal vonmises_speed2(int dim, const MPMMaterial *m, const MPMPointState *s)
+MPM_INLINE MPMReal vonmises_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   return MPMHenckySpeed2(dim, m, s);
 }

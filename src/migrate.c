@@ -1,11 +1,12 @@
-/* migrate.c - points that left their patch go to the process that owns their cell. Both ways give the same points on
-   the same processes, so the same bits; only messages and time differ.                                               */
+/* migrate.c - particles that left their patch go to the process that owns their cell. Both ways give the same particles
+   on the same processes, so the same bits; only messages and time differ. */
 #include "cell.h"
 #include "exchange_spatial.h"
 
-#define FIELDS (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l)) /* that say where a point is */
+#define FIELDS                                                                                                         \
+  (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l)) /* that say where a particle is */
 
-/* The process that owns the cell where point p of the view is now, and the way to it. */
+/* The process that owns the cell where particle p of the view is now, and the way to it. */
 static PetscErrorCode FindOwner(MPM mpm, const MPMSpatial *s, const MPMView *view, PetscInt p, PetscMPIInt *owner,
                                 int hops[3])
 {
@@ -16,12 +17,12 @@ static PetscErrorCode FindOwner(MPM mpm, const MPMSpatial *s, const MPMView *vie
   PetscFunctionBeginUser;
   PetscCheck(MPMLocate((int)dim, mpm->basis, &mpm->grid, view->x + p * dim,
                        MPMHalfWidths((int)dim, mpm->scene.kinds, view, p), xi, base),
-             PETSC_COMM_SELF, PETSC_ERR_PLIB, "point %" PetscInt64_FMT " has no cell", view->id[p]);
+             PETSC_COMM_SELF, PETSC_ERR_PLIB, "particle %" PetscInt64_FMT " has no cell", view->id[p]);
   *owner = MPMSpatialOwner(s, &mpm->grid, base, hops);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists the points that left the patch and the processes that they go to, and finds out how far that is. A migration
+/* Lists the particles that left the patch and the processes that they go to, and finds out how far that is. A migration
    follows if any process lists some. Not collective. */
 PetscErrorCode MPMMigrateList(MPM mpm, MPMSpatial *s, PetscInt64 *hops)
 {
@@ -30,15 +31,15 @@ PetscErrorCode MPMMigrateList(MPM mpm, MPMSpatial *s, PetscInt64 *hops)
   PetscFunctionBeginUser;
   PetscCall(MPMMigrateForget(s));
   *hops = 0;
-  PetscCall(MPMPointsLeavers(&mpm->points, &s->nleavers, &s->leaver));
+  PetscCall(MPMParticlesLeavers(&mpm->particles, &s->nleavers, &s->leaver));
   PetscCall(PetscMalloc1(s->nleavers, &s->owner));
   PetscCall(PetscCalloc1(s->nleavers, &s->hops));
-  PetscCall(MPMPointsGetView(&mpm->points, FIELDS, &view));
+  PetscCall(MPMParticlesGetView(&mpm->particles, FIELDS, &view));
   for (PetscInt q = 0; q < s->nleavers; q++) {
     PetscCall(FindOwner(mpm, s, &view, s->leaver[q], &s->owner[q], s->hops[q]));
     for (PetscInt d = 0; d < mpm->grid.dim; d++) *hops = PetscMax(*hops, PetscAbsInt(s->hops[q][d]));
   }
-  PetscCall(MPMPointsRestoreView(&mpm->points, FIELDS, &view));
+  PetscCall(MPMParticlesRestoreView(&mpm->particles, FIELDS, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -60,25 +61,25 @@ static PetscErrorCode CountOut(MPM mpm, MPMSpatial *s)
   MPMView  view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPointsGetView(&mpm->points, MPM_BIT(id), &view));
-  for (PetscInt q = 0; q < s->nleavers; q++) ids -= MPMPointMark(view.id[s->leaver[q]]);
+  PetscCall(MPMParticlesGetView(&mpm->particles, MPM_BIT(id), &view));
+  for (PetscInt q = 0; q < s->nleavers; q++) ids -= MPMParticleHash(view.id[s->leaver[q]]);
   s->ids = (PetscInt64)ids;
-  PetscCall(MPMPointsRestoreView(&mpm->points, MPM_BIT(id), &view));
+  PetscCall(MPMParticlesRestoreView(&mpm->particles, MPM_BIT(id), &view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the cells of the points that came, and adds them to the fingerprint: their cell, which travels with them, is
-   still that of a leaver. They are where leavers were, or at the end, as may be points that were here already. */
-static PetscErrorCode LocateComers(MPM mpm, MPMSpatial *s)
+/* Finds the cells of the particles that came, and adds them to the fingerprint: their cell, which travels with them, is
+   still that of a leaver. They are where leavers were, or at the end, as may be particles that were here already. */
+static PetscErrorCode LocateArrivals(MPM mpm, MPMSpatial *s)
 {
   const PetscInt  dim = mpm->grid.dim, nleavers = s->nleavers;
   const MPMPatch *patch = &mpm->exchange.patch;
-  MPMPoints      *pts   = &mpm->points;
+  MPMParticles   *pts   = &mpm->particles;
   MPMView         view;
 
   PetscFunctionBeginUser;
   pts->nkept -= nleavers;
-  PetscCall(MPMPointsGetView(pts, FIELDS, &view));
+  PetscCall(MPMParticlesGetView(pts, FIELDS, &view));
   for (PetscInt q = 0; q < nleavers + view.n - pts->nkept; q++) {
     const PetscInt p       = q < nleavers ? s->leaver[q] : pts->nkept + q - nleavers;
     PetscInt       base[3] = {0};
@@ -87,10 +88,10 @@ static PetscErrorCode LocateComers(MPM mpm, MPMSpatial *s)
     view.cell[p] = MPMOwnCell((int)dim, mpm->basis, patch, view.x + p * dim,
                               MPMHalfWidths((int)dim, mpm->scene.kinds, &view, p), base);
     PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-               "point %" PetscInt64_FMT " came to the wrong process", view.id[p]);
-    s->ids = (PetscInt64)((uint64_t)s->ids + MPMPointMark(view.id[p]));
+               "particle %" PetscInt64_FMT " came to the wrong process", view.id[p]);
+    s->ids = (PetscInt64)((uint64_t)s->ids + MPMParticleHash(view.id[p]));
   }
-  PetscCall(MPMPointsRestoreView(pts, FIELDS, &view));
+  PetscCall(MPMParticlesRestoreView(pts, FIELDS, &view));
   PetscCall(MPMMigrateForget(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -99,15 +100,15 @@ static PetscErrorCode LocateComers(MPM mpm, MPMSpatial *s)
    22 collectives a call, half of them reductions. Collective. */
 PetscErrorCode MPMMigrateSwarm(MPM mpm, MPMSpatial *s)
 {
-  MPMPoints  *pts = &mpm->points;
-  PetscInt   *owner;
-  PetscMPIInt me;
+  MPMParticles *pts = &mpm->particles;
+  PetscInt     *owner;
+  PetscMPIInt   me;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(s->comm, &me));
   PetscCall(CountOut(mpm, s));
   PetscCall(DMSwarmGetField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
-  if (!s->ranked) /* later, only leavers have another owner: the field travels with the points */
+  if (!s->ranked) /* later, only leavers have another owner: the field travels with the particles */
     for (PetscInt p = 0; p < pts->n; p++) owner[p] = me;
   s->ranked = PETSC_TRUE;
   for (PetscInt q = 0; q < s->nleavers; q++) owner[s->leaver[q]] = s->owner[q];
@@ -115,12 +116,12 @@ PetscErrorCode MPMMigrateSwarm(MPM mpm, MPMSpatial *s)
   PetscCall(DMSwarmMigrate(pts->swarm, PETSC_TRUE));
   MPMSimulateWork("SWARM", 1);
   MPMSimulateWork("SWARM_POINT", (PetscReal)pts->n);
-  PetscCall(MPMPointsResize(pts));
-  PetscCall(LocateComers(mpm, s));
+  PetscCall(MPMParticlesResize(pts));
+  PetscCall(LocateArrivals(mpm, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A field of the listed points into messages that lie `stride` bytes apart, or back. */
+/* A field of the listed particles into messages that lie `stride` bytes apart, or back. */
 MPM_INLINE void PackField(size_t bytes, PetscInt n, const PetscInt which[], char *field, char *message, size_t stride,
                           PetscBool unpack)
 {
@@ -134,10 +135,10 @@ MPM_INLINE void PackField(size_t bytes, PetscInt n, const PetscInt which[], char
   }
 }
 
-/* Packs all fields of the listed points that travel, or unpacks them: field by field, and known widths in registers, so
-   that the processor waits for many of these places, far from each other, at a time. */
-static void PackPoints(const MPMPoints *pts, void *const at[], PetscInt n, const PetscInt which[], char *message,
-                       size_t stride, PetscBool unpack)
+/* Packs all fields of the listed particles that travel, or unpacks them: field by field, and known widths in registers,
+   so that the processor waits for many of these places, far from each other, at a time. */
+static void PackParticles(const MPMParticles *pts, void *const at[], PetscInt n, const PetscInt which[], char *message,
+                          size_t stride, PetscBool unpack)
 {
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     const size_t bytes = (size_t)pts->bytes[f];
@@ -149,24 +150,24 @@ static void PackPoints(const MPMPoints *pts, void *const at[], PetscInt n, const
   }
 }
 
-static PetscErrorCode GetFields(MPMPoints *pts, PetscBool restore, void *at[])
+static PetscErrorCode GetFields(MPMParticles *pts, PetscBool restore, void *at[])
 {
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     if (!pts->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
     if (restore)
-      PetscCall(MPMPointsRestoreField(pts, f));
+      PetscCall(MPMParticlesRestoreField(pts, f));
     else
-      PetscCall(MPMPointsGetField(pts, f, &at[f]));
+      PetscCall(MPMParticlesGetField(pts, f, &at[f]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Packed points on their way, each behind the boxes that it has yet to go on each axis. */
+/* Packed particles on their way, each behind the boxes that it has yet to go on each axis. */
 typedef struct {
   char    *at;
   PetscInt n, capacity;
-  size_t   bytes; /* of a point and its way */
+  size_t   bytes; /* of a particle and its way */
 } Transit;
 typedef int Way[3];
 
@@ -179,8 +180,8 @@ static PetscErrorCode MakeRoom(Transit *t, PetscInt n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Hands the points that have to go along axis d to the next process there, and takes those from both sides: a message
-   each way, of no bytes where nothing moves. Collective on the processes of a line along d.                          */
+/* Hands the particles that have to go along axis d to the next process there, and takes those from both sides: a
+   message each way, of no bytes where nothing moves. Collective on the processes of a line along d. */
 static PetscErrorCode PassOn(const MPMSpatial *s, PetscInt d, Transit *t)
 {
   Transit     out[2] = {{.bytes = t->bytes}, {.bytes = t->bytes}}; /* down, up */
@@ -225,13 +226,13 @@ static PetscErrorCode PassOn(const MPMSpatial *s, PetscInt d, Transit *t)
 }
 
 /* By our own messages: leavers go from box to box, along one axis after the other, mostly one box on each (status.hops
-   has the most of all processes); comers fill the holes and the end. Collective.                                     */
+   has the most of all processes); arrivals fill the holes and the end. Collective. */
 PetscErrorCode MPMMigrateDirect(MPM mpm, MPMSpatial *s)
 {
-  MPMPoints     *pts = &mpm->points;
+  MPMParticles  *pts = &mpm->particles;
   const PetscInt n = pts->n, nsend = s->nleavers;
   void          *at[MPM_NUM_FIELDS] = {NULL};
-  Transit        t                  = {.bytes = sizeof(Way) + (size_t)MPMPointsBytes(pts, MPM_SWARM)};
+  Transit        t                  = {.bytes = sizeof(Way) + (size_t)MPMParticlesBytes(pts, MPM_SWARM)};
   PetscInt      *place;
 
   PetscFunctionBeginUser;
@@ -239,27 +240,28 @@ PetscErrorCode MPMMigrateDirect(MPM mpm, MPMSpatial *s)
   PetscCall(MakeRoom(&t, nsend + 1));
   PetscCall(GetFields(pts, PETSC_FALSE, at));
   for (; t.n < nsend; t.n++) memcpy(t.at + (size_t)t.n * t.bytes, s->hops[t.n], sizeof(Way));
-  PackPoints(pts, at, nsend, s->leaver, t.at + sizeof(Way), t.bytes, PETSC_FALSE);
+  PackParticles(pts, at, nsend, s->leaver, t.at + sizeof(Way), t.bytes, PETSC_FALSE);
   PetscCall(GetFields(pts, PETSC_TRUE, at));
   for (PetscInt d = 0; d < mpm->grid.dim; d++)
     for (PetscInt64 hop = 0; s->p[d] > 1 && hop < mpm->status.hops; hop++) PetscCall(PassOn(s, d, &t));
-  if (t.n > nsend) PetscCall(MPMPointsSetSize(pts, n + t.n - nsend));
+  if (t.n > nsend) PetscCall(MPMParticlesSetSize(pts, n + t.n - nsend));
   PetscCall(GetFields(pts, PETSC_FALSE, at));
   PetscCall(PetscMalloc1(t.n, &place));
   for (PetscInt q = 0; q < t.n; q++) place[q] = q < nsend ? s->leaver[q] : n + q - nsend;
-  PackPoints(pts, at, t.n, place, t.at + sizeof(Way), t.bytes, PETSC_TRUE);
+  PackParticles(pts, at, t.n, place, t.at + sizeof(Way), t.bytes, PETSC_TRUE);
   PetscCall(PetscFree(place));
-  for (PetscInt q = nsend; q > t.n; q--) { /* the last points move into the holes that are left, the last hole first */
+  for (PetscInt q = nsend; q > t.n;
+       q--) { /* the last particles move into the holes that are left, the last hole first */
     const PetscInt hole = s->leaver[q - 1], last = n - 1 - (nsend - q);
 
     if (hole == last) continue;
-    PackPoints(pts, at, 1, &last, t.at, t.bytes, PETSC_FALSE);
-    PackPoints(pts, at, 1, &hole, t.at, t.bytes, PETSC_TRUE);
+    PackParticles(pts, at, 1, &last, t.at, t.bytes, PETSC_FALSE);
+    PackParticles(pts, at, 1, &hole, t.at, t.bytes, PETSC_TRUE);
   }
   PetscCall(GetFields(pts, PETSC_TRUE, at));
-  if (t.n < nsend) PetscCall(MPMPointsSetSize(pts, n + t.n - nsend));
+  if (t.n < nsend) PetscCall(MPMParticlesSetSize(pts, n + t.n - nsend));
   MPMSimulateWork("LEAVER", 0.5 * (PetscReal)(nsend + t.n));
-  PetscCall(LocateComers(mpm, s));
+  PetscCall(LocateArrivals(mpm, s));
   PetscCall(PetscFree(t.at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,11 +1,11 @@
 /* model.c - what a step costs, predicted: docs/performance.md derives the formulas and says how well they hold.
 
    A step is the sum of its phases. A phase costs the process that has most of it
-     call + n each          its kernel, for n points (or nodes); `each` depends on n, by the caches
+     call + n each          its kernel, for n particles (or nodes); `each` depends on n, by the caches
      + message + byte       what it sends to neighbours; the way of sums is hidden by work, that of motion is not
-   and a step one reduction and, when points leave, a migration. The constants are of this machine and this method, from
-   -model_calibrate (calibrate.c), or else rough ones from counts of flops and bytes. Physics never sees any of this,
-   but the partition of the grid is chosen by it. */
+   and a step one reduction and, when particles leave, a migration. The constants are of this machine and this method,
+   from -model_calibrate (calibrate.c), or else rough ones from counts of flops and bytes. Physics never sees any of
+   this, but the partition of the grid is chosen by it. */
 #include <errno.h>
 #include <libgen.h>
 #include <unistd.h>
@@ -13,15 +13,15 @@
 #include "options.h"
 #include "tiles.h"
 
-/* Without a calibration: s per flop, per byte of point fields, per node, per point sorted, per phase. */
+/* Without a calibration: s per flop, per byte of particle fields, per node, per particle sorted, per phase. */
 #define FLOP 0.028e-9
 #define BYTE 0.05e-9
 #define NODE 4e-9
 #define SORT 2.5e-9
 #define CALL 1e-6
 
-/* Cells that the fastest point moves in a step, for the choice of the cuts: a guess, since these are made before the
-   points, and bodies that rest at the start will not stay so. With dt = 0.4 h/(c + |v|) it is |v| = c/9. */
+/* Cells that the fastest particle moves in a step, for the choice of the cuts: a guess, since these are made before the
+   particles, and bodies that rest at the start will not stay so. With dt = 0.4 h/(c + |v|) it is |v| = c/9. */
 #define MOVED 0.04
 
 /* Seconds for n things. */
@@ -61,16 +61,17 @@ static PetscReal Log2(PetscReal processes)
   return processes > 1 ? PetscCeilReal(PetscLog2Real(processes)) : 0;
 }
 
-/* The probability that a step moves a point from one process to another, if so many do so on average. */
+/* The probability that a step moves a particle from one process to another, if so many do so on average. */
 static PetscReal Migrates(const MPMShare *s)
 {
   return 1 - PetscExpReal(-s->crossing);
 }
 
-/* What of a share crosses its cuts in a step, where the fastest point moves by `moved` cells: `layer` cells lie at the
-   cuts, one deep, with so many points in each. Points lie in rows, a = per_cell^(1/dim) of them in a layer, and a row
-   crosses a cut as a whole, in one step out of 1/(a moved). All processes wait for the one that hands on a row just
-   then, so a step is as dear with one row on its way as with one at every cut of the axis. crossing is of this process.
+/* What of a share crosses its cuts in a step, where the fastest particle moves by `moved` cells: `layer` cells lie at
+   the cuts, one deep, with so many particles in each. Particles lie in rows, a = per_cell^(1/dim) of them in a layer,
+   and a row crosses a cut as a whole, in one step out of 1/(a moved). All processes wait for the one that hands on a
+   row just then, so a step is as dear with one row on its way as with one at every cut of the axis. crossing is of this
+   process.
  */
 void MPMModelCross(PetscInt dim, PetscReal layer, PetscReal per_cell, PetscReal moved, MPMShare *s)
 {
@@ -95,15 +96,15 @@ PetscReal MPMModelTimer(MPM mpm, PetscInt e, const MPMShare *s)
   if (e == MPM_TIMER_MIGRATE && s->processes == 1) return 0;
   if (e == MPM_TIMER_MIGRATE)
     return Migrates(s) * (way->call + way->stage * (mpm->exchange.direct ? s->axes : Log2(s->processes)) +
-                          way->point * s->points + way->process * s->processes) +
+                          way->particle * s->particles + way->process * s->processes) +
            way->leaver * s->row * s->waits;
-  if (e >= MPM_TIMER_FORCES) return Seconds(&m->rate[e], s->points);
+  if (e >= MPM_TIMER_FORCES) return Seconds(&m->rate[e], s->particles);
   if (!Times(mpm, e)) return 0;
-  if (mpm->phases[e].kind == MPM_NODES_TO_POINTS) return Seconds(&m->rate[e], s->points);
+  if (mpm->phases[e].kind == MPM_NODES_TO_PARTICLES) return Seconds(&m->rate[e], s->particles);
   sent = s->ghosts * PhaseMessage(mpm, &mpm->phases[e]);
   if (mpm->phases[e].kind == MPM_NODES)
     return Seconds(&m->rate[e], s->nodes) + (PetscReal)Times(mpm, e) * (posts + way_of + sent * (m->wire + m->copy));
-  return Seconds(&m->rate[e], s->points) + (PetscReal)Times(mpm, e) * (posts + sent * m->kept);
+  return Seconds(&m->rate[e], s->particles) + (PetscReal)Times(mpm, e) * (posts + sent * m->kept);
 }
 
 /* The same for the pool's master with processes-1 workers; s is the share of a run on one process, edge that of a patch
@@ -125,20 +126,20 @@ static PetscReal PoolTimer(MPM mpm, PetscInt e, const MPMShare *s, PetscInt edge
   cells  = PetscPowReal(c, (PetscReal)dim);
   wide   = PetscPowReal(c + reach, (PetscReal)dim);
   chunks = PetscMax(1, s->nodes / cells);
-  bytes  = s->points * (PetscReal)(MPMMessagePointBytes(&mpm->points, phase->points_in));
-  if (phase->kind == MPM_POINTS_TO_NODES)
+  bytes  = s->particles * (PetscReal)(MPMParticlesRowBytes(&mpm->particles, phase->particles_in));
+  if (phase->kind == MPM_PARTICLES_TO_NODES)
     bytes += s->nodes *
              PetscPowReal((PetscReal)MPMTileSide(mpm->basis) / (PetscReal)MPMTileEdge(mpm->basis), (PetscReal)dim) * 8 *
              (PetscReal)(MPM_SUM_LAST(dim, phase->parts) - MPM_SUM_FIRST(dim, phase->parts));
   else
-    bytes += s->points * (PetscReal)MPMMessagePointBytes(&mpm->points, phase->points_out) +
+    bytes += s->particles * (PetscReal)MPMParticlesRowBytes(&mpm->particles, phase->particles_out) +
              chunks * wide * 8 * (PetscReal)MPM_VEL_NC(dim);
   bytes *= (PetscReal)Times(mpm, e);
   chunks *= (PetscReal)Times(mpm, e);
   pool    = chunks * (m->chunk + m->message) + bytes * (m->farm + m->wire);
   *master = pool;
-  worker  = (Seconds(&m->rate[e], s->points) + pool) / PetscMin(s->processes - 1, chunks);
-  return PetscMax(pool, worker) + (Seconds(&m->rate[e], s->points) + 2 * pool) / chunks;
+  worker  = (Seconds(&m->rate[e], s->particles) + pool) / PetscMin(s->processes - 1, chunks);
+  return PetscMax(pool, worker) + (Seconds(&m->rate[e], s->particles) + 2 * pool) / chunks;
 }
 
 static PetscReal Step(MPM mpm, const MPMShare *s)
@@ -165,16 +166,16 @@ static PetscReal PoolStep(MPM mpm, const MPMShare *s, PetscInt edge, PetscReal *
   return t;
 }
 
-/* The share of one process in a cut of a full block into `processes` cubes, n points each: cells of side
+/* The share of one process in a cut of a full block into `processes` cubes, n particles each: cells of side
    (n/per_cell)^(1/d), ghosts a shell of the stencil's reach above, as tiles send them: on an axis where it is above the
-   cube, a node is in the last tile alone. The fastest point moves by `moved` cells a step. */
+   cube, a node is in the last tile alone. The fastest particle moves by `moved` cells a step. */
 static MPMShare Cube(MPM mpm, PetscReal n, PetscReal per_cell, PetscReal processes, PetscReal moved)
 {
   const PetscReal dim = (PetscReal)mpm->grid.dim, reach = (PetscReal)MPMBasisNodes(mpm->basis) - 1;
   const PetscReal side = PetscPowReal(n / per_cell, 1 / dim), cells = n / per_cell;
   const PetscReal tiles = MPMTilesPerGhost(mpm->grid.dim, mpm->basis);
   const PetscReal one   = PetscPowReal(tiles, 1 / PetscMax(1, dim - 1)); /* the same of one axis */
-  MPMShare        s     = {.points = n, .processes = processes, .nodes = PetscPowReal(side + reach, dim)};
+  MPMShare        s     = {.particles = n, .processes = processes, .nodes = PetscPowReal(side + reach, dim)};
 
   if (processes > 1) {
     s.ghosts     = (PetscPowReal(one * side + reach, dim) - PetscPowReal(one * side, dim)) / tiles;
@@ -187,17 +188,17 @@ static MPMShare Cube(MPM mpm, PetscReal n, PetscReal per_cell, PetscReal process
   return s;
 }
 
-/* Linear costs of a share near `n` points on one process, for the choice of the partition. */
+/* Linear costs of a share near `n` particles on one process, for the choice of the partition. */
 void MPMModelCosts(MPM mpm, PetscReal n, MPMCosts *costs)
 {
   const PetscReal nodes = n, step = 0.01 * n + 1;
-  MPMShare        s    = {.points = n, .nodes = nodes, .neighbours = 1, .processes = 1}, more;
+  MPMShare        s    = {.particles = n, .nodes = nodes, .neighbours = 1, .processes = 1}, more;
   const PetscReal base = Step(mpm, &s);
 
   more = s;
-  more.points += step;
-  costs->point = (Step(mpm, &more) - base) / step;
-  more         = s;
+  more.particles += step;
+  costs->particle = (Step(mpm, &more) - base) / step;
+  more            = s;
   more.ghosts += step;
   costs->ghost = (Step(mpm, &more) - base) / step;
   more         = s;
@@ -208,7 +209,7 @@ void MPMModelCosts(MPM mpm, PetscReal n, MPMCosts *costs)
   costs->neighbour = Step(mpm, &more) - base;
   costs->leaver    = mpm->model.migration[mpm->exchange.direct].leaver;
   costs->moved     = MOVED;
-  costs->fixed     = base - n * costs->point - nodes * costs->node - costs->neighbour;
+  costs->fixed     = base - n * costs->particle - nodes * costs->node - costs->neighbour;
 }
 
 /* Rough constants from the hand counts, once the phases are known. Not collective. */
@@ -226,26 +227,26 @@ static void SetRough(MPM mpm)
     if ((e < MPM_TIMER_FORCES && !times) || e == MPM_TIMER_MIGRATE) continue;
     r->call = times * CALL;
     if (e == MPM_TIMER_SORT || e == MPM_TIMER_FORCES)
-      r->each[0] = e == MPM_TIMER_SORT ? SORT : 100e-9; /* an expression a point */
+      r->each[0] = e == MPM_TIMER_SORT ? SORT : 100e-9; /* an expression a particle */
     else if (e < MPM_TIMER_FORCES)
       r->each[0] = times * (phase->kind == MPM_NODES
                                 ? NODE
                                 : FLOP * MPMTransferFlops(mpm->grid.dim, mpm->basis, phase->parts) +
-                                      BYTE * (PetscReal)(MPMMessagePointBytes(&mpm->points, phase->points_in) +
-                                                         MPMMessagePointBytes(&mpm->points, phase->points_out)));
+                                      BYTE * (PetscReal)(MPMParticlesRowBytes(&mpm->particles, phase->particles_in) +
+                                                         MPMParticlesRowBytes(&mpm->particles, phase->particles_out)));
     for (int k = 1; k < MPM_RATE_SIZES; k++) r->each[k] = r->each[0];
   }
-  m->exchange             = 1e-6;
-  m->message              = 1.6e-6; /* a cluster: latency 1 us, 0.3 us on each side */
-  m->post                 = 0.6e-6;
-  m->wire                 = 0.08e-9;
-  m->copy                 = 0.3e-9;
-  m->kept                 = 0.3e-9;
-  m->reduction            = 1.6e-6;
-  m->migration[0].call    = 60e-6; /* DMSwarmMigrate: 22 collectives, one of them of a number from every process */
-  m->migration[0].stage   = 24 * 1.6e-6;
-  m->migration[0].process = 80 * m->wire;
-  m->migration[0].point   = 1e-9;
+  m->exchange              = 1e-6;
+  m->message               = 1.6e-6; /* a cluster: latency 1 us, 0.3 us on each side */
+  m->post                  = 0.6e-6;
+  m->wire                  = 0.08e-9;
+  m->copy                  = 0.3e-9;
+  m->kept                  = 0.3e-9;
+  m->reduction             = 1.6e-6;
+  m->migration[0].call     = 60e-6; /* DMSwarmMigrate: 22 collectives, one of them of a number from every process */
+  m->migration[0].stage    = 24 * 1.6e-6;
+  m->migration[0].process  = 80 * m->wire;
+  m->migration[0].particle = 1e-9;
   m->migration[0].leaver = m->migration[1].leaver = 200e-9;
   m->migration[1].call                            = 2e-6;
   m->migration[1].stage                           = 1.6e-6 + 0.6e-6;
@@ -254,11 +255,11 @@ static void SetRough(MPM mpm)
   (void)snprintf(m->from, sizeof m->from, "rough: -model_calibrate measures them");
 }
 
-/* What the constants are good for: the same method, of points that cost the same. */
+/* What the constants are good for: the same method, of particles that cost the same. */
 void MPMModelMethod(MPM mpm, char text[], size_t len)
 {
   size_t at = (size_t)snprintf(text, len, "%" PetscInt_FMT "-D:%d:%" PetscInt_FMT ":%" PetscInt_FMT, mpm->grid.dim,
-                               (int)mpm->basis, MPMPointsBytes(&mpm->points, MPM_SCRATCH), MPMTransferWidth());
+                               (int)mpm->basis, MPMParticlesBytes(&mpm->particles, MPM_SCRATCH), MPMTransferWidth());
 
   for (PetscInt k = 0; k < mpm->nprogram && at < len; k++)
     at += (size_t)snprintf(text + at, len - at, ":%s.%" PetscInt_FMT, mpm->program[k]->name, mpm->program[k]->parts);
@@ -316,7 +317,7 @@ PetscErrorCode MPMModelSetFromOptions(MPM mpm, MPMOptions o)
 }
 
 /* Sets the constants: from the file of a calibration if there is one for this method, else rough ones. Once the phases
-   and the fields of the points are known. Collective on mpm->comm. */
+   and the fields of the particles are known. Collective on mpm->comm. */
 PetscErrorCode MPMModelSetUp(MPM mpm)
 {
   char        wrong[MPM_TEXT_LEN] = "";
@@ -343,9 +344,9 @@ PetscErrorCode MPMModelShare(MPM mpm, MPMShare *s)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(mpm->comm, &size));
   PetscCall(PetscMemzero(s, sizeof *s));
-  s->points    = (PetscReal)mpm->points.n;
+  s->particles = (PetscReal)mpm->particles.n;
   s->processes = (PetscReal)size;
-  MPMTilesMarkRows(patch); /* no step may have done so yet */
+  MPMTilesFindSpans(patch); /* no step may have done so yet */
   for (PetscInt k = patch->own_lo[2]; k < patch->own_lo[2] + patch->own_n[2]; k++)
     for (PetscInt j = patch->own_lo[1]; j < patch->own_lo[1] + patch->own_n[1]; j++) {
       const MPMSpan *span = &patch->span[(k - patch->lo[2]) * patch->n[1] + j - patch->lo[1]];
@@ -355,7 +356,7 @@ PetscErrorCode MPMModelShare(MPM mpm, MPMShare *s)
   if (mpm->exchange.type->share) PetscCall(mpm->exchange.type->share(mpm, s));
   for (PetscInt d = 0; d < mpm->grid.dim; d++) h = PetscMin(h, mpm->grid.h[d]);
   MPMModelCross(mpm->grid.dim, s->ghosts / ((PetscReal)MPMBasisNodes(mpm->basis) - 1),
-                s->points / PetscMax(1, s->nodes), PetscSqrtReal(mpm->status.v2) * MPMTimeStep(mpm) / h, s);
+                s->particles / PetscMax(1, s->nodes), PetscSqrtReal(mpm->status.v2) * MPMTimeStep(mpm) / h, s);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s->crossing, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -395,11 +396,11 @@ static PetscErrorCode SpatialStep(MPM mpm, const MPMHistogram *h, PetscMPIInt si
   MPMShare     s    = {0};
 
   PetscFunctionBeginUser;
-  MPMModelCosts(mpm, (PetscReal)mpm->points.total / size, &part.costs);
+  MPMModelCosts(mpm, (PetscReal)mpm->particles.total / size, &part.costs);
   PetscCall(MPMPartitionChoose(h, size, MPM_BALANCE_START, &part));
   s           = part.worst;
   s.processes = size;
-  MPMModelCross(mpm->grid.dim, s.ghosts / (PetscReal)(h->stencil - 1), s.points / PetscMax(1, s.nodes), moved, &s);
+  MPMModelCross(mpm->grid.dim, s.ghosts / (PetscReal)(h->stencil - 1), s.particles / PetscMax(1, s.nodes), moved, &s);
   s.crossing *= size;
   *seconds   = Step(mpm, &s);
   *imbalance = part.imbalance;
@@ -407,7 +408,7 @@ static PetscErrorCode SpatialStep(MPM mpm, const MPMHistogram *h, PetscMPIInt si
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The smallest number of points a process at which cubes on `processes` keep this efficiency; 0: none up to 1e9. */
+/* The smallest number of particles a process at which cubes on `processes` keep this efficiency; 0: none up to 1e9. */
 static PetscReal Isoefficiency(MPM mpm, PetscReal per_cell, PetscReal processes, PetscReal moved, PetscReal efficiency)
 {
   for (PetscReal n = 64; n < 1e9; n *= 1.02) {
@@ -431,7 +432,7 @@ PetscErrorCode MPMModelView(MPM mpm)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(mpm->exchange.data, &rank));
   PetscCall(MPMModelShare(mpm, &s));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.points, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.particles, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.nodes, 1, MPIU_REAL, MPIU_SUM, mpm->exchange.data));
   for (PetscInt d = 0; d < mpm->grid.dim; d++) volume = PetscMin(volume, mpm->grid.h[d] / mpm->grid.h[0]);
   moved    = PetscSqrtReal(mpm->status.v2) * MPMTimeStep(mpm) / (mpm->grid.h[0] * volume);
@@ -485,9 +486,9 @@ PetscErrorCode MPMModelView(MPM mpm)
       (double)bound, edge));
   PetscCall(cross ? MPMPrint(mpm, "spatial is ahead from %" PetscInt_FMT " processes on\n", cross)
                   : MPMPrint(mpm, "spatial is never ahead\n"));
-  PetscCall(MPMPrint(mpm, "  spatial keeps 0.9 of full blocks with this many points a process:"));
+  PetscCall(MPMPrint(mpm, "  spatial keeps 0.9 of full blocks with this many particles a process:"));
   for (PetscInt p = 2; p <= 32768; p *= p < 32 ? 4 : 32) {
-    const PetscReal n = Isoefficiency(mpm, s.points / s.nodes, (PetscReal)p, moved, 0.9);
+    const PetscReal n = Isoefficiency(mpm, s.particles / s.nodes, (PetscReal)p, moved, 0.9);
 
     PetscCall(n > 0 ? MPMPrint(mpm, "%s %.3g on %" PetscInt_FMT, p > 2 ? "," : "", (double)n, p)
                     : MPMPrint(mpm, "%s no number on %" PetscInt_FMT, p > 2 ? "," : "", p));

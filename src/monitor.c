@@ -7,7 +7,7 @@
 
 enum { KINETIC, STRAIN, MASS, SPEED, MOMENTUM, MOMENT = MOMENTUM + 3, NUM_SUMS = MOMENT + 3 };
 
-/* Energies, momentum and mass of the points as they are. Collective on the exchange. */
+/* Energies, momentum and mass of the particles as they are. Collective on the exchange. */
 PetscErrorCode MPMTotalsCompute(MPM mpm, MPMTotals *totals)
 {
   const PetscInt dim = mpm->grid.dim, fields = MPM_BIT(x) | MPM_BIT(v) | MPM_MATERIAL_BITS | MPM_BIT(kind);
@@ -15,11 +15,11 @@ PetscErrorCode MPMTotalsCompute(MPM mpm, MPMTotals *totals)
   MPMSum         sum[NUM_SUMS];
   MPMBlock       b;
   PetscReal      W;
-  PetscInt64     count[2]; /* points, and their fingerprint */
+  PetscInt64     count[2]; /* particles, and their fingerprint */
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < NUM_SUMS; k++) MPMSumZero(&sum[k]);
-  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+  PetscCall(MPMParticlesGetView(&mpm->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const MPMKind     *kind = &mpm->scene.kinds[view.kind ? view.kind[p] : 0];
     const MPMMaterial *m    = &mpm->scene.materials[kind->material];
@@ -32,14 +32,14 @@ PetscErrorCode MPMTotalsCompute(MPM mpm, MPMTotals *totals)
       MPMSumAdd(&sum[MOMENTUM + d], kind->m * v);
       if (mpm->params.gravity[d] != 0) MPMSumAdd(&sum[MOMENT + d], kind->m * view.x[p * dim + d]);
     }
-    MPMPointsState(dim, &view, p, &b);
+    MPMParticlesState(dim, &view, p, &b);
     m->type->law->energy[dim - 1](m, 0, 1, &b, &W);
     MPMSumAdd(&sum[KINETIC], 0.5 * kind->m * v2);
     MPMSumAdd(&sum[STRAIN], kind->V0 * W);
     MPMSumAdd(&sum[MASS], kind->m);
     MPMSumAdd(&sum[SPEED], kind->m * PetscSqrtReal(v2));
   }
-  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+  PetscCall(MPMParticlesRestoreView(&mpm->particles, fields, &view));
   PetscCall(MPMSumReduce(sum, NUM_SUMS, mpm->exchange.data));
   totals->kinetic = MPMSumValue(&sum[KINETIC]);
   totals->strain  = MPMSumValue(&sum[STRAIN]);
@@ -49,16 +49,16 @@ PetscErrorCode MPMTotalsCompute(MPM mpm, MPMTotals *totals)
     totals->momentum[d] = MPMSumValue(&sum[MOMENTUM + d]);
     totals->moment[d]   = MPMSumValue(&sum[MOMENT + d]);
   }
-  count[0] = mpm->points.n;
-  PetscCall(MPMPointsFingerprint(&mpm->points, &count[1]));
+  count[0] = mpm->particles.n;
+  PetscCall(MPMParticlesFingerprint(&mpm->particles, &count[1]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT64, MPI_SUM, mpm->exchange.data));
-  PetscCall(MPMPointsCheck(&mpm->points, mpm->exchange.data, count[0], count[1]));
+  PetscCall(MPMParticlesCheck(&mpm->particles, mpm->exchange.data, count[0], count[1]));
   totals->n = count[0];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Work that gravity has done on the points since the start, J: M g . (sum of (v_old + v_new)/2 dt), exact in free fall.
-   Points move with the new velocity, so their displacement is more than that by (v - v_start) dt/2. */
+/* Work that gravity has done on the particles since the start, J: M g . (sum of (v_old + v_new)/2 dt), exact in free
+   fall. Particles move with the new velocity, so their displacement is more than that by (v - v_start) dt/2. */
 PetscReal MPMMonitorWork(MPM mpm)
 {
   const MPMMonitor *mon  = &mpm->monitor;

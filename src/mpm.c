@@ -157,7 +157,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsBool(o, "report_limits", NULL, &mpm->report_limits));
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &mpm->path.on));
   PetscCall(MPMOptionsFinish(o));
-  if (!MPMOptionsError(o)) PetscCall(MPMSceneCountPoints(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MPMOutputMakeFolder(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -171,7 +171,7 @@ static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes grid, points and patches. Collective. */
+/* Makes grid, particles and patches. Collective. */
 PetscErrorCode MPMSetUp(MPM mpm)
 {
   PetscLogStage stage;
@@ -188,16 +188,16 @@ PetscErrorCode MPMSetUp(MPM mpm)
   mpm->params.gradient  = mpm->scene.gradient;
   mpm->params.residual  = mpm->scene.residual;
   MPMWallsDerive(mpm->scene.faces, mpm->scene.before, mpm->scene.gradient, mpm->scene.residual);
-  PetscCall(MPMPointsLayout(mpm, &mpm->points));
+  PetscCall(MPMParticlesLayout(mpm, &mpm->particles));
   PetscCall(MPMModelSetUp(mpm));
   PetscCall(mpm->exchange.type->setup(mpm));
   mpm->exchange.ready = PETSC_TRUE;
-  if (mpm->exchange.data == MPI_COMM_NULL) { /* a worker of the pool: it holds no points */
+  if (mpm->exchange.data == MPI_COMM_NULL) { /* a worker of the pool: it holds no particles */
     PetscCall(PetscLogStagePop());
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MPMPointsCreate(mpm, &mpm->points, mpm->exchange.data));
-  PetscCall(MPMSceneAddPoints(mpm));
+  PetscCall(MPMParticlesCreate(mpm, &mpm->particles, mpm->exchange.data));
+  PetscCall(MPMSceneAddParticles(mpm));
   PetscCall(mpm->exchange.type->settle(mpm, PETSC_TRUE));
   PetscCall(MPMStepBound(mpm));
   PetscCall(MPMModelPredict(mpm));
@@ -229,8 +229,8 @@ PetscReal MPMViscousStep(MPM mpm)
   return nu > 0 ? PetscSqr(SmallestH(&mpm->grid)) / (2 * (PetscReal)mpm->grid.dim * nu) : PETSC_INFINITY;
 }
 
-/* dt of the next step, s: fixed, or cfl h/(c + |v|) of the state as it is, and no more than lets gravity move a point
-   from rest by a tenth of a cell, or is cfl of what viscosity allows. */
+/* dt of the next step, s: fixed, or cfl h/(c + |v|) of the state as it is, and no more than lets gravity move a
+   particle from rest by a tenth of a cell, or is cfl of what viscosity allows. */
 PetscReal MPMTimeStep(MPM mpm)
 {
   const PetscReal h  = SmallestH(&mpm->grid);
@@ -253,7 +253,7 @@ static void CheckState(MPM mpm)
 
   if (s->bad == MPM_OK) return;
   while (b + 1 < mpm->scene.nbodies && s->id >= mpm->scene.bodies[b + 1].first) b++;
-  (void)snprintf(who, sizeof who, "point %" PetscInt64_FMT " of %s", s->id, mpm->scene.bodies[b].name);
+  (void)snprintf(who, sizeof who, "particle %" PetscInt64_FMT " of %s", s->id, mpm->scene.bodies[b].name);
   (void)snprintf(at, sizeof at,
                  dim == 1   ? "(%g)"
                  : dim == 2 ? "(%g, %g)"
@@ -269,7 +269,7 @@ static void CheckState(MPM mpm)
                    "%s left the grid, to %s; enlarge the grid or close its walls (-bc_*_type)", who, at);
   else if (s->bad == MPM_TOO_WIDE)
     (void)snprintf(mpm->stop, sizeof mpm->stop,
-                   "the domain of %s at %s is stretched to %g cells, gimp takes 1 at most; use more points per cell "
+                   "the domain of %s at %s is stretched to %g cells, gimp takes 1 at most; use more particles per cell "
                    "(-body_*_ppc) or a spline",
                    who, at, (double)s->J);
   else
@@ -364,7 +364,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
     PetscCall((*mpm)->exchange.type->finish(*mpm));
     PetscCall(MPMWorkView(*mpm)); /* now that workers of the pool are free to take part */
   }
-  PetscCall(MPMPointsDestroy(&(*mpm)->points));
+  PetscCall(MPMParticlesDestroy(&(*mpm)->particles));
   PetscCall(MPMSceneDestroy(&(*mpm)->scene));
   PetscCall(PetscFree((*mpm)->path.seconds));
   PetscCall(PetscFree(*mpm));

@@ -1,13 +1,11 @@
 /* mpm.h - the header to read first: every structure and prototype of Pebble, layer by layer.
 
-   Pebble moves material points over a background grid (the Material Point Method). Layers, each knowing only those
-   above it:
-     1 physics    materials, walls, shapes, bases, transfers: plain arrays, no MPI, no DM, no options
-     2 parallel   grid, points, patch, exchange: who holds which points and how they travel
-     3 program    scene (from options), step, run, output
-   After this header read step.c: the whole method is two tables there. The equations and their numbers are those of
-   docs/theory.md. Units are SI in all names; any consistent set works.
-   Names: p point, i node, d,e axis, k component. x v F sig J dt h mean what they mean in the theory.                 */
+   Pebble moves material particles over a background grid (the Material Particle Method). Layers, each knowing only
+   those above it: 1 physics    materials, walls, shapes, bases, transfers: plain arrays, no MPI, no DM, no options 2
+   parallel   grid, particles, patch, exchange: who holds which particles and how they travel 3 program    scene (from
+   options), step, run, output After this header read step.c: the whole method is two tables there. The equations and
+   their numbers are those of docs/theory.md. Units are SI in all names; any consistent set works. Names: p particle, i
+   node, d,e axis, k component. x v F sig J dt h mean what they mean in the theory.                 */
 #ifndef MPM_H
 #define MPM_H
 
@@ -25,9 +23,9 @@
 #define MPM_VERSION   "0.1.0"
 #define MPM_NAME_LEN  64
 #define MPM_TEXT_LEN  2048
-#define MPM_STAGED    64 /* points that a transfer stages at a time: its scratch, 34 to 56 KiB, stays in L1 or near */
-#define MPM_MEANWHILE 32 /* blocks of points between calls of what else must get on */
-#define MPM_BLOCK     72 /* the length of its rows: room for the widest vector past the last point */
+#define MPM_STAGED    64 /* particles that a transfer stages at a time: its scratch, 34 to 56 KiB, stays in L1 or near */
+#define MPM_MEANWHILE 32 /* blocks of particles between calls of what else must get on */
+#define MPM_BLOCK     72 /* the length of its rows: room for the widest vector past the last particle */
 #define MPM_LINE      64 /* bytes of a line of the cache */
 #define MPM_STRESS_NC 6  /* components of a symmetric tensor: xx xy xz yy yz zz */
 
@@ -64,7 +62,8 @@ enum {
 #define MPM_MATERIAL_BIT(name, rows) | MPM_BIT(name)
 #define MPM_MATERIAL_BITS            (0 MPM_MATERIAL_FIELDS(MPM_MATERIAL_BIT))
 
-/* The state of a block of points as laws see it, component-major. A field that the law's row does not list is unset. */
+/* The state of a block of particles as laws see it, component-major. A field that the law's row does not list is unset.
+ */
 typedef struct {
 #define MPM_MATERIAL_ROWS(name, rows) PetscReal name[rows][MPM_BLOCK];
   MPM_MATERIAL_FIELDS(MPM_MATERIAL_ROWS)
@@ -73,8 +72,8 @@ typedef struct {
 
 typedef struct _MPMMaterial MPMMaterial;
 
-/* A material law: functions of points first .. last-1 of a block, one a dimension ([dim-1]); all J > 0. A law without
-   history has stress and no update. */
+/* A material law: functions of particles first .. last-1 of a block, one a dimension ([dim-1]); all J > 0. A law
+   without history has stress and no update. */
 typedef struct _MPMMaterialLaw MPMMaterialLaw;
 struct _MPMMaterialLaw {
   /* constants from the options; what is wrong with them, beginning with the name of one, or NULL */
@@ -88,12 +87,12 @@ struct _MPMMaterialLaw {
   void (*energy[3])(const MPMMaterial *, PetscInt first, PetscInt last, const MPMBlock *b, PetscReal W[]);
   /* upper bound of the squared speed of waves in the deformed state c2 [last] in m^2/s^2 */
   void (*speed2[3])(const MPMMaterial *, PetscInt first, PetscInt last, const MPMBlock *b, PetscReal c2[]);
-  /* stress, update and speed2 for vectors of 8, 4, 2 points: what the transfers call; NULL: they call those above */
+  /* stress, update and speed2 for vectors of 8, 4, 2 particles: what the transfers call; NULL: they call those above */
   const MPMMaterialLaw *lanes[3];
 };
 
 typedef struct {
-  /* parameters: options it takes besides rho; state: fields that its points carry; lists separated by blanks */
+  /* parameters: options it takes besides rho; state: fields that its particles carry; lists separated by blanks */
   const char           *name, *parameters, *state, *what;
   PetscInt              traits;
   const MPMMaterialLaw *law;
@@ -120,12 +119,12 @@ PetscBool MPMListHas(const char list[],
 /* Lame's constants from E and nu, the law's own constants, and state. What is wrong with the options, or NULL. */
 const char *MPMMaterialSetUp(MPMMaterial *);
 
-/* A kind of point: what all points of a body share, so that no point carries it. Bodies of the same material, density
-   of points and cell size share a kind.                                                                              */
+/* A kind of particle: what all particles of a body share, so that no particle carries it. Bodies of the same material,
+   density of particles and cell size share a kind. */
 typedef struct {
   PetscInt  material; /* row of the scene's materials */
   PetscReal m, V0;    /* mass in kg, reference volume in m^3 (unit thickness where dim < 3) */
-  PetscReal l[3];     /* half-width of the point's domain at the start, in cells */
+  PetscReal l[3];     /* half-width of the particle's domain at the start, in cells */
 } MPMKind;
 
 typedef enum {
@@ -176,7 +175,7 @@ typedef struct {
 void      MPMGridSetNodes(MPMGrid *, MPMBasis); /* layers and nodes, once the rest is known */
 PetscReal MPMGridNodes(const MPMGrid *, MPMBasis);
 
-/* Points as kernels see them: one pointer a field, rows of its components; NULL where the scene has no such field or
+/* Particles as kernels see them: one pointer a field, rows of its components; NULL where the scene has no such field or
    the running phase did not declare it.                                                                              */
 typedef struct {
   PetscInt n;
@@ -187,19 +186,19 @@ typedef struct {
 
 /* What a kernel finds on its way. Merged over patches and processes by MPMStatusMerge: max and sums of integers, so
    exact and without order. `bad` is the gravest condition that was met, which is the first of the list, with the
-   smallest id that met it: a point turned inside out soon throws others off the grid.                                */
+   smallest id that met it: a particle turned inside out soon throws others off the grid. */
 typedef enum { MPM_OK, MPM_BAD_J, MPM_LEFT_GRID, MPM_TOO_WIDE, MPM_NUM_BAD } MPMBad;
 typedef struct {
   MPMBad     bad;
   PetscInt64 id;
   PetscReal  x[3], J;     /* where it was, and its det F for MPM_BAD_J */
-  PetscReal  v2, c2;      /* largest squared speed of a point and of a wave, m^2/s^2 */
-  PetscInt64 moved;       /* points that changed cell */
+  PetscReal  v2, c2;      /* largest squared speed of a particle and of a wave, m^2/s^2 */
+  PetscInt64 moved;       /* particles that changed cell */
   PetscInt64 interrupted; /* has a signal asked the run to end? */
-  PetscInt64 left;        /* points that left the patch */
+  PetscInt64 left;        /* particles that left the patch */
   PetscInt64 hops;        /* patches that the farthest of these has to go along an axis */
-  PetscInt64 most;        /* points of the process that has most */
-  PetscInt64 n, ids;      /* points there are, and their fingerprint: none may get lost or doubled on the way */
+  PetscInt64 most;        /* particles of the process that has most */
+  PetscInt64 n, ids;      /* particles there are, and their fingerprint: none may get lost or doubled on the way */
 } MPMStatus;
 
 void MPMStatusReset(MPMStatus *);
@@ -236,10 +235,10 @@ typedef struct {
 #undef MPM_FIELD
 
 /* Tiles: blocks of 2^bits cells an axis, counted from the first node of the grid. A "cell" is the base node of a
-   point's stencil. Points are added up in tiles, each with its own sums of all nodes that its points touch, `side` on
-   an axis; then nodes add up the tiles that have some for them, from the lowest to the highest. Both sums are made the
-   same wherever the tiles are, and tiles are never cut: hence the same bits however the grid is cut, without anything
-   being computed twice. */
+   particle's stencil. Particles are added up in tiles, each with its own sums of all nodes that its particles touch,
+   `side` on an axis; then nodes add up the tiles that have some for them, from the lowest to the highest. Both sums are
+   made the same wherever the tiles are, and tiles are never cut: hence the same bits however the grid is cut, without
+   anything being computed twice. */
 #define MPM_TILE_BITS(stencil) ((stencil) > 2 ? 2 : 1) /* 2 or 4 cells, about twice what a stencil reaches */
 
 /* On one axis, a tile has nodes 0 .. end-1, of which from .. to-1 are the patch's own; 0 is node `at` of its arrays. */
@@ -247,27 +246,27 @@ typedef struct {
   PetscInt from, to, end, at;
 } MPMTileBox;
 
-/* A run of the order: entries first .. last-1, points of a row of tiles. */
+/* A run of the order: entries first .. last-1, particles of a row of tiles. */
 typedef struct {
   PetscInt first, last, row;
 } MPMRange;
 
-/* Which tiles a sweep of points to nodes is for. MPM_TILES_EARLY: those whose sums another process needs, or which are
-   needed across a periodic face before their turn; all in the pool. MPM_TILES_LATE: where sums of other processes
-   have to come first, others of the first rows, so that these need not be waited for. MPM_TILES_OPEN: all others; and
+/* Which tiles a sweep of particles to nodes is for. MPM_PASS_EARLY: those whose sums another process needs, or which
+   are needed across a periodic face before their pass; all in the pool. MPM_PASS_LATE: where sums of other processes
+   have to come first, others of the first rows, so that these need not be waited for. MPM_PASS_MAIN: all others; and
    the sums of all are added to the nodes. Sums of early and late tiles are kept. */
-typedef enum { MPM_TILES_OPEN, MPM_TILES_EARLY, MPM_TILES_LATE, MPM_NUM_TURNS } MPMTurns;
+typedef enum { MPM_PASS_MAIN, MPM_PASS_EARLY, MPM_PASS_LATE, MPM_NUM_PASSES } MPMPass;
 
-/* What the table of tiles says of one: which sums are kept (>= 0), it has points, or none. */
-enum { MPM_TILE_OPEN = -1, MPM_TILE_EMPTY = -2 };
+/* What the table of tiles says of one: which sums are kept (>= 0), it has particles, or none. */
+enum { MPM_TILE_SCRATCH = -1, MPM_TILE_EMPTY = -2 };
 
 /* Instead of the number of a cell or a base node: that of the position is in another patch, or it is outside the grid.
  */
 enum { MPM_ELSEWHERE = -1, MPM_NOWHERE = -2 };
 
-/* The tiles of a patch: a table of its own and of those `below` whose points touch its nodes. Cells are numbered row by
-   row of cells (x fastest), those of a row of tiles first: so kernels stream through points, and a row of tiles is at
-   work at a time. */
+/* The tiles of a patch: a table of its own and of those `below` whose particles touch its nodes. Cells are numbered row
+   by row of cells (x fastest), those of a row of tiles first: so kernels stream through particles, and a row of tiles
+   is at work at a time. */
 typedef struct {
   int         bits;                    /* log2 of the cells on an axis */
   PetscInt    n[3], below[3], keep[3]; /* of the table on each axis; not its own; uppermost ones that are early */
@@ -276,44 +275,45 @@ typedef struct {
   PetscInt   *slot;      /* [n2][n1][n0] which of the kept sums are the tile's, or as above */
   PetscInt (*used)[2];   /* [n2][n1] of a row: tiles used[0] to used[1]-1 may have sums, no others have */
   PetscBool       waits; /* sums come from processes below */
-  PetscInt        nearly, nown, nslots; /* kept sums: of early tiles, of own ones, and all */
-  const PetscInt *start;                /* [cells+1] where the points of a cell begin in the order */
-  PetscInt        nruns[MPM_NUM_TURNS]; /* of the order, each turn's from row to row */
-  MPMRange       *runs[MPM_NUM_TURNS];
+  PetscInt        n_early, n_own, nslots; /* kept sums: of early tiles, of own ones, and all */
+  const PetscInt *start;                  /* [cells+1] where the particles of a cell begin in the order */
+  PetscInt        nruns[MPM_NUM_PASSES];  /* of the order, each pass's from row to row */
+  MPMRange       *runs[MPM_NUM_PASSES];
   PetscReal      *sum;     /* [nslots][nodes of a tile][MPM_SUM_NC] kg, kg m/s, N */
   PetscReal      *scratch; /* [n0][nodes of a tile][MPM_SUM_NC] of the row at work */
   size_t          room;
   void           *memory; /* behind sum and scratch */
 } MPMTiles;
 
-/* Points touch nodes first .. last-1 of a row; others are never visited. fresh: their sums are still to be zeroed. */
+/* Particles touch nodes first .. last-1 of a row; others are never visited. fresh: their sums are still to be zeroed.
+ */
 typedef struct {
   PetscInt  first, last;
   PetscBool fresh;
 } MPMSpan;
 
-/* The unit of work: a box of cells, their points, and the nodes there and around. */
+/* The unit of work: a box of cells, their particles, and the nodes there and around. */
 typedef struct {
   const MPMGrid  *grid;
   MPMBasis        basis;
   PetscInt        lo[3], n[3];         /* box of nodes that the arrays cover */
   PetscInt        own_lo[3], own_n[3]; /* nodes, and cells, that are this patch's own */
   MPMTiles        tiles;
-  MPMView         points;
-  const PetscInt *order;  /* [points.n] points by (cell, id) */
-  PetscInt       *movers; /* [nmovers] places q in order of points that changed cell, as the commit notes them, of those
-                             that left the patch MPM_MARK(q); or NULL */
+  MPMView         particles;
+  const PetscInt *order; /* [particles.n] particles by (cell, id) */
+  PetscInt *movers; /* [nmovers] places q in order of particles that changed cell, as the commit notes them, of those
+                       that left the patch MPM_FLAGGED(q); or NULL */
   PetscInt   nmovers;
   PetscReal *sum;               /* [n2][n1][n0][MPM_SUM_NC] kg, kg m/s, N; complete for own nodes */
   PetscReal *vel;               /* [n2][n1][n0][MPM_VEL_NC] m/s, m/s^2 */
   MPMSpan   *span;              /* [n2][n1] */
-  void (*meanwhile)(void *ctx); /* called now and then while points are summed; or NULL */
+  void (*meanwhile)(void *ctx); /* called now and then while particles are summed; or NULL */
   void *ctx;
   void *memory; /* behind sum and span, where the patch owns them */
 } MPMPatch;
 
 /* Marks place q of a list, by a negative number; and q for such a number. */
-#define MPM_MARK(q) (-1 - (q))
+#define MPM_FLAGGED(q) (-1 - (q))
 
 /* Parts of a transfer: what a phase asks the one P2G body and the one G2P body to do. */
 enum {
@@ -326,58 +326,58 @@ enum {
   MPM_AFFINE       = 64,  /* with momentum and motion: v_p + C_p (x_i - x_p), and C_p (APIC) */
   MPM_RESIDUAL     = 128, /* with momentum: of r_p in place of v_p (xpic) */
   MPM_G2P_FILTER   = 256, /* r_p less its part that the grid takes up (xpic) */
-  MPM_P2G_EARLY    = 512, /* of early tiles, see MPMTurns */
+  MPM_P2G_EARLY    = 512, /* of early tiles, see MPMPass */
   MPM_P2G_LATE     = 1024 /* of late ones */
 };
 
 typedef void (*MPMTransfer)(const MPMParams *, MPMPatch *, PetscInt parts, MPMStatus *);
 
-/* The kernel for these parts, NULL if there is none; and its floating-point operations per point. */
+/* The kernel for these parts, NULL if there is none; and its floating-point operations per particle. */
 MPMTransfer MPMTransferFind(PetscInt dim, MPMBasis basis, PetscInt parts);
 PetscReal   MPMTransferFlops(PetscInt dim, MPMBasis basis, PetscInt parts);
-PetscInt    MPMTransferWidth(void); /* points that kernels handle at a time: 8, 4 or 2, as the processor allows */
+PetscInt    MPMTransferWidth(void); /* particles that kernels handle at a time: 8, 4 or 2, as the processor allows */
 
 /* ---------------------------------------------------------------------------------------------------------------
    2. Parallel: who holds what
    --------------------------------------------------------------------------------------------------------------- */
 
-/* The points of this process: a DMSWARM_BASIC swarm stores the fields, plain arrays the scratch. */
+/* The particles of this process: a DMSWARM_BASIC swarm stores the fields, plain arrays the scratch. */
 typedef struct {
   DM         swarm;
-  PetscInt   dim, n, capacity;        /* n: points here; capacity: of the scratch and of order */
-  PetscInt64 total;                   /* points of the whole scene */
-  PetscInt64 ids;                     /* the fingerprint of all points of the scene */
-  PetscReal  scattered;               /* points that came to another cell since the storage was put in order */
+  PetscInt   dim, n, capacity;        /* n: particles here; capacity: of the scratch and of order */
+  PetscInt64 total;                   /* particles of the whole scene */
+  PetscInt64 ids;                     /* the fingerprint of all particles of the scene */
+  PetscReal  scattered;               /* particles that came to another cell since the storage was put in order */
   void      *scratch[MPM_NUM_FIELDS]; /* arrays of the scratch fields */
   PetscBool  present[MPM_NUM_FIELDS]; /* does the scene have the field? */
-  PetscInt   bytes[MPM_NUM_FIELDS];   /* of a point */
-  PetscInt  *order, *start;           /* [n] points by (cell, id); [cells of the patch + 1] */
+  PetscInt   bytes[MPM_NUM_FIELDS];   /* of a particle */
+  PetscInt  *order, *start;           /* [n] particles by (cell, id); [cells of the patch + 1] */
   PetscInt  *spare;                   /* [n] the next order is made here */
-  PetscInt  *comers;                  /* [cells] points that come to a cell; all 0 between uses */
-  PetscInt  *movers, nmovers;         /* the points that changed cell since, as in MPMPatch; -1: not known */
-  PetscInt   nkept; /* points below this one are where order has them, but those that changed cell or left */
+  PetscInt  *arrivals;                /* [cells] particles that come to a cell; all 0 between uses */
+  PetscInt  *movers, nmovers;         /* the particles that changed cell since, as in MPMPatch; -1: not known */
+  PetscInt   nkept; /* particles below this one are where order has them, but those that changed cell or left */
   PetscInt   nstart;
-} MPMPoints;
+} MPMParticles;
 
-PetscErrorCode MPMPointsLayout(MPM, MPMPoints *);
-PetscErrorCode MPMPointsCreate(MPM, MPMPoints *, MPI_Comm);
-PetscErrorCode MPMPointsSetSize(MPMPoints *, PetscInt n);
-PetscErrorCode MPMPointsResize(MPMPoints *);
-PetscErrorCode MPMPointsGetView(MPMPoints *, PetscInt fields, MPMView *);
-PetscErrorCode MPMPointsRestoreView(MPMPoints *, PetscInt fields, MPMView *);
-PetscErrorCode MPMPointsGetField(MPMPoints *, PetscInt field, void **at);
-PetscErrorCode MPMPointsRestoreField(MPMPoints *, PetscInt field);
-PetscErrorCode MPMPointsLeavers(MPMPoints *, PetscInt *n, PetscInt **which);
-PetscErrorCode MPMPointsSort(MPMPoints *, const MPMPatch *);
-PetscErrorCode MPMPointsLocate(MPMPoints *, const MPMPatch *, const MPMKind *);
-PetscErrorCode MPMPointsFingerprint(MPMPoints *, PetscInt64 *ids);
-uint64_t       MPMPointMark(PetscInt64 id); /* of one point */
-PetscErrorCode MPMPointsCheck(MPMPoints *, MPI_Comm, PetscInt64 n, PetscInt64 ids);
-PetscErrorCode MPMPointsDigest(MPMPoints *, MPI_Comm, PetscInt64 *digest);
-PetscErrorCode MPMPointsDestroy(MPMPoints *);
+PetscErrorCode MPMParticlesLayout(MPM, MPMParticles *);
+PetscErrorCode MPMParticlesCreate(MPM, MPMParticles *, MPI_Comm);
+PetscErrorCode MPMParticlesSetSize(MPMParticles *, PetscInt n);
+PetscErrorCode MPMParticlesResize(MPMParticles *);
+PetscErrorCode MPMParticlesGetView(MPMParticles *, PetscInt fields, MPMView *);
+PetscErrorCode MPMParticlesRestoreView(MPMParticles *, PetscInt fields, MPMView *);
+PetscErrorCode MPMParticlesGetField(MPMParticles *, PetscInt field, void **at);
+PetscErrorCode MPMParticlesRestoreField(MPMParticles *, PetscInt field);
+PetscErrorCode MPMParticlesLeavers(MPMParticles *, PetscInt *n, PetscInt **which);
+PetscErrorCode MPMParticlesSort(MPMParticles *, const MPMPatch *);
+PetscErrorCode MPMParticlesLocate(MPMParticles *, const MPMPatch *, const MPMKind *);
+PetscErrorCode MPMParticlesFingerprint(MPMParticles *, PetscInt64 *ids);
+uint64_t       MPMParticleHash(PetscInt64 id); /* of one particle */
+PetscErrorCode MPMParticlesCheck(MPMParticles *, MPI_Comm, PetscInt64 n, PetscInt64 ids);
+PetscErrorCode MPMParticlesDigest(MPMParticles *, MPI_Comm, PetscInt64 *digest);
+PetscErrorCode MPMParticlesDestroy(MPMParticles *);
 
-/* The material state of point p of a view, as far as it is there, as point 0 of a block. */
-void MPMPointsState(PetscInt dim, const MPMView *, PetscInt p, MPMBlock *);
+/* The material state of particle p of a view, as far as it is there, as particle 0 of a block. */
+void MPMParticlesState(PetscInt dim, const MPMView *, PetscInt p, MPMBlock *);
 
 /* Where a field lives, and the rows of fields.def. */
 typedef enum { MPM_STATE, MPM_SWARM, MPM_SCRATCH } MPMHome;
@@ -388,8 +388,8 @@ typedef struct {
 } MPMFieldInfo;
 extern const MPMFieldInfo MPMFields[MPM_NUM_FIELDS];
 PetscInt                  MPMFieldComponents(PetscInt field, PetscInt dim);
-PetscInt                  MPMPointsBytes(const MPMPoints *, MPMHome most);
-PetscInt                  MPMPointsMemory(const MPMPoints *);
+PetscInt                  MPMParticlesBytes(const MPMParticles *, MPMHome most);
+PetscInt                  MPMParticlesMemory(const MPMParticles *);
 
 /* Calls an inline function with the bytes of a field's row first: of known widths, they are copied in registers. */
 /* clang-format off */
@@ -409,42 +409,43 @@ PetscInt                  MPMPointsMemory(const MPMPoints *);
 
 /* What a process has in a step, as the model (model.c) counts it. */
 typedef struct {
-  PetscReal points, nodes, ghosts; /* own points, own nodes that points touch, nodes above its box that they touch */
+  PetscReal particles, nodes,
+      ghosts; /* own particles, own nodes that particles touch, nodes above its box that they touch */
   PetscReal neighbours, processes; /* that it sends to, and awaits from, in an exchange; all processes */
   PetscReal axes, cuts;            /* that are cut; planes between boxes, on all axes together */
-  PetscReal crossing;              /* points of all processes that change process in a step */
-  PetscReal row, waits;            /* points of a row along its cuts; chance that a row crosses a cut of an axis */
+  PetscReal crossing;              /* particles of all processes that change process in a step */
+  PetscReal row, waits;            /* particles of a row along its cuts; chance that a row crosses a cut of an axis */
 } MPMShare;
 
-/* The model near a share, linear: s, s a point, a ghost node, a node, a neighbour, a point that changes process; cells
-   that the fastest point is taken to move in a step. */
+/* The model near a share, linear: s, s a particle, a ghost node, a node, a neighbour, a particle that changes process;
+   cells that the fastest particle is taken to move in a step. */
 typedef struct {
-  PetscReal fixed, point, ghost, node, neighbour, leaver, moved;
+  PetscReal fixed, particle, ghost, node, neighbour, leaver, moved;
 } MPMCosts;
 
 /* How the grid is cut into boxes of nodes, one a process: p[d] parts on axis d, of l[d][...] nodes each. */
 typedef struct {
   PetscInt  p[3], *l[3];
   MPMCosts  costs;                /* by which cuts are chosen: set before MPMPartitionChoose */
-  PetscReal imbalance, predicted; /* largest over mean number of points of a process; s a step by the costs */
+  PetscReal imbalance, predicted; /* largest over mean number of particles of a process; s a step by the costs */
   MPMShare  worst;                /* of the process for which predicted is largest; no processes, no crossing */
 } MPMPartition;
 
 typedef enum { MPM_BALANCE_NONE, MPM_BALANCE_START, MPM_BALANCE_AUTO } MPMBalance;
 
-/* Points per bin of nodes: each bin covers `coarse` nodes an axis. Processes count some of the points each; the first
-   has the summed-area tables, the others only lists of what they counted. */
+/* Particles per bin of nodes: each bin covers `coarse` nodes an axis. Processes count some of the particles each; the
+   first has the summed-area tables, the others only lists of what they counted. */
 typedef struct {
   MPI_Comm    comm;
-  PetscInt    dim, nodes[3], n[3], coarse, stencil; /* stencil: nodes of a point's stencil per axis */
-  PetscInt64 *table;                                /* [n2+1][n1+1][n0+1] points below */
-  PetscInt64 *occupied;                             /* likewise: bins with points below */
-  PetscInt64 *list;                                 /* [listed][2] entry of table, points */
+  PetscInt    dim, nodes[3], n[3], coarse, stencil; /* stencil: nodes of a particle's stencil per axis */
+  PetscInt64 *table;                                /* [n2+1][n1+1][n0+1] particles below */
+  PetscInt64 *occupied;                             /* likewise: bins with particles below */
+  PetscInt64 *list;                                 /* [listed][2] entry of table, particles */
   PetscInt    listed, capacity;
 } MPMHistogram;
 
 PetscErrorCode MPMHistogramCreate(const MPMGrid *, MPMBasis, MPI_Comm, MPMHistogram *);
-PetscErrorCode MPMHistogramAdd(MPMHistogram *, const PetscInt base[], PetscInt64 points); /* before Finish */
+PetscErrorCode MPMHistogramAdd(MPMHistogram *, const PetscInt base[], PetscInt64 particles); /* before Finish */
 PetscErrorCode MPMHistogramFinish(MPMHistogram *);
 PetscErrorCode MPMHistogramDestroy(MPMHistogram *);
 PetscErrorCode MPMPartitionChoose(const MPMHistogram *, PetscMPIInt size, MPMBalance, MPMPartition *);
@@ -455,35 +456,35 @@ PetscErrorCode MPMPartitionDestroy(MPMPartition *);
 
 PetscErrorCode MPMGridCreateDM(const MPMGrid *, MPI_Comm, PetscInt stencil, const MPMPartition *, DM *);
 
-/* A phase of the step: a row of constants, documentation and contract at once. Kernels get NULL for point fields that
-   the row does not declare; an exchange sends just the declared ones. Node fields are there for the reader.          */
-typedef enum { MPM_POINTS_TO_NODES, MPM_NODES, MPM_NODES_TO_POINTS } MPMPhaseKind;
+/* A phase of the step: a row of constants, documentation and contract at once. Kernels get NULL for particle fields
+   that the row does not declare; an exchange sends just the declared ones. Node fields are there for the reader. */
+typedef enum { MPM_PARTICLES_TO_NODES, MPM_NODES, MPM_NODES_TO_PARTICLES } MPMPhaseKind;
 typedef struct {
   const char  *name;
   MPMPhaseKind kind;
   PetscInt     parts;                                         /* of the transfer; for MPM_NODES unused */
   void (*nodes)(const MPMParams *, MPMPatch *, PetscInt row); /* for MPM_NODES: one row of nodes */
-  PetscInt    points_in, points_out;                          /* bits of point fields */
+  PetscInt    particles_in, particles_out;                    /* bits of particle fields */
   const char *nodes_in, *nodes_out;                           /* m p f v a */
 } MPMPhase;
 
-/* Messages: their length in bytes as MPI takes it, or an error; room for one; bytes of a point's fields. */
+/* Messages: their length in bytes as MPI takes it, or an error; room for one; bytes of a particle's fields. */
 PetscErrorCode MPMMessageLength(size_t bytes, PetscMPIInt *len);
 PetscErrorCode MPMMessageRoom(char **buffer, size_t *capacity, size_t need);
-size_t         MPMMessagePointBytes(const MPMPoints *, PetscInt fields);
+size_t         MPMParticlesRowBytes(const MPMParticles *, PetscInt fields);
 
 PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da);
-void           MPMPatchMarkAll(MPMPatch *);
+void           MPMPatchVisitAll(MPMPatch *);
 void          *MPMAlign(void *memory);
 PetscInt       MPMPatchNodes(const MPMPatch *);
-PetscErrorCode MPMPatchRun(MPM, MPMPatch *, const MPMPhase *, MPMTurns, MPMStatus *);
+PetscErrorCode MPMPatchRun(MPM, MPMPatch *, const MPMPhase *, MPMPass, MPMStatus *);
 PetscErrorCode MPMPatchDestroy(MPMPatch *);
 
 PetscErrorCode MPMTilesSetUp(MPMPatch *, PetscBool alone);
-PetscErrorCode MPMTilesMark(MPMPatch *, PetscBool keep,
-                            const PetscInt start[]); /* [cells+1] where cells' points begin */
+PetscErrorCode MPMTilesAssign(MPMPatch *, PetscBool keep,
+                              const PetscInt start[]); /* [cells+1] where cells' particles begin */
 void           MPMTilesWrap(MPMPatch *);
-void           MPMTilesMarkRows(MPMPatch *);
+void           MPMTilesFindSpans(MPMPatch *);
 PetscInt       MPMTilesCells(const MPMPatch *);
 PetscInt       MPMTilesSent(const MPMPatch *, const int toward[3]);
 size_t         MPMTilesBytes(const MPMPatch *, const int toward[3], PetscInt parts, PetscBool above);
@@ -495,20 +496,20 @@ PetscErrorCode MPMTilesDestroy(MPMPatch *);
 /* A way to run the step. Physics, integrators and output are the same for all; only these functions differ. */
 typedef struct {
   const char *name, *what;
-  PetscErrorCode (*setup)(MPM);                   /* DMs, patches; then the scene adds points */
+  PetscErrorCode (*setup)(MPM);                   /* DMs, patches; then the scene adds particles */
   PetscErrorCode (*sweep)(MPM, const MPMPhase *); /* run a transfer on all patches */
   PetscErrorCode (*nodes)(MPM, const MPMPhase *); /* run a node phase and make its values known where they are read */
   PetscErrorCode (*reduce)(MPM, MPMStatus *);     /* merge the status of all processes: the one reduction of a step */
-  PetscErrorCode (*settle)(MPM, PetscBool anew);  /* bring the points home and in order; anew: no cell is known */
+  PetscErrorCode (*settle)(MPM, PetscBool anew);  /* bring the particles home and in order; anew: no cell is known */
   PetscErrorCode (*finish)(MPM);
-  PetscBool farms;                          /* the points' work is done by others */
+  PetscBool farms;                          /* the particles' work is done by others */
   PetscErrorCode (*serve)(MPM);             /* what a process without data does, until the run ends */
   PetscErrorCode (*share)(MPM, MPMShare *); /* ghosts, neighbours of this process; NULL: none */
 } MPMExchangeType;
 
 typedef struct {
   const MPMExchangeType *type;
-  MPI_Comm               data; /* the processes that hold points and grid; all DMs and files live on it */
+  MPI_Comm               data; /* the processes that hold particles and grid; all DMs and files live on it */
   MPMPatch               patch;
   DM                     da;
   Vec                    vel; /* local vector behind patch.vel */
@@ -520,7 +521,7 @@ typedef struct {
   void                  *farm;       /* of the pool: its master uses the rest as a run on one process does */
   MPMPartition           partition;
   PetscInt               recuts;     /* how often the grid was cut anew */
-  PetscInt               migrations; /* steps in which points changed process */
+  PetscInt               migrations; /* steps in which particles changed process */
   PetscInt64             migrants;   /* how many did, in all */
   PetscReal busy, chunks, bytes; /* of the pool's master: s not spent waiting, patches handed out, bytes both ways */
   void     *ctx;
@@ -528,7 +529,7 @@ typedef struct {
 
 PetscErrorCode MPMExchangeOpen(MPM, const MPMPhase *);
 PetscErrorCode MPMExchangeClose(MPM, const MPMPhase *);
-PetscErrorCode MPMExchangeRun(MPM, const MPMPhase *, MPMTurns);
+PetscErrorCode MPMExchangeRun(MPM, const MPMPhase *, MPMPass);
 
 extern const MPMExchangeType *const MPMExchangeTypes[];                      /* rows of exchange.def, ends with NULL */
 extern const MPMExchangeType        MPMExchange_serial, MPMExchange_spatial; /* the pool's master is one of them */
@@ -574,12 +575,12 @@ PetscErrorCode MPMOptionsExpression(MPMOptions, const char row[], const char nam
                                     PetscInt nc, MPMExpression *);
 PetscErrorCode MPMExpressionDestroy(MPMExpression *);
 
-/* A body: where its points start, of what, how fast. */
+/* A body: where its particles start, of what, how fast. */
 typedef struct {
   char          name[MPM_NAME_LEN];
   MPMRegion     region;
   PetscInt      material, kind, ppc[3];
-  PetscReal     offset[3], b[3]; /* of its lattice of points, and their spacing, m */
+  PetscReal     offset[3], b[3]; /* of its lattice of particles, and their spacing, m */
   MPMExpression velocity;        /* m/s, of x y z; NULL: at rest */
   PetscInt64    first, n;        /* ids first .. first+n-1 */
   PetscInt64    row;             /* its first row of lattice places, of those of all bodies */
@@ -613,16 +614,16 @@ typedef struct {
   PetscInt      nloads;
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
   MPMKnown     *known;               /* or NULL */
-  PetscBool     forced, keeps_start; /* are there body forces or loads; do points carry their place at the start? */
-  PetscInt64    overlap;             /* points that lie in an earlier body too */
-  PetscInt64    on_line;             /* points that start exactly on a line of the grid */
-  PetscInt64    rows, *share_first; /* of lattice places; [shares] points before each of as many equal shares of them */
-  PetscMPIInt   shares;
+  PetscBool     forced, keeps_start; /* are there body forces or loads; do particles carry their place at the start? */
+  PetscInt64    overlap;             /* particles that lie in an earlier body too */
+  PetscInt64    on_line;             /* particles that start exactly on a line of the grid */
+  PetscInt64 rows, *share_first; /* of lattice places; [shares] particles before each of as many equal shares of them */
+  PetscMPIInt shares;
 } MPMScene;
 
 PetscErrorCode MPMSceneSetFromOptions(MPM, MPMOptions);
-PetscErrorCode MPMSceneCountPoints(MPM, MPMOptions);
-PetscErrorCode MPMSceneAddPoints(MPM);
+PetscErrorCode MPMSceneCountParticles(MPM, MPMOptions);
+PetscErrorCode MPMSceneAddParticles(MPM);
 PetscErrorCode MPMSceneHistogram(MPM, MPMHistogram *);
 PetscErrorCode MPMSceneDestroy(MPMScene *);
 
@@ -634,7 +635,7 @@ PetscBool      MPMKnownStart(const MPMScene *, PetscInt dim, const PetscReal X[]
 void           MPMKnownForce(const MPMScene *, PetscInt dim, const PetscReal X[], PetscReal t, PetscReal b[]);
 PetscErrorCode MPMKnownError(MPM, PetscReal *error, PetscReal *size);
 
-/* Body forces and loads of the points here for the time t, into field b. Not collective. */
+/* Body forces and loads of the particles here for the time t, into field b. Not collective. */
 PetscErrorCode MPMForcesSetFromOptions(MPM, MPMOptions);
 PetscErrorCode MPMForcesUpdate(MPM, PetscReal t);
 PetscErrorCode MPMForcesCheck(MPM, MPMOptions, const PetscReal x[], const PetscReal X[]);
@@ -664,7 +665,7 @@ extern const MPMIntegrator *const MPMIntegrators[]; /* usf usl musl, ends with N
 
 PetscErrorCode MPMStepSetUp(MPM); /* mpm->phases */
 PetscErrorCode MPMPhaseBegin(MPM, const MPMPhase *);
-PetscErrorCode MPMPhaseEnd(MPM, const MPMPhase *, PetscInt npoints);
+PetscErrorCode MPMPhaseEnd(MPM, const MPMPhase *, PetscInt nparticles);
 
 /* Parts of settling that -log_view and the table of phases show beside it: MPM_TIMER_MIGRATE and _SORT. Not collective.
  */
@@ -678,18 +679,18 @@ PetscErrorCode MPMStepView(MPM);  /* the table of phases, after the run */
 const char    *MPMTimerName(PetscInt timer);
 PetscReal      MPMTimerSeconds(MPM, PetscInt timer); /* wall time here, of all steps */
 
-/* The model of a step. The time of n points or nodes: call + n each, where each is each[k] at size[k] and goes from one
-   to the next by the logarithm of n, as caches overflow. */
+/* The model of a step. The time of n particles or nodes: call + n each, where each is each[k] at size[k] and goes from
+   one to the next by the logarithm of n, as caches overflow. */
 #define MPM_RATE_SIZES 3
 typedef struct {
   PetscReal call, size[MPM_RATE_SIZES], each[MPM_RATE_SIZES]; /* s, 1, s */
 } MPMRate;
 
-/* A migration takes call + stage s + process P + point n + leaver q seconds for n points here, of which q leave and as
-   many come, and P processes; s is log2(P) for DMSwarmMigrate, and the number of axes that are cut here for direct
-   messages. */
+/* A migration takes call + stage s + process P + particle n + leaver q seconds for n particles here, of which q leave
+   and as many come, and P processes; s is log2(P) for DMSwarmMigrate, and the number of axes that are cut here for
+   direct messages. */
 typedef struct {
-  PetscReal call, stage, process, point, leaver;
+  PetscReal call, stage, process, particle, leaver;
 } MPMMigration;
 
 typedef struct {
@@ -726,7 +727,7 @@ PetscErrorCode MPMModelSetUp(MPM);
 PetscErrorCode MPMModelLoad(MPM, char wrong[], size_t len);
 void           MPMModelMethod(MPM, char text[], size_t len);
 PetscReal      MPMModelTimer(MPM, PetscInt timer, const MPMShare *);
-void           MPMModelCosts(MPM, PetscReal points, MPMCosts *);
+void           MPMModelCosts(MPM, PetscReal particles, MPMCosts *);
 void           MPMModelCross(PetscInt dim, PetscReal layer, PetscReal per_cell, PetscReal moved, MPMShare *);
 PetscErrorCode MPMModelShare(MPM, MPMShare *); /* of this process as it is */
 PetscErrorCode MPMModelPredict(MPM);
@@ -781,7 +782,7 @@ typedef struct {
 } MPMOutput;
 #define MPM_OUTPUT_GRID (1 << 30) /* bit of the nodes in MPMOutput.fields */
 
-/* A field of a snapshot: fills one row of nc values for point p. */
+/* A field of a snapshot: fills one row of nc values for particle p. */
 typedef struct {
   const char *name, *option, *unit, *components; /* option: its word in -output_fields; NULL: always there */
   PetscInt    nc;
@@ -830,7 +831,7 @@ struct _p_MPM {
   const MPMPhase      *program[MPM_MAX_PHASES]; /* [nprogram] the phases of a step */
   PetscInt             nprogram;
   MPMExchange          exchange;
-  MPMPoints            points;
+  MPMParticles         particles;
   MPMParams            params;
   MPMStatus            status; /* of the last step */
   MPMMonitor           monitor;

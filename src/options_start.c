@@ -248,7 +248,7 @@ static void CheckArguments(int argc, char **argv, char error[], size_t len)
 static void PrintHelp(void)
 {
   printf(
-      "Pebble: the Material Point Method on PETSc\n"
+      "Pebble: the Material Particle Method on PETSc\n"
       "  pebble -options_file options/disks.opts [-option value ...]\n"
       "  pebble -version; pebble -help petsc also lists PETSc's own options; -log_view times events and counts messages\n"
       "Options: <default> unit: meaning (allowed). Lists have no blanks: -gravity 0,-9.81\n");

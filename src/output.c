@@ -2,7 +2,7 @@
 
    /                      attributes: provenance and the grid
    /step_000123           attributes time, step, dt, digest
-     particles/id x ...   [N] or [N][nc], one row a point in the order of ids, on every number of processes
+     particles/id x ...   [N] or [N][nc], one row a particle in the order of ids, on every number of processes
      grid/mass v          [nz][ny][nx] and [nz][ny][nx][3], nodes in the order of coordinates
    Vectors have 3 components in every dimension. The file is flushed after each snapshot. With a PETSc that has no HDF5
    there are no snapshots, and asking for them is refused.                                                            */
@@ -193,23 +193,23 @@ static PetscErrorCode CreateRows(MPM mpm, PetscSF *sf, PetscInt *first, PetscInt
   MPMView        view;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscLayoutCreateFromSizes(comm, PETSC_DECIDE, (PetscInt)mpm->points.total, 1, &layout));
+  PetscCall(PetscLayoutCreateFromSizes(comm, PETSC_DECIDE, (PetscInt)mpm->particles.total, 1, &layout));
   PetscCall(PetscLayoutGetRange(layout, first, rows));
   *rows -= *first;
-  PetscCall(MPMPointsGetView(&mpm->points, MPM_BIT(id), &view));
+  PetscCall(MPMParticlesGetView(&mpm->particles, MPM_BIT(id), &view));
   PetscCall(PetscMalloc1(view.n, &row));
   for (PetscInt p = 0; p < view.n; p++) row[p] = (PetscInt)view.id[p];
   PetscCall(PetscSFCreate(comm, sf));
   PetscCall(PetscSFSetGraphLayout(*sf, layout, view.n, NULL, PETSC_COPY_VALUES, row));
-  PetscCall(MPMPointsRestoreView(&mpm->points, MPM_BIT(id), &view));
+  PetscCall(MPMParticlesRestoreView(&mpm->particles, MPM_BIT(id), &view));
   PetscCall(PetscFree(row));
   PetscCall(PetscLayoutDestroy(&layout));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode WritePoints(MPM mpm, hid_t group)
+static PetscErrorCode WriteParticles(MPM mpm, hid_t group)
 {
-  const PetscInt n = mpm->points.n;
+  const PetscInt n = mpm->particles.n;
   PetscInt       first, rows;
   PetscSF        sf;
   MPMView        view;
@@ -221,14 +221,14 @@ static PetscErrorCode WritePoints(MPM mpm, hid_t group)
   for (PetscInt f = 0; MPMOutputFields[f].name; f++) {
     const MPMOutputField *field     = &MPMOutputFields[f];
     const PetscInt        nc        = field->nc;
-    const hsize_t         size[2]   = {(hsize_t)mpm->points.total, (hsize_t)nc};
+    const hsize_t         size[2]   = {(hsize_t)mpm->particles.total, (hsize_t)nc};
     const hsize_t         offset[2] = {(hsize_t)first, 0}, count[2] = {(hsize_t)rows, (hsize_t)nc};
     MPI_Datatype          unit;
 
     if (!(mpm->output.fields & (1 << f))) continue;
-    PetscCall(MPMPointsGetView(&mpm->points, -1, &view));
+    PetscCall(MPMParticlesGetView(&mpm->particles, -1, &view));
     for (PetscInt p = 0; p < n; p++) field->fill(mpm, &view, p, here + p * nc);
-    PetscCall(MPMPointsRestoreView(&mpm->points, -1, &view));
+    PetscCall(MPMParticlesRestoreView(&mpm->particles, -1, &view));
     PetscCallMPI(MPI_Type_contiguous((PetscMPIInt)nc, MPIU_REAL, &unit));
     PetscCallMPI(MPI_Type_commit(&unit));
     PetscCall(PetscSFReduceBegin(sf, unit, here, sorted, MPI_REPLACE));
@@ -359,12 +359,12 @@ static PetscErrorCode WriteSnapshot(MPM mpm)
   PetscCall(WriteReal(step, "time", mpm->t));
   PetscCall(WriteInt(step, "step", mpm->step));
   PetscCall(WriteReal(step, "dt", mpm->step ? mpm->params.dt : 0));
-  PetscCall(MPMPointsDigest(&mpm->points, mpm->exchange.data, &digest));
+  PetscCall(MPMParticlesDigest(&mpm->particles, mpm->exchange.data, &digest));
   (void)snprintf(name, sizeof name, "%016llx", (unsigned long long)digest);
   PetscCall(WriteText(step, "digest", name));
   PetscCall(WriteText(step, "units", "time and dt in s"));
   H5(group = H5Gcreate2(step, "particles", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-  PetscCall(WritePoints(mpm, group));
+  PetscCall(WriteParticles(mpm, group));
   H5(H5Gclose(group));
   if (out->fields & MPM_OUTPUT_GRID) {
     H5(group = H5Gcreate2(step, "grid", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));

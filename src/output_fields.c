@@ -1,5 +1,5 @@
-/* output_fields.c - what a snapshot holds of the points: the table of fields, and how each row is filled. A new field
-   is a function and a row here. */
+/* output_fields.c - what a snapshot holds of the particles: the table of fields, and how each row is filled. A new
+   field is a function and a row here. */
 #include "mpm.h"
 
 static const MPMKind *KindOf(MPM mpm, const MPMView *v, PetscInt p)
@@ -56,7 +56,7 @@ static void FillStress(MPM mpm, const MPMView *v, PetscInt p, PetscReal row[])
   const MPMMaterial *m   = MaterialOf(mpm, v, p);
   MPMBlock           b;
 
-  MPMPointsState(dim, v, p, &b);
+  MPMParticlesState(dim, v, p, &b);
   if (!(m->state & MPM_BIT(tau))) m->type->law->stress[dim - 1](m, 0, 1, &b);
   for (PetscInt k = 0; k < MPM_STRESS_NC; k++) row[k] = 0;
   for (PetscInt k = 0; k < MPM_SYM_NC(dim); k++) row[MPMSymPlace((int)dim, (int)k)] = b.tau[k][0] / Jacobian(mpm, v, p);

@@ -3,7 +3,7 @@
    Bodies fill a part of the grid, so equal boxes leave processes idle: two disks on 32 processes cost 3.9 times the
    mean. Here every process grid px x py x pz (strips included) is tried, each axis cut at edges of tiles so that its
    heaviest part is as light as it can be, and the one of the smallest predicted step is taken. Input is a histogram of
-   the points over the nodes, which the first process has; it tells the others what it chose. docs/performance.md has
+   the particles over the nodes, which the first process has; it tells the others what it chose. docs/performance.md has
    the model. */
 #include "tiles.h"
 
@@ -39,7 +39,7 @@ static PetscInt Entries(const MPMHistogram *h)
   return Index(h, h->n[0], h->n[1], h->n[2]) + 1;
 }
 
-/* An empty histogram, to which the processes of comm add points. Not collective. */
+/* An empty histogram, to which the processes of comm add particles. Not collective. */
 PetscErrorCode MPMHistogramCreate(const MPMGrid *grid, MPMBasis basis, MPI_Comm comm, MPMHistogram *h)
 {
   PetscMPIInt rank;
@@ -84,9 +84,9 @@ static PetscErrorCode Room(MPMHistogram *h, PetscInt n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counts points whose stencils start at node `base` (from 0, layers included). Points that follow each other are mostly
-   in the same bin, so that a list is short beside the points. */
-PetscErrorCode MPMHistogramAdd(MPMHistogram *h, const PetscInt base[], PetscInt64 points)
+/* Counts particles whose stencils start at node `base` (from 0, layers included). Particles that follow each other are
+   mostly in the same bin, so that a list is short beside the particles. */
+PetscErrorCode MPMHistogramAdd(MPMHistogram *h, const PetscInt base[], PetscInt64 particles)
 {
   PetscInt b[3] = {0}, entry;
 
@@ -94,13 +94,13 @@ PetscErrorCode MPMHistogramAdd(MPMHistogram *h, const PetscInt base[], PetscInt6
   for (PetscInt d = 0; d < h->dim; d++) b[d] = PetscMin(base[d] / h->coarse, h->n[d] - 1);
   entry = Index(h, b[0] + 1, b[1] + 1, b[2] + 1);
   if (h->table)
-    h->table[entry] += points;
+    h->table[entry] += particles;
   else if (h->listed && h->list[2 * h->listed - 2] == entry)
-    h->list[2 * h->listed - 1] += points;
+    h->list[2 * h->listed - 1] += particles;
   else {
     PetscCall(Room(h, h->listed + 1));
     h->list[2 * h->listed]       = entry;
-    h->list[2 * h->listed++ + 1] = points;
+    h->list[2 * h->listed++ + 1] = particles;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -143,7 +143,7 @@ PetscErrorCode MPMHistogramFinish(MPMHistogram *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sum of a table (points, or bins with points) over the box of bins [lo, hi). */
+/* Sum of a table (particles, or bins with particles) over the box of bins [lo, hi). */
 static PetscInt64 Count(const MPMHistogram *h, PetscInt64 *table, const PetscInt lo[3], const PetscInt hi[3])
 {
   PetscInt64 sum = 0;
@@ -164,17 +164,18 @@ static PetscBool Fits(const MPMHistogram *h, const PetscInt p[3])
   return PETSC_TRUE;
 }
 
-/* Nodes that are visited for the points of a box: those of bins with points. */
+/* Nodes that are visited for the particles of a box: those of bins with particles. */
 static PetscReal Nodes(const MPMHistogram *h, const PetscInt lo[3], const PetscInt hi[3])
 {
   return PetscPowReal((PetscReal)h->coarse, (PetscReal)h->dim) * (PetscReal)Count(h, h->occupied, lo, hi);
 }
 
-/* The weight by which boxes of bins are made equal: points with their nodes, or just bins. */
+/* The weight by which boxes of bins are made equal: particles with their nodes, or just bins. */
 static PetscReal Weight(const MPMHistogram *h, PetscInt d, const MPMCosts *costs, const PetscInt lo[3],
                         const PetscInt hi[3])
 {
-  return costs ? costs->point * (PetscReal)Count(h, h->table, lo, hi) + costs->node * Nodes(h, lo, hi) : hi[d] - lo[d];
+  return costs ? costs->particle * (PetscReal)Count(h, h->table, lo, hi) + costs->node * Nodes(h, lo, hi)
+               : hi[d] - lo[d];
 }
 
 /* Fills parts of axis d from below, each with as many bins as weigh at most `most`, into l (in nodes): do all fit? */
@@ -216,7 +217,7 @@ static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPa
 
 /* Predicted seconds of a step: of the slowest process, whose share is left in part->worst. Of migration it has what
    depends on the cuts: leavers, between the mean over the steps and all processes waiting for one row (MPMModelCross),
-   since nobody knows how long points will keep to rows. */
+   since nobody knows how long particles will keep to rows. */
 PetscReal MPMPartitionCost(const MPMHistogram *h, MPMPartition *part)
 {
   const MPMCosts *c     = &part->costs;
@@ -245,14 +246,14 @@ PetscReal MPMPartitionCost(const MPMHistogram *h, MPMPartition *part)
           s.cuts += (PetscReal)(part->p[d] - 1);
         }
         s.neighbours = 0.5 * (PetscReal)(around - 1);
-        s.points     = (PetscReal)Count(h, h->table, lo, hi);
+        s.particles  = (PetscReal)Count(h, h->table, lo, hi);
         s.nodes      = Nodes(h, lo, hi);
         for (PetscInt d = 0; d < h->dim; d++) lo[d] = PetscMax(0, lo[d] - 1);
         s.ghosts = (Nodes(h, lo, hi) - s.nodes) * (PetscReal)(h->stencil - 1) / (PetscReal)h->coarse;
-        most     = PetscMax(most, (PetscInt64)s.points);
-        MPMModelCross(h->dim, s.ghosts / (PetscReal)(h->stencil - 1), s.points / PetscMax(1, s.nodes), c->moved, &s);
-        t = c->fixed + c->point * s.points + c->ghost * s.ghosts + c->node * s.nodes + c->neighbour * s.neighbours +
-            c->leaver * 0.5 * (s.crossing + s.row * s.waits);
+        most     = PetscMax(most, (PetscInt64)s.particles);
+        MPMModelCross(h->dim, s.ghosts / (PetscReal)(h->stencil - 1), s.particles / PetscMax(1, s.nodes), c->moved, &s);
+        t = c->fixed + c->particle * s.particles + c->ghost * s.ghosts + c->node * s.nodes +
+            c->neighbour * s.neighbours + c->leaver * 0.5 * (s.crossing + s.row * s.waits);
         if (t <= worst) continue;
         worst       = t;
         part->worst = s;
@@ -296,9 +297,9 @@ static PetscReal Surface(const MPMHistogram *h, const PetscInt p[3])
   return s;
 }
 
-/* How much dearer than the model says cuts across x, and across y, count: points run along x first and z last, and the
-   tiles at such a cut, whose sums are kept, have short runs of them. On two processes a cut across x made the step 3
-   (linear, 2-D) to 9 % (quadratic, 3-D) longer than one across the last axis; it counts less, lest balance suffer. */
+/* How much dearer than the model says cuts across x, and across y, count: particles run along x first and z last, and
+   the tiles at such a cut, whose sums are kept, have short runs of them. On two processes a cut across x made the step
+   3 (linear, 2-D) to 9 % (quadratic, 3-D) longer than one across the last axis; it counts less, lest balance suffer. */
 static PetscReal Across(const PetscInt p[3])
 {
   return 1 + 0.04 * (1 - 1 / (PetscReal)p[0]) + 0.01 * (1 - 1 / (PetscReal)p[1]);

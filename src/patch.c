@@ -49,7 +49,7 @@ void *MPMAlign(void *memory)
 }
 
 /* Lets all nodes be visited. */
-void MPMPatchMarkAll(MPMPatch *patch)
+void MPMPatchVisitAll(MPMPatch *patch)
 {
   for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
     patch->span[r].first = 0;
@@ -57,12 +57,12 @@ void MPMPatchMarkAll(MPMPatch *patch)
   }
 }
 
-/* Runs a phase on the patch, whose views hold the fields that the phase declares. turn: of points to nodes the tiles
+/* Runs a phase on the patch, whose views hold the fields that the phase declares. pass: of particles to nodes the tiles
    that it is for. Merges what it finds into status. Not collective. */
-PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMTurns turn, MPMStatus *status)
+PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMPass pass, MPMStatus *status)
 {
-  static const PetscInt parts[] = {[MPM_TILES_EARLY] = MPM_P2G_EARLY, [MPM_TILES_LATE] = MPM_P2G_LATE};
-  PetscInt              work    = phase->kind == MPM_NODES ? mpm->points.n : patch->points.n;
+  static const PetscInt parts[] = {[MPM_PASS_EARLY] = MPM_P2G_EARLY, [MPM_PASS_LATE] = MPM_P2G_LATE};
+  PetscInt              work    = phase->kind == MPM_NODES ? mpm->particles.n : patch->particles.n;
 
   PetscFunctionBeginUser;
   MPMWorkBegin(mpm);
@@ -77,12 +77,12 @@ PetscErrorCode MPMPatchRun(MPM mpm, MPMPatch *patch, const MPMPhase *phase, MPMT
 
     PetscCheck(kernel, PETSC_COMM_SELF, PETSC_ERR_PLIB, "phase %s has no kernel for parts %" PetscInt_FMT, phase->name,
                phase->parts);
-    if (phase->kind == MPM_POINTS_TO_NODES) {
-      if (turn == MPM_TILES_OPEN) MPMTilesMarkRows(patch);
-      for (PetscInt k = work = 0; k < patch->tiles.nruns[turn]; k++)
-        work += patch->tiles.runs[turn][k].last - patch->tiles.runs[turn][k].first;
+    if (phase->kind == MPM_PARTICLES_TO_NODES) {
+      if (pass == MPM_PASS_MAIN) MPMTilesFindSpans(patch);
+      for (PetscInt k = work = 0; k < patch->tiles.nruns[pass]; k++)
+        work += patch->tiles.runs[pass][k].last - patch->tiles.runs[pass][k].first;
     }
-    kernel(&mpm->params, patch, phase->parts | parts[turn], status);
+    kernel(&mpm->params, patch, phase->parts | parts[pass], status);
   }
   MPMWorkEnd(mpm, (PetscInt)(phase - mpm->phases));
   MPMSimulateWork(phase->name, (PetscReal)work);

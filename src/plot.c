@@ -56,7 +56,7 @@ static void Text(FILE *f, const char text[])
   }
 }
 
-/* Writes y [n] over x [n], all positive, with a line of slope 2 through the last point. Not collective. */
+/* Writes y [n] over x [n], all positive, with a line of slope 2 through the last particle. Not collective. */
 PetscErrorCode MPMPlotLogLog(const char path[], const char title[], const char xlabel[], const char ylabel[],
                              PetscInt n, const PetscReal x[], const PetscReal y[])
 {

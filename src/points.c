@@ -1,19 +1,19 @@
-/* points.c - the material points: storage, views, canonical order, digest.
+/* particles.c - the material particles: storage, views, canonical order, digest.
 
    The fields of fields.def are fields of a DMSWARM_BASIC swarm, so PETSc stores and moves them; scratch fields are
-   plain arrays beside it. `order` lists the points by (cell, id): the order in which kernels visit them, the same
+   plain arrays beside it. `order` lists the particles by (cell, id): the order in which kernels visit them, the same
    whatever the storage looks like. The storage itself is put in that order now and then, for the cache. */
 #include "cell.h"
 
-/* The storage is put in order after so many changes of cell for each point; in between, sweeps read it through `order`.
-   A sort that does not know its movers counts as if 4 % had moved: every 50 of them. (More often: 3-D gains up to 4 %
-   where points move 5 % of a cell a step, 2-D loses as much.) */
+/* The storage is put in order after so many changes of cell for each particle; in between, sweeps read it through
+   `order`. A sort that does not know its movers counts as if 4 % had moved: every 50 of them. (More often: 3-D gains up
+   to 4 % where particles move 5 % of a cell a step, 2-D loses as much.) */
 #define MPM_SCATTERED   2
 #define MPM_MOVES_GUESS 0.04
 #define MPM_ROW_BYTES   (9 * sizeof(PetscReal)) /* of a field, at most: a tensor in 3-D */
-#define MPM_RUN         16 /* runs of so many points in the order, on average: they need no reordering */
-/* Room for points to come in the swarm, besides n/500. Small, since PETSc before 3.25 clears all of it at each removal;
-   not smaller, since the swarm moves all fields to new memory when points come that find no room.                    */
+#define MPM_RUN         16 /* runs of so many particles in the order, on average: they need no reordering */
+/* Room for particles to come in the swarm, besides n/500. Small, since PETSc before 3.25 clears all of it at each
+   removal; not smaller, since the swarm moves all fields to new memory when particles come that find no room. */
 #define MPM_SWARM_BUFFER 64
 
 const MPMFieldInfo MPMFields[MPM_NUM_FIELDS] = {
@@ -34,21 +34,21 @@ PetscInt MPMFieldComponents(PetscInt field, PetscInt dim)
   return components[field];
 }
 
-/* Bytes that a point takes: of its state, of all that the swarm moves, or with the scratch. */
-PetscInt MPMPointsBytes(const MPMPoints *points, MPMHome most)
+/* Bytes that a particle takes: of its state, of all that the swarm moves, or with the scratch. */
+PetscInt MPMParticlesBytes(const MPMParticles *particles, MPMHome most)
 {
   PetscInt bytes = 0;
 
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (points->present[f] && MPMFields[f].home <= most) bytes += points->bytes[f];
+    if (particles->present[f] && MPMFields[f].home <= most) bytes += particles->bytes[f];
   return bytes;
 }
 
-/* Bytes of memory that a point takes here: its fields, with the process that every swarm keeps, and the orders of now
-   and of before. */
-PetscInt MPMPointsMemory(const MPMPoints *points)
+/* Bytes of memory that a particle takes here: its fields, with the process that every swarm keeps, and the orders of
+   now and of before. */
+PetscInt MPMParticlesMemory(const MPMParticles *particles)
 {
-  return MPMPointsBytes(points, MPM_SCRATCH) + 3 * (PetscInt)sizeof(PetscInt);
+  return MPMParticlesBytes(particles, MPM_SCRATCH) + 3 * (PetscInt)sizeof(PetscInt);
 }
 
 /* Does a material of the scene list this field in its state? */
@@ -60,7 +60,7 @@ static PetscBool Keeps(const MPMScene *scene, PetscInt bit)
 }
 
 /* Which fields the scene needs, and their bytes. Not collective. */
-PetscErrorCode MPMPointsLayout(MPM mpm, MPMPoints *points)
+PetscErrorCode MPMParticlesLayout(MPM mpm, MPMParticles *particles)
 {
 #define KEEPS(name) Keeps(&mpm->scene, MPM_BIT(name))
   const PetscBool present[] = {
@@ -71,16 +71,16 @@ PetscErrorCode MPMPointsLayout(MPM mpm, MPMPoints *points)
 #undef KEEPS
 
   PetscFunctionBeginUser;
-  points->dim = mpm->grid.dim;
+  particles->dim = mpm->grid.dim;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     size_t size;
 
     PetscCall(PetscDataTypeGetSize(MPMFields[f].type, &size));
-    points->present[f] = present[f];
-    points->bytes[f]   = MPMFieldComponents(f, points->dim) * (PetscInt)size;
-    PetscCheck((size_t)points->bytes[f] <= MPM_ROW_BYTES, PETSC_COMM_SELF, PETSC_ERR_SUP,
+    particles->present[f] = present[f];
+    particles->bytes[f]   = MPMFieldComponents(f, particles->dim) * (PetscInt)size;
+    PetscCheck((size_t)particles->bytes[f] <= MPM_ROW_BYTES, PETSC_COMM_SELF, PETSC_ERR_SUP,
                "field %s has rows of %" PetscInt_FMT " bytes, more than MPM_ROW_BYTES", MPMFields[f].name,
-               points->bytes[f]);
+               particles->bytes[f]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -92,85 +92,85 @@ static const char *SwarmName(PetscInt field)
 }
 
 /* Registers the fields that the scene needs, and no more. Collective on comm. */
-PetscErrorCode MPMPointsCreate(MPM mpm, MPMPoints *points, MPI_Comm comm)
+PetscErrorCode MPMParticlesCreate(MPM mpm, MPMParticles *particles, MPI_Comm comm)
 {
   PetscFunctionBeginUser;
-  PetscCall(MPMPointsLayout(mpm, points));
-  PetscCall(DMCreate(comm, &points->swarm));
-  PetscCall(DMSetType(points->swarm, DMSWARM));
-  PetscCall(DMSetDimension(points->swarm, points->dim));
-  PetscCall(DMSwarmSetType(points->swarm, DMSWARM_BASIC));
-  PetscCall(DMSwarmInitializeFieldRegister(points->swarm));
+  PetscCall(MPMParticlesLayout(mpm, particles));
+  PetscCall(DMCreate(comm, &particles->swarm));
+  PetscCall(DMSetType(particles->swarm, DMSWARM));
+  PetscCall(DMSetDimension(particles->swarm, particles->dim));
+  PetscCall(DMSwarmSetType(particles->swarm, DMSWARM_BASIC));
+  PetscCall(DMSwarmInitializeFieldRegister(particles->swarm));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (points->present[f] && MPMFields[f].home != MPM_SCRATCH && f != MPM_FIELD_INDEX_id)
-      PetscCall(DMSwarmRegisterPetscDatatypeField(points->swarm, MPMFields[f].name, MPMFieldComponents(f, points->dim),
-                                                  MPMFields[f].type));
-  PetscCall(DMSwarmFinalizeFieldRegister(points->swarm));
+    if (particles->present[f] && MPMFields[f].home != MPM_SCRATCH && f != MPM_FIELD_INDEX_id)
+      PetscCall(DMSwarmRegisterPetscDatatypeField(particles->swarm, MPMFields[f].name,
+                                                  MPMFieldComponents(f, particles->dim), MPMFields[f].type));
+  PetscCall(DMSwarmFinalizeFieldRegister(particles->swarm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes the swarm's size, after points came and went, and makes room for the scratch of so many. Keeps order and
+/* Takes the swarm's size, after particles came and went, and makes room for the scratch of so many. Keeps order and
    movers. Not collective. */
-PetscErrorCode MPMPointsResize(MPMPoints *points)
+PetscErrorCode MPMParticlesResize(MPMParticles *particles)
 {
   PetscFunctionBeginUser;
-  PetscCall(DMSwarmGetLocalSize(points->swarm, &points->n));
-  if (points->n <= points->capacity) PetscFunctionReturn(PETSC_SUCCESS);
-  points->capacity = points->n + points->n / 8 + MPM_SWARM_BUFFER;
+  PetscCall(DMSwarmGetLocalSize(particles->swarm, &particles->n));
+  if (particles->n <= particles->capacity) PetscFunctionReturn(PETSC_SUCCESS);
+  particles->capacity = particles->n + particles->n / 8 + MPM_SWARM_BUFFER;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    if (!points->present[f] || MPMFields[f].home != MPM_SCRATCH) continue;
-    PetscCall(PetscFree(points->scratch[f]));
-    PetscCall(PetscCalloc1((size_t)points->capacity * (size_t)points->bytes[f], (char **)&points->scratch[f]));
+    if (!particles->present[f] || MPMFields[f].home != MPM_SCRATCH) continue;
+    PetscCall(PetscFree(particles->scratch[f]));
+    PetscCall(PetscCalloc1((size_t)particles->capacity * (size_t)particles->bytes[f], (char **)&particles->scratch[f]));
   }
-  PetscCall(PetscRealloc((size_t)(points->capacity + 1) * sizeof *points->order, &points->order));
-  PetscCall(PetscRealloc((size_t)points->capacity * sizeof *points->movers, &points->movers));
-  PetscCall(PetscFree(points->spare));
-  PetscCall(PetscMalloc1(points->capacity + 1, &points->spare));
+  PetscCall(PetscRealloc((size_t)(particles->capacity + 1) * sizeof *particles->order, &particles->order));
+  PetscCall(PetscRealloc((size_t)particles->capacity * sizeof *particles->movers, &particles->movers));
+  PetscCall(PetscFree(particles->spare));
+  PetscCall(PetscMalloc1(particles->capacity + 1, &particles->spare));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the number of points here; new ones have unset fields. Not collective. */
-PetscErrorCode MPMPointsSetSize(MPMPoints *points, PetscInt n)
+/* Sets the number of particles here; new ones have unset fields. Not collective. */
+PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
 {
   PetscFunctionBeginUser;
-  PetscCall(DMSwarmSetLocalSizes(points->swarm, n, MPM_SWARM_BUFFER + n / 500));
-  PetscCall(MPMPointsResize(points));
+  PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, MPM_SWARM_BUFFER + n / 500));
+  PetscCall(MPMParticlesResize(particles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The array of a field that the scene has: [n][components]. The id is the number that every swarm keeps of its points.
-   Restore before the number of points changes. Not collective. */
-PetscErrorCode MPMPointsGetField(MPMPoints *points, PetscInt field, void **at)
+/* The array of a field that the scene has: [n][components]. The id is the number that every swarm keeps of its
+   particles. Restore before the number of particles changes. Not collective. */
+PetscErrorCode MPMParticlesGetField(MPMParticles *particles, PetscInt field, void **at)
 {
   PetscFunctionBeginUser;
   if (MPMFields[field].home == MPM_SCRATCH)
-    *at = points->scratch[field];
+    *at = particles->scratch[field];
   else
-    PetscCall(DMSwarmGetField(points->swarm, SwarmName(field), NULL, NULL, at));
+    PetscCall(DMSwarmGetField(particles->swarm, SwarmName(field), NULL, NULL, at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMPointsRestoreField(MPMPoints *points, PetscInt field)
+PetscErrorCode MPMParticlesRestoreField(MPMParticles *particles, PetscInt field)
 {
   void *at;
 
   PetscFunctionBeginUser;
   if (MPMFields[field].home != MPM_SCRATCH)
-    PetscCall(DMSwarmRestoreField(points->swarm, SwarmName(field), NULL, NULL, &at));
+    PetscCall(DMSwarmRestoreField(particles->swarm, SwarmName(field), NULL, NULL, &at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The fields (bits) of the points here; those not asked for, or not in this scene, are NULL. Restore before the number
-   of points changes. Not collective.                                                                                 */
-PetscErrorCode MPMPointsGetView(MPMPoints *points, PetscInt fields, MPMView *view)
+/* The fields (bits) of the particles here; those not asked for, or not in this scene, are NULL. Restore before the
+   number of particles changes. Not collective. */
+PetscErrorCode MPMParticlesGetView(MPMParticles *particles, PetscInt fields, MPMView *view)
 {
   void *at[MPM_NUM_FIELDS] = {NULL};
 
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (points->present[f] && (fields & (1 << f))) PetscCall(MPMPointsGetField(points, f, &at[f]));
+    if (particles->present[f] && (fields & (1 << f))) PetscCall(MPMParticlesGetField(particles, f, &at[f]));
   PetscCall(PetscMemzero(view, sizeof *view));
-  view->n = points->n;
+  view->n = particles->n;
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   view->name = (ctype *)at[MPM_FIELD_INDEX_##name];
 #include "fields.def"
@@ -178,11 +178,11 @@ PetscErrorCode MPMPointsGetView(MPMPoints *points, PetscInt fields, MPMView *vie
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMPointsRestoreView(MPMPoints *points, PetscInt fields, MPMView *view)
+PetscErrorCode MPMParticlesRestoreView(MPMParticles *particles, PetscInt fields, MPMView *view)
 {
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (points->present[f] && (fields & (1 << f))) PetscCall(MPMPointsRestoreField(points, f));
+    if (particles->present[f] && (fields & (1 << f))) PetscCall(MPMParticlesRestoreField(particles, f));
   PetscCall(PetscMemzero(view, sizeof *view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -195,11 +195,11 @@ MPM_INLINE void FollowCycles(size_t bytes, PetscInt npath, const PetscInt path[]
   for (PetscInt k = 0; k < npath; k++) {
     memcpy(first, rows + (size_t)path[k] * bytes, bytes);
     for (; path[k] >= 0; k++) {
-      const PetscInt next = path[k + 1] < 0 ? MPM_MARK(path[k + 1]) : path[k + 1];
+      const PetscInt next = path[k + 1] < 0 ? MPM_FLAGGED(path[k + 1]) : path[k + 1];
 
       memcpy(rows + (size_t)path[k] * bytes, rows + (size_t)next * bytes, bytes);
     }
-    memcpy(rows + (size_t)MPM_MARK(path[k]) * bytes, first, bytes);
+    memcpy(rows + (size_t)MPM_FLAGGED(path[k]) * bytes, first, bytes);
   }
 }
 
@@ -216,42 +216,42 @@ static PetscInt FindCycles(PetscInt n, PetscInt order[], PetscInt path[])
       order[to]     = to;
       path[npath++] = to;
     }
-    path[npath - 1] = MPM_MARK(path[npath - 1]);
+    path[npath - 1] = MPM_FLAGGED(path[npath - 1]);
   }
   return npath;
 }
 
 /* Puts the storage into the order of `order`, which becomes the identity. In place: a copy of the largest field would
-   be up to half of the memory of the points. The path along the cycles is in the room of the order before. */
-static PetscErrorCode Reorder(MPMPoints *points)
+   be up to half of the memory of the particles. The path along the cycles is in the room of the order before. */
+static PetscErrorCode Reorder(MPMParticles *particles)
 {
-  const PetscInt *path  = points->spare;
-  const PetscInt  npath = FindCycles(points->n, points->order, points->spare);
+  const PetscInt *path  = particles->spare;
+  const PetscInt  npath = FindCycles(particles->n, particles->order, particles->spare);
 
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     void *rows;
 
-    if (!points->present[f]) continue;
-    PetscCall(MPMPointsGetField(points, f, &rows));
-    MPM_FOR_WIDTH(points->bytes[f], FollowCycles, npath, path, (char *)rows);
-    PetscCall(MPMPointsRestoreField(points, f));
+    if (!particles->present[f]) continue;
+    PetscCall(MPMParticlesGetField(particles, f, &rows));
+    MPM_FOR_WIDTH(particles->bytes[f], FollowCycles, npath, path, (char *)rows);
+    PetscCall(MPMParticlesRestoreField(particles, f));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is the order far from that of the storage? Points that move together, and those that come from other processes and
+/* Is the order far from that of the storage? Particles that move together, and those that come from other processes and
    take the places of leavers, leave long runs, along which nothing is gained by putting the storage in order. */
-static PetscBool Scattered(const MPMPoints *points)
+static PetscBool Scattered(const MPMParticles *particles)
 {
   PetscInt jumps = 0;
 
-  for (PetscInt q = 1; q < points->n; q++) jumps += points->order[q] != points->order[q - 1] + 1;
-  return jumps > points->n / MPM_RUN ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt q = 1; q < particles->n; q++) jumps += particles->order[q] != particles->order[q - 1] + 1;
+  return jumps > particles->n / MPM_RUN ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* order = points by (cell, id): a counting sort by cell, then insertion by id, which finds little to do since the
-   storage is nearly in order.                                                                                        */
+/* order = particles by (cell, id): a counting sort by cell, then insertion by id, which finds little to do since the
+   storage is n_early in order. */
 static void SortByCell(const MPMView *view, PetscInt ncells, PetscInt *start, PetscInt *order)
 {
   for (PetscInt c = 0; c < ncells + 2; c++) start[c] = 0;
@@ -268,7 +268,7 @@ static void SortByCell(const MPMView *view, PetscInt ncells, PetscInt *start, Pe
     }
 }
 
-/* Does this part of the order have places of points that changed cell or left? */
+/* Does this part of the order have places of particles that changed cell or left? */
 static PetscBool HasMovers(const PetscInt *order, PetscInt n, PetscInt nkept)
 {
   PetscInt most = -1;
@@ -277,28 +277,30 @@ static PetscBool HasMovers(const PetscInt *order, PetscInt n, PetscInt nkept)
   return most >= nkept ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The same from the order before and the places in it of the points that changed cell or left: the others keep their
-   turns, so cells are copied without them and leave room for comers, which then find their place by id. Rows of `row`
-   cells without movers are copied as they are. After a migration other points are where leavers were and from nkept on:
-   they are comers too. */
-static PetscErrorCode MergeMovers(const MPMView *view, PetscInt ncells, PetscInt row, MPMPoints *points)
+/* The same from the order before and the places in it of the particles that changed cell or left: the others keep their
+   turns, so cells are copied without them and leave room for arrivals, which then find their place by id. Rows of `row`
+   cells without movers are copied as they are. After a migration other particles are where leavers were and from nkept
+   on: they are arrivals too. */
+static PetscErrorCode MergeMovers(const MPMView *view, PetscInt ncells, PetscInt row, MPMParticles *particles)
 {
-  PetscInt      *order = points->order, *start = points->start, *to = points->spare, *comers = points->comers;
-  PetscInt      *come = points->movers, ncome = 0, at = 0;
-  const PetscInt nkept = points->nkept;
+  PetscInt *order = particles->order, *start = particles->start, *to = particles->spare,
+           *arrivals  = particles->arrivals;
+  PetscInt      *come = particles->movers, narrived = 0, at = 0;
+  const PetscInt nkept = particles->nkept;
   PetscBool     *comes; /* to a row */
 
   PetscFunctionBeginUser;
-  for (PetscInt m = 0; m < points->nmovers; m++) {
-    const PetscInt q = points->movers[m] < 0 ? MPM_MARK(points->movers[m]) : points->movers[m], p = order[q];
+  for (PetscInt m = 0; m < particles->nmovers; m++) {
+    const PetscInt q = particles->movers[m] < 0 ? MPM_FLAGGED(particles->movers[m]) : particles->movers[m],
+                   p = order[q];
 
     order[q] = nkept;
-    if (p < nkept) come[ncome++] = p;
+    if (p < nkept) come[narrived++] = p;
   }
-  for (PetscInt p = nkept; p < view->n; p++) come[ncome++] = p;
+  for (PetscInt p = nkept; p < view->n; p++) come[narrived++] = p;
   PetscCall(PetscCalloc1(ncells / row, &comes));
-  for (PetscInt m = 0; m < ncome; m++) {
-    comers[view->cell[come[m]]]++;
+  for (PetscInt m = 0; m < narrived; m++) {
+    arrivals[view->cell[come[m]]]++;
     comes[view->cell[come[m]] / row] = PETSC_TRUE;
   }
   for (PetscInt first = 0; first < ncells; first += row) {
@@ -319,98 +321,99 @@ static PetscErrorCode MergeMovers(const MPMView *view, PetscInt ncells, PetscInt
         to[at] = order[q];
         at += order[q] < nkept;
       }
-      at += comers[c];
+      at += arrivals[c];
     }
   }
   start[ncells] = at;
-  for (PetscInt m = 0; m < ncome; m++) {
+  for (PetscInt m = 0; m < narrived; m++) {
     const PetscInt p = come[m], c = view->cell[p];
-    PetscInt       r = start[c + 1] - comers[c]--;
+    PetscInt       r = start[c + 1] - arrivals[c]--;
 
     for (; r > start[c] && view->id[to[r - 1]] > view->id[p]; r--) to[r] = to[r - 1];
     to[r] = p;
   }
   PetscCall(PetscFree(comes));
-  points->spare = order;
-  points->order = to;
+  particles->spare = order;
+  particles->order = to;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists the points that left the patch, ascending: which [n], allocated here. Not collective. */
-PetscErrorCode MPMPointsLeavers(MPMPoints *points, PetscInt *n, PetscInt **which)
+/* Lists the particles that left the patch, ascending: which [n], allocated here. Not collective. */
+PetscErrorCode MPMParticlesLeavers(MPMParticles *particles, PetscInt *n, PetscInt **which)
 {
-  const PetscBool all        = points->nmovers < 0 ? PETSC_TRUE : PETSC_FALSE;
-  const PetscInt  candidates = all ? points->n : points->nmovers, *movers = points->movers;
+  const PetscBool all        = particles->nmovers < 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt  candidates = all ? particles->n : particles->nmovers, *movers = particles->movers;
   MPMView         view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPointsGetView(points, MPM_BIT(cell), &view));
+  PetscCall(MPMParticlesGetView(particles, MPM_BIT(cell), &view));
   for (PetscInt pass = 0; pass < 2; pass++) {
     *n = 0;
     for (PetscInt m = 0; m < candidates; m++) {
       if (all ? view.cell[m] >= 0 : movers[m] >= 0) continue;
-      if (pass) (*which)[*n] = all ? m : points->order[MPM_MARK(movers[m])];
+      if (pass) (*which)[*n] = all ? m : particles->order[MPM_FLAGGED(movers[m])];
       ++*n;
     }
     if (!pass) PetscCall(PetscMalloc1(*n, which));
   }
-  PetscCall(MPMPointsRestoreView(points, MPM_BIT(cell), &view));
+  PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(cell), &view));
   PetscCall(PetscSortInt(*n, *which));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Orders the points, whose `cell` is known, for the patch: sets order and start. Not collective. */
-PetscErrorCode MPMPointsSort(MPMPoints *points, const MPMPatch *patch)
+/* Orders the particles, whose `cell` is known, for the patch: sets order and start. Not collective. */
+PetscErrorCode MPMParticlesSort(MPMParticles *particles, const MPMPatch *patch)
 {
   const PetscInt ncells = MPMTilesCells(patch), fields = MPM_BIT(id) | MPM_BIT(cell);
   MPMView        view;
 
   PetscFunctionBeginUser;
-  if (points->nstart < ncells + 2) {
-    PetscCall(PetscFree2(points->start, points->comers));
-    PetscCall(PetscMalloc2(ncells + 2, &points->start, ncells + 2, &points->comers));
-    PetscCall(PetscArrayzero(points->comers, ncells + 2));
-    points->nstart  = ncells + 2;
-    points->nmovers = -1;
+  if (particles->nstart < ncells + 2) {
+    PetscCall(PetscFree2(particles->start, particles->arrivals));
+    PetscCall(PetscMalloc2(ncells + 2, &particles->start, ncells + 2, &particles->arrivals));
+    PetscCall(PetscArrayzero(particles->arrivals, ncells + 2));
+    particles->nstart  = ncells + 2;
+    particles->nmovers = -1;
   }
-  PetscCall(MPMPointsGetView(points, fields, &view));
-  points->scattered += points->nmovers < 0 ? MPM_MOVES_GUESS * (PetscReal)points->n : (PetscReal)points->nmovers;
-  if (points->nmovers < 0)
-    SortByCell(&view, ncells, points->start, points->order);
+  PetscCall(MPMParticlesGetView(particles, fields, &view));
+  particles->scattered += particles->nmovers < 0 ? MPM_MOVES_GUESS * (PetscReal)particles->n
+                                                 : (PetscReal)particles->nmovers;
+  if (particles->nmovers < 0)
+    SortByCell(&view, ncells, particles->start, particles->order);
   else
-    PetscCall(MergeMovers(&view, ncells, patch->tiles.n[0] << patch->tiles.bits, points));
+    PetscCall(MergeMovers(&view, ncells, patch->tiles.n[0] << patch->tiles.bits, particles));
   MPMSimulateWork("SORT", view.n);
-  points->nmovers = -1;
-  points->nkept   = points->n;
-  PetscCall(MPMPointsRestoreView(points, fields, &view));
-  if (points->scattered >= MPM_SCATTERED * (PetscReal)points->n) {
-    if (Scattered(points)) PetscCall(Reorder(points));
-    points->scattered = 0;
+  particles->nmovers = -1;
+  particles->nkept   = particles->n;
+  PetscCall(MPMParticlesRestoreView(particles, fields, &view));
+  if (particles->scattered >= MPM_SCATTERED * (PetscReal)particles->n) {
+    if (Scattered(particles)) PetscCall(Reorder(particles));
+    particles->scattered = 0;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the cells of all points anew and orders them. All must lie in cells of the patch. Not collective. */
-PetscErrorCode MPMPointsLocate(MPMPoints *points, const MPMPatch *patch, const MPMKind *kinds)
+/* Finds the cells of all particles anew and orders them. All must lie in cells of the patch. Not collective. */
+PetscErrorCode MPMParticlesLocate(MPMParticles *particles, const MPMPatch *patch, const MPMKind *kinds)
 {
-  const PetscInt d = points->dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
+  const PetscInt d = particles->dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
   MPMView        view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPointsGetView(points, fields, &view));
+  PetscCall(MPMParticlesGetView(particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     PetscInt base[3] = {0};
 
     view.cell[p] = MPMOwnCell((int)d, patch->basis, patch, view.x + p * d, MPMHalfWidths((int)d, kinds, &view, p),
                               base);
     PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-               "point %" PetscInt64_FMT " at (%g, %g, %g) is on the wrong process", view.id[p], (double)view.x[p * d],
-               (double)(d > 1 ? view.x[p * d + 1] : 0), (double)(d > 2 ? view.x[p * d + 2] : 0));
+               "particle %" PetscInt64_FMT " at (%g, %g, %g) is on the wrong process", view.id[p],
+               (double)view.x[p * d], (double)(d > 1 ? view.x[p * d + 1] : 0), (double)(d > 2 ? view.x[p * d + 2] : 0));
   }
-  PetscCall(MPMPointsRestoreView(points, fields, &view));
-  points->scattered = PETSC_MAX_REAL;
-  points->nmovers   = -1;
-  PetscCall(MPMPointsSort(points, patch));
+  PetscCall(MPMParticlesRestoreView(particles, fields, &view));
+  particles->scattered = PETSC_MAX_REAL;
+  particles->nmovers   = -1;
+  PetscCall(MPMParticlesSort(particles, patch));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -422,31 +425,31 @@ static uint64_t Mix(uint64_t z)
   return z ^ (z >> 31);
 }
 
-/* What a point counts for in the fingerprint: id (id + 1), modulo 2^64. */
-uint64_t MPMPointMark(PetscInt64 id)
+/* What a particle counts for in the fingerprint: id (id + 1), modulo 2^64. */
+uint64_t MPMParticleHash(PetscInt64 id)
 {
   return (uint64_t)id * (uint64_t)(id + 1);
 }
 
-/* The sum of the marks of the points here, modulo 2^64. Of all processes, with the number of points: one that is lost
-   or doubled changes the number, and one that stands in the place of another changes the sum. Of several at once it
-   misses those that leave both as they are: 0 and 6 doubled, 3 and 5 lost. It says nothing of their state. Not
+/* The sum of the marks of the particles here, modulo 2^64. Of all processes, with the number of particles: one that is
+   lost or doubled changes the number, and one that stands in the place of another changes the sum. Of several at once
+   it misses those that leave both as they are: 0 and 6 doubled, 3 and 5 lost. It says nothing of their state. Not
    collective. */
-PetscErrorCode MPMPointsFingerprint(MPMPoints *points, PetscInt64 *ids)
+PetscErrorCode MPMParticlesFingerprint(MPMParticles *particles, PetscInt64 *ids)
 {
   uint64_t sum = 0;
   MPMView  view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPointsGetView(points, MPM_BIT(id), &view));
-  for (PetscInt p = 0; p < view.n; p++) sum += MPMPointMark(view.id[p]);
-  PetscCall(MPMPointsRestoreView(points, MPM_BIT(id), &view));
+  PetscCall(MPMParticlesGetView(particles, MPM_BIT(id), &view));
+  for (PetscInt p = 0; p < view.n; p++) sum += MPMParticleHash(view.id[p]);
+  PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(id), &view));
   *ids = (PetscInt64)sum;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* The first id that is not there once, and how often it is, or -1. Collective on comm. */
-static PetscErrorCode FirstWrong(MPMPoints *points, MPI_Comm comm, PetscBool doubled, PetscInt64 *wrong)
+static PetscErrorCode FirstWrong(MPMParticles *particles, MPI_Comm comm, PetscBool doubled, PetscInt64 *wrong)
 {
   PetscInt   *count;
   PetscMPIInt len;
@@ -454,22 +457,22 @@ static PetscErrorCode FirstWrong(MPMPoints *points, MPI_Comm comm, PetscBool dou
 
   PetscFunctionBeginUser;
   *wrong = -1;
-  PetscCall(PetscMPIIntCast((PetscInt)points->total, &len));
-  PetscCall(PetscCalloc1(points->total, &count));
-  PetscCall(MPMPointsGetView(points, MPM_BIT(id), &view));
+  PetscCall(PetscMPIIntCast((PetscInt)particles->total, &len));
+  PetscCall(PetscCalloc1(particles->total, &count));
+  PetscCall(MPMParticlesGetView(particles, MPM_BIT(id), &view));
   for (PetscInt p = 0; p < view.n; p++)
-    if (view.id[p] >= 0 && view.id[p] < points->total) count[view.id[p]]++;
-  PetscCall(MPMPointsRestoreView(points, MPM_BIT(id), &view));
+    if (view.id[p] >= 0 && view.id[p] < particles->total) count[view.id[p]]++;
+  PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(id), &view));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, len, MPIU_INT, MPI_SUM, comm));
-  for (PetscInt64 id = points->total - 1; id >= 0; id--)
+  for (PetscInt64 id = particles->total - 1; id >= 0; id--)
     if (doubled ? count[id] > 1 : count[id] == 0) *wrong = id;
   PetscCall(PetscFree(count));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Names the points that are missing and there twice, after the fingerprints have told that there are some: ids, and of
-   a doubled one a process that has it and where. Collective on comm.                                                 */
-static PetscErrorCode DescribeLoss(MPMPoints *points, MPI_Comm comm, char what[], size_t len)
+/* Names the particles that are missing and there twice, after the fingerprints have told that there are some: ids, and
+   of a doubled one a process that has it and where. Collective on comm. */
+static PetscErrorCode DescribeLoss(MPMParticles *particles, MPI_Comm comm, char what[], size_t len)
 {
   PetscInt64  missing, doubled;
   PetscMPIInt rank, holder = -1;
@@ -479,17 +482,17 @@ static PetscErrorCode DescribeLoss(MPMPoints *points, MPI_Comm comm, char what[]
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCall(FirstWrong(points, comm, PETSC_FALSE, &missing));
-  PetscCall(FirstWrong(points, comm, PETSC_TRUE, &doubled));
-  PetscCall(MPMPointsGetView(points, MPM_BIT(id) | MPM_BIT(x), &view));
+  PetscCall(FirstWrong(particles, comm, PETSC_FALSE, &missing));
+  PetscCall(FirstWrong(particles, comm, PETSC_TRUE, &doubled));
+  PetscCall(MPMParticlesGetView(particles, MPM_BIT(id) | MPM_BIT(x), &view));
   for (PetscInt p = 0; p < view.n; p++)
     if (doubled >= 0 && view.id[p] == doubled) {
       holder = rank;
-      for (PetscInt d = 0; d < points->dim; d++) x[d] = view.x[p * points->dim + d];
+      for (PetscInt d = 0; d < particles->dim; d++) x[d] = view.x[p * particles->dim + d];
     }
-  PetscCall(MPMPointsRestoreView(points, MPM_BIT(id) | MPM_BIT(x), &view));
+  PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(id) | MPM_BIT(x), &view));
   what[0] = 0;
-  if (missing >= 0) at = (size_t)snprintf(what, len, "point %" PetscInt64_FMT " is missing", missing);
+  if (missing >= 0) at = (size_t)snprintf(what, len, "particle %" PetscInt64_FMT " is missing", missing);
   if (doubled >= 0) {
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &holder, 1, MPI_INT, MPI_MAX, comm));
     PetscCallMPI(MPI_Bcast(x, 3, MPIU_REAL, holder, comm));
@@ -500,41 +503,41 @@ static PetscErrorCode DescribeLoss(MPMPoints *points, MPI_Comm comm, char what[]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Raises an error if n points with the fingerprint `ids`, counted over comm, cannot be those of the scene, each once.
-   The first call remembers what is right. Collective on comm. */
-PetscErrorCode MPMPointsCheck(MPMPoints *points, MPI_Comm comm, PetscInt64 n, PetscInt64 ids)
+/* Raises an error if n particles with the fingerprint `ids`, counted over comm, cannot be those of the scene, each
+   once. The first call remembers what is right. Collective on comm. */
+PetscErrorCode MPMParticlesCheck(MPMParticles *particles, MPI_Comm comm, PetscInt64 n, PetscInt64 ids)
 {
   char what[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  if (!points->ids) points->ids = ids;
-  if (n == points->total && ids == points->ids) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(DescribeLoss(points, comm, what, sizeof what));
+  if (!particles->ids) particles->ids = ids;
+  if (n == particles->total && ids == particles->ids) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DescribeLoss(particles, comm, what, sizeof what));
   SETERRQ(comm, PETSC_ERR_PLIB,
-          "points got lost or doubled on the way between processes: %" PetscInt64_FMT " of %" PetscInt64_FMT "; %s", n,
-          points->total, what);
+          "particles got lost or doubled on the way between processes: %" PetscInt64_FMT " of %" PetscInt64_FMT "; %s",
+          n, particles->total, what);
 }
 
-/* A number of the state's bits: every state field of every point, with its id; a sum of hashes, so without order. Equal
-   digests mean the same bits in id, x, v, F and material state. Collective on comm.                                  */
-PetscErrorCode MPMPointsDigest(MPMPoints *points, MPI_Comm comm, PetscInt64 *digest)
+/* A number of the state's bits: every state field of every particle, with its id; a sum of hashes, so without order.
+   Equal digests mean the same bits in id, x, v, F and material state. Collective on comm. */
+PetscErrorCode MPMParticlesDigest(MPMParticles *particles, MPI_Comm comm, PetscInt64 *digest)
 {
   uint64_t sum = 0;
   MPMView  view;
 
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    PetscCheck(MPMFields[f].home != MPM_STATE || f == MPM_FIELD_INDEX_kind || points->bytes[f] % 8 == 0, comm,
+    PetscCheck(MPMFields[f].home != MPM_STATE || f == MPM_FIELD_INDEX_kind || particles->bytes[f] % 8 == 0, comm,
                PETSC_ERR_PLIB, "field %s of the state is not made of words of 8 bytes", MPMFields[f].name);
-  PetscCall(MPMPointsGetView(points, -1, &view));
+  PetscCall(MPMParticlesGetView(particles, -1, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     uint64_t h = Mix((uint64_t)view.id[p] + 0x9e3779b97f4a7c15ULL);
 
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   if (home == MPM_STATE && MPM_FIELD_INDEX_##name != MPM_FIELD_INDEX_kind && view.name)                                \
-    for (PetscInt k = 0; k < points->bytes[MPM_FIELD_INDEX_##name] / 8; k++) {                                         \
+    for (PetscInt k = 0; k < particles->bytes[MPM_FIELD_INDEX_##name] / 8; k++) {                                      \
       uint64_t word;                                                                                                   \
-      memcpy(&word, (char *)view.name + (size_t)p * (size_t)points->bytes[MPM_FIELD_INDEX_##name] + 8 * k,             \
+      memcpy(&word, (char *)view.name + (size_t)p * (size_t)particles->bytes[MPM_FIELD_INDEX_##name] + 8 * k,          \
              sizeof word);                                                                                             \
       h = Mix(h ^ word) + 0x9e3779b97f4a7c15ULL;                                                                       \
     }
@@ -542,13 +545,13 @@ PetscErrorCode MPMPointsDigest(MPMPoints *points, MPI_Comm comm, PetscInt64 *dig
 #undef MPM_FIELD
     sum += h;
   }
-  PetscCall(MPMPointsRestoreView(points, -1, &view));
+  PetscCall(MPMParticlesRestoreView(particles, -1, &view));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, comm));
   memcpy(digest, &sum, sizeof sum);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void MPMPointsState(PetscInt dim, const MPMView *view, PetscInt p, MPMBlock *b)
+void MPMParticlesState(PetscInt dim, const MPMView *view, PetscInt p, MPMBlock *b)
 {
 #define MPM_STATE_OF(name, rows)                                                                                       \
   if (view->name)                                                                                                      \
@@ -558,14 +561,14 @@ void MPMPointsState(PetscInt dim, const MPMView *view, PetscInt p, MPMBlock *b)
 #undef MPM_STATE_OF
 }
 
-PetscErrorCode MPMPointsDestroy(MPMPoints *points)
+PetscErrorCode MPMParticlesDestroy(MPMParticles *particles)
 {
   PetscFunctionBeginUser;
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) PetscCall(PetscFree(points->scratch[f]));
-  PetscCall(PetscFree(points->order));
-  PetscCall(PetscFree(points->spare));
-  PetscCall(PetscFree(points->movers));
-  PetscCall(PetscFree2(points->start, points->comers));
-  PetscCall(DMDestroy(&points->swarm));
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) PetscCall(PetscFree(particles->scratch[f]));
+  PetscCall(PetscFree(particles->order));
+  PetscCall(PetscFree(particles->spare));
+  PetscCall(PetscFree(particles->movers));
+  PetscCall(PetscFree2(particles->start, particles->arrivals));
+  PetscCall(DMDestroy(&particles->swarm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,7 +2,7 @@
 #include "cell.h"
 #include "exchange_pool.h"
 
-/* A patch with these own nodes: the box of nodes that its points' stencils reach, which ends with the grid, and its
+/* A patch with these own nodes: the box of nodes that its particles' stencils reach, which ends with the grid, and its
    tiles. */
 void MPMPoolBox(MPM mpm, const PetscInt own_lo[3], const PetscInt own_n[3], MPMPatch *patch)
 {
@@ -22,18 +22,18 @@ void MPMPoolBox(MPM mpm, const PetscInt own_lo[3], const PetscInt own_n[3], MPMP
   }
 }
 
-/* Size of the answer to a chunk of n points in so many tiles: its status, then sums or points. */
+/* Size of the answer to a chunk of n particles in so many tiles: its status, then sums or particles. */
 size_t MPMPoolAnswerBytes(MPM mpm, const MPMPhase *phase, PetscInt n, PetscInt tiles)
 {
   const PetscInt dim = mpm->grid.dim, c0 = MPM_SUM_FIRST(dim, phase->parts), c1 = MPM_SUM_LAST(dim, phase->parts);
 
-  if (phase->kind == MPM_NODES_TO_POINTS)
-    return sizeof(MPMStatus) + (size_t)n * MPMMessagePointBytes(&mpm->points, phase->points_out);
+  if (phase->kind == MPM_NODES_TO_PARTICLES)
+    return sizeof(MPMStatus) + (size_t)n * MPMParticlesRowBytes(&mpm->particles, phase->particles_out);
   return sizeof(MPMStatus) + (size_t)tiles * MPMTileNodes(dim, mpm->basis) * (size_t)(c1 - c0) * sizeof(PetscReal);
 }
 
-/* Packs fields of n listed points, field by field. */
-char *MPMPoolPack(const MPMPoints *pts, PetscInt fields, void *const at[], PetscInt n, const PetscInt *list,
+/* Packs fields of n listed particles, field by field. */
+char *MPMPoolPack(const MPMParticles *pts, PetscInt fields, void *const at[], PetscInt n, const PetscInt *list,
                   char *message)
 {
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
@@ -54,8 +54,9 @@ typedef struct {
   size_t    in_capacity, out_capacity, nodes_capacity;
 } Desk;
 
-/* Gives the patch's tiles their sums, and renumbers the points' cells, which came numbered over the master's tiles. */
-static PetscErrorCode PlaceTiles(MPM mpm, const MPMOrder *order, Desk *desk)
+/* Gives the patch's tiles their sums, and renumbers the particles' cells, which came numbered over the master's tiles.
+ */
+static PetscErrorCode PlaceTiles(MPM mpm, const MPMJob *order, Desk *desk)
 {
   MPMPatch      *patch = &desk->patch;
   MPMTiles      *t     = &patch->tiles;
@@ -72,33 +73,33 @@ static PetscErrorCode PlaceTiles(MPM mpm, const MPMOrder *order, Desk *desk)
   t->slot = (PetscInt *)MPMAlign(desk->nodes);
   t->sum  = (PetscReal *)((char *)t->slot + slots);
   for (PetscInt k = 0; k < tiles; k++) t->slot[k] = MPM_TILE_EMPTY;
-  t->nown = 0;
+  t->n_own = 0;
   for (PetscInt p = 0; p < order->n; p++) {
     PetscInt       at[3];
-    const PetscInt tile   = MPMTileOf(dim, &all, patch->points.cell[p], at);
+    const PetscInt tile   = MPMTileOf(dim, &all, patch->particles.cell[p], at);
     const PetscInt ijk[3] = {tile % all.n[0] - order->first[0], tile / all.n[0] % all.n[1] - order->first[1],
                              tile / (all.n[0] * all.n[1]) - order->first[2]};
 
     for (PetscInt d = 0; d < dim; d++) at[d] += ijk[d] << t->bits;
-    patch->points.cell[p]                                   = MPMTileCell(dim, t, at);
-    t->slot[(ijk[2] * t->n[1] + ijk[1]) * t->n[0] + ijk[0]] = MPM_TILE_OPEN;
+    patch->particles.cell[p]                                = MPMTileCell(dim, t, at);
+    t->slot[(ijk[2] * t->n[1] + ijk[1]) * t->n[0] + ijk[0]] = MPM_TILE_SCRATCH;
   }
   for (PetscInt k = 0; k < tiles; k++)
-    if (t->slot[k] == MPM_TILE_OPEN) t->slot[k] = t->nown++;
-  t->nslots = t->nearly     = t->nown;
-  t->nruns[MPM_TILES_EARLY] = 1;
-  t->runs[MPM_TILES_EARLY]  = &desk->all;
-  desk->all                 = (MPMRange){0, order->n, 0};
+    if (t->slot[k] == MPM_TILE_SCRATCH) t->slot[k] = t->n_own++;
+  t->nslots = t->n_early   = t->n_own;
+  t->nruns[MPM_PASS_EARLY] = 1;
+  t->runs[MPM_PASS_EARLY]  = &desk->all;
+  desk->all                = (MPMRange){0, order->n, 0};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes a patch of what came: points in (cell, id) order, so their order is the identity. */
-static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *order, const char *m, Desk *desk)
+/* Makes a patch of what came: particles in (cell, id) order, so their order is the identity. */
+static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMJob *order, const char *m, Desk *desk)
 {
-  MPMPatch        *patch    = &desk->patch;
-  const MPMPoints *pts      = &mpm->points;
-  const PetscBool  to_nodes = phase->kind == MPM_POINTS_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
-  const PetscInt   fields = phase->points_in | phase->points_out, n = order->n, dim = mpm->grid.dim;
+  MPMPatch           *patch    = &desk->patch;
+  const MPMParticles *pts      = &mpm->particles;
+  const PetscBool     to_nodes = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt      fields = phase->particles_in | phase->particles_out, n = order->n, dim = mpm->grid.dim;
 
   PetscFunctionBeginUser;
   MPMPoolBox(mpm, order->own_lo, order->own_n, patch);
@@ -114,15 +115,15 @@ static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *ord
     for (PetscInt p = 0; p < desk->capacity; p++) desk->identity[p] = p;
   }
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    if (!pts->present[f] || !(phase->points_in & (1 << f))) continue;
+    if (!pts->present[f] || !(phase->particles_in & (1 << f))) continue;
     memcpy(desk->field[f], m, (size_t)n * (size_t)pts->bytes[f]);
     m += (size_t)n * (size_t)pts->bytes[f];
   }
-  PetscCall(PetscMemzero(&patch->points, sizeof patch->points));
-  patch->points.n = n;
-  patch->order    = desk->identity;
+  PetscCall(PetscMemzero(&patch->particles, sizeof patch->particles));
+  patch->particles.n = n;
+  patch->order       = desk->identity;
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
-  if (fields & MPM_BIT(name)) patch->points.name = (ctype *)desk->field[MPM_FIELD_INDEX_##name];
+  if (fields & MPM_BIT(name)) patch->particles.name = (ctype *)desk->field[MPM_FIELD_INDEX_##name];
 #include "fields.def"
 #undef MPM_FIELD
   if (!to_nodes) {
@@ -136,8 +137,8 @@ static PetscErrorCode Unpack(MPM mpm, const MPMPhase *phase, const MPMOrder *ord
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The numbers of the points' cells over the tiles of the master. */
-static void NumberCells(MPM mpm, const MPMOrder *order, MPMPatch *patch)
+/* The numbers of the particles' cells over the tiles of the master. */
+static void NumberCells(MPM mpm, const MPMJob *order, MPMPatch *patch)
 {
   const PetscInt dim = mpm->grid.dim;
   MPMPatch       all = *patch;
@@ -147,11 +148,11 @@ static void NumberCells(MPM mpm, const MPMOrder *order, MPMPatch *patch)
     all.own_lo[d]  = order->own_lo[d] - order->first[d] * MPMTileEdge(mpm->basis);
     all.own_n[d]   = order->tiles[d] * MPMTileEdge(mpm->basis);
   }
-  for (PetscInt p = 0; p < patch->points.n; p++) {
+  for (PetscInt p = 0; p < patch->particles.n; p++) {
     PetscInt base[3];
 
-    patch->points.cell[p] = MPMOwnCell((int)dim, mpm->basis, &all, patch->points.x + p * dim,
-                                       MPMHalfWidths((int)dim, mpm->scene.kinds, &patch->points, p), base);
+    patch->particles.cell[p] = MPMOwnCell((int)dim, mpm->basis, &all, patch->particles.x + p * dim,
+                                          MPMHalfWidths((int)dim, mpm->scene.kinds, &patch->particles, p), base);
   }
 }
 
@@ -162,9 +163,9 @@ static char *PackAnswer(MPM mpm, const MPMPhase *phase, const MPMStatus *status,
 
   memcpy(m, status, sizeof *status);
   m += sizeof *status;
-  if (phase->kind == MPM_NODES_TO_POINTS)
-    return MPMPoolPack(&mpm->points, phase->points_out, desk->field, patch->points.n, desk->identity, m);
-  for (PetscInt k = 0; k < patch->tiles.nown; k++) m += MPMTilesCopy(patch, k, phase->parts, PETSC_TRUE, m);
+  if (phase->kind == MPM_NODES_TO_PARTICLES)
+    return MPMPoolPack(&mpm->particles, phase->particles_out, desk->field, patch->particles.n, desk->identity, m);
+  for (PetscInt k = 0; k < patch->tiles.n_own; k++) m += MPMTilesCopy(patch, k, phase->parts, PETSC_TRUE, m);
   return m;
 }
 
@@ -178,7 +179,7 @@ PetscErrorCode MPMPoolServe(MPM mpm, MPI_Comm comm)
   for (;;) {
     MPI_Status      probed;
     PetscMPIInt     len;
-    MPMOrder        order;
+    MPMJob          order;
     const MPMPhase *phase;
     MPMStatus       status;
 
@@ -197,14 +198,14 @@ PetscErrorCode MPMPoolServe(MPM mpm, MPI_Comm comm)
     MPMSimulateWork("UNPACK", (PetscReal)len);
     MPMStatusReset(&status);
     PetscCall(MPMPatchRun(mpm, &desk.patch, phase,
-                          phase->kind == MPM_POINTS_TO_NODES ? MPM_TILES_EARLY : MPM_TILES_OPEN, &status));
-    if (phase->points_out & MPM_BIT(cell)) {
+                          phase->kind == MPM_PARTICLES_TO_NODES ? MPM_PASS_EARLY : MPM_PASS_MAIN, &status));
+    if (phase->particles_out & MPM_BIT(cell)) {
       NumberCells(mpm, &order, &desk.patch);
       MPMSimulateWork("RENUMBER", order.n);
     }
     PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
     PetscCall(
-        MPMMessageRoom(&desk.out, &desk.out_capacity, MPMPoolAnswerBytes(mpm, phase, order.n, desk.patch.tiles.nown)));
+        MPMMessageRoom(&desk.out, &desk.out_capacity, MPMPoolAnswerBytes(mpm, phase, order.n, desk.patch.tiles.n_own)));
     MPMWorkBegin(mpm);
     len = (PetscMPIInt)(PackAnswer(mpm, phase, &status, &desk, desk.out) - desk.out);
     MPMWorkEnd(mpm, order.phase);

@@ -9,7 +9,7 @@
    193-213. tests/unit_reference.c holds every row against the balance.                                               */
 #include "reference.h"
 
-/* A point of a motion: displacement [dim] m, velocity [dim] m/s, body force per mass [dim] m/s^2, F [dim*dim]. */
+/* A particle of a motion: displacement [dim] m, velocity [dim] m/s, body force per mass [dim] m/s^2, F [dim*dim]. */
 typedef struct {
   PetscReal u[3], v[3], b[3], F[9];
 } Motion;
@@ -167,7 +167,7 @@ static void bar_at(const MPMReferenceData *d, const PetscReal X[], PetscReal t, 
 
 /* vortex - x = Q(alpha) X about the centre, alpha = g(t) h(R), g = A sin(pi t/T), h = (1 - 4 xi^2)^2 with
    xi = (R - (ri + ro)/2)/(ro - ri). J = 1; u and P vanish at both rims, so these may be free or held.
-   Div P = mu Lapl x. So, along the radius and across it at the angle of the point as it is now, Theta + alpha,
+   Div P = mu Lapl x. So, along the radius and across it at the angle of the particle as it is now, Theta + alpha,
      b_r = R (mu/rho alpha_R^2 - alpha_t^2),  b_t = R alpha_tt - mu/rho (3 alpha_R + R alpha_RR).
    Kamojjala et al. 2015. Public codes print components at the angle Theta with the wrong sign of R alpha_t^2
    across; the unit test shows that these do not balance. */

@@ -33,7 +33,7 @@ static PetscErrorCode PrintScene(MPM mpm)
     if (PetscAbsReal(mpm->grid.h[d] - mpm->grid.h[0]) > 1e-12 * mpm->grid.h[0]) cubes = PETSC_FALSE;
   for (PetscInt d = 0; d < (cubes ? 1 : dim); d++)
     PetscCall(MPMPrint(mpm, "%s%g", d ? "," : "", (double)mpm->grid.h[d]));
-  PetscCall(MPMPrint(mpm, "  %" PetscInt64_FMT " particles (", mpm->points.total));
+  PetscCall(MPMPrint(mpm, "  %" PetscInt64_FMT " particles (", mpm->particles.total));
   for (PetscInt b = 0; b < scene->nbodies; b++)
     PetscCall(MPMPrint(mpm, "%s%" PetscInt64_FMT, b ? "+" : "", scene->bodies[b].n));
   PetscCall(MPMPrint(mpm, ")\n"));
@@ -42,21 +42,21 @@ static PetscErrorCode PrintScene(MPM mpm)
 
 static PetscErrorCode PrintFields(MPM mpm)
 {
-  const PetscInt bytes = MPMPointsMemory(&mpm->points), dim = mpm->grid.dim;
+  const PetscInt bytes = MPMParticlesMemory(&mpm->particles), dim = mpm->grid.dim;
   const PetscInt node = (MPM_SUM_NC(dim) + MPM_VEL_NC(dim)) * (PetscInt)sizeof(PetscReal) +
-                        2 * (PetscInt)sizeof(PetscInt); /* where the points of a cell begin, and how many come */
+                        2 * (PetscInt)sizeof(PetscInt); /* where the particles of a cell begin, and how many come */
   PetscReal nodes = 1;
 
   PetscFunctionBeginUser;
   PetscCall(MPMPrint(mpm, "fields     "));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (mpm->points.present[f] && MPMFields[f].home == MPM_STATE) PetscCall(MPMPrint(mpm, "%s ", MPMFields[f].name));
+    if (mpm->particles.present[f] && MPMFields[f].home == MPM_STATE) PetscCall(MPMPrint(mpm, "%s ", MPMFields[f].name));
   for (PetscInt d = 0; d < dim; d++) nodes *= mpm->grid.nodes[d];
   PetscCall(MPMPrint(mpm,
                      "  %" PetscInt_FMT " B/particle, %" PetscInt_FMT " with order and scratch, %" PetscInt_FMT
                      " B/node: %.3g MB for both\n",
-                     MPMPointsBytes(&mpm->points, MPM_STATE), bytes, node,
-                     (double)(1e-6 * (bytes * (PetscReal)mpm->points.total + nodes * (PetscReal)node))));
+                     MPMParticlesBytes(&mpm->particles, MPM_STATE), bytes, node,
+                     (double)(1e-6 * (bytes * (PetscReal)mpm->particles.total + nodes * (PetscReal)node))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -131,11 +131,11 @@ static PetscErrorCode PrintLoads(MPM mpm)
   MPMView        view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+  PetscCall(MPMParticlesGetView(&mpm->particles, fields, &view));
   for (PetscInt l = 0; l < mpm->scene.nloads; l++) {
     const MPMLoad *load    = &mpm->scene.loads[l];
     const MPMBody *body    = &mpm->scene.bodies[load->body];
-    PetscInt64     n[7]    = {0}; /* points, and their sides */
+    PetscInt64     n[7]    = {0}; /* particles, and their sides */
     PetscReal      area[3] = {0};
 
     for (PetscInt p = 0; p < view.n; p++) {
@@ -146,17 +146,17 @@ static PetscErrorCode PrintLoads(MPM mpm)
       for (PetscInt k = 0; k < 2 * dim; k++) n[1 + k] += sides >> k & 1;
     }
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 7, MPIU_INT64, MPI_SUM, mpm->exchange.data));
-    PetscCall(MPMPrint(mpm, "load       %s: %s on %" PetscInt64_FMT " points of %s, area along each axis (", load->name,
-                       load->pressure ? "pressure" : "traction", n[0], body->name));
+    PetscCall(MPMPrint(mpm, "load       %s: %s on %" PetscInt64_FMT " particles of %s, area along each axis (",
+                       load->name, load->pressure ? "pressure" : "traction", n[0], body->name));
     for (PetscInt d = 0; d < dim; d++) {
       area[d] = (PetscReal)(n[1 + 2 * d] + n[2 + 2 * d]);
       for (PetscInt e = 0; e < dim; e++) area[d] *= e == d ? 1 : body->b[e];
       PetscCall(MPMPrint(mpm, "%s%g", d ? ", " : "", (double)area[d]));
     }
     PetscCall(MPMPrint(mpm, ") m^%" PetscInt_FMT "\n", dim - 1));
-    if (!n[0]) PetscCall(MPMPrint(mpm, "warning    load %s acts on no point\n", load->name));
+    if (!n[0]) PetscCall(MPMPrint(mpm, "warning    load %s acts on no particle\n", load->name));
   }
-  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+  PetscCall(MPMParticlesRestoreView(&mpm->particles, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -189,11 +189,11 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
   if (mpm->basis == MPM_BASIS_linear && !strcmp(mpm->integrator->name, "usl"))
     PetscCall(MPMPrint(
         mpm,
-        "warning    linear with usl is unstable where points cross cells: nodes of vanishing mass get any velocity gradient; use musl or usf\n"));
+        "warning    linear with usl is unstable where particles cross cells: nodes of vanishing mass get any velocity gradient; use musl or usf\n"));
   if (mpm->basis == MPM_BASIS_linear && mpm->affine)
     PetscCall(MPMPrint(
         mpm,
-        "warning    linear with apic is unstable where points cross cells: nodes of vanishing mass get any velocity gradient; use bspline2\n"));
+        "warning    linear with apic is unstable where particles cross cells: nodes of vanishing mass get any velocity gradient; use bspline2\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -318,7 +318,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
                        "balance    the grid was cut anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n",
                        mpm->exchange.recuts,
                        (double)mpm->status.most * mpm->exchange.partition.p[0] * mpm->exchange.partition.p[1] *
-                           mpm->exchange.partition.p[2] / (double)mpm->points.total));
+                           mpm->exchange.partition.p[2] / (double)mpm->particles.total));
   if (mpm->exchange.migrations)
     PetscCall(MPMPrint(mpm,
                        "migration  particles changed process %" PetscInt64_FMT " times, in %" PetscInt_FMT
@@ -330,7 +330,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
 #endif
   PetscCall(MPMRoofline(mpm));
   if (mpm->status.bad != MPM_OK) PetscFunctionReturn(PETSC_SUCCESS); /* the failed state is in no file */
-  PetscCall(MPMPointsDigest(&mpm->points, mpm->exchange.data, &digest));
+  PetscCall(MPMParticlesDigest(&mpm->particles, mpm->exchange.data, &digest));
   PetscCall(MPMPrint(mpm, "digest %016llx\n", (unsigned long long)digest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -88,7 +88,7 @@ PetscErrorCode MPMLimits(MPI_Comm comm, PetscReal *flop, PetscReal *byte)
    a run whose steps took 20 s. In the pool the master measures alone. Collective on the exchange. */
 PetscErrorCode MPMRoofline(MPM mpm)
 {
-  const PetscReal per = (PetscReal)mpm->points.total * mpm->step;
+  const PetscReal per = (PetscReal)mpm->particles.total * mpm->step;
   PetscReal   work[2] = {mpm->flops, mpm->bytes}, s = mpm->wall_steps, flop = mpm->model.flop, byte = mpm->model.byte;
   PetscMPIInt size;
 

@@ -1,5 +1,5 @@
-/* rows.h - from rows to lanes and back: the fields of points are rows of nc components, a row a point, while the
-   transfers compute with vectors of a component of several points (lanes.h). All of it is exchanges of lanes between
+/* rows.h - from rows to lanes and back: the fields of particles are rows of nc components, a row a particle, while the
+   transfers compute with vectors of a component of several particles (lanes.h). All of it is exchanges of lanes between
    vectors, by the shuffles of gcc (12 or newer) and clang: no number is computed. */
 #ifndef MPM_ROWS_H
 #define MPM_ROWS_H
@@ -38,7 +38,7 @@ MPM_INLINE void MPMDeal(int n, const MPMReal *from, MPMReal *to)
 }
 
 /* MPM_WIDTH rows of nc = 1, 2, 3, 4, 6 or 9 numbers, one after the other -> the vectors of their components. */
-MPM_INLINE void MPMTurn(int nc, const PetscReal *rows, MPMReal *to)
+MPM_INLINE void MPMTranspose(int nc, const PetscReal *rows, MPMReal *to)
 {
   const int r = nc % 3 == 0 ? 3 : nc % 2 == 0 ? 2 : 1, m = nc / r; /* dealt to r, and each of these to m */
   MPMReal   in[3], dealt[3], part[3][3];

@@ -1,7 +1,7 @@
-/* scene.c - the scene: grid, materials, bodies and walls from the options, and the points that fill the bodies.
+/* scene.c - the scene: grid, materials, bodies and walls from the options, and the particles that fill the bodies.
 
-   Points lie on the lattice (i+1/2) b + offset, b = h/ppc, anchored at the origin of space, wherever the body's shape
-   is; numbered body by body in the order of -bodies, with x in the outer loop: a rule that knows no processes. */
+   Particles lie on the lattice (i+1/2) b + offset, b = h/ppc, anchored at the origin of space, wherever the body's
+   shape is; numbered body by body in the order of -bodies, with x in the outer loop: a rule that knows no processes. */
 #include <strings.h>
 #include "mpm.h"
 

@@ -1,19 +1,19 @@
-/* scene_points.c - the points that fill the bodies of a scene.
+/* scene_points.c - the particles that fill the bodies of a scene.
 
-   Points lie on the lattice (i+1/2) b + offset, b = h/ppc, anchored at the origin of space, wherever the body's shape
-   is; numbered body by body in the order of -bodies, with x in the outer loop: a rule that knows no processes. */
+   Particles lie on the lattice (i+1/2) b + offset, b = h/ppc, anchored at the origin of space, wherever the body's
+   shape is; numbered body by body in the order of -bodies, with x in the outer loop: a rule that knows no processes. */
 #include <unistd.h>
 #include "cell.h"
 
-/* A walk over rows of a body's points, in the order of their numbers: a row is along the last axis, and has runs of
-   neighbours. A body has as many rows as its lattice has places on the other axes, some without points. */
+/* A walk over rows of a body's particles, in the order of their numbers: a row is along the last axis, and has runs of
+   neighbours. A body has as many rows as its lattice has places on the other axes, some without particles. */
 typedef struct {
   const MPMBody *body;
   PetscInt       dim;
   PetscInt64     first[3], last[3]; /* the range of lattice places that covers the body */
   PetscInt64     row, end;          /* of the body's rows: where the walk is, and before which it ends */
   PetscInt64     ijk[3], n;         /* the run: its first place and its length */
-  PetscInt64     id;                /* the number of its first point */
+  PetscInt64     id;                /* the number of its first particle */
 } Walk;
 
 /* The row of the places ijk. */
@@ -69,7 +69,7 @@ static Walk WalkShare(const MPMScene *scene, const MPMBody *b, PetscInt dim, Pet
   return w;
 }
 
-/* The position X of the point at place k of the walk's row. */
+/* The position X of the particle at place k of the walk's row. */
 static void PlaceOf(const Walk *w, PetscInt64 k, PetscReal X[3])
 {
   const MPMBody *b = w->body;
@@ -101,7 +101,7 @@ static PetscInt64 LastInside(const Walk *w, PetscInt64 inside, PetscInt64 outsid
 }
 
 /* Finds the next run of the row, at or after where the walk is. In a solid body it is around the middle, so that not
-   every point need be looked at: there may be billions. */
+   every particle need be looked at: there may be billions. */
 static PetscBool FindRun(Walk *w)
 {
   const PetscInt   d    = w->dim - 1;
@@ -129,7 +129,7 @@ static PetscBool FindRun(Walk *w)
   return w->n > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Goes to the next run. False when there are no more; id is then the number after the last point's. */
+/* Goes to the next run. False when there are no more; id is then the number after the last particle's. */
 static PetscBool WalkNext(Walk *w)
 {
   w->id += w->n;
@@ -154,7 +154,7 @@ static void WalkTo(const MPMScene *scene, Walk *w, PetscInt64 from, PetscInt64 t
   w->end = to;
 }
 
-static PetscErrorCode CheckPoint(MPM mpm, MPMOptions o, const MPMBody *b, const PetscReal X[])
+static PetscErrorCode CheckParticle(MPM mpm, MPMOptions o, const MPMBody *b, const PetscReal X[])
 {
   const PetscInt dim     = mpm->grid.dim;
   PetscReal      v[3]    = {0}, xi[3], x[3];
@@ -165,7 +165,7 @@ static PetscErrorCode CheckPoint(MPM mpm, MPMOptions o, const MPMBody *b, const 
   (void)MPMKnownStart(&mpm->scene, dim, X, x, v, NULL);
   for (PetscInt d = 0; d < dim; d++)
     if (!(x[d] >= mpm->grid.lower[d] && x[d] <= mpm->grid.upper[d]))
-      MPMOptionsFail(o, "body %s lies outside of the grid: its point at %c = %g, the grid from %g to %g", b->name,
+      MPMOptionsFail(o, "body %s lies outside of the grid: its particle at %c = %g, the grid from %g to %g", b->name,
                      "xyz"[d], (double)x[d], (double)(mpm->grid.lower[d]), (double)(mpm->grid.upper[d]));
   if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, X, NULL, 0, v));
   for (PetscInt d = 0; d < dim; d++)
@@ -191,7 +191,7 @@ static void CheckMemory(MPMOptions o, const char what[], PetscReal number, Petsc
                    (double)(number * bytes / gb), (double)(have / gb));
 }
 
-/* The kind of a body, shared with earlier bodies of the same material and point size. */
+/* The kind of a body, shared with earlier bodies of the same material and particle size. */
 static void FindKind(MPMScene *scene, MPMOptions o, PetscInt dim, MPMBody *b)
 {
   MPMKind kind = {b->material, 0, 1, {0}};
@@ -202,7 +202,7 @@ static void FindKind(MPMScene *scene, MPMOptions o, PetscInt dim, MPMBody *b)
   }
   kind.m = scene->materials[b->material].rho * kind.V0;
   if (!(kind.V0 > 0 && kind.m > 0 && kind.m < PETSC_MAX_REAL))
-    MPMOptionsFail(o, "body %s: a point of volume %g and mass %g is beyond the range of numbers", b->name,
+    MPMOptionsFail(o, "body %s: a particle of volume %g and mass %g is beyond the range of numbers", b->name,
                    (double)kind.V0, (double)kind.m);
   for (b->kind = 0; b->kind < scene->nkinds; b->kind++)
     if (scene->kinds[b->kind].material == kind.material && scene->kinds[b->kind].V0 == kind.V0 &&
@@ -211,7 +211,7 @@ static void FindKind(MPMScene *scene, MPMOptions o, PetscInt dim, MPMBody *b)
   scene->kinds[scene->nkinds++] = kind;
 }
 
-/* Sets the lattice of a body, adds about the number of its points to places, and checks that it lies in the grid. */
+/* Sets the lattice of a body, adds about the number of its particles to places, and checks that it lies in the grid. */
 static void SetLattice(MPM mpm, MPMOptions o, MPMBody *b, PetscReal *places)
 {
   const MPMGrid *grid = &mpm->grid;
@@ -232,7 +232,7 @@ static void SetLattice(MPM mpm, MPMOptions o, MPMBody *b, PetscReal *places)
   *places += product;
 }
 
-/* Counts the points of the bodies and before each share, and numbers them. Collective on comm. */
+/* Counts the particles of the bodies and before each share, and numbers them. Collective on comm. */
 static PetscErrorCode Count(MPM mpm)
 {
   MPMScene   *scene = &mpm->scene;
@@ -251,8 +251,8 @@ static PetscErrorCode Count(MPM mpm)
     b->n = w.id;
     mine += b->n;
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &b->n, 1, MPIU_INT64, MPI_SUM, mpm->comm));
-    b->first = mpm->points.total;
-    mpm->points.total += b->n;
+    b->first = mpm->particles.total;
+    mpm->particles.total += b->n;
   }
   PetscCallMPI(MPI_Allgather(&mine, 1, MPIU_INT64, scene->share_first, 1, MPIU_INT64, mpm->comm));
   for (PetscInt k = 0; k < scene->shares; k++) {
@@ -264,9 +264,9 @@ static PetscErrorCode Count(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks that the points lie in the grid and start with finite velocities, each process those of its rows. The first
+/* Checks that the particles lie in the grid and start with finite velocities, each process those of its rows. The first
    fault becomes that of all. Collective on comm. */
-static PetscErrorCode CheckPoints(MPM mpm, MPMOptions o)
+static PetscErrorCode CheckParticles(MPM mpm, MPMOptions o)
 {
   MPMScene   *scene = &mpm->scene;
   PetscMPIInt rank;
@@ -280,7 +280,7 @@ static PetscErrorCode CheckPoints(MPM mpm, MPMOptions o)
     while (WalkNext(&w))
       for (PetscInt64 q = 0; q < w.n && !MPMOptionsError(o); q++) {
         PlaceOf(&w, w.ijk[w.dim - 1] + q, X);
-        PetscCall(CheckPoint(mpm, o, w.body, X));
+        PetscCall(CheckParticle(mpm, o, w.body, X));
       }
   }
   PetscCall(MPMOptionsShare(o, mpm->comm));
@@ -289,9 +289,9 @@ static PetscErrorCode CheckPoints(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lays out the points without making them: numbers them, finds the kinds, and checks what can be wrong. Faults are left
-   in o. Collective on comm.                                                                                          */
-PetscErrorCode MPMSceneCountPoints(MPM mpm, MPMOptions o)
+/* Lays out the particles without making them: numbers them, finds the kinds, and checks what can be wrong. Faults are
+   left in o. Collective on comm. */
+PetscErrorCode MPMSceneCountParticles(MPM mpm, MPMOptions o)
 {
   MPMScene      *scene  = &mpm->scene;
   const PetscInt dim    = mpm->grid.dim;
@@ -307,7 +307,7 @@ PetscErrorCode MPMSceneCountPoints(MPM mpm, MPMOptions o)
 
     SetLattice(mpm, o, b, &places);
     if (places * (1 + 2 * dim + dim * dim) > (PetscReal)PETSC_MAX_INT)
-      MPMOptionsFail(o, "body %s: with it the scene has about %g points, more than this PETSc can number", b->name,
+      MPMOptionsFail(o, "body %s: with it the scene has about %g particles, more than this PETSc can number", b->name,
                      (double)places);
     if (MPMOptionsError(o)) break;
     b->row = scene->rows;
@@ -320,16 +320,17 @@ PetscErrorCode MPMSceneCountPoints(MPM mpm, MPMOptions o)
   for (PetscInt k = 0; k < scene->nbodies; k++) {
     MPMBody *b = &scene->bodies[k];
 
-    if (!b->n) MPMOptionsFail(o, "body %s has no points: no lattice point (i+1/2) h/ppc + offset lies in it", b->name);
+    if (!b->n)
+      MPMOptionsFail(o, "body %s has no particles: no lattice particle (i+1/2) h/ppc + offset lies in it", b->name);
     FindKind(scene, o, dim, b);
   }
-  CheckMemory(o, "points", (PetscReal)mpm->points.total, (PetscReal)(1 + 2 * dim + dim * dim) * sizeof(PetscReal),
+  CheckMemory(o, "particles", (PetscReal)mpm->particles.total, (PetscReal)(1 + 2 * dim + dim * dim) * sizeof(PetscReal),
               size);
-  PetscCall(CheckPoints(mpm, o)); /* with a fault too: others may have none */
+  PetscCall(CheckParticles(mpm, o)); /* with a fault too: others may have none */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where a point of the body starts, x [dim] in m, and the half-widths l [dim] of its domain in cells. */
+/* Where a particle of the body starts, x [dim] in m, and the half-widths l [dim] of its domain in cells. */
 static void StartPlace(MPM mpm, const MPMBody *b, const PetscReal X[], PetscReal x[], PetscReal l[])
 {
   const PetscInt dim = mpm->grid.dim;
@@ -356,7 +357,7 @@ static PetscErrorCode LastBases(MPM mpm, const Walk *w, PetscInt **bases)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counts the points of the scene, as they will start, by the base node of their stencils, each process of the
+/* Counts the particles of the scene, as they will start, by the base node of their stencils, each process of the
    histogram those of its rows: cell by cell where they start undeformed. Not collective. */
 PetscErrorCode MPMSceneHistogram(MPM mpm, MPMHistogram *h)
 {
@@ -393,7 +394,7 @@ PetscErrorCode MPMSceneHistogram(MPM mpm, MPMHistogram *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sides of the point at x on which its neighbour on the lattice is not in the body: bit 2d + side. */
+/* The sides of the particle at x on which its neighbour on the lattice is not in the body: bit 2d + side. */
 static PetscInt SurfaceSides(const MPMBody *b, PetscInt dim, const PetscReal x[])
 {
   PetscInt sides = 0;
@@ -407,8 +408,9 @@ static PetscInt SurfaceSides(const MPMBody *b, PetscInt dim, const PetscReal x[]
   return sides;
 }
 
-/* Makes point p of a view: undeformed at X, or as the scene's known solution starts. */
-static PetscErrorCode SetPoint(MPM mpm, const MPMBody *b, PetscInt64 id, const PetscReal X[], PetscInt p, MPMView *view)
+/* Makes particle p of a view: undeformed at X, or as the scene's known solution starts. */
+static PetscErrorCode SetParticle(MPM mpm, const MPMBody *b, PetscInt64 id, const PetscReal X[], PetscInt p,
+                                  MPMView *view)
 {
   const PetscInt dim  = mpm->grid.dim;
   PetscReal      v[3] = {0}, x[3], F[9], l[3];
@@ -436,7 +438,7 @@ static PetscErrorCode SetPoint(MPM mpm, const MPMBody *b, PetscInt64 id, const P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The places of a body's lattice, lo .. hi on each axis, where points of this process's patch can be: exact tests
+/* The places of a body's lattice, lo .. hi on each axis, where particles of this process's patch can be: exact tests
    follow. False if there are none. */
 static PetscBool OwnPlaces(MPM mpm, const Walk *w, PetscInt64 lo[3], PetscInt64 hi[3])
 {
@@ -461,8 +463,8 @@ static PetscBool OwnPlaces(MPM mpm, const Walk *w, PetscInt64 lo[3], PetscInt64 
   return PETSC_TRUE;
 }
 
-/* Makes the points of this process's patch, undeformed (F = I), with their start velocities. Not collective. */
-PetscErrorCode MPMSceneAddPoints(MPM mpm)
+/* Makes the particles of this process's patch, undeformed (F = I), with their start velocities. Not collective. */
+PetscErrorCode MPMSceneAddParticles(MPM mpm)
 {
   MPMScene       *scene = &mpm->scene;
   const MPMPatch *patch = &mpm->exchange.patch;
@@ -474,7 +476,7 @@ PetscErrorCode MPMSceneAddPoints(MPM mpm)
   for (int pass = 0; pass < 2; pass++) { /* count, then make */
     PetscInt p = 0;
 
-    if (pass) PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+    if (pass) PetscCall(MPMParticlesGetView(&mpm->particles, fields, &view));
     for (PetscInt k = 0; k < scene->nbodies; k++) {
       Walk       w     = WalkStart(&scene->bodies[k], dim);
       PetscInt64 lo[3] = {0}, hi[3] = {0};
@@ -491,13 +493,13 @@ PetscErrorCode MPMSceneAddPoints(MPM mpm)
             PlaceOf(&w, q, X);
             StartPlace(mpm, w.body, X, x, l);
             if (MPMOwnCell((int)dim, mpm->basis, patch, x, l, base) < 0) continue;
-            if (pass) PetscCall(SetPoint(mpm, w.body, w.id + q - w.ijk[axis], X, p, &view));
+            if (pass) PetscCall(SetParticle(mpm, w.body, w.id + q - w.ijk[axis], X, p, &view));
             p++;
           }
       }
     }
-    if (!pass) PetscCall(MPMPointsSetSize(&mpm->points, p));
+    if (!pass) PetscCall(MPMParticlesSetSize(&mpm->particles, p));
   }
-  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+  PetscCall(MPMParticlesRestoreView(&mpm->particles, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -27,9 +27,9 @@ PetscMPIInt MPMSpatialOwner(const MPMSpatial *s, const MPMGrid *grid, const Pets
   return (PetscMPIInt)rank;
 }
 
-/* Who is beside this box on each axis, for points on their way; and neighbours: o in {0,1}^dim, not 0. The process at
-   +o gets sums of my tiles at that side; the one at -o sends me those of its own. On an axis that is not cut there is
-   none. */
+/* Who is beside this box on each axis, for particles on their way; and neighbours: o in {0,1}^dim, not 0. The process
+   at +o gets sums of my tiles at that side; the one at -o sends me those of its own. On an axis that is not cut there
+   is none. */
 static PetscErrorCode FindNeighbours(MPM mpm, MPMSpatial *s)
 {
   const PetscInt dim = mpm->grid.dim;
@@ -88,8 +88,8 @@ static void GhostRange(MPM mpm, const MPMSpatial *s, PetscInt d, PetscInt c, Pet
   *n  = (g->periodic[d] ? end + reach : PetscMin(last, end + reach)) - *lo;
 }
 
-/* The ghost update of node values: a broadcast from the owners to the nodes above a patch, which alone its points read.
-   DMLocalToLocal would do the same and copy every own node onto itself: 3 % of a step.                               */
+/* The ghost update of node values: a broadcast from the owners to the nodes above a patch, which alone its particles
+   read. DMLocalToLocal would do the same and copy every own node onto itself: 3 % of a step. */
 static PetscErrorCode CreateGhosts(MPM mpm, MPMSpatial *s)
 {
   const MPMPatch *patch = &mpm->exchange.patch;

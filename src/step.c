@@ -1,12 +1,12 @@
-/* step.c - the Material Point Method as data: a table of phases, a table of integrators, and the node kernels.
+/* step.c - the Material Particle Method as data: a table of phases, a table of integrators, and the node kernels.
 
    An integrator is the list of its phases, in order; MPMStep runs them through the exchange, which knows who holds
-   which points, and settles the points in their new cells. Equation numbers: docs/theory.md.                         */
+   which particles, and settles the particles in their new cells. Equation numbers: docs/theory.md. */
 #include <petscsf.h>
 #include "mpm.h"
 
-/* A row of nodes along x: sum, vel: of its node 0; its own nodes that points touch are first .. last-1. ijk: where in
-   the grid node 0 is. at_face: is all of the row at or beyond a face along y or z? */
+/* A row of nodes along x: sum, vel: of its node 0; its own nodes that particles touch are first .. last-1. ijk: where
+   in the grid node 0 is. at_face: is all of the row at or beyond a face along y or z? */
 typedef struct {
   PetscReal *sum, *vel;
   PetscInt   first, last, ijk[3];
@@ -38,7 +38,7 @@ MPM_INLINE PetscBool AtFace(const NodeRow *r, const MPMGrid *grid, PetscInt i, P
   return r->at_face || ijk[0] <= 0 || ijk[0] >= grid->cells[0] ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* v = p/m and walls, eq. (2). A node without mass is at rest; there is no threshold. Only points exactly on a grid
+/* v = p/m and walls, eq. (2). A node without mass is at rest; there is no threshold. Only particles exactly on a grid
    line, whose weight there is 0 but whose gradient is not, read such a node. */
 MPM_INLINE void Divide(int dim, const MPMFace (*faces)[2], const MPMGrid *grid, const NodeRow *r)
 {
@@ -125,32 +125,32 @@ NODE_KERNEL(Advance)
 /* clang-format off */
 enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, ADVANCE, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
-  /*                     name            kind                 parts                                                    node kernel    points in                                   points out                           nodes in, out */
-  [P2G]               = {"P2G",          MPM_POINTS_TO_NODES, MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE,         NULL,          WHERE | MOMENTUM | STRESS | B(b),           0,                                   "",    "mpf"},
-  [P2G_MASS]          = {"P2G_MASS",     MPM_POINTS_TO_NODES, MPM_P2G_MASS | MPM_P2G_MOMENTUM,                         NULL,          WHERE | MOMENTUM,                           0,                                   "",    "mp"},
-  [P2G_MOMENTUM]      = {"P2G_MOMENTUM", MPM_POINTS_TO_NODES, MPM_P2G_MOMENTUM,                                        NULL,          WHERE | MOMENTUM,                           0,                                   "",    "p"},
-  [P2G_RESIDUAL]      = {"P2G_RESIDUAL", MPM_POINTS_TO_NODES, MPM_P2G_MOMENTUM | MPM_RESIDUAL,                         NULL,          WHERE | B(r),                               0,                                   "",    "p"},
-  [P2G_FORCE]         = {"P2G_FORCE",    MPM_POINTS_TO_NODES, MPM_P2G_FORCE,                                           NULL,          WHERE | STRESS | B(b),                      0,                                   "",    "f"},
+  /*                     name            kind                 parts                                                    node kernel    particles in                                   particles out                           nodes in, out */
+  [P2G]               = {"P2G",          MPM_PARTICLES_TO_NODES, MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE,         NULL,          WHERE | MOMENTUM | STRESS | B(b),           0,                                   "",    "mpf"},
+  [P2G_MASS]          = {"P2G_MASS",     MPM_PARTICLES_TO_NODES, MPM_P2G_MASS | MPM_P2G_MOMENTUM,                         NULL,          WHERE | MOMENTUM,                           0,                                   "",    "mp"},
+  [P2G_MOMENTUM]      = {"P2G_MOMENTUM", MPM_PARTICLES_TO_NODES, MPM_P2G_MOMENTUM,                                        NULL,          WHERE | MOMENTUM,                           0,                                   "",    "p"},
+  [P2G_RESIDUAL]      = {"P2G_RESIDUAL", MPM_PARTICLES_TO_NODES, MPM_P2G_MOMENTUM | MPM_RESIDUAL,                         NULL,          WHERE | B(r),                               0,                                   "",    "p"},
+  [P2G_FORCE]         = {"P2G_FORCE",    MPM_PARTICLES_TO_NODES, MPM_P2G_FORCE,                                           NULL,          WHERE | STRESS | B(b),                      0,                                   "",    "f"},
   [VELOCITY]          = {"VELOCITY",     MPM_NODES,           0,                                                       NodeVelocity,  0,                                          0,                                   "mp",  "v"},
   [VELOCITY_AGAIN]    = {"VELOCITY",     MPM_NODES,           0,                                                       NodeVelocityAgain, 0,                                      0,                                   "mp",  "v"},
   [RESIDUAL]          = {"RESIDUAL",     MPM_NODES,           0,                                                       NodeResidual,  0,                                          0,                                   "mp",  "v"},
   [ADVANCE]           = {"ADVANCE",      MPM_NODES,           0,                                                       NodeAdvance,   0,                                          0,                                   "mpf", "va"},
-  [G2P]               = {"G2P",          MPM_NODES_TO_POINTS, MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT,        NULL,          WHERE | B(v) | B(r) | STATE | COMMIT_IN,    B(v) | B(C) | STATE | COMMIT_OUT,    "va",  ""},
-  [G2P_MOTION]        = {"G2P_MOTION",   MPM_NODES_TO_POINTS, MPM_G2P_MOTION | MPM_G2P_COMMIT,                         NULL,          WHERE | B(v) | B(r) | COMMIT_IN,            B(v) | B(C) | COMMIT_OUT,            "va",  ""},
-  [G2P_MOTION_HOLD]   = {"G2P_MOTION",   MPM_NODES_TO_POINTS, MPM_G2P_MOTION,                                          NULL,          WHERE | B(v) | B(r),                        B(v) | B(C) | B(dx),                 "va",  ""},
-  [G2P_STRESS]        = {"G2P_STRESS",   MPM_NODES_TO_POINTS, MPM_G2P_STRESS,                                          NULL,          WHERE | B(id) | STATE,                      STATE,                               "v",   ""},
-  [G2P_STRESS_COMMIT] = {"G2P_STRESS",   MPM_NODES_TO_POINTS, MPM_G2P_STRESS | MPM_G2P_COMMIT,                         NULL,          WHERE | STATE | COMMIT_IN | B(dx),          STATE | COMMIT_OUT,                  "v",   ""},
-  [G2P_FILTER]        = {"G2P_FILTER",   MPM_NODES_TO_POINTS, MPM_G2P_FILTER,                                          NULL,          WHERE | B(v),                               B(r),                                "v",   ""},
-  [G2P_FILTER_AGAIN]  = {"G2P_FILTER",   MPM_NODES_TO_POINTS, MPM_G2P_FILTER | MPM_RESIDUAL,                           NULL,          WHERE | B(r),                               B(r),                                "v",   ""},
+  [G2P]               = {"G2P",          MPM_NODES_TO_PARTICLES, MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT,        NULL,          WHERE | B(v) | B(r) | STATE | COMMIT_IN,    B(v) | B(C) | STATE | COMMIT_OUT,    "va",  ""},
+  [G2P_MOTION]        = {"G2P_MOTION",   MPM_NODES_TO_PARTICLES, MPM_G2P_MOTION | MPM_G2P_COMMIT,                         NULL,          WHERE | B(v) | B(r) | COMMIT_IN,            B(v) | B(C) | COMMIT_OUT,            "va",  ""},
+  [G2P_MOTION_HOLD]   = {"G2P_MOTION",   MPM_NODES_TO_PARTICLES, MPM_G2P_MOTION,                                          NULL,          WHERE | B(v) | B(r),                        B(v) | B(C) | B(dx),                 "va",  ""},
+  [G2P_STRESS]        = {"G2P_STRESS",   MPM_NODES_TO_PARTICLES, MPM_G2P_STRESS,                                          NULL,          WHERE | B(id) | STATE,                      STATE,                               "v",   ""},
+  [G2P_STRESS_COMMIT] = {"G2P_STRESS",   MPM_NODES_TO_PARTICLES, MPM_G2P_STRESS | MPM_G2P_COMMIT,                         NULL,          WHERE | STATE | COMMIT_IN | B(dx),          STATE | COMMIT_OUT,                  "v",   ""},
+  [G2P_FILTER]        = {"G2P_FILTER",   MPM_NODES_TO_PARTICLES, MPM_G2P_FILTER,                                          NULL,          WHERE | B(v),                               B(r),                                "v",   ""},
+  [G2P_FILTER_AGAIN]  = {"G2P_FILTER",   MPM_NODES_TO_PARTICLES, MPM_G2P_FILTER | MPM_RESIDUAL,                           NULL,          WHERE | B(r),                               B(r),                                "v",   ""},
 };
 
 static const MPMIntegrator usf  = {"usf",  "update stress first, the classic order; first order in dt", PETSC_FALSE,
   {&phases[P2G_MASS], &phases[VELOCITY], &phases[G2P_STRESS], &phases[P2G_FORCE], &phases[ADVANCE], &phases[G2P_MOTION]}};
 static const MPMIntegrator usl  = {"usl",  "update stress last, from the advanced node velocities; the cheapest", PETSC_FALSE,
   {&phases[P2G], &phases[ADVANCE], &phases[G2P]}};
-static const MPMIntegrator musl = {"musl", "modified update stress last, from point velocities mapped again", PETSC_TRUE,
+static const MPMIntegrator musl = {"musl", "modified update stress last, from particle velocities mapped again", PETSC_TRUE,
   {&phases[P2G], &phases[ADVANCE], &phases[G2P_MOTION_HOLD], &phases[P2G_MOMENTUM], &phases[VELOCITY_AGAIN], &phases[G2P_STRESS_COMMIT]}};
-/* What xpic does first, once an order: r = v - S S+ v, then r <- r - S S+ r, with S+ to the nodes and S to the points. */
+/* What xpic does first, once an order: r = v - S S+ v, then r <- r - S S+ r, with S+ to the nodes and S to the particles. */
 static const MPMPhase *const filter[2][3] = {
   {&phases[P2G_MASS], &phases[VELOCITY], &phases[G2P_FILTER]},
   {&phases[P2G_RESIDUAL], &phases[RESIDUAL], &phases[G2P_FILTER_AGAIN]}};
@@ -211,9 +211,9 @@ static void FitPhases(MPM mpm)
     MPMPhase *phase = &mpm->phases[k];
 
     *phase = phases[k];
-    if (phase->parts & MPM_P2G_FORCE) phase->points_in &= ~STRESS | stress;
-    if ((phase->points_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & MPM_G2P_STRESS) && !mpm->stretched)
-      phase->points_in &= ~B(F);
+    if (phase->parts & MPM_P2G_FORCE) phase->particles_in &= ~STRESS | stress;
+    if ((phase->particles_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & MPM_G2P_STRESS) && !mpm->stretched)
+      phase->particles_in &= ~B(F);
     if (mpm->affine && (phase->parts & (MPM_P2G_MOMENTUM | MPM_G2P_MOTION)) && !(phase->parts & MPM_RESIDUAL))
       phase->parts |= MPM_AFFINE;
   }
@@ -234,7 +234,7 @@ PetscErrorCode MPMStepSetUp(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Nodes of the patch here that points touch. */
+/* Nodes of the patch here that particles touch. */
 static PetscReal TouchedNodes(const MPMPatch *patch)
 {
   PetscReal nodes = 0;
@@ -244,26 +244,26 @@ static PetscReal TouchedNodes(const MPMPatch *patch)
   return nodes;
 }
 
-/* Flops of a phase on npoints points: points do the work of the transfers, nodes that of the node phases. */
-static PetscReal PhaseFlops(MPM mpm, const MPMPhase *phase, PetscInt npoints, PetscReal nodes)
+/* Flops of a phase on nparticles particles: particles do the work of the transfers, nodes that of the node phases. */
+static PetscReal PhaseFlops(MPM mpm, const MPMPhase *phase, PetscInt nparticles, PetscReal nodes)
 {
   const PetscInt dim = mpm->grid.dim;
 
-  if (phase->kind != MPM_NODES) return (PetscReal)npoints * MPMTransferFlops(dim, mpm->basis, phase->parts);
+  if (phase->kind != MPM_NODES) return (PetscReal)nparticles * MPMTransferFlops(dim, mpm->basis, phase->parts);
   return nodes * (PetscReal)(dim * (phase->nodes == NodeAdvance ? 5 : 1));
 }
 
 /* Bytes of a phase between memory and processor if nothing stays in caches from phase to phase: the declared fields of
-   the points, and the node records that points touch, each read or written once. */
-static PetscReal PhaseBytes(MPM mpm, const MPMPhase *phase, PetscInt npoints, PetscReal nodes)
+   the particles, and the node records that particles touch, each read or written once. */
+static PetscReal PhaseBytes(MPM mpm, const MPMPhase *phase, PetscInt nparticles, PetscReal nodes)
 {
   const PetscInt dim = mpm->grid.dim;
-  const PetscInt nc  = phase->kind == MPM_POINTS_TO_NODES   ? 2 * MPM_SUM_NC(dim)
-                       : phase->kind == MPM_NODES_TO_POINTS ? MPM_VEL_NC(dim)
-                                                            : MPM_SUM_NC(dim) + MPM_VEL_NC(dim);
+  const PetscInt nc  = phase->kind == MPM_PARTICLES_TO_NODES   ? 2 * MPM_SUM_NC(dim)
+                       : phase->kind == MPM_NODES_TO_PARTICLES ? MPM_VEL_NC(dim)
+                                                               : MPM_SUM_NC(dim) + MPM_VEL_NC(dim);
 
-  return (PetscReal)npoints * (PetscReal)(MPMMessagePointBytes(&mpm->points, phase->points_in) +
-                                          MPMMessagePointBytes(&mpm->points, phase->points_out)) +
+  return (PetscReal)nparticles * (PetscReal)(MPMParticlesRowBytes(&mpm->particles, phase->particles_in) +
+                                             MPMParticlesRowBytes(&mpm->particles, phase->particles_out)) +
          nodes * (PetscReal)nc * (PetscReal)sizeof(PetscReal);
 }
 
@@ -276,10 +276,11 @@ PetscErrorCode MPMPhaseBegin(MPM mpm, const MPMPhase *phase)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMPhaseEnd(MPM mpm, const MPMPhase *phase, PetscInt npoints)
+PetscErrorCode MPMPhaseEnd(MPM mpm, const MPMPhase *phase, PetscInt nparticles)
 {
-  const PetscReal nodes = TouchedNodes(&mpm->exchange.patch), flops = PhaseFlops(mpm, phase, npoints, nodes);
-  const PetscInt  all = mpm->exchange.type->farms ? mpm->points.n : npoints; /* workers do those of a pool's master */
+  const PetscReal nodes = TouchedNodes(&mpm->exchange.patch), flops = PhaseFlops(mpm, phase, nparticles, nodes);
+  const PetscInt  all = mpm->exchange.type->farms ? mpm->particles.n
+                                                  : nparticles; /* workers do those of a pool's master */
   PetscLogDouble  now;
 
   PetscFunctionBeginUser;
@@ -322,11 +323,11 @@ static PetscErrorCode RunPhase(MPM mpm, const MPMPhase *phase)
   PetscFunctionBeginUser;
   PetscCall(MPMPhaseBegin(mpm, phase));
   PetscCall(phase->kind == MPM_NODES ? ex->nodes(mpm, phase) : ex->sweep(mpm, phase));
-  PetscCall(MPMPhaseEnd(mpm, phase, ex->farms ? 0 : mpm->points.n));
+  PetscCall(MPMPhaseEnd(mpm, phase, ex->farms ? 0 : mpm->particles.n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One step of length params.dt: the phases of the integrator, then one reduction and the points settle in their new
+/* One step of length params.dt: the phases of the integrator, then one reduction and the particles settle in their new
    cells. Afterwards status holds what the step found; if status.bad is set, the state is that of the failed step and
    has not settled. Collective on the exchange.                                                                       */
 PetscErrorCode MPMStep(MPM mpm)
@@ -364,7 +365,7 @@ PetscErrorCode MPMStep(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Mass and velocity of the nodes for the state as it is, as output shows them; changes no point, and is no work of a
+/* Mass and velocity of the nodes for the state as it is, as output shows them; changes no particle, and is no work of a
    step. Collective. */
 PetscErrorCode MPMStepNodes(MPM mpm)
 {
@@ -378,7 +379,7 @@ PetscErrorCode MPMStepNodes(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Largest squared speed of a point and of a wave in the state as it is, into status: what a step leaves there, for a
+/* Largest squared speed of a particle and of a wave in the state as it is, into status: what a step leaves there, for a
    state that no step has made. Collective.                                                                           */
 PetscErrorCode MPMStepBound(MPM mpm)
 {
@@ -389,25 +390,25 @@ PetscErrorCode MPMStepBound(MPM mpm)
 
   PetscFunctionBeginUser;
   MPMStatusReset(&mpm->status);
-  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+  PetscCall(MPMParticlesGetView(&mpm->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const MPMMaterial *m  = mpm->scene.materials + mpm->scene.kinds[view.kind ? view.kind[p] : 0].material;
     PetscReal          v2 = 0;
 
     for (PetscInt d = 0; d < dim; d++) v2 += view.v[p * dim + d] * view.v[p * dim + d];
-    MPMPointsState(dim, &view, p, &b);
+    MPMParticlesState(dim, &view, p, &b);
     m->type->law->speed2[dim - 1](m, 0, 1, &b, &c2);
     mpm->status.v2 = PetscMax(mpm->status.v2, v2);
     mpm->status.c2 = PetscMax(mpm->status.c2, c2);
   }
-  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
+  PetscCall(MPMParticlesRestoreView(&mpm->particles, fields, &view));
   PetscCall(mpm->exchange.type->reduce(mpm, &mpm->status));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 static PetscErrorCode PrintTimer(MPM mpm, const char name[], PetscReal seconds, PetscReal predicted)
 {
-  const PetscReal steps = (PetscReal)PetscMax(1, mpm->step), per = (PetscReal)mpm->points.total * steps;
+  const PetscReal steps = (PetscReal)PetscMax(1, mpm->step), per = (PetscReal)mpm->particles.total * steps;
 
   PetscFunctionBeginUser;
   PetscCall(MPMPrint(mpm, "  %-12s %8.3f  %5.1f  %8.1f  %12.3g  ", name, (double)seconds,
@@ -424,7 +425,7 @@ PetscErrorCode MPMStepView(MPM mpm)
   PetscReal all = 0;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPrint(mpm, "phase                s      %%   ns/point/step      s/step    predicted   ratio\n"));
+  PetscCall(MPMPrint(mpm, "phase                s      %%   ns/particle/step      s/step    predicted   ratio\n"));
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) {
     const PetscReal s = MPMTimerSeconds(mpm, e);
 

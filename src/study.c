@@ -9,10 +9,10 @@
 typedef struct {
   PetscReal  h, error, order, seconds; /* what was refined (m, s, or 1), m, 1, s */
   PetscInt   steps;
-  PetscInt64 points;
+  PetscInt64 particles;
 } Rung;
 
-/* A point of a finished run, as the comparison with a finer one needs it. */
+/* A particle of a finished run, as the comparison with a finer one needs it. */
 typedef struct {
   PetscInt64 key[3]; /* place on the lattice of its body */
   PetscInt   body;
@@ -123,7 +123,7 @@ static int ByPlace(const void *a, const void *b, void *ctx)
   return 0;
 }
 
-/* All points of a run on every process of its data, by their place on the lattice of their body. Collective on the
+/* All particles of a run on every process of its data, by their place on the lattice of their body. Collective on the
    exchange. The caller frees them. */
 static PetscErrorCode Gather(MPM mpm, PetscInt *n, Sample **all)
 {
@@ -134,9 +134,9 @@ static PetscErrorCode Gather(MPM mpm, PetscInt *n, Sample **all)
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(mpm->exchange.data, &size));
-  PetscCall(PetscMalloc1(mpm->points.n, &mine));
+  PetscCall(PetscMalloc1(mpm->particles.n, &mine));
   PetscCall(PetscMalloc2(size, &counts, size, &starts));
-  PetscCall(MPMPointsGetView(&mpm->points, fields, &view));
+  PetscCall(MPMParticlesGetView(&mpm->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const MPMBody *body = mpm->scene.bodies;
     Sample        *s    = &mine[p];
@@ -151,12 +151,12 @@ static PetscErrorCode Gather(MPM mpm, PetscInt *n, Sample **all)
       s->u[d]   = view.x[p * dim + d] - view.X[p * dim + d];
     }
   }
-  PetscCall(MPMPointsRestoreView(&mpm->points, fields, &view));
-  PetscCall(MPMMessageLength((size_t)mpm->points.n * sizeof(Sample), &bytes));
+  PetscCall(MPMParticlesRestoreView(&mpm->particles, fields, &view));
+  PetscCall(MPMMessageLength((size_t)mpm->particles.n * sizeof(Sample), &bytes));
   PetscCallMPI(MPI_Allgather(&bytes, 1, MPI_INT, counts, 1, MPI_INT, mpm->exchange.data));
   starts[0] = 0;
   for (PetscMPIInt r = 1; r < size; r++) starts[r] = starts[r - 1] + counts[r - 1];
-  *n = (PetscInt)mpm->points.total;
+  *n = (PetscInt)mpm->particles.total;
   PetscCall(PetscMalloc1(*n, all));
   PetscCallMPI(MPI_Allgatherv(mine, bytes, MPI_BYTE, *all, counts, starts, MPI_BYTE, mpm->exchange.data));
   PetscCall(PetscFree2(counts, starts));
@@ -164,8 +164,9 @@ static PetscErrorCode Gather(MPM mpm, PetscInt *n, Sample **all)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Root of the mass-weighted mean of |u - u_fine|^2 over the points of a run that has cells 2^halvings as large: u_fine
-   is the mean over the points of the finest run that lie in the point's cell of the lattice. Sorts both. */
+/* Root of the mass-weighted mean of |u - u_fine|^2 over the particles of a run that has cells 2^halvings as large:
+   u_fine is the mean over the particles of the finest run that lie in the particle's cell of the lattice. Sorts both.
+ */
 static PetscErrorCode Difference(const MPMGrid *grid, PetscInt halvings, PetscInt n, Sample *coarse, PetscInt nfine,
                                  const Sample *finest, PetscReal *difference)
 {
@@ -206,8 +207,8 @@ static PetscErrorCode Difference(const MPMGrid *grid, PetscInt halvings, PetscIn
 /* --- The ladder ----------------------------------------------------------------------------------------------------
  */
 
-/* Makes one run. Its size and error go to the rung; its points to samples if the finest run is the reference. A fault
-   of the options or an early stop is printed and told by the status. Collective. */
+/* Makes one run. Its size and error go to the rung; its particles to samples if the finest run is the reference. A
+   fault of the options or an early stop is printed and told by the status. Collective. */
 static PetscErrorCode Climb(MPM coarse, PetscInt level, Rung *rung, PetscInt *n, Sample **samples, int *status)
 {
   const MPMStudy *study = &coarse->study;
@@ -229,13 +230,13 @@ static PetscErrorCode Climb(MPM coarse, PetscInt level, Rung *rung, PetscInt *n,
   PetscCall(PetscTime(&t0));
   PetscCall(MPMRun(mpm));
   PetscCall(PetscTime(&t1));
-  rung->h       = !strcmp(study->vary, "grid")  ? mpm->grid.h[0]
-                  : !strcmp(study->vary, "ppc") ? 1 / (PetscReal)mpm->scene.bodies[0].ppc[0]
-                  : mpm->dt_fixed > 0           ? mpm->dt_fixed
-                                                : mpm->dt_cfl;
-  rung->seconds = t1 - t0;
-  rung->steps   = mpm->step;
-  rung->points  = mpm->points.total;
+  rung->h         = !strcmp(study->vary, "grid")  ? mpm->grid.h[0]
+                    : !strcmp(study->vary, "ppc") ? 1 / (PetscReal)mpm->scene.bodies[0].ppc[0]
+                    : mpm->dt_fixed > 0           ? mpm->dt_fixed
+                                                  : mpm->dt_cfl;
+  rung->seconds   = t1 - t0;
+  rung->steps     = mpm->step;
+  rung->particles = mpm->particles.total;
   if (mpm->stop[0])
     *status = MPM_EXIT_STOPPED;
   else if (mpm->exchange.data != MPI_COMM_NULL) { /* a worker of the pool knows nothing */
@@ -255,11 +256,11 @@ static PetscErrorCode PrintRung(MPM mpm, FILE *csv, PetscInt level, const Rung *
 {
   PetscFunctionBeginUser;
   PetscCall(MPMPrint(mpm, "%4" PetscInt_FMT "  %10.4g  %10" PetscInt64_FMT "  %8" PetscInt_FMT "  %12.5g  ", level + 1,
-                     (double)r->h, r->points, r->steps, (double)r->error));
+                     (double)r->h, r->particles, r->steps, (double)r->error));
   PetscCall(r->order > PETSC_MIN_REAL ? MPMPrint(mpm, "%7.3f", (double)r->order) : MPMPrint(mpm, "%7s", "-"));
   PetscCall(MPMPrint(mpm, "  %8.3g\n", (double)r->seconds));
   if (csv) {
-    fprintf(csv, "%d,%.17g,%lld,%d,%.17g,", (int)level + 1, (double)r->h, (long long)r->points, (int)r->steps,
+    fprintf(csv, "%d,%.17g,%lld,%d,%.17g,", (int)level + 1, (double)r->h, (long long)r->particles, (int)r->steps,
             (double)r->error);
     if (r->order > PETSC_MIN_REAL) fprintf(csv, "%.6g", (double)r->order);
     fprintf(csv, ",%.4g\n", (double)r->seconds);
@@ -287,7 +288,7 @@ static PetscErrorCode CheckRungs(MPM coarse, int *status)
       PetscCall(MPMPrint(coarse, "run %2" PetscInt_FMT "     ", level + 1));
       for (PetscInt d = 0; d < mpm->grid.dim; d++)
         PetscCall(MPMPrint(coarse, "%s%" PetscInt_FMT, d ? "x" : "", mpm->grid.cells[d]));
-      PetscCall(MPMPrint(coarse, " cells, %" PetscInt64_FMT " particles\n", mpm->points.total));
+      PetscCall(MPMPrint(coarse, " cells, %" PetscInt64_FMT " particles\n", mpm->particles.total));
     }
     PetscCall(MPMOptionsDestroy(&o));
     PetscCall(MPMDestroy(&mpm));

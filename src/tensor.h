@@ -1,8 +1,8 @@
 /* tensor.h - the few small-matrix operations that materials and transfers share.
 
-   dim is always a compile-time constant after inlining, so the loops unroll. MPMReal is one point or, in the files that
-   are compiled for lanes, several (lanes.h). F is [dim*dim] row-major; a symmetric tensor is [6] in the order xx xy xz
-   yy yz zz, whole in every dimension: 2-D is plane strain (F33 = 1), 1-D is uniaxial strain (F22 = F33 = 1). */
+   dim is always a compile-time constant after inlining, so the loops unroll. MPMReal is one particle or, in the files
+   that are compiled for lanes, several (lanes.h). F is [dim*dim] row-major; a symmetric tensor is [6] in the order xx
+   xy xz yy yz zz, whole in every dimension: 2-D is plane strain (F33 = 1), 1-D is uniaxial strain (F22 = F33 = 1). */
 #ifndef MPM_TENSOR_H
 #define MPM_TENSOR_H
 
@@ -160,7 +160,7 @@ MPM_INLINE void MPMJacobi(MPMReal A[3][3], MPMReal V[3][3], int p, int q, int r,
    rotations: a few units in the last place of the largest one, of a positive tensor as good as of each one (Demmel and
    Veselic, SIAM J. Matrix Anal. Appl. 13 (1992) 1204). In 2-D one rotation is exact; in 3-D few sweeps are, as they
    converge quadratically: 8 is more than any tensor was seen to need (5). Its components' squares must neither vanish
-   nor overflow. Additions, products, divisions and square roots alone, so the bits are the same everywhere; a point
+   nor overflow. Additions, products, divisions and square roots alone, so the bits are the same everywhere; a particle
    that is done waits for the others of its lanes. */
 MPM_INLINE void MPMEigen(int dim, const MPMReal a[6], MPMReal values[3], MPMReal vectors[3][3])
 {
@@ -199,7 +199,7 @@ MPM_INLINE void MPMSpectral(int dim, const MPMReal values[3], MPMReal vectors[3]
     }
 }
 
-#if MPM_WIDTH == 1 /* for one point alone */
+#if MPM_WIDTH == 1 /* for one particle alone */
 
 /* J F^-T, by which areas deform. */
 MPM_INLINE void MPMCofactor(int dim, const PetscReal *F, PetscReal *c)

@@ -1,5 +1,5 @@
 /* tile_sums.h - the sums of tiles, and how P2G adds those of a row of tiles to the patch's nodes. Here nobody knows
-   points; transfer.h finds the places of their cells. A row of the table of tiles along x, of tiles of 4 cells and a
+   particles; transfer.h finds the places of their cells. A row of the table of tiles along x, of tiles of 4 cells and a
    stencil of 3 nodes, so 6 nodes a tile (its side), on a patch that owns nodes 2 to 9 of its arrays (o):
 
      node of the arrays   -2 -1  0  1  2  3  4  5  6  7  8  9 10 11    box: at  from  to  end
@@ -8,8 +8,8 @@
      tile 2                                        o  o  o  o  .  .          6     0   4    6
 
    slot says where a tile's sums are: >= 0, kept in t->sum[slot] (of tile 0 they came from the process below; tile 2 is
-   early, since its last nodes are those of the process above); MPM_TILE_OPEN, in the scratch, at the tile's place in
-   the row; MPM_TILE_EMPTY, it has no points. */
+   early, since its last nodes are those of the process above); MPM_TILE_SCRATCH, in the scratch, at the tile's place in
+   the row; MPM_TILE_EMPTY, it has no particles. */
 #ifndef MPM_TILE_SUMS_H
 #define MPM_TILE_SUMS_H
 
@@ -21,12 +21,12 @@ MPM_INLINE size_t MPMTileSize(int dim, MPMBasis basis)
   return MPMTileNodes(dim, basis) * MPM_SUM_NC(dim);
 }
 
-/* Zeroes the kept sums of a turn: those of early tiles come first, then those of late ones. */
-MPM_INLINE void MPMOpenKept(int dim, const MPMPatch *patch, MPMTurns turn)
+/* Zeroes the kept sums of a pass: those of early tiles come first, then those of late ones. */
+MPM_INLINE void MPMOpenKept(int dim, const MPMPatch *patch, MPMPass pass)
 {
   const MPMTiles *t    = &patch->tiles;
   const size_t    size = MPMTileSize(dim, patch->basis);
-  const PetscInt  from = turn == MPM_TILES_LATE ? t->nearly : 0, to = turn == MPM_TILES_LATE ? t->nown : t->nearly;
+  const PetscInt  from = pass == MPM_PASS_LATE ? t->n_early : 0, to = pass == MPM_PASS_LATE ? t->n_own : t->n_early;
 
   if (from < to) memset(t->sum + (size_t)from * size, 0, (size_t)(to - from) * size * sizeof *t->sum);
 }
@@ -38,7 +38,7 @@ MPM_INLINE void MPMOpenRow(int dim, const MPMPatch *patch, PetscInt row)
   const size_t    size = MPMTileSize(dim, patch->basis);
 
   for (PetscInt i = t->used[row][0]; i < t->used[row][1]; i++)
-    if (t->slot[row * t->n[0] + i] == MPM_TILE_OPEN)
+    if (t->slot[row * t->n[0] + i] == MPM_TILE_SCRATCH)
       memset(t->scratch + (size_t)i * size, 0, size * sizeof *t->scratch);
 }
 

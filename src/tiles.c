@@ -18,7 +18,7 @@ static PetscInt Width(const MPMPatch *patch, PetscInt d, PetscInt tile, PetscInt
   return PetscMin(edge, nodes - at * edge);
 }
 
-/* The stencil's reach beyond a point's base node. */
+/* The stencil's reach beyond a particle's base node. */
 static PetscInt Reach(const MPMPatch *patch, PetscInt d)
 {
   return d < patch->grid->dim ? MPMBasisNodes(patch->basis) - 1 : 0;
@@ -76,15 +76,15 @@ PetscErrorCode MPMTilesSetUp(MPMPatch *patch, PetscBool alone)
       box->to   = PetscMin(box->end, last - start);
     }
   }
-  rows      = t->n[1] * t->n[2];
-  t->nearly = t->nown = t->nslots = 0;
+  rows       = t->n[1] * t->n[2];
+  t->n_early = t->n_own = t->nslots = 0;
   PetscCall(PetscMalloc1(t->n[0] * rows, &t->slot));
   for (PetscInt k = 0; k < t->n[0] * rows; k++) t->slot[k] = MPM_TILE_EMPTY;
   PetscCall(PetscCalloc1(rows, &t->used));
   t->waits = PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++)
     if (t->below[d] && !t->wraps[d]) t->waits = PETSC_TRUE;
-  for (int k = 0; k < MPM_NUM_TURNS; k++) PetscCall(PetscMalloc1(rows << t->bits * (grid->dim - 1), &t->runs[k]));
+  for (int k = 0; k < MPM_NUM_PASSES; k++) PetscCall(PetscMalloc1(rows << t->bits * (grid->dim - 1), &t->runs[k]));
   t->room = 0;
   PetscCall(PetscMalloc((size_t)t->n[0] * size + MPM_LINE, &t->memory));
   t->scratch = (PetscReal *)MPMAlign(t->memory);
@@ -97,7 +97,7 @@ PetscErrorCode MPMTilesDestroy(MPMPatch *patch)
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < 3; d++) PetscCall(PetscFree(t->box[d]));
-  for (int k = 0; k < MPM_NUM_TURNS; k++) PetscCall(PetscFree(t->runs[k]));
+  for (int k = 0; k < MPM_NUM_PASSES; k++) PetscCall(PetscFree(t->runs[k]));
   PetscCall(PetscFree(t->slot));
   PetscCall(PetscFree(t->used));
   PetscCall(PetscFree(t->memory));
@@ -113,15 +113,15 @@ PetscInt MPMTilesCells(const MPMPatch *patch)
 }
 
 /* Adds a part of the order, which may go on from the one before. */
-static void AddRun(MPMTiles *t, MPMTurns turn, PetscInt row, PetscInt first, PetscInt last)
+static void AddRun(MPMTiles *t, MPMPass pass, PetscInt row, PetscInt first, PetscInt last)
 {
-  MPMRange *before = t->runs[turn] + t->nruns[turn] - 1;
+  MPMRange *before = t->runs[pass] + t->nruns[pass] - 1;
 
   if (first == last) return;
-  if (t->nruns[turn] && before->row == row && before->last == first)
+  if (t->nruns[pass] && before->row == row && before->last == first)
     before->last = last;
   else
-    t->runs[turn][t->nruns[turn]++] = (MPMRange){first, last, row};
+    t->runs[pass][t->nruns[pass]++] = (MPMRange){first, last, row};
 }
 
 /* Notes that the tile has sums. */
@@ -133,9 +133,9 @@ static void Use(MPMTiles *t, PetscInt tile)
   used[1] = PetscMax(used[1], at + 1);
 }
 
-/* Notes which tiles of a row have points and gives those from `cut` on, which are early, a place for their sums.
-   Returns how many others have points; turn: theirs. */
-static PetscInt MarkRow(MPMPatch *patch, PetscInt row, PetscInt cut, MPMTurns turn, const PetscInt start[])
+/* Notes which tiles of a row have particles and gives those from `cut` on, which are early, a place for their sums.
+   Returns how many others have particles; pass: theirs. */
+static PetscInt AssignRow(MPMPatch *patch, PetscInt row, PetscInt cut, MPMPass pass, const PetscInt start[])
 {
   MPMTiles      *t   = &patch->tiles;
   const int      dim = (int)patch->grid->dim;
@@ -150,9 +150,9 @@ static PetscInt MarkRow(MPMPatch *patch, PetscInt row, PetscInt cut, MPMTurns tu
 
     if (cell[0] == cell[edge * n0]) continue;
     for (PetscInt i = 0; i < n0; i++)
-      if (cell[edge * i] < cell[edge * (i + 1)]) slot[i] = MPM_TILE_OPEN;
-    AddRun(t, turn, row, cell[0], cell[edge * cut]);
-    AddRun(t, MPM_TILES_EARLY, row, cell[edge * cut], cell[edge * n0]);
+      if (cell[edge * i] < cell[edge * (i + 1)]) slot[i] = MPM_TILE_SCRATCH;
+    AddRun(t, pass, row, cell[0], cell[edge * cut]);
+    AddRun(t, MPM_PASS_EARLY, row, cell[edge * cut], cell[edge * n0]);
   }
   for (PetscInt i = 0; i < n0; i++) {
     if (slot[i] == MPM_TILE_EMPTY) continue;
@@ -160,42 +160,42 @@ static PetscInt MarkRow(MPMPatch *patch, PetscInt row, PetscInt cut, MPMTurns tu
     if (i < cut)
       others++;
     else
-      slot[i] = t->nearly++;
+      slot[i] = t->n_early++;
   }
   return others;
 }
 
-/* Notes which tiles have points and gives those that are kept a place for their sums, and room to those that may come.
-   keep: all are early. Not collective. */
-PetscErrorCode MPMTilesMark(MPMPatch *patch, PetscBool keep, const PetscInt start[])
+/* Notes which tiles have particles and gives those that are kept a place for their sums, and room to those that may
+   come. keep: all are early. Not collective. */
+PetscErrorCode MPMTilesAssign(MPMPatch *patch, PetscBool keep, const PetscInt start[])
 {
   MPMTiles      *t    = &patch->tiles;
   const size_t   size = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_SUM_NC(patch->grid->dim) * sizeof(PetscReal);
   const PetscInt tiles = t->n[0] * t->n[1] * t->n[2];
-  const PetscInt came  = t->nslots - t->nown; /* when sums were exchanged last */
-  PetscInt       late = 0, rows = 0;          /* late tiles, in the first rows */
+  const PetscInt came  = t->nslots - t->n_own; /* when sums were exchanged last */
+  PetscInt       late = 0, rows = 0;           /* late tiles, in the first rows */
   size_t         need;
 
   PetscFunctionBeginUser;
-  t->start  = start;
-  t->nearly = 0;
-  for (int k = 0; k < MPM_NUM_TURNS; k++) t->nruns[k] = 0;
+  t->start   = start;
+  t->n_early = 0;
+  for (int k = 0; k < MPM_NUM_PASSES; k++) t->nruns[k] = 0;
   for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++) {
     const PetscInt  j = row % t->n[1], k = row / t->n[1];
     const PetscBool early  = keep || k >= t->n[2] - t->keep[2] || j >= t->n[1] - t->keep[1] ? PETSC_TRUE : PETSC_FALSE;
     const PetscBool waits  = t->waits && (size_t)PetscMax(0, late - came - came / 2) * size < LATE_BYTES ? PETSC_TRUE
                                                                                                          : PETSC_FALSE;
-    const PetscInt  others = MarkRow(patch, row, early ? 0 : t->n[0] - t->keep[0],
-                                    waits ? MPM_TILES_LATE : MPM_TILES_OPEN, start);
+    const PetscInt  others = AssignRow(patch, row, early ? 0 : t->n[0] - t->keep[0],
+                                      waits ? MPM_PASS_LATE : MPM_PASS_MAIN, start);
 
     if (waits) late += others, rows = row + 1;
   }
-  t->nown = t->nearly;
+  t->n_own = t->n_early;
   for (PetscInt k = 0; k < rows * t->n[0]; k++)
-    if (t->slot[k] == MPM_TILE_OPEN) t->slot[k] = t->nown++;
-  for (int k = 0; k < MPM_NUM_TURNS && keep; k++) t->nruns[k] = 0; /* others do the work */
-  t->nslots = t->nown;
-  need      = (size_t)(t->nown + tiles - (t->n[0] - t->below[0]) * (t->n[1] - t->below[1]) * (t->n[2] - t->below[2]));
+    if (t->slot[k] == MPM_TILE_SCRATCH) t->slot[k] = t->n_own++;
+  for (int k = 0; k < MPM_NUM_PASSES && keep; k++) t->nruns[k] = 0; /* others do the work */
+  t->nslots = t->n_own;
+  need      = (size_t)(t->n_own + tiles - (t->n[0] - t->below[0]) * (t->n[1] - t->below[1]) * (t->n[2] - t->below[2]));
   if (need > t->room) {
     t->room = need + need / 8;
     PetscCall(PetscFree(t->memory));
@@ -234,8 +234,8 @@ static void Extend(MPMPatch *patch, const PetscInt lo[3], const PetscInt hi[3])
     }
 }
 
-/* The part of each row of nodes that the points of a row of cells touch. */
-static void MarkCells(MPMPatch *patch, PetscInt row, PetscInt in)
+/* The part of each row of nodes that the particles of a row of cells touch. */
+static void SpanCells(MPMPatch *patch, PetscInt row, PetscInt in)
 {
   const MPMTiles *t    = &patch->tiles;
   const PetscInt *cell = t->start + MPMTileRowCell((int)patch->grid->dim, t, row, in), edge = 1 << t->bits,
@@ -254,14 +254,14 @@ static void MarkCells(MPMPatch *patch, PetscInt row, PetscInt in)
   Extend(patch, lo, hi);
 }
 
-/* Finds the part of each row of nodes that points touch: for own points by cells, for those below by tiles. */
-void MPMTilesMarkRows(MPMPatch *patch)
+/* Finds the part of each row of nodes that particles touch: for own particles by cells, for those below by tiles. */
+void MPMTilesFindSpans(MPMPatch *patch)
 {
   const MPMTiles *t = &patch->tiles;
 
   for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) patch->span[r] = (MPMSpan){patch->n[0], 0, PETSC_TRUE};
   for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++)
-    for (PetscInt in = 0; in < 1 << t->bits * (patch->grid->dim - 1); in++) MarkCells(patch, row, in);
+    for (PetscInt in = 0; in < 1 << t->bits * (patch->grid->dim - 1); in++) SpanCells(patch, row, in);
   for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
     const PetscInt at[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
     PetscInt       lo[3], hi[3];
@@ -280,7 +280,8 @@ void MPMTilesMarkRows(MPMPatch *patch)
 }
 
 /* --- Messages: of the tiles at a side of a patch, `toward` [3] 1 or 0 on each axis, the nodes that the process there
-   owns. First a byte for each tile of the side, whether it has points; then the sums of those that have. ---------- */
+   owns. First a byte for each tile of the side, whether it has particles; then the sums of those that have. ----------
+ */
 
 /* Axis d of the side: tiles [lo, hi) of the table. above: mine, for the process above; else those of the one below, for
    me. */
@@ -379,7 +380,7 @@ size_t MPMTilesBytes(const MPMPatch *patch, const int toward[3], PetscInt parts,
          nodes * (size_t)(MPM_SUM_LAST(dim, parts) - MPM_SUM_FIRST(dim, parts)) * sizeof(PetscReal);
 }
 
-/* Nodes whose sums go to the process above on the side as points lie now, once for each tile that has some. */
+/* Nodes whose sums go to the process above on the side as particles lie now, once for each tile that has some. */
 PetscInt MPMTilesSent(const MPMPatch *patch, const int toward[3])
 {
   PetscInt tile, nodes = 0;

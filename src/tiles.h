@@ -4,7 +4,7 @@
 
 #include "mpm.h"
 
-/* Cells of a tile on an axis, and the nodes that its points touch. */
+/* Cells of a tile on an axis, and the nodes that its particles touch. */
 MPM_INLINE PetscInt MPMTileEdge(MPMBasis basis)
 {
   return 1 << MPM_TILE_BITS(MPMBasisNodes(basis));

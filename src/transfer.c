@@ -1,8 +1,8 @@
-/* transfer.c - which kernels to run, for the number of lanes that the processor has, and what they leave to one point
-   at a time because it is rare. */
+/* transfer.c - which kernels to run, for the number of lanes that the processor has, and what they leave to one
+   particle at a time because it is rare. */
 #include "transfer.h"
 
-/* Of each width, [dim-1]: to nodes, to points. */
+/* Of each width, [dim-1]: to nodes, to particles. */
 extern const MPMTransfer MPMTransfers_8[3][2], MPMTransfers_4[3][2], MPMTransfers_2[3][2];
 
 /* 8 lanes with AVX-512, 4 with AVX2, else 2. The environment's PEBBLE_VECTOR asks for at most so many (notes.c): the
@@ -29,15 +29,15 @@ PetscInt MPMTransferWidth(void)
 
 MPMTransfer MPMTransferFind(PetscInt dim, MPMBasis basis, PetscInt parts)
 {
-  const PetscInt to_nodes  = parts & (MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE) ? 1 : 0;
-  const PetscInt to_points = parts & (MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_G2P_FILTER) ? 1 : 0;
+  const PetscInt to_nodes     = parts & (MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE) ? 1 : 0;
+  const PetscInt to_particles = parts & (MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_G2P_FILTER) ? 1 : 0;
 
-  if (dim < 1 || dim > 3 || basis >= MPM_NUM_BASES || to_nodes == to_points) return NULL;
+  if (dim < 1 || dim > 3 || basis >= MPM_NUM_BASES || to_nodes == to_particles) return NULL;
 #if defined(__x86_64__)
-  if (MPMTransferWidth() == 8) return MPMTransfers_8[dim - 1][to_points];
-  if (MPMTransferWidth() == 4) return MPMTransfers_4[dim - 1][to_points];
+  if (MPMTransferWidth() == 8) return MPMTransfers_8[dim - 1][to_particles];
+  if (MPMTransferWidth() == 4) return MPMTransfers_4[dim - 1][to_particles];
 #endif
-  return MPMTransfers_2[dim - 1][to_points];
+  return MPMTransfers_2[dim - 1][to_particles];
 }
 
 /* Notes a bad condition: the gravest kind, of its smallest id. */
@@ -50,7 +50,7 @@ void MPMNoteBad(MPMStatus *status, MPMBad bad, PetscInt64 id, PetscInt dim, cons
   for (PetscInt d = 0; d < dim; d++) status->x[d] = x[d];
 }
 
-/* The same for those of points first .. last-1 of a block whose J is not a positive number. */
+/* The same for those of particles first .. last-1 of a block whose J is not a positive number. */
 void MPMNoteBadJ(PetscInt dim, const MPMPatch *patch, PetscBool has_F, PetscInt first, PetscInt last,
                  const PetscInt *order, const MPMBlock *b, MPMStatus *status)
 {
@@ -60,12 +60,12 @@ void MPMNoteBadJ(PetscInt dim, const MPMPatch *patch, PetscBool has_F, PetscInt 
     for (PetscInt k = 0; k < dim * dim; k++) F[k] = b->F[k][l];
     if (has_F) J = MPMDet((int)dim, F);
     if (!(J > 0 && J < PETSC_MAX_REAL))
-      MPMNoteBad(status, MPM_BAD_J, patch->points.id[order[l]], dim, patch->points.x + (size_t)order[l] * (size_t)dim,
-                 J);
+      MPMNoteBad(status, MPM_BAD_J, patch->particles.id[order[l]], dim,
+                 patch->particles.x + (size_t)order[l] * (size_t)dim, J);
   }
 }
 
-/* Brings x [dim] of n points back through periodic faces; [lower, upper) afterwards. */
+/* Brings x [dim] of n particles back through periodic faces; [lower, upper) afterwards. */
 void MPMWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMRow *x)
 {
   for (PetscInt d = 0; d < dim; d++) {
@@ -86,27 +86,27 @@ void MPMWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMRow *x)
 void MPMStretchDomains(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const PetscInt *order,
                        const MPMRow *x, MPMStatus *status)
 {
-  const MPMView *points = &patch->points;
+  const MPMView *particles = &patch->particles;
 
   for (PetscInt q = 0; q < n; q++) {
     const PetscInt p = order[q];
     PetscReal      V[3], at[3];
 
-    MPMStretch((int)dim, points->F + (size_t)(p * dim * dim), V);
+    MPMStretch((int)dim, particles->F + (size_t)(p * dim * dim), V);
     for (PetscInt d = 0; d < dim; d++) at[d] = x[d][q];
     for (PetscInt d = 0; d < dim; d++) {
-      PetscReal l = par->kinds[points->kind ? points->kind[p] : 0].l[d] * V[d];
+      PetscReal l = par->kinds[particles->kind ? particles->kind[p] : 0].l[d] * V[d];
 
       if (!(l <= 0.5)) { /* its stencil would be too small */
-        MPMNoteBad(status, MPM_TOO_WIDE, points->id[p], dim, at, 2 * l);
+        MPMNoteBad(status, MPM_TOO_WIDE, particles->id[p], dim, at, 2 * l);
         l = 0.5;
       }
-      points->l[p * dim + d] = l;
+      particles->l[p * dim + d] = l;
     }
   }
 }
 
-/* Floating-point operations per point, counted by hand from transfer.h and transfer_sums.c: an addition, product or
+/* Floating-point operations per particle, counted by hand from transfer.h and transfer_sums.c: an addition, product or
    quotient is 1, a fused multiply-add 2; the law is counted as a neo-Hookean solid (a logarithm is 26). Only lanes that
    hold something count. The adds of a cell's sums to its nodes, xpic's filter and the forms of splines at walls are
    left out. */

@@ -1,24 +1,23 @@
-/* transfer.h - the two kernels of the Material Point Method: points to nodes (P2G) and nodes to points (G2P).
+/* transfer.h - the two kernels of the Material Particle Method: particles to nodes (P2G) and nodes to particles (G2P).
 
    Each is written once, for vectors of MPM_WIDTH lanes (lanes.h); dim is a compile-time constant of always-inlined
    functions, and so is the basis where weights are made. transfer_lanes.c instantiates them and is compiled once a
    width, as are the innermost loops, in transfer_sums.c. P2G goes down this map; G2P goes over the same blocks:
 
-     order    points by (cell, id), in runs (MPMRange): G2P takes all as one, P2G those of a row of tiles at a time.
-     blocks   of MPM_STAGED points of these runs, whatever their cells. Their rows are gathered into scratch in L1 (3-D:
-       |      or near); weights, stress, new v, F and x are made there: lanes are points (MPMBlockOrder, MPMStencils).
-     cells    points of a block with the same base node, added up in local accumulators: lanes are the sums of a node.
-       |      A cell may go on in the next block. G2P: the motion of the cell's nodes to its points, which are lanes.
-     tiles    of 2 or 4 cells an axis, with sums of their own for all nodes that their points touch: of open tiles in
-       |      scratch, of early and late ones kept (MPMTurns) until their row's turn comes (tile_sums.h).
+     order    particles by (cell, id), in runs (MPMRange): G2P takes all as one, P2G those of a row of tiles at a time.
+     blocks   of MPM_STAGED particles of these runs, whatever their cells. Their rows are gathered into scratch in L1
+   (3-D: |      or near); weights, stress, new v, F and x are made there: lanes are particles (MPMBlockOrder,
+   MPMStencils). cells    particles of a block with the same base node, added up in local accumulators: lanes are the
+   sums of a node. |      A cell may go on in the next block. G2P: the motion of the cell's nodes to its particles,
+   which are lanes. tiles    of 2 or 4 cells an axis, with sums of their own for all nodes that their particles touch:
+   of open tiles in |      scratch, of early and late ones kept (MPMPass) until the main pass closes their row (tile_sums.h).
      nodes    patch->sum, which gets the sums of a row of tiles, tile by tile, when the row is closed.
 
-   A cell is its base node, s->base, an index of the patch's arrays; its number in the table of tiles, points.cell, is
-   what the order goes by. The tree of additions - points of a cell by id, cells of a tile, tiles of a node - depends on
-   cells and ids alone, never on blocks, lanes or processes. Equation numbers: docs/theory.md.
-   In: points x v F kind id cell state, and l b C r dx where a scene has them; nodes vel. Out: nodes sum; points v F x
-   dx cell, and state tau C r likewise; status. For a first reading leave out what has to do with walls and with
-   MPMBegun.     */
+   A cell is its base node, s->base, an index of the patch's arrays; its number in the table of tiles, particles.cell,
+   is what the order goes by. The tree of additions - particles of a cell by id, cells of a tile, tiles of a node -
+   depends on cells and ids alone, never on blocks, lanes or processes. Equation numbers: docs/theory.md. In: particles
+   x v F kind id cell state, and l b C r dx where a scene has them; nodes vel. Out: nodes sum; particles v F x dx cell,
+   and state tau C r likewise; status. For a first reading leave out what has to do with walls and with MPMBegun.     */
 #ifndef MPM_TRANSFER_H
 #define MPM_TRANSFER_H
 
@@ -33,15 +32,15 @@
 
 /* --- Blocks ------------------------------------------------------------------------------------------------------- */
 
-typedef PetscReal MPMRow[MPM_BLOCK]; /* a component of the points of a block; lanes past the last hold leftovers */
+typedef PetscReal MPMRow[MPM_BLOCK]; /* a component of the particles of a block; lanes past the last hold leftovers */
 
-/* The points of a block: n entries of the order. */
+/* The particles of a block: n entries of the order. */
 typedef struct {
-  PetscInt        n, run, entry;               /* run, entry of the order: where the next block begins */
-  PetscBool       adjacent;                    /* does each point's row follow that of the one before? */
-  PetscInt        point[MPM_BLOCK];            /* the last one again in the lanes past it */
-  const PetscInt *ahead;                       /* entries a block further on, whose rows are fetched in advance */
-  PetscInt        ncells, end[MPM_STAGED + 1]; /* cells; the points of cell c are those from end[c-1] to end[c] - 1 */
+  PetscInt        n, run, entry;        /* run, entry of the order: where the next block begins */
+  PetscBool       adjacent;             /* does each particle's row follow that of the one before? */
+  PetscInt        particle[MPM_BLOCK];  /* the last one again in the lanes past it */
+  const PetscInt *ahead;                /* entries a block further on, whose rows are fetched in advance */
+  PetscInt ncells, end[MPM_STAGED + 1]; /* cells; the particles of cell c are those from end[c-1] to end[c] - 1 */
 } MPMBlockOrder;
 
 /* Stencils of a block. */
@@ -52,9 +51,9 @@ typedef struct {
   MPMRow   w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients per axis, 1 and 1/m */
 } __attribute__((aligned(64))) MPMStencils;
 
-/* The next block of the points of `nruns` runs, from where the one before ended. All blocks but the last are full, so
-   that loops over them are as long every time; a cell that is cut costs little, and no bits. PETSC_FALSE: there are no
-   more points. */
+/* The next block of the particles of `nruns` runs, from where the one before ended. All blocks but the last are full,
+   so that loops over them are as long every time; a cell that is cut costs little, and no bits. PETSC_FALSE: there are
+   no more particles. */
 MPM_INLINE PetscBool MPMNextBlock(const MPMPatch *patch, PetscInt nruns, const MPMRange *runs, MPMBlockOrder *o)
 {
   PetscInt n = 0, jumps = 0;
@@ -62,17 +61,17 @@ MPM_INLINE PetscBool MPMNextBlock(const MPMPatch *patch, PetscInt nruns, const M
   while (n < MPM_STAGED && o->run < nruns) {
     const PetscInt *from = patch->order + o->entry, len = PetscMin(MPM_STAGED - n, runs[o->run].last - o->entry);
 
-    for (PetscInt l = 0; l < len; l++) o->point[n + l] = from[l];
+    for (PetscInt l = 0; l < len; l++) o->particle[n + l] = from[l];
     n += len;
     o->entry += len;
     if (o->entry == runs[o->run].last && ++o->run < nruns) o->entry = runs[o->run].first;
   }
   if (n == MPM_STAGED) /* of a full block alone, and to its end whatever is found: this becomes vectors */
-    for (PetscInt l = 0; l < MPM_STAGED; l++) jumps |= o->point[l] - l - o->point[0];
-  for (PetscInt l = n; n && l % MPM_WIDTH; l++) o->point[l] = o->point[n - 1];
+    for (PetscInt l = 0; l < MPM_STAGED; l++) jumps |= o->particle[l] - l - o->particle[0];
+  for (PetscInt l = n; n && l % MPM_WIDTH; l++) o->particle[l] = o->particle[n - 1];
   o->n        = n;
   o->adjacent = !jumps && n == MPM_STAGED ? PETSC_TRUE : PETSC_FALSE;
-  o->ahead    = patch->order + PetscMin(o->entry, patch->points.n - n);
+  o->ahead    = patch->order + PetscMin(o->entry, patch->particles.n - n);
   return n ? PETSC_TRUE : PETSC_FALSE;
 }
 
@@ -82,7 +81,7 @@ MPM_INLINE void MPMFirstBlock(PetscInt nruns, const MPMRange *runs, MPMBlockOrde
   o->entry = nruns ? runs[0].first : 0;
 }
 
-/* Fetches rows of a block further on, those that stand where points l to l + MPM_WIDTH - 1 do in this one. A line of
+/* Fetches rows of a block further on, those that stand where particles l to l + MPM_WIDTH - 1 do in this one. A line of
    the cache holds 8 numbers. As neighbours in the order mostly are in memory, every other row brings the one after it
    along if a line holds two; a row of 9 needs its second line too. */
 MPM_INLINE void MPMFetch(int nc, const PetscReal *own, const MPMBlockOrder *o, PetscInt l)
@@ -96,7 +95,7 @@ MPM_INLINE void MPMFetch(int nc, const PetscReal *own, const MPMBlockOrder *o, P
   }
 }
 
-/* Rows of nc components of the block's points -> lanes; the lanes past the last point repeat it. */
+/* Rows of nc components of the block's particles -> lanes; the lanes past the last particle repeat it. */
 MPM_INLINE void MPMGather(int nc, const PetscReal *own, const MPMBlockOrder *o, MPMRow *to)
 {
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
@@ -105,36 +104,36 @@ MPM_INLINE void MPMGather(int nc, const PetscReal *own, const MPMBlockOrder *o, 
 
     MPMFetch(nc, own, o, l);
     if (o->adjacent)
-      MPMTurn(nc, own + (size_t)(o->point[0] + l) * nc, lanes);
+      MPMTranspose(nc, own + (size_t)(o->particle[0] + l) * nc, lanes);
     else {
-      for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->point[l + k] * nc;
+      for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->particle[l + k] * nc;
       MPMReadRows(nc, row, lanes);
     }
     for (int c = 0; c < nc; c++) MPMWrite(&to[c][l], lanes[c]);
   }
 }
 
-/* Lanes of points first .. last-1 -> rows of own points. */
+/* Lanes of particles first .. last-1 -> rows of own particles. */
 MPM_INLINE void MPMScatter(int nc, const MPMRow *from, const MPMBlockOrder *o, PetscInt first, PetscInt last,
                            PetscReal *own)
 {
-  PetscReal others[9]; /* where the lanes of other points go */
+  PetscReal others[9]; /* where the lanes of other particles go */
 
   for (PetscInt l = first - first % MPM_WIDTH; l < last; l += MPM_WIDTH) {
     PetscReal *row[MPM_WIDTH];
     MPMReal    lanes[9];
 
     if (first <= l && l + MPM_WIDTH <= last)
-      for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->point[l + k] * nc;
+      for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->particle[l + k] * nc;
     else
       for (int k = 0; k < MPM_WIDTH; k++)
-        row[k] = first <= l + k && l + k < last ? own + (size_t)o->point[l + k] * nc : others;
+        row[k] = first <= l + k && l + k < last ? own + (size_t)o->particle[l + k] * nc : others;
     for (int c = 0; c < nc; c++) lanes[c] = MPMRead(&from[c][l]);
     MPMWriteRows(nc, lanes, row);
   }
 }
 
-/* Mass, volume and half-widths of kind k for points first .. last-1. */
+/* Mass, volume and half-widths of kind k for particles first .. last-1. */
 MPM_INLINE void MPMStageKind(int dim, const MPMKind *k, PetscInt first, PetscInt last, MPMStencils *s)
 {
   for (PetscInt l = first; l < last; l++) {
@@ -151,7 +150,7 @@ MPM_INLINE void MPMStencilsBegin(int dim, const MPMParams *par, MPMStencils *s)
   MPMStageKind(dim, par->kinds, 0, MPM_BLOCK, s);
 }
 
-/* The weights of a spline near walls, point by point. */
+/* The weights of a spline near walls, particle by particle. */
 static __attribute__((noinline)) void MPMStageWalls(int dim, MPMBasis basis, const MPMGrid *grid, PetscInt n,
                                                     MPMStencils *s)
 {
@@ -168,18 +167,18 @@ static __attribute__((noinline)) void MPMStageWalls(int dim, MPMBasis basis, con
     }
 }
 
-/* Coordinate in cells and base node along axis d of points at x with half-widths l, as MPMCoordinates finds them. */
+/* Coordinate in cells and base node along axis d of particles at x with half-widths l, as MPMCoordinates finds them. */
 MPM_INLINE MPMReal MPMBasesOf(MPMBasis basis, const MPMGrid *grid, int d, MPMReal x, MPMReal l, MPMReal *xi)
 {
   *xi = MPMMin((x - grid->lower[d]) / grid->h[d], MPMAll((PetscReal)grid->cells[d])); /* the quotient may round up */
   return MPMBasisBases(basis, xi, l, grid->cells[d], grid->periodic[d], grid->wall_basis[d]);
 }
 
-/* Base nodes and weights of a block of points; x was checked when it was committed. */
+/* Base nodes and weights of a block of particles; x was checked when it was committed. */
 MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, MPMStencils *s)
 {
   const MPMGrid grid = *patch->grid; /* a copy, which no write can change: its numbers stay in registers */
-  MPMMask       wall = MPMNone();    /* points whose stencil a wall changes */
+  MPMMask       wall = MPMNone();    /* particles whose stencil a wall changes */
 
   for (int d = dim - 1; d >= 0; d--) {
     const PetscReal reach = MPMBasisIsSpline(basis) ? MPMWallReach(basis, grid.wall_basis[d]) : 0;
@@ -204,17 +203,17 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
   if (MPMBasisIsSpline(basis) && MPMAny(wall)) MPMStageWalls(dim, basis, patch->grid, n, s);
 }
 
-/* Stencils of a block of points, and where its cells end. */
+/* Stencils of a block of particles, and where its cells end. */
 MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, MPMBlockOrder *o, MPMStencils *s)
 {
   MPMBits ends = {0};
 
-  MPMGather(dim, patch->points.x, o, s->x);
+  MPMGather(dim, patch->particles.x, o, s->x);
   for (PetscInt l = 0; l < o->n && par->nkinds > 1; l++) {
-    s->kind[l] = patch->points.kind[o->point[l]];
+    s->kind[l] = patch->particles.kind[o->particle[l]];
     MPMStageKind(dim, par->kinds + s->kind[l], l, l + 1, s);
   }
-  if (patch->points.l) MPMGather(dim, patch->points.l, o, s->l);
+  if (patch->particles.l) MPMGather(dim, patch->particles.l, o, s->l);
   switch (patch->basis) {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
   case MPM_BASIS_##name:                                                                                               \
@@ -225,10 +224,10 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
   default:
     break;
   }
-  /* A cell ends where the next point has another base node. The last point is compared with leftovers past it: its mark
-     is n, and MPMList takes only those below. */
+  /* A cell ends where the next particle has another base node. The last particle is compared with leftovers past it:
+     its mark is n, and MPMList takes only those below. */
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
-    ends = MPMMark(MPMRead(&s->base[l]) != MPMRead(&s->base[l] + 1), l + 1, ends);
+    ends = MPMCollect(MPMRead(&s->base[l]) != MPMRead(&s->base[l] + 1), l + 1, ends);
   o->ncells             = MPMList(ends, o->n, o->end) + 1;
   o->end[o->ncells - 1] = o->n;
 }
@@ -253,8 +252,8 @@ MPM_INLINE void MPMStencilOffsets(int dim, const MPMPatch *patch, PetscInt nc, P
 
 /* --- Materials ---------------------------------------------------------------------------------------------------- */
 
-/* For each stretch of points of the same material among the n of a block: declares m, the material, and its points,
-   first to next-1. (The inner loop, of one round, is there for the declaration of m.) */
+/* For each stretch of particles of the same material among the n of a block: declares m, the material, and its
+   particles, first to next-1. (The inner loop, of one round, is there for the declaration of m.) */
 #define MPM_FOR_MATERIALS(m, first, next, par, n, kind)                                                                \
   for (PetscInt first = 0, next = 0; first < (n); first = next)                                                        \
     for (const MPMMaterial *m = MPMSameMaterial(par, n, kind, first, &next); m; m = NULL)
@@ -278,16 +277,17 @@ MPM_INLINE const MPMMaterialLaw *MPMLaw(const MPMMaterial *m)
   return law ? law : m->type->law;
 }
 
-/* Reads the state of a block's points as far as the phase declared it and the scene has it. */
+/* Reads the state of a block's particles as far as the phase declared it and the scene has it. */
 MPM_INLINE void MPMGatherState(int dim, const MPMPatch *patch, const MPMBlockOrder *o, MPMBlock *b)
 {
 #define MPM_GATHER(name, rows)                                                                                         \
-  if (patch->points.name) MPMGather(MPMComponents_##name(dim), patch->points.name, o, b->name);
+  if (patch->particles.name) MPMGather(MPMComponents_##name(dim), patch->particles.name, o, b->name);
   MPM_MATERIAL_FIELDS(MPM_GATHER)
 #undef MPM_GATHER
 }
 
-/* --- What is rare, so one point at a time in transfer.c ----------------------------------------------------------- */
+/* --- What is rare, so one particle at a time in transfer.c -----------------------------------------------------------
+ */
 
 void MPMNoteBad(MPMStatus *, MPMBad, PetscInt64 id, PetscInt dim, const PetscReal x[], PetscReal J);
 void MPMNoteBadJ(PetscInt dim, const MPMPatch *, PetscBool has_F, PetscInt first, PetscInt last, const PetscInt *order,
@@ -296,20 +296,21 @@ void MPMWrap(PetscInt dim, const MPMGrid *, PetscInt n, MPMRow *x);
 void MPMStretchDomains(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt n, const PetscInt *order, const MPMRow *x,
                        MPMStatus *);
 
-/* --- Points to nodes ---------------------------------------------------------------------------------------------- */
+/* --- Particles to nodes ----------------------------------------------------------------------------------------------
+ */
 
-/* What a point adds to node i of its stencil: phi Q[0] + sum_e dphi_e Q[1+e] + sum_e i_e phi A[e], where each is a
+/* What a particle adds to node i of its stencil: phi Q[0] + sum_e dphi_e Q[1+e] + sum_e i_e phi A[e], where each is a
    record of numbers that are laid out as the sums of a node (mpm.h). MPMP2G zeroes all of them once; what its parts do
    not ask for is never written and stays 0. */
-enum { MPM_Q_RECORDS = 4, MPM_A_RECORDS = 3 }; /* of a point, in every dimension */
+enum { MPM_Q_RECORDS = 4, MPM_A_RECORDS = 3 }; /* of a particle, in every dimension */
 typedef PetscReal MPMRecord[MPM_SUM_NC(3)];
 typedef struct {
   MPMRecord Q[MPM_STAGED][MPM_Q_RECORDS], A[MPM_STAGED][MPM_A_RECORDS];
 } __attribute__((aligned(64))) MPMRecords;
 
-/* nc numbers of MPM_WIDTH points into a record of each, from the place `to` in that of the first; a point has `records`
-   of them. Pairs are written faster than single numbers: an odd nc takes from[nc] along, which is 0, as is what the
-   record has in that place. */
+/* nc numbers of MPM_WIDTH particles into a record of each, from the place `to` in that of the first; a particle has
+   `records` of them. Pairs are written faster than single numbers: an odd nc takes from[nc] along, which is 0, as is
+   what the record has in that place. */
 MPM_INLINE void MPMWriteRecords(int nc, const MPMReal *from, PetscReal *to, int records)
 {
   PetscReal *row[MPM_WIDTH];
@@ -327,8 +328,8 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
   const PetscReal one = parts & MPM_P2G_MASS ? 1 : 0;
 
   if (parts & MPM_P2G_MOMENTUM) {
-    MPMGather(dim, parts & MPM_RESIDUAL ? patch->points.r : patch->points.v, o, v);
-    if (parts & MPM_AFFINE) MPMGather(dim * dim, patch->points.C, o, C);
+    MPMGather(dim, parts & MPM_RESIDUAL ? patch->particles.r : patch->particles.v, o, v);
+    if (parts & MPM_AFFINE) MPMGather(dim * dim, patch->particles.C, o, C);
     for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
       const MPMReal m = MPMRead(&s->m[l]);
       MPMReal       Q[4];
@@ -358,8 +359,8 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
         MPMWriteRecords(dim, Q, r->Q[l][1 + e] + MPM_SUM_FORCE, MPM_Q_RECORDS);
       }
     }
-  if ((parts & MPM_P2G_FORCE) && patch->points.b) {
-    MPMGather(dim, patch->points.b, o, force);
+  if ((parts & MPM_P2G_FORCE) && patch->particles.b) {
+    MPMGather(dim, patch->particles.b, o, force);
     for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
       MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 
@@ -369,9 +370,9 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
   }
 }
 
-/* The hot loops, transfer_sums.c, for a block: sums over the points of a cell to its nodes, and over its nodes to the
-   points. place: where in its tile the base node of each of the block's cells is. The last cell may go on in the next
-   block, so its sums are not yet added to its nodes but are left begun. */
+/* The hot loops, transfer_sums.c, for a block: sums over the particles of a cell to its nodes, and over its nodes to
+   the particles. place: where in its tile the base node of each of the block's cells is. The last cell may go on in the
+   next block, so its sums are not yet added to its nodes but are left begun. */
 typedef struct {
   MPMRecord  sum[MPM_MAX_NODES];
   PetscReal *place; /* of that cell; NULL: none yet */
@@ -384,7 +385,8 @@ typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *,
 extern const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
 extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
 
-/* Adds the sums that the last block left begun to their nodes, as any new cell does: here one of no points, nowhere. */
+/* Adds the sums that the last block left begun to their nodes, as any new cell does: here one of no particles, nowhere.
+ */
 MPM_INLINE void MPMSumEnd(MPMSumBlocks sum, MPMBlockOrder *o, const MPMStencils *s, const MPMRecords *r,
                           PetscReal *place[], MPMBegun *begun)
 {
@@ -405,9 +407,9 @@ MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool kept, c
   PetscInt        begin = 0, end = 0, left = 0; /* cells of the row of cells: begin .. end-1; its first tile */
   PetscReal      *sums = NULL;                  /* where that row of cells begins in the first tile of all these sums */
 
-  for (PetscInt l = 0; l < o->n; l += 8) __builtin_prefetch(patch->points.cell + o->ahead[l]);
+  for (PetscInt l = 0; l < o->n; l += 8) __builtin_prefetch(patch->particles.cell + o->ahead[l]);
   for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++]) {
-    const PetscInt cell = patch->points.cell[o->point[first]];
+    const PetscInt cell = patch->particles.cell[o->particle[first]];
     PetscInt       tile, in; /* of the row; the cell in the tile, on x */
 
     if (cell >= end || cell < begin) {
@@ -425,33 +427,31 @@ MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool kept, c
   }
 }
 
-/* Sums over points to nodes: mass (1), momentum (2) and force (4), (13). A sweep is for the tiles of one turn. Those of
-   early tiles, for which other processes wait, and of late ones, which fill the time until sums of others have come,
-   make their kept sums and no more. The last sweep goes from row to row of tiles: opens it, sums the points of its open
-   tiles, and closes it, which adds all its tiles, kept ones too, to the nodes. Sums that are not among the parts get 0
-   added. */
+/* Sums over particles to nodes: mass (1), momentum (2) and force (4), (13). A sweep is for the tiles of one pass. Those
+   of early tiles, for which other processes wait, and of late ones, which fill the time until sums of others have come,
+   make their kept sums and no more. The last sweep goes from row to row of tiles: opens it, sums the particles of its
+   open tiles, and closes it, which adds all its tiles, kept ones too, to the nodes. Sums that are not among the parts
+   get 0 added. */
 MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts)
 {
   const int          forces = parts & MPM_P2G_FORCE ? 1 : 0, affine = parts & MPM_AFFINE ? 1 : 0;
-  const MPMSumBlocks sum  = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
-  const MPMTiles    *t    = &patch->tiles;
-  const MPMTurns     turn = parts & MPM_P2G_EARLY  ? MPM_TILES_EARLY
-                            : parts & MPM_P2G_LATE ? MPM_TILES_LATE
-                                                   : MPM_TILES_OPEN;
-  const PetscBool    kept = turn == MPM_TILES_OPEN ? PETSC_FALSE : PETSC_TRUE;
-  const MPMRange    *runs = t->runs[turn], *end = runs + t->nruns[turn];
-  MPMBegun           begun  = {{{0}}, NULL};
-  PetscInt           closed = 0, blocks = 0; /* rows of tiles; blocks of points */
-  PetscReal         *place[MPM_STAGED];
-  MPMBlockOrder      o;
-  MPMStencils        s;
-  MPMRecords         r;
-  MPMBlock           b;
+  const MPMSumBlocks sum = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
+  const MPMTiles    *t   = &patch->tiles;
+  const MPMPass   pass = parts & MPM_P2G_EARLY ? MPM_PASS_EARLY : parts & MPM_P2G_LATE ? MPM_PASS_LATE : MPM_PASS_MAIN;
+  const PetscBool kept = pass == MPM_PASS_MAIN ? PETSC_FALSE : PETSC_TRUE;
+  const MPMRange *runs = t->runs[pass], *end = runs + t->nruns[pass];
+  MPMBegun        begun  = {{{0}}, NULL};
+  PetscInt        closed = 0, blocks = 0; /* rows of tiles; blocks of particles */
+  PetscReal      *place[MPM_STAGED];
+  MPMBlockOrder   o;
+  MPMStencils     s;
+  MPMRecords      r;
+  MPMBlock        b;
 
   MPMStencilsBegin(dim, par, &s);
   memset(&r, 0, sizeof r);
   memset(&b, 0, sizeof b);
-  if (kept) MPMOpenKept(dim, patch, turn);
+  if (kept) MPMOpenKept(dim, patch, pass);
   while (runs < end) {
     const PetscInt row = runs->row;
     PetscInt       n   = 1; /* runs at a time: those of a row of tiles, all where sums are kept */
@@ -479,14 +479,15 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   while (!kept && closed < t->n[1] * t->n[2]) MPMCloseRow(dim, patch, parts, closed++);
 }
 
-/* --- Nodes to points ---------------------------------------------------------------------------------------------- */
+/* --- Nodes to particles ----------------------------------------------------------------------------------------------
+ */
 
 /* New F and material state of a block from its velocity gradients L [dim*dim] in 1/s: eqs. (10) to (12); checks J;
    speeds of waves. */
 MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
                                const MPMStencils *s, MPMRow *L, MPMBlock *b, MPMReal *c2max, MPMStatus *status)
 {
-  const MPMView *points = &patch->points;
+  const MPMView *particles = &patch->particles;
 
   MPMGatherState(dim, patch, o, b);
   MPM_FOR_MATERIALS(m, first, next, par, o->n, s->kind)
@@ -517,12 +518,12 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
       }
       bad |= MPMBetween(l, first, next) & MPMNot((J > 0.0) & (J < PETSC_MAX_REAL));
     }
-    if (MPMAny(bad)) MPMNoteBadJ(dim, patch, has_F, first, next, o->point, b, status);
+    if (MPMAny(bad)) MPMNoteBadJ(dim, patch, has_F, first, next, o->particle, b, status);
     law->speed2[dim - 1](m, first, next, b, c2);
     for (PetscInt l = from; l < next; l += MPM_WIDTH)
       *c2max = MPMMax(*c2max, MPMSelect(MPMBetween(l, first, next), MPMRead(c2 + l), MPMAll(0)));
 #define MPM_SCATTER(name, rows)                                                                                        \
-  if (m->state & MPM_BIT(name)) MPMScatter(MPMComponents_##name(dim), b->name, o, first, next, points->name);
+  if (m->state & MPM_BIT(name)) MPMScatter(MPMComponents_##name(dim), b->name, o, first, next, particles->name);
     MPM_MATERIAL_FIELDS(MPM_SCATTER)
 #undef MPM_SCATTER
   }
@@ -550,7 +551,7 @@ MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMRow *v, co
   }
 }
 
-/* The base nodes of n points where they are now: on each axis from the patch's first own one, and their index in the
+/* The base nodes of n particles where they are now: on each axis from the patch's first own one, and their index in the
    arrays as in s->base, or MPM_ELSEWHERE or MPM_NOWHERE. */
 MPM_INLINE void MPMFindBases(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, const MPMStencils *s,
                              MPMRow *at, PetscReal *base)
@@ -575,12 +576,12 @@ MPM_INLINE void MPMFindBases(int dim, MPMBasis basis, const MPMPatch *patch, Pet
   }
 }
 
-/* Point l of a block has another base node than before, with that index and at that place: numbers its cell, and notes
-   it (MPMPatch); entry: its place in the order. Did it leave the patch? */
+/* Particle l of a block has another base node than before, with that index and at that place: numbers its cell, and
+   notes it (MPMPatch); entry: its place in the order. Did it leave the patch? */
 MPM_INLINE PetscBool MPMNoteMover(int dim, MPMPatch *patch, PetscInt entry, const MPMBlockOrder *o,
                                   const MPMStencils *s, PetscInt l, PetscInt index, const MPMRow *at, MPMStatus *status)
 {
-  const PetscInt p       = o->point[l];
+  const PetscInt p       = o->particle[l];
   PetscInt       cell    = index; /* where it has none */
   PetscInt       node[3] = {0};
 
@@ -588,20 +589,20 @@ MPM_INLINE PetscBool MPMNoteMover(int dim, MPMPatch *patch, PetscInt entry, cons
     for (int d = 0; d < dim; d++) node[d] = (PetscInt)at[d][l];
     cell = MPMTileCell(dim, &patch->tiles, node);
   }
-  patch->points.cell[p] = cell;
-  if (patch->movers) patch->movers[patch->nmovers] = cell < 0 ? MPM_MARK(entry) : entry;
+  patch->particles.cell[p] = cell;
+  if (patch->movers) patch->movers[patch->nmovers] = cell < 0 ? MPM_FLAGGED(entry) : entry;
   patch->nmovers++;
   status->moved++;
   if (cell == MPM_NOWHERE) {
     const PetscReal x[3] = {s->x[0][l], s->x[1][l], s->x[2][l]};
 
-    MPMNoteBad(status, MPM_LEFT_GRID, patch->points.id[p], dim, x, 0);
+    MPMNoteBad(status, MPM_LEFT_GRID, patch->particles.id[p], dim, x, 0);
   }
   return cell < 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* x <- x + dx and the cell it is in now. Only points that changed cell are numbered anew: they are few. Counts them and
-   those that left the patch. q: where in the order the block begins. */
+/* x <- x + dx and the cell it is in now. Only particles that changed cell are numbered anew: they are few. Counts them
+   and those that left the patch. q: where in the order the block begins. */
 MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscInt q, const MPMBlockOrder *o,
                           MPMStencils *s, const MPMRow *dx, MPMStatus *status)
 {
@@ -619,10 +620,10 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
       if (grid->periodic[d]) wraps |= MPMBetween(l, 0, o->n) & MPMNot((x >= grid->lower[d]) & (x < grid->upper[d]));
     }
   if (MPMAny(wraps)) MPMWrap(dim, grid, o->n, s->x);
-  MPMScatter(dim, s->x, o, 0, o->n, patch->points.x);
-  if (patch->points.l) {
-    MPMStretchDomains(dim, par, patch, o->n, o->point, s->x, status);
-    MPMGather(dim, patch->points.l, o, s->l);
+  MPMScatter(dim, s->x, o, 0, o->n, patch->particles.x);
+  if (patch->particles.l) {
+    MPMStretchDomains(dim, par, patch, o->n, o->particle, s->x, status);
+    MPMGather(dim, patch->particles.l, o, s->l);
   }
   switch (patch->basis) {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
@@ -634,7 +635,7 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   default:
     break;
   }
-  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) moves = MPMMark(MPMRead(&now[l]) != MPMRead(&s->base[l]), l, moves);
+  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) moves = MPMCollect(MPMRead(&now[l]) != MPMRead(&s->base[l]), l, moves);
   moved = MPMList(moves, o->n, which);
   for (PetscInt k = 0; k < moved; k++)
     status->left += MPMNoteMover(dim, patch, q + which[k], o, s, which[k], (PetscInt)now[which[k]], at, status);
@@ -655,16 +656,16 @@ MPM_INLINE void MPMAffine(int dim, const MPMPatch *patch, const PetscInt at[], c
         MPMWrite(&s->g[d][i][l], MPMRead(&s->w[d][i][l]) * away * ((PetscReal)inertia / patch->grid->h[d]));
       }
   MPM_LANES_NAME(MPMInterpolateBlock)[dim - 1][ns - 2][0][1](o, s, at, patch->vel, NULL, C);
-  MPMScatter(dim * dim, C, o, 0, o->n, patch->points.C);
+  MPMScatter(dim * dim, C, o, 0, o->n, patch->particles.C);
 }
 
-/* From nodes to points: motion (8), (9); velocity gradient (3), F and state; commit of the new position; filter of
+/* From nodes to particles: motion (8), (9); velocity gradient (3), F and state; commit of the new position; filter of
    xpic. */
 MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts, MPMStatus *status)
 {
   const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER) ? 1 : 0, stress = parts & MPM_G2P_STRESS ? 1 : 0;
-  const MPMView *points                  = &patch->points;
-  const MPMRange all                     = {0, points->n, 0};
+  const MPMView *particles               = &patch->particles;
+  const MPMRange all                     = {0, particles->n, 0};
   const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(
       MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][stress];
   PetscInt      at[MPM_MAX_NODES];
@@ -687,24 +688,24 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     MPMStage(dim, par, patch, &o, &s);
     if (interpolate) interpolate(&o, &s, at, patch->vel, value, L);
     if (parts & MPM_G2P_FILTER) {
-      MPMGather(dim, parts & MPM_RESIDUAL ? points->r : points->v, &o, r);
+      MPMGather(dim, parts & MPM_RESIDUAL ? particles->r : particles->v, &o, r);
       for (int d = 0; d < dim; d++)
         for (PetscInt l = 0; l < o.n; l += MPM_WIDTH) MPMWrite(&r[d][l], MPMRead(&r[d][l]) - MPMRead(&vn[d][l]));
-      MPMScatter(dim, r, &o, 0, o.n, points->r);
+      MPMScatter(dim, r, &o, 0, o.n, particles->r);
     }
     if (parts & MPM_G2P_MOTION) {
-      MPMGather(dim, points->v, &o, v);
-      if (points->r) MPMGather(dim, points->r, &o, r);
-      MPMMove(dim, par, o.n, v, points->r ? r : NULL, vn, an, dx, &v2);
-      MPMScatter(dim, v, &o, 0, o.n, points->v);
-      if (!(parts & MPM_G2P_COMMIT)) MPMScatter(dim, dx, &o, 0, o.n, points->dx);
+      MPMGather(dim, particles->v, &o, v);
+      if (particles->r) MPMGather(dim, particles->r, &o, r);
+      MPMMove(dim, par, o.n, v, particles->r ? r : NULL, vn, an, dx, &v2);
+      MPMScatter(dim, v, &o, 0, o.n, particles->v);
+      if (!(parts & MPM_G2P_COMMIT)) MPMScatter(dim, dx, &o, 0, o.n, particles->dx);
     }
     if (stress) MPMUpdateState(dim, par, patch, &o, &s, L, &b, &c2, status);
     if (parts & MPM_AFFINE) MPMAffine(dim, patch, at, &o, &s, L); /* L is of no more use */
     if (parts & MPM_G2P_COMMIT) {                                 /* after the new state, which may change the domain */
       const PetscInt q = o.entry - o.n; /* of the one run that there is, the last n entries that were taken */
 
-      if (!motion) MPMGather(dim, points->dx, &o, dx);
+      if (!motion) MPMGather(dim, particles->dx, &o, dx);
       MPMCommit(dim, par, patch, q, &o, &s, dx, status);
     }
   }

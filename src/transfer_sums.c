@@ -1,5 +1,5 @@
-/* transfer_sums.c - the two hot loops of transfer.h: sums over the points of a cell to its nodes, and over the nodes of
-   a cell to its points, block by block. They depend on a basis by its number of nodes per axis alone.
+/* transfer_sums.c - the two hot loops of transfer.h: sums over the particles of a cell to its nodes, and over the nodes
+   of a cell to its particles, block by block. They depend on a basis by its number of nodes per axis alone.
 
    Compiled once for each number of lanes, and unlike the rest with -ffp-contract=fast: where a processor has fused
    multiply-adds, a * b + c is one. To leave no choice to a compiler every product here is part of exactly one such
@@ -20,8 +20,9 @@ MPM_INLINE MPMReal MPMTimes(MPMReal a, MPMReal b)
   return MPMFma(a, b, MPMAll(0));
 }
 
-/* --- Points to nodes -----------------------------------------------------------------------------------------------
-   Lanes are the sums of a node, MPM_PARTS vectors. Does part h hold these; forces; anything? */
+/* --- Particles to nodes
+   ----------------------------------------------------------------------------------------------- Lanes are the sums of
+   a node, MPM_PARTS vectors. Does part h hold these; forces; anything? */
 #define MPM_PARTS               (8 / MPM_WIDTH)
 #define MPM_PART_HAS(h, lo, hi) ((h)*MPM_WIDTH < (hi) && ((h) + 1) * MPM_WIDTH > (lo))
 #define MPM_PART_MOTION(dim, h) MPM_PART_HAS(h, 0, 1 + (dim))
@@ -36,8 +37,8 @@ MPM_INLINE MPMReal MPMMultiple(int i, MPMReal c)
   return i == 0 ? MPMAll(0) : i == 1 ? c : i == 2 ? c + c : c + c + c;
 }
 
-/* Adds points first .. last-1 of the block to the sums of their cell: phi = wx wy wz and its gradients are multiplied
-   out axis by axis, the last on the way into the sums. forces, affine: are there records for them? */
+/* Adds particles first .. last-1 of the block to the sums of their cell: phi = wx wy wz and its gradients are
+   multiplied out axis by axis, the last on the way into the sums. forces, affine: are there records for them? */
 MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPMStencils *s, const MPMRecords *r,
                               PetscInt first, PetscInt last, MPMReal (*sum)[MPM_PARTS])
 {
@@ -104,8 +105,8 @@ MPM_INLINE void MPMFlush(int dim, int ns, PetscReal *place, MPMReal (*sum)[MPM_P
       }
 }
 
-/* A block of points into the sums of their tiles. begun: the sums so far of the cell that an earlier block began; those
-   of the last cell are left there. */
+/* A block of particles into the sums of their tiles. begun: the sums so far of the cell that an earlier block began;
+   those of the last cell are left there. */
 MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMBlockOrder *o, const MPMStencils *s,
                             const MPMRecords *r, PetscReal *const place[], MPMBegun *begun)
 {
@@ -121,9 +122,10 @@ MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMBl
   memcpy(begun->sum, sum, (size_t)nn * sizeof *sum);
 }
 
-/* --- Nodes to points -----------------------------------------------------------------------------------------------
-   Lanes are points. Sums over the nodes of a cell for its points from l on: of nv values v with phi, and of the first
-   dim of them with grad phi. node: the record of the cell's base node. */
+/* --- Nodes to particles
+   ----------------------------------------------------------------------------------------------- Lanes are particles.
+   Sums over the nodes of a cell for its particles from l on: of nv values v with phi, and of the first dim of them with
+   grad phi. node: the record of the cell's base node. */
 MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const PetscReal *node, const PetscInt at[],
                                const MPMStencils *s, PetscInt l, MPMRow *value, MPMRow *gradient)
 {
@@ -183,8 +185,8 @@ MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const Pet
   for (int f = 0; f < ng * dim; f++) MPMWrite(&gradient[f][l], G[f]);
 }
 
-/* The same for all points of a block. What a vector finds for lanes past the end of its cell is overwritten by the next
-   cell, or lies past the end of the block. */
+/* The same for all particles of a block. What a vector finds for lanes past the end of its cell is overwritten by the
+   next cell, or lies past the end of the block. */
 MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, const MPMBlockOrder *o,
                                     const MPMStencils *s, const PetscInt at[], const PetscReal *nodes, MPMRow *value,
                                     MPMRow *gradient)

@@ -102,7 +102,7 @@ static PetscBool OnlyPushes(MPMWall type)
 
 /* Walls in the advance of a node (at or beyond a face): v [dim] is its velocity before, held by the walls that hold; at
    comes in as v + dt a, the velocity without walls that only push, and leaves with them. A node that meets such a wall
-   moves as at a slip wall, with no velocity and no acceleration along the normal (the points lose their momentum by
+   moves as at a slip wall, with no velocity and no acceleration along the normal (the particles lose their momentum by
    their stress, so none is lost for good), and feels friction in a. Returns the axes (bits) along which it met one. */
 PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], PetscInt dim, const PetscInt ijk[], const PetscInt cells[],
                          PetscReal dt, const PetscReal v[], PetscReal at[], PetscReal a[])

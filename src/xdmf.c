@@ -11,11 +11,11 @@ static void XdmfArray(FILE *f, const char indent[], const char dims[], PetscBool
           indent, dims, whole ? "Int" : "Float", file, step, path);
 }
 
-static void XdmfPoints(MPM mpm, FILE *f, const char file[], PetscInt k)
+static void XdmfParticles(MPM mpm, FILE *f, const char file[], PetscInt k)
 {
   const char *const types[] = {"", "Scalar", "", "Vector", "", "", "Tensor6", "", "", "Tensor"};
   const MPMOutput  *out     = &mpm->output;
-  const long long   n       = mpm->points.total;
+  const long long   n       = mpm->particles.total;
   char              dims[64], path[64];
 
   fprintf(f, "      <Grid Name=\"particles\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n",
@@ -79,7 +79,7 @@ PetscErrorCode MPMXdmfWrite(MPM mpm)
   char        path[2 * MPM_TEXT_LEN], temporary[2 * MPM_TEXT_LEN + 8], file[MPM_NAME_LEN + 4];
   FILE       *f;
   PetscMPIInt rank;
-  void (*const write[])(MPM, FILE *, const char[], PetscInt) = {XdmfPoints, XdmfNodes};
+  void (*const write[])(MPM, FILE *, const char[], PetscInt) = {XdmfParticles, XdmfNodes};
   const char *const names[]                                  = {"particles", "grid"};
 
   PetscFunctionBeginUser;

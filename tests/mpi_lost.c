@@ -1,6 +1,6 @@
-/* mpi_lost.c - a point that gets lost, doubled, or replaced by another on its way between processes is found by the next
-   step, which raises an error that names it. Runs on 2 or more processes, with the options of a scene:
-     mpiexec -n 2 mpi_lost lost|doubled|replaced -options_file options/disks.opts -output_dir .                        */
+/* mpi_lost.c - a particle that gets lost, doubled, or replaced by another on its way between processes is found by the
+   next step, which raises an error that names it. Runs on 2 or more processes, with the options of a scene: mpiexec -n
+   2 mpi_lost lost|doubled|replaced -options_file options/disks.opts -output_dir .                        */
 #include "mpm.h"
 #include "unit.h"
 
@@ -10,7 +10,8 @@ static const char *const names[NUM_CASES] = {"lost", "doubled", "replaced"};
 static char raised[4096]; /* the text of the first error */
 
 /* Keeps the text of an error instead of printing it. */
-static PetscErrorCode Keep(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code, PetscErrorType type, const char *text, void *ctx)
+static PetscErrorCode Keep(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code,
+                           PetscErrorType type, const char *text, void *ctx)
 {
   (void)comm;
   (void)line;
@@ -21,42 +22,43 @@ static PetscErrorCode Keep(MPI_Comm comm, int line, const char *function, const 
   return code;
 }
 
-/* Copies all fields that the swarm holds of point `from` of this process to point `to`. */
-static PetscErrorCode CopyPoint(MPMPoints *points, PetscInt from, PetscInt to)
+/* Copies all fields that the swarm holds of particle `from` of this process to particle `to`. */
+static PetscErrorCode CopyParticle(MPMParticles *particles, PetscInt from, PetscInt to)
 {
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    const PetscInt b = points->bytes[f];
+    const PetscInt b = particles->bytes[f];
     void          *at;
 
-    if (!points->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
-    PetscCall(MPMPointsGetField(points, f, &at));
+    if (!particles->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
+    PetscCall(MPMParticlesGetField(particles, f, &at));
     memmove((char *)at + to * b, (char *)at + from * b, (size_t)b);
-    PetscCall(MPMPointsRestoreField(points, f));
+    PetscCall(MPMParticlesRestoreField(particles, f));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does to the points of this process what a wrong migration would do; returns the id that must be named, and in *other
-   another one that is wrong too, or -1. */
+/* Does to the particles of this process what a wrong migration would do; returns the id that must be named, and in
+   *other another one that is wrong too, or -1. */
 static PetscErrorCode Damage(MPM mpm, int what, PetscInt64 *id, PetscInt64 *other)
 {
-  MPMPoints     *points = &mpm->points;
-  const PetscInt n = points->n, p = n / 3, q = n / 2;
+  MPMParticles  *particles = &mpm->particles;
+  const PetscInt n = particles->n, p = n / 3, q = n / 2;
   MPMView        view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPointsGetView(points, MPM_BIT(id), &view));
+  PetscCall(MPMParticlesGetView(particles, MPM_BIT(id), &view));
   *id    = view.id[p];
   *other = what == REPLACED ? view.id[q] : -1;
-  PetscCall(MPMPointsRestoreView(points, MPM_BIT(id), &view));
+  PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(id), &view));
   if (what == LOST) {
-    PetscCall(DMSwarmRemovePointAtIndex(points->swarm, p));
-    PetscCall(MPMPointsSetSize(points, n - 1));
+    PetscCall(DMSwarmRemovePointAtIndex(particles->swarm, p));
+    PetscCall(MPMParticlesSetSize(particles, n - 1));
   } else if (what == DOUBLED) {
-    PetscCall(MPMPointsSetSize(points, n + 1));
-    PetscCall(CopyPoint(points, p, n));
-  } else PetscCall(CopyPoint(points, q, p));
+    PetscCall(MPMParticlesSetSize(particles, n + 1));
+    PetscCall(CopyParticle(particles, p, n));
+  } else
+    PetscCall(CopyParticle(particles, q, p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -87,8 +89,8 @@ static PetscErrorCode Run(int what, PetscMPIInt rank)
   PetscCheck(!MPMOptionsError(options), PETSC_COMM_SELF, PETSC_ERR_USER, "%s", MPMOptionsError(options));
   PetscCall(MPMSetUp(mpm));
   PetscCall(Steps(mpm, 5));
-  CHECK_EQ(mpm->status.n, mpm->points.total);
-  CHECK(rank == 0 || mpm->points.n > 100);
+  CHECK_EQ(mpm->status.n, mpm->particles.total);
+  CHECK(rank == 0 || mpm->particles.n > 100);
   if (rank == 1) PetscCall(Damage(mpm, what, &id[0], &id[1]));
   PetscCallMPI(MPI_Bcast(id, 2, MPIU_INT64, 1, PETSC_COMM_WORLD));
   for (int way = 0; way < 2; way++) { /* a line of the history finds it at once, the next step at the latest */
@@ -102,8 +104,9 @@ static PetscErrorCode Run(int what, PetscMPIInt rank)
     (void)PetscPopErrorHandler();
     CHECK(code != PETSC_SUCCESS);
     CHECK(strstr(raised, "lost or doubled") != NULL);
-    (void)snprintf(missing, sizeof missing, "point %lld is missing", (long long)id[0]);
-    (void)snprintf(doubled, sizeof doubled, "point %lld is there more than once, on process 1 at (", (long long)(what == DOUBLED ? id[0] : id[1]));
+    (void)snprintf(missing, sizeof missing, "particle %lld is missing", (long long)id[0]);
+    (void)snprintf(doubled, sizeof doubled, "particle %lld is there more than once, on process 1 at (",
+                   (long long)(what == DOUBLED ? id[0] : id[1]));
     CHECK((strstr(raised, missing) != NULL) == (what != DOUBLED));
     CHECK((strstr(raised, doubled) != NULL) == (what != LOST));
   }
@@ -122,7 +125,8 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
-  PetscCheck(size > 1 && what < NUM_CASES, PETSC_COMM_WORLD, PETSC_ERR_USER, "needs 2 processes, and one of lost, doubled, replaced");
+  PetscCheck(size > 1 && what < NUM_CASES, PETSC_COMM_WORLD, PETSC_ERR_USER,
+             "needs 2 processes, and one of lost, doubled, replaced");
   PetscCall(Run(what, rank));
   PetscCall(PetscFinalize());
   return UnitEnd();

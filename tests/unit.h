@@ -26,19 +26,21 @@ __attribute__((format(printf, 1, 2), unused)) static void UnitContext(const char
   va_end(args);
 }
 
-__attribute__((unused)) static void UnitCheck(int ok, int *shown, const char *file, int line, const char *what, double value, const char *relation, double bound)
+__attribute__((unused)) static void UnitCheck(int ok, int *shown, const char *file, int line, const char *what,
+                                              double value, const char *relation, double bound)
 {
   unit_checks++;
   if (ok) return;
   unit_failures++;
   if ((*shown)++ >= 3) return;
-  fprintf(stderr, "%s:%d: FAILED (%s) %s: %.17g, must be %s %.17g\n", file, line, unit_context, what, value, relation, bound);
+  fprintf(stderr, "%s:%d: FAILED (%s) %s: %.17g, must be %s %.17g\n", file, line, unit_context, what, value, relation,
+          bound);
 }
 
-#define UNIT_CHECK(ok, what, value, relation, bound)                                         \
-  do {                                                                                       \
-    static int unit_shown;                                                                   \
-    UnitCheck(ok, &unit_shown, __FILE__, __LINE__, what, (double)(value), relation, (double)(bound)); \
+#define UNIT_CHECK(ok, what, value, relation, bound)                                                                   \
+  do {                                                                                                                 \
+    static int unit_shown;                                                                                             \
+    UnitCheck(ok, &unit_shown, __FILE__, __LINE__, what, (double)(value), relation, (double)(bound));                  \
   } while (0)
 
 /* Comparisons are false for NaN, so a NaN fails all of these. Arguments are evaluated more than once. */
@@ -46,8 +48,9 @@ __attribute__((unused)) static void UnitCheck(int ok, int *shown, const char *fi
 #define CHECK_EQ(value, expected) UNIT_CHECK((value) == (expected), #value, value, "==", expected)
 #define CHECK_LE(value, bound)    UNIT_CHECK((value) <= (bound), #value, value, "<=", bound)
 #define CHECK_GE(value, bound)    UNIT_CHECK((value) >= (bound), #value, value, ">=", bound)
-#define CHECK_NEAR(value, expected, tolerance)                                               \
-  UNIT_CHECK(fabs((double)((value) - (expected))) <= (tolerance), "|" #value " - " #expected "|", fabs((double)((value) - (expected))), "<=", tolerance)
+#define CHECK_NEAR(value, expected, tolerance)                                                                         \
+  UNIT_CHECK(fabs((double)((value) - (expected))) <= (tolerance), "|" #value " - " #expected "|",                      \
+             fabs((double)((value) - (expected))), "<=", tolerance)
 /* The same n bytes. */
 #define CHECK_SAME(a, b, n) UNIT_CHECK(!memcmp(a, b, n), "bytes of " #a " and " #b " differ", 1, "==", 0)
 

@@ -1,6 +1,6 @@
 /* unit_basis.c - every row of basis.def, in every form at walls, against definitions of its own in long double (Cox and
    de Boor's recursion, elimination of the node beyond the wall, means of hats), and the properties that follow: unity,
-   linear completeness, slopes, smoothness, mirror images, what a wall sees; on grids of up to 1e9 cells.              */
+   linear completeness, slopes, smoothness, mirror images, what a wall sees; on grids of up to 1e9 cells. */
 #include "mpm.h"
 #include "unit.h"
 
@@ -39,10 +39,12 @@ static Stencil At(const Case *c, PetscReal xi)
 
 static void Context(const Case *c, PetscReal xi, const char *what)
 {
-  UnitContext("%s %s, l = %g, %ld cells, xi = %.17g%s", names[c->basis], forms[c->wall], c->l, (long)c->cells, xi, what);
+  UnitContext("%s %s, l = %g, %ld cells, xi = %.17g%s", names[c->basis], forms[c->wall], c->l, (long)c->cells, xi,
+              what);
 }
 
-/* Weight and slope at a node, whatever the base: zero outside of the stencil. On a periodic axis the sum of the images. */
+/* Weight and slope at a node, whatever the base: zero outside of the stencil. On a periodic axis the sum of the images.
+ */
 static PetscReal Weight(const Case *c, const Stencil *s, PetscInt node, PetscReal *slope)
 {
   PetscReal w = 0;
@@ -65,7 +67,8 @@ static long double Spline(const long double *knots, int n, int i, int degree, lo
 {
   const long double a = knots[i + degree] - knots[i], b = knots[i + degree + 1] - knots[i + 1];
 
-  if (degree == 0) return knots[i] < knots[i + 1] && ((x >= knots[i] && x < knots[i + 1]) || (x == knots[n - 1] && knots[i + 1] == x));
+  if (degree == 0)
+    return knots[i] < knots[i + 1] && ((x >= knots[i] && x < knots[i + 1]) || (x == knots[n - 1] && knots[i + 1] == x));
   return (a > 0 ? (x - knots[i]) / a * Spline(knots, n, i, degree - 1, x) : 0) +
          (b > 0 ? (knots[i + degree + 1] - x) / b * Spline(knots, n, i + 1, degree - 1, x) : 0);
 }
@@ -95,16 +98,25 @@ static long double Defined(const Case *c, PetscInt node, long double xi)
     long double sum = 0;
     for (int k = -2; k <= 2; k++) {
       const long double x = xi - (long double)(node + k * n);
-      sum += c->basis == MPM_BASIS_gimp ? (HatIntegral(x + c->l) - HatIntegral(x - c->l)) / (2 * (long double)c->l) : Uniform(degree, x);
+      sum += c->basis == MPM_BASIS_gimp ? (HatIntegral(x + c->l) - HatIntegral(x - c->l)) / (2 * (long double)c->l)
+                                        : Uniform(degree, x);
     }
     return sum;
   }
-  if (c->basis == MPM_BASIS_gimp) return (HatIntegral(xi + c->l - node) - HatIntegral(xi - c->l - node)) / (2 * (long double)c->l);
+  if (c->basis == MPM_BASIS_gimp)
+    return (HatIntegral(xi + c->l - node) - HatIntegral(xi - c->l - node)) / (2 * (long double)c->l);
   if (node < 0 || node > n) return 0;
   if (degree == 1) return Uniform(1, xi - node);
   if (c->wall == MPM_WALL_BASIS_EXTRAP)
-    return Uniform(degree, xi - node) + (node == 0 ? 2 : node == 1 ? -1 : 0) * Uniform(degree, xi + 1) +
-           (node == n ? 2 : node == n - 1 ? -1 : 0) * Uniform(degree, xi - (n + 1));
+    return Uniform(degree, xi - node) +
+           (node == 0   ? 2
+            : node == 1 ? -1
+                        : 0) *
+               Uniform(degree, xi + 1) +
+           (node == n       ? 2
+            : node == n - 1 ? -1
+                            : 0) *
+               Uniform(degree, xi - (n + 1));
   {
     long double knots[80], sum = 0;
     int         m = 0;
@@ -123,22 +135,24 @@ static long double Defined(const Case *c, PetscInt node, long double xi)
 /* Weights are as defined, slopes are the derivatives of that. */
 static void Definition(const Case *c, PetscReal xi)
 {
-  const long double step = 1e-6L;
-  const Stencil     s    = At(c, xi);
+  const long double step   = 1e-6L;
+  const Stencil     s      = At(c, xi);
   const int         layers = MPMBasisLayers(c->basis);
-  int               kink = xi < 1e-5 || xi > (PetscReal)c->cells - 1e-5;
+  int               kink   = xi < 1e-5 || xi > (PetscReal)c->cells - 1e-5;
 
   for (int k = -1; k <= 1; k++) { /* borders of the pieces: halves, and edges of the domain on nodes */
     const PetscReal part = 2 * (xi + k * c->l) - PetscFloorReal(2 * (xi + k * c->l));
     kink |= part < 1e-5 || part > 1 - 1e-5;
   }
   Context(c, xi, ", definition");
-  for (PetscInt node = c->wall == MPM_WALL_BASIS_NONE ? 0 : -layers; node <= c->cells + layers - (c->wall == MPM_WALL_BASIS_NONE); node++) {
+  for (PetscInt node = c->wall == MPM_WALL_BASIS_NONE ? 0 : -layers;
+       node <= c->cells + layers - (c->wall == MPM_WALL_BASIS_NONE); node++) {
     PetscReal       slope;
     const PetscReal w = Weight(c, &s, node, &slope);
 
     CHECK_NEAR(w, Defined(c, node, xi), 2e-15 * c->cells);
-    if (!kink) CHECK_NEAR(slope, (Defined(c, node, xi + step) - Defined(c, node, xi - step)) / (2 * step), 1e-10 + 1e-13 / c->l);
+    if (!kink)
+      CHECK_NEAR(slope, (Defined(c, node, xi + step) - Defined(c, node, xi - step)) / (2 * step), 1e-10 + 1e-13 / c->l);
   }
 }
 
@@ -149,7 +163,8 @@ static int Linear(const Case *c, PetscReal xi)
 {
   const PetscReal reach = c->basis == MPM_BASIS_bspline2 ? 1.5 : 2;
 
-  return c->wall != MPM_WALL_BASIS_STEFFEN || !MPMBasisIsSpline(c->basis) || (xi >= reach && xi <= (PetscReal)c->cells - reach);
+  return c->wall != MPM_WALL_BASIS_STEFFEN || !MPMBasisIsSpline(c->basis) ||
+         (xi >= reach && xi <= (PetscReal)c->cells - reach);
 }
 
 /* What holds at every position. */
@@ -205,8 +220,17 @@ static void Continuity(const Case *c, PetscReal border)
       const PetscReal w = Weight(c, &s, i, &g), w0 = Weight(c, &at, i, &g0);
 
       /* A wrap adds the number of cells to xi, which rounds it. */
-      CHECK_NEAR(w, w0, 2 * distance + 4 * DBL_EPSILON + (c->wall == MPM_WALL_BASIS_NONE || c->basis == MPM_BASIS_gimp ? 2 * DBL_EPSILON * (PetscReal)c->cells : 0));
-      if (c->basis != MPM_BASIS_linear) CHECK_NEAR(g, g0, bend * (2 * distance + 4 * DBL_EPSILON + (c->wall == MPM_WALL_BASIS_NONE || c->basis == MPM_BASIS_gimp ? 2 * DBL_EPSILON * (PetscReal)c->cells : 0)));
+      CHECK_NEAR(w, w0,
+                 2 * distance + 4 * DBL_EPSILON +
+                     (c->wall == MPM_WALL_BASIS_NONE || c->basis == MPM_BASIS_gimp
+                          ? 2 * DBL_EPSILON * (PetscReal)c->cells
+                          : 0));
+      if (c->basis != MPM_BASIS_linear)
+        CHECK_NEAR(g, g0,
+                   bend * (2 * distance + 4 * DBL_EPSILON +
+                           (c->wall == MPM_WALL_BASIS_NONE || c->basis == MPM_BASIS_gimp
+                                ? 2 * DBL_EPSILON * (PetscReal)c->cells
+                                : 0)));
     }
   }
 }
@@ -220,7 +244,8 @@ static void Mirror(const Case *c, PetscReal xi)
 
   Context(c, xi, ", mirror");
   if (c->wall == MPM_WALL_BASIS_NONE && xi == 0) return; /* the other end is no place of its own */
-  if (c->basis == MPM_BASIS_linear && xi == PetscFloorReal(xi)) return; /* a node's slope is that of the cell above it */
+  if (c->basis == MPM_BASIS_linear && xi == PetscFloorReal(xi))
+    return; /* a node's slope is that of the cell above it */
   for (int i = 0; i < MPMBasisNodes(c->basis); i++) {
     PetscReal       slope;
     const PetscReal w = Weight(c, &b, c->cells - (a.base + i), &slope);
@@ -242,7 +267,8 @@ static void Walls(const Case *c)
   if (c->wall == MPM_WALL_BASIS_NONE) return;
   CHECK_EQ(At(c, top).base, At(c, UnitStep(top, -1)).base);
   CHECK_EQ(At(c, 0).base, At(c, UnitStep(0, 1)).base);
-  for (int side = 0; side < 2 && c->basis != MPM_BASIS_gimp; side++) { /* only the node at the wall sees a point there */
+  for (int side = 0; side < 2 && c->basis != MPM_BASIS_gimp;
+       side++) { /* only the node at the wall sees a point there */
     const Stencil s = At(c, side ? top : 0);
 
     CHECK_EQ(Weight(c, &s, side ? c->cells : 0, &slope), 1);
@@ -257,7 +283,8 @@ static void Walls(const Case *c)
 static void Wrap(const Case *c, PetscReal xi)
 {
   const PetscInt k = 1 + UnitInt((int)c->cells - 1);
-  const Stencil  a = At(c, xi), b = At(c, xi + (PetscReal)k < (PetscReal)c->cells ? xi + (PetscReal)k : xi + (PetscReal)(k - c->cells));
+  const Stencil  a = At(c, xi),
+                b = At(c, xi + (PetscReal)k < (PetscReal)c->cells ? xi + (PetscReal)k : xi + (PetscReal)(k - c->cells));
 
   Context(c, xi, ", wrap");
   for (PetscInt i = 0; i < c->cells; i++) {
@@ -272,7 +299,8 @@ static void Wrap(const Case *c, PetscReal xi)
 /* gimp whose domain is a cell is the quadratic spline away from walls. */
 static void WideGimp(PetscInt cells, PetscReal xi)
 {
-  const Case    g = {MPM_BASIS_gimp, MPM_WALL_BASIS_NONE, 0.5, cells}, q = {MPM_BASIS_bspline2, MPM_WALL_BASIS_NONE, 0, cells};
+  const Case g    = {MPM_BASIS_gimp, MPM_WALL_BASIS_NONE, 0.5, cells},
+             q    = {MPM_BASIS_bspline2, MPM_WALL_BASIS_NONE, 0, cells};
   const Stencil a = At(&g, xi), b = At(&q, xi);
 
   Context(&g, xi, ", against bspline2");
@@ -295,8 +323,8 @@ static void Test(const Case *c)
       if (hi >= 0 && hi <= (PetscReal)c->cells) Continuity(c, hi);
     }
   for (int k = 0; k < 400; k++) {
-    const PetscReal xi    = UnitReal(0, (PetscReal)c->cells);
-    const PetscReal tidy  = PetscFloorReal(xi * (k % 4 ? 1048576 : 8)) / (k % 4 ? 1048576 : 8);
+    const PetscReal xi   = UnitReal(0, (PetscReal)c->cells);
+    const PetscReal tidy = PetscFloorReal(xi * (k % 4 ? 1048576 : 8)) / (k % 4 ? 1048576 : 8);
 
     Everywhere(c, xi);
     Continuity(c, PetscFloorReal(xi));
@@ -314,7 +342,7 @@ int main(void)
     for (int wall = 0; wall < 3; wall++)
       for (size_t k = 0; k < sizeof cells_of / sizeof cells_of[0]; k++)
         for (size_t l = 0; l < sizeof widths / sizeof widths[0]; l++) {
-          const Case c = {(MPMBasis)b, (MPMWallBasis)wall, b == MPM_BASIS_gimp ? widths[l] : 0, cells_of[k]};
+          const Case c  = {(MPMBasis)b, (MPMWallBasis)wall, b == MPM_BASIS_gimp ? widths[l] : 0, cells_of[k]};
           const int  ns = MPMBasisNodes(c.basis);
 
           CHECK_LE(ns, MPM_MAX_STENCIL);

@@ -9,20 +9,20 @@
 static const PetscReal poissons[] = {0.3, 0, 0.45, 0.499, -0.3, -0.9}, moduli[] = {3.7, 2.1e11};
 static PetscReal       least = 0.2; /* the smallest det F of random F */
 
-/* ---- One point through the block functions. Fields that a law must not read are NaN. */
-static void Put(const MPMMaterial *m, int dim, const MPMPointState *s, MPMBlock *b, int p)
+/* ---- One particle through the block functions. Fields that a law must not read are NaN. */
+static void Put(const MPMMaterial *m, int dim, const MPMParticleState *s, MPMBlock *b, int p)
 {
-  MPMPointState known = *s;
-  PetscReal    *all   = (PetscReal *)b;
+  MPMParticleState known = *s;
+  PetscReal       *all   = (PetscReal *)b;
 
   for (size_t row = 0; row < sizeof *b / sizeof(PetscReal[MPM_BLOCK]); row++) all[row * MPM_BLOCK + p] = NAN;
   if (m->state & MPM_BIT(F))
     for (int k = 0; k < dim * dim; k++) b->F[k][p] = s->F[k];
-  MPMPointStore(dim, m->state, &known, b, p, p, p + 1);
+  MPMParticleStore(dim, m->state, &known, b, p, p, p + 1);
 }
 
 /* A step dt with L: F, then the law's update. */
-static void Step(const MPMMaterial *m, int dim, PetscReal dt, const PetscReal *L, MPMPointState *s)
+static void Step(const MPMMaterial *m, int dim, PetscReal dt, const PetscReal *L, MPMParticleState *s)
 {
   const int p = UnitInt(MPM_BLOCK);
   MPMBlock  b;
@@ -34,7 +34,7 @@ static void Step(const MPMMaterial *m, int dim, PetscReal dt, const PetscReal *L
   m->type->law->update[dim - 1](m, dt, Lb, p, p + 1, &b);
   for (int k = 0; k < dim * dim; k++)
     if (m->state & MPM_BIT(F)) CHECK_EQ(b.F[k][p], s->F[k]);
-  MPMPointLoad(dim, &b, p, s);
+  MPMParticleLoad(dim, &b, p, s);
   if (!(m->state & MPM_BIT(F))) memset(s->F, 0, sizeof s->F);
   if (!(m->state & MPM_BIT(be))) memset(s->be, 0, sizeof s->be);
   if (!(m->state & MPM_BIT(ep))) s->ep = 0;
@@ -43,7 +43,7 @@ static void Step(const MPMMaterial *m, int dim, PetscReal dt, const PetscReal *L
 }
 
 /* The state at rest. */
-static void Start(int dim, MPMPointState *s)
+static void Start(int dim, MPMParticleState *s)
 {
   memset(s, 0, sizeof *s);
   for (int d = 0; d < dim; d++) s->F[d * (dim + 1)] = 1;
@@ -51,7 +51,7 @@ static void Start(int dim, MPMPointState *s)
 }
 
 /* The state that F alone makes: of a plastic law the elastic one, be = F F^T; of a fluid without motion. */
-static void State(const MPMMaterial *m, int dim, const PetscReal *F, MPMPointState *s)
+static void State(const MPMMaterial *m, int dim, const PetscReal *F, MPMParticleState *s)
 {
   static const PetscReal L[9] = {0};
   MPMBlock               b;
@@ -69,7 +69,7 @@ static void State(const MPMMaterial *m, int dim, const PetscReal *F, MPMPointSta
   }
 }
 
-static PetscReal StateEnergy(const MPMMaterial *m, int dim, const MPMPointState *s)
+static PetscReal StateEnergy(const MPMMaterial *m, int dim, const MPMParticleState *s)
 {
   MPMBlock  b;
   PetscReal W[MPM_BLOCK];
@@ -81,7 +81,7 @@ static PetscReal StateEnergy(const MPMMaterial *m, int dim, const MPMPointState 
 
 static void Stress(const MPMMaterial *m, int dim, const PetscReal *F, PetscReal tau[6])
 {
-  MPMPointState s;
+  MPMParticleState s;
 
   State(m, dim, F, &s);
   for (int k = 0; k < 6; k++) tau[k] = s.tau[k];
@@ -89,7 +89,7 @@ static void Stress(const MPMMaterial *m, int dim, const PetscReal *F, PetscReal 
 
 static PetscReal Energy(const MPMMaterial *m, int dim, const PetscReal *F)
 {
-  MPMPointState s;
+  MPMParticleState s;
 
   State(m, dim, F, &s);
   return StateEnergy(m, dim, &s);
@@ -97,9 +97,9 @@ static PetscReal Energy(const MPMMaterial *m, int dim, const PetscReal *F)
 
 static PetscReal Speed2(const MPMMaterial *m, int dim, const PetscReal *F)
 {
-  MPMPointState s;
-  MPMBlock      b;
-  PetscReal     c2[MPM_BLOCK];
+  MPMParticleState s;
+  MPMBlock         b;
+  PetscReal        c2[MPM_BLOCK];
 
   State(m, dim, F, &s);
   Put(m, dim, &s, &b, 0);
@@ -320,9 +320,9 @@ static void Dimensions(const MPMMaterial *m, int dim, const PetscReal *F)
   }
 }
 
-/* Every point of a block gets the bits it gets alone, wherever it lies and however many there are, with every number of
-   lanes that the machine has; nothing is written but the points first .. last-1 of the fields of the state (and tau of
-   a law that gives it on demand).                                                                                     */
+/* Every particle of a block gets the bits it gets alone, wherever it lies and however many there are, with every number
+   of lanes that the machine has; nothing is written but the particles first .. last-1 of the fields of the state (and
+   tau of a law that gives it on demand). */
 static void Block(const MPMMaterial *m, int dim)
 {
   const MPMMaterialLaw *law = m->type->law, *lanes;
@@ -330,8 +330,8 @@ static void Block(const MPMMaterial *m, int dim)
   PetscReal             L[9][MPM_BLOCK], out[3][2][MPM_BLOCK];
 
   for (int p = 0; p < MPM_BLOCK; p++) {
-    MPMPointState s;
-    PetscReal     F[9];
+    MPMParticleState s;
+    PetscReal        F[9];
 
     RandomF(dim, p % 3 ? 0.4 : 1e-3, F);
     State(m, dim, F, &s);
@@ -351,7 +351,8 @@ static void Block(const MPMMaterial *m, int dim)
       const PetscInt end = n ? last : p + 1;
 
       law->energy[dim - 1](m, p, end, &run, out[2][0]);
-      CHECK(lanes->speed2[dim - 1] && !lanes->update[dim - 1] == !law->update[dim - 1] && !lanes->stress[dim - 1] == !law->stress[dim - 1]);
+      CHECK(lanes->speed2[dim - 1] && !lanes->update[dim - 1] == !law->update[dim - 1] &&
+            !lanes->stress[dim - 1] == !law->stress[dim - 1]);
       lanes->speed2[dim - 1](m, p, end, &run, out[2][1]);
       if (law->update[dim - 1]) lanes->update[dim - 1](m, 0.1, L, p, end, &run);
       if (!(m->state & MPM_BIT(tau))) lanes->stress[dim - 1](m, p, end, &run);
@@ -554,7 +555,7 @@ static void LogStrain(const PetscReal be[6], PetscReal e[6])
 }
 
 /* How far beyond the yield surface, in Pa. */
-static PetscReal Surface(const MPMMaterial *m, const MPMPointState *s)
+static PetscReal Surface(const MPMMaterial *m, const MPMParticleState *s)
 {
   if (!strcmp(m->name, "vonmises")) return sqrt(1.5) * Deviator(s->tau) - (m->yield + m->hardening * s->ep);
   return Deviator(s->tau) + m->friction * (Trace(s->tau) - m->cohesion);
@@ -570,10 +571,10 @@ static void RandomL(int dim, PetscReal size, PetscReal *L)
    path turned by Q gives the turned state, and the same in more dimensions. Returns the number of steps that flowed. */
 static PetscInt PlasticPath(const MPMMaterial *m, int dim)
 {
-  const PetscReal E = m->E, K3 = 3 * m->lambda + 2 * m->mu, size = UnitBits() % 2 ? 0.05 : 0.005;
-  MPMPointState   s, turned, higher[4];
-  PetscReal       Q[9], QT[9];
-  PetscInt        flowed = 0;
+  const PetscReal  E = m->E, K3 = 3 * m->lambda + 2 * m->mu, size = UnitBits() % 2 ? 0.05 : 0.005;
+  MPMParticleState s, turned, higher[4];
+  PetscReal        Q[9], QT[9];
+  PetscInt         flowed = 0;
 
   Start(dim, &s);
   Rotation(dim, UnitReal(-4, 4), Q);
@@ -582,8 +583,8 @@ static PetscInt PlasticPath(const MPMMaterial *m, int dim)
   turned = s;
   for (int to = dim + 1; to <= 3; to++) Start(to, higher + to);
   for (int step = 0; step < 60; step++) {
-    const MPMPointState old = s;
-    PetscReal           L[9], QL[9], G[9], f[9] = {0}, fb[9], fbf[9], fT[9], B[9], trial[6], e[6], dep[6], scale, D;
+    const MPMParticleState old = s;
+    PetscReal              L[9], QL[9], G[9], f[9] = {0}, fb[9], fbf[9], fT[9], B[9], trial[6], e[6], dep[6], scale, D;
 
     RandomL(dim, size, L);
     if (step == 0) /* sand flows under pressure */
@@ -658,10 +659,10 @@ static PetscInt PlasticPath(const MPMMaterial *m, int dim)
    with any steps, since the deviator keeps its direction.                                                            */
 static void Uniaxial(const MPMMaterial *m, int dim, PetscReal sign)
 {
-  const PetscReal K = m->lambda + 2 * m->mu / 3, limit = m->yield / (2 * m->mu);
-  MPMPointState   s;
-  PetscReal       L[9] = {0};
-  const int       axis = UnitInt(dim), zz = MPMSymIndex(axis, axis);
+  const PetscReal  K = m->lambda + 2 * m->mu / 3, limit = m->yield / (2 * m->mu);
+  MPMParticleState s;
+  PetscReal        L[9] = {0};
+  const int        axis = UnitInt(dim), zz = MPMSymIndex(axis, axis);
 
   Start(dim, &s);
   for (int step = 0; step < 40; step++) {
@@ -694,9 +695,9 @@ static void Uniaxial(const MPMMaterial *m, int dim, PetscReal sign)
    to their order.                                                                                                    */
 static void Shear(const MPMMaterial *m, int dim)
 {
-  const PetscReal limit = m->yield / (sqrt(3) * m->mu); /* in shear strain */
-  MPMPointState   s;
-  PetscReal       L[9] = {0}, at[2] = {0};
+  const PetscReal  limit = m->yield / (sqrt(3) * m->mu); /* in shear strain */
+  MPMParticleState s;
+  PetscReal        L[9] = {0}, at[2] = {0};
 
   L[1] = limit / 100;
   Start(dim, &s);
@@ -740,7 +741,7 @@ static void VonMises(const MPMMaterialType *type)
 }
 
 /* L that changes e by de along all axes that there are (in 1-D and 2-D not the whole trace). */
-static void Swell(const MPMMaterial *m, int dim, PetscReal de, MPMPointState *s)
+static void Swell(const MPMMaterial *m, int dim, PetscReal de, MPMParticleState *s)
 {
   PetscReal L[9] = {0};
 
@@ -752,8 +753,8 @@ static void Swell(const MPMMaterial *m, int dim, PetscReal de, MPMPointState *s)
    is pressure only when the volume is what it was.                                                                   */
 static void Opening(const MPMMaterial *m, int dim)
 {
-  const PetscReal apex = m->cohesion / (3 * m->lambda + 2 * m->mu), pull = apex + 0.02;
-  MPMPointState   s;
+  const PetscReal  apex = m->cohesion / (3 * m->lambda + 2 * m->mu), pull = apex + 0.02;
+  MPMParticleState s;
 
   Start(dim, &s);
   for (int step = 0; step < 20; step++) Swell(m, dim, pull / 10, &s);
@@ -783,8 +784,8 @@ static void Opening(const MPMMaterial *m, int dim)
    tau). Without dilation the pressure stays; with it the pressure rises.                                             */
 static void Cone(const MPMMaterial *m, int dim)
 {
-  MPMPointState s;
-  PetscReal     L[9] = {0}, tr;
+  MPMParticleState s;
+  PetscReal        L[9] = {0}, tr;
 
   Start(dim, &s);
   for (int d = 0; d < dim; d++) L[d * (dim + 1)] = -0.01;
@@ -806,9 +807,9 @@ static void Cone(const MPMMaterial *m, int dim)
  */
 static void Triaxial(const MPMMaterial *m, PetscReal phi, PetscReal cohesion)
 {
-  MPMPointState   s;
-  PetscReal       L[9]  = {0};
-  const PetscReal angle = phi * PETSC_PI / 180;
+  MPMParticleState s;
+  PetscReal        L[9]  = {0};
+  const PetscReal  angle = phi * PETSC_PI / 180;
 
   Start(3, &s);
   L[0] = -0.003;
@@ -877,10 +878,10 @@ static void DruckerPrager(const MPMMaterialType *type)
 /* The stress of a moving viscous fluid less that of the fluid at rest, over J, is 2 viscosity dev(D). */
 static void Viscous(const MPMMaterial *m, int dim)
 {
-  const PetscReal dt = 1e-3, scale = m->viscosity + m->K * 1e-3;
-  MPMMaterial     inviscid = *m;
-  MPMPointState   s, still;
-  PetscReal       L[9], tr = 0, sig[6], rate[6] = {0}, power;
+  const PetscReal  dt = 1e-3, scale = m->viscosity + m->K * 1e-3;
+  MPMMaterial      inviscid = *m;
+  MPMParticleState s, still;
+  PetscReal        L[9], tr = 0, sig[6], rate[6] = {0}, power;
 
   inviscid.viscosity = 0;
   inviscid.state     = MPM_BIT(J);
@@ -909,8 +910,8 @@ static void Viscous(const MPMMaterial *m, int dim)
     if (m->tension >= 0) CHECK_LE(Trace(still.tau) / 3 / s.J / m->K, m->tension / m->K + 1e-15);
   }
   for (int to = dim + 1; to <= 3; to++) {
-    MPMPointState higher;
-    PetscReal     G[9];
+    MPMParticleState higher;
+    PetscReal        G[9];
 
     Embed(dim, L, to, G);
     for (int d = dim; d < to; d++) G[d * (to + 1)] = 0;

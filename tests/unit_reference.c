@@ -108,7 +108,8 @@ static double TimeStep(const MPMReferenceData *d)
   return 0.004 * fmin(Length(d) / d->cp, d->period);
 }
 
-/* A point inside the body, a tenth off its faces, and a time of the first periods; off the fronts of column's wave. */
+/* A particle inside the body, a tenth off its faces, and a time of the first periods; off the fronts of column's wave.
+ */
 static void Inside(const MPMReferenceData *d, const MPMReference *row, PetscReal X[3], PetscReal *t)
 {
   double R = 0;
@@ -207,7 +208,7 @@ static void Zero(const MPMReferenceData *d, const PetscReal X[], PetscReal t, Pe
   for (int e = 0; e < d->dim; e++) b[e] = 0;
 }
 
-/* |u_tt - b - g - Div P/rho| with this body force, over its largest term: the worst of some points. */
+/* |u_tt - b - g - Div P/rho| with this body force, over its largest term: the worst of some particles. */
 static double Unbalance(const MPMReferenceData *d, const MPMReference *row, Values force)
 {
   double worst = 0, scale = 0;
@@ -395,8 +396,8 @@ static void Turned(const MPMReferenceData *d, const PetscReal X[], PetscReal t, 
   for (int e = 0; e < d->dim; e++) b[e] = -b[e];
 }
 
-/* The vortex' body force as public codes print it, components at the angle of the point at rest; sign of R (g' h)^2 in
-   the one across: +1 as they have it, which is wrong, -1 as it must be. */
+/* The vortex' body force as public codes print it, components at the angle of the particle at rest; sign of R (g' h)^2
+   in the one across: +1 as they have it, which is wrong, -1 as it must be. */
 static void Printed(const MPMReferenceData *d, const PetscReal X[], PetscReal t, int sign, PetscReal b[])
 {
   const double D = d->radius - d->inner_radius, m = d->mu / d->rho, w = M_PI / d->period;

@@ -1,5 +1,5 @@
 /* unit_region.c - the shapes of region.def: their bounds hold them and are tight, they move with their numbers, and
-   their half-open borders share points out without a gap or an overlap.                                               */
+   their half-open borders share points out without a gap or an overlap. */
 #include "mpm.h"
 #include "unit.h"
 
@@ -112,7 +112,7 @@ static void Solid(MPMRegionType type, int dim)
 
 static void Box(int dim)
 {
-  const MPMRegion r = Random(MPM_REGION_box);
+  const MPMRegion r    = Random(MPM_REGION_box);
   const int       axis = UnitInt(dim);
   MPMRegion       a = r, b = r;
 
@@ -121,9 +121,11 @@ static void Box(int dim)
   for (int k = 0; k < 200; k++) {
     PetscReal x[3];
 
-    for (int d = 0; d < dim; d++) x[d] = UnitInt(4) ? UnitReal(r.lower[d], r.upper[d]) : UnitInt(2) ? r.lower[d] : r.upper[d];
+    for (int d = 0; d < dim; d++)
+      x[d] = UnitInt(4) ? UnitReal(r.lower[d], r.upper[d]) : UnitInt(2) ? r.lower[d] : r.upper[d];
     if (UnitInt(2)) x[axis] = UnitStep(a.upper[axis], UnitInt(3) - 1); /* at the common face */
-    CHECK_EQ((MPMRegionInside(&a, dim, x) ? 1 : 0) + (MPMRegionInside(&b, dim, x) ? 1 : 0), MPMRegionInside(&r, dim, x) ? 1 : 0);
+    CHECK_EQ((MPMRegionInside(&a, dim, x) ? 1 : 0) + (MPMRegionInside(&b, dim, x) ? 1 : 0),
+             MPMRegionInside(&r, dim, x) ? 1 : 0);
     for (int d = 0; d < dim; d++) {
       const PetscReal keep = x[d];
 
@@ -146,7 +148,7 @@ static void Round(int dim)
   ball.type = core.type = MPM_REGION_sphere;
   core.radius           = shell.inner_radius;
   for (int k = 0; k < 200; k++) {
-    const PetscReal r = UnitInt(2) ? shell.radius : shell.inner_radius;
+    const PetscReal r    = UnitInt(2) ? shell.radius : shell.inner_radius;
     PetscReal       x[3] = {0}, s = 0;
 
     for (int d = 0; d < dim; d++) x[d] = shell.center[d] + (UnitInt(513) - 256) / 64.0;
@@ -157,12 +159,16 @@ static void Round(int dim)
         shell.inner_radius = core.radius = 5.0 / 16;
         x[0] += (k % 8 == 1 ? 3.0 : -3.0) / 8;
         x[1] += 4.0 / 8;
-      } else x[UnitInt(dim)] += UnitInt(2) ? r : -r;
+      } else
+        x[UnitInt(dim)] += UnitInt(2) ? r : -r;
     }
-    for (int d = 0; d < dim; d++) s += (x[d] - shell.center[d]) * (x[d] - shell.center[d]); /* exact: multiples of 2^-12 */
+    for (int d = 0; d < dim; d++)
+      s += (x[d] - shell.center[d]) * (x[d] - shell.center[d]); /* exact: multiples of 2^-12 */
     CHECK_EQ(MPMRegionInside(&ball, dim, x) ? 1 : 0, s < ball.radius * ball.radius ? 1 : 0);
-    CHECK_EQ(MPMRegionInside(&shell, dim, x) ? 1 : 0, s < ball.radius * ball.radius && s >= core.radius * core.radius ? 1 : 0);
-    CHECK_EQ((MPMRegionInside(&core, dim, x) ? 1 : 0) + (MPMRegionInside(&shell, dim, x) ? 1 : 0), MPMRegionInside(&ball, dim, x) ? 1 : 0);
+    CHECK_EQ(MPMRegionInside(&shell, dim, x) ? 1 : 0,
+             s < ball.radius * ball.radius && s >= core.radius * core.radius ? 1 : 0);
+    CHECK_EQ((MPMRegionInside(&core, dim, x) ? 1 : 0) + (MPMRegionInside(&shell, dim, x) ? 1 : 0),
+             MPMRegionInside(&ball, dim, x) ? 1 : 0);
   }
 }
 

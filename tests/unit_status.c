@@ -1,5 +1,6 @@
-/* unit_status.c - MPMStatusMerge is commutative and associative and keeps the gravest condition's smallest id, so that a run's status does
-   not depend on the order in which patches and processes report. (A point is on one process: ids are distinct.)       */
+/* unit_status.c - MPMStatusMerge is commutative and associative and keeps the gravest condition's smallest id, so that
+   a run's status does not depend on the order in which patches and processes report. (A particle is on one process: ids
+   are distinct.)       */
 #include "mpm.h"
 #include "unit.h"
 
@@ -25,8 +26,8 @@ static MPMStatus Random(PetscInt64 id)
 
 static int Equal(const MPMStatus *a, const MPMStatus *b)
 {
-  return a->bad == b->bad && a->id == b->id && !memcmp(a->x, b->x, sizeof a->x) && a->J == b->J && a->v2 == b->v2 && a->c2 == b->c2 && a->moved == b->moved &&
-         a->left == b->left && a->n == b->n && a->ids == b->ids;
+  return a->bad == b->bad && a->id == b->id && !memcmp(a->x, b->x, sizeof a->x) && a->J == b->J && a->v2 == b->v2 &&
+         a->c2 == b->c2 && a->moved == b->moved && a->left == b->left && a->n == b->n && a->ids == b->ids;
 }
 
 static MPMStatus Merge(MPMStatus a, MPMStatus b)
@@ -56,7 +57,8 @@ int main(void)
     for (int i = 0; i < 3; i++) s[i] = Random(id[i]);
     MPMStatusReset(&none);
     for (int i = 0; i < 3; i++) {
-      const MPMStatus left = Merge(none, s[i]), right = Merge(s[i], none), twice = Merge(s[i], s[(i + 1) % 3]), swapped = Merge(s[(i + 1) % 3], s[i]);
+      const MPMStatus left = Merge(none, s[i]), right = Merge(s[i], none), twice = Merge(s[i], s[(i + 1) % 3]),
+                      swapped = Merge(s[(i + 1) % 3], s[i]);
 
       CHECK(Equal(&left, &s[i]));
       CHECK(Equal(&right, &s[i]));

@@ -1,5 +1,5 @@
 /* unit_sum.c - MPMSum is exact and without order: the total has the same bits however the addends are shuffled, split
-   and reduced. Also runs on several processes, which then share the addends.                                          */
+   and reduced. Also runs on several processes, which then share the addends. */
 #include "mpm.h"
 #include "unit.h"
 
@@ -94,7 +94,8 @@ static PetscErrorCode AnyOrder(int n, PetscReal *x, PetscReal expected)
 
 static void Cancellation(void)
 {
-  const PetscReal a[] = {1e300, 1, -1e300}, b[] = {1e300, -1e-300, -1e300}, c[] = {DBL_MAX, DBL_MAX, -DBL_MAX, 3, -DBL_MAX};
+  const PetscReal a[] = {1e300, 1, -1e300}, b[] = {1e300, -1e-300, -1e300},
+                  c[] = {DBL_MAX, DBL_MAX, -DBL_MAX, 3, -DBL_MAX};
   const PetscReal d[] = {DBL_TRUE_MIN, DBL_MAX, -DBL_TRUE_MIN, DBL_TRUE_MIN, -DBL_MAX}, e[] = {-1, 0x1p-60, 1, 0x1p-60};
   const PetscReal f[] = {1, 0x1p-53, 0x1p-80}, zeros[] = {0.0, -0.0, -0.0};
 
@@ -164,7 +165,8 @@ static void Quad(void)
     }
     value = Sum(100, x);
     frexp((PetscReal)exact, &e);
-    CHECK_LE((PetscReal)(exact > value ? exact - value : value - exact), ldexp(1, e - 53) * (1 - 0x1p-30)); /* below 1 ulp */
+    CHECK_LE((PetscReal)(exact > value ? exact - value : value - exact),
+             ldexp(1, e - 53) * (1 - 0x1p-30)); /* below 1 ulp */
   }
 }
 #endif
@@ -183,7 +185,8 @@ int main(int argc, char **argv)
 #endif
   for (int round = 0; round < 6; round++) {
     UnitContext("order, round %d", round);
-    for (int k = 0; k < N; k++) x[k] = round == 5 ? DBL_TRUE_MIN * (PetscReal)(UnitBits() >> 13) : Wide(round % 2 ? 1000 : 996);
+    for (int k = 0; k < N; k++)
+      x[k] = round == 5 ? DBL_TRUE_MIN * (PetscReal)(UnitBits() >> 13) : Wide(round % 2 ? 1000 : 996);
     if (round == 2) x[0] = -1e301; /* a negative total */
     if (round == 3)
       for (int k = 0; k < N; k++) x[k] = -PetscAbsReal(x[k]);

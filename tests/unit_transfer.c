@@ -1,16 +1,16 @@
 /* unit_transfer.c - the kernels of transfer.h on small patches made by hand: every phase of every program that step.c
-   makes, in every dimension and basis, with walls and periodic. What is checked: each node and each point against plain
-   loops in long double, conservation of mass, momentum and (apic) angular momentum, affine fields, what xpic filters,
-   and that bits depend neither on the number of lanes, nor on the order of storage, nor on how the grid is cut, with
-   the messages of processes. Views hold just the fields that a phase declares, so a kernel that reads another one
-   crashes here. Every number of lanes that the machine has is run: all are checked against the plain loops. */
+   makes, in every dimension and basis, with walls and periodic. What is checked: each node and each particle against
+   plain loops in long double, conservation of mass, momentum and (apic) angular momentum, affine fields, what xpic
+   filters, and that bits depend neither on the number of lanes, nor on the order of storage, nor on how the grid is
+   cut, with the messages of processes. Views hold just the fields that a phase declares, so a kernel that reads another
+   one crashes here. Every number of lanes that the machine has is run: all are checked against the plain loops. */
 #include "cell.h"
 #include "transfer.h"
 #include "unit.h"
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define N         150 /* points: two blocks and a part */
+#define N         150 /* particles: two blocks and a part */
 #define MAX_NODES 3000
 #define MAX_BOXES 8
 #define MAX_CELLS 8000
@@ -31,10 +31,10 @@ typedef struct {
   PetscReal sum[MAX_NODES * NC], vel[MAX_NODES * NC];
 } Bench;
 
-static MPMMaterial materials[8];
-static MPMKind     kinds[8];
-static PetscInt    nkinds;
-static MPMFace     faces[3][2];
+static MPMMaterial   materials[8];
+static MPMKind       kinds[8];
+static PetscInt      nkinds;
+static MPMFace       faces[3][2];
 static struct _p_MPM mpm; /* its method, and the program that step.c makes of it */
 
 /* ---- Widths: the tables of transfer.c, those that this processor can run, the widest first. */
@@ -74,8 +74,10 @@ static int Picked(const char *wish)
   fflush(NULL);
   child = fork();
   if (!child) {
-    if (wish) setenv("PEBBLE_VECTOR", wish, 1);
-    else unsetenv("PEBBLE_VECTOR");
+    if (wish)
+      setenv("PEBBLE_VECTOR", wish, 1);
+    else
+      unsetenv("PEBBLE_VECTOR");
     _exit((int)MPMTransferWidth());
   }
   if (child > 0 && waitpid(child, &status, 0) != child) status = -1;
@@ -96,19 +98,20 @@ static void Wishes(void)
   CHECK_EQ(Picked("4"), PetscMin(4, most));
   CHECK_EQ(Picked("7"), PetscMin(4, most));
 #if defined(__x86_64__)
-  CHECK_EQ(most, !__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")                ? 2
+  CHECK_EQ(most, !__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma") ? 2
                  : !__builtin_cpu_supports("avx512f") || !__builtin_cpu_supports("avx512dq") ||
-                         !__builtin_cpu_supports("avx512vl") || !__builtin_cpu_supports("avx512bw") ? 4
-                                                                                                    : 8);
+                         !__builtin_cpu_supports("avx512vl") || !__builtin_cpu_supports("avx512bw")
+                     ? 4
+                     : 8);
 #else
   CHECK_EQ(most, 2);
 #endif
 }
 
 /* ---- Making of scenes */
-static void CopyPoint(int dim, const State *from, PetscInt p, State *to)
+static void CopyParticle(int dim, const State *from, PetscInt p, State *to)
 {
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) \
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   memcpy(to->name + to->n * (nc), from->name + p * (nc), (nc) * sizeof(ctype));
 #include "fields.def"
 #undef MPM_FIELD
@@ -121,7 +124,8 @@ static MPMView View(State *s, PetscInt fields, const MPMParams *par)
 
   memset(&view, 0, sizeof view);
   view.n = s->n;
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) view.name = fields & MPM_BIT(name) ? s->name : NULL;
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
+  view.name = fields & MPM_BIT(name) ? s->name : NULL;
 #include "fields.def"
 #undef MPM_FIELD
   if (par->nkinds == 1) view.kind = NULL; /* fields that the scene has not */
@@ -159,9 +163,9 @@ static const PetscReal *Widths(const State *s, PetscInt p, int dim)
   return mpm.stretched ? s->l + p * dim : kinds[nkinds > 1 ? s->kind[p] : 0].l;
 }
 
-/* n points: anywhere, on nodes, on edges and faces of cells, on walls; crowded: two thirds of them in one cell, which
-   is more than a block. Ids in random order, with gaps. */
-static void Points(State *s, const MPMGrid *g, int n, int crowded)
+/* n particles: anywhere, on nodes, on edges and faces of cells, on walls; crowded: two thirds of them in one cell,
+   which is more than a block. Ids in random order, with gaps. */
+static void Particles(State *s, const MPMGrid *g, int n, int crowded)
 {
   const int dim = (int)g->dim;
 
@@ -178,7 +182,7 @@ static void Points(State *s, const MPMGrid *g, int n, int crowded)
       if (where == 1) *x = g->lower[d] + UnitInt((int)g->cells[d] + 1) * g->h[d];
       if (where == 2) *x = UnitInt(2) ? g->lower[d] : g->upper[d];
       if (crowded && p % 3) *x = g->lower[d] + UnitReal(1.05, 1.45) * g->h[d];
-      *x                 = PetscMax(g->lower[d], PetscMin(g->upper[d], *x));
+      *x = PetscMax(g->lower[d], PetscMin(g->upper[d], *x));
       if (g->periodic[d] && *x >= g->upper[d]) *x = g->lower[d];
       s->v[p * dim + d]  = UnitReal(-1, 1);
       s->r[p * dim + d]  = UnitReal(-1, 1);
@@ -220,7 +224,7 @@ static void Permute(int dim, State *s)
     from[q]          = t;
   }
   s->n = 0;
-  for (int p = 0; p < copy.n; p++) CopyPoint(dim, &copy, from[p], s);
+  for (int p = 0; p < copy.n; p++) CopyParticle(dim, &copy, from[p], s);
 }
 
 /* Sorts order by (cell, id), the slow and sure way. */
@@ -230,7 +234,8 @@ static void Sort(PetscInt n, PetscInt *order, const PetscInt *cell, const PetscI
     const PetscInt p = order[q];
     PetscInt       r = q;
 
-    for (; r > 0 && (cell[order[r - 1]] > cell[p] || (cell[order[r - 1]] == cell[p] && id[order[r - 1]] > id[p])); r--) order[r] = order[r - 1];
+    for (; r > 0 && (cell[order[r - 1]] > cell[p] || (cell[order[r - 1]] == cell[p] && id[order[r - 1]] > id[p])); r--)
+      order[r] = order[r - 1];
     order[r] = p;
   }
 }
@@ -260,7 +265,7 @@ typedef struct {
   PetscInt p[3], edge[3][MAX_BOXES + 1];
 } Cuts;
 
-/* The patch that owns box r of the grid (no cuts: all nodes), with its points. alone: sends no sums of tiles. */
+/* The patch that owns box r of the grid (no cuts: all nodes), with its particles. alone: sends no sums of tiles. */
 static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, const Cuts *cuts, PetscInt r,
                   PetscBool alone)
 {
@@ -272,15 +277,16 @@ static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, co
   patch->grid  = g;
   patch->basis = basis;
   for (int d = 0; d < 3; d++) {
-    const PetscInt first = -g->layers[d], last = first + g->nodes[d] - 1, *edge = cuts ? cuts->edge[d] + r % cuts->p[d] : NULL;
+    const PetscInt first = -g->layers[d], last = first + g->nodes[d] - 1,
+                   *edge = cuts ? cuts->edge[d] + r % cuts->p[d] : NULL;
 
     patch->n[d] = patch->own_n[d] = 1;
     if (d >= dim) continue;
     patch->own_lo[d] = first + (cuts ? edge[0] : 0);
     patch->own_n[d]  = cuts ? edge[1] - edge[0] : g->nodes[d];
     r /= cuts ? cuts->p[d] : 1;
-    patch->lo[d]     = patch->own_lo[d] - reach;
-    patch->n[d]      = patch->own_n[d] + 2 * reach;
+    patch->lo[d] = patch->own_lo[d] - reach;
+    patch->n[d]  = patch->own_n[d] + 2 * reach;
     if (g->periodic[d]) continue;
     patch->lo[d] = PetscMax(first, patch->own_lo[d] - reach);
     patch->n[d]  = PetscMin(last, patch->own_lo[d] + patch->own_n[d] - 1 + reach) - patch->lo[d] + 1;
@@ -301,7 +307,7 @@ static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, co
 
     CHECK(MPMLocate(dim, basis, g, s->x + p * dim, Widths(s, p, dim), xi, base));
     if (!Mine(patch, base)) continue;
-    CopyPoint(dim, s, p, &b->own);
+    CopyParticle(dim, s, p, &b->own);
     b->order[q]    = q;
     b->own.cell[q] = CellOf(patch, base);
     CHECK(b->own.cell[q] >= 0 && b->own.cell[q] < cells);
@@ -309,7 +315,7 @@ static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, co
   }
   Sort(b->own.n, b->order, b->own.cell, b->own.id);
   for (PetscInt k = 0; k < cells; k++) b->start[k + 1] += b->start[k];
-  PetscCallAbort(PETSC_COMM_SELF, MPMTilesMark(patch, PETSC_FALSE, b->start));
+  PetscCallAbort(PETSC_COMM_SELF, MPMTilesAssign(patch, PETSC_FALSE, b->start));
 }
 
 static void Destroy(Bench *b)
@@ -317,21 +323,23 @@ static void Destroy(Bench *b)
   PetscCallAbort(PETSC_COMM_SELF, MPMTilesDestroy(&b->patch));
 }
 
-static int ToPoints(const MPMPhase *phase)
+static int ToParticles(const MPMPhase *phase)
 {
   return phase->parts & (MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_G2P_FILTER) ? 1 : 0;
 }
 
-/* Runs the kernel of a phase. turn: the tiles that points to nodes are for. */
-static MPMStatus Run(Bench *b, const MPMParams *par, const MPMPhase *phase, MPMTurns turn)
+/* Runs the kernel of a phase. pass: the tiles that particles to nodes are for. */
+static MPMStatus Run(Bench *b, const MPMParams *par, const MPMPhase *phase, MPMPass pass)
 {
-  const PetscInt    parts = phase->parts | (turn == MPM_TILES_EARLY ? MPM_P2G_EARLY : turn == MPM_TILES_LATE ? MPM_P2G_LATE : 0);
+  const PetscInt    parts = phase->parts | (pass == MPM_PASS_EARLY  ? MPM_P2G_EARLY
+                                            : pass == MPM_PASS_LATE ? MPM_P2G_LATE
+                                                                    : 0);
   const MPMTransfer found = MPMTransferFind(b->patch.grid->dim, b->patch.basis, parts);
-  const MPMTransfer run   = (*widths[width].table)[b->patch.grid->dim - 1][ToPoints(phase)];
+  const MPMTransfer run   = (*widths[width].table)[b->patch.grid->dim - 1][ToParticles(phase)];
   MPMStatus         status;
 
   MPMStatusReset(&status);
-  b->patch.points = View(&b->own, phase->points_in | phase->points_out, par);
+  b->patch.particles = View(&b->own, phase->particles_in | phase->particles_out, par);
   CHECK(run != NULL && found != NULL);
   if (widths[width].lanes == MPMTransferWidth()) CHECK(run == found);
   if (run) run(par, &b->patch, parts, &status);
@@ -381,7 +389,8 @@ static int StencilSize(int dim, MPMBasis basis)
   return size;
 }
 
-/* Node a of the stencil of point p: its number in a patch of all nodes, its weight, gradient, and way from the point. */
+/* Node a of the stencil of particle p: its number in a patch of all nodes, its weight, gradient, and way from the
+ * particle. */
 typedef struct {
   PetscInt    at;
   long double phi, dphi[3], way[3];
@@ -389,7 +398,7 @@ typedef struct {
 
 static void Stencil(const MPMPatch *patch, const State *s, PetscInt p, Node nodes[])
 {
-  const MPMGrid   *g = patch->grid;
+  const MPMGrid   *g   = patch->grid;
   const int        dim = (int)g->dim, ns = MPMBasisNodes(patch->basis);
   const PetscReal *l = Widths(s, p, dim);
   PetscReal        xi[3], w[3][MPM_MAX_STENCIL], grad[3][MPM_MAX_STENCIL];
@@ -422,25 +431,25 @@ static const MPMKind *KindOf(const MPMParams *par, const State *s, PetscInt p)
   return par->kinds + (par->nkinds > 1 ? s->kind[p] : 0);
 }
 
-/* The material state of a point as a block of one, as far as its law has it. */
+/* The material state of a particle as a block of one, as far as its law has it. */
 static void Block(int dim, const State *s, PetscInt p, MPMBlock *b)
 {
-#define BLOCK_ROW(name, rows) \
+#define BLOCK_ROW(name, rows)                                                                                          \
   for (int k = 0; k < MPMComponents_##name(dim); k++) b->name[k][0] = s->name[p * MPMComponents_##name(dim) + k];
   MPM_MATERIAL_FIELDS(BLOCK_ROW)
 #undef BLOCK_ROW
 }
 
-/* ---- Points to nodes */
+/* ---- Particles to nodes */
 
-/* Each node by plain loops over all points, and the totals. */
+/* Each node by plain loops over all particles, and the totals. */
 static void CheckSums(const Bench *b, const State *s, const MPMParams *par, PetscInt parts)
 {
   static long double ref[MAX_NODES * NC], size[MAX_NODES * NC];
   const MPMPatch    *patch = &b->patch;
   const MPMGrid     *g     = patch->grid;
   const int          dim = (int)g->dim, nc = MPM_SUM_NC(dim);
-  long double        total[NC] = {0}, points[NC] = {0}, sizes[NC] = {0};
+  long double        total[NC] = {0}, particles[NC] = {0}, sizes[NC] = {0};
   static Node        nodes[MPM_MAX_NODES];
 
   memset(ref, 0, (size_t)(Nodes(patch) * nc) * sizeof *ref);
@@ -456,7 +465,8 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
     for (int a = 0; a < StencilSize(dim, patch->basis); a++)
       for (int d = 0; d < dim; d++) {
         const long double phi = nodes[a].phi, f[3] = {d == 0 ? phi * k->m : 0};
-        long double      *r = ref + nodes[a].at * nc, *z = size + nodes[a].at * nc, v = parts & MPM_RESIDUAL ? s->r[p * dim + d] : s->v[p * dim + d], vs = fabsl(v);
+        long double      *r = ref + nodes[a].at * nc, *z = size + nodes[a].at * nc,
+                    v = parts & MPM_RESIDUAL ? s->r[p * dim + d] : s->v[p * dim + d], vs = fabsl(v);
 
         r[0] += f[0];
         z[0] += f[0];
@@ -477,13 +487,13 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
           sizes[MPM_SUM_FORCE + d] += fabsl(force);
         }
       }
-    points[0] += k->m;
+    particles[0] += k->m;
     sizes[0] += k->m;
     for (int d = 0; d < dim; d++) {
       const long double v = parts & MPM_RESIDUAL ? s->r[p * dim + d] : s->v[p * dim + d];
-      points[1 + d] += k->m * v;
+      particles[1 + d] += k->m * v;
       sizes[1 + d] += k->m * (fabsl(v) + (parts & MPM_AFFINE ? 4 : 0));
-      if (mpm.scene.forced) points[MPM_SUM_FORCE + d] += (long double)k->m * s->b[p * dim + d];
+      if (mpm.scene.forced) particles[MPM_SUM_FORCE + d] += (long double)k->m * s->b[p * dim + d];
       sizes[MPM_SUM_FORCE + d] += k->m;
     }
   }
@@ -504,7 +514,9 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
     }
   }
   for (int k = 0; k < nc; k++) /* C carries no momentum where the basis is linearly complete; force: that of b */
-    if (Asked(dim, parts, k) && (!(parts & MPM_AFFINE) || k < 1 || k > dim || g->wall_basis[0] != MPM_WALL_BASIS_STEFFEN)) CHECK_LE(fabsl(total[k] - points[k]), 2e-14L * sizes[k]);
+    if (Asked(dim, parts, k) &&
+        (!(parts & MPM_AFFINE) || k < 1 || k > dim || g->wall_basis[0] != MPM_WALL_BASIS_STEFFEN))
+      CHECK_LE(fabsl(total[k] - particles[k]), 2e-14L * sizes[k]);
 }
 
 /* What kernels have to set, or must not touch, holds -777; the sums of tiles no number. */
@@ -544,8 +556,8 @@ static void Add(Bench *b, const MPMParams *par, const MPMPhase *phase, int alone
 
   if (alone) Zero(b, phase->parts, 1);
   MPMTilesWrap(&b->patch);
-  MPMTilesMarkRows(&b->patch);
-  (void)Run(b, par, phase, MPM_TILES_OPEN);
+  MPMTilesFindSpans(&b->patch);
+  (void)Run(b, par, phase, MPM_PASS_MAIN);
   for (PetscInt k = 0; k < NC; k++) CHECK_EQ(b->sum[end + k], 0); /* behind the last node */
   if (!alone) Zero(b, phase->parts, 0);
 }
@@ -555,9 +567,9 @@ static MPMStatus Sweep(Bench *b, const MPMParams *par, const MPMPhase *phase)
 {
   MPMStatus status;
 
-  if (ToPoints(phase)) return Run(b, par, phase, MPM_TILES_OPEN);
+  if (ToParticles(phase)) return Run(b, par, phase, MPM_PASS_MAIN);
   Spoil(b);
-  status = Run(b, par, phase, MPM_TILES_EARLY);
+  status = Run(b, par, phase, MPM_PASS_EARLY);
   Add(b, par, phase, 0);
   return status;
 }
@@ -579,7 +591,7 @@ static void Send(const Bench *from, Bench *to, const int toward[3], PetscInt par
   CHECK_LE(to->patch.tiles.nslots, (PetscInt)to->patch.tiles.room);
 }
 
-/* ---- Nodes to points */
+/* ---- Nodes to particles */
 
 /* Copies the node values of the own nodes of a periodic axis to their images, as an exchange does. */
 static void Images(Bench *b)
@@ -598,8 +610,8 @@ static void Worse(MPMBad *bad, PetscInt64 *id, MPMBad now, PetscInt64 whose)
   *id  = whose;
 }
 
-/* Every point of a patch of all points by plain loops over its nodes; status. */
-static MPMStatus CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase *phase)
+/* Every particle of a patch of all particles by plain loops over its nodes; status. */
+static MPMStatus CheckParticlesMoved(Bench *b, const MPMParams *par, const MPMPhase *phase)
 {
   static State    before;
   static Node     nodes[MPM_MAX_NODES];
@@ -614,7 +626,7 @@ static MPMStatus CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase
   PetscReal       v2 = 0, c2 = 0;
 
   before = b->own;
-  status = Run(b, par, phase, MPM_TILES_OPEN);
+  status = Run(b, par, phase, MPM_PASS_MAIN);
   for (PetscInt p = 0; p < b->own.n; p++) {
     const MPMMaterial *m = par->materials + KindOf(par, &before, p)->material;
     const PetscReal   *v = b->own.v + p * dim, *x = b->own.x + p * dim, *F = b->own.F + p * dim * dim;
@@ -634,7 +646,9 @@ static MPMStatus CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase
         for (int e = 0; e < dim; e++) {
           G[d * dim + e] += node[d] * nodes[a].dphi[e];
           steep += fabsl(node[d] * nodes[a].dphi[e]);
-          C[d * dim + e] += inertia ? nodes[a].phi * node[d] * nodes[a].way[e] * inertia / ((long double)g->h[e] * g->h[e]) : node[d] * nodes[a].dphi[e];
+          C[d * dim + e] += inertia
+                                ? nodes[a].phi * node[d] * nodes[a].way[e] * inertia / ((long double)g->h[e] * g->h[e])
+                                : node[d] * nodes[a].dphi[e];
         }
       }
     size = 1e-14L * (size + 1);
@@ -645,12 +659,17 @@ static MPMStatus CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase
 
       if (mpm.params.order) now = v0 - r0 + par->dt * an[d];
       dx[d] = parts & MPM_G2P_MOTION ? par->dt * (mpm.params.order ? now : vn[d]) : before.dx[p * dim + d];
-      if (parts & MPM_G2P_MOTION) CHECK_LE(fabsl(v[d] - now), size);
-      else CHECK_EQ(v[d], v0);
-      if (parts & MPM_G2P_FILTER) CHECK_LE(fabsl(b->own.r[p * dim + d] - ((parts & MPM_RESIDUAL ? r0 : v0) - vn[d])), size);
-      else CHECK_EQ(b->own.r[p * dim + d], r0);
+      if (parts & MPM_G2P_MOTION)
+        CHECK_LE(fabsl(v[d] - now), size);
+      else
+        CHECK_EQ(v[d], v0);
+      if (parts & MPM_G2P_FILTER)
+        CHECK_LE(fabsl(b->own.r[p * dim + d] - ((parts & MPM_RESIDUAL ? r0 : v0) - vn[d])), size);
+      else
+        CHECK_EQ(b->own.r[p * dim + d], r0);
       if ((parts & MPM_G2P_MOTION) && !(parts & MPM_G2P_COMMIT)) CHECK_LE(fabsl(b->own.dx[p * dim + d] - dx[d]), size);
-      if (!(parts & MPM_G2P_COMMIT)) CHECK_EQ(x[d], before.x[p * dim + d]);
+      if (!(parts & MPM_G2P_COMMIT))
+        CHECK_EQ(x[d], before.x[p * dim + d]);
       else {
         long double away = fabsl(x[d] - (before.x[p * dim + d] + dx[d]));
 
@@ -661,15 +680,19 @@ static MPMStatus CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase
       speed += v[d] * v[d];
     }
     for (int k = 0; k < dim * dim; k++)
-      if (parts & MPM_AFFINE) CHECK_LE(fabsl(b->own.C[p * dim * dim + k] - C[k]), 4e-14L * (steep + 1));
-      else CHECK_EQ(b->own.C[p * dim * dim + k], before.C[p * dim * dim + k]);
+      if (parts & MPM_AFFINE)
+        CHECK_LE(fabsl(b->own.C[p * dim * dim + k] - C[k]), 4e-14L * (steep + 1));
+      else
+        CHECK_EQ(b->own.C[p * dim * dim + k], before.C[p * dim * dim + k]);
     for (int d = 0; d < dim; d++)
       for (int e = 0; e < dim; e++) { /* F = (I + dt L) F0 */
         long double f = before.F[(p * dim + d) * dim + e];
 
         for (int k = 0; k < dim; k++) f += par->dt * G[d * dim + k] * before.F[(p * dim + k) * dim + e];
-        if ((parts & MPM_G2P_STRESS) && (m->state & MPM_BIT(F))) CHECK_LE(fabsl(F[d * dim + e] - f), 4e-14L * (par->dt * steep + 2));
-        else CHECK_EQ(F[d * dim + e], before.F[(p * dim + d) * dim + e]);
+        if ((parts & MPM_G2P_STRESS) && (m->state & MPM_BIT(F)))
+          CHECK_LE(fabsl(F[d * dim + e] - f), 4e-14L * (par->dt * steep + 2));
+        else
+          CHECK_EQ(F[d * dim + e], before.F[(p * dim + d) * dim + e]);
       }
     if (parts & MPM_G2P_STRESS) {
       PetscReal J;
@@ -679,8 +702,10 @@ static MPMStatus CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase
       m->type->law->speed2[dim - 1](m, 0, 1, &block, &wave);
       c2 = PetscMax(c2, wave);
       if (!(J > 0 && J < PETSC_MAX_REAL)) Worse(&bad, &id, MPM_BAD_J, b->own.id[p]);
-#define CHECK_KEPT(name, rows) /* what a law does not list is left alone */ \
-  if (!(m->state & MPM_BIT(name))) CHECK_SAME(b->own.name + p * MPMComponents_##name(dim), before.name + p * MPMComponents_##name(dim), (size_t)MPMComponents_##name(dim) * sizeof(PetscReal));
+#define CHECK_KEPT(name, rows) /* what a law does not list is left alone */                                            \
+  if (!(m->state & MPM_BIT(name)))                                                                                     \
+    CHECK_SAME(b->own.name + p * MPMComponents_##name(dim), before.name + p * MPMComponents_##name(dim),               \
+               (size_t)MPMComponents_##name(dim) * sizeof(PetscReal));
       MPM_MATERIAL_FIELDS(CHECK_KEPT)
 #undef CHECK_KEPT
       if (m->type->law->update[dim - 1] && J > 0) { /* and what it lists, it gets */
@@ -693,8 +718,10 @@ static MPMStatus CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase
           L[k][0]       = (PetscReal)G[k];
         }
         m->type->law->update[dim - 1](m, par->dt, L, 0, 1, &again);
-#define CHECK_UPDATED(name, rows) \
-  for (int k = 0; k < MPMComponents_##name(dim) && (m->state & MPM_BIT(name)); k++) CHECK_NEAR(again.name[k][0], block.name[k][0], 1e-9 * (1 + fabs(block.name[k][0]) + (MPM_BIT(name) == MPM_BIT(tau) ? m->E + m->K : 0)));
+#define CHECK_UPDATED(name, rows)                                                                                      \
+  for (int k = 0; k < MPMComponents_##name(dim) && (m->state & MPM_BIT(name)); k++)                                    \
+    CHECK_NEAR(again.name[k][0], block.name[k][0],                                                                     \
+               1e-9 * (1 + fabs(block.name[k][0]) + (MPM_BIT(name) == MPM_BIT(tau) ? m->E + m->K : 0)));
         MPM_MATERIAL_FIELDS(CHECK_UPDATED)
 #undef CHECK_UPDATED
       }
@@ -740,8 +767,9 @@ static MPMStatus CheckPointsMoved(Bench *b, const MPMParams *par, const MPMPhase
   return status;
 }
 
-/* Own points of b have the bits of the points of the same id in ref. The cell is a number of the patch: left out. */
-static void CheckPoints(const Bench *b, const Bench *ref)
+/* Own particles of b have the bits of the particles of the same id in ref. The cell is a number of the patch: left out.
+ */
+static void CheckParticles(const Bench *b, const Bench *ref)
 {
   const int dim = (int)b->patch.grid->dim;
   PetscInt  at[7 * N + 7];
@@ -749,8 +777,9 @@ static void CheckPoints(const Bench *b, const Bench *ref)
   for (PetscInt p = 0; p < ref->own.n; p++) at[ref->own.id[p]] = p;
   for (PetscInt p = 0; p < b->own.n; p++) {
     const PetscInt q = at[b->own.id[p]];
-#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) \
-  if (MPM_FIELD_INDEX_##name != MPM_FIELD_INDEX_cell) CHECK_SAME(b->own.name + p * (nc), ref->own.name + q * (nc), (nc) * sizeof(ctype));
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
+  if (MPM_FIELD_INDEX_##name != MPM_FIELD_INDEX_cell)                                                                  \
+    CHECK_SAME(b->own.name + p * (nc), ref->own.name + q * (nc), (nc) * sizeof(ctype));
 #include "fields.def"
 #undef MPM_FIELD
   }
@@ -758,7 +787,7 @@ static void CheckPoints(const Bench *b, const Bench *ref)
 
 /* ---- Bits */
 
-/* After a commit, points of a box that are not its own any more have negative cells. */
+/* After a commit, particles of a box that are not its own any more have negative cells. */
 static void CheckCells(const Bench *b, MPMStatus status, const MPMPhase *phase)
 {
   const int  dim  = (int)b->patch.grid->dim;
@@ -843,7 +872,7 @@ static void Hand(const Bench *b, const Bench *all, PetscInt parts)
     for (int d = 0; d < 3; d++)
       at[d] += to->below[d] - t->below[d] + (b->patch.own_lo[d] - all->patch.own_lo[d]) / MPMTileEdge(b->patch.basis);
     slot = to->slot[(at[2] * to->n[1] + at[1]) * to->n[0] + at[0]];
-    CHECK(slot >= 0 && slot < to->nown);
+    CHECK(slot >= 0 && slot < to->n_own);
     if (slot < 0) continue;
     CHECK_LE(MPMTilesCopy(&b->patch, t->slot[tile], parts, PETSC_TRUE, message), sizeof message);
     MPMTilesCopy(&all->patch, slot, parts, PETSC_FALSE, message);
@@ -859,26 +888,28 @@ static void CheckAlone(const MPMGrid *g, MPMBasis basis, const State *s, const M
   const PetscInt nc = MPM_SUM_NC(g->dim);
 
   SetUp(&master, g, basis, s, NULL, 0, PETSC_FALSE);
-  PetscCallAbort(PETSC_COMM_SELF, MPMTilesMark(&master.patch, PETSC_TRUE, master.start));
-  for (int k = 0; k < MPM_NUM_TURNS; k++) CHECK(master.patch.tiles.nruns[k] == 0);
+  PetscCallAbort(PETSC_COMM_SELF, MPMTilesAssign(&master.patch, PETSC_TRUE, master.start));
+  for (int k = 0; k < MPM_NUM_PASSES; k++) CHECK(master.patch.tiles.nruns[k] == 0);
   Spoil(&master);
   total = *ref;
-  for (PetscInt k = 0; k < Nodes(&ref->patch) * nc; k++) total.sum[k] = Asked((int)g->dim, phase->parts, (int)(k % nc)) ? 0 : -777;
+  for (PetscInt k = 0; k < Nodes(&ref->patch) * nc; k++)
+    total.sum[k] = Asked((int)g->dim, phase->parts, (int)(k % nc)) ? 0 : -777;
   for (PetscInt r = 0; r < cuts->p[0] * cuts->p[1] * cuts->p[2]; r++) {
     MPMTiles *t = &b.patch.tiles;
 
     SetUp(&b, g, basis, s, cuts, r, PETSC_TRUE);
     Spoil(&b);
     NextWidth();
-    (void)Run(&b, par, phase, MPM_TILES_EARLY);
+    (void)Run(&b, par, phase, MPM_PASS_EARLY);
     Add(&b, par, phase, 1);
     for (PetscInt k = 0; k < Nodes(&b.patch) * nc; k++)
-      if (Asked((int)g->dim, phase->parts, (int)(k % nc))) total.sum[SameNode(&b.patch, k / nc, &ref->patch) * nc + k % nc] += b.sum[k];
-    PetscCallAbort(PETSC_COMM_SELF, MPMTilesMark(&b.patch, PETSC_TRUE, b.start));
-    t->runs[MPM_TILES_EARLY][0] = (MPMRange){0, b.own.n, 0};
-    t->nruns[MPM_TILES_EARLY]   = b.own.n > 0;
+      if (Asked((int)g->dim, phase->parts, (int)(k % nc)))
+        total.sum[SameNode(&b.patch, k / nc, &ref->patch) * nc + k % nc] += b.sum[k];
+    PetscCallAbort(PETSC_COMM_SELF, MPMTilesAssign(&b.patch, PETSC_TRUE, b.start));
+    t->runs[MPM_PASS_EARLY][0] = (MPMRange){0, b.own.n, 0};
+    t->nruns[MPM_PASS_EARLY]   = b.own.n > 0;
     NextWidth();
-    (void)Run(&b, par, phase, MPM_TILES_EARLY);
+    (void)Run(&b, par, phase, MPM_PASS_EARLY);
     Hand(&b, &master, phase->parts);
     Destroy(&b);
   }
@@ -896,7 +927,7 @@ static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MP
 {
   static Bench   ref, b, part[MAX_BOXES];
   static State   other;
-  const int      dim = (int)g->dim, to_points = ToPoints(phase);
+  const int      dim = (int)g->dim, to_particles = ToParticles(phase);
   const PetscInt vc = MPM_VEL_NC(dim);
 
   SetUp(&ref, g, basis, s, NULL, 0, PETSC_FALSE);
@@ -911,8 +942,10 @@ static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MP
   memcpy(b.vel, ref.vel, sizeof b.vel);
   NextWidth();
   Sweep(&b, par, phase);
-  if (to_points) CheckPoints(&b, &ref);
-  else CHECK_SAME(b.sum, ref.sum, sizeof b.sum);
+  if (to_particles)
+    CheckParticles(&b, &ref);
+  else
+    CHECK_SAME(b.sum, ref.sum, sizeof b.sum);
   Destroy(&b);
   for (int cut = 0; cut <= dim; cut++) {
     Cuts           cuts;
@@ -927,22 +960,22 @@ static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MP
         memcpy(part[r].vel + c * vc, ref.vel + SameNode(&part[r].patch, c, &ref.patch) * vc, vc * sizeof(PetscReal));
       NextWidth();
       Spoil(&part[r]);
-      CheckCells(&part[r], Run(&part[r], par, phase, to_points ? MPM_TILES_OPEN : MPM_TILES_EARLY), phase);
+      CheckCells(&part[r], Run(&part[r], par, phase, to_particles ? MPM_PASS_MAIN : MPM_PASS_EARLY), phase);
       NextWidth();
-      if (!to_points) (void)Run(&part[r], par, phase, MPM_TILES_LATE);
-      if (to_points) CheckPoints(&part[r], &ref);
+      if (!to_particles) (void)Run(&part[r], par, phase, MPM_PASS_LATE);
+      if (to_particles) CheckParticles(&part[r], &ref);
     }
-    CHECK_EQ(own, s->n); /* every point has one owner */
-    if (!to_points) SendAll(part, g, &cuts, phase->parts);
+    CHECK_EQ(own, s->n); /* every particle has one owner */
+    if (!to_particles) SendAll(part, g, &cuts, phase->parts);
     for (PetscInt r = 0; r < boxes; r++) {
       NextWidth();
-      if (!to_points) {
+      if (!to_particles) {
         Add(&part[r], par, phase, 0);
         CheckNodes(&part[r], &ref, phase->parts);
       }
       Destroy(&part[r]);
     }
-    if (!to_points && cut == dim) CheckAlone(g, basis, &other, par, phase, &cuts, &ref);
+    if (!to_particles && cut == dim) CheckAlone(g, basis, &other, par, phase, &cuts, &ref);
   }
   Destroy(&ref);
 }
@@ -953,7 +986,7 @@ static void Divide(Bench *b)
 
   for (PetscInt c = 0; c < Nodes(&b->patch); c++)
     for (int d = 0; d < dim; d++) {
-      const PetscReal *sum = b->sum + c * MPM_SUM_NC(dim);
+      const PetscReal *sum                  = b->sum + c * MPM_SUM_NC(dim);
       b->vel[c * MPM_VEL_NC(dim) + d]       = sum[0] > 0 ? sum[1 + d] / sum[0] : 0;
       b->vel[c * MPM_VEL_NC(dim) + dim + d] = 0;
     }
@@ -961,10 +994,11 @@ static void Divide(Bench *b)
 }
 
 /* apic: v = A x + c comes back from the grid as it went, C = A too where the spline is uniform; angular momentum of the
-   nodes is that of the points, C included. */
+   nodes is that of the particles, C included. */
 static void Affine(int dim, MPMBasis basis)
 {
-  static const MPMPhase to = {.parts = MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_AFFINE, .points_in = -1}, from = {.parts = MPM_G2P_MOTION | MPM_AFFINE, .points_in = -1, .points_out = -1};
+  static const MPMPhase to   = {.parts = MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_AFFINE, .particles_in = -1},
+                        from = {.parts = MPM_G2P_MOTION | MPM_AFFINE, .particles_in = -1, .particles_out = -1};
   static Bench b;
   static State s, before;
   const int    inertia = MPMBasisInertia(basis);
@@ -982,10 +1016,11 @@ static void Affine(int dim, MPMBasis basis)
   MPMGridSetNodes(&g, basis);
   for (int k = 0; k < 9; k++) A[k] = UnitReal(-1, 1);
   for (int d = 0; d < 3; d++) c[d] = UnitReal(-1, 1);
-  Points(&s, &g, N, 0);
+  Particles(&s, &g, N, 0);
   for (PetscInt p = 0; p < N; p++)
     for (int d = 0; d < dim; d++) {
-      s.x[p * dim + d] = p % 3 && inertia ? UnitReal(g.lower[d] + 2 * g.h[d], g.upper[d] - 2 * g.h[d]) : s.x[p * dim + d];
+      s.x[p * dim + d] = p % 3 && inertia ? UnitReal(g.lower[d] + 2 * g.h[d], g.upper[d] - 2 * g.h[d])
+                                          : s.x[p * dim + d];
       if (!(p % 3) && inertia) s.x[p * dim + d] = g.lower[d] + (2 + UnitInt(3)) * g.h[d];
       s.v[p * dim + d] = c[d];
     }
@@ -999,21 +1034,26 @@ static void Affine(int dim, MPMBasis basis)
   Sweep(&b, &par, &to);
   for (int d = 0; d < dim; d++)
     for (int e = 0; e < d && inertia; e++) {
-      long double nodes = 0, points = 0;
+      long double nodes = 0, particles = 0;
 
       for (PetscInt n = 0; n < Nodes(&b.patch); n++) {
         PetscInt ijk[3];
 
         NodeOf(&b.patch, n, ijk);
-        nodes += (g.lower[d] + ijk[d] * (long double)g.h[d]) * b.sum[n * MPM_SUM_NC(dim) + 1 + e] - (g.lower[e] + ijk[e] * (long double)g.h[e]) * b.sum[n * MPM_SUM_NC(dim) + 1 + d];
+        nodes += (g.lower[d] + ijk[d] * (long double)g.h[d]) * b.sum[n * MPM_SUM_NC(dim) + 1 + e] -
+                 (g.lower[e] + ijk[e] * (long double)g.h[e]) * b.sum[n * MPM_SUM_NC(dim) + 1 + d];
       }
       for (PetscInt p = 0; p < N; p++)
-        points += KindOf(&par, &s, p)->m * ((long double)s.x[p * dim + d] * s.v[p * dim + e] - (long double)s.x[p * dim + e] * s.v[p * dim + d] +
-                                            ((long double)A[e * dim + d] * g.h[d] * g.h[d] - (long double)A[d * dim + e] * g.h[e] * g.h[e]) / inertia);
-      CHECK_LE(fabsl(nodes - points), 1e-13L * N * 2);
+        particles += KindOf(&par, &s, p)->m *
+                     ((long double)s.x[p * dim + d] * s.v[p * dim + e] -
+                      (long double)s.x[p * dim + e] * s.v[p * dim + d] +
+                      ((long double)A[e * dim + d] * g.h[d] * g.h[d] - (long double)A[d * dim + e] * g.h[e] * g.h[e]) /
+                          inertia);
+      CHECK_LE(fabsl(nodes - particles), 1e-13L * N * 2);
     }
   Divide(&b);
-  for (PetscInt n = 0; n < Nodes(&b.patch); n++) { /* nodes without mass: the round trip needs none of them but on edges of support */
+  for (PetscInt n = 0; n < Nodes(&b.patch);
+       n++) { /* nodes without mass: the round trip needs none of them but on edges of support */
     PetscInt ijk[3];
 
     NodeOf(&b.patch, n, ijk);
@@ -1036,22 +1076,23 @@ static void Affine(int dim, MPMBasis basis)
    is pic. */
 static void Filter(int dim, MPMBasis basis, MPMWallBasis wall)
 {
-  static const MPMPhase first  = {.parts = MPM_P2G_MASS | MPM_P2G_MOMENTUM, .points_in = -1},
-                        again  = {.parts = MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_RESIDUAL, .points_in = -1},
-                        filter = {.parts = MPM_G2P_FILTER, .points_in = -1, .points_out = -1},
-                        more   = {.parts = MPM_G2P_FILTER | MPM_RESIDUAL, .points_in = -1, .points_out = -1},
-                        move   = {.parts = MPM_G2P_MOTION, .points_in = -1, .points_out = -1};
+  static const MPMPhase first  = {.parts = MPM_P2G_MASS | MPM_P2G_MOMENTUM, .particles_in = -1},
+                        again  = {.parts = MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_RESIDUAL, .particles_in = -1},
+                        filter = {.parts = MPM_G2P_FILTER, .particles_in = -1, .particles_out = -1},
+                        more   = {.parts = MPM_G2P_FILTER | MPM_RESIDUAL, .particles_in = -1, .particles_out = -1},
+                        move   = {.parts = MPM_G2P_MOTION, .particles_in = -1, .particles_out = -1};
   static Bench  b;
   static State  s, after;
   MPMParams     par = {.dt = 0.125, .flip = 0, .kinds = kinds, .nkinds = nkinds, .materials = materials};
   const MPMGrid g   = Grid(dim, basis, wall, 0);
 
   mpm.params.order = 1;
-  Points(&s, &g, N, 0);
+  Particles(&s, &g, N, 0);
   for (int constant = 0; constant < 2; constant++) {
     long double last = INFINITY;
 
-    UnitContext("filter, dim %d, basis %d, wall form %d, %s", dim, (int)basis, (int)wall, constant ? "a constant" : "any v");
+    UnitContext("filter, dim %d, basis %d, wall form %d, %s", dim, (int)basis, (int)wall,
+                constant ? "a constant" : "any v");
     for (PetscInt k = 0; k < N * dim && constant; k++) s.v[k] = 0.3 + k % dim;
     SetUp(&b, &g, basis, &s, NULL, 0, PETSC_FALSE);
     for (int order = 1; order <= 6; order++) {
@@ -1108,8 +1149,12 @@ static void UpperWall(MPMBasis basis)
 
   for (PetscInt cells = 4; cells <= 500; cells++)
     for (int k = 0; k < 5; k++) {
-      MPMGrid         g = {.dim = 1, .cells = {cells}, .upper = {lengths[k]}, .h = {lengths[k] / (PetscReal)cells}, .wall_basis = {MPM_WALL_BASIS_EXTRAP}};
-      const PetscReal l = 0.25;
+      MPMGrid         g     = {.dim        = 1,
+                               .cells      = {cells},
+                               .upper      = {lengths[k]},
+                               .h          = {lengths[k] / (PetscReal)cells},
+                               .wall_basis = {MPM_WALL_BASIS_EXTRAP}};
+      const PetscReal l     = 0.25;
       PetscReal       xi[3] = {0}, w[MPM_MAX_STENCIL], grad[MPM_MAX_STENCIL], inside = UnitStep((PetscReal)cells, -1);
       PetscInt        base[3] = {0}, last = MPMBasisBase(basis, &inside, l, cells, PETSC_FALSE, MPM_WALL_BASIS_EXTRAP);
 
@@ -1128,19 +1173,26 @@ static void TestPhase(int dim, MPMBasis basis, MPMWallBasis wall, const MPMPhase
   static Bench     start, b, first;
   static State     s;
   MPMStatus        status, found;
-  MPMParams        par = {.dt = 0.125, .flip = 1, .order = mpm.params.order, .kinds = kinds, .nkinds = nkinds, .materials = materials, .faces = (const MPMFace(*)[2])faces};
+  MPMParams        par = {.dt        = 0.125,
+                          .flip      = 1,
+                          .order     = mpm.params.order,
+                          .kinds     = kinds,
+                          .nkinds    = nkinds,
+                          .materials = materials,
+                          .faces     = (const MPMFace(*)[2])faces};
 
   CHECK(MPMTransferFlops(dim, basis, phase->parts) > 0);
   for (int round = 0; round < 6; round++) {
     const MPMGrid g = Grid(dim, basis, wall, round);
     char          what[160];
 
-    snprintf(what, sizeof what, "%s %s, dim %d, basis %d, wall form %d, %d points", method, phase->name, dim, (int)basis, (int)wall, numbers[round]);
+    snprintf(what, sizeof what, "%s %s, dim %d, basis %d, wall form %d, %d particles", method, phase->name, dim,
+             (int)basis, (int)wall, numbers[round]);
     UnitContext("%s", what);
     par.flip = round == 0 ? 1 : round == 1 ? 0 : 0.9;
-    Points(&s, &g, numbers[round], round == 4);
+    Particles(&s, &g, numbers[round], round == 4);
     SetUp(&b, &g, basis, &s, NULL, 0, PETSC_FALSE);
-    if (phase->kind != MPM_POINTS_TO_NODES) {
+    if (phase->kind != MPM_PARTICLES_TO_NODES) {
       const PetscReal size = round ? 0.05 : 0.6;
 
       for (PetscInt k = 0; k < Nodes(&b.patch) * MPM_VEL_NC(dim); k++) b.vel[k] = UnitReal(-size, size);
@@ -1150,18 +1202,19 @@ static void TestPhase(int dim, MPMBasis basis, MPMWallBasis wall, const MPMPhase
     for (width = 0; width < nwidths; width++) {
       UnitContext("%s, %d lanes", what, (int)widths[width].lanes);
       b = start; /* the pointers of its patch are into b */
-      if (phase->kind == MPM_POINTS_TO_NODES) {
+      if (phase->kind == MPM_PARTICLES_TO_NODES) {
         status = Sweep(&b, &par, phase);
         CheckSums(&b, &s, &par, phase->parts);
       } else
-        status = CheckPointsMoved(&b, &par, phase);
+        status = CheckParticlesMoved(&b, &par, phase);
       if (!width) first = b, found = status;
       CHECK_SAME(&b.own, &first.own, sizeof b.own); /* the same bits with any number of lanes */
       CHECK_SAME(b.sum, first.sum, sizeof b.sum);
       CHECK_SAME(b.span, first.span, sizeof b.span);
       CHECK_SAME(b.vel, start.vel, sizeof b.vel);
       CHECK_SAME(b.movers, first.movers, sizeof b.movers);
-      CHECK(status.bad == found.bad && status.id == found.id && status.moved == found.moved && status.left == found.left);
+      CHECK(status.bad == found.bad && status.id == found.id && status.moved == found.moved &&
+            status.left == found.left);
       CHECK_SAME(&status.v2, &found.v2, sizeof status.v2);
       CHECK_SAME(&status.c2, &found.c2, sizeof status.c2);
       CHECK_SAME(&status.J, &found.J, sizeof status.J);
@@ -1204,10 +1257,24 @@ int main(int argc, char **argv)
   for (const MPMMaterialType *type = MPMMaterialTypes; type->name; type++) { /* a kind a material, the first has two */
     MPMMaterial *m = &materials[mpm.scene.nmaterials];
 
-    *m = (MPMMaterial){.type = type, .rho = 1000 + 100 * nkinds, .E = 3e4, .nu = 0.3, .K = 2e4, .viscosity = 5, .gamma = 7, .tension = -1, .yield = 300, .hardening = 100, .friction = 30, .cohesion = 10};
+    *m = (MPMMaterial){.type      = type,
+                       .rho       = 1000 + 100 * nkinds,
+                       .E         = 3e4,
+                       .nu        = 0.3,
+                       .K         = 2e4,
+                       .viscosity = 5,
+                       .gamma     = 7,
+                       .tension   = -1,
+                       .yield     = 300,
+                       .hardening = 100,
+                       .friction  = 30,
+                       .cohesion  = 10};
     CHECK(MPMMaterialSetUp(m) == NULL);
     for (int k = 0; k < (mpm.scene.nmaterials ? 1 : 2); k++)
-      kinds[nkinds++] = (MPMKind){.material = mpm.scene.nmaterials, .m = UnitReal(1, 2), .V0 = UnitReal(1e-3, 2e-3), .l = {UnitReal(0.1, 0.5), 0.25, UnitReal(0.1, 0.3)}};
+      kinds[nkinds++] = (MPMKind){.material = mpm.scene.nmaterials,
+                                  .m        = UnitReal(1, 2),
+                                  .V0       = UnitReal(1e-3, 2e-3),
+                                  .l        = {UnitReal(0.1, 0.5), 0.25, UnitReal(0.1, 0.3)}};
     mpm.scene.nmaterials++;
   }
   mpm.scene.materials = materials;
@@ -1217,14 +1284,15 @@ int main(int argc, char **argv)
       for (int wall = 0; wall < 3; wall++) {
         if (wall == 2 && !MPMBasisIsSpline((MPMBasis)b)) continue;
         for (int i = 0; MPMIntegrators[i]; i++)
-          for (int transfer = 0; transfer < (b == MPM_BASIS_gimp ? 5 : 4); transfer++) PetscCall(TestMethod(dim, (MPMBasis)b, (MPMWallBasis)wall, i, transfer));
+          for (int transfer = 0; transfer < (b == MPM_BASIS_gimp ? 5 : 4); transfer++)
+            PetscCall(TestMethod(dim, (MPMBasis)b, (MPMWallBasis)wall, i, transfer));
         mpm.affine = mpm.stretched = mpm.scene.forced = PETSC_FALSE;
         for (width = 0; width < nwidths; width++) Filter(dim, (MPMBasis)b, (MPMWallBasis)wall);
-        width = 0;
+        width            = 0;
         mpm.params.order = 0;
       }
       for (width = 0; width < nwidths; width++) Affine(dim, (MPMBasis)b);
-      width = 0;
+      width      = 0;
       mpm.affine = PETSC_FALSE;
     }
   }

@@ -1,5 +1,5 @@
 /* unit_wall.c - what the rows of wall.def do, and where: at or beyond their face of the grid and nowhere else; the
-   same in the advance of a node, and the walls that are derived for other velocities.                                 */
+   same in the advance of a node, and the walls that are derived for other velocities. */
 #include "mpm.h"
 #include "unit.h"
 
@@ -34,10 +34,10 @@ static PetscReal Sliding(int dim, int axis, const PetscReal v[])
 /* One wall on one face, all others free. */
 static void OneFace(int dim, int axis, int side, MPMWall wall, const PetscInt ijk[])
 {
-  MPMFace         faces[3][2];
-  const MPMFace   face      = Face(wall);
-  PetscReal       before[3] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, v[3], again[3], into;
-  PetscBool       constrained;
+  MPMFace       faces[3][2];
+  const MPMFace face      = Face(wall);
+  PetscReal     before[3] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, v[3], again[3], into;
+  PetscBool     constrained;
 
   memset(faces, 0, sizeof faces); /* free */
   faces[axis][side] = face;
@@ -45,9 +45,11 @@ static void OneFace(int dim, int axis, int side, MPMWall wall, const PetscInt ij
   into = side ? before[axis] : -before[axis]; /* speed into the wall */
   memcpy(v, before, sizeof v);
   constrained = MPMWallsApply((const MPMFace(*)[2])faces, dim, ijk, cells, v);
-  UnitContext("%s on axis %d side %d of %d-D, node %d %d %d", names[wall], axis, side, dim, (int)ijk[0], (int)ijk[1], (int)ijk[2]);
+  UnitContext("%s on axis %d side %d of %d-D, node %d %d %d", names[wall], axis, side, dim, (int)ijk[0], (int)ijk[1],
+              (int)ijk[2]);
   for (int d = dim; d < 3; d++) CHECK_EQ(v[d], before[d]); /* no component beyond dim is touched */
-  if (!On(axis, side, ijk) || wall == MPM_WALL_free || wall == MPM_WALL_periodic || ((wall == MPM_WALL_separate || wall == MPM_WALL_friction) && into <= 0)) {
+  if (!On(axis, side, ijk) || wall == MPM_WALL_free || wall == MPM_WALL_periodic ||
+      ((wall == MPM_WALL_separate || wall == MPM_WALL_friction) && into <= 0)) {
     CHECK(!constrained);
     CHECK_SAME(v, before, sizeof v);
     return;
@@ -62,11 +64,12 @@ static void OneFace(int dim, int axis, int side, MPMWall wall, const PetscInt ij
     const PetscReal was = Sliding(dim, axis, before), is = Sliding(dim, axis, v);
 
     CHECK_EQ(v[axis], 0);
-    CHECK_NEAR(is, PetscMax(0, was - face.mu * into), 4 * DBL_EPSILON);                      /* Coulomb */
+    CHECK_NEAR(is, PetscMax(0, was - face.mu * into), 4 * DBL_EPSILON); /* Coulomb */
     for (int d = 0; d < dim; d++)
       if (d != axis) {
-        CHECK(v[d] * before[d] >= 0 && PetscAbsReal(v[d]) <= PetscAbsReal(before[d]));      /* never reverses, never speeds up */
-        CHECK_NEAR(v[d] * was, before[d] * is, 4 * DBL_EPSILON);                             /* along the sliding */
+        CHECK(v[d] * before[d] >= 0 &&
+              PetscAbsReal(v[d]) <= PetscAbsReal(before[d]));    /* never reverses, never speeds up */
+        CHECK_NEAR(v[d] * was, before[d] * is, 4 * DBL_EPSILON); /* along the sliding */
         if (face.mu == 0) CHECK_EQ(v[d], before[d]);
       }
   }
@@ -79,7 +82,7 @@ static void OneFace(int dim, int axis, int side, MPMWall wall, const PetscInt ij
 static void Mirror(int dim, int axis, MPMWall wall)
 {
   MPMFace   lower[3][2], upper[3][2];
-  PetscReal v[3] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, w[3];
+  PetscReal v[3]  = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, w[3];
   PetscInt  at[3] = {2, 0, 3}, opposite[3] = {2, 0, 3};
   PetscBool one, two;
 
@@ -116,7 +119,9 @@ static void Corners(int dim, const PetscInt ijk[])
     for (int side = 0; side < 2; side++) {
       const MPMWall wall = faces[axis][side].type;
 
-      if (!On(axis, side, ijk) || wall == MPM_WALL_free || (wall == MPM_WALL_separate && expected[axis] * (side ? -1 : 1) >= 0)) continue;
+      if (!On(axis, side, ijk) || wall == MPM_WALL_free ||
+          (wall == MPM_WALL_separate && expected[axis] * (side ? -1 : 1) >= 0))
+        continue;
       any = 1;
       for (int d = 0; d < dim; d++)
         if (d == axis || wall == MPM_WALL_fixed) expected[d] = 0;
@@ -137,7 +142,8 @@ static int Pushes(MPMWall wall)
 }
 
 /* v and at as the step makes them: v is held by the walls that hold, at = v + dt a. */
-static void Trial(const MPMFace (*faces)[2], int dim, const PetscInt ijk[], PetscReal dt, PetscReal v[], const PetscReal a[], PetscReal at[])
+static void Trial(const MPMFace (*faces)[2], int dim, const PetscInt ijk[], PetscReal dt, PetscReal v[],
+                  const PetscReal a[], PetscReal at[])
 {
   MPMFace before[3][2], gradient[3][2], residual[3][2];
 
@@ -150,10 +156,11 @@ static void Trial(const MPMFace (*faces)[2], int dim, const PetscInt ijk[], Pets
 static void AdvanceOneFace(int dim, int axis, int side, MPMWall wall, const PetscInt ijk[])
 {
   const MPMFace   face = Face(wall);
-  const PetscReal dt   = UnitInt(2) ? 0.125 : UnitReal(1e-3, 1), lo = side ? 1 : -1;
+  const PetscReal dt = UnitInt(2) ? 0.125 : UnitReal(1e-3, 1), lo = side ? 1 : -1;
   MPMFace         faces[3][2];
-  PetscReal       v[3] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, force[3], a[3], at[3], trial[3] = {0}, old[3], into, was, is, lost;
-  PetscInt        met;
+  PetscReal v[3] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, force[3], a[3], at[3], trial[3] = {0}, old[3],
+            into, was, is, lost;
+  PetscInt met;
 
   memset(faces, 0, sizeof faces); /* free */
   faces[axis][side] = face;
@@ -175,10 +182,11 @@ static void AdvanceOneFace(int dim, int axis, int side, MPMWall wall, const Pets
   memcpy(old, v, sizeof v);
   memcpy(trial, at, sizeof at);
   met = MPMWallsAdvance((const MPMFace(*)[2])faces, dim, ijk, cells, dt, v, at, a);
-  UnitContext("advance at %s on axis %d side %d of %d-D, node %d %d %d", names[wall], axis, side, dim, (int)ijk[0], (int)ijk[1], (int)ijk[2]);
+  UnitContext("advance at %s on axis %d side %d of %d-D, node %d %d %d", names[wall], axis, side, dim, (int)ijk[0],
+              (int)ijk[1], (int)ijk[2]);
   CHECK_SAME(v, old, sizeof v);
   for (int d = dim; d < 3; d++) CHECK(at[d] == trial[d] && a[d] == force[d]); /* no component beyond dim is touched */
-  into = lo * trial[axis];                                                     /* what the force gives counts, not v alone */
+  into = lo * trial[axis]; /* what the force gives counts, not v alone */
   if (!On(axis, side, ijk) || wall == MPM_WALL_free || wall == MPM_WALL_periodic || (Pushes(wall) && into <= 0)) {
     CHECK_EQ(met, 0);
     CHECK_SAME(at, trial, sizeof at); /* leaving, or no wall: free */
@@ -188,7 +196,8 @@ static void AdvanceOneFace(int dim, int axis, int side, MPMWall wall, const Pets
   CHECK_EQ(met, Pushes(wall) ? 1 << axis : 0);
   for (int d = 0; d < dim; d++) { /* a wall that holds: no acceleration, whatever pulls */
     if (wall == MPM_WALL_fixed) CHECK(at[d] == 0 && v[d] == 0 && a[d] == 0);
-    if (wall == MPM_WALL_moving) CHECK(at[d] == face.velocity[d] && v[d] == face.velocity[d] && (a[d] == 0 || force[d] == 0));
+    if (wall == MPM_WALL_moving)
+      CHECK(at[d] == face.velocity[d] && v[d] == face.velocity[d] && (a[d] == 0 || force[d] == 0));
     if (wall == MPM_WALL_moving) CHECK_NEAR(a[d], 0, 0);
     if (wall == MPM_WALL_slip && d == axis) CHECK(at[d] == 0 && v[d] == 0 && a[d] == 0);
     if ((wall == MPM_WALL_slip || wall == MPM_WALL_separate) && d != axis) CHECK(at[d] == trial[d] && a[d] == force[d]);
@@ -196,15 +205,17 @@ static void AdvanceOneFace(int dim, int axis, int side, MPMWall wall, const Pets
   if (!Pushes(wall)) return;
   CHECK(at[axis] == 0 && a[axis] == 0); /* pressed: as at a slip wall */
   if (wall != MPM_WALL_friction) return;
-  lost = PetscMax(0, lo * dt * force[axis]); /* the impulse of the forces into the wall; forces that pull press nothing */
+  lost = PetscMax(0,
+                  lo * dt * force[axis]); /* the impulse of the forces into the wall; forces that pull press nothing */
   was  = Sliding(dim, axis, trial);
   is   = Sliding(dim, axis, at);
   CHECK_NEAR(is, PetscMax(0, was - face.mu * lost), 16 * DBL_EPSILON * (1 + was)); /* Coulomb */
   for (int d = 0; d < dim; d++)
     if (d != axis) {
-      CHECK(at[d] * trial[d] >= 0 && PetscAbsReal(at[d]) <= PetscAbsReal(trial[d])); /* never reverses, never speeds up */
-      CHECK_NEAR(at[d] * was, trial[d] * is, 16 * DBL_EPSILON * (1 + was * was));    /* along the sliding */
-      CHECK_NEAR(dt * a[d], at[d] - v[d], 8 * DBL_EPSILON * (1 + was));             /* the impulse is in a */
+      CHECK(at[d] * trial[d] >= 0 &&
+            PetscAbsReal(at[d]) <= PetscAbsReal(trial[d]));                       /* never reverses, never speeds up */
+      CHECK_NEAR(at[d] * was, trial[d] * is, 16 * DBL_EPSILON * (1 + was * was)); /* along the sliding */
+      CHECK_NEAR(dt * a[d], at[d] - v[d], 8 * DBL_EPSILON * (1 + was));           /* the impulse is in a */
       if (face.mu == 0) CHECK(at[d] == trial[d] && a[d] == force[d]);
     }
 }
@@ -263,7 +274,7 @@ static void AdvanceMoving(int dim, int mover, int pusher, MPMWall wall)
   const PetscReal dt = 0.25;
   MPMFace         faces[3][2];
   PetscInt        at_lower[3] = {0, 0, 0}, met;
-  PetscReal       v[3] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, a[3], at[3];
+  PetscReal       v[3]        = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, a[3], at[3];
 
   memset(faces, 0, sizeof faces);
   for (int d = 0; d < 3; d++) at_lower[d] = d == mover || d == pusher ? 0 : 3;
@@ -273,7 +284,8 @@ static void AdvanceMoving(int dim, int mover, int pusher, MPMWall wall)
   for (int d = 0; d < 3; d++) at[d] = a[d] = UnitReal(-4, 4);
   Trial((const MPMFace(*)[2])faces, dim, at_lower, dt, v, a, at);
   met = MPMWallsAdvance((const MPMFace(*)[2])faces, dim, at_lower, cells, dt, v, at, a);
-  UnitContext("advance at a moving wall on axis %d and %s on axis %d of %d-D, velocity %g", mover, names[wall], pusher, dim, faces[mover][0].velocity[pusher]);
+  UnitContext("advance at a moving wall on axis %d and %s on axis %d of %d-D, velocity %g", mover, names[wall], pusher,
+              dim, faces[mover][0].velocity[pusher]);
   for (int d = 0; d < dim; d++) {
     CHECK(at[d] == 0 || at[d] * faces[mover][0].velocity[d] >= 0);
     if (met & (PetscInt)1 << d) CHECK(at[d] == 0 && a[d] == 0); /* the second mapping sets 0 there */
@@ -295,7 +307,7 @@ static void AdvanceMirror(int dim, int axis, MPMWall wall)
   upper[axis][1].velocity[axis] *= -1;
   for (int d = 0; d < 3; d++) {
     at[d] = a[d] = UnitReal(-4, 4);
-    w[d] = d == axis ? -v[d] : v[d];
+    w[d]         = d == axis ? -v[d] : v[d];
     bt[d] = b[d] = d == axis ? -a[d] : a[d];
   }
   low[axis]  = 0;
@@ -325,18 +337,21 @@ static void Derived(void)
     MPMWallsDerive((const MPMFace(*)[2])faces, before, gradient, residual);
     CHECK_SAME(kept, faces, sizeof faces);
     for (int k = 0; k < 6; k++) {
-      const MPMFace *of[3] = {&before[k / 2][k % 2], &gradient[k / 2][k % 2], &residual[k / 2][k % 2]}, *f = &faces[k / 2][k % 2];
-      const MPMWall  type = f->type;
+      const MPMFace *of[3] = {&before[k / 2][k % 2], &gradient[k / 2][k % 2], &residual[k / 2][k % 2]},
+                    *f     = &faces[k / 2][k % 2];
+      const MPMWall type   = f->type;
 
       UnitContext("walls derived from %s", names[type]);
-      for (int i = 0; i < 3; i++) CHECK(of[i]->mu == f->mu && of[i]->velocity[0] == f->velocity[0] && of[i]->velocity[1] == f->velocity[1] && of[i]->velocity[2] == f->velocity[2]);
+      for (int i = 0; i < 3; i++)
+        CHECK(of[i]->mu == f->mu && of[i]->velocity[0] == f->velocity[0] && of[i]->velocity[1] == f->velocity[1] &&
+              of[i]->velocity[2] == f->velocity[2]);
       CHECK_EQ(of[0]->type, Pushes(type) ? MPM_WALL_free : type);
       CHECK_EQ(of[1]->type, type == MPM_WALL_friction ? MPM_WALL_separate : type);
       CHECK_EQ(of[2]->type, Pushes(type) ? MPM_WALL_free : type == MPM_WALL_moving ? MPM_WALL_fixed : type);
       for (int round = 0; round < 10; round++) {
         const PetscInt  far[3] = {200, 200, 200};
-        const PetscReal r[3]   = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, into = (k % 2 ? 1 : -1) * r[k / 2];
-        PetscInt        at[3]  = {100, 100, 100};
+        const PetscReal r[3] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, into = (k % 2 ? 1 : -1) * r[k / 2];
+        PetscInt        at[3] = {100, 100, 100};
         PetscReal       v[3][3];
 
         for (int i = 0; i < 3; i++) memcpy(v[i], r, sizeof r);
@@ -345,7 +360,9 @@ static void Derived(void)
         MPMWallsApply((const MPMFace(*)[2])gradient, 3, at, far, v[1]);
         MPMWallsApply((const MPMFace(*)[2])residual, 3, at, far, v[2]);
         for (int d = 0; d < 3; d++) {
-          const PetscReal held = type == MPM_WALL_fixed || (type == MPM_WALL_slip && d == k / 2) ? 0 : type == MPM_WALL_moving ? f->velocity[d] : r[d];
+          const PetscReal held = type == MPM_WALL_fixed || (type == MPM_WALL_slip && d == k / 2) ? 0
+                                 : type == MPM_WALL_moving                                       ? f->velocity[d]
+                                                                                                 : r[d];
 
           CHECK_EQ(v[0][d], held);
           CHECK_EQ(v[1][d], Pushes(type) && d == k / 2 && into > 0 ? 0 : held);
