@@ -19,11 +19,12 @@ BUILD    := build/$(compiler)$(if $(DEBUG),-debug)
 PEBBLE   := $(if $(DEBUG),$(BUILD)/pebble,pebble)
 program  := $(if $(findstring /,$(PEBBLE)),$(PEBBLE),./$(PEBBLE))
 python   := .venv/bin/python
-sources  := $(wildcard src/*.c)
+sources  := $(wildcard src/*/*.c)
 # Compiled once for each number of lanes (see src/lanes.h): the transfers, and the laws that they call for many points.
-lanes    := transfer_lanes transfer_sums material_elastic material_neohookean material_fluid \
-            material_vonmises material_druckerprager
-objects  := $(patsubst src/%.c,$(BUILD)/%.o,$(filter-out src/transfer_lanes.c src/transfer_sums.c,$(sources)))
+kernels  := kernels/transfer_lanes kernels/transfer_sums
+lanes    := $(kernels) $(patsubst src/%.c,%,$(wildcard src/physics/material_*.c))
+objects  := $(patsubst src/%.c,$(BUILD)/%.o,$(filter-out $(kernels:%=src/%.c),$(sources)))
+rooms    := $(patsubst src/%/,%,$(wildcard src/*/))
 units    := $(patsubst tests/%.c,$(BUILD)/%,$(wildcard tests/unit_*.c tests/mpi_*.c))
 
 # ---- PETSc, HDF5 and muParser through pkg-config. On a fresh machine this finds nothing;
@@ -62,7 +63,8 @@ MPIEXEC := $(or $(wildcard $(dir $(petsc.cc))mpiexec),mpiexec)
 # ---- Flags. No fused multiply-adds that the compiler chooses by itself: a particle must get the
 # same bits wherever it lies.
 optimise := $(if $(DEBUG),-O1 -fsanitize=address$(comma)undefined -fno-omit-frame-pointer,-O3)
-flags    := -std=gnu11 $(optimise) -g -ffp-contract=off -Wall -Wextra -Wshadow -fno-math-errno $(CFLAGS)
+flags    := -std=gnu11 $(optimise) -g -ffp-contract=off -Wall -Wextra -Wshadow -Wmissing-prototypes -fno-math-errno \
+            -Isrc $(CFLAGS)
 compile   = $(MPICC) $(flags) $(includes) -MMD -MP
 
 # ---- Lanes: 8 with AVX-512, 4 with AVX2, 2 with what every processor has; the program picks at its start.
@@ -151,7 +153,7 @@ report: ## docs/report.md, .html and figures anew from docs/data; REPORT=calibra
 	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate SIMULATE=--calibrate && )$(again) pages
 
 format: ## clang-format on the C sources
-	clang-format -i $(wildcard src/*.[ch] tests/*.[ch] tools/*/*.c)
+	clang-format -i $(wildcard src/*/*.[ch] tests/*.[ch] tools/*/*.c)
 
 scenes: $(PEBBLE) ## run every scene of options/, draw docs/scene-*.png as its comment says
 	@for scene in options/*.opts; do name=$$(basename $$scene .opts); echo "  $$name"; \
@@ -198,17 +200,17 @@ endif
 $(BUILD)/pebble: $(objects)
 	$(call say,LINK) $(link) -o $@ $^ $(rpath) $(libraries)
 
-$(units): $(BUILD)/%: tests/%.c $(filter-out $(BUILD)/main.o,$(objects))
-	$(call say,UNIT) $(compile) -Isrc -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
+$(units): $(BUILD)/%: tests/%.c $(filter-out $(BUILD)/run/main.o,$(objects))
+	$(call say,UNIT) $(compile) -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
 
 $(BUILD)/quadrature: tools/paper/quadrature.c $(BUILD)/flags
-	$(call say,TOOL) $(compile) -Isrc -o $@ $< $(rpath) $(libraries)
+	$(call say,TOOL) $(compile) -o $@ $< $(rpath) $(libraries)
 
-$(BUILD)/%.o: src/%.c $(BUILD)/flags
+$(BUILD)/%.o: src/%.c $(BUILD)/flags | $(rooms:%=$(BUILD)/%)
 	$(call say,CC) $(compile) $(defines) -c -o $@ $<
 
 define with_lanes
-$(BUILD)/%.$1.o: src/%.c $(BUILD)/flags
+$(BUILD)/%.$1.o: src/%.c $(BUILD)/flags | $(rooms:%=$(BUILD)/%)
 	$$(call say,CC) $$(compile) -DMPM_WIDTH=$1 $(width.$1) $$(if $$(findstring sums,$$@),$(fuse)) -c -o $$@ $$<
 endef
 $(foreach w,$(widths),$(eval $(call with_lanes,$w)))
@@ -224,14 +226,14 @@ $(BUILD)/flags: FORCE | $(BUILD)
 	$(file >$@.new,$(OMPI_CC) $(compile) $(width.8) $(width.4) $(rpath) $(libraries))@$(replace)
 
 # Only version.o knows the commit, so that a commit recompiles one file.
-$(BUILD)/version.o: defines = @$(BUILD)/version
-$(BUILD)/version.o: $(BUILD)/version
+$(BUILD)/base/version.o: defines = @$(BUILD)/version
+$(BUILD)/base/version.o: $(BUILD)/version
 $(BUILD)/version: FORCE | $(BUILD)
 	@{ echo "'-DMPM_GIT=\"$$(git --git-dir=.git describe --always --dirty 2>/dev/null || echo unknown)\"'"; \
 	   echo "'-DMPM_COMPILER=\"$$($(MPICC) --version | head -n 1)\"'"; \
 	   echo "'-DMPM_CFLAGS=\"$(strip $(flags))\"'"; } >$@.new; $(replace)
 
-$(BUILD):
+$(BUILD) $(rooms:%=$(BUILD)/%):
 	@mkdir -p $@
 
 -include $(objects:.o=.d) $(units:=.d) $(BUILD)/quadrature.d

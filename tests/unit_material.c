@@ -342,7 +342,7 @@ static void Block(const MPMMaterial *m, int dim)
     /* n = 0: one by one, to compare with */
     const PetscInt first = n ? UnitInt(MPM_BLOCK - (int)n + 1) : 0, last = n ? first + n : MPM_BLOCK;
 
-    if (width && MPMTransferWidth() < 1 << width) continue; /* 1, 2, 4, 8 lanes */
+    if (width && MPMKernelWidth() < 1 << width) continue; /* 1, 2, 4, 8 lanes */
     lanes = width && law->lanes[3 - width] ? law->lanes[3 - width] : law;
     run   = block;
     for (int k = 0; k < 2; k++)

@@ -14,7 +14,7 @@
 #define MAX_NODES 3000
 #define MAX_BOXES 8
 #define MAX_CELLS 8000
-#define NC        (MPM_SUM_NC(3))
+#define NC        (MPM_NODE_NC)
 
 typedef struct {
   PetscInt n;
@@ -38,11 +38,11 @@ static MPMFace       faces[3][2];
 static struct _p_MPM mpm; /* its method, and the program that step.c makes of it */
 
 /* ---- Widths: the tables of transfer.c, those that this processor can run, the widest first. */
-typedef const MPMTransfer Table[3][2];
+typedef const MPMKernel Table[3][2];
 #if defined(__x86_64__)
-extern Table MPMTransfers_8, MPMTransfers_4;
+extern Table MPMKernels_8, MPMKernels_4;
 #endif
-extern Table MPMTransfers_2;
+extern Table MPMKernels_2;
 
 static struct {
   PetscInt lanes;
@@ -52,14 +52,14 @@ static int nwidths, width; /* of them, that Run takes */
 
 static void FindWidths(void)
 {
-  const PetscInt most = MPMTransferWidth();
+  const PetscInt most = MPMKernelWidth();
 
   CHECK(most == 8 || most == 4 || most == 2);
 #if defined(__x86_64__)
-  if (most >= 8) widths[nwidths].lanes = 8, widths[nwidths++].table = &MPMTransfers_8;
-  if (most >= 4) widths[nwidths].lanes = 4, widths[nwidths++].table = &MPMTransfers_4;
+  if (most >= 8) widths[nwidths].lanes = 8, widths[nwidths++].table = &MPMKernels_8;
+  if (most >= 4) widths[nwidths].lanes = 4, widths[nwidths++].table = &MPMKernels_4;
 #endif
-  widths[nwidths].lanes = 2, widths[nwidths++].table = &MPMTransfers_2;
+  widths[nwidths].lanes = 2, widths[nwidths++].table = &MPMKernels_2;
   printf("lanes:");
   for (int w = 0; w < nwidths; w++) printf(" %d", (int)widths[w].lanes);
   printf("\n");
@@ -78,7 +78,7 @@ static int Picked(const char *wish)
       setenv("PEBBLE_VECTOR", wish, 1);
     else
       unsetenv("PEBBLE_VECTOR");
-    _exit((int)MPMTransferWidth());
+    _exit((int)MPMKernelWidth());
   }
   if (child > 0 && waitpid(child, &status, 0) != child) status = -1;
   CHECK(child > 0 && WIFEXITED(status));
@@ -292,7 +292,7 @@ static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, co
     patch->n[d]  = PetscMin(last, patch->own_lo[d] + patch->own_n[d] - 1 + reach) - patch->lo[d] + 1;
   }
   patch->sum    = b->sum;
-  patch->vel    = b->vel;
+  patch->motion    = b->motion;
   patch->span   = b->span;
   patch->order  = b->order;
   patch->movers = b->movers;
@@ -334,14 +334,14 @@ static MPMStatus Run(Bench *b, const MPMParams *par, const MPMPhase *phase, MPMP
   const PetscInt    parts = phase->parts | (pass == MPM_PASS_EARLY  ? MPM_P2G_EARLY
                                             : pass == MPM_PASS_LATE ? MPM_P2G_LATE
                                                                     : 0);
-  const MPMTransfer found = MPMTransferFind(b->patch.grid->dim, b->patch.basis, parts);
-  const MPMTransfer run   = (*widths[width].table)[b->patch.grid->dim - 1][ToParticles(phase)];
+  const MPMKernel found = MPMKernelFind(b->patch.grid->dim, b->patch.basis, parts);
+  const MPMKernel run   = (*widths[width].table)[b->patch.grid->dim - 1][ToParticles(phase)];
   MPMStatus         status;
 
   MPMStatusReset(&status);
   b->patch.particles = View(&b->own, phase->particles_in | phase->particles_out, par);
   CHECK(run != NULL && found != NULL);
-  if (widths[width].lanes == MPMTransferWidth()) CHECK(run == found);
+  if (widths[width].lanes == MPMKernelWidth()) CHECK(run == found);
   if (run) run(par, &b->patch, parts, &status);
   return status;
 }
@@ -377,7 +377,7 @@ static int Asked(int dim, PetscInt parts, int k)
 {
   if (k == 0) return parts & MPM_P2G_MASS ? 1 : 0;
   if (k <= dim) return parts & MPM_P2G_MOMENTUM ? 1 : 0;
-  return k >= MPM_SUM_FORCE && k < MPM_SUM_FORCE + dim && parts & MPM_P2G_FORCE ? 1 : 0;
+  return k >= MPM_NODE_FORCE && k < MPM_NODE_FORCE + dim && parts & MPM_P2G_FORCE ? 1 : 0;
 }
 
 /* Nodes of a stencil. */
@@ -448,7 +448,7 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
   static long double ref[MAX_NODES * NC], size[MAX_NODES * NC];
   const MPMPatch    *patch = &b->patch;
   const MPMGrid     *g     = patch->grid;
-  const int          dim = (int)g->dim, nc = MPM_SUM_NC(dim);
+  const int          dim = (int)g->dim, nc = MPM_NODE_NC;
   long double        total[NC] = {0}, particles[NC] = {0}, sizes[NC] = {0};
   static Node        nodes[MPM_MAX_NODES];
 
@@ -477,14 +477,14 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
         r[1 + d] += phi * k->m * v;
         z[1 + d] += phi * k->m * vs;
         if (mpm.scene.forced) {
-          r[MPM_SUM_FORCE + d] += phi * k->m * s->b[p * dim + d];
-          z[MPM_SUM_FORCE + d] += fabsl(phi * k->m * s->b[p * dim + d]);
+          r[MPM_NODE_FORCE + d] += phi * k->m * s->b[p * dim + d];
+          z[MPM_NODE_FORCE + d] += fabsl(phi * k->m * s->b[p * dim + d]);
         }
         for (int e = 0; e < dim; e++) {
           const long double force = -(long double)k->V0 * block.tau[MPMSymPart(dim, d, e)][0] * nodes[a].dphi[e];
-          r[MPM_SUM_FORCE + d] += force;
-          z[MPM_SUM_FORCE + d] += fabsl(force);
-          sizes[MPM_SUM_FORCE + d] += fabsl(force);
+          r[MPM_NODE_FORCE + d] += force;
+          z[MPM_NODE_FORCE + d] += fabsl(force);
+          sizes[MPM_NODE_FORCE + d] += fabsl(force);
         }
       }
     particles[0] += k->m;
@@ -493,8 +493,8 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
       const long double v = parts & MPM_RESIDUAL ? s->r[p * dim + d] : s->v[p * dim + d];
       particles[1 + d] += k->m * v;
       sizes[1 + d] += k->m * (fabsl(v) + (parts & MPM_AFFINE ? 4 : 0));
-      if (mpm.scene.forced) particles[MPM_SUM_FORCE + d] += (long double)k->m * s->b[p * dim + d];
-      sizes[MPM_SUM_FORCE + d] += k->m;
+      if (mpm.scene.forced) particles[MPM_NODE_FORCE + d] += (long double)k->m * s->b[p * dim + d];
+      sizes[MPM_NODE_FORCE + d] += k->m;
     }
   }
   for (PetscInt c = 0; c < Nodes(patch); c++) {
@@ -523,9 +523,9 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
 static void Spoil(Bench *b)
 {
   const MPMTiles *t    = &b->patch.tiles;
-  const size_t    size = MPMTileNodes(b->patch.grid->dim, b->patch.basis) * MPM_SUM_NC(3) * sizeof(PetscReal);
+  const size_t    size = MPMTileNodes(b->patch.grid->dim, b->patch.basis) * MPM_NODE_NC * sizeof(PetscReal);
 
-  for (PetscInt k = 0; k < Nodes(&b->patch) * MPM_SUM_NC(3); k++) b->sum[k] = -777;
+  for (PetscInt k = 0; k < Nodes(&b->patch) * MPM_NODE_NC; k++) b->sum[k] = -777;
   memset(t->scratch, 0xff, (t->room + (size_t)t->n[0]) * size);
 }
 
@@ -537,12 +537,12 @@ static void Zero(Bench *b, PetscInt parts, int all)
 
   for (PetscInt c = 0; c < Nodes(patch); c++) {
     const MPMSpan *span = &patch->span[c / patch->n[0]];
-    PetscReal     *sum  = b->sum + c * MPM_SUM_NC(dim);
+    PetscReal     *sum  = b->sum + c * MPM_NODE_NC;
     PetscInt       ijk[3];
 
     NodeOf(patch, c, ijk);
     if (!all && Mine(patch, ijk) && span->first <= c % patch->n[0] && c % patch->n[0] < span->last) continue;
-    for (int k = 0; k < MPM_SUM_NC(dim); k++) {
+    for (int k = 0; k < MPM_NODE_NC; k++) {
       CHECK(sum[k] == -777 || sum[k] == 0);
       if (Asked(dim, parts, k)) sum[k] = 0;
     }
@@ -552,7 +552,7 @@ static void Zero(Bench *b, PetscInt parts, int all)
 /* The kept tiles have their sums: makes the others, and adds all up to nodes. alone: also to those above. */
 static void Add(Bench *b, const MPMParams *par, const MPMPhase *phase, int alone)
 {
-  const PetscInt end = Nodes(&b->patch) * MPM_SUM_NC(b->patch.grid->dim);
+  const PetscInt end = Nodes(&b->patch) * MPM_NODE_NC;
 
   if (alone) Zero(b, phase->parts, 1);
   MPMTilesWrap(&b->patch);
@@ -597,10 +597,10 @@ static void Send(const Bench *from, Bench *to, const int toward[3], PetscInt par
 static void Images(Bench *b)
 {
   const MPMPatch *patch = &b->patch;
-  const PetscInt  vc    = MPM_VEL_NC(patch->grid->dim);
+  const PetscInt  vc    = MPM_MOTION_NC(patch->grid->dim);
 
   for (PetscInt n = 0; n < Nodes(patch); n++)
-    memmove(b->vel + n * vc, b->vel + SameNode(patch, n, patch) * vc, (size_t)vc * sizeof(PetscReal));
+    memmove(b->motion + n * vc, b->motion + SameNode(patch, n, patch) * vc, (size_t)vc * sizeof(PetscReal));
 }
 
 static void Worse(MPMBad *bad, PetscInt64 *id, MPMBad now, PetscInt64 whose)
@@ -617,7 +617,7 @@ static MPMStatus CheckParticlesMoved(Bench *b, const MPMParams *par, const MPMPh
   static Node     nodes[MPM_MAX_NODES];
   const MPMPatch *patch = &b->patch;
   const MPMGrid  *g     = patch->grid;
-  const int       dim = (int)g->dim, inertia = MPMBasisInertia(patch->basis), vc = MPM_VEL_NC(dim);
+  const int       dim = (int)g->dim, inertia = MPMBasisInertia(patch->basis), vc = MPM_MOTION_NC(dim);
   const PetscInt  parts = phase->parts;
   MPMStatus       status;
   MPMBad          bad = MPM_OK;
@@ -638,7 +638,7 @@ static MPMStatus CheckParticlesMoved(Bench *b, const MPMParams *par, const MPMPh
     Stencil(patch, &before, p, nodes);
     for (int a = 0; a < StencilSize(dim, patch->basis); a++)
       for (int d = 0; d < dim; d++) {
-        const PetscReal *node = b->vel + nodes[a].at * vc;
+        const PetscReal *node = b->motion + nodes[a].at * vc;
 
         vn[d] += nodes[a].phi * node[d];
         an[d] += nodes[a].phi * node[dim + d];
@@ -814,7 +814,7 @@ static void NextWidth(void)
 /* The own nodes of b have the bits of those of ref, a patch of all nodes. */
 static void CheckNodes(const Bench *b, const Bench *ref, PetscInt parts)
 {
-  const int dim = (int)b->patch.grid->dim, nc = MPM_SUM_NC(dim);
+  const int dim = (int)b->patch.grid->dim, nc = MPM_NODE_NC;
 
   for (PetscInt c = 0; c < Nodes(&b->patch); c++) {
     PetscInt ijk[3];
@@ -885,7 +885,7 @@ static void CheckAlone(const MPMGrid *g, MPMBasis basis, const State *s, const M
                        const Cuts *cuts, const Bench *ref)
 {
   static Bench   b, master, total;
-  const PetscInt nc = MPM_SUM_NC(g->dim);
+  const PetscInt nc = MPM_NODE_NC;
 
   SetUp(&master, g, basis, s, NULL, 0, PETSC_FALSE);
   PetscCallAbort(PETSC_COMM_SELF, MPMTilesAssign(&master.patch, PETSC_TRUE, master.start));
@@ -928,10 +928,10 @@ static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MP
   static Bench   ref, b, part[MAX_BOXES];
   static State   other;
   const int      dim = (int)g->dim, to_particles = ToParticles(phase);
-  const PetscInt vc = MPM_VEL_NC(dim);
+  const PetscInt vc = MPM_MOTION_NC(dim);
 
   SetUp(&ref, g, basis, s, NULL, 0, PETSC_FALSE);
-  for (PetscInt k = 0; k < Nodes(&ref.patch) * vc; k++) ref.vel[k] = UnitReal(-0.2, 0.2);
+  for (PetscInt k = 0; k < Nodes(&ref.patch) * vc; k++) ref.motion[k] = UnitReal(-0.2, 0.2);
   Images(&ref);
   NextWidth();
   Sweep(&ref, par, phase);
@@ -939,7 +939,7 @@ static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MP
   other = *s;
   Permute(dim, &other);
   SetUp(&b, g, basis, &other, NULL, 0, PETSC_FALSE);
-  memcpy(b.vel, ref.vel, sizeof b.vel);
+  memcpy(b.motion, ref.motion, sizeof b.motion);
   NextWidth();
   Sweep(&b, par, phase);
   if (to_particles)
@@ -957,7 +957,7 @@ static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MP
       SetUp(&part[r], g, basis, &other, &cuts, r, PETSC_FALSE);
       own += part[r].own.n;
       for (PetscInt c = 0; c < Nodes(&part[r].patch); c++)
-        memcpy(part[r].vel + c * vc, ref.vel + SameNode(&part[r].patch, c, &ref.patch) * vc, vc * sizeof(PetscReal));
+        memcpy(part[r].motion + c * vc, ref.motion + SameNode(&part[r].patch, c, &ref.patch) * vc, vc * sizeof(PetscReal));
       NextWidth();
       Spoil(&part[r]);
       CheckCells(&part[r], Run(&part[r], par, phase, to_particles ? MPM_PASS_MAIN : MPM_PASS_EARLY), phase);
@@ -986,9 +986,9 @@ static void Divide(Bench *b)
 
   for (PetscInt c = 0; c < Nodes(&b->patch); c++)
     for (int d = 0; d < dim; d++) {
-      const PetscReal *sum                  = b->sum + c * MPM_SUM_NC(dim);
-      b->vel[c * MPM_VEL_NC(dim) + d]       = sum[0] > 0 ? sum[1 + d] / sum[0] : 0;
-      b->vel[c * MPM_VEL_NC(dim) + dim + d] = 0;
+      const PetscReal *sum                  = b->sum + c * MPM_NODE_NC;
+      b->motion[c * MPM_MOTION_NC(dim) + d]       = sum[0] > 0 ? sum[1 + d] / sum[0] : 0;
+      b->motion[c * MPM_MOTION_NC(dim) + dim + d] = 0;
     }
   Images(b);
 }
@@ -1040,8 +1040,8 @@ static void Affine(int dim, MPMBasis basis)
         PetscInt ijk[3];
 
         NodeOf(&b.patch, n, ijk);
-        nodes += (g.lower[d] + ijk[d] * (long double)g.h[d]) * b.sum[n * MPM_SUM_NC(dim) + 1 + e] -
-                 (g.lower[e] + ijk[e] * (long double)g.h[e]) * b.sum[n * MPM_SUM_NC(dim) + 1 + d];
+        nodes += (g.lower[d] + ijk[d] * (long double)g.h[d]) * b.sum[n * MPM_NODE_NC + 1 + e] -
+                 (g.lower[e] + ijk[e] * (long double)g.h[e]) * b.sum[n * MPM_NODE_NC + 1 + d];
       }
       for (PetscInt p = 0; p < N; p++)
         particles += KindOf(&par, &s, p)->m *
@@ -1061,8 +1061,8 @@ static void Affine(int dim, MPMBasis basis)
       long double v = c[d];
 
       for (int e = 0; e < dim; e++) v += A[d * dim + e] * (g.lower[e] + ijk[e] * (long double)g.h[e]);
-      if (b.sum[n * MPM_SUM_NC(dim)] > 1e-9) CHECK_NEAR(b.vel[n * MPM_VEL_NC(dim) + d], v, 1e-13);
-      if (b.sum[n * MPM_SUM_NC(dim)] <= 1e-9) b.vel[n * MPM_VEL_NC(dim) + d] = (PetscReal)v;
+      if (b.sum[n * MPM_NODE_NC] > 1e-9) CHECK_NEAR(b.motion[n * MPM_MOTION_NC(dim) + d], v, 1e-13);
+      if (b.sum[n * MPM_NODE_NC] <= 1e-9) b.motion[n * MPM_MOTION_NC(dim) + d] = (PetscReal)v;
     }
   }
   before = b.own;
@@ -1111,7 +1111,7 @@ static void Filter(int dim, MPMBasis basis, MPMWallBasis wall)
       if (order > 1) continue;
       for (PetscInt k = 0; k < Nodes(&b.patch); k++) /* an acceleration, in step with the velocity */
         for (int d = 0; d < dim; d++) {
-          PetscReal *node = b.vel + k * MPM_VEL_NC(dim);
+          PetscReal *node = b.motion + k * MPM_MOTION_NC(dim);
 
           node[dim + d] = sin(node[d] * 7);
           node[d] += par.dt * node[dim + d];
@@ -1181,7 +1181,7 @@ static void TestPhase(int dim, MPMBasis basis, MPMWallBasis wall, const MPMPhase
                           .materials = materials,
                           .faces     = (const MPMFace(*)[2])faces};
 
-  CHECK(MPMTransferFlops(dim, basis, phase->parts) > 0);
+  CHECK(MPMKernelFlops(dim, basis, phase->parts) > 0);
   for (int round = 0; round < 6; round++) {
     const MPMGrid g = Grid(dim, basis, wall, round);
     char          what[160];
@@ -1195,7 +1195,7 @@ static void TestPhase(int dim, MPMBasis basis, MPMWallBasis wall, const MPMPhase
     if (phase->kind != MPM_PARTICLES_TO_NODES) {
       const PetscReal size = round ? 0.05 : 0.6;
 
-      for (PetscInt k = 0; k < Nodes(&b.patch) * MPM_VEL_NC(dim); k++) b.vel[k] = UnitReal(-size, size);
+      for (PetscInt k = 0; k < Nodes(&b.patch) * MPM_MOTION_NC(dim); k++) b.motion[k] = UnitReal(-size, size);
       Images(&b);
     }
     start = b;
@@ -1211,7 +1211,7 @@ static void TestPhase(int dim, MPMBasis basis, MPMWallBasis wall, const MPMPhase
       CHECK_SAME(&b.own, &first.own, sizeof b.own); /* the same bits with any number of lanes */
       CHECK_SAME(b.sum, first.sum, sizeof b.sum);
       CHECK_SAME(b.span, first.span, sizeof b.span);
-      CHECK_SAME(b.vel, start.vel, sizeof b.vel);
+      CHECK_SAME(b.motion, start.motion, sizeof b.motion);
       CHECK_SAME(b.movers, first.movers, sizeof b.movers);
       CHECK(status.bad == found.bad && status.id == found.id && status.moved == found.moved &&
             status.left == found.left);

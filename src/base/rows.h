@@ -1,0 +1,180 @@
+/* rows.h - from rows to lanes and back: the fields of particles are rows of nc components, a row a particle, while the
+   transfers compute with vectors of a component of several particles (lanes.h). All of it is exchanges of lanes between
+   vectors, by the shuffles of gcc (12 or newer) and clang: no number is computed. */
+#ifndef MPM_ROWS_H
+#define MPM_ROWS_H
+
+#include "base/lanes.h"
+
+/* Lanes of a and b in another order: lane i of the result is place f(i, s) of the 2 MPM_WIDTH. */
+#if MPM_WIDTH == 8
+#define MPM_PICK(a, b, f, s)                                                                                           \
+  __builtin_shufflevector(a, b, f(0, s), f(1, s), f(2, s), f(3, s), f(4, s), f(5, s), f(6, s), f(7, s))
+#elif MPM_WIDTH == 4
+#define MPM_PICK(a, b, f, s) __builtin_shufflevector(a, b, f(0, s), f(1, s), f(2, s), f(3, s))
+#else
+#define MPM_PICK(a, b, f, s) __builtin_shufflevector(a, b, f(0, s), f(1, s))
+#endif
+
+/* --- Rows that follow each other ------------------------------------------------------------------------------------
+ */
+
+/* Deals n = 1, 2 or 3 vectors, one after the other, like cards: every n-th number goes to the same vector. */
+MPM_INLINE void MPMDeal(int n, const MPMReal *from, MPMReal *to)
+{
+#if MPM_WIDTH == 1
+  for (int k = 0; k < n; k++) to[k] = from[k];
+#else
+#define MPM_SECOND(i, k) (2 * (i) + (k))
+#define MPM_THIRD(i, k)                                                                                                \
+  (3 * (i) + (k) < 2 * MPM_WIDTH ? 3 * (i) + (k)                                                                       \
+                                 : 0) /* of the first two, and then of the last                        \
+                                                       */
+#define MPM_LATER(i, k) (3 * (i) + (k) < 2 * MPM_WIDTH ? (i) : 3 * (i) + (k)-MPM_WIDTH)
+#define MPM_DEAL_3(k)   MPM_PICK(MPM_PICK(from[0], from[1], MPM_THIRD, k), from[2], MPM_LATER, k)
+  if (n == 1) to[0] = from[0];
+  if (n == 2) to[0] = MPM_PICK(from[0], from[1], MPM_SECOND, 0), to[1] = MPM_PICK(from[0], from[1], MPM_SECOND, 1);
+  if (n == 3) to[0] = MPM_DEAL_3(0), to[1] = MPM_DEAL_3(1), to[2] = MPM_DEAL_3(2);
+#endif
+}
+
+/* MPM_WIDTH rows of nc = 1, 2, 3, 4, 6 or 9 numbers, one after the other -> the vectors of their components. */
+MPM_INLINE void MPMTranspose(int nc, const PetscReal *rows, MPMReal *to)
+{
+  const int r = nc % 3 == 0 ? 3 : nc % 2 == 0 ? 2 : 1, m = nc / r; /* dealt to r, and each of these to m */
+  MPMReal   in[3], dealt[3], part[3][3];
+
+  for (int g = 0; g < m; g++) {
+    for (int k = 0; k < r; k++) in[k] = MPMRead(rows + (g * r + k) * MPM_WIDTH);
+    MPMDeal(r, in, dealt);
+    for (int k = 0; k < r; k++) part[k][g] = dealt[k];
+  }
+  for (int k = 0; k < r; k++) {
+    MPMDeal(m, part[k], dealt);
+    for (int g = 0; g < m; g++) to[g * r + k] = dealt[g];
+  }
+}
+
+/* --- Rows anywhere --------------------------------------------------------------------------------------------------
+ */
+
+/* Rows of nc numbers, one a lane, to the vectors of their components and back. A group of components at a time, a power
+   of two (pairs, or as many as there are lanes; fours cost more): of rows j, j + group, j + 2 group, ... their pieces
+   make vector j; exchanging blocks of 1, 2, ... lanes between vectors that are as many apart turns these into the
+   components, and the components into them. */
+#if MPM_WIDTH > 1
+typedef PetscReal MPMPairAt __attribute__((vector_size(16), aligned(8)));
+
+#define MPM_LOWER(i, s) ((i) & (s) ? MPM_WIDTH + (i) - (s) : (i)) /* of 2 MPM_WIDTH lanes */
+#define MPM_UPPER(i, s) ((i) & (s) ? MPM_WIDTH + (i) : (i) + (s))
+
+/* s is spelled out, since the places of a shuffle have to be constants of the language. */
+#define MPM_SWAP_LANES(group, v, s)                                                                                    \
+  for (int j = 0; j < (group) && (s) < (group); j++)                                                                   \
+    if (!(j & (s))) {                                                                                                  \
+      const MPMReal a = v[j], b = v[j + (s)];                                                                          \
+                                                                                                                       \
+      v[j]       = MPM_PICK(a, b, MPM_LOWER, s);                                                                       \
+      v[j + (s)] = MPM_PICK(a, b, MPM_UPPER, s);                                                                       \
+    }
+
+MPM_INLINE void MPMSwapLanes(int group, MPMReal *v)
+{
+  MPM_SWAP_LANES(group, v, 1)
+#if MPM_WIDTH > 2
+  MPM_SWAP_LANES(group, v, 2)
+#endif
+#if MPM_WIDTH > 4
+  MPM_SWAP_LANES(group, v, 4)
+#endif
+}
+
+/* The pieces of rows 0, group, 2 group, ... from component c on. Pairs as whole numbers: gcc then takes them straight
+   from memory into their lanes. */
+MPM_INLINE MPMReal MPMReadPieces(int group, const PetscReal *const row[], int c)
+{
+  (void)group;
+#if MPM_WIDTH > 2
+  typedef __int128 MPMPairs __attribute__((vector_size(8 * MPM_WIDTH)));
+#define MPM_PAIR(k) ((__int128)*(const MPMPairAt *)(row[k] + c))
+#if MPM_WIDTH == 8
+  if (group == 2) return (MPMReal)(MPMPairs){MPM_PAIR(0), MPM_PAIR(2), MPM_PAIR(4), MPM_PAIR(6)};
+#else
+  if (group == 2) return (MPMReal)(MPMPairs){MPM_PAIR(0), MPM_PAIR(2)};
+#endif
+#endif
+  return MPMRead(row[0] + c);
+}
+
+MPM_INLINE void MPMWritePieces(int group, MPMReal a, PetscReal *const row[], int c)
+{
+  (void)group;
+#define MPM_PAIR_WRITE(k) *(MPMPairAt *)(row[k] + c) = __builtin_shufflevector(a, a, k, k + 1)
+#if MPM_WIDTH > 2
+  if (group == 2) {
+    MPM_PAIR_WRITE(0);
+    MPM_PAIR_WRITE(2);
+#if MPM_WIDTH == 8
+    MPM_PAIR_WRITE(4);
+    MPM_PAIR_WRITE(6);
+#endif
+  } else
+#endif
+    MPMWrite(row[0] + c, a);
+}
+
+/* One group, and the vector of component c alone. */
+MPM_INLINE void MPMReadGroup(int group, const PetscReal *const row[], int c, MPMReal *to)
+{
+  for (int j = 0; j < group; j++) to[c + j] = MPMReadPieces(group, row + j, c);
+  MPMSwapLanes(group, to + c);
+}
+
+MPM_INLINE void MPMWriteGroup(int group, const MPMReal *from, PetscReal *const row[], int c)
+{
+  MPMReal v[MPM_WIDTH];
+
+  for (int j = 0; j < group; j++) v[j] = from[c + j];
+  MPMSwapLanes(group, v);
+  for (int j = 0; j < group; j++) MPMWritePieces(group, v[j], row + j, c);
+}
+
+MPM_INLINE MPMReal MPMLanes(const PetscReal *const row[], int c)
+{
+#if MPM_WIDTH == 8
+  return (MPMReal){row[0][c], row[1][c], row[2][c], row[3][c], row[4][c], row[5][c], row[6][c], row[7][c]};
+#elif MPM_WIDTH == 4
+  return (MPMReal){row[0][c], row[1][c], row[2][c], row[3][c]};
+#else
+  return (MPMReal){row[0][c], row[1][c]};
+#endif
+}
+#endif
+
+MPM_INLINE void MPMReadRows(int nc, const PetscReal *const row[], MPMReal *to)
+{
+  int c = 0;
+
+#if MPM_WIDTH > 1
+  for (; c + MPM_WIDTH <= nc; c += MPM_WIDTH) MPMReadGroup(MPM_WIDTH, row, c, to);
+  for (; c + 2 <= nc; c += 2) MPMReadGroup(2, row, c, to);
+  if (c < nc) to[c] = MPMLanes(row, c);
+#else
+  for (; c < nc; c++) to[c] = row[0][c];
+#endif
+}
+
+MPM_INLINE void MPMWriteRows(int nc, const MPMReal *from, PetscReal *const row[])
+{
+  int c = 0;
+
+#if MPM_WIDTH > 1
+  for (; c + MPM_WIDTH <= nc; c += MPM_WIDTH) MPMWriteGroup(MPM_WIDTH, from, row, c);
+  for (; c + 2 <= nc; c += 2) MPMWriteGroup(2, from, row, c);
+  for (int k = 0; k < MPM_WIDTH && c < nc; k++) row[k][c] = from[c][k];
+#else
+  for (; c < nc; c++) row[0][c] = from[c];
+#endif
+}
+
+#endif

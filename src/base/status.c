@@ -1,0 +1,37 @@
+/* status.c - how what a step finds is noted and merged. */
+#include "base/status.h"
+
+void MPMStatusReset(MPMStatus *s)
+{
+  PetscMemzero(s, sizeof *s);
+}
+
+void MPMStatusNote(MPMStatus *s, MPMBad bad, PetscInt64 id, PetscInt dim, const PetscReal x[], PetscReal J)
+{
+  if (s->bad != MPM_OK && (s->bad < bad || (s->bad == bad && s->id <= id))) return;
+  s->bad = bad;
+  s->id  = id;
+  s->J   = J;
+  for (PetscInt d = 0; d < dim; d++) s->x[d] = x[d];
+}
+
+/* Maxima, sums of integers, and the gravest bad condition of its smallest id: any order of merging gives the same. */
+void MPMStatusMerge(MPMStatus *s, const MPMStatus *other)
+{
+  s->v2 = PetscMax(s->v2, other->v2);
+  s->c2 = PetscMax(s->c2, other->c2);
+  s->moved += other->moved;
+  s->left += other->left;
+  s->hops        = PetscMax(s->hops, other->hops);
+  s->interrupted = PetscMax(s->interrupted, other->interrupted);
+  s->most        = PetscMax(s->most, other->most);
+  s->n += other->n;
+  s->ids = (PetscInt64)((uint64_t)s->ids + (uint64_t)other->ids); /* modulo 2^64 */
+  if (other->bad != MPM_OK &&
+      (s->bad == MPM_OK || other->bad < s->bad || (other->bad == s->bad && other->id < s->id))) {
+    s->bad = other->bad;
+    s->id  = other->id;
+    s->J   = other->J;
+    PetscMemcpy(s->x, other->x, sizeof s->x);
+  }
+}

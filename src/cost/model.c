@@ -1,0 +1,273 @@
+/* model.c - what a step costs, predicted: docs/performance.md derives the formulas and says how well they hold.
+
+   A step is the sum of its phases. A phase costs the process that has most of it
+     call + n each          its kernel, for n particles (or nodes); `each` depends on n, by the caches
+     + message + byte       what it sends to neighbours; the way of sums is hidden by work, that of motion is not
+   and a step one reduction and, when particles leave, a migration. The constants are of this machine and this method, from
+   a calibration (tools/calibrate), or else rough ones from counts of flops and bytes. Physics never sees any of this,
+   but the partition of the grid is chosen by it. */
+#include "cost/cost.h"
+#include "kernels/tile_index.h"
+
+/* Without a calibration: s per flop, per byte of particle fields, per node, per particle sorted, per phase. */
+#define FLOP 0.028e-9
+#define BYTE 0.05e-9
+#define NODE 4e-9
+#define SORT 2.5e-9
+#define CALL 1e-6
+
+/* Cells that the fastest particle moves in a step, for the choice of the cuts: a guess, since these are made before the
+   particles, and bodies that rest at the start will not stay so. With dt = 0.4 h/(c + |v|) it is |v| = c/9. */
+#define MOVED 0.04
+
+/* Seconds for n things. */
+static PetscReal Seconds(const MPMRate *r, PetscReal n)
+{
+  PetscReal each = r->each[0];
+
+  for (int k = 1; k < MPM_RATE_SIZES && n > r->size[k - 1] && r->size[k - 1] > 0; k++) {
+    const PetscReal s = PetscLogReal(n / r->size[k - 1]) / PetscLogReal(r->size[k] / r->size[k - 1]);
+
+    each = r->each[k - 1] + PetscMin(1, s) * (r->each[k] - r->each[k - 1]);
+  }
+  return r->call + n * each;
+}
+
+/* How often a step runs phases of timer e, and the first of them in the step; NULL: it runs none. */
+static PetscInt Times(const MPMCore *core, PetscInt e, const MPMPhase **first)
+{
+  PetscInt times = 0;
+
+  *first = NULL;
+  for (PetscInt k = core->nprogram - 1; k >= 0; k--)
+    if (core->program[k]->timer == e) {
+      *first = core->program[k];
+      times++;
+    }
+  return times;
+}
+
+/* Bytes a ghost node that a phase sends: its motion once, its sums once for each tile that reaches it. */
+static PetscReal PhaseMessage(const MPMCore *core, const MPMPhase *phase)
+{
+  const PetscInt dim = core->grid.dim;
+
+  if (phase->kind == MPM_NODES) return (PetscReal)MPM_MOTION_NC(dim) * (PetscReal)sizeof(PetscReal);
+  return MPMTilesPerGhost(dim, core->basis) * (PetscReal)sizeof(PetscReal) *
+         (PetscReal)(MPM_NODE_LAST(dim, phase->parts) - MPM_NODE_FIRST(dim, phase->parts));
+}
+
+static PetscReal Log2(PetscReal processes)
+{
+  return processes > 1 ? PetscCeilReal(PetscLog2Real(processes)) : 0;
+}
+
+/* The probability that a step moves a particle from one process to another, if so many do so on average. */
+static PetscReal Migrates(const MPMShare *s)
+{
+  return 1 - PetscExpReal(-s->crossing);
+}
+
+/* Predicted seconds a step of timer e on a process with this share of a run in spatial decomposition, or of one
+   process. Not collective. */
+PetscReal MPMModelTimer(const MPMModel *m, const MPMCore *core, PetscInt e, const MPMShare *s)
+{
+  const MPMMigration *way    = &m->migration[core->exchange.direct];
+  const PetscReal     posts  = s->neighbours > 0 ? m->exchange + s->neighbours * m->post : 0;
+  const PetscReal     way_of = s->neighbours > 0 ? PetscMax(0, m->message - m->post) : 0;
+  const MPMPhase     *phase;
+  PetscReal           sent, times;
+
+  if (e == MPM_TIMER_REDUCE) return m->rate[e].call + Log2(s->processes) * m->reduction;
+  if (e == MPM_TIMER_MIGRATE && s->processes == 1) return 0;
+  if (e == MPM_TIMER_MIGRATE)
+    return Migrates(s) * (way->call + way->stage * (core->exchange.direct ? s->axes : Log2(s->processes)) +
+                          way->particle * s->particles + way->process * s->processes) +
+           way->leaver * s->row * s->waits;
+  if (e < MPM_TIMER_PHASES) return Seconds(&m->rate[e], s->particles);
+  times = (PetscReal)Times(core, e, &phase);
+  if (!phase) return 0;
+  if (phase->kind == MPM_NODES_TO_PARTICLES) return Seconds(&m->rate[e], s->particles);
+  sent = s->ghosts * PhaseMessage(core, phase);
+  if (phase->kind == MPM_NODES)
+    return Seconds(&m->rate[e], s->nodes) + times * (posts + way_of + sent * (m->wire + m->copy));
+  return Seconds(&m->rate[e], s->particles) + times * (posts + sent * m->kept);
+}
+
+/* The same for the pool's master with processes-1 workers; s is the share of a run on one process, edge that of a patch
+   in cells. Node phases and the settling are the master's alone. For the transfers it packs patches and puts answers in
+   place (master) while workers do that and the kernel; the first patch and the last answer wait for each other.
+   *master gets the seconds for which the master is busy. */
+static PetscReal PoolTimer(const MPMModel *m, const MPMCore *core, PetscInt e, const MPMShare *s, PetscInt edge,
+                           PetscReal *master)
+{
+  const PetscInt  dim = core->grid.dim;
+  const MPMPhase *phase;
+  const PetscReal times = (PetscReal)Times(core, e, &phase);
+  const PetscReal reach = (PetscReal)MPMBasisNodes(core->basis) - 1, c = MPMPoolEdge(core->basis, edge);
+  MPMShare        alone = *s;
+  PetscReal       patches, cells, wide, bytes, worker, pool;
+
+  alone.processes = 1;
+  *master         = MPMModelTimer(m, core, e, &alone);
+  if (!phase || phase->kind == MPM_NODES) return *master;
+  cells   = PetscPowReal(c, (PetscReal)dim);
+  wide    = PetscPowReal(c + reach, (PetscReal)dim);
+  patches = PetscMax(1, s->nodes / cells);
+  bytes   = s->particles * (PetscReal)(MPMParticlesRowBytes(&core->particles, phase->particles_in));
+  if (phase->kind == MPM_PARTICLES_TO_NODES)
+    bytes += s->nodes *
+             PetscPowReal((PetscReal)MPMTileSide(core->basis) / (PetscReal)MPMTileEdge(core->basis), (PetscReal)dim) *
+             8 * (PetscReal)(MPM_NODE_LAST(dim, phase->parts) - MPM_NODE_FIRST(dim, phase->parts));
+  else
+    bytes += s->particles * (PetscReal)MPMParticlesRowBytes(&core->particles, phase->particles_out) +
+             patches * wide * 8 * (PetscReal)MPM_MOTION_NC(dim);
+  bytes *= times;
+  patches *= times;
+  pool    = patches * (m->job + m->message) + bytes * (m->pool + m->wire);
+  *master = pool;
+  worker  = (Seconds(&m->rate[e], s->particles) + pool) / PetscMin(s->processes - 1, patches);
+  return PetscMax(pool, worker) + (Seconds(&m->rate[e], s->particles) + 2 * pool) / patches;
+}
+
+PetscReal MPMModelStep(const MPMModel *m, const MPMCore *core, const MPMShare *s)
+{
+  PetscReal t = 0;
+
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) t += MPMModelTimer(m, core, e, s);
+  return t;
+}
+
+/* Seconds of a step in the pool; bound: what no number of workers can exceed, the speed-up where the master is all. */
+PetscReal MPMModelPoolStep(const MPMModel *m, const MPMCore *core, const MPMShare *s, PetscInt edge, PetscReal *bound)
+{
+  PetscReal t = 0, busy = 0, master, serial;
+  MPMShare  alone = *s;
+
+  alone.processes = 1;
+  serial          = MPMModelStep(m, core, &alone);
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) {
+    t += PoolTimer(m, core, e, s, edge, &master);
+    busy += master;
+  }
+  if (bound) *bound = serial / busy;
+  return t;
+}
+
+/* Linear costs of a share near `n` particles on one process, for the choice of the partition. */
+void MPMModelCosts(const MPMModel *m, const MPMCore *core, PetscReal n, MPMCosts *costs)
+{
+  const PetscReal nodes = n, step = 0.01 * n + 1;
+  MPMShare        s    = {.particles = n, .nodes = nodes, .neighbours = 1, .processes = 1}, more;
+  const PetscReal base = MPMModelStep(m, core, &s);
+
+  more = s;
+  more.particles += step;
+  costs->particle = (MPMModelStep(m, core, &more) - base) / step;
+  more            = s;
+  more.ghosts += step;
+  costs->ghost = (MPMModelStep(m, core, &more) - base) / step;
+  more         = s;
+  more.nodes += step;
+  costs->node = (MPMModelStep(m, core, &more) - base) / step;
+  more        = s;
+  more.neighbours += 1;
+  costs->neighbour = MPMModelStep(m, core, &more) - base;
+  costs->leaver    = m->migration[core->exchange.direct].leaver;
+  costs->moved     = MOVED;
+  costs->fixed     = base - n * costs->particle - nodes * costs->node - costs->neighbour;
+}
+
+/* Rough constants from the hand counts, once the phases are known. Not collective. */
+void MPMModelRough(MPMModel *m, const MPMCore *core, const MPMScene *scene)
+{
+  memset(m, 0, sizeof *m);
+  for (PetscInt e = 0; e < MPM_TIMER_PHASES; e++)
+    if (e != MPM_TIMER_MIGRATE && (e != MPM_TIMER_FORCES || scene->forced)) m->rate[e].call = CALL;
+  m->rate[MPM_TIMER_SORT].each[0] = SORT;
+  if (scene->forced) m->rate[MPM_TIMER_FORCES].each[0] = 100e-9; /* an expression a particle */
+  for (PetscInt k = 0; k < core->nprogram; k++) {
+    const MPMPhase *phase = core->program[k];
+    MPMRate        *r     = &m->rate[phase->timer];
+
+    r->call += CALL;
+    r->each[0] += phase->kind == MPM_NODES
+                      ? NODE
+                      : FLOP * MPMKernelFlops(core->grid.dim, core->basis, phase->parts) +
+                            BYTE * (PetscReal)(MPMParticlesRowBytes(&core->particles, phase->particles_in) +
+                                               MPMParticlesRowBytes(&core->particles, phase->particles_out));
+  }
+  for (PetscInt e = 0; e < core->timers.n; e++)
+    for (int k = 1; k < MPM_RATE_SIZES; k++) m->rate[e].each[k] = m->rate[e].each[0];
+  m->exchange              = 1e-6;
+  m->message               = 1.6e-6; /* a cluster: latency 1 us, 0.3 us on each side */
+  m->post                  = 0.6e-6;
+  m->wire                  = 0.08e-9;
+  m->copy                  = 0.3e-9;
+  m->kept                  = 0.3e-9;
+  m->reduction             = 1.6e-6;
+  m->migration[0].call     = 60e-6; /* DMSwarmMigrate: 22 collectives, one of them of a number from every process */
+  m->migration[0].stage    = 24 * 1.6e-6;
+  m->migration[0].process  = 80 * m->wire;
+  m->migration[0].particle = 1e-9;
+  m->migration[0].leaver = m->migration[1].leaver = 200e-9;
+  m->migration[1].call                            = 2e-6;
+  m->migration[1].stage                           = 1.6e-6 + 0.6e-6;
+  m->job                                          = 2e-6;
+  m->pool                                         = 0.3e-9;
+  (void)snprintf(m->from, sizeof m->from, "rough: make calibrate measures them");
+}
+
+/* What this process has now. Collective on the exchange. */
+PetscErrorCode MPMModelShare(MPMCore *core, PetscReal dt, MPMShare *s)
+{
+  MPMPatch   *patch = &core->exchange.patch;
+  PetscReal   h     = PETSC_MAX_REAL;
+  PetscMPIInt size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(core->comm, &size));
+  PetscCall(PetscMemzero(s, sizeof *s));
+  s->particles = (PetscReal)core->particles.n;
+  s->processes = (PetscReal)size;
+  MPMTilesFindSpans(patch); /* no step may have done so yet */
+  for (PetscInt k = patch->own_lo[2]; k < patch->own_lo[2] + patch->own_n[2]; k++)
+    for (PetscInt j = patch->own_lo[1]; j < patch->own_lo[1] + patch->own_n[1]; j++) {
+      const MPMSpan *span = &patch->span[(k - patch->lo[2]) * patch->n[1] + j - patch->lo[1]];
+
+      s->nodes += (PetscReal)PetscMax(0, span->last - span->first);
+    }
+  if (core->exchange.type->share) PetscCall(core->exchange.type->share(core, s));
+  for (PetscInt d = 0; d < core->grid.dim; d++) h = PetscMin(h, core->grid.h[d]);
+  MPMShareCross(core->grid.dim, s->ghosts / ((PetscReal)MPMBasisNodes(core->basis) - 1),
+                s->particles / PetscMax(1, s->nodes), PetscSqrtReal(core->status.v2) * dt / h, s);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s->crossing, 1, MPIU_REAL, MPIU_SUM, core->exchange.data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Predicts the step of the state as it is: cost->predicted, of the process that takes longest in each part. Collective
+   on the exchange. */
+PetscErrorCode MPMModelPredict(MPMCost *cost, MPMCore *core, PetscReal dt)
+{
+  MPMShare  s;
+  PetscReal ignored;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMModelShare(core, dt, &s));
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
+    cost->predicted[e] = core->exchange.type->farms
+                             ? PoolTimer(&cost->model, core, e, &s, core->exchange.pool_cells, &ignored)
+                             : MPMModelTimer(&cost->model, core, e, &s);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, cost->predicted, MPM_MAX_TIMERS, MPIU_REAL, MPIU_MAX, core->exchange.data));
+  if (core->timers.work.on) { /* messages: what is left when the work costs nothing */
+    const MPMModel model = cost->model;
+
+    PetscCall(PetscMemzero(cost->model.rate, sizeof cost->model.rate));
+    cost->model.kept = 0; /* that is work, of the processor time */
+    for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
+      cost->messages[e] = core->exchange.type->farms ? 0 : MPMModelTimer(&cost->model, core, e, &s);
+    cost->model = model;
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, cost->messages, MPM_MAX_TIMERS, MPIU_REAL, MPIU_MAX, core->exchange.data));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,138 @@
+/* model_view.c - what the model says of other numbers of processes: -dry_run prints it. */
+#include "cost/cost.h"
+#include "kernels/tile_index.h"
+
+/* The share of one process in a cut of a full block into `processes` cubes, n particles each: cells of side
+   (n/per_cell)^(1/d), ghosts a shell of the stencil's reach above, as tiles send them: on an axis where it is above the
+   cube, a node is in the last tile alone. The fastest particle moves by `moved` cells a step. */
+static MPMShare Cube(const MPMCore *core, PetscReal n, PetscReal per_cell, PetscReal processes, PetscReal moved)
+{
+  const PetscReal dim = (PetscReal)core->grid.dim, reach = (PetscReal)MPMBasisNodes(core->basis) - 1;
+  const PetscReal side = PetscPowReal(n / per_cell, 1 / dim), cells = n / per_cell;
+  const PetscReal tiles = MPMTilesPerGhost(core->grid.dim, core->basis);
+  const PetscReal one   = PetscPowReal(tiles, 1 / PetscMax(1, dim - 1)); /* the same of one axis */
+  MPMShare        s     = {.particles = n, .processes = processes, .nodes = PetscPowReal(side + reach, dim)};
+
+  if (processes > 1) {
+    s.ghosts     = (PetscPowReal(one * side + reach, dim) - PetscPowReal(one * side, dim)) / tiles;
+    s.neighbours = PetscPowReal(2, dim) - 1;
+    s.axes       = dim;
+    s.cuts       = dim * (PetscPowReal(processes, 1 / dim) - 1);
+    MPMShareCross(core->grid.dim, dim * cells / side, per_cell, moved, &s);
+    s.crossing *= processes;
+  }
+  return s;
+}
+
+/* The predicted step of this scene in spatial decomposition on `size` processes, cut as the program would cut it. */
+static PetscErrorCode SpatialStep(const MPMModel *m, const MPMCore *core, const MPMHistogram *h, PetscMPIInt size,
+                                  PetscReal moved, PetscReal *seconds, PetscReal *imbalance)
+{
+  MPMPartition part = {0};
+  MPMShare     s    = {0};
+
+  PetscFunctionBeginUser;
+  MPMModelCosts(m, core, (PetscReal)core->particles.total / size, &part.costs);
+  PetscCall(MPMPartitionChoose(h, size, MPM_BALANCE_START, &part));
+  s           = part.worst;
+  s.processes = size;
+  MPMShareCross(core->grid.dim, s.ghosts / (PetscReal)(h->stencil - 1), s.particles / PetscMax(1, s.nodes), moved, &s);
+  s.crossing *= size;
+  *seconds   = MPMModelStep(m, core, &s);
+  *imbalance = part.imbalance;
+  PetscCall(MPMPartitionDestroy(&part));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The smallest number of particles a process at which cubes on `processes` keep this efficiency; 0: none up to 1e9. */
+static PetscReal Isoefficiency(const MPMModel *m, const MPMCore *core, PetscReal per_cell, PetscReal processes,
+                               PetscReal moved, PetscReal efficiency)
+{
+  for (PetscReal n = 64; n < 1e9; n *= 1.02) {
+    const MPMShare alone = Cube(core, n, per_cell, 1, moved), s = Cube(core, n, per_cell, processes, moved);
+
+    if (MPMModelStep(m, core, &alone) >= efficiency * MPMModelStep(m, core, &s)) return n;
+  }
+  return 0;
+}
+
+/* Prints what the model says of this scene on other numbers of processes. Collective on core->exchange.data. */
+PetscErrorCode MPMModelView(const MPMCost *cost, MPMCore *core, const MPMScene *scene, PetscReal dt)
+{
+  const MPMModel          *m       = &cost->model;
+  static const PetscMPIInt sizes[] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024};
+  MPMHistogram             h;
+  MPMShare                 s;
+  PetscReal                serial, moved, bound, best = PETSC_MAX_REAL, volume = 1;
+  PetscInt                 edge = 0, cross = 0;
+  PetscMPIInt              rank;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
+  PetscCall(MPMModelShare(core, dt, &s));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.particles, 1, MPIU_REAL, MPIU_SUM, core->exchange.data));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.nodes, 1, MPIU_REAL, MPIU_SUM, core->exchange.data));
+  for (PetscInt d = 0; d < core->grid.dim; d++) volume = PetscMin(volume, core->grid.h[d] / core->grid.h[0]);
+  moved    = PetscSqrtReal(core->status.v2) * dt / (core->grid.h[0] * volume);
+  s.ghosts = s.neighbours = s.crossing = s.row = 0;
+  s.processes                                  = 1;
+  serial                                       = MPMModelStep(m, core, &s);
+  PetscCall(MPMPrint(&core->print,
+                     "model      constants %s%s%s\n  phase         s/step, on as many processes as here\n", m->from,
+                     cost->note[0] ? "; " : "", cost->note));
+  for (PetscInt k = 0, e; k < core->timers.n; k++)
+    if (cost->predicted[e = MPMTimersRow(&core->timers, k)] > 0)
+      PetscCall(MPMPrint(&core->print, "  %-12s %8.3g\n", core->timers.name[e], (double)cost->predicted[e]));
+  PetscCall(MPMPrint(&core->print,
+                     "  processes   spatial s/step  speed-up  efficiency  imbalance      pool s/step  speed-up\n"));
+  PetscCall(MPMHistogramCreate(&core->grid, core->basis, core->exchange.data, &h));
+  PetscCall(MPMSceneHistogram(scene, core, &h));
+  PetscCall(MPMHistogramFinish(&h));
+  if (rank) { /* the first prints, and no other has the histogram */
+    PetscCall(MPMHistogramDestroy(&h));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
+    const PetscMPIInt size = sizes[k];
+    PetscReal         t = serial, imbalance = 1, pool;
+
+    if (MPMPartitionLargest(&core->grid, core->basis, size) < size) break;
+    if (size > 1) PetscCall(SpatialStep(m, core, &h, size, moved, &t, &imbalance));
+    s.processes = size;
+    PetscCall(MPMPrint(&core->print, "  %9d  %15.3g  %8.2f  %10.2f  %9.3f", size, (double)t, (double)(serial / t),
+                       (double)(serial / t / size), (double)imbalance));
+    if (size > 1) {
+      pool = MPMModelPoolStep(m, core, &s, core->exchange.pool_cells, NULL);
+      if (!cross && t < pool) cross = size;
+      PetscCall(MPMPrint(&core->print, "  %15.3g  %8.2f", (double)pool, (double)(serial / pool)));
+    }
+    PetscCall(MPMPrint(&core->print, "\n"));
+  }
+  PetscCall(MPMHistogramDestroy(&h));
+  s.processes = 8;
+  (void)MPMModelPoolStep(m, core, &s, core->exchange.pool_cells, &bound);
+  for (PetscInt c = MPMTileEdge(core->basis); c <= 256; c += MPMTileEdge(core->basis)) {
+    const PetscReal t = MPMModelPoolStep(m, core, &s, c, NULL);
+
+    if (t < best) {
+      best = t;
+      edge = c;
+    }
+  }
+  PetscCall(MPMPrint(
+      &core->print,
+      "  pool: with these patches no number of workers exceeds a speed-up of %.2f; best patches on 8 processes %" PetscInt_FMT
+      " cells an axis; ",
+      (double)bound, edge));
+  PetscCall(cross ? MPMPrint(&core->print, "spatial is ahead from %" PetscInt_FMT " processes on\n", cross)
+                  : MPMPrint(&core->print, "spatial is never ahead\n"));
+  PetscCall(MPMPrint(&core->print, "  spatial keeps 0.9 of full blocks with this many particles a process:"));
+  for (PetscInt p = 2; p <= 32768; p *= p < 32 ? 4 : 32) {
+    const PetscReal n = Isoefficiency(m, core, s.particles / s.nodes, (PetscReal)p, moved, 0.9);
+
+    PetscCall(n > 0 ? MPMPrint(&core->print, "%s %.3g on %" PetscInt_FMT, p > 2 ? "," : "", (double)n, p)
+                    : MPMPrint(&core->print, "%s no number on %" PetscInt_FMT, p > 2 ? "," : "", p));
+  }
+  PetscCall(MPMPrint(&core->print, "\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

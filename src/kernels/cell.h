@@ -1,0 +1,56 @@
+/* cell.h - where one particle is: its base node, and the number of that cell. The transfers find the same for many
+   particles at a time (transfer.h), by the same functions of basis.h, so the same bits. */
+#ifndef MPM_CELL_H
+#define MPM_CELL_H
+
+#include "kernels/tile_index.h"
+
+/* Base node and coordinate in cells on axis d of a position in the grid, of a particle with half-width l in cells
+   (which matters to gimp only). */
+MPM_INLINE PetscInt MPMCoordinate(MPMBasis basis, const MPMGrid *grid, int d, PetscReal x, PetscReal l, PetscReal *xi)
+{
+  *xi = PetscMin((x - grid->lower[d]) / grid->h[d], (PetscReal)grid->cells[d]); /* the quotient may round up */
+  return MPMBasisBase(basis, xi, basis == MPM_BASIS_gimp ? l : 0, grid->cells[d], grid->periodic[d],
+                      grid->wall_basis[d]);
+}
+
+/* The same on all axes. */
+MPM_INLINE void MPMCoordinates(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], const PetscReal l[],
+                               PetscReal xi[], PetscInt base[])
+{
+  for (int d = 0; d < dim; d++)
+    base[d] = MPMCoordinate(basis, grid, d, x[d], basis == MPM_BASIS_gimp ? l[d] : 0, &xi[d]);
+}
+
+/* The same for any x; false if it is outside of the grid or not finite. */
+MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], const PetscReal l[],
+                               PetscReal xi[], PetscInt base[])
+{
+  for (int d = 0; d < dim; d++)
+    if (!(x[d] >= grid->lower[d] && x[d] <= grid->upper[d])) return PETSC_FALSE;
+  MPMCoordinates(dim, basis, grid, x, l, xi, base);
+  return PETSC_TRUE;
+}
+
+/* The half-widths [dim] of particle p of a view: those of its kind, or its own. */
+MPM_INLINE const PetscReal *MPMHalfWidths(int dim, const MPMKind *kinds, const MPMView *view, PetscInt p)
+{
+  return view->l ? view->l + p * dim : kinds[view->kind ? view->kind[p] : 0].l;
+}
+
+/* The number of the cell of position x if it is the patch's own; else MPM_ELSEWHERE or MPM_NOWHERE. base: its node. */
+MPM_INLINE PetscInt MPMOwnCell(int dim, MPMBasis basis, const MPMPatch *patch, const PetscReal x[], const PetscReal l[],
+                               PetscInt base[])
+{
+  PetscReal xi[3];
+  PetscInt  at[3] = {0};
+
+  if (!MPMLocate(dim, basis, patch->grid, x, l, xi, base)) return MPM_NOWHERE;
+  for (int d = 0; d < dim; d++) {
+    at[d] = base[d] - patch->own_lo[d];
+    if (at[d] < 0 || at[d] >= patch->own_n[d]) return MPM_ELSEWHERE;
+  }
+  return MPMTileCell(dim, &patch->tiles, at);
+}
+
+#endif

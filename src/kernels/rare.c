@@ -1,0 +1,58 @@
+/* rare.c - what transfers do seldom: one particle at a time. */
+#include "kernels/rare.h"
+
+/* Notes those of particles first .. last-1 of a block whose J is not a positive number. */
+void MPMRareBadJ(PetscInt dim, const MPMPatch *patch, PetscBool has_F, PetscInt first, PetscInt last,
+                 const PetscInt *order, const MPMBlock *b, MPMStatus *status)
+{
+  for (PetscInt l = first; l < last; l++) {
+    PetscReal F[9], J = b->J[0][l];
+
+    for (PetscInt k = 0; k < dim * dim; k++) F[k] = b->F[k][l];
+    if (has_F) J = MPMDet((int)dim, F);
+    if (!(J > 0 && J < PETSC_MAX_REAL))
+      MPMStatusNote(status, MPM_BAD_J, patch->particles.id[order[l]], dim,
+                    patch->particles.x + (size_t)order[l] * (size_t)dim, J);
+  }
+}
+
+/* Brings x [dim] of n particles back through periodic faces; [lower, upper) afterwards. */
+void MPMRareWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMComponent *x)
+{
+  for (PetscInt d = 0; d < dim; d++) {
+    const PetscReal lower = grid->lower[d], upper = grid->upper[d], length = upper - lower;
+
+    for (PetscInt l = 0; l < n && grid->periodic[d]; l++) {
+      PetscReal *at = &x[d][l];
+
+      if (*at >= lower && *at < upper) continue;
+      *at -= PetscFloorReal((*at - lower) / length) * length;
+      if (*at < lower || *at >= upper) *at = lower; /* rounding */
+    }
+  }
+}
+
+/* Half-widths of n stretched domains (cpGIMP): those of the kind times the diagonal of V = sqrt(F F^T), which a
+   rotation of the undeformed leaves as it is and which turns with the material, unlike the diagonal of F. */
+void MPMRareStretch(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const PetscInt *order,
+                    const MPMComponent *x, MPMStatus *status)
+{
+  const MPMView *particles = &patch->particles;
+
+  for (PetscInt q = 0; q < n; q++) {
+    const PetscInt p = order[q];
+    PetscReal      V[3], at[3];
+
+    MPMStretch((int)dim, particles->F + (size_t)(p * dim * dim), V);
+    for (PetscInt d = 0; d < dim; d++) at[d] = x[d][q];
+    for (PetscInt d = 0; d < dim; d++) {
+      PetscReal l = par->kinds[particles->kind ? particles->kind[p] : 0].l[d] * V[d];
+
+      if (!(l <= 0.5)) { /* its stencil would be too small */
+        MPMStatusNote(status, MPM_TOO_WIDE, particles->id[p], dim, at, 2 * l);
+        l = 0.5;
+      }
+      particles->l[p * dim + d] = l;
+    }
+  }
+}

@@ -1,0 +1,162 @@
+/* stencils.h - the stencils of a block of particles: base nodes, weights, gradients, where its cells end; and the
+   material state of the block. */
+#ifndef MPM_STENCILS_H
+#define MPM_STENCILS_H
+
+#include "kernels/blocks.h"
+#include "kernels/tile_index.h"
+
+/* Mass, volume and half-widths of kind k for particles first .. last-1. */
+MPM_INLINE void MPMStageKind(int dim, const MPMKind *k, PetscInt first, PetscInt last, MPMStencils *s)
+{
+  for (PetscInt l = first; l < last; l++) {
+    s->m[l]  = k->m;
+    s->V0[l] = k->V0;
+    for (int d = 0; d < dim; d++) s->l[d][l] = k->l[d];
+  }
+}
+
+/* What stays the same from block to block. */
+MPM_INLINE void MPMStencilsBegin(int dim, const MPMParams *par, MPMStencils *s)
+{
+  memset(s, 0, sizeof *s);
+  MPMStageKind(dim, par->kinds, 0, MPM_BLOCK, s);
+}
+
+/* The weights of a spline near walls, particle by particle. */
+static __attribute__((noinline)) void MPMStageWalls(int dim, MPMBasis basis, const MPMGrid *grid, PetscInt n,
+                                                    MPMStencils *s)
+{
+  for (PetscInt l = 0; l < n; l++)
+    for (int d = 0; d < dim; d++) {
+      const PetscReal cells = (PetscReal)grid->cells[d], xi = (s->x[d][l] - grid->lower[d]) / grid->h[d];
+      PetscReal       w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
+
+      if (!MPMWallWeights(basis, PetscMin(xi, cells), grid->cells[d], grid->wall_basis[d], w, g)) continue;
+      for (int i = 0; i < MPMBasisNodes(basis); i++) {
+        s->w[d][i][l] = w[i];
+        s->g[d][i][l] = g[i] * (1 / grid->h[d]);
+      }
+    }
+}
+
+/* Coordinate in cells and base node along axis d of particles at x with half-widths l, as MPMCoordinates finds them. */
+MPM_INLINE MPMReal MPMBasesOf(MPMBasis basis, const MPMGrid *grid, int d, MPMReal x, MPMReal l, MPMReal *xi)
+{
+  *xi = MPMMin((x - grid->lower[d]) / grid->h[d], MPMAll((PetscReal)grid->cells[d])); /* the quotient may round up */
+  return MPMBasisBases(basis, xi, l, grid->cells[d], grid->periodic[d], grid->wall_basis[d]);
+}
+
+/* Base nodes and weights of a block of particles; x was checked when it was committed. */
+MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, MPMStencils *s)
+{
+  const MPMGrid grid = *patch->grid; /* a copy, which no write can change: its numbers stay in registers */
+  MPMMask       wall = MPMNone();    /* particles whose stencil a wall changes */
+
+  for (int d = dim - 1; d >= 0; d--) {
+    const PetscReal reach = MPMBasisIsSpline(basis) ? MPMWallReach(basis, grid.wall_basis[d]) : 0;
+    const PetscReal rh = 1 / grid.h[d], cells = (PetscReal)grid.cells[d];
+    const PetscReal lo = (PetscReal)patch->lo[d], nodes = (PetscReal)patch->n[d];
+
+    for (PetscInt q = 0; q < n; q += MPM_WIDTH) {
+      const MPMReal l = MPMRead(&s->l[d][q]);
+      MPMReal       xi, base, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
+
+      base = MPMBasesOf(basis, &grid, d, MPMRead(&s->x[d][q]), l, &xi);
+      MPMBasisInside(basis, xi, l, base, w, g);
+      MPMWrite(&s->base[q], d == dim - 1 ? base - lo : MPMRead(&s->base[q]) * nodes + (base - lo));
+      MPMWrite(&s->at[d][q], xi - base);
+      for (int i = 0; i < MPMBasisNodes(basis); i++) {
+        MPMWrite(&s->w[d][i][q], w[i]);
+        MPMWrite(&s->g[d][i][q], g[i] * rh);
+      }
+      if (MPMBasisIsSpline(basis)) wall |= (xi < reach) | (cells - xi < reach);
+    }
+  }
+  if (MPMBasisIsSpline(basis) && MPMAny(wall)) MPMStageWalls(dim, basis, patch->grid, n, s);
+}
+
+/* Stencils of a block of particles, and where its cells end. */
+MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, MPMBlockOrder *o, MPMStencils *s)
+{
+  MPMBits ends = {0};
+
+  MPMGather(dim, patch->particles.x, o, s->x);
+  for (PetscInt l = 0; l < o->n && par->nkinds > 1; l++) {
+    s->kind[l] = patch->particles.kind[o->particle[l]];
+    MPMStageKind(dim, par->kinds + s->kind[l], l, l + 1, s);
+  }
+  if (patch->particles.l) MPMGather(dim, patch->particles.l, o, s->l);
+  switch (patch->basis) {
+#define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
+  case MPM_BASIS_##name:                                                                                               \
+    MPMStageWeights(dim, MPM_BASIS_##name, patch, o->n, s);                                                            \
+    break;
+#include "physics/basis.def"
+#undef MPM_BASIS
+  default:
+    break;
+  }
+  /* A cell ends where the next particle has another base node. The last particle is compared with leftovers past it: its mark
+     is n, and MPMList takes only those below. */
+  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
+    ends = MPMCollect(MPMRead(&s->base[l]) != MPMRead(&s->base[l] + 1), l + 1, ends);
+  o->ncells             = MPMList(ends, o->n, o->end) + 1;
+  o->end[o->ncells - 1] = o->n;
+}
+
+#define MPM_MAX_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
+
+MPM_INLINE int MPMStencilNodes(int dim, MPMBasis basis)
+{
+  const int ns = MPMBasisNodes(basis);
+
+  return ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
+}
+
+/* Offsets of the nodes of a stencil from its base node in the patch's arrays, x fastest, times nc. */
+MPM_INLINE void MPMStencilOffsets(int dim, const MPMPatch *patch, PetscInt nc, PetscInt at[])
+{
+  const PetscInt ns = MPMBasisNodes(patch->basis), ny = dim > 1 ? ns : 1;
+
+  for (PetscInt a = 0; a < MPMStencilNodes(dim, patch->basis); a++)
+    at[a] = nc * (a % ns + (a / ns % ny + a / (ns * ny) * patch->n[1]) * patch->n[0]);
+}
+
+/* --- Materials ---------------------------------------------------------------------------------------------------- */
+
+/* For each stretch of particles of the same material among the n of a block: declares m, the material, and its
+   particles, first to next-1. (The inner loop, of one round, is there for the declaration of m.) */
+#define MPM_FOR_MATERIALS(m, first, next, par, n, kind)                                                                \
+  for (PetscInt first = 0, next = 0; first < (n); first = next)                                                        \
+    for (const MPMMaterial *m = MPMSameMaterial(par, n, kind, first, &next); m; m = NULL)
+
+MPM_INLINE const MPMMaterial *MPMSameMaterial(const MPMParams *par, PetscInt n, const PetscInt *kind, PetscInt first,
+                                              PetscInt *next)
+{
+  const PetscInt row = par->kinds[kind[first]].material;
+
+  *next = n;
+  if (par->nkinds > 1)
+    for (*next = first + 1; *next < n && par->kinds[kind[*next]].material == row;) (*next)++;
+  return par->materials + row;
+}
+
+/* The functions of a material, those for this width if it has some. */
+MPM_INLINE const MPMMaterialLaw *MPMLaw(const MPMMaterial *m)
+{
+  const MPMMaterialLaw *law = m->type->law->lanes[MPM_WIDTH == 8 ? 0 : MPM_WIDTH == 4 ? 1 : 2];
+
+  return law ? law : m->type->law;
+}
+
+/* Reads the state of a block's particles as far as the phase declared it and the scene has it. */
+MPM_INLINE void MPMGatherState(int dim, const MPMPatch *patch, const MPMBlockOrder *o, MPMBlock *b)
+{
+#define MPM_GATHER(name, rows)                                                                                         \
+  if (patch->particles.name) MPMGather(MPMComponents_##name(dim), patch->particles.name, o, b->name);
+  MPM_MATERIAL_FIELDS(MPM_GATHER)
+#undef MPM_GATHER
+}
+
+#endif

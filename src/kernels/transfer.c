@@ -1,0 +1,75 @@
+/* transfer.c - which kernels to run, for the number of lanes that the processor has, and what they leave to one
+   particle at a time because it is rare. */
+#include "kernels/transfer.h"
+
+/* Of each width, [dim-1]: to nodes, to particles. */
+extern const MPMKernel MPMKernels_8[3][2], MPMKernels_4[3][2], MPMKernels_2[3][2];
+
+/* 8 lanes with AVX-512, 4 with AVX2, else 2. The environment's PEBBLE_VECTOR asks for at most so many (notes.c): the
+   bits are the same. */
+PetscInt MPMKernelWidth(void)
+{
+  static PetscInt width = 0;
+
+  if (!width) {
+    const char *wish = getenv("PEBBLE_VECTOR");
+    const int   most = wish && atoi(wish) >= 2 ? atoi(wish) : 8;
+
+    width = 2;
+#if defined(__x86_64__)
+    __builtin_cpu_init();
+    if (most >= 4 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) width = 4;
+    if (most >= 8 && width == 4 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw"))
+      width = 8;
+#endif
+  }
+  return width;
+}
+
+MPMKernel MPMKernelFind(PetscInt dim, MPMBasis basis, PetscInt parts)
+{
+  const PetscInt to_nodes     = parts & (MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE) ? 1 : 0;
+  const PetscInt to_particles = parts & (MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_G2P_FILTER) ? 1 : 0;
+
+  if (dim < 1 || dim > 3 || basis >= MPM_NUM_BASES || to_nodes == to_particles) return NULL;
+#if defined(__x86_64__)
+  if (MPMKernelWidth() == 8) return MPMKernels_8[dim - 1][to_particles];
+  if (MPMKernelWidth() == 4) return MPMKernels_4[dim - 1][to_particles];
+#endif
+  return MPMKernels_2[dim - 1][to_particles];
+}
+
+/* Floating-point operations per particle, counted by hand from transfer.h and transfer_sums.c: an addition, product or
+   quotient is 1, a fused multiply-add 2; the law is counted as a neo-Hookean solid (a logarithm is 26). Only lanes that
+   hold something count. The adds of a cell's sums to its nodes, xpic's filter and the forms of splines at walls are
+   left out. */
+PetscReal MPMKernelFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
+{
+  static const PetscReal weights[] = {
+      [MPM_BASIS_linear] = 1, [MPM_BASIS_gimp] = 26, [MPM_BASIS_bspline2] = 15, [MPM_BASIS_bspline3] = 24};
+  const PetscReal d = dim, ns = MPMBasisNodes(basis), rows = dim == 1 ? 1 : PetscPowReal(ns, d - 1), nodes = rows * ns;
+  const PetscReal planes = dim == 3 ? ns : 0, inner = dim == 1 ? 0 : rows; /* products with wz; with wy */
+  const PetscReal sym = d * (d + 1) / 2, det = dim == 1 ? 0 : dim == 2 ? 3 : 14;
+  const PetscReal law       = 26 + det + sym * (2 * d - 1) + 1 + sym + 2 * d;
+  const PetscReal one_force = dim == 3 ? 4 * (planes + inner + nodes) : dim == 2 ? 3 * inner + 4 * nodes : 2 * nodes;
+  const PetscReal values    = parts & MPM_G2P_MOTION ? 2 * d : d;
+  const PetscReal sums      = (parts & MPM_P2G_MASS ? 1 : 0) + (parts & MPM_P2G_MOMENTUM ? d : 0);
+  PetscReal       flops     = d * (6 + weights[basis] + ns); /* coordinate, number of the cell; g/h */
+
+  flops += sums * (planes + inner + 2 * nodes);
+  if (parts & MPM_P2G_MOMENTUM) flops += d;
+  if (parts & MPM_P2G_FORCE) flops += law + d * d + d * one_force;
+  if ((parts & MPM_P2G_MOMENTUM) && (parts & MPM_AFFINE)) flops += 4 * d * d + d * (4 * planes + 3 * inner + 2 * nodes);
+  if (parts & (MPM_G2P_MOTION | MPM_G2P_FILTER)) flops += 2 * values * (nodes + inner + planes);
+  if (parts & MPM_G2P_MOTION) flops += 8 * d;
+  if (parts & MPM_G2P_STRESS) { /* without the motion the velocities' rows come extra */
+    flops += 2 * d * (nodes + 2 * inner + 3 * planes);
+    if (!(parts & MPM_G2P_MOTION)) flops += 2 * d * (nodes + (dim == 3 ? inner : 0));
+    flops += d * d * (2 * d + 1) + 2 * det + sym * (2 * d - 1) + d * d + 6;
+  }
+  if ((parts & MPM_G2P_MOTION) && (parts & MPM_AFFINE))
+    flops += 3 * d * ns + 2 * d * (2 * nodes + 3 * inner + 3 * planes);
+  if (parts & MPM_G2P_COMMIT) flops += d * (1 + 6 + 2);
+  return flops;
+}

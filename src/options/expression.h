@@ -1,0 +1,14 @@
+/* expression.h - expressions of coordinates and time, one a component, by muParser. */
+#ifndef MPM_EXPRESSION_H
+#define MPM_EXPRESSION_H
+
+#include "base/base.h"
+
+typedef struct _MPMExpression *MPMExpression;
+PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MPMExpression *, PetscInt *n,
+                                   char error[], size_t len);
+PetscErrorCode MPMExpressionEvaluate(MPMExpression, PetscInt dim, const PetscReal x[], const PetscReal X[], PetscReal t,
+                                     PetscReal value[]);
+PetscErrorCode MPMExpressionDestroy(MPMExpression *);
+
+#endif

@@ -1,0 +1,317 @@
+/* names.c - which names are legal: the table of the vocabulary, the names that the scene declares, and the legal
+   name that is nearest to one that is not. */
+#include <ctype.h>
+#include <strings.h>
+#include "options/reader.h"
+
+static const char faces[][MPM_NAME_LEN] = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
+
+/* Words that other programs use for ours: a whole name, or its end after a "_". */
+static const char *const aliases[][2] = {
+    {"youngs", "E"},
+    {"young", "E"},
+    {"youngs_modulus", "E"},
+    {"modulus", "E"},
+    {"poisson", "nu"},
+    {"poissons_ratio", "nu"},
+    {"poisson_ratio", "nu"},
+    {"density", "rho"},
+    {"type", "model"},
+    {"type", "shape"},
+    {"law", "model"},
+    {"particles", "ppc"},
+    {"position", "center"},
+    {"centre", "center"},
+    {"min", "lower"},
+    {"max", "upper"},
+    {"v", "velocity"},
+    {"vel", "velocity"},
+    {"scheme", "update"},
+    {"scheme", "method_update"},
+    {"shape_function", "basis"},
+    {"dt", "dt_size"},
+    {"timestep", "dt_size"},
+    {"time_step", "dt_size"},
+    {"steps", "max_steps"},
+    {"steps", "time_max_steps"},
+    {"max_steps", "time_max_steps"},
+    {"t_end", "time_end"},
+    {"tend", "time_end"},
+    {"end_time", "time_end"},
+    {"final_time", "time_end"},
+    {"cfl_number", "cfl"},
+    {"courant", "dt_cfl"},
+    {"interval", "every"},
+    {"g", "gravity"},
+};
+
+/* What PETSc reads by itself when it starts or ends, and reads late, so that it still counts as unused when we look. */
+static const char *const petsc[] = {"citations",    "get_total_flops", "log_all",          "log_view",
+                                    "malloc_dump",  "malloc_view",     "memory_view",      "mpidump",
+                                    "objects_dump", "options_left",    "options_view",     "skip_petscrc",
+                                    "malloc_test",  "malloc_debug",    "no_signal_handler"};
+#define NUM(a) (sizeof a / sizeof a[0])
+
+/* Puts a name in the place of <.> in a row's. */
+void MPMOptionsFullName(const char row[], const char name[], char full[MPM_FULL_LEN])
+{
+  const char *open = strchr(row, '<');
+
+  if (!open || !name)
+    (void)snprintf(full, MPM_FULL_LEN, "%s", row);
+  else
+    (void)snprintf(full, MPM_FULL_LEN, "%.*s%.*s%s", (int)(open - row), row, MPM_NAME_LEN - 1, name, open + 3);
+}
+
+/* The names that may stand in the place of <.> in this row, and how many. */
+static PetscInt Words(MPMOptions o, const MPMOptionRow *row, const char (**words)[MPM_NAME_LEN])
+{
+  const char *open = strchr(row->name, '<');
+
+  *words = open && open[1] == 'm'   ? (const char(*)[MPM_NAME_LEN])o->materials
+           : open && open[1] == 'b' ? (const char(*)[MPM_NAME_LEN])o->bodies
+           : open && open[1] == 'l' ? (const char(*)[MPM_NAME_LEN])o->loads
+                                    : faces;
+  if (!open) return 0;
+  return open[1] == 'm' ? o->nm : open[1] == 'b' ? o->nb : open[1] == 'l' ? o->nl : open[1] == 'f' ? 2 * o->dim : 0;
+}
+
+/* Is `given` an instance of this row in the scene as declared so far? */
+static PetscBool Matches(MPMOptions o, const MPMOptionRow *row, const char given[])
+{
+  const char(*words)[MPM_NAME_LEN];
+  const char    *open = strchr(row->name, '<');
+  const PetscInt n    = Words(o, row, &words);
+  char           full[MPM_FULL_LEN];
+
+  if (!open) return !strcasecmp(row->name, given) ? PETSC_TRUE : PETSC_FALSE;
+  if (strncasecmp(row->name, given, (size_t)(open - row->name))) return PETSC_FALSE;
+  for (PetscInt k = 0; k < n; k++) {
+    MPMOptionsFullName(row->name, words[k], full);
+    if (!strcasecmp(full, given)) return PETSC_TRUE;
+  }
+  return strchr("mblf", open[1]) ? PETSC_FALSE : PETSC_TRUE; /* probes: anything after the first word */
+}
+
+static const MPMOptionRow *Find(MPMOptions o, const char given[])
+{
+  for (size_t r = 0; r < o->table->n; r++)
+    if (o->table->row[r].name && Matches(o, &o->table->row[r], given)) return &o->table->row[r];
+  return NULL;
+}
+
+/* --- The nearest name ----------------------------------------------------------------------------------------- */
+
+/* Edits (insert, delete, replace, swap neighbours) between two words, without regard to case. */
+static int Distance(const char a[], const char b[])
+{
+  int       d[3][MPM_FULL_LEN + 1];
+  const int na = (int)strlen(a), nb = (int)strlen(b);
+
+  if (na > MPM_FULL_LEN || nb > MPM_FULL_LEN) return 1000;
+  for (int j = 0; j <= nb; j++) d[0][j] = j;
+  for (int i = 1; i <= na; i++) {
+    int *now = d[i % 3], *last = d[(i + 2) % 3], *before = d[(i + 1) % 3];
+
+    now[0] = i;
+    for (int j = 1; j <= nb; j++) {
+      const int same = tolower(a[i - 1]) == tolower(b[j - 1]);
+
+      now[j] = PetscMin(PetscMin(last[j] + 1, now[j - 1] + 1), last[j - 1] + !same);
+      if (i > 1 && j > 1 && tolower(a[i - 1]) == tolower(b[j - 2]) && tolower(a[i - 2]) == tolower(b[j - 1]))
+        now[j] = PetscMin(now[j], before[j - 2] + 1);
+    }
+  }
+  return d[na % 3][nb];
+}
+
+/* Does `name` end with _`tail`? */
+static PetscBool EndsWith(const char name[], const char tail[])
+{
+  const size_t n = strlen(name), nt = strlen(tail);
+
+  return n > nt && name[n - nt - 1] == '_' && !strcasecmp(name + n - nt, tail) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static void Consider(const char given[], const char candidate[], int *best, char nearest[MPM_FULL_LEN])
+{
+  const int d = EndsWith(candidate, given) ? 1 : Distance(given, candidate); /* "basis" is near to method_basis */
+
+  if (d >= *best) return;
+  *best = d;
+  (void)snprintf(nearest, MPM_FULL_LEN, "%s", candidate);
+}
+
+/* The legal name that `given` is another program's word for. */
+static PetscBool FromAlias(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN])
+{
+  for (size_t k = 0; k < NUM(aliases); k++) {
+    const PetscBool     whole = !strcasecmp(given, aliases[k][0]) ? PETSC_TRUE : PETSC_FALSE;
+    const size_t        keep  = whole ? 0 : strlen(given) - PetscMin(strlen(given), strlen(aliases[k][0]));
+    const MPMOptionRow *row;
+
+    if (!whole && !EndsWith(given, aliases[k][0])) continue;
+    (void)snprintf(nearest, MPM_FULL_LEN, "%.*s%s", (int)keep, given, aliases[k][1]);
+    row = Find(o, nearest);
+    if (row && row->type != MPM_LATER) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* The legal name nearest to `given`, or "" if none is near. */
+static void Nearest(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN])
+{
+  int best = 1 + PetscMax(2, (int)strlen(given) / 4);
+
+  if (FromAlias(o, given, nearest)) return;
+  nearest[0] = 0;
+  for (size_t r = 0; r < o->table->n; r++) {
+    const MPMOptionRow *row = &o->table->row[r];
+    const char(*words)[MPM_NAME_LEN];
+    char           word[MPM_FULL_LEN];
+    const PetscInt n = row->name ? Words(o, row, &words) : 0;
+
+    if (!row->name || row->type == MPM_LATER) continue;
+    if (!strchr(row->name, '<')) Consider(given, row->name, &best, nearest);
+    for (PetscInt k = 0; k < n; k++) {
+      MPMOptionsFullName(row->name, words[k], word);
+      Consider(given, word, &best, nearest);
+    }
+  }
+  for (size_t k = 0; k < NUM(petsc); k++) Consider(given, petsc[k], &best, nearest);
+}
+
+/* --- The names that were given -------------------------------------------------------------------------------- */
+
+static PetscBool IsPetscs(const char given[])
+{
+  for (size_t k = 0; k < NUM(petsc); k++)
+    if (!strcasecmp(petsc[k], given)) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* If `given` would be legal with another name in the place of <m>, <b>, <l> or <f>: that name, and what should declare
+ * it.
+ */
+static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NAME_LEN], const char **list)
+{
+  for (size_t r = 0; r < o->table->n; r++) {
+    const MPMOptionRow *row  = &o->table->row[r];
+    const char         *open = row->name ? strchr(row->name, '<') : NULL;
+    const size_t        head = open ? (size_t)(open - row->name) : 0, n = strlen(given);
+
+    if (!open || !strchr("mblf", open[1]) || strncasecmp(row->name, given, head)) continue;
+    if (!EndsWith(given, open + 4) || n <= head + strlen(open + 3)) continue;
+    (void)snprintf(name, MPM_NAME_LEN, "%.*s", (int)PetscMin(n - head - strlen(open + 3), MPM_NAME_LEN - 1),
+                   given + head);
+    *list = open[1] == 'm'   ? "among -materials"
+            : open[1] == 'b' ? "among -bodies"
+            : open[1] == 'l' ? "among -loads"
+                             : "a face of the grid";
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* Refuses a name that is not in the vocabulary. */
+static void Refuse(MPMOptions o, const char given[])
+{
+  char nearest[MPM_FULL_LEN], name[MPM_NAME_LEN], hint[2 * MPM_FULL_LEN] = "; pebble -help lists them",
+                                                           why[MPM_FULL_LEN] = "";
+  const char *list;
+
+  Nearest(o, given, nearest);
+  if (nearest[0]) (void)snprintf(hint, sizeof hint, "; did you mean -%s ?", nearest);
+  if (o->nb && IsUndeclared(o, given, name, &list)) {
+    (void)snprintf(why, sizeof why, " (%s is not %s)", name, list);
+    if (Distance(given, nearest) > 1) hint[0] = 0;
+  }
+  MPMOptionsFail(o, "-%.*s is not an option of this scene%s%s", MPM_FULL_LEN, given, why, hint);
+}
+
+/* Two names may make the same option: body "x" with _inner_radius, body "x_inner" with _radius. */
+static void RefuseTwins(MPMOptions o, char kind, const char x[], const char y[])
+{
+  char full[MPM_FULL_LEN], other[MPM_FULL_LEN];
+
+  for (size_t r = 0; r < o->table->n * o->table->n; r++) {
+    const char *one = o->table->row[r / o->table->n].name, *two = o->table->row[r % o->table->n].name;
+
+    if (!one || !two || !strchr(one, '<') || !strchr(two, '<')) continue;
+    if (strchr(one, '<')[1] != kind || strchr(two, '<')[1] != kind) continue;
+    MPMOptionsFullName(one, x, full);
+    MPMOptionsFullName(two, y, other);
+    if (!strcasecmp(full, other)) MPMOptionsFail(o, "-%s could be of %s and of %s; rename one of them", full, x, y);
+  }
+}
+
+static void RefuseAmbiguous(MPMOptions o, char kind, PetscInt n, char (*names)[MPM_NAME_LEN])
+{
+  for (PetscInt x = 0; x < n; x++)
+    for (PetscInt y = 0; y < n; y++) {
+      const size_t len = strlen(names[x]);
+
+      if (!strncasecmp(names[x], names[y], len) && names[y][len] == '_') RefuseTwins(o, kind, names[x], names[y]);
+    }
+}
+
+/* Takes the names that the scene declares, then refuses every given option that is not in the vocabulary or not built.
+   After a fault in the declarations themselves (nm = nb = 0) options of materials, bodies and faces pass, and a name
+   that is not legal explains more than the fault, e.g. -matrials soft than "-materials is required". */
+PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (*materials)[MPM_NAME_LEN], PetscInt nb,
+                                 char (*bodies)[MPM_NAME_LEN], PetscInt nl, char (*loads)[MPM_NAME_LEN])
+{
+  PetscInt n;
+  char   **names, **values, fault[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  o->dim       = dim;
+  o->nm        = nm;
+  o->nb        = nb;
+  o->materials = materials;
+  o->bodies    = bodies;
+  o->nl        = nl;
+  o->loads     = loads;
+  PetscCall(PetscStrncpy(fault, o->error, sizeof fault));
+  o->error[0] = 0;
+  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
+  for (PetscInt k = 0; k < n && !o->error[0]; k++) {
+    const MPMOptionRow *row = Find(o, names[k]);
+
+    if (IsPetscs(names[k])) continue;
+    if (fault[0] && (!strncasecmp(names[k], "material_", 9) || !strncasecmp(names[k], "body_", 5) ||
+                     !strncasecmp(names[k], "load_", 5) || !strncasecmp(names[k], "bc_", 3)))
+      continue;
+    if (!row)
+      Refuse(o, names[k]);
+    else if (row->type == MPM_LATER)
+      MPMOptionsFail(o, "-%.*s is not built yet (%s)", MPM_FULL_LEN, names[k], row->help);
+  }
+  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
+  if (fault[0] && !o->error[0]) PetscCall(PetscStrncpy(o->error, fault, sizeof o->error));
+  RefuseAmbiguous(o, 'm', nm, materials);
+  RefuseAmbiguous(o, 'b', nb, bodies);
+  RefuseAmbiguous(o, 'l', nl, loads);
+  o->materials = o->bodies = o->loads = NULL; /* the caller's */
+  o->nm = o->nb = o->nl = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses options that were given, are in the vocabulary, but that nothing in this scene asked for. */
+PetscErrorCode MPMOptionsFinish(MPMOptions o)
+{
+  PetscInt n;
+  char   **names, **values;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
+  for (PetscInt k = 0; k < n; k++) {
+    PetscBool asked = IsPetscs(names[k]);
+
+    for (PetscInt a = 0; a < o->nasked; a++)
+      if (!strcasecmp(o->asked[a], names[k])) asked = PETSC_TRUE;
+    if (!asked) MPMOptionsFail(o, "-%s has no effect in this scene; remove it", names[k]);
+  }
+  PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,381 @@
+/* options.c - the strict reader of the option database.
+
+   PETSc takes misspelt names in silence, accepts nan, and reads "20.5" as 20; a user loses a day that way. Here the
+   vocabulary is a table (run/options.def): a name that is not in it (names.c), a value of the wrong type, length or
+   range, and an option that cannot matter are answered with one line before any time is spent. The first error sticks
+   and later reads do nothing, so callers check once, at the end (MPMOptionsError).                                   */
+#include <ctype.h>
+#include <stdarg.h>
+#include <strings.h>
+#include "options/reader.h"
+
+/* Notes the first error: one line, whatever the values in it hold. */
+void MPMOptionsFail(MPMOptions o, const char format[], ...)
+{
+  va_list args;
+
+  if (o->error[0]) return;
+  va_start(args, format);
+  (void)vsnprintf(o->error, sizeof o->error, format, args);
+  va_end(args);
+  for (char *c = o->error; *c; c++)
+    if (iscntrl((unsigned char)*c)) *c = '?';
+}
+
+const char *MPMOptionsError(MPMOptions o)
+{
+  return o->error[0] ? o->error : NULL;
+}
+
+/* A fault that some processes have noted becomes that of all: the one of the lowest. Collective on comm. */
+PetscErrorCode MPMOptionsShare(MPMOptions o, MPI_Comm comm)
+{
+  PetscMPIInt rank, size, from;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  from = o->error[0] ? rank : size;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &from, 1, MPI_INT, MPI_MIN, comm));
+  if (from < size) PetscCallMPI(MPI_Bcast(o->error, (PetscMPIInt)sizeof o->error, MPI_CHAR, from, comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMOptionsCreate(const MPMVocabulary *table, MPMOptions *o)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(o));
+  (*o)->table = table;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMOptionsDestroy(MPMOptions *o)
+{
+  PetscFunctionBeginUser;
+  if (!*o) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscFree((*o)->asked));
+  PetscCall(PetscFree(*o));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- Values --------------------------------------------------------------------------------------------------- */
+
+/* Notes that an option of this name was asked for. */
+static PetscErrorCode NoteAsked(MPMOptions o, const char full[])
+{
+  PetscFunctionBeginUser;
+  if (o->nasked == o->masked) {
+    char(*more)[MPM_FULL_LEN];
+
+    PetscCall(PetscMalloc1(2 * o->masked + 64, &more));
+    PetscCall(PetscArraycpy(more, o->asked, o->nasked));
+    PetscCall(PetscFree(o->asked));
+    o->asked  = more;
+    o->masked = 2 * o->masked + 64;
+  }
+  (void)snprintf(o->asked[o->nasked++], sizeof o->asked[0], "%s", full);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Looks an option up: its row, full name and text. found: was it given? Required options that are not fail. */
+static PetscErrorCode Lookup(MPMOptions o, const char rowname[], const char name[], const MPMOptionRow **row,
+                             char full[MPM_FULL_LEN], char text[MPM_TEXT_LEN], PetscBool *found)
+{
+  char dashed[MPM_FULL_LEN + 1];
+
+  PetscFunctionBeginUser;
+  *row   = NULL;
+  *found = PETSC_FALSE;
+  for (size_t r = 0; r < o->table->n; r++)
+    if (o->table->row[r].name && !strcmp(o->table->row[r].name, rowname)) *row = &o->table->row[r];
+  PetscCheck(*row, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the vocabulary has no row %s", rowname);
+  MPMOptionsFullName(rowname, name, full);
+  PetscCall(NoteAsked(o, full));
+  (void)snprintf(dashed, sizeof dashed, "-%s", full);
+  PetscCall(PetscOptionsGetString(NULL, NULL, dashed, text, MPM_TEXT_LEN, found));
+  if (*found && strlen(text) >= MPM_TEXT_LEN - 1)
+    MPMOptionsFail(o, "-%s: its value is too long, at most %d characters", full, MPM_TEXT_LEN - 2);
+  if (*found && strspn(text, " ") == strlen(text) && (*row)->type != MPM_BOOL)
+    MPMOptionsFail(o, "-%s has no value", full);
+  if (!*found && !strcmp((*row)->fallback, "required")) MPMOptionsFail(o, "-%s is required (%s)", full, (*row)->help);
+  if (o->error[0]) *found = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The last word of a row's name, for messages: nu of material_<m>_nu, the whole of time_end. */
+static const char *ShortName(const MPMOptionRow *row)
+{
+  const char *close = strchr(row->name, '>');
+
+  return close ? close + 2 : row->name;
+}
+
+/* Refuses a value outside the interval of the row, e.g. (-1,0.5). */
+static void CheckRange(MPMOptions o, const MPMOptionRow *row, const char full[], const char text[], PetscReal value)
+{
+  char           *end, low[64] = "", high[64] = "";
+  const PetscReal lo = strtod(row->allowed + 1, &end), hi = strtod(end + 1, &end);
+  const PetscBool open_lo = row->allowed[0] == '(' ? PETSC_TRUE : PETSC_FALSE,
+                  open_hi = *end == ')' ? PETSC_TRUE : PETSC_FALSE;
+
+  if ((open_lo ? value > lo : value >= lo) && (open_hi ? value < hi : value <= hi)) return;
+  if (lo > -PETSC_MAX_REAL) (void)snprintf(low, sizeof low, "%g %s ", (double)lo, open_lo ? "<" : "<=");
+  if (hi < PETSC_MAX_REAL) (void)snprintf(high, sizeof high, " %s %.10g", open_hi ? "<" : "<=", (double)hi);
+  if (low[0] && !high[0])
+    MPMOptionsFail(o, "-%s %.100s is outside the allowed range %s %s %g", full, text, ShortName(row),
+                   open_lo ? ">" : ">=", (double)lo);
+  else
+    MPMOptionsFail(o, "-%s %.100s is outside the allowed range %s%s%s", full, text, low, ShortName(row), high);
+}
+
+/* Reads one number strictly, from `word`, which is `text` or an item of the list in it. */
+static PetscReal ParseNumber(MPMOptions o, const MPMOptionRow *row, const char full[], const char text[],
+                             const char word[], PetscBool whole)
+{
+  char           *end;
+  const PetscReal value = strtod(word, &end);
+
+  if (end != word) end += strspn(end, " \t");
+  if (end == word || *end) {
+    if (word == text)
+      MPMOptionsFail(o, "-%s %.100s is not a%s number", full, text, whole ? " whole" : "");
+    else
+      MPMOptionsFail(o, "-%s %.100s: '%.100s' is not a%s number", full, text, word, whole ? " whole" : "");
+  } else if (!(PetscAbsReal(value) <= PETSC_MAX_REAL))
+    MPMOptionsFail(o, "-%s is not finite", full);
+  else if (whole && value != floor(value))
+    MPMOptionsFail(o, "-%s %.100s must be whole", full, text);
+  else
+    CheckRange(o, row, full, text, value);
+  return o->error[0] ? 0 : value;
+}
+
+/* A number for each axis. */
+static void ParseList(MPMOptions o, const MPMOptionRow *row, const char full[], const char text[], PetscBool whole,
+                      PetscReal value[3])
+{
+  char     list[MPM_TEXT_LEN], *word = list;
+  PetscInt n = 1;
+
+  (void)snprintf(list, sizeof list, "%s", text);
+  for (const char *c = text; *c; c++) n += *c == ',';
+  if (n != o->dim)
+    MPMOptionsFail(o, "-%s has %" PetscInt_FMT " number%s, -dim %" PetscInt_FMT " needs %" PetscInt_FMT, full, n,
+                   n == 1 ? "" : "s", o->dim, o->dim);
+  for (PetscInt d = 0; d < o->dim && !o->error[0]; d++) {
+    char *comma = strchr(word, ',');
+
+    if (comma) *comma = 0;
+    value[d] = ParseNumber(o, row, full, text, o->dim == 1 ? text : word, whole);
+    if (comma) word = comma + 1;
+  }
+}
+
+/* Was option `by` given on the command line, over a scene whose file gives `name`? Then `name` may be left without
+   effect; given side by side it is refused. */
+PetscBool MPMOptionsOverridden(const char name[], const char by[])
+{
+  PetscBool has_name = PETSC_FALSE, has_by = PETSC_FALSE;
+  int       argc;
+  char    **argv;
+
+  if (PetscGetArgs(&argc, &argv)) return PETSC_FALSE;
+  for (int k = 1; k < argc; k++) {
+    if (argv[k][0] != '-') continue;
+    if (!strcasecmp(argv[k] + 1, name)) has_name = PETSC_TRUE;
+    if (!strcasecmp(argv[k] + 1, by)) has_by = PETSC_TRUE;
+  }
+  return has_by && !has_name ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Is the default of the row a number, or only described? */
+static PetscBool DefaultNumber(const MPMOptionRow *row, PetscReal *value)
+{
+  char *end;
+
+  *value = strtod(row->fallback, &end);
+  return end != row->fallback && !*end ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscErrorCode MPMOptionsReal(MPMOptions o, const char rowname[], const char name[], PetscReal *value, PetscBool *set)
+{
+  const MPMOptionRow *row;
+  PetscBool           found;
+  PetscReal           number;
+  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
+  if (found || DefaultNumber(row, &number))
+    *value = found ? ParseNumber(o, row, full, text, text, PETSC_FALSE) : number;
+  if (set) *set = found;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMOptionsInt(MPMOptions o, const char rowname[], const char name[], PetscInt *value, PetscBool *set)
+{
+  const MPMOptionRow *row;
+  PetscBool           found;
+  PetscReal           number;
+  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
+  if (found || DefaultNumber(row, &number))
+    *value = (PetscInt)(found ? ParseNumber(o, row, full, text, text, PETSC_TRUE) : number);
+  if (set) *set = found;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMOptionsBool(MPMOptions o, const char rowname[], const char name[], PetscBool *value)
+{
+  static const char *const yes[] = {"", "1", "true", "yes", "on"}, *const no[] = {"0", "false", "no", "off"};
+  const MPMOptionRow *row;
+  PetscBool           found, known = PETSC_FALSE;
+  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
+  *value = !strcmp(row->fallback, "true") ? PETSC_TRUE : PETSC_FALSE;
+  if (!found) PetscFunctionReturn(PETSC_SUCCESS);
+  *value = PETSC_FALSE;
+  for (size_t k = 0; k < sizeof yes / sizeof yes[0]; k++)
+    if (!strcasecmp(text, yes[k])) *value = known = PETSC_TRUE;
+  for (size_t k = 0; k < sizeof no / sizeof no[0]; k++)
+    if (!strcasecmp(text, no[k])) known = PETSC_TRUE;
+  if (!known) MPMOptionsFail(o, "-%s %.100s: choose true or false", full, text);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds `word`, whatever its case, among the n characters a|b|c; its length there is left in len. */
+static const char *FindValue(const char word[], const char values[], size_t n, size_t *len)
+{
+  for (const char *v = values; v < values + n; v += *len + 1) {
+    *len = PetscMin(strcspn(v, "|"), (size_t)(values + n - v));
+    if (*len == strlen(word) && !strncasecmp(v, word, *len)) return v;
+  }
+  return NULL;
+}
+
+PetscErrorCode MPMOptionsEnum(MPMOptions o, const char rowname[], const char name[], char value[MPM_NAME_LEN],
+                              PetscBool *set)
+{
+  const MPMOptionRow *row;
+  PetscBool           found;
+  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+  const char         *v, *choose;
+  size_t              built, len;
+
+  PetscFunctionBeginUser;
+  PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
+  if (set) *set = found;
+  built  = strcspn(row->allowed, " ");
+  choose = memchr(row->allowed, '|', built) ? "choose one of" : "choose";
+  v      = FindValue(found ? text : row->fallback, row->allowed, built, &len);
+  if (v)
+    (void)snprintf(value, MPM_NAME_LEN, "%.*s", (int)len, v);
+  else if (found && row->allowed[built] &&
+           FindValue(text, row->allowed + built + 1, strlen(row->allowed + built + 1), &len))
+    MPMOptionsFail(o, "-%s %s is not built yet: %s %.*s", full, text, choose, (int)built, row->allowed);
+  else if (found)
+    MPMOptionsFail(o, "-%s %.100s: %s %.*s", full, text, choose, (int)built, row->allowed);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMOptionsReals(MPMOptions o, const char rowname[], const char name[], PetscReal value[3],
+                               PetscBool *set)
+{
+  const MPMOptionRow *row;
+  PetscBool           found;
+  PetscReal           number;
+  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
+  if (found) ParseList(o, row, full, text, PETSC_FALSE, value);
+  for (PetscInt d = 0; !found && DefaultNumber(row, &number) && d < o->dim; d++) value[d] = number;
+  if (set) *set = found;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMOptionsInts(MPMOptions o, const char rowname[], const char name[], PetscInt value[3], PetscBool *set)
+{
+  const MPMOptionRow *row;
+  PetscBool           found;
+  PetscReal           number[3] = {0};
+  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
+  if (found) ParseList(o, row, full, text, PETSC_TRUE, number);
+  if (found && !o->error[0])
+    for (PetscInt d = 0; d < o->dim; d++) value[d] = (PetscInt)number[d];
+  for (PetscInt d = 0; !found && DefaultNumber(row, &number[0]) && d < o->dim; d++) value[d] = (PetscInt)number[0];
+  if (set) *set = found;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMOptionsString(MPMOptions o, const char rowname[], const char name[], char value[MPM_TEXT_LEN],
+                                PetscBool *set)
+{
+  const MPMOptionRow *row;
+  PetscBool           found;
+  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
+  if (found || (row->fallback[0] && !strpbrk(row->fallback, " <") && strcmp(row->fallback, "required")))
+    (void)snprintf(value, MPM_TEXT_LEN, "%s", found ? text : row->fallback);
+  if (set) *set = found;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A list of distinct names of letters, digits and _. */
+PetscErrorCode MPMOptionsNames(MPMOptions o, const char rowname[], PetscInt *n, char (**names)[MPM_NAME_LEN])
+{
+  static const char   legal[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
+  const int           longest = MPM_NAME_LEN - 25; /* leaves room for the rest of the option */
+  const MPMOptionRow *row;
+  PetscBool           found;
+  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  *n     = 0;
+  *names = NULL;
+  PetscCall(Lookup(o, rowname, NULL, &row, full, text, &found));
+  if (!found) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(strlen(text) / 2 + 1, names));
+  for (char *word = text, *next; word && !o->error[0]; word = next) {
+    int len;
+
+    next = strchr(word, ',');
+    if (next) *next++ = 0;
+    word += strspn(word, " ");
+    len = (int)strlen(word);
+    while (len && word[len - 1] == ' ') len--;
+    word[len] = 0;
+    if (!len || (int)strspn(word, legal) != len)
+      MPMOptionsFail(o, "-%s: '%.100s' is not a name; use letters, digits and _, and commas between names", full, word);
+    if (len > longest)
+      MPMOptionsFail(o, "-%s: the name %.100s is too long, at most %d characters", full, word, longest);
+    for (PetscInt k = 0; k < *n; k++)
+      if (!strcasecmp((*names)[k], word)) MPMOptionsFail(o, "-%s names %s twice", full, word);
+    if (!o->error[0]) (void)snprintf((*names)[(*n)++], MPM_NAME_LEN, "%s", word);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The option set as given, for provenance. The caller frees it. */
+PetscErrorCode MPMOptionsText(char **text)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsGetAll(NULL, text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscInt MPMOptionsFind(const char word[], PetscInt n, const char *const names[])
+{
+  for (PetscInt k = 0; k < n; k++)
+    if (!strcmp(names[k], word)) return k;
+  return n;
+}

@@ -1,0 +1,260 @@
+/* diagnostics.c - what a run shows of its state: the functions of the rows of diagnostics.def. A new quantity is a row
+   there and a function here. */
+#include "base/exact_sum.h"
+#include "output/diagnostics.h"
+
+/* --- Quantities of a particle ------------------------------------------------------------------------------------- */
+
+static const MPMKind *KindOf(const MPMShown *s, const MPMView *v, PetscInt p)
+{
+  return &s->scene->kinds[v->kind ? v->kind[p] : 0];
+}
+
+static const MPMMaterial *MaterialOf(const MPMShown *s, const MPMView *v, PetscInt p)
+{
+  return &s->scene->materials[KindOf(s, v, p)->material];
+}
+
+/* Volume over that of the start. */
+static PetscReal Jacobian(const MPMShown *s, const MPMView *v, PetscInt p)
+{
+  const PetscInt dim = s->core->grid.dim;
+
+  return MaterialOf(s, v, p)->state & MPM_BIT(F) ? MPMDet((int)dim, v->F + p * dim * dim) : v->J[p];
+}
+
+static void Fill_id(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  (void)s;
+  row[0] = (PetscReal)v->id[p]; /* exact below 2^53 */
+}
+
+static void Fill_x(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  for (PetscInt d = 0; d < 3; d++) row[d] = d < s->core->grid.dim ? v->x[p * s->core->grid.dim + d] : 0;
+}
+
+static void Fill_v(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  for (PetscInt d = 0; d < 3; d++) row[d] = d < s->core->grid.dim ? v->v[p * s->core->grid.dim + d] : 0;
+}
+
+/* Materials without F carry J: then F shows the same volume, J^(1/dim) I. */
+static void Fill_F(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  const PetscInt dim = s->core->grid.dim;
+
+  if (!(MaterialOf(s, v, p)->state & MPM_BIT(F))) {
+    for (PetscInt k = 0; k < 9; k++) row[k] = k % 4 ? 0 : k / 4 < dim ? PetscPowReal(v->J[p], 1 / (PetscReal)dim) : 1;
+    return;
+  }
+  for (PetscInt d = 0; d < 3; d++)
+    for (PetscInt e = 0; e < 3; e++) row[3 * d + e] = d < dim && e < dim ? v->F[(p * dim + d) * dim + e] : d == e;
+}
+
+/* Cauchy stress, sig = tau/J. */
+static void Fill_stress(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  const PetscInt     dim = s->core->grid.dim;
+  const MPMMaterial *m   = MaterialOf(s, v, p);
+  MPMBlock           b;
+
+  MPMMaterialState(dim, v, p, &b);
+  if (!(m->state & MPM_BIT(tau))) m->type->law->stress[dim - 1](m, 0, 1, &b);
+  for (PetscInt k = 0; k < MPM_STRESS_NC; k++) row[k] = 0;
+  for (PetscInt k = 0; k < MPM_SYM_NC(dim); k++) row[MPMSymPlace((int)dim, (int)k)] = b.tau[k][0] / Jacobian(s, v, p);
+}
+
+static void Fill_volume(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  row[0] = KindOf(s, v, p)->V0 * Jacobian(s, v, p);
+}
+
+/* Equivalent plastic strain; 0 of materials without. */
+static void Fill_plastic_strain(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  row[0] = MaterialOf(s, v, p)->state & MPM_BIT(ep) ? v->ep[p] : 0;
+}
+
+static void Fill_body(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  PetscInt b = 0;
+
+  while (v->id[p] >= s->scene->bodies[b].first + s->scene->bodies[b].n) b++;
+  row[0] = b;
+}
+
+static void Fill_mass(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  row[0] = KindOf(s, v, p)->m;
+}
+
+/* |v|^2 of particle p. */
+static PetscReal Speed2(const MPMShown *s, const MPMView *v, PetscInt p)
+{
+  const PetscInt dim = s->core->grid.dim;
+  PetscReal      v2  = 0;
+
+  for (PetscInt d = 0; d < dim; d++) v2 += v->v[p * dim + d] * v->v[p * dim + d];
+  return v2;
+}
+
+static void Fill_kinetic_energy(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  row[0] = 0.5 * KindOf(s, v, p)->m * Speed2(s, v, p);
+}
+
+static void Fill_strain_energy(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  const PetscInt     dim = s->core->grid.dim;
+  const MPMMaterial *m   = MaterialOf(s, v, p);
+  PetscReal          W;
+  MPMBlock           b;
+
+  MPMMaterialState(dim, v, p, &b);
+  m->type->law->energy[dim - 1](m, 0, 1, &b, &W);
+  row[0] = KindOf(s, v, p)->V0 * W;
+}
+
+static void Fill_momentum(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  const PetscInt dim = s->core->grid.dim;
+
+  for (PetscInt d = 0; d < 3; d++) row[d] = d < dim ? KindOf(s, v, p)->m * v->v[p * dim + d] : 0;
+}
+
+/* sum m x, for the work of gravity. */
+static void Fill_mass_moment(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  const PetscInt dim = s->core->grid.dim;
+
+  for (PetscInt d = 0; d < 3; d++) row[d] = d < dim ? KindOf(s, v, p)->m * v->x[p * dim + d] : 0;
+}
+
+/* m |v|, with which a change of momentum is compared. */
+static void Fill_momentum_size(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  row[0] = KindOf(s, v, p)->m * PetscSqrtReal(Speed2(s, v, p));
+}
+
+/* --- Quantities of the run ---------------------------------------------------------------------------------------- */
+
+static PetscReal Value_step(const MPMShown *s)
+{
+  return (PetscReal)s->core->step;
+}
+
+static PetscReal Value_time(const MPMShown *s)
+{
+  return s->core->t;
+}
+
+static PetscReal Value_dt(const MPMShown *s)
+{
+  return s->core->step ? s->core->params.dt : 0;
+}
+
+static PetscReal Value_total_energy(const MPMShown *s)
+{
+  return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0];
+}
+
+/* M g . (sum of (v_old + v_new)/2 dt), exact in free fall. Particles move with the new velocity, so their displacement is
+   more than that by (v - v_start) dt/2. */
+PetscReal MPMShownWork(const MPMShown *s)
+{
+  const MPMTotals *now = s->now, *start = s->start;
+  PetscReal        work = 0;
+
+  for (PetscInt d = 0; d < s->core->grid.dim; d++)
+    work += s->core->params.gravity[d] *
+            (now->sum[MPM_SHOWS_mass_moment][d] - start->sum[MPM_SHOWS_mass_moment][d] -
+             0.5 * s->core->params.dt * (now->sum[MPM_SHOWS_momentum][d] - start->sum[MPM_SHOWS_momentum][d]));
+  return work;
+}
+
+static PetscReal Value_external_work(const MPMShown *s)
+{
+  return MPMShownWork(s);
+}
+
+PetscReal MPMShownResidual(const MPMShown *s)
+{
+  return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0] -
+         s->start->sum[MPM_SHOWS_kinetic_energy][0] - s->start->sum[MPM_SHOWS_strain_energy][0] - MPMShownWork(s);
+}
+
+static PetscReal Value_energy_residual(const MPMShown *s)
+{
+  return MPMShownResidual(s);
+}
+
+static PetscReal Value_particles(const MPMShown *s)
+{
+  return (PetscReal)s->now->n; /* exact below 2^53 */
+}
+
+/* --- The table ---------------------------------------------------------------------------------------------------- */
+
+#define FIELD  MPM_SHOW_FIELD
+#define COLUMN (MPM_SHOW_COLUMN | MPM_SHOW_SUM)
+#define SUM    MPM_SHOW_SUM
+const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
+#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs)                                    \
+  {#name, word, unit, components, uses, nc, whole, needs, Fill_##name, NULL},
+#define MPM_RUN_QUANTITY(name, unit, whole) {#name, "", unit, "", MPM_SHOW_COLUMN, 1, whole, 0, NULL, Value_##name},
+#include "output/diagnostics.def"
+#undef MPM_PARTICLE_QUANTITY
+#undef MPM_RUN_QUANTITY
+};
+#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs)                                    \
+  _Static_assert((nc) <= (((uses)&SUM) ? 3 : MPM_MAX_COMPONENTS), #name " has too many components");
+#define MPM_RUN_QUANTITY(name, unit, whole)
+#include "output/diagnostics.def"
+#undef MPM_PARTICLE_QUANTITY
+#undef MPM_RUN_QUANTITY
+
+PetscBool MPMDiagnosticIsField(PetscInt row, PetscInt fields)
+{
+  const MPMDiagnostic *d = &MPMDiagnostics[row];
+
+  return (d->uses & MPM_SHOW_FIELD) && !(d->needs & ~fields) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+PetscErrorCode MPMTotalsCompute(const MPMScene *scene, MPMCore *core, MPMTotals *totals)
+{
+  const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_MATERIAL_BITS | MPM_BIT(kind);
+  const MPMShown shown  = {core, scene, NULL, NULL};
+  MPMView        view;
+  MPMSum         sum[3 * MPM_NUM_DIAGNOSTICS];
+  PetscInt64     count[2]; /* particles, and their fingerprint */
+  PetscInt       n = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(totals, sizeof *totals));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
+    const MPMDiagnostic *row = &MPMDiagnostics[k];
+
+    if (!(row->uses & MPM_SHOW_SUM)) continue;
+    for (PetscInt c = 0; c < row->nc; c++) MPMSumZero(&sum[n + c]);
+    for (PetscInt p = 0; p < view.n; p++) {
+      PetscReal value[3];
+
+      row->fill(&shown, &view, p, value);
+      for (PetscInt c = 0; c < row->nc; c++) MPMSumAdd(&sum[n + c], value[c]);
+    }
+    n += row->nc;
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCall(MPMSumReduce(sum, n, core->exchange.data));
+  for (PetscInt k = 0, at = 0; k < MPM_NUM_DIAGNOSTICS; k++)
+    for (PetscInt c = 0; (MPMDiagnostics[k].uses & MPM_SHOW_SUM) && c < MPMDiagnostics[k].nc; c++)
+      totals->sum[k][c] = MPMSumValue(&sum[at++]);
+  count[0] = core->particles.n;
+  PetscCall(MPMParticlesFingerprint(&core->particles, &count[1]));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT64, MPI_SUM, core->exchange.data));
+  PetscCall(MPMParticlesCheck(&core->particles, core->exchange.data, count[0], count[1]));
+  totals->n = count[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,139 @@
+/* monitor.c - the CSV history of the columns of diagnostics.def, and the checks of energy and momentum. */
+#include <errno.h>
+#include "output/output.h"
+
+PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, PetscReal time_end, MPMOptions o)
+{
+  PetscBool moving = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  mon->every = time_end / 100;
+  mon->last  = -1;
+  PetscCall(MPMOptionsReal(o, "history_every", NULL, &mon->every, NULL));
+  PetscCall(MPMOptionsReal(o, "check_energy", NULL, &mon->check_energy, NULL));
+  PetscCall(MPMOptionsReal(o, "check_momentum", NULL, &mon->check_momentum, NULL));
+  for (PetscInt k = 0; k < 6; k++)
+    if (scene->walls.given[k / 2][k % 2].type == MPM_WALL_moving) moving = PETSC_TRUE;
+  if ((mon->check_energy > 0 || mon->check_momentum > 0) && (scene->forced || moving))
+    MPMOptionsFail(o, "-check_%s does not apply: the work of %s is not followed",
+                   mon->check_energy > 0 ? "energy" : "momentum", moving ? "moving walls" : "body forces and loads");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+MPMShown MPMMonitorShown(const MPMMonitor *mon, const MPMCore *core, const MPMScene *scene)
+{
+  return (MPMShown){core, scene, &mon->start, &mon->now};
+}
+
+/* Components of a row that the history shows: those of the space's dimensions. */
+static PetscInt Columns(const MPMCore *core, const MPMDiagnostic *row)
+{
+  return row->uses & MPM_SHOW_COLUMN ? PetscMin(row->nc, row->nc == 1 ? 1 : core->grid.dim) : 0;
+}
+
+/* Opens the history; on the first process only. */
+static PetscErrorCode Open(MPMMonitor *mon, const MPMCore *core, const MPMScene *scene)
+{
+  char        path[2 * MPM_TEXT_LEN];
+  const char *comma = "";
+
+  PetscFunctionBeginUser;
+  (void)snprintf(path, sizeof path, "%s/%s.csv", mon->dir, scene->name);
+  mon->file = fopen(path, "w");
+  PetscCheck(mon->file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", path, strerror(errno));
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
+    for (PetscInt c = 0; c < Columns(core, &MPMDiagnostics[k]); c++, comma = ",") {
+      fprintf(mon->file, "%s%s", comma, MPMDiagnostics[k].name);
+      if (MPMDiagnostics[k].nc > 1) fprintf(mon->file, "_%c", "xyz"[c]);
+    }
+  fprintf(mon->file, "\n");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A line of the history; it is flushed when this returns. */
+static PetscErrorCode WriteLine(MPMMonitor *mon, const MPMCore *core, const MPMShown *shown)
+{
+  PetscMPIInt rank;
+  const char *comma = "";
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
+  if (rank) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!mon->file) PetscCall(Open(mon, core, shown->scene));
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
+    const MPMDiagnostic *row = &MPMDiagnostics[k];
+
+    for (PetscInt c = 0; c < Columns(core, row); c++, comma = ",") {
+      const PetscReal value = row->value ? row->value(shown) : mon->now.sum[k][c];
+
+      fprintf(mon->file, row->whole ? "%s%.0f" : "%s%.17g", comma, (double)value);
+    }
+  }
+  fprintf(mon->file, "\n");
+  PetscCheck(!fflush(mon->file) && !ferror(mon->file), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE,
+             "cannot write the history: %s", strerror(errno));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* -check_energy and -check_momentum: leaves the reason in core->stop when exceeded. */
+static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
+{
+  const MPMTotals *now = &mon->now, *start = &mon->start;
+  const PetscReal  residual = MPMShownResidual(shown), *p = now->sum[MPM_SHOWS_momentum];
+  PetscReal        change2 = 0, base;
+
+  mon->energy_max = PetscMax(mon->energy_max,
+                             now->sum[MPM_SHOWS_kinetic_energy][0] + now->sum[MPM_SHOWS_strain_energy][0]);
+  mon->speed_max  = PetscMax(mon->speed_max, now->sum[MPM_SHOWS_momentum_size][0]);
+  base            = mon->energy_max + PetscAbsReal(MPMShownWork(shown));
+  if (mon->check_energy > 0 && !(PetscAbsReal(residual) <= mon->check_energy * base))
+    (void)snprintf(core->stop, sizeof core->stop,
+                   "energy changed by %g J, %.3g of the largest %g J; -check_energy allows %g", (double)residual,
+                   (double)(residual / base), (double)base, (double)mon->check_energy);
+  for (PetscInt d = 0; d < core->grid.dim; d++) {
+    const PetscReal change = p[d] - start->sum[MPM_SHOWS_momentum][d] -
+                             now->sum[MPM_SHOWS_mass][0] * core->params.gravity[d] * core->t;
+
+    change2 += change * change;
+  }
+  if (mon->check_momentum > 0 && !(PetscSqrtReal(change2) <= mon->check_momentum * mon->speed_max))
+    (void)snprintf(core->stop, sizeof core->stop,
+                   "momentum changed by %g kg m/s, %.3g of sum m|v| = %g; -check_momentum allows %g",
+                   (double)PetscSqrtReal(change2), (double)(PetscSqrtReal(change2) / mon->speed_max),
+                   (double)mon->speed_max, (double)mon->check_momentum);
+}
+
+/* At its cadence, or forced: totals, a line of the history and the checks, which also act every 100 steps. Collective on
+   the exchange. */
+PetscErrorCode MPMMonitorStep(MPMMonitor *mon, MPMCore *core, const MPMScene *scene, PetscBool force)
+{
+  const PetscBool due   = force || core->t >= mon->next ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool check = (mon->check_energy > 0 || mon->check_momentum > 0) && core->step % 100 == 0 ? PETSC_TRUE
+                                                                                                      : PETSC_FALSE;
+  const MPMShown  shown = MPMMonitorShown(mon, core, scene);
+
+  PetscFunctionBeginUser;
+  if (mon->off || (!due && !check) || mon->last == core->step) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMTotalsCompute(scene, core, &mon->now));
+  if (core->step == 0) mon->start = mon->now;
+  Check(mon, core, &shown);
+  if (!due && !core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(WriteLine(mon, core, &shown));
+  mon->last = core->step;
+  mon->next = MPMNextTime(core->t, mon->every);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The first multiple of `every` after t (up to rounding); t itself if every is 0. */
+PetscReal MPMNextTime(PetscReal t, PetscReal every)
+{
+  return every > 0 ? (PetscFloorReal(t / every * (1 + 1e-12)) + 1) * every * (1 - 1e-12) : t;
+}
+
+PetscErrorCode MPMMonitorDestroy(MPMMonitor *mon)
+{
+  PetscFunctionBeginUser;
+  if (mon->file) (void)fclose(mon->file);
+  mon->file = NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

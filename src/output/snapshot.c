@@ -1,0 +1,453 @@
+/* snapshot.c - snapshots: one HDF5 file a run, a group a snapshot, rows by id; with xdmf.c the way into ParaView.
+
+   /                      attributes: provenance and the grid
+   /step_000123           attributes time, step, dt, digest
+     particles/id x ...   [N] or [N][nc], one row a particle in the order of ids, on every number of processes
+     grid/mass v          [nz][ny][nx] and [nz][ny][nx][3], nodes in the order of coordinates
+   Vectors have 3 components in every dimension. The file is flushed after each snapshot. With a PETSc that has no HDF5
+   there are no snapshots, and asking for them is refused.                                                            */
+#include <errno.h>
+#include <sys/stat.h>
+#include "output/output.h"
+#include "step/step.h"
+#if defined(PETSC_HAVE_HDF5)
+#include <hdf5.h>
+#include <petscsf.h>
+#include <petscviewerhdf5.h>
+#endif
+
+#define H5(call)                                                                                                       \
+  do {                                                                                                                 \
+    PetscCheck((call) >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 failed to write the results: %s", #call);            \
+  } while (0)
+
+/* Makes the folder and those above it; returns 0 or errno. */
+static int MakeFolder(const char dir[])
+{
+  char        path[MPM_TEXT_LEN];
+  struct stat s;
+
+  (void)snprintf(path, sizeof path, "%s", dir);
+  for (char *c = path + 1; *c; c++)
+    if (*c == '/') {
+      *c = 0;
+      if (mkdir(path, 0777) && errno != EEXIST) return errno;
+      *c = '/';
+    }
+  if (mkdir(path, 0777) && errno != EEXIST) return errno;
+  return !stat(path, &s) && S_ISDIR(s.st_mode) ? 0 : ENOTDIR;
+}
+
+/* The words of -output_fields, as a list. */
+static void ListWords(char text[MPM_TEXT_LEN])
+{
+  text[0] = 0;
+  for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++)
+    if (MPMDiagnostics[f].word[0])
+      (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), "%s,", MPMDiagnostics[f].word);
+  (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), "grid");
+}
+
+/* Reads -output_fields a,b,...: words of diagnostics.def, and grid. set: was it given? */
+static PetscErrorCode ReadFields(MPMOutput *out, const MPMScene *scene, MPMOptions o, PetscBool *set)
+{
+  char      text[MPM_TEXT_LEN] = "", list[MPM_TEXT_LEN], *save = NULL;
+  PetscInt  has = 0; /* fields that a material of the scene carries */
+  PetscBool all;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < scene->nmaterials; k++) has |= scene->materials[k].state;
+  PetscCall(MPMOptionsString(o, "output_fields", NULL, text, set));
+  all         = !*set || !strcmp(text, "all") ? PETSC_TRUE : PETSC_FALSE;
+  out->fields = all ? MPM_OUTPUT_GRID : 0;
+  for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++)
+    if (MPMDiagnosticIsField(f, has) && (all || !MPMDiagnostics[f].word[0])) out->fields |= (PetscInt64)1 << f;
+  if (all) PetscFunctionReturn(PETSC_SUCCESS);
+  for (char *w = strtok_r(text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
+    PetscInt f = 0;
+
+    while (f < MPM_NUM_DIAGNOSTICS && strcmp(MPMDiagnostics[f].word, w)) f++;
+    ListWords(list);
+    if (f == MPM_NUM_DIAGNOSTICS && strcmp(w, "grid"))
+      MPMOptionsFail(o, "-output_fields %s: choose among all, or a list of %s", w, list);
+    if (f < MPM_NUM_DIAGNOSTICS && !MPMDiagnosticIsField(f, has))
+      MPMOptionsFail(o, "-output_fields %s: no material of this scene has it", w);
+    out->fields |= f < MPM_NUM_DIAGNOSTICS ? (PetscInt64)1 << f : MPM_OUTPUT_GRID;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMOutputSetFromOptions(MPMOutput *out, const MPMScene *scene, PetscReal time_end, MPMOptions o)
+{
+  char      format[MPM_NAME_LEN];
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  out->last  = -1;
+  out->every = time_end / 20;
+  PetscCall(MPMOptionsString(o, "output_dir", NULL, out->dir, NULL));
+  PetscCall(MPMOptionsEnum(o, "output_format", NULL, format, NULL));
+  PetscCall(MPMOptionsReal(o, "output_every", NULL, &out->every, &set));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  out->enabled = !strcmp(format, "hdf5") ? PETSC_TRUE : PETSC_FALSE;
+#if !defined(PETSC_HAVE_HDF5)
+  if (out->enabled)
+    MPMOptionsFail(o, "-output_format hdf5, the default, needs a PETSc with HDF5, and this one has none; choose none");
+#endif
+  if (!out->enabled && set && !MPMOptionsOverridden("output_every", "output_format"))
+    MPMOptionsFail(o, "-output_every does not apply: -output_format none writes no snapshots");
+  PetscCall(ReadFields(out, scene, o, &set));
+  if (!out->enabled && set && !MPMOptionsOverridden("output_fields", "output_format"))
+    MPMOptionsFail(o, "-output_fields does not apply: -output_format none writes no snapshots");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes the folder of the results, once nothing else can be refused. Every process tries. */
+PetscErrorCode MPMOutputMakeFolder(MPMOutput *out, const MPMScene *scene, MPMOptions o)
+{
+  PetscFunctionBeginUser;
+  if (!scene->dry_run) {
+    const int fault = MakeFolder(out->dir);
+
+    if (fault) MPMOptionsFail(o, "-output_dir %s: %s", out->dir, strerror(fault));
+    for (int k = 0; k < 3 && !fault; k++) {
+      static const char *const ends[] = {"csv", "h5", "xdmf"};
+      char                     path[2 * MPM_TEXT_LEN];
+      struct stat              s;
+
+      (void)snprintf(path, sizeof path, "%s/%s.%s", out->dir, scene->name, ends[k]);
+      if (stat(path, &s)) continue;
+      if (!S_ISREG(s.st_mode)) MPMOptionsFail(o, "-output_name: %s is there and is not a file", path);
+      if (!k || out->enabled) out->replaced = PETSC_TRUE;
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- HDF5 ------------------------------------------------------------------------------------------------------ */
+
+#if defined(PETSC_HAVE_HDF5)
+
+static PetscErrorCode WriteAttribute(hid_t object, const char name[], hid_t type, hsize_t n, const void *value)
+{
+  hid_t space, attribute;
+
+  PetscFunctionBeginUser;
+  H5(space = n ? H5Screate_simple(1, &n, NULL) : H5Screate(H5S_SCALAR));
+  H5(attribute = H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT));
+  H5(H5Awrite(attribute, type, value));
+  H5(H5Aclose(attribute));
+  H5(H5Sclose(space));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteText(hid_t object, const char name[], const char text[])
+{
+  hid_t type;
+
+  PetscFunctionBeginUser;
+  H5(type = H5Tcopy(H5T_C_S1));
+  H5(H5Tset_size(type, strlen(text) + 1));
+  PetscCall(WriteAttribute(object, name, type, 0, text));
+  H5(H5Tclose(type));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A text of any length, as a dataset. */
+static PetscErrorCode WriteLongText(hid_t object, const char name[], const char text[])
+{
+  hid_t type, space, set;
+
+  PetscFunctionBeginUser;
+  H5(type = H5Tcopy(H5T_C_S1));
+  H5(H5Tset_size(type, strlen(text) + 1));
+  H5(space = H5Screate(H5S_SCALAR));
+  H5(set = H5Dcreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  H5(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text));
+  H5(H5Dclose(set));
+  H5(H5Sclose(space));
+  H5(H5Tclose(type));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteReal(hid_t object, const char name[], PetscReal value)
+{
+  const double v = (double)value;
+
+  PetscFunctionBeginUser;
+  PetscCall(WriteAttribute(object, name, H5T_NATIVE_DOUBLE, 0, &v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteInt(hid_t object, const char name[], PetscInt value)
+{
+  const long long v = value;
+
+  PetscFunctionBeginUser;
+  PetscCall(WriteAttribute(object, name, H5T_NATIVE_LLONG, 0, &v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes a box of a dataset: this process's part at `offset` of size `count`. Collective on the file. */
+static PetscErrorCode WriteDataset(hid_t group, const char name[], const char unit[], const char components[],
+                                   PetscBool whole, int rank, const hsize_t size[], const hsize_t offset[],
+                                   const hsize_t count[], const PetscReal *data)
+{
+  hid_t file, memory, create, transfer, set;
+
+  PetscFunctionBeginUser;
+  H5(file = H5Screate_simple(rank, size, NULL));
+  H5(memory = H5Screate_simple(rank, count, NULL));
+  H5(create = H5Pcreate(H5P_DATASET_CREATE));
+  H5(H5Pset_obj_track_times(create, 0)); /* so that equal results are equal files */
+  H5(set = H5Dcreate2(group, name, whole ? H5T_STD_I64LE : H5T_IEEE_F64LE, file, H5P_DEFAULT, create, H5P_DEFAULT));
+  H5(H5Sselect_hyperslab(file, H5S_SELECT_SET, offset, NULL, count, NULL));
+  for (int r = 0; r < rank; r++)
+    if (!count[r]) {
+      H5(H5Sselect_none(file));
+      H5(H5Sselect_none(memory));
+    }
+  H5(transfer = H5Pcreate(H5P_DATASET_XFER));
+#if defined(H5_HAVE_PARALLEL)
+  H5(H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE));
+#endif
+  H5(H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, file, transfer, data));
+  PetscCall(WriteText(set, "units", unit));
+  if (components[0]) PetscCall(WriteText(set, "components", components));
+  H5(H5Pclose(transfer));
+  H5(H5Dclose(set));
+  H5(H5Pclose(create));
+  H5(H5Sclose(memory));
+  H5(H5Sclose(file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where each row goes: ids in order, dealt to the processes in equal parts; `rows` of them here, from `first` on. */
+static PetscErrorCode CreateRows(MPMCore *core, PetscSF *sf, PetscInt *first, PetscInt *rows)
+{
+  const MPI_Comm comm = core->exchange.data;
+  PetscLayout    layout;
+  PetscInt      *row;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscLayoutCreateFromSizes(comm, PETSC_DECIDE, (PetscInt)core->particles.total, 1, &layout));
+  PetscCall(PetscLayoutGetRange(layout, first, rows));
+  *rows -= *first;
+  PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(id), &view));
+  PetscCall(PetscMalloc1(view.n, &row));
+  for (PetscInt p = 0; p < view.n; p++) row[p] = (PetscInt)view.id[p];
+  PetscCall(PetscSFCreate(comm, sf));
+  PetscCall(PetscSFSetGraphLayout(*sf, layout, view.n, NULL, PETSC_COPY_VALUES, row));
+  PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(id), &view));
+  PetscCall(PetscFree(row));
+  PetscCall(PetscLayoutDestroy(&layout));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMScene *scene, hid_t group)
+{
+  const PetscInt n     = core->particles.n;
+  const MPMShown shown = {core, scene, NULL, NULL};
+  PetscInt       first, rows;
+  PetscSF        sf;
+  MPMView        view;
+  PetscReal     *here, *sorted;
+
+  PetscFunctionBeginUser;
+  PetscCall(CreateRows(core, &sf, &first, &rows));
+  PetscCall(PetscMalloc2(n * 9, &here, rows * 9, &sorted));
+  for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) {
+    const MPMDiagnostic *field     = &MPMDiagnostics[f];
+    const PetscInt       nc        = field->nc;
+    const hsize_t        size[2]   = {(hsize_t)core->particles.total, (hsize_t)nc};
+    const hsize_t        offset[2] = {(hsize_t)first, 0}, count[2] = {(hsize_t)rows, (hsize_t)nc};
+    MPI_Datatype         unit;
+
+    if (!(out->fields >> f & 1)) continue;
+    PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
+    for (PetscInt p = 0; p < n; p++) field->fill(&shown, &view, p, here + p * nc);
+    PetscCall(MPMParticlesRestoreView(&core->particles, -1, &view));
+    PetscCallMPI(MPI_Type_contiguous((PetscMPIInt)nc, MPIU_REAL, &unit));
+    PetscCallMPI(MPI_Type_commit(&unit));
+    PetscCall(PetscSFReduceBegin(sf, unit, here, sorted, MPI_REPLACE));
+    PetscCall(PetscSFReduceEnd(sf, unit, here, sorted, MPI_REPLACE));
+    PetscCallMPI(MPI_Type_free(&unit));
+    PetscCall(WriteDataset(group, field->name, field->unit, field->components, field->whole, nc == 1 ? 1 : 2, size,
+                           offset, count, sorted));
+  }
+  PetscCall(PetscFree2(here, sorted));
+  PetscCall(PetscSFDestroy(&sf));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Mass and velocity of the nodes between the walls, for the state as it is. */
+static PetscErrorCode WriteGrid(MPMCore *core, hid_t group)
+{
+  const MPMGrid   *grid  = &core->grid;
+  const MPMPatch  *patch = &core->exchange.patch;
+  const PetscInt   dim   = grid->dim;
+  PetscInt         lo[3], n[3], at = 0;
+  hsize_t          size[4], offset[4], count[4];
+  PetscReal       *mass, *velocity;
+  const PetscReal *vel;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMStepNodes(core));
+  for (PetscInt d = 0; d < 3; d++) {
+    const PetscInt last = d < dim ? grid->cells[d] - grid->periodic[d] : 0,
+                   hi   = PetscMin(patch->own_lo[d] + patch->own_n[d], last + 1);
+
+    lo[d]         = PetscMax(patch->own_lo[d], 0);
+    n[d]          = PetscMax(0, hi - lo[d]);
+    size[2 - d]   = (hsize_t)last + 1;
+    offset[2 - d] = (hsize_t)lo[d];
+    count[2 - d]  = (hsize_t)n[d];
+  }
+  size[3] = count[3] = 3;
+  offset[3]          = 0;
+  PetscCall(PetscCalloc2(n[0] * n[1] * n[2], &mass, 3 * n[0] * n[1] * n[2], &velocity));
+  PetscCall(VecGetArrayRead(core->exchange.motion, &vel));
+  for (PetscInt k = lo[2]; k < lo[2] + n[2]; k++)
+    for (PetscInt j = lo[1]; j < lo[1] + n[1]; j++)
+      for (PetscInt i = lo[0]; i < lo[0] + n[0]; i++, at++) {
+        const PetscInt row  = (k - patch->lo[2]) * patch->n[1] + j - patch->lo[1],
+                       node = row * patch->n[0] + i - patch->lo[0];
+
+        if (i - patch->lo[0] < patch->span[row].first || i - patch->lo[0] >= patch->span[row].last) continue;
+        mass[at] = patch->node[node].m;
+        for (PetscInt d = 0; d < dim; d++) velocity[3 * at + d] = vel[node * MPM_MOTION_NC(dim) + d];
+      }
+  PetscCall(VecRestoreArrayRead(core->exchange.motion, &vel));
+  PetscCall(WriteDataset(group, "mass", "kg", "", PETSC_FALSE, 3, size, offset, count, mass));
+  PetscCall(WriteDataset(group, "v", "m/s", "x y z", PETSC_FALSE, 4, size, offset, count, velocity));
+  PetscCall(PetscFree2(mass, velocity));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What made this file. */
+static PetscErrorCode WriteProvenance(const MPMCore *core, const MPMScene *scene, hid_t file)
+{
+  char        text[MPM_TEXT_LEN], *options;
+  unsigned    major, minor, release;
+  int         length = 0;
+  PetscMPIInt size;
+  char        mpi[MPI_MAX_LIBRARY_VERSION_STRING];
+  long long   cells[3];
+
+  PetscFunctionBeginUser;
+  PetscCall(WriteText(file, "title", scene->title));
+  PetscCall(WriteText(file, "scene", scene->name));
+  PetscCall(WriteInt(file, "dim", core->grid.dim));
+  PetscCall(WriteText(file, "version", "pebble " MPM_VERSION));
+  PetscCall(WriteText(file, "git", MPMVersionGit));
+  PetscCall(WriteText(file, "compiler", MPMVersionCompiler));
+  PetscCall(WriteText(file, "flags", MPMVersionFlags));
+  PetscCall(PetscGetVersion(text, sizeof text));
+  PetscCall(WriteText(file, "petsc_version", text));
+  H5(H5get_libversion(&major, &minor, &release));
+  (void)snprintf(text, sizeof text, "%u.%u.%u", major, minor, release);
+  PetscCall(WriteText(file, "hdf5_version", text));
+  PetscCallMPI(MPI_Get_library_version(mpi, &length));
+  PetscCall(WriteText(file, "mpi", mpi));
+  PetscCallMPI(MPI_Comm_size(core->comm, &size));
+  PetscCall(WriteInt(file, "ranks", size));
+  PetscCall(PetscGetHostName(text, sizeof text));
+  PetscCall(WriteText(file, "host", text));
+  PetscCall(PetscGetDate(text, sizeof text));
+  PetscCall(WriteText(file, "date", text));
+  PetscCall(MPMOptionsText(&options));
+  if (strlen(options) < 60000)
+    PetscCall(WriteText(file, "options", options)); /* HDF5 takes 64 KiB an attribute */
+  else
+    PetscCall(WriteLongText(file, "options", options));
+  PetscCall(PetscFree(options));
+  for (PetscInt d = 0; d < 3; d++) cells[d] = core->grid.cells[d];
+  PetscCall(WriteAttribute(file, "grid_lower", H5T_NATIVE_DOUBLE, 3, core->grid.lower));
+  PetscCall(WriteAttribute(file, "grid_upper", H5T_NATIVE_DOUBLE, 3, core->grid.upper));
+  PetscCall(WriteAttribute(file, "grid_cells", H5T_NATIVE_LLONG, 3, cells));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode OpenFile(MPMOutput *out, MPMCore *core, const MPMScene *scene)
+{
+  char  path[2 * MPM_TEXT_LEN];
+  hid_t file;
+
+  PetscFunctionBeginUser;
+  (void)snprintf(path, sizeof path, "%s/%s.h5", out->dir, scene->name);
+  PetscCall(PetscViewerHDF5Open(core->exchange.data, path, FILE_MODE_WRITE, &out->viewer));
+  PetscCall(PetscViewerHDF5GetFileId(out->viewer, &file));
+  PetscCall(WriteProvenance(core, scene, file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScene *scene)
+{
+  char       name[MPM_NAME_LEN];
+  PetscInt64 digest;
+  hid_t      file, step, group;
+
+  PetscFunctionBeginUser;
+  if (!out->viewer) PetscCall(OpenFile(out, core, scene));
+  PetscCall(PetscViewerHDF5GetFileId(out->viewer, &file));
+  (void)snprintf(name, sizeof name, "step_%06" PetscInt_FMT, core->step);
+  H5(step = H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  PetscCall(WriteReal(step, "time", core->t));
+  PetscCall(WriteInt(step, "step", core->step));
+  PetscCall(WriteReal(step, "dt", core->step ? core->params.dt : 0));
+  PetscCall(MPMParticlesDigest(&core->particles, core->exchange.data, &digest));
+  (void)snprintf(name, sizeof name, "%016llx", (unsigned long long)digest);
+  PetscCall(WriteText(step, "digest", name));
+  PetscCall(WriteText(step, "units", "time and dt in s"));
+  H5(group = H5Gcreate2(step, "particles", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  PetscCall(WriteParticles(out, core, scene, group));
+  H5(H5Gclose(group));
+  if (out->fields & MPM_OUTPUT_GRID) {
+    H5(group = H5Gcreate2(step, "grid", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+    PetscCall(WriteGrid(core, group));
+    H5(H5Gclose(group));
+  }
+  H5(H5Gclose(step));
+  H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#else
+
+static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScene *scene)
+{
+  PetscFunctionBeginUser;
+  SETERRQ(core->comm, PETSC_ERR_SUP, "snapshots need a PETSc with HDF5");
+}
+
+#endif
+
+/* At its cadence, or forced: a snapshot. Collective on the exchange. */
+PetscErrorCode MPMOutputStep(MPMOutput *out, MPMCore *core, const MPMScene *scene, PetscBool force)
+{
+
+  PetscFunctionBeginUser;
+  if (!out->enabled || out->last == core->step || !(force || core->t >= out->next)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(WriteSnapshot(out, core, scene));
+  if (out->count % 64 == 0) {
+    PetscCall(PetscRealloc((out->count + 64) * sizeof *out->steps, &out->steps));
+    PetscCall(PetscRealloc((out->count + 64) * sizeof *out->times, &out->times));
+  }
+  out->steps[out->count]   = core->step;
+  out->times[out->count++] = core->t;
+  if (force || out->count % (1 + out->count / 100) == 0)
+    PetscCall(MPMXdmfWrite(out, core, scene)); /* whole, so not each time */
+  out->last = core->step;
+  out->next = MPMNextTime(core->t, out->every);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMOutputDestroy(MPMOutput *out)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscViewerDestroy(&out->viewer));
+  PetscCall(PetscFree(out->steps));
+  PetscCall(PetscFree(out->times));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,175 @@
+/* exchange.c - the table of ways to run the step, and what they share: a phase on the patch here. */
+#include "kernels/tile_index.h"
+#include "options/options.h"
+#include "parallel/exchange.h"
+
+#define MPM_EXCHANGE(name) extern const MPMExchangeType MPMExchange_##name;
+#include "parallel/exchange.def"
+#undef MPM_EXCHANGE
+
+const MPMExchangeType *const MPMExchangeTypes[] = {
+#define MPM_EXCHANGE(name) &MPMExchange_##name,
+#include "parallel/exchange.def"
+#undef MPM_EXCHANGE
+    NULL};
+
+/* Chooses how the step is run: one process is serial, whatever the strategy, but for periodic faces, across which it is
+   its own neighbour. Collective on core->comm.                                                                        */
+PetscErrorCode MPMExchangeSetFromOptions(MPMCore *core, MPMOptions o)
+{
+  static const char *const balances[] = {"none", "start", "auto"};
+  MPMExchange             *ex         = &core->exchange;
+  char                     strategy[MPM_NAME_LEN], sums[MPM_NAME_LEN], balance[MPM_NAME_LEN], migrate[MPM_NAME_LEN];
+  const PetscBool periodic = core->grid.periodic[0] || core->grid.periodic[1] || core->grid.periodic[2] ? PETSC_TRUE
+                                                                                                        : PETSC_FALSE;
+  PetscMPIInt     size;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "parallel_strategy", NULL, strategy, NULL));
+  PetscCall(MPMOptionsEnum(o, "parallel_sums", NULL, sums, NULL));
+  PetscCall(MPMOptionsEnum(o, "parallel_balance", NULL, balance, NULL));
+  PetscCall(MPMOptionsEnum(o, "parallel_migrate", NULL, migrate, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_size(core->comm, &size));
+  ex->roundoff = !strcmp(sums, "roundoff") ? PETSC_TRUE : PETSC_FALSE;
+  ex->direct   = !strcmp(migrate, "direct") ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt k = 0; k < 3; k++)
+    if (!strcmp(balances[k], balance)) ex->balance = (MPMBalance)k;
+  for (PetscInt k = 0; MPMExchangeTypes[k]; k++)
+    if (!strcmp(MPMExchangeTypes[k]->name, size > 1 ? strategy : periodic ? "spatial" : "serial"))
+      ex->type = MPMExchangeTypes[k];
+  PetscCall(MPMOptionsInt(o, "pool_cells", NULL, &ex->pool_cells, NULL));
+  ex->pool_cells = MPMPoolEdge(core->basis, ex->pool_cells);
+  if (size > 1 && !strcmp(strategy, "pool") && ex->roundoff)
+    MPMOptionsFail(o, "-parallel_sums roundoff does not apply: the pool always gives bitwise sums");
+  if (size > 1 && !strcmp(strategy, "spatial")) {
+    const PetscInt largest = MPMPartitionLargest(&core->grid, core->basis, size);
+
+    if (largest < size)
+      MPMOptionsFail(o,
+                     "started on %d processes: this grid cannot be cut into so many boxes of at least %" PetscInt_FMT
+                     " nodes an axis; the largest number below that can is %" PetscInt_FMT,
+                     size, MPMTileEdge(core->basis), largest);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMExchangeOpen(MPMCore *core, const MPMPhase *phase)
+{
+  MPMPatch *patch = &core->exchange.patch;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMParticlesGetView(&core->particles, phase->particles_in | phase->particles_out, &patch->particles));
+  patch->order  = core->particles.order;
+  patch->movers = core->particles.movers;
+  PetscCall(VecGetArray(core->exchange.motion, &patch->motion));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMExchangeClose(MPMCore *core, const MPMPhase *phase)
+{
+  MPMPatch *patch = &core->exchange.patch;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecRestoreArray(core->exchange.motion, &patch->motion));
+  PetscCall(MPMParticlesRestoreView(&core->particles, phase->particles_in | phase->particles_out, &patch->particles));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMExchangeRun(MPMCore *core, const MPMPhase *phase, MPMPass pass)
+{
+  MPMPatch *patch = &core->exchange.patch;
+
+  PetscFunctionBeginUser;
+  if (pass != MPM_PASS_MAIN && !patch->tiles.nruns[pass]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMExchangeOpen(core, phase));
+  PetscCall(MPMPatchRun(core, patch, phase, pass, &core->status));
+  if (phase->parts & MPM_G2P_COMMIT) core->particles.nmovers = patch->nmovers;
+  PetscCall(MPMExchangeClose(core, phase));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMExchangeSort(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_SORT));
+  MPMWorkBegin(&core->timers);
+  PetscCall(MPMParticlesSort(&core->particles, &core->exchange.patch));
+  MPMWorkEnd(&core->timers, MPM_TIMER_SORT, "SORT", (PetscReal)core->particles.n);
+  PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_SORT));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Runs a phase on the patch, whose views hold the fields that the phase declares. pass: of particles to nodes the tiles
+   that it is for. Merges what it finds into status. Not collective. */
+PetscErrorCode MPMPatchRun(MPMCore *core, MPMPatch *patch, const MPMPhase *phase, MPMPass pass, MPMStatus *status)
+{
+  static const PetscInt parts[] = {[MPM_PASS_EARLY] = MPM_P2G_EARLY, [MPM_PASS_LATE] = MPM_P2G_LATE};
+  PetscInt              work    = phase->kind == MPM_NODES ? core->particles.n : patch->particles.n;
+
+  PetscFunctionBeginUser;
+  MPMWorkBegin(&core->timers);
+  if (phase->kind == MPM_NODES) {
+    for (PetscInt k = 0; k < patch->own_n[2]; k++)
+      for (PetscInt j = 0; j < patch->own_n[1]; j++) {
+        const PetscInt row = (k + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + j + patch->own_lo[1] - patch->lo[1];
+        if (patch->span[row].first < patch->span[row].last) phase->nodes(&core->params, patch, row);
+      }
+  } else {
+    const MPMKernel kernel = MPMKernelFind(patch->grid->dim, patch->basis, phase->parts);
+
+    PetscCheck(kernel, PETSC_COMM_SELF, PETSC_ERR_PLIB, "phase %s has no kernel for parts %" PetscInt_FMT, phase->name,
+               phase->parts);
+    if (phase->kind == MPM_PARTICLES_TO_NODES) {
+      if (pass == MPM_PASS_MAIN) MPMTilesFindSpans(patch);
+      for (PetscInt k = work = 0; k < patch->tiles.nruns[pass]; k++)
+        work += patch->tiles.runs[pass][k].last - patch->tiles.runs[pass][k].first;
+    }
+    kernel(&core->params, patch, phase->parts | parts[pass], status);
+  }
+  MPMWorkEnd(&core->timers, phase->timer, phase->name, (PetscReal)work);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Operations of a phase on n particles: particles do the work of the transfers, nodes that of the node phases. */
+static PetscReal PhaseFlops(const MPMCore *core, const MPMPhase *phase, PetscInt n, PetscReal nodes)
+{
+  const PetscInt dim = core->grid.dim;
+
+  return phase->kind == MPM_NODES ? nodes * (PetscReal)(dim * phase->flops)
+                                  : (PetscReal)n * MPMKernelFlops(dim, core->basis, phase->parts);
+}
+
+/* Bytes of a phase between memory and processor if nothing stays in caches from phase to phase: the declared fields of
+   the particles, and the records of nodes that particles touch, each read or written once. */
+static PetscReal PhaseBytes(const MPMCore *core, const MPMPhase *phase, PetscInt n, PetscReal nodes)
+{
+  const PetscInt dim = core->grid.dim;
+  const PetscInt nc  = phase->kind == MPM_PARTICLES_TO_NODES   ? 2 * MPM_NODE_NC
+                       : phase->kind == MPM_NODES_TO_PARTICLES ? MPM_MOTION_NC(dim)
+                                                               : MPM_NODE_NC + MPM_MOTION_NC(dim);
+
+  return (PetscReal)n * (PetscReal)(MPMParticlesRowBytes(&core->particles, phase->particles_in) +
+                                    MPMParticlesRowBytes(&core->particles, phase->particles_out)) +
+         nodes * (PetscReal)nc * (PetscReal)sizeof(PetscReal);
+}
+
+PetscErrorCode MPMPhaseBegin(MPMCore *core, const MPMPhase *phase)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMTimersBegin(&core->timers, phase->timer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMPhaseEnd(MPMCore *core, const MPMPhase *phase, PetscInt n)
+{
+  const PetscReal nodes = MPMPatchTouchedNodes(&core->exchange.patch);
+  const PetscInt  all   = core->exchange.type->farms ? core->particles.n : n; /* workers do those of a pool's master */
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscLogFlops(PhaseFlops(core, phase, n, nodes)));
+  core->timers.flops += PhaseFlops(core, phase, all, nodes);
+  core->timers.bytes += PhaseBytes(core, phase, all, nodes);
+  PetscCall(MPMTimersEnd(&core->timers, phase->timer));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,267 @@
+/* migrate.c - particles that left their patch go to the process that owns their cell. Both ways give the same particles
+   on the same processes, so the same bits; only messages and time differ. */
+#include "kernels/cell.h"
+#include "parallel/spatial.h"
+
+#define FIELDS                                                                                                         \
+  (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l)) /* that say where a particle is */
+
+/* The process that owns the cell where particle p of the view is now, and the way to it. */
+static PetscErrorCode FindOwner(MPMCore *core, const MPMSpatial *s, const MPMView *view, PetscInt p, PetscMPIInt *owner,
+                                int hops[3])
+{
+  const PetscInt dim = core->grid.dim;
+  PetscReal      xi[3];
+  PetscInt       base[3] = {0};
+
+  PetscFunctionBeginUser;
+  PetscCheck(MPMLocate((int)dim, core->basis, &core->grid, view->x + p * dim,
+                       MPMHalfWidths((int)dim, core->params.kinds, view, p), xi, base),
+             PETSC_COMM_SELF, PETSC_ERR_PLIB, "particle %" PetscInt64_FMT " has no cell", view->id[p]);
+  *owner = MPMSpatialOwner(s, &core->grid, base, hops);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lists the particles that left the patch and the processes that they go to, and finds out how far that is. A migration
+   follows if any process lists some. Not collective. */
+PetscErrorCode MPMMigrateList(MPMCore *core, MPMSpatial *s, PetscInt64 *hops)
+{
+  MPMView view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMMigrateForget(s));
+  *hops = 0;
+  PetscCall(MPMParticlesLeavers(&core->particles, &s->nleavers, &s->leaver));
+  PetscCall(PetscMalloc1(s->nleavers, &s->owner));
+  PetscCall(PetscCalloc1(s->nleavers, &s->hops));
+  PetscCall(MPMParticlesGetView(&core->particles, FIELDS, &view));
+  for (PetscInt q = 0; q < s->nleavers; q++) {
+    PetscCall(FindOwner(core, s, &view, s->leaver[q], &s->owner[q], s->hops[q]));
+    for (PetscInt d = 0; d < core->grid.dim; d++) *hops = PetscMax(*hops, PetscAbsInt(s->hops[q][d]));
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, FIELDS, &view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Empties the list. Not collective. */
+PetscErrorCode MPMMigrateForget(MPMSpatial *s)
+{
+  PetscFunctionBeginUser;
+  s->nleavers = 0;
+  PetscCall(PetscFree(s->leaver));
+  PetscCall(PetscFree(s->owner));
+  PetscCall(PetscFree(s->hops));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Takes the leavers out of the fingerprint, before they go. */
+static PetscErrorCode CountOut(MPMCore *core, MPMSpatial *s)
+{
+  uint64_t ids = (uint64_t)s->ids;
+  MPMView  view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(id), &view));
+  for (PetscInt q = 0; q < s->nleavers; q++) ids -= MPMParticleHash(view.id[s->leaver[q]]);
+  s->ids = (PetscInt64)ids;
+  PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(id), &view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds the cells of the particles that came, and adds them to the fingerprint: their cell, which travels with them, is
+   still that of a leaver. They are where leavers were, or at the end, as may be particles that were here already. */
+static PetscErrorCode LocateArrivals(MPMCore *core, MPMSpatial *s)
+{
+  const PetscInt  dim = core->grid.dim, nleavers = s->nleavers;
+  const MPMPatch *patch = &core->exchange.patch;
+  MPMParticles   *pts   = &core->particles;
+  MPMView         view;
+
+  PetscFunctionBeginUser;
+  pts->nkept -= nleavers;
+  PetscCall(MPMParticlesGetView(pts, FIELDS, &view));
+  for (PetscInt q = 0; q < nleavers + view.n - pts->nkept; q++) {
+    const PetscInt p       = q < nleavers ? s->leaver[q] : pts->nkept + q - nleavers;
+    PetscInt       base[3] = {0};
+
+    if (p >= view.n || view.cell[p] >= 0) continue;
+    view.cell[p] = MPMOwnCell((int)dim, core->basis, patch, view.x + p * dim,
+                              MPMHalfWidths((int)dim, core->params.kinds, &view, p), base);
+    PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+               "particle %" PetscInt64_FMT " came to the wrong process", view.id[p]);
+    s->ids = (PetscInt64)((uint64_t)s->ids + MPMParticleHash(view.id[p]));
+  }
+  PetscCall(MPMParticlesRestoreView(pts, FIELDS, &view));
+  PetscCall(MPMMigrateForget(s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* By PETSc: DMSwarmMigrate on the BASIC swarm with the owners that we found. Exact, to any process, at the price of
+   22 collectives a call, half of them reductions. Collective. */
+PetscErrorCode MPMMigrateSwarm(MPMCore *core, MPMSpatial *s)
+{
+  MPMParticles *pts = &core->particles;
+  PetscInt     *owner;
+  PetscMPIInt   me;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(s->comm, &me));
+  PetscCall(CountOut(core, s));
+  PetscCall(DMSwarmGetField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
+  if (!s->ranked) /* later, only leavers have another owner: the field travels with the particles */
+    for (PetscInt p = 0; p < pts->n; p++) owner[p] = me;
+  s->ranked = PETSC_TRUE;
+  for (PetscInt q = 0; q < s->nleavers; q++) owner[s->leaver[q]] = s->owner[q];
+  PetscCall(DMSwarmRestoreField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
+  PetscCall(DMSwarmMigrate(pts->swarm, PETSC_TRUE));
+  MPMSimulateWork("SWARM", 1);
+  MPMSimulateWork("SWARM_POINT", (PetscReal)pts->n);
+  PetscCall(MPMParticlesResize(pts));
+  PetscCall(LocateArrivals(core, s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A field of the listed particles into messages that lie `stride` bytes apart, or back. */
+MPM_INLINE void PackField(size_t bytes, PetscInt n, const PetscInt which[], char *field, char *message, size_t stride,
+                          PetscBool unpack)
+{
+  for (PetscInt q = 0; q < n; q++) {
+    char *row = field + (size_t)which[q] * bytes, *packed = message + (size_t)q * stride;
+
+    if (unpack)
+      memcpy(row, packed, bytes);
+    else
+      memcpy(packed, row, bytes);
+  }
+}
+
+/* Packs all fields of the listed particles that travel, or unpacks them: field by field, and known widths in registers,
+   so that the processor waits for many of these places, far from each other, at a time. */
+static void PackParticles(const MPMParticles *pts, void *const at[], PetscInt n, const PetscInt which[], char *message,
+                          size_t stride, PetscBool unpack)
+{
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    const size_t bytes = (size_t)pts->bytes[f];
+    char        *field = (char *)at[f];
+
+    if (!field) continue;
+    MPM_FOR_WIDTH(bytes, PackField, n, which, field, message, stride, unpack);
+    message += bytes;
+  }
+}
+
+static PetscErrorCode GetFields(MPMParticles *pts, PetscBool restore, void *at[])
+{
+  PetscFunctionBeginUser;
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    if (!pts->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
+    if (restore)
+      PetscCall(MPMParticlesRestoreField(pts, f));
+    else
+      PetscCall(MPMParticlesGetField(pts, f, &at[f]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Packed particles on their way, each behind the boxes that it has yet to go on each axis. */
+typedef struct {
+  char    *at;
+  PetscInt n, capacity;
+  size_t   bytes; /* of a particle and its way */
+} Transit;
+typedef int Way[3];
+
+static PetscErrorCode MakeRoom(Transit *t, PetscInt n)
+{
+  PetscFunctionBeginUser;
+  if (n <= t->capacity) PetscFunctionReturn(PETSC_SUCCESS);
+  t->capacity = 2 * n;
+  PetscCall(PetscRealloc((size_t)t->capacity * t->bytes, &t->at));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Hands the particles that have to go along axis d to the next process there, and takes those from both sides: a
+   message each way, of no bytes where nothing moves. Collective on the processes of a line along d. */
+static PetscErrorCode PassOn(const MPMSpatial *s, PetscInt d, Transit *t)
+{
+  Transit     out[2] = {{.bytes = t->bytes}, {.bytes = t->bytes}}; /* down, up */
+  MPI_Request request[2];
+  PetscInt    stay = 0;
+  PetscMPIInt len;
+
+  PetscFunctionBeginUser;
+  for (PetscInt q = 0; q < t->n; q++) {
+    char *from = t->at + (size_t)q * t->bytes;
+    Way   way;
+
+    memcpy(way, from, sizeof way);
+    if (way[d]) {
+      Transit *to = &out[way[d] > 0];
+
+      way[d] += way[d] > 0 ? -1 : 1;
+      memcpy(from, way, sizeof way);
+      PetscCall(MakeRoom(to, to->n + 1));
+      memcpy(to->at + (size_t)to->n++ * t->bytes, from, t->bytes);
+    } else if (stay++ < q)
+      memcpy(t->at + (size_t)(stay - 1) * t->bytes, from, t->bytes);
+  }
+  t->n = stay;
+  for (int up = 0; up < 2; up++) {
+    PetscCall(MPMMessageLength((size_t)out[up].n * t->bytes, &len));
+    PetscCallMPI(MPI_Isend(out[up].at, len, MPI_BYTE, s->beside[d][up], MPM_TAG_MIGRATE + up, s->comm, &request[up]));
+  }
+  for (int up = 0; up < 2; up++) { /* what goes up comes from below */
+    MPI_Status status;
+
+    PetscCallMPI(MPI_Probe(s->beside[d][!up], MPM_TAG_MIGRATE + up, s->comm, &status));
+    PetscCallMPI(MPI_Get_count(&status, MPI_BYTE, &len));
+    PetscCall(MakeRoom(t, t->n + (PetscInt)((size_t)len / t->bytes)));
+    PetscCallMPI(MPI_Recv(t->at + (size_t)t->n * t->bytes, len, MPI_BYTE, s->beside[d][!up], MPM_TAG_MIGRATE + up,
+                          s->comm, MPI_STATUS_IGNORE));
+    t->n += (PetscInt)((size_t)len / t->bytes);
+  }
+  PetscCallMPI(MPI_Waitall(2, request, MPI_STATUSES_IGNORE));
+  for (int up = 0; up < 2; up++) PetscCall(PetscFree(out[up].at));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* By our own messages: leavers go from box to box, along one axis after the other, mostly one box on each (status.hops
+   has the most of all processes); arrivals fill the holes and the end. Collective. */
+PetscErrorCode MPMMigrateDirect(MPMCore *core, MPMSpatial *s)
+{
+  MPMParticles  *pts = &core->particles;
+  const PetscInt n = pts->n, nsend = s->nleavers;
+  void          *at[MPM_NUM_FIELDS] = {NULL};
+  Transit        t                  = {.bytes = sizeof(Way) + (size_t)MPMParticlesBytes(pts, MPM_SWARM)};
+  PetscInt      *place;
+
+  PetscFunctionBeginUser;
+  PetscCall(CountOut(core, s));
+  PetscCall(MakeRoom(&t, nsend + 1));
+  PetscCall(GetFields(pts, PETSC_FALSE, at));
+  for (; t.n < nsend; t.n++) memcpy(t.at + (size_t)t.n * t.bytes, s->hops[t.n], sizeof(Way));
+  PackParticles(pts, at, nsend, s->leaver, t.at + sizeof(Way), t.bytes, PETSC_FALSE);
+  PetscCall(GetFields(pts, PETSC_TRUE, at));
+  for (PetscInt d = 0; d < core->grid.dim; d++)
+    for (PetscInt64 hop = 0; s->p[d] > 1 && hop < core->status.hops; hop++) PetscCall(PassOn(s, d, &t));
+  if (t.n > nsend) PetscCall(MPMParticlesSetSize(pts, n + t.n - nsend));
+  PetscCall(GetFields(pts, PETSC_FALSE, at));
+  PetscCall(PetscMalloc1(t.n, &place));
+  for (PetscInt q = 0; q < t.n; q++) place[q] = q < nsend ? s->leaver[q] : n + q - nsend;
+  PackParticles(pts, at, t.n, place, t.at + sizeof(Way), t.bytes, PETSC_TRUE);
+  PetscCall(PetscFree(place));
+  for (PetscInt q = nsend; q > t.n;
+       q--) { /* the last particles move into the holes that are left, the last hole first */
+    const PetscInt hole = s->leaver[q - 1], last = n - 1 - (nsend - q);
+
+    if (hole == last) continue;
+    PackParticles(pts, at, 1, &last, t.at, t.bytes, PETSC_FALSE);
+    PackParticles(pts, at, 1, &hole, t.at, t.bytes, PETSC_TRUE);
+  }
+  PetscCall(GetFields(pts, PETSC_TRUE, at));
+  if (t.n < nsend) PetscCall(MPMParticlesSetSize(pts, n + t.n - nsend));
+  MPMSimulateWork("LEAVER", 0.5 * (PetscReal)(nsend + t.n));
+  PetscCall(LocateArrivals(core, s));
+  PetscCall(PetscFree(t.at));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,339 @@
+/* pool.c - the worker pool: the master (process 0) holds all particles and the grid, hands out patches of
+   cells, assembles what comes back, and finishes the step; workers hold no state.
+
+   In a sweep the master packs for each patch its particles with the fields that the phase declares, and for
+   nodes-to-particles the node motion too. It sends patches to workers as they become idle, the biggest first, two in
+   flight for each. A worker runs the same kernel on its patch and returns the sums of its tiles, or the new fields of
+   its particles, and the status it found: an error is data and stops the run at the master. Patches are boxes of whole
+   tiles, whose sums do not depend on who makes them; the master adds them up to nodes as the serial run does: hence its
+   bits. */
+#include "kernels/tile_index.h"
+#include "parallel/pool.h"
+
+#define MPM_IN_FLIGHT 2 /* patches that a worker has at a time */
+
+/* A patch of the tiling. */
+typedef struct {
+  PetscInt first[3], tiles[3];     /* its tiles of the master's table */
+  PetscInt own_lo[3], own_n[3], n; /* n: its particles now */
+} PoolPatch;
+
+/* A place for a patch in flight. */
+typedef struct {
+  PetscInt    part;
+  char       *out, *in;
+  size_t      out_capacity, in_capacity;
+  PetscInt   *list, capacity; /* the particles of the part */
+  MPI_Request sent;
+} Slot;
+
+typedef struct {
+  const MPMExchangeType *inner; /* how the master would run alone: serial, or its own neighbour if a face is periodic */
+  MPI_Comm               comm;
+  PetscMPIInt            size, rank;
+  PetscInt               npatches, *queue;
+  PoolPatch             *patches;
+  Slot                  *slots;    /* [size][MPM_IN_FLIGHT]; those of process 0 are not used */
+  MPI_Request           *received; /* likewise */
+} Pool;
+
+/* Goes through the rows of a part's tiles: the number of the first, in the table. */
+#define FOR_ROWS(all, c, tile)                                                                                         \
+  for (PetscInt k = (c)->first[2]; k < (c)->first[2] + (c)->tiles[2]; k++)                                             \
+    for (PetscInt j = (c)->first[1], tile = (k * (all)->tiles.n[1] + j) * (all)->tiles.n[0] + (c)->first[0];           \
+         j < (c)->first[1] + (c)->tiles[1]; j++, tile += (all)->tiles.n[0])
+
+/* The particles of a part: counts them, and lists them in (cell, id) order if list is given. */
+static PetscInt ListParticles(MPMCore *core, const PoolPatch *c, PetscInt *list)
+{
+  const MPMPatch *all = &core->exchange.patch;
+  const int       dim = (int)core->grid.dim;
+  PetscInt        n   = 0;
+
+  FOR_ROWS(all, c, tile)
+  for (PetscInt in = 0; in < 1 << all->tiles.bits * (dim - 1); in++) {
+    const PetscInt *cell = core->particles.start + MPMTileRowCell(dim, &all->tiles, tile / all->tiles.n[0], in);
+    const PetscInt  a = cell[c->first[0] << all->tiles.bits], b = cell[(c->first[0] + c->tiles[0]) << all->tiles.bits];
+
+    for (PetscInt q = a; list && q < b; q++) list[n + q - a] = all->order[q];
+    n += b - a;
+  }
+  return n;
+}
+
+/* Those of its tiles that have particles. */
+static PetscInt CountTiles(const MPMPatch *all, const PoolPatch *c)
+{
+  PetscInt n = 0;
+
+  FOR_ROWS(all, c, tile)
+  for (PetscInt i = tile; i < tile + c->tiles[0]; i++) n += all->tiles.slot[i] != MPM_TILE_EMPTY;
+  return n;
+}
+
+static int BiggerFirst(const void *a, const void *b, void *patches)
+{
+  const PetscInt na = ((PoolPatch *)patches)[*(const PetscInt *)a].n,
+                 nb = ((PoolPatch *)patches)[*(const PetscInt *)b].n;
+
+  return na != nb ? (na < nb) - (na > nb) : *(const PetscInt *)a < *(const PetscInt *)b ? -1 : 1;
+}
+
+/* The arrays of a view, by field. */
+static void Arrays(const MPMView *view, void *at[])
+{
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) at[MPM_FIELD_INDEX_##name] = view->name;
+#include "physics/fields.def"
+#undef MPM_FIELD
+}
+
+/* Sends a part to a worker and awaits its answer in the slot. */
+static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, PetscInt part, PetscInt place)
+{
+  const PetscBool   to_nodes = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt    nv       = MPM_MOTION_NC(core->grid.dim);
+  const PoolPatch  *c        = &pool->patches[part];
+  const PetscMPIInt worker   = (PetscMPIInt)(place / MPM_IN_FLIGHT);
+  const MPMPatch   *all      = &core->exchange.patch;
+  Slot             *slot     = &pool->slots[place];
+  MPMPatch          patch;
+  MPMJob            job = {(PetscInt)(phase - core->phases), {0}, {0}, {0}, {0}, c->n, core->params.dt};
+  void             *at[MPM_NUM_FIELDS];
+  size_t            answer, row;
+  PetscMPIInt       len;
+  char             *m;
+
+  PetscFunctionBeginUser;
+  MPMWorkBegin(&core->timers);
+  MPMPoolBox(core, c->own_lo, c->own_n, &patch);
+  row = (size_t)(patch.n[0] * nv) * sizeof(PetscReal);
+  PetscCall(PetscArraycpy(job.own_lo, c->own_lo, 3));
+  PetscCall(PetscArraycpy(job.own_n, c->own_n, 3));
+  PetscCall(PetscArraycpy(job.tiles, all->tiles.n, 3));
+  PetscCall(PetscArraycpy(job.first, c->first, 3));
+  Arrays(&all->particles, at);
+  if (c->n > slot->capacity) {
+    slot->capacity = c->n * 5 / 4 + 64;
+    PetscCall(PetscFree(slot->list));
+    PetscCall(PetscMalloc1(slot->capacity, &slot->list));
+  }
+  (void)ListParticles(core, c, slot->list);
+  PetscCallMPI(MPI_Wait(&slot->sent, MPI_STATUS_IGNORE)); /* answered long ago, so this does not wait */
+  PetscCall(MPMMessageRoom(&slot->out, &slot->out_capacity,
+                           sizeof job + (size_t)c->n * MPMParticlesRowBytes(&core->particles, phase->particles_in) +
+                               (size_t)MPMPatchNodes(&patch) * nv * sizeof(PetscReal)));
+  memcpy(slot->out, &job, sizeof job);
+  m = MPMPoolPack(&core->particles, phase->particles_in, at, c->n, slot->list, slot->out + sizeof job);
+  if (!to_nodes) /* node motion, row by row */
+    for (PetscInt k = patch.lo[2]; k < patch.lo[2] + patch.n[2]; k++)
+      for (PetscInt j = patch.lo[1]; j < patch.lo[1] + patch.n[1]; j++, m += row)
+        memcpy(m,
+               all->motion +
+                   (((k - all->lo[2]) * all->n[1] + j - all->lo[1]) * all->n[0] + patch.lo[0] - all->lo[0]) * nv,
+               row);
+  slot->part = part;
+  answer     = MPMPoolAnswerBytes(core, phase, c->n, to_nodes ? CountTiles(all, c) : 0);
+  PetscCall(MPMMessageLength(answer, &len));
+  PetscCall(MPMMessageRoom(&slot->in, &slot->in_capacity, (size_t)len));
+  PetscCallMPI(MPI_Irecv(slot->in, len, MPI_BYTE, worker, MPM_TAG_DONE, pool->comm, &pool->received[place]));
+  PetscCall(MPMMessageLength((size_t)(m - slot->out), &len));
+  MPMSimulateWork("CHUNK", 1);
+  MPMSimulateWork("PACK", (PetscReal)len);
+  PetscCallMPI(MPI_Isend(slot->out, len, MPI_BYTE, worker, MPM_TAG_WORK, pool->comm, &slot->sent));
+  MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
+  core->exchange.jobs++;
+  core->exchange.bytes += (PetscReal)len + (PetscReal)answer;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Puts an answer in its place: sums to tiles, fields to particles. */
+static PetscErrorCode Assemble(MPMCore *core, Pool *pool, const MPMPhase *phase, PetscInt place)
+{
+  const Slot      *slot = &pool->slots[place];
+  const PoolPatch *c    = &pool->patches[slot->part];
+  const MPMPatch  *all  = &core->exchange.patch;
+  const char      *m    = slot->in + sizeof(MPMStatus);
+  void            *at[MPM_NUM_FIELDS];
+  MPMStatus        status;
+
+  PetscFunctionBeginUser;
+  MPMWorkBegin(&core->timers);
+  Arrays(&all->particles, at);
+  memcpy(&status, slot->in, sizeof status);
+  status.left = 0; /* of the patch: the master has them all */
+  MPMStatusMerge(&core->status, &status);
+  if (phase->kind == MPM_PARTICLES_TO_NODES) {
+    FOR_ROWS(all, c, tile)
+    for (PetscInt i = tile; i < tile + c->tiles[0]; i++)
+      if (all->tiles.slot[i] >= 0) m += MPMTilesCopy(all, all->tiles.slot[i], phase->parts, PETSC_FALSE, (char *)m);
+  } else
+    for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+      const size_t b = (size_t)core->particles.bytes[f];
+
+      if (!core->particles.present[f] || !(phase->particles_out & (1 << f))) continue;
+      for (PetscInt q = 0; q < c->n; q++, m += b) memcpy((char *)at[f] + (size_t)slot->list[q] * b, m, b);
+    }
+  MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
+  MPMSimulateWork("ASSEMBLE", (PetscReal)(m - slot->in));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Counts the particles of each part for this sweep and queues those that have any, the biggest first. */
+static PetscErrorCode FillQueue(MPMCore *core, Pool *pool, PetscInt *n)
+{
+  PetscFunctionBeginUser;
+  *n = 0;
+  for (PetscInt k = 0; k < pool->npatches; k++) {
+    pool->patches[k].n = ListParticles(core, &pool->patches[k], NULL);
+    if (pool->patches[k].n) pool->queue[(*n)++] = k;
+  }
+  PetscCall(PetscTimSort(*n, pool->queue, sizeof *pool->queue, BiggerFirst, pool->patches));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Sweep_Pool(MPMCore *core, const MPMPhase *phase)
+{
+  MPMExchange   *ex     = &core->exchange;
+  Pool          *pool   = (Pool *)ex->pool;
+  const PetscInt places = pool->size * MPM_IN_FLIGHT;
+  PetscInt       queued, next = 0, flying = 0;
+  PetscLogDouble waited = 0, from, t0, t1;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscTime(&from));
+  PetscCall(MPMExchangeOpen(core, phase));
+  PetscCall(FillQueue(core, pool, &queued));
+  for (PetscInt depth = 0; depth < MPM_IN_FLIGHT; depth++)
+    for (PetscInt w = 1; w < pool->size && next < queued; w++, flying++)
+      PetscCall(Send(core, pool, phase, pool->queue[next++], w * MPM_IN_FLIGHT + depth));
+  for (; flying; flying--) {
+    PetscMPIInt place;
+
+    PetscCall(PetscTime(&t0));
+    PetscCallMPI(MPI_Waitany((PetscMPIInt)places, pool->received, &place, MPI_STATUS_IGNORE));
+    PetscCall(PetscTime(&t1));
+    waited += t1 - t0;
+    PetscCall(Assemble(core, pool, phase, place));
+    if (next < queued) {
+      PetscCall(Send(core, pool, phase, pool->queue[next++], place));
+      flying++;
+    }
+  }
+  PetscCall(MPMExchangeClose(core, phase));
+  if (phase->kind == MPM_PARTICLES_TO_NODES) { /* all tiles are kept */
+    MPMTilesWrap(&ex->patch);
+    PetscCall(MPMExchangeRun(core, phase, MPM_PASS_MAIN));
+  }
+  PetscCall(PetscTime(&t1));
+  ex->busy += t1 - from - waited;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetUp_Pool(MPMCore *core, const MPMHistogram *h)
+{
+  MPMExchange *ex = &core->exchange;
+  Pool        *pool;
+  PetscInt     n[3], total = 1, places, tile = MPMTileEdge(core->basis), edge = ex->pool_cells / tile;
+
+  PetscFunctionBeginUser;
+  (void)h;
+  PetscCall(PetscNew(&pool));
+  ex->pool = pool;
+  PetscCallMPI(MPI_Comm_dup(core->comm, &pool->comm));
+  PetscCallMPI(MPI_Comm_size(pool->comm, &pool->size));
+  PetscCallMPI(MPI_Comm_rank(pool->comm, &pool->rank));
+  if (pool->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  ex->data    = PETSC_COMM_SELF;
+  pool->inner = core->grid.periodic[0] || core->grid.periodic[1] || core->grid.periodic[2] ? &MPMExchange_spatial
+                                                                                           : &MPMExchange_serial;
+  PetscCall(pool->inner->setup(core, NULL));
+  for (PetscInt d = 0; d < 3; d++) {
+    n[d] = (ex->patch.tiles.n[d] - ex->patch.tiles.below[d] + edge - 1) / edge;
+    total *= n[d];
+  }
+  PetscCall(PetscMalloc2(total, &pool->patches, total, &pool->queue));
+  for (PetscInt k = 0; k < total; k++) {
+    const PetscInt ijk[3] = {k % n[0], k / n[0] % n[1], k / (n[0] * n[1])};
+    PoolPatch     *c      = &pool->patches[k];
+
+    for (PetscInt d = 0; d < 3; d++) {
+      c->first[d]  = ex->patch.tiles.below[d] + ijk[d] * edge;
+      c->tiles[d]  = PetscMin(edge, ex->patch.tiles.n[d] - c->first[d]);
+      c->own_lo[d] = ex->patch.own_lo[d] + ijk[d] * edge * tile;
+      c->own_n[d]  = PetscMin(c->tiles[d] * tile, ex->patch.own_lo[d] + ex->patch.own_n[d] - c->own_lo[d]);
+    }
+  }
+  pool->npatches = total;
+  places         = pool->size * MPM_IN_FLIGHT;
+  PetscCall(PetscCalloc1(places, &pool->slots));
+  PetscCall(PetscMalloc1(places, &pool->received));
+  for (PetscInt k = 0; k < places; k++) pool->received[k] = pool->slots[k].sent = MPI_REQUEST_NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Serve_Pool(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMPoolServe(core, ((Pool *)core->exchange.pool)->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Nodes_Pool(MPMCore *core, const MPMPhase *phase)
+{
+  PetscFunctionBeginUser;
+  PetscCall(((Pool *)core->exchange.pool)->inner->nodes(core, phase));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Reduce_Pool(MPMCore *core, MPMStatus *status)
+{
+  PetscFunctionBeginUser;
+  PetscCall(((Pool *)core->exchange.pool)->inner->reduce(core, status));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Settle_Pool(MPMCore *core, PetscBool anew)
+{
+  PetscFunctionBeginUser;
+  PetscCall(((Pool *)core->exchange.pool)->inner->settle(core, anew));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Finish_Pool(MPMCore *core)
+{
+  Pool *pool = (Pool *)core->exchange.pool;
+
+  PetscFunctionBeginUser;
+  if (!pool->rank) {
+    const MPMJob over = {-1, {0}, {0}, {0}, {0}, 0, 0};
+
+    for (PetscMPIInt w = 1; w < pool->size; w++)
+      PetscCallMPI(MPI_Send(&over, (PetscMPIInt)sizeof over, MPI_BYTE, w, MPM_TAG_WORK, pool->comm));
+    for (PetscInt k = 0; k < pool->size * MPM_IN_FLIGHT; k++) {
+      PetscCallMPI(MPI_Wait(&pool->slots[k].sent, MPI_STATUS_IGNORE));
+      PetscCall(PetscFree(pool->slots[k].out));
+      PetscCall(PetscFree(pool->slots[k].in));
+      PetscCall(PetscFree(pool->slots[k].list));
+    }
+    PetscCall(PetscFree2(pool->patches, pool->queue));
+    PetscCall(PetscFree(pool->slots));
+    PetscCall(PetscFree(pool->received));
+    PetscCall(pool->inner->finish(core));
+  }
+  PetscCallMPI(MPI_Comm_free(&pool->comm));
+  PetscCall(PetscFree(core->exchange.pool));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const MPMExchangeType MPMExchange_pool = {
+    .name   = "pool",
+    .what   = "a master hands out patches",
+    .setup  = SetUp_Pool,
+    .sweep  = Sweep_Pool,
+    .nodes  = Nodes_Pool,
+    .reduce = Reduce_Pool,
+    .settle = Settle_Pool,
+    .finish = Finish_Pool,
+    .farms  = PETSC_TRUE,
+    .serve  = Serve_Pool,
+};

@@ -1,0 +1,29 @@
+/* pool.h - what the master (pool.c) and the workers (worker.c) share: the messages.
+
+   master -> worker   MPMJob, the particles' fields that the phase declares, then for nodes-to-particles the node motion
+   worker -> master   MPMStatus, then the sums of the tiles that have particles, or the fields of the particles */
+#ifndef MPM_POOL_H
+#define MPM_POOL_H
+
+#include "base/message.h"
+#include "base/simulate.h"
+#include "parallel/exchange.h"
+
+enum { MPM_TAG_WORK = 1, MPM_TAG_DONE };
+
+/* What a patch is and what to do with it. */
+typedef struct {
+  PetscInt  phase;               /* of the table; < 0: the run is over */
+  PetscInt  own_lo[3], own_n[3]; /* its nodes, and cells: whole tiles */
+  PetscInt  tiles[3], first[3];  /* the master's tiles, by which it numbers cells; the patch's first */
+  PetscInt  n;                   /* particles that follow */
+  PetscReal dt;
+} MPMJob;
+
+void           MPMPoolBox(MPMCore *, const PetscInt own_lo[3], const PetscInt own_n[3], MPMPatch *);
+size_t         MPMPoolAnswerBytes(MPMCore *, const MPMPhase *, PetscInt n, PetscInt tiles);
+char          *MPMPoolPack(const MPMParticles *, PetscInt fields, void *const at[], PetscInt n, const PetscInt *list,
+                           char *message);
+PetscErrorCode MPMPoolServe(MPMCore *, MPI_Comm);
+
+#endif

@@ -1,0 +1,79 @@
+/* serial.c - one process, one patch that is the whole grid: nothing is exchanged. */
+#include "parallel/exchange.h"
+
+static PetscErrorCode SetUp_Serial(MPMCore *core, const MPMHistogram *h)
+{
+  MPMExchange *ex = &core->exchange;
+
+  PetscFunctionBeginUser;
+  (void)h;
+  ex->data = PETSC_COMM_SELF;
+  PetscCall(MPMGridCreateDM(&core->grid, ex->data, MPMBasisNodes(core->basis) - 1, NULL, NULL, &ex->da));
+  PetscCall(DMCreateLocalVector(ex->da, &ex->motion));
+  PetscCall(MPMPatchSetBox(&ex->patch, &core->grid, core->basis, ex->da));
+  PetscCall(MPMTilesSetUp(&ex->patch, PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Sweep_Serial(MPMCore *core, const MPMPhase *phase)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMExchangeRun(core, phase, MPM_PASS_MAIN));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Nodes_Serial(MPMCore *core, const MPMPhase *phase)
+{
+  MPMExchange *ex = &core->exchange;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArray(ex->motion, &ex->patch.motion));
+  PetscCall(MPMPatchRun(core, &ex->patch, phase, MPM_PASS_MAIN, &core->status));
+  PetscCall(VecRestoreArray(ex->motion, &ex->patch.motion));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Reduce_Serial(MPMCore *core, MPMStatus *status)
+{
+  PetscFunctionBeginUser;
+  (void)core;
+  (void)status;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Settle_Serial(MPMCore *core, PetscBool anew)
+{
+  MPMPatch *patch = &core->exchange.patch;
+
+  PetscFunctionBeginUser;
+  if (!anew && !core->status.moved) PetscFunctionReturn(PETSC_SUCCESS);
+  if (anew)
+    PetscCall(MPMParticlesLocate(&core->particles, patch, core->params.kinds));
+  else {
+    PetscCall(MPMExchangeSort(core));
+  }
+  PetscCall(MPMTilesAssign(patch, core->exchange.type->farms, core->particles.start));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Finish_Serial(MPMCore *core)
+{
+  MPMExchange *ex = &core->exchange;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPatchDestroy(&ex->patch));
+  PetscCall(VecDestroy(&ex->motion));
+  PetscCall(DMDestroy(&ex->da));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const MPMExchangeType MPMExchange_serial = {
+    .name   = "serial",
+    .what   = "one process, one patch: the whole grid",
+    .setup  = SetUp_Serial,
+    .sweep  = Sweep_Serial,
+    .nodes  = Nodes_Serial,
+    .reduce = Reduce_Serial,
+    .settle = Settle_Serial,
+    .finish = Finish_Serial,
+};

@@ -1,0 +1,345 @@
+/* spatial.c - spatial decomposition: every process has one patch, its box of a DMDA.
+
+   A step exchanges
+     sums of tiles  whose particles touch nodes of the up to 2^dim - 1 processes above, in each phase that sums particles
+     node motion    of the nodes above a patch, from their owners by a PetscSF
+     particles         that left their patch go to the owner of their cell, by DMSwarmMigrate, or by MPMMigrateDirect
+   and reduces once: the status. Tiles are added up the same on whichever process they are, so results do not depend on
+   how the grid is cut. With -parallel_sums roundoff each process adds up its own tiles to nodes and these partial sums
+   are added instead (DMLocalToGlobal). */
+#include "kernels/cell.h"
+#include "parallel/spatial.h"
+
+static void MergeStatus(void *in, void *inout, int *n, MPI_Datatype *type)
+{
+  (void)type;
+  for (int k = 0; k < *n; k++) MPMStatusMerge((MPMStatus *)inout + k, (const MPMStatus *)in + k);
+}
+
+/* Without a histogram the grid is not cut: the pool's master, alone, is its own neighbour across periodic faces. */
+static PetscErrorCode SetUp_Spatial(MPMCore *core, const MPMHistogram *h)
+{
+  MPMExchange *ex = &core->exchange;
+  MPMSpatial  *s;
+  PetscMPIInt  size, rank;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(&s));
+  ex->ctx = s;
+  if (ex->data == MPI_COMM_NULL) ex->data = core->comm; /* the pool's master uses itself alone */
+  PetscCallMPI(MPI_Comm_dup(ex->data, &s->comm));
+  PetscCallMPI(MPI_Comm_size(ex->data, &size));
+  PetscCallMPI(MPI_Comm_rank(ex->data, &rank));
+  PetscCallMPI(MPI_Type_contiguous((int)sizeof(MPMStatus), MPI_BYTE, &s->status_type));
+  PetscCallMPI(MPI_Type_commit(&s->status_type));
+  PetscCallMPI(MPI_Type_contiguous((int)MPM_MOTION_NC(core->grid.dim), MPIU_REAL, &s->motion_type));
+  PetscCallMPI(MPI_Type_commit(&s->motion_type));
+  PetscCallMPI(MPI_Op_create(MergeStatus, 1, &s->status_op));
+  PetscCheck(h || size == 1, ex->data, PETSC_ERR_PLIB, "the grid is cut for %d processes by a histogram", size);
+  if (!rank && h) PetscCall(MPMPartitionChoose(h, size, ex->balance, &ex->partition));
+  if (!h) PetscCall(MPMPartitionWhole(&core->grid, &ex->partition));
+  PetscCall(MPMPartitionShare(&ex->partition, s->comm));
+  PetscCall(MPMSpatialLayout(core));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- The functions of the table ------------------------------------------------------------------------------------
+ */
+
+/* -parallel_sums roundoff: adds the partial sums of all processes. Their order depends on the number of processes. */
+static PetscErrorCode AddPartialSums(MPMCore *core, MPMSpatial *s)
+{
+  MPMPatch *patch = &core->exchange.patch;
+  Vec       local, global;
+
+  PetscFunctionBeginUser;
+  PetscCall(DMGetLocalVector(s->sums, &local));
+  PetscCall(DMGetGlobalVector(s->sums, &global));
+  PetscCall(VecPlaceArray(local, (PetscReal *)patch->node));
+  PetscCall(VecZeroEntries(global));
+  PetscCall(DMLocalToGlobal(s->sums, local, ADD_VALUES, global));
+  PetscCall(DMGlobalToLocal(s->sums, global, INSERT_VALUES, local));
+  PetscCall(VecResetArray(local));
+  PetscCall(DMRestoreGlobalVector(s->sums, &global));
+  PetscCall(DMRestoreLocalVector(s->sums, &local));
+  for (PetscInt i = 0; i < MPMPatchNodes(patch);
+       i++) { /* ghost nodes start from 0 again, so that the next phase adds nothing twice */
+    const PetscInt ijk[3] = {i % patch->n[0] + patch->lo[0], i / patch->n[0] % patch->n[1] + patch->lo[1],
+                             i / (patch->n[0] * patch->n[1]) + patch->lo[2]};
+    PetscBool      own    = PETSC_TRUE;
+
+    for (PetscInt d = 0; d < 3; d++)
+      if (ijk[d] < patch->own_lo[d] || ijk[d] >= patch->own_lo[d] + patch->own_n[d]) own = PETSC_FALSE;
+    if (!own) PetscCall(PetscArrayzero(patch->node + i, 1));
+  }
+  MPMPatchVisitAll(patch); /* others' particles touch nodes here too */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Zeroes the parts' sums of all nodes: partial sums are those of own particles alone, at nodes that they do not touch
+ * too.
+ */
+static void ZeroSums(MPMPatch *patch, PetscInt parts)
+{
+  const PetscInt dim = patch->grid->dim;
+
+  for (PetscInt i = 0; i < MPMPatchNodes(patch); i++)
+    for (PetscInt c = MPM_NODE_FIRST(dim, parts); c < MPM_NODE_LAST(dim, parts); c++)
+      ((PetscReal *)(patch->node + i))[c] = 0;
+}
+
+/* Lets the messages of sums get on while particles are summed: without a call of MPI now and then some ways to send, of
+   large messages above all, make the receiver wait until the sender has summed its particles, or the other way round.
+ */
+static void Progress(void *ctx)
+{
+  MPMCore    *core = (MPMCore *)ctx;
+  MPMSpatial *s    = (MPMSpatial *)core->exchange.ctx;
+  int         done;
+
+  MPMWorkPause(&core->timers);
+  if (s->fault == MPI_SUCCESS) s->fault = MPI_Testall(s->nfrom + s->nto, s->request, &done, MPI_STATUSES_IGNORE);
+  MPMWorkResume(&core->timers);
+}
+
+/* Begins to send the sums of tiles at upper sides, makes those of late tiles meanwhile, and receives those of the tiles
+   below: one message a neighbour. Collective on neighbours. */
+static PetscErrorCode ExchangeTiles(MPMCore *core, MPMSpatial *s, const MPMPhase *phase)
+{
+  MPMPatch   *patch = &core->exchange.patch;
+  size_t      need = 0, at = 0, in[MPM_MAX_NEIGHBOURS];
+  PetscMPIInt len;
+
+  PetscFunctionBeginUser;
+  for (int k = 0; k < s->nto; k++) need += MPMTilesBytes(patch, s->to[k].toward, phase->parts, PETSC_TRUE);
+  PetscCall(MPMMessageRoom(&s->out, &s->out_capacity, need));
+  need = 0;
+  for (int k = 0; k < s->nfrom; k++) {
+    in[k] = need;
+    need += MPMTilesBytes(patch, s->from[k].toward, phase->parts, PETSC_FALSE);
+  }
+  PetscCall(MPMMessageRoom(&s->in, &s->in_capacity, need));
+  for (int k = 0; k < s->nfrom; k++) {
+    PetscCall(MPMMessageLength((k + 1 < s->nfrom ? in[k + 1] : need) - in[k], &len));
+    PetscCallMPI(MPI_Irecv(s->in + in[k], len, MPI_BYTE, s->from[k].rank, s->from[k].tag, s->comm, &s->request[k]));
+  }
+  MPMWorkBegin(&core->timers);
+  for (int k = 0; k < s->nto; k++) {
+    const size_t bytes = MPMTilesPack(patch, s->to[k].toward, phase->parts, s->out + at);
+
+    PetscCall(MPMMessageLength(bytes, &len));
+    MPMSimulateWork("PACK", (PetscReal)bytes); /* before the message leaves */
+    PetscCallMPI(
+        MPI_Isend(s->out + at, len, MPI_BYTE, s->to[k].rank, s->to[k].tag, s->comm, &s->request[s->nfrom + k]));
+    at += bytes;
+  }
+  MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
+  patch->meanwhile = Progress;
+  patch->ctx       = core;
+  PetscCall(MPMExchangeRun(core, phase, MPM_PASS_LATE));
+  PetscCallMPI(MPI_Waitall(s->nfrom, s->request, MPI_STATUSES_IGNORE));
+  MPMWorkBegin(&core->timers);
+  patch->tiles.nslots = patch->tiles.n_own;
+  for (int k = 0; k < s->nfrom; k++) MPMTilesUnpack(patch, s->from[k].toward, phase->parts, s->in + in[k]);
+  MPMWorkEnd(&core->timers, phase->timer, "PACK", (PetscReal)need);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Sweep_Spatial(MPMCore *core, const MPMPhase *phase)
+{
+  MPMSpatial *s = (MPMSpatial *)core->exchange.ctx;
+
+  PetscFunctionBeginUser;
+  if (phase->kind == MPM_PARTICLES_TO_NODES) {
+    if (core->exchange.roundoff) ZeroSums(&core->exchange.patch, phase->parts);
+    PetscCall(MPMExchangeRun(core, phase, MPM_PASS_EARLY));
+    if (!core->exchange.roundoff) PetscCall(ExchangeTiles(core, s, phase));
+    MPMTilesWrap(&core->exchange.patch);
+  }
+  PetscCall(MPMExchangeRun(core, phase, MPM_PASS_MAIN));
+  if (phase->kind == MPM_PARTICLES_TO_NODES &&
+      !core->exchange.roundoff) { /* not before: receivers may be at late tiles */
+    core->exchange.patch.meanwhile = NULL;
+    PetscCallMPI(s->fault);
+    PetscCallMPI(MPI_Waitall(s->nto, s->request + s->nfrom, MPI_STATUSES_IGNORE));
+  }
+  if (phase->kind == MPM_PARTICLES_TO_NODES && core->exchange.roundoff) PetscCall(AddPartialSums(core, s));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Nodes_Spatial(MPMCore *core, const MPMPhase *phase)
+{
+  MPMExchange *ex = &core->exchange;
+  MPMSpatial  *s  = (MPMSpatial *)ex->ctx;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArray(ex->motion, &ex->patch.motion));
+  PetscCall(MPMPatchRun(core, &ex->patch, phase, MPM_PASS_MAIN, &core->status));
+  PetscCall(PetscSFBcastBegin(s->ghosts, s->motion_type, ex->patch.motion, ex->patch.motion, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(s->ghosts, s->motion_type, ex->patch.motion, ex->patch.motion, MPI_REPLACE));
+  PetscCall(VecRestoreArray(ex->motion, &ex->patch.motion));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The one reduction of a step; it also carries the fingerprint of the particles after the migration before. */
+static PetscErrorCode Reduce_Spatial(MPMCore *core, MPMStatus *status)
+{
+  MPMSpatial *s = (MPMSpatial *)core->exchange.ctx;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMMigrateForget(s));
+  if (status->left && status->bad == MPM_OK) {
+    PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_MIGRATE)); /* it is a part of the migration */
+    PetscCall(MPMMigrateList(core, s, &status->hops));
+    PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_MIGRATE));
+  }
+  status->n = status->most = core->particles.n;
+  status->ids              = s->ids;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, status, 1, s->status_type, s->status_op, s->comm));
+  PetscCall(MPMParticlesCheck(&core->particles, core->exchange.data, status->n, status->ids));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Cuts the grid anew for the particles as they are, if the model sees a gain of a few per cent. Collective. */
+static PetscErrorCode Recut(MPMCore *core)
+{
+  MPMExchange   *ex  = &core->exchange;
+  MPMSpatial    *s   = (MPMSpatial *)ex->ctx;
+  const PetscInt dim = core->grid.dim, fields = MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
+  MPMPartition   part = {.costs = ex->partition.costs};
+  PetscMPIInt    size, rank, gain = 0;
+  MPMHistogram   h;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(s->comm, &size));
+  PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
+  PetscCall(MPMHistogramCreate(&core->grid, core->basis, s->comm, &h));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  for (PetscInt p = 0; p < view.n; p++) {
+    PetscReal xi[3];
+    PetscInt  base[3] = {0};
+
+    (void)MPMLocate((int)dim, core->basis, &core->grid, view.x + p * dim,
+                    MPMHalfWidths((int)dim, core->params.kinds, &view, p), xi, base);
+    for (PetscInt d = 0; d < dim; d++) base[d] += core->grid.layers[d];
+    PetscCall(MPMHistogramAdd(&h, base, 1));
+  }
+  PetscCall(MPMHistogramFinish(&h));
+  if (!rank) {
+    PetscCall(MPMPartitionChoose(&h, size, MPM_BALANCE_AUTO, &part));
+    gain = part.predicted < 0.97 * MPMPartitionCost(&h, &ex->partition);
+  }
+  PetscCallMPI(MPI_Bcast(&gain, 1, MPI_INT, 0, s->comm));
+  PetscCall(MPMPartitionShare(gain ? &part : &ex->partition, s->comm)); /* that in use has another imbalance now */
+  if (gain) {
+    PetscCall(MPMSpatialTearDown(core));
+    PetscCall(MPMPartitionDestroy(&ex->partition));
+    ex->partition = part;
+    PetscCall(MPMSpatialLayout(core));
+    for (PetscInt p = 0; p < view.n; p++) {
+      PetscInt base[3] = {0};
+
+      view.cell[p] = MPMOwnCell((int)dim, core->basis, &ex->patch, view.x + p * dim,
+                                MPMHalfWidths((int)dim, core->params.kinds, &view, p), base);
+    }
+    core->status.moved      = 1;  /* on every process: all sort */
+    core->particles.nmovers = -1; /* all have other cells */
+    ex->recuts++;
+    PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+    PetscCall(MPMMigrateList(core, s, &core->status.hops));
+    core->status.left = s->nleavers;
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &core->status.left, 1, MPIU_INT64, MPI_SUM, s->comm));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &core->status.hops, 1, MPIU_INT64, MPI_MAX, s->comm));
+  } else {
+    PetscCall(MPMPartitionDestroy(&part));
+    PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  }
+  PetscCall(MPMHistogramDestroy(&h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* -parallel_balance auto: is it time to look for better cuts? When what was lost to the most loaded process since the
+   last look exceeds what a cut costs, both by the model: wall times would differ between processes. */
+static PetscBool TimeToRecut(MPMCore *core)
+{
+  MPMSpatial     *s    = (MPMSpatial *)core->exchange.ctx;
+  const PetscReal mean = (PetscReal)core->particles.total / (s->p[0] * s->p[1] * s->p[2]);
+
+  s->lost += core->exchange.partition.costs.particle *
+             ((PetscReal)core->status.most - mean * PetscMax(1, core->exchange.partition.imbalance));
+  if (s->lost < 5e-3 + 500e-9 * mean) return PETSC_FALSE;
+  s->lost = 0;
+  return PETSC_TRUE;
+}
+
+static PetscErrorCode Share_Spatial(MPMCore *core, MPMShare *share)
+{
+  const MPMSpatial *s = (const MPMSpatial *)core->exchange.ctx;
+
+  PetscFunctionBeginUser;
+  for (int k = 0; k < s->nto; k++)
+    share->ghosts += (PetscReal)MPMTilesSent(&core->exchange.patch, s->to[k].toward) /
+                     MPMTilesPerGhost(core->grid.dim, core->basis);
+  share->neighbours = 0.5 * (PetscReal)(s->nto + s->nfrom);
+  for (PetscInt d = 0; d < 3; d++) {
+    share->axes += s->p[d] > 1;
+    share->cuts += (PetscReal)(s->p[d] - 1);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Settle_Spatial(MPMCore *core, PetscBool anew)
+{
+  MPMExchange *ex = &core->exchange;
+  MPMSpatial  *s  = (MPMSpatial *)ex->ctx;
+
+  PetscFunctionBeginUser;
+  if (!anew && ex->balance == MPM_BALANCE_AUTO && TimeToRecut(core)) PetscCall(Recut(core));
+  if (!anew && core->status.left) { /* of any process: all migrate or none */
+    PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_MIGRATE));
+    ex->migrations++;
+    ex->migrants += core->status.left;
+    PetscCall(ex->direct ? MPMMigrateDirect(core, s) : MPMMigrateSwarm(core, s));
+    PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_MIGRATE));
+  }
+  if (anew) {
+    PetscCall(MPMParticlesLocate(&core->particles, &ex->patch, core->params.kinds));
+    PetscCall(MPMParticlesFingerprint(&core->particles, &s->ids));
+  } else if (core->status.moved) {
+    PetscCall(MPMExchangeSort(core));
+  }
+  if (anew || core->status.moved) PetscCall(MPMTilesAssign(&ex->patch, ex->type->farms, core->particles.start));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Finish_Spatial(MPMCore *core)
+{
+  MPMSpatial *s = (MPMSpatial *)core->exchange.ctx;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMSpatialTearDown(core));
+  PetscCall(MPMPartitionDestroy(&core->exchange.partition));
+  PetscCall(MPMMigrateForget(s));
+  PetscCall(PetscFree(s->out));
+  PetscCall(PetscFree(s->in));
+  PetscCallMPI(MPI_Op_free(&s->status_op));
+  PetscCallMPI(MPI_Type_free(&s->status_type));
+  PetscCallMPI(MPI_Type_free(&s->motion_type));
+  PetscCallMPI(MPI_Comm_free(&s->comm));
+  PetscCall(PetscFree(core->exchange.ctx));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const MPMExchangeType MPMExchange_spatial = {
+    .name   = "spatial",
+    .what   = "a box of the grid and its particles for each process",
+    .setup  = SetUp_Spatial,
+    .sweep  = Sweep_Spatial,
+    .nodes  = Nodes_Spatial,
+    .reduce = Reduce_Spatial,
+    .settle = Settle_Spatial,
+    .finish = Finish_Spatial,
+    .cuts   = PETSC_TRUE,
+    .share  = Share_Spatial,
+};

@@ -1,0 +1,223 @@
+/* worker.c - the worker's half of the pool, and the making of its messages, which the master uses too. */
+#include "kernels/cell.h"
+#include "parallel/pool.h"
+
+/* A patch with these own nodes: the box of nodes that its particles' stencils reach, which ends with the grid, and its
+   tiles. */
+void MPMPoolBox(MPMCore *core, const PetscInt own_lo[3], const PetscInt own_n[3], MPMPatch *patch)
+{
+  const PetscInt reach = MPMBasisNodes(core->basis) - 1, edge = MPMTileEdge(core->basis);
+
+  patch->tiles.bits = MPM_TILE_BITS(reach + 1);
+  patch->grid       = &core->grid;
+  patch->basis      = core->basis;
+  for (PetscInt d = 0; d < 3; d++) {
+    patch->own_lo[d] = patch->lo[d] = own_lo[d];
+    patch->own_n[d]                 = own_n[d];
+    patch->n[d]                     = own_n[d] + reach;
+    if (!core->grid.periodic[d])
+      patch->n[d] = PetscMin(patch->n[d], core->grid.nodes[d] - core->grid.layers[d] - own_lo[d]);
+    patch->tiles.n[d]     = (own_n[d] + edge - 1) / edge;
+    patch->tiles.below[d] = 0;
+  }
+}
+
+/* Size of the answer to a part of n particles in so many tiles: its status, then sums or particles. */
+size_t MPMPoolAnswerBytes(MPMCore *core, const MPMPhase *phase, PetscInt n, PetscInt tiles)
+{
+  const PetscInt dim = core->grid.dim, c0 = MPM_NODE_FIRST(dim, phase->parts), c1 = MPM_NODE_LAST(dim, phase->parts);
+
+  if (phase->kind == MPM_NODES_TO_PARTICLES)
+    return sizeof(MPMStatus) + (size_t)n * MPMParticlesRowBytes(&core->particles, phase->particles_out);
+  return sizeof(MPMStatus) + (size_t)tiles * MPMTileNodes(dim, core->basis) * (size_t)(c1 - c0) * sizeof(PetscReal);
+}
+
+/* Packs fields of n listed particles, field by field. */
+char *MPMPoolPack(const MPMParticles *pts, PetscInt fields, void *const at[], PetscInt n, const PetscInt *list,
+                  char *message)
+{
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    const size_t b = (size_t)pts->bytes[f];
+
+    if (!pts->present[f] || !(fields & (1 << f))) continue;
+    for (PetscInt q = 0; q < n; q++, message += b) memcpy(message, (char *)at[f] + (size_t)list[q] * b, b);
+  }
+  return message;
+}
+
+typedef struct {
+  MPMPatch  patch;
+  void     *field[MPM_NUM_FIELDS];
+  PetscInt *identity, capacity;
+  MPMRange  all;
+  char     *in, *out, *nodes;
+  size_t    in_capacity, out_capacity, nodes_capacity;
+} Desk;
+
+/* Gives the patch's tiles their sums, and renumbers the particles' cells, which came numbered over the master's tiles.
+ */
+static PetscErrorCode PlaceTiles(MPMCore *core, const MPMJob *job, Desk *desk)
+{
+  MPMPatch      *patch = &desk->patch;
+  MPMTiles      *t     = &patch->tiles;
+  const int      dim   = (int)core->grid.dim;
+  const PetscInt tiles = t->n[0] * t->n[1] * t->n[2];
+  const MPMTiles all   = {.bits = t->bits, .n = {job->tiles[0], job->tiles[1], job->tiles[2]}};
+  const size_t   slots = ((size_t)tiles * sizeof *t->slot + MPM_LINE - 1) / MPM_LINE * MPM_LINE;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMMessageRoom(&desk->nodes, &desk->nodes_capacity,
+                           slots + MPM_LINE +
+                               (size_t)PetscMin(tiles, job->n) * MPMTileNodes(core->grid.dim, core->basis) *
+                                   MPM_NODE_NC * sizeof(PetscReal)));
+  t->slot = (PetscInt *)MPMAlign(desk->nodes);
+  t->sum  = (PetscReal *)((char *)t->slot + slots);
+  for (PetscInt k = 0; k < tiles; k++) t->slot[k] = MPM_TILE_EMPTY;
+  t->n_own = 0;
+  for (PetscInt p = 0; p < job->n; p++) {
+    PetscInt       at[3];
+    const PetscInt tile   = MPMTileOf(dim, &all, patch->particles.cell[p], at);
+    const PetscInt ijk[3] = {tile % all.n[0] - job->first[0], tile / all.n[0] % all.n[1] - job->first[1],
+                             tile / (all.n[0] * all.n[1]) - job->first[2]};
+
+    for (PetscInt d = 0; d < dim; d++) at[d] += ijk[d] << t->bits;
+    patch->particles.cell[p]                                = MPMTileCell(dim, t, at);
+    t->slot[(ijk[2] * t->n[1] + ijk[1]) * t->n[0] + ijk[0]] = MPM_TILE_SCRATCH;
+  }
+  for (PetscInt k = 0; k < tiles; k++)
+    if (t->slot[k] == MPM_TILE_SCRATCH) t->slot[k] = t->n_own++;
+  t->nslots = t->n_early   = t->n_own;
+  t->nruns[MPM_PASS_EARLY] = 1;
+  t->runs[MPM_PASS_EARLY]  = &desk->all;
+  desk->all                = (MPMRange){0, job->n, 0};
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes a patch of what came: particles in (cell, id) order, so their order is the identity. */
+static PetscErrorCode Unpack(MPMCore *core, const MPMPhase *phase, const MPMJob *job, const char *m, Desk *desk)
+{
+  MPMPatch           *patch    = &desk->patch;
+  const MPMParticles *pts      = &core->particles;
+  const PetscBool     to_nodes = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt      fields = phase->particles_in | phase->particles_out, n = job->n, dim = core->grid.dim;
+
+  PetscFunctionBeginUser;
+  MPMPoolBox(core, job->own_lo, job->own_n, patch);
+  if (n > desk->capacity) {
+    desk->capacity = n * 5 / 4 + 64;
+    for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+      if (!pts->present[f]) continue;
+      PetscCall(PetscFree(desk->field[f]));
+      PetscCall(PetscMalloc((size_t)desk->capacity * (size_t)pts->bytes[f], &desk->field[f]));
+    }
+    PetscCall(PetscFree(desk->identity));
+    PetscCall(PetscMalloc1(desk->capacity, &desk->identity));
+    for (PetscInt p = 0; p < desk->capacity; p++) desk->identity[p] = p;
+  }
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    if (!pts->present[f] || !(phase->particles_in & (1 << f))) continue;
+    memcpy(desk->field[f], m, (size_t)n * (size_t)pts->bytes[f]);
+    m += (size_t)n * (size_t)pts->bytes[f];
+  }
+  PetscCall(PetscMemzero(&patch->particles, sizeof patch->particles));
+  patch->particles.n = n;
+  patch->order       = desk->identity;
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
+  if (fields & MPM_BIT(name)) patch->particles.name = (ctype *)desk->field[MPM_FIELD_INDEX_##name];
+#include "physics/fields.def"
+#undef MPM_FIELD
+  if (!to_nodes) {
+    const size_t motions = (size_t)MPMPatchNodes(patch) * MPM_MOTION_NC(dim) * sizeof(PetscReal);
+
+    PetscCall(MPMMessageRoom(&desk->nodes, &desk->nodes_capacity, motions));
+    patch->motion = (PetscReal *)desk->nodes;
+    memcpy(patch->motion, m, motions);
+  } else
+    PetscCall(PlaceTiles(core, job, desk));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The numbers of the particles' cells over the tiles of the master. */
+static void NumberCells(MPMCore *core, const MPMJob *job, MPMPatch *patch)
+{
+  const PetscInt dim = core->grid.dim;
+  MPMPatch       all = *patch;
+
+  for (PetscInt d = 0; d < 3; d++) { /* the box of the master's tiles: it finds what leaves the grid or its own nodes */
+    all.tiles.n[d] = job->tiles[d];
+    all.own_lo[d]  = job->own_lo[d] - job->first[d] * MPMTileEdge(core->basis);
+    all.own_n[d]   = job->tiles[d] * MPMTileEdge(core->basis);
+  }
+  for (PetscInt p = 0; p < patch->particles.n; p++) {
+    PetscInt base[3];
+
+    patch->particles.cell[p] = MPMOwnCell((int)dim, core->basis, &all, patch->particles.x + p * dim,
+                                          MPMHalfWidths((int)dim, core->params.kinds, &patch->particles, p), base);
+  }
+}
+
+/* Packs the answer; returns its end. */
+static char *PackAnswer(MPMCore *core, const MPMPhase *phase, const MPMStatus *status, const Desk *desk, char *m)
+{
+  const MPMPatch *patch = &desk->patch;
+
+  memcpy(m, status, sizeof *status);
+  m += sizeof *status;
+  if (phase->kind == MPM_NODES_TO_PARTICLES)
+    return MPMPoolPack(&core->particles, phase->particles_out, desk->field, patch->particles.n, desk->identity, m);
+  for (PetscInt k = 0; k < patch->tiles.n_own; k++) m += MPMTilesCopy(patch, k, phase->parts, PETSC_TRUE, m);
+  return m;
+}
+
+/* A worker's life: receive a patch, run the phase, answer; until the master says that the run is over. */
+PetscErrorCode MPMPoolServe(MPMCore *core, MPI_Comm comm)
+{
+  Desk        desk   = {0};
+  MPI_Request answer = MPI_REQUEST_NULL;
+
+  PetscFunctionBeginUser;
+  for (;;) {
+    MPI_Status      probed;
+    PetscMPIInt     len;
+    MPMJob          job;
+    const MPMPhase *phase;
+    MPMStatus       status;
+
+    PetscCallMPI(MPI_Probe(0, MPM_TAG_WORK, comm, &probed));
+    PetscCallMPI(MPI_Get_count(&probed, MPI_BYTE, &len));
+    PetscCall(MPMMessageRoom(&desk.in, &desk.in_capacity, (size_t)len));
+    PetscCallMPI(MPI_Recv(desk.in, len, MPI_BYTE, 0, MPM_TAG_WORK, comm, MPI_STATUS_IGNORE));
+    memcpy(&job, desk.in, sizeof job);
+    if (job.phase < 0) break;
+    phase           = &core->phases[job.phase];
+    core->params.dt = job.dt;
+    PetscCall(MPMPhaseBegin(core, phase));
+    MPMWorkBegin(&core->timers);
+    PetscCall(Unpack(core, phase, &job, desk.in + sizeof job, &desk));
+    MPMWorkEnd(&core->timers, phase->timer, "UNPACK", (PetscReal)len);
+    MPMStatusReset(&status);
+    PetscCall(MPMPatchRun(core, &desk.patch, phase,
+                          phase->kind == MPM_PARTICLES_TO_NODES ? MPM_PASS_EARLY : MPM_PASS_MAIN, &status));
+    if (phase->particles_out & MPM_BIT(cell)) {
+      NumberCells(core, &job, &desk.patch);
+      MPMSimulateWork("RENUMBER", job.n);
+    }
+    PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
+    PetscCall(
+        MPMMessageRoom(&desk.out, &desk.out_capacity, MPMPoolAnswerBytes(core, phase, job.n, desk.patch.tiles.n_own)));
+    MPMWorkBegin(&core->timers);
+    len = (PetscMPIInt)(PackAnswer(core, phase, &status, &desk, desk.out) - desk.out);
+    MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
+    MPMSimulateWork("CHUNK", 1);
+    MPMSimulateWork("ANSWER", (PetscReal)len);
+    PetscCallMPI(MPI_Isend(desk.out, len, MPI_BYTE, 0, MPM_TAG_DONE, comm, &answer));
+    PetscCall(MPMPhaseEnd(core, phase, job.n));
+  }
+  PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) PetscCall(PetscFree(desk.field[f]));
+  PetscCall(PetscFree(desk.identity));
+  PetscCall(PetscFree(desk.in));
+  PetscCall(PetscFree(desk.out));
+  PetscCall(PetscFree(desk.nodes));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,241 @@
+/* order.c - the order of the particles: `order` lists them by (cell, id), in which kernels visit them, the same whatever
+   the storage looks like. The storage itself is put in that order now and then, for the cache. */
+#include "kernels/cell.h"
+#include "particles/box.h"
+#include "particles/particles.h"
+
+/* The storage is put in order after so many changes of cell for each particle; in between, sweeps read it through
+   `order`. A sort that does not know its movers counts as if 4 % had moved: every 50 of them. (More often: 3-D gains up
+   to 4 % where particles move 5 % of a cell a step, 2-D loses as much.) */
+#define MPM_SCATTERED   2
+#define MPM_MOVES_GUESS 0.04
+#define MPM_RUN         16 /* runs of so many particles in the order, on average: they need no reordering */
+
+/* Moves rows of `bytes` along the cycles of a path (FindCycles). */
+MPM_INLINE void FollowCycles(size_t bytes, PetscInt npath, const PetscInt path[], char *rows)
+{
+  char first[MPM_ROW_BYTES];
+
+  for (PetscInt k = 0; k < npath; k++) {
+    memcpy(first, rows + (size_t)path[k] * bytes, bytes);
+    for (; path[k] >= 0; k++) {
+      const PetscInt next = path[k + 1] < 0 ? MPM_FLAGGED(path[k + 1]) : path[k + 1];
+
+      memcpy(rows + (size_t)path[k] * bytes, rows + (size_t)next * bytes, bytes);
+    }
+    memcpy(rows + (size_t)MPM_FLAGGED(path[k]) * bytes, first, bytes);
+  }
+}
+
+/* The cycles of an order, which becomes the identity: path [returned] has the places of one after the other, each taken
+   by what is at the next; the last place of a cycle, which takes what was at the first, is marked. */
+static PetscInt FindCycles(PetscInt n, PetscInt order[], PetscInt path[])
+{
+  PetscInt npath = 0;
+
+  for (PetscInt q = 0; q < n; q++) {
+    if (order[q] == q) continue;
+    for (PetscInt to = q, from; order[to] != to; to = from) {
+      from          = order[to];
+      order[to]     = to;
+      path[npath++] = to;
+    }
+    path[npath - 1] = MPM_FLAGGED(path[npath - 1]);
+  }
+  return npath;
+}
+
+/* Puts the storage into the order of `order`, which becomes the identity. In place: a copy of the largest field would
+   be up to half of the memory of the particles. The path along the cycles is in the room of the order before. */
+static PetscErrorCode Reorder(MPMParticles *particles)
+{
+  const PetscInt *path  = particles->spare;
+  const PetscInt  npath = FindCycles(particles->n, particles->order, particles->spare);
+
+  PetscFunctionBeginUser;
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    void *rows;
+
+    if (!particles->present[f]) continue;
+    PetscCall(MPMParticlesGetField(particles, f, &rows));
+    MPM_FOR_WIDTH(particles->bytes[f], FollowCycles, npath, path, (char *)rows);
+    PetscCall(MPMParticlesRestoreField(particles, f));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Is the order far from that of the storage? Particles that move together, and those that come from other processes and
+   take the places of leavers, leave long runs, along which nothing is gained by putting the storage in order. */
+static PetscBool Scattered(const MPMParticles *particles)
+{
+  PetscInt jumps = 0;
+
+  for (PetscInt q = 1; q < particles->n; q++) jumps += particles->order[q] != particles->order[q - 1] + 1;
+  return jumps > particles->n / MPM_RUN ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* order = particles by (cell, id): a counting sort by cell, then insertion by id, which finds little to do since the
+   storage is n_early in order. */
+static void SortByCell(const MPMView *view, PetscInt ncells, PetscInt *start, PetscInt *order)
+{
+  for (PetscInt c = 0; c < ncells + 2; c++) start[c] = 0;
+  for (PetscInt p = 0; p < view->n; p++) start[view->cell[p] + 2]++;
+  for (PetscInt c = 2; c < ncells + 2; c++) start[c] += start[c - 1];
+  for (PetscInt p = 0; p < view->n; p++) order[start[view->cell[p] + 1]++] = p; /* start[c + 1] grows to its place */
+  for (PetscInt c = 0; c < ncells; c++)
+    for (PetscInt q = start[c] + 1; q < start[c + 1]; q++) {
+      const PetscInt p = order[q];
+      PetscInt       r = q;
+
+      for (; r > start[c] && view->id[order[r - 1]] > view->id[p]; r--) order[r] = order[r - 1];
+      order[r] = p;
+    }
+}
+
+/* Does this part of the order have places of particles that changed cell or left? */
+static PetscBool HasMovers(const PetscInt *order, PetscInt n, PetscInt nkept)
+{
+  PetscInt most = -1;
+
+  for (PetscInt q = 0; q < n; q++) most = PetscMax(most, order[q]);
+  return most >= nkept ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* The same from the order before and the places in it of the particles that changed cell or left: the others keep their
+   turns, so cells are copied without them and leave room for arrivals, which then find their place by id. Rows of `row`
+   cells without movers are copied as they are. After a migration other particles are where leavers were and from nkept
+   on: they are arrivals too. */
+static PetscErrorCode MergeMovers(const MPMView *view, PetscInt ncells, PetscInt row, MPMParticles *particles)
+{
+  PetscInt *order = particles->order, *start = particles->start, *to = particles->spare,
+           *arrivals  = particles->arrivals;
+  PetscInt      *come = particles->movers, narrived = 0, at = 0;
+  const PetscInt nkept = particles->nkept;
+  PetscBool     *comes; /* to a row */
+
+  PetscFunctionBeginUser;
+  for (PetscInt m = 0; m < particles->nmovers; m++) {
+    const PetscInt q = particles->movers[m] < 0 ? MPM_FLAGGED(particles->movers[m]) : particles->movers[m],
+                   p = order[q];
+
+    order[q] = nkept;
+    if (p < nkept) come[narrived++] = p;
+  }
+  for (PetscInt p = nkept; p < view->n; p++) come[narrived++] = p;
+  PetscCall(PetscCalloc1(ncells / row, &comes));
+  for (PetscInt m = 0; m < narrived; m++) {
+    arrivals[view->cell[come[m]]]++;
+    comes[view->cell[come[m]] / row] = PETSC_TRUE;
+  }
+  for (PetscInt first = 0; first < ncells; first += row) {
+    PetscInt       q = start[first];
+    const PetscInt n = start[first + row] - q, shift = at - q;
+
+    if (!comes[first / row] && !HasMovers(order + q, n, nkept)) {
+      if (n > 0) memcpy(to + at, order + q, (size_t)n * sizeof *to);
+      for (PetscInt c = first; c < first + row && shift; c++) start[c] += shift;
+      at += n;
+      continue;
+    }
+    for (PetscInt c = first; c < first + row; c++) {
+      const PetscInt end = start[c + 1];
+
+      start[c] = at;
+      for (; q < end; q++) {
+        to[at] = order[q];
+        at += order[q] < nkept;
+      }
+      at += arrivals[c];
+    }
+  }
+  start[ncells] = at;
+  for (PetscInt m = 0; m < narrived; m++) {
+    const PetscInt p = come[m], c = view->cell[p];
+    PetscInt       r = start[c + 1] - arrivals[c]--;
+
+    for (; r > start[c] && view->id[to[r - 1]] > view->id[p]; r--) to[r] = to[r - 1];
+    to[r] = p;
+  }
+  PetscCall(PetscFree(comes));
+  particles->spare = order;
+  particles->order = to;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lists the particles that left the patch, ascending: which [n], allocated here. Not collective. */
+PetscErrorCode MPMParticlesLeavers(MPMParticles *particles, PetscInt *n, PetscInt **which)
+{
+  const PetscBool all        = particles->nmovers < 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt  candidates = all ? particles->n : particles->nmovers, *movers = particles->movers;
+  MPMView         view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMParticlesGetView(particles, MPM_BIT(cell), &view));
+  for (PetscInt pass = 0; pass < 2; pass++) {
+    *n = 0;
+    for (PetscInt m = 0; m < candidates; m++) {
+      if (all ? view.cell[m] >= 0 : movers[m] >= 0) continue;
+      if (pass) (*which)[*n] = all ? m : particles->order[MPM_FLAGGED(movers[m])];
+      ++*n;
+    }
+    if (!pass) PetscCall(PetscMalloc1(*n, which));
+  }
+  PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(cell), &view));
+  PetscCall(PetscSortInt(*n, *which));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Orders the particles, whose `cell` is known, for the patch: sets order and start. Not collective. */
+PetscErrorCode MPMParticlesSort(MPMParticles *particles, const MPMPatch *patch)
+{
+  const PetscInt ncells = MPMTilesCells(patch), fields = MPM_BIT(id) | MPM_BIT(cell);
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  if (particles->nstart < ncells + 2) {
+    PetscCall(PetscFree2(particles->start, particles->arrivals));
+    PetscCall(PetscMalloc2(ncells + 2, &particles->start, ncells + 2, &particles->arrivals));
+    PetscCall(PetscArrayzero(particles->arrivals, ncells + 2));
+    particles->nstart  = ncells + 2;
+    particles->nmovers = -1;
+  }
+  PetscCall(MPMParticlesGetView(particles, fields, &view));
+  particles->scattered += particles->nmovers < 0 ? MPM_MOVES_GUESS * (PetscReal)particles->n
+                                                 : (PetscReal)particles->nmovers;
+  if (particles->nmovers < 0)
+    SortByCell(&view, ncells, particles->start, particles->order);
+  else
+    PetscCall(MergeMovers(&view, ncells, patch->tiles.n[0] << patch->tiles.bits, particles));
+  particles->nmovers = -1;
+  particles->nkept   = particles->n;
+  PetscCall(MPMParticlesRestoreView(particles, fields, &view));
+  if (particles->scattered >= MPM_SCATTERED * (PetscReal)particles->n) {
+    if (Scattered(particles)) PetscCall(Reorder(particles));
+    particles->scattered = 0;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds the cells of all particles anew and orders them. All must lie in cells of the patch. Not collective. */
+PetscErrorCode MPMParticlesLocate(MPMParticles *particles, const MPMPatch *patch, const MPMKind *kinds)
+{
+  const PetscInt d = particles->dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMParticlesGetView(particles, fields, &view));
+  for (PetscInt p = 0; p < view.n; p++) {
+    PetscInt base[3] = {0};
+
+    view.cell[p] = MPMOwnCell((int)d, patch->basis, patch, view.x + p * d, MPMHalfWidths((int)d, kinds, &view, p),
+                              base);
+    PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+               "particle %" PetscInt64_FMT " at (%g, %g, %g) is on the wrong process", view.id[p],
+               (double)view.x[p * d], (double)(d > 1 ? view.x[p * d + 1] : 0), (double)(d > 2 ? view.x[p * d + 2] : 0));
+  }
+  PetscCall(MPMParticlesRestoreView(particles, fields, &view));
+  particles->scattered = PETSC_MAX_REAL;
+  particles->nmovers   = -1;
+  PetscCall(MPMParticlesSort(particles, patch));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,156 @@
+/* tile_messages.c - how sums of tiles travel. A message has, of the tiles at a side of a patch, `toward` [3] 1 or 0 on each
+   axis, the nodes that the process there owns: first a byte for each tile of the side, whether it has particles; then the
+   sums of those that have. */
+#include "kernels/tile_index.h"
+#include "particles/box.h"
+
+/* Axis d of the side: tiles [lo, hi) of the table. above: mine, for the process above; else those of the one below, for
+   me. */
+static void SideRange(const MPMPatch *patch, PetscInt d, int toward, PetscBool above, PetscInt *lo, PetscInt *hi)
+{
+  const MPMTiles *t = &patch->tiles;
+
+  *lo = !toward ? t->below[d] : above ? t->n[d] - t->keep[d] : 0;
+  *hi = toward && !above ? t->below[d] : t->n[d];
+}
+
+/* Nodes [from, to) of tile k of the table that the receiver owns: beyond my own ones, or else among them, where nodes
+   across a periodic face are too. */
+static void Cut(const MPMPatch *patch, PetscInt d, int toward, PetscBool above, PetscInt k, PetscInt *from,
+                PetscInt *to)
+{
+  const MPMTileBox *box = &patch->tiles.box[d][k];
+
+  *from = toward && above ? box->to : box->from;
+  *to   = (toward && above) || patch->tiles.wraps[d] ? box->end : box->to;
+}
+
+/* Goes from tile to tile of the side: its place in the table and its nodes' box. */
+typedef struct {
+  PetscInt lo[3], hi[3], at[3], from[3], to[3];
+} SideIterator;
+
+static void SideBegin(const MPMPatch *patch, const int toward[3], PetscBool above, SideIterator *w)
+{
+  for (PetscInt d = 0; d < 3; d++) {
+    SideRange(patch, d, toward[d], above, &w->lo[d], &w->hi[d]);
+    w->at[d] = w->lo[d];
+  }
+}
+
+static PetscBool SideNext(const MPMPatch *patch, const int toward[3], PetscBool above, SideIterator *w, PetscInt *tile)
+{
+  const MPMTiles *t = &patch->tiles;
+
+  if (w->at[2] >= w->hi[2] || w->lo[0] >= w->hi[0] || w->lo[1] >= w->hi[1]) return PETSC_FALSE;
+  *tile = (w->at[2] * t->n[1] + w->at[1]) * t->n[0] + w->at[0];
+  for (PetscInt d = 0; d < 3; d++) Cut(patch, d, toward[d], above, w->at[d], &w->from[d], &w->to[d]);
+  for (PetscInt d = 0; d < 3; d++) {
+    if (++w->at[d] < w->hi[d] || d == 2) break;
+    w->at[d] = w->lo[d];
+  }
+  return PETSC_TRUE;
+}
+
+static PetscInt SideTiles(const SideIterator *w)
+{
+  return (w->hi[0] - w->lo[0]) * (w->hi[1] - w->lo[1]) * (w->hi[2] - w->lo[2]);
+}
+
+/* Copies the sums of a tile's box to a message, or from it, and zeroes the others; returns how many bytes. */
+static size_t CopyBox(const MPMPatch *patch, const SideIterator *w, PetscInt slot, PetscInt parts, PetscBool pack,
+                      char *message)
+{
+  const PetscInt dim = patch->grid->dim, side = MPMTileSide(patch->basis);
+  const PetscInt c0 = MPM_NODE_FIRST(dim, parts), c1 = MPM_NODE_LAST(dim, parts);
+  PetscReal     *at = (PetscReal *)message;
+
+  for (PetscInt k = w->from[2]; k < w->to[2]; k++)
+    for (PetscInt j = w->from[1]; j < w->to[1]; j++) {
+      PetscReal *sum = patch->tiles.sum + MPM_NODE_NC * ((size_t)slot * MPMTileNodes(dim, patch->basis) +
+                                                         (size_t)((k * side + j) * side + w->from[0]));
+
+      for (PetscInt i = w->from[0]; i < w->to[0]; i++, sum += MPM_NODE_NC)
+        if (pack)
+          for (PetscInt c = c0; c < c1; c++) *at++ = sum[c];
+        else
+          for (PetscInt c = 0; c < MPM_NODE_NC; c++) sum[c] = c < c0 || c >= c1 ? 0 : *at++;
+    }
+  return (size_t)((char *)at - message);
+}
+
+/* The most bytes that such a message can have. */
+size_t MPMTilesBytes(const MPMPatch *patch, const int toward[3], PetscInt parts, PetscBool above)
+{
+  const PetscInt dim   = patch->grid->dim;
+  size_t         nodes = 1, tiles = 1;
+  SideIterator   w;
+
+  SideBegin(patch, toward, above, &w);
+  for (PetscInt d = 0; d < 3; d++) {
+    size_t sum = 0;
+
+    for (PetscInt k = w.lo[d]; k < w.hi[d]; k++) {
+      Cut(patch, d, toward[d], above, k, &w.from[d], &w.to[d]);
+      sum += (size_t)(w.to[d] - w.from[d]);
+    }
+    nodes *= sum;
+    tiles *= (size_t)(w.hi[d] - w.lo[d]);
+  }
+  return (tiles + 7) / 8 * 8 +
+         nodes * (size_t)(MPM_NODE_LAST(dim, parts) - MPM_NODE_FIRST(dim, parts)) * sizeof(PetscReal);
+}
+
+/* Nodes whose sums go to the process above on the side as particles lie now, once for each tile that has some. */
+PetscInt MPMTilesSent(const MPMPatch *patch, const int toward[3])
+{
+  PetscInt     tile, nodes = 0;
+  SideIterator w;
+
+  SideBegin(patch, toward, PETSC_TRUE, &w);
+  while (SideNext(patch, toward, PETSC_TRUE, &w, &tile))
+    if (patch->tiles.slot[tile] != MPM_TILE_EMPTY)
+      nodes += (w.to[0] - w.from[0]) * (w.to[1] - w.from[1]) * (w.to[2] - w.from[2]);
+  return nodes;
+}
+
+/* Packs the message for the process above on the side; its length in bytes. */
+size_t MPMTilesPack(const MPMPatch *patch, const int toward[3], PetscInt parts, char *message)
+{
+  PetscInt     tile, q = 0;
+  size_t       at;
+  SideIterator w;
+
+  SideBegin(patch, toward, PETSC_TRUE, &w);
+  at = (size_t)((SideTiles(&w) + 7) / 8 * 8);
+  for (; SideNext(patch, toward, PETSC_TRUE, &w, &tile); q++) {
+    message[q] = patch->tiles.slot[tile] != MPM_TILE_EMPTY;
+    if (message[q]) at += CopyBox(patch, &w, patch->tiles.slot[tile], parts, PETSC_TRUE, message + at);
+  }
+  return at;
+}
+
+/* Takes the message of the process below: its tiles get the next places. */
+void MPMTilesUnpack(MPMPatch *patch, const int toward[3], PetscInt parts, const char *message)
+{
+  PetscInt     tile, q = 0;
+  size_t       at;
+  SideIterator w;
+
+  SideBegin(patch, toward, PETSC_FALSE, &w);
+  at = (size_t)((SideTiles(&w) + 7) / 8 * 8);
+  for (; SideNext(patch, toward, PETSC_FALSE, &w, &tile); q++) {
+    patch->tiles.slot[tile] = message[q] ? patch->tiles.nslots++ : MPM_TILE_EMPTY;
+    if (message[q]) MPMTileUse(&patch->tiles, tile);
+    if (message[q]) at += CopyBox(patch, &w, patch->tiles.slot[tile], parts, PETSC_FALSE, (char *)message + at);
+  }
+}
+
+/* Copies the sums that the parts make of all nodes of a tile to or from a message; returns how many bytes. */
+size_t MPMTilesCopy(const MPMPatch *patch, PetscInt slot, PetscInt parts, PetscBool pack, char *message)
+{
+  const PetscInt     side = MPMTileSide(patch->basis), dim = patch->grid->dim;
+  const SideIterator w = {.to = {side, dim > 1 ? side : 1, dim > 2 ? side : 1}};
+
+  return CopyBox(patch, &w, slot, parts, pack, message);
+}

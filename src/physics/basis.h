@@ -1,0 +1,302 @@
+/* basis.h - the 1-D basis functions; transfer.h forms their tensor products, once, for all of them.
+
+   xi = (x - lower)/h is the coordinate in cells, by a division, the same expression on every rank and in every phase.
+   A basis is two functions: the first node of a particle's stencil (the base, which also names the particle's "cell"),
+   and the values w and gradients g (per cell, so divide by h) of its nodes base, base+1, ... Both are free of branches
+   and take one particle or several (MPMReal, lanes.h), with the number of the base as a real. Splines near a wall are
+   restricted to nodes of the grid in one of two forms, so that no node lies beyond it; few particles are near a wall,
+   so these forms are for one particle at a time: extrap   the coefficient beyond the wall is extrapolated, c_-1 = 2 c_0
+   - c_1: keeps sum w = 1 and sum w x_i = x steffen  knots repeated at the wall (Steffen, Kirby and Berzins 2008): sum w
+   = 1, all slopes 0 at the wall */
+#ifndef MPM_BASIS_H
+#define MPM_BASIS_H
+
+#include "base/tensor.h"
+
+typedef enum {
+#define MPM_BASIS(name, nodes, layers, inertia, what) MPM_BASIS_##name,
+#include "physics/basis.def"
+#undef MPM_BASIS
+  MPM_NUM_BASES
+} MPMBasis;
+
+typedef enum { MPM_WALL_BASIS_NONE, MPM_WALL_BASIS_EXTRAP, MPM_WALL_BASIS_STEFFEN } MPMWallBasis; /* none: periodic */
+
+#define MPM_MAX_STENCIL 4 /* nodes per axis of the widest basis */
+
+/* --- Hats ----------------------------------------------------------------------------------------------------------
+ */
+
+/* A particle on the upper wall belongs to the last cell (decided once, here). */
+MPM_INLINE MPMReal MPMBasisBase_linear(MPMReal xi, MPMReal l, PetscInt cells)
+{
+  (void)l;
+  return MPMMin(MPMFloor(xi), MPMAll((PetscReal)(cells - 1)));
+}
+
+MPM_INLINE void MPMBasisWeights_linear(MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
+{
+  const MPMReal s = xi - base;
+
+  (void)l;
+  w[0] = 1.0 - s;
+  w[1] = s;
+  g[0] = MPMAll(-1);
+  g[1] = MPMAll(1);
+}
+
+/* --- Hats averaged over [xi - l, xi + l], 0 < l <= 1/2 (Bardenhagen and Kober 2004) ------------------------------- */
+MPM_INLINE MPMReal MPMBasisBase_gimp(MPMReal xi, MPMReal l, PetscInt cells)
+{
+  (void)cells;
+  return MPMFloor(xi - l);
+}
+
+MPM_INLINE void MPMBasisWeights_gimp(MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
+{
+  const MPMReal below = xi - base, at = below - 1.0, above = 2.0 - below, a = MPMAbs(at); /* distances */
+  const MPMReal under = MPMMax(1.0 + l - below, MPMAll(0)), over = MPMMax(1.0 + l - above, MPMAll(0)), half = 0.5 / l;
+  const MPMReal one = MPMAll(1);
+
+  w[0] = MPMSelect(below <= 1.0 - l, 1.0 - below, 0.5 * under * under * half);
+  g[0] = MPMSelect(below <= 1.0 - l, -one, -under * half);
+  w[1] = MPMSelect(a <= l, 1.0 - (at * at + l * l) * half, 1.0 - a);
+  g[1] = MPMSelect(a <= l, -2.0 * at * half, MPMSelect(at < 0.0, one, -one));
+  w[2] = MPMSelect(above <= 1.0 - l, 1.0 - above, 0.5 * over * over * half);
+  g[2] = MPMSelect(above <= 1.0 - l, one, over * half);
+}
+
+/* --- B-splines centred on the nodes --------------------------------------------------------------------------------
+ */
+
+/* Base of a spline of ns nodes: between walls its stencil stays on the grid; on a periodic axis it may be -1. */
+MPM_INLINE MPMReal MPMSplineBase(MPMReal base, int ns, PetscInt cells, MPMWallBasis wall)
+{
+  if (wall == MPM_WALL_BASIS_NONE) return base;
+  return MPMMin(MPMMax(base, MPMAll(0)), MPMAll((PetscReal)(cells + 1 - ns)));
+}
+
+/* How far from a wall, in cells, particles have the form of the wall. */
+MPM_INLINE PetscReal MPMWallReach(MPMBasis basis, MPMWallBasis wall)
+{
+  if (wall == MPM_WALL_BASIS_NONE) return 0;
+  return (basis == MPM_BASIS_bspline2 ? 0.5 : basis == MPM_BASIS_bspline3 ? 1 : 0) + (wall == MPM_WALL_BASIS_STEFFEN);
+}
+
+/* Values and gradients within reach of the lower wall, t = xi >= 0; false beyond it, where the uniform spline holds. */
+MPM_INLINE PetscBool MPMLowerWall_bspline2(PetscReal t, MPMWallBasis wall, PetscReal w[], PetscReal g[])
+{
+  const PetscReal s = t - 1;
+
+  if (wall == MPM_WALL_BASIS_EXTRAP && t < 0.5) { /* N_0 + 2 N_-1 and N_1 - N_-1 are the hats */
+    w[0] = 1 - t;
+    w[1] = t;
+    g[0] = -1;
+    g[1] = 1;
+    w[2] = g[2] = 0;
+    return PETSC_TRUE;
+  }
+  if (wall == MPM_WALL_BASIS_STEFFEN && t < 0.5) {
+    w[0] = 1 - 4. / 3 * t * t;
+    w[1] = 4. / 3 * t * t;
+    g[0] = -8. / 3 * t;
+    g[1] = 8. / 3 * t;
+    w[2] = g[2] = 0;
+    return PETSC_TRUE;
+  }
+  if (wall == MPM_WALL_BASIS_STEFFEN && t < 1.5) {
+    w[0] = 2. / 3 * (1.5 - t) * (1.5 - t);
+    w[1] = (-7. / 6 * s + 1. / 6) * s + 17. / 24;
+    w[2] = 0.5 * (t - 0.5) * (t - 0.5);
+    g[0] = -4. / 3 * (1.5 - t);
+    g[1] = -7. / 3 * s + 1. / 6;
+    g[2] = t - 0.5;
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+MPM_INLINE PetscBool MPMLowerWall_bspline3(PetscReal t, MPMWallBasis wall, PetscReal w[], PetscReal g[])
+{
+  const PetscReal s = t - 1, r = 2 - t;
+
+  if (wall == MPM_WALL_BASIS_EXTRAP && t < 1) {
+    w[0] = 1 - t + t * t * t / 6;
+    w[1] = t - t * t * t / 3;
+    w[2] = t * t * t / 6;
+    g[0] = -1 + t * t / 2;
+    g[1] = 1 - t * t;
+    g[2] = t * t / 2;
+    w[3] = g[3] = 0;
+    return PETSC_TRUE;
+  }
+  if (wall == MPM_WALL_BASIS_STEFFEN && t < 1) {
+    w[0] = (0.75 * t - 1.5) * t * t + 1;
+    w[1] = (1.5 - 11. / 12 * t) * t * t;
+    w[2] = t * t * t / 6;
+    g[0] = (2.25 * t - 3) * t;
+    g[1] = (3 - 2.75 * t) * t;
+    g[2] = t * t / 2;
+    w[3] = g[3] = 0;
+    return PETSC_TRUE;
+  }
+  if (wall == MPM_WALL_BASIS_STEFFEN && t < 2) {
+    w[0] = r * r * r / 4;
+    w[1] = ((7. / 12 * s - 1.25) * s + 0.25) * s + 7. / 12;
+    w[2] = 2. / 3 - r * r + r * r * r / 2;
+    w[3] = s * s * s / 6;
+    g[0] = -0.75 * r * r;
+    g[1] = (1.75 * s - 2.5) * s + 0.25;
+    g[2] = 2 * r - 1.5 * r * r;
+    g[3] = s * s / 2;
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* Values and gradients of one particle near a wall; false if it is near none. At the upper wall they are the mirror
+   image of those at the lower one. */
+MPM_INLINE PetscBool MPMWallWeights(MPMBasis basis, PetscReal xi, PetscInt cells, MPMWallBasis wall, PetscReal w[],
+                                    PetscReal g[])
+{
+  const int ns = basis == MPM_BASIS_bspline3 ? 4 : 3;
+  PetscReal mw[4], mg[4];
+
+  if (wall == MPM_WALL_BASIS_NONE || (basis != MPM_BASIS_bspline2 && basis != MPM_BASIS_bspline3)) return PETSC_FALSE;
+  if (ns == 3 ? MPMLowerWall_bspline2(xi, wall, w, g) : MPMLowerWall_bspline3(xi, wall, w, g)) return PETSC_TRUE;
+  xi = (PetscReal)cells - xi;
+  if (!(ns == 3 ? MPMLowerWall_bspline2(xi, wall, mw, mg) : MPMLowerWall_bspline3(xi, wall, mw, mg)))
+    return PETSC_FALSE;
+  for (int i = 0; i < ns; i++) {
+    w[i] = mw[ns - 1 - i];
+    g[i] = -mg[ns - 1 - i];
+  }
+  return PETSC_TRUE;
+}
+
+MPM_INLINE MPMReal MPMBasisBase_bspline2(MPMReal xi, MPMReal l, PetscInt cells)
+{
+  (void)l;
+  (void)cells;
+  return MPMFloor(xi + 0.5) - 1.0;
+}
+
+MPM_INLINE void MPMBasisWeights_bspline2(MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
+{
+  const MPMReal s = xi - (base + 1.0); /* from the middle node, |s| <= 1/2 */
+
+  (void)l;
+  w[0] = 0.5 * (0.5 - s) * (0.5 - s);
+  w[1] = 0.75 - s * s;
+  w[2] = 0.5 * (0.5 + s) * (0.5 + s);
+  g[0] = s - 0.5;
+  g[1] = -2.0 * s;
+  g[2] = s + 0.5;
+}
+
+MPM_INLINE MPMReal MPMBasisBase_bspline3(MPMReal xi, MPMReal l, PetscInt cells)
+{
+  (void)l;
+  (void)cells;
+  return MPMFloor(xi) - 1.0;
+}
+
+MPM_INLINE void MPMBasisWeights_bspline3(MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
+{
+  const MPMReal s = xi - (base + 1.0), r = 1.0 - s; /* from the second and third node, 0 <= s <= 1 */
+  const MPMReal s2 = s * s, r2 = r * r, s3 = s2 * s, r3 = r2 * r;
+
+  (void)l;
+  w[0] = r3 * (1. / 6);
+  w[1] = 2. / 3 - s2 + s3 * 0.5;
+  w[2] = 2. / 3 - r2 + r3 * 0.5;
+  w[3] = s3 * (1. / 6);
+  g[0] = -0.5 * r2;
+  g[1] = (1.5 * s - 2.0) * s;
+  g[2] = (2.0 - 1.5 * r) * r;
+  g[3] = 0.5 * s2;
+}
+
+/* --- By number -----------------------------------------------------------------------------------------------------
+ */
+
+/* Nodes per axis. */
+MPM_INLINE int MPMBasisNodes(MPMBasis basis)
+{
+#define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
+  if (basis == MPM_BASIS_##name) return nodes;
+#include "physics/basis.def"
+#undef MPM_BASIS
+  return 0;
+}
+
+/* Node layers needed beyond each wall. */
+MPM_INLINE int MPMBasisLayers(MPMBasis basis)
+{
+#define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
+  if (basis == MPM_BASIS_##name) return layers;
+#include "physics/basis.def"
+#undef MPM_BASIS
+  return 0;
+}
+
+MPM_INLINE int MPMBasisInertia(MPMBasis basis)
+{
+#define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
+  if (basis == MPM_BASIS_##name) return inertia;
+#include "physics/basis.def"
+#undef MPM_BASIS
+  return 0;
+}
+
+/* Is it a spline, which needs a form at the walls? */
+MPM_INLINE PetscBool MPMBasisIsSpline(MPMBasis basis)
+{
+  return MPMBasisInertia(basis) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Base node of particles at xi with half-widths l (both in cells; l matters to gimp only). On a periodic axis node -1
+   is node cells-1 and xi goes with it, so that 0 <= base < cells. */
+MPM_INLINE MPMReal MPMBasisBases(MPMBasis basis, MPMReal *xi, MPMReal l, PetscInt cells, PetscBool periodic,
+                                 MPMWallBasis wall)
+{
+  MPMReal base = MPMAll(0);
+
+#define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
+  if (basis == MPM_BASIS_##name) base = MPMBasisBase_##name(*xi, l, cells);
+#include "physics/basis.def"
+#undef MPM_BASIS
+  if (MPMBasisIsSpline(basis)) base = MPMSplineBase(base, MPMBasisNodes(basis), cells, wall);
+  if (basis != MPM_BASIS_linear && periodic) {
+    const MPMReal round = MPMSelect(base < 0.0, MPMAll((PetscReal)cells), MPMAll(0));
+
+    base += round;
+    *xi += round;
+  }
+  return base;
+}
+
+/* Values and gradients away from walls. */
+MPM_INLINE void MPMBasisInside(MPMBasis basis, MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
+{
+#define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
+  if (basis == MPM_BASIS_##name) MPMBasisWeights_##name(xi, l, base, w, g);
+#include "physics/basis.def"
+#undef MPM_BASIS
+}
+
+#if MPM_WIDTH == 1 /* the same for one particle, its base as an integer */
+MPM_INLINE PetscInt MPMBasisBase(MPMBasis basis, PetscReal *xi, PetscReal l, PetscInt cells, PetscBool periodic,
+                                 MPMWallBasis wall)
+{
+  return (PetscInt)MPMBasisBases(basis, xi, l, cells, periodic, wall);
+}
+
+MPM_INLINE void MPMBasisWeights(MPMBasis basis, PetscReal xi, PetscReal l, PetscInt base, PetscInt cells,
+                                MPMWallBasis wall, PetscReal w[], PetscReal g[])
+{
+  if (!MPMWallWeights(basis, xi, cells, wall, w, g)) MPMBasisInside(basis, xi, l, (PetscReal)base, w, g);
+}
+#endif
+
+#endif

@@ -1,0 +1,35 @@
+/* material.c - the table of materials, and Lame's constants.                                                         */
+#include "physics/material.h"
+
+#define MPM_MATERIAL(name, traits, parameters, state, what) extern const MPMMaterialLaw MPMMaterialLaw_##name;
+#include "physics/material.def"
+#undef MPM_MATERIAL
+
+const MPMMaterialType MPMMaterialTypes[] = {
+#define MPM_MATERIAL(name, traits, parameters, state, what)                                                            \
+  {#name, parameters, state, what, traits, &MPMMaterialLaw_##name},
+#include "physics/material.def"
+#undef MPM_MATERIAL
+    {NULL, NULL, NULL, NULL, 0, NULL}};
+
+const char *MPMMaterialSetUp(MPMMaterial *m)
+{
+  m->state = 0;
+#define MPM_MATERIAL_STATE(name, rows)                                                                                 \
+  if (MPMListHas(m->type->state, #name)) m->state |= MPM_BIT(name);
+  MPM_MATERIAL_FIELDS(MPM_MATERIAL_STATE)
+#undef MPM_MATERIAL_STATE
+  m->lambda = m->E * m->nu / ((1 + m->nu) * (1 - 2 * m->nu));
+  m->mu     = m->E / (2 * (1 + m->nu));
+  return m->type->law->setup ? m->type->law->setup(m) : NULL;
+}
+
+void MPMMaterialState(PetscInt dim, const MPMView *view, PetscInt p, MPMBlock *b)
+{
+#define MPM_STATE_OF(name, rows)                                                                                       \
+  if (view->name)                                                                                                      \
+    for (int k = 0; k < MPMComponents_##name((int)dim); k++)                                                           \
+      b->name[k][0] = view->name[p * MPMComponents_##name((int)dim) + k];
+  MPM_MATERIAL_FIELDS(MPM_STATE_OF)
+#undef MPM_STATE_OF
+}

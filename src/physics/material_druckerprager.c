@@ -1,0 +1,72 @@
+/* material_druckerprager.c - sand and soil: Hencky's elasticity within Drucker and Prager's cone, returned to in
+   principal logarithmic strains (Klar et al., ACM Trans. Graph. 35 (2016) 103), with the memory of opened volume of
+   Tampubolon et al., ACM Trans. Graph. 36 (2017) 105.                                           docs/theory.md (12d)
+     |dev tau| + alpha (tr tau - T0) <= 0,  T0 = 3 cohesion cot(phi) at the apex,  alpha_psi the slope of the flow
+   Sand that is pulled apart stands at the apex (stress free if T0 = 0) while its grains separate: vc [1] sums that
+   logarithmic volume, and it has to close before there is pressure again; else each loosening would pump volume. */
+#include "physics/material_hencky.h"
+
+/* The cone through the Mohr-Coulomb hexagon's outer edges; phi in degrees. sin is libm's: the same on all processes
+   of a run, being a constant of the scene. */
+MPM_INLINE PetscReal druckerprager_slope(PetscReal phi)
+{
+  const PetscReal s = PetscSinReal(phi * PETSC_PI / 180);
+
+  return PetscSqrtReal(2. / 3) * 2 * s / (3 - s);
+}
+
+/* Turns the angles into slopes and the cohesion into the trace of tau at the apex, in Pa. */
+MPM_INLINE const char *druckerprager_setup(MPMMaterial *m)
+{
+  const PetscReal phi = m->friction;
+
+  if (m->dilation > phi) return "dilation_angle must be at most the friction angle: more would create energy";
+  if (m->cohesion > 0 && !(phi > 0)) return "cohesion needs a friction_angle above 0: without friction use vonmises";
+  if (m->cohesion > 0) m->cohesion *= 3 / PetscTanReal(phi * PETSC_PI / 180);
+  m->friction = druckerprager_slope(phi);
+  m->dilation = druckerprager_slope(m->dilation);
+  return NULL;
+}
+
+MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
+{
+  const PetscReal K3 = 3 * m->lambda + 2 * m->mu, apex = m->cohesion / K3; /* tr tau = K3 tr e; tr e at the apex */
+  const MPMReal   open = MPMMax(MPMAll(0), s->vc);
+  MPMReal         b[3], n[3][3], e[3], tr, norm = MPMAll(0), f;
+  MPMMask         beyond, flows, new;
+
+  MPMHenckyTrial(dim, dt, L, s->be);
+  MPMHenckyStrain(dim, s->be, b, n, e);
+  for (int k = 0; k < 3; k++) e[k] += open / 3;
+  tr = e[0] + e[1] + e[2];
+  for (int k = 0; k < 3; k++) norm += (e[k] - tr / 3) * (e[k] - tr / 3);
+  norm   = 2 * m->mu * MPMSqrt(norm); /* |dev tau| */
+  f      = norm + m->friction * (K3 * tr - m->cohesion);
+  beyond = 2 * m->mu * (K3 * tr - m->cohesion) >= 3 * K3 * m->dilation * norm; /* the apex, seen along the flow */
+  flows  = MPMNot(beyond) & (f > 0);
+  new    = beyond | flows | (open > 0);
+  if (MPMAny(new)) {
+    const MPMReal gamma = f / (2 * m->mu + 3 * K3 * m->friction * m->dilation); /* |dev tau| > 0 where it flows */
+
+    for (int k = 0; k < 3; k++) {
+      const MPMReal back = e[k] - gamma * ((e[k] - tr / 3) * (2 * m->mu / norm) + m->dilation);
+
+      e[k] = MPMSelect(beyond, MPMAll(apex / 3), MPMSelect(flows, back, e[k]));
+    }
+    MPMHenckySetStrain(dim, new, e, n, s->be);
+  }
+  s->vc = MPMSelect(beyond, tr - apex, MPMAll(0));
+  MPMHenckyStress(dim, m, e, n, s->tau);
+}
+
+MPM_INLINE MPMReal druckerprager_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
+{
+  return MPMHenckyEnergy(dim, m, s);
+}
+
+MPM_INLINE MPMReal druckerprager_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
+{
+  return MPMHenckySpeed2(dim, m, s);
+}
+
+MPM_MATERIAL_DEFINE_HISTORY(druckerprager, druckerprager_setup, MPM_BIT(be) | MPM_BIT(vc) | MPM_BIT(tau))

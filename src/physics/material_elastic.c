@@ -1,0 +1,53 @@
+/* material_elastic.c - linear elasticity, sig = lambda tr(e) I + 2 mu e with e = sym(F) - I, tau = J sig: right for
+   small strains and rotations, where it is the textbook's law; not objective.                      docs/theory.md (12a)
+ */
+#include "physics/law.h"
+
+MPM_INLINE void elastic_strain(int dim, const MPMReal *F, MPMReal e[6])
+{
+  for (int k = 0; k < 6; k++) e[k] = MPMAll(0);
+  for (int d = 0; d < dim; d++)
+    for (int f = d; f < dim; f++) e[MPMSymIndex(d, f)] = 0.5 * (F[d * dim + f] + F[f * dim + d]) - (d == f ? 1.0 : 0.0);
+}
+
+MPM_INLINE void elastic_stress(int dim, const MPMMaterial *m, const MPMParticleState *s, MPMReal *tau)
+{
+  MPMReal       e[6];
+  const MPMReal J = MPMDet(dim, s->F);
+
+  elastic_strain(dim, s->F, e);
+  {
+    const MPMReal p = m->lambda * (e[0] + e[3] + e[5]);
+
+    for (int k = 0; k < 6; k++) tau[k] = J * (2 * m->mu * e[k] + (k == 0 || k == 3 || k == 5 ? p : MPMAll(0)));
+  }
+}
+
+MPM_INLINE MPMReal elastic_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
+{
+  MPMReal e[6], tr;
+
+  elastic_strain(dim, s->F, e);
+  tr = e[0] + e[3] + e[5];
+  return 0.5 * m->lambda * tr * tr +
+         m->mu * (e[0] * e[0] + e[3] * e[3] + e[5] * e[5] + 2.0 * (e[1] * e[1] + e[2] * e[2] + e[4] * e[4]));
+}
+
+/* sig is linear in F, so a wave stiffens with the stretch: rho0 c^2 = J s (lambda + 2 mu) for F = s I and for uniaxial
+   stretch s. s = |F|_2 is bounded by the larger of the largest row and column sums, since |F|_2^2 <= |F|_1 |F|_inf. */
+MPM_INLINE MPMReal elastic_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
+{
+  MPMReal smax = MPMAll(0);
+
+  for (int d = 0; d < dim; d++) {
+    MPMReal row = MPMAll(0), column = MPMAll(0);
+    for (int e = 0; e < dim; e++) {
+      row += MPMAbs(s->F[d * dim + e]);
+      column += MPMAbs(s->F[e * dim + d]);
+    }
+    smax = MPMMax(smax, MPMMax(row, column));
+  }
+  return MPMDet(dim, s->F) * smax * (m->lambda + 2 * m->mu) / m->rho;
+}
+
+MPM_MATERIAL_DEFINE(elastic)

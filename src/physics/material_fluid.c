@@ -1,0 +1,104 @@
+/* material_fluid.c - compressible Newtonian fluid: sig = -p I + 2 viscosity dev(D), D = sym(L), tau = J sig, with
+     p = K/gamma (J^-gamma - 1)   Tait's equation in Cole's form (Cole, Underwater Explosions, 1948, p. 44), or
+     p = -K (J - 1)               linear, where gamma is 0; and never p < -tension, where tension >= 0.
+   It knows its volume ratio, J <- J (1 + dt tr L), and no shape: no F.                          docs/theory.md (12e)
+   The viscous stress is of the last velocity gradient, so tau is kept until the forces; without viscosity it is a
+   function of J. A wave's speed bounds dt; what viscosity
+   spreads in a step is bounded by MPMTimeStep. */
+#include "physics/law.h"
+
+#if MPM_WIDTH == 1
+static const char *fluid_setup(MPMMaterial *m)
+{
+  if (!(m->viscosity > 0)) m->state &= ~MPM_BIT(tau);
+  return NULL;
+}
+#endif
+
+/* Pressure in Pa. */
+MPM_INLINE MPMReal fluid_pressure(const MPMMaterial *m, MPMReal J)
+{
+  const MPMReal p = m->gamma > 0 ? m->K / m->gamma * (MPMExp(-m->gamma * MPMLog(J)) - 1.0) : -m->K * (J - 1.0);
+
+  return m->tension >= 0 ? MPMMax(p, MPMAll(-m->tension)) : p;
+}
+
+/* Of an inviscid fluid, and the rest of a viscous one. */
+MPM_INLINE void fluid_stress(int dim, const MPMMaterial *m, const MPMParticleState *s, MPMReal *tau)
+{
+  const MPMReal p = fluid_pressure(m, s->J);
+
+  (void)dim;
+  for (int k = 0; k < 6; k++) tau[k] = MPMSymUnit(3, k) ? -s->J * p : MPMAll(0);
+}
+
+MPM_INLINE void fluid_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
+{
+  MPMReal tr = L[0];
+
+  for (int d = 1; d < dim; d++) tr += L[d * (dim + 1)];
+  s->J *= 1.0 + dt * tr;
+  if (!(m->state & MPM_BIT(tau))) return;
+  fluid_stress(dim, m, s, s->tau);
+  for (int d = 0; d < dim; d++)
+    for (int e = d; e < dim; e++) s->tau[MPMSymIndex(d, e)] += s->J * m->viscosity * (L[d * dim + e] + L[e * dim + d]);
+  for (int k = 0; k < 6; k++)
+    if (MPMSymUnit(3, k)) s->tau[k] -= s->J * 2.0 * m->viscosity / 3.0 * tr;
+}
+
+#if MPM_WIDTH == 1
+/* -int p dJ from 1 to J without a cut-off, in J/m^3. */
+MPM_INLINE PetscReal fluid_work(const MPMMaterial *m, PetscReal J)
+{
+  const PetscReal g = m->gamma;
+
+  if (!(g > 0)) return 0.5 * m->K * (J - 1) * (J - 1);
+  if (g == 1) return m->K * ((J - 1) - MPMLog(J));
+  return m->K / g * ((MPMExp((1 - g) * MPMLog(J)) - 1) / (g - 1) + (J - 1));
+}
+
+/* dW/dJ = -p, W(1) = 0. From the volume Jc on where the tension is cut, W grows by it alone. */
+MPM_INLINE PetscReal fluid_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
+{
+  const PetscReal g = m->gamma, left = 1 - g * m->tension / m->K; /* Tait: Jc^-g; it pulls with less than K/g */
+  PetscReal       Jc = PETSC_MAX_REAL;
+
+  (void)dim;
+  if (m->tension >= 0 && !(g > 0)) Jc = 1 + m->tension / m->K;
+  if (m->tension >= 0 && g > 0 && left > 0) Jc = MPMExp(-MPMLog(left) / g);
+  return s->J <= Jc ? fluid_work(m, s->J) : fluid_work(m, Jc) + m->tension * (s->J - Jc);
+}
+
+#endif
+
+/* c^2 = dp/drho with rho = rho0/J: K/rho0 J^(1 - gamma) or K J^2/rho0. Where tension is cut there are no waves; the
+   fluid keeps the value of rest there, as the next compression must find a dt. */
+MPM_INLINE MPMReal fluid_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
+{
+  const MPMReal J = m->tension >= 0 ? MPMMin(s->J, MPMAll(1)) : s->J;
+
+  (void)dim;
+  return m->K / m->rho * (m->gamma > 0 ? MPMExp((1 - m->gamma) * MPMLog(J)) : s->J * s->J);
+}
+
+MPM_LAW_STRESS(fluid, 1)
+MPM_LAW_STRESS(fluid, 2)
+MPM_LAW_STRESS(fluid, 3)
+MPM_LAW_UPDATE(fluid, 1, m->state)
+MPM_LAW_UPDATE(fluid, 2, m->state)
+MPM_LAW_UPDATE(fluid, 3, m->state)
+MPM_LAW_SCALARS(fluid, speed2)
+#if MPM_WIDTH == 1
+MPM_LAW_SCALARS(fluid, energy)
+extern const MPMMaterialLaw MPMMaterialLaw_fluid_8, MPMMaterialLaw_fluid_4, MPMMaterialLaw_fluid_2;
+const MPMMaterialLaw        MPMMaterialLaw_fluid = {.setup  = fluid_setup,
+                                                    .stress = MPM_LAW_1_2_3(fluid, stress),
+                                                    .update = MPM_LAW_1_2_3(fluid, update),
+                                                    .energy = MPM_LAW_1_2_3(fluid, energy),
+                                                    .speed2 = MPM_LAW_1_2_3(fluid, speed2),
+                                                    .lanes  = MPM_LAW_LANES(fluid)};
+#else
+const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_fluid) = {.stress = MPM_LAW_1_2_3(fluid, stress),
+                                                             .update = MPM_LAW_1_2_3(fluid, update),
+                                                             .speed2 = MPM_LAW_1_2_3(fluid, speed2)};
+#endif

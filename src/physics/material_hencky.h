@@ -1,0 +1,84 @@
+/* material_hencky.h - what plastic laws share: Hencky's elasticity, tau = lambda tr(e) I + 2 mu e, on the elastic
+   logarithmic strain e = ln(be)/2 in Pa and 1. In its principal axes the return mapping of large strains is the one of
+   small strains (Simo, Comput. Methods Appl. Mech. Eng. 99 (1992) 61).                    docs/theory.md (12c), (12d)
+   be is moved along by f = I + dt L like F, so a step with no flow turns and stretches both alike. */
+#ifndef MPM_MATERIAL_HENCKY_H
+#define MPM_MATERIAL_HENCKY_H
+
+#include "physics/law.h"
+
+/* Principal values b [3] and axes n [k][axis] of be, and e [3] = ln(b)/2. */
+MPM_INLINE void MPMHenckyStrain(int dim, const MPMReal be[6], MPMReal b[3], MPMReal n[3][3], MPMReal e[3])
+{
+  MPMEigen(dim, be, b, n);
+  for (int k = 0; k < 3; k++) e[k] = 0.5 * MPMLog(b[k]);
+}
+
+/* be <- f be f^T with f = I + dt L, L [dim*dim] in 1/s: the trial state, as if nothing flowed. */
+MPM_INLINE void MPMHenckyTrial(int dim, PetscReal dt, const MPMReal *L, MPMReal be[6])
+{
+  MPMReal f[9], fb[9];
+
+  for (int k = 0; k < dim * dim; k++) f[k] = (PetscReal)(k % (dim + 1) == 0) + dt * L[k];
+  for (int d = 0; d < dim; d++)
+    for (int e = 0; e < dim; e++) {
+      fb[d * dim + e] = f[d * dim] * be[MPMSymIndex(0, e)];
+      for (int k = 1; k < dim; k++) fb[d * dim + e] += f[d * dim + k] * be[MPMSymIndex(k, e)];
+    }
+  for (int d = 0; d < dim; d++)
+    for (int e = d; e < dim; e++) {
+      MPMReal s = fb[d * dim] * f[e * dim];
+      for (int k = 1; k < dim; k++) s += fb[d * dim + k] * f[e * dim + k];
+      be[MPMSymIndex(d, e)] = s;
+    }
+}
+
+/* be that belongs to strains e [3] along axes n, where it is `new`; elsewhere be stays. */
+MPM_INLINE void MPMHenckySetStrain(int dim, MPMMask new, const MPMReal e[3], MPMReal n[3][3], MPMReal be[6])
+{
+  MPMReal b[3], now[6];
+
+  for (int k = 0; k < 3; k++) b[k] = MPMExp(2 * e[k]);
+  MPMSpectral(dim, b, n, now);
+  for (int k = 0; k < 6; k++) be[k] = MPMSelect(new, now[k], be[k]);
+}
+
+/* Kirchhoff stress tau in Pa of strains e [3] along axes n. */
+MPM_INLINE void MPMHenckyStress(int dim, const MPMMaterial *m, const MPMReal e[3], MPMReal n[3][3], MPMReal tau[6])
+{
+  const MPMReal p = m->lambda * (e[0] + e[1] + e[2]);
+  MPMReal       t[3];
+
+  for (int k = 0; k < 3; k++) t[k] = p + 2 * m->mu * e[k];
+  MPMSpectral(dim, t, n, tau);
+}
+
+/* Stored energy lambda/2 tr(e)^2 + mu e:e in J/m^3: what unloading gives back. Work that flow has dissipated, and what
+   the hardening of a metal may keep, are not in it. */
+MPM_INLINE MPMReal MPMHenckyEnergy(int dim, const MPMMaterial *m, const MPMParticleState *s)
+{
+  MPMReal b[3], n[3][3], e[3], tr;
+
+  MPMHenckyStrain(dim, s->be, b, n, e);
+  tr = e[0] + e[1] + e[2];
+  return 0.5 * m->lambda * tr * tr + m->mu * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
+}
+
+/* Elastic waves, as flow only slows them down. Along a principal axis 1 of be rho0 c^2 is lambda + 2 mu - tau_1, and
+   for shear mu x/(1 - exp(-x)) <= mu + max(0, mu x) with mu x = tau_1 - tau_2. Both are below lambda + 2 mu and the
+   largest row sum of |tau| (Gershgorin), unless elastic shear strains come near 1/2: far beyond what these laws are
+   for. */
+MPM_INLINE MPMReal MPMHenckySpeed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
+{
+  MPMReal most = MPMAll(0);
+
+  (void)dim;
+  for (int d = 0; d < 3; d++) {
+    MPMReal row = MPMAll(0);
+    for (int e = 0; e < 3; e++) row += MPMAbs(s->tau[MPMSymIndex(d, e)]);
+    most = MPMMax(most, row);
+  }
+  return (m->lambda + 2 * m->mu + most) / m->rho;
+}
+
+#endif

@@ -1,0 +1,45 @@
+/* material_neohookean.c - compressible neo-Hookean solid (Bonet and Wood, Nonlinear Continuum Mechanics, eq. 6.27):
+   W = mu/2 (tr b - 3 - 2 ln J) + lambda/2 ln^2 J,  tau = lambda ln J I + mu (b - I),  b = F F^T.   docs/theory.md (12b)
+ */
+#include "physics/law.h"
+
+MPM_INLINE void neohookean_stress(int dim, const MPMMaterial *m, const MPMParticleState *s, MPMReal *tau)
+{
+  MPMReal       b[6];
+  const MPMReal p = m->lambda * MPMLog(MPMDet(dim, s->F));
+
+  MPMLeftCauchyGreen(dim, s->F, b);
+  tau[0] = p + m->mu * (b[0] - 1.0);
+  tau[1] = m->mu * b[1];
+  tau[2] = m->mu * b[2];
+  tau[3] = p + m->mu * (b[3] - 1.0);
+  tau[4] = m->mu * b[4];
+  tau[5] = p + m->mu * (b[5] - 1.0);
+}
+
+MPM_INLINE MPMReal neohookean_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
+{
+  MPMReal       b[6];
+  const MPMReal lnJ = MPMLog(MPMDet(dim, s->F));
+
+  MPMLeftCauchyGreen(dim, s->F, b);
+  return 0.5 * m->mu * ((b[0] - 1.0) + (b[3] - 1.0) + (b[5] - 1.0) - 2.0 * lnJ) + 0.5 * m->lambda * lnJ * lnJ;
+}
+
+/* A plane wave along n has rho0 c^2 = lambda (1 - ln J) + mu (1 + n.b n), a shear wave mu n.b n. Bounded without a
+   logarithm, by 1 - 1/J <= ln J <= J - 1, and by the largest row sum of b (Gershgorin); equal at F = I. */
+MPM_INLINE MPMReal neohookean_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
+{
+  const MPMReal J = MPMDet(dim, s->F), volumetric = m->lambda * (m->lambda >= 0 ? 1.0 / J : 2.0 - J);
+  MPMReal       b[6], bmax                        = MPMAll(0);
+
+  MPMLeftCauchyGreen(dim, s->F, b);
+  for (int d = 0; d < dim; d++) {
+    MPMReal row = MPMAll(0);
+    for (int e = 0; e < dim; e++) row += MPMAbs(b[MPMSymIndex(d, e)]);
+    bmax = MPMMax(bmax, row);
+  }
+  return (m->mu * bmax + MPMMax(MPMAll(0), m->mu + volumetric)) / m->rho;
+}
+
+MPM_MATERIAL_DEFINE(neohookean)

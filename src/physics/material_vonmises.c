@@ -1,0 +1,39 @@
+/* material_vonmises.c - elastic-plastic metal: Hencky's elasticity, von Mises' yield stress on the Kirchhoff stress,
+   linear isotropic hardening (Simo, Comput. Methods Appl. Mech. Eng. 99 (1992) 61).              docs/theory.md (12c)
+     q = sqrt(3/2) |dev tau| <= yield + hardening ep
+   Beyond, back to the surface along dev tau, which changes no volume; ep grows by dgamma. */
+#include "physics/material_hencky.h"
+
+MPM_INLINE void vonmises_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
+{
+  MPMReal b[3], n[3][3], e[3], mean, q = MPMAll(0), f;
+  MPMMask flows;
+
+  MPMHenckyTrial(dim, dt, L, s->be);
+  MPMHenckyStrain(dim, s->be, b, n, e);
+  mean = (e[0] + e[1] + e[2]) / 3;
+  for (int k = 0; k < 3; k++) q += (e[k] - mean) * (e[k] - mean);
+  q     = 2 * m->mu * MPMSqrt(1.5 * q);
+  f     = q - (m->yield + m->hardening * s->ep);
+  flows = f > 0; /* and so q > 0 */
+  if (MPMAny(flows)) {
+    const MPMReal dgamma = f / (3 * m->mu + m->hardening), keep = 1 - 3 * m->mu * dgamma / q;
+
+    for (int k = 0; k < 3; k++) e[k] = MPMSelect(flows, mean + keep * (e[k] - mean), e[k]);
+    s->ep = MPMSelect(flows, s->ep + dgamma, s->ep);
+    MPMHenckySetStrain(dim, flows, e, n, s->be);
+  }
+  MPMHenckyStress(dim, m, e, n, s->tau);
+}
+
+MPM_INLINE MPMReal vonmises_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
+{
+  return MPMHenckyEnergy(dim, m, s);
+}
+
+MPM_INLINE MPMReal vonmises_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
+{
+  return MPMHenckySpeed2(dim, m, s);
+}
+
+MPM_MATERIAL_DEFINE_HISTORY(vonmises, NULL, MPM_BIT(be) | MPM_BIT(ep) | MPM_BIT(tau))

@@ -1,0 +1,174 @@
+/* wall.c - velocity conditions at the faces of the grid, step 2 and 5 of docs/theory.md. A condition acts on v [dim] of
+   a node at or beyond its face `f`, or within the face's reach, and returns whether it held the velocity. */
+#include "physics/wall.h"
+
+/* Where the node is: along the normal `axis` of the face, `distance` m inside the grid (negative: beyond the face).
+   inward is +1 or -1, the sign of a velocity away from the wall. dt: of the step, s. */
+typedef struct {
+  PetscInt  dim, axis;
+  PetscReal inward, distance, dt;
+} WallNode;
+
+#define MPM_WALL_ARGUMENTS const MPMFace *f, const WallNode *at, PetscReal v[]
+
+static PetscBool MPMWallApply_free(MPM_WALL_ARGUMENTS)
+{
+  (void)f;
+  (void)at;
+  (void)v;
+  return PETSC_FALSE;
+}
+
+static PetscBool MPMWallApply_fixed(MPM_WALL_ARGUMENTS)
+{
+  (void)f;
+  for (PetscInt d = 0; d < at->dim; d++) v[d] = 0;
+  return PETSC_TRUE;
+}
+
+static PetscBool MPMWallApply_slip(MPM_WALL_ARGUMENTS)
+{
+  (void)f;
+  v[at->axis] = 0;
+  return PETSC_TRUE;
+}
+
+static PetscBool MPMWallApply_separate(MPM_WALL_ARGUMENTS)
+{
+  (void)f;
+  if (at->inward * v[at->axis] >= 0) return PETSC_FALSE;
+  v[at->axis] = 0;
+  return PETSC_TRUE;
+}
+
+/* Takes up to `most` off the length of v [dim]: never more than there is. */
+static void Brake(PetscInt dim, PetscReal most, PetscReal v[])
+{
+  PetscReal slide = 0;
+
+  for (PetscInt d = 0; d < dim; d++) slide += v[d] * v[d];
+  slide = PetscSqrtReal(slide);
+  for (PetscInt d = 0; d < dim; d++) v[d] = slide > most ? v[d] * (1 - most / slide) : 0;
+}
+
+/* The impulse that stops the normal velocity, times mu, is the most that the sliding can lose (Coulomb). */
+static PetscBool MPMWallApply_friction(MPM_WALL_ARGUMENTS)
+{
+  const PetscReal lost = -at->inward * v[at->axis];
+
+  if (!(lost > 0)) return PETSC_FALSE;
+  v[at->axis] = 0;
+  Brake(at->dim, f->mu * lost, v);
+  return PETSC_TRUE;
+}
+
+/* A periodic face is no wall: its nodes are those of the opposite face. */
+static PetscBool MPMWallApply_periodic(MPM_WALL_ARGUMENTS)
+{
+  return MPMWallApply_free(f, at, v);
+}
+
+static PetscBool MPMWallApply_moving(MPM_WALL_ARGUMENTS)
+{
+  for (PetscInt d = 0; d < at->dim; d++) v[d] = f->velocity[d];
+  return PETSC_TRUE;
+}
+
+const char *const MPMWallNames[] = {
+#define MPM_WALL(name, parameters, before, gradient, residual, what) #name,
+#include "physics/wall.def"
+#undef MPM_WALL
+};
+const char *const MPMWallParameters[] = {
+#define MPM_WALL(name, parameters, before, gradient, residual, what) parameters,
+#include "physics/wall.def"
+#undef MPM_WALL
+};
+
+PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const PetscInt ijk[], PetscReal dt,
+                        PetscReal v[])
+{
+  static PetscBool (*const apply[])(MPM_WALL_ARGUMENTS) = {
+#define MPM_WALL(name, parameters, before, gradient, residual, what) MPMWallApply_##name,
+#include "physics/wall.def"
+#undef MPM_WALL
+  };
+  PetscBool constrained = PETSC_FALSE;
+
+  for (PetscInt d = 0; d < grid->dim; d++)
+    for (PetscInt side = 0; side < 2; side++) {
+      const MPMFace *f      = &faces[d][side];
+      const PetscInt inside = side ? grid->cells[d] - ijk[d] : ijk[d];
+      const WallNode at     = {grid->dim, d, side ? -1 : 1, (PetscReal)inside * grid->h[d], dt};
+
+      if (inside <= f->reach && apply[f->type](f, &at, v)) constrained = PETSC_TRUE;
+    }
+  return constrained;
+}
+
+/* The walls in the place of each for other velocities, as wall.def has them. */
+static const MPMWall before[] = {
+#define MPM_WALL(name, parameters, before, gradient, residual, what) MPM_WALL_##before,
+#include "physics/wall.def"
+#undef MPM_WALL
+};
+static const MPMWall gradient[] = {
+#define MPM_WALL(name, parameters, before, gradient, residual, what) MPM_WALL_##gradient,
+#include "physics/wall.def"
+#undef MPM_WALL
+};
+static const MPMWall residual[] = {
+#define MPM_WALL(name, parameters, before, gradient, residual, what) MPM_WALL_##residual,
+#include "physics/wall.def"
+#undef MPM_WALL
+};
+
+/* Does the wall only push, so that matter may leave it? Then it is met or not by what a node would do without it. */
+static PetscBool OnlyPushes(MPMWall type)
+{
+  return type != MPM_WALL_free && before[type] == MPM_WALL_free ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* A node that meets a wall that only pushes moves as at a slip wall, with no velocity and no acceleration along the
+   normal (the particles lose their momentum by their stress, so none is lost for good), and feels friction in a. */
+PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const PetscInt ijk[], PetscReal dt,
+                         const PetscReal v[], PetscReal at[], PetscReal a[])
+{
+  const PetscInt dim = grid->dim, *cells = grid->cells;
+  PetscReal      trial[3];
+  PetscInt       met = 0;
+
+  for (PetscInt d = 0; d < dim; d++) {
+    trial[d] = at[d];
+    if ((ijk[d] <= 0 && OnlyPushes(faces[d][0].type) && at[d] < 0) ||
+        (ijk[d] >= cells[d] && OnlyPushes(faces[d][1].type) && at[d] > 0))
+      met |= (PetscInt)1 << d;
+  }
+  for (PetscInt d = 0; d < dim; d++)
+    if (met & (PetscInt)1 << d) at[d] = 0;
+  for (PetscInt d = 0; d < dim; d++) { /* friction follows the forces that press, not the velocity at a first touch */
+    const MPMFace  *f     = &faces[d][ijk[d] >= cells[d]];
+    const PetscReal press = ijk[d] <= 0 ? -a[d] : a[d];
+
+    if ((met & (PetscInt)1 << d) && f->type == MPM_WALL_friction && press > 0) Brake(dim, f->mu * dt * press, at);
+  }
+  (void)MPMWallsApply(faces, grid, ijk, dt, at);
+  for (PetscInt d = 0; d < dim; d++)
+    if (met & (PetscInt)1 << d)
+      at[d] = a[d] = 0;
+    else if (at[d] != trial[d])
+      a[d] = (at[d] - v[d]) / dt;
+  return met;
+}
+
+void MPMWallsDerive(MPMWalls *w)
+{
+  for (PetscInt k = 0; k < 6; k++) {
+    const MPMFace *f = &w->given[k / 2][k % 2];
+
+    w->before[k / 2][k % 2] = w->gradient[k / 2][k % 2] = w->residual[k / 2][k % 2] = *f;
+    w->before[k / 2][k % 2].type                                                    = before[f->type];
+    w->gradient[k / 2][k % 2].type                                                  = gradient[f->type];
+    w->residual[k / 2][k % 2].type                                                  = residual[f->type];
+  }
+}

@@ -1,0 +1,98 @@
+/* method.c - the method of a run from its options: basis, update, transfer, time steps. */
+#include "run/mpm.h"
+
+static PetscErrorCode ReadMethod(MPM mpm, MPMOptions o)
+{
+  MPMCore  *core = &mpm->core;
+  char      basis[MPM_NAME_LEN], update[MPM_NAME_LEN], transfer[MPM_NAME_LEN], wall[MPM_NAME_LEN], gimp[MPM_NAME_LEN];
+  PetscBool set, wall_set, gimp_set, order_set;
+  PetscReal nodes;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "method_basis", NULL, basis, NULL));
+  PetscCall(MPMOptionsEnum(o, "method_update", NULL, update, NULL));
+  PetscCall(MPMOptionsEnum(o, "method_transfer", NULL, transfer, NULL));
+  PetscCall(MPMOptionsReal(o, "method_flip", NULL, &core->params.flip, &set));
+  PetscCall(MPMOptionsEnum(o, "method_wall_basis", NULL, wall, &wall_set));
+  PetscCall(MPMOptionsEnum(o, "method_gimp_update", NULL, gimp, &gimp_set));
+  PetscCall(MPMOptionsInt(o, "method_order", NULL, &core->params.xpic, &order_set));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  core->basis = (MPMBasis)MPMOptionsFind(basis, MPM_NUM_BASES, MPMBasisNames);
+  for (mpm->method.scheme = MPMSchemes; strcmp(mpm->method.scheme->name, update);) mpm->method.scheme++;
+  for (mpm->method.transfer = MPMTransfers; strcmp(mpm->method.transfer->name, transfer);) mpm->method.transfer++;
+  if (mpm->method.transfer->flip >= 0) {
+    if (set && !MPMOptionsOverridden("method_flip", "method_transfer"))
+      MPMOptionsFail(o, "-method_flip does not apply: -method_transfer %s has no share of FLIP", transfer);
+    core->params.flip = mpm->method.transfer->flip;
+  }
+  if (!mpm->method.transfer->filtered) {
+    if (order_set && !MPMOptionsOverridden("method_order", "method_transfer"))
+      MPMOptionsFail(o, "-method_order does not apply: it is the order of -method_transfer xpic");
+    core->params.xpic = 0;
+  }
+  core->needs.increment = mpm->method.scheme->keeps_increment;
+  core->needs.affine    = mpm->method.transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.residual  = mpm->method.transfer->filtered;
+  core->needs.stretched = core->basis == MPM_BASIS_gimp && !strcmp(gimp, "stretch") ? PETSC_TRUE : PETSC_FALSE;
+  if (wall_set && !MPMBasisIsSpline(core->basis) && !MPMOptionsOverridden("method_wall_basis", "method_basis"))
+    MPMOptionsFail(o, "-method_wall_basis does not apply: it is for the splines, -method_basis is %s", basis);
+  if (gimp_set && core->basis != MPM_BASIS_gimp && !MPMOptionsOverridden("method_gimp_update", "method_basis"))
+    MPMOptionsFail(o, "-method_gimp_update does not apply: -method_basis is %s", basis);
+  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++)
+    if (core->needs.stretched && !(mpm->scene.materials[k].state & MPM_BIT(F)))
+      MPMOptionsFail(o, "-method_gimp_update stretch does not apply: material %s (%s) has no deformation gradient",
+                     mpm->scene.materials[k].name, mpm->scene.materials[k].type->name);
+  for (PetscInt d = 0; d < core->grid.dim; d++) {
+    const PetscInt least = core->basis == MPM_BASIS_linear ? 1 : MPMBasisNodes(core->basis);
+
+    core->grid.wall_basis[d] = core->grid.periodic[d]     ? MPM_WALL_BASIS_NONE
+                               : !strcmp(wall, "steffen") ? MPM_WALL_BASIS_STEFFEN
+                                                          : MPM_WALL_BASIS_EXTRAP;
+    if (core->grid.cells[d] < least && (MPMBasisIsSpline(core->basis) || core->grid.periodic[d]))
+      MPMOptionsFail(
+          o, "-grid_cells: %" PetscInt_FMT " on axis %c are too few for -method_basis %s, which needs %" PetscInt_FMT,
+          core->grid.cells[d], "xyz"[d], basis, least);
+  }
+  MPMGridSetNodes(&core->grid, core->basis);
+  nodes = MPMGridNodes(&core->grid, core->basis);
+  if (nodes * MPM_NODE_NC > (PetscReal)PETSC_MAX_INT) /* cells of tiles are fewer: below 6 a node */
+    MPMOptionsFail(o, "-grid_cells: %g nodes are more than this PETSc can number", (double)nodes);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadTime(MPM mpm, MPMOptions o)
+{
+  char      size[MPM_TEXT_LEN];
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  mpm->time.max_steps = PETSC_MAX_INT;
+  PetscCall(MPMOptionsReal(o, "time_end", NULL, &mpm->time.end, NULL));
+  PetscCall(MPMOptionsInt(o, "time_max_steps", NULL, &mpm->time.max_steps, NULL));
+  PetscCall(MPMOptionsString(o, "dt_size", NULL, size, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (strcmp(size, "auto")) {
+    char *end;
+
+    mpm->time.fixed = strtod(size, &end);
+    if (end == size || *end)
+      MPMOptionsFail(o, "-dt_size %s: choose auto or a number > 0", size);
+    else if (!(PetscAbsReal(mpm->time.fixed) <= PETSC_MAX_REAL))
+      MPMOptionsFail(o, "-dt_size is not finite");
+    else if (mpm->time.fixed <= 0)
+      MPMOptionsFail(o, "-dt_size %s is outside the allowed range dt_size > 0", size);
+    PetscCall(MPMOptionsReal(o, "dt_cfl", NULL, &mpm->time.cfl, &set));
+    if (set && !MPMOptionsOverridden("dt_cfl", "dt_size"))
+      MPMOptionsFail(o, "-dt_cfl does not apply: -dt_size is fixed");
+  } else
+    PetscCall(MPMOptionsReal(o, "dt_cfl", NULL, &mpm->time.cfl, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMMethodSetFromOptions(MPM mpm, MPMOptions o)
+{
+  PetscFunctionBeginUser;
+  PetscCall(ReadMethod(mpm, o));
+  PetscCall(ReadTime(mpm, o));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

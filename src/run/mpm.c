@@ -1,0 +1,255 @@
+/* mpm.c - the life of a run: options, set-up, the loop over steps and the reasons to stop. */
+#include "base/signals.h"
+#include "parallel/exchange.h"
+#include "run/mpm.h"
+
+PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(mpm));
+  (*mpm)->core.comm          = comm;
+  (*mpm)->core.print.comm    = comm;
+  (*mpm)->core.exchange.data = MPI_COMM_NULL;
+  PetscCall(PetscTime(&(*mpm)->report.start));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadSafety(MPMOptions o)
+{
+  char ignored[MPM_NAME_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "check_state", NULL, ignored, NULL));     /* one value so far */
+  PetscCall(MPMOptionsEnum(o, "particles_leave", NULL, ignored, NULL)); /* one value so far */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the scene and everything about its run; allocates nothing of its size. The first fault is left in o. */
+PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
+{
+  MPMCore  *core  = &mpm->core;
+  MPMScene *scene = &mpm->scene;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMSceneSetFromOptions(scene, core, o));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMMethodSetFromOptions(mpm, o));
+  PetscCall(ReadSafety(o));
+  PetscCall(MPMExchangeSetFromOptions(core, o));
+  PetscCall(MPMModelSetFromOptions(&mpm->cost, o));
+  PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o));
+  PetscCall(MPMOutputSetFromOptions(&mpm->output, scene, mpm->time.end, o));
+  PetscCall(MPMStudySetFromOptions(mpm, o));
+  PetscCall(MPMOptionsBool(o, "report_limits", NULL, &mpm->report.limits));
+  PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
+  PetscCall(MPMOptionsFinish(o));
+  if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(scene, core, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMOutputMakeFolder(&mpm->output, scene, o));
+  mpm->monitor.dir = mpm->output.dir;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A stage of -log_view: registered once in a process. */
+static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscLogStageGetId(name, stage));
+  if (*stage < 0) PetscCall(PetscLogStageRegister(name, stage));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMSetPhases(MPM mpm)
+{
+  MPMCore  *core  = &mpm->core;
+  MPMScene *scene = &mpm->scene;
+
+  PetscFunctionBeginUser;
+  MPMWallsDerive(&scene->walls);
+  core->params.kinds     = scene->kinds;
+  core->params.nkinds    = scene->nkinds;
+  core->params.materials = scene->materials;
+  core->params.walls     = &scene->walls;
+  for (PetscInt k = 0; k < scene->nmaterials; k++) core->needs.state |= scene->materials[k].state;
+  core->needs.kinds   = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.forced  = scene->forced;
+  core->needs.surface = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.start   = scene->keeps_start;
+  PetscCall(MPMStepSetUp(core, &mpm->method));
+  PetscCall(MPMParticlesLayout(&core->particles, core->grid.dim, &core->needs));
+  PetscCall(MPMModelSetUp(&mpm->cost, core, scene, mpm->output.dir));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Grid and patches: cut by the particles as they will be, where the grid is cut. */
+static PetscErrorCode SetUpExchange(MPM mpm)
+{
+  MPMCore     *core = &mpm->core;
+  MPMHistogram h;
+  PetscMPIInt  size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(core->comm, &size));
+  if (core->exchange.type->cuts) {
+    PetscCall(MPMHistogramCreate(&core->grid, core->basis, core->comm, &h));
+    PetscCall(MPMSceneHistogram(&mpm->scene, core, &h));
+    PetscCall(MPMHistogramFinish(&h));
+    MPMModelCosts(&mpm->cost.model, core, (PetscReal)core->particles.total / size, &core->exchange.partition.costs);
+  }
+  PetscCall(core->exchange.type->setup(core, core->exchange.type->cuts ? &h : NULL));
+  if (core->exchange.type->cuts) PetscCall(MPMHistogramDestroy(&h));
+  core->exchange.ready = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes grid, particles and patches. */
+PetscErrorCode MPMSetUp(MPM mpm)
+{
+  MPMCore      *core = &mpm->core;
+  PetscLogStage stage;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMSetPhases(mpm));
+  PetscCall(Stage("MPM set-up", &stage));
+  PetscCall(PetscLogStagePush(stage));
+  PetscCall(SetUpExchange(mpm));
+  if (core->exchange.data != MPI_COMM_NULL) { /* workers of the pool hold no particles */
+    PetscCall(MPMParticlesCreate(&core->particles, core->exchange.data));
+    PetscCall(MPMSceneAddParticles(&mpm->scene, core));
+    PetscCall(core->exchange.type->settle(core, PETSC_TRUE));
+    PetscCall(MPMStepBound(core));
+    PetscCall(MPMModelPredict(&mpm->cost, core, MPMTimeStep(core, &mpm->time)));
+  }
+  PetscCall(PetscLogStagePop());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Says why the step cannot stand, if so. */
+static void CheckState(MPM mpm)
+{
+  const MPMStatus *s   = &mpm->core.status;
+  const PetscInt   dim = mpm->core.grid.dim;
+  PetscInt         b   = 0;
+  char             at[128], who[2 * MPM_NAME_LEN];
+
+  if (s->bad == MPM_OK) return;
+  while (b + 1 < mpm->scene.nbodies && s->id >= mpm->scene.bodies[b + 1].first) b++;
+  (void)snprintf(who, sizeof who, "particle %" PetscInt64_FMT " of %s", s->id, mpm->scene.bodies[b].name);
+  (void)snprintf(at, sizeof at,
+                 dim == 1   ? "(%g)"
+                 : dim == 2 ? "(%g, %g)"
+                            : "(%g, %g, %g)",
+                 (double)s->x[0], (double)s->x[1], (double)s->x[2]);
+  if (s->bad == MPM_LEFT_GRID && !(PetscAbsReal(s->x[0] + s->x[1] + s->x[2]) <= PETSC_MAX_REAL))
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
+                   "%s has a position that is not finite, %s; reduce -dt_size or -dt_cfl, or look at -acceleration and "
+                   "-loads",
+                   who, at);
+  else if (s->bad == MPM_LEFT_GRID)
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
+                   "%s left the grid, to %s; enlarge the grid or close its walls (-bc_*_type)", who, at);
+  else if (s->bad == MPM_TOO_WIDE)
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
+                   "the domain of %s at %s is stretched to %g cells, gimp takes 1 at most; use more particles per cell "
+                   "(-body_*_ppc) or a spline",
+                   who, at, (double)s->J);
+  else
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
+                   "%s at %s is turned inside out or not finite (det F = %g); reduce -dt_size or -dt_cfl", who, at,
+                   (double)s->J);
+}
+
+/* One step of the loop: choose dt, step, check. */
+static PetscErrorCode Advance(MPM mpm)
+{
+  const PetscReal dt = MPMTimeStep(&mpm->core, &mpm->time);
+  /* The last step ends at time_end; a remainder of rounding is not left for a step of its own. */
+  const PetscBool last = mpm->time.end - mpm->core.t <= dt * (1 + 1e-9) ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  if (!(dt > 0 && mpm->core.t + dt > mpm->core.t)) {
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "the time step, %g s, vanishes beside the time", (double)dt);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  mpm->core.params.dt = last ? mpm->time.end - mpm->core.t : dt;
+  mpm->courant        = PetscMax(mpm->courant, MPMCourant(&mpm->core, mpm->core.params.dt));
+  PetscCall(MPMStep(&mpm->core, &mpm->scene));
+  CheckState(mpm);
+  if (mpm->core.status.interrupted && !mpm->core.stop[0])
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
+                   "interrupted by a signal; the results are complete up to here");
+  mpm->core.t = last ? mpm->time.end : mpm->core.t + mpm->core.params.dt;
+  mpm->core.step++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* History and snapshots that are due, or all if forced. Collective on the exchange. */
+static PetscErrorCode Output(MPM mpm, PetscLogStage stage, PetscBool force)
+{
+  PetscLogDouble t0, t1;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscLogStagePush(stage));
+  PetscCall(MPMTimersClock(&mpm->core.timers, &t0));
+  PetscCall(MPMMonitorStep(&mpm->monitor, &mpm->core, &mpm->scene, force));
+  PetscCall(MPMOutputStep(&mpm->output, &mpm->core, &mpm->scene, force));
+  PetscCall(MPMTimersClock(&mpm->core.timers, &t1));
+  mpm->core.timers.output += t1 - t0;
+  PetscCall(PetscLogStagePop());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Runs the scene to its end, with output and history on the way. A reason to stop early is left in core.stop. */
+PetscErrorCode MPMRun(MPM mpm)
+{
+  MPMCore      *core = &mpm->core;
+  PetscLogStage steps, output;
+
+  PetscFunctionBeginUser;
+  PetscCall(Stage("MPM steps", &steps));
+  PetscCall(Stage("MPM output", &output));
+  MPMSignalsCatch();
+  if (core->exchange.data == MPI_COMM_NULL) {
+    PetscCall(PetscLogStagePush(steps));
+    PetscCall(MPMWorkStep(&core->timers, PETSC_TRUE));
+    PetscCall(core->exchange.type->serve(core));
+    PetscCall(PetscLogStagePop());
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MPMReportStart(mpm));
+  if (mpm->scene.dry_run) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Output(mpm, output, PETSC_TRUE));
+  while (core->t < mpm->time.end && core->step < mpm->time.max_steps && !core->stop[0]) {
+    PetscLogDouble t0, t1;
+
+    PetscCall(MPMTimersClock(&core->timers, &t0));
+    PetscCall(PetscLogStagePush(steps));
+    PetscCall(Advance(mpm));
+    PetscCall(PetscLogStagePop());
+    PetscCall(MPMTimersClock(&core->timers, &t1));
+    core->timers.steps += t1 - t0;
+    if (core->status.bad != MPM_OK) break; /* not a state to measure or to show */
+    PetscCall(Output(mpm, output, PETSC_FALSE));
+    PetscCall(MPMReportProgress(mpm));
+  }
+  if (core->status.bad == MPM_OK) PetscCall(Output(mpm, output, PETSC_TRUE));
+  PetscCall(MPMReportEnd(mpm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMDestroy(MPM *mpm)
+{
+  MPMCore *core = &(*mpm)->core;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMMonitorDestroy(&(*mpm)->monitor));
+  PetscCall(MPMOutputDestroy(&(*mpm)->output));
+  if (core->exchange.ready) {
+    PetscCall(core->exchange.type->finish(core));
+    PetscCall(MPMWorkView(&(*mpm)->cost, core)); /* now that workers of the pool are free to take part */
+  }
+  PetscCall(MPMParticlesDestroy(&core->particles));
+  PetscCall(MPMTimersDestroy(&core->timers));
+  PetscCall(MPMSceneDestroy(&(*mpm)->scene));
+  PetscCall(PetscFree(*mpm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

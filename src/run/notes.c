@@ -1,0 +1,92 @@
+/* notes.c - what a user should know of the command line although nothing is wrong with it: options without effect in
+   this run, and more processes than cores. One file of options may serve runs on one process and on many, so these are
+   told and not refused. */
+#define _GNU_SOURCE /* sched_getaffinity and CPU_COUNT */
+#include <sched.h>
+#include "run/mpm.h"
+
+/* Says so when the processes of this node have to take turns. Collective on comm. */
+static PetscErrorCode NoteCrowd(MPM mpm)
+{
+  PetscFunctionBeginUser;
+#if defined(__linux__) && !defined(MPM_SIMULATE)
+  cpu_set_t   cores;
+  PetscMPIInt processes;
+  MPI_Comm    node;
+
+  PetscCallMPI(MPI_Comm_split_type(mpm->core.comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node));
+  PetscCallMPI(MPI_Comm_size(node, &processes));
+  CPU_ZERO(&cores);
+  if (sched_getaffinity(0, sizeof cores, &cores)) memset(&cores, 0xff, sizeof cores); /* more than the set can hold */
+  /* A launcher may bind each process to a core of its own: what counts is the cores of all. */
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &cores, (PetscMPIInt)sizeof cores, MPI_BYTE, MPI_BOR, node));
+  PetscCallMPI(MPI_Comm_free(&node));
+  if (processes > CPU_COUNT(&cores))
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "note       %d processes share %d core%s of this node: they take turns, and more than %d are no "
+                       "faster\n",
+                       processes, CPU_COUNT(&cores), CPU_COUNT(&cores) > 1 ? "s" : "", CPU_COUNT(&cores)));
+#else
+  (void)mpm; /* the simulator's processes share a core by design */
+#endif
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Names the options that were given and have no effect. Not collective. */
+static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
+{
+  /* A dry run says what other numbers of processes would do, so there no option of theirs is idle. */
+  const PetscBool   dry = mpm->scene.dry_run, farms = mpm->core.exchange.type->farms;
+  const char *const alone  = size == 1 && !dry ? "on one process" : NULL;
+  const char *const serial = strcmp(mpm->core.exchange.type->name, "serial") ? NULL
+                                                                             : alone; /* periodic faces join sums */
+  const char *const pool   = farms && !dry ? "with -parallel_strategy pool" : alone;
+  const char *const cuts   = !farms && size > 1 && !dry ? "without -parallel_strategy pool" : alone;
+  const char *const untold = dry ? "with -dry_run" : mpm->study.type[0] ? "with -study_type" : NULL;
+  const struct {
+    const char *option, *where; /* it has no effect; NULL: it has */
+  } rows[] = {
+      {"-parallel_strategy", alone},
+      {"-parallel_sums", serial},
+      {"-parallel_balance", pool},
+      {"-parallel_migrate", pool},
+      {"-pool_cells", cuts},
+      {"-report_limits", mpm->report.limits ? untold : NULL},
+      {"-report_path", mpm->core.timers.work.on ? untold : NULL},
+  };
+
+  PetscFunctionBeginUser;
+  for (size_t k = 0; k < sizeof rows / sizeof rows[0]; k++) {
+    PetscBool given;
+
+    PetscCall(PetscOptionsHasName(NULL, NULL, rows[k].option, &given));
+    if (given && rows[k].where)
+      PetscCall(MPMPrint(&mpm->core.print, "note       %s has no effect %s\n", rows[k].option, rows[k].where));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The environment's PEBBLE_VECTOR, for tests, says how many lanes there are at most. */
+static PetscErrorCode NoteVector(MPM mpm)
+{
+  const char *wish = getenv("PEBBLE_VECTOR");
+
+  PetscFunctionBeginUser;
+  if (wish && wish[0] && strcmp(wish, "8") && strcmp(wish, "4") && strcmp(wish, "2"))
+    PetscCall(MPMPrint(&mpm->core.print, "note       PEBBLE_VECTOR=%s is none of 8, 4, 2: %" PetscInt_FMT " lanes\n",
+                       wish, MPMKernelWidth()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints the notes, before anything else of a run, a study or a calibration. Collective on mpm->core.comm. */
+PetscErrorCode MPMNotes(MPM mpm)
+{
+  PetscMPIInt size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(mpm->core.comm, &size));
+  PetscCall(NoteOptions(mpm, size));
+  PetscCall(NoteVector(mpm));
+  if (size > 1 && !mpm->scene.dry_run) PetscCall(NoteCrowd(mpm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,367 @@
+/* report.c - what a run prints: the scene before the first step, progress on a terminal, the summary. */
+#include <stdarg.h>
+#include <unistd.h>
+#include "run/mpm.h"
+
+static PetscErrorCode PrintScene(MPM mpm)
+{
+  static const char *const space[] = {"1-D uniaxial strain", "2-D plane strain", "3-D"};
+  const MPMScene          *scene   = &mpm->scene;
+  const PetscInt           dim     = mpm->core.grid.dim;
+  PetscBool                cubes   = PETSC_TRUE; /* but for rounding */
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPrint(&mpm->core.print, "scene      %s   %s   ", scene->title, space[dim - 1]));
+  for (PetscInt d = 0; d < dim; d++)
+    PetscCall(MPMPrint(&mpm->core.print, "%s%" PetscInt_FMT, d ? "x" : "", mpm->core.grid.cells[d]));
+  PetscCall(MPMPrint(&mpm->core.print, " cells  h="));
+  for (PetscInt d = 1; d < dim; d++)
+    if (PetscAbsReal(mpm->core.grid.h[d] - mpm->core.grid.h[0]) > 1e-12 * mpm->core.grid.h[0]) cubes = PETSC_FALSE;
+  for (PetscInt d = 0; d < (cubes ? 1 : dim); d++)
+    PetscCall(MPMPrint(&mpm->core.print, "%s%g", d ? "," : "", (double)mpm->core.grid.h[d]));
+  PetscCall(MPMPrint(&mpm->core.print, "  %" PetscInt64_FMT " particles (", mpm->core.particles.total));
+  for (PetscInt b = 0; b < scene->nbodies; b++)
+    PetscCall(MPMPrint(&mpm->core.print, "%s%" PetscInt64_FMT, b ? "+" : "", scene->bodies[b].n));
+  PetscCall(MPMPrint(&mpm->core.print, ")\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PrintFields(MPM mpm)
+{
+  const PetscInt bytes = MPMParticlesMemory(&mpm->core.particles), dim = mpm->core.grid.dim;
+  const PetscInt node = (MPM_NODE_NC + MPM_MOTION_NC(dim)) * (PetscInt)sizeof(PetscReal) +
+                        2 * (PetscInt)sizeof(PetscInt); /* where the particles of a cell begin, and how many come */
+  PetscReal nodes = 1;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPrint(&mpm->core.print, "fields     "));
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
+    if (mpm->core.particles.present[f] && MPMFields[f].home == MPM_STATE)
+      PetscCall(MPMPrint(&mpm->core.print, "%s ", MPMFields[f].name));
+  for (PetscInt d = 0; d < dim; d++) nodes *= mpm->core.grid.nodes[d];
+  PetscCall(MPMPrint(&mpm->core.print,
+                     "  %" PetscInt_FMT " B/particle, %" PetscInt_FMT " with order and scratch, %" PetscInt_FMT
+                     " B/node: %.3g MB for both\n",
+                     MPMParticlesBytes(&mpm->core.particles, MPM_STATE), bytes, node,
+                     (double)(1e-6 * (bytes * (PetscReal)mpm->core.particles.total + nodes * (PetscReal)node))));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PrintMethod(MPM mpm)
+{
+  const MPMTransfer *transfer = mpm->method.transfer;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPrint(&mpm->core.print, "kernels    %s%s / %s / ", MPMBasisNames[mpm->core.basis],
+                     mpm->core.needs.stretched                                ? " stretch"
+                     : !MPMBasisIsSpline(mpm->core.basis)                     ? ""
+                     : mpm->core.grid.wall_basis[0] == MPM_WALL_BASIS_STEFFEN ? " steffen"
+                                                                              : "",
+                     mpm->method.scheme->name));
+  PetscCall(MPMPrint(&mpm->core.print, "%s", transfer->name));
+  if (transfer->filtered) PetscCall(MPMPrint(&mpm->core.print, " %" PetscInt_FMT, mpm->core.params.xpic));
+  if (transfer->flip < 0 && mpm->core.params.flip < 1)
+    PetscCall(MPMPrint(&mpm->core.print, " %g", (double)mpm->core.params.flip));
+  for (PetscInt m = 0; m < mpm->scene.nmaterials; m++)
+    PetscCall(MPMPrint(&mpm->core.print, " %s %s", m ? "+" : "/", mpm->scene.materials[m].type->name));
+  PetscCall(MPMPrint(&mpm->core.print, ", %" PetscInt_FMT " lanes\n", MPMKernelWidth()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* How the work is divided, when there is someone to divide it with. */
+static PetscErrorCode PrintParallel(MPM mpm)
+{
+  const MPMPartition *part = &mpm->core.exchange.partition;
+  PetscMPIInt         size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(mpm->core.comm, &size));
+  if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMPrint(&mpm->core.print, "parallel   %d processes, %s", size, mpm->core.exchange.type->name));
+  if (mpm->core.exchange.type->farms)
+    PetscCall(MPMPrint(&mpm->core.print, ": %s of %" PetscInt_FMT " cells an axis", mpm->core.exchange.type->what,
+                       mpm->core.exchange.pool_cells));
+  else {
+    for (PetscInt d = 0; d < mpm->core.grid.dim; d++)
+      PetscCall(MPMPrint(&mpm->core.print, "%s%" PetscInt_FMT, d ? "x" : " ", part->p[d]));
+    PetscCall(MPMPrint(&mpm->core.print,
+                       ", particles max/mean %.3f, by the model %.3g s a step, of migration the leavers alone",
+                       (double)part->imbalance, (double)part->predicted));
+  }
+  PetscCall(MPMPrint(&mpm->core.print, "\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Does a wall move, at all or along its normal? */
+static PetscBool MovingWall(MPM mpm, PetscBool normal)
+{
+  for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++) {
+    const MPMFace *face = &mpm->scene.walls.given[k / 2][k % 2];
+    if (face->type == MPM_WALL_moving && (!normal || face->velocity[k / 2] != 0)) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* What each load acts on, at the start. Collective on the exchange. */
+static PetscErrorCode PrintLoads(MPM mpm)
+{
+  const PetscInt dim = mpm->core.grid.dim, fields = MPM_BIT(id) | MPM_BIT(surface);
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMParticlesGetView(&mpm->core.particles, fields, &view));
+  for (PetscInt l = 0; l < mpm->scene.nloads; l++) {
+    const MPMLoad *load    = &mpm->scene.loads[l];
+    const MPMBody *body    = &mpm->scene.bodies[load->body];
+    PetscInt64     n[7]    = {0}; /* particles, and their sides */
+    PetscReal      area[3] = {0};
+
+    for (PetscInt p = 0; p < view.n; p++) {
+      const PetscInt sides = view.surface[p] & load->sides;
+
+      if (!sides || view.id[p] < body->first || view.id[p] >= body->first + body->n) continue;
+      n[0]++;
+      for (PetscInt k = 0; k < 2 * dim; k++) n[1 + k] += sides >> k & 1;
+    }
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 7, MPIU_INT64, MPI_SUM, mpm->core.exchange.data));
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "load       %s: %s on %" PetscInt64_FMT " particles of %s, area along each axis (", load->name,
+                       load->pressure ? "pressure" : "traction", n[0], body->name));
+    for (PetscInt d = 0; d < dim; d++) {
+      area[d] = (PetscReal)(n[1 + 2 * d] + n[2 + 2 * d]);
+      for (PetscInt e = 0; e < dim; e++) area[d] *= e == d ? 1 : body->b[e];
+      PetscCall(MPMPrint(&mpm->core.print, "%s%g", d ? ", " : "", (double)area[d]));
+    }
+    PetscCall(MPMPrint(&mpm->core.print, ") m^%" PetscInt_FMT "\n", dim - 1));
+    if (!n[0]) PetscCall(MPMPrint(&mpm->core.print, "warning    load %s acts on no particle\n", load->name));
+  }
+  PetscCall(MPMParticlesRestoreView(&mpm->core.particles, fields, &view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the user should know before time is spent. */
+static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
+{
+  PetscFunctionBeginUser;
+  if (mpm->scene.overlap)
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "warning    %" PetscInt64_FMT
+                       " particles lie in the shape of an earlier body too: matter is there twice\n",
+                       mpm->scene.overlap));
+  if (mpm->scene.on_line && mpm->core.basis == MPM_BASIS_linear)
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "warning    %" PetscInt64_FMT
+                       " particles start exactly on lines of the grid, where the gradient of the linear basis jumps; "
+                       "shift them by -body_<b>_offset\n",
+                       mpm->scene.on_line));
+  if (MovingWall(mpm, PETSC_TRUE))
+    PetscCall(MPMPrint(
+        &mpm->core.print,
+        "warning    a wall of type moving advances along its normal, but its face of the grid stays: right for "
+        "displacements far below a cell only\n"));
+  if (mpm->time.fixed > MPMViscousStep(&mpm->core))
+    PetscCall(
+        MPMPrint(&mpm->core.print,
+                 "warning    dt is above the bound of viscosity, h^2/(2 dim nu) = %.3g s: expect the run to blow up\n",
+                 (double)MPMViscousStep(&mpm->core)));
+  if (courant > 1)
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "warning    dt is %.2g h/(c+|v|), above the bound 1: expect the run to blow up\n",
+                       (double)courant));
+  if (mpm->core.basis == MPM_BASIS_linear && !strcmp(mpm->method.scheme->name, "usl"))
+    PetscCall(MPMPrint(
+        &mpm->core.print,
+        "warning    linear with usl is unstable where particles cross cells: nodes of vanishing mass get any velocity gradient; use musl or usf\n"));
+  if (mpm->core.basis == MPM_BASIS_linear && mpm->core.needs.affine)
+    PetscCall(MPMPrint(
+        &mpm->core.print,
+        "warning    linear with apic is unstable where particles cross cells: nodes of vanishing mass get any velocity gradient; use bspline2\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The start-up print; with -dry_run also what the model says of other numbers of processes. Collective. */
+PetscErrorCode MPMReportStart(MPM mpm)
+{
+  const PetscReal c = PetscSqrtReal(mpm->core.status.c2), v = PetscSqrtReal(mpm->core.status.v2),
+                  dt = MPMTimeStep(&mpm->core, &mpm->time);
+  PetscReal steps, step = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(PrintScene(mpm));
+  PetscCall(PrintFields(mpm));
+  PetscCall(PrintMethod(mpm));
+  PetscCall(PrintParallel(mpm));
+  PetscCall(MPMPrint(&mpm->core.print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g h/(c+|v|)\n", (double)c,
+                     (double)v, (double)dt, (double)MPMCourant(&mpm->core, dt)));
+  steps = PetscMin(PetscCeilReal(mpm->time.end / dt), (PetscReal)mpm->time.max_steps);
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) step += mpm->cost.predicted[e];
+  PetscCall(MPMPrint(&mpm->core.print, "predict    %.6g steps of %.3g s, about %.2g s without output\n", (double)steps,
+                     (double)step, (double)(steps * step)));
+  if (mpm->scene.dry_run) PetscCall(MPMModelView(&mpm->cost, &mpm->core, &mpm->scene, dt));
+  PetscCall(PrintLoads(mpm));
+  PetscCall(PrintWarnings(mpm, MPMCourant(&mpm->core, dt)));
+  if (mpm->scene.dry_run) PetscCall(MPMPrint(&mpm->core.print, "dry run    the scene is valid; no step was made\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Does what we print go to a terminal? Under Open MPI's mpiexec it always seems to: then the one that started us knows.
+ */
+static PetscBool OnTerminal(void)
+{
+  char    link[64], to[MPM_NAME_LEN];
+  ssize_t n;
+
+  if (!getenv("OMPI_COMM_WORLD_RANK")) return isatty(STDOUT_FILENO) ? PETSC_TRUE : PETSC_FALSE;
+  (void)snprintf(link, sizeof link, "/proc/%ld/fd/1", (long)getppid());
+  n = readlink(link, to, sizeof to - 1);
+  return n > 5 && !strncmp(to, "/dev/", 5) && (n < 9 || strncmp(to, "/dev/null", 9)) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* A line that overwrites itself, at most once a second, if standard output is a terminal. Not collective. */
+PetscErrorCode MPMReportProgress(MPM mpm)
+{
+  PetscMPIInt    rank;
+  PetscLogDouble now, spent;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscTime(&now));
+  PetscCallMPI(MPI_Comm_rank(mpm->core.comm, &rank));
+  if (rank || mpm->core.print.quiet || now - mpm->report.line < 1 || !OnTerminal()) PetscFunctionReturn(PETSC_SUCCESS);
+  if (mpm->report.line > 0) {
+    const PetscReal part = PetscMax(mpm->core.t / mpm->time.end, (PetscReal)mpm->core.step / mpm->time.max_steps);
+
+    spent                = now - mpm->report.start;
+    mpm->report.progress = PETSC_TRUE;
+    printf("\rstep %" PetscInt_FMT "  t=%.4g of %.4g s  %.0f %%  %.0f s left   ", mpm->core.step, (double)mpm->core.t,
+           (double)mpm->time.end, (double)(100 * part), (double)(spent * (1 - part) / part));
+    (void)fflush(stdout);
+  }
+  mpm->report.line = now;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Energies at the start and the end, and what went wrong with them. The last line of the history has the same. */
+static PetscErrorCode PrintEnergy(MPM mpm)
+{
+  const MPMShown  shown = MPMMonitorShown(&mpm->monitor, &mpm->core, &mpm->scene);
+  const PetscReal work = MPMShownWork(&shown), residual = MPMShownResidual(&shown);
+  PetscReal       energy[2][2]; /* [start, end][kinetic, strain] */
+
+  PetscFunctionBeginUser;
+  for (int k = 0; k < 2; k++) {
+    const MPMTotals *t = k ? shown.now : shown.start;
+
+    energy[k][0] = t->sum[MPM_SHOWS_kinetic_energy][0];
+    energy[k][1] = t->sum[MPM_SHOWS_strain_energy][0];
+  }
+  PetscCall(MPMPrint(&mpm->core.print, "energy     kinetic %g -> %g J, strain %g -> %g J, total %g -> %g J",
+                     (double)energy[0][0], (double)energy[1][0], (double)energy[0][1], (double)energy[1][1],
+                     (double)(energy[0][0] + energy[0][1]), (double)(energy[1][0] + energy[1][1])));
+  if (work != 0)
+    PetscCall(MPMPrint(&mpm->core.print, ", work of gravity %g J, residual %g J", (double)work, (double)residual));
+  PetscCall(MPMPrint(&mpm->core.print, "\n"));
+  if (!mpm->scene.forced && !MovingWall(mpm, PETSC_FALSE) &&
+      residual > 0.05 * (mpm->monitor.energy_max + PetscAbsReal(work)))
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "warning    energy grew by %.2g of its largest value, which nothing in the scene explains\n",
+                       (double)(residual / (mpm->monitor.energy_max + PetscAbsReal(work)))));
+  if (mpm->courant > 1)
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "warning    dt reached %.3g h/(c+|v|) on the way, above the bound 1: do not trust the results\n",
+                       (double)mpm->courant));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode PrintTimer(MPM mpm, const char name[], PetscReal seconds, PetscReal predicted)
+{
+  const PetscReal steps = (PetscReal)PetscMax(1, mpm->core.step), per = (PetscReal)mpm->core.particles.total * steps;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPrint(&mpm->core.print, "  %-12s %8.3f  %5.1f  %8.1f  %12.3g  ", name, (double)seconds,
+                     (double)(100 * seconds / mpm->core.timers.steps), (double)(1e9 * seconds / per),
+                     (double)(seconds / steps)));
+  PetscCall(predicted > 0 ? MPMPrint(&mpm->core.print, "%11.3g  %6.2f\n", (double)predicted,
+                                     (double)(seconds / steps / predicted))
+                          : MPMPrint(&mpm->core.print, "%11s  %6s\n", "-", "-"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints the table of phases of a run, beside it what the model predicts. Collective on comm. */
+static PetscErrorCode PrintPhases(MPM mpm)
+{
+  const MPMTimers *timers = &mpm->core.timers;
+  PetscReal        all    = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPrint(&mpm->core.print,
+                     "phase                s      %%   ns/particle/step      s/step    predicted   ratio\n"));
+  for (PetscInt k = 0; k < timers->n; k++) {
+    const PetscInt  e = MPMTimersRow(timers, k);
+    const PetscReal s = MPMTimersSeconds(timers, e);
+
+    all += mpm->cost.predicted[e];
+    if (s > 0) PetscCall(PrintTimer(mpm, timers->name[e], s, mpm->cost.predicted[e]));
+  }
+  PetscCall(PrintTimer(mpm, "all", mpm->core.timers.steps, all));
+  if (mpm->core.timers.output > 0.01 * mpm->core.timers.steps)
+    PetscCall(MPMPrint(&mpm->core.print, "output     %.3g s for history and snapshots\n", mpm->core.timers.output));
+  PetscCall(MPMPrint(&mpm->core.print, "model      constants %s%s%s\n", mpm->cost.model.from,
+                     mpm->cost.note[0] ? "; " : "", mpm->cost.note));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The summary: why it ended, energies, phases, digest. Collective. */
+PetscErrorCode MPMReportEnd(MPM mpm)
+{
+  PetscInt64     digest;
+  PetscLogDouble now;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscTime(&now));
+  if (mpm->report.progress) PetscCall(MPMPrint(&mpm->core.print, "\r\033[K"));
+  if (mpm->core.stop[0]) {
+    char line[2 * MPM_TEXT_LEN];
+
+    (void)snprintf(line, sizeof line, "stopped at step %" PetscInt_FMT ", t=%g s: %s", mpm->core.step,
+                   (double)mpm->core.t, mpm->core.stop);
+    PetscCall(PetscFPrintf(mpm->core.comm, stderr, "%s\n", line));
+  } else
+    PetscCall(MPMPrint(&mpm->core.print, "done       %" PetscInt_FMT " steps, t=%g s, in %.3g s%s\n", mpm->core.step,
+                       (double)mpm->core.t, now - mpm->report.start,
+                       mpm->core.t < mpm->time.end ? " (-time_max_steps)" : ""));
+  PetscCall(PrintEnergy(mpm));
+  if (mpm->scene.known) {
+    PetscReal error, size;
+
+    PetscCall(MPMKnownError(&mpm->scene, &mpm->core, &error, &size));
+    PetscCall(MPMPrint(&mpm->core.print, "reference  rms error of the displacement %.6g m", (double)error));
+    if (size > error)
+      PetscCall(MPMPrint(&mpm->core.print, ", of its rms %.6g m a part of %.4g", (double)size, (double)(error / size)));
+    PetscCall(MPMPrint(&mpm->core.print, "\n"));
+  }
+  if (mpm->output.dir[0])
+    PetscCall(MPMPrint(&mpm->core.print, "results    %s/%s.csv%s%s\n", mpm->output.dir, mpm->scene.name,
+                       mpm->output.enabled ? " .h5 .xdmf" : "", mpm->output.replaced ? " (replaced)" : ""));
+  if (mpm->core.exchange.recuts)
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "balance    the grid was cut anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n",
+                       mpm->core.exchange.recuts,
+                       (double)mpm->core.status.most * mpm->core.exchange.partition.p[0] *
+                           mpm->core.exchange.partition.p[1] * mpm->core.exchange.partition.p[2] /
+                           (double)mpm->core.particles.total));
+  if (mpm->core.exchange.migrations)
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "migration  particles changed process %" PetscInt64_FMT " times, in %" PetscInt_FMT
+                       " of %" PetscInt_FMT " steps\n",
+                       mpm->core.exchange.migrants, mpm->core.exchange.migrations, mpm->core.step));
+  if (mpm->core.step > 0) PetscCall(PrintPhases(mpm));
+#if defined(MPM_SIMULATE)
+  PetscCall(MPMPrint(&mpm->core.print, "simulated  %.9g s a step\n",
+                     (double)(mpm->core.timers.steps / PetscMax(1, mpm->core.step))));
+#endif
+  PetscCall(MPMRoofline(&mpm->cost, &mpm->core, mpm->report.limits));
+  if (mpm->core.status.bad != MPM_OK) PetscFunctionReturn(PETSC_SUCCESS); /* the failed state is in no file */
+  PetscCall(MPMParticlesDigest(&mpm->core.particles, mpm->core.exchange.data, &digest));
+  PetscCall(MPMPrint(&mpm->core.print, "digest %016llx\n", (unsigned long long)digest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,60 @@
+/* vocabulary.c - the options of the program as a table. Values that other tables have - laws, shapes, walls, bases,
+   schemes, transfers, known solutions, ways to run, fields of snapshots - are taken from those, so that none can be
+   forgotten here. */
+#include "run/mpm.h"
+
+/* The names of a table as "|a|b|c"; values + 1 is a list as options.def has it. */
+#define MPM_MATERIAL(name, traits, parameters, state, what) "|" #name
+static const char laws[] =
+#include "physics/material.def"
+    "";
+#undef MPM_MATERIAL
+#define MPM_REGION(name, solid, parameters, what) "|" #name
+static const char shapes[] =
+#include "physics/region.def"
+    " halfspace|polygon";
+#undef MPM_REGION
+#define MPM_WALL(name, parameters, before, gradient, residual, what) "|" #name
+static const char walls[] =
+#include "physics/wall.def"
+    "";
+#undef MPM_WALL
+#define MPM_BASIS(name, nodes, layers, inertia, what) "|" #name
+static const char bases[] =
+#include "physics/basis.def"
+    "";
+#undef MPM_BASIS
+#define MPM_SCHEME(name, keeps_increment, what, ...) "|" #name
+static const char schemes[] =
+#include "step/scheme.def"
+    "";
+#undef MPM_SCHEME
+#define MPM_TRANSFER(name, flip, parts, filtered, what) "|" #name
+static const char transfers[] =
+#include "step/transfer.def"
+    "";
+#undef MPM_TRANSFER
+
+/* Known solutions: those with a force of their own are values of -mms_type, the others of -reference_type. */
+#define MPM_REFERENCE(name, manufactured, parameters, what) MPM_IF_##manufactured("|" #name, "")
+#define MPM_IF_PETSC_TRUE(yes, no)                          yes
+#define MPM_IF_PETSC_FALSE(yes, no)                         no
+static const char manufactured[] = "none"
+#include "physics/reference.def"
+                                   "";
+#undef MPM_REFERENCE
+#define MPM_REFERENCE(name, manufactured, parameters, what) MPM_IF_##manufactured("", "|" #name)
+static const char references[] = "none"
+#include "physics/reference.def"
+                                 "|expression|finest";
+#undef MPM_REFERENCE
+
+static const MPMOptionRow rows[] = {
+#define MPM_GROUP(title)                                      {NULL, MPM_LATER, "", "", "", title},
+#define MPM_OPTION(name, type, allowed, unit, fallback, help) {name, MPM_##type, allowed, unit, fallback, help},
+#include "run/options.def"
+#undef MPM_GROUP
+#undef MPM_OPTION
+};
+
+const MPMVocabulary MPMOptionTable = {sizeof rows / sizeof rows[0], rows};

@@ -1,0 +1,353 @@
+/* fill.c - the particles that fill the bodies of a scene: counted, checked, and made on the process that owns their cell. */
+#include <unistd.h>
+#include "kernels/cell.h"
+#include "scene/lattice.h"
+
+static PetscErrorCode CheckParticle(MPMScene *scene, MPMCore *core, MPMOptions o, const MPMBody *b, const PetscReal X[])
+{
+  const PetscInt dim     = core->grid.dim;
+  PetscReal      v[3]    = {0}, xi[3], x[3];
+  PetscBool      on_line = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(x, X, dim));
+  (void)MPMKnownStart(scene, dim, X, x, v, NULL);
+  for (PetscInt d = 0; d < dim; d++)
+    if (!(x[d] >= core->grid.lower[d] && x[d] <= core->grid.upper[d]))
+      MPMOptionsFail(o, "body %s lies outside of the grid: its particle at %c = %g, the grid from %g to %g", b->name,
+                     "xyz"[d], (double)x[d], (double)(core->grid.lower[d]), (double)(core->grid.upper[d]));
+  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, X, NULL, 0, v));
+  for (PetscInt d = 0; d < dim; d++)
+    if (!(PetscAbsReal(v[d]) <= PETSC_MAX_REAL))
+      MPMOptionsFail(o, "-body_%s_velocity is not finite at x = %g%s", b->name, (double)x[0], dim > 1 ? ", ..." : "");
+  PetscCall(MPMForcesCheck(scene, core, o, x, X));
+  for (PetscInt d = 0; d < dim; d++) xi[d] = (x[d] - core->grid.lower[d]) / core->grid.h[d];
+  for (PetscInt d = 0; d < dim; d++)
+    if (xi[d] == PetscFloorReal(xi[d])) on_line = PETSC_TRUE;
+  scene->on_line += on_line;
+  for (PetscInt k = 0; k < scene->nbodies; k++)
+    if (scene->bodies + k < b && MPMRegionInside(&scene->bodies[k].region, dim, X)) scene->overlap++;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses what does not fit into the memory of this machine, shared by `processes`. */
+static void CheckMemory(MPMOptions o, const char what[], PetscReal number, PetscReal bytes, PetscMPIInt processes)
+{
+  const PetscReal have = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE), gb = 1e9;
+
+  if (have > 0 && number * bytes / processes > have)
+    MPMOptionsFail(o, "%s: %g of them need %.3g GB, this machine has %.3g", what, (double)number,
+                   (double)(number * bytes / gb), (double)(have / gb));
+}
+
+/* The kind of a body, shared with earlier bodies of the same material and particle size. */
+static void FindKind(MPMScene *scene, MPMOptions o, PetscInt dim, MPMBody *b)
+{
+  MPMKind kind = {b->material, 0, 1, {0}};
+
+  for (PetscInt d = 0; d < dim; d++) {
+    kind.V0 *= b->b[d];
+    kind.l[d] = 0.5 / (PetscReal)b->ppc[d];
+  }
+  kind.m = scene->materials[b->material].rho * kind.V0;
+  if (!(kind.V0 > 0 && kind.m > 0 && kind.m < PETSC_MAX_REAL))
+    MPMOptionsFail(o, "body %s: a particle of volume %g and mass %g is beyond the range of numbers", b->name,
+                   (double)kind.V0, (double)kind.m);
+  for (b->kind = 0; b->kind < scene->nkinds; b->kind++)
+    if (scene->kinds[b->kind].material == kind.material && scene->kinds[b->kind].V0 == kind.V0 &&
+        !memcmp(scene->kinds[b->kind].l, kind.l, sizeof kind.l))
+      return;
+  scene->kinds[scene->nkinds++] = kind;
+}
+
+/* Sets the lattice of a body, adds about the number of its particles to places, and checks that it lies in the grid. */
+static void SetLattice(const MPMCore *core, MPMOptions o, MPMBody *b, PetscReal *places)
+{
+  const MPMGrid *grid = &core->grid;
+  PetscReal      lower[3], upper[3], product = 1;
+
+  MPMRegionBounds(&b->region, grid->dim, lower, upper);
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    b->b[d] = grid->h[d] / b->ppc[d];
+    product *= PetscMax(0, (PetscMin(upper[d], grid->upper[d]) - PetscMax(lower[d], grid->lower[d])) / b->b[d]) + 3;
+    if (!(upper[d] <= grid->upper[d] + b->b[d] && lower[d] >= grid->lower[d] - b->b[d]))
+      MPMOptionsFail(o, "body %s lies outside of the grid: it reaches from %c = %g to %g, the grid from %g to %g",
+                     b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)(grid->lower[d]),
+                     (double)(grid->upper[d]));
+    if (PetscAbsReal(b->offset[d]) > 1e9 * b->b[d])
+      MPMOptionsFail(o, "-body_%s_offset %g: choose a smaller one; every multiple of %g gives the same lattice",
+                     b->name, (double)b->offset[d], (double)b->b[d]);
+  }
+  *places += product;
+}
+
+/* Counts the particles of the bodies and before each share, and numbers them. Collective on comm. */
+static PetscErrorCode Count(MPMScene *scene, MPMCore *core)
+{
+  PetscInt64  mine = 0, before = 0;
+  PetscMPIInt rank;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(core->comm, &scene->shares));
+  PetscCallMPI(MPI_Comm_rank(core->comm, &rank));
+  PetscCall(PetscMalloc1(scene->shares, &scene->share_first));
+  for (PetscInt k = 0; k < scene->nbodies; k++) {
+    MPMBody   *b = &scene->bodies[k];
+    MPMLattice w = MPMLatticeShare(scene, b, core->grid.dim, rank, scene->shares);
+
+    for (w.id = 0; MPMLatticeNext(&w);) continue;
+    b->n = w.id;
+    mine += b->n;
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &b->n, 1, MPIU_INT64, MPI_SUM, core->comm));
+    b->first = core->particles.total;
+    core->particles.total += b->n;
+  }
+  PetscCallMPI(MPI_Allgather(&mine, 1, MPIU_INT64, scene->share_first, 1, MPIU_INT64, core->comm));
+  for (PetscInt k = 0; k < scene->shares; k++) {
+    const PetscInt64 n = scene->share_first[k];
+
+    scene->share_first[k] = before;
+    before += n;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Checks that the particles lie in the grid and start with finite velocities, each process those of its rows. The first
+   fault becomes that of all. Collective on comm. */
+static PetscErrorCode CheckParticles(MPMScene *scene, MPMCore *core, MPMOptions o)
+{
+  PetscMPIInt rank;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(core->comm, &rank));
+  for (PetscInt k = 0; k < scene->nbodies && !MPMOptionsError(o); k++) {
+    MPMLattice w = MPMLatticeShare(scene, &scene->bodies[k], core->grid.dim, rank, scene->shares);
+    PetscReal  X[3];
+
+    while (MPMLatticeNext(&w))
+      for (PetscInt64 q = 0; q < w.n && !MPMOptionsError(o); q++) {
+        MPMLatticePlace(&w, w.ijk[w.dim - 1] + q, X);
+        PetscCall(CheckParticle(scene, core, o, w.body, X));
+      }
+  }
+  PetscCall(MPMOptionsShare(o, core->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->on_line, 1, MPIU_INT64, MPI_SUM, core->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->overlap, 1, MPIU_INT64, MPI_SUM, core->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lays out the particles without making them: numbers them, finds the kinds, and checks what can be wrong. Faults are
+   left in o. Collective on comm. */
+PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions o)
+{
+  const PetscInt dim    = core->grid.dim;
+  PetscReal      places = 0;
+  PetscMPIInt    size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(core->comm, &size));
+  CheckMemory(o, "nodes of the grid", MPMGridNodes(&core->grid, core->basis),
+              (PetscReal)(MPM_NODE_NC + MPM_MOTION_NC(dim)) * sizeof(PetscReal), size);
+  for (PetscInt k = 0; k < scene->nbodies && !MPMOptionsError(o); k++) {
+    MPMBody *b = &scene->bodies[k];
+
+    SetLattice(core, o, b, &places);
+    if (places * (1 + 2 * dim + dim * dim) > (PetscReal)PETSC_MAX_INT)
+      MPMOptionsFail(o, "body %s: with it the scene has about %g particles, more than this PETSc can number", b->name,
+                     (double)places);
+    if (MPMOptionsError(o)) break;
+    b->row = scene->rows;
+    scene->rows += MPMLatticeBegin(b, dim).end;
+  }
+  PetscCall(MPMOptionsShare(o, core->comm)); /* machines may differ in what fits into their memory */
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Count(scene, core));
+  PetscCall(PetscCalloc1(scene->nbodies, &scene->kinds));
+  for (PetscInt k = 0; k < scene->nbodies; k++) {
+    MPMBody *b = &scene->bodies[k];
+
+    if (!b->n)
+      MPMOptionsFail(o, "body %s has no particles: no lattice particle (i+1/2) h/ppc + offset lies in it", b->name);
+    FindKind(scene, o, dim, b);
+  }
+  CheckMemory(o, "particles", (PetscReal)core->particles.total,
+              (PetscReal)(1 + 2 * dim + dim * dim) * sizeof(PetscReal), size);
+  PetscCall(CheckParticles(scene, core, o)); /* with a fault too: others may have none */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Where a particle of the body starts, x [dim] in m, and the half-widths l [dim] of its domain in cells. */
+static void StartPlace(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[], PetscReal x[],
+                       PetscReal l[])
+{
+  const PetscInt dim = core->grid.dim;
+  PetscReal      F[9], V[3] = {1, 1, 1};
+
+  for (PetscInt d = 0; d < dim; d++) x[d] = X[d];
+  if (MPMKnownStart(scene, dim, X, x, NULL, F) && core->needs.stretched) MPMStretch((int)dim, F, V);
+  for (PetscInt d = 0; d < dim; d++) l[d] = PetscMin(0.5, scene->kinds[b->kind].l[d] * V[d]);
+}
+
+/* Base nodes (from 0, layers included) on the last axis of the places of a body's rows, undeformed: first .. last. */
+static PetscErrorCode LastBases(const MPMScene *scene, const MPMCore *core, const MPMLattice *w, PetscInt **bases)
+{
+  const PetscInt d = w->dim - 1;
+  PetscReal      X[3], xi;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(w->last[d] - w->first[d] + 1, bases));
+  for (PetscInt64 k = w->first[d]; k <= w->last[d]; k++) {
+    MPMLatticePlace(w, k, X);
+    (*bases)[k - w->first[d]] = core->grid.layers[d] + MPMCoordinate(core->basis, &core->grid, (int)d, X[d],
+                                                                     scene->kinds[w->body->kind].l[d], &xi);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Counts the particles of the scene, as they will start, by the base node of their stencils, each process of the
+   histogram those of its rows: cell by cell where they start undeformed. Not collective. */
+PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPMHistogram *h)
+{
+  const PetscInt  dim = core->grid.dim, axis = dim - 1;
+  const PetscBool moved = MPMKnownStarts(scene);
+  PetscMPIInt     rank, size;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(h->comm, &size));
+  PetscCallMPI(MPI_Comm_rank(h->comm, &rank));
+  for (PetscInt k = 0; k < scene->nbodies; k++) {
+    MPMLattice w = MPMLatticeShare(scene, &scene->bodies[k], dim, rank, size);
+    PetscReal  X[3], x[3], l[3], xi[3];
+    PetscInt   base[3] = {0}, *bases;
+
+    PetscCall(LastBases(scene, core, &w, &bases));
+    while (MPMLatticeNext(&w))
+      for (PetscInt64 q = 0, same; q < w.n; q += same) {
+        const PetscInt *last = bases + w.ijk[axis] - w.first[axis];
+
+        same = 1;
+        if (!q || moved) {
+          MPMLatticePlace(&w, w.ijk[axis] + q, X);
+          StartPlace(scene, core, w.body, X, x, l);
+          (void)MPMLocate((int)dim, core->basis, &core->grid, x, l, xi, base);
+          for (PetscInt d = 0; d < dim; d++) base[d] += core->grid.layers[d];
+        }
+        if (!moved)
+          for (base[axis] = last[q]; q + same < w.n && last[q + same] == last[q];) same++;
+        PetscCall(MPMHistogramAdd(h, base, same));
+      }
+    PetscCall(PetscFree(bases));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The sides of the particle at x on which its neighbour on the lattice is not in the body: bit 2d + side. */
+static PetscInt SurfaceSides(const MPMBody *b, PetscInt dim, const PetscReal x[])
+{
+  PetscInt sides = 0;
+
+  for (PetscInt k = 0; k < 2 * dim; k++) {
+    PetscReal y[3];
+
+    for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (d == k / 2 ? (k % 2 ? 1 : -1) * b->b[d] : 0);
+    if (!MPMRegionInside(&b->region, dim, y)) sides |= (PetscInt)1 << k;
+  }
+  return sides;
+}
+
+/* Makes particle p of a view: undeformed at X, or as the scene's known solution starts. */
+static PetscErrorCode SetParticle(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscInt64 id,
+                                  const PetscReal X[], PetscInt p, MPMView *view)
+{
+  const PetscInt dim  = core->grid.dim;
+  PetscReal      v[3] = {0}, x[3], F[9], l[3];
+
+  PetscFunctionBeginUser;
+  StartPlace(scene, core, b, X, x, l);
+  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, X, NULL, 0, v));
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
+  if (view->name)                                                                                                      \
+    for (PetscInt k = 0; k < MPMComponents_##name((int)dim); k++)                                                      \
+      view->name[p * MPMComponents_##name((int)dim) + k] = start;
+#include "physics/fields.def"
+#undef MPM_FIELD
+  if (MPMKnownStart(scene, dim, X, x, v, F))
+    for (PetscInt k = 0; k < dim * dim && view->F; k++) view->F[p * dim * dim + k] = F[k];
+  view->id[p] = id;
+  if (view->kind) view->kind[p] = b->kind;
+  if (view->surface) view->surface[p] = SurfaceSides(b, dim, X);
+  for (PetscInt d = 0; d < dim; d++) {
+    view->x[p * dim + d] = x[d];
+    view->v[p * dim + d] = v[d];
+    if (view->X) view->X[p * dim + d] = X[d];
+    if (view->l) view->l[p * dim + d] = l[d];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The places of a body's lattice, lo .. hi on each axis, where particles of this process's patch can be: exact tests
+   follow. False if there are none. */
+static PetscBool OwnPlaces(const MPMScene *scene, const MPMCore *core, const MPMLattice *w, PetscInt64 lo[3],
+                           PetscInt64 hi[3])
+{
+  const MPMGrid  *grid  = &core->grid;
+  const MPMPatch *patch = &core->exchange.patch;
+  const MPMBody  *b     = w->body;
+
+  for (PetscInt d = 0; d < w->dim; d++) {
+    const PetscInt below = patch->own_lo[d] - 1,
+                   above = patch->own_lo[d] + patch->own_n[d] + MPMBasisNodes(core->basis);
+    PetscInt64 from, to;
+
+    lo[d] = w->first[d];
+    hi[d] = w->last[d];
+    if (MPMKnownStarts(scene)) continue;
+    if (grid->periodic[d] && (below < 0 || above > grid->cells[d])) continue; /* from the other end too */
+    from  = (PetscInt64)PetscFloorReal((grid->lower[d] + (PetscReal)below * grid->h[d] - b->offset[d]) / b->b[d]) - 1;
+    to    = (PetscInt64)PetscCeilReal((grid->lower[d] + (PetscReal)above * grid->h[d] - b->offset[d]) / b->b[d]) + 1;
+    lo[d] = PetscMax(lo[d], from);
+    hi[d] = PetscMin(hi[d], to);
+    if (lo[d] > hi[d]) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
+/* Makes the particles of this process's patch, undeformed (F = I), with their start velocities. Not collective. */
+PetscErrorCode MPMSceneAddParticles(const MPMScene *scene, MPMCore *core)
+{
+  const MPMPatch *patch = &core->exchange.patch;
+  const PetscInt  dim = core->grid.dim, axis = dim - 1;
+  const PetscInt  fields = -1;
+  MPMView         view;
+
+  PetscFunctionBeginUser;
+  for (int pass = 0; pass < 2; pass++) { /* count, then make */
+    PetscInt p = 0;
+
+    if (pass) PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+    for (PetscInt k = 0; k < scene->nbodies; k++) {
+      MPMLattice w     = MPMLatticeBegin(&scene->bodies[k], dim);
+      PetscInt64 lo[3] = {0}, hi[3] = {0};
+      PetscReal  X[3], x[3], l[3];
+      PetscInt   base[3] = {0};
+
+      if (!OwnPlaces(scene, core, &w, lo, hi)) continue;
+      for (PetscInt64 plane = lo[0]; plane <= (dim == 3 ? hi[0] : lo[0]); plane++) { /* whose rows follow one another */
+        const PetscInt64 from[3] = {plane, lo[1]}, to[3] = {dim == 3 ? plane : hi[0], hi[1]};
+
+        MPMLatticeGoTo(scene, &w, MPMLatticeRow(&w, from), MPMLatticeRow(&w, to) + 1);
+        while (MPMLatticeNext(&w))
+          for (PetscInt64 q = PetscMax(w.ijk[axis], lo[axis]); q <= PetscMin(w.ijk[axis] + w.n - 1, hi[axis]); q++) {
+            MPMLatticePlace(&w, q, X);
+            StartPlace(scene, core, w.body, X, x, l);
+            if (MPMOwnCell((int)dim, core->basis, patch, x, l, base) < 0) continue;
+            if (pass) PetscCall(SetParticle(scene, core, w.body, w.id + q - w.ijk[axis], X, p, &view));
+            p++;
+          }
+      }
+    }
+    if (!pass) PetscCall(MPMParticlesSetSize(&core->particles, p));
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

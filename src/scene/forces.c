@@ -1,0 +1,139 @@
+/* forces.c - body forces and loads: the acceleration b of every particle that is not gravity, eq. (13), found once a
+   step from expressions of place and time before the particles are summed to the nodes.
+
+   A load acts on the particles at the surface of a body: those whose neighbour on the lattice was not in the body at
+   the start. Such a side carries the area A of the particle's cell of the lattice, with its normal N; under pressure p
+   the force is -p J F^-T N A (Nanson's formula: the surface as it deforms), under a traction T it is T A. */
+#include <strings.h>
+#include "scene/scene.h"
+
+static PetscErrorCode ReadLoad(const MPMScene *scene, const MPMCore *core, MPMOptions o, MPMLoad *load)
+{
+  static const char *const faces[]            = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
+  const PetscInt           dim                = core->grid.dim;
+  char                     body[MPM_TEXT_LEN] = "", face[MPM_NAME_LEN] = "all", type[MPM_NAME_LEN] = "";
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsString(o, "load_<l>_body", load->name, body, NULL));
+  PetscCall(MPMOptionsEnum(o, "load_<l>_face", load->name, face, NULL));
+  PetscCall(MPMOptionsEnum(o, "load_<l>_type", load->name, type, NULL));
+  load->pressure = !strcmp(type, "pressure") ? PETSC_TRUE : PETSC_FALSE;
+  PetscCall(MPMOptionsExpression(o, "load_<l>_value", load->name, "xyzXYZt", load->pressure ? 1 : dim, &load->value));
+  for (load->body = 0; load->body < scene->nbodies && strcasecmp(scene->bodies[load->body].name, body);) load->body++;
+  if (load->body == scene->nbodies) {
+    char list[MPM_TEXT_LEN / 2] = "";
+
+    for (PetscInt k = 0; k < scene->nbodies; k++)
+      (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? "|" : "", scene->bodies[k].name);
+    MPMOptionsFail(o, "-load_%s_body %.100s is not declared: choose %s%s", load->name, body,
+                   scene->nbodies > 1 ? "one of " : "", list);
+  }
+  for (PetscInt k = 0; k < 6; k++)
+    if (!strcmp(face, "all") ? k < 2 * dim : !strcmp(face, faces[k])) load->sides |= (PetscInt)1 << k;
+  if (load->sides >> 2 * dim)
+    MPMOptionsFail(o, "-load_%s_face %s: -dim %" PetscInt_FMT " has the sides all|xmin|xmax%s", load->name, face, dim,
+                   dim > 1 ? "|ymin|ymax" : "");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads -acceleration and -loads. Faults are left in o. */
+PetscErrorCode MPMForcesSetFromOptions(MPMScene *scene, const MPMCore *core, MPMOptions o)
+{
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsExpression(o, "acceleration", NULL, "xyzXYZt", core->grid.dim, &scene->acceleration));
+  for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(ReadLoad(scene, core, o, &scene->loads[k]));
+  scene->forced      = scene->acceleration || scene->nloads ? PETSC_TRUE : PETSC_FALSE;
+  scene->keeps_start = scene->forced;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMForcesDestroy(MPMScene *scene)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMExpressionDestroy(&scene->acceleration));
+  for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(MPMExpressionDestroy(&scene->loads[k].value));
+  PetscCall(PetscFree(scene->loads));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds the load's part of b to particle p if it acts on it. */
+static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const MPMLoad *load, const MPMView *view,
+                              PetscInt p, PetscReal t, PetscReal b[])
+{
+  const PetscInt     dim = core->grid.dim, sides = view->surface[p] & load->sides;
+  const MPMBody     *body = &scene->bodies[load->body];
+  const MPMKind     *kind = &scene->kinds[body->kind];
+  const MPMMaterial *m    = &scene->materials[body->material];
+  PetscReal          value[3], A[3] = {0}, size = 0;
+
+  PetscFunctionBeginUser;
+  if (!sides || view->id[p] < body->first || view->id[p] >= body->first + body->n) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < 2 * dim; k++) {
+    PetscReal area = 1;
+
+    if (!(sides & (PetscInt)1 << k)) continue;
+    for (PetscInt d = 0; d < dim; d++) area *= d == k / 2 ? 1 : body->b[d];
+    A[k / 2] += k % 2 ? area : -area;
+  }
+  PetscCall(MPMExpressionEvaluate(load->value, dim, view->x + p * dim, view->X + p * dim, t, value));
+  for (PetscInt d = 0; d < dim; d++) size += A[d] * A[d];
+  size = PetscSqrtReal(size);
+  if (load->pressure) {
+    PetscReal cofactor[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}; /* J F^-T; of a material without F that of J^(1/dim) I */
+
+    if (m->state & MPM_BIT(F))
+      MPMCofactor((int)dim, view->F + p * dim * dim, cofactor);
+    else
+      for (PetscInt d = 0; d < dim; d++) cofactor[d * (dim + 1)] = PetscPowReal(view->J[p], 1 - 1 / (PetscReal)dim);
+    for (PetscInt d = 0; d < dim; d++)
+      for (PetscInt e = 0; e < dim; e++) b[d] -= value[0] * cofactor[d * dim + e] * A[e] / kind->m;
+  } else
+    for (PetscInt d = 0; d < dim; d++) b[d] += value[d] * size / kind->m;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Are the body force and the loads finite at the start, at a particle of a body that lies at x and started at X? Names
+   the option that is not. Not collective. */
+PetscErrorCode MPMForcesCheck(const MPMScene *scene, const MPMCore *core, MPMOptions o, const PetscReal x[],
+                              const PetscReal X[])
+{
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = -1; k < scene->nloads; k++) {
+    const MPMExpression e        = k < 0 ? scene->acceleration : scene->loads[k].value;
+    PetscReal           value[3] = {0};
+
+    if (!e) continue;
+    PetscCall(MPMExpressionEvaluate(e, core->grid.dim, x, X, 0, value));
+    for (PetscInt d = 0; d < (k >= 0 && scene->loads[k].pressure ? 1 : core->grid.dim); d++)
+      if (!(PetscAbsReal(value[d]) <= PETSC_MAX_REAL))
+        MPMOptionsFail(o, "-%s%s%s is not finite at x = %g%s at the start", k < 0 ? "acceleration" : "load_",
+                       k < 0 ? "" : scene->loads[k].name, k < 0 ? "" : "_value", (double)x[0],
+                       core->grid.dim > 1 ? ", ..." : "");
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets field b of the particles here for the time t in s. Not collective. */
+PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t)
+{
+  const PetscInt dim    = core->grid.dim;
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(surface) |
+                          MPM_BIT(b);
+  MPMView view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  for (PetscInt p = 0; p < view.n; p++) {
+    PetscReal b[3] = {0};
+
+    if (scene->acceleration)
+      PetscCall(MPMExpressionEvaluate(scene->acceleration, dim, view.x + p * dim, view.X + p * dim, t, b));
+    MPMKnownForce(scene, dim, view.X + p * dim, t, b);
+    for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(AddLoad(scene, core, &scene->loads[k], &view, p, t, b));
+    for (PetscInt d = 0; d < dim; d++) view.b[p * dim + d] = b[d];
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,58 @@
+/* read_walls.c - the walls of the scene from the options -bc_<face>_*. */
+#include <stddef.h>
+#include "scene/scene.h"
+
+/* The parameters of walls: a word of wall.def, its row of the vocabulary, its place in MPMFace; a number, or one an axis.
+   A new parameter is a row here, a member of MPMFace and a row of the vocabulary. */
+static const struct {
+  const char *word, *row;
+  size_t      place;
+  PetscBool   vector;
+} parameters[] = {
+    {"mu", "bc_<f>_mu", offsetof(MPMFace, mu), PETSC_FALSE},
+    {"velocity", "bc_<f>_velocity", offsetof(MPMFace, velocity), PETSC_TRUE},
+};
+#define NPARAMETERS (sizeof parameters / sizeof parameters[0])
+
+static const char *const faces[3][2] = {{"xmin", "xmax"}, {"ymin", "ymax"}, {"zmin", "zmax"}};
+
+static PetscErrorCode ReadFace(const char name[], MPMFace *face, MPMOptions o)
+{
+  char        type[MPM_NAME_LEN] = "free", all[MPM_TEXT_LEN] = "";
+  const char *taken;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "bc_<f>_type", name, type, NULL));
+  face->type = (MPMWall)MPMOptionsFind(type, MPM_NUM_WALLS, MPMWallNames);
+  taken      = MPMWallParameters[face->type];
+  for (size_t k = 0; k < NPARAMETERS; k++)
+    (void)snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", k ? " " : "", parameters[k].word);
+  PetscCall(MPMSceneRefuseOthers(o, "bc", name, "type", type, all, taken));
+  for (size_t k = 0; k < NPARAMETERS; k++) {
+    PetscReal *value = (PetscReal *)((char *)face + parameters[k].place);
+
+    if (!MPMListHas(taken, parameters[k].word)) continue;
+    PetscCall(parameters[k].vector ? MPMOptionsReals(o, parameters[k].row, name, value, NULL)
+                                   : MPMOptionsReal(o, parameters[k].row, name, value, NULL));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the walls, and which axes are periodic. Faults are left in o. */
+PetscErrorCode MPMSceneReadWalls(MPMScene *scene, MPMCore *core, MPMOptions o)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < core->grid.dim; d++)
+    for (PetscInt side = 0; side < 2; side++) PetscCall(ReadFace(faces[d][side], &scene->walls.given[d][side], o));
+  for (PetscInt d = 0; d < core->grid.dim; d++) {
+    const PetscBool low  = scene->walls.given[d][0].type == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE,
+                    high = scene->walls.given[d][1].type == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE;
+
+    if (low != high)
+      MPMOptionsFail(o, "-bc_%s_type periodic needs -bc_%s_type periodic too", faces[d][high], faces[d][low]);
+    if (low && core->params.gravity[d] != 0)
+      MPMOptionsFail(o, "-gravity along %c is not built yet where -bc_%s_type is periodic", "xyz"[d], faces[d][0]);
+    core->grid.periodic[d] = low;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,275 @@
+/* scene.c - the scene: grid, materials, bodies and walls from the options, and the particles that fill the bodies.
+
+   Particles lie on the lattice (i+1/2) b + offset, b = h/ppc, anchored at the origin of space, wherever the body's
+   shape is; numbered body by body in the order of -bodies, with x in the outer loop: a rule that knows no processes. */
+#include <strings.h>
+#include "scene/scene.h"
+
+/* Cells and cell size of one axis, which has -grid_cells or, if h > 0, -grid_h. */
+static void SetAxis(MPMGrid *grid, MPMOptions o, PetscInt d, PetscReal h)
+{
+  const PetscReal lower = grid->lower[d], upper = grid->upper[d], length = upper - lower;
+  const PetscReal most = 1e9, n = PetscFloorReal(length / h + 0.5);
+
+  if (!(length > 0 && length < PETSC_MAX_REAL))
+    MPMOptionsFail(o, "-grid_upper must be above -grid_lower on every axis; axis %c has %g and %g", "xyz"[d],
+                   (double)upper, (double)lower);
+  else if (h > 0 && n > most)
+    MPMOptionsFail(o, "-grid_h %g makes %g cells on axis %c, more than %g", (double)h, (double)n, "xyz"[d],
+                   (double)most);
+  else if (h > 0 && (n < 1 || PetscAbsReal(n * h - length) > 1e-9 * length))
+    MPMOptionsFail(o, "-grid_h %g does not divide the box: axis %c is %g cells long", (double)h, "xyz"[d],
+                   (double)(length / h));
+  if (MPMOptionsError(o)) return;
+  if (h > 0) grid->cells[d] = (PetscInt)n;
+  grid->h[d] = length / grid->cells[d];
+  if (!(lower + grid->h[d] > lower && upper - grid->h[d] < upper))
+    MPMOptionsFail(o, "-grid_cells: cells of %g m vanish beside the coordinates, %g to %g", (double)grid->h[d],
+                   (double)lower, (double)upper);
+}
+
+static PetscErrorCode ReadGrid(MPMCore *core, MPMOptions o)
+{
+  MPMGrid  *grid = &core->grid;
+  PetscBool by_cells, by_h;
+  PetscReal h[3] = {0};
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 3; d++) grid->h[d] = 1;
+  PetscCall(MPMOptionsReals(o, "grid_lower", NULL, grid->lower, NULL));
+  PetscCall(MPMOptionsReals(o, "grid_upper", NULL, grid->upper, NULL));
+  PetscCall(MPMOptionsInts(o, "grid_cells", NULL, grid->cells, &by_cells));
+  PetscCall(MPMOptionsReals(o, "grid_h", NULL, h, &by_h));
+  if (by_cells && by_h) MPMOptionsFail(o, "-grid_cells and -grid_h exclude each other");
+  if (!by_cells && !by_h) MPMOptionsFail(o, "-grid_cells is required (number of cells), or -grid_h");
+  for (PetscInt d = 0; d < grid->dim && !MPMOptionsError(o); d++) SetAxis(grid, o, d, h[d]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses the options among `all` that the chosen model or shape, which takes `taken`, has no use for. */
+PetscErrorCode MPMSceneRefuseOthers(MPMOptions o, const char group[], const char name[], const char what[],
+                                    const char choice[], const char all[], const char taken[])
+{
+  char words[MPM_TEXT_LEN], *save = NULL;
+
+  PetscFunctionBeginUser;
+  (void)snprintf(words, sizeof words, "%s", all);
+  for (char *w = strtok_r(words, " ", &save); w; w = strtok_r(NULL, " ", &save)) {
+    char      full[4 * MPM_NAME_LEN];
+    PetscBool given;
+
+    if (MPMListHas(taken, w)) continue;
+    (void)snprintf(full, sizeof full, "-%s_%s_%s", group, name, w);
+    PetscCall(PetscOptionsHasName(NULL, NULL, full, &given));
+    if (given)
+      MPMOptionsFail(o, "%s does not apply: %s %s takes %s", full, what, choice, taken[0] ? taken : "no such option");
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
+{
+  const struct {
+    const char *word, *row;
+    PetscReal  *value;
+  } numbers[] = {
+      {"E", "material_<m>_E", &m->E},
+      {"nu", "material_<m>_nu", &m->nu},
+      {"K", "material_<m>_K", &m->K},
+      {"viscosity", "material_<m>_viscosity", &m->viscosity},
+      {"tait_gamma", "material_<m>_tait_gamma", &m->gamma},
+      {"tension_cutoff", "material_<m>_tension_cutoff", &m->tension},
+      {"yield", "material_<m>_yield", &m->yield},
+      {"hardening", "material_<m>_hardening", &m->hardening},
+      {"friction_angle", "material_<m>_friction_angle", &m->friction},
+      {"dilation_angle", "material_<m>_dilation_angle", &m->dilation},
+      {"cohesion", "material_<m>_cohesion", &m->cohesion},
+  };
+  char        model[MPM_NAME_LEN] = "", eos[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "eos";
+  const char *taken, *wrong;
+
+  PetscFunctionBeginUser;
+  m->tension = -1; /* none */
+  for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
+    (void)snprintf(all + strlen(all), sizeof all - strlen(all), " %s", numbers[k].word);
+  PetscCall(MPMOptionsEnum(o, "material_<m>_model", m->name, model, NULL));
+  for (const MPMMaterialType *type = MPMMaterialTypes; type->name; type++)
+    if (!strcmp(type->name, model)) m->type = type;
+  PetscCall(MPMOptionsReal(o, "material_<m>_rho", m->name, &m->rho, NULL));
+  if (!m->type) PetscFunctionReturn(PETSC_SUCCESS);
+  taken = m->type->parameters;
+  PetscCall(MPMSceneRefuseOthers(o, "material", m->name, "model", model, all, taken));
+  if (MPMListHas(taken, "eos")) {
+    PetscCall(MPMOptionsEnum(o, "material_<m>_eos", m->name, eos, NULL));
+    if (!strcmp(eos, "linear")) {
+      taken = "K viscosity eos tension_cutoff";
+      PetscCall(MPMSceneRefuseOthers(o, "material", m->name, "eos", eos, m->type->parameters, taken));
+    }
+  }
+  for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
+    if (MPMListHas(taken, numbers[k].word))
+      PetscCall(MPMOptionsReal(o, numbers[k].row, m->name, numbers[k].value, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  wrong = MPMMaterialSetUp(m);
+  if (wrong) MPMOptionsFail(o, "-material_%s_%s", m->name, wrong);
+  if (!((m->K / m->rho) < PETSC_MAX_REAL))
+    MPMOptionsFail(o, "-material_%s_K %g over its density is not finite", m->name, (double)m->K);
+  if (!((m->lambda + 2 * m->mu) / m->rho < PETSC_MAX_REAL))
+    MPMOptionsFail(o, "-material_%s_nu %.17g is so close to its limit that the wave speed is not finite", m->name,
+                   (double)m->nu);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The shape of a body. */
+static PetscErrorCode ReadRegion(MPMOptions o, PetscInt dim, const char name[], MPMRegion *r)
+{
+  char shape[MPM_NAME_LEN] = "";
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "body_<b>_shape", name, shape, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  r->type = (MPMRegionType)MPMOptionsFind(shape, MPM_NUM_REGIONS, MPMRegionNames);
+  PetscCall(MPMSceneRefuseOthers(o, "body", name, "shape", shape, "center radius inner_radius lower upper",
+                                 MPMRegionParameters[r->type]));
+  if (r->type == MPM_REGION_box) {
+    PetscCall(MPMOptionsReals(o, "body_<b>_lower", name, r->lower, NULL));
+    PetscCall(MPMOptionsReals(o, "body_<b>_upper", name, r->upper, NULL));
+    for (PetscInt d = 0; d < dim && !MPMOptionsError(o); d++)
+      if (!(r->upper[d] > r->lower[d]))
+        MPMOptionsFail(o, "-body_%s_upper must be above -body_%s_lower on every axis; axis %c has %g and %g", name,
+                       name, "xyz"[d], (double)r -> upper[d], (double)r -> lower[d]);
+  } else {
+    PetscCall(MPMOptionsReals(o, "body_<b>_center", name, r->center, NULL));
+    PetscCall(MPMOptionsReal(o, "body_<b>_radius", name, &r->radius, NULL));
+    if (r->type == MPM_REGION_annulus)
+      PetscCall(MPMOptionsReal(o, "body_<b>_inner_radius", name, &r->inner_radius, NULL));
+    if (!MPMOptionsError(o) && r->inner_radius >= r->radius)
+      MPMOptionsFail(o, "-body_%s_inner_radius %g must be below -body_%s_radius %g", name, (double)r->inner_radius,
+                     name, (double)r->radius);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadBody(MPMScene *scene, MPMCore *core, MPMOptions o, MPMBody *b)
+{
+  char material[MPM_TEXT_LEN] = "";
+
+  PetscFunctionBeginUser;
+  PetscCall(ReadRegion(o, core->grid.dim, b->name, &b->region));
+  PetscCall(MPMOptionsString(o, "body_<b>_material", b->name, material, NULL));
+  PetscCall(MPMOptionsInts(o, "body_<b>_ppc", b->name, b->ppc, NULL));
+  PetscCall(MPMOptionsReals(o, "body_<b>_offset", b->name, b->offset, NULL));
+  PetscCall(MPMOptionsExpression(o, "body_<b>_velocity", b->name, "xyz", core->grid.dim, &b->velocity));
+  for (b->material = 0; b->material < scene->nmaterials && strcasecmp(scene->materials[b->material].name, material);)
+    b->material++;
+  if (b->material == scene->nmaterials) {
+    char list[MPM_TEXT_LEN / 2] = "";
+
+    for (PetscInt k = 0; k < scene->nmaterials; k++)
+      (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? "|" : "", scene->materials[k].name);
+    MPMOptionsFail(o, "-body_%s_material %.100s is not declared: choose %s%s", b->name, material,
+                   scene->nmaterials > 1 ? "one of " : "", list);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The name of the results: that of the last options file. */
+static PetscErrorCode DefaultName(char name[MPM_NAME_LEN])
+{
+  int         argc;
+  char      **argv;
+  const char *file = "pebble", *slash, *dot;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscGetArgs(&argc, &argv));
+  for (int k = 1; k + 1 < argc; k++)
+    if (!strcasecmp(argv[k], "-options_file")) file = argv[k + 1];
+  slash = strrchr(file, '/');
+  if (slash) file = slash + 1;
+  dot = strrchr(file, '.');
+  (void)snprintf(name, MPM_NAME_LEN, "%.*s", (int)(dot && dot > file ? dot - file : (long)strlen(file)), file);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Dimension and declared names first: with them every legal name is known. */
+static PetscErrorCode ReadNames(MPMScene *scene, MPMCore *core, MPMOptions o)
+{
+  char(*materials)[MPM_NAME_LEN], (*bodies)[MPM_NAME_LEN], (*loads)[MPM_NAME_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsInt(o, "dim", NULL, &core->grid.dim, NULL));
+  PetscCall(MPMOptionsNames(o, "materials", &scene->nmaterials, &materials));
+  PetscCall(MPMOptionsNames(o, "bodies", &scene->nbodies, &bodies));
+  PetscCall(MPMOptionsNames(o, "loads", &scene->nloads, &loads));
+  PetscCall(PetscCalloc1(scene->nloads, &scene->loads));
+  for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(PetscStrncpy(scene->loads[k].name, loads[k], MPM_NAME_LEN));
+  PetscCall(PetscCalloc1(scene->nmaterials, &scene->materials));
+  PetscCall(PetscCalloc1(scene->nbodies, &scene->bodies));
+  for (PetscInt k = 0; k < scene->nmaterials; k++)
+    PetscCall(PetscStrncpy(scene->materials[k].name, materials[k], MPM_NAME_LEN));
+  for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(PetscStrncpy(scene->bodies[k].name, bodies[k], MPM_NAME_LEN));
+  if (MPMOptionsError(o))
+    PetscCall(MPMOptionsDeclare(o, 3, 0, NULL, 0, NULL, 0, NULL)); /* a misspelt -dim is better named than missed */
+  else
+    PetscCall(MPMOptionsDeclare(o, core->grid.dim, scene->nmaterials, materials, scene->nbodies, bodies, scene->nloads,
+                                loads));
+  PetscCall(PetscFree(materials));
+  PetscCall(PetscFree(bodies));
+  PetscCall(PetscFree(loads));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads what is simulated. Faults are left in o. Collective on core->comm in that all processes read the same. */
+PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions o)
+{
+  char      geometry[MPM_NAME_LEN], name[MPM_TEXT_LEN];
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  PetscCall(ReadNames(scene, core, o));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(DefaultName(scene->name));
+  PetscCall(PetscStrncpy(name, scene->name, sizeof name));
+  PetscCall(MPMOptionsString(o, "output_name", NULL, name, NULL));
+  if (strspn(name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._+-") != strlen(name) ||
+      strlen(name) >= MPM_NAME_LEN)
+    MPMOptionsFail(o,
+                   "-output_name %.100s: the name of the results has letters, digits and ._+-, at most %d of them "
+                   "(-output_dir names the folder; without -output_name it is the options file's name)",
+                   name, MPM_NAME_LEN - 1);
+  (void)snprintf(scene->name, sizeof scene->name, "%.*s", MPM_NAME_LEN - 1, name);
+  PetscCall(PetscStrncpy(scene->title, scene->name, sizeof scene->title));
+  PetscCall(MPMOptionsString(o, "scene_title", NULL, scene->title, NULL));
+  PetscCall(MPMOptionsBool(o, "dry_run", NULL, &scene->dry_run));
+  PetscCall(MPMOptionsEnum(o, "geometry", NULL, geometry, &set));
+  if (set && !strcmp(geometry, "plane_strain") && core->grid.dim != 2)
+    MPMOptionsFail(o, "-geometry plane_strain needs -dim 2, not %" PetscInt_FMT, core->grid.dim);
+  PetscCall(MPMOptionsReals(o, "gravity", NULL, core->params.gravity, NULL));
+  PetscCall(ReadGrid(core, o));
+  for (PetscInt k = 0; k < scene->nmaterials; k++) PetscCall(ReadMaterial(o, &scene->materials[k]));
+  for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(ReadBody(scene, core, o, &scene->bodies[k]));
+  for (PetscInt m = 0; m < scene->nmaterials; m++) {
+    PetscBool used = PETSC_FALSE;
+
+    for (PetscInt b = 0; b < scene->nbodies; b++)
+      if (scene->bodies[b].material == m) used = PETSC_TRUE;
+    if (!used) MPMOptionsFail(o, "-materials: no body is of %s; remove it", scene->materials[m].name);
+  }
+  PetscCall(MPMSceneReadWalls(scene, core, o));
+  PetscCall(MPMForcesSetFromOptions(scene, core, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMKnownSetFromOptions(scene, core, o));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMSceneDestroy(MPMScene *scene)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
+  PetscCall(MPMForcesDestroy(scene));
+  PetscCall(MPMKnownDestroy(scene));
+  PetscCall(PetscFree(scene->materials));
+  PetscCall(PetscFree(scene->bodies));
+  PetscCall(PetscFree(scene->kinds));
+  PetscCall(PetscFree(scene->share_first));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,86 @@
+/* scene.h - what is simulated: materials, bodies, walls, forces and known solutions, from the options. */
+#ifndef MPM_SCENE_H
+#define MPM_SCENE_H
+
+#include "options/options.h"
+#include "parallel/core.h"
+#include "physics/reference.h"
+#include "physics/region.h"
+
+/* A body: where its particles start, of what, how fast. */
+typedef struct {
+  char          name[MPM_NAME_LEN];
+  MPMRegion     region;
+  PetscInt      material, kind, ppc[3]; /* rows of the scene's materials and kinds; particles per cell on each axis */
+  PetscReal     offset[3], b[3];        /* of its lattice of particles, and their spacing, m */
+  MPMExpression velocity;               /* m/s, of x y z; NULL: at rest */
+  PetscInt64    first, n;               /* ids first .. first+n-1 */
+  PetscInt64    row;                    /* its first row of lattice places, of those of all bodies */
+} MPMBody;
+
+/* A load on the surface of a body: pressure against the deformed surface, or a traction per area at the start. */
+typedef struct {
+  char          name[MPM_NAME_LEN];
+  PetscInt      body, sides; /* row of the scene's bodies; bits of the sides that it acts on, as in field surface */
+  PetscBool     pressure;
+  MPMExpression value; /* Pa, of x y z X Y Z t */
+} MPMLoad;
+
+/* The solution of this scene that is known; see known.c. */
+typedef struct _MPMKnown MPMKnown;
+
+typedef struct {
+  char          title[MPM_TEXT_LEN], name[MPM_NAME_LEN];
+  PetscBool     dry_run;
+  MPMMaterial  *materials;
+  PetscInt      nmaterials;
+  MPMBody      *bodies;
+  PetscInt      nbodies;
+  MPMKind      *kinds;
+  PetscInt      nkinds;
+  MPMWalls      walls;
+  MPMLoad      *loads;
+  PetscInt      nloads;
+  MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
+  MPMKnown     *known;               /* or NULL */
+  PetscBool     finest;              /* -reference_type finest: the last run of a study is the reference */
+  PetscBool     forced, keeps_start; /* are there body forces or loads; do particles carry their place at the start? */
+  PetscInt64    overlap;             /* particles that lie in an earlier body too */
+  PetscInt64    on_line;             /* particles that start exactly on a line of the grid */
+  PetscInt64    rows, *share_first;  /* of lattice places; [shares] particles before each of as many equal shares */
+  PetscMPIInt   shares;
+} MPMScene;
+
+/* Reads grid, materials, bodies, walls, forces and known solution. Faults are left in o. Collective on core->comm. */
+PetscErrorCode MPMSceneSetFromOptions(MPMScene *, MPMCore *, MPMOptions);
+PetscErrorCode MPMSceneDestroy(MPMScene *);
+
+/* Refuses the options among `all` (words separated by blanks) that a choice, which takes `taken`, has no use for. */
+PetscErrorCode MPMSceneRefuseOthers(MPMOptions, const char group[], const char name[], const char what[],
+                                    const char choice[], const char all[], const char taken[]);
+
+/* --- Walls (read_walls.c), particles (fill.c) --------------------------------------------------------------------- */
+
+PetscErrorCode MPMSceneReadWalls(MPMScene *, MPMCore *, MPMOptions);
+PetscErrorCode MPMSceneCountParticles(MPMScene *, MPMCore *, MPMOptions);
+PetscErrorCode MPMSceneAddParticles(const MPMScene *, MPMCore *);
+PetscErrorCode MPMSceneHistogram(const MPMScene *, const MPMCore *, MPMHistogram *);
+
+/* --- Known solutions (known.c) ------------------------------------------------------------------------------------ */
+
+PetscErrorCode MPMKnownSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
+PetscErrorCode MPMKnownDestroy(MPMScene *);
+PetscBool      MPMKnownStarts(const MPMScene *);
+PetscBool      MPMKnownStart(const MPMScene *, PetscInt dim, const PetscReal X[], PetscReal x[], PetscReal v[],
+                             PetscReal F[]);
+void           MPMKnownForce(const MPMScene *, PetscInt dim, const PetscReal X[], PetscReal t, PetscReal b[]);
+PetscErrorCode MPMKnownError(const MPMScene *, MPMCore *, PetscReal *error, PetscReal *size);
+
+/* --- Body forces and loads (forces.c): of the particles here for the time t, into field b. Not collective. --------- */
+
+PetscErrorCode MPMForcesSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
+PetscErrorCode MPMForcesUpdate(const MPMScene *, MPMCore *, PetscReal t);
+PetscErrorCode MPMForcesCheck(const MPMScene *, const MPMCore *, MPMOptions, const PetscReal x[], const PetscReal X[]);
+PetscErrorCode MPMForcesDestroy(MPMScene *);
+
+#endif

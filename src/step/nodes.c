@@ -1,0 +1,115 @@
+/* nodes.c - the node kernels of a step: velocities of the nodes and their advance. Equation numbers: docs/theory.md. */
+#include "step/scheme.h"
+
+/* A row of nodes along x: node, motion: of its node 0; its own nodes that particles touch are first .. last-1. ijk: where
+   in the grid node 0 is. walled: does a wall along y or z reach all of the row? */
+typedef struct {
+  MPMNode   *node;
+  PetscReal *motion;
+  PetscInt   first, last, ijk[3];
+  PetscBool  walled;
+} NodeRow;
+
+static NodeRow OwnRow(const MPMParams *par, const MPMPatch *patch, PetscInt row)
+{
+  const PetscInt dim = patch->grid->dim, own = patch->own_lo[0] - patch->lo[0];
+  NodeRow        r = {.node   = patch->node + row * patch->n[0],
+                      .motion = patch->motion + row * patch->n[0] * MPM_MOTION_NC(dim)};
+
+  r.first  = PetscMax(own, patch->span[row].first);
+  r.last   = PetscMin(own + patch->own_n[0], patch->span[row].last);
+  r.ijk[0] = patch->lo[0];
+  r.ijk[1] = row % patch->n[1] + patch->lo[1];
+  r.ijk[2] = row / patch->n[1] + patch->lo[2];
+  for (PetscInt d = 1; d < dim; d++)
+    if (MPMWallsReach(par->walls->given, patch->grid, d, r.ijk[d])) r.walled = PETSC_TRUE;
+  return r;
+}
+
+/* Does a wall reach node i of the row? Most are reached by none. lo, hi: the first node on x that none reaches, and the
+   one after the last. ijk [3]: the node's number in the grid. */
+MPM_INLINE PetscBool Walled(const NodeRow *r, PetscInt lo, PetscInt hi, PetscInt i, PetscInt ijk[])
+{
+  ijk[0] = r->ijk[0] + i;
+  ijk[1] = r->ijk[1];
+  ijk[2] = r->ijk[2];
+  return r->walled || ijk[0] < lo || ijk[0] >= hi ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* v = p/m and walls, eq. (2). A node without mass is at rest; there is no threshold. Only particles exactly on a grid
+   line, whose weight there is 0 but whose gradient is not, read such a node. */
+MPM_INLINE void Divide(int dim, const MPMFace (*faces)[2], const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+{
+  const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
+  PetscInt       ijk[3];
+
+  for (PetscInt i = r->first; i < r->last; i++) {
+    const MPMNode *n = r->node + i;
+    PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim);
+
+    for (int d = 0; d < dim; d++) v[d] = n->m > 0 ? n->p[d] / n->m : 0;
+    if (Walled(r, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, par->dt, v);
+  }
+}
+
+/* For output and velocity gradients. */
+MPM_INLINE void Velocity(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+{
+  Divide(dim, par->walls->gradient, par, grid, r);
+}
+
+/* The same of what xpic has left over. */
+MPM_INLINE void Residual(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+{
+  Divide(dim, par->walls->residual, par, grid, r);
+}
+
+/* a = f/m + g, eqs. (5) and (13); v <- v + dt a, eq. (6), and walls, which also set a. */
+MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+{
+  const MPMFace(*faces)[2] = par->walls->given;
+  const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
+  PetscInt       ijk[3];
+
+  Divide(dim, par->walls->before, par, grid, r);
+  for (PetscInt i = r->first; i < r->last; i++) {
+    MPMNode   *n = r->node + i;
+    PetscReal *v = r->motion + i * MPM_MOTION_NC(dim), *a = v + dim, before[3];
+
+    for (int d = 0; d < dim; d++) {
+      a[d]      = n->m > 0 ? n->f[d] / n->m + par->gravity[d] : 0;
+      before[d] = v[d];
+      v[d]      = v[d] + par->dt * a[d];
+    }
+    n->met = 0;
+    if (Walled(r, lo, hi, i, ijk)) n->met = (PetscReal)MPMWallsAdvance(faces, grid, ijk, par->dt, before, v, a);
+  }
+}
+
+/* Velocities mapped again after an advance: a wall that only pushes holds the nodes that it met there, and no others.
+   If each mapping asked anew, what trembles at the wall would be cut on one side, and that drives it. */
+MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+{
+  Divide(dim, par->walls->before, par, grid, r);
+  for (PetscInt i = r->first; i < r->last; i++) {
+    const PetscInt met = (PetscInt)r->node[i].met;
+
+    for (int d = 0; met && d < dim; d++)
+      if (met & (PetscInt)1 << d) r->motion[i * MPM_MOTION_NC(dim) + d] = 0;
+  }
+}
+
+/* The node kernels of phases: the number of dimensions is a constant in each. */
+#define NODE_KERNEL(what)                                                                                              \
+  void MPMNodes##what(const MPMParams *par, MPMPatch *patch, PetscInt row)                                             \
+  {                                                                                                                    \
+    const NodeRow r = OwnRow(par, patch, row);                                                                         \
+                                                                                                                       \
+    if (patch->grid->dim == 1) what(1, par, patch->grid, &r);                                                          \
+    if (patch->grid->dim == 2) what(2, par, patch->grid, &r);                                                          \
+    if (patch->grid->dim == 3) what(3, par, patch->grid, &r);                                                          \
+  }
+NODE_KERNEL(Velocity)
+NODE_KERNEL(VelocityAgain)
+NODE_KERNEL(Residual)
+NODE_KERNEL(Advance)

@@ -1,0 +1,116 @@
+/* phases.c - the Material Point Method as data: the table of phases, the update schemes, which are lists of them, and
+   the transfers. Equation numbers: docs/theory.md. */
+#include "step/scheme.h"
+
+#define B(field)   MPM_BIT(field)
+#define WHERE      (B(x) | B(cell) | B(kind) | B(l)) /* what a stencil is made of */
+#define MOMENTUM   (B(v) | B(C))                     /* C of apic */
+#define STRESS     (B(F) | B(J) | B(tau))            /* what a force is made of */
+#define STATE      (STRESS | B(be) | B(ep) | B(vc))  /* what a material remembers */
+#define COMMIT_IN  (B(id) | B(F))                    /* F of gimp domains that stretch */
+#define COMMIT_OUT (B(x) | B(cell) | B(l))
+
+#define TO_NODES(name, parts, in)                                                                                      \
+  {                                                                                                                    \
+    name, MPM_PARTICLES_TO_NODES, parts, NULL, 0, in, 0, 0                                                             \
+  }
+#define NODES(name, kernel, flops)                                                                                     \
+  {                                                                                                                    \
+    name, MPM_NODES, 0, kernel, flops, 0, 0, 0                                                                         \
+  }
+#define TO_PARTICLES(name, parts, in, out)                                                                             \
+  {                                                                                                                    \
+    name, MPM_NODES_TO_PARTICLES, parts, NULL, 0, in, out, 0                                                           \
+  }
+
+/* A row: name (of its timer, which rows may share), parts of the transfer or kernel of the nodes with its operations a
+   node and axis, fields that it reads, fields that it writes. Node phases turn mass and momentum into velocity. */
+/* clang-format off */
+enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, ADVANCE, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
+static const MPMPhase phases[NUM_PHASES] = {
+  [P2G]               = TO_NODES("P2G", MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE, WHERE | MOMENTUM | STRESS | B(b)),
+  [P2G_MASS]          = TO_NODES("P2G_MASS", MPM_P2G_MASS | MPM_P2G_MOMENTUM, WHERE | MOMENTUM),
+  [P2G_MOMENTUM]      = TO_NODES("P2G_MOMENTUM", MPM_P2G_MOMENTUM, WHERE | MOMENTUM),
+  [P2G_RESIDUAL]      = TO_NODES("P2G_RESIDUAL", MPM_P2G_MOMENTUM | MPM_RESIDUAL, WHERE | B(r)),
+  [P2G_FORCE]         = TO_NODES("P2G_FORCE", MPM_P2G_FORCE, WHERE | STRESS | B(b)),
+  [VELOCITY]          = NODES("VELOCITY", MPMNodesVelocity, 1),
+  [VELOCITY_AGAIN]    = NODES("VELOCITY", MPMNodesVelocityAgain, 1),
+  [RESIDUAL]          = NODES("RESIDUAL", MPMNodesResidual, 1),
+  [ADVANCE]           = NODES("ADVANCE", MPMNodesAdvance, 5),
+  [G2P]               = TO_PARTICLES("G2P", MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT, WHERE | B(v) | B(r) | STATE | COMMIT_IN, B(v) | B(C) | STATE | COMMIT_OUT),
+  [G2P_MOTION]        = TO_PARTICLES("G2P_MOTION", MPM_G2P_MOTION | MPM_G2P_COMMIT, WHERE | B(v) | B(r) | COMMIT_IN, B(v) | B(C) | COMMIT_OUT),
+  [G2P_MOTION_HOLD]   = TO_PARTICLES("G2P_MOTION", MPM_G2P_MOTION, WHERE | B(v) | B(r), B(v) | B(C) | B(dx)),
+  [G2P_STRESS]        = TO_PARTICLES("G2P_STRESS", MPM_G2P_STRESS, WHERE | B(id) | STATE, STATE),
+  [G2P_STRESS_COMMIT] = TO_PARTICLES("G2P_STRESS", MPM_G2P_STRESS | MPM_G2P_COMMIT, WHERE | STATE | COMMIT_IN | B(dx), STATE | COMMIT_OUT),
+  [G2P_FILTER]        = TO_PARTICLES("G2P_FILTER", MPM_G2P_FILTER, WHERE | B(v), B(r)),
+  [G2P_FILTER_AGAIN]  = TO_PARTICLES("G2P_FILTER", MPM_G2P_FILTER | MPM_RESIDUAL, WHERE | B(r), B(r)),
+};
+/* clang-format on */
+_Static_assert(NUM_PHASES <= MPM_MAX_PHASES, "core->phases has room for the table");
+_Static_assert(MPM_TIMER_PHASES + NUM_PHASES <= MPM_MAX_TIMERS, "every phase may have a timer");
+
+/* The update schemes: the entry of each phase in the table, then -1. */
+#define MPM_SCHEME(name, keeps_increment, what, ...)                                                                   \
+  static const int name##_phases[] = {__VA_ARGS__, -1};                                                                \
+  _Static_assert(sizeof name##_phases / sizeof name##_phases[0] <= MPM_MAX_SCHEME, "a scheme's program has room");
+#include "step/scheme.def"
+#undef MPM_SCHEME
+
+const MPMScheme MPMSchemes[] = {
+#define MPM_SCHEME(name, keeps_increment, what, ...) {#name, what, keeps_increment, name##_phases},
+#include "step/scheme.def"
+#undef MPM_SCHEME
+    {NULL, NULL, PETSC_FALSE, NULL}};
+
+const MPMTransfer MPMTransfers[] = {
+#define MPM_TRANSFER(name, flip, parts, filtered, what) {#name, what, flip, parts, filtered},
+#include "step/transfer.def"
+#undef MPM_TRANSFER
+    {NULL, NULL, 0, 0, PETSC_FALSE}};
+
+/* What xpic does first, once an order: r = v - S S+ v, then r <- r - S S+ r, with S+ to the nodes and S to the particles.
+ */
+static const int filter[2][3] = {{P2G_MASS, VELOCITY, G2P_FILTER}, {P2G_RESIDUAL, RESIDUAL, G2P_FILTER_AGAIN}};
+_Static_assert(3 * MPM_MAX_ORDER + MPM_MAX_SCHEME <= MPM_MAX_PROGRAM, "a step's program has room for the filter");
+
+const MPMPhase *MPMStepOutputPhase(const MPMCore *core, PetscInt k)
+{
+  return &core->phases[k ? VELOCITY : P2G_MASS];
+}
+
+/* The phases as this scene needs them: the parts that the transfer adds; no field that nothing would read. */
+static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
+{
+  PetscInt stress = 0; /* what the forces of these materials are made of */
+
+  for (PetscInt k = 0; k < core->params.nkinds; k++) {
+    const PetscInt state = core->params.materials[core->params.kinds[k].material].state;
+
+    stress |= state & B(tau) ? B(tau) : state & STRESS;
+  }
+  for (PetscInt k = 0; k < NUM_PHASES; k++) {
+    MPMPhase *phase = &core->phases[k];
+
+    *phase = phases[k];
+    if (phase->parts & MPM_P2G_FORCE) phase->particles_in &= ~STRESS | stress;
+    if ((phase->particles_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & MPM_G2P_STRESS) && !core->needs.stretched)
+      phase->particles_in &= ~B(F);
+    if ((phase->parts & (MPM_P2G_MOMENTUM | MPM_G2P_MOTION)) && !(phase->parts & MPM_RESIDUAL))
+      phase->parts |= transfer->parts;
+  }
+}
+
+PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMTimersCreate(&core->timers));
+  FitPhases(core, method->transfer);
+  core->nphases = NUM_PHASES;
+  for (PetscInt k = 0; k < NUM_PHASES; k++)
+    PetscCall(MPMTimersPhase(&core->timers, phases[k].name, &core->phases[k].timer));
+  core->nprogram = 0;
+  for (PetscInt k = 0; k < core->params.xpic; k++)
+    for (PetscInt i = 0; i < 3; i++) core->program[core->nprogram++] = &core->phases[filter[k > 0][i]];
+  for (const int *k = method->scheme->phases; *k >= 0; k++) core->program[core->nprogram++] = &core->phases[*k];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,102 @@
+/* step.c - the step: the phases of its program, one after the other, through the exchange, which knows who holds which
+   particles; then one reduction, and the particles settle in their new cells. */
+#include "base/signals.h"
+#include "parallel/exchange.h"
+#include "step/step.h"
+
+static PetscErrorCode Begin(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  MPMStatusReset(&core->status);
+  PetscCall(MPMWorkStep(&core->timers, core->exchange.type->farms));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode SetForces(MPMCore *core, const MPMScene *scene)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_FORCES));
+  MPMWorkBegin(&core->timers);
+  PetscCall(MPMForcesUpdate(scene, core, core->t));
+  MPMWorkEnd(&core->timers, MPM_TIMER_FORCES, NULL, 0);
+  PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_FORCES));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode RunPhase(MPMCore *core, const MPMPhase *phase)
+{
+  const MPMExchangeType *ex = core->exchange.type;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPhaseBegin(core, phase));
+  PetscCall(phase->kind == MPM_NODES ? ex->nodes(core, phase) : ex->sweep(core, phase));
+  PetscCall(MPMPhaseEnd(core, phase, ex->farms ? 0 : core->particles.n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Reduce(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_REDUCE));
+  core->status.interrupted = MPMSignalsCame();
+  PetscCall(core->exchange.type->reduce(core, &core->status));
+  PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_REDUCE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Settle(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_SETTLE));
+  PetscCall(core->exchange.type->settle(core, PETSC_FALSE));
+  PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_SETTLE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStep(MPMCore *core, const MPMScene *scene)
+{
+  PetscFunctionBeginUser;
+  PetscCall(Begin(core));
+  if (scene->forced) PetscCall(SetForces(core, scene));
+  for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, core->program[k]));
+  PetscCall(Reduce(core));
+  if (core->status.bad == MPM_OK) PetscCall(Settle(core));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStepNodes(MPMCore *core)
+{
+  const PetscBool on = core->timers.work.on;
+
+  PetscFunctionBeginUser;
+  core->timers.work.on = PETSC_FALSE;
+  PetscCall(core->exchange.type->sweep(core, MPMStepOutputPhase(core, 0)));
+  PetscCall(core->exchange.type->nodes(core, MPMStepOutputPhase(core, 1)));
+  core->timers.work.on = on;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStepBound(MPMCore *core)
+{
+  const PetscInt dim = core->grid.dim, fields = MPM_BIT(v) | MPM_MATERIAL_BITS | MPM_BIT(kind);
+  MPMView        view;
+  MPMBlock       b;
+  PetscReal      c2;
+
+  PetscFunctionBeginUser;
+  MPMStatusReset(&core->status);
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  for (PetscInt p = 0; p < view.n; p++) {
+    const MPMMaterial *m  = core->params.materials + core->params.kinds[view.kind ? view.kind[p] : 0].material;
+    PetscReal          v2 = 0;
+
+    for (PetscInt d = 0; d < dim; d++) v2 += view.v[p * dim + d] * view.v[p * dim + d];
+    MPMMaterialState(dim, &view, p, &b);
+    m->type->law->speed2[dim - 1](m, 0, 1, &b, &c2);
+    core->status.v2 = PetscMax(core->status.v2, v2);
+    core->status.c2 = PetscMax(core->status.c2, c2);
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCall(core->exchange.type->reduce(core, &core->status));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,34 @@
+/* timestep.c - the length of a step. docs/theory.md has the bounds. */
+#include "step/step.h"
+
+PetscReal MPMCourant(const MPMCore *core, PetscReal dt)
+{
+  return dt * (PetscSqrtReal(core->status.c2) + PetscSqrtReal(core->status.v2)) / MPMGridSmallestH(&core->grid);
+}
+
+/* The explicit limit of diffusion, h^2/(2 dim nu) with nu = 4/3 viscosity/rho. */
+PetscReal MPMViscousStep(const MPMCore *core)
+{
+  PetscReal nu = 0;
+
+  for (PetscInt k = 0; k < core->params.nkinds; k++) {
+    const MPMMaterial *m = &core->params.materials[core->params.kinds[k].material];
+
+    nu = PetscMax(nu, 4. / 3 * m->viscosity / m->rho);
+  }
+  return nu > 0 ? PetscSqr(MPMGridSmallestH(&core->grid)) / (2 * (PetscReal)core->grid.dim * nu) : PETSC_INFINITY;
+}
+
+/* Fixed, or cfl h/(c + |v|) of the state as it is, and no more than lets gravity move a particle from rest by a tenth of
+   a cell, or is cfl of what viscosity allows. */
+PetscReal MPMTimeStep(const MPMCore *core, const MPMTime *time)
+{
+  const PetscReal h  = MPMGridSmallestH(&core->grid);
+  PetscReal       g2 = 0, dt;
+
+  if (time->fixed > 0) return time->fixed;
+  for (PetscInt d = 0; d < core->grid.dim; d++) g2 += core->params.gravity[d] * core->params.gravity[d];
+  dt = time->cfl * h / (PetscSqrtReal(core->status.c2) + PetscSqrtReal(core->status.v2));
+  dt = PetscMin(dt, time->cfl * MPMViscousStep(core));
+  return g2 > 0 ? PetscMin(dt, PetscSqrtReal(0.2 * h / PetscSqrtReal(g2))) : dt;
+}
