@@ -12,7 +12,7 @@ from data import ROOT, Missing
 from data import rows as rows_of
 
 PROCESSES = (1, 2, 4, 8, 16, 32)
-SIMULATOR = 0.88, 1.06  # the aim of simulated over measured times
+SIMULATOR = 0.88, 1.06  # the goal of simulated over measured times
 NAMES = {
     "box2d": "filled box, 2-D",
     "box3d": "filled box, 3-D",
@@ -103,7 +103,7 @@ class Tables(ClosedForm):
             measured = f"{two_['speedup']:.3g}" if two_ else ""
             lines.append([scene(name), thousands(row["particles"]), use, first, speedup, kind, each, edge, measured, "; ".join(pools)])
         head = "scene", "particles", "use", "recommended processes", "speed-up on these", "evidence of that", "particles a process"
-        head += "processes by the critical path, the pessimistic edge", "speed-up on 2 processes, measured", "the pool at best: speed-up"
+        head += "processes by the critical path, the pessimistic estimate", "speed-up on 2 processes, measured", "the pool at best: speed-up"
         text = marks.markdown(head, lines)
         for what in lacking:
             self.note("answer", what)
@@ -156,7 +156,7 @@ class Tables(ClosedForm):
                                 (
                                     f"{thousands(n)} a process: {net:.2f} net, {r['efficiency']:.2f} gross",
                                     r.get("class", "simulated"),
-                                    "no aim" if not bound else net >= bound if abs(n / 8000 - 1) < 0.3 or net >= bound else None,
+                                    "no goal" if not bound else net >= bound if abs(n / 8000 - 1) < 0.3 or net >= bound else None,
                                     *assumed(some, p, r.get("class", "simulated"), 32),
                                 )
                             )
@@ -249,7 +249,7 @@ class Tables(ClosedForm):
             some = [r["ratio"] for r in self.ratios() if r["class"] == "critical path" and r["processes"] >= 4]
             if not some:
                 raise Missing("no run on 4 processes and more has both a critical path and a prediction")
-            return [(inside(some, 0.85, 1.15), "closed form / critical path", "no aim")]
+            return [(inside(some, 0.85, 1.15), "closed form / critical path", "no goal")]
 
         def simulator():
             low, high = SIMULATOR
@@ -468,7 +468,7 @@ class Tables(ClosedForm):
                 ]
             )
         head = "scene", "one process, ns a particle and step", "master, ns", "best patch, cells an axis", "by the root"
-        bound = "bound of the speed-up", "a law dearer by this many ns makes the bound 1", "2", "4", "16"
+        bound = "bound of the speed-up", "a law more expensive by this many ns makes the bound 1", "2", "4", "16"
         return marks.markdown([*head, *bound], lines)
 
     def table_pool_scenes(self):
@@ -486,7 +486,7 @@ class Tables(ClosedForm):
         if not lines:
             raise Missing("`docs/data/scaling/runs.csv` has no closed form of the pool: `make scaling` writes it")
         head = "scene", "particles", "one process, ns a particle and step", "processes of the pool", "pool, ns", "bound"
-        return marks.markdown([*head, "1 with a law dearer by so many ns"], lines)
+        return marks.markdown([*head, "1 with a law more expensive by so many ns"], lines)
 
     def table_crossover(self):
         """The terms of the cross-over of both strategies, and the imbalance from which on the pool would be ahead."""
@@ -515,7 +515,7 @@ class Tables(ClosedForm):
                     ]
                 )
         head = "scene", "P", "T_1(i N/P)", "X", "R", "T_m", "(w + T_m)/(P - 1)", "T_spatial", "T_pool", "ahead", "i"
-        return marks.markdown([*head, "pool ahead from i =", "law dearer by 10 µs", "by 1 ms"], lines)
+        return marks.markdown([*head, "pool ahead from i =", "law more expensive by 10 µs", "by 1 ms"], lines)
 
     def level(self, m, name, p):
         """The imbalance of equal times of both strategies, with the best patch."""
@@ -546,7 +546,7 @@ class Tables(ClosedForm):
                         *(two(self.weak(name, WEAK, p, swarm)) for p in FAR[5:] if p in (32, 1024, 32768, 1000000)),
                     ]
                 )
-        return marks.markdown(["block", "migration", "32", "1 024", "32 768", "1 000 000"], lines)
+        return marks.markdown(["scene", "migration", "32", "1 024", "32 768", "1 000 000"], lines)
 
     def table_losses(self):
         """What a step on many processes takes beyond that of one with as many particles, in parts of the step."""
@@ -562,7 +562,7 @@ class Tables(ClosedForm):
                 shares = (t - alone - bytes_ - sum(settled), bytes_, *settled)
                 lines.append([what, thousands(p), *(f"{100 * x / t:.1f} %" for x in shares), two(alone / t)])
         return marks.markdown(
-            ["block", "processes", "messages to neighbours", "their bytes", "MIGRATE", "REDUCE", "efficiency"], lines
+            ["scene", "processes", "messages to neighbours", "their bytes", "MIGRATE", "REDUCE", "efficiency"], lines
         )
 
     def table_least(self):
@@ -580,7 +580,7 @@ class Tables(ClosedForm):
                         ),
                     ]
                 )
-        return marks.markdown(["block", "efficiency", "2 processes", "32", "1 024", "32 768", "1 000 000"], lines)
+        return marks.markdown(["scene", "efficiency", "2 processes", "32", "1 024", "32 768", "1 000 000"], lines)
 
     def table_constants(self):
         lines = []
@@ -600,7 +600,7 @@ class Tables(ClosedForm):
                 ("migration[1].call", "ns a direct migration, m0"),
                 ("migration[1].leaver", "ns a particle that leaves, m4"),
             ):
-                lines.append([what, re.sub(r"\[\d\].", ", ", k), f"{1e9 * measured[k]:.3g} {unit}", "", "", ""])
+                lines.append([what, re.sub(r"\[\d\].", ", ", k).replace("point", "particle"), f"{1e9 * measured[k]:.3g} {unit}", "", "", ""])
         sizes = ("1 500", "20 000", "400 000")
         text = marks.markdown(["scene", "constant", "each call", *(f"each, about {n}" for n in sizes)], lines)
         origin = re.sub(r", of (\d+)$", r"; of \1 such, the least or the median", self.closed("box2d").origin)
@@ -667,7 +667,7 @@ class Tables(ClosedForm):
         text = text.removesuffix(";") + ".\n"
         low, high = SIMULATOR
         for what, some in self.simulator():
-            missed = "" if low <= min(some) and max(some) <= high else " **The aim is missed.**"
+            missed = "" if low <= min(some) and max(some) <= high else " **The goal is missed.**"
             text += f"\n* {what}: {inside(some, low, high)}.{missed}"
         lines = [
             [
@@ -778,7 +778,7 @@ class Tables(ClosedForm):
             points = sorted(points, reverse=True)
             orders = [math.log(a[1] / b[1]) / math.log(a[0] / b[0]) for a, b in zip(points, points[1:])]
             lines.append([label, *(f"{e:.2e}" for _, e in points), *(f"{o:.2f}" for o in orders)])
-        return marks.markdown(["basis", "8 cells", "16", "32", "order 8-16", "16-32"], lines)
+        return marks.markdown(["basis", "8 cells", "16", "32", "order of convergence 8-16", "16-32"], lines)
 
     def ladders(self):
         if "ladders" not in self.said:
