@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""Measures pebble on this machine, and others on the same work: `make bench`, or `make bench BENCH=full`.
+"""Measures pebble on this machine, and other programs on the same work: `make bench`, or `make bench BENCH=full`.
 
-The work is that of tools/bench/scene.py. What is compared runs in alternation, so that what else the machine does hits
+The work is that of tools/bench/scene.py. Programs that are compared run in alternation, so that other work on the machine slows
 all alike; figures are the minimum and the median of the repeats, ratios are of minima. Times are those of the steps per
-particle and step, without start-up and without the compilation of kernels. Groups:
+particle and step, without start-up and without the compilation of kernels. The groups are:
 
-  seed     against tests/seed_serial.c, the plain serial program: its own block of as many particles, where usl soon is
-           unstable; pebble's drifts and crosses more cells. Checked on the seed's. (Its time is the processor's.)
-  peers    against steps in Taichi and Warp (tools/bench/), on one core; checked against pebble's energy
+  seed     against tests/seed_serial.c, the plain serial program: it has its own body of as many particles, in which usl soon is
+           unstable; pebble's body drifts and crosses more cells. Both are compared on the serial program's body. (The time of
+           the serial program is the processor's.)
+  peers    against steps in Taichi and Warp (tools/bench/), on one core; their energy must agree with pebble's
   updates  usf and musl against usl, at 1e5 particles
   ranks    2 processes against 1, at 1e6 particles, with both ways of migration; the digests must be equal
   small    1e4 particles, for the plot
@@ -15,9 +16,10 @@ particle and step, without start-up and without the compilation of kernels. Grou
            processes; at least 30 steps, at most 3 repeats, at the largest size 2. --plan says how long it takes
   modes    (full) both migrations and the pool on 2 processes
 
-Writes output/bench.csv and its copy docs/data/bench/bench.csv, docs/bench.png and the section of docs/performance.md between its marks (with --only, but for the matrix's own, or when
-something failed: the plot goes to output/, and copy and section are left alone), and prints the table of ratios. The matrix
-has a section and a file of its own, docs/data/bench/matrix.csv.
+The program writes output/bench.csv and its copy docs/data/bench/bench.csv, docs/bench.png and the section of
+docs/performance.md between its marks, and prints the table of ratios. With --only, or when something failed, the plot goes to
+output/, and copy and section are left alone. The matrix has a section and a file of its own, docs/data/bench/matrix.csv, which
+--only writes too.
 """
 import argparse
 import csv
@@ -42,18 +44,18 @@ import launch  # noqa: E402
 BASES = {"linear": "linear", "bspline2": "quadratic", "bspline3": "cubic", "gimp": "GIMP"}
 SIZES = "1e4,1e5,1e6,4e6"  # of the matrix
 PER_CELL = {1: [(4,), (9,), (16,)], 2: [(2, 2), (3, 3), (4, 4)], 3: [(2, 2, 1), (2, 2, 2), (4, 2, 2), (3, 3, 3)]}
-LARGE = 4e6  # from so many particles on the matrix has 2 repeats, and the usual number a cell alone
+LARGE = 4e6  # from so many particles on, the matrix has 2 repeats, and only the usual number of particles a cell
 USUAL = {1: (9,), 2: (3, 3), 3: (2, 2, 2)}
 # Targets: ns per particle and step of a whole usl step on one core, at 1e5 and at 1e6 particles.
 TARGETS = {(2, "linear"): (13, 16), (2, "bspline2"): (16, 19), (2, "bspline3"): (21, 24), (2, "gimp"): (21, 24),
            (3, "linear"): (32, 42), (3, "bspline2"): (56, 63)}
 TIMES_FASTER = {"warp": 2, "taichi": 7}
-# About what a step takes, to choose the number of steps: {program: {dimension: ns per particle and step}}.
+# A rough time of a step, to choose the number of steps: {program: {dimension: ns per particle and step}}.
 ROUGH = {"warp": {2: 45, 3: 180}, "taichi": {2: 200, 3: 800}, "seed": {2: 330}}
 PEBBLE = {(1, basis): 10 for basis in BASES} | {key: ns for key, (_, ns) in TARGETS.items()} | {
     (3, "gimp"): 85, (3, "bspline3"): 170}
-MOST = 1000  # steps of a run: linear with usl is unstable, and in 1-D comes to grief after 2000
-SLOWER = 1.5  # what they take in the plan, over the above
+MOST = 1000  # steps of a run: linear with usl is unstable, and in 1-D it fails after 2000
+SLOWER = 1.5  # factor by which the plan takes steps to be slower than the above
 TIMEOUT = 900
 
 
@@ -73,7 +75,7 @@ def command_output(command, **more):
     return done.stdout
 
 
-# ---- What runs: each has `row` (what it is, for the table) and time() -> ns per particle and step
+# ---- What runs: each class has `row` (what it is, for the table) and time() -> ns per particle and step
 
 class Pebble:
     def __init__(self, args, scene, basis, update, steps, ranks=1, extra=()):
@@ -117,7 +119,7 @@ class Seed:
 
 
 class Peer:
-    """A process that has compiled its kernels and waits for numbers of steps."""
+    """A process in Taichi or Warp that has compiled its kernels and waits for numbers of steps."""
 
     def __init__(self, name, scheme, python, scene, steps):
         self.steps = steps
@@ -134,7 +136,7 @@ class Peer:
                         particles=scene.particles, per_cell=scene.ppc, processes=1, steps=steps)
 
     def answer(self):
-        for line in self.process.stdout:  # other lines are banners
+        for line in self.process.stdout:  # the other lines are greetings of the library
             if line.startswith("{"):
                 return json.loads(line)
         self.process.wait()
@@ -150,7 +152,7 @@ class Peer:
         return self.answer()
 
     def time(self):
-        return self.run(self.steps + 1)["ns"]  # the first is not timed
+        return self.run(self.steps + 1)["ns"]  # the first step is not timed
 
     def close(self):
         self.process.stdin.close()
@@ -172,7 +174,7 @@ class Results:
         print(f"  FAILED {text}", flush=True)
 
     def alternate(self, group, runs, repeats=None):
-        """Times all in turns; returns {name: row with min and median}, without those that failed."""
+        """Times all runs in turns; returns {name: row with min and median}, without those that failed."""
         times = {name: [] for name in runs}
         for _ in range(repeats or self.args.repeats):
             for name in list(times):
@@ -224,7 +226,7 @@ def judged(ratio):
 
 
 def table(ratios):
-    """Cells of the table of ratios: what, measured, of medians, target, met or missed."""
+    """Yields the cells of each row of the table of ratios: what, of minima, of medians, target, met or missed."""
     for r in ratios:
         form = "{:.1f} ns" if r["unit"] else "{:.2f}"
         bound = "" if r["target"] is None else f"{'>=' if r['at_least'] else '<='} {r['target']:g}{r['unit']}"
@@ -240,7 +242,7 @@ def choose(args, scene, ns, least, part=1.0):
 
 
 def rough(dim, basis, per_cell=9):
-    """About what a step of pebble takes."""
+    """A rough time of a step of pebble, ns a particle."""
     return PEBBLE[dim, basis] * (1.2 if per_cell < 8 else 1)
 
 
@@ -261,7 +263,7 @@ def close(a, b, tolerance):
 
 
 def seed(args, results):
-    for n in (1e5, 2.5e5):  # the seed's mesh has at most 500 cells a side: 2.5e5 particles at 4 per cell
+    for n in (1e5, 2.5e5):  # the serial program's mesh has at most 500 cells a side: 2.5e5 particles at 4 per cell
         scene = Scene(2, n, (2, 2), drift=False)
         check = Seed(args, scene, 10), Pebble(args, scene, "linear", "usf", 10)
         try:
@@ -281,7 +283,7 @@ def seed(args, results):
 
 
 def check_peer(args, peer, scene, scheme):
-    """Total mass and momentum; the kinetic energy of pebble's step, where the scheme is the same."""
+    """Checks total mass and momentum, and where the scheme is the same that the kinetic energy is that of pebble's step."""
     steps = 12
     ours = Pebble(args, scene, "bspline2", "usl", steps)
     ours.time()
@@ -292,7 +294,7 @@ def check_peer(args, peer, scene, scheme):
     for a, b in zip(theirs["momentum"], theirs["momentum_start"]):
         if abs(a - b) > 1e-10 * scale:
             raise Failed(f"{peer.label}: momentum {b} -> {a}")
-    # MLS-MPM is another scheme: it is only to compute the same motion.
+    # MLS-MPM is another scheme, which has to compute only about the same motion.
     if not close(theirs["kinetic"], ours.kinetic(), 1e-6 if scheme == "flip" else 1e-2):
         raise Failed(f"{peer.label}: kinetic energy {theirs['kinetic']}, pebble's {ours.kinetic()}")
 
@@ -342,7 +344,7 @@ def updates(args, results):
 
 
 def same_bits(results, group, name, runs, repeats=None):
-    """Times runs whose digests must be equal."""
+    """Times runs, and reports a problem unless their digests are equal."""
     rows = results.alternate(group, runs, repeats)
     digests = set().union(*(run.digests for run in runs.values()))
     if len(digests) > 1:
@@ -370,7 +372,7 @@ def small(args, results):
 
 
 def cells_of_matrix(args):
-    """(size asked for, scene, basis, steps, repeats) of each."""
+    """(size asked for, scene, basis, steps, repeats) of each entry of the matrix."""
     for dim in (1, 2, 3):
         for basis in BASES:
             for per_axis in PER_CELL[dim]:
@@ -393,11 +395,11 @@ def matrix(args, results):
 
 
 def plan(args):
-    """About how long the matrix takes, by size: start-up and end, then steps."""
+    """Says about how long the matrix takes, by size: start-up and end, then steps."""
     lines, total = [], 0.0
     for size in map(float, args.sizes.split(",")):
         cells = [cell[1:] for cell in cells_of_matrix(args) if cell[0] == size]
-        # On two processes about 1/1.7 of the time on one.
+        # On two processes a run takes about 1/1.7 of the time on one.
         minutes = sum(repeats * (0.6 + 1.2e-6 * scene.particles + (1 + 1 / 1.7) * 1e-9 * SLOWER * steps
                                  * scene.particles * rough(scene.dim, basis, scene.ppc))
                       for scene, basis, steps, repeats in cells) / 60
@@ -422,7 +424,7 @@ def modes(args, results):
 # ---- The peers' programs
 
 def install(args):
-    """Python of build/bench-venv; which of the peers it has; of the others, why not."""
+    """Returns the Python of build/bench-venv, which of the peers it has, and for the others the reason why not."""
     venv = os.path.join(ROOT, "build", "bench-venv")
     python, packages = os.path.join(venv, "bin", "python"), {"warp": "warp-lang", "taichi": "taichi"}
     with open(os.path.join(ROOT, "tools", "requirements-bench.txt")) as f:
@@ -453,7 +455,7 @@ def install(args):
 # ---- The machine, the plot, the document
 
 def machine(args):
-    """Lines that say what was measured where."""
+    """Lines that describe the machine and the programs of a measurement."""
     def first(path, pattern, default="unknown"):
         try:
             with open(path) as f:
@@ -515,7 +517,7 @@ def plot(results, path):
 
 
 def renew(path, mark, by, lines):
-    """Renews the section between the marks."""
+    """Replaces the section between the marks."""
     begin, end = f"<!-- {mark}: written by {by} -->", f"<!-- {mark}: end -->"
     with open(path) as f:
         text = f.read()
@@ -528,7 +530,7 @@ def renew(path, mark, by, lines):
 
 
 def record_matrix(args, results, lines):
-    """The matrix as a file, and as a table of ns and speed-ups."""
+    """Writes the matrix as a file, and as a table of ns and speed-ups."""
     columns = ["dim", "basis", "per_cell", "particles", "processes", "steps", "repeats", "min_ns", "median_ns"]
     rows = [row for row in results.series if row["group"] == "matrix"]
     path = os.path.join(args.docs, "data", "bench", "matrix.csv")
@@ -571,7 +573,7 @@ def main():
     p.add_argument("--seed", default="build/seed_serial")
     p.add_argument("--mpiexec", default="mpiexec")
     p.add_argument("--flags", default="", help="the compiler's flags, for the description of the machine")
-    p.add_argument("--flags-sums", help="those that transfer_sums.c gets besides")
+    p.add_argument("--flags-sums", help="the flags that transfer_sums.c gets besides")
     p.add_argument("--flags-seed", help="compiler and flags of seed_serial")
     p.add_argument("--cores", type=int, default=os.cpu_count(),
                    help="cores that are free; with fewer than processes these are started as in the tests")
@@ -579,7 +581,7 @@ def main():
     p.add_argument("--only", help="groups, separated by commas")
     p.add_argument("--no-peers", action="store_true", help="leave out Taichi and Warp")
     p.add_argument("--repeats", type=int, default=5)
-    p.add_argument("--seconds", type=float, default=0.8, help="about what one run's steps take")
+    p.add_argument("--seconds", type=float, default=0.8, help="about how long the steps of one run take")
     p.add_argument("--sizes", default=SIZES, help="particles of the matrix")
     p.add_argument("--plan", action="store_true", help="only say how long the matrix takes")
     p.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="where sections, data and plot go")

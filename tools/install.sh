@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Installs what is missing: `install.sh run` for building and running, `install.sh test` for the tests too,
+# This script installs what is missing: `install.sh run` for building and running, `install.sh test` for the tests too,
 # `install.sh simulate` for running and for the simulator, `install.sh report` for running and for the report.
-# Silent and quick when nothing is missing. System packages are installed on Debian and its kin, as root or
-# with a sudo that asks no password; elsewhere it says what to install. The Python packages go to .venv.
+# It is silent and quick when nothing is missing. It installs system packages on Debian and systems derived from it, as
+# root or with a sudo that asks no password; elsewhere it says what to install. The Python packages go to .venv.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 mode=${1:-run}
@@ -13,7 +13,7 @@ has()    { command -v "$1" >/dev/null 2>&1; }
 module() { local m; for m; do "$pkgconfig" --exists "$m" 2>/dev/null && return; done; return 1; }
 say()    { echo "install.sh: $*" >&2; }
 
-# The first Python of 3.11 to 3.14 (the ones that the pinned packages have wheels for) that can make a venv.
+# Finds the first Python of 3.11 to 3.14 (the pinned packages have wheels for these) that can make a venv.
 usable_python() {
   local p
   for p in python3 python3.{13,12,11,14} /usr/bin/python3; do
@@ -25,7 +25,7 @@ usable_python() {
 
 venv_works() { [ -x .venv/bin/python ] && [ -d .venv/installed ]; }
 
-# Debian packages that are missing, one a line.
+# Prints the Debian packages that are missing, one a line.
 missing() {
   has gcc || printf '%s\n' gcc libc6-dev
   has make || echo make
@@ -35,7 +35,7 @@ missing() {
     has mpicc || echo libopenmpi-dev
     has mpiexec || echo openmpi-bin
     module hdf5-openmpi hdf5-mpich hdf5 || echo libhdf5-openmpi-dev
-  else # that PETSc's own MPI, and its own HDF5 if it has one
+  else # use that PETSc's own MPI, and its own HDF5 if it has one
     local pc=$PETSC_DIR/${PETSC_ARCH:-}/lib/pkgconfig/petsc.pc cc lib
     cc=$("$pkgconfig" --variable=ccompiler "$pc" 2>/dev/null) || cc=
     lib=$("$pkgconfig" --variable=libdir "$pc" 2>/dev/null) || lib=
@@ -92,7 +92,7 @@ if [ -n "$packages" ]; then
   fi
 fi
 
-# ---- Python packages; .venv/installed/ keeps the lists that are in .venv
+# ---- Python packages; .venv/installed/ keeps the lists of packages that .venv has
 lists=(tools/requirements.txt)
 [ "$mode" = test ] && lists+=(tools/requirements-test.txt)
 [ "$mode" = report ] && lists+=(tools/requirements-report.txt)

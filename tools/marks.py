@@ -1,5 +1,5 @@
-"""Marked parts of documents, made by a program: blocks between the lines <!-- table NAME --> and <!-- end -->, and numbers
-in the text, <!-- number NAME -->3.14<!-- end -->."""
+"""Finds and renews the parts of documents that a program makes: tables between the lines <!-- table NAME --> and <!-- end -->,
+and numbers in the text, <!-- number NAME -->3.14<!-- end -->."""
 
 import re
 
@@ -10,12 +10,12 @@ def markdown(head, lines):
 
 
 def names(text):
-    """The blocks of a document, in order."""
+    """The names of the tables of a document, in sequence."""
     return re.findall(r"^<!-- table (\w+) -->$", text, flags=re.M)
 
 
 def renew(text, name, block):
-    """The document with the block of that name replaced; ValueError unless it has exactly one."""
+    """The document with the table of that name replaced by `block`; ValueError unless it has exactly one."""
     found, count = re.subn(
         rf"(<!-- table {name} -->\n).*?(<!-- end -->)", lambda m: f"{m[1]}\n{block}\n\n{m[2]}", text, flags=re.S
     )
@@ -28,7 +28,7 @@ NUMBER = r"(<!-- number (\w+) -->)([^<\n]*)(<!-- end -->)"
 
 
 def numbers(text, make):
-    """The document with each number anew: make(NAME)."""
+    """The document with each number replaced by make(NAME)."""
     if begins := re.search(r"^<!-- number (\w+)", text, flags=re.M):
         raise ValueError(f"the number {begins[1]} begins a line, which Markdown takes for the end of a paragraph")
     return re.sub(NUMBER, lambda m: m[1] + make(m[2]) + m[4], text)

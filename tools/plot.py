@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Draws a run: six snapshots of the particles, spread over its time, and below them a curve over time.
+"""Draws a run: six snapshots of the particles, spread over its time, and below them curves over time.
 
-Reads FILE.h5 and the history beside it (FILE.csv). Particles have their true size and are coloured by one quantity:
+It reads FILE.h5 and the history beside it (FILE.csv). Particles have their true size and are coloured by one quantity:
 
   stress        von Mises stress (1-D: the axial stress)
   pressure      minus the mean stress
@@ -13,7 +13,7 @@ Reads FILE.h5 and the history beside it (FILE.csv). Particles have their true si
   body          which body a particle belongs to
   or any field of the file's particles (of a vector or tensor, its magnitude)
 
-What is only rounding, such as the stress of a body that flies freely, is drawn as a constant. The curves below:
+A quantity that is only rounding, such as the stress of a body that flies freely, is drawn as a constant. The curves below are:
 
   energy        kinetic, strain and total (default)
   velocity      of the centre of mass
@@ -41,7 +41,7 @@ PANELS = 6
 STYLE = {"font.size": 9, "axes.titlesize": 9, "axes.linewidth": 0.6, "xtick.major.width": 0.6,
          "ytick.major.width": 0.6, "legend.frameon": False, "savefig.dpi": 200, "mathtext.fontset": "cm"}
 GREY = "0.45"
-# The view of 3-D runs: orthographic, from the front right and above. Rows: right and up on paper, towards the eye.
+# The view of 3-D runs: orthographic, from the front right and above. Its rows point to the right, up, and towards the eye.
 AZIMUTH, ELEVATION = np.radians(-58), np.radians(22)
 VIEW = np.array([[-np.sin(AZIMUTH), np.cos(AZIMUTH), 0],
                  [-np.sin(ELEVATION) * np.cos(AZIMUTH), -np.sin(ELEVATION) * np.sin(AZIMUTH), np.cos(ELEVATION)],
@@ -57,7 +57,7 @@ def text(value):
 
 
 def scale(largest, unit):
-    """What to multiply by, and the unit with a prefix, so that the largest number lies between 0.1 and 1000."""
+    """The factor to multiply by, and the unit with a prefix, so that the largest number lies between 0.1 and 1000."""
     steps = {"m": {1: "m", 1e3: "mm", 1e6: "µm"}, "s": {1: "s", 1e3: "ms", 1e6: "µs"},
              "Pa": {1e-9: "GPa", 1e-6: "MPa", 1e-3: "kPa", 1: "Pa"}, "J": {1e-6: "MJ", 1e-3: "kJ", 1: "J", 1e3: "mJ", 1e6: "µJ"}}
     for factor, name in sorted(steps.get(unit, {}).items()):
@@ -66,7 +66,7 @@ def scale(largest, unit):
     return 1, unit
 
 
-# ---- Exact solutions: displacements of the points X at the time t, as src/reference.c has them
+# ---- Exact solutions: displacements at time t of particles that started at X, as src/reference.c has them
 
 def exact(options, X, t):
     kind = options.get("mms_type", options.get("reference_type"))
@@ -110,7 +110,7 @@ def exact(options, X, t):
 # ---- Reading
 
 def read_options(line):
-    """The options of the run by name: a word that starts with a minus and a letter is one, what follows its value."""
+    """The options of the run by name: a word that starts with a minus and a letter is a name, what follows is its value."""
     options, name = {}, None
     for word in line.split():
         if word.startswith("-") and word[1:2].isalpha():
@@ -122,7 +122,7 @@ def read_options(line):
 
 
 def quantity(run, particles, name, time):
-    """One number a particle, its name, its unit, and whether its sign matters."""
+    """One number for each particle, its name, its unit, and whether its sign matters."""
     def read(field):
         if field not in particles:
             known = sorted({"stress", "pressure", "speed", "compression", "displacement", "error", "bands"} | set(particles))
@@ -158,7 +158,7 @@ def quantity(run, particles, name, time):
             low, high = run["start"][:, 0].min(), run["start"][:, 0].max()
             return np.floor(8 * (was[:, 0] - low) / (high - low) * (1 - 1e-9)) % 2, "band", "1", False
         u = x - was
-        for d in range(dim):  # a point that left through a periodic face has come in through the other
+        for d in range(dim):  # a particle that left through a periodic face has come in through the other
             if run["options"].get(f"bc_{'xyz'[d]}min_type") == "periodic":
                 length = run["upper"][d] - run["lower"][d]
                 u[:, d] -= length * np.round(u[:, d] / length)
@@ -172,7 +172,7 @@ def quantity(run, particles, name, time):
 
 
 def noise(run, name, time):
-    """What a quantity must exceed to be more than rounding."""
+    """The value that a quantity must exceed to be more than rounding."""
     extent, options = (run["upper"] - run["lower"]).max(), run["options"]
     if name in ("stress", "pressure"):
         moduli = [float(value) for option, value in options.items()
@@ -213,7 +213,7 @@ def read_run(path, field):
                                          "size": particles["volume"][...]**(1 / dim)})
     if not len(run["snapshots"][0]["values"]):
         fail(f"{path} has no particles")
-    # One prefix of units for all: lengths by the box, times by the last, the quantity by its largest.
+    # All snapshots share the prefixes of units: of lengths by the box, of times by the last, of the quantity by its largest value.
     largest = np.percentile(np.abs(np.concatenate([snapshot["values"] for snapshot in run["snapshots"]])), 99.5)
     factor, unit = scale(largest, unit) if largest > run["noise"] else (1, unit)
     unit = unit.replace("m3", "m$^3$")
@@ -250,7 +250,7 @@ def colours(run):
     if not len(values):
         fail("the values to draw are not finite")
     middle = (values.max() + values.min()) / 2
-    if np.ptp(values) <= max(2 * run["noise"], 1e-9 * abs(middle)):  # rounding: one colour
+    if np.ptp(values) <= max(2 * run["noise"], 1e-9 * abs(middle)):  # only rounding is left: one colour
         reach = abs(middle) if abs(middle) > run["noise"] else 1.0
         low = middle - reach if run["signed"] or middle > run["noise"] else 0
         return ScalarMappable(Normalize(low, low + 2 * reach), "coolwarm" if run["signed"] else "viridis"), "neither"
@@ -268,7 +268,7 @@ def colours(run):
 
 
 def box_edges(run):
-    """The 12 edges of the grid's box on paper, those behind the particles first, and how many these are."""
+    """The 12 edges of the grid's box on paper, those behind the particles first, and how many of them are behind."""
     corners = np.array(np.meshgrid(*zip(run["lower"], run["upper"]), indexing="ij")).reshape(3, -1).T
     behind = (corners @ VIEW[2]).argmin()
     edges = [(a, b) for a in range(8) for b in range(a) if a ^ b in (1, 2, 4)]
@@ -278,7 +278,7 @@ def box_edges(run):
 
 
 def draw_axes_names(axes, run):
-    """Names along the three edges at the front."""
+    """Writes names along the three edges at the front."""
     low, high = run["lower"], run["upper"]
     middle = (low + high) / 2
     places = {"x": (middle[0], low[1], low[2]), "y": (high[0], middle[1], low[2]), "z": (low[0], low[1], middle[2])}
@@ -293,8 +293,8 @@ def draw_axes_names(axes, run):
 
 
 def draw_particles(axes, run, snapshot, colour):
-    """Discs around the squares of the particles' area (3-D: in the cubes of their volume, a little larger), so that
-    a continuous body looks like one."""
+    """Draws each particle as the disc around the square of its area (in 3-D: a disc in the cube of its volume, a little larger), so that
+    a continuous body looks continuous."""
     dim, x = run["dim"], snapshot["x"]
     size = (1.15 if dim == 3 else np.sqrt(2)) * snapshot["size"]
     order, faces = np.arange(len(x)), colour.to_rgba(snapshot["values"])
@@ -326,7 +326,7 @@ def draw_particles(axes, run, snapshot, colour):
 
 
 def draw_line(axes, run, snapshot, colour):
-    """1-D: the quantity over x."""
+    """Draws the quantity over x, in 1-D."""
     values = np.concatenate([other["values"] for other in run["snapshots"]])
     low, high = min(values.min(), 0), max(values.max(), 0)
     margin = 0.06 * (high - low) or 1
@@ -337,7 +337,7 @@ def draw_line(axes, run, snapshot, colour):
 
 
 def draw_curves(axes, run, history, below):
-    """Over time: energies, the velocity of the centre of mass, or the error."""
+    """Draws energies, the velocity of the centre of mass, or the error over time."""
     if below == "error":
         times, values = np.array(run["error"]).T
         factor, unit = scale(values.max(), "m")
@@ -375,7 +375,7 @@ def draw(run, history, below, out):
     dim, count = run["dim"], len(run["snapshots"])
     columns = min(count, 3)
     rows = -(-count // columns)
-    # Panels as wide as the page allows, as high as the box needs.
+    # Panels are as wide as the page allows, and as high as the box needs.
     size = run["upper"][:2] - run["lower"][:2]
     if dim == 3:
         size = np.ptp(np.concatenate(box_edges(run)[0]), axis=0)

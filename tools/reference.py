@@ -5,7 +5,7 @@
 --pebble  the program (default: ./pebble of the checkout)
 --out     another file than docs/reference.md
 
-Needs no packages. The vocabulary itself is src/options.def.
+This program needs no packages. The options themselves are declared in src/options.def.
 """
 import argparse
 import os
@@ -35,8 +35,8 @@ A scene is a PETSc options file, one `-name value` a line:
   material, a declared body and a face (`xmin` `xmax` `ymin` `ymax` `zmin` `zmax`, as far as `-dim` goes).
 * A default *required* means that there is none. An option that is misspelt, out of range, of the wrong length, or that
   cannot matter in the scene is answered with one line on standard error and exit status 2, before anything is computed.
-  One that only this way to run has no use for, such as `-pool_cells` on one process or `-report_path` with `-dry_run`,
-  gets a `note`, and the run goes on: the same file serves one process and many.
+  An option that matters in the scene but not in this run, such as `-pool_cells` on one process or `-report_path` with
+  `-dry_run`, gets a `note`, and the run goes on: the same file serves one process and many.
 * Units are SI here; any consistent set of units works. Intervals: `[` and `]` include the bound, `(` and `)` do not.
 
 PETSc's own options of general use are understood too, e.g. `-log_view`; `pebble -help petsc` lists them, `pebble -version`
@@ -59,13 +59,13 @@ def ask(pebble):
 
 
 def split_allowed(text):
-    """The text without the allowed values at its end, and these: an interval or the values of an enumeration."""
+    """The text without the allowed values at its end, and these values: an interval or the values of an enumeration."""
     found = ALLOWED.match(text)
     return (found[1], found[2]) if found else (text, "")
 
 
 def parse(text):
-    """Groups of the help in order: [title, [(name, default, unit, meaning, allowed)]]. Lines that are neither a title nor
+    """Groups of the help in sequence: [title, [(name, default, unit, meaning, allowed)]]. Lines that are neither a title nor
     an option of the form above, such as those of PETSc, are passed over."""
     groups, title = [], "general"
     for line in text.splitlines():

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Time of a full step in ns per point, one process: a filled box that moves diagonally by about 5 % of a cell a step.
+"""Measures the time of a full step in ns per particle on one process: a filled box moves diagonally by about 5 % of a cell a step.
 
     tools/speed.py [--pebble ./pebble,other] [--sizes 1e5,1e6] [--updates usl,usf,musl] [--only linear2,...] [--repeat 3]
-    tools/speed.py -- -method_transfer apic        options of Pebble after --
+    tools/speed.py -- -method_transfer apic        options of Pebble follow after --
 
 Several programs are run in turn, so that their ratio holds on a noisy machine; the least time of the repeats counts.
 """
@@ -19,12 +19,12 @@ CASES = {"linear2": ("linear", 2), "quadratic2": ("bspline2", 2), "cubic2": ("bs
 
 
 def options(basis, dim, n, update, steps):
-    """Options of a block of cells, 9 points a cell in 2-D and 8 in 3-D, in a box of twice (1.6 times) its edge."""
+    """Options of a body of whole cells, with 9 particles a cell in 2-D and 8 in 3-D, in a grid of twice (1.6 times) its edge."""
     edge = round((n / 9) ** 0.5) if dim == 2 else round((n / 8) ** (1 / 3))
     cells = 2 * edge if dim == 2 else round(1.6 * edge)
     first = (cells - edge) // 4
-    h, c = 1 / cells, 36.69  # c: speed of waves in the material below
-    speed = 0.5 * c  # with dt = h/(10 c) 5 % of a cell a step
+    h, c = 1 / cells, 36.69  # c is the speed of waves in the material below
+    speed = 0.5 * c  # with dt = h/(10 c) this is 5 % of a cell a step
     vector = lambda x: ",".join([str(x)] * dim)
     return {"dim": dim, "grid_lower": vector(0), "grid_upper": vector(1), "grid_cells": vector(cells),
             "materials": "m", "material_m_model": "neohookean", "material_m_rho": 1000, "material_m_E": 1e6,
@@ -36,7 +36,7 @@ def options(basis, dim, n, update, steps):
 
 
 def seconds(pebble, opts, extra):
-    """Processor time of a run."""
+    """Processor time of a run, and what run() returns."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     rows = run(pebble, opts, extra)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -44,7 +44,7 @@ def seconds(pebble, opts, extra):
 
 
 def run(pebble, opts, extra):
-    """ns per point and step, and the lines of the phases."""
+    """ns per particle and step of each phase, and the digest, as the run prints them."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "speed.opts"
         path.write_text("".join(f"-{k} {v}\n" for k, v in opts.items()))

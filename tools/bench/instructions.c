@@ -1,5 +1,5 @@
-/* instructions.c - counts the instructions of one call of a function in another program, by single steps: exact, and
-   for every instruction that the processor has. (valgrind --tool=callgrind counts too, but knows no AVX-512.) x86-64
+/* instructions.c - counts the instructions of one call of a function in another program, by single steps. The count is
+   exact, for every instruction that the processor has. (valgrind --tool=callgrind counts too, but knows no AVX-512.) x86-64
    Linux.
 
      cc -O2 -o build/instructions tools/bench/instructions.c
@@ -17,11 +17,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define BASE 0x555555554000L /* of a position-independent program without randomisation */
+#define BASE 0x555555554000L /* where Linux loads a position-independent program without randomisation */
 
 static pid_t child;
 
-/* Goes on until the child stops by a trap; whether it still runs. */
+/* Lets the child go on until it stops by a trap; returns whether it still runs. */
 static int Go(int request)
 {
   int status, signal = 0;
@@ -51,7 +51,7 @@ int main(int argc, char **argv)
   }
   waitpid(child, NULL, 0);
   code = ptrace(PTRACE_PEEKTEXT, child, (void *)at, NULL);
-  for (long call = 0; call < wanted; call++) { /* a breakpoint there, taken away when it is met */
+  for (long call = 0; call < wanted; call++) { /* set a breakpoint there, and take it away when it is met */
     if (call && !Go(PTRACE_SINGLESTEP)) break;
     ptrace(PTRACE_POKETEXT, child, (void *)at, (void *)((code & ~0xffL) | 0xcc));
     if (!Go(PTRACE_CONT)) return fprintf(stderr, "the program ended before call %ld\n", call + 1), 1;
@@ -60,7 +60,7 @@ int main(int argc, char **argv)
     r.rip = (unsigned long long)at;
     ptrace(PTRACE_SETREGS, child, NULL, &r);
   }
-  while (Go(PTRACE_SINGLESTEP)) { /* until the return has taken its address from the stack */
+  while (Go(PTRACE_SINGLESTEP)) { /* step until the return has taken its address from the stack */
     const long stack = offsetof(struct user_regs_struct, rsp);
 
     count++;

@@ -1,9 +1,9 @@
-"""What the scripts of the peers share: the scene from the command line, and runs on request.
+"""The part that the scripts of the peers share: it takes the scene from the command line, and runs it on request.
 
     peer_NAME.py SCHEME DIM PARTICLES PER_AXIS...
 
-Prints a line when compiled and ready; then, for each line "STEPS" on standard input, starts the scene anew, runs one
-step that is not timed, times the steps after it, and prints a line of JSON. So a peer compiles once and waits while
+A peer prints a line when it is compiled and ready. Then, for each line "STEPS" on standard input, it starts the scene anew,
+runs one step that is not timed, times the steps after it, and prints a line of JSON. So a peer compiles once and waits while
 others run.
 """
 import json
@@ -23,7 +23,7 @@ def serve(make):
     if scheme not in SCHEMES:
         sys.exit(__doc__)
     scene = Scene(dim, particles, [int(p) for p in sys.argv[4:]])
-    x, v, volume = scene.points()
+    x, v, volume = scene.arrays()
     reset, steps, state, grid_mass = make(scene, scheme, volume)
     reset(x, v)
     steps(2)

@@ -1,7 +1,7 @@
-"""The step in Taichi, on one core, in double precision, written as its examples mpm128 and mpm3d are: a field for each
-quantity, one kernel a phase, loops over the 3^d nodes unrolled, sums to nodes with `+=`.
+"""The step in Taichi, on one core, in double precision, written as its examples mpm128 and mpm3d are. It has a field for each
+quantity, one kernel for each phase, and unrolled loops over the 3^d nodes; it sums to nodes with `+=`.
 
-flip: Pebble's scheme (stress last, gradients of the splines). mls: MLS-MPM with APIC, as in the examples.
+The scheme flip is Pebble's (stress last, gradients of the splines), mls is MLS-MPM with APIC, as in the examples.
 """
 import taichi as ti
 

@@ -1,7 +1,7 @@
-"""The step in Warp, on its CPU device (which has one thread), in double precision: an array for each quantity, one
-kernel a phase, loops over the 3^d nodes of constant length, sums to nodes with `wp.atomic_add` (on the CPU plain sums).
+"""The step in Warp, on its CPU device (which has one thread), in double precision. It has an array for each quantity, one
+kernel for each phase, and loops of constant length over the 3^d nodes; it sums to nodes with `wp.atomic_add` (on the CPU plain sums).
 
-flip: Pebble's scheme (stress last, gradients of the splines). mls: MLS-MPM with APIC.
+The scheme flip is Pebble's (stress last, gradients of the splines), mls is MLS-MPM with APIC.
 """
 import numpy as np
 import warp as wp

@@ -1,10 +1,10 @@
-"""The work that `make bench` times: one description, from which Pebble's options and the points of the peers are made.
+"""Describes the work that `make bench` times, once: Pebble's options and the particles of the peers are made from it.
 
-A block of neo-Hookean material, plane strain in 2-D, in the middle of a box that is about twice as wide. Its left half
-moves at +2 m/s along x, its right half at -2 m/s, and all of it drifts along the diagonal by 5 % of a cell a step. With
-the linear basis the halves move at 1e-3 m/s only: there usl is unstable when points under stress cross cells, and the
-work is the same. E = 1e6 Pa, nu = 0.3, rho = 1000 kg/m^3, dt = 0.2 h/c. The lattice of points is shifted by a part of a
-cell, so that points cross cells at different steps along each axis.
+The scene is a body of neo-Hookean material, in plane strain in 2-D, in the middle of a box that is about twice as wide. Its left
+half moves at +2 m/s along x, its right half at -2 m/s, and all of it drifts along the diagonal by 5 % of a cell a step. With
+the linear basis the halves move at 1e-3 m/s only: there usl is unstable when particles under stress cross cells, and the
+work is the same. E = 1e6 Pa, nu = 0.3, rho = 1000 kg/m^3, dt = 0.2 h/c. The lattice of particles is shifted by a part of a
+cell, so that particles cross cells at different steps along each axis.
 """
 import math
 
@@ -16,10 +16,10 @@ OFFSET = (0.137, 0.071, 0.203)
 
 
 class Scene:
-    """Sizes in cells: `grid` of the box and `body` of the block, along each axis."""
+    """`grid` is the size of the box and `body` that of the body, in cells along each axis."""
 
     def __init__(self, dim, particles, per_axis, drift=True):
-        """per_axis: points a cell along each axis. Without drift: the block of tests/seed_serial.c (2-D)."""
+        """per_axis: particles a cell along each axis. Without drift it is the body of tests/seed_serial.c (2-D)."""
         self.dim, self.per_axis = dim, tuple(per_axis)
         self.ppc = math.prod(self.per_axis)
         self.body = max(4, round((particles / self.ppc) ** (1 / dim)))
@@ -44,7 +44,7 @@ class Scene:
         return self.lower()[0] + 0.5 * self.body * self.h
 
     def room(self):
-        """Steps until the block comes near the wall."""
+        """Steps until the body comes near the wall."""
         left = self.grid - self.start - self.body - 3
         speed = (self.drift + HALF) * self.dt / self.h
         return int(left / speed)
@@ -68,8 +68,8 @@ class Scene:
             f"-method_basis {basis}", f"-method_update {update}", "-method_transfer flip", f"-dt_size {self.dt:.17g}",
             "-time_end 1e6", f"-time_max_steps {steps}", "-history_every 1e9", ""])
 
-    def points(self):
-        """NumPy arrays x and v [N, dim], in the order of cells (the last axis runs fastest), and a point's volume."""
+    def arrays(self):
+        """NumPy arrays x and v [N, dim] of the particles, in the order of cells (the last axis runs fastest), and a particle's volume."""
         import numpy as np
         axes = [(np.arange(self.body * p) + 0.5) / p + self.start + o for p, o in zip(self.per_axis, self.offset)]
         x = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, self.dim)

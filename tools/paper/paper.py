@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The studies of docs/paper.md: runs them, writes their tables as CSV, draws the figures, renews the tables of the text.
+"""Runs the studies of docs/paper.md, writes their tables as CSV, draws the figures, renews the tables of the text.
 
-`make paper` calls it. The tables stand in docs/paper.md between the lines <!-- table NAME --> and <!-- end -->.
+`make paper` calls this program. The tables stand in docs/paper.md between the lines <!-- table NAME --> and <!-- end -->.
 """
 import argparse
 import concurrent.futures
@@ -28,7 +28,7 @@ from marks import markdown, renew  # noqa: E402 (after the path)
 
 STYLE = {"font.size": 9, "axes.titlesize": 9, "axes.linewidth": 0.6, "xtick.major.width": 0.6, "ytick.major.width": 0.6,
          "legend.frameon": False, "savefig.dpi": 130, "mathtext.fontset": "cm", "lines.linewidth": 1.3, "lines.markersize": 4}
-# name: options, label, colour, marker; the order of legends and tables
+# name: options, label, colour, marker; legends and tables have the same sequence
 METHODS = {
     "linear": ("-method_basis linear", "linear", "tab:red", "o"),
     "ugimp": ("-method_basis gimp -method_gimp_update none", "GIMP", "tab:olive", "v"),
@@ -109,7 +109,7 @@ def exact(X, t, A):
 
 
 def check_body_force():
-    """b against u_tt - dP/dX by central differences: no run is worth its time with a wrong formula."""
+    """Checks b against u_tt - dP/dX by central differences, since no run is worth its time with a wrong formula."""
     rng, e, worst = np.random.default_rng(1), 1e-4, 0
     for A in SMALL, LARGE:
         X, t = rng.random(1000), rng.random(1000)
@@ -135,7 +135,7 @@ class Runner:
         return list(csv.DictReader(subprocess.run([self.tool, what], check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines()))
 
     def simulate(self, name, scene, options):
-        """Runs a scene. True if it reached its end, False if the program stopped it (a point left or turned inside out)."""
+        """Runs a scene. True if it reached its end, False if the program stopped it (a particle left the grid, or its deformation inverted)."""
         with open(self.path(name + ".opts"), "w") as file:
             file.write(scene)
         command = [self.pebble, "-options_file", self.path(name + ".opts"), "-output_dir", self.path(""), *options.split()]
@@ -157,7 +157,7 @@ class Runner:
         return worst if done else np.inf
 
     def mode(self, method, update):
-        """Time and energy over that of the start."""
+        """Whether the run reached its end, its times, and the energy at these over that at the start."""
         name = f"mode_{method}_{update}"
         done = self.simulate(name, MODE, f"{METHODS[method][0]} -method_update {update}")
         line = np.genfromtxt(self.path(name + ".csv"), delimiter=",", names=True)
@@ -183,7 +183,7 @@ class Runner:
 # ---- Text
 
 def number(x):
-    """Two digits: 0.018, 6.2e-4."""
+    """A number with two digits: 0.018, 6.2e-4."""
     if not np.isfinite(x):
         return "stops"
     if x >= 0.995e-2:
@@ -193,7 +193,7 @@ def number(x):
 
 
 def slope(axes, x, y, order, text, dx=1.04, dy=1.0, align="left"):
-    """A thin line of the given order through (x[0], y), with its name at its end."""
+    """Draws a thin line of the given order of convergence through (x[0], y), with its name at its end."""
     x = np.array(x, float)
     axes.plot(x, y * (x / x[0])**order, color="0.55", linewidth=0.8, linestyle=":", zorder=0)
     axes.text(x[-1] * dx, y * (x[-1] / x[0])**order * dy, text, color="0.4", fontsize=8, va="center", ha=align)
@@ -324,7 +324,7 @@ def per_cell(run):
     return {"ppc": markdown(["h", "update", "basis", *(f"r = {r}" for r in PER_CELL)], lines)}
 
 
-# ---- 3. Points that cross cells
+# ---- 3. Particles that cross cells
 
 def stress(run, method, A, r, n, when):
     """The stress along the bar at a time, and its rms error over the largest stress."""

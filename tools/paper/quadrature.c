@@ -4,7 +4,7 @@
 
    usage: quadrature force | jumps | worst      CSV on standard output; lengths in cells, so that r = 1/b
 
-   The sum over points is the midpoint rule on voxels that fill the bar: f_i = sum V_p phi_i'(x_p). A basis of degree k
+   The sum over particles is the midpoint rule on voxels that fill the bar: f_i = sum V_p phi_i'(x_p). A basis of degree k
    has breaks, where phi^(k) jumps by J; the rule is right for the smooth rest and errs by its breaks alone,
      one voxel, its centre d voxels from a break:   J b^k (1/2 - |d|)^k/k!        (up to a sign, and to the term that
                                                                                    cancels between breaks)

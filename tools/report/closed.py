@@ -1,4 +1,4 @@
-"""The closed form of the report's scenes: constants, the program's own word on them, shares, comparison with the simulator."""
+"""The closed form of the report's scenes: constants, what the program prints of them, shares, comparison with the simulator."""
 
 import math
 import os
@@ -13,13 +13,13 @@ from data import rows as rows_of
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 FAR = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4096, 32768, 262144, 1000000)
-# The cluster of all closed forms and simulations: latency 1 us, 0.3 us of a processor on either side of a message, 12.5 GB/s.
+# All closed forms and simulations have this cluster: latency 1 us, 0.3 us of a processor on either side of a message, 12.5 GB/s.
 LATENCY, OVERHEAD, WIRE = 1e-6, 0.3e-6, 0.08e-9
 NETWORK = dict(message=LATENCY + 2 * OVERHEAD, post=2 * OVERHEAD, wire=WIRE, reduction=LATENCY + 2 * OVERHEAD)
-# Scenes of the closed form: options, cells of the box, what it is
+# Scenes of the closed form: name of the options, cells of the box, what it is
 BOXES = {"box2d": ((256, 256), "filled box, 2-D linear"), "box3d": ((32, 32, 32), "filled box, 3-D quadratic")}
 WEAK = 16384  # particles a process
-PATCH = 16  # cells of a patch of the pool on an axis, unless -pool_cells says so
+PATCH = 16  # cells of a patch of the pool on an axis, unless -pool_cells says otherwise
 SMALL = {"box2d": (64, 64), "box3d": (16, 16, 8)}  # cells of a process in weak.csv and weak-large.csv
 LARGE = {"box2d": (512, 512), "box3d": (64, 64, 32)}  # cells of the simulated runs of strong-large.csv
 WAYS = {
@@ -60,7 +60,7 @@ def combine(lines, repeats):
 
 
 class ClosedForm:
-    """What tables and figures have in common."""
+    """The part that tables and figures have in common."""
 
     def __init__(self, args):
         self.args, self.data, self.missing = args, Data(args.data), []
@@ -86,7 +86,7 @@ class ClosedForm:
 
     def calibrate(self, repeats):
         """docs/data/models/*.model from several calibrations, since other work on the machine disturbs them: times of a particle,
-        node, message or byte only get longer by it, so the least counts; constants that are differences, the median."""
+        node, message or byte only get longer by it, so the least counts; of constants that are differences the median counts."""
         folder = os.path.join(self.args.data, "models")
         os.makedirs(folder, exist_ok=True)
         for name in BOXES:
@@ -103,7 +103,7 @@ class ClosedForm:
 
     # ---- The closed form
     def closed(self, name):
-        """The model of a box on the cluster, held against the program's."""
+        """The model of a box on the cluster, after a comparison with what the program prints."""
         if name not in self.models:
             path = self.data.model(name)
             m = model.load(path).with_network(**NETWORK)
@@ -111,7 +111,7 @@ class ClosedForm:
             options = "-options_file", os.path.join(HERE, f"{name}.opts"), "-parallel_migrate", "direct", "-dry_run"
             model.save(m, file, path)
             said = model.parse(self.pebble(*options, "-model_file", file))
-            if "calibrated" not in said.get("constants", ""):  # of a machine with other vectors: its constants are as good
+            if "calibrated" not in said.get("constants", ""):  # it is of a machine with vectors of another width: its constants are as good
                 model.save(m, file, path, said["lanes"])
                 said = model.parse(self.pebble(*options, "-model_file", file))
             if "calibrated" not in said.get("constants", ""):
@@ -143,7 +143,7 @@ class ClosedForm:
         return e
 
     def cut(self, name, processes):
-        """Processes along each axis: the program's cut of a box, in the runs whose messages were counted."""
+        """Processes along each axis, as the program cut a box in the runs whose messages were counted."""
         for row in rows_of(self.data.need("scaling/counts.csv", "`make scaling`")[0]):
             if (row["scene"], row["strategy"], row["processes"]) == (name, "spatial", processes):
                 return [int(p) for p in str(row["grid"]).split("x")]
@@ -156,16 +156,16 @@ class ClosedForm:
 
     @staticmethod
     def best_pool(m, s, processes):
-        """Seconds of a step of the pool with the best patches, those of Model.patch."""
+        """Seconds of a step of the pool with the best patches, which Model.patch finds."""
         return m.pool(model.replace(s, processes=processes), m.patch(s))[0]
 
     def injected(self, name, cells, cut):
-        """The model with the costs that the simulator injects, and none that it does not know; particles that change process in a
-        step, and the chance that a row of them crosses a cut of an axis."""
+        """The model with the costs that the simulator injects, and no others; particles that change process in a step; and the
+        probability that a row of them crosses a cut of an axis."""
         costs, dim = self.data.costs()[name], len(BOXES[name][0])
         m = model.Model(dim, {"box2d": "linear", "box3d": "bspline2"}[name], "usl", origin="costs.csv")
         for k, each in (("P2G", costs["P2G"]), ("ADVANCE", 2**dim * costs["ADVANCE"]), ("G2P", costs["G2P"]), ("SORT", costs["SORT"])):
-            m.rates[k] = model.Rate(0, (1, 2, 3), (each, each, each))  # ADVANCE: of a node; in costs.csv of a particle
+            m.rates[k] = model.Rate(0, (1, 2, 3), (each, each, each))  # ADVANCE is of a node here; in costs.csv it is of a particle
         # Particles of these boxes cross a cut in whole layers, 2 a cell: q is the number of layers a step, not of particles.
         # (Rubber, sound at 36.7 m/s; 4 sin(pi x/L) m/s along each axis; dt = 0.4 h/(c + |v|).)
         step = 0.4 / (36.7 + 4 * math.sqrt(m.dim))
@@ -173,7 +173,7 @@ class ClosedForm:
         crossing = sum(sum(q) * 2 ** (dim - 1) * math.prod(cells) / c for q, c in zip(layers, cells))
         crossed = [q for axis in layers for q in axis]
         p = 1 - math.exp(-sum(crossed))
-        # 0.2 ns a byte of sums at either end; motion is sent for nothing. The pool's master packs for 0.2 and takes in for 0.11 ns a byte.
+        # Sums cost 0.2 ns a byte at either end; motion is sent without cost. The pool's master packs for 0.2 and takes in for 0.11 ns a byte.
         m.numbers = {"copy": 0, "kept": 0.4e-9, "farm": 0.155e-9, "chunk": 500e-9, "migration[0].process": 0, "migration[1].process": 0}
         m = m.with_network(**NETWORK)
         for k in (0, 1):
@@ -181,14 +181,14 @@ class ClosedForm:
             m.numbers[f"migration[{k}].call"] = costs["SWARM"] if k == 0 else 0
             for part in ("call", "stage", "process", "point"):
                 m.numbers[f"migration[{k}].{part}"] *= p
-            # direct: half of it stands at either end of the way, and both ends wait at the same time; the bytes are the network's.
+            # direct: half of the cost arises at either end, and both ends wait at the same time; the bytes are the network's.
             m.numbers[f"migration[{k}].leaver"] = k * 0.5 * costs.get("LEAVER", 0) + WIRE * (12 + m.bytes("id x cell v F"))
         waits = 1 - math.prod(1 - q for q in crossed) ** (1 / max(1, sum(p > 1 for p in cut)))
         return m, crossing, waits
 
     def against_simulation(self, which="spatial, direct"):
-        """Rows: scene, study, processes, cut, simulated s, closed form s, imbalance in the simulation, by formula: of the cuts that
-        the simulated runs had, or of the pool with patches of the program's size. All ran on the cluster without a fabric."""
+        """Rows of scene, study, processes, cut, simulated s, closed form s, imbalance in the simulation and by formula, for the cuts that
+        the simulated runs had, or for the pool with patches of the program's size. All ran on the cluster with one switch."""
         out = []
         for study in ("strong", "strong-large", "weak", "weak-large"):
             try:
@@ -214,7 +214,7 @@ class ClosedForm:
                         nodes = math.prod(c + 1 for c in cells)
                         t, imbalance = m.pool(model.Share(row["particles"], nodes, processes=ranks), PATCH)[0], 1
                     else:
-                        t, imbalance = m.box(cells, cut, 2**m.dim, *crossing)  # that any do is in the constants
+                        t, imbalance = m.box(cells, cut, 2**m.dim, *crossing)  # the probability that any particle migrates is in the constants
                     out.append(
                         (name, study.split("-")[0], ranks, row["cut"], row["seconds_per_step"], t, row["imbalance"], imbalance)
                     )
@@ -237,8 +237,8 @@ class ClosedForm:
         return self.injected(name, cells, one)[0].box(cells, one, 2 ** len(cells), 0)[0]
 
     def simulated_alone(self, name):
-        """Seconds of a step on one process in the simulated runs of weak scaling: the closed form charges the order of the particles in
-        each step, a run of few of them in those alone in which some changed cell."""
+        """Seconds of a step on one process in the simulated runs of weak scaling. The closed form counts the sorting of particles in each
+        step, but a run with few particles sorts only in steps in which some changed cell."""
         for study in ("weak-large", "weak"):
             try:
                 rows = self.data.simulated(study)
@@ -250,8 +250,8 @@ class ClosedForm:
         return self.alone(name, SMALL[name])
 
     def boxes(self, name, ranks, swarm=False):
-        """Weak efficiency with the costs that the simulator injects, and imbalance: of the boxes that the program chose in the
-        simulated run, or beyond these of one box of equally many cells each."""
+        """Weak efficiency with the costs that the simulator injects, and imbalance, of the boxes that the program chose in the
+        simulated run, or where there is none of boxes with equally many cells each."""
         cuts = {}
         for study in ("weak", "weak-large"):
             try:

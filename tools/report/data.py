@@ -1,4 +1,4 @@
-"""What the report is made of: the CSV files of docs/data, as rows with numbers, and the calibrations of the model."""
+"""Reads what the report is made of: the CSV files of docs/data, as rows with numbers, and the calibrations of the model."""
 
 import csv
 import glob
@@ -8,7 +8,7 @@ ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)),
 
 
 class Missing(Exception):
-    """Data that a block needs is not there: says which, and how to get it."""
+    """Data that a table needs are missing; the message says which, and how to get them."""
 
 
 def value(text):
@@ -81,7 +81,7 @@ class Data:
         return out
 
     def validation(self):
-        """Predicted beside measured: rows with `predicted` and `measured` s a step."""
+        """Rows with `predicted` and `measured` s a step."""
         out = []
         for path in self.files("scaling/*.csv") + self.files("validation/*.csv") + self.files("*.csv"):
             for row in rows(path):

@@ -1,5 +1,5 @@
-"""The figures of docs/report.md. Marks mean evidence: filled = measured, open = critical path, crosses = simulated, lines =
-closed form."""
+"""Draws the figures of docs/report.md. The marks show the class of the evidence: filled = measured, open = critical path, crosses =
+simulated, lines = closed form."""
 
 import math
 import os
@@ -130,7 +130,7 @@ def messages(path, imbalance, size):
 
 
 def shares(path, panels):
-    """panels: {title: [(processes, {part: seconds})]}: where the time of a step goes."""
+    """Draws where the time of a step goes. panels: {title: [(processes, {part: seconds})]}"""
     figure, axes = plt.subplots(1, len(panels), figsize=(7.6, 3.2), layout="constrained", squeeze=False)
     names = list(dict.fromkeys(name for bars in panels.values() for _, parts in bars for name in parts))
     for at, (title, bars) in zip(axes[0], panels.items()):
@@ -146,7 +146,7 @@ def shares(path, panels):
         )
         at.set(title=title, xlabel="processes", ylabel="µs a step (closed form)")
     handles, labels = axes[0][0].get_legend_handles_labels()
-    figure.legend(handles[::-1], labels[::-1], loc="outside right center", fontsize=7)  # in the order of the bars
+    figure.legend(handles[::-1], labels[::-1], loc="outside right center", fontsize=7)  # in the sequence of the bars
     finish(figure, path)
 
 

@@ -1,7 +1,7 @@
-"""The performance model of src/model.c once more, in Python, for what `pebble -dry_run` does not print: full blocks on up to a
-million processes, dearer materials, constants of another network. `agrees` holds it against the program.
+"""The performance model of src/model.c once more, in Python, for what `pebble -dry_run` does not print: full cubes on up to a
+million processes, more expensive materials, constants of another network. `agrees` compares it with the program.
 
-Symbols are those of docs/report.md, section 5. Times in s, sizes in particles, nodes and bytes.
+Symbols are those of docs/report.md, section 5. Times are in s, sizes in particles, nodes and bytes.
 """
 
 import copy
@@ -11,29 +11,29 @@ import re
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-NODES = {"linear": 2, "gimp": 3, "bspline2": 3, "bspline3": 4}  # of the stencil along an axis
-# The phases of a step: name, kind, fields in, fields out, and of those to nodes the sums (mass, momentum, force).
+NODES = {"linear": 2, "gimp": 3, "bspline2": 3, "bspline3": 4}  # nodes of the stencil along an axis
+# The phases of a step have a name, a kind, fields in, fields out, and if they sum to nodes the sums (mass, momentum, force).
 PHASES = {
     "usl": [
         ("P2G", "to_nodes", "x cell v F", "", "mpf"),
         ("ADVANCE", "nodes", "", "", ""),
-        ("G2P", "to_points", "id x cell v F", "x cell v F", ""),
+        ("G2P", "to_particles", "id x cell v F", "x cell v F", ""),
     ],
     "usf": [
         ("P2G_MASS", "to_nodes", "x cell v", "", "mp"),
         ("VELOCITY", "nodes", "", "", ""),
-        ("G2P_STRESS", "to_points", "id x cell F", "F", ""),
+        ("G2P_STRESS", "to_particles", "id x cell F", "F", ""),
         ("P2G_FORCE", "to_nodes", "x cell F", "", "f"),
         ("ADVANCE", "nodes", "", "", ""),
-        ("G2P_MOTION", "to_points", "id x cell v", "x cell v", ""),
+        ("G2P_MOTION", "to_particles", "id x cell v", "x cell v", ""),
     ],
     "musl": [
         ("P2G", "to_nodes", "x cell v F", "", "mpf"),
         ("ADVANCE", "nodes", "", "", ""),
-        ("G2P_MOTION", "to_points", "x cell v", "v dx", ""),
+        ("G2P_MOTION", "to_particles", "x cell v", "v dx", ""),
         ("P2G_MOMENTUM", "to_nodes", "x cell v", "", "p"),
         ("VELOCITY", "nodes", "", "", ""),
-        ("G2P_STRESS", "to_points", "id x cell F dx", "x cell F", ""),
+        ("G2P_STRESS", "to_particles", "id x cell F dx", "x cell F", ""),
     ],
 }
 TILE = {"linear": 2, "gimp": 4, "bspline2": 4, "bspline3": 4}  # cells of a tile on an axis
@@ -45,19 +45,20 @@ def log2(processes):
 
 @dataclass
 class Share:
-    """What one process has: particles, nodes, ghost nodes as tiles send them, neighbours; the whole run's number of processes and particles that
-    change process in a step; particles of a row along the cuts here, and the chance that a row crosses a cut of an axis."""
+    """The share of one process: particles, nodes, ghost nodes as tiles send them, neighbours; the whole run's number of processes, and
+    of particles that change process in a step; particles of a row along the cuts here, and the probability that a row crosses a cut
+    of an axis."""
 
-    points: float
+    particles: float
     nodes: float
     ghosts: float = 0
     neighbours: float = 0
     processes: int = 1
     crossing: float = 0
-    axes: int = 0  # that are cut
+    axes: int = 0  # axes that are cut
     row: float = 0
     waits: float = 0
-    received: float = None  # ghost nodes of those below that are sent here; None: as many as its own
+    received: float = None  # ghost nodes of the processes below whose sums come here; None: as many as its own
 
 
 class Part(NamedTuple):
@@ -103,7 +104,7 @@ class Model:
         return sum({"m": 1, "p": self.dim, "f": self.dim}[p] for p in parts) + (3 - self.dim if parts == "mpf" else 0)
 
     def spread(self, power):
-        """How many tiles reach a node, on so many axes."""
+        """How many tiles reach a node, over `power` axes."""
         return (1 + (NODES[self.basis] - 1) / TILE[self.basis]) ** power
 
     def ghosts(self, sides):
@@ -123,21 +124,21 @@ class Model:
             rate = self.rates.get(name, none)
             if kind == "to_nodes":
                 kept = s.ghosts if s.received is None else (s.ghosts + s.received) / 2
-                t[name] = rate.seconds(s.points) + posts + kept * self.spread(self.dim - 1) * self.sums(sums) * 8 * m["kept"]
+                t[name] = rate.seconds(s.particles) + posts + kept * self.spread(self.dim - 1) * self.sums(sums) * 8 * m["kept"]
             elif kind == "nodes":
                 t[name] = rate.seconds(s.nodes) + posts + way + s.ghosts * 2 * self.dim * 8 * (m["wire"] + m["copy"])
             else:
-                t[name] = rate.seconds(s.points)
+                t[name] = rate.seconds(s.particles)
         for name in "SORT", "SETTLE":
-            t[name] = self.rates.get(name, none).seconds(s.points)
+            t[name] = self.rates.get(name, none).seconds(s.particles)
         way = {k: m[f"migration[{int(self.direct)}].{k}"] for k in ("call", "stage", "process", "point", "leaver")}
         chance = 1 - math.exp(-s.crossing) if s.processes > 1 else 0
         stages = s.axes if self.direct else log2(s.processes)
         t["MIGRATE"] = chance * (
-            way["call"] + way["stage"] * stages + way["point"] * s.points + way["process"] * s.processes
+            way["call"] + way["stage"] * stages + way["point"] * s.particles + way["process"] * s.processes
         ) + way["leaver"] * s.row * s.waits
         t["REDUCE"] = self.rates.get("REDUCE", none).call + log2(s.processes) * m["reduction"]
-        t["other"] = self.rates.get("other", none).seconds(s.points)
+        t["other"] = self.rates.get("other", none).seconds(s.particles)
         return t
 
     def step(self, s):
@@ -150,9 +151,9 @@ class Model:
         chunks, wide, size = max(1, s.nodes / edge**self.dim), (edge + NODES[self.basis] - 1) ** self.dim, {}
         for name, kind, fields, back, sums in PHASES[self.update]:
             if kind == "to_nodes":
-                size[name] = s.points * self.bytes(fields) + s.nodes * self.spread(self.dim) * 8 * self.sums(sums)
-            elif kind == "to_points":
-                size[name] = s.points * (self.bytes(fields) + self.bytes(back)) + chunks * wide * 8 * 2 * self.dim
+                size[name] = s.particles * self.bytes(fields) + s.nodes * self.spread(self.dim) * 8 * self.sums(sums)
+            elif kind == "to_particles":
+                size[name] = s.particles * (self.bytes(fields) + self.bytes(back)) + chunks * wide * 8 * 2 * self.dim
         return chunks, size
 
     def pool(self, s, edge):
@@ -164,7 +165,7 @@ class Model:
         for name, size in sizes.items():
             one = alone.pop(name)
             master = chunks * (m["chunk"] + m["message"]) + size * (m["farm"] + m["wire"])
-            work = self.rates[name].seconds(s.points) if name in self.rates else one
+            work = self.rates[name].seconds(s.particles) if name in self.rates else one
             busy += master
             total += max(master, (work + master) / min(s.processes - 1, chunks)) + (work + 2 * master) / chunks
         rest = sum(alone.values())
@@ -177,7 +178,7 @@ class Model:
 
     # ---- Shares
     def cube(self, n, per_cell, processes, moved):
-        """One of many cubes of a full block, n particles each, the fastest of which moves by so many cells a step."""
+        """One of many full cubes of n particles each, the fastest of which moves by `moved` cells a step."""
         reach, cells = NODES[self.basis] - 1, n / per_cell
         side = cells ** (1 / self.dim)
         s = Share(n, (side + reach) ** self.dim, processes=processes)
@@ -209,8 +210,8 @@ class Model:
         return [Part(sum(load[a:b]), b - a, min(reach, cells + 1 - b), min(reach, a)) for a, b in zip(cuts, cuts[1:])]
 
     def box(self, cells, cut, per_cell, crossing, waits=0):
-        """Seconds of a step, and the imbalance, of a full box that is cut into cut[0] x cut[1] ... boxes: of the slowest process,
-        for the better rounding of the cuts. crossing and waits as in Share."""
+        """Seconds of a step, and the imbalance, of a full box that is cut into cut[0] x cut[1] ... boxes. Both are of the slowest process,
+        for the better rounding of the cuts. crossing and waits are those of Share."""
         found = []
         for ups in itertools.product((False, True), repeat=len(cut)):
             slowest, most = 0.0, 0.0
@@ -241,9 +242,10 @@ class Model:
         return other
 
     def with_network(self, message, post, wire, reduction):
-        """The same processor, another network; what of migration is messages follows, as in src/calibrate.c. What an exchange
-        costs beyond its messages is the waiting of two processes of this machine: none of a network's business. A network carries
-        bytes while the master of a pool packs others, where processes that share memory copy them: the longer of both counts."""
+        """The same processor with another network; the part of migration that is messages changes with it, as in src/calibrate.c. What an
+        exchange costs beyond its messages is the waiting of two processes of this machine, so it is no property of a network. A
+        network carries bytes while the master of a pool packs others, where processes that share memory copy them: the longer of
+        both counts."""
         return self.with_(
             exchange=0,
             farm=max(0, self.numbers["farm"] - wire),
@@ -255,8 +257,8 @@ class Model:
         )
 
     def dearer(self, seconds):
-        """A law that takes so much longer for each particle and evaluation; it is evaluated once a step, in the sum of
-        forces."""
+        """The model with a law that takes so many seconds more for each particle and evaluation; it is evaluated once a step, in the sum
+        of forces."""
         other = copy.deepcopy(self)
         name = next(p[0] for p in PHASES[self.update] if "f" in p[4])
         r = other.rates[name]
@@ -265,7 +267,7 @@ class Model:
 
 
 def load(path):
-    """A model from a file that `pebble -model_calibrate` wrote. Rates go by their names, since their numbers may change."""
+    """Reads a model from a file that `pebble -model_calibrate` wrote. Rates are found by their names, since their numbers may change."""
     with open(path) as f:
         text = f.read()
     method = re.search(r"^method (\d)-D:(\d+):\S*", text, re.M)
@@ -284,7 +286,7 @@ def load(path):
 
 
 def save(model, path, like, lanes=None):
-    """Writes a calibration's file `like` with the rates and numbers of this model; as if of so many lanes."""
+    """Writes a calibration's file `like` with the rates and numbers of this model; with `lanes`, as if it were of so many lanes."""
     with open(like) as f:
         text = f.read()
 
@@ -304,7 +306,7 @@ def save(model, path, like, lanes=None):
 
 # ---- What the program says
 def parse(text):
-    """The table and the lines below it that `pebble -dry_run` prints of the model."""
+    """Reads the table that `pebble -dry_run` prints of the model, and the lines below it."""
     out = {"rows": {}, "blocks": {}}
     for line in text.splitlines():
         if m := re.match(r" +(\d+) +(\S+) +(\S+) +(\S+) +(\S+)(?: +(\S+) +(\S+))?$", line):
@@ -324,8 +326,8 @@ def parse(text):
             out["blocks"] = {int(p): float(n) for n, p in re.findall(r"([-+.\de]+) on (\d+)", line)}
         if m := re.search(r"\|v\|=(\S+) m/s   dt=(\S+) s", line):
             out["speed"], out["dt"] = float(m[1]), float(m[2])
-        if m := re.search(r"(\d+) particles", line):
-            out.setdefault("points", int(m[1]))
+        if m := re.match(r"scene .* (\d+) (?:point|particle)s", line):
+            out["particles"] = int(m[1])
         if m := re.match(r"kernels .* (\d+) lanes", line):
             out["lanes"] = int(m[1])
         if m := re.match(r"model +constants (.*)", line):
@@ -334,7 +336,7 @@ def parse(text):
 
 
 def blocks(model, per_cell, processes, moved, efficiency=0.9):
-    """The least number of particles a process at which full blocks keep this efficiency."""
+    """The least number of particles a process at which full cubes keep this efficiency."""
     n = 64.0
     while n < 1e9:
         if model.step(model.cube(n, per_cell, 1, moved)) >= efficiency * model.step(
@@ -346,9 +348,9 @@ def blocks(model, per_cell, processes, moved, efficiency=0.9):
 
 
 def agrees(model, said, cells, edge=16, tolerance=0.02):
-    """Where this module and the program differ, for a full box of cells: a list of sentences."""
+    """Compares this module with the program for a full box of cells; returns a list of sentences that say where they differ."""
     nodes = math.prod(c + 1 for c in cells)
-    whole, wrong = Share(said["points"], nodes), []
+    whole, wrong = Share(said["particles"], nodes), []
 
     def hold(what, ours, theirs, allowed=tolerance):
         if abs(ours - theirs) > allowed * abs(theirs):
@@ -364,5 +366,5 @@ def agrees(model, said, cells, edge=16, tolerance=0.02):
     hold("bound of the pool", model.step(whole) / busy, said["bound"], max(tolerance, 0.006 / said["bound"]))
     moved = said["speed"] * said["dt"]  # cells of 1 m
     for p, n in said["blocks"].items():
-        hold(f"particles for 0.9 on {p}", blocks(model, said["points"] / nodes, p, moved), n, 0.04)
+        hold(f"particles for 0.9 on {p}", blocks(model, said["particles"] / nodes, p, moved), n, 0.04)
     return wrong

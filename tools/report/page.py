@@ -1,4 +1,4 @@
-"""A Markdown document as one HTML file that needs nothing else: figures embedded, formulas as they are written (plain text)."""
+"""Writes a Markdown document as one HTML file that needs nothing else: figures are embedded, formulas stay plain text."""
 
 import base64
 import html
@@ -26,7 +26,7 @@ img { max-width: 100%; }
 
 
 def embed(folder):
-    """A function for each <img ...>: the file's content in place of its name."""
+    """A function that puts, for each <img ...>, the file's content in place of its name."""
 
     def image(match):
         name = html.unescape(re.search(r'src="([^"]*)"', match[0])[1])

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Makes docs/report.md's tables and figures anew from docs/data, and docs/report.html from it: `make report`.
+"""Makes the tables and figures of docs/report.md anew from docs/data, and docs/report.html from that: `make report`.
 
-The tables stand between the lines <!-- table NAME --> and <!-- end -->; NAME is a function table_NAME of tables.py. Numbers in the
-text are <!-- number NAME -->...<!-- end -->, by number_NAME. A table whose data are not there becomes a sentence that says which,
-and the program ends with status 1.
+The tables stand between the lines <!-- table NAME --> and <!-- end -->; the function table_NAME of tables.py makes them. Numbers in
+the text are <!-- number NAME -->...<!-- end -->; number_NAME makes them. A table whose data are missing becomes a sentence that says
+which these are, and the program ends with status 1.
 
     report.py                  tables, figures and HTML from the data in the repository (runs Pebble for a few seconds)
-    report.py --calibrate      first measures docs/data/models/*.model anew on this machine (wants it quiet; minutes)
+    report.py --calibrate      first measures docs/data/models/*.model anew on this machine (minutes; nothing else should run)
 """
 
 import argparse
@@ -147,7 +147,7 @@ class Report(Tables):
         figures.pool(self.place("pool"), panels)
 
     def figure_messages(self):
-        """Imbalance, and bytes a particle and step: counted in the runs of strong scaling; of filled boxes by formula too."""
+        """Draws imbalance, and bytes a particle and step, counted in the runs of strong scaling and for filled boxes also by formula."""
         rows = [r for r in self.real("strong") if r["class"] == "critical path" and r["migrate"] != "swarm"]
         cuts = group(
             [r for r in rows_of(self.data.need("scaling/counts.csv", "`make scaling`")[0]) if r["strategy"] == "spatial"],
@@ -167,8 +167,8 @@ class Report(Tables):
                 ("formula", [(1, 1.0)] + [(p, self.even(name, r[0]["grid"])) for p, r in made.items()])
             )
             sent = [(p, sum(r["formula"] for r in found if r["quantity"].startswith("bytes"))) for p, found in made.items()]
-            size[scene(name)].append(("formula", [(p, b / s.points) for p, b in sent]))
-            dealt = sum(m.farmed(s, PATCH)[1].values()) / s.points
+            size[scene(name)].append(("formula", [(p, b / s.particles) for p, b in sent]))
+            dealt = sum(m.farmed(s, PATCH)[1].values()) / s.particles
             size[scene(name)].append(("formula", [(p, dealt) for p in made]))
         figures.messages(self.place("messages"), imbalance, size)
 

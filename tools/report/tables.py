@@ -1,4 +1,4 @@
-"""The tables of docs/report.md: table_NAME makes the block NAME, as Markdown."""
+"""The tables of docs/report.md: table_NAME makes the table NAME, as Markdown."""
 
 import csv
 import math
@@ -12,7 +12,7 @@ from data import ROOT, Missing
 from data import rows as rows_of
 
 PROCESSES = (1, 2, 4, 8, 16, 32)
-SIMULATOR = 0.88, 1.06  # the aim of simulated over measured times
+SIMULATOR = 0.88, 1.06  # the goal of simulated over measured times
 NAMES = {
     "box2d": "filled box, 2-D",
     "box3d": "filled box, 3-D",
@@ -52,13 +52,13 @@ def thousands(n):
 
 
 def inside(ratios, low, high):
-    """In words: the range of these, and how many are inside bounds."""
+    """In words, the range of these ratios, and how many are inside the bounds."""
     return f"{min(ratios):.2f} to {max(ratios):.2f}, {sum(low <= q <= high for q in ratios)} of {len(ratios)} inside"
 
 
 class Tables(ClosedForm):
     def table_answer(self):
-        """Which strategy, at how many processes, for which scene: a line for each scene, with one number of processes."""
+        """Says which strategy, at how many processes, suits which scene: a line for each scene, with one number of processes."""
         scenes, lacking = {}, []  # {(scene, is it the large one): {class: {processes: {way: row}}}}
         for large, rows, p, kind in (
             (False, lambda: self.simulated("strong", "injected"), "ranks", "simulated"),
@@ -75,7 +75,7 @@ class Tables(ClosedForm):
             raise Missing("; ".join(lacking))
 
         def keeps(runs):
-            """The most processes up to which all runs, spatial and direct, have an efficiency of 0.8; is it the most tried?"""
+            """The most processes up to which all runs, spatial and direct, have an efficiency of 0.8; and whether it is the most tried."""
             tried = sorted(p for p in runs if "spatial, direct" in runs[p])
             low = [p for p in tried if runs[p]["spatial, direct"]["efficiency"] < 0.8]
             kept = [p for p in tried if not low or p < low[0]]
@@ -103,7 +103,7 @@ class Tables(ClosedForm):
             measured = f"{two_['speedup']:.3g}" if two_ else ""
             lines.append([scene(name), thousands(row["particles"]), use, first, speedup, kind, each, edge, measured, "; ".join(pools)])
         head = "scene", "particles", "use", "recommended processes", "speed-up on these", "evidence of that", "particles a process"
-        head += "processes by the critical path, the pessimistic edge", "speed-up on 2 processes, measured", "the pool at best: speed-up"
+        head += "processes by the critical path, the pessimistic estimate", "speed-up on 2 processes, measured", "the pool at best: speed-up"
         text = marks.markdown(head, lines)
         for what in lacking:
             self.note("answer", what)
@@ -126,8 +126,8 @@ class Tables(ClosedForm):
                 text = ""
 
         def assumed(rows, p, kind, most):
-            """ns a particle and step on one process, in these rows; the efficiency with DMSwarmMigrate on the most processes up
-            to these."""
+            """ns a particle and step on one process, in these rows; and the efficiency with DMSwarmMigrate on the largest number of
+            processes up to `most`."""
             one = [r for r in rows if r[p] == 1 and r.get("class", "simulated") == kind]
             base = min(one, key=lambda r: r["particles"], default=None)
             rows = [r for r in rows if 1 < r[p] <= most and r.get("class", "simulated") == kind]
@@ -156,7 +156,7 @@ class Tables(ClosedForm):
                                 (
                                     f"{thousands(n)} a process: {net:.2f} net, {r['efficiency']:.2f} gross",
                                     r.get("class", "simulated"),
-                                    "no aim" if not bound else net >= bound if abs(n / 8000 - 1) < 0.3 or net >= bound else None,
+                                    "no goal" if not bound else net >= bound if abs(n / 8000 - 1) < 0.3 or net >= bound else None,
                                     *assumed(some, p, r.get("class", "simulated"), 32),
                                 )
                             )
@@ -249,7 +249,7 @@ class Tables(ClosedForm):
             some = [r["ratio"] for r in self.ratios() if r["class"] == "critical path" and r["processes"] >= 4]
             if not some:
                 raise Missing("no run on 4 processes and more has both a critical path and a prediction")
-            return [(inside(some, 0.85, 1.15), "closed form / critical path", "no aim")]
+            return [(inside(some, 0.85, 1.15), "closed form / critical path", "no goal")]
 
         def simulator():
             low, high = SIMULATOR
@@ -278,7 +278,7 @@ class Tables(ClosedForm):
         """A table of efficiencies: a line for each scene and way, a column for each number of processes."""
         columns = sorted({r[processes] for r in rows if r[processes] > 1})
         lines, base = [], {}
-        for r in rows:  # weak studies have larger scenes on one process too, for their digests
+        for r in rows:  # weak studies run larger scenes on one process too, for their digests
             key = r["scene"], r.get("mode"), r.get("platform")
             if r[processes] == 1 and (key not in base or r["particles"] < base[key]["particles"]):
                 base[key] = r
@@ -325,7 +325,7 @@ class Tables(ClosedForm):
         return self.curves(self.real("strong"))
 
     def table_phases(self):
-        """Processor time of each phase in strong scaling, spatial decomposition with direct migration: mean / slowest process."""
+        """Has the processor time of each phase in strong scaling, spatial decomposition with direct migration: mean / slowest process."""
         rows = [r for r in self.data.phases() if r["study"] == "strong" and r["migrate"] in ("", "direct") and r["strategy"] != "pool"]
         columns, lines = sorted({r["processes"] for r in rows}), []
         for name in ("box2d", "box3d", "disks"):
@@ -454,25 +454,25 @@ class Tables(ClosedForm):
             edge = m.patch(s)
             busy, serial = m.pool(model.replace(s, processes=8), edge)[1], m.step(s)
             sizes, of_patch = m.farmed(s, edge)[1], m.numbers["chunk"] + m.numbers["message"]
-            ends = sum(m.rates[k].seconds(s.points) + 2 * b * (m.numbers["farm"] + m.numbers["wire"]) for k, b in sizes.items())
+            ends = sum(m.rates[k].seconds(s.particles) + 2 * b * (m.numbers["farm"] + m.numbers["wire"]) for k, b in sizes.items())
             best = (s.nodes / math.sqrt(ends / len(sizes) / of_patch)) ** (1 / m.dim)
             lines.append(
                 [
                     what,
-                    f"{1e9 * serial / s.points:.1f}",
-                    f"{1e9 * busy / s.points:.1f}",
+                    f"{1e9 * serial / s.particles:.1f}",
+                    f"{1e9 * busy / s.particles:.1f}",
                     edge,
                     f"{best:.0f}",
                     two(serial / busy) + (" **below 1**" if serial < busy else ""),
-                    *(f"{1e9 * max(0, (b * busy - serial) / s.points):.0f}" for b in (1, 2, 4, 16)),
+                    *(f"{1e9 * max(0, (b * busy - serial) / s.particles):.0f}" for b in (1, 2, 4, 16)),
                 ]
             )
         head = "scene", "one process, ns a particle and step", "master, ns", "best patch, cells an axis", "by the root"
-        bound = "bound of the speed-up", "a law dearer by this many ns makes the bound 1", "2", "4", "16"
+        bound = "bound of the speed-up", "a law more expensive by this many ns makes the bound 1", "2", "4", "16"
         return marks.markdown([*head, *bound], lines)
 
     def table_pool_scenes(self):
-        """The bound in all scenes of the studies, as the program printed it: the speed-up on the most processes of its table."""
+        """Has the bound in all scenes of the studies, as the program printed it: the speed-up on the most processes of its table."""
         rows = [r for r in self.data.scaling() if r["study"] == "strong" and r["class"] == "closed form"]
         lines = []
         for name, found in group(rows, lambda r: r["scene"]).items():
@@ -486,10 +486,10 @@ class Tables(ClosedForm):
         if not lines:
             raise Missing("`docs/data/scaling/runs.csv` has no closed form of the pool: `make scaling` writes it")
         head = "scene", "particles", "one process, ns a particle and step", "processes of the pool", "pool, ns", "bound"
-        return marks.markdown([*head, "1 with a law dearer by so many ns"], lines)
+        return marks.markdown([*head, "1 with a law more expensive by so many ns"], lines)
 
     def table_crossover(self):
-        """The terms of the cross-over of both strategies, and the imbalance from which on the pool would be ahead."""
+        """Has the terms of the cross-over of both strategies, and the imbalance from which on the pool would be ahead."""
         lines = []
         for name, (_, what) in BOXES.items():
             m, whole = self.closed(name), self.whole(name)
@@ -515,15 +515,15 @@ class Tables(ClosedForm):
                     ]
                 )
         head = "scene", "P", "T_1(i N/P)", "X", "R", "T_m", "(w + T_m)/(P - 1)", "T_spatial", "T_pool", "ahead", "i"
-        return marks.markdown([*head, "pool ahead from i =", "law dearer by 10 µs", "by 1 ms"], lines)
+        return marks.markdown([*head, "pool ahead from i =", "law more expensive by 10 µs", "by 1 ms"], lines)
 
     def level(self, m, name, p):
-        """The imbalance of equal times of both strategies, with the best patch."""
+        """The imbalance at which both strategies take equal times, with the best patch."""
         whole = self.whole(name)
         spatial, i = self.spatial(m, name, p)
         messages, pool = spatial - self.part(m, whole, i / p), self.best_pool(m, whole, p)
         if self.part(m, whole, 1) + messages < pool:
-            return "none"  # not even where one process has all
+            return "none"  # the pool is slower even than one process that has all
         low, high = 0.5, float(p)
         for _ in range(40):
             middle = (low + high) / 2
@@ -533,7 +533,7 @@ class Tables(ClosedForm):
     @staticmethod
     def part(m, whole, share):
         """Seconds of a step of one process that has a share of all particles, and as much of the nodes."""
-        return m.step(model.Share(whole.points * share, whole.nodes * share))
+        return m.step(model.Share(whole.particles * share, whole.nodes * share))
 
     def table_blocks(self):
         lines = []
@@ -546,10 +546,10 @@ class Tables(ClosedForm):
                         *(two(self.weak(name, WEAK, p, swarm)) for p in FAR[5:] if p in (32, 1024, 32768, 1000000)),
                     ]
                 )
-        return marks.markdown(["block", "migration", "32", "1 024", "32 768", "1 000 000"], lines)
+        return marks.markdown(["scene", "migration", "32", "1 024", "32 768", "1 000 000"], lines)
 
     def table_losses(self):
-        """What a step on many processes takes beyond that of one with as many particles, in parts of the step."""
+        """Has what a step on many processes takes beyond a step of one process with as many particles each, in parts of the step."""
         lines = []
         for name, (_, what) in BOXES.items():
             m, per, c = self.closed(name), 2 ** len(BOXES[name][0]), self.moved(name)
@@ -562,7 +562,7 @@ class Tables(ClosedForm):
                 shares = (t - alone - bytes_ - sum(settled), bytes_, *settled)
                 lines.append([what, thousands(p), *(f"{100 * x / t:.1f} %" for x in shares), two(alone / t)])
         return marks.markdown(
-            ["block", "processes", "messages to neighbours", "their bytes", "MIGRATE", "REDUCE", "efficiency"], lines
+            ["scene", "processes", "messages to neighbours", "their bytes", "MIGRATE", "REDUCE", "efficiency"], lines
         )
 
     def table_least(self):
@@ -580,7 +580,7 @@ class Tables(ClosedForm):
                         ),
                     ]
                 )
-        return marks.markdown(["block", "efficiency", "2 processes", "32", "1 024", "32 768", "1 000 000"], lines)
+        return marks.markdown(["scene", "efficiency", "2 processes", "32", "1 024", "32 768", "1 000 000"], lines)
 
     def table_constants(self):
         lines = []
@@ -600,7 +600,7 @@ class Tables(ClosedForm):
                 ("migration[1].call", "ns a direct migration, m0"),
                 ("migration[1].leaver", "ns a particle that leaves, m4"),
             ):
-                lines.append([what, re.sub(r"\[\d\].", ", ", k), f"{1e9 * measured[k]:.3g} {unit}", "", "", ""])
+                lines.append([what, re.sub(r"\[\d\].", ", ", k).replace("point", "particle"), f"{1e9 * measured[k]:.3g} {unit}", "", "", ""])
         sizes = ("1 500", "20 000", "400 000")
         text = marks.markdown(["scene", "constant", "each call", *(f"each, about {n}" for n in sizes)], lines)
         origin = re.sub(r", of (\d+)$", r"; of \1 such, the least or the median", self.closed("box2d").origin)
@@ -636,8 +636,8 @@ class Tables(ClosedForm):
         )
 
     def simulator(self):
-        """What was simulated beside real runs, and simulated over measured times. Injected costs are those of the runs on one
-        process, which say nothing about them."""
+        """What was simulated and compared with real runs, and simulated over measured times. Injected runs on one process are left
+        out: their costs come from these very runs, so they show nothing."""
         by = group(
             self.data.simulated("validate"),
             lambda r: (r["strategy"] == "pool", r["ranks"], r.get("transport", "shared") if r["ranks"] > 1 else ""),
@@ -667,7 +667,7 @@ class Tables(ClosedForm):
         text = text.removesuffix(";") + ".\n"
         low, high = SIMULATOR
         for what, some in self.simulator():
-            missed = "" if low <= min(some) and max(some) <= high else " **The aim is missed.**"
+            missed = "" if low <= min(some) and max(some) <= high else " **The goal is missed.**"
             text += f"\n* {what}: {inside(some, low, high)}.{missed}"
         lines = [
             [
@@ -719,7 +719,7 @@ class Tables(ClosedForm):
         return out
 
     def table_path(self):
-        """Predicted over measured step, or over the critical path."""
+        """Has the predicted step over the measured one, or over the critical path."""
         found, columns = self.ratios(), [(1, "measured"), *((p, k) for p in PROCESSES[1:] for k in ("measured", "critical path"))]
         columns = [c for c in columns if any((r["processes"], r["class"]) == c for r in found)]
         base, lines = {}, []
@@ -778,7 +778,7 @@ class Tables(ClosedForm):
             points = sorted(points, reverse=True)
             orders = [math.log(a[1] / b[1]) / math.log(a[0] / b[0]) for a, b in zip(points, points[1:])]
             lines.append([label, *(f"{e:.2e}" for _, e in points), *(f"{o:.2f}" for o in orders)])
-        return marks.markdown(["basis", "8 cells", "16", "32", "order 8-16", "16-32"], lines)
+        return marks.markdown(["basis", "8 cells", "16", "32", "order of convergence 8-16", "16-32"], lines)
 
     def ladders(self):
         if "ladders" not in self.said:
@@ -806,7 +806,7 @@ class Tables(ClosedForm):
 
     # ---- Numbers in the text
     def imbalance(self, *options):
-        """On 32 processes."""
+        """Imbalance on 32 processes."""
         row = model.parse(self.pebble("-options_file", *options, "-dry_run"))["rows"].get(32)
         if not row:
             raise Missing(f"`pebble -dry_run` printed no row of 32 processes for {options[0]}")
@@ -842,7 +842,7 @@ class Tables(ClosedForm):
         return self.least("box3d")
 
     def kept(self, name):
-        """From how many particles a process on all simulated runs kept an efficiency of 0.8, and on how many processes these were."""
+        """The numbers of particles a process from which on all simulated runs kept an efficiency of 0.8, and on how many processes."""
         runs = []
         for study in ("strong", "weak", "strong-large", "weak-large"):
             try:
@@ -893,7 +893,7 @@ class Tables(ClosedForm):
         return self.strong_on_32("box3d", "simulated")
 
     def travels(self, name):
-        """Bytes that the pool's master sends and receives of a particle in a step, its fields alone."""
+        """Bytes of a particle's fields that the pool's master sends and receives in a step."""
         m = self.closed(name)
         return str(sum(m.bytes(p[2]) + m.bytes(p[3]) for p in model.PHASES[m.update] if p[1] != "nodes"))
 
@@ -904,7 +904,7 @@ class Tables(ClosedForm):
         return self.travels("box3d")
 
     def number_overtakes(self):
-        """From which cost of the law on the pool is ahead of spatial decomposition: 3-D, 32 processes."""
+        """The cost of the law from which on the pool is ahead of spatial decomposition in 3-D on 32 processes."""
         m, s = self.closed("box3d"), self.whole("box3d")
         for k in range(0, 121):
             d = m.dearer(1e-9 * 10 ** (k / 20))
@@ -913,7 +913,7 @@ class Tables(ClosedForm):
         return "at no cost of the law"
 
     def number_crosses(self):
-        """From how many processes on spatial decomposition is ahead, as the program prints it for both boxes."""
+        """The number of processes from which on spatial decomposition is ahead, as the program prints it for both boxes."""
         found = []
         for name in BOXES:
             self.closed(name)
@@ -921,7 +921,7 @@ class Tables(ClosedForm):
         return found[0] if len(set(found)) == 1 else f"{found[0]} in 2-D and {found[1]} in 3-D"
 
     def bench(self, pattern):
-        """Numbers of docs/performance.md: the first of each line that a pattern fits."""
+        """Numbers of docs/performance.md: the first number of each line that fits a pattern."""
         with open(os.path.join(ROOT, "docs", "performance.md")) as f:
             found = [float(x) for x in re.findall(rf"^\| {pattern}[^|\n]*\| ([\d.]+)", f.read(), re.M)]
         if not found:

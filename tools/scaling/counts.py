@@ -1,4 +1,4 @@
-"""Messages of a step by formula, for a body that fills its grid and whose points are where they were put, beside what
+"""Compares the messages of a step by formula, for a body that fills its grid and whose particles are where they were put, with what
 -log_view counted. Times play no part, so each number must be exact (bytes: to the six digits that are printed)."""
 import itertools
 import math
@@ -22,8 +22,8 @@ def ghosts(scene, cells, grid):
 
 
 def parts(cells, count, reach):
-    """An axis cut evenly at multiples of a tile's edge: for each part the widths of its tiles, and how many of them have
-    points."""
+    """Cuts an axis evenly at multiples of a tile's edge. Yields for each part the widths of its tiles, and how many of them have
+    particles."""
     edge = 2 * reach if reach < 2 else 4
     bins = (cells + 1) // edge
     cuts = [edge * (bins * k // count) for k in range(count)] + [cells + 1]
@@ -33,8 +33,9 @@ def parts(cells, count, reach):
 
 
 def sums(scene, cells, grid, numbers, room):
-    """Bytes of the sums of tiles that processes send, all together: a byte a tile of the side, in words, then `numbers`
-    sums of each node of tiles with points that the receiver owns; room: of all tiles, for which it makes room."""
+    """Bytes of the sums of tiles that processes send, all together: a byte for each tile of the side, rounded up to words of 8, then
+    `numbers` sums for each node that the receiver owns of tiles with particles. With `room` all tiles of the side count, since
+    the receiver makes room for all."""
     reach, total = STENCIL[scene.basis] - 1, 0
     axes = [list(parts(c, p, reach)) for c, p in zip(cells, grid)]
     for where in itertools.product(*(range(p) for p in grid)):
@@ -52,11 +53,11 @@ def sums(scene, cells, grid, numbers, room):
 
 
 def rows(scene, run):
-    """(what, counted, by formula) of a run of a box that no point crosses cells in."""
+    """(what, counted, by formula) of a run of a box in which no particle crosses a cell."""
     dim, steps, cells = scene.dim, run.steps, scene.cells(scene.strong)
     event = lambda name: run.events.get(name, runs.Event(0, 0, 0, 0))
     if run.strategy == "pool":
-        # A patch of 16 nodes an axis is sent, and answered, if a stencil starts in it.
+        # A patch of 16 nodes an axis is sent, and answered, if the stencil of a particle can start in it.
         patches = math.prod((c + 1 - STENCIL[scene.basis]) // 16 + 1 for c in cells)
         yield "messages of P2G a step", event("P2G").messages / steps, 2 * patches
         yield "messages of G2P a step", event("G2P").messages / steps, 2 * patches
@@ -65,7 +66,7 @@ def rows(scene, run):
     yield "messages of P2G a step", event("P2G").messages / steps, pairs
     yield "messages of ADVANCE a step", event("ADVANCE").messages / steps, pairs
     yield "messages of SETTLE a step", event("SETTLE").messages / steps, 0
-    # A receive counts by its room.
+    # PETSc counts a receive by the room that was made for it.
     yield ("bytes of P2G a step", event("P2G").bytes / steps,
            sum(sums(scene, cells, run.grid, 4 + dim, room) for room in (False, True)) / 2)
     yield "bytes of ADVANCE a step", event("ADVANCE").bytes / steps, ghosts(scene, cells, run.grid) * 16 * dim
@@ -77,7 +78,7 @@ def equal(what, counted, formula):
 
 
 def check(args, scene, processes, strategies=("spatial", "pool"), steps=3):
-    """Runs a box for a few steps, in which no point crosses a cell; returns rows for counts.csv."""
+    """Runs a box for a few steps, in which no particle crosses a cell; returns rows for counts.csv."""
     result = []
     for strategy in strategies:
         run = runs.Run(args, scene.options(), processes, strategy, "direct", steps, None)

@@ -1,5 +1,4 @@
-"""Figures of the tables of docs/data/scaling: docs/scaling-strong.png, -weak.png, -model.png; by `make scaling`, and by `make report` for
-its pages."""
+"""Draws the tables of docs/data/scaling: docs/scaling-strong.png, -weak.png, -model.png. `make scaling` and `make report` call it."""
 import csv
 import os
 

@@ -1,4 +1,4 @@
-"""What `make scaling` runs, and what it reads from a run: times, the critical path, the prediction, counted messages."""
+"""Has the scenes that `make scaling` runs, and reads from a run times, the critical path, the prediction, counted messages."""
 import collections
 import csv
 import os
@@ -22,8 +22,8 @@ class Failed(Exception):
 # ---- The scenes. `cells` maps a number of particles to cells; the rest is options, or a file and options.
 
 def box(dim, basis):
-    """A block of neo-Hookean material that fills its grid and turns about the middle, between walls that let it slide;
-    no walls change what a process sends. Points cross about 0.04 cells a step. A full block is what formulas are for."""
+    """Options of a body of neo-Hookean material that fills its grid and turns about the middle, between walls that let it slide; the
+    walls do not change what a process sends. Particles move by about 0.04 cells a step. The formulas are for such full boxes."""
     axes = "xyz"[:dim]
     same = lambda value: ",".join([str(value)] * dim)
     still = ", 0" * (dim - 2)
@@ -51,7 +51,7 @@ class Scene:
 
 
 def times(*cells):
-    """Cells of these proportions, for a scale that is rounded."""
+    """A function that multiplies these cells by a scale, which it rounds to a whole number."""
     return lambda scale: tuple(c * max(1, round(scale)) for c in cells)
 
 
@@ -59,7 +59,7 @@ def scene_file(name):
     return os.path.join(ROOT, "options", name + ".opts")
 
 
-# Columns of water fall at first; to have points cross cells as later, they spread already at the start.
+# Columns of water would only fall at first. They spread from the start here, so that particles cross cells as they do later.
 SCENES = [
     Scene("disks", 2, "linear", "usf", 262144, lambda n: times(1, 1)((n / 4.021) ** 0.5), {}, scene_file("disks")),
     Scene("box2d", 2, "linear", "usl", 262144, lambda n: times(1, 1)((n / 4) ** 0.5), box(2, "linear")),
@@ -91,7 +91,7 @@ def start(args, processes, *options):
 
 
 def calibrate(args, name, processes, options):
-    """Constants of the model for a method, in a file of this build; its name."""
+    """Calibrates the model for a method, into a file of this build; returns its name."""
     path = os.path.join(BUILD, f"{name}.{processes}.model")
     os.makedirs(BUILD, exist_ok=True)
     if not (args.keep and os.path.exists(path)):
@@ -103,8 +103,8 @@ Event = collections.namedtuple("Event", "count messages bytes reductions")
 
 
 def read_events(path, pool):
-    """Events of the steps. Every process notes its sends and receives, so each message twice; in the pool all are of
-    the master, process 0, and workers note some before their events begin."""
+    """Events of the steps. Every process notes its sends and its receives, so each message is noted twice. In the pool the master,
+    process 0, takes part in all messages, and workers note some before their events begin: there only the master's count."""
     sums = collections.defaultdict(lambda: [0, 0, 0, 0])
     with open(path, newline="") as file:
         for row in csv.reader(file):

@@ -1,21 +1,22 @@
 #!/usr/bin/env python3
-"""How pebble scales: `make scaling`, or `make scaling SCALING=full` (larger, longer and more often).
+"""Measures how pebble scales: `make scaling`, or `make scaling SCALING=full` (larger, longer and more often).
 
-The machine has fewer cores than the processes that are asked for, so a run on more gives no speed-up by the clock. What
-stands for it is told apart by the column `class`, and no figure joins two:
+The machine has fewer cores than the processes that are asked for, so a run on more gives no speed-up by the clock. The column
+`class` says which time stands in its place, and no line of a figure joins two classes:
 
   measured        wall time of a step, where every process has a core
-  oversubscribed  wall time where it has none: recorded, never a speed-up
+  oversubscribed  wall time where a process has none: it is recorded, and gives no speed-up
   critical path   -report_path: the slowest process's own processor time in each phase of each step, and the messages
                   by the model
   closed form     what the model (docs/performance.md) predicts from constants measured on 1 and 2 processes
 
-Studies: strong (the same scene on all numbers of processes) and weak (16,000 particles a process) with spatial
-decomposition (points migrate `direct`; some runs also by `swarm`) and the pool. In each, all runs of a scene must give
-the same digest. Then `counts`: messages and bytes of a full box by -log_view against formulas, exactly; and `validation`:
-predicted over measured for every scene of options/ on 1 and 2 processes.
+There are two studies: strong (the same scene on all numbers of processes) and weak (16,000 particles a process), with spatial
+decomposition (particles migrate `direct`; some runs also by `swarm`) and with the pool. In each, all runs of a scene must give
+the same digest. Then `counts` compares messages and bytes of a full box by -log_view with formulas, exactly; and `validation`
+has predicted over measured for every scene of options/ on 1 and 2 processes.
 
-Writes docs/data/scaling/*.csv, docs/scaling-*.png; exit status 1 when digests or counts differ or a run failed.
+The program writes docs/data/scaling/*.csv and docs/scaling-*.png; its exit status is 1 when digests or counts differ or a run
+failed.
 """
 import argparse
 import csv
@@ -45,7 +46,7 @@ ORDER = [scene.name for scene in runs.SCENES]
 class Results:
     def __init__(self, args):
         self.args, self.validation, self.problems = args, [], []
-        # What is not measured now stays: tables of other parts, and with --scenes rows of the other scenes.
+        # What is not measured now is kept: the tables of other parts, and with --scenes the rows of other scenes.
         self.runs, self.phases, self.counts = (
             [row for row in self.read(name) if part not in args.only or args.scenes and row["scene"] not in args.scenes]
             for name, part in (("runs", "scaling"), ("phases", "scaling"), ("counts", "counts")))
@@ -77,7 +78,7 @@ class Results:
 # ---- Strong and weak
 
 def best(args, scene, cells, processes, strategy, migrate, steps, models):
-    """The run, repeated where wall time counts: least wall time and critical path of the repeats."""
+    """A run, repeated where wall time counts, with the least wall time and critical path of the repeats."""
     result = None
     for _ in range(args.repeats if processes <= args.cores else args.more_repeats):
         run = Run(args, scene.options(cells), processes, strategy, migrate, steps, models[min(processes, 2)])
@@ -97,7 +98,7 @@ def number(value, digits=4):
 
 
 def record_phases(results, scene, study, run):
-    """Rows of a run, one a phase: processor time of the processes, and what -log_view counted there."""
+    """Adds the rows of a run, one a phase: processor time of the processes, and what -log_view counted there."""
     for phase, mean, slowest, messages in run.phases:
         row = dict(scene=scene.name, study=study, strategy="serial" if run.processes == 1 else run.strategy,
                    migrate=run.migrate if run.processes > 1 and run.strategy == "spatial" else "",
@@ -109,7 +110,7 @@ def record_phases(results, scene, study, run):
 
 
 def record(args, results, scene, study, run, base):
-    """Rows of a run, one a class. base: {class: (seconds, particles, processes)} that speed-up is of."""
+    """Adds the rows of a run, one a class. base: {class: (seconds, particles)} of the run to which speed-up refers."""
     step = dict(zip(("messages", "bytes", "reductions"), (0, 0, 0)))
     migrating = 0
     if run.events:
@@ -129,7 +130,7 @@ def record(args, results, scene, study, run, base):
                    bytes_per_particle_step=number(step["bytes"]), reductions_per_step=number(step["reductions"]),
                    migrating_steps=migrating, digest=run.digest, **{"class": kind})
         if kind != "oversubscribed":
-            # Work done in a second over that of one process: in the weak study sizes are rounded, and this is not.
+            # Speed-up is the work done in a second over that of one process, since the sizes of the weak study are rounded.
             speedup = base[kind][0] / seconds * run.particles / base[kind][1]
             efficiency = speedup / run.processes
             row.update(speedup=number(speedup), efficiency=number(efficiency),
@@ -151,7 +152,7 @@ def bases(run):
 
 
 def tasks(args, study):
-    """(processes, strategy, migrate) of a study beside direct migration on all sizes."""
+    """(processes, strategy, migrate) of the runs of a study."""
     for p in args.sizes:
         yield p, "spatial", "direct"
         if study == "strong" and p in (2, 8, 32):
@@ -161,7 +162,7 @@ def tasks(args, study):
 
 
 def compare(results, scene, run, digests):
-    """All runs of the same cells and steps must end in the same bits."""
+    """Reports a problem unless all runs of the same cells and steps end with the same bits."""
     expected = digests.setdefault((run.particles, run.steps), run.digest)
     if run.digest != expected:
         results.problem(f"{scene.name}, {run.particles} particles: digest {run.digest} with {run.strategy} "
@@ -193,7 +194,7 @@ def strong_and_weak(args, results, scene):
 
 
 def beyond(args, results, scene, model, base):
-    """The closed form on more processes than there is any run of: -dry_run."""
+    """Adds the closed form, by -dry_run, on more processes than any run has."""
     options = scene.options(scene.cells(scene.strong * args.scale))
     for p, seconds, imbalance, pool in runs.dry_run(args, options, model):
         for strategy, t in (("spatial", seconds), ("pool", pool)):
@@ -213,7 +214,7 @@ def scaling(args, results):
         if args.scenes and scene.name not in args.scenes:
             continue
         print(f"\n{scene.name}: {scene.dim}-D {scene.basis} {scene.update}\n  study  strategy       procs particles"
-              "   clock ms/step S  critical path S     closed form S  max/mean: points, work  messages B/point/step "
+              "   clock ms/step S  critical path S     closed form S  max/mean: particles, work  messages B/particle/step "
               "reductions", flush=True)
         strong_and_weak(args, results, scene)
 
@@ -244,8 +245,8 @@ def count(args, results):
 # ---- Validation
 
 def validation(args, results):
-    """The calibration times first steps of the scene itself, too, on one process and on all, and says what its constants
-    give for them."""
+    """Compares predicted with measured steps. The calibration itself times first steps of the scene, on one process and on all, and
+    says what its constants give for them."""
     print("\npredicted over measured, every scene of options/, as it is\n  scene       particles processes    ms/step"
           "  predicted  ratio")
     new = []
@@ -271,7 +272,7 @@ def validation(args, results):
             print(f"  {name:12s}{particles:9d} {p:9d}  {1e3 * measured:9.4f}  {1e3 * predicted:9.4f}  "
                   f"{predicted / measured:5.2f}", flush=True)
     ratios = [float(row["ratio"]) for row in new]
-    # The rows of scenes that were not asked for stay.
+    # The rows of scenes that were not asked for are kept.
     results.validation = sorted([row for row in results.read("validation") if row["scene"] not in {r["scene"] for r in new}] + new,
                                 key=lambda row: (row["scene"], int(row["processes"])))
     print(f"  within 15 %: {sum(abs(r - 1) <= 0.15 for r in ratios)} of {len(ratios)}")
@@ -299,11 +300,11 @@ Written by `make scaling` ({when}; {machine}; load average {load} at the start, 
 | seconds_per_step | least of the repeats |
 | speedup | particles a second over those of one process, of the same class |
 | efficiency, efficiency_net_of_imbalance | speedup / processes; times imbalance |
-| imbalance | largest over mean number of points of a process at the start |
+| imbalance | largest over mean number of particles of a process at the start |
 | work_imbalance | slowest over mean processor time; in the pool the master's |
 | messages_per_step, bytes_per_particle_step | sent in all, by -log_view; in the pool by and to the master |
 | reductions_per_step | by -log_view |
-| migrating_steps | steps in which some point changed process |
+| migrating_steps | steps in which some particle changed process |
 | digest | of the state at the end: equal for all runs of a scene, number of particles and steps |
 
 **phases.csv**, a row a run and phase, of the runs with which runs.csv has a critical path: s a step
@@ -320,7 +321,8 @@ bytes are counted to six digits.
 **validation.csv**: of the scenes of options/ as they are, for their first steps (20 to 500, some 6 ms): the step measured and
 the step predicted, both by `-model_calibrate` on two processes, the least of the repeats of each, and predicted over measured. The calibration measures its
 constants, from runs at other sizes, and the scene itself, on one process and on two, in turns for 10 s and more, and keeps the least of
-each: other guests of the machine slow its cores to two thirds for milliseconds or hours, and of many short runs some meet quiet ones.
+each: other virtual machines on the same host slow its cores to two thirds for milliseconds or hours, and some of many short runs are
+not slowed.
 """
 
 
@@ -333,8 +335,8 @@ def main():
     p.add_argument("--only", help=f"of {', '.join(parts)}, separated by commas")
     p.add_argument("--scenes", help="scenes of the studies, separated by commas")
     p.add_argument("--sizes", help="numbers of processes, separated by commas, 1 first")
-    p.add_argument("--cores", type=int, default=os.cpu_count(), help="that are free (tools/launch.py)")
-    p.add_argument("--repeats", type=int, default=3, help="where every process has a core")
+    p.add_argument("--cores", type=int, default=os.cpu_count(), help="cores that are free (tools/launch.py)")
+    p.add_argument("--repeats", type=int, default=3, help="repeats of runs in which every process has a core")
     p.add_argument("--keep", action="store_true", help="calibrations that build/scaling has are not made again")
     p.add_argument("--data", default=os.path.join(runs.ROOT, "docs", "data", "scaling"), help="folder of the tables")
     p.add_argument("--figures", default=os.path.join(runs.ROOT, "docs"))

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds PETSc for the simulator into build/simulate/petsc: static, with SimGrid's smpicc in place of an MPI. Once,
-# in about six minutes on two cores; silent and quick when it is there already.
+# This script builds PETSc for the simulator into build/simulate/petsc: static, with SimGrid's smpicc in place of an MPI.
+# It does so once, in about six minutes on two cores; it is silent and quick when PETSc is there already.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 version=3.26.1
@@ -35,7 +35,7 @@ cd "$folder"
 # SMPI_PRETEND_CC: configure runs what it compiles, and a program of SMPI does not run by itself.
 # SMPI_NO_OVERRIDE_MALLOC: PETSc's own malloc does not compile with SMPI's in its place.
 # --with-shared-libraries=0: the simulator gives each process its own copy of the globals of the program, not of a
-# library; hence static, and position-independent since SMPI loads the program as a library.
+# library. So PETSc is static, and it is position-independent since SMPI loads the program as a library.
 logged ../configure.log env -u PETSC_DIR -u PETSC_ARCH SMPI_PRETEND_CC=1 nice -n 19 ./configure PETSC_ARCH=$arch \
   --with-cc=smpicc --with-cxx=0 --with-fc=0 --with-debugging=0 --with-shared-libraries=0 --with-mpiexec=/bin/false \
   CFLAGS='-fPIC -DSMPI_NO_OVERRIDE_MALLOC' COPTFLAGS='-O3' --with-strict-petscerrorcode=0 \

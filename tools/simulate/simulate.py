@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
 """Runs Pebble on simulated clusters, in SimGrid's SMPI: `make simulate`. docs/simulate.md says what that shows.
 
-The program is the real one: all points are moved and all messages sent, by processes that take turns on one core. Only
+The program is the real one: all particles are moved and all messages sent, by processes that take turns on one core. Only
 time is simulated: that of messages by SimGrid's model of the network in a platform file (*.xml), that of computation in
 one of two ways:
 
-  injected   declared where it is done (MPMSimulateWork), by the costs of costs.csv: the same to the last digit each time
-  emulated   measured while it runs: no assumption, but noise and the caches of one core that all processes share
+  injected   it is declared where the work is done (MPMSimulateWork), by the costs of costs.csv: the same to the last digit each time
+  emulated   it is measured while the work runs: this assumes nothing, but has disturbances and the caches of one core that all share
 
-    simulate.py                all curves, to 32 processes, and to 1024 where they go on: docs/data/simulated/*.csv
+    simulate.py                makes all curves, to 32 processes, and to 1024 where they go on: docs/data/simulated/*.csv
     simulate.py --calibrate    measures costs.csv anew on this machine first
-    simulate.py --validate     only: this machine simulated, beside real runs on one and two of its cores
+    simulate.py --validate     only simulates this machine, and compares with real runs on one and two of its cores
 
-These make a part; all other rows of the tables stay as they are:
+These options choose a part; all other rows of the tables stay as they are:
 
     --only weak,weak-large     of costs strong weak strong-large weak-large validate
     --scenes box2d             (with --calibrate: the costs of these alone)
@@ -48,22 +48,22 @@ COSTS = DATA / "costs.csv"
 
 # ---- Settings of SMPI, each with its reason
 SETTINGS = [
-    "smpi/host-speed:1Gf",  # of the core that emulates; the platforms' hosts have the same, so seconds stay seconds
+    "smpi/host-speed:1Gf",  # speed of the core that emulates; the platforms' hosts have the same, so seconds stay seconds
     "smpi/privatization:mmap",  # each process has its own globals, swapped by remapping the program's data
     "smpi/coll-selector:ompi",  # collectives by the algorithms that Open MPI would choose
-    "smpi/bcast:binomial_tree",  # but for this one, which looks for cores that share memory with a square of the processes' messages
+    "smpi/bcast:binomial_tree",  # Open MPI's broadcast would first find the cores that share memory, by as many messages as the square of the processes
     "smpi/async-small-thresh:65536",  # messages up to 64 KiB leave without waiting for the receiver, as in Open MPI
-    "smpi/iprobe:5e-7",  # cost of a poll; the default, 100 us, is a step's worth of work
+    "smpi/iprobe:5e-7",  # s, cost of a poll; the default, 100 us, is as long as a whole step
     "smpi/test:5e-7",  # the same for MPI_Test
-    "smpi/grow-injected-times:no",  # no dearer each time: the default is for programs that do nothing but poll
-    "smpi/cpu-threshold:1e-6",  # emulated: shorter bursts are free, or the simulator's own cost would count
+    "smpi/grow-injected-times:no",  # a poll costs the same each time; the default raises it, for programs that do nothing but poll
+    "smpi/cpu-threshold:1e-6",  # s; emulated: a shorter piece of work takes no time, or else the simulator's own work would count
 ]
-# SMPI's own factors describe a cluster with Gigabit Ethernet: replaced by those of the platform. lat, bw: message size and
-# factor; os, ois, or: what a send and a receive cost the processor, s (before a size; per message; per byte).
+# SMPI's own factors describe a cluster with Gigabit Ethernet; those of the platform replace them. lat, bw: message size and
+# factor; os, ois, or: what a send and a receive cost the processor, in s (before a size; per message; per byte).
 NETWORK = {"cluster": ["smpi/lat-factor:0:1.0", "smpi/bw-factor:0:1.0", "smpi/os:0:3e-7:0", "smpi/ois:0:3e-7:0", "smpi/or:0:3e-7:0"]}
 NETWORK["fattree"] = NETWORK["cluster"]
 
-# How messages of two processes of this machine go: through memory that they share, or by TCP through the loopback device.
+# How two processes of this machine send messages: through memory that they share, or by TCP through the loopback device.
 TRANSPORTS = {"shared": [], "tcp": ["--mca", "pml", "ob1", "--mca", "btl", "tcp,self", "--mca", "btl_tcp_if_include", "lo"]}
 PLATFORM = """<?xml version='1.0'?>
 <!DOCTYPE platform SYSTEM "https://simgrid.org/simgrid.dtd">
@@ -75,9 +75,9 @@ PLATFORM = """<?xml version='1.0'?>
 </platform>
 """
 
-# Costs that one process alone does not show: copying into messages and out of them, ns a byte; what the pool's worker has
-# to do for each point that moved, and both sides for each chunk, ns. Measured once, with clocks around the code, on the
-# machine of costs.csv.
+# Costs that a run on one process does not show: copying into messages and out of them, ns a byte; what the pool's worker has
+# to do for each particle that moved, and what both sides have to do for each patch (CHUNK), ns. They were measured once, with
+# clocks around the code, on the machine of costs.csv.
 FIXED = {"PACK": 0.2, "ASSEMBLE": 0.11, "UNPACK": 0.075, "ANSWER": 0.15, "RENUMBER": 7, "CHUNK": 500}
 
 BOX = """-scene_title "filled box"
@@ -103,7 +103,7 @@ BOX = """-scene_title "filled box"
 
 
 def box(dim, basis, cells):
-    """A box full of rubber that swings, at up to a tenth of its speed of sound: cells of 1 m, 2 points an axis each."""
+    """A box full of rubber that swings, at up to a tenth of its speed of sound. Cells are of 1 m, with 2 particles an axis each."""
     axes = "xyz"[:dim]
     text = BOX.format(dim=dim, lower=",".join("0" * dim), cells=",".join(map(str, cells)),
                       walls="\n".join(f"-bc_{a}{s}_type slip" for a in axes for s in ("min", "max")),
@@ -112,7 +112,7 @@ def box(dim, basis, cells):
 
 
 def scene_file(name, more):
-    """A scene of options/, finer."""
+    """A scene of options/ with other options behind it, for a finer grid."""
     return (ROOT / f"options/{name}.opts").read_text() + "\n" + more
 
 
@@ -132,7 +132,7 @@ def box3d(size):
     return box(3, "bspline2", size)[0]
 
 
-# In these all points of a body would cross cells in the same steps, or none for long: they get more motion.
+# In these scenes all particles of a body would cross cells in the same steps, or none for long. So they get more motion.
 def disks(n):
     spin = "\n".join(f"-body_disk{k}_velocity {v}-0.3*(y-{c}),{v}+0.3*(x-{c})" for k, v, c in ((1, 0.1, 0.2), (2, -0.1, 0.8)))
     return scene_file("disks", f"-grid_cells {n},{n}\n-body_disk1_ppc 2,2\n-body_disk2_ppc 2,2\n{spin}\n")
@@ -151,7 +151,7 @@ def dambreak3d(n):
     return scene_file("dambreak3d", f"-grid_cells {4 * n},{4 * n},{3 * n}\n-body_column_velocity 2*x,2*y,-4*z\n")
 
 
-# name: maker, size for the strong curve, size with about 16,000 points (calibration; validation: both)
+# name: maker, size for the strong curve, size with about 16,000 particles (for the calibration; the validation has both)
 SCENES = {
     "box2d": (box2d, (256, 256), (64, 64)),
     "box3d": (box3d, (32, 32, 32), (16, 16, 8)),
@@ -160,8 +160,8 @@ SCENES = {
     "disks3d": (disks3d, 80, 32),
     "dambreak3d": (dambreak3d, 18, 8),
 }
-LARGE = {"box2d": (512, 512), "box3d": (64, 64, 32), "disks": 1024}  # about a million points, tiles for 1024 processes and more
-WEAK = {"box2d": (64, 64), "box3d": (16, 16, 8)}  # cells of a process: 16,384 points
+LARGE = {"box2d": (512, 512), "box3d": (64, 64, 32), "disks": 1024}  # about a million particles, and tiles for 1024 processes and more
+WEAK = {"box2d": (64, 64), "box3d": (16, 16, 8)}  # cells of a process, with 16,384 particles
 
 
 def weak_size(name, ranks):
@@ -178,7 +178,7 @@ def write_scene(name, size, steps):
 
 
 def parse(text):
-    """What a run printed."""
+    """The values that a run printed."""
     out = {"phases": {}}
     for line in text.splitlines():
         if m := re.match(r"scene .*  (\d+) particles", line):
@@ -197,8 +197,8 @@ def parse(text):
         raise RuntimeError(text[-2000:])
     out.setdefault("imbalance", 1.0)
     out.setdefault("cut", "")
-    out["seconds"] = out.get("seconds", out["phases"]["all"])  # of a real run: to three digits
-    out["phases"] = {k: 1e9 * v / out["particles"] for k, v in out["phases"].items()}  # ns a point
+    out["seconds"] = out.get("seconds", out["phases"]["all"])  # a real run prints three digits
+    out["phases"] = {k: 1e9 * v / out["particles"] for k, v in out["phases"].items()}  # ns a particle
     return out
 
 
@@ -219,7 +219,7 @@ def finish(process):
 
 
 def real(args, path, ranks=1, strategy="spatial", migrate="direct", copies=1, transport="shared"):
-    """Runs on this machine; copies at once, so that all cores are busy."""
+    """Results of runs on this machine, of which `copies` run at once so that all cores are busy."""
     command = [args.pebble, "-options_file", path] + options(strategy, migrate)
     if ranks > 1:
         command = [args.mpiexec, *TRANSPORTS[transport], "-n", str(ranks)] + command
@@ -228,7 +228,7 @@ def real(args, path, ranks=1, strategy="spatial", migrate="direct", copies=1, tr
 
 @functools.cache
 def hosts(ranks):
-    """The file that says where processes run: it must name no more nodes than are used."""
+    """The file that says where processes run. It must name no more nodes than are used."""
     path = WORK / f"hosts-{ranks}"
     path.write_text("".join(f"n{k}\n" for k in range(ranks)))
     return path
@@ -239,8 +239,8 @@ def platform_file(name):
 
 
 def measure(args, transport):
-    """Makes the platform of two processes of this machine, by what -model_calibrate finds there: time of a short message, what
-    of it the processors at its ends are busy for, time of a byte. The least of several."""
+    """Makes the platform of two processes of this machine from what -model_calibrate finds there: the time of a short message, the
+    part of it for which the processors at its ends are busy, and the time of a byte. The least of several calibrations counts."""
     file, found = WORK / f"{transport}.model", []
     path = write_scene("box2d", SCENES["box2d"][2], 40)
     for _ in range(args.calibrations // 5 + 1):
@@ -250,12 +250,12 @@ def measure(args, transport):
         if done.returncode:
             raise RuntimeError(f"no calibration over {transport}: {(done.stderr + done.stdout)[-500:]}")
         found.append({k: float(v) for k, v in re.findall(r"^(message|post|wire) (\S+)$", file.read_text(), re.M)})
-    found = [f for f in found if f["wire"] > 0]  # others were disturbed
+    found = [f for f in found if f["wire"] > 0]  # the other calibrations were disturbed
     if not found:
         raise RuntimeError(f"no calibration over {transport} found what a byte takes")
     message, post = min((f["message"], f["post"]) for f in found)
     wire = min(f["wire"] for f in found)
-    post = min(post, 0.8 * message)  # where other work has disturbed it
+    post = min(post, 0.8 * message)  # other work may have disturbed it
     platform_file(transport).write_text(PLATFORM.format(name=transport, bandwidth=1 / wire, latency=(message - post) / 2))  # two links
     NETWORK[transport] = ["smpi/lat-factor:0:1.0", "smpi/bw-factor:0:1.0"]
     NETWORK[transport] += [f"smpi/{k}:0:{post / 2:.3g}:0" for k in ("os", "ois", "or")]
@@ -267,7 +267,7 @@ def measure(args, transport):
 
 def simulated(args, path, hosts, ranks, mode, strategy, migrate, platform, costs):
     settings = SETTINGS + NETWORK[platform] + (["smpi/simulate-computation:no"] if mode == "injected" else [])
-    # smpirun passes arguments through a shell's eyes, so all that has blanks or quotes stands in the file.
+    # smpirun passes arguments through a shell, so all that has blanks or quotes stands in the file.
     command = ["nice", "-n", "19"] if mode == "injected" else []
     command += ["smpirun", "-np", str(ranks), "-platform", platform_file(platform), "-hostfile", hosts, "--log=root.thres:error"]
     command += [f"--cfg={s}" for s in settings] + [args.simulator, "-options_file", path] + options(strategy, migrate)
@@ -276,7 +276,7 @@ def simulated(args, path, hosts, ranks, mode, strategy, migrate, platform, costs
         environment["PEBBLE_COSTS"] = ",".join(f"{k}={v:g}" for k, v in costs.items())
     began = time.time()
     best = None
-    for _ in range(1 if mode == "injected" or strategy == "pool" else args.repeat):  # emulated: the least disturbed
+    for _ in range(1 if mode == "injected" or strategy == "pool" else args.repeat):  # emulated: the least disturbed run counts
         got = finish(start(command, env=environment))
         if not best or got["seconds"] < best["seconds"]:
             best = got
@@ -292,8 +292,8 @@ def true_digest(args_pebble, path):
 
 # ---- Costs
 def migration(name):
-    """What migration costs, ns: a point that changes process; DMSwarmMigrate a call, without its collectives, and a point that
-    is there. Of the report's calibration in as many dimensions, which has them from real runs on two processes."""
+    """The costs of migration, ns: of a particle that changes process; of a call of DMSwarmMigrate, without its collectives, and in it
+    of a particle that is there. They are from the report's calibration in as many dimensions, by real runs on two processes."""
     box = "box3d" if name.endswith("3d") else "box2d"
     text = (ROOT / f"docs/data/models/{box}.model").read_text()
     known = dict(re.findall(r"^migration\[(\d\]\.\w+) (\S+)$", text, re.M))
@@ -301,8 +301,8 @@ def migration(name):
 
 
 def in_turns(args, path, ways):
-    """The fastest of many short runs of each way, in turns: others use the machine too, and slow what runs at the time.
-    Of each: points, s a step, digest, and ns a point of each phase (its least of its own)."""
+    """The fastest of many short runs of each way, in turns, since other work on the machine slows what runs at the time.
+    Each has particles, s a step, digest, and ns a particle of each phase, for which each phase has its own least."""
     best = [None] * len(ways)
     for _ in range(args.calibrations):
         for k, way in enumerate(ways):
@@ -313,11 +313,11 @@ def in_turns(args, path, ways):
     return best
 
 
-ALONE = {"copies": os.cpu_count()}  # one process a core, each by itself
+ALONE = {"copies": os.cpu_count()}  # one process on each core, each a run of its own
 
 
 def costs_of(name, alone):
-    """Costs of phases, ns a point, and of migration."""
+    """Costs of phases, ns a particle, and of migration."""
     phases = {k: v for k, v in alone["phases"].items() if k not in ("REDUCE", "MIGRATE", "SETTLE", "other", "all")}
     return phases | migration(name)
 
@@ -330,7 +330,7 @@ def calibrate(args):
             continue
         run = in_turns(args, write_scene(name, size, 40), [ALONE])[0]
         costs = costs_of(name, run)
-        print(f"  {name:10} {run['particles']} points: " + ", ".join(f"{k} {v:.4g}" for k, v in costs.items()), flush=True)
+        print(f"  {name:10} {run['particles']} particles: " + ", ".join(f"{k} {v:.4g}" for k, v in costs.items()), flush=True)
         rows += [{"scene": name, "particles": run["particles"], "name": k, "ns": f"{v:.4g}"} for k, v in costs.items()]
     write(COSTS, sorted((r for r in rows if r["scene"] in SCENES), key=lambda r: list(SCENES).index(r["scene"])))
 
@@ -362,7 +362,7 @@ def read_rows(path):
 
 
 def wanted(chosen, value):
-    """Is it one of those that an option names? No option: all."""
+    """Is the value one of those that an option names? Without the option all are."""
     return not chosen or value in chosen
 
 
@@ -391,7 +391,7 @@ def chosen(args, run):
 
 
 def write_table(path, plan, done):
-    """The rows in the order of the plan, with efficiencies: the time a particle on one process of the same scene, mode and platform,
+    """Writes the rows in the sequence of the plan, with efficiencies: the time a particle on one process of the same scene, mode and platform,
     over that of this run times its processes."""
     keys = [run.key() for run in plan]
     rows, base = [done[k] for k in keys if k in done] + [row for k, row in done.items() if k not in keys], {}
@@ -445,7 +445,7 @@ def table(args, path, plan, costs):
 
 
 def curves(ranks, scenes, size, steps):
-    """Main curve, then the swarm's migration, the pool, and both measured: all start from the run on one process."""
+    """Runs of the main curve, then with DMSwarmMigrate, then of the pool, injected and then emulated; all refer to the run on one process."""
     for name in scenes:
         for mode in ("injected", "emulated"):
             for strategy, migrate in (("spatial", "direct"), ("spatial", "swarm"), ("pool", "direct")):
@@ -453,7 +453,7 @@ def curves(ranks, scenes, size, steps):
                     continue
                 for p in ranks:
                     if p > 1 or (strategy, migrate) == ("spatial", "direct"):
-                        # The pool's many messages take the simulator long, and its steps are all alike.
+                        # The simulator takes long for the pool's many messages, and its steps are all alike.
                         yield Run(name, size(name, p), steps if strategy == "spatial" else steps // 4, strategy, migrate, mode, "cluster", p)
 
 
@@ -465,11 +465,11 @@ def weak():
     yield from curves((1, 2, 4, 8, 16, 32), WEAK, weak_size, 40)
 
 
-BEYOND = (64, 128, 256, 512, 1024)  # their set-up takes the simulator minutes from 256 on: there only what matters most
+BEYOND = (64, 128, 256, 512, 1024)  # the simulator takes minutes to set up 256 and more: only the most important runs have so many
 
 
 def large_weak():
-    """Beyond 32 processes."""
+    """Runs of weak scaling on more than 32 processes."""
     for name in WEAK:
         for p in (1, *BEYOND):
             yield Run(name, weak_size(name, p), 20, "spatial", "direct", "injected", "cluster", p)
@@ -479,15 +479,15 @@ def large_weak():
 
 
 def large_strong():
-    """About a million points."""
+    """Runs of strong scaling with about a million particles."""
     for name, size in LARGE.items():
         for p in (1, *BEYOND):
             yield Run(name, size, 20, "spatial", "direct", "injected", "cluster", p)
 
 
 def validate(args, _):
-    """This machine simulated, beside real runs on one and two of its cores, whose messages go through shared memory or by TCP.
-    Costs are measured in turns with these runs: of the same scene, on one process, one on each core."""
+    """Simulates this machine, and compares with real runs on one and two of its cores, whose messages go through shared memory or by
+    TCP. The costs are measured in turns with these runs: of the same scene, on one process, one on each core."""
     ways = [{"ranks": 1, "strategy": "spatial", "migrate": "direct", "transport": "shared"}]
     for transport in TRANSPORTS:
         if wanted(args.transport, transport):
@@ -534,7 +534,7 @@ def main():
     parser.add_argument("--mode", choices=["injected", "emulated"])
     parser.add_argument("--strategy", choices=["spatial", "pool"])
     parser.add_argument("--migrate", choices=["direct", "swarm"])
-    parser.add_argument("--transport", choices=list(TRANSPORTS), help="of the validation on two processes")
+    parser.add_argument("--transport", choices=list(TRANSPORTS), help="transport of messages in the validation on two processes")
     parser.add_argument("--sizes", type=lambda text: [int(p) for p in text.split(",")])
     parser.add_argument("--calibrations", type=int, default=15, help="runs of each kind, of which the fastest counts")
     parser.add_argument("--repeat", type=int, default=2, help="emulated runs, of which the fastest counts")
@@ -550,7 +550,7 @@ def main():
         parser.error(f"parts are {', '.join(parts)}, scenes {', '.join(SCENES)}")
     WORK.mkdir(parents=True, exist_ok=True)
     if args.calibrate or not COSTS.exists():
-        print("costs, ns a point (SWARM: a call), measured on this machine")
+        print("costs, ns a particle (SWARM: a call), measured on this machine")
         calibrate(args)
     costs, wrong = read_costs(), 0
     for what in parts:
