@@ -45,6 +45,16 @@ def that(condition, what):
     return bool(condition)
 
 
+def need(condition, wrong):
+    """Counts a check on which what follows builds: it is only said if it fails, as what is wrong, and ends the test."""
+    global checks, failures
+    checks += 1
+    if not condition:
+        failures += 1
+        print("FAIL", wrong)
+        end()
+
+
 def end():
     print(f"{checks} checks, {failures} failed")
     sys.exit(bool(failures) or not checks)
