@@ -12,6 +12,7 @@ import collections
 import csv
 import os
 import re
+import shutil
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
@@ -25,7 +26,7 @@ program = source = mpiexec = None
 checks = failures = 0
 
 
-def arguments(usage, words=0):
+def arguments(usage, words):
     """Reads the command line; returns the words after MPIEXEC, of which there must be so many (None: any number)."""
     global program, source, mpiexec
     if len(sys.argv) < 4 or words is not None and len(sys.argv) != 4 + words:
@@ -111,6 +112,13 @@ def at_once(function, jobs, workers=2):
 
 def scene(name):
     return os.path.join(source, "options", name + ".opts")
+
+
+def folder(name):
+    """An empty folder of this name."""
+    shutil.rmtree(name, ignore_errors=True)
+    os.makedirs(name)
+    return name
 
 
 def write(path, text):
