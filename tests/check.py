@@ -46,13 +46,19 @@ def that(condition, what):
     return bool(condition)
 
 
-def need(condition, wrong):
-    """Counts a check on which what follows builds: it is only said if it fails, as what is wrong, and ends the test."""
+def fault(wrong):
+    """Counts a check that is only said if it fails: wrong says what is wrong, or is None."""
     global checks, failures
     checks += 1
+    failures += bool(wrong)
+    if wrong:
+        print("FAIL", wrong, flush=True)
+
+
+def need(condition, wrong):
+    """The same, where what follows builds on it: if it fails it ends the test."""
+    fault(None if condition else wrong)
     if not condition:
-        failures += 1
-        print("FAIL", wrong)
         end()
 
 
