@@ -92,7 +92,7 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 export ASAN_OPTIONS := detect_leaks=0
 
 # ---- What a user asks for
-.PHONY: all run test test-widths verify robust bench paper simulate scaling report format clean distclean help objects picture ctest pages FORCE
+.PHONY: all run test test-long test-widths verify robust bench paper simulate scaling report format clean distclean help objects picture ctest pages FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -102,17 +102,21 @@ run: ## install what is missing, build, run options/disks.opts, draw output/disk
 	@tools/install.sh run
 	+@$(again) picture
 
-test: ## install what is missing, build, run every test but verify, robust and slow
+test: ## install what is missing, build, run every test but the long ones: less than five minutes on two cores
 	@tools/install.sh test
-	+@$(again) ctest select="-LE 'verify|robust|slow'"
+	+@$(again) ctest select="-LE long"
 
-verify: ## the long tests of accuracy: prints errors and orders beside those expected
+test-long: ## the long tests: all combinations, both compilers, verify and robust
+	@tools/install.sh test
+	+@$(again) ctest select="-L long"
+
+verify: ## of the long tests those of accuracy: prints errors and orders beside those expected
 	@tools/install.sh test
 	+@$(again) ctest select="-L verify -V"
 
-robust: ## the long tests of robustness, and those on 16 and 32 processes
+robust: ## of the long tests those of robustness, on up to 32 processes
 	@tools/install.sh test
-	+@$(again) ctest select="-L 'robust|slow'"
+	+@$(again) ctest select="-L robust"
 
 # The environment's PEBBLE_VECTOR is the largest number of lanes; a processor may have fewer.
 test-widths: ## the tests of equality with vectors of 8, 4 and 2 points
@@ -178,7 +182,7 @@ picture: $(PEBBLE)
 ctest: $(PEBBLE) $(units) $(BUILD)/quadrature build/seed_serial
 	@rm -rf $(BUILD)/tests/runs
 	@cmake -S tests -B $(BUILD)/tests -DSOURCE=$(CURDIR) -DBUILD=$(abspath $(BUILD)) -DPEBBLE=$(abspath $(PEBBLE)) \
-	  -DPYTHON=$(CURDIR)/$(python) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
+	  -DPYTHON=$(abspath $(python)) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
 	@cd $(BUILD)/tests && ctest -j2 --output-on-failure --no-tests=error $(select)
 
 pages: $(PEBBLE)
