@@ -190,6 +190,8 @@ pages: $(PEBBLE)
 
 # ---- Building. A line a file; V=1 shows the commands.
 say = $(if $(V),,@printf '  %-5s %s\n' $1 $@;)
+# What the compiler says is also kept beside the object: tests/test_warnings.py wants it to be nothing.
+keep = 2>$@.said; status=$$?; cat $@.said >&2; exit $$status
 
 objects: $(objects)
 
@@ -209,11 +211,11 @@ $(BUILD)/quadrature: tools/paper/quadrature.c $(BUILD)/flags
 	$(call say,TOOL) $(compile) -Isrc -o $@ $< $(rpath) $(libraries)
 
 $(BUILD)/%.o: src/%.c $(BUILD)/flags
-	$(call say,CC) $(compile) $(defines) -c -o $@ $<
+	$(call say,CC) $(compile) $(defines) -c -o $@ $< $(keep)
 
 define with_lanes
 $(BUILD)/%.$1.o: src/%.c $(BUILD)/flags
-	$$(call say,CC) $$(compile) -DMPM_WIDTH=$1 $(width.$1) $$(if $$(findstring sums,$$@),$(fuse)) -c -o $$@ $$<
+	$$(call say,CC) $$(compile) -DMPM_WIDTH=$1 $(width.$1) $$(if $$(findstring sums,$$@),$(fuse)) -c -o $$@ $$< $$(keep)
 endef
 $(foreach w,$(widths),$(eval $(call with_lanes,$w)))
 
