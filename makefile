@@ -118,11 +118,9 @@ robust: ## of the long tests those of robustness, on up to 32 processes
 	@tools/install.sh test
 	+@$(again) ctest select="-L robust"
 
-# The environment's PEBBLE_VECTOR is the largest number of lanes; a processor may have fewer.
-test-widths: ## the tests of equality with vectors of 8, 4 and 2 points
+test-widths: ## of the long tests those that repeat others with vectors of 4 and of 2 particles
 	@tools/install.sh test
-	+@for lanes in 8 4 2; do echo "At most $$lanes lanes:"; \
-	  PEBBLE_VECTOR=$$lanes $(again) ctest select="-L equal" || exit 1; done
+	+@$(again) ctest select="-L widths"
 
 bench: ## time this program and others on the same work; BENCH=full: all sizes, 40 minutes
 	@tools/install.sh run
