@@ -2,7 +2,6 @@
 
 usage: test_output.py PEBBLE SOURCE MPIEXEC
 """
-import os
 import re
 
 import h5py
