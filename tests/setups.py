@@ -1,18 +1,17 @@
 """Set-ups in the notation of the reference states (tests/reference/golden.json), as options files of Pebble; and how the
-tests run them and read what they wrote.
+tests run them and read their states.
 
 A set-up is a dict: ndim, origin, h, ncells, basis, boundary, walls {"x-": kind}, order, flip, affine, gravity, consts,
 bodies [lo, hi, b, offset, region, rho, material, velocity], bodyforce, dt, steps. Expressions are Python's, of x, y, z
 (for forces: where a point is), X, Y, Z (where it started), t, pi and the names in consts.
 """
-import csv
 import math
-import os
 import re
-import subprocess
 
 import h5py
 import numpy as np
+
+import check
 
 BASES = {"linear": "linear", "ugimp": "gimp", "cpgimp": "gimp", "quadratic": "bspline2", "cubic": "bspline3"}
 GIMP_UPDATES = {"ugimp": "none", "cpgimp": "stretch"}
@@ -140,24 +139,16 @@ def options(spec, title="reference", output_every=1e9, history_every=1e9):
     return "\n".join(lines) + "\n"
 
 
-def simulate(pebble, work, name, text, *extra):
+def simulate(name, text, *extra):
     """Runs pebble on an options file of this text; its exit status and what it said."""
-    path = os.path.join(work, name + ".opts")
-    with open(path, "w") as file:
-        file.write(text)
-    result = subprocess.run([pebble, "-options_file", path, "-output_dir", work, "-output_name", name, *extra],
-                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    return result.returncode, result.stdout
+    path = check.write(name + ".opts", text)
+    result = check.pebble("-options_file", path, "-output_dir", ".", "-output_name", name, *extra, timeout=900)
+    return result.status, result.said
 
 
-def history(work, name):
-    with open(os.path.join(work, name + ".csv"), newline="") as file:
-        return {int(row["step"]): {key: float(value) for key, value in row.items()} for row in csv.DictReader(file)}
-
-
-def steps(file):
-    """Numbers of the snapshots in an open file."""
-    return sorted(int(key[5:]) for key in file if key.startswith("step_"))
+def history(name):
+    """{step: {column: value}}"""
+    return {int(row["step"]): {key: float(value) for key, value in row.items()} for row in check.rows(name + ".csv")}
 
 
 def state(file, step, dim):
@@ -173,6 +164,6 @@ def state(file, step, dim):
     return found
 
 
-def snapshot(work, name, step, dim):
-    with h5py.File(os.path.join(work, name + ".h5")) as file:
+def snapshot(name, step, dim):
+    with h5py.File(name + ".h5") as file:
         return state(file, step, dim)

@@ -1,14 +1,11 @@
 """Vibrating bars against exact solutions: period and energy of options/bar.opts, orders of accuracy of a fixed bar.
 
-usage: test_bar.py PEBBLE SOURCE [WORK]     (WORK: folder for the files, default the current one)
+usage: test_bar.py PEBBLE SOURCE MPIEXEC
 """
-import csv
-import os
-import subprocess
-import sys
-
 import h5py
 import numpy as np
+
+import check
 
 PERIOD = 0.4  # s, of options/bar.opts: 4 L sqrt(rho/E)
 PERIODS = 10
@@ -17,25 +14,6 @@ PERIODS = 10
 # independent implementation (two digits).
 AMPLITUDE, QUARTER, CFL = 1e-5, 0.5, 0.1
 REFERENCE = {"usf": {16: 2.2e-2, 32: 1.0e-2, 64: 5.0e-3, 128: 2.5e-3}, "musl": {16: 2.1e-3, 32: 5.1e-4, 64: 1.3e-4, 128: 3.3e-5}}
-failures = 0
-
-
-def check(condition, what):
-    global failures
-    failures += not condition
-    print("ok  " if condition else "FAIL", what, flush=True)
-
-
-def simulate(pebble, work, *arguments):
-    result = subprocess.run([pebble, *arguments, "-output_dir", work], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    if result.returncode:
-        sys.exit(f"{result.stdout}\nFAIL: exit status {result.returncode}: {' '.join(arguments)}")
-
-
-def history(path):
-    with open(path, newline="") as file:
-        rows = list(csv.DictReader(file))
-    return {key: np.array([float(row[key]) for row in rows]) for key in rows[0]}
 
 
 def frequency(t, y, omega):
@@ -49,35 +27,33 @@ def frequency(t, y, omega):
     return omega, a
 
 
-def check_vibration(pebble, source, work):
+def check_vibration():
     """Period from the momentum, energy from the means over the first and the last period."""
     exact = 2 * np.pi / PERIOD
     errors = {}
     for update in ("musl", "usf", "usl"):
-        simulate(pebble, work, "-options_file", os.path.join(source, "options", "bar.opts"), "-method_update", update,
-                 "-time_end", repr(PERIODS * PERIOD), "-history_every", "0", "-output_every", "1e9",
-                 "-output_name", "bar_" + update)
-        line = history(os.path.join(work, f"bar_{update}.csv"))
+        check.must("-options_file", check.scene("bar"), "-method_update", update, "-time_end", repr(PERIODS * PERIOD),
+                   "-history_every", "0", "-output_every", "1e9", "-output_dir", ".", "-output_name", "bar_" + update)
+        line = check.history(f"bar_{update}.csv")
         t, energy = line["time"], line["total_energy"]
         omega, amplitude = frequency(t, line["momentum_x"] / line["mass"], exact * 1.01)
         errors[update] = exact / omega - 1
         first, last = (np.average(energy[part], weights=line["dt"][part]) for part in (t <= PERIOD, t > t[-1] - PERIOD))
         drift, swing = last / first - 1, np.abs(energy / energy[0] - 1).max()
-        check(abs(errors[update]) <= 0.005, f"{update}: period {2 * np.pi / omega:.7f} s, exact {PERIOD} s, error {errors[update]:+.2e} (allowed 5e-3)")
-        check(abs(amplitude / (0.1 * 2 / np.pi) - 1) <= 0.01, f"{update}: amplitude of the mean velocity {amplitude:.6f} m/s, exact 0.0636620 (allowed 1 %)")
-        check(abs(drift) <= (0.01 if update != "usl" else 0.02), f"{update}: energy drifts by {drift:+.2e} in {PERIODS} periods, swings within {swing:.2e} of its start (allowed drift {'1e-2' if update != 'usl' else '2e-2'})")
-        check(swing <= 0.02, f"{update}: largest change of energy {swing:.2e} (allowed 2e-2)")
-        check((line["mass"] == line["mass"][0]).all(), f"{update}: mass is constant")
+        check.that(abs(errors[update]) <= 0.005, f"{update}: period {2 * np.pi / omega:.7f} s, exact {PERIOD} s, error {errors[update]:+.2e} (allowed 5e-3)")
+        check.that(abs(amplitude / (0.1 * 2 / np.pi) - 1) <= 0.01, f"{update}: amplitude of the mean velocity {amplitude:.6f} m/s, exact 0.0636620 (allowed 1 %)")
+        check.that(abs(drift) <= (0.01 if update != "usl" else 0.02), f"{update}: energy drifts by {drift:+.2e} in {PERIODS} periods, swings within {swing:.2e} of its start (allowed drift {'1e-2' if update != 'usl' else '2e-2'})")
+        check.that(swing <= 0.02, f"{update}: largest change of energy {swing:.2e} (allowed 2e-2)")
+        check.that((line["mass"] == line["mass"][0]).all(), f"{update}: mass is constant")
     # usf and musl are the same steps seen at another moment, so their spectra are the same
-    check(abs(errors["usf"] - errors["musl"]) <= 5e-4, f"usf and musl: periods differ by {errors['usf'] - errors['musl']:+.2e} (allowed 5e-4)")
+    check.that(abs(errors["usf"] - errors["musl"]) <= 5e-4, f"usf and musl: periods differ by {errors['usf'] - errors['musl']:+.2e} (allowed 5e-4)")
 
 
-def displacement_error(pebble, work, update, n, cfl):
+def displacement_error(update, n, cfl):
     """Relative rms displacement error of the bar held at both ends at a quarter of its period."""
     name, h = f"mode_{update}_{n}_{cfl}", 1 / n
     steps = round(QUARTER / (cfl * h))
-    with open(os.path.join(work, name + ".opts"), "w") as file:
-        file.write(f"""-dim 1
+    scene = check.write(name + ".opts", f"""-dim 1
 -grid_lower 0
 -grid_upper 1
 -grid_cells {n}
@@ -103,8 +79,8 @@ def displacement_error(pebble, work, update, n, cfl):
 -output_every 1e9
 -history_every 1e9
 """)
-    simulate(pebble, work, "-options_file", os.path.join(work, name + ".opts"))
-    with h5py.File(os.path.join(work, name + ".h5")) as file:
+    check.must("-options_file", scene, "-output_dir", ".")
+    with h5py.File(name + ".h5") as file:
         first, last = file["step_000000/particles"], file[f"step_{steps:06d}/particles"]
         t = file[f"step_{steps:06d}"].attrs["time"]
         assert (first["id"][:] == last["id"][:]).all() and abs(t - QUARTER) < 1e-12
@@ -113,40 +89,33 @@ def displacement_error(pebble, work, update, n, cfl):
     return np.sqrt(((u - exact) ** 2).mean() / (exact ** 2).mean())
 
 
-def check_orders(pebble, work):
+def check_orders():
     for update, reference in REFERENCE.items():
-        found = {n: displacement_error(pebble, work, update, n, CFL) for n in reference}
+        found = {n: displacement_error(update, n, CFL) for n in reference}
         cells = sorted(found)
         orders = [np.log2(found[n] / found[m]) for n, m in zip(cells, cells[1:])]
         print(f"{update}, n = {cells}: errors {' '.join(f'{found[n]:.4e}' for n in cells)}, orders {' '.join(f'{o:.3f}' for o in orders)}")
         for n in cells:
             unit = 10 ** np.floor(np.log10(reference[n]) - 1)  # of the last of two digits
-            check(abs(found[n] - reference[n]) <= 0.51 * unit, f"{update}, n = {n}: error {found[n]:.4e}, reference {reference[n]:.1e}")
+            check.that(abs(found[n] - reference[n]) <= 0.51 * unit, f"{update}, n = {n}: error {found[n]:.4e}, reference {reference[n]:.1e}")
         if update == "musl":
-            check(min(orders) >= 1.9, f"musl: orders {' '.join(f'{o:.3f}' for o in orders)} (at least 1.9, expected 2)")
+            check.that(min(orders) >= 1.9, f"musl: orders {' '.join(f'{o:.3f}' for o in orders)} (at least 1.9, expected 2)")
         else:
-            check(all(0.9 <= o <= 1.1 for o in orders[1:]), f"usf: orders {' '.join(f'{o:.3f}' for o in orders)} (expected 1)")
+            check.that(all(0.9 <= o <= 1.1 for o in orders[1:]), f"usf: orders {' '.join(f'{o:.3f}' for o in orders)} (expected 1)")
         # half the step at n = 32: the first-order error in time of usf halves, musl has only that of the grid
         steps = [0.4, 0.2, 0.1, 0.05]
-        errors = [displacement_error(pebble, work, update, 32, cfl) for cfl in steps]
+        errors = [displacement_error(update, 32, cfl) for cfl in steps]
         orders = [np.log2(a / b) for a, b in zip(errors, errors[1:])]
         text = f"{update}, n = 32, c dt/h = {steps}: errors {' '.join(f'{e:.3e}' for e in errors)}"
         if update == "musl":
-            check(max(errors) <= 1.5 * min(errors), text + " (within 1.5 of each other)")
+            check.that(max(errors) <= 1.5 * min(errors), text + " (within 1.5 of each other)")
         else:
-            check(all(0.9 <= o <= 1.1 for o in orders), f"{text}, orders {' '.join(f'{o:.3f}' for o in orders)} (1 +- 0.1)")
+            check.that(all(0.9 <= o <= 1.1 for o in orders), f"{text}, orders {' '.join(f'{o:.3f}' for o in orders)} (1 +- 0.1)")
             # usf adds the gradient of v(0) dt to F before x has moved: x stays behind by that, pi dt of the amplitude
-            check(all(abs(e / (np.pi * cfl / 32) - 1) <= 0.15 for e, cfl in zip(errors, steps)), f"usf: errors over pi dt: {' '.join(f'{e / (np.pi * cfl / 32):.3f}' for e, cfl in zip(errors, steps))} (1 +- 0.15)")
+            check.that(all(abs(e / (np.pi * cfl / 32) - 1) <= 0.15 for e, cfl in zip(errors, steps)), f"usf: errors over pi dt: {' '.join(f'{e / (np.pi * cfl / 32):.3f}' for e, cfl in zip(errors, steps))} (1 +- 0.15)")
 
 
-def main(pebble, source, work="."):
-    check_vibration(pebble, source, work)
-    check_orders(pebble, work)
-    if failures:
-        sys.exit(f"FAIL: {failures} checks")
-
-
-if __name__ == "__main__":
-    if len(sys.argv) not in (3, 4):
-        sys.exit(__doc__)
-    main(*sys.argv[1:])
+check.arguments(__doc__, 0)
+check_vibration()
+check_orders()
+check.end()

@@ -1,16 +1,14 @@
 """What a free body must keep: mass, momentum, number of points, zero stress in translation, energy of the disks; and
 what must not matter to a run: how often and in which format it writes.
 
-usage: test_conservation.py PEBBLE SOURCE [WORK]     (WORK: folder for the files, default the current one)
+usage: test_conservation.py PEBBLE SOURCE MPIEXEC
 """
-import csv
 import os
-import re
-import subprocess
-import sys
 
 import h5py
 import numpy as np
+
+import check
 
 TOLERANCE = 1e-13
 ENERGY = 0.04  # of the disks: largest change of the total energy
@@ -20,32 +18,18 @@ VELOCITY = {
     2: "0.3 - 0.8*(y-0.5) + 0.2*sin(2*pi*x), -0.2 + 0.8*(x-0.5) + 0.3*(y-0.5)",
     3: "0.3 - 0.8*(y-0.5) + 0.2*sin(2*pi*z), -0.2 + 0.8*(x-0.5) + 0.3*(y-0.5), 0.1 + 0.5*(x-0.5) - 0.4*cos(2*pi*y)",
 }
-failures = 0
 
 
-def check(condition, what):
-    global failures
-    failures += not condition
-    print("ok  " if condition else "FAIL", what, flush=True)
+def simulate(name, *arguments):
+    """Runs pebble; its digest. Results are name.*"""
+    return check.must(*arguments, "-output_dir", ".", "-output_name", name).digest
 
 
-def simulate(pebble, work, name, *arguments):
-    """Runs pebble; its digest. Results are WORK/name.*"""
-    result = subprocess.run([pebble, *arguments, "-output_dir", work, "-output_name", name], stdout=subprocess.PIPE,
-                            stderr=subprocess.STDOUT, text=True)
-    digest = re.search(r"^digest +([0-9a-f]{16})$", result.stdout, re.M)
-    if result.returncode or not digest:
-        sys.exit(f"{result.stdout}\nFAIL: {name}: exit status {result.returncode}, digest {digest}")
-    return digest.group(1)
-
-
-def block(work, name, dim, model, update, velocity, extra=""):
+def block(name, dim, model, update, velocity, extra=""):
     """An options file: a block of two bodies (so of two kinds) in the middle of an open box; its points lie off the
     grid's lines."""
-    path = os.path.join(work, name + ".opts")
     every = lambda value: ",".join([str(value)] * dim)
-    with open(path, "w") as file:
-        file.write(f"""-dim {dim}
+    return "-options_file", check.write(name + ".opts", f"""-dim {dim}
 -grid_lower {every(0)}
 -grid_upper {every(1)}
 -grid_cells {every(10)}
@@ -78,17 +62,11 @@ def block(work, name, dim, model, update, velocity, extra=""):
 -history_every 0
 {extra}
 """)
-    return "-options_file", path
 
 
-def history(work, name):
-    with open(os.path.join(work, name + ".csv"), newline="") as file:
-        return list(csv.DictReader(file))
-
-
-def speed(work, name):
+def speed(name):
     """sum m|v| of the points, largest over the snapshots; masses from the stress-free volumes of the bodies."""
-    with h5py.File(os.path.join(work, name + ".h5")) as file:
+    with h5py.File(name + ".h5") as file:
         largest = 0.0
         first = file["step_000000/particles"]
         for step in (file[key] for key in file if key.startswith("step_")):
@@ -99,73 +77,70 @@ def speed(work, name):
     return largest
 
 
-def check_kept(work, name, scale, gravity=(0, 0, 0)):
+def check_kept(name, scale, gravity=(0, 0, 0)):
     """Mass and number of points to the last digit, momentum to rounding."""
-    rows = history(work, name)
+    rows = check.rows(name + ".csv")
     axes = [axis for axis in "xyz" if "momentum_" + axis in rows[0]]
     t = np.array([float(row["time"]) for row in rows])
     mass = float(rows[0]["mass"])
     p = np.array([[float(row["momentum_" + axis]) for axis in axes] for row in rows])
     change = np.abs(p - p[0] - mass * np.outer(t, gravity[:len(axes)])).max()
-    check(len(rows) > 10 and len({row["mass"] for row in rows}) == 1, f"{name}: mass is {rows[0]['mass']} kg in all {len(rows)} lines")
-    check(len({row["particles"] for row in rows}) == 1, f"{name}: {rows[0]['particles']} particles in all lines")
-    check(change <= TOLERANCE * scale, f"{name}: momentum{' less m g t' if any(gravity) else ''} changes by {change / scale:.1e} of sum m|v| (allowed {TOLERANCE})")
+    check.that(len(rows) > 10 and len({row["mass"] for row in rows}) == 1, f"{name}: mass is {rows[0]['mass']} kg in all {len(rows)} lines")
+    check.that(len({row["particles"] for row in rows}) == 1, f"{name}: {rows[0]['particles']} particles in all lines")
+    check.that(change <= TOLERANCE * scale, f"{name}: momentum{' less m g t' if any(gravity) else ''} changes by {change / scale:.1e} of sum m|v| (allowed {TOLERANCE})")
 
 
-def check_flight(pebble, disks, work):
+def check_flight(disks):
     for update, end in (("usf", "1"), ("usl", "0.3"), ("musl", "1")):
         # before contact, both disks, so that the sum of momentum is 0; and with one of them slower, so that it is not
         for name, extra in ((f"disks_{update}", []), (f"disk_{update}", ["-body_disk2_velocity", "-0.03,-0.01"])):
-            simulate(pebble, work, name, "-options_file", disks, "-method_update", update, "-time_end", end, "-history_every", "0", *extra)
-            line = history(work, name)[0]
+            simulate(name, "-options_file", disks, "-method_update", update, "-time_end", end, "-history_every", "0", *extra)
+            line = check.rows(name + ".csv")[0]
             m = float(line["mass"]) / 2
             v = np.array([[0.1, 0.1], [-0.03, -0.01] if extra else [-0.1, -0.1]])
-            check_kept(work, name, m * np.linalg.norm(v, axis=1).sum())
+            check_kept(name, m * np.linalg.norm(v, axis=1).sum())
         for dim in (2, 3):
             for model in ("neohookean", "elastic"):
                 name = f"block{dim}_{model}_{update}"
                 # usl with the linear basis is unstable in the long run
-                simulate(pebble, work, name, *block(work, name, dim, model, update, VELOCITY[dim]), "-time_end", "0.2" if update == "usl" else "0.25")
-                check_kept(work, name, speed(work, name))
+                simulate(name, *block(name, dim, model, update, VELOCITY[dim]), "-time_end", "0.2" if update == "usl" else "0.25")
+                check_kept(name, speed(name))
         for dim, gravity in ((2, (1.5, -3, 0)), (3, (0.5, 1, -2))):
             name = f"falling{dim}_{update}"
             extra = f"-gravity {','.join(map(str, gravity[:dim]))}"
-            simulate(pebble, work, name, *block(work, name, dim, "neohookean", update, VELOCITY[dim], extra), "-time_end", "0.2" if update == "usl" else "0.25")
-            check_kept(work, name, speed(work, name), gravity)
+            simulate(name, *block(name, dim, "neohookean", update, VELOCITY[dim], extra), "-time_end", "0.2" if update == "usl" else "0.25")
+            check_kept(name, speed(name), gravity)
 
 
-def check_translation(pebble, work):
+def check_translation():
     for update in ("usf", "musl"):
         for dim in (2, 3):
             for model in ("neohookean", "elastic"):
                 name = f"translation{dim}_{model}_{update}"
                 velocity = ", ".join(["0.31", "-0.17", "0.23"][:dim])
-                simulate(pebble, work, name, *block(work, name, dim, model, update, velocity), "-time_end", "0.9", "-output_every", "0.1")
-                with h5py.File(os.path.join(work, name + ".h5")) as file:
+                simulate(name, *block(name, dim, model, update, velocity), "-time_end", "0.9", "-output_every", "0.1")
+                with h5py.File(name + ".h5") as file:
                     steps = [file[key]["particles"] for key in sorted(file) if key.startswith("step_")]
                     stress = max(np.abs(step["stress"][:]).max() for step in steps) / E
                     moved = (steps[-1]["x"][:] - steps[0]["x"][:])[:, :dim] / 0.1  # cells
-                    count = len(history(work, name)) - 1
-                check(np.abs(moved).max() > 2, f"{name}: moves by {np.abs(moved).max(0).round(2)} cells in {count} steps")
-                check(stress <= TOLERANCE, f"{name}: largest stress {stress:.1e} E (allowed {TOLERANCE})")
+                    count = len(check.rows(name + ".csv")) - 1
+                check.that(np.abs(moved).max() > 2, f"{name}: moves by {np.abs(moved).max(0).round(2)} cells in {count} steps")
+                check.that(stress <= TOLERANCE, f"{name}: largest stress {stress:.1e} E (allowed {TOLERANCE})")
 
 
-def check_energy(pebble, disks, work):
+def check_energy(disks):
     for update in ("usf", "musl"):
         name = f"energy_{update}"
-        simulate(pebble, work, name, "-options_file", disks, "-method_update", update, "-history_every", "0")
-        rows = history(work, name)
+        simulate(name, "-options_file", disks, "-method_update", update, "-history_every", "0")
+        rows = check.rows(name + ".csv")
         total, kinetic = (np.array([float(row[key]) for row in rows]) for key in ("total_energy", "kinetic_energy"))
-        check(len(rows) > 150 and np.isfinite(total).all(), f"{name}: {len(rows)} lines")
-        check(np.abs(total / total[0] - 1).max() <= ENERGY, f"{name}: total energy {total.min() / total[0] - 1:+.4f} .. {total.max() / total[0] - 1:+.4f} of the start (allowed {ENERGY}); kinetic at least {kinetic.min() / total[0]:.3f}, at the end {kinetic[-1] / total[0]:.3f}")
+        check.that(len(rows) > 150 and np.isfinite(total).all(), f"{name}: {len(rows)} lines")
+        check.that(np.abs(total / total[0] - 1).max() <= ENERGY, f"{name}: total energy {total.min() / total[0] - 1:+.4f} .. {total.max() / total[0] - 1:+.4f} of the start (allowed {ENERGY}); kinetic at least {kinetic.min() / total[0]:.3f}, at the end {kinetic[-1] / total[0]:.3f}")
 
 
-def check_cadence(pebble, disks, work):
+def check_cadence(disks):
     """The same run written differently: the same digest, the same lines of history at equal steps."""
-    def lines(name):
-        with open(os.path.join(work, name + ".csv"), "rb") as file:
-            return file.read()
-
+    lines = lambda name: check.content(name + ".csv")
     variants = {
         "base": [],
         "again": [],
@@ -181,34 +156,24 @@ def check_cadence(pebble, disks, work):
         text = file.readlines()
     for scene, extra in (("disks", ["-dt_size", "auto", "-method_update", "usf"]), ("disks_musl", ["-dt_size", "0.01", "-method_update", "musl"])):
         # an option that does not apply is refused: -dt_cfl with a fixed step, -output_every without snapshots
-        path = os.path.join(work, scene + ".opts")
-        with open(path, "w") as file:
-            file.writelines(line for line in text if not line.startswith(("-dt_", "-output_", "-method_update")))
+        path = check.write(scene + ".opts", "".join(line for line in text if not line.startswith(("-dt_", "-output_", "-method_update"))))
         common = ["-options_file", path, *extra, "-time_end", "2"]
-        digests = {name: simulate(pebble, work, f"{scene}_{name}", *common, *more) for name, more in variants.items()}
-        check(len(set(digests.values())) == 1, f"{scene}: digest {digests['base']} of {len(digests)} ways to write" if len(set(digests.values())) == 1 else f"{scene}: digests {digests}")
+        digests = {name: simulate(f"{scene}_{name}", *common, *more) for name, more in variants.items()}
+        check.that(len(set(digests.values())) == 1, f"{scene}: digest {digests['base']} of {len(digests)} ways to write" if len(set(digests.values())) == 1 else f"{scene}: digests {digests}")
         base = lines(f"{scene}_base")
         for name, more in variants.items():
             if name != "base" and "-history_every" not in more:
-                check(lines(f"{scene}_{name}") == base, f"{scene}: the history of '{name}' is byte for byte that of 'base'")
+                check.that(lines(f"{scene}_{name}") == base, f"{scene}: the history of '{name}' is byte for byte that of 'base'")
         every = set(lines(f"{scene}_each_line").splitlines())
         for name in ("base", "odd_lines"):
             some = lines(f"{scene}_{name}").splitlines()
-            check(10 < len(some) < len(every) and set(some) <= every, f"{scene}: the {len(some) - 1} lines of '{name}' stand among the {len(every) - 1} of every step")
-        check(not os.path.exists(os.path.join(work, f"{scene}_without.h5")), f"{scene}: -output_format none writes no snapshots")
+            check.that(10 < len(some) < len(every) and set(some) <= every, f"{scene}: the {len(some) - 1} lines of '{name}' stand among the {len(every) - 1} of every step")
+        check.that(not os.path.exists(f"{scene}_without.h5"), f"{scene}: -output_format none writes no snapshots")
 
 
-def main(pebble, source, work="."):
-    disks = os.path.join(source, "options", "disks.opts")
-    check_flight(pebble, disks, work)
-    check_translation(pebble, work)
-    check_energy(pebble, disks, work)
-    check_cadence(pebble, disks, work)
-    if failures:
-        sys.exit(f"FAIL: {failures} checks")
-
-
-if __name__ == "__main__":
-    if len(sys.argv) not in (3, 4):
-        sys.exit(__doc__)
-    main(*sys.argv[1:])
+check.arguments(__doc__, 0)
+check_flight(check.scene("disks"))
+check_translation()
+check_energy(check.scene("disks"))
+check_cadence(check.scene("disks"))
+check.end()

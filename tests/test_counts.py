@@ -3,24 +3,16 @@ against a count by hand.
 
 usage: test_counts.py PEBBLE SOURCE MPIEXEC memory|flops
 """
-import csv
 import os
 import re
 import subprocess
-import sys
 
-import mpi
+import check
+import launch
 
 MEMORY = 0.10  # largest part by which the memory of a point may differ from what is printed
 PRINTED = 0.012  # three digits each of ns per point and of GFlop/s or GB/s
 STEPS, BLOCK = 10, {2: (64, 32), 3: (20, 10)}  # whose operations are counted: cells a side of grid and block
-failures = 0
-
-
-def check(condition, what):
-    global failures
-    failures += not condition
-    print("ok  " if condition else "FAIL", what, flush=True)
 
 
 def block(dim, cells, side, ppc, velocity, basis="bspline2", update="usl", steps=3):
@@ -36,28 +28,28 @@ def block(dim, cells, side, ppc, velocity, basis="bspline2", update="usl", steps
             "-output_format", "none", "-history_every", 1e9, "-output_dir", ".", "-output_name", "run"]
 
 
-def largest(pebble, arguments):
+def largest(arguments):
     """A run's output and the largest memory of its process in bytes."""
-    process = subprocess.Popen([pebble, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    out = process.stdout.read()
-    _, status, usage = os.wait4(process.pid, 0)
-    if status:
-        sys.exit(f"{out}\nFAIL: status {status}")
+    with launch.own_folder() as environment:
+        process = subprocess.Popen([check.program, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+        out = process.stdout.read()
+        _, status, usage = os.wait4(process.pid, 0)
+    check.need(status == 0, f"status {status}: {out}")
     return out, 1024 * usage.ru_maxrss
 
 
-def memory(pebble):
+def memory():
     """The same block on the same grid with few and with many points: grid and program drop out of the difference."""
     for dim, cells, side, few, many in (2, 256, 120, 3, 8), (3, 40, 30, 2, 3):
         n, peak = [], []
         for ppc in few, many:
             # Fast enough that the storage is put in order on the way, too.
-            out, most = largest(pebble, block(dim, cells, side, ppc, 100, steps=14))
+            out, most = largest(block(dim, cells, side, ppc, 100, steps=14))
             n.append((side * ppc) ** dim)
             peak.append(most)
         state, told = map(int, re.search(r"(\d+) B/particle, (\d+) with order", out).groups())
         slope = (peak[1] - peak[0]) / (n[1] - n[0])
-        check(abs(slope - told) < MEMORY * told,
+        check.that(abs(slope - told) < MEMORY * told,
               f"{dim}-D: {slope:.1f} B a particle at the most, from {n[0]} and {n[1]}; printed {told}, of which state {state}")
 
 
@@ -143,15 +135,14 @@ def field_bytes(d, fields):
 def logged(path):
     """{event: (count, operations of all processes)} of the stage of the steps."""
     found = {}
-    with open(path) as file:
-        for row in csv.DictReader(file):
-            if row["Stage Name"] == "MPM steps":
-                before = found.get(row["Event Name"], (0, 0))[1]
-                found[row["Event Name"]] = (int(row["Count"]), before + float(row["FLOP"]))
+    for row in check.rows(path):
+        if row["Stage Name"] == "MPM steps":
+            before = found.get(row["Event Name"], (0, 0))[1]
+            found[row["Event Name"]] = (int(row["Count"]), before + float(row["FLOP"]))
     return found
 
 
-def flops(pebble, mpiexec):
+def flops():
     """A block at rest, so that its nodes are known: log_view's operations, and the line of the speed."""
     for dim, basis, update in CASES:
         cells, side = BLOCK[dim]
@@ -162,9 +153,7 @@ def flops(pebble, mpiexec):
         hand_total = hand_bytes = 0
         for n in 1, 2:
             options = block(dim, cells, side, ppc, 0, basis, update, STEPS) + more
-            status, out, err = mpi.run(n, [pebble, *options, "-log_view", ":log.csv:ascii_csv"], mpiexec=mpiexec)
-            if status:
-                sys.exit(f"{out}{err}\nFAIL: status {status}")
+            out = check.must(*options, "-log_view", ":log.csv:ascii_csv", n=n).out
             events = logged("log.csv")
             for phase, fields, sums, motions in PHASES[update]:
                 count, got = events[phase.split(",")[0]]
@@ -174,7 +163,7 @@ def flops(pebble, mpiexec):
                     right = nodes * STEPS * dim * (5 if phase == "ADVANCE" else 1)  # f/m + g, p/m + dt a; p/m
                 else:
                     continue  # both processes visit the nodes beside the cut
-                check(count == STEPS and abs(got - right) < 1e-5 * right,
+                check.that(count == STEPS and abs(got - right) < 1e-5 * right,
                       f"{what} on {n}: {phase} {got:.0f} operations in {count} steps, by hand {right}")
                 if n == 1:
                     hand_total += right
@@ -183,12 +172,9 @@ def flops(pebble, mpiexec):
                 ns, gflops, gbytes = map(float, re.search(r"^speed +([\d.e+-]+) ns.*, ([\d.e+-]+) GFlop/s, ([\d.e+-]+) GB/s", out, re.M).groups())
                 for name, got, right in ("operations", gflops, hand_total), ("bytes", gbytes, hand_bytes):
                     got *= ns * points * STEPS
-                    check(abs(got - right) < PRINTED * right, f"{what}: speed line {got:.4g} {name}, by hand {right}")
+                    check.that(abs(got - right) < PRINTED * right, f"{what}: speed line {got:.4g} {name}, by hand {right}")
 
 
-if sys.argv[4] == "memory":
-    memory(sys.argv[1])
-else:
-    flops(sys.argv[1], sys.argv[3])
-print(f"{failures} failed")
-sys.exit(failures != 0)
+(part,) = check.arguments(__doc__, 1)
+{"memory": memory, "flops": flops}[part]()
+check.end()

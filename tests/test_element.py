@@ -1,33 +1,24 @@
 """Every material in one cell with one point whose nodes are all driven by walls: its stress against closed formulas.
 
-usage: test_element.py PEBBLE SOURCE [WORK]     (WORK: folder for the files, default the current one)
+usage: test_element.py PEBBLE SOURCE MPIEXEC
 
 Extension and compression: one wall moves, the rest slip, v_x = rate x everywhere: F_11 = (1 + dt rate)^n, exactly. Shear:
 the upper wall moves along itself, v_x = rate y: F_12 = n dt rate. The paths of extension and compression keep their axes,
 so that each law has a closed solution at any strain, with any number of steps. In 1-D, 2-D (plane strain) and 3-D.
 """
 import math
-import os
-import sys
 
 import numpy as np
 
+import check
 import setups
 
-pebble, source = sys.argv[1:3]
-work = os.path.abspath(sys.argv[3] if len(sys.argv) > 3 else ".")
+check.arguments(__doc__, 0)
 STEPS, DT, RHO = 40, 1e-3, 1000.0
 E, NU, Y, H, K, MU_F, C = 1e5, 0.3, 1e3, 2e4, 1e5, 7.0, 500.0
 LAM, MU = E * NU / (1 + NU) / (1 - 2 * NU), E / 2 / (1 + NU)
 BULK = LAM + 2 * MU / 3
 EYE = np.eye(3)
-failures = 0
-
-
-def check(good, what):
-    global failures
-    failures += not good
-    print("ok  " if good else "FAIL", what, flush=True)
 
 
 def simulate(name, dim, motion, rate, update, material):
@@ -48,11 +39,11 @@ def simulate(name, dim, motion, rate, update, material):
              f"-body_b_lower {setups.numbers([0] * dim)}", f"-body_b_upper {setups.numbers([1] * dim)}",
              f"-body_b_ppc {','.join(['1'] * dim)}", "-body_b_material m", f"-dt_size {DT!r}", "-time_end 1e6",
              f"-time_max_steps {STEPS}", "-output_every 1e9", "-history_every 1e9"]
-    status, said = setups.simulate(pebble, work, name, "\n".join(lines) + "\n")
+    status, said = setups.simulate(name, "\n".join(lines) + "\n")
     if status:
-        check(False, f"{name}: exit status {status}\n{said[-600:]}")
+        check.that(False, f"{name}: exit status {status}\n{said[-600:]}")
         return None
-    state = setups.snapshot(work, name, STEPS, dim)
+    state = setups.snapshot(name, STEPS, dim)
     xx, xy, xz, yy, yz, zz = state["stress"][0]
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
@@ -145,7 +136,7 @@ LAWS = [  # what, material, law, its parameters
 def compare(what, stress, exact, allowed=1e-12):
     scale = max(np.abs(exact).max(), 1e-3 * E)
     error = np.abs(stress - exact).max() / scale
-    check(error <= allowed, f"{what}: stress off by {error:.1e} of {scale:.3g} Pa, allowed {allowed:.0e}")
+    check.that(error <= allowed, f"{what}: stress off by {error:.1e} of {scale:.3g} Pa, allowed {allowed:.0e}")
 
 
 def check_straight():
@@ -175,22 +166,21 @@ def check_shear():
         if stress is not None:
             ep = (math.sqrt(3) * MU * 0.04 - Y) / (3 * MU + H)
             q = math.sqrt(1.5) * np.linalg.norm(stress - np.trace(stress) / 3 * EYE)
-            check(abs(q / (Y + H * ep) - 1) < 2e-3 and abs(stress[0, 1] * math.sqrt(3) / q - 1) < 2e-3,
+            check.that(abs(q / (Y + H * ep) - 1) < 2e-3 and abs(stress[0, 1] * math.sqrt(3) / q - 1) < 2e-3,
                   f"vonmises, {dim}-D shear to 0.04: q {q:.4f}, small strains {Y + H * ep:.4f}, tau_xy sqrt(3)/q {stress[0, 1] * math.sqrt(3) / q:.5f}")
-            check(abs(np.trace(stress)) < 1e-10 * q, f"vonmises, {dim}-D shear to 0.04: its flow makes no pressure, {np.trace(stress):.1e} Pa")
+            check.that(abs(np.trace(stress)) < 1e-10 * q, f"vonmises, {dim}-D shear to 0.04: its flow makes no pressure, {np.trace(stress):.1e} Pa")
         # Sand: none without pressure; with cohesion up to |dev tau| = alpha T0, and no pressure without dilation.
         stress = simulate("element", dim, "shear", 1.0, "usf", dict(SAND, friction_angle=20.0))
         if stress is not None:
-            check(np.abs(stress).max() < 1e-9 * E, f"druckerprager, {dim}-D shear without pressure: {np.abs(stress).max():.1e} Pa")
+            check.that(np.abs(stress).max() < 1e-9 * E, f"druckerprager, {dim}-D shear without pressure: {np.abs(stress).max():.1e} Pa")
         stress = simulate("element", dim, "shear", 1.0, "usf", dict(SAND, friction_angle=20.0, cohesion=C))
         if stress is not None:
             s = math.sin(math.radians(20))
             most = math.sqrt(2 / 3) * 2 * s / (3 - s) * 3 * C / math.tan(math.radians(20))
             norm = np.linalg.norm(stress - np.trace(stress) / 3 * EYE)
-            check(abs(norm / most - 1) < 1e-10 and abs(np.trace(stress)) < 1e-10 * most, f"druckerprager, cohesion, {dim}-D shear: |dev| {norm:.6f}, on the cone {most:.6f}")
+            check.that(abs(norm / most - 1) < 1e-10 and abs(np.trace(stress)) < 1e-10 * most, f"druckerprager, cohesion, {dim}-D shear: |dev| {norm:.6f}, on the cone {most:.6f}")
 
 
 check_straight()
 check_shear()
-if failures:
-    sys.exit(f"FAIL: {failures}")
+check.end()

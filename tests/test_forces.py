@@ -1,46 +1,25 @@
 """Body forces, loads on surfaces and walls that depend on the velocity, against what mechanics says of them.
 
-usage: test_forces.py PEBBLE SOURCE MPIEXEC [WORK]     (WORK: folder for the files, default the current one)
+usage: test_forces.py PEBBLE SOURCE MPIEXEC
 """
-import csv
-import os
-import re
-import sys
-
 import h5py
 import numpy as np
 
-import mpi
+import check
 
-pebble, source, mpiexec = sys.argv[1:4]
-work = os.path.abspath(sys.argv[4] if len(sys.argv) > 4 else ".")
-failures = 0
 BASES = {"linear": "-method_basis linear", "gimp": "-method_basis gimp", "bspline2": "-method_basis bspline2", "bspline3": "-method_basis bspline3"}
-
-
-def check(condition, what):
-    global failures
-    failures += not condition
-    print("ok  " if condition else "FAIL", what, flush=True)
 
 
 def run(name, lines, *more, n=1):
     """Runs an options file of these lines; its digest."""
-    path = os.path.join(work, name + ".opts")
-    with open(path, "w") as file:
-        file.write("\n".join(lines) + "\n")
-    status, out, err = mpi.run(n, [pebble, "-options_file", path, "-output_dir", work, *more], 100, mpiexec)
-    digest = re.search(r"^digest +([0-9a-f]{16})$", out, re.M)
-    if status or not digest:
-        check(False, f"{name}: exit status {status}\n{out[-800:]}\n{err[-800:]}")
-        return None
-    return digest.group(1)
+    told = check.pebble("-options_file", check.write(name + ".opts", lines), "-output_dir", ".", *more, n=n)
+    if not told.good:
+        check.that(False, f"{name}: exit status {told.status}\n{told.out[-800:]}\n{told.err[-800:]}")
+    return told.digest if told.good else None
 
 
 def history(name):
-    with open(os.path.join(work, name + ".csv"), newline="") as file:
-        rows = list(csv.DictReader(file))
-    return {key: np.array([float(row[key]) for row in rows]) for row in rows[:1] for key in row}
+    return check.history(name + ".csv")
 
 
 def history_dim(name):
@@ -49,12 +28,7 @@ def history_dim(name):
 
 def points(name, which=-1):
     """The points of a snapshot by id; time in s."""
-    with h5py.File(os.path.join(work, name + ".h5")) as file:
-        keys = sorted(key for key in file if key.startswith("step_"))
-        group = file[keys[which]]["particles"]
-        order = np.argsort(group["id"][:])
-        found = {key: group[key][:][order] for key in group if isinstance(group[key], h5py.Dataset)}
-    dim = history_dim(name)
+    found, dim = check.particles(name + ".h5", which), history_dim(name)
     return {key: value[:, :dim] if key in ("x", "v") else value for key, value in found.items()}
 
 
@@ -76,7 +50,7 @@ def same(name, lines, *more):
     serial = run(name, lines, *more)
     for n, strategy in ((2, "spatial"), (3, "pool")):
         other = run(name + "_" + strategy, lines, *more, "-parallel_strategy", strategy, n=n)
-        check(serial and other == serial, f"{name}: {strategy} on {n} processes: {other} against {serial}")
+        check.that(serial and other == serial, f"{name}: {strategy} on {n} processes: {other} against {serial}")
 
 
 def check_acceleration():
@@ -87,14 +61,14 @@ def check_acceleration():
             run("accelerated", scene + ['-acceleration "0.5, 0-2"'], *words)
             a, b = points("gravity"), points("accelerated")
             error = max(np.abs(a["x"] - b["x"]).max(), np.abs(a["v"] - b["v"]).max())
-            check(error < 2e-14, f"acceleration is gravity, {basis} {update}: {error:.1e}")
+            check.that(error < 2e-14, f"acceleration is gravity, {basis} {update}: {error:.1e}")
     dt, n = 1e-3, 40  # v_n = v_0 + dt sum a(t_k), x likewise, with a at the start of each step
     run("timed", block("0.8,0.8", "1.2,1.2", velocity="0.3,0.2", dt=dt, steps=n) + ['-acceleration "3*sin(40*t), 2*t"'])
     t = dt * np.arange(n)
     v = np.array([0.3, 0.2]) + dt * np.cumsum(np.stack([3 * np.sin(40 * t), 2 * t], 1), 0)
     p, q = points("timed"), points("timed", 0)
-    check(np.abs(p["v"] - v[-1]).max() < 1e-14, f"acceleration of time: velocity off by {np.abs(p['v'] - v[-1]).max():.1e}")
-    check(np.abs(p["x"] - q["x"] - dt * v.sum(0)).max() < 1e-14, f"acceleration of time: place off by {np.abs(p['x'] - q['x'] - dt * v.sum(0)).max():.1e}")
+    check.that(np.abs(p["v"] - v[-1]).max() < 1e-14, f"acceleration of time: velocity off by {np.abs(p['v'] - v[-1]).max():.1e}")
+    check.that(np.abs(p["x"] - q["x"] - dt * v.sum(0)).max() < 1e-14, f"acceleration of time: place off by {np.abs(p['x'] - q['x'] - dt * v.sum(0)).max():.1e}")
     same("of_place", block(velocity="0.3,0.2") + ['-acceleration "2*(0.5-x)+Y, sin(9*t)*X"'])
 
 
@@ -106,9 +80,9 @@ def check_pressure():
             momentum = max(np.abs(h["momentum_x"]).max(), np.abs(h["momentum_y"]).max())
             scale = (h["mass"][0] * np.sqrt((p["v"] ** 2).sum(1).mean()))
             q = points("pressed", 0)
-            check(scale > 0.1 and momentum < 1e-12 * scale, f"pressure on all sides, {basis}: momentum {momentum:.1e} of {scale:.1e}")
-            check(np.abs(p["x"].mean(0) - q["x"].mean(0)).max() < 1e-14, f"pressure on all sides, {basis}: the centre moves by {np.abs(p['x'].mean(0) - q['x'].mean(0)).max():.1e}")
-            check(p["volume"].sum() < q["volume"].sum(), f"pressure on all sides, {basis}: it is compressed")
+            check.that(scale > 0.1 and momentum < 1e-12 * scale, f"pressure on all sides, {basis}: momentum {momentum:.1e} of {scale:.1e}")
+            check.that(np.abs(p["x"].mean(0) - q["x"].mean(0)).max() < 1e-14, f"pressure on all sides, {basis}: the centre moves by {np.abs(p['x'].mean(0) - q['x'].mean(0)).max():.1e}")
+            check.that(p["volume"].sum() < q["volume"].sum(), f"pressure on all sides, {basis}: it is compressed")
     # pressure p on the side xmin of a body that turns: the impulse of each step is dt sum p J F^-T e_x A (Nanson), and
     # that direction turns with the body
     omega, dt, p = 50.0, 1e-4, 1e5
@@ -117,13 +91,13 @@ def check_pressure():
         h = history("turning")
         q = points("turning", 0)
         side = q["x"][:, 0] < 0.85
-        with h5py.File(os.path.join(work, "turning.h5")) as file:
+        with h5py.File("turning.h5") as file:
             F = [file[key]["particles/F"][:][np.argsort(file[key]["particles/id"][:])][side] for key in sorted(key for key in file if key.startswith("step_"))]
         force = p * 0.05 * np.array([np.stack([f[:, 4], -f[:, 1]], 1).sum(0) for f in F[:-1]])
         got = np.diff(np.stack([h["momentum_x"], h["momentum_y"]], 1), axis=0) / dt
         error, angle = np.abs(got - force).max() / np.abs(force).max(), np.arctan2(force[-1, 1], force[-1, 0])
-        check(error < 1e-9 and side.sum() == 8, f"pressure on a side of a turning body, {update}: force off by {error:.1e}")
-        check(angle > 0.3, f"pressure on a side of a turning body, {update}: it turns by {angle:.3f} rad")  # the grid smooths the spin of 4 cells
+        check.that(error < 1e-9 and side.sum() == 8, f"pressure on a side of a turning body, {update}: force off by {error:.1e}")
+        check.that(angle > 0.3, f"pressure on a side of a turning body, {update}: it turns by {angle:.3f} rad")  # the grid smooths the spin of 4 cells
     same("pressed_in_parallel", block("0.33,0.33", "0.71,0.71", velocity="0.5,0.2") + load("pressure", "200*(1+x)*cos(30*t)"))
     same("pressed_fluid", block(model="fluid", velocity="0.5,0.2") + load("pressure", "50"))
     same("pressed_3d", block("0.3,0.3,0.3", "0.6,0.6,0.6", "1,1,1", "10,10,10", steps=8, velocity="0.5,0.2,0*x") + load("pressure", "50"))
@@ -137,17 +111,17 @@ def check_traction():
             h = history("pulled")
             p = np.array([h["momentum_x"][-1], h["momentum_y"][-1]])
             error = np.abs(p - T * area * n * dt).max() / (70 * area * n * dt)
-            check(abs(h["mass"][0] - mass) < 1e-9 and error < 1e-12, f"traction on {face}, {basis}: impulse off by {error:.1e}")
+            check.that(abs(h["mass"][0] - mass) < 1e-9 and error < 1e-12, f"traction on {face}, {basis}: impulse off by {error:.1e}")
     same("pulled_in_parallel", block(velocity="0.5,0.2") + load("traction", "70*t, 10*X", "ymax"))
     # a bar under end traction swings about T/E with twice that as the largest: Dirac's column. Small strain, 1-D, nu = 0.
     E, rho, T = 1e4, 1000, 10.0
     c = np.sqrt(E / rho)
     run("bar", block("0", "1", "1.5", "30", E=E, nu=0, dt=2e-3, steps=int(round(4 / c / 2e-3)) * 5, velocity="0*x") + load("traction", str(T), "xmax") + ["-bc_xmin_type fixed"], "-method_basis", "linear", "-output_every", "0.01")
-    with h5py.File(os.path.join(work, "bar.h5")) as file:
+    with h5py.File("bar.h5") as file:
         keys = sorted(key for key in file if key.startswith("step_"))
         last = [file[key]["particles/x"][:].max() for key in keys]
     tip = np.array(last) - last[0]
-    check(abs(tip.mean() / (T / E) - 1) < 0.03 and abs(tip.max() / (2 * T / E) - 1) < 0.05, f"bar under traction: mean strain {tip.mean() / (T / E):.3f}, largest {tip.max() / (T / E):.3f} of T/E (1 and 2)")
+    check.that(abs(tip.mean() / (T / E) - 1) < 0.03 and abs(tip.max() / (2 * T / E) - 1) < 0.05, f"bar under traction: mean strain {tip.mean() / (T / E):.3f}, largest {tip.max() / (T / E):.3f} of T/E (1 and 2)")
 
 
 def check_friction():
@@ -161,10 +135,10 @@ def check_friction():
             h = history("slide")
             t, v = h["time"], h["momentum_x"] / h["mass"]
             slope = -np.polyfit(t[40:], v[40:], 1)[0]
-            check(abs(slope / (mu * g) - 1) < 0.01, f"friction, {basis} {transfer}: decelerates by {slope / (mu * g):.4f} mu g")
+            check.that(abs(slope / (mu * g) - 1) < 0.01, f"friction, {basis} {transfer}: decelerates by {slope / (mu * g):.4f} mu g")
     run("stick", block("0.2,0", "1.0,0.3", E=1e6, dt=5e-4, steps=400) + ["-bc_ymin_type friction", "-bc_ymin_mu 2", "-gravity 2,-10"], "-output_every", "1")
     h = history("stick")
-    check(np.abs(h["momentum_x"] / h["mass"])[200:].max() < 0.05, f"friction: a block that sticks creeps at {np.abs(h['momentum_x'] / h['mass'])[200:].max():.1e} m/s at most, falling would be {2 * h['time'][-1]:.2g}")
+    check.that(np.abs(h["momentum_x"] / h["mass"])[200:].max() < 0.05, f"friction: a block that sticks creeps at {np.abs(h['momentum_x'] / h['mass'])[200:].max():.1e} m/s at most, falling would be {2 * h['time'][-1]:.2g}")
     same("slide_in_parallel", block("0.2,0", "1.0,0.3", velocity="1,0*x") + ["-bc_ymin_type friction", "-bc_ymin_mu 0.3", "-gravity 0,-10"])
 
 
@@ -172,9 +146,9 @@ def check_separate():
     for wall, leaves in (("separate", True), ("friction", True), ("slip", False)):
         run(wall, block("0.5,0", "1.0,0.3", E=1e5, dt=1e-3, steps=150, velocity="0*x,0.5") + [f"-bc_ymin_type {wall}"] + (["-bc_ymin_mu 0.3"] if wall == "friction" else []))
         p, h = points(wall), history(wall)
-        check((p["x"][:, 1].min() > 0.06) == leaves, f"{wall}: a block pulled off the floor {'leaves' if leaves else 'stays'}: lowest point at {p['x'][:, 1].min():.4f}")
+        check.that((p["x"][:, 1].min() > 0.06) == leaves, f"{wall}: a block pulled off the floor {'leaves' if leaves else 'stays'}: lowest point at {p['x'][:, 1].min():.4f}")
         if leaves:
-            check(abs(h["momentum_y"][-1] / h["mass"][0] - 0.5) < 1e-10, f"{wall}: it keeps its velocity, {h['momentum_y'][-1] / h['mass'][0]:.12f}")
+            check.that(abs(h["momentum_y"][-1] / h["mass"][0] - 0.5) < 1e-10, f"{wall}: it keeps its velocity, {h['momentum_y'][-1] / h['mass'][0]:.12f}")
 
 
 def check_moving():
@@ -184,21 +158,20 @@ def check_moving():
         if model == "fluid":
             lines += ["-material_m_viscosity 100"]
         run("lid", lines)
-        with h5py.File(os.path.join(work, "lid.h5")) as file:
-            keys = sorted(key for key in file if key.startswith("step_"))
-            v = file[keys[-1]]["grid/v"][0]
+        with h5py.File("lid.h5") as file:
+            v = check.group(file)["grid/v"][0]
         p = points("lid")
         top, bottom = p["v"][p["x"][:, 1] > 0.95], p["v"][p["x"][:, 1] < 0.05]
-        check(np.abs(v[-1] - np.array([0.1, 0, 0])).max() < 1e-15 and np.abs(v[0]).max() == 0, f"moving lid, {model}: its nodes have its velocity")
-        check(np.abs(top[:, 0] - 0.1).max() < 0.03 and np.abs(bottom[:, 0]).max() < 0.03, f"moving lid, {model}: points at it {top[:, 0].mean():.3f}, on the floor {bottom[:, 0].mean():.3f} m/s")
+        check.that(np.abs(v[-1] - np.array([0.1, 0, 0])).max() < 1e-15 and np.abs(v[0]).max() == 0, f"moving lid, {model}: its nodes have its velocity")
+        check.that(np.abs(top[:, 0] - 0.1).max() < 0.03 and np.abs(bottom[:, 0]).max() < 0.03, f"moving lid, {model}: points at it {top[:, 0].mean():.3f}, on the floor {bottom[:, 0].mean():.3f} m/s")
         if model == "fluid":  # nu = 0.1 m^2/s: nearly steady Couette flow after 0.3 s
             run("couette", lines, "-time_max_steps", "6000", "-output_every", "1", "-history_every", "1")
             p = points("couette")
-            check(np.abs(p["v"][:, 0] - 0.1 * p["x"][:, 1]).max() < 6e-3, f"Couette flow: off by {np.abs(p['v'][:, 0] - 0.1 * p['x'][:, 1]).max():.1e} of 0.1")
+            check.that(np.abs(p["v"][:, 0] - 0.1 * p["x"][:, 1]).max() < 6e-3, f"Couette flow: off by {np.abs(p['v'][:, 0] - 0.1 * p['x'][:, 1]).max():.1e} of 0.1")
         same(f"lid_{model}", lines, "-time_max_steps", "20")
 
 
+check.arguments(__doc__, 0)
 for part in (check_acceleration, check_traction, check_pressure, check_friction, check_separate, check_moving):
     part()
-print(f"{failures} failed")
-sys.exit(1 if failures else 0)
+check.end()

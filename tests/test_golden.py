@@ -1,6 +1,6 @@
 """Pebble against states of an independent implementation of the same scheme, tests/reference/golden.json.
 
-usage: test_golden.py PEBBLE SOURCE [WORK]     (WORK: folder for the files, default the current one)
+usage: test_golden.py PEBBLE SOURCE MPIEXEC
 
 Every run is translated into an options file and repeated. Compared are the sums over all points after 1, 10 and 100
 steps, a sample of points after 100, and mass and force of the nodes in the first step where the reference has them.
@@ -13,12 +13,11 @@ be readable.
 import json
 import os
 import re
-import sys
-from concurrent.futures import ThreadPoolExecutor
 
 import h5py
 import numpy as np
 
+import check
 import setups
 
 IN_PLANE = {1: [1, 0, 0, 0, 0, 0], 2: [1, 2, 0, 1, 0, 0], 3: [1, 2, 2, 1, 2, 1]}  # how often each stands in dim x dim
@@ -26,14 +25,10 @@ SHORT, LONG, NOISE = 1e-13, 1e-12, 100       # tolerance after 1 and 10 steps, a
 # Which noise of a run tells how well a sum can agree.
 NOISE_OF = {"x": "x", "v": "v", "F": "F", "sig": "sig", "V": "F", "momentum": "v", "angular": "v", "ke": "v", "se": "sig",
             "com": "x", "sum_x2": "x", "sum_F2": "F", "sum_sig2": "sig", "sum_V": "F"}
-failures = 0
 
 
-def report(run, step, what, error, tolerance):
-    global failures
-    good = bool(error <= tolerance)  # NaN is not good
-    failures += not good
-    print(f"{'ok  ' if good else 'FAIL'} {run:<42} {step:>4} steps  {what:<14} {error:9.2e}  (allowed {tolerance:.1e})")
+def report(run, step, what, error, tolerance):  # NaN is not good
+    check.that(error <= tolerance, f"{run:<42} {step:>4} steps  {what:<14} {error:9.2e}  (allowed {tolerance:.1e})")
 
 
 def missing(run, step, what):
@@ -160,7 +155,7 @@ def compare_nodes(run, file, want):
     report(run["id"], 1, "node force", np.abs(change - spec["dt"] * phi @ a).max() / scale, SHORT)
 
 
-def compare(pebble, work, run):
+def compare(run):
     """Runs it and compares; what the run must end with when it has an error, check_refusal looks at."""
     spec, dim = run["spec"], run["spec"]["ndim"]
     tested = set()
@@ -169,8 +164,8 @@ def compare(pebble, work, run):
         print(said)
         missing(run["id"], 0, f"exit status {status}:")
         return
-    lines = setups.history(work, run["id"])
-    with h5py.File(os.path.join(work, run["id"] + ".h5")) as file:
+    lines = setups.history(run["id"])
+    with h5py.File(run["id"] + ".h5") as file:
         for step in sorted(int(step) for step in run["at_step"]):
             found = setups.state(file, step, dim)
             report(run["id"], step, "particles", abs(len(found["x"]) - run["particles"]), 0)
@@ -192,12 +187,11 @@ def compare(pebble, work, run):
         if item not in tested:
             missing(run["id"], 0, str(item))
     if run["error"]:
-        check_refusal(work, run)
+        check_refusal(run)
 
 
-def check_refusal(work, run):
+def check_refusal(run):
     """A block without a floor falls out of the grid: at which step, and what is left of the run."""
-    global failures
     status, said = run["result"]
     stop = re.search(r"point (\d+) of \w+ left the grid, to \(([^)]*)\)", said)
     expected = int(re.match(r"step (\d+):", run["error"]).group(1))
@@ -207,14 +201,14 @@ def check_refusal(work, run):
     elif not float(stop.group(2).split(",")[1]) < run["spec"]["origin"][1]:
         complaints.append(f"the point is said to be at {stop.group(2)}, which is not below the floor")
     try:
-        lines = setups.history(work, run["id"])
+        lines = setups.history(run["id"])
         refused = max(lines) + 1
         if abs(refused - expected) > 1:
             complaints.append(f"refused in step {refused}, the record says {expected}")
         if list(lines) != list(range(len(lines))) or not np.isfinite([list(line.values()) for line in lines.values()]).all():
             complaints.append(f"the history has {len(lines)} lines, and a hole or a number that is not finite")
-        with h5py.File(os.path.join(work, run["id"] + ".h5")) as file:
-            steps = setups.steps(file)
+        with h5py.File(run["id"] + ".h5") as file:
+            steps = check.steps(file)
             if len(steps) < expected - 1:
                 complaints.append(f"{len(steps)} snapshots")
             for step in steps:
@@ -225,29 +219,18 @@ def check_refusal(work, run):
                     complaints.append(f"a point of snapshot {step} is outside")
     except (OSError, KeyError, ValueError) as error:
         complaints.append(f"history or snapshots are not readable: {error}")
-    failures += bool(complaints)
-    print("FAIL" if complaints else "ok  ", run["id"], f"exit status {status}; refused in step {refused} ({expected} +- 1); "
-          f"{stop.group(0) if stop else ''}", *complaints, sep="  ")
+    check.that(not complaints, "  ".join([run["id"], f"exit status {status}; refused in step {refused} ({expected} +- 1)",
+                                          stop.group(0) if stop else "", *complaints]))
 
 
-def main(pebble, source, work="."):
-    with open(os.path.join(source, "tests", "reference", "golden.json")) as file:
-        runs = json.load(file)["runs"]
-
-    def simulate(run):
-        text = setups.options(run["spec"], run["id"], output_every=0.0, history_every=0.0)
-        return setups.simulate(pebble, work, run["id"], text)
-
-    with ThreadPoolExecutor(2) as pool:
-        for run, result in zip(runs, pool.map(simulate, runs)):
-            run["result"] = result
-    for run in runs:
-        compare(pebble, work, run)
-    if failures or len(runs) != 22:
-        sys.exit(f"FAIL: {failures} of the quantities of {len(runs)} runs")
+def simulate(run):
+    return setups.simulate(run["id"], setups.options(run["spec"], run["id"], output_every=0.0, history_every=0.0))
 
 
-if __name__ == "__main__":
-    if len(sys.argv) not in (3, 4):
-        sys.exit(__doc__)
-    main(*sys.argv[1:])
+check.arguments(__doc__, 0)
+with open(os.path.join(check.source, "tests", "reference", "golden.json")) as reference:
+    runs = json.load(reference)["runs"]
+check.that(len(runs) == 22, f"{len(runs)} runs of the reference")
+for one, one["result"] in zip(runs, check.at_once(simulate, runs)):
+    compare(one)
+check.end()

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The performance model: what a calibration writes is what a run predicts by, files that do not fit are not used, and
 neither the model nor the measurement of the critical path changes a bit of the results. No time is judged here.
 
@@ -8,27 +7,21 @@ import math
 import os
 import re
 import shutil
-import subprocess
-import sys
 
-pebble, source, mpiexec = sys.argv[1:4]
-scene = ["-options_file", f"{source}/options/disks.opts", "-grid_cells", "64,64", "-time_max_steps", "60"]
-faults = []
+import check
+
+check.arguments(__doc__, 0)
+scene = ["-options_file", check.scene("disks"), "-grid_cells", "64,64", "-time_max_steps", "60"]
 
 
-def check(what, ok, detail=""):
-    if not ok:
-        faults.append(what)
-    print(f"{'ok  ' if ok else 'FAIL'} {what} {detail}")
+def holds(what, good, detail=""):
+    check.that(good, f"{what} {detail}")
 
 
 def run(*options, n=1, status=0):
-    command = ([mpiexec, "-n", str(n)] if n > 1 else []) + [pebble] + scene + list(options)
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
-    if done.returncode != status:
-        print(done.stdout, done.stderr)
-        sys.exit(f"{' '.join(command)}: exit {done.returncode}, expected {status}")
-    return done.stdout + done.stderr
+    done = check.pebble(*scene, *options, n=n, timeout=300)
+    check.need(done.status == status, f"{options} on {n}: exit {done.status}, expected {status}\n{done.said}")
+    return done.said
 
 
 def predictions(text):
@@ -43,36 +36,36 @@ def digest(text):
 
 shutil.rmtree("output", ignore_errors=True)  # the constants that the last time left
 plain = run()
-check("without a calibration the model says that it is rough", "constants rough" in plain)
-check("every phase of usf is predicted", {"P2G_MASS", "P2G_FORCE", "VELOCITY", "ADVANCE", "G2P_MOTION", "G2P_STRESS",
+holds("without a calibration the model says that it is rough", "constants rough" in plain)
+holds("every phase of usf is predicted", {"P2G_MASS", "P2G_FORCE", "VELOCITY", "ADVANCE", "G2P_MOTION", "G2P_STRESS",
                                           "SORT", "REDUCE", "all"} <= set(predictions(plain)))
 
 # ---- A calibration, and a run by it
 calibrated = run("-model_calibrate", n=2)
-check("the calibration names its file", "output/disks.model" in calibrated and os.path.exists("output/disks.model"))
-check("a calibration runs no scene", "digest" not in calibrated)
-check("but first steps of it, to check itself", len(re.findall(r"^check .* on [12] process.* s a step, predicted \S+, ratio \d+\.\d+$", calibrated, re.M)) == 2)
+holds("the calibration names its file", "output/disks.model" in calibrated and os.path.exists("output/disks.model"))
+holds("a calibration runs no scene", "digest" not in calibrated)
+holds("but first steps of it, to check itself", len(re.findall(r"^check .* on [12] process.* s a step, predicted \S+, ratio \d+\.\d+$", calibrated, re.M)) == 2)
 constants = {}
 for line in open("output/disks.model"):
     rate = re.match(r"rate \d+ ([^#]*) # (\w+)", line)
     if rate:
         constants[rate[2]] = [float(v) for v in rate[1].split()]  # call, then sizes and how much each
 numbers = dict(re.findall(r"^([a-z]\S*) ([\d.e+-]+)$", open("output/disks.model").read(), re.M))
-check("all kinds of constants are there", {"exchange", "message", "post", "wire", "copy", "kept", "reduction", "chunk", "farm",
+holds("all kinds of constants are there", {"exchange", "message", "post", "wire", "copy", "kept", "reduction", "chunk", "farm",
                                            "migration[0].call", "migration[1].call", "flop", "byte"} <= set(numbers))
-check("no constant is negative or not finite",
+holds("no constant is negative or not finite",
       all(0 <= v < math.inf for rate in constants.values() for v in rate) and
       all(0 <= float(v) < 1 for v in numbers.values()))
 fitted = run()
-check("the run says where its constants are from", "constants calibrated on 2 processes" in fitted)
+holds("the run says where its constants are from", "constants calibrated on 2 processes" in fitted)
 LIMITS = r"^speed .* GB/s a process: [\d.e-]+ of ([\d.e+]+) GFlop/s and [\d.e-]+ of ([\d.e+]+) GB/s that a core can$"
 limits = re.search(LIMITS, fitted, re.M)
-check("the line of the speed has the limits of the file", limits and all(
+holds("the line of the speed has the limits of the file", limits and all(
     abs(float(shown) * 1e9 * float(numbers[name]) - 1) < 0.01 for shown, name in zip(limits.groups(), ("flop", "byte"))))
 with open("output/disks.model") as full, open("old.model", "w") as old:
     old.writelines(line for line in full if not line.startswith(("flop ", "byte ")))
 without = run("-model_file", "old.model")
-check("a file without limits is used, and none are shown", "constants calibrated" in without and
+holds("a file without limits is used, and none are shown", "constants calibrated" in without and
       re.search(r"^speed .* a process$", without, re.M))
 points = int(re.search(r"(\d+) particles", fitted).group(1))
 for phase in ("G2P_MOTION", "G2P_STRESS"):
@@ -81,20 +74,20 @@ for phase in ("G2P_MOTION", "G2P_STRESS"):
     part = [min(1, max(0, math.log(points / n0) / math.log(n1 / n0))) for n0, n1 in zip(sizes, sizes[1:])]
     expected = call + points * (each[0] + sum(p * (e1 - e0) for p, e0, e1 in zip(part, each, each[1:])))
     shown = predictions(fitted)[phase]
-    check(f"{phase} is predicted by the formula", abs(shown - expected) < 0.01 * expected, f"{shown:g} {expected:g}")
-check("the sum of the phases is the prediction of the step",
+    holds(f"{phase} is predicted by the formula", abs(shown - expected) < 0.01 * expected, f"{shown:g} {expected:g}")
+holds("the sum of the phases is the prediction of the step",
       abs(predictions(fitted)["all"] - sum(v for k, v in predictions(fitted).items() if k != "all"))
       < 0.01 * predictions(fitted)["all"])
 
 # ---- A scene whose small body needs more points than the smallest of the calibration's runs should have
 small = ("-grid_cells", "32,32", "-body_disk1_radius", "0.25", "-body_disk1_center", "0.27,0.27", "-body_disk2_radius", "0.006",
          "-body_disk2_center", "0.822,0.822", "-body_disk2_velocity", "0,0")
-check("a scene that cannot be as coarse as the calibration wants is calibrated nevertheless",
+holds("a scene that cannot be as coarse as the calibration wants is calibrated nevertheless",
       re.search(r"^check .* ratio", run(*small, "-model_calibrate", "-model_file", "small.model"), re.M))
 
 # ---- Files that do not fit, or are not there
 other = run("-method_update", "usl")
-check("a file of another method is not used, and the run says so", "of another method" in other and
+holds("a file of another method is not used, and the run says so", "of another method" in other and
       "constants rough" in other)
 whole = open("output/disks.model").read()
 for what, damaged in (("a number that is none", whole.replace("\nmessage ", "\nmessage x")), ("an infinite one", re.sub(r"\nwire .*", "\nwire inf", whole)),
@@ -104,9 +97,9 @@ for what, damaged in (("a number that is none", whole.replace("\nmessage ", "\nm
     with open("damaged.model", "w") as file:
         file.write(damaged)
     text = run("-model_file", "damaged.model", n=2)
-    check(f"a file with {what} is not used, and the run says so", damaged != whole and "is damaged" in text and "constants rough" in text)
-check("nor by a dry run, which says so", "is damaged" in run("-model_file", "damaged.model", "-dry_run"))
-check("a file that is not there is refused", "-model_file" in run("-model_file", "nowhere.model", status=2))
+    holds(f"a file with {what} is not used, and the run says so", damaged != whole and "is damaged" in text and "constants rough" in text)
+holds("nor by a dry run, which says so", "is damaged" in run("-model_file", "damaged.model", "-dry_run"))
+holds("a file that is not there is refused", "-model_file" in run("-model_file", "nowhere.model", status=2))
 
 # ---- Same bits with everything
 work = []  # of each run: ns a particle and step, GFlop/s and GB/s of a process
@@ -116,28 +109,28 @@ for n, strategy in ((1, "spatial"), (3, "spatial"), (3, "pool")):
     for k, what in ((1, "operations"), (2, "bytes")):
         ratio = work[-1][0] * work[-1][k] * n / (work[0][0] * work[0][k])
         # nodes beside a cut are visited by the processes on both sides
-        check(f"{strategy} on {n}: {what} of all processes", abs(ratio - 1) < (0.1 if strategy == "spatial" else 0.03), f"{ratio:.3f}")
+        holds(f"{strategy} on {n}: {what} of all processes", abs(ratio - 1) < (0.1 if strategy == "spatial" else 0.03), f"{ratio:.3f}")
     rows = re.findall(r"^  (\S+) {10,}(\S+) +(\S+) +(\S+)", text.split("\npath")[1], re.M)
-    check(f"{strategy} on {n}: same digest", digest(text) == digest(plain))
-    check(f"{strategy} on {n}: the slowest work is no less than the mean, and on one process the same",
+    holds(f"{strategy} on {n}: same digest", digest(text) == digest(plain))
+    holds(f"{strategy} on {n}: the slowest work is no less than the mean, and on one process the same",
           rows and all(float(slowest) >= 0.999 * float(mean) and (n > 1 or slowest == mean)
                        for _, mean, slowest, _ in rows))
-    check(f"{strategy} on {n}: the phases are there", {"P2G_MASS", "G2P_STRESS", "all"} <= {row[0] for row in rows})
+    holds(f"{strategy} on {n}: the phases are there", {"P2G_MASS", "G2P_STRESS", "all"} <= {row[0] for row in rows})
 
 # ---- The table of a dry run
 dry = run("-dry_run", "-parallel_migrate", "direct")
 table = [line.split() for line in dry.splitlines() if re.match(r"^ +\d+ +[\d.e+-]+ +[\d.]+ ", line)]
-check("a dry run predicts 1, 2, 4, ... processes", [int(row[0]) for row in table][:5] == [1, 2, 4, 8, 16])
+holds("a dry run predicts 1, 2, 4, ... processes", [int(row[0]) for row in table][:5] == [1, 2, 4, 8, 16])
 for row in table:
-    check(f"{row[0]}: speed-up, efficiency and imbalance agree",
+    holds(f"{row[0]}: speed-up, efficiency and imbalance agree",
           abs(float(row[2]) / int(row[0]) - float(row[3])) < 0.01 and
           float(row[2]) <= 1.05 * int(row[0]) / float(row[4]) * 1.3)
 for n in (3, 5):  # which count the points in parts
     rows = re.findall(r"^ +(\d+) +([\d.e+-]+) +[\d.]+ +[\d.]+ +([\d.]+) ", run("-dry_run", "-parallel_migrate", "direct", n=n), re.M)
-    check(f"{n} processes predict the same steps and imbalances", rows == [(row[0], row[1], row[4]) for row in table[1:]])
+    holds(f"{n} processes predict the same steps and imbalances", rows == [(row[0], row[1], row[4]) for row in table[1:]])
 for n in (2, 4):
     shown = re.search(r"max/mean ([\d.]+)", run("-dry_run", n=n)).group(1)
-    check(f"the imbalance predicted for {n} is that on {n}", float(table[int(math.log2(n))][4]) == float(shown))
-check("it names the pool's bound and its best patches", re.search(r"exceeds a speed-up of [\d.]+; best patches", dry))
+    holds(f"the imbalance predicted for {n} is that on {n}", float(table[int(math.log2(n))][4]) == float(shown))
+holds("it names the pool's bound and its best patches", re.search(r"exceeds a speed-up of [\d.]+; best patches", dry))
 
-sys.exit(f"{len(faults)} failed" if faults else 0)
+check.end()

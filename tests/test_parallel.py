@@ -1,11 +1,11 @@
 """The same bits on any number of processes: digest, history and snapshots of the spatial decomposition and of the worker
 pool are those of the serial run, whatever the process grid, the cuts, the way points migrate and where points lie.
 
-usage: test_parallel.py PEBBLE SOURCE WORK MPIEXEC [--counts 2,3,...] [--parts name,...]
---counts  process counts that every scene gets with both strategies (default: a mix of 2, 3, 4, 6 and 8)
---parts   scenes, grids, periodic, migration, roundoff, placement, fit, large (default: all but large)
+usage: test_parallel.py PEBBLE SOURCE MPIEXEC PART [COUNTS]
+PART    scenes (the three of FASTER), others (the other scenes), grids, periodic, migration, roundoff, borders, placement, fit,
+        large; borders are more of what placement begins with
+COUNTS  process counts, as 2,3,5, that every scene gets with both strategies (default: a mix of 2, 3, 4, 6 and 8)
 """
-import argparse
 import glob
 import math
 import os
@@ -16,47 +16,29 @@ import sys
 import h5py
 import numpy as np
 
-import mpi
+import check
 
 MIX = (2, 3, 4, 6, 8)
-TIMEOUT = 120    # s a run
 ROUNDOFF = 1e-10 # of -parallel_sums roundoff: norm of the difference over the norm
-failures = runs = 0
-pebble = mpiexec = work = None
-
-
-def check(condition, what):
-    global failures
-    failures += not condition
-    print("ok  " if condition else "FAIL", what, flush=True)
-    return condition
-
-
-def field(text, pattern):
-    found = re.search(pattern, text, re.M)
-    return found.group(1) if found else None
 
 
 class Result:
     """A run and what it leaves: its digest, and bytes or arrays of its files."""
 
     def __init__(self, folder, n, arguments):
-        global runs
-        runs += 1
         self.command = f"{'' if n == 1 else f'mpiexec -n {n} '}pebble {' '.join(map(str, arguments))}"
-        self.status, self.out, self.err = mpi.run(n, [pebble, *arguments, "-output_dir", folder, "-output_name", "run"], TIMEOUT, mpiexec)
-        self.digest = field(self.out, r"^digest +([0-9a-f]{16})$")
-        self.grid = field(self.out, r"^parallel .*, spatial ([0-9x]+)") or field(self.out, r"^parallel .* (pool)")
+        self.told = check.pebble(*arguments, "-output_dir", folder, "-output_name", "run", n=n)
+        self.status, self.digest = self.told.status, self.told.digest
+        self.grid = self.told.find(r"^parallel .*, spatial ([0-9x]+)") or self.told.find(r"^parallel .* (pool)")
         self.history = self.snapshots = None
         if self.status == 0:
-            with open(os.path.join(folder, "run.csv"), "rb") as file:
-                self.history = file.read()
+            self.history = check.content(os.path.join(folder, "run.csv"))
             self.snapshots = read_snapshots(os.path.join(folder, "run.h5"))
         shutil.rmtree(folder, ignore_errors=True)
 
     def ended(self):
         """Did it end well? Says why not."""
-        return check(self.status == 0 and self.digest, f"exit status {self.status}: {self.command}\n{self.out[-2000:]}{self.err[-2000:]}") if self.status or not self.digest else True
+        return self.told.good or check.that(False, f"exit status {self.status}: {self.command}\n{self.told.out[-2000:]}{self.told.err[-2000:]}")
 
 
 def read_snapshots(path):
@@ -92,7 +74,7 @@ def differences(a, b):
 
 def compare(name, arguments, variants, same=True):
     """Runs serially, then each (processes, further options), and compares. Returns the results."""
-    folder = os.path.join(work, re.sub(r"\W+", "_", name))
+    folder = re.sub(r"\W+", "_", name)
     serial = Result(folder, 1, arguments)
     if not serial.ended():
         return [serial]
@@ -105,7 +87,7 @@ def compare(name, arguments, variants, same=True):
         words = differences(serial, result)
         says = " ".join(str(word).replace("-parallel_", "") for word in more)
         if same:
-            check(not words, f"{name}: {n} processes, {result.grid}{', ' + says if says else ''}: " + (words or f"digest {result.digest}, history of {len(result.history)} B, {len(result.snapshots)} arrays of snapshots are the serial ones") + (f"\n     {result.command}" if words else ""))
+            check.that(not words, f"{name}: {n} processes, {result.grid}{', ' + says if says else ''}: " + (words or f"digest {result.digest}, history of {len(result.history)} B, {len(result.snapshots)} arrays of snapshots are the serial ones") + (f"\n     {result.command}" if words else ""))
     return results
 
 
@@ -132,10 +114,7 @@ def write_scene(name, dim, cells, bodies, h=None, extra="", E=1000.0, nu=0.3, rh
         text += f"-body_b{k}_shape box\n-body_b{k}_lower {every(body['lower'])}\n-body_b{k}_upper {every(body['upper'])}\n"
         text += f"-body_b{k}_material {materials[k][0]}\n-body_b{k}_velocity \"{every(body.get('velocity', 0))}\"\n"
         text += f"-body_b{k}_ppc {every(body.get('ppc', 2))}\n-body_b{k}_offset {every(body.get('offset', 0))}\n"
-    path = os.path.join(work, name + ".opts")
-    with open(path, "w") as file:
-        file.write(text + method + "\n-history_every 0\n" + extra + "\n")
-    return ["-options_file", path]
+    return ["-options_file", check.write(name + ".opts", text + method + "\n-history_every 0\n" + extra + "\n")]
 
 
 # ---- every scene of options/, every integrator
@@ -149,11 +128,14 @@ FASTER = {
 STEPS = {"usf": 60, "usl": 40, "musl": 80}
 
 
-def part_scenes(source, counts):
-    scenes = sorted(glob.glob(os.path.join(source, "options", "*.opts")))
-    check(set(FASTER) <= {os.path.splitext(os.path.basename(path))[0] for path in scenes}, f"{len(scenes)} scenes")
+def part_scenes(counts, chosen=True):
+    """Those of FASTER, or the others."""
+    scenes = sorted(glob.glob(check.scene("*")))
+    check.that(set(FASTER) <= {os.path.splitext(os.path.basename(path))[0] for path in scenes}, f"{len(scenes)} scenes")
     for s, path in enumerate(scenes):
         scene = os.path.splitext(os.path.basename(path))[0]
+        if (scene in FASTER) != chosen:
+            continue
         arguments = ["-options_file", path, *FASTER.get(scene, [])]
         with open(path) as file: # refused where forces do work that it does not know
             arguments += ["-check_energy", "1e9"] if "\n-check_energy" in file.read() else []
@@ -171,13 +153,17 @@ def part_scenes(source, counts):
             compare(f"{scene} {update}", [*arguments, "-method_update", update, "-time_max_steps", steps], variants)
 
 
+def part_others(counts):
+    part_scenes(counts, chosen=False)
+
+
 # ---- process grids
 
 def drift(dim):
     return ["0.2-0.3*(y-0.5)", "0.1+0.3*(x-0.5)", "-0.1+0.1*x"][:dim] if dim > 1 else ["0.2+0.1*x"]
 
 
-def part_grids(source, counts):
+def part_grids(counts):
     """Equal cuts of long, tall and square grids, so that every kind of process grid occurs; with walls and gravity."""
     seen = []
     for name, dim, cells, variants in (
@@ -198,13 +184,13 @@ def part_grids(source, counts):
         for result, (n, grid) in zip(results[1:], variants):
             seen.append(result.grid)
             if grid:
-                check(result.grid == grid, f"{name}: {n} processes make {result.grid}, expected {grid}")
+                check.that(result.grid == grid, f"{name}: {n} processes make {result.grid}, expected {grid}")
     kinds = {"Nx1": r"[2-9]x1", "1xN": r"1x[2-9]", "mixed": r"[2-9]x[2-9]", "1x1xN": r"1x1x[2-9]", "2x2x2": r"2x2x2", "N": r"[2-9]"}
     for kind, pattern in kinds.items():
-        check(any(re.fullmatch(pattern, grid or "") for grid in seen), f"a process grid {kind} occurs among {', '.join(map(str, dict.fromkeys(seen)))}")
+        check.that(any(re.fullmatch(pattern, grid or "") for grid in seen), f"a process grid {kind} occurs among {', '.join(map(str, dict.fromkeys(seen)))}")
 
 
-def part_periodic(source, counts):
+def part_periodic(counts):
     """Two blocks cross periodic faces and meet there; a process may be its own neighbour, or the neighbour on both sides."""
     for dim, faces, cells, variants in (
             (1, "x", (24,), [(2, *SPATIAL), (5, "-parallel_migrate", "direct"), (3, *POOL)]),
@@ -238,10 +224,10 @@ def flight(dim):
 
 def cuts(result):
     """How often the grid was cut anew."""
-    return int(field(result.out, r"^balance .* anew (\d+) times") or 0)
+    return int(result.told.find(r"^balance .* anew (\d+) times") or 0)
 
 
-def part_migration(source, counts):
+def part_migration(counts):
     for dim, updates in ((2, ("musl", "usf")), (3, ("musl",)), (1, ("usf",))):
         scene = flight(dim)
         for update in updates:
@@ -254,15 +240,14 @@ def part_migration(source, counts):
             results = compare(f"flight {dim}-D {update}", [*scene, "-method_update", update], variants)
             if dim > 1:
                 anew = {balance: [cuts(r) for r in results if r.command.find(f"balance {balance}") > 0] for balance in ("none", "start", "auto")}
-                check(anew["auto"] and min(anew["auto"]) > 0 and not any(anew["none"] + anew["start"]), f"flight {dim}-D {update}: times the grid was cut anew: {anew}")
+                check.that(anew["auto"] and min(anew["auto"]) > 0 and not any(anew["none"] + anew["start"]), f"flight {dim}-D {update}: times the grid was cut anew: {anew}")
             lines = (results[0].history or b"").splitlines()
             counted = {line.rsplit(b",", 1)[1] for line in lines[1:]}
-            check(len(lines) > 70 and len(counted) == 1, f"flight {dim}-D {update}: {counted} particles in {len(lines) - 1} lines")
+            check.that(len(lines) > 70 and len(counted) == 1, f"flight {dim}-D {update}: {counted} particles in {len(lines) - 1} lines")
 
 
-def part_roundoff(source, counts):
-    disks = os.path.join(source, "options", "disks.opts")
-    arguments = ["-options_file", disks, *FASTER["disks"], "-time_max_steps", "80"]
+def part_roundoff(counts):
+    arguments = ["-options_file", check.scene("disks"), *FASTER["disks"], "-time_max_steps", "80"]
     for update in ("musl", "usf"):
         differ = False
         serial, *others = compare(f"roundoff {update}", [*arguments, "-method_update", update], [(n, "-parallel_sums", "roundoff", "-parallel_migrate", migrate) for n, migrate in ((2, "direct"), (4, "swarm"), (6, "direct"))], same=False)
@@ -277,20 +262,22 @@ def part_roundoff(source, counts):
                     norm = np.linalg.norm(a) if not key.endswith("/stress") else max(np.linalg.norm(a), 1000.0 * math.sqrt(len(a)) * 1e-3) # E times a strain of 0.1 %
                     error = np.linalg.norm(result.snapshots[key] - a) / norm
                     worst, where = max((worst, where), (error, key), key=lambda pair: pair[0])
-            check(same_ids and worst <= ROUNDOFF, f"roundoff {update}: {result.grid}: differs from serial by {worst:.1e} ({where}), allowed {ROUNDOFF}")
+            check.that(same_ids and worst <= ROUNDOFF, f"roundoff {update}: {result.grid}: differs from serial by {worst:.1e} ({where}), allowed {ROUNDOFF}")
             last = result.history.splitlines()[-1].rsplit(b",", 1)[1]
-            check(last == serial.history.splitlines()[-1].rsplit(b",", 1)[1], f"roundoff {update}: {result.grid}: {last.decode()} particles at the end")
-        check(differ, f"roundoff {update}: partial sums do differ in the last bits")
+            check.that(last == serial.history.splitlines()[-1].rsplit(b",", 1)[1], f"roundoff {update}: {result.grid}: {last.decode()} particles at the end")
+        check.that(differ, f"roundoff {update}: partial sums do differ in the last bits")
 
 
 # ---- where points lie
 
-def part_placement(source, counts):
+def part_borders(counts, chosen=(1, 2, 3, 5, 6, 8, 9, 10)):
     # Points on faces, edges and corners of cells, so of patches, and some ulp beside. They come to lie there again after
     # some steps, up to the rounding of their motion: no force disturbs so soft a material. h is a binary fraction; then not.
     borders = [(4, "-parallel_balance", "none"), (3, *POOL, "-pool_cells", "3")]
     more = [(6, "-parallel_balance", "start", "-parallel_migrate", "direct"), (8, "-parallel_balance", "none", "-parallel_migrate", "direct")]
     for number, (h, tiny) in enumerate([(0.0625, 0.0), (0.0625, 1e-17), (0.0625, 2e-16), (0.0625, -2e-16), (0.1, 0.0)] + [(0.1, k * 2.0 ** -53) for k in (-3, -2, -1, 1, 2, 3)]):
+        if number not in chosen:
+            continue
         bodies = [{"lower": [2 * h] * 2, "upper": [6.3 * h] * 2, "ppc": 1, "offset": h / 2 + tiny, "velocity": [h / 4, h / 16]},
                   {"lower": [9 * h] * 2, "upper": [13.3 * h] * 2, "ppc": 1, "offset": h / 2 + tiny, "velocity": [-h / 4, -h / 32]}]
         scene = write_scene(f"border{number}", 2, (16, 16), bodies, h=h, E=1e-25, extra="-dt_size 1\n-time_end 20\n-output_every 4")
@@ -300,7 +287,11 @@ def part_placement(source, counts):
             for step, axes in ((0, 2), (4, 1), (16, 1)):
                 x = results[0].snapshots[f"step_{step:06d}/particles/x"][:, :axes] / h
                 off = np.abs(x - np.round(x)).max() / np.finfo(float).eps
-                check(off <= 16 * step, f"points on borders: after {step} steps {len(x)} points lie within {off:.0f} ulp of {'corners' if axes == 2 else 'faces'} of cells, {np.mean(x == np.round(x)):.0%} exactly")
+                check.that(off <= 16 * step, f"points on borders: after {step} steps {len(x)} points lie within {off:.0f} ulp of {'corners' if axes == 2 else 'faces'} of cells, {np.mean(x == np.round(x)):.0%} exactly")
+
+
+def part_placement(counts):
+    part_borders(counts, chosen=(0, 4, 7))
     # at rest on every border and on the upper faces of the grid; in 3-D on corners, edges and faces
     for dim, n in ((1, 4), (2, 6), (3, 8)):
         for ppc in (1, 2):
@@ -316,7 +307,7 @@ def part_placement(source, counts):
         lower, upper, velocity = body
         scene = write_scene("jump_" + name.replace(" ", "_"), dim, cells, [{"lower": lower, "upper": upper, "velocity": velocity, "ppc": 3}], h=1.0, E=1e-3, nu=0.2, extra=f"-dt_size 1\n-time_end {steps}\n-output_every 0")
         results = compare(f"jumps, {name}", scene, [(n, "-parallel_balance", "none", "-parallel_migrate", migrate) for migrate in ("swarm", "direct")] + [(2, *POOL, "-pool_cells", "1")])
-        check(results[0].status == 0 and len(results) == 4, f"jumps, {name}: in {steps} steps of {velocity} cells over {results[1].grid if len(results) > 1 else None}")
+        check.that(results[0].status == 0 and len(results) == 4, f"jumps, {name}: in {steps} steps of {velocity} cells over {results[1].grid if len(results) > 1 else None}")
     # processes without points; all points in one cell; a single point
     extra = "-time_end 3\n-dt_size 0.02\n-output_every 0.5\n-gravity 0.3,0.2"
     corner = write_scene("corner", 2, (24, 24), [{"lower": [0.02, 0.02], "upper": [0.2, 0.2], "velocity": [0.3, 0.25]}], extra=extra)
@@ -326,27 +317,25 @@ def part_placement(source, counts):
     for dim, n in ((1, 4), (2, 6), (3, 8)):
         single = write_scene(f"single{dim}", dim, (16,) * dim, [{"lower": [0.5] * dim, "upper": [0.5625] * dim, "ppc": 1, "velocity": ["-0.3", "0.31", "0.1"][:dim]}], extra="-time_end 3\n-dt_size 0.1\n-output_every 0.5")
         results = compare(f"a single point, {dim}-D", [*single, "-time_max_steps", "12"], [(n, "-parallel_balance", "none"), (2, "-parallel_migrate", "direct"), (3, *POOL, "-pool_cells", "1")][:3 if dim == 2 else 2])
-        check((results[0].history or b"").splitlines()[-1:] and results[0].history.splitlines()[-1].endswith(b",1"), f"a single point, {dim}-D: the history counts 1 particle")
+        check.that((results[0].history or b"").splitlines()[-1:] and results[0].history.splitlines()[-1].endswith(b",1"), f"a single point, {dim}-D: the history counts 1 particle")
 
 
 # ---- more processes than fit
 
-def part_fit(source, counts):
+def part_fit(counts):
     for name, dim, cells, n, largest in (("5x3 cells", 2, (5, 3), 16, 6), ("9 cells", 1, (9,), 8, 5), ("5x3 cells", 2, (5, 3), 7, 6), ("1x1x3 cells", 3, (1, 1, 3), 13, 2)):
         body = {"lower": [0.01] * dim, "upper": [min(cells) * 0.9] * dim, "velocity": ["0.1"] + ["0"] * (dim - 1)}
         scene = write_scene("fit_" + name.replace(" ", "_"), dim, cells, [body], h=1.0, extra="-time_end 1\n-dt_size 0.01\n-output_every 0.1") + ["-time_max_steps", "20"]
-        folder = os.path.join(work, "fit")
-        status, out, err = mpi.run(n, [pebble, *scene, "-output_dir", folder], 30, mpiexec)
-        shutil.rmtree(folder, ignore_errors=True)
-        lines = mpi.own_lines(err)
-        check(status == 2 and len(lines) == 1 and re.search(rf"\b{n} processes\b.*\b{largest}$", lines[0]) and "digest" not in out, f"{name} on {n} processes: exit status {status}, {lines}")
+        told = check.pebble(*scene, "-output_dir", "fit", n=n, timeout=30)
+        lines = told.lines
+        check.that(told.status == 2 and len(lines) == 1 and re.search(rf"\b{n} processes\b.*\b{largest}$", lines[0]) and "digest" not in told.out, f"{name} on {n} processes: exit status {told.status}, {lines}")
         compare(f"{name}, as many processes as fit", scene, [(largest, *SPATIAL)] + [(7, *POOL)] * (n == 7))
 
 
 # ---- many processes, larger scenes
 
-def part_large(source, counts):
-    scene = lambda name: ["-options_file", os.path.join(source, "options", name + ".opts")]
+def part_large(counts):
+    scene = lambda name: ["-options_file", check.scene(name)]
     every = ["-check_energy", "1e9", "-time_max_steps", "200", "-time_end", "1000"]
     cases = {
         "disks 128x128": [*scene("disks"), *FASTER["disks"], "-grid_cells", "128,128", "-body_disk1_ppc", "2,2", "-body_disk2_ppc", "2,2", "-output_every", "0.2", "-body_disk1_velocity", "2,1.5", "-body_disk2_velocity", "-1.5,-2"],
@@ -355,26 +344,9 @@ def part_large(source, counts):
     }
     for name, arguments in cases.items():
         results = compare(name, [*arguments, *every], [(n, *strategy) for n in counts or (16, 32) for strategy in (SPATIAL, POOL)])
-        check(len(results) > 1 and all(r.status == 0 for r in results), f"{name}: process grids {[r.grid for r in results[1:]]}")
+        check.that(len(results) > 1 and all(r.status == 0 for r in results), f"{name}: process grids {[r.grid for r in results[1:]]}")
 
 
-def main():
-    global pebble, mpiexec, work
-    parts = {name[5:]: function for name, function in globals().items() if name.startswith("part_")}
-    parser = argparse.ArgumentParser(usage=__doc__)
-    for name in ("pebble", "source", "work", "mpiexec"):
-        parser.add_argument(name)
-    parser.add_argument("--counts", type=lambda text: [int(word) for word in text.split(",")])
-    parser.add_argument("--parts", type=lambda text: text.split(","), default=[name for name in parts if name != "large"])
-    given = parser.parse_args()
-    pebble, mpiexec, work = os.path.abspath(given.pebble), given.mpiexec, os.path.abspath(given.work)
-    os.makedirs(work, exist_ok=True)
-    for part in given.parts:
-        parts[part](given.source, given.counts)
-    print(f"{runs} runs")
-    if failures:
-        sys.exit(f"FAIL: {failures} checks")
-
-
-if __name__ == "__main__":
-    main()
+part, *rest = check.arguments(__doc__, None) or sys.exit(__doc__)
+globals()["part_" + part]([int(word) for word in rest[0].split(",")] if rest else None)
+check.end()

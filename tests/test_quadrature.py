@@ -1,11 +1,11 @@
 """The error that the sum over points makes in the internal force of a node: tables, orders, and the theory of jumps.
 
-usage: test_quadrature.py QUADRATURE     (the program of tools/paper/quadrature.c)
+usage: test_quadrature.py PEBBLE SOURCE MPIEXEC QUADRATURE     (the program of tools/paper/quadrature.c)
 """
 import csv
 import math
-import subprocess
-import sys
+
+import check
 
 R = [1.37, 2.37, 4.37, 8.37, 16.37, 32.37]  # points per cell
 # Largest force on a node inside, stress 1, exact 0: an independent implementation, to the digits it gives.
@@ -22,17 +22,12 @@ PINNED = {"linear": [0.9588, 0.6273, 0.4754, 0.2667, 0.1426, 0.07307], "bspline2
 DEGREE = {"linear": 1, "bspline2": 2, "bspline3": 3}
 COEFFICIENT = {"linear": 1.00, "bspline2": 0.370, "bspline3": 0.0912}  # force = coefficient/r^degree, equal voxels
 JUMPS = {"linear": [1, -2, 1], "bspline2": [1, -3, 3, -1], "bspline3": [1, -4, 6, -4, 1]}
-failures = 0
-
-
-def check(condition, what):
-    global failures
-    failures += not condition
-    print("ok  " if condition else "FAIL", what, flush=True)
 
 
 def rows(tool, what):
-    return list(csv.DictReader(subprocess.run([tool, what], check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines()))
+    told = check.run([tool, what])
+    check.need(told.status == 0, f"{tool} {what} ends with {told.status}: {told.said}")
+    return list(csv.DictReader(told.out.splitlines()))
 
 
 def half_unit(text):
@@ -49,33 +44,29 @@ def main(tool):
         for basis, texts in expected.items():
             for r, force, text in zip(R, table[voxels, basis], texts, strict=True):
                 if text is not None:
-                    check(abs(force - float(text)) <= 0.02 * float(text) + half_unit(text), f"{voxels} voxels, {basis}, r = {r}: {force:.4g}, expected {text} (2 %)")
+                    check.that(abs(force - float(text)) <= 0.02 * float(text) + half_unit(text), f"{voxels} voxels, {basis}, r = {r}: {force:.4g}, expected {text} (2 %)")
     for basis, expected in PINNED.items():
-        check(all(abs(a / b - 1) <= 0.02 for a, b in zip(table["mapped", basis], expected, strict=True)), f"mapped voxels, {basis}: {' '.join(f'{a:.4g}' for a in table['mapped', basis])} (pinned, 2 %)")
+        check.that(all(abs(a / b - 1) <= 0.02 for a, b in zip(table["mapped", basis], expected, strict=True)), f"mapped voxels, {basis}: {' '.join(f'{a:.4g}' for a in table['mapped', basis])} (pinned, 2 %)")
     for voxels, basis in ("equal", "ugimp"), ("equal", "cpgimp"), ("mapped", "cpgimp"):
-        check(max(table[voxels, basis]) <= 4e-14, f"{voxels} voxels, {basis}: {max(table[voxels, basis]):.1e} (allowed 4e-14)")
+        check.that(max(table[voxels, basis]) <= 4e-14, f"{voxels} voxels, {basis}: {max(table[voxels, basis]):.1e} (allowed 4e-14)")
     for basis, degree in DEGREE.items():
         force = table["equal", basis]
         orders = [math.log(a / b) / math.log(s / r) for a, b, r, s in zip(force, force[1:], R, R[1:])]
-        check(all(abs(order - degree) <= 0.02 for order in orders), f"{basis}: orders {' '.join(f'{o:.3f}' for o in orders)} (expected {degree})")
+        check.that(all(abs(order - degree) <= 0.02 for order in orders), f"{basis}: orders {' '.join(f'{o:.3f}' for o in orders)} (expected {degree})")
         for r, f in zip(R, force):
-            check(abs(f * r ** degree / COEFFICIENT[basis] - 1) <= 0.02, f"{basis}, r = {r}: force r^{degree} = {f * r ** degree:.4f}, expected {COEFFICIENT[basis]} (2 %)")
+            check.that(abs(f * r ** degree / COEFFICIENT[basis] - 1) <= 0.02, f"{basis}, r = {r}: force r^{degree} = {f * r ** degree:.4f}, expected {COEFFICIENT[basis]} (2 %)")
         differs = max(float(row["theory_differs"]) for row in found if row["voxels"] == "equal" and row["basis"] == basis)
-        check(differs <= 1e-13, f"{basis}: forces on all nodes differ from the theory by {differs:.1e} (allowed 1e-13)")
+        check.that(differs <= 1e-13, f"{basis}: forces on all nodes differ from the theory by {differs:.1e} (allowed 1e-13)")
     last = math.log(table["mapped", "ugimp"][-2] / table["mapped", "ugimp"][-1]) / math.log(R[-1] / R[-2])
-    check(abs(last - 1) <= 0.1, f"mapped voxels, ugimp: order {last:.3f} (expected 1)")
+    check.that(abs(last - 1) <= 0.1, f"mapped voxels, ugimp: order {last:.3f} (expected 1)")
     jumps = rows(tool, "jumps")
     for basis, expected in JUMPS.items():
         mine = [row for row in jumps if row["basis"] == basis]
         sizes = [float(row["jump"]) for row in mine if float(row["r"]) == R[1]]
-        check(all(abs(a - b) <= 1e-6 for a, b in zip(sizes, expected, strict=True)), f"{basis}: jumps {' '.join(f'{j:g}' for j in sizes)}, expected {expected}")
+        check.that(all(abs(a - b) <= 1e-6 for a, b in zip(sizes, expected, strict=True)), f"{basis}: jumps {' '.join(f'{j:g}' for j in sizes)}, expected {expected}")
         worst = max(abs(float(row["coefficient"]) / (0.5 ** DEGREE[basis] / math.factorial(DEGREE[basis])) - 1) for row in mine)
-        check(worst <= 1e-3, f"{basis}: a cut voxel errs by |jump| b^{DEGREE[basis]}/(2^k k!), off by {worst:.1e} at most (allowed 1e-3)")
-    if failures:
-        sys.exit(f"FAIL: {failures} checks")
+        check.that(worst <= 1e-3, f"{basis}: a cut voxel errs by |jump| b^{DEGREE[basis]}/(2^k k!), off by {worst:.1e} at most (allowed 1e-3)")
 
 
-if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    main(sys.argv[1])
+main(*check.arguments(__doc__, 1))
+check.end()

@@ -1,23 +1,19 @@
 """Bad input is refused with one line, good input is not: the cases of refusals.txt, a few with -help, on two processes
 and 150 random mutations of options/disks.opts. Options without effect and crowded cores get a note.
 
-    test_refusals.py PEBBLE SOURCE WORK [MPIEXEC]
+usage: test_refusals.py PEBBLE SOURCE MPIEXEC
 """
-
 import os
 import random
 import re
 import shlex
 import shutil
-import subprocess
-import sys
-import tempfile
 import time
-from concurrent.futures import ThreadPoolExecutor
 
-PEBBLE, SOURCE, WORK = (os.path.abspath(a) for a in sys.argv[1:4])
-MPIEXEC = sys.argv[4] if len(sys.argv) > 4 else "mpiexec"
-DISKS = os.path.join(SOURCE, "options", "disks.opts")
+import check
+
+check.arguments(__doc__, 0)
+DISKS = check.scene("disks")
 FILLED = """\
 -dim 2
 -grid_lower 0,0
@@ -40,23 +36,12 @@ FILLED = """\
 -time_end 0.005
 """
 SECONDS = 10  # far more than a refusal takes, but the machine may be busy
-# Open MPI starts 8 times faster if it does not look for networks and for other processes.
-ALONE = dict(os.environ, OMPI_MCA_ess_singleton_isolated="1", OMPI_MCA_btl="self", OMPI_MCA_pml="ob1")
 
 
-def run(command, folder, environment=ALONE):
+def run(command, folder, **more):
     """Runs in an empty folder; returns status, stdout, stderr's lines and the files that there are then."""
-    with tempfile.TemporaryDirectory() as scratch:  # of its own: Open MPI's isolated runs would share one
-        p = subprocess.run(command, cwd=folder, env=dict(environment, OMPI_MCA_orte_tmpdir_base=scratch),
-                           capture_output=True, text=True, errors="replace", timeout=6 * SECONDS)
-    return p.returncode, p.stdout, p.stderr.splitlines(), sorted(os.listdir(folder))
-
-
-def empty(name):
-    folder = os.path.join(WORK, name)
-    shutil.rmtree(folder, ignore_errors=True)
-    os.makedirs(folder)
-    return folder
+    told = check.run(command, cwd=folder, timeout=6 * SECONDS, **more)
+    return told.status, told.out, told.err.splitlines(), sorted(os.listdir(folder))
 
 
 def refused(status, lines):
@@ -69,7 +54,7 @@ def refused(status, lines):
 
 
 def cases():
-    with open(os.path.join(SOURCE, "tests", "refusals.txt"), encoding="utf-8") as f:
+    with open(os.path.join(check.source, "tests", "refusals.txt"), encoding="utf-8") as f:
         for line in f:
             if line.strip() and not line.startswith("#"):
                 label, arguments, message = (part.strip() for part in re.split(r"(?:^|\s)::(?=\s)", line))
@@ -105,12 +90,12 @@ def prepare(arguments, folder):
     if name:
         with open(os.path.join(folder, name), "wb") as f:
             f.write(text.encode("latin-1"))
-    return [PEBBLE] + ([] if bare else ["-options_file", name or DISKS]) + words, name
+    return [check.program] + ([] if bare else ["-options_file", name or DISKS]) + words, name
 
 
 def check_case(case):
     number, (label, arguments, message) = case
-    folder = empty(f"case{number}")
+    folder = check.folder(f"case{number}")
     command, name = prepare(arguments, folder)
     start = time.time()
     status, out, lines, files = run(command + (["-dry_run"] if message == "ok" else []), folder)
@@ -162,10 +147,10 @@ def mutate(rng, text):
 def check_fuzz(seed):
     with open(DISKS, encoding="utf-8") as f:
         text = mutate(random.Random(seed), f.read())
-    folder = empty(f"fuzz{seed}")
+    folder = check.folder(f"fuzz{seed}")
     with open(os.path.join(folder, "scene.opts"), "w", encoding="latin-1") as f:
         f.write(text)
-    status, _, lines, files = run([PEBBLE, "-options_file", "scene.opts", "-dry_run"], folder)
+    status, _, lines, files = run([check.program, "-options_file", "scene.opts", "-dry_run"], folder)
     fault = refused(status, lines) if status else None if not lines else "stderr although it is accepted"
     if not fault and files != ["scene.opts"]:
         fault = f"left files: {files}"
@@ -176,8 +161,7 @@ def check_fuzz(seed):
 
 
 def check_help(arguments, status, pattern):
-    folder = empty("help")
-    got, out, lines, files = run([PEBBLE] + arguments, folder)
+    got, out, lines, files = run([check.program] + arguments, check.folder("help"))
     if got != status or lines or files or not re.search(pattern, out):
         return f"{arguments}: exit status {got}, stderr {lines[:3]}, stdout does not have {pattern}"
     return None
@@ -185,8 +169,7 @@ def check_help(arguments, status, pattern):
 
 def check_two_processes(arguments, message):
     """The line comes once. mpiexec adds its own words about the exit status."""
-    folder = empty("two")
-    status, _, lines, files = run([MPIEXEC, "-n", "2", PEBBLE] + arguments, folder, os.environ)
+    status, _, lines, _ = run([check.program] + arguments, check.folder("two"), n=2, plain=True)
     if status != 2 or lines.count(message) != 1 or any("PETSC ERROR" in line for line in lines):
         return f"mpiexec -n 2 {arguments}: exit status {status}, stderr:\n" + "\n".join(lines[:20])
     return None
@@ -194,10 +177,9 @@ def check_two_processes(arguments, message):
 
 def check_notes(n, arguments, expected, core=None):
     """The notes of a short run; that on processes that take turns counts where all share one core."""
-    folder = empty("notes")
-    command = (["taskset", "-c", str(core)] if core is not None else []) + ([MPIEXEC, "-n", str(n)] if n > 1 else [])
-    command += [PEBBLE, "-options_file", DISKS, "-time_max_steps", "1", "-output_format", "none"] + arguments
-    status, out, _, _ = run(command, folder, os.environ if n > 1 else ALONE)
+    command = ["taskset", "-c", str(core)] if core is not None else []
+    command += [check.program, "-options_file", DISKS, "-time_max_steps", "1", "-output_format", "none"] + arguments
+    status, out, _, _ = run(command, check.folder("notes"), n=n)
     notes = [line[11:] for line in out.splitlines() if line.startswith("note ")]
     if core is None:
         notes = [note for note in notes if "take turns" not in note]
@@ -207,12 +189,10 @@ def check_notes(n, arguments, expected, core=None):
 
 
 def main():
-    start = time.time()
-    rows, mutations = list(cases()), range(150)
+    rows = list(cases())
     labels = [label for label, _, _ in rows]
-    assert len(set(labels)) == len(labels), "a label is there twice"
-    with ThreadPoolExecutor(2) as pool:
-        faults = list(pool.map(check_case, enumerate(rows))) + list(pool.map(check_fuzz, mutations))
+    check.need(len(set(labels)) == len(labels), "a label is there twice")
+    faults = check.at_once(check_case, enumerate(rows)) + check.at_once(check_fuzz, range(150))
     faults += [
         check_help(["-help"], 0, r"(?s)^Pebble: .*-help petsc.*-dim <required>: .*-time_end <required> s: "),
         check_help(["-options_file", DISKS, "--help"], 0, r"^Pebble: .*\n"),
@@ -239,11 +219,9 @@ def main():
         check_notes(2, ["-dry_run"], [], core),
         check_notes(1, [], [], core),
     ]
-    faults = [fault for fault in faults if fault]
-    print("\n".join(faults))
-    print(f"{len(rows)} cases and {len(mutations)} mutations, {len(faults)} faults, {time.time() - start:.0f} s")
-    return 1 if faults else 0
+    for wrong in faults:
+        check.fault(wrong)
+    check.end()
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+main()

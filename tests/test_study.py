@@ -2,17 +2,14 @@
 step and of the points per cell on a bar with an exact one, the finest run as reference, the files of a study, the
 exit status, and the same numbers on several processes.
 
-usage: test_study.py PEBBLE SOURCE MPIEXEC [WORK]     (WORK: folder for the files, default the current one)
+usage: test_study.py PEBBLE SOURCE MPIEXEC
 """
-import csv
 import math
 import os
 import re
-import shutil
-import sys
 from xml.etree import ElementTree
 
-import mpi
+import check
 
 TOLERANCE = 2e-3  # relative, of errors that were found with 4 or 5 digits
 # rms errors at 8, 16 and 32 cells of an independent implementation, update musl
@@ -22,15 +19,6 @@ AXIS = {
     "gimp stretch": (["-method_basis", "gimp", "-method_gimp_update", "stretch"], [3.4727e-3, 9.9198e-4, 2.6202e-4]),
     "bspline2": ([], [4.1513e-3, 1.6562e-3, 1.0061e-3]),  # the default
 }
-failures = 0
-pebble = mpiexec = work = None
-
-
-def check(condition, what):
-    global failures
-    failures += not condition
-    print("ok  " if condition else "FAIL", what, flush=True)
-    return condition
 
 
 def square(amplitude=0.05):
@@ -55,29 +43,21 @@ def bar(*more):
 class Study:
     """A run of a study: exit status, what it printed, its folder and the rows of its CSV file."""
 
-    def __init__(self, name, lines, *arguments, n=1, keep=False):
-        self.folder = os.path.join(work, name.replace(" ", "_"))
-        shutil.rmtree(self.folder, ignore_errors=True)
-        os.makedirs(self.folder)
-        path = os.path.join(self.folder, "scene.opts")
-        with open(path, "w") as file:
-            file.write("\n".join(lines) + "\n")
-        self.status, self.out, self.err = mpi.run(n, [pebble, "-options_file", path, "-output_dir", self.folder, *arguments], 120, mpiexec)
-        self.lines = mpi.own_lines(self.err)
-        self.rows = []
-        try:
-            with open(os.path.join(self.folder, "scene_study.csv"), newline="") as file:
-                self.text = file.read()
-            self.rows = list(csv.DictReader(self.text.splitlines()))
-        except OSError:
-            self.text = ""
+    def __init__(self, name, lines, *arguments, n=1):
+        self.folder = check.folder(name.replace(" ", "_"))
+        path = check.write(os.path.join(self.folder, "scene.opts"), lines)
+        told = check.pebble("-options_file", path, "-output_dir", self.folder, *arguments, n=n)
+        self.status, self.out, self.err, self.lines = told.status, told.out, told.err, told.lines
+        table = os.path.join(self.folder, "scene_study.csv")
+        there = os.path.exists(table)
+        self.rows, self.text = (check.rows(table), check.content(table).decode()) if there else ([], "")
 
     def column(self, name):
         return [float(row[name]) if row[name] else math.nan for row in self.rows]
 
     def ended(self, name, rows):
         said = "" if self.status == 0 and len(self.rows) == rows else f"\n{self.out[-1500:]}{self.err[-1500:]}"
-        return check(self.status == 0 and not self.lines and len(self.rows) == rows, f"{name}: exit status {self.status}, {len(self.rows)} runs in the file{said}")
+        return check.that(self.status == 0 and not self.lines and len(self.rows) == rows, f"{name}: exit status {self.status}, {len(self.rows)} runs in the file{said}")
 
 
 def words(values):
@@ -86,22 +66,22 @@ def words(values):
 
 def check_files(study):
     """CSV and SVG of a study, in their form; results of each run beside them."""
-    check(study.text.splitlines()[0] == "run,h,particles,steps,error,order,seconds", f"columns: {study.text.splitlines()[:1]}")
-    check(study.column("run") == [1, 2, 3] and study.column("h") == [1 / 8, 1 / 16, 1 / 32], f"runs {study.column('run')} with h {study.column('h')}")
-    check(study.column("particles") == [256, 1024, 4096] and study.column("steps") == [20, 40, 80], f"particles {study.column('particles')}, steps {study.column('steps')}")
+    check.that(study.text.splitlines()[0] == "run,h,particles,steps,error,order,seconds", f"columns: {study.text.splitlines()[:1]}")
+    check.that(study.column("run") == [1, 2, 3] and study.column("h") == [1 / 8, 1 / 16, 1 / 32], f"runs {study.column('run')} with h {study.column('h')}")
+    check.that(study.column("particles") == [256, 1024, 4096] and study.column("steps") == [20, 40, 80], f"particles {study.column('particles')}, steps {study.column('steps')}")
     errors, orders = study.column("error"), study.column("order")
-    check(math.isnan(orders[0]) and all(abs(o - math.log2(a / b)) < 1e-4 for o, a, b in zip(orders[1:], errors, errors[1:])), f"orders {words(orders)} are those of the errors")
-    check(all(s > 0 for s in study.column("seconds")), "seconds are positive")
+    check.that(math.isnan(orders[0]) and all(abs(o - math.log2(a / b)) < 1e-4 for o, a, b in zip(orders[1:], errors, errors[1:])), f"orders {words(orders)} are those of the errors")
+    check.that(all(s > 0 for s in study.column("seconds")), "seconds are positive")
     root = ElementTree.parse(os.path.join(study.folder, "scene_study.svg")).getroot()
     tags = [element.tag.rpartition("}")[2] for element in root.iter()]
     said = [element.text for element in root.iter() if element.text and element.text.strip()]
-    check(root.tag.endswith("}svg") and tags.count("circle") == 3, f"the plot is an SVG with {tags.count('circle')} points")
-    check("a < b & c" in said and "h" in said, f"the plot names title and axes: {said[0]!r} ... {said[-2:]}")
+    check.that(root.tag.endswith("}svg") and tags.count("circle") == 3, f"the plot is an SVG with {tags.count('circle')} points")
+    check.that("a < b & c" in said and "h" in said, f"the plot names title and axes: {said[0]!r} ... {said[-2:]}")
     boxes = [element for element in root.iter() if element.tag.endswith("}circle")]
     inside = all(80 <= float(e.get("cx")) <= 540 and 40 <= float(e.get("cy")) <= 360 for e in boxes)
     falls = [float(e.get("cy")) for e in boxes]
-    check(inside and falls == sorted(falls) and [float(e.get("cx")) for e in boxes] == sorted((float(e.get("cx")) for e in boxes), reverse=True), "its points lie in the frame, and fall as h does")
-    check(all(os.path.exists(os.path.join(study.folder, f"scene-{k}.{kind}")) for k in (1, 2, 3) for kind in ("csv", "h5", "xdmf")), "each run has its own results, scene-1 to scene-3")
+    check.that(inside and falls == sorted(falls) and [float(e.get("cx")) for e in boxes] == sorted((float(e.get("cx")) for e in boxes), reverse=True), "its points lie in the frame, and fall as h does")
+    check.that(all(os.path.exists(os.path.join(study.folder, f"scene-{k}.{kind}")) for k in (1, 2, 3) for kind in ("csv", "h5", "xdmf")), "each run has its own results, scene-1 to scene-3")
 
 
 def check_axis():
@@ -112,36 +92,36 @@ def check_axis():
             continue
         errors = study.column("error")
         worst = max(abs(a / b - 1) for a, b in zip(errors, expected))
-        check(worst <= TOLERANCE, f"axis, {name}: errors {words(errors)}, expected {words(expected)}, difference {worst:.1e} (allowed {TOLERANCE})")
+        check.that(worst <= TOLERANCE, f"axis, {name}: errors {words(errors)}, expected {words(expected)}, difference {worst:.1e} (allowed {TOLERANCE})")
         note = re.findall("^note +the error grew from run (\\d) to run (\\d): ", study.out, re.M)
-        check(note == ([("2", "3")] if errors[2] > errors[1] else []), f"axis, {name}: a note where the last error is larger: {note}")
+        check.that(note == ([("2", "3")] if errors[2] > errors[1] else []), f"axis, {name}: a note where the last error is larger: {note}")
         if name == "gimp stretch":
             check_files(study)
-            check(study.column("order")[2] > 1.8, f"axis, {name}: order {study.column('order')[2]:.3f} (above 1.8)")
+            check.that(study.column("order")[2] > 1.8, f"axis, {name}: order {study.column('order')[2]:.3f} (above 1.8)")
     # little motion, no crossing of cells: all of second order
     for basis in ("linear", "gimp", "bspline2", "bspline3"):
         study = Study(f"small {basis}", square(1e-5), "-method_basis", basis, "-study_order_min", "1.8", "-output_format", "none")
         if study.ended(f"axis, {basis}, little motion, order at least 1.8", 3):
-            check(study.column("order")[2] > 1.8, f"axis, {basis}, little motion: errors {words(study.column('error'))}, order {study.column('order')[2]:.3f}")
+            check.that(study.column("order")[2] > 1.8, f"axis, {basis}, little motion: errors {words(study.column('error'))}, order {study.column('order')[2]:.3f}")
 
 
 def check_status():
     study = Study("order", square(), "-method_basis", "linear", "-study_levels", "2", "-study_order_min", "1.5")
-    check(study.status == 3 and len(study.lines) == 1 and study.lines[0].startswith("the order between the last two runs, 0.233, is below -study_order_min 1.5"),
+    check.that(study.status == 3 and len(study.lines) == 1 and study.lines[0].startswith("the order between the last two runs, 0.233, is below -study_order_min 1.5"),
           f"order below -study_order_min: exit status {study.status}, {study.lines}")
-    check(len(study.rows) == 2 and os.path.exists(os.path.join(study.folder, "scene_study.svg")), "its files are there all the same")
+    check.that(len(study.rows) == 2 and os.path.exists(os.path.join(study.folder, "scene_study.svg")), "its files are there all the same")
     study = Study("order two", square(), "-method_basis", "linear", "-study_levels", "2", "-study_order_min", "1.5", n=2)
-    check(study.status == 3 and len(study.lines) == 1, f"the same on 2 processes: exit status {study.status}, {study.lines}")
+    check.that(study.status == 3 and len(study.lines) == 1, f"the same on 2 processes: exit status {study.status}, {study.lines}")
     # a run that stops ends the study; its error does not count
     study = Study("stopped", square(), "-dt_size", "0.005", "-time_end", "0.1", "-method_update", "usl", "-method_basis", "linear")
-    check(study.status == 3 and len(study.lines) == 1 and len(study.rows) < 3, f"a run that stops: exit status {study.status}, {len(study.rows)} runs in the file, {study.lines}")
+    check.that(study.status == 3 and len(study.lines) == 1 and len(study.rows) < 3, f"a run that stops: exit status {study.status}, {len(study.rows)} runs in the file, {study.lines}")
     # a run that is refused ends the study with one line
     study = Study("refused", square(), "-study_vary", "ppc", "-body_b_ppc", "40,40", "-study_levels", "2")
-    check(study.status == 2 and len(study.lines) == 1 and "-body_b_ppc" in study.lines[0], f"a run that is refused: exit status {study.status}, {study.lines[:3]}")
+    check.that(study.status == 2 and len(study.lines) == 1 and "-body_b_ppc" in study.lines[0], f"a run that is refused: exit status {study.status}, {study.lines[:3]}")
     # -dry_run computes nothing
     study = Study("dry", square(), "-dry_run")
     left = sorted(os.listdir(study.folder))
-    check(study.status == 0 and not study.lines and left == ["scene.opts"], f"-dry_run: exit status {study.status}, {study.lines[:2]}, files {left}")
+    check.that(study.status == 0 and not study.lines and left == ["scene.opts"], f"-dry_run: exit status {study.status}, {study.lines[:2]}, files {left}")
 
 
 def check_dt():
@@ -152,12 +132,12 @@ def check_dt():
         if not study.ended(f"dt, {update}", 4):
             continue
         dt, errors, orders = study.column("dt"), study.column("error"), study.column("order")
-        check(dt == [0.0125 / 2 ** k for k in range(4)] and study.column("particles") == [64] * 4, f"dt, {update}: dt {words(dt)}")
+        check.that(dt == [0.0125 / 2 ** k for k in range(4)] and study.column("particles") == [64] * 4, f"dt, {update}: dt {words(dt)}")
         if update == "usf":
-            check(all(abs(o - 1) < 0.1 for o in orders[1:]), f"dt, usf: errors {words(errors)}, orders {words(orders[1:])} (1 +- 0.1)")
-            check(all(abs(e / (math.pi * d * 1e-5 / math.sqrt(2)) - 1) < 0.15 for e, d in zip(errors, dt)), "dt, usf: errors are pi dt of the amplitude (15 %)")
+            check.that(all(abs(o - 1) < 0.1 for o in orders[1:]), f"dt, usf: errors {words(errors)}, orders {words(orders[1:])} (1 +- 0.1)")
+            check.that(all(abs(e / (math.pi * d * 1e-5 / math.sqrt(2)) - 1) < 0.15 for e, d in zip(errors, dt)), "dt, usf: errors are pi dt of the amplitude (15 %)")
         else:
-            check(max(errors) < 1.5 * min(errors), f"dt, musl: errors {words(errors)} are those of the grid (within 1.5 of each other)")
+            check.that(max(errors) < 1.5 * min(errors), f"dt, musl: errors {words(errors)} are those of the grid (within 1.5 of each other)")
     # Against the finest run the grid's error cancels, which leaves the order in time. The finest has an error too: errors
     # c dt^p of 5 runs make the first order log2((16^p - 1)/(8^p - 1)), 1.10 and 2.02.
     for update, p in (("usf", 1), ("musl", 2), ("usl", 2)):
@@ -165,11 +145,11 @@ def check_dt():
                       "-body_b_velocity", "1e-5*pi*sin(pi*x)", "-method_update", update, "-study_levels", "5", "-dt_size", "0.03", "-time_end", "0.3")
         if study.ended(f"dt, {update} against the finest", 4):
             found, expected = study.column("order")[1], math.log2((16 ** p - 1) / (8 ** p - 1))
-            check(abs(found - expected) < 0.15, f"dt, {update} against the finest: differences {words(study.column('error'))}, first order {found:.3f} (of order {p}: {expected:.3f} +- 0.15)")
+            check.that(abs(found - expected) < 0.15, f"dt, {update} against the finest: differences {words(study.column('error'))}, first order {found:.3f} (of order {p}: {expected:.3f} +- 0.15)")
     # without -dt_size the CFL number is halved
     study = Study("cfl", [line for line in small if not line.startswith("-dt_size")], "-method_update", "usf", "-dt_cfl", "0.4")
     if study.ended("cfl, usf", 4):
-        check(study.column("cfl") == [0.4, 0.2, 0.1, 0.05] and abs(study.column("order")[3] - 1) < 0.15, f"cfl, usf: {words(study.column('cfl'))}, errors {words(study.column('error'))}, order {study.column('order')[3]:.3f}")
+        check.that(study.column("cfl") == [0.4, 0.2, 0.1, 0.05] and abs(study.column("order")[3] - 1) < 0.15, f"cfl, usf: {words(study.column('cfl'))}, errors {words(study.column('error'))}, order {study.column('order')[3]:.3f}")
 
 
 def check_ppc():
@@ -178,8 +158,8 @@ def check_ppc():
     study = Study("ppc", lines)
     if study.ended("ppc", 3):
         errors = study.column("error")
-        check(study.column("1/ppc") == [1 / 2, 1 / 4, 1 / 8] and study.column("particles") == [64, 128, 256] and len(set(study.column("steps"))) == 1, f"ppc: {study.column('1/ppc')}, particles {study.column('particles')}")
-        check(errors[0] > 1.5 * errors[1], f"ppc: errors {words(errors)} fall")
+        check.that(study.column("1/ppc") == [1 / 2, 1 / 4, 1 / 8] and study.column("particles") == [64, 128, 256] and len(set(study.column("steps"))) == 1, f"ppc: {study.column('1/ppc')}, particles {study.column('particles')}")
+        check.that(errors[0] > 1.5 * errors[1], f"ppc: errors {words(errors)} fall")
 
 
 def check_finest():
@@ -190,7 +170,7 @@ def check_finest():
         study = Study(f"finest {basis}", lines, "-method_basis", basis)
         if study.ended(f"finest, {basis}", 4):
             orders = study.column("order")
-            check(abs(orders[2] - 2.07) < 0.2 and abs(orders[3] - 2.32) < 0.2, f"finest, {basis}: differences {words(study.column('error'))}, orders {words(orders[1:])} (2.07 and 2.32 +- 0.2)")
+            check.that(abs(orders[2] - 2.07) < 0.2 and abs(orders[3] - 2.32) < 0.2, f"finest, {basis}: differences {words(study.column('error'))}, orders {words(orders[1:])} (2.07 and 2.32 +- 0.2)")
     # two bodies with lattices of their own and curved edges
     disks = ["-dim 2", "-grid_lower 0,0", "-grid_upper 1,1", "-grid_cells 8,8", "-materials m", "-material_m_model neohookean", "-material_m_rho 1000", "-material_m_E 1e4",
              "-material_m_nu 0.3", "-bodies a,b", "-body_a_shape sphere", "-body_a_center 0.3,0.3", "-body_a_radius 0.2", "-body_a_material m", '-body_a_velocity "0.1*(x-0.3)+0.2,-0.1*(y-0.3)"',
@@ -199,14 +179,14 @@ def check_finest():
     study = Study("finest disks", disks)
     if study.ended("finest, two bodies", 3):
         errors = study.column("error")
-        check(errors[0] > errors[1] > errors[2] and errors[2] < 0.01 * 0.05, f"finest, two bodies: differences {words(errors)} fall")
+        check.that(errors[0] > errors[1] > errors[2] and errors[2] < 0.01 * 0.05, f"finest, two bodies: differences {words(errors)} fall")
     # a body that moves through a periodic face: its displacement counts on across it
     box = ["-dim 1", "-grid_lower 0", "-grid_upper 1", "-grid_cells 8", "-bc_xmin_type periodic", "-bc_xmax_type periodic", "-materials m", "-material_m_model elastic", "-material_m_rho 1",
            "-material_m_E 1", "-material_m_nu 0", "-bodies b", "-body_b_shape box", "-body_b_lower 0", "-body_b_upper 1", "-body_b_material m", '-body_b_velocity "0.5+1e-4*sin(2*pi*x)"',
            "-time_end 0.3", "-dt_size 0.0125", "-study_type convergence", "-study_levels 4", "-reference_type finest"]
     study = Study("finest periodic", box)
     if study.ended("finest, through a periodic face", 3):
-        check(max(study.column("error")) < 1e-4, f"finest, through a periodic face: differences {words(study.column('error'))} (below the amplitude, 1e-4)")
+        check.that(max(study.column("error")) < 1e-4, f"finest, through a periodic face: differences {words(study.column('error'))} (below the amplitude, 1e-4)")
     # without -study_order_min any order will do; of two runs there is one difference and no order
     study = Study("finest two", lines, "-study_levels", "2")
     study.ended("finest, two runs", 1)
@@ -221,19 +201,10 @@ def check_parallel():
         serial = Study(f"{name} serial", lines, *arguments)
         for n, strategy in ((2, "spatial"), (3, "pool")):
             study = Study(f"{name} {strategy} {n}", lines, *arguments, "-parallel_strategy", strategy, n=n)
-            check(study.status == 0 and len(study.rows) >= 2 and without(study) == without(serial), f"{name}: {strategy} on {n} processes, exit status {study.status}: errors {words(study.column('error'))}" + ("" if without(study) == without(serial) else f", serial {words(serial.column('error'))}\n{study.err[-1500:]}"))
+            check.that(study.status == 0 and len(study.rows) >= 2 and without(study) == without(serial), f"{name}: {strategy} on {n} processes, exit status {study.status}: errors {words(study.column('error'))}" + ("" if without(study) == without(serial) else f", serial {words(serial.column('error'))}\n{study.err[-1500:]}"))
 
 
-def main(program, source, launcher, folder="."):
-    global pebble, mpiexec, work
-    pebble, mpiexec, work = os.path.abspath(program), launcher, os.path.abspath(folder)
-    for part in (check_axis, check_status, check_dt, check_ppc, check_finest, check_parallel):
-        part()
-    if failures:
-        sys.exit(f"FAIL: {failures} checks")
-
-
-if __name__ == "__main__":
-    if len(sys.argv) not in (4, 5):
-        sys.exit(__doc__)
-    main(*sys.argv[1:])
+check.arguments(__doc__, 0)
+for part in (check_axis, check_status, check_dt, check_ppc, check_finest, check_parallel):
+    part()
+check.end()

@@ -1,6 +1,6 @@
 """Orders of accuracy, errors and limits beside those of an independent implementation, tests/reference/tables.json.
 
-usage: verify.py PEBBLE SOURCE FAMILY [WORK]     (WORK: folder for the files, default the current one)
+usage: verify.py PEBBLE SOURCE MPIEXEC FAMILY
 
 FAMILY: bar mms vortex column disks cantilever dambreak granular patch stability. Every row says what was measured,
 what is expected, the largest relative difference and what is allowed. `names` of the tables lists all that the reference
@@ -14,12 +14,12 @@ import json
 import math
 import os
 import re
-import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import h5py
 import numpy as np
 
+import check
 import setups
 
 WORKERS = 2
@@ -31,7 +31,7 @@ BOUNDARY = {"linear": "none", "ugimp": "ghost", "cpgimp": "ghost"}
 STRETCHED = r"is stretched to [0-9.e+]+ cells"
 LEFT = r"left the grid"
 STOPPED = rf"{LEFT}|{STRETCHED}|is turned inside out or not finite|has a position that is not finite"
-failures, seen = 0, set()
+seen = set()
 
 
 def show(values):
@@ -45,11 +45,8 @@ def orders(values):
 
 
 def row(name, good, measured, expected="", allowed="", order="", note=""):
-    global failures
     seen.add(name)
-    failures += not good
-    print(f"{'ok  ' if good else 'FAIL'} {name:<46} {measured:<44} order {order:<13} | expected {expected} | {allowed}"
-          f"{'   # ' + note if note else ''}", flush=True)
+    check.that(good, f"{name:<46} {measured:<44} order {order:<13} | expected {expected} | {allowed}{'   # ' + note if note else ''}")
 
 
 def same(name, measured, expected, allowed=SAME, order=False, note=""):
@@ -131,15 +128,15 @@ def complete(names):
 class Runs:
     """Runs of pebble, some at a time: ask for all, then look at each."""
 
-    def __init__(self, pebble, work):
-        self.pebble, self.work, self.pool, self.jobs = pebble, work, ThreadPoolExecutor(WORKERS), {}
+    def __init__(self):
+        self.pool, self.jobs = ThreadPoolExecutor(WORKERS), {}
 
     def ask(self, name, spec, snapshots=1e9, lines=1e9, fields=None):
         """Snapshots and history lines every so many steps (0: every step)."""
         dt = spec["dt"] * (1 - 1e-10)  # the time of a step is the sum of dt
         text = setups.options(spec, name, output_every=snapshots * dt, history_every=lines * dt)
         extra = ["-output_fields", fields] if fields else []
-        self.jobs[name] = spec, self.pool.submit(setups.simulate, self.pebble, self.work, name, text, *extra)
+        self.jobs[name] = spec, self.pool.submit(setups.simulate, name, text, *extra)
 
     def ends(self, name):
         """Waits for it; exit status and what it said."""
@@ -162,13 +159,13 @@ class Runs:
     def points(self, name, step=None):
         """State at a step, default the last."""
         spec = self.jobs[name][0]
-        return setups.snapshot(self.work, name, spec["steps"] if step is None else step, spec["ndim"])
+        return setups.snapshot(name, spec["steps"] if step is None else step, spec["ndim"])
 
     def positions(self, name):
         """Steps, times and positions [snapshot][point] of all snapshots."""
         dim = self.jobs[name][0]["ndim"]
-        with h5py.File(os.path.join(self.work, name + ".h5")) as file:
-            found = setups.steps(file)
+        with h5py.File(name + ".h5") as file:
+            found = check.steps(file)
             times = np.array([file[f"step_{step:06d}"].attrs["time"] for step in found])
             x = []
             for step in found:
@@ -177,16 +174,15 @@ class Runs:
         return np.array(found), times, np.array(x)
 
     def history(self, name):
-        lines = setups.history(self.work, name)
+        lines = setups.history(name)
         keys = next(iter(lines.values()))
         return {key: np.array([line[key] for line in lines.values()]) for key in keys}
 
     def done(self, name):
         """Its files are not needed any more."""
         for end in (".h5", ".xdmf", ".csv", ".opts"):
-            path = os.path.join(self.work, name + end)
-            if os.path.exists(path):
-                os.remove(path)
+            if os.path.exists(name + end):
+                os.remove(name + end)
 
 
 def scheme(basis, boundary=None, order="musl", transfer="flip1"):
@@ -604,7 +600,7 @@ def granular(runs, table):
             row(name, False, "run failed")
             continue
         _, _, x = runs.positions(name)
-        with h5py.File(os.path.join(runs.work, name + ".h5")) as file:
+        with h5py.File(name + ".h5") as file:
             volume = [file[f"step_{step:06d}/particles/volume"][:].sum() for step in (0, runs.jobs[name][0]["steps"])]
         reach = np.sort(x[-1][:, 0])
         found = {"runout": reach[int(0.995 * len(reach))] - 1, "runout_max": reach[-1] - 1, "volume_ratio": volume[1] / volume[0],
@@ -680,9 +676,9 @@ def patch(runs, table):
                       np.abs(F - np.eye(2)).max()]
             row(name, max(errors) <= 1e-13, show(errors), show(want), "x, v, F <= 1e-13")
         else:
-            with h5py.File(os.path.join(runs.work, name + ".h5")) as file:
+            with h5py.File(name + ".h5") as file:
                 turn = []
-                for step in setups.steps(file):  # of the grid: it knows the points' own spin too
+                for step in check.steps(file):  # of the grid: it knows the points' own spin too
                     m, v = file[f"step_{step:06d}/grid/mass"][0], file[f"step_{step:06d}/grid/v"][0]
                     y, x = np.mgrid[:21, :21] / 20 - 0.5
                     turn.append((m * (x * v[..., 1] - y * v[..., 0])).sum())
@@ -759,7 +755,7 @@ def mover(runs, table, choices):
         for C in choices:
             job = f"mover-{name}-{C}"
             spec = mover_spec(C, **scheme(basis, order=order, transfer=transfer))
-            status, said = setups.simulate(runs.pebble, runs.work, job, setups.options(spec, job, history_every=0), "-output_format", "none")
+            status, said = setups.simulate(job, setups.options(spec, job, history_every=0), "-output_format", "none")
             if status not in (0, 3):
                 return f"exit status {status}"
             energy = runs.history(job)["total_energy"]
@@ -864,8 +860,8 @@ def stability(runs, table):
             row(name, False, "run failed")
         else:
             energy, spec = runs.history(name)["total_energy"], runs.jobs[name][0]
-            with h5py.File(os.path.join(runs.work, name + ".h5")) as file:
-                J = min(file[f"step_{step:06d}/particles/volume"][:].min() for step in setups.steps(file)) * 32 ** 2
+            with h5py.File(name + ".h5") as file:
+                J = min(file[f"step_{step:06d}/particles/volume"][:].min() for step in check.steps(file)) * 32 ** 2
             found, expected = [J, energy[-1] / energy[0]], [want["min_J"], want["energy_ratio"]]
             cp = "cpgimp" in name
             same(name, found, expected, 5e-4 if cp else SAME, note=CPGIMP if cp else "smallest J, energy")
@@ -877,17 +873,10 @@ FAMILIES = {"bar": bar, "mms": mms, "vortex": vortex, "column": column, "disks":
             "granular": granular, "patch": patch, "stability": stability}
 
 
-def main(pebble, source, family, work="."):
-    with open(os.path.join(source, "tests", "reference", "tables.json")) as file:
-        tables = json.load(file)
-    FAMILIES[family](Runs(pebble, work), tables[family])
-    count = complete(tables["names"][family])
-    print(f"{len(seen)} rows, {failures} failed; {count} of the reference's {len(tables['names'][family])} left out")
-    if failures:
-        sys.exit(f"FAIL: {failures} of the {len(seen)} rows of {family}")
-
-
-if __name__ == "__main__":
-    if len(sys.argv) not in (4, 5) or sys.argv[3] not in FAMILIES:
-        sys.exit(__doc__)
-    main(*sys.argv[1:])
+(family,) = check.arguments(__doc__, 1)
+with open(os.path.join(check.source, "tests", "reference", "tables.json")) as reference:
+    tables = json.load(reference)
+FAMILIES[family](Runs(), tables[family])
+left = complete(tables["names"][family])
+print(f"{len(seen)} rows; {left} of the reference's {len(tables['names'][family])} left out")
+check.end()

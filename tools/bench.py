@@ -65,7 +65,7 @@ class Failed(Exception):
 
 def command_output(command, **more):
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, **more)
+        done = launch.run(command, capture_output=True, text=True, timeout=TIMEOUT, **more)
     except (OSError, subprocess.TimeoutExpired) as error:
         raise Failed(str(error)) from error
     if done.returncode:

@@ -1,5 +1,8 @@
-"""How runs that are timed are started."""
+"""How programs with MPI are started: each with a temporary folder of its own, and those that are timed with settings."""
+import contextlib
 import os
+import subprocess
+import tempfile
 
 # The makefile's settings are for tests, which share few cores. When one run at a time has a free core for each process, waiting
 # processes need not yield, each process stays on its core, and large messages may be read from the other's memory.
@@ -18,3 +21,19 @@ def settings(processes, cores):
     """In words, what that environment says to Open MPI about waiting, binding and copies."""
     chosen = environment(processes, cores)
     return ", ".join(f"{name.removeprefix('OMPI_MCA_')} {chosen.get(name, 'as Open MPI has it')}" for name in (*TIMED, COPY))
+
+
+@contextlib.contextmanager
+def own_folder(env=None):
+    """An environment for one start, this one or env, with a folder for temporary files that no other start has; it is
+    removed at the end. Elsewhere Open MPI makes a folder of one name for all runs of a user, and each run removes it at its
+    end if it is empty then: of two runs that start or end in the same moment one may fail. A process without mpiexec makes
+    this folder too. The name is short, since paths of sockets have to be."""
+    with tempfile.TemporaryDirectory(prefix="mpi-", ignore_cleanup_errors=True) as folder:
+        yield (os.environ if env is None else env) | {"TMPDIR": folder}
+
+
+def run(command, env=None, **more):
+    """subprocess.run with a temporary folder of its own."""
+    with own_folder(env) as environment:
+        return subprocess.run(list(map(str, command)), env=environment, **more)

@@ -10,8 +10,9 @@ This program needs no packages. The options themselves are declared in src/optio
 import argparse
 import os
 import re
-import subprocess
 import sys
+
+import launch
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 OPTION = re.compile(r"^  -(?P<name>[^\s:]+)(?: <(?P<default>[^>]*)>)?(?: (?P<unit>[^:]+))?: (?P<text>.*)$")
@@ -50,7 +51,7 @@ def fail(message):
 
 def ask(pebble):
     try:
-        run = subprocess.run([pebble, "-help"], capture_output=True, text=True, timeout=60, check=False)
+        run = launch.run([pebble, "-help"], capture_output=True, text=True, timeout=60, check=False)
     except OSError as error:
         fail(f"cannot start {pebble}: {error.strerror}; `make` builds it")
     if run.returncode:

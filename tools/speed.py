@@ -9,10 +9,11 @@ Several programs are run in turn, so that their ratio holds on a noisy machine; 
 import argparse
 import re
 import resource
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+import launch
 
 CASES = {"linear2": ("linear", 2), "quadratic2": ("bspline2", 2), "cubic2": ("bspline3", 2), "gimp2": ("gimp", 2),
          "linear3": ("linear", 3), "quadratic3": ("bspline2", 3)}
@@ -48,7 +49,7 @@ def run(pebble, opts, extra):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "speed.opts"
         path.write_text("".join(f"-{k} {v}\n" for k, v in opts.items()))
-        out = subprocess.run([pebble, "-options_file", str(path), "-output_dir", folder, *extra], capture_output=True,
+        out = launch.run([pebble, "-options_file", str(path), "-output_dir", folder, *extra], capture_output=True,
                              text=True, check=False)
     rows = re.findall(r"^  (\w+) +[\d.]+ +[\d.]+ +([\d.]+) ", out.stdout, re.M)
     if not rows:

@@ -24,7 +24,8 @@ import numpy as np  # noqa: E402
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 sys.path.insert(0, os.path.join(ROOT, "tools"))
-from marks import markdown, renew  # noqa: E402 (after the path)
+import launch  # noqa: E402 (after the path)
+from marks import markdown, renew  # noqa: E402
 
 STYLE = {"font.size": 9, "axes.titlesize": 9, "axes.linewidth": 0.6, "xtick.major.width": 0.6, "ytick.major.width": 0.6,
          "legend.frameon": False, "savefig.dpi": 130, "mathtext.fontset": "cm", "lines.linewidth": 1.3, "lines.markersize": 4}
@@ -132,14 +133,14 @@ class Runner:
         return os.path.join(self.folder, "runs", name)
 
     def quadrature(self, what):
-        return list(csv.DictReader(subprocess.run([self.tool, what], check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines()))
+        return list(csv.DictReader(launch.run([self.tool, what], check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines()))
 
     def simulate(self, name, scene, options):
         """Runs a scene. True if it reached its end, False if the program stopped it (a particle left the grid, or its deformation inverted)."""
         with open(self.path(name + ".opts"), "w") as file:
             file.write(scene)
         command = [self.pebble, "-options_file", self.path(name + ".opts"), "-output_dir", self.path(""), *options.split()]
-        result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        result = launch.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if result.returncode not in (0, 3):
             sys.exit(f"{result.stdout}\npaper.py: exit status {result.returncode}: {' '.join(command)}")
         return result.returncode == 0

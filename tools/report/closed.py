@@ -3,13 +3,15 @@
 import math
 import os
 import re
-import subprocess
 import sys
 import tempfile
 
 import model
 from data import ROOT, Data, Missing
 from data import rows as rows_of
+
+sys.path.insert(0, os.path.join(ROOT, "tools"))
+import launch  # noqa: E402 (after the path)
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 FAR = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4096, 32768, 262144, 1000000)
@@ -79,7 +81,7 @@ class ClosedForm:
             "-output_dir",
             self.work.name,
         ]
-        done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+        done = launch.run(command, capture_output=True, text=True, cwd=ROOT)
         if done.returncode:
             sys.exit(f"report.py: {' '.join(command)}\n{done.stdout[-800:]}{done.stderr[-800:]}")
         return done.stdout

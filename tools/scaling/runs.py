@@ -76,7 +76,7 @@ SCENES = [
 
 def command_output(command, environment):
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, env=environment)
+        done = launch.run(command, capture_output=True, text=True, timeout=TIMEOUT, env=environment)
     except (OSError, subprocess.TimeoutExpired) as error:
         raise Failed(str(error)) from error
     if done.returncode:

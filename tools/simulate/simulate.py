@@ -207,15 +207,11 @@ def options(strategy, migrate):
     return ["-output_format", "none", "-output_dir", str(WORK), "-parallel_strategy", strategy, "-parallel_migrate", migrate]
 
 
-def start(command, **more):
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=WORK, **more)
-
-
-def finish(process):
-    text = process.communicate()[0]
-    if process.returncode:
-        raise RuntimeError(text[-2000:])
-    return parse(text)
+def run(command, env=None):
+    done = launch.run(command, env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=WORK)
+    if done.returncode:
+        raise RuntimeError(done.stdout[-2000:])
+    return parse(done.stdout)
 
 
 def real(args, path, ranks=1, strategy="spatial", migrate="direct", copies=1, transport="shared"):
@@ -223,7 +219,9 @@ def real(args, path, ranks=1, strategy="spatial", migrate="direct", copies=1, tr
     command = [args.pebble, "-options_file", path] + options(strategy, migrate)
     if ranks > 1:
         command = [args.mpiexec, *TRANSPORTS[transport], "-n", str(ranks)] + command
-    return [finish(p) for p in [start(command, env=launch.environment(ranks, os.cpu_count()) if ranks > 1 else None) for _ in range(copies)]]
+    environment = launch.environment(ranks, os.cpu_count()) if ranks > 1 else None
+    with concurrent.futures.ThreadPoolExecutor(copies) as pool:
+        return list(pool.map(lambda _: run(command, environment), range(copies)))
 
 
 @functools.cache
@@ -246,7 +244,7 @@ def measure(args, transport):
     for _ in range(args.calibrations // 5 + 1):
         command = [args.mpiexec, *TRANSPORTS[transport], "-n", "2", args.pebble, "-options_file", path]
         command += ["-model_calibrate", "-model_file", file, "-output_dir", WORK]
-        done = subprocess.run(command, capture_output=True, text=True, env=launch.environment(2, os.cpu_count()))
+        done = launch.run(command, launch.environment(2, os.cpu_count()), capture_output=True, text=True)
         if done.returncode:
             raise RuntimeError(f"no calibration over {transport}: {(done.stderr + done.stdout)[-500:]}")
         found.append({k: float(v) for k, v in re.findall(r"^(message|post|wire) (\S+)$", file.read_text(), re.M)})
@@ -276,8 +274,8 @@ def simulated(args, path, hosts, ranks, mode, strategy, migrate, platform, costs
         environment["PEBBLE_COSTS"] = ",".join(f"{k}={v:g}" for k, v in costs.items())
     began = time.time()
     best = None
-    for _ in range(1 if mode == "injected" or strategy == "pool" else args.repeat):  # emulated: the least disturbed run counts
-        got = finish(start(command, env=environment))
+    for _ in range(1 if mode == "injected" or strategy == "pool" else args.repeat):  # emulated: the least disturbed
+        got = run(command, environment)
         if not best or got["seconds"] < best["seconds"]:
             best = got
     best["wall"] = time.time() - began
@@ -287,7 +285,7 @@ def simulated(args, path, hosts, ranks, mode, strategy, migrate, platform, costs
 @functools.cache
 def true_digest(args_pebble, path):
     """The digest of the real run on one process."""
-    return finish(start([args_pebble, "-options_file", path] + options("spatial", "direct")))["digest"]
+    return run([args_pebble, "-options_file", path] + options("spatial", "direct"))["digest"]
 
 
 # ---- Costs
