@@ -46,4 +46,10 @@ MPMKernel MPMKernelFind(PetscInt dim, MPMBasis basis, PetscInt parts);
 PetscReal MPMKernelFlops(PetscInt dim, MPMBasis basis, PetscInt parts);
 PetscInt  MPMKernelWidth(void); /* particles that kernels handle at a time: 8, 4 or 2, as the processor allows */
 
+/* Fused products and sums in registers, n rounds of as many independent chains as hide their latency, with the vectors
+   that the kernels use: how many operations that were. What cost/roofline.c takes for the limit of a core. */
+typedef PetscReal MPMChains(PetscInt n, PetscReal start, volatile PetscReal *end);
+extern MPMChains  MPMChains_8, MPMChains_4, MPMChains_2;
+MPMChains        *MPMKernelChains(void);
+
 #endif

@@ -232,8 +232,7 @@ MPM_FOR_ALL(MPM_DEFINE)
 const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2]         = {MPM_FOR_ALL(MPM_SUM_ENTRY)};
 const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2] = {MPM_FOR_ALL(MPM_INTERPOLATE_ENTRY)};
 
-/* Floating-point operations of n rounds of fused products and sums in 16 independent chains, more than their latency
-   needs, in registers: what roofline.c takes for the limit of a core. start, end: so that the compiler keeps them. */
+/* start, end: so that the compiler keeps the chains. */
 #define MPM_CHAINS 16
 PetscReal MPM_LANES_NAME(MPMChains)(PetscInt n, PetscReal start, volatile PetscReal *end)
 {

@@ -60,6 +60,10 @@ PetscErrorCode MPMOptionsNames(MPMOptions, const char row[], PetscInt *n, char (
 PetscErrorCode MPMOptionsExpression(MPMOptions, const char row[], const char name[], const char variables[],
                                     PetscInt nc, MPMExpression *);
 
+/* Refuses the options among `all` (words separated by blanks) that a choice, which takes `taken`, has no use for. */
+PetscErrorCode MPMOptionsRefuseOthers(MPMOptions, const char group[], const char name[], const char what[],
+                                      const char choice[], const char all[], const char taken[]);
+
 /* The number of `word` in a list of names of n rows, such as those of a .def file; n: it is none of them. */
 PetscInt MPMOptionsFind(const char word[], PetscInt n, const char *const names[]);
 

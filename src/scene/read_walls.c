@@ -27,7 +27,7 @@ static PetscErrorCode ReadFace(const char name[], MPMFace *face, MPMOptions o)
   taken      = MPMWallParameters[face->type];
   for (size_t k = 0; k < NPARAMETERS; k++)
     (void)snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", k ? " " : "", parameters[k].word);
-  PetscCall(MPMSceneRefuseOthers(o, "bc", name, "type", type, all, taken));
+  PetscCall(MPMOptionsRefuseOthers(o, "bc", name, "type", type, all, taken));
   for (size_t k = 0; k < NPARAMETERS; k++) {
     PetscReal *value = (PetscReal *)((char *)face + parameters[k].place);
 

@@ -55,10 +55,6 @@ typedef struct {
 PetscErrorCode MPMSceneSetFromOptions(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneDestroy(MPMScene *);
 
-/* Refuses the options among `all` (words separated by blanks) that a choice, which takes `taken`, has no use for. */
-PetscErrorCode MPMSceneRefuseOthers(MPMOptions, const char group[], const char name[], const char what[],
-                                    const char choice[], const char all[], const char taken[]);
-
 /* --- Walls (read_walls.c), particles (fill.c) --------------------------------------------------------------------- */
 
 PetscErrorCode MPMSceneReadWalls(MPMScene *, MPMCore *, MPMOptions);
