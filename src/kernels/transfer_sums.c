@@ -197,8 +197,7 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
                      gradient);
 }
 
-/* --- Instances -----------------------------------------------------------------------------------------------------
- */
+/* --- Instances ----------------------------------------------------------------------------------------------------- */
 #define MPM_FOR_ALL(X) X(1, 2) X(1, 3) X(1, 4) X(2, 2) X(2, 3) X(2, 4) X(3, 2) X(3, 3) X(3, 4)
 #define MPM_SUM_BLOCK(dim, ns, forces, affine)                                                                         \
   static void SumBlock_##dim##ns##_##forces##affine(const MPMBlockOrder *o, const MPMStencils *s, const MPMRecords *r, \

@@ -180,8 +180,8 @@ static PetscBool IsPetscs(const char given[])
 }
 
 /* If `given` would be legal with another name in the place of <m>, <b>, <l> or <f>: that name, and what should declare
- * it.
- */
+ *
+ it. */
 static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NAME_LEN], const char **list)
 {
   for (size_t r = 0; r < o->table->n; r++) {

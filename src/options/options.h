@@ -46,7 +46,8 @@ PetscErrorCode MPMOptionsFinish(MPMOptions); /* options that were given but that
 PetscErrorCode MPMOptionsText(char **text);  /* the option set as given; caller frees */
 
 /* Readers: `row` is a name of the vocabulary, `name` the material, body or face that it is for (or NULL). set may be
-   NULL. A value that is not given is the default of the table if that is a value; else it stays as the caller has it. */
+   NULL. A value that is not given is the default of the table if that is a value; else it stays as the caller has
+   it. */
 PetscErrorCode MPMOptionsReal(MPMOptions, const char row[], const char name[], PetscReal *value, PetscBool *set);
 PetscErrorCode MPMOptionsInt(MPMOptions, const char row[], const char name[], PetscInt *value, PetscBool *set);
 PetscErrorCode MPMOptionsBool(MPMOptions, const char row[], const char name[], PetscBool *value);

@@ -13,7 +13,8 @@ const MPMExchangeType *const MPMExchangeTypes[] = {
     NULL};
 
 /* Chooses how the step is run: one process is serial, whatever the strategy, but for periodic faces, across which it is
-   its own neighbour. Collective on core->comm.                                                                        */
+   its own neighbour. Collective on
+   core->comm. */
 PetscErrorCode MPMExchangeSetFromOptions(MPMCore *core, MPMOptions o)
 {
   static const char *const balances[] = {"none", "start", "auto"};

@@ -1,11 +1,11 @@
 /* basis.h - the 1-D basis functions; kernels/stencils.h forms their tensor products, once, for all of them.
 
-   xi = (x - lower)/h is the coordinate in cells, by a division, the same expression on every rank and in every phase.
-   A basis is two functions: the first node of a particle's stencil (the base, which also names the particle's "cell"),
+   xi = (x - lower)/h is the coordinate in cells, by a division, the same expression on every rank and in every phase. A
+   basis is two functions: the first node of a particle's stencil (the base, which also names the particle's "cell"),
    and the values w and gradients g (per cell, so divide by h) of its nodes base, base+1, ... Both are free of branches
    and take one particle or several (MPMReal, lanes.h), with the number of the base as a real. Splines near a wall are
-   restricted to nodes of the grid (spline_wall.h); few particles are near a wall, so these forms are for one particle at
-   a time. */
+   restricted to nodes of the grid (spline_wall.h); few particles are near a wall, so these forms are for one particle
+   at a time. */
 #ifndef MPM_BASIS_H
 #define MPM_BASIS_H
 
@@ -20,8 +20,7 @@ typedef enum {
 
 #define MPM_MAX_STENCIL 4 /* nodes per axis of the widest basis */
 
-/* --- Hats ----------------------------------------------------------------------------------------------------------
- */
+/* --- Hats ---------------------------------------------------------------------------------------------------------- */
 
 /* A particle on the upper wall belongs to the last cell (decided once, here). */
 MPM_INLINE MPMReal MPMBasisBase_linear(MPMReal xi, MPMReal l, PetscInt cells)
@@ -62,8 +61,7 @@ MPM_INLINE void MPMBasisWeights_gimp(MPMReal xi, MPMReal l, MPMReal base, MPMRea
   g[2] = MPMSelect(above <= 1.0 - l, one, over * half);
 }
 
-/* --- B-splines centred on the nodes --------------------------------------------------------------------------------
- */
+/* --- B-splines centred on the nodes -------------------------------------------------------------------------------- */
 
 /* How far from a wall, in cells, particles have the form of the wall. */
 MPM_INLINE PetscReal MPMWallReach(MPMBasis basis, MPMWallBasis wall)
@@ -135,8 +133,7 @@ MPM_INLINE void MPMBasisWeights_bspline3(MPMReal xi, MPMReal l, MPMReal base, MP
   g[3] = 0.5 * s2;
 }
 
-/* --- By number -----------------------------------------------------------------------------------------------------
- */
+/* --- By number ----------------------------------------------------------------------------------------------------- */
 
 /* Nodes per axis. */
 MPM_INLINE int MPMBasisNodes(MPMBasis basis)

@@ -1,4 +1,5 @@
-/* method.c - how a run is made, from its options: basis, update, transfer, time steps; and the study that it is part of. */
+/* method.c - how a run is made, from its options: basis, update, transfer, time steps; and the study that it is part
+   of. */
 #include "run/mpm.h"
 
 static PetscErrorCode ReadMethod(MPM mpm, MPMOptions o)

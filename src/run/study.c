@@ -20,8 +20,7 @@ typedef struct {
   PetscReal  u[3], m; /* m, kg */
 } Sample;
 
-/* --- Refinement of the option database -----------------------------------------------------------------------------
- */
+/* --- Refinement of the option database ----------------------------------------------------------------------------- */
 
 static PetscErrorCode SetList(const char name[], PetscInt dim, const PetscInt value[3])
 {
@@ -75,8 +74,7 @@ static PetscErrorCode SetRung(MPM coarse, PetscInt level)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- The finest run as reference -----------------------------------------------------------------------------------
- */
+/* --- The finest run as reference ----------------------------------------------------------------------------------- */
 
 static int ByPlace(const void *a, const void *b, void *ctx)
 {
@@ -131,8 +129,8 @@ static PetscErrorCode Gather(MPM mpm, PetscInt *n, Sample **all)
 }
 
 /* Root of the mass-weighted mean of |u - u_fine|^2 over the particles of a run that has cells 2^halvings as large:
-   u_fine is the mean over the particles of the finest run that lie in the particle's cell of the lattice. Sorts both.
- */
+   u_fine is the mean over the particles of the finest run that lie in the particle's cell of the lattice. Sorts
+   both. */
 static PetscErrorCode Difference(const MPMGrid *grid, PetscInt halvings, PetscInt n, Sample *coarse, PetscInt nfine,
                                  const Sample *finest, PetscReal *difference)
 {
@@ -170,8 +168,7 @@ static PetscErrorCode Difference(const MPMGrid *grid, PetscInt halvings, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- The ladder ----------------------------------------------------------------------------------------------------
- */
+/* --- The ladder ---------------------------------------------------------------------------------------------------- */
 
 /* Makes one run. Its size and error go to the rung; its particles to samples if the finest run is the reference. A
    fault of the options or an early stop is printed and told by the status. Collective. */

@@ -2,8 +2,8 @@
 #include <stddef.h>
 #include "scene/scene.h"
 
-/* The parameters of walls: a word of wall.def, its row of the vocabulary, its place in MPMFace; a number, or one an axis.
-   A new parameter is a row here, a member of MPMFace and a row of the vocabulary. */
+/* The parameters of walls: a word of wall.def, its row of the vocabulary, its place in MPMFace; a number, or one an
+   axis. A new parameter is a row here, a member of MPMFace and a row of the vocabulary. */
 static const struct {
   const char *word, *row;
   size_t      place;

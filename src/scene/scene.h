@@ -72,7 +72,8 @@ PetscBool      MPMKnownStart(const MPMScene *, PetscInt dim, const PetscReal X[]
 void           MPMKnownForce(const MPMScene *, PetscInt dim, const PetscReal X[], PetscReal t, PetscReal b[]);
 PetscErrorCode MPMKnownError(const MPMScene *, MPMCore *, PetscReal *error, PetscReal *size);
 
-/* --- Body forces and loads (forces.c): of the particles here for the time t, into field b. Not collective. --------- */
+/* --- Body forces and loads (forces.c): of the particles here for the time t, into field b. Not collective. ---------
+   */
 
 PetscErrorCode MPMForcesSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
 PetscErrorCode MPMForcesUpdate(const MPMScene *, MPMCore *, PetscReal t);
