@@ -1,5 +1,6 @@
-/* exact_sum.c - an exact sum of doubles, as a fixed-point number of 2176 bits kept in words of 32 bits: a superaccumulator
-   (Kulisch 2002). Adding integers has no order, so totals are the same on any number of processes.                   */
+/* exact_sum.c - an exact sum of doubles, as a fixed-point number of 2176 bits kept in words of 32 bits: a
+   superaccumulator (Kulisch 2002). Adding integers has no order, so totals are the same on any number of
+   processes. */
 #include "base/exact_sum.h"
 
 void MPMSumZero(MPMSum *s)

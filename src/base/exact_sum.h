@@ -1,5 +1,5 @@
-/* exact_sum.h - a sum of doubles that does not depend on their order: a fixed-point number of 2176 bits. Totals that are
-   made of such sums are the same on any number of processes. */
+/* exact_sum.h - a sum of doubles that does not depend on their order: a fixed-point number of 2176 bits. Totals that
+   are made of such sums are the same on any number of processes. */
 #ifndef MPM_EXACT_SUM_H
 #define MPM_EXACT_SUM_H
 

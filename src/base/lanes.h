@@ -175,8 +175,8 @@ MPM_INLINE void MPMWritePart(PetscReal *to, MPMReal a, PetscInt first, PetscInt 
 #endif
 }
 
-/* Not m. Which lanes of a vector that begins at l belong to first .. last-1? Is it true in any lane? The largest lane.
- */
+/* Not m. Which lanes of a vector that begins at l belong to first .. last-1? Is it true in any lane? The largest
+   lane. */
 #if MPM_WIDTH == 1
 MPM_INLINE MPMMask MPMNot(MPMMask m)
 {

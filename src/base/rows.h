@@ -16,8 +16,7 @@
 #define MPM_PICK(a, b, f, s) __builtin_shufflevector(a, b, f(0, s), f(1, s))
 #endif
 
-/* --- Rows that follow each other ------------------------------------------------------------------------------------
- */
+/* --- Rows that follow each other ----------------------------------------------------------------------------------- */
 
 /* Deals n = 1, 2 or 3 vectors, one after the other, like cards: every n-th number goes to the same vector. */
 MPM_INLINE void MPMDeal(int n, const MPMReal *from, MPMReal *to)
@@ -27,9 +26,8 @@ MPM_INLINE void MPMDeal(int n, const MPMReal *from, MPMReal *to)
 #else
 #define MPM_SECOND(i, k) (2 * (i) + (k))
 #define MPM_THIRD(i, k)                                                                                                \
-  (3 * (i) + (k) < 2 * MPM_WIDTH ? 3 * (i) + (k)                                                                       \
-                                 : 0) /* of the first two, and then of the last                        \
-                                                       */
+  (3 * (i) + (k) < 2 * MPM_WIDTH ? 3 * (i) + (k) : 0) /* of the first two, and then of the last                       
+                                 \ */
 #define MPM_LATER(i, k) (3 * (i) + (k) < 2 * MPM_WIDTH ? (i) : 3 * (i) + (k)-MPM_WIDTH)
 #define MPM_DEAL_3(k)   MPM_PICK(MPM_PICK(from[0], from[1], MPM_THIRD, k), from[2], MPM_LATER, k)
   if (n == 1) to[0] = from[0];
@@ -55,8 +53,7 @@ MPM_INLINE void MPMTranspose(int nc, const PetscReal *rows, MPMReal *to)
   }
 }
 
-/* --- Rows anywhere --------------------------------------------------------------------------------------------------
- */
+/* --- Rows anywhere ------------------------------------------------------------------------------------------------- */
 
 /* Rows of nc numbers, one a lane, to the vectors of their components and back. A group of components at a time, a power
    of two (pairs, or as many as there are lanes; fours cost more): of rows j, j + group, j + 2 group, ... their pieces

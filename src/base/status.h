@@ -4,9 +4,9 @@
 
 #include "base/base.h"
 
-/* Merged over patches and processes by MPMStatusMerge: maxima and sums of integers, so exact and without order. `bad` is
-   the gravest condition that was met, which is the first of the list, with the smallest id that met it: a particle that
-   is turned inside out soon throws others off the grid. */
+/* Merged over patches and processes by MPMStatusMerge: maxima and sums of integers, so exact and without order. `bad`
+   is the gravest condition that was met, which is the first of the list, with the smallest id that met it: a particle
+   that is turned inside out soon throws others off the grid. */
 typedef enum { MPM_OK, MPM_BAD_J, MPM_LEFT_GRID, MPM_TOO_WIDE, MPM_NUM_BAD } MPMBad;
 typedef struct {
   MPMBad     bad;

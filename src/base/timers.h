@@ -60,14 +60,15 @@ PetscReal MPMTimersSeconds(const MPMTimers *, PetscInt timer);
 /* The k-th timer of a printed table, k = 0 .. n-1: the phases come first. */
 PetscInt MPMTimersRow(const MPMTimers *, PetscInt k);
 
-/* Work that belongs to a timer: its processor time, and `amount` units of the work `what` for the simulator (NULL: it is
-   declared elsewhere). Pause and resume leave out what lies between them. Not collective. */
+/* Work that belongs to a timer: its processor time, and `amount` units of the work `what` for the simulator (NULL: it
+   is declared elsewhere). Pause and resume leave out what lies between them. Not collective. */
 void MPMWorkBegin(MPMTimers *);
 void MPMWorkEnd(MPMTimers *, PetscInt timer, const char what[], PetscReal amount);
 void MPMWorkPause(MPMTimers *);
 void MPMWorkResume(MPMTimers *);
 
-/* Makes room for the work of a step. one_row: a process of the pool takes no part in steps and keeps sums over the run. */
+/* Makes room for the work of a step. one_row: a process of the pool takes no part in steps and keeps sums over the
+   run. */
 PetscErrorCode MPMWorkStep(MPMTimers *, PetscBool one_row);
 
 #endif

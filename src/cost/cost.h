@@ -4,16 +4,16 @@
 
 #include "step/step.h"
 
-/* The time of n particles or nodes: call + n each, where each is each[k] at size[k] and goes from one to the next by the
-   logarithm of n, as caches overflow. */
+/* The time of n particles or nodes: call + n each, where each is each[k] at size[k] and goes from one to the next by
+   the logarithm of n, as caches overflow. */
 #define MPM_RATE_SIZES 3
 typedef struct {
   PetscReal call, size[MPM_RATE_SIZES], each[MPM_RATE_SIZES]; /* s, 1, s */
 } MPMRate;
 
-/* A migration takes call + stage s + process P + particle n + leaver q seconds for n particles here, of which q leave and
-   as many come, and P processes; s is log2(P) for DMSwarmMigrate, and the number of axes that are cut here for direct
-   messages. */
+/* A migration takes call + stage s + process P + particle n + leaver q seconds for n particles here, of which q leave
+   and as many come, and P processes; s is log2(P) for DMSwarmMigrate, and the number of axes that are cut here for
+   direct messages. */
 typedef struct {
   PetscReal call, stage, process, particle, leaver;
 } MPMMigration;
@@ -45,7 +45,8 @@ PetscErrorCode MPMModelSetUp(MPMCost *, const MPMCore *, const MPMScene *, const
 PetscErrorCode MPMModelSave(const MPMCost *, const MPMCore *, const MPMScene *);
 PetscBool      MPMModelIsFile(const char path[]);
 
-/* --- Predictions (model.c); dt: of the next step, s ---------------------------------------------------------------- */
+/* --- Predictions (model.c); dt: of the next step, s ----------------------------------------------------------------
+   */
 
 void           MPMModelRough(MPMModel *, const MPMCore *, const MPMScene *);
 PetscReal      MPMModelTimer(const MPMModel *, const MPMCore *, PetscInt timer, const MPMShare *);

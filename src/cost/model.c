@@ -3,9 +3,9 @@
    A step is the sum of its phases. A phase costs the process that has most of it
      call + n each          its kernel, for n particles (or nodes); `each` depends on n, by the caches
      + message + byte       what it sends to neighbours; the way of sums is hidden by work, that of motion is not
-   and a step one reduction and, when particles leave, a migration. The constants are of this machine and this method, from
-   a calibration (tools/calibrate), or else rough ones from counts of flops and bytes. Physics never sees any of this,
-   but the partition of the grid is chosen by it. */
+   and a step one reduction and, when particles leave, a migration. The constants are of this machine and this method,
+   from a calibration (tools/calibrate), or else rough ones from counts of flops and bytes. Physics never sees any of
+   this, but the partition of the grid is chosen by it. */
 #include "cost/cost.h"
 #include "kernels/tile_index.h"
 

@@ -179,9 +179,9 @@ PetscErrorCode MPMModelSetFromOptions(MPMCost *cost, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the constants: from the file of a calibration if there is one for this method, else rough ones. dir: the folder of
-   the results, where the file is unless -model_file names it. Once the phases and the fields of the particles are known.
-   Collective on core->comm. */
+/* Sets the constants: from the file of a calibration if there is one for this method, else rough ones. dir: the folder
+   of the results, where the file is unless -model_file names it. Once the phases and the fields of the particles are
+   known. Collective on core->comm. */
 PetscErrorCode MPMModelSetUp(MPMCost *cost, const MPMCore *core, const MPMScene *scene, const char dir[])
 {
   char        wrong[MPM_TEXT_LEN] = "";

@@ -5,18 +5,6 @@
 /* s, for each of the two; the best of many tries counts, since what else runs keeps a core for some hundredths. */
 #define BUDGET 0.25
 
-/* transfer_sums.c, for each number of lanes: n rounds of fused products and sums; how many operations that is. */
-typedef PetscReal Chains(PetscInt n, PetscReal start, volatile PetscReal *end);
-extern Chains     MPMChains_8, MPMChains_4, MPMChains_2;
-static Chains    *Widest(void)
-{
-#if defined(__x86_64__)
-  if (MPMKernelWidth() == 8) return MPMChains_8;
-  if (MPMKernelWidth() == 4) return MPMChains_4;
-#endif
-  return MPMChains_2;
-}
-
 /* Floating-point operations per second of one core with the vectors that the kernels use. With 2 lanes a fused product
    and sum is a call of the C library where the program is built for any processor: as in the kernels. */
 static PetscErrorCode PeakFlops(PetscReal *best)
@@ -31,7 +19,7 @@ static PetscErrorCode PeakFlops(PetscReal *best)
     PetscReal flops;
 
     PetscCall(PetscTime(&t0));
-    flops = Widest()(200000, start, &end);
+    flops = MPMKernelChains()(200000, start, &end);
     PetscCall(PetscTime(&t1));
     *best = PetscMax(*best, flops / (t1 - t0));
   }

@@ -1,5 +1,5 @@
-/* blocks.h - blocks of particles: which entries of the order they take, and how the rows of their fields come into lanes
-   and go back. */
+/* blocks.h - blocks of particles: which entries of the order they take, and how the rows of their fields come into
+   lanes and go back. */
 #ifndef MPM_BLOCKS_H
 #define MPM_BLOCKS_H
 

@@ -6,8 +6,7 @@
 #include "kernels/p2g.h"
 #include "kernels/rare.h"
 
-/* --- Nodes to particles ----------------------------------------------------------------------------------------------
- */
+/* --- Nodes to particles -------------------------------------------------------------------------------------------- */
 
 /* New F and material state of a block from its velocity gradients L [dim*dim] in 1/s: eqs. (10) to (12); checks J;
    speeds of waves. */

@@ -1,5 +1,5 @@
-/* p2g.h - particles to nodes: the records of a block of particles and the sweep over the tiles of a pass. transfer.h has
-   the map. */
+/* p2g.h - particles to nodes: the records of a block of particles and the sweep over the tiles of a pass. transfer.h
+   has the map. */
 #ifndef MPM_P2G_H
 #define MPM_P2G_H
 
@@ -9,12 +9,11 @@
 
 #define MPM_MEANWHILE 32 /* blocks of particles between calls of what else must get on (patch->meanwhile) */
 
-/* --- Particles to nodes ----------------------------------------------------------------------------------------------
- */
+/* --- Particles to nodes -------------------------------------------------------------------------------------------- */
 
 /* What a particle adds to node i of its stencil: phi Q[0] + sum_e dphi_e Q[1+e] + sum_e i_e phi A[e], where each is a
-   record of numbers that are laid out as the sums of a node (MPMNode). MPMP2G zeroes all of them once; what its parts do
-   not ask for is never written and stays 0. */
+   record of numbers that are laid out as the sums of a node (MPMNode). MPMP2G zeroes all of them once; what its parts
+   do not ask for is never written and stays 0. */
 enum { MPM_Q_RECORDS = 4, MPM_A_RECORDS = 3 }; /* of a particle, in every dimension */
 typedef PetscReal MPMRecord[MPM_NODE_NC];
 typedef struct {
@@ -98,8 +97,8 @@ typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *,
 extern const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
 extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
 
-/* Adds the sums that the last block left begun to their nodes, as any new cell does: here one of no particles, nowhere.
- */
+/* Adds the sums that the last block left begun to their nodes, as any new cell does: here one of no particles,
+   nowhere. */
 MPM_INLINE void MPMSumEnd(MPMSumBlocks sum, MPMBlockOrder *o, const MPMStencils *s, const MPMRecords *r,
                           PetscReal *place[], MPMBegun *begun)
 {

@@ -63,8 +63,8 @@ typedef enum { MPM_PASS_MAIN, MPM_PASS_EARLY, MPM_PASS_LATE, MPM_NUM_PASSES } MP
 /* What the table of tiles says of one: which sums are kept (>= 0), it has particles, or none. */
 enum { MPM_TILE_SCRATCH = -1, MPM_TILE_EMPTY = -2 };
 
-/* Instead of the number of a cell or a base node: that of the position is in another patch, or it is outside the grid.
- */
+/* Instead of the number of a cell or a base node: that of the position is in another patch, or it is outside the
+   grid. */
 enum { MPM_ELSEWHERE = -1, MPM_NOWHERE = -2 };
 
 /* The tiles of a patch: a table of its own and of those `below` whose particles touch its nodes. Cells are numbered row
@@ -88,8 +88,8 @@ typedef struct {
   void           *memory; /* behind sum and scratch */
 } MPMTiles;
 
-/* Particles touch nodes first .. last-1 of a row; others are never visited. fresh: their sums are still to be zeroed.
- */
+/* Particles touch nodes first .. last-1 of a row; others are never visited. fresh: their sums are still to be
+   zeroed. */
 typedef struct {
   PetscInt  first, last;
   PetscBool fresh;

@@ -97,8 +97,8 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
   default:
     break;
   }
-  /* A cell ends where the next particle has another base node. The last particle is compared with leftovers past it: its mark
-     is n, and MPMList takes only those below. */
+  /* A cell ends where the next particle has another base node. The last particle is compared with leftovers past it:
+     its bit is n, and MPMList takes only those below. */
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
     ends = MPMCollect(MPMRead(&s->base[l]) != MPMRead(&s->base[l] + 1), l + 1, ends);
   o->ncells             = MPMList(ends, o->n, o->end) + 1;

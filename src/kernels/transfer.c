@@ -40,6 +40,15 @@ MPMKernel MPMKernelFind(PetscInt dim, MPMBasis basis, PetscInt parts)
   return MPMKernels_2[dim - 1][to_particles];
 }
 
+MPMChains *MPMKernelChains(void)
+{
+#if defined(__x86_64__)
+  if (MPMKernelWidth() == 8) return MPMChains_8;
+  if (MPMKernelWidth() == 4) return MPMChains_4;
+#endif
+  return MPMChains_2;
+}
+
 /* Floating-point operations per particle, counted by hand from transfer.h and transfer_sums.c: an addition, product or
    quotient is 1, a fused multiply-add 2; the law is counted as a neo-Hookean solid (a logarithm is 26). Only lanes that
    hold something count. The adds of a cell's sums to its nodes, xpic's filter and the forms of splines at walls are

@@ -5,19 +5,19 @@
    width, as are the innermost loops, in transfer_sums.c. P2G goes down this map; G2P goes over the same blocks:
 
      order    particles by (cell, id), in runs (MPMRange): G2P takes all as one, P2G those of a row of tiles at a time.
-     blocks   of MPM_STAGED particles of these runs, whatever their cells. Their rows are gathered into scratch in L1 (3-D:
-       |      or near); weights, stress, new v, F and x are made there: lanes are particles (MPMBlockOrder, MPMStencils).
-     cells    particles of a block with the same base node, added up in local accumulators: lanes are the sums of a node.
-       |      A cell may go on in the next block. G2P: the motion of the cell's nodes to its particles, which are lanes.
+     blocks   of MPM_STAGED particles of these runs, whatever their cells. Their rows are gathered into scratch in L1
+       |      (3-D: or near); weights, stress, new v, F and x are made there: lanes are particles (MPMBlockOrder).
+     cells    particles of a block with the same base node, added up in local accumulators: lanes are the sums of a
+       |      node. A cell may go on in the next block. G2P: the motion of the cell's nodes to its particles, the lanes.
      tiles    of 2 or 4 cells an axis, with sums of their own for all nodes that their particles touch: of open tiles in
        |      scratch, of early and late ones kept (MPMPass) until the main pass closes their row.
      nodes    patch->node, which gets the sums of a row of tiles, tile by tile, when the row is closed.
 
-   A cell is its base node, s->base, an index of the patch's arrays; its number in the table of tiles, particles.cell, is
-   what the order goes by. The tree of additions - particles of a cell by id, cells of a tile, tiles of a node - depends on
-   cells and ids alone, never on blocks, lanes or processes. Equation numbers: docs/theory.md.
-   In: particles x v F kind id cell state, and l b C r dx where a scene has them; the motion of nodes. Out: sums of nodes; particles v F x
-   dx cell, and state tau C r likewise; status. For a first reading leave out what has to do with walls and with
+   A cell is its base node, s->base, an index of the patch's arrays; its number in the table of tiles, particles.cell,
+   is what the order goes by. The tree of additions - particles of a cell by id, cells of a tile, tiles of a node -
+   depends on cells and ids alone, never on blocks, lanes or processes. Equation numbers: docs/theory.md. In: particles
+   x v F kind id cell state, and l b C r dx where a scene has them; the motion of nodes. Out: sums of nodes; particles v
+   F x dx cell, and state tau C r likewise; status. For a first reading leave out what has to do with walls and with
    MPMBegun.     */
 #ifndef MPM_TRANSFER_H
 #define MPM_TRANSFER_H
@@ -45,5 +45,11 @@ typedef void (*MPMKernel)(const MPMParams *, MPMPatch *, PetscInt parts, MPMStat
 MPMKernel MPMKernelFind(PetscInt dim, MPMBasis basis, PetscInt parts);
 PetscReal MPMKernelFlops(PetscInt dim, MPMBasis basis, PetscInt parts);
 PetscInt  MPMKernelWidth(void); /* particles that kernels handle at a time: 8, 4 or 2, as the processor allows */
+
+/* Fused products and sums in registers, n rounds of as many independent chains as hide their latency, with the vectors
+   that the kernels use: how many operations that were. What cost/roofline.c takes for the limit of a core. */
+typedef PetscReal MPMChains(PetscInt n, PetscReal start, volatile PetscReal *end);
+extern MPMChains  MPMChains_8, MPMChains_4, MPMChains_2;
+MPMChains        *MPMKernelChains(void);
 
 #endif

@@ -197,8 +197,7 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
                      gradient);
 }
 
-/* --- Instances -----------------------------------------------------------------------------------------------------
- */
+/* --- Instances ----------------------------------------------------------------------------------------------------- */
 #define MPM_FOR_ALL(X) X(1, 2) X(1, 3) X(1, 4) X(2, 2) X(2, 3) X(2, 4) X(3, 2) X(3, 3) X(3, 4)
 #define MPM_SUM_BLOCK(dim, ns, forces, affine)                                                                         \
   static void SumBlock_##dim##ns##_##forces##affine(const MPMBlockOrder *o, const MPMStencils *s, const MPMRecords *r, \
@@ -232,8 +231,7 @@ MPM_FOR_ALL(MPM_DEFINE)
 const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2]         = {MPM_FOR_ALL(MPM_SUM_ENTRY)};
 const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2] = {MPM_FOR_ALL(MPM_INTERPOLATE_ENTRY)};
 
-/* Floating-point operations of n rounds of fused products and sums in 16 independent chains, more than their latency
-   needs, in registers: what roofline.c takes for the limit of a core. start, end: so that the compiler keeps them. */
+/* start, end: so that the compiler keeps the chains. */
 #define MPM_CHAINS 16
 PetscReal MPM_LANES_NAME(MPMChains)(PetscInt n, PetscReal start, volatile PetscReal *end)
 {

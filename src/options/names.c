@@ -52,17 +52,6 @@ static const char *const petsc[] = {"citations",    "get_total_flops", "log_all"
                                     "malloc_test",  "malloc_debug",    "no_signal_handler"};
 #define NUM(a) (sizeof a / sizeof a[0])
 
-/* Puts a name in the place of <.> in a row's. */
-void MPMOptionsFullName(const char row[], const char name[], char full[MPM_FULL_LEN])
-{
-  const char *open = strchr(row, '<');
-
-  if (!open || !name)
-    (void)snprintf(full, MPM_FULL_LEN, "%s", row);
-  else
-    (void)snprintf(full, MPM_FULL_LEN, "%.*s%.*s%s", (int)(open - row), row, MPM_NAME_LEN - 1, name, open + 3);
-}
-
 /* The names that may stand in the place of <.> in this row, and how many. */
 static PetscInt Words(MPMOptions o, const MPMOptionRow *row, const char (**words)[MPM_NAME_LEN])
 {
@@ -191,8 +180,8 @@ static PetscBool IsPetscs(const char given[])
 }
 
 /* If `given` would be legal with another name in the place of <m>, <b>, <l> or <f>: that name, and what should declare
- * it.
- */
+ *
+ it. */
 static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NAME_LEN], const char **list)
 {
   for (size_t r = 0; r < o->table->n; r++) {

@@ -373,6 +373,27 @@ PetscErrorCode MPMOptionsText(char **text)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Refuses the options among `all` that the chosen model or shape, which takes `taken`, has no use for. */
+PetscErrorCode MPMOptionsRefuseOthers(MPMOptions o, const char group[], const char name[], const char what[],
+                                      const char choice[], const char all[], const char taken[])
+{
+  char words[MPM_TEXT_LEN], *save = NULL;
+
+  PetscFunctionBeginUser;
+  (void)snprintf(words, sizeof words, "%s", all);
+  for (char *w = strtok_r(words, " ", &save); w; w = strtok_r(NULL, " ", &save)) {
+    char      full[4 * MPM_NAME_LEN];
+    PetscBool given;
+
+    if (MPMListHas(taken, w)) continue;
+    (void)snprintf(full, sizeof full, "-%s_%s_%s", group, name, w);
+    PetscCall(PetscOptionsHasName(NULL, NULL, full, &given));
+    if (given)
+      MPMOptionsFail(o, "%s does not apply: %s %s takes %s", full, what, choice, taken[0] ? taken : "no such option");
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscInt MPMOptionsFind(const char word[], PetscInt n, const char *const names[])
 {
   for (PetscInt k = 0; k < n; k++)

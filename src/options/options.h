@@ -46,7 +46,8 @@ PetscErrorCode MPMOptionsFinish(MPMOptions); /* options that were given but that
 PetscErrorCode MPMOptionsText(char **text);  /* the option set as given; caller frees */
 
 /* Readers: `row` is a name of the vocabulary, `name` the material, body or face that it is for (or NULL). set may be
-   NULL. A value that is not given is the default of the table if that is a value; else it stays as the caller has it. */
+   NULL. A value that is not given is the default of the table if that is a value; else it stays as the caller has
+   it. */
 PetscErrorCode MPMOptionsReal(MPMOptions, const char row[], const char name[], PetscReal *value, PetscBool *set);
 PetscErrorCode MPMOptionsInt(MPMOptions, const char row[], const char name[], PetscInt *value, PetscBool *set);
 PetscErrorCode MPMOptionsBool(MPMOptions, const char row[], const char name[], PetscBool *value);
@@ -59,6 +60,10 @@ PetscErrorCode MPMOptionsString(MPMOptions, const char row[], const char name[],
 PetscErrorCode MPMOptionsNames(MPMOptions, const char row[], PetscInt *n, char (**names)[MPM_NAME_LEN]);
 PetscErrorCode MPMOptionsExpression(MPMOptions, const char row[], const char name[], const char variables[],
                                     PetscInt nc, MPMExpression *);
+
+/* Refuses the options among `all` (words separated by blanks) that a choice, which takes `taken`, has no use for. */
+PetscErrorCode MPMOptionsRefuseOthers(MPMOptions, const char group[], const char name[], const char what[],
+                                      const char choice[], const char all[], const char taken[]);
 
 /* The number of `word` in a list of names of n rows, such as those of a .def file; n: it is none of them. */
 PetscInt MPMOptionsFind(const char word[], PetscInt n, const char *const names[]);

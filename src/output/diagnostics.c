@@ -159,8 +159,8 @@ static PetscReal Value_total_energy(const MPMShown *s)
   return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0];
 }
 
-/* M g . (sum of (v_old + v_new)/2 dt), exact in free fall. Particles move with the new velocity, so their displacement is
-   more than that by (v - v_start) dt/2. */
+/* M g . (sum of (v_old + v_new)/2 dt), exact in free fall. Particles move with the new velocity, so their displacement
+   is more than that by (v - v_start) dt/2. */
 PetscReal MPMShownWork(const MPMShown *s)
 {
   const MPMTotals *now = s->now, *start = s->start;

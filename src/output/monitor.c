@@ -103,8 +103,8 @@ static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
                    (double)mon->speed_max, (double)mon->check_momentum);
 }
 
-/* At its cadence, or forced: totals, a line of the history and the checks, which also act every 100 steps. Collective on
-   the exchange. */
+/* At its cadence, or forced: totals, a line of the history and the checks, which also act every 100 steps. Collective
+   on the exchange. */
 PetscErrorCode MPMMonitorStep(MPMMonitor *mon, MPMCore *core, const MPMScene *scene, PetscBool force)
 {
   const PetscBool due   = force || core->t >= mon->next ? PETSC_TRUE : PETSC_FALSE;

@@ -7,19 +7,11 @@
    Vectors have 3 components in every dimension. The file is flushed after each snapshot. With a PETSc that has no HDF5
    there are no snapshots, and asking for them is refused.                                                            */
 #include <errno.h>
+#include <petscsf.h>
 #include <sys/stat.h>
+#include "output/hdf5.h"
 #include "output/output.h"
 #include "step/step.h"
-#if defined(PETSC_HAVE_HDF5)
-#include <hdf5.h>
-#include <petscsf.h>
-#include <petscviewerhdf5.h>
-#endif
-
-#define H5(call)                                                                                                       \
-  do {                                                                                                                 \
-    PetscCheck((call) >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 failed to write the results: %s", #call);            \
-  } while (0)
 
 /* Makes the folder and those above it; returns 0 or errno. */
 static int MakeFolder(const char dir[])
@@ -128,100 +120,6 @@ PetscErrorCode MPMOutputMakeFolder(MPMOutput *out, const MPMScene *scene, MPMOpt
 
 #if defined(PETSC_HAVE_HDF5)
 
-static PetscErrorCode WriteAttribute(hid_t object, const char name[], hid_t type, hsize_t n, const void *value)
-{
-  hid_t space, attribute;
-
-  PetscFunctionBeginUser;
-  H5(space = n ? H5Screate_simple(1, &n, NULL) : H5Screate(H5S_SCALAR));
-  H5(attribute = H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT));
-  H5(H5Awrite(attribute, type, value));
-  H5(H5Aclose(attribute));
-  H5(H5Sclose(space));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode WriteText(hid_t object, const char name[], const char text[])
-{
-  hid_t type;
-
-  PetscFunctionBeginUser;
-  H5(type = H5Tcopy(H5T_C_S1));
-  H5(H5Tset_size(type, strlen(text) + 1));
-  PetscCall(WriteAttribute(object, name, type, 0, text));
-  H5(H5Tclose(type));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* A text of any length, as a dataset. */
-static PetscErrorCode WriteLongText(hid_t object, const char name[], const char text[])
-{
-  hid_t type, space, set;
-
-  PetscFunctionBeginUser;
-  H5(type = H5Tcopy(H5T_C_S1));
-  H5(H5Tset_size(type, strlen(text) + 1));
-  H5(space = H5Screate(H5S_SCALAR));
-  H5(set = H5Dcreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-  H5(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text));
-  H5(H5Dclose(set));
-  H5(H5Sclose(space));
-  H5(H5Tclose(type));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode WriteReal(hid_t object, const char name[], PetscReal value)
-{
-  const double v = (double)value;
-
-  PetscFunctionBeginUser;
-  PetscCall(WriteAttribute(object, name, H5T_NATIVE_DOUBLE, 0, &v));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode WriteInt(hid_t object, const char name[], PetscInt value)
-{
-  const long long v = value;
-
-  PetscFunctionBeginUser;
-  PetscCall(WriteAttribute(object, name, H5T_NATIVE_LLONG, 0, &v));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Writes a box of a dataset: this process's part at `offset` of size `count`. Collective on the file. */
-static PetscErrorCode WriteDataset(hid_t group, const char name[], const char unit[], const char components[],
-                                   PetscBool whole, int rank, const hsize_t size[], const hsize_t offset[],
-                                   const hsize_t count[], const PetscReal *data)
-{
-  hid_t file, memory, create, transfer, set;
-
-  PetscFunctionBeginUser;
-  H5(file = H5Screate_simple(rank, size, NULL));
-  H5(memory = H5Screate_simple(rank, count, NULL));
-  H5(create = H5Pcreate(H5P_DATASET_CREATE));
-  H5(H5Pset_obj_track_times(create, 0)); /* so that equal results are equal files */
-  H5(set = H5Dcreate2(group, name, whole ? H5T_STD_I64LE : H5T_IEEE_F64LE, file, H5P_DEFAULT, create, H5P_DEFAULT));
-  H5(H5Sselect_hyperslab(file, H5S_SELECT_SET, offset, NULL, count, NULL));
-  for (int r = 0; r < rank; r++)
-    if (!count[r]) {
-      H5(H5Sselect_none(file));
-      H5(H5Sselect_none(memory));
-    }
-  H5(transfer = H5Pcreate(H5P_DATASET_XFER));
-#if defined(H5_HAVE_PARALLEL)
-  H5(H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE));
-#endif
-  H5(H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, file, transfer, data));
-  PetscCall(WriteText(set, "units", unit));
-  if (components[0]) PetscCall(WriteText(set, "components", components));
-  H5(H5Pclose(transfer));
-  H5(H5Dclose(set));
-  H5(H5Pclose(create));
-  H5(H5Sclose(memory));
-  H5(H5Sclose(file));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Where each row goes: ids in order, dealt to the processes in equal parts; `rows` of them here, from `first` on. */
 static PetscErrorCode CreateRows(MPMCore *core, PetscSF *sf, PetscInt *first, PetscInt *rows)
 {
@@ -273,8 +171,8 @@ static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMSce
     PetscCall(PetscSFReduceBegin(sf, unit, here, sorted, MPI_REPLACE));
     PetscCall(PetscSFReduceEnd(sf, unit, here, sorted, MPI_REPLACE));
     PetscCallMPI(MPI_Type_free(&unit));
-    PetscCall(WriteDataset(group, field->name, field->unit, field->components, field->whole, nc == 1 ? 1 : 2, size,
-                           offset, count, sorted));
+    PetscCall(MPMHDF5Dataset(group, field->name, field->unit, field->components, field->whole, nc == 1 ? 1 : 2, size,
+                             offset, count, sorted));
   }
   PetscCall(PetscFree2(here, sorted));
   PetscCall(PetscSFDestroy(&sf));
@@ -319,8 +217,8 @@ static PetscErrorCode WriteGrid(MPMCore *core, hid_t group)
         for (PetscInt d = 0; d < dim; d++) velocity[3 * at + d] = vel[node * MPM_MOTION_NC(dim) + d];
       }
   PetscCall(VecRestoreArrayRead(core->exchange.motion, &vel));
-  PetscCall(WriteDataset(group, "mass", "kg", "", PETSC_FALSE, 3, size, offset, count, mass));
-  PetscCall(WriteDataset(group, "v", "m/s", "x y z", PETSC_FALSE, 4, size, offset, count, velocity));
+  PetscCall(MPMHDF5Dataset(group, "mass", "kg", "", PETSC_FALSE, 3, size, offset, count, mass));
+  PetscCall(MPMHDF5Dataset(group, "v", "m/s", "x y z", PETSC_FALSE, 4, size, offset, count, velocity));
   PetscCall(PetscFree2(mass, velocity));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -336,36 +234,36 @@ static PetscErrorCode WriteProvenance(const MPMCore *core, const MPMScene *scene
   long long   cells[3];
 
   PetscFunctionBeginUser;
-  PetscCall(WriteText(file, "title", scene->title));
-  PetscCall(WriteText(file, "scene", scene->name));
-  PetscCall(WriteInt(file, "dim", core->grid.dim));
-  PetscCall(WriteText(file, "version", "pebble " MPM_VERSION));
-  PetscCall(WriteText(file, "git", MPMVersionGit));
-  PetscCall(WriteText(file, "compiler", MPMVersionCompiler));
-  PetscCall(WriteText(file, "flags", MPMVersionFlags));
+  PetscCall(MPMHDF5Text(file, "title", scene->title));
+  PetscCall(MPMHDF5Text(file, "scene", scene->name));
+  PetscCall(MPMHDF5Int(file, "dim", core->grid.dim));
+  PetscCall(MPMHDF5Text(file, "version", "pebble " MPM_VERSION));
+  PetscCall(MPMHDF5Text(file, "git", MPMVersionGit));
+  PetscCall(MPMHDF5Text(file, "compiler", MPMVersionCompiler));
+  PetscCall(MPMHDF5Text(file, "flags", MPMVersionFlags));
   PetscCall(PetscGetVersion(text, sizeof text));
-  PetscCall(WriteText(file, "petsc_version", text));
+  PetscCall(MPMHDF5Text(file, "petsc_version", text));
   H5(H5get_libversion(&major, &minor, &release));
   (void)snprintf(text, sizeof text, "%u.%u.%u", major, minor, release);
-  PetscCall(WriteText(file, "hdf5_version", text));
+  PetscCall(MPMHDF5Text(file, "hdf5_version", text));
   PetscCallMPI(MPI_Get_library_version(mpi, &length));
-  PetscCall(WriteText(file, "mpi", mpi));
+  PetscCall(MPMHDF5Text(file, "mpi", mpi));
   PetscCallMPI(MPI_Comm_size(core->comm, &size));
-  PetscCall(WriteInt(file, "ranks", size));
+  PetscCall(MPMHDF5Int(file, "ranks", size));
   PetscCall(PetscGetHostName(text, sizeof text));
-  PetscCall(WriteText(file, "host", text));
+  PetscCall(MPMHDF5Text(file, "host", text));
   PetscCall(PetscGetDate(text, sizeof text));
-  PetscCall(WriteText(file, "date", text));
+  PetscCall(MPMHDF5Text(file, "date", text));
   PetscCall(MPMOptionsText(&options));
   if (strlen(options) < 60000)
-    PetscCall(WriteText(file, "options", options)); /* HDF5 takes 64 KiB an attribute */
+    PetscCall(MPMHDF5Text(file, "options", options)); /* HDF5 takes 64 KiB an attribute */
   else
-    PetscCall(WriteLongText(file, "options", options));
+    PetscCall(MPMHDF5LongText(file, "options", options));
   PetscCall(PetscFree(options));
   for (PetscInt d = 0; d < 3; d++) cells[d] = core->grid.cells[d];
-  PetscCall(WriteAttribute(file, "grid_lower", H5T_NATIVE_DOUBLE, 3, core->grid.lower));
-  PetscCall(WriteAttribute(file, "grid_upper", H5T_NATIVE_DOUBLE, 3, core->grid.upper));
-  PetscCall(WriteAttribute(file, "grid_cells", H5T_NATIVE_LLONG, 3, cells));
+  PetscCall(MPMHDF5Attribute(file, "grid_lower", H5T_NATIVE_DOUBLE, 3, core->grid.lower));
+  PetscCall(MPMHDF5Attribute(file, "grid_upper", H5T_NATIVE_DOUBLE, 3, core->grid.upper));
+  PetscCall(MPMHDF5Attribute(file, "grid_cells", H5T_NATIVE_LLONG, 3, cells));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -393,13 +291,13 @@ static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScen
   PetscCall(PetscViewerHDF5GetFileId(out->viewer, &file));
   (void)snprintf(name, sizeof name, "step_%06" PetscInt_FMT, core->step);
   H5(step = H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-  PetscCall(WriteReal(step, "time", core->t));
-  PetscCall(WriteInt(step, "step", core->step));
-  PetscCall(WriteReal(step, "dt", core->step ? core->params.dt : 0));
+  PetscCall(MPMHDF5Real(step, "time", core->t));
+  PetscCall(MPMHDF5Int(step, "step", core->step));
+  PetscCall(MPMHDF5Real(step, "dt", core->step ? core->params.dt : 0));
   PetscCall(MPMParticlesDigest(&core->particles, core->exchange.data, &digest));
   (void)snprintf(name, sizeof name, "%016llx", (unsigned long long)digest);
-  PetscCall(WriteText(step, "digest", name));
-  PetscCall(WriteText(step, "units", "time and dt in s"));
+  PetscCall(MPMHDF5Text(step, "digest", name));
+  PetscCall(MPMHDF5Text(step, "units", "time and dt in s"));
   H5(group = H5Gcreate2(step, "particles", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
   PetscCall(WriteParticles(out, core, scene, group));
   H5(H5Gclose(group));

@@ -34,8 +34,8 @@ typedef struct _MPMCore MPMCore;
    the last four are collective on the processes of exchange.data. */
 typedef struct {
   const char *name, *what;
-  /* Cuts the grid and makes DMs and patch; then the scene adds particles. h: where these will be, finished; needed where
-     `cuts` says so. */
+  /* Cuts the grid and makes DMs and patch; then the scene adds particles. h: where these will be, finished; needed
+     where `cuts` says so. */
   PetscErrorCode (*setup)(MPMCore *, const MPMHistogram *h);
   PetscErrorCode (*sweep)(MPMCore *, const MPMPhase *); /* run a transfer on all patches */
   PetscErrorCode (*nodes)(MPMCore *, const MPMPhase *); /* run a node phase; its values are known where they are read */

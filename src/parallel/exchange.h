@@ -21,8 +21,8 @@ PetscErrorCode MPMExchangeRun(MPMCore *, const MPMPhase *, MPMPass);
 /* Puts the particles here, whose cells are known, in order. Not collective. */
 PetscErrorCode MPMExchangeSort(MPMCore *);
 
-/* Runs a phase on a patch whose views hold the fields that the phase declares; merges what it finds into the status. Not
-   collective. */
+/* Runs a phase on a patch whose views hold the fields that the phase declares; merges what it finds into the status.
+   Not collective. */
 PetscErrorCode MPMPatchRun(MPMCore *, MPMPatch *, const MPMPhase *, MPMPass, MPMStatus *);
 
 /* The beginning and the end of a phase for its timer; n: particles that it worked on here. Not collective. */

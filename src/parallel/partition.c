@@ -11,8 +11,8 @@
 #define MPM_MAX_BINS      ((PetscInt)1 << 21)
 #define MPM_TAG_HISTOGRAM 3 /* beside those of spatial.h */
 
-/* Bins of one tile, or of more if memory does not allow it: `coarse` nodes an axis in each, and in the last the rest.
- */
+/* Bins of one tile, or of more if memory does not allow it: `coarse` nodes an axis in each, and in the last the
+   rest. */
 static void LayOut(const MPMGrid *grid, MPMBasis basis, MPMHistogram *h)
 {
   PetscReal bins = PETSC_MAX_REAL;
@@ -220,8 +220,8 @@ static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPa
    the cuts, one deep, with so many particles in each. Particles lie in rows, a = per_cell^(1/dim) of them in a layer,
    and a row crosses a cut as a whole, in one step out of 1/(a moved). All processes wait for the one that hands on a
    row just then, so a step is as dear with one row on its way as with one at every cut of the axis. crossing is of this
-   process.
- */
+  
+   process. */
 void MPMShareCross(PetscInt dim, PetscReal layer, PetscReal per_cell, PetscReal moved, MPMShare *s)
 {
   const PetscReal rows = PetscPowReal(per_cell, 1 / (PetscReal)dim);

@@ -1,4 +1,5 @@
-/* partition.h - how the grid is cut into boxes, one a process: from a histogram of the particles and the costs of a step. */
+/* partition.h - how the grid is cut into boxes, one a process: from a histogram of the particles and the costs of a
+   step. */
 #ifndef MPM_PARTITION_H
 #define MPM_PARTITION_H
 

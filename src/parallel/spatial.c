@@ -1,9 +1,10 @@
 /* spatial.c - spatial decomposition: every process has one patch, its box of a DMDA.
 
    A step exchanges
-     sums of tiles  whose particles touch nodes of the up to 2^dim - 1 processes above, in each phase that sums particles
+     sums of tiles  whose particles touch nodes of the up to 2^dim - 1 processes above, in each phase that sums
+                    particles
      node motion    of the nodes above a patch, from their owners by a PetscSF
-     particles         that left their patch go to the owner of their cell, by DMSwarmMigrate, or by MPMMigrateDirect
+     particles      that left their patch go to the owner of their cell, by DMSwarmMigrate, or by MPMMigrateDirect
    and reduces once: the status. Tiles are added up the same on whichever process they are, so results do not depend on
    how the grid is cut. With -parallel_sums roundoff each process adds up its own tiles to nodes and these partial sums
    are added instead (DMLocalToGlobal). */
@@ -43,8 +44,7 @@ static PetscErrorCode SetUp_Spatial(MPMCore *core, const MPMHistogram *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- The functions of the table ------------------------------------------------------------------------------------
- */
+/* --- The functions of the table ------------------------------------------------------------------------------------ */
 
 /* -parallel_sums roundoff: adds the partial sums of all processes. Their order depends on the number of processes. */
 static PetscErrorCode AddPartialSums(MPMCore *core, MPMSpatial *s)
@@ -77,8 +77,8 @@ static PetscErrorCode AddPartialSums(MPMCore *core, MPMSpatial *s)
 }
 
 /* Zeroes the parts' sums of all nodes: partial sums are those of own particles alone, at nodes that they do not touch
- * too.
- */
+ *
+ too. */
 static void ZeroSums(MPMPatch *patch, PetscInt parts)
 {
   const PetscInt dim = patch->grid->dim;
@@ -89,8 +89,8 @@ static void ZeroSums(MPMPatch *patch, PetscInt parts)
 }
 
 /* Lets the messages of sums get on while particles are summed: without a call of MPI now and then some ways to send, of
-   large messages above all, make the receiver wait until the sender has summed its particles, or the other way round.
- */
+   large messages above all, make the receiver wait until the sender has summed its particles, or the other way
+   round. */
 static void Progress(void *ctx)
 {
   MPMCore    *core = (MPMCore *)ctx;

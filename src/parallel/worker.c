@@ -54,8 +54,8 @@ typedef struct {
   size_t    in_capacity, out_capacity, nodes_capacity;
 } Desk;
 
-/* Gives the patch's tiles their sums, and renumbers the particles' cells, which came numbered over the master's tiles.
- */
+/* Gives the patch's tiles their sums, and renumbers the particles' cells, which came numbered over the master's
+   tiles. */
 static PetscErrorCode PlaceTiles(MPMCore *core, const MPMJob *job, Desk *desk)
 {
   MPMPatch      *patch = &desk->patch;

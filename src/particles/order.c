@@ -1,5 +1,5 @@
-/* order.c - the order of the particles: `order` lists them by (cell, id), in which kernels visit them, the same whatever
-   the storage looks like. The storage itself is put in that order now and then, for the cache. */
+/* order.c - the order of the particles: `order` lists them by (cell, id), in which kernels visit them, the same
+   whatever the storage looks like. The storage itself is put in that order now and then, for the cache. */
 #include "kernels/cell.h"
 #include "particles/box.h"
 #include "particles/particles.h"

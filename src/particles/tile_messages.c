@@ -1,6 +1,6 @@
-/* tile_messages.c - how sums of tiles travel. A message has, of the tiles at a side of a patch, `toward` [3] 1 or 0 on each
-   axis, the nodes that the process there owns: first a byte for each tile of the side, whether it has particles; then the
-   sums of those that have. */
+/* tile_messages.c - how sums of tiles travel. A message has, of the tiles at a side of a patch, `toward` [3] 1 or 0 on
+   each axis, the nodes that the process there owns: first a byte for each tile of the side, whether it has particles;
+   then the sums of those that have. */
 #include "kernels/tile_index.h"
 #include "particles/box.h"
 

@@ -1,17 +1,15 @@
-/* basis.h - the 1-D basis functions; transfer.h forms their tensor products, once, for all of them.
+/* basis.h - the 1-D basis functions; kernels/stencils.h forms their tensor products, once, for all of them.
 
-   xi = (x - lower)/h is the coordinate in cells, by a division, the same expression on every rank and in every phase.
-   A basis is two functions: the first node of a particle's stencil (the base, which also names the particle's "cell"),
+   xi = (x - lower)/h is the coordinate in cells, by a division, the same expression on every rank and in every phase. A
+   basis is two functions: the first node of a particle's stencil (the base, which also names the particle's "cell"),
    and the values w and gradients g (per cell, so divide by h) of its nodes base, base+1, ... Both are free of branches
    and take one particle or several (MPMReal, lanes.h), with the number of the base as a real. Splines near a wall are
-   restricted to nodes of the grid in one of two forms, so that no node lies beyond it; few particles are near a wall,
-   so these forms are for one particle at a time: extrap   the coefficient beyond the wall is extrapolated, c_-1 = 2 c_0
-   - c_1: keeps sum w = 1 and sum w x_i = x steffen  knots repeated at the wall (Steffen, Kirby and Berzins 2008): sum w
-   = 1, all slopes 0 at the wall */
+   restricted to nodes of the grid (spline_wall.h); few particles are near a wall, so these forms are for one particle
+   at a time. */
 #ifndef MPM_BASIS_H
 #define MPM_BASIS_H
 
-#include "base/tensor.h"
+#include "physics/spline_wall.h"
 
 typedef enum {
 #define MPM_BASIS(name, nodes, layers, inertia, what) MPM_BASIS_##name,
@@ -20,12 +18,9 @@ typedef enum {
   MPM_NUM_BASES
 } MPMBasis;
 
-typedef enum { MPM_WALL_BASIS_NONE, MPM_WALL_BASIS_EXTRAP, MPM_WALL_BASIS_STEFFEN } MPMWallBasis; /* none: periodic */
-
 #define MPM_MAX_STENCIL 4 /* nodes per axis of the widest basis */
 
-/* --- Hats ----------------------------------------------------------------------------------------------------------
- */
+/* --- Hats ---------------------------------------------------------------------------------------------------------- */
 
 /* A particle on the upper wall belongs to the last cell (decided once, here). */
 MPM_INLINE MPMReal MPMBasisBase_linear(MPMReal xi, MPMReal l, PetscInt cells)
@@ -66,92 +61,13 @@ MPM_INLINE void MPMBasisWeights_gimp(MPMReal xi, MPMReal l, MPMReal base, MPMRea
   g[2] = MPMSelect(above <= 1.0 - l, one, over * half);
 }
 
-/* --- B-splines centred on the nodes --------------------------------------------------------------------------------
- */
-
-/* Base of a spline of ns nodes: between walls its stencil stays on the grid; on a periodic axis it may be -1. */
-MPM_INLINE MPMReal MPMSplineBase(MPMReal base, int ns, PetscInt cells, MPMWallBasis wall)
-{
-  if (wall == MPM_WALL_BASIS_NONE) return base;
-  return MPMMin(MPMMax(base, MPMAll(0)), MPMAll((PetscReal)(cells + 1 - ns)));
-}
+/* --- B-splines centred on the nodes -------------------------------------------------------------------------------- */
 
 /* How far from a wall, in cells, particles have the form of the wall. */
 MPM_INLINE PetscReal MPMWallReach(MPMBasis basis, MPMWallBasis wall)
 {
   if (wall == MPM_WALL_BASIS_NONE) return 0;
   return (basis == MPM_BASIS_bspline2 ? 0.5 : basis == MPM_BASIS_bspline3 ? 1 : 0) + (wall == MPM_WALL_BASIS_STEFFEN);
-}
-
-/* Values and gradients within reach of the lower wall, t = xi >= 0; false beyond it, where the uniform spline holds. */
-MPM_INLINE PetscBool MPMLowerWall_bspline2(PetscReal t, MPMWallBasis wall, PetscReal w[], PetscReal g[])
-{
-  const PetscReal s = t - 1;
-
-  if (wall == MPM_WALL_BASIS_EXTRAP && t < 0.5) { /* N_0 + 2 N_-1 and N_1 - N_-1 are the hats */
-    w[0] = 1 - t;
-    w[1] = t;
-    g[0] = -1;
-    g[1] = 1;
-    w[2] = g[2] = 0;
-    return PETSC_TRUE;
-  }
-  if (wall == MPM_WALL_BASIS_STEFFEN && t < 0.5) {
-    w[0] = 1 - 4. / 3 * t * t;
-    w[1] = 4. / 3 * t * t;
-    g[0] = -8. / 3 * t;
-    g[1] = 8. / 3 * t;
-    w[2] = g[2] = 0;
-    return PETSC_TRUE;
-  }
-  if (wall == MPM_WALL_BASIS_STEFFEN && t < 1.5) {
-    w[0] = 2. / 3 * (1.5 - t) * (1.5 - t);
-    w[1] = (-7. / 6 * s + 1. / 6) * s + 17. / 24;
-    w[2] = 0.5 * (t - 0.5) * (t - 0.5);
-    g[0] = -4. / 3 * (1.5 - t);
-    g[1] = -7. / 3 * s + 1. / 6;
-    g[2] = t - 0.5;
-    return PETSC_TRUE;
-  }
-  return PETSC_FALSE;
-}
-
-MPM_INLINE PetscBool MPMLowerWall_bspline3(PetscReal t, MPMWallBasis wall, PetscReal w[], PetscReal g[])
-{
-  const PetscReal s = t - 1, r = 2 - t;
-
-  if (wall == MPM_WALL_BASIS_EXTRAP && t < 1) {
-    w[0] = 1 - t + t * t * t / 6;
-    w[1] = t - t * t * t / 3;
-    w[2] = t * t * t / 6;
-    g[0] = -1 + t * t / 2;
-    g[1] = 1 - t * t;
-    g[2] = t * t / 2;
-    w[3] = g[3] = 0;
-    return PETSC_TRUE;
-  }
-  if (wall == MPM_WALL_BASIS_STEFFEN && t < 1) {
-    w[0] = (0.75 * t - 1.5) * t * t + 1;
-    w[1] = (1.5 - 11. / 12 * t) * t * t;
-    w[2] = t * t * t / 6;
-    g[0] = (2.25 * t - 3) * t;
-    g[1] = (3 - 2.75 * t) * t;
-    g[2] = t * t / 2;
-    w[3] = g[3] = 0;
-    return PETSC_TRUE;
-  }
-  if (wall == MPM_WALL_BASIS_STEFFEN && t < 2) {
-    w[0] = r * r * r / 4;
-    w[1] = ((7. / 12 * s - 1.25) * s + 0.25) * s + 7. / 12;
-    w[2] = 2. / 3 - r * r + r * r * r / 2;
-    w[3] = s * s * s / 6;
-    g[0] = -0.75 * r * r;
-    g[1] = (1.75 * s - 2.5) * s + 0.25;
-    g[2] = 2 * r - 1.5 * r * r;
-    g[3] = s * s / 2;
-    return PETSC_TRUE;
-  }
-  return PETSC_FALSE;
 }
 
 /* Values and gradients of one particle near a wall; false if it is near none. At the upper wall they are the mirror
@@ -217,8 +133,7 @@ MPM_INLINE void MPMBasisWeights_bspline3(MPMReal xi, MPMReal l, MPMReal base, MP
   g[3] = 0.5 * s2;
 }
 
-/* --- By number -----------------------------------------------------------------------------------------------------
- */
+/* --- By number ----------------------------------------------------------------------------------------------------- */
 
 /* Nodes per axis. */
 MPM_INLINE int MPMBasisNodes(MPMBasis basis)

@@ -6,8 +6,8 @@
 
 extern const char *const MPMBasisNames[]; /* by MPMBasis */
 
-/* Node ijk lies at lower + ijk*h, 0 <= ijk <= cells. On an axis with walls, `layers` more nodes lie beyond each face; on
-   a periodic axis node `cells` is node 0 again. */
+/* Node ijk lies at lower + ijk*h, 0 <= ijk <= cells. On an axis with walls, `layers` more nodes lie beyond each face;
+   on a periodic axis node `cells` is node 0 again. */
 typedef struct {
   PetscInt     dim, cells[3], layers[3], nodes[3]; /* nodes that are stored per axis, layers included */
   PetscReal    lower[3], upper[3], h[3];           /* m */

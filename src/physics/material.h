@@ -34,8 +34,8 @@ typedef struct {
 
 typedef struct _MPMMaterial MPMMaterial;
 
-/* A material law: functions of particles first .. last-1 of a block, one a dimension ([dim-1]); all J > 0. A law without
-   history has stress and no update. */
+/* A material law: functions of particles first .. last-1 of a block, one a dimension ([dim-1]); all J > 0. A law
+   without history has stress and no update. */
 typedef struct _MPMMaterialLaw MPMMaterialLaw;
 struct _MPMMaterialLaw {
   /* constants from the options; what is wrong with them, beginning with the name of one, or NULL */

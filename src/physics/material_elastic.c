@@ -1,6 +1,6 @@
 /* material_elastic.c - linear elasticity, sig = lambda tr(e) I + 2 mu e with e = sym(F) - I, tau = J sig: right for
-   small strains and rotations, where it is the textbook's law; not objective.                      docs/theory.md (12a)
- */
+   small strains and rotations, where it is the textbook's law; not objective.                      docs/theory.md
+   (12a) */
 #include "physics/law.h"
 
 MPM_INLINE void elastic_strain(int dim, const MPMReal *F, MPMReal e[6])

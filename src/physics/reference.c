@@ -136,8 +136,8 @@ static void axis_at(const MPMReferenceData *d, const PetscReal X[], PetscReal t,
 }
 
 /* bar - u = A sin(k (X - lower)) cos(w t) along x, k = 2 pi/L, w = pi c/L, b = u (k^2/rho dP/dF - w^2); with nu = 0,
-   neohookean: w^2 u (1 + 2/F^2), elastic: 3 w^2 u. Steffen et al. 2008, eqs. (47)-(49). It starts stretched, at rest.
- */
+   neohookean: w^2 u (1 + 2/F^2), elastic: 3 w^2 u. Steffen et al. 2008, eqs. (47)-(49). It starts stretched, at
+   rest. */
 static const char *bar_check(const MPMReferenceData *d)
 {
   if (!Is(d, "neohookean") && !Is(d, "elastic")) return "needs material model neohookean or elastic";

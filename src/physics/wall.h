@@ -27,8 +27,8 @@ typedef struct {
 
 void MPMWallsDerive(MPMWalls *);
 
-/* Applies walls to the velocity v [dim] in m/s of node ijk [dim], which they reach; dt is that of the step in s. Returns
-   whether v was constrained. Not collective. */
+/* Applies walls to the velocity v [dim] in m/s of node ijk [dim], which they reach; dt is that of the step in s.
+   Returns whether v was constrained. Not collective. */
 PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *, const PetscInt ijk[], PetscReal dt, PetscReal v[]);
 
 /* Walls in the advance of a node: v [dim] is its velocity before, held by the walls `before`; at comes in as v + dt a,

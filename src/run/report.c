@@ -204,8 +204,8 @@ PetscErrorCode MPMReportStart(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does what we print go to a terminal? Under Open MPI's mpiexec it always seems to: then the one that started us knows.
- */
+/* Does what we print go to a terminal? Under Open MPI's mpiexec it always seems to: then the one that started us
+   knows. */
 static PetscBool OnTerminal(void)
 {
   char    link[64], to[MPM_NAME_LEN];

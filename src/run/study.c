@@ -20,42 +20,7 @@ typedef struct {
   PetscReal  u[3], m; /* m, kg */
 } Sample;
 
-PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
-{
-  MPMStudy *study = &mpm->study;
-  PetscBool set;
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMOptionsEnum(o, "study_type", NULL, study->type, NULL));
-  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!strcmp(study->type, "none")) {
-    study->type[0] = 0;
-    if (mpm->scene.finest)
-      MPMOptionsFail(o, "-reference_type finest does not apply: it is the last run of a -study_type");
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  study->order_min = PETSC_MIN_REAL;
-  PetscCall(MPMOptionsInt(o, "study_levels", NULL, &study->levels, NULL));
-  PetscCall(MPMOptionsEnum(o, "study_vary", NULL, study->vary, NULL));
-  PetscCall(MPMOptionsReal(o, "study_order_min", NULL, &study->order_min, &set));
-  if (!mpm->scene.known && !mpm->scene.finest)
-    MPMOptionsFail(
-        o, "-study_type %s needs a solution to compare with: -mms_type, or -reference_type (finest: the last run)",
-        study->type);
-  if (mpm->time.max_steps != PETSC_MAX_INT)
-    MPMOptionsFail(o, "-time_max_steps does not apply: the runs of a study end at the same time, -time_end");
-  if (mpm->scene.finest && set && study->levels < 3)
-    MPMOptionsFail(o,
-                   "-study_levels %" PetscInt_FMT " leaves no order for -study_order_min where the finest run is the "
-                   "reference; it needs 3",
-                   study->levels);
-  if (mpm->scene.finest && !strcmp(study->vary, "ppc"))
-    MPMOptionsFail(o, "-study_vary ppc does not apply: -reference_type finest compares grids and time steps");
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* --- Refinement of the option database -----------------------------------------------------------------------------
- */
+/* --- Refinement of the option database ----------------------------------------------------------------------------- */
 
 static PetscErrorCode SetList(const char name[], PetscInt dim, const PetscInt value[3])
 {
@@ -109,8 +74,7 @@ static PetscErrorCode SetRung(MPM coarse, PetscInt level)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- The finest run as reference -----------------------------------------------------------------------------------
- */
+/* --- The finest run as reference ----------------------------------------------------------------------------------- */
 
 static int ByPlace(const void *a, const void *b, void *ctx)
 {
@@ -165,8 +129,8 @@ static PetscErrorCode Gather(MPM mpm, PetscInt *n, Sample **all)
 }
 
 /* Root of the mass-weighted mean of |u - u_fine|^2 over the particles of a run that has cells 2^halvings as large:
-   u_fine is the mean over the particles of the finest run that lie in the particle's cell of the lattice. Sorts both.
- */
+   u_fine is the mean over the particles of the finest run that lie in the particle's cell of the lattice. Sorts
+   both. */
 static PetscErrorCode Difference(const MPMGrid *grid, PetscInt halvings, PetscInt n, Sample *coarse, PetscInt nfine,
                                  const Sample *finest, PetscReal *difference)
 {
@@ -204,8 +168,7 @@ static PetscErrorCode Difference(const MPMGrid *grid, PetscInt halvings, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- The ladder ----------------------------------------------------------------------------------------------------
- */
+/* --- The ladder ---------------------------------------------------------------------------------------------------- */
 
 /* Makes one run. Its size and error go to the rung; its particles to samples if the finest run is the reference. A
    fault of the options or an early stop is printed and told by the status. Collective. */

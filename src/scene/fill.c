@@ -1,4 +1,5 @@
-/* fill.c - the particles that fill the bodies of a scene: counted, checked, and made on the process that owns their cell. */
+/* fill.c - the particles that fill the bodies of a scene: counted, checked, and made on the process that owns their
+   cell. */
 #include <unistd.h>
 #include "kernels/cell.h"
 #include "scene/lattice.h"

@@ -1,13 +1,13 @@
-/* lattice.h - the lattice of places (i+1/2) b + offset, b = h/ppc, anchored at the origin of space, wherever a body's shape
-   is; particles are numbered body by body in the order of -bodies, with x in the outer loop: a rule that knows no
+/* lattice.h - the lattice of places (i+1/2) b + offset, b = h/ppc, anchored at the origin of space, wherever a body's
+   shape is; particles are numbered body by body in the order of -bodies, with x in the outer loop: a rule that knows no
    processes. */
 #ifndef MPM_LATTICE_H
 #define MPM_LATTICE_H
 
 #include "scene/scene.h"
 
-/* The iterator over rows of a body's particles, in the order of their numbers: a row is along the last axis, and has runs of
-   neighbours. A body has as many rows as its lattice has places on the other axes, some without particles. */
+/* The iterator over rows of a body's particles, in the order of their numbers: a row is along the last axis, and has
+   runs of neighbours. A body has as many rows as its lattice has places on the other axes, some without particles. */
 typedef struct {
   const MPMBody *body;
   PetscInt       dim;

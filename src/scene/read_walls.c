@@ -2,8 +2,8 @@
 #include <stddef.h>
 #include "scene/scene.h"
 
-/* The parameters of walls: a word of wall.def, its row of the vocabulary, its place in MPMFace; a number, or one an axis.
-   A new parameter is a row here, a member of MPMFace and a row of the vocabulary. */
+/* The parameters of walls: a word of wall.def, its row of the vocabulary, its place in MPMFace; a number, or one an
+   axis. A new parameter is a row here, a member of MPMFace and a row of the vocabulary. */
 static const struct {
   const char *word, *row;
   size_t      place;
@@ -27,7 +27,7 @@ static PetscErrorCode ReadFace(const char name[], MPMFace *face, MPMOptions o)
   taken      = MPMWallParameters[face->type];
   for (size_t k = 0; k < NPARAMETERS; k++)
     (void)snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", k ? " " : "", parameters[k].word);
-  PetscCall(MPMSceneRefuseOthers(o, "bc", name, "type", type, all, taken));
+  PetscCall(MPMOptionsRefuseOthers(o, "bc", name, "type", type, all, taken));
   for (size_t k = 0; k < NPARAMETERS; k++) {
     PetscReal *value = (PetscReal *)((char *)face + parameters[k].place);
 

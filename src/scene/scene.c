@@ -46,27 +46,6 @@ static PetscErrorCode ReadGrid(MPMCore *core, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses the options among `all` that the chosen model or shape, which takes `taken`, has no use for. */
-PetscErrorCode MPMSceneRefuseOthers(MPMOptions o, const char group[], const char name[], const char what[],
-                                    const char choice[], const char all[], const char taken[])
-{
-  char words[MPM_TEXT_LEN], *save = NULL;
-
-  PetscFunctionBeginUser;
-  (void)snprintf(words, sizeof words, "%s", all);
-  for (char *w = strtok_r(words, " ", &save); w; w = strtok_r(NULL, " ", &save)) {
-    char      full[4 * MPM_NAME_LEN];
-    PetscBool given;
-
-    if (MPMListHas(taken, w)) continue;
-    (void)snprintf(full, sizeof full, "-%s_%s_%s", group, name, w);
-    PetscCall(PetscOptionsHasName(NULL, NULL, full, &given));
-    if (given)
-      MPMOptionsFail(o, "%s does not apply: %s %s takes %s", full, what, choice, taken[0] ? taken : "no such option");
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
 {
   const struct {
@@ -98,12 +77,12 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
   PetscCall(MPMOptionsReal(o, "material_<m>_rho", m->name, &m->rho, NULL));
   if (!m->type) PetscFunctionReturn(PETSC_SUCCESS);
   taken = m->type->parameters;
-  PetscCall(MPMSceneRefuseOthers(o, "material", m->name, "model", model, all, taken));
+  PetscCall(MPMOptionsRefuseOthers(o, "material", m->name, "model", model, all, taken));
   if (MPMListHas(taken, "eos")) {
     PetscCall(MPMOptionsEnum(o, "material_<m>_eos", m->name, eos, NULL));
     if (!strcmp(eos, "linear")) {
       taken = "K viscosity eos tension_cutoff";
-      PetscCall(MPMSceneRefuseOthers(o, "material", m->name, "eos", eos, m->type->parameters, taken));
+      PetscCall(MPMOptionsRefuseOthers(o, "material", m->name, "eos", eos, m->type->parameters, taken));
     }
   }
   for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
@@ -129,8 +108,8 @@ static PetscErrorCode ReadRegion(MPMOptions o, PetscInt dim, const char name[], 
   PetscCall(MPMOptionsEnum(o, "body_<b>_shape", name, shape, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   r->type = (MPMRegionType)MPMOptionsFind(shape, MPM_NUM_REGIONS, MPMRegionNames);
-  PetscCall(MPMSceneRefuseOthers(o, "body", name, "shape", shape, "center radius inner_radius lower upper",
-                                 MPMRegionParameters[r->type]));
+  PetscCall(MPMOptionsRefuseOthers(o, "body", name, "shape", shape, "center radius inner_radius lower upper",
+                                   MPMRegionParameters[r->type]));
   if (r->type == MPM_REGION_box) {
     PetscCall(MPMOptionsReals(o, "body_<b>_lower", name, r->lower, NULL));
     PetscCall(MPMOptionsReals(o, "body_<b>_upper", name, r->upper, NULL));

@@ -55,10 +55,6 @@ typedef struct {
 PetscErrorCode MPMSceneSetFromOptions(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneDestroy(MPMScene *);
 
-/* Refuses the options among `all` (words separated by blanks) that a choice, which takes `taken`, has no use for. */
-PetscErrorCode MPMSceneRefuseOthers(MPMOptions, const char group[], const char name[], const char what[],
-                                    const char choice[], const char all[], const char taken[]);
-
 /* --- Walls (read_walls.c), particles (fill.c) --------------------------------------------------------------------- */
 
 PetscErrorCode MPMSceneReadWalls(MPMScene *, MPMCore *, MPMOptions);
@@ -76,7 +72,8 @@ PetscBool      MPMKnownStart(const MPMScene *, PetscInt dim, const PetscReal X[]
 void           MPMKnownForce(const MPMScene *, PetscInt dim, const PetscReal X[], PetscReal t, PetscReal b[]);
 PetscErrorCode MPMKnownError(const MPMScene *, MPMCore *, PetscReal *error, PetscReal *size);
 
-/* --- Body forces and loads (forces.c): of the particles here for the time t, into field b. Not collective. --------- */
+/* --- Body forces and loads (forces.c): of the particles here for the time t, into field b. Not collective. ---------
+   */
 
 PetscErrorCode MPMForcesSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
 PetscErrorCode MPMForcesUpdate(const MPMScene *, MPMCore *, PetscReal t);

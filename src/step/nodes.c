@@ -1,8 +1,8 @@
 /* nodes.c - the node kernels of a step: velocities of the nodes and their advance. Equation numbers: docs/theory.md. */
 #include "step/scheme.h"
 
-/* A row of nodes along x: node, motion: of its node 0; its own nodes that particles touch are first .. last-1. ijk: where
-   in the grid node 0 is. walled: does a wall along y or z reach all of the row? */
+/* A row of nodes along x: node, motion: of its node 0; its own nodes that particles touch are first .. last-1. ijk:
+   where in the grid node 0 is. walled: does a wall along y or z reach all of the row? */
 typedef struct {
   MPMNode   *node;
   PetscReal *motion;

@@ -68,8 +68,8 @@ const MPMTransfer MPMTransfers[] = {
 #undef MPM_TRANSFER
     {NULL, NULL, 0, 0, PETSC_FALSE}};
 
-/* What xpic does first, once an order: r = v - S S+ v, then r <- r - S S+ r, with S+ to the nodes and S to the particles.
- */
+/* What xpic does first, once an order: r = v - S S+ v, then r <- r - S S+ r, with S+ to the nodes and S to the
+   particles. */
 static const int filter[2][3] = {{P2G_MASS, VELOCITY, G2P_FILTER}, {P2G_RESIDUAL, RESIDUAL, G2P_FILTER_AGAIN}};
 _Static_assert(3 * MPM_MAX_ORDER + MPM_MAX_SCHEME <= MPM_MAX_PROGRAM, "a step's program has room for the filter");
 

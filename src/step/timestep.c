@@ -19,8 +19,8 @@ PetscReal MPMViscousStep(const MPMCore *core)
   return nu > 0 ? PetscSqr(MPMGridSmallestH(&core->grid)) / (2 * (PetscReal)core->grid.dim * nu) : PETSC_INFINITY;
 }
 
-/* Fixed, or cfl h/(c + |v|) of the state as it is, and no more than lets gravity move a particle from rest by a tenth of
-   a cell, or is cfl of what viscosity allows. */
+/* Fixed, or cfl h/(c + |v|) of the state as it is, and no more than lets gravity move a particle from rest by a tenth
+   of a cell, or is cfl of what viscosity allows. */
 PetscReal MPMTimeStep(const MPMCore *core, const MPMTime *time)
 {
   const PetscReal h  = MPMGridSmallestH(&core->grid);

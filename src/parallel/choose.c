@@ -1,0 +1,55 @@
+/* choose.c - the table of ways to run a step, and the choice of one. */
+#include "kernels/tile_index.h"
+#include "parallel/exchange.h"
+
+#define MPM_EXCHANGE(name) extern const MPMExchangeType MPMExchange_##name;
+#include "parallel/exchange.def"
+#undef MPM_EXCHANGE
+
+const MPMExchangeType *const MPMExchangeTypes[] = {
+#define MPM_EXCHANGE(name) &MPMExchange_##name,
+#include "parallel/exchange.def"
+#undef MPM_EXCHANGE
+    NULL};
+
+/* Chooses how the step is run: one process is serial, whatever the strategy, but for periodic faces, across which it is
+   its own neighbour. Collective on
+   core->comm. */
+PetscErrorCode MPMExchangeSetFromOptions(MPMCore *core, MPMOptions o)
+{
+  static const char *const balances[] = {"none", "start", "auto"};
+  MPMExchange             *ex         = &core->exchange;
+  char                     strategy[MPM_NAME_LEN], sums[MPM_NAME_LEN], balance[MPM_NAME_LEN], migrate[MPM_NAME_LEN];
+  const PetscBool periodic = core->grid.periodic[0] || core->grid.periodic[1] || core->grid.periodic[2] ? PETSC_TRUE
+                                                                                                        : PETSC_FALSE;
+  PetscMPIInt     size;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "parallel_strategy", NULL, strategy, NULL));
+  PetscCall(MPMOptionsEnum(o, "parallel_sums", NULL, sums, NULL));
+  PetscCall(MPMOptionsEnum(o, "parallel_balance", NULL, balance, NULL));
+  PetscCall(MPMOptionsEnum(o, "parallel_migrate", NULL, migrate, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_size(core->comm, &size));
+  ex->roundoff = !strcmp(sums, "roundoff") ? PETSC_TRUE : PETSC_FALSE;
+  ex->direct   = !strcmp(migrate, "direct") ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt k = 0; k < 3; k++)
+    if (!strcmp(balances[k], balance)) ex->balance = (MPMBalance)k;
+  for (PetscInt k = 0; MPMExchangeTypes[k]; k++)
+    if (!strcmp(MPMExchangeTypes[k]->name, size > 1 ? strategy : periodic ? "spatial" : "serial"))
+      ex->type = MPMExchangeTypes[k];
+  PetscCall(MPMOptionsInt(o, "pool_cells", NULL, &ex->pool_cells, NULL));
+  ex->pool_cells = MPMPoolEdge(core->basis, ex->pool_cells);
+  if (size > 1 && !strcmp(strategy, "pool") && ex->roundoff)
+    MPMOptionsFail(o, "-parallel_sums roundoff does not apply: the pool always gives bitwise sums");
+  if (size > 1 && !strcmp(strategy, "spatial")) {
+    const PetscInt largest = MPMPartitionLargest(&core->grid, core->basis, size);
+
+    if (largest < size)
+      MPMOptionsFail(o,
+                     "started on %d processes: this grid cannot be cut into so many boxes of at least %" PetscInt_FMT
+                     " nodes an axis; the largest number below that can is %" PetscInt_FMT,
+                     size, MPMTileEdge(core->basis), largest);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
