@@ -1,4 +1,4 @@
-"""Two colliding disks by the assignment's serial program and by pebble: the same points after 1, 10 and 500 steps.
+"""Two colliding disks by the assignment's serial program and by pebble: the same particles after 1, 10 and 500 steps.
 
 usage: test_seed.py PEBBLE SOURCE MPIEXEC SEED MATERIAL
 """
