@@ -70,6 +70,21 @@ static void CheckArguments(int argc, char **argv, char error[], size_t len)
 
 /* --- Help ----------------------------------------------------------------------------------------------------- */
 
+/* The words of a list, which are separated by blanks. */
+static void PrintWords(const char words[])
+{
+  const char *comma = " (all, or a list of ";
+
+  for (const char *w = words + strspn(words, " "); *w; w += strspn(w, " ")) {
+    const int n = (int)strcspn(w, " ");
+
+    printf("%s%.*s", comma, n, w);
+    comma = ",";
+    w += n;
+  }
+  printf(")");
+}
+
 /* The vocabulary: names, defaults, units, ranges. */
 static void PrintHelp(const MPMVocabulary *table)
 {
@@ -91,7 +106,8 @@ static void PrintHelp(const MPMVocabulary *table)
       printf("  -%s <%s>%s%s: %s", row->name, row->fallback, row->unit[0] ? " " : "", row->unit, row->help);
       if (row->type == MPM_ENUM) printf(" (%.*s)", (int)strcspn(row->allowed, " "), row->allowed);
       if (row->type == MPM_BOOL) printf(" (true|false)");
-      if (row->allowed[0] && row->type != MPM_ENUM)
+      if (row->type == MPM_TEXT && row->allowed[0]) PrintWords(row->allowed);
+      if (row->allowed[0] && row->type != MPM_ENUM && row->type != MPM_TEXT)
         printf(" (%s%s%s)", whole ? "whole, " : "", numbers ? "-dim values in " : "in ", row->allowed);
       printf("\n");
     }
