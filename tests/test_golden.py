@@ -193,7 +193,7 @@ def compare(run):
 def check_refusal(run):
     """A block without a floor falls out of the grid: at which step, and what is left of the run."""
     status, said = run["result"]
-    stop = re.search(r"point (\d+) of \w+ left the grid, to \(([^)]*)\)", said)
+    stop = re.search(r"particle (\d+) of \w+ left the grid, to \(([^)]*)\)", said)
     expected = int(re.match(r"step (\d+):", run["error"]).group(1))
     complaints, refused = [], None
     if not stop:

@@ -224,7 +224,7 @@ def check_refusals():
     same("1 cell, gimp", scene(2, cells=1, lower=0.0, upper=1.0, velocity="0*x, 0*x", extra="-method_basis gimp"), "", parallel=False)
     # stretched apart: half-width 1/2 at the start is the limit
     pull = dict(ppc=1, velocity="3*(x-0.5), 0*y", steps=50)
-    refused(scene(2, ("neohookean",), **pull, extra="-method_basis gimp\n-method_gimp_update stretch"), 3, r"the domain of point \d+ of \w+ at \(.*\) is stretched to 1\.\d+ cells, gimp takes 1 at most; use more points per cell")
+    refused(scene(2, ("neohookean",), **pull, extra="-method_basis gimp\n-method_gimp_update stretch"), 3, r"the domain of particle \d+ of \w+ at \(.*\) is stretched to 1\.\d+ cells, gimp takes 1 at most; use more particles per cell")
     same("gimp stretched too far, everywhere", scene(2, ("neohookean",), **pull, extra="-method_basis gimp\n-method_gimp_update stretch"), "", status=3)
 
 
