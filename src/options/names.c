@@ -202,6 +202,30 @@ static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NA
   return PETSC_FALSE;
 }
 
+/* What is refused before the name `given` of a material, body, face or load: a value of its model, shape or type that is
+   none, for which the name may have been meant. */
+static PetscErrorCode CheckChoices(MPMOptions o, const char given[])
+{
+  PetscFunctionBeginUser;
+  for (size_t r = 0; r < o->table->n; r++) {
+    const MPMOptionRow *row = &o->table->row[r];
+    const char(*words)[MPM_NAME_LEN];
+    const PetscInt n = row->name && row->type == MPM_ENUM ? Words(o, row, &words) : 0;
+
+    for (PetscInt k = 0; k < n; k++) {
+      char         full[MPM_FULL_LEN], dashed[MPM_FULL_LEN + 1], ignored[MPM_NAME_LEN];
+      const size_t head = strcspn(row->name, "<") + strlen(words[k]) + 1; /* body_disk1_ of body_<b>_shape */
+      PetscBool    set;
+
+      MPMOptionsFullName(row->name, words[k], full);
+      (void)snprintf(dashed, sizeof dashed, "-%s", full);
+      PetscCall(PetscOptionsHasName(NULL, NULL, dashed, &set));
+      if (set && !strncasecmp(full, given, head)) PetscCall(MPMOptionsEnum(o, row->name, words[k], ignored, NULL));
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Refuses a name that is not in the vocabulary. */
 static void Refuse(MPMOptions o, const char given[])
 {
@@ -271,9 +295,10 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
     if (fault[0] && (!strncasecmp(names[k], "material_", 9) || !strncasecmp(names[k], "body_", 5) ||
                      !strncasecmp(names[k], "load_", 5) || !strncasecmp(names[k], "bc_", 3)))
       continue;
-    if (!row)
+    if (!row) {
+      PetscCall(CheckChoices(o, names[k]));
       Refuse(o, names[k]);
-    else if (row->type == MPM_LATER)
+    } else if (row->type == MPM_LATER)
       MPMOptionsFail(o, "-%.*s is not built yet (%s)", MPM_FULL_LEN, names[k], row->help);
   }
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));

@@ -97,21 +97,24 @@ PetscErrorCode MPMOutputSetFromOptions(MPMOutput *out, const MPMScene *scene, Pe
 /* Makes the folder of the results, once nothing else can be refused. Every process tries. */
 PetscErrorCode MPMOutputMakeFolder(MPMOutput *out, const MPMScene *scene, MPMOptions o)
 {
+  static const char *const ends[] = {".csv", "_study.csv", ".h5", ".xdmf"};
+  const int                fault  = scene->dry_run ? 0 : MakeFolder(out->dir);
+
   PetscFunctionBeginUser;
-  if (!scene->dry_run) {
-    const int fault = MakeFolder(out->dir);
+  if (fault) MPMOptionsFail(o, "-output_dir %s: %s", out->dir, strerror(fault));
+  for (int k = 0; k < (out->enabled ? 4 : 2); k++) {
+    char        path[2 * MPM_TEXT_LEN];
+    struct stat s;
 
-    if (fault) MPMOptionsFail(o, "-output_dir %s: %s", out->dir, strerror(fault));
-    for (int k = 0; k < 3 && !fault; k++) {
-      static const char *const ends[] = {"csv", "h5", "xdmf"};
-      char                     path[2 * MPM_TEXT_LEN];
-      struct stat              s;
-
-      (void)snprintf(path, sizeof path, "%s/%s.%s", out->dir, scene->name, ends[k]);
-      if (stat(path, &s)) continue;
-      if (!S_ISREG(s.st_mode)) MPMOptionsFail(o, "-output_name: %s is there and is not a file", path);
-      if (!k || out->enabled) out->replaced = PETSC_TRUE;
-    }
+    (void)snprintf(path, sizeof path, "%s/%s%s", out->dir, scene->name, ends[k]);
+    if (MPMOptionsAreIn(path))
+      MPMOptionsFail(o,
+                     "-output_name: the results would overwrite the options file %s; give another name or folder "
+                     "(-output_dir)",
+                     path);
+    if (scene->dry_run || stat(path, &s)) continue;
+    if (!S_ISREG(s.st_mode)) MPMOptionsFail(o, "-output_name: %s is there and is not a file", path);
+    if (k != 1) out->replaced = PETSC_TRUE;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
