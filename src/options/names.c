@@ -142,7 +142,7 @@ static PetscBool FromAlias(MPMOptions o, const char given[], char nearest[MPM_FU
     if (!whole && !EndsWith(given, aliases[k][0])) continue;
     (void)snprintf(nearest, MPM_FULL_LEN, "%.*s%s", (int)keep, given, aliases[k][1]);
     row = Find(o, nearest);
-    if (row && row->type != MPM_LATER) return PETSC_TRUE;
+    if (row && row->type != MPM_LATER && row->type != MPM_MOVED) return PETSC_TRUE;
   }
   return PETSC_FALSE;
 }
@@ -160,7 +160,7 @@ static void Nearest(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN]
     char           word[MPM_FULL_LEN];
     const PetscInt n = row->name ? Words(o, row, &words) : 0;
 
-    if (!row->name || row->type == MPM_LATER) continue;
+    if (!row->name || row->type == MPM_LATER || row->type == MPM_MOVED) continue;
     if (!strchr(row->name, '<')) Consider(given, row->name, &best, nearest);
     for (PetscInt k = 0; k < n; k++) {
       MPMOptionsFullName(row->name, words[k], word);
@@ -300,6 +300,8 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
       Refuse(o, names[k]);
     } else if (row->type == MPM_LATER)
       MPMOptionsFail(o, "-%.*s is not built yet (%s)", MPM_FULL_LEN, names[k], row->help);
+    else if (row->type == MPM_MOVED)
+      MPMOptionsFail(o, "-%.*s is no option: %s", MPM_FULL_LEN, names[k], row->help);
   }
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
   if (fault[0] && !o->error[0]) PetscCall(PetscStrncpy(o->error, fault, sizeof o->error));

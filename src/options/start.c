@@ -98,6 +98,7 @@ static void PrintHelp(const MPMVocabulary *table)
     const PetscBool     numbers = row->type == MPM_REALS || row->type == MPM_INTS ? PETSC_TRUE : PETSC_FALSE;
     const PetscBool     whole   = row->type == MPM_INT || row->type == MPM_INTS ? PETSC_TRUE : PETSC_FALSE;
 
+    if (row->type == MPM_MOVED) continue;
     if (!row->name)
       printf("\n%s\n", row->help);
     else if (row->type == MPM_LATER)
@@ -142,14 +143,15 @@ static PetscBool Answer(const MPMVocabulary *table, int argc, char **argv)
 
 PetscBool MPMOptionsStart(const MPMVocabulary *table, int argc, char **argv, int *status)
 {
-  char error[MPM_TEXT_LEN] = "";
+  const char *name                = argc && strrchr(argv[0], '/') ? strrchr(argv[0], '/') + 1 : "pebble";
+  char        error[MPM_TEXT_LEN] = "";
 
   *status = MPM_EXIT_OK;
   if (Answer(table, argc, argv)) return PETSC_TRUE;
   if (argc < 2 && !getenv("PETSC_OPTIONS") && !getenv("PETSC_OPTIONS_YAML"))
     (void)snprintf(
         error, sizeof error,
-        "usage: pebble -options_file options/disks.opts [-option value ...]   (pebble -help lists the options)");
+        "usage: %.100s -options_file options/disks.opts [-option value ...]   (pebble -help lists the options)", name);
   else
     CheckArguments(argc, argv, error, sizeof error);
   MoveFilesFirst(argc, argv);
