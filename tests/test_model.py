@@ -1,7 +1,7 @@
 """The performance model: what a calibration writes is what a run predicts by, files that do not fit are not used, and
 neither the model nor the measurement of the critical path changes a bit of the results. No time is judged here.
 
-usage: test_model.py PEBBLE SOURCE MPIEXEC
+usage: test_model.py PEBBLE SOURCE MPIEXEC BUILD
 """
 import math
 import os
