@@ -34,9 +34,9 @@ def square(amplitude=0.05):
     return lines
 
 
-def bar(*more):
+def bar(*more, cells=32):
     """An elastic bar of unit length, density and stiffness between walls, in its first mode."""
-    return ["-dim 1", "-grid_lower 0", "-grid_upper 1", "-grid_cells 32", "-bc_xmin_type fixed", "-bc_xmax_type fixed",
+    return ["-dim 1", "-grid_lower 0", "-grid_upper 1", f"-grid_cells {cells}", "-bc_xmin_type fixed", "-bc_xmax_type fixed",
             "-materials m", "-material_m_model elastic", "-material_m_rho 1", "-material_m_E 1", "-material_m_nu 0",
             "-bodies b", "-body_b_shape box", "-body_b_lower 0", "-body_b_upper 1", "-body_b_material m",
             "-time_end 0.5", "-study_type convergence", *more]
@@ -190,7 +190,7 @@ def check_ppc():
 def check_finest():
     """A smooth problem whose solution is not given: differences from the finest run. Its own error takes part: with errors
     c h^2 they are c (h^2 - H^2), so the last order is log2((16 - 1)/(4 - 1)) = 2.32, the one before 2.07."""
-    lines = bar("-study_levels 5", "-reference_type finest", "-dt_size 0.0125", "-grid_cells 8", '-body_b_velocity "1e-4*pi*sin(pi*x)"')
+    lines = bar("-study_levels 5", "-reference_type finest", "-dt_size 0.0125", '-body_b_velocity "1e-4*pi*sin(pi*x)"', cells=8)
     for basis in ("linear", "gimp"):
         study = Study(f"finest {basis}", lines, "-method_basis", basis)
         if study.ended(f"finest, {basis}", 4):
@@ -221,7 +221,7 @@ def check_parallel():
     """The file is the same, but for the seconds, on any number of processes."""
     without = lambda study: [line.rpartition(",")[0] for line in study.text.splitlines()]
     small = ["-study_levels", "2"]
-    finest = bar("-study_levels 3", "-reference_type finest", "-dt_size 0.0125", "-grid_cells 8", '-body_b_velocity "1e-2*pi*sin(pi*x)"')
+    finest = bar("-study_levels 3", "-reference_type finest", "-dt_size 0.0125", '-body_b_velocity "1e-2*pi*sin(pi*x)"', cells=8)
     for name, lines, arguments in (("axis", square(), small), ("axis stretch", square(), small + AXIS["gimp stretch"][0]), ("finest", finest, [])):
         serial = Study(f"{name} serial", lines, *arguments)
         for n, strategy in ((2, "spatial"), (3, "pool")):
