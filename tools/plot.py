@@ -18,8 +18,11 @@ A quantity that is only rounding, such as the stress of a body that flies freely
   energy        kinetic, strain and total (default)
   velocity      of the centre of mass
   error         root mean square of the error (default where the colours show it)
+
+Of the table of a study, NAME_study.csv, it draws the error over what was refined instead, with a line of slope 2 beside it.
 """
 import argparse
+import csv
 import os
 import sys
 
@@ -39,7 +42,7 @@ from PIL import Image  # noqa: E402 (matplotlib needs it too)
 
 PANELS = 6
 STYLE = {"font.size": 9, "axes.titlesize": 9, "axes.linewidth": 0.6, "xtick.major.width": 0.6,
-         "ytick.major.width": 0.6, "legend.frameon": False, "savefig.dpi": 200, "mathtext.fontset": "cm"}
+         "ytick.major.width": 0.6, "legend.frameon": False, "savefig.dpi": 200, "mathtext.fontset": "cm", "svg.fonttype": "none"}
 GREY = "0.45"
 # The view of 3-D runs: orthographic, from the front right and above. Its rows point to the right, up, and towards the eye.
 AZIMUTH, ELEVATION = np.radians(-58), np.radians(22)
@@ -409,21 +412,70 @@ def draw(run, history, below, out):
     particles = f"{len(run['snapshots'][0]['x']):,} particles".replace(",", "\u2009")
     title = [run["title"], particles, cells and f"{cells} cells"]
     figure.suptitle(", ".join(part for part in title if part), fontsize=11)
+    save(figure, out)
+
+
+def save(figure, out):
     try:
         figure.savefig(out)
     except (OSError, ValueError) as error:
         fail(f"cannot write {out}: {error}")
 
 
+# ---- Studies
+
+def read_study(path):
+    """What was refined, its sizes, the errors and the orders between runs; None if the file is not the table of a study."""
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            rows = list(csv.reader(file))
+    except (OSError, ValueError, csv.Error) as error:
+        fail(f"cannot read {path}: {error}")
+    if not rows or len(rows[0]) < 6 or rows[0][0] != "run" or rows[0][4:6] != ["error", "order"]:
+        fail(f"{path} is not the table of a study: its columns are not run, h, particles, steps, error, order")
+    try:
+        size, error = np.array([[float(row[1]), float(row[4])] for row in rows[1:]]).reshape(-1, 2).T
+        order = [float(row[5]) if row[5] else None for row in rows[1:]]
+    except (IndexError, ValueError) as wrong:
+        fail(f"{path} has a line that is not of a study: {wrong}")
+    if not len(size) or not (size > 0).all() or not (error > 0).all() or not np.isfinite(error).all():
+        fail(f"{path} has no errors, or one that is 0 or not finite: no plot with logarithmic axes")
+    return rows[0][1], size, error, order
+
+
+def draw_study(path, study, out):
+    """Error over size, both logarithmic; the order stands between two runs."""
+    what, size, error, order = study
+    figure, axes = plt.subplots(figsize=(4.6, 3.6), layout="constrained")
+    axes.loglog(size, error, "o-", color="C0", markersize=4, linewidth=1.2, label="error", gid="errors")
+    guide = 0.5 * error[-1] * (size / size[-1])**2
+    axes.loglog(size, guide, "--", color=GREY, linewidth=0.9, label="slope 2", gid="slope")
+    for k in range(1, len(size)):
+        if order[k] is not None:
+            middle = np.sqrt(size[k] * size[k - 1]), np.sqrt(error[k] * error[k - 1])
+            axes.annotate(f"{order[k]:.2f}", middle, (-3, 5), textcoords="offset points", ha="right", color="C0")
+    axes.set(xlabel=f"${what}$ [m]" if what == "h" else f"${what}$ [s]" if what == "dt" else what, ylabel="error [m]",
+             xticks=size, xticklabels=[f"{value:.3g}" for value in size])
+    axes.set_xticks([], minor=True)
+    axes.grid(True, color="0.9", linewidth=0.5)
+    axes.legend()
+    figure.suptitle(os.path.basename(path).removesuffix("_study.csv"), fontsize=11)
+    save(figure, out)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("file", metavar="FILE.h5")
+    parser.add_argument("file", metavar="FILE.h5", help="or NAME_study.csv")
     parser.add_argument("--csv", metavar="FILE.csv", help="history (default: beside FILE.h5, if it is there)")
     parser.add_argument("--out", metavar="FILE.png", help="picture (default: beside FILE.h5)")
     parser.add_argument("--field", default="stress", help="what the colours show (default: stress)")
     parser.add_argument("--below", choices=("energy", "velocity", "error"), help="curves below (default: energy)")
     parser.add_argument("--small", action="store_true", help="a small file: half as sharp, 256 colours")
     arguments = parser.parse_args()
+    if arguments.file.endswith(".csv"):
+        plt.rcParams.update(STYLE)
+        draw_study(arguments.file, read_study(arguments.file), arguments.out or arguments.file.removesuffix(".csv") + ".png")
+        return
     below = arguments.below or ("error" if arguments.field == "error" else "energy")
     if below == "error" and arguments.field != "error":
         fail("--below error needs --field error")

@@ -5,17 +5,19 @@
 
 #include <stddef.h>
 #include "base/status.h"
+#include "physics/grid.h"
 #include "physics/material.h"
-#include "physics/wall.h"
+
+struct MPMWalls; /* physics/wall.h, which kernels of particles do not see */
 
 /* Constants of a step: all that kernels know of the scene. */
 typedef struct {
-  PetscReal          dt, flip, gravity[3]; /* s, 1, m/s^2 */
-  PetscInt           xpic;                 /* order of xpic, else 0 */
-  const MPMKind     *kinds;
-  PetscInt           nkinds;
-  const MPMMaterial *materials;
-  const MPMWalls    *walls;
+  PetscReal              dt, flip, gravity[3]; /* s, 1, m/s^2 */
+  PetscInt               xpic;                 /* order of xpic, else 0 */
+  const MPMKind         *kinds;
+  PetscInt               nkinds;
+  const MPMMaterial     *materials;
+  const struct MPMWalls *walls;
 } MPMParams;
 
 /* What a node sums from particles: the same record in every dimension, one vector of 8 numbers or a whole number of

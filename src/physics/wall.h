@@ -21,14 +21,14 @@ typedef struct {
 
 /* The walls of a grid as the option table gives them, and those for other velocities that MPMWallsDerive makes of them
    (wall.def says which). [axis][side] */
-typedef struct {
+typedef struct MPMWalls {
   MPMFace given[3][2], before[3][2], gradient[3][2], residual[3][2];
 } MPMWalls;
 
 void MPMWallsDerive(MPMWalls *);
 
-/* Applies walls to the velocity v [dim] in m/s of node ijk [dim], which they reach; dt is that of the step in s.
-   Returns whether v was constrained. Not collective. */
+/* Applies walls to the velocity v [dim] in m/s of node ijk [dim], which they reach; dt in s is that of the step, or 0
+   for velocities that no advance makes. Returns whether v was constrained. Not collective. */
 PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *, const PetscInt ijk[], PetscReal dt, PetscReal v[]);
 
 /* Walls in the advance of a node: v [dim] is its velocity before, held by the walls `before`; at comes in as v + dt a,

@@ -2,15 +2,16 @@
 #include <stddef.h>
 #include "scene/scene.h"
 
-/* The parameters of walls: a word of wall.def, its row of the vocabulary, its place in MPMFace; a number, or one an
-   axis. A new parameter is a row here, a member of MPMFace and a row of the vocabulary. */
+/* The parameters of walls: a word of wall.def, its row of the vocabulary, its place in MPMFace; what it is: a number,
+   one an axis, or a whole number, such as the reach of a wall in layers of nodes. A new parameter is a row here, a
+   member of MPMFace and a row of the vocabulary. */
 static const struct {
-  const char *word, *row;
-  size_t      place;
-  PetscBool   vector;
+  const char   *word, *row;
+  size_t        place;
+  MPMOptionType type;
 } parameters[] = {
-    {"mu", "bc_<f>_mu", offsetof(MPMFace, mu), PETSC_FALSE},
-    {"velocity", "bc_<f>_velocity", offsetof(MPMFace, velocity), PETSC_TRUE},
+    {"mu", "bc_<f>_mu", offsetof(MPMFace, mu), MPM_REAL},
+    {"velocity", "bc_<f>_velocity", offsetof(MPMFace, velocity), MPM_REALS},
 };
 #define NPARAMETERS (sizeof parameters / sizeof parameters[0])
 
@@ -29,11 +30,12 @@ static PetscErrorCode ReadFace(const char name[], MPMFace *face, MPMOptions o)
     (void)snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", k ? " " : "", parameters[k].word);
   PetscCall(MPMOptionsRefuseOthers(o, "bc", name, "type", type, all, taken));
   for (size_t k = 0; k < NPARAMETERS; k++) {
-    PetscReal *value = (PetscReal *)((char *)face + parameters[k].place);
+    void *value = (char *)face + parameters[k].place;
 
     if (!MPMListHas(taken, parameters[k].word)) continue;
-    PetscCall(parameters[k].vector ? MPMOptionsReals(o, parameters[k].row, name, value, NULL)
-                                   : MPMOptionsReal(o, parameters[k].row, name, value, NULL));
+    if (parameters[k].type == MPM_REAL) PetscCall(MPMOptionsReal(o, parameters[k].row, name, value, NULL));
+    if (parameters[k].type == MPM_REALS) PetscCall(MPMOptionsReals(o, parameters[k].row, name, value, NULL));
+    if (parameters[k].type == MPM_INT) PetscCall(MPMOptionsInt(o, parameters[k].row, name, value, NULL));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -6,6 +6,7 @@
 #include "parallel/core.h"
 #include "physics/reference.h"
 #include "physics/region.h"
+#include "physics/wall.h"
 
 /* A body: where its particles start, of what, how fast. */
 typedef struct {

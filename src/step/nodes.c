@@ -1,4 +1,5 @@
 /* nodes.c - the node kernels of a step: velocities of the nodes and their advance. Equation numbers: docs/theory.md. */
+#include "physics/wall.h"
 #include "step/scheme.h"
 
 /* A row of nodes along x: node, motion: of its node 0; its own nodes that particles touch are first .. last-1. ijk:
@@ -38,7 +39,7 @@ MPM_INLINE PetscBool Walled(const NodeRow *r, PetscInt lo, PetscInt hi, PetscInt
 
 /* v = p/m and walls, eq. (2). A node without mass is at rest; there is no threshold. Only particles exactly on a grid
    line, whose weight there is 0 but whose gradient is not, read such a node. */
-MPM_INLINE void Divide(int dim, const MPMFace (*faces)[2], const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+MPM_INLINE void Divide(int dim, const MPMFace (*faces)[2], const MPMGrid *grid, const NodeRow *r)
 {
   const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
   PetscInt       ijk[3];
@@ -48,20 +49,20 @@ MPM_INLINE void Divide(int dim, const MPMFace (*faces)[2], const MPMParams *par,
     PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim);
 
     for (int d = 0; d < dim; d++) v[d] = n->m > 0 ? n->p[d] / n->m : 0;
-    if (Walled(r, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, par->dt, v);
+    if (Walled(r, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
   }
 }
 
 /* For output and velocity gradients. */
 MPM_INLINE void Velocity(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
-  Divide(dim, par->walls->gradient, par, grid, r);
+  Divide(dim, par->walls->gradient, grid, r);
 }
 
 /* The same of what xpic has left over. */
 MPM_INLINE void Residual(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
-  Divide(dim, par->walls->residual, par, grid, r);
+  Divide(dim, par->walls->residual, grid, r);
 }
 
 /* a = f/m + g, eqs. (5) and (13); v <- v + dt a, eq. (6), and walls, which also set a. */
@@ -71,7 +72,7 @@ MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, cons
   const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
   PetscInt       ijk[3];
 
-  Divide(dim, par->walls->before, par, grid, r);
+  Divide(dim, par->walls->before, grid, r);
   for (PetscInt i = r->first; i < r->last; i++) {
     MPMNode   *n = r->node + i;
     PetscReal *v = r->motion + i * MPM_MOTION_NC(dim), *a = v + dim, before[3];
@@ -90,7 +91,7 @@ MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, cons
    If each mapping asked anew, what trembles at the wall would be cut on one side, and that drives it. */
 MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
-  Divide(dim, par->walls->before, par, grid, r);
+  Divide(dim, par->walls->before, grid, r);
   for (PetscInt i = r->first; i < r->last; i++) {
     const PetscInt met = (PetscInt)r->node[i].met;
 
