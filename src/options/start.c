@@ -91,7 +91,8 @@ static void PrintHelp(const MPMVocabulary *table)
   printf(
       "Pebble: the Material Point Method on PETSc\n"
       "  pebble -options_file options/disks.opts [-option value ...]\n"
-      "  pebble -version; pebble -help petsc also lists PETSc's own options; -log_view times events and counts messages\n"
+      "  pebble -version; pebble -help petsc also lists PETSc's own options; -log_view times events and counts messages,\n"
+      "  -dm_view prints the DMs of grid and particles\n"
       "Options: <default> unit: meaning (allowed). Lists have no blanks: -gravity 0,-9.81\n");
   for (size_t r = 0; r < table->n; r++) {
     const MPMOptionRow *row     = &table->row[r];
