@@ -146,15 +146,16 @@ simulator = build/simulate/pebble
 simulate: ## run on simulated clusters (docs/simulate.md), hours; builds a PETSc first, once; SIMULATE="--only strong": a part
 	@tools/install.sh simulate
 	@tools/simulate/petsc.sh
-	+@$(again) $(PEBBLE)
+	+@$(again) $(PEBBLE) $(BUILD)/calibrate
 	+@$(again) $(simulator) PEBBLE=$(simulator) BUILD=build/simulate/objects DEBUG= \
 	  PETSC_DIR=$(CURDIR)/build/simulate/petsc PETSC_ARCH=smpi CFLAGS="$(CFLAGS) -DMPM_SIMULATE -DSMPI_NO_OVERRIDE_MALLOC"
-	@$(python) tools/simulate/simulate.py --pebble $(program) --simulator $(simulator) --mpiexec $(MPIEXEC) $(SIMULATE)
+	@$(python) tools/simulate/simulate.py --pebble $(program) --calibrator $(BUILD)/calibrate --simulator $(simulator) \
+	  --mpiexec $(MPIEXEC) $(SIMULATE)
 
 scaling: ## how it scales: 1 to 32 processes, counted and predicted (docs/data/scaling); SCALING=full: longer
 	@tools/install.sh run
-	+@$(again) $(PEBBLE)
-	@$(python) tools/scaling/scaling.py --pebble $(program) --mpiexec $(MPIEXEC) $(if $(filter full,$(SCALING)),--full,$(SCALING))
+	+@$(again) $(PEBBLE) $(BUILD)/calibrate
+	@$(python) tools/scaling/scaling.py --pebble $(program) --calibrator $(BUILD)/calibrate --mpiexec $(MPIEXEC) $(if $(filter full,$(SCALING)),--full,$(SCALING))
 
 report: ## docs/report.md, .html and figures anew from docs/data; REPORT=calibrate: constants first; =all: all data
 	@tools/install.sh report
@@ -191,8 +192,8 @@ ctest: $(PEBBLE) $(units) $(BUILD)/calibrate $(BUILD)/quadrature build/seed_seri
 	  -DPYTHON=$(abspath $(python)) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
 	@cd $(BUILD)/tests && ctest -j2 --output-on-failure --no-tests=error $(select)
 
-pages: $(PEBBLE)
-	@$(python) tools/report/report.py --pebble $(program) --mpiexec $(MPIEXEC) $(if $(filter all calibrate,$(REPORT)),--calibrate)
+pages: $(PEBBLE) $(BUILD)/calibrate
+	@$(python) tools/report/report.py --pebble $(program) --calibrator $(BUILD)/calibrate --mpiexec $(MPIEXEC) $(if $(filter all calibrate,$(REPORT)),--calibrate)
 
 # ---- Building. A line a file; V=1 shows the commands.
 say = $(if $(V),,@printf '  %-5s %s\n' $1 $@;)
