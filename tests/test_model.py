@@ -19,7 +19,7 @@ def holds(what, good, detail=""):
 
 
 def run(*options, n=1, status=0):
-    done = check.pebble(*scene, *options, n=n)
+    done = check.pebble(*scene, *options, n=n, timeout=300)  # a calibration waits for times that are not disturbed
     check.need(done.status == status, f"{options} on {n}: exit {done.status}, expected {status}\n{done.said}")
     return done.said
 
