@@ -1,7 +1,7 @@
 /* mpi_lost.c - a particle that gets lost, doubled, or replaced by another on its way between processes is found by the
    next step, which raises an error that names it. Runs on 2 or more processes, with the options of a scene: mpiexec -n
    2 mpi_lost lost|doubled|replaced -options_file options/disks.opts -output_dir .                        */
-#include "mpm.h"
+#include "run/mpm.h"
 #include "unit.h"
 
 enum { LOST, DOUBLED, REPLACED, NUM_CASES };
@@ -42,7 +42,7 @@ static PetscErrorCode CopyParticle(MPMParticles *particles, PetscInt from, Petsc
    *other another one that is wrong too, or -1. */
 static PetscErrorCode Damage(MPM mpm, int what, PetscInt64 *id, PetscInt64 *other)
 {
-  MPMParticles  *particles = &mpm->particles;
+  MPMParticles  *particles = &mpm->core.particles;
   const PetscInt n = particles->n, p = n / 3, q = n / 2;
   MPMView        view;
 
@@ -66,9 +66,9 @@ static PetscErrorCode Steps(MPM mpm, PetscInt n)
 {
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < n; k++) {
-    mpm->params.dt = MPMTimeStep(mpm);
-    PetscCall(MPMStep(mpm));
-    PetscCheck(mpm->status.bad == MPM_OK, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the scene failed by itself");
+    mpm->core.params.dt = MPMTimeStep(&mpm->core, &mpm->time);
+    PetscCall(MPMStep(&mpm->core, &mpm->scene));
+    PetscCheck(mpm->core.status.bad == MPM_OK, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the scene failed by itself");
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -84,23 +84,23 @@ static PetscErrorCode Run(int what, PetscMPIInt rank)
   PetscFunctionBeginUser;
   UnitContext("%s, process %d", names[what], rank);
   PetscCall(MPMCreate(PETSC_COMM_WORLD, &mpm));
-  PetscCall(MPMOptionsCreate(&options));
+  PetscCall(MPMOptionsCreate(&MPMOptionTable, &options));
   PetscCall(MPMSetFromOptions(mpm, options));
   PetscCheck(!MPMOptionsError(options), PETSC_COMM_SELF, PETSC_ERR_USER, "%s", MPMOptionsError(options));
   PetscCall(MPMSetUp(mpm));
   PetscCall(Steps(mpm, 5));
-  CHECK_EQ(mpm->status.n, mpm->particles.total);
-  CHECK(rank == 0 || mpm->particles.n > 100);
+  CHECK_EQ(mpm->core.status.n, mpm->core.particles.total);
+  CHECK(rank == 0 || mpm->core.particles.n > 100);
   if (rank == 1) PetscCall(Damage(mpm, what, &id[0], &id[1]));
   PetscCallMPI(MPI_Bcast(id, 2, MPIU_INT64, 1, PETSC_COMM_WORLD));
   for (int way = 0; way < 2; way++) { /* a line of the history finds it at once, the next step at the latest */
     MPMTotals totals;
 
-    if (way) PetscCall(mpm->exchange.type->settle(mpm, PETSC_TRUE));
+    if (way) PetscCall(mpm->core.exchange.type->settle(&mpm->core, PETSC_TRUE));
     raised[0] = 0;
     PetscCall(PetscPushErrorHandler(Keep, NULL));
-    mpm->params.dt = MPMTimeStep(mpm);
-    code           = way ? MPMStep(mpm) : MPMTotalsCompute(mpm, &totals);
+    mpm->core.params.dt = MPMTimeStep(&mpm->core, &mpm->time);
+    code                = way ? MPMStep(&mpm->core, &mpm->scene) : MPMTotalsCompute(&mpm->scene, &mpm->core, &totals);
     (void)PetscPopErrorHandler();
     CHECK(code != PETSC_SUCCESS);
     CHECK(strstr(raised, "lost or doubled") != NULL);

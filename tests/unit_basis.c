@@ -1,14 +1,14 @@
 /* unit_basis.c - every row of basis.def, in every form at walls, against definitions of its own in long double (Cox and
    de Boor's recursion, elimination of the node beyond the wall, means of hats), and the properties that follow: unity,
    linear completeness, slopes, smoothness, mirror images, what a wall sees; on grids of up to 1e9 cells. */
-#include "mpm.h"
+#include "physics/grid.h"
 #include "unit.h"
 
 static const PetscInt  cells_of[] = {1, 2, 3, 4, 5, 6, 49, 1000, 1000003, 1000000000};
 static const PetscReal widths[]   = {1. / 128, 1. / 32, 0.1, 1. / 6, 0.25, 0.49, 0.5};
 static const char     *names[]    = {
 #define MPM_BASIS(name, nodes, layers, inertia, what) #name,
-#include "basis.def"
+#include "physics/basis.def"
 #undef MPM_BASIS
 };
 static const char *const forms[] = {"periodic", "extrap", "steffen"};
@@ -255,7 +255,7 @@ static void Mirror(const Case *c, PetscReal xi)
   }
 }
 
-/* Both walls: a point on the wall has the base of the points just inside, on the upper wall too. */
+/* Both walls: a particle on the wall has the base of the particles just inside, on the upper wall too. */
 static void Walls(const Case *c)
 {
   const PetscReal top = (PetscReal)c->cells;
@@ -268,7 +268,7 @@ static void Walls(const Case *c)
   CHECK_EQ(At(c, top).base, At(c, UnitStep(top, -1)).base);
   CHECK_EQ(At(c, 0).base, At(c, UnitStep(0, 1)).base);
   for (int side = 0; side < 2 && c->basis != MPM_BASIS_gimp;
-       side++) { /* only the node at the wall sees a point there */
+       side++) { /* only the node at the wall sees a particle there */
     const Stencil s = At(c, side ? top : 0);
 
     CHECK_EQ(Weight(c, &s, side ? c->cells : 0, &slope), 1);

@@ -1,7 +1,8 @@
 /* unit_material.c - what the rows of material.def promise by their traits, in 1, 2 and 3 dimensions, by random F and
    random paths. A new row of Young's modulus and Poisson's ratio is tested without a new line here; others need their
    constants in main.                                                                                                 */
-#include "material.h"
+#include "kernels/transfer.h"
+#include "physics/law.h"
 #include "unit.h"
 
 #define ROUNDS 300

@@ -1,11 +1,11 @@
 /* unit_region.c - the shapes of region.def: their bounds hold them and are tight, they move with their numbers, and
-   their half-open borders share points out without a gap or an overlap. */
-#include "mpm.h"
+   their half-open borders share places out without a gap or an overlap. */
+#include "physics/region.h"
 #include "unit.h"
 
 static const char *names[] = {
 #define MPM_REGION(name, solid, parameters, what) #name,
-#include "region.def"
+#include "physics/region.def"
 #undef MPM_REGION
 };
 

@@ -1,7 +1,7 @@
 /* unit_status.c - MPMStatusMerge is commutative and associative and keeps the gravest condition's smallest id, so that
    a run's status does not depend on the order in which patches and processes report. (A particle is on one process: ids
    are distinct.)       */
-#include "mpm.h"
+#include "base/status.h"
 #include "unit.h"
 
 static MPMStatus Random(PetscInt64 id)

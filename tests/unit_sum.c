@@ -1,6 +1,6 @@
 /* unit_sum.c - MPMSum is exact and without order: the total has the same bits however the addends are shuffled, split
    and reduced. Also runs on several processes, which then share the addends. */
-#include "mpm.h"
+#include "base/exact_sum.h"
 #include "unit.h"
 
 #define N 10000

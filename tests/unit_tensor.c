@@ -1,5 +1,5 @@
 /* unit_tensor.c - logarithm, exponential, floor and small matrices, against long double and against plain loops. */
-#include "mpm.h"
+#include "base/tensor.h"
 #include "unit.h"
 
 /* Error of MPMLog in units of the last place of the result. */

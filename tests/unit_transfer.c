@@ -1,25 +1,28 @@
-/* unit_transfer.c - the kernels of transfer.h on small patches made by hand: every phase of every program that step.c
+/* unit_transfer.c - the kernels of transfer.h on small patches made by hand: every phase of every program that phases.c
    makes, in every dimension and basis, with walls and periodic. What is checked: each node and each particle against
    plain loops in long double, conservation of mass, momentum and (apic) angular momentum, affine fields, what xpic
    filters, and that bits depend neither on the number of lanes, nor on the order of storage, nor on how the grid is
    cut, with the messages of processes. Views hold just the fields that a phase declares, so a kernel that reads another
    one crashes here. Every number of lanes that the machine has is run: all are checked against the plain loops. */
-#include "cell.h"
-#include "transfer.h"
+#include "kernels/cell.h"
+#include "kernels/transfer.h"
+#include "particles/box.h"
+#include "step/scheme.h"
 #include "unit.h"
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define N         150 /* particles: two blocks and a part */
-#define MAX_NODES 3000
-#define MAX_BOXES 8
-#define MAX_CELLS 8000
-#define NC        (MPM_NODE_NC)
+#define N           150 /* particles: two blocks and a part */
+#define MAX_NODES   3000
+#define MAX_BOXES   8
+#define MAX_CELLS   8000
+#define NC          (MPM_NODE_NC)
+#define MAX_STENCIL (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL) /* nodes of the widest stencil in 3-D */
 
 typedef struct {
   PetscInt n;
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) ctype name[9 * N];
-#include "fields.def"
+#include "physics/fields.def"
 #undef MPM_FIELD
 } State;
 
@@ -28,14 +31,14 @@ typedef struct {
   State     own;
   MPMSpan   span[MAX_NODES];
   PetscInt  order[N], movers[N + 1], start[MAX_CELLS];
-  PetscReal sum[MAX_NODES * NC], vel[MAX_NODES * NC];
+  PetscReal sum[MAX_NODES * NC], motion[MAX_NODES * NC]; /* sum: the records of the nodes, number by number */
 } Bench;
 
-static MPMMaterial   materials[8];
-static MPMKind       kinds[8];
-static PetscInt      nkinds;
-static MPMFace       faces[3][2];
-static struct _p_MPM mpm; /* its method, and the program that step.c makes of it */
+static MPMMaterial materials[8];
+static MPMKind     kinds[8];
+static PetscInt    nkinds, nmaterials;
+static MPMWalls    walls;
+static MPMCore     core; /* its needs, and the program that phases.c makes of a method */
 
 /* ---- Widths: the tables of transfer.c, those that this processor can run, the widest first. */
 typedef const MPMKernel Table[3][2];
@@ -109,11 +112,19 @@ static void Wishes(void)
 }
 
 /* ---- Making of scenes */
+
+/* The order of xpic; 0: another transfer, and particles have no r. */
+static void SetOrder(PetscInt order)
+{
+  core.params.xpic    = order;
+  core.needs.residual = order ? PETSC_TRUE : PETSC_FALSE;
+}
+
 static void CopyParticle(int dim, const State *from, PetscInt p, State *to)
 {
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   memcpy(to->name + to->n * (nc), from->name + p * (nc), (nc) * sizeof(ctype));
-#include "fields.def"
+#include "physics/fields.def"
 #undef MPM_FIELD
   to->n++;
 }
@@ -126,13 +137,13 @@ static MPMView View(State *s, PetscInt fields, const MPMParams *par)
   view.n = s->n;
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   view.name = fields & MPM_BIT(name) ? s->name : NULL;
-#include "fields.def"
+#include "physics/fields.def"
 #undef MPM_FIELD
   if (par->nkinds == 1) view.kind = NULL; /* fields that the scene has not */
-  if (!mpm.affine) view.C = NULL;
-  if (!mpm.stretched) view.l = NULL;
-  if (!mpm.params.order) view.r = NULL;
-  if (!mpm.scene.forced) view.b = NULL;
+  if (!core.needs.affine) view.C = NULL;
+  if (!core.needs.stretched) view.l = NULL;
+  if (!core.needs.residual) view.r = NULL;
+  if (!core.needs.forced) view.b = NULL;
   return view;
 }
 
@@ -160,7 +171,7 @@ static MPMGrid Grid(int dim, MPMBasis basis, MPMWallBasis wall, int round)
 
 static const PetscReal *Widths(const State *s, PetscInt p, int dim)
 {
-  return mpm.stretched ? s->l + p * dim : kinds[nkinds > 1 ? s->kind[p] : 0].l;
+  return core.needs.stretched ? s->l + p * dim : kinds[nkinds > 1 ? s->kind[p] : 0].l;
 }
 
 /* n particles: anywhere, on nodes, on edges and faces of cells, on walls; crowded: two thirds of them in one cell,
@@ -291,8 +302,8 @@ static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, co
     patch->lo[d] = PetscMax(first, patch->own_lo[d] - reach);
     patch->n[d]  = PetscMin(last, patch->own_lo[d] + patch->own_n[d] - 1 + reach) - patch->lo[d] + 1;
   }
-  patch->sum    = b->sum;
-  patch->motion    = b->motion;
+  patch->node   = (MPMNode *)b->sum;
+  patch->motion = b->motion;
   patch->span   = b->span;
   patch->order  = b->order;
   patch->movers = b->movers;
@@ -331,12 +342,12 @@ static int ToParticles(const MPMPhase *phase)
 /* Runs the kernel of a phase. pass: the tiles that particles to nodes are for. */
 static MPMStatus Run(Bench *b, const MPMParams *par, const MPMPhase *phase, MPMPass pass)
 {
-  const PetscInt    parts = phase->parts | (pass == MPM_PASS_EARLY  ? MPM_P2G_EARLY
-                                            : pass == MPM_PASS_LATE ? MPM_P2G_LATE
-                                                                    : 0);
+  const PetscInt  parts = phase->parts | (pass == MPM_PASS_EARLY  ? MPM_P2G_EARLY
+                                          : pass == MPM_PASS_LATE ? MPM_P2G_LATE
+                                                                  : 0);
   const MPMKernel found = MPMKernelFind(b->patch.grid->dim, b->patch.basis, parts);
   const MPMKernel run   = (*widths[width].table)[b->patch.grid->dim - 1][ToParticles(phase)];
-  MPMStatus         status;
+  MPMStatus       status;
 
   MPMStatusReset(&status);
   b->patch.particles = View(&b->own, phase->particles_in | phase->particles_out, par);
@@ -450,7 +461,7 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
   const MPMGrid     *g     = patch->grid;
   const int          dim = (int)g->dim, nc = MPM_NODE_NC;
   long double        total[NC] = {0}, particles[NC] = {0}, sizes[NC] = {0};
-  static Node        nodes[MPM_MAX_NODES];
+  static Node        nodes[MAX_STENCIL];
 
   memset(ref, 0, (size_t)(Nodes(patch) * nc) * sizeof *ref);
   memset(size, 0, (size_t)(Nodes(patch) * nc) * sizeof *size);
@@ -476,7 +487,7 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
         }
         r[1 + d] += phi * k->m * v;
         z[1 + d] += phi * k->m * vs;
-        if (mpm.scene.forced) {
+        if (core.needs.forced) {
           r[MPM_NODE_FORCE + d] += phi * k->m * s->b[p * dim + d];
           z[MPM_NODE_FORCE + d] += fabsl(phi * k->m * s->b[p * dim + d]);
         }
@@ -493,7 +504,7 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
       const long double v = parts & MPM_RESIDUAL ? s->r[p * dim + d] : s->v[p * dim + d];
       particles[1 + d] += k->m * v;
       sizes[1 + d] += k->m * (fabsl(v) + (parts & MPM_AFFINE ? 4 : 0));
-      if (mpm.scene.forced) particles[MPM_NODE_FORCE + d] += (long double)k->m * s->b[p * dim + d];
+      if (core.needs.forced) particles[MPM_NODE_FORCE + d] += (long double)k->m * s->b[p * dim + d];
       sizes[MPM_NODE_FORCE + d] += k->m;
     }
   }
@@ -614,7 +625,7 @@ static void Worse(MPMBad *bad, PetscInt64 *id, MPMBad now, PetscInt64 whose)
 static MPMStatus CheckParticlesMoved(Bench *b, const MPMParams *par, const MPMPhase *phase)
 {
   static State    before;
-  static Node     nodes[MPM_MAX_NODES];
+  static Node     nodes[MAX_STENCIL];
   const MPMPatch *patch = &b->patch;
   const MPMGrid  *g     = patch->grid;
   const int       dim = (int)g->dim, inertia = MPMBasisInertia(patch->basis), vc = MPM_MOTION_NC(dim);
@@ -657,8 +668,8 @@ static MPMStatus CheckParticlesMoved(Bench *b, const MPMParams *par, const MPMPh
       const PetscReal v0 = before.v[p * dim + d], r0 = before.r[p * dim + d];
       long double     now = par->flip * (v0 + par->dt * an[d]) + (1 - par->flip) * vn[d];
 
-      if (mpm.params.order) now = v0 - r0 + par->dt * an[d];
-      dx[d] = parts & MPM_G2P_MOTION ? par->dt * (mpm.params.order ? now : vn[d]) : before.dx[p * dim + d];
+      if (core.needs.residual) now = v0 - r0 + par->dt * an[d];
+      dx[d] = parts & MPM_G2P_MOTION ? par->dt * (core.needs.residual ? now : vn[d]) : before.dx[p * dim + d];
       if (parts & MPM_G2P_MOTION)
         CHECK_LE(fabsl(v[d] - now), size);
       else
@@ -731,7 +742,7 @@ static MPMStatus CheckParticlesMoved(Bench *b, const MPMParams *par, const MPMPh
       CHECK_EQ(b->own.cell[p], before.cell[p]);
       continue;
     }
-    if (mpm.stretched) {
+    if (core.needs.stretched) {
       PetscReal V[3];
 
       MPMStretch(dim, F, V);
@@ -780,7 +791,7 @@ static void CheckParticles(const Bench *b, const Bench *ref)
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   if (MPM_FIELD_INDEX_##name != MPM_FIELD_INDEX_cell)                                                                  \
     CHECK_SAME(b->own.name + p * (nc), ref->own.name + q * (nc), (nc) * sizeof(ctype));
-#include "fields.def"
+#include "physics/fields.def"
 #undef MPM_FIELD
   }
 }
@@ -862,7 +873,7 @@ static void SendAll(Bench part[], const MPMGrid *g, const Cuts *cuts, PetscInt p
 /* Moves the sums of all tiles of a box to those of the patch of all nodes. */
 static void Hand(const Bench *b, const Bench *all, PetscInt parts)
 {
-  static char     message[MPM_MAX_NODES * 8 * NC * sizeof(PetscReal)];
+  static char     message[MAX_STENCIL * 8 * NC * sizeof(PetscReal)];
   const MPMTiles *t = &b->patch.tiles, *to = &all->patch.tiles;
 
   for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
@@ -957,7 +968,8 @@ static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MP
       SetUp(&part[r], g, basis, &other, &cuts, r, PETSC_FALSE);
       own += part[r].own.n;
       for (PetscInt c = 0; c < Nodes(&part[r].patch); c++)
-        memcpy(part[r].motion + c * vc, ref.motion + SameNode(&part[r].patch, c, &ref.patch) * vc, vc * sizeof(PetscReal));
+        memcpy(part[r].motion + c * vc, ref.motion + SameNode(&part[r].patch, c, &ref.patch) * vc,
+               vc * sizeof(PetscReal));
       NextWidth();
       Spoil(&part[r]);
       CheckCells(&part[r], Run(&part[r], par, phase, to_particles ? MPM_PASS_MAIN : MPM_PASS_EARLY), phase);
@@ -986,7 +998,7 @@ static void Divide(Bench *b)
 
   for (PetscInt c = 0; c < Nodes(&b->patch); c++)
     for (int d = 0; d < dim; d++) {
-      const PetscReal *sum                  = b->sum + c * MPM_NODE_NC;
+      const PetscReal *sum                        = b->sum + c * MPM_NODE_NC;
       b->motion[c * MPM_MOTION_NC(dim) + d]       = sum[0] > 0 ? sum[1 + d] / sum[0] : 0;
       b->motion[c * MPM_MOTION_NC(dim) + dim + d] = 0;
     }
@@ -1006,7 +1018,7 @@ static void Affine(int dim, MPMBasis basis)
   MPMGrid      g       = Grid(dim, basis, MPM_WALL_BASIS_EXTRAP, 1);
   PetscReal    A[9], c[3];
 
-  mpm.affine = PETSC_TRUE;
+  core.needs.affine = PETSC_TRUE;
   UnitContext("affine field, dim %d, basis %d", dim, (int)basis);
   for (int d = 0; d < 3; d++) { /* more cells, so that there is an interior */
     if (d >= dim) continue;
@@ -1086,7 +1098,7 @@ static void Filter(int dim, MPMBasis basis, MPMWallBasis wall)
   MPMParams     par = {.dt = 0.125, .flip = 0, .kinds = kinds, .nkinds = nkinds, .materials = materials};
   const MPMGrid g   = Grid(dim, basis, wall, 0);
 
-  mpm.params.order = 1;
+  SetOrder(1);
   Particles(&s, &g, N, 0);
   for (int constant = 0; constant < 2; constant++) {
     long double last = INFINITY;
@@ -1118,7 +1130,7 @@ static void Filter(int dim, MPMBasis basis, MPMWallBasis wall)
         }
       after = b.own;
       Sweep(&b, &par, &move);
-      mpm.params.order = 0;
+      SetOrder(0);
       for (PetscInt k = 0; k < N * dim; k++) {
         const PetscReal v = b.own.v[k], dx = b.own.dx[k];
         b.own.v[k]  = after.v[k];
@@ -1130,7 +1142,7 @@ static void Filter(int dim, MPMBasis basis, MPMWallBasis wall)
         CHECK_NEAR(b.own.v[k], after.v[k], 1e-14);
         CHECK_NEAR(b.own.dx[k], after.dx[k], 1e-14);
       }
-      mpm.params.order = 1;
+      SetOrder(1);
       memcpy(b.own.v, s.v, sizeof s.v);
       {
         State *own = &b.own; /* storage order is that of s: no halo was taken out of it */
@@ -1175,11 +1187,11 @@ static void TestPhase(int dim, MPMBasis basis, MPMWallBasis wall, const MPMPhase
   MPMStatus        status, found;
   MPMParams        par = {.dt        = 0.125,
                           .flip      = 1,
-                          .order     = mpm.params.order,
+                          .xpic      = core.params.xpic,
                           .kinds     = kinds,
                           .nkinds    = nkinds,
                           .materials = materials,
-                          .faces     = (const MPMFace(*)[2])faces};
+                          .walls     = &walls};
 
   CHECK(MPMKernelFlops(dim, basis, phase->parts) > 0);
   for (int round = 0; round < 6; round++) {
@@ -1226,25 +1238,56 @@ static void TestPhase(int dim, MPMBasis basis, MPMWallBasis wall, const MPMPhase
   }
 }
 
-static PetscErrorCode TestMethod(int dim, MPMBasis basis, MPMWallBasis wall, int i, int transfer)
+/* Does a transfer make the same programs as a row of the table before it? */
+static int Again(const MPMTransfer *transfer)
 {
-  static const char *const transfers[] = {"flip", "apic", "xpic", "flip with forces", "cpgimp"};
-  char                     method[64];
+  for (const MPMTransfer *t = MPMTransfers; t < transfer; t++)
+    if (t->parts == transfer->parts && t->filtered == transfer->filtered) return 1;
+  return 0;
+}
+
+/* Every phase of the program of a scheme and a transfer; forced: with body forces; stretched: cpGIMP. */
+static PetscErrorCode TestMethod(int dim, MPMBasis basis, MPMWallBasis wall, const MPMMethod *m, PetscBool forced,
+                                 PetscBool stretched)
+{
+  char method[96];
 
   PetscFunctionBeginUser;
-  mpm.integrator   = MPMIntegrators[i];
-  mpm.affine       = transfer == 1;
-  mpm.params.order = transfer == 2 ? 3 : 0;
-  mpm.scene.forced = transfer == 3;
-  mpm.stretched    = transfer == 4;
-  PetscCall(MPMStepSetUp(&mpm));
-  snprintf(method, sizeof method, "%s %s", MPMIntegrators[i]->name, transfers[transfer]);
-  for (PetscInt k = 0; k < mpm.nprogram; k++) {
+  SetOrder(m->transfer->filtered ? 3 : 0);
+  core.needs.affine    = m->transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
+  core.needs.forced    = forced;
+  core.needs.stretched = stretched;
+  PetscCall(MPMStepSetUp(&core, m));
+  snprintf(method, sizeof method, "%s %s%s%s", m->scheme->name, m->transfer->name, forced ? " with forces" : "",
+           stretched ? " cpgimp" : "");
+  for (PetscInt k = 0; k < core.nprogram; k++) {
     PetscInt same = 0;
 
-    while (same < k && mpm.program[same] != mpm.program[k]) same++;
-    if (same == k && mpm.program[k]->kind != MPM_NODES) TestPhase(dim, basis, wall, mpm.program[k], method);
+    while (same < k && core.program[same] != core.program[k]) same++;
+    if (same == k && core.program[k]->kind != MPM_NODES) TestPhase(dim, basis, wall, core.program[k], method);
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Every scheme with every transfer that makes another program, and with the first with forces, and cpgimp. */
+static PetscErrorCode TestMethods(int dim, MPMBasis basis, MPMWallBasis wall)
+{
+  PetscFunctionBeginUser;
+  for (const MPMScheme *scheme = MPMSchemes; scheme->name; scheme++) {
+    for (const MPMTransfer *transfer = MPMTransfers; transfer->name; transfer++) {
+      const MPMMethod m = {scheme, transfer};
+
+      if (!Again(transfer)) PetscCall(TestMethod(dim, basis, wall, &m, PETSC_FALSE, PETSC_FALSE));
+    }
+    {
+      const MPMMethod m = {scheme, MPMTransfers};
+
+      CHECK(!MPMTransfers[0].parts && !MPMTransfers[0].filtered); /* flip */
+      PetscCall(TestMethod(dim, basis, wall, &m, PETSC_TRUE, PETSC_FALSE));
+      if (basis == MPM_BASIS_gimp) PetscCall(TestMethod(dim, basis, wall, &m, PETSC_FALSE, PETSC_TRUE));
+    }
+  }
+  core.needs.affine = core.needs.forced = core.needs.stretched = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -1255,7 +1298,7 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   FindWidths();
   for (const MPMMaterialType *type = MPMMaterialTypes; type->name; type++) { /* a kind a material, the first has two */
-    MPMMaterial *m = &materials[mpm.scene.nmaterials];
+    MPMMaterial *m = &materials[nmaterials];
 
     *m = (MPMMaterial){.type      = type,
                        .rho       = 1000 + 100 * nkinds,
@@ -1270,30 +1313,29 @@ int main(int argc, char **argv)
                        .friction  = 30,
                        .cohesion  = 10};
     CHECK(MPMMaterialSetUp(m) == NULL);
-    for (int k = 0; k < (mpm.scene.nmaterials ? 1 : 2); k++)
-      kinds[nkinds++] = (MPMKind){.material = mpm.scene.nmaterials,
+    for (int k = 0; k < (nmaterials ? 1 : 2); k++)
+      kinds[nkinds++] = (MPMKind){.material = nmaterials,
                                   .m        = UnitReal(1, 2),
                                   .V0       = UnitReal(1e-3, 2e-3),
                                   .l        = {UnitReal(0.1, 0.5), 0.25, UnitReal(0.1, 0.3)}};
-    mpm.scene.nmaterials++;
+    nmaterials++;
   }
-  mpm.scene.materials = materials;
+  core.params.kinds     = kinds;
+  core.params.nkinds    = nkinds;
+  core.params.materials = materials;
   for (int b = 0; b < MPM_NUM_BASES; b++) {
     UpperWall((MPMBasis)b);
     for (int dim = 1; dim <= 3; dim++) {
       for (int wall = 0; wall < 3; wall++) {
         if (wall == 2 && !MPMBasisIsSpline((MPMBasis)b)) continue;
-        for (int i = 0; MPMIntegrators[i]; i++)
-          for (int transfer = 0; transfer < (b == MPM_BASIS_gimp ? 5 : 4); transfer++)
-            PetscCall(TestMethod(dim, (MPMBasis)b, (MPMWallBasis)wall, i, transfer));
-        mpm.affine = mpm.stretched = mpm.scene.forced = PETSC_FALSE;
+        PetscCall(TestMethods(dim, (MPMBasis)b, (MPMWallBasis)wall));
         for (width = 0; width < nwidths; width++) Filter(dim, (MPMBasis)b, (MPMWallBasis)wall);
-        width            = 0;
-        mpm.params.order = 0;
+        width = 0;
+        SetOrder(0);
       }
       for (width = 0; width < nwidths; width++) Affine(dim, (MPMBasis)b);
-      width      = 0;
-      mpm.affine = PETSC_FALSE;
+      width             = 0;
+      core.needs.affine = PETSC_FALSE;
     }
   }
   PetscCall(PetscFinalize());

@@ -1,14 +1,24 @@
 /* unit_wall.c - what the rows of wall.def do, and where: at or beyond their face of the grid and nowhere else; the
    same in the advance of a node, and the walls that are derived for other velocities. */
-#include "mpm.h"
+#include "physics/wall.h"
 #include "unit.h"
 
 static const char *names[] = {
-#define MPM_WALL(name, parameters, what) #name,
-#include "wall.def"
+#define MPM_WALL(name, parameters, before, gradient, residual, what) #name,
+#include "physics/wall.def"
 #undef MPM_WALL
 };
 static const PetscInt cells[3] = {4, 1, 6};
+
+/* The grid of so many dimensions. */
+static const MPMGrid *Grid(int dim)
+{
+  static MPMGrid grid = {.h = {0.5, 0.25, 2}};
+
+  memcpy(grid.cells, cells, sizeof cells);
+  grid.dim = dim;
+  return &grid;
+}
 
 /* Does node ijk lie at or beyond this face? */
 static int On(PetscInt axis, int side, const PetscInt ijk[])
@@ -19,7 +29,9 @@ static int On(PetscInt axis, int side, const PetscInt ijk[])
 /* A face with random constants. */
 static MPMFace Face(MPMWall type)
 {
-  return (MPMFace){type, UnitInt(3) ? UnitReal(0, 2) : 0, {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}};
+  return (MPMFace){.type     = type,
+                   .mu       = UnitInt(3) ? UnitReal(0, 2) : 0,
+                   .velocity = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}};
 }
 
 static PetscReal Sliding(int dim, int axis, const PetscReal v[])
@@ -44,7 +56,7 @@ static void OneFace(int dim, int axis, int side, MPMWall wall, const PetscInt ij
   if (!UnitInt(4)) before[UnitInt(dim)] = 0;
   into = side ? before[axis] : -before[axis]; /* speed into the wall */
   memcpy(v, before, sizeof v);
-  constrained = MPMWallsApply((const MPMFace(*)[2])faces, dim, ijk, cells, v);
+  constrained = MPMWallsApply((const MPMFace(*)[2])faces, Grid(dim), ijk, 0.5, v);
   UnitContext("%s on axis %d side %d of %d-D, node %d %d %d", names[wall], axis, side, dim, (int)ijk[0], (int)ijk[1],
               (int)ijk[2]);
   for (int d = dim; d < 3; d++) CHECK_EQ(v[d], before[d]); /* no component beyond dim is touched */
@@ -74,7 +86,7 @@ static void OneFace(int dim, int axis, int side, MPMWall wall, const PetscInt ij
       }
   }
   memcpy(again, v, sizeof v);
-  if (wall != MPM_WALL_moving) MPMWallsApply((const MPMFace(*)[2])faces, dim, ijk, cells, again);
+  if (wall != MPM_WALL_moving) MPMWallsApply((const MPMFace(*)[2])faces, Grid(dim), ijk, 0.5, again);
   CHECK_SAME(again, v, sizeof v); /* a second time changes nothing */
 }
 
@@ -95,8 +107,8 @@ static void Mirror(int dim, int axis, MPMWall wall)
   at[axis]       = 0;
   opposite[axis] = cells[axis];
   UnitContext("%s on axis %d of %d-D, mirrored", names[wall], axis, dim);
-  one = MPMWallsApply((const MPMFace(*)[2])lower, dim, at, cells, v);
-  two = MPMWallsApply((const MPMFace(*)[2])upper, dim, opposite, cells, w);
+  one = MPMWallsApply((const MPMFace(*)[2])lower, Grid(dim), at, 0.5, v);
+  two = MPMWallsApply((const MPMFace(*)[2])upper, Grid(dim), opposite, 0.5, w);
   CHECK_EQ(one, two);
   for (int d = 0; d < 3; d++) CHECK_EQ(w[d], d == axis ? -v[d] : v[d]);
 }
@@ -127,12 +139,38 @@ static void Corners(int dim, const PetscInt ijk[])
         if (d == axis || wall == MPM_WALL_fixed) expected[d] = 0;
     }
   UnitContext("corner of %d-D, node %d %d %d", dim, (int)ijk[0], (int)ijk[1], (int)ijk[2]);
-  constrained = MPMWallsApply((const MPMFace(*)[2])faces, dim, ijk, cells, v);
+  constrained = MPMWallsApply((const MPMFace(*)[2])faces, Grid(dim), ijk, 0.5, v);
   CHECK_EQ(constrained ? 1 : 0, any);
   for (int d = 0; d < 3; d++) CHECK_EQ(v[d], expected[d]);
   memcpy(expected, v, sizeof v);
-  MPMWallsApply((const MPMFace(*)[2])faces, dim, ijk, cells, v); /* a second time changes nothing */
+  MPMWallsApply((const MPMFace(*)[2])faces, Grid(dim), ijk, 0.5, v); /* a second time changes nothing */
   CHECK_SAME(v, expected, sizeof v);
+}
+
+/* A wall that reaches some layers of nodes inside the grid acts on these as on its face, and on none further in; a node
+   is asked about its walls if any of them reaches it. */
+static void Reach(int dim, int axis, int side)
+{
+  const PetscInt reach = UnitInt(4);
+  MPMFace        faces[3][2];
+
+  memset(faces, 0, sizeof faces); /* free, of no reach */
+  faces[axis][side]       = Face(MPM_WALL_moving);
+  faces[axis][side].reach = reach;
+  UnitContext("reach of %d layers on axis %d side %d of %d-D", (int)reach, axis, side, dim);
+  for (PetscInt i = -2; i <= cells[axis] + 2; i++) {
+    const PetscInt inside = side ? cells[axis] - i : i;
+    PetscInt       ijk[3] = {2, 0, 3};
+    PetscReal      v[3]   = {2, 3, 4};
+    PetscBool      held;
+
+    ijk[axis] = i;
+    held      = MPMWallsApply((const MPMFace(*)[2])faces, Grid(dim), ijk, 0.5, v);
+    CHECK_EQ(held ? 1 : 0, inside <= reach ? 1 : 0);
+    for (int d = 0; d < 3; d++) CHECK_EQ(v[d], held && d < dim ? faces[axis][side].velocity[d] : 2 + d);
+    CHECK_EQ(MPMWallsReach((const MPMFace(*)[2])faces, Grid(dim), axis, i) ? 1 : 0,
+             i <= 0 || i >= cells[axis] || inside <= reach ? 1 : 0);
+  }
 }
 
 /* Is it a wall that matter may leave? */
@@ -145,10 +183,11 @@ static int Pushes(MPMWall wall)
 static void Trial(const MPMFace (*faces)[2], int dim, const PetscInt ijk[], PetscReal dt, PetscReal v[],
                   const PetscReal a[], PetscReal at[])
 {
-  MPMFace before[3][2], gradient[3][2], residual[3][2];
+  MPMWalls w;
 
-  MPMWallsDerive(faces, before, gradient, residual);
-  MPMWallsApply((const MPMFace(*)[2])before, dim, ijk, cells, v);
+  memcpy(w.given, faces, sizeof w.given);
+  MPMWallsDerive(&w);
+  MPMWallsApply((const MPMFace(*)[2])w.before, Grid(dim), ijk, dt, v);
   for (int d = 0; d < dim; d++) at[d] = v[d] + dt * a[d];
 }
 
@@ -181,7 +220,7 @@ static void AdvanceOneFace(int dim, int axis, int side, MPMWall wall, const Pets
   Trial((const MPMFace(*)[2])faces, dim, ijk, dt, v, a, at);
   memcpy(old, v, sizeof v);
   memcpy(trial, at, sizeof at);
-  met = MPMWallsAdvance((const MPMFace(*)[2])faces, dim, ijk, cells, dt, v, at, a);
+  met = MPMWallsAdvance((const MPMFace(*)[2])faces, Grid(dim), ijk, dt, v, at, a);
   UnitContext("advance at %s on axis %d side %d of %d-D, node %d %d %d", names[wall], axis, side, dim, (int)ijk[0],
               (int)ijk[1], (int)ijk[2]);
   CHECK_SAME(v, old, sizeof v);
@@ -254,7 +293,7 @@ static void AdvanceCorners(int dim, const PetscInt ijk[])
         if (wall == MPM_WALL_friction) friction += faces[d][side].mu * PetscMax(0, (side ? 1 : -1) * dt * force[d]);
       }
     }
-  met = MPMWallsAdvance((const MPMFace(*)[2])faces, dim, ijk, cells, dt, v, at, a);
+  met = MPMWallsAdvance((const MPMFace(*)[2])faces, Grid(dim), ijk, dt, v, at, a);
   UnitContext("advance at a corner of %d-D, node %d %d %d", dim, (int)ijk[0], (int)ijk[1], (int)ijk[2]);
   CHECK_EQ(met, expected);
   for (int d = 0; d < dim; d++) {
@@ -283,7 +322,7 @@ static void AdvanceMoving(int dim, int mover, int pusher, MPMWall wall)
   faces[pusher][0] = Face(wall);
   for (int d = 0; d < 3; d++) at[d] = a[d] = UnitReal(-4, 4);
   Trial((const MPMFace(*)[2])faces, dim, at_lower, dt, v, a, at);
-  met = MPMWallsAdvance((const MPMFace(*)[2])faces, dim, at_lower, cells, dt, v, at, a);
+  met = MPMWallsAdvance((const MPMFace(*)[2])faces, Grid(dim), at_lower, dt, v, at, a);
   UnitContext("advance at a moving wall on axis %d and %s on axis %d of %d-D, velocity %g", mover, names[wall], pusher,
               dim, faces[mover][0].velocity[pusher]);
   for (int d = 0; d < dim; d++) {
@@ -314,8 +353,8 @@ static void AdvanceMirror(int dim, int axis, MPMWall wall)
   high[axis] = cells[axis];
   Trial((const MPMFace(*)[2])lower, dim, low, dt, v, a, at);
   Trial((const MPMFace(*)[2])upper, dim, high, dt, w, b, bt);
-  one = MPMWallsAdvance((const MPMFace(*)[2])lower, dim, low, cells, dt, v, at, a);
-  two = MPMWallsAdvance((const MPMFace(*)[2])upper, dim, high, cells, dt, w, bt, b);
+  one = MPMWallsAdvance((const MPMFace(*)[2])lower, Grid(dim), low, dt, v, at, a);
+  two = MPMWallsAdvance((const MPMFace(*)[2])upper, Grid(dim), high, dt, w, bt, b);
   UnitContext("advance at %s on axis %d of %d-D, mirrored", names[wall], axis, dim);
   CHECK_EQ(one, two);
   for (int d = 0; d < 3; d++) {
@@ -330,35 +369,40 @@ static void AdvanceMirror(int dim, int axis, MPMWall wall)
 static void Derived(void)
 {
   for (int wall = 0; wall < MPM_NUM_WALLS; wall++) {
-    MPMFace faces[3][2], before[3][2], gradient[3][2], residual[3][2], kept[3][2];
+    MPMWalls w;
+    MPMFace  kept[3][2];
 
-    for (int k = 0; k < 6; k++) faces[k / 2][k % 2] = Face((MPMWall)((wall + k) % MPM_NUM_WALLS));
-    memcpy(kept, faces, sizeof faces);
-    MPMWallsDerive((const MPMFace(*)[2])faces, before, gradient, residual);
-    CHECK_SAME(kept, faces, sizeof faces);
+    memset(&w, 0, sizeof w);
     for (int k = 0; k < 6; k++) {
-      const MPMFace *of[3] = {&before[k / 2][k % 2], &gradient[k / 2][k % 2], &residual[k / 2][k % 2]},
-                    *f     = &faces[k / 2][k % 2];
+      w.given[k / 2][k % 2]       = Face((MPMWall)((wall + k) % MPM_NUM_WALLS));
+      w.given[k / 2][k % 2].reach = k % 3;
+    }
+    memcpy(kept, w.given, sizeof kept);
+    MPMWallsDerive(&w);
+    CHECK_SAME(kept, w.given, sizeof kept);
+    for (int k = 0; k < 6; k++) {
+      const MPMFace *of[3] = {&w.before[k / 2][k % 2], &w.gradient[k / 2][k % 2], &w.residual[k / 2][k % 2]},
+                    *f     = &w.given[k / 2][k % 2];
       const MPMWall type   = f->type;
 
       UnitContext("walls derived from %s", names[type]);
       for (int i = 0; i < 3; i++)
         CHECK(of[i]->mu == f->mu && of[i]->velocity[0] == f->velocity[0] && of[i]->velocity[1] == f->velocity[1] &&
-              of[i]->velocity[2] == f->velocity[2]);
+              of[i]->velocity[2] == f->velocity[2] && of[i]->reach == f->reach);
       CHECK_EQ(of[0]->type, Pushes(type) ? MPM_WALL_free : type);
       CHECK_EQ(of[1]->type, type == MPM_WALL_friction ? MPM_WALL_separate : type);
       CHECK_EQ(of[2]->type, Pushes(type) ? MPM_WALL_free : type == MPM_WALL_moving ? MPM_WALL_fixed : type);
       for (int round = 0; round < 10; round++) {
-        const PetscInt  far[3] = {200, 200, 200};
+        const MPMGrid   far  = {.dim = 3, .cells = {200, 200, 200}, .h = {1, 1, 1}};
         const PetscReal r[3] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, into = (k % 2 ? 1 : -1) * r[k / 2];
         PetscInt        at[3] = {100, 100, 100};
         PetscReal       v[3][3];
 
         for (int i = 0; i < 3; i++) memcpy(v[i], r, sizeof r);
         at[k / 2] = k % 2 ? 200 : 0;
-        MPMWallsApply((const MPMFace(*)[2])before, 3, at, far, v[0]);
-        MPMWallsApply((const MPMFace(*)[2])gradient, 3, at, far, v[1]);
-        MPMWallsApply((const MPMFace(*)[2])residual, 3, at, far, v[2]);
+        MPMWallsApply((const MPMFace(*)[2])w.before, &far, at, 0.5, v[0]);
+        MPMWallsApply((const MPMFace(*)[2])w.gradient, &far, at, 0.5, v[1]);
+        MPMWallsApply((const MPMFace(*)[2])w.residual, &far, at, 0.5, v[2]);
         for (int d = 0; d < 3; d++) {
           const PetscReal held = type == MPM_WALL_fixed || (type == MPM_WALL_slip && d == k / 2) ? 0
                                  : type == MPM_WALL_moving                                       ? f->velocity[d]
@@ -391,6 +435,9 @@ int main(void)
           for (int round = 0; round < 20; round++) Corners(dim, ijk);
           for (int round = 0; round < 20; round++) AdvanceCorners(dim, ijk);
         }
+  for (int round = 0; round < 50; round++)
+    for (int dim = 1; dim <= 3; dim++)
+      for (int k = 0; k < 2 * dim; k++) Reach(dim, k / 2, k % 2);
   for (int round = 0; round < 500; round++)
     for (int dim = 1; dim <= 3; dim++)
       for (int wall = 0; wall < MPM_NUM_WALLS; wall++) {

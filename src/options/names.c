@@ -142,7 +142,7 @@ static PetscBool FromAlias(MPMOptions o, const char given[], char nearest[MPM_FU
     if (!whole && !EndsWith(given, aliases[k][0])) continue;
     (void)snprintf(nearest, MPM_FULL_LEN, "%.*s%s", (int)keep, given, aliases[k][1]);
     row = Find(o, nearest);
-    if (row && row->type != MPM_LATER) return PETSC_TRUE;
+    if (row && row->type != MPM_LATER && row->type != MPM_MOVED) return PETSC_TRUE;
   }
   return PETSC_FALSE;
 }
@@ -160,7 +160,7 @@ static void Nearest(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN]
     char           word[MPM_FULL_LEN];
     const PetscInt n = row->name ? Words(o, row, &words) : 0;
 
-    if (!row->name || row->type == MPM_LATER) continue;
+    if (!row->name || row->type == MPM_LATER || row->type == MPM_MOVED) continue;
     if (!strchr(row->name, '<')) Consider(given, row->name, &best, nearest);
     for (PetscInt k = 0; k < n; k++) {
       MPMOptionsFullName(row->name, words[k], word);
@@ -200,6 +200,30 @@ static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NA
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
+}
+
+/* What is refused before the name `given` of a material, body, face or load: a value of its model, shape or type that is
+   none, for which the name may have been meant. */
+static PetscErrorCode CheckChoices(MPMOptions o, const char given[])
+{
+  PetscFunctionBeginUser;
+  for (size_t r = 0; r < o->table->n; r++) {
+    const MPMOptionRow *row = &o->table->row[r];
+    const char(*words)[MPM_NAME_LEN];
+    const PetscInt n = row->name && row->type == MPM_ENUM ? Words(o, row, &words) : 0;
+
+    for (PetscInt k = 0; k < n; k++) {
+      char         full[MPM_FULL_LEN], dashed[MPM_FULL_LEN + 1], ignored[MPM_NAME_LEN];
+      const size_t head = strcspn(row->name, "<") + strlen(words[k]) + 1; /* body_disk1_ of body_<b>_shape */
+      PetscBool    set;
+
+      MPMOptionsFullName(row->name, words[k], full);
+      (void)snprintf(dashed, sizeof dashed, "-%s", full);
+      PetscCall(PetscOptionsHasName(NULL, NULL, dashed, &set));
+      if (set && !strncasecmp(full, given, head)) PetscCall(MPMOptionsEnum(o, row->name, words[k], ignored, NULL));
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Refuses a name that is not in the vocabulary. */
@@ -271,10 +295,13 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
     if (fault[0] && (!strncasecmp(names[k], "material_", 9) || !strncasecmp(names[k], "body_", 5) ||
                      !strncasecmp(names[k], "load_", 5) || !strncasecmp(names[k], "bc_", 3)))
       continue;
-    if (!row)
+    if (!row) {
+      PetscCall(CheckChoices(o, names[k]));
       Refuse(o, names[k]);
-    else if (row->type == MPM_LATER)
+    } else if (row->type == MPM_LATER)
       MPMOptionsFail(o, "-%.*s is not built yet (%s)", MPM_FULL_LEN, names[k], row->help);
+    else if (row->type == MPM_MOVED)
+      MPMOptionsFail(o, "-%.*s is no option: %s", MPM_FULL_LEN, names[k], row->help);
   }
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
   if (fault[0] && !o->error[0]) PetscCall(PetscStrncpy(o->error, fault, sizeof o->error));

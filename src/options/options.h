@@ -18,7 +18,8 @@ typedef enum {
   MPM_REALS,
   MPM_INTS,
   MPM_NAMES,
-  MPM_LATER
+  MPM_LATER,
+  MPM_MOVED
 } MPMOptionType;
 
 /* A row of the vocabulary. A group has no name; its help is its title. */
@@ -42,8 +43,9 @@ PetscErrorCode MPMOptionsShare(MPMOptions, MPI_Comm); /* a fault that any proces
 PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*materials)[MPM_NAME_LEN], PetscInt nb,
                                  char (*bodies)[MPM_NAME_LEN], PetscInt nl, char (*loads)[MPM_NAME_LEN]);
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
-PetscErrorCode MPMOptionsFinish(MPMOptions); /* options that were given but that this scene never asked for */
-PetscErrorCode MPMOptionsText(char **text);  /* the option set as given; caller frees */
+PetscErrorCode MPMOptionsFinish(MPMOptions);       /* options that were given but that this scene never asked for */
+PetscErrorCode MPMOptionsText(char **text);        /* the option set as given; caller frees */
+PetscBool      MPMOptionsAreIn(const char path[]); /* is it one of the options files of this run? */
 
 /* Readers: `row` is a name of the vocabulary, `name` the material, body or face that it is for (or NULL). set may be
    NULL. A value that is not given is the default of the table if that is a value; else it stays as the caller has

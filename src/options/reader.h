@@ -1,4 +1,4 @@
-/* reader.h - what the files of the reader share: options.c and names.c. */
+/* reader.h - what the files of the reader share. */
 #ifndef MPM_READER_H
 #define MPM_READER_H
 
@@ -16,5 +16,11 @@ struct _MPMOptions {
 };
 
 void MPMOptionsFullName(const char row[], const char name[], char full[MPM_FULL_LEN]);
+
+/* Before PETSc starts (files.c). Is a word an option, as PETSc sees it? -1 and -inf are values. What is wrong with an
+   options file, which stands in `nesting` others, goes to error. The YAML file that PETSc reads last, or NULL. */
+PetscBool          MPMOptionsIsOption(const char word[]);
+void               MPMOptionsCheckFile(const char name[], int nesting, char error[], size_t len);
+extern const char *MPMOptionsYaml;
 
 #endif

@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 #include "output/hdf5.h"
 #include "output/output.h"
+#include "parallel/exchange.h"
 #include "step/step.h"
 
 /* Makes the folder and those above it; returns 0 or errno. */
@@ -97,21 +98,24 @@ PetscErrorCode MPMOutputSetFromOptions(MPMOutput *out, const MPMScene *scene, Pe
 /* Makes the folder of the results, once nothing else can be refused. Every process tries. */
 PetscErrorCode MPMOutputMakeFolder(MPMOutput *out, const MPMScene *scene, MPMOptions o)
 {
+  static const char *const ends[] = {".csv", "_study.csv", ".h5", ".xdmf"};
+  const int                fault  = scene->dry_run ? 0 : MakeFolder(out->dir);
+
   PetscFunctionBeginUser;
-  if (!scene->dry_run) {
-    const int fault = MakeFolder(out->dir);
+  if (fault) MPMOptionsFail(o, "-output_dir %s: %s", out->dir, strerror(fault));
+  for (int k = 0; k < (out->enabled ? 4 : 2); k++) {
+    char        path[2 * MPM_TEXT_LEN];
+    struct stat s;
 
-    if (fault) MPMOptionsFail(o, "-output_dir %s: %s", out->dir, strerror(fault));
-    for (int k = 0; k < 3 && !fault; k++) {
-      static const char *const ends[] = {"csv", "h5", "xdmf"};
-      char                     path[2 * MPM_TEXT_LEN];
-      struct stat              s;
-
-      (void)snprintf(path, sizeof path, "%s/%s.%s", out->dir, scene->name, ends[k]);
-      if (stat(path, &s)) continue;
-      if (!S_ISREG(s.st_mode)) MPMOptionsFail(o, "-output_name: %s is there and is not a file", path);
-      if (!k || out->enabled) out->replaced = PETSC_TRUE;
-    }
+    (void)snprintf(path, sizeof path, "%s/%s%s", out->dir, scene->name, ends[k]);
+    if (MPMOptionsAreIn(path))
+      MPMOptionsFail(o,
+                     "-output_name: the results would overwrite the options file %s; give another name or folder "
+                     "(-output_dir)",
+                     path);
+    if (scene->dry_run || stat(path, &s)) continue;
+    if (!S_ISREG(s.st_mode)) MPMOptionsFail(o, "-output_name: %s is there and is not a file", path);
+    if (k != 1) out->replaced = PETSC_TRUE;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -182,13 +186,12 @@ static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMSce
 /* Mass and velocity of the nodes between the walls, for the state as it is. */
 static PetscErrorCode WriteGrid(MPMCore *core, hid_t group)
 {
-  const MPMGrid   *grid  = &core->grid;
-  const MPMPatch  *patch = &core->exchange.patch;
-  const PetscInt   dim   = grid->dim;
-  PetscInt         lo[3], n[3], at = 0;
-  hsize_t          size[4], offset[4], count[4];
-  PetscReal       *mass, *velocity;
-  const PetscReal *vel;
+  const MPMGrid  *grid  = &core->grid;
+  const MPMPatch *patch = &core->exchange.patch;
+  const PetscInt  dim   = grid->dim;
+  PetscInt        lo[3], n[3], at = 0;
+  hsize_t         size[4], offset[4], count[4];
+  PetscReal      *mass, *velocity;
 
   PetscFunctionBeginUser;
   PetscCall(MPMStepNodes(core));
@@ -205,7 +208,7 @@ static PetscErrorCode WriteGrid(MPMCore *core, hid_t group)
   size[3] = count[3] = 3;
   offset[3]          = 0;
   PetscCall(PetscCalloc2(n[0] * n[1] * n[2], &mass, 3 * n[0] * n[1] * n[2], &velocity));
-  PetscCall(VecGetArrayRead(core->exchange.motion, &vel));
+  PetscCall(MPMExchangeOpenNodes(core));
   for (PetscInt k = lo[2]; k < lo[2] + n[2]; k++)
     for (PetscInt j = lo[1]; j < lo[1] + n[1]; j++)
       for (PetscInt i = lo[0]; i < lo[0] + n[0]; i++, at++) {
@@ -214,9 +217,9 @@ static PetscErrorCode WriteGrid(MPMCore *core, hid_t group)
 
         if (i - patch->lo[0] < patch->span[row].first || i - patch->lo[0] >= patch->span[row].last) continue;
         mass[at] = patch->node[node].m;
-        for (PetscInt d = 0; d < dim; d++) velocity[3 * at + d] = vel[node * MPM_MOTION_NC(dim) + d];
+        for (PetscInt d = 0; d < dim; d++) velocity[3 * at + d] = patch->motion[node * MPM_MOTION_NC(dim) + d];
       }
-  PetscCall(VecRestoreArrayRead(core->exchange.motion, &vel));
+  PetscCall(MPMExchangeCloseNodes(core));
   PetscCall(MPMHDF5Dataset(group, "mass", "kg", "", PETSC_FALSE, 3, size, offset, count, mass));
   PetscCall(MPMHDF5Dataset(group, "v", "m/s", "x y z", PETSC_FALSE, 4, size, offset, count, velocity));
   PetscCall(PetscFree2(mass, velocity));

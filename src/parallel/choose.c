@@ -2,12 +2,12 @@
 #include "kernels/tile_index.h"
 #include "parallel/exchange.h"
 
-#define MPM_EXCHANGE(name) extern const MPMExchangeType MPMExchange_##name;
+#define MPM_EXCHANGE(name, chosen) extern const MPMExchangeType MPMExchange_##name;
 #include "parallel/exchange.def"
 #undef MPM_EXCHANGE
 
 const MPMExchangeType *const MPMExchangeTypes[] = {
-#define MPM_EXCHANGE(name) &MPMExchange_##name,
+#define MPM_EXCHANGE(name, chosen) &MPMExchange_##name,
 #include "parallel/exchange.def"
 #undef MPM_EXCHANGE
     NULL};

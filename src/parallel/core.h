@@ -52,8 +52,10 @@ typedef struct {
   const MPMExchangeType *type;
   MPI_Comm               data; /* the processes that hold particles and grid; all DMs and files live on it */
   MPMPatch               patch;
-  DM                     da;
+  DM                     da;         /* the nodes of the grid, with their motion */
+  DM                     sums;       /* the same nodes, with their sums */
   Vec                    motion;     /* local vector behind patch.motion */
+  Vec                    node_sums;  /* and that behind patch.node */
   MPMBalance             balance;    /* -parallel_balance */
   PetscBool              direct;     /* -parallel_migrate direct */
   PetscBool              roundoff;   /* -parallel_sums roundoff */

@@ -1,6 +1,55 @@
 /* exchange.c - what the ways to run a step share: a phase on the patch here. */
 #include "parallel/exchange.h"
 
+PetscErrorCode MPMExchangeCreateGrid(MPMCore *core, const PetscInt parts[3], PetscInt *const widths[3])
+{
+  MPMExchange *ex = &core->exchange;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMGridCreateDM(&core->grid, ex->data, MPMBasisNodes(core->basis) - 1, parts, widths, &ex->da));
+  PetscCall(MPMGridCreateSumsDM(ex->da, &ex->sums));
+  PetscCall(MPMPatchSetBox(&ex->patch, &core->grid, core->basis, ex->da));
+  PetscCall(MPMGridCreateVectors(&ex->patch, ex->da, ex->sums, &ex->motion, &ex->node_sums));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMExchangeDestroyGrid(MPMCore *core)
+{
+  MPMExchange *ex = &core->exchange;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecDestroy(&ex->node_sums));
+  PetscCall(VecDestroy(&ex->motion));
+  PetscCall(MPMPatchDestroy(&ex->patch));
+  PetscCall(DMDestroy(&ex->sums));
+  PetscCall(DMDestroy(&ex->da));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMExchangeOpenNodes(MPMCore *core)
+{
+  MPMPatch    *patch = &core->exchange.patch;
+  PetscScalar *sums;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArray(core->exchange.motion, &patch->motion));
+  PetscCall(VecGetArray(core->exchange.node_sums, &sums));
+  patch->node = (MPMNode *)sums;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMExchangeCloseNodes(MPMCore *core)
+{
+  MPMPatch    *patch = &core->exchange.patch;
+  PetscScalar *sums  = (PetscScalar *)patch->node;
+
+  PetscFunctionBeginUser;
+  patch->node = NULL;
+  PetscCall(VecRestoreArray(core->exchange.node_sums, &sums));
+  PetscCall(VecRestoreArray(core->exchange.motion, &patch->motion));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMExchangeOpen(MPMCore *core, const MPMPhase *phase)
 {
   MPMPatch *patch = &core->exchange.patch;
@@ -9,7 +58,7 @@ PetscErrorCode MPMExchangeOpen(MPMCore *core, const MPMPhase *phase)
   PetscCall(MPMParticlesGetView(&core->particles, phase->particles_in | phase->particles_out, &patch->particles));
   patch->order  = core->particles.order;
   patch->movers = core->particles.movers;
-  PetscCall(VecGetArray(core->exchange.motion, &patch->motion));
+  PetscCall(MPMExchangeOpenNodes(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -18,7 +67,7 @@ PetscErrorCode MPMExchangeClose(MPMCore *core, const MPMPhase *phase)
   MPMPatch *patch = &core->exchange.patch;
 
   PetscFunctionBeginUser;
-  PetscCall(VecRestoreArray(core->exchange.motion, &patch->motion));
+  PetscCall(MPMExchangeCloseNodes(core));
   PetscCall(MPMParticlesRestoreView(&core->particles, phase->particles_in | phase->particles_out, &patch->particles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -11,7 +11,17 @@ extern const MPMExchangeType        MPMExchange_serial, MPMExchange_spatial; /* 
 /* Chooses how the step is run. Collective on core->comm. */
 PetscErrorCode MPMExchangeSetFromOptions(MPMCore *, MPMOptions);
 
-/* Shows the patch the fields that the phase declares, and the motion of nodes; and takes them back. Not collective. */
+/* The DMs of the grid, cut into parts[axis] boxes of widths[axis][part] nodes (NULL: one process has it all), and on
+   this process's box the patch and the vectors behind its nodes; and their end. Collective on exchange.data. */
+PetscErrorCode MPMExchangeCreateGrid(MPMCore *, const PetscInt parts[3], PetscInt *const widths[3]);
+PetscErrorCode MPMExchangeDestroyGrid(MPMCore *);
+
+/* Shows the patch the sums and the motion of its nodes, which are those of the vectors; and takes them back. Not
+   collective. */
+PetscErrorCode MPMExchangeOpenNodes(MPMCore *);
+PetscErrorCode MPMExchangeCloseNodes(MPMCore *);
+
+/* The same, and the fields of particles that the phase declares. Not collective. */
 PetscErrorCode MPMExchangeOpen(MPMCore *, const MPMPhase *);
 PetscErrorCode MPMExchangeClose(MPMCore *, const MPMPhase *);
 

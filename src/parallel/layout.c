@@ -76,59 +76,71 @@ static PetscErrorCode FindNeighbours(MPMCore *core, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* First node and number of nodes of the box of process c on axis d, ghosts included, as DMDA lays it out. */
-static void GhostRange(MPMCore *core, const MPMSpatial *s, PetscInt d, PetscInt c, PetscInt *lo, PetscInt *n)
+/* The same graph with nodes for units where `from` numbers the unknowns of a node, `unit` each. */
+static PetscErrorCode NumberNodes(PetscInt unit, PetscSF from, PetscSF *sf)
 {
-  const MPMGrid *g     = &core->grid;
-  const PetscInt reach = d < g->dim ? MPMBasisNodes(core->basis) - 1 : 0, first = -g->layers[d],
-                 last = first + g->nodes[d];
-  const PetscInt end  = s->first[d][c] + core->exchange.partition.l[d][c];
-
-  *lo = g->periodic[d] ? s->first[d][c] - reach : PetscMax(first, s->first[d][c] - reach);
-  *n  = (g->periodic[d] ? end + reach : PetscMin(last, end + reach)) - *lo;
-}
-
-/* The ghost update of node values: a broadcast from the owners to the nodes above a patch, which alone its particles
-   read. DMLocalToLocal would do the same and copy every own node onto itself: 3 % of a step. */
-static PetscErrorCode CreateGhosts(MPMCore *core, MPMSpatial *s)
-{
-  const MPMPatch *patch = &core->exchange.patch;
-  PetscInt        n     = 0, *leaf;
-  PetscSFNode    *root;
+  PetscInt           nroots, nleaves, *leaf;
+  const PetscInt    *ilocal;
+  const PetscSFNode *iremote;
+  PetscSFNode       *root;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(MPMPatchNodes(patch), &leaf));
-  PetscCall(PetscMalloc1(MPMPatchNodes(patch), &root));
-  for (PetscInt i = 0; i < MPMPatchNodes(patch); i++) {
-    const PetscInt ijk[3] = {i % patch->n[0] + patch->lo[0], i / patch->n[0] % patch->n[1] + patch->lo[1],
-                             i / (patch->n[0] * patch->n[1]) + patch->lo[2]};
-    PetscInt       at[3], node = 0;
-    PetscBool      above = PETSC_FALSE, below = PETSC_FALSE;
-
-    for (PetscInt d = 0; d < 3; d++) {
-      if (ijk[d] < patch->own_lo[d]) below = PETSC_TRUE;
-      if (ijk[d] >= patch->own_lo[d] + patch->own_n[d]) above = PETSC_TRUE;
-      at[d] = core->grid.periodic[d] && ijk[d] >= core->grid.nodes[d] ? ijk[d] - core->grid.nodes[d] : ijk[d];
-    }
-    if (below || !above) continue;
-    root[n].rank = MPMSpatialOwner(s, &core->grid, at, NULL);
-    for (PetscInt d = 2; d >= 0; d--) {
-      PetscInt c = root[n].rank, lo, len;
-
-      for (PetscInt e = 0; e < d; e++) c /= s->p[e];
-      GhostRange(core, s, d, c % s->p[d], &lo, &len);
-      node = node * len + at[d] - lo;
-    }
-    root[n].index = node;
-    leaf[n++]     = i;
+  PetscCall(PetscSFGetGraph(from, &nroots, &nleaves, &ilocal, &iremote));
+  PetscCall(PetscMalloc1(nleaves, &leaf));
+  PetscCall(PetscMalloc1(nleaves, &root));
+  for (PetscInt q = 0; q < nleaves; q++) {
+    leaf[q]       = (ilocal ? ilocal[q] : q) / unit;
+    root[q].rank  = iremote[q].rank;
+    root[q].index = iremote[q].index / unit;
   }
-  PetscCall(PetscSFCreate(s->comm, &s->ghosts));
-  PetscCall(PetscSFSetGraph(s->ghosts, MPMPatchNodes(patch), n, leaf, PETSC_OWN_POINTER, root, PETSC_OWN_POINTER));
-  PetscCall(PetscSFSetUp(s->ghosts));
+  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)from), sf));
+  PetscCall(
+      PetscSFSetGraph(*sf, (nroots + unit - 1) / unit, nleaves, leaf, PETSC_OWN_POINTER, root, PETSC_OWN_POINTER));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* DMDA, patch, neighbours and ghost update for the partition that is set. Collective. */
+/* The ghost update of node values: the DMDA's scatter from the global vector to local ones, restricted to the nodes
+   above a patch, which alone its particles read; and where it would read the global vector, it reads the owner's local
+   one, by that part of the scatter that is about own nodes, turned round. DMLocalToLocal would do the same and copy
+   every own node onto itself: 3 % of a step. */
+static PetscErrorCode CreateGhosts(MPMCore *core, MPMSpatial *s)
+{
+  const MPMPatch *patch = &core->exchange.patch;
+  VecScatter      scatter;
+  PetscSF         own, above, global, update;
+  PetscInt        nroots, nleaves, nown = 0, nabove = 0, unit, *list[2];
+  const PetscInt *ilocal;
+
+  PetscFunctionBeginUser;
+  PetscCall(DMDAGetScatter(core->exchange.da, &scatter, NULL));
+  PetscCall(PetscSFGetGraph(scatter, &nroots, &nleaves, &ilocal, NULL));
+  unit = nroots / (patch->own_n[0] * patch->own_n[1] * patch->own_n[2]); /* 1: it numbers nodes; else unknowns */
+  PetscCall(PetscMalloc2(nleaves, &list[0], nleaves, &list[1]));
+  for (PetscInt q = 0; q < nleaves; q++) {
+    const PetscInt leaf = ilocal ? ilocal[q] : q;
+    const int      side = MPMPatchSide(patch, leaf / unit);
+
+    if (leaf % unit || side < 0) continue;
+    if (side)
+      list[1][nabove++] = q;
+    else
+      list[0][nown++] = q;
+  }
+  PetscCall(PetscSFCreateEmbeddedLeafSF(scatter, nown, list[0], &own));
+  PetscCall(PetscSFCreateEmbeddedLeafSF(scatter, nabove, list[1], &above));
+  PetscCall(PetscSFCreateInverseSF(own, &global)); /* from a local vector to the global one */
+  PetscCall(PetscSFCompose(global, above, &update));
+  PetscCall(NumberNodes(unit, update, &s->ghosts));
+  PetscCall(PetscSFSetUp(s->ghosts));
+  PetscCall(PetscSFDestroy(&update));
+  PetscCall(PetscSFDestroy(&global));
+  PetscCall(PetscSFDestroy(&above));
+  PetscCall(PetscSFDestroy(&own));
+  PetscCall(PetscFree2(list[0], list[1]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* DMs, patch, neighbours and ghost update for the partition that is set. Collective. */
 PetscErrorCode MPMSpatialLayout(MPMCore *core)
 {
   MPMExchange        *ex   = &core->exchange;
@@ -136,9 +148,7 @@ PetscErrorCode MPMSpatialLayout(MPMCore *core)
   const MPMPartition *part = &ex->partition;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMGridCreateDM(&core->grid, ex->data, MPMBasisNodes(core->basis) - 1, part->p, part->l, &ex->da));
-  PetscCall(DMCreateLocalVector(ex->da, &ex->motion));
-  PetscCall(MPMPatchSetBox(&ex->patch, &core->grid, core->basis, ex->da));
+  PetscCall(MPMExchangeCreateGrid(core, part->p, part->l));
   PetscCall(MPMTilesSetUp(&ex->patch, ex->roundoff));
   for (PetscInt d = 0; d < 3; d++) {
     s->p[d] = part->p[d];
@@ -148,21 +158,16 @@ PetscErrorCode MPMSpatialLayout(MPMCore *core)
   s->nto = s->nfrom = 0;
   PetscCall(FindNeighbours(core, s));
   PetscCall(CreateGhosts(core, s));
-  if (ex->roundoff) PetscCall(DMDACreateCompatibleDMDA(ex->da, MPM_NODE_NC, &s->sums));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Undoes it. */
 PetscErrorCode MPMSpatialTearDown(MPMCore *core)
 {
-  MPMExchange *ex = &core->exchange;
-  MPMSpatial  *s  = (MPMSpatial *)ex->ctx;
+  MPMSpatial *s = (MPMSpatial *)core->exchange.ctx;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMPatchDestroy(&ex->patch));
-  PetscCall(VecDestroy(&ex->motion));
-  PetscCall(DMDestroy(&ex->da));
-  PetscCall(DMDestroy(&s->sums));
+  PetscCall(MPMExchangeDestroyGrid(core));
   PetscCall(PetscSFDestroy(&s->ghosts));
   for (PetscInt d = 0; d < 3; d++) PetscCall(PetscFree(s->first[d]));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -8,9 +8,7 @@ static PetscErrorCode SetUp_Serial(MPMCore *core, const MPMHistogram *h)
   PetscFunctionBeginUser;
   (void)h;
   ex->data = PETSC_COMM_SELF;
-  PetscCall(MPMGridCreateDM(&core->grid, ex->data, MPMBasisNodes(core->basis) - 1, NULL, NULL, &ex->da));
-  PetscCall(DMCreateLocalVector(ex->da, &ex->motion));
-  PetscCall(MPMPatchSetBox(&ex->patch, &core->grid, core->basis, ex->da));
+  PetscCall(MPMExchangeCreateGrid(core, NULL, NULL));
   PetscCall(MPMTilesSetUp(&ex->patch, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -24,12 +22,10 @@ static PetscErrorCode Sweep_Serial(MPMCore *core, const MPMPhase *phase)
 
 static PetscErrorCode Nodes_Serial(MPMCore *core, const MPMPhase *phase)
 {
-  MPMExchange *ex = &core->exchange;
-
   PetscFunctionBeginUser;
-  PetscCall(VecGetArray(ex->motion, &ex->patch.motion));
-  PetscCall(MPMPatchRun(core, &ex->patch, phase, MPM_PASS_MAIN, &core->status));
-  PetscCall(VecRestoreArray(ex->motion, &ex->patch.motion));
+  PetscCall(MPMExchangeOpenNodes(core));
+  PetscCall(MPMPatchRun(core, &core->exchange.patch, phase, MPM_PASS_MAIN, &core->status));
+  PetscCall(MPMExchangeCloseNodes(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -58,12 +54,8 @@ static PetscErrorCode Settle_Serial(MPMCore *core, PetscBool anew)
 
 static PetscErrorCode Finish_Serial(MPMCore *core)
 {
-  MPMExchange *ex = &core->exchange;
-
   PetscFunctionBeginUser;
-  PetscCall(MPMPatchDestroy(&ex->patch));
-  PetscCall(VecDestroy(&ex->motion));
-  PetscCall(DMDestroy(&ex->da));
+  PetscCall(MPMExchangeDestroyGrid(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -47,45 +47,40 @@ static PetscErrorCode SetUp_Spatial(MPMCore *core, const MPMHistogram *h)
 /* --- The functions of the table ------------------------------------------------------------------------------------ */
 
 /* -parallel_sums roundoff: adds the partial sums of all processes. Their order depends on the number of processes. */
-static PetscErrorCode AddPartialSums(MPMCore *core, MPMSpatial *s)
+static PetscErrorCode AddPartialSums(MPMCore *core)
 {
-  MPMPatch *patch = &core->exchange.patch;
-  Vec       local, global;
+  MPMExchange *ex    = &core->exchange;
+  MPMPatch    *patch = &ex->patch;
+  Vec          global;
 
   PetscFunctionBeginUser;
-  PetscCall(DMGetLocalVector(s->sums, &local));
-  PetscCall(DMGetGlobalVector(s->sums, &global));
-  PetscCall(VecPlaceArray(local, (PetscReal *)patch->node));
+  PetscCall(DMGetGlobalVector(ex->sums, &global));
   PetscCall(VecZeroEntries(global));
-  PetscCall(DMLocalToGlobal(s->sums, local, ADD_VALUES, global));
-  PetscCall(DMGlobalToLocal(s->sums, global, INSERT_VALUES, local));
-  PetscCall(VecResetArray(local));
-  PetscCall(DMRestoreGlobalVector(s->sums, &global));
-  PetscCall(DMRestoreLocalVector(s->sums, &local));
-  for (PetscInt i = 0; i < MPMPatchNodes(patch);
-       i++) { /* ghost nodes start from 0 again, so that the next phase adds nothing twice */
-    const PetscInt ijk[3] = {i % patch->n[0] + patch->lo[0], i / patch->n[0] % patch->n[1] + patch->lo[1],
-                             i / (patch->n[0] * patch->n[1]) + patch->lo[2]};
-    PetscBool      own    = PETSC_TRUE;
-
-    for (PetscInt d = 0; d < 3; d++)
-      if (ijk[d] < patch->own_lo[d] || ijk[d] >= patch->own_lo[d] + patch->own_n[d]) own = PETSC_FALSE;
-    if (!own) PetscCall(PetscArrayzero(patch->node + i, 1));
-  }
+  PetscCall(DMLocalToGlobal(ex->sums, ex->node_sums, ADD_VALUES, global));
+  PetscCall(DMGlobalToLocal(ex->sums, global, INSERT_VALUES, ex->node_sums));
+  PetscCall(DMRestoreGlobalVector(ex->sums, &global));
+  PetscCall(MPMExchangeOpenNodes(core));
+  for (PetscInt i = 0; i < MPMPatchNodes(patch); i++) /* ghost nodes start from 0 again: nothing is added twice */
+    if (MPMPatchSide(patch, i)) PetscCall(PetscArrayzero(patch->node + i, 1));
+  PetscCall(MPMExchangeCloseNodes(core));
   MPMPatchVisitAll(patch); /* others' particles touch nodes here too */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Zeroes the parts' sums of all nodes: partial sums are those of own particles alone, at nodes that they do not touch
- *
- too. */
-static void ZeroSums(MPMPatch *patch, PetscInt parts)
+   too. */
+static PetscErrorCode ZeroSums(MPMCore *core, PetscInt parts)
 {
-  const PetscInt dim = patch->grid->dim;
+  const MPMPatch *patch = &core->exchange.patch;
+  const PetscInt  dim   = core->grid.dim;
 
+  PetscFunctionBeginUser;
+  PetscCall(MPMExchangeOpenNodes(core));
   for (PetscInt i = 0; i < MPMPatchNodes(patch); i++)
     for (PetscInt c = MPM_NODE_FIRST(dim, parts); c < MPM_NODE_LAST(dim, parts); c++)
       ((PetscReal *)(patch->node + i))[c] = 0;
+  PetscCall(MPMExchangeCloseNodes(core));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Lets the messages of sums get on while particles are summed: without a call of MPI now and then some ways to send, of
@@ -151,7 +146,7 @@ static PetscErrorCode Sweep_Spatial(MPMCore *core, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   if (phase->kind == MPM_PARTICLES_TO_NODES) {
-    if (core->exchange.roundoff) ZeroSums(&core->exchange.patch, phase->parts);
+    if (core->exchange.roundoff) PetscCall(ZeroSums(core, phase->parts));
     PetscCall(MPMExchangeRun(core, phase, MPM_PASS_EARLY));
     if (!core->exchange.roundoff) PetscCall(ExchangeTiles(core, s, phase));
     MPMTilesWrap(&core->exchange.patch);
@@ -163,7 +158,7 @@ static PetscErrorCode Sweep_Spatial(MPMCore *core, const MPMPhase *phase)
     PetscCallMPI(s->fault);
     PetscCallMPI(MPI_Waitall(s->nto, s->request + s->nfrom, MPI_STATUSES_IGNORE));
   }
-  if (phase->kind == MPM_PARTICLES_TO_NODES && core->exchange.roundoff) PetscCall(AddPartialSums(core, s));
+  if (phase->kind == MPM_PARTICLES_TO_NODES && core->exchange.roundoff) PetscCall(AddPartialSums(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -173,11 +168,11 @@ static PetscErrorCode Nodes_Spatial(MPMCore *core, const MPMPhase *phase)
   MPMSpatial  *s  = (MPMSpatial *)ex->ctx;
 
   PetscFunctionBeginUser;
-  PetscCall(VecGetArray(ex->motion, &ex->patch.motion));
+  PetscCall(MPMExchangeOpenNodes(core));
   PetscCall(MPMPatchRun(core, &ex->patch, phase, MPM_PASS_MAIN, &core->status));
   PetscCall(PetscSFBcastBegin(s->ghosts, s->motion_type, ex->patch.motion, ex->patch.motion, MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(s->ghosts, s->motion_type, ex->patch.motion, ex->patch.motion, MPI_REPLACE));
-  PetscCall(VecRestoreArray(ex->motion, &ex->patch.motion));
+  PetscCall(MPMExchangeCloseNodes(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -38,7 +38,6 @@ typedef struct {
   int (*hops)[3];                 /* and how many boxes that is away on each axis */
   PetscInt64 ids;                 /* fingerprint of the particles here */
   PetscBool  ranked;              /* DMSwarm's rank field holds the owners */
-  DM         sums;                /* of -parallel_sums roundoff */
   PetscReal  lost;                /* s lost to imbalance since the cuts were last looked at, by the model */
 } MPMSpatial;
 

@@ -5,13 +5,16 @@
 #include <petscdmda.h>
 #include "kernels/transfer.h"
 
-/* The DMDA of the grid's nodes. */
+/* The DMDAs of the grid's nodes, and the local vectors behind the nodes of a patch (dmda.c). */
 PetscErrorCode MPMGridCreateDM(const MPMGrid *, MPI_Comm, PetscInt stencil, const PetscInt parts[3],
                                PetscInt *const widths[3], DM *);
+PetscErrorCode MPMGridCreateSumsDM(DM, DM *sums);
+PetscErrorCode MPMGridCreateVectors(const MPMPatch *, DM, DM sums, Vec *motion, Vec *node_sums);
 
 PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da);
 PetscErrorCode MPMPatchDestroy(MPMPatch *);
 PetscInt       MPMPatchNodes(const MPMPatch *);
+int            MPMPatchSide(const MPMPatch *, PetscInt node);
 PetscReal      MPMPatchTouchedNodes(const MPMPatch *);
 void           MPMPatchVisitAll(MPMPatch *);
 

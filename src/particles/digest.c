@@ -81,8 +81,8 @@ static PetscErrorCode DescribeLoss(MPMParticles *particles, MPI_Comm comm, char 
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &holder, 1, MPI_INT, MPI_MAX, comm));
     PetscCallMPI(MPI_Bcast(x, 3, MPIU_REAL, holder, comm));
     (void)snprintf(what + at, len - at,
-                   "%spoint %" PetscInt64_FMT " is there more than once, on process %d at (%g, %g, %g)", at ? "; " : "",
-                   doubled, holder, (double)x[0], (double)x[1], (double)x[2]);
+                   "%sparticle %" PetscInt64_FMT " is there more than once, on process %d at (%g, %g, %g)",
+                   at ? "; " : "", doubled, holder, (double)x[0], (double)x[1], (double)x[2]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,8 +1,40 @@
-/* dmda.c - the background grid as PETSc sees it: a DMDA of nodes, in 1, 2 or 3 dimensions. */
+/* dmda.c - the background grid as PETSc sees it, in 1, 2 or 3 dimensions: a DMDA of the nodes whose unknowns are their
+   motion, and a compatible one whose unknowns are their sums. */
 #include "particles/box.h"
 
-/* The DMDA of the grid's nodes, layers beyond the walls included, with the velocity record as its unknowns. DMDA's
-   node 0 is node -layers of the grid. Collective on comm.
+/* Names one unknown for each axis: <what>_x, <what>_y, ... */
+static PetscErrorCode NameUnknowns(DM da, PetscInt first, PetscInt axes, const char what[])
+{
+  char name[MPM_NAME_LEN];
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < axes; d++) {
+    (void)snprintf(name, sizeof name, "%s_%c", what, "xyz"[d]);
+    PetscCall(DMDASetFieldName(da, first + d, name));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* -dm_view: the names of the unknowns. PETSc prints the rest of a DMDA when it is set up, but not these. */
+static PetscErrorCode PrintUnknowns(DM da)
+{
+  const char *const *name;
+  const char        *grid;
+  PetscBool          asked;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-dm_view", &asked));
+  if (!asked) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectGetName((PetscObject)da, &grid));
+  PetscCall(DMDAGetFieldNames(da, &name));
+  PetscCall(PetscPrintf(PetscObjectComm((PetscObject)da), "Unknowns of a node of %s:", grid));
+  for (; *name; name++) PetscCall(PetscPrintf(PetscObjectComm((PetscObject)da), " %s", *name));
+  PetscCall(PetscPrintf(PetscObjectComm((PetscObject)da), "\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The DMDA "grid" of the grid's nodes, layers beyond the walls included, with the numbers of their motion as its
+   unknowns. DMDA's node 0 is node -layers of the grid. Collective on comm.
      stencil   [in]  layers of ghost nodes around a process's box
      parts     [in]  boxes on each axis, and widths[axis][part] in nodes; NULL: comm has one process */
 PetscErrorCode MPMGridCreateDM(const MPMGrid *grid, MPI_Comm comm, PetscInt stencil, const PetscInt parts[3],
@@ -26,6 +58,40 @@ PetscErrorCode MPMGridCreateDM(const MPMGrid *grid, MPI_Comm comm, PetscInt sten
     PetscCall(DMDACreate3d(comm, bc[0], bc[1], bc[2], DMDA_STENCIL_BOX, n[0], n[1], n[2], p[0], p[1], p[2], nc, stencil,
                            lx, ly, lz, da));
   }
+  PetscCall(PetscObjectSetName((PetscObject)*da, "grid"));
+  PetscCall(DMSetFromOptions(*da));
   PetscCall(DMSetUp(*da));
+  PetscCall(NameUnknowns(*da, 0, grid->dim, "velocity"));
+  PetscCall(NameUnknowns(*da, grid->dim, grid->dim, "acceleration"));
+  PetscCall(PrintUnknowns(*da));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The DMDA "sums" of the same nodes, on the same processes, whose unknowns are the numbers of MPMNode. Collective. */
+PetscErrorCode MPMGridCreateSumsDM(DM da, DM *sums)
+{
+  PetscFunctionBeginUser;
+  PetscCall(DMDACreateCompatibleDMDA(da, MPM_NODE_NC, sums));
+  PetscCall(PetscObjectSetName((PetscObject)*sums, "sums"));
+  PetscCall(DMDASetFieldName(*sums, 0, "mass"));
+  PetscCall(NameUnknowns(*sums, 1, 3, "momentum"));
+  PetscCall(NameUnknowns(*sums, MPM_NODE_FORCE, 3, "force"));
+  PetscCall(DMDASetFieldName(*sums, MPM_NODE_NC - 1, "met"));
+  PetscCall(PrintUnknowns(*sums));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The local vectors behind the nodes of the patch, which has its box: "motion", of da, and "node sums", of sums. The
+   latter is made over the memory of the patch, where the record of a node begins at a line of the cache: a vector that
+   the DMDA makes would not begin there, and its own memory would stand unused beside that. Not collective. */
+PetscErrorCode MPMGridCreateVectors(const MPMPatch *patch, DM da, DM sums, Vec *motion, Vec *node_sums)
+{
+  PetscFunctionBeginUser;
+  PetscCall(DMCreateLocalVector(da, motion));
+  PetscCall(PetscObjectSetName((PetscObject)*motion, "motion"));
+  PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, MPM_NODE_NC, MPM_NODE_NC * MPMPatchNodes(patch),
+                                  (PetscScalar *)patch->node, node_sums));
+  PetscCall(VecSetDM(*node_sums, sums));
+  PetscCall(PetscObjectSetName((PetscObject)*node_sums, "node sums"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -42,6 +42,21 @@ PetscInt MPMPatchNodes(const MPMPatch *patch)
   return patch->n[0] * patch->n[1] * patch->n[2];
 }
 
+/* Where a node of its arrays lies: 0 among its own nodes, -1 below them on some axis, else 1, above them. */
+int MPMPatchSide(const MPMPatch *patch, PetscInt node)
+{
+  const PetscInt ijk[3] = {node % patch->n[0], node / patch->n[0] % patch->n[1], node / (patch->n[0] * patch->n[1])};
+  int            side   = 0;
+
+  for (PetscInt d = 0; d < 3; d++) {
+    const PetscInt at = ijk[d] + patch->lo[d] - patch->own_lo[d];
+
+    if (at < 0) return -1;
+    if (at >= patch->own_n[d]) side = 1;
+  }
+  return side;
+}
+
 /* Lets all nodes be visited. */
 void MPMPatchVisitAll(MPMPatch *patch)
 {

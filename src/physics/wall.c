@@ -99,9 +99,11 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const Pe
     for (PetscInt side = 0; side < 2; side++) {
       const MPMFace *f      = &faces[d][side];
       const PetscInt inside = side ? grid->cells[d] - ijk[d] : ijk[d];
-      const WallNode at     = {grid->dim, d, side ? -1 : 1, (PetscReal)inside * grid->h[d], dt};
+      WallNode       at;
 
-      if (inside <= f->reach && apply[f->type](f, &at, v)) constrained = PETSC_TRUE;
+      if (inside > f->reach || f->type == MPM_WALL_free) continue;
+      at = (WallNode){grid->dim, d, side ? -1 : 1, (PetscReal)inside * grid->h[d], dt};
+      if (apply[f->type](f, &at, v)) constrained = PETSC_TRUE;
     }
   return constrained;
 }

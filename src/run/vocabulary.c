@@ -35,10 +35,25 @@ static const char transfers[] =
     "";
 #undef MPM_TRANSFER
 
+#define MPM_IF_PETSC_TRUE(yes, no)  yes
+#define MPM_IF_PETSC_FALSE(yes, no) no
+#define MPM_EXCHANGE(name, chosen)  MPM_IF_##chosen("|" #name, "")
+static const char strategies[] =
+#include "parallel/exchange.def"
+    "";
+#undef MPM_EXCHANGE
+
+/* The words of fields of snapshots, separated by blanks. */
+#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs) word " "
+#define MPM_RUN_QUANTITY(name, unit, whole)
+static const char fields[] =
+#include "output/diagnostics.def"
+    "grid";
+#undef MPM_PARTICLE_QUANTITY
+#undef MPM_RUN_QUANTITY
+
 /* Known solutions: those with a force of their own are values of -mms_type, the others of -reference_type. */
 #define MPM_REFERENCE(name, manufactured, parameters, what) MPM_IF_##manufactured("|" #name, "")
-#define MPM_IF_PETSC_TRUE(yes, no)                          yes
-#define MPM_IF_PETSC_FALSE(yes, no)                         no
 static const char manufactured[] = "none"
 #include "physics/reference.def"
                                    "";

@@ -167,8 +167,7 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   for (PetscInt k = 0; k < scene->nbodies; k++) {
     MPMBody *b = &scene->bodies[k];
 
-    if (!b->n)
-      MPMOptionsFail(o, "body %s has no particles: no lattice particle (i+1/2) h/ppc + offset lies in it", b->name);
+    if (!b->n) MPMOptionsFail(o, "body %s has no particles: no place (i+1/2) h/ppc + offset lies in it", b->name);
     FindKind(scene, o, dim, b);
   }
   CheckMemory(o, "particles", (PetscReal)core->particles.total,

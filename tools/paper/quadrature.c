@@ -10,7 +10,7 @@
                                                                                    cancels between breaks)
      equal voxels, all breaks:                      f_i = -b^k sum_j J_j B_k(t_j)/k!
    with the Bernoulli polynomials B_k and t_j the distance from break j to the next centre, in voxels.             */
-#include "basis.h"
+#include "physics/basis.h"
 
 #include <math.h>
 #include <stdio.h>

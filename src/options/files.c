@@ -1,0 +1,241 @@
+/* files.c - options files before PETSc reads them: what it would pass over in silence, or answer without the name of the
+   file or the way out. What it answers as well in one line that names the file is left to it. Nothing here may call
+   PETSc, which has not started. */
+#include <ctype.h>
+#include <errno.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include "options/reader.h"
+
+#define DEEPEST 20 /* files in files, and prefixes in prefixes: PETSc takes 25 */
+
+/* A name of a file with its value, as text, where it was first given. */
+typedef struct {
+  char *name, *value;
+  int   line;
+} Given;
+
+/* A file at line `line`: the prefixes that are pushed, where each was pushed, and the names so far. */
+typedef struct {
+  const char *path;
+  int         line, depth, pushed[DEEPEST];
+  size_t      length[DEEPEST]; /* of the prefix before each push */
+  char        prefix[DEEPEST * MPM_NAME_LEN];
+  Given      *given;
+  size_t      n;
+} File;
+
+/* The files that were checked, and the last one of YAML, which PETSc reads last. */
+static struct {
+  dev_t device;
+  ino_t number;
+} * seen;
+static size_t nseen;
+const char   *MPMOptionsYaml;
+
+PetscBool MPMOptionsIsOption(const char word[])
+{
+  char *end;
+
+  if (word[0] != '-') return PETSC_FALSE;
+  if (word[1] == '-') word++;
+  if (!isalpha((unsigned char)word[1])) return PETSC_FALSE;
+  (void)strtod(word, &end);
+  return end == word || *end == '_' || isalnum((unsigned char)*end) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Cuts a line into at most 3 words, as PETSc does: blanks separate, "..." joins, # starts a comment even in quotes.
+   Returns what is wrong, or NULL. */
+static const char *Split(char *line, char *word[3], int *n)
+{
+  *n                       = 0;
+  line[strcspn(line, "#")] = 0;
+  for (char *c = line; *c; c++) {
+    if (isspace((unsigned char)*c))
+      *c = ' ';
+    else if (iscntrl((unsigned char)*c))
+      return "not a text file";
+  }
+  for (char *c = line + strspn(line, " "); *c && *n < 3; c += strspn(c, " ")) {
+    const PetscBool quoted = *c == '"' ? PETSC_TRUE : PETSC_FALSE;
+
+    c += quoted;
+    word[(*n)++] = c;
+    c += strcspn(c, quoted ? "\"" : " \"");
+    if (quoted && !*c) return "the quote is not closed (# starts a comment even in quotes)";
+    if (!quoted && *c == '"') return "a quote in the middle of a value";
+    if (*c) *c++ = 0;
+    if (quoted && *c && *c != ' ') return "a quote in the middle of a value";
+  }
+  return NULL;
+}
+
+/* Takes the prefix of -prefix_push or gives one back. Returns what is wrong, or NULL. */
+static const char *Prefix(File *f, PetscBool push, const char value[])
+{
+  if (push) {
+    if (!isalpha((unsigned char)value[0]) && !(f->depth && isdigit((unsigned char)value[0])))
+      return "-prefix_push needs a prefix";
+    if (f->depth == DEEPEST || strlen(value) >= MPM_NAME_LEN) return "prefixes too deep or too long";
+    f->pushed[f->depth]   = f->line;
+    f->length[f->depth++] = strlen(f->prefix);
+    strcat(f->prefix, value);
+    return NULL;
+  }
+  if (value[0]) return "-prefix_pop has no value";
+  if (!f->depth) return "-prefix_pop without -prefix_push";
+  f->prefix[f->length[--f->depth]] = 0;
+  return NULL;
+}
+
+/* Notes a name and its value. A value that contradicts an earlier one of this file goes to error. */
+static void Note(File *f, const char name[], const char value[], char error[], size_t len)
+{
+  char   full[DEEPEST * MPM_NAME_LEN + MPM_TEXT_LEN];
+  Given *more;
+
+  (void)snprintf(full, sizeof full, "%s%s", f->prefix, name + 1);
+  for (size_t k = 0; k < f->n; k++) {
+    const Given *g = &f->given[k];
+
+    if (strcasecmp(g->name, full) || !strcmp(g->value, value)) continue;
+    (void)snprintf(error, len, "%.1000s:%d: -%.100s%s%.100s contradicts -%.100s%s%.100s of line %d; remove one of them",
+                   f->path, f->line, full, value[0] ? " " : "", value, g->name, g->value[0] ? " " : "", g->value,
+                   g->line);
+    return;
+  }
+  more = realloc(f->given, (f->n + 1) * sizeof *more);
+  if (!more) return;
+  f->given         = more;
+  f->given[f->n++] = (Given){strdup(full), strdup(value), f->line};
+}
+
+/* One line of an options file, which is `length` characters long. */
+static void CheckLine(File *f, char *line, size_t length, int nesting, char error[], size_t len)
+{
+  char       *word[3];
+  const char *fault = length != strlen(line) ? "not a text file" : NULL, *value;
+  int         n     = 0;
+
+  if (!fault && f->line == 1 && !strncmp(line, "\xef\xbb\xbf", 3))
+    fault = "starts with a byte-order mark; save it without";
+  if (!fault) fault = Split(line, word, &n);
+  if (!fault && (!n || !MPMOptionsIsOption(word[0]))) return; /* nothing, or what PETSc refuses with the line */
+  value = n > 1 ? word[1] : "";
+  if (fault)
+    ;
+  else if ((n > 1 && MPMOptionsIsOption(word[1])) || (n > 2 && MPMOptionsIsOption(word[2])))
+    fault = "two options on one line (a value that starts with - and a letter goes in parentheses: \"(-y), x\")";
+  else if (value[0] == '\'')
+    fault = "use double quotes";
+  else if (n > 2)
+    fault = "more than one value on a line; put it in double quotes or join it with commas";
+  else if (!strcasecmp(word[0], "-prefix_push") || !strcasecmp(word[0], "-prefix_pop"))
+    fault = Prefix(f, !strcasecmp(word[0], "-prefix_push") ? PETSC_TRUE : PETSC_FALSE, value);
+  else if (strncasecmp(word[0], "-options_file", 13))
+    Note(f, word[0], value, error, len);
+  else if (value[0])
+    MPMOptionsCheckFile(value, nesting + 1, error, len);
+  else
+    fault = "-options_file has no value";
+  if (fault) (void)snprintf(error, len, "%s:%d: %s", f->path, f->line, fault);
+}
+
+static void CheckLines(FILE *file, const char path[], PetscBool yaml, int nesting, char error[], size_t len)
+{
+  File   *f    = calloc(1, sizeof *f);
+  char   *line = NULL;
+  size_t  size = 0;
+  ssize_t length;
+
+  if (!f) return;
+  f->path = path;
+  while (!error[0] && (length = getline(&line, &size, file)) >= 0) {
+    f->line++;
+    if (!yaml)
+      CheckLine(f, line, (size_t)length, nesting, error, len);
+    else if ((size_t)length != strlen(line)) /* YAML is PETSc's to parse, all but the faults that are met most */
+      (void)snprintf(error, len, "%s:%d: not a text file", path, f->line);
+    else if (line[strspn(line, " ")] == '\t')
+      (void)snprintf(error, len, "%s:%d: YAML is indented with blanks, not tabs", path, f->line);
+  }
+  if (!error[0] && f->depth > 0)
+    (void)snprintf(error, len, "%s:%d: -prefix_push without -prefix_pop", path, f->pushed[0]);
+  for (size_t k = 0; k < f->n; k++) {
+    free(f->given[k].name);
+    free(f->given[k].value);
+  }
+  free(f->given);
+  free(f);
+  free(line);
+}
+
+/* Is it YAML by its name, as PETSc sees it? A suffix ":yaml" is cut off. */
+static PetscBool IsYamlByName(char path[])
+{
+  static const char *const ends[] = {":yaml", ".yaml", ".yml", ".json"};
+
+  for (size_t k = 0; k < sizeof ends / sizeof ends[0]; k++) {
+    const size_t n = strlen(path), m = strlen(ends[k]);
+
+    if (n < m || strcmp(path + n - m, ends[k])) continue;
+    if (!k) path[n - m] = 0;
+    return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* Is it YAML by its start? */
+static PetscBool IsYamlByStart(FILE *f)
+{
+  char start[8] = "";
+
+  if (!fread(start, 1, 6, f)) start[0] = 0;
+  rewind(f);
+  return !strncmp(start, "%YAML ", 6) || !strncmp(start, "---", 3) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Notes that a file is one of those that are read. */
+static void NoteFile(const struct stat *status)
+{
+  void *more = realloc(seen, (nseen + 1) * sizeof *seen);
+
+  if (!more) return;
+  seen                 = more;
+  seen[nseen].device   = status->st_dev;
+  seen[nseen++].number = status->st_ino;
+}
+
+void MPMOptionsCheckFile(const char name[], int nesting, char error[], size_t len)
+{
+  struct stat status;
+  char        path[PETSC_MAX_PATH_LEN];
+  FILE       *f;
+  PetscBool   yaml;
+
+  if (strlen(name) >= sizeof path) return; /* PETSc says that it cannot open it */
+  (void)snprintf(path, sizeof path, "%s", name);
+  yaml = IsYamlByName(path);
+  if (nesting > DEEPEST)
+    (void)snprintf(error, len, "%s: options files nest too deeply", path);
+  else if (!stat(path, &status) && !S_ISREG(status.st_mode)) /* before it is opened: a pipe would wait */
+    (void)snprintf(error, len, "%s: a folder or a device, not an options file", path);
+  else if (!(f = fopen(path, "r")))
+    (void)snprintf(error, len, "%s: %s", path, strerror(errno));
+  else {
+    yaml = yaml || IsYamlByStart(f) ? PETSC_TRUE : PETSC_FALSE;
+    if (yaml) MPMOptionsYaml = name;
+    CheckLines(f, path, yaml, nesting, error, len);
+    NoteFile(&status);
+    (void)fclose(f);
+  }
+}
+
+PetscBool MPMOptionsAreIn(const char path[])
+{
+  struct stat status;
+
+  for (size_t k = 0; !stat(path, &status) && k < nseen; k++)
+    if (status.st_dev == seen[k].device && status.st_ino == seen[k].number) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
