@@ -21,7 +21,7 @@ def holds(what, good, detail=""):
 
 
 def run(*options, n=1, status=0, program=None, scene=scene):
-    done = check.run([program or check.program, *scene, *options], n)
+    done = check.run([program or check.program, *scene, *options], n, timeout=300)  # a calibration waits for times that are not disturbed
     check.need(done.status == status, f"{options} on {n}: exit {done.status}, expected {status}\n{done.said}")
     return done.said
 
