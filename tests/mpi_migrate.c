@@ -179,6 +179,7 @@ static PetscErrorCode Destroy(MPMCore *core)
 static PetscErrorCode Move(MPMCore *core, int round)
 {
   MPMParticles *particles = &core->particles;
+  PetscInt      longest   = 0; /* way, in boxes */
   MPMView       view;
 
   PetscFunctionBeginUser;
@@ -197,6 +198,12 @@ static PetscErrorCode Move(MPMCore *core, int round)
   }
   PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(id) | MPM_BIT(cell), &view));
   PetscCall(core->exchange.type->reduce(core, &core->status));
+  for (PetscInt d = 0; d < core->grid.dim; d++) { /* through a periodic face, if that is the shorter way */
+    const PetscInt p = core->exchange.partition.p[d];
+
+    longest = PetscMax(longest, core->grid.periodic[d] ? p / 2 : p - 1);
+  }
+  CHECK_LE(core->status.hops, longest);
   PetscCall(core->exchange.type->settle(core, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
