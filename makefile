@@ -94,7 +94,7 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 export ASAN_OPTIONS := detect_leaks=0
 
 # ---- What a user asks for
-.PHONY: all run test test-long test-widths verify robust bench paper simulate scaling report format clean distclean help objects picture ctest pages FORCE
+.PHONY: all run test test-long test-widths verify robust bench paper calibrate simulate scaling report format clean distclean help objects picture ctest pages FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -135,27 +135,34 @@ paper: ## run the studies of docs/paper.md, renew its tables and figures
 	+@$(again) $(PEBBLE) $(BUILD)/quadrature
 	@$(python) tools/paper/paper.py --pebble $(program) --quadrature $(BUILD)/quadrature
 
+calibrate: ## measure the constants of the cost model for SCENE=options/x.opts on NP=2 processes; CALIBRATE="-model_file x": more options
+	$(if $(SCENE),,$(error make calibrate needs a scene: make calibrate SCENE=options/disks.opts [NP=2]))
+	@tools/install.sh run
+	+@$(again) $(BUILD)/calibrate
+	$(MPIEXEC) -n $(or $(NP),2) $(BUILD)/calibrate -options_file $(SCENE) $(CALIBRATE)
+
 # The program in SimGrid's SMPI. Its build is separate: another compiler wrapper, a static PETSc.
 simulator = build/simulate/pebble
 simulate: ## run on simulated clusters (docs/simulate.md), hours; builds a PETSc first, once; SIMULATE="--only strong": a part
 	@tools/install.sh simulate
 	@tools/simulate/petsc.sh
-	+@$(again) $(PEBBLE)
+	+@$(again) $(PEBBLE) $(BUILD)/calibrate
 	+@$(again) $(simulator) PEBBLE=$(simulator) BUILD=build/simulate/objects DEBUG= \
 	  PETSC_DIR=$(CURDIR)/build/simulate/petsc PETSC_ARCH=smpi CFLAGS="$(CFLAGS) -DMPM_SIMULATE -DSMPI_NO_OVERRIDE_MALLOC"
-	@$(python) tools/simulate/simulate.py --pebble $(program) --simulator $(simulator) --mpiexec $(MPIEXEC) $(SIMULATE)
+	@$(python) tools/simulate/simulate.py --pebble $(program) --calibrator $(BUILD)/calibrate --simulator $(simulator) \
+	  --mpiexec $(MPIEXEC) $(SIMULATE)
 
 scaling: ## how it scales: 1 to 32 processes, counted and predicted (docs/data/scaling); SCALING=full: longer
 	@tools/install.sh run
-	+@$(again) $(PEBBLE)
-	@$(python) tools/scaling/scaling.py --pebble $(program) --mpiexec $(MPIEXEC) $(if $(filter full,$(SCALING)),--full,$(SCALING))
+	+@$(again) $(PEBBLE) $(BUILD)/calibrate
+	@$(python) tools/scaling/scaling.py --pebble $(program) --calibrator $(BUILD)/calibrate --mpiexec $(MPIEXEC) $(if $(filter full,$(SCALING)),--full,$(SCALING))
 
 report: ## docs/report.md, .html and figures anew from docs/data; REPORT=calibrate: constants first; =all: all data
 	@tools/install.sh report
 	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate SIMULATE=--calibrate && )$(again) pages
 
 format: ## clang-format on the C sources
-	clang-format -i $(wildcard src/*/*.[ch] tests/*.[ch] tools/*/*.c)
+	clang-format -i $(wildcard src/*/*.[ch] tests/*.[ch] tools/*/*.[ch])
 
 scenes: $(PEBBLE) ## run every scene of options/, draw docs/scene-*.png as its comment says
 	@for scene in options/*.opts; do name=$$(basename $$scene .opts); echo "  $$name"; \
@@ -179,21 +186,21 @@ picture: $(PEBBLE)
 	@printf '%s\n' "" "Products:" "  output/disks.png   the picture" \
 	  "  output/disks.xdmf  for ParaView (its data: output/disks.h5)" "  output/disks.csv   history of energies and momentum"
 
-ctest: $(PEBBLE) $(units) $(BUILD)/quadrature build/seed_serial
+ctest: $(PEBBLE) $(units) $(BUILD)/calibrate $(BUILD)/quadrature build/seed_serial
 	@rm -rf $(BUILD)/tests/runs
 	@cmake -S tests -B $(BUILD)/tests -DSOURCE=$(CURDIR) -DBUILD=$(abspath $(BUILD)) -DPEBBLE=$(abspath $(PEBBLE)) \
 	  -DPYTHON=$(abspath $(python)) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
 	@cd $(BUILD)/tests && ctest -j2 --output-on-failure --no-tests=error $(select)
 
-pages: $(PEBBLE)
-	@$(python) tools/report/report.py --pebble $(program) --mpiexec $(MPIEXEC) $(if $(filter all calibrate,$(REPORT)),--calibrate)
+pages: $(PEBBLE) $(BUILD)/calibrate
+	@$(python) tools/report/report.py --pebble $(program) --calibrator $(BUILD)/calibrate --mpiexec $(MPIEXEC) $(if $(filter all calibrate,$(REPORT)),--calibrate)
 
 # ---- Building. A line a file; V=1 shows the commands.
 say = $(if $(V),,@printf '  %-5s %s\n' $1 $@;)
 # What the compiler says is also kept beside the object: tests/test_warnings.py wants it to be nothing.
 keep = 2>$@.said; status=$$?; cat $@.said >&2; exit $$status
 
-objects: $(objects)
+objects: $(objects) $(BUILD)/calibrate
 
 # A copy, so that ./pebble is always the one of the last make, whatever its compiler.
 ifneq ($(PEBBLE),$(BUILD)/pebble)
@@ -209,6 +216,9 @@ $(units): $(BUILD)/%: tests/%.c $(filter-out $(BUILD)/run/main.o,$(objects))
 
 $(BUILD)/quadrature: tools/paper/quadrature.c $(BUILD)/flags
 	$(call say,TOOL) $(compile) -o $@ $< $(rpath) $(libraries)
+
+$(BUILD)/calibrate: $(wildcard tools/calibrate/*.[ch]) $(filter-out $(BUILD)/run/main.o,$(objects))
+	$(call say,TOOL) $(filter-out -MMD -MP,$(compile)) -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
 
 $(BUILD)/%.o: src/%.c $(BUILD)/flags | $(rooms:%=$(BUILD)/%)
 	$(call say,CC) $(compile) $(defines) -c -o $@ $< $(keep)

@@ -1,7 +1,7 @@
 """The performance model: what a calibration writes is what a run predicts by, files that do not fit are not used, and
 neither the model nor the measurement of the critical path changes a bit of the results. No time is judged here.
 
-usage: test_model.py PEBBLE SOURCE MPIEXEC
+usage: test_model.py PEBBLE SOURCE MPIEXEC BUILD
 """
 import math
 import os
@@ -10,16 +10,18 @@ import shutil
 
 import check
 
-check.arguments(__doc__, 0)
-scene = ["-options_file", check.scene("disks"), "-grid_cells", "64,64", "-time_max_steps", "60"]
+BUILD, = check.arguments(__doc__, 1)
+calibrate = os.path.join(BUILD, "calibrate")
+whole_scene = ["-options_file", check.scene("disks"), "-grid_cells", "64,64"]
+scene = whole_scene + ["-time_max_steps", "60"]
 
 
 def holds(what, good, detail=""):
     check.that(good, f"{what} {detail}")
 
 
-def run(*options, n=1, status=0):
-    done = check.pebble(*scene, *options, n=n, timeout=300)
+def run(*options, n=1, status=0, program=None, scene=scene):
+    done = check.run([program or check.program, *scene, *options], n)
     check.need(done.status == status, f"{options} on {n}: exit {done.status}, expected {status}\n{done.said}")
     return done.said
 
@@ -41,18 +43,18 @@ holds("every phase of usf is predicted", {"P2G_MASS", "P2G_FORCE", "VELOCITY", "
                                           "SORT", "REDUCE", "all"} <= set(predictions(plain)))
 
 # ---- A calibration, and a run by it
-calibrated = run("-model_calibrate", n=2)
+calibrated = run(n=2, program=calibrate)
 holds("the calibration names its file", "output/disks.model" in calibrated and os.path.exists("output/disks.model"))
 holds("a calibration runs no scene", "digest" not in calibrated)
 holds("but first steps of it, to check itself", len(re.findall(r"^check .* on [12] process.* s a step, predicted \S+, ratio \d+\.\d+$", calibrated, re.M)) == 2)
 constants = {}
 for line in open("output/disks.model"):
-    rate = re.match(r"rate \d+ ([^#]*) # (\w+)", line)
+    rate = re.match(r"rate (\w+) (.*)", line)
     if rate:
-        constants[rate[2]] = [float(v) for v in rate[1].split()]  # call, then sizes and how much each
+        constants[rate[1]] = [float(v) for v in rate[2].split()]  # call, then sizes and how much each
 numbers = dict(re.findall(r"^([a-z]\S*) ([\d.e+-]+)$", open("output/disks.model").read(), re.M))
-holds("all kinds of constants are there", {"exchange", "message", "post", "wire", "copy", "kept", "reduction", "chunk", "farm",
-                                           "migration[0].call", "migration[1].call", "flop", "byte"} <= set(numbers))
+holds("all kinds of constants are there", {"exchange", "message", "post", "wire", "copy", "kept", "reduction", "job", "pool",
+                                           "migration[0].call", "migration[1].particle", "flop", "byte"} <= set(numbers))
 holds("no constant is negative or not finite",
       all(0 <= v < math.inf for rate in constants.values() for v in rate) and
       all(0 <= float(v) < 1 for v in numbers.values()))
@@ -83,7 +85,7 @@ holds("the sum of the phases is the prediction of the step",
 small = ("-grid_cells", "32,32", "-body_disk1_radius", "0.25", "-body_disk1_center", "0.27,0.27", "-body_disk2_radius", "0.006",
          "-body_disk2_center", "0.822,0.822", "-body_disk2_velocity", "0,0")
 holds("a scene that cannot be as coarse as the calibration wants is calibrated nevertheless",
-      re.search(r"^check .* ratio", run(*small, "-model_calibrate", "-model_file", "small.model"), re.M))
+      re.search(r"^check .* ratio", run(*small, "-model_file", "small.model", program=calibrate), re.M))
 
 # ---- Files that do not fit, or are not there
 other = run("-method_update", "usl")
@@ -91,14 +93,32 @@ holds("a file of another method is not used, and the run says so", "of another m
       "constants rough" in other)
 whole = open("output/disks.model").read()
 for what, damaged in (("a number that is none", whole.replace("\nmessage ", "\nmessage x")), ("an infinite one", re.sub(r"\nwire .*", "\nwire inf", whole)),
-                      ("a negative one", re.sub(r"\nmessage .*", "\nmessage -5", whole)), ("a rate that is none", re.sub(r"\nrate (\d+) \S+", r"\nrate \1 xyz", whole, count=1)),
-                      ("a rate of two sizes", re.sub(r"\nrate (\d+)( \S+){3}", r"\nrate \1 1e-6", whole, count=1)),
+                      ("a negative one", re.sub(r"\nmessage .*", "\nmessage -5", whole)), ("a rate that is none", re.sub(r"\nrate (\w+) \S+", r"\nrate \1 xyz", whole, count=1)),
+                      ("a rate of two sizes", re.sub(r"\nrate (\w+)( \S+){3}", r"\nrate \1 1e-6", whole, count=1)),
+                      ("a rate of no part", re.sub(r"\nrate (\w+)", r"\nrate \1X", whole, count=1)),
                       ("a rate less", re.sub(r"\nrate .*", "", whole, count=1)), ("no end", whole[:len(whole) // 2])):
     with open("damaged.model", "w") as file:
         file.write(damaged)
     text = run("-model_file", "damaged.model", n=2)
     holds(f"a file with {what} is not used, and the run says so", damaged != whole and "is damaged" in text and "constants rough" in text)
 holds("nor by a dry run, which says so", "is damaged" in run("-model_file", "damaged.model", "-dry_run"))
+with open("scene.opts", "w") as file:
+    file.write("-dim 2\n")
+kept = open("scene.opts").read()
+for what, options, expected in (
+        ("overwrites no other file", ("-model_file", "scene.opts"),
+         "-model_file: scene.opts has no constants of the model; make calibrate does not overwrite it"),
+        ("names a folder that is not there", ("-model_file", "nowhere/x.model"),
+         "-model_file: cannot write nowhere/x.model: No such file or directory"),
+        ("has no dry run", ("-dry_run",), "make calibrate does not go with -dry_run: it times short runs"),
+        ("is of one scene", ("-study_type", "convergence", "-reference_type", "finest"),
+         "make calibrate does not go with -study_type: it times this scene alone"),
+        ("refuses what a run refuses", ("-dt_cfl", "x"), None),
+        ("knows no option of that name", ("-model_calibrate",), "-model_calibrate is no option: make calibrate "
+         "SCENE=<options file> measures the constants of the model")):
+    said = run(*options, status=2, program=calibrate, scene=whole_scene).strip()
+    holds(f"a calibration {what}", said == expected if expected else "\n" not in said, said)
+holds("and has left that file as it was", open("scene.opts").read() == kept)
 holds("a file that is not there is refused", "-model_file" in run("-model_file", "nowhere.model", status=2))
 
 # ---- Same bits with everything

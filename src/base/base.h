@@ -1,4 +1,4 @@
-/* base.h - what every file of Pebble stands on: PETSc's basic types, inlining, lengths of texts, exit statuses. */
+/* base.h - what every file of Pebble includes: PETSc's basic types, inlining, lengths of texts, exit statuses. */
 #ifndef MPM_BASE_H
 #define MPM_BASE_H
 
@@ -14,17 +14,17 @@
 #endif
 
 #define MPM_INLINE                                                                                                     \
-  static inline __attribute__((always_inline, unused)) /* unused: a file takes what it needs of a header */
+  static inline __attribute__((always_inline, unused)) /* unused: no file calls all functions of a header */
 
 #define MPM_VERSION  "0.1.0"
-#define MPM_NAME_LEN 64   /* characters of a name, its end included */
-#define MPM_TEXT_LEN 2048 /* characters of a text */
+#define MPM_NAME_LEN 64   /* characters of a name, the closing 0 included */
+#define MPM_TEXT_LEN 2048 /* characters of a text, likewise */
 #define MPM_LINE     64   /* bytes of a line of the cache */
 
-/* Exit statuses of the program. */
+/* The exit statuses of the program: it reached its end, its input was wrong, it stopped before its end. */
 enum { MPM_EXIT_OK = 0, MPM_EXIT_INPUT = 2, MPM_EXIT_STOPPED = 3 };
 
-/* Does a list of words, separated by blanks, hold this one? */
+/* Returns whether `list`, whose words are separated by blanks, has `word` among them. */
 MPM_INLINE PetscBool MPMListHas(const char list[], const char word[])
 {
   const size_t n = strlen(word);
@@ -34,13 +34,14 @@ MPM_INLINE PetscBool MPMListHas(const char list[], const char word[])
   return PETSC_FALSE;
 }
 
-/* The next address that begins a line of the cache, so that the record of a node lies in one. */
+/* Returns the first address from `memory` on at which a line of the cache begins. Records of a node that start there
+   lie in one line each. */
 MPM_INLINE void *MPMAlign(void *memory)
 {
   return (void *)(((uintptr_t)memory + MPM_LINE - 1) / MPM_LINE * MPM_LINE);
 }
 
-/* Provenance, in version.c: commit, compiler and flags of this build. */
+/* Commit, compiler and flags of this build (version.c); output files carry them. */
 extern const char MPMVersionGit[], MPMVersionCompiler[], MPMVersionFlags[];
 
 #endif

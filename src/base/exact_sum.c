@@ -1,14 +1,15 @@
-/* exact_sum.c - an exact sum of doubles, as a fixed-point number of 2176 bits kept in words of 32 bits: a
-   superaccumulator (Kulisch 2002). Adding integers has no order, so totals are the same on any number of
-   processes. */
+/* exact_sum.c - an exact sum of doubles: a fixed-point number of 2176 bits, kept in words of 32 bits (a
+   superaccumulator, Kulisch 2002). Integer addition gives the same result in any sequence, so totals are the same on
+   any number of processes. */
 #include "base/exact_sum.h"
 
+/* Sets the sum to 0. */
 void MPMSumZero(MPMSum *s)
 {
   memset(s, 0, sizeof *s);
 }
 
-/* Carries each word into the next; afterwards all but the last are in [0, 2^32). */
+/* Moves what exceeds 32 bits in each word to the next; afterwards all words but the last are in [0, 2^32). */
 static void Carry(MPMSum *s)
 {
   for (int w = 0; w + 1 < MPM_SUM_WORDS; w++) {
@@ -20,7 +21,8 @@ static void Carry(MPMSum *s)
   s->pending = 0;
 }
 
-/* Adds x; x must be finite. A double is +-m 2^(e-1075) with a 53-bit m: three words from bit e on. */
+/* Adds x, which must be finite. A double is +-m 2^(e-1075), where m has 53 bits: these fall into three words, from bit
+   e on. */
 void MPMSumAdd(MPMSum *s, PetscReal x)
 {
   uint64_t bits, m;
@@ -48,7 +50,7 @@ void MPMSumAdd(MPMSum *s, PetscReal x)
   if (++s->pending == 1 << 29) Carry(s);
 }
 
-/* Sums over the processes of comm; all get the result. Collective. */
+/* Adds up each of n sums over the processes of comm; all processes get the results. Collective on comm. */
 PetscErrorCode MPMSumReduce(MPMSum *s, PetscInt n, MPI_Comm comm)
 {
   PetscFunctionBeginUser;
@@ -59,7 +61,7 @@ PetscErrorCode MPMSumReduce(MPMSum *s, PetscInt n, MPI_Comm comm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sum as a double, below 1 ulp from exact. */
+/* Returns the sum as a double, which differs from the exact sum by less than one unit in the last place. */
 PetscReal MPMSumValue(MPMSum *s)
 {
   PetscReal value = 0;
@@ -71,7 +73,7 @@ PetscReal MPMSumValue(MPMSum *s)
     for (int w = 0; w < MPM_SUM_WORDS; w++) s->word[w] = -s->word[w];
     Carry(s);
   }
-  for (int w = 0; w < MPM_SUM_WORDS; w++) value += ldexp((PetscReal)s->word[w], 32 * w - 1075); /* small to large */
+  for (int w = 0; w < MPM_SUM_WORDS; w++) value += ldexp((PetscReal)s->word[w], 32 * w - 1075); /* smallest first */
   if (negative)
     for (int w = 0; w < MPM_SUM_WORDS; w++) s->word[w] = -s->word[w];
   return negative ? -value : value;

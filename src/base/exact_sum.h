@@ -1,5 +1,5 @@
-/* exact_sum.h - a sum of doubles that does not depend on their order: a fixed-point number of 2176 bits. Totals that
-   are made of such sums are the same on any number of processes. */
+/* exact_sum.h - a sum of doubles that does not depend on the sequence of its terms: a fixed-point number of 2176 bits.
+   The totals of history and checks are such sums, so they are the same on any number of processes. */
 #ifndef MPM_EXACT_SUM_H
 #define MPM_EXACT_SUM_H
 
@@ -8,12 +8,12 @@
 #define MPM_SUM_WORDS 68
 typedef struct {
   PetscInt64 word[MPM_SUM_WORDS];
-  PetscInt   pending; /* additions since the words were last carried */
+  PetscInt   pending; /* additions since MPMSumAdd or another function last carried */
 } MPMSum;
 
 void           MPMSumZero(MPMSum *);
 void           MPMSumAdd(MPMSum *, PetscReal);
-PetscReal      MPMSumValue(MPMSum *);                        /* less than one unit in the last place from exact */
-PetscErrorCode MPMSumReduce(MPMSum *, PetscInt n, MPI_Comm); /* n sums over all processes; collective on the comm */
+PetscReal      MPMSumValue(MPMSum *);                        /* its error is less than one unit in the last place */
+PetscErrorCode MPMSumReduce(MPMSum *, PetscInt n, MPI_Comm); /* n sums over the processes; collective on the comm */
 
 #endif

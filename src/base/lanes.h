@@ -1,13 +1,13 @@
-/* lanes.h - numbers that are computed for several particles at a time: MPMReal is a vector of MPM_WIDTH reals, one
-   particle a lane, by the vector types of gcc and clang: +, -, *, / and comparisons read as for scalars and act on each
-   lane.
+/* lanes.h - numbers that are computed for several particles at a time: an MPMReal is a vector of MPM_WIDTH reals, one
+   particle a lane. It is a vector type of gcc and clang, whose +, -, *, / and comparisons act on each lane.
 
    The makefile compiles the files that need speed for 8, 4 and 2 lanes, each with the instructions for just that width
-   (a vector wider than the processor's is split through memory, many times slower); transfer.c picks at the start.
-   Everywhere else MPM_WIDTH is 1 and MPMReal is a plain PetscReal, so that the same functions serve single particles. A
-   lane sees the same operations in every width and no compiler may choose to fuse any (-ffp-contract=off): the bits are
-   the same in all. Where a + b * c shall be fused, MPMFma says so; since gcc makes no vector instruction of the fma of
-   each lane, transfer_sums.c is compiled to fuse every product with its sum, and has none that is not to be. */
+   (a vector wider than the processor's registers is split through memory, many times slower); transfer.c picks the
+   width when the program starts. Everywhere else MPM_WIDTH is 1 and MPMReal is a plain PetscReal, so the same functions
+   serve single particles. Each lane takes the same operations in every width, and no compiler may fuse any by its own
+   choice (-ffp-contract=off): all widths give the same bits. MPMFma marks where a * b + c shall be fused. gcc makes no
+   vector instruction of an fma for each lane, so transfer_sums.c is compiled with contraction, and each of its products
+   belongs to one MPMFma. */
 #ifndef MPM_LANES_H
 #define MPM_LANES_H
 
@@ -17,13 +17,13 @@
 #define MPM_WIDTH 1
 #endif
 
-/* name_8 where MPM_WIDTH is 8, and so on. */
+/* The name with the number of lanes added: name_8 where MPM_WIDTH is 8. */
 #define MPM_LANES_NAME(name)          MPM_LANES_JOIN(name, MPM_WIDTH)
 #define MPM_LANES_JOIN(name, width)   MPM_LANES_JOIN_AGAIN(name, width)
 #define MPM_LANES_JOIN_AGAIN(name, w) name##_##w
 
-/* MPMMask is what comparisons give: combine by & and |, and choose by MPMSelect. MPMBits: the bits of reals, or a set
-   of particles. */
+/* An MPMMask is the result of a comparison; & and | combine masks, and MPMSelect chooses by one. An MPMBits holds the
+   bits of reals, or a set of particles. */
 #if MPM_WIDTH == 1
 typedef PetscReal MPMReal;
 typedef int       MPMMask;
@@ -34,7 +34,7 @@ typedef int64_t   MPMMask __attribute__((vector_size(8 * MPM_WIDTH)));
 typedef uint64_t  MPMBits __attribute__((vector_size(8 * MPM_WIDTH)));
 #endif
 
-/* m ? a : b */
+/* Returns, in each lane, a where m is true and b elsewhere. */
 MPM_INLINE MPMReal MPMSelect(MPMMask m, MPMReal a, MPMReal b)
 {
 #if MPM_WIDTH == 1
@@ -44,7 +44,7 @@ MPM_INLINE MPMReal MPMSelect(MPMMask m, MPMReal a, MPMReal b)
 #endif
 }
 
-/* The same number in all lanes. */
+/* Returns a vector with the same number in all lanes. */
 MPM_INLINE MPMReal MPMAll(PetscReal a)
 {
 #if MPM_WIDTH == 8
@@ -58,22 +58,25 @@ MPM_INLINE MPMReal MPMAll(PetscReal a)
 #endif
 }
 
-/* True in no lane. */
+/* Returns the mask that is true in no lane. */
 MPM_INLINE MPMMask MPMNone(void)
 {
   return MPMAll(0) != MPMAll(0);
 }
 
+/* Returns the larger of a and b in each lane, and a where one of them is not a number. */
 MPM_INLINE MPMReal MPMMax(MPMReal a, MPMReal b)
 {
-  return MPMSelect(a < b, b, a); /* a where b is not a number */
+  return MPMSelect(a < b, b, a);
 }
 
+/* Returns the smaller of a and b in each lane, and a where one of them is not a number. */
 MPM_INLINE MPMReal MPMMin(MPMReal a, MPMReal b)
 {
   return MPMSelect(a > b, b, a);
 }
 
+/* Returns the absolute value in each lane, by clearing the bit of the sign. */
 MPM_INLINE MPMReal MPMAbs(MPMReal a)
 {
   MPMBits bits;
@@ -84,7 +87,7 @@ MPM_INLINE MPMReal MPMAbs(MPMReal a)
   return a;
 }
 
-/* Rounded rightly, as the standard of floating point has it: the same bits everywhere. */
+/* Returns the square root in each lane. IEEE 754 defines its rounding, so its bits are the same everywhere. */
 MPM_INLINE MPMReal MPMSqrt(MPMReal a)
 {
 #if MPM_WIDTH == 1
@@ -95,7 +98,8 @@ MPM_INLINE MPMReal MPMSqrt(MPMReal a)
 #endif
 }
 
-/* Largest integer <= a, |a| < 2^51, without a library call: adding 1.5 2^52 rounds to the nearest one. */
+/* Returns the largest integer <= a in each lane, for |a| < 2^51, without a library call: adding 1.5 2^52 rounds to the
+   nearest integer. */
 MPM_INLINE MPMReal MPMFloor(MPMReal a)
 {
   const MPMReal nearest = (a + 6755399441055744.0) - 6755399441055744.0;
@@ -103,8 +107,8 @@ MPM_INLINE MPMReal MPMFloor(MPMReal a)
   return nearest - MPMSelect(nearest > a, MPMAll(1), MPMAll(0));
 }
 
-/* a * b + c, rounded once. Both compilers make one instruction of it; where the processor has none it is a call of
-   the library, which is right and slow. */
+/* Returns a * b + c, rounded once. Both compilers make one instruction of it; where the processor has none, the library
+   computes it, with the same result but slowly. */
 MPM_INLINE MPMReal MPMFma(MPMReal a, MPMReal b, MPMReal c)
 {
 #if defined(MPM_CONTRACT) && defined(__FMA__) && !defined(__clang__) /* compiled with -ffp-contract=fast */
@@ -117,25 +121,28 @@ MPM_INLINE MPMReal MPMFma(MPMReal a, MPMReal b, MPMReal c)
 #endif
 }
 
-/* Vectors at any address: of reals, so that a compiler knows that writing one changes no other type. */
+/* A vector at any address. Its type is made of reals, so the compiler knows that writing one changes no data of another
+   type. */
 #if MPM_WIDTH == 1
 typedef PetscReal MPMRealAt;
 #else
 typedef PetscReal MPMRealAt __attribute__((vector_size(8 * MPM_WIDTH), aligned(8)));
 #endif
 
+/* Reads MPM_WIDTH reals that follow each other in memory. */
 MPM_INLINE MPMReal MPMRead(const PetscReal *from)
 {
   return *(const MPMRealAt *)from;
 }
 
+/* Writes MPM_WIDTH reals one after the other to memory. */
 MPM_INLINE void MPMWrite(PetscReal *to, MPMReal a)
 {
   *(MPMRealAt *)to = a;
 }
 
-/* A set of particles 0 .. 63, a bit each, whose parts are in the lanes; adds those lanes of a vector that begins at
-   particle l in which m is true. */
+/* Adds particles to a set of particles 0 .. 63, which has a bit for each; the set is the union of its lanes. The vector
+   of m begins at particle l, and the particles of the lanes in which m is true are added. */
 MPM_INLINE MPMBits MPMCollect(MPMMask m, PetscInt l, MPMBits set)
 {
 #if MPM_WIDTH == 1
@@ -149,7 +156,7 @@ MPM_INLINE MPMBits MPMCollect(MPMMask m, PetscInt l, MPMBits set)
 #endif
 }
 
-/* Lists the particles of a set that are below n > 0, and how many these are. */
+/* Lists the particles of a set that are below n > 0, ascending; returns how many there are. */
 MPM_INLINE PetscInt MPMList(MPMBits set, PetscInt n, PetscInt *list)
 {
   uint64_t bits = 0;
@@ -164,7 +171,7 @@ MPM_INLINE PetscInt MPMList(MPMBits set, PetscInt n, PetscInt *list)
   return k;
 }
 
-/* Stores lanes first .. last-1 alone; the others of `to` belong to somebody else. */
+/* Writes the lanes first .. last-1 alone; the other numbers at `to` belong to other particles and stay. */
 MPM_INLINE void MPMWritePart(PetscReal *to, MPMReal a, PetscInt first, PetscInt last)
 {
   if (first <= 0 && last >= MPM_WIDTH) MPMWrite(to, a);
@@ -175,8 +182,9 @@ MPM_INLINE void MPMWritePart(PetscReal *to, MPMReal a, PetscInt first, PetscInt 
 #endif
 }
 
-/* Not m. Which lanes of a vector that begins at l belong to first .. last-1? Is it true in any lane? The largest
-   lane. */
+/* The functions below exist for one lane and for several. MPMNot negates a mask. MPMBetween tells which lanes of a
+   vector that begins at particle l belong to first .. last-1. MPMAny tells whether a mask is true in any lane.
+   MPMLargest returns the largest lane. */
 #if MPM_WIDTH == 1
 MPM_INLINE MPMMask MPMNot(MPMMask m)
 {
@@ -207,7 +215,7 @@ MPM_INLINE MPMMask MPMBetween(PetscInt l, PetscInt first, PetscInt last)
 {
   MPMReal lane = MPMAll(0);
 
-  if (first <= l && l + MPM_WIDTH <= last) return lane == lane; /* as a rule */
+  if (first <= l && l + MPM_WIDTH <= last) return lane == lane; /* the usual case */
   for (int k = 0; k < MPM_WIDTH; k++) lane[k] = k;
   return (lane >= MPMAll((PetscReal)(first - l))) & (lane < MPMAll((PetscReal)(last - l)));
 }

@@ -1,7 +1,8 @@
-/* message.c - lengths of messages, and room for them. */
+/* message.c - lengths of messages, and memory for them. */
 #include "base/message.h"
 
-/* The length of a message as MPI takes it; an error if it does not fit into an int. */
+/* Converts the length of a message in bytes to the int that MPI takes; raises an error if it does not fit. Not
+   collective. */
 PetscErrorCode MPMMessageLength(size_t bytes, PetscMPIInt *len)
 {
   PetscFunctionBeginUser;
@@ -12,7 +13,7 @@ PetscErrorCode MPMMessageLength(size_t bytes, PetscMPIInt *len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes room for a message; what was in the buffer is lost when it grows. */
+/* Makes *buffer, of *capacity bytes, at least `need` bytes long; its content is lost when it grows. Not collective. */
 PetscErrorCode MPMMessageRoom(char **buffer, size_t *capacity, size_t need)
 {
   PetscFunctionBeginUser;

@@ -1,4 +1,4 @@
-/* print.c - see print.h. */
+/* print.c - the function that prints; print.h describes it. */
 #include <stdarg.h>
 #include "base/print.h"
 

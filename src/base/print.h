@@ -1,15 +1,17 @@
-/* print.h - what the program prints. */
+/* print.h - how the program prints: through an MPMPrinter, which knows the processes and may be told to print
+   nothing. */
 #ifndef MPM_PRINT_H
 #define MPM_PRINT_H
 
 #include "base/base.h"
 
 typedef struct {
-  MPI_Comm  comm;  /* its first process prints */
-  PetscBool quiet; /* prints nothing: a run of a study */
+  MPI_Comm  comm;  /* the first of these processes prints */
+  PetscBool quiet; /* nothing is printed: a run of a study */
 } MPMPrinter;
 
-/* Prints as printf does, on the first process; PetscPrintf would write 3 as "3.". Not collective. */
+/* Prints as printf does, on the first process alone. PetscPrintf is not used as it would write 3 as "3.". Not
+   collective. */
 PetscErrorCode MPMPrint(const MPMPrinter *, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
 
 #endif

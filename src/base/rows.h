@@ -1,12 +1,12 @@
-/* rows.h - from rows to lanes and back: the fields of particles are rows of nc components, a row a particle, while the
-   transfers compute with vectors of a component of several particles (lanes.h). All of it is exchanges of lanes between
-   vectors, by the shuffles of gcc (12 or newer) and clang: no number is computed. */
+/* rows.h - conversions between rows and lanes: in memory, a field has a row of nc components for each particle, while
+   the transfers compute with vectors of one component of several particles (lanes.h). The functions only move lanes
+   between vectors, by __builtin_shufflevector of gcc (12 or newer) and clang; no number is computed. */
 #ifndef MPM_ROWS_H
 #define MPM_ROWS_H
 
 #include "base/lanes.h"
 
-/* Lanes of a and b in another order: lane i of the result is place f(i, s) of the 2 MPM_WIDTH. */
+/* A vector made of lanes of a and b: its lane i is number f(i, s) of the 2 MPM_WIDTH lanes of a followed by b. */
 #if MPM_WIDTH == 8
 #define MPM_PICK(a, b, f, s)                                                                                           \
   __builtin_shufflevector(a, b, f(0, s), f(1, s), f(2, s), f(3, s), f(4, s), f(5, s), f(6, s), f(7, s))
@@ -16,9 +16,10 @@
 #define MPM_PICK(a, b, f, s) __builtin_shufflevector(a, b, f(0, s), f(1, s))
 #endif
 
-/* --- Rows that follow each other ----------------------------------------------------------------------------------- */
+/* --- Rows that follow each other in memory ------------------------------------------------------------------------ */
 
-/* Deals n = 1, 2 or 3 vectors, one after the other, like cards: every n-th number goes to the same vector. */
+/* Takes n = 1, 2 or 3 vectors as one sequence of n MPM_WIDTH numbers, and collects every n-th number in the same
+   vector: to[k] has numbers k, k + n, k + 2 n, ... */
 MPM_INLINE void MPMDeal(int n, const MPMReal *from, MPMReal *to)
 {
 #if MPM_WIDTH == 1
@@ -26,8 +27,7 @@ MPM_INLINE void MPMDeal(int n, const MPMReal *from, MPMReal *to)
 #else
 #define MPM_SECOND(i, k) (2 * (i) + (k))
 #define MPM_THIRD(i, k)                                                                                                \
-  (3 * (i) + (k) < 2 * MPM_WIDTH ? 3 * (i) + (k) : 0) /* of the first two, and then of the last                       
-                                 \ */
+  (3 * (i) + (k) < 2 * MPM_WIDTH ? 3 * (i) + (k) : 0) /* lanes of from[0], from[1]; MPM_LATER adds those of from[2] */
 #define MPM_LATER(i, k) (3 * (i) + (k) < 2 * MPM_WIDTH ? (i) : 3 * (i) + (k)-MPM_WIDTH)
 #define MPM_DEAL_3(k)   MPM_PICK(MPM_PICK(from[0], from[1], MPM_THIRD, k), from[2], MPM_LATER, k)
   if (n == 1) to[0] = from[0];
@@ -36,10 +36,11 @@ MPM_INLINE void MPMDeal(int n, const MPMReal *from, MPMReal *to)
 #endif
 }
 
-/* MPM_WIDTH rows of nc = 1, 2, 3, 4, 6 or 9 numbers, one after the other -> the vectors of their components. */
+/* Converts MPM_WIDTH rows of nc = 1, 2, 3, 4, 6 or 9 numbers, which follow each other, to nc vectors, one for each
+   component. */
 MPM_INLINE void MPMTranspose(int nc, const PetscReal *rows, MPMReal *to)
 {
-  const int r = nc % 3 == 0 ? 3 : nc % 2 == 0 ? 2 : 1, m = nc / r; /* dealt to r, and each of these to m */
+  const int r = nc % 3 == 0 ? 3 : nc % 2 == 0 ? 2 : 1, m = nc / r; /* separated by r, and each part by m */
   MPMReal   in[3], dealt[3], part[3][3];
 
   for (int g = 0; g < m; g++) {
@@ -53,19 +54,20 @@ MPM_INLINE void MPMTranspose(int nc, const PetscReal *rows, MPMReal *to)
   }
 }
 
-/* --- Rows anywhere ------------------------------------------------------------------------------------------------- */
+/* --- Rows at any address ------------------------------------------------------------------------------------------ */
 
-/* Rows of nc numbers, one a lane, to the vectors of their components and back. A group of components at a time, a power
-   of two (pairs, or as many as there are lanes; fours cost more): of rows j, j + group, j + 2 group, ... their pieces
-   make vector j; exchanging blocks of 1, 2, ... lanes between vectors that are as many apart turns these into the
-   components, and the components into them. */
+/* Conversion between rows of nc numbers, one row a lane, and the vectors of their components. It takes `group`
+   components at a time: two, or as many as there are lanes (four of eight lanes were slower). Vector j of a group is
+   first filled with the components from rows j, j + group, j + 2 group, ...; vectors that are 1, 2, ... apart then
+   exchange sets of 1, 2, ... lanes, which turns them into vectors of one component each. The same exchanges turn them
+   back. */
 #if MPM_WIDTH > 1
 typedef PetscReal MPMPairAt __attribute__((vector_size(16), aligned(8)));
 
-#define MPM_LOWER(i, s) ((i) & (s) ? MPM_WIDTH + (i) - (s) : (i)) /* of 2 MPM_WIDTH lanes */
+#define MPM_LOWER(i, s) ((i) & (s) ? MPM_WIDTH + (i) - (s) : (i)) /* lanes of two vectors */
 #define MPM_UPPER(i, s) ((i) & (s) ? MPM_WIDTH + (i) : (i) + (s))
 
-/* s is spelled out, since the places of a shuffle have to be constants of the language. */
+/* s is a number in the text, since the arguments of a shuffle have to be constant expressions. */
 #define MPM_SWAP_LANES(group, v, s)                                                                                    \
   for (int j = 0; j < (group) && (s) < (group); j++)                                                                   \
     if (!(j & (s))) {                                                                                                  \
@@ -75,6 +77,7 @@ typedef PetscReal MPMPairAt __attribute__((vector_size(16), aligned(8)));
       v[j + (s)] = MPM_PICK(a, b, MPM_UPPER, s);                                                                       \
     }
 
+/* Exchanges lanes between the vectors v [group], for each power of two below `group`. */
 MPM_INLINE void MPMSwapLanes(int group, MPMReal *v)
 {
   MPM_SWAP_LANES(group, v, 1)
@@ -86,8 +89,8 @@ MPM_INLINE void MPMSwapLanes(int group, MPMReal *v)
 #endif
 }
 
-/* The pieces of rows 0, group, 2 group, ... from component c on. Pairs as whole numbers: gcc then takes them straight
-   from memory into their lanes. */
+/* Reads `group` components from component c on, of the rows row[0], row[group], row[2 group], ..., into one vector.
+   Pairs are read as 128-bit integers, since gcc then loads them straight into their lanes. */
 MPM_INLINE MPMReal MPMReadPieces(int group, const PetscReal *const row[], int c)
 {
   (void)group;
@@ -103,6 +106,7 @@ MPM_INLINE MPMReal MPMReadPieces(int group, const PetscReal *const row[], int c)
   return MPMRead(row[0] + c);
 }
 
+/* Writes a vector to the rows from which MPMReadPieces would read it. */
 MPM_INLINE void MPMWritePieces(int group, MPMReal a, PetscReal *const row[], int c)
 {
   (void)group;
@@ -120,7 +124,8 @@ MPM_INLINE void MPMWritePieces(int group, MPMReal a, PetscReal *const row[], int
     MPMWrite(row[0] + c, a);
 }
 
-/* One group, and the vector of component c alone. */
+/* MPMReadGroup and MPMWriteGroup convert the components c .. c + group - 1 of MPM_WIDTH rows; MPMLanes reads component
+   c alone. */
 MPM_INLINE void MPMReadGroup(int group, const PetscReal *const row[], int c, MPMReal *to)
 {
   for (int j = 0; j < group; j++) to[c + j] = MPMReadPieces(group, row + j, c);
@@ -148,6 +153,7 @@ MPM_INLINE MPMReal MPMLanes(const PetscReal *const row[], int c)
 }
 #endif
 
+/* Converts MPM_WIDTH rows of nc numbers, at any addresses row[], to the nc vectors of their components. */
 MPM_INLINE void MPMReadRows(int nc, const PetscReal *const row[], MPMReal *to)
 {
   int c = 0;
@@ -161,6 +167,7 @@ MPM_INLINE void MPMReadRows(int nc, const PetscReal *const row[], MPMReal *to)
 #endif
 }
 
+/* Converts nc vectors back to MPM_WIDTH rows of nc numbers. */
 MPM_INLINE void MPMWriteRows(int nc, const MPMReal *from, PetscReal *const row[])
 {
   int c = 0;

@@ -1,4 +1,4 @@
-/* signals.c - see signals.h. */
+/* signals.c - the handler of SIGINT and SIGTERM; signals.h describes its effect. */
 #include <signal.h>
 #include "base/signals.h"
 
@@ -10,11 +10,13 @@ static void Note(int number)
   came = 1;
 }
 
+/* Returns 1 if this process has caught a signal, else 0. Not collective. */
 PetscInt MPMSignalsCame(void)
 {
   return came;
 }
 
+/* Installs the handler, which notes the first signal; a second one has its default effect. Not collective. */
 void MPMSignalsCatch(void)
 {
   struct sigaction action;

@@ -1,10 +1,11 @@
-/* signals.h - SIGINT and SIGTERM end a run after the step at work, with its results; a second one ends it at once. */
+/* signals.h - SIGINT and SIGTERM: the first ends a run after its current step, with its results written; a second one
+   ends it at once. */
 #ifndef MPM_SIGNALS_H
 #define MPM_SIGNALS_H
 
 #include "base/base.h"
 
 void     MPMSignalsCatch(void);
-PetscInt MPMSignalsCame(void); /* did one come to this process? */
+PetscInt MPMSignalsCame(void); /* 1 if one came to this process, else 0 */
 
 #endif

@@ -1,11 +1,11 @@
-/* simulate.c - see simulate.h. */
+/* simulate.c - how work is declared to the simulator of clusters; simulate.h says why. */
 #include "base/simulate.h"
 #if defined(MPM_SIMULATE)
 #include <smpi/smpi.h>
 
-/* The time of `amount` units of work passes. What a unit costs, in ns, stands in the environment:
-   PEBBLE_COSTS="P2G=8.3,SORT=1.1,..."; a name that is not there costs nothing, and without the variable the simulator
-   times the program itself. Not collective. */
+/* Lets the simulated time of `amount` units of work pass. The environment variable PEBBLE_COSTS says what a unit of
+   each name costs in ns: "P2G=8.3,SORT=1.1,...". A name that is not in it costs nothing, and without the variable the
+   simulator measures the time of the program itself. Not collective. */
 void MPMSimulateWork(const char name[], PetscReal amount)
 {
   const char  *costs = getenv("PEBBLE_COSTS");
@@ -19,5 +19,5 @@ void MPMSimulateWork(const char name[], PetscReal amount)
     }
 }
 #else
-typedef int MPMSimulateNothing; /* a file must not be empty */
+typedef int MPMSimulateNothing; /* C does not allow an empty file */
 #endif

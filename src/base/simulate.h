@@ -1,6 +1,6 @@
-/* simulate.h - for the simulator only (docs/simulate.md): work that is not timed but declared where it is done, so that
-   a run whose processes take turns on one core tells the time of one whose processes each have their own. Elsewhere
-   this does nothing. */
+/* simulate.h - work for the simulator of clusters (docs/simulate.md). There the processes take turns on one core, so
+   measured times would be wrong: instead the program declares how much work it does, where it does it. In a normal
+   build the function does nothing. */
 #ifndef MPM_SIMULATE_H
 #define MPM_SIMULATE_H
 

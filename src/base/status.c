@@ -1,6 +1,7 @@
-/* status.c - how what a step finds is noted and merged. */
+/* status.c - how the findings of a step are noted and merged; status.h describes them. */
 #include "base/status.h"
 
+/* Sets all findings to none. */
 void MPMStatusReset(MPMStatus *s)
 {
   PetscMemzero(s, sizeof *s);
@@ -15,7 +16,8 @@ void MPMStatusNote(MPMStatus *s, MPMBad bad, PetscInt64 id, PetscInt dim, const 
   for (PetscInt d = 0; d < dim; d++) s->x[d] = x[d];
 }
 
-/* Maxima, sums of integers, and the gravest bad condition of its smallest id: any order of merging gives the same. */
+/* Merges the findings of `other` into s: maxima, sums of integers, and of the bad conditions the gravest with its
+   smallest id. The sequence of merging does not change the result. */
 void MPMStatusMerge(MPMStatus *s, const MPMStatus *other)
 {
   s->v2 = PetscMax(s->v2, other->v2);

@@ -1,30 +1,32 @@
-/* status.h - what a step finds on its way: bad states, the largest speeds, particles that moved. */
+/* status.h - what a step finds about its particles: bad states, the largest speeds, how many particles moved. Phases
+   note it for a patch, and it is merged over patches and processes at the end of a step. */
 #ifndef MPM_STATUS_H
 #define MPM_STATUS_H
 
 #include "base/base.h"
 
-/* Merged over patches and processes by MPMStatusMerge: maxima and sums of integers, so exact and without order. `bad`
-   is the gravest condition that was met, which is the first of the list, with the smallest id that met it: a particle
-   that is turned inside out soon throws others off the grid. */
+/* Maxima and sums of integers, which MPMStatusMerge merges exactly and in any sequence. `bad` is the gravest condition
+   that was met, and `id` the smallest id of a particle that met it. Conditions are listed with the gravest first, since
+   a particle that is turned inside out soon pushes others off the grid. */
 typedef enum { MPM_OK, MPM_BAD_J, MPM_LEFT_GRID, MPM_TOO_WIDE, MPM_NUM_BAD } MPMBad;
 typedef struct {
   MPMBad     bad;
   PetscInt64 id;
-  PetscReal  x[3], J;     /* where it was in m, and its det F for MPM_BAD_J, or its width in cells for MPM_TOO_WIDE */
-  PetscReal  v2, c2;      /* largest squared speed of a particle and of a wave, m^2/s^2 */
-  PetscInt64 moved;       /* particles that changed their cell */
-  PetscInt64 interrupted; /* has a signal asked the run to end? */
-  PetscInt64 left;        /* particles that left their patch */
-  PetscInt64 hops;        /* patches that the farthest of these has to go along an axis */
-  PetscInt64 most;        /* particles of the process that has most */
-  PetscInt64 n, ids;      /* particles that there are, and their fingerprint: none may get lost or doubled on the way */
+  PetscReal  x[3], J;     /* its position in m; its det F for MPM_BAD_J, its width in cells for MPM_TOO_WIDE */
+  PetscReal  v2, c2;      /* largest squared speeds of a particle and of a wave, m^2/s^2 */
+  PetscInt64 moved;       /* movers: particles that changed their cell */
+  PetscInt64 interrupted; /* 1 if a signal has asked the run to end, else 0 */
+  PetscInt64 left;        /* leavers: particles that left their patch */
+  PetscInt64 hops;        /* largest distance that a leaver has to go along an axis, in patches */
+  PetscInt64 most;        /* particles of the process that has most of them */
+  PetscInt64 n, ids;      /* number of particles, and their fingerprint (digest.c): is any lost or doubled? */
 } MPMStatus;
 
 void MPMStatusReset(MPMStatus *);
 void MPMStatusMerge(MPMStatus *, const MPMStatus *);
 
-/* Notes a bad condition of particle id at x [dim] in m: the gravest kind stays, of its smallest id. */
+/* Notes that particle id at x [dim] in m met a bad condition; J is det F or the width (MPMStatus.J). Of several
+   conditions the gravest is kept, and of several particles the one with the smallest id. */
 void MPMStatusNote(MPMStatus *, MPMBad, PetscInt64 id, PetscInt dim, const PetscReal x[], PetscReal J);
 
 #endif

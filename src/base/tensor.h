@@ -1,14 +1,14 @@
-/* tensor.h - the few small-matrix operations that materials and transfers share.
+/* tensor.h - operations on small matrices, for material laws and transfers.
 
-   dim is always a compile-time constant after inlining, so the loops unroll. MPMReal is one particle or, in the files
-   that are compiled for lanes, several (lanes.h). F is [dim*dim] row-major; a symmetric tensor is [6] in the order xx
-   xy xz yy yz zz, whole in every dimension: 2-D is plane strain (F33 = 1), 1-D is uniaxial strain (F22 = F33 = 1). */
+   dim is a compile-time constant after inlining, so the loops unroll. An MPMReal is one particle or, in the files that
+   are compiled for lanes, several (lanes.h). F is [dim*dim] row-major; a symmetric tensor is [6] in the sequence xx xy
+   xz yy yz zz, complete in every dimension: 2-D is plane strain (F33 = 1), 1-D is uniaxial strain (F22 = F33 = 1). */
 #ifndef MPM_TENSOR_H
 #define MPM_TENSOR_H
 
 #include "base/lanes.h"
 
-/* Row d, column e of a symmetric tensor stored as xx xy xz yy yz zz. */
+/* Returns where row d, column e of a symmetric tensor is in xx xy xz yy yz zz. */
 MPM_INLINE int MPMSymIndex(int d, int e)
 {
   const int lo = d < e ? d : e, hi = d < e ? e : d;
@@ -16,10 +16,11 @@ MPM_INLINE int MPMSymIndex(int d, int e)
   return lo == 0 ? hi : lo + hi + 1;
 }
 
-/* Components of a symmetric tensor that a dimension has: xx yy zz; xx xy yy zz; all six. */
+/* The components of a symmetric tensor that are not always 0 in a dimension: xx yy zz; xx xy yy zz; all six. */
 #define MPM_SYM_NC(dim) ((dim) == 1 ? 3 : (dim) == 2 ? 4 : 6)
 
-/* The place among the six of component k of those; and component k of the unit tensor. */
+/* MPMSymPlace returns where component k of these is among the six; MPMSymUnit returns component k of the unit
+   tensor. */
 MPM_INLINE int MPMSymPlace(int dim, int k)
 {
   return dim == 3 ? k : dim == 2 ? (k == 0 ? 0 : k == 1 ? 1 : k == 2 ? 3 : 5) : (k == 0 ? 0 : k == 1 ? 3 : 5);
@@ -32,12 +33,13 @@ MPM_INLINE int MPMSymUnit(int dim, int k)
   return place == 0 || place == 3 || place == 5;
 }
 
-/* The same of row d, column e of the space that there is. */
+/* Returns which of the components of MPM_SYM_NC is row d, column e; d, e < dim. */
 MPM_INLINE int MPMSymPart(int dim, int d, int e)
 {
   return dim == 3 ? MPMSymIndex(d, e) : d + e;
 }
 
+/* Returns det F. */
 MPM_INLINE MPMReal MPMDet(int dim, const MPMReal *F)
 {
   if (dim == 1) return F[0];
@@ -45,7 +47,7 @@ MPM_INLINE MPMReal MPMDet(int dim, const MPMReal *F)
   return F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) + F[2] * (F[3] * F[7] - F[4] * F[6]);
 }
 
-/* b = F F^T, the left Cauchy-Green tensor. */
+/* Computes b = F F^T, the left Cauchy-Green tensor. */
 MPM_INLINE void MPMLeftCauchyGreen(int dim, const MPMReal *F, MPMReal b[6])
 {
   b[0] = b[3] = b[5] = MPMAll(1);
@@ -58,7 +60,7 @@ MPM_INLINE void MPMLeftCauchyGreen(int dim, const MPMReal *F, MPMReal b[6])
     }
 }
 
-/* F <- (I + dt L) F, eqs. (10) and (11). */
+/* Updates F <- (I + dt L) F, eqs. (10) and (11) of docs/theory.md. */
 MPM_INLINE void MPMDeform(int dim, PetscReal dt, const MPMReal *L, MPMReal *F)
 {
   MPMReal G[9];
@@ -72,13 +74,13 @@ MPM_INLINE void MPMDeform(int dim, PetscReal dt, const MPMReal *L, MPMReal *F)
   for (int k = 0; k < dim * dim; k++) F[k] = G[k];
 }
 
-/* Natural logarithm of a positive normal number, below 1 ulp: the algorithm of fdlibm's e_log.c (Sun Microsystems,
-   1993), branch-free. Our own, because a state must have the same bits with every libm and compiler, and because it
-   has to vectorise; libm's log promises neither. For x <= 0 or not
-   finite it returns something: such a J has been noted by then, and the step will not stand. */
+/* Returns the natural logarithm of a positive normal number, with an error below 1 ulp: the algorithm of fdlibm's
+   e_log.c (Sun Microsystems, 1993) without branches. It is used instead of libm's log because states must have the same
+   bits with every libm and compiler, and because it must vectorise. If x <= 0 or not finite its value means nothing;
+   such a J has been noted as bad by then, and the run stops. */
 MPM_INLINE MPMReal MPMLog(MPMReal x)
 {
-  const PetscReal magic = 6755399441055744.0; /* 1.5 2^52: its low bits hold whole numbers */
+  const PetscReal magic = 6755399441055744.0; /* 1.5 2^52: a sum with it has integers in its low bits */
   MPMBits         ix, k;
   MPMReal         m, dk;
 
@@ -100,11 +102,12 @@ MPM_INLINE MPMReal MPMLog(MPMReal x)
   }
 }
 
-/* e^x, below 1 ulp: the algorithm of fdlibm's e_exp.c (Sun Microsystems, 1993), branch-free; our own for the reasons
-   of MPMLog. Beyond the range it gives 0 and infinity, where the result is subnormal it is right to its last bit. */
+/* Returns e^x with an error below 1 ulp: the algorithm of fdlibm's e_exp.c (Sun Microsystems, 1993) without branches,
+   for the same reasons as MPMLog. Beyond the range it gives 0 and infinity; a subnormal result is right to its last
+   bit. */
 MPM_INLINE MPMReal MPMExp(MPMReal x)
 {
-  const PetscReal magic = 6755399441055744.0; /* 1.5 2^52: adding it leaves a whole number in the low bits */
+  const PetscReal magic = 6755399441055744.0; /* 1.5 2^52: adding it leaves an integer in the low bits */
   MPMBits         ik, half, rest;
   MPMReal         shifted, a, b;
 
@@ -112,8 +115,8 @@ MPM_INLINE MPMReal MPMExp(MPMReal x)
   shifted = x * 1.44269504088896338700e+00 + magic;
   memcpy(&ik, &shifted, sizeof ik);
   ik -= 0x4338000000000000ULL; /* x = k ln 2 + (hi - lo), |hi - lo| <= ln 2/2; k here modulo 2^64 */
-  /* 2^k as a product of two powers, since k goes from -1076 to 1024: all but the last product are exact. k + 2048 > 0
-     makes the shift one of an unsigned number, as all processors have it. */
+  /* 2^k is a product of two powers, since k goes from -1076 to 1024; all products but the last are exact. k + 2048 > 0,
+     so the shift is one of an unsigned number, which all processors have. */
   half = (ik + 2048) >> 1;
   rest = (ik + 2048) - half;
   half = (half - 1024 + 1023) << 52;
@@ -133,9 +136,10 @@ MPM_INLINE MPMReal MPMExp(MPMReal x)
   }
 }
 
-/* One rotation of Jacobi in the plane of axes p and q (r is the third): A [3][3] symmetric becomes R A R^T with
-   A[p][q] = 0, and the rows of V turn with it. The smaller of the two angles; no difference of near numbers is taken,
-   so that eigenvalues which lie close together come out as well as others. None where `done`. */
+/* Applies one Jacobi rotation in the plane of axes p and q (r is the third axis): A [3][3], symmetric, becomes R A R^T
+   with A[p][q] = 0, and the rows of V are rotated with it. It takes the smaller of the two possible angles and no
+   difference of close numbers, so eigenvalues that are close together are as accurate as others. Lanes where `done` is
+   true are not rotated. */
 MPM_INLINE void MPMJacobi(MPMReal A[3][3], MPMReal V[3][3], int p, int q, int r, MPMMask done)
 {
   const MPMReal none = MPMAll(0), b = A[p][q], h = 0.5 * (A[q][q] - A[p][p]), root = MPMSqrt(h * h + b * b);
@@ -156,15 +160,15 @@ MPM_INLINE void MPMJacobi(MPMReal A[3][3], MPMReal V[3][3], int p, int q, int r,
   }
 }
 
-/* Eigenvalues [3], in no order, and unit eigenvectors vectors[k][axis] of a symmetric tensor a [6], by Jacobi's
-   rotations: a few units in the last place of the largest one, of a positive tensor as good as of each one (Demmel and
-   Veselic, SIAM J. Matrix Anal. Appl. 13 (1992) 1204). In 2-D one rotation is exact; in 3-D few sweeps are, as they
-   converge quadratically: 8 is more than any tensor was seen to need (5). Its components' squares must neither vanish
-   nor overflow. Additions, products, divisions and square roots alone, so the bits are the same everywhere; a particle
-   that is done waits for the others of its lanes. */
+/* Computes eigenvalues [3], unsorted, and unit eigenvectors vectors[k][axis] of a symmetric tensor a [6], by Jacobi
+   rotations. The error is a few units in the last place of the largest eigenvalue, and for a positive definite tensor
+   of each one (Demmel and Veselic, SIAM J. Matrix Anal. Appl. 13 (1992) 1204). In 2-D one rotation is exact. In 3-D
+   sweeps of three rotations converge quadratically; at most 5 were needed in tests, and the loop allows 8. The squares
+   of components must neither vanish nor overflow. Only +, -, *, / and square roots are used, so the bits are the same
+   everywhere. Lanes that have converged are left unchanged until all have. */
 MPM_INLINE void MPMEigen(int dim, const MPMReal a[6], MPMReal values[3], MPMReal vectors[3][3])
 {
-  const PetscReal tiny    = 0x1p-112; /* what is this small turns no digit any more */
+  const PetscReal tiny    = 0x1p-112; /* an element whose relative square is this small changes no digit */
   MPMReal         A[3][3] = {{a[0], a[1], a[2]}, {a[1], a[3], a[4]}, {a[2], a[4], a[5]}};
   MPMMask         done    = MPMNone();
 
@@ -185,7 +189,7 @@ MPM_INLINE void MPMEigen(int dim, const MPMReal a[6], MPMReal values[3], MPMReal
   for (int k = 0; k < 3; k++) values[k] = A[k][k];
 }
 
-/* The other way: a = sum_k values[k] n_k n_k^T, n_k = vectors[k]. */
+/* Computes a = sum_k values[k] n_k n_k^T with n_k = vectors[k], the inverse of MPMEigen. */
 MPM_INLINE void MPMSpectral(int dim, const MPMReal values[3], MPMReal vectors[3][3], MPMReal a[6])
 {
   for (int d = 0; d < 3; d++)
@@ -199,9 +203,9 @@ MPM_INLINE void MPMSpectral(int dim, const MPMReal values[3], MPMReal vectors[3]
     }
 }
 
-#if MPM_WIDTH == 1 /* for one particle alone */
+#if MPM_WIDTH == 1 /* for single particles */
 
-/* J F^-T, by which areas deform. */
+/* Computes c = J F^-T [dim*dim], by which areas deform. */
 MPM_INLINE void MPMCofactor(int dim, const PetscReal *F, PetscReal *c)
 {
   for (int d = 0; d < dim; d++)
@@ -214,7 +218,7 @@ MPM_INLINE void MPMCofactor(int dim, const PetscReal *F, PetscReal *c)
     }
 }
 
-/* The diagonal of the left stretch tensor V = sqrt(F F^T). */
+/* Computes the diagonal V [dim] of the left stretch tensor sqrt(F F^T). */
 MPM_INLINE void MPMStretch(int dim, const PetscReal *F, PetscReal V[3])
 {
   PetscReal b[6], squares[3], n[3][3];
@@ -222,7 +226,7 @@ MPM_INLINE void MPMStretch(int dim, const PetscReal *F, PetscReal V[3])
   MPMLeftCauchyGreen(dim, F, b);
   if (dim == 1) {
     V[0] = PetscAbsReal(F[0]);
-  } else if (dim == 2) { /* Cayley and Hamilton: V^2 - tr(V) V + det(V) I = 0 */
+  } else if (dim == 2) { /* by Cayley-Hamilton, V^2 - tr(V) V + det(V) I = 0 */
     const PetscReal J = PetscAbsReal(MPMDet(2, F)), trace = PetscSqrtReal(b[0] + b[3] + 2 * J);
 
     V[0] = (b[0] + J) / trace;

@@ -1,4 +1,4 @@
-/* timers.c - see timers.h. */
+/* timers.c - the clock, the timers of the parts of a step, and their events; timers.h describes them. */
 #include <petscdm.h>
 #include <petscsf.h>
 #include <petsctime.h>
@@ -9,6 +9,7 @@
 static const char *const parts[] = {"FORCES", "REDUCE", "MIGRATE", "SORT", "SETTLE", "other"};
 _Static_assert(sizeof parts / sizeof parts[0] == MPM_TIMER_PHASES, "every part of a step that is no phase has a name");
 
+/* Returns the processor time of this thread in s. */
 static PetscReal Processor(void)
 {
   struct timespec now;
@@ -17,14 +18,14 @@ static PetscReal Processor(void)
   return (PetscReal)now.tv_sec + 1e-9 * (PetscReal)now.tv_nsec;
 }
 
-/* The event of this name: the one there is, or a new one. */
+/* Finds the event of this name, or registers it. */
 static PetscErrorCode Event(const char name[], PetscLogEvent *event)
 {
   static PetscClassId id = 0;
 
   PetscFunctionBeginUser;
   PetscCall(PetscLogEventGetId(name, event));
-  if (*event >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* a study makes many runs */
+  if (*event >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* an earlier run of a study has registered it */
   if (!id) PetscCall(PetscClassIdRegister("MPM", &id));
   PetscCall(PetscLogEventRegister(name, id, event));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -34,7 +35,7 @@ PetscErrorCode MPMTimersCreate(MPMTimers *t)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(t->seconds, sizeof t->seconds));
-  PetscCall(DMInitializePackage()); /* -log_view asks all processes for the same events: workers of a pool make no DM */
+  PetscCall(DMInitializePackage()); /* -log_view needs equal events on all processes; workers of a pool make no DM */
   PetscCall(PetscSFInitializePackage());
   t->n = MPM_TIMER_PHASES;
   for (PetscInt k = 0; k < MPM_TIMER_PHASES; k++) {
@@ -73,7 +74,7 @@ PetscErrorCode MPMTimersClock(const MPMTimers *t, PetscLogDouble *now)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives the time since the last call to the innermost open timer. */
+/* Adds the time since the last call to the innermost open timer. */
 static PetscErrorCode Book(MPMTimers *t)
 {
   PetscLogDouble now;

@@ -1,4 +1,4 @@
-/* version.c - what this build is; the makefile defines the texts, for this file alone. */
+/* version.c - what this build is; the makefile defines the texts when it compiles this file. */
 #include "base/base.h"
 
 #ifndef MPM_GIT

@@ -59,13 +59,15 @@ PetscErrorCode MPMModelSave(const MPMCost *cost, const MPMCore *core, const MPMS
   fprintf(file, "# constants of pebble's model of a step, by make calibrate; s, and s a particle, node or byte\n");
   fprintf(file, "# rate <part of the step> <a call>, then three times <at so many> <so much each>\n");
   fprintf(file, "method %s\nfrom %s\n", method, m->from);
-  for (PetscInt e = 0; e < core->timers.n; e++)
-    if (m->rate[e].call > 0 || m->rate[e].each[MPM_RATE_SIZES - 1] > 0) {
-      fprintf(file, "rate %s %.6g", core->timers.name[e], (double)m->rate[e].call);
-      for (int k = 0; k < MPM_RATE_SIZES; k++)
-        fprintf(file, " %.6g %.6g", (double)m->rate[e].size[k], (double)m->rate[e].each[k]);
-      fprintf(file, "\n");
-    }
+  for (PetscInt q = 0; q < core->timers.n; q++) {
+    const PetscInt e = MPMTimersRow(&core->timers, q);
+    const MPMRate *r = &m->rate[e];
+
+    if (r->call == 0 && r->each[MPM_RATE_SIZES - 1] == 0) continue;
+    fprintf(file, "rate %s %.6g", core->timers.name[e], (double)r->call);
+    for (int k = 0; k < MPM_RATE_SIZES; k++) fprintf(file, " %.6g %.6g", (double)r->size[k], (double)r->each[k]);
+    fprintf(file, "\n");
+  }
 #define MPM_WRITE(name, needed) fprintf(file, #name " %.6g\n", (double)m->name);
   MPM_MODEL_NUMBERS(MPM_WRITE)
 #undef MPM_WRITE

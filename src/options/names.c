@@ -45,11 +45,13 @@ static const char *const aliases[][2] = {
     {"g", "gravity"},
 };
 
-/* What PETSc reads by itself when it starts or ends, and reads late, so that it still counts as unused when we look. */
-static const char *const petsc[] = {"citations",    "get_total_flops", "log_all",          "log_view",
-                                    "malloc_dump",  "malloc_view",     "memory_view",      "mpidump",
-                                    "objects_dump", "options_left",    "options_view",     "skip_petscrc",
-                                    "malloc_test",  "malloc_debug",    "no_signal_handler"};
+/* What PETSc reads by itself when it starts or ends, or once there are DMs, and reads late, so that it still counts as
+   unused when we look. Its options that would cut or number the grid in another way (-da_processors_x, -dm_vec_type, ...)
+   are not among these, so that they are refused before there is a DM. */
+static const char *const petsc[] = {"citations",    "get_total_flops", "log_all",           "log_view",
+                                    "malloc_dump",  "malloc_view",     "memory_view",       "mpidump",
+                                    "objects_dump", "options_left",    "options_view",      "skip_petscrc",
+                                    "malloc_test",  "malloc_debug",    "no_signal_handler", "dm_view"};
 #define NUM(a) (sizeof a / sizeof a[0])
 
 /* The names that may stand in the place of <.> in this row, and how many. */
@@ -142,7 +144,7 @@ static PetscBool FromAlias(MPMOptions o, const char given[], char nearest[MPM_FU
     if (!whole && !EndsWith(given, aliases[k][0])) continue;
     (void)snprintf(nearest, MPM_FULL_LEN, "%.*s%s", (int)keep, given, aliases[k][1]);
     row = Find(o, nearest);
-    if (row && row->type != MPM_LATER) return PETSC_TRUE;
+    if (row && row->type != MPM_LATER && row->type != MPM_MOVED) return PETSC_TRUE;
   }
   return PETSC_FALSE;
 }
@@ -160,7 +162,7 @@ static void Nearest(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN]
     char           word[MPM_FULL_LEN];
     const PetscInt n = row->name ? Words(o, row, &words) : 0;
 
-    if (!row->name || row->type == MPM_LATER) continue;
+    if (!row->name || row->type == MPM_LATER || row->type == MPM_MOVED) continue;
     if (!strchr(row->name, '<')) Consider(given, row->name, &best, nearest);
     for (PetscInt k = 0; k < n; k++) {
       MPMOptionsFullName(row->name, words[k], word);
@@ -224,6 +226,14 @@ static PetscErrorCode CheckChoices(MPMOptions o, const char given[])
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* -dm_view writes to standard output: each DM that wrote to a file or a window would take the place of the one before. */
+static void CheckView(MPMOptions o, const char name[], const char value[])
+{
+  if (strcasecmp(name, "dm_view") || !value || !value[0] || !strcmp(value, "::ascii_info_detail")) return;
+  MPMOptionsFail(o, "-dm_view %.*s: it takes no value, or ::ascii_info_detail, which adds the bytes of the particles",
+                 MPM_NAME_LEN, value);
 }
 
 /* Refuses a name that is not in the vocabulary. */
@@ -291,6 +301,7 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
   for (PetscInt k = 0; k < n && !o->error[0]; k++) {
     const MPMOptionRow *row = Find(o, names[k]);
 
+    CheckView(o, names[k], values[k]);
     if (IsPetscs(names[k])) continue;
     if (fault[0] && (!strncasecmp(names[k], "material_", 9) || !strncasecmp(names[k], "body_", 5) ||
                      !strncasecmp(names[k], "load_", 5) || !strncasecmp(names[k], "bc_", 3)))
@@ -300,6 +311,8 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
       Refuse(o, names[k]);
     } else if (row->type == MPM_LATER)
       MPMOptionsFail(o, "-%.*s is not built yet (%s)", MPM_FULL_LEN, names[k], row->help);
+    else if (row->type == MPM_MOVED)
+      MPMOptionsFail(o, "-%.*s is no option: %s", MPM_FULL_LEN, names[k], row->help);
   }
   PetscCall(PetscOptionsLeftRestore(NULL, &n, &names, &values));
   if (fault[0] && !o->error[0]) PetscCall(PetscStrncpy(o->error, fault, sizeof o->error));

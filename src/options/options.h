@@ -18,7 +18,8 @@ typedef enum {
   MPM_REALS,
   MPM_INTS,
   MPM_NAMES,
-  MPM_LATER
+  MPM_LATER,
+  MPM_MOVED
 } MPMOptionType;
 
 /* A row of the vocabulary. A group has no name; its help is its title. */

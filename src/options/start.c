@@ -91,13 +91,15 @@ static void PrintHelp(const MPMVocabulary *table)
   printf(
       "Pebble: the Material Point Method on PETSc\n"
       "  pebble -options_file options/disks.opts [-option value ...]\n"
-      "  pebble -version; pebble -help petsc also lists PETSc's own options; -log_view times events and counts messages\n"
+      "  pebble -version; pebble -help petsc also lists PETSc's own options; -log_view times events and counts messages,\n"
+      "  -dm_view prints the DMs of grid and particles\n"
       "Options: <default> unit: meaning (allowed). Lists have no blanks: -gravity 0,-9.81\n");
   for (size_t r = 0; r < table->n; r++) {
     const MPMOptionRow *row     = &table->row[r];
     const PetscBool     numbers = row->type == MPM_REALS || row->type == MPM_INTS ? PETSC_TRUE : PETSC_FALSE;
     const PetscBool     whole   = row->type == MPM_INT || row->type == MPM_INTS ? PETSC_TRUE : PETSC_FALSE;
 
+    if (row->type == MPM_MOVED) continue;
     if (!row->name)
       printf("\n%s\n", row->help);
     else if (row->type == MPM_LATER)
@@ -142,14 +144,15 @@ static PetscBool Answer(const MPMVocabulary *table, int argc, char **argv)
 
 PetscBool MPMOptionsStart(const MPMVocabulary *table, int argc, char **argv, int *status)
 {
-  char error[MPM_TEXT_LEN] = "";
+  const char *name                = argc && strrchr(argv[0], '/') ? strrchr(argv[0], '/') + 1 : "pebble";
+  char        error[MPM_TEXT_LEN] = "";
 
   *status = MPM_EXIT_OK;
   if (Answer(table, argc, argv)) return PETSC_TRUE;
   if (argc < 2 && !getenv("PETSC_OPTIONS") && !getenv("PETSC_OPTIONS_YAML"))
     (void)snprintf(
         error, sizeof error,
-        "usage: pebble -options_file options/disks.opts [-option value ...]   (pebble -help lists the options)");
+        "usage: %.100s -options_file options/disks.opts [-option value ...]   (pebble -help lists the options)", name);
   else
     CheckArguments(argc, argv, error, sizeof error);
   MoveFilesFirst(argc, argv);

@@ -89,7 +89,9 @@ PetscErrorCode MPMParticlesCreate(MPMParticles *particles, MPI_Comm comm)
   PetscFunctionBeginUser;
   PetscCall(DMCreate(comm, &particles->swarm));
   PetscCall(DMSetType(particles->swarm, DMSWARM));
+  PetscCall(PetscObjectSetName((PetscObject)particles->swarm, "particles"));
   PetscCall(DMSetDimension(particles->swarm, particles->dim));
+  PetscCall(DMSetFromOptions(particles->swarm));
   PetscCall(DMSwarmSetType(particles->swarm, DMSWARM_BASIC));
   PetscCall(DMSwarmInitializeFieldRegister(particles->swarm));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)

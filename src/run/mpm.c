@@ -116,6 +116,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
     PetscCall(MPMParticlesCreate(&core->particles, core->exchange.data));
     PetscCall(MPMSceneAddParticles(&mpm->scene, core));
     PetscCall(core->exchange.type->settle(core, PETSC_TRUE));
+    PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
     PetscCall(MPMStepBound(core));
     PetscCall(MPMModelPredict(&mpm->cost, core, MPMTimeStep(core, &mpm->time)));
   }

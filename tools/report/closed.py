@@ -50,7 +50,7 @@ def near_cube(dim, parts):
 
 def combine(lines, repeats):
     """One line of a calibration's file from that of several."""
-    found = [re.match(r"(rate \d+|[a-z]+(?:\[\d\]\.[a-z]+)?) ([-+.\de ]+?)( #.*)?$", line) for line in lines]
+    found = [re.match(r"(rate \w+|[a-z]+(?:\[\d\]\.[a-z]+)?) ([-+.\de ]+)$", line) for line in lines]
     if lines[0].startswith("from"):
         return f"{lines[0]}, of {repeats}"
     if not all(found):
@@ -58,7 +58,7 @@ def combine(lines, repeats):
     name, columns = found[0][1], list(zip(*(m[2].split() for m in found)))
     least = {2, 4} if name.startswith("rate") else {0} if name in ("message", "copy", "kept", "reduction", "flop", "byte") else set()
     values = [min(c, key=float) if k in least else sorted(c, key=float)[len(c) // 2] for k, c in enumerate(columns)]
-    return f"{name} {' '.join(values)}{found[0][3] or ''}"
+    return f"{name} {' '.join(values)}"
 
 
 class ClosedForm:
@@ -74,9 +74,9 @@ class ClosedForm:
             self.missing.append((where, what))
 
     # ---- Pebble
-    def pebble(self, *options, ranks=1):
+    def pebble(self, *options, ranks=1, program=None):
         command = ([self.args.mpiexec, "-n", str(ranks)] if ranks > 1 else []) + [
-            self.args.pebble,
+            program or self.args.pebble,
             *map(str, options),
             "-output_dir",
             self.work.name,
@@ -96,7 +96,7 @@ class ClosedForm:
             for k in range(repeats):
                 path = os.path.join(self.work.name, f"{name}{k}.model")
                 options = os.path.join(HERE, f"{name}.opts")
-                self.pebble("-options_file", options, "-model_calibrate", "-model_file", path, ranks=2)
+                self.pebble("-options_file", options, "-model_file", path, ranks=2, program=self.args.calibrator)
                 with open(path) as f:
                     texts.append(f.read().splitlines())
                 print(f"  {name}: calibration {k + 1} of {repeats}", flush=True)
@@ -176,12 +176,12 @@ class ClosedForm:
         crossed = [q for axis in layers for q in axis]
         p = 1 - math.exp(-sum(crossed))
         # Sums cost 0.2 ns a byte at either end; motion is sent without cost. The pool's master packs for 0.2 and takes in for 0.11 ns a byte.
-        m.numbers = {"copy": 0, "kept": 0.4e-9, "farm": 0.155e-9, "chunk": 500e-9, "migration[0].process": 0, "migration[1].process": 0}
+        m.numbers = {"copy": 0, "kept": 0.4e-9, "pool": 0.155e-9, "job": 500e-9, "migration[0].process": 0, "migration[1].process": 0}
         m = m.with_network(**NETWORK)
         for k in (0, 1):
-            m.numbers[f"migration[{k}].point"] = costs["SWARM_POINT"] if k == 0 else 0
+            m.numbers[f"migration[{k}].particle"] = costs["SWARM_POINT"] if k == 0 else 0
             m.numbers[f"migration[{k}].call"] = costs["SWARM"] if k == 0 else 0
-            for part in ("call", "stage", "process", "point"):
+            for part in ("call", "stage", "process", "particle"):
                 m.numbers[f"migration[{k}].{part}"] *= p
             # direct: half of the cost arises at either end, and both ends wait at the same time; the bytes are the network's.
             m.numbers[f"migration[{k}].leaver"] = k * 0.5 * costs.get("LEAVER", 0) + WIRE * (12 + m.bytes("id x cell v F"))

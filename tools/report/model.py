@@ -131,11 +131,11 @@ class Model:
                 t[name] = rate.seconds(s.particles)
         for name in "SORT", "SETTLE":
             t[name] = self.rates.get(name, none).seconds(s.particles)
-        way = {k: m[f"migration[{int(self.direct)}].{k}"] for k in ("call", "stage", "process", "point", "leaver")}
+        way = {k: m[f"migration[{int(self.direct)}].{k}"] for k in ("call", "stage", "process", "particle", "leaver")}
         chance = 1 - math.exp(-s.crossing) if s.processes > 1 else 0
         stages = s.axes if self.direct else log2(s.processes)
         t["MIGRATE"] = chance * (
-            way["call"] + way["stage"] * stages + way["point"] * s.particles + way["process"] * s.processes
+            way["call"] + way["stage"] * stages + way["particle"] * s.particles + way["process"] * s.processes
         ) + way["leaver"] * s.row * s.waits
         t["REDUCE"] = self.rates.get("REDUCE", none).call + log2(s.processes) * m["reduction"]
         t["other"] = self.rates.get("other", none).seconds(s.particles)
@@ -164,7 +164,7 @@ class Model:
         chunks, sizes = self.farmed(s, edge)
         for name, size in sizes.items():
             one = alone.pop(name)
-            master = chunks * (m["chunk"] + m["message"]) + size * (m["farm"] + m["wire"])
+            master = chunks * (m["job"] + m["message"]) + size * (m["pool"] + m["wire"])
             work = self.rates[name].seconds(s.particles) if name in self.rates else one
             busy += master
             total += max(master, (work + master) / min(s.processes - 1, chunks)) + (work + 2 * master) / chunks
@@ -242,13 +242,13 @@ class Model:
         return other
 
     def with_network(self, message, post, wire, reduction):
-        """The same processor with another network; the part of migration that is messages changes with it, as in src/calibrate.c. What an
+        """The same processor with another network; the part of migration that is messages changes with it, as in tools/calibrate. What an
         exchange costs beyond its messages is the waiting of two processes of this machine, so it is no property of a network. A
         network carries bytes while the master of a pool packs others, where processes that share memory copy them: the longer of
         both counts."""
         return self.with_(
             exchange=0,
-            farm=max(0, self.numbers["farm"] - wire),
+            pool=max(0, self.numbers["pool"] - wire),
             message=message,
             post=post,
             wire=wire,
@@ -267,7 +267,7 @@ class Model:
 
 
 def load(path):
-    """Reads a model from a file that `pebble -model_calibrate` wrote. Rates are found by their names, since their numbers may change."""
+    """Reads a model from a file that `make calibrate` wrote."""
     with open(path) as f:
         text = f.read()
     method = re.search(r"^method (\d)-D:(\d+):\S*", text, re.M)
@@ -277,7 +277,7 @@ def load(path):
     update = "usl" if ":G2P." in method[0] else "usf" if ":P2G_MASS." in method[0] else "musl"
     model = Model(int(method[1]), bases[int(method[2])], update, origin=(re.search(r"^from (.*)", text, re.M) or ["", ""])[1])
     number = r"([-+.\deE]+)"
-    for values, name in re.findall(r"^rate \d+ ([^#\n]*)# (\w+):", text, re.M):
+    for name, values in re.findall(r"^rate (\w+) (.*)", text, re.M):
         call, *pairs = map(float, values.split())
         model.rates[name] = Rate(call, tuple(pairs[::2]), tuple(pairs[1::2]))
     for name, value in re.findall(rf"^([a-z]+(?:\[\d\]\.[a-z]+)?) {number}$", text, re.M):
@@ -291,11 +291,11 @@ def save(model, path, like, lanes=None):
         text = f.read()
 
     def rate(found):
-        r = model.rates.get(found[2], Rate(0, (1, 2, 3), (0, 0, 0)))
+        r = model.rates.get(found[1], Rate(0, (1, 2, 3), (0, 0, 0)))
         pairs = " ".join(f"{n:g} {each:.8g}" for n, each in zip(r.size, r.each))
-        return f"rate {found[1]} {r.call:.8g} {pairs} # {found[2]}:"
+        return f"rate {found[1]} {r.call:.8g} {pairs}"
 
-    text = re.sub(r"^rate (\d+) [^#\n]*# (\w+):", rate, text, flags=re.M)
+    text = re.sub(r"^rate (\w+) .*", rate, text, flags=re.M)
     if lanes:
         text = re.sub(r"^(method \d-D:\d+:\d+:)\d+", rf"\g<1>{lanes}", text, flags=re.M)
     for name, value in model.numbers.items():

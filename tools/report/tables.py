@@ -453,8 +453,8 @@ class Tables(ClosedForm):
             m, s = self.closed(name), self.whole(name)
             edge = m.patch(s)
             busy, serial = m.pool(model.replace(s, processes=8), edge)[1], m.step(s)
-            sizes, of_patch = m.farmed(s, edge)[1], m.numbers["chunk"] + m.numbers["message"]
-            ends = sum(m.rates[k].seconds(s.particles) + 2 * b * (m.numbers["farm"] + m.numbers["wire"]) for k, b in sizes.items())
+            sizes, of_patch = m.farmed(s, edge)[1], m.numbers["job"] + m.numbers["message"]
+            ends = sum(m.rates[k].seconds(s.particles) + 2 * b * (m.numbers["pool"] + m.numbers["wire"]) for k, b in sizes.items())
             best = (s.nodes / math.sqrt(ends / len(sizes) / of_patch)) ** (1 / m.dim)
             lines.append(
                 [
@@ -593,14 +593,14 @@ class Tables(ClosedForm):
             for k, unit in (
                 ("copy", "ns a byte, g_copy"),
                 ("kept", "ns a byte, g_kept"),
-                ("farm", "ns a byte, f"),
-                ("chunk", "ns a patch, h" + " (0: less than can be told)" * (measured["chunk"] == 0)),
+                ("pool", "ns a byte, f"),
+                ("job", "ns a patch, h" + " (0: less than can be told)" * (measured["job"] == 0)),
                 ("migration[0].call", "ns a migration by DMSwarmMigrate, m0"),
-                ("migration[0].point", "ns a particle that is there then, m2"),
+                ("migration[0].particle", "ns a particle that is there then, m2"),
                 ("migration[1].call", "ns a direct migration, m0"),
                 ("migration[1].leaver", "ns a particle that leaves, m4"),
             ):
-                lines.append([what, re.sub(r"\[\d\].", ", ", k).replace("point", "particle"), f"{1e9 * measured[k]:.3g} {unit}", "", "", ""])
+                lines.append([what, re.sub(r"\[\d\].", ", ", k), f"{1e9 * measured[k]:.3g} {unit}", "", "", ""])
         sizes = ("1 500", "20 000", "400 000")
         text = marks.markdown(["scene", "constant", "each call", *(f"each, about {n}" for n in sizes)], lines)
         origin = re.sub(r", of (\d+)$", r"; of \1 such, the least or the median", self.closed("box2d").origin)

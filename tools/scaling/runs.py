@@ -85,8 +85,8 @@ def command_output(command, environment):
     return done.stdout
 
 
-def start(args, processes, *options):
-    return command_output([args.mpiexec, "-n", str(processes), args.pebble, *options],
+def start(args, processes, *options, program=None):
+    return command_output([args.mpiexec, "-n", str(processes), program or args.pebble, *options],
                           launch.environment(processes, args.cores))
 
 
@@ -95,7 +95,7 @@ def calibrate(args, name, processes, options):
     path = os.path.join(BUILD, f"{name}.{processes}.model")
     os.makedirs(BUILD, exist_ok=True)
     if not (args.keep and os.path.exists(path)):
-        start(args, processes, *options, "-model_calibrate", "-model_file", path, "-output_dir", os.path.dirname(path))
+        start(args, processes, *options, "-model_file", path, "-output_dir", os.path.dirname(path), program=args.calibrator)
     return path
 
 

@@ -254,7 +254,7 @@ def validation(args, results):
         name, found = os.path.basename(path)[:-5], {1: [], 2: []}
         try:
             for _ in range(args.repeats):
-                text = runs.start(args, 2, "-options_file", path, "-model_calibrate", "-output_dir", runs.BUILD)
+                text = runs.start(args, 2, "-options_file", path, "-output_dir", runs.BUILD, program=args.calibrator)
                 for p, measured, predicted in re.findall(r"^check .* on (\d+) process\w*: (\S+) s a step, predicted ([^,]+),", text, re.M):
                     found[int(p)].append((float(measured), float(predicted)))
             particles = int(re.search(r"^scene .* (\d+) particles", runs.start(args, 1, "-options_file", path, "-dry_run"), re.M)[1])
@@ -319,7 +319,7 @@ Written by `make scaling` ({when}; {machine}; load average {load} at the start, 
 bytes are counted to six digits.
 
 **validation.csv**: of the scenes of options/ as they are, for their first steps (20 to 500, some 6 ms): the step measured and
-the step predicted, both by `-model_calibrate` on two processes, the least of the repeats of each, and predicted over measured. The calibration measures its
+the step predicted, both by `make calibrate` on two processes, the least of the repeats of each, and predicted over measured. The calibration measures its
 constants, from runs at other sizes, and the scene itself, on one process and on two, in turns for 10 s and more, and keeps the least of
 each: other virtual machines on the same host slow its cores to two thirds for milliseconds or hours, and some of many short runs are
 not slowed.
@@ -330,6 +330,7 @@ def main():
     parts = {"scaling": scaling, "counts": count, "validation": validation}
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--pebble", default="./pebble")
+    p.add_argument("--calibrator", default=os.path.join(runs.ROOT, "build", "mpicc", "calibrate"), help="program of make calibrate")
     p.add_argument("--mpiexec", default="mpiexec")
     p.add_argument("--full", action="store_true", help="four times the particles, 100 steps, 5 repeats")
     p.add_argument("--only", help=f"of {', '.join(parts)}, separated by commas")

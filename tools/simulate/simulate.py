@@ -237,13 +237,13 @@ def platform_file(name):
 
 
 def measure(args, transport):
-    """Makes the platform of two processes of this machine from what -model_calibrate finds there: the time of a short message, the
+    """Makes the platform of two processes of this machine from what a calibration finds there: the time of a short message, the
     part of it for which the processors at its ends are busy, and the time of a byte. The least of several calibrations counts."""
     file, found = WORK / f"{transport}.model", []
     path = write_scene("box2d", SCENES["box2d"][2], 40)
     for _ in range(args.calibrations // 5 + 1):
-        command = [args.mpiexec, *TRANSPORTS[transport], "-n", "2", args.pebble, "-options_file", path]
-        command += ["-model_calibrate", "-model_file", file, "-output_dir", WORK]
+        command = [args.mpiexec, *TRANSPORTS[transport], "-n", "2", args.calibrator, "-options_file", path]
+        command += ["-model_file", file, "-output_dir", WORK]
         done = launch.run(command, launch.environment(2, os.cpu_count()), capture_output=True, text=True)
         if done.returncode:
             raise RuntimeError(f"no calibration over {transport}: {(done.stderr + done.stdout)[-500:]}")
@@ -295,7 +295,7 @@ def migration(name):
     box = "box3d" if name.endswith("3d") else "box2d"
     text = (ROOT / f"docs/data/models/{box}.model").read_text()
     known = dict(re.findall(r"^migration\[(\d\]\.\w+) (\S+)$", text, re.M))
-    return {cost: 1e9 * float(known[k]) for cost, k in (("LEAVER", "1].leaver"), ("SWARM", "0].call"), ("SWARM_POINT", "0].point"))}
+    return {cost: 1e9 * float(known[k]) for cost, k in (("LEAVER", "1].leaver"), ("SWARM", "0].call"), ("SWARM_POINT", "0].particle"))}
 
 
 def in_turns(args, path, ways):
@@ -524,6 +524,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pebble", default=ROOT / "pebble", type=lambda p: Path(p).resolve(), help="the program")
     parser.add_argument("--simulator", default=ROOT / "build/simulate/pebble", type=lambda p: Path(p).resolve(), help="built with smpicc")
+    parser.add_argument("--calibrator", default=ROOT / "build/mpicc/calibrate", type=lambda p: Path(p).resolve(),
+                        help="the program of make calibrate")
     parser.add_argument("--mpiexec", default="mpiexec")
     parser.add_argument("--calibrate", action="store_true")
     parser.add_argument("--validate", action="store_true")
