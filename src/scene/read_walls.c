@@ -1,9 +1,9 @@
-/* read_walls.c - the walls of the scene from the options -bc_<face>_*. */
+/* read_walls.c - reads the walls of the scene from the options -bc_<face>_*, before the first step. */
 #include <stddef.h>
 #include "scene/scene.h"
 
-/* The parameters of walls: a word of wall.def, its row of the vocabulary, its place in MPMFace; a number, or one an
-   axis. A new parameter is a row here, a member of MPMFace and a row of the vocabulary. */
+/* The parameters of walls: the word of wall.def, the row of the vocabulary, the offset in MPMFace; vector: there is one
+   number per axis. A new parameter needs a row here, a member of MPMFace and a row of the vocabulary. */
 static const struct {
   const char *word, *row;
   size_t      place;
@@ -38,7 +38,7 @@ static PetscErrorCode ReadFace(const char name[], MPMFace *face, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads the walls, and which axes are periodic. Faults are left in o. */
+/* Reads the walls, and which axes are periodic. The first fault is left in o. Not collective. */
 PetscErrorCode MPMSceneReadWalls(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
   PetscFunctionBeginUser;
