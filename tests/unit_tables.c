@@ -47,8 +47,8 @@ static PetscErrorCode CheckMethod(const MPMScheme *scheme, const MPMTransfer *tr
     CHECK(phase >= core.phases && phase < core.phases + core.nphases);
     if (k >= 3 * order) CHECK_EQ(phase - core.phases, scheme->phases[k - 3 * order]);
     if (k >= 3 * order) continue;
-    CHECK_EQ(phase->kind,
-             k % 3); /* the filter: to nodes, nodes, to particles; from the second order on of what is left */
+    /* the filter: to nodes, nodes, to particles; from the second order on of what is left */
+    CHECK_EQ((PetscInt)phase->kind, k % 3);
     if (phase->kind != MPM_NODES) CHECK_EQ(phase->parts & MPM_RESIDUAL ? 1 : 0, k >= 3 ? 1 : 0);
   }
   for (PetscInt k = 0; k < core.nphases; k++) {
