@@ -56,6 +56,10 @@ static PetscErrorCode CheckMethod(const MPMScheme *scheme, const MPMTransfer *tr
 
     CHECK(phase->name && phase->name[0]);
     CHECK((phase->kind == MPM_NODES) == (phase->nodes != NULL));
+    /* what the transfer adds, it adds to what carries velocity, and to nothing else */
+    CHECK_EQ(phase->parts & transfer->parts,
+             phase->parts & (MPM_P2G_MOMENTUM | MPM_G2P_MOTION) && !(phase->parts & MPM_RESIDUAL) ? transfer->parts
+                                                                                                  : 0);
     CHECK(phase->timer >= MPM_TIMER_PHASES && phase->timer < core.timers.n);
     CHECK(!strcmp(core.timers.name[phase->timer], phase->name));
     PetscCall(CheckEvent(&core.timers, phase->timer));
