@@ -47,7 +47,8 @@ static PetscErrorCode CheckMethod(const MPMScheme *scheme, const MPMTransfer *tr
     CHECK(phase >= core.phases && phase < core.phases + core.nphases);
     if (k >= 3 * order) CHECK_EQ(phase - core.phases, scheme->phases[k - 3 * order]);
     if (k >= 3 * order) continue;
-    CHECK_EQ((int)phase->kind, k % 3); /* the filter: to nodes, nodes, to particles; then the same of what is left */
+    /* the filter: to nodes, nodes, to particles; from the second order on of what is left */
+    CHECK_EQ((PetscInt)phase->kind, k % 3);
     if (phase->kind != MPM_NODES) CHECK_EQ(phase->parts & MPM_RESIDUAL ? 1 : 0, k >= 3 ? 1 : 0);
   }
   for (PetscInt k = 0; k < core.nphases; k++) {
@@ -55,6 +56,10 @@ static PetscErrorCode CheckMethod(const MPMScheme *scheme, const MPMTransfer *tr
 
     CHECK(phase->name && phase->name[0]);
     CHECK((phase->kind == MPM_NODES) == (phase->nodes != NULL));
+    /* what the transfer adds, it adds to what carries velocity, and to nothing else */
+    CHECK_EQ(phase->parts & transfer->parts,
+             phase->parts & (MPM_P2G_MOMENTUM | MPM_G2P_MOTION) && !(phase->parts & MPM_RESIDUAL) ? transfer->parts
+                                                                                                  : 0);
     CHECK(phase->timer >= MPM_TIMER_PHASES && phase->timer < core.timers.n);
     CHECK(!strcmp(core.timers.name[phase->timer], phase->name));
     PetscCall(CheckEvent(&core.timers, phase->timer));
