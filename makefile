@@ -186,21 +186,21 @@ picture: $(PEBBLE)
 	@printf '%s\n' "" "Products:" "  output/disks.png   the picture" \
 	  "  output/disks.xdmf  for ParaView (its data: output/disks.h5)" "  output/disks.csv   history of energies and momentum"
 
-ctest: $(PEBBLE) $(units) $(BUILD)/calibrate $(BUILD)/quadrature build/seed_serial
+ctest: $(PEBBLE) $(units) $(BUILD)/calibrate $(BUILD)/predict $(BUILD)/quadrature build/seed_serial
 	@rm -rf $(BUILD)/tests/runs
 	@cmake -S tests -B $(BUILD)/tests -DSOURCE=$(CURDIR) -DBUILD=$(abspath $(BUILD)) -DPEBBLE=$(abspath $(PEBBLE)) \
 	  -DPYTHON=$(abspath $(python)) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
 	@cd $(BUILD)/tests && ctest -j2 --output-on-failure --no-tests=error $(select)
 
-pages: $(PEBBLE) $(BUILD)/calibrate
-	@$(python) tools/report/report.py --pebble $(program) --calibrator $(BUILD)/calibrate --mpiexec $(MPIEXEC) $(if $(filter all calibrate,$(REPORT)),--calibrate)
+pages: $(PEBBLE) $(BUILD)/calibrate $(BUILD)/predict
+	@$(python) tools/report/report.py --pebble $(program) --calibrator $(BUILD)/calibrate --predictor $(BUILD)/predict --mpiexec $(MPIEXEC) $(if $(filter all calibrate,$(REPORT)),--calibrate)
 
 # ---- Building. A line a file; V=1 shows the commands.
 say = $(if $(V),,@printf '  %-5s %s\n' $1 $@;)
 # What the compiler says is also kept beside the object: tests/test_warnings.py wants it to be nothing.
 keep = 2>$@.said; status=$$?; cat $@.said >&2; exit $$status
 
-objects: $(objects) $(BUILD)/calibrate
+objects: $(objects) $(BUILD)/calibrate $(BUILD)/predict
 
 # A copy, so that ./pebble is always the one of the last make, whatever its compiler.
 ifneq ($(PEBBLE),$(BUILD)/pebble)
@@ -217,7 +217,9 @@ $(units): $(BUILD)/%: tests/%.c $(filter-out $(BUILD)/run/main.o,$(objects))
 $(BUILD)/quadrature: tools/paper/quadrature.c $(BUILD)/flags
 	$(call say,TOOL) $(compile) -o $@ $< $(rpath) $(libraries)
 
-$(BUILD)/calibrate: $(wildcard tools/calibrate/*.[ch]) $(filter-out $(BUILD)/run/main.o,$(objects))
+$(BUILD)/calibrate: $(wildcard tools/calibrate/*.[ch])
+$(BUILD)/predict: tools/report/predict.c
+$(BUILD)/calibrate $(BUILD)/predict: $(filter-out $(BUILD)/run/main.o,$(objects))
 	$(call say,TOOL) $(filter-out -MMD -MP,$(compile)) -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
 
 $(BUILD)/%.o: src/%.c $(BUILD)/flags | $(rooms:%=$(BUILD)/%)

@@ -21,7 +21,7 @@ def holds(what, good, detail=""):
 
 
 def run(*options, n=1, status=0, program=None, scene=scene):
-    done = check.run([program or check.program, *scene, *options], n)
+    done = check.run([program or check.program, *scene, *options], n, timeout=300)  # a calibration waits for times that are not disturbed
     check.need(done.status == status, f"{options} on {n}: exit {done.status}, expected {status}\n{done.said}")
     return done.said
 
@@ -80,6 +80,17 @@ for phase in ("G2P_MOTION", "G2P_STRESS"):
 holds("the sum of the phases is the prediction of the step",
       abs(predictions(fitted)["all"] - sum(v for k, v in predictions(fitted).items() if k != "all"))
       < 0.01 * predictions(fitted)["all"])
+
+# ---- The same numbers for the report, by the program that answers questions about the model
+asked = open("output/disks.model").read() + f"parts {points} 1000 0 0 1\nstep {points} 1000 0 0 1\nclear\nstep {points} 1000 0 0 1\n"
+answers = subprocess.run([os.path.join(os.path.dirname(calibrate), "predict")] + scene + ["-dry_run"], input=asked, capture_output=True, text=True, timeout=60)
+facts, _, answers = answers.stdout.partition("ready\n")
+answers = answers.splitlines() + ["", "", ""]
+parts = {name: float(t) for name, t in (word.split("=") for word in answers[0].split())}
+for phase in ("P2G_MASS", "G2P_MOTION", "G2P_STRESS"):
+    check(f"predict has the same {phase}", abs(parts.get(phase, 0) - predictions(fitted)[phase]) < 0.006 * predictions(fitted)[phase])
+check("and steps that are the sums of their parts", parts and abs(float(answers[1]) - sum(parts.values())) < 1e-12 * float(answers[1]))
+check("which take no time without constants", answers[2] == "0")
 
 # ---- A scene whose small body needs more points than the smallest of the calibration's runs should have
 small = ("-grid_cells", "32,32", "-body_disk1_radius", "0.25", "-body_disk1_center", "0.27,0.27", "-body_disk2_radius", "0.006",

@@ -47,8 +47,7 @@ static PetscErrorCode CheckMethod(const MPMScheme *scheme, const MPMTransfer *tr
     CHECK(phase >= core.phases && phase < core.phases + core.nphases);
     if (k >= 3 * order) CHECK_EQ(phase - core.phases, scheme->phases[k - 3 * order]);
     if (k >= 3 * order) continue;
-    CHECK_EQ(phase->kind,
-             k % 3); /* the filter: to nodes, nodes, to particles; from the second order on of what is left */
+    CHECK_EQ((int)phase->kind, k % 3); /* the filter: to nodes, nodes, to particles; then the same of what is left */
     if (phase->kind != MPM_NODES) CHECK_EQ(phase->parts & MPM_RESIDUAL ? 1 : 0, k >= 3 ? 1 : 0);
   }
   for (PetscInt k = 0; k < core.nphases; k++) {

@@ -7,6 +7,7 @@
 #include "kernels/cell.h"
 #include "kernels/transfer.h"
 #include "particles/box.h"
+#include "physics/wall.h"
 #include "step/scheme.h"
 #include "unit.h"
 #include <sys/wait.h>

@@ -44,6 +44,8 @@ PetscErrorCode MPMModelSetFromOptions(MPMCost *, MPMOptions);
 PetscErrorCode MPMModelSetUp(MPMCost *, const MPMCore *, const MPMScene *, const char dir[]);
 PetscErrorCode MPMModelSave(const MPMCost *, const MPMCore *, const MPMScene *);
 PetscBool      MPMModelIsFile(const char path[]);
+PetscBool      MPMModelReadLine(const MPMTimers *, const char line[], MPMModel *, int *found);
+void           MPMModelMethod(const MPMCore *, const MPMScene *, char text[], size_t len);
 
 /* --- Predictions (model.c); dt: of the next step, s ----------------------------------------------------------------
    */
@@ -51,13 +53,18 @@ PetscBool      MPMModelIsFile(const char path[]);
 void           MPMModelRough(MPMModel *, const MPMCore *, const MPMScene *);
 PetscReal      MPMModelTimer(const MPMModel *, const MPMCore *, PetscInt timer, const MPMShare *);
 PetscReal      MPMModelStep(const MPMModel *, const MPMCore *, const MPMShare *);
+PetscReal      MPMModelPoolBytes(const MPMCore *, PetscInt timer, const MPMShare *, PetscInt edge, PetscReal *jobs);
 PetscReal      MPMModelPoolStep(const MPMModel *, const MPMCore *, const MPMShare *, PetscInt edge, PetscReal *bound);
+PetscInt       MPMModelPoolEdge(const MPMModel *, const MPMCore *, const MPMShare *);
 void           MPMModelCosts(const MPMModel *, const MPMCore *, PetscReal particles, MPMCosts *);
 PetscErrorCode MPMModelShare(MPMCore *, PetscReal dt, MPMShare *); /* of this process as it is */
 PetscErrorCode MPMModelPredict(MPMCost *, MPMCore *, PetscReal dt);
 
 /* Prints what the model says of other numbers of processes (model_view.c), the critical path of -report_path (path.c),
    and the line `speed` (roofline.c); limits: measure those of the machine for it. */
+MPMShare  MPMModelCube(const MPMCore *, PetscReal n, PetscReal per_cell, PetscReal processes, PetscReal moved);
+PetscReal MPMModelLeast(const MPMModel *, const MPMCore *, PetscReal per_cell, PetscReal processes, PetscReal moved,
+                        PetscReal efficiency);
 PetscErrorCode MPMModelView(const MPMCost *, MPMCore *, const MPMScene *, PetscReal dt);
 PetscErrorCode MPMWorkView(const MPMCost *, MPMCore *);
 PetscErrorCode MPMRoofline(const MPMCost *, MPMCore *, PetscBool limits);

@@ -94,23 +94,18 @@ PetscReal MPMModelTimer(const MPMModel *m, const MPMCore *core, PetscInt e, cons
   return Seconds(&m->rate[e], s->particles) + times * (posts + sent * m->kept);
 }
 
-/* The same for the pool's master with processes-1 workers; s is the share of a run on one process, edge that of a patch
-   in cells. Node phases and the settling are the master's alone. For the transfers it packs patches and puts answers in
-   place (master) while workers do that and the kernel; the first patch and the last answer wait for each other.
-   *master gets the seconds for which the master is busy. */
-static PetscReal PoolTimer(const MPMModel *m, const MPMCore *core, PetscInt e, const MPMShare *s, PetscInt edge,
-                           PetscReal *master)
+/* What the pool's master hands out for the transfers of timer e in a step, and takes back: bytes, 0 where it does the
+   part alone, and jobs. s is the share of a run on one process, edge that of a patch in cells. */
+PetscReal MPMModelPoolBytes(const MPMCore *core, PetscInt e, const MPMShare *s, PetscInt edge, PetscReal *jobs)
 {
   const PetscInt  dim = core->grid.dim;
   const MPMPhase *phase;
   const PetscReal times = (PetscReal)Times(core, e, &phase);
   const PetscReal reach = (PetscReal)MPMBasisNodes(core->basis) - 1, c = MPMPoolEdge(core->basis, edge);
-  MPMShare        alone = *s;
-  PetscReal       patches, cells, wide, bytes, worker, pool;
+  PetscReal       patches, cells, wide, bytes;
 
-  alone.processes = 1;
-  *master         = MPMModelTimer(m, core, e, &alone);
-  if (!phase || phase->kind == MPM_NODES) return *master;
+  *jobs = 0;
+  if (!phase || phase->kind == MPM_NODES) return 0;
   cells   = PetscPowReal(c, (PetscReal)dim);
   wide    = PetscPowReal(c + reach, (PetscReal)dim);
   patches = PetscMax(1, s->nodes / cells);
@@ -122,12 +117,27 @@ static PetscReal PoolTimer(const MPMModel *m, const MPMCore *core, PetscInt e, c
   else
     bytes += s->particles * (PetscReal)MPMParticlesRowBytes(&core->particles, phase->particles_out) +
              patches * wide * 8 * (PetscReal)MPM_MOTION_NC(dim);
-  bytes *= times;
-  patches *= times;
-  pool    = patches * (m->job + m->message) + bytes * (m->pool + m->wire);
-  *master = pool;
-  worker  = (Seconds(&m->rate[e], s->particles) + pool) / PetscMin(s->processes - 1, patches);
-  return PetscMax(pool, worker) + (Seconds(&m->rate[e], s->particles) + 2 * pool) / patches;
+  *jobs = patches * times;
+  return bytes * times;
+}
+
+/* Predicted seconds a step of timer e for the pool's master with processes-1 workers; s and edge as above. Node phases
+   and the settling are the master's alone. For the transfers it packs patches and puts answers in place (master) while
+   workers do that and the kernel; the first patch and the last answer wait for each other. *master gets the seconds for
+   which the master is busy. */
+static PetscReal PoolTimer(const MPMModel *m, const MPMCore *core, PetscInt e, const MPMShare *s, PetscInt edge,
+                           PetscReal *master)
+{
+  MPMShare        alone = *s;
+  PetscReal       jobs, worker;
+  const PetscReal bytes = MPMModelPoolBytes(core, e, s, edge, &jobs);
+
+  alone.processes = 1;
+  *master         = MPMModelTimer(m, core, e, &alone);
+  if (jobs == 0) return *master;
+  *master = jobs * (m->job + m->message) + bytes * (m->pool + m->wire);
+  worker  = (Seconds(&m->rate[e], s->particles) + *master) / PetscMin(s->processes - 1, jobs);
+  return PetscMax(*master, worker) + (Seconds(&m->rate[e], s->particles) + 2 * *master) / jobs;
 }
 
 PetscReal MPMModelStep(const MPMModel *m, const MPMCore *core, const MPMShare *s)
@@ -152,6 +162,23 @@ PetscReal MPMModelPoolStep(const MPMModel *m, const MPMCore *core, const MPMShar
   }
   if (bound) *bound = serial / busy;
   return t;
+}
+
+/* The edge in cells, of whole tiles, of the patches with which the pool's step is shortest. */
+PetscInt MPMModelPoolEdge(const MPMModel *m, const MPMCore *core, const MPMShare *s)
+{
+  PetscReal best = PETSC_MAX_REAL;
+  PetscInt  edge = 0;
+
+  for (PetscInt c = MPMTileEdge(core->basis); c <= 256; c += MPMTileEdge(core->basis)) {
+    const PetscReal t = MPMModelPoolStep(m, core, s, c, NULL);
+
+    if (t < best) {
+      best = t;
+      edge = c;
+    }
+  }
+  return edge;
 }
 
 /* Linear costs of a share near `n` particles on one process, for the choice of the partition. */

@@ -4,7 +4,7 @@
 #include "cost/cost.h"
 
 /* What the constants are good for: the same method, of particles that cost the same. */
-static void Method(const MPMCore *core, const MPMScene *scene, char text[], size_t len)
+void MPMModelMethod(const MPMCore *core, const MPMScene *scene, char text[], size_t len)
 {
   size_t at = (size_t)snprintf(text, len, "%" PetscInt_FMT "-D:%d:%" PetscInt_FMT ":%" PetscInt_FMT, core->grid.dim,
                                (int)core->basis, MPMParticlesBytes(&core->particles, MPM_SCRATCH), MPMKernelWidth());
@@ -55,7 +55,7 @@ PetscErrorCode MPMModelSave(const MPMCost *cost, const MPMCore *core, const MPMS
 
   PetscFunctionBeginUser;
   PetscCheck(file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", cost->file, strerror(errno));
-  Method(core, scene, method, sizeof method);
+  MPMModelMethod(core, scene, method, sizeof method);
   fprintf(file, "# constants of pebble's model of a step, by make calibrate; s, and s a particle, node or byte\n");
   fprintf(file, "# rate <part of the step> <a call>, then three times <at so many> <so much each>\n");
   fprintf(file, "method %s\nfrom %s\n", method, m->from);
@@ -77,7 +77,7 @@ PetscErrorCode MPMModelSave(const MPMCost *cost, const MPMCore *core, const MPMS
 
 /* A line of the file into the model; what is none of its lines, or has no sound numbers, returns PETSC_FALSE. `found`
    counts the single numbers that are needed. */
-static PetscBool ReadLine(const MPMTimers *timers, const char line[], MPMModel *m, int *found)
+PetscBool MPMModelReadLine(const MPMTimers *timers, const char line[], MPMModel *m, int *found)
 {
   char   name[MPM_NAME_LEN];
   double v[1 + 2 * MPM_RATE_SIZES];
@@ -126,12 +126,12 @@ static PetscErrorCode Load(MPMCost *cost, const MPMCore *core, const MPMScene *s
 
   PetscFunctionBeginUser;
   if (!file) PetscFunctionReturn(PETSC_SUCCESS);
-  Method(core, scene, method, sizeof method);
+  MPMModelMethod(core, scene, method, sizeof method);
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) PetscCall(PetscMemzero(&m.rate[e], sizeof m.rate[e]));
   while (fgets(line, (int)sizeof line, file)) {
     line[strcspn(line, "\n")] = 0;
     if (!strncmp(line, "method ", 7)) fits = strcmp(line + 7, method) ? PETSC_FALSE : PETSC_TRUE;
-    if (!ReadLine(&core->timers, line, &m, &found)) sound = PETSC_FALSE;
+    if (!MPMModelReadLine(&core->timers, line, &m, &found)) sound = PETSC_FALSE;
   }
   (void)fclose(file);
 #define MPM_COUNT(entry, needed) wanted += needed;

@@ -5,7 +5,7 @@
 /* The share of one process in a cut of a full block into `processes` cubes, n particles each: cells of side
    (n/per_cell)^(1/d), ghosts a shell of the stencil's reach above, as tiles send them: on an axis where it is above the
    cube, a node is in the last tile alone. The fastest particle moves by `moved` cells a step. */
-static MPMShare Cube(const MPMCore *core, PetscReal n, PetscReal per_cell, PetscReal processes, PetscReal moved)
+MPMShare MPMModelCube(const MPMCore *core, PetscReal n, PetscReal per_cell, PetscReal processes, PetscReal moved)
 {
   const PetscReal dim = (PetscReal)core->grid.dim, reach = (PetscReal)MPMBasisNodes(core->basis) - 1;
   const PetscReal side = PetscPowReal(n / per_cell, 1 / dim), cells = n / per_cell;
@@ -45,11 +45,12 @@ static PetscErrorCode SpatialStep(const MPMModel *m, const MPMCore *core, const 
 }
 
 /* The smallest number of particles a process at which cubes on `processes` keep this efficiency; 0: none up to 1e9. */
-static PetscReal Isoefficiency(const MPMModel *m, const MPMCore *core, PetscReal per_cell, PetscReal processes,
-                               PetscReal moved, PetscReal efficiency)
+PetscReal MPMModelLeast(const MPMModel *m, const MPMCore *core, PetscReal per_cell, PetscReal processes,
+                        PetscReal moved, PetscReal efficiency)
 {
   for (PetscReal n = 64; n < 1e9; n *= 1.02) {
-    const MPMShare alone = Cube(core, n, per_cell, 1, moved), s = Cube(core, n, per_cell, processes, moved);
+    const MPMShare alone = MPMModelCube(core, n, per_cell, 1, moved),
+                   s     = MPMModelCube(core, n, per_cell, processes, moved);
 
     if (MPMModelStep(m, core, &alone) >= efficiency * MPMModelStep(m, core, &s)) return n;
   }
@@ -63,8 +64,8 @@ PetscErrorCode MPMModelView(const MPMCost *cost, MPMCore *core, const MPMScene *
   static const PetscMPIInt sizes[] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024};
   MPMHistogram             h;
   MPMShare                 s;
-  PetscReal                serial, moved, bound, best = PETSC_MAX_REAL, volume = 1;
-  PetscInt                 edge = 0, cross = 0;
+  PetscReal                serial, moved, bound, volume = 1;
+  PetscInt                 edge, cross = 0;
   PetscMPIInt              rank;
 
   PetscFunctionBeginUser;
@@ -111,14 +112,7 @@ PetscErrorCode MPMModelView(const MPMCost *cost, MPMCore *core, const MPMScene *
   PetscCall(MPMHistogramDestroy(&h));
   s.processes = 8;
   (void)MPMModelPoolStep(m, core, &s, core->exchange.pool_cells, &bound);
-  for (PetscInt c = MPMTileEdge(core->basis); c <= 256; c += MPMTileEdge(core->basis)) {
-    const PetscReal t = MPMModelPoolStep(m, core, &s, c, NULL);
-
-    if (t < best) {
-      best = t;
-      edge = c;
-    }
-  }
+  edge = MPMModelPoolEdge(m, core, &s);
   PetscCall(MPMPrint(
       &core->print,
       "  pool: with these patches no number of workers exceeds a speed-up of %.2f; best patches on 8 processes %" PetscInt_FMT
@@ -128,7 +122,7 @@ PetscErrorCode MPMModelView(const MPMCost *cost, MPMCore *core, const MPMScene *
                   : MPMPrint(&core->print, "spatial is never ahead\n"));
   PetscCall(MPMPrint(&core->print, "  spatial keeps 0.9 of full blocks with this many particles a process:"));
   for (PetscInt p = 2; p <= 32768; p *= p < 32 ? 4 : 32) {
-    const PetscReal n = Isoefficiency(m, core, s.particles / s.nodes, (PetscReal)p, moved, 0.9);
+    const PetscReal n = MPMModelLeast(m, core, s.particles / s.nodes, (PetscReal)p, moved, 0.9);
 
     PetscCall(n > 0 ? MPMPrint(&core->print, "%s %.3g on %" PetscInt_FMT, p > 2 ? "," : "", (double)n, p)
                     : MPMPrint(&core->print, "%s no number on %" PetscInt_FMT, p > 2 ? "," : "", p));

@@ -1,5 +1,5 @@
-/* blocks.h - blocks of particles: which entries of the order they take, and how the rows of their fields come into
-   lanes and go back. */
+/* blocks.h - blocks of particles, in which transfers work: which entries of the order a block takes, and how the rows
+   of its fields are read into lanes and written back. */
 #ifndef MPM_BLOCKS_H
 #define MPM_BLOCKS_H
 
@@ -15,28 +15,28 @@
 /* --- Blocks ------------------------------------------------------------------------------------------------------- */
 
 typedef PetscReal
-    MPMComponent[MPM_BLOCK]; /* a component of the particles of a block; lanes past the last hold leftovers */
+    MPMComponent[MPM_BLOCK]; /* a component of the particles of a block; lanes past the last particle are leftovers */
 
-/* The particles of a block: n entries of the order. */
+/* The particles of a block, as n entries of the order, which has its particles by (cell, id). */
 typedef struct {
-  PetscInt        n, run, entry;        /* run, entry of the order: where the next block begins */
-  PetscBool       adjacent;             /* does each particle's row follow that of the one before? */
-  PetscInt        particle[MPM_BLOCK];  /* the last one again in the lanes past it */
-  const PetscInt *ahead;                /* entries a block further on, whose rows are fetched in advance */
+  PetscInt        n, run, entry;        /* run, entry: where in the ranges of the order the next block begins */
+  PetscBool       adjacent;             /* each particle's row follows that of the one before */
+  PetscInt        particle[MPM_BLOCK];  /* the lanes past the last particle repeat it */
+  const PetscInt *ahead;                /* entries of the next block, whose rows are prefetched */
   PetscInt ncells, end[MPM_STAGED + 1]; /* cells; the particles of cell c are those from end[c-1] to end[c] - 1 */
 } MPMBlockOrder;
 
-/* Stencils of a block. */
+/* The stencils of a block, and what the particles have from their kinds. */
 typedef struct {
   PetscInt     kind[MPM_BLOCK];
   MPMComponent base;                     /* index of the base node in the patch's arrays, a whole number */
-  MPMComponent x[3], l[3], m, V0, at[3]; /* at: from the base node, in cells */
-  MPMComponent w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients per axis, 1 and 1/m */
+  MPMComponent x[3], l[3], m, V0, at[3]; /* at: distance from the base node in cells */
+  MPMComponent w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients on each axis, 1 and 1/m */
 } __attribute__((aligned(64))) MPMStencils;
 
-/* The next block of the particles of `nruns` runs, from where the one before ended. All blocks but the last are full,
-   so that loops over them are as long every time; a cell that is cut costs little, and no bits. PETSC_FALSE: there are
-   no more particles. */
+/* Takes the next block of the particles of `nruns` ranges of the order, from where the one before ended; returns
+   PETSC_FALSE if there are no more particles. All blocks but the last are full, so loops over them have the same length
+   each time. A block may end within a cell: that costs little and changes no bits. */
 MPM_INLINE PetscBool MPMNextBlock(const MPMPatch *patch, PetscInt nruns, const MPMRange *runs, MPMBlockOrder *o)
 {
   PetscInt n = 0, jumps = 0;
@@ -49,7 +49,7 @@ MPM_INLINE PetscBool MPMNextBlock(const MPMPatch *patch, PetscInt nruns, const M
     o->entry += len;
     if (o->entry == runs[o->run].last && ++o->run < nruns) o->entry = runs[o->run].first;
   }
-  if (n == MPM_STAGED) /* of a full block alone, and to its end whatever is found: this becomes vectors */
+  if (n == MPM_STAGED) /* only of a full block, and with no early exit, so that the compiler makes vectors of it */
     for (PetscInt l = 0; l < MPM_STAGED; l++) jumps |= o->particle[l] - l - o->particle[0];
   for (PetscInt l = n; n && l % MPM_WIDTH; l++) o->particle[l] = o->particle[n - 1];
   o->n        = n;
@@ -58,27 +58,29 @@ MPM_INLINE PetscBool MPMNextBlock(const MPMPatch *patch, PetscInt nruns, const M
   return n ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Begins with the first range, before the first call of MPMNextBlock. */
 MPM_INLINE void MPMFirstBlock(PetscInt nruns, const MPMRange *runs, MPMBlockOrder *o)
 {
   o->run   = 0;
   o->entry = nruns ? runs[0].first : 0;
 }
 
-/* Fetches rows of a block further on, those that stand where particles l to l + MPM_WIDTH - 1 do in this one. A line of
-   the cache holds 8 numbers. As neighbours in the order mostly are in memory, every other row brings the one after it
-   along if a line holds two; a row of 9 needs its second line too. */
+/* Prefetches rows of the next block, at the places of particles l to l + MPM_WIDTH - 1 of this one. A line of the cache
+   holds 8 numbers. Neighbours in the order are mostly neighbours in memory: if a line holds two rows, every other row
+   is enough. A row of 9 needs its second line too. */
 MPM_INLINE void MPMFetch(int nc, const PetscReal *own, const MPMBlockOrder *o, PetscInt l)
 {
   const int step = 2 * nc > 8 ? 1 : 2;
 
-  if (l + MPM_WIDTH > o->n) return; /* ahead may end with the order */
+  if (l + MPM_WIDTH > o->n) return; /* `ahead` may end with the order */
   for (int k = 0; k < MPM_WIDTH; k += step) {
     __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc);
     if (nc > 8) __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc + 8);
   }
 }
 
-/* Rows of nc components of the block's particles -> lanes; the lanes past the last particle repeat it. */
+/* Reads the rows of nc components of a block's particles, which `own` has, into lanes; those past the last particle
+   repeat it. */
 MPM_INLINE void MPMGather(int nc, const PetscReal *own, const MPMBlockOrder *o, MPMComponent *to)
 {
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
@@ -96,11 +98,11 @@ MPM_INLINE void MPMGather(int nc, const PetscReal *own, const MPMBlockOrder *o, 
   }
 }
 
-/* Lanes of particles first .. last-1 -> rows of own particles. */
+/* Writes the lanes of particles first .. last-1 of a block to their rows in `own`. */
 MPM_INLINE void MPMScatter(int nc, const MPMComponent *from, const MPMBlockOrder *o, PetscInt first, PetscInt last,
                            PetscReal *own)
 {
-  PetscReal others[9]; /* where the lanes of other particles go */
+  PetscReal others[9]; /* the lanes of other particles are written here and not used */
 
   for (PetscInt l = first - first % MPM_WIDTH; l < last; l += MPM_WIDTH) {
     PetscReal *row[MPM_WIDTH];

@@ -1,12 +1,13 @@
-/* cell.h - where one particle is: its base node, and the number of that cell. The transfers find the same for many
-   particles at a time (transfer.h), by the same functions of basis.h, so the same bits. */
+/* cell.h - the place of one particle in the grid: its base node and the number of its cell, for initialisation and for
+   particles that changed process. The transfers compute the same for many particles at a time (stencils.h) by the same
+   functions of basis.h, with the same bits. */
 #ifndef MPM_CELL_H
 #define MPM_CELL_H
 
 #include "kernels/tile_index.h"
 
-/* Base node and coordinate in cells on axis d of a position in the grid, of a particle with half-width l in cells
-   (which matters to gimp only). */
+/* Returns the base node on axis d, and xi, the coordinate in cells, of a position x in m in the grid, for a particle
+   with half-width l in cells (which matters to gimp only). */
 MPM_INLINE PetscInt MPMCoordinate(MPMBasis basis, const MPMGrid *grid, int d, PetscReal x, PetscReal l, PetscReal *xi)
 {
   *xi = PetscMin((x - grid->lower[d]) / grid->h[d], (PetscReal)grid->cells[d]); /* the quotient may round up */
@@ -14,7 +15,7 @@ MPM_INLINE PetscInt MPMCoordinate(MPMBasis basis, const MPMGrid *grid, int d, Pe
                       grid->wall_basis[d]);
 }
 
-/* The same on all axes. */
+/* Computes base node and coordinates on all axes, [dim] each. */
 MPM_INLINE void MPMCoordinates(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], const PetscReal l[],
                                PetscReal xi[], PetscInt base[])
 {
@@ -22,7 +23,7 @@ MPM_INLINE void MPMCoordinates(int dim, MPMBasis basis, const MPMGrid *grid, con
     base[d] = MPMCoordinate(basis, grid, d, x[d], basis == MPM_BASIS_gimp ? l[d] : 0, &xi[d]);
 }
 
-/* The same for any x; false if it is outside of the grid or not finite. */
+/* Does the same for any x; returns false if x is outside of the grid or not finite. */
 MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], const PetscReal l[],
                                PetscReal xi[], PetscInt base[])
 {
@@ -32,13 +33,14 @@ MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, con
   return PETSC_TRUE;
 }
 
-/* The half-widths [dim] of particle p of a view: those of its kind, or its own. */
+/* Returns the half-widths [dim] in cells of particle p of a view: its own, or those of its kind. */
 MPM_INLINE const PetscReal *MPMHalfWidths(int dim, const MPMKind *kinds, const MPMView *view, PetscInt p)
 {
   return view->l ? view->l + p * dim : kinds[view->kind ? view->kind[p] : 0].l;
 }
 
-/* The number of the cell of position x if it is the patch's own; else MPM_ELSEWHERE or MPM_NOWHERE. base: its node. */
+/* Returns the number of the cell of position x if the patch owns it, else MPM_ELSEWHERE or MPM_NOWHERE. base [dim] is
+   its base node. */
 MPM_INLINE PetscInt MPMOwnCell(int dim, MPMBasis basis, const MPMPatch *patch, const PetscReal x[], const PetscReal l[],
                                PetscInt base[])
 {

@@ -1,15 +1,15 @@
-/* g2p.h - nodes to particles: motion, deformation and material state, and the commit of the new positions. transfer.h
-   has the map. */
+/* g2p.h - the transfer from nodes to particles: velocities and displacements, deformation and material state, and the
+   new positions. transfer.h has the overview and the shapes. */
 #ifndef MPM_G2P_H
 #define MPM_G2P_H
 
 #include "kernels/p2g.h"
 #include "kernels/rare.h"
 
-/* --- Nodes to particles -------------------------------------------------------------------------------------------- */
+/* --- Nodes to particles ------------------------------------------------------------------------------------------- */
 
-/* New F and material state of a block from its velocity gradients L [dim*dim] in 1/s: eqs. (10) to (12); checks J;
-   speeds of waves. */
+/* Updates F and material state of a block from its velocity gradients L [dim*dim] in 1/s, eqs. (10) to (12); notes bad
+   J and the largest squared wave speed c2max in m^2/s^2. */
 MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
                                const MPMStencils *s, MPMComponent *L, MPMBlock *b, MPMReal *c2max, MPMStatus *status)
 {
@@ -55,8 +55,9 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
   }
 }
 
-/* New velocities v of a block from vn = sum phi v', an = sum phi a (8), and displacements dx (9), which may take the
-   place of vn. r: of xpic, the part of the old v that the grid did not take up, which is dropped; else NULL. */
+/* Computes new velocities v of a block from vn = sum phi v' and an = sum phi a (8), and displacements dx (9), which may
+   have the array of vn. r is, with xpic, the part of the old v that the grid did not take up, which is dropped; else
+   NULL. */
 MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMComponent *v, const MPMComponent *r,
                         const MPMComponent *vn, const MPMComponent *an, MPMComponent *dx, MPMReal *v2max)
 {
@@ -77,8 +78,8 @@ MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMComponent 
   }
 }
 
-/* The base nodes of n particles where they are now: on each axis from the patch's first own one, and their index in the
-   arrays as in s->base, or MPM_ELSEWHERE or MPM_NOWHERE. */
+/* Computes the base nodes of n particles at their new positions: on each axis from the patch's first own node in `at`,
+   and in `base` their index in the arrays as in s->base, or MPM_ELSEWHERE or MPM_NOWHERE. */
 MPM_INLINE void MPMFindBases(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, const MPMStencils *s,
                              MPMComponent *at, PetscReal *base)
 {
@@ -102,14 +103,14 @@ MPM_INLINE void MPMFindBases(int dim, MPMBasis basis, const MPMPatch *patch, Pet
   }
 }
 
-/* Particle l of a block has another base node than before, with that index and at that place: numbers its cell, and
-   notes it (MPMPatch); entry: its place in the order. Did it leave the patch? */
+/* Notes a mover: particle l of a block, entry `entry` of the order, has a new base node, `index` in the arrays and `at`
+   on the axes. Numbers its cell and adds it to the movers of the patch. Returns whether it left the patch. */
 MPM_INLINE PetscBool MPMNoteMover(int dim, MPMPatch *patch, PetscInt entry, const MPMBlockOrder *o,
                                   const MPMStencils *s, PetscInt l, PetscInt index, const MPMComponent *at,
                                   MPMStatus *status)
 {
   const PetscInt p       = o->particle[l];
-  PetscInt       cell    = index; /* where it has none */
+  PetscInt       cell    = index; /* MPM_ELSEWHERE or MPM_NOWHERE */
   PetscInt       node[3] = {0};
 
   if (index >= 0) {
@@ -128,15 +129,15 @@ MPM_INLINE PetscBool MPMNoteMover(int dim, MPMPatch *patch, PetscInt entry, cons
   return cell < 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* x <- x + dx and the cell it is in now. Only particles that changed cell are numbered anew: they are few. Counts them
-   and those that left the patch. q: where in the order the block begins. */
+/* Commits the displacements: x <- x + dx, and the new cells. Only the cells of movers, which are few, are numbered
+   anew. Counts movers and leavers. q is the entry of the order at which the block begins. */
 MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscInt q, const MPMBlockOrder *o,
                           MPMStencils *s, const MPMComponent *dx, MPMStatus *status)
 {
   const MPMGrid *grid  = patch->grid;
   MPMMask        wraps = MPMNone();
   MPMBits        moves = {0};
-  MPMComponent   at[3], now; /* base nodes: from the first own one; their index, to be compared with s->base */
+  MPMComponent   at[3], now; /* base nodes as places on each axis, and as indices, to be compared with s->base */
   PetscInt       moved, which[MPM_STAGED];
 
   for (int d = 0; d < dim; d++)
@@ -168,9 +169,9 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
     status->left += MPMNoteMover(dim, patch, q + which[k], o, s, which[k], (PetscInt)now[which[k]], at, status);
 }
 
-/* Affine velocities C of a block (APIC): of a basis without inertia they are the velocity gradient L; else
-   sum phi v (x_i - x) over the inertia, found as a gradient whose g is w (i - at): s->g is overwritten, so this comes
-   after all that needs it. C: room for them, before they go to their rows. */
+/* Computes the affine velocities C of a block (APIC). With a basis without inertia they are the velocity gradient L;
+   else sum phi v (x_i - x) over the inertia, which is computed as a gradient with g = w (i - at). That overwrites s->g,
+   so it comes after all that needs g. C is memory for them, before they are written to their rows. */
 MPM_INLINE void MPMAffine(int dim, const MPMPatch *patch, const PetscInt at[], const MPMBlockOrder *o, MPMStencils *s,
                           MPMComponent *C)
 {
@@ -186,8 +187,8 @@ MPM_INLINE void MPMAffine(int dim, const MPMPatch *patch, const PetscInt at[], c
   MPMScatter(dim * dim, C, o, 0, o->n, patch->particles.C);
 }
 
-/* From nodes to particles: motion (8), (9); velocity gradient (3), F and state; commit of the new position; filter of
-   xpic. */
+/* Runs the parts of a transfer from nodes to particles: velocities and displacements (8), (9); velocity gradient (3), F
+   and material state; new positions; the filter of xpic. */
 MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts, MPMStatus *status)
 {
   const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER) ? 1 : 0, stress = parts & MPM_G2P_STRESS ? 1 : 0;
@@ -200,7 +201,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   MPMReal             v2 = MPMAll(0), c2 = MPMAll(0);
   MPMComponent        value[6], L[9], v[3], r[3];
   MPMComponent *const vn = value, *const an = value + dim,
-                      *const dx = vn; /* sum phi v', sum phi a; dx in place of vn */
+                      *const dx = vn; /* sum phi v', sum phi a; dx uses the memory of vn */
   MPMStencils                s;
   MPMBlock                   b;
 
@@ -229,9 +230,9 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       if (!(parts & MPM_G2P_COMMIT)) MPMScatter(dim, dx, &o, 0, o.n, particles->dx);
     }
     if (stress) MPMUpdateState(dim, par, patch, &o, &s, L, &b, &c2, status);
-    if (parts & MPM_AFFINE) MPMAffine(dim, patch, at, &o, &s, L); /* L is of no more use */
+    if (parts & MPM_AFFINE) MPMAffine(dim, patch, at, &o, &s, L); /* L is not needed any more */
     if (parts & MPM_G2P_COMMIT) {                                 /* after the new state, which may change the domain */
-      const PetscInt q = o.entry - o.n; /* of the one run that there is, the last n entries that were taken */
+      const PetscInt q = o.entry - o.n; /* there is one range: the block is its last n entries */
 
       if (!motion) MPMGather(dim, particles->dx, &o, dx);
       MPMCommit(dim, par, patch, q, &o, &s, dx, status);

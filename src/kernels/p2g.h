@@ -1,5 +1,5 @@
-/* p2g.h - particles to nodes: the records of a block of particles and the sweep over the tiles of a pass. transfer.h
-   has the map. */
+/* p2g.h - the transfer from particles to nodes: what each particle of a block adds, and the loop over the tiles of a
+   pass. transfer.h has the overview and the shapes. */
 #ifndef MPM_P2G_H
 #define MPM_P2G_H
 
@@ -7,22 +7,22 @@
 #include "kernels/tile_sums.h"
 #include "kernels/transfer.h"
 
-#define MPM_MEANWHILE 32 /* blocks of particles between calls of what else must get on (patch->meanwhile) */
+#define MPM_MEANWHILE 32 /* blocks of particles between two calls of patch->meanwhile */
 
-/* --- Particles to nodes -------------------------------------------------------------------------------------------- */
+/* --- Particles to nodes ------------------------------------------------------------------------------------------- */
 
-/* What a particle adds to node i of its stencil: phi Q[0] + sum_e dphi_e Q[1+e] + sum_e i_e phi A[e], where each is a
-   record of numbers that are laid out as the sums of a node (MPMNode). MPMP2G zeroes all of them once; what its parts
-   do not ask for is never written and stays 0. */
-enum { MPM_Q_RECORDS = 4, MPM_A_RECORDS = 3 }; /* of a particle, in every dimension */
+/* A particle adds phi Q[0] + sum_e dphi_e Q[1+e] + sum_e i_e phi A[e] to node i of its stencil, where each Q and A is a
+   record of numbers in the sequence of MPMNode. MPMP2G zeroes all of them once; those that the parts of the phase do
+   not need are never written and stay 0. */
+enum { MPM_Q_RECORDS = 4, MPM_A_RECORDS = 3 }; /* records of a particle, in every dimension */
 typedef PetscReal MPMRecord[MPM_NODE_NC];
 typedef struct {
   MPMRecord Q[MPM_STAGED][MPM_Q_RECORDS], A[MPM_STAGED][MPM_A_RECORDS];
 } __attribute__((aligned(64))) MPMRecords;
 
-/* nc numbers of MPM_WIDTH particles into a record of each, from the place `to` in that of the first; a particle has
-   `records` of them. Pairs are written faster than single numbers: an odd nc takes from[nc] along, which is 0, as is
-   what the record has in that place. */
+/* Writes nc numbers of MPM_WIDTH particles to a record of each: `to` is their place in that of the first particle, and
+   a particle has `records` records. Pairs are written faster than single numbers, so an odd nc also writes from[nc],
+   which is 0, as is that place of the record. */
 MPM_INLINE void MPMWriteRecords(int nc, const MPMReal *from, PetscReal *to, int records)
 {
   PetscReal *row[MPM_WIDTH];
@@ -31,8 +31,8 @@ MPM_INLINE void MPMWriteRecords(int nc, const MPMReal *from, PetscReal *to, int 
   MPMWriteRows(nc + nc % 2, from, row);
 }
 
-/* The records of a block: Q[0] = (m, m v | m b), Q[1+e] = (0 | - V0 tau_e), with V sig = V0 tau; with the affine part
-   v + C (x_i - x_p) of velocity, x_i - x_p = (i - at) h. */
+/* Computes the records of a block: Q[0] = (m, m v | m b), Q[1+e] = (0 | - V0 tau_e), where V sig = V0 tau; A are those
+   of the affine part of the velocity, v + C (x_i - x_p) with x_i - x_p = (i - at) h. */
 MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, const MPMBlockOrder *o,
                                 const MPMStencils *s, const MPMBlock *b, MPMRecords *r)
 {
@@ -82,23 +82,23 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
   }
 }
 
-/* The hot loops, transfer_sums.c, for a block: sums over the particles of a cell to its nodes, and over its nodes to
-   the particles. place: where in its tile the base node of each of the block's cells is. The last cell may go on in the
-   next block, so its sums are not yet added to its nodes but are left begun. */
+/* The innermost loops, transfer_sums.c, for a block: sums over the particles of a cell for its nodes, and over its
+   nodes for the particles. place[c] is where the sums of the tile have the base node of the block's cell c. The last
+   cell may continue in the next block, so its sums are not added to the tile yet: an MPMBegun holds them. */
 typedef struct {
   MPMRecord  sum[MPM_MAX_NODES];
-  PetscReal *place; /* of that cell; NULL: none yet */
+  PetscReal *place; /* place of that cell; NULL: there is none yet */
 } __attribute__((aligned(64))) MPMBegun;
 typedef void (*MPMSumBlocks)(const MPMBlockOrder *, const MPMStencils *, const MPMRecords *, PetscReal *const place[],
                              MPMBegun *);
 typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *, const PetscInt at[],
                                      const PetscReal *nodes, MPMComponent *value, MPMComponent *gradient);
-/* [dim-1][nodes per axis - 2][forces][affine], [..][..][motion][stress] */
+/* MPMSumBlock [dim-1][nodes per axis - 2][forces][affine], MPMInterpolateBlock [..][..][motion][stress] */
 extern const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
 extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
 
-/* Adds the sums that the last block left begun to their nodes, as any new cell does: here one of no particles,
-   nowhere. */
+/* Adds the sums in `begun` to the tile. The functions do that when a new cell begins, so this is a call for a cell with
+   no particles and no place. */
 MPM_INLINE void MPMSumEnd(MPMSumBlocks sum, MPMBlockOrder *o, const MPMStencils *s, const MPMRecords *r,
                           PetscReal *place[], MPMBegun *begun)
 {
@@ -108,21 +108,21 @@ MPM_INLINE void MPMSumEnd(MPMSumBlocks sum, MPMBlockOrder *o, const MPMStencils 
   sum(o, s, r, place, begun);
 }
 
-/* Where in their tiles the cells of a block have their sums (tile_sums.h has a drawing). Most cells follow the one
-   before in its row of cells: what is found by divisions is found once a row. */
+/* Finds where in the sums of their tiles the cells of a block have theirs (tile_sums.h has a drawing). Most cells
+   follow the one before in a row of cells, so what needs divisions is computed once for each row of cells. */
 MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool kept, const MPMBlockOrder *o,
                                PetscReal *place[])
 {
   const MPMTiles *t     = &patch->tiles;
   const PetscInt  side  = MPMTileSide(patch->basis);
   const size_t    size  = MPMTileSize(dim, patch->basis);
-  PetscInt        begin = 0, end = 0, left = 0; /* cells of the row of cells: begin .. end-1; its first tile */
-  PetscReal      *sums = NULL;                  /* where that row of cells begins in the first tile of all these sums */
+  PetscInt        begin = 0, end = 0, left = 0; /* cells of the row: begin .. end-1; its row's first tile */
+  PetscReal      *sums = NULL;                  /* the row of cells in the first tile of all these sums */
 
   for (PetscInt l = 0; l < o->n; l += 8) __builtin_prefetch(patch->particles.cell + o->ahead[l]);
   for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++]) {
     const PetscInt cell = patch->particles.cell[o->particle[first]];
-    PetscInt       tile, in; /* of the row; the cell in the tile, on x */
+    PetscInt       tile, in; /* tile in the row of tiles; cell in the tile, on x */
 
     if (cell >= end || cell < begin) {
       PetscInt at[3];
@@ -139,11 +139,11 @@ MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool kept, c
   }
 }
 
-/* Sums over particles to nodes: mass (1), momentum (2) and force (4), (13). A sweep is for the tiles of one pass. Those
-   of early tiles, for which other processes wait, and of late ones, which fill the time until sums of others have come,
-   make their kept sums and no more. The last sweep goes from row to row of tiles: opens it, sums the particles of its
-   open tiles, and closes it, which adds all its tiles, kept ones too, to the nodes. Sums that are not among the parts
-   get 0 added. */
+/* Sums mass (1), momentum (2) and forces (4), (13) of particles for the nodes, for the tiles of one pass. The early
+   pass makes the sums of early tiles, for which other processes wait. The late pass makes those of late tiles while
+   messages travel. Both leave these sums in t->sum. The main pass goes from row to row of tiles: it zeroes the sums of
+   the row's other tiles in scratch, adds their particles to them, and adds the sums of all tiles of the row, those of
+   t->sum too, to the nodes. Sums that are not among the parts get 0 added. */
 MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts)
 {
   const int          forces = parts & MPM_P2G_FORCE ? 1 : 0, affine = parts & MPM_AFFINE ? 1 : 0;
@@ -153,7 +153,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   const PetscBool kept = pass == MPM_PASS_MAIN ? PETSC_FALSE : PETSC_TRUE;
   const MPMRange *runs = t->runs[pass], *end = runs + t->nruns[pass];
   MPMBegun        begun  = {{{0}}, NULL};
-  PetscInt        closed = 0, blocks = 0; /* rows of tiles; blocks of particles */
+  PetscInt        closed = 0, blocks = 0; /* rows of tiles whose sums the nodes have; blocks so far */
   PetscReal      *place[MPM_STAGED];
   MPMBlockOrder   o;
   MPMStencils     s;
@@ -166,11 +166,11 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   if (kept) MPMOpenKept(dim, patch, pass);
   while (runs < end) {
     const PetscInt row = runs->row;
-    PetscInt       n   = 1; /* runs at a time: those of a row of tiles, all where sums are kept */
+    PetscInt       n   = 1; /* ranges that are taken together: those of a row of tiles, or all if sums are kept */
 
     while (runs + n < end && (kept || runs[n].row == row)) n++;
     while (!kept && closed < row)
-      MPMCloseRow(dim, patch, parts, closed++); /* the last one, and such without open tiles */
+      MPMCloseRow(dim, patch, parts, closed++); /* the row before, and rows without particles in this pass */
     if (!kept) MPMOpenRow(dim, patch, row);
     MPMFirstBlock(n, runs, &o);
     while (MPMNextBlock(patch, n, runs, &o)) {

@@ -1,7 +1,8 @@
-/* rare.c - what transfers do seldom: one particle at a time. */
+/* rare.c - what transfers do for one particle at a time, since few particles or few scenes need it. */
 #include "kernels/rare.h"
 
-/* Notes those of particles first .. last-1 of a block whose J is not a positive number. */
+/* Notes in status the particles first .. last-1 of a block whose J is not a positive number. order [n] are the
+   particles of the block. */
 void MPMRareBadJ(PetscInt dim, const MPMPatch *patch, PetscBool has_F, PetscInt first, PetscInt last,
                  const PetscInt *order, const MPMBlock *b, MPMStatus *status)
 {
@@ -16,7 +17,7 @@ void MPMRareBadJ(PetscInt dim, const MPMPatch *patch, PetscBool has_F, PetscInt 
   }
 }
 
-/* Brings x [dim] of n particles back through periodic faces; [lower, upper) afterwards. */
+/* Moves positions x [dim] of n particles back through periodic faces, into [lower, upper). */
 void MPMRareWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMComponent *x)
 {
   for (PetscInt d = 0; d < dim; d++) {
@@ -27,13 +28,14 @@ void MPMRareWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMComponent *x)
 
       if (*at >= lower && *at < upper) continue;
       *at -= PetscFloorReal((*at - lower) / length) * length;
-      if (*at < lower || *at >= upper) *at = lower; /* rounding */
+      if (*at < lower || *at >= upper) *at = lower; /* after rounding */
     }
   }
 }
 
-/* Half-widths of n stretched domains (cpGIMP): those of the kind times the diagonal of V = sqrt(F F^T), which a
-   rotation of the undeformed leaves as it is and which turns with the material, unlike the diagonal of F. */
+/* Sets the half-widths, in cells, of n stretched domains (cpGIMP): those of the kind times the diagonal of V = sqrt(F
+   F^T). Unlike the diagonal of F, it is unchanged by a rotation before the deformation, and rotates with the material.
+   Notes domains that are too wide; their half-width becomes 1/2. */
 void MPMRareStretch(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const PetscInt *order,
                     const MPMComponent *x, MPMStatus *status)
 {
@@ -48,7 +50,7 @@ void MPMRareStretch(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscIn
     for (PetscInt d = 0; d < dim; d++) {
       PetscReal l = par->kinds[particles->kind ? particles->kind[p] : 0].l[d] * V[d];
 
-      if (!(l <= 0.5)) { /* its stencil would be too small */
+      if (!(l <= 0.5)) { /* its stencil would have too few nodes */
         MPMStatusNote(status, MPM_TOO_WIDE, particles->id[p], dim, at, 2 * l);
         l = 0.5;
       }

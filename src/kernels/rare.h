@@ -1,4 +1,5 @@
-/* rare.h - what transfers do seldom, so one particle at a time, in rare.c. */
+/* rare.h - what transfers do for one particle at a time, since few particles or few scenes need it: bad J, periodic
+   faces, domains that stretch (rare.c). G2P calls these functions for a block of particles. */
 #ifndef MPM_RARE_H
 #define MPM_RARE_H
 

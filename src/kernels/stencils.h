@@ -1,12 +1,12 @@
-/* stencils.h - the stencils of a block of particles: base nodes, weights, gradients, where its cells end; and the
-   material state of the block. */
+/* stencils.h - the stencils of a block of particles: base nodes, weights, gradients and the ends of its cells; and the
+   material state of the block. Every transfer begins a block with MPMStage. */
 #ifndef MPM_STENCILS_H
 #define MPM_STENCILS_H
 
 #include "kernels/blocks.h"
 #include "kernels/tile_index.h"
 
-/* Mass, volume and half-widths of kind k for particles first .. last-1. */
+/* Sets mass, volume and half-widths of particles first .. last-1 to those of kind k. */
 MPM_INLINE void MPMStageKind(int dim, const MPMKind *k, PetscInt first, PetscInt last, MPMStencils *s)
 {
   for (PetscInt l = first; l < last; l++) {
@@ -16,14 +16,14 @@ MPM_INLINE void MPMStageKind(int dim, const MPMKind *k, PetscInt first, PetscInt
   }
 }
 
-/* What stays the same from block to block. */
+/* Sets what does not change from block to block. */
 MPM_INLINE void MPMStencilsBegin(int dim, const MPMParams *par, MPMStencils *s)
 {
   memset(s, 0, sizeof *s);
   MPMStageKind(dim, par->kinds, 0, MPM_BLOCK, s);
 }
 
-/* The weights of a spline near walls, particle by particle. */
+/* Sets the weights of a spline near walls, particle by particle. */
 static __attribute__((noinline)) void MPMStageWalls(int dim, MPMBasis basis, const MPMGrid *grid, PetscInt n,
                                                     MPMStencils *s)
 {
@@ -40,18 +40,19 @@ static __attribute__((noinline)) void MPMStageWalls(int dim, MPMBasis basis, con
     }
 }
 
-/* Coordinate in cells and base node along axis d of particles at x with half-widths l, as MPMCoordinates finds them. */
+/* Returns the base nodes on axis d, and xi, the coordinates in cells, of particles at x with half-widths l, with the
+   bits of MPMCoordinates. */
 MPM_INLINE MPMReal MPMBasesOf(MPMBasis basis, const MPMGrid *grid, int d, MPMReal x, MPMReal l, MPMReal *xi)
 {
   *xi = MPMMin((x - grid->lower[d]) / grid->h[d], MPMAll((PetscReal)grid->cells[d])); /* the quotient may round up */
   return MPMBasisBases(basis, xi, l, grid->cells[d], grid->periodic[d], grid->wall_basis[d]);
 }
 
-/* Base nodes and weights of a block of particles; x was checked when it was committed. */
+/* Computes base nodes and weights of a block of particles; their positions were checked when they were committed. */
 MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, MPMStencils *s)
 {
-  const MPMGrid grid = *patch->grid; /* a copy, which no write can change: its numbers stay in registers */
-  MPMMask       wall = MPMNone();    /* particles whose stencil a wall changes */
+  const MPMGrid grid = *patch->grid; /* a copy, which no write changes, so its numbers stay in registers */
+  MPMMask       wall = MPMNone();    /* particles with weights that a wall changes */
 
   for (int d = dim - 1; d >= 0; d--) {
     const PetscReal reach = MPMBasisIsSpline(basis) ? MPMWallReach(basis, grid.wall_basis[d]) : 0;
@@ -76,7 +77,7 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
   if (MPMBasisIsSpline(basis) && MPMAny(wall)) MPMStageWalls(dim, basis, patch->grid, n, s);
 }
 
-/* Stencils of a block of particles, and where its cells end. */
+/* Computes the stencils of a block of particles, and where its cells end. */
 MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, MPMBlockOrder *o, MPMStencils *s)
 {
   MPMBits ends = {0};
@@ -97,8 +98,8 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
   default:
     break;
   }
-  /* A cell ends where the next particle has another base node. The last particle is compared with leftovers past it:
-     its bit is n, and MPMList takes only those below. */
+  /* A cell ends where the next particle has another base node. The last particle is compared with a leftover past it:
+     that sets bit n, and MPMList takes only bits below n. */
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
     ends = MPMCollect(MPMRead(&s->base[l]) != MPMRead(&s->base[l] + 1), l + 1, ends);
   o->ncells             = MPMList(ends, o->n, o->end) + 1;
@@ -107,6 +108,7 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
 
 #define MPM_MAX_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
 
+/* Returns the nodes of a stencil on all axes. */
 MPM_INLINE int MPMStencilNodes(int dim, MPMBasis basis)
 {
   const int ns = MPMBasisNodes(basis);
@@ -114,7 +116,8 @@ MPM_INLINE int MPMStencilNodes(int dim, MPMBasis basis)
   return ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
 }
 
-/* Offsets of the nodes of a stencil from its base node in the patch's arrays, x fastest, times nc. */
+/* Computes the offsets at [nodes of a stencil] of its nodes from the base node in the patch's arrays, x fastest, times
+   nc. */
 MPM_INLINE void MPMStencilOffsets(int dim, const MPMPatch *patch, PetscInt nc, PetscInt at[])
 {
   const PetscInt ns = MPMBasisNodes(patch->basis), ny = dim > 1 ? ns : 1;
@@ -125,12 +128,13 @@ MPM_INLINE void MPMStencilOffsets(int dim, const MPMPatch *patch, PetscInt nc, P
 
 /* --- Materials ---------------------------------------------------------------------------------------------------- */
 
-/* For each stretch of particles of the same material among the n of a block: declares m, the material, and its
-   particles, first to next-1. (The inner loop, of one round, is there for the declaration of m.) */
+/* Repeats a statement for each sequence of particles of the same material among the n of a block. It declares m, the
+   material, and its particles first to next-1. (The inner loop runs once; it declares m.) */
 #define MPM_FOR_MATERIALS(m, first, next, par, n, kind)                                                                \
   for (PetscInt first = 0, next = 0; first < (n); first = next)                                                        \
     for (const MPMMaterial *m = MPMSameMaterial(par, n, kind, first, &next); m; m = NULL)
 
+/* Returns the material of particle `first`; particles first to *next-1 have the same. */
 MPM_INLINE const MPMMaterial *MPMSameMaterial(const MPMParams *par, PetscInt n, const PetscInt *kind, PetscInt first,
                                               PetscInt *next)
 {
@@ -142,7 +146,7 @@ MPM_INLINE const MPMMaterial *MPMSameMaterial(const MPMParams *par, PetscInt n, 
   return par->materials + row;
 }
 
-/* The functions of a material, those for this width if it has some. */
+/* Returns the functions of a material for this width if there are any, else those for one lane. */
 MPM_INLINE const MPMMaterialLaw *MPMLaw(const MPMMaterial *m)
 {
   const MPMMaterialLaw *law = m->type->law->lanes[MPM_WIDTH == 8 ? 0 : MPM_WIDTH == 4 ? 1 : 2];
@@ -150,7 +154,7 @@ MPM_INLINE const MPMMaterialLaw *MPMLaw(const MPMMaterial *m)
   return law ? law : m->type->law;
 }
 
-/* Reads the state of a block's particles as far as the phase declared it and the scene has it. */
+/* Reads the material state of a block's particles, as far as the phase declared it and the scene has it. */
 MPM_INLINE void MPMGatherState(int dim, const MPMPatch *patch, const MPMBlockOrder *o, MPMBlock *b)
 {
 #define MPM_GATHER(name, rows)                                                                                         \

@@ -1,28 +1,29 @@
-/* tile_sums.h - the sums of tiles, and how P2G adds those of a row of tiles to the patch's nodes. Here nobody knows
-   particles; transfer.h finds the places of their cells. A row of the table of tiles along x, of tiles of 4 cells and a
-   stencil of 3 nodes, so 6 nodes a tile (its side), on a patch that owns nodes 2 to 9 of its arrays (o):
+/* tile_sums.h - the sums of tiles, and how P2G adds those of a row of tiles to the patch's nodes. No function here
+   reads particles; p2g.h finds the places of their cells. The drawing shows a row of the table of tiles along x, of
+   tiles of 4 cells and a stencil of 3 nodes, so 6 nodes a tile (its side), on a patch that owns nodes 2 to 9 of its
+   arrays (o):
 
      node of the arrays   -2 -1  0  1  2  3  4  5  6  7  8  9 10 11    box: at  from  to  end
      tile 0, of `below`    .  .  .  .  o  o                                 -2     4   6    6
      tile 1                            o  o  o  o  o  o                      2     0   6    6
      tile 2                                        o  o  o  o  .  .          6     0   4    6
 
-   slot says where a tile's sums are: >= 0, kept in t->sum[slot] (of tile 0 they came from the process below; tile 2 is
-   early, since its last nodes are those of the process above); MPM_TILE_SCRATCH, in the scratch, at the tile's place in
-   the row; MPM_TILE_EMPTY, it has no particles. */
+   slot says where a tile's sums are. If it is >= 0 they are kept in t->sum[slot]: those of tile 0 came from the process
+   below, and tile 2 is early, since its last nodes belong to the process above. MPM_TILE_SCRATCH: they are in the
+   scratch, at the tile's place in the row. MPM_TILE_EMPTY: the tile has no particles. */
 #ifndef MPM_TILE_SUMS_H
 #define MPM_TILE_SUMS_H
 
 #include "kernels/tile_index.h"
 #include "kernels/transfer.h"
 
-/* How many numbers the sums of a tile are. */
+/* Returns how many numbers the sums of a tile are. */
 MPM_INLINE size_t MPMTileSize(int dim, MPMBasis basis)
 {
   return MPMTileNodes(dim, basis) * MPM_NODE_NC;
 }
 
-/* Zeroes the kept sums of a pass: those of early tiles come first, then those of late ones. */
+/* Zeroes the kept sums of a pass; those of early tiles come before those of late ones. */
 MPM_INLINE void MPMOpenKept(int dim, const MPMPatch *patch, MPMPass pass)
 {
   const MPMTiles *t    = &patch->tiles;
@@ -32,7 +33,7 @@ MPM_INLINE void MPMOpenKept(int dim, const MPMPatch *patch, MPMPass pass)
   if (from < to) memset(t->sum + (size_t)from * size, 0, (size_t)(to - from) * size * sizeof *t->sum);
 }
 
-/* Zeroes the scratch of the open tiles of a row. */
+/* Zeroes the sums of a row of tiles that are in scratch. */
 MPM_INLINE void MPMOpenRow(int dim, const MPMPatch *patch, PetscInt row)
 {
   const MPMTiles *t    = &patch->tiles;
@@ -43,7 +44,7 @@ MPM_INLINE void MPMOpenRow(int dim, const MPMPatch *patch, PetscInt row)
       memset(t->scratch + (size_t)i * size, 0, size * sizeof *t->scratch);
 }
 
-/* Zeroes the parts' sums of a row of nodes, once. */
+/* Zeroes the sums that the parts make of a row of nodes, if that has not been done in this phase. */
 MPM_INLINE void MPMZeroRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt row)
 {
   MPMSpan       *span = patch->span + row;
@@ -59,7 +60,7 @@ MPM_INLINE void MPMZeroRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt ro
       for (PetscInt c = c0; c < c1; c++) sum[i * MPM_NODE_NC + c] = 0;
 }
 
-/* Adds the sums of the tiles of a row of the table to those of the patch's nodes, from left to right. */
+/* Adds the sums of a row of tiles to those of the patch's nodes, from the lowest tile to the highest. */
 MPM_INLINE void MPMCloseRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt row)
 {
   const MPMTiles   *t    = &patch->tiles;
@@ -70,7 +71,7 @@ MPM_INLINE void MPMCloseRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt r
 
   if (first >= last) return;
   for (PetscInt k = z->from; k < z->to; k++)
-    for (PetscInt j = y->from; j < y->to; j++) { /* a row of nodes: j, k of the tiles, `at` of the arrays */
+    for (PetscInt j = y->from; j < y->to; j++) { /* row j, k of the tiles' nodes, `at` of the arrays */
       const PetscInt at    = (k + z->at) * patch->n[1] + j + y->at;
       PetscReal     *nodes = (PetscReal *)patch->node + MPM_NODE_NC * (size_t)at * (size_t)patch->n[0];
 

@@ -1,12 +1,12 @@
-/* transfer.c - which kernels to run, for the number of lanes that the processor has, and what they leave to one
-   particle at a time because it is rare. */
+/* transfer.c - the choice of the kernels for the number of lanes that the processor has, and the count of their
+   floating-point operations. */
 #include "kernels/transfer.h"
 
-/* Of each width, [dim-1]: to nodes, to particles. */
+/* For each width: [dim-1][to nodes, to particles]. */
 extern const MPMKernel MPMKernels_8[3][2], MPMKernels_4[3][2], MPMKernels_2[3][2];
 
-/* 8 lanes with AVX-512, 4 with AVX2, else 2. The environment's PEBBLE_VECTOR asks for at most so many (notes.c): the
-   bits are the same. */
+/* Returns 8 with AVX-512, 4 with AVX2, else 2. The environment variable PEBBLE_VECTOR sets an upper limit
+   (run/notes.c). The bits of results do not depend on it. */
 PetscInt MPMKernelWidth(void)
 {
   static PetscInt width = 0;
@@ -27,6 +27,7 @@ PetscInt MPMKernelWidth(void)
   return width;
 }
 
+/* Returns the kernel for these parts, or NULL if there is none: all parts must be of one direction. Not collective. */
 MPMKernel MPMKernelFind(PetscInt dim, MPMBasis basis, PetscInt parts)
 {
   const PetscInt to_nodes     = parts & (MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE) ? 1 : 0;
@@ -40,6 +41,7 @@ MPMKernel MPMKernelFind(PetscInt dim, MPMBasis basis, PetscInt parts)
   return MPMKernels_2[dim - 1][to_particles];
 }
 
+/* Returns the MPMChains of the width in use. */
 MPMChains *MPMKernelChains(void)
 {
 #if defined(__x86_64__)
@@ -49,10 +51,10 @@ MPMChains *MPMKernelChains(void)
   return MPMChains_2;
 }
 
-/* Floating-point operations per particle, counted by hand from transfer.h and transfer_sums.c: an addition, product or
-   quotient is 1, a fused multiply-add 2; the law is counted as a neo-Hookean solid (a logarithm is 26). Only lanes that
-   hold something count. The adds of a cell's sums to its nodes, xpic's filter and the forms of splines at walls are
-   left out. */
+/* Returns the floating-point operations per particle, counted by hand from transfer_sums.c, p2g.h and g2p.h: an
+   addition, product or quotient is 1, a fused multiply-add 2. The law is counted as a neo-Hookean solid (a logarithm is
+   26). Lanes without a particle do not count. The sums of a cell added to its tile, the filter of xpic and the forms of
+   splines at walls are left out. */
 PetscReal MPMKernelFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
 {
   static const PetscReal weights[] = {
@@ -72,7 +74,7 @@ PetscReal MPMKernelFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
   if ((parts & MPM_P2G_MOMENTUM) && (parts & MPM_AFFINE)) flops += 4 * d * d + d * (4 * planes + 3 * inner + 2 * nodes);
   if (parts & (MPM_G2P_MOTION | MPM_G2P_FILTER)) flops += 2 * values * (nodes + inner + planes);
   if (parts & MPM_G2P_MOTION) flops += 8 * d;
-  if (parts & MPM_G2P_STRESS) { /* without the motion the velocities' rows come extra */
+  if (parts & MPM_G2P_STRESS) { /* without the motion, rows of velocities have to be summed too */
     flops += 2 * d * (nodes + 2 * inner + 3 * planes);
     if (!(parts & MPM_G2P_MOTION)) flops += 2 * d * (nodes + (dim == 3 ? inner : 0));
     flops += d * d * (2 * d + 1) + 2 * det + sym * (2 * d - 1) + d * d + 6;

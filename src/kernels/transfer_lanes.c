@@ -1,5 +1,5 @@
-/* transfer_lanes.c - the instances of transfer.h's kernels for each dim; compiled once for each number of lanes.
-   What the instances do not distinguish costs a branch a block. */
+/* transfer_lanes.c - the instances of the kernels of transfer.h for each dim; it is compiled once for each number of
+   lanes. What the instances do not distinguish costs one branch in each block. */
 #include "kernels/g2p.h"
 
 #define MPM_INSTANCES(dim)                                                                                             \

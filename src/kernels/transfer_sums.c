@@ -1,9 +1,9 @@
-/* transfer_sums.c - the two hot loops of transfer.h: sums over the particles of a cell to its nodes, and over the nodes
-   of a cell to its particles, block by block. They depend on a basis by its number of nodes per axis alone.
+/* transfer_sums.c - the innermost loops of both transfers: sums over the particles of a cell for its nodes, and over
+   the nodes of a cell for its particles, block by block. They need only the nodes per axis of a basis.
 
-   Compiled once for each number of lanes, and unlike the rest with -ffp-contract=fast: where a processor has fused
-   multiply-adds, a * b + c is one. To leave no choice to a compiler every product here is part of exactly one such
-   expression, by MPMFma (a lone product is added to 0), so that all of them make the same bits. */
+   It is compiled once for each number of lanes, and unlike all other files with -ffp-contract=fast: where a processor
+   has fused multiply-adds, a * b + c is one. To leave no choice to a compiler, every product here is part of exactly
+   one such expression, through MPMFma (a product alone is added to 0), so all compilers make the same bits. */
 #define MPM_CONTRACT
 #include "kernels/p2g.h"
 
@@ -15,14 +15,15 @@
 #define MPM_UNROLL_NODES _Pragma("GCC unroll 4")
 #endif
 
+/* Returns a * b as one MPMFma. */
 MPM_INLINE MPMReal MPMTimes(MPMReal a, MPMReal b)
 {
   return MPMFma(a, b, MPMAll(0));
 }
 
-/* --- Particles to nodes
-   ----------------------------------------------------------------------------------------------- Lanes are the sums of
-   a node, MPM_PARTS vectors. Does part h hold these; forces; anything? */
+/* --- Particles to nodes ------------------------------------------------------------------------------------------- */
+/* Lanes are the sums of a node, which are MPM_PARTS vectors. The macros tell whether vector h has numbers lo .. hi-1 of
+   the record; mass or momentum; forces; any of these. */
 #define MPM_PARTS               (8 / MPM_WIDTH)
 #define MPM_PART_HAS(h, lo, hi) ((h)*MPM_WIDTH < (hi) && ((h) + 1) * MPM_WIDTH > (lo))
 #define MPM_PART_MOTION(dim, h) MPM_PART_HAS(h, 0, 1 + (dim))
@@ -31,21 +32,22 @@ MPM_INLINE MPMReal MPMTimes(MPMReal a, MPMReal b)
 
 typedef MPMReal MPMSums[MPM_MAX_NODES][MPM_PARTS];
 
-/* i c for i = 0 .. 3, by sums: a product here could be taken out of the loops and then not be fused. */
+/* Returns i c for i = 0 .. 3 by additions: the compiler could move a product here out of the loops and not fuse it. */
 MPM_INLINE MPMReal MPMMultiple(int i, MPMReal c)
 {
   return i == 0 ? MPMAll(0) : i == 1 ? c : i == 2 ? c + c : c + c + c;
 }
 
-/* Adds particles first .. last-1 of the block to the sums of their cell: phi = wx wy wz and its gradients are
-   multiplied out axis by axis, the last on the way into the sums. forces, affine: are there records for them? */
+/* Adds particles first .. last-1 of a block to the sums of their cell: phi = wx wy wz and its gradients are multiplied
+   out axis by axis, the last axis while adding. forces, affine: there are records of these. */
 MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPMStencils *s, const MPMRecords *r,
                               PetscInt first, PetscInt last, MPMReal (*sum)[MPM_PARTS])
 {
   const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1;
 
   for (PetscInt l = first; l < last; l++) {
-    /* unrolled, a part's kind is known: no product is shared by paths of which one adds to it and one does not */
+    /* The loop is unrolled so that each vector's content is known: no product then serves two paths of which only one
+       adds to it. */
     MPM_UNROLL_NODES
     for (int h = 0; h < MPM_PARTS; h++) {
       const int force = forces && MPM_PART_FORCE(dim, h), motion = affine && MPM_PART_MOTION(dim, h);
@@ -90,7 +92,7 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPM
   }
 }
 
-/* Adds the sums of a cell to its nodes in its tile, and clears them. */
+/* Adds the sums of a cell to those of its nodes in its tile, at `place`, and zeroes them. */
 MPM_INLINE void MPMFlush(int dim, int ns, PetscReal *place, MPMReal (*sum)[MPM_PARTS])
 {
   const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1, side = (1 << MPM_TILE_BITS(ns)) + ns - 1;
@@ -105,8 +107,8 @@ MPM_INLINE void MPMFlush(int dim, int ns, PetscReal *place, MPMReal (*sum)[MPM_P
       }
 }
 
-/* A block of particles into the sums of their tiles. begun: the sums so far of the cell that an earlier block began;
-   those of the last cell are left there. */
+/* Adds a block of particles to the sums of their tiles. `begun` has the sums of the cell in which the last block ended;
+   on return it has those of this block's last cell. */
 MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMBlockOrder *o, const MPMStencils *s,
                             const MPMRecords *r, PetscReal *const place[], MPMBegun *begun)
 {
@@ -122,10 +124,10 @@ MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMBl
   memcpy(begun->sum, sum, (size_t)nn * sizeof *sum);
 }
 
-/* --- Nodes to particles
-   ----------------------------------------------------------------------------------------------- Lanes are particles.
-   Sums over the nodes of a cell for its particles from l on: of nv values v with phi, and of the first dim of them with
-   grad phi. node: the record of the cell's base node. */
+/* --- Nodes to particles ------------------------------------------------------------------------------------------- */
+/* Sums over the nodes of a cell for MPM_WIDTH of its particles, the lanes, from l on: nv values with phi, and the
+   gradients of the first dim of them with grad phi. node: the motion of the cell's base node; at: the offsets of the
+   others. */
 MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const PetscReal *node, const PetscInt at[],
                                const MPMStencils *s, PetscInt l, MPMComponent *value, MPMComponent *gradient)
 {
@@ -185,8 +187,8 @@ MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const Pet
   for (int f = 0; f < ng * dim; f++) MPMWrite(&gradient[f][l], G[f]);
 }
 
-/* The same for all particles of a block. What a vector finds for lanes past the end of its cell is overwritten by the
-   next cell, or lies past the end of the block. */
+/* Does the same for all particles of a block. Lanes past the end of a cell get numbers that the next cell overwrites,
+   or that lie past the end of the block. */
 MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, const MPMBlockOrder *o,
                                     const MPMStencils *s, const PetscInt at[], const PetscReal *nodes,
                                     MPMComponent *value, MPMComponent *gradient)
@@ -197,7 +199,7 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
                      gradient);
 }
 
-/* --- Instances ----------------------------------------------------------------------------------------------------- */
+/* --- Instances ---------------------------------------------------------------------------------------------------- */
 #define MPM_FOR_ALL(X) X(1, 2) X(1, 3) X(1, 4) X(2, 2) X(2, 3) X(2, 4) X(3, 2) X(3, 3) X(3, 4)
 #define MPM_SUM_BLOCK(dim, ns, forces, affine)                                                                         \
   static void SumBlock_##dim##ns##_##forces##affine(const MPMBlockOrder *o, const MPMStencils *s, const MPMRecords *r, \
@@ -231,7 +233,8 @@ MPM_FOR_ALL(MPM_DEFINE)
 const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2]         = {MPM_FOR_ALL(MPM_SUM_ENTRY)};
 const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2] = {MPM_FOR_ALL(MPM_INTERPOLATE_ENTRY)};
 
-/* start, end: so that the compiler keeps the chains. */
+/* Runs n rounds of MPM_CHAINS independent sequences of fused multiply-adds. start and end keep the compiler from
+   removing them. */
 #define MPM_CHAINS 16
 PetscReal MPM_LANES_NAME(MPMChains)(PetscInt n, PetscReal start, volatile PetscReal *end)
 {

@@ -1,4 +1,4 @@
-/* choose.c - the table of ways to run a step, and the choice of one. */
+/* choose.c - the table of ways to run a step (exchange.def), and the choice of one from the options. */
 #include "kernels/tile_index.h"
 #include "parallel/exchange.h"
 
@@ -12,9 +12,8 @@ const MPMExchangeType *const MPMExchangeTypes[] = {
 #undef MPM_EXCHANGE
     NULL};
 
-/* Chooses how the step is run: one process is serial, whatever the strategy, but for periodic faces, across which it is
-   its own neighbour. Collective on
-   core->comm. */
+/* Chooses how the step is run. One process runs it serially whatever the strategy; only if a face is periodic does it
+   run the spatial way, as its own neighbour across that face. Collective on core->comm. */
 PetscErrorCode MPMExchangeSetFromOptions(MPMCore *core, MPMOptions o)
 {
   static const char *const balances[] = {"none", "start", "auto"};

@@ -1,7 +1,7 @@
 /* core.h - what a step works on: grid, particles, the phases of the step, and how processes share the work.
 
-   MPMCore is all that the rooms of the step know of a run. Scene, output, costs and studies are added above it (MPM in
-   run/mpm.h). */
+   MPMCore is the part of a run that the code of a step uses. Scene, output, costs and studies are kept beside it, in
+   MPM (run/mpm.h). */
 #ifndef MPM_CORE_H
 #define MPM_CORE_H
 
@@ -11,41 +11,43 @@
 #include "particles/box.h"
 #include "particles/particles.h"
 
-/* A phase of the step: a row of constants that is documentation and contract at once. Kernels get NULL for fields of
-   particles that the row does not declare; an exchange sends just the declared ones. */
+/* A phase of the step: a row of the table in step/phases.c. It declares the fields of particles that the phase uses:
+   kernels get NULL for all other fields, and only the declared ones are sent to other processes. */
 typedef enum { MPM_PARTICLES_TO_NODES, MPM_NODES, MPM_NODES_TO_PARTICLES } MPMPhaseKind;
 typedef struct {
   const char  *name;
   MPMPhaseKind kind;
-  PetscInt     parts;                                         /* of the transfer; for MPM_NODES unused */
-  void (*nodes)(const MPMParams *, MPMPatch *, PetscInt row); /* for MPM_NODES: one row of nodes */
-  PetscInt flops;                                             /* of these, a node and axis */
-  PetscInt particles_in, particles_out;                       /* bits of fields */
-  PetscInt timer;                                             /* set by MPMStepSetUp */
+  PetscInt     parts;                                         /* bits: what a transfer does; unused by MPM_NODES */
+  void (*nodes)(const MPMParams *, MPMPatch *, PetscInt row); /* MPM_NODES: updates one row of nodes */
+  PetscInt flops;                                             /* MPM_NODES: operations per node and axis */
+  PetscInt particles_in, particles_out;                       /* bits of the fields that it reads, writes */
+  PetscInt timer;                                             /* number of its timer, set by MPMStepSetUp */
 } MPMPhase;
 
-#define MPM_MAX_ORDER   16 /* of xpic */
-#define MPM_MAX_PHASES  24 /* in the table */
+#define MPM_MAX_ORDER   16 /* largest -method_order of xpic */
+#define MPM_MAX_PHASES  24 /* rows of the table of phases */
 #define MPM_MAX_PROGRAM (8 + 3 * MPM_MAX_ORDER)
 
 typedef struct _MPMCore MPMCore;
 
-/* A way to run the step. Physics, update schemes and output are the same for all; only these functions differ. All but
-   the last four are collective on the processes of exchange.data. */
+/* A way to run the step. Physics, update schemes and output are the same for all; only these functions differ. setup
+   and finish are collective on core->comm; sweep, nodes, reduce and settle are collective on the processes of
+   exchange.data. */
 typedef struct {
   const char *name, *what;
-  /* Cuts the grid and makes DMs and patch; then the scene adds particles. h: where these will be, finished; needed
-     where `cuts` says so. */
+  /* Cuts the grid and makes DMs and patch; the scene adds particles afterwards. h: the finished histogram of where
+     these will be, which is needed if `cuts` is set. */
   PetscErrorCode (*setup)(MPMCore *, const MPMHistogram *h);
-  PetscErrorCode (*sweep)(MPMCore *, const MPMPhase *); /* run a transfer on all patches */
-  PetscErrorCode (*nodes)(MPMCore *, const MPMPhase *); /* run a node phase; its values are known where they are read */
-  PetscErrorCode (*reduce)(MPMCore *, MPMStatus *);     /* merge the status of all: the one reduction of a step */
-  PetscErrorCode (*settle)(MPMCore *, PetscBool anew);  /* bring particles home and in order; anew: no cell is known */
-  PetscErrorCode (*finish)(MPMCore *);
+  PetscErrorCode (*sweep)(MPMCore *, const MPMPhase *); /* runs a transfer on all patches */
+  PetscErrorCode (*nodes)(MPMCore *, const MPMPhase *); /* runs a node update, and updates the ghosts */
+  PetscErrorCode (*reduce)(MPMCore *, MPMStatus *);     /* merges the status of all: the only reduction of a step */
+  /* Sends each particle to the process that owns its cell, and sorts them. anew: no cell is known yet. */
+  PetscErrorCode (*settle)(MPMCore *, PetscBool anew);
+  PetscErrorCode (*finish)(MPMCore *);            /* frees what setup made */
   PetscBool cuts;                                 /* does it cut the grid by a histogram? */
-  PetscBool farms;                                /* the work on particles is done by others */
+  PetscBool farms;                                /* do other processes do the work on particles? */
   PetscErrorCode (*serve)(MPMCore *);             /* what a process without data does, until the run ends */
-  PetscErrorCode (*share)(MPMCore *, MPMShare *); /* ghosts, neighbours of this process; NULL: none */
+  PetscErrorCode (*share)(MPMCore *, MPMShare *); /* adds ghosts, neighbours, cuts of this process; NULL: it has none */
 } MPMExchangeType;
 
 typedef struct {
@@ -54,20 +56,20 @@ typedef struct {
   MPMPatch               patch;
   DM                     da;         /* the nodes of the grid, with their motion */
   DM                     sums;       /* the same nodes, with their sums */
-  Vec                    motion;     /* local vector behind patch.motion */
-  Vec                    node_sums;  /* and that behind patch.node */
+  Vec                    motion;     /* the local vector whose array patch.motion is */
+  Vec                    node_sums;  /* the local vector whose array patch.node is */
   MPMBalance             balance;    /* -parallel_balance */
   PetscBool              direct;     /* -parallel_migrate direct */
   PetscBool              roundoff;   /* -parallel_sums roundoff */
-  PetscBool              ready;      /* is set up */
+  PetscBool              ready;      /* has setup been called? */
   PetscInt               pool_cells; /* -pool_cells, as whole tiles */
-  void                  *pool;       /* of the pool: its master uses the rest as a run on one process does */
+  void                  *pool;       /* data of the pool; its master uses the rest as a run on one process does */
   MPMPartition           partition;
   PetscInt               recuts;     /* how often the grid was cut anew */
   PetscInt               migrations; /* steps in which particles changed process */
-  PetscInt64             migrants;   /* how many did, in all */
-  PetscReal busy, jobs, bytes; /* of the pool's master: s not spent waiting, patches handed out, bytes both ways */
-  void     *ctx;
+  PetscInt64             migrants;   /* how many particles did so, in all steps */
+  PetscReal busy, jobs, bytes;       /* of the pool's master: s not spent waiting, jobs sent, bytes sent and received */
+  void     *ctx;                     /* data of the type */
 } MPMExchange;
 
 struct _MPMCore {
@@ -79,7 +81,7 @@ struct _MPMCore {
   MPMParams       params;
   MPMPhase        phases[MPM_MAX_PHASES]; /* [nphases] the table of phases as this scene needs it */
   PetscInt        nphases;
-  const MPMPhase *program[MPM_MAX_PROGRAM]; /* [nprogram] the phases of a step, in order */
+  const MPMPhase *program[MPM_MAX_PROGRAM]; /* [nprogram] the phases of a step, one after the other */
   PetscInt        nprogram;
   MPMExchange     exchange;
   MPMParticles    particles;
@@ -87,7 +89,7 @@ struct _MPMCore {
   MPMTimers       timers;
   PetscReal       t; /* s */
   PetscInt        step;
-  char            stop[MPM_TEXT_LEN]; /* why the run has to stop early; empty: it need not */
+  char            stop[MPM_TEXT_LEN]; /* why the run has to stop early; it is empty if the run need not */
 };
 
 #endif

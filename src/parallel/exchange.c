@@ -1,4 +1,4 @@
-/* exchange.c - what the ways to run a step share: a phase on the patch here. */
+/* exchange.c - what the ways to run a step share: they run a phase on the patch of this process. */
 #include "parallel/exchange.h"
 
 PetscErrorCode MPMExchangeCreateGrid(MPMCore *core, const PetscInt parts[3], PetscInt *const widths[3])
@@ -96,8 +96,8 @@ PetscErrorCode MPMExchangeSort(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs a phase on the patch, whose views hold the fields that the phase declares. pass: of particles to nodes the tiles
-   that it is for. Merges what it finds into status. Not collective. */
+/* Runs a phase on the patch, whose views hold the fields that the phase declares. pass: the tiles that a transfer from
+   particles to nodes is for; other phases ignore it. Merges what it finds into status. Not collective. */
 PetscErrorCode MPMPatchRun(MPMCore *core, MPMPatch *patch, const MPMPhase *phase, MPMPass pass, MPMStatus *status)
 {
   static const PetscInt parts[] = {[MPM_PASS_EARLY] = MPM_P2G_EARLY, [MPM_PASS_LATE] = MPM_P2G_LATE};
@@ -127,7 +127,7 @@ PetscErrorCode MPMPatchRun(MPMCore *core, MPMPatch *patch, const MPMPhase *phase
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Operations of a phase on n particles: particles do the work of the transfers, nodes that of the node phases. */
+/* Returns the operations of a phase, on n particles for a transfer or on `nodes` nodes for a node update. */
 static PetscReal PhaseFlops(const MPMCore *core, const MPMPhase *phase, PetscInt n, PetscReal nodes)
 {
   const PetscInt dim = core->grid.dim;
@@ -136,8 +136,8 @@ static PetscReal PhaseFlops(const MPMCore *core, const MPMPhase *phase, PetscInt
                                   : (PetscReal)n * MPMKernelFlops(dim, core->basis, phase->parts);
 }
 
-/* Bytes of a phase between memory and processor if nothing stays in caches from phase to phase: the declared fields of
-   the particles, and the records of nodes that particles touch, each read or written once. */
+/* Returns the bytes that a phase moves between memory and processor if nothing stays in caches from phase to phase: the
+   declared fields of n particles and the records of the nodes that they touch are read or written once. */
 static PetscReal PhaseBytes(const MPMCore *core, const MPMPhase *phase, PetscInt n, PetscReal nodes)
 {
   const PetscInt dim = core->grid.dim;
@@ -160,7 +160,7 @@ PetscErrorCode MPMPhaseBegin(MPMCore *core, const MPMPhase *phase)
 PetscErrorCode MPMPhaseEnd(MPMCore *core, const MPMPhase *phase, PetscInt n)
 {
   const PetscReal nodes = MPMPatchTouchedNodes(&core->exchange.patch);
-  const PetscInt  all   = core->exchange.type->farms ? core->particles.n : n; /* workers do those of a pool's master */
+  const PetscInt  all   = core->exchange.type->farms ? core->particles.n : n; /* a pool's workers do this work */
 
   PetscFunctionBeginUser;
   PetscCall(PetscLogFlops(PhaseFlops(core, phase, n, nodes)));

@@ -1,4 +1,4 @@
-/* exchange.h - the ways to run a step, and what they share. */
+/* exchange.h - the ways to run a step (serial, spatial, pool), and the functions that they share. */
 #ifndef MPM_EXCHANGE_H
 #define MPM_EXCHANGE_H
 
@@ -11,31 +11,32 @@ extern const MPMExchangeType        MPMExchange_serial, MPMExchange_spatial; /* 
 /* Chooses how the step is run. Collective on core->comm. */
 PetscErrorCode MPMExchangeSetFromOptions(MPMCore *, MPMOptions);
 
-/* The DMs of the grid, cut into parts[axis] boxes of widths[axis][part] nodes (NULL: one process has it all), and on
-   this process's box the patch and the vectors behind its nodes; and their end. Collective on exchange.data. */
+/* Makes the DMs of the grid, which is cut into parts[axis] boxes of widths[axis][part] nodes (NULL: one process has all
+   of it), and for the box of this process the patch and the vectors of its nodes. The second function destroys them.
+   Collective on exchange.data. */
 PetscErrorCode MPMExchangeCreateGrid(MPMCore *, const PetscInt parts[3], PetscInt *const widths[3]);
 PetscErrorCode MPMExchangeDestroyGrid(MPMCore *);
 
-/* Shows the patch the sums and the motion of its nodes, which are those of the vectors; and takes them back. Not
-   collective. */
+/* Lets patch.node and patch.motion point into the vectors, and ends that access. Not collective. */
 PetscErrorCode MPMExchangeOpenNodes(MPMCore *);
 PetscErrorCode MPMExchangeCloseNodes(MPMCore *);
 
-/* The same, and the fields of particles that the phase declares. Not collective. */
+/* Do the same, and give the patch the fields of particles that the phase declares. Not collective. */
 PetscErrorCode MPMExchangeOpen(MPMCore *, const MPMPhase *);
 PetscErrorCode MPMExchangeClose(MPMCore *, const MPMPhase *);
 
-/* Runs a transfer on the particles here: of particles to nodes, on the tiles of a pass. Not collective. */
+/* Runs a transfer on the particles here; from particles to nodes, only on the tiles of the pass. Not collective. */
 PetscErrorCode MPMExchangeRun(MPMCore *, const MPMPhase *, MPMPass);
 
-/* Puts the particles here, whose cells are known, in order. Not collective. */
+/* Sorts the particles here, whose cells are known, by (cell, id). Not collective. */
 PetscErrorCode MPMExchangeSort(MPMCore *);
 
-/* Runs a phase on a patch whose views hold the fields that the phase declares; merges what it finds into the status.
-   Not collective. */
+/* Runs a phase on a patch whose views hold the fields that the phase declares; from particles to nodes, only on the
+   tiles of the pass. Merges what it finds into the status. Not collective. */
 PetscErrorCode MPMPatchRun(MPMCore *, MPMPatch *, const MPMPhase *, MPMPass, MPMStatus *);
 
-/* The beginning and the end of a phase for its timer; n: particles that it worked on here. Not collective. */
+/* Start and stop the timer of a phase, and count its operations and bytes. n: particles that it worked on here. Not
+   collective. */
 PetscErrorCode MPMPhaseBegin(MPMCore *, const MPMPhase *);
 PetscErrorCode MPMPhaseEnd(MPMCore *, const MPMPhase *, PetscInt n);
 

@@ -1,9 +1,10 @@
-/* layout.c - who is where in the spatial decomposition: owners of cells, neighbours, ghost nodes. Made once for
-   a partition of the grid, from its numbers alone. */
+/* layout.c - where the processes of the spatial decomposition lie: owners of cells, neighbours, ghosts of nodes. It is
+   made once for each partition of the grid, without messages about what other processes have. */
 #include "parallel/spatial.h"
 
-/* The process that owns cell `base` (a node of the grid), and how many boxes away it is on each axis, above, or below
-   if negative, the shorter way around where the axis is periodic; hops may be NULL. */
+/* Returns the process that owns the cell whose lowest node is `base` [dim]. hops[axis] gets how many boxes away it is:
+   positive above, negative below, by the shorter way around if the axis is periodic. hops may be NULL. Not
+   collective. */
 PetscMPIInt MPMSpatialOwner(const MPMSpatial *s, const MPMGrid *grid, const PetscInt base[], int hops[3])
 {
   PetscInt rank = 0;
@@ -27,9 +28,9 @@ PetscMPIInt MPMSpatialOwner(const MPMSpatial *s, const MPMGrid *grid, const Pets
   return (PetscMPIInt)rank;
 }
 
-/* Who is beside this box on each axis, for particles on their way; and neighbours: o in {0,1}^dim, not 0. The process
-   at +o gets sums of my tiles at that side; the one at -o sends me those of its own. On an axis that is not cut there
-   is none. */
+/* Finds the processes beside this box on each axis, to which leavers go, and the neighbours of the exchange of sums in
+   the directions o of {0,1}^dim other than 0: the process at +o gets the sums of the tiles here at that side, and the
+   one at -o sends the sums of its own. An axis that is not cut has no neighbours. */
 static PetscErrorCode FindNeighbours(MPMCore *core, MPMSpatial *s)
 {
   const PetscInt dim = core->grid.dim;
@@ -76,7 +77,7 @@ static PetscErrorCode FindNeighbours(MPMCore *core, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same graph with nodes for units where `from` numbers the unknowns of a node, `unit` each. */
+/* Makes the graph of nodes from the graph `from` of their unknowns, of which each node has `unit`. */
 static PetscErrorCode NumberNodes(PetscInt unit, PetscSF from, PetscSF *sf)
 {
   PetscInt           nroots, nleaves, *leaf;
@@ -99,10 +100,10 @@ static PetscErrorCode NumberNodes(PetscInt unit, PetscSF from, PetscSF *sf)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The ghost update of node values: the DMDA's scatter from the global vector to local ones, restricted to the nodes
-   above a patch, which alone its particles read; and where it would read the global vector, it reads the owner's local
-   one, by that part of the scatter that is about own nodes, turned round. DMLocalToLocal would do the same and copy
-   every own node onto itself: 3 % of a step. */
+/* Makes the update of ghosts. It is the DMDA's scatter from the global vector to local ones, with two changes: it
+   reaches only the ghosts above a patch, since its particles read no others; and it reads the owner's local vector
+   instead of the global one, by the inverse of the scatter's part for own nodes. DMLocalToLocal would do the same, but
+   would also copy every own node onto itself, which takes 3 % of a step. Collective. */
 static PetscErrorCode CreateGhosts(MPMCore *core, MPMSpatial *s)
 {
   const MPMPatch *patch = &core->exchange.patch;
@@ -114,7 +115,7 @@ static PetscErrorCode CreateGhosts(MPMCore *core, MPMSpatial *s)
   PetscFunctionBeginUser;
   PetscCall(DMDAGetScatter(core->exchange.da, &scatter, NULL));
   PetscCall(PetscSFGetGraph(scatter, &nroots, &nleaves, &ilocal, NULL));
-  unit = nroots / (patch->own_n[0] * patch->own_n[1] * patch->own_n[2]); /* 1: it numbers nodes; else unknowns */
+  unit = nroots / (patch->own_n[0] * patch->own_n[1] * patch->own_n[2]); /* 1: it numbers nodes, else unknowns */
   PetscCall(PetscMalloc2(nleaves, &list[0], nleaves, &list[1]));
   for (PetscInt q = 0; q < nleaves; q++) {
     const PetscInt leaf = ilocal ? ilocal[q] : q;
@@ -140,7 +141,7 @@ static PetscErrorCode CreateGhosts(MPMCore *core, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* DMs, patch, neighbours and ghost update for the partition that is set. Collective. */
+/* Makes DMs, patch, neighbours and the update of ghosts for the partition that is set. Collective on exchange.data. */
 PetscErrorCode MPMSpatialLayout(MPMCore *core)
 {
   MPMExchange        *ex   = &core->exchange;
@@ -161,7 +162,7 @@ PetscErrorCode MPMSpatialLayout(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Undoes it. */
+/* Destroys what MPMSpatialLayout made. Collective on exchange.data. */
 PetscErrorCode MPMSpatialTearDown(MPMCore *core)
 {
   MPMSpatial *s = (MPMSpatial *)core->exchange.ctx;

@@ -1,12 +1,13 @@
-/* migrate.c - particles that left their patch go to the process that owns their cell. Both ways give the same particles
-   on the same processes, so the same bits; only messages and time differ. */
+/* migrate.c - at the end of a step, leavers go to the process that owns their cell: by DMSwarmMigrate, or by direct
+   messages. Both bring the same particles to the same processes, so results have the same bits; only messages and time
+   differ. */
 #include "kernels/cell.h"
 #include "parallel/spatial.h"
 
 #define FIELDS                                                                                                         \
   (MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l)) /* that say where a particle is */
 
-/* The process that owns the cell where particle p of the view is now, and the way to it. */
+/* Finds the process that owns the cell where particle p of the view is now, and how many boxes away it is (hops). */
 static PetscErrorCode FindOwner(MPMCore *core, const MPMSpatial *s, const MPMView *view, PetscInt p, PetscMPIInt *owner,
                                 int hops[3])
 {
@@ -22,8 +23,8 @@ static PetscErrorCode FindOwner(MPMCore *core, const MPMSpatial *s, const MPMVie
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists the particles that left the patch and the processes that they go to, and finds out how far that is. A migration
-   follows if any process lists some. Not collective. */
+/* Lists the leavers and the processes that they go to; *hops gets the largest number of boxes that one has to go on an
+   axis. A migration follows if any process has leavers. Not collective. */
 PetscErrorCode MPMMigrateList(MPMCore *core, MPMSpatial *s, PetscInt64 *hops)
 {
   MPMView view;
@@ -68,8 +69,9 @@ static PetscErrorCode CountOut(MPMCore *core, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the cells of the particles that came, and adds them to the fingerprint: their cell, which travels with them, is
-   still that of a leaver. They are where leavers were, or at the end, as may be particles that were here already. */
+/* Finds the cells of the arrivals, and adds them to the fingerprint. Arrivals lie where leavers were, or at the end,
+   where there may also be particles that were here already; those have a cell, while the cell of an arrival, which was
+   sent with it, still says that it left. */
 static PetscErrorCode LocateArrivals(MPMCore *core, MPMSpatial *s)
 {
   const PetscInt  dim = core->grid.dim, nleavers = s->nleavers;
@@ -96,8 +98,8 @@ static PetscErrorCode LocateArrivals(MPMCore *core, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* By PETSc: DMSwarmMigrate on the BASIC swarm with the owners that we found. Exact, to any process, at the price of
-   22 collectives a call, half of them reductions. Collective. */
+/* Migrates by DMSwarmMigrate, on the BASIC swarm, with the owners that MPMMigrateList found. Particles may go to any
+   process; a call needs 22 collectives, half of them reductions. Collective. */
 PetscErrorCode MPMMigrateSwarm(MPMCore *core, MPMSpatial *s)
 {
   MPMParticles *pts = &core->particles;
@@ -108,7 +110,7 @@ PetscErrorCode MPMMigrateSwarm(MPMCore *core, MPMSpatial *s)
   PetscCallMPI(MPI_Comm_rank(s->comm, &me));
   PetscCall(CountOut(core, s));
   PetscCall(DMSwarmGetField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
-  if (!s->ranked) /* later, only leavers have another owner: the field travels with the particles */
+  if (!s->ranked) /* later, only leavers have another owner: the field is sent with the particles */
     for (PetscInt p = 0; p < pts->n; p++) owner[p] = me;
   s->ranked = PETSC_TRUE;
   for (PetscInt q = 0; q < s->nleavers; q++) owner[s->leaver[q]] = s->owner[q];
@@ -121,7 +123,7 @@ PetscErrorCode MPMMigrateSwarm(MPMCore *core, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A field of the listed particles into messages that lie `stride` bytes apart, or back. */
+/* Copies a field of the n listed particles into messages that lie `stride` bytes apart, or back. */
 MPM_INLINE void PackField(size_t bytes, PetscInt n, const PetscInt which[], char *field, char *message, size_t stride,
                           PetscBool unpack)
 {
@@ -135,8 +137,8 @@ MPM_INLINE void PackField(size_t bytes, PetscInt n, const PetscInt which[], char
   }
 }
 
-/* Packs all fields of the listed particles that travel, or unpacks them: field by field, and known widths in registers,
-   so that the processor waits for many of these places, far from each other, at a time. */
+/* Packs all fields of the n listed particles that are sent, or unpacks them. It goes field by field, with the width of
+   each as a constant, so that the processor can wait for many memory accesses, far from each other, at a time. */
 static void PackParticles(const MPMParticles *pts, void *const at[], PetscInt n, const PetscInt which[], char *message,
                           size_t stride, PetscBool unpack)
 {
@@ -163,11 +165,12 @@ static PetscErrorCode GetFields(MPMParticles *pts, PetscBool restore, void *at[]
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Packed particles on their way, each behind the boxes that it has yet to go on each axis. */
+/* Packed particles between their old process and their new one. Each comes after the numbers of boxes that it still has
+   to go on each axis (Way). */
 typedef struct {
-  char    *at;
-  PetscInt n, capacity;
-  size_t   bytes; /* of a particle and its way */
+  char    *at;          /* [n][bytes] */
+  PetscInt n, capacity; /* particles */
+  size_t   bytes;       /* of a particle and its Way */
 } Transit;
 typedef int Way[3];
 
@@ -180,8 +183,8 @@ static PetscErrorCode MakeRoom(Transit *t, PetscInt n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Hands the particles that have to go along axis d to the next process there, and takes those from both sides: a
-   message each way, of no bytes where nothing moves. Collective on the processes of a line along d. */
+/* Sends the particles that have to go along axis d to the next process there, and receives those from both sides. Each
+   way there is one message, of no bytes if no particle goes. Collective on the processes of a line along d. */
 static PetscErrorCode PassOn(const MPMSpatial *s, PetscInt d, Transit *t)
 {
   Transit     out[2] = {{.bytes = t->bytes}, {.bytes = t->bytes}}; /* down, up */
@@ -225,8 +228,9 @@ static PetscErrorCode PassOn(const MPMSpatial *s, PetscInt d, Transit *t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* By our own messages: leavers go from box to box, along one axis after the other, mostly one box on each (status.hops
-   has the most of all processes); arrivals fill the holes and the end. Collective. */
+/* Migrates by direct messages: leavers go from box to box, along one axis after the other, mostly by one box on each
+   (status.hops is the largest number for any process). Arrivals take the places of leavers, then those at the end.
+   Collective. */
 PetscErrorCode MPMMigrateDirect(MPMCore *core, MPMSpatial *s)
 {
   MPMParticles  *pts = &core->particles;
@@ -251,7 +255,7 @@ PetscErrorCode MPMMigrateDirect(MPMCore *core, MPMSpatial *s)
   PackParticles(pts, at, t.n, place, t.at + sizeof(Way), t.bytes, PETSC_TRUE);
   PetscCall(PetscFree(place));
   for (PetscInt q = nsend; q > t.n;
-       q--) { /* the last particles move into the holes that are left, the last hole first */
+       q--) { /* the last particles move into the places that stay free, the last such place first */
     const PetscInt hole = s->leaver[q - 1], last = n - 1 - (nsend - q);
 
     if (hole == last) continue;

@@ -1,18 +1,18 @@
-/* partition.c - how the grid is cut into boxes, one a process.
+/* partition.c - how the grid is cut into boxes, one for each process.
 
-   Bodies fill a part of the grid, so equal boxes leave processes idle: two disks on 32 processes cost 3.9 times the
-   mean. Here every process grid px x py x pz (strips included) is tried, each axis cut at edges of tiles so that its
-   heaviest part is as light as it can be, and the one of the smallest predicted step is taken. Input is a histogram of
-   the particles over the nodes, which the first process has; it tells the others what it chose. docs/performance.md has
-   the model. */
+   Bodies fill a part of the grid, so with equal boxes some processes have nothing to do: two disks on 32 processes cost
+   3.9 times the mean. Here every process grid px x py x pz (strips included) is tried. Each axis is cut at edges of
+   tiles so that the largest cost of a part is as small as it can be, and the process grid with the shortest predicted
+   step is taken. The input is a histogram of the particles over the nodes, which the first process has; it sends its
+   choice to the others. docs/performance.md has the model. */
 #include "kernels/tile_index.h"
 #include "parallel/partition.h"
 
 #define MPM_MAX_BINS      ((PetscInt)1 << 21)
-#define MPM_TAG_HISTOGRAM 3 /* beside those of spatial.h */
+#define MPM_TAG_HISTOGRAM 3 /* differs from the tags of spatial.h */
 
-/* Bins of one tile, or of more if memory does not allow it: `coarse` nodes an axis in each, and in the last the
-   rest. */
+/* Sets the size of bins: that of a tile, or a multiple of it if there would be too many. A bin covers `coarse` nodes
+   along each axis; the last one also covers the remainder. */
 static void LayOut(const MPMGrid *grid, MPMBasis basis, MPMHistogram *h)
 {
   PetscReal bins = PETSC_MAX_REAL;
@@ -30,6 +30,7 @@ static void LayOut(const MPMGrid *grid, MPMBasis basis, MPMHistogram *h)
   }
 }
 
+/* The place of bin (i, j, k) in the tables. */
 static PetscInt Index(const MPMHistogram *h, PetscInt i, PetscInt j, PetscInt k)
 {
   return (k * (h->n[1] + 1) + j) * (h->n[0] + 1) + i;
@@ -40,7 +41,7 @@ static PetscInt Entries(const MPMHistogram *h)
   return Index(h, h->n[0], h->n[1], h->n[2]) + 1;
 }
 
-/* An empty histogram, to which the processes of comm add particles. Not collective. */
+/* Makes an empty histogram, to which the processes of comm add particles. Not collective. */
 PetscErrorCode MPMHistogramCreate(const MPMGrid *grid, MPMBasis basis, MPI_Comm comm, MPMHistogram *h)
 {
   PetscMPIInt rank;
@@ -56,6 +57,7 @@ PetscErrorCode MPMHistogramCreate(const MPMGrid *grid, MPMBasis basis, MPI_Comm 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Frees the arrays of a histogram. Not collective. */
 PetscErrorCode MPMHistogramDestroy(MPMHistogram *h)
 {
   PetscFunctionBeginUser;
@@ -85,8 +87,9 @@ static PetscErrorCode Room(MPMHistogram *h, PetscInt n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counts particles whose stencils start at node `base` (from 0, layers included). Particles that follow each other are
-   mostly in the same bin, so that a list is short beside the particles. */
+/* Counts particles whose stencils start at node `base` [dim] (from 0, layers included). Particles that follow each
+   other are mostly in the same bin, so a list has far fewer items than there are particles. Not collective; to be
+   called before MPMHistogramFinish. */
 PetscErrorCode MPMHistogramAdd(MPMHistogram *h, const PetscInt base[], PetscInt64 particles)
 {
   PetscInt b[3] = {0}, entry;
@@ -106,7 +109,7 @@ PetscErrorCode MPMHistogramAdd(MPMHistogram *h, const PetscInt base[], PetscInt6
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Turns numbers in bins into the summed-area table. */
+/* Turns the numbers in the bins into the summed-area table. */
 static void Accumulate(const MPMHistogram *h, PetscInt64 *table)
 {
   for (PetscInt d = 0; d < 3; d++)
@@ -116,7 +119,8 @@ static void Accumulate(const MPMHistogram *h, PetscInt64 *table)
           *Entry(h, table, i, j, k) += *Entry(h, table, i - (d == 0), j - (d == 1), k - (d == 2));
 }
 
-/* Sums what all have counted, and turns it into summed-area tables, on the first process. Collective. */
+/* Adds up what all processes have counted, and turns it into summed-area tables on the first process. Collective on the
+   histogram's comm. */
 PetscErrorCode MPMHistogramFinish(MPMHistogram *h)
 {
   PetscMPIInt size, rank, n;
@@ -144,7 +148,7 @@ PetscErrorCode MPMHistogramFinish(MPMHistogram *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sum of a table (particles, or bins with particles) over the box of bins [lo, hi). */
+/* Returns the sum of a table (particles, or bins with particles) over the box of bins [lo, hi). */
 static PetscInt64 Count(const MPMHistogram *h, PetscInt64 *table, const PetscInt lo[3], const PetscInt hi[3])
 {
   PetscInt64 sum = 0;
@@ -165,13 +169,14 @@ static PetscBool Fits(const MPMHistogram *h, const PetscInt p[3])
   return PETSC_TRUE;
 }
 
-/* Nodes that are visited for the particles of a box: those of bins with particles. */
+/* Returns the number of nodes that the particles of a box of bins touch: those of the bins with particles. */
 static PetscReal Nodes(const MPMHistogram *h, const PetscInt lo[3], const PetscInt hi[3])
 {
   return PetscPowReal((PetscReal)h->coarse, (PetscReal)h->dim) * (PetscReal)Count(h, h->occupied, lo, hi);
 }
 
-/* The weight by which boxes of bins are made equal: particles with their nodes, or just bins. */
+/* Returns the weight of a box of bins, in which the parts of an axis are made equal: the cost of its particles and
+   nodes in s, or, if costs is NULL, its number of bins along axis d. */
 static PetscReal Weight(const MPMHistogram *h, PetscInt d, const MPMCosts *costs, const PetscInt lo[3],
                         const PetscInt hi[3])
 {
@@ -179,14 +184,15 @@ static PetscReal Weight(const MPMHistogram *h, PetscInt d, const MPMCosts *costs
                : hi[d] - lo[d];
 }
 
-/* Fills parts of axis d from below, each with as many bins as weigh at most `most`, into l (in nodes): do all fit? */
+/* Fills the parts of axis d from below, each with as many bins as weigh at most `most`, and writes their widths in
+   nodes to part->l[d]. Returns whether all bins have a place. */
 static PetscBool FillParts(const MPMHistogram *h, PetscInt d, const MPMCosts *costs, PetscReal most, MPMPartition *part)
 {
   const PetscInt p     = part->p[d];
   PetscInt       lo[3] = {0, 0, 0}, hi[3] = {h->n[0], h->n[1], h->n[2]};
 
   for (PetscInt r = 0; r < p; r++) {
-    const PetscInt last = h->n[d] - (p - 1 - r); /* a bin for each of those above */
+    const PetscInt last = h->n[d] - (p - 1 - r); /* the parts above need a bin each */
 
     hi[d] = lo[d] + 1;
     if (Weight(h, d, costs, lo, hi) > most) return PETSC_FALSE;
@@ -198,7 +204,7 @@ static PetscBool FillParts(const MPMHistogram *h, PetscInt d, const MPMCosts *co
   return lo[d] == h->n[d] ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Cuts axis d into p[d] parts so that the heaviest weighs as little as it can: that weight is found by bisection. */
+/* Cuts axis d into p[d] parts so that the largest weight of a part is as small as it can be; bisection finds it. */
 static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPartition *part)
 {
   const MPMCosts *costs = weighted ? &part->costs : NULL;
@@ -216,12 +222,11 @@ static void CutAxis(const MPMHistogram *h, PetscInt d, PetscBool weighted, MPMPa
   (void)FillParts(h, d, costs, above, part);
 }
 
-/* What of a share crosses its cuts in a step, where the fastest particle moves by `moved` cells: `layer` cells lie at
-   the cuts, one deep, with so many particles in each. Particles lie in rows, a = per_cell^(1/dim) of them in a layer,
-   and a row crosses a cut as a whole, in one step out of 1/(a moved). All processes wait for the one that hands on a
-   row just then, so a step is as dear with one row on its way as with one at every cut of the axis. crossing is of this
-  
-   process. */
+/* Sets what of a share crosses its cuts in a step in which the fastest particle moves by `moved` cells. At the cuts
+   lies a layer of `layer` cells, one cell deep, with per_cell particles in each. They lie in a = per_cell^(1/dim) rows,
+   and a row crosses a cut as a whole, in one step out of 1/(a moved). All processes wait for a process that sends a
+   row, so a step takes as long if one row crosses as if one crosses every cut of the axis. crossing is that of this
+   process alone. */
 void MPMShareCross(PetscInt dim, PetscReal layer, PetscReal per_cell, PetscReal moved, MPMShare *s)
 {
   const PetscReal rows = PetscPowReal(per_cell, 1 / (PetscReal)dim);
@@ -231,9 +236,10 @@ void MPMShareCross(PetscInt dim, PetscReal layer, PetscReal per_cell, PetscReal 
   s->waits    = 1 - PetscPowReal(1 - PetscMin(1, rows * moved), s->cuts / PetscMax(1, s->axes));
 }
 
-/* Predicted seconds of a step: of the slowest process, whose share is left in part->worst. Of migration it has what
-   depends on the cuts: leavers, between the mean over the steps and all processes waiting for one row (MPMShareCross),
-   since nobody knows how long particles will keep to rows. */
+/* Returns the predicted seconds of a step, those of the slowest process, and sets part->worst to its share, and
+   part->imbalance. Of the migration, only the leavers depend on the cuts. Their cost is half way between that of
+   particles which cross one by one and that of rows for which all processes wait (MPMShareCross), since it is unknown
+   how long particles will stay in rows. Not collective: only the process that has the tables calls it. */
 PetscReal MPMPartitionCost(const MPMHistogram *h, MPMPartition *part)
 {
   const MPMCosts *c     = &part->costs;
@@ -278,6 +284,7 @@ PetscReal MPMPartitionCost(const MPMHistogram *h, MPMPartition *part)
   return worst;
 }
 
+/* Sets the partition of a grid that is not cut: one box. Not collective. */
 PetscErrorCode MPMPartitionWhole(const MPMGrid *grid, MPMPartition *part)
 {
   PetscFunctionBeginUser;
@@ -290,7 +297,7 @@ PetscErrorCode MPMPartitionWhole(const MPMGrid *grid, MPMPartition *part)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The partition of the first process of comm, once chosen, becomes that of all. Collective on comm. */
+/* Sends the partition that the first process of comm has chosen to all others. Collective on comm. */
 PetscErrorCode MPMPartitionShare(MPMPartition *part, MPI_Comm comm)
 {
   PetscInt *l[3] = {part->l[0], part->l[1], part->l[2]};
@@ -305,6 +312,7 @@ PetscErrorCode MPMPartitionShare(MPMPartition *part, MPI_Comm comm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Frees the widths of the parts. Not collective. */
 PetscErrorCode MPMPartitionDestroy(MPMPartition *part)
 {
   PetscFunctionBeginUser;
@@ -312,7 +320,7 @@ PetscErrorCode MPMPartitionDestroy(MPMPartition *part)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Surface of the boxes of a process grid in cells: the most compact has the least. */
+/* Returns the area of all cuts of a process grid in nodes: the most compact boxes have the smallest. */
 static PetscReal Surface(const MPMHistogram *h, const PetscInt p[3])
 {
   PetscReal s = 0;
@@ -325,17 +333,19 @@ static PetscReal Surface(const MPMHistogram *h, const PetscInt p[3])
   return s;
 }
 
-/* How much dearer than the model says cuts across x, and across y, count: particles run along x first and z last, and
-   the tiles at such a cut, whose sums are kept, have short runs of them. On two processes a cut across x made the step
-   3 (linear, 2-D) to 9 % (quadratic, 3-D) longer than one across the last axis; it counts less, lest balance suffer. */
+/* Returns the factor by which cuts across x, and across y, lengthen a step beyond the model: particles are sorted along
+   x first and along z last, so the tiles at such a cut, whose sums are kept, have short runs of particles. On two
+   processes a cut across x made the step 3 % (linear, 2-D) to 9 % (quadratic, 3-D) longer than one across the last
+   axis; the factor is smaller than that, so that the balance of particles is not given up for it. */
 static PetscReal Across(const PetscInt p[3])
 {
   return 1 + 0.04 * (1 - 1 / (PetscReal)p[0]) + 0.01 * (1 - 1 / (PetscReal)p[1]);
 }
 
-/* Chooses the partition for `size` processes: MPM_BALANCE_NONE the most compact process grid with equal parts, else the
-   smallest predicted step over all process grids, cuts across x and y made dearer. Fails with PETSC_ERR_ARG_SIZ if none
-   fits (callers ask MPMPartitionLargest first). Not collective: for the process that has the histogram's tables. */
+/* Chooses the partition for `size` processes: for MPM_BALANCE_NONE the most compact process grid, with equal parts;
+   else the one with the shortest predicted step, times the factor for cuts across x and y. Fails with PETSC_ERR_ARG_SIZ
+   if none fits (callers ask MPMPartitionLargest first). Not collective: only the process that has the histogram's
+   tables calls it. */
 PetscErrorCode MPMPartitionChoose(const MPMHistogram *h, PetscMPIInt size, MPMBalance balance, MPMPartition *best)
 {
   MPMPartition trial  = {.costs = best->costs};
@@ -372,7 +382,7 @@ PetscErrorCode MPMPartitionChoose(const MPMHistogram *h, PetscMPIInt size, MPMBa
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest number of processes, up to `size`, into which the grid can be cut. */
+/* Returns the largest number of boxes, up to `size`, into which the grid can be cut. Not collective. */
 PetscInt MPMPartitionLargest(const MPMGrid *grid, MPMBasis basis, PetscInt size)
 {
   MPMHistogram h;

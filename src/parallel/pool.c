@@ -1,49 +1,49 @@
-/* pool.c - the worker pool: the master (process 0) holds all particles and the grid, hands out patches of
-   cells, assembles what comes back, and finishes the step; workers hold no state.
+/* pool.c - the worker pool: the master (process 0) holds all particles and the grid, sends jobs to the workers, puts
+   their answers together, and finishes the step. Workers keep nothing from job to job.
 
-   In a sweep the master packs for each patch its particles with the fields that the phase declares, and for
-   nodes-to-particles the node motion too. It sends patches to workers as they become idle, the biggest first, two in
-   flight for each. A worker runs the same kernel on its patch and returns the sums of its tiles, or the new fields of
-   its particles, and the status it found: an error is data and stops the run at the master. Patches are boxes of whole
-   tiles, whose sums do not depend on who makes them; the master adds them up to nodes as the serial run does: hence its
-   bits. */
+   In a transfer the master packs for each patch its particles, with the fields that the phase declares, and from nodes
+   to particles also the motion of its nodes. A job goes to a worker that has fewer than two, the largest patch first. A
+   worker runs the same kernel on its patch and returns the sums of its tiles, or the new fields of its particles, and
+   the status that it found, by which the master stops the run if there is an error. Patches are boxes of whole tiles,
+   whose sums are the same on every process; the master adds them up to nodes as a serial run does, so results have the
+   same bits. */
 #include "kernels/tile_index.h"
 #include "parallel/pool.h"
 
-#define MPM_IN_FLIGHT 2 /* patches that a worker has at a time */
+#define MPM_IN_FLIGHT 2 /* jobs that a worker has at a time */
 
-/* A patch of the tiling. */
+/* A patch: a box of the master's tiles. */
 typedef struct {
-  PetscInt first[3], tiles[3];     /* its tiles of the master's table */
-  PetscInt own_lo[3], own_n[3], n; /* n: its particles now */
+  PetscInt first[3], tiles[3];     /* its first tile and its number of tiles */
+  PetscInt own_lo[3], own_n[3], n; /* its own nodes, first and number; n: its particles now */
 } PoolPatch;
 
-/* A place for a patch in flight. */
+/* The master's memory for one of the jobs that a worker has. */
 typedef struct {
-  PetscInt    part;
-  char       *out, *in;
-  size_t      out_capacity, in_capacity;
-  PetscInt   *list, capacity; /* the particles of the part */
+  PetscInt    part;                      /* number of the patch */
+  char       *out, *in;                  /* the job, and the answer */
+  size_t      out_capacity, in_capacity; /* bytes */
+  PetscInt   *list, capacity;            /* [capacity] the particles of the patch */
   MPI_Request sent;
 } Slot;
 
 typedef struct {
-  const MPMExchangeType *inner; /* how the master would run alone: serial, or its own neighbour if a face is periodic */
+  const MPMExchangeType *inner; /* how the master would run alone: serial, or spatial if a face is periodic */
   MPI_Comm               comm;
   PetscMPIInt            size, rank;
-  PetscInt               npatches, *queue;
-  PoolPatch             *patches;
-  Slot                  *slots;    /* [size][MPM_IN_FLIGHT]; those of process 0 are not used */
-  MPI_Request           *received; /* likewise */
+  PetscInt               npatches, *queue; /* [npatches] patches with particles, the largest first */
+  PoolPatch             *patches;          /* [npatches] */
+  Slot                  *slots;            /* [size][MPM_IN_FLIGHT]; those of process 0 are not used */
+  MPI_Request           *received;         /* [size][MPM_IN_FLIGHT]; those of process 0 are not used */
 } Pool;
 
-/* Goes through the rows of a part's tiles: the number of the first, in the table. */
+/* Loops over the rows of a patch's tiles along x; tile: number of the first of a row among the master's tiles. */
 #define FOR_ROWS(all, c, tile)                                                                                         \
   for (PetscInt k = (c)->first[2]; k < (c)->first[2] + (c)->tiles[2]; k++)                                             \
     for (PetscInt j = (c)->first[1], tile = (k * (all)->tiles.n[1] + j) * (all)->tiles.n[0] + (c)->first[0];           \
          j < (c)->first[1] + (c)->tiles[1]; j++, tile += (all)->tiles.n[0])
 
-/* The particles of a part: counts them, and lists them in (cell, id) order if list is given. */
+/* Returns the number of particles of a patch, and lists them by (cell, id) if list is not NULL. */
 static PetscInt ListParticles(MPMCore *core, const PoolPatch *c, PetscInt *list)
 {
   const MPMPatch *all = &core->exchange.patch;
@@ -61,7 +61,7 @@ static PetscInt ListParticles(MPMCore *core, const PoolPatch *c, PetscInt *list)
   return n;
 }
 
-/* Those of its tiles that have particles. */
+/* Returns the number of a patch's tiles that have particles. */
 static PetscInt CountTiles(const MPMPatch *all, const PoolPatch *c)
 {
   PetscInt n = 0;
@@ -79,7 +79,7 @@ static int BiggerFirst(const void *a, const void *b, void *patches)
   return na != nb ? (na < nb) - (na > nb) : *(const PetscInt *)a < *(const PetscInt *)b ? -1 : 1;
 }
 
-/* The arrays of a view, by field. */
+/* Writes the arrays of a view to at, by the number of the field. */
 static void Arrays(const MPMView *view, void *at[])
 {
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) at[MPM_FIELD_INDEX_##name] = view->name;
@@ -87,7 +87,8 @@ static void Arrays(const MPMView *view, void *at[])
 #undef MPM_FIELD
 }
 
-/* Sends a part to a worker and awaits its answer in the slot. */
+/* Sends the job for a patch to a worker, and posts the receive of its answer. place: of the slot, which says the
+   worker. */
 static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, PetscInt part, PetscInt place)
 {
   const PetscBool   to_nodes = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
@@ -118,13 +119,13 @@ static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, Pet
     PetscCall(PetscMalloc1(slot->capacity, &slot->list));
   }
   (void)ListParticles(core, c, slot->list);
-  PetscCallMPI(MPI_Wait(&slot->sent, MPI_STATUS_IGNORE)); /* answered long ago, so this does not wait */
+  PetscCallMPI(MPI_Wait(&slot->sent, MPI_STATUS_IGNORE)); /* this does not wait: its answer is here */
   PetscCall(MPMMessageRoom(&slot->out, &slot->out_capacity,
                            sizeof job + (size_t)c->n * MPMParticlesRowBytes(&core->particles, phase->particles_in) +
                                (size_t)MPMPatchNodes(&patch) * nv * sizeof(PetscReal)));
   memcpy(slot->out, &job, sizeof job);
   m = MPMPoolPack(&core->particles, phase->particles_in, at, c->n, slot->list, slot->out + sizeof job);
-  if (!to_nodes) /* node motion, row by row */
+  if (!to_nodes) /* the motion of nodes, row by row */
     for (PetscInt k = patch.lo[2]; k < patch.lo[2] + patch.n[2]; k++)
       for (PetscInt j = patch.lo[1]; j < patch.lo[1] + patch.n[1]; j++, m += row)
         memcpy(m,
@@ -146,7 +147,7 @@ static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Puts an answer in its place: sums to tiles, fields to particles. */
+/* Copies an answer to the master's data: sums to the tiles, or fields to the particles. */
 static PetscErrorCode Assemble(MPMCore *core, Pool *pool, const MPMPhase *phase, PetscInt place)
 {
   const Slot      *slot = &pool->slots[place];
@@ -160,7 +161,7 @@ static PetscErrorCode Assemble(MPMCore *core, Pool *pool, const MPMPhase *phase,
   MPMWorkBegin(&core->timers);
   Arrays(&all->particles, at);
   memcpy(&status, slot->in, sizeof status);
-  status.left = 0; /* of the patch: the master has them all */
+  status.left = 0; /* these left the patch, but not the master */
   MPMStatusMerge(&core->status, &status);
   if (phase->kind == MPM_PARTICLES_TO_NODES) {
     FOR_ROWS(all, c, tile)
@@ -178,7 +179,7 @@ static PetscErrorCode Assemble(MPMCore *core, Pool *pool, const MPMPhase *phase,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counts the particles of each part for this sweep and queues those that have any, the biggest first. */
+/* Counts the particles of each patch, and queues the patches that have any, the largest first. */
 static PetscErrorCode FillQueue(MPMCore *core, Pool *pool, PetscInt *n)
 {
   PetscFunctionBeginUser;
@@ -220,7 +221,7 @@ static PetscErrorCode Sweep_Pool(MPMCore *core, const MPMPhase *phase)
     }
   }
   PetscCall(MPMExchangeClose(core, phase));
-  if (phase->kind == MPM_PARTICLES_TO_NODES) { /* all tiles are kept */
+  if (phase->kind == MPM_PARTICLES_TO_NODES) { /* the sums of all tiles are here: add them up to nodes */
     MPMTilesWrap(&ex->patch);
     PetscCall(MPMExchangeRun(core, phase, MPM_PASS_MAIN));
   }

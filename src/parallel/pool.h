@@ -1,4 +1,4 @@
-/* pool.h - what the master (pool.c) and the workers (worker.c) share: the messages.
+/* pool.h - what the master (pool.c) and the workers (worker.c) of the pool share: the messages of a transfer.
 
    master -> worker   MPMJob, the particles' fields that the phase declares, then for nodes-to-particles the node motion
    worker -> master   MPMStatus, then the sums of the tiles that have particles, or the fields of the particles */
@@ -11,15 +11,16 @@
 
 enum { MPM_TAG_WORK = 1, MPM_TAG_DONE };
 
-/* What a patch is and what to do with it. */
+/* The head of a job: which patch it is for and which phase to run on it. */
 typedef struct {
-  PetscInt  phase;               /* of the table; < 0: the run is over */
-  PetscInt  own_lo[3], own_n[3]; /* its nodes, and cells: whole tiles */
-  PetscInt  tiles[3], first[3];  /* the master's tiles, by which it numbers cells; the patch's first */
-  PetscInt  n;                   /* particles that follow */
-  PetscReal dt;
+  PetscInt  phase;               /* row of the table of phases; < 0: the run is over */
+  PetscInt  own_lo[3], own_n[3]; /* first and number of the patch's own nodes, or cells: whole tiles */
+  PetscInt  tiles[3], first[3]; /* number of the master's tiles, over which cells are numbered; the patch's first one */
+  PetscInt  n;                  /* particles that follow */
+  PetscReal dt;                 /* s */
 } MPMJob;
 
+/* worker.c describes these functions. */
 void           MPMPoolBox(MPMCore *, const PetscInt own_lo[3], const PetscInt own_n[3], MPMPatch *);
 size_t         MPMPoolAnswerBytes(MPMCore *, const MPMPhase *, PetscInt n, PetscInt tiles);
 char          *MPMPoolPack(const MPMParticles *, PetscInt fields, void *const at[], PetscInt n, const PetscInt *list,

@@ -1,13 +1,13 @@
 /* spatial.c - spatial decomposition: every process has one patch, its box of a DMDA.
 
    A step exchanges
-     sums of tiles  whose particles touch nodes of the up to 2^dim - 1 processes above, in each phase that sums
-                    particles
-     node motion    of the nodes above a patch, from their owners by a PetscSF
-     particles      that left their patch go to the owner of their cell, by DMSwarmMigrate, or by MPMMigrateDirect
-   and reduces once: the status. Tiles are added up the same on whichever process they are, so results do not depend on
-   how the grid is cut. With -parallel_sums roundoff each process adds up its own tiles to nodes and these partial sums
-   are added instead (DMLocalToGlobal). */
+     sums of tiles  whose particles touch nodes of the up to 2^dim - 1 processes above, in each transfer from
+                    particles to nodes
+     node motion    of the nodes above a patch, from their owners, by a PetscSF
+     leavers        which go to the owner of their cell, by DMSwarmMigrate or by MPMMigrateDirect
+   and has one reduction, of the status. The sums of a tile are the same on whichever process it is, so results do not
+   depend on how the grid is cut. With -parallel_sums roundoff each process adds up its own tiles to nodes, and these
+   partial sums are added instead (DMLocalToGlobal). */
 #include "kernels/cell.h"
 #include "parallel/spatial.h"
 
@@ -17,7 +17,8 @@ static void MergeStatus(void *in, void *inout, int *n, MPI_Datatype *type)
   for (int k = 0; k < *n; k++) MPMStatusMerge((MPMStatus *)inout + k, (const MPMStatus *)in + k);
 }
 
-/* Without a histogram the grid is not cut: the pool's master, alone, is its own neighbour across periodic faces. */
+/* Without a histogram the grid is not cut: then it is the pool's master, alone, which is its own neighbour across
+   periodic faces. */
 static PetscErrorCode SetUp_Spatial(MPMCore *core, const MPMHistogram *h)
 {
   MPMExchange *ex = &core->exchange;
@@ -27,7 +28,7 @@ static PetscErrorCode SetUp_Spatial(MPMCore *core, const MPMHistogram *h)
   PetscFunctionBeginUser;
   PetscCall(PetscNew(&s));
   ex->ctx = s;
-  if (ex->data == MPI_COMM_NULL) ex->data = core->comm; /* the pool's master uses itself alone */
+  if (ex->data == MPI_COMM_NULL) ex->data = core->comm; /* the pool's master has set PETSC_COMM_SELF */
   PetscCallMPI(MPI_Comm_dup(ex->data, &s->comm));
   PetscCallMPI(MPI_Comm_size(ex->data, &size));
   PetscCallMPI(MPI_Comm_rank(ex->data, &rank));
@@ -44,9 +45,11 @@ static PetscErrorCode SetUp_Spatial(MPMCore *core, const MPMHistogram *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- The functions of the table ------------------------------------------------------------------------------------ */
+/* --- The functions of the table
+   ------------------------------------------------------------------------------------ */
 
-/* -parallel_sums roundoff: adds the partial sums of all processes. Their order depends on the number of processes. */
+/* Adds the partial sums of all processes (-parallel_sums roundoff). The sequence of these additions, and so the
+   roundoff, depends on the number of processes. Collective. */
 static PetscErrorCode AddPartialSums(MPMCore *core)
 {
   MPMExchange *ex    = &core->exchange;
@@ -60,15 +63,15 @@ static PetscErrorCode AddPartialSums(MPMCore *core)
   PetscCall(DMGlobalToLocal(ex->sums, global, INSERT_VALUES, ex->node_sums));
   PetscCall(DMRestoreGlobalVector(ex->sums, &global));
   PetscCall(MPMExchangeOpenNodes(core));
-  for (PetscInt i = 0; i < MPMPatchNodes(patch); i++) /* ghost nodes start from 0 again: nothing is added twice */
+  for (PetscInt i = 0; i < MPMPatchNodes(patch); i++) /* ghosts start from 0 again, so that nothing is added twice */
     if (MPMPatchSide(patch, i)) PetscCall(PetscArrayzero(patch->node + i, 1));
   PetscCall(MPMExchangeCloseNodes(core));
-  MPMPatchVisitAll(patch); /* others' particles touch nodes here too */
+  MPMPatchVisitAll(patch); /* particles of other processes touch nodes here too */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Zeroes the parts' sums of all nodes: partial sums are those of own particles alone, at nodes that they do not touch
-   too. */
+/* Zeroes the sums of these parts at all nodes, since partial sums are added at all nodes, also at those that no
+   particle here touches. */
 static PetscErrorCode ZeroSums(MPMCore *core, PetscInt parts)
 {
   const MPMPatch *patch = &core->exchange.patch;
@@ -83,9 +86,9 @@ static PetscErrorCode ZeroSums(MPMCore *core, PetscInt parts)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lets the messages of sums get on while particles are summed: without a call of MPI now and then some ways to send, of
-   large messages above all, make the receiver wait until the sender has summed its particles, or the other way
-   round. */
+/* Calls MPI now and then while particles are summed, so that the messages of sums proceed: without that, some ways to
+   send, mostly of large messages, make the receiver wait until the sender has summed its particles, or the sender until
+   the receiver has. */
 static void Progress(void *ctx)
 {
   MPMCore    *core = (MPMCore *)ctx;
@@ -97,8 +100,8 @@ static void Progress(void *ctx)
   MPMWorkResume(&core->timers);
 }
 
-/* Begins to send the sums of tiles at upper sides, makes those of late tiles meanwhile, and receives those of the tiles
-   below: one message a neighbour. Collective on neighbours. */
+/* Starts to send the sums of tiles at upper sides, sums the tiles of the late pass meanwhile, and receives the sums of
+   the tiles below: one message for each neighbour. Collective on neighbours. */
 static PetscErrorCode ExchangeTiles(MPMCore *core, MPMSpatial *s, const MPMPhase *phase)
 {
   MPMPatch   *patch = &core->exchange.patch;
@@ -153,7 +156,7 @@ static PetscErrorCode Sweep_Spatial(MPMCore *core, const MPMPhase *phase)
   }
   PetscCall(MPMExchangeRun(core, phase, MPM_PASS_MAIN));
   if (phase->kind == MPM_PARTICLES_TO_NODES &&
-      !core->exchange.roundoff) { /* not before: receivers may be at late tiles */
+      !core->exchange.roundoff) { /* not before: receivers may still sum late tiles */
     core->exchange.patch.meanwhile = NULL;
     PetscCallMPI(s->fault);
     PetscCallMPI(MPI_Waitall(s->nto, s->request + s->nfrom, MPI_STATUSES_IGNORE));
@@ -176,7 +179,7 @@ static PetscErrorCode Nodes_Spatial(MPMCore *core, const MPMPhase *phase)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The one reduction of a step; it also carries the fingerprint of the particles after the migration before. */
+/* Makes the only reduction of a step, which also checks the fingerprint of the particles after the last migration. */
 static PetscErrorCode Reduce_Spatial(MPMCore *core, MPMStatus *status)
 {
   MPMSpatial *s = (MPMSpatial *)core->exchange.ctx;
@@ -184,7 +187,7 @@ static PetscErrorCode Reduce_Spatial(MPMCore *core, MPMStatus *status)
   PetscFunctionBeginUser;
   PetscCall(MPMMigrateForget(s));
   if (status->left && status->bad == MPM_OK) {
-    PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_MIGRATE)); /* it is a part of the migration */
+    PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_MIGRATE)); /* it counts as migration */
     PetscCall(MPMMigrateList(core, s, &status->hops));
     PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_MIGRATE));
   }
@@ -195,7 +198,7 @@ static PetscErrorCode Reduce_Spatial(MPMCore *core, MPMStatus *status)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Cuts the grid anew for the particles as they are, if the model sees a gain of a few per cent. Collective. */
+/* Cuts the grid anew for the particles as they are now, if the model predicts a gain of more than 3 %. Collective. */
 static PetscErrorCode Recut(MPMCore *core)
 {
   MPMExchange   *ex  = &core->exchange;
@@ -226,7 +229,7 @@ static PetscErrorCode Recut(MPMCore *core)
     gain = part.predicted < 0.97 * MPMPartitionCost(&h, &ex->partition);
   }
   PetscCallMPI(MPI_Bcast(&gain, 1, MPI_INT, 0, s->comm));
-  PetscCall(MPMPartitionShare(gain ? &part : &ex->partition, s->comm)); /* that in use has another imbalance now */
+  PetscCall(MPMPartitionShare(gain ? &part : &ex->partition, s->comm)); /* also the one in use has a new imbalance */
   if (gain) {
     PetscCall(MPMSpatialTearDown(core));
     PetscCall(MPMPartitionDestroy(&ex->partition));
@@ -238,8 +241,8 @@ static PetscErrorCode Recut(MPMCore *core)
       view.cell[p] = MPMOwnCell((int)dim, core->basis, &ex->patch, view.x + p * dim,
                                 MPMHalfWidths((int)dim, core->params.kinds, &view, p), base);
     }
-    core->status.moved      = 1;  /* on every process: all sort */
-    core->particles.nmovers = -1; /* all have other cells */
+    core->status.moved      = 1;  /* on every process, so that all sort */
+    core->particles.nmovers = -1; /* all particles have other cells */
     ex->recuts++;
     PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
     PetscCall(MPMMigrateList(core, s, &core->status.hops));
@@ -254,8 +257,8 @@ static PetscErrorCode Recut(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* -parallel_balance auto: is it time to look for better cuts? When what was lost to the most loaded process since the
-   last look exceeds what a cut costs, both by the model: wall times would differ between processes. */
+/* Is it time to look for better cuts (-parallel_balance auto)? It is when the time lost to imbalance since the last
+   look exceeds what a new cut takes. Both are the model's, since measured times would differ between processes. */
 static PetscBool TimeToRecut(MPMCore *core)
 {
   MPMSpatial     *s    = (MPMSpatial *)core->exchange.ctx;
@@ -291,7 +294,7 @@ static PetscErrorCode Settle_Spatial(MPMCore *core, PetscBool anew)
 
   PetscFunctionBeginUser;
   if (!anew && ex->balance == MPM_BALANCE_AUTO && TimeToRecut(core)) PetscCall(Recut(core));
-  if (!anew && core->status.left) { /* of any process: all migrate or none */
+  if (!anew && core->status.left) { /* the sum over all processes, so all of them migrate or none does */
     PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_MIGRATE));
     ex->migrations++;
     ex->migrants += core->status.left;

@@ -1,9 +1,9 @@
-/* worker.c - the worker's half of the pool, and the making of its messages, which the master uses too. */
+/* worker.c - what a worker of the pool does in a transfer, and the making of messages, which the master uses too. */
 #include "kernels/cell.h"
 #include "parallel/pool.h"
 
-/* A patch with these own nodes: the box of nodes that its particles' stencils reach, which ends with the grid, and its
-   tiles. */
+/* Sets the boxes of a patch with these own nodes: the nodes that the stencils of its particles reach, up to the end of
+   the grid, and its tiles. Not collective. */
 void MPMPoolBox(MPMCore *core, const PetscInt own_lo[3], const PetscInt own_n[3], MPMPatch *patch)
 {
   const PetscInt reach = MPMBasisNodes(core->basis) - 1, edge = MPMTileEdge(core->basis);
@@ -22,7 +22,7 @@ void MPMPoolBox(MPMCore *core, const PetscInt own_lo[3], const PetscInt own_n[3]
   }
 }
 
-/* Size of the answer to a part of n particles in so many tiles: its status, then sums or particles. */
+/* Returns the bytes of the answer to a job of n particles in so many tiles: the status, then sums or fields. */
 size_t MPMPoolAnswerBytes(MPMCore *core, const MPMPhase *phase, PetscInt n, PetscInt tiles)
 {
   const PetscInt dim = core->grid.dim, c0 = MPM_NODE_FIRST(dim, phase->parts), c1 = MPM_NODE_LAST(dim, phase->parts);
@@ -32,7 +32,8 @@ size_t MPMPoolAnswerBytes(MPMCore *core, const MPMPhase *phase, PetscInt n, Pets
   return sizeof(MPMStatus) + (size_t)tiles * MPMTileNodes(dim, core->basis) * (size_t)(c1 - c0) * sizeof(PetscReal);
 }
 
-/* Packs fields of n listed particles, field by field. */
+/* Packs fields (bits) of n listed particles, field by field; at: array of each field. Returns the end of the
+   message. */
 char *MPMPoolPack(const MPMParticles *pts, PetscInt fields, void *const at[], PetscInt n, const PetscInt *list,
                   char *message)
 {
@@ -45,17 +46,18 @@ char *MPMPoolPack(const MPMParticles *pts, PetscInt fields, void *const at[], Pe
   return message;
 }
 
+/* A worker's memory, which is used again for each job. */
 typedef struct {
   MPMPatch  patch;
-  void     *field[MPM_NUM_FIELDS];
-  PetscInt *identity, capacity;
-  MPMRange  all;
-  char     *in, *out, *nodes;
-  size_t    in_capacity, out_capacity, nodes_capacity;
+  void     *field[MPM_NUM_FIELDS];                     /* [capacity][components] of the particles */
+  PetscInt *identity, capacity;                        /* [capacity] 0, 1, 2, ... */
+  MPMRange  all;                                       /* the run of all particles */
+  char     *in, *out, *nodes;                          /* job, answer, sums of tiles or motion of nodes */
+  size_t    in_capacity, out_capacity, nodes_capacity; /* bytes */
 } Desk;
 
-/* Gives the patch's tiles their sums, and renumbers the particles' cells, which came numbered over the master's
-   tiles. */
+/* Gives the patch's tiles with particles memory for their sums, and renumbers the particles' cells over the patch's
+   tiles: in the job they are numbered over the master's. */
 static PetscErrorCode PlaceTiles(MPMCore *core, const MPMJob *job, Desk *desk)
 {
   MPMPatch      *patch = &desk->patch;
@@ -93,7 +95,7 @@ static PetscErrorCode PlaceTiles(MPMCore *core, const MPMJob *job, Desk *desk)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes a patch of what came: particles in (cell, id) order, so their order is the identity. */
+/* Makes a patch of a job. Its particles are sorted by (cell, id), so their order is the identity. */
 static PetscErrorCode Unpack(MPMCore *core, const MPMPhase *phase, const MPMJob *job, const char *m, Desk *desk)
 {
   MPMPatch           *patch    = &desk->patch;
@@ -137,13 +139,13 @@ static PetscErrorCode Unpack(MPMCore *core, const MPMPhase *phase, const MPMJob 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The numbers of the particles' cells over the tiles of the master. */
+/* Numbers the new cells of the particles over the master's tiles. */
 static void NumberCells(MPMCore *core, const MPMJob *job, MPMPatch *patch)
 {
   const PetscInt dim = core->grid.dim;
   MPMPatch       all = *patch;
 
-  for (PetscInt d = 0; d < 3; d++) { /* the box of the master's tiles: it finds what leaves the grid or its own nodes */
+  for (PetscInt d = 0; d < 3; d++) { /* the box of all the master's tiles */
     all.tiles.n[d] = job->tiles[d];
     all.own_lo[d]  = job->own_lo[d] - job->first[d] * MPMTileEdge(core->basis);
     all.own_n[d]   = job->tiles[d] * MPMTileEdge(core->basis);
@@ -156,7 +158,7 @@ static void NumberCells(MPMCore *core, const MPMJob *job, MPMPatch *patch)
   }
 }
 
-/* Packs the answer; returns its end. */
+/* Packs the answer from m on, and returns its end. */
 static char *PackAnswer(MPMCore *core, const MPMPhase *phase, const MPMStatus *status, const Desk *desk, char *m)
 {
   const MPMPatch *patch = &desk->patch;
@@ -169,7 +171,8 @@ static char *PackAnswer(MPMCore *core, const MPMPhase *phase, const MPMStatus *s
   return m;
 }
 
-/* A worker's life: receive a patch, run the phase, answer; until the master says that the run is over. */
+/* Receives jobs from the master, runs each job's phase and sends the answer, until the master says that the run is
+   over. Every process of comm but the first calls it. */
 PetscErrorCode MPMPoolServe(MPMCore *core, MPI_Comm comm)
 {
   Desk        desk   = {0};

@@ -1,11 +1,11 @@
-/* basis.h - the 1-D basis functions; kernels/stencils.h forms their tensor products, once, for all of them.
+/* basis.h - the 1-D basis functions; kernels/stencils.h forms their tensor products for the transfers.
 
-   xi = (x - lower)/h is the coordinate in cells, by a division, the same expression on every rank and in every phase. A
-   basis is two functions: the first node of a particle's stencil (the base, which also names the particle's "cell"),
-   and the values w and gradients g (per cell, so divide by h) of its nodes base, base+1, ... Both are free of branches
-   and take one particle or several (MPMReal, lanes.h), with the number of the base as a real. Splines near a wall are
-   restricted to nodes of the grid (spline_wall.h); few particles are near a wall, so these forms are for one particle
-   at a time. */
+   xi = (x - lower)/h is the coordinate in cells; it is computed by this division in every phase and on every process,
+   so it has the same bits. A basis is two functions. The first gives the base, which is the first node of a particle's
+   stencil and names the particle's cell. The second gives the values w and gradients g (per cell; those per metre are
+   g/h) of its nodes base, base+1, ... Both have no branches and take one particle or several (MPMReal, lanes.h); the
+   base is a real number. Near a wall splines have other forms, which use nodes of the grid alone (spline_wall.h); few
+   particles are near a wall, so those functions take one particle at a time. */
 #ifndef MPM_BASIS_H
 #define MPM_BASIS_H
 
@@ -20,9 +20,9 @@ typedef enum {
 
 #define MPM_MAX_STENCIL 4 /* nodes per axis of the widest basis */
 
-/* --- Hats ---------------------------------------------------------------------------------------------------------- */
+/* --- Hats --------------------------------------------------------------------------------------------------------- */
 
-/* A particle on the upper wall belongs to the last cell (decided once, here). */
+/* A particle on the upper wall belongs to the last cell; no other function decides that. */
 MPM_INLINE MPMReal MPMBasisBase_linear(MPMReal xi, MPMReal l, PetscInt cells)
 {
   (void)l;
@@ -49,7 +49,7 @@ MPM_INLINE MPMReal MPMBasisBase_gimp(MPMReal xi, MPMReal l, PetscInt cells)
 
 MPM_INLINE void MPMBasisWeights_gimp(MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
 {
-  const MPMReal below = xi - base, at = below - 1.0, above = 2.0 - below, a = MPMAbs(at); /* distances */
+  const MPMReal below = xi - base, at = below - 1.0, above = 2.0 - below, a = MPMAbs(at); /* distances from the nodes */
   const MPMReal under = MPMMax(1.0 + l - below, MPMAll(0)), over = MPMMax(1.0 + l - above, MPMAll(0)), half = 0.5 / l;
   const MPMReal one = MPMAll(1);
 
@@ -61,17 +61,17 @@ MPM_INLINE void MPMBasisWeights_gimp(MPMReal xi, MPMReal l, MPMReal base, MPMRea
   g[2] = MPMSelect(above <= 1.0 - l, one, over * half);
 }
 
-/* --- B-splines centred on the nodes -------------------------------------------------------------------------------- */
+/* --- B-splines centred on the nodes ------------------------------------------------------------------------------- */
 
-/* How far from a wall, in cells, particles have the form of the wall. */
+/* Returns the distance from a wall, in cells, within which a basis has a form of its own. */
 MPM_INLINE PetscReal MPMWallReach(MPMBasis basis, MPMWallBasis wall)
 {
   if (wall == MPM_WALL_BASIS_NONE) return 0;
   return (basis == MPM_BASIS_bspline2 ? 0.5 : basis == MPM_BASIS_bspline3 ? 1 : 0) + (wall == MPM_WALL_BASIS_STEFFEN);
 }
 
-/* Values and gradients of one particle near a wall; false if it is near none. At the upper wall they are the mirror
-   image of those at the lower one. */
+/* Computes values and gradients of one particle near a wall; returns false if it is near none. Those at the upper wall
+   mirror those at the lower one. */
 MPM_INLINE PetscBool MPMWallWeights(MPMBasis basis, PetscReal xi, PetscInt cells, MPMWallBasis wall, PetscReal w[],
                                     PetscReal g[])
 {
@@ -99,7 +99,7 @@ MPM_INLINE MPMReal MPMBasisBase_bspline2(MPMReal xi, MPMReal l, PetscInt cells)
 
 MPM_INLINE void MPMBasisWeights_bspline2(MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
 {
-  const MPMReal s = xi - (base + 1.0); /* from the middle node, |s| <= 1/2 */
+  const MPMReal s = xi - (base + 1.0); /* distance from the middle node, |s| <= 1/2 */
 
   (void)l;
   w[0] = 0.5 * (0.5 - s) * (0.5 - s);
@@ -119,7 +119,7 @@ MPM_INLINE MPMReal MPMBasisBase_bspline3(MPMReal xi, MPMReal l, PetscInt cells)
 
 MPM_INLINE void MPMBasisWeights_bspline3(MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
 {
-  const MPMReal s = xi - (base + 1.0), r = 1.0 - s; /* from the second and third node, 0 <= s <= 1 */
+  const MPMReal s = xi - (base + 1.0), r = 1.0 - s; /* distances from the second and third node, 0 <= s <= 1 */
   const MPMReal s2 = s * s, r2 = r * r, s3 = s2 * s, r3 = r2 * r;
 
   (void)l;
@@ -133,9 +133,9 @@ MPM_INLINE void MPMBasisWeights_bspline3(MPMReal xi, MPMReal l, MPMReal base, MP
   g[3] = 0.5 * s2;
 }
 
-/* --- By number ----------------------------------------------------------------------------------------------------- */
+/* --- Functions for any basis -------------------------------------------------------------------------------------- */
 
-/* Nodes per axis. */
+/* Returns the nodes of a stencil per axis. */
 MPM_INLINE int MPMBasisNodes(MPMBasis basis)
 {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
@@ -145,7 +145,7 @@ MPM_INLINE int MPMBasisNodes(MPMBasis basis)
   return 0;
 }
 
-/* Node layers needed beyond each wall. */
+/* Returns the layers of nodes that the basis needs beyond each wall. */
 MPM_INLINE int MPMBasisLayers(MPMBasis basis)
 {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
@@ -155,6 +155,7 @@ MPM_INLINE int MPMBasisLayers(MPMBasis basis)
   return 0;
 }
 
+/* Returns the inertia of basis.def. */
 MPM_INLINE int MPMBasisInertia(MPMBasis basis)
 {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
@@ -164,14 +165,14 @@ MPM_INLINE int MPMBasisInertia(MPMBasis basis)
   return 0;
 }
 
-/* Is it a spline, which needs a form at the walls? */
+/* Returns whether the basis is a spline, which needs a form of its own at walls. */
 MPM_INLINE PetscBool MPMBasisIsSpline(MPMBasis basis)
 {
   return MPMBasisInertia(basis) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Base node of particles at xi with half-widths l (both in cells; l matters to gimp only). On a periodic axis node -1
-   is node cells-1 and xi goes with it, so that 0 <= base < cells. */
+/* Returns the base nodes of particles at xi with half-widths l (both in cells; l matters to gimp only). On a periodic
+   axis node -1 is node cells-1: base and xi are then raised by `cells`, so that 0 <= base < cells. */
 MPM_INLINE MPMReal MPMBasisBases(MPMBasis basis, MPMReal *xi, MPMReal l, PetscInt cells, PetscBool periodic,
                                  MPMWallBasis wall)
 {
@@ -191,7 +192,7 @@ MPM_INLINE MPMReal MPMBasisBases(MPMBasis basis, MPMReal *xi, MPMReal l, PetscIn
   return base;
 }
 
-/* Values and gradients away from walls. */
+/* Computes values and gradients as they are away from walls. */
 MPM_INLINE void MPMBasisInside(MPMBasis basis, MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
 {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
@@ -200,7 +201,7 @@ MPM_INLINE void MPMBasisInside(MPMBasis basis, MPMReal xi, MPMReal l, MPMReal ba
 #undef MPM_BASIS
 }
 
-#if MPM_WIDTH == 1 /* the same for one particle, its base as an integer */
+#if MPM_WIDTH == 1 /* for one particle, with the base as an integer */
 MPM_INLINE PetscInt MPMBasisBase(MPMBasis basis, PetscReal *xi, PetscReal l, PetscInt cells, PetscBool periodic,
                                  MPMWallBasis wall)
 {

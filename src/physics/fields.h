@@ -1,10 +1,11 @@
-/* fields.h - what a particle carries: the rows of fields.def as bits, views and components. */
+/* fields.h - what a particle carries: the rows of fields.def as bits, as pointers to arrays (views) and as numbers of
+   components. */
 #ifndef MPM_FIELDS_H
 #define MPM_FIELDS_H
 
 #include "base/tensor.h"
 
-/* Bits that name fields, for the rows of phases and of materials. */
+/* Sets of fields are bits, MPM_BIT(name); rows of phases and of materials use them. */
 enum {
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) MPM_FIELD_INDEX_##name,
 #include "physics/fields.def"
@@ -14,24 +15,24 @@ enum {
 #define MPM_BIT(name) (1 << MPM_FIELD_INDEX_##name)
 _Static_assert(MPM_NUM_FIELDS < 31, "sets of fields are the bits of an int");
 
-/* Where a field lives. */
+/* Where a field is stored: the column `home` of fields.def. */
 typedef enum { MPM_STATE, MPM_SWARM, MPM_SCRATCH } MPMHome;
 
-/* What of the scene decides which fields there are: `present` of fields.def. */
+/* The properties of a scene that decide which fields it has: the column `present` of fields.def. */
 typedef struct {
-  PetscInt  state;     /* bits of the fields that its materials list */
-  PetscBool kinds;     /* is there more than one kind of particle? */
-  PetscBool affine;    /* apic */
-  PetscBool residual;  /* xpic */
-  PetscBool stretched; /* domains of gimp follow the deformation */
-  PetscBool increment; /* the displacement of a step waits for the commit */
-  PetscBool forced;    /* body forces or loads */
-  PetscBool surface;   /* loads */
-  PetscBool start;     /* particles keep their place at the start */
+  PetscInt  state;     /* bits of the fields that the materials list */
+  PetscBool kinds;     /* there is more than one kind of particle */
+  PetscBool affine;    /* the transfer is apic */
+  PetscBool residual;  /* the transfer is xpic */
+  PetscBool stretched; /* domains of gimp particles follow the deformation */
+  PetscBool increment; /* a later phase than that of motion adds the displacement to x */
+  PetscBool forced;    /* there are body forces or loads */
+  PetscBool surface;   /* there are loads */
+  PetscBool start;     /* the position at the start is needed */
 } MPMNeeds;
 
-/* Particles as kernels see them: a pointer for each field, rows of its components, one row a particle; NULL where the
-   scene has no such field or the phase at work did not declare it. */
+/* Particles as kernels see them: for each field a pointer to its array [n][components], or NULL where the scene has no
+   such field or the current phase did not declare it. */
 typedef struct {
   PetscInt n;
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) ctype *name;
@@ -39,7 +40,7 @@ typedef struct {
 #undef MPM_FIELD
 } MPMView;
 
-/* Components of each field: MPMComponents_x(dim), ... */
+/* MPMComponents_x(dim), ...: the components of each field. */
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   MPM_INLINE int MPMComponents_##name(int dim)                                                                         \
   {                                                                                                                    \

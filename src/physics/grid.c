@@ -1,4 +1,4 @@
-/* grid.c - see grid.h. */
+/* grid.c - the numbers of layers and nodes of the background grid; grid.h describes them. */
 #include "physics/grid.h"
 
 const char *const MPMBasisNames[] = {
@@ -7,7 +7,7 @@ const char *const MPMBasisNames[] = {
 #undef MPM_BASIS
 };
 
-/* Layers and stored nodes of each axis, once cells, walls and basis are known. */
+/* Sets layers and stored nodes of each axis from cells, periodic axes and basis. */
 void MPMGridSetNodes(MPMGrid *grid, MPMBasis basis)
 {
   for (PetscInt d = 0; d < 3; d++) {
@@ -16,8 +16,8 @@ void MPMGridSetNodes(MPMGrid *grid, MPMBasis basis)
   }
 }
 
-/* With the layers beyond walls, and the ghost nodes across periodic faces. No process has more. A real number, which
-   does not overflow. */
+/* Returns the nodes in the arrays of a process that has the whole grid: with the layers beyond walls, and with ghost
+   nodes across periodic faces. No process has more. The number is real, since an integer might overflow. */
 PetscReal MPMGridNodes(const MPMGrid *grid, MPMBasis basis)
 {
   PetscReal nodes = 1;
@@ -27,6 +27,7 @@ PetscReal MPMGridNodes(const MPMGrid *grid, MPMBasis basis)
   return nodes;
 }
 
+/* Returns the smallest cell size of the axes in m. */
 PetscReal MPMGridSmallestH(const MPMGrid *grid)
 {
   PetscReal h = grid->h[0];

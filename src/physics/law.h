@@ -1,24 +1,24 @@
-/* law.h - turns a law for one particle into the block functions of its row.
+/* law.h - macros that turn a law for one particle into the functions for blocks that its row of material.def needs.
 
-   A material file defines inlined functions of one particle, s its state, and ends with MPM_MATERIAL_DEFINE:
-     <name>_setup(material)           if it has one: constants from the options; what is wrong with them or NULL
-     <name>_stress(dim, m, s, tau)    Kirchhoff stress [6] in Pa of a law without history
-     <name>_update(dim, m, dt, L, s)  or, of a law with history, its new state and s->tau after a step dt with velocity
-                                      gradient L [dim*dim] in 1/s; s->F is new already
-     <name>_energy(dim, m, s)         stored energy per reference volume in J/m^3
-     <name>_speed2(dim, m, s)         upper bound of the squared wave speed in m^2/s^2 */
+   A material file defines inlined functions of one particle, whose state is s, and ends with MPM_MATERIAL_DEFINE:
+     <name>_setup(material)           sets constants from the options; returns what is wrong or NULL (optional)
+     <name>_stress(dim, m, s, tau)    computes the Kirchhoff stress [6] in Pa of a law without history
+     <name>_update(dim, m, dt, L, s)  or, of a law with history, its new state and s->tau after a step dt in s with the
+                                      velocity gradient L [dim*dim] in 1/s; s->F is updated before the call
+     <name>_energy(dim, m, s)         returns the stored energy per reference volume in J/m^3
+     <name>_speed2(dim, m, s)         returns an upper bound of the squared wave speed in m^2/s^2 */
 #ifndef MPM_LAW_H
 #define MPM_LAW_H
 
 #include "physics/material.h"
 
-/* One particle or, where the file is compiled for lanes, as many at a time. Tensors be and tau are whole in every
- * dimension: xx xy xz yy yz zz. */
+/* The state of one particle or, where the file is compiled for lanes, of several. The tensors be and tau have all six
+   components in every dimension: xx xy xz yy yz zz. */
 typedef struct {
   MPMReal F[9], J, be[6], ep, vc, tau[6];
 } MPMParticleState;
 
-/* Reads particle p of a block; what its law does not use, the compiler leaves out. */
+/* Reads the particles of a block from p on, one for each lane; the compiler removes reads that the law does not use. */
 MPM_INLINE void MPMParticleLoad(int dim, const MPMBlock *b, PetscInt p, MPMParticleState *s)
 {
   for (int k = 0; k < dim * dim; k++) s->F[k] = MPMRead(&b->F[k][p]);
@@ -35,7 +35,8 @@ MPM_INLINE void MPMParticleLoad(int dim, const MPMBlock *b, PetscInt p, MPMParti
   s->vc = MPMRead(&b->vc[0][p]);
 }
 
-/* Writes the fields of the law's state, which a step changes, of particles first .. last-1 of the block. */
+/* Writes the fields `state` (bits), which a step changes, of those lanes from p on that are among particles first ..
+   last-1 of the block. */
 MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState *s, MPMBlock *b, PetscInt p,
                                  PetscInt first, PetscInt last)
 {
@@ -48,8 +49,8 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
   if (state & MPM_BIT(vc)) MPMWritePart(&b->vc[0][p], s->vc, first - p, last - p);
 }
 
-/* Block functions of particles first .. last-1. Vectors begin at multiples of their width; lanes of other particles are
-   left as they are. */
+/* The functions for blocks compute particles first .. last-1. Their vectors begin at multiples of the width; lanes of
+   other particles are not written. */
 #define MPM_FOR_LANES(p, first, last) for (PetscInt p = (first) - (first) % MPM_WIDTH; p < (last); p += MPM_WIDTH)
 
 #define MPM_LAW_STRESS(law, dim)                                                                                       \
@@ -96,7 +97,7 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
     law##_##what##_1, law##_##what##_2, law##_##what##_3                                                               \
   }
 
-/* The laws of a file that the makefile compiles for lanes too. */
+/* The variants of a law for 8, 4 and 2 lanes, which the makefile compiles from the same file. */
 #if defined(__x86_64__)
 #define MPM_LAW_LANES(law)                                                                                             \
   {                                                                                                                    \
@@ -109,7 +110,7 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
   }
 #endif
 
-/* A law whose stress is a function of F. */
+/* Defines a law whose stress is a function of F. */
 #if MPM_WIDTH == 1
 #define MPM_MATERIAL_DEFINE(law)                                                                                       \
   MPM_LAW_STRESS(law, 1)                                                                                               \
@@ -132,7 +133,8 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
                                                                .speed2 = MPM_LAW_1_2_3(law, speed2)};
 #endif
 
-/* A law with history: a step changes these fields of its state, tau among them. setup may be NULL. */
+/* Defines a law with history: `state` are the fields that a step changes, tau among them. `prepare` is its setup or
+   NULL. */
 #if MPM_WIDTH == 1
 #define MPM_MATERIAL_DEFINE_HISTORY(law, prepare, state)                                                               \
   MPM_LAW_UPDATE(law, 1, state)                                                                                        \

@@ -1,4 +1,4 @@
-/* material.c - the table of materials, and Lame's constants.                                                         */
+/* material.c - the table of material laws, and the set-up of a material's constants. */
 #include "physics/material.h"
 
 #define MPM_MATERIAL(name, traits, parameters, state, what) extern const MPMMaterialLaw MPMMaterialLaw_##name;

@@ -1,31 +1,31 @@
-/* material.h - material laws as the transfers and the scene see them: a table of laws, their constants, and blocks of
-   particles on which they work. law.h makes the functions of a row from those of one particle. */
+/* material.h - material laws as the transfers and the scene use them: a table of laws, the constants of a material, and
+   blocks of particles, on which a law works. law.h makes the functions of a row from those of one particle. */
 #ifndef MPM_MATERIAL_H
 #define MPM_MATERIAL_H
 
 #include "physics/fields.h"
 
-#define MPM_STAGED    64 /* particles that a transfer works on at a time: their 34 to 56 KiB stay in L1 or near */
-#define MPM_BLOCK     72 /* the length of a block's arrays: room for the widest vector past the last particle */
+#define MPM_STAGED    64 /* particles of a block: its 34 to 56 KiB stay in the L1 cache or near it */
+#define MPM_BLOCK     72 /* length of a block's arrays: the widest vector may go on past the last particle */
 #define MPM_STRESS_NC 6  /* components of a symmetric tensor: xx xy xz yy yz zz */
 
-/* What a material's tests may assert. */
+/* Traits: properties of a law that the tests check. */
 enum {
-  MPM_OBJECTIVE    = 1, /* a rotation turns the stress and changes no energy */
+  MPM_OBJECTIVE    = 1, /* a rotation rotates the stress and changes no energy */
   MPM_HYPERELASTIC = 2, /* J sig F^-T is the derivative of the energy by F */
   MPM_SMALL_STRAIN = 4, /* sig is the derivative of the energy by sym(F); right for small strains and rotations only */
-  MPM_PLASTIC      = 8, /* tau stays within a yield surface, flow dissipates; Hencky elasticity on be until then */
-  MPM_FLUID        = 16 /* tau is a function of J but for a viscous part, which dissipates */
+  MPM_PLASTIC      = 8, /* tau stays within a yield surface, flow dissipates; else Hencky elasticity on be */
+  MPM_FLUID        = 16 /* tau is a function of J, plus a viscous part, which dissipates */
 };
 
-/* The fields that laws read and write: X(name, components in 3-D). */
+/* The fields that laws read and write, as X(name, components in 3-D). */
 #define MPM_MATERIAL_FIELDS(X) X(F, 9) X(J, 1) X(be, 6) X(ep, 1) X(vc, 1) X(tau, 6)
 
 #define MPM_MATERIAL_BIT(name, rows) | MPM_BIT(name)
 #define MPM_MATERIAL_BITS            (0 MPM_MATERIAL_FIELDS(MPM_MATERIAL_BIT))
 
-/* The state of a block of particles as laws see it, component by component. A field that the law's row does not list is
-   unset. */
+/* The material state of a block of particles: an array [MPM_BLOCK] for each component. The arrays of fields that the
+   law's row does not list have no defined content. */
 typedef struct {
 #define MPM_MATERIAL_ROWS(name, rows) PetscReal name[rows][MPM_BLOCK];
   MPM_MATERIAL_FIELDS(MPM_MATERIAL_ROWS)
@@ -34,27 +34,30 @@ typedef struct {
 
 typedef struct _MPMMaterial MPMMaterial;
 
-/* A material law: functions of particles first .. last-1 of a block, one a dimension ([dim-1]); all J > 0. A law
-   without history has stress and no update. */
+/* A material law: functions of particles first .. last-1 of a block, one for each dimension ([dim-1]). All J must be
+   positive. A law without history has stress and no update. */
 typedef struct _MPMMaterialLaw MPMMaterialLaw;
 struct _MPMMaterialLaw {
-  /* constants from the options; what is wrong with them, beginning with the name of one, or NULL */
+  /* sets constants from the options; returns what is wrong, beginning with the name of an option, or NULL */
   const char *(*setup)(MPMMaterial *);
-  /* Kirchhoff stress b->tau = J sig in Pa */
+  /* computes the Kirchhoff stress b->tau = J sig in Pa */
   void (*stress[3])(const MPMMaterial *, PetscInt first, PetscInt last, MPMBlock *b);
-  /* the state after a step dt in s with velocity gradient L [dim*dim] in 1/s; b->F is new already */
+  /* computes the state after a step dt in s with velocity gradient L [dim*dim] in 1/s; b->F is updated before the
+     call */
   void (*update[3])(const MPMMaterial *, PetscReal dt, PetscReal (*L)[MPM_BLOCK], PetscInt first, PetscInt last,
                     MPMBlock *b);
-  /* stored energy per reference volume W [last] in J/m^3 */
+  /* computes the stored energy per reference volume W [last] in J/m^3 */
   void (*energy[3])(const MPMMaterial *, PetscInt first, PetscInt last, const MPMBlock *b, PetscReal W[]);
-  /* upper bound of the squared speed of waves in the deformed state c2 [last] in m^2/s^2 */
+  /* computes an upper bound c2 [last] of the squared speed of waves in the deformed state in m^2/s^2 */
   void (*speed2[3])(const MPMMaterial *, PetscInt first, PetscInt last, const MPMBlock *b, PetscReal c2[]);
-  /* stress, update and speed2 for vectors of 8, 4, 2 particles: what the transfers call; NULL: they call those above */
+  /* stress, update and speed2 for vectors of 8, 4, 2 particles, which the transfers call; NULL: they call those
+     above */
   const MPMMaterialLaw *lanes[3];
 };
 
 typedef struct {
-  /* parameters: options it takes besides rho; state: fields that its particles carry; lists separated by blanks */
+  /* parameters: the options that it takes besides rho; state: the fields that its particles carry; both are words
+     separated by blanks */
   const char           *name, *parameters, *state, *what;
   PetscInt              traits;
   const MPMMaterialLaw *law;
@@ -63,7 +66,7 @@ typedef struct {
 struct _MPMMaterial {
   char                   name[MPM_NAME_LEN];
   const MPMMaterialType *type;
-  PetscInt               state;          /* bits of fields: those of the type, less what its constants make useless */
+  PetscInt               state;          /* bits of the fields of its type, less those that its constants do not need */
   PetscReal              rho, E, nu;     /* density in kg/m^3, Young's modulus in Pa, Poisson's ratio */
   PetscReal              lambda, mu;     /* Lame's constants in Pa, set by MPMMaterialSetUp */
   PetscReal              K, viscosity;   /* of a fluid: bulk modulus in Pa, viscosity in Pa s */
@@ -73,16 +76,18 @@ struct _MPMMaterial {
   PetscReal              cohesion; /* of druckerprager, in Pa; after the set-up the trace of tau at the apex */
 };
 
-extern const MPMMaterialType MPMMaterialTypes[]; /* rows of material.def; the last has no name */
+extern const MPMMaterialType MPMMaterialTypes[]; /* the rows of material.def; the last entry has no name */
 
-/* Lame's constants from E and nu, the law's own constants, and state. What is wrong with the options, or NULL. */
+/* Sets Lame's constants from E and nu, the law's own constants, and `state`. Returns what is wrong with the options, or
+   NULL. Not collective. */
 const char *MPMMaterialSetUp(MPMMaterial *);
 
-/* The material state of particle p of a view, as far as it is there, as particle 0 of a block. Not collective. */
+/* Copies the material state of particle p of a view to particle 0 of a block, as far as the view has it. Not
+   collective. */
 void MPMMaterialState(PetscInt dim, const MPMView *, PetscInt p, MPMBlock *);
 
-/* A kind of particle: what all particles of a body share, so that none carries it. Bodies of the same material, density
-   of particles and cell size share a kind. */
+/* A kind of particle: what all particles of a body have in common, so that no particle carries it. Bodies with the same
+   material, particles per cell and cell size have one kind. */
 typedef struct {
   PetscInt  material; /* row of the scene's materials */
   PetscReal m, V0;    /* mass in kg, reference volume in m^3 (unit thickness where dim < 3) */

@@ -1,13 +1,14 @@
-/* material_druckerprager.c - sand and soil: Hencky's elasticity within Drucker and Prager's cone, returned to in
-   principal logarithmic strains (Klar et al., ACM Trans. Graph. 35 (2016) 103), with the memory of opened volume of
-   Tampubolon et al., ACM Trans. Graph. 36 (2017) 105.                                           docs/theory.md (12d)
-     |dev tau| + alpha (tr tau - T0) <= 0,  T0 = 3 cohesion cot(phi) at the apex,  alpha_psi the slope of the flow
-   Sand that is pulled apart stands at the apex (stress free if T0 = 0) while its grains separate: vc [1] sums that
-   logarithmic volume, and it has to close before there is pressure again; else each loosening would pump volume. */
+/* material_druckerprager.c - sand and soil: Hencky elasticity within the Drucker-Prager cone. A stress outside is
+   returned to the cone in principal logarithmic strains (Klar et al., ACM Trans. Graph. 35 (2016) 103); opened volume
+   is remembered as by Tampubolon et al., ACM Trans. Graph. 36 (2017) 105. See docs/theory.md (12d).
+     |dev tau| + alpha (tr tau - T0) <= 0,  T0 = 3 cohesion cot(phi) at the apex,  alpha_psi is the slope of the flow
+   Sand that is pulled apart has the stress of the apex (none if T0 = 0) while its grains separate. vc [1] sums the
+   logarithmic volume that opens, and it has to close before there is pressure again; otherwise each loosening would add
+   volume. */
 #include "physics/material_hencky.h"
 
-/* The cone through the Mohr-Coulomb hexagon's outer edges; phi in degrees. sin is libm's: the same on all processes
-   of a run, being a constant of the scene. */
+/* Returns the slope of the cone through the outer edges of the Mohr-Coulomb hexagon, for phi in degrees. sin is libm's:
+   the slope is a constant of the scene, so it is the same on all processes of a run. */
 MPM_INLINE PetscReal druckerprager_slope(PetscReal phi)
 {
   const PetscReal s = PetscSinReal(phi * PETSC_PI / 180);
@@ -15,7 +16,8 @@ MPM_INLINE PetscReal druckerprager_slope(PetscReal phi)
   return PetscSqrtReal(2. / 3) * 2 * s / (3 - s);
 }
 
-/* Turns the angles into slopes and the cohesion into the trace of tau at the apex, in Pa. */
+/* Converts the angles to slopes, and the cohesion to the trace of tau at the apex in Pa; returns what is wrong or
+   NULL. */
 MPM_INLINE const char *druckerprager_setup(MPMMaterial *m)
 {
   const PetscReal phi = m->friction;
@@ -28,6 +30,7 @@ MPM_INLINE const char *druckerprager_setup(MPMMaterial *m)
   return NULL;
 }
 
+/* Returns the trial state to the apex (`beyond`) or to the side of the cone (`flows`), or keeps it. */
 MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
 {
   const PetscReal K3 = 3 * m->lambda + 2 * m->mu, apex = m->cohesion / K3; /* tr tau = K3 tr e; tr e at the apex */
@@ -42,7 +45,7 @@ MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt
   for (int k = 0; k < 3; k++) norm += (e[k] - tr / 3) * (e[k] - tr / 3);
   norm   = 2 * m->mu * MPMSqrt(norm); /* |dev tau| */
   f      = norm + m->friction * (K3 * tr - m->cohesion);
-  beyond = 2 * m->mu * (K3 * tr - m->cohesion) >= 3 * K3 * m->dilation * norm; /* the apex, seen along the flow */
+  beyond = 2 * m->mu * (K3 * tr - m->cohesion) >= 3 * K3 * m->dilation * norm; /* the flow would lead to the apex */
   flows  = MPMNot(beyond) & (f > 0);
   new    = beyond | flows | (open > 0);
   if (MPMAny(new)) {

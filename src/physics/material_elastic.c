@@ -1,8 +1,8 @@
-/* material_elastic.c - linear elasticity, sig = lambda tr(e) I + 2 mu e with e = sym(F) - I, tau = J sig: right for
-   small strains and rotations, where it is the textbook's law; not objective.                      docs/theory.md
-   (12a) */
+/* material_elastic.c - linear elasticity, sig = lambda tr(e) I + 2 mu e with e = sym(F) - I, tau = J sig. It is right
+   for small strains and rotations, where it is the law of textbooks; it is not objective. See docs/theory.md (12a). */
 #include "physics/law.h"
 
+/* Computes the strain e = sym(F) - I. */
 MPM_INLINE void elastic_strain(int dim, const MPMReal *F, MPMReal e[6])
 {
   for (int k = 0; k < 6; k++) e[k] = MPMAll(0);
@@ -33,8 +33,9 @@ MPM_INLINE MPMReal elastic_energy(int dim, const MPMMaterial *m, const MPMPartic
          m->mu * (e[0] * e[0] + e[3] * e[3] + e[5] * e[5] + 2.0 * (e[1] * e[1] + e[2] * e[2] + e[4] * e[4]));
 }
 
-/* sig is linear in F, so a wave stiffens with the stretch: rho0 c^2 = J s (lambda + 2 mu) for F = s I and for uniaxial
-   stretch s. s = |F|_2 is bounded by the larger of the largest row and column sums, since |F|_2^2 <= |F|_1 |F|_inf. */
+/* sig is linear in F, so waves become faster with the stretch: rho0 c^2 = J s (lambda + 2 mu) for F = s I and for a
+   uniaxial stretch s. s = |F|_2 is bounded by the larger of the largest row and column sums, since |F|_2^2 <= |F|_1
+   |F|_inf. */
 MPM_INLINE MPMReal elastic_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   MPMReal smax = MPMAll(0);

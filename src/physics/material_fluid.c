@@ -1,13 +1,13 @@
 /* material_fluid.c - compressible Newtonian fluid: sig = -p I + 2 viscosity dev(D), D = sym(L), tau = J sig, with
      p = K/gamma (J^-gamma - 1)   Tait's equation in Cole's form (Cole, Underwater Explosions, 1948, p. 44), or
      p = -K (J - 1)               linear, where gamma is 0; and never p < -tension, where tension >= 0.
-   It knows its volume ratio, J <- J (1 + dt tr L), and no shape: no F.                          docs/theory.md (12e)
-   The viscous stress is of the last velocity gradient, so tau is kept until the forces; without viscosity it is a
-   function of J. A wave's speed bounds dt; what viscosity
-   spreads in a step is bounded by MPMTimeStep. */
+   Its particles carry the volume ratio, J <- J (1 + dt tr L), and no F. See docs/theory.md (12e). The viscous stress
+   depends on the last velocity gradient, so tau is stored until forces are summed; without viscosity tau is a function
+   of J. The wave speed bounds dt, and MPMTimeStep adds the bound that viscosity needs. */
 #include "physics/law.h"
 
 #if MPM_WIDTH == 1
+/* Removes tau from the state of a fluid without viscosity. */
 static const char *fluid_setup(MPMMaterial *m)
 {
   if (!(m->viscosity > 0)) m->state &= ~MPM_BIT(tau);
@@ -15,7 +15,7 @@ static const char *fluid_setup(MPMMaterial *m)
 }
 #endif
 
-/* Pressure in Pa. */
+/* Returns the pressure in Pa. */
 MPM_INLINE MPMReal fluid_pressure(const MPMMaterial *m, MPMReal J)
 {
   const MPMReal p = m->gamma > 0 ? m->K / m->gamma * (MPMExp(-m->gamma * MPMLog(J)) - 1.0) : -m->K * (J - 1.0);
@@ -23,7 +23,7 @@ MPM_INLINE MPMReal fluid_pressure(const MPMMaterial *m, MPMReal J)
   return m->tension >= 0 ? MPMMax(p, MPMAll(-m->tension)) : p;
 }
 
-/* Of an inviscid fluid, and the rest of a viscous one. */
+/* Computes tau = -J p I: the stress of an inviscid fluid, and a part of that of a viscous one. */
 MPM_INLINE void fluid_stress(int dim, const MPMMaterial *m, const MPMParticleState *s, MPMReal *tau)
 {
   const MPMReal p = fluid_pressure(m, s->J);
@@ -32,6 +32,7 @@ MPM_INLINE void fluid_stress(int dim, const MPMMaterial *m, const MPMParticleSta
   for (int k = 0; k < 6; k++) tau[k] = MPMSymUnit(3, k) ? -s->J * p : MPMAll(0);
 }
 
+/* Updates J and, of a viscous fluid, tau. */
 MPM_INLINE void fluid_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
 {
   MPMReal tr = L[0];
@@ -47,7 +48,7 @@ MPM_INLINE void fluid_update(int dim, const MPMMaterial *m, PetscReal dt, const 
 }
 
 #if MPM_WIDTH == 1
-/* -int p dJ from 1 to J without a cut-off, in J/m^3. */
+/* Returns -int p dJ from 1 to J, without regard to the largest tension, in J/m^3. */
 MPM_INLINE PetscReal fluid_work(const MPMMaterial *m, PetscReal J)
 {
   const PetscReal g = m->gamma;
@@ -57,10 +58,11 @@ MPM_INLINE PetscReal fluid_work(const MPMMaterial *m, PetscReal J)
   return m->K / g * ((MPMExp((1 - g) * MPMLog(J)) - 1) / (g - 1) + (J - 1));
 }
 
-/* dW/dJ = -p, W(1) = 0. From the volume Jc on where the tension is cut, W grows by it alone. */
+/* Returns W with dW/dJ = -p, W(1) = 0. Beyond the volume ratio Jc, where the tension has its largest value, W grows
+   linearly. */
 MPM_INLINE PetscReal fluid_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
-  const PetscReal g = m->gamma, left = 1 - g * m->tension / m->K; /* Tait: Jc^-g; it pulls with less than K/g */
+  const PetscReal g = m->gamma, left = 1 - g * m->tension / m->K; /* Jc^-g of Tait's law; its tension is below K/g */
   PetscReal       Jc = PETSC_MAX_REAL;
 
   (void)dim;
@@ -71,8 +73,8 @@ MPM_INLINE PetscReal fluid_energy(int dim, const MPMMaterial *m, const MPMPartic
 
 #endif
 
-/* c^2 = dp/drho with rho = rho0/J: K/rho0 J^(1 - gamma) or K J^2/rho0. Where tension is cut there are no waves; the
-   fluid keeps the value of rest there, as the next compression must find a dt. */
+/* c^2 = dp/drho with rho = rho0/J: K/rho0 J^(1 - gamma) or K J^2/rho0. Where the tension is constant there are no
+   waves; the value at rest is taken there, since dt has to be right when the fluid is compressed again. */
 MPM_INLINE MPMReal fluid_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   const MPMReal J = m->tension >= 0 ? MPMMin(s->J, MPMAll(1)) : s->J;

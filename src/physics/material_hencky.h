@@ -1,20 +1,20 @@
-/* material_hencky.h - what plastic laws share: Hencky's elasticity, tau = lambda tr(e) I + 2 mu e, on the elastic
-   logarithmic strain e = ln(be)/2 in Pa and 1. In its principal axes the return mapping of large strains is the one of
-   small strains (Simo, Comput. Methods Appl. Mech. Eng. 99 (1992) 61).                    docs/theory.md (12c), (12d)
-   be is moved along by f = I + dt L like F, so a step with no flow turns and stretches both alike. */
+/* material_hencky.h - what the plastic laws have in common: Hencky elasticity, tau = lambda tr(e) I + 2 mu e in Pa, on
+   the elastic logarithmic strain e = ln(be)/2. In principal axes the return mapping of large strains is that of small
+   strains (Simo, Comput. Methods Appl. Mech. Eng. 99 (1992) 61). See docs/theory.md (12c), (12d). be is updated by
+   f = I + dt L as F is, so a step without flow rotates and stretches both alike. */
 #ifndef MPM_MATERIAL_HENCKY_H
 #define MPM_MATERIAL_HENCKY_H
 
 #include "physics/law.h"
 
-/* Principal values b [3] and axes n [k][axis] of be, and e [3] = ln(b)/2. */
+/* Computes the principal values b [3] and axes n [k][axis] of be, and the strains e [3] = ln(b)/2. */
 MPM_INLINE void MPMHenckyStrain(int dim, const MPMReal be[6], MPMReal b[3], MPMReal n[3][3], MPMReal e[3])
 {
   MPMEigen(dim, be, b, n);
   for (int k = 0; k < 3; k++) e[k] = 0.5 * MPMLog(b[k]);
 }
 
-/* be <- f be f^T with f = I + dt L, L [dim*dim] in 1/s: the trial state, as if nothing flowed. */
+/* Updates be <- f be f^T with f = I + dt L, L [dim*dim] in 1/s: the trial state, in which nothing flows. */
 MPM_INLINE void MPMHenckyTrial(int dim, PetscReal dt, const MPMReal *L, MPMReal be[6])
 {
   MPMReal f[9], fb[9];
@@ -33,7 +33,7 @@ MPM_INLINE void MPMHenckyTrial(int dim, PetscReal dt, const MPMReal *L, MPMReal 
     }
 }
 
-/* be that belongs to strains e [3] along axes n, where it is `new`; elsewhere be stays. */
+/* Sets be to that of the strains e [3] along axes n where `new` is true; elsewhere be stays. */
 MPM_INLINE void MPMHenckySetStrain(int dim, MPMMask new, const MPMReal e[3], MPMReal n[3][3], MPMReal be[6])
 {
   MPMReal b[3], now[6];
@@ -43,7 +43,7 @@ MPM_INLINE void MPMHenckySetStrain(int dim, MPMMask new, const MPMReal e[3], MPM
   for (int k = 0; k < 6; k++) be[k] = MPMSelect(new, now[k], be[k]);
 }
 
-/* Kirchhoff stress tau in Pa of strains e [3] along axes n. */
+/* Computes the Kirchhoff stress tau in Pa of strains e [3] along axes n. */
 MPM_INLINE void MPMHenckyStress(int dim, const MPMMaterial *m, const MPMReal e[3], MPMReal n[3][3], MPMReal tau[6])
 {
   const MPMReal p = m->lambda * (e[0] + e[1] + e[2]);
@@ -53,8 +53,8 @@ MPM_INLINE void MPMHenckyStress(int dim, const MPMMaterial *m, const MPMReal e[3
   MPMSpectral(dim, t, n, tau);
 }
 
-/* Stored energy lambda/2 tr(e)^2 + mu e:e in J/m^3: what unloading gives back. Work that flow has dissipated, and what
-   the hardening of a metal may keep, are not in it. */
+/* Returns the stored energy lambda/2 tr(e)^2 + mu e:e in J/m^3, which unloading gives back. Work that flow has
+   dissipated, or that the hardening of a metal may have stored, is not part of it. */
 MPM_INLINE MPMReal MPMHenckyEnergy(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   MPMReal b[3], n[3][3], e[3], tr;
@@ -64,10 +64,10 @@ MPM_INLINE MPMReal MPMHenckyEnergy(int dim, const MPMMaterial *m, const MPMParti
   return 0.5 * m->lambda * tr * tr + m->mu * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
 }
 
-/* Elastic waves, as flow only slows them down. Along a principal axis 1 of be rho0 c^2 is lambda + 2 mu - tau_1, and
-   for shear mu x/(1 - exp(-x)) <= mu + max(0, mu x) with mu x = tau_1 - tau_2. Both are below lambda + 2 mu and the
-   largest row sum of |tau| (Gershgorin), unless elastic shear strains come near 1/2: far beyond what these laws are
-   for. */
+/* Returns the bound of elastic waves, since flow only makes waves slower. Along principal axis 1 of be, rho0 c^2 is
+   lambda + 2 mu - tau_1, and for shear mu x/(1 - exp(-x)) <= mu + max(0, mu x) with mu x = tau_1 - tau_2. Both are
+   below lambda + 2 mu plus the largest row sum of |tau| (Gershgorin), unless elastic shear strains come near 1/2, far
+   beyond the range of these laws. */
 MPM_INLINE MPMReal MPMHenckySpeed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   MPMReal most = MPMAll(0);

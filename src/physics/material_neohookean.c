@@ -1,6 +1,6 @@
 /* material_neohookean.c - compressible neo-Hookean solid (Bonet and Wood, Nonlinear Continuum Mechanics, eq. 6.27):
-   W = mu/2 (tr b - 3 - 2 ln J) + lambda/2 ln^2 J,  tau = lambda ln J I + mu (b - I),  b = F F^T.   docs/theory.md
-   (12b) */
+     W = mu/2 (tr b - 3 - 2 ln J) + lambda/2 ln^2 J,  tau = lambda ln J I + mu (b - I),  b = F F^T.
+   See docs/theory.md (12b). */
 #include "physics/law.h"
 
 MPM_INLINE void neohookean_stress(int dim, const MPMMaterial *m, const MPMParticleState *s, MPMReal *tau)
@@ -26,8 +26,8 @@ MPM_INLINE MPMReal neohookean_energy(int dim, const MPMMaterial *m, const MPMPar
   return 0.5 * m->mu * ((b[0] - 1.0) + (b[3] - 1.0) + (b[5] - 1.0) - 2.0 * lnJ) + 0.5 * m->lambda * lnJ * lnJ;
 }
 
-/* A plane wave along n has rho0 c^2 = lambda (1 - ln J) + mu (1 + n.b n), a shear wave mu n.b n. Bounded without a
-   logarithm, by 1 - 1/J <= ln J <= J - 1, and by the largest row sum of b (Gershgorin); equal at F = I. */
+/* A plane wave along n has rho0 c^2 = lambda (1 - ln J) + mu (1 + n.b n), a shear wave mu n.b n. The bound needs no
+   logarithm, by 1 - 1/J <= ln J <= J - 1, and takes the largest row sum of b (Gershgorin); it is exact at F = I. */
 MPM_INLINE MPMReal neohookean_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   const MPMReal J = MPMDet(dim, s->F), volumetric = m->lambda * (m->lambda >= 0 ? 1.0 / J : 2.0 - J);

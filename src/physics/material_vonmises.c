@@ -1,7 +1,7 @@
-/* material_vonmises.c - elastic-plastic metal: Hencky's elasticity, von Mises' yield stress on the Kirchhoff stress,
-   linear isotropic hardening (Simo, Comput. Methods Appl. Mech. Eng. 99 (1992) 61).              docs/theory.md (12c)
+/* material_vonmises.c - elastic-plastic metal: Hencky elasticity, the yield stress of von Mises on the Kirchhoff
+   stress, linear isotropic hardening (Simo, Comput. Methods Appl. Mech. Eng. 99 (1992) 61). See docs/theory.md (12c).
      q = sqrt(3/2) |dev tau| <= yield + hardening ep
-   Beyond, back to the surface along dev tau, which changes no volume; ep grows by dgamma. */
+   A stress beyond is returned to this surface along dev tau, which changes no volume; ep grows by dgamma. */
 #include "physics/material_hencky.h"
 
 MPM_INLINE void vonmises_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
@@ -15,7 +15,7 @@ MPM_INLINE void vonmises_update(int dim, const MPMMaterial *m, PetscReal dt, con
   for (int k = 0; k < 3; k++) q += (e[k] - mean) * (e[k] - mean);
   q     = 2 * m->mu * MPMSqrt(1.5 * q);
   f     = q - (m->yield + m->hardening * s->ep);
-  flows = f > 0; /* and so q > 0 */
+  flows = f > 0; /* then q > 0 */
   if (MPMAny(flows)) {
     const MPMReal dgamma = f / (3 * m->mu + m->hardening), keep = 1 - 3 * m->mu * dgamma / q;
 

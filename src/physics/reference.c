@@ -1,15 +1,15 @@
-/* reference.c - solutions that are known, the rows of reference.def; see reference.h.
+/* reference.c - known solutions, the rows of reference.def; reference.h says what they are for.
 
-   Balance of momentum in the body at rest: rho u_tt = Div P + rho b, P the first Piola stress, J sig F^-T. A motion
-   that one makes up is exact with the body force b = u_tt - Div P/rho. In uniaxial strain, F = 1 + u_X along one axis,
+   The balance of momentum in the body at rest is rho u_tt = Div P + rho b with the first Piola stress P = J sig F^-T.
+   Any motion becomes exact with the body force b = u_tt - Div P/rho. In uniaxial strain, F = 1 + u_X along one axis,
      neohookean  P = lambda ln F/F + mu (F - 1/F),  dP/dF = (lambda (1 - ln F) + mu)/F^2 + mu
      elastic     P = (lambda + 2 mu)(F - 1)
    Sources: Steffen, Wallstedt, Guilkey, Kirby and Berzins, CMES 31 (2008) 107-127, eqs. (47)-(51); Wallstedt and
    Guilkey, J. Comput. Phys. 227 (2008) 9628-9642; Kamojjala, Brannon, Sadeghirad and Guilkey, Eng. Comput. 31 (2015)
-   193-213. tests/unit_reference.c holds every row against the balance.                                               */
+   193-213. tests/unit_reference.c checks that every row satisfies the balance. */
 #include "physics/reference.h"
 
-/* A particle of a motion: displacement [dim] m, velocity [dim] m/s, body force per mass [dim] m/s^2, F [dim*dim]. */
+/* A motion at one particle: displacement [dim] m, velocity [dim] m/s, body force per mass [dim] m/s^2, F [dim*dim]. */
 typedef struct {
   PetscReal u[3], v[3], b[3], F[9];
 } Motion;
@@ -19,9 +19,7 @@ static PetscReal Square(PetscReal x)
   return x * x;
 }
 
-/* ---------------------------------------------------------------------------------------------------------------
-   Does the scene fit?
-   --------------------------------------------------------------------------------------------------------------- */
+/* --- Whether a scene fits a solution ------------------------------------------------------------------------------ */
 
 static PetscReal Extent(const MPMReferenceData *d, PetscInt axis)
 {
@@ -40,7 +38,7 @@ static PetscBool Weightless(const MPMReferenceData *d)
   return PETSC_TRUE;
 }
 
-/* Does the body, a box, end at the grid's lower (0) or upper (1) face of this axis? */
+/* Returns whether the body is a box that ends at the grid's lower (0) or upper (1) face of this axis. */
 static PetscBool Touches(const MPMReferenceData *d, PetscInt axis, PetscInt side)
 {
   const PetscReal gap = side ? d->grid_upper[axis] - d->upper[axis] : d->lower[axis] - d->grid_lower[axis];
@@ -48,8 +46,8 @@ static PetscBool Touches(const MPMReferenceData *d, PetscInt axis, PetscInt side
   return d->shape == MPM_REGION_box && PetscAbsReal(gap) <= 1e-9 * Extent(d, axis) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Do the walls of this axis hold what moves along it and let go what slides past? Opposite faces that are one do so for
-   a motion that is even or odd about them. */
+/* Returns whether the body ends at both walls of this axis, which must hold the normal velocity and not the tangential
+   one. Periodic faces do so for a motion that is even or odd about them. */
 static PetscBool Guides(const MPMReferenceData *d, PetscInt axis)
 {
   for (PetscInt side = 0; side < 2; side++) {
@@ -62,7 +60,8 @@ static PetscBool Guides(const MPMReferenceData *d, PetscInt axis)
   return PETSC_TRUE;
 }
 
-/* Does a body that is strained along one axis stay as it is across? With nu = 0 its sides are free of stress. */
+/* Returns whether a body that is strained along one axis keeps its width on the others: it is held by walls, or nu is
+   0, so that free sides have no stress. */
 static PetscBool Uniaxial(const MPMReferenceData *d, PetscInt axis)
 {
   for (PetscInt e = 0; e < d->dim; e++) {
@@ -76,14 +75,14 @@ static PetscBool Uniaxial(const MPMReferenceData *d, PetscInt axis)
 
 #define SIDEWAYS "needs walls of type slip or periodic at both ends of the body across its axis, or nu 0 and free sides"
 
-/* Is the lower end of the body held, and its upper end free? */
+/* Returns whether the lower end of the body is held, and its upper end free. */
 static PetscBool Stands(const MPMReferenceData *d, PetscInt axis)
 {
   if (!Touches(d, axis, 0) || d->walls[axis][1] != MPM_WALL_free) return PETSC_FALSE;
   return d->walls[axis][0] == MPM_WALL_fixed || d->walls[axis][0] == MPM_WALL_slip ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Is the body an annulus that lies in the grid, with this much room around? */
+/* Returns whether the body is an annulus that lies in the grid, with `room` m around it. */
 static PetscBool Surrounded(const MPMReferenceData *d, PetscReal room)
 {
   if (d->shape != MPM_REGION_annulus || !(d->inner_radius > 0)) return PETSC_FALSE;
@@ -93,14 +92,12 @@ static PetscBool Surrounded(const MPMReferenceData *d, PetscReal room)
   return PETSC_TRUE;
 }
 
-/* ---------------------------------------------------------------------------------------------------------------
-   The motions
-   --------------------------------------------------------------------------------------------------------------- */
+/* --- The motions -------------------------------------------------------------------------------------------------- */
 
 /* axis - u_a = A sin(k_a (X_a - lower_a)) sin(w t + phi_a), k_a = 2 pi/L_a, w = pi c/L_0, phi_a = 2 pi a/dim. F is
    diagonal, F_a = 1 + du_a/dX_a, and with K = ln prod F_a
      b_a = u_a (-w^2 + k_a^2/rho (mu + (lambda (1 - K) + mu)/F_a^2)).
-   After Steffen et al. 2008, eq. (51), with whole waves, as family mms2d of setups.json has them. */
+   After Steffen et al. 2008, eq. (51), with whole waves, so that u is 0 at all faces. */
 static const char *axis_check(const MPMReferenceData *d)
 {
   if (!Is(d, "neohookean")) return "needs material model neohookean";
@@ -135,9 +132,9 @@ static void axis_at(const MPMReferenceData *d, const PetscReal X[], PetscReal t,
   }
 }
 
-/* bar - u = A sin(k (X - lower)) cos(w t) along x, k = 2 pi/L, w = pi c/L, b = u (k^2/rho dP/dF - w^2); with nu = 0,
-   neohookean: w^2 u (1 + 2/F^2), elastic: 3 w^2 u. Steffen et al. 2008, eqs. (47)-(49). It starts stretched, at
-   rest. */
+/* bar - u = A sin(k (X - lower)) cos(w t) along x, k = 2 pi/L, w = pi c/L, b = u (k^2/rho dP/dF - w^2). With nu = 0
+   that is w^2 u (1 + 2/F^2) for neohookean and 3 w^2 u for elastic. Steffen et al. 2008, eqs. (47)-(49). The bar starts
+   stretched and at rest. */
 static const char *bar_check(const MPMReferenceData *d)
 {
   if (!Is(d, "neohookean") && !Is(d, "elastic")) return "needs material model neohookean or elastic";
@@ -166,11 +163,11 @@ static void bar_at(const MPMReferenceData *d, const PetscReal X[], PetscReal t, 
 }
 
 /* vortex - x = Q(alpha) X about the centre, alpha = g(t) h(R), g = A sin(pi t/T), h = (1 - 4 xi^2)^2 with
-   xi = (R - (ri + ro)/2)/(ro - ri). J = 1; u and P vanish at both rims, so these may be free or held.
-   Div P = mu Lapl x. So, along the radius and across it at the angle of the particle as it is now, Theta + alpha,
+   xi = (R - (ri + ro)/2)/(ro - ri). J = 1; u and P vanish at both rims, so these may be free or held. Div P = mu Lapl
+   x. Along the radius and across it, at the present angle Theta + alpha of the particle, this gives
      b_r = R (mu/rho alpha_R^2 - alpha_t^2),  b_t = R alpha_tt - mu/rho (3 alpha_R + R alpha_RR).
-   Kamojjala et al. 2015. Public codes print components at the angle Theta with the wrong sign of R alpha_t^2
-   across; the unit test shows that these do not balance. */
+   Kamojjala et al. 2015. Some public codes give the components at the angle Theta with the wrong sign of R alpha_t^2
+   across the radius; the unit test shows that those do not satisfy the balance. */
 static const char *vortex_check(const MPMReferenceData *d)
 {
   if (d->dim != 2) return "needs dim 2";
@@ -208,9 +205,10 @@ static void vortex_at(const MPMReferenceData *d, const PetscReal X[], PetscReal 
 }
 
 /* ring - along the radius u_R = A U(R) sin(w t), w = pi c/(ri + ro), U = (-6 ri ro R + 3 (ri + ro) R^2 - 2 R^3)/N with
-   N = ro^2 (ro - 3 ri): U(ro) = 1, and U' = 0 at both rims, which are free of stress, as lambda = 0. With
+   N = ro^2 (ro - 3 ri). U(ro) = 1, and U' = 0 at both rims, which are free of stress, as lambda = 0. With
    F_R = 1 + u_R', F_T = 1 + u_R/R and P(F) = mu (F - 1/F)
-     b_R = -w^2 u_R - (P'(F_R) u_R'' + (dim - 1) (P(F_R) - P(F_T))/R)/rho.        Wallstedt and Guilkey 2008 */
+     b_R = -w^2 u_R - (P'(F_R) u_R'' + (dim - 1) (P(F_R) - P(F_T))/R)/rho.
+   Wallstedt and Guilkey 2008. RingScale returns N. */
 static PetscReal RingScale(const MPMReferenceData *d)
 {
   return Square(d->radius) * (d->radius - 3 * d->inner_radius);
@@ -226,7 +224,7 @@ static const char *ring_check(const MPMReferenceData *d)
   if (!Surrounded(d, A))
     return "needs a body of shape annulus with inner_radius > 0, and room for its amplitude in the grid";
   if (!(N > 1e-9 * ro * ro * ro)) return "needs a radius other than 3 inner_radius";
-  /* the largest |u_R'|, in the middle, and |u_R/R|: U has its extrema at the rims */
+  /* the largest |u_R'| is that of the middle; |u_R/R| is largest at a rim, where U has its extrema */
   if (!(A * 1.5 * Square(ro - ri) < N) || !(A * PetscMax(1, Square(ri) * (3 * ro - ri) / N) < ri))
     return "needs a smaller amplitude, or J <= 0";
   return NULL;
@@ -260,8 +258,8 @@ static void ring_at(const MPMReferenceData *d, const PetscReal X[], PetscReal t,
   }
 }
 
-/* shear - u_x = A sin(k (Y - lower)) sin(w t), k = n pi/L_y, w = k sqrt(mu/rho). P_xy = mu u_x,Y for both laws, however
-   large the shear, and the rest of P has no divergence: a wave of linear theory that is exact. */
+/* shear - u_x = A sin(k (Y - lower)) sin(w t), k = n pi/L_y, w = k sqrt(mu/rho). P_xy = mu u_x,Y for both laws at any
+   shear, and the rest of P has no divergence, so this wave of the linear theory is exact. */
 static const char *shear_check(const MPMReferenceData *d)
 {
   if (d->dim < 2) return "needs dim 2 or 3";
@@ -304,9 +302,9 @@ static const char *mode_check(const MPMReferenceData *d)
   return NULL;
 }
 
-/* standing - u = A sin(k (X - lower)) sin(w t) along x, k = n pi/L, w = k cp: a bar between walls. Exact for the same
-   reason as mode. With n = 1, nu = 0, A = 0.05 L and c dt/h = 0.1 until w t = pi/2 it is the table of theory.md of the
-   1-D bar with crossing of cells. */
+/* standing - u = A sin(k (X - lower)) sin(w t) along x, k = n pi/L, w = k cp: a bar between walls, exact for the same
+   reason as mode. The table in theory.md of the 1-D bar whose particles cross cells has n = 1, nu = 0, A = 0.05 L,
+   c dt/h = 0.1 and ends at w t = pi/2. */
 static const char *standing_check(const MPMReferenceData *d)
 {
   if (!Is(d, "elastic")) return "needs material model elastic";
@@ -320,7 +318,7 @@ static const char *standing_check(const MPMReferenceData *d)
   return NULL;
 }
 
-/* u = A sin(k (X - lower)) sin(k cp t) along x. */
+/* The motion of mode and standing: u = A sin(k (X - lower)) sin(k cp t) along x. */
 static void Standing(const MPMReferenceData *d, PetscReal k, const PetscReal X[], PetscReal t, Motion *m)
 {
   const PetscReal w = k * d->cp, s = k * (X[0] - d->lower[0]);
@@ -340,10 +338,11 @@ static void mode_at(const MPMReferenceData *d, const PetscReal X[], PetscReal t,
   Standing(d, (2 * d->mode - 1) * PETSC_PI / (2 * Extent(d, 0)), X, t, m);
 }
 
-/* column - under gravity g < 0 along one axis, height s above the foot: the settled state (rho g/M) U(s), with
-   U = L s - s^2/2 and M = lambda + 2 mu, less the wave of d'Alembert that starts from it,
+/* column - under gravity g < 0 along one axis, with height s above the foot: the settled state (rho g/M) U(s), with
+   U = L s - s^2/2 and M = lambda + 2 mu, less the d'Alembert wave that starts from it,
      u = (rho g/M) (U(s) - (U(s - cp t) + U(s + cp t))/2),
-   U continued as odd about the foot and even about the top, with period 4 L. Twice the settled state at t = 2 L/cp. */
+   where U is continued as odd about the foot and even about the top, with period 4 L. At t = 2 L/cp it is twice the
+   settled state. Upright returns the axis of gravity, or -1 unless it points downwards along one axis. */
 static PetscInt Upright(const MPMReferenceData *d)
 {
   PetscInt axis = -1;
@@ -383,11 +382,9 @@ static void column_at(const MPMReferenceData *d, const PetscReal X[], PetscReal 
   m->F[axis * (d->dim + 1)] = 1 + g * (U_s - 0.5 * (Ul_s + Ur_s));
 }
 
-/* ---------------------------------------------------------------------------------------------------------------
-   The table
-   --------------------------------------------------------------------------------------------------------------- */
+/* --- The table ---------------------------------------------------------------------------------------------------- */
 
-/* A motion at rest, of which a row fills what moves. */
+/* Returns a body at rest; the function of a row then sets what moves. */
 static Motion Rest(PetscInt dim)
 {
   Motion m = {{0}, {0}, {0}, {0}};
@@ -396,7 +393,7 @@ static Motion Rest(PetscInt dim)
   return m;
 }
 
-/* <name>_<part>: the n values of this part of the motion. */
+/* Defines <name>_<part>, which gives the n values of one part of the motion. */
 #define MPM_REFERENCE_PART(name, part, member, n)                                                                      \
   static void name##_##part(const MPMReferenceData *d, const PetscReal X[], PetscReal t, PetscReal value[])            \
   {                                                                                                                    \

@@ -1,7 +1,8 @@
-/* region.c - the shapes of bodies: is a position inside, and a box around the shape. All bounds are half-open, so that
-   bodies that share a face never share a place.                                                                      */
+/* region.c - the shapes of bodies: whether a position is inside, and the box around the shape. All bounds are
+   half-open, so bodies with a common face have no position in common. */
 #include "physics/region.h"
 
+/* Returns the squared distance of x from the centre in m^2. */
 static PetscReal Distance2(const MPMRegion *r, PetscInt dim, const PetscReal x[])
 {
   PetscReal s = 0;
@@ -40,6 +41,7 @@ const char *const MPMRegionParameters[] = {
 #undef MPM_REGION
 };
 
+/* Returns whether the position x [dim] in m is inside the shape. Not collective. */
 PetscBool MPMRegionInside(const MPMRegion *r, PetscInt dim, const PetscReal x[])
 {
   static PetscBool (*const inside[])(const MPMRegion *, PetscInt, const PetscReal[]) = {
@@ -62,6 +64,7 @@ PetscBool MPMRegionSolid(const MPMRegion *r)
   return solids[r->type];
 }
 
+/* Computes the smallest box around the shape, lower and upper [dim] in m. Not collective. */
 void MPMRegionBounds(const MPMRegion *r, PetscInt dim, PetscReal lower[], PetscReal upper[])
 {
   for (PetscInt d = 0; d < dim; d++) {

@@ -1,4 +1,4 @@
-/* region.h - shapes in space, which bodies fill. */
+/* region.h - shapes in space. A scene fills them with the particles of its bodies. */
 #ifndef MPM_REGION_H
 #define MPM_REGION_H
 
@@ -11,14 +11,14 @@ typedef enum {
   MPM_NUM_REGIONS
 } MPMRegionType;
 
-/* dim coordinates of each member count, m. */
+/* A shape; the first dim coordinates of each member are used, in m. */
 typedef struct {
   MPMRegionType type;
   PetscReal     center[3], lower[3], upper[3], radius, inner_radius;
 } MPMRegion;
 
-/* The rows of region.def: names, the options that a shape takes, and whether any line along an axis meets it in one
-   piece around the middle of its bounds, or not at all. */
+/* The rows of region.def, by MPMRegionType: names, and the options that a shape takes. MPMRegionSolid returns whether
+   any line along an axis meets the shape in one piece around the middle of its bounds, or not at all. */
 extern const char *const MPMRegionNames[], *const MPMRegionParameters[];
 PetscBool MPMRegionSolid(const MPMRegion *);
 

@@ -1,26 +1,28 @@
-/* spline_wall.h - B-splines near a wall, in one of two forms, so that no node lies beyond it:
-     extrap   the coefficient beyond the wall is extrapolated, c_-1 = 2 c_0 - c_1: keeps sum w = 1 and sum w x_i = x
-     steffen  knots repeated at the wall (Steffen, Kirby and Berzins 2008): sum w = 1, all slopes 0 at the wall */
+/* spline_wall.h - the forms of B-splines near a wall, which use no node beyond it:
+     extrap   the coefficient beyond the wall is extrapolated, c_-1 = 2 c_0 - c_1: sum w = 1 and sum w x_i = x hold
+     steffen  knots are repeated there (Steffen, Kirby and Berzins 2008): sum w = 1, all slopes at the wall are 0 */
 #ifndef MPM_SPLINE_WALL_H
 #define MPM_SPLINE_WALL_H
 
 #include "base/tensor.h"
 
-typedef enum { MPM_WALL_BASIS_NONE, MPM_WALL_BASIS_EXTRAP, MPM_WALL_BASIS_STEFFEN } MPMWallBasis; /* none: periodic */
+typedef enum { MPM_WALL_BASIS_NONE, MPM_WALL_BASIS_EXTRAP, MPM_WALL_BASIS_STEFFEN } MPMWallBasis; /* NONE: periodic */
 
-/* Base of a spline of ns nodes: between walls its stencil stays on the grid; on a periodic axis it may be -1. */
+/* Returns the base of a spline of ns nodes: between walls its stencil stays on the grid; on a periodic axis it may be
+   -1. */
 MPM_INLINE MPMReal MPMSplineBase(MPMReal base, int ns, PetscInt cells, MPMWallBasis wall)
 {
   if (wall == MPM_WALL_BASIS_NONE) return base;
   return MPMMin(MPMMax(base, MPMAll(0)), MPMAll((PetscReal)(cells + 1 - ns)));
 }
 
-/* Values and gradients within reach of the lower wall, t = xi >= 0; false beyond it, where the uniform spline holds. */
+/* MPMLowerWall_<basis> computes values and gradients near the lower wall, for t = xi >= 0; it returns false further
+   away, where the uniform spline holds. */
 MPM_INLINE PetscBool MPMLowerWall_bspline2(PetscReal t, MPMWallBasis wall, PetscReal w[], PetscReal g[])
 {
   const PetscReal s = t - 1;
 
-  if (wall == MPM_WALL_BASIS_EXTRAP && t < 0.5) { /* N_0 + 2 N_-1 and N_1 - N_-1 are the hats */
+  if (wall == MPM_WALL_BASIS_EXTRAP && t < 0.5) { /* N_0 + 2 N_-1 and N_1 - N_-1 are hat functions */
     w[0] = 1 - t;
     w[1] = t;
     g[0] = -1;

@@ -1,10 +1,10 @@
-/* wall.c - velocity conditions at the faces of the grid, step 2 and 5 of docs/theory.md. A condition acts on v [dim] of
-   a node at or beyond its face `f`, or within the face's reach, and returns whether it held the velocity. */
+/* wall.c - conditions on the velocity at the faces of the grid, steps 2 and 5 of docs/theory.md. A condition is applied
+   to v [dim] of a node at or beyond its face `f`, or within the face's reach, and returns whether it constrained v. */
 #include "physics/wall.h"
 
-/* Where the node is: along the normal `axis` of the face, `distance` m inside the grid (negative: beyond the face).
-   inward is +1 or -1, the sign of a velocity away from the wall. dt: of the step, s; 0 for velocities that no advance
-   makes, so that what acts over time acts once a step. */
+/* The place of a node: along the normal `axis` of the face, `distance` m inside the grid (negative: beyond the face).
+   inward is +1 or -1, the sign of a velocity away from the wall. dt is that of the step, s, and 0 for velocities that no
+   advance makes, so that what acts over time acts once a step. */
 typedef struct {
   PetscInt  dim, axis;
   PetscReal inward, distance, dt;
@@ -42,7 +42,7 @@ static PetscBool MPMWallApply_separate(MPM_WALL_ARGUMENTS)
   return PETSC_TRUE;
 }
 
-/* Takes up to `most` off the length of v [dim]: never more than there is. */
+/* Reduces the length of v [dim] by `most`, but not below 0. */
 static void Brake(PetscInt dim, PetscReal most, PetscReal v[])
 {
   PetscReal slide = 0;
@@ -52,7 +52,7 @@ static void Brake(PetscInt dim, PetscReal most, PetscReal v[])
   for (PetscInt d = 0; d < dim; d++) v[d] = slide > most ? v[d] * (1 - most / slide) : 0;
 }
 
-/* The impulse that stops the normal velocity, times mu, is the most that the sliding can lose (Coulomb). */
+/* Coulomb friction: the sliding velocity loses at most mu times the normal velocity that is stopped. */
 static PetscBool MPMWallApply_friction(MPM_WALL_ARGUMENTS)
 {
   const PetscReal lost = -at->inward * v[at->axis];
@@ -109,7 +109,7 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const Pe
   return constrained;
 }
 
-/* The walls in the place of each for other velocities, as wall.def has them. */
+/* The walls that take the place of each wall for other velocities: columns of wall.def. */
 static const MPMWall before[] = {
 #define MPM_WALL(name, parameters, before, gradient, residual, what) MPM_WALL_##before,
 #include "physics/wall.def"
@@ -126,14 +126,16 @@ static const MPMWall residual[] = {
 #undef MPM_WALL
 };
 
-/* Does the wall only push, so that matter may leave it? Then it is met or not by what a node would do without it. */
+/* Returns whether the wall only pushes, so that matter may leave it. A node meets such a wall if it would move into it
+   without the wall. */
 static PetscBool OnlyPushes(MPMWall type)
 {
   return type != MPM_WALL_free && before[type] == MPM_WALL_free ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* A node that meets a wall that only pushes moves as at a slip wall, with no velocity and no acceleration along the
-   normal (the particles lose their momentum by their stress, so none is lost for good), and feels friction in a. */
+/* At a wall that only pushes, a node that meets it moves as at a slip wall, with no velocity and no acceleration along
+   the normal. The stress of the particles takes up their normal momentum, so it is not lost. The acceleration contains
+   the friction. */
 PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const PetscInt ijk[], PetscReal dt,
                          const PetscReal v[], PetscReal at[], PetscReal a[])
 {
@@ -149,7 +151,7 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
   }
   for (PetscInt d = 0; d < dim; d++)
     if (met & (PetscInt)1 << d) at[d] = 0;
-  for (PetscInt d = 0; d < dim; d++) { /* friction follows the forces that press, not the velocity at a first touch */
+  for (PetscInt d = 0; d < dim; d++) { /* friction comes from the pressing forces, not from the velocity at contact */
     const MPMFace  *f     = &faces[d][ijk[d] >= cells[d]];
     const PetscReal press = ijk[d] <= 0 ? -a[d] : a[d];
 
@@ -164,6 +166,7 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
   return met;
 }
 
+/* Sets before, gradient and residual from `given` by the columns of wall.def. Not collective. */
 void MPMWallsDerive(MPMWalls *w)
 {
   for (PetscInt k = 0; k < 6; k++) {

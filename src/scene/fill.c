@@ -1,9 +1,10 @@
-/* fill.c - the particles that fill the bodies of a scene: counted, checked, and made on the process that owns their
-   cell. */
+/* fill.c - the particles that fill the bodies of a scene. Before the first step they are counted, checked, and made on
+   the process that owns their cell. */
 #include <unistd.h>
 #include "kernels/cell.h"
 #include "scene/lattice.h"
 
+/* Checks a particle of body b with lattice place X [dim], m: its position, its velocity and the forces on it. */
 static PetscErrorCode CheckParticle(MPMScene *scene, MPMCore *core, MPMOptions o, const MPMBody *b, const PetscReal X[])
 {
   const PetscInt dim     = core->grid.dim;
@@ -31,7 +32,8 @@ static PetscErrorCode CheckParticle(MPMScene *scene, MPMCore *core, MPMOptions o
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses what does not fit into the memory of this machine, shared by `processes`. */
+/* Refuses what does not fit into the memory of this machine, if it has its part of `processes` processes: `number`
+   items of `bytes` each, of all processes together. */
 static void CheckMemory(MPMOptions o, const char what[], PetscReal number, PetscReal bytes, PetscMPIInt processes)
 {
   const PetscReal have = (PetscReal)sysconf(_SC_PHYS_PAGES) * (PetscReal)sysconf(_SC_PAGESIZE), gb = 1e9;
@@ -41,7 +43,8 @@ static void CheckMemory(MPMOptions o, const char what[], PetscReal number, Petsc
                    (double)(number * bytes / gb), (double)(have / gb));
 }
 
-/* The kind of a body, shared with earlier bodies of the same material and particle size. */
+/* Finds the kind of a body's particles, which it may share with earlier bodies of the same material and particle
+   size. */
 static void FindKind(MPMScene *scene, MPMOptions o, PetscInt dim, MPMBody *b)
 {
   MPMKind kind = {b->material, 0, 1, {0}};
@@ -61,7 +64,8 @@ static void FindKind(MPMScene *scene, MPMOptions o, PetscInt dim, MPMBody *b)
   scene->kinds[scene->nkinds++] = kind;
 }
 
-/* Sets the lattice of a body, adds about the number of its particles to places, and checks that it lies in the grid. */
+/* Sets the lattice of a body, adds roughly the number of its particles to places, and checks that it lies in the
+   grid. */
 static void SetLattice(const MPMCore *core, MPMOptions o, MPMBody *b, PetscReal *places)
 {
   const MPMGrid *grid = &core->grid;
@@ -82,7 +86,7 @@ static void SetLattice(const MPMCore *core, MPMOptions o, MPMBody *b, PetscReal 
   *places += product;
 }
 
-/* Counts the particles of the bodies and before each share, and numbers them. Collective on comm. */
+/* Counts the particles of each body and before each share, and so numbers them. Collective on core->comm. */
 static PetscErrorCode Count(MPMScene *scene, MPMCore *core)
 {
   PetscInt64  mine = 0, before = 0;
@@ -113,8 +117,8 @@ static PetscErrorCode Count(MPMScene *scene, MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Checks that the particles lie in the grid and start with finite velocities, each process those of its rows. The first
-   fault becomes that of all. Collective on comm. */
+/* Checks that the particles lie in the grid and start with finite velocities and forces; each process checks those of
+   its rows. The first fault is left in o on all processes. Collective on core->comm. */
 static PetscErrorCode CheckParticles(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
   PetscMPIInt rank;
@@ -137,8 +141,8 @@ static PetscErrorCode CheckParticles(MPMScene *scene, MPMCore *core, MPMOptions 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lays out the particles without making them: numbers them, finds the kinds, and checks what can be wrong. Faults are
-   left in o. Collective on comm. */
+/* Counts and numbers the particles without making them, finds their kinds, and checks what can be wrong. The first
+   fault is left in o. Collective on core->comm. */
 PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
   const PetscInt dim    = core->grid.dim;
@@ -172,11 +176,12 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   }
   CheckMemory(o, "particles", (PetscReal)core->particles.total,
               (PetscReal)(1 + 2 * dim + dim * dim) * sizeof(PetscReal), size);
-  PetscCall(CheckParticles(scene, core, o)); /* with a fault too: others may have none */
+  PetscCall(CheckParticles(scene, core, o)); /* after a fault too, since others may have none */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where a particle of the body starts, x [dim] in m, and the half-widths l [dim] of its domain in cells. */
+/* Sets where the particle of body b with lattice place X [dim], m, starts: its position x [dim], m, and the half-widths
+   l [dim] of its domain in cells. */
 static void StartPlace(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[], PetscReal x[],
                        PetscReal l[])
 {
@@ -188,7 +193,8 @@ static void StartPlace(const MPMScene *scene, const MPMCore *core, const MPMBody
   for (PetscInt d = 0; d < dim; d++) l[d] = PetscMin(0.5, scene->kinds[b->kind].l[d] * V[d]);
 }
 
-/* Base nodes (from 0, layers included) on the last axis of the places of a body's rows, undeformed: first .. last. */
+/* Makes a list of the base nodes (from 0, layers included) along the last axis of the undeformed places of a body's
+   rows: bases [last - first + 1]. The caller frees it. */
 static PetscErrorCode LastBases(const MPMScene *scene, const MPMCore *core, const MPMLattice *w, PetscInt **bases)
 {
   const PetscInt d = w->dim - 1;
@@ -204,8 +210,9 @@ static PetscErrorCode LastBases(const MPMScene *scene, const MPMCore *core, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counts the particles of the scene, as they will start, by the base node of their stencils, each process of the
-   histogram those of its rows: cell by cell where they start undeformed. Not collective. */
+/* Adds the particles of the scene, as they will start, to the histogram, by the base node of their stencils. Each
+   process of the histogram adds those of its rows; where they start undeformed, it adds those of a cell together. Not
+   collective. */
 PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPMHistogram *h)
 {
   const PetscInt  dim = core->grid.dim, axis = dim - 1;
@@ -241,7 +248,8 @@ PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The sides of the particle at x on which its neighbour on the lattice is not in the body: bit 2d + side. */
+/* Returns the sides of the particle at x [dim], m, on which its neighbour on the lattice is not in the body: bit
+   2d + side. */
 static PetscInt SurfaceSides(const MPMBody *b, PetscInt dim, const PetscReal x[])
 {
   PetscInt sides = 0;
@@ -255,7 +263,7 @@ static PetscInt SurfaceSides(const MPMBody *b, PetscInt dim, const PetscReal x[]
   return sides;
 }
 
-/* Makes particle p of a view: undeformed at X, or as the scene's known solution starts. */
+/* Makes particle p of a view: undeformed at X [dim], m, or as the scene's known solution starts. */
 static PetscErrorCode SetParticle(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscInt64 id,
                                   const PetscReal X[], PetscInt p, MPMView *view)
 {
@@ -285,8 +293,8 @@ static PetscErrorCode SetParticle(const MPMScene *scene, const MPMCore *core, co
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The places of a body's lattice, lo .. hi on each axis, where particles of this process's patch can be: exact tests
-   follow. False if there are none. */
+/* Sets lo .. hi on each axis to the places of a body's lattice where particles of this process's patch can be; the
+   caller tests each of them exactly. Returns false if there are none. */
 static PetscBool OwnPlaces(const MPMScene *scene, const MPMCore *core, const MPMLattice *w, PetscInt64 lo[3],
                            PetscInt64 hi[3])
 {
@@ -312,7 +320,8 @@ static PetscBool OwnPlaces(const MPMScene *scene, const MPMCore *core, const MPM
   return PETSC_TRUE;
 }
 
-/* Makes the particles of this process's patch, undeformed (F = I), with their start velocities. Not collective. */
+/* Makes the particles of this process's patch with their start velocities, undeformed (F = I) or as the known solution
+   starts. Not collective. */
 PetscErrorCode MPMSceneAddParticles(const MPMScene *scene, MPMCore *core)
 {
   const MPMPatch *patch = &core->exchange.patch;
@@ -321,7 +330,7 @@ PetscErrorCode MPMSceneAddParticles(const MPMScene *scene, MPMCore *core)
   MPMView         view;
 
   PetscFunctionBeginUser;
-  for (int pass = 0; pass < 2; pass++) { /* count, then make */
+  for (int pass = 0; pass < 2; pass++) { /* 0 counts the particles, 1 makes them */
     PetscInt p = 0;
 
     if (pass) PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
@@ -332,7 +341,7 @@ PetscErrorCode MPMSceneAddParticles(const MPMScene *scene, MPMCore *core)
       PetscInt   base[3] = {0};
 
       if (!OwnPlaces(scene, core, &w, lo, hi)) continue;
-      for (PetscInt64 plane = lo[0]; plane <= (dim == 3 ? hi[0] : lo[0]); plane++) { /* whose rows follow one another */
+      for (PetscInt64 plane = lo[0]; plane <= (dim == 3 ? hi[0] : lo[0]); plane++) { /* its rows follow each other */
         const PetscInt64 from[3] = {plane, lo[1]}, to[3] = {dim == 3 ? plane : hi[0], hi[1]};
 
         MPMLatticeGoTo(scene, &w, MPMLatticeRow(&w, from), MPMLatticeRow(&w, to) + 1);

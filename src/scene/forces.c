@@ -1,9 +1,9 @@
-/* forces.c - body forces and loads: the acceleration b of every particle that is not gravity, eq. (13), found once a
-   step from expressions of place and time before the particles are summed to the nodes.
+/* forces.c - body forces and loads: the acceleration b [dim], m/s^2, of every particle besides gravity, eq. (13) of
+   docs/theory.md. At the beginning of each step it is evaluated from expressions of position and time.
 
    A load acts on the particles at the surface of a body: those whose neighbour on the lattice was not in the body at
-   the start. Such a side carries the area A of the particle's cell of the lattice, with its normal N; under pressure p
-   the force is -p J F^-T N A (Nanson's formula: the surface as it deforms), under a traction T it is T A. */
+   the start. Such a side has the area A and the normal N of a side of the particle's cell of the lattice. Under a
+   pressure p the force is -p J F^-T N A (Nanson's formula for the deformed surface), under a traction T it is T A. */
 #include <strings.h>
 #include "scene/scene.h"
 
@@ -36,7 +36,7 @@ static PetscErrorCode ReadLoad(const MPMScene *scene, const MPMCore *core, MPMOp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads -acceleration and -loads. Faults are left in o. */
+/* Reads -acceleration and -loads. The first fault is left in o. */
 PetscErrorCode MPMForcesSetFromOptions(MPMScene *scene, const MPMCore *core, MPMOptions o)
 {
 
@@ -48,6 +48,7 @@ PetscErrorCode MPMForcesSetFromOptions(MPMScene *scene, const MPMCore *core, MPM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Frees the loads and the expressions of forces. */
 PetscErrorCode MPMForcesDestroy(MPMScene *scene)
 {
   PetscFunctionBeginUser;
@@ -57,7 +58,7 @@ PetscErrorCode MPMForcesDestroy(MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds the load's part of b to particle p if it acts on it. */
+/* Adds to b [dim], m/s^2, what a load gives particle p at time t, if it acts on it. */
 static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const MPMLoad *load, const MPMView *view,
                               PetscInt p, PetscReal t, PetscReal b[])
 {
@@ -80,7 +81,7 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
   for (PetscInt d = 0; d < dim; d++) size += A[d] * A[d];
   size = PetscSqrtReal(size);
   if (load->pressure) {
-    PetscReal cofactor[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}; /* J F^-T; of a material without F that of J^(1/dim) I */
+    PetscReal cofactor[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}; /* J F^-T; a material without F has J^(1/dim) I */
 
     if (m->state & MPM_BIT(F))
       MPMCofactor((int)dim, view->F + p * dim * dim, cofactor);
@@ -93,8 +94,8 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Are the body force and the loads finite at the start, at a particle of a body that lies at x and started at X? Names
-   the option that is not. Not collective. */
+/* Checks that the body force and the loads are finite at time 0 for a particle at x [dim] whose lattice place is X
+   [dim], both in m; if one is not, its option is named in o. Not collective. */
 PetscErrorCode MPMForcesCheck(const MPMScene *scene, const MPMCore *core, MPMOptions o, const PetscReal x[],
                               const PetscReal X[])
 {
@@ -115,7 +116,7 @@ PetscErrorCode MPMForcesCheck(const MPMScene *scene, const MPMCore *core, MPMOpt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets field b of the particles here for the time t in s. Not collective. */
+/* Sets field b of the particles here, m/s^2, for the time t, s. Not collective. */
 PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t)
 {
   const PetscInt dim    = core->grid.dim;

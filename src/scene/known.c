@@ -1,5 +1,5 @@
-/* known.c - a scene whose solution is known: its start, its body force and the error of a run against it. The solutions
-   themselves are rows of reference.def, or expressions of the user.                                                  */
+/* known.c - a scene whose solution is known: its start, its body force, which each step reads, and the error of a run
+   at its end. The solutions are rows of reference.def, or expressions of the user. */
 #include "base/exact_sum.h"
 #include "scene/scene.h"
 
@@ -9,7 +9,7 @@ struct _MPMKnown {
   MPMExpression       displacement; /* u(X, t) in m, for an error; or NULL */
 };
 
-/* What the rows know of the scene. */
+/* Sets what the rows of reference.def read of the scene. */
 static void Describe(const MPMScene *scene, const MPMCore *core, MPMReferenceData *data)
 {
   const MPMBody     *body = &scene->bodies[0];
@@ -67,7 +67,7 @@ static void CheckRow(const MPMScene *scene, MPMOptions o, const MPMKnown *known,
                    option, known->row->name);
 }
 
-/* Reads -mms_* and -reference_*. Faults are left in o. */
+/* Reads -mms_* and -reference_*. The first fault is left in o. Not collective. */
 PetscErrorCode MPMKnownSetFromOptions(MPMScene *scene, const MPMCore *core, MPMOptions o)
 {
   char      mms[MPM_NAME_LEN] = "none", reference[MPM_NAME_LEN] = "none";
@@ -103,6 +103,7 @@ PetscErrorCode MPMKnownSetFromOptions(MPMScene *scene, const MPMCore *core, MPMO
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Frees the known solution, if there is one. */
 PetscErrorCode MPMKnownDestroy(MPMScene *scene)
 {
   PetscFunctionBeginUser;
@@ -111,14 +112,15 @@ PetscErrorCode MPMKnownDestroy(MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is the scene's start that of a known solution? */
+/* Returns whether the scene starts as a known solution does. */
 PetscBool MPMKnownStarts(const MPMScene *scene)
 {
   return scene->known && scene->known->row ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Where a particle of rest place X starts, [dim] m; with velocity [dim] m/s and deformation gradient [dim*dim] if they
-   are asked for. Does nothing, and says false, where the scene's start is not that of a known solution. */
+/* Sets the position x [dim], m, where a particle with lattice place X [dim], m, starts, and its velocity v [dim], m/s,
+   and deformation gradient F [dim*dim], unless these are NULL. If the scene does not start as a known solution does,
+   it sets nothing and returns false. */
 PetscBool MPMKnownStart(const MPMScene *scene, PetscInt dim, const PetscReal X[], PetscReal x[], PetscReal v[],
                         PetscReal F[])
 {
@@ -133,7 +135,7 @@ PetscBool MPMKnownStart(const MPMScene *scene, PetscInt dim, const PetscReal X[]
   return PETSC_TRUE;
 }
 
-/* Adds the body force of a manufactured solution to b [dim] m/s^2. */
+/* Adds the body force of a manufactured solution to b [dim], m/s^2; X [dim], m: lattice place of the particle. */
 void MPMKnownForce(const MPMScene *scene, PetscInt dim, const PetscReal X[], PetscReal t, PetscReal b[])
 {
   const MPMKnown *known = scene->known;
@@ -144,8 +146,9 @@ void MPMKnownForce(const MPMScene *scene, PetscInt dim, const PetscReal X[], Pet
   for (PetscInt d = 0; d < dim; d++) b[d] += more[d];
 }
 
-/* The error of the state as it is: root of the mass-weighted mean of |u - u_exact|^2, m, and the same of u_exact.
-   Exact sums, so the same on any number of processes. Collective on the exchange. */
+/* Sets *error to the error of the present state, the root of the mass-weighted mean of |u - u_exact|^2 in m, and *size
+   to the same of u_exact. The sums are exact, so they are the same on any number of processes. Collective on the
+   exchange. */
 PetscErrorCode MPMKnownError(const MPMScene *scene, MPMCore *core, PetscReal *error, PetscReal *size)
 {
   const MPMKnown *known = scene->known;

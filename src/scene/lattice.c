@@ -1,7 +1,7 @@
-/* lattice.c - see lattice.h. */
+/* lattice.c - the iterator over the lattice places that lie in a body; lattice.h says what the lattice is. */
 #include "scene/lattice.h"
 
-/* The row of the places ijk. */
+/* Returns the number of the row in which place ijk [dim] lies. */
 PetscInt64 MPMLatticeRow(const MPMLattice *w, const PetscInt64 ijk[])
 {
   PetscInt64 row = 0;
@@ -10,6 +10,7 @@ PetscInt64 MPMLatticeRow(const MPMLattice *w, const PetscInt64 ijk[])
   return row;
 }
 
+/* Sets the iterator to the beginning of a row. */
 static void GoToRow(MPMLattice *w, PetscInt64 row)
 {
   w->row             = row;
@@ -23,6 +24,7 @@ static void GoToRow(MPMLattice *w, PetscInt64 row)
   }
 }
 
+/* Returns an iterator over all rows of a body, before its first run. */
 MPMLattice MPMLatticeBegin(const MPMBody *b, PetscInt dim)
 {
   MPMLattice w = {.body = b, .dim = dim, .id = b->first};
@@ -38,13 +40,15 @@ MPMLattice MPMLatticeBegin(const MPMBody *b, PetscInt dim)
   return w;
 }
 
-/* The rows of all bodies in equal shares, one a process: the first of share k among the rows of a body. */
+/* Returns the first row of share k, by its number among the rows of body b: the rows of all bodies are divided into
+   equal shares, one for each process. */
 static PetscInt64 ShareRow(const MPMScene *scene, const MPMBody *b, PetscInt64 k, PetscMPIInt shares)
 {
   return scene->rows * k / shares - b->row;
 }
 
-/* A walk over the rows of a body that are in this process's share. Its id means nothing. */
+/* Returns an iterator over the rows of a body that are in the share of process `rank` of `size`. Its id does not say
+   the number of a particle. */
 MPMLattice MPMLatticeShare(const MPMScene *scene, const MPMBody *b, PetscInt dim, PetscMPIInt rank, PetscMPIInt size)
 {
   MPMLattice w = MPMLatticeBegin(b, dim);
@@ -54,7 +58,7 @@ MPMLattice MPMLatticeShare(const MPMScene *scene, const MPMBody *b, PetscInt dim
   return w;
 }
 
-/* The position X of the particle at place k of the walk's row. */
+/* Sets X [dim], m, to the position of the particle at place k of the iterator's row. */
 void MPMLatticePlace(const MPMLattice *w, PetscInt64 k, PetscReal X[3])
 {
   const MPMBody *b = w->body;
@@ -71,7 +75,7 @@ static PetscBool Inside(const MPMLattice *w, PetscInt64 k)
   return MPMRegionInside(&w->body->region, w->dim, X);
 }
 
-/* Of the places between one inside and one outside of the body, the last inside. */
+/* Returns the last place inside of the body, between a place inside and one outside. */
 static PetscInt64 LastInside(const MPMLattice *w, PetscInt64 inside, PetscInt64 outside)
 {
   while (PetscAbs(outside - inside) > 1) {
@@ -85,8 +89,8 @@ static PetscInt64 LastInside(const MPMLattice *w, PetscInt64 inside, PetscInt64 
   return inside;
 }
 
-/* Finds the next run of the row, at or after where the walk is. In a solid body it is around the middle, so that not
-   every particle need be looked at: there may be billions. */
+/* Finds the next run of the row, from the iterator's place on. In a solid body it is around the middle of the row, and
+   bisection finds its ends, so that not every place is examined: there may be billions. */
 static PetscBool FindRun(MPMLattice *w)
 {
   const PetscInt   d    = w->dim - 1;
@@ -98,7 +102,7 @@ static PetscBool FindRun(MPMLattice *w)
   if (MPMRegionSolid(&b->region)) {
     PetscInt64 middle;
 
-    if (from > w->first[d]) return PETSC_FALSE; /* there was one */
+    if (from > w->first[d]) return PETSC_FALSE; /* its only run is over */
     MPMRegionBounds(&b->region, w->dim, lower, upper);
     middle = (PetscInt64)PetscFloorReal((0.5 * (lower[d] + upper[d]) - b->offset[d]) / b->b[d] - 0.5);
     middle = PetscMin(PetscMax(middle, from), last);
@@ -114,7 +118,7 @@ static PetscBool FindRun(MPMLattice *w)
   return w->n > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Goes to the next run. False when there are no more; id is then the number after the last particle's. */
+/* Goes to the next run. Returns false if there are no more; then id is the number after that of the last particle. */
 PetscBool MPMLatticeNext(MPMLattice *w)
 {
   w->id += w->n;
@@ -124,8 +128,8 @@ PetscBool MPMLatticeNext(MPMLattice *w)
   return PETSC_FALSE;
 }
 
-/* Takes a walk on to rows from .. to-1, from the last row before them where a share, whose first number is known,
-   begins. */
+/* Sets an iterator to rows from .. to-1. To find the number of their first particle, it counts from the last row before
+   them where a share begins, whose first number is known. */
 void MPMLatticeGoTo(const MPMScene *scene, MPMLattice *w, PetscInt64 from, PetscInt64 to)
 {
   const PetscInt64 share = ((w->body->row + from + 1) * scene->shares - 1) / scene->rows;

@@ -1,9 +1,9 @@
-/* read_walls.c - the walls of the scene from the options -bc_<face>_*. */
+/* read_walls.c - reads the walls of the scene from the options -bc_<face>_*, before the first step. */
 #include <stddef.h>
 #include "scene/scene.h"
 
-/* The parameters of walls: a word of wall.def, its row of the vocabulary, its place in MPMFace; what it is: a number,
-   one an axis, or a whole number, such as the reach of a wall in layers of nodes. A new parameter is a row here, a
+/* The parameters of walls: the word of wall.def, the row of the vocabulary, the offset in MPMFace, and the type: a number,
+   one number per axis, or a whole number, such as a wall's reach in layers of nodes. A new parameter needs a row here, a
    member of MPMFace and a row of the vocabulary. */
 static const struct {
   const char   *word, *row;
@@ -40,7 +40,7 @@ static PetscErrorCode ReadFace(const char name[], MPMFace *face, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads the walls, and which axes are periodic. Faults are left in o. */
+/* Reads the walls, and which axes are periodic. The first fault is left in o. Not collective. */
 PetscErrorCode MPMSceneReadWalls(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
   PetscFunctionBeginUser;

@@ -1,11 +1,9 @@
-/* scene.c - the scene: grid, materials, bodies and walls from the options, and the particles that fill the bodies.
-
-   Particles lie on the lattice (i+1/2) b + offset, b = h/ppc, anchored at the origin of space, wherever the body's
-   shape is; numbered body by body in the order of -bodies, with x in the outer loop: a rule that knows no processes. */
+/* scene.c - reads the scene from the options: dimension, names, grid, materials and bodies; read_walls.c, forces.c and
+   known.c read the rest, and fill.c makes the particles. It is used once, before the first step. */
 #include <strings.h>
 #include "scene/scene.h"
 
-/* Cells and cell size of one axis, which has -grid_cells or, if h > 0, -grid_h. */
+/* Sets the cells and the cell size of one axis from -grid_cells or, if h > 0, from -grid_h. */
 static void SetAxis(MPMGrid *grid, MPMOptions o, PetscInt d, PetscReal h)
 {
   const PetscReal lower = grid->lower[d], upper = grid->upper[d], length = upper - lower;
@@ -99,7 +97,7 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The shape of a body. */
+/* Reads the shape of a body. */
 static PetscErrorCode ReadRegion(MPMOptions o, PetscInt dim, const char name[], MPMRegion *r)
 {
   char shape[MPM_NAME_LEN] = "";
@@ -152,7 +150,7 @@ static PetscErrorCode ReadBody(MPMScene *scene, MPMCore *core, MPMOptions o, MPM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The name of the results: that of the last options file. */
+/* Sets the default name of the results, which is that of the last options file. */
 static PetscErrorCode DefaultName(char name[MPM_NAME_LEN])
 {
   int         argc;
@@ -170,7 +168,7 @@ static PetscErrorCode DefaultName(char name[MPM_NAME_LEN])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Dimension and declared names first: with them every legal name is known. */
+/* Reads the dimension and the declared names first, since the legal names of options depend on them. */
 static PetscErrorCode ReadNames(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
   char(*materials)[MPM_NAME_LEN], (*bodies)[MPM_NAME_LEN], (*loads)[MPM_NAME_LEN];
@@ -188,7 +186,7 @@ static PetscErrorCode ReadNames(MPMScene *scene, MPMCore *core, MPMOptions o)
     PetscCall(PetscStrncpy(scene->materials[k].name, materials[k], MPM_NAME_LEN));
   for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(PetscStrncpy(scene->bodies[k].name, bodies[k], MPM_NAME_LEN));
   if (MPMOptionsError(o))
-    PetscCall(MPMOptionsDeclare(o, 3, 0, NULL, 0, NULL, 0, NULL)); /* a misspelt -dim is better named than missed */
+    PetscCall(MPMOptionsDeclare(o, 3, 0, NULL, 0, NULL, 0, NULL)); /* so that a misspelt -dim is named, not missed */
   else
     PetscCall(MPMOptionsDeclare(o, core->grid.dim, scene->nmaterials, materials, scene->nbodies, bodies, scene->nloads,
                                 loads));
@@ -198,7 +196,8 @@ static PetscErrorCode ReadNames(MPMScene *scene, MPMCore *core, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads what is simulated. Faults are left in o. Collective on core->comm in that all processes read the same. */
+/* Reads what is simulated. The first fault is left in o. Collective on core->comm, since all processes have to read the
+   same options. */
 PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
   char      geometry[MPM_NAME_LEN], name[MPM_TEXT_LEN];
@@ -240,6 +239,7 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Frees what the scene has. Not collective. */
 PetscErrorCode MPMSceneDestroy(MPMScene *scene)
 {
   PetscFunctionBeginUser;

@@ -1,4 +1,5 @@
-/* scene.h - what is simulated: materials, bodies, walls, forces and known solutions, from the options. */
+/* scene.h - what is simulated: materials, bodies, walls, forces and known solutions. It is read from the options before
+   the first step; during a step only the body forces and loads are evaluated. */
 #ifndef MPM_SCENE_H
 #define MPM_SCENE_H
 
@@ -13,21 +14,22 @@ typedef struct {
   char          name[MPM_NAME_LEN];
   MPMRegion     region;
   PetscInt      material, kind, ppc[3]; /* rows of the scene's materials and kinds; particles per cell on each axis */
-  PetscReal     offset[3], b[3];        /* of its lattice of particles, and their spacing, m */
+  PetscReal     offset[3], b[3];        /* of the lattice of its particles: offset and spacing, m */
   MPMExpression velocity;               /* m/s, of x y z; NULL: at rest */
   PetscInt64    first, n;               /* ids first .. first+n-1 */
-  PetscInt64    row;                    /* its first row of lattice places, of those of all bodies */
+  PetscInt64    row;                    /* the number of its first row of lattice places among those of all bodies */
 } MPMBody;
 
-/* A load on the surface of a body: pressure against the deformed surface, or a traction per area at the start. */
+/* A load on the surface of a body: a pressure against the deformed surface, or a traction per area of the surface at
+   the start. */
 typedef struct {
   char          name[MPM_NAME_LEN];
   PetscInt      body, sides; /* row of the scene's bodies; bits of the sides that it acts on, as in field surface */
-  PetscBool     pressure;
-  MPMExpression value; /* Pa, of x y z X Y Z t */
+  PetscBool     pressure;    /* else it is a traction */
+  MPMExpression value;       /* Pa, of x y z X Y Z t */
 } MPMLoad;
 
-/* The solution of this scene that is known; see known.c. */
+/* The known solution of a scene; see known.c. */
 typedef struct _MPMKnown MPMKnown;
 
 typedef struct {
@@ -45,14 +47,15 @@ typedef struct {
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
   MPMKnown     *known;               /* or NULL */
   PetscBool     finest;              /* -reference_type finest: the last run of a study is the reference */
-  PetscBool     forced, keeps_start; /* are there body forces or loads; do particles carry their place at the start? */
+  PetscBool     forced, keeps_start; /* are there body forces or loads; do particles have field X? */
   PetscInt64    overlap;             /* particles that lie in an earlier body too */
   PetscInt64    on_line;             /* particles that start exactly on a line of the grid */
-  PetscInt64    rows, *share_first;  /* of lattice places; [shares] particles before each of as many equal shares */
-  PetscMPIInt   shares;
+  PetscInt64    rows, *share_first;  /* rows of lattice places; [shares] particles before each of these shares */
+  PetscMPIInt   shares;              /* of the rows, one for each process */
 } MPMScene;
 
-/* Reads grid, materials, bodies, walls, forces and known solution. Faults are left in o. Collective on core->comm. */
+/* Reads grid, materials, bodies, walls, forces and known solution; the first fault is left in o. Collective on
+   core->comm. The second function frees the scene; not collective. */
 PetscErrorCode MPMSceneSetFromOptions(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneDestroy(MPMScene *);
 
@@ -73,8 +76,7 @@ PetscBool      MPMKnownStart(const MPMScene *, PetscInt dim, const PetscReal X[]
 void           MPMKnownForce(const MPMScene *, PetscInt dim, const PetscReal X[], PetscReal t, PetscReal b[]);
 PetscErrorCode MPMKnownError(const MPMScene *, MPMCore *, PetscReal *error, PetscReal *size);
 
-/* --- Body forces and loads (forces.c): of the particles here for the time t, into field b. Not collective. ---------
-   */
+/* --- Body forces and loads (forces.c); not collective ------------------------------------------------------------- */
 
 PetscErrorCode MPMForcesSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
 PetscErrorCode MPMForcesUpdate(const MPMScene *, MPMCore *, PetscReal t);

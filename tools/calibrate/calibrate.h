@@ -1,14 +1,14 @@
 /* calibrate.h - what the files of the calibration share (calibrate.c says what it is).
 
    `scene` is the run that the options describe, with its phases but without particles. The functions that run it make
-   runs of their own, of the option database with a few values replaced. Each keeps the least of what it measures now and
-   has measured before, where 0 means never. */
+   runs of their own, of the option database with a few values replaced. Each keeps the least of what it measures now
+   and has measured before, where 0 means never. */
 #ifndef CALIBRATE_H
 #define CALIBRATE_H
 
 #include "run/mpm.h"
 
-/* --- Short runs of about so many particles, on each process alone (runs.c) ----------------------------------------- */
+/* --- Short runs of about so many particles, on each process alone (runs.c) --------------------------------------- */
 
 #define LEVELS (MPM_RATE_SIZES + 1)
 typedef struct {
@@ -28,7 +28,7 @@ PetscErrorCode MakeRun(MPI_Comm, MPM *);
 PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt nrepeats, ShortRuns *);
 void           FitRate(const MPMCore *, PetscInt timer, const ShortRuns[LEVELS], MPMRate *);
 
-/* --- Messages (messages.c) ----------------------------------------------------------------------------------------- */
+/* --- Messages (messages.c) --------------------------------------------------------------------------------------- */
 
 typedef struct {
   PetscReal one, longer; /* s a message of 8 B, and of 64 KiB */
@@ -41,7 +41,7 @@ void           FitMessages(PetscMPIInt size, const MessageTimes *, MPMModel *);
 PetscErrorCode TimeCopy(PetscReal *least);
 PetscErrorCode TimeKept(MPM scene, PetscReal *least);
 
-/* --- Migrations of about n particles a process (migration.c) ------------------------------------------------------- */
+/* --- Migrations of about n particles a process (migration.c) ----------------------------------------------------- */
 
 enum { SWARM, DIRECT, SWAP, WAYS }; /* the first two move no particle, the last moves some directly */
 typedef struct {
@@ -51,7 +51,7 @@ typedef struct {
 PetscErrorCode TimeMigration(MPM scene, PetscReal n, MigrationTimes *);
 void           FitMigration(PetscMPIInt size, const MigrationTimes *few, const MigrationTimes *many, MPMModel *);
 
-/* --- Whole steps (steps.c) ----------------------------------------------------------------------------------------- */
+/* --- Whole steps (steps.c) --------------------------------------------------------------------------------------- */
 
 /* Steps of about 600 particles on each process, or of as many more as have a cut, together, without their migrations.
    The model is asked between spans of the run. */
@@ -65,7 +65,7 @@ PetscErrorCode TimeTogether(MPM scene, TogetherTimes *);
 PetscErrorCode TimeItself(MPM scene, MPI_Comm, PetscReal *least);
 PetscErrorCode CheckItself(MPM scene, MPI_Comm, PetscReal least);
 
-/* --- The pool (pool.c) --------------------------------------------------------------------------------------------- */
+/* --- The pool (pool.c) ------------------------------------------------------------------------------------------- */
 
 /* A step of the pool: how long its master is busy at least, with how many jobs and bytes. */
 typedef struct {

@@ -1,64 +1,36 @@
-"""The performance model of src/model.c once more, in Python, for what `pebble -dry_run` does not print: full cubes on up to a
-million processes, more expensive materials, constants of another network. `agrees` compares it with the program.
+"""The performance model, as the program has it: constants, shares of a run, and what a program made of src/cost (predict.c) answers
+about them. Here is what the program has no words for: full boxes in given cuts, more expensive materials, another network.
 
 Symbols are those of docs/report.md, section 5. Times are in s, sizes in particles, nodes and bytes.
 """
 
-import copy
 import itertools
 import math
 import re
-from dataclasses import dataclass, field, replace
+import subprocess
+from dataclasses import astuple, dataclass, field, replace  # noqa: F401 (replace is for others)
 from typing import NamedTuple
-
-NODES = {"linear": 2, "gimp": 3, "bspline2": 3, "bspline3": 4}  # nodes of the stencil along an axis
-# The phases of a step have a name, a kind, fields in, fields out, and if they sum to nodes the sums (mass, momentum, force).
-PHASES = {
-    "usl": [
-        ("P2G", "to_nodes", "x cell v F", "", "mpf"),
-        ("ADVANCE", "nodes", "", "", ""),
-        ("G2P", "to_particles", "id x cell v F", "x cell v F", ""),
-    ],
-    "usf": [
-        ("P2G_MASS", "to_nodes", "x cell v", "", "mp"),
-        ("VELOCITY", "nodes", "", "", ""),
-        ("G2P_STRESS", "to_particles", "id x cell F", "F", ""),
-        ("P2G_FORCE", "to_nodes", "x cell F", "", "f"),
-        ("ADVANCE", "nodes", "", "", ""),
-        ("G2P_MOTION", "to_particles", "id x cell v", "x cell v", ""),
-    ],
-    "musl": [
-        ("P2G", "to_nodes", "x cell v F", "", "mpf"),
-        ("ADVANCE", "nodes", "", "", ""),
-        ("G2P_MOTION", "to_particles", "x cell v", "v dx", ""),
-        ("P2G_MOMENTUM", "to_nodes", "x cell v", "", "p"),
-        ("VELOCITY", "nodes", "", "", ""),
-        ("G2P_STRESS", "to_particles", "id x cell F dx", "x cell F", ""),
-    ],
-}
-TILE = {"linear": 2, "gimp": 4, "bspline2": 4, "bspline3": 4}  # cells of a tile on an axis
-
-
-def log2(processes):
-    return math.ceil(math.log2(processes)) if processes > 1 else 0
 
 
 @dataclass
 class Share:
-    """The share of one process: particles, nodes, ghost nodes as tiles send them, neighbours; the whole run's number of processes, and
-    of particles that change process in a step; particles of a row along the cuts here, and the probability that a row crosses a cut
-    of an axis."""
+    """The share of one process: particles, nodes, ghost nodes as tiles send them, neighbours; the whole run's number of processes;
+    axes that are cut; of the whole run the particles that change process in a step; particles of a row along the cuts here, and the
+    probability that a row crosses a cut of an axis."""
 
     particles: float
     nodes: float
     ghosts: float = 0
     neighbours: float = 0
     processes: int = 1
+    axes: int = 0
     crossing: float = 0
-    axes: int = 0  # axes that are cut
     row: float = 0
     waits: float = 0
-    received: float = None  # ghost nodes of the processes below whose sums come here; None: as many as its own
+    received: float = -1  # ghost nodes of the processes below whose sums come here; negative: as many as its own
+
+    def words(self):
+        return " ".join(f"{v:.17g}" for v in astuple(self))
 
 
 class Part(NamedTuple):
@@ -77,128 +49,127 @@ class Rate:
     size: tuple
     each: tuple
 
-    def seconds(self, n):
-        each = self.each[0]
-        for n0, n1, e0, e1 in zip(self.size, self.size[1:], self.each, self.each[1:]):
-            if n > n0:
-                each = e0 + min(1, math.log(n / n0) / math.log(n1 / n0)) * (e1 - e0)
-        return self.call + n * each
+
+class Phase(NamedTuple):
+    name: str
+    kind: str  # to_nodes, nodes, to_particles
+    forces: bool  # sums them
+    bytes: int  # of a particle, to a worker of the pool and back
+
+
+class Predictor:
+    """predict.c at work for the method of a scene: facts of the method, and answers for a model."""
+
+    def __init__(self, program, *options):
+        command = [program, *options, "-dry_run"]
+        self.run = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.known, self.phases = None, []
+        while (line := self.run.stdout.readline().split()) != ["ready"]:
+            if not line:
+                raise RuntimeError(f"{' '.join(command)} does not answer")
+            if line[0] == "phase":
+                self.phases.append(Phase(line[1], line[2], line[3] == "forces", int(line[4])))
+            elif line[0] == "method":
+                self.method = line[1]
+            else:
+                setattr(self, line[0], int(line[1]))  # dim, stencil, tile, travels
+
+    def close(self):
+        self.run.stdin.close()
+        self.run.stdout.close()
+        self.run.wait()
+
+    def ask(self, model, requests):
+        """The answers to some requests, each a line."""
+        state = model.lines() + f"direct {int(model.direct)}\n"
+        if state != self.known:
+            self.run.stdin.write("clear\n" + state)
+            self.known = state
+        answers = []
+        for k in range(0, len(requests), 64):  # more at once could fill the pipes in both directions
+            some = requests[k : k + 64]
+            self.run.stdin.write("".join(r + "\n" for r in some))
+            self.run.stdin.flush()
+            answers += [self.run.stdout.readline().strip() for _ in some]
+        if not all(answers):
+            raise RuntimeError(f"predict: no answer to {requests[answers.index('')]}")
+        return answers
+
+
+def named(answer):
+    return {name: float(value) for name, value in (word.split("=") for word in answer.split())}
 
 
 @dataclass
 class Model:
-    dim: int
-    basis: str
-    update: str
+    predictor: Predictor
     rates: dict = field(default_factory=dict)
     numbers: dict = field(default_factory=dict)
     direct: bool = True
     origin: str = ""
 
-    # ---- Sizes of messages
-    def bytes(self, fields):
-        size = {"id": 8, "x": 8 * self.dim, "v": 8 * self.dim, "F": 8 * self.dim**2, "dx": 8 * self.dim, "cell": 4}
-        return sum(size[f] for f in fields.split())
+    @property
+    def dim(self):
+        return self.predictor.dim
 
-    def sums(self, parts):
-        return sum({"m": 1, "p": self.dim, "f": self.dim}[p] for p in parts) + (3 - self.dim if parts == "mpf" else 0)
+    def lines(self):
+        """The constants as lines of a file."""
+        rates = (f"rate {k} {r.call:.17g} " + " ".join(f"{n:.17g} {e:.17g}" for n, e in zip(r.size, r.each)) for k, r in self.rates.items())
+        return "".join(line + "\n" for line in (*rates, *(f"{k} {v:.17g}" for k, v in self.numbers.items())))
 
-    def spread(self, power):
-        """How many tiles reach a node, over `power` axes."""
-        return (1 + (NODES[self.basis] - 1) / TILE[self.basis]) ** power
+    def ask(self, *request):
+        return self.predictor.ask(self, [" ".join(w if isinstance(w, str) else f"{w:.17g}" for w in request)])[0]
 
-    def ghosts(self, sides):
-        """Ghost nodes of a full box, [(own nodes, nodes above)] an axis, as its tiles send them: on an axis where it is above the
-        box a node is in the last tile alone, so at an edge or a corner fewer tiles reach it than at a side."""
-        one = self.spread(1)
-        return (math.prod(one * own + above for own, above in sides) - math.prod(one * own for own, _ in sides)) / one ** (self.dim - 1)
-
-    # ---- A step in spatial decomposition
+    # ---- What the program says
     def parts(self, s):
-        """Seconds of each part of a step."""
-        m, none = self.numbers, Rate(0, (1,), (0,))
-        t = {}
-        posts = m["exchange"] + s.neighbours * m["post"] if s.neighbours > 0 else 0
-        way = max(0, m["message"] - m["post"]) if s.neighbours > 0 else 0
-        for name, kind, _, _, sums in PHASES[self.update]:
-            rate = self.rates.get(name, none)
-            if kind == "to_nodes":
-                kept = s.ghosts if s.received is None else (s.ghosts + s.received) / 2
-                t[name] = rate.seconds(s.particles) + posts + kept * self.spread(self.dim - 1) * self.sums(sums) * 8 * m["kept"]
-            elif kind == "nodes":
-                t[name] = rate.seconds(s.nodes) + posts + way + s.ghosts * 2 * self.dim * 8 * (m["wire"] + m["copy"])
-            else:
-                t[name] = rate.seconds(s.particles)
-        for name in "SORT", "SETTLE":
-            t[name] = self.rates.get(name, none).seconds(s.particles)
-        way = {k: m[f"migration[{int(self.direct)}].{k}"] for k in ("call", "stage", "process", "particle", "leaver")}
-        chance = 1 - math.exp(-s.crossing) if s.processes > 1 else 0
-        stages = s.axes if self.direct else log2(s.processes)
-        t["MIGRATE"] = chance * (
-            way["call"] + way["stage"] * stages + way["particle"] * s.particles + way["process"] * s.processes
-        ) + way["leaver"] * s.row * s.waits
-        t["REDUCE"] = self.rates.get("REDUCE", none).call + log2(s.processes) * m["reduction"]
-        t["other"] = self.rates.get("other", none).seconds(s.particles)
-        return t
+        """Seconds of each part of a step in spatial decomposition: the phases first, then those that every step has, then others that
+        take time."""
+        found = named(self.ask("parts", s.words()))
+        first = dict.fromkeys([p.name for p in self.predictor.phases] + ["SORT", "SETTLE", "MIGRATE", "REDUCE", "other"])
+        return {name: found[name] for name in first} | {name: t for name, t in found.items() if name not in first and t > 0}
 
     def step(self, s):
-        return sum(self.parts(s).values())
+        return float(self.ask("step", s.words()))
 
-    # ---- A step in the pool
     def farmed(self, s, edge):
-        """Patches of edge^dim cells, and for each phase of the pool the bytes to and from the master."""
-        edge = math.ceil(edge / TILE[self.basis]) * TILE[self.basis]
-        chunks, wide, size = max(1, s.nodes / edge**self.dim), (edge + NODES[self.basis] - 1) ** self.dim, {}
-        for name, kind, fields, back, sums in PHASES[self.update]:
-            if kind == "to_nodes":
-                size[name] = s.particles * self.bytes(fields) + s.nodes * self.spread(self.dim) * 8 * self.sums(sums)
-            elif kind == "to_particles":
-                size[name] = s.particles * (self.bytes(fields) + self.bytes(back)) + chunks * wide * 8 * 2 * self.dim
-        return chunks, size
+        """Jobs of the pool in a step with patches of edge^dim cells, and for each phase the bytes to and from the master; s is the share
+        of a run on one process."""
+        size = named(self.ask("dealt", s.particles, s.nodes, edge))
+        return size.pop("jobs"), size
 
     def pool(self, s, edge):
         """Seconds of a step with processes - 1 workers and patches of edge^dim cells, and those for which the master is busy;
         s is the share of a run on one process."""
-        m, busy, total = self.numbers, 0.0, 0.0
-        alone = self.parts(replace(s, processes=1))
-        chunks, sizes = self.farmed(s, edge)
-        for name, size in sizes.items():
-            one = alone.pop(name)
-            master = chunks * (m["job"] + m["message"]) + size * (m["pool"] + m["wire"])
-            work = self.rates[name].seconds(s.particles) if name in self.rates else one
-            busy += master
-            total += max(master, (work + master) / min(s.processes - 1, chunks)) + (work + 2 * master) / chunks
-        rest = sum(alone.values())
-        return total + rest, busy + rest
+        return tuple(map(float, self.ask("master", s.particles, s.nodes, s.processes, edge).split()))
 
     def patch(self, s):
         """The edge of the patches with which the predicted step on 8 processes is shortest, as `-dry_run` looks for it."""
-        s, tile = replace(s, processes=8), TILE[self.basis]
-        return min(range(tile, 257, tile), key=lambda c: self.pool(s, c)[0])
+        return int(self.ask("edge", s.particles, s.nodes, 8))
 
-    # ---- Shares
     def cube(self, n, per_cell, processes, moved):
         """One of many full cubes of n particles each, the fastest of which moves by `moved` cells a step."""
-        reach, cells = NODES[self.basis] - 1, n / per_cell
-        side = cells ** (1 / self.dim)
-        s = Share(n, (side + reach) ** self.dim, processes=processes)
-        if processes > 1:
-            s.ghosts = self.ghosts([(side, reach)] * self.dim)
-            s.neighbours, s.axes = 2**self.dim - 1, self.dim
-            layer, rows, cuts = self.dim * cells / side, per_cell ** (1 / self.dim), processes ** (1 / self.dim) - 1
-            s.crossing = moved * processes * layer * per_cell
-            s.row, s.waits = layer * per_cell / rows, 1 - (1 - min(1, rows * moved)) ** cuts
-        return s
+        return Share(*map(float, self.ask("cube", n, per_cell, processes, moved).split()))
+
+    def least(self, per_cell, processes, moved, efficiency=0.9):
+        """The least number of particles a process at which full cubes keep this efficiency."""
+        return float(self.ask("least", per_cell, processes, moved, efficiency))
+
+    # ---- Shares of full boxes
+    def ghosts(self, sides):
+        """Ghost nodes of a full box, [(own nodes, nodes above)] an axis, as its tiles send them: on an axis where it is above the
+        box a node is in the last tile alone, so at an edge or a corner fewer tiles reach it than at a side."""
+        one = 1 + (self.predictor.stencil - 1) / self.predictor.tile  # tiles that reach a node, on an axis
+        return (math.prod(one * own + above for own, above in sides) - math.prod(one * own for own, _ in sides)) / one ** (self.dim - 1)
 
     def axis(self, cells, parts, up):
         """One axis of a full box between walls, cut into parts as even as tiles allow. Near walls a spline's stencil is moved
         onto the grid, so the first and the last cell of stencils have more particles. up: which way halves are rounded."""
-        reach = NODES[self.basis] - 1
+        reach = self.predictor.stencil - 1
         n = cells + 1 - reach
         load = [1.0] * n + [0.0] * reach
         load[0] += (cells - n) / 2
         load[n - 1] += (cells - n) / 2
-        tile = TILE[self.basis]
+        tile = self.predictor.tile
         edges = [tile * k for k in range((cells + 1) // tile)] + [cells + 1]
         cuts, total = [0], 0.0
         for a, b in zip(edges, edges[1:-1]):
@@ -214,32 +185,32 @@ class Model:
         for the better rounding of the cuts. crossing and waits are those of Share."""
         found = []
         for ups in itertools.product((False, True), repeat=len(cut)):
-            slowest, most = 0.0, 0.0
+            shares, most = [], 0.0
             for where in itertools.product(*(set(self.axis(c, p, up)) for c, p, up in zip(cells, cut, ups))):
                 own = math.prod(w.particles for w in where)
-                layer = (math.prod(w.particles + w.above for w in where) - own) / (NODES[self.basis] - 1)
-                above = 2 ** sum(w.above > 0 for w in where) - 1
-                s = Share(
-                    own * per_cell,
-                    math.prod(w.nodes for w in where),
-                    self.ghosts([(w.nodes, w.above) for w in where]),
-                    above,
-                    math.prod(cut),
-                    crossing,
-                    sum(p > 1 for p in cut),
-                    layer * per_cell ** (1 - 1 / self.dim),
-                    waits,
-                    self.ghosts([(w.nodes, w.below) for w in where]),
+                layer = (math.prod(w.particles + w.above for w in where) - own) / (self.predictor.stencil - 1)
+                shares.append(
+                    Share(
+                        particles=own * per_cell,
+                        nodes=math.prod(w.nodes for w in where),
+                        ghosts=self.ghosts([(w.nodes, w.above) for w in where]),
+                        neighbours=2 ** sum(w.above > 0 for w in where) - 1,
+                        processes=math.prod(cut),
+                        axes=sum(p > 1 for p in cut),
+                        crossing=crossing,
+                        row=layer * per_cell ** (1 - 1 / self.dim),
+                        waits=waits,
+                        received=self.ghosts([(w.nodes, w.below) for w in where]),
+                    )
                 )
-                slowest, most = max(slowest, self.step(s)), max(most, own)
-            found.append((slowest, most * math.prod(cut) / math.prod(cells)))
+                most = max(most, own)
+            steps = self.predictor.ask(self, [f"step {s.words()}" for s in shares])
+            found.append((max(map(float, steps)), most * math.prod(cut) / math.prod(cells)))
         return min(found)
 
     # ---- Other constants
     def with_(self, **numbers):
-        other = copy.deepcopy(self)
-        other.numbers.update(numbers)
-        return other
+        return replace(self, rates=dict(self.rates), numbers=self.numbers | numbers)
 
     def with_network(self, message, post, wire, reduction):
         """The same processor with another network; the part of migration that is messages changes with it, as in tools/calibrate. What an
@@ -259,49 +230,38 @@ class Model:
     def dearer(self, seconds):
         """The model with a law that takes so many seconds more for each particle and evaluation; it is evaluated once a step, in the sum
         of forces."""
-        other = copy.deepcopy(self)
-        name = next(p[0] for p in PHASES[self.update] if "f" in p[4])
+        other = self.with_()
+        name = next(p.name for p in self.predictor.phases if p.forces)
         r = other.rates[name]
         other.rates[name] = Rate(r.call, r.size, tuple(e + seconds for e in r.each))
         return other
 
 
-def load(path):
+def load(path, predictor):
     """Reads a model from a file that `make calibrate` wrote."""
     with open(path) as f:
         text = f.read()
-    method = re.search(r"^method (\d)-D:(\d+):\S*", text, re.M)
-    if not method:
-        raise ValueError(f"{path}: no line `method`")
-    bases = ["linear", "gimp", "bspline2", "bspline3"]
-    update = "usl" if ":G2P." in method[0] else "usf" if ":P2G_MASS." in method[0] else "musl"
-    model = Model(int(method[1]), bases[int(method[2])], update, origin=(re.search(r"^from (.*)", text, re.M) or ["", ""])[1])
-    number = r"([-+.\deE]+)"
+    method = re.search(r"^method (\S+)", text, re.M)
+    if not method or lanes(method[1], "") != lanes(predictor.method, ""):
+        raise ValueError(f"{path}: no constants of the method {predictor.method}")
+    model = Model(predictor, origin=(re.search(r"^from (.*)", text, re.M) or ["", ""])[1])
     for name, values in re.findall(r"^rate (\w+) (.*)", text, re.M):
         call, *pairs = map(float, values.split())
         model.rates[name] = Rate(call, tuple(pairs[::2]), tuple(pairs[1::2]))
-    for name, value in re.findall(rf"^([a-z]+(?:\[\d\]\.[a-z]+)?) {number}$", text, re.M):
+    for name, value in re.findall(r"^([a-z]+(?:\[\d\]\.[a-z]+)?) ([-+.\deE]+)$", text, re.M):
         model.numbers[name] = float(value)
     return model
 
 
-def save(model, path, like, lanes=None):
-    """Writes a calibration's file `like` with the rates and numbers of this model; with `lanes`, as if it were of so many lanes."""
-    with open(like) as f:
-        text = f.read()
+def lanes(method, number):
+    """The method with this number of lanes: the constants of a machine with vectors of another width are as good."""
+    return re.sub(r"^(\d-D:\d+:\d+:)\d+", rf"\g<1>{number}", method)
 
-    def rate(found):
-        r = model.rates.get(found[1], Rate(0, (1, 2, 3), (0, 0, 0)))
-        pairs = " ".join(f"{n:g} {each:.8g}" for n, each in zip(r.size, r.each))
-        return f"rate {found[1]} {r.call:.8g} {pairs}"
 
-    text = re.sub(r"^rate (\w+) .*", rate, text, flags=re.M)
-    if lanes:
-        text = re.sub(r"^(method \d-D:\d+:\d+:)\d+", rf"\g<1>{lanes}", text, flags=re.M)
-    for name, value in model.numbers.items():
-        text = re.sub(rf"^{re.escape(name)} .*$", f"{name} {value:.8g}", text, flags=re.M)
+def save(model, path):
+    """Writes the model to a file, for the program of this machine."""
     with open(path, "w") as f:
-        f.write(text)
+        f.write(f"method {model.predictor.method}\nfrom {model.origin}\n" + model.lines())
 
 
 # ---- What the program says
@@ -333,38 +293,3 @@ def parse(text):
         if m := re.match(r"model +constants (.*)", line):
             out["constants"] = m[1]
     return out
-
-
-def blocks(model, per_cell, processes, moved, efficiency=0.9):
-    """The least number of particles a process at which full cubes keep this efficiency."""
-    n = 64.0
-    while n < 1e9:
-        if model.step(model.cube(n, per_cell, 1, moved)) >= efficiency * model.step(
-            model.cube(n, per_cell, processes, moved)
-        ):
-            return n
-        n *= 1.02
-    return 0.0
-
-
-def agrees(model, said, cells, edge=16, tolerance=0.02):
-    """Compares this module with the program for a full box of cells; returns a list of sentences that say where they differ."""
-    nodes = math.prod(c + 1 for c in cells)
-    whole, wrong = Share(said["particles"], nodes), []
-
-    def hold(what, ours, theirs, allowed=tolerance):
-        if abs(ours - theirs) > allowed * abs(theirs):
-            wrong.append(f"{what}: {ours:.4g} here, {theirs:.4g} from the program")
-
-    hold("step on one process", model.step(whole), said["rows"][1]["spatial"])
-    for p, row in said["rows"].items():
-        if row["pool"]:
-            hold(f"step of the pool on {p}", model.pool(replace(whole, processes=p), edge)[0], row["pool"])
-    best = (model.pool(replace(whole, processes=8), c)[0] for c in (model.patch(whole), said["patch"]))
-    hold("step of the pool on 8 with the best patches", *best)
-    total, busy = model.pool(replace(whole, processes=8), edge)
-    hold("bound of the pool", model.step(whole) / busy, said["bound"], max(tolerance, 0.006 / said["bound"]))
-    moved = said["speed"] * said["dt"]  # cells of 1 m
-    for p, n in said["blocks"].items():
-        hold(f"particles for 0.9 on {p}", blocks(model, said["particles"] / nodes, p, moved), n, 0.04)
-    return wrong

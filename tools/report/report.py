@@ -235,6 +235,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pebble", default=os.path.join(ROOT, "pebble"), type=os.path.abspath)
     parser.add_argument("--calibrator", default=os.path.join(ROOT, "build", "mpicc", "calibrate"), type=os.path.abspath)
+    parser.add_argument("--predictor", default=os.path.join(ROOT, "build", "mpicc", "predict"), type=os.path.abspath)
     parser.add_argument("--mpiexec", default="mpiexec")
     parser.add_argument("--data", default=os.path.join(ROOT, "docs", "data"), help="folder of the CSV files")
     parser.add_argument("--out", default=os.path.join(ROOT, "docs"), help="where the report and its figures go")

@@ -454,7 +454,8 @@ class Tables(ClosedForm):
             edge = m.patch(s)
             busy, serial = m.pool(model.replace(s, processes=8), edge)[1], m.step(s)
             sizes, of_patch = m.farmed(s, edge)[1], m.numbers["job"] + m.numbers["message"]
-            ends = sum(m.rates[k].seconds(s.particles) + 2 * b * (m.numbers["pool"] + m.numbers["wire"]) for k, b in sizes.items())
+            alone = m.parts(s)
+            ends = sum(alone[k] + 2 * b * (m.numbers["pool"] + m.numbers["wire"]) for k, b in sizes.items())
             best = (s.nodes / math.sqrt(ends / len(sizes) / of_patch)) ** (1 / m.dim)
             lines.append(
                 [
@@ -575,7 +576,7 @@ class Tables(ClosedForm):
                         what,
                         e,
                         *(
-                            thousands(float(f"{model.blocks(m, 2 ** m.dim, p, self.moved(name), e):.2g}"))
+                            thousands(float(f"{m.least(2**m.dim, p, self.moved(name), e):.2g}"))
                             for p in (2, 32, 1024, 32768, 1000000)
                         ),
                     ]
@@ -586,7 +587,7 @@ class Tables(ClosedForm):
         lines = []
         for name, (_, what) in BOXES.items():
             m = self.closed(name)
-            measured = model.load(self.data.model(name)).numbers
+            measured = model.load(self.data.model(name), m.predictor).numbers
             for k in ("P2G", "ADVANCE", "G2P", "SORT"):
                 r = m.rates[k]
                 lines.append([what, k, f"{1e6 * r.call:.2g} µs", *(f"{1e9 * each:.2f} ns" for each in r.each)])
@@ -833,7 +834,7 @@ class Tables(ClosedForm):
 
     def least(self, name, efficiency=0.8, processes=1024):
         m = self.closed(name)
-        return thousands(float(f"{model.blocks(m, 2**m.dim, processes, self.moved(name), efficiency):.2g}"))
+        return thousands(float(f"{m.least(2**m.dim, processes, self.moved(name), efficiency):.2g}"))
 
     def number_least_2d(self):
         return self.least("box2d")
@@ -895,7 +896,7 @@ class Tables(ClosedForm):
     def travels(self, name):
         """Bytes of a particle's fields that the pool's master sends and receives in a step."""
         m = self.closed(name)
-        return str(sum(m.bytes(p[2]) + m.bytes(p[3]) for p in model.PHASES[m.update] if p[1] != "nodes"))
+        return str(sum(phase.bytes for phase in m.predictor.phases))
 
     def number_travels_2d(self):
         return self.travels("box2d")
