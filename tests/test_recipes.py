@@ -40,20 +40,15 @@ MPM_INLINE MPMReal rubber_energy(int dim, const MPMMaterial *m, const MPMParticl
          0.5 * m->lambda * (J - 1.0) * (J - 1.0);
 }
 
-/* A plane wave along n has rho0 c^2 = lambda J^2 + mu (1 + n.b n), a shear wave mu n.b n, which is at most the largest
-   row sum of b. */
+/* A plane wave along n has rho0 c^2 = lambda J^2 + mu (1 + n.b n), a shear wave mu n.b n; n.b n is below 1 and
+   twice the sum of |b - I|. */
 MPM_INLINE MPMReal rubber_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
   const MPMReal J = MPMDet(dim, s->F);
-  MPMReal       b[6], most = MPMAll(0);
+  MPMReal       b[6], most = MPMAll(1);
 
   MPMLeftCauchyGreen(dim, s->F, b);
-  for (int d = 0; d < dim; d++) {
-    MPMReal row = MPMAll(0);
-
-    for (int e = 0; e < dim; e++) row += MPMAbs(b[MPMSymIndex(d, e)]);
-    most = MPMMax(most, row);
-  }
+  for (int k = 0; k < 6; k++) most += 2.0 * MPMAbs(b[k] - MPMSymUnit(3, k));
   return (m->mu * most + MPMMax(MPMAll(0), m->mu + m->lambda * J * J)) / m->rho;
 }
 

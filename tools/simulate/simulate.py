@@ -112,8 +112,8 @@ def box(dim, basis, cells):
 
 
 def scene_file(name, more):
-    """A scene of options/ with other options behind it, for a finer grid."""
-    return (ROOT / f"options/{name}.opts").read_text() + "\n" + more
+    """A file that names a scene of options/ and overrides some of it, for a finer grid."""
+    return f"-options_file {ROOT}/options/{name}.opts\n" + more
 
 
 def near_cube(dim, parts):
