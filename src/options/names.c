@@ -6,7 +6,7 @@
 
 static const char faces[][MPM_NAME_LEN] = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
 
-/* Words of other programs for our names: a whole name, or its end after a "_". */
+/* Words of other programs for these names: a whole name, or its end after a "_". */
 static const char *const aliases[][2] = {
     {"youngs", "E"},
     {"young", "E"},

@@ -175,8 +175,8 @@ static void ParseList(MPMOptions o, const MPMOptionRow *row, const char full[], 
   }
 }
 
-/* Returns whether option `by` was given on the command line and `name` was not, so that it stands in a file. Then
-   `name` may have no effect; if both are given in one place, `name` is refused. Not collective. */
+/* Returns whether option `by` was given on the command line and `name` was not, so that `name` may only come from a
+   file. Then `name` may have no effect; otherwise it is refused. Not collective. */
 PetscBool MPMOptionsOverridden(const char name[], const char by[])
 {
   PetscBool has_name = PETSC_FALSE, has_by = PETSC_FALSE;

@@ -2,7 +2,8 @@
    states have the same bits (the digest, at the end of a run and in each snapshot). */
 #include "particles/particles.h"
 
-/* Permutes 64-bit words so that close words come far apart (splitmix64's finaliser, Steele, Lea and Flood 2014). */
+/* Permutes the 64-bit words; nearby words become unrelated ones (splitmix64's finaliser, Steele, Lea and Flood
+   2014). */
 static uint64_t Mix(uint64_t z)
 {
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;

@@ -1,5 +1,5 @@
 /* tiles.c - the tiles of a patch: which nodes each of them touches, which have particles, and whose sums are kept for
-   other processes. Geometry comes from the grid alone, so neighbours know each other's tiles without messages. */
+   other processes. Geometry depends on the grid alone, so processes need no messages about their neighbours' tiles. */
 #include "kernels/tile_index.h"
 #include "particles/box.h"
 
