@@ -7,6 +7,7 @@ import math
 import os
 import re
 import shutil
+import subprocess
 
 import check
 

@@ -279,7 +279,7 @@ static PetscErrorCode CheckTable(const MPMVocabulary *table)
 
     UnitContext("row %d of the vocabulary, %s", (int)k, row->name ? row->name : row->help);
     CHECK(row->help && row->help[0]);
-    if (!row->name || row->type == MPM_LATER) continue;
+    if (!row->name || row->type == MPM_LATER || row->type == MPM_MOVED) continue;
     CHECK(Row(table, row->name) == row); /* names are distinct */
     PetscCall(CheckDefault(table, row));
     if (row->type == MPM_REAL || row->type == MPM_INT || row->type == MPM_REALS || row->type == MPM_INTS)

@@ -8,7 +8,7 @@
 #define MPM_SUM_WORDS 68
 typedef struct {
   PetscInt64 word[MPM_SUM_WORDS];
-  PetscInt   pending; /* additions since MPMSumAdd or another function last carried */
+  PetscInt   pending; /* additions since words were last carried (Carry) */
 } MPMSum;
 
 void           MPMSumZero(MPMSum *);

@@ -121,8 +121,8 @@ MPM_INLINE MPMReal MPMFma(MPMReal a, MPMReal b, MPMReal c)
 #endif
 }
 
-/* A vector at any address. Its type is made of reals, so the compiler knows that writing one changes no data of another
-   type. */
+/* A vector at any address. Its type is made of reals, so the compiler may assume that writing one changes no data of
+   another type. */
 #if MPM_WIDTH == 1
 typedef PetscReal MPMRealAt;
 #else

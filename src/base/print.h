@@ -1,5 +1,4 @@
-/* print.h - how the program prints: through an MPMPrinter, which knows the processes and may be told to print
-   nothing. */
+/* print.h - how the program prints: through an MPMPrinter, which has the processes and a switch for silence. */
 #ifndef MPM_PRINT_H
 #define MPM_PRINT_H
 

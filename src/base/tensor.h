@@ -163,9 +163,9 @@ MPM_INLINE void MPMJacobi(MPMReal A[3][3], MPMReal V[3][3], int p, int q, int r,
 /* Computes eigenvalues [3], unsorted, and unit eigenvectors vectors[k][axis] of a symmetric tensor a [6], by Jacobi
    rotations. The error is a few units in the last place of the largest eigenvalue, and for a positive definite tensor
    of each one (Demmel and Veselic, SIAM J. Matrix Anal. Appl. 13 (1992) 1204). In 2-D one rotation is exact. In 3-D
-   sweeps of three rotations converge quadratically; at most 5 were needed in tests, and the loop allows 8. The squares
-   of components must neither vanish nor overflow. Only +, -, *, / and square roots are used, so the bits are the same
-   everywhere. Lanes that have converged are left unchanged until all have. */
+   rounds of three rotations converge quadratically; no tensor was seen to need more than 5, and the loop allows 8. The
+   squares of components must neither vanish nor overflow. Only +, -, *, / and square roots are used, so the bits are
+   the same everywhere. Lanes that have converged stay unchanged until all have. */
 MPM_INLINE void MPMEigen(int dim, const MPMReal a[6], MPMReal values[3], MPMReal vectors[3][3])
 {
   const PetscReal tiny    = 0x1p-112; /* an element whose relative square is this small changes no digit */

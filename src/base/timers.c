@@ -45,6 +45,7 @@ PetscErrorCode MPMTimersCreate(MPMTimers *t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Frees the times of the work. Not collective. */
 PetscErrorCode MPMTimersDestroy(MPMTimers *t)
 {
   PetscFunctionBeginUser;

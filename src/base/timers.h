@@ -71,7 +71,7 @@ void MPMWorkEnd(MPMTimers *, PetscInt timer, const char what[], PetscReal amount
 void MPMWorkPause(MPMTimers *);
 void MPMWorkResume(MPMTimers *);
 
-/* Begins a row for the work of a new step. one_row: all work of the run goes into one row, for processes of the pool,
+/* Begins a row for the work of a new step. one_row: all work of the run is added in one row, for processes of the pool,
    which take no part in whole steps. Not collective. */
 PetscErrorCode MPMWorkStep(MPMTimers *, PetscBool one_row);
 

@@ -56,8 +56,8 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
 }
 
 /* Computes new velocities v of a block from vn = sum phi v' and an = sum phi a (8), and displacements dx (9), which may
-   have the array of vn. r is, with xpic, the part of the old v that the grid did not take up, which is dropped; else
-   NULL. */
+   have the array of vn. r is, with xpic, the part of the old v that interpolation to nodes and back does not give,
+   which is dropped; else NULL. */
 MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMComponent *v, const MPMComponent *r,
                         const MPMComponent *vn, const MPMComponent *an, MPMComponent *dx, MPMReal *v2max)
 {

@@ -141,9 +141,9 @@ MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool kept, c
 
 /* Sums mass (1), momentum (2) and forces (4), (13) of particles for the nodes, for the tiles of one pass. The early
    pass makes the sums of early tiles, for which other processes wait. The late pass makes those of late tiles while
-   messages travel. Both leave these sums in t->sum. The main pass goes from row to row of tiles: it zeroes the sums of
-   the row's other tiles in scratch, adds their particles to them, and adds the sums of all tiles of the row, those of
-   t->sum too, to the nodes. Sums that are not among the parts get 0 added. */
+   messages are under way. Both leave these sums in t->sum. The main pass works on one row of tiles after the other: it
+   zeroes the sums of the row's other tiles in scratch, adds their particles to them, and adds the sums of all tiles of
+   the row, those of t->sum too, to the nodes. Sums that are not among the parts get 0 added. */
 MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts)
 {
   const int          forces = parts & MPM_P2G_FORCE ? 1 : 0, affine = parts & MPM_AFFINE ? 1 : 0;

@@ -62,7 +62,7 @@ typedef struct {
      MPM_PASS_EARLY  tiles whose sums another process needs, or which a periodic face needs before the main pass; in
                      the pool, all tiles
      MPM_PASS_LATE   where sums of other processes are added first, other tiles of the first rows: their sums are made
-                     while those messages travel
+                     while those messages are under way
      MPM_PASS_MAIN   all other tiles; afterwards the sums of all tiles are added to the nodes
    The sums of early and late tiles are kept until the main pass. */
 typedef enum { MPM_PASS_MAIN, MPM_PASS_EARLY, MPM_PASS_LATE, MPM_NUM_PASSES } MPMPass;

@@ -1,16 +1,17 @@
-/* expression.c - values as expressions of coordinates, time, pi and the usual functions, by muParser (its C interface);
-   the components are separated by commas.                                                                            */
+/* expression.c - option values that are expressions of coordinates, time, pi and the usual functions, through the C
+   interface of muParser. Components are separated by commas. Formulas of a scene are read at the start and evaluated in
+   steps. */
 #include <muParserDLL.h>
 #include "options/reader.h"
 
-static const char letters[] = "xyzXYZt"; /* where a particle is, where it started, time */
+static const char letters[] = "xyzXYZt"; /* position x, position at the start X, time */
 
 struct _MPMExpression {
   muParserHandle_t parser;
   PetscReal        var[sizeof letters - 1];
 };
 
-/* muParser ends most of its messages, but not all, with a position that it counts from 0. Cuts it off. */
+/* Cuts off the position, counted from 0, with which muParser ends most of its messages. */
 static void CutPosition(char message[])
 {
   static const char *const ends[] = {" found at position ", " at expression position ", " at position "};
@@ -22,8 +23,8 @@ static void CutPosition(char message[])
   }
 }
 
-/* Parses text, in which the letters in `variables` may stand. A fault is described in error, else error is "" and n is
-   the number of components. Not collective.                                                                          */
+/* Parses text, which may use the letters in `variables`. error [len] gets a description of a fault, or "" if there is
+   none; *n is the number of components. The caller destroys *e. Not collective. */
 PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MPMExpression *e, PetscInt *n,
                                    char error[], size_t len)
 {
@@ -39,7 +40,7 @@ PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MP
     const char       name[2] = {*v, 0};
     PetscReal *const at      = &(*e)->var[strchr(letters, *v) - letters];
 
-    *at = 0.5; /* any value: the first evaluation only checks the syntax */
+    *at = 0.5; /* any value will do: the first evaluation only checks the syntax */
     mupDefineVar((*e)->parser, name, at);
   }
   mupDefineConst((*e)->parser, "pi", PETSC_PI);
@@ -56,7 +57,7 @@ PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MP
                    at >= 0 && at <= (PetscInt)strlen(text) ? at + 1 : (PetscInt)strlen(text) + 1);
     mupErrorReset((*e)->parser);
   }
-  for (const char *q = strchr(text, '='); q && !error[0]; q = strchr(q + 1, '=')) /* muParser assigns to variables */
+  for (const char *q = strchr(text, '='); q && !error[0]; q = strchr(q + 1, '=')) /* muParser would assign */
     if (q[1] == '=')
       q++;
     else if (q == text || !strchr("<>!", q[-1]))
@@ -64,8 +65,8 @@ PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MP
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The components at position x [dim] in m and time t in s, of a particle that started at X [dim], or NULL where no X
-   may stand. Not collective. */
+/* Computes the components at position x [dim] in m and time t in s, for a particle that started at X [dim] in m; X may
+   be NULL if the expression has none. value has a place for each component. Not collective. */
 PetscErrorCode MPMExpressionEvaluate(MPMExpression e, PetscInt dim, const PetscReal x[], const PetscReal X[],
                                      PetscReal t, PetscReal value[])
 {
@@ -84,6 +85,7 @@ PetscErrorCode MPMExpressionEvaluate(MPMExpression e, PetscInt dim, const PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Frees an expression, or does nothing if it is NULL. Not collective. */
 PetscErrorCode MPMExpressionDestroy(MPMExpression *e)
 {
   PetscFunctionBeginUser;
@@ -93,7 +95,8 @@ PetscErrorCode MPMExpressionDestroy(MPMExpression *e)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads an option whose value is an expression of these variables with nc components; *e stays NULL if not given. */
+/* Reads an option whose value is an expression of these variables with nc components; *e stays as it is if the option
+   is not given. Not collective. */
 PetscErrorCode MPMOptionsExpression(MPMOptions o, const char row[], const char name[], const char variables[],
                                     PetscInt nc, MPMExpression *e)
 {

@@ -1,4 +1,5 @@
-/* expression.h - expressions of coordinates and time, one a component, by muParser. */
+/* expression.h - expressions of coordinates and time, with one or more components, by muParser. The functions are
+   described in expression.c. */
 #ifndef MPM_EXPRESSION_H
 #define MPM_EXPRESSION_H
 

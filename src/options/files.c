@@ -1,31 +1,31 @@
-/* files.c - options files before PETSc reads them: what it would pass over in silence, or answer without the name of the
-   file or the way out. What it answers as well in one line that names the file is left to it. Nothing here may call
-   PETSc, which has not started. */
+/* files.c - checks options files before PETSc reads them, for faults that PETSc would ignore or would report without
+   the name of the file or a remedy. Faults that PETSc reports well, in one line with the file, are left to it. Nothing
+   here may call PETSc, which has not been started. */
 #include <ctype.h>
 #include <errno.h>
 #include <strings.h>
 #include <sys/stat.h>
 #include "options/reader.h"
 
-#define DEEPEST 20 /* files in files, and prefixes in prefixes: PETSc takes 25 */
+#define DEEPEST 20 /* nesting of files and of prefixes; PETSc allows 25 */
 
-/* A name of a file with its value, as text, where it was first given. */
+/* A name that a file gives, with its value as text and the line where it was first given. */
 typedef struct {
   char *name, *value;
   int   line;
 } Given;
 
-/* A file at line `line`: the prefixes that are pushed, where each was pushed, and the names so far. */
+/* A file that is read up to line `line`: the prefixes in force, where each was pushed, and the names so far. */
 typedef struct {
   const char *path;
   int         line, depth, pushed[DEEPEST];
-  size_t      length[DEEPEST]; /* of the prefix before each push */
+  size_t      length[DEEPEST]; /* length of the prefix before each push */
   char        prefix[DEEPEST * MPM_NAME_LEN];
   Given      *given;
   size_t      n;
 } File;
 
-/* The files that were checked, and the last one of YAML, which PETSc reads last. */
+/* The files that were checked, and the last YAML file, which PETSc reads last. */
 static struct {
   dev_t device;
   ino_t number;
@@ -33,6 +33,7 @@ static struct {
 static size_t nseen;
 const char   *MPMOptionsYaml;
 
+/* Returns whether PETSc takes a word for an option: - and a letter. -1 and -inf are values. */
 PetscBool MPMOptionsIsOption(const char word[])
 {
   char *end;
@@ -44,8 +45,8 @@ PetscBool MPMOptionsIsOption(const char word[])
   return end == word || *end == '_' || isalnum((unsigned char)*end) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Cuts a line into at most 3 words, as PETSc does: blanks separate, "..." joins, # starts a comment even in quotes.
-   Returns what is wrong, or NULL. */
+/* Splits a line into at most 3 words as PETSc does: blanks separate words, "..." joins them, # starts a comment even in
+   quotes. Returns what is wrong, or NULL. */
 static const char *Split(char *line, char *word[3], int *n)
 {
   *n                       = 0;
@@ -70,7 +71,7 @@ static const char *Split(char *line, char *word[3], int *n)
   return NULL;
 }
 
-/* Takes the prefix of -prefix_push or gives one back. Returns what is wrong, or NULL. */
+/* Adds the prefix of -prefix_push, or removes the last one for -prefix_pop. Returns what is wrong, or NULL. */
 static const char *Prefix(File *f, PetscBool push, const char value[])
 {
   if (push) {
@@ -88,7 +89,7 @@ static const char *Prefix(File *f, PetscBool push, const char value[])
   return NULL;
 }
 
-/* Notes a name and its value. A value that contradicts an earlier one of this file goes to error. */
+/* Notes a name and its value. If an earlier value of this file contradicts it, error says so. */
 static void Note(File *f, const char name[], const char value[], char error[], size_t len)
 {
   char   full[DEEPEST * MPM_NAME_LEN + MPM_TEXT_LEN];
@@ -110,7 +111,7 @@ static void Note(File *f, const char name[], const char value[], char error[], s
   f->given[f->n++] = (Given){strdup(full), strdup(value), f->line};
 }
 
-/* One line of an options file, which is `length` characters long. */
+/* Checks one line of an options file, which is `length` characters long. */
 static void CheckLine(File *f, char *line, size_t length, int nesting, char error[], size_t len)
 {
   char       *word[3];
@@ -120,7 +121,7 @@ static void CheckLine(File *f, char *line, size_t length, int nesting, char erro
   if (!fault && f->line == 1 && !strncmp(line, "\xef\xbb\xbf", 3))
     fault = "starts with a byte-order mark; save it without";
   if (!fault) fault = Split(line, word, &n);
-  if (!fault && (!n || !MPMOptionsIsOption(word[0]))) return; /* nothing, or what PETSc refuses with the line */
+  if (!fault && (!n || !MPMOptionsIsOption(word[0]))) return; /* empty, or a fault that PETSc reports with the line */
   value = n > 1 ? word[1] : "";
   if (fault)
     ;
@@ -141,6 +142,7 @@ static void CheckLine(File *f, char *line, size_t length, int nesting, char erro
   if (fault) (void)snprintf(error, len, "%s:%d: %s", f->path, f->line, fault);
 }
 
+/* Checks all lines of an open file, up to the first fault. */
 static void CheckLines(FILE *file, const char path[], PetscBool yaml, int nesting, char error[], size_t len)
 {
   File   *f    = calloc(1, sizeof *f);
@@ -154,7 +156,7 @@ static void CheckLines(FILE *file, const char path[], PetscBool yaml, int nestin
     f->line++;
     if (!yaml)
       CheckLine(f, line, (size_t)length, nesting, error, len);
-    else if ((size_t)length != strlen(line)) /* YAML is PETSc's to parse, all but the faults that are met most */
+    else if ((size_t)length != strlen(line)) /* PETSc parses YAML; only frequent faults are found here */
       (void)snprintf(error, len, "%s:%d: not a text file", path, f->line);
     else if (line[strspn(line, " ")] == '\t')
       (void)snprintf(error, len, "%s:%d: YAML is indented with blanks, not tabs", path, f->line);
@@ -170,7 +172,7 @@ static void CheckLines(FILE *file, const char path[], PetscBool yaml, int nestin
   free(line);
 }
 
-/* Is it YAML by its name, as PETSc sees it? A suffix ":yaml" is cut off. */
+/* Returns whether PETSc takes a file for YAML by its name. A suffix ":yaml" is cut off. */
 static PetscBool IsYamlByName(char path[])
 {
   static const char *const ends[] = {":yaml", ".yaml", ".yml", ".json"};
@@ -185,7 +187,7 @@ static PetscBool IsYamlByName(char path[])
   return PETSC_FALSE;
 }
 
-/* Is it YAML by its start? */
+/* Returns whether a file is YAML by its first characters. */
 static PetscBool IsYamlByStart(FILE *f)
 {
   char start[8] = "";
@@ -206,6 +208,8 @@ static void NoteFile(const struct stat *status)
   seen[nseen++].number = status->st_ino;
 }
 
+/* Checks an options file, and the files that it names. error [len] gets the first fault. nesting is the number of files
+   around it. */
 void MPMOptionsCheckFile(const char name[], int nesting, char error[], size_t len)
 {
   struct stat status;
@@ -213,12 +217,12 @@ void MPMOptionsCheckFile(const char name[], int nesting, char error[], size_t le
   FILE       *f;
   PetscBool   yaml;
 
-  if (strlen(name) >= sizeof path) return; /* PETSc says that it cannot open it */
+  if (strlen(name) >= sizeof path) return; /* PETSc reports that it cannot open it */
   (void)snprintf(path, sizeof path, "%s", name);
   yaml = IsYamlByName(path);
   if (nesting > DEEPEST)
     (void)snprintf(error, len, "%s: options files nest too deeply", path);
-  else if (!stat(path, &status) && !S_ISREG(status.st_mode)) /* before it is opened: a pipe would wait */
+  else if (!stat(path, &status) && !S_ISREG(status.st_mode)) /* checked before it is opened, since a pipe would block */
     (void)snprintf(error, len, "%s: a folder or a device, not an options file", path);
   else if (!(f = fopen(path, "r")))
     (void)snprintf(error, len, "%s: %s", path, strerror(errno));
@@ -231,6 +235,7 @@ void MPMOptionsCheckFile(const char name[], int nesting, char error[], size_t le
   }
 }
 
+/* Returns whether a path is one of the options files that were checked, whatever its spelling. Not collective. */
 PetscBool MPMOptionsAreIn(const char path[])
 {
   struct stat status;

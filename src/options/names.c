@@ -1,12 +1,12 @@
-/* names.c - which names are legal: the table of the vocabulary, the names that the scene declares, and the legal
-   name that is nearest to one that is not. */
+/* names.c - which names of options are legal: those of the vocabulary, with the names that the scene declares; and
+   which legal name is closest to one that is not. */
 #include <ctype.h>
 #include <strings.h>
 #include "options/reader.h"
 
 static const char faces[][MPM_NAME_LEN] = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
 
-/* Words that other programs use for ours: a whole name, or its end after a "_". */
+/* Words of other programs for these names: a whole name, or its end after a "_". */
 static const char *const aliases[][2] = {
     {"youngs", "E"},
     {"young", "E"},
@@ -45,16 +45,16 @@ static const char *const aliases[][2] = {
     {"g", "gravity"},
 };
 
-/* What PETSc reads by itself when it starts or ends, or once there are DMs, and reads late, so that it still counts as
-   unused when we look. Its options that would cut or number the grid in another way (-da_processors_x, -dm_vec_type, ...)
-   are not among these, so that they are refused before there is a DM. */
+/* Options that PETSc reads by itself at its start or end, or for its DMs. Some are read late, so PETSc still counts them
+   as unused when the names are checked. Options that would cut or number the grid in another way (-da_processors_x,
+   -dm_vec_type, ...) are not among these, so that they are refused before there is a DM. */
 static const char *const petsc[] = {"citations",    "get_total_flops", "log_all",           "log_view",
                                     "malloc_dump",  "malloc_view",     "memory_view",       "mpidump",
                                     "objects_dump", "options_left",    "options_view",      "skip_petscrc",
                                     "malloc_test",  "malloc_debug",    "no_signal_handler", "dm_view"};
 #define NUM(a) (sizeof a / sizeof a[0])
 
-/* The names that may stand in the place of <.> in this row, and how many. */
+/* Finds the names that may take the place of <.> in this row; returns how many there are. */
 static PetscInt Words(MPMOptions o, const MPMOptionRow *row, const char (**words)[MPM_NAME_LEN])
 {
   const char *open = strchr(row->name, '<');
@@ -67,7 +67,7 @@ static PetscInt Words(MPMOptions o, const MPMOptionRow *row, const char (**words
   return open[1] == 'm' ? o->nm : open[1] == 'b' ? o->nb : open[1] == 'l' ? o->nl : open[1] == 'f' ? 2 * o->dim : 0;
 }
 
-/* Is `given` an instance of this row in the scene as declared so far? */
+/* Returns whether `given` is this row's name, with a name that the scene has declared so far in the place of <.>. */
 static PetscBool Matches(MPMOptions o, const MPMOptionRow *row, const char given[])
 {
   const char(*words)[MPM_NAME_LEN];
@@ -81,9 +81,10 @@ static PetscBool Matches(MPMOptions o, const MPMOptionRow *row, const char given
     MPMOptionsFullName(row->name, words[k], full);
     if (!strcasecmp(full, given)) return PETSC_TRUE;
   }
-  return strchr("mblf", open[1]) ? PETSC_FALSE : PETSC_TRUE; /* probes: anything after the first word */
+  return strchr("mblf", open[1]) ? PETSC_FALSE : PETSC_TRUE; /* probes: anything after the first word is legal */
 }
 
+/* Returns the row of an option name, or NULL. */
 static const MPMOptionRow *Find(MPMOptions o, const char given[])
 {
   for (size_t r = 0; r < o->table->n; r++)
@@ -91,9 +92,9 @@ static const MPMOptionRow *Find(MPMOptions o, const char given[])
   return NULL;
 }
 
-/* --- The nearest name ----------------------------------------------------------------------------------------- */
+/* --- The closest name --------------------------------------------------------------------------------------------- */
 
-/* Edits (insert, delete, replace, swap neighbours) between two words, without regard to case. */
+/* Returns the number of edits (insert, delete, replace, swap neighbours) between two words, without regard to case. */
 static int Distance(const char a[], const char b[])
 {
   int       d[3][MPM_FULL_LEN + 1];
@@ -116,7 +117,7 @@ static int Distance(const char a[], const char b[])
   return d[na % 3][nb];
 }
 
-/* Does `name` end with _`tail`? */
+/* Returns whether `name` ends with _ and `tail`. */
 static PetscBool EndsWith(const char name[], const char tail[])
 {
   const size_t n = strlen(name), nt = strlen(tail);
@@ -124,16 +125,17 @@ static PetscBool EndsWith(const char name[], const char tail[])
   return n > nt && name[n - nt - 1] == '_' && !strcasecmp(name + n - nt, tail) ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Makes `candidate` the closest name if it is closer to `given` than those before. */
 static void Consider(const char given[], const char candidate[], int *best, char nearest[MPM_FULL_LEN])
 {
-  const int d = EndsWith(candidate, given) ? 1 : Distance(given, candidate); /* "basis" is near to method_basis */
+  const int d = EndsWith(candidate, given) ? 1 : Distance(given, candidate); /* "basis" is close to method_basis */
 
   if (d >= *best) return;
   *best = d;
   (void)snprintf(nearest, MPM_FULL_LEN, "%s", candidate);
 }
 
-/* The legal name that `given` is another program's word for. */
+/* Finds the legal name for which `given` is another program's word; returns false if there is none. */
 static PetscBool FromAlias(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN])
 {
   for (size_t k = 0; k < NUM(aliases); k++) {
@@ -149,7 +151,7 @@ static PetscBool FromAlias(MPMOptions o, const char given[], char nearest[MPM_FU
   return PETSC_FALSE;
 }
 
-/* The legal name nearest to `given`, or "" if none is near. */
+/* Finds the legal name that is closest to `given`, or "" if none is close. */
 static void Nearest(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN])
 {
   int best = 1 + PetscMax(2, (int)strlen(given) / 4);
@@ -172,8 +174,9 @@ static void Nearest(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN]
   for (size_t k = 0; k < NUM(petsc); k++) Consider(given, petsc[k], &best, nearest);
 }
 
-/* --- The names that were given -------------------------------------------------------------------------------- */
+/* --- The names that were given ------------------------------------------------------------------------------------ */
 
+/* Returns whether PETSc reads this option by itself. */
 static PetscBool IsPetscs(const char given[])
 {
   for (size_t k = 0; k < NUM(petsc); k++)
@@ -181,9 +184,8 @@ static PetscBool IsPetscs(const char given[])
   return PETSC_FALSE;
 }
 
-/* If `given` would be legal with another name in the place of <m>, <b>, <l> or <f>: that name, and what should declare
- *
- it. */
+/* Returns whether `given` would be legal with another name in the place of <m>, <b>, <l> or <f>; name is that name, and
+   *list says what should declare it. */
 static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NAME_LEN], const char **list)
 {
   for (size_t r = 0; r < o->table->n; r++) {
@@ -204,8 +206,8 @@ static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NA
   return PETSC_FALSE;
 }
 
-/* What is refused before the name `given` of a material, body, face or load: a value of its model, shape or type that is
-   none, for which the name may have been meant. */
+/* Checks the models, shapes and types of the material, body, face or load that `given` names. A wrong one is reported
+   before `given`, which may be an option of the right one. */
 static PetscErrorCode CheckChoices(MPMOptions o, const char given[])
 {
   PetscFunctionBeginUser;
@@ -252,7 +254,7 @@ static void Refuse(MPMOptions o, const char given[])
   MPMOptionsFail(o, "-%.*s is not an option of this scene%s%s", MPM_FULL_LEN, given, why, hint);
 }
 
-/* Two names may make the same option: body "x" with _inner_radius, body "x_inner" with _radius. */
+/* Refuses two names that make the same option: body "x" with _inner_radius, and body "x_inner" with _radius. */
 static void RefuseTwins(MPMOptions o, char kind, const char x[], const char y[])
 {
   char full[MPM_FULL_LEN], other[MPM_FULL_LEN];
@@ -268,6 +270,7 @@ static void RefuseTwins(MPMOptions o, char kind, const char x[], const char y[])
   }
 }
 
+/* Refuses pairs of the n names that may make the same option. */
 static void RefuseAmbiguous(MPMOptions o, char kind, PetscInt n, char (*names)[MPM_NAME_LEN])
 {
   for (PetscInt x = 0; x < n; x++)
@@ -278,9 +281,10 @@ static void RefuseAmbiguous(MPMOptions o, char kind, PetscInt n, char (*names)[M
     }
 }
 
-/* Takes the names that the scene declares, then refuses every given option that is not in the vocabulary or not built.
-   After a fault in the declarations themselves (nm = nb = 0) options of materials, bodies and faces pass, and a name
-   that is not legal explains more than the fault, e.g. -matrials soft than "-materials is required". */
+/* Takes the names that the scene declares, then refuses every given option that is not in the vocabulary or not built
+   yet. If the declarations themselves had a fault (nm = nb = 0), options of materials, bodies, loads and faces pass.
+   Another name that is not legal is then reported instead, as it explains more: -matrials soft, rather than "-materials
+   is required". Not collective. */
 PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (*materials)[MPM_NAME_LEN], PetscInt nb,
                                  char (*bodies)[MPM_NAME_LEN], PetscInt nl, char (*loads)[MPM_NAME_LEN])
 {
@@ -319,12 +323,12 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
   RefuseAmbiguous(o, 'm', nm, materials);
   RefuseAmbiguous(o, 'b', nb, bodies);
   RefuseAmbiguous(o, 'l', nl, loads);
-  o->materials = o->bodies = o->loads = NULL; /* the caller's */
+  o->materials = o->bodies = o->loads = NULL; /* the caller owns them */
   o->nm = o->nb = o->nl = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses options that were given, are in the vocabulary, but that nothing in this scene asked for. */
+/* Refuses options of the vocabulary that were given but that nothing in this scene asked for. Not collective. */
 PetscErrorCode MPMOptionsFinish(MPMOptions o)
 {
   PetscInt n;

@@ -1,15 +1,15 @@
-/* options.c - the strict reader of the option database.
+/* options.c - the strict reader of the option database, at the start of a run.
 
-   PETSc takes misspelt names in silence, accepts nan, and reads "20.5" as 20; a user loses a day that way. Here the
-   vocabulary is a table (run/options.def): a name that is not in it (names.c), a value of the wrong type, length or
-   range, and an option that cannot matter are answered with one line before any time is spent. The first error sticks
-   and later reads do nothing, so callers check once, at the end (MPMOptionsError).                                   */
+   PETSc ignores misspelt names, accepts nan, and reads "20.5" as 20, which can cost a user a day of wrong results. Here
+   the vocabulary is a table (run/options.def). A name that is not in it (names.c), a value of the wrong type, length or
+   range, and an option that has no effect are each answered with one line before any time is spent. The first error is
+   kept and later reads do nothing, so callers check once, at the end (MPMOptionsError). */
 #include <ctype.h>
 #include <stdarg.h>
 #include <strings.h>
 #include "options/reader.h"
 
-/* Notes the first error: one line, whatever the values in it hold. */
+/* Notes an error unless there is one already, as one line, whatever the values in it contain. Not collective. */
 void MPMOptionsFail(MPMOptions o, const char format[], ...)
 {
   va_list args;
@@ -22,12 +22,13 @@ void MPMOptionsFail(MPMOptions o, const char format[], ...)
     if (iscntrl((unsigned char)*c)) *c = '?';
 }
 
+/* Returns the first error, or NULL if there is none. Not collective. */
 const char *MPMOptionsError(MPMOptions o)
 {
   return o->error[0] ? o->error : NULL;
 }
 
-/* A fault that some processes have noted becomes that of all: the one of the lowest. Collective on comm. */
+/* Gives an error that some processes have noted to all: that of the lowest rank. Collective on comm. */
 PetscErrorCode MPMOptionsShare(MPMOptions o, MPI_Comm comm)
 {
   PetscMPIInt rank, size, from;
@@ -41,6 +42,7 @@ PetscErrorCode MPMOptionsShare(MPMOptions o, MPI_Comm comm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Creates a reader for the options of a vocabulary, which must stay valid. Not collective. */
 PetscErrorCode MPMOptionsCreate(const MPMVocabulary *table, MPMOptions *o)
 {
   PetscFunctionBeginUser;
@@ -49,6 +51,7 @@ PetscErrorCode MPMOptionsCreate(const MPMVocabulary *table, MPMOptions *o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Frees a reader, or does nothing if it is NULL. Not collective. */
 PetscErrorCode MPMOptionsDestroy(MPMOptions *o)
 {
   PetscFunctionBeginUser;
@@ -58,9 +61,9 @@ PetscErrorCode MPMOptionsDestroy(MPMOptions *o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- Values --------------------------------------------------------------------------------------------------- */
+/* --- Values ------------------------------------------------------------------------------------------------------- */
 
-/* Notes that an option of this name was asked for. */
+/* Notes that the program asked for an option of this name. */
 static PetscErrorCode NoteAsked(MPMOptions o, const char full[])
 {
   PetscFunctionBeginUser;
@@ -77,7 +80,8 @@ static PetscErrorCode NoteAsked(MPMOptions o, const char full[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Looks an option up: its row, full name and text. found: was it given? Required options that are not fail. */
+/* Finds an option's row, full name and text. *found tells whether it was given without a fault; a required option that
+   was not given is an error. */
 static PetscErrorCode Lookup(MPMOptions o, const char rowname[], const char name[], const MPMOptionRow **row,
                              char full[MPM_FULL_LEN], char text[MPM_TEXT_LEN], PetscBool *found)
 {
@@ -102,7 +106,7 @@ static PetscErrorCode Lookup(MPMOptions o, const char rowname[], const char name
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The last word of a row's name, for messages: nu of material_<m>_nu, the whole of time_end. */
+/* Returns the last word of a row's name, for messages: nu of material_<m>_nu, all of time_end. */
 static const char *ShortName(const MPMOptionRow *row)
 {
   const char *close = strchr(row->name, '>');
@@ -128,7 +132,7 @@ static void CheckRange(MPMOptions o, const MPMOptionRow *row, const char full[],
     MPMOptionsFail(o, "-%s %.100s is outside the allowed range %s%s%s", full, text, low, ShortName(row), high);
 }
 
-/* Reads one number strictly, from `word`, which is `text` or an item of the list in it. */
+/* Returns one number, which is all of `word`: that is `text`, or an item of the list in it. */
 static PetscReal ParseNumber(MPMOptions o, const MPMOptionRow *row, const char full[], const char text[],
                              const char word[], PetscBool whole)
 {
@@ -150,7 +154,7 @@ static PetscReal ParseNumber(MPMOptions o, const MPMOptionRow *row, const char f
   return o->error[0] ? 0 : value;
 }
 
-/* A number for each axis. */
+/* Reads a list of dim numbers, one for each axis. */
 static void ParseList(MPMOptions o, const MPMOptionRow *row, const char full[], const char text[], PetscBool whole,
                       PetscReal value[3])
 {
@@ -171,8 +175,8 @@ static void ParseList(MPMOptions o, const MPMOptionRow *row, const char full[], 
   }
 }
 
-/* Was option `by` given on the command line, over a scene whose file gives `name`? Then `name` may be left without
-   effect; given side by side it is refused. */
+/* Returns whether option `by` was given on the command line and `name` was not, so that `name` may only come from a
+   file. Then `name` may have no effect; otherwise it is refused. Not collective. */
 PetscBool MPMOptionsOverridden(const char name[], const char by[])
 {
   PetscBool has_name = PETSC_FALSE, has_by = PETSC_FALSE;
@@ -188,7 +192,7 @@ PetscBool MPMOptionsOverridden(const char name[], const char by[])
   return has_by && !has_name ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Is the default of the row a number, or only described? */
+/* Returns whether the default of the row is a number, and not a description. */
 static PetscBool DefaultNumber(const MPMOptionRow *row, PetscReal *value)
 {
   char *end;
@@ -197,6 +201,7 @@ static PetscBool DefaultNumber(const MPMOptionRow *row, PetscReal *value)
   return end != row->fallback && !*end ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Reads a real number in the unit of the row. This and the other readers are described in options.h. */
 PetscErrorCode MPMOptionsReal(MPMOptions o, const char rowname[], const char name[], PetscReal *value, PetscBool *set)
 {
   const MPMOptionRow *row;
@@ -212,6 +217,7 @@ PetscErrorCode MPMOptionsReal(MPMOptions o, const char rowname[], const char nam
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reads a whole number. */
 PetscErrorCode MPMOptionsInt(MPMOptions o, const char rowname[], const char name[], PetscInt *value, PetscBool *set)
 {
   const MPMOptionRow *row;
@@ -227,6 +233,7 @@ PetscErrorCode MPMOptionsInt(MPMOptions o, const char rowname[], const char name
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reads true or false; an option without a value is true. */
 PetscErrorCode MPMOptionsBool(MPMOptions o, const char rowname[], const char name[], PetscBool *value)
 {
   static const char *const yes[] = {"", "1", "true", "yes", "on"}, *const no[] = {"0", "false", "no", "off"};
@@ -247,7 +254,8 @@ PetscErrorCode MPMOptionsBool(MPMOptions o, const char rowname[], const char nam
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds `word`, whatever its case, among the n characters a|b|c; its length there is left in len. */
+/* Finds `word`, whatever its case, among the values a|b|c, which are n characters; len becomes its length there.
+   Returns NULL if it is none of them. */
 static const char *FindValue(const char word[], const char values[], size_t n, size_t *len)
 {
   for (const char *v = values; v < values + n; v += *len + 1) {
@@ -257,6 +265,8 @@ static const char *FindValue(const char word[], const char values[], size_t n, s
   return NULL;
 }
 
+/* Reads one of the values a|b|c of the row, and spells it as the row does. Values after a blank in the row are not
+   built yet. */
 PetscErrorCode MPMOptionsEnum(MPMOptions o, const char rowname[], const char name[], char value[MPM_NAME_LEN],
                               PetscBool *set)
 {
@@ -282,6 +292,7 @@ PetscErrorCode MPMOptionsEnum(MPMOptions o, const char rowname[], const char nam
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reads a real number for each axis, value [dim]. */
 PetscErrorCode MPMOptionsReals(MPMOptions o, const char rowname[], const char name[], PetscReal value[3],
                                PetscBool *set)
 {
@@ -298,6 +309,7 @@ PetscErrorCode MPMOptionsReals(MPMOptions o, const char rowname[], const char na
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reads a whole number for each axis, value [dim]. */
 PetscErrorCode MPMOptionsInts(MPMOptions o, const char rowname[], const char name[], PetscInt value[3], PetscBool *set)
 {
   const MPMOptionRow *row;
@@ -315,6 +327,7 @@ PetscErrorCode MPMOptionsInts(MPMOptions o, const char rowname[], const char nam
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reads a text. */
 PetscErrorCode MPMOptionsString(MPMOptions o, const char rowname[], const char name[], char value[MPM_TEXT_LEN],
                                 PetscBool *set)
 {
@@ -330,11 +343,11 @@ PetscErrorCode MPMOptionsString(MPMOptions o, const char rowname[], const char n
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A list of distinct names of letters, digits and _. */
+/* Reads a list of n different names of letters, digits and _; the caller frees names. */
 PetscErrorCode MPMOptionsNames(MPMOptions o, const char rowname[], PetscInt *n, char (**names)[MPM_NAME_LEN])
 {
   static const char   legal[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
-  const int           longest = MPM_NAME_LEN - 25; /* leaves room for the rest of the option */
+  const int           longest = MPM_NAME_LEN - 25; /* leaves space for the rest of an option's name */
   const MPMOptionRow *row;
   PetscBool           found;
   char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
@@ -365,7 +378,7 @@ PetscErrorCode MPMOptionsNames(MPMOptions o, const char rowname[], PetscInt *n, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The option set as given, for provenance. The caller frees it. */
+/* Returns all options as given, for the output files; the caller frees the text. */
 PetscErrorCode MPMOptionsText(char **text)
 {
   PetscFunctionBeginUser;
@@ -373,7 +386,8 @@ PetscErrorCode MPMOptionsText(char **text)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Refuses the options among `all` that the chosen model or shape, which takes `taken`, has no use for. */
+/* Refuses those options -<group>_<name>_<word>, of the words `all`, that the chosen model or shape does not take; it
+   takes the words `taken`. Not collective. */
 PetscErrorCode MPMOptionsRefuseOthers(MPMOptions o, const char group[], const char name[], const char what[],
                                       const char choice[], const char all[], const char taken[])
 {
@@ -394,6 +408,7 @@ PetscErrorCode MPMOptionsRefuseOthers(MPMOptions o, const char group[], const ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns the number of `word` in names [n], or n. Not collective. */
 PetscInt MPMOptionsFind(const char word[], PetscInt n, const char *const names[])
 {
   for (PetscInt k = 0; k < n; k++)

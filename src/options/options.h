@@ -1,8 +1,8 @@
-/* options.h - the strict reader of PETSc's option database: what an option may be is told by a vocabulary, a table of
-   rows, which the program hands in (run/options.def).
+/* options.h - the strict reader of PETSc's option database. A vocabulary, which is a table of rows that the program
+   passes in (run/options.def), says what options there are and which values they take.
 
-   The first error sticks, later reads do nothing, so callers check once, at the end (MPMOptionsError). All processes
-   read the same. */
+   The first error is kept and later reads do nothing, so callers check once, at the end (MPMOptionsError). All
+   processes read the same options, and no function is collective unless its description says so. */
 #ifndef MPM_OPTIONS_H
 #define MPM_OPTIONS_H
 
@@ -22,7 +22,9 @@ typedef enum {
   MPM_MOVED
 } MPMOptionType;
 
-/* A row of the vocabulary. A group has no name; its help is its title. */
+/* A row of the vocabulary: the name of an option, with <m>, <b>, <l> or <f> for a material, body, load or face; its
+   type; the values that are allowed; unit; default; meaning. A row without a name is the title of a group, which is in
+   `help`. */
 typedef struct {
   const char   *name;
   MPMOptionType type;
@@ -39,17 +41,17 @@ PetscErrorCode MPMOptionsCreate(const MPMVocabulary *, MPMOptions *);
 PetscErrorCode MPMOptionsDestroy(MPMOptions *);
 const char    *MPMOptionsError(MPMOptions); /* NULL if there was none */
 void           MPMOptionsFail(MPMOptions, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
-PetscErrorCode MPMOptionsShare(MPMOptions, MPI_Comm); /* a fault that any process has noted becomes that of all */
+PetscErrorCode MPMOptionsShare(MPMOptions, MPI_Comm); /* an error of any becomes one of all; collective on the comm */
 PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*materials)[MPM_NAME_LEN], PetscInt nb,
                                  char (*bodies)[MPM_NAME_LEN], PetscInt nl, char (*loads)[MPM_NAME_LEN]);
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
-PetscErrorCode MPMOptionsFinish(MPMOptions);       /* options that were given but that this scene never asked for */
-PetscErrorCode MPMOptionsText(char **text);        /* the option set as given; caller frees */
-PetscBool      MPMOptionsAreIn(const char path[]); /* is it one of the options files of this run? */
+PetscErrorCode MPMOptionsFinish(MPMOptions);       /* refuses options that this scene never asked for */
+PetscErrorCode MPMOptionsText(char **text);        /* all options as given; the caller frees it */
+PetscBool      MPMOptionsAreIn(const char path[]); /* is it an options file of this run? */
 
-/* Readers: `row` is a name of the vocabulary, `name` the material, body or face that it is for (or NULL). set may be
-   NULL. A value that is not given is the default of the table if that is a value; else it stays as the caller has
-   it. */
+/* Readers: `row` is a name of the vocabulary, `name` the material, body, load or face that it is for, or NULL. *set, if
+   not NULL, tells whether the option was given. If it was not, the value becomes the default of the row, or stays as
+   the caller has set it where the row has no value but a description. */
 PetscErrorCode MPMOptionsReal(MPMOptions, const char row[], const char name[], PetscReal *value, PetscBool *set);
 PetscErrorCode MPMOptionsInt(MPMOptions, const char row[], const char name[], PetscInt *value, PetscBool *set);
 PetscErrorCode MPMOptionsBool(MPMOptions, const char row[], const char name[], PetscBool *value);
@@ -63,16 +65,18 @@ PetscErrorCode MPMOptionsNames(MPMOptions, const char row[], PetscInt *n, char (
 PetscErrorCode MPMOptionsExpression(MPMOptions, const char row[], const char name[], const char variables[],
                                     PetscInt nc, MPMExpression *);
 
-/* Refuses the options among `all` (words separated by blanks) that a choice, which takes `taken`, has no use for. */
+/* Refuses those options among `all` (words separated by blanks) that a choice does not take; it takes the words
+   `taken`. */
 PetscErrorCode MPMOptionsRefuseOthers(MPMOptions, const char group[], const char name[], const char what[],
                                       const char choice[], const char all[], const char taken[]);
 
-/* The number of `word` in a list of names of n rows, such as those of a .def file; n: it is none of them. */
+/* Returns the number of `word` in a list of n names, such as the rows of a .def file; n if it is none of them. */
 PetscInt MPMOptionsFind(const char word[], PetscInt n, const char *const names[]);
 
-/* What main does before MPI and PETSc start. MPMOptionsStart answers -help, -version and faults in the arguments and in
-   the files they name: true if the program ends here, with that status. MPMOptionsStartFault is an error handler: one
-   line for the rest that PETSc would answer with a stack of calls, until MPMOptionsStarted. */
+/* What main does before MPI and PETSc start. MPMOptionsStart answers -help, -version, and faults in the arguments and
+   in the files that they name; it returns true if the program shall end with *status. MPMOptionsStartFault is a PETSc
+   error handler, which prints one line for faults that PETSc finds while it starts, instead of a stack of calls.
+   MPMOptionsStarted ends that. */
 PetscBool      MPMOptionsStart(const MPMVocabulary *, int argc, char **argv, int *status);
 PetscErrorCode MPMOptionsStartFault(MPI_Comm, int, const char *, const char *, PetscErrorCode, PetscErrorType,
                                     const char *, void *);

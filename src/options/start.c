@@ -1,13 +1,13 @@
-/* start.c - before MPI and PETSc start: -help, -version, and what PETSc would answer not at all, or not so that it
-   helps: arguments that are not options, and faults of options files (files.c). Each process looks for itself, and the
-   first one speaks. Nothing here may call PETSc. */
+/* start.c - what happens before MPI and PETSc start: -help, -version, and faults that PETSc would not report, or not in
+   a helpful way: arguments that are not options, and faults of options files (files.c). Each process checks for itself,
+   and the first one prints. Nothing here may call PETSc. */
 #include <strings.h>
 #include <unistd.h>
 #include "options/reader.h"
 
 static PetscBool started;
 
-/* The rank before MPI is up, as the launcher tells it. */
+/* Returns the rank, as the launcher gives it in the environment, since MPI has not started. */
 static int RankFromEnvironment(void)
 {
   static const char *const names[] = {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "SLURM_PROCID"};
@@ -17,20 +17,22 @@ static int RankFromEnvironment(void)
   return 0;
 }
 
+/* Prints the first line of a text on the first process, to standard error. */
 static void Say(const char line[])
 {
   if (RankFromEnvironment() == 0) fprintf(stderr, "%.*s\n", (int)strcspn(line, "\n"), line);
 }
 
-/* --- Arguments ------------------------------------------------------------------------------------------------ */
+/* --- Arguments ---------------------------------------------------------------------------------------------------- */
 
-/* Options files come first, in their order, so that the rest of the command line overrides them wherever they stand. */
+/* Moves options files to the front of the arguments, in their sequence: the rest of the command line then overrides
+   them wherever they stand. */
 static void MoveFilesFirst(int argc, char **argv)
 {
   int to = 1;
 
   for (int k = 1; k < argc; k++)
-    if (!strcasecmp(argv[k], "-prefix_push")) return; /* order matters */
+    if (!strcasecmp(argv[k], "-prefix_push")) return; /* the sequence matters */
   for (int k = 1; k + 1 < argc; k++) {
     char *option = argv[k], *file = argv[k + 1];
 
@@ -43,7 +45,7 @@ static void MoveFilesFirst(int argc, char **argv)
   }
 }
 
-/* PETSc passes over words that are neither options nor values of one, and over a prefix that is not popped. */
+/* Reports words that are neither options nor their values, and prefixes that are not popped: PETSc ignores both. */
 static void CheckArguments(int argc, char **argv, char error[], size_t len)
 {
   int depth = 0;
@@ -68,9 +70,9 @@ static void CheckArguments(int argc, char **argv, char error[], size_t len)
   if (!error[0] && depth > 0) (void)snprintf(error, len, "-prefix_push without -prefix_pop");
 }
 
-/* --- Help ----------------------------------------------------------------------------------------------------- */
+/* --- Help --------------------------------------------------------------------------------------------------------- */
 
-/* The words of a list, which are separated by blanks. */
+/* Prints the words of a list, which are separated by blanks. */
 static void PrintWords(const char words[])
 {
   const char *comma = " (all, or a list of ";
@@ -85,7 +87,7 @@ static void PrintWords(const char words[])
   printf(")");
 }
 
-/* The vocabulary: names, defaults, units, ranges. */
+/* Prints the vocabulary: names, defaults, units, ranges. */
 static void PrintHelp(const MPMVocabulary *table)
 {
   printf(
@@ -116,7 +118,7 @@ static void PrintHelp(const MPMVocabulary *table)
   }
 }
 
-/* Answers -help and -version: true if one was given. `-help petsc` becomes PETSc's -help. */
+/* Answers -help and -version; returns true if one was given. `-help petsc` becomes PETSc's -help. */
 static PetscBool Answer(const MPMVocabulary *table, int argc, char **argv)
 {
   static char       yes[]       = "true";
@@ -142,6 +144,8 @@ static PetscBool Answer(const MPMVocabulary *table, int argc, char **argv)
   return PETSC_FALSE;
 }
 
+/* Answers -help, -version and faults, and moves options files to the front of argv; returns true if the program shall
+   end with *status. */
 PetscBool MPMOptionsStart(const MPMVocabulary *table, int argc, char **argv, int *status)
 {
   const char *name                = argc && strrchr(argv[0], '/') ? strrchr(argv[0], '/') + 1 : "pebble";
@@ -162,11 +166,13 @@ PetscBool MPMOptionsStart(const MPMVocabulary *table, int argc, char **argv, int
   return PETSC_TRUE;
 }
 
+/* Tells the error handler that PETSc has started. */
 void MPMOptionsStarted(void)
 {
   started = PETSC_TRUE;
 }
 
+/* Handles an error of PETSc: until it has started, prints one line and exits; afterwards prints the stack of calls. */
 PetscErrorCode MPMOptionsStartFault(MPI_Comm comm, int line, const char *function, const char *file,
                                     PetscErrorCode code, PetscErrorType type, const char *text, void *context)
 {

@@ -1,7 +1,7 @@
-/* table.c - names of the vocabulary with those of the scene put in. */
+/* table.c - full names of options: names of the vocabulary with names of the scene in them. */
 #include "options/reader.h"
 
-/* Puts a name in the place of <.> in a row's. */
+/* Writes the name of a row to full, with `name` in the place of <.>. */
 void MPMOptionsFullName(const char row[], const char name[], char full[MPM_FULL_LEN])
 {
   const char *open = strchr(row, '<');

@@ -1,11 +1,12 @@
-/* box.h - a process's box of the grid: the DMDA, the patch on it and its tiles. */
+/* box.h - a process's box of the grid: its DMDA, the patch on it, its tiles and their messages. The functions are
+   described where they are defined. */
 #ifndef MPM_BOX_H
 #define MPM_BOX_H
 
 #include <petscdmda.h>
 #include "kernels/transfer.h"
 
-/* The DMDAs of the grid's nodes, and the local vectors behind the nodes of a patch (dmda.c). */
+/* The DMDAs of the grid's nodes, and the local vectors that hold the data of a patch's nodes (dmda.c). */
 PetscErrorCode MPMGridCreateDM(const MPMGrid *, MPI_Comm, PetscInt stencil, const PetscInt parts[3],
                                PetscInt *const widths[3], DM *);
 PetscErrorCode MPMGridCreateSumsDM(DM, DM *sums);
@@ -18,7 +19,7 @@ int            MPMPatchSide(const MPMPatch *, PetscInt node);
 PetscReal      MPMPatchTouchedNodes(const MPMPatch *);
 void           MPMPatchVisitAll(MPMPatch *);
 
-/* --- The tiles of a patch (tiles.c) ------------------------------------------------------------------------------ */
+/* --- The tiles of a patch (tiles.c) ------------------------------------------------------------------------------- */
 
 PetscErrorCode MPMTilesSetUp(MPMPatch *, PetscBool alone);
 PetscErrorCode MPMTilesDestroy(MPMPatch *);
@@ -27,7 +28,7 @@ void           MPMTilesWrap(MPMPatch *);
 void           MPMTilesFindSpans(MPMPatch *);
 PetscInt       MPMTilesCells(const MPMPatch *);
 
-/* --- Messages of their sums (tile_messages.c) -------------------------------------------------------------------- */
+/* --- Messages of the sums of tiles (tile_messages.c) -------------------------------------------------------------- */
 
 PetscInt MPMTilesSent(const MPMPatch *, const int toward[3]);
 size_t   MPMTilesBytes(const MPMPatch *, const int toward[3], PetscInt parts, PetscBool above);

@@ -1,7 +1,9 @@
-/* digest.c - what tells that all particles are there and that their state has the same bits: fingerprint and digest. */
+/* digest.c - numbers that show that no particle is lost or doubled (the fingerprint, checked in each step) and that
+   states have the same bits (the digest, at the end of a run and in each snapshot). */
 #include "particles/particles.h"
 
-/* A permutation of 64-bit words that mixes well (splitmix64's finaliser, Steele, Lea and Flood 2014). */
+/* Permutes the 64-bit words; nearby words become unrelated ones (splitmix64's finaliser, Steele, Lea and Flood
+   2014). */
 static uint64_t Mix(uint64_t z)
 {
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
@@ -9,16 +11,16 @@ static uint64_t Mix(uint64_t z)
   return z ^ (z >> 31);
 }
 
-/* What a particle counts for in the fingerprint: id (id + 1), modulo 2^64. */
+/* Returns the term of a particle in the fingerprint: id (id + 1), modulo 2^64. */
 uint64_t MPMParticleHash(PetscInt64 id)
 {
   return (uint64_t)id * (uint64_t)(id + 1);
 }
 
-/* The sum of the marks of the particles here, modulo 2^64. Of all processes, with the number of particles: one that is
-   lost or doubled changes the number, and one that stands in the place of another changes the sum. Of several at once
-   it misses those that leave both as they are: 0 and 6 doubled, 3 and 5 lost. It says nothing of their state. Not
-   collective. */
+/* Computes the fingerprint of the particles of this process: the sum of their MPMParticleHash, modulo 2^64. Added over
+   all processes and compared together with the number of particles, it shows a lost or doubled particle by the number,
+   and one that stands in for another by the sum. It misses combinations that keep both, such as 0 and 6 doubled, 3 and
+   5 lost, and says nothing about the state. Not collective. */
 PetscErrorCode MPMParticlesFingerprint(MPMParticles *particles, PetscInt64 *ids)
 {
   uint64_t sum = 0;
@@ -32,7 +34,7 @@ PetscErrorCode MPMParticlesFingerprint(MPMParticles *particles, PetscInt64 *ids)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The first id that is not there once, and how often it is, or -1. Collective on comm. */
+/* Finds the smallest id that is there more than once (doubled) or not at all, or -1. Collective on comm. */
 static PetscErrorCode FirstWrong(MPMParticles *particles, MPI_Comm comm, PetscBool doubled, PetscInt64 *wrong)
 {
   PetscInt   *count;
@@ -54,8 +56,8 @@ static PetscErrorCode FirstWrong(MPMParticles *particles, MPI_Comm comm, PetscBo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Names the particles that are missing and there twice, after the fingerprints have told that there are some: ids, and
-   of a doubled one a process that has it and where. Collective on comm. */
+/* Describes one missing and one doubled particle, after the fingerprints have shown that there are such: their ids and,
+   for the doubled one, a process that has it and its position. Collective on comm. */
 static PetscErrorCode DescribeLoss(MPMParticles *particles, MPI_Comm comm, char what[], size_t len)
 {
   PetscInt64  missing, doubled;
@@ -87,8 +89,8 @@ static PetscErrorCode DescribeLoss(MPMParticles *particles, MPI_Comm comm, char 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Raises an error if n particles with the fingerprint `ids`, counted over comm, cannot be those of the scene, each
-   once. The first call remembers what is right. Collective on comm. */
+/* Raises an error if n particles with the fingerprint `ids`, both added over comm, cannot be those of the scene, each
+   once. The first call stores the right fingerprint. Collective on comm. */
 PetscErrorCode MPMParticlesCheck(MPMParticles *particles, MPI_Comm comm, PetscInt64 n, PetscInt64 ids)
 {
   char what[MPM_TEXT_LEN];
@@ -102,8 +104,9 @@ PetscErrorCode MPMParticlesCheck(MPMParticles *particles, MPI_Comm comm, PetscIn
           n, particles->total, what);
 }
 
-/* A number of the state's bits: every state field of every particle, with its id; a sum of hashes, so without order.
-   Equal digests mean the same bits in id, x, v, F and material state. Collective on comm. */
+/* Computes the digest: the sum of a hash of each particle, of its id and all bits of its state fields (but kind). Equal
+   digests mean equal bits of id, x, v, F and material state. A sum does not depend on the sequence of particles.
+   Collective on comm. */
 PetscErrorCode MPMParticlesDigest(MPMParticles *particles, MPI_Comm comm, PetscInt64 *digest)
 {
   uint64_t sum = 0;

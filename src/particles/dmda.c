@@ -1,4 +1,4 @@
-/* dmda.c - the background grid as PETSc sees it, in 1, 2 or 3 dimensions: a DMDA of the nodes whose unknowns are their
+/* dmda.c - the background grid as PETSc has it, in 1, 2 or 3 dimensions: a DMDA of the nodes whose unknowns are their
    motion, and a compatible one whose unknowns are their sums. */
 #include "particles/box.h"
 
@@ -15,7 +15,8 @@ static PetscErrorCode NameUnknowns(DM da, PetscInt first, PetscInt axes, const c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* -dm_view: the names of the unknowns. PETSc prints the rest of a DMDA when it is set up, but not these. */
+/* Prints the names of the unknowns if -dm_view is given. PETSc prints the rest of a DMDA when it is set up, but not
+   these. Collective on the DMDA. */
 static PetscErrorCode PrintUnknowns(DM da)
 {
   const char *const *name;
@@ -33,8 +34,8 @@ static PetscErrorCode PrintUnknowns(DM da)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The DMDA "grid" of the grid's nodes, layers beyond the walls included, with the numbers of their motion as its
-   unknowns. DMDA's node 0 is node -layers of the grid. Collective on comm.
+/* Creates the DMDA "grid" of the grid's nodes, layers beyond the walls included, with the numbers of their motion as
+   unknowns. Its node 0 is node -layers of the grid. Collective on comm.
      stencil   [in]  layers of ghost nodes around a process's box
      parts     [in]  boxes on each axis, and widths[axis][part] in nodes; NULL: comm has one process */
 PetscErrorCode MPMGridCreateDM(const MPMGrid *grid, MPI_Comm comm, PetscInt stencil, const PetscInt parts[3],
@@ -67,7 +68,8 @@ PetscErrorCode MPMGridCreateDM(const MPMGrid *grid, MPI_Comm comm, PetscInt sten
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The DMDA "sums" of the same nodes, on the same processes, whose unknowns are the numbers of MPMNode. Collective. */
+/* Creates the DMDA "sums" of the same nodes on the same processes, with the numbers of MPMNode as unknowns.
+   Collective. */
 PetscErrorCode MPMGridCreateSumsDM(DM da, DM *sums)
 {
   PetscFunctionBeginUser;
@@ -81,9 +83,9 @@ PetscErrorCode MPMGridCreateSumsDM(DM da, DM *sums)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The local vectors behind the nodes of the patch, which has its box: "motion", of da, and "node sums", of sums. The
-   latter is made over the memory of the patch, where the record of a node begins at a line of the cache: a vector that
-   the DMDA makes would not begin there, and its own memory would stand unused beside that. Not collective. */
+/* Creates the local vectors of a patch's nodes, after MPMPatchSetBox: "motion", of da, and "node sums", of sums. The
+   second uses the memory of the patch, in which each record of a node begins a line of the cache; a vector that the
+   DMDA makes would not be aligned so. Not collective. */
 PetscErrorCode MPMGridCreateVectors(const MPMPatch *patch, DM da, DM sums, Vec *motion, Vec *node_sums)
 {
   PetscFunctionBeginUser;

@@ -1,17 +1,19 @@
-/* order.c - the order of the particles: `order` lists them by (cell, id), in which kernels visit them, the same
-   whatever the storage looks like. The storage itself is put in that order now and then, for the cache. */
+/* order.c - the order of the particles: `order` [n] lists them by (cell, id), and kernels visit them in this sequence,
+   whatever the sequence of the storage is. Now and then the storage itself is put in order, since it is then read
+   faster. The order is made after each step in which particles changed cell. */
 #include "kernels/cell.h"
 #include "particles/box.h"
 #include "particles/particles.h"
 
-/* The storage is put in order after so many changes of cell for each particle; in between, sweeps read it through
-   `order`. A sort that does not know its movers counts as if 4 % had moved: every 50 of them. (More often: 3-D gains up
-   to 4 % where particles move 5 % of a cell a step, 2-D loses as much.) */
+/* The storage is put in order after MPM_SCATTERED changes of cell per particle; until then kernels read it through
+   `order`. A sort with unknown movers counts as if 4 % of the particles had moved, so the storage is put in order after
+   50 of them. (More often: 3-D runs gained up to 4 % where particles move 5 % of a cell a step, 2-D runs lost as
+   much.) */
 #define MPM_SCATTERED   2
 #define MPM_MOVES_GUESS 0.04
-#define MPM_RUN         16 /* runs of so many particles in the order, on average: they need no reordering */
+#define MPM_RUN         16 /* mean length of common sequences from which on reordering gains nothing */
 
-/* Moves rows of `bytes` along the cycles of a path (FindCycles). */
+/* Moves rows of `bytes` along the cycles in path [npath], which FindCycles has found. */
 MPM_INLINE void FollowCycles(size_t bytes, PetscInt npath, const PetscInt path[], char *rows)
 {
   char first[MPM_ROW_BYTES];
@@ -27,8 +29,9 @@ MPM_INLINE void FollowCycles(size_t bytes, PetscInt npath, const PetscInt path[]
   }
 }
 
-/* The cycles of an order, which becomes the identity: path [returned] has the places of one after the other, each taken
-   by what is at the next; the last place of a cycle, which takes what was at the first, is marked. */
+/* Finds the cycles of an order, which becomes the identity; returns the length of path. It lists places cycle by cycle;
+   the row at each place is replaced by that at the next one. The last place of a cycle takes the row that was at the
+   first, and is marked by MPM_FLAGGED. */
 static PetscInt FindCycles(PetscInt n, PetscInt order[], PetscInt path[])
 {
   PetscInt npath = 0;
@@ -45,8 +48,8 @@ static PetscInt FindCycles(PetscInt n, PetscInt order[], PetscInt path[])
   return npath;
 }
 
-/* Puts the storage into the order of `order`, which becomes the identity. In place: a copy of the largest field would
-   be up to half of the memory of the particles. The path along the cycles is in the room of the order before. */
+/* Puts the storage in the sequence of `order`, which becomes the identity. It needs no copy of a field, which could
+   take half of the memory of the particles. The cycles are listed in the memory of `spare`. Not collective. */
 static PetscErrorCode Reorder(MPMParticles *particles)
 {
   const PetscInt *path  = particles->spare;
@@ -64,8 +67,9 @@ static PetscErrorCode Reorder(MPMParticles *particles)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Is the order far from that of the storage? Particles that move together, and those that come from other processes and
-   take the places of leavers, leave long runs, along which nothing is gained by putting the storage in order. */
+/* Returns whether order and storage differ much. Particles that move together, and arrivals that take the places of
+   leavers, leave long sequences that both have in common; along these nothing is gained by putting the storage in
+   order. */
 static PetscBool Scattered(const MPMParticles *particles)
 {
   PetscInt jumps = 0;
@@ -74,14 +78,14 @@ static PetscBool Scattered(const MPMParticles *particles)
   return jumps > particles->n / MPM_RUN ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* order = particles by (cell, id): a counting sort by cell, then insertion by id, which finds little to do since the
-   storage is n_early in order. */
+/* Makes the order by a counting sort by cell, then an insertion sort by id in each cell. The latter has little to do,
+   since the storage is nearly in order. */
 static void SortByCell(const MPMView *view, PetscInt ncells, PetscInt *start, PetscInt *order)
 {
   for (PetscInt c = 0; c < ncells + 2; c++) start[c] = 0;
   for (PetscInt p = 0; p < view->n; p++) start[view->cell[p] + 2]++;
   for (PetscInt c = 2; c < ncells + 2; c++) start[c] += start[c - 1];
-  for (PetscInt p = 0; p < view->n; p++) order[start[view->cell[p] + 1]++] = p; /* start[c + 1] grows to its place */
+  for (PetscInt p = 0; p < view->n; p++) order[start[view->cell[p] + 1]++] = p; /* start[c + 1] becomes its value */
   for (PetscInt c = 0; c < ncells; c++)
     for (PetscInt q = start[c] + 1; q < start[c + 1]; q++) {
       const PetscInt p = order[q];
@@ -92,7 +96,7 @@ static void SortByCell(const MPMView *view, PetscInt ncells, PetscInt *start, Pe
     }
 }
 
-/* Does this part of the order have places of particles that changed cell or left? */
+/* Returns whether these n entries of the order include movers, which are marked by a number >= nkept. */
 static PetscBool HasMovers(const PetscInt *order, PetscInt n, PetscInt nkept)
 {
   PetscInt most = -1;
@@ -101,17 +105,17 @@ static PetscBool HasMovers(const PetscInt *order, PetscInt n, PetscInt nkept)
   return most >= nkept ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The same from the order before and the places in it of the particles that changed cell or left: the others keep their
-   turns, so cells are copied without them and leave room for arrivals, which then find their place by id. Rows of `row`
-   cells without movers are copied as they are. After a migration other particles are where leavers were and from nkept
-   on: they are arrivals too. */
+/* Makes the order from the one before and its movers. All other particles keep their sequence: cells are copied without
+   the movers, with room for the particles that come to them, which are then inserted by id. Rows of `row` cells that no
+   particle left or came to are copied as they are. After a migration, other particles have the places of leavers and
+   those from nkept on: these are treated as particles that come. Not collective. */
 static PetscErrorCode MergeMovers(const MPMView *view, PetscInt ncells, PetscInt row, MPMParticles *particles)
 {
   PetscInt *order = particles->order, *start = particles->start, *to = particles->spare,
            *arrivals  = particles->arrivals;
   PetscInt      *come = particles->movers, narrived = 0, at = 0;
   const PetscInt nkept = particles->nkept;
-  PetscBool     *comes; /* to a row */
+  PetscBool     *comes; /* particles come to the row of cells */
 
   PetscFunctionBeginUser;
   for (PetscInt m = 0; m < particles->nmovers; m++) {
@@ -162,7 +166,7 @@ static PetscErrorCode MergeMovers(const MPMView *view, PetscInt ncells, PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lists the particles that left the patch, ascending: which [n], allocated here. Not collective. */
+/* Lists the leavers, ascending: which [n] is allocated here, and the caller frees it. Not collective. */
 PetscErrorCode MPMParticlesLeavers(MPMParticles *particles, PetscInt *n, PetscInt **which)
 {
   const PetscBool all        = particles->nmovers < 0 ? PETSC_TRUE : PETSC_FALSE;
@@ -185,7 +189,7 @@ PetscErrorCode MPMParticlesLeavers(MPMParticles *particles, PetscInt *n, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Orders the particles, whose `cell` is known, for the patch: sets order and start. Not collective. */
+/* Makes the order of the particles, whose `cell` is known, for the patch: sets order and start. Not collective. */
 PetscErrorCode MPMParticlesSort(MPMParticles *particles, const MPMPatch *patch)
 {
   const PetscInt ncells = MPMTilesCells(patch), fields = MPM_BIT(id) | MPM_BIT(cell);
@@ -216,7 +220,7 @@ PetscErrorCode MPMParticlesSort(MPMParticles *particles, const MPMPatch *patch)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the cells of all particles anew and orders them. All must lie in cells of the patch. Not collective. */
+/* Computes the cells of all particles anew and makes the order. All must lie in cells of the patch. Not collective. */
 PetscErrorCode MPMParticlesLocate(MPMParticles *particles, const MPMPatch *patch, const MPMKind *kinds)
 {
   const PetscInt d = particles->dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);

@@ -1,29 +1,30 @@
-/* particles.h - the particles of a process: storage, order, digest. */
+/* particles.h - the particles of a process: their storage, order and digest. The functions are described where they are
+   defined. */
 #ifndef MPM_PARTICLES_H
 #define MPM_PARTICLES_H
 
 #include <petscdmswarm.h>
 #include "kernels/patch.h"
 
-/* The fields of fields.def: a DMSWARM_BASIC swarm stores those that stay, plain arrays the scratch. */
+/* The fields of fields.def: a DMSWARM_BASIC swarm stores those of state and swarm, plain arrays the scratch fields. */
 typedef struct {
   DM         swarm;
-  PetscInt   dim, n, capacity;        /* n: particles here; capacity: of the scratch and of order */
-  PetscInt64 total;                   /* particles of the whole scene */
-  PetscInt64 ids;                     /* the fingerprint of all particles of the scene */
-  PetscReal  scattered;               /* particles that came to another cell since the storage was put in order */
-  void      *scratch[MPM_NUM_FIELDS]; /* arrays of the scratch fields */
-  PetscBool  present[MPM_NUM_FIELDS]; /* does the scene have the field? */
-  PetscInt   bytes[MPM_NUM_FIELDS];   /* of a particle */
+  PetscInt   dim, n, capacity;        /* n: particles of this process; capacity: length of scratch fields and order */
+  PetscInt64 total;                   /* particles of the whole scene, on all processes */
+  PetscInt64 ids;                     /* the fingerprint of all particles of the scene; 0 before the first check */
+  PetscReal  scattered;               /* changes of cell since the storage was put in order */
+  void      *scratch[MPM_NUM_FIELDS]; /* the arrays of the scratch fields */
+  PetscBool  present[MPM_NUM_FIELDS]; /* the scene has the field */
+  PetscInt   bytes[MPM_NUM_FIELDS];   /* bytes of a field's row */
   PetscInt  *order, *start;           /* [n] particles by (cell, id); [cells of the patch + 1] first entry of each */
-  PetscInt  *spare;                   /* [n] the next order is made here */
+  PetscInt  *spare;                   /* [n] memory for the next order */
   PetscInt  *arrivals;                /* [cells] particles that come to a cell; all 0 between uses */
-  PetscInt  *movers, nmovers;         /* the particles that changed their cell since, as in MPMPatch; -1: not known */
-  PetscInt   nkept; /* particles below this one are where order has them, but those that changed cell or left */
+  PetscInt  *movers, nmovers;         /* the movers since the order was made, as in MPMPatch; nmovers -1: not known */
+  PetscInt   nkept;                   /* particles below this number are where the order has them, but for movers */
   PetscInt   nstart;
 } MPMParticles;
 
-/* Rows of fields.def. */
+/* What fields.def says of a field. */
 typedef struct {
   const char   *name, *unit, *meaning;
   PetscDataType type;
@@ -32,9 +33,9 @@ typedef struct {
 extern const MPMFieldInfo MPMFields[MPM_NUM_FIELDS];
 PetscInt                  MPMFieldComponents(PetscInt field, PetscInt dim);
 
-#define MPM_ROW_BYTES (9 * sizeof(PetscReal)) /* of a field's row, at most: a tensor in 3-D */
+#define MPM_ROW_BYTES (9 * sizeof(PetscReal)) /* largest number of bytes of a field's row: a tensor in 3-D */
 
-/* --- Storage (storage.c) ----------------------------------------------------------------------------------------- */
+/* --- Storage (storage.c) ------------------------------------------------------------------------------------------ */
 
 PetscErrorCode MPMParticlesLayout(MPMParticles *, PetscInt dim, const MPMNeeds *);
 PetscErrorCode MPMParticlesCreate(MPMParticles *, MPI_Comm);
@@ -49,20 +50,21 @@ PetscInt       MPMParticlesBytes(const MPMParticles *, MPMHome most);
 PetscInt       MPMParticlesMemory(const MPMParticles *);
 size_t         MPMParticlesRowBytes(const MPMParticles *, PetscInt fields);
 
-/* --- Order (order.c) --------------------------------------------------------------------------------------------- */
+/* --- Order (order.c) ---------------------------------------------------------------------------------------------- */
 
 PetscErrorCode MPMParticlesSort(MPMParticles *, const MPMPatch *);
 PetscErrorCode MPMParticlesLocate(MPMParticles *, const MPMPatch *, const MPMKind *);
 PetscErrorCode MPMParticlesLeavers(MPMParticles *, PetscInt *n, PetscInt **which);
 
-/* --- Digest (digest.c) ------------------------------------------------------------------------------------------- */
+/* --- Digest (digest.c) -------------------------------------------------------------------------------------------- */
 
 uint64_t       MPMParticleHash(PetscInt64 id);
 PetscErrorCode MPMParticlesFingerprint(MPMParticles *, PetscInt64 *ids);
 PetscErrorCode MPMParticlesCheck(MPMParticles *, MPI_Comm, PetscInt64 n, PetscInt64 ids);
 PetscErrorCode MPMParticlesDigest(MPMParticles *, MPI_Comm, PetscInt64 *digest);
 
-/* Calls an inline function with the bytes of a field's row first: of known widths, they are copied in registers. */
+/* Calls an inline function with the bytes of a field's row as its first argument. The usual numbers are constants, with
+   which the compiler copies a row in registers. */
 /* clang-format off */
 #define MPM_FOR_WIDTH(bytes, FUNCTION, ...)                                                                            \
   do switch (bytes) {                                                                                                  \

@@ -1,8 +1,8 @@
-/* patch.c - the box of a patch, and the sums of its nodes. */
+/* patch.c - the box of a patch on the DMDA, and the memory of its node sums. */
 #include "particles/box.h"
 
-/* Sets the box from the DMDA: own = what this process owns, box = with the ghost nodes. Allocates the node sums. Not
- * collective. */
+/* Sets the boxes of a patch from the DMDA: its own nodes are those of this process, and its arrays also have the ghost
+   nodes. Allocates the node sums [nodes of the arrays] and spans. Not collective. */
 PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis basis, DM da)
 {
   PetscInt nodes;
@@ -28,6 +28,7 @@ PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis bas
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Frees the tiles and the node sums of a patch. Not collective. */
 PetscErrorCode MPMPatchDestroy(MPMPatch *patch)
 {
   PetscFunctionBeginUser;
@@ -36,13 +37,14 @@ PetscErrorCode MPMPatchDestroy(MPMPatch *patch)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Nodes of its arrays. */
+/* Returns the nodes of the patch's arrays. */
 PetscInt MPMPatchNodes(const MPMPatch *patch)
 {
   return patch->n[0] * patch->n[1] * patch->n[2];
 }
 
-/* Where a node of its arrays lies: 0 among its own nodes, -1 below them on some axis, else 1, above them. */
+/* Returns where a node of the patch's arrays lies: 0 if it is an own one, -1 if it is below these on some axis, else
+   1. */
 int MPMPatchSide(const MPMPatch *patch, PetscInt node)
 {
   const PetscInt ijk[3] = {node % patch->n[0], node / patch->n[0] % patch->n[1], node / (patch->n[0] * patch->n[1])};
@@ -57,7 +59,7 @@ int MPMPatchSide(const MPMPatch *patch, PetscInt node)
   return side;
 }
 
-/* Lets all nodes be visited. */
+/* Makes phases visit all nodes of the patch's arrays. */
 void MPMPatchVisitAll(MPMPatch *patch)
 {
   for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
@@ -66,7 +68,7 @@ void MPMPatchVisitAll(MPMPatch *patch)
   }
 }
 
-/* Nodes that particles touch: those that phases visit. */
+/* Returns the number of nodes that phases visit, which are those that particles touch. */
 PetscReal MPMPatchTouchedNodes(const MPMPatch *patch)
 {
   PetscReal nodes = 0;

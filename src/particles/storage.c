@@ -1,9 +1,9 @@
-/* storage.c - where particles are stored: the fields of fields.def are fields of a DMSWARM_BASIC swarm, so PETSc stores
-   and moves them; scratch fields are plain arrays beside it. */
+/* storage.c - the storage of particles: fields of state and swarm are fields of a DMSWARM_BASIC swarm, so PETSc stores
+   and moves them; scratch fields are plain arrays. Each field is [n][components]. */
 #include "particles/particles.h"
 
-/* Room for particles to come in the swarm, besides n/500. Small, since PETSc before 3.25 clears all of it at each
-   removal; not smaller, since the swarm moves all fields to new memory when particles come that find no room. */
+/* Spare places of the swarm for arrivals, besides n/500. The number is small since PETSc before 3.25 clears all of them
+   at each removal, and not smaller since the swarm moves all fields to new memory when arrivals find no place. */
 #define MPM_SWARM_BUFFER 64
 
 const MPMFieldInfo MPMFields[MPM_NUM_FIELDS] = {
@@ -12,7 +12,7 @@ const MPMFieldInfo MPMFields[MPM_NUM_FIELDS] = {
 #undef MPM_FIELD
 };
 
-/* Components of a field in this dimension. */
+/* Returns the components of a field in dimension dim. */
 PetscInt MPMFieldComponents(PetscInt field, PetscInt dim)
 {
   const PetscInt components[] = {
@@ -24,7 +24,8 @@ PetscInt MPMFieldComponents(PetscInt field, PetscInt dim)
   return components[field];
 }
 
-/* Bytes that a particle takes: of its state, of all that the swarm moves, or with the scratch. */
+/* Returns the bytes of a particle in the fields that are stored up to `most`: those of the state, with those of the
+   swarm, or with scratch fields too. */
 PetscInt MPMParticlesBytes(const MPMParticles *particles, MPMHome most)
 {
   PetscInt bytes = 0;
@@ -34,14 +35,14 @@ PetscInt MPMParticlesBytes(const MPMParticles *particles, MPMHome most)
   return bytes;
 }
 
-/* Bytes of memory that a particle takes here: its fields, with the process that every swarm keeps, and the orders of
+/* Returns the bytes of memory for a particle: its fields, the process number that every swarm stores, and the orders of
    now and of before. */
 PetscInt MPMParticlesMemory(const MPMParticles *particles)
 {
   return MPMParticlesBytes(particles, MPM_SCRATCH) + 3 * (PetscInt)sizeof(PetscInt);
 }
 
-/* Bytes of these fields (bits) of a particle. */
+/* Returns the bytes of a particle in these fields (bits). */
 size_t MPMParticlesRowBytes(const MPMParticles *particles, PetscInt fields)
 {
   size_t bytes = 0;
@@ -51,7 +52,7 @@ size_t MPMParticlesRowBytes(const MPMParticles *particles, PetscInt fields)
   return bytes;
 }
 
-/* Which fields the scene needs, and their bytes. Not collective. */
+/* Sets which fields the scene needs, and their bytes. Not collective. */
 PetscErrorCode MPMParticlesLayout(MPMParticles *particles, PetscInt dim, const MPMNeeds *needs)
 {
 #define KEEPS(name) (needs->state & MPM_BIT(name))
@@ -77,13 +78,13 @@ PetscErrorCode MPMParticlesLayout(MPMParticles *particles, PetscInt dim, const M
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the swarm calls a field. */
+/* Returns the swarm's name of a field. */
 static const char *SwarmName(PetscInt field)
 {
   return field == MPM_FIELD_INDEX_id ? DMSwarmField_pid : MPMFields[field].name;
 }
 
-/* Registers the fields that the layout has, and no more. Collective on comm. */
+/* Creates the swarm with the fields of the layout, and no others. Collective on comm. */
 PetscErrorCode MPMParticlesCreate(MPMParticles *particles, MPI_Comm comm)
 {
   PetscFunctionBeginUser;
@@ -102,8 +103,8 @@ PetscErrorCode MPMParticlesCreate(MPMParticles *particles, MPI_Comm comm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes the swarm's size, after particles came and went, and makes room for the scratch of so many. Keeps order and
-   movers. Not collective. */
+/* Sets n to the swarm's size, after particles came or left, and makes scratch fields and order long enough. Keeps order
+   and movers, but not the content of scratch fields that grow. Not collective. */
 PetscErrorCode MPMParticlesResize(MPMParticles *particles)
 {
   PetscFunctionBeginUser;
@@ -122,7 +123,7 @@ PetscErrorCode MPMParticlesResize(MPMParticles *particles)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the number of particles here; new ones have unset fields. Not collective. */
+/* Sets the number of particles of this process; the fields of new ones are unset. Not collective. */
 PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
 {
   PetscFunctionBeginUser;
@@ -131,8 +132,8 @@ PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The array of a field that the scene has: [n][components]. The id is the number that every swarm keeps of its
-   particles. Restore before the number of particles changes. Not collective. */
+/* Returns the array [n][components] of a field that the scene has. The id is the number that every swarm stores for a
+   particle. Restore it before the number of particles changes. Not collective. */
 PetscErrorCode MPMParticlesGetField(MPMParticles *particles, PetscInt field, void **at)
 {
   PetscFunctionBeginUser;
@@ -143,6 +144,7 @@ PetscErrorCode MPMParticlesGetField(MPMParticles *particles, PetscInt field, voi
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Ends the use of an array of MPMParticlesGetField. Not collective. */
 PetscErrorCode MPMParticlesRestoreField(MPMParticles *particles, PetscInt field)
 {
   void *at;
@@ -153,8 +155,8 @@ PetscErrorCode MPMParticlesRestoreField(MPMParticles *particles, PetscInt field)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The fields (bits) of the particles here; those not asked for, or not in this scene, are NULL. Restore before the
-   number of particles changes. Not collective. */
+/* Sets the pointers of a view to these fields (bits) of the particles of this process; those of other fields, and of
+   fields that this scene lacks, are NULL. Restore it before the number of particles changes. Not collective. */
 PetscErrorCode MPMParticlesGetView(MPMParticles *particles, PetscInt fields, MPMView *view)
 {
   void *at[MPM_NUM_FIELDS] = {NULL};
@@ -171,6 +173,7 @@ PetscErrorCode MPMParticlesGetView(MPMParticles *particles, PetscInt fields, MPM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Ends the use of a view with these fields. Not collective. */
 PetscErrorCode MPMParticlesRestoreView(MPMParticles *particles, PetscInt fields, MPMView *view)
 {
   PetscFunctionBeginUser;
@@ -180,6 +183,7 @@ PetscErrorCode MPMParticlesRestoreView(MPMParticles *particles, PetscInt fields,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Frees the storage. Collective on the swarm's comm. */
 PetscErrorCode MPMParticlesDestroy(MPMParticles *particles)
 {
   PetscFunctionBeginUser;

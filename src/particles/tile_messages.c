@@ -1,11 +1,11 @@
-/* tile_messages.c - how sums of tiles travel. A message has, of the tiles at a side of a patch, `toward` [3] 1 or 0 on
-   each axis, the nodes that the process there owns: first a byte for each tile of the side, whether it has particles;
-   then the sums of those that have. */
+/* tile_messages.c - messages of sums of tiles. A message is for the neighbour at a side of a patch, which `toward` [3]
+   names by 1 or 0 on each axis. Of the tiles there it has the nodes that the neighbour owns: first a byte for each
+   tile, which says whether it has particles, padded to whole numbers of 8 bytes; then the sums of those that have. */
 #include "kernels/tile_index.h"
 #include "particles/box.h"
 
-/* Axis d of the side: tiles [lo, hi) of the table. above: mine, for the process above; else those of the one below, for
-   me. */
+/* Finds tiles [lo, hi) of the table that a side has on axis d. above: own ones, for the process above; else those that
+   the process below sends. */
 static void SideRange(const MPMPatch *patch, PetscInt d, int toward, PetscBool above, PetscInt *lo, PetscInt *hi)
 {
   const MPMTiles *t = &patch->tiles;
@@ -14,8 +14,8 @@ static void SideRange(const MPMPatch *patch, PetscInt d, int toward, PetscBool a
   *hi = toward && !above ? t->below[d] : t->n[d];
 }
 
-/* Nodes [from, to) of tile k of the table that the receiver owns: beyond my own ones, or else among them, where nodes
-   across a periodic face are too. */
+/* Finds nodes [from, to) of tile k of the table that the receiver owns: those beyond the own ones of the sender, or
+   else those among them, with those across a periodic face. */
 static void Cut(const MPMPatch *patch, PetscInt d, int toward, PetscBool above, PetscInt k, PetscInt *from,
                 PetscInt *to)
 {
@@ -25,11 +25,13 @@ static void Cut(const MPMPatch *patch, PetscInt d, int toward, PetscBool above, 
   *to   = (toward && above) || patch->tiles.wraps[d] ? box->end : box->to;
 }
 
-/* Goes from tile to tile of the side: its place in the table and its nodes' box. */
+/* Visits the tiles of a side one after the other: `at` is the place of the next one in the table, [from, to) the box of
+   its nodes in the message. */
 typedef struct {
   PetscInt lo[3], hi[3], at[3], from[3], to[3];
 } SideIterator;
 
+/* Starts at the first tile of the side. */
 static void SideBegin(const MPMPatch *patch, const int toward[3], PetscBool above, SideIterator *w)
 {
   for (PetscInt d = 0; d < 3; d++) {
@@ -38,6 +40,7 @@ static void SideBegin(const MPMPatch *patch, const int toward[3], PetscBool abov
   }
 }
 
+/* Sets *tile and the box of its nodes, and moves on; returns false after the last tile. */
 static PetscBool SideNext(const MPMPatch *patch, const int toward[3], PetscBool above, SideIterator *w, PetscInt *tile)
 {
   const MPMTiles *t = &patch->tiles;
@@ -52,12 +55,14 @@ static PetscBool SideNext(const MPMPatch *patch, const int toward[3], PetscBool 
   return PETSC_TRUE;
 }
 
+/* Returns the number of tiles of the side. */
 static PetscInt SideTiles(const SideIterator *w)
 {
   return (w->hi[0] - w->lo[0]) * (w->hi[1] - w->lo[1]) * (w->hi[2] - w->lo[2]);
 }
 
-/* Copies the sums of a tile's box to a message, or from it, and zeroes the others; returns how many bytes. */
+/* Copies the sums of a tile's box to a message, or from it (then the sums that the parts do not make are zeroed);
+   returns how many bytes. */
 static size_t CopyBox(const MPMPatch *patch, const SideIterator *w, PetscInt slot, PetscInt parts, PetscBool pack,
                       char *message)
 {
@@ -79,7 +84,7 @@ static size_t CopyBox(const MPMPatch *patch, const SideIterator *w, PetscInt slo
   return (size_t)((char *)at - message);
 }
 
-/* The most bytes that such a message can have. */
+/* Returns the most bytes that a message for this side can have. Not collective. */
 size_t MPMTilesBytes(const MPMPatch *patch, const int toward[3], PetscInt parts, PetscBool above)
 {
   const PetscInt dim   = patch->grid->dim;
@@ -101,7 +106,8 @@ size_t MPMTilesBytes(const MPMPatch *patch, const int toward[3], PetscInt parts,
          nodes * (size_t)(MPM_NODE_LAST(dim, parts) - MPM_NODE_FIRST(dim, parts)) * sizeof(PetscReal);
 }
 
-/* Nodes whose sums go to the process above on the side as particles lie now, once for each tile that has some. */
+/* Returns how many sums of nodes go to the process above on the side with the present particles; a node counts once for
+   each tile that has sums of it. Not collective. */
 PetscInt MPMTilesSent(const MPMPatch *patch, const int toward[3])
 {
   PetscInt     tile, nodes = 0;
@@ -114,7 +120,7 @@ PetscInt MPMTilesSent(const MPMPatch *patch, const int toward[3])
   return nodes;
 }
 
-/* Packs the message for the process above on the side; its length in bytes. */
+/* Packs the message for the process above on the side; returns its length in bytes. Not collective. */
 size_t MPMTilesPack(const MPMPatch *patch, const int toward[3], PetscInt parts, char *message)
 {
   PetscInt     tile, q = 0;
@@ -130,7 +136,7 @@ size_t MPMTilesPack(const MPMPatch *patch, const int toward[3], PetscInt parts, 
   return at;
 }
 
-/* Takes the message of the process below: its tiles get the next places. */
+/* Unpacks the message of the process below; the sums of its tiles get the next places in t->sum. Not collective. */
 void MPMTilesUnpack(MPMPatch *patch, const int toward[3], PetscInt parts, const char *message)
 {
   PetscInt     tile, q = 0;
@@ -146,7 +152,8 @@ void MPMTilesUnpack(MPMPatch *patch, const int toward[3], PetscInt parts, const 
   }
 }
 
-/* Copies the sums that the parts make of all nodes of a tile to or from a message; returns how many bytes. */
+/* Copies the sums that the parts make of all nodes of a tile to a message or from it; returns how many bytes. The pool
+   uses it. Not collective. */
 size_t MPMTilesCopy(const MPMPatch *patch, PetscInt slot, PetscInt parts, PetscBool pack, char *message)
 {
   const PetscInt     side = MPMTileSide(patch->basis), dim = patch->grid->dim;

@@ -1,15 +1,15 @@
-/* tiles.c - the tiles of a patch: which of them touch which nodes, whose sums they have, and how those that others
-   need travel. Geometry comes from the grid alone, so neighbours know each other's. */
+/* tiles.c - the tiles of a patch: which nodes each of them touches, which have particles, and whose sums are kept for
+   other processes. Geometry depends on the grid alone, so processes need no messages about their neighbours' tiles. */
 #include "kernels/tile_index.h"
 #include "particles/box.h"
 
-/* So many bytes of sums of late tiles, besides half as many tiles again as came from others: enough to hide their
-   sums and their messages. Not many more, since open tiles are summed in scratch, late ones mostly beyond the cache;
-   but whole rows of tiles, so in 1-D all. */
+/* Late tiles are added until their sums have this many bytes more than 1.5 times those that came from other processes:
+   their work then covers the time of the messages. More would be slower, since sums in scratch stay in the cache and
+   kept ones mostly do not. Whole rows of tiles are late, so in 1-D all tiles are. */
 #define LATE_BYTES 262144
 
-/* Nodes, or cells, of tile `tile` of axis d of the grid; on a periodic axis tiles go on beyond the first. *start: its
-   first node, counted from the grid's first. */
+/* Returns the nodes (or cells) of tile `tile` of axis d of the grid; on a periodic axis negative tiles continue at the
+   other end. *start is its first node, counted from the grid's first. */
 static PetscInt Width(const MPMPatch *patch, PetscInt d, PetscInt tile, PetscInt *start)
 {
   const PetscInt edge = MPMTileEdge(patch->basis), nodes = patch->grid->nodes[d], n = (nodes + edge - 1) / edge;
@@ -19,19 +19,19 @@ static PetscInt Width(const MPMPatch *patch, PetscInt d, PetscInt tile, PetscInt
   return PetscMin(edge, nodes - at * edge);
 }
 
-/* The stencil's reach beyond a particle's base node. */
+/* Returns how many nodes the stencil has beyond a particle's base node. */
 static PetscInt Reach(const MPMPatch *patch, PetscInt d)
 {
   return d < patch->grid->dim ? MPMBasisNodes(patch->basis) - 1 : 0;
 }
 
-/* The tile on axis d that stands at place k of the table, numbered over the grid. */
+/* Returns the number, counted over the grid, of the tile on axis d at place k of the table. */
 static PetscInt TileAt(const MPMPatch *patch, PetscInt d, PetscInt k)
 {
   return (patch->own_lo[d] + patch->grid->layers[d]) / MPMTileEdge(patch->basis) + k - patch->tiles.below[d];
 }
 
-/* How many tiles of axis d from `tile` on downwards touch nodes beyond it, which begin at `node` of the grid. */
+/* Returns how many tiles of axis d, from `tile` on downwards, touch nodes from `node` of the grid on. */
 static PetscInt CountBelow(const MPMPatch *patch, PetscInt d, PetscInt tile, PetscInt node)
 {
   PetscInt n = 0, start;
@@ -41,8 +41,8 @@ static PetscInt CountBelow(const MPMPatch *patch, PetscInt d, PetscInt tile, Pet
   return n;
 }
 
-/* The tiles of a patch whose box is set. alone: sums of the nodes above are wanted too, and none come from below (for
-   -parallel_sums roundoff). Not collective. */
+/* Sets up the tiles of a patch whose box is set. alone: the patch also makes sums of the nodes above, and gets none
+   from below (for -parallel_sums roundoff). Not collective. */
 PetscErrorCode MPMTilesSetUp(MPMPatch *patch, PetscBool alone)
 {
   const MPMGrid *grid = patch->grid;
@@ -92,6 +92,7 @@ PetscErrorCode MPMTilesSetUp(MPMPatch *patch, PetscBool alone)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Frees the tiles of a patch. Not collective. */
 PetscErrorCode MPMTilesDestroy(MPMPatch *patch)
 {
   MPMTiles *t = &patch->tiles;
@@ -105,7 +106,7 @@ PetscErrorCode MPMTilesDestroy(MPMPatch *patch)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Numbers of cells: those of the tiles of the table. */
+/* Returns how many numbers of cells there are: all cells of the tiles of the table. */
 PetscInt MPMTilesCells(const MPMPatch *patch)
 {
   const MPMTiles *t = &patch->tiles;
@@ -113,7 +114,7 @@ PetscInt MPMTilesCells(const MPMPatch *patch)
   return t->n[0] * t->n[1] * t->n[2] << t->bits * patch->grid->dim;
 }
 
-/* Adds a part of the order, which may go on from the one before. */
+/* Adds entries first .. last-1 of the order to the ranges of a pass; they may continue the range before. */
 static void AddRun(MPMTiles *t, MPMPass pass, PetscInt row, PetscInt first, PetscInt last)
 {
   MPMRange *before = t->runs[pass] + t->nruns[pass] - 1;
@@ -125,8 +126,9 @@ static void AddRun(MPMTiles *t, MPMPass pass, PetscInt row, PetscInt first, Pets
     t->runs[pass][t->nruns[pass]++] = (MPMRange){first, last, row};
 }
 
-/* Notes which tiles of a row have particles and gives those from `cut` on, which are early, a place for their sums.
-   Returns how many others have particles; pass: theirs. */
+/* Notes which tiles of a row have particles; those from `cut` on are early and get a place for their sums. Adds the
+   particles to the ranges of the early pass, or those of the other tiles to `pass`. Returns how many other tiles have
+   particles. */
 static PetscInt AssignRow(MPMPatch *patch, PetscInt row, PetscInt cut, MPMPass pass, const PetscInt start[])
 {
   MPMTiles      *t   = &patch->tiles;
@@ -157,15 +159,15 @@ static PetscInt AssignRow(MPMPatch *patch, PetscInt row, PetscInt cut, MPMPass p
   return others;
 }
 
-/* Notes which tiles have particles and gives those that are kept a place for their sums, and room to those that may
-   come. keep: all are early. Not collective. */
+/* Notes which tiles have particles (start [cells+1] of the order), and gives places to the sums that are kept and
+   memory to those that may come from others. keep: all tiles are early, as in the pool. Not collective. */
 PetscErrorCode MPMTilesAssign(MPMPatch *patch, PetscBool keep, const PetscInt start[])
 {
   MPMTiles      *t     = &patch->tiles;
   const size_t   size  = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_NODE_NC * sizeof(PetscReal);
   const PetscInt tiles = t->n[0] * t->n[1] * t->n[2];
-  const PetscInt came  = t->nslots - t->n_own; /* when sums were exchanged last */
-  PetscInt       late = 0, rows = 0;           /* late tiles, in the first rows */
+  const PetscInt came  = t->nslots - t->n_own; /* tiles whose sums came in the last exchange */
+  PetscInt       late = 0, rows = 0;           /* late tiles; they are in the first rows */
   size_t         need;
 
   PetscFunctionBeginUser;
@@ -185,7 +187,7 @@ PetscErrorCode MPMTilesAssign(MPMPatch *patch, PetscBool keep, const PetscInt st
   t->n_own = t->n_early;
   for (PetscInt k = 0; k < rows * t->n[0]; k++)
     if (t->slot[k] == MPM_TILE_SCRATCH) t->slot[k] = t->n_own++;
-  for (int k = 0; k < MPM_NUM_PASSES && keep; k++) t->nruns[k] = 0; /* others do the work */
+  for (int k = 0; k < MPM_NUM_PASSES && keep; k++) t->nruns[k] = 0; /* workers of the pool do the work */
   t->nslots = t->n_own;
   need      = (size_t)(t->n_own + tiles - (t->n[0] - t->below[0]) * (t->n[1] - t->below[1]) * (t->n[2] - t->below[2]));
   if (need > t->room) {
@@ -198,7 +200,8 @@ PetscErrorCode MPMTilesAssign(MPMPatch *patch, PetscBool keep, const PetscInt st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Fills in the tiles below on the axes where they are the uppermost ones again, once those have their sums. */
+/* Where the tiles below are the uppermost ones across a periodic face, gives them the same sums, once those are made.
+   Not collective. */
 void MPMTilesWrap(MPMPatch *patch)
 {
   MPMTiles *t = &patch->tiles;
@@ -214,7 +217,7 @@ void MPMTilesWrap(MPMPatch *patch)
     }
 }
 
-/* Lets `first` to `last` - 1 of the rows [lo, hi) of nodes be visited. */
+/* Makes phases visit the nodes of the box [lo, hi) of the arrays too. */
 static void Extend(MPMPatch *patch, const PetscInt lo[3], const PetscInt hi[3])
 {
   for (PetscInt k = lo[2]; k < hi[2]; k++)
@@ -226,7 +229,7 @@ static void Extend(MPMPatch *patch, const PetscInt lo[3], const PetscInt hi[3])
     }
 }
 
-/* The part of each row of nodes that the particles of a row of cells touch. */
+/* Adds the nodes that the particles of a row of cells touch to the spans. */
 static void SpanCells(MPMPatch *patch, PetscInt row, PetscInt in)
 {
   const MPMTiles *t    = &patch->tiles;
@@ -246,7 +249,8 @@ static void SpanCells(MPMPatch *patch, PetscInt row, PetscInt in)
   Extend(patch, lo, hi);
 }
 
-/* Finds the part of each row of nodes that particles touch: for own particles by cells, for those below by tiles. */
+/* Finds the part of each row of nodes that particles touch: for own particles by their cells, for those of others by
+   tiles. Not collective. */
 void MPMTilesFindSpans(MPMPatch *patch)
 {
   const MPMTiles *t = &patch->tiles;
@@ -259,7 +263,7 @@ void MPMTilesFindSpans(MPMPatch *patch)
     PetscInt       lo[3], hi[3];
 
     if (at[0] >= t->below[0] && at[1] >= t->below[1] && at[2] >= t->below[2]) {
-      tile += t->n[0] - at[0] - 1; /* the rest of the row is own */
+      tile += t->n[0] - at[0] - 1; /* the rest of the row is own ones */
       continue;
     }
     if (t->slot[tile] == MPM_TILE_EMPTY) continue;

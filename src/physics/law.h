@@ -1,4 +1,4 @@
-/* law.h - macros that turn a law for one particle into the functions for blocks that its row of material.def needs.
+/* law.h - macros that make the functions for blocks, which a row of material.def needs, from a law for one particle.
 
    A material file defines inlined functions of one particle, whose state is s, and ends with MPM_MATERIAL_DEFINE:
      <name>_setup(material)           sets constants from the options; returns what is wrong or NULL (optional)

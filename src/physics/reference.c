@@ -425,6 +425,7 @@ const MPMReference MPMReferences[] = {
 #undef MPM_REFERENCE
     {NULL, NULL, PETSC_FALSE, NULL, NULL, NULL, NULL, NULL, NULL}};
 
+/* Returns the row of this name, or NULL if there is none. */
 const MPMReference *MPMReferenceFind(const char name[])
 {
   for (const MPMReference *row = MPMReferences; row->name; row++)

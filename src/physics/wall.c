@@ -134,8 +134,8 @@ static PetscBool OnlyPushes(MPMWall type)
 }
 
 /* At a wall that only pushes, a node that meets it moves as at a slip wall, with no velocity and no acceleration along
-   the normal. The stress of the particles takes up their normal momentum, so it is not lost. The acceleration contains
-   the friction. */
+   the normal. Particles keep their normal momentum until their stress stops them, so none is lost. The acceleration
+   contains the friction. */
 PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const PetscInt ijk[], PetscReal dt,
                          const PetscReal v[], PetscReal at[], PetscReal a[])
 {
