@@ -21,8 +21,7 @@ typedef struct {
   PetscReal  u[3], m; /* displacement, m; mass, kg */
 } Sample;
 
-/* --- Refinement of the option database
-   ----------------------------------------------------------------------------- */
+/* --- Refinement of the option database ---------------------------------------------------------------------------- */
 
 static PetscErrorCode SetList(const char name[], PetscInt dim, const PetscInt value[3])
 {
@@ -76,8 +75,7 @@ static PetscErrorCode SetRung(MPM coarse, PetscInt level)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- The finest run as reference
-   ----------------------------------------------------------------------------------- */
+/* --- The finest run as reference ---------------------------------------------------------------------------------- */
 
 static int ByPlace(const void *a, const void *b, void *ctx)
 {
@@ -171,8 +169,7 @@ static PetscErrorCode Difference(const MPMGrid *grid, PetscInt halvings, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- The runs
-   ------------------------------------------------------------------------------------------------------ */
+/* --- The runs ----------------------------------------------------------------------------------------------------- */
 
 /* Makes run `level`. Its size and error go to rung; if the finest run is the reference, its particles go to samples. If
    it stopped early, *status says so. Collective on core.comm. */
