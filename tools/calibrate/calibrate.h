@@ -43,7 +43,7 @@ void           FitMessages(PetscMPIInt size, const MessageTimes *, MPMModel *);
 PetscErrorCode TimeCopy(PetscReal *least);
 PetscErrorCode TimeKept(MPM scene, PetscReal *least);
 
-/* --- Migrations of about n particles a process (migration.c) ------------------------------------------------------ */
+/* --- Migrations of about n particles per process (migration.c) --------------------------------------------------- */
 
 enum { SWARM, DIRECT, SWAP, WAYS }; /* SWARM and DIRECT move no particle; SWAP moves some by direct messages */
 typedef struct {
