@@ -1,45 +1,49 @@
-/* cost.h - what a step costs, predicted (docs/performance.md derives the model), and what a run used of the machine. */
+/* cost.h - the predicted cost of a step (docs/performance.md derives the model), and how much of the machine a run
+   used. Before the first step the prediction is printed, and the partition of the grid is chosen by it. */
 #ifndef MPM_COST_H
 #define MPM_COST_H
 
 #include "step/step.h"
 
-/* The time of n particles or nodes: call + n each, where each is each[k] at size[k] and goes from one to the next by
-   the logarithm of n, as caches overflow. */
+/* The time that n particles or nodes take: call + n each. `each` depends on n, by the caches: it is each[k] at size[k],
+   and linear in the logarithm of n between two sizes. */
 #define MPM_RATE_SIZES 3
 typedef struct {
   PetscReal call, size[MPM_RATE_SIZES], each[MPM_RATE_SIZES]; /* s, 1, s */
 } MPMRate;
 
-/* A migration takes call + stage s + process P + particle n + leaver q seconds for n particles here, of which q leave
-   and as many come, and P processes; s is log2(P) for DMSwarmMigrate, and the number of axes that are cut here for
-   direct messages. */
+/* A migration takes call + stage s + process P + particle n + leaver q seconds, for n particles here, of which q leave
+   and as many arrive, and P processes. s is log2(P) for DMSwarmMigrate, and the number of axes that are cut for direct
+   messages. */
 typedef struct {
   PetscReal call, stage, process, particle, leaver;
 } MPMMigration;
 
+/* The constants of the model. */
 typedef struct {
-  MPMRate      rate[MPM_MAX_TIMERS];   /* by timer; all passes of a step together */
-  PetscReal    exchange, message;      /* s an exchange with the neighbours, and a message on its way */
-  PetscReal    post;                   /* s that a message takes of the processors at its ends */
-  PetscReal    wire, copy;             /* s a byte: on its way, packed and unpacked */
-  PetscReal    kept;                   /* s a byte of tiles' sums that are sent: zeroed, packed, unpacked */
+  MPMRate      rate[MPM_MAX_TIMERS];   /* by timer; all phases of a step that share it together */
+  PetscReal    exchange, message;      /* s per exchange with the neighbours, and per message until it arrives */
+  PetscReal    post;                   /* s per message of processor time at its two ends */
+  PetscReal    wire, copy;             /* s per byte of a message: to transmit it, to pack and unpack it */
+  PetscReal    kept;                   /* s per byte of tiles' sums that are sent: to zero, pack and unpack it */
   PetscReal    reduction;              /* s of the step's reduction for each doubling of the processes */
   MPMMigration migration[2];           /* swarm, direct */
-  PetscReal    job, pool;              /* s a patch of the pool, s a byte of it, on either side */
+  PetscReal    job, pool;              /* s per job of the pool and per byte of it, for the master as for the worker */
   PetscReal    flop, byte;             /* s that a core takes at best for an operation, a byte of memory; 0: unknown */
   char         from[2 * MPM_NAME_LEN]; /* where the constants come from */
 } MPMModel;
 
+/* The model of a run, and what it predicts. */
 typedef struct {
   MPMModel  model;
   char      file[2 * MPM_TEXT_LEN], note[MPM_TEXT_LEN]; /* -model_file; why it is not used */
-  PetscReal predicted[MPM_MAX_TIMERS];                  /* s a step, by the model */
-  PetscReal messages[MPM_MAX_TIMERS];                   /* with -report_path: of these the messages */
+  PetscReal predicted[MPM_MAX_TIMERS];                  /* s per step, by timer */
+  PetscReal messages[MPM_MAX_TIMERS];                   /* with -report_path: the part of it for messages */
 } MPMCost;
 
 /* --- Constants (model_file.c) ------------------------------------------------------------------------------------- */
 
+/* model_file.c describes these functions. */
 PetscErrorCode MPMModelSetFromOptions(MPMCost *, MPMOptions);
 PetscErrorCode MPMModelSetUp(MPMCost *, const MPMCore *, const MPMScene *, const char dir[]);
 PetscErrorCode MPMModelSave(const MPMCost *, const MPMCore *, const MPMScene *);
@@ -47,8 +51,7 @@ PetscBool      MPMModelIsFile(const char path[]);
 PetscBool      MPMModelReadLine(const MPMTimers *, const char line[], MPMModel *, int *found);
 void           MPMModelMethod(const MPMCore *, const MPMScene *, char text[], size_t len);
 
-/* --- Predictions (model.c); dt: of the next step, s ----------------------------------------------------------------
-   */
+/* --- Predictions (model.c); dt: of the next step, s --------------------------------------------------------------- */
 
 void           MPMModelRough(MPMModel *, const MPMCore *, const MPMScene *);
 PetscReal      MPMModelTimer(const MPMModel *, const MPMCore *, PetscInt timer, const MPMShare *);
@@ -57,14 +60,17 @@ PetscReal      MPMModelPoolBytes(const MPMCore *, PetscInt timer, const MPMShare
 PetscReal      MPMModelPoolStep(const MPMModel *, const MPMCore *, const MPMShare *, PetscInt edge, PetscReal *bound);
 PetscInt       MPMModelPoolEdge(const MPMModel *, const MPMCore *, const MPMShare *);
 void           MPMModelCosts(const MPMModel *, const MPMCore *, PetscReal particles, MPMCosts *);
-PetscErrorCode MPMModelShare(MPMCore *, PetscReal dt, MPMShare *); /* of this process as it is */
+PetscErrorCode MPMModelShare(MPMCore *, PetscReal dt, MPMShare *);
 PetscErrorCode MPMModelPredict(MPMCost *, MPMCore *, PetscReal dt);
 
-/* Prints what the model says of other numbers of processes (model_view.c), the critical path of -report_path (path.c),
-   and the line `speed` (roofline.c); limits: measure those of the machine for it. */
+/* The share of a process in a cut of a full body into cubes; the smallest number of particles per process that keeps an
+   efficiency, 0: none up to 1e9 (model_view.c). */
 MPMShare  MPMModelCube(const MPMCore *, PetscReal n, PetscReal per_cell, PetscReal processes, PetscReal moved);
 PetscReal MPMModelLeast(const MPMModel *, const MPMCore *, PetscReal per_cell, PetscReal processes, PetscReal moved,
                         PetscReal efficiency);
+
+/* Print what the model predicts for other numbers of processes (model_view.c), the critical path of -report_path
+   (path.c), and the line `speed` (roofline.c), for which `limits` says whether to measure the limits of a core. */
 PetscErrorCode MPMModelView(const MPMCost *, MPMCore *, const MPMScene *, PetscReal dt);
 PetscErrorCode MPMWorkView(const MPMCost *, MPMCore *);
 PetscErrorCode MPMRoofline(const MPMCost *, MPMCore *, PetscBool limits);

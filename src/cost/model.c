@@ -1,26 +1,28 @@
-/* model.c - what a step costs, predicted: docs/performance.md derives the formulas and says how well they hold.
+/* model.c - the predicted cost of a step: docs/performance.md derives the formulas and says how well they hold.
 
-   A step is the sum of its phases. A phase costs the process that has most of it
+   The time of a step is the sum over its phases. The process that has most of a phase takes for it
      call + n each          its kernel, for n particles (or nodes); `each` depends on n, by the caches
-     + message + byte       what it sends to neighbours; the way of sums is hidden by work, that of motion is not
-   and a step one reduction and, when particles leave, a migration. The constants are of this machine and this method,
-   from a calibration (tools/calibrate), or else rough ones from counts of flops and bytes. Physics never sees any of
-   this, but the partition of the grid is chosen by it. */
+     + message + byte       what it sends to neighbours; sums are transmitted while it works, motion is waited for
+   A step also has one reduction and, when particles leave their patch, a migration. The constants are of this machine
+   and this method, from a calibration (tools/calibrate), or else rough ones from counts of flops and bytes. The physics
+   does not use them, but the partition of the grid is chosen by them. */
 #include "cost/cost.h"
 #include "kernels/tile_index.h"
 
-/* Without a calibration: s per flop, per byte of particle fields, per node, per particle sorted, per phase. */
+/* The rough constants without a calibration, in s: per flop, per byte of particle fields, per node, per particle that
+   is sorted, per phase. */
 #define FLOP 0.028e-9
 #define BYTE 0.05e-9
 #define NODE 4e-9
 #define SORT 2.5e-9
 #define CALL 1e-6
 
-/* Cells that the fastest particle moves in a step, for the choice of the cuts: a guess, since these are made before the
-   particles, and bodies that rest at the start will not stay so. With dt = 0.4 h/(c + |v|) it is |v| = c/9. */
+/* Cells that the fastest particle is assumed to move in a step, for the choice of the cuts. It is a guess, since the
+   grid is cut before the particles exist, and bodies at rest start to move. With dt = 0.4 h/(c + |v|) it means |v| =
+   c/9. */
 #define MOVED 0.04
 
-/* Seconds for n things. */
+/* Returns the seconds that n particles or nodes take. */
 static PetscReal Seconds(const MPMRate *r, PetscReal n)
 {
   PetscReal each = r->each[0];
@@ -33,7 +35,7 @@ static PetscReal Seconds(const MPMRate *r, PetscReal n)
   return r->call + n * each;
 }
 
-/* How often a step runs phases of timer e, and the first of them in the step; NULL: it runs none. */
+/* Returns how often a step runs phases of timer e; *first is the first of them, or NULL if it runs none. */
 static PetscInt Times(const MPMCore *core, PetscInt e, const MPMPhase **first)
 {
   PetscInt times = 0;
@@ -47,7 +49,8 @@ static PetscInt Times(const MPMCore *core, PetscInt e, const MPMPhase **first)
   return times;
 }
 
-/* Bytes a ghost node that a phase sends: its motion once, its sums once for each tile that reaches it. */
+/* Returns the bytes that a phase sends per ghost node: its motion once, or its sums once for each tile that reaches
+   it. */
 static PetscReal PhaseMessage(const MPMCore *core, const MPMPhase *phase)
 {
   const PetscInt dim = core->grid.dim;
@@ -57,19 +60,20 @@ static PetscReal PhaseMessage(const MPMCore *core, const MPMPhase *phase)
          (PetscReal)(MPM_NODE_LAST(dim, phase->parts) - MPM_NODE_FIRST(dim, phase->parts));
 }
 
+/* Returns the number of doublings that lead from one process to so many. */
 static PetscReal Log2(PetscReal processes)
 {
   return processes > 1 ? PetscCeilReal(PetscLog2Real(processes)) : 0;
 }
 
-/* The probability that a step moves a particle from one process to another, if so many do so on average. */
+/* Returns the probability that in a step at least one particle changes process, if s->crossing do so on average. */
 static PetscReal Migrates(const MPMShare *s)
 {
   return 1 - PetscExpReal(-s->crossing);
 }
 
-/* Predicted seconds a step of timer e on a process with this share of a run in spatial decomposition, or of one
-   process. Not collective. */
+/* Returns the predicted seconds per step of timer e, on a process with this share, in spatial decomposition or in a run
+   on one process. Not collective. */
 PetscReal MPMModelTimer(const MPMModel *m, const MPMCore *core, PetscInt e, const MPMShare *s)
 {
   const MPMMigration *way    = &m->migration[core->exchange.direct];
@@ -140,6 +144,8 @@ static PetscReal PoolTimer(const MPMModel *m, const MPMCore *core, PetscInt e, c
   return PetscMax(*master, worker) + (Seconds(&m->rate[e], s->particles) + 2 * *master) / jobs;
 }
 
+/* Returns the predicted seconds of a step on a process with this share, in spatial decomposition or in a run on one
+   process. Not collective. */
 PetscReal MPMModelStep(const MPMModel *m, const MPMCore *core, const MPMShare *s)
 {
   PetscReal t = 0;
@@ -148,7 +154,8 @@ PetscReal MPMModelStep(const MPMModel *m, const MPMCore *core, const MPMShare *s
   return t;
 }
 
-/* Seconds of a step in the pool; bound: what no number of workers can exceed, the speed-up where the master is all. */
+/* Returns the predicted seconds of a step in the pool; s, edge: as above. *bound, if not NULL, gets the speed-up that
+   no number of workers can exceed, because the master is busy all the time. Not collective. */
 PetscReal MPMModelPoolStep(const MPMModel *m, const MPMCore *core, const MPMShare *s, PetscInt edge, PetscReal *bound)
 {
   PetscReal t = 0, busy = 0, master, serial;
@@ -205,14 +212,15 @@ void MPMModelCosts(const MPMModel *m, const MPMCore *core, PetscReal n, MPMCosts
   costs->fixed     = base - n * costs->particle - nodes * costs->node - costs->neighbour;
 }
 
-/* Rough constants from the hand counts, once the phases are known. Not collective. */
+/* Sets rough constants from the counts of operations and bytes of the phases, which have to be known. Not
+   collective. */
 void MPMModelRough(MPMModel *m, const MPMCore *core, const MPMScene *scene)
 {
   memset(m, 0, sizeof *m);
   for (PetscInt e = 0; e < MPM_TIMER_PHASES; e++)
     if (e != MPM_TIMER_MIGRATE && (e != MPM_TIMER_FORCES || scene->forced)) m->rate[e].call = CALL;
   m->rate[MPM_TIMER_SORT].each[0] = SORT;
-  if (scene->forced) m->rate[MPM_TIMER_FORCES].each[0] = 100e-9; /* an expression a particle */
+  if (scene->forced) m->rate[MPM_TIMER_FORCES].each[0] = 100e-9; /* one expression per particle */
   for (PetscInt k = 0; k < core->nprogram; k++) {
     const MPMPhase *phase = core->program[k];
     MPMRate        *r     = &m->rate[phase->timer];
@@ -245,7 +253,7 @@ void MPMModelRough(MPMModel *m, const MPMCore *core, const MPMScene *scene)
   (void)snprintf(m->from, sizeof m->from, "rough: make calibrate measures them");
 }
 
-/* What this process has now. Collective on the exchange. */
+/* Sets the share to what this process has now. Collective on the exchange. */
 PetscErrorCode MPMModelShare(MPMCore *core, PetscReal dt, MPMShare *s)
 {
   MPMPatch   *patch = &core->exchange.patch;
@@ -272,7 +280,7 @@ PetscErrorCode MPMModelShare(MPMCore *core, PetscReal dt, MPMShare *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Predicts the step of the state as it is: cost->predicted, of the process that takes longest in each part. Collective
+/* Predicts the next step: sets cost->predicted, s by timer, each of the process that takes longest for it. Collective
    on the exchange. */
 PetscErrorCode MPMModelPredict(MPMCost *cost, MPMCore *core, PetscReal dt)
 {
@@ -286,11 +294,11 @@ PetscErrorCode MPMModelPredict(MPMCost *cost, MPMCore *core, PetscReal dt)
                              ? PoolTimer(&cost->model, core, e, &s, core->exchange.pool_cells, &ignored)
                              : MPMModelTimer(&cost->model, core, e, &s);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, cost->predicted, MPM_MAX_TIMERS, MPIU_REAL, MPIU_MAX, core->exchange.data));
-  if (core->timers.work.on) { /* messages: what is left when the work costs nothing */
+  if (core->timers.work.on) { /* the time for messages is what is left if the work takes no time */
     const MPMModel model = cost->model;
 
     PetscCall(PetscMemzero(cost->model.rate, sizeof cost->model.rate));
-    cost->model.kept = 0; /* that is work, of the processor time */
+    cost->model.kept = 0; /* this is work, and counts as such */
     for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
       cost->messages[e] = core->exchange.type->farms ? 0 : MPMModelTimer(&cost->model, core, e, &s);
     cost->model = model;

@@ -1,9 +1,10 @@
-/* model_file.c - the constants of the model: from the file of a calibration (tools/calibrate), or rough ones. */
+/* model_file.c - the constants of the model: they are read from the file of a calibration (tools/calibrate), or else
+   rough ones are set. A calibration writes its file here. */
 #include <errno.h>
 #include <unistd.h>
 #include "cost/cost.h"
 
-/* What the constants are good for: the same method, of particles that cost the same. */
+/* Writes a text that is the same for two runs if the same constants fit both: the method, and what a particle costs. */
 void MPMModelMethod(const MPMCore *core, const MPMScene *scene, char text[], size_t len)
 {
   size_t at = (size_t)snprintf(text, len, "%" PetscInt_FMT "-D:%d:%" PetscInt_FMT ":%" PetscInt_FMT, core->grid.dim,
@@ -21,7 +22,8 @@ void MPMModelMethod(const MPMCore *core, const MPMScene *scene, char text[], siz
   }
 }
 
-/* The single numbers of a model, by their names in its file. 0: a file may lack it, since no prediction needs it. */
+/* The single numbers of a model, by their names in its file. 0: the file need not have it, since no prediction uses
+   it. */
 /* clang-format off */
 #define MPM_MODEL_NUMBERS(X) \
   X(exchange, 1) \
@@ -47,6 +49,7 @@ void MPMModelMethod(const MPMCore *core, const MPMScene *scene, char text[], siz
   X(byte, 0)
 /* clang-format on */
 
+/* Writes the constants to cost->file. Only one process calls it. */
 PetscErrorCode MPMModelSave(const MPMCost *cost, const MPMCore *core, const MPMScene *scene)
 {
   const MPMModel *m = &cost->model;
@@ -75,8 +78,8 @@ PetscErrorCode MPMModelSave(const MPMCost *cost, const MPMCore *core, const MPMS
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A line of the file into the model; what is none of its lines, or has no sound numbers, returns PETSC_FALSE. `found`
-   counts the single numbers that are needed. */
+/* Reads a line of the file into the model. Returns PETSC_FALSE if the line does not belong into such a file or has a
+   number out of range. *found counts the single numbers that are needed. */
 PetscBool MPMModelReadLine(const MPMTimers *timers, const char line[], MPMModel *m, int *found)
 {
   char   name[MPM_NAME_LEN];
@@ -102,7 +105,7 @@ PetscBool MPMModelReadLine(const MPMTimers *timers, const char line[], MPMModel 
     }
     return PETSC_TRUE;
   }
-  if (sscanf(line, "%63s %lf", name, v) != 2 || !(v[0] >= 0 && v[0] < 1)) return PETSC_FALSE; /* all are s */
+  if (sscanf(line, "%63s %lf", name, v) != 2 || !(v[0] >= 0 && v[0] < 1)) return PETSC_FALSE; /* each is a time in s */
 #define MPM_READ(entry, needed)                                                                                        \
   if (!strcmp(name, #entry)) {                                                                                         \
     m->entry = v[0];                                                                                                   \
@@ -114,8 +117,8 @@ PetscBool MPMModelReadLine(const MPMTimers *timers, const char line[], MPMModel 
   return PETSC_FALSE;
 }
 
-/* Reads the file of the constants, if there is one for this method: what keeps it from being used goes to `wrong`. On
-   one process. */
+/* Reads the file of the constants, if there is one; `wrong` gets the reason if it cannot be used. Only one process
+   calls it. */
 static PetscErrorCode Load(MPMCost *cost, const MPMCore *core, const MPMScene *scene, char wrong[], size_t len)
 {
   MPMModel  m    = cost->model;
@@ -138,7 +141,7 @@ static PetscErrorCode Load(MPMCost *cost, const MPMCore *core, const MPMScene *s
   MPM_MODEL_NUMBERS(MPM_COUNT)
 #undef MPM_COUNT
   if (found != wanted) sound = PETSC_FALSE;
-  for (PetscInt k = 0; k < core->nprogram && fits; k++) { /* each phase has been timed */
+  for (PetscInt k = 0; k < core->nprogram && fits; k++) { /* was each phase timed? */
     const MPMRate *r = &m.rate[core->program[k]->timer];
 
     if (!(r->call > 0 || r->each[0] > 0)) sound = PETSC_FALSE;
@@ -153,7 +156,7 @@ static PetscErrorCode Load(MPMCost *cost, const MPMCore *core, const MPMScene *s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does one of the first lines name a method? In every file of a calibration one does. */
+/* Returns whether a file is one of a calibration: one of the first lines names a method. Not collective. */
 PetscBool MPMModelIsFile(const char path[])
 {
   FILE     *file = fopen(path, "r");
@@ -166,6 +169,7 @@ PetscBool MPMModelIsFile(const char path[])
   return is;
 }
 
+/* Reads -model_file; a fault is left in o. Not collective. */
 PetscErrorCode MPMModelSetFromOptions(MPMCost *cost, MPMOptions o)
 {
   PetscBool set;
@@ -181,9 +185,9 @@ PetscErrorCode MPMModelSetFromOptions(MPMCost *cost, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the constants: from the file of a calibration if there is one for this method, else rough ones. dir: the folder
-   of the results, where the file is unless -model_file names it. Once the phases and the fields of the particles are
-   known. Collective on core->comm. */
+/* Sets the constants from the file of a calibration, if there is one for this method, else to rough ones. dir: the
+   folder of the results, where the file is unless -model_file names it. The phases and the fields of the particles have
+   to be known. Collective on core->comm. */
 PetscErrorCode MPMModelSetUp(MPMCost *cost, const MPMCore *core, const MPMScene *scene, const char dir[])
 {
   char        wrong[MPM_TEXT_LEN] = "";

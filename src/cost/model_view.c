@@ -1,16 +1,17 @@
-/* model_view.c - what the model says of other numbers of processes: -dry_run prints it. */
+/* model_view.c - what the model predicts for other numbers of processes; -dry_run prints it before it ends. */
 #include "cost/cost.h"
 #include "kernels/tile_index.h"
 
-/* The share of one process in a cut of a full block into `processes` cubes, n particles each: cells of side
-   (n/per_cell)^(1/d), ghosts a shell of the stencil's reach above, as tiles send them: on an axis where it is above the
-   cube, a node is in the last tile alone. The fastest particle moves by `moved` cells a step. */
+/* Returns the share of one process if a full body is cut into `processes` cubes of n particles each, whose side is
+   (n/per_cell)^(1/dim) cells. Ghosts are the layer above the cube that stencils reach. A node is sent by each tile that
+   reaches it; on an axis on which it lies above the cube, only the last tile does. The fastest particle moves by
+   `moved` cells per step. */
 MPMShare MPMModelCube(const MPMCore *core, PetscReal n, PetscReal per_cell, PetscReal processes, PetscReal moved)
 {
   const PetscReal dim = (PetscReal)core->grid.dim, reach = (PetscReal)MPMBasisNodes(core->basis) - 1;
   const PetscReal side = PetscPowReal(n / per_cell, 1 / dim), cells = n / per_cell;
   const PetscReal tiles = MPMTilesPerGhost(core->grid.dim, core->basis);
-  const PetscReal one   = PetscPowReal(tiles, 1 / PetscMax(1, dim - 1)); /* the same of one axis */
+  const PetscReal one   = PetscPowReal(tiles, 1 / PetscMax(1, dim - 1)); /* the same for one axis */
   MPMShare        s     = {.particles = n, .processes = processes, .nodes = PetscPowReal(side + reach, dim)};
 
   if (processes > 1) {
@@ -24,7 +25,8 @@ MPMShare MPMModelCube(const MPMCore *core, PetscReal n, PetscReal per_cell, Pets
   return s;
 }
 
-/* The predicted step of this scene in spatial decomposition on `size` processes, cut as the program would cut it. */
+/* Predicts the seconds of a step of this scene in spatial decomposition on `size` processes, and the imbalance, if the
+   grid is cut as the program would cut it. */
 static PetscErrorCode SpatialStep(const MPMModel *m, const MPMCore *core, const MPMHistogram *h, PetscMPIInt size,
                                   PetscReal moved, PetscReal *seconds, PetscReal *imbalance)
 {
@@ -44,7 +46,8 @@ static PetscErrorCode SpatialStep(const MPMModel *m, const MPMCore *core, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The smallest number of particles a process at which cubes on `processes` keep this efficiency; 0: none up to 1e9. */
+/* Returns the smallest number of particles per process at which cubes on `processes` processes have this efficiency, or
+   0 if no number up to 1e9 is enough. */
 PetscReal MPMModelLeast(const MPMModel *m, const MPMCore *core, PetscReal per_cell, PetscReal processes,
                         PetscReal moved, PetscReal efficiency)
 {
@@ -57,7 +60,7 @@ PetscReal MPMModelLeast(const MPMModel *m, const MPMCore *core, PetscReal per_ce
   return 0;
 }
 
-/* Prints what the model says of this scene on other numbers of processes. Collective on core->exchange.data. */
+/* Prints what the model predicts for this scene on other numbers of processes. Collective on core->exchange.data. */
 PetscErrorCode MPMModelView(const MPMCost *cost, MPMCore *core, const MPMScene *scene, PetscReal dt)
 {
   const MPMModel          *m       = &cost->model;
@@ -89,7 +92,7 @@ PetscErrorCode MPMModelView(const MPMCost *cost, MPMCore *core, const MPMScene *
   PetscCall(MPMHistogramCreate(&core->grid, core->basis, core->exchange.data, &h));
   PetscCall(MPMSceneHistogram(scene, core, &h));
   PetscCall(MPMHistogramFinish(&h));
-  if (rank) { /* the first prints, and no other has the histogram */
+  if (rank) { /* only the first has the tables, and prints */
     PetscCall(MPMHistogramDestroy(&h));
     PetscFunctionReturn(PETSC_SUCCESS);
   }

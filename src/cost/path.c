@@ -1,9 +1,10 @@
-/* path.c - -report_path: the processor time of the work itself, without messages, of each process in each phase of each
-   step. On fewer cores than processes wall time says nothing about a machine with a core for each; the sum over steps
-   and phases of the slowest process's work, with the messages as the model has them, does: the critical path. */
+/* path.c - prints what -report_path asks for, after a run: the processor time that each process worked, without
+   messages, in each phase of each step. On fewer cores than processes, wall time does not tell how long a machine with
+   a core for each process would take. The critical path does: the sum over steps and phases of the work of the slowest
+   process, and of the messages as the model predicts them. */
 #include "cost/cost.h"
 
-/* Prints the work and the critical path. Collective on core->comm: the workers of a pool take part. */
+/* Prints the work and the critical path. Collective on core->comm, so the workers of a pool call it too. */
 PetscErrorCode MPMWorkView(const MPMCost *cost, MPMCore *core)
 {
   const MPMWork *path = &core->timers.work;

@@ -1,12 +1,15 @@
-/* roofline.c - how much of the machine a run used: arithmetic and memory traffic, counted by hand per phase, over the
-   time of the steps; beside them the limits of a core, measured here in about half a second. */
+/* roofline.c - prints, after a run, how much of the machine it used: the arithmetic and the memory traffic of the
+   steps, by formulas for each phase, over their time; and beside them the limits of a core, measured here in about half
+   a second. */
 #include "cost/cost.h"
 
-/* s, for each of the two; the best of many tries counts, since what else runs keeps a core for some hundredths. */
+/* s, for each of the two limits. The best of many tries counts, since other programs may use the core for some
+   hundredths of a second. */
 #define BUDGET 0.25
 
-/* Floating-point operations per second of one core with the vectors that the kernels use. With 2 lanes a fused product
-   and sum is a call of the C library where the program is built for any processor: as in the kernels. */
+/* Measures the floating-point operations per second of one core, with the vectors that the kernels use. As in the
+   kernels, with 2 lanes a fused product and sum is a call of the C library if the program is built for any
+   processor. */
 static PetscErrorCode PeakFlops(PetscReal *best)
 {
   volatile PetscReal start = 1, end;
@@ -26,8 +29,8 @@ static PetscErrorCode PeakFlops(PetscReal *best)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Bytes per second of one core, a = b + s c on arrays far larger than caches: 24 an element, without the lines of a
-   that most processors fetch before they overwrite them. */
+/* Measures the bytes per second of one core, for a = b + s c on arrays far larger than caches. An element counts as 24
+   B, without the reading of a's cache lines, which most processors do before they overwrite them. */
 static PetscErrorCode PeakBytes(PetscReal *best)
 {
   const PetscInt n = 4000000;
@@ -50,8 +53,8 @@ static PetscErrorCode PeakBytes(PetscReal *best)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Seconds of a core for an operation and for a byte of memory at best, the mean over processes that measure at once,
-   since cores share memory and heat. Collective on comm; takes about half a second. */
+/* Measures the least seconds of a core for an operation and for a byte of memory, as the mean over processes that
+   measure at the same time, since cores share memory and cooling. It takes about half a second. Collective on comm. */
 PetscErrorCode MPMLimits(MPI_Comm comm, PetscReal *flop, PetscReal *byte)
 {
   PetscReal   flops, bytes, seconds[2];
@@ -71,9 +74,10 @@ PetscErrorCode MPMLimits(MPI_Comm comm, PetscReal *flop, PetscReal *byte)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the line: operations and bytes are the mean over the processes, in the pool over master and workers. Beside
-   them what a core can: as the model's file says, or measured now, with -report_limits or, where no file says it, after
-   a run whose steps took 20 s. In the pool the master measures alone. Collective on the exchange. */
+/* Prints the line `speed`: operations and bytes are the mean over the processes, in the pool over master and workers.
+   Beside them are the limits of a core, if the model's file has them or they are measured now: with -report_limits or,
+   if no file has them, after a run whose steps took more than 20 s. In the pool the master measures alone. Collective
+   on the exchange. */
 PetscErrorCode MPMRoofline(const MPMCost *cost, MPMCore *core, PetscBool limits)
 {
   const PetscReal per     = (PetscReal)core->particles.total * core->step;

@@ -1,5 +1,6 @@
-/* diagnostics.c - what a run shows of its state: the functions of the rows of diagnostics.def. A new quantity is a row
-   there and a function here. */
+/* diagnostics.c - what a run shows of its state: the functions of the rows of diagnostics.def, which are called between
+   steps. A new quantity needs a row there and a function here. Fill_<name> sets row [nc], the quantity of particle p of
+   a view; vectors have 3 components, and 0 on missing axes. Value_<name> returns a number of the run. */
 #include "base/exact_sum.h"
 #include "output/diagnostics.h"
 
@@ -15,7 +16,7 @@ static const MPMMaterial *MaterialOf(const MPMShown *s, const MPMView *v, PetscI
   return &s->scene->materials[KindOf(s, v, p)->material];
 }
 
-/* Volume over that of the start. */
+/* Returns the volume of a particle over that at the start. */
 static PetscReal Jacobian(const MPMShown *s, const MPMView *v, PetscInt p)
 {
   const PetscInt dim = s->core->grid.dim;
@@ -39,7 +40,7 @@ static void Fill_v(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal ro
   for (PetscInt d = 0; d < 3; d++) row[d] = d < s->core->grid.dim ? v->v[p * s->core->grid.dim + d] : 0;
 }
 
-/* Materials without F carry J: then F shows the same volume, J^(1/dim) I. */
+/* Materials without F have J; then F is shown as J^(1/dim) I, which has the same volume. */
 static void Fill_F(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   const PetscInt dim = s->core->grid.dim;
@@ -52,7 +53,7 @@ static void Fill_F(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal ro
     for (PetscInt e = 0; e < 3; e++) row[3 * d + e] = d < dim && e < dim ? v->F[(p * dim + d) * dim + e] : d == e;
 }
 
-/* Cauchy stress, sig = tau/J. */
+/* The stress that is shown is the Cauchy stress, sig = tau/J, Pa. */
 static void Fill_stress(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   const PetscInt     dim = s->core->grid.dim;
@@ -70,7 +71,7 @@ static void Fill_volume(const MPMShown *s, const MPMView *v, PetscInt p, PetscRe
   row[0] = KindOf(s, v, p)->V0 * Jacobian(s, v, p);
 }
 
-/* Equivalent plastic strain; 0 of materials without. */
+/* The equivalent plastic strain of a material without plasticity is 0. */
 static void Fill_plastic_strain(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   row[0] = MaterialOf(s, v, p)->state & MPM_BIT(ep) ? v->ep[p] : 0;
@@ -89,7 +90,7 @@ static void Fill_mass(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal
   row[0] = KindOf(s, v, p)->m;
 }
 
-/* |v|^2 of particle p. */
+/* Returns |v|^2 of particle p, m^2/s^2. */
 static PetscReal Speed2(const MPMShown *s, const MPMView *v, PetscInt p)
 {
   const PetscInt dim = s->core->grid.dim;
@@ -123,7 +124,7 @@ static void Fill_momentum(const MPMShown *s, const MPMView *v, PetscInt p, Petsc
   for (PetscInt d = 0; d < 3; d++) row[d] = d < dim ? KindOf(s, v, p)->m * v->v[p * dim + d] : 0;
 }
 
-/* sum m x, for the work of gravity. */
+/* m x, whose sum gives the work of gravity. */
 static void Fill_mass_moment(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   const PetscInt dim = s->core->grid.dim;
@@ -159,8 +160,9 @@ static PetscReal Value_total_energy(const MPMShown *s)
   return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0];
 }
 
-/* M g . (sum of (v_old + v_new)/2 dt), exact in free fall. Particles move with the new velocity, so their displacement
-   is more than that by (v - v_start) dt/2. */
+/* The work is the sum over steps and particles of m g . (v_old + v_new)/2 dt, which is exact in free fall. Particles
+   move by v_new dt, so their displacement since the start exceeds the sum of (v_old + v_new)/2 dt by (v - v_start)
+   dt/2. */
 PetscReal MPMShownWork(const MPMShown *s)
 {
   const MPMTotals *now = s->now, *start = s->start;

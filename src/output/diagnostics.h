@@ -1,5 +1,5 @@
 /* diagnostics.h - the table of what a run shows of its state (diagnostics.def): columns of the history and fields of
-   snapshots. */
+   snapshots. It is used between steps, where output is due. */
 #ifndef MPM_DIAGNOSTICS_H
 #define MPM_DIAGNOSTICS_H
 
@@ -16,14 +16,14 @@ enum {
 #define MPM_MAX_COMPONENTS 9
 _Static_assert(MPM_NUM_DIAGNOSTICS <= 62, "sets of rows are the bits of a 64-bit integer, beside MPM_OUTPUT_GRID");
 
-/* Sums over all particles of the quantities that the history shows or keeps: exact, so the same on any number of
-   processes. */
+/* Sums over all particles of the quantities that the history shows or keeps. They are exact, so they are the same on
+   any number of processes. */
 typedef struct {
-  PetscReal  sum[MPM_NUM_DIAGNOSTICS][3];
-  PetscInt64 n; /* particles */
+  PetscReal  sum[MPM_NUM_DIAGNOSTICS][3]; /* [row][component] */
+  PetscInt64 n;                           /* particles */
 } MPMTotals;
 
-/* What the functions of the table see. */
+/* What the functions of the table read. */
 typedef struct {
   const MPMCore   *core;
   const MPMScene  *scene;
@@ -34,20 +34,21 @@ enum { MPM_SHOW_FIELD = 1, MPM_SHOW_COLUMN = 2, MPM_SHOW_SUM = 4 };
 typedef struct {
   const char *name, *word, *unit, *components;
   PetscInt    uses, nc;
-  PetscBool   whole; /* whole numbers */
-  PetscInt    needs;
-  void (*fill)(const MPMShown *, const MPMView *, PetscInt p, PetscReal row[]); /* a quantity of particle p; or NULL */
+  PetscBool   whole; /* does it have whole numbers? */
+  PetscInt    needs; /* bits of the fields of particles without which a snapshot does not have it */
+  void (*fill)(const MPMShown *, const MPMView *, PetscInt p, PetscReal row[]); /* of particle p, row [nc]; or NULL */
   PetscReal (*value)(const MPMShown *);                                         /* of the run; or NULL */
 } MPMDiagnostic;
 extern const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS];
 
-/* Does a snapshot of a scene with these fields (bits) have the row? */
+/* Returns whether snapshots of a scene with these fields of particles (bits) have the row. */
 PetscBool MPMDiagnosticIsField(PetscInt row, PetscInt fields);
 
-/* The totals of the state as it is. Collective on the exchange. */
+/* Computes the totals of the present state. Collective on the exchange. */
 PetscErrorCode MPMTotalsCompute(const MPMScene *, MPMCore *, MPMTotals *);
 
-/* Work that gravity has done on the particles since the start, and the change of the energy less that work, J. */
+/* Return the work that gravity has done on the particles since the start, J, and the change of the energy less that
+   work, J. */
 PetscReal MPMShownWork(const MPMShown *);
 PetscReal MPMShownResidual(const MPMShown *);
 

@@ -1,4 +1,4 @@
-/* hdf5.c - see hdf5.h. */
+/* hdf5.c - the functions of hdf5.h, which write datasets and attributes of snapshots. */
 #include "output/hdf5.h"
 #if defined(PETSC_HAVE_HDF5)
 
@@ -27,7 +27,7 @@ PetscErrorCode MPMHDF5Text(hid_t object, const char name[], const char text[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A text of any length, as a dataset. */
+/* Writes a text of any length as a dataset. Collective on the file. */
 PetscErrorCode MPMHDF5LongText(hid_t object, const char name[], const char text[])
 {
   hid_t type, space, set;
@@ -62,7 +62,7 @@ PetscErrorCode MPMHDF5Int(hid_t object, const char name[], PetscInt value)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes a box of a dataset: this process's part at `offset` of size `count`. Collective on the file. */
+/* Writes a dataset, of which this process has the box at `offset` of extent `count`. Collective on the file. */
 PetscErrorCode MPMHDF5Dataset(hid_t group, const char name[], const char unit[], const char components[],
                               PetscBool whole, int rank, const hsize_t size[], const hsize_t offset[],
                               const hsize_t count[], const PetscReal *data)
@@ -73,7 +73,7 @@ PetscErrorCode MPMHDF5Dataset(hid_t group, const char name[], const char unit[],
   H5(file = H5Screate_simple(rank, size, NULL));
   H5(memory = H5Screate_simple(rank, count, NULL));
   H5(create = H5Pcreate(H5P_DATASET_CREATE));
-  H5(H5Pset_obj_track_times(create, 0)); /* so that equal results are equal files */
+  H5(H5Pset_obj_track_times(create, 0)); /* so that equal results give equal files */
   H5(set = H5Dcreate2(group, name, whole ? H5T_STD_I64LE : H5T_IEEE_F64LE, file, H5P_DEFAULT, create, H5P_DEFAULT));
   H5(H5Sselect_hyperslab(file, H5S_SELECT_SET, offset, NULL, count, NULL));
   for (int r = 0; r < rank; r++)

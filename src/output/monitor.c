@@ -1,4 +1,5 @@
-/* monitor.c - the CSV history of the columns of diagnostics.def, and the checks of energy and momentum. */
+/* monitor.c - the CSV history of the columns of diagnostics.def, and the checks of energy and momentum. It is called
+   after each step. */
 #include <errno.h>
 #include "output/output.h"
 
@@ -25,13 +26,13 @@ MPMShown MPMMonitorShown(const MPMMonitor *mon, const MPMCore *core, const MPMSc
   return (MPMShown){core, scene, &mon->start, &mon->now};
 }
 
-/* Components of a row that the history shows: those of the space's dimensions. */
+/* Returns how many components of a row the history shows: of a vector, one for each dimension of space. */
 static PetscInt Columns(const MPMCore *core, const MPMDiagnostic *row)
 {
   return row->uses & MPM_SHOW_COLUMN ? PetscMin(row->nc, row->nc == 1 ? 1 : core->grid.dim) : 0;
 }
 
-/* Opens the history; on the first process only. */
+/* Opens the history and writes its head. Only the first process calls it. */
 static PetscErrorCode Open(MPMMonitor *mon, const MPMCore *core, const MPMScene *scene)
 {
   char        path[2 * MPM_TEXT_LEN];
@@ -50,7 +51,7 @@ static PetscErrorCode Open(MPMMonitor *mon, const MPMCore *core, const MPMScene 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A line of the history; it is flushed when this returns. */
+/* Writes a line of the history; it is in the file when this returns. */
 static PetscErrorCode WriteLine(MPMMonitor *mon, const MPMCore *core, const MPMShown *shown)
 {
   PetscMPIInt rank;
@@ -75,7 +76,7 @@ static PetscErrorCode WriteLine(MPMMonitor *mon, const MPMCore *core, const MPMS
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* -check_energy and -check_momentum: leaves the reason in core->stop when exceeded. */
+/* Checks energy and momentum (-check_energy, -check_momentum); if a bound is exceeded, core->stop says so. */
 static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
 {
   const MPMTotals *now = &mon->now, *start = &mon->start;
@@ -103,8 +104,8 @@ static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
                    (double)mon->speed_max, (double)mon->check_momentum);
 }
 
-/* At its cadence, or forced: totals, a line of the history and the checks, which also act every 100 steps. Collective
-   on the exchange. */
+/* Computes the totals, checks them and writes a line of the history, if one is due or `force` is set. Every 100 steps
+   the checks are made even if no line is due. Collective on the exchange. */
 PetscErrorCode MPMMonitorStep(MPMMonitor *mon, MPMCore *core, const MPMScene *scene, PetscBool force)
 {
   const PetscBool due   = force || core->t >= mon->next ? PETSC_TRUE : PETSC_FALSE;
@@ -124,7 +125,7 @@ PetscErrorCode MPMMonitorStep(MPMMonitor *mon, MPMCore *core, const MPMScene *sc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The first multiple of `every` after t (up to rounding); t itself if every is 0. */
+/* Returns the first multiple of `every` after t (up to rounding), or t itself if `every` is 0. */
 PetscReal MPMNextTime(PetscReal t, PetscReal every)
 {
   return every > 0 ? (PetscFloorReal(t / every * (1 + 1e-12)) + 1) * every * (1 - 1e-12) : t;

@@ -1,4 +1,4 @@
-/* output.h - what a run writes: the history of totals, with its checks, and snapshots. */
+/* output.h - what a run writes between steps: the history of totals, with its checks, and snapshots. */
 #ifndef MPM_OUTPUT_H
 #define MPM_OUTPUT_H
 
@@ -14,15 +14,16 @@ typedef struct {
   PetscReal   energy_max;                   /* the largest kinetic + strain energy so far, J */
   PetscReal   speed_max;                    /* the largest sum m |v| so far, kg m/s */
   PetscInt    last;                         /* step of the last line */
-  PetscBool   off;                          /* no file, no totals: a run of the calibration */
-  MPMTotals   start, now;
+  PetscBool   off;                          /* a run of the calibration has no file and no totals */
+  MPMTotals   start, now;                   /* of step 0, and of the last check or line */
 } MPMMonitor;
 
+/* Reads the options of the history and its checks; the first fault is left in the options. Not collective. */
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *, const MPMScene *, PetscReal time_end, MPMOptions);
 PetscErrorCode MPMMonitorStep(MPMMonitor *, MPMCore *, const MPMScene *, PetscBool force); /* may set core->stop */
-PetscErrorCode MPMMonitorDestroy(MPMMonitor *);
-MPMShown       MPMMonitorShown(const MPMMonitor *, const MPMCore *, const MPMScene *);
-PetscReal      MPMNextTime(PetscReal t, PetscReal every); /* when a cadence is due again */
+PetscErrorCode MPMMonitorDestroy(MPMMonitor *);                                            /* closes the file */
+MPMShown       MPMMonitorShown(const MPMMonitor *, const MPMCore *, const MPMScene *);     /* what diagnostics read */
+PetscReal      MPMNextTime(PetscReal t, PetscReal every); /* when output is due next, s */
 
 /* Snapshots (snapshot.c). */
 typedef struct {
@@ -38,6 +39,7 @@ typedef struct {
 } MPMOutput;
 #define MPM_OUTPUT_GRID ((PetscInt64)1 << 62) /* bit of the nodes in MPMOutput.fields */
 
+/* snapshot.c and xdmf.c describe these functions. */
 PetscErrorCode MPMOutputSetFromOptions(MPMOutput *, const MPMScene *, PetscReal time_end, MPMOptions);
 PetscErrorCode MPMOutputMakeFolder(MPMOutput *, const MPMScene *, MPMOptions);
 PetscErrorCode MPMOutputStep(MPMOutput *, MPMCore *, const MPMScene *, PetscBool force);

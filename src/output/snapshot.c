@@ -1,11 +1,11 @@
-/* snapshot.c - snapshots: one HDF5 file a run, a group a snapshot, rows by id; with xdmf.c the way into ParaView.
+/* snapshot.c - snapshots, which are written between steps: a run has one HDF5 file, with a group for each snapshot.
 
    /                      attributes: provenance and the grid
    /step_000123           attributes time, step, dt, digest
-     particles/id x ...   [N] or [N][nc], one row a particle in the order of ids, on every number of processes
-     grid/mass v          [nz][ny][nx] and [nz][ny][nx][3], nodes in the order of coordinates
-   Vectors have 3 components in every dimension. The file is flushed after each snapshot. With a PETSc that has no HDF5
-   there are no snapshots, and asking for them is refused.                                                            */
+     particles/id x ...   [N] or [N][nc], one row per particle, sorted by id on every number of processes
+     grid/mass v          [nz][ny][nx] and [nz][ny][nx][3], nodes sorted by coordinates
+   Vectors have 3 components in every dimension. The file is flushed after each snapshot, and xdmf.c writes the text by
+   which ParaView opens it. With a PETSc that has no HDF5, options that ask for snapshots are refused. */
 #include <errno.h>
 #include <petscsf.h>
 #include <sys/stat.h>
@@ -14,7 +14,7 @@
 #include "parallel/exchange.h"
 #include "step/step.h"
 
-/* Makes the folder and those above it; returns 0 or errno. */
+/* Makes the folder and those that contain it; returns 0 or errno. */
 static int MakeFolder(const char dir[])
 {
   char        path[MPM_TEXT_LEN];
@@ -31,7 +31,7 @@ static int MakeFolder(const char dir[])
   return !stat(path, &s) && S_ISDIR(s.st_mode) ? 0 : ENOTDIR;
 }
 
-/* The words of -output_fields, as a list. */
+/* Lists the words of -output_fields. */
 static void ListWords(char text[MPM_TEXT_LEN])
 {
   text[0] = 0;
@@ -41,7 +41,7 @@ static void ListWords(char text[MPM_TEXT_LEN])
   (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), "grid");
 }
 
-/* Reads -output_fields a,b,...: words of diagnostics.def, and grid. set: was it given? */
+/* Reads -output_fields a,b,...: words of diagnostics.def, and grid. *set says whether it was given. */
 static PetscErrorCode ReadFields(MPMOutput *out, const MPMScene *scene, MPMOptions o, PetscBool *set)
 {
   char      text[MPM_TEXT_LEN] = "", list[MPM_TEXT_LEN], *save = NULL;
@@ -70,6 +70,7 @@ static PetscErrorCode ReadFields(MPMOutput *out, const MPMScene *scene, MPMOptio
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reads the options of snapshots; the first fault is left in o. Not collective. */
 PetscErrorCode MPMOutputSetFromOptions(MPMOutput *out, const MPMScene *scene, PetscReal time_end, MPMOptions o)
 {
   char      format[MPM_NAME_LEN];
@@ -95,7 +96,8 @@ PetscErrorCode MPMOutputSetFromOptions(MPMOutput *out, const MPMScene *scene, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes the folder of the results, once nothing else can be refused. Every process tries. */
+/* Makes the folder of the results, and refuses names of files that must not be overwritten. It is called after all
+   other checks, so that a refused run leaves no folder. Every process tries. Not collective. */
 PetscErrorCode MPMOutputMakeFolder(MPMOutput *out, const MPMScene *scene, MPMOptions o)
 {
   static const char *const ends[] = {".csv", "_study.csv", ".h5", ".xdmf"};
@@ -124,7 +126,8 @@ PetscErrorCode MPMOutputMakeFolder(MPMOutput *out, const MPMScene *scene, MPMOpt
 
 #if defined(PETSC_HAVE_HDF5)
 
-/* Where each row goes: ids in order, dealt to the processes in equal parts; `rows` of them here, from `first` on. */
+/* Makes the PetscSF that sends each particle to its row: rows are sorted by id, and each process gets an equal part of
+   them. *first, *rows: the first row here, and how many there are. Collective on exchange.data. */
 static PetscErrorCode CreateRows(MPMCore *core, PetscSF *sf, PetscInt *first, PetscInt *rows)
 {
   const MPI_Comm comm = core->exchange.data;
@@ -183,7 +186,7 @@ static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMSce
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Mass and velocity of the nodes between the walls, for the state as it is. */
+/* Writes mass and velocity of the nodes between the walls, for the present state. Collective on the exchange. */
 static PetscErrorCode WriteGrid(MPMCore *core, hid_t group)
 {
   const MPMGrid  *grid  = &core->grid;
@@ -226,7 +229,7 @@ static PetscErrorCode WriteGrid(MPMCore *core, hid_t group)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What made this file. */
+/* Writes what made this file: scene, version, libraries, machine, options, grid. */
 static PetscErrorCode WriteProvenance(const MPMCore *core, const MPMScene *scene, hid_t file)
 {
   char        text[MPM_TEXT_LEN], *options;
@@ -259,7 +262,7 @@ static PetscErrorCode WriteProvenance(const MPMCore *core, const MPMScene *scene
   PetscCall(MPMHDF5Text(file, "date", text));
   PetscCall(MPMOptionsText(&options));
   if (strlen(options) < 60000)
-    PetscCall(MPMHDF5Text(file, "options", options)); /* HDF5 takes 64 KiB an attribute */
+    PetscCall(MPMHDF5Text(file, "options", options)); /* an attribute of HDF5 has 64 KiB at most */
   else
     PetscCall(MPMHDF5LongText(file, "options", options));
   PetscCall(PetscFree(options));
@@ -324,7 +327,7 @@ static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScen
 
 #endif
 
-/* At its cadence, or forced: a snapshot. Collective on the exchange. */
+/* Writes a snapshot, if one is due or `force` is set. Collective on the exchange. */
 PetscErrorCode MPMOutputStep(MPMOutput *out, MPMCore *core, const MPMScene *scene, PetscBool force)
 {
 
@@ -338,12 +341,13 @@ PetscErrorCode MPMOutputStep(MPMOutput *out, MPMCore *core, const MPMScene *scen
   out->steps[out->count]   = core->step;
   out->times[out->count++] = core->t;
   if (force || out->count % (1 + out->count / 100) == 0)
-    PetscCall(MPMXdmfWrite(out, core, scene)); /* whole, so not each time */
+    PetscCall(MPMXdmfWrite(out, core, scene)); /* it writes the whole file, so not each time */
   out->last = core->step;
   out->next = MPMNextTime(core->t, out->every);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Closes the file and frees the lists. Collective on the exchange. */
 PetscErrorCode MPMOutputDestroy(MPMOutput *out)
 {
   PetscFunctionBeginUser;

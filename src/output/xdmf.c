@@ -1,4 +1,5 @@
-/* xdmf.c - <scene>.xdmf beside the HDF5 file: the text with which ParaView, and VTK's reader, open the snapshots. */
+/* xdmf.c - the file <scene>.xdmf, which lies beside the HDF5 file: a text by which ParaView, and the reader of VTK,
+   open the snapshots. */
 #include <errno.h>
 #include "output/output.h"
 
@@ -70,7 +71,8 @@ static void XdmfNodes(const MPMOutput *out, const MPMCore *core, FILE *f, const 
   fprintf(f, "        </Attribute>\n      </Grid>\n");
 }
 
-/* Writes <scene>.xdmf for the snapshots so far, whole at every moment: to a new file, then renamed. */
+/* Writes <scene>.xdmf for the snapshots so far: to a new file, which is then renamed, so that <scene>.xdmf is complete
+   at every moment. The first process writes; not collective. */
 PetscErrorCode MPMXdmfWrite(const MPMOutput *out, const MPMCore *core, const MPMScene *scene)
 {
   char        path[2 * MPM_TEXT_LEN], temporary[2 * MPM_TEXT_LEN + 8], file[MPM_NAME_LEN + 4];

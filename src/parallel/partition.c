@@ -72,7 +72,7 @@ static PetscInt64 *Entry(const MPMHistogram *h, PetscInt64 *table, PetscInt i, P
   return table + Index(h, i, j, k);
 }
 
-/* Makes room for n items in the list. */
+/* Makes the list large enough for n items. */
 static PetscErrorCode Room(MPMHistogram *h, PetscInt n)
 {
   PetscInt64 *more;

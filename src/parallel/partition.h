@@ -25,7 +25,7 @@ typedef struct {
   PetscInt  p[3], *l[3];
   MPMCosts  costs;                /* by which cuts are chosen: set before MPMPartitionChoose */
   PetscReal imbalance, predicted; /* largest over mean number of particles of a process; s per step by the costs */
-  MPMShare  worst;                /* of the process for which predicted is largest; its crossing is that of it alone */
+  MPMShare  worst;                /* of the process for which predicted is largest; crossing is its own alone */
 } MPMPartition;
 
 typedef enum { MPM_BALANCE_NONE, MPM_BALANCE_START, MPM_BALANCE_AUTO } MPMBalance;

@@ -45,8 +45,7 @@ static PetscErrorCode SetUp_Spatial(MPMCore *core, const MPMHistogram *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- The functions of the table
-   ------------------------------------------------------------------------------------ */
+/* --- The functions of the table ----------------------------------------------------------------------------------- */
 
 /* Adds the partial sums of all processes (-parallel_sums roundoff). The sequence of these additions, and so the
    roundoff, depends on the number of processes. Collective. */

@@ -1,4 +1,5 @@
-/* main.c - the program: read the options, set up, run. */
+/* main.c - the program: it reads the options, sets up a run or a study, and runs it. Its exit status says how it
+   ended. */
 #include <signal.h>
 #include "run/mpm.h"
 
@@ -36,7 +37,7 @@ int main(int argc, char **argv)
   PetscCall(PetscPushErrorHandler(MPMOptionsStartFault, NULL));
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   MPMOptionsStarted();
-  (void)signal(SIGPIPE, SIG_DFL); /* `pebble ... | head` is no crash */
+  (void)signal(SIGPIPE, SIG_DFL); /* so that `pebble ... | head` prints no error */
   PetscCall(PetscOptionsHasHelp(NULL, &help));
   if (!help) PetscCall(Run(&status));
   PetscCall(PetscFinalize());

@@ -1,5 +1,5 @@
-/* method.c - how a run is made, from its options: basis, update, transfer, time steps; and the study that it is part
-   of. */
+/* method.c - reads the options of how a run is made: basis, update, transfer, time steps; and those of the study that
+   it is a part of. It is used before the first step. */
 #include "run/mpm.h"
 
 static PetscErrorCode ReadMethod(MPM mpm, MPMOptions o)
@@ -56,7 +56,7 @@ static PetscErrorCode ReadMethod(MPM mpm, MPMOptions o)
   }
   MPMGridSetNodes(&core->grid, core->basis);
   nodes = MPMGridNodes(&core->grid, core->basis);
-  if (nodes * MPM_NODE_NC > (PetscReal)PETSC_MAX_INT) /* cells of tiles are fewer: below 6 a node */
+  if (nodes * MPM_NODE_NC > (PetscReal)PETSC_MAX_INT) /* there are fewer cells of tiles, below 6 per node */
     MPMOptionsFail(o, "-grid_cells: %g nodes are more than this PETSc can number", (double)nodes);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -98,6 +98,7 @@ PetscErrorCode MPMMethodSetFromOptions(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reads -study_*; the first fault is left in o. */
 PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
 {
   MPMStudy *study = &mpm->study;

@@ -1,8 +1,9 @@
-/* mpm.c - the life of a run: options, set-up, the loop over steps and the reasons to stop. */
+/* mpm.c - a run from its options to its end: set-up, the loop over steps with their output, and the reasons to stop. */
 #include "base/signals.h"
 #include "parallel/exchange.h"
 #include "run/mpm.h"
 
+/* Makes an empty run on comm. Collective on comm. */
 PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
 {
   PetscFunctionBeginUser;
@@ -24,7 +25,8 @@ static PetscErrorCode ReadSafety(MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads the scene and everything about its run; allocates nothing of its size. The first fault is left in o. */
+/* Reads the scene and everything about its run, but makes neither grid nor particles. The first fault is left in o.
+   Collective on core.comm. */
 PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
 {
   MPMCore  *core  = &mpm->core;
@@ -49,7 +51,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A stage of -log_view: registered once in a process. */
+/* Returns a stage of -log_view, which a process registers once. */
 static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
 {
   PetscFunctionBeginUser;
@@ -58,6 +60,7 @@ static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sets the phases of a step, the fields of particles and the constants of the cost model. Collective on core.comm. */
 PetscErrorCode MPMSetPhases(MPM mpm)
 {
   MPMCore  *core  = &mpm->core;
@@ -80,7 +83,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Grid and patches: cut by the particles as they will be, where the grid is cut. */
+/* Makes grid and patches. If the grid is cut, then by the particles as they will start. Collective on core.comm. */
 static PetscErrorCode SetUpExchange(MPM mpm)
 {
   MPMCore     *core = &mpm->core;
@@ -101,7 +104,7 @@ static PetscErrorCode SetUpExchange(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes grid, particles and patches. */
+/* Makes grid, patches and particles, and predicts the cost of a step. Collective on core.comm. */
 PetscErrorCode MPMSetUp(MPM mpm)
 {
   MPMCore      *core = &mpm->core;
@@ -124,7 +127,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Says why the step cannot stand, if so. */
+/* Writes to core.stop why the state after a step is not valid, if it is not. */
 static void CheckState(MPM mpm)
 {
   const MPMStatus *s   = &mpm->core.status;
@@ -159,11 +162,11 @@ static void CheckState(MPM mpm)
                    (double)s->J);
 }
 
-/* One step of the loop: choose dt, step, check. */
+/* Makes one step of the loop: chooses dt, makes the step, and checks the state. Collective on the exchange. */
 static PetscErrorCode Advance(MPM mpm)
 {
   const PetscReal dt = MPMTimeStep(&mpm->core, &mpm->time);
-  /* The last step ends at time_end; a remainder of rounding is not left for a step of its own. */
+  /* The last step ends at time_end. It may be slightly longer than dt, so that no step is made for a rounding error. */
   const PetscBool last = mpm->time.end - mpm->core.t <= dt * (1 + 1e-9) ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBeginUser;
@@ -183,7 +186,7 @@ static PetscErrorCode Advance(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* History and snapshots that are due, or all if forced. Collective on the exchange. */
+/* Writes history and snapshots, if they are due or `force` is set. Collective on the exchange. */
 static PetscErrorCode Output(MPM mpm, PetscLogStage stage, PetscBool force)
 {
   PetscLogDouble t0, t1;
@@ -199,7 +202,8 @@ static PetscErrorCode Output(MPM mpm, PetscLogStage stage, PetscBool force)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs the scene to its end, with output and history on the way. A reason to stop early is left in core.stop. */
+/* Runs the scene to its end, with history, snapshots and prints. A reason to stop early is left in core.stop.
+   Collective on core.comm: workers of a pool take part. */
 PetscErrorCode MPMRun(MPM mpm)
 {
   MPMCore      *core = &mpm->core;
@@ -228,7 +232,7 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(PetscLogStagePop());
     PetscCall(MPMTimersClock(&core->timers, &t1));
     core->timers.steps += t1 - t0;
-    if (core->status.bad != MPM_OK) break; /* not a state to measure or to show */
+    if (core->status.bad != MPM_OK) break; /* this state is neither measured nor written */
     PetscCall(Output(mpm, output, PETSC_FALSE));
     PetscCall(MPMReportProgress(mpm));
   }
@@ -237,6 +241,7 @@ PetscErrorCode MPMRun(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Frees a run; the critical path is printed here. Collective on core.comm. */
 PetscErrorCode MPMDestroy(MPM *mpm)
 {
   MPMCore *core = &(*mpm)->core;
@@ -246,7 +251,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscCall(MPMOutputDestroy(&(*mpm)->output));
   if (core->exchange.ready) {
     PetscCall(core->exchange.type->finish(core));
-    PetscCall(MPMWorkView(&(*mpm)->cost, core)); /* now that workers of the pool are free to take part */
+    PetscCall(MPMWorkView(&(*mpm)->cost, core)); /* now that workers of the pool can take part */
   }
   PetscCall(MPMParticlesDestroy(&core->particles));
   PetscCall(MPMTimersDestroy(&core->timers));

@@ -1,27 +1,27 @@
-/* mpm.h - a run: everything that belongs to it, and its life.
+/* mpm.h - a run: everything that belongs to it, and the functions that make it, in the sequence of their calls:
 
      MPMCreate  MPMSetFromOptions  MPMSetUp  MPMRun  MPMDestroy
 
-   Nothing in src keeps state from one run to the next outside of an MPM: a study makes many. Units are SI in all names;
-   any consistent set works. docs/developer.md shows the rooms of src and the way through them. */
+   All data of a run are in its MPM, so that a study can make many runs. Comments give units in SI; any consistent set
+   of units works. docs/developer.md describes the folders of src. */
 #ifndef MPM_MPM_H
 #define MPM_MPM_H
 
 #include "cost/cost.h"
 #include "output/output.h"
 
-/* A ladder of runs; see study.c. */
+/* A study: several runs, each finer than the one before; see study.c. */
 typedef struct {
   char      type[MPM_NAME_LEN], vary[MPM_NAME_LEN]; /* type "": none */
   PetscInt  levels;
   PetscReal order_min; /* < 0: any */
 } MPMStudy;
 
-/* What the report keeps from line to line. */
+/* What the printing functions keep between calls. */
 typedef struct {
   PetscLogDouble start, line; /* when the run and the last line of progress began, s */
-  PetscBool      limits;      /* -report_limits: measure those of the machine for the line `speed` */
-  PetscBool      progress;    /* a line of progress stands on the terminal */
+  PetscBool      limits;      /* -report_limits: are the limits of a core measured for the line `speed`? */
+  PetscBool      progress;    /* is a line of progress on the terminal? */
 } MPMReport;
 
 typedef struct _p_MPM *MPM;
@@ -40,25 +40,26 @@ struct _p_MPM {
 
 extern const MPMVocabulary MPMOptionTable; /* options.def, with the values that other tables have (vocabulary.c) */
 
-/* Collective on comm, which is that of the run from then on. */
+/* These functions are collective on the comm that MPMCreate gets; mpm.c describes them. */
 PetscErrorCode MPMCreate(MPI_Comm, MPM *);
 PetscErrorCode MPMSetFromOptions(MPM, MPMOptions);
 PetscErrorCode
-    MPMSetPhases(MPM); /* the phases of a step and the constants of the cost model: the first half of SetUp */
+    MPMSetPhases(MPM); /* sets the phases of a step and the constants of the cost model; MPMSetUp calls it first */
 PetscErrorCode MPMSetUp(MPM);
 PetscErrorCode MPMRun(MPM);
 PetscErrorCode MPMDestroy(MPM *);
 
-/* -method_*, -time_* and -dt_* (method.c). */
+/* Reads -method_*, -time_* and -dt_* (method.c); faults are left in the options. Not collective. */
 PetscErrorCode MPMMethodSetFromOptions(MPM, MPMOptions);
 
-/* What is printed (report.c, notes.c). Collective on comm. */
+/* Print notes on the options, the start of a run, its progress and its end (report.c, notes.c). MPMNotes is collective
+   on core.comm, the start and the end on exchange.data, and the progress is not collective. */
 PetscErrorCode MPMNotes(MPM);
 PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
 
-/* Studies (study.c). Collective on comm. */
+/* Read the options of a study (method.c), and run it (study.c). Collective on core.comm. */
 PetscErrorCode MPMStudySetFromOptions(MPM, MPMOptions);
 PetscErrorCode MPMStudyRun(MPM, int *status);
 

@@ -1,11 +1,11 @@
-/* notes.c - what a user should know of the command line although nothing is wrong with it: options without effect in
-   this run, and more processes than cores. One file of options may serve runs on one process and on many, so these are
-   told and not refused. */
+/* notes.c - prints, before a run, what a user should know about a valid command line: options without effect in this
+   run, and more processes than cores. The same options file may be used on one process and on many, so such options are
+   not refused. */
 #define _GNU_SOURCE /* sched_getaffinity and CPU_COUNT */
 #include <sched.h>
 #include "run/mpm.h"
 
-/* Says so when the processes of this node have to take turns. Collective on comm. */
+/* Prints a note if the processes of this node have to share cores. Collective on core.comm. */
 static PetscErrorCode NoteCrowd(MPM mpm)
 {
   PetscFunctionBeginUser;
@@ -18,7 +18,7 @@ static PetscErrorCode NoteCrowd(MPM mpm)
   PetscCallMPI(MPI_Comm_size(node, &processes));
   CPU_ZERO(&cores);
   if (sched_getaffinity(0, sizeof cores, &cores)) memset(&cores, 0xff, sizeof cores); /* more than the set can hold */
-  /* A launcher may bind each process to a core of its own: what counts is the cores of all. */
+  /* A launcher may bind each process to a core of its own, so the cores of all processes count. */
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &cores, (PetscMPIInt)sizeof cores, MPI_BYTE, MPI_BOR, node));
   PetscCallMPI(MPI_Comm_free(&node));
   if (processes > CPU_COUNT(&cores))
@@ -27,7 +27,7 @@ static PetscErrorCode NoteCrowd(MPM mpm)
                        "faster\n",
                        processes, CPU_COUNT(&cores), CPU_COUNT(&cores) > 1 ? "s" : "", CPU_COUNT(&cores)));
 #else
-  (void)mpm; /* the simulator's processes share a core by design */
+  (void)mpm; /* simulated processes always share a core */
 #endif
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -35,16 +35,16 @@ static PetscErrorCode NoteCrowd(MPM mpm)
 /* Names the options that were given and have no effect. Not collective. */
 static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
 {
-  /* A dry run says what other numbers of processes would do, so there no option of theirs is idle. */
+  /* A dry run predicts other numbers of processes too, so there every option of theirs has an effect. */
   const PetscBool   dry = mpm->scene.dry_run, farms = mpm->core.exchange.type->farms;
   const char *const alone  = size == 1 && !dry ? "on one process" : NULL;
   const char *const serial = strcmp(mpm->core.exchange.type->name, "serial") ? NULL
-                                                                             : alone; /* periodic faces join sums */
+                                                                             : alone; /* periodic faces add sums */
   const char *const pool   = farms && !dry ? "with -parallel_strategy pool" : alone;
   const char *const cuts   = !farms && size > 1 && !dry ? "without -parallel_strategy pool" : alone;
   const char *const untold = dry ? "with -dry_run" : mpm->study.type[0] ? "with -study_type" : NULL;
   const struct {
-    const char *option, *where; /* it has no effect; NULL: it has */
+    const char *option, *where; /* where: in which runs it has no effect; NULL: it has one */
   } rows[] = {
       {"-parallel_strategy", alone},
       {"-parallel_sums", serial},
@@ -66,7 +66,8 @@ static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The environment's PEBBLE_VECTOR, for tests, says how many lanes there are at most. */
+/* Prints a note if the environment variable PEBBLE_VECTOR, by which tests limit the number of lanes, has a value other
+   than 8, 4 or 2. Not collective. */
 static PetscErrorCode NoteVector(MPM mpm)
 {
   const char *wish = getenv("PEBBLE_VECTOR");

@@ -1,4 +1,5 @@
-/* report.c - what a run prints: the scene before the first step, progress on a terminal, the summary. */
+/* report.c - what a run prints: the scene before the first step, progress on a terminal after a step, and the summary
+   at the end. */
 #include <stdarg.h>
 #include <unistd.h>
 #include "run/mpm.h"
@@ -68,7 +69,7 @@ static PetscErrorCode PrintMethod(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How the work is divided, when there is someone to divide it with. */
+/* Prints how the work is divided, if there is more than one process. */
 static PetscErrorCode PrintParallel(MPM mpm)
 {
   const MPMPartition *part = &mpm->core.exchange.partition;
@@ -92,7 +93,7 @@ static PetscErrorCode PrintParallel(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does a wall move, at all or along its normal? */
+/* Returns whether a wall moves, at all or, if `normal` is set, along its normal. */
 static PetscBool MovingWall(MPM mpm, PetscBool normal)
 {
   for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++) {
@@ -102,7 +103,7 @@ static PetscBool MovingWall(MPM mpm, PetscBool normal)
   return PETSC_FALSE;
 }
 
-/* What each load acts on, at the start. Collective on the exchange. */
+/* Prints what each load acts on at the start. Collective on the exchange. */
 static PetscErrorCode PrintLoads(MPM mpm)
 {
   const PetscInt dim = mpm->core.grid.dim, fields = MPM_BIT(id) | MPM_BIT(surface);
@@ -139,7 +140,7 @@ static PetscErrorCode PrintLoads(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the user should know before time is spent. */
+/* Prints warnings: what makes results doubtful, as far as it is known before the first step. */
 static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
 {
   PetscFunctionBeginUser;
@@ -179,7 +180,8 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The start-up print; with -dry_run also what the model says of other numbers of processes. Collective. */
+/* Prints what a run is before its first step, with -dry_run also what the model predicts for other numbers of
+   processes. Collective on the exchange. */
 PetscErrorCode MPMReportStart(MPM mpm)
 {
   const PetscReal c = PetscSqrtReal(mpm->core.status.c2), v = PetscSqrtReal(mpm->core.status.v2),
@@ -204,8 +206,8 @@ PetscErrorCode MPMReportStart(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does what we print go to a terminal? Under Open MPI's mpiexec it always seems to: then the one that started us
-   knows. */
+/* Returns whether standard output is a terminal. Under Open MPI's mpiexec it always seems to be one; then the standard
+   output of the parent process decides. */
 static PetscBool OnTerminal(void)
 {
   char    link[64], to[MPM_NAME_LEN];
@@ -217,7 +219,8 @@ static PetscBool OnTerminal(void)
   return n > 5 && !strncmp(to, "/dev/", 5) && (n < 9 || strncmp(to, "/dev/null", 9)) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* A line that overwrites itself, at most once a second, if standard output is a terminal. Not collective. */
+/* Prints a line of progress over the one before, at most once a second, if standard output is a terminal. Not
+   collective. */
 PetscErrorCode MPMReportProgress(MPM mpm)
 {
   PetscMPIInt    rank;
@@ -240,7 +243,7 @@ PetscErrorCode MPMReportProgress(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Energies at the start and the end, and what went wrong with them. The last line of the history has the same. */
+/* Prints the energies at the start and at the end, as the history has them, and warnings if they are doubtful. */
 static PetscErrorCode PrintEnergy(MPM mpm)
 {
   const MPMShown  shown = MPMMonitorShown(&mpm->monitor, &mpm->core, &mpm->scene);
@@ -286,7 +289,8 @@ static PetscErrorCode PrintTimer(MPM mpm, const char name[], PetscReal seconds, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the table of phases of a run, beside it what the model predicts. Collective on comm. */
+/* Prints a table of the times of the phases, with the predictions of the model beside them. Collective on the
+   exchange. */
 static PetscErrorCode PrintPhases(MPM mpm)
 {
   const MPMTimers *timers = &mpm->core.timers;
@@ -310,7 +314,7 @@ static PetscErrorCode PrintPhases(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The summary: why it ended, energies, phases, digest. Collective. */
+/* Prints the summary: why the run ended, energies, error, files, phases, digest. Collective on the exchange. */
 PetscErrorCode MPMReportEnd(MPM mpm)
 {
   PetscInt64     digest;

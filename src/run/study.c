@@ -1,12 +1,13 @@
-/* study.c - a ladder of runs of one scene, each finer than the one before by a factor of two, and what the refinement
-   buys: the error, the observed order and the time of each. The reference is the scene's known solution, or its finest
-   run. Every rung is a run like any other, made from the option database with a few values replaced.               */
+/* study.c - a study: several runs of one scene, each finer than the one before by a factor of two, and for each its
+   error, its observed order of convergence and its time. The reference is the scene's known solution, or its finest
+   run. Each is a run like any other, made from the option database with a few values replaced. */
 #include <unistd.h>
 #include "base/message.h"
 #include "run/mpm.h"
 
 #define MPM_MAX_LEVELS 12
 
+/* The result of one run of a study. order: the order of convergence from the run before to this one. */
 typedef struct {
   PetscReal  h, error, order, seconds; /* what was refined (m, s, or 1), m, 1, s */
   PetscInt   steps;
@@ -15,12 +16,12 @@ typedef struct {
 
 /* A particle of a finished run, as the comparison with a finer one needs it. */
 typedef struct {
-  PetscInt64 key[3]; /* place on the lattice of its body */
-  PetscInt   body;
-  PetscReal  u[3], m; /* m, kg */
+  PetscInt64 key[3];  /* place on the lattice of its body */
+  PetscInt   body;    /* row of the scene's bodies */
+  PetscReal  u[3], m; /* displacement, m; mass, kg */
 } Sample;
 
-/* --- Refinement of the option database ----------------------------------------------------------------------------- */
+/* --- Refinement of the option database ---------------------------------------------------------------------------- */
 
 static PetscErrorCode SetList(const char name[], PetscInt dim, const PetscInt value[3])
 {
@@ -34,7 +35,7 @@ static PetscErrorCode SetList(const char name[], PetscInt dim, const PetscInt va
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the options of rung `level` of the ladder that starts with the scene `coarse`. */
+/* Sets the options of run `level` of the study whose first run, 0, is the scene `coarse`. */
 static PetscErrorCode SetRung(MPM coarse, PetscInt level)
 {
   const MPMStudy *study = &coarse->study;
@@ -74,7 +75,7 @@ static PetscErrorCode SetRung(MPM coarse, PetscInt level)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- The finest run as reference ----------------------------------------------------------------------------------- */
+/* --- The finest run as reference ---------------------------------------------------------------------------------- */
 
 static int ByPlace(const void *a, const void *b, void *ctx)
 {
@@ -87,8 +88,8 @@ static int ByPlace(const void *a, const void *b, void *ctx)
   return 0;
 }
 
-/* All particles of a run on every process of its data, by their place on the lattice of their body. Collective on the
-   exchange. The caller frees them. */
+/* Makes a list [n] of all particles of a run, with their places on the lattice of their body, on every process of
+   exchange.data; the caller frees it. Collective on the exchange. */
 static PetscErrorCode Gather(MPM mpm, PetscInt *n, Sample **all)
 {
   const PetscInt dim = mpm->core.grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X);
@@ -110,7 +111,7 @@ static PetscErrorCode Gather(MPM mpm, PetscInt *n, Sample **all)
     s->body = (PetscInt)(body - mpm->scene.bodies);
     s->m    = mpm->scene.kinds[body->kind].m;
     for (PetscInt d = 0; d < dim;
-         d++) { /* the middle of its cell of the lattice: far from where rounding could matter */
+         d++) { /* X is in the middle of its cell of the lattice, so rounding does not matter */
       s->key[d] = (PetscInt64)PetscFloorReal((view.X[p * dim + d] - body->offset[d]) / body->b[d]);
       s->u[d]   = view.x[p * dim + d] - view.X[p * dim + d];
     }
@@ -128,9 +129,9 @@ static PetscErrorCode Gather(MPM mpm, PetscInt *n, Sample **all)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Root of the mass-weighted mean of |u - u_fine|^2 over the particles of a run that has cells 2^halvings as large:
-   u_fine is the mean over the particles of the finest run that lie in the particle's cell of the lattice. Sorts
-   both. */
+/* Computes the root of the mass-weighted mean of |u - u_fine|^2, m, over the particles of a run whose lattice cells are
+   2^halvings as large as those of the finest run. u_fine is the mean over those particles of the finest run that lie in
+   the particle's cell of the lattice. The coarse particles are sorted. */
 static PetscErrorCode Difference(const MPMGrid *grid, PetscInt halvings, PetscInt n, Sample *coarse, PetscInt nfine,
                                  const Sample *finest, PetscReal *difference)
 {
@@ -152,14 +153,14 @@ static PetscErrorCode Difference(const MPMGrid *grid, PetscInt halvings, PetscIn
 
     while (at < nfine && ByPlace(&fine[at], &coarse[p], NULL) < 0) at++;
     for (PetscInt q = at; q < nfine && !ByPlace(&fine[q], &coarse[p], NULL); q++) {
-      for (PetscInt d = 0; d < dim; d++) { /* less the coarse u; through a periodic face the short way */
+      for (PetscInt d = 0; d < dim; d++) { /* less the coarse u, across a periodic face if that is shorter */
         const PetscReal length = grid->upper[d] - grid->lower[d], e = fine[q].u[d] - coarse[p].u[d];
 
         mean[d] += fine[q].m * (grid->periodic[d] ? e - length * PetscFloorReal(e / length + 0.5) : e);
       }
       m += fine[q].m;
     }
-    if (m == 0) continue; /* a staircase edge that the finer lattice does not fill */
+    if (m == 0) continue; /* at a curved edge the finer lattice may leave it empty */
     for (PetscInt d = 0; d < dim; d++) sum += coarse[p].m * PetscSqr(mean[d] / m);
     mass += coarse[p].m;
   }
@@ -168,10 +169,10 @@ static PetscErrorCode Difference(const MPMGrid *grid, PetscInt halvings, PetscIn
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- The ladder ---------------------------------------------------------------------------------------------------- */
+/* --- The runs ----------------------------------------------------------------------------------------------------- */
 
-/* Makes one run. Its size and error go to the rung; its particles to samples if the finest run is the reference. A
-   fault of the options or an early stop is printed and told by the status. Collective. */
+/* Makes run `level`. Its size and error go to rung; if the finest run is the reference, its particles go to samples. If
+   it stopped early, *status says so. Collective on core.comm. */
 static PetscErrorCode Climb(MPM coarse, PetscInt level, Rung *rung, PetscInt *n, Sample **samples, int *status)
 {
   const MPMStudy *study = &coarse->study;
@@ -202,7 +203,7 @@ static PetscErrorCode Climb(MPM coarse, PetscInt level, Rung *rung, PetscInt *n,
   rung->particles = mpm->core.particles.total;
   if (mpm->core.stop[0])
     *status = MPM_EXIT_STOPPED;
-  else if (mpm->core.exchange.data != MPI_COMM_NULL) { /* a worker of the pool knows nothing */
+  else if (mpm->core.exchange.data != MPI_COMM_NULL) { /* a worker of the pool has no particles */
     if (coarse->scene.finest)
       PetscCall(Gather(mpm, n, samples));
     else
@@ -233,7 +234,8 @@ static PetscErrorCode PrintRung(MPM mpm, FILE *csv, PetscInt level, const Rung *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads and checks the options of every run before time is spent on one, and prints what they are. Collective. */
+/* Reads and checks the options of every run before the first is made; with -dry_run it prints what they are. Collective
+   on core.comm. */
 static PetscErrorCode CheckRungs(MPM coarse, int *status)
 {
   PetscFunctionBeginUser;
@@ -261,7 +263,7 @@ static PetscErrorCode CheckRungs(MPM coarse, int *status)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the table, writes <name>_study.csv on the first process. */
+/* Prints the table of the n runs, and writes it to <name>_study.csv on the first process. */
 static PetscErrorCode Report(MPM mpm, PetscInt n, Rung *rungs)
 {
   const char *what = !strcmp(mpm->study.vary, "grid")  ? "h"
@@ -288,7 +290,7 @@ static PetscErrorCode Report(MPM mpm, PetscInt n, Rung *rungs)
     x[k]           = rungs[k].h;
     y[k]           = rungs[k].error;
     rungs[k].order = k && y[k] > 0 && y[k - 1] > 0 ? PetscLogReal(y[k - 1] / y[k]) / PetscLogReal(x[k - 1] / x[k])
-                                                   : PETSC_MIN_REAL; /* none of errors that are 0 */
+                                                   : PETSC_MIN_REAL; /* an error that is 0 has no order */
     plot           = plot && y[k] > 0 && y[k] < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
     PetscCall(PrintRung(mpm, csv, k, &rungs[k]));
   }
@@ -304,7 +306,8 @@ static PetscErrorCode Report(MPM mpm, PetscInt n, Rung *rungs)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs the study of a scene whose options are read; the scene itself is not set up. Collective. */
+/* Runs the study of a scene whose options are read; the scene itself is not set up. *status is that of the program.
+   Collective on core.comm. */
 PetscErrorCode MPMStudyRun(MPM mpm, int *status)
 {
   const MPMStudy *study = &mpm->study;

@@ -1,9 +1,9 @@
-/* vocabulary.c - the options of the program as a table. Values that other tables have - laws, shapes, walls, bases,
-   schemes, transfers, known solutions, ways to run, fields of snapshots - are taken from those, so that none can be
-   forgotten here. */
+/* vocabulary.c - the options of the program as a table, which the reading of options uses. Some values are rows of
+   other tables: laws, shapes, walls, bases, schemes, transfers, known solutions, ways to run, fields of snapshots. They
+   are taken from those tables, so that none can be missing here. */
 #include "run/mpm.h"
 
-/* The names of a table as "|a|b|c"; values + 1 is a list as options.def has it. */
+/* The names of a table, as "|a|b|c"; from the second character on, this is a list as options.def has it. */
 #define MPM_MATERIAL(name, traits, parameters, state, what) "|" #name
 static const char laws[] =
 #include "physics/material.def"

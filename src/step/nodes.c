@@ -1,9 +1,11 @@
-/* nodes.c - the node kernels of a step: velocities of the nodes and their advance. Equation numbers: docs/theory.md. */
+/* nodes.c - the kernels of node updates. In a step they follow a transfer to the nodes: they turn the sums of nodes
+   into their motion, velocity v [dim], m/s, and acceleration a [dim], m/s^2. Equation numbers are those of
+   docs/theory.md. */
 #include "physics/wall.h"
 #include "step/scheme.h"
 
-/* A row of nodes along x: node, motion: of its node 0; its own nodes that particles touch are first .. last-1. ijk:
-   where in the grid node 0 is. walled: does a wall along y or z reach all of the row? */
+/* A row of nodes along x. node, motion: those of its node 0. Its own nodes that particles touch are first .. last-1.
+   ijk: the number of node 0 in the grid. walled: does a wall along y or z reach the whole row? */
 typedef struct {
   MPMNode   *node;
   PetscReal *motion;
@@ -27,8 +29,8 @@ static NodeRow OwnRow(const MPMParams *par, const MPMPatch *patch, PetscInt row)
   return r;
 }
 
-/* Does a wall reach node i of the row? Most are reached by none. lo, hi: the first node on x that none reaches, and the
-   one after the last. ijk [3]: the node's number in the grid. */
+/* Returns whether a wall reaches node i of the row, and sets ijk [3] to the node's number in the grid. lo, hi: the
+   first node on x that no wall reaches, and the one after the last. */
 MPM_INLINE PetscBool Walled(const NodeRow *r, PetscInt lo, PetscInt hi, PetscInt i, PetscInt ijk[])
 {
   ijk[0] = r->ijk[0] + i;
@@ -37,8 +39,8 @@ MPM_INLINE PetscBool Walled(const NodeRow *r, PetscInt lo, PetscInt hi, PetscInt
   return r->walled || ijk[0] < lo || ijk[0] >= hi ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* v = p/m and walls, eq. (2). A node without mass is at rest; there is no threshold. Only particles exactly on a grid
-   line, whose weight there is 0 but whose gradient is not, read such a node. */
+/* Sets v = p/m, eq. (2), and applies walls. A node without mass is at rest; there is no threshold of mass. Only a
+   particle exactly on a grid line reads a node without mass: its weight there is 0, but its gradient is not. */
 MPM_INLINE void Divide(int dim, const MPMFace (*faces)[2], const MPMGrid *grid, const NodeRow *r)
 {
   const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
@@ -53,19 +55,19 @@ MPM_INLINE void Divide(int dim, const MPMFace (*faces)[2], const MPMGrid *grid, 
   }
 }
 
-/* For output and velocity gradients. */
+/* Sets the velocity that output and velocity gradients use. */
 MPM_INLINE void Velocity(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
   Divide(dim, par->walls->gradient, grid, r);
 }
 
-/* The same of what xpic has left over. */
+/* Does the same for the residual velocity of xpic. */
 MPM_INLINE void Residual(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
   Divide(dim, par->walls->residual, grid, r);
 }
 
-/* a = f/m + g, eqs. (5) and (13); v <- v + dt a, eq. (6), and walls, which also set a. */
+/* Sets a = f/m + g, eqs. (5) and (13), and v <- v + dt a, eq. (6), and applies walls, which also set a. */
 MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
   const MPMFace(*faces)[2] = par->walls->given;
@@ -87,8 +89,9 @@ MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, cons
   }
 }
 
-/* Velocities mapped again after an advance: a wall that only pushes holds the nodes that it met there, and no others.
-   If each mapping asked anew, what trembles at the wall would be cut on one side, and that drives it. */
+/* Sets the velocity that particles give the nodes after the advance. A wall that can only push holds the nodes that
+   touched it in the advance, and no others. If this were decided anew, then of a body that oscillates at the wall only
+   the velocities into it would be removed, and that would drive the oscillation. */
 MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
   Divide(dim, par->walls->before, grid, r);
@@ -100,7 +103,7 @@ MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid
   }
 }
 
-/* The node kernels of phases: the number of dimensions is a constant in each. */
+/* The kernels that scheme.h declares; the number of dimensions is a constant in each call. */
 #define NODE_KERNEL(what)                                                                                              \
   void MPMNodes##what(const MPMParams *par, MPMPatch *patch, PetscInt row)                                             \
   {                                                                                                                    \

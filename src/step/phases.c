@@ -1,14 +1,15 @@
-/* phases.c - the Material Point Method as data: the table of phases, the update schemes, which are lists of them, and
-   the transfers. Equation numbers: docs/theory.md. */
+/* phases.c - the Material Point Method as data: the table of phases, the update schemes, which are lists of phases, and
+   the transfers. Before the first step it makes the program of a step of them. Equation numbers are those of
+   docs/theory.md. */
 #include "step/scheme.h"
 
 #define B(field)   MPM_BIT(field)
-#define WHERE      (B(x) | B(cell) | B(kind) | B(l)) /* what a stencil is made of */
-#define MOMENTUM   (B(v) | B(C))                     /* C of apic */
-#define STRESS     (B(F) | B(J) | B(tau))            /* what a force is made of */
-#define STATE      (STRESS | B(be) | B(ep) | B(vc))  /* what a material remembers */
-#define COMMIT_IN  (B(id) | B(F))                    /* F of gimp domains that stretch */
-#define COMMIT_OUT (B(x) | B(cell) | B(l))
+#define WHERE      (B(x) | B(cell) | B(kind) | B(l)) /* what a stencil depends on */
+#define MOMENTUM   (B(v) | B(C))                     /* apic alone has C */
+#define STRESS     (B(F) | B(J) | B(tau))            /* what the internal force depends on */
+#define STATE      (STRESS | B(be) | B(ep) | B(vc))  /* the state of a material */
+#define COMMIT_IN  (B(id) | B(F))                    /* F: only for gimp domains that stretch */
+#define COMMIT_OUT (B(x) | B(cell) | B(l))           /* the new position, and what depends on it */
 
 #define TO_NODES(name, parts, in)                                                                                      \
   {                                                                                                                    \
@@ -23,8 +24,8 @@
     name, MPM_NODES_TO_PARTICLES, parts, NULL, 0, in, out, 0                                                           \
   }
 
-/* A row: name (of its timer, which rows may share), parts of the transfer or kernel of the nodes with its operations a
-   node and axis, fields that it reads, fields that it writes. Node phases turn mass and momentum into velocity. */
+/* A row has a name, which is that of its timer, so that rows may share one. A transfer has its parts, the fields that
+   it reads and the fields that it writes; a node update has its kernel, and operations per node and axis. */
 /* clang-format off */
 enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, ADVANCE, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
@@ -49,7 +50,7 @@ static const MPMPhase phases[NUM_PHASES] = {
 _Static_assert(NUM_PHASES <= MPM_MAX_PHASES, "core->phases has room for the table");
 _Static_assert(MPM_TIMER_PHASES + NUM_PHASES <= MPM_MAX_TIMERS, "every phase may have a timer");
 
-/* The update schemes: the entry of each phase in the table, then -1. */
+/* The update schemes: the row of each phase in the table, then -1. */
 #define MPM_SCHEME(name, keeps_increment, what, ...)                                                                   \
   static const int name##_phases[] = {__VA_ARGS__, -1};                                                                \
   _Static_assert(sizeof name##_phases / sizeof name##_phases[0] <= MPM_MAX_SCHEME, "a scheme's program has room");
@@ -68,8 +69,8 @@ const MPMTransfer MPMTransfers[] = {
 #undef MPM_TRANSFER
     {NULL, NULL, 0, 0, PETSC_FALSE}};
 
-/* What xpic does first, once an order: r = v - S S+ v, then r <- r - S S+ r, with S+ to the nodes and S to the
-   particles. */
+/* The filter of xpic, which runs -method_order times: the first time r = v - S S+ v, then r <- r - S S+ r. S+ maps from
+   particles to nodes, and S from nodes to particles. */
 static const int filter[2][3] = {{P2G_MASS, VELOCITY, G2P_FILTER}, {P2G_RESIDUAL, RESIDUAL, G2P_FILTER_AGAIN}};
 _Static_assert(3 * MPM_MAX_ORDER + MPM_MAX_SCHEME <= MPM_MAX_PROGRAM, "a step's program has room for the filter");
 
@@ -78,10 +79,11 @@ const MPMPhase *MPMStepOutputPhase(const MPMCore *core, PetscInt k)
   return &core->phases[k ? VELOCITY : P2G_MASS];
 }
 
-/* The phases as this scene needs them: the parts that the transfer adds; no field that nothing would read. */
+/* Copies the table of phases as this scene needs it: with the parts that the transfer adds, and without fields that no
+   phase would read. */
 static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
 {
-  PetscInt stress = 0; /* what the forces of these materials are made of */
+  PetscInt stress = 0; /* the fields that the forces of these materials depend on */
 
   for (PetscInt k = 0; k < core->params.nkinds; k++) {
     const PetscInt state = core->params.materials[core->params.kinds[k].material].state;

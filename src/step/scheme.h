@@ -1,4 +1,5 @@
-/* scheme.h - the method of a step as data: the table of update schemes (phases.c) and of transfers (transfer.def). */
+/* scheme.h - the method of a step as data: the tables of update schemes (scheme.def) and of transfers (transfer.def),
+   and the phases that phases.c makes of them before the first step. */
 #ifndef MPM_SCHEME_H
 #define MPM_SCHEME_H
 
@@ -8,8 +9,8 @@
 #define MPM_MAX_SCHEME 8
 typedef struct {
   const char *name, *what;
-  PetscBool   keeps_increment; /* x is read again after the motion: dx waits for the commit */
-  const int  *phases;          /* their places in the table of phases, then -1 */
+  PetscBool   keeps_increment; /* x is read again after the motion: a later phase adds dx to it */
+  const int  *phases;          /* their rows in the table of phases, then -1 */
 } MPMScheme;
 extern const MPMScheme MPMSchemes[]; /* rows of scheme.def; the last has no name */
 
@@ -18,7 +19,7 @@ typedef struct {
   const char *name, *what;
   PetscReal   flip;     /* share of FLIP; < 0: it is -method_flip */
   PetscInt    parts;    /* added to the phases of momentum and motion: MPM_AFFINE of apic */
-  PetscBool   filtered; /* xpic: a filter of -method_order goes before the scheme */
+  PetscBool   filtered; /* xpic: -method_order filters run before the scheme */
 } MPMTransfer;
 extern const MPMTransfer MPMTransfers[]; /* rows of transfer.def; the last has no name */
 
@@ -28,14 +29,15 @@ typedef struct {
   const MPMTransfer *transfer;
 } MPMMethod;
 
-/* Sets core->phases as this scene needs them, core->program, those of a step in order, and their timers. Once method,
-   needs and basis are known. Collective on the world, for the events of -log_view. */
+/* Sets core->phases as this scene needs them, core->program, which lists those of a step one after the other, and their
+   timers. Method, needs and basis have to be known. Collective on the world, for the events of -log_view. */
 PetscErrorCode MPMStepSetUp(MPMCore *, const MPMMethod *);
 
-/* The two phases that give mass and velocity of the nodes for output: k = 0, 1. */
+/* Returns phase k = 0, 1 of the two that give the mass and the velocity of the nodes for output. */
 const MPMPhase *MPMStepOutputPhase(const MPMCore *, PetscInt k);
 
-/* The node kernels of phases (nodes.c): a row of nodes of a patch. */
+/* The kernels of node updates (nodes.c): each updates the motion of the own nodes in one row of a patch along x. Not
+   collective. */
 void MPMNodesVelocity(const MPMParams *, MPMPatch *, PetscInt row);
 void MPMNodesVelocityAgain(const MPMParams *, MPMPatch *, PetscInt row);
 void MPMNodesResidual(const MPMParams *, MPMPatch *, PetscInt row);

@@ -1,5 +1,6 @@
-/* step.c - the step: the phases of its program, one after the other, through the exchange, which knows who holds which
-   particles; then one reduction, and the particles settle in their new cells. */
+/* step.c - the step: it runs the phases of core->program one after the other. How a phase runs on several processes is
+   up to core->exchange. Then come one reduction of the status and, if no error was found, the sorting and the migration
+   of the particles that changed their cell. */
 #include "base/signals.h"
 #include "parallel/exchange.h"
 #include "step/step.h"

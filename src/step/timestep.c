@@ -1,4 +1,5 @@
-/* timestep.c - the length of a step. docs/theory.md has the bounds. */
+/* timestep.c - the length of the next step, which is chosen before it from the status of the last one. docs/theory.md
+   derives the bounds. */
 #include "step/step.h"
 
 PetscReal MPMCourant(const MPMCore *core, PetscReal dt)
@@ -6,7 +7,7 @@ PetscReal MPMCourant(const MPMCore *core, PetscReal dt)
   return dt * (PetscSqrtReal(core->status.c2) + PetscSqrtReal(core->status.v2)) / MPMGridSmallestH(&core->grid);
 }
 
-/* The explicit limit of diffusion, h^2/(2 dim nu) with nu = 4/3 viscosity/rho. */
+/* Returns the bound of an explicit step by diffusion, h^2/(2 dim nu) with nu = 4/3 viscosity/rho, in s. */
 PetscReal MPMViscousStep(const MPMCore *core)
 {
   PetscReal nu = 0;
@@ -19,8 +20,8 @@ PetscReal MPMViscousStep(const MPMCore *core)
   return nu > 0 ? PetscSqr(MPMGridSmallestH(&core->grid)) / (2 * (PetscReal)core->grid.dim * nu) : PETSC_INFINITY;
 }
 
-/* Fixed, or cfl h/(c + |v|) of the state as it is, and no more than lets gravity move a particle from rest by a tenth
-   of a cell, or is cfl of what viscosity allows. */
+/* Returns the fixed dt, if there is one, else cfl h/(c + |v|) of the present state, but at most cfl times the bound by
+   viscosity, and at most the time in which gravity moves a particle from rest by a tenth of a cell. */
 PetscReal MPMTimeStep(const MPMCore *core, const MPMTime *time)
 {
   const PetscReal h  = MPMGridSmallestH(&core->grid);

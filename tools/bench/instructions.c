@@ -1,11 +1,11 @@
-/* instructions.c - counts the instructions of one call of a function in another program, by single steps. The count is
-   exact, for every instruction that the processor has. (valgrind --tool=callgrind counts too, but knows no AVX-512.) x86-64
-   Linux.
+/* instructions.c - a program of its own that counts the instructions of one call of a function in another program, by
+   single steps. The count is exact, for every instruction that the processor has (valgrind --tool=callgrind counts too,
+   but cannot run AVX-512). It runs on x86-64 Linux.
 
      cc -O2 -o build/instructions tools/bench/instructions.c
      build/instructions $(nm pebble | awk '$3 == "MPMStep" {print $1}') 5 ./pebble -options_file options/disks.opts
 
-   counts those of the fifth step. A string instruction counts once however long it is. */
+   counts those of the fifth step. A string instruction with a rep prefix counts once for each repetition. */
 #define _GNU_SOURCE
 #include <signal.h>
 #include <stddef.h>
@@ -21,7 +21,7 @@
 
 static pid_t child;
 
-/* Lets the child go on until it stops by a trap; returns whether it still runs. */
+/* Continues the child, by one instruction or freely, until a trap stops it. Returns whether it still runs. */
 static int Go(int request)
 {
   int status, signal = 0;
@@ -51,7 +51,7 @@ int main(int argc, char **argv)
   }
   waitpid(child, NULL, 0);
   code = ptrace(PTRACE_PEEKTEXT, child, (void *)at, NULL);
-  for (long call = 0; call < wanted; call++) { /* set a breakpoint there, and take it away when it is met */
+  for (long call = 0; call < wanted; call++) { /* set a breakpoint there, and remove it when it is reached */
     if (call && !Go(PTRACE_SINGLESTEP)) break;
     ptrace(PTRACE_POKETEXT, child, (void *)at, (void *)((code & ~0xffL) | 0xcc));
     if (!Go(PTRACE_CONT)) return fprintf(stderr, "the program ended before call %ld\n", call + 1), 1;
@@ -60,7 +60,7 @@ int main(int argc, char **argv)
     r.rip = (unsigned long long)at;
     ptrace(PTRACE_SETREGS, child, NULL, &r);
   }
-  while (Go(PTRACE_SINGLESTEP)) { /* step until the return has taken its address from the stack */
+  while (Go(PTRACE_SINGLESTEP)) { /* step until the return has popped its address off the stack */
     const long stack = offsetof(struct user_regs_struct, rsp);
 
     count++;

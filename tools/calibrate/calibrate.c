@@ -3,34 +3,34 @@
      make calibrate SCENE=options/disks.opts
      mpiexec -n 2 build/mpicc/calibrate -options_file options/disks.opts [-model_file FILE] [-option value ...]
 
-   It makes short runs of the scene coarser and finer than it is, of about 150, 1500, 20,000 and 400,000 particles, on
-   every process at once and each for itself, since processes share memory; times messages, a reduction, migrations and
-   the pool's master, where there are processes for it; and all that a few times over, since what else a machine does
-   slows it for seconds on end: the least of each counts. Last come the limits of a core. The constants go to a file,
-   which later runs of the same method read. */
+   It makes short runs of the scene, coarser and finer than it is, of about 150, 1500, 20,000 and 400,000 particles.
+   Every process makes them for itself, but all at the same time, since processes share memory. If there are processes
+   for it, it times messages, a reduction, migrations and the pool's master. All this is repeated a few times, and the
+   least time of each counts, since other programs may slow a machine for seconds. Last it measures the limits of a
+   core. The constants go to a file, which later runs of the same method read. */
 #include <errno.h>
 #include <libgen.h>
 #include <signal.h>
 #include <unistd.h>
 #include "calibrate.h"
 
-#define ROUNDS 5                                              /* of all measurements */
-#define VARIES 1.2                                            /* times as long that a run takes is worth a word */
+#define ROUNDS 5   /* repetitions of all measurements */
+#define VARIES 1.2 /* slowest over fastest run from which a note is printed */
 static const PetscReal goal[LEVELS]  = {150, 1500, 2e4, 4e5}; /* particles */
 static const PetscInt  steps[LEVELS] = {600, 200, 60, 20}, repeats[LEVELS] = {10, 10, 5, 2};
 
-/* All that is measured. */
+/* Everything that is measured. */
 typedef struct {
   ShortRuns      alone[LEVELS];
   MessageTimes   messages;
   MigrationTimes migration[2];
-  PetscReal      copy, kept; /* s a byte */
+  PetscReal      copy, kept; /* s per byte */
   TogetherTimes  together;
   MasterTimes    master[2];
-  PetscReal      itself[2]; /* s a step on one process, and on all */
+  PetscReal      itself[2]; /* s per step on one process, and on all */
 } Measured;
 
-/* Measures everything once; the least of it and of what was measured before stays. */
+/* Measures everything once, and keeps the lesser of each new value and the one before. Collective. */
 static PetscErrorCode Measure(MPM scene, PetscMPIInt size, PetscMPIInt rank, Measured *all)
 {
   const PetscInt edge = scene->core.grid.dim == 3 ? 3 : scene->core.grid.dim == 2 ? 4 : 8;
@@ -51,7 +51,7 @@ static PetscErrorCode Measure(MPM scene, PetscMPIInt size, PetscMPIInt rank, Mea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The constants of what was measured. */
+/* Sets the constants by what was measured. Collective. */
 static PetscErrorCode FitModel(MPM scene, PetscMPIInt size, const Measured *all)
 {
   MPMModel *m = &scene->cost.model;
@@ -68,7 +68,7 @@ static PetscErrorCode FitModel(MPM scene, PetscMPIInt size, const Measured *all)
     }
   }
   m->copy = all->copy;
-  if (all->kept > 0) m->kept = all->kept; /* else the scene has no cells of that size */
+  if (all->kept > 0) m->kept = all->kept; /* else the scene is not valid at that size */
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   FitMessages(size, &all->messages, m);
   FitMigration(size, &all->migration[0], &all->migration[1], m);
@@ -76,7 +76,8 @@ static PetscErrorCode FitModel(MPM scene, PetscMPIInt size, const Measured *all)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Can the scene be run with as few and as many particles as the constants need? If not, says so. Collective. */
+/* Sets *ok to whether the scene can be run with as few and as many particles as the constants need, and prints why not.
+   Collective. */
 static PetscErrorCode CheckSizes(MPM scene, const ShortRuns alone[LEVELS], PetscBool *ok)
 {
   PetscFunctionBeginUser;
@@ -93,7 +94,7 @@ static PetscErrorCode CheckSizes(MPM scene, const ShortRuns alone[LEVELS], Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints what the constants say of the scene itself, and how far they can be trusted. Collective. */
+/* Prints what the constants predict for the scene itself, and how far they can be trusted. Collective. */
 static PetscErrorCode View(MPM scene, PetscMPIInt size, PetscMPIInt rank, const Measured *all)
 {
   PetscReal varied = 1;
@@ -143,8 +144,8 @@ static PetscErrorCode Calibrate(MPM scene, int *status)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(FitModel(scene, size, &all));
-  /* What an exchange costs besides its messages, calls and the waiting of processes for each other: what a step takes
-     that the rest of the model does not explain, over the number of exchanges. */
+  /* What an exchange costs besides its messages, such as calls and waiting, is the time of a step that the rest of the
+     model does not explain, over the number of exchanges. */
   if (size > 1) PetscCall(TimeTogether(scene, &all.together));
   if (all.together.exchanges > 0)
     m->exchange = PetscMax(0, all.together.step - all.together.predicted) / all.together.exchanges;
@@ -159,7 +160,7 @@ static PetscErrorCode Calibrate(MPM scene, int *status)
 
 /* --- The program ------------------------------------------------------------------------------------------------ */
 
-/* Can this file be written? It takes the place of an older one, and of nothing else. Sets errno. */
+/* Returns whether this file can be written or replaced; if not, errno says why. */
 static PetscBool CanWrite(const char path[])
 {
   char folder[PETSC_MAX_PATH_LEN];
@@ -237,7 +238,7 @@ int main(int argc, char **argv)
   PetscCall(PetscPushErrorHandler(MPMOptionsStartFault, NULL));
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   MPMOptionsStarted();
-  (void)signal(SIGPIPE, SIG_DFL); /* `calibrate ... | head` is no crash */
+  (void)signal(SIGPIPE, SIG_DFL); /* so that `calibrate ... | head` prints no error */
   PetscCall(PetscOptionsHasHelp(NULL, &help));
   if (!help) PetscCall(Run(&status));
   PetscCall(PetscFinalize());

@@ -8,70 +8,75 @@
 
 #include "run/mpm.h"
 
-/* --- Short runs of about so many particles, on each process alone (runs.c) --------------------------------------- */
+/* --- Short runs, which each process makes for itself (runs.c) ----------------------------------------------------- */
 
 #define LEVELS (MPM_RATE_SIZES + 1)
 typedef struct {
-  PetscReal seconds[MPM_MAX_TIMERS]; /* s a step of each timer, at the least */
-  PetscReal fastest, slowest;        /* s a step of the runs */
+  PetscReal seconds[MPM_MAX_TIMERS]; /* s per step by timer, the least of all runs */
+  PetscReal fastest, slowest;        /* s per step of the fastest and the slowest run */
   PetscReal particles, nodes;
   PetscInt  steps;
 } ShortRuns;
 
-/* Keeps the lesser one of what was measured now and before; the largest of all processes. */
+/* Least keeps the lesser value of now and before. Slowest sets the largest value of all processes; collective. */
 void           Least(PetscReal *least, PetscReal now);
 PetscErrorCode Slowest(MPI_Comm, PetscReal *seconds);
 
+/* runs.c describes these functions. */
 PetscErrorCode SetNumber(const char name[], const char format[], double value);
 PetscErrorCode SetRun(MPM scene, const char strategy[], PetscReal coarser, PetscInt nsteps);
 PetscErrorCode MakeRun(MPI_Comm, MPM *);
 PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt nrepeats, ShortRuns *);
 void           FitRate(const MPMCore *, PetscInt timer, const ShortRuns[LEVELS], MPMRate *);
 
-/* --- Messages (messages.c) --------------------------------------------------------------------------------------- */
+/* --- Messages (messages.c) ---------------------------------------------------------------------------------------- */
 
 typedef struct {
-  PetscReal one, longer; /* s a message of 8 B, and of 64 KiB */
-  PetscReal burst[2];    /* s an exchange of one message each way, and of several */
-  PetscReal reduction;   /* s */
+  PetscReal one, longer; /* s per message of 8 B, and of 64 KiB */
+  PetscReal burst[2];    /* s per exchange of one short message each way, and of several */
+  PetscReal reduction;   /* s per reduction of a status */
 } MessageTimes;
 
+/* messages.c describes these functions; TimeMessages is collective. */
 PetscErrorCode TimeMessages(MPI_Comm, MessageTimes *);
 void           FitMessages(PetscMPIInt size, const MessageTimes *, MPMModel *);
 PetscErrorCode TimeCopy(PetscReal *least);
 PetscErrorCode TimeKept(MPM scene, PetscReal *least);
 
-/* --- Migrations of about n particles a process (migration.c) ----------------------------------------------------- */
+/* --- Migrations of about n particles per process (migration.c) --------------------------------------------------- */
 
-enum { SWARM, DIRECT, SWAP, WAYS }; /* the first two move no particle, the last moves some directly */
+enum { SWARM, DIRECT, SWAP, WAYS }; /* SWARM and DIRECT move no particle; SWAP moves some by direct messages */
 typedef struct {
   PetscReal particles, axes, migration[WAYS]; /* s; particles 0: the scene cannot be cut like that */
 } MigrationTimes;
 
+/* migration.c describes these functions; TimeMigration is collective on scene->core.comm. */
 PetscErrorCode TimeMigration(MPM scene, PetscReal n, MigrationTimes *);
 void           FitMigration(PetscMPIInt size, const MigrationTimes *few, const MigrationTimes *many, MPMModel *);
 
-/* --- Whole steps (steps.c) --------------------------------------------------------------------------------------- */
+/* --- Whole steps (steps.c) ---------------------------------------------------------------------------------------- */
 
-/* Steps of about 600 particles on each process, or of as many more as have a cut, together, without their migrations.
-   The model is asked between spans of the run. */
+/* Steps of about 600 particles per process, or of more if the grid cannot be cut otherwise, on all processes together
+   and without migrations. The model predicts them several times during the run. */
 typedef struct {
-  PetscReal step;      /* s, the least */
+  PetscReal step;      /* s, the least of all runs */
   PetscReal predicted; /* s, without what an exchange costs besides its messages */
-  PetscReal exchanges; /* of the process that has most of them; 0: there is no such cut */
+  PetscReal exchanges; /* per step, of the process that has most of them; 0: the grid cannot be cut */
 } TogetherTimes;
 
+/* steps.c describes these functions. */
 PetscErrorCode TimeTogether(MPM scene, TogetherTimes *);
 PetscErrorCode TimeItself(MPM scene, MPI_Comm, PetscReal *least);
 PetscErrorCode CheckItself(MPM scene, MPI_Comm, PetscReal least);
 
-/* --- The pool (pool.c) ------------------------------------------------------------------------------------------- */
+/* --- The pool (pool.c) -------------------------------------------------------------------------------------------- */
 
-/* A step of the pool: how long its master is busy at least, with how many jobs and bytes. */
+/* A step of the pool: the least time, s, that its master is busy, and its numbers of jobs and bytes. */
 typedef struct {
   PetscReal busy, jobs, bytes;
 } MasterTimes;
 
+/* pool.c describes these functions; TimePool is collective on scene->core.comm. */
 PetscErrorCode TimePool(MPM scene, PetscInt cells, MasterTimes *);
 void           FitPool(const MasterTimes *, const MasterTimes *, MPMModel *);
 

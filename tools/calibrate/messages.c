@@ -1,12 +1,13 @@
-/* messages.c - what messages between processes take, and what their packing does. */
+/* messages.c - measures the time of messages between processes, and of their packing. */
 #include "base/message.h"
 #include "calibrate.h"
 #include "kernels/tile_index.h"
 
-enum { BURST = 8 }; /* messages at once */
+enum { BURST = 8 }; /* messages that are sent at once */
 #define LONG_MESSAGE (1 << 16)
 
-/* Least seconds of one of many messages of so many bytes, there and back halved; processes 2k and 2k+1 are pairs. */
+/* Measures the least seconds of a message of so many bytes, as half of the time there and back; processes 2k and 2k+1
+   are pairs. Collective on comm. */
 static PetscErrorCode PingPong(MPI_Comm comm, size_t bytes, PetscReal *least)
 {
   PetscReal   seconds = PETSC_MAX_REAL;
@@ -38,7 +39,8 @@ static PetscErrorCode PingPong(MPI_Comm comm, size_t bytes, PetscReal *least)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Least seconds of an exchange of n short messages each way between the processes of a pair. */
+/* Measures the least seconds of an exchange of n short messages each way between the processes of a pair. Collective on
+   comm. */
 static PetscErrorCode Burst(MPI_Comm comm, int n, PetscReal *least)
 {
   PetscReal   seconds = PETSC_MAX_REAL;
@@ -69,6 +71,7 @@ static PetscErrorCode Burst(MPI_Comm comm, int n, PetscReal *least)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Measures the times of messages and of a reduction. Collective on comm. */
 PetscErrorCode TimeMessages(MPI_Comm comm, MessageTimes *least)
 {
   PetscReal status[24] = {0}, best = PETSC_MAX_REAL;
@@ -92,6 +95,7 @@ PetscErrorCode TimeMessages(MPI_Comm comm, MessageTimes *least)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sets the constants of messages by their times on `size` processes. */
 void FitMessages(PetscMPIInt size, const MessageTimes *least, MPMModel *m)
 {
   m->message   = least->one;
@@ -100,7 +104,7 @@ void FitMessages(PetscMPIInt size, const MessageTimes *least, MPMModel *m)
   m->reduction = least->reduction / PetscCeilReal(PetscLog2Real((PetscReal)size));
 }
 
-/* Seconds of packing and unpacking a byte, in rows of a particle's velocity. */
+/* Measures the seconds per byte to pack and unpack a field of 2 numbers per particle. Not collective. */
 PetscErrorCode TimeCopy(PetscReal *least)
 {
   enum { ROWS = 20000 };
@@ -124,8 +128,8 @@ PetscErrorCode TimeCopy(PetscReal *least)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Seconds a byte of sums of tiles takes to be zeroed, packed and unpacked, where there are more tiles than a cache has
-   room for: those whose sums are sent. */
+/* Measures the seconds per byte to zero, pack and unpack sums of tiles, if there are more tiles than fit into a cache,
+   as there are of those whose sums are sent. Not collective. */
 PetscErrorCode TimeKept(MPM scene, PetscReal *least)
 {
   const PetscReal coarser = PetscPowReal((PetscReal)scene->core.particles.total / 1e5,

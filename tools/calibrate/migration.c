@@ -1,13 +1,14 @@
-/* migration.c - what it takes when particles change process: by DMSwarmMigrate, and by direct messages. */
+/* migration.c - measures the time of a migration, by DMSwarmMigrate and by direct messages. */
 #include "calibrate.h"
 #include "parallel/spatial.h"
 
-#define SWAPPED 256
-#define REPEATS 10        /* of each way in a round */
-#define OTHER   (8 << 20) /* bytes that the caches have seen since: a migration comes after the sweeps of a step */
+#define SWAPPED 256       /* particles that a process sends */
+#define REPEATS 10        /* migrations of each way in a round */
+#define OTHER   (8 << 20) /* bytes that are written before, since the phases of a step leave other data in the caches */
 
-/* Pairs of processes next to each other exchange `n` particles, far from each other in memory and not those of the last
-   time, which stay what they are: only the cost counts, but for that of finding their processes and cells. */
+/* Marks n particles as leavers, so that a direct migration exchanges them between the two processes of a pair. They lie
+   far from each other in memory, and are not those of the last time. Their positions stay what they are, since only the
+   time counts; that of finding processes and cells is not measured. */
 static PetscErrorCode Swap(MPM mpm, MPMSpatial *s, PetscInt n, PetscInt first)
 {
   const PetscInt all = mpm->core.particles.n;
@@ -15,7 +16,7 @@ static PetscErrorCode Swap(MPM mpm, MPMSpatial *s, PetscInt n, PetscInt first)
 
   PetscFunctionBeginUser;
   while (d < mpm->core.grid.dim - 1 && s->p[d] == 1) d++;
-  if (s->beside[d][s->me[d] % 2 == 0] == MPI_PROC_NULL || n > all / 2) n = 0; /* the last of an odd number, alone */
+  if (s->beside[d][s->me[d] % 2 == 0] == MPI_PROC_NULL || n > all / 2) n = 0; /* it has no partner for this */
   s->nleavers = n;
   PetscCall(PetscMalloc1(n, &s->leaver));
   PetscCall(PetscMalloc1(n, &s->owner));
@@ -28,9 +29,8 @@ static PetscErrorCode Swap(MPM mpm, MPMSpatial *s, PetscInt n, PetscInt first)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Times migrations of about n particles a process; the least times go to the trial, particles stay 0 if there is no
- * such cut.
- */
+/* Times migrations with about n particles per process; the least times go to trial. trial->particles stays 0 if the
+   grid cannot be cut for these processes. Collective on scene->core.comm. */
 PetscErrorCode TimeMigration(MPM scene, PetscReal n, MigrationTimes *trial)
 {
   PetscReal   seconds[WAYS];
@@ -51,11 +51,11 @@ PetscErrorCode TimeMigration(MPM scene, PetscReal n, MigrationTimes *trial)
   PetscCall(MPMModelShare(&mpm->core, MPMTimeStep(&mpm->core, &mpm->time), &share));
   trial->particles      = share.particles;
   trial->axes           = share.axes;
-  mpm->core.status.hops = 1; /* all messages, of no particles */
+  mpm->core.status.hops = 1; /* all messages are sent, without particles */
   PetscCall(PetscMalloc1(OTHER, &other));
   for (int way = 0; way < WAYS; way++) seconds[way] = PETSC_MAX_REAL;
   for (int repeat = 0; repeat < 3 * REPEATS; repeat++) {
-    /* swaps after DMSwarm's: they leave particles where it would not have them */
+    /* swaps come after DMSwarm's migrations, since they bring particles to processes that do not own their cells */
     const int      way = repeat < REPEATS ? SWARM : repeat % 2 ? DIRECT : SWAP;
     PetscLogDouble t0, t1;
 
@@ -77,9 +77,10 @@ PetscErrorCode TimeMigration(MPM scene, PetscReal n, MigrationTimes *trial)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sets the constants of migrations by their times on `size` processes, with few and with many particles. */
 void FitMigration(PetscMPIInt size, const MigrationTimes *a, const MigrationTimes *b, MPMModel *m)
 {
-  if (a->particles == 0 || b->particles == 0) return; /* no such cut: rough constants stay */
+  if (a->particles == 0 || b->particles == 0) return; /* not measured: rough constants stay */
   for (int way = 0; way < 2; way++) {
     MPMMigration   *g      = &m->migration[way];
     const PetscReal stages = way ? a->axes : PetscCeilReal(PetscLog2Real((PetscReal)size));

@@ -1,6 +1,7 @@
-/* pool.c - how long the pool's master is busy with a job and a byte of it. */
+/* pool.c - measures how long the pool's master is busy with a job, and with a byte of it. */
 #include "calibrate.h"
 
+/* Times a step of the pool with patches of `cells` cells along each axis. Collective on scene->core.comm. */
 PetscErrorCode TimePool(MPM scene, PetscInt cells, MasterTimes *master)
 {
   MPM mpm;
@@ -23,6 +24,7 @@ PetscErrorCode TimePool(MPM scene, PetscInt cells, MasterTimes *master)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sets the constants of the pool by the times with two sizes of patches. */
 void FitPool(const MasterTimes *a, const MasterTimes *b, MPMModel *m)
 {
   const PetscReal det = a->jobs * b->bytes - b->jobs * a->bytes;

@@ -1,10 +1,11 @@
-/* runs.c - short runs of the scene, coarser or finer than it is: their options, and their times. */
+/* runs.c - short runs of the scene, coarser or finer than it is: it sets their options, and measures their times. */
 #include "calibrate.h"
 
-/* Runs of more particles are timed by the processor's clock, which other programs do not lengthen; for fewer particles,
-   reading it would be a part of what it measures, and there the least of short runs does. */
+/* Runs with more particles than this are timed in processor time, which other programs do not lengthen. With fewer
+   particles, reading it would be a notable part of what is measured, and the least wall time of short runs is taken. */
 #define CLOCKED 5e3
 
+/* Sets an option to a number, in this format. */
 PetscErrorCode SetNumber(const char name[], const char format[], double value)
 {
   char text[MPM_NAME_LEN];
@@ -15,7 +16,8 @@ PetscErrorCode SetNumber(const char name[], const char format[], double value)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the options for the scene with this strategy and cells `coarser` times as large. */
+/* Sets the options for a run of the scene with this strategy, with cells `coarser` times as large, and with this number
+   of steps. */
 PetscErrorCode SetRun(MPM scene, const char strategy[], PetscReal coarser, PetscInt nsteps)
 {
   char cells[MPM_NAME_LEN] = "";
@@ -40,8 +42,8 @@ PetscErrorCode SetRun(MPM scene, const char strategy[], PetscReal coarser, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes and sets up a run of the options as they are now; *mpm is NULL if they are not valid at this size. Collective
-   on comm. */
+/* Makes and sets up a run with the present options; *mpm is NULL if they are not valid at this size. Collective on
+   comm. */
 PetscErrorCode MakeRun(MPI_Comm comm, MPM *mpm)
 {
   MPMOptions o;
@@ -61,12 +63,13 @@ PetscErrorCode MakeRun(MPI_Comm comm, MPM *mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Keeps the lesser one of what was measured now and before; 0: never yet. */
+/* Keeps the lesser value of what was measured now and before; 0: nothing was measured yet. */
 void Least(PetscReal *least, PetscReal now)
 {
   *least = *least > 0 ? PetscMin(*least, now) : now;
 }
 
+/* Sets *seconds to the largest value of all processes. Collective on comm. */
 PetscErrorCode Slowest(MPI_Comm comm, PetscReal *seconds)
 {
   PetscFunctionBeginUser;
@@ -74,7 +77,8 @@ PetscErrorCode Slowest(MPI_Comm comm, PetscReal *seconds)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs the scene of about `n` particles for a number of steps, alone; the least times go to the sample. */
+/* Runs the scene with about n particles for nsteps steps, nrepeats times, on this process alone; the least times go to
+   sample. Not collective. */
 PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt nrepeats, ShortRuns *sample)
 {
   PetscReal coarser = PetscPowReal((PetscReal)scene->core.particles.total / n, 1 / (PetscReal)scene->core.grid.dim);
@@ -87,7 +91,7 @@ PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt nrepea
 
     PetscCall(SetRun(scene, "spatial", coarser, nsteps));
     PetscCall(MakeRun(PETSC_COMM_SELF, &mpm));
-    if (!mpm) { /* too coarse for its shapes */
+    if (!mpm) { /* too coarse for the shapes */
       coarser /= 1.5;
       continue;
     }
@@ -111,8 +115,9 @@ PetscErrorCode RunAlone(MPM scene, PetscReal n, PetscInt nsteps, PetscInt nrepea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* call + n each through the samples, small to large: `call` and the first `each` through the smallest two, or through
-   another where shapes need more particles than the second should have; the other `each` through one sample each. */
+/* Fits a rate, call + n each, to the samples, of which the smallest is the first. `call` and the first `each` fit the
+   two smallest samples, or the first and the third if the second one could not be made larger than the first; every
+   other `each` fits one sample. Not collective. */
 void FitRate(const MPMCore *core, PetscInt e, const ShortRuns sample[LEVELS], MPMRate *r)
 {
   const int second = sample[1].particles > 2 * sample[0].particles ? 1 : 2;

@@ -1,13 +1,13 @@
-/* steps.c - whole steps, beside what the model says of them: of processes that work together, which tells what an
-   exchange costs besides its messages, and of the scene itself, as a check. */
+/* steps.c - compares the times of whole steps with what the model predicts: of steps of all processes together, which
+   show what an exchange costs besides its messages, and of the scene itself, as a check. */
 #include "calibrate.h"
 
-#define SPANS           5
-#define SPAN            60
-#define CHECK_PARTICLES 1e6 /* more a process would take long */
-#define CHECK_WORK      2e5 /* particles times steps of a run, but 20 to 500 steps */
+#define SPANS           5   /* parts of a run, between which the model predicts */
+#define SPAN            60  /* steps of each */
+#define CHECK_PARTICLES 1e6 /* per process; a check with more would take long */
+#define CHECK_WORK      2e5 /* particles times steps of a run, but it has 20 to 500 steps */
 
-/* What the model says of a step with this cost of an exchange. Collective on scene->core.comm. */
+/* Predicts the seconds of a step by the model, with this cost of an exchange. Collective on scene->core.comm. */
 static PetscErrorCode PredictWith(MPM scene, MPM mpm, PetscReal exchange, PetscReal *seconds)
 {
   PetscFunctionBeginUser;
@@ -19,20 +19,21 @@ static PetscErrorCode PredictWith(MPM scene, MPM mpm, PetscReal exchange, PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds a part of what the model says of the state as it is: bodies move from process to process, so the mean over the
-   run counts. Collective on scene->core.comm. */
+/* Adds `part` times the prediction for the present state: bodies move from process to process, so the mean over the run
+   counts. Collective on scene->core.comm. */
 static PetscErrorCode PredictPart(MPM scene, MPM mpm, PetscReal part, TogetherTimes *t)
 {
   PetscReal none, all;
 
   PetscFunctionBeginUser;
   PetscCall(PredictWith(scene, mpm, 0, &none));
-  PetscCall(PredictWith(scene, mpm, 1, &all)); /* 1 s: beside it nothing else counts */
+  PetscCall(PredictWith(scene, mpm, 1, &all)); /* 1 s: far more than all else */
   t->predicted += part * none;
   t->exchanges += part * (all - none);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Times steps of all processes together, and predicts them. Collective on scene->core.comm. */
 PetscErrorCode TimeTogether(MPM scene, TogetherTimes *t)
 {
   PetscReal   coarser;
@@ -53,7 +54,7 @@ PetscErrorCode TimeTogether(MPM scene, TogetherTimes *t)
     }
     t->predicted = t->exchanges = 0;
     PetscCall(PredictPart(scene, mpm, 0.5 / SPANS, t));
-    for (int k = 1; k <= SPANS; k++) { /* by trapezoids */
+    for (int k = 1; k <= SPANS; k++) { /* the mean is taken by the trapezoidal rule */
       mpm->time.max_steps = k * SPAN;
       PetscCall(MPMRun(mpm));
       PetscCall(PredictPart(scene, mpm, (k < SPANS ? 1. : 0.5) / SPANS, t));
@@ -69,8 +70,8 @@ PetscErrorCode TimeTogether(MPM scene, TogetherTimes *t)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Times first steps of the scene as it is: the least second a step goes to *least, unless it is too large. Collective
-   on comm. */
+/* Times the first steps of the scene as it is: the least seconds per step go to *least. A scene with too many particles
+   is not run. Collective on comm. */
 PetscErrorCode TimeItself(MPM scene, MPI_Comm comm, PetscReal *least)
 {
   const PetscReal n = (PetscReal)scene->core.particles.total;
@@ -95,7 +96,8 @@ PetscErrorCode TimeItself(MPM scene, MPI_Comm comm, PetscReal *least)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints what these took beside what the model says of them. Collective on comm, whose first process is the scene's. */
+/* Prints the time of these steps, `least`, with the prediction of the model beside it. Collective on comm, whose first
+   process is that of the scene. */
 PetscErrorCode CheckItself(MPM scene, MPI_Comm comm, PetscReal least)
 {
   PetscReal   predicted = 0;

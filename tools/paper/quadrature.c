@@ -1,15 +1,14 @@
-/* quadrature.c - the error that the particle sum makes in the internal force of a node, with the program's own basis
-   functions (basis.h), in one dimension, for a stress of 1 in a bar that fills its grid: the exact force on a node
-   inside is 0. Steffen, Kirby and Berzins (2008) study this sum; docs/paper.md reports what is found.
+/* quadrature.c - a program of its own that measures the error of the internal force of a node, a sum over particles,
+   with the program's basis functions (basis.h), in 1-D, for a stress of 1 in a bar that fills its grid: the exact force
+   inside is 0. Steffen, Kirby and Berzins (2008) study this sum; docs/paper.md reports the results.
 
    usage: quadrature force | jumps | worst      CSV on standard output; lengths in cells, so that r = 1/b
 
-   The sum over particles is the midpoint rule on voxels that fill the bar: f_i = sum V_p phi_i'(x_p). A basis of degree k
-   has breaks, where phi^(k) jumps by J; the rule is right for the smooth rest and errs by its breaks alone,
-     one voxel, its centre d voxels from a break:   J b^k (1/2 - |d|)^k/k!        (up to a sign, and to the term that
-                                                                                   cancels between breaks)
+   The sum is the midpoint rule on voxels of width b that fill the bar: f_i = sum V_p phi_i'(x_p). A basis of degree k
+   has breaks, where phi^(k) jumps by J. The error of the rule comes from the breaks alone:
+     one voxel, its centre d voxels from a break:   J b^k (1/2 - |d|)^k/k!     (but for a sign and a term that cancels)
      equal voxels, all breaks:                      f_i = -b^k sum_j J_j B_k(t_j)/k!
-   with the Bernoulli polynomials B_k and t_j the distance from break j to the next centre, in voxels.             */
+   with the Bernoulli polynomials B_k, and t_j the distance from break j to the next centre, in voxels. */
 #include "physics/basis.h"
 
 #include <math.h>
@@ -21,13 +20,13 @@
 
 static const double per_cell[] = {1.37, 2.37, 4.37, 8.37, 16.37, 32.37};
 
-/* Widths of GIMP's domains: as at the start, or the voxels themselves. */
+/* A basis that is examined. */
 typedef struct {
   const char *name;
   MPMBasis    basis;
-  int         degree; /* 0: not of this theory */
-  double      first;  /* first break, from the node */
-  PetscBool   stretch;
+  int         degree;  /* 0: the theory does not apply */
+  double      first;   /* position of the first break, from the node */
+  PetscBool   stretch; /* are GIMP's domains as wide as the mapped voxels, or as at the start? */
 } Method;
 
 static const Method methods[] = {
@@ -39,7 +38,7 @@ static const Method methods[] = {
 #define METHODS ((int)(sizeof methods / sizeof methods[0]))
 #define RATIOS  ((int)(sizeof per_cell / sizeof per_cell[0]))
 
-/* phi_i and its slope at x cells from node i, which lies far inside. */
+/* Sets phi_i and its slope at x cells from a node i that lies far inside. */
 static void Function(MPMBasis basis, double x, double *value, double *slope)
 {
   PetscReal      xi   = CELLS / 2 + x, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
@@ -61,7 +60,7 @@ static double Slope(MPMBasis basis, double x)
   return slope;
 }
 
-/* phi^(degree) on the piece from x to x + 1, where it is constant, by a difference of slopes. */
+/* Returns phi^(degree) between x and x + 1, where it is constant, by a difference of slopes. */
 static double Top(const Method *m, double x)
 {
   if (m->degree == 1) return Slope(m->basis, x + 0.5);
@@ -69,7 +68,7 @@ static double Top(const Method *m, double x)
   return (Slope(m->basis, x + 0.75) - 2 * Slope(m->basis, x + 0.5) + Slope(m->basis, x + 0.25)) / 0.0625;
 }
 
-/* Jump of phi^(degree) at break j = 0 .. degree + 1. */
+/* Returns the jump of phi^(degree) at break j = 0 .. degree + 1. */
 static double Jump(const Method *m, int j)
 {
   return Top(m, m->first + j) - Top(m, m->first + j - 1);
@@ -83,7 +82,7 @@ static double Bernoulli(int k, double t)
   return ((t - 1.5) * t + 0.5) * t / 6;
 }
 
-/* What the theory says of a node with the equal voxels whose centres are at (n + centre) b from it. */
+/* Returns the force that the theory gives for a node and equal voxels with centres at (n + centre) b from it. */
 static double Theory(const Method *m, double r, double centre)
 {
   double f = 0;
@@ -96,7 +95,8 @@ static double Theory(const Method *m, double r, double centre)
   return f;
 }
 
-/* A voxel's centre on a node has either slope of a hat, as rounding wants. */
+/* Returns whether the centre of a voxel lies on a break of the linear basis: which of the two slopes it gets there is a
+   matter of rounding, so theory and sum are not compared. */
 static PetscBool Tied(const Method *m, double r, double centre)
 {
   PetscBool tied = PETSC_FALSE;
@@ -109,13 +109,14 @@ static PetscBool Tied(const Method *m, double r, double centre)
   return tied;
 }
 
-/* The map of the second table: voxels of very different widths, F from 0.69 to 1.31. */
+/* Maps a position so that voxels get very different widths: F is between 0.69 and 1.31. */
 static double Map(double x, PetscBool mapped)
 {
   return mapped ? x + CELLS * 0.05 * sin(2 * PETSC_PI * x / CELLS) : x;
 }
 
-/* Largest force on a node inside over all phases, and the largest difference from the theory, for equal voxels. */
+/* Sets *largest to the largest force on a node inside over all shifts of the voxels, and *differs to the largest
+   difference from the theory, for equal voxels. */
 static void Force(const Method *m, double r, PetscBool mapped, double *largest, double *differs)
 {
   *largest = *differs = 0;
@@ -162,8 +163,8 @@ static void Forces(void)
   }
 }
 
-/* Error of the voxel that a break cuts, over all positions of its centre; the part that an uncut voxel of the centre's
-   side would have too, b^3/24 phi''', is taken off. */
+/* Returns the largest error of a voxel that break j cuts, over all positions of its centre, without b^3/24 phi''',
+   which is the error of an uncut voxel on the side of the centre. */
 static double Cut(const Method *m, int j, double b)
 {
   double largest = 0;
@@ -193,7 +194,7 @@ static void Jumps(void)
     for (int j = 0; m->degree && j <= m->degree + 1; j++) {
       const double jump = Jump(m, j);
 
-      for (int i = 1; i < RATIOS; i++) { /* a voxel has one break at most */
+      for (int i = 1; i < RATIOS; i++) { /* from i = 1 on a voxel has at most one break */
         const double r = per_cell[i], error = Cut(m, j, 1 / r);
 
         printf("%s,%d,%g,%.6f,%g,%.6e,%.6f,%.6f\n", m->name, m->degree, m->first + j, jump, r, error,
@@ -203,8 +204,8 @@ static void Jumps(void)
   }
 }
 
-/* Largest f r^k over all phases, by the theory, for equal voxels: at the fraction of r of the table, at the worst one
-   and at a whole r. */
+/* Prints the largest f r^k over all shifts of equal voxels, by the theory: for a whole r, for an r with the fraction
+   0.37 of the table, and for the worst fraction of r. */
 static void Worst(void)
 {
   puts("basis,degree,fraction,coefficient");
@@ -213,7 +214,7 @@ static void Worst(void)
     double        worst = 0, at = 0;
 
     if (!m->degree) continue;
-    for (int i = 0; i <= 102; i++) { /* rows: 0, 0.01, ... 1; the fraction 0.37 and the worst again at the end */
+    for (int i = 0; i <= 102; i++) { /* fractions 0, 0.01, ... 1; then 0.37 and the worst one */
       const double fraction = i <= 100 ? i / 100. : i == 101 ? 0.37 : at;
       double       largest  = 0;
 
