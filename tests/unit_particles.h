@@ -22,7 +22,8 @@ static int UnitFilled(const MPMParticles *particles, PetscInt f)
   return particles->present[f] && f != MPM_FIELD_INDEX_id && f != MPM_FIELD_INDEX_x && f != MPM_FIELD_INDEX_cell;
 }
 
-/* The bytes of field f of particle id: any bits, but a kind that there is. round: another state of the same particle. */
+/* The bytes of field f of particle id: any bits, but a kind that there is. round: another state of the same particle.
+   */
 static void UnitRow(PetscInt f, PetscInt64 id, int round, PetscInt bytes, char row[MPM_ROW_BYTES])
 {
   for (PetscInt k = 0; k < bytes; k++) row[k] = (char)UnitMix((uint64_t)id, (uint64_t)(1000 * round + f), (uint64_t)k);

@@ -45,9 +45,9 @@ static const char *const aliases[][2] = {
     {"g", "gravity"},
 };
 
-/* Options that PETSc reads by itself at its start or end, or for its DMs. Some are read late, so PETSc still counts them
-   as unused when the names are checked. Options that would cut or number the grid in another way (-da_processors_x,
-   -dm_vec_type, ...) are not among these, so that they are refused before there is a DM. */
+/* Options that PETSc reads by itself at its start or end, or for its DMs. Some are read late, so PETSc still counts
+   them as unused when the names are checked. Options that would cut or number the grid in another way
+   (-da_processors_x, -dm_vec_type, ...) are not among these, so that they are refused before there is a DM. */
 static const char *const petsc[] = {"citations",    "get_total_flops", "log_all",           "log_view",
                                     "malloc_dump",  "malloc_view",     "memory_view",       "mpidump",
                                     "objects_dump", "options_left",    "options_view",      "skip_petscrc",
@@ -230,7 +230,8 @@ static PetscErrorCode CheckChoices(MPMOptions o, const char given[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* -dm_view writes to standard output: each DM that wrote to a file or a window would take the place of the one before. */
+/* -dm_view writes to standard output: each DM that wrote to a file or a window would take the place of the one before.
+   */
 static void CheckView(MPMOptions o, const char name[], const char value[])
 {
   if (strcasecmp(name, "dm_view") || !value || !value[0] || !strcmp(value, "::ascii_info_detail")) return;

@@ -2,9 +2,9 @@
 #include <stddef.h>
 #include "scene/scene.h"
 
-/* The parameters of walls: the word of wall.def, the row of the vocabulary, the offset in MPMFace, and the type: a number,
-   one number per axis, or a whole number, such as a wall's reach in layers of nodes. A new parameter needs a row here, a
-   member of MPMFace and a row of the vocabulary. */
+/* The parameters of walls: the word of wall.def, the row of the vocabulary, the offset in MPMFace, and the type: a
+   number, one number per axis, or a whole number, such as a wall's reach in layers of nodes. A new parameter needs a
+   row here, a member of MPMFace and a row of the vocabulary. */
 static const struct {
   const char   *word, *row;
   size_t        place;
