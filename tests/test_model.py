@@ -89,9 +89,9 @@ facts, _, answers = answers.stdout.partition("ready\n")
 answers = answers.splitlines() + ["", "", ""]
 parts = {name: float(t) for name, t in (word.split("=") for word in answers[0].split())}
 for phase in ("P2G_MASS", "G2P_MOTION", "G2P_STRESS"):
-    check(f"predict has the same {phase}", abs(parts.get(phase, 0) - predictions(fitted)[phase]) < 0.006 * predictions(fitted)[phase])
-check("and steps that are the sums of their parts", parts and abs(float(answers[1]) - sum(parts.values())) < 1e-12 * float(answers[1]))
-check("which take no time without constants", answers[2] == "0")
+    holds(f"predict has the same {phase}", abs(parts.get(phase, 0) - predictions(fitted)[phase]) < 0.006 * predictions(fitted)[phase])
+holds("and steps that are the sums of their parts", parts and abs(float(answers[1]) - sum(parts.values())) < 1e-12 * float(answers[1]))
+holds("which take no time without constants", answers[2] == "0")
 
 # ---- A scene whose small body needs more points than the smallest of the calibration's runs should have
 small = ("-grid_cells", "32,32", "-body_disk1_radius", "0.25", "-body_disk1_center", "0.27,0.27", "-body_disk2_radius", "0.006",

@@ -49,7 +49,7 @@ MPM_INLINE MPMReal rubber_speed2(int dim, const MPMMaterial *m, const MPMParticl
 
   MPMLeftCauchyGreen(dim, s->F, b);
   for (int k = 0; k < 6; k++) most += 2.0 * MPMAbs(b[k] - MPMSymUnit(3, k));
-  return 1.000001 * (m->mu * most + MPMMax(MPMAll(0), m->mu + m->lambda * J * J)) / m->rho; /* above it by more than rounding */
+  return (m->mu * most + MPMMax(MPMAll(0), m->mu + m->lambda * J * J)) / m->rho;
 }
 
 MPM_MATERIAL_DEFINE(rubber)
