@@ -584,7 +584,7 @@ static PetscErrorCode Tables(void)
     const MPMOptionRow *row = Row(&MPMOptionTable, "method_order");
 
     CHECK(row != NULL);
-    if (row) CHECK_EQ(strtod(strchr(row->allowed, ',') + 1, NULL), MPM_MAX_ORDER); /* a program has room for it */
+    if (row) CHECK_EQ(strtod(strchr(row->allowed, ',') + 1, NULL), MPM_MAX_XPIC); /* a program has room for it */
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

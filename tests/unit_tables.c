@@ -312,7 +312,7 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   for (const MPMScheme *scheme = MPMSchemes; scheme->name; scheme++)
     for (const MPMTransfer *transfer = MPMTransfers; transfer->name; transfer++)
-      for (PetscInt order = transfer->filtered ? 1 : 0; order <= (transfer->filtered ? MPM_MAX_ORDER : 0); order++)
+      for (PetscInt order = transfer->filtered ? 1 : 0; order <= (transfer->filtered ? MPM_MAX_XPIC : 0); order++)
         PetscCall(CheckMethod(scheme, transfer, order));
   PetscCall(Capacity());
   for (int processor = 0; processor < 2; processor++) PetscCall(Nesting(processor ? PETSC_TRUE : PETSC_FALSE));

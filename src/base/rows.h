@@ -8,19 +8,19 @@
 
 /* A vector made of lanes of a and b: its lane i is number f(i, s) of the 2 MPM_WIDTH lanes of a followed by b. */
 #if MPM_WIDTH == 8
-#define MPM_PICK(a, b, f, s)                                                                                           \
+#define MPM_SHUFFLE(a, b, f, s)                                                                                        \
   __builtin_shufflevector(a, b, f(0, s), f(1, s), f(2, s), f(3, s), f(4, s), f(5, s), f(6, s), f(7, s))
 #elif MPM_WIDTH == 4
-#define MPM_PICK(a, b, f, s) __builtin_shufflevector(a, b, f(0, s), f(1, s), f(2, s), f(3, s))
+#define MPM_SHUFFLE(a, b, f, s) __builtin_shufflevector(a, b, f(0, s), f(1, s), f(2, s), f(3, s))
 #else
-#define MPM_PICK(a, b, f, s) __builtin_shufflevector(a, b, f(0, s), f(1, s))
+#define MPM_SHUFFLE(a, b, f, s) __builtin_shufflevector(a, b, f(0, s), f(1, s))
 #endif
 
 /* --- Rows that follow each other in memory ------------------------------------------------------------------------ */
 
 /* Takes n = 1, 2 or 3 vectors as one sequence of n MPM_WIDTH numbers, and collects every n-th number in the same
    vector: to[k] has numbers k, k + n, k + 2 n, ... */
-MPM_INLINE void MPMDeal(int n, const MPMReal *from, MPMReal *to)
+MPM_INLINE void MPMDeinterleave(int n, const MPMReal *from, MPMReal *to)
 {
 #if MPM_WIDTH == 1
   for (int k = 0; k < n; k++) to[k] = from[k];
@@ -28,11 +28,12 @@ MPM_INLINE void MPMDeal(int n, const MPMReal *from, MPMReal *to)
 #define MPM_SECOND(i, k) (2 * (i) + (k))
 #define MPM_THIRD(i, k)                                                                                                \
   (3 * (i) + (k) < 2 * MPM_WIDTH ? 3 * (i) + (k) : 0) /* lanes of from[0], from[1]; MPM_LATER adds those of from[2] */
-#define MPM_LATER(i, k) (3 * (i) + (k) < 2 * MPM_WIDTH ? (i) : 3 * (i) + (k)-MPM_WIDTH)
-#define MPM_DEAL_3(k)   MPM_PICK(MPM_PICK(from[0], from[1], MPM_THIRD, k), from[2], MPM_LATER, k)
+#define MPM_LATER(i, k)       (3 * (i) + (k) < 2 * MPM_WIDTH ? (i) : 3 * (i) + (k)-MPM_WIDTH)
+#define MPM_DEINTERLEAVE_3(k) MPM_SHUFFLE(MPM_SHUFFLE(from[0], from[1], MPM_THIRD, k), from[2], MPM_LATER, k)
   if (n == 1) to[0] = from[0];
-  if (n == 2) to[0] = MPM_PICK(from[0], from[1], MPM_SECOND, 0), to[1] = MPM_PICK(from[0], from[1], MPM_SECOND, 1);
-  if (n == 3) to[0] = MPM_DEAL_3(0), to[1] = MPM_DEAL_3(1), to[2] = MPM_DEAL_3(2);
+  if (n == 2)
+    to[0] = MPM_SHUFFLE(from[0], from[1], MPM_SECOND, 0), to[1] = MPM_SHUFFLE(from[0], from[1], MPM_SECOND, 1);
+  if (n == 3) to[0] = MPM_DEINTERLEAVE_3(0), to[1] = MPM_DEINTERLEAVE_3(1), to[2] = MPM_DEINTERLEAVE_3(2);
 #endif
 }
 
@@ -45,11 +46,11 @@ MPM_INLINE void MPMTranspose(int nc, const PetscReal *rows, MPMReal *to)
 
   for (int g = 0; g < m; g++) {
     for (int k = 0; k < r; k++) in[k] = MPMRead(rows + (g * r + k) * MPM_WIDTH);
-    MPMDeal(r, in, dealt);
+    MPMDeinterleave(r, in, dealt);
     for (int k = 0; k < r; k++) part[k][g] = dealt[k];
   }
   for (int k = 0; k < r; k++) {
-    MPMDeal(m, part[k], dealt);
+    MPMDeinterleave(m, part[k], dealt);
     for (int g = 0; g < m; g++) to[g * r + k] = dealt[g];
   }
 }
@@ -73,8 +74,8 @@ typedef PetscReal MPMPairAt __attribute__((vector_size(16), aligned(8)));
     if (!(j & (s))) {                                                                                                  \
       const MPMReal a = v[j], b = v[j + (s)];                                                                          \
                                                                                                                        \
-      v[j]       = MPM_PICK(a, b, MPM_LOWER, s);                                                                       \
-      v[j + (s)] = MPM_PICK(a, b, MPM_UPPER, s);                                                                       \
+      v[j]       = MPM_SHUFFLE(a, b, MPM_LOWER, s);                                                                    \
+      v[j + (s)] = MPM_SHUFFLE(a, b, MPM_UPPER, s);                                                                    \
     }
 
 /* Exchanges lanes between the vectors v [group], for each power of two below `group`. */

@@ -11,7 +11,7 @@ static void Note(int number)
 }
 
 /* Returns 1 if this process has caught a signal, else 0. Not collective. */
-PetscInt MPMSignalsCame(void)
+PetscInt MPMSignalsCaught(void)
 {
   return came;
 }

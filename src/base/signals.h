@@ -6,6 +6,6 @@
 #include "base/base.h"
 
 void     MPMSignalsCatch(void);
-PetscInt MPMSignalsCame(void); /* 1 if one came to this process, else 0 */
+PetscInt MPMSignalsCaught(void); /* 1 if one came to this process, else 0 */
 
 #endif

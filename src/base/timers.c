@@ -76,7 +76,7 @@ PetscErrorCode MPMTimersClock(const MPMTimers *t, PetscLogDouble *now)
 }
 
 /* Adds the time since the last call to the innermost open timer. */
-static PetscErrorCode Book(MPMTimers *t)
+static PetscErrorCode AddTime(MPMTimers *t)
 {
   PetscLogDouble now;
 
@@ -93,7 +93,7 @@ PetscErrorCode MPMTimersBegin(MPMTimers *t, PetscInt timer)
   PetscCheck(t->nopen < MPM_MAX_OPEN, PETSC_COMM_SELF, PETSC_ERR_PLIB, "timer %s: %d are open already", t->name[timer],
              MPM_MAX_OPEN);
   PetscCall(PetscLogEventBegin(t->event[timer], 0, 0, 0, 0));
-  PetscCall(Book(t));
+  PetscCall(AddTime(t));
   t->open[t->nopen++] = timer;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -103,7 +103,7 @@ PetscErrorCode MPMTimersEnd(MPMTimers *t, PetscInt timer)
   PetscFunctionBeginUser;
   PetscCheck(t->nopen && t->open[t->nopen - 1] == timer, PETSC_COMM_SELF, PETSC_ERR_PLIB,
              "timer %s is not the innermost that is open", t->name[timer]);
-  PetscCall(Book(t));
+  PetscCall(AddTime(t));
   t->nopen--;
   PetscCall(PetscLogEventEnd(t->event[timer], 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);

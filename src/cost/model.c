@@ -290,7 +290,7 @@ PetscErrorCode MPMModelPredict(MPMCost *cost, MPMCore *core, PetscReal dt)
   PetscFunctionBeginUser;
   PetscCall(MPMModelShare(core, dt, &s));
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
-    cost->predicted[e] = core->exchange.type->farms
+    cost->predicted[e] = core->exchange.type->by_workers
                              ? PoolTimer(&cost->model, core, e, &s, core->exchange.pool_cells, &ignored)
                              : MPMModelTimer(&cost->model, core, e, &s);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, cost->predicted, MPM_MAX_TIMERS, MPIU_REAL, MPIU_MAX, core->exchange.data));
@@ -300,7 +300,7 @@ PetscErrorCode MPMModelPredict(MPMCost *cost, MPMCore *core, PetscReal dt)
     PetscCall(PetscMemzero(cost->model.rate, sizeof cost->model.rate));
     cost->model.kept = 0; /* this is work, and counts as such */
     for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
-      cost->messages[e] = core->exchange.type->farms ? 0 : MPMModelTimer(&cost->model, core, e, &s);
+      cost->messages[e] = core->exchange.type->by_workers ? 0 : MPMModelTimer(&cost->model, core, e, &s);
     cost->model = model;
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, cost->messages, MPM_MAX_TIMERS, MPIU_REAL, MPIU_MAX, core->exchange.data));
   }

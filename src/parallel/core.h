@@ -24,9 +24,9 @@ typedef struct {
   PetscInt timer;                                             /* number of its timer, set by MPMStepSetUp */
 } MPMPhase;
 
-#define MPM_MAX_ORDER   16 /* largest -method_order of xpic */
+#define MPM_MAX_XPIC    16 /* largest -method_order of xpic */
 #define MPM_MAX_PHASES  24 /* rows of the table of phases */
-#define MPM_MAX_PROGRAM (8 + 3 * MPM_MAX_ORDER)
+#define MPM_MAX_PROGRAM (8 + 3 * MPM_MAX_XPIC)
 
 typedef struct _MPMCore MPMCore;
 
@@ -45,7 +45,7 @@ typedef struct {
   PetscErrorCode (*settle)(MPMCore *, PetscBool anew);
   PetscErrorCode (*finish)(MPMCore *);            /* frees what setup made */
   PetscBool cuts;                                 /* does it cut the grid by a histogram? */
-  PetscBool farms;                                /* do other processes do the work on particles? */
+  PetscBool by_workers;                           /* do other processes do the work on particles? */
   PetscErrorCode (*serve)(MPMCore *);             /* what a process without data does, until the run ends */
   PetscErrorCode (*share)(MPMCore *, MPMShare *); /* adds ghosts, neighbours, cuts of this process; NULL: it has none */
 } MPMExchangeType;

@@ -160,7 +160,7 @@ PetscErrorCode MPMPhaseBegin(MPMCore *core, const MPMPhase *phase)
 PetscErrorCode MPMPhaseEnd(MPMCore *core, const MPMPhase *phase, PetscInt n)
 {
   const PetscReal nodes = MPMPatchTouchedNodes(&core->exchange.patch);
-  const PetscInt  all   = core->exchange.type->farms ? core->particles.n : n; /* a pool's workers do this work */
+  const PetscInt  all   = core->exchange.type->by_workers ? core->particles.n : n; /* a pool's workers do this work */
 
   PetscFunctionBeginUser;
   PetscCall(PetscLogFlops(PhaseFlops(core, phase, n, nodes)));

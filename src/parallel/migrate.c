@@ -30,7 +30,7 @@ PetscErrorCode MPMMigrateList(MPMCore *core, MPMSpatial *s, PetscInt64 *hops)
   MPMView view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMMigrateForget(s));
+  PetscCall(MPMMigrateClear(s));
   *hops = 0;
   PetscCall(MPMParticlesLeavers(&core->particles, &s->nleavers, &s->leaver));
   PetscCall(PetscMalloc1(s->nleavers, &s->owner));
@@ -45,7 +45,7 @@ PetscErrorCode MPMMigrateList(MPMCore *core, MPMSpatial *s, PetscInt64 *hops)
 }
 
 /* Empties the list. Not collective. */
-PetscErrorCode MPMMigrateForget(MPMSpatial *s)
+PetscErrorCode MPMMigrateClear(MPMSpatial *s)
 {
   PetscFunctionBeginUser;
   s->nleavers = 0;
@@ -94,7 +94,7 @@ static PetscErrorCode LocateArrivals(MPMCore *core, MPMSpatial *s)
     s->ids = (PetscInt64)((uint64_t)s->ids + MPMParticleHash(view.id[p]));
   }
   PetscCall(MPMParticlesRestoreView(pts, FIELDS, &view));
-  PetscCall(MPMMigrateForget(s));
+  PetscCall(MPMMigrateClear(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -166,15 +166,15 @@ static PetscErrorCode GetFields(MPMParticles *pts, PetscBool restore, void *at[]
 }
 
 /* Packed particles between their old process and their new one. Each comes after the numbers of boxes that it still has
-   to go on each axis (Way). */
+   to go on each axis (Boxes). */
 typedef struct {
   char    *at;          /* [n][bytes] */
   PetscInt n, capacity; /* particles */
-  size_t   bytes;       /* of a particle and its Way */
-} Transit;
-typedef int Way[3];
+  size_t   bytes;       /* of a particle and its Boxes */
+} Packed;
+typedef int Boxes[3];
 
-static PetscErrorCode MakeRoom(Transit *t, PetscInt n)
+static PetscErrorCode MakeRoom(Packed *t, PetscInt n)
 {
   PetscFunctionBeginUser;
   if (n <= t->capacity) PetscFunctionReturn(PETSC_SUCCESS);
@@ -185,9 +185,9 @@ static PetscErrorCode MakeRoom(Transit *t, PetscInt n)
 
 /* Sends the particles that have to go along axis d to the next process there, and receives those from both sides. Each
    way there is one message, of no bytes if no particle goes. Collective on the processes of a line along d. */
-static PetscErrorCode PassOn(const MPMSpatial *s, PetscInt d, Transit *t)
+static PetscErrorCode SendAlong(const MPMSpatial *s, PetscInt d, Packed *t)
 {
-  Transit     out[2] = {{.bytes = t->bytes}, {.bytes = t->bytes}}; /* down, up */
+  Packed      out[2] = {{.bytes = t->bytes}, {.bytes = t->bytes}}; /* down, up */
   MPI_Request request[2];
   PetscInt    stay = 0;
   PetscMPIInt len;
@@ -195,11 +195,11 @@ static PetscErrorCode PassOn(const MPMSpatial *s, PetscInt d, Transit *t)
   PetscFunctionBeginUser;
   for (PetscInt q = 0; q < t->n; q++) {
     char *from = t->at + (size_t)q * t->bytes;
-    Way   way;
+    Boxes way;
 
     memcpy(way, from, sizeof way);
     if (way[d]) {
-      Transit *to = &out[way[d] > 0];
+      Packed *to = &out[way[d] > 0];
 
       way[d] += way[d] > 0 ? -1 : 1;
       memcpy(from, way, sizeof way);
@@ -236,23 +236,23 @@ PetscErrorCode MPMMigrateDirect(MPMCore *core, MPMSpatial *s)
   MPMParticles  *pts = &core->particles;
   const PetscInt n = pts->n, nsend = s->nleavers;
   void          *at[MPM_NUM_FIELDS] = {NULL};
-  Transit        t                  = {.bytes = sizeof(Way) + (size_t)MPMParticlesBytes(pts, MPM_SWARM)};
+  Packed         t                  = {.bytes = sizeof(Boxes) + (size_t)MPMParticlesBytes(pts, MPM_SWARM)};
   PetscInt      *place;
 
   PetscFunctionBeginUser;
   PetscCall(CountOut(core, s));
   PetscCall(MakeRoom(&t, nsend + 1));
   PetscCall(GetFields(pts, PETSC_FALSE, at));
-  for (; t.n < nsend; t.n++) memcpy(t.at + (size_t)t.n * t.bytes, s->hops[t.n], sizeof(Way));
-  PackParticles(pts, at, nsend, s->leaver, t.at + sizeof(Way), t.bytes, PETSC_FALSE);
+  for (; t.n < nsend; t.n++) memcpy(t.at + (size_t)t.n * t.bytes, s->hops[t.n], sizeof(Boxes));
+  PackParticles(pts, at, nsend, s->leaver, t.at + sizeof(Boxes), t.bytes, PETSC_FALSE);
   PetscCall(GetFields(pts, PETSC_TRUE, at));
   for (PetscInt d = 0; d < core->grid.dim; d++)
-    for (PetscInt64 hop = 0; s->p[d] > 1 && hop < core->status.hops; hop++) PetscCall(PassOn(s, d, &t));
+    for (PetscInt64 hop = 0; s->p[d] > 1 && hop < core->status.hops; hop++) PetscCall(SendAlong(s, d, &t));
   if (t.n > nsend) PetscCall(MPMParticlesSetSize(pts, n + t.n - nsend));
   PetscCall(GetFields(pts, PETSC_FALSE, at));
   PetscCall(PetscMalloc1(t.n, &place));
   for (PetscInt q = 0; q < t.n; q++) place[q] = q < nsend ? s->leaver[q] : n + q - nsend;
-  PackParticles(pts, at, t.n, place, t.at + sizeof(Way), t.bytes, PETSC_TRUE);
+  PackParticles(pts, at, t.n, place, t.at + sizeof(Boxes), t.bytes, PETSC_TRUE);
   PetscCall(PetscFree(place));
   for (PetscInt q = nsend; q > t.n;
        q--) { /* the last particles move into the places that stay free, the last such place first */

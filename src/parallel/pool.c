@@ -10,7 +10,7 @@
 #include "kernels/tile_index.h"
 #include "parallel/pool.h"
 
-#define MPM_IN_FLIGHT 2 /* jobs that a worker has at a time */
+#define MPM_JOBS_PER_WORKER 2 /* jobs that a worker has at a time */
 
 /* A patch: a box of the master's tiles. */
 typedef struct {
@@ -25,7 +25,7 @@ typedef struct {
   size_t      out_capacity, in_capacity; /* bytes */
   PetscInt   *list, capacity;            /* [capacity] the particles of the patch */
   MPI_Request sent;
-} Slot;
+} JobMemory;
 
 typedef struct {
   const MPMExchangeType *inner; /* how the master would run alone: serial, or spatial if a face is periodic */
@@ -33,8 +33,8 @@ typedef struct {
   PetscMPIInt            size, rank;
   PetscInt               npatches, *queue; /* [npatches] patches with particles, the largest first */
   PoolPatch             *patches;          /* [npatches] */
-  Slot                  *slots;            /* [size][MPM_IN_FLIGHT]; those of process 0 are not used */
-  MPI_Request           *received;         /* [size][MPM_IN_FLIGHT]; those of process 0 are not used */
+  JobMemory             *jobs;             /* [size][MPM_JOBS_PER_WORKER]; those of process 0 are not used */
+  MPI_Request           *received;         /* [size][MPM_JOBS_PER_WORKER]; those of process 0 are not used */
 } Pool;
 
 /* Loops over the rows of a patch's tiles along x; tile: number of the first of a row among the master's tiles. */
@@ -94,9 +94,9 @@ static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, Pet
   const PetscBool   to_nodes = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
   const PetscInt    nv       = MPM_MOTION_NC(core->grid.dim);
   const PoolPatch  *c        = &pool->patches[part];
-  const PetscMPIInt worker   = (PetscMPIInt)(place / MPM_IN_FLIGHT);
+  const PetscMPIInt worker   = (PetscMPIInt)(place / MPM_JOBS_PER_WORKER);
   const MPMPatch   *all      = &core->exchange.patch;
-  Slot             *slot     = &pool->slots[place];
+  JobMemory        *slot     = &pool->jobs[place];
   MPMPatch          patch;
   MPMJob            job = {(PetscInt)(phase - core->phases), {0}, {0}, {0}, {0}, c->n, core->params.dt};
   void             *at[MPM_NUM_FIELDS];
@@ -150,7 +150,7 @@ static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, Pet
 /* Copies an answer to the master's data: sums to the tiles, or fields to the particles. */
 static PetscErrorCode Assemble(MPMCore *core, Pool *pool, const MPMPhase *phase, PetscInt place)
 {
-  const Slot      *slot = &pool->slots[place];
+  const JobMemory *slot = &pool->jobs[place];
   const PoolPatch *c    = &pool->patches[slot->part];
   const MPMPatch  *all  = &core->exchange.patch;
   const char      *m    = slot->in + sizeof(MPMStatus);
@@ -196,18 +196,18 @@ static PetscErrorCode Sweep_Pool(MPMCore *core, const MPMPhase *phase)
 {
   MPMExchange   *ex     = &core->exchange;
   Pool          *pool   = (Pool *)ex->pool;
-  const PetscInt places = pool->size * MPM_IN_FLIGHT;
-  PetscInt       queued, next = 0, flying = 0;
+  const PetscInt places = pool->size * MPM_JOBS_PER_WORKER;
+  PetscInt       queued, next = 0, unanswered = 0;
   PetscLogDouble waited = 0, from, t0, t1;
 
   PetscFunctionBeginUser;
   PetscCall(PetscTime(&from));
   PetscCall(MPMExchangeOpen(core, phase));
   PetscCall(FillQueue(core, pool, &queued));
-  for (PetscInt depth = 0; depth < MPM_IN_FLIGHT; depth++)
-    for (PetscInt w = 1; w < pool->size && next < queued; w++, flying++)
-      PetscCall(Send(core, pool, phase, pool->queue[next++], w * MPM_IN_FLIGHT + depth));
-  for (; flying; flying--) {
+  for (PetscInt depth = 0; depth < MPM_JOBS_PER_WORKER; depth++)
+    for (PetscInt w = 1; w < pool->size && next < queued; w++, unanswered++)
+      PetscCall(Send(core, pool, phase, pool->queue[next++], w * MPM_JOBS_PER_WORKER + depth));
+  for (; unanswered; unanswered--) {
     PetscMPIInt place;
 
     PetscCall(PetscTime(&t0));
@@ -217,7 +217,7 @@ static PetscErrorCode Sweep_Pool(MPMCore *core, const MPMPhase *phase)
     PetscCall(Assemble(core, pool, phase, place));
     if (next < queued) {
       PetscCall(Send(core, pool, phase, pool->queue[next++], place));
-      flying++;
+      unanswered++;
     }
   }
   PetscCall(MPMExchangeClose(core, phase));
@@ -265,10 +265,10 @@ static PetscErrorCode SetUp_Pool(MPMCore *core, const MPMHistogram *h)
     }
   }
   pool->npatches = total;
-  places         = pool->size * MPM_IN_FLIGHT;
-  PetscCall(PetscCalloc1(places, &pool->slots));
+  places         = pool->size * MPM_JOBS_PER_WORKER;
+  PetscCall(PetscCalloc1(places, &pool->jobs));
   PetscCall(PetscMalloc1(places, &pool->received));
-  for (PetscInt k = 0; k < places; k++) pool->received[k] = pool->slots[k].sent = MPI_REQUEST_NULL;
+  for (PetscInt k = 0; k < places; k++) pool->received[k] = pool->jobs[k].sent = MPI_REQUEST_NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -310,14 +310,14 @@ static PetscErrorCode Finish_Pool(MPMCore *core)
 
     for (PetscMPIInt w = 1; w < pool->size; w++)
       PetscCallMPI(MPI_Send(&over, (PetscMPIInt)sizeof over, MPI_BYTE, w, MPM_TAG_WORK, pool->comm));
-    for (PetscInt k = 0; k < pool->size * MPM_IN_FLIGHT; k++) {
-      PetscCallMPI(MPI_Wait(&pool->slots[k].sent, MPI_STATUS_IGNORE));
-      PetscCall(PetscFree(pool->slots[k].out));
-      PetscCall(PetscFree(pool->slots[k].in));
-      PetscCall(PetscFree(pool->slots[k].list));
+    for (PetscInt k = 0; k < pool->size * MPM_JOBS_PER_WORKER; k++) {
+      PetscCallMPI(MPI_Wait(&pool->jobs[k].sent, MPI_STATUS_IGNORE));
+      PetscCall(PetscFree(pool->jobs[k].out));
+      PetscCall(PetscFree(pool->jobs[k].in));
+      PetscCall(PetscFree(pool->jobs[k].list));
     }
     PetscCall(PetscFree2(pool->patches, pool->queue));
-    PetscCall(PetscFree(pool->slots));
+    PetscCall(PetscFree(pool->jobs));
     PetscCall(PetscFree(pool->received));
     PetscCall(pool->inner->finish(core));
   }
@@ -327,14 +327,14 @@ static PetscErrorCode Finish_Pool(MPMCore *core)
 }
 
 const MPMExchangeType MPMExchange_pool = {
-    .name   = "pool",
-    .what   = "a master hands out patches",
-    .setup  = SetUp_Pool,
-    .sweep  = Sweep_Pool,
-    .nodes  = Nodes_Pool,
-    .reduce = Reduce_Pool,
-    .settle = Settle_Pool,
-    .finish = Finish_Pool,
-    .farms  = PETSC_TRUE,
-    .serve  = Serve_Pool,
+    .name       = "pool",
+    .what       = "a master hands out patches",
+    .setup      = SetUp_Pool,
+    .sweep      = Sweep_Pool,
+    .nodes      = Nodes_Pool,
+    .reduce     = Reduce_Pool,
+    .settle     = Settle_Pool,
+    .finish     = Finish_Pool,
+    .by_workers = PETSC_TRUE,
+    .serve      = Serve_Pool,
 };

@@ -48,7 +48,7 @@ static PetscErrorCode Settle_Serial(MPMCore *core, PetscBool anew)
   else {
     PetscCall(MPMExchangeSort(core));
   }
-  PetscCall(MPMTilesAssign(patch, core->exchange.type->farms, core->particles.start));
+  PetscCall(MPMTilesAssign(patch, core->exchange.type->by_workers, core->particles.start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

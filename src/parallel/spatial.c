@@ -184,7 +184,7 @@ static PetscErrorCode Reduce_Spatial(MPMCore *core, MPMStatus *status)
   MPMSpatial *s = (MPMSpatial *)core->exchange.ctx;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMMigrateForget(s));
+  PetscCall(MPMMigrateClear(s));
   if (status->left && status->bad == MPM_OK) {
     PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_MIGRATE)); /* it counts as migration */
     PetscCall(MPMMigrateList(core, s, &status->hops));
@@ -306,7 +306,7 @@ static PetscErrorCode Settle_Spatial(MPMCore *core, PetscBool anew)
   } else if (core->status.moved) {
     PetscCall(MPMExchangeSort(core));
   }
-  if (anew || core->status.moved) PetscCall(MPMTilesAssign(&ex->patch, ex->type->farms, core->particles.start));
+  if (anew || core->status.moved) PetscCall(MPMTilesAssign(&ex->patch, ex->type->by_workers, core->particles.start));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -317,7 +317,7 @@ static PetscErrorCode Finish_Spatial(MPMCore *core)
   PetscFunctionBeginUser;
   PetscCall(MPMSpatialTearDown(core));
   PetscCall(MPMPartitionDestroy(&core->exchange.partition));
-  PetscCall(MPMMigrateForget(s));
+  PetscCall(MPMMigrateClear(s));
   PetscCall(PetscFree(s->out));
   PetscCall(PetscFree(s->in));
   PetscCallMPI(MPI_Op_free(&s->status_op));

@@ -46,7 +46,7 @@ PetscErrorCode MPMSpatialLayout(MPMCore *);
 PetscErrorCode MPMSpatialTearDown(MPMCore *);
 PetscMPIInt    MPMSpatialOwner(const MPMSpatial *, const MPMGrid *, const PetscInt base[], int hops[3]);
 PetscErrorCode MPMMigrateList(MPMCore *, MPMSpatial *, PetscInt64 *hops);
-PetscErrorCode MPMMigrateForget(MPMSpatial *);
+PetscErrorCode MPMMigrateClear(MPMSpatial *);
 PetscErrorCode MPMMigrateSwarm(MPMCore *, MPMSpatial *);
 PetscErrorCode MPMMigrateDirect(MPMCore *, MPMSpatial *);
 

@@ -54,13 +54,13 @@ typedef struct {
   MPMRange  all;                                       /* the run of all particles */
   char     *in, *out, *nodes;                          /* job, answer, sums of tiles or motion of nodes */
   size_t    in_capacity, out_capacity, nodes_capacity; /* bytes */
-} Desk;
+} Memory;
 
 /* Gives the patch's tiles with particles memory for their sums, and renumbers the particles' cells over the patch's
    tiles: in the job they are numbered over the master's. */
-static PetscErrorCode PlaceTiles(MPMCore *core, const MPMJob *job, Desk *desk)
+static PetscErrorCode PlaceTiles(MPMCore *core, const MPMJob *job, Memory *memory)
 {
-  MPMPatch      *patch = &desk->patch;
+  MPMPatch      *patch = &memory->patch;
   MPMTiles      *t     = &patch->tiles;
   const int      dim   = (int)core->grid.dim;
   const PetscInt tiles = t->n[0] * t->n[1] * t->n[2];
@@ -68,11 +68,11 @@ static PetscErrorCode PlaceTiles(MPMCore *core, const MPMJob *job, Desk *desk)
   const size_t   slots = ((size_t)tiles * sizeof *t->slot + MPM_LINE - 1) / MPM_LINE * MPM_LINE;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMMessageRoom(&desk->nodes, &desk->nodes_capacity,
+  PetscCall(MPMMessageRoom(&memory->nodes, &memory->nodes_capacity,
                            slots + MPM_LINE +
                                (size_t)PetscMin(tiles, job->n) * MPMTileNodes(core->grid.dim, core->basis) *
                                    MPM_NODE_NC * sizeof(PetscReal)));
-  t->slot = (PetscInt *)MPMAlign(desk->nodes);
+  t->slot = (PetscInt *)MPMAlign(memory->nodes);
   t->sum  = (PetscReal *)((char *)t->slot + slots);
   for (PetscInt k = 0; k < tiles; k++) t->slot[k] = MPM_TILE_EMPTY;
   t->n_own = 0;
@@ -90,52 +90,52 @@ static PetscErrorCode PlaceTiles(MPMCore *core, const MPMJob *job, Desk *desk)
     if (t->slot[k] == MPM_TILE_SCRATCH) t->slot[k] = t->n_own++;
   t->nslots = t->n_early   = t->n_own;
   t->nruns[MPM_PASS_EARLY] = 1;
-  t->runs[MPM_PASS_EARLY]  = &desk->all;
-  desk->all                = (MPMRange){0, job->n, 0};
+  t->runs[MPM_PASS_EARLY]  = &memory->all;
+  memory->all              = (MPMRange){0, job->n, 0};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Makes a patch of a job. Its particles are sorted by (cell, id), so their order is the identity. */
-static PetscErrorCode Unpack(MPMCore *core, const MPMPhase *phase, const MPMJob *job, const char *m, Desk *desk)
+static PetscErrorCode Unpack(MPMCore *core, const MPMPhase *phase, const MPMJob *job, const char *m, Memory *memory)
 {
-  MPMPatch           *patch    = &desk->patch;
+  MPMPatch           *patch    = &memory->patch;
   const MPMParticles *pts      = &core->particles;
   const PetscBool     to_nodes = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
   const PetscInt      fields = phase->particles_in | phase->particles_out, n = job->n, dim = core->grid.dim;
 
   PetscFunctionBeginUser;
   MPMPoolBox(core, job->own_lo, job->own_n, patch);
-  if (n > desk->capacity) {
-    desk->capacity = n * 5 / 4 + 64;
+  if (n > memory->capacity) {
+    memory->capacity = n * 5 / 4 + 64;
     for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
       if (!pts->present[f]) continue;
-      PetscCall(PetscFree(desk->field[f]));
-      PetscCall(PetscMalloc((size_t)desk->capacity * (size_t)pts->bytes[f], &desk->field[f]));
+      PetscCall(PetscFree(memory->field[f]));
+      PetscCall(PetscMalloc((size_t)memory->capacity * (size_t)pts->bytes[f], &memory->field[f]));
     }
-    PetscCall(PetscFree(desk->identity));
-    PetscCall(PetscMalloc1(desk->capacity, &desk->identity));
-    for (PetscInt p = 0; p < desk->capacity; p++) desk->identity[p] = p;
+    PetscCall(PetscFree(memory->identity));
+    PetscCall(PetscMalloc1(memory->capacity, &memory->identity));
+    for (PetscInt p = 0; p < memory->capacity; p++) memory->identity[p] = p;
   }
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     if (!pts->present[f] || !(phase->particles_in & (1 << f))) continue;
-    memcpy(desk->field[f], m, (size_t)n * (size_t)pts->bytes[f]);
+    memcpy(memory->field[f], m, (size_t)n * (size_t)pts->bytes[f]);
     m += (size_t)n * (size_t)pts->bytes[f];
   }
   PetscCall(PetscMemzero(&patch->particles, sizeof patch->particles));
   patch->particles.n = n;
-  patch->order       = desk->identity;
+  patch->order       = memory->identity;
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
-  if (fields & MPM_BIT(name)) patch->particles.name = (ctype *)desk->field[MPM_FIELD_INDEX_##name];
+  if (fields & MPM_BIT(name)) patch->particles.name = (ctype *)memory->field[MPM_FIELD_INDEX_##name];
 #include "physics/fields.def"
 #undef MPM_FIELD
   if (!to_nodes) {
     const size_t motions = (size_t)MPMPatchNodes(patch) * MPM_MOTION_NC(dim) * sizeof(PetscReal);
 
-    PetscCall(MPMMessageRoom(&desk->nodes, &desk->nodes_capacity, motions));
-    patch->motion = (PetscReal *)desk->nodes;
+    PetscCall(MPMMessageRoom(&memory->nodes, &memory->nodes_capacity, motions));
+    patch->motion = (PetscReal *)memory->nodes;
     memcpy(patch->motion, m, motions);
   } else
-    PetscCall(PlaceTiles(core, job, desk));
+    PetscCall(PlaceTiles(core, job, memory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -159,14 +159,14 @@ static void NumberCells(MPMCore *core, const MPMJob *job, MPMPatch *patch)
 }
 
 /* Packs the answer from m on, and returns its end. */
-static char *PackAnswer(MPMCore *core, const MPMPhase *phase, const MPMStatus *status, const Desk *desk, char *m)
+static char *PackAnswer(MPMCore *core, const MPMPhase *phase, const MPMStatus *status, const Memory *memory, char *m)
 {
-  const MPMPatch *patch = &desk->patch;
+  const MPMPatch *patch = &memory->patch;
 
   memcpy(m, status, sizeof *status);
   m += sizeof *status;
   if (phase->kind == MPM_NODES_TO_PARTICLES)
-    return MPMPoolPack(&core->particles, phase->particles_out, desk->field, patch->particles.n, desk->identity, m);
+    return MPMPoolPack(&core->particles, phase->particles_out, memory->field, patch->particles.n, memory->identity, m);
   for (PetscInt k = 0; k < patch->tiles.n_own; k++) m += MPMTilesCopy(patch, k, phase->parts, PETSC_TRUE, m);
   return m;
 }
@@ -175,7 +175,7 @@ static char *PackAnswer(MPMCore *core, const MPMPhase *phase, const MPMStatus *s
    over. Every process of comm but the first calls it. */
 PetscErrorCode MPMPoolServe(MPMCore *core, MPI_Comm comm)
 {
-  Desk        desk   = {0};
+  Memory      memory = {0};
   MPI_Request answer = MPI_REQUEST_NULL;
 
   PetscFunctionBeginUser;
@@ -188,39 +188,39 @@ PetscErrorCode MPMPoolServe(MPMCore *core, MPI_Comm comm)
 
     PetscCallMPI(MPI_Probe(0, MPM_TAG_WORK, comm, &probed));
     PetscCallMPI(MPI_Get_count(&probed, MPI_BYTE, &len));
-    PetscCall(MPMMessageRoom(&desk.in, &desk.in_capacity, (size_t)len));
-    PetscCallMPI(MPI_Recv(desk.in, len, MPI_BYTE, 0, MPM_TAG_WORK, comm, MPI_STATUS_IGNORE));
-    memcpy(&job, desk.in, sizeof job);
+    PetscCall(MPMMessageRoom(&memory.in, &memory.in_capacity, (size_t)len));
+    PetscCallMPI(MPI_Recv(memory.in, len, MPI_BYTE, 0, MPM_TAG_WORK, comm, MPI_STATUS_IGNORE));
+    memcpy(&job, memory.in, sizeof job);
     if (job.phase < 0) break;
     phase           = &core->phases[job.phase];
     core->params.dt = job.dt;
     PetscCall(MPMPhaseBegin(core, phase));
     MPMWorkBegin(&core->timers);
-    PetscCall(Unpack(core, phase, &job, desk.in + sizeof job, &desk));
+    PetscCall(Unpack(core, phase, &job, memory.in + sizeof job, &memory));
     MPMWorkEnd(&core->timers, phase->timer, "UNPACK", (PetscReal)len);
     MPMStatusReset(&status);
-    PetscCall(MPMPatchRun(core, &desk.patch, phase,
+    PetscCall(MPMPatchRun(core, &memory.patch, phase,
                           phase->kind == MPM_PARTICLES_TO_NODES ? MPM_PASS_EARLY : MPM_PASS_MAIN, &status));
     if (phase->particles_out & MPM_BIT(cell)) {
-      NumberCells(core, &job, &desk.patch);
+      NumberCells(core, &job, &memory.patch);
       MPMSimulateWork("RENUMBER", job.n);
     }
     PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
-    PetscCall(
-        MPMMessageRoom(&desk.out, &desk.out_capacity, MPMPoolAnswerBytes(core, phase, job.n, desk.patch.tiles.n_own)));
+    PetscCall(MPMMessageRoom(&memory.out, &memory.out_capacity,
+                             MPMPoolAnswerBytes(core, phase, job.n, memory.patch.tiles.n_own)));
     MPMWorkBegin(&core->timers);
-    len = (PetscMPIInt)(PackAnswer(core, phase, &status, &desk, desk.out) - desk.out);
+    len = (PetscMPIInt)(PackAnswer(core, phase, &status, &memory, memory.out) - memory.out);
     MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
     MPMSimulateWork("CHUNK", 1);
     MPMSimulateWork("ANSWER", (PetscReal)len);
-    PetscCallMPI(MPI_Isend(desk.out, len, MPI_BYTE, 0, MPM_TAG_DONE, comm, &answer));
+    PetscCallMPI(MPI_Isend(memory.out, len, MPI_BYTE, 0, MPM_TAG_DONE, comm, &answer));
     PetscCall(MPMPhaseEnd(core, phase, job.n));
   }
   PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) PetscCall(PetscFree(desk.field[f]));
-  PetscCall(PetscFree(desk.identity));
-  PetscCall(PetscFree(desk.in));
-  PetscCall(PetscFree(desk.out));
-  PetscCall(PetscFree(desk.nodes));
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) PetscCall(PetscFree(memory.field[f]));
+  PetscCall(PetscFree(memory.identity));
+  PetscCall(PetscFree(memory.in));
+  PetscCall(PetscFree(memory.out));
+  PetscCall(PetscFree(memory.nodes));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -112,8 +112,8 @@ static PetscBool HasMovers(const PetscInt *order, PetscInt n, PetscInt nkept)
 static PetscErrorCode MergeMovers(const MPMView *view, PetscInt ncells, PetscInt row, MPMParticles *particles)
 {
   PetscInt *order = particles->order, *start = particles->start, *to = particles->spare,
-           *arrivals  = particles->arrivals;
-  PetscInt      *come = particles->movers, narrived = 0, at = 0;
+           *incoming  = particles->incoming;
+  PetscInt      *come = particles->movers, nincoming = 0, at = 0;
   const PetscInt nkept = particles->nkept;
   PetscBool     *comes; /* particles come to the row of cells */
 
@@ -123,12 +123,12 @@ static PetscErrorCode MergeMovers(const MPMView *view, PetscInt ncells, PetscInt
                    p = order[q];
 
     order[q] = nkept;
-    if (p < nkept) come[narrived++] = p;
+    if (p < nkept) come[nincoming++] = p;
   }
-  for (PetscInt p = nkept; p < view->n; p++) come[narrived++] = p;
+  for (PetscInt p = nkept; p < view->n; p++) come[nincoming++] = p;
   PetscCall(PetscCalloc1(ncells / row, &comes));
-  for (PetscInt m = 0; m < narrived; m++) {
-    arrivals[view->cell[come[m]]]++;
+  for (PetscInt m = 0; m < nincoming; m++) {
+    incoming[view->cell[come[m]]]++;
     comes[view->cell[come[m]] / row] = PETSC_TRUE;
   }
   for (PetscInt first = 0; first < ncells; first += row) {
@@ -149,13 +149,13 @@ static PetscErrorCode MergeMovers(const MPMView *view, PetscInt ncells, PetscInt
         to[at] = order[q];
         at += order[q] < nkept;
       }
-      at += arrivals[c];
+      at += incoming[c];
     }
   }
   start[ncells] = at;
-  for (PetscInt m = 0; m < narrived; m++) {
+  for (PetscInt m = 0; m < nincoming; m++) {
     const PetscInt p = come[m], c = view->cell[p];
-    PetscInt       r = start[c + 1] - arrivals[c]--;
+    PetscInt       r = start[c + 1] - incoming[c]--;
 
     for (; r > start[c] && view->id[to[r - 1]] > view->id[p]; r--) to[r] = to[r - 1];
     to[r] = p;
@@ -197,9 +197,9 @@ PetscErrorCode MPMParticlesSort(MPMParticles *particles, const MPMPatch *patch)
 
   PetscFunctionBeginUser;
   if (particles->nstart < ncells + 2) {
-    PetscCall(PetscFree2(particles->start, particles->arrivals));
-    PetscCall(PetscMalloc2(ncells + 2, &particles->start, ncells + 2, &particles->arrivals));
-    PetscCall(PetscArrayzero(particles->arrivals, ncells + 2));
+    PetscCall(PetscFree2(particles->start, particles->incoming));
+    PetscCall(PetscMalloc2(ncells + 2, &particles->start, ncells + 2, &particles->incoming));
+    PetscCall(PetscArrayzero(particles->incoming, ncells + 2));
     particles->nstart  = ncells + 2;
     particles->nmovers = -1;
   }

@@ -18,7 +18,7 @@ typedef struct {
   PetscInt   bytes[MPM_NUM_FIELDS];   /* bytes of a field's row */
   PetscInt  *order, *start;           /* [n] particles by (cell, id); [cells of the patch + 1] first entry of each */
   PetscInt  *spare;                   /* [n] memory for the next order */
-  PetscInt  *arrivals;                /* [cells] particles that come to a cell; all 0 between uses */
+  PetscInt  *incoming;                /* [cells] particles that come to a cell; all 0 between uses */
   PetscInt  *movers, nmovers;         /* the movers since the order was made, as in MPMPatch; nmovers -1: not known */
   PetscInt   nkept;                   /* particles below this number are where the order has them, but for movers */
   PetscInt   nstart;

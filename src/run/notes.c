@@ -36,13 +36,13 @@ static PetscErrorCode NoteCrowd(MPM mpm)
 static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
 {
   /* A dry run predicts other numbers of processes too, so there every option of theirs has an effect. */
-  const PetscBool   dry = mpm->scene.dry_run, farms = mpm->core.exchange.type->farms;
-  const char *const alone  = size == 1 && !dry ? "on one process" : NULL;
-  const char *const serial = strcmp(mpm->core.exchange.type->name, "serial") ? NULL
-                                                                             : alone; /* periodic faces add sums */
-  const char *const pool   = farms && !dry ? "with -parallel_strategy pool" : alone;
-  const char *const cuts   = !farms && size > 1 && !dry ? "without -parallel_strategy pool" : alone;
-  const char *const untold = dry ? "with -dry_run" : mpm->study.type[0] ? "with -study_type" : NULL;
+  const PetscBool   dry = mpm->scene.dry_run, by_workers = mpm->core.exchange.type->by_workers;
+  const char *const alone   = size == 1 && !dry ? "on one process" : NULL;
+  const char *const serial  = strcmp(mpm->core.exchange.type->name, "serial") ? NULL
+                                                                              : alone; /* periodic faces add sums */
+  const char *const pool    = by_workers && !dry ? "with -parallel_strategy pool" : alone;
+  const char *const cuts    = !by_workers && size > 1 && !dry ? "without -parallel_strategy pool" : alone;
+  const char *const not_run = dry ? "with -dry_run" : mpm->study.type[0] ? "with -study_type" : NULL;
   const struct {
     const char *option, *where; /* where: in which runs it has no effect; NULL: it has one */
   } rows[] = {
@@ -51,8 +51,8 @@ static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
       {"-parallel_balance", pool},
       {"-parallel_migrate", pool},
       {"-pool_cells", cuts},
-      {"-report_limits", mpm->report.limits ? untold : NULL},
-      {"-report_path", mpm->core.timers.work.on ? untold : NULL},
+      {"-report_limits", mpm->report.limits ? not_run : NULL},
+      {"-report_path", mpm->core.timers.work.on ? not_run : NULL},
   };
 
   PetscFunctionBeginUser;

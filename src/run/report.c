@@ -79,7 +79,7 @@ static PetscErrorCode PrintParallel(MPM mpm)
   PetscCallMPI(MPI_Comm_size(mpm->core.comm, &size));
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMPrint(&mpm->core.print, "parallel   %d processes, %s", size, mpm->core.exchange.type->name));
-  if (mpm->core.exchange.type->farms)
+  if (mpm->core.exchange.type->by_workers)
     PetscCall(MPMPrint(&mpm->core.print, ": %s of %" PetscInt_FMT " cells an axis", mpm->core.exchange.type->what,
                        mpm->core.exchange.pool_cells));
   else {

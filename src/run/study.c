@@ -12,7 +12,7 @@ typedef struct {
   PetscReal  h, error, order, seconds; /* what was refined (m, s, or 1), m, 1, s */
   PetscInt   steps;
   PetscInt64 particles;
-} Rung;
+} Result;
 
 /* A particle of a finished run, as the comparison with a finer one needs it. */
 typedef struct {
@@ -36,7 +36,7 @@ static PetscErrorCode SetList(const char name[], PetscInt dim, const PetscInt va
 }
 
 /* Sets the options of run `level` of the study whose first run, 0, is the scene `coarse`. */
-static PetscErrorCode SetRung(MPM coarse, PetscInt level)
+static PetscErrorCode SetRun(MPM coarse, PetscInt level)
 {
   const MPMStudy *study = &coarse->study;
   const PetscInt  dim = coarse->core.grid.dim, factor = (PetscInt)1 << level;
@@ -171,9 +171,9 @@ static PetscErrorCode Difference(const MPMGrid *grid, PetscInt halvings, PetscIn
 
 /* --- The runs ----------------------------------------------------------------------------------------------------- */
 
-/* Makes run `level`. Its size and error go to rung; if the finest run is the reference, its particles go to samples. If
+/* Makes run `level`. Its size and error go to result; if the finest run is the reference, its particles go to samples. If
    it stopped early, *status says so. Collective on core.comm. */
-static PetscErrorCode Climb(MPM coarse, PetscInt level, Rung *rung, PetscInt *n, Sample **samples, int *status)
+static PetscErrorCode MakeRun(MPM coarse, PetscInt level, Result *result, PetscInt *n, Sample **samples, int *status)
 {
   const MPMStudy *study = &coarse->study;
   MPMOptions      o;
@@ -182,7 +182,7 @@ static PetscErrorCode Climb(MPM coarse, PetscInt level, Rung *rung, PetscInt *n,
   PetscLogDouble  t0, t1;
 
   PetscFunctionBeginUser;
-  PetscCall(SetRung(coarse, level));
+  PetscCall(SetRun(coarse, level));
   PetscCall(MPMCreate(coarse->core.comm, &mpm));
   mpm->core.print.quiet = PETSC_TRUE;
   PetscCall(MPMOptionsCreate(&MPMOptionTable, &o));
@@ -194,29 +194,29 @@ static PetscErrorCode Climb(MPM coarse, PetscInt level, Rung *rung, PetscInt *n,
   PetscCall(PetscTime(&t0));
   PetscCall(MPMRun(mpm));
   PetscCall(PetscTime(&t1));
-  rung->h         = !strcmp(study->vary, "grid")  ? mpm->core.grid.h[0]
-                    : !strcmp(study->vary, "ppc") ? 1 / (PetscReal)mpm->scene.bodies[0].ppc[0]
-                    : mpm->time.fixed > 0         ? mpm->time.fixed
-                                                  : mpm->time.cfl;
-  rung->seconds   = t1 - t0;
-  rung->steps     = mpm->core.step;
-  rung->particles = mpm->core.particles.total;
+  result->h         = !strcmp(study->vary, "grid")  ? mpm->core.grid.h[0]
+                      : !strcmp(study->vary, "ppc") ? 1 / (PetscReal)mpm->scene.bodies[0].ppc[0]
+                      : mpm->time.fixed > 0         ? mpm->time.fixed
+                                                    : mpm->time.cfl;
+  result->seconds   = t1 - t0;
+  result->steps     = mpm->core.step;
+  result->particles = mpm->core.particles.total;
   if (mpm->core.stop[0])
     *status = MPM_EXIT_STOPPED;
   else if (mpm->core.exchange.data != MPI_COMM_NULL) { /* a worker of the pool has no particles */
     if (coarse->scene.finest)
       PetscCall(Gather(mpm, n, samples));
     else
-      PetscCall(MPMKnownError(&mpm->scene, &mpm->core, &rung->error, &size));
+      PetscCall(MPMKnownError(&mpm->scene, &mpm->core, &result->error, &size));
   }
   PetscCall(MPMOptionsDestroy(&o));
   PetscCall(MPMDestroy(&mpm));
   PetscCallMPI(MPI_Bcast(status, 1, MPI_INT, 0, coarse->core.comm));
-  PetscCallMPI(MPI_Bcast(rung, (PetscMPIInt)sizeof *rung, MPI_BYTE, 0, coarse->core.comm));
+  PetscCallMPI(MPI_Bcast(result, (PetscMPIInt)sizeof *result, MPI_BYTE, 0, coarse->core.comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode PrintRung(MPM mpm, FILE *csv, PetscInt level, const Rung *r)
+static PetscErrorCode PrintRun(MPM mpm, FILE *csv, PetscInt level, const Result *r)
 {
   PetscFunctionBeginUser;
   PetscCall(MPMPrint(&mpm->core.print,
@@ -236,14 +236,14 @@ static PetscErrorCode PrintRung(MPM mpm, FILE *csv, PetscInt level, const Rung *
 
 /* Reads and checks the options of every run before the first is made; with -dry_run it prints what they are. Collective
    on core.comm. */
-static PetscErrorCode CheckRungs(MPM coarse, int *status)
+static PetscErrorCode CheckRuns(MPM coarse, int *status)
 {
   PetscFunctionBeginUser;
   for (PetscInt level = 0; level < coarse->study.levels && *status == MPM_EXIT_OK; level++) {
     MPMOptions o;
     MPM        mpm;
 
-    PetscCall(SetRung(coarse, level));
+    PetscCall(SetRun(coarse, level));
     PetscCall(MPMCreate(coarse->core.comm, &mpm));
     PetscCall(MPMOptionsCreate(&MPMOptionTable, &o));
     PetscCall(MPMSetFromOptions(mpm, o));
@@ -264,7 +264,7 @@ static PetscErrorCode CheckRungs(MPM coarse, int *status)
 }
 
 /* Prints the table of the n runs, and writes it to <name>_study.csv on the first process. */
-static PetscErrorCode Report(MPM mpm, PetscInt n, Rung *rungs)
+static PetscErrorCode Report(MPM mpm, PetscInt n, Result *results)
 {
   const char *what = !strcmp(mpm->study.vary, "grid")  ? "h"
                      : !strcmp(mpm->study.vary, "ppc") ? "1/ppc"
@@ -287,12 +287,12 @@ static PetscErrorCode Report(MPM mpm, PetscInt n, Rung *rungs)
   }
   PetscCall(MPMPrint(&mpm->core.print, " run  %10s   particles     steps     error (m)    order   seconds\n", what));
   for (PetscInt k = 0; k < n; k++) {
-    x[k]           = rungs[k].h;
-    y[k]           = rungs[k].error;
-    rungs[k].order = k && y[k] > 0 && y[k - 1] > 0 ? PetscLogReal(y[k - 1] / y[k]) / PetscLogReal(x[k - 1] / x[k])
-                                                   : PETSC_MIN_REAL; /* an error that is 0 has no order */
-    plot           = plot && y[k] > 0 && y[k] < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
-    PetscCall(PrintRung(mpm, csv, k, &rungs[k]));
+    x[k]             = results[k].h;
+    y[k]             = results[k].error;
+    results[k].order = k && y[k] > 0 && y[k - 1] > 0 ? PetscLogReal(y[k - 1] / y[k]) / PetscLogReal(x[k - 1] / x[k])
+                                                     : PETSC_MIN_REAL; /* an error that is 0 has no order */
+    plot             = plot && y[k] > 0 && y[k] < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
+    PetscCall(PrintRun(mpm, csv, k, &results[k]));
   }
   if (csv) PetscCheck(!fclose(csv), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write the CSV of the study");
   if (n > 1 && y[n - 1] > y[n - 2])
@@ -311,7 +311,7 @@ static PetscErrorCode Report(MPM mpm, PetscInt n, Rung *rungs)
 PetscErrorCode MPMStudyRun(MPM mpm, int *status)
 {
   const MPMStudy *study = &mpm->study;
-  Rung            rungs[MPM_MAX_LEVELS];
+  Result          results[MPM_MAX_LEVELS];
   PetscInt        n[MPM_MAX_LEVELS] = {0}, runs = 0, compared;
   Sample         *samples[MPM_MAX_LEVELS] = {NULL};
   PetscMPIInt     rank;
@@ -322,25 +322,25 @@ PetscErrorCode MPMStudyRun(MPM mpm, int *status)
                      study->type, mpm->scene.title, study->levels, study->vary,
                      mpm->scene.finest ? "the finest run" : "the known solution"));
   *status = MPM_EXIT_OK;
-  PetscCall(PetscMemzero(rungs, sizeof rungs));
-  PetscCall(CheckRungs(mpm, status));
+  PetscCall(PetscMemzero(results, sizeof results));
+  PetscCall(CheckRuns(mpm, status));
   if (mpm->scene.dry_run && *status == MPM_EXIT_OK)
     PetscCall(MPMPrint(&mpm->core.print, "dry run    the study is valid; no step was made\n"));
   if (mpm->scene.dry_run || *status != MPM_EXIT_OK) PetscFunctionReturn(PETSC_SUCCESS);
   for (; runs < study->levels && *status == MPM_EXIT_OK; runs++)
-    PetscCall(Climb(mpm, runs, &rungs[runs], &n[runs], &samples[runs], status));
+    PetscCall(MakeRun(mpm, runs, &results[runs], &n[runs], &samples[runs], status));
   if (*status != MPM_EXIT_OK) runs--;
   compared = mpm->scene.finest ? runs - 1 : runs; /* the finest run has no error of its own */
   for (PetscInt k = 0; mpm->scene.finest && *status == MPM_EXIT_OK && k < compared && !rank; k++)
     PetscCall(Difference(&mpm->core.grid, !strcmp(study->vary, "grid") ? runs - 1 - k : 0, n[k], samples[k],
-                         n[runs - 1], samples[runs - 1], &rungs[k].error));
+                         n[runs - 1], samples[runs - 1], &results[k].error));
   for (PetscInt k = 0; k < MPM_MAX_LEVELS; k++) PetscCall(PetscFree(samples[k]));
-  if (compared > 0 && (*status == MPM_EXIT_OK || !mpm->scene.finest)) PetscCall(Report(mpm, compared, rungs));
+  if (compared > 0 && (*status == MPM_EXIT_OK || !mpm->scene.finest)) PetscCall(Report(mpm, compared, results));
   if (*status == MPM_EXIT_OK && study->order_min > PETSC_MIN_REAL && compared > 1 &&
-      !(rungs[compared - 1].order >= study->order_min)) {
+      !(results[compared - 1].order >= study->order_min)) {
     if (!rank) /* PetscFPrintf would write 3 as 3. */
       fprintf(stderr, "the order between the last two runs, %.3f, is below -study_order_min %g\n",
-              (double)rungs[compared - 1].order, (double)study->order_min);
+              (double)results[compared - 1].order, (double)study->order_min);
     *status = MPM_EXIT_STOPPED;
   }
   PetscCallMPI(MPI_Bcast(status, 1, MPI_INT, 0, mpm->core.comm));

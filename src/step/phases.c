@@ -72,7 +72,7 @@ const MPMTransfer MPMTransfers[] = {
 /* The filter of xpic, which runs -method_order times: the first time r = v - S S+ v, then r <- r - S S+ r. S+ maps from
    particles to nodes, and S from nodes to particles. */
 static const int filter[2][3] = {{P2G_MASS, VELOCITY, G2P_FILTER}, {P2G_RESIDUAL, RESIDUAL, G2P_FILTER_AGAIN}};
-_Static_assert(3 * MPM_MAX_ORDER + MPM_MAX_SCHEME <= MPM_MAX_PROGRAM, "a step's program has room for the filter");
+_Static_assert(3 * MPM_MAX_XPIC + MPM_MAX_SCHEME <= MPM_MAX_PROGRAM, "a step's program has room for the filter");
 
 const MPMPhase *MPMStepOutputPhase(const MPMCore *core, PetscInt k)
 {

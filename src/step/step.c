@@ -9,7 +9,7 @@ static PetscErrorCode Begin(MPMCore *core)
 {
   PetscFunctionBeginUser;
   MPMStatusReset(&core->status);
-  PetscCall(MPMWorkStep(&core->timers, core->exchange.type->farms));
+  PetscCall(MPMWorkStep(&core->timers, core->exchange.type->by_workers));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -31,7 +31,7 @@ static PetscErrorCode RunPhase(MPMCore *core, const MPMPhase *phase)
   PetscFunctionBeginUser;
   PetscCall(MPMPhaseBegin(core, phase));
   PetscCall(phase->kind == MPM_NODES ? ex->nodes(core, phase) : ex->sweep(core, phase));
-  PetscCall(MPMPhaseEnd(core, phase, ex->farms ? 0 : core->particles.n));
+  PetscCall(MPMPhaseEnd(core, phase, ex->by_workers ? 0 : core->particles.n));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -39,7 +39,7 @@ static PetscErrorCode Reduce(MPMCore *core)
 {
   PetscFunctionBeginUser;
   PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_REDUCE));
-  core->status.interrupted = MPMSignalsCame();
+  core->status.interrupted = MPMSignalsCaught();
   PetscCall(core->exchange.type->reduce(core, &core->status));
   PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_REDUCE));
   PetscFunctionReturn(PETSC_SUCCESS);
