@@ -141,7 +141,7 @@ static PetscErrorCode CheckOrder(void)
   for (PetscInt c = 0; c <= ncells; c++) {
     while (q < n && sorted[q].cell < c) q++;
     CHECK_EQ(particles.start[c], q);
-    CHECK_EQ(particles.arrivals[c], 0); /* as the next merge needs it */
+    CHECK_EQ(particles.incoming[c], 0); /* as the next merge needs it */
   }
   for (PetscInt p = 0; p < n; p++) {
     moved += view.id[p] != stored[p].id;

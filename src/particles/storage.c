@@ -191,7 +191,7 @@ PetscErrorCode MPMParticlesDestroy(MPMParticles *particles)
   PetscCall(PetscFree(particles->order));
   PetscCall(PetscFree(particles->spare));
   PetscCall(PetscFree(particles->movers));
-  PetscCall(PetscFree2(particles->start, particles->arrivals));
+  PetscCall(PetscFree2(particles->start, particles->incoming));
   PetscCall(DMDestroy(&particles->swarm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
