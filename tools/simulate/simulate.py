@@ -295,7 +295,7 @@ def migration(name):
     box = "box3d" if name.endswith("3d") else "box2d"
     text = (ROOT / f"docs/data/models/{box}.model").read_text()
     known = dict(re.findall(r"^migration\[(\d\]\.\w+) (\S+)$", text, re.M))
-    return {cost: 1e9 * float(known[k]) for cost, k in (("LEAVER", "1].leaver"), ("SWARM", "0].call"), ("SWARM_POINT", "0].particle"))}
+    return {cost: 1e9 * float(known[k]) for cost, k in (("LEAVER", "1].leaver"), ("SWARM", "0].call"), ("SWARM_PARTICLE", "0].particle"))}
 
 
 def in_turns(args, path, ways):
