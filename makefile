@@ -95,7 +95,8 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 export ASAN_OPTIONS := detect_leaks=0
 
 # ---- What a user asks for
-.PHONY: all run test test-long test-widths verify robust bench paper calibrate simulate scaling report format scenes clean distclean help objects picture ctest pages FORCE
+.PHONY: all run test test-long test-widths verify robust bench paper calibrate simulate scaling report format \
+  scenes clean distclean help objects picture ctest pages FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -109,7 +110,7 @@ test: ## install what is missing, build, run every test but the long ones: less 
 	@tools/install.sh test
 	+@$(again) ctest select="-LE long"
 
-test-long: ## the long tests: all combinations, both compilers, vectors of all widths, verify and robust
+test-long: ## the long tests: all combinations, both compilers, vectors of 4 and of 2 particles, verify and robust
 	@tools/install.sh test
 	+@$(again) ctest select="-L long"
 
