@@ -20,7 +20,8 @@ PEBBLE   := $(if $(DEBUG),$(BUILD)/pebble,pebble)
 program  := $(if $(findstring /,$(PEBBLE)),$(PEBBLE),./$(PEBBLE))
 python   := .venv/bin/python
 sources  := $(wildcard src/*/*.c)
-# Compiled once for each number of lanes (see src/lanes.h): the transfers, and the laws that they call for many points.
+# Compiled once for each number of lanes (see src/base/lanes.h): the transfers, and the laws, which they call for many
+# particles at a time.
 kernels  := kernels/transfer_lanes kernels/transfer_sums
 lanes    := $(kernels) $(patsubst src/%.c,%,$(wildcard src/physics/material_*.c))
 objects  := $(patsubst src/%.c,$(BUILD)/%.o,$(filter-out $(kernels:%=src/%.c),$(sources)))
@@ -94,7 +95,8 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 export ASAN_OPTIONS := detect_leaks=0
 
 # ---- What a user asks for
-.PHONY: all run test test-long test-widths verify robust bench paper calibrate simulate scaling report format clean distclean help objects picture ctest pages FORCE
+.PHONY: all run test test-long test-widths verify robust bench paper calibrate simulate scaling report format \
+  scenes clean distclean help objects picture ctest pages FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -108,7 +110,7 @@ test: ## install what is missing, build, run every test but the long ones: less 
 	@tools/install.sh test
 	+@$(again) ctest select="-LE long"
 
-test-long: ## the long tests: all combinations, both compilers, verify and robust
+test-long: ## the long tests: all combinations, both compilers, vectors of 4 and of 2 particles, verify and robust
 	@tools/install.sh test
 	+@$(again) ctest select="-L long"
 

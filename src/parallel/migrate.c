@@ -117,7 +117,7 @@ PetscErrorCode MPMMigrateSwarm(MPMCore *core, MPMSpatial *s)
   PetscCall(DMSwarmRestoreField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
   PetscCall(DMSwarmMigrate(pts->swarm, PETSC_TRUE));
   MPMSimulateWork("SWARM", 1);
-  MPMSimulateWork("SWARM_POINT", (PetscReal)pts->n);
+  MPMSimulateWork("SWARM_PARTICLE", (PetscReal)pts->n);
   PetscCall(MPMParticlesResize(pts));
   PetscCall(LocateArrivals(core, s));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -138,7 +138,7 @@ static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, Pet
   PetscCall(MPMMessageRoom(&slot->in, &slot->in_capacity, (size_t)len));
   PetscCallMPI(MPI_Irecv(slot->in, len, MPI_BYTE, worker, MPM_TAG_DONE, pool->comm, &pool->received[place]));
   PetscCall(MPMMessageLength((size_t)(m - slot->out), &len));
-  MPMSimulateWork("CHUNK", 1);
+  MPMSimulateWork("JOB", 1);
   MPMSimulateWork("PACK", (PetscReal)len);
   PetscCallMPI(MPI_Isend(slot->out, len, MPI_BYTE, worker, MPM_TAG_WORK, pool->comm, &slot->sent));
   MPMWorkEnd(&core->timers, phase->timer, NULL, 0);

@@ -211,7 +211,7 @@ PetscErrorCode MPMPoolServe(MPMCore *core, MPI_Comm comm)
     MPMWorkBegin(&core->timers);
     len = (PetscMPIInt)(PackAnswer(core, phase, &status, &memory, memory.out) - memory.out);
     MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
-    MPMSimulateWork("CHUNK", 1);
+    MPMSimulateWork("JOB", 1);
     MPMSimulateWork("ANSWER", (PetscReal)len);
     PetscCallMPI(MPI_Isend(memory.out, len, MPI_BYTE, 0, MPM_TAG_DONE, comm, &answer));
     PetscCall(MPMPhaseEnd(core, phase, job.n));

@@ -183,7 +183,7 @@ class ClosedForm:
         m.numbers = {"copy": 0, "kept": 0.4e-9, "pool": 0.155e-9, "job": 500e-9, "migration[0].process": 0, "migration[1].process": 0}
         m = m.with_network(**NETWORK)
         for k in (0, 1):
-            m.numbers[f"migration[{k}].particle"] = costs["SWARM_POINT"] if k == 0 else 0
+            m.numbers[f"migration[{k}].particle"] = costs["SWARM_PARTICLE"] if k == 0 else 0
             m.numbers[f"migration[{k}].call"] = costs["SWARM"] if k == 0 else 0
             for part in ("call", "stage", "process", "particle"):
                 m.numbers[f"migration[{k}].{part}"] *= p

@@ -286,7 +286,7 @@ def parse(text):
             out["blocks"] = {int(p): float(n) for n, p in re.findall(r"([-+.\de]+) on (\d+)", line)}
         if m := re.search(r"\|v\|=(\S+) m/s   dt=(\S+) s", line):
             out["speed"], out["dt"] = float(m[1]), float(m[2])
-        if m := re.match(r"scene .* (\d+) (?:point|particle)s", line):
+        if m := re.match(r"scene .* (\d+) particles", line):
             out["particles"] = int(m[1])
         if m := re.match(r"kernels .* (\d+) lanes", line):
             out["lanes"] = int(m[1])

@@ -76,9 +76,9 @@ PLATFORM = """<?xml version='1.0'?>
 """
 
 # Costs that a run on one process does not show: copying into messages and out of them, ns a byte; what the pool's worker has
-# to do for each particle that moved, and what both sides have to do for each patch (CHUNK), ns. They were measured once, with
+# to do for each particle that moved, and what both sides have to do for each job (JOB), ns. They were measured once, with
 # clocks around the code, on the machine of costs.csv.
-FIXED = {"PACK": 0.2, "ASSEMBLE": 0.11, "UNPACK": 0.075, "ANSWER": 0.15, "RENUMBER": 7, "CHUNK": 500}
+FIXED = {"PACK": 0.2, "ASSEMBLE": 0.11, "UNPACK": 0.075, "ANSWER": 0.15, "RENUMBER": 7, "JOB": 500}
 
 BOX = """-scene_title "filled box"
 -dim {dim}
@@ -295,7 +295,7 @@ def migration(name):
     box = "box3d" if name.endswith("3d") else "box2d"
     text = (ROOT / f"docs/data/models/{box}.model").read_text()
     known = dict(re.findall(r"^migration\[(\d\]\.\w+) (\S+)$", text, re.M))
-    return {cost: 1e9 * float(known[k]) for cost, k in (("LEAVER", "1].leaver"), ("SWARM", "0].call"), ("SWARM_POINT", "0].particle"))}
+    return {cost: 1e9 * float(known[k]) for cost, k in (("LEAVER", "1].leaver"), ("SWARM", "0].call"), ("SWARM_PARTICLE", "0].particle"))}
 
 
 def in_turns(args, path, ways):
