@@ -7,9 +7,9 @@ import math
 import os
 import re
 import shutil
-import subprocess
 
 import check
+import mpi
 
 BUILD, = check.arguments(__doc__, 1)
 calibrate = os.path.join(BUILD, "calibrate")
@@ -84,7 +84,8 @@ holds("the sum of the phases is the prediction of the step",
 
 # ---- The same numbers for the report, by the program that answers questions about the model
 asked = open("output/disks.model").read() + f"parts {points} 1000 0 0 1\nstep {points} 1000 0 0 1\nclear\nstep {points} 1000 0 0 1\n"
-answers = subprocess.run([os.path.join(os.path.dirname(calibrate), "predict")] + scene + ["-dry_run"], input=asked, capture_output=True, text=True, timeout=60)
+predict = os.path.join(os.path.dirname(calibrate), "predict")
+answers = mpi.launch.run([predict, *scene, "-dry_run"], mpi.ENVIRONMENT | dict(os.environ), input=asked, capture_output=True, text=True, timeout=60)
 facts, _, answers = answers.stdout.partition("ready\n")
 answers = answers.splitlines() + ["", "", ""]
 parts = {name: float(t) for name, t in (word.split("=") for word in answers[0].split())}
