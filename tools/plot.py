@@ -69,7 +69,7 @@ def scale(largest, unit):
     return 1, unit
 
 
-# ---- Exact solutions: displacements at time t of particles that started at X, as src/reference.c has them
+# ---- Exact solutions: displacements at time t of particles that started at X, as src/physics/reference.c has them
 
 def exact(options, X, t):
     kind = options.get("mms_type", options.get("reference_type"))
