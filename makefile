@@ -20,8 +20,8 @@ PEBBLE   := $(if $(DEBUG),$(BUILD)/pebble,pebble)
 program  := $(if $(findstring /,$(PEBBLE)),$(PEBBLE),./$(PEBBLE))
 python   := .venv/bin/python
 sources  := $(wildcard src/*/*.c)
-# Compiled once for each number of lanes (see src/base/lanes.h): the transfers, and the laws, which they call for many
-# particles at a time.
+# Compiled once for each number of lanes (see src/base/lanes.h): the transfers, and the laws that they call for many
+# particles.
 kernels  := kernels/transfer_lanes kernels/transfer_sums
 lanes    := $(kernels) $(patsubst src/%.c,%,$(wildcard src/physics/material_*.c))
 objects  := $(patsubst src/%.c,$(BUILD)/%.o,$(filter-out $(kernels:%=src/%.c),$(sources)))

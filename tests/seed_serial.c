@@ -1,6 +1,7 @@
 /* The assignment's serial program written literally: its three structs, its steps 1-12 in its order, and its nodal
    sums taken node by node over the points of the four cells around the node. 2-D plane strain, linear basis, stress
-   before forces (USF), FLIP. It shares no line with Pebble and needs only libc and libm: the two check each other.
+   before forces (USF), FLIP. It shares no line with Pebble and needs only libc and libm: the two check each other. The
+   names are the assignment's: a point here is what Pebble calls a particle.
 
    seed_serial [name=value ...], the first value being the default:
      setup=disks|block  material=neohookean|elastic  walls=free|fixed  cells=20  ppc=4 (points a cell and direction)

@@ -3,7 +3,7 @@ tests run them and read their states.
 
 A set-up is a dict: ndim, origin, h, ncells, basis, boundary, walls {"x-": kind}, order, flip, affine, gravity, consts,
 bodies [lo, hi, b, offset, region, rho, material, velocity], bodyforce, dt, steps. Expressions are Python's, of x, y, z
-(for forces: where a point is), X, Y, Z (where it started), t, pi and the names in consts.
+(for forces: where a particle is), X, Y, Z (where it started), t, pi and the names in consts.
 """
 import math
 import re
@@ -152,15 +152,15 @@ def history(name):
 
 
 def state(file, step, dim):
-    """Points of a snapshot in the order of their ids, with the reference's components."""
-    points = file[f"step_{step:06d}/particles"]
-    order = np.argsort(points["id"][:])
-    assert (points["id"][:][order] == np.arange(len(order))).all()
+    """Particles of a snapshot in the order of their ids, with the reference's components."""
+    particles = file[f"step_{step:06d}/particles"]
+    order = np.argsort(particles["id"][:])
+    assert (particles["id"][:][order] == np.arange(len(order))).all()
     columns = {"x": range(dim), "v": range(dim), "F": F_PARTS[dim]}
-    found = {key: points[key][:][order][:, list(part)] for key, part in columns.items() if key in points}
-    found["stress"] = points["stress"][:][order]
-    found["sig"], found["V"] = found["stress"][:, list(STRESS_PARTS[dim])], points["volume"][:][order][:, None]
-    found["body"] = points["body"][:][order] if "body" in points else np.zeros(len(order), int)
+    found = {key: particles[key][:][order][:, list(part)] for key, part in columns.items() if key in particles}
+    found["stress"] = particles["stress"][:][order]
+    found["sig"], found["V"] = found["stress"][:, list(STRESS_PARTS[dim])], particles["volume"][:][order][:, None]
+    found["body"] = particles["body"][:][order] if "body" in particles else np.zeros(len(order), int)
     return found
 
 

@@ -10,7 +10,7 @@ import check
 PERIOD = 0.4  # s, of options/bar.opts: 4 L sqrt(rho/E)
 PERIODS = 10
 # A bar of unit length, density and stiffness, held at both ends, in its first mode: u = A sin(pi x) sin(pi t). Relative rms
-# displacement error at t = 1/2, a quarter of the period, with 2 points a cell, dt = 0.1 h and A = 1e-5, of an
+# displacement error at t = 1/2, a quarter of the period, with 2 particles a cell, dt = 0.1 h and A = 1e-5, of an
 # independent implementation (two digits).
 AMPLITUDE, QUARTER, CFL = 1e-5, 0.5, 0.1
 REFERENCE = {"usf": {16: 2.2e-2, 32: 1.0e-2, 64: 5.0e-3, 128: 2.5e-3}, "musl": {16: 2.1e-3, 32: 5.1e-4, 64: 1.3e-4, 128: 3.3e-5}}

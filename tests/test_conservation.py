@@ -1,4 +1,4 @@
-"""What a free body must keep: mass, momentum, number of points, zero stress in translation, energy of the disks; and
+"""What a free body must keep: mass, momentum, number of particles, zero stress in translation, energy of the disks; and
 what must not matter to a run: how often and in which format it writes.
 
 usage: test_conservation.py PEBBLE SOURCE MPIEXEC
@@ -26,7 +26,7 @@ def simulate(name, *arguments):
 
 
 def block(name, dim, model, update, velocity, extra=""):
-    """An options file: a block of two bodies (so of two kinds) in the middle of an open box; its points lie off the
+    """An options file: a block of two bodies (so of two kinds) in the middle of an open box; its particles lie off the
     grid's lines."""
     every = lambda value: ",".join([str(value)] * dim)
     return "-options_file", check.write(name + ".opts", f"""-dim {dim}
@@ -65,20 +65,20 @@ def block(name, dim, model, update, velocity, extra=""):
 
 
 def speed(name):
-    """sum m|v| of the points, largest over the snapshots; masses from the stress-free volumes of the bodies."""
+    """sum m|v| of the particles, largest over the snapshots; masses from the stress-free volumes of the bodies."""
     with h5py.File(name + ".h5") as file:
         largest = 0.0
         first = file["step_000000/particles"]
         for step in (file[key] for key in file if key.startswith("step_")):
-            points = step["particles"]
+            particles = step["particles"]
             m = first["volume"][:] * np.where(first["body"][:] == first["body"][:].min(), 1000.0, 3000.0)
-            assert (points["id"][:] == first["id"][:]).all()
-            largest = max(largest, (m * np.linalg.norm(points["v"][:], axis=1)).sum())
+            assert (particles["id"][:] == first["id"][:]).all()
+            largest = max(largest, (m * np.linalg.norm(particles["v"][:], axis=1)).sum())
     return largest
 
 
 def check_kept(name, scale, gravity=(0, 0, 0)):
-    """Mass and number of points to the last digit, momentum to rounding."""
+    """Mass and number of particles to the last digit, momentum to rounding."""
     rows = check.rows(name + ".csv")
     axes = [axis for axis in "xyz" if "momentum_" + axis in rows[0]]
     t = np.array([float(row["time"]) for row in rows])

@@ -1,5 +1,5 @@
-"""What a run says about itself: memory of a point against the growth of the process, operations and bytes of the phases
-against a count by hand.
+"""What a run says about itself: memory of a particle against the growth of the process, operations and bytes of the
+phases against a count by hand.
 
 usage: test_counts.py PEBBLE SOURCE MPIEXEC memory|flops
 """
@@ -10,8 +10,8 @@ import subprocess
 import check
 import launch
 
-MEMORY = 0.10  # largest part by which the memory of a point may differ from what is printed
-PRINTED = 0.012  # three digits each of ns per point and of GFlop/s or GB/s
+MEMORY = 0.10  # largest part by which the memory of a particle may differ from what is printed
+PRINTED = 0.012  # three digits each of ns per particle and of GFlop/s or GB/s
 STEPS, BLOCK = 10, {2: (64, 32), 3: (20, 10)}  # whose operations are counted: cells a side of grid and block
 
 
@@ -39,7 +39,7 @@ def largest(arguments):
 
 
 def memory():
-    """The same block on the same grid with few and with many points: grid and program drop out of the difference."""
+    """The same block on the same grid with few and with many particles: grid and program drop out of the difference."""
     for dim, cells, side, few, many in (2, 256, 120, 3, 8), (3, 40, 30, 2, 3):
         n, peak = [], []
         for ppc in few, many:
@@ -53,7 +53,8 @@ def memory():
               f"{dim}-D: {slope:.1f} B a particle at the most, from {n[0]} and {n[1]}; printed {told}, of which state {state}")
 
 
-# Operations of a point, counted by hand from the equations: + - * / are 1 each, so a term of a sum is 2; a logarithm is 26.
+# Operations of a particle, counted by hand from the equations: + - * / are 1 each, so a term of a sum is 2; a
+# logarithm is 26.
 # `basis`: the nodes of a stencil per axis, and the operations per axis of base, weights and slopes.
 WEIGHTS = {
     "linear": (2, 1),           # 1 - s
@@ -65,7 +66,7 @@ WEIGHTS = {
                  + 2 * 1 + 2 * 3),  # s^2/2, r^2/2; (3/2 s - 2) s, and of r
     "gimp": (3, 1               # base: floor(xi - l)
              + 2 + 1 + 2        # distances from the other two nodes; 1/(2 l); 1 - l, 1 + l
-             # Every piece is formed for all points. Both outer nodes: 1 - |s|; u = 1 + l - |s|; 1/2 u u/(2 l); slope u/(2 l).
+             # Every piece is formed for all particles. Both outer nodes: 1 - |s|; u = 1 + l - |s|; 1/2 u u/(2 l); slope u/(2 l).
              + 2 * (1 + 1 + 3 + 1)
              + 5 + 1 + 2),      # the middle one: 1 - (s s + l l)/(2 l); 1 - |s|; slope -2 s/(2 l)
 }
@@ -73,8 +74,8 @@ EXTRA = {"linear": 1, "bspline2": 3, "bspline3": 3, "gimp": 2}  # nodes a side t
 
 
 def by_hand(d, basis):
-    """{phase: operations of a point}, in d dimensions. Sums over a stencil are done by axes: what has no i is multiplied before
-    the nodes of a row are visited (`rows`), what has neither i nor j before the rows of a plane (`planes`)."""
+    """{phase: operations of a particle}, in d dimensions. Sums over a stencil are done by axes: what has no i is multiplied
+    before the nodes of a row are visited (`rows`), what has neither i nor j before the rows of a plane (`planes`)."""
     ns, weights = WEIGHTS[basis]
     planes, rows, nodes = (0 if d == 2 else ns), ns ** (d - 1), ns ** d
     pairs = d * (d + 1) // 2              # entries of a symmetric tensor
@@ -112,7 +113,8 @@ def by_hand(d, basis):
     }
 
 
-# Phases of a step: the count above, fields of a point read and written, numbers of a node read and written (sums 8, motion 2 d).
+# Phases of a step: the count above, fields of a particle read and written, numbers of a node read and written (sums 8,
+# motion 2 d).
 PHASES = {
     "usl": [("P2G", "x cell v F", 2 * 8, 0), ("ADVANCE", "", 8, 1), ("G2P", "id x cell v F, x cell v F", 0, 1)],
     "usf": [("P2G_MASS", "x cell v", 2 * 8, 0), ("VELOCITY", "", 8, 1), ("G2P_STRESS", "id x cell F, F", 0, 1),
@@ -146,9 +148,9 @@ def flops():
     """A block at rest, so that its nodes are known: log_view's operations, and the line of the speed."""
     for dim, basis, update in CASES:
         cells, side = BLOCK[dim]
-        # With two points a cell on an axis a domain of gimp ends on lines of the grid without rounding.
+        # With two particles a cell on an axis a domain of gimp ends on lines of the grid without rounding.
         ppc, more = (2, ["-method_gimp_update", "none"]) if basis == "gimp" else (3, [])
-        points, nodes = (ppc * side) ** dim, (side + EXTRA[basis]) ** dim
+        particles, nodes = (ppc * side) ** dim, (side + EXTRA[basis]) ** dim
         hand, what = by_hand(dim, basis), f"{dim}-D {basis} {update}"
         hand_total = hand_bytes = 0
         for n in 1, 2:
@@ -158,7 +160,7 @@ def flops():
             for phase, fields, sums, motions in PHASES[update]:
                 count, got = events[phase.split(",")[0]]
                 if phase in hand:
-                    right = points * STEPS * hand[phase]
+                    right = particles * STEPS * hand[phase]
                 elif n == 1:
                     right = nodes * STEPS * dim * (5 if phase == "ADVANCE" else 1)  # f/m + g, p/m + dt a; p/m
                 else:
@@ -167,11 +169,11 @@ def flops():
                       f"{what} on {n}: {phase} {got:.0f} operations in {count} steps, by hand {right}")
                 if n == 1:
                     hand_total += right
-                    hand_bytes += STEPS * (points * field_bytes(dim, fields) + nodes * 8 * (sums + motions * 2 * dim))
+                    hand_bytes += STEPS * (particles * field_bytes(dim, fields) + nodes * 8 * (sums + motions * 2 * dim))
             if n == 1:
                 ns, gflops, gbytes = map(float, re.search(r"^speed +([\d.e+-]+) ns.*, ([\d.e+-]+) GFlop/s, ([\d.e+-]+) GB/s", out, re.M).groups())
                 for name, got, right in ("operations", gflops, hand_total), ("bytes", gbytes, hand_bytes):
-                    got *= ns * points * STEPS
+                    got *= ns * particles * STEPS
                     check.that(abs(got - right) < PRINTED * right, f"{what}: speed line {got:.4g} {name}, by hand {right}")
 
 

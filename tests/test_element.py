@@ -1,4 +1,4 @@
-"""Every material in one cell with one point whose nodes are all driven by walls: its stress against closed formulas.
+"""Every material in one cell with one particle whose nodes are all driven by walls: its stress against closed formulas.
 
 usage: test_element.py PEBBLE SOURCE MPIEXEC
 
@@ -23,7 +23,7 @@ EYE = np.eye(3)
 
 def simulate(name, dim, motion, rate, update, material):
     """The stress [3, 3] and the deformation gradient (None where the law keeps none) after STEPS steps."""
-    cells = [3] + [1] * (dim - 1)  # the point is carried along x; the nodes of shear are all on the walls of y
+    cells = [3] + [1] * (dim - 1)  # the particle is carried along x; the nodes of shear are all on the walls of y
     if motion != "shear":
         cells[0] = 1
     faces = {f"{axis}{end}": "slip" for axis in "xyz"[:dim] for end in ("min", "max")}

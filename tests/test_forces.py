@@ -26,8 +26,8 @@ def history_dim(name):
     return sum(key.startswith("momentum_") for key in history(name))
 
 
-def points(name, which=-1):
-    """The points of a snapshot by id; time in s."""
+def particles(name, which=-1):
+    """The particles of a snapshot by id; time in s."""
     found, dim = check.particles(name + ".h5", which), history_dim(name)
     return {key: value[:, :dim] if key in ("x", "v") else value for key, value in found.items()}
 
@@ -59,14 +59,14 @@ def check_acceleration():
             scene, words = block("0.8,0.8", "1.2,1.2", velocity="0.3,0.2"), (*method.split(), "-method_update", update)
             run("gravity", scene + ["-gravity 0.5,-2"], *words)
             run("accelerated", scene + ['-acceleration "0.5, 0-2"'], *words)
-            a, b = points("gravity"), points("accelerated")
+            a, b = particles("gravity"), particles("accelerated")
             error = max(np.abs(a["x"] - b["x"]).max(), np.abs(a["v"] - b["v"]).max())
             check.that(error < 2e-14, f"acceleration is gravity, {basis} {update}: {error:.1e}")
     dt, n = 1e-3, 40  # v_n = v_0 + dt sum a(t_k), x likewise, with a at the start of each step
     run("timed", block("0.8,0.8", "1.2,1.2", velocity="0.3,0.2", dt=dt, steps=n) + ['-acceleration "3*sin(40*t), 2*t"'])
     t = dt * np.arange(n)
     v = np.array([0.3, 0.2]) + dt * np.cumsum(np.stack([3 * np.sin(40 * t), 2 * t], 1), 0)
-    p, q = points("timed"), points("timed", 0)
+    p, q = particles("timed"), particles("timed", 0)
     check.that(np.abs(p["v"] - v[-1]).max() < 1e-14, f"acceleration of time: velocity off by {np.abs(p['v'] - v[-1]).max():.1e}")
     check.that(np.abs(p["x"] - q["x"] - dt * v.sum(0)).max() < 1e-14, f"acceleration of time: place off by {np.abs(p['x'] - q['x'] - dt * v.sum(0)).max():.1e}")
     same("of_place", block(velocity="0.3,0.2") + ['-acceleration "2*(0.5-x)+Y, sin(9*t)*X"'])
@@ -76,10 +76,10 @@ def check_pressure():
     for basis, method in BASES.items():
         for face, lower in (("ppc 2", "0.8,0.8"), ("wide", "0.7,0.8")):
             run("pressed", block(lower, "1.2,1.2", dt=2e-3) + load("pressure", "200"), *method.split())
-            h, p = history("pressed"), points("pressed")
+            h, p = history("pressed"), particles("pressed")
             momentum = max(np.abs(h["momentum_x"]).max(), np.abs(h["momentum_y"]).max())
             scale = (h["mass"][0] * np.sqrt((p["v"] ** 2).sum(1).mean()))
-            q = points("pressed", 0)
+            q = particles("pressed", 0)
             check.that(scale > 0.1 and momentum < 1e-12 * scale, f"pressure on all sides, {basis}: momentum {momentum:.1e} of {scale:.1e}")
             check.that(np.abs(p["x"].mean(0) - q["x"].mean(0)).max() < 1e-14, f"pressure on all sides, {basis}: the centre moves by {np.abs(p['x'].mean(0) - q['x'].mean(0)).max():.1e}")
             check.that(p["volume"].sum() < q["volume"].sum(), f"pressure on all sides, {basis}: it is compressed")
@@ -89,7 +89,7 @@ def check_pressure():
     for update in ("usf", "musl"):
         run("turning", block("0.8,0.8", "1.2,1.2", E=1e8, dt=dt, steps=100, velocity=f"0-{omega}*(y-1), {omega}*(x-1)") + load("pressure", str(p), "xmin"), "-method_update", update)
         h = history("turning")
-        q = points("turning", 0)
+        q = particles("turning", 0)
         side = q["x"][:, 0] < 0.85
         with h5py.File("turning.h5") as file:
             F = [file[key]["particles/F"][:][np.argsort(file[key]["particles/id"][:])][side] for key in sorted(key for key in file if key.startswith("step_"))]
@@ -128,7 +128,7 @@ def check_friction():
     """A block on the floor under gravity decelerates by mu g, and sticks at last; with a large mu at once."""
     g, mu, v0 = 10.0, 0.3, 1.0
     for basis, method in BASES.items():
-        for transfer in ("flip",) if basis == "linear" else ("flip", "apic"):  # linear and apic: noise, as points cross cells
+        for transfer in ("flip",) if basis == "linear" else ("flip", "apic"):  # linear and apic: noise, as particles cross cells
             floor = ["-bc_ymin_type friction", f"-bc_ymin_mu {mu}", f"-gravity 0,-{g}"]
             lower, upper = ("0.2,0", "1.0,0.3")
             run("slide", block(lower, upper, E=1e6, dt=5e-4, steps=400, velocity=f"{v0},0*x") + floor, *method.split(), "-method_transfer", transfer, "-output_every", "1")
@@ -145,8 +145,8 @@ def check_friction():
 def check_separate():
     for wall, leaves in (("separate", True), ("friction", True), ("slip", False)):
         run(wall, block("0.5,0", "1.0,0.3", E=1e5, dt=1e-3, steps=150, velocity="0*x,0.5") + [f"-bc_ymin_type {wall}"] + (["-bc_ymin_mu 0.3"] if wall == "friction" else []))
-        p, h = points(wall), history(wall)
-        check.that((p["x"][:, 1].min() > 0.06) == leaves, f"{wall}: a block pulled off the floor {'leaves' if leaves else 'stays'}: lowest point at {p['x'][:, 1].min():.4f}")
+        p, h = particles(wall), history(wall)
+        check.that((p["x"][:, 1].min() > 0.06) == leaves, f"{wall}: a block pulled off the floor {'leaves' if leaves else 'stays'}: lowest particle at {p['x'][:, 1].min():.4f}")
         if leaves:
             check.that(abs(h["momentum_y"][-1] / h["mass"][0] - 0.5) < 1e-10, f"{wall}: it keeps its velocity, {h['momentum_y'][-1] / h['mass'][0]:.12f}")
 
@@ -160,13 +160,13 @@ def check_moving():
         run("lid", lines)
         with h5py.File("lid.h5") as file:
             v = check.group(file)["grid/v"][0]
-        p = points("lid")
+        p = particles("lid")
         top, bottom = p["v"][p["x"][:, 1] > 0.95], p["v"][p["x"][:, 1] < 0.05]
         check.that(np.abs(v[-1] - np.array([0.1, 0, 0])).max() < 1e-15 and np.abs(v[0]).max() == 0, f"moving lid, {model}: its nodes have its velocity")
-        check.that(np.abs(top[:, 0] - 0.1).max() < 0.03 and np.abs(bottom[:, 0]).max() < 0.03, f"moving lid, {model}: points at it {top[:, 0].mean():.3f}, on the floor {bottom[:, 0].mean():.3f} m/s")
+        check.that(np.abs(top[:, 0] - 0.1).max() < 0.03 and np.abs(bottom[:, 0]).max() < 0.03, f"moving lid, {model}: particles at it {top[:, 0].mean():.3f}, on the floor {bottom[:, 0].mean():.3f} m/s")
         if model == "fluid":  # nu = 0.1 m^2/s: nearly steady Couette flow after 0.3 s
             run("couette", lines, "-time_max_steps", "6000", "-output_every", "1", "-history_every", "1")
-            p = points("couette")
+            p = particles("couette")
             check.that(np.abs(p["v"][:, 0] - 0.1 * p["x"][:, 1]).max() < 6e-3, f"Couette flow: off by {np.abs(p['v'][:, 0] - 0.1 * p['x'][:, 1]).max():.1e} of 0.1")
         same(f"lid_{model}", lines, "-time_max_steps", "20")
 

@@ -23,7 +23,7 @@ for lanes in (8, 4):
     for line in code.out.splitlines():
         if head := re.match(r"[0-9a-f]+ <(\w+)", line):
             function = head[1]
-        elif re.search(r"\sv?mul[ps]d\s", line) and not function.startswith("MPMChains"):  # no sum of points
+        elif re.search(r"\sv?mul[ps]d\s", line) and not function.startswith("MPMChains"):  # no sum of particles
             alone.append(f"{function}: {line.strip()}")
         fused += bool(re.search(r"\svfn?m(add|sub)\d+[ps]d\s", line))
     check.that(not alone, f"{lanes} lanes: products that are not fused: {alone[:5] or 'none'}")

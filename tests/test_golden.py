@@ -2,8 +2,8 @@
 
 usage: test_golden.py PEBBLE SOURCE MPIEXEC
 
-Every run is translated into an options file and repeated. Compared are the sums over all points after 1, 10 and 100
-steps, a sample of points after 100, and mass and force of the nodes in the first step where the reference has them.
+Every run is translated into an options file and repeated. Compared are the sums over all particles after 1, 10 and 100
+steps, a sample of particles after 100, and mass and force of the nodes in the first step where the reference has them.
 Errors are normwise: largest difference over the field's largest value; sums that may cancel (momentum, angular
 momentum) are measured by the sum of their terms' magnitudes. A fluid has no F here, only its volume; what cannot be
 compared for want of a field is said.
@@ -42,7 +42,7 @@ def allowed(run, step, key):
 
 
 def masses(spec, found):
-    """Mass of each point: bodies share nothing but their order of ids, and the runs have one body each."""
+    """Mass of each particle: bodies share nothing but their order of ids, and the runs have one body each."""
     assert len(spec["bodies"]) == 1
     return np.full(len(found["x"]), spec["bodies"][0]["rho"] * spec["bodies"][0]["b"] ** spec["ndim"])
 
@@ -57,7 +57,7 @@ def has_F(run):
 
 
 def compare_sums(run, step, want, found, line, grid_mass):
-    """The reference's sums over all points: here from the snapshot, energies and mass from the history."""
+    """The reference's sums over all particles: here from the snapshot, energies and mass from the history."""
     m, x, v = masses(run["spec"], found)[:, None], found["x"], found["v"]
     turn = m * np.cross(vectors(x), vectors(v))  # angular momentum about the origin, all three components in any dim
     values = {  # name: (value, scale or None: the largest value itself)
@@ -67,7 +67,7 @@ def compare_sums(run, step, want, found, line, grid_mass):
         "grid_mass": (grid_mass, None),
         "momentum": ([line["momentum_" + axis] for axis in "xyz"[:x.shape[1]]], np.abs(m * v).sum()),
         # about the origin; never smaller than the arms and momenta that are summed
-        # with APIC the reference counts the points' own spin too, which the files do not hold
+        # with APIC the reference counts the particles' own spin too, which the files do not hold
         "angular": (turn.sum(0) if run["spec"]["affine"] == "none" else None, (m[:, 0] * np.linalg.norm(x, axis=1) * np.linalg.norm(v, axis=1)).sum()),
         "ke": (line["kinetic_energy"], None),
         # quadratic in a small strain, from terms of the order of 1 that cancel: measured by all the energy there is
@@ -104,7 +104,7 @@ def bspline(xi, knots, k, degree):
 
 
 def basis_1d(basis, boundary, xi, n):
-    """Values at xi (in cells, 0..n) of the functions of the nodes 0..n: [point][node]."""
+    """Values at xi (in cells, 0..n) of the functions of the nodes 0..n: [particle][node]."""
     if basis == "linear":
         return np.clip(1 - np.abs(xi[:, None] - np.arange(n + 1)), 0, None)
     degree = {"quadratic": 2, "cubic": 3}[basis]
@@ -145,7 +145,7 @@ def compare_nodes(run, file, want):
         elif kind == "slip":
             a[held, d] = 0
     before, after = setups.state(file, 0, dim), setups.state(file, 1, dim)
-    phi = np.ones((len(before["x"]), len(ijk)))  # [point][node]
+    phi = np.ones((len(before["x"]), len(ijk)))  # [particle][node]
     for d in range(dim):
         phi *= basis_1d(spec["basis"], spec["boundary"], (before["x"][:, d] - origin[d]) / h[d], spec["ncells"][d])[:, ijk[:, d]]
     report(run["id"], 1, "unity", np.abs(phi.sum(1) - 1).max(), SHORT)  # no node is missing in the reference
@@ -173,12 +173,12 @@ def compare(run):
             if step == 1 and "nodes_step1" in run:
                 compare_nodes(run, file, run["nodes_step1"])
             if step == spec["steps"]:  # the sample is of the last state
-                ids = [point["p"] for point in run["sample"]]
+                ids = [particle["p"] for particle in run["sample"]]
                 for key in ("x", "v", "F", "sig", "V") if has_F(run) else ("x", "v", "sig", "V"):
-                    if any(key not in point for point in run["sample"]):
+                    if any(key not in particle for particle in run["sample"]):
                         missing(run["id"], step, "sample " + key)
                         continue
-                    want = np.array([np.atleast_1d(point[key]) for point in run["sample"]])
+                    want = np.array([np.atleast_1d(particle[key]) for particle in run["sample"]])
                     report(run["id"], step, "sample " + key, np.abs(found[key][ids] - want).max() / np.abs(want).max(),
                            allowed(run, step, key))
                     tested.add("sample")
@@ -197,9 +197,9 @@ def check_refusal(run):
     expected = int(re.match(r"step (\d+):", run["error"]).group(1))
     complaints, refused = [], None
     if not stop:
-        complaints.append("no message that names the point:\n" + said)
+        complaints.append("no message that names the particle:\n" + said)
     elif not float(stop.group(2).split(",")[1]) < run["spec"]["origin"][1]:
-        complaints.append(f"the point is said to be at {stop.group(2)}, which is not below the floor")
+        complaints.append(f"the particle is said to be at {stop.group(2)}, which is not below the floor")
     try:
         lines = setups.history(run["id"])
         refused = max(lines) + 1
@@ -212,11 +212,11 @@ def check_refusal(run):
             if len(steps) < expected - 1:
                 complaints.append(f"{len(steps)} snapshots")
             for step in steps:
-                points = setups.state(file, step, run["spec"]["ndim"])
-                if not all(np.isfinite(value).all() for value in points.values()):
+                particles = setups.state(file, step, run["spec"]["ndim"])
+                if not all(np.isfinite(value).all() for value in particles.values()):
                     complaints.append(f"snapshot {step} is not finite")
-                if not (points["x"] >= 0).all():
-                    complaints.append(f"a point of snapshot {step} is outside")
+                if not (particles["x"] >= 0).all():
+                    complaints.append(f"a particle of snapshot {step} is outside")
     except (OSError, KeyError, ValueError) as error:
         complaints.append(f"history or snapshots are not readable: {error}")
     check.that(not complaints, "  ".join([run["id"], f"exit status {status}; refused in step {refused} ({expected} +- 1)",

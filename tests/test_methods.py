@@ -1,11 +1,11 @@
 """Every method of -method_*: each basis with each update and transfer runs in 1-D, 2-D and 3-D, with the same digest on
-one process, on three and in a pool of three; so do all walls, materials, numbers of points per cell and points exactly
-on nodes, faces and walls. A free body keeps its momentum. What does not go together is refused.
+one process, on three and in a pool of three; so do all walls, materials, numbers of particles per cell and particles
+exactly on nodes, faces and walls. A free body keeps its momentum. What does not go together is refused.
 
 usage: test_methods.py PEBBLE SOURCE MPIEXEC some|all
 
-some: fewer combinations, in which every basis, transfer, update, wall, material and way to place points occurs, alone and
-in parallel. all: every combination.
+some: fewer combinations, in which every basis, transfer, update, wall, material and way to place particles occurs, alone
+and in parallel. all: every combination.
 """
 import itertools
 import re
@@ -173,21 +173,21 @@ def check_materials():
             check.that(change < 1e-13, f"material {material} {update} {transfer}: momentum changes by {change:.1e}")
 
 
-def check_points():
-    """1 to 64 points per cell and axis; points on nodes, faces and walls. With b = h/ppc, an offset of b/2 puts points on
-    every grid line."""
+def check_particles():
+    """1 to 64 particles per cell and axis; particles on nodes, faces and walls. With b = h/ppc, an offset of b/2 puts
+    particles on every grid line."""
     for b, (basis, method) in enumerate(BASES.items()):
         for k, (ppc, where) in enumerate(itertools.product((1, 2, 3, 8), ("as they are", "on lines"))):
             if turn(b + k, 3):
                 h = 1.0 / 12
                 offset = 0 if where == "as they are" else h / ppc / 2
                 arguments = scene(2, ("neohookean",), lower=0.25, upper=0.75, ppc=ppc, offset=offset, cells=12, steps=5, velocity="0.1, 0.05")
-                same(f"{ppc} points per cell, {where}, {basis}", arguments, method, parallel=ppc in (1, 3) and basis != "steffen3")
+                same(f"{ppc} particles per cell, {where}, {basis}", arguments, method, parallel=ppc in (1, 3) and basis != "steffen3")
         arguments = scene(2, ("neohookean",), lower=0.0, upper=1.01, ppc=2, offset=0.25 / 12, cells=12, steps=5, velocity="0*x, 0*x", faces=walls(2, "slip"))
-        same(f"points on walls, {basis}", arguments, method)
+        same(f"particles on walls, {basis}", arguments, method)
         x = check.particles("run.h5")["x"]
-        check.that(x.min() == 0 and x.max() == 1, f"points on walls, {basis}: they lie from {x.min()} to {x.max()}")
-        same(f"64 points per cell, 1-D, {basis}", scene(1, ("neohookean",), ppc=64), method)
+        check.that(x.min() == 0 and x.max() == 1, f"particles on walls, {basis}: they lie from {x.min()} to {x.max()}")
+        same(f"64 particles per cell, 1-D, {basis}", scene(1, ("neohookean",), ppc=64), method)
 
 
 def check_flight():
@@ -228,7 +228,7 @@ def check_refusals():
     same("gimp stretched too far, everywhere", scene(2, ("neohookean",), **pull, extra="-method_basis gimp\n-method_gimp_update stretch"), "", status=3)
 
 
-for part in (check_refusals, check_points, check_methods, check_periodic, check_walls, check_materials, check_flight):
+for part in (check_refusals, check_particles, check_methods, check_periodic, check_walls, check_materials, check_flight):
     part()
 print(f"{runs} runs")
 check.end()

@@ -7,9 +7,9 @@ import math
 import os
 import re
 import shutil
-import subprocess
 
 import check
+import mpi
 
 BUILD, = check.arguments(__doc__, 1)
 calibrate = os.path.join(BUILD, "calibrate")
@@ -70,12 +70,12 @@ with open("output/disks.model") as full, open("old.model", "w") as old:
 without = run("-model_file", "old.model")
 holds("a file without limits is used, and none are shown", "constants calibrated" in without and
       re.search(r"^speed .* a process$", without, re.M))
-points = int(re.search(r"(\d+) particles", fitted).group(1))
+particles = int(re.search(r"(\d+) particles", fitted).group(1))
 for phase in ("G2P_MOTION", "G2P_STRESS"):
     call, *pairs = constants[phase]
     sizes, each = pairs[::2], pairs[1::2]
-    part = [min(1, max(0, math.log(points / n0) / math.log(n1 / n0))) for n0, n1 in zip(sizes, sizes[1:])]
-    expected = call + points * (each[0] + sum(p * (e1 - e0) for p, e0, e1 in zip(part, each, each[1:])))
+    part = [min(1, max(0, math.log(particles / n0) / math.log(n1 / n0))) for n0, n1 in zip(sizes, sizes[1:])]
+    expected = call + particles * (each[0] + sum(p * (e1 - e0) for p, e0, e1 in zip(part, each, each[1:])))
     shown = predictions(fitted)[phase]
     holds(f"{phase} is predicted by the formula", abs(shown - expected) < 0.01 * expected, f"{shown:g} {expected:g}")
 holds("the sum of the phases is the prediction of the step",
@@ -83,8 +83,9 @@ holds("the sum of the phases is the prediction of the step",
       < 0.01 * predictions(fitted)["all"])
 
 # ---- The same numbers for the report, by the program that answers questions about the model
-asked = open("output/disks.model").read() + f"parts {points} 1000 0 0 1\nstep {points} 1000 0 0 1\nclear\nstep {points} 1000 0 0 1\n"
-answers = subprocess.run([os.path.join(os.path.dirname(calibrate), "predict")] + scene + ["-dry_run"], input=asked, capture_output=True, text=True, timeout=60)
+asked = open("output/disks.model").read() + f"parts {particles} 1000 0 0 1\nstep {particles} 1000 0 0 1\nclear\nstep {particles} 1000 0 0 1\n"
+predict = os.path.join(os.path.dirname(calibrate), "predict")
+answers = mpi.launch.run([predict, *scene, "-dry_run"], mpi.ENVIRONMENT | dict(os.environ), input=asked, capture_output=True, text=True, timeout=60)
 facts, _, answers = answers.stdout.partition("ready\n")
 answers = answers.splitlines() + ["", "", ""]
 parts = {name: float(t) for name, t in (word.split("=") for word in answers[0].split())}
@@ -93,7 +94,7 @@ for phase in ("P2G_MASS", "G2P_MOTION", "G2P_STRESS"):
 holds("and steps that are the sums of their parts", parts and abs(float(answers[1]) - sum(parts.values())) < 1e-12 * float(answers[1]))
 holds("which take no time without constants", answers[2] == "0")
 
-# ---- A scene whose small body needs more points than the smallest of the calibration's runs should have
+# ---- A scene whose small body needs more particles than the smallest of the calibration's runs should have
 small = ("-grid_cells", "32,32", "-body_disk1_radius", "0.25", "-body_disk1_center", "0.27,0.27", "-body_disk2_radius", "0.006",
          "-body_disk2_center", "0.822,0.822", "-body_disk2_velocity", "0,0")
 holds("a scene that cannot be as coarse as the calibration wants is calibrated nevertheless",
@@ -157,7 +158,7 @@ for row in table:
     holds(f"{row[0]}: speed-up, efficiency and imbalance agree",
           abs(float(row[2]) / int(row[0]) - float(row[3])) < 0.01 and
           float(row[2]) <= 1.05 * int(row[0]) / float(row[4]) * 1.3)
-for n in (3, 5):  # which count the points in parts
+for n in (3, 5):  # which count the particles in parts
     rows = re.findall(r"^ +(\d+) +([\d.e+-]+) +[\d.]+ +[\d.]+ +([\d.]+) ", run("-dry_run", "-parallel_migrate", "direct", n=n), re.M)
     holds(f"{n} processes predict the same steps and imbalances", rows == [(row[0], row[1], row[4]) for row in table[1:]])
 for n in (2, 4):

@@ -134,7 +134,7 @@ def check_xdmf(path, steps, times, history):
         check.need(close(vtk_to_numpy(mass).sum(), history[0]["mass"]), "VTK's nodes do not sum to the mass")
         low, high = np.array(grids[0].GetBounds()).reshape(3, 2).T
         x = particles["x"][:]
-        check.need((low - 1e-12 <= x.min(0)).all() and (x.max(0) <= high + 1e-12).all(), "points outside of VTK's grid")
+        check.need((low - 1e-12 <= x.min(0)).all() and (x.max(0) <= high + 1e-12).all(), "particles outside of VTK's grid")
 
 
 def main():

@@ -1,5 +1,5 @@
 """The same bits on any number of processes: digest, history and snapshots of the spatial decomposition and of the worker
-pool are those of the serial run, whatever the process grid, the cuts, the way points migrate and where points lie.
+pool are those of the serial run, whatever the process grid, the cuts, the way particles migrate and where particles lie.
 
 usage: test_parallel.py PEBBLE SOURCE MPIEXEC PART [COUNTS]
 PART    scenes (the three of FASTER), others (the other scenes), grids, periodic, migration, roundoff, borders, placement, fit,
@@ -95,7 +95,7 @@ SPATIAL = ("-parallel_strategy", "spatial")
 POOL = ("-parallel_strategy", "pool")
 
 
-# Wide stencils, domains of points, transfers with fields of their own: the parts that ask for one meet them by turns.
+# Wide stencils, domains of particles, transfers with fields of their own: the parts that ask for one meet them by turns.
 METHODS = ["-method_basis linear", "-method_basis bspline2\n-method_transfer apic", "-method_basis gimp\n-method_gimp_update stretch",
            "-method_basis bspline3\n-method_transfer xpic", "-method_basis gimp\n-method_transfer pic", "-method_basis bspline3\n-method_wall_basis steffen"]
 
@@ -268,10 +268,10 @@ def part_roundoff(counts):
         check.that(differ, f"roundoff {update}: partial sums do differ in the last bits")
 
 
-# ---- where points lie
+# ---- where particles lie
 
 def part_borders(counts, chosen=(1, 2, 3, 5, 6, 8, 9, 10)):
-    # Points on faces, edges and corners of cells, so of patches, and some ulp beside. They come to lie there again after
+    # Particles on faces, edges and corners of cells, so of patches, and some ulp beside. They come to lie there again after
     # some steps, up to the rounding of their motion: no force disturbs so soft a material. h is a binary fraction; then not.
     borders = [(4, "-parallel_balance", "none"), (3, *POOL, "-pool_cells", "3")]
     more = [(6, "-parallel_balance", "start", "-parallel_migrate", "direct"), (8, "-parallel_balance", "none", "-parallel_migrate", "direct")]
@@ -282,12 +282,12 @@ def part_borders(counts, chosen=(1, 2, 3, 5, 6, 8, 9, 10)):
                   {"lower": [9 * h] * 2, "upper": [13.3 * h] * 2, "ppc": 1, "offset": h / 2 + tiny, "velocity": [-h / 4, -h / 32]}]
         scene = write_scene(f"border{number}", 2, (16, 16), bodies, h=h, E=1e-25, extra="-dt_size 1\n-time_end 20\n-output_every 4")
         variants = borders[number % 2:number % 2 + 1] + more[number % 2:number % 2 + 1] if number else borders + more
-        results = compare(f"points on borders, h={h} {tiny:+.2g}", scene, variants)
+        results = compare(f"particles on borders, h={h} {tiny:+.2g}", scene, variants)
         if number == 0 and results[0].snapshots:
             for step, axes in ((0, 2), (4, 1), (16, 1)):
                 x = results[0].snapshots[f"step_{step:06d}/particles/x"][:, :axes] / h
                 off = np.abs(x - np.round(x)).max() / np.finfo(float).eps
-                check.that(off <= 16 * step, f"points on borders: after {step} steps {len(x)} points lie within {off:.0f} ulp of {'corners' if axes == 2 else 'faces'} of cells, {np.mean(x == np.round(x)):.0%} exactly")
+                check.that(off <= 16 * step, f"particles on borders: after {step} steps {len(x)} particles lie within {off:.0f} ulp of {'corners' if axes == 2 else 'faces'} of cells, {np.mean(x == np.round(x)):.0%} exactly")
 
 
 def part_placement(counts):
@@ -298,7 +298,7 @@ def part_placement(counts):
             body = {"lower": [0.0] * dim, "upper": [1.03125] * dim, "ppc": ppc, "offset": 0.0625 / 2 / ppc, "velocity": ["0.01*(x-0.5)", "0.01*(y-0.5)", "0.01*(z-0.5)"][:dim]}
             walls = "\n".join(f"-bc_{axis}{side}_type slip" for axis in "xyz"[:dim] for side in ("min", "max"))
             scene = write_scene(f"rest{dim}{ppc}", dim, (16,) * dim, [body], h=0.0625, extra=f"{walls}\n-time_end 1\n-dt_size 0.01\n-output_every 0.2")
-            compare(f"points at rest on borders, {dim}-D, ppc {ppc}", [*scene, "-time_max_steps", "40"], [(n, "-parallel_balance", "none"), (3, *POOL, "-pool_cells", "2")][ppc - 1:ppc + 1])
+            compare(f"particles at rest on borders, {dim}-D, ppc {ppc}", [*scene, "-time_max_steps", "40"], [(n, "-parallel_balance", "none"), (3, *POOL, "-pool_cells", "2")][ppc - 1:ppc + 1])
     # over several processes in one step: strips one tile wide, and wider
     for name, dim, cells, body, steps, n in (("27 cells", 1, (27,), ([0.0], [4.0], [11.0]), 2, 7),
                                              ("31 cells", 1, (31,), ([0.2], [2.4], [9.0]), 3, 8),
@@ -308,16 +308,16 @@ def part_placement(counts):
         scene = write_scene("jump_" + name.replace(" ", "_"), dim, cells, [{"lower": lower, "upper": upper, "velocity": velocity, "ppc": 3}], h=1.0, E=1e-3, nu=0.2, extra=f"-dt_size 1\n-time_end {steps}\n-output_every 0")
         results = compare(f"jumps, {name}", scene, [(n, "-parallel_balance", "none", "-parallel_migrate", migrate) for migrate in ("swarm", "direct")] + [(2, *POOL, "-pool_cells", "1")])
         check.that(results[0].status == 0 and len(results) == 4, f"jumps, {name}: in {steps} steps of {velocity} cells over {results[1].grid if len(results) > 1 else None}")
-    # processes without points; all points in one cell; a single point
+    # processes without particles; all particles in one cell; a single particle
     extra = "-time_end 3\n-dt_size 0.02\n-output_every 0.5\n-gravity 0.3,0.2"
     corner = write_scene("corner", 2, (24, 24), [{"lower": [0.02, 0.02], "upper": [0.2, 0.2], "velocity": [0.3, 0.25]}], extra=extra)
     compare("body in a corner", [*corner, "-time_max_steps", "50"], [(8, "-parallel_balance", "none"), (6, "-parallel_balance", "none", "-parallel_migrate", "direct"), (8, "-parallel_balance", "start"), (4, *POOL, "-pool_cells", "100")])
     cell = write_scene("cell", 2, (16, 16), [{"lower": [0.5, 0.5], "upper": [0.5625, 0.5625], "ppc": 12, "velocity": ["-0.2+0.1*x", "0.1"]}], extra=extra)
-    compare("all points in one cell", [*cell, "-time_max_steps", "50"], [(8, "-parallel_balance", "start"), (4, "-parallel_balance", "auto"), (4, *POOL, "-pool_cells", "1")])
+    compare("all particles in one cell", [*cell, "-time_max_steps", "50"], [(8, "-parallel_balance", "start"), (4, "-parallel_balance", "auto"), (4, *POOL, "-pool_cells", "1")])
     for dim, n in ((1, 4), (2, 6), (3, 8)):
         single = write_scene(f"single{dim}", dim, (16,) * dim, [{"lower": [0.5] * dim, "upper": [0.5625] * dim, "ppc": 1, "velocity": ["-0.3", "0.31", "0.1"][:dim]}], extra="-time_end 3\n-dt_size 0.1\n-output_every 0.5")
-        results = compare(f"a single point, {dim}-D", [*single, "-time_max_steps", "12"], [(n, "-parallel_balance", "none"), (2, "-parallel_migrate", "direct"), (3, *POOL, "-pool_cells", "1")][:3 if dim == 2 else 2])
-        check.that((results[0].history or b"").splitlines()[-1:] and results[0].history.splitlines()[-1].endswith(b",1"), f"a single point, {dim}-D: the history counts 1 particle")
+        results = compare(f"a single particle, {dim}-D", [*single, "-time_max_steps", "12"], [(n, "-parallel_balance", "none"), (2, "-parallel_migrate", "direct"), (3, *POOL, "-pool_cells", "1")][:3 if dim == 2 else 2])
+        check.that((results[0].history or b"").splitlines()[-1:] and results[0].history.splitlines()[-1].endswith(b",1"), f"a single particle, {dim}-D: the history counts 1 particle")
 
 
 # ---- more processes than fit

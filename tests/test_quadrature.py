@@ -1,4 +1,4 @@
-"""The error that the sum over points makes in the internal force of a node: tables, orders, and the theory of jumps.
+"""The error that the sum over particles makes in the internal force of a node: tables, orders, and the theory of jumps.
 
 usage: test_quadrature.py PEBBLE SOURCE MPIEXEC QUADRATURE     (the program of tools/paper/quadrature.c)
 """
@@ -7,7 +7,7 @@ import math
 
 import check
 
-R = [1.37, 2.37, 4.37, 8.37, 16.37, 32.37]  # points per cell
+R = [1.37, 2.37, 4.37, 8.37, 16.37, 32.37]  # particles per cell
 # Largest force on a node inside, stress 1, exact 0: an independent implementation, to the digits it gives.
 EQUAL = {"linear": ["7.30e-1", "4.22e-1", "2.29e-1", "1.19e-1", "6.1e-2", "3.1e-2"],
          "bspline2": ["1.97e-1", "6.58e-2", "1.94e-2", "5.28e-3", "1.38e-3", "3.53e-4"],

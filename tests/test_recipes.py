@@ -1,5 +1,6 @@
-"""The recipes of the developer's guide (docs/developer.md): what they name is there; and the first four, a law, a wall, a
-diagnostic and an update scheme, are followed on a copy of the source, with no more lines and files than they say.
+"""The recipes of the developer's guide (docs/developer.md): what they name is there, and so are the files and the names
+of the source that the other documents and the comments name; and the first four recipes, a law, a wall, a diagnostic and
+an update scheme, are followed on a copy of the source, with no more lines and files than they say.
 
 usage: test_recipes.py PEBBLE SOURCE MPIEXEC names
        test_recipes.py PEBBLE SOURCE MPIEXEC BUILD     (folder of the objects, of which a copy is brought up to date)
@@ -13,6 +14,8 @@ import shutil
 import subprocess
 
 import check
+
+FOREIGN = {"e_log.c", "e_exp.c"}  # files of other projects that a comment names
 
 # ---- The recipes. Each is a list of edits: a new file, or lines that go behind a line of a file.
 
@@ -205,7 +208,7 @@ def use_scheme():
     check.that(run.digest == usl.digest and run.find(r"(P2G_FORCE)") and not usl.find(r"(P2G_FORCE)"), f"two transfers in place of one: the bits of usl, {run.digest}")
 
 
-# ---- Names in the guide
+# ---- Names in the guide, in the other documents and in comments
 
 def guide():
     text = check.content(os.path.join(check.source, "docs", "developer.md")).decode()
@@ -229,7 +232,8 @@ def missing(words):
         elif "<" in word or word.startswith("-"):
             found = f'"{word.lstrip("-")}"' in source or re.search(rf"\b{pattern}\b", source)
         else:
-            found = all(re.search(rf"\b{name}\b", source) for name in re.findall(r"[A-Za-z_]\w*", re.sub(r'"[^"]*"', "", word)))
+            parts = re.findall(r"[A-Za-z_]\w*", re.sub(r'"[^"]*"', "", word))
+            found = parts and all(re.search(rf"\b{name}\b", source) for name in parts)
         if not found:
             lost.append(word)
     return lost
@@ -241,15 +245,75 @@ def names():
     lost = missing(words)
     check.that(not lost, f"{len(words)} names in the recipes, of which the source does not have: {lost}")
     wrong = ["MPMWallsOfResidual", "src/nosuch.c", "physics/nosuch_<name>.c", "Nosuch_<name>", "-nosuch_<m>_E", "unit_nosuch", "make nosuch",
-             "MPMOptionsReal(o, nosuch)", ".nosuch.c"]
+             "MPMOptionsReal(o, nosuch)", ".nosuch.c", '"nosuch"', "1 + 2"]
     found = missing(wrong)
-    check.that(found == wrong, f"names that are not there are found: {found}")
+    check.that(found == wrong, f"of {len(wrong)} names that are not there {len(found)} are noticed")
+
+
+def read(path):
+    return check.content(os.path.join(check.source, path)).decode()
+
+
+def tree(*folders):
+    """Files and folders below these folders of the source."""
+    paths = [path for folder in folders for path in glob.glob(f"{folder}/**", root_dir=check.source, recursive=True)]
+    return [path.rstrip("/") for path in paths if "__pycache__" not in path]
+
+
+def words_of(path, text):
+    """What may name files and functions: of a document what stands in backticks, of a program the words of its comments."""
+    if path.endswith(".md"):
+        text = re.sub(r"^```.*?^```", "", text, flags=re.M | re.S)
+        parts = [part for paragraph in re.split(r"\n\s*\n", text) for part in re.findall(r"`([^`]+)`", paragraph)]
+    elif path.endswith(".py"):
+        parts = re.findall(r"(?:^|\s)#.*", text, re.M) + re.findall(r'"""(.*?)"""', text, re.S)
+    elif path.endswith((".c", ".h", ".def")):
+        parts = re.findall(r"/\*.*?\*/", text, re.S)
+    else:
+        parts = re.findall(r"(?:^|\s)#.*", text, re.M)
+    return [word for part in parts for word in re.findall(r"[\w./*<>-]+", part)]
+
+
+def stale(path, text, paths, source):
+    """The words that name a file, a folder or a function, but none of the source. <name> and * stand for any word, and the
+    first folders of a path may be left out."""
+    lost = []
+    for word in dict.fromkeys(words_of(path, text)):
+        word = word.strip(".").removeprefix("./") if word[:1] != "." or "/" in word else word
+        pattern = re.sub(r"<\w+>|\\\*", r"\\w+", re.escape(word.rstrip("/")))
+        if word in FOREIGN or re.fullmatch(r"<[\w/]+\.h>", word):  # the latter are headers of the system
+            continue
+        if re.search(r"\w>?\.(c|h|def|py)$", word) or path.endswith(".md") and re.match(r"(src|tests|tools|docs)/", word):
+            found = re.search(rf"(^|/){pattern}$", paths, re.M)
+        elif path.endswith(".md") and word.startswith("MPM"):
+            found = re.search(rf"\b{pattern}\b", source)
+        else:
+            continue
+        if not found:
+            lost.append(word)
+    return lost
+
+
+def documents():
+    paths = "\n".join(tree("src", "tests", "tools", "docs", "options") + ["makefile", "README.md"])
+    source = "\n".join(read(path) for path in tree("src", "tests", "tools") if path.endswith((".c", ".h", ".def")))
+    looked = ["makefile", "README.md"] + [path for path in tree("docs") if path.endswith(".md")] + \
+             [path for path in tree("src", "tools") if path.endswith((".c", ".h", ".def", ".py"))]
+    for path in looked:
+        lost = stale(path, read(path), paths, source)
+        check.fault(f"{path} names what is not there: {' '.join(lost)}" if lost else None)
+    check.that(len(looked) > 100, f"names in the documents and comments of {len(looked)} files")
+    for path, wrong in (("x.md", ["src/nosuch.c", "nosuch.h", "step/nosuch_<name>.def", "tests/nosuch", "MPMNoSuch"]), ("x.c", ["step/nosuch.c", "nosuch.h"]),
+                        ("x.py", ["nosuch.py", "tools/nosuch.py"]), ("makefile", ["tests/nosuch.py"])):
+        text = {"x.md": "`{}`", "x.c": "/* {} */", "x.py": '"""{}"""', "makefile": "# {}"}[path].format(" ".join(wrong))
+        check.that(stale(path, text, paths, source) == wrong, f"names that are not there are noticed in {path}")
 
 
 if __name__ == "__main__":
     (objects,) = check.arguments(__doc__, 1)
     if objects == "names":
         names()
+        documents()
         check.end()
     objects = os.path.abspath(objects)
     folder_of_objects = copy(objects)

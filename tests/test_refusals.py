@@ -215,7 +215,7 @@ def main():
         check_notes(2, spatial + both, ["-pool_cells has no effect without -parallel_strategy pool"]),
         check_notes(2, pool + spatial + both, [f"-parallel_{name} has no effect with -parallel_strategy pool" for name in
                     ("balance", "migrate")]),
-        check_notes(2, [], ["2 processes share 1 core of this node: they take turns, and more than 1 are no faster"], core),
+        check_notes(2, [], ["2 processes share 1 core of this computer: they take turns, and more than 1 are no faster"], core),
         check_notes(2, ["-dry_run"], [], core),
         check_notes(1, [], [], core),
     ]

@@ -3,8 +3,8 @@ each time.
 
 usage: test_robust_parallel.py PEBBLE SOURCE MPIEXEC killed|bad|repeat|pairs
 
-killed: a process dies. bad: points turn inside out or leave, checks are exceeded. repeat: 20 runs. pairs: 40 times two runs
-that start in the same moment.
+killed: a process dies. bad: particles turn inside out or leave, checks are exceeded. repeat: 20 runs. pairs: 40 times two
+runs that start in the same moment.
 """
 import os
 import re

@@ -4,8 +4,8 @@ files      Every options/*.opts: says what to look at and which method it takes,
            -dry_run, runs, and its history is finite. It gives the same bits alone and on 3 processes, spatial or pool.
            Scenes whose solution is known stay within a limit of it.
 compilers  Every options/*.opts: programs of gcc and clang give the same bits alone and on 3 processes, spatial and pool.
-lanes      A few scenes of all dimensions, bases, updates and laws: the same bits with vectors of 8, 4 and 2 points, alone and
-           on 2 processes. The digest in README.md is that of the scene there.
+lanes      A few scenes of all dimensions, bases, updates and laws: the same bits with vectors of 8, 4 and 2 particles,
+           alone and on 2 processes. The digest in README.md is that of the scene there.
 levels     The same, and for programs that are compiled with -O3, the default, and with -O2.
 
 usage: test_scenes.py PEBBLE SOURCE MPIEXEC files|compilers|lanes|levels [GCC CLANG]
@@ -21,7 +21,7 @@ import check
 
 EXPECTED = ("bar cantilever column dambreak dambreak3d disks disks3d drop friction impact mms pressure ring shear taylor "
             "vortex").split()
-POINT_STEPS, STEPS = 200000, 200  # of the comparisons: at most so much work, and so many steps
+PARTICLE_STEPS, STEPS = 200000, 200  # of the comparisons: at most so much work, and so many steps
 # Largest rms error of the displacement at the end of the run, as a part of its rms; a quarter above what is measured.
 ERRORS = {"mms": 0.007, "ring": 0.012, "shear": 0.003, "vortex": 0.021}
 # Of the part lanes: scene, what is different from its file, most steps.
@@ -74,12 +74,12 @@ def check_text(scene, gallery):
 
 
 def check_scene(scene):
-    """A dry run and five steps; the number of its points."""
+    """A dry run and five steps; the number of its particles."""
     name = name_of(scene)
     told = check.pebble("-options_file", scene, "-dry_run", "-output_dir", "dry")
     check.that(told.status == 0 and not glob.glob(f"dry/{name}.*"), f"{name}: -dry_run exits {told.status} and writes no results")
-    points = told.find(r"(\d+) particles")
-    if told.status or not points:
+    particles = told.find(r"(\d+) particles")
+    if told.status or not particles:
         print(told.said)
     told = check.pebble("-options_file", scene, "-time_max_steps", "5", "-output_dir", ".")
     check.that(told.status == 0, f"{name}: 5 steps, exit status {told.status}")
@@ -92,7 +92,7 @@ def check_scene(scene):
         check.that(rows and all(map(math.isfinite, numbers)), f"{name}: {len(rows)} lines of history, {len(numbers)} finite numbers")
         check.that(rows and int(rows[-1]["step"]) == 5, f"{name}: the last line is of step {rows[-1]['step'] if rows else None}")
     check.that(os.path.exists(name + ".h5"), f"{name}: snapshots")
-    return int(points or 1)
+    return int(particles or 1)
 
 
 def check_error(scene):
@@ -102,8 +102,8 @@ def check_error(scene):
     check.that(told.status == 0 and part <= ERRORS[name], f"{name}: rms error {part:.3g} of the displacement, allowed {ERRORS[name]}")
 
 
-def steps_of(points):
-    return max(20, min(STEPS, POINT_STEPS // points))
+def steps_of(particles):
+    return max(20, min(STEPS, PARTICLE_STEPS // particles))
 
 
 def part_files():

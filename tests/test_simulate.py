@@ -42,7 +42,7 @@ first, again, alone, emulated = run(), run(), run(ranks=1), simulated(RANKS, "em
 check.that(all(r["digest"] == digest for r in (first, again, alone, emulated, run("swarm"))), "the same bits as the real program")
 check.that(first["seconds"] == again["seconds"], f"simulated times are equal: {first['seconds']} and {again['seconds']} s")
 check.that(1 < RANKS * first["seconds"] / alone["seconds"] < 1.5, f"{alone['seconds']} s on one process, {first['seconds']} s on {RANKS}")
-# A nanosecond more for each point in P2G, which no message hides: every process waits for it.
+# A nanosecond more for each particle in P2G, which no message hides: every process waits for it.
 more = run(P2G=costs["P2G"] + 1)["seconds"] - first["seconds"]
 each = 1e-9 * first["particles"] / RANKS
 check.that(abs(more / each - 1) < 0.02, f"{more} s more, expected {each}")

@@ -1,7 +1,8 @@
 /* unit.h - all that a unit test needs: checks that count, a stream of random numbers, and the last line.
 
-   A test is a main() that calls CHECK.. and ends with `return UnitEnd();`: 0 if all checks held, else 1. A check that
-   fails prints where it stands, the context, the value and its bound; each place in a file prints its first three.   */
+   A test is a main() that calls CHECK.. and ends with `return UnitEnd();`: 0 if there were checks and all held, else 1.
+   A check that fails prints where it stands, the context, the value and its bound; each place in a file prints its
+   first three. */
 #ifndef UNIT_H
 #define UNIT_H
 
@@ -84,11 +85,11 @@ __attribute__((unused)) static double UnitStep(double x, int k)
   return x;
 }
 
-/* The last line; the exit status. */
+/* The last line; the exit status, which is 1 too if nothing was checked. */
 __attribute__((unused)) static int UnitEnd(void)
 {
   printf("%ld checks, %ld failed\n", unit_checks, unit_failures);
-  return unit_failures ? 1 : 0;
+  return unit_failures || !unit_checks ? 1 : 0;
 }
 
 #endif

@@ -102,9 +102,9 @@ def left_out(name):
     if name in CHAOTIC:
         return "a start moved by one unit in the last place ends this run or changes its energy by a third: the unstable pairs that the program warns of"
     if name == "placement":
-        return "378 set-ups that the tables do not give; points on nodes, edges and corners are tried by the unit tests"
+        return "378 set-ups that the tables do not give; particles on nodes, edges and corners are tried by the unit tests"
     if name.startswith(("settle-E1e5", "settle-E3e4")) and ("linear-none-usf" in name or "cubic" in name):
-        return "points cross many cells: what is left is the noise of the path, and so the damping's, which is not built"
+        return "particles cross many cells: what is left is the noise of the path, and so the damping's, which is not built"
     if name.startswith("settle2d"):
         return "its column (size, E, damping) is not given"
     return ""
@@ -156,21 +156,21 @@ class Runs:
             f"exit status {' or '.join(map(str, statuses))} and the reason", note=why)
         self.done(name)
 
-    def points(self, name, step=None):
+    def particles(self, name, step=None):
         """State at a step, default the last."""
         spec = self.jobs[name][0]
         return setups.snapshot(name, spec["steps"] if step is None else step, spec["ndim"])
 
     def positions(self, name):
-        """Steps, times and positions [snapshot][point] of all snapshots."""
+        """Steps, times and positions [snapshot][particle] of all snapshots."""
         dim = self.jobs[name][0]["ndim"]
         with h5py.File(name + ".h5") as file:
             found = check.steps(file)
             times = np.array([file[f"step_{step:06d}"].attrs["time"] for step in found])
             x = []
             for step in found:
-                points = file[f"step_{step:06d}/particles"]
-                x.append(points["x"][:][np.argsort(points["id"][:])][:, :dim])
+                particles = file[f"step_{step:06d}/particles"]
+                x.append(particles["x"][:][np.argsort(particles["id"][:])][:, :dim])
         return np.array(found), times, np.array(x)
 
     def history(self, name):
@@ -208,8 +208,8 @@ def bar_spec(n, amplitude, cfl=0.1, ppc=2, steps=None, **how):
 def bar_error(runs, name, amplitude):
     if not runs.good(name):
         return np.nan
-    x = runs.points(name, 0)["x"][:, 0]
-    u, exact = runs.points(name)["x"][:, 0] - x, amplitude * np.sin(np.pi * x)
+    x = runs.particles(name, 0)["x"][:, 0]
+    u, exact = runs.particles(name)["x"][:, 0] - x, amplitude * np.sin(np.pi * x)
     runs.done(name)
     return math.sqrt(((u - exact) ** 2).mean() / (exact ** 2).mean())
 
@@ -374,8 +374,8 @@ def column_spec(n, E=1e6, **how):
             "dt": 0.4 / steps, "steps": steps, **how}
 
 
-# Ratio of the settled error to the reference's. E1e6: strains of 1 %, no damping shows but where points have crossed a
-# cell; softer: points cross many, and what is left of the noise is the path's.
+# Ratio of the settled error to the reference's. E1e6: strains of 1 %, no damping shows but where particles have crossed a
+# cell; softer: particles cross many, and what is left of the noise is the path's.
 SETTLED = {True: {"quadratic-extrap": (0.3, 1.1), "cubic-extrap": (0.9, 1.4), "": (0.95, 1.05)},
            False: {"steffen": (0.9, 1.05), "linear": (0.9, 1.6), "ugimp": (0.6, 1.05), "": (0.4, 1.1)}}
 
@@ -411,7 +411,7 @@ def column(runs, table):
                 exact = static - np.cos(np.outer(times, k * math.sqrt(1000))) @ (weight[:, None] * np.sin(np.outer(k, X)))
                 found.append(np.sqrt(((x[:, :, 0] - X - exact) ** 2).mean(1)).max() / 0.01)
             else:
-                X, last = runs.points(job, 0)["x"][:, 0], runs.points(job)
+                X, last = runs.particles(job, 0)["x"][:, 0], runs.particles(job)
                 found.append(math.sqrt(((last["sig"][:, 0] + 1e4 * (1 - X)) ** 2).mean()) / 1e4)
             runs.done(job)
         if name.startswith("dynamic"):
@@ -459,7 +459,7 @@ def disks(runs, table):
         runs.done(name)
 
 
-# ---- Cantilever under its weight: lowest position of the tip, the mean over the last column of points, against finite
+# ---- Cantilever under its weight: lowest position of the tip, the mean over the last column of particles, against finite
 # elements and the reference.
 def cantilever_spec(h, **how):
     wave = math.sqrt(1e6 * 0.7 / (1.3 * 0.4) / 1050)
@@ -490,7 +490,7 @@ def cantilever(runs, table):
     for name in names:
         want, fe = table[name], table["fe"]["min_tip_uy"]
         if "error" in want:
-            runs.refused(name, want["error"].split(":")[0] + ": a point leaves the grid", "linear")
+            runs.refused(name, want["error"].split(":")[0] + ": a particle leaves the grid", "linear")
         elif not runs.good(name):
             row(name, False, "run failed")
         else:
@@ -549,7 +549,7 @@ def dambreak(runs, table):
         runs.ask(name, spec, snapshots=spec["steps"] // 40, lines=spec["steps"] // 40, fields="velocity")
     for name, want in table.items():
         if "error" in want:
-            runs.refused(name, want["error"].split(":")[0] + ": points leave the grid", "APIC's D = h^2/4 is wrong at these walls" if "apic" in name else
+            runs.refused(name, want["error"].split(":")[0] + ": particles leave the grid", "APIC's D = h^2/4 is wrong at these walls" if "apic" in name else
                          "domains end on grid lines: one unit in the last place makes 7e-4 after 10 steps, hence not at the same step")
             continue
         if not runs.good(name):
@@ -568,7 +568,7 @@ def dambreak(runs, table):
         runs.done(name)
 
 
-# ---- Granular column: run-out over the initial width, of the 99.5 % nearest points, and the law of Lube et al.
+# ---- Granular column: run-out over the initial width, of the 99.5 % nearest particles, and the law of Lube et al.
 def granular_spec(n, a, E=1e6, alpha=0.22645540682891915, floor="sticky", end=None, **how):
     h, law = 1 / n, 1.2 * a if a < 1.8 else 1.9 * a ** (2 / 3)
     wave = math.sqrt(E * 0.7 / (1.3 * 0.4) / 2000)
@@ -659,7 +659,7 @@ def patch(runs, table):
         if not runs.good(name):
             row(name, False, "run failed")
             continue
-        first, last = runs.points(name, 0), runs.points(name)
+        first, last = runs.particles(name, 0), runs.particles(name)
         spec = runs.jobs[name][0]
         F = last["F"].reshape(-1, 2, 2) if "F" in last else None
         if kind == "translate":
@@ -678,7 +678,7 @@ def patch(runs, table):
         else:
             with h5py.File(name + ".h5") as file:
                 turn = []
-                for step in check.steps(file):  # of the grid: it knows the points' own spin too
+                for step in check.steps(file):  # of the grid: it knows the particles' own spin too
                     m, v = file[f"step_{step:06d}/grid/mass"][0], file[f"step_{step:06d}/grid/v"][0]
                     y, x = np.mgrid[:21, :21] / 20 - 0.5
                     turn.append((m * (x * v[..., 1] - y * v[..., 0])).sum())
@@ -812,7 +812,7 @@ def stability(runs, table):
             row(name, False, "run failed")
             continue
         length, time = (scales[scale].get(key, 1.0) for key in ("length", "time"))
-        found, plain = runs.points(name), runs.points(f"plain-{basis}-{order}")
+        found, plain = runs.particles(name), runs.particles(f"plain-{basis}-{order}")
         off = max(np.abs(found[key] / unit - plain[key]).max() / np.abs(plain[key]).max() for key, unit in (("x", length), ("v", length / time), ("F", 1.0)))
         row(name, bool(off <= 1e-12), show(off), show(want), "relative change of x, v, F <= 1e-12")
         runs.done(name)
@@ -845,7 +845,7 @@ def stability(runs, table):
         good, measured = runs.good(name), "run failed"
         if good:
             lines = runs.history(name)
-            volume = runs.points(name)["V"] / 0.0625 ** 2
+            volume = runs.particles(name)["V"] / 0.0625 ** 2
             balance = np.abs(lines["energy_residual"]).max() / lines["total_energy"].max()
             good = np.isfinite(lines["total_energy"]).all() and 0.3 < volume.min() and volume.max() < 3
             measured = f"J {volume.min():.3f} .. {volume.max():.3f}, energy off {balance:.1e}"

@@ -23,7 +23,7 @@ static PetscErrorCode NoteCrowd(MPM mpm)
   PetscCallMPI(MPI_Comm_free(&node));
   if (processes > CPU_COUNT(&cores))
     PetscCall(MPMPrint(&mpm->core.print,
-                       "note       %d processes share %d core%s of this node: they take turns, and more than %d are no "
+                       "note       %d processes share %d core%s of this computer: they take turns, and more than %d are no "
                        "faster\n",
                        processes, CPU_COUNT(&cores), CPU_COUNT(&cores) > 1 ? "s" : "", CPU_COUNT(&cores)));
 #else

@@ -1,6 +1,6 @@
 """The part that the scripts of the peers share: it takes the scene from the command line, and runs it on request.
 
-    peer_NAME.py SCHEME DIM PARTICLES PER_AXIS...
+    peer_<name>.py SCHEME DIM PARTICLES PER_AXIS...
 
 A peer prints a line when it is compiled and ready. Then, for each line "STEPS" on standard input, it starts the scene anew,
 runs one step that is not timed, times the steps after it, and prints a line of JSON. So a peer compiles once and waits while

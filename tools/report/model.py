@@ -4,12 +4,19 @@ about them. Here is what the program has no words for: full boxes in given cuts,
 Symbols are those of docs/report.md, section 5. Times are in s, sizes in particles, nodes and bytes.
 """
 
+import atexit
+import contextlib
 import itertools
 import math
+import os
 import re
 import subprocess
+import sys
 from dataclasses import astuple, dataclass, field, replace  # noqa: F401 (replace is for others)
 from typing import NamedTuple
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir))
+import launch  # noqa: E402 (after the path)
 
 
 @dataclass
@@ -62,7 +69,10 @@ class Predictor:
 
     def __init__(self, program, *options):
         command = [program, *options, "-dry_run"]
-        self.run = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.folder = contextlib.ExitStack()
+        atexit.register(self.close)
+        environment = self.folder.enter_context(launch.own_folder())
+        self.run = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment)
         self.known, self.phases = None, []
         while (line := self.run.stdout.readline().split()) != ["ready"]:
             if not line:
@@ -78,6 +88,7 @@ class Predictor:
         self.run.stdin.close()
         self.run.stdout.close()
         self.run.wait()
+        self.folder.close()
 
     def ask(self, model, requests):
         """The answers to some requests, each a line."""
