@@ -5,7 +5,7 @@
 #include <sched.h>
 #include "run/mpm.h"
 
-/* Prints a note if the processes of this node have to share cores. Collective on core.comm. */
+/* Prints a note if the processes of one computer have to share cores. Collective on core.comm. */
 static PetscErrorCode NoteCrowd(MPM mpm)
 {
   PetscFunctionBeginUser;
