@@ -12,6 +12,13 @@ const MPMFieldInfo MPMFields[MPM_NUM_FIELDS] = {
 #undef MPM_FIELD
 };
 
+#define dim 3 /* where rows are longest */
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
+  _Static_assert((nc) * sizeof(ctype) <= MPM_ROW_BYTES, #name " has longer rows than MPM_ROW_BYTES");
+#include "physics/fields.def"
+#undef MPM_FIELD
+#undef dim
+
 /* Returns the components of a field in dimension dim. */
 PetscInt MPMFieldComponents(PetscInt field, PetscInt dim)
 {
@@ -71,9 +78,6 @@ PetscErrorCode MPMParticlesLayout(MPMParticles *particles, PetscInt dim, const M
     PetscCall(PetscDataTypeGetSize(MPMFields[f].type, &size));
     particles->present[f] = present[f];
     particles->bytes[f]   = MPMFieldComponents(f, particles->dim) * (PetscInt)size;
-    PetscCheck((size_t)particles->bytes[f] <= MPM_ROW_BYTES, PETSC_COMM_SELF, PETSC_ERR_SUP,
-               "field %s has rows of %" PetscInt_FMT " bytes, more than MPM_ROW_BYTES", MPMFields[f].name,
-               particles->bytes[f]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -64,6 +64,10 @@ static const char references[] = "none"
                                  "|expression|finest";
 #undef MPM_REFERENCE
 
+/* The digits of a number that has a name, for intervals whose end is the capacity of an array. */
+#define MPM_DIGITS(number) MPM_QUOTED(number)
+#define MPM_QUOTED(digits) #digits
+
 static const MPMOptionRow rows[] = {
 #define MPM_GROUP(title)                                      {NULL, MPM_LATER, "", "", "", title},
 #define MPM_OPTION(name, type, allowed, unit, fallback, help) {name, MPM_##type, allowed, unit, fallback, help},
