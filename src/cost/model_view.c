@@ -35,7 +35,7 @@ static PetscErrorCode SpatialStep(const MPMModel *m, const MPMCore *core, const 
 
   PetscFunctionBeginUser;
   MPMModelCosts(m, core, (PetscReal)core->particles.total / size, &part.costs);
-  PetscCall(MPMPartitionChoose(h, size, MPM_BALANCE_START, &part));
+  PetscCall(MPMPartitionChoose(h, size, MPM_BALANCE_start, &part));
   s           = part.worst;
   s.processes = size;
   MPMShareCross(core->grid.dim, s.ghosts / (PetscReal)(h->stencil - 1), s.particles / PetscMax(1, s.nodes), moved, &s);

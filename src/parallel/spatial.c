@@ -224,7 +224,7 @@ static PetscErrorCode Recut(MPMCore *core)
   }
   PetscCall(MPMHistogramFinish(&h));
   if (!rank) {
-    PetscCall(MPMPartitionChoose(&h, size, MPM_BALANCE_AUTO, &part));
+    PetscCall(MPMPartitionChoose(&h, size, MPM_BALANCE_auto, &part));
     gain = part.predicted < 0.97 * MPMPartitionCost(&h, &ex->partition);
   }
   PetscCallMPI(MPI_Bcast(&gain, 1, MPI_INT, 0, s->comm));
@@ -292,7 +292,7 @@ static PetscErrorCode Settle_Spatial(MPMCore *core, PetscBool anew)
   MPMSpatial  *s  = (MPMSpatial *)ex->ctx;
 
   PetscFunctionBeginUser;
-  if (!anew && ex->balance == MPM_BALANCE_AUTO && TimeToRecut(core)) PetscCall(Recut(core));
+  if (!anew && ex->balance == MPM_BALANCE_auto && TimeToRecut(core)) PetscCall(Recut(core));
   if (!anew && core->status.left) { /* the sum over all processes, so all of them migrate or none does */
     PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_MIGRATE));
     ex->migrations++;
