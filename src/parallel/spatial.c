@@ -8,6 +8,8 @@
    and has one reduction, of the status. The sums of a tile are the same on whichever process it is, so results do not
    depend on how the grid is cut. With -parallel_sums roundoff each process adds up its own tiles to nodes, and these
    partial sums are added instead (DMLocalToGlobal). */
+#include "base/message.h"
+#include "base/simulate.h"
 #include "kernels/cell.h"
 #include "parallel/spatial.h"
 

@@ -4,8 +4,6 @@
 #define MPM_SPATIAL_H
 
 #include <petscsf.h>
-#include "base/message.h"
-#include "base/simulate.h"
 #include "parallel/exchange.h"
 
 enum {
