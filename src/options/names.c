@@ -144,6 +144,19 @@ static PetscBool IsPetscs(const char given[])
   return PETSC_FALSE;
 }
 
+/* Returns whether `given` begins as an option of a material, body, load or face does. */
+static PetscBool IsOfName(MPMOptions o, const char given[])
+{
+  for (size_t r = 0; r < o->table->n; r++) {
+    const char *open = o->table->row[r].name ? strchr(o->table->row[r].name, '<') : NULL;
+
+    if (open && strchr("mblf", open[1]) &&
+        !strncasecmp(o->table->row[r].name, given, (size_t)(open - o->table->row[r].name)))
+      return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
 /* Returns whether `given` would be legal with another name in the place of <m>, <b>, <l> or <f>; name is that name, and
    *list says what should declare it. */
 static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NAME_LEN], const char **list)
@@ -268,9 +281,7 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
 
     CheckView(o, names[k], values[k]);
     if (IsPetscs(names[k])) continue;
-    if (fault[0] && (!strncasecmp(names[k], "material_", 9) || !strncasecmp(names[k], "body_", 5) ||
-                     !strncasecmp(names[k], "load_", 5) || !strncasecmp(names[k], "bc_", 3)))
-      continue;
+    if (fault[0] && IsOfName(o, names[k])) continue;
     if (!row) {
       PetscCall(CheckChoices(o, names[k]));
       Refuse(o, names[k]);
