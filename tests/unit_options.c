@@ -30,7 +30,7 @@ static const MPMOptionRow rows[] = {
     {"text_path", MPM_TEXT, "", "", "<dir>/file", "a text"},
     {"names", MPM_NAMES, "", "", "required", "names"},
 };
-static const MPMVocabulary small = {sizeof rows / sizeof rows[0], rows};
+static const MPMVocabulary small = {.n = sizeof rows / sizeof rows[0], .row = rows};
 
 static MPMOptions o; /* the reader at work */
 

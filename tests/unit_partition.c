@@ -299,12 +299,12 @@ static PetscErrorCode CheckChosen(PetscInt size, MPMBalance balance, int all)
   CheckCover(&part, size);
   CheckCost(&part);
   for (int d = 0; d < 3; d++) {
-    const MPMCosts *costs = balance == MPM_BALANCE_NONE ? NULL : &part.costs;
+    const MPMCosts *costs = balance == MPM_BALANCE_none ? NULL : &part.costs;
     const PetscReal least = Lightest(d, part.p[d], costs);
 
     CHECK_NEAR(Heaviest(&part, d, costs), least, 1e-9 * least); /* found by bisection */
   }
-  if (balance == MPM_BALANCE_NONE)
+  if (balance == MPM_BALANCE_none)
     CHECK_EQ(Surface(part.p), compact);
   else if (all) /* cuts across x and y count up to 5 % dearer than they are */
     CHECK_LE(part.predicted, 1.05 * best * (1 + 1e-9));
@@ -377,7 +377,7 @@ static PetscErrorCode Coarse(void)
   }
   PetscCall(MPMHistogramFinish(&h));
   CHECK_EQ(h.table[(n[0] + 1) * (n[1] + 1) * (n[2] + 1) - 1], all);
-  PetscCall(MPMPartitionChoose(&h, 12, MPM_BALANCE_START, &part));
+  PetscCall(MPMPartitionChoose(&h, 12, MPM_BALANCE_start, &part));
   CheckCover(&part, 12);
   for (int d = 0; d < 3; d++)
     for (PetscInt r = 0; r < part.p[d] - 1; r++) CHECK_EQ(part.l[d][r] % h.coarse, 0);
@@ -403,8 +403,8 @@ int main(int argc, char **argv)
       PetscCall(Whole());
       for (PetscInt size = 1; size <= 8; size++) {
         Context("small, processes", (int)size);
-        PetscCall(CheckChosen(size, MPM_BALANCE_START, bins[0] <= 9 && bins[1] <= 9 && bins[2] <= 9 && round % 4));
-        PetscCall(CheckChosen(size, MPM_BALANCE_NONE, 0));
+        PetscCall(CheckChosen(size, MPM_BALANCE_start, bins[0] <= 9 && bins[1] <= 9 && bins[2] <= 9 && round % 4));
+        PetscCall(CheckChosen(size, MPM_BALANCE_none, 0));
         CHECK_EQ(MPMPartitionLargest(&grid, basis, size), Largest(size));
       }
       PetscCall(MPMHistogramDestroy(&h));
@@ -418,7 +418,7 @@ int main(int argc, char **argv)
         const PetscInt size = 1 + UnitInt(MAX_PARTS);
 
         Context("large, processes", (int)size);
-        PetscCall(CheckChosen(size, k % 2 ? MPM_BALANCE_START : MPM_BALANCE_AUTO, 0));
+        PetscCall(CheckChosen(size, k % 2 ? MPM_BALANCE_start : MPM_BALANCE_auto, 0));
         CHECK_EQ(MPMPartitionLargest(&grid, basis, size), Largest(size));
       }
       PetscCall(MPMHistogramDestroy(&h));

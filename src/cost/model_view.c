@@ -35,7 +35,7 @@ static PetscErrorCode SpatialStep(const MPMModel *m, const MPMCore *core, const 
 
   PetscFunctionBeginUser;
   MPMModelCosts(m, core, (PetscReal)core->particles.total / size, &part.costs);
-  PetscCall(MPMPartitionChoose(h, size, MPM_BALANCE_START, &part));
+  PetscCall(MPMPartitionChoose(h, size, MPM_BALANCE_start, &part));
   s           = part.worst;
   s.processes = size;
   MPMShareCross(core->grid.dim, s.ghosts / (PetscReal)(h->stencil - 1), s.particles / PetscMax(1, s.nodes), moved, &s);
@@ -60,76 +60,120 @@ PetscReal MPMModelLeast(const MPMModel *m, const MPMCore *core, PetscReal per_ce
   return 0;
 }
 
-/* Prints what the model predicts for this scene on other numbers of processes. Collective on core->exchange.data. */
-PetscErrorCode MPMModelView(const MPMCost *cost, MPMCore *core, const MPMScene *scene, PetscReal dt)
+/* Sums the particles and nodes of all processes into the share of one process that has all, and sets the cells that the
+   fastest particle moves in a step of dt s. Collective on core->exchange.data. */
+static PetscErrorCode ShareOfOne(MPMCore *core, PetscReal dt, MPMShare *s, PetscReal *moved)
 {
-  const MPMModel          *m       = &cost->model;
-  static const PetscMPIInt sizes[] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024};
-  MPMHistogram             h;
-  MPMShare                 s;
-  PetscReal                serial, moved, bound, volume = 1;
-  PetscInt                 edge, cross = 0;
-  PetscMPIInt              rank;
-
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
-  PetscCall(MPMModelShare(core, dt, &s));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.particles, 1, MPIU_REAL, MPIU_SUM, core->exchange.data));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s.nodes, 1, MPIU_REAL, MPIU_SUM, core->exchange.data));
-  for (PetscInt d = 0; d < core->grid.dim; d++) volume = PetscMin(volume, core->grid.h[d] / core->grid.h[0]);
-  moved    = PetscSqrtReal(core->status.v2) * dt / (core->grid.h[0] * volume);
-  s.ghosts = s.neighbours = s.crossing = s.row = 0;
-  s.processes                                  = 1;
-  serial                                       = MPMModelStep(m, core, &s);
+  PetscCall(MPMModelShare(core, dt, s));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s->particles, 1, MPIU_REAL, MPIU_SUM, core->exchange.data));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &s->nodes, 1, MPIU_REAL, MPIU_SUM, core->exchange.data));
+  s->ghosts = s->neighbours = s->crossing = s->row = 0;
+  s->processes                                     = 1;
+  *moved = PetscSqrtReal(core->status.v2) * dt / MPMGridSmallestH(&core->grid);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints the constants' origin and the seconds of each phase on as many processes as here. */
+static PetscErrorCode PrintPhases(const MPMCost *cost, MPMCore *core)
+{
+  PetscFunctionBeginUser;
   PetscCall(MPMPrint(&core->print,
-                     "model      constants %s%s%s\n  phase         s/step, on as many processes as here\n", m->from,
-                     cost->note[0] ? "; " : "", cost->note));
+                     "model      constants %s%s%s\n  phase         s/step, on as many processes as here\n",
+                     cost->model.from, cost->note[0] ? "; " : "", cost->note));
   for (PetscInt k = 0, e; k < core->timers.n; k++)
     if (cost->predicted[e = MPMTimersRow(&core->timers, k)] > 0)
       PetscCall(MPMPrint(&core->print, "  %-12s %8.3g\n", core->timers.name[e], (double)cost->predicted[e]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints a table with a line for each number of processes, with spatial decomposition and pool; *cross is the first number on which
+   spatial decomposition is ahead of the pool, 0: none. s: the share of one process that has all. */
+static PetscErrorCode PrintSizes(const MPMModel *m, MPMCore *core, const MPMHistogram *h, MPMShare s, PetscReal moved,
+                                 PetscInt *cross)
+{
+  static const PetscMPIInt sizes[] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024};
+  const PetscReal          serial  = MPMModelStep(m, core, &s);
+
+  PetscFunctionBeginUser;
+  *cross = 0;
   PetscCall(MPMPrint(&core->print,
                      "  processes   spatial s/step  speed-up  efficiency  imbalance      pool s/step  speed-up\n"));
-  PetscCall(MPMHistogramCreate(&core->grid, core->basis, core->exchange.data, &h));
-  PetscCall(MPMSceneHistogram(scene, core, &h));
-  PetscCall(MPMHistogramFinish(&h));
-  if (rank) { /* only the first has the tables, and prints */
-    PetscCall(MPMHistogramDestroy(&h));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
     const PetscMPIInt size = sizes[k];
     PetscReal         t = serial, imbalance = 1, pool;
 
     if (MPMPartitionLargest(&core->grid, core->basis, size) < size) break;
-    if (size > 1) PetscCall(SpatialStep(m, core, &h, size, moved, &t, &imbalance));
+    if (size > 1) PetscCall(SpatialStep(m, core, h, size, moved, &t, &imbalance));
     s.processes = size;
     PetscCall(MPMPrint(&core->print, "  %9d  %15.3g  %8.2f  %10.2f  %9.3f", size, (double)t, (double)(serial / t),
                        (double)(serial / t / size), (double)imbalance));
     if (size > 1) {
       pool = MPMModelPoolStep(m, core, &s, core->exchange.pool_cells, NULL);
-      if (!cross && t < pool) cross = size;
+      if (!*cross && t < pool) *cross = size;
       PetscCall(MPMPrint(&core->print, "  %15.3g  %8.2f", (double)pool, (double)(serial / pool)));
     }
     PetscCall(MPMPrint(&core->print, "\n"));
   }
-  PetscCall(MPMHistogramDestroy(&h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints the limits of the pool, and from how many processes on spatial decomposition is ahead of it (0: never). s: the
+   share of one process that has all. */
+static PetscErrorCode PrintPool(const MPMModel *m, MPMCore *core, MPMShare s, PetscInt cross)
+{
+  PetscReal bound;
+
+  PetscFunctionBeginUser;
   s.processes = 8;
   (void)MPMModelPoolStep(m, core, &s, core->exchange.pool_cells, &bound);
-  edge = MPMModelPoolEdge(m, core, &s);
   PetscCall(MPMPrint(
       &core->print,
       "  pool: with these patches no number of workers exceeds a speed-up of %.2f; best patches on 8 processes %" PetscInt_FMT
       " cells an axis; ",
-      (double)bound, edge));
+      (double)bound, MPMModelPoolEdge(m, core, &s)));
   PetscCall(cross ? MPMPrint(&core->print, "spatial is ahead from %" PetscInt_FMT " processes on\n", cross)
                   : MPMPrint(&core->print, "spatial is never ahead\n"));
-  PetscCall(MPMPrint(&core->print, "  spatial keeps 0.9 of full blocks with this many particles a process:"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints how many particles a process needs so that spatial decomposition keeps an efficiency of 0.9. */
+static PetscErrorCode PrintLeast(const MPMModel *m, MPMCore *core, PetscReal per_cell, PetscReal moved)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMPrint(&core->print, "  spatial keeps 0.9 of full boxes with this many particles a process:"));
   for (PetscInt p = 2; p <= 32768; p *= p < 32 ? 4 : 32) {
-    const PetscReal n = MPMModelLeast(m, core, s.particles / s.nodes, (PetscReal)p, moved, 0.9);
+    const PetscReal n = MPMModelLeast(m, core, per_cell, (PetscReal)p, moved, 0.9);
 
     PetscCall(n > 0 ? MPMPrint(&core->print, "%s %.3g on %" PetscInt_FMT, p > 2 ? "," : "", (double)n, p)
                     : MPMPrint(&core->print, "%s no number on %" PetscInt_FMT, p > 2 ? "," : "", p));
   }
   PetscCall(MPMPrint(&core->print, "\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints what the model predicts for this scene on other numbers of processes. Collective on core->exchange.data. */
+PetscErrorCode MPMModelView(const MPMCost *cost, MPMCore *core, const MPMScene *scene, PetscReal dt)
+{
+  const MPMModel *m = &cost->model;
+  MPMHistogram    h;
+  MPMShare        s;
+  PetscReal       moved = 0;
+  PetscInt        cross = 0;
+  PetscMPIInt     rank;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
+  PetscCall(ShareOfOne(core, dt, &s, &moved));
+  PetscCall(PrintPhases(cost, core));
+  PetscCall(MPMHistogramCreate(&core->grid, core->basis, core->exchange.data, &h));
+  PetscCall(MPMSceneHistogram(scene, core, &h));
+  PetscCall(MPMHistogramFinish(&h));
+  if (rank == 0) { /* only the first has the tables, and prints */
+    PetscCall(PrintSizes(m, core, &h, s, moved, &cross));
+    PetscCall(PrintPool(m, core, s, cross));
+    PetscCall(PrintLeast(m, core, s.particles / s.nodes, moved));
+  }
+  PetscCall(MPMHistogramDestroy(&h));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

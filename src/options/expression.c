@@ -25,8 +25,8 @@ static void CutPosition(char message[])
 
 /* Parses text, which may use the letters in `variables`. error [len] gets a description of a fault, or "" if there is
    none; *n is the number of components. The caller destroys *e. Not collective. */
-PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MPMExpression *e, PetscInt *n,
-                                   char error[], size_t len)
+static PetscErrorCode Create(const char text[], const char variables[], MPMExpression *e, PetscInt *n, char error[],
+                             size_t len)
 {
   int count = 0;
 
@@ -108,7 +108,7 @@ PetscErrorCode MPMOptionsExpression(MPMOptions o, const char row[], const char n
   PetscCall(MPMOptionsString(o, row, name, text, &set));
   if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   MPMOptionsFullName(row, name, full);
-  PetscCall(MPMExpressionCreate(text, variables, e, &n, error, sizeof error));
+  PetscCall(Create(text, variables, e, &n, error, sizeof error));
   if (error[0])
     MPMOptionsFail(o, "-%s %.300s: %s", full, text, error);
   else if (n != nc && nc == o->dim)

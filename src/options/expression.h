@@ -6,8 +6,6 @@
 #include "base/base.h"
 
 typedef struct _MPMExpression *MPMExpression;
-PetscErrorCode MPMExpressionCreate(const char text[], const char variables[], MPMExpression *, PetscInt *n,
-                                   char error[], size_t len);
 PetscErrorCode MPMExpressionEvaluate(MPMExpression, PetscInt dim, const PetscReal x[], const PetscReal X[], PetscReal t,
                                      PetscReal value[]);
 PetscErrorCode MPMExpressionDestroy(MPMExpression *);

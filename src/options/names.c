@@ -4,47 +4,6 @@
 #include <strings.h>
 #include "options/reader.h"
 
-static const char faces[][MPM_NAME_LEN] = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
-
-/* Words of other programs for these names: a whole name, or its end after a "_". */
-static const char *const aliases[][2] = {
-    {"youngs", "E"},
-    {"young", "E"},
-    {"youngs_modulus", "E"},
-    {"modulus", "E"},
-    {"poisson", "nu"},
-    {"poissons_ratio", "nu"},
-    {"poisson_ratio", "nu"},
-    {"density", "rho"},
-    {"type", "model"},
-    {"type", "shape"},
-    {"law", "model"},
-    {"particles", "ppc"},
-    {"position", "center"},
-    {"centre", "center"},
-    {"min", "lower"},
-    {"max", "upper"},
-    {"v", "velocity"},
-    {"vel", "velocity"},
-    {"scheme", "update"},
-    {"scheme", "method_update"},
-    {"shape_function", "basis"},
-    {"dt", "dt_size"},
-    {"timestep", "dt_size"},
-    {"time_step", "dt_size"},
-    {"steps", "max_steps"},
-    {"steps", "time_max_steps"},
-    {"max_steps", "time_max_steps"},
-    {"t_end", "time_end"},
-    {"tend", "time_end"},
-    {"end_time", "time_end"},
-    {"final_time", "time_end"},
-    {"cfl_number", "cfl"},
-    {"courant", "dt_cfl"},
-    {"interval", "every"},
-    {"g", "gravity"},
-};
-
 /* Options that PETSc reads by itself at its start or end, or for its DMs. Some are read late, so PETSc still counts
    them as unused when the names are checked. Options that would cut or number the grid in another way
    (-da_processors_x, -dm_vec_type, ...) are not among these, so that they are refused before there is a DM. */
@@ -62,7 +21,7 @@ static PetscInt Words(MPMOptions o, const MPMOptionRow *row, const char (**words
   *words = open && open[1] == 'm'   ? (const char(*)[MPM_NAME_LEN])o->materials
            : open && open[1] == 'b' ? (const char(*)[MPM_NAME_LEN])o->bodies
            : open && open[1] == 'l' ? (const char(*)[MPM_NAME_LEN])o->loads
-                                    : faces;
+                                    : o->table->faces;
   if (!open) return 0;
   return open[1] == 'm' ? o->nm : open[1] == 'b' ? o->nb : open[1] == 'l' ? o->nl : open[1] == 'f' ? 2 * o->dim : 0;
 }
@@ -138,13 +97,14 @@ static void Consider(const char given[], const char candidate[], int *best, char
 /* Finds the legal name for which `given` is another program's word; returns false if there is none. */
 static PetscBool FromAlias(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN])
 {
-  for (size_t k = 0; k < NUM(aliases); k++) {
-    const PetscBool     whole = !strcasecmp(given, aliases[k][0]) ? PETSC_TRUE : PETSC_FALSE;
-    const size_t        keep  = whole ? 0 : strlen(given) - PetscMin(strlen(given), strlen(aliases[k][0]));
+  for (size_t k = 0; k < o->table->naliases; k++) {
+    const char *const  *alias = o->table->aliases[k];
+    const PetscBool     whole = !strcasecmp(given, alias[0]) ? PETSC_TRUE : PETSC_FALSE;
+    const size_t        keep  = whole ? 0 : strlen(given) - PetscMin(strlen(given), strlen(alias[0]));
     const MPMOptionRow *row;
 
-    if (!whole && !EndsWith(given, aliases[k][0])) continue;
-    (void)snprintf(nearest, MPM_FULL_LEN, "%.*s%s", (int)keep, given, aliases[k][1]);
+    if (!whole && !EndsWith(given, alias[0])) continue;
+    (void)snprintf(nearest, MPM_FULL_LEN, "%.*s%s", (int)keep, given, alias[1]);
     row = Find(o, nearest);
     if (row && row->type != MPM_LATER && row->type != MPM_MOVED) return PETSC_TRUE;
   }
@@ -181,6 +141,19 @@ static PetscBool IsPetscs(const char given[])
 {
   for (size_t k = 0; k < NUM(petsc); k++)
     if (!strcasecmp(petsc[k], given)) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Returns whether `given` begins as an option of a material, body, load or face does. */
+static PetscBool IsOfName(MPMOptions o, const char given[])
+{
+  for (size_t r = 0; r < o->table->n; r++) {
+    const char *open = o->table->row[r].name ? strchr(o->table->row[r].name, '<') : NULL;
+
+    if (open && strchr("mblf", open[1]) &&
+        !strncasecmp(o->table->row[r].name, given, (size_t)(open - o->table->row[r].name)))
+      return PETSC_TRUE;
+  }
   return PETSC_FALSE;
 }
 
@@ -308,9 +281,7 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
 
     CheckView(o, names[k], values[k]);
     if (IsPetscs(names[k])) continue;
-    if (fault[0] && (!strncasecmp(names[k], "material_", 9) || !strncasecmp(names[k], "body_", 5) ||
-                     !strncasecmp(names[k], "load_", 5) || !strncasecmp(names[k], "bc_", 3)))
-      continue;
+    if (fault[0] && IsOfName(o, names[k])) continue;
     if (!row) {
       PetscCall(CheckChoices(o, names[k]));
       Refuse(o, names[k]);

@@ -408,10 +408,12 @@ PetscErrorCode MPMOptionsRefuseOthers(MPMOptions o, const char group[], const ch
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the number of `word` in names [n], or n. Not collective. */
-PetscInt MPMOptionsFind(const char word[], PetscInt n, const char *const names[])
+/* Sets *k to the number of `word` in names [n]. The option has been checked by its row, so a word that is none of them
+   is a fault of the program: the row and the list differ. Not collective. */
+PetscErrorCode MPMOptionsFind(const char word[], PetscInt n, const char *const names[], PetscInt *k)
 {
-  for (PetscInt k = 0; k < n; k++)
-    if (!strcmp(names[k], word)) return k;
-  return n;
+  PetscFunctionBeginUser;
+  for (*k = 0; *k < n && strcmp(names[*k], word);) ++*k;
+  PetscCheck(*k < n, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s is in the vocabulary, but is no row of its table", word);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -33,6 +33,9 @@ typedef struct {
 typedef struct {
   size_t              n;
   const MPMOptionRow *row;
+  const char (*faces)[MPM_NAME_LEN]; /* [2 dim] names of the faces of a grid */
+  size_t naliases;                   /* words of other programs for an option, or for its end after a "_": */
+  const char *const (*aliases)[2];   /* [naliases] the word, and what it stands for */
 } MPMVocabulary;
 
 typedef struct _MPMOptions *MPMOptions;
@@ -70,8 +73,8 @@ PetscErrorCode MPMOptionsExpression(MPMOptions, const char row[], const char nam
 PetscErrorCode MPMOptionsRefuseOthers(MPMOptions, const char group[], const char name[], const char what[],
                                       const char choice[], const char all[], const char taken[]);
 
-/* Returns the number of `word` in a list of n names, such as the rows of a .def file; n if it is none of them. */
-PetscInt MPMOptionsFind(const char word[], PetscInt n, const char *const names[]);
+/* Sets *k to the number of `word` in a list of n names, such as the rows of a .def file, of which it must be one. */
+PetscErrorCode MPMOptionsFind(const char word[], PetscInt n, const char *const names[], PetscInt *k);
 
 /* What main does before MPI and PETSc start. MPMOptionsStart answers -help, -version, and faults in the arguments and
    in the files that they name; it returns true if the program shall end with *status. MPMOptionsStartFault is a PETSc

@@ -13,7 +13,7 @@ enum {
 #undef MPM_RUN_QUANTITY
   MPM_NUM_DIAGNOSTICS
 };
-#define MPM_MAX_COMPONENTS 9
+#define MPM_MAX_COMPONENTS 9 /* of a field of snapshots: a tensor */
 _Static_assert(MPM_NUM_DIAGNOSTICS <= 62, "sets of rows are the bits of a 64-bit integer, beside MPM_OUTPUT_GRID");
 
 /* Sums over all particles of the quantities that the history shows or keeps. They are exact, so they are the same on

@@ -161,7 +161,7 @@ static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMSce
 
   PetscFunctionBeginUser;
   PetscCall(CreateRows(core, &sf, &first, &rows));
-  PetscCall(PetscMalloc2(n * 9, &here, rows * 9, &sorted));
+  PetscCall(PetscMalloc2(n * MPM_MAX_COMPONENTS, &here, rows * MPM_MAX_COMPONENTS, &sorted));
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) {
     const MPMDiagnostic *field     = &MPMDiagnostics[f];
     const PetscInt       nc        = field->nc;

@@ -12,16 +12,22 @@ const MPMExchangeType *const MPMExchangeTypes[] = {
 #undef MPM_EXCHANGE
     NULL};
 
+static const char *const balances[] = {
+#define MPM_BALANCE(name, what) #name,
+#include "parallel/balance.def"
+#undef MPM_BALANCE
+};
+
 /* Chooses how the step is run. One process runs it serially whatever the strategy; only if a face is periodic does it
    run the spatial way, as its own neighbour across that face. Collective on core->comm. */
 PetscErrorCode MPMExchangeSetFromOptions(MPMCore *core, MPMOptions o)
 {
-  static const char *const balances[] = {"none", "start", "auto"};
-  MPMExchange             *ex         = &core->exchange;
-  char                     strategy[MPM_NAME_LEN], sums[MPM_NAME_LEN], balance[MPM_NAME_LEN], migrate[MPM_NAME_LEN];
+  MPMExchange    *ex = &core->exchange;
+  char            strategy[MPM_NAME_LEN], sums[MPM_NAME_LEN], balance[MPM_NAME_LEN], migrate[MPM_NAME_LEN];
   const PetscBool periodic = core->grid.periodic[0] || core->grid.periodic[1] || core->grid.periodic[2] ? PETSC_TRUE
                                                                                                         : PETSC_FALSE;
   PetscMPIInt     size;
+  PetscInt        row;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsEnum(o, "parallel_strategy", NULL, strategy, NULL));
@@ -32,8 +38,8 @@ PetscErrorCode MPMExchangeSetFromOptions(MPMCore *core, MPMOptions o)
   PetscCallMPI(MPI_Comm_size(core->comm, &size));
   ex->roundoff = !strcmp(sums, "roundoff") ? PETSC_TRUE : PETSC_FALSE;
   ex->direct   = !strcmp(migrate, "direct") ? PETSC_TRUE : PETSC_FALSE;
-  for (PetscInt k = 0; k < 3; k++)
-    if (!strcmp(balances[k], balance)) ex->balance = (MPMBalance)k;
+  PetscCall(MPMOptionsFind(balance, MPM_NUM_BALANCES, balances, &row));
+  ex->balance = (MPMBalance)row;
   for (PetscInt k = 0; MPMExchangeTypes[k]; k++)
     if (!strcmp(MPMExchangeTypes[k]->name, size > 1 ? strategy : periodic ? "spatial" : "serial"))
       ex->type = MPMExchangeTypes[k];

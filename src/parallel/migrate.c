@@ -1,6 +1,8 @@
 /* migrate.c - at the end of a step, leavers go to the process that owns their cell: by DMSwarmMigrate, or by direct
    messages. Both bring the same particles to the same processes, so results have the same bits; only messages and time
    differ. */
+#include "base/message.h"
+#include "base/simulate.h"
 #include "kernels/cell.h"
 #include "parallel/spatial.h"
 
@@ -75,15 +77,15 @@ static PetscErrorCode CountOut(MPMCore *core, MPMSpatial *s)
 static PetscErrorCode LocateArrivals(MPMCore *core, MPMSpatial *s)
 {
   const PetscInt  dim = core->grid.dim, nleavers = s->nleavers;
-  const MPMPatch *patch = &core->exchange.patch;
-  MPMParticles   *pts   = &core->particles;
+  const MPMPatch *patch     = &core->exchange.patch;
+  MPMParticles   *particles = &core->particles;
   MPMView         view;
 
   PetscFunctionBeginUser;
-  pts->nkept -= nleavers;
-  PetscCall(MPMParticlesGetView(pts, FIELDS, &view));
-  for (PetscInt q = 0; q < nleavers + view.n - pts->nkept; q++) {
-    const PetscInt p       = q < nleavers ? s->leaver[q] : pts->nkept + q - nleavers;
+  particles->nkept -= nleavers;
+  PetscCall(MPMParticlesGetView(particles, FIELDS, &view));
+  for (PetscInt q = 0; q < nleavers + view.n - particles->nkept; q++) {
+    const PetscInt p       = q < nleavers ? s->leaver[q] : particles->nkept + q - nleavers;
     PetscInt       base[3] = {0};
 
     if (p >= view.n || view.cell[p] >= 0) continue;
@@ -93,7 +95,7 @@ static PetscErrorCode LocateArrivals(MPMCore *core, MPMSpatial *s)
                "particle %" PetscInt64_FMT " came to the wrong process", view.id[p]);
     s->ids = (PetscInt64)((uint64_t)s->ids + MPMParticleHash(view.id[p]));
   }
-  PetscCall(MPMParticlesRestoreView(pts, FIELDS, &view));
+  PetscCall(MPMParticlesRestoreView(particles, FIELDS, &view));
   PetscCall(MPMMigrateClear(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -139,11 +141,11 @@ MPM_INLINE void PackField(size_t bytes, PetscInt n, const PetscInt which[], char
 
 /* Packs all fields of the n listed particles that are sent, or unpacks them. It goes field by field, with the width of
    each as a constant, so that the processor can wait for many memory accesses, far from each other, at a time. */
-static void PackParticles(const MPMParticles *pts, void *const at[], PetscInt n, const PetscInt which[], char *message,
-                          size_t stride, PetscBool unpack)
+static void PackParticles(const MPMParticles *particles, void *const at[], PetscInt n, const PetscInt which[],
+                          char *message, size_t stride, PetscBool unpack)
 {
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    const size_t bytes = (size_t)pts->bytes[f];
+    const size_t bytes = (size_t)particles->bytes[f];
     char        *field = (char *)at[f];
 
     if (!field) continue;
@@ -152,15 +154,15 @@ static void PackParticles(const MPMParticles *pts, void *const at[], PetscInt n,
   }
 }
 
-static PetscErrorCode GetFields(MPMParticles *pts, PetscBool restore, void *at[])
+static PetscErrorCode GetFields(MPMParticles *particles, PetscBool restore, void *at[])
 {
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    if (!pts->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
+    if (!particles->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
     if (restore)
-      PetscCall(MPMParticlesRestoreField(pts, f));
+      PetscCall(MPMParticlesRestoreField(particles, f));
     else
-      PetscCall(MPMParticlesGetField(pts, f, &at[f]));
+      PetscCall(MPMParticlesGetField(particles, f, &at[f]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -233,37 +235,37 @@ static PetscErrorCode SendAlong(const MPMSpatial *s, PetscInt d, Packed *t)
    Collective. */
 PetscErrorCode MPMMigrateDirect(MPMCore *core, MPMSpatial *s)
 {
-  MPMParticles  *pts = &core->particles;
-  const PetscInt n = pts->n, nsend = s->nleavers;
+  MPMParticles  *particles = &core->particles;
+  const PetscInt n = particles->n, nsend = s->nleavers;
   void          *at[MPM_NUM_FIELDS] = {NULL};
-  Packed         t                  = {.bytes = sizeof(Boxes) + (size_t)MPMParticlesBytes(pts, MPM_SWARM)};
+  Packed         t                  = {.bytes = sizeof(Boxes) + (size_t)MPMParticlesBytes(particles, MPM_SWARM)};
   PetscInt      *place;
 
   PetscFunctionBeginUser;
   PetscCall(CountOut(core, s));
   PetscCall(MakeRoom(&t, nsend + 1));
-  PetscCall(GetFields(pts, PETSC_FALSE, at));
+  PetscCall(GetFields(particles, PETSC_FALSE, at));
   for (; t.n < nsend; t.n++) memcpy(t.at + (size_t)t.n * t.bytes, s->hops[t.n], sizeof(Boxes));
-  PackParticles(pts, at, nsend, s->leaver, t.at + sizeof(Boxes), t.bytes, PETSC_FALSE);
-  PetscCall(GetFields(pts, PETSC_TRUE, at));
+  PackParticles(particles, at, nsend, s->leaver, t.at + sizeof(Boxes), t.bytes, PETSC_FALSE);
+  PetscCall(GetFields(particles, PETSC_TRUE, at));
   for (PetscInt d = 0; d < core->grid.dim; d++)
     for (PetscInt64 hop = 0; s->p[d] > 1 && hop < core->status.hops; hop++) PetscCall(SendAlong(s, d, &t));
-  if (t.n > nsend) PetscCall(MPMParticlesSetSize(pts, n + t.n - nsend));
-  PetscCall(GetFields(pts, PETSC_FALSE, at));
+  if (t.n > nsend) PetscCall(MPMParticlesSetSize(particles, n + t.n - nsend));
+  PetscCall(GetFields(particles, PETSC_FALSE, at));
   PetscCall(PetscMalloc1(t.n, &place));
   for (PetscInt q = 0; q < t.n; q++) place[q] = q < nsend ? s->leaver[q] : n + q - nsend;
-  PackParticles(pts, at, t.n, place, t.at + sizeof(Boxes), t.bytes, PETSC_TRUE);
+  PackParticles(particles, at, t.n, place, t.at + sizeof(Boxes), t.bytes, PETSC_TRUE);
   PetscCall(PetscFree(place));
   for (PetscInt q = nsend; q > t.n;
        q--) { /* the last particles move into the places that stay free, the last such place first */
     const PetscInt hole = s->leaver[q - 1], last = n - 1 - (nsend - q);
 
     if (hole == last) continue;
-    PackParticles(pts, at, 1, &last, t.at, t.bytes, PETSC_FALSE);
-    PackParticles(pts, at, 1, &hole, t.at, t.bytes, PETSC_TRUE);
+    PackParticles(particles, at, 1, &last, t.at, t.bytes, PETSC_FALSE);
+    PackParticles(particles, at, 1, &hole, t.at, t.bytes, PETSC_TRUE);
   }
-  PetscCall(GetFields(pts, PETSC_TRUE, at));
-  if (t.n < nsend) PetscCall(MPMParticlesSetSize(pts, n + t.n - nsend));
+  PetscCall(GetFields(particles, PETSC_TRUE, at));
+  if (t.n < nsend) PetscCall(MPMParticlesSetSize(particles, n + t.n - nsend));
   MPMSimulateWork("LEAVER", 0.5 * (PetscReal)(nsend + t.n));
   PetscCall(LocateArrivals(core, s));
   PetscCall(PetscFree(t.at));

@@ -342,7 +342,7 @@ static PetscReal Across(const PetscInt p[3])
   return 1 + 0.04 * (1 - 1 / (PetscReal)p[0]) + 0.01 * (1 - 1 / (PetscReal)p[1]);
 }
 
-/* Chooses the partition for `size` processes: for MPM_BALANCE_NONE the most compact process grid, with equal parts;
+/* Chooses the partition for `size` processes: for MPM_BALANCE_none the most compact process grid, with equal parts;
    else the one with the shortest predicted step, times the factor for cuts across x and y. Fails with PETSC_ERR_ARG_SIZ
    if none fits (callers ask MPMPartitionLargest first). Not collective: only the process that has the histogram's
    tables calls it. */
@@ -362,9 +362,9 @@ PetscErrorCode MPMPartitionChoose(const MPMHistogram *h, PetscMPIInt size, MPMBa
 
       trial.p[0] = size / (trial.p[1] * trial.p[2]);
       if (trial.p[0] * trial.p[1] * trial.p[2] != size || !Fits(h, trial.p)) continue;
-      for (PetscInt d = 0; d < 3; d++) CutAxis(h, d, balance == MPM_BALANCE_NONE ? PETSC_FALSE : PETSC_TRUE, &trial);
+      for (PetscInt d = 0; d < 3; d++) CutAxis(h, d, balance == MPM_BALANCE_none ? PETSC_FALSE : PETSC_TRUE, &trial);
       trial.predicted = MPMPartitionCost(h, &trial);
-      cost            = balance == MPM_BALANCE_NONE ? Surface(h, trial.p) : trial.predicted * Across(trial.p);
+      cost            = balance == MPM_BALANCE_none ? Surface(h, trial.p) : trial.predicted * Across(trial.p);
       if (cost >= lowest) continue;
       lowest          = cost;
       best->predicted = trial.predicted;

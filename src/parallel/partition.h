@@ -28,7 +28,12 @@ typedef struct {
   MPMShare  worst;                /* of the process for which predicted is largest; crossing is its own alone */
 } MPMPartition;
 
-typedef enum { MPM_BALANCE_NONE, MPM_BALANCE_START, MPM_BALANCE_AUTO } MPMBalance;
+typedef enum {
+#define MPM_BALANCE(name, what) MPM_BALANCE_##name,
+#include "parallel/balance.def"
+#undef MPM_BALANCE
+  MPM_NUM_BALANCES
+} MPMBalance;
 
 /* Numbers of particles in bins of nodes; a bin covers `coarse` nodes along each axis. Every process counts some of the
    particles; the first process has the summed-area tables, the others only lists of what they counted. */

@@ -7,6 +7,8 @@
    the status that it found, by which the master stops the run if there is an error. Patches are boxes of whole tiles,
    whose sums are the same on every process; the master adds them up to nodes as a serial run does, so results have the
    same bits. */
+#include "base/message.h"
+#include "base/simulate.h"
 #include "kernels/tile_index.h"
 #include "parallel/pool.h"
 

@@ -5,8 +5,6 @@
 #ifndef MPM_POOL_H
 #define MPM_POOL_H
 
-#include "base/message.h"
-#include "base/simulate.h"
 #include "parallel/exchange.h"
 
 enum { MPM_TAG_WORK = 1, MPM_TAG_DONE };

@@ -8,6 +8,8 @@
    and has one reduction, of the status. The sums of a tile are the same on whichever process it is, so results do not
    depend on how the grid is cut. With -parallel_sums roundoff each process adds up its own tiles to nodes, and these
    partial sums are added instead (DMLocalToGlobal). */
+#include "base/message.h"
+#include "base/simulate.h"
 #include "kernels/cell.h"
 #include "parallel/spatial.h"
 
@@ -224,7 +226,7 @@ static PetscErrorCode Recut(MPMCore *core)
   }
   PetscCall(MPMHistogramFinish(&h));
   if (!rank) {
-    PetscCall(MPMPartitionChoose(&h, size, MPM_BALANCE_AUTO, &part));
+    PetscCall(MPMPartitionChoose(&h, size, MPM_BALANCE_auto, &part));
     gain = part.predicted < 0.97 * MPMPartitionCost(&h, &ex->partition);
   }
   PetscCallMPI(MPI_Bcast(&gain, 1, MPI_INT, 0, s->comm));
@@ -292,7 +294,7 @@ static PetscErrorCode Settle_Spatial(MPMCore *core, PetscBool anew)
   MPMSpatial  *s  = (MPMSpatial *)ex->ctx;
 
   PetscFunctionBeginUser;
-  if (!anew && ex->balance == MPM_BALANCE_AUTO && TimeToRecut(core)) PetscCall(Recut(core));
+  if (!anew && ex->balance == MPM_BALANCE_auto && TimeToRecut(core)) PetscCall(Recut(core));
   if (!anew && core->status.left) { /* the sum over all processes, so all of them migrate or none does */
     PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_MIGRATE));
     ex->migrations++;

@@ -4,8 +4,6 @@
 #define MPM_SPATIAL_H
 
 #include <petscsf.h>
-#include "base/message.h"
-#include "base/simulate.h"
 #include "parallel/exchange.h"
 
 enum {
@@ -13,6 +11,7 @@ enum {
   MPM_TAG_TILES   = 8
 }; /* + 1 for a migration upwards; + the direction for tiles, since a process may be one in several */
 #define MPM_MAX_NEIGHBOURS 7 /* lower, or upper, sides of a box in 3-D */
+_Static_assert(MPM_MAX_NEIGHBOURS == (1 << 3) - 1, "a neighbour lies one box away on any of 3 axes, at least on one");
 
 typedef struct {
   PetscMPIInt rank, tag;

@@ -1,4 +1,6 @@
 /* worker.c - what a worker of the pool does in a transfer, and the making of messages, which the master uses too. */
+#include "base/message.h"
+#include "base/simulate.h"
 #include "kernels/cell.h"
 #include "parallel/pool.h"
 
@@ -34,13 +36,13 @@ size_t MPMPoolAnswerBytes(MPMCore *core, const MPMPhase *phase, PetscInt n, Pets
 
 /* Packs fields (bits) of n listed particles, field by field; at: array of each field. Returns the end of the
    message. */
-char *MPMPoolPack(const MPMParticles *pts, PetscInt fields, void *const at[], PetscInt n, const PetscInt *list,
+char *MPMPoolPack(const MPMParticles *particles, PetscInt fields, void *const at[], PetscInt n, const PetscInt *list,
                   char *message)
 {
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    const size_t b = (size_t)pts->bytes[f];
+    const size_t b = (size_t)particles->bytes[f];
 
-    if (!pts->present[f] || !(fields & (1 << f))) continue;
+    if (!particles->present[f] || !(fields & (1 << f))) continue;
     for (PetscInt q = 0; q < n; q++, message += b) memcpy(message, (char *)at[f] + (size_t)list[q] * b, b);
   }
   return message;
@@ -98,9 +100,9 @@ static PetscErrorCode PlaceTiles(MPMCore *core, const MPMJob *job, Memory *memor
 /* Makes a patch of a job. Its particles are sorted by (cell, id), so their order is the identity. */
 static PetscErrorCode Unpack(MPMCore *core, const MPMPhase *phase, const MPMJob *job, const char *m, Memory *memory)
 {
-  MPMPatch           *patch    = &memory->patch;
-  const MPMParticles *pts      = &core->particles;
-  const PetscBool     to_nodes = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
+  MPMPatch           *patch     = &memory->patch;
+  const MPMParticles *particles = &core->particles;
+  const PetscBool     to_nodes  = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
   const PetscInt      fields = phase->particles_in | phase->particles_out, n = job->n, dim = core->grid.dim;
 
   PetscFunctionBeginUser;
@@ -108,18 +110,18 @@ static PetscErrorCode Unpack(MPMCore *core, const MPMPhase *phase, const MPMJob 
   if (n > memory->capacity) {
     memory->capacity = n * 5 / 4 + 64;
     for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-      if (!pts->present[f]) continue;
+      if (!particles->present[f]) continue;
       PetscCall(PetscFree(memory->field[f]));
-      PetscCall(PetscMalloc((size_t)memory->capacity * (size_t)pts->bytes[f], &memory->field[f]));
+      PetscCall(PetscMalloc((size_t)memory->capacity * (size_t)particles->bytes[f], &memory->field[f]));
     }
     PetscCall(PetscFree(memory->identity));
     PetscCall(PetscMalloc1(memory->capacity, &memory->identity));
     for (PetscInt p = 0; p < memory->capacity; p++) memory->identity[p] = p;
   }
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    if (!pts->present[f] || !(phase->particles_in & (1 << f))) continue;
-    memcpy(memory->field[f], m, (size_t)n * (size_t)pts->bytes[f]);
-    m += (size_t)n * (size_t)pts->bytes[f];
+    if (!particles->present[f] || !(phase->particles_in & (1 << f))) continue;
+    memcpy(memory->field[f], m, (size_t)n * (size_t)particles->bytes[f]);
+    m += (size_t)n * (size_t)particles->bytes[f];
   }
   PetscCall(PetscMemzero(&patch->particles, sizeof patch->particles));
   patch->particles.n = n;

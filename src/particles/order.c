@@ -175,14 +175,14 @@ PetscErrorCode MPMParticlesLeavers(MPMParticles *particles, PetscInt *n, PetscIn
 
   PetscFunctionBeginUser;
   PetscCall(MPMParticlesGetView(particles, MPM_BIT(cell), &view));
-  for (PetscInt pass = 0; pass < 2; pass++) {
+  for (PetscInt round = 0; round < 2; round++) {
     *n = 0;
     for (PetscInt m = 0; m < candidates; m++) {
       if (all ? view.cell[m] >= 0 : movers[m] >= 0) continue;
-      if (pass) (*which)[*n] = all ? m : particles->order[MPM_FLAGGED(movers[m])];
+      if (round) (*which)[*n] = all ? m : particles->order[MPM_FLAGGED(movers[m])];
       ++*n;
     }
-    if (!pass) PetscCall(PetscMalloc1(*n, which));
+    if (!round) PetscCall(PetscMalloc1(*n, which));
   }
   PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(cell), &view));
   PetscCall(PetscSortInt(*n, *which));

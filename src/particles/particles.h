@@ -31,7 +31,6 @@ typedef struct {
   MPMHome       home;
 } MPMFieldInfo;
 extern const MPMFieldInfo MPMFields[MPM_NUM_FIELDS];
-PetscInt                  MPMFieldComponents(PetscInt field, PetscInt dim);
 
 #define MPM_ROW_BYTES (9 * sizeof(PetscReal)) /* largest number of bytes of a field's row: a tensor in 3-D */
 

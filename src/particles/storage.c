@@ -12,8 +12,15 @@ const MPMFieldInfo MPMFields[MPM_NUM_FIELDS] = {
 #undef MPM_FIELD
 };
 
+#define dim 3 /* where rows are longest */
+#define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
+  _Static_assert((nc) * sizeof(ctype) <= MPM_ROW_BYTES, #name " has longer rows than MPM_ROW_BYTES");
+#include "physics/fields.def"
+#undef MPM_FIELD
+#undef dim
+
 /* Returns the components of a field in dimension dim. */
-PetscInt MPMFieldComponents(PetscInt field, PetscInt dim)
+static PetscInt Components(PetscInt field, PetscInt dim)
 {
   const PetscInt components[] = {
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning) nc,
@@ -70,10 +77,7 @@ PetscErrorCode MPMParticlesLayout(MPMParticles *particles, PetscInt dim, const M
 
     PetscCall(PetscDataTypeGetSize(MPMFields[f].type, &size));
     particles->present[f] = present[f];
-    particles->bytes[f]   = MPMFieldComponents(f, particles->dim) * (PetscInt)size;
-    PetscCheck((size_t)particles->bytes[f] <= MPM_ROW_BYTES, PETSC_COMM_SELF, PETSC_ERR_SUP,
-               "field %s has rows of %" PetscInt_FMT " bytes, more than MPM_ROW_BYTES", MPMFields[f].name,
-               particles->bytes[f]);
+    particles->bytes[f]   = Components(f, particles->dim) * (PetscInt)size;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -97,8 +101,8 @@ PetscErrorCode MPMParticlesCreate(MPMParticles *particles, MPI_Comm comm)
   PetscCall(DMSwarmInitializeFieldRegister(particles->swarm));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (particles->present[f] && MPMFields[f].home != MPM_SCRATCH && f != MPM_FIELD_INDEX_id)
-      PetscCall(DMSwarmRegisterPetscDatatypeField(particles->swarm, MPMFields[f].name,
-                                                  MPMFieldComponents(f, particles->dim), MPMFields[f].type));
+      PetscCall(DMSwarmRegisterPetscDatatypeField(particles->swarm, MPMFields[f].name, Components(f, particles->dim),
+                                                  MPMFields[f].type));
   PetscCall(DMSwarmFinalizeFieldRegister(particles->swarm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

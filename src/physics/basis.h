@@ -19,6 +19,10 @@ typedef enum {
 } MPMBasis;
 
 #define MPM_MAX_STENCIL 4 /* nodes per axis of the widest basis */
+#define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
+  _Static_assert((nodes) <= MPM_MAX_STENCIL, #name " has more nodes than MPM_MAX_STENCIL");
+#include "physics/basis.def"
+#undef MPM_BASIS
 
 /* --- Hats --------------------------------------------------------------------------------------------------------- */
 

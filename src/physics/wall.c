@@ -75,6 +75,11 @@ static PetscBool MPMWallApply_moving(MPM_WALL_ARGUMENTS)
   return PETSC_TRUE;
 }
 
+const char MPMFaceNames[6][MPM_NAME_LEN] = {
+#define MPM_FACE(name) #name,
+#include "physics/face.def"
+#undef MPM_FACE
+};
 const char *const MPMWallNames[] = {
 #define MPM_WALL(name, parameters, before, gradient, residual, what) #name,
 #include "physics/wall.def"

@@ -14,6 +14,8 @@ typedef enum {
 
 extern const char *const MPMWallNames[], *const MPMWallParameters[]; /* [MPMWall] name; options that it takes */
 
+extern const char MPMFaceNames[6][MPM_NAME_LEN]; /* [2 axis + side] rows of face.def */
+
 typedef struct {
   MPMWall   type;
   PetscReal mu, velocity[3]; /* coefficient of friction; velocity of a moving wall in m/s */

@@ -2,38 +2,70 @@
    it is a part of. It is used before the first step. */
 #include "run/mpm.h"
 
-static PetscErrorCode ReadMethod(MPM mpm, MPMOptions o)
+/* Reads the update and the transfer, with the options that only some transfers have. */
+static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
 {
-  MPMCore  *core = &mpm->core;
-  char      basis[MPM_NAME_LEN], update[MPM_NAME_LEN], transfer[MPM_NAME_LEN], wall[MPM_NAME_LEN], gimp[MPM_NAME_LEN];
-  PetscBool set, wall_set, gimp_set, order_set;
-  PetscReal nodes;
+  MPMCore           *core = &mpm->core;
+  const MPMTransfer *transfer;
+  char               update[MPM_NAME_LEN], name[MPM_NAME_LEN];
+  PetscBool          flip_set, order_set;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMOptionsEnum(o, "method_basis", NULL, basis, NULL));
   PetscCall(MPMOptionsEnum(o, "method_update", NULL, update, NULL));
-  PetscCall(MPMOptionsEnum(o, "method_transfer", NULL, transfer, NULL));
-  PetscCall(MPMOptionsReal(o, "method_flip", NULL, &core->params.flip, &set));
-  PetscCall(MPMOptionsEnum(o, "method_wall_basis", NULL, wall, &wall_set));
-  PetscCall(MPMOptionsEnum(o, "method_gimp_update", NULL, gimp, &gimp_set));
+  PetscCall(MPMOptionsEnum(o, "method_transfer", NULL, name, NULL));
+  PetscCall(MPMOptionsReal(o, "method_flip", NULL, &core->params.flip, &flip_set));
   PetscCall(MPMOptionsInt(o, "method_order", NULL, &core->params.xpic, &order_set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  core->basis = (MPMBasis)MPMOptionsFind(basis, MPM_NUM_BASES, MPMBasisNames);
   for (mpm->method.scheme = MPMSchemes; strcmp(mpm->method.scheme->name, update);) mpm->method.scheme++;
-  for (mpm->method.transfer = MPMTransfers; strcmp(mpm->method.transfer->name, transfer);) mpm->method.transfer++;
-  if (mpm->method.transfer->flip >= 0) {
-    if (set && !MPMOptionsOverridden("method_flip", "method_transfer"))
-      MPMOptionsFail(o, "-method_flip does not apply: -method_transfer %s has no share of FLIP", transfer);
-    core->params.flip = mpm->method.transfer->flip;
+  for (transfer = MPMTransfers; strcmp(transfer->name, name);) transfer++;
+  mpm->method.transfer = transfer;
+  if (transfer->flip >= 0) {
+    if (flip_set && !MPMOptionsOverridden("method_flip", "method_transfer"))
+      MPMOptionsFail(o, "-method_flip does not apply: -method_transfer %s has no share of FLIP", name);
+    core->params.flip = transfer->flip;
   }
-  if (!mpm->method.transfer->filtered) {
+  if (!transfer->filtered) {
     if (order_set && !MPMOptionsOverridden("method_order", "method_transfer"))
       MPMOptionsFail(o, "-method_order does not apply: it is the order of -method_transfer xpic");
     core->params.xpic = 0;
   }
   core->needs.increment = mpm->method.scheme->keeps_increment;
-  core->needs.affine    = mpm->method.transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.residual  = mpm->method.transfer->filtered;
+  core->needs.affine    = transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.residual  = transfer->filtered;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses grids that have too few cells for the basis, or more nodes than can be numbered. */
+static void CheckNodes(const MPMCore *core, MPMOptions o)
+{
+  const MPMGrid  *grid  = &core->grid;
+  const PetscInt  least = core->basis == MPM_BASIS_linear ? 1 : MPMBasisNodes(core->basis);
+  const PetscReal nodes = MPMGridNodes(grid, core->basis);
+
+  for (PetscInt d = 0; d < grid->dim; d++)
+    if (grid->cells[d] < least && (MPMBasisIsSpline(core->basis) || grid->periodic[d]))
+      MPMOptionsFail(
+          o, "-grid_cells: %" PetscInt_FMT " on axis %c are too few for -method_basis %s, which needs %" PetscInt_FMT,
+          grid->cells[d], "xyz"[d], MPMBasisNames[core->basis], least);
+  if (nodes * MPM_NODE_NC > (PetscReal)PETSC_MAX_INT) /* there are fewer cells of tiles, below 6 per node */
+    MPMOptionsFail(o, "-grid_cells: %g nodes are more than this PETSc can number", (double)nodes);
+}
+
+/* Reads the basis, with the options that only some bases have, and sets the nodes of the grid by it. */
+static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
+{
+  MPMCore  *core = &mpm->core;
+  char      basis[MPM_NAME_LEN], wall[MPM_NAME_LEN], gimp[MPM_NAME_LEN];
+  PetscBool wall_set, gimp_set;
+  PetscInt  row;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "method_basis", NULL, basis, NULL));
+  PetscCall(MPMOptionsEnum(o, "method_wall_basis", NULL, wall, &wall_set));
+  PetscCall(MPMOptionsEnum(o, "method_gimp_update", NULL, gimp, &gimp_set));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMOptionsFind(basis, MPM_NUM_BASES, MPMBasisNames, &row));
+  core->basis           = (MPMBasis)row;
   core->needs.stretched = core->basis == MPM_BASIS_gimp && !strcmp(gimp, "stretch") ? PETSC_TRUE : PETSC_FALSE;
   if (wall_set && !MPMBasisIsSpline(core->basis) && !MPMOptionsOverridden("method_wall_basis", "method_basis"))
     MPMOptionsFail(o, "-method_wall_basis does not apply: it is for the splines, -method_basis is %s", basis);
@@ -43,21 +75,12 @@ static PetscErrorCode ReadMethod(MPM mpm, MPMOptions o)
     if (core->needs.stretched && !(mpm->scene.materials[k].state & MPM_BIT(F)))
       MPMOptionsFail(o, "-method_gimp_update stretch does not apply: material %s (%s) has no deformation gradient",
                      mpm->scene.materials[k].name, mpm->scene.materials[k].type->name);
-  for (PetscInt d = 0; d < core->grid.dim; d++) {
-    const PetscInt least = core->basis == MPM_BASIS_linear ? 1 : MPMBasisNodes(core->basis);
-
+  for (PetscInt d = 0; d < core->grid.dim; d++)
     core->grid.wall_basis[d] = core->grid.periodic[d]     ? MPM_WALL_BASIS_NONE
                                : !strcmp(wall, "steffen") ? MPM_WALL_BASIS_STEFFEN
                                                           : MPM_WALL_BASIS_EXTRAP;
-    if (core->grid.cells[d] < least && (MPMBasisIsSpline(core->basis) || core->grid.periodic[d]))
-      MPMOptionsFail(
-          o, "-grid_cells: %" PetscInt_FMT " on axis %c are too few for -method_basis %s, which needs %" PetscInt_FMT,
-          core->grid.cells[d], "xyz"[d], basis, least);
-  }
   MPMGridSetNodes(&core->grid, core->basis);
-  nodes = MPMGridNodes(&core->grid, core->basis);
-  if (nodes * MPM_NODE_NC > (PetscReal)PETSC_MAX_INT) /* there are fewer cells of tiles, below 6 per node */
-    MPMOptionsFail(o, "-grid_cells: %g nodes are more than this PETSc can number", (double)nodes);
+  CheckNodes(core, o);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -93,7 +116,8 @@ static PetscErrorCode ReadTime(MPM mpm, MPMOptions o)
 PetscErrorCode MPMMethodSetFromOptions(MPM mpm, MPMOptions o)
 {
   PetscFunctionBeginUser;
-  PetscCall(ReadMethod(mpm, o));
+  PetscCall(ReadTransfer(mpm, o));
+  PetscCall(ReadBasis(mpm, o));
   PetscCall(ReadTime(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -10,6 +10,8 @@
 #include "cost/cost.h"
 #include "output/output.h"
 
+#define MPM_MAX_LEVELS 12 /* most runs of a study, -study_levels */
+
 /* A study: several runs, each finer than the one before; see study.c. */
 typedef struct {
   char      type[MPM_NAME_LEN], vary[MPM_NAME_LEN]; /* type "": none */

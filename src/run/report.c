@@ -169,10 +169,11 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
     PetscCall(MPMPrint(&mpm->core.print,
                        "warning    dt is %.2g h/(c+|v|), above the bound 1: expect the run to blow up\n",
                        (double)courant));
-  if (mpm->core.basis == MPM_BASIS_linear && !strcmp(mpm->method.scheme->name, "usl"))
+  if (mpm->core.basis == MPM_BASIS_linear && MPMSchemeIsDirect(mpm->method.scheme))
     PetscCall(MPMPrint(
         &mpm->core.print,
-        "warning    linear with usl is unstable where particles cross cells: nodes of vanishing mass get any velocity gradient; use musl or usf\n"));
+        "warning    linear with %s is unstable where particles cross cells: nodes of vanishing mass get any velocity gradient; use musl or usf\n",
+        mpm->method.scheme->name));
   if (mpm->core.basis == MPM_BASIS_linear && mpm->core.needs.affine)
     PetscCall(MPMPrint(
         &mpm->core.print,

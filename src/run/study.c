@@ -5,8 +5,6 @@
 #include "base/message.h"
 #include "run/mpm.h"
 
-#define MPM_MAX_LEVELS 12
-
 /* The result of one run of a study. order: the order of convergence from the run before to this one. */
 typedef struct {
   PetscReal  h, error, order, seconds; /* what was refined (m, s, or 1), m, 1, s */

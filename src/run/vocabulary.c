@@ -1,5 +1,5 @@
 /* vocabulary.c - the options of the program as a table, which the reading of options uses. Some values are rows of
-   other tables: laws, shapes, walls, bases, schemes, transfers, known solutions, ways to run, fields of snapshots. They
+   other tables: laws, shapes, walls, faces, bases, schemes, transfers, known solutions, ways to run, fields of snapshots. They
    are taken from those tables, so that none can be missing here. */
 #include "run/mpm.h"
 
@@ -19,6 +19,11 @@ static const char walls[] =
 #include "physics/wall.def"
     "";
 #undef MPM_WALL
+#define MPM_FACE(name) "|" #name
+static const char sides[] = "all"
+#include "physics/face.def"
+                            "";
+#undef MPM_FACE
 #define MPM_BASIS(name, nodes, layers, inertia, what) "|" #name
 static const char bases[] =
 #include "physics/basis.def"
@@ -42,6 +47,11 @@ static const char strategies[] =
 #include "parallel/exchange.def"
     "";
 #undef MPM_EXCHANGE
+#define MPM_BALANCE(name, what) "|" #name
+static const char balances[] =
+#include "parallel/balance.def"
+    "";
+#undef MPM_BALANCE
 
 /* The words of fields of snapshots, separated by blanks. */
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs) word " "
@@ -64,6 +74,10 @@ static const char references[] = "none"
                                  "|expression|finest";
 #undef MPM_REFERENCE
 
+/* The digits of a number that has a name, for intervals whose end is the capacity of an array. */
+#define MPM_DIGITS(number) MPM_QUOTED(number)
+#define MPM_QUOTED(digits) #digits
+
 static const MPMOptionRow rows[] = {
 #define MPM_GROUP(title)                                      {NULL, MPM_LATER, "", "", "", title},
 #define MPM_OPTION(name, type, allowed, unit, fallback, help) {name, MPM_##type, allowed, unit, fallback, help},
@@ -72,4 +86,44 @@ static const MPMOptionRow rows[] = {
 #undef MPM_OPTION
 };
 
-const MPMVocabulary MPMOptionTable = {sizeof rows / sizeof rows[0], rows};
+/* Words of other programs for these names: a whole name, or its end after a "_". */
+static const char *const aliases[][2] = {
+    {"youngs", "E"},
+    {"young", "E"},
+    {"youngs_modulus", "E"},
+    {"modulus", "E"},
+    {"poisson", "nu"},
+    {"poissons_ratio", "nu"},
+    {"poisson_ratio", "nu"},
+    {"density", "rho"},
+    {"type", "model"},
+    {"type", "shape"},
+    {"law", "model"},
+    {"particles", "ppc"},
+    {"position", "center"},
+    {"centre", "center"},
+    {"min", "lower"},
+    {"max", "upper"},
+    {"v", "velocity"},
+    {"vel", "velocity"},
+    {"scheme", "update"},
+    {"scheme", "method_update"},
+    {"shape_function", "basis"},
+    {"dt", "dt_size"},
+    {"timestep", "dt_size"},
+    {"time_step", "dt_size"},
+    {"steps", "max_steps"},
+    {"steps", "time_max_steps"},
+    {"max_steps", "time_max_steps"},
+    {"t_end", "time_end"},
+    {"tend", "time_end"},
+    {"end_time", "time_end"},
+    {"final_time", "time_end"},
+    {"cfl_number", "cfl"},
+    {"courant", "dt_cfl"},
+    {"interval", "every"},
+    {"g", "gravity"},
+};
+
+const MPMVocabulary MPMOptionTable = {sizeof rows / sizeof rows[0], rows, MPMFaceNames,
+                                      sizeof aliases / sizeof aliases[0], aliases};

@@ -330,10 +330,10 @@ PetscErrorCode MPMSceneAddParticles(const MPMScene *scene, MPMCore *core)
   MPMView         view;
 
   PetscFunctionBeginUser;
-  for (int pass = 0; pass < 2; pass++) { /* 0 counts the particles, 1 makes them */
+  for (int round = 0; round < 2; round++) { /* 0 counts the particles, 1 makes them */
     PetscInt p = 0;
 
-    if (pass) PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+    if (round) PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
     for (PetscInt k = 0; k < scene->nbodies; k++) {
       MPMLattice w     = MPMLatticeBegin(&scene->bodies[k], dim);
       PetscInt64 lo[3] = {0}, hi[3] = {0};
@@ -350,12 +350,12 @@ PetscErrorCode MPMSceneAddParticles(const MPMScene *scene, MPMCore *core)
             MPMLatticePlace(&w, q, X);
             StartPlace(scene, core, w.body, X, x, l);
             if (MPMOwnCell((int)dim, core->basis, patch, x, l, base) < 0) continue;
-            if (pass) PetscCall(SetParticle(scene, core, w.body, w.id + q - w.ijk[axis], X, p, &view));
+            if (round) PetscCall(SetParticle(scene, core, w.body, w.id + q - w.ijk[axis], X, p, &view));
             p++;
           }
       }
     }
-    if (!pass) PetscCall(MPMParticlesSetSize(&core->particles, p));
+    if (!round) PetscCall(MPMParticlesSetSize(&core->particles, p));
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -9,14 +9,14 @@
 
 static PetscErrorCode ReadLoad(const MPMScene *scene, const MPMCore *core, MPMOptions o, MPMLoad *load)
 {
-  static const char *const faces[]            = {"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
-  const PetscInt           dim                = core->grid.dim;
-  char                     body[MPM_TEXT_LEN] = "", face[MPM_NAME_LEN] = "all", type[MPM_NAME_LEN] = "";
+  const PetscInt dim      = core->grid.dim;
+  char body[MPM_TEXT_LEN] = "", face[MPM_NAME_LEN] = "", type[MPM_NAME_LEN] = "", sides[MPM_TEXT_LEN / 2] = "all";
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "load_<l>_body", load->name, body, NULL));
   PetscCall(MPMOptionsEnum(o, "load_<l>_face", load->name, face, NULL));
   PetscCall(MPMOptionsEnum(o, "load_<l>_type", load->name, type, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   load->pressure = !strcmp(type, "pressure") ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(MPMOptionsExpression(o, "load_<l>_value", load->name, "xyzXYZt", load->pressure ? 1 : dim, &load->value));
   for (load->body = 0; load->body < scene->nbodies && strcasecmp(scene->bodies[load->body].name, body);) load->body++;
@@ -28,11 +28,12 @@ static PetscErrorCode ReadLoad(const MPMScene *scene, const MPMCore *core, MPMOp
     MPMOptionsFail(o, "-load_%s_body %.100s is not declared: choose %s%s", load->name, body,
                    scene->nbodies > 1 ? "one of " : "", list);
   }
-  for (PetscInt k = 0; k < 6; k++)
-    if (!strcmp(face, "all") ? k < 2 * dim : !strcmp(face, faces[k])) load->sides |= (PetscInt)1 << k;
-  if (load->sides >> 2 * dim)
-    MPMOptionsFail(o, "-load_%s_face %s: -dim %" PetscInt_FMT " has the sides all|xmin|xmax%s", load->name, face, dim,
-                   dim > 1 ? "|ymin|ymax" : "");
+  for (PetscInt k = 0; k < 2 * dim; k++) {
+    if (!strcmp(face, "all") || !strcmp(face, MPMFaceNames[k])) load->sides |= (PetscInt)1 << k;
+    (void)snprintf(sides + strlen(sides), sizeof sides - strlen(sides), "|%s", MPMFaceNames[k]);
+  }
+  if (!load->sides)
+    MPMOptionsFail(o, "-load_%s_face %s: -dim %" PetscInt_FMT " has the sides %s", load->name, face, dim, sides);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

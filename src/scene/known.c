@@ -70,7 +70,7 @@ static void CheckRow(const MPMScene *scene, MPMOptions o, const MPMKnown *known,
 /* Reads -mms_* and -reference_*. The first fault is left in o. Not collective. */
 PetscErrorCode MPMKnownSetFromOptions(MPMScene *scene, const MPMCore *core, MPMOptions o)
 {
-  char      mms[MPM_NAME_LEN] = "none", reference[MPM_NAME_LEN] = "none";
+  char      mms[MPM_NAME_LEN] = "", reference[MPM_NAME_LEN] = "";
   PetscBool by_mms;
   MPMKnown *known;
 

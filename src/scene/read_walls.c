@@ -15,16 +15,17 @@ static const struct {
 };
 #define NPARAMETERS (sizeof parameters / sizeof parameters[0])
 
-static const char *const faces[3][2] = {{"xmin", "xmax"}, {"ymin", "ymax"}, {"zmin", "zmax"}};
-
 static PetscErrorCode ReadFace(const char name[], MPMFace *face, MPMOptions o)
 {
-  char        type[MPM_NAME_LEN] = "free", all[MPM_TEXT_LEN] = "";
+  char        type[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "";
   const char *taken;
+  PetscInt    row;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsEnum(o, "bc_<f>_type", name, type, NULL));
-  face->type = (MPMWall)MPMOptionsFind(type, MPM_NUM_WALLS, MPMWallNames);
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMOptionsFind(type, MPM_NUM_WALLS, MPMWallNames, &row));
+  face->type = (MPMWall)row;
   taken      = MPMWallParameters[face->type];
   for (size_t k = 0; k < NPARAMETERS; k++)
     (void)snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", k ? " " : "", parameters[k].word);
@@ -45,15 +46,18 @@ PetscErrorCode MPMSceneReadWalls(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < core->grid.dim; d++)
-    for (PetscInt side = 0; side < 2; side++) PetscCall(ReadFace(faces[d][side], &scene->walls.given[d][side], o));
+    for (PetscInt side = 0; side < 2; side++)
+      PetscCall(ReadFace(MPMFaceNames[2 * d + side], &scene->walls.given[d][side], o));
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     const PetscBool low  = scene->walls.given[d][0].type == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE,
                     high = scene->walls.given[d][1].type == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE;
 
     if (low != high)
-      MPMOptionsFail(o, "-bc_%s_type periodic needs -bc_%s_type periodic too", faces[d][high], faces[d][low]);
+      MPMOptionsFail(o, "-bc_%s_type periodic needs -bc_%s_type periodic too", MPMFaceNames[2 * d + high],
+                     MPMFaceNames[2 * d + low]);
     if (low && core->params.gravity[d] != 0)
-      MPMOptionsFail(o, "-gravity along %c is not built yet where -bc_%s_type is periodic", "xyz"[d], faces[d][0]);
+      MPMOptionsFail(o, "-gravity along %c is not built yet where -bc_%s_type is periodic", "xyz"[d],
+                     MPMFaceNames[2 * d]);
     core->grid.periodic[d] = low;
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -44,6 +44,19 @@ static PetscErrorCode ReadGrid(MPMCore *core, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Copies a list of words, which are separated by blanks, without one of them. */
+static void DropWord(const char list[], const char word[], char rest[MPM_TEXT_LEN])
+{
+  rest[0] = 0;
+  for (const char *w = list + strspn(list, " "); *w; w += strspn(w, " ")) {
+    const size_t n = strcspn(w, " ");
+
+    if (n != strlen(word) || strncmp(w, word, n))
+      (void)snprintf(rest + strlen(rest), MPM_TEXT_LEN - strlen(rest), "%s%.*s", rest[0] ? " " : "", (int)n, w);
+    w += n;
+  }
+}
+
 static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
 {
   const struct {
@@ -62,7 +75,7 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
       {"dilation_angle", "material_<m>_dilation_angle", &m->dilation},
       {"cohesion", "material_<m>_cohesion", &m->cohesion},
   };
-  char        model[MPM_NAME_LEN] = "", eos[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "eos";
+  char        model[MPM_NAME_LEN] = "", eos[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "eos", linear[MPM_TEXT_LEN];
   const char *taken, *wrong;
 
   PetscFunctionBeginUser;
@@ -79,7 +92,8 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
   if (MPMListHas(taken, "eos")) {
     PetscCall(MPMOptionsEnum(o, "material_<m>_eos", m->name, eos, NULL));
     if (!strcmp(eos, "linear")) {
-      taken = "K viscosity eos tension_cutoff";
+      DropWord(m->type->parameters, "tait_gamma", linear);
+      taken = linear;
       PetscCall(MPMOptionsRefuseOthers(o, "material", m->name, "eos", eos, m->type->parameters, taken));
     }
   }
@@ -100,14 +114,17 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
 /* Reads the shape of a body. */
 static PetscErrorCode ReadRegion(MPMOptions o, PetscInt dim, const char name[], MPMRegion *r)
 {
-  char shape[MPM_NAME_LEN] = "";
+  char     shape[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "";
+  PetscInt row;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsEnum(o, "body_<b>_shape", name, shape, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  r->type = (MPMRegionType)MPMOptionsFind(shape, MPM_NUM_REGIONS, MPMRegionNames);
-  PetscCall(MPMOptionsRefuseOthers(o, "body", name, "shape", shape, "center radius inner_radius lower upper",
-                                   MPMRegionParameters[r->type]));
+  PetscCall(MPMOptionsFind(shape, MPM_NUM_REGIONS, MPMRegionNames, &row));
+  r->type = (MPMRegionType)row;
+  for (PetscInt k = 0; k < MPM_NUM_REGIONS; k++)
+    (void)snprintf(all + strlen(all), sizeof all - strlen(all), "%s ", MPMRegionParameters[k]);
+  PetscCall(MPMOptionsRefuseOthers(o, "body", name, "shape", shape, all, MPMRegionParameters[row]));
   if (r->type == MPM_REGION_box) {
     PetscCall(MPMOptionsReals(o, "body_<b>_lower", name, r->lower, NULL));
     PetscCall(MPMOptionsReals(o, "body_<b>_upper", name, r->upper, NULL));

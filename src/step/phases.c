@@ -74,6 +74,13 @@ const MPMTransfer MPMTransfers[] = {
 static const int filter[2][3] = {{P2G_MASS, VELOCITY, G2P_FILTER}, {P2G_RESIDUAL, RESIDUAL, G2P_FILTER_AGAIN}};
 _Static_assert(3 * MPM_MAX_XPIC + MPM_MAX_SCHEME <= MPM_MAX_PROGRAM, "a step's program has room for the filter");
 
+PetscBool MPMSchemeIsDirect(const MPMScheme *scheme)
+{
+  for (const int *k = scheme->phases; *k >= 0; k++)
+    if ((phases[*k].parts & MPM_G2P_MOTION) && (phases[*k].parts & MPM_G2P_STRESS)) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 const MPMPhase *MPMStepOutputPhase(const MPMCore *core, PetscInt k)
 {
   return &core->phases[k ? VELOCITY : P2G_MASS];

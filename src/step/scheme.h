@@ -33,6 +33,10 @@ typedef struct {
    timers. Method, needs and basis have to be known. Collective on the world, for the events of -log_view. */
 PetscErrorCode MPMStepSetUp(MPMCore *, const MPMMethod *);
 
+/* Returns whether particles get their stress from the same node velocities as their motion, with no transfer to the
+   nodes between: then a node of vanishing mass may have any velocity when its gradient is taken. */
+PetscBool MPMSchemeIsDirect(const MPMScheme *);
+
 /* Returns phase k = 0, 1 of the two that give the mass and the velocity of the nodes for output. */
 const MPMPhase *MPMStepOutputPhase(const MPMCore *, PetscInt k);
 
