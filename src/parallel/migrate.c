@@ -104,23 +104,23 @@ static PetscErrorCode LocateArrivals(MPMCore *core, MPMSpatial *s)
    process; a call needs 22 collectives, half of them reductions. Collective. */
 PetscErrorCode MPMMigrateSwarm(MPMCore *core, MPMSpatial *s)
 {
-  MPMParticles *pts = &core->particles;
+  MPMParticles *particles = &core->particles;
   PetscInt     *owner;
   PetscMPIInt   me;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(s->comm, &me));
   PetscCall(CountOut(core, s));
-  PetscCall(DMSwarmGetField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
+  PetscCall(DMSwarmGetField(particles->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
   if (!s->ranked) /* later, only leavers have another owner: the field is sent with the particles */
-    for (PetscInt p = 0; p < pts->n; p++) owner[p] = me;
+    for (PetscInt p = 0; p < particles->n; p++) owner[p] = me;
   s->ranked = PETSC_TRUE;
   for (PetscInt q = 0; q < s->nleavers; q++) owner[s->leaver[q]] = s->owner[q];
-  PetscCall(DMSwarmRestoreField(pts->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
-  PetscCall(DMSwarmMigrate(pts->swarm, PETSC_TRUE));
+  PetscCall(DMSwarmRestoreField(particles->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
+  PetscCall(DMSwarmMigrate(particles->swarm, PETSC_TRUE));
   MPMSimulateWork("SWARM", 1);
-  MPMSimulateWork("SWARM_PARTICLE", (PetscReal)pts->n);
-  PetscCall(MPMParticlesResize(pts));
+  MPMSimulateWork("SWARM_PARTICLE", (PetscReal)particles->n);
+  PetscCall(MPMParticlesResize(particles));
   PetscCall(LocateArrivals(core, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

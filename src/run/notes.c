@@ -22,10 +22,11 @@ static PetscErrorCode NoteCrowd(MPM mpm)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &cores, (PetscMPIInt)sizeof cores, MPI_BYTE, MPI_BOR, node));
   PetscCallMPI(MPI_Comm_free(&node));
   if (processes > CPU_COUNT(&cores))
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "note       %d processes share %d core%s of this computer: they take turns, and more than %d are no "
-                       "faster\n",
-                       processes, CPU_COUNT(&cores), CPU_COUNT(&cores) > 1 ? "s" : "", CPU_COUNT(&cores)));
+    PetscCall(
+        MPMPrint(&mpm->core.print,
+                 "note       %d processes share %d core%s of this computer: they take turns, and more than %d are no "
+                 "faster\n",
+                 processes, CPU_COUNT(&cores), CPU_COUNT(&cores) > 1 ? "s" : "", CPU_COUNT(&cores)));
 #else
   (void)mpm; /* simulated processes always share a core */
 #endif
