@@ -87,8 +87,8 @@ static PetscErrorCode PrintPhases(const MPMCost *cost, MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints a table with a line for each number of processes, with spatial decomposition and pool; *cross is the first number on which
-   spatial decomposition is ahead of the pool, 0: none. s: the share of one process that has all. */
+/* Prints a table with a line for each number of processes, with spatial decomposition and pool; *cross is the first
+   number on which spatial decomposition is ahead of the pool, 0: none. s: the share of one process that has all. */
 static PetscErrorCode PrintSizes(const MPMModel *m, MPMCore *core, const MPMHistogram *h, MPMShare s, PetscReal moved,
                                  PetscInt *cross)
 {

@@ -169,8 +169,8 @@ static PetscErrorCode Difference(const MPMGrid *grid, PetscInt halvings, PetscIn
 
 /* --- The runs ----------------------------------------------------------------------------------------------------- */
 
-/* Makes run `level`. Its size and error go to result; if the finest run is the reference, its particles go to samples. If
-   it stopped early, *status says so. Collective on core.comm. */
+/* Makes run `level`. Its size and error go to result; if the finest run is the reference, its particles go to samples.
+   If it stopped early, *status says so. Collective on core.comm. */
 static PetscErrorCode MakeRun(MPM coarse, PetscInt level, Result *result, PetscInt *n, Sample **samples, int *status)
 {
   const MPMStudy *study = &coarse->study;

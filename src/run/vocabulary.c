@@ -1,6 +1,6 @@
 /* vocabulary.c - the options of the program as a table, which the reading of options uses. Some values are rows of
-   other tables: laws, shapes, walls, faces, bases, schemes, transfers, known solutions, ways to run, fields of snapshots. They
-   are taken from those tables, so that none can be missing here. */
+   other tables: laws, shapes, walls, faces, bases, schemes, transfers, known solutions, ways to run, fields of
+   snapshots. They are taken from those tables, so that none can be missing here. */
 #include "run/mpm.h"
 
 /* The names of a table, as "|a|b|c"; from the second character on, this is a list as options.def has it. */
