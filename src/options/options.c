@@ -201,35 +201,43 @@ static PetscBool DefaultNumber(const MPMOptionRow *row, PetscReal *value)
   return end != row->fallback && !*end ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Reads a real number in the unit of the row. This and the other readers are described in options.h. */
-PetscErrorCode MPMOptionsReal(MPMOptions o, const char rowname[], const char name[], PetscReal *value, PetscBool *set)
+/* Reads one number, of the option or else the default; *known says whether there is one. */
+static PetscErrorCode ReadNumber(MPMOptions o, const char rowname[], const char name[], PetscBool whole,
+                                 PetscReal *number, PetscBool *known, PetscBool *set)
 {
   const MPMOptionRow *row;
   PetscBool           found;
-  PetscReal           number;
   char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
-  if (found || DefaultNumber(row, &number))
-    *value = found ? ParseNumber(o, row, full, text, text, PETSC_FALSE) : number;
+  *known = found || DefaultNumber(row, number) ? PETSC_TRUE : PETSC_FALSE;
+  if (found) *number = ParseNumber(o, row, full, text, text, whole);
   if (set) *set = found;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads a real number in the unit of the row. This and the other readers are described in options.h. */
+PetscErrorCode MPMOptionsReal(MPMOptions o, const char rowname[], const char name[], PetscReal *value, PetscBool *set)
+{
+  PetscReal number;
+  PetscBool known;
+
+  PetscFunctionBeginUser;
+  PetscCall(ReadNumber(o, rowname, name, PETSC_FALSE, &number, &known, set));
+  if (known) *value = number;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Reads a whole number. */
 PetscErrorCode MPMOptionsInt(MPMOptions o, const char rowname[], const char name[], PetscInt *value, PetscBool *set)
 {
-  const MPMOptionRow *row;
-  PetscBool           found;
-  PetscReal           number;
-  char                full[MPM_FULL_LEN], text[MPM_TEXT_LEN];
+  PetscReal number;
+  PetscBool known;
 
   PetscFunctionBeginUser;
-  PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
-  if (found || DefaultNumber(row, &number))
-    *value = (PetscInt)(found ? ParseNumber(o, row, full, text, text, PETSC_TRUE) : number);
-  if (set) *set = found;
+  PetscCall(ReadNumber(o, rowname, name, PETSC_TRUE, &number, &known, set));
+  if (known) *value = (PetscInt)number;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -415,5 +423,22 @@ PetscErrorCode MPMOptionsFind(const char word[], PetscInt n, const char *const n
   PetscFunctionBeginUser;
   for (*k = 0; *k < n && strcmp(names[*k], word);) ++*k;
   PetscCheck(*k < n, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s is in the vocabulary, but is no row of its table", word);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the option, a name, and sets *k to the structure among n that has it. See options.h. */
+PetscErrorCode MPMOptionsDeclared(MPMOptions o, const char rowname[], const char name[], PetscInt n, const char names[],
+                                  size_t stride, PetscInt *k)
+{
+  char full[MPM_FULL_LEN], word[MPM_TEXT_LEN] = "", list[MPM_TEXT_LEN / 2] = "";
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsString(o, rowname, name, word, NULL));
+  for (*k = 0; *k < n && strcasecmp(names + (size_t)*k * stride, word);) ++*k;
+  if (*k < n) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt j = 0; j < n; j++)
+    (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", j ? "|" : "", names + (size_t)j * stride);
+  MPMOptionsFullName(rowname, name, full);
+  MPMOptionsFail(o, "-%s %.100s is not declared: choose %s%s", full, word, n > 1 ? "one of " : "", list);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

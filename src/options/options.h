@@ -68,6 +68,12 @@ PetscErrorCode MPMOptionsNames(MPMOptions, const char row[], PetscInt *n, char (
 PetscErrorCode MPMOptionsExpression(MPMOptions, const char row[], const char name[], const char variables[],
                                     PetscInt nc, MPMExpression *);
 
+/* Reads an option whose value is the name of a material or a body, and sets *k to its number among the n that are
+   declared, or to n after a fault. names: the first of these names; the others follow at distances of `stride` bytes,
+   as in an array of structures. */
+PetscErrorCode MPMOptionsDeclared(MPMOptions, const char row[], const char name[], PetscInt n, const char names[],
+                                  size_t stride, PetscInt *k);
+
 /* Refuses those options among `all` (words separated by blanks) that a choice does not take; it takes the words
    `taken`. */
 PetscErrorCode MPMOptionsRefuseOthers(MPMOptions, const char group[], const char name[], const char what[],

@@ -51,6 +51,10 @@ PetscErrorCode MPMSetUp(MPM);
 PetscErrorCode MPMRun(MPM);
 PetscErrorCode MPMDestroy(MPM *);
 
+/* The main program (program.c): starts MPI and PETSc, lets `read` read the options, prints the first fault if there is
+   one, else lets `run` do the work and set the exit status, and ends MPI and PETSc. Returns the exit status. */
+int MPMProgram(int argc, char **argv, PetscErrorCode (*read)(MPM, MPMOptions), PetscErrorCode (*run)(MPM, int *status));
+
 /* Reads -method_*, -time_* and -dt_* (method.c); faults are left in the options. Not collective. */
 PetscErrorCode MPMMethodSetFromOptions(MPM, MPMOptions);
 

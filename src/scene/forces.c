@@ -2,32 +2,23 @@
    docs/theory.md. At the beginning of each step it is evaluated from expressions of position and time.
 
    A load acts on the particles at the surface of a body: those whose neighbour on the lattice was not in the body at
-   the start. Such a side has the area A and the normal N of a side of the particle's cell of the lattice. Under a
+   the start. Such a side has the area A and the normal N of that side of the box around the particle. Under a
    pressure p the force is -p J F^-T N A (Nanson's formula for the deformed surface), under a traction T it is T A. */
-#include <strings.h>
 #include "scene/scene.h"
 
 static PetscErrorCode ReadLoad(const MPMScene *scene, const MPMCore *core, MPMOptions o, MPMLoad *load)
 {
-  const PetscInt dim      = core->grid.dim;
-  char body[MPM_TEXT_LEN] = "", face[MPM_NAME_LEN] = "", type[MPM_NAME_LEN] = "", sides[MPM_TEXT_LEN / 2] = "all";
+  const PetscInt dim                = core->grid.dim;
+  char           face[MPM_NAME_LEN] = "", type[MPM_NAME_LEN] = "", sides[MPM_TEXT_LEN / 2] = "all";
 
   PetscFunctionBeginUser;
-  PetscCall(MPMOptionsString(o, "load_<l>_body", load->name, body, NULL));
+  PetscCall(MPMOptionsDeclared(o, "load_<l>_body", load->name, scene->nbodies, scene->bodies->name,
+                               sizeof *scene->bodies, &load->body));
   PetscCall(MPMOptionsEnum(o, "load_<l>_face", load->name, face, NULL));
   PetscCall(MPMOptionsEnum(o, "load_<l>_type", load->name, type, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   load->pressure = !strcmp(type, "pressure") ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(MPMOptionsExpression(o, "load_<l>_value", load->name, "xyzXYZt", load->pressure ? 1 : dim, &load->value));
-  for (load->body = 0; load->body < scene->nbodies && strcasecmp(scene->bodies[load->body].name, body);) load->body++;
-  if (load->body == scene->nbodies) {
-    char list[MPM_TEXT_LEN / 2] = "";
-
-    for (PetscInt k = 0; k < scene->nbodies; k++)
-      (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? "|" : "", scene->bodies[k].name);
-    MPMOptionsFail(o, "-load_%s_body %.100s is not declared: choose %s%s", load->name, body,
-                   scene->nbodies > 1 ? "one of " : "", list);
-  }
   for (PetscInt k = 0; k < 2 * dim; k++) {
     if (!strcmp(face, "all") || !strcmp(face, MPMFaceNames[k])) load->sides |= (PetscInt)1 << k;
     (void)snprintf(sides + strlen(sides), sizeof sides - strlen(sides), "|%s", MPMFaceNames[k]);

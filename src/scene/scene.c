@@ -146,24 +146,13 @@ static PetscErrorCode ReadRegion(MPMOptions o, PetscInt dim, const char name[], 
 
 static PetscErrorCode ReadBody(MPMScene *scene, MPMCore *core, MPMOptions o, MPMBody *b)
 {
-  char material[MPM_TEXT_LEN] = "";
-
   PetscFunctionBeginUser;
   PetscCall(ReadRegion(o, core->grid.dim, b->name, &b->region));
-  PetscCall(MPMOptionsString(o, "body_<b>_material", b->name, material, NULL));
+  PetscCall(MPMOptionsDeclared(o, "body_<b>_material", b->name, scene->nmaterials, scene->materials->name,
+                               sizeof *scene->materials, &b->material));
   PetscCall(MPMOptionsInts(o, "body_<b>_ppc", b->name, b->ppc, NULL));
   PetscCall(MPMOptionsReals(o, "body_<b>_offset", b->name, b->offset, NULL));
   PetscCall(MPMOptionsExpression(o, "body_<b>_velocity", b->name, "xyz", core->grid.dim, &b->velocity));
-  for (b->material = 0; b->material < scene->nmaterials && strcasecmp(scene->materials[b->material].name, material);)
-    b->material++;
-  if (b->material == scene->nmaterials) {
-    char list[MPM_TEXT_LEN / 2] = "";
-
-    for (PetscInt k = 0; k < scene->nmaterials; k++)
-      (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? "|" : "", scene->materials[k].name);
-    MPMOptionsFail(o, "-body_%s_material %.100s is not declared: choose %s%s", b->name, material,
-                   scene->nmaterials > 1 ? "one of " : "", list);
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

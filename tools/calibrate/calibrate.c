@@ -10,7 +10,6 @@
    core. The constants go to a file, which later runs of the same method read. */
 #include <errno.h>
 #include <libgen.h>
-#include <signal.h>
 #include <unistd.h>
 #include "calibrate.h"
 
@@ -210,37 +209,7 @@ static PetscErrorCode Read(MPM scene, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Run(int *status)
-{
-  MPM        scene;
-  MPMOptions options;
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMCreate(PETSC_COMM_WORLD, &scene));
-  PetscCall(MPMOptionsCreate(&MPMOptionTable, &options));
-  PetscCall(Read(scene, options));
-  if (MPMOptionsError(options)) {
-    PetscCall(PetscFPrintf(scene->core.comm, stderr, "%s\n", MPMOptionsError(options)));
-    *status = MPM_EXIT_INPUT;
-  } else
-    PetscCall(Calibrate(scene, status));
-  PetscCall(MPMOptionsDestroy(&options));
-  PetscCall(MPMDestroy(&scene));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 int main(int argc, char **argv)
 {
-  int       status;
-  PetscBool help;
-
-  if (MPMOptionsStart(&MPMOptionTable, argc, argv, &status)) return status;
-  PetscCall(PetscPushErrorHandler(MPMOptionsStartFault, NULL));
-  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
-  MPMOptionsStarted();
-  (void)signal(SIGPIPE, SIG_DFL); /* so that `calibrate ... | head` prints no error */
-  PetscCall(PetscOptionsHasHelp(NULL, &help));
-  if (!help) PetscCall(Run(&status));
-  PetscCall(PetscFinalize());
-  return status;
+  return MPMProgram(argc, argv, Read, Calibrate);
 }

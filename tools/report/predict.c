@@ -153,46 +153,27 @@ static PetscBool Answer(MPM mpm, const char line[])
   return PETSC_TRUE;
 }
 
-static PetscErrorCode Run(int *status)
+/* Answers requests until the input ends. */
+static PetscErrorCode Run(MPM mpm, int *status)
 {
-  char       line[2 * MPM_TEXT_LEN];
-  MPM        mpm;
-  MPMOptions options;
+  char line[2 * MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  PetscCall(MPMCreate(PETSC_COMM_SELF, &mpm));
-  PetscCall(MPMOptionsCreate(&MPMOptionTable, &options));
-  PetscCall(MPMSetFromOptions(mpm, options));
-  if (MPMOptionsError(options)) {
-    fprintf(stderr, "%s\n", MPMOptionsError(options));
-    *status = MPM_EXIT_INPUT;
-  } else {
-    PetscCall(MPMSetPhases(mpm));
-    PrintFacts(mpm);
-    fflush(stdout);
-    while (*status == MPM_EXIT_OK && fgets(line, (int)sizeof line, stdin)) {
-      line[strcspn(line, "\n")] = 0;
-      if (!Answer(mpm, line)) {
-        fprintf(stderr, "predict: no request: %s\n", line);
-        *status = MPM_EXIT_INPUT;
-      }
-      fflush(stdout);
+  PetscCall(MPMSetPhases(mpm));
+  PrintFacts(mpm);
+  fflush(stdout);
+  while (*status == MPM_EXIT_OK && fgets(line, (int)sizeof line, stdin)) {
+    line[strcspn(line, "\n")] = 0;
+    if (!Answer(mpm, line)) {
+      fprintf(stderr, "predict: no request: %s\n", line);
+      *status = MPM_EXIT_INPUT;
     }
+    fflush(stdout);
   }
-  PetscCall(MPMOptionsDestroy(&options));
-  PetscCall(MPMDestroy(&mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 int main(int argc, char **argv)
 {
-  int status;
-
-  if (MPMOptionsStart(&MPMOptionTable, argc, argv, &status)) return status;
-  PetscCall(PetscPushErrorHandler(MPMOptionsStartFault, NULL));
-  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
-  MPMOptionsStarted();
-  PetscCall(Run(&status));
-  PetscCall(PetscFinalize());
-  return status;
+  return MPMProgram(argc, argv, MPMSetFromOptions, Run);
 }

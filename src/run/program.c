@@ -1,0 +1,40 @@
+/* program.c - the main program, without what it runs: pebble and the tools that read a scene start and end with it. */
+#include <signal.h>
+#include "run/mpm.h"
+
+static PetscErrorCode ReadAndRun(PetscErrorCode (*read)(MPM, MPMOptions), PetscErrorCode (*run)(MPM, int *),
+                                 int *status)
+{
+  MPM        mpm;
+  MPMOptions options;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMCreate(PETSC_COMM_WORLD, &mpm));
+  PetscCall(MPMOptionsCreate(&MPMOptionTable, &options));
+  PetscCall(read(mpm, options));
+  if (MPMOptionsError(options)) {
+    PetscCall(PetscFPrintf(mpm->core.comm, stderr, "%s\n", MPMOptionsError(options)));
+    *status = MPM_EXIT_INPUT;
+  } else
+    PetscCall(run(mpm, status));
+  PetscCall(MPMOptionsDestroy(&options));
+  PetscCall(MPMDestroy(&mpm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Described in mpm.h. */
+int MPMProgram(int argc, char **argv, PetscErrorCode (*read)(MPM, MPMOptions), PetscErrorCode (*run)(MPM, int *status))
+{
+  int       status;
+  PetscBool help;
+
+  if (MPMOptionsStart(&MPMOptionTable, argc, argv, &status)) return status;
+  PetscCall(PetscPushErrorHandler(MPMOptionsStartFault, NULL));
+  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  MPMOptionsStarted();
+  (void)signal(SIGPIPE, SIG_DFL); /* so that `pebble ... | head` prints no error */
+  PetscCall(PetscOptionsHasHelp(NULL, &help));
+  if (!help) PetscCall(ReadAndRun(read, run, &status));
+  PetscCall(PetscFinalize());
+  return status;
+}
