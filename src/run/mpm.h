@@ -24,6 +24,7 @@ typedef struct {
   PetscLogDouble start, line; /* when the run and the last line of progress began, s */
   PetscBool      limits;      /* -report_limits: are the limits of a core measured for the line `speed`? */
   PetscBool      progress;    /* is a line of progress on the terminal? */
+  PetscBool      untold;      /* is the reason to stop left to a study? Else the end of the run tells it */
 } MPMReport;
 
 typedef struct _p_MPM *MPM;
@@ -65,7 +66,10 @@ PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
 
-/* Read the options of a study (method.c), and run it (study.c). Collective on core.comm. */
+/* Returns the bytes of particles, with order and scratch, and of nodes, on all processes together (report.c). */
+PetscReal MPMMemory(MPM);
+
+/* Read the options of a study, and run it (study.c). Collective on core.comm. */
 PetscErrorCode MPMStudySetFromOptions(MPM, MPMOptions);
 PetscErrorCode MPMStudyRun(MPM, int *status);
 

@@ -1,0 +1,83 @@
+/* study.h - what the files of the studies share: options that are replaced for a run and put back, runs made from the
+   option database, and what they gave. A study that has a scene of its own fills an option database with it and makes
+   it the current one (PetscOptionsPush, PetscOptionsPop). All runs of a study read MPM `base`, the scene as given,
+   which is not set up. */
+#ifndef MPM_STUDY_H
+#define MPM_STUDY_H
+
+#include "run/mpm.h"
+
+/* Options that a study has replaced, with what they were before. */
+typedef struct {
+  PetscInt n, capacity;
+  char   **name, **value; /* value NULL: it was not given */
+  char    *given;         /* was the option given? */
+} MPMChanges;
+
+/* Sets an option ("-name") to a value, or to none with MPMChangesClear; MPMChangesUndo puts all back as they were. Not
+   collective. */
+PetscErrorCode MPMChangesSet(MPMChanges *, const char name[], const char format[], ...) PETSC_ATTRIBUTE_FORMAT(3, 4);
+PetscErrorCode MPMChangesClear(MPMChanges *, const char name[]);
+PetscErrorCode MPMChangesUndo(MPMChanges *);
+
+/* Replaces what makes a run a run of this study: its name, and the options -study_*. */
+PetscErrorCode MPMChangesOfStudy(MPMChanges *, MPM base, const char name[]);
+/* Make cells and a given -dt_size 2^level times as fine as those of the scene; particles per cell and axis `factor`
+   times as many; -dt_size, or else -dt_cfl, smaller by `factor`. */
+PetscErrorCode MPMChangesRefine(MPMChanges *, MPM base, PetscInt level);
+PetscErrorCode MPMChangesPpc(MPMChanges *, MPM base, PetscInt factor);
+PetscErrorCode MPMChangesStep(MPMChanges *, MPM base, PetscInt factor);
+
+/* A particle of a finished run, as a comparison with another run needs it. */
+typedef struct {
+  PetscInt64 key[3];  /* place on the lattice of its body */
+  PetscInt   body;    /* row of the scene's bodies */
+  PetscReal  u[3], m; /* displacement, m; mass, kg */
+} MPMSample;
+
+/* All particles of a finished run; the lattice of a body has the spacing b. */
+typedef struct {
+  PetscInt   n, nbodies;
+  MPMSample *at;     /* [n] */
+  PetscReal (*b)[3]; /* [nbodies] m */
+} MPMSamples;
+
+/* What a column of the history was in a run. */
+enum { MPM_SEEN_FIRST, MPM_SEEN_LAST, MPM_SEEN_LEAST, MPM_SEEN_LARGEST, MPM_NUM_SEEN };
+
+/* What a run gave. error and size are those of MPMKnownError, 0 without a known solution and where the run stopped. */
+typedef struct {
+  PetscInt   cells[3], steps, lines; /* lines: of the history that were seen */
+  PetscInt64 particles;
+  PetscReal  h, ppc, fixed, cfl;    /* of axis x, m; of body 0 on axis x; -dt_size, or 0, s; -dt_cfl */
+  PetscReal  error, size;           /* m */
+  PetscReal  seconds, wall, memory; /* of the steps alone, of the run, s; of particles and nodes, bytes */
+  PetscReal  column[MPM_NUM_DIAGNOSTICS][3][MPM_NUM_SEEN];
+  PetscBool  interrupted;                               /* by a signal: the study should end */
+  char       refused[MPM_TEXT_LEN], stop[MPM_TEXT_LEN]; /* why the options were refused, why it stopped; or "" */
+} MPMStudyResult;
+
+/* What a run of a study keeps or says. */
+enum {
+  MPM_STUDY_FILES   = 1, /* it writes its history and snapshots as any run does; else no file */
+  MPM_STUDY_TELL    = 2, /* if it stops, it says why on standard error; else only the result does */
+  MPM_STUDY_SAMPLES = 4, /* its particles go to samples, on the processes that hold particles */
+  MPM_STUDY_DRY     = 8  /* only its options are read: cells, particles, h, fixed, cfl, refused are set */
+};
+
+/* Makes a run of the present options and sets *r on all processes; a run that is refused or stops is a result like
+   others. samples: NULL, or empty; the caller frees them. Collective on base->core.comm. */
+PetscErrorCode MPMStudyMake(MPM base, PetscInt keeps, MPMStudyResult *r, MPMSamples *samples);
+
+/* study_compare.c. MPMSamplesGather is collective on the exchange, the others are not collective. */
+PetscErrorCode MPMSamplesGather(MPM, MPMSamples *);
+PetscErrorCode MPMSamplesDestroy(MPMSamples *);
+/* Sets *difference to the root of the mass-weighted mean of |u - u_fine|^2 over the coarse particles, m, and *size to
+   that of |u_fine|; the particles of both are sorted. */
+PetscErrorCode MPMSamplesCompare(const MPMGrid *, MPMSamples *coarse, MPMSamples *fine, PetscReal *difference,
+                                 PetscReal *size);
+
+/* The studies; *status is that of the program. Collective on base->core.comm. */
+PetscErrorCode MPMStudyConvergence(MPM base, int *status);
+
+#endif
