@@ -69,7 +69,7 @@ PetscErrorCode MPMReportEnd(MPM);
 /* Returns the bytes of particles, with order and scratch, and of nodes, on all processes together (report.c). */
 PetscReal MPMMemory(MPM);
 
-/* Read the options of a study, and run it (study.c). Collective on core.comm. */
+/* Read the options of a study (study_options.c), and run it (study.c). Collective on core.comm. */
 PetscErrorCode MPMStudySetFromOptions(MPM, MPMOptions);
 PetscErrorCode MPMStudyRun(MPM, int *status);
 
