@@ -12,6 +12,14 @@
 
 #define MPM_MAX_LEVELS 12 /* most runs of a study, -study_levels */
 
+/* A list of words of an option. */
+#define MPM_MAX_WORDS 32
+typedef struct {
+  PetscInt n;
+  char    *word[MPM_MAX_WORDS]; /* [n], in text */
+  char     text[MPM_TEXT_LEN];
+} MPMWords;
+
 /* A number of a run: what a column of the history was. */
 enum { MPM_SEEN_END, MPM_SEEN_MAX, MPM_SEEN_MIN, MPM_SEEN_START, MPM_NUM_SEEN };
 typedef struct {
@@ -28,6 +36,8 @@ typedef struct {
   PetscReal   order_min;
   PetscBool   order_wanted; /* is order_min given? */
   MPMQuantity quantity;
+  MPMWords    bases, updates, transfers, ppc, cfl; /* workprecision: the methods; ppc, cfl empty: as the scene has it */
+  PetscInt    repeats;                             /* workprecision: of each run, for its time */
 } MPMStudy;
 
 /* What the printing functions keep between calls. */
@@ -76,6 +86,9 @@ PetscErrorCode MPMNotes(MPM);
 PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
+
+/* Writes why this basis, update and transfer give wrong results together, with what to use instead, or "" (report.c). */
+void MPMMethodWrong(MPM, char why[MPM_TEXT_LEN]);
 
 /* Returns the bytes of particles, with order and scratch, and of nodes, on all processes together (report.c). */
 PetscReal MPMMemory(MPM);

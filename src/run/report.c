@@ -149,9 +149,24 @@ static PetscErrorCode PrintLoads(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
+{
+  const PetscBool linear = mpm->core.basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE,
+                  direct = MPMSchemeIsDirect(mpm->method.scheme);
+
+  why[0] = 0;
+  if (linear && (direct || mpm->core.needs.affine))
+    (void)snprintf(why, MPM_TEXT_LEN,
+                   "linear with %s is unstable where particles cross cells: nodes of vanishing mass get any velocity "
+                   "gradient; use %s",
+                   direct ? mpm->method.scheme->name : mpm->method.transfer->name, direct ? "musl or usf" : "bspline2");
+}
+
 /* Prints warnings: what makes results doubtful, as far as it is known before the first step. */
 static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
 {
+  char wrong[MPM_TEXT_LEN];
+
   PetscFunctionBeginUser;
   if (mpm->scene.overlap)
     PetscCall(MPMPrint(&mpm->core.print,
@@ -178,15 +193,8 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
     PetscCall(MPMPrint(&mpm->core.print,
                        "warning    dt is %.2g h/(c+|v|), above the bound 1: expect the run to blow up\n",
                        (double)courant));
-  if (mpm->core.basis == MPM_BASIS_linear && MPMSchemeIsDirect(mpm->method.scheme))
-    PetscCall(MPMPrint(
-        &mpm->core.print,
-        "warning    linear with %s is unstable where particles cross cells: nodes of vanishing mass get any velocity gradient; use musl or usf\n",
-        mpm->method.scheme->name));
-  if (mpm->core.basis == MPM_BASIS_linear && mpm->core.needs.affine)
-    PetscCall(MPMPrint(
-        &mpm->core.print,
-        "warning    linear with apic is unstable where particles cross cells: nodes of vanishing mass get any velocity gradient; use bspline2\n"));
+  MPMMethodWrong(mpm, wrong);
+  if (wrong[0]) PetscCall(MPMPrint(&mpm->core.print, "warning    %s\n", wrong));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -57,6 +57,64 @@ static void CheckConvergence(MPM mpm, MPMOptions o)
     MPMOptionsFail(o, "-study_vary ppc does not apply: -reference_type finest compares grids and time steps");
 }
 
+/* Appends a word to a list. */
+static void Append(char list[MPM_TEXT_LEN], const char word[])
+{
+  const size_t n = strlen(list);
+
+  (void)snprintf(list + n, MPM_TEXT_LEN - n, "%s%s", n ? " " : "", word);
+}
+
+/* Reads a list of words, each of them one of `legal` up to a ":"; without `legal`, of numbers in (0,most]. */
+static PetscErrorCode ReadWords(MPMOptions o, const char name[], const char legal[], PetscReal most, MPMWords *words)
+{
+  char     *save = NULL, head[MPM_NAME_LEN];
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  words->text[0] = 0;
+  PetscCall(MPMOptionsString(o, name, NULL, words->text, &set));
+  words->n = 0;
+  for (char *w = strtok_r(words->text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
+    char           *end;
+    const PetscReal number = strtod(w, &end);
+
+    (void)snprintf(head, sizeof head, "%.*s", (int)PetscMin(strcspn(w, ":"), sizeof head - 1), w);
+    if (legal && !MPMListHas(legal, head)) MPMOptionsFail(o, "-%s %.100s: choose a list of %s", name, w, legal);
+    if (!legal && (end == w || *end || !(number > 0 && number <= most)))
+      MPMOptionsFail(o, "-%s %.100s: choose a list of numbers > 0, at most %g", name, w, (double)most);
+    if (words->n == MPM_MAX_WORDS) MPMOptionsFail(o, "-%s: at most %d words", name, MPM_MAX_WORDS);
+    if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+    words->word[words->n++] = w;
+  }
+  if (set && !words->n) MPMOptionsFail(o, "-%s is empty", name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the lists of methods of a work-precision study. */
+static PetscErrorCode ReadMethods(MPM mpm, MPMOptions o)
+{
+  MPMStudy *study               = &mpm->study;
+  char      bases[MPM_TEXT_LEN] = "", updates[MPM_TEXT_LEN] = "", transfers[MPM_TEXT_LEN] = "";
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < MPM_NUM_BASES; k++) Append(bases, MPMBasisNames[k]);
+  Append(bases, "gimp_stretch");
+  for (const MPMScheme *s = MPMSchemes; s->name; s++) Append(updates, s->name);
+  for (const MPMTransfer *t = MPMTransfers; t->name; t++) Append(transfers, t->name);
+  PetscCall(ReadWords(o, "study_basis", bases, 0, &study->bases));
+  PetscCall(ReadWords(o, "study_update", updates, 0, &study->updates));
+  PetscCall(ReadWords(o, "study_transfer", transfers, 0, &study->transfers));
+  PetscCall(ReadWords(o, "study_ppc", NULL, 64, &study->ppc));
+  PetscCall(ReadWords(o, "study_cfl", NULL, 2, &study->cfl));
+  PetscCall(MPMOptionsInt(o, "study_repeats", NULL, &study->repeats, NULL));
+  for (PetscInt k = 0; k < study->ppc.n; k++)
+    if (strspn(study->ppc.word[k], "0123456789") != strlen(study->ppc.word[k]))
+      MPMOptionsFail(o, "-study_ppc %s must be whole", study->ppc.word[k]);
+  if (study->cfl.n && mpm->time.fixed > 0) MPMOptionsFail(o, "-study_cfl does not apply: -dt_size is fixed");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Reads -study_*; the first fault is left in o. */
 PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
 {
@@ -72,8 +130,11 @@ PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMOptionsInt(o, "study_levels", NULL, &study->levels, NULL));
-  PetscCall(MPMOptionsEnum(o, "study_vary", NULL, study->vary, NULL));
-  PetscCall(MPMOptionsReal(o, "study_order_min", NULL, &study->order_min, &study->order_wanted));
+  if (!strcmp(study->type, "convergence")) {
+    PetscCall(MPMOptionsEnum(o, "study_vary", NULL, study->vary, NULL));
+    PetscCall(MPMOptionsReal(o, "study_order_min", NULL, &study->order_min, &study->order_wanted));
+  } else
+    PetscCall(ReadMethods(mpm, o));
   PetscCall(ReadQuantity(mpm, o));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   if (mpm->scene.finest && study->quantity.on)
@@ -86,6 +147,6 @@ PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
                    study->type);
   if (mpm->time.max_steps != PETSC_MAX_INT)
     MPMOptionsFail(o, "-time_max_steps does not apply: the runs of a study end at the same time, -time_end");
-  CheckConvergence(mpm, o);
+  if (!strcmp(study->type, "convergence")) CheckConvergence(mpm, o);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -149,12 +149,20 @@ static void Watch(const MPMShown *shown, void *to)
 /* Sets what the options alone say of a run. */
 static void Describe(MPM mpm, MPMStudyResult *r)
 {
+  r->dim = mpm->core.grid.dim;
   for (PetscInt d = 0; d < 3; d++) r->cells[d] = d < mpm->core.grid.dim ? mpm->core.grid.cells[d] : 1;
   r->h         = mpm->core.grid.h[0];
   r->ppc       = (PetscReal)mpm->scene.bodies[0].ppc[0];
   r->fixed     = mpm->time.fixed;
   r->cfl       = mpm->time.cfl;
   r->particles = mpm->core.particles.total;
+  r->basis     = (PetscInt)mpm->core.basis;
+  r->stretched = mpm->core.needs.stretched;
+  r->scheme    = (PetscInt)(mpm->method.scheme - MPMSchemes);
+  r->transfer  = (PetscInt)(mpm->method.transfer - MPMTransfers);
+  r->flip      = mpm->core.params.flip;
+  r->order     = mpm->core.params.xpic;
+  MPMMethodWrong(mpm, r->wrong);
 }
 
 /* Sets up a run whose options are read, runs it and takes its result. */
@@ -172,6 +180,11 @@ static PetscErrorCode Run(MPM mpm, PetscInt keeps, MPMStudyResult *r, MPMSamples
   mpm->monitor.watch   = Watch;
   mpm->monitor.watcher = r;
   PetscCall(MPMSetUp(mpm));
+  if (keeps & MPM_STUDY_PREDICT) {
+    r->steps = (PetscInt)PetscMin(PetscCeilReal(mpm->time.end / MPMTimeStep(&mpm->core, &mpm->time)), PETSC_MAX_INT);
+    for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) r->predicted += (PetscReal)r->steps * mpm->cost.predicted[e];
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscTime(&t0));
   PetscCall(MPMRun(mpm));
   PetscCall(PetscTime(&t1));
