@@ -129,8 +129,9 @@ static PetscErrorCode PrintCheapest(MPM base, const MPMWorkTable *t, PetscReal e
 
 PetscErrorCode MPMFrontReport(MPM base, MPMWorkTable *t)
 {
-  const MPMPrinter *p    = &base->core.print;
-  double            last = -1;
+  const MPMPrinter *p     = &base->core.print;
+  double            last  = -1;
+  PetscBool         rough = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   MPMFrontMark(t);
@@ -145,6 +146,7 @@ PetscErrorCode MPMFrontReport(MPM base, MPMWorkTable *t)
       if (t->row[k].front > 0 && t->row[k].least > last && (!next || t->row[k].least < next->least)) next = &t->row[k];
     if (!next) break;
     last = next->least;
+    if (last < 0.01) rough = PETSC_TRUE;
     (void)snprintf(method, sizeof method, "%s%s %s %s", next->basis,
                    strcmp(next->gimp_update, "stretch") ? "" : " stretch", next->update, next->transfer);
     if (next->order == next->order) (void)snprintf(method + strlen(method), 16, " %.0f", next->order);
@@ -154,6 +156,7 @@ PetscErrorCode MPMFrontReport(MPM base, MPMWorkTable *t)
                        100 * PetscMax(next->error, t->floor), next->memory, next->ns));
   }
   if (last < 0) PetscCall(MPMPrint(p, "           none: no run has an error\n"));
+  if (rough) PetscCall(MPMPrint(p, "note       some of these runs took less than 0.01 s: their times say little\n"));
   for (PetscReal error = 0.1; error > 0.0009; error /= 10) PetscCall(PrintCheapest(base, t, error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -91,6 +91,21 @@ static PetscErrorCode ReadWords(MPMOptions o, const char name[], const char lega
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Refuses a number behind a transfer that takes none, or that is none. */
+static void CheckNumber(MPMOptions o, const char word[])
+{
+  const char        *colon = strchr(word, ':');
+  const MPMTransfer *t     = MPMTransfers;
+  char              *end;
+
+  if (!colon) return;
+  while (t->name && (strlen(t->name) != (size_t)(colon - word) || strncmp(t->name, word, (size_t)(colon - word)))) t++;
+  if (!t->name || (t->flip >= 0 && !t->filtered))
+    MPMOptionsFail(o, "-study_transfer %.100s: this transfer takes neither -method_flip nor -method_order", word);
+  (void)strtod(colon + 1, &end);
+  if (end == colon + 1 || *end) MPMOptionsFail(o, "-study_transfer %.100s: no number stands after the colon", word);
+}
+
 /* Reads the lists of methods of a work-precision study. */
 static PetscErrorCode ReadMethods(MPM mpm, MPMOptions o)
 {
@@ -108,6 +123,7 @@ static PetscErrorCode ReadMethods(MPM mpm, MPMOptions o)
   PetscCall(ReadWords(o, "study_ppc", NULL, 64, &study->ppc));
   PetscCall(ReadWords(o, "study_cfl", NULL, 2, &study->cfl));
   PetscCall(MPMOptionsInt(o, "study_repeats", NULL, &study->repeats, NULL));
+  for (PetscInt k = 0; k < study->transfers.n; k++) CheckNumber(o, study->transfers.word[k]);
   for (PetscInt k = 0; k < study->ppc.n; k++)
     if (strspn(study->ppc.word[k], "0123456789") != strlen(study->ppc.word[k]))
       MPMOptionsFail(o, "-study_ppc %s must be whole", study->ppc.word[k]);
