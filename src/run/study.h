@@ -46,16 +46,17 @@ typedef struct {
 typedef struct {
   PetscInt   dim, cells[3], steps, lines; /* lines: of the history that were seen */
   PetscInt64 particles;
-  PetscReal  h, ppc, fixed, cfl;             /* of axis x, m; of body 0 on axis x; -dt_size, or 0, s; -dt_cfl */
-  PetscReal  error, size;                    /* m */
-  PetscReal  seconds, wall, memory;          /* of the steps alone, of the run, s; of particles and nodes, bytes */
-  PetscInt   basis, scheme, transfer, order; /* rows of their tables; -method_order where it applies, else 0 */
-  PetscBool  stretched;                      /* -method_gimp_update stretch */
-  PetscReal  flip;                           /* share of FLIP */
-  PetscReal  predicted;                      /* s of the steps by the model (MPM_STUDY_PREDICT) */
-  PetscReal  column[MPM_NUM_DIAGNOSTICS][3][MPM_NUM_SEEN];
-  PetscBool  interrupted; /* by a signal: the study should end */
-  char       refused[MPM_TEXT_LEN], stop[MPM_TEXT_LEN],
+  PetscReal  h, ppc, fixed, cfl; /* of axis x, m; of body 0 on axis x; -dt_size, or 0, s; -dt_cfl */
+  PetscReal  error, size;        /* m */
+  PetscReal  seconds, wall,
+      memory; /* s of the steps alone, on one process of its processor; s of the run; bytes of particles, nodes */
+  PetscInt  basis, scheme, transfer, order; /* rows of their tables; -method_order where it applies, else 0 */
+  PetscBool stretched;                      /* -method_gimp_update stretch */
+  PetscReal flip;                           /* share of FLIP */
+  PetscReal predicted;                      /* s of the steps by the model (MPM_STUDY_PREDICT) */
+  PetscReal column[MPM_NUM_DIAGNOSTICS][3][MPM_NUM_SEEN];
+  PetscBool interrupted; /* by a signal: the study should end */
+  char      refused[MPM_TEXT_LEN], stop[MPM_TEXT_LEN],
       wrong
           [MPM_TEXT_LEN]; /* why the options were refused, why it stopped, what the program warns of (MPMMethodWrong); or "" */
 } MPMStudyResult;
