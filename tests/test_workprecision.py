@@ -227,6 +227,10 @@ def check_more():
     study = Study("size", [line.replace("-grid_cells 8", "-grid_h 0.125") for line in BAR] + KNOWN + STUDY, "-study_basis", "bspline2", "-study_levels", "2")
     options = study.cheapest("1")[0]
     check.that("-grid_h" in options and single(study, shlex.split(options)).status == 0, f"by -grid_h: {options}")
+    # a series that begins with a coarser grid
+    study = Study("coarser", BAR + KNOWN + STUDY, "-grid_cells", "16", "-study_coarser", "1", "-study_basis", "bspline2", "-study_levels", "2")
+    plain = Study("plain", BAR + KNOWN + STUDY, "-study_basis", "bspline2", "-study_levels", "2")
+    check.that(study.status == 0 and len(study.rows) == 8 and errors(study) == errors(plain), f"-study_coarser 1 of 16 cells begins with 8: {[row['cells'] for row in study.rows]}")
     # a run that stops is a result
     study = Study("stops", WATER + ["-study_quantity kinetic_energy", "-study_value 100"], "-study_cfl", "0.4,2", "-time_end", "2", "-bc_xmax_type", "slip")
     stopped = [row for row in study.rows if row["status"] == "stopped"]

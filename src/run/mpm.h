@@ -37,6 +37,7 @@ typedef struct {
   PetscBool   order_wanted; /* is order_min given? */
   MPMQuantity quantity;
   MPMWords    bases, updates, transfers, ppc, cfl; /* workprecision: the methods; ppc, cfl empty: as the scene has it */
+  PetscInt    coarser;                             /* workprecision: the first grid is 2^coarser times as coarse */
   PetscInt    repeats;                             /* workprecision: of each run, for its time */
 } MPMStudy;
 

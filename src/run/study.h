@@ -22,11 +22,11 @@ PetscErrorCode MPMChangesUndo(MPMChanges *);
 
 /* Replaces what makes a run a run of this study: its name, and the options -study_*. */
 PetscErrorCode MPMChangesOfStudy(MPMChanges *, MPM base, const char name[]);
-/* Make cells and a given -dt_size 2^level times as fine as those of the scene; particles per cell and axis `factor`
-   times as many; -dt_size, or else -dt_cfl, smaller by `factor`. */
+/* Make cells and a given -dt_size 2^level times as fine as those of the scene (level < 0: as large; 2^-level divides the
+   cells); particles per cell and axis `factor` times as many; -dt_size, or else -dt_cfl, smaller by `factor`. */
 PetscErrorCode MPMChangesRefine(MPMChanges *, MPM base, PetscInt level);
 PetscErrorCode MPMChangesPpc(MPMChanges *, MPM base, PetscInt factor);
-PetscErrorCode MPMChangesStep(MPMChanges *, MPM base, PetscInt factor);
+PetscErrorCode MPMChangesStep(MPMChanges *, MPM base, PetscReal factor);
 
 /* A particle of a finished run, as a comparison with another run needs it. */
 typedef struct {

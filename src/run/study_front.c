@@ -119,7 +119,7 @@ static PetscErrorCode PrintCheapest(MPM base, const MPMWorkTable *t, PetscReal e
   PetscCall(MPMSettingApply(&c, base, cheap->setting, cheap->level));
   PetscCall(MPMStudyMake(base, MPM_STUDY_DRY, &r, NULL));
   PetscCall(MPMChangesUndo(&c));
-  PetscCall(MPMSettingOptions(base, cheap->setting, cheap->level, &r, text));
+  PetscCall(MPMSettingOptions(base, cheap->setting, &r, text));
   PetscCall(MPMPrint(p, "%s\n           error %.2g %%, %.0f steps, %.3g s, %.3g MiB\n", text, 100 * cheap->error,
                      cheap->steps, cheap->least, cheap->memory));
   if (!Fastest(t, error, &seconds, &spread)) PetscFunctionReturn(PETSC_SUCCESS);

@@ -123,6 +123,13 @@ static PetscErrorCode ReadMethods(MPM mpm, MPMOptions o)
   PetscCall(ReadWords(o, "study_ppc", NULL, 64, &study->ppc));
   PetscCall(ReadWords(o, "study_cfl", NULL, 2, &study->cfl));
   PetscCall(MPMOptionsInt(o, "study_repeats", NULL, &study->repeats, NULL));
+  PetscCall(MPMOptionsInt(o, "study_coarser", NULL, &study->coarser, NULL));
+  for (PetscInt d = 0; d < mpm->core.grid.dim; d++)
+    if (mpm->core.grid.cells[d] % ((PetscInt)1 << study->coarser))
+      MPMOptionsFail(o,
+                     "-study_coarser %" PetscInt_FMT ": the %" PetscInt_FMT
+                     " cells on axis %c are no multiple of %" PetscInt_FMT,
+                     study->coarser, mpm->core.grid.cells[d], "xyz"[d], (PetscInt)1 << study->coarser);
   for (PetscInt k = 0; k < study->transfers.n; k++) CheckNumber(o, study->transfers.word[k]);
   for (PetscInt k = 0; k < study->ppc.n; k++)
     if (strspn(study->ppc.word[k], "0123456789") != strlen(study->ppc.word[k]))

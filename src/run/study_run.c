@@ -97,10 +97,13 @@ static PetscErrorCode SetList(MPMChanges *c, const char name[], PetscInt dim, co
 
 PetscErrorCode MPMChangesRefine(MPMChanges *c, MPM base, PetscInt level)
 {
+  PetscInt cells[3];
+
   PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 3; d++) cells[d] = base->core.grid.cells[d] >> PetscMax(0, -level);
   PetscCall(MPMChangesClear(c, "-grid_h"));
-  PetscCall(SetList(c, "-grid_cells", base->core.grid.dim, base->core.grid.cells, (PetscInt)1 << level));
-  if (base->time.fixed > 0) PetscCall(MPMChangesStep(c, base, (PetscInt)1 << level));
+  PetscCall(SetList(c, "-grid_cells", base->core.grid.dim, cells, (PetscInt)1 << PetscMax(0, level)));
+  if (base->time.fixed > 0) PetscCall(MPMChangesStep(c, base, PetscPowReal(2, (PetscReal)level)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -116,13 +119,13 @@ PetscErrorCode MPMChangesPpc(MPMChanges *c, MPM base, PetscInt factor)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMChangesStep(MPMChanges *c, MPM base, PetscInt factor)
+PetscErrorCode MPMChangesStep(MPMChanges *c, MPM base, PetscReal factor)
 {
   const PetscBool fixed = base->time.fixed > 0 ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBeginUser;
   PetscCall(MPMChangesSet(c, fixed ? "-dt_size" : "-dt_cfl", "%.17g",
-                          (double)((fixed ? base->time.fixed : base->time.cfl) / (PetscReal)factor)));
+                          (double)((fixed ? base->time.fixed : base->time.cfl) / factor)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -40,7 +40,7 @@ PetscErrorCode MPMSettingApply(MPMChanges *c, MPM base, const MPMSetting *s, Pet
 
   PetscFunctionBeginUser;
   PetscCall(MPMChangesOfStudy(c, base, base->scene.name));
-  PetscCall(MPMChangesRefine(c, base, level));
+  PetscCall(MPMChangesRefine(c, base, level - base->study.coarser));
   if (s->basis[0]) PetscCall(SetMethod(c, s));
   for (PetscInt d = 0; d < base->core.grid.dim; d++)
     (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%" PetscInt_FMT, d ? "," : "", s->ppc);
@@ -139,10 +139,9 @@ static void Append(char text[MPM_TEXT_LEN], const char format[], ...)
   va_end(args);
 }
 
-PetscErrorCode MPMSettingOptions(MPM base, const MPMSetting *s, PetscInt level, const MPMStudyResult *r,
-                                 char text[MPM_TEXT_LEN])
+PetscErrorCode MPMSettingOptions(MPM base, const MPMSetting *s, const MPMStudyResult *r, char text[MPM_TEXT_LEN])
 {
-  const PetscInt dim = base->core.grid.dim, factor = (PetscInt)1 << level;
+  const PetscInt dim = base->core.grid.dim;
   PetscBool      by_size;
 
   PetscFunctionBeginUser;
@@ -156,9 +155,10 @@ PetscErrorCode MPMSettingOptions(MPM base, const MPMSetting *s, PetscInt level, 
   for (PetscInt d = 0; d < dim; d++) {
     Append(text, "%s", d ? "," : by_size ? " -grid_h " : " -grid_cells ");
     if (by_size)
-      Append(text, "%.17g", (double)(base->core.grid.h[d] / (PetscReal)factor));
+      Append(text, "%.17g",
+             (double)(base->core.grid.h[d] * (PetscReal)base->core.grid.cells[d] / (PetscReal)r->cells[d]));
     else
-      Append(text, "%" PetscInt_FMT, base->core.grid.cells[d] * factor);
+      Append(text, "%" PetscInt_FMT, r->cells[d]);
   }
   for (PetscInt k = 0; s->ppc > 0 && k < base->scene.nbodies; k++)
     for (PetscInt d = 0; d < dim; d++)

@@ -23,8 +23,7 @@ PetscErrorCode MPMSettingsCreate(MPM base, PetscInt *n, MPMSetting **settings);
 PetscErrorCode MPMSettingApply(MPMChanges *, MPM base, const MPMSetting *, PetscInt level);
 /* Writes the options by which a user repeats a run of this result; digits that name a run: its options, this program's
    version, the processes, and `with`. */
-PetscErrorCode MPMSettingOptions(MPM base, const MPMSetting *, PetscInt level, const MPMStudyResult *,
-                                 char text[MPM_TEXT_LEN]);
+PetscErrorCode MPMSettingOptions(MPM base, const MPMSetting *, const MPMStudyResult *, char text[MPM_TEXT_LEN]);
 PetscErrorCode MPMSettingKey(MPM base, const MPMSetting *, PetscInt level, const char with[], char key[17]);
 
 /* A row of the table: a run. Numbers are NaN where there is none. */
