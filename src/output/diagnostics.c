@@ -216,6 +216,18 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 
+PetscInt MPMDiagnosticColumns(PetscInt row, PetscInt dim)
+{
+  const MPMDiagnostic *d = &MPMDiagnostics[row];
+
+  return d->uses & MPM_SHOW_COLUMN ? PetscMin(d->nc, d->nc == 1 ? 1 : dim) : 0;
+}
+
+PetscReal MPMDiagnosticValue(const MPMShown *s, PetscInt row, PetscInt component)
+{
+  return MPMDiagnostics[row].value ? MPMDiagnostics[row].value(s) : s->now->sum[row][component];
+}
+
 PetscBool MPMDiagnosticIsField(PetscInt row, PetscInt fields)
 {
   const MPMDiagnostic *d = &MPMDiagnostics[row];

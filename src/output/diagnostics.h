@@ -41,6 +41,11 @@ typedef struct {
 } MPMDiagnostic;
 extern const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS];
 
+/* Return how many columns of the history a row has in dim dimensions, and the value of one of them. The totals are
+   those in what is shown. */
+PetscInt  MPMDiagnosticColumns(PetscInt row, PetscInt dim);
+PetscReal MPMDiagnosticValue(const MPMShown *, PetscInt row, PetscInt component);
+
 /* Returns whether snapshots of a scene with these fields of particles (bits) have the row. */
 PetscBool MPMDiagnosticIsField(PetscInt row, PetscInt fields);
 

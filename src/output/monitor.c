@@ -26,12 +26,6 @@ MPMShown MPMMonitorShown(const MPMMonitor *mon, const MPMCore *core, const MPMSc
   return (MPMShown){core, scene, &mon->start, &mon->now};
 }
 
-/* Returns how many components of a row the history shows: of a vector, one for each dimension of space. */
-static PetscInt Columns(const MPMCore *core, const MPMDiagnostic *row)
-{
-  return row->uses & MPM_SHOW_COLUMN ? PetscMin(row->nc, row->nc == 1 ? 1 : core->grid.dim) : 0;
-}
-
 /* Opens the history and writes its head. Only the first process calls it. */
 static PetscErrorCode Open(MPMMonitor *mon, const MPMCore *core, const MPMScene *scene)
 {
@@ -43,7 +37,7 @@ static PetscErrorCode Open(MPMMonitor *mon, const MPMCore *core, const MPMScene 
   mon->file = fopen(path, "w");
   PetscCheck(mon->file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", path, strerror(errno));
   for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
-    for (PetscInt c = 0; c < Columns(core, &MPMDiagnostics[k]); c++, comma = ",") {
+    for (PetscInt c = 0; c < MPMDiagnosticColumns(k, core->grid.dim); c++, comma = ",") {
       fprintf(mon->file, "%s%s", comma, MPMDiagnostics[k].name);
       if (MPMDiagnostics[k].nc > 1) fprintf(mon->file, "_%c", "xyz"[c]);
     }
@@ -62,13 +56,11 @@ static PetscErrorCode WriteLine(MPMMonitor *mon, const MPMCore *core, const MPMS
   if (rank) PetscFunctionReturn(PETSC_SUCCESS);
   if (!mon->file) PetscCall(Open(mon, core, shown->scene));
   for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
-    const MPMDiagnostic *row = &MPMDiagnostics[k];
+    const PetscInt columns = MPMDiagnosticColumns(k, core->grid.dim);
 
-    for (PetscInt c = 0; c < Columns(core, row); c++, comma = ",") {
-      const PetscReal value = row->value ? row->value(shown) : mon->now.sum[k][c];
-
-      fprintf(mon->file, row->whole ? "%s%.0f" : "%s%.17g", comma, (double)value);
-    }
+    for (PetscInt c = 0; c < columns; c++, comma = ",")
+      fprintf(mon->file, MPMDiagnostics[k].whole ? "%s%.0f" : "%s%.17g", comma,
+              (double)MPMDiagnosticValue(shown, k, c));
   }
   fprintf(mon->file, "\n");
   PetscCheck(!fflush(mon->file) && !ferror(mon->file), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE,
@@ -119,7 +111,8 @@ PetscErrorCode MPMMonitorStep(MPMMonitor *mon, MPMCore *core, const MPMScene *sc
   if (core->step == 0) mon->start = mon->now;
   Check(mon, core, &shown);
   if (!due && !core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(WriteLine(mon, core, &shown));
+  if (mon->watch) mon->watch(&shown, mon->watcher);
+  if (!mon->no_file) PetscCall(WriteLine(mon, core, &shown));
   mon->last = core->step;
   mon->next = MPMNextTime(core->t, mon->every);
   PetscFunctionReturn(PETSC_SUCCESS);

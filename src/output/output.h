@@ -16,6 +16,9 @@ typedef struct {
   PetscInt    last;                         /* step of the last line */
   PetscBool   off;                          /* a run of the calibration has no file and no totals */
   MPMTotals   start, now;                   /* of step 0, and of the last check or line */
+  PetscBool   no_file;                      /* lines are watched and checked, but not written */
+  void (*watch)(const MPMShown *, void *);  /* called for each line with watcher; or NULL */
+  void *watcher;
 } MPMMonitor;
 
 /* Reads the options of the history and its checks; the first fault is left in the options. Not collective. */

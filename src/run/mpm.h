@@ -12,11 +12,33 @@
 
 #define MPM_MAX_LEVELS 12 /* most runs of a study, -study_levels */
 
-/* A study: several runs, each finer than the one before; see study.c. */
+/* A list of words of an option. */
+#define MPM_MAX_WORDS 32
 typedef struct {
-  char      type[MPM_NAME_LEN], vary[MPM_NAME_LEN]; /* type "": none */
-  PetscInt  levels;
-  PetscReal order_min; /* < 0: any */
+  PetscInt n;
+  char    *word[MPM_MAX_WORDS]; /* [n], in text */
+  char     text[MPM_TEXT_LEN];
+} MPMWords;
+
+/* A number of a run: what a column of the history was. */
+enum { MPM_SEEN_END, MPM_SEEN_MAX, MPM_SEEN_MIN, MPM_SEEN_START, MPM_NUM_SEEN };
+typedef struct {
+  PetscBool on, known;
+  char      name[MPM_NAME_LEN];   /* as given */
+  PetscInt  row, component, seen; /* of MPMDiagnostics; MPM_SEEN_.. */
+  PetscReal value;                /* if it is known */
+} MPMQuantity;
+
+/* A study: several runs of a scene; see study.h. */
+typedef struct {
+  char        type[MPM_NAME_LEN], vary[MPM_NAME_LEN]; /* type "": none */
+  PetscInt    levels;
+  PetscReal   order_min;
+  PetscBool   order_wanted; /* is order_min given? */
+  MPMQuantity quantity;
+  MPMWords    bases, updates, transfers, ppc, cfl; /* workprecision: the methods; ppc, cfl empty: as the scene has it */
+  PetscInt    coarser;                             /* workprecision: the first grid is 2^coarser times as coarse */
+  PetscInt    repeats;                             /* workprecision: of each run, for its time */
 } MPMStudy;
 
 /* What the printing functions keep between calls. */
@@ -24,6 +46,7 @@ typedef struct {
   PetscLogDouble start, line; /* when the run and the last line of progress began, s */
   PetscBool      limits;      /* -report_limits: are the limits of a core measured for the line `speed`? */
   PetscBool      progress;    /* is a line of progress on the terminal? */
+  PetscBool      untold;      /* is the reason to stop left to a study? Else the end of the run tells it */
 } MPMReport;
 
 /* A named method, for scenes whose materials are all elastic or for others; a row of preset.def. */
@@ -88,7 +111,13 @@ PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
 
-/* Read the options of a study (method.c), and run it (study.c). Collective on core.comm. */
+/* Writes why this basis, update and transfer give wrong results together, with what to use instead, or "" (report.c). */
+void MPMMethodWrong(MPM, char why[MPM_TEXT_LEN]);
+
+/* Returns the bytes of particles, with order and scratch, and of nodes, on all processes together (report.c). */
+PetscReal MPMMemory(MPM);
+
+/* Read the options of a study (study_options.c), and run it (study.c). Collective on core.comm. */
 PetscErrorCode MPMStudySetFromOptions(MPM, MPMOptions);
 PetscErrorCode MPMStudyRun(MPM, int *status);
 

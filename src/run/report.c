@@ -27,24 +27,33 @@ static PetscErrorCode PrintScene(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode PrintFields(MPM mpm)
+/* Returns the bytes of a node: sums and motion, where the particles of a cell begin, and how many come. */
+static PetscInt NodeBytes(PetscInt dim)
 {
-  const PetscInt bytes = MPMParticlesMemory(&mpm->core.particles), dim = mpm->core.grid.dim;
-  const PetscInt node = (MPM_NODE_NC + MPM_MOTION_NC(dim)) * (PetscInt)sizeof(PetscReal) +
-                        2 * (PetscInt)sizeof(PetscInt); /* where the particles of a cell begin, and how many come */
+  return (MPM_NODE_NC + MPM_MOTION_NC(dim)) * (PetscInt)sizeof(PetscReal) + 2 * (PetscInt)sizeof(PetscInt);
+}
+
+PetscReal MPMMemory(MPM mpm)
+{
   PetscReal nodes = 1;
 
+  for (PetscInt d = 0; d < mpm->core.grid.dim; d++) nodes *= mpm->core.grid.nodes[d];
+  return MPMParticlesMemory(&mpm->core.particles) * (PetscReal)mpm->core.particles.total +
+         nodes * (PetscReal)NodeBytes(mpm->core.grid.dim);
+}
+
+static PetscErrorCode PrintFields(MPM mpm)
+{
   PetscFunctionBeginUser;
   PetscCall(MPMPrint(&mpm->core.print, "fields     "));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (mpm->core.particles.present[f] && MPMFields[f].home == MPM_STATE)
       PetscCall(MPMPrint(&mpm->core.print, "%s ", MPMFields[f].name));
-  for (PetscInt d = 0; d < dim; d++) nodes *= mpm->core.grid.nodes[d];
   PetscCall(MPMPrint(&mpm->core.print,
                      "  %" PetscInt_FMT " B/particle, %" PetscInt_FMT " with order and scratch, %" PetscInt_FMT
                      " B/node: %.3g MB for both\n",
-                     MPMParticlesBytes(&mpm->core.particles, MPM_STATE), bytes, node,
-                     (double)(1e-6 * (bytes * (PetscReal)mpm->core.particles.total + nodes * (PetscReal)node))));
+                     MPMParticlesBytes(&mpm->core.particles, MPM_STATE), MPMParticlesMemory(&mpm->core.particles),
+                     NodeBytes(mpm->core.grid.dim), (double)(1e-6 * MPMMemory(mpm))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -328,7 +337,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
 
     (void)snprintf(line, sizeof line, "stopped at step %" PetscInt_FMT ", t=%g s: %s", mpm->core.step,
                    (double)mpm->core.t, mpm->core.stop);
-    PetscCall(PetscFPrintf(mpm->core.comm, stderr, "%s\n", line));
+    if (!mpm->report.untold) PetscCall(PetscFPrintf(mpm->core.comm, stderr, "%s\n", line));
   } else
     PetscCall(MPMPrint(&mpm->core.print, "done       %" PetscInt_FMT " steps, t=%g s, in %.3g s%s\n", mpm->core.step,
                        (double)mpm->core.t, now - mpm->report.start,
