@@ -12,11 +12,21 @@
 
 #define MPM_MAX_LEVELS 12 /* most runs of a study, -study_levels */
 
+/* A list of words of an option. */
+#define MPM_MAX_WORDS 32
+typedef struct {
+  PetscInt n;
+  char    *word[MPM_MAX_WORDS]; /* [n], in text */
+  char     text[MPM_TEXT_LEN];
+} MPMWords;
+
 /* A study: several runs, each finer than the one before; see study.c. */
 typedef struct {
   char      type[MPM_NAME_LEN], vary[MPM_NAME_LEN]; /* type "": none */
   PetscInt  levels;
-  PetscReal order_min; /* < 0: any */
+  PetscReal order_min;                 /* < 0: any */
+  MPMWords  bases, updates, transfers; /* stability: the methods */
+  PetscInt  steps;                     /* stability: of a run */
 } MPMStudy;
 
 /* What the printing functions keep between calls. */

@@ -7,6 +7,6 @@ PetscErrorCode MPMStudyRun(MPM mpm, int *status)
 {
   PetscFunctionBeginUser;
   *status = MPM_EXIT_OK;
-  PetscCall(MPMStudyConvergence(mpm, status));
+  PetscCall(!strcmp(mpm->study.type, "stability") ? MPMStudyStability(mpm, status) : MPMStudyConvergence(mpm, status));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -79,5 +79,9 @@ PetscErrorCode MPMSamplesCompare(const MPMGrid *, MPMSamples *coarse, MPMSamples
 
 /* The studies; *status is that of the program. Collective on base->core.comm. */
 PetscErrorCode MPMStudyConvergence(MPM base, int *status);
+PetscErrorCode MPMStudyStability(MPM base, int *status);
+
+/* Reads the options of a study of stability; the first fault is left in o. Not collective. */
+PetscErrorCode MPMStabilitySetFromOptions(MPM, MPMOptions o);
 
 #endif

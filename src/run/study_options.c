@@ -1,5 +1,5 @@
 /* study_options.c - reads the options of a study, with those of its scene. */
-#include "run/mpm.h"
+#include "run/study.h"
 
 /* Reads -study_*; the first fault is left in o. */
 PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
@@ -14,6 +14,10 @@ PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
     study->type[0] = 0;
     if (mpm->scene.finest)
       MPMOptionsFail(o, "-reference_type finest does not apply: it is the last run of a -study_type");
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!strcmp(study->type, "stability")) {
+    PetscCall(MPMStabilitySetFromOptions(mpm, o));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   study->order_min = PETSC_MIN_REAL;
