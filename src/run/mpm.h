@@ -20,13 +20,24 @@ typedef struct {
   char     text[MPM_TEXT_LEN];
 } MPMWords;
 
-/* A study: several runs, each finer than the one before; see study.c. */
+/* A number of a run: what a column of the history was. */
+enum { MPM_SEEN_END, MPM_SEEN_MAX, MPM_SEEN_MIN, MPM_SEEN_START, MPM_NUM_SEEN };
 typedef struct {
-  char      type[MPM_NAME_LEN], vary[MPM_NAME_LEN]; /* type "": none */
-  PetscInt  levels;
-  PetscReal order_min;                 /* < 0: any */
-  MPMWords  bases, updates, transfers; /* stability: the methods */
-  PetscInt  steps;                     /* stability: of a run */
+  PetscBool on, known;
+  char      name[MPM_NAME_LEN];   /* as given */
+  PetscInt  row, component, seen; /* of MPMDiagnostics; MPM_SEEN_.. */
+  PetscReal value;                /* if it is known */
+} MPMQuantity;
+
+/* A study: several runs of a scene; see study.h. */
+typedef struct {
+  char        type[MPM_NAME_LEN], vary[MPM_NAME_LEN]; /* type "": none */
+  PetscInt    levels;
+  PetscReal   order_min;
+  PetscBool   order_wanted; /* is order_min given? */
+  MPMQuantity quantity;
+  MPMWords    bases, updates, transfers; /* stability: the methods */
+  PetscInt    steps;                     /* stability: of a run */
 } MPMStudy;
 
 /* What the printing functions keep between calls. */

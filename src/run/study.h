@@ -42,9 +42,6 @@ typedef struct {
   PetscReal (*b)[3]; /* [nbodies] m */
 } MPMSamples;
 
-/* What a column of the history was in a run. */
-enum { MPM_SEEN_FIRST, MPM_SEEN_LAST, MPM_SEEN_LEAST, MPM_SEEN_LARGEST, MPM_NUM_SEEN };
-
 /* What a run gave. error and size are those of MPMKnownError, 0 without a known solution and where the run stopped. */
 typedef struct {
   PetscInt   cells[3], steps, lines; /* lines: of the history that were seen */
@@ -76,6 +73,18 @@ PetscErrorCode MPMSamplesDestroy(MPMSamples *);
    that of |u_fine|; the particles of both are sorted. */
 PetscErrorCode MPMSamplesCompare(const MPMGrid *, MPMSamples *coarse, MPMSamples *fine, PetscReal *difference,
                                  PetscReal *size);
+
+/* A series of numbers y [n], each of a run twice as fine as the one before (study_series.c). The order of a pair is that
+   from run k - 1 to run k, pair[k]; MPM_NO_ORDER: there is none. Falls: the last number is smaller than the one before
+   by a tenth at least. Agree: the last two pairs fall, and their orders differ by MPM_ORDER_BAND at most. Rest sets how
+   far differences d [n] still lead if they go on as they do, and by how much that is uncertain: the change that the
+   pair before makes to it, or all of it where there is no such pair. It returns false if they do not fall. */
+#define MPM_NO_ORDER   PETSC_MIN_REAL
+#define MPM_ORDER_BAND 0.3
+void      MPMSeriesOrders(PetscInt n, const PetscReal y[], PetscReal pair[]);
+PetscBool MPMSeriesAgree(PetscInt n, const PetscReal pair[]);
+PetscBool MPMSeriesFalls(PetscInt n, const PetscReal y[]);
+PetscBool MPMSeriesRest(PetscInt n, const PetscReal d[], PetscReal *rest, PetscReal *uncertainty);
 
 /* The studies; *status is that of the program. Collective on base->core.comm. */
 PetscErrorCode MPMStudyConvergence(MPM base, int *status);

@@ -1,11 +1,66 @@
 /* study_options.c - reads the options of a study, with those of its scene. */
 #include "run/study.h"
 
+/* Writes the name of a column of the history. */
+static void ColumnName(PetscInt row, PetscInt component, char name[MPM_NAME_LEN])
+{
+  (void)snprintf(name, MPM_NAME_LEN, MPMDiagnostics[row].nc > 1 ? "%s_%c" : "%s", MPMDiagnostics[row].name,
+                 "xyz"[component]);
+}
+
+/* Reads -study_quantity <column>[:max|min|end] and -study_value. */
+static PetscErrorCode ReadQuantity(MPM mpm, MPMOptions o)
+{
+  static const char *const ends[MPM_NUM_SEEN - 1] = {"end", "max", "min"};
+  MPMQuantity             *q                      = &mpm->study.quantity;
+  char                     text[MPM_TEXT_LEN], name[MPM_NAME_LEN], list[MPM_TEXT_LEN] = "", *colon;
+  PetscBool                found = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsString(o, "study_quantity", NULL, text, &q->on));
+  if (!q->on) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMOptionsReal(o, "study_value", NULL, &q->value, &q->known));
+  (void)snprintf(q->name, sizeof q->name, "%.*s", MPM_NAME_LEN - 1, text);
+  colon = strchr(text, ':');
+  if (colon) {
+    *colon++ = 0;
+    for (q->seen = 0; q->seen < MPM_NUM_SEEN - 1 && strcmp(ends[q->seen], colon);) q->seen++;
+    if (q->seen == MPM_NUM_SEEN - 1) MPMOptionsFail(o, "-study_quantity %s: choose :max, :min or :end", q->name);
+  }
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
+    for (PetscInt c = 0; c < MPMDiagnosticColumns(k, mpm->core.grid.dim); c++) {
+      ColumnName(k, c, name);
+      (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", list[0] ? "|" : "", name);
+      if (strcmp(name, text)) continue;
+      q->row       = k;
+      q->component = c;
+      found        = PETSC_TRUE;
+    }
+  if (!found)
+    MPMOptionsFail(o, "-study_quantity %s is no column of the history: choose one of %.*s", q->name, MPM_TEXT_LEN / 2,
+                   list);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses what a convergence study cannot do. */
+static void CheckConvergence(MPM mpm, MPMOptions o)
+{
+  const MPMStudy *study     = &mpm->study;
+  const PetscBool by_errors = study->quantity.on ? study->quantity.known : mpm->scene.known ? PETSC_TRUE : PETSC_FALSE;
+
+  if (study->order_wanted && !by_errors && study->levels < 3)
+    MPMOptionsFail(o,
+                   "-study_levels %" PetscInt_FMT " leaves no order for -study_order_min where the solution is not "
+                   "known: a pair of differences needs 3 runs",
+                   study->levels);
+  if (mpm->scene.finest && !strcmp(study->vary, "ppc"))
+    MPMOptionsFail(o, "-study_vary ppc does not apply: -reference_type finest compares grids and time steps");
+}
+
 /* Reads -study_*; the first fault is left in o. */
 PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
 {
   MPMStudy *study = &mpm->study;
-  PetscBool set;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsEnum(o, "study_type", NULL, study->type, NULL));
@@ -20,22 +75,21 @@ PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
     PetscCall(MPMStabilitySetFromOptions(mpm, o));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  study->order_min = PETSC_MIN_REAL;
   PetscCall(MPMOptionsInt(o, "study_levels", NULL, &study->levels, NULL));
   PetscCall(MPMOptionsEnum(o, "study_vary", NULL, study->vary, NULL));
-  PetscCall(MPMOptionsReal(o, "study_order_min", NULL, &study->order_min, &set));
-  if (!mpm->scene.known && !mpm->scene.finest)
-    MPMOptionsFail(
-        o, "-study_type %s needs a solution to compare with: -mms_type, or -reference_type (finest: the last run)",
-        study->type);
+  PetscCall(MPMOptionsReal(o, "study_order_min", NULL, &study->order_min, &study->order_wanted));
+  PetscCall(ReadQuantity(mpm, o));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (mpm->scene.finest && study->quantity.on)
+    MPMOptionsFail(o, "-reference_type finest does not apply: the study compares -study_quantity %s",
+                   study->quantity.name);
+  if (!mpm->scene.known && !mpm->scene.finest && !study->quantity.on)
+    MPMOptionsFail(o,
+                   "-study_type %s needs a solution to compare with: -mms_type, or -reference_type (finest: the last "
+                   "run), or -study_quantity",
+                   study->type);
   if (mpm->time.max_steps != PETSC_MAX_INT)
     MPMOptionsFail(o, "-time_max_steps does not apply: the runs of a study end at the same time, -time_end");
-  if (mpm->scene.finest && set && study->levels < 3)
-    MPMOptionsFail(o,
-                   "-study_levels %" PetscInt_FMT " leaves no order for -study_order_min where the finest run is the "
-                   "reference; it needs 3",
-                   study->levels);
-  if (mpm->scene.finest && !strcmp(study->vary, "ppc"))
-    MPMOptionsFail(o, "-study_vary ppc does not apply: -reference_type finest compares grids and time steps");
+  CheckConvergence(mpm, o);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

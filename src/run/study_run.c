@@ -138,10 +138,10 @@ static void Watch(const MPMShown *shown, void *to)
       const PetscReal value = MPMDiagnosticValue(shown, k, c);
       PetscReal      *seen  = r->column[k][c];
 
-      if (!r->lines) seen[MPM_SEEN_FIRST] = seen[MPM_SEEN_LEAST] = seen[MPM_SEEN_LARGEST] = value;
-      seen[MPM_SEEN_LAST]    = value;
-      seen[MPM_SEEN_LEAST]   = PetscMin(seen[MPM_SEEN_LEAST], value);
-      seen[MPM_SEEN_LARGEST] = PetscMax(seen[MPM_SEEN_LARGEST], value);
+      if (!r->lines) seen[MPM_SEEN_START] = seen[MPM_SEEN_MIN] = seen[MPM_SEEN_MAX] = value;
+      seen[MPM_SEEN_END] = value;
+      seen[MPM_SEEN_MIN] = PetscMin(seen[MPM_SEEN_MIN], value);
+      seen[MPM_SEEN_MAX] = PetscMax(seen[MPM_SEEN_MAX], value);
     }
   r->lines++;
 }

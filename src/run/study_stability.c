@@ -146,10 +146,10 @@ static PetscErrorCode MakeRun(MPM base, const Probe *probe, PetscInt variant, Pe
   PetscCall(Set("-history_every", "%.17g", (double)(C * steps / 100)));
   PetscCall(MPMStudyMake(base, C > 0 ? 0 : MPM_STUDY_DRY, r, NULL));
   if (C > 0 && !r->stop[0] && !r->refused[0]) {
-    const PetscReal *strain = r->column[MPM_SHOWS_strain_energy][0], m = r->column[MPM_SHOWS_mass][0][MPM_SEEN_FIRST];
+    const PetscReal *strain = r->column[MPM_SHOWS_strain_energy][0], m = r->column[MPM_SHOWS_mass][0][MPM_SEEN_START];
 
-    if (PetscAbsReal(strain[MPM_SEEN_LAST]) <= PETSC_MAX_REAL)
-      *grown = strain[MPM_SEEN_LARGEST] / (0.5 * m * (PetscReal)probe->dim * PetscSqr(DISTURBANCE));
+    if (PetscAbsReal(strain[MPM_SEEN_END]) <= PETSC_MAX_REAL)
+      *grown = strain[MPM_SEEN_MAX] / (0.5 * m * (PetscReal)probe->dim * PetscSqr(DISTURBANCE));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
