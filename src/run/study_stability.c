@@ -45,9 +45,9 @@ static void GetProbes(PetscInt dim, Probe probe[PROBES])
 {
   const PetscBool flat = dim < 3 ? PETSC_TRUE : PETSC_FALSE;
 
-  probe[REST]     = (Probe){"at rest", 1, 16, 1, 0, 2, PETSC_FALSE};
+  probe[REST]     = (Probe){"at rest", 1, 16, 4, 0, 2, PETSC_FALSE};
   probe[CROSSING] = (Probe){"crossing", 1, 32, 1, 0, (PetscInt)(sizeof speeds / sizeof speeds[0]), PETSC_TRUE};
-  probe[BLOCK]    = (Probe){"block", flat ? 2 : 3, flat ? 12 : 6, flat ? 4 : 20, 1, 3, PETSC_TRUE};
+  probe[BLOCK]    = (Probe){"block", flat ? 2 : 3, flat ? 12 : 6, flat ? 8 : 40, 1, 3, PETSC_TRUE};
 }
 
 static PetscErrorCode Set(const char name[], const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
