@@ -72,6 +72,11 @@ static PetscErrorCode PrintMethod(MPM mpm)
   if (transfer->filtered) PetscCall(MPMPrint(&mpm->core.print, " %" PetscInt_FMT, mpm->core.params.xpic));
   if (transfer->flip < 0 && mpm->core.params.flip < 1)
     PetscCall(MPMPrint(&mpm->core.print, " %g", (double)mpm->core.params.flip));
+  if (transfer->flip < 0 && (transfer->parts & MPM_AFFINE))
+    PetscCall(MPMPrint(&mpm->core.print, " strain %g", (double)mpm->core.params.strain));
+  if (mpm->method.rate > 0) PetscCall(MPMPrint(&mpm->core.print, " damping rate %g", (double)mpm->method.rate));
+  if (mpm->method.viscosity > 0)
+    PetscCall(MPMPrint(&mpm->core.print, " viscosity %g m^2/s", (double)mpm->method.viscosity));
   for (PetscInt m = 0; m < mpm->scene.nmaterials; m++)
     PetscCall(MPMPrint(&mpm->core.print, " %s %s", m ? "+" : "/", mpm->scene.materials[m].type->name));
   PetscCall(MPMPrint(&mpm->core.print, ", %" PetscInt_FMT " lanes\n", MPMKernelWidth()));
@@ -201,6 +206,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
   PetscFunctionBeginUser;
   PetscCall(PrintScene(mpm));
   PetscCall(PrintFields(mpm));
+  PetscCall(MPMPresetPrint(mpm));
   PetscCall(PrintMethod(mpm));
   PetscCall(PrintParallel(mpm));
   PetscCall(MPMPrint(&mpm->core.print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g h/(c+|v|)\n", (double)c,
