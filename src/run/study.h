@@ -47,6 +47,7 @@ typedef struct {
   PetscInt   cells[3], steps, lines; /* lines: of the history that were seen */
   PetscInt64 particles;
   PetscReal  h, ppc, fixed, cfl;    /* of axis x, m; of body 0 on axis x; -dt_size, or 0, s; -dt_cfl */
+  MPMStable  stable;                /* what the table of stable.def says of the method */
   PetscReal  error, size;           /* m */
   PetscReal  seconds, wall, memory; /* of the steps alone, of the run, s; of particles and nodes, bytes */
   PetscReal  column[MPM_NUM_DIAGNOSTICS][3][MPM_NUM_SEEN];

@@ -154,6 +154,7 @@ static void Describe(MPM mpm, MPMStudyResult *r)
   r->ppc       = (PetscReal)mpm->scene.bodies[0].ppc[0];
   r->fixed     = mpm->time.fixed;
   r->cfl       = mpm->time.cfl;
+  r->stable    = MPMStableOf(&mpm->core, &mpm->method);
   r->particles = mpm->core.particles.total;
 }
 

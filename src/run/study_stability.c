@@ -33,10 +33,14 @@ typedef struct {
   PetscReal stable, unstable, speed;
 } Found;
 
-/* A method as the options have it. flip, order: as the scene gives them if the transfer takes them, or "". */
+/* A method: words of options, and numbers, which are as in the scene if its transfer is the same, else as the options
+   give them; < 0: not of this transfer. */
+enum { FLIP, RATE, STRAIN, ORDER, NUMBERS };
+static const char *const numbers[NUMBERS] = {"flip", "damping_rate", "affine_strain", "order"};
+static const PetscReal   usual[NUMBERS]   = {1, 0, 0, 2};
 typedef struct {
   const char *basis, *update, *transfer;
-  char        flip[MPM_NAME_LEN], order[MPM_NAME_LEN];
+  PetscReal   number[NUMBERS];
 } Method;
 
 /* --- A run -------------------------------------------------------------------------------------------------------- */
@@ -77,14 +81,17 @@ static PetscErrorCode SetAxes(const char name[], PetscInt dim, PetscReal x)
 static PetscErrorCode SetMethod(const Method *m)
 {
   const PetscBool stretch = !strcmp(m->basis, "gimp_stretch") ? PETSC_TRUE : PETSC_FALSE;
+  char            option[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(Set("-method_basis", "%s", stretch ? "gimp" : m->basis));
   if (stretch) PetscCall(Set("-method_gimp_update", "stretch"));
   PetscCall(Set("-method_update", "%s", m->update));
   PetscCall(Set("-method_transfer", "%s", m->transfer));
-  if (m->flip[0]) PetscCall(Set("-method_flip", "%s", m->flip));
-  if (m->order[0]) PetscCall(Set("-method_order", "%s", m->order));
+  for (PetscInt k = 0; k < NUMBERS; k++) {
+    (void)snprintf(option, sizeof option, "-method_%s", numbers[k]);
+    if (m->number[k] >= 0) PetscCall(Set(option, "%.17g", (double)m->number[k]));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -255,15 +262,29 @@ PetscErrorCode MPMStabilitySetFromOptions(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies the value of an option of the scene, or "" if it is not given. */
-static PetscErrorCode Given(const char option[], char value[MPM_NAME_LEN])
+/* Sets the numbers of a method. */
+static PetscErrorCode SetNumbers(MPM base, Method *m)
 {
-  const char *text;
-  PetscBool   given;
+  const MPMTransfer *transfer     = MPMTransfers;
+  const PetscReal    own[NUMBERS] = {base->core.params.flip, base->method.rate, base->core.params.strain,
+                                     (PetscReal)base->core.params.xpic};
 
   PetscFunctionBeginUser;
-  PetscCall(PetscOptionsFindPair(NULL, NULL, option, &text, &given));
-  (void)snprintf(value, MPM_NAME_LEN, "%s", given && text ? text : "");
+  while (strcmp(transfer->name, m->transfer)) transfer++;
+  for (PetscInt k = 0; k < NUMBERS; k++) {
+    char option[MPM_NAME_LEN];
+
+    (void)snprintf(option, sizeof option, "-method_%s", numbers[k]);
+    m->number[k] = transfer == base->method.transfer ? own[k] : usual[k];
+    if (transfer != base->method.transfer) PetscCall(PetscOptionsGetReal(NULL, NULL, option, &m->number[k], NULL));
+  }
+  if (transfer->flip >= 0) m->number[FLIP] = m->number[RATE] = -1;
+  if (transfer->flip >= 0 || !(transfer->parts & MPM_AFFINE)) m->number[STRAIN] = -1;
+  if (!transfer->filtered) m->number[ORDER] = -1;
+  if (m->number[RATE] > 0)
+    m->number[FLIP] = -1;
+  else
+    m->number[RATE] = -1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -289,40 +310,46 @@ static PetscErrorCode PushOptions(PetscOptions *options)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the C from which on the program warns of a method. */
-static PetscReal Warned(void)
+/* Writes the name of a method, with those numbers of it that are not the default. */
+static void Name(const Method *m, char name[MPM_TEXT_LEN])
 {
-  return 1;
+  (void)snprintf(name, MPM_TEXT_LEN, "%s %s %s", m->basis, m->update, m->transfer);
+  for (PetscInt k = 0; k < NUMBERS; k++)
+    if (m->number[k] >= 0 && m->number[k] != usual[k])
+      (void)snprintf(name + strlen(name), MPM_TEXT_LEN - strlen(name), " %s %g", numbers[k], (double)m->number[k]);
 }
 
-/* Prints the line of a method, and writes it to the CSV file, which the first process has. */
-static PetscErrorCode Report(MPM base, FILE *csv, const Method *m, const Probe probe[], const Found found[],
-                             PetscReal cfl, PetscReal seconds)
+/* Prints the line of a method, and writes it to the CSV file, which the first process has. r: of a run of its options.
+   The margin is that of the smallest of the largest steps over the default of -dt_cfl. */
+static PetscErrorCode Report(MPM base, FILE *csv, const Method *m, const Found found[], const MPMStudyResult *r,
+                             PetscReal seconds)
 {
-  PetscReal least = PETSC_INFINITY;
-  char      method[4 * MPM_NAME_LEN], text[MPM_NAME_LEN];
+  const MPMStable *table = &r->stable;
+  PetscReal        least = PETSC_INFINITY;
+  char             name[MPM_TEXT_LEN], text[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
-  (void)snprintf(method, sizeof method, "%s %s %s%s%s%s%s", m->basis, m->update, m->transfer, m->flip[0] ? " " : "",
-                 m->flip, m->order[0] ? " " : "", m->order);
-  PetscCall(MPMPrint(&base->core.print, "%-30s", method));
+  Name(m, name);
+  PetscCall(MPMPrint(&base->core.print, "%-34s", name));
   for (PetscInt k = 0; k < PROBES; k++) {
     least = PetscMin(least, found[k].stable);
     (void)snprintf(text, sizeof text, found[k].unstable > 0 ? "%.3g" : ">=%.3g", (double)found[k].stable);
     PetscCall(MPMPrint(&base->core.print, " %8s", text));
   }
-  PetscCall(MPMPrint(&base->core.print, " %9.3g %7.3g %7.2g %8.3g\n", (double)Warned(), (double)cfl,
-                     (double)(least / cfl), (double)seconds));
+  (void)snprintf(text, sizeof text, "%.3g, %.3g", (double)table->rest, (double)table->crossing);
+  PetscCall(MPMPrint(&base->core.print, " %10s %7.3g %7.2g %8.3g\n", text, (double)r->cfl, (double)(least / r->cfl),
+                     (double)seconds));
   if (!csv) PetscFunctionReturn(PETSC_SUCCESS);
-  fprintf(csv, "%s,%s,%s,%s,%s,%d,%d", m->basis, m->update, m->transfer, m->flip, m->order,
-          (int)base->scene.bodies[0].ppc[0], (int)probe[BLOCK].dim);
+  fprintf(csv, "%s,%s,%s", m->basis, m->update, m->transfer);
+  for (PetscInt k = 0; k < NUMBERS; k++) fprintf(csv, m->number[k] >= 0 ? ",%.6g" : ",", (double)m->number[k]);
+  fprintf(csv, ",%d", (int)base->scene.bodies[0].ppc[0]);
   for (PetscInt k = 0; k < PROBES; k++) {
     fprintf(csv, ",%.4g,", (double)found[k].stable);
     if (found[k].unstable > 0) fprintf(csv, "%.4g", (double)found[k].unstable);
-    if (probe[k].crossing) fprintf(csv, found[k].unstable > 0 ? ",%.4g" : ",", (double)found[k].speed);
+    if (k != REST) fprintf(csv, found[k].unstable > 0 ? ",%.4g" : ",", (double)found[k].speed);
   }
-  fprintf(csv, ",%.4g,%.4g,%.3g,%d,%.3g\n", (double)Warned(), (double)cfl, (double)(least / cfl),
-          (int)base->study.steps, (double)seconds);
+  fprintf(csv, ",%.4g,%.4g,%.4g,%.3g,%d,%d,%.3g\n", (double)table->rest, (double)table->crossing, (double)r->cfl,
+          (double)(least / r->cfl), (int)PetscMax(2, base->core.grid.dim), (int)base->study.steps, (double)seconds);
   PetscCheck(!fflush(csv), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write the CSV of the study");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -336,20 +363,21 @@ static PetscErrorCode StudyMethod(MPM base, FILE *csv, const Method *m, PetscBoo
   MPMStudyResult r;
   PetscReal      grown;
   PetscLogDouble t0, t1;
+  char           name[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
+  Name(m, name);
   GetProbes(base->core.grid.dim, probe);
   PetscCall(PushOptions(&options));
   PetscCall(SetMethod(m));
   PetscCall(MakeRun(base, &probe[REST], 0, 0, &r, &grown));
   if (r.refused[0] || base->scene.dry_run)
-    PetscCall(MPMPrint(&base->core.print, "%s %s %s: %s\n", m->basis, m->update, m->transfer,
-                       r.refused[0] ? r.refused : "valid"));
+    PetscCall(MPMPrint(&base->core.print, "%-34s %s\n", name, r.refused[0] ? r.refused : "valid"));
   else {
     PetscCall(PetscTime(&t0));
     for (PetscInt k = 0; k < PROBES; k++) PetscCall(Find(base, &probe[k], &found[k], interrupted));
     PetscCall(PetscTime(&t1));
-    if (!*interrupted) PetscCall(Report(base, csv, m, probe, found, r.cfl, t1 - t0));
+    if (!*interrupted) PetscCall(Report(base, csv, m, found, &r, t1 - t0));
   }
   PetscCall(PetscOptionsPop());
   PetscCall(PetscOptionsDestroy(&options));
@@ -375,8 +403,8 @@ static PetscErrorCode PrintHead(MPM base)
     PetscCall(MPMPrint(&base->core.print, "%s\n", probe[k].crossing ? " c" : ""));
   }
   if (!base->scene.dry_run)
-    PetscCall(MPMPrint(&base->core.print, "%-30s %8s %8s %8s %9s %7s %7s %8s\n", "method", probe[REST].name,
-                       probe[CROSSING].name, probe[BLOCK].name, "warned at", "dt_cfl", "margin", "seconds"));
+    PetscCall(MPMPrint(&base->core.print, "%-34s %8s %8s %8s %10s %7s %7s %8s\n", "method", probe[REST].name,
+                       probe[CROSSING].name, probe[BLOCK].name, "by table", "dt_cfl", "margin", "seconds"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -396,18 +424,16 @@ PetscErrorCode MPMStudyStability(MPM base, int *status)
   if (!rank && !base->scene.dry_run) {
     csv = fopen(path, "w");
     PetscCheck(csv, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s", path);
-    fprintf(csv, "basis,update,transfer,flip,order,ppc,dim,rest,rest_unstable,crossing,crossing_unstable,"
-                 "crossing_speed,block,block_unstable,block_speed,warned,dt_cfl,margin,steps,seconds\n");
+    fprintf(csv, "basis,update,transfer,flip,damping_rate,affine_strain,order,ppc,rest,rest_unstable,crossing,"
+                 "crossing_unstable,crossing_speed,block,block_unstable,block_speed,table_rest,table_crossing,dt_cfl,"
+                 "margin,dim,steps,seconds\n");
   }
   for (PetscInt i = 0; i < study->bases.n; i++)
     for (PetscInt j = 0; j < study->updates.n; j++)
       for (PetscInt k = 0; k < study->transfers.n && !interrupted; k++) {
-        const MPMTransfer *transfer = MPMTransfers;
-        Method             m        = {study->bases.word[i], study->updates.word[j], study->transfers.word[k], "", ""};
+        Method m = {study->bases.word[i], study->updates.word[j], study->transfers.word[k], {0}};
 
-        while (strcmp(transfer->name, m.transfer)) transfer++;
-        if (transfer->flip < 0) PetscCall(Given("-method_flip", m.flip));
-        if (transfer->filtered) PetscCall(Given("-method_order", m.order));
+        PetscCall(SetNumbers(base, &m));
         PetscCall(StudyMethod(base, csv, &m, &interrupted));
       }
   if (csv) (void)fclose(csv);
@@ -415,6 +441,9 @@ PetscErrorCode MPMStudyStability(MPM base, int *status)
     PetscCall(MPMPrint(&base->core.print, "dry run    the study is valid; no step was made\n"));
   else
     PetscCall(MPMPrint(&base->core.print, "results    %s%s\n", path, replaced ? " (replaced)" : ""));
+  if (base->method.viscosity > 0)
+    PetscCall(MPMPrint(&base->core.print, "note       -method_damping_viscosity is left out: what it does depends on "
+                                          "the cells of the scene\n"));
   if (interrupted) *status = MPM_EXIT_STOPPED;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
