@@ -91,7 +91,4 @@ PetscBool MPMSeriesRest(PetscInt n, const PetscReal d[], PetscReal *rest, PetscR
 PetscErrorCode MPMStudyConvergence(MPM base, int *status);
 PetscErrorCode MPMStudyStability(MPM base, int *status);
 
-/* Reads the options of a study of stability; the first fault is left in o. Not collective. */
-PetscErrorCode MPMStabilitySetFromOptions(MPM, MPMOptions o);
-
 #endif

@@ -214,54 +214,6 @@ static PetscErrorCode Find(MPM base, const Probe *probe, Found *found, PetscBool
 
 /* --- The study ---------------------------------------------------------------------------------------------------- */
 
-/* Reads a list of words; each has to be in `legal`, whose words are separated by blanks. own: the word of the scene,
-   which is the list if none is given. */
-static PetscErrorCode ReadWords(MPMOptions o, const char name[], const char legal[], const char own[], MPMWords *words)
-{
-  char     *save = NULL;
-  PetscBool set;
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMOptionsString(o, name, NULL, words->text, &set));
-  if (!set) (void)snprintf(words->text, sizeof words->text, "%s", own);
-  words->n = 0;
-  for (char *w = strtok_r(words->text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
-    if (!MPMListHas(legal, w)) MPMOptionsFail(o, "-%s %s: choose a list of %s", name, w, legal);
-    if (words->n == MPM_MAX_WORDS) MPMOptionsFail(o, "-%s: at most %d words", name, MPM_MAX_WORDS);
-    if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-    words->word[words->n++] = w;
-  }
-  if (!words->n) MPMOptionsFail(o, "-%s is empty: choose a list of %s", name, legal);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Appends a word to a list of words. */
-static void Append(char list[MPM_TEXT_LEN], const char word[])
-{
-  const size_t n = strlen(list);
-
-  (void)snprintf(list + n, MPM_TEXT_LEN - n, "%s%s", n ? " " : "", word);
-}
-
-PetscErrorCode MPMStabilitySetFromOptions(MPM mpm, MPMOptions o)
-{
-  MPMStudy  *study               = &mpm->study;
-  char       bases[MPM_TEXT_LEN] = "", updates[MPM_TEXT_LEN] = "", transfers[MPM_TEXT_LEN] = "";
-  const char own_basis[] = "gimp_stretch";
-
-  PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < MPM_NUM_BASES; k++) Append(bases, MPMBasisNames[k]);
-  Append(bases, own_basis);
-  for (const MPMScheme *s = MPMSchemes; s->name; s++) Append(updates, s->name);
-  for (const MPMTransfer *t = MPMTransfers; t->name; t++) Append(transfers, t->name);
-  PetscCall(ReadWords(o, "study_basis", bases, mpm->core.needs.stretched ? own_basis : MPMBasisNames[mpm->core.basis],
-                      &study->bases));
-  PetscCall(ReadWords(o, "study_update", updates, mpm->method.scheme->name, &study->updates));
-  PetscCall(ReadWords(o, "study_transfer", transfers, mpm->method.transfer->name, &study->transfers));
-  PetscCall(MPMOptionsInt(o, "study_steps", NULL, &study->steps, NULL));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Sets the numbers of a method. */
 static PetscErrorCode SetNumbers(MPM base, Method *m)
 {
