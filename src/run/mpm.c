@@ -179,6 +179,7 @@ static PetscErrorCode Advance(MPM mpm)
   mpm->core.params.dt = last ? mpm->time.end - mpm->core.t : dt;
   MPMDamp(&mpm->core, &mpm->method);
   mpm->courant = PetscMax(mpm->courant, MPMCourant(&mpm->core, mpm->core.params.dt));
+  mpm->wave    = PetscMax(mpm->wave, MPMWaveCourant(&mpm->core, mpm->core.params.dt));
   PetscCall(MPMStep(&mpm->core, &mpm->scene));
   CheckState(mpm);
   if (mpm->core.status.interrupted && !mpm->core.stop[0])

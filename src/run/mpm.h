@@ -72,7 +72,7 @@ struct _p_MPM {
   MPMCost          cost;
   MPMStudy         study;
   MPMReport        report;
-  PetscReal        courant; /* the largest dt (c + |v|)/h of the run */
+  PetscReal        courant, wave; /* the largest dt (c + |v|)/h and dt c/h of the run */
 };
 
 extern const MPMVocabulary MPMOptionTable; /* options.def, with the values that other tables have (vocabulary.c) */
@@ -95,6 +95,10 @@ int MPMProgram(int argc, char **argv, PetscErrorCode (*read)(MPM, MPMOptions), P
 PetscErrorCode MPMPresetRead(MPM, MPMOptions);
 void           MPMPresetChoose(MPM);
 PetscErrorCode MPMPresetPrint(MPM);
+
+/* Prints what makes a method doubtful in this scene, with steps of dt, s, and what to use instead (doubts.c). Collective
+   on exchange.data. */
+PetscErrorCode MPMMethodWarnings(MPM, PetscReal dt);
 
 /* Reads -method_*, -time_* and -dt_* (method.c); faults are left in the options. Not collective. */
 PetscErrorCode MPMMethodSetFromOptions(MPM, MPMOptions);

@@ -67,6 +67,15 @@ PetscErrorCode MPMPresetPrint(MPM mpm)
   if (mpm->method.transfer->flip < 0 && (mpm->method.transfer->parts & MPM_AFFINE))
     PetscCall(MPMPrint(&mpm->core.print, " -method_affine_strain %g", (double)mpm->core.params.strain));
   if (mpm->method.rate > 0) PetscCall(MPMPrint(&mpm->core.print, " -method_damping_rate %g", (double)mpm->method.rate));
+  for (PetscInt b = 0; b < mpm->scene.nbodies && mpm->preset->ppc != 2; b++) {
+    char name[2 * MPM_NAME_LEN];
+
+    (void)snprintf(name, sizeof name, "-body_%s_ppc", mpm->scene.bodies[b].name);
+    PetscCall(PetscOptionsHasName(NULL, NULL, name, &given));
+    if (!given) PetscCall(MPMPrint(&mpm->core.print, " %s", name));
+    for (PetscInt d = 0; d < mpm->core.grid.dim && !given; d++)
+      PetscCall(MPMPrint(&mpm->core.print, "%s%" PetscInt_FMT, d ? "," : " ", mpm->preset->ppc));
+  }
   if (!(mpm->time.fixed > 0)) PetscCall(MPMPrint(&mpm->core.print, " -dt_cfl %g", (double)mpm->time.cfl));
   PetscCall(MPMPrint(&mpm->core.print, "\n           %s\n", expect));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -155,7 +155,7 @@ static PetscErrorCode PrintLoads(MPM mpm)
 }
 
 /* Prints warnings: what makes results doubtful, as far as it is known before the first step. */
-static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
+static PetscErrorCode PrintWarnings(MPM mpm, PetscReal dt)
 {
   PetscFunctionBeginUser;
   if (mpm->scene.overlap)
@@ -179,19 +179,7 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
         MPMPrint(&mpm->core.print,
                  "warning    dt is above the bound of viscosity, h^2/(2 dim nu) = %.3g s: expect the run to blow up\n",
                  (double)MPMViscousStep(&mpm->core)));
-  if (courant > 1)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    dt is %.2g h/(c+|v|), above the bound 1: expect the run to blow up\n",
-                       (double)courant));
-  if (mpm->core.basis == MPM_BASIS_linear && MPMSchemeIsDirect(mpm->method.scheme))
-    PetscCall(MPMPrint(
-        &mpm->core.print,
-        "warning    linear with %s is unstable where particles cross cells: nodes of vanishing mass get any velocity gradient; use musl or usf\n",
-        mpm->method.scheme->name));
-  if (mpm->core.basis == MPM_BASIS_linear && mpm->core.needs.affine)
-    PetscCall(MPMPrint(
-        &mpm->core.print,
-        "warning    linear with apic is unstable where particles cross cells: nodes of vanishing mass get any velocity gradient; use bspline2\n"));
+  PetscCall(MPMMethodWarnings(mpm, dt));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -217,7 +205,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
                      (double)step, (double)(steps * step)));
   if (mpm->scene.dry_run) PetscCall(MPMModelView(&mpm->cost, &mpm->core, &mpm->scene, dt));
   PetscCall(PrintLoads(mpm));
-  PetscCall(PrintWarnings(mpm, MPMCourant(&mpm->core, dt)));
+  PetscCall(PrintWarnings(mpm, dt));
   if (mpm->scene.dry_run) PetscCall(MPMPrint(&mpm->core.print, "dry run    the scene is valid; no step was made\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -288,6 +276,11 @@ static PetscErrorCode PrintEnergy(MPM mpm)
     PetscCall(MPMPrint(&mpm->core.print,
                        "warning    dt reached %.3g h/(c+|v|) on the way, above the bound 1: do not trust the results\n",
                        (double)mpm->courant));
+  else if (mpm->wave > MPMStableOf(&mpm->core, &mpm->method).rest * (1 + 1e-9))
+    PetscCall(MPMPrint(
+        &mpm->core.print,
+        "warning    dt reached %.3g h/c on the way, and the method is stable up to %g: do not trust the results\n",
+        (double)mpm->wave, (double)MPMStableOf(&mpm->core, &mpm->method).rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

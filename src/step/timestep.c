@@ -7,6 +7,11 @@ PetscReal MPMCourant(const MPMCore *core, PetscReal dt)
   return dt * (PetscSqrtReal(core->status.c2) + PetscSqrtReal(core->status.v2)) / MPMGridSmallestH(&core->grid);
 }
 
+PetscReal MPMWaveCourant(const MPMCore *core, PetscReal dt)
+{
+  return dt * PetscSqrtReal(core->status.c2) / MPMGridSmallestH(&core->grid);
+}
+
 /* Returns the bound of an explicit step by diffusion, h^2/(2 dim nu) with nu = 4/3 viscosity/rho, in s. */
 PetscReal MPMViscousStep(const MPMCore *core)
 {
