@@ -68,7 +68,7 @@ def few():
                       "usl", "-method_transfer", "aflip", "-method_affine_strain", "0.5", "-method_flip", "0.9", "-body_b_ppc", "3")
     check.that([[r[key] for key in ("basis", "update", "transfer", "flip", "damping_rate", "affine_strain", "ppc")] for r in rows] ==
                [["gimp_stretch", "usl", "aflip", "0.9", "", "0.5", "3"]], f"the method of the scene: {rows}")
-    run, rows = study("preset", "-study_steps", "100", "-method_preset", "fast", "-study_transfer", "flip,apic", "-method_flip", "0.9")
+    run, rows = study("preset", "-study_steps", "100", "-method_preset", "fast", "-study_transfer", "flip:0.9,apic")
     check.that([(r["basis"], r["flip"]) for r in rows] == [("bspline2", "0.9"), ("bspline2", "")], f"a preset's, and one without FLIP: {rows}")
 
 

@@ -19,9 +19,12 @@ A quantity that is only rounding, such as the stress of a body that flies freely
   velocity      of the centre of mass
   error         root mean square of the error (default where the colours show it)
 
-Of the table of a study, NAME_study.csv, it draws the error over what was refined instead, with a line of slope 2 beside it.
+Of the table of a convergence study, NAME_study.csv, it draws the error over what was refined instead, with a line of slope 2
+beside it; of that of a work-precision study, NAME_workprecision.csv, the error over the time, a curve for each method, with
+rings around the runs that no other beats in both.
 """
 import argparse
+import collections
 import csv
 import os
 import sys
@@ -440,12 +443,12 @@ def read_study(path):
         fail(f"{path} has a line that is not of a study: {wrong}")
     if not len(size) or not (size > 0).all() or not (error > 0).all() or not np.isfinite(error).all():
         fail(f"{path} has no errors, or one that is 0 or not finite: no plot with logarithmic axes")
-    return rows[0][1], size, error, order
+    return rows[0][1], size, error, order, "error" if "quantity" in rows[0] else "error [m]"
 
 
 def draw_study(path, study, out):
     """Error over size, both logarithmic; the order stands between two runs."""
-    what, size, error, order = study
+    what, size, error, order, label = study
     figure, axes = plt.subplots(figsize=(4.6, 3.6), layout="constrained")
     axes.loglog(size, error, "o-", color="C0", markersize=4, linewidth=1.2, label="error", gid="errors")
     guide = 0.5 * error[-1] * (size / size[-1])**2
@@ -454,7 +457,7 @@ def draw_study(path, study, out):
         if order[k] is not None:
             middle = np.sqrt(size[k] * size[k - 1]), np.sqrt(error[k] * error[k - 1])
             axes.annotate(f"{order[k]:.2f}", middle, (-3, 5), textcoords="offset points", ha="right", color="C0")
-    axes.set(xlabel=f"${what}$ [m]" if what == "h" else f"${what}$ [s]" if what == "dt" else what, ylabel="error [m]",
+    axes.set(xlabel=f"${what}$ [m]" if what == "h" else f"${what}$ [s]" if what == "dt" else what, ylabel=label,
              xticks=size, xticklabels=[f"{value:.3g}" for value in size])
     axes.set_xticks([], minor=True)
     axes.grid(True, color="0.9", linewidth=0.5)
@@ -463,9 +466,56 @@ def draw_study(path, study, out):
     save(figure, out)
 
 
+WORK = ("study", "basis", "gimp_update", "update", "transfer", "flip", "order", "ppc", "cells", "cfl", "h", "seconds_min", "error", "status", "front")
+
+
+def read_work(path):
+    """The runs of the table of a work-precision study that came to their end; None if the file is no such table."""
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            reader = csv.DictReader(file)
+            if not set(WORK) <= set(reader.fieldnames or ()):
+                return None
+            rows = [row for row in reader if row["study"] == "run" and row["status"] == "ok" and row["error"]]
+        for row in rows:
+            row["time"], row["part"] = float(row["seconds_min"]), float(row["error"])
+    except (OSError, ValueError, csv.Error) as error:
+        fail(f"cannot read {path}: {error}")
+    rows = [row for row in rows if row["time"] > 0 and row["part"] > 0 and np.isfinite(row["part"])]
+    if not rows:
+        fail(f"{path} has no run with an error: nothing to draw")
+    return rows
+
+
+def draw_work(path, rows, out):
+    """Error over time, both logarithmic. Colours are bases, markers transfers, lines updates."""
+    curves = collections.defaultdict(list)
+    varies = [key for key in ("ppc", "cfl") if len({row[key] for row in rows}) > 1]
+    for row in rows:
+        basis = row["basis"] + (" stretch" if row["gimp_update"] == "stretch" else "")
+        share = "" if row["flip"] in ("", "1") else f" {row['flip']}"
+        transfer = row["transfer"] + share + (f" {row['order']}" if row["order"] else "")
+        curves[basis, row["update"], transfer, *(f"{key} {row[key]}" for key in varies)].append(row)
+    bases, updates, transfers = (list(dict.fromkeys(key[k] for key in curves)) for k in range(3))
+    figure, axes = plt.subplots(figsize=(7.2, 4.4), layout="constrained")
+    for key, runs in curves.items():
+        runs.sort(key=lambda row: -float(row["h"]))
+        axes.loglog([row["time"] for row in runs], [100 * row["part"] for row in runs], linewidth=0.9, markersize=3.5, label=" ".join(key),
+                    color=f"C{bases.index(key[0]) % 10}", linestyle=("-", "--", ":", "-.")[updates.index(key[1]) % 4],
+                    marker="os^Dvxp*"[transfers.index(key[2]) % 8], gid="curve " + " ".join(key))
+    front = sorted((row for row in rows if row["front"] == "1"), key=lambda row: row["time"])
+    axes.loglog([row["time"] for row in front], [100 * row["part"] for row in front], "o", markersize=8, markerfacecolor="none", color="black",
+                markeredgewidth=0.8, label="no other is faster\nand as accurate", gid="front")
+    axes.set(xlabel="time of the steps [s]", ylabel="error [% of the solution]")
+    axes.grid(True, color="0.9", linewidth=0.5)
+    axes.legend(loc="center left", bbox_to_anchor=(1, 0.5), fontsize=6)
+    figure.suptitle(os.path.basename(path).removesuffix("_workprecision.csv"), fontsize=11)
+    save(figure, out)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("file", metavar="FILE.h5", help="or NAME_study.csv")
+    parser.add_argument("file", metavar="FILE.h5", help="or NAME_study.csv, NAME_workprecision.csv")
     parser.add_argument("--csv", metavar="FILE.csv", help="history (default: beside FILE.h5, if it is there)")
     parser.add_argument("--out", metavar="FILE.png", help="picture (default: beside FILE.h5)")
     parser.add_argument("--field", default="stress", help="what the colours show (default: stress)")
@@ -474,7 +524,9 @@ def main():
     arguments = parser.parse_args()
     if arguments.file.endswith(".csv"):
         plt.rcParams.update(STYLE)
-        draw_study(arguments.file, read_study(arguments.file), arguments.out or arguments.file.removesuffix(".csv") + ".png")
+        out = arguments.out or arguments.file.removesuffix(".csv") + ".png"
+        work = read_work(arguments.file)
+        draw_work(arguments.file, work, out) if work else draw_study(arguments.file, read_study(arguments.file), out)
         return
     below = arguments.below or ("error" if arguments.field == "error" else "energy")
     if below == "error" and arguments.field != "error":

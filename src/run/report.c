@@ -154,6 +154,19 @@ static PetscErrorCode PrintLoads(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
+{
+  const PetscBool linear = mpm->core.basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE,
+                  direct = MPMSchemeIsDirect(mpm->method.scheme);
+
+  why[0] = 0;
+  if (linear && (direct || mpm->core.needs.affine))
+    (void)snprintf(why, MPM_TEXT_LEN,
+                   "linear with %s is unstable where particles cross cells: nodes of vanishing mass get any velocity "
+                   "gradient; use %s",
+                   direct ? mpm->method.scheme->name : mpm->method.transfer->name, direct ? "musl or usf" : "bspline2");
+}
+
 /* Prints warnings: what makes results doubtful, as far as it is known before the first step. */
 static PetscErrorCode PrintWarnings(MPM mpm, PetscReal dt)
 {

@@ -22,11 +22,11 @@ PetscErrorCode MPMChangesUndo(MPMChanges *);
 
 /* Replaces what makes a run a run of this study: its name, and the options -study_*. */
 PetscErrorCode MPMChangesOfStudy(MPMChanges *, MPM base, const char name[]);
-/* Make cells and a given -dt_size 2^level times as fine as those of the scene; particles per cell and axis `factor`
-   times as many; -dt_size, or else -dt_cfl, smaller by `factor`. */
+/* Make cells and a given -dt_size 2^level times as fine as those of the scene (level < 0: as large; 2^-level divides the
+   cells); particles per cell and axis `factor` times as many; -dt_size, or else -dt_cfl, smaller by `factor`. */
 PetscErrorCode MPMChangesRefine(MPMChanges *, MPM base, PetscInt level);
 PetscErrorCode MPMChangesPpc(MPMChanges *, MPM base, PetscInt factor);
-PetscErrorCode MPMChangesStep(MPMChanges *, MPM base, PetscInt factor);
+PetscErrorCode MPMChangesStep(MPMChanges *, MPM base, PetscReal factor);
 
 /* A particle of a finished run, as a comparison with another run needs it. */
 typedef struct {
@@ -44,23 +44,31 @@ typedef struct {
 
 /* What a run gave. error and size are those of MPMKnownError, 0 without a known solution and where the run stopped. */
 typedef struct {
-  PetscInt   cells[3], steps, lines; /* lines: of the history that were seen */
+  PetscInt   dim, cells[3], steps, lines; /* lines: of the history that were seen */
   PetscInt64 particles;
-  PetscReal  h, ppc, fixed, cfl;    /* of axis x, m; of body 0 on axis x; -dt_size, or 0, s; -dt_cfl */
-  MPMStable  stable;                /* what the table of stable.def says of the method */
-  PetscReal  error, size;           /* m */
-  PetscReal  seconds, wall, memory; /* of the steps alone, of the run, s; of particles and nodes, bytes */
-  PetscReal  column[MPM_NUM_DIAGNOSTICS][3][MPM_NUM_SEEN];
-  PetscBool  interrupted;                               /* by a signal: the study should end */
-  char       refused[MPM_TEXT_LEN], stop[MPM_TEXT_LEN]; /* why the options were refused, why it stopped; or "" */
+  PetscReal  h, ppc, fixed, cfl; /* of axis x, m; of body 0 on axis x; -dt_size, or 0, s; -dt_cfl */
+  MPMStable  stable;             /* what the table of stable.def says of the method */
+  PetscReal  error, size;        /* m */
+  PetscReal  seconds, wall,
+      memory; /* s of the steps alone, on one process of its processor; s of the run; bytes of particles, nodes */
+  PetscInt  basis, scheme, transfer, order; /* rows of their tables; -method_order where it applies, else 0 */
+  PetscBool stretched;                      /* -method_gimp_update stretch */
+  PetscReal flip;                           /* share of FLIP */
+  PetscReal predicted;                      /* s of the steps by the model (MPM_STUDY_PREDICT) */
+  PetscReal column[MPM_NUM_DIAGNOSTICS][3][MPM_NUM_SEEN];
+  PetscBool interrupted; /* by a signal: the study should end */
+  char      refused[MPM_TEXT_LEN], stop[MPM_TEXT_LEN],
+      wrong
+          [MPM_TEXT_LEN]; /* why the options were refused, why it stopped, what the program warns of (MPMMethodWrong); or "" */
 } MPMStudyResult;
 
 /* What a run of a study keeps or says. */
 enum {
-  MPM_STUDY_FILES   = 1, /* it writes its history and snapshots as any run does; else no file */
-  MPM_STUDY_TELL    = 2, /* if it stops, it says why on standard error; else only the result does */
-  MPM_STUDY_SAMPLES = 4, /* its particles go to samples, on the processes that hold particles */
-  MPM_STUDY_DRY     = 8  /* only its options are read: cells, particles, h, fixed, cfl, refused are set */
+  MPM_STUDY_FILES   = 1,  /* it writes its history and snapshots as any run does; else no file */
+  MPM_STUDY_TELL    = 2,  /* if it stops, it says why on standard error; else only the result does */
+  MPM_STUDY_SAMPLES = 4,  /* its particles go to samples, on the processes that hold particles */
+  MPM_STUDY_PREDICT = 16, /* it is set up and its time is predicted, but no step is made */
+  MPM_STUDY_DRY     = 8   /* only its options are read: cells, particles, h, fixed, cfl, refused are set */
 };
 
 /* Makes a run of the present options and sets *r on all processes; a run that is refused or stops is a result like

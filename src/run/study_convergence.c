@@ -33,7 +33,7 @@ static PetscErrorCode SetRun(MPM base, PetscInt level, MPMChanges *c)
   PetscCall(MPMChangesOfStudy(c, base, name));
   if (!strcmp(study->vary, "grid")) PetscCall(MPMChangesRefine(c, base, level));
   if (!strcmp(study->vary, "ppc")) PetscCall(MPMChangesPpc(c, base, factor));
-  if (!strcmp(study->vary, "dt")) PetscCall(MPMChangesStep(c, base, factor));
+  if (!strcmp(study->vary, "dt")) PetscCall(MPMChangesStep(c, base, (PetscReal)factor));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -57,28 +57,7 @@ static void CheckConvergence(MPM mpm, MPMOptions o)
     MPMOptionsFail(o, "-study_vary ppc does not apply: -reference_type finest compares grids and time steps");
 }
 
-/* Reads a list of words; each has to be in `legal`, whose words are separated by blanks. own: the word of the scene,
-   which is the list if none is given. */
-static PetscErrorCode ReadWords(MPMOptions o, const char name[], const char legal[], const char own[], MPMWords *words)
-{
-  char     *save = NULL;
-  PetscBool set;
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMOptionsString(o, name, NULL, words->text, &set));
-  if (!set) (void)snprintf(words->text, sizeof words->text, "%s", own);
-  words->n = 0;
-  for (char *w = strtok_r(words->text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
-    if (!MPMListHas(legal, w)) MPMOptionsFail(o, "-%s %s: choose a list of %s", name, w, legal);
-    if (words->n == MPM_MAX_WORDS) MPMOptionsFail(o, "-%s: at most %d words", name, MPM_MAX_WORDS);
-    if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-    words->word[words->n++] = w;
-  }
-  if (!words->n) MPMOptionsFail(o, "-%s is empty: choose a list of %s", name, legal);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Appends a word to a list of words. */
+/* Appends a word to a list. */
 static void Append(char list[MPM_TEXT_LEN], const char word[])
 {
   const size_t n = strlen(list);
@@ -86,23 +65,115 @@ static void Append(char list[MPM_TEXT_LEN], const char word[])
   (void)snprintf(list + n, MPM_TEXT_LEN - n, "%s%s", n ? " " : "", word);
 }
 
-/* Reads the methods and the steps of a study of stability. */
-static PetscErrorCode ReadStability(MPM mpm, MPMOptions o)
+/* Reads a list of words, each of them one of `legal` up to a ":"; without `legal`, of numbers in (0,most]. */
+static PetscErrorCode ReadWords(MPMOptions o, const char name[], const char legal[], PetscReal most, MPMWords *words)
 {
-  MPMStudy  *study               = &mpm->study;
-  char       bases[MPM_TEXT_LEN] = "", updates[MPM_TEXT_LEN] = "", transfers[MPM_TEXT_LEN] = "";
-  const char own_basis[] = "gimp_stretch";
+  char     *save = NULL, head[MPM_NAME_LEN];
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  words->text[0] = 0;
+  PetscCall(MPMOptionsString(o, name, NULL, words->text, &set));
+  words->n = 0;
+  for (char *w = strtok_r(words->text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
+    char           *end;
+    const PetscReal number = strtod(w, &end);
+
+    (void)snprintf(head, sizeof head, "%.*s", (int)PetscMin(strcspn(w, ":"), sizeof head - 1), w);
+    if (legal && !MPMListHas(legal, head)) MPMOptionsFail(o, "-%s %.100s: choose a list of %s", name, w, legal);
+    if (!legal && (end == w || *end || !(number > 0 && number <= most)))
+      MPMOptionsFail(o, "-%s %.100s: choose a list of numbers > 0, at most %g", name, w, (double)most);
+    if (words->n == MPM_MAX_WORDS) MPMOptionsFail(o, "-%s: at most %d words", name, MPM_MAX_WORDS);
+    if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+    words->word[words->n++] = w;
+  }
+  if (set && !words->n) MPMOptionsFail(o, "-%s is empty", name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Refuses a number behind a transfer that takes none, or that is none. */
+static void CheckNumber(MPMOptions o, const char word[])
+{
+  const char        *colon = strchr(word, ':');
+  const MPMTransfer *t     = MPMTransfers;
+  char              *end;
+
+  if (!colon) return;
+  while (t->name && (strlen(t->name) != (size_t)(colon - word) || strncmp(t->name, word, (size_t)(colon - word)))) t++;
+  if (!t->name || (t->flip >= 0 && !t->filtered))
+    MPMOptionsFail(o, "-study_transfer %.100s: this transfer takes neither -method_flip nor -method_order", word);
+  (void)strtod(colon + 1, &end);
+  if (end == colon + 1 || *end) MPMOptionsFail(o, "-study_transfer %.100s: no number stands after the colon", word);
+}
+
+/* Reads the lists of methods of a study. */
+static PetscErrorCode ReadMethods(MPM mpm, MPMOptions o)
+{
+  MPMStudy *study               = &mpm->study;
+  char      bases[MPM_TEXT_LEN] = "", updates[MPM_TEXT_LEN] = "", transfers[MPM_TEXT_LEN] = "";
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < MPM_NUM_BASES; k++) Append(bases, MPMBasisNames[k]);
-  Append(bases, own_basis);
+  Append(bases, "gimp_stretch");
   for (const MPMScheme *s = MPMSchemes; s->name; s++) Append(updates, s->name);
   for (const MPMTransfer *t = MPMTransfers; t->name; t++) Append(transfers, t->name);
-  PetscCall(ReadWords(o, "study_basis", bases, mpm->core.needs.stretched ? own_basis : MPMBasisNames[mpm->core.basis],
-                      &study->bases));
-  PetscCall(ReadWords(o, "study_update", updates, mpm->method.scheme->name, &study->updates));
-  PetscCall(ReadWords(o, "study_transfer", transfers, mpm->method.transfer->name, &study->transfers));
+  PetscCall(ReadWords(o, "study_basis", bases, 0, &study->bases));
+  PetscCall(ReadWords(o, "study_update", updates, 0, &study->updates));
+  PetscCall(ReadWords(o, "study_transfer", transfers, 0, &study->transfers));
+  for (PetscInt k = 0; k < study->transfers.n; k++) CheckNumber(o, study->transfers.word[k]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes the word of the scene the list of an option that is not given. */
+static PetscErrorCode SetOwn(const char option[], const char own[], MPMWords *words)
+{
+  PetscBool given;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsHasName(NULL, NULL, option, &given));
+  if (given) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)snprintf(words->text, sizeof words->text, "%s", own);
+  words->n       = 1;
+  words->word[0] = words->text;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the methods and the steps of a study of stability. */
+static PetscErrorCode ReadStability(MPM mpm, MPMOptions o)
+{
+  MPMStudy *study = &mpm->study;
+
+  PetscFunctionBeginUser;
+  PetscCall(ReadMethods(mpm, o));
+  PetscCall(SetOwn("-study_basis", mpm->core.needs.stretched ? "gimp_stretch" : MPMBasisNames[mpm->core.basis],
+                   &study->bases));
+  PetscCall(SetOwn("-study_update", mpm->method.scheme->name, &study->updates));
+  PetscCall(SetOwn("-study_transfer", mpm->method.transfer->name, &study->transfers));
   PetscCall(MPMOptionsInt(o, "study_steps", NULL, &study->steps, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the settings of a work-precision study. */
+static PetscErrorCode ReadSettings(MPM mpm, MPMOptions o)
+{
+  MPMStudy *study = &mpm->study;
+
+  PetscFunctionBeginUser;
+  PetscCall(ReadMethods(mpm, o));
+  PetscCall(ReadWords(o, "study_ppc", NULL, 64, &study->ppc));
+  PetscCall(ReadWords(o, "study_cfl", NULL, 2, &study->cfl));
+  PetscCall(MPMOptionsInt(o, "study_repeats", NULL, &study->repeats, NULL));
+  PetscCall(MPMOptionsInt(o, "study_coarser", NULL, &study->coarser, NULL));
+  for (PetscInt d = 0; d < mpm->core.grid.dim; d++)
+    if (mpm->core.grid.cells[d] % ((PetscInt)1 << study->coarser))
+      MPMOptionsFail(o,
+                     "-study_coarser %" PetscInt_FMT ": the %" PetscInt_FMT
+                     " cells on axis %c are no multiple of %" PetscInt_FMT,
+                     study->coarser, mpm->core.grid.cells[d], "xyz"[d], (PetscInt)1 << study->coarser);
+  for (PetscInt k = 0; k < study->ppc.n; k++)
+    if (strspn(study->ppc.word[k], "0123456789") != strlen(study->ppc.word[k]))
+      MPMOptionsFail(o, "-study_ppc %s must be whole", study->ppc.word[k]);
+  if (study->cfl.n && mpm->time.fixed > 0) MPMOptionsFail(o, "-study_cfl does not apply: -dt_size is fixed");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -125,8 +196,11 @@ PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMOptionsInt(o, "study_levels", NULL, &study->levels, NULL));
-  PetscCall(MPMOptionsEnum(o, "study_vary", NULL, study->vary, NULL));
-  PetscCall(MPMOptionsReal(o, "study_order_min", NULL, &study->order_min, &study->order_wanted));
+  if (!strcmp(study->type, "convergence")) {
+    PetscCall(MPMOptionsEnum(o, "study_vary", NULL, study->vary, NULL));
+    PetscCall(MPMOptionsReal(o, "study_order_min", NULL, &study->order_min, &study->order_wanted));
+  } else
+    PetscCall(ReadSettings(mpm, o));
   PetscCall(ReadQuantity(mpm, o));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   if (mpm->scene.finest && study->quantity.on)
@@ -139,6 +213,6 @@ PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
                    study->type);
   if (mpm->time.max_steps != PETSC_MAX_INT)
     MPMOptionsFail(o, "-time_max_steps does not apply: the runs of a study end at the same time, -time_end");
-  CheckConvergence(mpm, o);
+  if (!strcmp(study->type, "convergence")) CheckConvergence(mpm, o);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

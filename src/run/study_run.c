@@ -97,10 +97,13 @@ static PetscErrorCode SetList(MPMChanges *c, const char name[], PetscInt dim, co
 
 PetscErrorCode MPMChangesRefine(MPMChanges *c, MPM base, PetscInt level)
 {
+  PetscInt cells[3];
+
   PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 3; d++) cells[d] = base->core.grid.cells[d] >> PetscMax(0, -level);
   PetscCall(MPMChangesClear(c, "-grid_h"));
-  PetscCall(SetList(c, "-grid_cells", base->core.grid.dim, base->core.grid.cells, (PetscInt)1 << level));
-  if (base->time.fixed > 0) PetscCall(MPMChangesStep(c, base, (PetscInt)1 << level));
+  PetscCall(SetList(c, "-grid_cells", base->core.grid.dim, cells, (PetscInt)1 << PetscMax(0, level)));
+  if (base->time.fixed > 0) PetscCall(MPMChangesStep(c, base, PetscPowReal(2, (PetscReal)level)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -116,13 +119,13 @@ PetscErrorCode MPMChangesPpc(MPMChanges *c, MPM base, PetscInt factor)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMChangesStep(MPMChanges *c, MPM base, PetscInt factor)
+PetscErrorCode MPMChangesStep(MPMChanges *c, MPM base, PetscReal factor)
 {
   const PetscBool fixed = base->time.fixed > 0 ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBeginUser;
   PetscCall(MPMChangesSet(c, fixed ? "-dt_size" : "-dt_cfl", "%.17g",
-                          (double)((fixed ? base->time.fixed : base->time.cfl) / (PetscReal)factor)));
+                          (double)((fixed ? base->time.fixed : base->time.cfl) / factor)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -149,6 +152,7 @@ static void Watch(const MPMShown *shown, void *to)
 /* Sets what the options alone say of a run. */
 static void Describe(MPM mpm, MPMStudyResult *r)
 {
+  r->dim = mpm->core.grid.dim;
   for (PetscInt d = 0; d < 3; d++) r->cells[d] = d < mpm->core.grid.dim ? mpm->core.grid.cells[d] : 1;
   r->h         = mpm->core.grid.h[0];
   r->ppc       = (PetscReal)mpm->scene.bodies[0].ppc[0];
@@ -156,12 +160,20 @@ static void Describe(MPM mpm, MPMStudyResult *r)
   r->cfl       = mpm->time.cfl;
   r->stable    = MPMStableOf(&mpm->core, &mpm->method);
   r->particles = mpm->core.particles.total;
+  r->basis     = (PetscInt)mpm->core.basis;
+  r->stretched = mpm->core.needs.stretched;
+  r->scheme    = (PetscInt)(mpm->method.scheme - MPMSchemes);
+  r->transfer  = (PetscInt)(mpm->method.transfer - MPMTransfers);
+  r->flip      = mpm->core.params.flip;
+  r->order     = mpm->core.params.xpic;
+  MPMMethodWrong(mpm, r->wrong);
 }
 
 /* Sets up a run whose options are read, runs it and takes its result. */
 static PetscErrorCode Run(MPM mpm, PetscInt keeps, MPMStudyResult *r, MPMSamples *samples)
 {
   PetscLogDouble t0, t1;
+  PetscMPIInt    processes;
 
   PetscFunctionBeginUser;
   if (keeps & MPM_STUDY_SAMPLES) mpm->scene.keeps_start = PETSC_TRUE;
@@ -173,6 +185,14 @@ static PetscErrorCode Run(MPM mpm, PetscInt keeps, MPMStudyResult *r, MPMSamples
   mpm->monitor.watch   = Watch;
   mpm->monitor.watcher = r;
   PetscCall(MPMSetUp(mpm));
+  if (keeps & MPM_STUDY_PREDICT) {
+    r->steps = (PetscInt)PetscMin(PetscCeilReal(mpm->time.end / MPMTimeStep(&mpm->core, &mpm->time)), PETSC_MAX_INT);
+    for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) r->predicted += (PetscReal)r->steps * mpm->cost.predicted[e];
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  /* What others do on the computer counts little in the processor's time. Several processes wait for each other. */
+  PetscCallMPI(MPI_Comm_size(mpm->core.comm, &processes));
+  mpm->core.timers.processor = processes == 1 ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(PetscTime(&t0));
   PetscCall(MPMRun(mpm));
   PetscCall(PetscTime(&t1));

@@ -39,7 +39,8 @@ enum { FLIP, RATE, STRAIN, ORDER, NUMBERS };
 static const char *const numbers[NUMBERS] = {"flip", "damping_rate", "affine_strain", "order"};
 static const PetscReal   usual[NUMBERS]   = {1, 0, 0, 2};
 typedef struct {
-  const char *basis, *update, *transfer;
+  const char *basis, *update;
+  char        transfer[MPM_NAME_LEN];
   PetscReal   number[NUMBERS];
 } Method;
 
@@ -214,14 +215,17 @@ static PetscErrorCode Find(MPM base, const Probe *probe, Found *found, PetscBool
 
 /* --- The study ---------------------------------------------------------------------------------------------------- */
 
-/* Sets the numbers of a method. */
-static PetscErrorCode SetNumbers(MPM base, Method *m)
+/* Sets transfer and numbers of a method by a word of -study_transfer, which may have the share of FLIP or the order after
+   a colon. */
+static PetscErrorCode SetTransfer(MPM base, const char word[], Method *m)
 {
+  const char        *colon        = strchr(word, ':');
   const MPMTransfer *transfer     = MPMTransfers;
   const PetscReal    own[NUMBERS] = {base->core.params.flip, base->method.rate, base->core.params.strain,
                                      (PetscReal)base->core.params.xpic};
 
   PetscFunctionBeginUser;
+  (void)snprintf(m->transfer, sizeof m->transfer, "%.*s", (int)strcspn(word, ":"), word);
   while (strcmp(transfer->name, m->transfer)) transfer++;
   for (PetscInt k = 0; k < NUMBERS; k++) {
     char option[MPM_NAME_LEN];
@@ -230,6 +234,8 @@ static PetscErrorCode SetNumbers(MPM base, Method *m)
     m->number[k] = transfer == base->method.transfer ? own[k] : usual[k];
     if (transfer != base->method.transfer) PetscCall(PetscOptionsGetReal(NULL, NULL, option, &m->number[k], NULL));
   }
+  if (colon) m->number[transfer->filtered ? ORDER : FLIP] = strtod(colon + 1, NULL);
+  if (colon) m->number[RATE] = 0;
   if (transfer->flip >= 0) m->number[FLIP] = m->number[RATE] = -1;
   if (transfer->flip >= 0 || !(transfer->parts & MPM_AFFINE)) m->number[STRAIN] = -1;
   if (!transfer->filtered) m->number[ORDER] = -1;
@@ -383,9 +389,9 @@ PetscErrorCode MPMStudyStability(MPM base, int *status)
   for (PetscInt i = 0; i < study->bases.n; i++)
     for (PetscInt j = 0; j < study->updates.n; j++)
       for (PetscInt k = 0; k < study->transfers.n && !interrupted; k++) {
-        Method m = {study->bases.word[i], study->updates.word[j], study->transfers.word[k], {0}};
+        Method m = {study->bases.word[i], study->updates.word[j], "", {0}};
 
-        PetscCall(SetNumbers(base, &m));
+        PetscCall(SetTransfer(base, study->transfers.word[k], &m));
         PetscCall(StudyMethod(base, csv, &m, &interrupted));
       }
   if (csv) (void)fclose(csv);

@@ -29,6 +29,11 @@ static const char bases[] =
 #include "physics/basis.def"
     "";
 #undef MPM_BASIS
+#define MPM_BASIS(name, nodes, layers, inertia, what) #name ","
+static const char study_bases[] =
+#include "physics/basis.def"
+    "gimp_stretch";
+#undef MPM_BASIS
 #define MPM_SCHEME(name, keeps_increment, what, ...) "|" #name
 static const char schemes[] =
 #include "step/scheme.def"
