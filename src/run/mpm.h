@@ -36,9 +36,10 @@ typedef struct {
   PetscReal   order_min;
   PetscBool   order_wanted; /* is order_min given? */
   MPMQuantity quantity;
-  MPMWords    bases, updates, transfers, ppc, cfl; /* workprecision: the methods; ppc, cfl empty: as the scene has it */
+  MPMWords    bases, updates, transfers, ppc, cfl; /* the methods; ppc, cfl empty: as the scene has it */
   PetscInt    coarser;                             /* workprecision: the first grid is 2^coarser times as coarse */
   PetscInt    repeats;                             /* workprecision: of each run, for its time */
+  PetscInt    steps;                               /* stability: of a run */
 } MPMStudy;
 
 /* What the printing functions keep between calls. */

@@ -106,7 +106,7 @@ static void CheckNumber(MPMOptions o, const char word[])
   if (end == colon + 1 || *end) MPMOptionsFail(o, "-study_transfer %.100s: no number stands after the colon", word);
 }
 
-/* Reads the lists of methods of a work-precision study. */
+/* Reads the lists of methods of a study. */
 static PetscErrorCode ReadMethods(MPM mpm, MPMOptions o)
 {
   MPMStudy *study               = &mpm->study;
@@ -120,6 +120,46 @@ static PetscErrorCode ReadMethods(MPM mpm, MPMOptions o)
   PetscCall(ReadWords(o, "study_basis", bases, 0, &study->bases));
   PetscCall(ReadWords(o, "study_update", updates, 0, &study->updates));
   PetscCall(ReadWords(o, "study_transfer", transfers, 0, &study->transfers));
+  for (PetscInt k = 0; k < study->transfers.n; k++) CheckNumber(o, study->transfers.word[k]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes the word of the scene the list of an option that is not given. */
+static PetscErrorCode SetOwn(const char option[], const char own[], MPMWords *words)
+{
+  PetscBool given;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsHasName(NULL, NULL, option, &given));
+  if (given) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)snprintf(words->text, sizeof words->text, "%s", own);
+  words->n       = 1;
+  words->word[0] = words->text;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the methods and the steps of a study of stability. */
+static PetscErrorCode ReadStability(MPM mpm, MPMOptions o)
+{
+  MPMStudy *study = &mpm->study;
+
+  PetscFunctionBeginUser;
+  PetscCall(ReadMethods(mpm, o));
+  PetscCall(SetOwn("-study_basis", mpm->core.needs.stretched ? "gimp_stretch" : MPMBasisNames[mpm->core.basis],
+                   &study->bases));
+  PetscCall(SetOwn("-study_update", mpm->method.scheme->name, &study->updates));
+  PetscCall(SetOwn("-study_transfer", mpm->method.transfer->name, &study->transfers));
+  PetscCall(MPMOptionsInt(o, "study_steps", NULL, &study->steps, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the settings of a work-precision study. */
+static PetscErrorCode ReadSettings(MPM mpm, MPMOptions o)
+{
+  MPMStudy *study = &mpm->study;
+
+  PetscFunctionBeginUser;
+  PetscCall(ReadMethods(mpm, o));
   PetscCall(ReadWords(o, "study_ppc", NULL, 64, &study->ppc));
   PetscCall(ReadWords(o, "study_cfl", NULL, 2, &study->cfl));
   PetscCall(MPMOptionsInt(o, "study_repeats", NULL, &study->repeats, NULL));
@@ -130,7 +170,6 @@ static PetscErrorCode ReadMethods(MPM mpm, MPMOptions o)
                      "-study_coarser %" PetscInt_FMT ": the %" PetscInt_FMT
                      " cells on axis %c are no multiple of %" PetscInt_FMT,
                      study->coarser, mpm->core.grid.cells[d], "xyz"[d], (PetscInt)1 << study->coarser);
-  for (PetscInt k = 0; k < study->transfers.n; k++) CheckNumber(o, study->transfers.word[k]);
   for (PetscInt k = 0; k < study->ppc.n; k++)
     if (strspn(study->ppc.word[k], "0123456789") != strlen(study->ppc.word[k]))
       MPMOptionsFail(o, "-study_ppc %s must be whole", study->ppc.word[k]);
@@ -152,12 +191,16 @@ PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
       MPMOptionsFail(o, "-reference_type finest does not apply: it is the last run of a -study_type");
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  if (!strcmp(study->type, "stability")) {
+    PetscCall(ReadStability(mpm, o));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MPMOptionsInt(o, "study_levels", NULL, &study->levels, NULL));
   if (!strcmp(study->type, "convergence")) {
     PetscCall(MPMOptionsEnum(o, "study_vary", NULL, study->vary, NULL));
     PetscCall(MPMOptionsReal(o, "study_order_min", NULL, &study->order_min, &study->order_wanted));
   } else
-    PetscCall(ReadMethods(mpm, o));
+    PetscCall(ReadSettings(mpm, o));
   PetscCall(ReadQuantity(mpm, o));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   if (mpm->scene.finest && study->quantity.on)

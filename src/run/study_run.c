@@ -158,6 +158,7 @@ static void Describe(MPM mpm, MPMStudyResult *r)
   r->ppc       = (PetscReal)mpm->scene.bodies[0].ppc[0];
   r->fixed     = mpm->time.fixed;
   r->cfl       = mpm->time.cfl;
+  r->stable    = MPMStableOf(&mpm->core, &mpm->method);
   r->particles = mpm->core.particles.total;
   r->basis     = (PetscInt)mpm->core.basis;
   r->stretched = mpm->core.needs.stretched;
