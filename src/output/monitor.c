@@ -3,7 +3,8 @@
 #include <errno.h>
 #include "output/output.h"
 
-PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, PetscReal time_end, MPMOptions o)
+PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, PetscReal time_end, MPMOptions o,
+                                        PetscBool *follow)
 {
   PetscBool moving = PETSC_FALSE;
 
@@ -11,13 +12,16 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
   mon->every = time_end / 100;
   mon->last  = -1;
   PetscCall(MPMOptionsReal(o, "history_every", NULL, &mon->every, NULL));
+  PetscCall(MPMOptionsBool(o, "history_energy", NULL, follow));
   PetscCall(MPMOptionsReal(o, "check_energy", NULL, &mon->check_energy, NULL));
   PetscCall(MPMOptionsReal(o, "check_momentum", NULL, &mon->check_momentum, NULL));
   for (PetscInt k = 0; k < 6; k++)
     if (scene->walls.given[k / 2][k % 2].type == MPM_WALL_moving) moving = PETSC_TRUE;
-  if ((mon->check_energy > 0 || mon->check_momentum > 0) && (scene->forced || moving))
-    MPMOptionsFail(o, "-check_%s does not apply: the work of %s is not followed",
-                   mon->check_energy > 0 ? "energy" : "momentum", moving ? "moving walls" : "body forces and loads");
+  if (mon->check_energy > 0 && moving && !*follow)
+    MPMOptionsFail(o, "-check_energy does not apply: the work of moving walls is followed with -history_energy only");
+  if (mon->check_momentum > 0 && (scene->forced || moving))
+    MPMOptionsFail(o, "-check_momentum does not apply: the impulse of %s is not followed",
+                   moving ? "moving walls" : "body forces and loads");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -26,10 +30,18 @@ MPMShown MPMMonitorShown(const MPMMonitor *mon, const MPMCore *core, const MPMSc
   return (MPMShown){core, scene, &mon->start, &mon->now};
 }
 
-/* Returns how many components of a row the history shows: of a vector, one for each dimension of space. */
-static PetscInt Columns(const MPMCore *core, const MPMDiagnostic *row)
+/* Returns how many components of row k the history shows: of a vector, one for each dimension of space; of a vector of
+   rotation, those around axes of which the plane of the other two is there. *first: the first one. */
+static PetscInt Columns(const MPMCore *core, PetscInt k, PetscInt *first)
 {
-  return row->uses & MPM_SHOW_COLUMN ? PetscMin(row->nc, row->nc == 1 ? 1 : core->grid.dim) : 0;
+  const MPMDiagnostic *row = &MPMDiagnostics[k];
+  const PetscInt       dim = core->grid.dim;
+
+  *first = 0;
+  if (!(row->uses & MPM_SHOW_COLUMN) || !MPMDiagnosticIsOn(k, core)) return 0;
+  if (!(row->uses & MPM_SHOW_AXIAL)) return PetscMin(row->nc, row->nc == 1 ? 1 : dim);
+  *first = dim == 2 ? 2 : 0;
+  return dim == 2 ? 1 : dim == 3 ? 3 : 0;
 }
 
 /* Opens the history and writes its head. Only the first process calls it. */
@@ -42,11 +54,15 @@ static PetscErrorCode Open(MPMMonitor *mon, const MPMCore *core, const MPMScene 
   (void)snprintf(path, sizeof path, "%s/%s.csv", mon->dir, scene->name);
   mon->file = fopen(path, "w");
   PetscCheck(mon->file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", path, strerror(errno));
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
-    for (PetscInt c = 0; c < Columns(core, &MPMDiagnostics[k]); c++, comma = ",") {
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
+    PetscInt       first;
+    const PetscInt n = Columns(core, k, &first);
+
+    for (PetscInt c = first; c < first + n; c++, comma = ",") {
       fprintf(mon->file, "%s%s", comma, MPMDiagnostics[k].name);
       if (MPMDiagnostics[k].nc > 1) fprintf(mon->file, "_%c", "xyz"[c]);
     }
+  }
   fprintf(mon->file, "\n");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -63,8 +79,10 @@ static PetscErrorCode WriteLine(MPMMonitor *mon, const MPMCore *core, const MPMS
   if (!mon->file) PetscCall(Open(mon, core, shown->scene));
   for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
     const MPMDiagnostic *row = &MPMDiagnostics[k];
+    PetscInt             first;
+    const PetscInt       n = Columns(core, k, &first);
 
-    for (PetscInt c = 0; c < Columns(core, row); c++, comma = ",") {
+    for (PetscInt c = first; c < first + n; c++, comma = ",") {
       const PetscReal value = row->value ? row->value(shown) : mon->now.sum[k][c];
 
       fprintf(mon->file, row->whole ? "%s%.0f" : "%s%.17g", comma, (double)value);
@@ -80,7 +98,8 @@ static PetscErrorCode WriteLine(MPMMonitor *mon, const MPMCore *core, const MPMS
 static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
 {
   const MPMTotals *now = &mon->now, *start = &mon->start;
-  const PetscReal  residual = MPMShownResidual(shown), *p = now->sum[MPM_SHOWS_momentum];
+  const PetscReal  residual = core->energy.on ? MPMShownIntegration(shown) : MPMShownResidual(shown);
+  const PetscReal *p = now->sum[MPM_SHOWS_momentum];
   PetscReal        change2 = 0, base;
 
   mon->energy_max = PetscMax(mon->energy_max,

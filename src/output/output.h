@@ -18,8 +18,10 @@ typedef struct {
   MPMTotals   start, now;                   /* of step 0, and of the last check or line */
 } MPMMonitor;
 
-/* Reads the options of the history and its checks; the first fault is left in the options. Not collective. */
-PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *, const MPMScene *, PetscReal time_end, MPMOptions);
+/* Reads the options of the history and its checks; *follow is -history_energy. The first fault is left in the options.
+   Not collective. */
+PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *, const MPMScene *, PetscReal time_end, MPMOptions,
+                                        PetscBool *follow);
 PetscErrorCode MPMMonitorStep(MPMMonitor *, MPMCore *, const MPMScene *, PetscBool force); /* may set core->stop */
 PetscErrorCode MPMMonitorDestroy(MPMMonitor *);                                            /* closes the file */
 MPMShown       MPMMonitorShown(const MPMMonitor *, const MPMCore *, const MPMScene *);     /* what diagnostics read */

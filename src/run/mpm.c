@@ -39,7 +39,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(ReadSafety(o));
   PetscCall(MPMExchangeSetFromOptions(core, o));
   PetscCall(MPMModelSetFromOptions(&mpm->cost, o));
-  PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o));
+  PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o, &core->energy.on));
   PetscCall(MPMOutputSetFromOptions(&mpm->output, scene, mpm->time.end, o));
   PetscCall(MPMStudySetFromOptions(mpm, o));
   PetscCall(MPMOptionsBool(o, "report_limits", NULL, &mpm->report.limits));
@@ -254,6 +254,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
     PetscCall(MPMWorkView(&(*mpm)->cost, core)); /* now that workers of the pool can take part */
   }
   PetscCall(MPMParticlesDestroy(&core->particles));
+  PetscCall(MPMEnergyDestroy(&core->energy));
   PetscCall(MPMTimersDestroy(&core->timers));
   PetscCall(MPMSceneDestroy(&(*mpm)->scene));
   PetscCall(PetscFree(*mpm));

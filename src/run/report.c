@@ -244,6 +244,36 @@ PetscErrorCode MPMReportProgress(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Prints the terms of the change of energy (-history_energy), in J and as a part of the largest energy and the work. */
+static PetscErrorCode PrintTerms(MPM mpm)
+{
+  static const struct {
+    const char *name;
+    PetscInt    row;
+  } terms[] = {
+      {"gravity", MPM_SHOWS_energy_gravity},         {"loads", MPM_SHOWS_load_work},
+      {"walls", MPM_SHOWS_energy_walls},             {"friction", MPM_SHOWS_energy_friction},
+      {"transfer", MPM_SHOWS_energy_transfer},       {"laws", MPM_SHOWS_energy_laws},
+      {"integration", MPM_SHOWS_energy_integration},
+  };
+  const MPMShown  shown = MPMMonitorShown(&mpm->monitor, &mpm->core, &mpm->scene);
+  const PetscReal base  = mpm->monitor.energy_max + PetscAbsReal(MPMShownWork(&shown));
+  PetscReal       sum   = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPrint(&mpm->core.print, "terms      of the change of energy, J, and in %% of %g J\n", (double)base));
+  for (size_t k = 0; k < sizeof terms / sizeof terms[0]; k++) {
+    const PetscReal value = MPMDiagnostics[terms[k].row].value(&shown);
+
+    sum += value;
+    PetscCall(MPMPrint(&mpm->core.print, "  %-12s %14.6g  %8.3f\n", terms[k].name, (double)value,
+                       base > 0 ? (double)(100 * value / base) : 0));
+  }
+  PetscCall(MPMPrint(&mpm->core.print, "  %-12s %14.6g  %8.3f\n", "all", (double)sum,
+                     base > 0 ? (double)(100 * sum / base) : 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Prints the energies at the start and at the end, as the history has them, and warnings if they are doubtful. */
 static PetscErrorCode PrintEnergy(MPM mpm)
 {
@@ -262,8 +292,10 @@ static PetscErrorCode PrintEnergy(MPM mpm)
                      (double)energy[0][0], (double)energy[1][0], (double)energy[0][1], (double)energy[1][1],
                      (double)(energy[0][0] + energy[0][1]), (double)(energy[1][0] + energy[1][1])));
   if (work != 0)
-    PetscCall(MPMPrint(&mpm->core.print, ", work of gravity %g J, residual %g J", (double)work, (double)residual));
+    PetscCall(MPMPrint(&mpm->core.print, ", work of %s %g J, residual %g J",
+                       !mpm->scene.forced ? "gravity" : "gravity, body forces and loads", (double)work, (double)residual));
   PetscCall(MPMPrint(&mpm->core.print, "\n"));
+  if (mpm->core.energy.on) PetscCall(PrintTerms(mpm));
   if (!mpm->scene.forced && !MovingWall(mpm, PETSC_FALSE) &&
       residual > 0.05 * (mpm->monitor.energy_max + PetscAbsReal(work)))
     PetscCall(MPMPrint(&mpm->core.print,

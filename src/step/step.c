@@ -24,6 +24,17 @@ static PetscErrorCode SetForces(MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode FollowEnergy(MPMCore *core, PetscBool begins)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_FORCES));
+  MPMWorkBegin(&core->timers);
+  PetscCall(MPMEnergyStep(core, begins));
+  MPMWorkEnd(&core->timers, MPM_TIMER_FORCES, NULL, 0);
+  PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_FORCES));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode RunPhase(MPMCore *core, const MPMPhase *phase)
 {
   const MPMExchangeType *ex = core->exchange.type;
@@ -32,6 +43,7 @@ static PetscErrorCode RunPhase(MPMCore *core, const MPMPhase *phase)
   PetscCall(MPMPhaseBegin(core, phase));
   PetscCall(phase->kind == MPM_NODES ? ex->nodes(core, phase) : ex->sweep(core, phase));
   PetscCall(MPMPhaseEnd(core, phase, ex->by_workers ? 0 : core->particles.n));
+  if (core->energy.on && phase->kind == MPM_NODES) PetscCall(MPMEnergyNodes(core, phase));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -59,8 +71,10 @@ PetscErrorCode MPMStep(MPMCore *core, const MPMScene *scene)
   PetscFunctionBeginUser;
   PetscCall(Begin(core));
   if (scene->forced) PetscCall(SetForces(core, scene));
+  if (scene->forced || core->energy.on) PetscCall(FollowEnergy(core, PETSC_TRUE));
   for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, core->program[k]));
   PetscCall(Reduce(core));
+  if ((scene->forced || core->energy.on) && core->status.bad == MPM_OK) PetscCall(FollowEnergy(core, PETSC_FALSE));
   if (core->status.bad == MPM_OK) PetscCall(Settle(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -18,6 +18,15 @@ PetscErrorCode MPMStepNodes(MPMCore *);
    A step does so too; this is for the state before the first step. Collective on the exchange. */
 PetscErrorCode MPMStepBound(MPMCore *);
 
+/* The energy that steps bring and take (energy.c), in core->energy. MPMEnergyStep notes the particles as a step begins,
+   after the forces are set, and adds what it did to them before they are settled; MPMEnergyNodes adds what a phase of
+   nodes did, where that counts. MPMEnergyLost returns whether a law stores only a part of the work of its stress. Not
+   collective. */
+PetscErrorCode MPMEnergyStep(MPMCore *, PetscBool begins);
+PetscErrorCode MPMEnergyNodes(MPMCore *, const MPMPhase *);
+PetscErrorCode MPMEnergyDestroy(MPMEnergy *);
+PetscBool      MPMEnergyLost(const MPMMaterial *);
+
 /* What determines the length of steps. None of the functions is collective: core->status is the same on all
    processes. */
 typedef struct {
