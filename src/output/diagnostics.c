@@ -87,6 +87,13 @@ static void Fill_body(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal
   row[0] = b;
 }
 
+/* It needs all particles, so it is computed before (indicator.c). */
+static void Fill_error_indicator(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  (void)v;
+  row[0] = (PetscReal)s->indicator[p];
+}
+
 static void Fill_mass(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   row[0] = KindOf(s, v, p)->m;
@@ -113,7 +120,7 @@ static void SetInertia(const MPMCore *core, const MPMView *v, PetscInt p, PetscR
 {
   const MPMGrid  *grid = &core->grid;
   const PetscInt  dim  = grid->dim;
-  const PetscReal k    = MPMBasisInertia(core->basis), *l = MPMHalfWidths((int)dim, core->params.kinds, v, p);
+  const PetscReal k = MPMBasisInertia(core->basis), *l = MPMHalfWidths((int)dim, core->params.kinds, v, p);
 
   for (int d = 0; d < dim; d++) {
     PetscReal      xi, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
@@ -131,8 +138,8 @@ static void SetInertia(const MPMCore *core, const MPMView *v, PetscInt p, PetscR
    of inertia on axis e is m inertia_e. */
 static void Fill_angular_momentum(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
-  const PetscInt  dim = s->core->grid.dim;
-  const PetscReal m   = KindOf(s, v, p)->m;
+  const PetscInt  dim  = s->core->grid.dim;
+  const PetscReal m    = KindOf(s, v, p)->m;
   PetscReal       x[3] = {0}, u[3] = {0}, inertia[3] = {0}, C[3][3] = {{0}};
 
   for (PetscInt d = 0; d < dim; d++) {
@@ -354,7 +361,7 @@ static PetscErrorCode ReduceEnergy(const MPMCore *core, PetscReal energy[])
 PetscErrorCode MPMTotalsCompute(const MPMScene *scene, MPMCore *core, MPMTotals *totals)
 {
   const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(C) | MPM_BIT(l) | MPM_MATERIAL_BITS | MPM_BIT(kind);
-  const MPMShown shown  = {core, scene, NULL, NULL};
+  const MPMShown shown  = {core, scene, NULL, NULL, NULL};
   MPMView        view;
   MPMSum         sum[3 * MPM_NUM_DIAGNOSTICS];
   PetscInt64     count[2]; /* particles, and their fingerprint */

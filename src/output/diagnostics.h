@@ -31,6 +31,7 @@ typedef struct {
   const MPMCore   *core;
   const MPMScene  *scene;
   const MPMTotals *start, *now; /* of the history, for quantities of the run */
+  const float     *indicator;   /* [n] of the particles here, for the field error_indicator */
 } MPMShown;
 
 /* What a row is used for: a set of the words that diagnostics.def explains. */

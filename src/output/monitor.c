@@ -27,7 +27,7 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
 
 MPMShown MPMMonitorShown(const MPMMonitor *mon, const MPMCore *core, const MPMScene *scene)
 {
-  return (MPMShown){core, scene, &mon->start, &mon->now};
+  return (MPMShown){core, scene, &mon->start, &mon->now, NULL};
 }
 
 /* Returns how many components of row k the history shows: of a vector, one for each dimension of space; of a vector of
@@ -99,8 +99,8 @@ static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
 {
   const MPMTotals *now = &mon->now, *start = &mon->start;
   const PetscReal  residual = core->energy.on ? MPMShownIntegration(shown) : MPMShownResidual(shown);
-  const PetscReal *p = now->sum[MPM_SHOWS_momentum];
-  PetscReal        change2 = 0, base;
+  const PetscReal *p        = now->sum[MPM_SHOWS_momentum];
+  PetscReal        change2  = 0, base;
 
   mon->energy_max = PetscMax(mon->energy_max,
                              now->sum[MPM_SHOWS_kinetic_energy][0] + now->sum[MPM_SHOWS_strain_energy][0]);

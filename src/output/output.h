@@ -41,6 +41,16 @@ typedef struct {
 } MPMOutput;
 #define MPM_OUTPUT_GRID ((PetscInt64)1 << 62) /* bit of the nodes in MPMOutput.fields */
 
+/* How far the stress is from what nodes and particles agree on (indicator.c): its rms by volume in Pa; the rms of
+   own stress less recovered stress, as a part of that; the largest such difference, likewise, and where it is, m. */
+typedef struct {
+  PetscReal stress, jump, largest, x[3];
+} MPMIndicator;
+
+/* Computes it, and for each particle here its difference as a part of the rms of the stress, of [n]. It changes no
+   particle. Collective on the exchange. */
+PetscErrorCode MPMIndicatorCompute(const MPMScene *, MPMCore *, float of[], MPMIndicator *);
+
 /* snapshot.c and xdmf.c describe these functions. */
 PetscErrorCode MPMOutputSetFromOptions(MPMOutput *, const MPMScene *, PetscReal time_end, MPMOptions);
 PetscErrorCode MPMOutputMakeFolder(MPMOutput *, const MPMScene *, MPMOptions);

@@ -42,6 +42,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o, &core->energy.on));
   PetscCall(MPMOutputSetFromOptions(&mpm->output, scene, mpm->time.end, o));
   PetscCall(MPMStudySetFromOptions(mpm, o));
+  PetscCall(MPMOptionsBool(o, "report_indicator", NULL, &mpm->report.indicator));
   PetscCall(MPMOptionsBool(o, "report_limits", NULL, &mpm->report.limits));
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
   PetscCall(MPMOptionsFinish(o));

@@ -251,9 +251,12 @@ static PetscErrorCode PrintTerms(MPM mpm)
     const char *name;
     PetscInt    row;
   } terms[] = {
-      {"gravity", MPM_SHOWS_energy_gravity},         {"loads", MPM_SHOWS_load_work},
-      {"walls", MPM_SHOWS_energy_walls},             {"friction", MPM_SHOWS_energy_friction},
-      {"transfer", MPM_SHOWS_energy_transfer},       {"laws", MPM_SHOWS_energy_laws},
+      {"gravity", MPM_SHOWS_energy_gravity},
+      {"loads", MPM_SHOWS_load_work},
+      {"walls", MPM_SHOWS_energy_walls},
+      {"friction", MPM_SHOWS_energy_friction},
+      {"transfer", MPM_SHOWS_energy_transfer},
+      {"laws", MPM_SHOWS_energy_laws},
       {"integration", MPM_SHOWS_energy_integration},
   };
   const MPMShown  shown = MPMMonitorShown(&mpm->monitor, &mpm->core, &mpm->scene);
@@ -293,7 +296,8 @@ static PetscErrorCode PrintEnergy(MPM mpm)
                      (double)(energy[0][0] + energy[0][1]), (double)(energy[1][0] + energy[1][1])));
   if (work != 0)
     PetscCall(MPMPrint(&mpm->core.print, ", work of %s %g J, residual %g J",
-                       !mpm->scene.forced ? "gravity" : "gravity, body forces and loads", (double)work, (double)residual));
+                       !mpm->scene.forced ? "gravity" : "gravity, body forces and loads", (double)work,
+                       (double)residual));
   PetscCall(MPMPrint(&mpm->core.print, "\n"));
   if (mpm->core.energy.on) PetscCall(PrintTerms(mpm));
   if (!mpm->scene.forced && !MovingWall(mpm, PETSC_FALSE) &&
@@ -305,6 +309,27 @@ static PetscErrorCode PrintEnergy(MPM mpm)
     PetscCall(MPMPrint(&mpm->core.print,
                        "warning    dt reached %.3g h/(c+|v|) on the way, above the bound 1: do not trust the results\n",
                        (double)mpm->courant));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints how far the stress is from what nodes and particles agree on, unless all of it is rounding. The memory of
+   the next order, which no step follows to use, has room for a number of each particle. Collective on the exchange. */
+_Static_assert(sizeof(float) <= sizeof(PetscInt), "the order has room for numbers of float");
+static PetscErrorCode PrintIndicator(MPM mpm)
+{
+  MPMIndicator indicator;
+  PetscReal    rho = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMIndicatorCompute(&mpm->scene, &mpm->core, (float *)mpm->core.particles.spare, &indicator));
+  for (PetscInt m = 0; m < mpm->scene.nmaterials; m++) rho = PetscMax(rho, mpm->scene.materials[m].rho);
+  if (indicator.stress > 1e-10 * rho * mpm->core.status.c2) {
+    PetscCall(MPMPrint(&mpm->core.print, "indicator  stress jumps by %.3g %% of its rms %.3g Pa, most at (",
+                       (double)(100 * indicator.jump), (double)indicator.stress));
+    for (PetscInt d = 0; d < mpm->core.grid.dim; d++)
+      PetscCall(MPMPrint(&mpm->core.print, "%s%g", d ? ", " : "", (double)indicator.x[d]));
+    PetscCall(MPMPrint(&mpm->core.print, "): by %.3g %%\n", (double)(100 * indicator.largest)));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -367,6 +392,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
                        (double)mpm->core.t, now - mpm->report.start,
                        mpm->core.t < mpm->time.end ? " (-time_max_steps)" : ""));
   PetscCall(PrintEnergy(mpm));
+  if (mpm->report.indicator && mpm->core.status.bad == MPM_OK) PetscCall(PrintIndicator(mpm));
   if (mpm->scene.known) {
     PetscReal error, size;
 

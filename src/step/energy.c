@@ -237,8 +237,8 @@ PetscErrorCode MPMEnergyNodes(MPMCore *core, const MPMPhase *phase)
 {
   const MPMPatch *patch   = &core->exchange.patch;
   const PetscBool advance = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
-  const PetscInt  own     = patch->own_lo[0] - patch->lo[0], dim = core->grid.dim;
-  MPMEnergy      *e       = &core->energy;
+  const PetscInt  own = patch->own_lo[0] - patch->lo[0], dim = core->grid.dim;
+  MPMEnergy      *e = &core->energy;
 
   PetscFunctionBeginUser;
   if (!advance && !(e->mean == MPM_MEAN_AGAIN && phase->nodes == MPMNodesVelocityAgain))

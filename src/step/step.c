@@ -79,15 +79,60 @@ PetscErrorCode MPMStep(MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMStepNodes(MPMCore *core)
+/* Runs a phase outside of steps: no timer, and no part of the critical path. */
+static PetscErrorCode RunUntimed(MPMCore *core, const MPMPhase *phase)
 {
-  const PetscBool on = core->timers.work.on;
+  const MPMExchangeType *ex = core->exchange.type;
+  const PetscBool        on = core->timers.work.on;
 
   PetscFunctionBeginUser;
   core->timers.work.on = PETSC_FALSE;
-  PetscCall(core->exchange.type->sweep(core, MPMStepOutputPhase(core, 0)));
-  PetscCall(core->exchange.type->nodes(core, MPMStepOutputPhase(core, 1)));
+  PetscCall(phase->kind == MPM_NODES ? ex->nodes(core, phase) : ex->sweep(core, phase));
   core->timers.work.on = on;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStepNodes(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < 2; k++) PetscCall(RunUntimed(core, MPMStepOutputPhase(core, k)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Scenes without xpic have no field r: it gets the memory of another scratch field, which holds nothing between steps,
+   or memory for this time. */
+PetscErrorCode MPMStepRecoverBegin(MPMCore *core, PetscReal **r)
+{
+  const PetscInt others[] = {MPM_FIELD_INDEX_dx, MPM_FIELD_INDEX_b};
+  MPMParticles  *p        = &core->particles;
+
+  PetscFunctionBeginUser;
+  for (int k = 0; k < 2 && !p->scratch[MPM_FIELD_INDEX_r]; k++) p->scratch[MPM_FIELD_INDEX_r] = p->scratch[others[k]];
+  if (!p->scratch[MPM_FIELD_INDEX_r])
+    PetscCall(PetscMalloc1(p->capacity * p->dim, (PetscReal **)&p->scratch[MPM_FIELD_INDEX_r]));
+  p->present[MPM_FIELD_INDEX_r] = PETSC_TRUE;
+  *r                            = (PetscReal *)p->scratch[MPM_FIELD_INDEX_r];
+  PetscCall(RunUntimed(core, MPMStepRecoverPhase(core, 0)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStepRecover(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = 1; k < 4; k++) PetscCall(RunUntimed(core, MPMStepRecoverPhase(core, k)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStepRecoverEnd(MPMCore *core)
+{
+  MPMParticles *p = &core->particles;
+  void        **r = &p->scratch[MPM_FIELD_INDEX_r];
+
+  PetscFunctionBeginUser;
+  p->present[MPM_FIELD_INDEX_r] = core->needs.residual;
+  if (core->needs.residual) PetscFunctionReturn(PETSC_SUCCESS);
+  if (*r != p->scratch[MPM_FIELD_INDEX_dx] && *r != p->scratch[MPM_FIELD_INDEX_b]) PetscCall(PetscFree(*r));
+  *r = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

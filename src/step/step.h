@@ -14,6 +14,13 @@ PetscErrorCode MPMStep(MPMCore *, const MPMScene *);
    timed as a part of a step. Collective on the exchange. */
 PetscErrorCode MPMStepNodes(MPMCore *);
 
+/* Means at the nodes of any numbers that the particles here have, weighted by mass. Begin returns r [n][dim], scratch
+   of the particles; each call of MPMStepRecover takes from it what the particles read of its means; End gives the
+   memory back. They change no particle, and are not timed as a part of a step. Collective on the exchange. */
+PetscErrorCode MPMStepRecoverBegin(MPMCore *, PetscReal **r);
+PetscErrorCode MPMStepRecover(MPMCore *);
+PetscErrorCode MPMStepRecoverEnd(MPMCore *);
+
 /* Sets status.v2 and status.c2 to the largest squared speeds of a particle and of a wave in the present state, m^2/s^2.
    A step does so too; this is for the state before the first step. Collective on the exchange. */
 PetscErrorCode MPMStepBound(MPMCore *);
