@@ -342,13 +342,13 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
 {
   const PetscInt uses = MPMDiagnostics[row].uses;
 
-  return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->needs.forced) ? PETSC_FALSE : PETSC_TRUE;
+  return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ? PETSC_FALSE : PETSC_TRUE;
 }
 
 /* Adds up the sums of core->energy over all processes, if the run has any. Collective on the exchange. */
 static PetscErrorCode ReduceEnergy(const MPMCore *core, PetscReal energy[])
 {
-  const PetscInt n = core->energy.on ? MPM_NUM_ENERGIES : core->needs.forced ? 1 : 0; /* the first is that of loads */
+  const PetscInt n = core->energy.on ? MPM_NUM_ENERGIES : core->energy.loads ? 1 : 0; /* the first is that of loads */
   MPMSum         sum[MPM_NUM_ENERGIES];
 
   PetscFunctionBeginUser;

@@ -17,8 +17,9 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
   PetscCall(MPMOptionsReal(o, "check_momentum", NULL, &mon->check_momentum, NULL));
   for (PetscInt k = 0; k < 6; k++)
     if (scene->walls.given[k / 2][k % 2].type == MPM_WALL_moving) moving = PETSC_TRUE;
-  if (mon->check_energy > 0 && moving && !*follow)
-    MPMOptionsFail(o, "-check_energy does not apply: the work of moving walls is followed with -history_energy only");
+  if (mon->check_energy > 0 && (scene->body_force || moving) && !*follow)
+    MPMOptionsFail(o, "-check_energy does not apply: the work of %s is followed with -history_energy only",
+                   moving ? "moving walls" : "body forces");
   if (mon->check_momentum > 0 && (scene->forced || moving))
     MPMOptionsFail(o, "-check_momentum does not apply: the impulse of %s is not followed",
                    moving ? "moving walls" : "body forces and loads");

@@ -74,7 +74,7 @@ typedef struct {
 } MPMExchange;
 
 /* What the steps so far have done to the energy, in J: exact sums over the nodes and particles of this process
-   (step/energy.c). Without -history_energy only the work of body forces and loads is summed. */
+   (step/energy.c). Without -history_energy only the work of loads is summed. */
 enum {
   MPM_ENERGY_loads,    /* work of body forces and loads */
   MPM_ENERGY_gravity,  /* work of gravity on the nodes */
@@ -88,7 +88,8 @@ enum {
    mean of the velocity before the advance and that of the second mapping; or the mean of the particles that it moves. */
 typedef enum { MPM_MEAN_NODES, MPM_MEAN_AGAIN, MPM_MEAN_PARTICLES } MPMMean;
 typedef struct {
-  PetscBool  on; /* -history_energy */
+  PetscBool  on;    /* -history_energy */
+  PetscBool  loads; /* the work of loads and body forces is summed */
   MPMMean    mean;
   MPMSum     sum[MPM_NUM_ENERGIES];
   PetscReal *before, *stress; /* of the particles as a step begins: [n][x, v] where b is not 0; [n][F, tau] */

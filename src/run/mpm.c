@@ -76,6 +76,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   for (PetscInt k = 0; k < scene->nmaterials; k++) core->needs.state |= scene->materials[k].state;
   core->needs.kinds   = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.forced  = scene->forced;
+  core->energy.loads  = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.surface = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.start   = scene->keeps_start;
   PetscCall(MPMStepSetUp(core, &mpm->method));

@@ -296,11 +296,11 @@ static PetscErrorCode PrintEnergy(MPM mpm)
                      (double)(energy[0][0] + energy[0][1]), (double)(energy[1][0] + energy[1][1])));
   if (work != 0)
     PetscCall(MPMPrint(&mpm->core.print, ", work of %s %g J, residual %g J",
-                       !mpm->scene.forced ? "gravity" : "gravity, body forces and loads", (double)work,
+                       !mpm->core.energy.loads ? "gravity" : "gravity, body forces and loads", (double)work,
                        (double)residual));
   PetscCall(MPMPrint(&mpm->core.print, "\n"));
   if (mpm->core.energy.on) PetscCall(PrintTerms(mpm));
-  if (!mpm->scene.forced && !MovingWall(mpm, PETSC_FALSE) &&
+  if (!mpm->scene.body_force && !MovingWall(mpm, PETSC_FALSE) &&
       residual > 0.05 * (mpm->monitor.energy_max + PetscAbsReal(work)))
     PetscCall(MPMPrint(&mpm->core.print,
                        "warning    energy grew by %.2g of its largest value, which nothing in the scene explains\n",

@@ -29,7 +29,7 @@ static PetscErrorCode MakeRoom(MPMCore *core)
   if (core->particles.n <= e->capacity) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMEnergyDestroy(e));
   e->capacity = core->particles.capacity;
-  if (core->needs.forced || KeepsAll(e)) {
+  if (e->loads || KeepsAll(e)) {
     PetscCall(PetscMalloc1(2 * e->capacity * core->grid.dim, &e->before));
     PetscCall(PetscMalloc1(e->capacity, &e->which));
   }
@@ -57,7 +57,7 @@ static void KeepMotion(PetscInt dim, const MPMView *view, MPMEnergy *e)
     PetscBool  any = KeepsAll(e);
 
     for (PetscInt d = 0; d < dim; d++) {
-      if (view->b && view->b[p * dim + d] != 0) any = PETSC_TRUE;
+      if (e->loads && view->b[p * dim + d] != 0) any = PETSC_TRUE;
       to[d]       = view->x[p * dim + d];
       to[dim + d] = view->v[p * dim + d];
     }
@@ -84,10 +84,10 @@ static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
       PetscReal       dx = view->x[p * dim + d] - was[d];
 
       if (grid->periodic[d]) dx -= length * PetscFloorReal(dx / length + 0.5);
-      if (view->b) work += view->b[p * dim + d] * (dx - 0.5 * par->dt * dv);
+      if (e->loads) work += view->b[p * dim + d] * (dx - 0.5 * par->dt * dv);
       if (KeepsAll(e)) flip += PetscSqr((v - (1 - par->flip) * dx / par->dt) / par->flip - was[dim + d]);
     }
-    if (view->b) MPMSumAdd(&e->sum[MPM_ENERGY_loads], m * work);
+    if (e->loads) MPMSumAdd(&e->sum[MPM_ENERGY_loads], m * work);
     if (KeepsAll(e)) MPMSumAdd(&e->sum[MPM_ENERGY_advance], 0.5 * m * flip);
   }
 }
@@ -276,7 +276,7 @@ PetscErrorCode MPMEnergyStep(MPMCore *core, PetscBool begins)
   PetscFunctionBeginUser;
   PetscCall(MakeRoom(core));
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
-  if (core->needs.forced || KeepsAll(e)) {
+  if (e->loads || KeepsAll(e)) {
     if (begins)
       KeepMotion(core->grid.dim, &view, e);
     else

@@ -71,10 +71,10 @@ PetscErrorCode MPMStep(MPMCore *core, const MPMScene *scene)
   PetscFunctionBeginUser;
   PetscCall(Begin(core));
   if (scene->forced) PetscCall(SetForces(core, scene));
-  if (scene->forced || core->energy.on) PetscCall(FollowEnergy(core, PETSC_TRUE));
+  if (core->energy.loads || core->energy.on) PetscCall(FollowEnergy(core, PETSC_TRUE));
   for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, core->program[k]));
   PetscCall(Reduce(core));
-  if ((scene->forced || core->energy.on) && core->status.bad == MPM_OK) PetscCall(FollowEnergy(core, PETSC_FALSE));
+  if ((core->energy.loads || core->energy.on) && core->status.bad == MPM_OK) PetscCall(FollowEnergy(core, PETSC_FALSE));
   if (core->status.bad == MPM_OK) PetscCall(Settle(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
