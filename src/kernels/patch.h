@@ -14,6 +14,7 @@ struct MPMWalls; /* physics/wall.h, which kernels of particles do not see */
 typedef struct {
   PetscReal              dt, flip, gravity[3]; /* s, 1, m/s^2 */
   PetscInt               xpic;                 /* m of XPIC(m), else 0 */
+  PetscInt               carried; /* bits of the states of materials that are written besides those that a law has */
   const MPMKind         *kinds;
   PetscInt               nkinds;
   const MPMMaterial     *materials;

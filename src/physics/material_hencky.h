@@ -19,7 +19,7 @@ MPM_INLINE void MPMHenckyStrain(int dim, const MPMReal be[6], MPMReal b[3], MPMR
 MPM_INLINE void MPMHenckyTrial(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *now)
 {
   MPMReal *be = now->be;
-  MPMReal f[9], fb[9];
+  MPMReal  f[9], fb[9];
 
   for (int k = 0; k < dim * dim; k++) f[k] = (PetscReal)(k % (dim + 1) == 0) + dt * L[k];
   if (m->state & MPM_BIT(J)) now->J *= MPMDet(dim, f);

@@ -88,10 +88,11 @@ PetscErrorCode MPMSetPhases(MPM mpm)
     if (!ReadsF(mpm, k)) MPMMaterialDropF(&scene->materials[k]);
     core->needs.state |= scene->materials[k].state;
   }
-  core->needs.kinds   = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.forced  = scene->forced;
-  core->needs.surface = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.start   = scene->keeps_start;
+  core->needs.kinds    = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.forced   = scene->forced || core->needs.all ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.surface  = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.start    = scene->keeps_start;
+  core->params.carried = core->needs.all ? MPM_MATERIAL_BITS : 0;
   PetscCall(MPMStepSetUp(core, &mpm->method));
   PetscCall(MPMParticlesLayout(&core->particles, core->grid.dim, &core->needs));
   PetscCall(MPMModelSetUp(&mpm->cost, core, scene, mpm->output.dir));

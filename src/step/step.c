@@ -58,7 +58,7 @@ PetscErrorCode MPMStep(MPMCore *core, const MPMScene *scene)
 {
   PetscFunctionBeginUser;
   PetscCall(Begin(core));
-  if (scene->forced) PetscCall(SetForces(core, scene));
+  if (core->needs.forced) PetscCall(SetForces(core, scene));
   for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, core->program[k]));
   PetscCall(Reduce(core));
   if (core->status.bad == MPM_OK) PetscCall(Settle(core));
