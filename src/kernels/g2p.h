@@ -15,7 +15,7 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
 {
   const MPMView *particles = &patch->particles;
 
-  MPMGatherState(dim, patch, o, b);
+  MPMGatherState(dim, par, patch, o, s, b);
   MPM_FOR_MATERIALS(m, first, next, par, o->n, s->kind)
   {
     const MPMMaterialLaw *law   = MPMLaw(m);
