@@ -15,7 +15,7 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
 {
   const MPMView *particles = &patch->particles;
 
-  MPMGatherState(dim, patch, o, b);
+  MPMGatherState(dim, par, patch, o, s, b);
   MPM_FOR_MATERIALS(m, first, next, par, o->n, s->kind)
   {
     const MPMMaterialLaw *law   = MPMLaw(m);
@@ -49,7 +49,8 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
     for (PetscInt l = from; l < next; l += MPM_WIDTH)
       *c2max = MPMMax(*c2max, MPMSelect(MPMBetween(l, first, next), MPMRead(c2 + l), MPMAll(0)));
 #define MPM_SCATTER(name, rows)                                                                                        \
-  if (m->state & MPM_BIT(name)) MPMScatter(MPMComponents_##name(dim), b->name, o, first, next, particles->name);
+  if ((m->state | par->carried) & MPM_BIT(name))                                                                       \
+    MPMScatter(MPMComponents_##name(dim), b->name, o, first, next, particles->name);
     MPM_MATERIAL_FIELDS(MPM_SCATTER)
 #undef MPM_SCATTER
   }

@@ -177,7 +177,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       MPMStage(dim, par, patch, &o, &s);
       MPMStagePlaces(dim, patch, kept, &o, place);
       if (forces) {
-        MPMGatherState(dim, patch, &o, &b);
+        MPMGatherState(dim, par, patch, &o, &s, &b);
         MPM_FOR_MATERIALS(m, first, next, par, o.n, s.kind)
         if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[dim - 1](m, first, next, &b);
       }

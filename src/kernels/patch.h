@@ -15,6 +15,7 @@ typedef struct {
   PetscReal              dt, flip, gravity[3]; /* s, 1, m/s^2 */
   PetscReal              strain;               /* share of the strain rate in the affine velocity, see MPMAffine */
   PetscInt               xpic;                 /* m of XPIC(m), else 0 */
+  PetscInt               carried; /* bits of the states of materials that are written besides those that a law has */
   const MPMKind         *kinds;
   PetscInt               nkinds;
   const MPMMaterial     *materials;

@@ -154,11 +154,17 @@ MPM_INLINE const MPMMaterialLaw *MPMLaw(const MPMMaterial *m)
   return law ? law : m->type->law;
 }
 
-/* Reads the material state of a block's particles, as far as the phase declared it and the scene has it. */
-MPM_INLINE void MPMGatherState(int dim, const MPMPatch *patch, const MPMBlockOrder *o, MPMBlock *b)
+/* Reads the material state of a block's particles, as far as the phase declared it and a law of the block has it: in a
+   scene of fluids and solids most blocks have no use for the fields of the others. */
+MPM_INLINE void MPMGatherState(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
+                               const MPMStencils *s, MPMBlock *b)
 {
+  PetscInt state = par->carried;
+
+  MPM_FOR_MATERIALS(m, first, next, par, o->n, s->kind) state |= m->state;
 #define MPM_GATHER(name, rows)                                                                                         \
-  if (patch->particles.name) MPMGather(MPMComponents_##name(dim), patch->particles.name, o, b->name);
+  if (patch->particles.name && (state & MPM_BIT(name)))                                                                \
+    MPMGather(MPMComponents_##name(dim), patch->particles.name, o, b->name);
   MPM_MATERIAL_FIELDS(MPM_GATHER)
 #undef MPM_GATHER
 }

@@ -21,8 +21,9 @@ typedef struct {
   PetscInt     parts;                                         /* bits: what a transfer does; unused by MPM_NODES */
   void (*nodes)(const MPMParams *, MPMPatch *, PetscInt row); /* MPM_NODES: updates one row of nodes */
   PetscInt flops;                                             /* MPM_NODES: operations per node and axis */
-  PetscInt particles_in, particles_out;                       /* bits of the fields that it reads, writes */
-  PetscInt timer;                                             /* number of its timer, set by MPMStepSetUp */
+  PetscInt motion;                      /* MPM_NODES: 1: velocities are new, and are sent; 2: accelerations too */
+  PetscInt particles_in, particles_out; /* bits of the fields that it reads, writes */
+  PetscInt timer;                       /* number of its timer, set by MPMStepSetUp */
 } MPMPhase;
 
 #define MPM_MAX_XPIC    16 /* largest -method_order of xpic */

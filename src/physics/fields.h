@@ -29,6 +29,7 @@ typedef struct {
   PetscBool forced;    /* there are body forces or loads */
   PetscBool surface;   /* there are loads */
   PetscBool start;     /* the position at the start is needed */
+  PetscBool all;       /* every field is present, needed or not (-method_carry all) */
 } MPMNeeds;
 
 /* Particles as kernels see them: for each field a pointer to its array [n][components], or NULL where the scene has no

@@ -58,7 +58,7 @@ static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
   MPMCore           *core = &mpm->core;
   const PetscBool    hats = core->basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE;
   const MPMTransfer *transfer;
-  char               update[MPM_NAME_LEN], name[MPM_NAME_LEN];
+  char               update[MPM_NAME_LEN], name[MPM_NAME_LEN], carry[MPM_NAME_LEN];
   PetscBool          chosen, order_set;
 
   PetscFunctionBeginUser;
@@ -67,6 +67,7 @@ static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsEnum(o, "method_update", NULL, update, NULL));
   PetscCall(MPMOptionsEnum(o, "method_transfer", NULL, name, &chosen));
   PetscCall(MPMOptionsInt(o, "method_order", NULL, &core->params.xpic, &order_set));
+  PetscCall(MPMOptionsEnum(o, "method_carry", NULL, carry, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   for (mpm->method.scheme = MPMSchemes; strcmp(mpm->method.scheme->name, update);) mpm->method.scheme++;
   for (transfer = MPMTransfers; strcmp(transfer->name, name);) transfer++;
@@ -80,6 +81,7 @@ static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
   core->needs.increment = mpm->method.scheme->keeps_increment;
   core->needs.affine    = transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
   core->needs.residual  = transfer->filtered;
+  core->needs.all       = !strcmp(carry, "all") ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

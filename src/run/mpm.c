@@ -63,6 +63,18 @@ static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns whether anything but its law reads the deformation gradient of a material's particles: domains that stretch, a
+   pressure on its surface, or snapshots. */
+static PetscBool ReadsF(MPM mpm, PetscInt material)
+{
+  const MPMScene *scene = &mpm->scene;
+
+  if (mpm->core.needs.stretched || (mpm->output.enabled && mpm->output.fields >> MPM_SHOWS_F & 1)) return PETSC_TRUE;
+  for (PetscInt l = 0; l < scene->nloads; l++)
+    if (scene->loads[l].pressure && scene->bodies[scene->loads[l].body].material == material) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* Sets the phases of a step, the fields of particles and the constants of the cost model. Collective on core.comm. */
 PetscErrorCode MPMSetPhases(MPM mpm)
 {
@@ -75,12 +87,16 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->params.nkinds    = scene->nkinds;
   core->params.materials = scene->materials;
   core->params.walls     = &scene->walls;
-  for (PetscInt k = 0; k < scene->nmaterials; k++) core->needs.state |= scene->materials[k].state;
-  core->needs.kinds   = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.forced  = scene->forced;
-  core->energy.loads  = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.surface = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.start   = scene->keeps_start;
+  for (PetscInt k = 0; k < scene->nmaterials; k++) {
+    if (!ReadsF(mpm, k)) MPMMaterialDropF(&scene->materials[k]);
+    core->needs.state |= scene->materials[k].state;
+  }
+  core->needs.kinds    = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.forced   = scene->forced || core->needs.all ? PETSC_TRUE : PETSC_FALSE;
+  core->energy.loads   = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.surface  = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.start    = scene->keeps_start;
+  core->params.carried = core->needs.all ? MPM_MATERIAL_BITS : 0;
   PetscCall(MPMStepSetUp(core, &mpm->method));
   PetscCall(MPMParticlesLayout(&core->particles, core->grid.dim, &core->needs));
   PetscCall(MPMModelSetUp(&mpm->cost, core, scene, mpm->output.dir));

@@ -13,19 +13,24 @@
 
 #define TO_NODES(name, parts, in)                                                                                      \
   {                                                                                                                    \
-    name, MPM_PARTICLES_TO_NODES, parts, NULL, 0, in, 0, 0                                                             \
+    name, MPM_PARTICLES_TO_NODES, parts, NULL, 0, 0, in, 0, 0                                                          \
   }
 #define NODES(name, kernel, flops)                                                                                     \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, 0, 0, 0                                                                         \
+    name, MPM_NODES, 0, kernel, flops, 2, 0, 0, 0                                                                      \
+  }
+#define VELOCITIES(name, kernel, flops)                                                                                \
+  {                                                                                                                    \
+    name, MPM_NODES, 0, kernel, flops, 1, 0, 0, 0                                                                      \
   }
 #define TO_PARTICLES(name, parts, in, out)                                                                             \
   {                                                                                                                    \
-    name, MPM_NODES_TO_PARTICLES, parts, NULL, 0, in, out, 0                                                           \
+    name, MPM_NODES_TO_PARTICLES, parts, NULL, 0, 0, in, out, 0                                                        \
   }
 
 /* A row has a name, which is that of its timer, so that rows may share one. A transfer has its parts, the fields that
-   it reads and the fields that it writes; a node update has its kernel, and operations per node and axis. */
+   it reads and the fields that it writes; a node update has its kernel, and operations per node and axis; it sets
+   velocities and accelerations, or VELOCITIES alone, and then sends no more than these. */
 /* clang-format off */
 enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
@@ -34,10 +39,10 @@ static const MPMPhase phases[NUM_PHASES] = {
   [P2G_MOMENTUM]      = TO_NODES("P2G_MOMENTUM", MPM_P2G_MOMENTUM, WHERE | MOMENTUM),
   [P2G_RESIDUAL]      = TO_NODES("P2G_RESIDUAL", MPM_P2G_MOMENTUM | MPM_RESIDUAL, WHERE | B(r)),
   [P2G_FORCE]         = TO_NODES("P2G_FORCE", MPM_P2G_FORCE, WHERE | STRESS | B(b)),
-  [VELOCITY]          = NODES("VELOCITY", MPMNodesVelocity, 1),
-  [VELOCITY_AGAIN]    = NODES("VELOCITY", MPMNodesVelocityAgain, 1),
-  [RESIDUAL]          = NODES("RESIDUAL", MPMNodesResidual, 1),
-  [MEAN]              = NODES("VELOCITY", MPMNodesMean, 1),
+  [VELOCITY]          = VELOCITIES("VELOCITY", MPMNodesVelocity, 1),
+  [VELOCITY_AGAIN]    = VELOCITIES("VELOCITY", MPMNodesVelocityAgain, 1),
+  [RESIDUAL]          = VELOCITIES("RESIDUAL", MPMNodesResidual, 1),
+  [MEAN]              = VELOCITIES("VELOCITY", MPMNodesMean, 1),
   [ADVANCE]           = NODES("ADVANCE", MPMNodesAdvance, 5),
   [G2P]               = TO_PARTICLES("G2P", MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT, WHERE | B(v) | B(r) | STATE | COMMIT_IN, B(v) | B(C) | STATE | COMMIT_OUT),
   [G2P_MOTION]        = TO_PARTICLES("G2P_MOTION", MPM_G2P_MOTION | MPM_G2P_COMMIT, WHERE | B(v) | B(r) | COMMIT_IN, B(v) | B(C) | COMMIT_OUT),
@@ -94,6 +99,28 @@ const MPMPhase *MPMStepRecoverPhase(const MPMCore *core, PetscInt k)
   return &core->phases[recover[k]];
 }
 
+/* Gives a phase what any scene could need, as far as that changes no result (-method_carry all): its particles have all
+   fields, of which b, C and the states of other laws stay as they started; sums have an affine part, of C = 0; messages
+   have whole records of nodes. Phases do not get r of xpic, and those that move particles not the l of domains that
+   stretch, since with these fields a kernel would do something else. */
+static void CarryAll(MPMPhase *phase, const MPMNeeds *needs)
+{
+  PetscInt fields = (B(cell) << 1) - 1; /* cell is the last one */
+
+  if (!needs->residual) fields &= ~B(r);
+  if (!needs->stretched && phase->kind == MPM_NODES_TO_PARTICLES) fields &= ~B(l);
+  if (phase->kind == MPM_NODES) {
+    phase->motion = 2;
+    return;
+  }
+  phase->particles_in = fields;
+  if (phase->kind == MPM_PARTICLES_TO_NODES) {
+    phase->parts |= MPM_P2G_WHOLE;
+    if ((phase->parts & MPM_P2G_MOMENTUM) && !(phase->parts & MPM_RESIDUAL)) phase->parts |= MPM_AFFINE;
+  } else
+    phase->particles_out = (phase->particles_out | MPM_MATERIAL_BITS | B(C)) & fields;
+}
+
 /* Copies the table of phases as this scene needs it: with the parts that the transfer adds, and without fields that no
    phase would read. */
 static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
@@ -115,6 +142,7 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     if ((phase->parts & MPM_G2P_MOTION) && !core->needs.residual) phase->particles_in &= ~B(r);
     if ((phase->parts & (MPM_P2G_MOMENTUM | MPM_G2P_MOTION)) && !(phase->parts & MPM_RESIDUAL))
       phase->parts |= transfer->parts;
+    if (core->needs.all) CarryAll(phase, &core->needs);
   }
 }
 

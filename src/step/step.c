@@ -70,7 +70,7 @@ PetscErrorCode MPMStep(MPMCore *core, const MPMScene *scene)
 {
   PetscFunctionBeginUser;
   PetscCall(Begin(core));
-  if (scene->forced) PetscCall(SetForces(core, scene));
+  if (core->needs.forced) PetscCall(SetForces(core, scene));
   if (core->energy.loads || core->energy.on) PetscCall(FollowEnergy(core, PETSC_TRUE));
   for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, core->program[k]));
   PetscCall(Reduce(core));
