@@ -1,5 +1,6 @@
 /* method.c - reads the options of how a run is made: basis, update, transfer, time steps; and those of the study that
    it is a part of. It is used before the first step. */
+#include "kernels/tile_index.h"
 #include "run/mpm.h"
 
 /* Reads the update and the transfer, with the options that only some transfers have. */
@@ -32,6 +33,33 @@ static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
   core->needs.increment = mpm->method.scheme->keeps_increment;
   core->needs.affine    = transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
   core->needs.residual  = transfer->filtered;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads what is done against locking, after the basis. A box of F-bar has to lie within a tile. */
+static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
+{
+  MPMCore       *core = &mpm->core;
+  const PetscInt most = MPMTileEdge(core->basis);
+  char           locking[MPM_NAME_LEN];
+  PetscInt       cells;
+  PetscBool      set;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "method_locking", NULL, locking, NULL));
+  PetscCall(MPMOptionsInt(o, "method_lock_cells", NULL, &cells, &set));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!strcmp(locking, "none")) {
+    if (set && !MPMOptionsOverridden("method_lock_cells", "method_locking"))
+      MPMOptionsFail(o, "-method_lock_cells does not apply: -method_locking is none");
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (core->grid.dim == 1)
+    MPMOptionsFail(o, "-method_locking fbar does not apply: with -dim 1 all strain is change of volume");
+  if (cells == 3 || cells > most)
+    MPMOptionsFail(o, "-method_lock_cells %" PetscInt_FMT ": with -method_basis %s choose 1%s", cells,
+                   MPMBasisNames[core->basis], most == 2 ? " or 2" : ", 2 or 4");
+  core->params.box = cells;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -118,6 +146,7 @@ PetscErrorCode MPMMethodSetFromOptions(MPM mpm, MPMOptions o)
   PetscFunctionBeginUser;
   PetscCall(ReadTransfer(mpm, o));
   PetscCall(ReadBasis(mpm, o));
+  PetscCall(ReadLocking(mpm, o));
   PetscCall(ReadTime(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -68,10 +68,11 @@ PetscErrorCode MPMSetPhases(MPM mpm)
 
   PetscFunctionBeginUser;
   MPMWallsDerive(&scene->walls);
-  core->params.kinds     = scene->kinds;
-  core->params.nkinds    = scene->nkinds;
-  core->params.materials = scene->materials;
-  core->params.walls     = &scene->walls;
+  core->params.kinds      = scene->kinds;
+  core->params.nkinds     = scene->nkinds;
+  core->params.materials  = scene->materials;
+  core->params.nmaterials = scene->nmaterials;
+  core->params.walls      = &scene->walls;
   for (PetscInt k = 0; k < scene->nmaterials; k++) core->needs.state |= scene->materials[k].state;
   core->needs.kinds   = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.forced  = scene->forced;
@@ -253,6 +254,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
     PetscCall(core->exchange.type->finish(core));
     PetscCall(MPMWorkView(&(*mpm)->cost, core)); /* now that workers of the pool can take part */
   }
+  PetscCall(PetscFree(core->exchange.boxes));
   PetscCall(MPMParticlesDestroy(&core->particles));
   PetscCall(MPMTimersDestroy(&core->timers));
   PetscCall(MPMSceneDestroy(&(*mpm)->scene));

@@ -106,6 +106,11 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
       phase->particles_in &= ~B(F);
     if ((phase->parts & (MPM_P2G_MOMENTUM | MPM_G2P_MOTION)) && !(phase->parts & MPM_RESIDUAL))
       phase->parts |= transfer->parts;
+    if ((phase->parts & MPM_G2P_STRESS) && core->params.box) phase->parts |= MPM_G2P_FBAR;
+    if ((phase->parts & MPM_P2G_FORCE) && core->params.box) {
+      phase->parts |= MPM_P2G_FBAR;
+      phase->particles_in |= B(F) | B(J);
+    }
   }
 }
 
