@@ -71,6 +71,8 @@ PetscReal MPMKernelFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
   flops += sums * (planes + inner + 2 * nodes);
   if (parts & MPM_P2G_MOMENTUM) flops += d;
   if (parts & MPM_P2G_FORCE) flops += law + d * d + d * one_force;
+  if (parts & MPM_P2G_FBAR)
+    flops += law + 2 * det + d * (6 + weights[basis] + ns) + 4 * d + 8; /* weights and law again */
   if ((parts & MPM_P2G_MOMENTUM) && (parts & MPM_AFFINE)) flops += 4 * d * d + d * (4 * planes + 3 * inner + 2 * nodes);
   if (parts & (MPM_G2P_MOTION | MPM_G2P_FILTER)) flops += 2 * values * (nodes + inner + planes);
   if (parts & MPM_G2P_MOTION) flops += 8 * d;
