@@ -106,6 +106,12 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
   o->end[o->ncells - 1] = o->n;
 }
 
+/* The innermost loops of transfer_sums.c that sum over the nodes of a block's cells, for its particles:
+   [dim-1][nodes per axis - 2][motion][stress]. */
+typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *, const PetscInt at[],
+                                     const PetscReal *nodes, MPMComponent *value, MPMComponent *gradient);
+extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
+
 #define MPM_MAX_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
 
 /* Returns the nodes of a stencil on all axes. */

@@ -39,7 +39,9 @@ enum {
   MPM_G2P_FILTER   = 256,  /* r_p, or v_p, less its interpolation by the nodes (xpic) */
   MPM_P2G_EARLY    = 512,  /* for the pass of early tiles, see MPMPass */
   MPM_P2G_LATE     = 1024, /* for the pass of late tiles */
-  MPM_P2G_WHOLE    = 2048  /* messages have whole records of nodes (-method_carry all) */
+  MPM_P2G_WHOLE    = 2048, /* messages have whole records of nodes (-method_carry all) */
+  MPM_G2P_FBAR     = 4096, /* with stress: one change of volume for the particles of a box, fbar.h */
+  MPM_P2G_FBAR     = 8192  /* with forces: one pressure for them */
 };
 
 /* Lists the numbers of a node's record that these parts sum, which are those that messages have; returns how many. */

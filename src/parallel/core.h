@@ -56,6 +56,8 @@ typedef struct {
   const MPMExchangeType *type;
   MPI_Comm               data; /* the processes that hold particles and grid; all DMs and files live on it */
   MPMPatch               patch;
+  char                  *boxes; /* memory for the sums of F-bar, of a worker of the pool too */
+  size_t                 boxes_room;
   DM                     da;         /* the nodes of the grid, with their motion */
   DM                     sums;       /* the same nodes, with their sums */
   Vec                    motion;     /* the local vector whose array patch.motion is */

@@ -1,5 +1,6 @@
 /* method.c - reads the options of how a run is made: basis, update, transfer, time steps. It is used before the first
    step. */
+#include "kernels/tile_index.h"
 #include "run/mpm.h"
 
 #define MPM_HATS_RATE                                                                                                  \
@@ -82,6 +83,33 @@ static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
   core->needs.affine    = transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
   core->needs.residual  = transfer->filtered;
   core->needs.all       = !strcmp(carry, "all") ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads what is done against locking, after the basis. A box of F-bar has to lie within a tile. */
+static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
+{
+  MPMCore       *core = &mpm->core;
+  const PetscInt most = MPMTileEdge(core->basis);
+  char           locking[MPM_NAME_LEN];
+  PetscInt       cells;
+  PetscBool      set;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "method_locking", NULL, locking, NULL));
+  PetscCall(MPMOptionsInt(o, "method_lock_cells", NULL, &cells, &set));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!strcmp(locking, "none")) {
+    if (set && !MPMOptionsOverridden("method_lock_cells", "method_locking"))
+      MPMOptionsFail(o, "-method_lock_cells does not apply: -method_locking is none");
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (core->grid.dim == 1)
+    MPMOptionsFail(o, "-method_locking fbar does not apply: with -dim 1 all strain is change of volume");
+  if (cells == 3 || cells > most)
+    MPMOptionsFail(o, "-method_lock_cells %" PetscInt_FMT ": with -method_basis %s choose 1%s", cells,
+                   MPMBasisNames[core->basis], most == 2 ? " or 2" : ", 2 or 4");
+  core->params.box = cells;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -172,5 +200,6 @@ PetscErrorCode MPMMethodSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(ReadBasis(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadTransfer(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadTime(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(ReadLocking(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

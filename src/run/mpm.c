@@ -63,13 +63,15 @@ static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether anything but its law reads the deformation gradient of a material's particles: domains that stretch, a
-   pressure on its surface, or snapshots. */
+/* Returns whether anything but its law reads the deformation gradient of a material's particles: domains that stretch, the
+   volumes of F-bar, a pressure on its surface, or snapshots. */
 static PetscBool ReadsF(MPM mpm, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
 
-  if (mpm->core.needs.stretched || (mpm->output.enabled && mpm->output.fields >> MPM_SHOWS_F & 1)) return PETSC_TRUE;
+  if (mpm->core.needs.stretched || mpm->core.params.box ||
+      (mpm->output.enabled && mpm->output.fields >> MPM_SHOWS_F & 1))
+    return PETSC_TRUE;
   for (PetscInt l = 0; l < scene->nloads; l++)
     if (scene->loads[l].pressure && scene->bodies[scene->loads[l].body].material == material) return PETSC_TRUE;
   return PETSC_FALSE;
@@ -83,10 +85,11 @@ PetscErrorCode MPMSetPhases(MPM mpm)
 
   PetscFunctionBeginUser;
   MPMWallsDerive(&scene->walls);
-  core->params.kinds     = scene->kinds;
-  core->params.nkinds    = scene->nkinds;
-  core->params.materials = scene->materials;
-  core->params.walls     = &scene->walls;
+  core->params.kinds      = scene->kinds;
+  core->params.nkinds     = scene->nkinds;
+  core->params.materials  = scene->materials;
+  core->params.nmaterials = scene->nmaterials;
+  core->params.walls      = &scene->walls;
   for (PetscInt k = 0; k < scene->nmaterials; k++) {
     if (!ReadsF(mpm, k)) MPMMaterialDropF(&scene->materials[k]);
     core->needs.state |= scene->materials[k].state;
@@ -275,6 +278,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
     PetscCall(core->exchange.type->finish(core));
     PetscCall(MPMWorkView(&(*mpm)->cost, core)); /* now that workers of the pool can take part */
   }
+  PetscCall(PetscFree(core->exchange.boxes));
   PetscCall(MPMParticlesDestroy(&core->particles));
   PetscCall(MPMEnergyDestroy(&core->energy));
   PetscCall(MPMTimersDestroy(&core->timers));

@@ -142,6 +142,11 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     if ((phase->parts & MPM_G2P_MOTION) && !core->needs.residual) phase->particles_in &= ~B(r);
     if ((phase->parts & (MPM_P2G_MOMENTUM | MPM_G2P_MOTION)) && !(phase->parts & MPM_RESIDUAL))
       phase->parts |= transfer->parts;
+    if ((phase->parts & MPM_G2P_STRESS) && core->params.box) phase->parts |= MPM_G2P_FBAR;
+    if ((phase->parts & MPM_P2G_FORCE) && core->params.box) {
+      phase->parts |= MPM_P2G_FBAR;
+      phase->particles_in |= B(F) | B(J);
+    }
     if (core->needs.all) CarryAll(phase, &core->needs);
   }
 }
