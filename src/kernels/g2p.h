@@ -172,8 +172,8 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
 /* Computes the affine velocities C of a block (APIC). With a basis without inertia they are the velocity gradient L;
    else sum phi v (x_i - x) over the inertia, which is computed as a gradient with g = w (i - at). That overwrites s->g,
    so it comes after all that needs g. C is memory for them, before they are written to their rows. */
-MPM_INLINE void MPMAffine(int dim, const MPMPatch *patch, const PetscInt at[], const MPMBlockOrder *o, MPMStencils *s,
-                          MPMComponent *C)
+MPM_INLINE void MPMAffine(int dim, const MPMParams *par, const MPMPatch *patch, const PetscInt at[],
+                          const MPMBlockOrder *o, MPMStencils *s, MPMComponent *C)
 {
   const int ns = MPMBasisNodes(patch->basis), inertia = MPMBasisInertia(patch->basis);
 
@@ -183,6 +183,7 @@ MPM_INLINE void MPMAffine(int dim, const MPMPatch *patch, const PetscInt at[], c
         const MPMReal away = MPMAll(i) - MPMRead(&s->at[d][l]);
         MPMWrite(&s->g[d][i][l], MPMRead(&s->w[d][i][l]) * away * ((PetscReal)inertia / patch->grid->h[d]));
       }
+  if (par->own_inertia && s->walled) MPMRareInertia(dim, patch->basis, patch->grid, o->n, s);
   MPM_LANES_NAME(MPMInterpolateBlock)[dim - 1][ns - 2][0][1](o, s, at, patch->motion, NULL, C);
   MPMScatter(dim * dim, C, o, 0, o->n, patch->particles.C);
 }
@@ -230,8 +231,8 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       if (!(parts & MPM_G2P_COMMIT)) MPMScatter(dim, dx, &o, 0, o.n, particles->dx);
     }
     if (stress) MPMUpdateState(dim, par, patch, &o, &s, L, &b, &c2, status);
-    if (parts & MPM_AFFINE) MPMAffine(dim, patch, at, &o, &s, L); /* L is not needed any more */
-    if (parts & MPM_G2P_COMMIT) {                                 /* after the new state, which may change the domain */
+    if (parts & MPM_AFFINE) MPMAffine(dim, par, patch, at, &o, &s, L); /* L is not needed any more */
+    if (parts & MPM_G2P_COMMIT) {       /* after the new state, which may change the domain */
       const PetscInt q = o.entry - o.n; /* there is one range: the block is its last n entries */
 
       if (!motion) MPMGather(dim, particles->dx, &o, dx);

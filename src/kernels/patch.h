@@ -13,7 +13,8 @@ struct MPMWalls; /* physics/wall.h, which kernels of particles do not see */
 /* Constants of a step: all that kernels need of the scene. */
 typedef struct {
   PetscReal              dt, flip, gravity[3]; /* s, 1, m/s^2 */
-  PetscInt               xpic;                 /* m of XPIC(m), else 0 */
+  PetscInt               order;                /* of xpic and afmpm, else 0 */
+  PetscBool              own_inertia;          /* C near walls: by each particle's sum phi (x_i - x)^2 */
   const MPMKind         *kinds;
   PetscInt               nkinds;
   const MPMMaterial     *materials;
