@@ -185,6 +185,7 @@ MPM_INLINE void MPMAffine(int dim, const MPMParams *par, const MPMPatch *patch, 
         const MPMReal away = MPMAll(i) - MPMRead(&s->at[d][l]);
         MPMWrite(&s->g[d][i][l], MPMRead(&s->w[d][i][l]) * away * ((PetscReal)inertia / patch->grid->h[d]));
       }
+  if (par->own_inertia && s->walled) MPMRareInertia(dim, patch->basis, patch->grid, o->n, s);
   MPM_LANES_NAME(MPMInterpolateBlock)[dim - 1][ns - 2][0][1](o, s, at, patch->motion, NULL, C);
   for (int d = 0; d < dim && par->strain != 1; d++)
     for (int e = 0; e <= d; e++)

@@ -14,7 +14,8 @@ struct MPMWalls; /* physics/wall.h, which kernels of particles do not see */
 typedef struct {
   PetscReal              dt, flip, gravity[3]; /* s, 1, m/s^2 */
   PetscReal              strain;               /* share of the strain rate in the affine velocity, see MPMAffine */
-  PetscInt               xpic;                 /* m of XPIC(m), else 0 */
+  PetscInt               order;                /* of xpic and afmpm, else 0 */
+  PetscBool              own_inertia;          /* C near walls: by each particle's sum phi (x_i - x)^2 */
   PetscInt               carried; /* bits of the states of materials that are written besides those that a law has */
   PetscInt               box;     /* cells of a box of F-bar on an axis: 1, 2 or 4; 0: there is none */
   const MPMKind         *kinds;

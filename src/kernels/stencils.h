@@ -74,7 +74,8 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
       if (MPMBasisIsSpline(basis)) wall |= (xi < reach) | (cells - xi < reach);
     }
   }
-  if (MPMBasisIsSpline(basis) && MPMAny(wall)) MPMStageWalls(dim, basis, patch->grid, n, s);
+  s->walled = MPMBasisIsSpline(basis) && MPMAny(wall) ? PETSC_TRUE : PETSC_FALSE;
+  if (s->walled) MPMStageWalls(dim, basis, patch->grid, n, s);
 }
 
 /* Computes the stencils of a block of particles, and where its cells end. */

@@ -35,8 +35,8 @@ enum {
   MPM_G2P_STRESS   = 16,   /* L, F and material state, checks, wave speed   eqs. (3), (10), (11), (12) */
   MPM_G2P_COMMIT   = 32,   /* x <- x + dx, new cell */
   MPM_AFFINE       = 64,   /* with momentum and motion: v_p + C_p (x_i - x_p), and C_p (APIC) */
-  MPM_RESIDUAL     = 128,  /* with momentum: sums r_p in place of v_p (xpic) */
-  MPM_G2P_FILTER   = 256,  /* r_p, or v_p, less its interpolation by the nodes (xpic) */
+  MPM_RESIDUAL     = 128,  /* with momentum: sums r_p in place of v_p (xpic, afmpm) */
+  MPM_G2P_FILTER   = 256,  /* r_p, or v_p, less its interpolation by the nodes (xpic, afmpm) */
   MPM_P2G_EARLY    = 512,  /* for the pass of early tiles, see MPMPass */
   MPM_P2G_LATE     = 1024, /* for the pass of late tiles */
   MPM_P2G_WHOLE    = 2048, /* messages have whole records of nodes (-method_carry all) */

@@ -23,7 +23,7 @@ typedef struct {
   PetscInt  state;     /* bits of the fields that the materials list */
   PetscBool kinds;     /* there is more than one kind of particle */
   PetscBool affine;    /* the transfer is apic */
-  PetscBool residual;  /* the transfer is xpic */
+  PetscBool residual;  /* the transfer is xpic or afmpm */
   PetscBool stretched; /* domains of gimp particles follow the deformation */
   PetscBool increment; /* a later phase than that of motion adds the displacement to x */
   PetscBool forced;    /* there are body forces or loads */

@@ -32,10 +32,10 @@ void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
                        ? ": nodes of vanishing mass get any velocity gradient; use musl or usf with -method_transfer "
                          "flip -method_flip 0.99, or another basis"
                        : "; use -method_update usl");
-  else if (!keeps && !(transfer->parts & MPM_AFFINE) && (!transfer->filtered || mpm->core.params.xpic == 1))
+  else if (!keeps && !(transfer->parts & MPM_AFFINE) && (transfer->rounds != MPM_FILTER || mpm->core.params.order == 1))
     (void)snprintf(why, MPM_TEXT_LEN,
                    "stops all motion within some cells' travel of a wave; use -method_transfer aflip");
-  else if (!keeps && transfer->filtered && !strcmp(mpm->method.scheme->name, "musl") &&
+  else if (!keeps && transfer->rounds == MPM_FILTER && !strcmp(mpm->method.scheme->name, "musl") &&
            MPMBasisIsSpline(mpm->core.basis))
     (void)snprintf(why, MPM_TEXT_LEN, "was wrong by 50 to 95 %% on a manufactured solution; use -method_update usl");
 }

@@ -67,21 +67,21 @@ static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
   (void)snprintf(name, sizeof name, "%s", hats ? "flip" : mpm->preset->transfer);
   PetscCall(MPMOptionsEnum(o, "method_update", NULL, update, NULL));
   PetscCall(MPMOptionsEnum(o, "method_transfer", NULL, name, &chosen));
-  PetscCall(MPMOptionsInt(o, "method_order", NULL, &core->params.xpic, &order_set));
+  PetscCall(MPMOptionsInt(o, "method_order", NULL, &core->params.order, &order_set));
   PetscCall(MPMOptionsEnum(o, "method_carry", NULL, carry, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   for (mpm->method.scheme = MPMSchemes; strcmp(mpm->method.scheme->name, update);) mpm->method.scheme++;
   for (transfer = MPMTransfers; strcmp(transfer->name, name);) transfer++;
   mpm->method.transfer = transfer;
   PetscCall(ReadDamping(mpm, o, chosen));
-  if (!transfer->filtered) {
+  if (transfer->rounds == MPM_NO_ROUNDS) {
     if (order_set && !MPMOptionsOverridden("method_order", "method_transfer"))
-      MPMOptionsFail(o, "-method_order does not apply: it is the order of -method_transfer xpic");
-    core->params.xpic = 0;
+      MPMOptionsFail(o, "-method_order does not apply: it is the order of -method_transfer xpic or afmpm");
+    core->params.order = 0;
   }
   core->needs.increment = mpm->method.scheme->keeps_increment;
   core->needs.affine    = transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.residual  = transfer->filtered;
+  core->needs.residual  = transfer->rounds != MPM_NO_ROUNDS ? PETSC_TRUE : PETSC_FALSE;
   core->needs.all       = !strcmp(carry, "all") ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -133,8 +133,8 @@ static void CheckNodes(const MPMCore *core, MPMOptions o)
 static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
 {
   MPMCore  *core = &mpm->core;
-  char      basis[MPM_NAME_LEN], wall[MPM_NAME_LEN], gimp[MPM_NAME_LEN];
-  PetscBool wall_set, gimp_set;
+  char      basis[MPM_NAME_LEN], wall[MPM_NAME_LEN], gimp[MPM_NAME_LEN], inertia[MPM_NAME_LEN];
+  PetscBool wall_set, gimp_set, inertia_set, affine;
   PetscInt  row;
 
   PetscFunctionBeginUser;
@@ -143,14 +143,20 @@ static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsEnum(o, "method_basis", NULL, basis, NULL));
   PetscCall(MPMOptionsEnum(o, "method_wall_basis", NULL, wall, &wall_set));
   PetscCall(MPMOptionsEnum(o, "method_gimp_update", NULL, gimp, &gimp_set));
+  PetscCall(MPMOptionsEnum(o, "method_wall_inertia", NULL, inertia, &inertia_set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsFind(basis, MPM_NUM_BASES, MPMBasisNames, &row));
-  core->basis           = (MPMBasis)row;
+  core->basis = (MPMBasis)row;
+  affine = MPMBasisIsSpline(core->basis) && core->needs.affine && !strcmp(wall, "extrap") ? PETSC_TRUE : PETSC_FALSE;
   core->needs.stretched = core->basis == MPM_BASIS_gimp && !strcmp(gimp, "stretch") ? PETSC_TRUE : PETSC_FALSE;
   if (wall_set && !MPMBasisIsSpline(core->basis) && !MPMOptionsOverridden("method_wall_basis", "method_basis"))
     MPMOptionsFail(o, "-method_wall_basis does not apply: it is for the splines, -method_basis is %s", basis);
   if (gimp_set && core->basis != MPM_BASIS_gimp && !MPMOptionsOverridden("method_gimp_update", "method_basis"))
     MPMOptionsFail(o, "-method_gimp_update does not apply: -method_basis is %s", basis);
+  core->params.own_inertia = affine && !strcmp(inertia, "own") ? PETSC_TRUE : PETSC_FALSE;
+  if (inertia_set && !affine && !MPMOptionsOverridden("method_wall_inertia", "method_basis") &&
+      !MPMOptionsOverridden("method_wall_inertia", "method_transfer"))
+    MPMOptionsFail(o, "-method_wall_inertia does not apply: it is for affine velocities with splines of form extrap");
   for (PetscInt k = 0; k < mpm->scene.nmaterials; k++)
     if (core->needs.stretched && !(mpm->scene.materials[k].state & MPM_BIT(F)))
       MPMOptionsFail(o, "-method_gimp_update stretch does not apply: material %s (%s) has no deformation gradient",

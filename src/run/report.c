@@ -69,7 +69,8 @@ static PetscErrorCode PrintMethod(MPM mpm)
                                                                               : "",
                      mpm->method.scheme->name));
   PetscCall(MPMPrint(&mpm->core.print, "%s", transfer->name));
-  if (transfer->filtered) PetscCall(MPMPrint(&mpm->core.print, " %" PetscInt_FMT, mpm->core.params.xpic));
+  if (transfer->rounds != MPM_NO_ROUNDS)
+    PetscCall(MPMPrint(&mpm->core.print, " %" PetscInt_FMT, mpm->core.params.order));
   if (transfer->flip < 0 && mpm->core.params.flip < 1)
     PetscCall(MPMPrint(&mpm->core.print, " %g", (double)mpm->core.params.flip));
   if (transfer->flip < 0 && (transfer->parts & MPM_AFFINE))

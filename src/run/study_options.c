@@ -104,7 +104,7 @@ static void CheckNumber(MPMOptions o, const char word[])
 
   if (!colon) return;
   while (t->name && (strlen(t->name) != (size_t)(colon - word) || strncmp(t->name, word, (size_t)(colon - word)))) t++;
-  if (!t->name || (t->flip >= 0 && !t->filtered))
+  if (!t->name || (t->flip >= 0 && t->rounds == MPM_NO_ROUNDS))
     MPMOptionsFail(o, "-study_transfer %.100s: this transfer takes neither -method_flip nor -method_order", word);
   (void)strtod(colon + 1, &end);
   if (end == colon + 1 || *end) MPMOptionsFail(o, "-study_transfer %.100s: no number stands after the colon", word);

@@ -169,7 +169,7 @@ static void Describe(MPM mpm, MPMStudyResult *r)
   r->scheme    = (PetscInt)(mpm->method.scheme - MPMSchemes);
   r->transfer  = (PetscInt)(mpm->method.transfer - MPMTransfers);
   r->flip      = mpm->core.params.flip;
-  r->order     = mpm->core.params.xpic;
+  r->order     = mpm->core.params.order;
   MPMMethodWrong(mpm, r->wrong);
 }
 

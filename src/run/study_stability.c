@@ -222,7 +222,7 @@ static PetscErrorCode SetTransfer(MPM base, const char word[], Method *m)
   const char        *colon        = strchr(word, ':');
   const MPMTransfer *transfer     = MPMTransfers;
   const PetscReal    own[NUMBERS] = {base->core.params.flip, base->method.rate, base->core.params.strain,
-                                     (PetscReal)base->core.params.xpic};
+                                     (PetscReal)base->core.params.order};
 
   PetscFunctionBeginUser;
   (void)snprintf(m->transfer, sizeof m->transfer, "%.*s", (int)strcspn(word, ":"), word);
@@ -234,11 +234,11 @@ static PetscErrorCode SetTransfer(MPM base, const char word[], Method *m)
     m->number[k] = transfer == base->method.transfer ? own[k] : usual[k];
     if (transfer != base->method.transfer) PetscCall(PetscOptionsGetReal(NULL, NULL, option, &m->number[k], NULL));
   }
-  if (colon) m->number[transfer->filtered ? ORDER : FLIP] = strtod(colon + 1, NULL);
+  if (colon) m->number[transfer->rounds != MPM_NO_ROUNDS ? ORDER : FLIP] = strtod(colon + 1, NULL);
   if (colon) m->number[RATE] = 0;
   if (transfer->flip >= 0) m->number[FLIP] = m->number[RATE] = -1;
   if (transfer->flip >= 0 || !(transfer->parts & MPM_AFFINE)) m->number[STRAIN] = -1;
-  if (!transfer->filtered) m->number[ORDER] = -1;
+  if (transfer->rounds == MPM_NO_ROUNDS) m->number[ORDER] = -1;
   if (m->number[RATE] > 0)
     m->number[FLIP] = -1;
   else

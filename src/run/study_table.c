@@ -84,7 +84,7 @@ void MPMWorkPut(MPMWorkRow *row, const MPMStudyResult *r)
     (void)snprintf(row->cells + strlen(row->cells), sizeof row->cells - strlen(row->cells), "x%" PetscInt_FMT,
                    r->cells[d]);
   row->flip      = transfer->flip < 0 ? (double)r->flip : NAN;
-  row->order     = transfer->filtered ? (double)r->order : NAN;
+  row->order     = transfer->rounds != MPM_NO_ROUNDS ? (double)r->order : NAN;
   row->ppc       = (double)r->ppc;
   row->cfl       = r->fixed > 0 ? NAN : (double)r->cfl;
   row->h         = (double)r->h;

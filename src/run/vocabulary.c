@@ -39,7 +39,7 @@ static const char schemes[] =
 #include "step/scheme.def"
     "";
 #undef MPM_SCHEME
-#define MPM_TRANSFER(name, flip, parts, filtered, what) "|" #name
+#define MPM_TRANSFER(name, flip, parts, rounds, what) "|" #name
 static const char transfers[] =
 #include "step/transfer.def"
     "";

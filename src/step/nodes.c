@@ -98,6 +98,25 @@ MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, cons
   }
 }
 
+/* Corrects v after the advance by S+ r + dt a, where the sums of p are those of r: each correction brings v nearer to the
+   solution of M v = p + dt f with the full mass matrix M. Walls hold the new v too, and those that only push hold the
+   nodes that met them in the advance. */
+MPM_INLINE void Correct(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+{
+  const MPMFace(*faces)[2] = par->walls->gradient;
+  const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
+  PetscInt       ijk[3];
+
+  for (PetscInt i = r->first; i < r->last; i++) {
+    const MPMNode *n = r->node + i;
+    PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim), *a = v + dim;
+
+    for (int d = 0; d < dim; d++)
+      if (n->m > 0 && !((PetscInt)n->met & (PetscInt)1 << d)) v[d] += n->p[d] / n->m + par->dt * a[d];
+    if (Walled(r, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
+  }
+}
+
 /* Sets the velocity that particles give the nodes after the advance. A wall that can only push holds the nodes that
    touched it in the advance, and no others. If this were decided anew, then of a body that oscillates at the wall only
    the velocities into it would be removed, and that would drive the oscillation. */
@@ -127,3 +146,4 @@ NODE_KERNEL(VelocityAgain)
 NODE_KERNEL(Residual)
 NODE_KERNEL(Mean)
 NODE_KERNEL(Advance)
+NODE_KERNEL(Correct)

@@ -32,7 +32,7 @@
    it reads and the fields that it writes; a node update has its kernel, and operations per node and axis; it sets
    velocities and accelerations, or VELOCITIES alone, and then sends no more than these. */
 /* clang-format off */
-enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
+enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
   [P2G]               = TO_NODES("P2G", MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE, WHERE | MOMENTUM | STRESS | B(b)),
   [P2G_MASS]          = TO_NODES("P2G_MASS", MPM_P2G_MASS | MPM_P2G_MOMENTUM, WHERE | MOMENTUM),
@@ -44,6 +44,7 @@ static const MPMPhase phases[NUM_PHASES] = {
   [RESIDUAL]          = VELOCITIES("RESIDUAL", MPMNodesResidual, 1),
   [MEAN]              = VELOCITIES("VELOCITY", MPMNodesMean, 1),
   [ADVANCE]           = NODES("ADVANCE", MPMNodesAdvance, 5),
+  [CORRECT]           = NODES("CORRECT", MPMNodesCorrect, 4),
   [G2P]               = TO_PARTICLES("G2P", MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT, WHERE | B(v) | B(r) | STATE | COMMIT_IN, B(v) | B(C) | STATE | COMMIT_OUT),
   [G2P_MOTION]        = TO_PARTICLES("G2P_MOTION", MPM_G2P_MOTION | MPM_G2P_COMMIT, WHERE | B(v) | B(r) | COMMIT_IN, B(v) | B(C) | COMMIT_OUT),
   [G2P_MOTION_HOLD]   = TO_PARTICLES("G2P_MOTION", MPM_G2P_MOTION, WHERE | B(v) | B(r), B(v) | B(C) | B(dx)),
@@ -70,15 +71,18 @@ const MPMScheme MPMSchemes[] = {
     {NULL, NULL, PETSC_FALSE, NULL}};
 
 const MPMTransfer MPMTransfers[] = {
-#define MPM_TRANSFER(name, flip, parts, filtered, what) {#name, what, flip, parts, filtered},
+#define MPM_TRANSFER(name, flip, parts, rounds, what) {#name, what, flip, parts, rounds},
 #include "step/transfer.def"
 #undef MPM_TRANSFER
-    {NULL, NULL, 0, 0, PETSC_FALSE}};
+    {NULL, NULL, 0, 0, MPM_NO_ROUNDS}};
 
 /* The filter of xpic, which runs -method_order times: the first time r = v - S S+ v, then r <- r - S S+ r. S+ maps from
    particles to nodes, and S from nodes to particles. */
 static const int filter[2][3] = {{P2G_MASS, VELOCITY, G2P_FILTER}, {P2G_RESIDUAL, RESIDUAL, G2P_FILTER_AGAIN}};
 _Static_assert(3 * MPM_MAX_XPIC + MPM_MAX_SCHEME <= MPM_MAX_PROGRAM, "a step's program has room for the filter");
+
+/* A correction of afmpm, of which -method_order - 1 follow the advance: r = v - S v', and v' <- v' + S+ r + dt a. */
+static const int correction[3] = {G2P_FILTER, P2G_RESIDUAL, CORRECT};
 
 PetscBool MPMSchemeIsDirect(const MPMScheme *scheme)
 {
@@ -139,9 +143,9 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     if (phase->parts & MPM_P2G_FORCE) phase->particles_in &= ~STRESS | stress;
     if ((phase->particles_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & MPM_G2P_STRESS) && !core->needs.stretched)
       phase->particles_in &= ~B(F);
-    if ((phase->parts & MPM_G2P_MOTION) && !core->needs.residual) phase->particles_in &= ~B(r);
     if ((phase->parts & (MPM_P2G_MOMENTUM | MPM_G2P_MOTION)) && !(phase->parts & MPM_RESIDUAL))
       phase->parts |= transfer->parts;
+    if ((phase->parts & MPM_G2P_MOTION) && transfer->rounds != MPM_FILTER) phase->particles_in &= ~B(r);
     if ((phase->parts & MPM_G2P_STRESS) && core->params.box) phase->parts |= MPM_G2P_FBAR;
     if ((phase->parts & MPM_P2G_FORCE) && core->params.box) {
       phase->parts |= MPM_P2G_FBAR;
@@ -163,8 +167,12 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
   for (PetscInt k = 0; k < NUM_PHASES; k++)
     PetscCall(MPMTimersPhase(&core->timers, phases[k].name, &core->phases[k].timer));
   core->nprogram = 0;
-  for (PetscInt k = 0; k < core->params.xpic; k++)
+  for (PetscInt k = 0; k < core->params.order && method->transfer->rounds == MPM_FILTER; k++)
     for (PetscInt i = 0; i < 3; i++) core->program[core->nprogram++] = &core->phases[filter[k > 0][i]];
-  for (const int *k = method->scheme->phases; *k >= 0; k++) core->program[core->nprogram++] = &core->phases[*k];
+  for (const int *k = method->scheme->phases; *k >= 0; k++) {
+    core->program[core->nprogram++] = &core->phases[*k];
+    for (PetscInt n = 1; n < core->params.order && *k == ADVANCE && method->transfer->rounds == MPM_CORRECT; n++)
+      for (PetscInt i = 0; i < 3; i++) core->program[core->nprogram++] = &core->phases[correction[i]];
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -14,12 +14,15 @@ typedef struct {
 } MPMScheme;
 extern const MPMScheme MPMSchemes[]; /* rows of scheme.def; the last has no name */
 
+/* What -method_order repeats: nothing; the filter of xpic; the corrections of the nodes' velocity of afmpm. */
+typedef enum { MPM_NO_ROUNDS, MPM_FILTER, MPM_CORRECT } MPMRounds;
+
 /* A transfer: how particles get their velocity back from the grid. */
 typedef struct {
   const char *name, *what;
-  PetscReal   flip;     /* share of FLIP; < 0: it is -method_flip */
-  PetscInt    parts;    /* added to the phases of momentum and motion: MPM_AFFINE of apic */
-  PetscBool   filtered; /* xpic: -method_order filters run before the scheme */
+  PetscReal   flip;  /* share of FLIP; < 0: it is -method_flip */
+  PetscInt    parts; /* added to the phases of momentum and motion: MPM_AFFINE of apic */
+  MPMRounds   rounds;
 } MPMTransfer;
 extern const MPMTransfer MPMTransfers[]; /* rows of transfer.def; the last has no name */
 
@@ -61,5 +64,6 @@ void MPMNodesVelocityAgain(const MPMParams *, MPMPatch *, PetscInt row);
 void MPMNodesMean(const MPMParams *, MPMPatch *, PetscInt row);
 void MPMNodesResidual(const MPMParams *, MPMPatch *, PetscInt row);
 void MPMNodesAdvance(const MPMParams *, MPMPatch *, PetscInt row);
+void MPMNodesCorrect(const MPMParams *, MPMPatch *, PetscInt row);
 
 #endif
