@@ -99,7 +99,7 @@ PetscErrorCode MPMPresetRead(MPM, MPMOptions);
 void           MPMPresetChoose(MPM);
 PetscErrorCode MPMPresetPrint(MPM);
 
-/* Prints what makes a method doubtful in this scene, with steps of dt, s, and what to use instead (doubts.c). Collective
+/* Prints what makes a method doubtful in this scene, with steps of dt, s, and what to use instead (method_warnings.c). Collective
    on exchange.data. */
 PetscErrorCode MPMMethodWarnings(MPM, PetscReal dt);
 

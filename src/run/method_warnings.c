@@ -1,4 +1,4 @@
-/* doubts.c - what makes a method doubtful in a scene: settings that are unstable, or that were measured to give wrong
+/* method_warnings.c - what makes a method doubtful in a scene: settings that are unstable, or that were measured to give wrong
    answers (docs/choosing.md). Each is one line before the first step, which names the setting and another one that
    works. */
 #include <stdarg.h>
