@@ -46,6 +46,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
   PetscCall(MPMOptionsFinish(o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(scene, core, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMDoubtsRefuse(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MPMOutputMakeFolder(&mpm->output, scene, o));
   mpm->monitor.dir = mpm->output.dir;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -127,6 +128,21 @@ PetscErrorCode MPMSetUp(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns the face of the grid with a wall beyond which the bad particle of the status lies, or -1. */
+static PetscInt WallPassed(MPM mpm)
+{
+  const MPMGrid *grid = &mpm->core.grid;
+
+  for (PetscInt k = 0; k < 2 * grid->dim; k++) {
+    const PetscReal x = mpm->core.status.x[k / 2];
+
+    if ((k % 2 ? x > grid->upper[k / 2] : x < grid->lower[k / 2]) &&
+        mpm->scene.walls.given[k / 2][k % 2].type != MPM_WALL_free)
+      return k;
+  }
+  return -1;
+}
+
 /* Writes to core.stop why the state after a step is not valid, if it is not. */
 static void CheckState(MPM mpm)
 {
@@ -148,6 +164,13 @@ static void CheckState(MPM mpm)
                    "%s has a position that is not finite, %s; reduce -dt_size or -dt_cfl, or look at -acceleration and "
                    "-loads",
                    who, at);
+  else if (s->bad == MPM_LEFT_GRID && WallPassed(mpm) >= 0)
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "%s left the grid, to %s, through its wall %s (%s); %s", who,
+                   at, MPMFaceNames[WallPassed(mpm)],
+                   MPMWallNames[mpm->scene.walls.given[WallPassed(mpm) / 2][WallPassed(mpm) % 2].type],
+                   mpm->core.basis == MPM_BASIS_gimp
+                       ? "with gimp the domains of particles reach beyond a wall: use bspline2"
+                       : "reduce -dt_size or -dt_cfl");
   else if (s->bad == MPM_LEFT_GRID)
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
                    "%s left the grid, to %s; enlarge the grid or close its walls (-bc_*_type)", who, at);
@@ -174,6 +197,7 @@ static PetscErrorCode Advance(MPM mpm)
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "the time step, %g s, vanishes beside the time", (double)dt);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCall(MPMWatchStep(mpm, dt));
   mpm->core.params.dt = last ? mpm->time.end - mpm->core.t : dt;
   mpm->courant        = PetscMax(mpm->courant, MPMCourant(&mpm->core, mpm->core.params.dt));
   PetscCall(MPMStep(&mpm->core, &mpm->scene));
@@ -234,6 +258,7 @@ PetscErrorCode MPMRun(MPM mpm)
     core->timers.steps += t1 - t0;
     if (core->status.bad != MPM_OK) break; /* this state is neither measured nor written */
     PetscCall(Output(mpm, output, PETSC_FALSE));
+    PetscCall(MPMWatchBodies(mpm));
     PetscCall(MPMReportProgress(mpm));
   }
   if (core->status.bad == MPM_OK) PetscCall(Output(mpm, output, PETSC_TRUE));

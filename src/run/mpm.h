@@ -26,6 +26,14 @@ typedef struct {
   PetscBool      progress;    /* is a line of progress on the terminal? */
 } MPMReport;
 
+/* What is watched while a run runs (watch.c). */
+typedef struct {
+  PetscReal first, least, told; /* s: dt of the first step, the smallest so far, and at the last look for its cause */
+  PetscReal t;                  /* s: when dt was smallest */
+  char      cause[3 * MPM_NAME_LEN]; /* what limits dt, where it has collapsed; else empty */
+  PetscBool torn;                    /* has a body come apart? */
+} MPMWatch;
+
 typedef struct _p_MPM *MPM;
 struct _p_MPM {
   MPMCore    core;
@@ -37,6 +45,7 @@ struct _p_MPM {
   MPMCost    cost;
   MPMStudy   study;
   MPMReport  report;
+  MPMWatch   watch;
   PetscReal  courant; /* the largest dt (c + |v|)/h of the run */
 };
 
@@ -64,6 +73,18 @@ PetscErrorCode MPMNotes(MPM);
 PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
+
+/* Tell what is doubtful in a valid scene (doubts.c): refuse it, before the first step, or note odd values, or warn;
+   steps and seconds are what is predicted for the whole run. Not collective. */
+PetscErrorCode MPMDoubtsRefuse(MPM, MPMOptions);
+PetscErrorCode MPMDoubtsNote(MPM);
+PetscErrorCode MPMDoubtsWarn(MPM, PetscReal steps, PetscReal seconds);
+
+/* Watch a run (watch.c): a time step dt in s that collapses, before the step; bodies that come apart, where a line of
+   the history is written; and what is to be said of both at the end. Collective on exchange.data. */
+PetscErrorCode MPMWatchStep(MPM, PetscReal dt);
+PetscErrorCode MPMWatchBodies(MPM);
+PetscErrorCode MPMWatchEnd(MPM);
 
 /* Read the options of a study (method.c), and run it (study.c). Collective on core.comm. */
 PetscErrorCode MPMStudySetFromOptions(MPM, MPMOptions);
