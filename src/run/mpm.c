@@ -181,8 +181,9 @@ static void CheckState(MPM mpm)
                    who, at, (double)s->J);
   else
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
-                   "%s at %s is turned inside out or not finite (det F = %g); reduce -dt_size or -dt_cfl", who, at,
-                   (double)s->J);
+                   "%s at %s is turned inside out or not finite (det F = %g); reduce -dt_size or -dt_cfl%s", who, at,
+                   (double)s->J,
+                   mpm->scene.forced && PetscIsInfOrNanReal(s->J) ? ", or look at -acceleration and -loads" : "");
 }
 
 /* Makes one step of the loop: chooses dt, makes the step, and checks the state. Collective on the exchange. */
