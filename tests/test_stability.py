@@ -443,6 +443,29 @@ def family_locking():
               [Case(f"beam, 4 cells high, nu {nu}", beam(nu), "right", "", "", METHODS["bspline2 usl flip"], ratio(4, "bspline2 usl flip", 0.85, 1.15)) for nu in (-0.99, 0., 0.45)])
 
 
+# ---- At rest under a load: the answer must not depend on how velocities are transferred, or it is warned that it does
+
+def family_rest():
+    scene = {"options_file": check.scene("pressure"), "grid_cells": [30, 30], "output_every": 0.025}
+
+    def rest(told):
+        """Radial displacements, the mean of the last 8 snapshots."""
+        first = particles(told, 0)["x"]
+        return np.mean([np.hypot(*particles(told, k)["x"][:, :2].T) for k in range(-8, 0)], axis=0) - np.hypot(*first[:, :2].T)
+
+    cases = []
+    for basis in ("gimp", "bspline2"):
+        flip = rest(run(Case("", scene, "", "", method=f"-method_basis {basis} -method_update usl", snapshots=True)))
+        for update, transfer, least, most in (("usl", "apic", 0., 1e-3), ("usl", "pic", 0., 1e-3), ("musl", "flip", 0., 4e-3), ("usf", "flip", 0., 4e-3),
+                                              ("musl", "apic", 4e-3, 0.05), ("musl", "pic", 4e-3, 0.05), ("musl", "xpic", 4e-3, 0.05), ("usf", "apic", 4e-3, 0.05)):
+            def differs(told, flip=flip, least=least, most=most):
+                part = float(np.sqrt(np.mean((rest(told) - flip) ** 2) / np.mean(flip ** 2)))
+                return None if least <= part <= most else f"{least} to {most}", f"displacement differs from usl and flip by {part:.4f}"
+            cases.append(Case(f"ring under pressure, {basis} {update} {transfer}", scene, "warned" if least else "right", "", r"\S+ with \S+ changes the state at rest under loads" if least else "",
+                              f"-method_basis {basis} -method_update {update} -method_transfer {transfer}", differs, snapshots=True))
+    check_all(cases)
+
+
 # ---- Large deformation
 
 def pressed(method):
