@@ -70,8 +70,9 @@ static void CheckArguments(int argc, char **argv, char error[], size_t len)
       (void)snprintf(error, len, "%.200s is not an option; did you mean -options_file %.200s ?", word, word);
     else if (MPMOptionsIsOption(word) && !valued && k + 1 < argc && IsExpression(argv[k + 1]))
       (void)snprintf(error, len,
-                     "%.100s %.200s: a value that starts with - and a letter looks like an option; write 0%.200s", word,
-                     argv[k + 1], argv[k + 1]);
+                     "%.100s %.200s: a value that starts with - and a letter looks like an option; write "
+                     "0%.200s",
+                     word, argv[k + 1], argv[k + 1]);
     else if (!MPMOptionsIsOption(word))
       (void)snprintf(error, len,
                      "%.200s is not an option; an option starts with -, its value has no blanks outside of quotes",

@@ -129,6 +129,7 @@ PetscErrorCode MPMWatchBodies(MPM mpm)
   const PetscInt dim = core->grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(kind);
   MPMView        view;
   Found          most = {-1, {0}, -1};
+  PetscReal      largest;
 
   PetscFunctionBeginUser;
   if (mpm->watch.torn || mpm->monitor.last != core->step || !core->particles.present[MPM_FIELD_INDEX_F])
@@ -148,8 +149,9 @@ PetscErrorCode MPMWatchBodies(MPM mpm)
     }
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCallMPI(MPI_Allreduce(&most.value, &largest, 1, MPIU_REAL, MPI_MAX, core->exchange.data));
+  if (largest <= TearsAt(core->basis)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Agree(core, &most));
-  if (most.value <= TearsAt(core->basis)) PetscFunctionReturn(PETSC_SUCCESS);
   mpm->watch.torn = PETSC_TRUE;
   PetscCall(Clear(mpm));
   PetscCall(MPMPrint(&mpm->core.print, "warning    %s comes apart at t=%g s, near (%g", BodyOf(&mpm->scene, most.id),
