@@ -517,6 +517,10 @@ def family_large():
     cases.append(Case("bar pulled to 5 times its length, gimpS usl flip", PULL, "stopped", r"is stretched to 1\.\d+ cells, gimp takes 1 at most", METHODS["gimpS usl flip"]))
     pull = block(3, dict(SOLID, E=200., nu=0.), cells=12, lower=0.42, upper=0.58, velocity="24*(x-0.5),0,0", time_end=0.17)
     cases.append(Case("3-D block pulled to 5 times its length", pull, "warned", "b comes apart at .* near", METHODS["bspline2 usl flip"]))
+    metal = block(2, dict(SOLID, model="vonmises", E=1e3, **{"yield": 10.}), side=16., velocity="14*(x-8),0", time_end=0.8)
+    metal.update(grid_lower=[0., 7.], grid_upper=[16., 9.], grid_cells=[128, 16])
+    metal["body_b"] = dict(metal["body_b"], lower=[7.5, 7.7], upper=[8.5, 8.3])
+    cases.append(Case("bar of metal pulled to 10 times its length", metal, "warned", r"b comes apart at .* up to 3", METHODS["bspline2 usl flip"]))
     check_all(cases)
 
 
