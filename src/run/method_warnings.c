@@ -71,8 +71,6 @@ static PetscErrorCode WarnOfMethod(MPM mpm)
   PetscFunctionBeginUser;
   MPMMethodWrong(mpm, why);
   if (why[0]) PetscCall(Warn(mpm, "%s", why));
-  if (mpm->method.transfer->flip >= 0 && strcmp(mpm->method.scheme->name, "usl") && mpm->scene.nloads > 0)
-    PetscCall(Warn(mpm, "was wrong in statics under loads, up to 4 times as much as usl; use -method_update usl"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

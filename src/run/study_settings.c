@@ -30,7 +30,8 @@ static PetscErrorCode SetMethod(MPMChanges *c, const MPMSetting *s)
   PetscCall(MPMChangesSet(c, "-method_update", "%s", s->update));
   PetscCall(MPMChangesSet(c, "-method_transfer", "%s", s->transfer));
   if (s->number[0])
-    PetscCall(MPMChangesSet(c, Transfer(s->transfer)->rounds != MPM_NO_ROUNDS ? "-method_order" : "-method_flip", "%s", s->number));
+    PetscCall(MPMChangesSet(c, Transfer(s->transfer)->rounds != MPM_NO_ROUNDS ? "-method_order" : "-method_flip", "%s",
+                            s->number));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
