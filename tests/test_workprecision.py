@@ -194,6 +194,17 @@ def check_finest():
     check.that(sum(row["front"] == "1" for row in below.rows) == 1, "of runs with errors below the references' difference one is on the front, the fastest")
 
 
+def check_against_known():
+    """The bar in its first mode, once with its solution and once with the finer run in its place: the same errors."""
+    known = Study("known", BAR + KNOWN + STUDY, "-study_basis", "bspline3,gimp_stretch", "-study_update", "usl")
+    guess = Study("guess", BAR + ["-reference_type finest", '-body_b_velocity "0.05*pi*sin(pi*x)"'] + STUDY, "-study_basis", "bspline3,gimp_stretch", "-study_update", "usl")
+    floor = [float(row["error"]) for row in guess.every if row["study"] == "confirm"]
+    check.need(known.status == 0 and guess.status == 0 and floor, f"both studies end: {known.lines} {guess.lines}")
+    one, other = errors(known), errors(guess)
+    off = {key: abs(float(other[key]) - float(one[key])) for key in one}
+    check.that(max(off.values()) < 2 * floor[0] < 5e-4, f"errors against a finer run are off those against the solution by {max(off.values()):.1e}, the references by {floor[0]:.1e}")
+
+
 def check_quantity():
     study = Study("quantity", WATER + ["-study_quantity kinetic_energy:max"])
     if study.ended("quantity", 8):
@@ -243,6 +254,6 @@ def check_more():
 
 
 check.arguments(__doc__, 0)
-for part in (check_runs, check_finest, check_quantity, check_more):
+for part in (check_runs, check_finest, check_against_known, check_quantity, check_more):
     part()
 check.end()

@@ -20,6 +20,26 @@ static PetscErrorCode Warn(MPM mpm, const char format[], ...)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
+{
+  const MPMTransfer *transfer = mpm->method.transfer;
+  const PetscBool linear = mpm->core.basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE, keeps = transfer->flip < 0;
+
+  why[0] = 0;
+  if (MPMStableOf(&mpm->core, &mpm->method).crossing == 0)
+    (void)snprintf(why, MPM_TEXT_LEN, "is unstable where particles cross cells%s",
+                   linear
+                       ? ": nodes of vanishing mass get any velocity gradient; use musl or usf with -method_transfer "
+                         "flip -method_flip 0.99, or another basis"
+                       : "; use -method_update usl");
+  else if (!keeps && !(transfer->parts & MPM_AFFINE) && (!transfer->filtered || mpm->core.params.xpic == 1))
+    (void)snprintf(why, MPM_TEXT_LEN,
+                   "stops all motion within some cells' travel of a wave; use -method_transfer aflip");
+  else if (!keeps && transfer->filtered && !strcmp(mpm->method.scheme->name, "musl") &&
+           MPMBasisIsSpline(mpm->core.basis))
+    (void)snprintf(why, MPM_TEXT_LEN, "was wrong by 50 to 95 %% on a manufactured solution; use -method_update usl");
+}
+
 /* Warns of steps that are too long for the method. */
 static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
 {
@@ -35,12 +55,7 @@ static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
     PetscCall(Warn(mpm,
                    "has dt = %.3g h/(c+|v|), above 1: expect the run to blow up where matter moves; use -dt_cfl %g",
                    (double)courant, (double)stable.cfl));
-  else if (stable.crossing == 0)
-    PetscCall(Warn(mpm, core->basis == MPM_BASIS_linear
-                            ? "is unstable where particles cross cells: nodes of vanishing mass get any velocity "
-                              "gradient; use musl or usf with -method_transfer flip -method_flip 0.99, or another basis"
-                            : "is unstable where particles cross cells; use -method_update usl"));
-  else if (C > stable.crossing * (1 + 1e-9))
+  else if (stable.crossing > 0 && C > stable.crossing * (1 + 1e-9))
     PetscCall(Warn(mpm, "grows noise where particles cross cells, above dt = %g h/c (here %.3g); use %s or -dt_cfl %g",
                    (double)stable.crossing, (double)C,
                    core->basis == MPM_BASIS_linear ? "-method_flip 0.99" : "-method_update usl",
@@ -48,21 +63,15 @@ static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of transfers that gave wrong answers. */
-static PetscErrorCode WarnOfTransfer(MPM mpm)
+/* Warns of methods that gave wrong answers. */
+static PetscErrorCode WarnOfMethod(MPM mpm)
 {
-  const MPMCore     *core     = &mpm->core;
-  const MPMTransfer *transfer = mpm->method.transfer;
-  const PetscBool    affine   = transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool    keeps    = transfer->flip < 0 ? PETSC_TRUE : PETSC_FALSE; /* some of the particles' own velocity */
-  const PetscBool    usl      = !strcmp(mpm->method.scheme->name, "usl") ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool pic = !keeps && !affine && (!transfer->filtered || core->params.xpic == 1) ? PETSC_TRUE : PETSC_FALSE;
+  char why[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  if (pic) PetscCall(Warn(mpm, "stops all motion within some cells' travel of a wave; use -method_transfer aflip"));
-  if (!keeps && !affine && !strcmp(mpm->method.scheme->name, "musl") && MPMBasisIsSpline(core->basis))
-    PetscCall(Warn(mpm, "was wrong by 50 to 95 %% on a manufactured solution; use -method_update usl"));
-  else if (!keeps && !usl && mpm->scene.nloads > 0)
+  MPMMethodWrong(mpm, why);
+  if (why[0]) PetscCall(Warn(mpm, "%s", why));
+  if (mpm->method.transfer->flip >= 0 && strcmp(mpm->method.scheme->name, "usl") && mpm->scene.nloads > 0)
     PetscCall(Warn(mpm, "was wrong in statics under loads, up to 4 times as much as usl; use -method_update usl"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -153,7 +162,7 @@ PetscErrorCode MPMMethodWarnings(MPM mpm, PetscReal dt)
 {
   PetscFunctionBeginUser;
   PetscCall(WarnOfSteps(mpm, dt));
-  PetscCall(WarnOfTransfer(mpm));
+  PetscCall(WarnOfMethod(mpm));
   PetscCall(WarnOfLoss(mpm, dt));
   PetscCall(WarnOfSpin(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -41,9 +41,10 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(ReadSafety(o));
   PetscCall(MPMExchangeSetFromOptions(core, o));
   PetscCall(MPMModelSetFromOptions(&mpm->cost, o));
-  PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o));
+  PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o, &core->energy.on));
   PetscCall(MPMOutputSetFromOptions(&mpm->output, scene, mpm->time.end, o));
   PetscCall(MPMStudySetFromOptions(mpm, o));
+  PetscCall(MPMOptionsBool(o, "report_indicator", NULL, &mpm->report.indicator));
   PetscCall(MPMOptionsBool(o, "report_limits", NULL, &mpm->report.limits));
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
   PetscCall(MPMOptionsFinish(o));
@@ -77,6 +78,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   for (PetscInt k = 0; k < scene->nmaterials; k++) core->needs.state |= scene->materials[k].state;
   core->needs.kinds   = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.forced  = scene->forced;
+  core->energy.loads  = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.surface = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.start   = scene->keeps_start;
   PetscCall(MPMStepSetUp(core, &mpm->method));
@@ -258,6 +260,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
     PetscCall(MPMWorkView(&(*mpm)->cost, core)); /* now that workers of the pool can take part */
   }
   PetscCall(MPMParticlesDestroy(&core->particles));
+  PetscCall(MPMEnergyDestroy(&core->energy));
   PetscCall(MPMTimersDestroy(&core->timers));
   PetscCall(MPMSceneDestroy(&(*mpm)->scene));
   PetscCall(PetscFree(*mpm));

@@ -1,6 +1,6 @@
 /* study_compare.c - the particles of a finished run beside those of a finer one, which may have another number of
-   particles a cell. The cells of the lattice of a body are boxes in its state at rest; a coarse particle is compared
-   with the mean over its box. */
+   particles a cell. Both started on lattices, so the displacement of the finer one where a coarse particle started
+   follows by interpolation. */
 #include "base/message.h"
 #include "run/study.h"
 
@@ -86,71 +86,75 @@ static PetscInt Find(const MPMSamples *s, const MPMSample *wanted)
   return -1;
 }
 
-/* The mean over the box of a coarse particle is taken of u_fine - u. */
-typedef struct {
-  PetscReal m, mu[3]; /* sums of the mass of fine particles in the box, and of mass times difference */
-} Mean;
-
-/* Adds a fine particle to the means of the coarse ones whose boxes its own box overlaps, each with its part. */
-static void AddFine(const MPMGrid *grid, const MPMSamples *coarse, const MPMSample *fine, const PetscReal b[3],
-                    Mean mean[])
+/* Sets *e to the mean of u_fine - u over the fine particles around a coarse one, with the weights of the polynomial
+   through `points` (2, 4) of them on each axis; at a point of the fine lattice that is its particle. Returns the sum of
+   the weights of those that are there: 1 if all are. */
+static PetscReal Interpolate(const MPMGrid *grid, const MPMSample *c, const PetscReal b[3], const MPMSamples *fine,
+                             PetscInt points, PetscReal e[3])
 {
-  PetscInt64 first[3] = {0}, last[3] = {0};
-  PetscReal  low[3] = {0}, high[3] = {1, 1, 1};
-  MPMSample  at;
+  PetscInt64 first[3] = {0};
+  PetscInt   n[3]     = {1, 1, 1};
+  PetscReal  w[3][4] = {{1}, {1}, {1}}, sum = 0;
+  MPMSample  at = {.body = c->body};
 
-  for (PetscInt d = 0; d < grid->dim; d++) { /* in boxes of the coarse lattice, less rounding */
-    low[d]   = (PetscReal)fine->key[d] * b[d] / coarse->b[fine->body][d];
-    high[d]  = (PetscReal)(fine->key[d] + 1) * b[d] / coarse->b[fine->body][d];
-    first[d] = (PetscInt64)PetscFloorReal(low[d] + 1e-6);
-    last[d]  = (PetscInt64)PetscCeilReal(high[d] - 1e-6) - 1;
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    /* the place of the coarse particle on the fine lattice, whose particles are at whole numbers */
+    const PetscReal s    = ((PetscReal)c->key[d] + 0.5) * b[d] / fine->b[c->body][d] - 0.5;
+    const PetscReal left = PetscFloorReal(s + 1e-6), t = PetscMax(0, s - left);
+
+    e[d]     = 0;
+    n[d]     = t < 1e-6 ? 1 : points;
+    first[d] = (PetscInt64)left - (n[d] == 4 ? 1 : 0);
+    for (PetscInt i = 0; i < n[d]; i++) { /* Lagrange's */
+      const PetscReal x = t + (n[d] == 4 ? 1 : 0);
+
+      w[d][i] = 1;
+      for (PetscInt j = 0; j < n[d]; j++)
+        if (j != i) w[d][i] *= (x - (PetscReal)j) / (PetscReal)(i - j);
+    }
   }
-  at.body = fine->body;
-  for (at.key[2] = first[2]; at.key[2] <= last[2]; at.key[2]++)
-    for (at.key[1] = first[1]; at.key[1] <= last[1]; at.key[1]++)
-      for (at.key[0] = first[0]; at.key[0] <= last[0]; at.key[0]++) {
-        const PetscInt p    = Find(coarse, &at);
-        PetscReal      part = fine->m;
+  for (PetscInt k = 0; k < n[2]; k++)
+    for (PetscInt j = 0; j < n[1]; j++)
+      for (PetscInt i = 0; i < n[0]; i++) {
+        const PetscReal weight = w[0][i] * w[1][j] * w[2][k];
+        PetscInt        q;
 
-        if (p < 0) continue; /* at a curved edge the coarse lattice may have no particle here */
-        for (PetscInt d = 0; d < grid->dim; d++)
-          if (first[d] < last[d])
-            part *= (PetscMin(high[d], (PetscReal)(at.key[d] + 1)) - PetscMax(low[d], (PetscReal)at.key[d])) /
-                    (high[d] - low[d]);
-        mean[p].m += part;
+        at.key[0] = first[0] + i;
+        at.key[1] = first[1] + j;
+        at.key[2] = first[2] + k;
+        q         = Find(fine, &at);
+        if (q < 0) continue;
+        sum += weight;
         for (PetscInt d = 0; d < grid->dim; d++) { /* across a periodic face if that is shorter */
-          const PetscReal length = grid->upper[d] - grid->lower[d], e = fine->u[d] - coarse->at[p].u[d];
+          const PetscReal length = grid->upper[d] - grid->lower[d], step = fine->at[q].u[d] - c->u[d];
 
-          mean[p].mu[d] += part * (grid->periodic[d] ? e - length * PetscFloorReal(e / length + 0.5) : e);
+          e[d] += weight * (grid->periodic[d] ? step - length * PetscFloorReal(step / length + 0.5) : step);
         }
       }
+  return sum;
 }
 
 PetscErrorCode MPMSamplesCompare(const MPMGrid *grid, MPMSamples *coarse, MPMSamples *fine, PetscReal *difference,
                                  PetscReal *size)
 {
   PetscReal d2 = 0, u2 = 0, mass = 0;
-  Mean     *mean;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(coarse->n, &mean));
   /* sorted, so that the sums do not depend on the number of processes */
   PetscCall(PetscTimSort(coarse->n, coarse->at, sizeof *coarse->at, ByPlace, NULL));
   PetscCall(PetscTimSort(fine->n, fine->at, sizeof *fine->at, ByPlace, NULL));
-  for (PetscInt q = 0; q < fine->n; q++) AddFine(grid, coarse, &fine->at[q], fine->b[fine->at[q].body], mean);
   for (PetscInt p = 0; p < coarse->n; p++) {
     const MPMSample *c = &coarse->at[p];
+    PetscReal        e[3], sum = Interpolate(grid, c, coarse->b[c->body], fine, 4, e);
 
-    if (mean[p].m == 0) continue; /* at a curved edge the finer lattice may leave the box empty */
+    if (PetscAbsReal(sum - 1) > 1e-9) sum = Interpolate(grid, c, coarse->b[c->body], fine, 2, e); /* at an edge */
+    if (sum < 1e-9) continue; /* at a curved edge the finer lattice may have no particle here */
     for (PetscInt d = 0; d < grid->dim; d++) {
-      const PetscReal e = mean[p].mu[d] / mean[p].m;
-
-      d2 += c->m * e * e;
-      u2 += c->m * PetscSqr(c->u[d] + e);
+      d2 += c->m * PetscSqr(e[d] / sum);
+      u2 += c->m * PetscSqr(c->u[d] + e[d] / sum);
     }
     mass += c->m;
   }
-  PetscCall(PetscFree(mean));
   *difference = PetscSqrtReal(d2 / mass);
   *size       = PetscSqrtReal(u2 / mass);
   PetscFunctionReturn(PETSC_SUCCESS);

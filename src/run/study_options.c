@@ -27,8 +27,11 @@ static PetscErrorCode ReadQuantity(MPM mpm, MPMOptions o)
     for (q->seen = 0; q->seen < MPM_NUM_SEEN - 1 && strcmp(ends[q->seen], colon);) q->seen++;
     if (q->seen == MPM_NUM_SEEN - 1) MPMOptionsFail(o, "-study_quantity %s: choose :max, :min or :end", q->name);
   }
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
-    for (PetscInt c = 0; c < MPMDiagnosticColumns(k, mpm->core.grid.dim); c++) {
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
+    PetscInt       first;
+    const PetscInt columns = MPMDiagnosticColumns(k, &mpm->core, &first);
+
+    for (PetscInt c = first; c < first + columns; c++) {
       ColumnName(k, c, name);
       (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", list[0] ? "|" : "", name);
       if (strcmp(name, text)) continue;
@@ -36,6 +39,7 @@ static PetscErrorCode ReadQuantity(MPM mpm, MPMOptions o)
       q->component = c;
       found        = PETSC_TRUE;
     }
+  }
   if (!found)
     MPMOptionsFail(o, "-study_quantity %s is no column of the history: choose one of %.*s", q->name, MPM_TEXT_LEN / 2,
                    list);

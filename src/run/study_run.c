@@ -136,8 +136,11 @@ static void Watch(const MPMShown *shown, void *to)
 {
   MPMStudyResult *r = (MPMStudyResult *)to;
 
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
-    for (PetscInt c = 0; c < MPMDiagnosticColumns(k, shown->core->grid.dim); c++) {
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
+    PetscInt       first;
+    const PetscInt columns = MPMDiagnosticColumns(k, shown->core, &first);
+
+    for (PetscInt c = first; c < first + columns; c++) {
       const PetscReal value = MPMDiagnosticValue(shown, k, c);
       PetscReal      *seen  = r->column[k][c];
 
@@ -146,6 +149,7 @@ static void Watch(const MPMShown *shown, void *to)
       seen[MPM_SEEN_MIN] = PetscMin(seen[MPM_SEEN_MIN], value);
       seen[MPM_SEEN_MAX] = PetscMax(seen[MPM_SEEN_MAX], value);
     }
+  }
   r->lines++;
 }
 

@@ -68,11 +68,13 @@ static const char balances[] =
 /* The words of fields of snapshots, separated by blanks. */
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs) word " "
 #define MPM_RUN_QUANTITY(name, unit, whole)
+#define MPM_ENERGY_QUANTITY(name, uses)
 static const char fields[] =
 #include "output/diagnostics.def"
     "grid";
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
+#undef MPM_ENERGY_QUANTITY
 
 /* Known solutions: those with a force of their own are values of -mms_type, the others of -reference_type. */
 #define MPM_REFERENCE(name, manufactured, parameters, what) MPM_IF_##manufactured("|" #name, "")

@@ -67,6 +67,15 @@ MPM_INLINE void Residual(int dim, const MPMParams *par, const MPMGrid *grid, con
   Divide(dim, par->walls->residual, grid, r);
 }
 
+/* Sets the mean of what the particles have in field r, on which no wall acts. */
+MPM_INLINE void Mean(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+{
+  static const MPMFace none[3][2];
+
+  (void)par;
+  Divide(dim, none, grid, r);
+}
+
 /* Sets a = f/m + g, eqs. (5) and (13), and v <- v + dt a, eq. (6), and applies walls, which also set a. */
 MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
@@ -116,4 +125,5 @@ MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid
 NODE_KERNEL(Velocity)
 NODE_KERNEL(VelocityAgain)
 NODE_KERNEL(Residual)
+NODE_KERNEL(Mean)
 NODE_KERNEL(Advance)

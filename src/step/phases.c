@@ -27,7 +27,7 @@
 /* A row has a name, which is that of its timer, so that rows may share one. A transfer has its parts, the fields that
    it reads and the fields that it writes; a node update has its kernel, and operations per node and axis. */
 /* clang-format off */
-enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, ADVANCE, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
+enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
   [P2G]               = TO_NODES("P2G", MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE, WHERE | MOMENTUM | STRESS | B(b)),
   [P2G_MASS]          = TO_NODES("P2G_MASS", MPM_P2G_MASS | MPM_P2G_MOMENTUM, WHERE | MOMENTUM),
@@ -37,6 +37,7 @@ static const MPMPhase phases[NUM_PHASES] = {
   [VELOCITY]          = NODES("VELOCITY", MPMNodesVelocity, 1),
   [VELOCITY_AGAIN]    = NODES("VELOCITY", MPMNodesVelocityAgain, 1),
   [RESIDUAL]          = NODES("RESIDUAL", MPMNodesResidual, 1),
+  [MEAN]              = NODES("VELOCITY", MPMNodesMean, 1),
   [ADVANCE]           = NODES("ADVANCE", MPMNodesAdvance, 5),
   [G2P]               = TO_PARTICLES("G2P", MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT, WHERE | B(v) | B(r) | STATE | COMMIT_IN, B(v) | B(C) | STATE | COMMIT_OUT),
   [G2P_MOTION]        = TO_PARTICLES("G2P_MOTION", MPM_G2P_MOTION | MPM_G2P_COMMIT, WHERE | B(v) | B(r) | COMMIT_IN, B(v) | B(C) | COMMIT_OUT),
@@ -86,6 +87,13 @@ const MPMPhase *MPMStepOutputPhase(const MPMCore *core, PetscInt k)
   return &core->phases[k ? VELOCITY : P2G_MASS];
 }
 
+const MPMPhase *MPMStepRecoverPhase(const MPMCore *core, PetscInt k)
+{
+  static const int recover[4] = {P2G_MASS, P2G_RESIDUAL, MEAN, G2P_FILTER_AGAIN};
+
+  return &core->phases[recover[k]];
+}
+
 /* Copies the table of phases as this scene needs it: with the parts that the transfer adds, and without fields that no
    phase would read. */
 static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
@@ -104,6 +112,7 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     if (phase->parts & MPM_P2G_FORCE) phase->particles_in &= ~STRESS | stress;
     if ((phase->particles_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & MPM_G2P_STRESS) && !core->needs.stretched)
       phase->particles_in &= ~B(F);
+    if ((phase->parts & MPM_G2P_MOTION) && !core->needs.residual) phase->particles_in &= ~B(r);
     if ((phase->parts & (MPM_P2G_MOMENTUM | MPM_G2P_MOTION)) && !(phase->parts & MPM_RESIDUAL))
       phase->parts |= transfer->parts;
   }
@@ -114,7 +123,10 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
   PetscFunctionBeginUser;
   PetscCall(MPMTimersCreate(&core->timers));
   FitPhases(core, method->transfer);
-  core->nphases = NUM_PHASES;
+  core->nphases     = NUM_PHASES;
+  core->energy.mean = method->scheme->keeps_increment                                 ? MPM_MEAN_AGAIN
+                      : MPMSchemeIsDirect(method->scheme) || !(core->params.flip > 0) ? MPM_MEAN_NODES
+                                                                                      : MPM_MEAN_PARTICLES;
   for (PetscInt k = 0; k < NUM_PHASES; k++)
     PetscCall(MPMTimersPhase(&core->timers, phases[k].name, &core->phases[k].timer));
   core->nprogram = 0;

@@ -50,10 +50,15 @@ PetscBool MPMSchemeIsDirect(const MPMScheme *);
 /* Returns phase k = 0, 1 of the two that give the mass and the velocity of the nodes for output. */
 const MPMPhase *MPMStepOutputPhase(const MPMCore *, PetscInt k);
 
+/* Returns phase k = 0 to 3 of those that average field r at the nodes, and take from it what the nodes give back: mass,
+   sums, means, difference. */
+const MPMPhase *MPMStepRecoverPhase(const MPMCore *, PetscInt k);
+
 /* The kernels of node updates (nodes.c): each updates the motion of the own nodes in one row of a patch along x. Not
    collective. */
 void MPMNodesVelocity(const MPMParams *, MPMPatch *, PetscInt row);
 void MPMNodesVelocityAgain(const MPMParams *, MPMPatch *, PetscInt row);
+void MPMNodesMean(const MPMParams *, MPMPatch *, PetscInt row);
 void MPMNodesResidual(const MPMParams *, MPMPatch *, PetscInt row);
 void MPMNodesAdvance(const MPMParams *, MPMPatch *, PetscInt row);
 
