@@ -193,8 +193,8 @@ static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const 
   return PETSC_FALSE;
 }
 
-/* Adds, times `share`, the work of a node's acceleration along the velocity u [dim]. The wall's part of it is what a has
-   besides f/m + g. `held`: what PIC takes over besides from a moving wall, J. */
+/* Adds, times `share`, the work of a node's acceleration along the velocity u [dim]. The wall's part of it is what a
+   has besides f/m + g. `held`: what PIC takes over besides from a moving wall, J. */
 static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], const PetscReal u[], PetscReal share,
                     PetscBool moving, PetscReal held, MPMEnergy *e)
 {
@@ -214,8 +214,8 @@ static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], 
 }
 
 /* Adds what the advance of a node did. `before` is its velocity before the advance as walls leave it, and 0 along an
-   axis on which it met one that only pushes. Where a moving wall holds the node, PIC also takes over the momentum that the wall gave
-   it before the advance: its share is 1 - flip. */
+   axis on which it met one that only pushes. Where a moving wall holds the node, PIC also takes over the momentum that
+   the wall gave it before the advance: its share is 1 - flip. */
 static void AddAdvance(const MPMCore *core, const MPMNode *n, const PetscReal *motion, const PetscInt ijk[],
                        MPMEnergy *e)
 {
