@@ -1,0 +1,210 @@
+#!/usr/bin/env python3
+"""Measures methods on problems: errors into docs/data/choosing.csv, the time of a step into docs/data/method_cost.csv.
+
+    run.py                                   what is missing of all methods (methods.py) on all problems (problems.py)
+    run.py --methods "bs2 usl flip" ...      of these alone; --problems bar mms: on these alone
+    run.py --add "NAME=OPTIONS" ...          of a candidate that methods.py does not have; NAME:0.3=OPTIONS with -dt_cfl 0.3
+    run.py --cost                            the time of a step (one run at a time, methods in turns), no errors
+    run.py --table                           prints errors and regret beside the methods with margin
+
+Runs that are there are not repeated (--again: they are), so a study that was stopped goes on. Errors do not depend on the
+load of the machine; so two runs go at a time (--jobs). With --pebble another program can be tried: give --data another
+folder then, since rows are known by problem, method, options, grid, particles per cell and -dt_cfl.
+"""
+import argparse
+import concurrent.futures
+import csv
+import os
+import re
+import shutil
+import subprocess
+import sys
+import threading
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.join(HERE, "..", "..")
+sys.path[:0] = [os.path.join(ROOT, "tools"), HERE]
+import launch  # noqa: E402 (after the path)
+import problems  # noqa: E402
+from methods import METHODS, REFERENCE, Method  # noqa: E402
+from problems import MAIN, PROBLEMS  # noqa: E402
+
+KEY = ["problem", "method", "n", "ppc", "cfl", "options"]
+COLUMNS = [*KEY, "status", "error", "steps", "particles", "seconds", "why"]
+COST = ["dim", "method", "options", "ns", "ratio", "particles", "bytes"]
+LIMIT = 900  # s; a run that takes longer counts as stopped
+
+
+class Run:
+    """One run and its files."""
+
+    def __init__(self, pebble, folder, name, arguments):
+        self.folder = os.path.join(folder, re.sub(r"\W", "_", name))
+        self.name = os.path.basename(self.folder)
+        os.makedirs(self.folder, exist_ok=True)
+        command = [pebble, *arguments, "-output_dir", self.folder, "-output_name", self.name]
+        start = time.monotonic()
+        try:
+            told = launch.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=LIMIT)
+            self.status, self.said, self.err = told.returncode, told.stdout, told.stderr
+        except subprocess.TimeoutExpired:
+            self.status, self.said, self.err = 3, "", f"longer than {LIMIT} s"
+        self.seconds = time.monotonic() - start
+        if self.status not in (0, 3):
+            raise RuntimeError(f"exit status {self.status}: {' '.join(command)}\n{self.err.strip()[-800:]}")
+
+    def path(self, end):
+        return os.path.join(self.folder, self.name + end)
+
+    def find(self, pattern):
+        found = re.search(pattern, self.said, re.M)
+        return found[1] if found else ""
+
+    def number(self, pattern):
+        return float(self.find(pattern) or "nan")
+
+    def history(self, column):
+        with open(self.path(".csv")) as file:
+            return [float(row[column]) for row in csv.DictReader(file)]
+
+    def done(self):
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def read(path):
+    if not os.path.exists(path):
+        return []
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def write(path, columns, rows):
+    with open(path + ".new", "w", newline="") as file:
+        out = csv.DictWriter(file, columns, lineterminator="\n")
+        out.writeheader()
+        out.writerows(rows)
+    os.replace(path + ".new", path)
+
+
+class Data:
+    """The rows of a CSV file; what comes new is written at once, so that nothing is lost when the study is stopped."""
+
+    def __init__(self, path):
+        self.path, self.lock = path, threading.Lock()
+        self.rows = {tuple(row[key] for key in KEY): row for row in read(path)}
+
+    def add(self, row):
+        with self.lock:
+            row = {column: str(row[column]) for column in COLUMNS}
+            self.rows[tuple(row[key] for key in KEY)] = row
+            self.write()
+
+    def write(self):
+        order = list(PROBLEMS)
+        write(self.path, COLUMNS, sorted(self.rows.values(), key=lambda row: (order.index(row["problem"]), row["method"], row["options"], int(row["ppc"]), float(row["cfl"]), int(row["n"]))))
+
+
+def measure(pebble, folder, key):
+    problem, method, n, ppc, cfl, options = key
+    name = f"{problem}_{method}_{n}_{ppc}_{cfl}"
+    run = Run(pebble, folder, name, [*problems.options(problem, n, ppc), *options.split(), "-dt_cfl", cfl])
+    row = dict(zip(KEY, key), status=run.status, error="", steps=run.find(r"^done +(\d+) steps") or 0, particles=run.find(r" (\d+) particles") or 0,
+               seconds=f"{run.seconds:.2f}", why="")
+    if run.status == 0:
+        row["error"] = f"{PROBLEMS[problem].error(run):.6g}"
+    else:
+        row["why"] = re.sub(r"\s+", " ", run.err.strip().splitlines()[-1] if run.err.strip() else "stopped")[:120]
+    run.done()
+    return row
+
+
+def study(arguments, methods):
+    data = Data(os.path.join(arguments.data, "choosing.csv"))
+    wanted = [(p, name, n, arguments.ppc, f"{arguments.cfl or m.cfl:g}", m.options) for p in arguments.problems for name, m in methods.items() for n in PROBLEMS[p].levels]
+    wanted = [key for key in wanted if arguments.again or tuple(map(str, key)) not in data.rows]
+    print(f"{len(wanted)} runs, {arguments.jobs} at a time", flush=True)
+    start, failed = time.monotonic(), 0
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        jobs = {pool.submit(measure, arguments.pebble, arguments.out, key): key for key in wanted}
+        for k, job in enumerate(concurrent.futures.as_completed(jobs)):
+            p, name, n, ppc, cfl, _ = jobs[job]
+            try:
+                row = job.result()
+                data.add(row)
+                told = f"{row['error'] or 'stopped: ' + row['why']}"
+            except RuntimeError as wrong:
+                failed, told = failed + 1, str(wrong)
+            print(f"{k + 1:4} {time.monotonic() - start:6.0f} s  {p:10} {n:4} {name:18} {told}", flush=True)
+    data.write()
+    return failed
+
+
+# ---- Time of a step
+
+SCENES = {2: ("disks", "-grid_cells 160,160 -body_disk1_ppc 2,2 -body_disk2_ppc 2,2", 60), 3: ("disks3d", "-grid_cells 48,48,48", 15)}
+TURNS = 5
+
+
+def cost(arguments, methods):
+    """ns per particle and step, the least of several turns, on a scene of each dimension without loads. In each turn every
+    method runs once, so that other work on the machine slows all alike; what is compared are ratios."""
+    path = os.path.join(arguments.data, "method_cost.csv")
+    old = {(row["dim"], row["method"]): row for row in read(path)}
+    for dim, (scene, more, steps) in SCENES.items():
+        best, told = {}, {}
+        for turn in range(TURNS):
+            for name, m in methods.items():
+                run = Run(arguments.pebble, arguments.out, f"cost_{dim}_{name}",
+                          ["-options_file", os.path.join(ROOT, "options", scene + ".opts"), *more.split(), *m.options.split(), "-time_max_steps", str(steps), "-output_format", "none",
+                           "-history_every", "1e9", "-check_energy", "0", "-check_momentum", "0"])
+                ns = run.number(r"^speed +(\S+) ns")
+                if not ns < best.get(name, float("inf")):
+                    ns = best.get(name, ns)
+                best[name], told[name] = ns, (run.find(r" (\d+) particles"), run.find(r"^fields .* (\d+) B/particle"))
+                run.done()
+        for name, m in methods.items():
+            old[str(dim), name] = dict(zip(COST, [dim, name, m.options, f"{best[name]:.4g}", f"{best[name] / best[REFERENCE]:.3f}", *told[name]]))
+            print(f"{dim}-D {name:18} {best[name]:6.1f} ns, {best[name] / best[REFERENCE]:.3f} of {REFERENCE}", flush=True)
+        write(path, COST, sorted(old.values(), key=lambda row: (row["dim"], row["method"])))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--pebble", default=os.path.join(ROOT, "pebble"))
+    parser.add_argument("--data", default=problems.DATA, help="folder of the CSV files")
+    parser.add_argument("--out", default=os.path.join(ROOT, "output", "studies"), help="folder of the runs")
+    parser.add_argument("--methods", nargs="+", metavar="NAME", help="default: all of methods.py, or with --add none of them")
+    parser.add_argument("--add", nargs="+", metavar="NAME=OPTIONS", default=[])
+    parser.add_argument("--problems", nargs="+", choices=PROBLEMS, default=list(PROBLEMS), metavar="NAME")
+    parser.add_argument("--ppc", type=int, default=2)
+    parser.add_argument("--cfl", type=float, help="default: the method's own")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--again", action="store_true")
+    parser.add_argument("--cost", action="store_true")
+    parser.add_argument("--table", action="store_true")
+    arguments = parser.parse_args()
+    for path in arguments.data, arguments.out:
+        os.makedirs(path, exist_ok=True)
+    added = {}
+    for text in arguments.add:
+        name, options = text.split("=", 1)
+        name, _, cfl = name.partition(":")
+        added[name] = Method(options, None, float(cfl or 0.4))
+    unknown = set(arguments.methods or []) - set(METHODS)
+    if unknown:
+        sys.exit(f"run.py: no method {', '.join(unknown)} in methods.py")
+    methods = {name: METHODS[name] for name in arguments.methods or ([] if added else METHODS)} | added
+    failed = 0
+    if arguments.cost:
+        cost(arguments, {REFERENCE: METHODS[REFERENCE]} | methods)
+    elif not arguments.table:
+        failed = study(arguments, methods)
+    if arguments.table or added:
+        import tables  # noqa: E402 (it needs the data)
+        print(tables.plain(tables.Results(arguments.data, added), list(methods)))
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,204 @@
+"""What is made of the data of the studies: errors, regret, cost to reach an error, and their tables in Markdown.
+
+Cost. steps x particles x ns of the method (method_cost.csv, on the scene of that dimension; 1-D takes the ratio of 2-D),
+in units of the reference method's ns. It is not the time that a run took, which depends on the load of the machine.
+
+Regret. The error of a method over the best error of the methods with margin (methods.py), where a best below the floor of
+the problem counts as the floor, and a ratio below 1 as 1. It is taken at equal cost: that of the reference method (quadratic
+splines, usl, FLIP) at the common level of the problem. The error of a method at that cost is read from its own errors over
+cost, by straight lines between grids in logarithms; beyond its finest grid the last line goes on, at most by a factor of 2
+in cost, and is taken as level where the error grew. `level` in the tables is the same at equal grids, whatever the cost.
+"""
+import csv
+import math
+import os
+
+from marks import markdown
+from methods import METHODS, OLD_DEFAULT, REFERENCE
+from problems import DATA, MAIN, PROBLEMS
+
+INF = math.inf
+
+
+def read(path):
+    if not os.path.exists(path):
+        return []
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def number(x):
+    """Two digits: 0.018, 6.2e-4."""
+    if x is None:
+        return "-"
+    if not math.isfinite(x):
+        return "stops"
+    if x >= 0.995e-2:
+        return f"{x:.2f}" if x >= 0.0995 else f"{x:.3f}"
+    digits, power = f"{x:.1e}".split("e")
+    return f"{digits}e{int(power)}"
+
+
+def ratio(x):
+    return "-" if x is None else "inf" if not math.isfinite(x) else f"{x:.1f}" if x < 99.5 else f"{x:.0f}"
+
+
+class Results:
+    """The rows of choosing.csv and method_cost.csv, by method, problem, grid, particles per cell and cfl."""
+
+    def __init__(self, folder=DATA, added=None):
+        self.methods = METHODS | (added or {})
+        self.rows, self.ns, self.bytes, self.guessed = {}, {}, {}, set()
+        for row in read(os.path.join(folder, "choosing.csv")):
+            name = row["method"]
+            if name in self.methods and row["options"] == self.methods[name].options and row["problem"] in PROBLEMS:
+                self.rows[name, row["problem"], int(row["n"]), int(row["ppc"]), float(row["cfl"])] = row
+        for row in read(os.path.join(folder, "method_cost.csv")) or read(os.path.join(DATA, "method_cost.csv")):
+            self.ns[int(row["dim"]), row["method"]] = float(row["ratio"])
+            self.bytes[int(row["dim"]), row["method"]] = row["bytes"]
+        for dim in 2, 3:
+            for name in self.methods:
+                if (dim, name) not in self.ns:
+                    words = name.split()
+                    like = f"{words[0]} {words[1]} apic" if len(words) > 2 and "flip" in words[2] and words[2] != "flip" else ""
+                    self.ns[dim, name] = self.ns.get((dim, like), 1.0)
+                    self.guessed.add(name)
+
+    def error(self, name, problem, n, ppc=2, cfl=None):
+        """Relative error; infinite if the run was stopped, None if there is no such run."""
+        row = self.rows.get((name, problem, n, ppc, cfl or self.methods[name].cfl))
+        if row is None:
+            return None
+        return float(row["error"]) if row["status"] == "0" and row["error"] != "nan" else INF
+
+    def cost(self, name, problem, n, ppc=2, cfl=None):
+        row = self.rows.get((name, problem, n, ppc, cfl or self.methods[name].cfl))
+        return int(row["steps"]) * int(row["particles"]) * self.ns[max(2, PROBLEMS[problem].dim), name] if row else None
+
+    def curve(self, name, problem):
+        """(cost, error) of the grids that were measured, up to the first that stopped."""
+        points = []
+        for n in PROBLEMS[problem].levels:
+            e = self.error(name, problem, n)
+            if e is None:
+                continue
+            if e == INF:
+                break
+            points.append((self.cost(name, problem, n), max(e, 1e-12)))
+        return points
+
+    def at_cost(self, name, problem, cost):
+        """The error at that cost; None if nothing was measured, infinite if the method stops there."""
+        points = self.curve(name, problem)
+        measured = [n for n in PROBLEMS[problem].levels if self.error(name, problem, n) is not None]
+        if not measured:
+            return None
+        if not points or (self.error(name, problem, measured[-1]) == INF and cost > points[-1][0]):
+            return INF
+        if len(points) == 1 or cost <= points[0][0]:
+            return points[0][1] if abs(math.log(cost / points[0][0])) < math.log(2) else None
+        for (c0, e0), (c1, e1) in zip(points, points[1:]):
+            if cost <= c1 or (c1, e1) == points[-1]:
+                slope = math.log(e1 / e0) / math.log(c1 / c0)
+                if cost > c1:
+                    return None if cost > 2 * c1 else e1 * (cost / c1)**min(slope, 0)
+                return e0 * (cost / c0)**slope
+        return None
+
+    def to_reach(self, name, problem, tolerance):
+        """The least cost at which the error is, and on all finer grids stays, below; infinite if it does not get there."""
+        points = self.curve(name, problem)
+        if not points:
+            return None
+        if points[-1][1] > tolerance:
+            return INF
+        k = len(points) - 1
+        while k and points[k - 1][1] <= tolerance:
+            k -= 1
+        if not k:  # already the coarsest grid
+            return points[0][0]
+        (c0, e0), (c1, e1) = points[k - 1:k + 1]
+        return c0 * (tolerance / e0)**(math.log(c1 / c0) / math.log(e1 / e0))
+
+    def at(self, name, problem, equal):
+        """The error at the common grid, or at the cost that the reference has there."""
+        p = PROBLEMS[problem]
+        if equal == "level":
+            return self.error(name, problem, p.common)
+        cost = self.cost(REFERENCE, problem, p.common)
+        return self.at_cost(name, problem, cost) if cost else None
+
+    def regret(self, name, equal="cost"):
+        """{problem: regret} of the main problems; None where something was not measured."""
+        found = {}
+        for problem in MAIN:
+            errors = [self.at(m, problem, equal) for m in self.methods if self.methods[m].margin]
+            errors = [e for e in errors if e is not None]
+            mine = self.at(name, problem, equal)
+            found[problem] = max(1.0, mine / max(min(errors), PROBLEMS[problem].floor)) if errors and mine is not None else None
+        return found
+
+
+def summary(regrets):
+    """Geometric mean and largest; None if something is missing."""
+    values = list(regrets.values())
+    if any(v is None for v in values):
+        return None, None
+    return (INF if INF in values else math.exp(sum(map(math.log, values)) / len(values))), max(values)
+
+
+def method_names(results):
+    """Methods of which the whole comparison was measured, best geometric mean first."""
+    names = [name for name in METHODS if any(key[0] == name for key in results.rows)]
+    return sorted(names, key=lambda name: summary(results.regret(name))[0] or INF)
+
+
+# ---- Tables
+
+def margin(results, name):
+    return {True: "yes", False: "no", None: "?"}[results.methods[name].margin]
+
+
+def errors_table(results, names=None):
+    head = ["method", "time 2-D", "3-D", *(f"{p} {PROBLEMS[p].common}" for p in MAIN)]
+    return markdown(head, [[name, *(f"{results.ns[d, name]:.2f}" for d in (2, 3)), *(number(results.error(name, p, PROBLEMS[p].common)) for p in MAIN)]
+                           for name in names or results.methods])
+
+
+def regret_table(results, names=None):
+    lines = []
+    for name in names or method_names(results):
+        regrets = results.regret(name)
+        mean, largest = summary(regrets)
+        level = summary(results.regret(name, "level"))
+        lines.append([name, margin(results, name), ratio2(mean), ratio(largest), *(ratio(regrets[p]) for p in MAIN), ratio2(level[0]), ratio(level[1])])
+    return markdown(["method", "margin", "mean", "largest", *MAIN, "level: mean", "largest"], lines)
+
+
+def ratio2(x):
+    return "-" if x is None else "inf" if not math.isfinite(x) else f"{x:.2f}" if x < 99.5 else f"{x:.0f}"
+
+
+def plain(results, names):
+    """Errors and regret for the terminal: these methods, below them those with margin."""
+    names = [*names, *(name for name in results.methods if results.methods[name].margin and name not in names and any(key[0] == name for key in results.rows))]
+    text = errors_table(results, names) + "\n\nregret at equal cost (and at equal grids)\n" + regret_table(results, names)
+    guessed = [name for name in names if name in results.guessed]
+    if guessed:
+        text += f"\ntime of a step not measured, taken as that of apic or of {REFERENCE}: {', '.join(guessed)}  (run.py --cost)"
+    return align(text)
+
+
+def align(text):
+    """Columns of Markdown tables of equal width."""
+    blocks, out = [], []
+    for line in [*text.split("\n"), ""]:
+        if line.startswith("|"):
+            blocks.append([cell.strip() for cell in line.strip("|").split("|")])
+            continue
+        if blocks:
+            width = [max(len(row[k]) for row in blocks) for k in range(len(blocks[0]))]
+            out += ["  ".join(cell.ljust(w) if k == 0 else cell.rjust(w) for k, (cell, w) in enumerate(zip(row, width))) for row in blocks if set(row) != {"---"}]
+            blocks = []
+        out.append(line)
+    return "\n".join(out).rstrip()
