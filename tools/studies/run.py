@@ -4,6 +4,8 @@
     run.py                                   what is missing of all methods (methods.py) on all problems (problems.py)
     run.py --methods "bs2 usl flip" ...      of these alone; --problems bar mms: on these alone
     run.py --add "NAME=OPTIONS" ...          of a candidate that methods.py does not have; NAME:0.3=OPTIONS with -dt_cfl 0.3
+    run.py --varied                          what is missing of more particles per cell, smaller steps, and the presets
+    run.py --motion                          spinning bodies and a drifting bar (motion.py), into docs/data/motion.csv
     run.py --cost                            the time of a step (one run at a time, methods in turns), no errors
     run.py --table                           prints errors and regret beside the methods with margin
 
@@ -26,12 +28,14 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.join(HERE, "..", "..")
 sys.path[:0] = [os.path.join(ROOT, "tools"), HERE]
 import launch  # noqa: E402 (after the path)
+import motion  # noqa: E402
 import problems  # noqa: E402
-from methods import METHODS, REFERENCE, Method  # noqa: E402
+from methods import METHODS, REFERENCE, VARIANTS, VARIED, Method  # noqa: E402
 from problems import MAIN, PROBLEMS  # noqa: E402
 
-KEY = ["problem", "method", "n", "ppc", "cfl", "options"]
-COLUMNS = [*KEY, "status", "error", "steps", "particles", "seconds", "why"]
+KEY = ["problem", "method", "options", "ppc", "cfl", "n"]
+COLUMNS = [*KEY, "status", "error", "steps", "particles", "why"]
+KEY_MOTION = motion.KEY
 COST = ["dim", "method", "options", "ns", "ratio", "particles", "bytes"]
 LIMIT = 900  # s; a run that takes longer counts as stopped
 
@@ -44,13 +48,11 @@ class Run:
         self.name = os.path.basename(self.folder)
         os.makedirs(self.folder, exist_ok=True)
         command = [pebble, *arguments, "-output_dir", self.folder, "-output_name", self.name]
-        start = time.monotonic()
         try:
             told = launch.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=LIMIT)
             self.status, self.said, self.err = told.returncode, told.stdout, told.stderr
         except subprocess.TimeoutExpired:
             self.status, self.said, self.err = 3, "", f"longer than {LIMIT} s"
-        self.seconds = time.monotonic() - start
         if self.status not in (0, 3):
             raise RuntimeError(f"exit status {self.status}: {' '.join(command)}\n{self.err.strip()[-800:]}")
 
@@ -67,6 +69,10 @@ class Run:
     def history(self, column):
         with open(self.path(".csv")) as file:
             return [float(row[column]) for row in csv.DictReader(file)]
+
+    def columns(self):
+        with open(self.path(".csv")) as file:
+            return next(csv.reader(file))
 
     def done(self):
         shutil.rmtree(self.folder, ignore_errors=True)
@@ -90,52 +96,66 @@ def write(path, columns, rows):
 class Data:
     """The rows of a CSV file; what comes new is written at once, so that nothing is lost when the study is stopped."""
 
-    def __init__(self, path):
-        self.path, self.lock = path, threading.Lock()
-        self.rows = {tuple(row[key] for key in KEY): row for row in read(path)}
+    def __init__(self, path, key, columns):
+        self.path, self.key, self.columns, self.lock = path, key, columns, threading.Lock()
+        self.rows = {tuple(row[name] for name in key): {column: row[column] for column in columns} for row in read(path)}
 
     def add(self, row):
         with self.lock:
-            row = {column: str(row[column]) for column in COLUMNS}
-            self.rows[tuple(row[key] for key in KEY)] = row
+            row = {column: str(row[column]) for column in self.columns}
+            self.rows[tuple(row[name] for name in self.key)] = row
             self.write()
 
     def write(self):
-        order = list(PROBLEMS)
-        write(self.path, COLUMNS, sorted(self.rows.values(), key=lambda row: (order.index(row["problem"]), row["method"], row["options"], int(row["ppc"]), float(row["cfl"]), int(row["n"]))))
+        order = [*PROBLEMS, *motion.CASES]
+
+        def place(row):
+            return [order.index(row[name]) if name in ("problem", "case") else float(row[name]) if name in ("n", "ppc", "cfl") else row[name] for name in self.key]
+        write(self.path, self.columns, sorted(self.rows.values(), key=place))
 
 
 def measure(pebble, folder, key):
-    problem, method, n, ppc, cfl, options = key
+    problem, method, options, ppc, cfl, n = key
     name = f"{problem}_{method}_{n}_{ppc}_{cfl}"
     run = Run(pebble, folder, name, [*problems.options(problem, n, ppc), *options.split(), "-dt_cfl", cfl])
     row = dict(zip(KEY, key), status=run.status, error="", steps=run.find(r"^done +(\d+) steps") or 0, particles=run.find(r" (\d+) particles") or 0,
-               seconds=f"{run.seconds:.2f}", why="")
+               why=why(run))
     if run.status == 0:
         row["error"] = f"{PROBLEMS[problem].error(run):.6g}"
-    else:
-        row["why"] = re.sub(r"\s+", " ", run.err.strip().splitlines()[-1] if run.err.strip() else "stopped")[:120]
     run.done()
     return row
 
 
-def study(arguments, methods):
-    data = Data(os.path.join(arguments.data, "choosing.csv"))
-    wanted = [(p, name, n, arguments.ppc, f"{arguments.cfl or m.cfl:g}", m.options) for p in arguments.problems for name, m in methods.items() for n in PROBLEMS[p].levels]
+def measure_motion(pebble, folder, key):
+    case, method, options, cfl = key
+    run = Run(pebble, folder, f"{case}_{method}_{cfl}", [*motion.CASES[case].split(), *options.split(), "-dt_cfl", cfl])
+    row = dict(zip(KEY_MOTION, key), status=run.status) | motion.evaluate(case, run)
+    row["why"] = why(run)
+    run.done()
+    return row
+
+
+def why(run):
+    """The reason of a run that was stopped."""
+    return re.sub(r"\s+", " ", run.err.strip().splitlines()[-1] if run.err.strip() else "stopped")[:120] if run.status else ""
+
+
+def study(arguments, data, wanted, measure, value):
+    """Makes the runs that are not in data yet; returns how many could not be made."""
     wanted = [key for key in wanted if arguments.again or tuple(map(str, key)) not in data.rows]
     print(f"{len(wanted)} runs, {arguments.jobs} at a time", flush=True)
     start, failed = time.monotonic(), 0
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         jobs = {pool.submit(measure, arguments.pebble, arguments.out, key): key for key in wanted}
         for k, job in enumerate(concurrent.futures.as_completed(jobs)):
-            p, name, n, ppc, cfl, _ = jobs[job]
+            key = jobs[job]
             try:
                 row = job.result()
                 data.add(row)
-                told = f"{row['error'] or 'stopped: ' + row['why']}"
+                told = f"stopped: {row['why']}" if row["status"] else value(row)
             except RuntimeError as wrong:
                 failed, told = failed + 1, str(wrong)
-            print(f"{k + 1:4} {time.monotonic() - start:6.0f} s  {p:10} {n:4} {name:18} {told}", flush=True)
+            print(f"{k + 1:4} {time.monotonic() - start:6.0f} s  {key[0]:10} {key[1]:20} {key[4] if len(key) > 4 else ''!s:>4} {key[5] if len(key) > 5 else key[3]!s:>4}  {told}", flush=True)
     data.write()
     return failed
 
@@ -181,7 +201,10 @@ def main():
     parser.add_argument("--cfl", type=float, help="default: the method's own")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--again", action="store_true")
+    parser.add_argument("--common", action="store_true", help="only the grid of the tables of each problem")
+    parser.add_argument("--varied", action="store_true")
     parser.add_argument("--cost", action="store_true")
+    parser.add_argument("--motion", action="store_true")
     parser.add_argument("--table", action="store_true")
     arguments = parser.parse_args()
     for path in arguments.data, arguments.out:
@@ -198,8 +221,20 @@ def main():
     failed = 0
     if arguments.cost:
         cost(arguments, {REFERENCE: METHODS[REFERENCE]} | methods)
+    elif arguments.motion:
+        data = Data(os.path.join(arguments.data, "motion.csv"), KEY_MOTION, motion.COLUMNS)
+        wanted = [(case, name, m.options, f"{arguments.cfl or m.cfl:g}") for case in motion.CASES for name, m in methods.items()]
+        failed = study(arguments, data, wanted, measure_motion, lambda row: f"L {row['turns3']} {row['turns30']} {row['turns100']}, energy {row['energy']}")
     elif not arguments.table:
-        failed = study(arguments, methods)
+        data = Data(os.path.join(arguments.data, "choosing.csv"), KEY, COLUMNS)
+        if arguments.varied:
+            import tables  # noqa: E402
+            cases = [(name, ppc, cfl or METHODS[name].cfl) for name in VARIED for ppc, cfl in VARIANTS] + [preset[1:] for preset in tables.presets()]
+            wanted = [(p, name, METHODS[name].options, ppc, f"{cfl:g}", PROBLEMS[p].common) for p in MAIN for name, ppc, cfl in dict.fromkeys(cases)]
+        else:
+            wanted = [(p, name, m.options, arguments.ppc, f"{arguments.cfl or m.cfl:g}", n) for p in arguments.problems for name, m in methods.items() for n in PROBLEMS[p].levels
+                      if not arguments.common or n == PROBLEMS[p].common]
+        failed = study(arguments, data, wanted, measure, lambda row: row["error"])
     if arguments.table or added:
         import tables  # noqa: E402 (it needs the data)
         print(tables.plain(tables.Results(arguments.data, added), list(methods)))

@@ -14,7 +14,7 @@ import math
 import os
 
 from marks import markdown
-from methods import METHODS, OLD_DEFAULT, REFERENCE
+from methods import METHODS, OLD_DEFAULT, REFERENCE, VARIANTS, VARIED
 from problems import DATA, MAIN, PROBLEMS
 
 INF = math.inf
@@ -39,15 +39,15 @@ def number(x):
     return f"{digits}e{int(power)}"
 
 
-def ratio(x):
-    return "-" if x is None else "inf" if not math.isfinite(x) else f"{x:.1f}" if x < 99.5 else f"{x:.0f}"
+def ratio(x, digits=1):
+    return "-" if x is None else "stops" if not math.isfinite(x) else f"{x:.{digits}f}" if x < 99.5 else f"{x:.0f}"
 
 
 class Results:
     """The rows of choosing.csv and method_cost.csv, by method, problem, grid, particles per cell and cfl."""
 
     def __init__(self, folder=DATA, added=None):
-        self.methods = METHODS | (added or {})
+        self.folder, self.methods = folder, METHODS | (added or {})
         self.rows, self.ns, self.bytes, self.guessed = {}, {}, {}, set()
         for row in read(os.path.join(folder, "choosing.csv")):
             name = row["method"]
@@ -90,10 +90,10 @@ class Results:
     def at_cost(self, name, problem, cost):
         """The error at that cost; None if nothing was measured, infinite if the method stops there."""
         points = self.curve(name, problem)
-        measured = [n for n in PROBLEMS[problem].levels if self.error(name, problem, n) is not None]
+        measured = [e for n in PROBLEMS[problem].levels if (e := self.error(name, problem, n)) is not None]
         if not measured:
             return None
-        if not points or (self.error(name, problem, measured[-1]) == INF and cost > points[-1][0]):
+        if not points or (INF in measured and cost > points[-1][0]):
             return INF
         if len(points) == 1 or cost <= points[0][0]:
             return points[0][1] if abs(math.log(cost / points[0][0])) < math.log(2) else None
@@ -148,9 +148,9 @@ def summary(regrets):
 
 
 def method_names(results):
-    """Methods of which the whole comparison was measured, best geometric mean first."""
+    """Methods that were measured, best geometric mean of the regret first."""
     names = [name for name in METHODS if any(key[0] == name for key in results.rows)]
-    return sorted(names, key=lambda name: summary(results.regret(name))[0] or INF)
+    return sorted(names, key=lambda name: (summary(results.regret(name))[0] or INF, name))
 
 
 # ---- Tables
@@ -171,12 +171,108 @@ def regret_table(results, names=None):
         regrets = results.regret(name)
         mean, largest = summary(regrets)
         level = summary(results.regret(name, "level"))
-        lines.append([name, margin(results, name), ratio2(mean), ratio(largest), *(ratio(regrets[p]) for p in MAIN), ratio2(level[0]), ratio(level[1])])
+        lines.append([name, margin(results, name), ratio(mean, 2), ratio(largest), *(ratio(regrets[p]) for p in MAIN), ratio(level[0], 2), ratio(level[1])])
     return markdown(["method", "margin", "mean", "largest", *MAIN, "level: mean", "largest"], lines)
 
 
-def ratio2(x):
-    return "-" if x is None else "inf" if not math.isfinite(x) else f"{x:.2f}" if x < 99.5 else f"{x:.0f}"
+def grids_table(results):
+    """Errors on all grids, of the methods with margin and the former default."""
+    names = [name for name in method_names(results) if results.methods[name].margin or name == OLD_DEFAULT]
+    lines = [[p, n, *(number(results.error(name, p, n)) for name in names)] for p in PROBLEMS for n in PROBLEMS[p].levels]
+    return markdown(["problem", "n", *names], lines)
+
+
+def cheapest(results, problem, tolerance):
+    """The least cost and the method that has it, among those with margin."""
+    found = [(cost, name) for name in results.methods if results.methods[name].margin and (cost := results.to_reach(name, problem, tolerance)) is not None]
+    return min(found, default=(INF, ""))
+
+
+TOLERANCES = {0.1: "10 %", 0.01: "1 %", 0.001: "0.1 %"}
+
+
+def reach_table(results):
+    lines = []
+    for tolerance, text in TOLERANCES.items():
+        best = {p: cheapest(results, p, tolerance)[0] for p in MAIN}
+        for name in method_names(results):
+            costs = [results.to_reach(name, p, tolerance) for p in MAIN]
+            lines.append([text, name, *("-" if c is None else "no" if c == INF else "1.0" if best[p] == INF else ratio(c / best[p]) for c, p in zip(costs, MAIN))])
+    return markdown(["error", "method", *MAIN], lines)
+
+
+def digit_table(results):
+    """What each digit costs with the method that is cheapest there."""
+    lines = []
+    for p in PROBLEMS:
+        costs = {t: cheapest(results, p, t) for t in TOLERANCES}
+        line, before = [p], None
+        for t in TOLERANCES:
+            cost, name = costs[t]
+            line += [name or "none", "" if not name else "1" if before is None else f"{cost / before:.3g}"] if cost < INF else ["none", ""]
+            before = before or (cost if cost < INF else None)
+        lines.append(line)
+    return markdown(["problem", "10 %", "cost", "1 %", "cost", "0.1 %", "cost"], lines)
+
+
+def varied_table(results):
+    lines = []
+    for name in VARIED:
+        for ppc, cfl in VARIANTS:
+            cfl = cfl or results.methods[name].cfl
+            lines.append([name, ppc, f"{cfl:g}", *(number(results.error(name, p, PROBLEMS[p].common, ppc, cfl)) for p in MAIN)])
+    return markdown(["method", "ppc", "cfl", *(f"{p} {PROBLEMS[p].common}" for p in MAIN)], lines)
+
+
+def presets(path=os.path.join(os.path.dirname(os.path.abspath(__file__)), "presets.csv")):
+    """(preset, method, ppc, cfl)."""
+    return [(row["preset"], row["method"], int(row["ppc"]), float(row["cfl"])) for row in read(path)]
+
+
+def preset_table(results):
+    lines = []
+    for preset, name, ppc, cfl in presets():
+        ratios = []
+        for p in MAIN:
+            mine, other = results.cost(name, p, PROBLEMS[p].common, ppc, cfl), results.cost(REFERENCE, p, PROBLEMS[p].common)
+            if mine and other:
+                ratios.append(mine / other)
+        total = math.exp(sum(map(math.log, ratios)) / len(ratios)) if len(ratios) == len(MAIN) else None
+        lines.append([preset, name, ppc, f"{cfl:g}", ratio(total), *(number(results.error(name, p, PROBLEMS[p].common, ppc, cfl)) for p in MAIN)])
+    return markdown(["preset", "method", "ppc", "cfl", "cost", *MAIN], lines)
+
+
+def space_table(results):
+    names = [p for p in PROBLEMS if PROBLEMS[p].dim == 3]
+    columns = [(p, n) for p in names for n in PROBLEMS[p].levels]
+    return markdown(["method", "time", "bytes", *(f"{p} {n}" for p, n in columns)],
+                    [[name, f"{results.ns[3, name]:.2f}", results.bytes.get((3, name), ""), *(number(results.error(name, p, n)) for p, n in columns)]
+                     for name in method_names(results)])
+
+
+def motion_table(results):
+    rows = {}
+    for row in read(os.path.join(results.folder, "motion.csv")):
+        if row["method"] in METHODS and row["options"] == METHODS[row["method"]].options:
+            rows[row["method"], row["case"], float(row["cfl"])] = row
+    lines = []
+    for name in method_names(results):
+        mine = [rows.get((name, case, METHODS[name].cfl)) for case in ("spin", "disk", "crossing")]
+        if not all(mine):
+            continue
+        spin, disk, crossing = mine
+
+        def kept(row, column):
+            return f"{float(row[column]):.3f}" if row[column] else "stops"
+        grown = float(crossing["energy"]) if crossing["status"] == "0" else INF
+        lines.append([name, *(kept(spin, c) for c in ("turns3", "turns30", "turns100")), kept(disk, "turns3"), kept(disk, "turns100"),
+                      kept(disk, "with_affine3") if disk["with_affine3"] else "-", kept(disk, "with_affine100") if disk["with_affine100"] else "-",
+                      kept(disk, "energy") if disk["status"] == "0" else "stops", "stops" if grown == INF else "< 1e-11" if grown < 1e-11 else f"{grown:.0e}"])
+    return markdown(["method", "block, 3 turns", "30", "100", "disk, 3 turns", "100", "with affine part, 3", "100", "disk, energy", "crossing, growth"], lines)
+
+
+TABLES = {"errors": lambda r: errors_table(r, method_names(r)), "regret": regret_table, "grids": grids_table, "reach": reach_table, "digit": digit_table,
+          "varied": varied_table, "presets": preset_table, "space": space_table, "motion": motion_table}
 
 
 def plain(results, names):
