@@ -6,7 +6,7 @@
     run.py --add "NAME=OPTIONS" ...          of a candidate that methods.py does not have; NAME:0.3=OPTIONS with -dt_cfl 0.3
     run.py --varied                          what is missing of more particles per cell, smaller steps, and the presets
     run.py --motion                          spinning bodies and a drifting bar (motion.py), into docs/data/motion.csv
-    run.py --cost                            the time of a step (one run at a time, methods in turns), no errors
+    run.py --cost                            the time of a step of methods that have none yet (one run at a time, in turns)
     run.py --table                           prints errors and regret beside the methods with margin
 
 Runs that are there are not repeated (--again: they are), so a study that was stopped goes on. Errors do not depend on the
@@ -18,6 +18,7 @@ import concurrent.futures
 import csv
 import os
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -43,7 +44,7 @@ LIMIT = 900  # s; a run that takes longer counts as stopped
 class Run:
     """One run and its files."""
 
-    def __init__(self, pebble, folder, name, arguments):
+    def __init__(self, pebble, folder, name, arguments, allowed=(0, 3)):
         self.folder = os.path.join(folder, re.sub(r"\W", "_", name))
         self.name = os.path.basename(self.folder)
         os.makedirs(self.folder, exist_ok=True)
@@ -53,7 +54,7 @@ class Run:
             self.status, self.said, self.err = told.returncode, told.stdout, told.stderr
         except subprocess.TimeoutExpired:
             self.status, self.said, self.err = 3, "", f"longer than {LIMIT} s"
-        if self.status not in (0, 3):
+        if self.status not in allowed:
             raise RuntimeError(f"exit status {self.status}: {' '.join(command)}\n{self.err.strip()[-800:]}")
 
     def path(self, end):
@@ -128,8 +129,8 @@ def measure(pebble, folder, key):
 
 def measure_motion(pebble, folder, key):
     case, method, options, cfl = key
-    run = Run(pebble, folder, f"{case}_{method}_{cfl}", [*motion.CASES[case].split(), *options.split(), "-dt_cfl", cfl])
-    row = dict(zip(KEY_MOTION, key), status=run.status) | motion.evaluate(case, run)
+    run = Run(pebble, folder, f"{case}_{method}_{cfl}", [*motion.CASES[case].split(), *options.split(), "-dt_cfl", cfl], (0, 2, 3))  # 2: gimp stretch refuses fluids
+    row = dict(zip(KEY_MOTION, key), status=run.status) | (dict.fromkeys(motion.COLUMNS[5:], "") if run.status == 2 else motion.evaluate(case, run))
     row["why"] = why(run)
     run.done()
     return row
@@ -162,30 +163,43 @@ def study(arguments, data, wanted, measure, value):
 
 # ---- Time of a step
 
-SCENES = {2: ("disks", "-grid_cells 160,160 -body_disk1_ppc 2,2 -body_disk2_ppc 2,2", 60), 3: ("disks3d", "-grid_cells 48,48,48", 15)}
+SCENES = {2: ("disks", "-grid_cells 160,160 -body_disk1_ppc 2,2 -body_disk2_ppc 2,2", 400), 3: ("disks3d", "-grid_cells 48,48,48", 60)}
 TURNS = 5
 
 
+def processor_time(pebble, folder, name, arguments):
+    """Of one run, s, user and system. It counts no time in which other programs have the core."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    run = Run(pebble, folder, name, arguments)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    run.done()
+    return run, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
 def cost(arguments, methods):
-    """ns per particle and step, the least of several turns, on a scene of each dimension without loads. In each turn every
-    method runs once, so that other work on the machine slows all alike; what is compared are ratios."""
+    """ns per particle and step on a scene of each dimension without loads: processor time of a run less that of one without
+    steps, the least of several turns. In each turn every method runs once, so that other work on the machine slows all
+    alike; what is compared are ratios."""
     path = os.path.join(arguments.data, "method_cost.csv")
     old = {(row["dim"], row["method"]): row for row in read(path)}
+    wanted = {name: m for name, m in methods.items() if arguments.again or any(old.get((str(dim), name), {}).get("options") != m.options for dim in SCENES)}
+    if not wanted:
+        print("0 methods")
+        return
+    wanted = {REFERENCE: METHODS[REFERENCE]} | wanted
     for dim, (scene, more, steps) in SCENES.items():
         best, told = {}, {}
         for turn in range(TURNS):
-            for name, m in methods.items():
-                run = Run(arguments.pebble, arguments.out, f"cost_{dim}_{name}",
-                          ["-options_file", os.path.join(ROOT, "options", scene + ".opts"), *more.split(), *m.options.split(), "-time_max_steps", str(steps), "-output_format", "none",
-                           "-history_every", "1e9", "-check_energy", "0", "-check_momentum", "0"])
-                ns = run.number(r"^speed +(\S+) ns")
-                if not ns < best.get(name, float("inf")):
-                    ns = best.get(name, ns)
-                best[name], told[name] = ns, (run.find(r" (\d+) particles"), run.find(r"^fields .* (\d+) B/particle"))
-                run.done()
-        for name, m in methods.items():
+            for name, m in wanted.items():
+                words = ["-options_file", os.path.join(ROOT, "options", scene + ".opts"), *more.split(), *m.options.split(), "-output_format", "none", "-history_every", "1e9",
+                         "-check_energy", "0", "-check_momentum", "0", "-report_limits", "false", "-time_max_steps"]
+                start = processor_time(arguments.pebble, arguments.out, "start", [*words, "0"])[1]
+                run, whole = processor_time(arguments.pebble, arguments.out, "whole", [*words, str(steps)])
+                told[name] = run.find(r" (\d+) particles"), run.find(r"^fields .* (\d+) B/particle")
+                best[name] = min(best.get(name, float("inf")), (whole - start) / steps / int(told[name][0]) * 1e9)
+        for name, m in wanted.items():
             old[str(dim), name] = dict(zip(COST, [dim, name, m.options, f"{best[name]:.4g}", f"{best[name] / best[REFERENCE]:.3f}", *told[name]]))
-            print(f"{dim}-D {name:18} {best[name]:6.1f} ns, {best[name] / best[REFERENCE]:.3f} of {REFERENCE}", flush=True)
+            print(f"{dim}-D {name:20} {best[name]:6.1f} ns, {best[name] / best[REFERENCE]:.3f} of {REFERENCE}", flush=True)
         write(path, COST, sorted(old.values(), key=lambda row: (row["dim"], row["method"])))
 
 
@@ -220,11 +234,11 @@ def main():
     methods = {name: METHODS[name] for name in arguments.methods or ([] if added else METHODS)} | added
     failed = 0
     if arguments.cost:
-        cost(arguments, {REFERENCE: METHODS[REFERENCE]} | methods)
+        cost(arguments, methods)
     elif arguments.motion:
         data = Data(os.path.join(arguments.data, "motion.csv"), KEY_MOTION, motion.COLUMNS)
-        wanted = [(case, name, m.options, f"{arguments.cfl or m.cfl:g}") for case in motion.CASES for name, m in methods.items()]
-        failed = study(arguments, data, wanted, measure_motion, lambda row: f"L {row['turns3']} {row['turns30']} {row['turns100']}, energy {row['energy']}")
+        wanted = [(case, name, m.options, f"{cfl or m.cfl:g}") for case in motion.CASES for name, m in methods.items() for cfl in motion.STEPS.get(case, (arguments.cfl,))]
+        failed = study(arguments, data, wanted, measure_motion, lambda row: ", ".join(f"{name} {row[name]}" for name in motion.COLUMNS[5:-1] if row[name]))
     elif not arguments.table:
         data = Data(os.path.join(arguments.data, "choosing.csv"), KEY, COLUMNS)
         if arguments.varied:
