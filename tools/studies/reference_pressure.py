@@ -49,7 +49,7 @@ def main():
     u = fine + (fine - coarse) / 3
     print(f"u({A}) = {u[0]:.6g} m, two meshes differ by {np.abs(fine - coarse).max() / u.max():.1e} of it")
     with open(os.path.join(ROOT, "docs", "data", "pressure_reference.csv"), "w", newline="") as file:
-        csv.writer(file).writerows([["R", "u"], *([f"{a:.4f}", f"{b:.9g}"] for a, b in zip(R, u))])
+        csv.writer(file, lineterminator="\n").writerows([["R", "u"], *([f"{a:.4f}", f"{b:.9g}"] for a, b in zip(R, u))])
 
 
 if __name__ == "__main__":
