@@ -63,6 +63,11 @@ static PetscErrorCode PrintMethod(MPM mpm)
   if (transfer->filtered) PetscCall(MPMPrint(&mpm->core.print, " %" PetscInt_FMT, mpm->core.params.xpic));
   if (transfer->flip < 0 && mpm->core.params.flip < 1)
     PetscCall(MPMPrint(&mpm->core.print, " %g", (double)mpm->core.params.flip));
+  if (transfer->flip < 0 && (transfer->parts & MPM_AFFINE))
+    PetscCall(MPMPrint(&mpm->core.print, " strain %g", (double)mpm->core.params.strain));
+  if (mpm->method.rate > 0) PetscCall(MPMPrint(&mpm->core.print, " damping rate %g", (double)mpm->method.rate));
+  if (mpm->method.viscosity > 0)
+    PetscCall(MPMPrint(&mpm->core.print, " viscosity %g m^2/s", (double)mpm->method.viscosity));
   for (PetscInt m = 0; m < mpm->scene.nmaterials; m++)
     PetscCall(MPMPrint(&mpm->core.print, " %s %s", m ? "+" : "/", mpm->scene.materials[m].type->name));
   PetscCall(MPMPrint(&mpm->core.print, ", %" PetscInt_FMT " lanes\n", MPMKernelWidth()));
@@ -141,7 +146,7 @@ static PetscErrorCode PrintLoads(MPM mpm)
 }
 
 /* Prints warnings: what makes results doubtful, as far as it is known before the first step. */
-static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
+static PetscErrorCode PrintWarnings(MPM mpm, PetscReal dt)
 {
   PetscFunctionBeginUser;
   if (mpm->scene.overlap)
@@ -165,19 +170,7 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
         MPMPrint(&mpm->core.print,
                  "warning    dt is above the bound of viscosity, h^2/(2 dim nu) = %.3g s: expect the run to blow up\n",
                  (double)MPMViscousStep(&mpm->core)));
-  if (courant > 1)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    dt is %.2g h/(c+|v|), above the bound 1: expect the run to blow up\n",
-                       (double)courant));
-  if (mpm->core.basis == MPM_BASIS_linear && MPMSchemeIsDirect(mpm->method.scheme))
-    PetscCall(MPMPrint(
-        &mpm->core.print,
-        "warning    linear with %s is unstable where particles cross cells: nodes of vanishing mass get any velocity gradient; use musl or usf\n",
-        mpm->method.scheme->name));
-  if (mpm->core.basis == MPM_BASIS_linear && mpm->core.needs.affine)
-    PetscCall(MPMPrint(
-        &mpm->core.print,
-        "warning    linear with apic is unstable where particles cross cells: nodes of vanishing mass get any velocity gradient; use bspline2\n"));
+  PetscCall(MPMMethodWarnings(mpm, dt));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -192,6 +185,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
   PetscFunctionBeginUser;
   PetscCall(PrintScene(mpm));
   PetscCall(PrintFields(mpm));
+  PetscCall(MPMPresetPrint(mpm));
   PetscCall(PrintMethod(mpm));
   PetscCall(PrintParallel(mpm));
   PetscCall(MPMPrint(&mpm->core.print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g h/(c+|v|)\n", (double)c,
@@ -202,7 +196,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
                      (double)step, (double)(steps * step)));
   if (mpm->scene.dry_run) PetscCall(MPMModelView(&mpm->cost, &mpm->core, &mpm->scene, dt));
   PetscCall(PrintLoads(mpm));
-  PetscCall(PrintWarnings(mpm, MPMCourant(&mpm->core, dt)));
+  PetscCall(PrintWarnings(mpm, dt));
   if (mpm->scene.dry_run) PetscCall(MPMPrint(&mpm->core.print, "dry run    the scene is valid; no step was made\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -273,6 +267,11 @@ static PetscErrorCode PrintEnergy(MPM mpm)
     PetscCall(MPMPrint(&mpm->core.print,
                        "warning    dt reached %.3g h/(c+|v|) on the way, above the bound 1: do not trust the results\n",
                        (double)mpm->courant));
+  else if (mpm->wave > MPMStableOf(&mpm->core, &mpm->method).rest * (1 + 1e-9))
+    PetscCall(MPMPrint(
+        &mpm->core.print,
+        "warning    dt reached %.3g h/c on the way, and the method is stable up to %g: do not trust the results\n",
+        (double)mpm->wave, (double)MPMStableOf(&mpm->core, &mpm->method).rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
