@@ -13,7 +13,8 @@ import check
 check.arguments(__doc__, 0)
 STUDIES = os.path.join(check.source, "tools", "studies")
 sys.path[:0] = [os.path.join(check.source, "tools"), STUDIES]
-import tables  # noqa: E402 (after the path)
+import problems  # noqa: E402 (after the path)
+import tables  # noqa: E402
 from methods import METHODS, REFERENCE, Method  # noqa: E402
 from problems import DATA, MAIN, PROBLEMS  # noqa: E402
 
@@ -31,7 +32,7 @@ check.that(status == 0, f"documents and data: {said.strip()}")
 # speed but one, which takes 8 times as long for the same errors: at equal cost its error is 8^(2/3) = 4 times as large.
 folder = "made_up"
 os.makedirs(folder, exist_ok=True)
-added = {"slow": Method("-slow", True), "bad": Method("-bad", False), "good but unstable": Method("-wild", False)}
+added = {"slow": Method("-slow", stable=True), "bad": Method("-bad", stable=False), "good but unstable": Method("-wild", stable=False)}
 size = {REFERENCE: 1, "slow": 1, "bad": 3, "good but unstable": 0.5}
 with open(os.path.join(folder, "choosing.csv"), "w", newline="") as file:
     out = csv.writer(file)
@@ -52,6 +53,12 @@ check.that(all(value == 1 for value in wild.values()), f"better than the best wi
 check.that(tables.summary(bad) == (tables.INF, tables.INF), "a method that stops has no mean")
 reach = [made_up.to_reach(REFERENCE, "mms", 0.4 / k) / made_up.cost(REFERENCE, "mms", 16) for k in (1, 4, 8, 64)]
 check.that(abs(reach[0] - 1) < 1e-9 and abs(reach[1] - 8) < 1e-9 and abs(reach[2] - 8**1.5) < 1e-9 and reach[3] == tables.INF, f"cost to reach an error: {reach}")
+
+# ---- The step of a method that ends with `own` is the program's
+problems.plain("drop", "plain.opts", problems.METHOD)
+for name in (name for name in METHODS if name.endswith(" own")):
+    told = check.pebble("-options_file", "plain.opts", "-dry_run", *METHODS[name].options.split()).find(r"= (\S+) h/\(c\+")
+    check.that(told == f"{METHODS[name].cfl:g}", f"{name}: -dt_cfl {METHODS[name].cfl:g}, the program's {told}")
 
 # ---- The program and the data
 status, said = tool("run.py", "--pebble", check.program, "--problems", "bar", "barx", "--methods", "gimpS usl flip", "--data", "own", "--out", "runs", "--common")

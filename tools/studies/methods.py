@@ -1,19 +1,61 @@
-"""The methods that the studies compare, one row each: name, options, whether it has margin, and its colour and line in
-figures. To add one, add a row; `make studies STUDIES=all` measures what is missing, and no more.
+"""The methods that the studies compare, one row each: name, options, and length of the step. To add one, add a row;
+`make studies STUDIES=missing` measures what is missing, and no more.
 
-name     basis, update, transfer: bs2 and bs3 are quadratic and cubic splines, gimpS is GIMP with stretched domains
-options  what the method is, beside the options of the scene
-margin   whether the method is stable with margin where particles cross cells, by the table of docs/stability.md: only
-         such methods can be the best that others are compared with (regret). None: not measured, counts as no.
-cfl      -dt_cfl of the comparison at the method's own step length
+Names are basis, update, transfer: bs2 and bs3 are quadratic and cubic splines, gimpS is GIMP with stretched domains; behind
+aflip stands its -method_affine_strain. A name that ends with `own` is at the program's own -dt_cfl for that method, the others
+at 0.4. A method has margin if src/step/stable.def, the table of measured bounds of C = c dt/h where particles cross cells,
+allows a step at least 4/3 as long. Only such methods can be the best that others are compared with (regret).
 """
+import math
+import os
+import re
 from typing import NamedTuple
+
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+MARGIN = 4 / 3
+KINDS = ["rest flip", "rest affine", "flip", "damped", "aflip 0", "aflip 0.5", "aflip 1", "apic", "filtered"]
+
+
+def bounds(path=os.path.join(ROOT, "src", "step", "stable.def")):
+    """{(basis, update): {kind: largest stable C}}."""
+    with open(path) as file:
+        rows = [line[11:line.index(")")].split(", ") for line in file if line.startswith("MPM_STABLE(")]
+    return {(row[0], row[1]): dict(zip(KINDS, map(float, row[2:]), strict=True)) for row in rows}
+
+
+BOUNDS = bounds()
+
+
+def bound(options):
+    """Of a method where particles cross cells; src/step/stable.c has the same rules."""
+    given = dict(re.findall(r"-method_(\w+) (\S+)", options))
+    transfer, strain = given.get("transfer", "flip"), float(given.get("affine_strain", 0))
+    if transfer == "aflip":
+        kind = f"aflip {1 if strain > 0.5 else 0.5 if strain > 0 else 0}"
+    elif transfer in ("pic", "xpic"):
+        kind = "filtered"
+    elif transfer == "flip" and (float(given.get("flip", 1)) < 0.995 or float(given.get("damping_rate", 0)) or float(given.get("damping_viscosity", 0))):
+        kind = "damped"
+    else:
+        kind = transfer
+    return BOUNDS.get((given.get("basis"), given.get("update")), {}).get(kind)
+
+
+def own_cfl(options):
+    """The program's -dt_cfl if none is given (src/step/stable.c; at most that of the preset balanced)."""
+    largest = (bound(options) or 0) / MARGIN
+    return min(0.4, math.floor(largest * 20 + 1e-9) / 20) if largest > 0.1 else 0.4
 
 
 class Method(NamedTuple):
     options: str
-    margin: bool | None = None
     cfl: float = 0.4
+    stable: bool | None = None  # None: by the table
+
+    @property
+    def margin(self):
+        largest = bound(self.options)
+        return self.stable if self.stable is not None else None if largest is None else largest >= MARGIN * self.cfl - 1e-9
 
 
 BASES = {"bs2": "-method_basis bspline2", "bs3": "-method_basis bspline3", "gimp": "-method_basis gimp -method_gimp_update none",
@@ -23,35 +65,28 @@ MARKERS = {"usf": "v", "usl": "o", "musl": "s"}
 LINES = {"flip": "-", "apic": "--", "aflip": "-.", "pic": ":", "xpic": ":"}
 
 
-def method(basis, update, transfer, margin=None, cfl=0.4, more=""):
-    return Method(f"{BASES[basis]} -method_update {update} -method_transfer {transfer} {more}".strip(), margin, cfl)
+def method(name):
+    """What a name stands for."""
+    basis, update, transfer, *more = name.split()
+    own = more[-1:] == ["own"]
+    options = f"{BASES[basis]} -method_update {update} -method_transfer {transfer}"
+    if transfer == "aflip":
+        options += f" -method_affine_strain {more[0]}"
+    return Method(options, own_cfl(options) if own else 0.4)
 
 
 REFERENCE = "bs2 usl flip"  # the method whose time a step is 1, and whose cost is compared at
-METHODS = {
-    "bs2 musl flip": method("bs2", "musl", "flip", margin=False),
-    "bs2 usl flip": method("bs2", "usl", "flip", margin=True),
-    "bs2 musl apic": method("bs2", "musl", "apic"),
-    "bs2 usl apic": method("bs2", "usl", "apic", margin=True),
-    "bs3 musl flip": method("bs3", "musl", "flip", margin=False),
-    "bs3 usl flip": method("bs3", "usl", "flip", margin=True),
-    "bs3 musl apic": method("bs3", "musl", "apic"),
-    "bs3 usl apic": method("bs3", "usl", "apic", margin=True),
-    "gimp musl flip": method("gimp", "musl", "flip", margin=False),
-    "gimp usl flip": method("gimp", "usl", "flip", margin=True),
-    "gimp musl apic": method("gimp", "musl", "apic"),
-    "gimp usl apic": method("gimp", "usl", "apic", margin=True),
-    "gimpS musl flip": method("gimpS", "musl", "flip", margin=False),
-    "gimpS usl flip": method("gimpS", "usl", "flip", margin=True),
-    "gimpS musl apic": method("gimpS", "musl", "apic"),
-    "gimpS usl apic": method("gimpS", "usl", "apic", margin=True),
-    "lin usf flip": method("lin", "usf", "flip", margin=False),
-    "lin musl flip": method("lin", "musl", "flip", margin=False),
-}
-# What the older default was, for comparison; it stays in the tables.
-OLD_DEFAULT = "bs2 musl flip"
-# Methods shown in figures, beside those with margin.
+OLD_DEFAULT = "bs2 musl flip"  # what the default was
+METHODS = {name: method(name) for name in (
+    REFERENCE, OLD_DEFAULT, "bs2 usl apic", "bs2 musl apic", "bs3 usl flip", "bs3 musl flip", "bs3 usl apic", "bs3 musl apic", "gimp usl flip", "gimp musl flip",
+    "gimp usl apic", "gimp musl apic", "gimpS usl flip", "gimpS musl flip", "gimpS usl apic", "gimpS musl apic", "lin usf flip", "lin musl flip",
+    "gimpS usl aflip 0 own", "gimpS usl flip own", "gimpS usl apic own", "bs2 usl aflip 1 own", "bs3 usl aflip 1 own", "gimpS usl aflip 0.5 own", "gimpS usl aflip 0.25 own",
+    "bs2 usl aflip 0 own", "bs3 usl aflip 0 own", "gimpS usl aflip 0", "gimpS usl aflip 0.25", "gimpS usl aflip 0.5", "bs2 usl aflip 0", "bs2 usl aflip 1", "bs3 usl aflip 0",
+    "bs3 usl aflip 1")}
+# Methods shown in figures: those with margin, if a curve is theirs alone, and these.
 SHOWN = [OLD_DEFAULT, "gimpS musl flip", "lin usf flip"]
 # Methods of which particles per cell and the length of a step are varied too, at the common grid of each problem.
 VARIED = ["bs2 usl flip", "bs2 musl flip", "bs3 usl flip", "gimpS usl flip", "gimpS usl apic"]
 VARIANTS = [(2, None), (3, None), (2, 0.1)]  # particles per cell and axis, -dt_cfl (None: the method's own)
+# Presets of the program, measured as they are.
+PRESETS = ["fast", "balanced", "accurate", "energy"]

@@ -3,7 +3,8 @@
 
     run.py                                   what is missing of all methods (methods.py) on all problems (problems.py)
     run.py --methods "bs2 usl flip" ...      of these alone; --problems bar mms: on these alone
-    run.py --add "NAME=OPTIONS" ...          of a candidate that methods.py does not have; NAME:0.3=OPTIONS with -dt_cfl 0.3
+    run.py --add "NAME=OPTIONS" ...          of a candidate that methods.py does not have; NAME:0.3=OPTIONS with -dt_cfl 0.3,
+                                             NAME:own=OPTIONS with what the program takes for the method
     run.py --varied                          what is missing of more particles per cell, smaller steps, and the presets
     run.py --motion                          spinning bodies and a drifting bar (motion.py), into docs/data/motion.csv
     run.py --cost                            the time of a step of methods that have none yet (one run at a time, in turns)
@@ -31,7 +32,7 @@ sys.path[:0] = [os.path.join(ROOT, "tools"), HERE]
 import launch  # noqa: E402 (after the path)
 import motion  # noqa: E402
 import problems  # noqa: E402
-from methods import METHODS, REFERENCE, VARIANTS, VARIED, Method  # noqa: E402
+from methods import METHODS, PRESETS, REFERENCE, VARIANTS, VARIED, Method, own_cfl  # noqa: E402
 from problems import MAIN, PROBLEMS  # noqa: E402
 
 KEY = ["problem", "method", "options", "ppc", "cfl", "n"]
@@ -41,13 +42,19 @@ COST = ["dim", "method", "options", "ns", "ratio", "particles", "bytes"]
 LIMIT = 900  # s; a run that takes longer counts as stopped
 
 
-class Run:
-    """One run and its files."""
+def folder_of(parent, *name):
+    """A new folder for the files of a run."""
+    path = os.path.join(parent, re.sub(r"[^\w.]", "_", "_".join(map(str, name))))
+    shutil.rmtree(path, ignore_errors=True)
+    os.makedirs(path)
+    return path
 
-    def __init__(self, pebble, folder, name, arguments, allowed=(0, 3)):
-        self.folder = os.path.join(folder, re.sub(r"\W", "_", name))
-        self.name = os.path.basename(self.folder)
-        os.makedirs(self.folder, exist_ok=True)
+
+class Run:
+    """One run and its files, in a folder of its own."""
+
+    def __init__(self, pebble, folder, arguments, allowed=(0, 3)):
+        self.folder, self.name = folder, "run"
         command = [pebble, *arguments, "-output_dir", self.folder, "-output_name", self.name]
         try:
             told = launch.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=LIMIT)
@@ -111,25 +118,30 @@ class Data:
         order = [*PROBLEMS, *motion.CASES]
 
         def place(row):
-            return [order.index(row[name]) if name in ("problem", "case") else float(row[name]) if name in ("n", "ppc", "cfl") else row[name] for name in self.key]
+            return [order.index(row[name]) if name in ("problem", "case") else (0, float(row[name])) if re.match(r"[0-9.]+$", row[name]) else (1, row[name]) for name in self.key]
         write(self.path, self.columns, sorted(self.rows.values(), key=place))
 
 
-def measure(pebble, folder, key):
+def measure(pebble, parent, key):
     problem, method, options, ppc, cfl, n = key
-    name = f"{problem}_{method}_{n}_{ppc}_{cfl}"
-    run = Run(pebble, folder, name, [*problems.options(problem, n, ppc), *options.split(), "-dt_cfl", cfl])
-    row = dict(zip(KEY, key), status=run.status, error="", steps=run.find(r"^done +(\d+) steps") or 0, particles=run.find(r" (\d+) particles") or 0,
-               why=why(run))
+    folder = folder_of(parent, problem, method, n, ppc, cfl)
+    run = Run(pebble, folder, [*problems.options(problem, n, None if ppc == "preset" else ppc, folder), *options.split(), *(["-dt_cfl", cfl] if cfl != "preset" else [])])
+    row = dict(zip(KEY, key), status=run.status, error="", steps=run.find(r"^done +(\d+) steps") or 0, particles=run.find(r" (\d+) particles") or 0, why=why(run))
     if run.status == 0:
         row["error"] = f"{PROBLEMS[problem].error(run):.6g}"
     run.done()
     return row
 
 
-def measure_motion(pebble, folder, key):
+def measure_motion(pebble, parent, key):
     case, method, options, cfl = key
-    run = Run(pebble, folder, f"{case}_{method}_{cfl}", [*motion.CASES[case].split(), *options.split(), "-dt_cfl", cfl], (0, 2, 3))  # 2: gimp stretch refuses fluids
+    folder = folder_of(parent, case, method, cfl)
+    words = [*motion.CASES[case].split(), *options.split(), "-dt_cfl", cfl]
+    if case in motion.SCENES:
+        scene = os.path.join(folder, "scene.opts")
+        problems.plain(motion.SCENES[case], scene, problems.METHOD)
+        words = ["-options_file", scene, *words]
+    run = Run(pebble, folder, words, (0, 2, 3))  # 2: gimp stretch refuses fluids
     row = dict(zip(KEY_MOTION, key), status=run.status) | (dict.fromkeys(motion.COLUMNS[5:], "") if run.status == 2 else motion.evaluate(case, run))
     row["why"] = why(run)
     run.done()
@@ -167,12 +179,11 @@ SCENES = {2: ("disks", "-grid_cells 160,160 -body_disk1_ppc 2,2 -body_disk2_ppc 
 TURNS = 5
 
 
-def processor_time(pebble, folder, name, arguments):
+def processor_time(pebble, folder, arguments):
     """Of one run, s, user and system. It counts no time in which other programs have the core."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    run = Run(pebble, folder, name, arguments)
+    run = Run(pebble, folder, arguments)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    run.done()
     return run, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
@@ -182,19 +193,21 @@ def cost(arguments, methods):
     alike; what is compared are ratios."""
     path = os.path.join(arguments.data, "method_cost.csv")
     old = {(row["dim"], row["method"]): row for row in read(path)}
+    methods = {name: m for name, m in methods.items() if not any(m.options == METHODS[other].options for other in METHODS if other != name and f"{other} own" == name)}
     wanted = {name: m for name, m in methods.items() if arguments.again or any(old.get((str(dim), name), {}).get("options") != m.options for dim in SCENES)}
     if not wanted:
         print("0 methods")
         return
     wanted = {REFERENCE: METHODS[REFERENCE]} | wanted
     for dim, (scene, more, steps) in SCENES.items():
-        best, told = {}, {}
-        for turn in range(TURNS):
+        best, told, folder = {}, {}, folder_of(arguments.out, "cost")
+        problems.plain(scene, os.path.join(folder, "scene.opts"), problems.METHOD)
+        for _ in range(TURNS):
             for name, m in wanted.items():
-                words = ["-options_file", os.path.join(ROOT, "options", scene + ".opts"), *more.split(), *m.options.split(), "-output_format", "none", "-history_every", "1e9",
+                words = ["-options_file", os.path.join(folder, "scene.opts"), *more.split(), *m.options.split(), "-output_format", "none", "-history_every", "1e9",
                          "-check_energy", "0", "-check_momentum", "0", "-report_limits", "false", "-time_max_steps"]
-                start = processor_time(arguments.pebble, arguments.out, "start", [*words, "0"])[1]
-                run, whole = processor_time(arguments.pebble, arguments.out, "whole", [*words, str(steps)])
+                start = processor_time(arguments.pebble, folder, [*words, "0"])[1]
+                run, whole = processor_time(arguments.pebble, folder, [*words, str(steps)])
                 told[name] = run.find(r" (\d+) particles"), run.find(r"^fields .* (\d+) B/particle")
                 best[name] = min(best.get(name, float("inf")), (whole - start) / steps / int(told[name][0]) * 1e9)
         for name, m in wanted.items():
@@ -227,7 +240,7 @@ def main():
     for text in arguments.add:
         name, options = text.split("=", 1)
         name, _, cfl = name.partition(":")
-        added[name] = Method(options, None, float(cfl or 0.4))
+        added[name] = Method(options, own_cfl(options) if cfl == "own" else float(cfl or 0.4))
     unknown = set(arguments.methods or []) - set(METHODS)
     if unknown:
         sys.exit(f"run.py: no method {', '.join(unknown)} in methods.py")
@@ -242,11 +255,11 @@ def main():
     elif not arguments.table:
         data = Data(os.path.join(arguments.data, "choosing.csv"), KEY, COLUMNS)
         if arguments.varied:
-            import tables  # noqa: E402
-            cases = [(name, ppc, cfl or METHODS[name].cfl) for name in VARIED for ppc, cfl in VARIANTS] + [preset[1:] for preset in tables.presets()]
-            wanted = [(p, name, METHODS[name].options, ppc, f"{cfl:g}", PROBLEMS[p].common) for p in MAIN for name, ppc, cfl in dict.fromkeys(cases)]
+            cases = [(name, METHODS[name].options, ppc, f"{cfl or METHODS[name].cfl:g}") for name in VARIED for ppc, cfl in VARIANTS]
+            cases = [(name, f"-method_preset {name}", "preset", "preset") for name in PRESETS] + cases
+            wanted = [(p, *case, PROBLEMS[p].common) for case in cases for p in MAIN]
         else:
-            wanted = [(p, name, m.options, arguments.ppc, f"{arguments.cfl or m.cfl:g}", n) for p in arguments.problems for name, m in methods.items() for n in PROBLEMS[p].levels
+            wanted = [(p, name, m.options, arguments.ppc, f"{arguments.cfl or m.cfl:g}", n) for name, m in methods.items() for p in arguments.problems for n in PROBLEMS[p].levels
                       if not arguments.common or n == PROBLEMS[p].common]
         failed = study(arguments, data, wanted, measure, lambda row: row["error"])
     if arguments.table or added:

@@ -15,7 +15,7 @@ import math
 import os
 
 from marks import markdown
-from methods import METHODS, OLD_DEFAULT, REFERENCE, VARIANTS, VARIED
+from methods import METHODS, OLD_DEFAULT, PRESETS, REFERENCE, VARIANTS, VARIED
 from motion import STEPS
 from problems import DATA, MAIN, PROBLEMS
 
@@ -53,24 +53,33 @@ class Results:
         self.rows, self.ns, self.bytes, self.guessed = {}, {}, {}, set()
         for row in read(os.path.join(folder, "choosing.csv")):
             name = row["method"]
-            if name in self.methods and row["options"] == self.methods[name].options and row["problem"] in PROBLEMS:
+            if row["problem"] not in PROBLEMS:
+                continue
+            if name in PRESETS:
+                self.rows[name, row["problem"], int(row["n"])] = row
+            elif name in self.methods and row["options"] == self.methods[name].options:
                 self.rows[name, row["problem"], int(row["n"]), int(row["ppc"]), float(row["cfl"])] = row
         for row in read(os.path.join(folder, "method_cost.csv")) or read(os.path.join(DATA, "method_cost.csv")):
             self.ns[int(row["dim"]), row["method"]] = float(row["ratio"])
             self.bytes[int(row["dim"]), row["method"]] = row["bytes"]
         for dim in 2, 3:
             for name in self.methods:
-                if (dim, name) not in self.ns:
-                    words = name.split()
-                    like = f"{words[0]} {words[1]} apic" if len(words) > 2 and "flip" in words[2] and words[2] != "flip" else ""
-                    self.ns[dim, name] = self.ns.get((dim, like), 1.0)
+                like = [name.removesuffix(" own")]  # the same step, whatever its length; aflip does what apic does
+                if "aflip" in name:
+                    like += [other for other in self.methods if other.split()[:2] == name.split()[:2] and "apic" in other]
+                found = next((other for other in [name, *like] if (dim, other) in self.ns), None)
+                if found is None or found.split()[2:3] != name.split()[2:3]:
                     self.guessed.add(name)
+                self.ns[dim, name], self.bytes[dim, name] = self.ns.get((dim, found), 1.0), self.bytes.get((dim, found), "")
 
     def error(self, name, problem, n, ppc=2, cfl=None):
         """Relative error; infinite if the run was stopped, None if there is no such run."""
         row = self.rows.get((name, problem, n, ppc, cfl or self.methods[name].cfl))
         if row is None:
             return None
+        return self.number(row)
+
+    def number(self, row):
         return float(row["error"]) if row["status"] == "0" and row["error"] != "nan" else INF
 
     def cost(self, name, problem, n, ppc=2, cfl=None):
@@ -152,6 +161,7 @@ def summary(regrets):
 def method_names(results):
     """Methods that were measured, best geometric mean of the regret first."""
     names = [name for name in METHODS if any(key[0] == name for key in results.rows)]
+    names = [name for name in names if not (name.endswith(" own") and METHODS[name].cfl == METHODS.get(name.removesuffix(" own"), METHODS[name]._replace(cfl=0)).cfl)]
     return sorted(names, key=lambda name: (summary(results.regret(name))[0] or INF, name))
 
 
@@ -162,8 +172,8 @@ def margin(results, name):
 
 
 def errors_table(results, names=None):
-    head = ["method", "time 2-D", "3-D", *(f"{p} {PROBLEMS[p].common}" for p in MAIN)]
-    return markdown(head, [[name, *(f"{results.ns[d, name]:.2f}" for d in (2, 3)), *(number(results.error(name, p, PROBLEMS[p].common)) for p in MAIN)]
+    head = ["method", "cfl", "time 2-D", "3-D", *(f"{p} {PROBLEMS[p].common}" for p in MAIN)]
+    return markdown(head, [[name, f"{results.methods[name].cfl:g}", *(f"{results.ns[d, name]:.2f}" for d in (2, 3)), *(number(results.error(name, p, PROBLEMS[p].common)) for p in MAIN)]
                            for name in names or results.methods])
 
 
@@ -226,22 +236,13 @@ def varied_table(results):
     return markdown(["method", "ppc", "cfl", *(f"{p} {PROBLEMS[p].common}" for p in MAIN)], lines)
 
 
-def presets(path=os.path.join(os.path.dirname(os.path.abspath(__file__)), "presets.csv")):
-    """(preset, method, ppc, cfl)."""
-    return [(row["preset"], row["method"], int(row["ppc"]), float(row["cfl"])) for row in read(path)]
-
-
 def preset_table(results):
     lines = []
-    for preset, name, ppc, cfl in presets():
-        ratios = []
-        for p in MAIN:
-            mine, other = results.cost(name, p, PROBLEMS[p].common, ppc, cfl), results.cost(REFERENCE, p, PROBLEMS[p].common)
-            if mine and other:
-                ratios.append(mine / other)
-        total = math.exp(sum(map(math.log, ratios)) / len(ratios)) if len(ratios) == len(MAIN) else None
-        lines.append([preset, name, ppc, f"{cfl:g}", ratio(total), *(number(results.error(name, p, PROBLEMS[p].common, ppc, cfl)) for p in MAIN)])
-    return markdown(["preset", "method", "ppc", "cfl", "cost", *MAIN], lines)
+    for name in PRESETS:
+        rows = {p: results.rows.get((name, p, PROBLEMS[p].common)) for p in MAIN}
+        work = [int(row["steps"]) * int(row["particles"]) / results.cost(REFERENCE, p, PROBLEMS[p].common) for p, row in rows.items() if row]
+        lines.append([name, ratio(math.exp(sum(map(math.log, work)) / len(work))) if len(work) == len(MAIN) else "-", *(number(row and results.number(row)) for row in rows.values())])
+    return markdown(["preset", "steps x particles", *(f"{p} {PROBLEMS[p].common}" for p in MAIN)], lines)
 
 
 def space_table(results):
