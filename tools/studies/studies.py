@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Renders the tables and figures of docs/choosing.md and docs/stability.md from the data of docs/data: `make studies`.
 
-A table stands between the lines <!-- table NAME --> and <!-- end -->. One that tables.py does not make is the file
-docs/data/NAME.csv, as it is. `make studies STUDIES=missing` measures first what docs/data lacks, for example of a new method;
+A table stands between the lines <!-- table NAME --> and <!-- end -->. tables.py makes it, or the function table() of NAME.py
+in this folder, or it is the file docs/data/NAME.csv as it is. `make studies STUDIES=missing` measures first what docs/data lacks, for example of a new method;
 `STUDIES=all` measures everything anew, in output/studies/data, and takes its place when it is complete. Both go on where
 they were stopped. With --check nothing is written: exit status 1 if a document is not what the data say.
 """
 import argparse
+import importlib
 import os
 import shutil
 import subprocess
@@ -20,10 +21,16 @@ import tables  # noqa: E402
 
 DOCUMENTS = ["choosing.md", "stability.md"]
 # What measures, in sequence, and the files that it writes: each goes on where it was stopped. Times of a step last, alone.
-MEASURES = [(["run.py"], "choosing.csv"), (["run.py", "--varied"], "choosing.csv"), (["run.py", "--motion"], "motion.csv"), (["run.py", "--cost"], "method_cost.csv")]
+MEASURES = [(["run.py"], "choosing.csv"), (["run.py", "--varied"], "choosing.csv"), (["run.py", "--motion"], "motion.csv"), (["run.py", "--cost"], "method_cost.csv"),
+            (["stability.py"], "stability.csv"), (["minimality.py"], "minimality.csv")]
+MEASURES = [(words, name) for words, name in MEASURES if os.path.exists(os.path.join(HERE, words[0]))]
 
 
-def as_it_is(name):
+def table(name, results):
+    if name in tables.TABLES:
+        return tables.TABLES[name](results)
+    if os.path.exists(os.path.join(HERE, name + ".py")):
+        return importlib.import_module(name).table(results)
     rows = tables.read(os.path.join(tables.DATA, name + ".csv"))
     if not rows:
         raise FileNotFoundError(f"no function of tables.py and no file docs/data/{name}.csv for the table {name}")
@@ -32,7 +39,7 @@ def as_it_is(name):
 
 def render(text, results):
     for name in marks.names(text):
-        text = marks.renew(text, name, tables.TABLES[name](results) if name in tables.TABLES else as_it_is(name))
+        text = marks.renew(text, name, table(name, results))
     return text
 
 
@@ -75,6 +82,8 @@ def main():
         sys.exit(1 if changed else 0)
     import figures  # it needs matplotlib
     figures.draw(results)
+    if os.path.exists(os.path.join(HERE, "minimality.py")):  # it renews its table itself, in docs/performance.md
+        subprocess.run([sys.executable, os.path.join(HERE, "minimality.py"), "--table"], check=True)
 
 
 if __name__ == "__main__":
