@@ -88,5 +88,18 @@ SHOWN = [OLD_DEFAULT, "gimpS musl flip", "lin usf flip"]
 # Methods of which particles per cell and the length of a step are varied too, at the common grid of each problem.
 VARIED = ["bs2 usl flip", "bs2 musl flip", "bs3 usl flip", "gimpS usl flip", "gimpS usl apic"]
 VARIANTS = [(2, None), (3, None), (2, 0.1)]  # particles per cell and axis, -dt_cfl (None: the method's own)
-# Presets of the program, measured as they are.
-PRESETS = ["fast", "balanced", "accurate", "energy"]
+
+
+def presets(path=os.path.join(ROOT, "src", "run", "preset.def")):
+    """{preset of the program: what it is in a scene of elastic laws, as the names above}; it is measured as it is."""
+    short, found = {"bspline2": "bs2", "bspline3": "bs3", "gimp": "gimp", "linear": "lin"}, {}
+    with open(path) as file:
+        for line in file:
+            if line.startswith("MPM_PRESET("):
+                name, elastic, basis, stretch, update, transfer, strain, *_ = line[11:line.index(")")].split(", ")
+                if elastic == "PETSC_TRUE":
+                    found[name] = f"{short[basis]}{'S' if stretch == 'PETSC_TRUE' else ''} {update} {transfer}" + (f" {strain}" if transfer == "aflip" else "")
+    return found
+
+
+PRESETS = presets()

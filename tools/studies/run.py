@@ -5,7 +5,8 @@
     run.py --methods "bs2 usl flip" ...      of these alone; --problems bar mms: on these alone
     run.py --add "NAME=OPTIONS" ...          of a candidate that methods.py does not have; NAME:0.3=OPTIONS with -dt_cfl 0.3,
                                              NAME:own=OPTIONS with what the program takes for the method
-    run.py --varied                          what is missing of more particles per cell, smaller steps, and the presets
+    run.py --varied                          what is missing of more particles per cell, smaller steps, and the presets;
+                                             --methods balanced: of this preset alone
     run.py --motion                          spinning bodies and a drifting bar (motion.py), into docs/data/motion.csv
     run.py --cost                            the time of a step of methods that have none yet (one run at a time, in turns)
     run.py --table                           prints errors and regret beside the methods with margin
@@ -106,7 +107,8 @@ class Data:
 
     def __init__(self, path, key, columns):
         self.path, self.key, self.columns, self.lock = path, key, columns, threading.Lock()
-        self.rows = {tuple(row[name] for name in key): {column: row[column] for column in columns} for row in read(path)}
+        known = [*PROBLEMS, *motion.CASES]  # what was measured of others is dropped
+        self.rows = {tuple(row[name] for name in key): {column: row[column] for column in columns} for row in read(path) if row[key[0]] in known}
 
     def add(self, row):
         with self.lock:
@@ -241,10 +243,10 @@ def main():
         name, options = text.split("=", 1)
         name, _, cfl = name.partition(":")
         added[name] = Method(options, own_cfl(options) if cfl == "own" else float(cfl or 0.4))
-    unknown = set(arguments.methods or []) - set(METHODS)
+    unknown = set(arguments.methods or []) - set(METHODS) - (set(PRESETS) if arguments.varied else set())
     if unknown:
         sys.exit(f"run.py: no method {', '.join(unknown)} in methods.py")
-    methods = {name: METHODS[name] for name in arguments.methods or ([] if added else METHODS)} | added
+    methods = {name: METHODS[name] for name in arguments.methods or ([] if added else METHODS) if name in METHODS} | added
     failed = 0
     if arguments.cost:
         cost(arguments, methods)
@@ -257,7 +259,7 @@ def main():
         if arguments.varied:
             cases = [(name, METHODS[name].options, ppc, f"{cfl or METHODS[name].cfl:g}") for name in VARIED for ppc, cfl in VARIANTS]
             cases = [(name, f"-method_preset {name}", "preset", "preset") for name in PRESETS] + cases
-            wanted = [(p, *case, PROBLEMS[p].common) for case in cases for p in MAIN]
+            wanted = [(p, *case, PROBLEMS[p].common) for case in cases if case[0] in (arguments.methods or [case[0]]) for p in MAIN]
         else:
             wanted = [(p, name, m.options, arguments.ppc, f"{arguments.cfl or m.cfl:g}", n) for name, m in methods.items() for p in arguments.problems for n in PROBLEMS[p].levels
                       if not arguments.common or n == PROBLEMS[p].common]

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Renders the tables and figures of docs/choosing.md and docs/stability.md from the data of docs/data: `make studies`.
 
-A table stands between the lines <!-- table NAME --> and <!-- end -->. tables.py makes it, or the function table() of NAME.py
-in this folder, or it is the file docs/data/NAME.csv as it is. `make studies STUDIES=missing` measures first what docs/data lacks, for example of a new method;
+A table stands between the lines <!-- table NAME --> and <!-- end -->. tables.py makes it, or the function table() of the
+module of its name in this folder, or it is the file docs/data/NAME.csv as it is. `make studies STUDIES=missing` measures first what docs/data lacks, for example of a new method;
 `STUDIES=all` measures everything anew, in output/studies/data, and takes its place when it is complete. Both go on where
 they were stopped. With --check nothing is written: exit status 1 if a document is not what the data say.
 """

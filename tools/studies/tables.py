@@ -238,11 +238,12 @@ def varied_table(results):
 
 def preset_table(results):
     lines = []
-    for name in PRESETS:
+    for name, like in PRESETS.items():
         rows = {p: results.rows.get((name, p, PROBLEMS[p].common)) for p in MAIN}
         work = [int(row["steps"]) * int(row["particles"]) / results.cost(REFERENCE, p, PROBLEMS[p].common) for p, row in rows.items() if row]
-        lines.append([name, ratio(math.exp(sum(map(math.log, work)) / len(work))) if len(work) == len(MAIN) else "-", *(number(row and results.number(row)) for row in rows.values())])
-    return markdown(["preset", "steps x particles", *(f"{p} {PROBLEMS[p].common}" for p in MAIN)], lines)
+        mean = math.exp(sum(map(math.log, work)) / len(work)) if len(work) == len(MAIN) else None
+        lines.append([name, like, *(ratio(mean and mean * results.ns.get((dim, like), 1)) for dim in (2, 3)), *(number(row and results.number(row)) for row in rows.values())])
+    return markdown(["preset", "method", "cost 2-D", "3-D", *(f"{p} {PROBLEMS[p].common}" for p in MAIN)], lines)
 
 
 def space_table(results):
@@ -277,18 +278,18 @@ def flow_table(results):
 def motion_table(results):
     rows, lines = motion_rows(results), []
     for name in method_names(results):
-        mine = [rows.get((name, case, METHODS[name].cfl)) for case in ("spin", "disk", "crossing")]
+        mine = [rows.get((name, case, METHODS[name].cfl)) for case in ("spin", "disk", "drift")]
         if not all(mine):
             continue
-        spin, disk, crossing = mine
+        spin, disk, drift = mine
 
         def kept(row, column):
             return f"{float(row[column]):.3f}" if row[column] else "stops"
-        grown = float(crossing["energy"]) if crossing["status"] == "0" else INF
+        grown = float(drift["energy"]) if drift["status"] == "0" else INF
         lines.append([name, *(kept(spin, c) for c in ("turns3", "turns30", "turns100")), kept(disk, "turns3"), kept(disk, "turns100"),
                       kept(disk, "with_affine3") if disk["with_affine3"] else "-", kept(disk, "with_affine100") if disk["with_affine100"] else "-",
-                      kept(disk, "energy") if disk["status"] == "0" else "stops", "stops" if grown == INF else "< 1e-11" if grown < 1e-11 else f"{grown:.0e}"])
-    return markdown(["method", "block, 3 turns", "30", "100", "disk, 3 turns", "100", "with affine part, 3", "100", "disk, energy", "crossing, growth"], lines)
+                      kept(disk, "energy") if disk["status"] == "0" else "stops", "stops" if grown == INF else "< 1e-9" if grown < 1e-9 else f"{grown:.0e}"])
+    return markdown(["method", "block, 3 turns", "30", "100", "disk, 3 turns", "100", "with affine part, 3", "100", "disk, energy", "drift: strain energy"], lines)
 
 
 TABLES = {"errors": lambda r: errors_table(r, method_names(r)), "regret": regret_table, "grids": grids_table, "reach": reach_table, "digit": digit_table,
