@@ -161,7 +161,6 @@ def summary(regrets):
 def method_names(results):
     """Methods that were measured, best geometric mean of the regret first."""
     names = [name for name in METHODS if any(key[0] == name for key in results.rows)]
-    names = [name for name in names if not (name.endswith(" own") and METHODS[name].cfl == METHODS.get(name.removesuffix(" own"), METHODS[name]._replace(cfl=0)).cfl)]
     return sorted(names, key=lambda name: (summary(results.regret(name))[0] or INF, name))
 
 
