@@ -29,7 +29,7 @@ BASES = {
     "steffen2": "-method_basis bspline2 -method_wall_basis steffen", "steffen3": "-method_basis bspline3 -method_wall_basis steffen",
 }
 TRANSFERS = {"flip": "-method_transfer flip -method_flip 0.95", "pic": "-method_transfer pic", "apic": "-method_transfer apic",
-             "xpic": "-method_transfer xpic -method_order 3"}
+             "aflip": "-method_transfer aflip -method_affine_strain 0.5 -method_damping_rate 0.2", "xpic": "-method_transfer xpic -method_order 3"}
 UPDATES = ("usf", "usl", "musl")
 WALLS = {"free": "", "fixed": "", "slip": "", "separate": "", "friction": "_mu 0.3", "moving": "_velocity"}
 VELOCITY = {1: "0.3+0.2*sin(2*pi*x)", 2: "0.3-0.5*(y-0.5)+0.2*sin(2*pi*x), -0.2+0.5*(x-0.5)",

@@ -27,7 +27,7 @@ static PetscErrorCode CheckEvent(const MPMTimers *t, PetscInt timer)
 static PetscErrorCode CheckMethod(const MPMScheme *scheme, const MPMTransfer *transfer, PetscInt order)
 {
   static MPMCore  core;
-  const MPMMethod method = {scheme, transfer};
+  const MPMMethod method = {scheme, transfer, 0, 0};
   PetscInt        n      = 0;
 
   PetscFunctionBeginUser;

@@ -171,9 +171,10 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
 
 /* Computes the affine velocities C of a block (APIC). With a basis without inertia they are the velocity gradient L;
    else sum phi v (x_i - x) over the inertia, which is computed as a gradient with g = w (i - at). That overwrites s->g,
-   so it comes after all that needs g. C is memory for them, before they are written to their rows. */
-MPM_INLINE void MPMAffine(int dim, const MPMPatch *patch, const PetscInt at[], const MPMBlockOrder *o, MPMStencils *s,
-                          MPMComponent *C)
+   so it comes after all that needs g. Of the symmetric part of C, the strain rate, the share par->strain is kept; the
+   rotation is kept whole. C is memory for them, before they are written to their rows. */
+MPM_INLINE void MPMAffine(int dim, const MPMParams *par, const MPMPatch *patch, const PetscInt at[],
+                          const MPMBlockOrder *o, MPMStencils *s, MPMComponent *C)
 {
   const int ns = MPMBasisNodes(patch->basis), inertia = MPMBasisInertia(patch->basis);
 
@@ -184,6 +185,15 @@ MPM_INLINE void MPMAffine(int dim, const MPMPatch *patch, const PetscInt at[], c
         MPMWrite(&s->g[d][i][l], MPMRead(&s->w[d][i][l]) * away * ((PetscReal)inertia / patch->grid->h[d]));
       }
   MPM_LANES_NAME(MPMInterpolateBlock)[dim - 1][ns - 2][0][1](o, s, at, patch->motion, NULL, C);
+  for (int d = 0; d < dim && par->strain != 1; d++)
+    for (int e = 0; e <= d; e++)
+      for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
+        const MPMReal a = MPMRead(&C[d * dim + e][l]), b = MPMRead(&C[e * dim + d][l]);
+        const MPMReal strain = par->strain * 0.5 * (a + b), spin = 0.5 * (a - b);
+
+        MPMWrite(&C[d * dim + e][l], strain + spin);
+        MPMWrite(&C[e * dim + d][l], strain - spin);
+      }
   MPMScatter(dim * dim, C, o, 0, o->n, patch->particles.C);
 }
 
@@ -230,8 +240,8 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       if (!(parts & MPM_G2P_COMMIT)) MPMScatter(dim, dx, &o, 0, o.n, particles->dx);
     }
     if (stress) MPMUpdateState(dim, par, patch, &o, &s, L, &b, &c2, status);
-    if (parts & MPM_AFFINE) MPMAffine(dim, patch, at, &o, &s, L); /* L is not needed any more */
-    if (parts & MPM_G2P_COMMIT) {                                 /* after the new state, which may change the domain */
+    if (parts & MPM_AFFINE) MPMAffine(dim, par, patch, at, &o, &s, L); /* L is not needed any more */
+    if (parts & MPM_G2P_COMMIT) {       /* after the new state, which may change the domain */
       const PetscInt q = o.entry - o.n; /* there is one range: the block is its last n entries */
 
       if (!motion) MPMGather(dim, particles->dx, &o, dx);

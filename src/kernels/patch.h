@@ -13,6 +13,7 @@ struct MPMWalls; /* physics/wall.h, which kernels of particles do not see */
 /* Constants of a step: all that kernels need of the scene. */
 typedef struct {
   PetscReal              dt, flip, gravity[3]; /* s, 1, m/s^2 */
+  PetscReal              strain;               /* share of the strain rate in the affine velocity, see MPMAffine */
   PetscInt               xpic;                 /* m of XPIC(m), else 0 */
   const MPMKind         *kinds;
   PetscInt               nkinds;

@@ -100,11 +100,11 @@ static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, Pet
   const MPMPatch   *all      = &core->exchange.patch;
   JobMemory        *slot     = &pool->jobs[place];
   MPMPatch          patch;
-  MPMJob            job = {(PetscInt)(phase - core->phases), {0}, {0}, {0}, {0}, c->n, core->params.dt};
-  void             *at[MPM_NUM_FIELDS];
-  size_t            answer, row;
-  PetscMPIInt       len;
-  char             *m;
+  MPMJob      job = {(PetscInt)(phase - core->phases), {0}, {0}, {0}, {0}, c->n, core->params.dt, core->params.flip};
+  void       *at[MPM_NUM_FIELDS];
+  size_t      answer, row;
+  PetscMPIInt len;
+  char       *m;
 
   PetscFunctionBeginUser;
   MPMWorkBegin(&core->timers);
@@ -308,7 +308,7 @@ static PetscErrorCode Finish_Pool(MPMCore *core)
 
   PetscFunctionBeginUser;
   if (!pool->rank) {
-    const MPMJob over = {-1, {0}, {0}, {0}, {0}, 0, 0};
+    const MPMJob over = {-1, {0}, {0}, {0}, {0}, 0, 0, 0};
 
     for (PetscMPIInt w = 1; w < pool->size; w++)
       PetscCallMPI(MPI_Send(&over, (PetscMPIInt)sizeof over, MPI_BYTE, w, MPM_TAG_WORK, pool->comm));

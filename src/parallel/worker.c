@@ -194,8 +194,9 @@ PetscErrorCode MPMPoolServe(MPMCore *core, MPI_Comm comm)
     PetscCallMPI(MPI_Recv(memory.in, len, MPI_BYTE, 0, MPM_TAG_WORK, comm, MPI_STATUS_IGNORE));
     memcpy(&job, memory.in, sizeof job);
     if (job.phase < 0) break;
-    phase           = &core->phases[job.phase];
-    core->params.dt = job.dt;
+    phase             = &core->phases[job.phase];
+    core->params.dt   = job.dt;
+    core->params.flip = job.flip;
     PetscCall(MPMPhaseBegin(core, phase));
     MPMWorkBegin(&core->timers);
     PetscCall(Unpack(core, phase, &job, memory.in + sizeof job, &memory));

@@ -2,28 +2,76 @@
    step. */
 #include "run/mpm.h"
 
-/* Reads the update and the transfer, with the options that only some transfers have. */
+#define MPM_HATS_RATE                                                                                                  \
+  0.025 /* -method_damping_rate of linear hats: musl is stable there with a share of FLIP below 0.995 */
+
+/* Reads what decides the share of FLIP: that share itself or a damping, of which transfers without such a share take
+   none. chosen: the transfer was given, and not taken from the preset. */
+static PetscErrorCode ReadDamping(MPM mpm, MPMOptions o, PetscBool chosen)
+{
+  MPMCore           *core     = &mpm->core;
+  MPMMethod         *method   = &mpm->method;
+  const MPMTransfer *transfer = method->transfer;
+  const PetscBool    affine   = transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool    hats     = core->basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE;
+  PetscBool          flip_set, strain_set, rate_set, viscosity_set;
+
+  PetscFunctionBeginUser;
+  core->params.flip   = 1;
+  core->params.strain = chosen || (!MPMBasisIsSpline(core->basis) && !mpm->preset->elastic) ? 0 : mpm->preset->strain;
+  method->rate        = chosen ? 0 : hats ? MPM_HATS_RATE : mpm->preset->rate;
+  PetscCall(MPMOptionsReal(o, "method_flip", NULL, &core->params.flip, &flip_set));
+  PetscCall(MPMOptionsReal(o, "method_affine_strain", NULL, &core->params.strain, &strain_set));
+  PetscCall(MPMOptionsReal(o, "method_damping_rate", NULL, &method->rate, &rate_set));
+  PetscCall(MPMOptionsReal(o, "method_damping_viscosity", NULL, &method->viscosity, &viscosity_set));
+  if (flip_set + rate_set + viscosity_set > 1)
+    MPMOptionsFail(o, "-method_flip, -method_damping_rate and -method_damping_viscosity exclude each other: each says "
+                      "the share of FLIP");
+  if (flip_set || viscosity_set) method->rate = 0;
+  if (strain_set && !(affine && transfer->flip < 0) && !MPMOptionsOverridden("method_affine_strain", "method_transfer"))
+    MPMOptionsFail(o, "-method_affine_strain does not apply: -method_transfer is %s, and the option is for aflip",
+                   transfer->name);
+  if (viscosity_set && affine && transfer->flip < 0)
+    MPMOptionsFail(o, "-method_damping_viscosity is for -method_transfer flip: what aflip loses is no viscosity; use "
+                      "-method_damping_rate");
+  if (!affine || transfer->flip >= 0) core->params.strain = 1;
+  if (transfer->flip >= 0) {
+    const struct {
+      const char *name;
+      PetscBool   set;
+    } shares[] = {
+        {"method_flip", flip_set}, {"method_damping_rate", rate_set}, {"method_damping_viscosity", viscosity_set}};
+
+    for (size_t k = 0; k < sizeof shares / sizeof shares[0]; k++)
+      if (shares[k].set && !MPMOptionsOverridden(shares[k].name, "method_transfer"))
+        MPMOptionsFail(o, "-%s does not apply: -method_transfer %s has no share of FLIP", shares[k].name,
+                       transfer->name);
+    core->params.flip = transfer->flip;
+    method->rate = method->viscosity = 0;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the update and the transfer, with the options that only some transfers have; the basis is known. */
 static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
 {
   MPMCore           *core = &mpm->core;
+  const PetscBool    hats = core->basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE;
   const MPMTransfer *transfer;
   char               update[MPM_NAME_LEN], name[MPM_NAME_LEN];
-  PetscBool          flip_set, order_set;
+  PetscBool          chosen, order_set;
 
   PetscFunctionBeginUser;
+  (void)snprintf(update, sizeof update, "%s", hats ? "musl" : mpm->preset->update);
+  (void)snprintf(name, sizeof name, "%s", hats ? "flip" : mpm->preset->transfer);
   PetscCall(MPMOptionsEnum(o, "method_update", NULL, update, NULL));
-  PetscCall(MPMOptionsEnum(o, "method_transfer", NULL, name, NULL));
-  PetscCall(MPMOptionsReal(o, "method_flip", NULL, &core->params.flip, &flip_set));
+  PetscCall(MPMOptionsEnum(o, "method_transfer", NULL, name, &chosen));
   PetscCall(MPMOptionsInt(o, "method_order", NULL, &core->params.xpic, &order_set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   for (mpm->method.scheme = MPMSchemes; strcmp(mpm->method.scheme->name, update);) mpm->method.scheme++;
   for (transfer = MPMTransfers; strcmp(transfer->name, name);) transfer++;
   mpm->method.transfer = transfer;
-  if (transfer->flip >= 0) {
-    if (flip_set && !MPMOptionsOverridden("method_flip", "method_transfer"))
-      MPMOptionsFail(o, "-method_flip does not apply: -method_transfer %s has no share of FLIP", name);
-    core->params.flip = transfer->flip;
-  }
+  PetscCall(ReadDamping(mpm, o, chosen));
   if (!transfer->filtered) {
     if (order_set && !MPMOptionsOverridden("method_order", "method_transfer"))
       MPMOptionsFail(o, "-method_order does not apply: it is the order of -method_transfer xpic");
@@ -60,6 +108,8 @@ static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
   PetscInt  row;
 
   PetscFunctionBeginUser;
+  (void)snprintf(basis, sizeof basis, "%s", mpm->preset->basis);
+  (void)snprintf(gimp, sizeof gimp, "%s", mpm->preset->elastic ? "stretch" : "none");
   PetscCall(MPMOptionsEnum(o, "method_basis", NULL, basis, NULL));
   PetscCall(MPMOptionsEnum(o, "method_wall_basis", NULL, wall, &wall_set));
   PetscCall(MPMOptionsEnum(o, "method_gimp_update", NULL, gimp, &gimp_set));
@@ -91,6 +141,7 @@ static PetscErrorCode ReadTime(MPM mpm, MPMOptions o)
 
   PetscFunctionBeginUser;
   mpm->time.max_steps = PETSC_MAX_INT;
+  mpm->time.cfl       = PetscMin(mpm->preset->cfl, MPMStableOf(&mpm->core, &mpm->method).cfl);
   PetscCall(MPMOptionsReal(o, "time_end", NULL, &mpm->time.end, NULL));
   PetscCall(MPMOptionsInt(o, "time_max_steps", NULL, &mpm->time.max_steps, NULL));
   PetscCall(MPMOptionsString(o, "dt_size", NULL, size, NULL));
@@ -116,8 +167,8 @@ static PetscErrorCode ReadTime(MPM mpm, MPMOptions o)
 PetscErrorCode MPMMethodSetFromOptions(MPM mpm, MPMOptions o)
 {
   PetscFunctionBeginUser;
-  PetscCall(ReadTransfer(mpm, o));
   PetscCall(ReadBasis(mpm, o));
-  PetscCall(ReadTime(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(ReadTransfer(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(ReadTime(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -33,8 +33,10 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   MPMScene *scene = &mpm->scene;
 
   PetscFunctionBeginUser;
+  PetscCall(MPMPresetRead(mpm, o));
   PetscCall(MPMSceneSetFromOptions(scene, core, o));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  MPMPresetChoose(mpm);
   PetscCall(MPMMethodSetFromOptions(mpm, o));
   PetscCall(ReadSafety(o));
   PetscCall(MPMExchangeSetFromOptions(core, o));
@@ -175,7 +177,9 @@ static PetscErrorCode Advance(MPM mpm)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   mpm->core.params.dt = last ? mpm->time.end - mpm->core.t : dt;
-  mpm->courant        = PetscMax(mpm->courant, MPMCourant(&mpm->core, mpm->core.params.dt));
+  MPMDamp(&mpm->core, &mpm->method);
+  mpm->courant = PetscMax(mpm->courant, MPMCourant(&mpm->core, mpm->core.params.dt));
+  mpm->wave    = PetscMax(mpm->wave, MPMWaveCourant(&mpm->core, mpm->core.params.dt));
   PetscCall(MPMStep(&mpm->core, &mpm->scene));
   CheckState(mpm);
   if (mpm->core.status.interrupted && !mpm->core.stop[0])

@@ -36,9 +36,10 @@ typedef struct {
   PetscReal   order_min;
   PetscBool   order_wanted; /* is order_min given? */
   MPMQuantity quantity;
-  MPMWords    bases, updates, transfers, ppc, cfl; /* workprecision: the methods; ppc, cfl empty: as the scene has it */
-  PetscInt    coarser;                             /* workprecision: the first grid is 2^coarser times as coarse */
-  PetscInt    repeats;                             /* workprecision: of each run, for its time */
+  MPMWords    presets, bases, updates, transfers, ppc,
+      cfl;          /* workprecision: the methods; ppc, cfl empty: as the scene has it */
+  PetscInt coarser; /* workprecision: the first grid is 2^coarser times as coarse */
+  PetscInt repeats; /* workprecision: of each run, for its time */
 } MPMStudy;
 
 /* What the printing functions keep between calls. */
@@ -49,18 +50,31 @@ typedef struct {
   PetscBool      untold;      /* is the reason to stop left to a study? Else the end of the run tells it */
 } MPMReport;
 
+/* A named method, for scenes whose materials are all elastic or for others; a row of preset.def. */
+typedef struct {
+  const char *name;
+  PetscBool   elastic;
+  const char *basis;
+  PetscBool   stretch;
+  const char *update, *transfer;
+  PetscReal   strain, rate, cfl;
+  PetscInt    ppc;
+} MPMPreset;
+
 typedef struct _p_MPM *MPM;
 struct _p_MPM {
-  MPMCore    core;
-  MPMScene   scene;
-  MPMMethod  method;
-  MPMTime    time;
-  MPMMonitor monitor;
-  MPMOutput  output;
-  MPMCost    cost;
-  MPMStudy   study;
-  MPMReport  report;
-  PetscReal  courant; /* the largest dt (c + |v|)/h of the run */
+  MPMCore          core;
+  MPMScene         scene;
+  MPMMethod        method;
+  const MPMPreset *preset;       /* what options of the method are that were not given */
+  PetscBool        preset_given; /* -method_preset was */
+  MPMTime          time;
+  MPMMonitor       monitor;
+  MPMOutput        output;
+  MPMCost          cost;
+  MPMStudy         study;
+  MPMReport        report;
+  PetscReal        courant, wave; /* the largest dt (c + |v|)/h and dt c/h of the run */
 };
 
 extern const MPMVocabulary MPMOptionTable; /* options.def, with the values that other tables have (vocabulary.c) */
@@ -78,6 +92,16 @@ PetscErrorCode MPMDestroy(MPM *);
    one, else lets `run` do the work and set the exit status, and ends MPI and PETSc. Returns the exit status. */
 int MPMProgram(int argc, char **argv, PetscErrorCode (*read)(MPM, MPMOptions), PetscErrorCode (*run)(MPM, int *status));
 
+/* The preset (preset.c): read its name before the scene, choose its row after it, print what it stands for. Not
+   collective, but for the print: on core.comm. */
+PetscErrorCode MPMPresetRead(MPM, MPMOptions);
+void           MPMPresetChoose(MPM);
+PetscErrorCode MPMPresetPrint(MPM);
+
+/* Prints what makes a method doubtful in this scene, with steps of dt, s, and what to use instead (doubts.c). Collective
+   on exchange.data. */
+PetscErrorCode MPMMethodWarnings(MPM, PetscReal dt);
+
 /* Reads -method_*, -time_* and -dt_* (method.c); faults are left in the options. Not collective. */
 PetscErrorCode MPMMethodSetFromOptions(MPM, MPMOptions);
 
@@ -88,7 +112,7 @@ PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
 
-/* Writes why this basis, update and transfer give wrong results together, with what to use instead, or "" (report.c). */
+/* Writes why this basis, update and transfer give wrong results together, with what to use instead, or "" (doubts.c). */
 void MPMMethodWrong(MPM, char why[MPM_TEXT_LEN]);
 
 /* Returns the bytes of particles, with order and scratch, and of nodes, on all processes together (report.c). */

@@ -72,6 +72,11 @@ static PetscErrorCode PrintMethod(MPM mpm)
   if (transfer->filtered) PetscCall(MPMPrint(&mpm->core.print, " %" PetscInt_FMT, mpm->core.params.xpic));
   if (transfer->flip < 0 && mpm->core.params.flip < 1)
     PetscCall(MPMPrint(&mpm->core.print, " %g", (double)mpm->core.params.flip));
+  if (transfer->flip < 0 && (transfer->parts & MPM_AFFINE))
+    PetscCall(MPMPrint(&mpm->core.print, " strain %g", (double)mpm->core.params.strain));
+  if (mpm->method.rate > 0) PetscCall(MPMPrint(&mpm->core.print, " damping rate %g", (double)mpm->method.rate));
+  if (mpm->method.viscosity > 0)
+    PetscCall(MPMPrint(&mpm->core.print, " viscosity %g m^2/s", (double)mpm->method.viscosity));
   for (PetscInt m = 0; m < mpm->scene.nmaterials; m++)
     PetscCall(MPMPrint(&mpm->core.print, " %s %s", m ? "+" : "/", mpm->scene.materials[m].type->name));
   PetscCall(MPMPrint(&mpm->core.print, ", %" PetscInt_FMT " lanes\n", MPMKernelWidth()));
@@ -149,24 +154,9 @@ static PetscErrorCode PrintLoads(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
-{
-  const PetscBool linear = mpm->core.basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE,
-                  direct = MPMSchemeIsDirect(mpm->method.scheme);
-
-  why[0] = 0;
-  if (linear && (direct || mpm->core.needs.affine))
-    (void)snprintf(why, MPM_TEXT_LEN,
-                   "linear with %s is unstable where particles cross cells: nodes of vanishing mass get any velocity "
-                   "gradient; use %s",
-                   direct ? mpm->method.scheme->name : mpm->method.transfer->name, direct ? "musl or usf" : "bspline2");
-}
-
 /* Prints warnings: what makes results doubtful, as far as it is known before the first step. */
-static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
+static PetscErrorCode PrintWarnings(MPM mpm, PetscReal dt)
 {
-  char wrong[MPM_TEXT_LEN];
-
   PetscFunctionBeginUser;
   if (mpm->scene.overlap)
     PetscCall(MPMPrint(&mpm->core.print,
@@ -189,12 +179,7 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal courant)
         MPMPrint(&mpm->core.print,
                  "warning    dt is above the bound of viscosity, h^2/(2 dim nu) = %.3g s: expect the run to blow up\n",
                  (double)MPMViscousStep(&mpm->core)));
-  if (courant > 1)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    dt is %.2g h/(c+|v|), above the bound 1: expect the run to blow up\n",
-                       (double)courant));
-  MPMMethodWrong(mpm, wrong);
-  if (wrong[0]) PetscCall(MPMPrint(&mpm->core.print, "warning    %s\n", wrong));
+  PetscCall(MPMMethodWarnings(mpm, dt));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -209,6 +194,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
   PetscFunctionBeginUser;
   PetscCall(PrintScene(mpm));
   PetscCall(PrintFields(mpm));
+  PetscCall(MPMPresetPrint(mpm));
   PetscCall(PrintMethod(mpm));
   PetscCall(PrintParallel(mpm));
   PetscCall(MPMPrint(&mpm->core.print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g h/(c+|v|)\n", (double)c,
@@ -219,7 +205,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
                      (double)step, (double)(steps * step)));
   if (mpm->scene.dry_run) PetscCall(MPMModelView(&mpm->cost, &mpm->core, &mpm->scene, dt));
   PetscCall(PrintLoads(mpm));
-  PetscCall(PrintWarnings(mpm, MPMCourant(&mpm->core, dt)));
+  PetscCall(PrintWarnings(mpm, dt));
   if (mpm->scene.dry_run) PetscCall(MPMPrint(&mpm->core.print, "dry run    the scene is valid; no step was made\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -290,6 +276,11 @@ static PetscErrorCode PrintEnergy(MPM mpm)
     PetscCall(MPMPrint(&mpm->core.print,
                        "warning    dt reached %.3g h/(c+|v|) on the way, above the bound 1: do not trust the results\n",
                        (double)mpm->courant));
+  else if (mpm->wave > MPMStableOf(&mpm->core, &mpm->method).rest * (1 + 1e-9))
+    PetscCall(MPMPrint(
+        &mpm->core.print,
+        "warning    dt reached %.3g h/c on the way, and the method is stable up to %g: do not trust the results\n",
+        (double)mpm->wave, (double)MPMStableOf(&mpm->core, &mpm->method).rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

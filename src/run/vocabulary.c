@@ -44,6 +44,18 @@ static const char transfers[] =
 #include "step/transfer.def"
     "";
 #undef MPM_TRANSFER
+#define MPM_PRESET_NAME(name, what, expect) "|" #name
+#define MPM_PRESET(name, elastic, basis, stretch, update, transfer, strain, rate, cfl, ppc)
+static const char presets[] =
+#include "run/preset.def"
+    "";
+#undef MPM_PRESET_NAME
+#define MPM_PRESET_NAME(name, what, expect) "," #name
+static const char study_presets[] =
+#include "run/preset.def"
+    "";
+#undef MPM_PRESET_NAME
+#undef MPM_PRESET
 
 #define MPM_IF_PETSC_TRUE(yes, no)  yes
 #define MPM_IF_PETSC_FALSE(yes, no) no

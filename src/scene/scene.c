@@ -147,6 +147,7 @@ static PetscErrorCode ReadRegion(MPMOptions o, PetscInt dim, const char name[], 
 static PetscErrorCode ReadBody(MPMScene *scene, MPMCore *core, MPMOptions o, MPMBody *b)
 {
   PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 3; d++) b->ppc[d] = scene->ppc;
   PetscCall(ReadRegion(o, core->grid.dim, b->name, &b->region));
   PetscCall(MPMOptionsDeclared(o, "body_<b>_material", b->name, scene->nmaterials, scene->materials->name,
                                sizeof *scene->materials, &b->material));

@@ -35,6 +35,7 @@ typedef struct _MPMKnown MPMKnown;
 typedef struct {
   char          title[MPM_TEXT_LEN], name[MPM_NAME_LEN];
   PetscBool     dry_run;
+  PetscInt      ppc; /* particles per cell and axis of bodies that do not say; set before the scene is read */
   MPMMaterial  *materials;
   PetscInt      nmaterials;
   MPMBody      *bodies;

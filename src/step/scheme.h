@@ -27,7 +27,17 @@ extern const MPMTransfer MPMTransfers[]; /* rows of transfer.def; the last has n
 typedef struct {
   const MPMScheme   *scheme;
   const MPMTransfer *transfer;
+  PetscReal          rate, viscosity; /* damping that sets the share of FLIP anew in each step: 1, m^2/s; 0: none */
 } MPMMethod;
+
+/* How long the steps of a method may be, as c dt/h: the largest that is stable at rest and where particles cross cells
+   (0: none), and the default of -dt_cfl, which is the second over a margin of 4/3, at most 0.5 (0.4 if that is below 0.1).
+   Basis, method, params.strain and params.flip have to be known. Not collective. */
+#define MPM_STABLE_MARGIN (4. / 3)
+typedef struct {
+  PetscReal rest, crossing, cfl;
+} MPMStable;
+MPMStable MPMStableOf(const MPMCore *, const MPMMethod *);
 
 /* Sets core->phases as this scene needs them, core->program, which lists those of a step one after the other, and their
    timers. Method, needs and basis have to be known. Collective on the world, for the events of -log_view. */

@@ -27,6 +27,8 @@ typedef struct {
 
 PetscReal MPMTimeStep(const MPMCore *, const MPMTime *); /* dt of the next step, s */
 PetscReal MPMCourant(const MPMCore *, PetscReal dt);     /* dt (c + |v|)/h of the present state */
+void      MPMDamp(MPMCore *, const MPMMethod *); /* sets the share of FLIP, params.flip, of the step params.dt */
+PetscReal MPMWaveCourant(const MPMCore *, PetscReal dt); /* dt c/h of the present state */
 PetscReal MPMViscousStep(const MPMCore *);               /* bound of dt by viscosity, s; infinite without viscosity */
 
 #endif

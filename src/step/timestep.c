@@ -7,6 +7,11 @@ PetscReal MPMCourant(const MPMCore *core, PetscReal dt)
   return dt * (PetscSqrtReal(core->status.c2) + PetscSqrtReal(core->status.v2)) / MPMGridSmallestH(&core->grid);
 }
 
+PetscReal MPMWaveCourant(const MPMCore *core, PetscReal dt)
+{
+  return dt * PetscSqrtReal(core->status.c2) / MPMGridSmallestH(&core->grid);
+}
+
 /* Returns the bound of an explicit step by diffusion, h^2/(2 dim nu) with nu = 4/3 viscosity/rho, in s. */
 PetscReal MPMViscousStep(const MPMCore *core)
 {
@@ -18,6 +23,20 @@ PetscReal MPMViscousStep(const MPMCore *core)
     nu = PetscMax(nu, 4. / 3 * m->viscosity / m->rho);
   }
   return nu > 0 ? PetscSqr(MPMGridSmallestH(&core->grid)) / (2 * (PetscReal)core->grid.dim * nu) : PETSC_INFINITY;
+}
+
+/* With damping, particles keep the share exp(-dt/tau) of FLIP, so that what is lost in a time does not depend on dt.
+   Velocities of wave number k then decay by q/tau, where 1 - q is what mapping to the nodes and back leaves of them:
+   q = (k h)^2/4 for bspline2, /3 for bspline3, 3/16 (k h)^2 for hats with 2 particles a cell. For a kinematic viscosity
+   nu that decay is nu k^2, so tau = q/(nu k^2); for a rate r it is h/(r c). */
+void MPMDamp(MPMCore *core, const MPMMethod *method)
+{
+  const PetscReal h = MPMGridSmallestH(&core->grid), dt = core->params.dt, c = PetscSqrtReal(core->status.c2);
+  const PetscInt  inertia = MPMBasisInertia(core->basis);
+  const PetscReal q       = inertia ? 1 / (PetscReal)inertia : 3. / 16;
+
+  if (method->viscosity > 0) core->params.flip = PetscExpReal(-dt * method->viscosity / (q * h * h));
+  if (method->rate > 0) core->params.flip = PetscExpReal(-method->rate * dt * c / h);
 }
 
 /* Returns the fixed dt, if there is one, else cfl h/(c + |v|) of the present state, but at most cfl times the bound by

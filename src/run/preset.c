@@ -1,0 +1,82 @@
+/* preset.c - the named methods of -method_preset: rows of preset.def. The name is read before the scene, since it says how
+   many particles bodies have; the row is chosen after it, by the materials. */
+#include "run/mpm.h"
+
+static const MPMPreset rows[] = {
+#define MPM_PRESET_NAME(name, what, expect)
+#define MPM_PRESET(name, elastic, basis, stretch, update, transfer, strain, rate, cfl, ppc)                            \
+  {#name, elastic, #basis, stretch, #update, #transfer, strain, rate, cfl, ppc},
+#include "run/preset.def"
+#undef MPM_PRESET_NAME
+#undef MPM_PRESET
+};
+
+static const struct {
+  const char *name, *expect;
+} names[] = {
+#define MPM_PRESET_NAME(name, what, expect) {#name, expect},
+#define MPM_PRESET(...)
+#include "run/preset.def"
+#undef MPM_PRESET_NAME
+#undef MPM_PRESET
+};
+
+/* Reads the name of the preset, and sets the default of the particles per cell. The first fault is left in o. */
+PetscErrorCode MPMPresetRead(MPM mpm, MPMOptions o)
+{
+  char name[MPM_NAME_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "method_preset", NULL, name, &mpm->preset_given));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  for (mpm->preset = rows; strcmp(mpm->preset->name, name);) mpm->preset++;
+  mpm->scene.ppc = mpm->preset->ppc;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Chooses the row of the preset by the materials, which have been read. */
+void MPMPresetChoose(MPM mpm)
+{
+  const PetscInt any     = MPM_SMALL_STRAIN | MPM_HYPERELASTIC;
+  PetscBool      elastic = PETSC_TRUE;
+
+  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++)
+    if (!(mpm->scene.materials[k].type->traits & any)) elastic = PETSC_FALSE;
+  if (!elastic) mpm->preset++; /* a preset has two rows */
+}
+
+/* Prints the preset and what it stands for in this scene, unless all of the method was given without one. */
+PetscErrorCode MPMPresetPrint(MPM mpm)
+{
+  const char *const options[] = {"-method_basis", "-method_update", "-method_transfer"};
+  const char       *expect    = NULL;
+  PetscBool         given, own = PETSC_TRUE;
+
+  PetscFunctionBeginUser;
+  for (size_t k = 0; k < sizeof options / sizeof options[0]; k++) {
+    PetscCall(PetscOptionsHasName(NULL, NULL, options[k], &given));
+    own = own && given ? PETSC_TRUE : PETSC_FALSE;
+  }
+  if (own && !mpm->preset_given) PetscFunctionReturn(PETSC_SUCCESS);
+  for (size_t k = 0; k < sizeof names / sizeof names[0]; k++)
+    if (!strcmp(names[k].name, mpm->preset->name)) expect = names[k].expect;
+  PetscCall(MPMPrint(&mpm->core.print, "preset     %s: -method_basis %s%s -method_update %s -method_transfer %s",
+                     mpm->preset->name, MPMBasisNames[mpm->core.basis],
+                     mpm->core.needs.stretched ? " -method_gimp_update stretch" : "", mpm->method.scheme->name,
+                     mpm->method.transfer->name));
+  if (mpm->method.transfer->flip < 0 && (mpm->method.transfer->parts & MPM_AFFINE))
+    PetscCall(MPMPrint(&mpm->core.print, " -method_affine_strain %g", (double)mpm->core.params.strain));
+  if (mpm->method.rate > 0) PetscCall(MPMPrint(&mpm->core.print, " -method_damping_rate %g", (double)mpm->method.rate));
+  for (PetscInt b = 0; b < mpm->scene.nbodies && mpm->preset->ppc != 2; b++) {
+    char name[2 * MPM_NAME_LEN];
+
+    (void)snprintf(name, sizeof name, "-body_%s_ppc", mpm->scene.bodies[b].name);
+    PetscCall(PetscOptionsHasName(NULL, NULL, name, &given));
+    if (!given) PetscCall(MPMPrint(&mpm->core.print, " %s", name));
+    for (PetscInt d = 0; d < mpm->core.grid.dim && !given; d++)
+      PetscCall(MPMPrint(&mpm->core.print, "%s%" PetscInt_FMT, d ? "," : " ", mpm->preset->ppc));
+  }
+  if (!(mpm->time.fixed > 0)) PetscCall(MPMPrint(&mpm->core.print, " -dt_cfl %g", (double)mpm->time.cfl));
+  PetscCall(MPMPrint(&mpm->core.print, "\n           %s\n", expect));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
