@@ -22,7 +22,7 @@ python   := .venv/bin/python
 sources  := $(wildcard src/*/*.c)
 # Compiled once for each number of lanes (see src/base/lanes.h): the transfers, and the laws that they call for many
 # particles.
-kernels  := kernels/transfer_lanes kernels/transfer_sums
+kernels  := kernels/transfer_lanes kernels/transfer_sums kernels/fbar
 lanes    := $(kernels) $(patsubst src/%.c,%,$(wildcard src/physics/material_*.c))
 objects  := $(patsubst src/%.c,$(BUILD)/%.o,$(filter-out $(kernels:%=src/%.c),$(sources)))
 rooms    := $(patsubst src/%/,%,$(wildcard src/*/))

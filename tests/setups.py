@@ -103,6 +103,8 @@ def method(spec):
     if affine == "tpic" and basis in ("quadratic", "cubic") or affine not in ("none", "apic", "tpic"):
         raise Unsupported(f"{affine} with {basis}")
     lines["transfer"] = "flip" if affine == "none" else "apic"
+    if affine != "none" and basis in ("quadratic", "cubic") and boundary == "extrap":
+        lines["wall_inertia"] = "uniform"  # as that implementation has it
     if affine == "none":
         lines["flip"] = repr(float(flip))
     elif flip:

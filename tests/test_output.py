@@ -75,7 +75,7 @@ def check_csv(path, steps):
     """History against the snapshots of the same step. All particles of this scene have one mass."""
     rows = check.rows(path)
     columns = "step,time,dt,kinetic_energy,strain_energy,total_energy,external_work,energy_residual," \
-              "momentum_x,momentum_y,mass,particles"
+              "momentum_x,momentum_y,angular_momentum_z,mass,particles"
     check.need(rows and ",".join(rows[0]) == columns, f"the columns are {','.join(rows[0]) if rows else 'missing'}")
     history = {int(row["step"]): {key: float(value) for key, value in row.items()} for row in rows}
     check.need(len(history) == len(rows) and np.isfinite([list(row.values()) for row in history.values()]).all(),

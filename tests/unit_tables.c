@@ -28,16 +28,18 @@ static PetscErrorCode CheckMethod(const MPMScheme *scheme, const MPMTransfer *tr
 {
   static MPMCore  core;
   const MPMMethod method = {scheme, transfer, 0, 0};
-  PetscInt        n      = 0;
+  const PetscInt  rounds = transfer->rounds == MPM_CORRECT ? order - 1 : order; /* three phases each */
+  PetscInt        n = 0, from = 0;                                              /* from: where the rounds begin */
 
   PetscFunctionBeginUser;
   UnitContext("%s %s, order %d", scheme->name, transfer->name, (int)order);
   memset(&core, 0, sizeof core);
-  core.params.xpic = order;
+  core.params.order = order;
   for (const int *k = scheme->phases; *k >= 0; k++) n++;
   CHECK(n > 0 && n < MPM_MAX_SCHEME);
   PetscCall(MPMStepSetUp(&core, &method));
-  CHECK_EQ(core.nprogram, 3 * order + n);
+  CHECK_EQ(core.nprogram, 3 * rounds + n);
+  while (transfer->rounds == MPM_CORRECT && strcmp(core.program[from++]->name, "ADVANCE")) CHECK_LE(from, n);
   CHECK_LE(core.nprogram, MPM_MAX_PROGRAM);
   CHECK(core.nphases > 0 && core.nphases <= MPM_MAX_PHASES);
   CHECK_LE(core.timers.n, MPM_MAX_TIMERS);
@@ -45,11 +47,17 @@ static PetscErrorCode CheckMethod(const MPMScheme *scheme, const MPMTransfer *tr
     const MPMPhase *phase = core.program[k];
 
     CHECK(phase >= core.phases && phase < core.phases + core.nphases);
-    if (k >= 3 * order) CHECK_EQ(phase - core.phases, scheme->phases[k - 3 * order]);
-    if (k >= 3 * order) continue;
-    /* the filter: to nodes, nodes, to particles; from the second order on of what is left */
-    CHECK_EQ((PetscInt)phase->kind, k % 3);
-    if (phase->kind != MPM_NODES) CHECK_EQ(phase->parts & MPM_RESIDUAL ? 1 : 0, k >= 3 ? 1 : 0);
+    if (k < from || k >= from + 3 * rounds) {
+      CHECK_EQ(phase - core.phases, scheme->phases[k < from ? k : k - 3 * rounds]);
+      continue;
+    }
+    /* the filter: to nodes, nodes, to particles; from the second order on of what is left. Corrections: to particles,
+       of v each time, to nodes, nodes */
+    CHECK_EQ((PetscInt)phase->kind, transfer->rounds == MPM_CORRECT ? (k - from + 2) % 3 : k % 3);
+    if (phase->kind == MPM_PARTICLES_TO_NODES && transfer->rounds == MPM_CORRECT)
+      CHECK(phase->parts & MPM_RESIDUAL);
+    else if (phase->kind != MPM_NODES)
+      CHECK_EQ(phase->parts & MPM_RESIDUAL ? 1 : 0, k >= 3 && transfer->rounds == MPM_FILTER ? 1 : 0);
   }
   for (PetscInt k = 0; k < core.nphases; k++) {
     const MPMPhase *phase = &core.phases[k];
@@ -312,7 +320,7 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   for (const MPMScheme *scheme = MPMSchemes; scheme->name; scheme++)
     for (const MPMTransfer *transfer = MPMTransfers; transfer->name; transfer++)
-      for (PetscInt order = transfer->filtered ? 1 : 0; order <= (transfer->filtered ? MPM_MAX_XPIC : 0); order++)
+      for (PetscInt order = transfer->rounds ? 1 : 0; order <= (transfer->rounds ? MPM_MAX_XPIC : 0); order++)
         PetscCall(CheckMethod(scheme, transfer, order));
   PetscCall(Capacity());
   for (int processor = 0; processor < 2; processor++) PetscCall(Nesting(processor ? PETSC_TRUE : PETSC_FALSE));

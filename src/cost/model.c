@@ -54,10 +54,11 @@ static PetscInt Times(const MPMCore *core, PetscInt e, const MPMPhase **first)
 static PetscReal PhaseMessage(const MPMCore *core, const MPMPhase *phase)
 {
   const PetscInt dim = core->grid.dim;
+  PetscInt       which[MPM_NODE_NC];
 
-  if (phase->kind == MPM_NODES) return (PetscReal)MPM_MOTION_NC(dim) * (PetscReal)sizeof(PetscReal);
+  if (phase->kind == MPM_NODES) return (PetscReal)(phase->motion * dim) * (PetscReal)sizeof(PetscReal);
   return MPMTilesPerGhost(dim, core->basis) * (PetscReal)sizeof(PetscReal) *
-         (PetscReal)(MPM_NODE_LAST(dim, phase->parts) - MPM_NODE_FIRST(dim, phase->parts));
+         (PetscReal)MPMNodeSums(dim, phase->parts, which);
 }
 
 /* Returns the number of doublings that lead from one process to so many. */
@@ -107,6 +108,7 @@ PetscReal MPMModelPoolBytes(const MPMCore *core, PetscInt e, const MPMShare *s, 
   const PetscReal times = (PetscReal)Times(core, e, &phase);
   const PetscReal reach = (PetscReal)MPMBasisNodes(core->basis) - 1, c = MPMPoolEdge(core->basis, edge);
   PetscReal       patches, cells, wide, bytes;
+  PetscInt        which[MPM_NODE_NC];
 
   *jobs = 0;
   if (!phase || phase->kind == MPM_NODES) return 0;
@@ -117,7 +119,7 @@ PetscReal MPMModelPoolBytes(const MPMCore *core, PetscInt e, const MPMShare *s, 
   if (phase->kind == MPM_PARTICLES_TO_NODES)
     bytes += s->nodes *
              PetscPowReal((PetscReal)MPMTileSide(core->basis) / (PetscReal)MPMTileEdge(core->basis), (PetscReal)dim) *
-             8 * (PetscReal)(MPM_NODE_LAST(dim, phase->parts) - MPM_NODE_FIRST(dim, phase->parts));
+             8 * (PetscReal)MPMNodeSums(dim, phase->parts, which);
   else
     bytes += s->particles * (PetscReal)MPMParticlesRowBytes(&core->particles, phase->particles_out) +
              patches * wide * 8 * (PetscReal)MPM_MOTION_NC(dim);

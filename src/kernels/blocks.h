@@ -32,6 +32,7 @@ typedef struct {
   MPMComponent base;                     /* index of the base node in the patch's arrays, a whole number */
   MPMComponent x[3], l[3], m, V0, at[3]; /* at: distance from the base node in cells */
   MPMComponent w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients on each axis, 1 and 1/m */
+  PetscBool    walled;                                       /* some particle has weights that a wall changes */
 } __attribute__((aligned(64))) MPMStencils;
 
 /* Takes the next block of the particles of `nruns` ranges of the order, from where the one before ended; returns

@@ -15,7 +15,7 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
 {
   const MPMView *particles = &patch->particles;
 
-  MPMGatherState(dim, patch, o, b);
+  MPMGatherState(dim, par, patch, o, s, b);
   MPM_FOR_MATERIALS(m, first, next, par, o->n, s->kind)
   {
     const MPMMaterialLaw *law   = MPMLaw(m);
@@ -49,7 +49,8 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
     for (PetscInt l = from; l < next; l += MPM_WIDTH)
       *c2max = MPMMax(*c2max, MPMSelect(MPMBetween(l, first, next), MPMRead(c2 + l), MPMAll(0)));
 #define MPM_SCATTER(name, rows)                                                                                        \
-  if (m->state & MPM_BIT(name)) MPMScatter(MPMComponents_##name(dim), b->name, o, first, next, particles->name);
+  if ((m->state | par->carried) & MPM_BIT(name))                                                                       \
+    MPMScatter(MPMComponents_##name(dim), b->name, o, first, next, particles->name);
     MPM_MATERIAL_FIELDS(MPM_SCATTER)
 #undef MPM_SCATTER
   }
@@ -184,6 +185,7 @@ MPM_INLINE void MPMAffine(int dim, const MPMParams *par, const MPMPatch *patch, 
         const MPMReal away = MPMAll(i) - MPMRead(&s->at[d][l]);
         MPMWrite(&s->g[d][i][l], MPMRead(&s->w[d][i][l]) * away * ((PetscReal)inertia / patch->grid->h[d]));
       }
+  if (par->own_inertia && s->walled) MPMRareInertia(dim, patch->basis, patch->grid, o->n, s);
   MPM_LANES_NAME(MPMInterpolateBlock)[dim - 1][ns - 2][0][1](o, s, at, patch->motion, NULL, C);
   for (int d = 0; d < dim && par->strain != 1; d++)
     for (int e = 0; e <= d; e++)
@@ -223,6 +225,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   MPMStencilOffsets(dim, patch, MPM_MOTION_NC(dim), at);
   patch->nmovers = 0;
   MPMFirstBlock(1, &all, &o);
+  if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMSumGrowth)(dim, par, patch, at);
   while (MPMNextBlock(patch, 1, &all, &o)) {
     MPMStage(dim, par, patch, &o, &s);
     if (interpolate) interpolate(&o, &s, at, patch->motion, value, L);
@@ -239,6 +242,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       MPMScatter(dim, v, &o, 0, o.n, particles->v);
       if (!(parts & MPM_G2P_COMMIT)) MPMScatter(dim, dx, &o, 0, o.n, particles->dx);
     }
+    if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMShareGrowth)(dim, par, patch, &o, &s, L);
     if (stress) MPMUpdateState(dim, par, patch, &o, &s, L, &b, &c2, status);
     if (parts & MPM_AFFINE) MPMAffine(dim, par, patch, at, &o, &s, L); /* L is not needed any more */
     if (parts & MPM_G2P_COMMIT) {       /* after the new state, which may change the domain */

@@ -3,7 +3,7 @@
 #ifndef MPM_P2G_H
 #define MPM_P2G_H
 
-#include "kernels/stencils.h"
+#include "kernels/fbar.h"
 #include "kernels/tile_sums.h"
 #include "kernels/transfer.h"
 
@@ -82,20 +82,17 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
   }
 }
 
-/* The innermost loops, transfer_sums.c, for a block: sums over the particles of a cell for its nodes, and over its
-   nodes for the particles. place[c] is where the sums of the tile have the base node of the block's cell c. The last
-   cell may continue in the next block, so its sums are not added to the tile yet: an MPMBegun holds them. */
+/* The innermost loops, transfer_sums.c, for a block: sums over the particles of a cell for its nodes. place[c] is where
+   the sums of the tile have the base node of the block's cell c. The last cell may continue in the next block, so its
+   sums are not added to the tile yet: an MPMBegun holds them. */
 typedef struct {
   MPMRecord  sum[MPM_MAX_NODES];
   PetscReal *place; /* place of that cell; NULL: there is none yet */
 } __attribute__((aligned(64))) MPMBegun;
 typedef void (*MPMSumBlocks)(const MPMBlockOrder *, const MPMStencils *, const MPMRecords *, PetscReal *const place[],
                              MPMBegun *);
-typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *, const PetscInt at[],
-                                     const PetscReal *nodes, MPMComponent *value, MPMComponent *gradient);
-/* MPMSumBlock [dim-1][nodes per axis - 2][forces][affine], MPMInterpolateBlock [..][..][motion][stress] */
-extern const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
-extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
+/* [dim-1][nodes per axis - 2][forces][affine] */
+extern const MPMSumBlocks MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
 
 /* Adds the sums in `begun` to the tile. The functions do that when a new cell begins, so this is a call for a cell with
    no particles and no place. */
@@ -172,14 +169,16 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     while (!kept && closed < row)
       MPMCloseRow(dim, patch, parts, closed++); /* the row before, and rows without particles in this pass */
     if (!kept) MPMOpenRow(dim, patch, row);
+    if (parts & MPM_P2G_FBAR) MPM_LANES_NAME(MPMSumPressures)(dim, par, patch, n, runs);
     MPMFirstBlock(n, runs, &o);
     while (MPMNextBlock(patch, n, runs, &o)) {
       MPMStage(dim, par, patch, &o, &s);
       MPMStagePlaces(dim, patch, kept, &o, place);
       if (forces) {
-        MPMGatherState(dim, patch, &o, &b);
+        MPMGatherState(dim, par, patch, &o, &s, &b);
         MPM_FOR_MATERIALS(m, first, next, par, o.n, s.kind)
         if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[dim - 1](m, first, next, &b);
+        if (parts & MPM_P2G_FBAR) MPM_LANES_NAME(MPMSharePressure)(dim, par, patch, &o, &s, &b);
       }
       MPMStageRecords(dim, parts, patch, &o, &s, &b, &r);
       sum(&o, &s, &r, place, &begun);

@@ -14,10 +14,14 @@ struct MPMWalls; /* physics/wall.h, which kernels of particles do not see */
 typedef struct {
   PetscReal              dt, flip, gravity[3]; /* s, 1, m/s^2 */
   PetscReal              strain;               /* share of the strain rate in the affine velocity, see MPMAffine */
-  PetscInt               xpic;                 /* m of XPIC(m), else 0 */
+  PetscInt               order;                /* of xpic and afmpm, else 0 */
+  PetscBool              own_inertia;          /* C near walls: by each particle's sum phi (x_i - x)^2 */
+  PetscInt               carried; /* bits of the states of materials that are written besides those that a law has */
+  PetscInt               box;     /* cells of a box of F-bar on an axis: 1, 2 or 4; 0: there is none */
   const MPMKind         *kinds;
   PetscInt               nkinds;
   const MPMMaterial     *materials;
+  PetscInt               nmaterials;
   const struct MPMWalls *walls;
 } MPMParams;
 
@@ -117,6 +121,7 @@ typedef struct {
   MPMNode   *node;              /* [n2][n1][n0] sums, complete for own nodes */
   PetscReal *motion;            /* [n2][n1][n0][MPM_MOTION_NC] m/s, m/s^2 */
   MPMSpan   *span;              /* [n2][n1] */
+  PetscReal *boxes;             /* [boxes][materials][2] sums of F-bar (fbar.h); or NULL */
   void (*meanwhile)(void *ctx); /* called after every few blocks of P2G, so that messages progress; or NULL */
   void *ctx;
   void *memory; /* the allocation of node and span, where the patch owns them */

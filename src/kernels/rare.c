@@ -33,6 +33,23 @@ void MPMRareWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMComponent *x)
   }
 }
 
+/* Sets g = w (i - at) / sum w (i - at)^2 of the particles whose weights an extrapolated spline changes at a wall: there
+   the sum, in cells^2, is not that of uniform splines. On the wall itself it is 0, and g is its limit, the gradient. */
+void MPMRareInertia(PetscInt dim, MPMBasis basis, const MPMGrid *grid, PetscInt n, MPMStencils *s)
+{
+  for (PetscInt d = 0; d < dim; d++)
+    for (PetscInt l = 0; l < n && grid->wall_basis[d] == MPM_WALL_BASIS_EXTRAP; l++) {
+      const PetscReal cells = (PetscReal)grid->cells[d], at = s->at[d][l];
+      const PetscReal xi = PetscMin((s->x[d][l] - grid->lower[d]) / grid->h[d], cells);
+      PetscReal       w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL], sum = 0;
+
+      if (!MPMWallWeights(basis, xi, grid->cells[d], grid->wall_basis[d], w, g)) continue;
+      for (int i = 0; i < MPMBasisNodes(basis); i++) sum += w[i] * (i - at) * (i - at);
+      for (int i = 0; i < MPMBasisNodes(basis); i++)
+        s->g[d][i][l] = (sum > 0 ? w[i] * (i - at) / sum : g[i]) * (1 / grid->h[d]);
+    }
+}
+
 /* Sets the half-widths, in cells, of n stretched domains (cpGIMP): those of the kind times the diagonal of V = sqrt(F
    F^T). Unlike the diagonal of F, it is unchanged by a rotation before the deformation, and rotates with the material.
    Notes domains that are too wide; their half-width becomes 1/2. */

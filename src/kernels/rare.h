@@ -1,5 +1,5 @@
 /* rare.h - what transfers do for one particle at a time, since few particles or few scenes need it: bad J, periodic
-   faces, domains that stretch (rare.c). G2P calls these functions for a block of particles. */
+   faces, affine velocities near walls, domains that stretch (rare.c). G2P calls these functions for a block of particles. */
 #ifndef MPM_RARE_H
 #define MPM_RARE_H
 
@@ -8,6 +8,7 @@
 void MPMRareBadJ(PetscInt dim, const MPMPatch *, PetscBool has_F, PetscInt first, PetscInt last, const PetscInt *order,
                  const MPMBlock *, MPMStatus *);
 void MPMRareWrap(PetscInt dim, const MPMGrid *, PetscInt n, MPMComponent *x);
+void MPMRareInertia(PetscInt dim, MPMBasis, const MPMGrid *, PetscInt n, MPMStencils *);
 void MPMRareStretch(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt n, const PetscInt *order,
                     const MPMComponent *x, MPMStatus *);
 

@@ -74,7 +74,8 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
       if (MPMBasisIsSpline(basis)) wall |= (xi < reach) | (cells - xi < reach);
     }
   }
-  if (MPMBasisIsSpline(basis) && MPMAny(wall)) MPMStageWalls(dim, basis, patch->grid, n, s);
+  s->walled = MPMBasisIsSpline(basis) && MPMAny(wall) ? PETSC_TRUE : PETSC_FALSE;
+  if (s->walled) MPMStageWalls(dim, basis, patch->grid, n, s);
 }
 
 /* Computes the stencils of a block of particles, and where its cells end. */
@@ -105,6 +106,12 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
   o->ncells             = MPMList(ends, o->n, o->end) + 1;
   o->end[o->ncells - 1] = o->n;
 }
+
+/* The innermost loops of transfer_sums.c that sum over the nodes of a block's cells, for its particles:
+   [dim-1][nodes per axis - 2][motion][stress]. */
+typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *, const PetscInt at[],
+                                     const PetscReal *nodes, MPMComponent *value, MPMComponent *gradient);
+extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
 
 #define MPM_MAX_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
 
@@ -154,11 +161,17 @@ MPM_INLINE const MPMMaterialLaw *MPMLaw(const MPMMaterial *m)
   return law ? law : m->type->law;
 }
 
-/* Reads the material state of a block's particles, as far as the phase declared it and the scene has it. */
-MPM_INLINE void MPMGatherState(int dim, const MPMPatch *patch, const MPMBlockOrder *o, MPMBlock *b)
+/* Reads the material state of a block's particles, as far as the phase declared it and a law of the block has it: in a
+   scene of fluids and solids most blocks have no use for the fields of the others. */
+MPM_INLINE void MPMGatherState(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
+                               const MPMStencils *s, MPMBlock *b)
 {
+  PetscInt state = par->carried;
+
+  MPM_FOR_MATERIALS(m, first, next, par, o->n, s->kind) state |= m->state;
 #define MPM_GATHER(name, rows)                                                                                         \
-  if (patch->particles.name) MPMGather(MPMComponents_##name(dim), patch->particles.name, o, b->name);
+  if (patch->particles.name && (state & MPM_BIT(name)))                                                                \
+    MPMGather(MPMComponents_##name(dim), patch->particles.name, o, b->name);
   MPM_MATERIAL_FIELDS(MPM_GATHER)
 #undef MPM_GATHER
 }

@@ -71,6 +71,8 @@ PetscReal MPMKernelFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
   flops += sums * (planes + inner + 2 * nodes);
   if (parts & MPM_P2G_MOMENTUM) flops += d;
   if (parts & MPM_P2G_FORCE) flops += law + d * d + d * one_force;
+  if (parts & MPM_P2G_FBAR)
+    flops += law + 2 * det + d * (6 + weights[basis] + ns) + 4 * d + 8; /* weights and law again */
   if ((parts & MPM_P2G_MOMENTUM) && (parts & MPM_AFFINE)) flops += 4 * d * d + d * (4 * planes + 3 * inner + 2 * nodes);
   if (parts & (MPM_G2P_MOTION | MPM_G2P_FILTER)) flops += 2 * values * (nodes + inner + planes);
   if (parts & MPM_G2P_MOTION) flops += 8 * d;
@@ -79,6 +81,9 @@ PetscReal MPMKernelFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
     if (!(parts & MPM_G2P_MOTION)) flops += 2 * d * (nodes + (dim == 3 ? inner : 0));
     flops += d * d * (2 * d + 1) + 2 * det + sym * (2 * d - 1) + d * d + 6;
   }
+  if (parts & MPM_G2P_FBAR) /* weights and gradients again; then the growth twice, the sums and the factor */
+    flops += d * (6 + weights[basis] + ns) + 2 * d * (2 * nodes + 2 * inner + 3 * planes + (dim == 3 ? inner : 0)) +
+             2 * (det + 2 * d + 2) + det + 4 + (dim == 3 ? 70 : 8) + 2 * d * d;
   if ((parts & MPM_G2P_MOTION) && (parts & MPM_AFFINE))
     flops += 3 * d * ns + 2 * d * (2 * nodes + 3 * inner + 3 * planes);
   if (parts & MPM_G2P_COMMIT) flops += d * (1 + 6 + 2);

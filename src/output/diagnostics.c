@@ -2,7 +2,9 @@
    steps. A new quantity needs a row there and a function here. Fill_<name> sets row [nc], the quantity of particle p of
    a view; vectors have 3 components, and 0 on missing axes. Value_<name> returns a number of the run. */
 #include "base/exact_sum.h"
+#include "kernels/cell.h"
 #include "output/diagnostics.h"
+#include "step/step.h"
 
 /* --- Quantities of a particle ------------------------------------------------------------------------------------- */
 
@@ -85,6 +87,13 @@ static void Fill_body(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal
   row[0] = b;
 }
 
+/* It needs all particles, so it is computed before (indicator.c). */
+static void Fill_error_indicator(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  (void)v;
+  row[0] = (PetscReal)s->indicator[p];
+}
+
 static void Fill_mass(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   row[0] = KindOf(s, v, p)->m;
@@ -105,6 +114,47 @@ static void Fill_kinetic_energy(const MPMShown *s, const MPMView *v, PetscInt p,
   row[0] = 0.5 * KindOf(s, v, p)->m * Speed2(s, v, p);
 }
 
+/* Sets inertia [dim] to sum phi (x_i - x)^2, m^2, of particle p on each axis; of splines, that away from walls, as APIC has
+   it. */
+static void SetInertia(const MPMCore *core, const MPMView *v, PetscInt p, PetscReal inertia[])
+{
+  const MPMGrid  *grid = &core->grid;
+  const PetscInt  dim  = grid->dim;
+  const PetscReal k = MPMBasisInertia(core->basis), *l = MPMHalfWidths((int)dim, core->params.kinds, v, p);
+
+  for (int d = 0; d < dim; d++) {
+    PetscReal      xi, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
+    const PetscInt base = MPMCoordinate(core->basis, grid, d, v->x[p * dim + d], l[d], &xi);
+
+    inertia[d] = k > 0 ? 1 / k : 0;
+    MPMBasisWeights(core->basis, xi, l[d], base, grid->cells[d], grid->wall_basis[d], w, g);
+    for (int i = 0; i < MPMBasisNodes(core->basis) && !(k > 0); i++)
+      inertia[d] += w[i] * PetscSqr((PetscReal)(base + i) - xi);
+    inertia[d] *= grid->h[d] * grid->h[d];
+  }
+}
+
+/* m x x v about the origin, and with APIC that of the affine velocity: C moves the mass around the particle, whose moment
+   of inertia on axis e is m inertia_e. */
+static void Fill_angular_momentum(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  const PetscInt  dim  = s->core->grid.dim;
+  const PetscReal m    = KindOf(s, v, p)->m;
+  PetscReal       x[3] = {0}, u[3] = {0}, inertia[3] = {0}, C[3][3] = {{0}};
+
+  for (PetscInt d = 0; d < dim; d++) {
+    x[d] = v->x[p * dim + d];
+    u[d] = v->v[p * dim + d];
+    for (PetscInt e = 0; e < dim && v->C; e++) C[d][e] = v->C[(p * dim + d) * dim + e];
+  }
+  if (v->C) SetInertia(s->core, v, p, inertia);
+  for (PetscInt k = 0; k < 3; k++) {
+    const PetscInt d = (k + 1) % 3, e = (k + 2) % 3;
+
+    row[k] = m * (x[d] * u[e] - x[e] * u[d] + inertia[d] * C[e][d] - inertia[e] * C[d][e]);
+  }
+}
+
 static void Fill_strain_energy(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   const PetscInt     dim = s->core->grid.dim;
@@ -115,6 +165,13 @@ static void Fill_strain_energy(const MPMShown *s, const MPMView *v, PetscInt p, 
   MPMMaterialState(dim, v, p, &b);
   m->type->law->energy[dim - 1](m, 0, 1, &b, &W);
   row[0] = KindOf(s, v, p)->V0 * W;
+}
+
+/* The strain energy of particles whose law stores only a part of the work of the stress. */
+static void Fill_partly_stored(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  row[0] = 0;
+  if (MPMEnergyLost(MaterialOf(s, v, p))) Fill_strain_energy(s, v, p, row);
 }
 
 static void Fill_momentum(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
@@ -160,13 +217,13 @@ static PetscReal Value_total_energy(const MPMShown *s)
   return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0];
 }
 
-/* The work is the sum over steps and particles of m g . (v_old + v_new)/2 dt, which is exact in free fall. Particles
+/* The work of gravity is the sum over steps and particles of m g . (v_old + v_new)/2 dt, which is exact in free fall. Particles
    move by v_new dt, so their displacement since the start exceeds the sum of (v_old + v_new)/2 dt by (v - v_start)
    dt/2. */
 PetscReal MPMShownWork(const MPMShown *s)
 {
   const MPMTotals *now = s->now, *start = s->start;
-  PetscReal        work = 0;
+  PetscReal        work = s->now->energy[MPM_ENERGY_loads];
 
   for (PetscInt d = 0; d < s->core->grid.dim; d++)
     work += s->core->params.gravity[d] *
@@ -191,6 +248,55 @@ static PetscReal Value_energy_residual(const MPMShown *s)
   return MPMShownResidual(s);
 }
 
+static PetscReal Value_load_work(const MPMShown *s)
+{
+  return s->now->energy[MPM_ENERGY_loads];
+}
+
+static PetscReal Value_energy_gravity(const MPMShown *s)
+{
+  return s->now->energy[MPM_ENERGY_gravity];
+}
+
+static PetscReal Value_energy_walls(const MPMShown *s)
+{
+  return s->now->energy[MPM_ENERGY_walls];
+}
+
+static PetscReal Value_energy_friction(const MPMShown *s)
+{
+  return s->now->energy[MPM_ENERGY_friction];
+}
+
+/* Returns how much a sum over the particles has changed since the start. */
+static PetscReal Change(const MPMShown *s, PetscInt row)
+{
+  return s->now->sum[row][0] - s->start->sum[row][0];
+}
+
+/* What the particles' kinetic energy has lost on the way to the nodes and back. */
+static PetscReal Value_energy_transfer(const MPMShown *s)
+{
+  return Change(s, MPM_SHOWS_kinetic_energy) - s->now->energy[MPM_ENERGY_advance];
+}
+
+static PetscReal Value_energy_laws(const MPMShown *s)
+{
+  return Change(s, MPM_SHOWS_partly_stored) - s->now->energy[MPM_ENERGY_stress];
+}
+
+PetscReal MPMShownIntegration(const MPMShown *s)
+{
+  return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) - Value_load_work(s) -
+         Value_energy_gravity(s) - Value_energy_walls(s) - Value_energy_friction(s) - Value_energy_transfer(s) -
+         Value_energy_laws(s);
+}
+
+static PetscReal Value_energy_integration(const MPMShown *s)
+{
+  return MPMShownIntegration(s);
+}
+
 static PetscReal Value_particles(const MPMShown *s)
 {
   return (PetscReal)s->now->n; /* exact below 2^53 */
@@ -201,26 +307,40 @@ static PetscReal Value_particles(const MPMShown *s)
 #define FIELD  MPM_SHOW_FIELD
 #define COLUMN (MPM_SHOW_COLUMN | MPM_SHOW_SUM)
 #define SUM    MPM_SHOW_SUM
+#define TERM   MPM_SHOW_TERM
+#define LOADS  MPM_SHOW_LOADS
+#define AXIAL  MPM_SHOW_AXIAL
+#define ASKED  MPM_SHOW_ASKED
 const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs)                                    \
   {#name, word, unit, components, uses, nc, whole, needs, Fill_##name, NULL},
 #define MPM_RUN_QUANTITY(name, unit, whole) {#name, "", unit, "", MPM_SHOW_COLUMN, 1, whole, 0, NULL, Value_##name},
+#define MPM_ENERGY_QUANTITY(name, uses)                                                                                \
+  {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, NULL, Value_##name},
 #include "output/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
+#undef MPM_ENERGY_QUANTITY
 };
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs)                                    \
   _Static_assert((nc) <= (((uses)&SUM) ? 3 : MPM_MAX_COMPONENTS), #name " has too many components");
 #define MPM_RUN_QUANTITY(name, unit, whole)
+#define MPM_ENERGY_QUANTITY(name, uses)
 #include "output/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
+#undef MPM_ENERGY_QUANTITY
 
-PetscInt MPMDiagnosticColumns(PetscInt row, PetscInt dim)
+PetscInt MPMDiagnosticColumns(PetscInt row, const MPMCore *core, PetscInt *first)
 {
-  const MPMDiagnostic *d = &MPMDiagnostics[row];
+  const MPMDiagnostic *d   = &MPMDiagnostics[row];
+  const PetscInt       dim = core->grid.dim;
 
-  return d->uses & MPM_SHOW_COLUMN ? PetscMin(d->nc, d->nc == 1 ? 1 : dim) : 0;
+  *first = 0;
+  if (!(d->uses & MPM_SHOW_COLUMN) || !MPMDiagnosticIsOn(row, core)) return 0;
+  if (!(d->uses & MPM_SHOW_AXIAL)) return PetscMin(d->nc, d->nc == 1 ? 1 : dim);
+  *first = dim == 2 ? 2 : 0;
+  return dim == 2 ? 1 : dim == 3 ? 3 : 0;
 }
 
 PetscReal MPMDiagnosticValue(const MPMShown *s, PetscInt row, PetscInt component)
@@ -235,10 +355,30 @@ PetscBool MPMDiagnosticIsField(PetscInt row, PetscInt fields)
   return (d->uses & MPM_SHOW_FIELD) && !(d->needs & ~fields) ? PETSC_TRUE : PETSC_FALSE;
 }
 
+PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
+{
+  const PetscInt uses = MPMDiagnostics[row].uses;
+
+  return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ? PETSC_FALSE : PETSC_TRUE;
+}
+
+/* Adds up the sums of core->energy over all processes, if the run has any. Collective on the exchange. */
+static PetscErrorCode ReduceEnergy(const MPMCore *core, PetscReal energy[])
+{
+  const PetscInt n = core->energy.on ? MPM_NUM_ENERGIES : core->energy.loads ? 1 : 0; /* the first is that of loads */
+  MPMSum         sum[MPM_NUM_ENERGIES];
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemcpy(sum, core->energy.sum, sizeof sum));
+  PetscCall(MPMSumReduce(sum, n, core->exchange.data));
+  for (PetscInt k = 0; k < n; k++) energy[k] = MPMSumValue(&sum[k]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMTotalsCompute(const MPMScene *scene, MPMCore *core, MPMTotals *totals)
 {
-  const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_MATERIAL_BITS | MPM_BIT(kind);
-  const MPMShown shown  = {core, scene, NULL, NULL};
+  const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(C) | MPM_BIT(l) | MPM_MATERIAL_BITS | MPM_BIT(kind);
+  const MPMShown shown  = {core, scene, NULL, NULL, NULL};
   MPMView        view;
   MPMSum         sum[3 * MPM_NUM_DIAGNOSTICS];
   PetscInt64     count[2]; /* particles, and their fingerprint */
@@ -250,7 +390,7 @@ PetscErrorCode MPMTotalsCompute(const MPMScene *scene, MPMCore *core, MPMTotals 
   for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
     const MPMDiagnostic *row = &MPMDiagnostics[k];
 
-    if (!(row->uses & MPM_SHOW_SUM)) continue;
+    if (!(row->uses & MPM_SHOW_SUM) || !MPMDiagnosticIsOn(k, core)) continue;
     for (PetscInt c = 0; c < row->nc; c++) MPMSumZero(&sum[n + c]);
     for (PetscInt p = 0; p < view.n; p++) {
       PetscReal value[3];
@@ -262,9 +402,12 @@ PetscErrorCode MPMTotalsCompute(const MPMScene *scene, MPMCore *core, MPMTotals 
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   PetscCall(MPMSumReduce(sum, n, core->exchange.data));
-  for (PetscInt k = 0, at = 0; k < MPM_NUM_DIAGNOSTICS; k++)
-    for (PetscInt c = 0; (MPMDiagnostics[k].uses & MPM_SHOW_SUM) && c < MPMDiagnostics[k].nc; c++)
-      totals->sum[k][c] = MPMSumValue(&sum[at++]);
+  for (PetscInt k = 0, at = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
+    const PetscBool has = (MPMDiagnostics[k].uses & MPM_SHOW_SUM) && MPMDiagnosticIsOn(k, core);
+
+    for (PetscInt c = 0; has && c < MPMDiagnostics[k].nc; c++) totals->sum[k][c] = MPMSumValue(&sum[at++]);
+  }
+  PetscCall(ReduceEnergy(core, totals->energy));
   count[0] = core->particles.n;
   PetscCall(MPMParticlesFingerprint(&core->particles, &count[1]));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT64, MPI_SUM, core->exchange.data));

@@ -8,9 +8,11 @@
 enum {
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs) MPM_SHOWS_##name,
 #define MPM_RUN_QUANTITY(name, unit, whole)                                         MPM_SHOWS_##name,
+#define MPM_ENERGY_QUANTITY(name, uses)                                             MPM_SHOWS_##name,
 #include "output/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
+#undef MPM_ENERGY_QUANTITY
   MPM_NUM_DIAGNOSTICS
 };
 #define MPM_MAX_COMPONENTS 9 /* of a field of snapshots: a tensor */
@@ -20,6 +22,7 @@ _Static_assert(MPM_NUM_DIAGNOSTICS <= 62, "sets of rows are the bits of a 64-bit
    any number of processes. */
 typedef struct {
   PetscReal  sum[MPM_NUM_DIAGNOSTICS][3]; /* [row][component] */
+  PetscReal  energy[MPM_NUM_ENERGIES];    /* of core->energy, over all processes, J */
   PetscInt64 n;                           /* particles */
 } MPMTotals;
 
@@ -28,9 +31,19 @@ typedef struct {
   const MPMCore   *core;
   const MPMScene  *scene;
   const MPMTotals *start, *now; /* of the history, for quantities of the run */
+  const float     *indicator;   /* [n] of the particles here, for the field error_indicator */
 } MPMShown;
 
-enum { MPM_SHOW_FIELD = 1, MPM_SHOW_COLUMN = 2, MPM_SHOW_SUM = 4 };
+/* What a row is used for: a set of the words that diagnostics.def explains. */
+enum {
+  MPM_SHOW_FIELD  = 1,
+  MPM_SHOW_COLUMN = 2,
+  MPM_SHOW_SUM    = 4,
+  MPM_SHOW_TERM   = 8,
+  MPM_SHOW_LOADS  = 16,
+  MPM_SHOW_AXIAL  = 32,
+  MPM_SHOW_ASKED  = 64
+};
 typedef struct {
   const char *name, *word, *unit, *components;
   PetscInt    uses, nc;
@@ -41,20 +54,27 @@ typedef struct {
 } MPMDiagnostic;
 extern const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS];
 
-/* Return how many columns of the history a row has in dim dimensions, and the value of one of them. The totals are
-   those in what is shown. */
-PetscInt  MPMDiagnosticColumns(PetscInt row, PetscInt dim);
+/* Return how many columns of the history a row has, of its components first .. first+n-1, and the value of one of them.
+   A vector has one for each dimension of space, a vector of rotation one for each axis around which there is rotation.
+   The totals are those in what is shown. */
+PetscInt  MPMDiagnosticColumns(PetscInt row, const MPMCore *, PetscInt *first);
 PetscReal MPMDiagnosticValue(const MPMShown *, PetscInt row, PetscInt component);
 
 /* Returns whether snapshots of a scene with these fields of particles (bits) have the row. */
 PetscBool MPMDiagnosticIsField(PetscInt row, PetscInt fields);
 
+/* Returns whether the run has the row: some are kept only where an option or a load asks for them. */
+PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *);
+
 /* Computes the totals of the present state. Collective on the exchange. */
 PetscErrorCode MPMTotalsCompute(const MPMScene *, MPMCore *, MPMTotals *);
 
-/* Return the work that gravity has done on the particles since the start, J, and the change of the energy less that
-   work, J. */
+/* Return the work that gravity, body forces and loads have done on the particles since the start, J, and the change of
+   the energy less that work, J. */
 PetscReal MPMShownWork(const MPMShown *);
 PetscReal MPMShownResidual(const MPMShown *);
+
+/* Returns the part of the change of energy that no term explains, with -history_energy, J. */
+PetscReal MPMShownIntegration(const MPMShown *);
 
 #endif

@@ -3,7 +3,8 @@
 #include <errno.h>
 #include "output/output.h"
 
-PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, PetscReal time_end, MPMOptions o)
+PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, PetscReal time_end, MPMOptions o,
+                                        PetscBool *follow)
 {
   PetscBool moving = PETSC_FALSE;
 
@@ -11,19 +12,23 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
   mon->every = time_end / 100;
   mon->last  = -1;
   PetscCall(MPMOptionsReal(o, "history_every", NULL, &mon->every, NULL));
+  PetscCall(MPMOptionsBool(o, "history_energy", NULL, follow));
   PetscCall(MPMOptionsReal(o, "check_energy", NULL, &mon->check_energy, NULL));
   PetscCall(MPMOptionsReal(o, "check_momentum", NULL, &mon->check_momentum, NULL));
   for (PetscInt k = 0; k < 6; k++)
     if (scene->walls.given[k / 2][k % 2].type == MPM_WALL_moving) moving = PETSC_TRUE;
-  if ((mon->check_energy > 0 || mon->check_momentum > 0) && (scene->forced || moving))
-    MPMOptionsFail(o, "-check_%s does not apply: the work of %s is not followed",
-                   mon->check_energy > 0 ? "energy" : "momentum", moving ? "moving walls" : "body forces and loads");
+  if (mon->check_energy > 0 && (scene->body_force || moving) && !*follow)
+    MPMOptionsFail(o, "-check_energy does not apply: the work of %s is followed with -history_energy only",
+                   moving ? "moving walls" : "body forces");
+  if (mon->check_momentum > 0 && (scene->forced || moving))
+    MPMOptionsFail(o, "-check_momentum does not apply: the impulse of %s is not followed",
+                   moving ? "moving walls" : "body forces and loads");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 MPMShown MPMMonitorShown(const MPMMonitor *mon, const MPMCore *core, const MPMScene *scene)
 {
-  return (MPMShown){core, scene, &mon->start, &mon->now};
+  return (MPMShown){core, scene, &mon->start, &mon->now, NULL};
 }
 
 /* Opens the history and writes its head. Only the first process calls it. */
@@ -36,11 +41,15 @@ static PetscErrorCode Open(MPMMonitor *mon, const MPMCore *core, const MPMScene 
   (void)snprintf(path, sizeof path, "%s/%s.csv", mon->dir, scene->name);
   mon->file = fopen(path, "w");
   PetscCheck(mon->file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", path, strerror(errno));
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
-    for (PetscInt c = 0; c < MPMDiagnosticColumns(k, core->grid.dim); c++, comma = ",") {
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
+    PetscInt       first;
+    const PetscInt n = MPMDiagnosticColumns(k, core, &first);
+
+    for (PetscInt c = first; c < first + n; c++, comma = ",") {
       fprintf(mon->file, "%s%s", comma, MPMDiagnostics[k].name);
       if (MPMDiagnostics[k].nc > 1) fprintf(mon->file, "_%c", "xyz"[c]);
     }
+  }
   fprintf(mon->file, "\n");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -56,11 +65,12 @@ static PetscErrorCode WriteLine(MPMMonitor *mon, const MPMCore *core, const MPMS
   if (rank) PetscFunctionReturn(PETSC_SUCCESS);
   if (!mon->file) PetscCall(Open(mon, core, shown->scene));
   for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
-    const PetscInt columns = MPMDiagnosticColumns(k, core->grid.dim);
+    const MPMDiagnostic *row = &MPMDiagnostics[k];
+    PetscInt             first;
+    const PetscInt       n = MPMDiagnosticColumns(k, core, &first);
 
-    for (PetscInt c = 0; c < columns; c++, comma = ",")
-      fprintf(mon->file, MPMDiagnostics[k].whole ? "%s%.0f" : "%s%.17g", comma,
-              (double)MPMDiagnosticValue(shown, k, c));
+    for (PetscInt c = first; c < first + n; c++, comma = ",")
+      fprintf(mon->file, row->whole ? "%s%.0f" : "%s%.17g", comma, (double)MPMDiagnosticValue(shown, k, c));
   }
   fprintf(mon->file, "\n");
   PetscCheck(!fflush(mon->file) && !ferror(mon->file), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE,
@@ -72,8 +82,9 @@ static PetscErrorCode WriteLine(MPMMonitor *mon, const MPMCore *core, const MPMS
 static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
 {
   const MPMTotals *now = &mon->now, *start = &mon->start;
-  const PetscReal  residual = MPMShownResidual(shown), *p = now->sum[MPM_SHOWS_momentum];
-  PetscReal        change2 = 0, base;
+  const PetscReal  residual = core->energy.on ? MPMShownIntegration(shown) : MPMShownResidual(shown);
+  const PetscReal *p        = now->sum[MPM_SHOWS_momentum];
+  PetscReal        change2  = 0, base;
 
   mon->energy_max = PetscMax(mon->energy_max,
                              now->sum[MPM_SHOWS_kinetic_energy][0] + now->sum[MPM_SHOWS_strain_energy][0]);

@@ -21,8 +21,10 @@ typedef struct {
   void *watcher;
 } MPMMonitor;
 
-/* Reads the options of the history and its checks; the first fault is left in the options. Not collective. */
-PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *, const MPMScene *, PetscReal time_end, MPMOptions);
+/* Reads the options of the history and its checks; *follow is -history_energy. The first fault is left in the options.
+   Not collective. */
+PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *, const MPMScene *, PetscReal time_end, MPMOptions,
+                                        PetscBool *follow);
 PetscErrorCode MPMMonitorStep(MPMMonitor *, MPMCore *, const MPMScene *, PetscBool force); /* may set core->stop */
 PetscErrorCode MPMMonitorDestroy(MPMMonitor *);                                            /* closes the file */
 MPMShown       MPMMonitorShown(const MPMMonitor *, const MPMCore *, const MPMScene *);     /* what diagnostics read */
@@ -41,6 +43,16 @@ typedef struct {
   PetscViewer viewer;      /* of the HDF5 file */
 } MPMOutput;
 #define MPM_OUTPUT_GRID ((PetscInt64)1 << 62) /* bit of the nodes in MPMOutput.fields */
+
+/* How far the stress is from what nodes and particles agree on (indicator.c): its rms by volume in Pa; the rms of
+   own stress less recovered stress, as a part of that; the largest such difference, likewise, and where it is, m. */
+typedef struct {
+  PetscReal stress, jump, largest, x[3];
+} MPMIndicator;
+
+/* Computes it, and for each particle here its difference as a part of the rms of the stress, of [n]. It changes no
+   particle. Collective on the exchange. */
+PetscErrorCode MPMIndicatorCompute(const MPMScene *, MPMCore *, float of[], MPMIndicator *);
 
 /* snapshot.c and xdmf.c describe these functions. */
 PetscErrorCode MPMOutputSetFromOptions(MPMOutput *, const MPMScene *, PetscReal time_end, MPMOptions);

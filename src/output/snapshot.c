@@ -54,7 +54,9 @@ static PetscErrorCode ReadFields(MPMOutput *out, const MPMScene *scene, MPMOptio
   all         = !*set || !strcmp(text, "all") ? PETSC_TRUE : PETSC_FALSE;
   out->fields = all ? MPM_OUTPUT_GRID : 0;
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++)
-    if (MPMDiagnosticIsField(f, has) && (all || !MPMDiagnostics[f].word[0])) out->fields |= (PetscInt64)1 << f;
+    if (MPMDiagnosticIsField(f, has) &&
+        (!MPMDiagnostics[f].word[0] || (all && !(MPMDiagnostics[f].uses & MPM_SHOW_ASKED))))
+      out->fields |= (PetscInt64)1 << f;
   if (all) PetscFunctionReturn(PETSC_SUCCESS);
   for (char *w = strtok_r(text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
     PetscInt f = 0;
@@ -152,14 +154,21 @@ static PetscErrorCode CreateRows(MPMCore *core, PetscSF *sf, PetscInt *first, Pe
 
 static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMScene *scene, hid_t group)
 {
-  const PetscInt n     = core->particles.n;
-  const MPMShown shown = {core, scene, NULL, NULL};
+  const PetscInt n         = core->particles.n;
+  MPMShown       shown     = {core, scene, NULL, NULL, NULL};
+  float         *indicator = NULL;
+  MPMIndicator   ignored;
   PetscInt       first, rows;
   PetscSF        sf;
   MPMView        view;
   PetscReal     *here, *sorted;
 
   PetscFunctionBeginUser;
+  if (out->fields >> MPM_SHOWS_error_indicator & 1) {
+    PetscCall(PetscMalloc1(n, &indicator));
+    PetscCall(MPMIndicatorCompute(scene, core, indicator, &ignored));
+    shown.indicator = indicator;
+  }
   PetscCall(CreateRows(core, &sf, &first, &rows));
   PetscCall(PetscMalloc2(n * MPM_MAX_COMPONENTS, &here, rows * MPM_MAX_COMPONENTS, &sorted));
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) {
@@ -182,6 +191,7 @@ static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMSce
                              offset, count, sorted));
   }
   PetscCall(PetscFree2(here, sorted));
+  PetscCall(PetscFree(indicator));
   PetscCall(PetscSFDestroy(&sf));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

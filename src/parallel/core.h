@@ -5,6 +5,7 @@
 #ifndef MPM_CORE_H
 #define MPM_CORE_H
 
+#include "base/exact_sum.h"
 #include "base/print.h"
 #include "base/timers.h"
 #include "parallel/partition.h"
@@ -20,8 +21,9 @@ typedef struct {
   PetscInt     parts;                                         /* bits: what a transfer does; unused by MPM_NODES */
   void (*nodes)(const MPMParams *, MPMPatch *, PetscInt row); /* MPM_NODES: updates one row of nodes */
   PetscInt flops;                                             /* MPM_NODES: operations per node and axis */
-  PetscInt particles_in, particles_out;                       /* bits of the fields that it reads, writes */
-  PetscInt timer;                                             /* number of its timer, set by MPMStepSetUp */
+  PetscInt motion;                      /* MPM_NODES: 1: velocities are new, and are sent; 2: accelerations too */
+  PetscInt particles_in, particles_out; /* bits of the fields that it reads, writes */
+  PetscInt timer;                       /* number of its timer, set by MPMStepSetUp */
 } MPMPhase;
 
 #define MPM_MAX_XPIC    16 /* largest -method_order of xpic */
@@ -54,6 +56,8 @@ typedef struct {
   const MPMExchangeType *type;
   MPI_Comm               data; /* the processes that hold particles and grid; all DMs and files live on it */
   MPMPatch               patch;
+  char                  *boxes; /* memory for the sums of F-bar, of a worker of the pool too */
+  size_t                 boxes_room;
   DM                     da;         /* the nodes of the grid, with their motion */
   DM                     sums;       /* the same nodes, with their sums */
   Vec                    motion;     /* the local vector whose array patch.motion is */
@@ -72,6 +76,30 @@ typedef struct {
   void     *ctx;                     /* data of the type */
 } MPMExchange;
 
+/* What the steps so far have done to the energy, in J: exact sums over the nodes and particles of this process
+   (step/energy.c). Without -history_energy only the work of loads is summed. */
+enum {
+  MPM_ENERGY_loads,    /* work of body forces and loads */
+  MPM_ENERGY_gravity,  /* work of gravity on the nodes */
+  MPM_ENERGY_walls,    /* work of moving walls */
+  MPM_ENERGY_friction, /* work of friction at walls, below 0 */
+  MPM_ENERGY_advance,  /* kinetic energy that accelerations and moving walls gave */
+  MPM_ENERGY_stress,   /* work of the stress on particles whose law stores only a part of it, and of viscosity */
+  MPM_NUM_ENERGIES
+};
+/* The mean velocity along which the acceleration of a node does its work in a step: v' - dt/2 a of the node; with musl the
+   mean of the velocity before the advance and that of the second mapping; or the mean of the particles that it moves. */
+typedef enum { MPM_MEAN_NODES, MPM_MEAN_AGAIN, MPM_MEAN_PARTICLES } MPMMean;
+typedef struct {
+  PetscBool  on;    /* -history_energy */
+  PetscBool  loads; /* the work of loads and body forces is summed */
+  MPMMean    mean;
+  MPMSum     sum[MPM_NUM_ENERGIES];
+  PetscReal *before, *stress; /* of the particles as a step begins: [n][x, v] where b is not 0; [n][F, tau] */
+  PetscInt  *which, n;        /* [n] the particles of `before` */
+  PetscInt   capacity;        /* particles for which there is room */
+} MPMEnergy;
+
 struct _MPMCore {
   MPI_Comm        comm;
   MPMPrinter      print;
@@ -87,6 +115,7 @@ struct _MPMCore {
   MPMParticles    particles;
   MPMStatus       status; /* of the last step */
   MPMTimers       timers;
+  MPMEnergy       energy;
   PetscReal       t; /* s */
   PetscInt        step;
   char            stop[MPM_TEXT_LEN]; /* why the run has to stop early; it is empty if the run need not */

@@ -1,4 +1,5 @@
 /* exchange.c - what the ways to run a step share: they run a phase on the patch of this process. */
+#include "base/message.h"
 #include "parallel/exchange.h"
 
 PetscErrorCode MPMExchangeCreateGrid(MPMCore *core, const PetscInt parts[3], PetscInt *const widths[3])
@@ -96,6 +97,20 @@ PetscErrorCode MPMExchangeSort(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Gives a patch zeroed sums for all boxes of F-bar. Not collective. */
+static PetscErrorCode OpenBoxes(MPMCore *core, MPMPatch *patch)
+{
+  const PetscInt box  = core->params.box;
+  size_t         size = 2 * (size_t)core->params.nmaterials * sizeof *patch->boxes;
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 3; d++) size *= (size_t)((patch->own_n[d] + box - 1) / box);
+  PetscCall(MPMMessageRoom(&core->exchange.boxes, &core->exchange.boxes_room, size));
+  PetscCall(PetscMemzero(core->exchange.boxes, size));
+  patch->boxes = (PetscReal *)core->exchange.boxes;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Runs a phase on the patch, whose views hold the fields that the phase declares. pass: the tiles that a transfer from
    particles to nodes is for; other phases ignore it. Merges what it finds into status. Not collective. */
 PetscErrorCode MPMPatchRun(MPMCore *core, MPMPatch *patch, const MPMPhase *phase, MPMPass pass, MPMStatus *status)
@@ -121,6 +136,7 @@ PetscErrorCode MPMPatchRun(MPMCore *core, MPMPatch *patch, const MPMPhase *phase
       for (PetscInt k = work = 0; k < patch->tiles.nruns[pass]; k++)
         work += patch->tiles.runs[pass][k].last - patch->tiles.runs[pass][k].first;
     }
+    if (phase->parts & (MPM_G2P_FBAR | MPM_P2G_FBAR)) PetscCall(OpenBoxes(core, patch));
     kernel(&core->params, patch, phase->parts | parts[pass], status);
   }
   MPMWorkEnd(&core->timers, phase->timer, phase->name, (PetscReal)work);

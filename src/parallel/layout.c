@@ -77,8 +77,9 @@ static PetscErrorCode FindNeighbours(MPMCore *core, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes the graph of nodes from the graph `from` of their unknowns, of which each node has `unit`. */
-static PetscErrorCode NumberNodes(PetscInt unit, PetscSF from, PetscSF *sf)
+/* Makes a graph with other numbers from the graph `from` of the unknowns of nodes: a node, which has `unit` numbers there,
+   has `now` here, and the first of them is sent. */
+static PetscErrorCode Renumber(PetscInt unit, PetscInt now, PetscSF from, PetscSF *sf)
 {
   PetscInt           nroots, nleaves, *leaf;
   const PetscInt    *ilocal;
@@ -90,13 +91,13 @@ static PetscErrorCode NumberNodes(PetscInt unit, PetscSF from, PetscSF *sf)
   PetscCall(PetscMalloc1(nleaves, &leaf));
   PetscCall(PetscMalloc1(nleaves, &root));
   for (PetscInt q = 0; q < nleaves; q++) {
-    leaf[q]       = (ilocal ? ilocal[q] : q) / unit;
+    leaf[q]       = (ilocal ? ilocal[q] : q) / unit * now;
     root[q].rank  = iremote[q].rank;
-    root[q].index = iremote[q].index / unit;
+    root[q].index = iremote[q].index / unit * now;
   }
   PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)from), sf));
-  PetscCall(
-      PetscSFSetGraph(*sf, (nroots + unit - 1) / unit, nleaves, leaf, PETSC_OWN_POINTER, root, PETSC_OWN_POINTER));
+  PetscCall(PetscSFSetGraph(*sf, (nroots + unit - 1) / unit * now, nleaves, leaf, PETSC_OWN_POINTER, root,
+                            PETSC_OWN_POINTER));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -131,8 +132,10 @@ static PetscErrorCode CreateGhosts(MPMCore *core, MPMSpatial *s)
   PetscCall(PetscSFCreateEmbeddedLeafSF(scatter, nabove, list[1], &above));
   PetscCall(PetscSFCreateInverseSF(own, &global)); /* from a local vector to the global one */
   PetscCall(PetscSFCompose(global, above, &update));
-  PetscCall(NumberNodes(unit, update, &s->ghosts));
-  PetscCall(PetscSFSetUp(s->ghosts));
+  for (int k = 0; k < 2; k++) {
+    PetscCall(Renumber(unit, 2 - k, update, &s->ghosts[k]));
+    PetscCall(PetscSFSetUp(s->ghosts[k]));
+  }
   PetscCall(PetscSFDestroy(&update));
   PetscCall(PetscSFDestroy(&global));
   PetscCall(PetscSFDestroy(&above));
@@ -169,7 +172,7 @@ PetscErrorCode MPMSpatialTearDown(MPMCore *core)
 
   PetscFunctionBeginUser;
   PetscCall(MPMExchangeDestroyGrid(core));
-  PetscCall(PetscSFDestroy(&s->ghosts));
+  for (int k = 0; k < 2; k++) PetscCall(PetscSFDestroy(&s->ghosts[k]));
   for (PetscInt d = 0; d < 3; d++) PetscCall(PetscFree(s->first[d]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -245,7 +245,10 @@ static PetscErrorCode SetUp_Pool(MPMCore *core, const MPMHistogram *h)
   PetscCallMPI(MPI_Comm_dup(core->comm, &pool->comm));
   PetscCallMPI(MPI_Comm_size(pool->comm, &pool->size));
   PetscCallMPI(MPI_Comm_rank(pool->comm, &pool->rank));
-  if (pool->rank) PetscFunctionReturn(PETSC_SUCCESS);
+  if (pool->rank) { /* a worker has memory for field r: the master's particles have it for a time (MPMStepRecover) */
+    core->particles.present[MPM_FIELD_INDEX_r] = PETSC_TRUE;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   ex->data    = PETSC_COMM_SELF;
   pool->inner = core->grid.periodic[0] || core->grid.periodic[1] || core->grid.periodic[2] ? &MPMExchange_spatial
                                                                                            : &MPMExchange_serial;

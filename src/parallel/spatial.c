@@ -36,8 +36,10 @@ static PetscErrorCode SetUp_Spatial(MPMCore *core, const MPMHistogram *h)
   PetscCallMPI(MPI_Comm_rank(ex->data, &rank));
   PetscCallMPI(MPI_Type_contiguous((int)sizeof(MPMStatus), MPI_BYTE, &s->status_type));
   PetscCallMPI(MPI_Type_commit(&s->status_type));
-  PetscCallMPI(MPI_Type_contiguous((int)MPM_MOTION_NC(core->grid.dim), MPIU_REAL, &s->motion_type));
-  PetscCallMPI(MPI_Type_commit(&s->motion_type));
+  for (int k = 0; k < 2; k++) {
+    PetscCallMPI(MPI_Type_contiguous((int)core->grid.dim * (k + 1), MPIU_REAL, &s->motion_type[k]));
+    PetscCallMPI(MPI_Type_commit(&s->motion_type[k]));
+  }
   PetscCallMPI(MPI_Op_create(MergeStatus, 1, &s->status_op));
   PetscCheck(h || size == 1, ex->data, PETSC_ERR_PLIB, "the grid is cut for %d processes by a histogram", size);
   if (!rank && h) PetscCall(MPMPartitionChoose(h, size, ex->balance, &ex->partition));
@@ -170,12 +172,13 @@ static PetscErrorCode Nodes_Spatial(MPMCore *core, const MPMPhase *phase)
 {
   MPMExchange *ex = &core->exchange;
   MPMSpatial  *s  = (MPMSpatial *)ex->ctx;
+  const int    k  = (int)phase->motion - 1;
 
   PetscFunctionBeginUser;
   PetscCall(MPMExchangeOpenNodes(core));
   PetscCall(MPMPatchRun(core, &ex->patch, phase, MPM_PASS_MAIN, &core->status));
-  PetscCall(PetscSFBcastBegin(s->ghosts, s->motion_type, ex->patch.motion, ex->patch.motion, MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(s->ghosts, s->motion_type, ex->patch.motion, ex->patch.motion, MPI_REPLACE));
+  PetscCall(PetscSFBcastBegin(s->ghosts[k], s->motion_type[k], ex->patch.motion, ex->patch.motion, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(s->ghosts[k], s->motion_type[k], ex->patch.motion, ex->patch.motion, MPI_REPLACE));
   PetscCall(MPMExchangeCloseNodes(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -324,7 +327,7 @@ static PetscErrorCode Finish_Spatial(MPMCore *core)
   PetscCall(PetscFree(s->in));
   PetscCallMPI(MPI_Op_free(&s->status_op));
   PetscCallMPI(MPI_Type_free(&s->status_type));
-  PetscCallMPI(MPI_Type_free(&s->motion_type));
+  for (int k = 0; k < 2; k++) PetscCallMPI(MPI_Type_free(&s->motion_type[k]));
   PetscCallMPI(MPI_Comm_free(&s->comm));
   PetscCall(PetscFree(core->exchange.ctx));
   PetscFunctionReturn(PETSC_SUCCESS);

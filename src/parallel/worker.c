@@ -27,11 +27,12 @@ void MPMPoolBox(MPMCore *core, const PetscInt own_lo[3], const PetscInt own_n[3]
 /* Returns the bytes of the answer to a job of n particles in so many tiles: the status, then sums or fields. */
 size_t MPMPoolAnswerBytes(MPMCore *core, const MPMPhase *phase, PetscInt n, PetscInt tiles)
 {
-  const PetscInt dim = core->grid.dim, c0 = MPM_NODE_FIRST(dim, phase->parts), c1 = MPM_NODE_LAST(dim, phase->parts);
+  PetscInt which[MPM_NODE_NC];
 
   if (phase->kind == MPM_NODES_TO_PARTICLES)
     return sizeof(MPMStatus) + (size_t)n * MPMParticlesRowBytes(&core->particles, phase->particles_out);
-  return sizeof(MPMStatus) + (size_t)tiles * MPMTileNodes(dim, core->basis) * (size_t)(c1 - c0) * sizeof(PetscReal);
+  return sizeof(MPMStatus) + (size_t)tiles * MPMTileNodes(core->grid.dim, core->basis) *
+                                 (size_t)MPMNodeSums(core->grid.dim, phase->parts, which) * sizeof(PetscReal);
 }
 
 /* Packs fields (bits) of n listed particles, field by field; at: array of each field. Returns the end of the

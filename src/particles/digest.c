@@ -104,7 +104,8 @@ PetscErrorCode MPMParticlesCheck(MPMParticles *particles, MPI_Comm comm, PetscIn
           n, particles->total, what);
 }
 
-/* Computes the digest: the sum of a hash of each particle, of its id and all bits of its state fields (but kind). Equal
+/* Computes the digest: the sum of a hash of each particle, of its id and all bits of the state fields that
+   the scene needs (but kind). Equal
    digests mean equal bits of id, x, v, F and material state. A sum does not depend on the sequence of particles.
    Collective on comm. */
 PetscErrorCode MPMParticlesDigest(MPMParticles *particles, MPI_Comm comm, PetscInt64 *digest)
@@ -121,7 +122,8 @@ PetscErrorCode MPMParticlesDigest(MPMParticles *particles, MPI_Comm comm, PetscI
     uint64_t h = Mix((uint64_t)view.id[p] + 0x9e3779b97f4a7c15ULL);
 
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
-  if (home == MPM_STATE && MPM_FIELD_INDEX_##name != MPM_FIELD_INDEX_kind && view.name)                                \
+  if (home == MPM_STATE && MPM_FIELD_INDEX_##name != MPM_FIELD_INDEX_kind &&                                           \
+      particles->needed[MPM_FIELD_INDEX_##name])                                                                       \
     for (PetscInt k = 0; k < particles->bytes[MPM_FIELD_INDEX_##name] / 8; k++) {                                      \
       uint64_t word;                                                                                                   \
       memcpy(&word, (char *)view.name + (size_t)p * (size_t)particles->bytes[MPM_FIELD_INDEX_##name] + 8 * k,          \

@@ -15,6 +15,7 @@ typedef struct {
   PetscReal  scattered;               /* changes of cell since the storage was put in order */
   void      *scratch[MPM_NUM_FIELDS]; /* the arrays of the scratch fields */
   PetscBool  present[MPM_NUM_FIELDS]; /* the scene has the field */
+  PetscBool  needed[MPM_NUM_FIELDS];  /* the scene needs it; the digest has no other fields */
   PetscInt   bytes[MPM_NUM_FIELDS];   /* bytes of a field's row */
   PetscInt  *order, *start;           /* [n] particles by (cell, id); [cells of the patch + 1] first entry of each */
   PetscInt  *spare;                   /* [n] memory for the next order */

@@ -76,7 +76,8 @@ PetscErrorCode MPMParticlesLayout(MPMParticles *particles, PetscInt dim, const M
     size_t size;
 
     PetscCall(PetscDataTypeGetSize(MPMFields[f].type, &size));
-    particles->present[f] = present[f];
+    particles->needed[f]  = present[f];
+    particles->present[f] = present[f] || needs->all ? PETSC_TRUE : PETSC_FALSE;
     particles->bytes[f]   = Components(f, particles->dim) * (PetscInt)size;
   }
   PetscFunctionReturn(PETSC_SUCCESS);

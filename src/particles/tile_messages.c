@@ -2,6 +2,7 @@
    names by 1 or 0 on each axis. Of the tiles there it has the nodes that the neighbour owns: first a byte for each
    tile, which says whether it has particles, padded to whole numbers of 8 bytes; then the sums of those that have. */
 #include "kernels/tile_index.h"
+#include "kernels/transfer.h"
 #include "particles/box.h"
 
 /* Finds tiles [lo, hi) of the table that a side has on axis d. above: own ones, for the process above; else those that
@@ -67,8 +68,9 @@ static size_t CopyBox(const MPMPatch *patch, const SideIterator *w, PetscInt slo
                       char *message)
 {
   const PetscInt dim = patch->grid->dim, side = MPMTileSide(patch->basis);
-  const PetscInt c0 = MPM_NODE_FIRST(dim, parts), c1 = MPM_NODE_LAST(dim, parts);
   PetscReal     *at = (PetscReal *)message;
+  PetscInt       which[MPM_NODE_NC];
+  const PetscInt n = MPMNodeSums(dim, parts, which);
 
   for (PetscInt k = w->from[2]; k < w->to[2]; k++)
     for (PetscInt j = w->from[1]; j < w->to[1]; j++) {
@@ -77,9 +79,11 @@ static size_t CopyBox(const MPMPatch *patch, const SideIterator *w, PetscInt slo
 
       for (PetscInt i = w->from[0]; i < w->to[0]; i++, sum += MPM_NODE_NC)
         if (pack)
-          for (PetscInt c = c0; c < c1; c++) *at++ = sum[c];
-        else
-          for (PetscInt c = 0; c < MPM_NODE_NC; c++) sum[c] = c < c0 || c >= c1 ? 0 : *at++;
+          for (PetscInt c = 0; c < n; c++) *at++ = sum[which[c]];
+        else {
+          memset(sum, 0, MPM_NODE_NC * sizeof *sum);
+          for (PetscInt c = 0; c < n; c++) sum[which[c]] = *at++;
+        }
     }
   return (size_t)((char *)at - message);
 }
@@ -87,9 +91,9 @@ static size_t CopyBox(const MPMPatch *patch, const SideIterator *w, PetscInt slo
 /* Returns the most bytes that a message for this side can have. Not collective. */
 size_t MPMTilesBytes(const MPMPatch *patch, const int toward[3], PetscInt parts, PetscBool above)
 {
-  const PetscInt dim   = patch->grid->dim;
-  size_t         nodes = 1, tiles = 1;
-  SideIterator   w;
+  size_t       nodes = 1, tiles = 1;
+  PetscInt     which[MPM_NODE_NC];
+  SideIterator w;
 
   SideBegin(patch, toward, above, &w);
   for (PetscInt d = 0; d < 3; d++) {
@@ -102,8 +106,7 @@ size_t MPMTilesBytes(const MPMPatch *patch, const int toward[3], PetscInt parts,
     nodes *= sum;
     tiles *= (size_t)(w.hi[d] - w.lo[d]);
   }
-  return (tiles + 7) / 8 * 8 +
-         nodes * (size_t)(MPM_NODE_LAST(dim, parts) - MPM_NODE_FIRST(dim, parts)) * sizeof(PetscReal);
+  return (tiles + 7) / 8 * 8 + nodes * (size_t)MPMNodeSums(patch->grid->dim, parts, which) * sizeof(PetscReal);
 }
 
 /* Returns how many sums of nodes go to the process above on the side with the present particles; a node counts once for

@@ -23,12 +23,13 @@ typedef struct {
   PetscInt  state;     /* bits of the fields that the materials list */
   PetscBool kinds;     /* there is more than one kind of particle */
   PetscBool affine;    /* the transfer is apic */
-  PetscBool residual;  /* the transfer is xpic */
+  PetscBool residual;  /* the transfer is xpic or afmpm */
   PetscBool stretched; /* domains of gimp particles follow the deformation */
   PetscBool increment; /* a later phase than that of motion adds the displacement to x */
   PetscBool forced;    /* there are body forces or loads */
   PetscBool surface;   /* there are loads */
   PetscBool start;     /* the position at the start is needed */
+  PetscBool all;       /* every field is present, needed or not (-method_carry all) */
 } MPMNeeds;
 
 /* Particles as kernels see them: for each field a pointer to its array [n][components], or NULL where the scene has no

@@ -19,9 +19,15 @@ const char *MPMMaterialSetUp(MPMMaterial *m)
   if (MPMListHas(m->type->state, #name)) m->state |= MPM_BIT(name);
   MPM_MATERIAL_FIELDS(MPM_MATERIAL_STATE)
 #undef MPM_MATERIAL_STATE
+  if (MPMListHas(m->type->state, "F|J")) m->state |= MPM_BIT(F);
   m->lambda = m->E * m->nu / ((1 + m->nu) * (1 - 2 * m->nu));
   m->mu     = m->E / (2 * (1 + m->nu));
   return m->type->law->setup ? m->type->law->setup(m) : NULL;
+}
+
+void MPMMaterialDropF(MPMMaterial *m)
+{
+  if (MPMListHas(m->type->state, "F|J")) m->state = (m->state & ~MPM_BIT(F)) | MPM_BIT(J);
 }
 
 void MPMMaterialState(PetscInt dim, const MPMView *view, PetscInt p, MPMBlock *b)

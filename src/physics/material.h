@@ -82,6 +82,10 @@ extern const MPMMaterialType MPMMaterialTypes[]; /* the rows of material.def; th
    NULL. Not collective. */
 const char *MPMMaterialSetUp(MPMMaterial *);
 
+/* Replaces F by J in the state of a material whose law has no use for F (F|J in its row): for scenes in which nothing
+   else reads F. Not collective. */
+void MPMMaterialDropF(MPMMaterial *);
+
 /* Copies the material state of particle p of a view to particle 0 of a block, as far as the view has it. Not
    collective. */
 void MPMMaterialState(PetscInt dim, const MPMView *, PetscInt p, MPMBlock *);

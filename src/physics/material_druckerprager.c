@@ -38,7 +38,7 @@ MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt
   MPMReal         b[3], n[3][3], e[3], tr, norm = MPMAll(0), f;
   MPMMask         beyond, flows, new;
 
-  MPMHenckyTrial(dim, dt, L, s->be);
+  MPMHenckyTrial(dim, m, dt, L, s);
   MPMHenckyStrain(dim, s->be, b, n, e);
   for (int k = 0; k < 3; k++) e[k] += open / 3;
   tr = e[0] + e[1] + e[2];
@@ -72,4 +72,4 @@ MPM_INLINE MPMReal druckerprager_speed2(int dim, const MPMMaterial *m, const MPM
   return MPMHenckySpeed2(dim, m, s);
 }
 
-MPM_MATERIAL_DEFINE_HISTORY(druckerprager, druckerprager_setup, MPM_BIT(be) | MPM_BIT(vc) | MPM_BIT(tau))
+MPM_MATERIAL_DEFINE_HISTORY(druckerprager, druckerprager_setup, MPM_BIT(J) | MPM_BIT(be) | MPM_BIT(vc) | MPM_BIT(tau))

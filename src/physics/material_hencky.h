@@ -14,12 +14,15 @@ MPM_INLINE void MPMHenckyStrain(int dim, const MPMReal be[6], MPMReal b[3], MPMR
   for (int k = 0; k < 3; k++) e[k] = 0.5 * MPMLog(b[k]);
 }
 
-/* Updates be <- f be f^T with f = I + dt L, L [dim*dim] in 1/s: the trial state, in which nothing flows. */
-MPM_INLINE void MPMHenckyTrial(int dim, PetscReal dt, const MPMReal *L, MPMReal be[6])
+/* Updates be <- f be f^T with f = I + dt L, L [dim*dim] in 1/s: the trial state, in which nothing flows; and, of
+   particles without F, the volume ratio J <- det(f) J. */
+MPM_INLINE void MPMHenckyTrial(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *now)
 {
-  MPMReal f[9], fb[9];
+  MPMReal *be = now->be;
+  MPMReal  f[9], fb[9];
 
   for (int k = 0; k < dim * dim; k++) f[k] = (PetscReal)(k % (dim + 1) == 0) + dt * L[k];
+  if (m->state & MPM_BIT(J)) now->J *= MPMDet(dim, f);
   for (int d = 0; d < dim; d++)
     for (int e = 0; e < dim; e++) {
       fb[d * dim + e] = f[d * dim] * be[MPMSymIndex(0, e)];

@@ -9,7 +9,7 @@ MPM_INLINE void vonmises_update(int dim, const MPMMaterial *m, PetscReal dt, con
   MPMReal b[3], n[3][3], e[3], mean, q = MPMAll(0), f;
   MPMMask flows;
 
-  MPMHenckyTrial(dim, dt, L, s->be);
+  MPMHenckyTrial(dim, m, dt, L, s);
   MPMHenckyStrain(dim, s->be, b, n, e);
   mean = (e[0] + e[1] + e[2]) / 3;
   for (int k = 0; k < 3; k++) q += (e[k] - mean) * (e[k] - mean);
@@ -36,4 +36,4 @@ MPM_INLINE MPMReal vonmises_speed2(int dim, const MPMMaterial *m, const MPMParti
   return MPMHenckySpeed2(dim, m, s);
 }
 
-MPM_MATERIAL_DEFINE_HISTORY(vonmises, NULL, MPM_BIT(be) | MPM_BIT(ep) | MPM_BIT(tau))
+MPM_MATERIAL_DEFINE_HISTORY(vonmises, NULL, MPM_BIT(J) | MPM_BIT(be) | MPM_BIT(ep) | MPM_BIT(tau))

@@ -1,5 +1,6 @@
 /* method.c - reads the options of how a run is made: basis, update, transfer, time steps. It is used before the first
    step. */
+#include "kernels/tile_index.h"
 #include "run/mpm.h"
 
 #define MPM_HATS_RATE                                                                                                  \
@@ -58,7 +59,7 @@ static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
   MPMCore           *core = &mpm->core;
   const PetscBool    hats = core->basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE;
   const MPMTransfer *transfer;
-  char               update[MPM_NAME_LEN], name[MPM_NAME_LEN];
+  char               update[MPM_NAME_LEN], name[MPM_NAME_LEN], carry[MPM_NAME_LEN];
   PetscBool          chosen, order_set;
 
   PetscFunctionBeginUser;
@@ -66,20 +67,49 @@ static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
   (void)snprintf(name, sizeof name, "%s", hats ? "flip" : mpm->preset->transfer);
   PetscCall(MPMOptionsEnum(o, "method_update", NULL, update, NULL));
   PetscCall(MPMOptionsEnum(o, "method_transfer", NULL, name, &chosen));
-  PetscCall(MPMOptionsInt(o, "method_order", NULL, &core->params.xpic, &order_set));
+  PetscCall(MPMOptionsInt(o, "method_order", NULL, &core->params.order, &order_set));
+  PetscCall(MPMOptionsEnum(o, "method_carry", NULL, carry, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   for (mpm->method.scheme = MPMSchemes; strcmp(mpm->method.scheme->name, update);) mpm->method.scheme++;
   for (transfer = MPMTransfers; strcmp(transfer->name, name);) transfer++;
   mpm->method.transfer = transfer;
   PetscCall(ReadDamping(mpm, o, chosen));
-  if (!transfer->filtered) {
+  if (transfer->rounds == MPM_NO_ROUNDS) {
     if (order_set && !MPMOptionsOverridden("method_order", "method_transfer"))
-      MPMOptionsFail(o, "-method_order does not apply: it is the order of -method_transfer xpic");
-    core->params.xpic = 0;
+      MPMOptionsFail(o, "-method_order does not apply: it is the order of -method_transfer xpic or afmpm");
+    core->params.order = 0;
   }
   core->needs.increment = mpm->method.scheme->keeps_increment;
   core->needs.affine    = transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.residual  = transfer->filtered;
+  core->needs.residual  = transfer->rounds != MPM_NO_ROUNDS ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.all       = !strcmp(carry, "all") ? PETSC_TRUE : PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads what is done against locking, after the basis. A box of F-bar has to lie within a tile. */
+static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
+{
+  MPMCore       *core = &mpm->core;
+  const PetscInt most = MPMTileEdge(core->basis);
+  char           locking[MPM_NAME_LEN];
+  PetscInt       cells;
+  PetscBool      set;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "method_locking", NULL, locking, NULL));
+  PetscCall(MPMOptionsInt(o, "method_lock_cells", NULL, &cells, &set));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!strcmp(locking, "none")) {
+    if (set && !MPMOptionsOverridden("method_lock_cells", "method_locking"))
+      MPMOptionsFail(o, "-method_lock_cells does not apply: -method_locking is none");
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (core->grid.dim == 1)
+    MPMOptionsFail(o, "-method_locking fbar does not apply: with -dim 1 all strain is change of volume");
+  if (cells == 3 || cells > most)
+    MPMOptionsFail(o, "-method_lock_cells %" PetscInt_FMT ": with -method_basis %s choose 1%s", cells,
+                   MPMBasisNames[core->basis], most == 2 ? " or 2" : ", 2 or 4");
+  core->params.box = cells;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -103,8 +133,8 @@ static void CheckNodes(const MPMCore *core, MPMOptions o)
 static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
 {
   MPMCore  *core = &mpm->core;
-  char      basis[MPM_NAME_LEN], wall[MPM_NAME_LEN], gimp[MPM_NAME_LEN];
-  PetscBool wall_set, gimp_set;
+  char      basis[MPM_NAME_LEN], wall[MPM_NAME_LEN], gimp[MPM_NAME_LEN], inertia[MPM_NAME_LEN];
+  PetscBool wall_set, gimp_set, inertia_set, affine;
   PetscInt  row;
 
   PetscFunctionBeginUser;
@@ -113,14 +143,20 @@ static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsEnum(o, "method_basis", NULL, basis, NULL));
   PetscCall(MPMOptionsEnum(o, "method_wall_basis", NULL, wall, &wall_set));
   PetscCall(MPMOptionsEnum(o, "method_gimp_update", NULL, gimp, &gimp_set));
+  PetscCall(MPMOptionsEnum(o, "method_wall_inertia", NULL, inertia, &inertia_set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsFind(basis, MPM_NUM_BASES, MPMBasisNames, &row));
-  core->basis           = (MPMBasis)row;
+  core->basis = (MPMBasis)row;
+  affine = MPMBasisIsSpline(core->basis) && core->needs.affine && !strcmp(wall, "extrap") ? PETSC_TRUE : PETSC_FALSE;
   core->needs.stretched = core->basis == MPM_BASIS_gimp && !strcmp(gimp, "stretch") ? PETSC_TRUE : PETSC_FALSE;
   if (wall_set && !MPMBasisIsSpline(core->basis) && !MPMOptionsOverridden("method_wall_basis", "method_basis"))
     MPMOptionsFail(o, "-method_wall_basis does not apply: it is for the splines, -method_basis is %s", basis);
   if (gimp_set && core->basis != MPM_BASIS_gimp && !MPMOptionsOverridden("method_gimp_update", "method_basis"))
     MPMOptionsFail(o, "-method_gimp_update does not apply: -method_basis is %s", basis);
+  core->params.own_inertia = affine && !strcmp(inertia, "own") ? PETSC_TRUE : PETSC_FALSE;
+  if (inertia_set && !affine && !MPMOptionsOverridden("method_wall_inertia", "method_basis") &&
+      !MPMOptionsOverridden("method_wall_inertia", "method_transfer"))
+    MPMOptionsFail(o, "-method_wall_inertia does not apply: it is for affine velocities with splines of form extrap");
   for (PetscInt k = 0; k < mpm->scene.nmaterials; k++)
     if (core->needs.stretched && !(mpm->scene.materials[k].state & MPM_BIT(F)))
       MPMOptionsFail(o, "-method_gimp_update stretch does not apply: material %s (%s) has no deformation gradient",
@@ -170,5 +206,6 @@ PetscErrorCode MPMMethodSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(ReadBasis(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadTransfer(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadTime(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(ReadLocking(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

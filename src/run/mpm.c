@@ -41,9 +41,10 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(ReadSafety(o));
   PetscCall(MPMExchangeSetFromOptions(core, o));
   PetscCall(MPMModelSetFromOptions(&mpm->cost, o));
-  PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o));
+  PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o, &core->energy.on));
   PetscCall(MPMOutputSetFromOptions(&mpm->output, scene, mpm->time.end, o));
   PetscCall(MPMStudySetFromOptions(mpm, o));
+  PetscCall(MPMOptionsBool(o, "report_indicator", NULL, &mpm->report.indicator));
   PetscCall(MPMOptionsBool(o, "report_limits", NULL, &mpm->report.limits));
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
   PetscCall(MPMOptionsFinish(o));
@@ -62,6 +63,20 @@ static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns whether anything but its law reads the deformation gradient of a material's particles: domains that stretch, the
+   volumes of F-bar, a pressure on its surface, or snapshots. */
+static PetscBool ReadsF(MPM mpm, PetscInt material)
+{
+  const MPMScene *scene = &mpm->scene;
+
+  if (mpm->core.needs.stretched || mpm->core.params.box ||
+      (mpm->output.enabled && mpm->output.fields >> MPM_SHOWS_F & 1))
+    return PETSC_TRUE;
+  for (PetscInt l = 0; l < scene->nloads; l++)
+    if (scene->loads[l].pressure && scene->bodies[scene->loads[l].body].material == material) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* Sets the phases of a step, the fields of particles and the constants of the cost model. Collective on core.comm. */
 PetscErrorCode MPMSetPhases(MPM mpm)
 {
@@ -70,15 +85,21 @@ PetscErrorCode MPMSetPhases(MPM mpm)
 
   PetscFunctionBeginUser;
   MPMWallsDerive(&scene->walls);
-  core->params.kinds     = scene->kinds;
-  core->params.nkinds    = scene->nkinds;
-  core->params.materials = scene->materials;
-  core->params.walls     = &scene->walls;
-  for (PetscInt k = 0; k < scene->nmaterials; k++) core->needs.state |= scene->materials[k].state;
-  core->needs.kinds   = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.forced  = scene->forced;
-  core->needs.surface = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.start   = scene->keeps_start;
+  core->params.kinds      = scene->kinds;
+  core->params.nkinds     = scene->nkinds;
+  core->params.materials  = scene->materials;
+  core->params.nmaterials = scene->nmaterials;
+  core->params.walls      = &scene->walls;
+  for (PetscInt k = 0; k < scene->nmaterials; k++) {
+    if (!ReadsF(mpm, k)) MPMMaterialDropF(&scene->materials[k]);
+    core->needs.state |= scene->materials[k].state;
+  }
+  core->needs.kinds    = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.forced   = scene->forced || core->needs.all ? PETSC_TRUE : PETSC_FALSE;
+  core->energy.loads   = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.surface  = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.start    = scene->keeps_start;
+  core->params.carried = core->needs.all ? MPM_MATERIAL_BITS : 0;
   PetscCall(MPMStepSetUp(core, &mpm->method));
   PetscCall(MPMParticlesLayout(&core->particles, core->grid.dim, &core->needs));
   PetscCall(MPMModelSetUp(&mpm->cost, core, scene, mpm->output.dir));
@@ -257,7 +278,9 @@ PetscErrorCode MPMDestroy(MPM *mpm)
     PetscCall(core->exchange.type->finish(core));
     PetscCall(MPMWorkView(&(*mpm)->cost, core)); /* now that workers of the pool can take part */
   }
+  PetscCall(PetscFree(core->exchange.boxes));
   PetscCall(MPMParticlesDestroy(&core->particles));
+  PetscCall(MPMEnergyDestroy(&core->energy));
   PetscCall(MPMTimersDestroy(&core->timers));
   PetscCall(MPMSceneDestroy(&(*mpm)->scene));
   PetscCall(PetscFree(*mpm));

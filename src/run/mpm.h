@@ -36,15 +36,17 @@ typedef struct {
   PetscReal   order_min;
   PetscBool   order_wanted; /* is order_min given? */
   MPMQuantity quantity;
-  MPMWords    presets, bases, updates, transfers, ppc,
-      cfl;          /* workprecision: the methods; ppc, cfl empty: as the scene has it */
-  PetscInt coarser; /* workprecision: the first grid is 2^coarser times as coarse */
-  PetscInt repeats; /* workprecision: of each run, for its time */
+  MPMWords    presets, bases, updates, transfers; /* the methods */
+  MPMWords    ppc, cfl;                           /* workprecision; empty: as the scene has it */
+  PetscInt    coarser;                            /* workprecision: the first grid is 2^coarser times as coarse */
+  PetscInt    repeats;                            /* workprecision: of each run, for its time */
+  PetscInt    steps;                              /* stability: of a run */
 } MPMStudy;
 
 /* What the printing functions keep between calls. */
 typedef struct {
   PetscLogDouble start, line; /* when the run and the last line of progress began, s */
+  PetscBool      indicator;   /* -report_indicator */
   PetscBool      limits;      /* -report_limits: are the limits of a core measured for the line `speed`? */
   PetscBool      progress;    /* is a line of progress on the terminal? */
   PetscBool      untold;      /* is the reason to stop left to a study? Else the end of the run tells it */

@@ -69,7 +69,8 @@ static PetscErrorCode PrintMethod(MPM mpm)
                                                                               : "",
                      mpm->method.scheme->name));
   PetscCall(MPMPrint(&mpm->core.print, "%s", transfer->name));
-  if (transfer->filtered) PetscCall(MPMPrint(&mpm->core.print, " %" PetscInt_FMT, mpm->core.params.xpic));
+  if (transfer->rounds != MPM_NO_ROUNDS)
+    PetscCall(MPMPrint(&mpm->core.print, " %" PetscInt_FMT, mpm->core.params.order));
   if (transfer->flip < 0 && mpm->core.params.flip < 1)
     PetscCall(MPMPrint(&mpm->core.print, " %g", (double)mpm->core.params.flip));
   if (transfer->flip < 0 && (transfer->parts & MPM_AFFINE))
@@ -247,6 +248,39 @@ PetscErrorCode MPMReportProgress(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Prints the terms of the change of energy (-history_energy), in J and as a part of the largest energy and the work. */
+static PetscErrorCode PrintTerms(MPM mpm)
+{
+  static const struct {
+    const char *name;
+    PetscInt    row;
+  } terms[] = {
+      {"gravity", MPM_SHOWS_energy_gravity},
+      {"loads", MPM_SHOWS_load_work},
+      {"walls", MPM_SHOWS_energy_walls},
+      {"friction", MPM_SHOWS_energy_friction},
+      {"transfer", MPM_SHOWS_energy_transfer},
+      {"laws", MPM_SHOWS_energy_laws},
+      {"integration", MPM_SHOWS_energy_integration},
+  };
+  const MPMShown  shown = MPMMonitorShown(&mpm->monitor, &mpm->core, &mpm->scene);
+  const PetscReal base  = mpm->monitor.energy_max + PetscAbsReal(MPMShownWork(&shown));
+  PetscReal       sum   = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPrint(&mpm->core.print, "terms      of the change of energy, J, and in %% of %g J\n", (double)base));
+  for (size_t k = 0; k < sizeof terms / sizeof terms[0]; k++) {
+    const PetscReal value = MPMDiagnostics[terms[k].row].value(&shown);
+
+    sum += value;
+    PetscCall(MPMPrint(&mpm->core.print, "  %-12s %14.6g  %8.3f\n", terms[k].name, (double)value,
+                       base > 0 ? (double)(100 * value / base) : 0));
+  }
+  PetscCall(MPMPrint(&mpm->core.print, "  %-12s %14.6g  %8.3f\n", "all", (double)sum,
+                     base > 0 ? (double)(100 * sum / base) : 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Prints the energies at the start and at the end, as the history has them, and warnings if they are doubtful. */
 static PetscErrorCode PrintEnergy(MPM mpm)
 {
@@ -265,9 +299,12 @@ static PetscErrorCode PrintEnergy(MPM mpm)
                      (double)energy[0][0], (double)energy[1][0], (double)energy[0][1], (double)energy[1][1],
                      (double)(energy[0][0] + energy[0][1]), (double)(energy[1][0] + energy[1][1])));
   if (work != 0)
-    PetscCall(MPMPrint(&mpm->core.print, ", work of gravity %g J, residual %g J", (double)work, (double)residual));
+    PetscCall(MPMPrint(&mpm->core.print, ", work of %s %g J, residual %g J",
+                       !mpm->core.energy.loads ? "gravity" : "gravity, body forces and loads", (double)work,
+                       (double)residual));
   PetscCall(MPMPrint(&mpm->core.print, "\n"));
-  if (!mpm->scene.forced && !MovingWall(mpm, PETSC_FALSE) &&
+  if (mpm->core.energy.on) PetscCall(PrintTerms(mpm));
+  if (!mpm->scene.body_force && !MovingWall(mpm, PETSC_FALSE) &&
       residual > 0.05 * (mpm->monitor.energy_max + PetscAbsReal(work)))
     PetscCall(MPMPrint(&mpm->core.print,
                        "warning    energy grew by %.2g of its largest value, which nothing in the scene explains\n",
@@ -281,6 +318,27 @@ static PetscErrorCode PrintEnergy(MPM mpm)
         &mpm->core.print,
         "warning    dt reached %.3g h/c on the way, and the method is stable up to %g: do not trust the results\n",
         (double)mpm->wave, (double)MPMStableOf(&mpm->core, &mpm->method).rest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints how far the stress is from what nodes and particles agree on, unless all of it is rounding. The memory of
+   the next order, which no step follows to use, has room for a number of each particle. Collective on the exchange. */
+_Static_assert(sizeof(float) <= sizeof(PetscInt), "the order has room for numbers of float");
+static PetscErrorCode PrintIndicator(MPM mpm)
+{
+  MPMIndicator indicator;
+  PetscReal    rho = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMIndicatorCompute(&mpm->scene, &mpm->core, (float *)mpm->core.particles.spare, &indicator));
+  for (PetscInt m = 0; m < mpm->scene.nmaterials; m++) rho = PetscMax(rho, mpm->scene.materials[m].rho);
+  if (indicator.stress > 1e-10 * rho * mpm->core.status.c2) {
+    PetscCall(MPMPrint(&mpm->core.print, "indicator  stress jumps by %.3g %% of its rms %.3g Pa, most at (",
+                       (double)(100 * indicator.jump), (double)indicator.stress));
+    for (PetscInt d = 0; d < mpm->core.grid.dim; d++)
+      PetscCall(MPMPrint(&mpm->core.print, "%s%g", d ? ", " : "", (double)indicator.x[d]));
+    PetscCall(MPMPrint(&mpm->core.print, "): by %.3g %%\n", (double)(100 * indicator.largest)));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -343,6 +401,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
                        (double)mpm->core.t, now - mpm->report.start,
                        mpm->core.t < mpm->time.end ? " (-time_max_steps)" : ""));
   PetscCall(PrintEnergy(mpm));
+  if (mpm->report.indicator && mpm->core.status.bad == MPM_OK) PetscCall(PrintIndicator(mpm));
   if (mpm->scene.known) {
     PetscReal error, size;
 

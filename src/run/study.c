@@ -9,6 +9,8 @@ PetscErrorCode MPMStudyRun(MPM mpm, int *status)
   *status = MPM_EXIT_OK;
   if (!strcmp(mpm->study.type, "workprecision"))
     PetscCall(MPMStudyWorkPrecision(mpm, status));
+  else if (!strcmp(mpm->study.type, "stability"))
+    PetscCall(MPMStudyStability(mpm, status));
   else
     PetscCall(MPMStudyConvergence(mpm, status));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -47,6 +47,7 @@ typedef struct {
   PetscInt   dim, cells[3], steps, lines; /* lines: of the history that were seen */
   PetscInt64 particles;
   PetscReal  h, ppc, fixed, cfl; /* of axis x, m; of body 0 on axis x; -dt_size, or 0, s; -dt_cfl */
+  MPMStable  stable;             /* what the table of stable.def says of the method */
   PetscReal  error, size;        /* m */
   PetscReal  seconds, wall,
       memory; /* s of the steps alone, on one process of its processor; s of the run; bytes of particles, nodes */
@@ -96,5 +97,6 @@ PetscBool MPMSeriesRest(PetscInt n, const PetscReal d[], PetscReal *rest, PetscR
 
 /* The studies; *status is that of the program. Collective on base->core.comm. */
 PetscErrorCode MPMStudyConvergence(MPM base, int *status);
+PetscErrorCode MPMStudyStability(MPM base, int *status);
 
 #endif

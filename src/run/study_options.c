@@ -27,8 +27,11 @@ static PetscErrorCode ReadQuantity(MPM mpm, MPMOptions o)
     for (q->seen = 0; q->seen < MPM_NUM_SEEN - 1 && strcmp(ends[q->seen], colon);) q->seen++;
     if (q->seen == MPM_NUM_SEEN - 1) MPMOptionsFail(o, "-study_quantity %s: choose :max, :min or :end", q->name);
   }
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
-    for (PetscInt c = 0; c < MPMDiagnosticColumns(k, mpm->core.grid.dim); c++) {
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
+    PetscInt       first;
+    const PetscInt columns = MPMDiagnosticColumns(k, &mpm->core, &first);
+
+    for (PetscInt c = first; c < first + columns; c++) {
       ColumnName(k, c, name);
       (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", list[0] ? "|" : "", name);
       if (strcmp(name, text)) continue;
@@ -36,6 +39,7 @@ static PetscErrorCode ReadQuantity(MPM mpm, MPMOptions o)
       q->component = c;
       found        = PETSC_TRUE;
     }
+  }
   if (!found)
     MPMOptionsFail(o, "-study_quantity %s is no column of the history: choose one of %.*s", q->name, MPM_TEXT_LEN / 2,
                    list);
@@ -108,13 +112,13 @@ static void CheckNumber(MPMOptions o, const char word[])
 
   if (!colon) return;
   while (t->name && (strlen(t->name) != (size_t)(colon - word) || strncmp(t->name, word, (size_t)(colon - word)))) t++;
-  if (!t->name || (t->flip >= 0 && !t->filtered))
+  if (!t->name || (t->flip >= 0 && t->rounds == MPM_NO_ROUNDS))
     MPMOptionsFail(o, "-study_transfer %.100s: this transfer takes neither -method_flip nor -method_order", word);
   (void)strtod(colon + 1, &end);
   if (end == colon + 1 || *end) MPMOptionsFail(o, "-study_transfer %.100s: no number stands after the colon", word);
 }
 
-/* Reads the lists of methods of a work-precision study. */
+/* Reads the lists of methods of a study. */
 static PetscErrorCode ReadMethods(MPM mpm, MPMOptions o)
 {
   MPMStudy *study               = &mpm->study;
@@ -129,6 +133,46 @@ static PetscErrorCode ReadMethods(MPM mpm, MPMOptions o)
   PetscCall(ReadWords(o, "study_basis", bases, 0, &study->bases));
   PetscCall(ReadWords(o, "study_update", updates, 0, &study->updates));
   PetscCall(ReadWords(o, "study_transfer", transfers, 0, &study->transfers));
+  for (PetscInt k = 0; k < study->transfers.n; k++) CheckNumber(o, study->transfers.word[k]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes the word of the scene the list of an option that is not given. */
+static PetscErrorCode SetOwn(const char option[], const char own[], MPMWords *words)
+{
+  PetscBool given;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsHasName(NULL, NULL, option, &given));
+  if (given) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)snprintf(words->text, sizeof words->text, "%s", own);
+  words->n       = 1;
+  words->word[0] = words->text;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the methods and the steps of a study of stability. */
+static PetscErrorCode ReadStability(MPM mpm, MPMOptions o)
+{
+  MPMStudy *study = &mpm->study;
+
+  PetscFunctionBeginUser;
+  PetscCall(ReadMethods(mpm, o));
+  PetscCall(SetOwn("-study_basis", mpm->core.needs.stretched ? "gimp_stretch" : MPMBasisNames[mpm->core.basis],
+                   &study->bases));
+  PetscCall(SetOwn("-study_update", mpm->method.scheme->name, &study->updates));
+  PetscCall(SetOwn("-study_transfer", mpm->method.transfer->name, &study->transfers));
+  PetscCall(MPMOptionsInt(o, "study_steps", NULL, &study->steps, NULL));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the settings of a work-precision study. */
+static PetscErrorCode ReadSettings(MPM mpm, MPMOptions o)
+{
+  MPMStudy *study = &mpm->study;
+
+  PetscFunctionBeginUser;
+  PetscCall(ReadMethods(mpm, o));
   PetscCall(ReadWords(o, "study_ppc", NULL, 64, &study->ppc));
   PetscCall(ReadWords(o, "study_cfl", NULL, 2, &study->cfl));
   PetscCall(MPMOptionsInt(o, "study_repeats", NULL, &study->repeats, NULL));
@@ -139,7 +183,6 @@ static PetscErrorCode ReadMethods(MPM mpm, MPMOptions o)
                      "-study_coarser %" PetscInt_FMT ": the %" PetscInt_FMT
                      " cells on axis %c are no multiple of %" PetscInt_FMT,
                      study->coarser, mpm->core.grid.cells[d], "xyz"[d], (PetscInt)1 << study->coarser);
-  for (PetscInt k = 0; k < study->transfers.n; k++) CheckNumber(o, study->transfers.word[k]);
   for (PetscInt k = 0; k < study->ppc.n; k++)
     if (strspn(study->ppc.word[k], "0123456789") != strlen(study->ppc.word[k]))
       MPMOptionsFail(o, "-study_ppc %s must be whole", study->ppc.word[k]);
@@ -161,12 +204,16 @@ PetscErrorCode MPMStudySetFromOptions(MPM mpm, MPMOptions o)
       MPMOptionsFail(o, "-reference_type finest does not apply: it is the last run of a -study_type");
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  if (!strcmp(study->type, "stability")) {
+    PetscCall(ReadStability(mpm, o));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MPMOptionsInt(o, "study_levels", NULL, &study->levels, NULL));
   if (!strcmp(study->type, "convergence")) {
     PetscCall(MPMOptionsEnum(o, "study_vary", NULL, study->vary, NULL));
     PetscCall(MPMOptionsReal(o, "study_order_min", NULL, &study->order_min, &study->order_wanted));
   } else
-    PetscCall(ReadMethods(mpm, o));
+    PetscCall(ReadSettings(mpm, o));
   PetscCall(ReadQuantity(mpm, o));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   if (mpm->scene.finest && study->quantity.on)

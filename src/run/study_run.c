@@ -136,8 +136,11 @@ static void Watch(const MPMShown *shown, void *to)
 {
   MPMStudyResult *r = (MPMStudyResult *)to;
 
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
-    for (PetscInt c = 0; c < MPMDiagnosticColumns(k, shown->core->grid.dim); c++) {
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
+    PetscInt       first;
+    const PetscInt columns = MPMDiagnosticColumns(k, shown->core, &first);
+
+    for (PetscInt c = first; c < first + columns; c++) {
       const PetscReal value = MPMDiagnosticValue(shown, k, c);
       PetscReal      *seen  = r->column[k][c];
 
@@ -146,6 +149,7 @@ static void Watch(const MPMShown *shown, void *to)
       seen[MPM_SEEN_MIN] = PetscMin(seen[MPM_SEEN_MIN], value);
       seen[MPM_SEEN_MAX] = PetscMax(seen[MPM_SEEN_MAX], value);
     }
+  }
   r->lines++;
 }
 
@@ -158,6 +162,7 @@ static void Describe(MPM mpm, MPMStudyResult *r)
   r->ppc       = (PetscReal)mpm->scene.bodies[0].ppc[0];
   r->fixed     = mpm->time.fixed;
   r->cfl       = mpm->time.cfl;
+  r->stable    = MPMStableOf(&mpm->core, &mpm->method);
   r->particles = mpm->core.particles.total;
   r->basis     = (PetscInt)mpm->core.basis;
   r->stretched = mpm->core.needs.stretched;
@@ -167,7 +172,7 @@ static void Describe(MPM mpm, MPMStudyResult *r)
   r->strain    = mpm->core.params.strain;
   r->rate      = mpm->method.rate;
   r->viscosity = mpm->method.viscosity;
-  r->order     = mpm->core.params.xpic;
+  r->order     = mpm->core.params.order;
   MPMMethodWrong(mpm, r->wrong);
 }
 

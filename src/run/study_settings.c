@@ -50,7 +50,8 @@ static PetscErrorCode SetMethod(MPMChanges *c, const MPMSetting *s)
   PetscCall(MPMChangesSet(c, "-method_update", "%s", s->update));
   PetscCall(MPMChangesSet(c, "-method_transfer", "%s", s->transfer));
   if (s->number[0])
-    PetscCall(MPMChangesSet(c, Transfer(s->transfer)->filtered ? "-method_order" : "-method_flip", "%s", s->number));
+    PetscCall(MPMChangesSet(c, Transfer(s->transfer)->rounds != MPM_NO_ROUNDS ? "-method_order" : "-method_flip", "%s",
+                            s->number));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -183,7 +184,7 @@ PetscErrorCode MPMSettingOptions(MPM base, const MPMSetting *s, const MPMStudyRe
   if (MPMTransfers[r->transfer].flip < 0 && !(r->viscosity > 0))
     Append(text, r->rate > 0 ? " -method_damping_rate %g" : " -method_flip %g",
            (double)(r->rate > 0 ? r->rate : r->flip));
-  if (MPMTransfers[r->transfer].filtered) Append(text, " -method_order %" PetscInt_FMT, r->order);
+  if (MPMTransfers[r->transfer].rounds != MPM_NO_ROUNDS) Append(text, " -method_order %" PetscInt_FMT, r->order);
   PetscCall(PetscOptionsHasName(NULL, NULL, "-grid_h", &by_size));
   for (PetscInt d = 0; d < dim; d++) {
     Append(text, "%s", d ? "," : by_size ? " -grid_h " : " -grid_cells ");

@@ -88,7 +88,7 @@ void MPMWorkPut(MPMWorkRow *row, const MPMStudyResult *r)
   row->flip      = transfer->flip < 0 ? (double)r->flip : NAN;
   row->strain    = transfer->flip < 0 && transfer->parts & MPM_AFFINE ? (double)r->strain : NAN;
   row->rate      = r->rate > 0 ? (double)r->rate : NAN;
-  row->order     = transfer->filtered ? (double)r->order : NAN;
+  row->order     = transfer->rounds != MPM_NO_ROUNDS ? (double)r->order : NAN;
   row->ppc       = (double)r->ppc;
   row->cfl       = r->fixed > 0 ? NAN : (double)r->cfl;
   row->h         = (double)r->h;

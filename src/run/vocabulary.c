@@ -39,7 +39,7 @@ static const char schemes[] =
 #include "step/scheme.def"
     "";
 #undef MPM_SCHEME
-#define MPM_TRANSFER(name, flip, parts, filtered, what) "|" #name
+#define MPM_TRANSFER(name, flip, parts, rounds, what) "|" #name
 static const char transfers[] =
 #include "step/transfer.def"
     "";
@@ -73,11 +73,13 @@ static const char balances[] =
 /* The words of fields of snapshots, separated by blanks. */
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs) word " "
 #define MPM_RUN_QUANTITY(name, unit, whole)
+#define MPM_ENERGY_QUANTITY(name, uses)
 static const char fields[] =
 #include "output/diagnostics.def"
     "grid";
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
+#undef MPM_ENERGY_QUANTITY
 
 /* Known solutions: those with a force of their own are values of -mms_type, the others of -reference_type. */
 #define MPM_REFERENCE(name, manufactured, parameters, what) MPM_IF_##manufactured("|" #name, "")

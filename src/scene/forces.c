@@ -35,6 +35,7 @@ PetscErrorCode MPMForcesSetFromOptions(MPMScene *scene, const MPMCore *core, MPM
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsExpression(o, "acceleration", NULL, "xyzXYZt", core->grid.dim, &scene->acceleration));
   for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(ReadLoad(scene, core, o, &scene->loads[k]));
+  scene->body_force  = scene->acceleration ? PETSC_TRUE : PETSC_FALSE;
   scene->forced      = scene->acceleration || scene->nloads ? PETSC_TRUE : PETSC_FALSE;
   scene->keeps_start = scene->forced;
   PetscFunctionReturn(PETSC_SUCCESS);

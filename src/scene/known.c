@@ -99,7 +99,7 @@ PetscErrorCode MPMKnownSetFromOptions(MPMScene *scene, const MPMCore *core, MPMO
   PetscCall(ReadParameters(o, known->row, by_mms, &known->data));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   CheckRow(scene, o, known, by_mms ? "mms_type" : "reference_type");
-  if (known->row->acceleration && known->row->manufactured) scene->forced = PETSC_TRUE;
+  if (known->row->acceleration && known->row->manufactured) scene->forced = scene->body_force = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

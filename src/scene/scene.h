@@ -48,6 +48,7 @@ typedef struct {
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
   MPMKnown     *known;               /* or NULL */
   PetscBool     finest;              /* -reference_type finest: the last run of a study is the reference */
+  PetscBool     body_force;          /* a body force besides gravity acts on all particles */
   PetscBool     forced, keeps_start; /* are there body forces or loads; do particles have field X? */
   PetscInt64    overlap;             /* particles that lie in an earlier body too */
   PetscInt64    on_line;             /* particles that start exactly on a line of the grid */

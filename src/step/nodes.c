@@ -67,6 +67,15 @@ MPM_INLINE void Residual(int dim, const MPMParams *par, const MPMGrid *grid, con
   Divide(dim, par->walls->residual, grid, r);
 }
 
+/* Sets the mean of what the particles have in field r, on which no wall acts. */
+MPM_INLINE void Mean(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+{
+  static const MPMFace none[3][2];
+
+  (void)par;
+  Divide(dim, none, grid, r);
+}
+
 /* Sets a = f/m + g, eqs. (5) and (13), and v <- v + dt a, eq. (6), and applies walls, which also set a. */
 MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
@@ -86,6 +95,25 @@ MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, cons
     }
     n->met = 0;
     if (Walled(r, lo, hi, i, ijk)) n->met = (PetscReal)MPMWallsAdvance(faces, grid, ijk, par->dt, before, v, a);
+  }
+}
+
+/* Corrects v after the advance by S+ r + dt a, where the sums of p are those of r: each correction brings v nearer to the
+   solution of M v = p + dt f with the full mass matrix M. Walls hold the new v too, and those that only push hold the
+   nodes that met them in the advance. */
+MPM_INLINE void Correct(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+{
+  const MPMFace(*faces)[2] = par->walls->gradient;
+  const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
+  PetscInt       ijk[3];
+
+  for (PetscInt i = r->first; i < r->last; i++) {
+    const MPMNode *n = r->node + i;
+    PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim), *a = v + dim;
+
+    for (int d = 0; d < dim; d++)
+      if (n->m > 0 && !((PetscInt)n->met & (PetscInt)1 << d)) v[d] += n->p[d] / n->m + par->dt * a[d];
+    if (Walled(r, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
   }
 }
 
@@ -116,4 +144,6 @@ MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid
 NODE_KERNEL(Velocity)
 NODE_KERNEL(VelocityAgain)
 NODE_KERNEL(Residual)
+NODE_KERNEL(Mean)
 NODE_KERNEL(Advance)
+NODE_KERNEL(Correct)

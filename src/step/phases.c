@@ -13,31 +13,38 @@
 
 #define TO_NODES(name, parts, in)                                                                                      \
   {                                                                                                                    \
-    name, MPM_PARTICLES_TO_NODES, parts, NULL, 0, in, 0, 0                                                             \
+    name, MPM_PARTICLES_TO_NODES, parts, NULL, 0, 0, in, 0, 0                                                          \
   }
 #define NODES(name, kernel, flops)                                                                                     \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, 0, 0, 0                                                                         \
+    name, MPM_NODES, 0, kernel, flops, 2, 0, 0, 0                                                                      \
+  }
+#define VELOCITIES(name, kernel, flops)                                                                                \
+  {                                                                                                                    \
+    name, MPM_NODES, 0, kernel, flops, 1, 0, 0, 0                                                                      \
   }
 #define TO_PARTICLES(name, parts, in, out)                                                                             \
   {                                                                                                                    \
-    name, MPM_NODES_TO_PARTICLES, parts, NULL, 0, in, out, 0                                                           \
+    name, MPM_NODES_TO_PARTICLES, parts, NULL, 0, 0, in, out, 0                                                        \
   }
 
 /* A row has a name, which is that of its timer, so that rows may share one. A transfer has its parts, the fields that
-   it reads and the fields that it writes; a node update has its kernel, and operations per node and axis. */
+   it reads and the fields that it writes; a node update has its kernel, and operations per node and axis; it sets
+   velocities and accelerations, or VELOCITIES alone, and then sends no more than these. */
 /* clang-format off */
-enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, ADVANCE, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
+enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
   [P2G]               = TO_NODES("P2G", MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE, WHERE | MOMENTUM | STRESS | B(b)),
   [P2G_MASS]          = TO_NODES("P2G_MASS", MPM_P2G_MASS | MPM_P2G_MOMENTUM, WHERE | MOMENTUM),
   [P2G_MOMENTUM]      = TO_NODES("P2G_MOMENTUM", MPM_P2G_MOMENTUM, WHERE | MOMENTUM),
   [P2G_RESIDUAL]      = TO_NODES("P2G_RESIDUAL", MPM_P2G_MOMENTUM | MPM_RESIDUAL, WHERE | B(r)),
   [P2G_FORCE]         = TO_NODES("P2G_FORCE", MPM_P2G_FORCE, WHERE | STRESS | B(b)),
-  [VELOCITY]          = NODES("VELOCITY", MPMNodesVelocity, 1),
-  [VELOCITY_AGAIN]    = NODES("VELOCITY", MPMNodesVelocityAgain, 1),
-  [RESIDUAL]          = NODES("RESIDUAL", MPMNodesResidual, 1),
+  [VELOCITY]          = VELOCITIES("VELOCITY", MPMNodesVelocity, 1),
+  [VELOCITY_AGAIN]    = VELOCITIES("VELOCITY", MPMNodesVelocityAgain, 1),
+  [RESIDUAL]          = VELOCITIES("RESIDUAL", MPMNodesResidual, 1),
+  [MEAN]              = VELOCITIES("VELOCITY", MPMNodesMean, 1),
   [ADVANCE]           = NODES("ADVANCE", MPMNodesAdvance, 5),
+  [CORRECT]           = NODES("CORRECT", MPMNodesCorrect, 4),
   [G2P]               = TO_PARTICLES("G2P", MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT, WHERE | B(v) | B(r) | STATE | COMMIT_IN, B(v) | B(C) | STATE | COMMIT_OUT),
   [G2P_MOTION]        = TO_PARTICLES("G2P_MOTION", MPM_G2P_MOTION | MPM_G2P_COMMIT, WHERE | B(v) | B(r) | COMMIT_IN, B(v) | B(C) | COMMIT_OUT),
   [G2P_MOTION_HOLD]   = TO_PARTICLES("G2P_MOTION", MPM_G2P_MOTION, WHERE | B(v) | B(r), B(v) | B(C) | B(dx)),
@@ -64,15 +71,18 @@ const MPMScheme MPMSchemes[] = {
     {NULL, NULL, PETSC_FALSE, NULL}};
 
 const MPMTransfer MPMTransfers[] = {
-#define MPM_TRANSFER(name, flip, parts, filtered, what) {#name, what, flip, parts, filtered},
+#define MPM_TRANSFER(name, flip, parts, rounds, what) {#name, what, flip, parts, rounds},
 #include "step/transfer.def"
 #undef MPM_TRANSFER
-    {NULL, NULL, 0, 0, PETSC_FALSE}};
+    {NULL, NULL, 0, 0, MPM_NO_ROUNDS}};
 
 /* The filter of xpic, which runs -method_order times: the first time r = v - S S+ v, then r <- r - S S+ r. S+ maps from
    particles to nodes, and S from nodes to particles. */
 static const int filter[2][3] = {{P2G_MASS, VELOCITY, G2P_FILTER}, {P2G_RESIDUAL, RESIDUAL, G2P_FILTER_AGAIN}};
 _Static_assert(3 * MPM_MAX_XPIC + MPM_MAX_SCHEME <= MPM_MAX_PROGRAM, "a step's program has room for the filter");
+
+/* A correction of afmpm, of which -method_order - 1 follow the advance: r = v - S v', and v' <- v' + S+ r + dt a. */
+static const int correction[3] = {G2P_FILTER, P2G_RESIDUAL, CORRECT};
 
 PetscBool MPMSchemeIsDirect(const MPMScheme *scheme)
 {
@@ -84,6 +94,35 @@ PetscBool MPMSchemeIsDirect(const MPMScheme *scheme)
 const MPMPhase *MPMStepOutputPhase(const MPMCore *core, PetscInt k)
 {
   return &core->phases[k ? VELOCITY : P2G_MASS];
+}
+
+const MPMPhase *MPMStepRecoverPhase(const MPMCore *core, PetscInt k)
+{
+  static const int recover[4] = {P2G_MASS, P2G_RESIDUAL, MEAN, G2P_FILTER_AGAIN};
+
+  return &core->phases[recover[k]];
+}
+
+/* Gives a phase what any scene could need, as far as that changes no result (-method_carry all): its particles have all
+   fields, of which b, C and the states of other laws stay as they started; sums have an affine part, of C = 0; messages
+   have whole records of nodes. Phases do not get r of xpic, and those that move particles not the l of domains that
+   stretch, since with these fields a kernel would do something else. */
+static void CarryAll(MPMPhase *phase, const MPMNeeds *needs)
+{
+  PetscInt fields = (B(cell) << 1) - 1; /* cell is the last one */
+
+  if (!needs->residual) fields &= ~B(r);
+  if (!needs->stretched && phase->kind == MPM_NODES_TO_PARTICLES) fields &= ~B(l);
+  if (phase->kind == MPM_NODES) {
+    phase->motion = 2;
+    return;
+  }
+  phase->particles_in = fields;
+  if (phase->kind == MPM_PARTICLES_TO_NODES) {
+    phase->parts |= MPM_P2G_WHOLE;
+    if ((phase->parts & MPM_P2G_MOMENTUM) && !(phase->parts & MPM_RESIDUAL)) phase->parts |= MPM_AFFINE;
+  } else
+    phase->particles_out = (phase->particles_out | MPM_MATERIAL_BITS | B(C)) & fields;
 }
 
 /* Copies the table of phases as this scene needs it: with the parts that the transfer adds, and without fields that no
@@ -106,6 +145,13 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
       phase->particles_in &= ~B(F);
     if ((phase->parts & (MPM_P2G_MOMENTUM | MPM_G2P_MOTION)) && !(phase->parts & MPM_RESIDUAL))
       phase->parts |= transfer->parts;
+    if ((phase->parts & MPM_G2P_MOTION) && transfer->rounds != MPM_FILTER) phase->particles_in &= ~B(r);
+    if ((phase->parts & MPM_G2P_STRESS) && core->params.box) phase->parts |= MPM_G2P_FBAR;
+    if ((phase->parts & MPM_P2G_FORCE) && core->params.box) {
+      phase->parts |= MPM_P2G_FBAR;
+      phase->particles_in |= B(F) | B(J);
+    }
+    if (core->needs.all) CarryAll(phase, &core->needs);
   }
 }
 
@@ -114,12 +160,19 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
   PetscFunctionBeginUser;
   PetscCall(MPMTimersCreate(&core->timers));
   FitPhases(core, method->transfer);
-  core->nphases = NUM_PHASES;
+  core->nphases     = NUM_PHASES;
+  core->energy.mean = method->scheme->keeps_increment                                 ? MPM_MEAN_AGAIN
+                      : MPMSchemeIsDirect(method->scheme) || !(core->params.flip > 0) ? MPM_MEAN_NODES
+                                                                                      : MPM_MEAN_PARTICLES;
   for (PetscInt k = 0; k < NUM_PHASES; k++)
     PetscCall(MPMTimersPhase(&core->timers, phases[k].name, &core->phases[k].timer));
   core->nprogram = 0;
-  for (PetscInt k = 0; k < core->params.xpic; k++)
+  for (PetscInt k = 0; k < core->params.order && method->transfer->rounds == MPM_FILTER; k++)
     for (PetscInt i = 0; i < 3; i++) core->program[core->nprogram++] = &core->phases[filter[k > 0][i]];
-  for (const int *k = method->scheme->phases; *k >= 0; k++) core->program[core->nprogram++] = &core->phases[*k];
+  for (const int *k = method->scheme->phases; *k >= 0; k++) {
+    core->program[core->nprogram++] = &core->phases[*k];
+    for (PetscInt n = 1; n < core->params.order && *k == ADVANCE && method->transfer->rounds == MPM_CORRECT; n++)
+      for (PetscInt i = 0; i < 3; i++) core->program[core->nprogram++] = &core->phases[correction[i]];
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

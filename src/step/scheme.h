@@ -14,12 +14,15 @@ typedef struct {
 } MPMScheme;
 extern const MPMScheme MPMSchemes[]; /* rows of scheme.def; the last has no name */
 
+/* What -method_order repeats: nothing; the filter of xpic; the corrections of the nodes' velocity of afmpm. */
+typedef enum { MPM_NO_ROUNDS, MPM_FILTER, MPM_CORRECT } MPMRounds;
+
 /* A transfer: how particles get their velocity back from the grid. */
 typedef struct {
   const char *name, *what;
-  PetscReal   flip;     /* share of FLIP; < 0: it is -method_flip */
-  PetscInt    parts;    /* added to the phases of momentum and motion: MPM_AFFINE of apic */
-  PetscBool   filtered; /* xpic: -method_order filters run before the scheme */
+  PetscReal   flip;  /* share of FLIP; < 0: it is -method_flip */
+  PetscInt    parts; /* added to the phases of momentum and motion: MPM_AFFINE of apic */
+  MPMRounds   rounds;
 } MPMTransfer;
 extern const MPMTransfer MPMTransfers[]; /* rows of transfer.def; the last has no name */
 
@@ -50,11 +53,17 @@ PetscBool MPMSchemeIsDirect(const MPMScheme *);
 /* Returns phase k = 0, 1 of the two that give the mass and the velocity of the nodes for output. */
 const MPMPhase *MPMStepOutputPhase(const MPMCore *, PetscInt k);
 
+/* Returns phase k = 0 to 3 of those that average field r at the nodes, and take from it what the nodes give back: mass,
+   sums, means, difference. */
+const MPMPhase *MPMStepRecoverPhase(const MPMCore *, PetscInt k);
+
 /* The kernels of node updates (nodes.c): each updates the motion of the own nodes in one row of a patch along x. Not
    collective. */
 void MPMNodesVelocity(const MPMParams *, MPMPatch *, PetscInt row);
 void MPMNodesVelocityAgain(const MPMParams *, MPMPatch *, PetscInt row);
+void MPMNodesMean(const MPMParams *, MPMPatch *, PetscInt row);
 void MPMNodesResidual(const MPMParams *, MPMPatch *, PetscInt row);
 void MPMNodesAdvance(const MPMParams *, MPMPatch *, PetscInt row);
+void MPMNodesCorrect(const MPMParams *, MPMPatch *, PetscInt row);
 
 #endif

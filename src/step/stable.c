@@ -3,7 +3,7 @@
 #include "step/scheme.h"
 
 /* The columns of the table for particles that cross cells. */
-enum { FLIP, DAMPED, AFLIP_0, AFLIP_HALF, AFLIP_1, APIC, FILTERED, NUM_KINDS };
+enum { FLIP, DAMPED, AFLIP_0, AFLIP_HALF, AFLIP_1, APIC, FILTERED, AFMPM, NUM_KINDS };
 
 static const struct {
   const char *update;
@@ -19,6 +19,7 @@ static int Kind(const MPMCore *core, const MPMMethod *method)
 {
   const PetscBool affine = method->transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
 
+  if (method->transfer->rounds == MPM_CORRECT) return AFMPM;
   if (affine && method->transfer->flip == 0) return APIC;
   if (affine) return core->params.strain > 0.5 ? AFLIP_1 : core->params.strain > 0 ? AFLIP_HALF : AFLIP_0;
   if (method->transfer->flip == 0) return FILTERED;
@@ -32,8 +33,8 @@ MPMStable MPMStableOf(const MPMCore *core, const MPMMethod *method)
 
   for (size_t k = 0; k < sizeof rows / sizeof rows[0]; k++)
     if (rows[k].basis == core->basis && !strcmp(rows[k].update, method->scheme->name)) {
-      stable.rest     = rows[k].rest[affine];
       stable.crossing = rows[k].crossing[Kind(core, method)];
+      stable.rest     = Kind(core, method) == AFMPM ? stable.crossing : rows[k].rest[affine];
     }
   if (stable.crossing / MPM_STABLE_MARGIN > 0.1) /* in twentieths */
     stable.cfl = PetscMin(0.5, PetscFloorReal(stable.crossing / MPM_STABLE_MARGIN * 20 + 1e-9) / 20);

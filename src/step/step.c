@@ -24,6 +24,17 @@ static PetscErrorCode SetForces(MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode FollowEnergy(MPMCore *core, PetscBool begins)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_FORCES));
+  MPMWorkBegin(&core->timers);
+  PetscCall(MPMEnergyStep(core, begins));
+  MPMWorkEnd(&core->timers, MPM_TIMER_FORCES, NULL, 0);
+  PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_FORCES));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode RunPhase(MPMCore *core, const MPMPhase *phase)
 {
   const MPMExchangeType *ex = core->exchange.type;
@@ -32,6 +43,7 @@ static PetscErrorCode RunPhase(MPMCore *core, const MPMPhase *phase)
   PetscCall(MPMPhaseBegin(core, phase));
   PetscCall(phase->kind == MPM_NODES ? ex->nodes(core, phase) : ex->sweep(core, phase));
   PetscCall(MPMPhaseEnd(core, phase, ex->by_workers ? 0 : core->particles.n));
+  if (core->energy.on && phase->kind == MPM_NODES) PetscCall(MPMEnergyNodes(core, phase));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -58,22 +70,69 @@ PetscErrorCode MPMStep(MPMCore *core, const MPMScene *scene)
 {
   PetscFunctionBeginUser;
   PetscCall(Begin(core));
-  if (scene->forced) PetscCall(SetForces(core, scene));
+  if (core->needs.forced) PetscCall(SetForces(core, scene));
+  if (core->energy.loads || core->energy.on) PetscCall(FollowEnergy(core, PETSC_TRUE));
   for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, core->program[k]));
   PetscCall(Reduce(core));
+  if ((core->energy.loads || core->energy.on) && core->status.bad == MPM_OK) PetscCall(FollowEnergy(core, PETSC_FALSE));
   if (core->status.bad == MPM_OK) PetscCall(Settle(core));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Runs a phase outside of steps: no timer, and no part of the critical path. */
+static PetscErrorCode RunUntimed(MPMCore *core, const MPMPhase *phase)
+{
+  const MPMExchangeType *ex = core->exchange.type;
+  const PetscBool        on = core->timers.work.on;
+
+  PetscFunctionBeginUser;
+  core->timers.work.on = PETSC_FALSE;
+  PetscCall(phase->kind == MPM_NODES ? ex->nodes(core, phase) : ex->sweep(core, phase));
+  core->timers.work.on = on;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMStepNodes(MPMCore *core)
 {
-  const PetscBool on = core->timers.work.on;
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < 2; k++) PetscCall(RunUntimed(core, MPMStepOutputPhase(core, k)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Scenes without xpic have no field r: it gets the memory of another scratch field, which holds nothing between steps,
+   or memory for this time. */
+PetscErrorCode MPMStepRecoverBegin(MPMCore *core, PetscReal **r)
+{
+  const PetscInt others[] = {MPM_FIELD_INDEX_dx, MPM_FIELD_INDEX_b};
+  MPMParticles  *p        = &core->particles;
 
   PetscFunctionBeginUser;
-  core->timers.work.on = PETSC_FALSE;
-  PetscCall(core->exchange.type->sweep(core, MPMStepOutputPhase(core, 0)));
-  PetscCall(core->exchange.type->nodes(core, MPMStepOutputPhase(core, 1)));
-  core->timers.work.on = on;
+  for (int k = 0; k < 2 && !p->scratch[MPM_FIELD_INDEX_r]; k++) p->scratch[MPM_FIELD_INDEX_r] = p->scratch[others[k]];
+  if (!p->scratch[MPM_FIELD_INDEX_r])
+    PetscCall(PetscMalloc1(p->capacity * p->dim, (PetscReal **)&p->scratch[MPM_FIELD_INDEX_r]));
+  p->present[MPM_FIELD_INDEX_r] = PETSC_TRUE;
+  *r                            = (PetscReal *)p->scratch[MPM_FIELD_INDEX_r];
+  PetscCall(RunUntimed(core, MPMStepRecoverPhase(core, 0)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStepRecover(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = 1; k < 4; k++) PetscCall(RunUntimed(core, MPMStepRecoverPhase(core, k)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStepRecoverEnd(MPMCore *core)
+{
+  MPMParticles *p = &core->particles;
+  void        **r = &p->scratch[MPM_FIELD_INDEX_r];
+
+  PetscFunctionBeginUser;
+  p->present[MPM_FIELD_INDEX_r] = core->needs.residual;
+  if (core->needs.residual) PetscFunctionReturn(PETSC_SUCCESS);
+  if (*r != p->scratch[MPM_FIELD_INDEX_dx] && *r != p->scratch[MPM_FIELD_INDEX_b]) PetscCall(PetscFree(*r));
+  *r = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

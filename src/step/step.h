@@ -14,9 +14,25 @@ PetscErrorCode MPMStep(MPMCore *, const MPMScene *);
    timed as a part of a step. Collective on the exchange. */
 PetscErrorCode MPMStepNodes(MPMCore *);
 
+/* Means at the nodes of any numbers that the particles here have, weighted by mass. Begin returns r [n][dim], scratch
+   of the particles; each call of MPMStepRecover takes from it what the particles read of its means; End gives the
+   memory back. They change no particle, and are not timed as a part of a step. Collective on the exchange. */
+PetscErrorCode MPMStepRecoverBegin(MPMCore *, PetscReal **r);
+PetscErrorCode MPMStepRecover(MPMCore *);
+PetscErrorCode MPMStepRecoverEnd(MPMCore *);
+
 /* Sets status.v2 and status.c2 to the largest squared speeds of a particle and of a wave in the present state, m^2/s^2.
    A step does so too; this is for the state before the first step. Collective on the exchange. */
 PetscErrorCode MPMStepBound(MPMCore *);
+
+/* The energy that steps bring and take (energy.c), in core->energy. MPMEnergyStep notes the particles as a step begins,
+   after the forces are set, and adds what it did to them before they are settled; MPMEnergyNodes adds what a phase of
+   nodes did, where that counts. MPMEnergyLost returns whether a law stores only a part of the work of its stress. Not
+   collective. */
+PetscErrorCode MPMEnergyStep(MPMCore *, PetscBool begins);
+PetscErrorCode MPMEnergyNodes(MPMCore *, const MPMPhase *);
+PetscErrorCode MPMEnergyDestroy(MPMEnergy *);
+PetscBool      MPMEnergyLost(const MPMMaterial *);
 
 /* What determines the length of steps. None of the functions is collective: core->status is the same on all
    processes. */

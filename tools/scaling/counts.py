@@ -68,7 +68,7 @@ def rows(scene, run):
     yield "messages of SETTLE a step", event("SETTLE").messages / steps, 0
     # PETSc counts a receive by the room that was made for it.
     yield ("bytes of P2G a step", event("P2G").bytes / steps,
-           sum(sums(scene, cells, run.grid, 4 + dim, room) for room in (False, True)) / 2)
+           sum(sums(scene, cells, run.grid, 1 + 2 * dim, room) for room in (False, True)) / 2)
     yield "bytes of ADVANCE a step", event("ADVANCE").bytes / steps, ghosts(scene, cells, run.grid) * 16 * dim
     yield "reductions a step", event("summary").reductions / steps, 1
 

@@ -1,0 +1,225 @@
+/* fbar.c - F-bar: sums over boxes of cells, and what particles take from them. fbar.h has the overview. Like the transfers
+   it is compiled once for each number of lanes. */
+#include "kernels/fbar.h"
+
+/* --- Boxes -------------------------------------------------------------------------------------------------------- */
+
+/* Returns the sums of the box of a cell, whose base node has this index in the patch's arrays: for each material the
+   volume of its particles, and what is averaged times that volume. */
+MPM_INLINE PetscReal *BoxOf(int dim, const MPMParams *par, const MPMPatch *patch, PetscInt base)
+{
+  const int      bits  = __builtin_ctz((unsigned)par->box);
+  const PetscInt row   = base / patch->n[0];
+  const PetscInt at[3] = {base % patch->n[0], dim > 2 ? row % patch->n[1] : row, dim > 2 ? row / patch->n[1] : 0};
+  PetscInt       box   = 0;
+
+  for (int d = dim - 1; d >= 0; d--)
+    box = box * ((patch->own_n[d] + par->box - 1) >> bits) + ((at[d] + patch->lo[d] - patch->own_lo[d]) >> bits);
+  return patch->boxes + 2 * (size_t)(box * par->nmaterials);
+}
+
+/* Adds the volumes V and the amounts of a block's particles to the sums of their boxes. */
+MPM_INLINE void AddToBoxes(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
+                           const MPMStencils *s, const MPMComponent V, const MPMComponent amount)
+{
+  for (PetscInt c = 0, l = 0; c < o->ncells; c++) {
+    PetscReal *box = BoxOf(dim, par, patch, (PetscInt)s->base[l]);
+
+    for (; l < o->end[c]; l++) {
+      PetscReal *sum = box + 2 * par->kinds[s->kind[l]].material;
+
+      sum[0] += V[l];
+      sum[1] += amount[l];
+    }
+  }
+}
+
+/* Sets the means of a block's particles, each that of its material in its box. */
+MPM_INLINE void Means(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
+                      const MPMStencils *s, MPMComponent mean)
+{
+  for (PetscInt c = 0, l = 0; c < o->ncells; c++) {
+    const PetscReal *box = BoxOf(dim, par, patch, (PetscInt)s->base[l]);
+
+    for (; l < o->end[c]; l++) {
+      const PetscReal *sum = box + 2 * par->kinds[s->kind[l]].material;
+
+      mean[l] = sum[1] / sum[0];
+    }
+  }
+}
+
+/* Computes the volume ratios J of a block's particles from the state b. */
+MPM_INLINE void VolumeRatios(int dim, const MPMParams *par, const MPMBlockOrder *o, const MPMStencils *s,
+                             const MPMBlock *b, MPMComponent J)
+{
+  MPM_FOR_MATERIALS(m, first, next, par, o->n, s->kind)
+  for (PetscInt l = first - first % MPM_WIDTH; l < next; l += MPM_WIDTH) {
+    MPMReal F[9], ratio = MPMAll(1);
+
+    for (int k = 0; k < dim * dim && (m->state & MPM_BIT(F)); k++) F[k] = MPMRead(&b->F[k][l]);
+    if (m->state & MPM_BIT(F))
+      ratio = MPMDet(dim, F);
+    else if (m->state & MPM_BIT(J))
+      ratio = MPMRead(&b->J[0][l]);
+    MPMWritePart(J + l, ratio, first - l, next - l);
+  }
+}
+
+/* --- Volumes ------------------------------------------------------------------------------------------------------ */
+
+/* Returns det(I + dt L) - 1 without the rounding errors of a sum with 1. */
+MPM_INLINE MPMReal Growth(int dim, PetscReal dt, const MPMReal *L)
+{
+  MPMReal trace = L[0], minors = MPMAll(0);
+
+  for (int d = 1; d < dim; d++) trace += L[d * (dim + 1)];
+  for (int d = 0; d < dim; d++)
+    for (int e = d + 1; e < dim; e++) minors += L[d * (dim + 1)] * L[e * (dim + 1)] - L[d * dim + e] * L[e * dim + d];
+  trace += dt * minors;
+  if (dim == 3) trace += dt * dt * MPMDet(dim, L);
+  return dt * trace;
+}
+
+/* MPMSumGrowth for one dim. */
+MPM_INLINE void SumGrowth(int dim, const MPMParams *par, MPMPatch *patch, const PetscInt at[])
+{
+  const MPMInterpolateBlocks gradients = MPM_LANES_NAME(
+      MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][0][1];
+  const MPMRange all = {0, patch->particles.n, 0};
+  MPMBlockOrder  o;
+  MPMStencils    s;
+  MPMComponent   L[9], V, growth;
+  MPMBlock       b;
+
+  MPMStencilsBegin(dim, par, &s);
+  MPMFirstBlock(1, &all, &o);
+  while (MPMNextBlock(patch, 1, &all, &o)) {
+    MPMStage(dim, par, patch, &o, &s);
+    gradients(&o, &s, at, patch->motion, NULL, L);
+    if (patch->particles.F) MPMGather(dim * dim, patch->particles.F, &o, b.F);
+    if (patch->particles.J) MPMGather(1, patch->particles.J, &o, b.J);
+    VolumeRatios(dim, par, &o, &s, &b, V);
+    for (PetscInt l = 0; l < o.n; l += MPM_WIDTH) {
+      const MPMReal now = MPMRead(&s.V0[l]) * MPMRead(V + l);
+      MPMReal       G[9];
+
+      for (int k = 0; k < dim * dim; k++) G[k] = MPMRead(&L[k][l]);
+      MPMWrite(V + l, now);
+      MPMWrite(growth + l, now * Growth(dim, par->dt, G));
+    }
+    AddToBoxes(dim, par, patch, &o, &s, V, growth);
+  }
+}
+
+/* MPMShareGrowth for one dim. If the mean or the own determinant is not positive, I + dt L becomes 0, which the check of
+   J finds. */
+MPM_INLINE void ShareGrowth(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
+                            const MPMStencils *s, MPMComponent *L)
+{
+  MPMComponent mean; /* determinant less 1 */
+
+  Means(dim, par, patch, o, s, mean);
+  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
+    MPMReal G[9], own, ratio, less; /* the ratio of determinants less 1, then its root less 1 */
+
+    for (int k = 0; k < dim * dim; k++) G[k] = MPMRead(&L[k][l]);
+    own   = Growth(dim, par->dt, G);
+    less  = (MPMRead(mean + l) - own) / (1.0 + own);
+    ratio = 1.0 + less;
+    if (dim == 2)
+      less = less / (1.0 + MPMSqrt(ratio));
+    else {
+      const MPMReal root = MPMExp(MPMLog(ratio) / 3.0);
+
+      less = less / (1.0 + root + root * root);
+    }
+    less = MPMSelect((ratio > 0.0) & (1.0 + own > 0.0), less, MPMAll(-1));
+    for (int k = 0; k < dim * dim; k++)
+      MPMWrite(&L[k][l], (1.0 + less) * G[k] + (k % (dim + 1) ? MPMAll(0) : less / par->dt));
+  }
+}
+
+/* --- Pressures ---------------------------------------------------------------------------------------------------- */
+
+/* Returns the mean normal stress on the axes of the grid. */
+MPM_INLINE MPMReal MeanStress(int dim, const MPMBlock *b, PetscInt l)
+{
+  MPMReal sum = MPMAll(0);
+
+  for (int d = 0; d < dim; d++) sum += MPMRead(&b->tau[MPMSymPart(dim, d, d)][l]);
+  return sum / dim;
+}
+
+/* MPMSumPressures for one dim. */
+MPM_INLINE void SumPressures(int dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const MPMRange *runs)
+{
+  MPMBlockOrder o;
+  MPMStencils   s;
+  MPMComponent  V, p;
+  MPMBlock      b;
+
+  MPMStencilsBegin(dim, par, &s);
+  memset(&b, 0, sizeof b);
+  MPMFirstBlock(n, runs, &o);
+  while (MPMNextBlock(patch, n, runs, &o)) {
+    MPMStage(dim, par, patch, &o, &s);
+    MPMGatherState(dim, patch, &o, &b);
+    MPM_FOR_MATERIALS(m, first, next, par, o.n, s.kind)
+    if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[dim - 1](m, first, next, &b);
+    VolumeRatios(dim, par, &o, &s, &b, V);
+    for (PetscInt l = 0; l < o.n; l += MPM_WIDTH) {
+      const MPMReal V0 = MPMRead(&s.V0[l]);
+
+      MPMWrite(V + l, V0 * MPMRead(V + l));
+      MPMWrite(p + l, V0 * MeanStress(dim, &b, l));
+    }
+    AddToBoxes(dim, par, patch, &o, &s, V, p);
+  }
+}
+
+/* MPMSharePressure for one dim. */
+MPM_INLINE void SharePressure(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
+                              const MPMStencils *s, MPMBlock *b)
+{
+  MPMComponent mean, J;
+
+  Means(dim, par, patch, o, s, mean);
+  VolumeRatios(dim, par, o, s, b, J);
+  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
+    const MPMReal change = MPMRead(J + l) * MPMRead(mean + l) - MeanStress(dim, b, l);
+
+    for (int d = 0; d < dim; d++) {
+      PetscReal *tau = &b->tau[MPMSymPart(dim, d, d)][l];
+
+      MPMWrite(tau, MPMRead(tau) + change);
+    }
+  }
+}
+
+/* --- Instances ---------------------------------------------------------------------------------------------------- */
+
+/* Calls a function with dim as a constant; with one dimension there is no F-bar. */
+#define MPM_FOR_DIM(dim, FUNCTION, ...) ((dim) == 3 ? FUNCTION(3, __VA_ARGS__) : FUNCTION(2, __VA_ARGS__))
+
+void MPM_LANES_NAME(MPMSumGrowth)(int dim, const MPMParams *par, MPMPatch *patch, const PetscInt at[])
+{
+  MPM_FOR_DIM(dim, SumGrowth, par, patch, at);
+}
+
+void MPM_LANES_NAME(MPMShareGrowth)(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
+                                    const MPMStencils *s, MPMComponent *L)
+{
+  MPM_FOR_DIM(dim, ShareGrowth, par, patch, o, s, L);
+}
+
+void MPM_LANES_NAME(MPMSumPressures)(int dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const MPMRange *runs)
+{
+  MPM_FOR_DIM(dim, SumPressures, par, patch, n, runs);
+}
+
+void MPM_LANES_NAME(MPMSharePressure)(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
+                                      const MPMStencils *s, MPMBlock *b)
+{
+  MPM_FOR_DIM(dim, SharePressure, par, patch, o, s, b);
+}

@@ -1,0 +1,293 @@
+/* energy.c - where the energy of a run comes from and goes to, summed while steps are made: the work of body forces and
+   loads in every scene that has them, and all terms of the balance with -history_energy. The kernels know nothing of
+   it: it reads particles and nodes between phases. Every sum is exact (MPMSum), and what a node or a particle adds to it
+   depends on its state alone, so the terms have the same bits on any number of processes. docs/theory.md derives them
+   (Energy and momentum). */
+#include "parallel/exchange.h"
+#include "physics/wall.h"
+#include "step/step.h"
+
+#define MPM_STRESS_ROW (9 + MPM_STRESS_NC) /* F and tau of a particle as a step begins */
+
+PetscBool MPMEnergyLost(const MPMMaterial *m)
+{
+  return (m->state & MPM_BIT(F)) && !(m->type->traits & MPM_HYPERELASTIC) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Returns whether motion by FLIP is followed particle by particle. */
+static PetscBool KeepsAll(const MPMEnergy *e)
+{
+  return e->on && e->mean == MPM_MEAN_PARTICLES ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Makes the arrays long enough for the particles here. */
+static PetscErrorCode MakeRoom(MPMCore *core)
+{
+  MPMEnergy *e = &core->energy;
+
+  PetscFunctionBeginUser;
+  if (core->particles.n <= e->capacity) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMEnergyDestroy(e));
+  e->capacity = core->particles.capacity;
+  if (e->loads || KeepsAll(e)) {
+    PetscCall(PetscMalloc1(2 * e->capacity * core->grid.dim, &e->before));
+    PetscCall(PetscMalloc1(e->capacity, &e->which));
+  }
+  if (e->on) PetscCall(PetscMalloc1(e->capacity * MPM_STRESS_ROW, &e->stress));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMEnergyDestroy(MPMEnergy *e)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(e->before));
+  PetscCall(PetscFree(e->which));
+  PetscCall(PetscFree(e->stress));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- Particles ---------------------------------------------------------------------------------------------------- */
+
+/* Copies x and v of the particles on which a body force or load acts, or of all. */
+static void KeepMotion(PetscInt dim, const MPMView *view, MPMEnergy *e)
+{
+  e->n = 0;
+  for (PetscInt p = 0; p < view->n; p++) {
+    PetscReal *to  = e->before + 2 * dim * e->n;
+    PetscBool  any = KeepsAll(e);
+
+    for (PetscInt d = 0; d < dim; d++) {
+      if (e->loads && view->b[p * dim + d] != 0) any = PETSC_TRUE;
+      to[d]       = view->x[p * dim + d];
+      to[dim + d] = view->v[p * dim + d];
+    }
+    if (any) e->which[e->n++] = p;
+  }
+}
+
+/* Adds m b . (dx - dt/2 dv), the work of body forces and loads along the mean velocity of the step; gravity's work is
+   taken so too. If all particles are kept, adds m/2 |w|^2 as well, where w = dt sum phi a is the part of dv by FLIP. */
+static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
+{
+  const MPMGrid   *grid = &core->grid;
+  const MPMParams *par  = &core->params;
+  const PetscInt   dim  = grid->dim;
+
+  for (PetscInt k = 0; k < e->n; k++) {
+    const PetscInt   p    = e->which[k];
+    const PetscReal *was  = e->before + 2 * dim * k;
+    const PetscReal  m    = core->params.kinds[view->kind ? view->kind[p] : 0].m;
+    PetscReal        work = 0, flip = 0;
+
+    for (PetscInt d = 0; d < dim; d++) {
+      const PetscReal length = grid->upper[d] - grid->lower[d], v = view->v[p * dim + d], dv = v - was[dim + d];
+      PetscReal       dx = view->x[p * dim + d] - was[d];
+
+      if (grid->periodic[d]) dx -= length * PetscFloorReal(dx / length + 0.5);
+      if (e->loads) work += view->b[p * dim + d] * (dx - 0.5 * par->dt * dv);
+      if (KeepsAll(e)) flip += PetscSqr((v - (1 - par->flip) * dx / par->dt) / par->flip - was[dim + d]);
+    }
+    if (e->loads) MPMSumAdd(&e->sum[MPM_ENERGY_loads], m * work);
+    if (KeepsAll(e)) MPMSumAdd(&e->sum[MPM_ENERGY_advance], 0.5 * m * flip);
+  }
+}
+
+/* Sets tau [6], Pa, of particle p, in the sequence of MPMSymIndex. */
+static void Stress(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p, PetscReal tau[])
+{
+  MPMBlock b;
+
+  MPMMaterialState(dim, view, p, &b);
+  if (!(m->state & MPM_BIT(tau))) m->type->law->stress[dim - 1](m, 0, 1, &b);
+  for (int k = 0; k < 6; k++) tau[k] = 0;
+  for (int k = 0; k < MPM_SYM_NC(dim); k++) tau[MPMSymPlace((int)dim, k)] = b.tau[k][0];
+}
+
+static const MPMMaterial *MaterialOf(const MPMCore *core, const MPMView *view, PetscInt p, PetscReal *V0)
+{
+  const MPMKind *kind = &core->params.kinds[view->kind ? view->kind[p] : 0];
+
+  *V0 = kind->V0;
+  return &core->params.materials[kind->material];
+}
+
+/* Copies F and tau of the particles whose law does not store all work. */
+static void KeepStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
+{
+  const PetscInt dim = core->grid.dim;
+
+  for (PetscInt p = 0; p < view->n; p++) {
+    PetscReal         *to = e->stress + p * MPM_STRESS_ROW, V0;
+    const MPMMaterial *m  = MaterialOf(core, view, p, &V0);
+
+    if (!MPMEnergyLost(m)) continue;
+    for (PetscInt k = 0; k < dim * dim; k++) to[k] = view->F[p * dim * dim + k];
+    Stress(dim, m, view, p, to + 9);
+  }
+}
+
+/* Returns the work of the stress per reference volume in a step, J/m^3: the mean of tau : (f - I) before and of
+   tau : (I - f^-1) after, where f = F F_before^-1 leads from the one state to the other. */
+static PetscReal WorkOfStress(int dim, const PetscReal *was, const PetscReal *F, const PetscReal tau[])
+{
+  PetscReal cofactor[9], f[9], back[9], J, work = 0;
+
+  MPMCofactor(dim, was, cofactor); /* J F^-T */
+  J = MPMDet(dim, was);
+  for (int d = 0; d < dim; d++)
+    for (int e = 0; e < dim; e++) {
+      f[d * dim + e] = 0;
+      for (int k = 0; k < dim; k++) f[d * dim + e] += F[d * dim + k] * cofactor[e * dim + k] / J;
+    }
+  MPMCofactor(dim, f, cofactor);
+  J = MPMDet(dim, f);
+  for (int d = 0; d < dim; d++)
+    for (int e = 0; e < dim; e++) back[d * dim + e] = cofactor[e * dim + d] / J;
+  for (int d = 0; d < dim; d++)
+    for (int e = 0; e < dim; e++)
+      work += 0.5 * (was[9 + MPMSymIndex(d, e)] * (f[d * dim + e] - (d == e)) +
+                     tau[MPMSymIndex(d, e)] * ((d == e) - back[d * dim + e]));
+  return work;
+}
+
+/* Returns what viscosity dissipates in a step per reference volume, J/m^3: |dev tau|^2 dt/(2 viscosity J). */
+static PetscReal Viscous(const MPMMaterial *m, PetscReal J, PetscReal dt, const PetscReal tau[])
+{
+  const PetscReal mean = (tau[0] + tau[3] + tau[5]) / 3;
+  PetscReal       size = 0;
+
+  for (int k = 0; k < 6; k++)
+    size += k == 0 || k == 3 || k == 5 ? (tau[k] - mean) * (tau[k] - mean) : 2 * tau[k] * tau[k];
+  return size * dt / (2 * m->viscosity * J);
+}
+
+static void AddStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
+{
+  const PetscInt dim = core->grid.dim;
+
+  for (PetscInt p = 0; p < view->n; p++) {
+    PetscReal          tau[6], V0;
+    const MPMMaterial *m       = MaterialOf(core, view, p, &V0);
+    const PetscBool    viscous = !(m->state & MPM_BIT(F)) && (m->state & MPM_BIT(tau)) ? PETSC_TRUE : PETSC_FALSE;
+
+    if (!viscous && !MPMEnergyLost(m)) continue;
+    Stress(dim, m, view, p, tau);
+    MPMSumAdd(&e->sum[MPM_ENERGY_stress],
+              V0 * (viscous ? Viscous(m, view->J[p], core->params.dt, tau)
+                            : WorkOfStress((int)dim, e->stress + p * MPM_STRESS_ROW, view->F + p * dim * dim, tau)));
+  }
+}
+
+/* --- Nodes -------------------------------------------------------------------------------------------------------- */
+
+/* Returns whether a moving wall acts on node ijk. */
+static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const PetscInt ijk[])
+{
+  for (PetscInt d = 0; d < grid->dim; d++)
+    for (PetscInt side = 0; side < 2; side++) {
+      const MPMFace *f = &walls->given[d][side];
+
+      if (f->type == MPM_WALL_moving && (side ? grid->cells[d] - ijk[d] : ijk[d]) <= f->reach) return PETSC_TRUE;
+    }
+  return PETSC_FALSE;
+}
+
+/* Adds, times `share`, the work of a node's accelerations along the velocity u [dim]. The wall's part of an acceleration is
+   what a has besides f/m + g. `held`: what PIC takes over besides from a moving wall, J. */
+static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], const PetscReal u[], PetscReal share,
+                    PetscBool moving, PetscReal held, MPMEnergy *e)
+{
+  const MPMParams *par = &core->params;
+  PetscReal        all = 0, gravity = 0, wall = 0;
+
+  for (PetscInt d = 0; d < core->grid.dim; d++) {
+    const PetscReal impulse = share * par->dt * n->m;
+
+    all += impulse * a[d] * u[d];
+    gravity += impulse * par->gravity[d] * u[d];
+    wall += impulse * (a[d] - (n->f[d] / n->m + par->gravity[d])) * u[d];
+  }
+  MPMSumAdd(&e->sum[MPM_ENERGY_advance], all + held);
+  MPMSumAdd(&e->sum[MPM_ENERGY_gravity], gravity);
+  MPMSumAdd(&e->sum[moving ? MPM_ENERGY_walls : MPM_ENERGY_friction], wall + held);
+}
+
+/* Adds what the advance of a node did. `before` is its velocity before the advance as walls leave it, 0 along an axis where
+   it met one that only pushes. Where a moving wall holds the node, PIC also takes over the momentum that the wall gave
+   it before the advance: its share is 1 - flip. */
+static void AddAdvance(const MPMCore *core, const MPMNode *n, const PetscReal *motion, const PetscInt ijk[],
+                       MPMEnergy *e)
+{
+  const MPMParams *par    = &core->params;
+  const PetscInt   dim    = core->grid.dim;
+  const PetscReal *a      = motion + dim;
+  const PetscBool  moving = AtMovingWall(par->walls, &core->grid, ijk);
+  PetscReal        u[3], held = 0;
+
+  for (PetscInt d = 0; d < dim; d++) {
+    const PetscReal before = motion[d] - par->dt * a[d];
+
+    if (moving) held += (1 - par->flip) * (n->m * before - n->p[d]) * before;
+    u[d] = before + (e->mean == MPM_MEAN_NODES ? 0.5 * par->dt * a[d] : 0);
+  }
+  AddNode(core, n, a, u, e->mean == MPM_MEAN_AGAIN ? 0.5 : 1, moving, held, e);
+}
+
+PetscErrorCode MPMEnergyNodes(MPMCore *core, const MPMPhase *phase)
+{
+  const MPMPatch *patch   = &core->exchange.patch;
+  const PetscBool advance = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt  own = patch->own_lo[0] - patch->lo[0], dim = core->grid.dim;
+  MPMEnergy      *e = &core->energy;
+
+  PetscFunctionBeginUser;
+  if (!advance && !(e->mean == MPM_MEAN_AGAIN && phase->nodes == MPMNodesVelocityAgain))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMExchangeOpenNodes(core));
+  for (PetscInt k = 0; k < patch->own_n[2]; k++)
+    for (PetscInt j = 0; j < patch->own_n[1]; j++) {
+      const PetscInt row  = (k + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + j + patch->own_lo[1] - patch->lo[1];
+      const PetscInt last = PetscMin(own + patch->own_n[0], patch->span[row].last);
+
+      for (PetscInt i = PetscMax(own, patch->span[row].first); i < last; i++) {
+        const MPMNode   *n      = patch->node + row * patch->n[0] + i;
+        const PetscReal *motion = patch->motion + (row * patch->n[0] + i) * MPM_MOTION_NC(dim);
+        const PetscInt   ijk[3] = {patch->lo[0] + i, patch->own_lo[1] + j, patch->own_lo[2] + k};
+
+        if (!(n->m > 0)) continue;
+        if (advance)
+          AddAdvance(core, n, motion, ijk, e);
+        else
+          AddNode(core, n, motion + dim, motion, 0.5, AtMovingWall(core->params.walls, &core->grid, ijk), 0, e);
+      }
+    }
+  PetscCall(MPMExchangeCloseNodes(core));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- A step ------------------------------------------------------------------------------------------------------- */
+
+PetscErrorCode MPMEnergyStep(MPMCore *core, PetscBool begins)
+{
+  const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(b) | MPM_MATERIAL_BITS | MPM_BIT(kind);
+  MPMEnergy     *e      = &core->energy;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MakeRoom(core));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  if (e->loads || KeepsAll(e)) {
+    if (begins)
+      KeepMotion(core->grid.dim, &view, e);
+    else
+      AddWork(core, &view, e);
+  }
+  if (e->on) {
+    if (begins)
+      KeepStress(core, &view, e);
+    else
+      AddStress(core, &view, e);
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
