@@ -164,7 +164,7 @@ MPM_INLINE void SumPressures(int dim, const MPMParams *par, MPMPatch *patch, Pet
   MPMFirstBlock(n, runs, &o);
   while (MPMNextBlock(patch, n, runs, &o)) {
     MPMStage(dim, par, patch, &o, &s);
-    MPMGatherState(dim, patch, &o, &b);
+    MPMGatherState(dim, par, patch, &o, &s, &b);
     MPM_FOR_MATERIALS(m, first, next, par, o.n, s.kind)
     if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[dim - 1](m, first, next, &b);
     VolumeRatios(dim, par, &o, &s, &b, V);
