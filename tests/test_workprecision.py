@@ -15,18 +15,18 @@ from xml.etree import ElementTree
 
 import check
 
-COLUMNS = ("study,basis,gimp_update,update,transfer,flip,order,ppc,cells,cfl,h,particles,steps,seconds,seconds_min,seconds_max,"
+COLUMNS = ("study,basis,gimp_update,update,transfer,flip,order,strain,rate,ppc,cells,cfl,h,particles,steps,seconds,seconds_min,seconds_max,"
            "ns,memory,error,status,front,repeats,key,note")
 BAR = ["-dim 1", "-grid_lower 0", "-grid_upper 1", "-grid_cells 8", "-bc_xmin_type fixed", "-bc_xmax_type fixed",
        "-materials m", "-material_m_model elastic", "-material_m_rho 1", "-material_m_E 1", "-material_m_nu 0",
        "-bodies b", "-body_b_shape box", "-body_b_lower 0", "-body_b_upper 1", "-body_b_material m",
        "-method_basis bspline2", "-method_update musl", "-method_transfer flip", "-dt_cfl 0.4", "-time_end 0.5"]
 KNOWN = ["-reference_type standing", "-reference_amplitude 0.05"]
-STUDY = ["-study_type workprecision", "-study_levels 3", "-study_repeats 1", "-study_basis linear,bspline2,gimp_stretch", "-study_update usl,musl", "-study_transfer flip,apic"]
+STUDY = ["-study_type workprecision", "-study_levels 3", "-study_repeats 1", "-study_basis linear,bspline2,gimp_stretch", "-study_update usl,musl", "-study_transfer flip,apic", "-study_preset none"]
 WATER = ["-dim 2", "-grid_lower 0,0", "-grid_upper 1,1", "-grid_cells 8,8", "-bc_xmin_type slip", "-bc_ymin_type slip", "-gravity 0,-1", "-materials w",
          "-material_w_model fluid", "-material_w_rho 1000", "-material_w_K 1e5", "-bodies b", "-body_b_shape box", "-body_b_lower 0,0", "-body_b_upper 0.5,0.5",
          "-body_b_material w", "-time_end 0.2", "-study_type workprecision", "-study_levels 2", "-study_repeats 1", "-study_basis gimp,bspline2,gimp_stretch,bspline3",
-         "-study_update usl", "-study_transfer flip"]
+         "-study_update usl", "-study_transfer flip", "-study_preset none", "-method_basis bspline2", "-method_update musl", "-method_transfer flip", "-dt_cfl 0.4"]
 
 
 class Study:
@@ -54,7 +54,7 @@ class Study:
 
 
 def method(row):
-    return row["basis"], row["gimp_update"], row["update"], row["transfer"], row["flip"], row["order"], row["ppc"], row["cfl"]
+    return row["basis"], row["gimp_update"], row["update"], row["transfer"], row["flip"], row["order"], row["strain"], row["rate"], row["ppc"], row["cfl"]
 
 
 def errors(study):
@@ -234,6 +234,15 @@ def check_more():
     check.that(study.status == 0 and found == wanted and len(study.rows) == 26, f"lists of shares, orders, ppc and cfl: {len(study.rows)} runs, {found ^ wanted}")
     options = study.cheapest("1")[0]
     check.that("-body_b_ppc" in options and single(study, shlex.split(options)).status == 0, f"its options run: {options}")
+    # presets, with their particles and steps
+    study = Study("presets", BAR + KNOWN + STUDY, "-study_basis", "bspline2", "-study_update", "musl", "-study_transfer", "flip", "-study_preset", "accurate", "-study_levels", "2")
+    rows = [row for row in study.rows if row["ppc"] == "3"]
+    plain = check.write(os.path.join("presets", "plain.opts"), [line for line in BAR + KNOWN if not line.startswith(("-method", "-dt_cfl"))])
+    alone = check.must("-options_file", plain, "-output_dir", "presets", "-output_format", "none", "-method_preset", "accurate")
+    check.that(study.status == 0 and len(study.rows) == 4 and len(rows) == 2 and abs(float(alone.find(r"a part of (\S+)$")) / float(rows[0]["error"]) - 1) < 1e-3,
+               f"preset accurate: {rows[:1]}")
+    options = study.cheapest("0.1" if any(float(row["error"]) < 1e-3 for row in rows) else "1")[0]
+    check.that(single(study, shlex.split(options)).status == 0, f"its options run: {options}")
     # a scene that gives the size of its cells gets that back
     study = Study("size", [line.replace("-grid_cells 8", "-grid_h 0.125") for line in BAR] + KNOWN + STUDY, "-study_basis", "bspline2", "-study_levels", "2")
     options = study.cheapest("1")[0]

@@ -466,7 +466,7 @@ def draw_study(path, study, out):
     save(figure, out)
 
 
-WORK = ("study", "basis", "gimp_update", "update", "transfer", "flip", "order", "ppc", "cells", "cfl", "h", "seconds_min", "error", "status", "front")
+WORK = ("study", "basis", "gimp_update", "update", "transfer", "flip", "order", "strain", "rate", "ppc", "cells", "cfl", "h", "seconds_min", "error", "status", "front")
 
 
 def read_work(path):
@@ -490,7 +490,7 @@ def read_work(path):
 def draw_work(path, rows, out):
     """Error over time, both logarithmic. Colours are bases, markers transfers, lines updates."""
     curves = collections.defaultdict(list)
-    varies = [key for key in ("ppc", "cfl") if len({row[key] for row in rows}) > 1]
+    varies = [key for key in ("strain", "rate", "ppc", "cfl") if len({row[key] for row in rows}) > 1]
     for row in rows:
         basis = row["basis"] + (" stretch" if row["gimp_update"] == "stretch" else "")
         share = "" if row["flip"] in ("", "1") else f" {row['flip']}"

@@ -36,10 +36,11 @@ typedef struct {
   PetscReal   order_min;
   PetscBool   order_wanted; /* is order_min given? */
   MPMQuantity quantity;
-  MPMWords    bases, updates, transfers, ppc, cfl; /* the methods; ppc, cfl empty: as the scene has it */
-  PetscInt    coarser;                             /* workprecision: the first grid is 2^coarser times as coarse */
-  PetscInt    repeats;                             /* workprecision: of each run, for its time */
-  PetscInt    steps;                               /* stability: of a run */
+  MPMWords    presets, bases, updates, transfers; /* the methods */
+  MPMWords    ppc, cfl;                           /* workprecision; empty: as the scene has it */
+  PetscInt    coarser;                            /* workprecision: the first grid is 2^coarser times as coarse */
+  PetscInt    repeats;                            /* workprecision: of each run, for its time */
+  PetscInt    steps;                              /* stability: of a run */
 } MPMStudy;
 
 /* What the printing functions keep between calls. */
@@ -122,7 +123,8 @@ PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
 
-/* Writes why this basis, update and transfer give wrong results together, with what to use instead, or "" (method_warnings.c). */
+/* Writes why this basis, update and transfer give wrong results together, with what to use instead, or ""
+   (method_warnings.c). */
 void MPMMethodWrong(MPM, char why[MPM_TEXT_LEN]);
 
 /* Returns the bytes of particles, with order and scratch, and of nodes, on all processes together (report.c). */

@@ -53,7 +53,7 @@ typedef struct {
       memory; /* s of the steps alone, on one process of its processor; s of the run; bytes of particles, nodes */
   PetscInt  basis, scheme, transfer, order; /* rows of their tables; -method_order where it applies, else 0 */
   PetscBool stretched;                      /* -method_gimp_update stretch */
-  PetscReal flip;                           /* share of FLIP */
+  PetscReal flip, strain, rate, viscosity;  /* share of FLIP, of the strain rate in aflip; dampings that set flip */
   PetscReal predicted;                      /* s of the steps by the model (MPM_STUDY_PREDICT) */
   PetscReal column[MPM_NUM_DIAGNOSTICS][3][MPM_NUM_SEEN];
   PetscBool interrupted; /* by a signal: the study should end */

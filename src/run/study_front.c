@@ -150,7 +150,9 @@ PetscErrorCode MPMFrontReport(MPM base, MPMWorkTable *t)
     (void)snprintf(method, sizeof method, "%s%s %s %s", next->basis,
                    strcmp(next->gimp_update, "stretch") ? "" : " stretch", next->update, next->transfer);
     if (next->order == next->order) (void)snprintf(method + strlen(method), 16, " %.0f", next->order);
-    if (next->flip < 1) (void)snprintf(method + strlen(method), 16, " %g", next->flip);
+    if (next->strain == next->strain) (void)snprintf(method + strlen(method), 24, " strain %g", next->strain);
+    if (next->rate == next->rate) (void)snprintf(method + strlen(method), 24, " rate %g", next->rate);
+    if (next->rate != next->rate && next->flip < 1) (void)snprintf(method + strlen(method), 16, " %g", next->flip);
     PetscCall(MPMPrint(p, "           %-34s %3.0f  %4.2g  %-13s %10.4g  %s%9.3g  %8.3g  %8.1f\n", method, next->ppc,
                        next->cfl, next->cells, next->least, next->error < t->floor ? "< " : "  ",
                        100 * PetscMax(next->error, t->floor), next->memory, next->ns));

@@ -95,6 +95,14 @@ static PetscErrorCode ReadWords(MPMOptions o, const char name[], const char lega
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+#define MPM_PRESET_NAME(name, what, expect) #name " "
+#define MPM_PRESET(name, elastic, basis, stretch, update, transfer, strain, rate, cfl, ppc)
+static const char presets[] =
+#include "run/preset.def"
+    "none";
+#undef MPM_PRESET_NAME
+#undef MPM_PRESET
+
 /* Refuses a number behind a transfer that takes none, or that is none. */
 static void CheckNumber(MPMOptions o, const char word[])
 {
@@ -121,6 +129,7 @@ static PetscErrorCode ReadMethods(MPM mpm, MPMOptions o)
   Append(bases, "gimp_stretch");
   for (const MPMScheme *s = MPMSchemes; s->name; s++) Append(updates, s->name);
   for (const MPMTransfer *t = MPMTransfers; t->name; t++) Append(transfers, t->name);
+  PetscCall(ReadWords(o, "study_preset", presets, 0, &study->presets));
   PetscCall(ReadWords(o, "study_basis", bases, 0, &study->bases));
   PetscCall(ReadWords(o, "study_update", updates, 0, &study->updates));
   PetscCall(ReadWords(o, "study_transfer", transfers, 0, &study->transfers));

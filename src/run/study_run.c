@@ -169,6 +169,9 @@ static void Describe(MPM mpm, MPMStudyResult *r)
   r->scheme    = (PetscInt)(mpm->method.scheme - MPMSchemes);
   r->transfer  = (PetscInt)(mpm->method.transfer - MPMTransfers);
   r->flip      = mpm->core.params.flip;
+  r->strain    = mpm->core.params.strain;
+  r->rate      = mpm->method.rate;
+  r->viscosity = mpm->method.viscosity;
   r->order     = mpm->core.params.order;
   MPMMethodWrong(mpm, r->wrong);
 }

@@ -11,13 +11,33 @@ static const MPMTransfer *Transfer(const char name[])
   return t;
 }
 
+/* Options that belong to one method and would be refused or wrong with another. */
+static const char *const of_one[] = {"-method_flip", "-method_order", "-method_gimp_update", "-method_affine_strain",
+                                     "-method_damping_rate"};
+
+/* Replaces all of the method by a preset, with its particles and its time step. */
+static PetscErrorCode SetPreset(MPMChanges *c, MPM base, const char preset[])
+{
+  static const char *const chosen[] = {"-method_basis", "-method_update", "-method_transfer", "-method_wall_basis"};
+  char                     name[2 * MPM_NAME_LEN];
+
+  PetscFunctionBeginUser;
+  for (size_t k = 0; k < sizeof of_one / sizeof of_one[0]; k++) PetscCall(MPMChangesClear(c, of_one[k]));
+  for (size_t k = 0; k < sizeof chosen / sizeof chosen[0]; k++) PetscCall(MPMChangesClear(c, chosen[k]));
+  for (PetscInt k = 0; k < base->scene.nbodies; k++) {
+    (void)snprintf(name, sizeof name, "-body_%s_ppc", base->scene.bodies[k].name);
+    PetscCall(MPMChangesClear(c, name));
+  }
+  PetscCall(MPMChangesClear(c, "-dt_cfl"));
+  PetscCall(MPMChangesSet(c, "-method_preset", "%s", preset));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Replaces the method by that of a setting. What belongs to another method is cleared. */
 static PetscErrorCode SetMethod(MPMChanges *c, const MPMSetting *s)
 {
-  static const char *const of_one[] = {"-method_flip", "-method_order", "-method_gimp_update", "-method_affine_strain",
-                                       "-method_damping_rate"};
-  const char *const        under  = strchr(s->basis, '_'); /* gimp_stretch: the basis, and the update of its domains */
-  PetscBool                spline = PETSC_FALSE, domains;
+  const char *const under  = strchr(s->basis, '_'); /* gimp_stretch: the basis, and the update of its domains */
+  PetscBool         spline = PETSC_FALSE, domains;
 
   PetscFunctionBeginUser;
   for (size_t k = 0; k < sizeof of_one / sizeof of_one[0]; k++) PetscCall(MPMChangesClear(c, of_one[k]));
@@ -43,6 +63,7 @@ PetscErrorCode MPMSettingApply(MPMChanges *c, MPM base, const MPMSetting *s, Pet
   PetscCall(MPMChangesOfStudy(c, base, base->scene.name));
   PetscCall(MPMChangesRefine(c, base, level - base->study.coarser));
   if (s->basis[0]) PetscCall(SetMethod(c, s));
+  if (s->preset[0]) PetscCall(SetPreset(c, base, s->preset));
   for (PetscInt d = 0; d < base->core.grid.dim; d++)
     (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%" PetscInt_FMT, d ? "," : "", s->ppc);
   for (PetscInt k = 0; s->ppc > 0 && k < base->scene.nbodies; k++) {
@@ -69,8 +90,8 @@ static PetscErrorCode TryOut(MPM base, const MPMSetting *s, MPMStudyResult *r)
 static PetscBool Same(const MPMStudyResult *a, const MPMStudyResult *b)
 {
   return a->basis == b->basis && a->stretched == b->stretched && a->scheme == b->scheme && a->transfer == b->transfer &&
-         a->flip == b->flip && a->order == b->order && a->particles == b->particles && a->cfl == b->cfl &&
-         a->fixed == b->fixed;
+         a->flip == b->flip && a->strain == b->strain && a->rate == b->rate && a->order == b->order &&
+         a->particles == b->particles && a->cfl == b->cfl && a->fixed == b->fixed;
 }
 
 /* Sets a setting to combination k of the lists. */
@@ -82,6 +103,7 @@ static void Combine(const MPMStudy *st, PetscInt k, MPMSetting *s)
   const char    *colon  = strchr(st->transfers.word[transfer], ':');
 
   memset(s, 0, sizeof *s);
+  s->preset = "";
   s->basis  = st->bases.word[k / (ncfl * nppc * st->transfers.n * st->updates.n)];
   s->update = st->updates.word[update];
   (void)snprintf(s->transfer, sizeof s->transfer, "%.*s", (int)strcspn(st->transfers.word[transfer], ":"),
@@ -100,19 +122,26 @@ PetscErrorCode MPMSettingsCreate(MPM base, PetscInt *n, MPMSetting **settings)
 {
   const MPMStudy *st  = &base->study;
   const PetscInt  all = st->bases.n * st->updates.n * st->transfers.n * PetscMax(1, st->ppc.n) * PetscMax(1, st->cfl.n);
-  MPMSetting      scene = {.own = PETSC_TRUE, .name = "the scene's own setting", .basis = "", .update = ""};
-  PetscBool       found = PETSC_FALSE;
-  MPMStudyResult  own, r;
+  MPMSetting scene    = {.own = PETSC_TRUE, .name = "the scene's own setting", .preset = "", .basis = "", .update = ""};
+  PetscBool  found    = PETSC_FALSE;
+  MPMStudyResult own, r;
 
   PetscFunctionBeginUser;
   *n = 0;
-  PetscCall(PetscMalloc1(all + 1, settings));
+  PetscCall(PetscMalloc1(all + st->presets.n + 1, settings));
   PetscCall(TryOut(base, &scene, &own));
   PetscCheck(!own.refused[0], base->core.comm, PETSC_ERR_PLIB, "the scene was valid: %s", own.refused);
-  for (PetscInt k = 0; k < all; k++) {
+  for (PetscInt k = 0; k < all + st->presets.n; k++) {
     MPMSetting *s = *settings + *n;
 
-    Combine(st, k, s);
+    if (k < all)
+      Combine(st, k, s);
+    else {
+      if (!strcmp(st->presets.word[k - all], "none")) continue;
+      *s        = scene;
+      s->preset = st->presets.word[k - all];
+      (void)snprintf(s->name, sizeof s->name, "preset %s", s->preset);
+    }
     PetscCall(TryOut(base, s, &r));
     s->own = !r.refused[0] && Same(&r, &own) ? PETSC_TRUE : PETSC_FALSE;
     if (r.refused[0] || (r.wrong[0] && !s->own)) {
@@ -150,7 +179,11 @@ PetscErrorCode MPMSettingOptions(MPM base, const MPMSetting *s, const MPMStudyRe
   Append(text, "-method_basis %s", MPMBasisNames[r->basis]);
   if (r->basis == MPM_BASIS_gimp) Append(text, " -method_gimp_update %s", r->stretched ? "stretch" : "none");
   Append(text, " -method_update %s -method_transfer %s", MPMSchemes[r->scheme].name, MPMTransfers[r->transfer].name);
-  if (MPMTransfers[r->transfer].flip < 0) Append(text, " -method_flip %g", (double)r->flip);
+  if (MPMTransfers[r->transfer].flip < 0 && MPMTransfers[r->transfer].parts & MPM_AFFINE)
+    Append(text, " -method_affine_strain %g", (double)r->strain);
+  if (MPMTransfers[r->transfer].flip < 0 && !(r->viscosity > 0))
+    Append(text, r->rate > 0 ? " -method_damping_rate %g" : " -method_flip %g",
+           (double)(r->rate > 0 ? r->rate : r->flip));
   if (MPMTransfers[r->transfer].rounds != MPM_NO_ROUNDS) Append(text, " -method_order %" PetscInt_FMT, r->order);
   PetscCall(PetscOptionsHasName(NULL, NULL, "-grid_h", &by_size));
   for (PetscInt d = 0; d < dim; d++) {
@@ -161,9 +194,10 @@ PetscErrorCode MPMSettingOptions(MPM base, const MPMSetting *s, const MPMStudyRe
     else
       Append(text, "%" PetscInt_FMT, r->cells[d]);
   }
-  for (PetscInt k = 0; s->ppc > 0 && k < base->scene.nbodies; k++)
+  for (PetscInt k = 0; (s->ppc > 0 || s->preset[0]) && k < base->scene.nbodies; k++)
     for (PetscInt d = 0; d < dim; d++)
-      Append(text, d ? ",%.0s%" PetscInt_FMT : " -body_%s_ppc %" PetscInt_FMT, base->scene.bodies[k].name, s->ppc);
+      Append(text, d ? ",%.0s%" PetscInt_FMT : " -body_%s_ppc %" PetscInt_FMT, base->scene.bodies[k].name,
+             s->ppc > 0 ? s->ppc : (PetscInt)r->ppc);
   Append(text, r->fixed > 0 ? " -dt_size %.10g" : " -dt_cfl %.10g", (double)(r->fixed > 0 ? r->fixed : r->cfl));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

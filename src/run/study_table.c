@@ -24,6 +24,8 @@ static const struct {
     TEXT(transfer),
     NUMBER(flip, "%.10g"),
     NUMBER(order, "%.0f"),
+    NUMBER(strain, "%.10g"),
+    NUMBER(rate, "%.10g"),
     NUMBER(ppc, "%.0f"),
     TEXT(cells),
     NUMBER(cfl, "%.10g"),
@@ -84,6 +86,8 @@ void MPMWorkPut(MPMWorkRow *row, const MPMStudyResult *r)
     (void)snprintf(row->cells + strlen(row->cells), sizeof row->cells - strlen(row->cells), "x%" PetscInt_FMT,
                    r->cells[d]);
   row->flip      = transfer->flip < 0 ? (double)r->flip : NAN;
+  row->strain    = transfer->flip < 0 && transfer->parts & MPM_AFFINE ? (double)r->strain : NAN;
+  row->rate      = r->rate > 0 ? (double)r->rate : NAN;
   row->order     = transfer->rounds != MPM_NO_ROUNDS ? (double)r->order : NAN;
   row->ppc       = (double)r->ppc;
   row->cfl       = r->fixed > 0 ? NAN : (double)r->cfl;

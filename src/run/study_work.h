@@ -9,8 +9,9 @@
    which nothing is replaced. */
 typedef struct {
   PetscBool   own;
-  char        name[2 * MPM_NAME_LEN];                       /* in messages */
-  const char *basis, *update;                               /* words of the lists; "" where own */
+  char        name[2 * MPM_NAME_LEN]; /* in messages */
+  const char *preset;                 /* value of -method_preset, which sets all of the rest; or "" */
+  const char *basis, *update;         /* words of the lists; "" where own */
   char        transfer[MPM_NAME_LEN], number[MPM_NAME_LEN]; /* number: -method_flip or -method_order; "" the default */
   PetscInt    ppc;                                          /* 0: the scene's */
   PetscReal   cfl;                                          /* 0: the scene's */
@@ -33,9 +34,10 @@ typedef struct {
   PetscBool         done; /* it has been run as often as wanted, now or before */
   char              study[16], basis[MPM_NAME_LEN], gimp_update[MPM_NAME_LEN], update[MPM_NAME_LEN];
   char              transfer[MPM_NAME_LEN], cells[MPM_NAME_LEN], status[16], key[17], note[MPM_TEXT_LEN / 4];
-  double            flip, order, ppc, cfl, h, particles, steps; /* cfl: -dt_cfl, or dt if -dt_size is fixed: then NaN */
-  double            seconds, least, most, repeats;              /* s of the steps: mean, least, most of so many runs */
-  double            ns, memory, error, front; /* ns a particle and step; MiB; part of the solution's size; 1 or 0 */
+  double            flip, strain, rate, order, ppc, cfl, h, particles,
+      steps;                            /* cfl: -dt_cfl, or dt if -dt_size is fixed: then NaN */
+  double seconds, least, most, repeats; /* s of the steps: mean, least, most of so many runs */
+  double ns, memory, error, front;      /* ns a particle and step; MiB; part of the solution's size; 1 or 0 */
 } MPMWorkRow;
 
 /* The table of a study. floor: errors below it say nothing, since the references differ by that much. */

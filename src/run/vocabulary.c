@@ -50,6 +50,11 @@ static const char presets[] =
 #include "run/preset.def"
     "";
 #undef MPM_PRESET_NAME
+#define MPM_PRESET_NAME(name, what, expect) "," #name
+static const char study_presets[] =
+#include "run/preset.def"
+    "";
+#undef MPM_PRESET_NAME
 #undef MPM_PRESET
 
 #define MPM_IF_PETSC_TRUE(yes, no)  yes
