@@ -73,6 +73,7 @@ def displacement_error(update, n, cfl):
 -body_bar_velocity "{AMPLITUDE!r}*pi*sin(pi*x)"
 -method_basis linear
 -method_update {update}
+-method_transfer flip
 -time_end 10
 -time_max_steps {steps}
 -dt_size {cfl * h!r}

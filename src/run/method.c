@@ -86,6 +86,25 @@ static PetscErrorCode ReadTransfer(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reads the inertia of affine velocities near walls, after the basis and the transfer. */
+static PetscErrorCode ReadInertia(MPM mpm, MPMOptions o)
+{
+  MPMCore  *core = &mpm->core;
+  char      wall[MPM_NAME_LEN], inertia[MPM_NAME_LEN];
+  PetscBool affine, inertia_set;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "method_wall_basis", NULL, wall, NULL));
+  PetscCall(MPMOptionsEnum(o, "method_wall_inertia", NULL, inertia, &inertia_set));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  affine = MPMBasisIsSpline(core->basis) && core->needs.affine && !strcmp(wall, "extrap") ? PETSC_TRUE : PETSC_FALSE;
+  core->params.own_inertia = affine && !strcmp(inertia, "own") ? PETSC_TRUE : PETSC_FALSE;
+  if (inertia_set && !affine && !MPMOptionsOverridden("method_wall_inertia", "method_basis") &&
+      !MPMOptionsOverridden("method_wall_inertia", "method_transfer"))
+    MPMOptionsFail(o, "-method_wall_inertia does not apply: it is for affine velocities with splines of form extrap");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Reads what is done against locking, after the basis. A box of F-bar has to lie within a tile. */
 static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
 {
@@ -133,8 +152,8 @@ static void CheckNodes(const MPMCore *core, MPMOptions o)
 static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
 {
   MPMCore  *core = &mpm->core;
-  char      basis[MPM_NAME_LEN], wall[MPM_NAME_LEN], gimp[MPM_NAME_LEN], inertia[MPM_NAME_LEN];
-  PetscBool wall_set, gimp_set, inertia_set, affine;
+  char      basis[MPM_NAME_LEN], wall[MPM_NAME_LEN], gimp[MPM_NAME_LEN];
+  PetscBool wall_set, gimp_set;
   PetscInt  row;
 
   PetscFunctionBeginUser;
@@ -143,20 +162,14 @@ static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsEnum(o, "method_basis", NULL, basis, NULL));
   PetscCall(MPMOptionsEnum(o, "method_wall_basis", NULL, wall, &wall_set));
   PetscCall(MPMOptionsEnum(o, "method_gimp_update", NULL, gimp, &gimp_set));
-  PetscCall(MPMOptionsEnum(o, "method_wall_inertia", NULL, inertia, &inertia_set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsFind(basis, MPM_NUM_BASES, MPMBasisNames, &row));
-  core->basis = (MPMBasis)row;
-  affine = MPMBasisIsSpline(core->basis) && core->needs.affine && !strcmp(wall, "extrap") ? PETSC_TRUE : PETSC_FALSE;
+  core->basis           = (MPMBasis)row;
   core->needs.stretched = core->basis == MPM_BASIS_gimp && !strcmp(gimp, "stretch") ? PETSC_TRUE : PETSC_FALSE;
   if (wall_set && !MPMBasisIsSpline(core->basis) && !MPMOptionsOverridden("method_wall_basis", "method_basis"))
     MPMOptionsFail(o, "-method_wall_basis does not apply: it is for the splines, -method_basis is %s", basis);
   if (gimp_set && core->basis != MPM_BASIS_gimp && !MPMOptionsOverridden("method_gimp_update", "method_basis"))
     MPMOptionsFail(o, "-method_gimp_update does not apply: -method_basis is %s", basis);
-  core->params.own_inertia = affine && !strcmp(inertia, "own") ? PETSC_TRUE : PETSC_FALSE;
-  if (inertia_set && !affine && !MPMOptionsOverridden("method_wall_inertia", "method_basis") &&
-      !MPMOptionsOverridden("method_wall_inertia", "method_transfer"))
-    MPMOptionsFail(o, "-method_wall_inertia does not apply: it is for affine velocities with splines of form extrap");
   for (PetscInt k = 0; k < mpm->scene.nmaterials; k++)
     if (core->needs.stretched && !(mpm->scene.materials[k].state & MPM_BIT(F)))
       MPMOptionsFail(o, "-method_gimp_update stretch does not apply: material %s (%s) has no deformation gradient",
@@ -206,6 +219,7 @@ PetscErrorCode MPMMethodSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(ReadBasis(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadTransfer(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadTime(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(ReadInertia(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadLocking(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -65,7 +65,7 @@ static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
 }
 
 /* Returns whether anything but its law reads the deformation gradient of a material's particles: domains that stretch, the
-   volumes of F-bar, a pressure on its surface, or snapshots. */
+   volumes of F-bar, the energy by terms, a pressure on its surface, or snapshots. */
 static PetscBool ReadsF(MPM mpm, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
