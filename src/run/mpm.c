@@ -70,7 +70,7 @@ static PetscBool ReadsF(MPM mpm, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
 
-  if (mpm->core.needs.stretched || mpm->core.params.box ||
+  if (mpm->core.needs.stretched || mpm->core.params.box || mpm->core.energy.on ||
       (mpm->output.enabled && mpm->output.fields >> MPM_SHOWS_F & 1))
     return PETSC_TRUE;
   for (PetscInt l = 0; l < scene->nloads; l++)
