@@ -223,10 +223,10 @@ def missing(words):
     for word in words:
         pattern = re.sub(r"<\w+>", r"\\w+", re.escape(word.partition("(")[0]))
         if word.startswith("make "):
-            found = re.search(rf"^{word[5:]}:", check.content(os.path.join(check.source, "makefile")).decode(), re.M)
+            found = re.search(rf"^{word[5:].split()[0]}:", check.content(os.path.join(check.source, "makefile")).decode(), re.M)
         elif re.search(r"\.(c|h|def|py|md)$", word):
             found = any(re.fullmatch(pattern if word[0] != "." else rf".*{pattern}", os.path.relpath(path, start)) for start in (check.source, os.path.join(check.source, "src"))
-                        for path in glob.glob(os.path.join(start, "*", "*")))
+                        for path in glob.glob(os.path.join(start, "*", "*")) + glob.glob(os.path.join(start, "*", "*", "*.py")))
         elif word.startswith("unit_"):
             found = os.path.exists(os.path.join(check.source, "tests", word + ".c"))
         elif "<" in word or word.startswith("-"):

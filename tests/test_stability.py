@@ -47,6 +47,7 @@ MODELS = {
     "fluid": dict(model="fluid", rho=1000., K=1e4, viscosity=1.),
 }
 METHOD = "-method_basis bspline2 -method_update musl -method_transfer flip"  # of a case, with what its own method changes
+OF_THE_METHOD = "where particles cross cells"  # a warning that depends on the method alone, whatever the case
 METHODS = {
     "bspline2 musl flip": "", "bspline2 usl flip": "-method_update usl", "bspline2 usl apic": "-method_update usl -method_transfer apic",
     "bspline3 usl flip": "-method_basis bspline3 -method_update usl", "bspline3 usl apic": "-method_basis bspline3 -method_update usl -method_transfer apic",
@@ -129,8 +130,9 @@ def judge(case):
         return wrong or told.err.strip()[-200:]
     if case.outcome == "warned" and not re.search("^warning +" + case.message, told.out, re.M):
         return "no warning: " + " | ".join(line for line in told.out.splitlines() if line.startswith("warning"))
-    if case.outcome == "right" and case.message == "" and "warning " in told.out and case.judge is None:
-        return next(line for line in told.out.splitlines() if line.startswith("warning"))
+    warnings = [line for line in told.out.splitlines() if line.startswith("warning") and not re.search(OF_THE_METHOD, line)]
+    if case.outcome == "right" and case.message == "" and warnings and case.judge is None:
+        return warnings[0]
     if not case.judge or told.status:
         return None
     wrong, case.measured = case.judge(told)
@@ -213,7 +215,7 @@ def family_messages():
         Case("a particle thrown by a force", block(1, cells=4096, side=1e3, lower=0.5, upper=0.505, acceleration="1e4*t", time_end=0.4), "warned",
              r"dt has fallen to .*: the speed \S+ m/s of particle \d+ of b limits it", why="the speed of a particle limits dt"),
         Case("bar pulled to 5 times its length", PULL, "warned", r"b comes apart at t=\S+ s, near \(\S+\): its particles are 1\.[56]\d* cells apart", why="neighbours lose each other"),
-        Case("the same with gimp", PULL, "warned", r"b comes apart at .* gimp holds them together up to 1\.2", "-method_basis gimp"),
+        Case("the same with gimp", PULL, "warned", r"b comes apart at .* gimp holds them together up to 1\.2", "-method_basis gimp -method_gimp_update none"),
         Case("bar pulled to 2.5 times its length", dict(PULL, time_end=0.1), "right", why="no warning before it comes apart"),
         Case("nu 0.49, linear", odd(material=dict(nu=0.49)), "warned", r"m is nearly incompressible \(nu 0.49\): linear makes it far too stiff", "-method_basis linear", why="locking"),
         Case("nu 0.4999, splines", odd(material=dict(nu=0.4999)), "warned", r"m is nearly incompressible .*: bspline2 makes it too stiff on coarse grids", why="locking"),
@@ -254,7 +256,7 @@ def notes():
         check.that(len(found) == 1 and re.search(note, found[0]), f"{name}: {found or told.err}")
     def doubts(name):
         told = check.pebble("-options_file", check.scene(name), "-dry_run", "-output_dir", name)
-        return [line for line in told.out.splitlines() if line.startswith(("note ", "warning "))]
+        return [line for line in told.out.splitlines() if line.startswith(("note ", "warning ")) and not (name in ("disks", "bar") and re.search(OF_THE_METHOD, line))]
     scenes = sorted(file[:-5] for file in os.listdir(os.path.join(check.source, "options")) if file.endswith(".opts"))
     for name, lines in zip(scenes, check.at_once(doubts, scenes)):
         check.that(not lines, f"options/{name}.opts gives no note and no warning{': ' + lines[0] if lines else ''}")
