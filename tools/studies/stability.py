@@ -12,8 +12,9 @@ import tempfile
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 DATA = os.path.join(ROOT, "docs", "data")
-sys.path.insert(0, os.path.join(ROOT, "tools"))
+sys.path[:0] = [os.path.join(ROOT, "tools"), os.path.dirname(os.path.abspath(__file__))]
 import marks  # noqa: E402 (after the path)
+import methods as compare  # noqa: E402
 
 STEPS = 40000
 # The scene only lends its law and its number of particles to the study, which has bodies of its own.
@@ -35,7 +36,7 @@ def methods():
              (("linear",), "usl", ["flip", "apic"]),
              (("gimp",), "usl", ["flip", "aflip -method_affine_strain 0", "apic"]),
              (("linear", "gimp_stretch", "bspline2", "bspline3"), "usf", ["flip", "apic"]),
-             (("bspline2", "gimp_stretch", "bspline3"), "usl", ["xpic -method_order 2", "xpic -method_order 5"])]
+             (("bspline2", "gimp_stretch", "bspline3"), "usl", ["afmpm", "xpic -method_order 2", "xpic -method_order 5"])]
     for bases, update, transfers in lists:
         for transfer in transfers:
             for basis in bases:
@@ -70,10 +71,26 @@ def limit(row, probe):
     return ("none" if float(row[probe]) == 0 else row[probe]) + at
 
 
+def program(row):
+    """What the program goes by for the method of a row: its bounds at rest and crossing, and its default of -dt_cfl."""
+    numbers = {"flip": "flip", "damping_rate": "damping_rate", "affine_strain": "affine_strain"}
+    basis = row["basis"].removesuffix("_stretch")
+    options = f"-method_basis {basis} -method_update {row['update']} -method_transfer {row['transfer']}" + "".join(
+        f" -method_{name} {row[column]}" for column, name in numbers.items() if row[column])
+    affine = "rest affine" if row["transfer"] in ("apic", "aflip") else "rest flip"
+    crossing = compare.bound(options)
+    rest = crossing if row["transfer"] == "afmpm" else compare.BOUNDS[basis, row["update"]][affine]
+    return rest, crossing, compare.own_cfl(options)
+
+
 def table(_=None, path=os.path.join(DATA, "stability.csv")):
     """The table of docs/stability.md: largest stable C at rest and where particles cross cells, what the program goes by, its
     default of -dt_cfl, and how far that is from the smallest of them."""
-    lines = [[row["method"], limit(row, "rest"), limit(row, "crossing"), limit(row, "block"), f"{row['table_rest']}, {row['table_crossing']}", row["dt_cfl"], row["margin"]] for row in read(path)]
+    lines = []
+    for row in read(path):
+        rest, crossing, cfl = program(row)
+        least = min(float(row[column]) for column in ("rest", "crossing", "block"))
+        lines.append([row["method"], limit(row, "rest"), limit(row, "crossing"), limit(row, "block"), f"{rest:g}, {crossing:g}", f"{cfl:g}", f"{least / cfl:.2f}"])
     return marks.markdown(["method", "at rest", "bar that crosses cells", "block that crosses cells", "`stable.def`", "default `-dt_cfl`", "margin"], lines)
 
 
