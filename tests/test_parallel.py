@@ -123,7 +123,7 @@ def write_scene(name, dim, cells, bodies, h=None, extra="", E=1000.0, nu=0.3, rh
 FASTER = {
     "bar": ["-body_bar_velocity", "0.9*sin(pi/2*x)", "-history_every", "0", "-output_every", "0.05"],
     "disks": ["-body_disk1_velocity", "0.4,0.3", "-body_disk2_velocity", "-0.3,-0.4", "-history_every", "0", "-output_every", "0.3", "-check_momentum", "1e9"],
-    "disks3d": ["-body_ball1_velocity", "0.8,0.8,0.7", "-body_ball2_velocity", "-0.8,-0.7,-0.8", "-output_every", "0.12", "-history_every", "0.01", "-check_momentum", "1e9"],
+    "disks3d": ["-method_basis", "linear", "-dt_cfl", "0.4", "-body_ball1_velocity", "0.8,0.8,0.7", "-body_ball2_velocity", "-0.8,-0.7,-0.8", "-output_every", "0.12", "-history_every", "0.01", "-check_momentum", "1e9"],
 }
 STEPS = {"usf": 60, "usl": 40, "musl": 80}
 

@@ -245,7 +245,7 @@ def family_messages():
 
 
 def notes():
-    """Odd values get a note; the scenes of options/ get none, and no warning."""
+    """Odd values get a note; the scenes of options/ get none, and no warning, but those with the linear basis."""
     for name, scene, note in (
             ("E = 1 Pa", odd(material=dict(E=1.)), "-material_m_E 1 Pa is softer than any jelly"),
             ("rho = 2", odd(material=dict(rho=2.), gravity=[0., -9.81]), "-material_m_rho 2 kg/m.3 is that of a gas"),
@@ -259,7 +259,10 @@ def notes():
         return [line for line in told.out.splitlines() if line.startswith(("note ", "warning ")) and not (name in ("disks", "bar") and re.search(OF_THE_METHOD, line))]
     scenes = sorted(file[:-5] for file in os.listdir(os.path.join(check.source, "options")) if file.endswith(".opts"))
     for name, lines in zip(scenes, check.at_once(doubts, scenes)):
-        check.that(not lines, f"options/{name}.opts gives no note and no warning{': ' + lines[0] if lines else ''}")
+        if name in ("bar", "disks"):  # linear with flip
+            check.that(len(lines) == 1 and "grows noise where particles cross cells" in lines[0], f"options/{name}.opts warns of its scheme alone: {lines}")
+        else:
+            check.that(not lines, f"options/{name}.opts gives no note and no warning{': ' + lines[0] if lines else ''}")
 
 
 # ---- Units: a scene in other units has the same results
@@ -459,7 +462,7 @@ def family_rest():
 
     cases = []
     for basis in ("gimp", "bspline2"):
-        flip = rest(run(Case("", scene, "", method=f"-method_basis {basis} -method_update usl", snapshots=True)))
+        flip = rest(run(Case("", scene, "", method=f"-method_basis {basis} -method_update usl -method_transfer flip", snapshots=True)))
         for update, transfer, least, most in (("usl", "apic", 0., 1e-3), ("usl", "pic", 0., 1e-3), ("musl", "flip", 0., 4e-3), ("usf", "flip", 0., 4e-3),
                                               ("musl", "apic", 4e-3, 0.05), ("musl", "pic", 4e-3, 0.05), ("musl", "xpic", 4e-3, 0.05), ("usf", "apic", 4e-3, 0.05)):
             def differs(told, flip=flip, least=least, most=most):
@@ -578,7 +581,7 @@ def family_numbers():
         Case("cohesion without friction", block(2, solid(model="druckerprager", friction_angle=0., cohesion=10.)), "refused", "^-material_m_"),
         Case("2e9 particles", block(3, cells=400, lower=0., upper=1., ppc=4), "refused", "particles"),
         Case("1e9 cells an axis", block(2, cells=1000000000), "refused", "nodes"),
-        Case("water through a floor, gimp", {}, "stopped", r"through its wall ymin \(slip\); with gimp", "-method_basis gimp -method_update usl -dt_cfl 0.1"),
+        Case("water through a floor, gimp", {}, "stopped", r"through its wall ymin \(slip\); with gimp", "-method_basis gimp -method_update usl -method_transfer flip -method_damping_rate 0 -dt_cfl 0.1"),
     ]
     cases[-1].options = {"options_file": check.scene("dambreak")}
     check_all(cases)

@@ -767,7 +767,7 @@ class Tables(ClosedForm):
         for name, options in (
             ("disks, 1024 x 1024 cells", ("options/disks.opts", "-grid_cells", "1024,1024")),
             ("disks, 20 x 20 cells", ("options/disks.opts",)),
-            ("disks3d, 32 x 32 x 32 cells", ("options/disks3d.opts",)),
+            ("disks3d, 32 x 32 x 32 cells", ("options/disks3d.opts", "-method_basis", "linear")),
         ):
             rows = model.parse(self.pebble("-options_file", options[0], *options[1:], "-dry_run"))["rows"]
             lines.append([name, *(f"{rows[p]['imbalance']:.3f}" if p in rows else "" for p in PROCESSES[1:])])
@@ -798,6 +798,12 @@ class Tables(ClosedForm):
                     "convergence",
                     "-study_levels",
                     "3",
+                    "-method_update",
+                    "musl",
+                    "-method_transfer",
+                    "flip",
+                    "-dt_cfl",
+                    "0.4",
                     *more,
                 )
                 with open(os.path.join(self.work.name, "mms_study.csv")) as f:
@@ -817,7 +823,7 @@ class Tables(ClosedForm):
         return f"{self.imbalance('options/disks.opts', '-grid_cells', '1024,1024'):.3f}"
 
     def number_cut_disks3d(self):
-        return two(self.imbalance("options/disks3d.opts"))
+        return two(self.imbalance("options/disks3d.opts", "-method_basis", "linear"))
 
     def serial(self, name):
         """ns a particle and step, measured on one process."""

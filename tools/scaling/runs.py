@@ -32,7 +32,7 @@ def box(dim, basis):
         "material_m_rho": 1000, "material_m_E": 1e6, "material_m_nu": 0.3, "bodies": "b", "body_b_shape": "box",
         "body_b_lower": same(0), "body_b_upper": same(1), "body_b_ppc": same(2), "body_b_material": "m",
         "body_b_velocity": f"4*sin(pi*x)*cos(pi*y), 0-4*cos(pi*x)*sin(pi*y){still}", "method_basis": basis,
-        "method_update": "usl", "method_transfer": "flip", "time_end": 1}
+        "method_update": "usl", "method_transfer": "flip", "dt_cfl": 0.4, "time_end": 1}
     options.update({f"bc_{axis}{end}_type": "slip" for axis in axes for end in ("min", "max")})
     return options
 
@@ -59,16 +59,21 @@ def scene_file(name):
     return os.path.join(ROOT, "options", name + ".opts")
 
 
+def scene_method(basis, update, cfl):
+    """The method of the committed data, in place of that of a scene of options/."""
+    return {"method_basis": basis, "method_update": update, "method_transfer": "flip", "method_damping_rate": 0, "dt_cfl": cfl}
+
+
 # Columns of water would only fall at first. They spread from the start here, so that particles cross cells as they do later.
 SCENES = [
-    Scene("disks", 2, "linear", "usf", 262144, lambda n: times(1, 1)((n / 4.021) ** 0.5), {}, scene_file("disks")),
+    Scene("disks", 2, "linear", "usf", 262144, lambda n: times(1, 1)((n / 4.021) ** 0.5), scene_method("linear", "usf", 0.4), scene_file("disks")),
     Scene("box2d", 2, "linear", "usl", 262144, lambda n: times(1, 1)((n / 4) ** 0.5), box(2, "linear")),
     Scene("dambreak", 2, "bspline2", "musl", 262144, lambda n: times(20, 9)(4 * (n / 2048) ** 0.5),
-          {"body_column_velocity": "2*x, 0-2*y"}, scene_file("dambreak")),
-    Scene("disks3d", 3, "linear", "musl", 262144, lambda n: times(1, 1, 1)((n / 0.5362) ** (1 / 3)), {}, scene_file("disks3d")),
+          {"body_column_velocity": "2*x, 0-2*y", **scene_method("bspline2", "musl", 0.3)}, scene_file("dambreak")),
+    Scene("disks3d", 3, "linear", "musl", 262144, lambda n: times(1, 1, 1)((n / 0.5362) ** (1 / 3)), scene_method("linear", "musl", 0.4), scene_file("disks3d")),
     Scene("box3d", 3, "bspline2", "usl", 262144, lambda n: times(1, 1, 1)((n / 8) ** (1 / 3)), box(3, "bspline2")),
     Scene("dambreak3d", 3, "bspline2", "musl", 110592, lambda n: times(4, 4, 3)(6 * (n / 8192) ** (1 / 3)),
-          {"body_column_velocity": "2*x, 2*y, 0-4*z"}, scene_file("dambreak3d")),
+          {"body_column_velocity": "2*x, 2*y, 0-4*z", **scene_method("bspline2", "musl", 0.4)}, scene_file("dambreak3d")),
 ]
 
 

@@ -98,6 +98,8 @@ BOX = """-scene_title "filled box"
 -body_box_material rubber
 -body_box_velocity {velocity}
 -method_update usl
+-method_transfer flip
+-dt_cfl 0.4
 -time_end 1e9
 """
 
@@ -111,9 +113,15 @@ def box(dim, basis, cells):
     return text + f"-method_basis {basis}\n", math.prod(cells) * 2 ** dim
 
 
-def scene_file(name, more):
-    """A file that names a scene of options/ and overrides some of it, for a finer grid."""
-    return f"-options_file {ROOT}/options/{name}.opts\n" + more
+def scene_file(name, method, cfl, more):
+    """A file that names a scene of options/, without its method, and overrides some of it, for a finer grid. The method is that
+    of the committed data."""
+    plain = WORK / f"{name}.opts"
+    WORK.mkdir(parents=True, exist_ok=True)
+    with open(ROOT / "options" / f"{name}.opts") as file:
+        plain.write_text("".join(line for line in file if not line.startswith(("-method_", "-dt_cfl"))))
+    basis, update = method
+    return f"-options_file {plain}\n-method_basis {basis}\n-method_update {update}\n-method_transfer flip\n-dt_cfl {cfl}\n" + more
 
 
 def near_cube(dim, parts):
@@ -135,20 +143,20 @@ def box3d(size):
 # In these scenes all particles of a body would cross cells in the same steps, or none for long. So they get more motion.
 def disks(n):
     spin = "\n".join(f"-body_disk{k}_velocity {v}-0.3*(y-{c}),{v}+0.3*(x-{c})" for k, v, c in ((1, 0.1, 0.2), (2, -0.1, 0.8)))
-    return scene_file("disks", f"-grid_cells {n},{n}\n-body_disk1_ppc 2,2\n-body_disk2_ppc 2,2\n{spin}\n")
+    return scene_file("disks", ("linear", "usf"), 0.4, f"-grid_cells {n},{n}\n-body_disk1_ppc 2,2\n-body_disk2_ppc 2,2\n{spin}\n")
 
 
 def dambreak(n):
-    return scene_file("dambreak", f"-grid_cells {5 * n},{9 * n // 4}\n-body_column_velocity 4*x,-4*y\n")
+    return scene_file("dambreak", ("bspline2", "musl"), 0.3, f"-grid_cells {5 * n},{9 * n // 4}\n-body_column_velocity 4*x,-4*y\n")
 
 
 def disks3d(n):
     spin = "\n".join(f"-body_ball{k}_velocity {v}-0.3*(y-{c}),{v}+0.3*(x-{c}),{v}" for k, v, c in ((1, 0.1, 0.3), (2, -0.1, 0.7)))
-    return scene_file("disks3d", f"-grid_cells {n},{n},{n}\n{spin}\n")
+    return scene_file("disks3d", ("linear", "musl"), 0.4, f"-grid_cells {n},{n},{n}\n{spin}\n")
 
 
 def dambreak3d(n):
-    return scene_file("dambreak3d", f"-grid_cells {4 * n},{4 * n},{3 * n}\n-body_column_velocity 2*x,2*y,-4*z\n")
+    return scene_file("dambreak3d", ("bspline2", "musl"), 0.4, f"-grid_cells {4 * n},{4 * n},{3 * n}\n-body_column_velocity 2*x,2*y,-4*z\n")
 
 
 # name: maker, size for the strong curve, size with about 16,000 particles (for the calibration; the validation has both)
