@@ -51,7 +51,7 @@ OF_THE_METHOD = "where particles cross cells"  # a warning that depends on the m
 METHODS = {
     "bspline2 musl flip": "", "bspline2 usl flip": "-method_update usl", "bspline2 usl apic": "-method_update usl -method_transfer apic",
     "bspline3 usl flip": "-method_basis bspline3 -method_update usl", "bspline3 usl apic": "-method_basis bspline3 -method_update usl -method_transfer apic",
-    "gimp usl flip": "-method_basis gimp -method_update usl", "gimpS usl flip": "-method_basis gimp -method_gimp_update stretch -method_update usl",
+    "gimp usl flip": "-method_basis gimp -method_gimp_update none -method_update usl", "gimpS usl flip": "-method_basis gimp -method_gimp_update stretch -method_update usl",
     "gimpS usl apic": "-method_basis gimp -method_gimp_update stretch -method_update usl -method_transfer apic",
     "linear musl flip": "-method_basis linear",
 }
