@@ -60,8 +60,8 @@ static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether anything but its law reads the deformation gradient of a material's particles: domains that stretch, a
-   pressure on its surface, or snapshots. */
+/* Returns whether anything but its law reads the deformation gradient of a material's particles: domains that stretch,
+   a pressure on its surface, or snapshots. */
 static PetscBool ReadsF(MPM mpm, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
