@@ -95,7 +95,7 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 export ASAN_OPTIONS := detect_leaks=0
 
 # ---- What a user asks for
-.PHONY: all run test test-long test-widths verify robust bench paper calibrate simulate scaling report format \
+.PHONY: all run test test-long test-widths verify robust bench paper studies calibrate simulate scaling report format \
   scenes clean distclean help objects picture ctest pages FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
@@ -136,6 +136,11 @@ paper: ## run the studies of docs/paper.md, renew its tables and figures
 	@tools/install.sh run
 	+@$(again) $(PEBBLE) $(BUILD)/quadrature
 	@$(python) tools/paper/paper.py --pebble $(program) --quadrature $(BUILD)/quadrature
+
+studies: ## docs/choosing.md and docs/stability.md anew from docs/data; STUDIES=missing: measure first what they lack; =all: all anew, 45 minutes
+	@tools/install.sh run
+	+@$(if $(STUDIES),$(again) $(PEBBLE))
+	@$(python) tools/studies/studies.py --pebble $(program) $(if $(STUDIES),--measure $(STUDIES))
 
 calibrate: ## measure the constants of the cost model for SCENE=options/x.opts on NP=2 processes; CALIBRATE="-model_file x": more options
 	$(if $(SCENE),,$(error make calibrate needs a scene: make calibrate SCENE=options/disks.opts [NP=2]))

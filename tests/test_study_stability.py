@@ -15,10 +15,10 @@ BAR = ["-dim 1", "-grid_lower 0", "-grid_upper 1", "-grid_cells 16", "-materials
 
 
 def study(name, *arguments, n=1):
-    """The run of a study, and its rows by basis, update and transfer."""
+    """The run of a study, and the rows of its table. One of many steps takes minutes on a busy computer."""
     folder = check.folder(name)
     path = check.write(os.path.join(folder, "bar.opts"), BAR)
-    run = check.pebble("-options_file", path, "-output_dir", folder, *arguments, n=n)
+    run = check.pebble("-options_file", path, "-output_dir", folder, *arguments, n=n, timeout=600)
     table = os.path.join(folder, "bar_stability.csv")
     return run, check.rows(table) if os.path.exists(table) else []
 
@@ -64,6 +64,9 @@ def few():
 
     run, rows = study("dry", "-dry_run", "-study_basis", "linear,bspline3")
     check.that(run.status == 0 and not rows and len(run.out.split(" valid\n")) == 3, "-dry_run lists the methods")
+    run, rows = study("none", "-grid_cells", "64", "-study_basis", "bspline2", "-study_steps", "100", n=8)
+    check.that(run.status == 2 and not rows and "takes none of these methods" in run.said,
+               "8 processes are too many for the study's grids, and the exit status says so")
     run, rows = study("own", "-study_steps", "100", "-method_basis", "gimp", "-method_gimp_update", "stretch", "-method_update",
                       "usl", "-method_transfer", "aflip", "-method_affine_strain", "0.5", "-method_flip", "0.9", "-body_b_ppc", "3")
     check.that([[r[key] for key in ("basis", "update", "transfer", "flip", "damping_rate", "affine_strain", "ppc")] for r in rows] ==

@@ -45,6 +45,18 @@ static void MoveFilesFirst(int argc, char **argv)
   }
 }
 
+/* Returns whether a word that looks like an option is the value of the option before it, an expression with a minus
+   first: it has signs that no option has, or is a variable. */
+static PetscBool IsExpression(const char word[])
+{
+  static const char *const variables[] = {"x", "y", "z", "X", "Y", "Z", "t", "pi"};
+
+  if (strpbrk(word, ",*+/^()")) return PETSC_TRUE;
+  for (size_t k = 0; k < sizeof variables / sizeof variables[0]; k++)
+    if (!strcmp(word + 1, variables[k])) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* Reports words that are neither options nor their values, and prefixes that are not popped: PETSc ignores both. */
 static void CheckArguments(int argc, char **argv, char error[], size_t len)
 {
@@ -56,6 +68,11 @@ static void CheckArguments(int argc, char **argv, char error[], size_t len)
 
     if (!MPMOptionsIsOption(word) && access(word, R_OK) == 0)
       (void)snprintf(error, len, "%.200s is not an option; did you mean -options_file %.200s ?", word, word);
+    else if (MPMOptionsIsOption(word) && !valued && k + 1 < argc && IsExpression(argv[k + 1]))
+      (void)snprintf(error, len,
+                     "%.100s %.200s: a value that starts with - and a letter looks like an option; write "
+                     "0%.200s",
+                     word, argv[k + 1], argv[k + 1]);
     else if (!MPMOptionsIsOption(word))
       (void)snprintf(error, len,
                      "%.200s is not an option; an option starts with -, its value has no blanks outside of quotes",

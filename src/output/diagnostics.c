@@ -114,8 +114,8 @@ static void Fill_kinetic_energy(const MPMShown *s, const MPMView *v, PetscInt p,
   row[0] = 0.5 * KindOf(s, v, p)->m * Speed2(s, v, p);
 }
 
-/* Sets inertia [dim] to sum phi (x_i - x)^2, m^2, of particle p on each axis; of splines, that away from walls, as APIC has
-   it. */
+/* Sets inertia [dim] to sum phi (x_i - x)^2, m^2, of particle p on each axis; of splines, that away from walls, as APIC
+   has it. */
 static void SetInertia(const MPMCore *core, const MPMView *v, PetscInt p, PetscReal inertia[])
 {
   const MPMGrid  *grid = &core->grid;
@@ -134,8 +134,8 @@ static void SetInertia(const MPMCore *core, const MPMView *v, PetscInt p, PetscR
   }
 }
 
-/* m x x v about the origin, and with APIC that of the affine velocity: C moves the mass around the particle, whose moment
-   of inertia on axis e is m inertia_e. */
+/* m x x v about the origin, and with APIC that of the affine velocity: C moves the mass around the particle, whose
+   moment of inertia on axis e is m inertia_e. */
 static void Fill_angular_momentum(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   const PetscInt  dim  = s->core->grid.dim;
@@ -217,9 +217,9 @@ static PetscReal Value_total_energy(const MPMShown *s)
   return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0];
 }
 
-/* The work of gravity is the sum over steps and particles of m g . (v_old + v_new)/2 dt, which is exact in free fall. Particles
-   move by v_new dt, so their displacement since the start exceeds the sum of (v_old + v_new)/2 dt by (v - v_start)
-   dt/2. */
+/* The work of gravity is the sum over steps and particles of m g . (v_old + v_new)/2 dt, which is exact in free fall.
+   Particles move by v_new dt, so their displacement since the start exceeds the sum of (v_old + v_new)/2 dt by (v -
+   v_start) dt/2. */
 PetscReal MPMShownWork(const MPMShown *s)
 {
   const MPMTotals *now = s->now, *start = s->start;

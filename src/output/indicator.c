@@ -1,6 +1,7 @@
-/* indicator.c - an indicator of the error of the stress, for snapshots and the end of a run. The stress of the particles
-   is averaged at the nodes, weighted by their masses, and the particles read it back (MPMStepRecover). Where their own
-   stress is smooth on the grid both agree; what is left is the part that the grid cannot resolve, noise included. */
+/* indicator.c - an indicator of the error of the stress, for snapshots and the end of a run. The stress of the
+   particles is averaged at the nodes, weighted by their masses, and the particles read it back (MPMStepRecover). Where
+   their own stress is smooth on the grid both agree; what is left is the part that the grid cannot resolve, noise
+   included. */
 #include "output/output.h"
 #include "step/step.h"
 
@@ -19,8 +20,8 @@ static PetscReal Size2(const Part *part, const PetscReal s[])
   return size;
 }
 
-/* Sets r [n][dim] to this part of the Cauchy stress of the particles here, Pa; adds its squared size times the volume to
-   stress2, and the volume to `volume`, if that is not NULL. */
+/* Sets r [n][dim] to this part of the Cauchy stress of the particles here, Pa; adds its squared size times the volume
+   to stress2, and the volume to `volume`, if that is not NULL. */
 static PetscErrorCode ReadStress(const MPMScene *scene, MPMCore *core, const Part *part, PetscReal r[], MPMSum *stress2,
                                  MPMSum *volume)
 {

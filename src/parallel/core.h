@@ -87,8 +87,9 @@ enum {
   MPM_ENERGY_stress,   /* work of the stress on particles whose law stores only a part of it, and of viscosity */
   MPM_NUM_ENERGIES
 };
-/* The mean velocity along which the acceleration of a node does its work in a step: v' - dt/2 a of the node; with musl the
-   mean of the velocity before the advance and that of the second mapping; or the mean of the particles that it moves. */
+/* The mean velocity along which the acceleration of a node does its work in a step: v' - dt/2 a of the node; with musl
+   the mean of the velocity before the advance and that of the second mapping; or the mean of the particles that it
+   moves. */
 typedef enum { MPM_MEAN_NODES, MPM_MEAN_AGAIN, MPM_MEAN_PARTICLES } MPMMean;
 typedef struct {
   PetscBool  on;    /* -history_energy */

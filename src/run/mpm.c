@@ -49,6 +49,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
   PetscCall(MPMOptionsFinish(o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(scene, core, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMDoubtsRefuse(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MPMOutputMakeFolder(&mpm->output, scene, o));
   mpm->monitor.dir = mpm->output.dir;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -150,6 +151,21 @@ PetscErrorCode MPMSetUp(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns the face of the grid with a wall beyond which the bad particle of the status lies, or -1. */
+static PetscInt WallPassed(MPM mpm)
+{
+  const MPMGrid *grid = &mpm->core.grid;
+
+  for (PetscInt k = 0; k < 2 * grid->dim; k++) {
+    const PetscReal x = mpm->core.status.x[k / 2];
+
+    if ((k % 2 ? x > grid->upper[k / 2] : x < grid->lower[k / 2]) &&
+        mpm->scene.walls.given[k / 2][k % 2].type != MPM_WALL_free)
+      return k;
+  }
+  return -1;
+}
+
 /* Writes to core.stop why the state after a step is not valid, if it is not. */
 static void CheckState(MPM mpm)
 {
@@ -171,6 +187,13 @@ static void CheckState(MPM mpm)
                    "%s has a position that is not finite, %s; reduce -dt_size or -dt_cfl, or look at -acceleration and "
                    "-loads",
                    who, at);
+  else if (s->bad == MPM_LEFT_GRID && WallPassed(mpm) >= 0)
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "%s left the grid, to %s, through its wall %s (%s); %s", who,
+                   at, MPMFaceNames[WallPassed(mpm)],
+                   MPMWallNames[mpm->scene.walls.given[WallPassed(mpm) / 2][WallPassed(mpm) % 2].type],
+                   mpm->core.basis == MPM_BASIS_gimp
+                       ? "with gimp the domains of particles reach beyond a wall: use bspline2"
+                       : "reduce -dt_size or -dt_cfl");
   else if (s->bad == MPM_LEFT_GRID)
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
                    "%s left the grid, to %s; enlarge the grid or close its walls (-bc_*_type)", who, at);
@@ -181,8 +204,9 @@ static void CheckState(MPM mpm)
                    who, at, (double)s->J);
   else
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
-                   "%s at %s is turned inside out or not finite (det F = %g); reduce -dt_size or -dt_cfl", who, at,
-                   (double)s->J);
+                   "%s at %s is turned inside out or not finite (det F = %g); reduce -dt_size or -dt_cfl%s", who, at,
+                   (double)s->J,
+                   mpm->scene.forced && PetscIsInfOrNanReal(s->J) ? ", or look at -acceleration and -loads" : "");
 }
 
 /* Makes one step of the loop: chooses dt, makes the step, and checks the state. Collective on the exchange. */
@@ -197,6 +221,7 @@ static PetscErrorCode Advance(MPM mpm)
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "the time step, %g s, vanishes beside the time", (double)dt);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCall(MPMWatchStep(mpm, dt));
   mpm->core.params.dt = last ? mpm->time.end - mpm->core.t : dt;
   MPMDamp(&mpm->core, &mpm->method);
   mpm->courant = PetscMax(mpm->courant, MPMCourant(&mpm->core, mpm->core.params.dt));
@@ -259,6 +284,7 @@ PetscErrorCode MPMRun(MPM mpm)
     core->timers.steps += t1 - t0;
     if (core->status.bad != MPM_OK) break; /* this state is neither measured nor written */
     PetscCall(Output(mpm, output, PETSC_FALSE));
+    PetscCall(MPMWatchBodies(mpm));
     PetscCall(MPMReportProgress(mpm));
   }
   if (core->status.bad == MPM_OK) PetscCall(Output(mpm, output, PETSC_TRUE));

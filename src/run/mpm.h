@@ -52,6 +52,14 @@ typedef struct {
   PetscBool      untold;      /* is the reason to stop left to a study? Else the end of the run tells it */
 } MPMReport;
 
+/* What is watched while a run runs (watch.c). */
+typedef struct {
+  PetscReal first, least, told; /* s: dt of the first step, the smallest so far, and at the last look for its cause */
+  PetscReal t;                  /* s: when dt was smallest */
+  char      cause[3 * MPM_NAME_LEN]; /* what limits dt, where it has collapsed; else empty */
+  PetscBool torn;                    /* has a body come apart? */
+} MPMWatch;
+
 /* A named method, for scenes whose materials are all elastic or for others; a row of preset.def. */
 typedef struct {
   const char *name;
@@ -76,6 +84,7 @@ struct _p_MPM {
   MPMCost          cost;
   MPMStudy         study;
   MPMReport        report;
+  MPMWatch         watch;
   PetscReal        courant, wave; /* the largest dt (c + |v|)/h and dt c/h of the run */
 };
 
@@ -100,7 +109,7 @@ PetscErrorCode MPMPresetRead(MPM, MPMOptions);
 void           MPMPresetChoose(MPM);
 PetscErrorCode MPMPresetPrint(MPM);
 
-/* Prints what makes a method doubtful in this scene, with steps of dt, s, and what to use instead (doubts.c). Collective
+/* Prints what makes a method doubtful in this scene, with steps of dt, s, and what to use instead (method_warnings.c). Collective
    on exchange.data. */
 PetscErrorCode MPMMethodWarnings(MPM, PetscReal dt);
 
@@ -114,11 +123,24 @@ PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnd(MPM);
 
-/* Writes why this basis, update and transfer give wrong results together, with what to use instead, or "" (doubts.c). */
+/* Writes why this basis, update and transfer give wrong results together, with what to use instead, or ""
+   (method_warnings.c). */
 void MPMMethodWrong(MPM, char why[MPM_TEXT_LEN]);
 
 /* Returns the bytes of particles, with order and scratch, and of nodes, on all processes together (report.c). */
 PetscReal MPMMemory(MPM);
+
+/* Tell what is doubtful in a valid scene (doubts.c): refuse it, before the first step, or note odd values, or warn;
+   steps and seconds are what is predicted for the whole run. Not collective. */
+PetscErrorCode MPMDoubtsRefuse(MPM, MPMOptions);
+PetscErrorCode MPMDoubtsNote(MPM);
+PetscErrorCode MPMDoubtsWarn(MPM, PetscReal steps, PetscReal seconds);
+
+/* Watch a run (watch.c): a time step dt in s that collapses, before the step; bodies that come apart, where a line of
+   the history is written; and what is to be said of both at the end. Collective on exchange.data. */
+PetscErrorCode MPMWatchStep(MPM, PetscReal dt);
+PetscErrorCode MPMWatchBodies(MPM);
+PetscErrorCode MPMWatchEnd(MPM);
 
 /* Read the options of a study (study_options.c), and run it (study.c). Collective on core.comm. */
 PetscErrorCode MPMStudySetFromOptions(MPM, MPMOptions);

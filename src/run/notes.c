@@ -89,6 +89,7 @@ PetscErrorCode MPMNotes(MPM mpm)
   PetscCallMPI(MPI_Comm_size(mpm->core.comm, &size));
   PetscCall(NoteOptions(mpm, size));
   PetscCall(NoteVector(mpm));
+  PetscCall(MPMDoubtsNote(mpm));
   if (size > 1 && !mpm->scene.dry_run) PetscCall(NoteCrowd(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -200,13 +200,15 @@ PetscErrorCode MPMReportStart(MPM mpm)
   PetscCall(PrintParallel(mpm));
   PetscCall(MPMPrint(&mpm->core.print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g h/(c+|v|)\n", (double)c,
                      (double)v, (double)dt, (double)MPMCourant(&mpm->core, dt)));
-  steps = PetscMin(PetscCeilReal(mpm->time.end / dt), (PetscReal)mpm->time.max_steps);
+  steps = PetscCeilReal(mpm->time.end / dt);
+  if (mpm->time.max_steps != PETSC_MAX_INT) steps = PetscMin(steps, (PetscReal)mpm->time.max_steps);
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) step += mpm->cost.predicted[e];
   PetscCall(MPMPrint(&mpm->core.print, "predict    %.6g steps of %.3g s, about %.2g s without output\n", (double)steps,
                      (double)step, (double)(steps * step)));
   if (mpm->scene.dry_run) PetscCall(MPMModelView(&mpm->cost, &mpm->core, &mpm->scene, dt));
   PetscCall(PrintLoads(mpm));
   PetscCall(PrintWarnings(mpm, dt));
+  PetscCall(MPMDoubtsWarn(mpm, steps, steps * step));
   if (mpm->scene.dry_run) PetscCall(MPMPrint(&mpm->core.print, "dry run    the scene is valid; no step was made\n"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -402,6 +404,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
                        mpm->core.t < mpm->time.end ? " (-time_max_steps)" : ""));
   PetscCall(PrintEnergy(mpm));
   if (mpm->report.indicator && mpm->core.status.bad == MPM_OK) PetscCall(PrintIndicator(mpm));
+  PetscCall(MPMWatchEnd(mpm));
   if (mpm->scene.known) {
     PetscReal error, size;
 

@@ -312,8 +312,9 @@ static PetscErrorCode Report(MPM base, FILE *csv, const Method *m, const Found f
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Studies one method; a combination that the program refuses gets a line that says so. Collective. */
-static PetscErrorCode StudyMethod(MPM base, FILE *csv, const Method *m, PetscBool *interrupted)
+/* Studies one method; a combination that the program refuses gets a line that says so. *taken counts
+   the others. Collective. */
+static PetscErrorCode StudyMethod(MPM base, FILE *csv, const Method *m, PetscInt *taken, PetscBool *interrupted)
 {
   PetscOptions   options;
   Probe          probe[PROBES];
@@ -329,6 +330,7 @@ static PetscErrorCode StudyMethod(MPM base, FILE *csv, const Method *m, PetscBoo
   PetscCall(PushOptions(&options));
   PetscCall(SetMethod(m));
   PetscCall(MakeRun(base, &probe[REST], 0, 0, &r, &grown));
+  *taken += r.refused[0] ? 0 : 1;
   if (r.refused[0] || base->scene.dry_run)
     PetscCall(MPMPrint(&base->core.print, "%-34s %s\n", name, r.refused[0] ? r.refused : "valid"));
   else {
@@ -372,7 +374,8 @@ PetscErrorCode MPMStudyStability(MPM base, int *status)
   PetscBool       interrupted = PETSC_FALSE, replaced;
   char            path[2 * MPM_TEXT_LEN];
   PetscMPIInt     rank;
-  FILE           *csv = NULL;
+  FILE           *csv   = NULL;
+  PetscInt        taken = 0;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(base->core.comm, &rank));
@@ -392,7 +395,7 @@ PetscErrorCode MPMStudyStability(MPM base, int *status)
         Method m = {study->bases.word[i], study->updates.word[j], "", {0}};
 
         PetscCall(SetTransfer(base, study->transfers.word[k], &m));
-        PetscCall(StudyMethod(base, csv, &m, &interrupted));
+        PetscCall(StudyMethod(base, csv, &m, &taken, &interrupted));
       }
   if (csv) (void)fclose(csv);
   if (base->scene.dry_run)
@@ -402,6 +405,11 @@ PetscErrorCode MPMStudyStability(MPM base, int *status)
   if (base->method.viscosity > 0)
     PetscCall(MPMPrint(&base->core.print, "note       -method_damping_viscosity is left out: what it does depends on "
                                           "the cells of the scene\n"));
+  if (!taken) {
+    if (!rank)
+      fprintf(stderr, "-study_type stability: the program takes none of these methods; the lines above say why\n");
+    *status = MPM_EXIT_INPUT;
+  }
   if (interrupted) *status = MPM_EXIT_STOPPED;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

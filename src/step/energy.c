@@ -1,6 +1,6 @@
 /* energy.c - where the energy of a run comes from and goes to, summed while steps are made: the work of body forces and
    loads in every scene that has them, and all terms of the balance with -history_energy. The kernels know nothing of
-   it: it reads particles and nodes between phases. Every sum is exact (MPMSum), and what a node or a particle adds to it
+   it: it reads particles and nodes between phases. Every sum is exact (MPMSum), and what a node or a particle adds
    depends on its state alone, so the terms have the same bits on any number of processes. docs/theory.md derives them
    (Energy and momentum). */
 #include "parallel/exchange.h"
@@ -56,6 +56,7 @@ static void KeepMotion(PetscInt dim, const MPMView *view, MPMEnergy *e)
     PetscReal *to  = e->before + 2 * dim * e->n;
     PetscBool  any = KeepsAll(e);
 
+    if (!e->on && !view->surface[p]) continue; /* then there are loads alone, which act on surfaces */
     for (PetscInt d = 0; d < dim; d++) {
       if (e->loads && view->b[p * dim + d] != 0) any = PETSC_TRUE;
       to[d]       = view->x[p * dim + d];
@@ -192,8 +193,8 @@ static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const 
   return PETSC_FALSE;
 }
 
-/* Adds, times `share`, the work of a node's accelerations along the velocity u [dim]. The wall's part of an acceleration is
-   what a has besides f/m + g. `held`: what PIC takes over besides from a moving wall, J. */
+/* Adds, times `share`, the work of a node's acceleration along the velocity u [dim]. The wall's part of it is what a
+   has besides f/m + g. `held`: what PIC takes over besides from a moving wall, J. */
 static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], const PetscReal u[], PetscReal share,
                     PetscBool moving, PetscReal held, MPMEnergy *e)
 {
@@ -212,9 +213,9 @@ static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], 
   MPMSumAdd(&e->sum[moving ? MPM_ENERGY_walls : MPM_ENERGY_friction], wall + held);
 }
 
-/* Adds what the advance of a node did. `before` is its velocity before the advance as walls leave it, 0 along an axis where
-   it met one that only pushes. Where a moving wall holds the node, PIC also takes over the momentum that the wall gave
-   it before the advance: its share is 1 - flip. */
+/* Adds what the advance of a node did. `before` is its velocity before the advance as walls leave it, and 0 along an
+   axis on which it met one that only pushes. Where a moving wall holds the node, PIC also takes over the momentum that
+   the wall gave it before the advance: its share is 1 - flip. */
 static void AddAdvance(const MPMCore *core, const MPMNode *n, const PetscReal *motion, const PetscInt ijk[],
                        MPMEnergy *e)
 {
@@ -269,7 +270,7 @@ PetscErrorCode MPMEnergyNodes(MPMCore *core, const MPMPhase *phase)
 
 PetscErrorCode MPMEnergyStep(MPMCore *core, PetscBool begins)
 {
-  const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(b) | MPM_MATERIAL_BITS | MPM_BIT(kind);
+  const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(b) | MPM_BIT(surface) | MPM_MATERIAL_BITS | MPM_BIT(kind);
   MPMEnergy     *e      = &core->energy;
   MPMView        view;
 

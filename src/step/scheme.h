@@ -34,9 +34,9 @@ typedef struct {
 } MPMMethod;
 
 /* How long the steps of a method may be, as c dt/h: the largest that is stable at rest and where particles cross cells
-   (0: none), and the default of -dt_cfl, which is the second over a margin of 4/3, at most 0.5 (0.4 if that is below 0.1).
+   (0: none), and the default of -dt_cfl, which is the second over a margin of 1.15, at most 0.5 (0.4 if that is below 0.15).
    Basis, method, params.strain and params.flip have to be known. Not collective. */
-#define MPM_STABLE_MARGIN (4. / 3)
+#define MPM_STABLE_MARGIN 1.15
 typedef struct {
   PetscReal rest, crossing, cfl;
 } MPMStable;

@@ -36,7 +36,7 @@ MPMStable MPMStableOf(const MPMCore *core, const MPMMethod *method)
       stable.crossing = rows[k].crossing[Kind(core, method)];
       stable.rest     = Kind(core, method) == AFMPM ? stable.crossing : rows[k].rest[affine];
     }
-  if (stable.crossing / MPM_STABLE_MARGIN > 0.1) /* in twentieths */
+  if (stable.crossing / MPM_STABLE_MARGIN >= 0.15) /* in twentieths */
     stable.cfl = PetscMin(0.5, PetscFloorReal(stable.crossing / MPM_STABLE_MARGIN * 20 + 1e-9) / 20);
   return stable;
 }

@@ -1,0 +1,167 @@
+/* method_warnings.c - what makes a method doubtful in a scene: settings that are unstable, or that were measured to give wrong
+   answers (docs/choosing.md). Each is one line before the first step, which names the setting and another one that
+   works. */
+#include <stdarg.h>
+#include "run/mpm.h"
+
+/* Prints a warning that begins with the name of the method. */
+static PetscErrorCode Warn(MPM mpm, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
+static PetscErrorCode Warn(MPM mpm, const char format[], ...)
+{
+  char    text[MPM_TEXT_LEN];
+  va_list args;
+
+  PetscFunctionBeginUser;
+  va_start(args, format);
+  (void)vsnprintf(text, sizeof text, format, args);
+  va_end(args);
+  PetscCall(MPMPrint(&mpm->core.print, "warning    %s with %s and %s %s\n", MPMBasisNames[mpm->core.basis],
+                     mpm->method.scheme->name, mpm->method.transfer->name, text));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
+{
+  const MPMTransfer *transfer = mpm->method.transfer;
+  const PetscBool linear = mpm->core.basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE, keeps = transfer->flip < 0;
+
+  why[0] = 0;
+  if (MPMStableOf(&mpm->core, &mpm->method).crossing == 0)
+    (void)snprintf(why, MPM_TEXT_LEN, "is unstable where particles cross cells%s",
+                   linear
+                       ? ": nodes of vanishing mass get any velocity gradient; use musl or usf with -method_transfer "
+                         "flip -method_flip 0.99, or another basis"
+                       : "; use -method_update usl");
+  else if (!keeps && !(transfer->parts & MPM_AFFINE) && (transfer->rounds != MPM_FILTER || mpm->core.params.order == 1))
+    (void)snprintf(why, MPM_TEXT_LEN,
+                   "stops all motion within some cells' travel of a wave; use -method_transfer aflip");
+  else if (!keeps && transfer->rounds == MPM_FILTER && !strcmp(mpm->method.scheme->name, "musl") &&
+           MPMBasisIsSpline(mpm->core.basis))
+    (void)snprintf(why, MPM_TEXT_LEN, "was wrong by 50 to 95 %% on a manufactured solution; use -method_update usl");
+}
+
+/* Warns of steps that are too long for the method. */
+static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
+{
+  const MPMCore  *core   = &mpm->core;
+  const MPMStable stable = MPMStableOf(core, &mpm->method);
+  const PetscReal C = MPMWaveCourant(core, dt), courant = MPMCourant(core, dt);
+
+  PetscFunctionBeginUser;
+  if (C > stable.rest * (1 + 1e-9))
+    PetscCall(Warn(mpm, "is stable up to dt = %g h/c, and dt is %.3g h/c: expect the run to blow up; use -dt_cfl %g",
+                   (double)stable.rest, (double)C, (double)stable.cfl));
+  else if (courant > 1)
+    PetscCall(Warn(mpm,
+                   "has dt = %.3g h/(c+|v|), above 1: expect the run to blow up where matter moves; use -dt_cfl %g",
+                   (double)courant, (double)stable.cfl));
+  else if (stable.crossing > 0 && C > stable.crossing * (1 + 1e-9))
+    PetscCall(Warn(mpm, "grows noise where particles cross cells, above dt = %g h/c (here %.3g); use %s or -dt_cfl %g",
+                   (double)stable.crossing, (double)C,
+                   core->basis == MPM_BASIS_linear ? "-method_flip 0.99" : "-method_update usl",
+                   (double)PetscMin(stable.cfl, stable.crossing)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns of methods that gave wrong answers. */
+static PetscErrorCode WarnOfMethod(MPM mpm)
+{
+  char why[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  MPMMethodWrong(mpm, why);
+  if (why[0]) PetscCall(Warn(mpm, "%s", why));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns if bodies differ so much in stiffness, or steps are so short, that what a transfer loses in each step counts. */
+static PetscErrorCode WarnOfLoss(MPM mpm, PetscReal dt)
+{
+  const MPMCore  *core  = &mpm->core;
+  const PetscBool each  = mpm->method.rate == 0 && mpm->method.viscosity == 0 && core->params.flip < 1 ? PETSC_TRUE
+                                                                                                       : PETSC_FALSE;
+  PetscReal       least = PETSC_MAX_REAL, c2 = core->status.c2;
+
+  PetscFunctionBeginUser;
+  if (!each) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
+    const MPMMaterial *m = &mpm->scene.materials[k];
+
+    least = PetscMin(least, (m->K > 0 ? m->K : m->lambda + 2 * m->mu) / m->rho);
+  }
+  if (least * 1e3 < c2)
+    PetscCall(Warn(mpm,
+                   "loses energy in each step, and the steps are those of the stiffest body: the softest one loses "
+                   "most of its motion; use -method_transfer aflip -method_flip 1"));
+  else if (MPMCourant(core, dt) < 0.05)
+    PetscCall(
+        Warn(mpm, "loses energy in each step, however short; use -method_transfer aflip, or -method_damping_rate"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns if a body spins and the transfer does not keep rotation. Sums for each body: m, m x [3], m v [3], m |x|^2,
+   m |v|^2, and the moment m x cross v [3]. */
+static PetscErrorCode WarnOfSpin(MPM mpm)
+{
+  enum { M, X, V = X + 3, XX = V + 3, VV, L, N = L + 3 };
+  const PetscInt  dim = mpm->core.grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v);
+  const MPMScene *scene = &mpm->scene;
+  PetscReal      *sum;
+  MPMView         view;
+
+  PetscFunctionBeginUser;
+  if (dim == 1 || mpm->method.transfer->parts & MPM_AFFINE) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(N * scene->nbodies, &sum));
+  PetscCall(MPMParticlesGetView(&mpm->core.particles, fields, &view));
+  for (PetscInt p = 0; p < view.n; p++) {
+    PetscInt  b    = 0;
+    PetscReal x[3] = {0}, v[3] = {0}, *s;
+
+    while (view.id[p] >= scene->bodies[b].first + scene->bodies[b].n) b++;
+    s = sum + N * b;
+    for (PetscInt d = 0; d < dim; d++) {
+      x[d] = view.x[p * dim + d];
+      v[d] = view.v[p * dim + d];
+      s[X + d] += x[d];
+      s[V + d] += v[d];
+      s[XX] += x[d] * x[d];
+      s[VV] += v[d] * v[d];
+    }
+    s[M] += 1;
+    for (PetscInt d = 0; d < 3; d++) s[L + d] += x[(d + 1) % 3] * v[(d + 2) % 3] - x[(d + 2) % 3] * v[(d + 1) % 3];
+  }
+  PetscCall(MPMParticlesRestoreView(&mpm->core.particles, fields, &view));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, (PetscMPIInt)(N * scene->nbodies), MPIU_REAL, MPIU_SUM,
+                             mpm->core.exchange.data));
+  for (PetscInt b = 0; b < scene->nbodies; b++) { /* a body has one density: its mass cancels */
+    PetscReal *s = sum + N * b, l2 = 0, xx = s[XX], vv = s[VV];
+
+    for (PetscInt d = 0; d < 3; d++) {
+      const PetscReal l = s[L + d] -
+                          (s[X + (d + 1) % 3] * s[V + (d + 2) % 3] - s[X + (d + 2) % 3] * s[V + (d + 1) % 3]) / s[M];
+
+      l2 += l * l;
+      xx -= s[X + d] * s[X + d] / s[M];
+      vv -= s[V + d] * s[V + d] / s[M];
+    }
+    if (l2 > 0.25 * xx * vv && vv > 1e-6 * s[VV]) { /* l^2 <= xx vv, and equal in 2-D if it only spins */
+      PetscCall(Warn(mpm,
+                     "slows the spin of body %s down, by a third in 3 turns of a disk of 8 cells across; "
+                     "-method_transfer aflip keeps it",
+                     scene->bodies[b].name));
+      break;
+    }
+  }
+  PetscCall(PetscFree(sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMMethodWarnings(MPM mpm, PetscReal dt)
+{
+  PetscFunctionBeginUser;
+  PetscCall(WarnOfSteps(mpm, dt));
+  PetscCall(WarnOfMethod(mpm));
+  PetscCall(WarnOfLoss(mpm, dt));
+  PetscCall(WarnOfSpin(mpm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
