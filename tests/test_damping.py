@@ -40,7 +40,7 @@ def check_laws():
         q = loss * kh**2
         for C in (0.4, 0.1):
             usl = (kh * C)**2 * q / 2
-            cases = [("usl flip", "-method_update usl -method_transfer flip", usl, 0.15 if C == 0.4 else 0.1),
+            cases = [("usl flip", "-method_update usl -method_transfer flip", usl, 0.1),
                      ("musl flip .99", "-method_update musl -method_transfer flip -method_flip 0.99", 0.01 * q / 2, 0.1)]
             if basis.startswith("bspline"):
                 cases.append(("musl xpic 2", "-method_update musl -method_transfer xpic -method_order 2", q**2 / 2, 0.1))

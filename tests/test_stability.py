@@ -51,7 +51,7 @@ OF_THE_METHOD = "where particles cross cells"  # a warning that depends on the m
 METHODS = {
     "bspline2 musl flip": "", "bspline2 usl flip": "-method_update usl", "bspline2 usl apic": "-method_update usl -method_transfer apic",
     "bspline3 usl flip": "-method_basis bspline3 -method_update usl", "bspline3 usl apic": "-method_basis bspline3 -method_update usl -method_transfer apic",
-    "gimp usl flip": "-method_basis gimp -method_update usl", "gimpS usl flip": "-method_basis gimp -method_gimp_update stretch -method_update usl",
+    "gimp usl flip": "-method_basis gimp -method_gimp_update none -method_update usl", "gimpS usl flip": "-method_basis gimp -method_gimp_update stretch -method_update usl",
     "gimpS usl apic": "-method_basis gimp -method_gimp_update stretch -method_update usl -method_transfer apic",
     "linear musl flip": "-method_basis linear",
 }
@@ -245,7 +245,7 @@ def family_messages():
 
 
 def notes():
-    """Odd values get a note; the scenes of options/ get none, and no warning, but those with the linear basis."""
+    """Odd values get a note; the scenes of options/ get none, and no warning."""
     for name, scene, note in (
             ("E = 1 Pa", odd(material=dict(E=1.)), "-material_m_E 1 Pa is very small"),
             ("rho = 2", odd(material=dict(rho=2.), gravity=[0., -9.81]), "-material_m_rho 2 kg/m.3 is that of a gas"),
@@ -259,10 +259,7 @@ def notes():
         return [line for line in told.out.splitlines() if line.startswith(("note ", "warning ")) and not (name in ("disks", "bar") and re.search(OF_THE_METHOD, line))]
     scenes = sorted(file[:-5] for file in os.listdir(os.path.join(check.source, "options")) if file.endswith(".opts"))
     for name, lines in zip(scenes, check.at_once(doubts, scenes)):
-        if name in ("bar", "disks"):  # linear with flip
-            check.that(len(lines) == 1 and "amplifies noise where particles cross cells" in lines[0], f"options/{name}.opts warns of its scheme alone: {lines}")
-        else:
-            check.that(not lines, f"options/{name}.opts gives no note and no warning{': ' + lines[0] if lines else ''}")
+        check.that(not lines, f"options/{name}.opts gives no note and no warning{': ' + lines[0] if lines else ''}")
 
 
 # ---- Units: a scene in other units has the same results

@@ -77,8 +77,8 @@ static PetscErrorCode FindNeighbours(MPMCore *core, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes a graph with other numbers from the graph `from` of the unknowns of nodes: a node, which has `unit` numbers there,
-   has `now` here, and the first of them is sent. */
+/* Makes a graph with other numbers from the graph `from` of the unknowns of nodes: a node, which has `unit` numbers
+   there, has `now` here, and the first of them is sent. */
 static PetscErrorCode Renumber(PetscInt unit, PetscInt now, PetscSF from, PetscSF *sf)
 {
   PetscInt           nroots, nleaves, *leaf;

@@ -29,8 +29,8 @@ typedef struct {
   MPMNeighbour to[MPM_MAX_NEIGHBOURS], from[MPM_MAX_NEIGHBOURS];
   MPI_Request  request[2 * MPM_MAX_NEIGHBOURS]; /* [nfrom] of sums that are received, [nto] of sums that are sent */
   int          fault;                           /* MPI's return code while particles were summed */
-  /* The update of ghosts: [0] of velocities, to which the motion of a node is two units of dim numbers; [1] of the whole
-     motion, one unit. */
+  /* The update of ghosts: [0] of velocities, to which the motion of a node is two units of dim numbers; [1] of the
+     whole motion, one unit. */
   PetscSF      ghosts[2];
   MPI_Datatype motion_type[2];
   char        *out, *in; /* messages */

@@ -56,11 +56,13 @@ static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
                    "has dt = %.3g h/(c+|v|), above 1: expect the run to blow up where matter moves; use -dt_cfl %g",
                    (double)courant, (double)stable.cfl));
   else if (stable.crossing > 0 && C > stable.crossing * (1 + 1e-9))
-    PetscCall(
-        Warn(mpm, "amplifies noise where particles cross cells if dt is above %g h/c (here %.3g); use %s or -dt_cfl %g",
-             (double)stable.crossing, (double)C,
-             core->basis == MPM_BASIS_linear ? "-method_flip 0.99" : "-method_update usl",
-             (double)PetscMin(stable.cfl, stable.crossing)));
+    PetscCall(Warn(mpm,
+                   "amplifies noise where particles cross cells if dt is above %g h/c (here %.3g); use %s-dt_cfl %g",
+                   (double)stable.crossing, (double)C,
+                   core->basis == MPM_BASIS_linear                ? "-method_flip 0.99 or "
+                   : strcmp(mpm->method.scheme->name, "usl") != 0 ? "-method_update usl or "
+                                                                  : "",
+                   (double)PetscMin(stable.cfl, stable.crossing)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

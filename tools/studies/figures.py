@@ -32,7 +32,8 @@ def draw(results):
         axes.axis("off")
     figure.supxlabel("cost: steps x particles x time of the method's step (quadratic splines, usl, FLIP: 1)", fontsize=8)
     figure.supylabel("relative error", fontsize=8)
-    panels[len(MAIN)].legend(lines.values(), lines, loc="upper left", ncols=2, fontsize=7)
-    panels[len(MAIN) + 1].text(0.3, 0.7, "hollow: no margin where particles\ncross cells\ndotted: floor of the regret", transform=panels[len(MAIN) + 1].transAxes, fontsize=7)
+    legend = panels[len(MAIN)].legend(lines.values(), lines, loc="upper left", ncols=2, fontsize=6.5,
+                                      title="hollow: no margin where particles cross cells\ndotted: floor of the regret", title_fontsize=6.5, alignment="left")
+    legend.set_in_layout(False)
     figure.savefig(os.path.join(ROOT, "docs", "choosing-errors.png"), metadata={"Software": None})
     plt.close(figure)
