@@ -247,7 +247,7 @@ def family_messages():
 def notes():
     """Odd values get a note; the scenes of options/ get none, and no warning."""
     for name, scene, note in (
-            ("E = 1 Pa", odd(material=dict(E=1.)), "-material_m_E 1 Pa is softer than any jelly"),
+            ("E = 1 Pa", odd(material=dict(E=1.)), "-material_m_E 1 Pa is very small"),
             ("rho = 2", odd(material=dict(rho=2.), gravity=[0., -9.81]), "-material_m_rho 2 kg/m.3 is that of a gas"),
             ("an angle in radians", odd(material=dict(MODELS["druckerprager"], friction_angle=0.5)), "-material_m_friction_angle 0.5 is in degrees; as radians it would be 28.6"),
             ("gravity upward", odd(gravity=[0., 9.81]), "-gravity points upward, along .y")):

@@ -74,7 +74,7 @@ static PetscErrorCode NoteMaterial(MPM mpm, const MPMMaterial *m, PetscBool eart
   PetscFunctionBeginUser;
   if (E < 100 && (earth || m->rho >= 500))
     PetscCall(MPMPrint(&mpm->core.print,
-                       "note       -material_%s_%s %g Pa is softer than any jelly; moduli are in Pa (rubber 1e6, steel "
+                       "note       -material_%s_%s %g Pa is very small; moduli are in Pa (rubber 1e6, steel "
                        "2e11)\n",
                        m->name, m->type->traits & MPM_FLUID ? "K" : "E", (double)E));
   if (m->rho < 10 && (earth || E >= 1e6))
@@ -178,7 +178,7 @@ static PetscErrorCode WarnRest(MPM mpm)
   PetscFunctionBeginUser;
   if (mpm->scene.nloads && mpm->core.params.flip == 0 && !MPMSchemeIsDirect(mpm->method.scheme))
     PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    %s with %s changes the state at rest under loads, by some percent of the "
+                       "warning    %s with %s changes the state at rest under loads, by some per cent of the "
                        "displacement; use usl, or -method_transfer flip\n",
                        mpm->method.scheme->name, mpm->method.transfer->name));
   PetscFunctionReturn(PETSC_SUCCESS);

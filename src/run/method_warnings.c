@@ -27,14 +27,14 @@ void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
 
   why[0] = 0;
   if (MPMStableOf(&mpm->core, &mpm->method).crossing == 0)
-    (void)snprintf(why, MPM_TEXT_LEN, "is unstable where particles cross cells%s",
-                   linear
-                       ? ": nodes of vanishing mass get any velocity gradient; use musl or usf with -method_transfer "
-                         "flip -method_flip 0.99, or another basis"
-                       : "; use -method_update usl");
+    (void)snprintf(
+        why, MPM_TEXT_LEN, "is unstable where particles cross cells%s",
+        linear ? ": nodes with almost no mass get arbitrary velocity gradients; use musl or usf with -method_transfer "
+                 "flip -method_flip 0.99, or another basis"
+               : "; use -method_update usl");
   else if (!keeps && !(transfer->parts & MPM_AFFINE) && (transfer->rounds != MPM_FILTER || mpm->core.params.order == 1))
     (void)snprintf(why, MPM_TEXT_LEN,
-                   "stops all motion within some cells' travel of a wave; use -method_transfer aflip");
+                   "stops all motion in the time in which a wave crosses some cells; use -method_transfer aflip");
   else if (!keeps && transfer->rounds == MPM_FILTER && !strcmp(mpm->method.scheme->name, "musl") &&
            MPMBasisIsSpline(mpm->core.basis))
     (void)snprintf(why, MPM_TEXT_LEN, "was wrong by 50 to 95 %% on a manufactured solution; use -method_update usl");
@@ -56,7 +56,8 @@ static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
                    "has dt = %.3g h/(c+|v|), above 1: expect the run to blow up where matter moves; use -dt_cfl %g",
                    (double)courant, (double)stable.cfl));
   else if (stable.crossing > 0 && C > stable.crossing * (1 + 1e-9))
-    PetscCall(Warn(mpm, "grows noise where particles cross cells, above dt = %g h/c (here %.3g); use %s-dt_cfl %g",
+    PetscCall(Warn(mpm,
+                   "amplifies noise where particles cross cells if dt is above %g h/c (here %.3g); use %s-dt_cfl %g",
                    (double)stable.crossing, (double)C,
                    core->basis == MPM_BASIS_linear                ? "-method_flip 0.99 or "
                    : strcmp(mpm->method.scheme->name, "usl") != 0 ? "-method_update usl or "
@@ -148,7 +149,7 @@ static PetscErrorCode WarnOfSpin(MPM mpm)
     }
     if (l2 > 0.25 * xx * vv && vv > 1e-6 * s[VV]) { /* l^2 <= xx vv, and equal in 2-D if it only spins */
       PetscCall(Warn(mpm,
-                     "slows the spin of body %s down, by a third in 3 turns of a disk of 8 cells across; "
+                     "slows down the spin of body %s by a quarter to a third in 3 turns of a disk of 8 cells; "
                      "-method_transfer aflip keeps it",
                      scene->bodies[b].name));
       break;

@@ -178,8 +178,8 @@ PetscErrorCode MPMWatchEnd(MPM mpm)
   PetscFunctionBeginUser;
   if (w->cause[0])
     PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    dt fell to %.3g s at t=%g s, %.2g of the first: %s limits it; if that is not "
-                       "meant, make the body stiffer or reduce what drives it\n",
+                       "warning    dt fell to %.3g s at t=%g s, %.2g of the first: %s limits it; if this is not "
+                       "intended, make the body stiffer or reduce its loads and velocities\n",
                        (double)w->least, (double)w->t, (double)(w->least / w->first), w->cause));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
