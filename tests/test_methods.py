@@ -24,7 +24,7 @@ MATERIALS = {
     "druckerprager": "-model druckerprager -rho 1000 -E 1e4 -nu 0.3 -friction_angle 30 -cohesion 10",
 }
 BASES = {
-    "linear": "-method_basis linear", "gimp": "-method_basis gimp", "cpgimp": "-method_basis gimp -method_gimp_update stretch",
+    "linear": "-method_basis linear", "gimp": "-method_basis gimp -method_gimp_update none", "cpgimp": "-method_basis gimp -method_gimp_update stretch",
     "bspline2": "-method_basis bspline2", "bspline3": "-method_basis bspline3",
     "steffen2": "-method_basis bspline2 -method_wall_basis steffen", "steffen3": "-method_basis bspline3 -method_wall_basis steffen",
 }
@@ -198,8 +198,8 @@ def check_particles():
 
 def check_flight():
     for (b, basis), (t, transfer), (u, update) in itertools.product(enumerate(BASES), enumerate(TRANSFERS), enumerate(UPDATES)):
-        if not turn(2 * b + t + u, 3) or seldom(basis, transfer):
-            continue
+        if not turn(2 * b + t + u, 3) or seldom(basis, transfer) or (basis == "linear" and transfer in ("aflip", "afmpm")):
+            continue  # with hats these are unstable, and warned of
         method = BASES[basis]
         change = momentum(scene(2, ("neohookean", "elastic"), offset=0.013, steps=30), f"{method} {TRANSFERS[transfer]} -method_update {update}")
         limit = 1e-12 if transfer in ("apic", "xpic", "pic", "afmpm") else 1e-13

@@ -371,6 +371,8 @@ def bounded(want):
 def family_crossing():
     cases = []
     for basis, update, transfer, method in [*methods(["usl", "musl"], values("method_transfer")), *methods(["usf"], ["flip", "apic"])]:
+        if basis == "linear" and transfer in ("aflip", "afmpm"):
+            continue  # unstable, as apic, and warned of
         want = expected(basis, update, transfer)
         cases.append(Case(f"{basis} {update} {transfer}", CROSSING, "stopped" if want == "stops" else "right", "left the grid|inside out" if want == "stops" else "", method,
                           bounded(want)))
@@ -389,6 +391,8 @@ def family_spin():
     cases = []
     keeps = {"flip": (0.6, 0.85), "apic": (0.92, 0.97), "pic": (-0.01, 0.01), "xpic": (-0.01, 0.01)}
     for basis, update, transfer, method in methods(["usl", "musl"], values("method_transfer")):
+        if basis == "linear" and transfer in ("aflip", "afmpm") and update != "usl":
+            continue  # unstable, as apic, and warned of
         if basis == "linear" and update == "usl":
             cases.append(Case(f"{basis} {update} {transfer}, 3 turns", disk(3), "stopped", "inside out|left the grid", method))
         else:
@@ -522,7 +526,8 @@ def family_large():
     metal = block(2, dict(SOLID, model="vonmises", E=1e3, **{"yield": 10.}), side=16., velocity="14*(x-8),0", time_end=0.8)
     metal.update(grid_lower=[0., 7.], grid_upper=[16., 9.], grid_cells=[128, 16])
     metal["body_b"] = dict(metal["body_b"], lower=[7.5, 7.7], upper=[8.5, 8.3])
-    cases.append(Case("bar of metal pulled to 10 times its length", metal, "warned", r"b comes apart at .* up to 3", METHODS["bspline2 usl flip"]))
+    cases.append(Case("bar of metal pulled to 10 times its length", metal, "warned", r"b comes apart at .* up to 3", METHODS["bspline2 usl flip"],
+                      snapshots=True))  # they show F, by which the distance of neighbours is found
     check_all(cases)
 
 

@@ -19,12 +19,14 @@ static PetscErrorCode ReadDamping(MPM mpm, MPMOptions o, PetscBool chosen)
 
   PetscFunctionBeginUser;
   core->params.flip   = 1;
-  core->params.strain = chosen || (!MPMBasisIsSpline(core->basis) && !mpm->preset->elastic) ? 0 : mpm->preset->strain;
+  core->params.strain = chosen || !MPMBasisIsSpline(core->basis) ? 0 : mpm->preset->strain;
   method->rate        = chosen ? 0 : hats ? MPM_HATS_RATE : mpm->preset->rate;
   PetscCall(MPMOptionsReal(o, "method_flip", NULL, &core->params.flip, &flip_set));
   PetscCall(MPMOptionsReal(o, "method_affine_strain", NULL, &core->params.strain, &strain_set));
   PetscCall(MPMOptionsReal(o, "method_damping_rate", NULL, &method->rate, &rate_set));
   PetscCall(MPMOptionsReal(o, "method_damping_viscosity", NULL, &method->viscosity, &viscosity_set));
+  rate_set      = rate_set && method->rate > 0 ? PETSC_TRUE : PETSC_FALSE; /* 0 switches a damping off */
+  viscosity_set = viscosity_set && method->viscosity > 0 ? PETSC_TRUE : PETSC_FALSE;
   if (flip_set + rate_set + viscosity_set > 1)
     MPMOptionsFail(o, "-method_flip, -method_damping_rate and -method_damping_viscosity exclude each other: each says "
                       "the share of FLIP");

@@ -31,7 +31,9 @@ void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
         why, MPM_TEXT_LEN, "is unstable where particles cross cells%s",
         linear ? ": nodes with almost no mass get arbitrary velocity gradients; use musl or usf with -method_transfer "
                  "flip -method_flip 0.99, or another basis"
-               : "; use -method_update usl");
+        : mpm->core.params.strain > 0 && keeps && !strcmp(mpm->method.scheme->name, "usl")
+            ? "; use -method_affine_strain 0"
+            : "; use -method_update usl");
   else if (!keeps && !(transfer->parts & MPM_AFFINE) && (transfer->rounds != MPM_FILTER || mpm->core.params.order == 1))
     (void)snprintf(why, MPM_TEXT_LEN,
                    "stops all motion in the time in which a wave crosses some cells; use -method_transfer aflip");
@@ -45,24 +47,26 @@ static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
 {
   const MPMCore  *core   = &mpm->core;
   const MPMStable stable = MPMStableOf(core, &mpm->method);
-  const PetscReal C = MPMWaveCourant(core, dt), courant = MPMCourant(core, dt);
+  const PetscReal C = MPMWaveCourant(core, dt), courant = MPMCourant(core, dt),
+                  use = PetscMin(stable.cfl, stable.crossing > 0 ? stable.crossing : stable.rest);
 
   PetscFunctionBeginUser;
   if (C > stable.rest * (1 + 1e-9))
     PetscCall(Warn(mpm, "is stable up to dt = %g h/c, and dt is %.3g h/c: expect the run to blow up; use -dt_cfl %g",
-                   (double)stable.rest, (double)C, (double)stable.cfl));
+                   (double)stable.rest, (double)C, (double)use));
   else if (courant > 1)
     PetscCall(Warn(mpm,
                    "has dt = %.3g h/(c+|v|), above 1: expect the run to blow up where matter moves; use -dt_cfl %g",
-                   (double)courant, (double)stable.cfl));
+                   (double)courant, (double)use));
   else if (stable.crossing > 0 && C > stable.crossing * (1 + 1e-9))
     PetscCall(Warn(mpm,
                    "amplifies noise where particles cross cells if dt is above %g h/c (here %.3g); use %s-dt_cfl %g",
                    (double)stable.crossing, (double)C,
-                   core->basis == MPM_BASIS_linear                ? "-method_flip 0.99 or "
-                   : strcmp(mpm->method.scheme->name, "usl") != 0 ? "-method_update usl or "
-                                                                  : "",
-                   (double)PetscMin(stable.cfl, stable.crossing)));
+                   core->basis == MPM_BASIS_linear && core->params.flip > 0.995 ? "-method_flip 0.99 or "
+                   : core->basis == MPM_BASIS_linear                            ? ""
+                   : strcmp(mpm->method.scheme->name, "usl") != 0               ? "-method_update usl or "
+                                                                                : "",
+                   (double)use));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -108,12 +112,13 @@ static PetscErrorCode WarnOfSpin(MPM mpm)
 {
   enum { M, X, V = X + 3, XX = V + 3, VV, L, N = L + 3 };
   const PetscInt  dim = mpm->core.grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v);
-  const MPMScene *scene = &mpm->scene;
+  const PetscBool affine = mpm->method.transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
+  const MPMScene *scene  = &mpm->scene;
   PetscReal      *sum;
   MPMView         view;
 
   PetscFunctionBeginUser;
-  if (dim == 1 || mpm->method.transfer->parts & MPM_AFFINE) PetscFunctionReturn(PETSC_SUCCESS);
+  if (dim == 1 || (affine && mpm->method.transfer->flip >= 0)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(N * scene->nbodies, &sum));
   PetscCall(MPMParticlesGetView(&mpm->core.particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
@@ -148,10 +153,19 @@ static PetscErrorCode WarnOfSpin(MPM mpm)
       vv -= s[V + d] * s[V + d] / s[M];
     }
     if (l2 > 0.25 * xx * vv && vv > 1e-6 * s[VV]) { /* l^2 <= xx vv, and equal in 2-D if it only spins */
-      PetscCall(Warn(mpm,
-                     "slows down the spin of body %s by a quarter to a third in 3 turns of a disk of 8 cells; "
-                     "-method_transfer aflip keeps it",
-                     scene->bodies[b].name));
+      const PetscReal turns = mpm->time.end * PetscSqrtReal(vv / xx) / (2 * PETSC_PI);
+
+      if (!affine)
+        PetscCall(Warn(mpm,
+                       "slows down the spin of body %s by a quarter to a third in 3 turns of a disk of 8 cells; "
+                       "-method_transfer aflip keeps it",
+                       scene->bodies[b].name));
+      else if (turns > 20)
+        PetscCall(
+            Warn(mpm,
+                 "slows down the spin of body %s by 10 to 30 %% in 100 turns of a disk of 8 cells, and the run has "
+                 "%.0f; -method_transfer afmpm keeps it",
+                 scene->bodies[b].name, (double)turns));
       break;
     }
   }

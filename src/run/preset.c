@@ -50,12 +50,13 @@ PetscErrorCode MPMPresetPrint(MPM mpm)
 {
   const char *const options[] = {"-method_basis", "-method_update", "-method_transfer"};
   const char       *expect    = NULL;
-  PetscBool         given, own = PETSC_TRUE;
+  PetscBool         given, own = PETSC_TRUE, any = PETSC_FALSE; /* are all, or any, of these given? */
 
   PetscFunctionBeginUser;
   for (size_t k = 0; k < sizeof options / sizeof options[0]; k++) {
     PetscCall(PetscOptionsHasName(NULL, NULL, options[k], &given));
     own = own && given ? PETSC_TRUE : PETSC_FALSE;
+    any = any || given ? PETSC_TRUE : PETSC_FALSE;
   }
   if (own && !mpm->preset_given) PetscFunctionReturn(PETSC_SUCCESS);
   for (size_t k = 0; k < sizeof names / sizeof names[0]; k++)
@@ -77,6 +78,7 @@ PetscErrorCode MPMPresetPrint(MPM mpm)
       PetscCall(MPMPrint(&mpm->core.print, "%s%" PetscInt_FMT, d ? "," : " ", mpm->preset->ppc));
   }
   if (!(mpm->time.fixed > 0)) PetscCall(MPMPrint(&mpm->core.print, " -dt_cfl %g", (double)mpm->time.cfl));
-  PetscCall(MPMPrint(&mpm->core.print, "\n           %s\n", expect));
+  PetscCall(MPMPrint(&mpm->core.print, "\n"));
+  if (!any && mpm->preset->elastic) PetscCall(MPMPrint(&mpm->core.print, "           %s\n", expect));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -179,7 +179,10 @@ static PetscErrorCode PrintLimit(MPM mpm, const Study *s)
     PetscCall(MPMPrint(p, "order      %.3f: the last %d runs agree on it within %g (the pair before: %.3f)\n",
                        (double)s->pair[n - 1], s->by_errors ? 3 : 4, MPM_ORDER_BAND, (double)s->pair[n - 2]));
   else if (n > 2 && s->pair[n - 1] > MPM_NO_ORDER && s->pair[n - 2] > MPM_NO_ORDER)
-    PetscCall(MPMPrint(p, "order      -: the last two pairs of %s give %.3f and %.3f, which differ by more than %g\n",
+    PetscCall(MPMPrint(p,
+                       s->pair[n - 1] > 0 && s->pair[n - 2] > 0
+                           ? "order      -: the last two pairs of %s give %.3f and %.3f, which differ by more than %g\n"
+                           : "order      -: the last two pairs of %s give %.3f and %.3f, of which one does not fall\n",
                        s->by_errors ? "errors" : "differences", (double)s->pair[n - 2], (double)s->pair[n - 1],
                        MPM_ORDER_BAND));
   else

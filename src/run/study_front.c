@@ -10,18 +10,24 @@ static PetscBool Counts(const MPMWorkRow *r)
              : PETSC_FALSE;
 }
 
+/* Returns whether a row may be recommended: the steps of its method are not too long for particles that cross cells. */
+static PetscBool Stable(const MPMWorkRow *r)
+{
+  return Counts(r) && !r->note[0] ? PETSC_TRUE : PETSC_FALSE;
+}
+
 void MPMFrontMark(MPMWorkTable *t)
 {
   for (PetscInt i = 0; i < t->n; i++) {
     MPMWorkRow  *a = &t->row[i];
     const double e = PetscMax(a->error, t->floor);
 
-    a->front = Counts(a) ? 1 : 0;
+    a->front = Stable(a) ? 1 : 0;
     for (PetscInt j = 0; j < t->n && a->front > 0; j++) {
       const MPMWorkRow *b = &t->row[j];
       const double      f = PetscMax(b->error, t->floor);
 
-      if (Counts(b) && b->least <= a->least && f <= e && (b->least < a->least || f < e)) a->front = 0;
+      if (Stable(b) && b->least <= a->least && f <= e && (b->least < a->least || f < e)) a->front = 0;
     }
   }
 }
@@ -56,9 +62,12 @@ static const MPMSetting *Fastest(const MPMWorkTable *t, PetscReal error, PetscRe
 
   for (PetscInt k = 0; k < t->nsettings; k++) {
     PetscReal       here;
-    const PetscReal s = MPMFrontTime(t, &t->setting[k], error, &here);
+    const PetscReal s      = MPMFrontTime(t, &t->setting[k], error, &here);
+    PetscBool       stable = PETSC_TRUE;
 
-    if (s < 0 || (best && s >= *seconds)) continue;
+    for (PetscInt r = 0; r < t->n; r++)
+      if (t->row[r].setting == &t->setting[k] && Counts(&t->row[r]) && !Stable(&t->row[r])) stable = PETSC_FALSE;
+    if (!stable || s < 0 || (best && s >= *seconds)) continue;
     best     = &t->setting[k];
     *seconds = s;
     *spread  = here;
@@ -81,7 +90,7 @@ static PetscErrorCode PrintLoss(MPM base, const MPMWorkTable *t, PetscReal error
   for (PetscInt k = 0; k < t->n; k++)
     if (t->row[k].setting == own && Counts(&t->row[k]) && (!best || t->row[k].error < best->error)) best = &t->row[k];
   if (mine >= 0 && mine <= seconds)
-    PetscCall(MPMPrint(p, "           by the scene's own method\n"));
+    PetscCall(MPMPrint(p, "           the scene's own method is no slower for this error\n"));
   else if (mine >= 0)
     PetscCall(MPMPrint(p, "           the scene's own method takes %.2f (%.2f to %.2f) times as long for this error\n",
                        (double)(mine / seconds), (double)(mine / seconds / spread), (double)(mine / seconds * range)));
@@ -106,7 +115,7 @@ static PetscErrorCode PrintCheapest(MPM base, const MPMWorkTable *t, PetscReal e
   PetscFunctionBeginUser;
   PetscCall(MPMPrint(p, "%-10s ", error >= 0.099 ? "for 10 %" : error >= 0.0099 ? "for 1 %" : "for 0.1 %"));
   for (PetscInt k = 0; k < t->n; k++)
-    if (Counts(&t->row[k]) && t->row[k].error <= error && (!cheap || t->row[k].least < cheap->least))
+    if (Stable(&t->row[k]) && t->row[k].error <= error && (!cheap || t->row[k].least < cheap->least))
       cheap = &t->row[k];
   if (error < t->floor) {
     PetscCall(MPMPrint(p, "nothing is said: the two references differ by %.2g %%\n", (double)(100 * t->floor)));

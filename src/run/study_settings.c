@@ -130,7 +130,10 @@ PetscErrorCode MPMSettingsCreate(MPM base, PetscInt *n, MPMSetting **settings)
   *n = 0;
   PetscCall(PetscMalloc1(all + st->presets.n + 1, settings));
   PetscCall(TryOut(base, &scene, &own));
-  PetscCheck(!own.refused[0], base->core.comm, PETSC_ERR_PLIB, "the scene was valid: %s", own.refused);
+  if (own.refused[0]) { /* on a coarser grid */
+    PetscCall(PetscFPrintf(base->core.comm, stderr, "-study_coarser: the coarsest run: %s\n", own.refused));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   for (PetscInt k = 0; k < all + st->presets.n; k++) {
     MPMSetting *s = *settings + *n;
 

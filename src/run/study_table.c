@@ -97,6 +97,9 @@ void MPMWorkPut(MPMWorkRow *row, const MPMStudyResult *r)
   row->memory    = (double)r->memory / 1048576;
   (void)snprintf(row->status, sizeof row->status, "%s", r->stop[0] ? "stopped" : "ok");
   (void)snprintf(row->note, sizeof row->note, "%.*s", (int)sizeof row->note - 1, r->stop);
+  if (!r->stop[0] && r->fixed <= 0 && r->cfl > r->stable.crossing * (1 + 1e-9))
+    (void)snprintf(row->note, sizeof row->note, "steps too long where particles cross cells: stable up to %g h/c",
+                   (double)r->stable.crossing);
   for (char *c = row->note; *c; c++)
     if (*c == ',' || *c == '"' || *c == '\n') *c = ';';
 }

@@ -356,6 +356,11 @@ PetscErrorCode MPMStudyWorkPrecision(MPM base, int *status)
   PetscFunctionBeginUser;
   (void)snprintf(t.path, sizeof t.path, "%s/%s_workprecision.csv", base->output.dir, base->scene.name);
   PetscCall(MPMSettingsCreate(base, &t.nsettings, &t.setting));
+  if (!t.nsettings) { /* why has been told */
+    PetscCall(PetscFree(t.setting));
+    *status = MPM_EXIT_INPUT;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   ChooseReferences(base, &t, &ref);
   if (ref.needed && ref.n < 2)
     (void)snprintf(fault, sizeof fault,

@@ -111,7 +111,7 @@ static void CarryAll(MPMPhase *phase, const MPMNeeds *needs)
 {
   PetscInt fields = (B(cell) << 1) - 1; /* cell is the last one */
 
-  if (!needs->residual && !(phase->parts & (MPM_RESIDUAL | MPM_G2P_FILTER))) fields &= ~B(r);
+  if (!(phase->particles_in & B(r)) && !(phase->parts & (MPM_RESIDUAL | MPM_G2P_FILTER))) fields &= ~B(r);
   if (!needs->stretched && phase->kind == MPM_NODES_TO_PARTICLES) fields &= ~B(l);
   if (phase->kind == MPM_NODES) {
     phase->motion = 2;
