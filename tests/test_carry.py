@@ -72,10 +72,10 @@ for law, more, names, numbers, scratch in [
     check.that((got, bytes) == want, f"{law} {' '.join(map(str, more))}: {got}{bytes}")
 
 # ---- Everything is carried, and nothing changes.
-for name, more in [("bar", []), ("pressure", []), ("taylor", [])]:
+for name, more in [("bar", []), ("pressure", []), ("taylor", []), *(("mms", ["-method_transfer", transfer]) for transfer in ("apic", "aflip", "afmpm", "xpic"))]:
     needed, every = ([check.must("-options_file", check.scene(name), "-time_max_steps", STEPS, "-output_every", 9, "-output_dir", ".",
                                  "-method_carry", carry, *more) for carry in ("needed", "all")])
-    check.that(needed.digest == every.digest is not None, f"{name}: all is carried, digest {every.digest}")
+    check.that(needed.digest == every.digest is not None, f"{name} {' '.join(more)}: all is carried, digest {every.digest}")
     check.that("F kind J be ep vc tau C " in every.out, f"{name}: {every.find('^(fields.*)')}")
 # Sand, and beside it a fluid and a solid, in one row of tiles, so that blocks of particles have several laws.
 mixed = [*block("druckerprager", *SHOWN, steps=STEPS), "-materials", "m,f,s", "-material_f_model", "fluid", "-material_f_rho", 900,

@@ -131,11 +131,15 @@ def check_made_up(first):
     rewrite(first, rows)
     study = Study(first.folder)
     check.that(f"note       {len(rows)} runs are in" in study.out, "made-up numbers: no run is made")
-    place = [(float(row["seconds_min"]), float(row["error"])) for row in rows]
-    front = [not any(t <= a and e <= b and (t, e) != (a, b) for t, e in place) for a, b in place]
+    # a run whose steps are too long where particles cross cells is neither on the front nor recommended
+    unstable = [row["note"].startswith("steps too long") for row in rows]
+    check.that(0 < sum(unstable) < len(rows) and all(row["transfer"] != "flip" or row["update"] != "musl" or long for row, long in zip(rows, unstable)), f"{sum(unstable)} runs have steps that are too long")
+    place = [(float(row["seconds_min"]), float(row["error"])) for row, long in zip(rows, unstable) if not long]
+    front = [not long and not any(t <= float(row["seconds_min"]) and e <= float(row["error"]) and (t, e) != (float(row["seconds_min"]), float(row["error"])) for t, e in place)
+             for row, long in zip(rows, unstable)]
     check.that([row["front"] == "1" for row in study.rows] == front and 0 < sum(front) < len(front), f"made-up numbers: {sum(front)} runs are on the front")
     options, error, loss = study.cheapest("10")
-    cheap = min((row for row in rows if float(row["error"]) <= 0.1), key=lambda row: float(row["seconds_min"]))
+    cheap = min((row for row, long in zip(rows, unstable) if float(row["error"]) <= 0.1 and not long), key=lambda row: float(row["seconds_min"]))
     check.that(f"-method_basis {cheap['basis']}" in options and f"-method_transfer {cheap['transfer']}" in options and f"-grid_cells {cheap['cells']}" in options and abs(error - 100 * float(cheap["error"])) < 0.1,
                f"made-up numbers, for 10 %: {options}, error {error} %")
 
@@ -146,7 +150,7 @@ def check_made_up(first):
             if e > 0.1 >= smaller:
                 return t * (later / t) ** (math.log(e / 0.1) / math.log(e / smaller))
         return math.inf
-    best = min(time(*key) for key in {(row["basis"], row["update"], row["transfer"]) for row in rows})
+    best = min(time(*key) for key in {(row["basis"], row["update"], row["transfer"]) for row, long in zip(rows, unstable) if not long})
     ratio, low, high = map(float, re.match(r"the scene's own method takes (\S+) \((\S+) to (\S+)\) times as long for this error", loss).groups())
     expected = time("bspline2", "musl", "flip") / best
     check.that(abs(ratio / expected - 1) < 0.01 and abs(low - ratio / 1.1) < 0.02 and abs(high - ratio * 1.1) < 0.02, f"made-up numbers: the scene's own method takes {ratio} times as long ({low} to {high}), expected {expected:.3f}")
