@@ -220,7 +220,10 @@ static PetscErrorCode PrintVerdict(MPM mpm, const Study *s)
                        "note       the error grew from run %" PetscInt_FMT " to run %" PetscInt_FMT
                        ": most of it does not come from %s, or the method does not converge here\n",
                        n - 1, n, s->what));
-  if (s->by_errors && MPMSeriesFalls(n, s->error))
+  if (s->by_errors && n > 2 && MPMSeriesFalls(n, s->error) && s->error[n - 2] > s->error[n - 3])
+    PetscCall(MPMPrint(p, "verdict    -: the errors do not fall steadily, %.3g, %.3g, %.3g %s: make one run more\n",
+                       (double)s->error[n - 3], (double)s->error[n - 2], (double)s->error[n - 1], s->unit));
+  else if (s->by_errors && MPMSeriesFalls(n, s->error))
     PetscCall(MPMPrint(p, "verdict    converges to the known %s, as far as these runs tell\n",
                        mpm->study.quantity.on ? "value" : "solution"));
   else if (s->by_errors && differences)
