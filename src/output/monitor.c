@@ -31,26 +31,95 @@ MPMShown MPMMonitorShown(const MPMMonitor *mon, const MPMCore *core, const MPMSc
   return (MPMShown){core, scene, &mon->start, &mon->now, NULL};
 }
 
+/* Returns the head of the history, the names of its columns; the caller frees it. */
+static PetscErrorCode Head(const MPMCore *core, char **text)
+{
+  const char *comma = "";
+  size_t      n     = 0;
+  FILE       *f     = open_memstream(text, &n);
+
+  PetscFunctionBeginUser;
+  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the head of the history");
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
+    PetscInt       first;
+    const PetscInt nc = MPMDiagnosticColumns(k, core, &first);
+
+    for (PetscInt c = first; c < first + nc; c++, comma = ",") {
+      fprintf(f, "%s%s", comma, MPMDiagnostics[k].name);
+      if (MPMDiagnostics[k].nc > 1) fprintf(f, "_%c", "xyz"[c]);
+    }
+  }
+  fprintf(f, "\n");
+  (void)fclose(f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Opens the history and writes its head. Only the first process calls it. */
 static PetscErrorCode Open(MPMMonitor *mon, const MPMCore *core, const MPMScene *scene)
 {
-  char        path[2 * MPM_TEXT_LEN];
-  const char *comma = "";
+  char path[2 * MPM_TEXT_LEN], *head;
 
   PetscFunctionBeginUser;
   (void)snprintf(path, sizeof path, "%s/%s.csv", mon->dir, scene->name);
   mon->file = fopen(path, "w");
   PetscCheck(mon->file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", path, strerror(errno));
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
-    PetscInt       first;
-    const PetscInt n = MPMDiagnosticColumns(k, core, &first);
+  PetscCall(Head(core, &head));
+  fprintf(mon->file, "%s", head);
+  free(head);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-    for (PetscInt c = first; c < first + n; c++, comma = ",") {
-      fprintf(mon->file, "%s%s", comma, MPMDiagnostics[k].name);
-      if (MPMDiagnostics[k].nc > 1) fprintf(mon->file, "_%c", "xyz"[c]);
-    }
+/* Copies the lines of a history up to step `last`, whose number comes first, to a new file; returns whether the history
+   has these columns and a line of that step. */
+static PetscBool CopyLines(FILE *from, FILE *to, const char head[], PetscInt last)
+{
+  char     *line = NULL;
+  size_t    room = 0;
+  PetscBool head_is_right, found = last < 0 ? PETSC_TRUE : PETSC_FALSE;
+
+  head_is_right = getline(&line, &room, from) > 0 && !strcmp(line, head) ? PETSC_TRUE : PETSC_FALSE;
+  fprintf(to, "%s", head);
+  while (head_is_right && getline(&line, &room, from) > 0 && line[strlen(line) - 1] == '\n' && atoll(line) <= last) {
+    fprintf(to, "%s", line);
+    if (atoll(line) == last) found = PETSC_TRUE;
   }
-  fprintf(mon->file, "\n");
+  free(line);
+  return head_is_right && found ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Lets the history of an earlier run go on after a restart: lines after the last one that the checkpoint knows are
+   dropped. Without such a history a new one begins, which a line says. The first process works; not collective. */
+PetscErrorCode MPMMonitorResume(MPMMonitor *mon, const MPMCore *core, const MPMScene *scene)
+{
+  char        path[2 * MPM_TEXT_LEN], temporary[2 * MPM_TEXT_LEN + 8], *head;
+  FILE       *from, *to;
+  PetscMPIInt rank;
+  PetscBool   whole;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
+  if (rank || mon->off || mon->no_file) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)snprintf(path, sizeof path, "%s/%s.csv", mon->dir, scene->name);
+  (void)snprintf(temporary, sizeof temporary, "%s.new", path);
+  from = fopen(path, "r");
+  if (from) {
+    to = fopen(temporary, "w");
+    PetscCheck(to, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", temporary, strerror(errno));
+    PetscCall(Head(core, &head));
+    whole = CopyLines(from, to, head, mon->last);
+    free(head);
+    (void)fclose(from);
+    PetscCheck(!fclose(to) && !rename(temporary, path), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s: %s",
+               path, strerror(errno));
+    mon->file = fopen(path, "a");
+    PetscCheck(mon->file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", path, strerror(errno));
+  } else
+    whole = PETSC_FALSE;
+  if (!whole)
+    PetscCall(MPMPrint(&core->print,
+                       "warning    %s has no line of step %" PetscInt_FMT
+                       " with these columns: the history begins with this restart\n",
+                       path, mon->last));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

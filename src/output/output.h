@@ -26,6 +26,7 @@ typedef struct {
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *, const MPMScene *, PetscReal time_end, MPMOptions,
                                         PetscBool *follow);
 PetscErrorCode MPMMonitorStep(MPMMonitor *, MPMCore *, const MPMScene *, PetscBool force); /* may set core->stop */
+PetscErrorCode MPMMonitorResume(MPMMonitor *, const MPMCore *, const MPMScene *);
 PetscErrorCode MPMMonitorDestroy(MPMMonitor *);                                            /* closes the file */
 MPMShown       MPMMonitorShown(const MPMMonitor *, const MPMCore *, const MPMScene *);     /* what diagnostics read */
 PetscReal      MPMNextTime(PetscReal t, PetscReal every); /* when output is due next, s */

@@ -1,6 +1,7 @@
 /* study_run.c - a run of a study: like any other, made from the option database with a few values replaced, and what it
    gave. */
 #include <stdarg.h>
+#include "base/signals.h"
 #include "run/study.h"
 
 /* --- Replaced options --------------------------------------------------------------------------------------------- */
@@ -189,6 +190,7 @@ static PetscErrorCode Run(MPM mpm, PetscInt keeps, MPMStudyResult *r, MPMSamples
     mpm->output.enabled  = PETSC_FALSE;
   }
   mpm->report.untold   = keeps & MPM_STUDY_TELL ? PETSC_FALSE : PETSC_TRUE;
+  mpm->checkpoint.off  = PETSC_TRUE;
   mpm->monitor.watch   = Watch;
   mpm->monitor.watcher = r;
   PetscCall(MPMSetUp(mpm));
@@ -207,7 +209,7 @@ static PetscErrorCode Run(MPM mpm, PetscInt keeps, MPMStudyResult *r, MPMSamples
   r->seconds     = mpm->core.timers.steps;
   r->steps       = mpm->core.step;
   r->memory      = MPMMemory(mpm);
-  r->interrupted = mpm->core.status.interrupted ? PETSC_TRUE : PETSC_FALSE;
+  r->interrupted = mpm->core.status.asked == MPM_ASKED_END ? PETSC_TRUE : PETSC_FALSE;
   (void)snprintf(r->stop, sizeof r->stop, "%s", mpm->core.stop);
   if (r->stop[0] || mpm->core.exchange.data == MPI_COMM_NULL) /* a worker of the pool has no particles */
     PetscFunctionReturn(PETSC_SUCCESS);
