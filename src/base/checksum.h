@@ -18,4 +18,8 @@ MPM_INLINE uint64_t MPMMix(uint64_t z)
    collective. */
 uint64_t MPMChecksum(const void *data, size_t bytes, size_t from);
 
+/* Adds to *sum the checksum of the bytes from .. to-1 of an open file; `from` is a multiple of 8, and so is `to` unless
+   the file ends there. Returns 0, or errno. Not collective. */
+int MPMChecksumFile(int file, size_t from, size_t to, uint64_t *sum);
+
 #endif

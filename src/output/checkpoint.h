@@ -3,7 +3,7 @@
 #ifndef MPM_CHECKPOINT_H
 #define MPM_CHECKPOINT_H
 
-#include "parallel/core.h"
+#include "scene/scene.h"
 
 /* A number, several, or a text that a checkpoint has beside the particles: what is at `at` on the first process. */
 typedef enum { MPM_KEPT_REAL, MPM_KEPT_INT, MPM_KEPT_INT64, MPM_KEPT_BOOL, MPM_KEPT_TEXT } MPMKeptType;
@@ -14,13 +14,14 @@ typedef struct {
   void       *at;
 } MPMKept;
 
-PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *, PetscInt nkept, const MPMKept kept[], PetscReal *bytes,
-                                  char fault[MPM_TEXT_LEN]);
+PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *, const MPMScene *, PetscInt nkept, const MPMKept kept[],
+                                  PetscReal *bytes, char fault[MPM_TEXT_LEN]);
 PetscErrorCode MPMCheckpointCheck(const char path[], MPI_Comm, char fault[MPM_TEXT_LEN]);
 PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm, PetscInt nkept, const MPMKept kept[],
                                  char fault[MPM_TEXT_LEN]);
 PetscErrorCode MPMCheckpointRows(const char path[], const MPMParticles *, PetscInt field, PetscInt64 first, PetscInt n,
                                  void *rows);
+PetscErrorCode MPMCheckpointOptions(const char path[], char **options, char git[MPM_NAME_LEN]);
 PetscErrorCode MPMCheckpointFields(const char path[], MPI_Comm, char names[MPM_TEXT_LEN]);
 
 /* Returns whether a checkpoint has the field of particles: it can not be found from others. */

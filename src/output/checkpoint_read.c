@@ -51,7 +51,7 @@ PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm comm, PetscInt nkep
 
   PetscFunctionBeginUser;
   fault[0] = 0;
-  H5(file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT));
+  H5(file = MPMHDF5Open(path));
   H5(group = H5Gopen2(file, "run", H5P_DEFAULT));
   for (PetscInt k = 0; k < nkept; k++) {
     char why[MPM_NAME_LEN + 64];
@@ -65,6 +65,24 @@ PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm comm, PetscInt nkep
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns the options of a whole checkpoint, which the caller frees, and the commit of the program that wrote it. Not
+   collective. */
+PetscErrorCode MPMCheckpointOptions(const char path[], char **options, char git[MPM_NAME_LEN])
+{
+  hid_t file;
+  char *text;
+
+  PetscFunctionBeginUser;
+  H5(file = MPMHDF5Open(path));
+  PetscCall(MPMHDF5ReadText(file, "options", options));
+  PetscCall(MPMHDF5ReadText(file, "git", &text));
+  (void)snprintf(git, MPM_NAME_LEN, "%s", text ? text : "?");
+  PetscCall(PetscFree(text));
+  H5(H5Fclose(file));
+  if (!*options) PetscCall(PetscCalloc1(1, options));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Lists the fields of particles in a whole checkpoint, separated by blanks, in the sequence of fields.def. Not
    collective. */
 PetscErrorCode MPMCheckpointFields(const char path[], MPI_Comm comm, char names[MPM_TEXT_LEN])
@@ -74,7 +92,7 @@ PetscErrorCode MPMCheckpointFields(const char path[], MPI_Comm comm, char names[
   PetscFunctionBeginUser;
   (void)comm;
   names[0] = 0;
-  H5(file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT));
+  H5(file = MPMHDF5Open(path));
   H5(group = H5Gopen2(file, "particles", H5P_DEFAULT));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (H5Lexists(group, MPMFields[f].name, H5P_DEFAULT) > 0)
@@ -98,7 +116,7 @@ PetscErrorCode MPMCheckpointRows(const char path[], const MPMParticles *particle
   PetscFunctionBeginUser;
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
   if (whole) PetscCall(PetscMalloc1(n * nc, &read));
-  H5(file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT));
+  H5(file = MPMHDF5Open(path));
   {
     char name[MPM_NAME_LEN];
 
@@ -120,6 +138,12 @@ PetscErrorCode MPMCheckpointRows(const char path[], const MPMParticles *particle
 }
 
 #else
+
+PetscErrorCode MPMCheckpointOptions(const char path[], char **options, char git[MPM_NAME_LEN])
+{
+  PetscFunctionBeginUser;
+  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_SUP, "checkpoints need a PETSc with HDF5");
+}
 
 PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm comm, PetscInt nkept, const MPMKept kept[],
                                  char fault[MPM_TEXT_LEN])

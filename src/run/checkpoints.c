@@ -77,10 +77,10 @@ static PetscErrorCode RemoveOld(MPM mpm)
     (void)unlink(path);
   }
   for (PetscInt k = PetscMax(1, mpm->checkpoint.number - 3); k <= mpm->checkpoint.number; k++) {
-    char path[MPM_TEXT_LEN + 8];
+    char path[MPM_TEXT_LEN + 16];
 
     MPMCheckpointPath(mpm, k, path);
-    strcat(path, ".new");
+    strcat(path, MPM_NEW_FILE);
     (void)unlink(path);
   }
   PetscCall(PetscFree(numbers));
@@ -100,9 +100,6 @@ PetscInt MPMCheckpointHeader(MPM mpm, MPMKept kept[])
 {
   MPMCheckpoint *c       = &mpm->checkpoint;
   const MPMKept  table[] = {
-       {"program", MPM_KEPT_TEXT, sizeof c->program, c->program},
-       {"scene", MPM_KEPT_TEXT, sizeof c->scene, c->scene},
-       {"options", MPM_KEPT_TEXT, MPM_OPTIONS_LEN, c->options},
        {"step", MPM_KEPT_INT, 1, &c->step},
        {"time", MPM_KEPT_REAL, 1, &c->t},
        {"particles", MPM_KEPT_INT64, 1, &c->total},
@@ -163,16 +160,9 @@ static PetscErrorCode Prepare(MPM mpm)
   MPMCheckpoint *c    = &mpm->checkpoint;
   MPMCore       *core = &mpm->core;
   MPMSum         sum[MPM_NUM_ENERGIES];
-  char          *options;
 
   PetscFunctionBeginUser;
-  (void)snprintf(c->program, sizeof c->program, "pebble " MPM_VERSION " %.64s", MPMVersionGit);
-  (void)snprintf(c->scene, sizeof c->scene, "%s", mpm->scene.name);
   MPMCheckpointTotals(c->totals);
-  PetscCall(MPMOptionsText(&options));
-  PetscCall(PetscFree(c->options));
-  PetscCall(PetscStrallocpy(options, &c->options));
-  PetscCall(PetscFree(options));
   c->step        = core->step;
   c->t           = core->t;
   c->total       = core->particles.total;
@@ -242,7 +232,7 @@ PetscErrorCode MPMCheckpointNow(MPM mpm)
   nkept = MPMCheckpointHeader(mpm, kept);
   nkept += MPMCheckpointKept(mpm, kept + nkept);
   MPMCheckpointPath(mpm, c->number, path);
-  PetscCall(MPMCheckpointWrite(path, core, nkept, kept, &bytes, fault));
+  PetscCall(MPMCheckpointWrite(path, core, &mpm->scene, nkept, kept, &bytes, fault));
   PetscCall(PetscTime(&c->written));
   if (fault[0]) {
     (void)snprintf(core->stop, sizeof core->stop, "%.1500s; %s%.400s", fault,

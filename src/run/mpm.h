@@ -69,11 +69,12 @@ typedef struct {
   PetscBool      off, wanted;        /* the run writes none; an option asks for some */
   char           path[MPM_TEXT_LEN]; /* the last one; "": none was written */
   /* What is kept that is no variable of the run. */
-  char       program[MPM_TEXT_LEN], scene[MPM_NAME_LEN], totals[MPM_TEXT_LEN], *options;
+  char       totals[MPM_TEXT_LEN];
   PetscInt   step, snapshots;
   PetscReal  t, every_was, history_was, output_was; /* s */
   PetscInt64 total, energies[MPM_NUM_ENERGIES][MPM_SUM_WORDS];
   /* Of a restart: the file; a damaged one that was passed over, and why; options that differ. */
+  char git[MPM_NAME_LEN], *options; /* of the file: the program that wrote it */
   char from[MPM_TEXT_LEN], fallback[MPM_TEXT_LEN], differ[MPM_TEXT_LEN];
 } MPMCheckpoint;
 

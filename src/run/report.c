@@ -417,7 +417,10 @@ PetscErrorCode MPMReportEnd(MPM mpm)
   }
   if (mpm->output.dir[0])
     PetscCall(MPMPrint(&mpm->core.print, "results    %s/%s.csv%s%s\n", mpm->output.dir, mpm->scene.name,
-                       mpm->output.enabled ? " .h5 .xdmf" : "", mpm->output.replaced ? " (replaced)" : ""));
+                       mpm->output.enabled ? " .h5 .xdmf" : "",
+                       mpm->output.resumed    ? " (continued)"
+                       : mpm->output.replaced ? " (replaced)"
+                                              : ""));
   if (mpm->core.exchange.recuts)
     PetscCall(MPMPrint(&mpm->core.print,
                        "balance    the grid was cut anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n",

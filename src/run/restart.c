@@ -3,7 +3,6 @@
 #include <errno.h>
 #include <strings.h>
 #include "base/fault.h"
-#include "kernels/cell.h"
 #include "output/hdf5.h"
 #include "parallel/exchange.h"
 #include "run/restart.h"
@@ -118,11 +117,12 @@ PetscErrorCode MPMRestartSetFromOptions(MPM mpm, MPMOptions o)
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Choose(mpm, o, given));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscFree(c->options));
-  PetscCall(PetscCalloc1(MPM_OPTIONS_LEN, &c->options));
+  PetscCall(MPMCheckpointOptions(c->from, &c->options, c->git));
   PetscCall(MPMCheckpointRead(c->from, mpm->core.comm, MPMCheckpointHeader(mpm, kept), kept, fault));
   if (fault[0]) MPMOptionsFail(o, "-restart_file: %s", fault);
   if (!MPMOptionsError(o)) PetscCall(CompareOptions(mpm, o));
+  mpm->output.resumed = strstr(c->differ, "-output_dir") || strstr(c->differ, "-output_name") ? PETSC_FALSE
+                                                                                              : PETSC_TRUE;
   if (!MPMOptionsError(o) && c->t > mpm->time.end * (1 + 1e-9))
     MPMOptionsFail(o, "-time_end %g lies before the time of -restart_file %s, %g s", (double)mpm->time.end, c->from,
                    (double)c->t);
@@ -262,45 +262,23 @@ PetscErrorCode MPMRestartFiles(MPM mpm)
   PetscFunctionBeginUser;
   if (c->fallback[0])
     PetscCall(MPMPrint(&mpm->core.print, "warning    %s; going on from the one before\n", c->fallback));
-  PetscCall(MPMPrint(&mpm->core.print, "restart    from step %" PetscInt_FMT ", t=%g s of %s, written by %s\n", c->step,
-                     (double)c->t, c->from, c->program));
-  if (strcmp(c->program, "pebble " MPM_VERSION) && !strstr(c->program, MPMVersionGit))
+  PetscCall(MPMPrint(&mpm->core.print, "restart    from step %" PetscInt_FMT ", t=%g s of %s\n", c->step, (double)c->t,
+                     c->from));
+  if (strcmp(c->git, MPMVersionGit))
     PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    this is pebble " MPM_VERSION
-                       " %s: results may differ from those of the run without a "
-                       "restart\n",
-                       MPMVersionGit));
+                       "note       %s wrote the checkpoint, and this is %s: the bits may differ from those of a run "
+                       "without a restart\n",
+                       c->git, MPMVersionGit));
   if (c->differ[0]) PetscCall(MPMPrint(&mpm->core.print, "restart    changed options: %s\n", c->differ));
   if (mpm->scene.dry_run) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMMonitorResume(&mpm->monitor, &mpm->core, &mpm->scene));
+  PetscCall(MPMOutputResume(&mpm->output, &mpm->core, &mpm->scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* --- A run repeated from its results ------------------------------------------------------------------------------- */
 
 #if defined(PETSC_HAVE_HDF5)
-
-/* Reads a text that is an attribute or a dataset of a file; the caller frees it. NULL: there is none. */
-static PetscErrorCode ReadText(hid_t file, const char name[], char **text)
-{
-  const PetscBool attribute = H5Aexists(file, name) > 0 ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool dataset   = !attribute && H5Lexists(file, name, H5P_DEFAULT) > 0 ? PETSC_TRUE : PETSC_FALSE;
-  hid_t           object, type;
-
-  PetscFunctionBeginUser;
-  *text = NULL;
-  if (!attribute && !dataset) PetscFunctionReturn(PETSC_SUCCESS);
-  object = attribute ? H5Aopen(file, name, H5P_DEFAULT) : H5Dopen2(file, name, H5P_DEFAULT);
-  type   = object < 0 ? -1 : attribute ? H5Aget_type(object) : H5Dget_type(object);
-  if (type >= 0 && H5Tget_class(type) == H5T_STRING && !H5Tis_variable_str(type)) {
-    PetscCall(PetscCalloc1(H5Tget_size(type) + 1, text));
-    if ((attribute ? H5Aread(object, type, *text) : H5Dread(object, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, *text)) < 0)
-      PetscCall(PetscFree(*text));
-  }
-  if (type >= 0) (void)H5Tclose(type);
-  if (object >= 0) (void)(attribute ? H5Aclose(object) : H5Dclose(object));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Sets the options of a run that its results have, as far as they are not given here. */
 static PetscErrorCode SetOptions(hid_t file, char fault[MPM_TEXT_LEN], const char path[])
@@ -310,10 +288,8 @@ static PetscErrorCode SetOptions(hid_t file, char fault[MPM_TEXT_LEN], const cha
   const char *at;
 
   PetscFunctionBeginUser;
-  PetscCall(ReadText(file, "options", &text));
-  if (!text) PetscCall(ReadText(file, "run/options", &text)); /* of a checkpoint */
-  PetscCall(ReadText(file, "scene", &scene));
-  if (!scene) PetscCall(ReadText(file, "run/scene", &scene));
+  PetscCall(MPMHDF5ReadText(file, "options", &text));
+  PetscCall(MPMHDF5ReadText(file, "scene", &scene));
   if (!text || text[0] != '-') MPMFault(fault, "-rerun: cannot repeat", path, "it has no options of a run of pebble");
   for (at = text; !fault[0] && MPMOptionsNext(&at, name, value);) {
     if (!strcasecmp(name, "-restart_file")) continue; /* from its beginning */
@@ -344,8 +320,7 @@ PetscErrorCode MPMRerun(char fault[MPM_TEXT_LEN])
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   (void)fclose(plain);
-  H5(H5Eset_auto2(H5E_DEFAULT, NULL, NULL));
-  file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+  file = MPMHDF5Open(path);
   if (file < 0) {
     MPMFault(fault, "-rerun: cannot read", path, "it is not an HDF5 file, or it is damaged");
     PetscFunctionReturn(PETSC_SUCCESS);

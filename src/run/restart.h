@@ -5,8 +5,7 @@
 #include "output/checkpoint.h"
 #include "run/mpm.h"
 
-#define MPM_MAX_KEPT    64
-#define MPM_OPTIONS_LEN 1048576 /* longest text of options that a restart reads */
+#define MPM_MAX_KEPT 64
 
 /* Returns the path of the checkpoint of this number. Not collective. */
 void MPMCheckpointPath(MPM, PetscInt number, char path[MPM_TEXT_LEN]);
