@@ -249,7 +249,7 @@ PetscErrorCode MPMFileLay(MPMFile *f)
     H5(H5Fget_filesize(f->file, &length));
     H5(H5Fclose(f->file));
     f->file   = -1;
-    f->length = (long long)length;
+    f->length = PetscMax((long long)length, (long long)f->size); /* closing may have made it longer */
     (void)unlink(f->fresh); /* one that an earlier run left; a link is not followed */
     f->fd = open(f->fresh, O_RDWR | O_CREAT | O_EXCL, 0666);
     if (f->fd < 0) Fault(f, errno);

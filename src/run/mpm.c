@@ -291,10 +291,9 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMReportStart(mpm));
+  if (mpm->checkpoint.from[0]) PetscCall(MPMRestartFiles(mpm));
   if (mpm->scene.dry_run) PetscFunctionReturn(PETSC_SUCCESS);
-  if (mpm->checkpoint.from[0])
-    PetscCall(MPMRestartFiles(mpm));
-  else {
+  if (!mpm->checkpoint.from[0]) {
     PetscCall(MPMCheckpointNote(mpm));
     PetscCall(Output(mpm, output, PETSC_TRUE));
   }
