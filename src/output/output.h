@@ -46,6 +46,7 @@ typedef struct {
   PetscReal  every, next; /* s of simulated time */
   PetscInt64 fields;      /* bits of rows of MPMDiagnostics, and MPM_OUTPUT_GRID */
   PetscInt   count, last; /* snapshots written; step of the last */
+  PetscInt   joined;      /* how many of them the index and the text have */
   PetscInt  *steps, *n;   /* [count] and the number of particles in it */
   PetscReal *times;       /* [count] s */
 } MPMOutput;
@@ -64,6 +65,7 @@ PetscErrorCode MPMIndicatorCompute(const MPMScene *, MPMCore *, float of[], MPMI
 /* snapshot.c describes these functions. */
 PetscErrorCode MPMOutputSetFromOptions(MPMOutput *, const MPMScene *, PetscReal time_end, MPMOptions);
 PetscErrorCode MPMOutputStep(MPMOutput *, MPMCore *, const MPMScene *, PetscBool force);
+PetscErrorCode MPMOutputFinish(MPMOutput *, MPMCore *, const MPMScene *);
 PetscErrorCode MPMOutputDestroy(MPMOutput *);
 
 /* Makes the folder of the results, and refuses names at which they would replace an options file, a file that Pebble

@@ -347,6 +347,20 @@ static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScen
 
 #endif
 
+/* Writes index and text, if they do not have all snapshots; a fault is left in core->stop. Collective on the exchange. */
+PetscErrorCode MPMOutputFinish(MPMOutput *out, MPMCore *core, const MPMScene *scene)
+{
+  char fault[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  if (out->failed || out->joined == out->count) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMIndexWrite(out, core, scene, fault));
+  if (!fault[0]) PetscCall(MPMXdmfWrite(out, core, scene, fault));
+  PetscCall(MPMOutputFail(core, fault, &out->failed));
+  out->joined = out->count;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Writes a snapshot, if one is due or `force` is set; a fault is left in core->stop. Collective on the exchange. */
 PetscErrorCode MPMOutputStep(MPMOutput *out, MPMCore *core, const MPMScene *scene, PetscBool force)
 {
@@ -366,11 +380,8 @@ PetscErrorCode MPMOutputStep(MPMOutput *out, MPMCore *core, const MPMScene *scen
   out->steps[out->count]   = core->step;
   out->n[out->count]       = (PetscInt)core->particles.total;
   out->times[out->count++] = core->t;
-  if (force || out->count % (1 + out->count / 100) == 0) { /* they are written as a whole, so not each time */
-    PetscCall(MPMIndexWrite(out, core, scene, fault));
-    if (!fault[0]) PetscCall(MPMXdmfWrite(out, core, scene, fault));
-    PetscCall(MPMOutputFail(core, fault, &out->failed));
-  }
+  if (out->count % (1 + out->count / 100) == 0) /* they are written as a whole, so not each time */
+    PetscCall(MPMOutputFinish(out, core, scene));
   out->last = core->step;
   out->next = MPMNextTime(core->t, out->every);
   PetscFunctionReturn(PETSC_SUCCESS);

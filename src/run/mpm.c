@@ -300,6 +300,7 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(MPMReportProgress(mpm));
   }
   if (core->status.bad == MPM_OK) PetscCall(Output(mpm, output, PETSC_TRUE));
+  PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
   PetscCall(MPMReportEnd(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
