@@ -1,4 +1,4 @@
-"""Snapshots open in ParaView (its readers Xdmf3 and Xdmf2, by pvpython of Debian), VTK, pyvista and meshio: every particle
+"""Snapshots open in ParaView (its readers Xdmf3, S and T, and Xdmf2, by pvpython of Debian), VTK, pyvista and meshio: every particle
 is drawn as a vertex, and names, values and times are those of the HDF5 files. A run in 2-D and one in 3-D.
 
 usage: test_viewers.py PEBBLE SOURCE MPIEXEC
@@ -119,7 +119,7 @@ def main():
         folder = os.path.abspath(name)
         check.must("-options_file", check.scene(name), "-output_dir", folder, *options)
         path, truth = f"{folder}/{name}.xdmf", f"{folder}/{name}.h5"
-        for reader in ("Xdmf3ReaderS", "XDMFReader"):
+        for reader in ("Xdmf3ReaderS", "Xdmf3ReaderT", "XDMFReader"):
             compare(f"{name}, ParaView {reader}", paraview(reader, path), truth)
         compare(f"{name}, VTK", vtk(path), truth)
         compare(f"{name}, pyvista", by_pyvista(path), truth)

@@ -1,6 +1,6 @@
 """What a reader of ParaView finds in an XDMF file, as a file of numpy; for tests/test_viewers.py.
 
-usage: pvpython view.py Xdmf3ReaderS|XDMFReader FILE.xdmf FOUND.npz
+usage: pvpython view.py Xdmf3ReaderS|Xdmf3ReaderT|XDMFReader FILE.xdmf FOUND.npz
 
 FOUND.npz has the times and, for the first, the middle and the last of them (k), k/points, k/vertices (the point of each
 cell), k/array for the arrays of the particles, and k/grid/array for those of the nodes.
@@ -12,7 +12,7 @@ from paraview import servermanager, simple
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 name, path, out = sys.argv[1:]
-reader = getattr(simple, name)(**{"FileName" if name == "Xdmf3ReaderS" else "FileNames": [path]})
+reader = getattr(simple, name)(**{"FileNames" if name == "XDMFReader" else "FileName": [path]})
 reader.UpdatePipelineInformation()
 times = list(reader.TimestepValues)
 found = {"times": np.array(times)}

@@ -95,8 +95,8 @@ PetscErrorCode MPMOutputFail(MPMCore *, const char fault[], PetscBool *failed);
 PetscErrorCode MPMIndexWrite(const MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
 PetscErrorCode MPMXdmfWrite(const MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
 
-/* Goes on with the snapshots of an earlier run, whose count, steps, times, last and next are in MPMOutput: removes those
-   that are not listed, warns of those that are missing, writes index and text anew (index.c). Collective on
+/* Goes on with the snapshots of an earlier run, whose count, steps, times, last and next are in MPMOutput: removes
+   those that are not listed, warns of those that are missing, writes index and text anew (index.c). Collective on
    exchange.data. */
 PetscErrorCode MPMOutputResume(MPMOutput *, MPMCore *, const MPMScene *);
 
