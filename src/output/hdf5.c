@@ -249,12 +249,12 @@ PetscErrorCode MPMFileLay(MPMFile *f)
     H5(H5Fget_filesize(f->file, &length));
     H5(H5Fclose(f->file));
     f->file   = -1;
-    f->length = PetscMax((long long)length, (long long)f->size); /* closing may have made it longer */
+    f->length = PetscMax((long long)length, (long long)f->size); /* some places are given out as the file is closed */
     (void)unlink(f->fresh); /* one that an earlier run left; a link is not followed */
     f->fd = open(f->fresh, O_RDWR | O_CREAT | O_EXCL, 0666);
     if (f->fd < 0) Fault(f, errno);
     if (!f->fault[0] && ftruncate(f->fd, (off_t)f->length)) Fault(f, errno);
-    Put(f, f->image, (size_t)PetscMin((long long)f->size, f->length), 0);
+    Put(f, f->image, f->size, 0);
   }
   PetscCallMPI(MPI_Bcast(f->offset, (PetscMPIInt)f->nsets, MPI_LONG_LONG, 0, f->comm)); /* the file is there now */
   if (f->rank) f->fd = open(f->fresh, O_RDWR);

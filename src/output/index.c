@@ -101,7 +101,7 @@ static PetscInt ParticlesIn(const char path[], PetscInt step)
 
 PetscErrorCode MPMOutputResume(MPMOutput *out, MPMCore *core, const MPMScene *scene)
 {
-  char        path[2 * MPM_TEXT_LEN], missing[2 * MPM_TEXT_LEN] = "", fault[MPM_TEXT_LEN];
+  char        path[2 * MPM_TEXT_LEN], missing[2 * MPM_TEXT_LEN] = "";
   PetscInt    lost = 0, here = 0;
   PetscMPIInt rank;
 
@@ -133,9 +133,8 @@ PetscErrorCode MPMOutputResume(MPMOutput *out, MPMCore *core, const MPMScene *sc
                        "warning    %" PetscInt_FMT " earlier snapshots are missing or cannot be read, the first is %s: "
                        "the results go on without them\n",
                        lost, missing));
-  PetscCall(MPMIndexWrite(out, core, scene, fault));
-  if (!fault[0]) PetscCall(MPMXdmfWrite(out, core, scene, fault));
-  PetscCall(MPMOutputFail(core, fault, &out->failed));
+  out->joined = -1;
+  PetscCall(MPMOutputFinish(out, core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -47,6 +47,7 @@ typedef struct {
   PetscReal  every, next; /* s of simulated time */
   PetscInt64 fields;      /* bits of rows of MPMDiagnostics, and MPM_OUTPUT_GRID */
   PetscInt   count, last; /* snapshots written; step of the last */
+  PetscInt   joined;      /* how many of them the index and the text have */
   PetscInt  *steps, *n;   /* [count] and the number of particles in it */
   PetscReal *times;       /* [count] s */
 } MPMOutput;
@@ -65,6 +66,7 @@ PetscErrorCode MPMIndicatorCompute(const MPMScene *, MPMCore *, float of[], MPMI
 /* snapshot.c describes these functions. */
 PetscErrorCode MPMOutputSetFromOptions(MPMOutput *, const MPMScene *, PetscReal time_end, MPMOptions);
 PetscErrorCode MPMOutputStep(MPMOutput *, MPMCore *, const MPMScene *, PetscBool force);
+PetscErrorCode MPMOutputFinish(MPMOutput *, MPMCore *, const MPMScene *);
 PetscErrorCode MPMOutputDestroy(MPMOutput *);
 
 /* Makes the folder of the results, and refuses names at which they would replace an options file, a file that Pebble
@@ -94,8 +96,8 @@ PetscErrorCode MPMOutputFail(MPMCore *, const char fault[], PetscBool *failed);
 PetscErrorCode MPMIndexWrite(const MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
 PetscErrorCode MPMXdmfWrite(const MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
 
-/* Goes on with the snapshots of an earlier run, whose count, steps, times, last and next are in MPMOutput: removes those
-   that are not listed, warns of those that are missing, writes index and text anew (index.c). Collective on
+/* Goes on with the snapshots of an earlier run, whose count, steps, times, last and next are in MPMOutput: removes
+   those that are not listed, warns of those that are missing, writes index and text anew (index.c). Collective on
    exchange.data. */
 PetscErrorCode MPMOutputResume(MPMOutput *, MPMCore *, const MPMScene *);
 

@@ -4,9 +4,9 @@
    /step_000123           attributes time, step, dt, digest
      particles/id x ...   [N] or [N][nc], one row per particle, sorted by id on every number of processes
      grid/mass v          [nz][ny][nx] and [nz][ny][nx][3], nodes sorted by coordinates
-   Vectors have 3 components and tensors 9 in every dimension. A file has its name when it is complete. index.c joins the
-   snapshots in one file, and xdmf.c writes the text by which ParaView opens them. With a PETSc that has no HDF5, options
-   that ask for snapshots are refused. */
+   Vectors have 3 components and tensors 9 in every dimension. A file has its name when it is complete. index.c joins
+   the snapshots in one file, and xdmf.c writes the text by which ParaView opens them. With a PETSc that has no HDF5,
+   options that ask for snapshots are refused. */
 #include <petscsf.h>
 #include "output/hdf5.h"
 #include "output/output.h"
@@ -347,6 +347,21 @@ static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScen
 
 #endif
 
+/* Writes index and text, if they do not have all snapshots; a fault is left in core->stop. Collective on the
+   exchange. */
+PetscErrorCode MPMOutputFinish(MPMOutput *out, MPMCore *core, const MPMScene *scene)
+{
+  char fault[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  if (out->failed || out->joined == out->count) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMIndexWrite(out, core, scene, fault));
+  if (!fault[0]) PetscCall(MPMXdmfWrite(out, core, scene, fault));
+  PetscCall(MPMOutputFail(core, fault, &out->failed));
+  out->joined = out->count;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Writes a snapshot, if one is due or `force` is set; a fault is left in core->stop. Collective on the exchange. */
 PetscErrorCode MPMOutputStep(MPMOutput *out, MPMCore *core, const MPMScene *scene, PetscBool force)
 {
@@ -366,11 +381,8 @@ PetscErrorCode MPMOutputStep(MPMOutput *out, MPMCore *core, const MPMScene *scen
   out->steps[out->count]   = core->step;
   out->n[out->count]       = (PetscInt)core->particles.total;
   out->times[out->count++] = core->t;
-  if (force || out->count % (1 + out->count / 100) == 0) { /* they are written as a whole, so not each time */
-    PetscCall(MPMIndexWrite(out, core, scene, fault));
-    if (!fault[0]) PetscCall(MPMXdmfWrite(out, core, scene, fault));
-    PetscCall(MPMOutputFail(core, fault, &out->failed));
-  }
+  if (out->count % (1 + out->count / 100) == 0) /* they are written as a whole, so not each time */
+    PetscCall(MPMOutputFinish(out, core, scene));
   out->last = core->step;
   out->next = MPMNextTime(core->t, out->every);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -316,6 +316,7 @@ PetscErrorCode MPMRun(MPM mpm)
   if (core->t < mpm->time.end && core->status.bad == MPM_OK) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
   if (core->status.bad == MPM_OK) PetscCall(Output(mpm, output, PETSC_TRUE));
   if (core->t >= mpm->time.end && core->status.bad == MPM_OK) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
+  PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
   PetscCall(MPMReportEnd(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
