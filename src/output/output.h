@@ -97,7 +97,7 @@ PetscErrorCode MPMIndexWrite(const MPMOutput *, const MPMCore *, const MPMScene 
 PetscErrorCode MPMXdmfWrite(const MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
 
 /* Goes on with the snapshots of an earlier run, whose count, steps, times, last and next are in MPMOutput: removes
-   those that are not listed, warns of those that are missing, writes index and text anew (index.c). Collective on
+   those that are not listed, warns of those that are missing, writes index and text anew (resume.c). Collective on
    exchange.data. */
 PetscErrorCode MPMOutputResume(MPMOutput *, MPMCore *, const MPMScene *);
 

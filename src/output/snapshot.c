@@ -315,7 +315,8 @@ static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScen
   (void)snprintf(text, sizeof text, "%016llx", (unsigned long long)digest);
   MPMSnapshotPath(out, scene, core->step, PETSC_FALSE, path);
   PetscCall(MPMProvenanceWrite(core, scene, -1, &room));
-  PetscCall(MPMFileCreate(&file, core->exchange.data, path, 0, room + 640 * MPM_NUM_DIAGNOSTICS));
+  for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) room += out->fields >> f & 1 ? 640 : 0;
+  PetscCall(MPMFileCreate(&file, core->exchange.data, path, 0, room + 4096));
   PetscCall(MPMProvenanceWrite(core, scene, file.file, NULL));
   PetscCall(MakeDatasets(out, core, scene, text, &file));
   if (!out->begun && !file.rank) MPMOutputClear(out, scene, PETSC_FALSE);

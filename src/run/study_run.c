@@ -241,3 +241,15 @@ PetscErrorCode MPMStudyMake(MPM base, PetscInt keeps, MPMStudyResult *r, MPMSamp
   PetscCallMPI(MPI_Bcast(r, (PetscMPIInt)sizeof *r, MPI_BYTE, 0, base->core.comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode MPMStudyFault(MPM base, const char fault[], int *status)
+{
+  PetscMPIInt bad = fault[0] ? 1 : 0;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Bcast(&bad, 1, MPI_INT, 0, base->core.comm));
+  if (!bad) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscFPrintf(base->core.comm, stderr, "%s\n", fault));
+  *status = MPM_EXIT_STOPPED;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
