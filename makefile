@@ -119,9 +119,10 @@ verify: ## of the long tests those of accuracy: prints errors and orders beside 
 	@tools/install.sh test
 	+@$(again) ctest select="-L verify -V"
 
-robust: ## of the long tests those of robustness, on up to 32 processes
+robust: ## of the long tests those of robustness, on up to 32 processes: prints a line of figures for each matter
 	@tools/install.sh test
-	+@$(again) ctest select="-L robust"
+	+@$(again) ctest select="-L robust"; status=$$?; \
+	sed -n 's/^\(ok *\)\?figures */  /p' $(BUILD)/tests/Testing/Temporary/LastTest.log; exit $$status
 
 test-widths: ## of the long tests those that repeat others with vectors of 4 and of 2 particles
 	@tools/install.sh test

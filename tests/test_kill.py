@@ -117,6 +117,6 @@ while done < kills:
     ended += 1
     check.folder("killed")
 check.need(lost, "nothing was lost: the kills came too early")
-check.that(ended >= kills // 20, f"kills      {done}, {inside} of them inside a write; {ended} runs reached their end; steps "
+check.that(ended >= kills // 20, f"figures    kills: {done}, {inside} of them inside a write; {ended} runs reached their end; steps "
            f"lost: {statistics.mean(lost):.1f} in the mean, {max(lost)} at most; the others ended within {max(waits):.2f} s")
 check.end()

@@ -4,6 +4,7 @@
     test_restart.py PEBBLE SOURCE MPIEXEC counts    on 1, 2, 3 and 4 processes, both strategies, a restart of a restart
     test_restart.py PEBBLE SOURCE MPIEXEC methods   every basis, update and transfer, and what else has a state of its own
     test_restart.py PEBBLE SOURCE MPIEXEC files     signals, damaged files, options that differ, -rerun, -checkpoint_keep
+    test_restart.py PEBBLE SOURCE MPIEXEC large     a million particles: SIGTERM, and the speed of writing (not judged)
 """
 import glob
 import itertools
@@ -295,5 +296,46 @@ def files():
     full_disk()
 
 
-{"scenes": scenes, "counts": counts, "methods": methods, "files": files}[words[0]]()
+def plain(path):
+    """Seconds in which as many bytes as a file has are written to the same folder, by one process, and are on the disk."""
+    data, to = check.content(path), path + ".plain"
+    began = time.monotonic()
+    with open(to, "wb", buffering=0) as file:
+        for at in range(0, len(data), 1 << 26):
+            file.write(data[at:at + (1 << 26)])
+        os.fsync(file.fileno())
+    seconds = time.monotonic() - began
+    os.remove(to)
+    return seconds
+
+
+def large():
+    folder = check.folder("large")
+    disks = ["-options_file", check.scene("disks"), "-grid_cells", "500,500", "-output_format", "none", "-output_dir", folder]
+    ratios, size = [], 0
+    for _ in range(5):
+        run = check.must(*disks, "-time_max_steps", "1", "-checkpoint_every", "1e30")
+        path, size, seconds = re.search(r"^checkpoint .*: (\S+), (\S+) MB in (\S+) s$", run.out, re.M).groups()
+        ratios.append(plain(path) / float(seconds))
+    ratios.sort()
+    command = [check.mpiexec, "-n", "2", check.program, *disks, "-history_every", "0"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+                               env=os.environ | mpi.ENVIRONMENT)
+    while process.poll() is None and not (os.path.exists(f"{folder}/disks.csv") and
+                                          check.content(f"{folder}/disks.csv").count(b"\n") > 4):
+        time.sleep(0.05)
+    began = time.monotonic()
+    for pid in ranks(process):
+        os.kill(pid, signal.SIGTERM)
+    out, err = process.communicate(timeout=100)
+    seconds = time.monotonic() - began
+    check.that(process.returncode == 3 and "go on with" in err and re.search("^checkpoint", out, re.M),
+               f"SIGTERM on 2 processes: status {process.returncode}: {err.strip()[-200:]}")
+    print(f"figures    checkpoint: 1,005,304 particles, {size} MB, on one process {ratios[2]:.2f} ({ratios[0]:.2f} to "
+          f"{ratios[-1]:.2f}) times as fast as a plain write; {seconds:.1f} s from SIGTERM to the end of 2 processes")
+    shutil.rmtree(folder)
+
+
+{"large": large, "scenes": scenes, "counts": counts, "methods": methods, "files": files}[words[0]]()
+print(f"figures    restarts: {check.checks} checks of {words[0]}, {check.failures} failed")
 check.end()
