@@ -214,7 +214,7 @@ def part_faults():
 
 # ---- Kills
 
-def part_killed(count=6):
+def part_killed(count=3):
     rng, found = random.Random(5), []
     endless()
     for k in range(count):
