@@ -94,6 +94,9 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 # With sanitizers: MPI's own leaks would drown ours.
 export ASAN_OPTIONS := detect_leaks=0
 
+# matplotlib's list of fonts, which would go to the user's home folder.
+export MPLCONFIGDIR := $(CURDIR)/.venv/matplotlib
+
 # ---- What a user asks for
 .PHONY: all run test test-long test-widths verify robust bench paper studies calibrate simulate scaling report format \
   scenes clean distclean help objects picture ctest pages FORCE

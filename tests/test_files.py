@@ -9,6 +9,7 @@ import random
 import resource
 import shutil
 import signal
+import sys
 import time
 
 import h5py
@@ -99,7 +100,12 @@ def part_own():
     # Nothing elsewhere.
     for name in ("home", "tmp", "here"):
         check.folder(name)
-    told = check.run([check.program, "-options_file", DISKS, *SHORT], cwd="here", plain=True, env={"HOME": os.path.abspath("home"), "TMPDIR": os.path.abspath("tmp")})
+    os.environ.pop("MPLCONFIGDIR", None)  # make sets it
+    env = {"HOME": os.path.abspath("home"), "TMPDIR": os.path.abspath("tmp")}
+    told = check.run([check.program, "-options_file", DISKS, *SHORT], cwd="here", plain=True, env=env)
+    drawn = check.run([sys.executable, os.path.join(check.source, "tools", "plot.py"), "output/disks.h5", "--out", "output/disks.png"], cwd="here", plain=True, env=env)
+    check.that(drawn.status == 0 and os.path.exists("here/output/disks.png"), f"plot.py: {drawn.said[-300:]}")
+    os.remove("here/output/disks.png")
     left = {name: sorted(tree(name)) for name in ("home", "tmp")} | {"here": sorted(os.listdir("here"))}
     check.that(told.good and left == {"home": [], "tmp": [], "here": ["output"]}, f"nothing is written outside of the folder of results: {left}")
     check.that(sorted(os.listdir("here/output")) == ["disks.csv", "disks.h5", "disks.snapshots", "disks.xdmf"], f"what is in it: {sorted(os.listdir('here/output'))}")
@@ -214,7 +220,7 @@ def part_faults():
 
 # ---- Kills
 
-def part_killed(count=6):
+def part_killed(count=3):
     rng, found = random.Random(5), []
     endless()
     for k in range(count):

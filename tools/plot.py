@@ -29,6 +29,8 @@ import csv
 import os
 import sys
 
+if sys.prefix != sys.base_prefix:  # in .venv: there goes the list of fonts too, which would go to the user's home folder
+    os.environ.setdefault("MPLCONFIGDIR", os.path.join(sys.prefix, "matplotlib"))
 try:
     import h5py
     import matplotlib
