@@ -13,11 +13,11 @@ typedef struct {
   PetscReal   check_energy, check_momentum; /* relative; 0: off */
   PetscReal   energy_max;                   /* the largest kinetic + strain energy so far, J */
   PetscReal   speed_max;                    /* the largest sum m |v| so far, kg m/s */
-  PetscInt    last;                         /* step of the last line */
-  PetscBool   off;                          /* a run of the calibration has no file and no totals */
-  MPMTotals   start, now;                   /* of step 0, and of the last check or line */
-  PetscBool   no_file;                      /* lines are watched and checked, but not written */
-  void (*watch)(const MPMShown *, void *);  /* called for each line with watcher; or NULL */
+  PetscInt    last, looked;                /* step of the last line; step at which the totals `now` were last checked */
+  PetscBool   off;                         /* a run of the calibration has no file and no totals */
+  MPMTotals   start, now;                  /* of step 0, and of the last check or line */
+  PetscBool   no_file;                     /* lines are watched and checked, but not written */
+  void (*watch)(const MPMShown *, void *); /* called for each line with watcher; or NULL */
   void *watcher;
 } MPMMonitor;
 
@@ -25,6 +25,9 @@ typedef struct {
    Not collective. */
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *, const MPMScene *, PetscReal time_end, MPMOptions,
                                         PetscBool *follow);
+/* Computes and checks the totals of a step before it is settled, so that it can be undone: if they are to be checked, or
+   if a line is due, for which they are then known. May set core->stop. Collective on the exchange. */
+PetscErrorCode MPMMonitorLook(MPMMonitor *, MPMCore *, const MPMScene *);
 PetscErrorCode MPMMonitorStep(MPMMonitor *, MPMCore *, const MPMScene *, PetscBool force); /* may set core->stop */
 PetscErrorCode MPMMonitorDestroy(MPMMonitor *);                                            /* closes the file */
 MPMShown       MPMMonitorShown(const MPMMonitor *, const MPMCore *, const MPMScene *);     /* what diagnostics read */
@@ -40,6 +43,7 @@ typedef struct {
   PetscInt    count, last; /* snapshots written; step of the last */
   PetscInt   *steps;       /* [count] */
   PetscReal  *times;       /* [count] s */
+  PetscInt64 *particles;   /* [count] particles in it */
   PetscViewer viewer;      /* of the HDF5 file */
 } MPMOutput;
 #define MPM_OUTPUT_GRID ((PetscInt64)1 << 62) /* bit of the nodes in MPMOutput.fields */

@@ -128,6 +128,43 @@ PetscErrorCode MPMOutputMakeFolder(MPMOutput *out, const MPMScene *scene, MPMOpt
 
 #if defined(PETSC_HAVE_HDF5)
 
+/* Replaces each id in row [n] by the number of smaller ids that are there, where particles have been removed. Each
+   process counts those of an equal part of all ids that there ever were. Collective on exchange.data. */
+static PetscErrorCode NumberRows(MPMCore *core, PetscInt n, PetscInt row[])
+{
+  const MPI_Comm comm = core->exchange.data;
+  PetscInt       first, end, *there, *one, before = 0, count = 0;
+  PetscLayout    ids;
+  PetscSF        sf;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscLayoutCreateFromSizes(comm, PETSC_DECIDE, (PetscInt)core->particles.born, 1, &ids));
+  PetscCall(PetscLayoutGetRange(ids, &first, &end));
+  PetscCall(PetscSFCreate(comm, &sf));
+  PetscCall(PetscSFSetGraphLayout(sf, ids, n, NULL, PETSC_COPY_VALUES, row));
+  PetscCall(PetscCalloc1(end - first, &there));
+  PetscCall(PetscMalloc1(n, &one));
+  for (PetscInt p = 0; p < n; p++) one[p] = 1;
+  PetscCall(PetscSFReduceBegin(sf, MPIU_INT, one, there, MPI_REPLACE));
+  PetscCall(PetscSFReduceEnd(sf, MPIU_INT, one, there, MPI_REPLACE));
+  for (PetscInt k = 0; k < end - first; k++) count += there[k];
+  PetscCallMPI(MPI_Scan(&count, &before, 1, MPIU_INT, MPI_SUM, comm));
+  before -= count;
+  for (PetscInt k = 0; k < end - first; k++) {
+    const PetscInt is = there[k];
+
+    there[k] = before;
+    before += is;
+  }
+  PetscCall(PetscSFBcastBegin(sf, MPIU_INT, there, row, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf, MPIU_INT, there, row, MPI_REPLACE));
+  PetscCall(PetscFree(one));
+  PetscCall(PetscFree(there));
+  PetscCall(PetscSFDestroy(&sf));
+  PetscCall(PetscLayoutDestroy(&ids));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Makes the PetscSF that sends each particle to its row: rows are sorted by id, and each process gets an equal part of
    them. *first, *rows: the first row here, and how many there are. Collective on exchange.data. */
 static PetscErrorCode CreateRows(MPMCore *core, PetscSF *sf, PetscInt *first, PetscInt *rows)
@@ -144,6 +181,7 @@ static PetscErrorCode CreateRows(MPMCore *core, PetscSF *sf, PetscInt *first, Pe
   PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(id), &view));
   PetscCall(PetscMalloc1(view.n, &row));
   for (PetscInt p = 0; p < view.n; p++) row[p] = (PetscInt)view.id[p];
+  if (core->particles.total < core->particles.born) PetscCall(NumberRows(core, view.n, row));
   PetscCall(PetscSFCreate(comm, sf));
   PetscCall(PetscSFSetGraphLayout(*sf, layout, view.n, NULL, PETSC_COPY_VALUES, row));
   PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(id), &view));
@@ -347,9 +385,11 @@ PetscErrorCode MPMOutputStep(MPMOutput *out, MPMCore *core, const MPMScene *scen
   if (out->count % 64 == 0) {
     PetscCall(PetscRealloc((out->count + 64) * sizeof *out->steps, &out->steps));
     PetscCall(PetscRealloc((out->count + 64) * sizeof *out->times, &out->times));
+    PetscCall(PetscRealloc((out->count + 64) * sizeof *out->particles, &out->particles));
   }
-  out->steps[out->count]   = core->step;
-  out->times[out->count++] = core->t;
+  out->particles[out->count] = core->particles.total;
+  out->steps[out->count]     = core->step;
+  out->times[out->count++]   = core->t;
   if (force || out->count % (1 + out->count / 100) == 0)
     PetscCall(MPMXdmfWrite(out, core, scene)); /* it writes the whole file, so not each time */
   out->last = core->step;
@@ -364,5 +404,6 @@ PetscErrorCode MPMOutputDestroy(MPMOutput *out)
   PetscCall(PetscViewerDestroy(&out->viewer));
   PetscCall(PetscFree(out->steps));
   PetscCall(PetscFree(out->times));
+  PetscCall(PetscFree(out->particles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

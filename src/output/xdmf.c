@@ -15,9 +15,10 @@ static void XdmfArray(FILE *f, const char indent[], const char dims[], PetscBool
 static void XdmfParticles(const MPMOutput *out, const MPMCore *core, FILE *f, const char file[], PetscInt k)
 {
   const char *const types[] = {"", "Scalar", "", "Vector", "", "", "Tensor6", "", "", "Tensor"};
-  const long long   n       = core->particles.total;
+  const long long   n       = out->particles[k];
   char              dims[64], path[64];
 
+  (void)core;
   fprintf(f, "      <Grid Name=\"particles\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n",
           (double)out->times[k]);
   fprintf(
