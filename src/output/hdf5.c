@@ -85,7 +85,7 @@ PetscErrorCode MPMHDF5Dataset(hid_t group, const char name[], const char unit[],
 #if defined(H5_HAVE_PARALLEL)
   H5(H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE));
 #endif
-  H5(H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, file, transfer, data));
+  if (size[0]) H5(H5Dwrite(set, H5T_NATIVE_DOUBLE, memory, file, transfer, data)); /* HDF5 refuses to write nothing */
   PetscCall(MPMHDF5Text(set, "units", unit));
   if (components[0]) PetscCall(MPMHDF5Text(set, "components", components));
   H5(H5Pclose(transfer));

@@ -243,24 +243,27 @@ PetscErrorCode MPMParticlesRemove(MPMParticles *particles, PetscInt64 *n, PetscI
 
   PetscFunctionBeginUser;
   PetscCall(MPMParticlesGetView(particles, MPM_BIT(id) | MPM_BIT(cell), &view));
-  kept = view.n;
   PetscCall(PetscMalloc1(view.n, &place));
   for (PetscInt p = 0; p < view.n; p++)
     if (view.cell[p] == MPM_NOWHERE) {
       sum += MPMParticleHash(view.id[p]);
       place[left++] = p;
     }
-  for (PetscInt q = left - 1; q >= 0; q--) /* the last place that gets free is filled first: by what is then the last */
-    for (PetscInt f = 0, from = --kept; f < MPM_NUM_FIELDS && place[q] != from; f++) {
-      const size_t bytes = (size_t)particles->bytes[f];
-      char        *rows;
-
-      if (!particles->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
-      PetscCall(MPMParticlesGetField(particles, f, (void **)&rows));
-      memcpy(rows + (size_t)place[q] * bytes, rows + (size_t)from * bytes, bytes);
-      PetscCall(MPMParticlesRestoreField(particles, f));
-    }
+  kept = view.n - left;
   PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(id) | MPM_BIT(cell), &view));
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS && left; f++) {
+    const size_t bytes = (size_t)particles->bytes[f];
+    char        *rows;
+
+    if (!particles->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
+    PetscCall(MPMParticlesGetField(particles, f, (void **)&rows));
+    for (PetscInt q = left; q > 0; q--) { /* the last place that gets free is filled first, by what is then the last */
+      const PetscInt last = kept + q - 1;
+
+      if (place[q - 1] != last) memcpy(rows + (size_t)place[q - 1] * bytes, rows + (size_t)last * bytes, bytes);
+    }
+    PetscCall(MPMParticlesRestoreField(particles, f));
+  }
   PetscCall(PetscFree(place));
   *n   = left;
   *ids = (PetscInt64)sum;
