@@ -2,6 +2,7 @@
    With -check_state retry the step is a transaction: what it changes is copied before, and a step that fails is undone
    and made again with half the time step. Every decision follows from the reduced status and from exact sums, so all
    processes, of any number, decide the same. */
+#include "base/signals.h"
 #include "run/mpm.h"
 
 /* Reads -check_state, -dt_retry, -dt_max_growth and -particles_leave; faults are left in o. Not collective. */
@@ -277,7 +278,7 @@ PetscErrorCode MPMAdvance(MPM mpm)
   PetscCall(MPMWatchStep(mpm, normal));
   PetscCall(mpm->retry.on ? TryAgain(mpm, normal, dt) : Try(mpm, dt));
   if (!MPMStatusIsBad(&core->status) && !mpm->retry.gave_up) PetscCall(End(mpm));
-  if (core->status.interrupted && !core->stop[0])
+  if (core->status.asked == MPM_ASKED_END && !core->stop[0])
     (void)snprintf(core->stop, sizeof core->stop, "interrupted by a signal; the results are complete up to here");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
