@@ -325,12 +325,12 @@ static PetscReal Value_particles(const MPMShown *s)
 #define SHOWN  MPM_SHOW_COLUMN
 const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs)                                    \
-  {#name, word, unit, components, uses, nc, whole, needs, Fill_##name, NULL},
-#define MPM_RUN_QUANTITY(name, unit, whole) {#name, "", unit, "", MPM_SHOW_COLUMN, 1, whole, 0, NULL, Value_##name},
+  {#name, word, unit, components, uses, nc, whole, needs, Fill_##name, NULL, 0},
+#define MPM_RUN_QUANTITY(name, unit, whole) {#name, "", unit, "", MPM_SHOW_COLUMN, 1, whole, 0, NULL, Value_##name, 0},
 #define MPM_ENERGY_QUANTITY(name, uses)                                                                                \
-  {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, NULL, Value_##name},
+  {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, NULL, Value_##name, 0},
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                                                        \
-  {#name, "", unit, components, MPM_SHOW_LOST | (uses), nc, PETSC_FALSE, 0, NULL, NULL},
+  {#name, "", unit, components, MPM_SHOW_LOST | (uses), nc, PETSC_FALSE, 0, NULL, NULL, MPM_SHOWS_##of},
 #include "output/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
@@ -358,6 +358,16 @@ PetscInt MPMDiagnosticColumns(PetscInt row, const MPMCore *core, PetscInt *first
   if (!(d->uses & MPM_SHOW_AXIAL)) return PetscMin(d->nc, d->nc == 1 ? 1 : dim);
   *first = dim == 2 ? 2 : 0;
   return dim == 2 ? 1 : dim == 3 ? 3 : 0;
+}
+
+PetscReal MPMShownEver(const MPMTotals *totals, PetscInt row, PetscInt component)
+{
+  PetscReal sum = totals->sum[row][component];
+
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
+    if ((MPMDiagnostics[k].uses & MPM_SHOW_LOST) && MPMDiagnostics[k].of == row && k != MPM_SHOWS_lost_mass_time)
+      sum += totals->sum[k][component];
+  return sum;
 }
 
 PetscReal MPMDiagnosticValue(const MPMShown *s, PetscInt row, PetscInt component)

@@ -56,6 +56,7 @@ typedef struct {
   PetscInt    needs; /* bits of the fields of particles without which a snapshot does not have it */
   void (*fill)(const MPMShown *, const MPMView *, PetscInt p, PetscReal row[]); /* of particle p, row [nc]; or NULL */
   PetscReal (*value)(const MPMShown *);                                         /* of the run; or NULL */
+  PetscInt of; /* LOST: the row of which it is the sum over the particles that were removed */
 } MPMDiagnostic;
 extern const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS];
 
@@ -78,11 +79,12 @@ PetscInt MPMShownStress(PetscInt dim, PetscInt k);
 PetscErrorCode MPMTotalsCompute(const MPMScene *, MPMCore *, MPMTotals *);
 
 /* What leaves the grid with particles that are removed (lost.c): adds those outside the grid now to core->lost, before
-   they are removed; sets the rows LOST of totals; returns the sum of a row over all particles that there ever were. The
-   second is collective on the exchange. */
+   they are removed; sets the rows LOST of totals. The second is collective on the exchange. */
 PetscErrorCode MPMLostAdd(const MPMScene *, MPMCore *);
 PetscErrorCode MPMLostTotals(const MPMCore *, MPMTotals *);
-PetscReal      MPMShownEver(const MPMTotals *, PetscInt row, PetscInt component);
+
+/* Returns the sum of a row over all particles that there ever were, those that were removed as they left. */
+PetscReal MPMShownEver(const MPMTotals *, PetscInt row, PetscInt component);
 
 /* Return the work that gravity, body forces and loads have done on the particles since the start, J, and the change of
    the energy less that work, J. */

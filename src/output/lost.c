@@ -13,15 +13,9 @@ _Static_assert(0
                "core->lost has a sum for each component");
 #undef MPM_LOST_QUANTITY
 
-/* The quantities of a particle that the rows sum. */
-#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc) [MPM_SHOWS_##name] = MPM_SHOWS_##of,
-static const PetscInt of[MPM_NUM_DIAGNOSTICS] = {
-#include "output/diagnostics.def"
-};
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
-#undef MPM_LOST_QUANTITY
 
 PetscErrorCode MPMLostAdd(const MPMScene *scene, MPMCore *core)
 {
@@ -38,7 +32,7 @@ PetscErrorCode MPMLostAdd(const MPMScene *scene, MPMCore *core)
       PetscReal value[3];
 
       if (view.cell[p] != MPM_NOWHERE) continue;
-      MPMDiagnostics[of[k]].fill(&shown, &view, p, value);
+      MPMDiagnostics[MPMDiagnostics[k].of].fill(&shown, &view, p, value);
       for (PetscInt c = 0; c < MPMDiagnostics[k].nc; c++)
         MPMSumAdd(&sum[c], k == MPM_SHOWS_lost_mass_time ? value[c] * core->t : value[c]);
     }
@@ -61,14 +55,4 @@ PetscErrorCode MPMLostTotals(const MPMCore *core, MPMTotals *totals)
     for (PetscInt c = 0; MPMDiagnostics[k].uses & MPM_SHOW_LOST && c < MPMDiagnostics[k].nc; c++)
       totals->sum[k][c] = MPMSumValue(&sum[n++]);
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscReal MPMShownEver(const MPMTotals *totals, PetscInt row, PetscInt component)
-{
-  PetscReal sum = totals->sum[row][component];
-
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
-    if ((MPMDiagnostics[k].uses & MPM_SHOW_LOST) && of[k] == row && k != MPM_SHOWS_lost_mass_time)
-      sum += totals->sum[k][component];
-  return sum;
 }

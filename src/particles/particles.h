@@ -55,7 +55,6 @@ PetscInt       MPMParticlesMemory(const MPMParticles *);
 size_t         MPMParticlesRowBytes(const MPMParticles *, PetscInt fields);
 PetscErrorCode MPMParticlesSave(MPMParticles *);
 PetscErrorCode MPMParticlesPutBack(MPMParticles *);
-PetscErrorCode MPMParticlesRemove(MPMParticles *, PetscInt64 *n, PetscInt64 *ids);
 
 /* --- Order (order.c) ---------------------------------------------------------------------------------------------- */
 
@@ -69,6 +68,10 @@ uint64_t       MPMParticleHash(PetscInt64 id);
 PetscErrorCode MPMParticlesFingerprint(MPMParticles *, PetscInt64 *ids);
 PetscErrorCode MPMParticlesCheck(MPMParticles *, MPI_Comm, PetscInt64 n, PetscInt64 ids);
 PetscErrorCode MPMParticlesDigest(MPMParticles *, MPI_Comm, PetscInt64 *digest);
+
+/* --- Particles that left the grid (remove.c) ---------------------------------------------------------------------- */
+
+PetscErrorCode MPMParticlesRemove(MPMParticles *, PetscInt64 *n, PetscInt64 *ids);
 
 /* Calls an inline function with the bytes of a field's row as its first argument. The usual numbers are constants, with
    which the compiler copies a row in registers. */
