@@ -67,8 +67,9 @@ static PetscErrorCode Steps(MPM mpm, PetscInt n)
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < n; k++) {
     mpm->core.params.dt = MPMTimeStep(&mpm->core, &mpm->time);
-    PetscCall(MPMStep(&mpm->core, &mpm->scene));
+    PetscCall(MPMStepMake(&mpm->core, &mpm->scene));
     PetscCheck(mpm->core.status.bad == MPM_OK, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the scene failed by itself");
+    PetscCall(MPMStepSettle(&mpm->core));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -100,7 +101,7 @@ static PetscErrorCode Run(int what, PetscMPIInt rank)
     raised[0] = 0;
     PetscCall(PetscPushErrorHandler(Keep, NULL));
     mpm->core.params.dt = MPMTimeStep(&mpm->core, &mpm->time);
-    code                = way ? MPMStep(&mpm->core, &mpm->scene) : MPMTotalsCompute(&mpm->scene, &mpm->core, &totals);
+    code                = way ? MPMStepMake(&mpm->core, &mpm->scene) : MPMTotalsCompute(&mpm->scene, &mpm->core, &totals);
     (void)PetscPopErrorHandler();
     CHECK(code != PETSC_SUCCESS);
     CHECK(strstr(raised, "lost or doubled") != NULL);

@@ -7,6 +7,12 @@ void MPMStatusReset(MPMStatus *s)
   PetscMemzero(s, sizeof *s);
 }
 
+/* Returns whether the state is not valid. */
+PetscBool MPMStatusIsBad(const MPMStatus *s)
+{
+  return s->bad != MPM_OK && s->bad != MPM_GONE ? PETSC_TRUE : PETSC_FALSE;
+}
+
 void MPMStatusNote(MPMStatus *s, MPMBad bad, PetscInt64 id, PetscInt dim, const PetscReal x[], PetscReal J)
 {
   if (s->bad != MPM_OK && (s->bad < bad || (s->bad == bad && s->id <= id))) return;

@@ -7,8 +7,10 @@
 
 /* Maxima and sums of integers, which MPMStatusMerge merges exactly and in any sequence. `bad` is the gravest condition
    that was met, and `id` the smallest id of a particle that met it. Conditions are listed with the gravest first, since
-   a particle that is turned inside out soon pushes others off the grid. */
-typedef enum { MPM_OK, MPM_BAD_J, MPM_LEFT_GRID, MPM_TOO_WIDE, MPM_NUM_BAD } MPMBad;
+   a particle that is turned inside out soon pushes others off the grid. MPM_NOT_FINITE is found where totals are
+   computed, not by a step. MPM_GONE is not bad: particles left the grid that are to be removed (-particles_leave
+   delete). */
+typedef enum { MPM_OK, MPM_BAD_J, MPM_LEFT_GRID, MPM_TOO_WIDE, MPM_NOT_FINITE, MPM_GONE, MPM_NUM_BAD } MPMBad;
 typedef struct {
   MPMBad     bad;
   PetscInt64 id;
@@ -22,8 +24,9 @@ typedef struct {
   PetscInt64 n, ids;  /* number of particles, and their fingerprint (digest.c): is any lost or doubled? */
 } MPMStatus;
 
-void MPMStatusReset(MPMStatus *);
-void MPMStatusMerge(MPMStatus *, const MPMStatus *);
+void      MPMStatusReset(MPMStatus *);
+void      MPMStatusMerge(MPMStatus *, const MPMStatus *);
+PetscBool MPMStatusIsBad(const MPMStatus *);
 
 /* Notes that particle id at x [dim] in m met a bad condition; J is det F or the width (MPMStatus.J). Of several
    conditions the gravest is kept, and of several particles the one with the smallest id. */

@@ -80,7 +80,7 @@ PetscErrorCode MPMLimits(MPI_Comm comm, PetscReal *flop, PetscReal *byte)
    on the exchange. */
 PetscErrorCode MPMRoofline(const MPMCost *cost, MPMCore *core, PetscBool limits)
 {
-  const PetscReal per     = (PetscReal)core->particles.total * (core->step - core->timers.first);
+  const PetscReal per     = (PetscReal)PetscMax(1, core->particles.total) * (core->step - core->timers.first);
   PetscReal       work[2] = {core->timers.flops, core->timers.bytes}, s = core->timers.steps, flop = cost->model.flop,
             byte = cost->model.byte;
   PetscMPIInt size;

@@ -106,10 +106,11 @@ MPM_INLINE void MPMFindBases(int dim, MPMBasis basis, const MPMPatch *patch, Pet
 }
 
 /* Notes a mover: particle l of a block, entry `entry` of the order, has a new base node, `index` in the arrays and `at`
-   on the axes. Numbers its cell and adds it to the movers of the patch. Returns whether it left the patch. */
-MPM_INLINE PetscBool MPMNoteMover(int dim, MPMPatch *patch, PetscInt entry, const MPMBlockOrder *o,
-                                  const MPMStencils *s, PetscInt l, PetscInt index, const MPMComponent *at,
-                                  MPMStatus *status)
+   on the axes. Numbers its cell and adds it to the movers of the patch. Returns whether it left the patch for another
+   one. */
+MPM_INLINE PetscBool MPMNoteMover(int dim, const MPMParams *par, MPMPatch *patch, PetscInt entry,
+                                  const MPMBlockOrder *o, const MPMStencils *s, PetscInt l, PetscInt index,
+                                  const MPMComponent *at, MPMStatus *status)
 {
   const PetscInt p       = o->particle[l];
   PetscInt       cell    = index; /* MPM_ELSEWHERE or MPM_NOWHERE */
@@ -126,9 +127,13 @@ MPM_INLINE PetscBool MPMNoteMover(int dim, MPMPatch *patch, PetscInt entry, cons
   if (cell == MPM_NOWHERE) {
     const PetscReal x[3] = {s->x[0][l], s->x[1][l], s->x[2][l]};
 
-    MPMStatusNote(status, MPM_LEFT_GRID, patch->particles.id[p], dim, x, 0);
+    MPMBad bad = par->deletes ? MPM_GONE : MPM_LEFT_GRID;
+
+    for (int d = 0; d < dim; d++)
+      if (!(PetscAbsReal(x[d]) <= PETSC_MAX_REAL)) bad = MPM_LEFT_GRID;
+    MPMStatusNote(status, bad, patch->particles.id[p], dim, x, 0);
   }
-  return cell < 0 ? PETSC_TRUE : PETSC_FALSE;
+  return cell == MPM_ELSEWHERE ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Commits the displacements: x <- x + dx, and the new cells. Only the cells of movers, which are few, are numbered
@@ -168,7 +173,7 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) moves = MPMCollect(MPMRead(&now[l]) != MPMRead(&s->base[l]), l, moves);
   moved = MPMList(moves, o->n, which);
   for (PetscInt k = 0; k < moved; k++)
-    status->left += MPMNoteMover(dim, patch, q + which[k], o, s, which[k], (PetscInt)now[which[k]], at, status);
+    status->left += MPMNoteMover(dim, par, patch, q + which[k], o, s, which[k], (PetscInt)now[which[k]], at, status);
 }
 
 /* Runs the parts of a transfer from nodes to particles: velocities and displacements (8), (9); velocity gradient (3), F

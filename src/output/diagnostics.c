@@ -1,7 +1,6 @@
 /* diagnostics.c - what a run shows of its state: the functions of the rows of diagnostics.def, which are called between
    steps. A new quantity needs a row there and a function here. Fill_<name> sets row [nc], the quantity of particle p of
    a view; vectors have 3 components, and 0 on missing axes. Value_<name> returns a number of the run. */
-#include "base/exact_sum.h"
 #include "kernels/cell.h"
 #include "output/diagnostics.h"
 #include "step/step.h"
@@ -133,6 +132,7 @@ static void SetInertia(const MPMCore *core, const MPMView *v, PetscInt p, PetscR
   const PetscInt  dim  = grid->dim;
   const PetscReal k = MPMBasisInertia(core->basis), *l = MPMHalfWidths((int)dim, core->params.kinds, v, p);
 
+  if (v->cell && v->cell[p] == MPM_NOWHERE) return; /* it is to be removed, and has no stencil */
   for (int d = 0; d < dim; d++) {
     PetscReal      xi, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
     const PetscInt base = MPMCoordinate(core->basis, grid, d, v->x[p * dim + d], l[d], &xi);
@@ -238,8 +238,8 @@ PetscReal MPMShownWork(const MPMShown *s)
 
   for (PetscInt d = 0; d < s->core->grid.dim; d++)
     work += s->core->params.gravity[d] *
-            (now->sum[MPM_SHOWS_mass_moment][d] - start->sum[MPM_SHOWS_mass_moment][d] -
-             0.5 * s->core->params.dt * (now->sum[MPM_SHOWS_momentum][d] - start->sum[MPM_SHOWS_momentum][d]));
+            (MPMShownEver(now, MPM_SHOWS_mass_moment, d) - start->sum[MPM_SHOWS_mass_moment][d] -
+             0.5 * s->core->params.dt * (MPMShownEver(now, MPM_SHOWS_momentum, d) - start->sum[MPM_SHOWS_momentum][d]));
   return work;
 }
 
@@ -250,7 +250,7 @@ static PetscReal Value_external_work(const MPMShown *s)
 
 PetscReal MPMShownResidual(const MPMShown *s)
 {
-  return s->now->sum[MPM_SHOWS_kinetic_energy][0] + s->now->sum[MPM_SHOWS_strain_energy][0] -
+  return MPMShownEver(s->now, MPM_SHOWS_kinetic_energy, 0) + MPMShownEver(s->now, MPM_SHOWS_strain_energy, 0) -
          s->start->sum[MPM_SHOWS_kinetic_energy][0] - s->start->sum[MPM_SHOWS_strain_energy][0] - MPMShownWork(s);
 }
 
@@ -279,10 +279,10 @@ static PetscReal Value_energy_friction(const MPMShown *s)
   return s->now->energy[MPM_ENERGY_friction];
 }
 
-/* Returns how much a sum over the particles has changed since the start. */
+/* Returns how much a sum over the particles, those that were removed included, has changed since the start. */
 static PetscReal Change(const MPMShown *s, PetscInt row)
 {
-  return s->now->sum[row][0] - s->start->sum[row][0];
+  return MPMShownEver(s->now, row, 0) - s->start->sum[row][0];
 }
 
 /* What the particles' kinetic energy has lost on the way to the nodes and back. */
@@ -322,25 +322,31 @@ static PetscReal Value_particles(const MPMShown *s)
 #define LOADS  MPM_SHOW_LOADS
 #define AXIAL  MPM_SHOW_AXIAL
 #define ASKED  MPM_SHOW_ASKED
+#define SHOWN  MPM_SHOW_COLUMN
 const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs)                                    \
-  {#name, word, unit, components, uses, nc, whole, needs, Fill_##name, NULL},
-#define MPM_RUN_QUANTITY(name, unit, whole) {#name, "", unit, "", MPM_SHOW_COLUMN, 1, whole, 0, NULL, Value_##name},
+  {#name, word, unit, components, uses, nc, whole, needs, Fill_##name, NULL, 0},
+#define MPM_RUN_QUANTITY(name, unit, whole) {#name, "", unit, "", MPM_SHOW_COLUMN, 1, whole, 0, NULL, Value_##name, 0},
 #define MPM_ENERGY_QUANTITY(name, uses)                                                                                \
-  {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, NULL, Value_##name},
+  {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, NULL, Value_##name, 0},
+#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                                                        \
+  {#name, "", unit, components, MPM_SHOW_LOST | (uses), nc, PETSC_FALSE, 0, NULL, NULL, MPM_SHOWS_##of},
 #include "output/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
+#undef MPM_LOST_QUANTITY
 };
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs)                                    \
   _Static_assert((nc) <= (((uses)&SUM) ? 3 : MPM_MAX_COMPONENTS), #name " has too many components");
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
+#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
 #include "output/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
+#undef MPM_LOST_QUANTITY
 
 PetscInt MPMDiagnosticColumns(PetscInt row, const MPMCore *core, PetscInt *first)
 {
@@ -352,6 +358,16 @@ PetscInt MPMDiagnosticColumns(PetscInt row, const MPMCore *core, PetscInt *first
   if (!(d->uses & MPM_SHOW_AXIAL)) return PetscMin(d->nc, d->nc == 1 ? 1 : dim);
   *first = dim == 2 ? 2 : 0;
   return dim == 2 ? 1 : dim == 3 ? 3 : 0;
+}
+
+PetscReal MPMShownEver(const MPMTotals *totals, PetscInt row, PetscInt component)
+{
+  PetscReal sum = totals->sum[row][component];
+
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
+    if ((MPMDiagnostics[k].uses & MPM_SHOW_LOST) && MPMDiagnostics[k].of == row && k != MPM_SHOWS_lost_mass_time)
+      sum += totals->sum[k][component];
+  return sum;
 }
 
 PetscReal MPMDiagnosticValue(const MPMShown *s, PetscInt row, PetscInt component)
@@ -370,59 +386,8 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
 {
   const PetscInt uses = MPMDiagnostics[row].uses;
 
-  return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ? PETSC_FALSE : PETSC_TRUE;
-}
-
-/* Adds up the sums of core->energy over all processes, if the run has any. Collective on the exchange. */
-static PetscErrorCode ReduceEnergy(const MPMCore *core, PetscReal energy[])
-{
-  const PetscInt n = core->energy.on ? MPM_NUM_ENERGIES : core->energy.loads ? 1 : 0; /* the first is that of loads */
-  MPMSum         sum[MPM_NUM_ENERGIES];
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscMemcpy(sum, core->energy.sum, sizeof sum));
-  PetscCall(MPMSumReduce(sum, n, core->exchange.data));
-  for (PetscInt k = 0; k < n; k++) energy[k] = MPMSumValue(&sum[k]);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode MPMTotalsCompute(const MPMScene *scene, MPMCore *core, MPMTotals *totals)
-{
-  const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(C) | MPM_BIT(l) | MPM_MATERIAL_BITS | MPM_BIT(kind);
-  const MPMShown shown  = {core, scene, NULL, NULL, NULL};
-  MPMView        view;
-  MPMSum         sum[3 * MPM_NUM_DIAGNOSTICS];
-  PetscInt64     count[2]; /* particles, and their fingerprint */
-  PetscInt       n = 0;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscMemzero(totals, sizeof *totals));
-  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
-    const MPMDiagnostic *row = &MPMDiagnostics[k];
-
-    if (!(row->uses & MPM_SHOW_SUM) || !MPMDiagnosticIsOn(k, core)) continue;
-    for (PetscInt c = 0; c < row->nc; c++) MPMSumZero(&sum[n + c]);
-    for (PetscInt p = 0; p < view.n; p++) {
-      PetscReal value[3];
-
-      row->fill(&shown, &view, p, value);
-      for (PetscInt c = 0; c < row->nc; c++) MPMSumAdd(&sum[n + c], value[c]);
-    }
-    n += row->nc;
-  }
-  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
-  PetscCall(MPMSumReduce(sum, n, core->exchange.data));
-  for (PetscInt k = 0, at = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
-    const PetscBool has = (MPMDiagnostics[k].uses & MPM_SHOW_SUM) && MPMDiagnosticIsOn(k, core);
-
-    for (PetscInt c = 0; has && c < MPMDiagnostics[k].nc; c++) totals->sum[k][c] = MPMSumValue(&sum[at++]);
-  }
-  PetscCall(ReduceEnergy(core, totals->energy));
-  count[0] = core->particles.n;
-  PetscCall(MPMParticlesFingerprint(&core->particles, &count[1]));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT64, MPI_SUM, core->exchange.data));
-  PetscCall(MPMParticlesCheck(&core->particles, core->exchange.data, count[0], count[1]));
-  totals->n = count[0];
-  PetscFunctionReturn(PETSC_SUCCESS);
+  return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ||
+                 (uses & MPM_SHOW_LOST && !core->params.deletes)
+             ? PETSC_FALSE
+             : PETSC_TRUE;
 }

@@ -9,21 +9,25 @@ enum {
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs) MPM_SHOWS_##name,
 #define MPM_RUN_QUANTITY(name, unit, whole)                                         MPM_SHOWS_##name,
 #define MPM_ENERGY_QUANTITY(name, uses)                                             MPM_SHOWS_##name,
+#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                     MPM_SHOWS_##name,
 #include "output/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
+#undef MPM_LOST_QUANTITY
   MPM_NUM_DIAGNOSTICS
 };
 #define MPM_MAX_COMPONENTS 9 /* of a field of snapshots: a tensor */
 _Static_assert(MPM_NUM_DIAGNOSTICS <= 62, "sets of rows are the bits of a 64-bit integer, beside MPM_OUTPUT_GRID");
 
 /* Sums over all particles of the quantities that the history shows or keeps. They are exact, so they are the same on
-   any number of processes. */
+   any number of processes. Where a quantity is not finite they mean nothing. */
 typedef struct {
   PetscReal  sum[MPM_NUM_DIAGNOSTICS][3]; /* [row][component] */
   PetscReal  energy[MPM_NUM_ENERGIES];    /* of core->energy, over all processes, J */
   PetscInt64 n;                           /* particles */
+  PetscInt64 wrong;                       /* the smallest id of a particle with a quantity that is not finite, or -1 */
+  PetscInt   wrong_row;                   /* the first row where that is so */
 } MPMTotals;
 
 /* What the functions of the table read. */
@@ -42,7 +46,8 @@ enum {
   MPM_SHOW_TERM   = 8,
   MPM_SHOW_LOADS  = 16,
   MPM_SHOW_AXIAL  = 32,
-  MPM_SHOW_ASKED  = 64
+  MPM_SHOW_ASKED  = 64,
+  MPM_SHOW_LOST   = 128
 };
 typedef struct {
   const char *name, *word, *unit, *components;
@@ -51,6 +56,7 @@ typedef struct {
   PetscInt    needs; /* bits of the fields of particles without which a snapshot does not have it */
   void (*fill)(const MPMShown *, const MPMView *, PetscInt p, PetscReal row[]); /* of particle p, row [nc]; or NULL */
   PetscReal (*value)(const MPMShown *);                                         /* of the run; or NULL */
+  PetscInt of; /* LOST: the row of which it is the sum over the particles that were removed */
 } MPMDiagnostic;
 extern const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS];
 
@@ -71,6 +77,14 @@ PetscInt MPMShownStress(PetscInt dim, PetscInt k);
 
 /* Computes the totals of the present state. Collective on the exchange. */
 PetscErrorCode MPMTotalsCompute(const MPMScene *, MPMCore *, MPMTotals *);
+
+/* What leaves the grid with particles that are removed (lost.c): adds those outside the grid now to core->lost, before
+   they are removed; sets the rows LOST of totals. The second is collective on the exchange. */
+PetscErrorCode MPMLostAdd(const MPMScene *, MPMCore *);
+PetscErrorCode MPMLostTotals(const MPMCore *, MPMTotals *);
+
+/* Returns the sum of a row over all particles that there ever were, those that were removed as they left. */
+PetscReal MPMShownEver(const MPMTotals *, PetscInt row, PetscInt component);
 
 /* Return the work that gravity, body forces and loads have done on the particles since the start, J, and the change of
    the energy less that work, J. */

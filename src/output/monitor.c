@@ -12,7 +12,7 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
 
   PetscFunctionBeginUser;
   mon->every = time_end / 100;
-  mon->last  = -1;
+  mon->last = mon->looked = -1;
   PetscCall(MPMOptionsReal(o, "history_every", NULL, &mon->every, NULL));
   PetscCall(MPMOptionsBool(o, "history_energy", NULL, follow));
   PetscCall(MPMOptionsReal(o, "check_energy", NULL, &mon->check_energy, NULL));
@@ -176,12 +176,33 @@ static PetscErrorCode WriteLine(MPMMonitor *mon, MPMCore *core, const MPMShown *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Computes the totals `now`. If a quantity of a particle is not finite, core->stop says so, and the totals stay as they
+   were. Collective on the exchange. */
+static PetscErrorCode Totals(MPMMonitor *mon, MPMCore *core, const MPMScene *scene)
+{
+  MPMTotals now;
+  PetscInt  b = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMTotalsCompute(scene, core, &now));
+  if (now.wrong < 0) {
+    mon->now = now;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  while (b + 1 < scene->nbodies && now.wrong >= scene->bodies[b + 1].first) b++;
+  (void)snprintf(core->stop, sizeof core->stop,
+                 "%s of particle %" PetscInt64_FMT " of %s is not finite; reduce -dt_size or -dt_cfl, or look at the "
+                 "velocities, loads and materials",
+                 MPMDiagnostics[now.wrong_row].name, now.wrong, scene->bodies[b].name);
+  core->status.bad = MPM_NOT_FINITE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Checks energy and momentum (-check_energy, -check_momentum); if a bound is exceeded, core->stop says so. */
 static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
 {
   const MPMTotals *now = &mon->now, *start = &mon->start;
   const PetscReal  residual = core->energy.on ? MPMShownIntegration(shown) : MPMShownResidual(shown);
-  const PetscReal *p        = now->sum[MPM_SHOWS_momentum];
   PetscReal        change2  = 0, base;
 
   mon->energy_max = PetscMax(mon->energy_max,
@@ -193,8 +214,9 @@ static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
                    "energy changed by %g J, %.3g of the largest %g J; -check_energy allows %g", (double)residual,
                    (double)(residual / base), (double)base, (double)mon->check_energy);
   for (PetscInt d = 0; d < core->grid.dim; d++) {
-    const PetscReal change = p[d] - start->sum[MPM_SHOWS_momentum][d] -
-                             now->sum[MPM_SHOWS_mass][0] * core->params.gravity[d] * core->t;
+    const PetscReal mass_time = now->sum[MPM_SHOWS_mass][0] * core->t + now->sum[MPM_SHOWS_lost_mass_time][0];
+    const PetscReal change    = MPMShownEver(now, MPM_SHOWS_momentum, d) - start->sum[MPM_SHOWS_momentum][d] -
+                             mass_time * core->params.gravity[d];
 
     change2 += change * change;
   }
@@ -203,6 +225,19 @@ static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
                    "momentum changed by %g kg m/s, %.3g of sum m|v| = %g; -check_momentum allows %g",
                    (double)PetscSqrtReal(change2), (double)(PetscSqrtReal(change2) / mon->speed_max),
                    (double)mon->speed_max, (double)mon->check_momentum);
+}
+
+PetscErrorCode MPMMonitorLook(MPMMonitor *mon, MPMCore *core, const MPMScene *scene)
+{
+  const PetscBool check = mon->check_energy > 0 || mon->check_momentum > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const MPMShown  shown = MPMMonitorShown(mon, core, scene);
+
+  PetscFunctionBeginUser;
+  if (mon->off || !(check || core->t >= mon->next)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Totals(mon, core, scene));
+  if (!MPMStatusIsBad(&core->status)) Check(mon, core, &shown);
+  if (core->status.bad != MPM_GONE) mon->looked = core->step; /* else settling the step removes particles */
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Computes the totals, checks them and writes a line of the history, if one is due or `force` is set. Every 100 steps
@@ -216,9 +251,12 @@ PetscErrorCode MPMMonitorStep(MPMMonitor *mon, MPMCore *core, const MPMScene *sc
 
   PetscFunctionBeginUser;
   if (mon->off || (!due && !check) || mon->last == core->step) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMTotalsCompute(scene, core, &mon->now));
-  if (core->step == 0) mon->start = mon->now;
-  Check(mon, core, &shown);
+  if (mon->looked != core->step) {
+    PetscCall(Totals(mon, core, scene));
+    if (MPMStatusIsBad(&core->status)) PetscFunctionReturn(PETSC_SUCCESS);
+    if (core->step == 0) mon->start = mon->now;
+    Check(mon, core, &shown);
+  }
   if (!due && !core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
   if (mon->watch) mon->watch(&shown, mon->watcher);
   if (!mon->no_file && !mon->failed) PetscCall(WriteLine(mon, core, &shown));

@@ -14,13 +14,13 @@ typedef struct {
   PetscReal   check_energy, check_momentum; /* relative; 0: off */
   PetscReal   energy_max;                   /* the largest kinetic + strain energy so far, J */
   PetscReal   speed_max;                    /* the largest sum m |v| so far, kg m/s */
-  PetscInt    last;                         /* step of the last line */
-  PetscBool   off;                          /* a run of the calibration has no file and no totals */
-  MPMTotals   start, now;                   /* of step 0, and of the last check or line */
-  long        length;                       /* bytes of the complete lines in the file */
-  PetscBool   failed;                       /* it could not be written: no more lines are */
-  PetscBool   no_file;                      /* lines are watched and checked, but not written */
-  void (*watch)(const MPMShown *, void *);  /* called for each line with watcher; or NULL */
+  PetscInt    last, looked;                /* step of the last line; step at which the totals `now` were last checked */
+  PetscBool   off;                         /* a run of the calibration has no file and no totals */
+  MPMTotals   start, now;                  /* of step 0, and of the last check or line */
+  long        length;                      /* bytes of the complete lines in the file */
+  PetscBool   failed;                      /* it could not be written: no more lines are */
+  PetscBool   no_file;                     /* lines are watched and checked, but not written */
+  void (*watch)(const MPMShown *, void *); /* called for each line with watcher; or NULL */
   void *watcher;
 } MPMMonitor;
 
@@ -28,6 +28,9 @@ typedef struct {
    Not collective. */
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *, const MPMScene *, PetscReal time_end, MPMOptions,
                                         PetscBool *follow);
+/* Computes and checks the totals of a step before it is settled, so that it can be undone: if they are to be checked, or
+   if a line is due, for which they are then known. May set core->stop. Collective on the exchange. */
+PetscErrorCode MPMMonitorLook(MPMMonitor *, MPMCore *, const MPMScene *);
 PetscErrorCode MPMMonitorStep(MPMMonitor *, MPMCore *, const MPMScene *, PetscBool force); /* may set core->stop */
 PetscErrorCode MPMMonitorResume(MPMMonitor *, MPMCore *, const MPMScene *);
 PetscErrorCode MPMMonitorDestroy(MPMMonitor *);                                        /* closes the file */

@@ -101,6 +101,8 @@ typedef struct {
   PetscInt   capacity;        /* particles for which there is room */
 } MPMEnergy;
 
+#define MPM_NUM_LOST 11 /* components of the rows LOST of output/diagnostics.def */
+
 struct _MPMCore {
   MPI_Comm        comm;
   MPMPrinter      print;
@@ -117,7 +119,8 @@ struct _MPMCore {
   MPMStatus       status; /* of the last step */
   MPMTimers       timers;
   MPMEnergy       energy;
-  PetscReal       t; /* s */
+  MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (output/lost.c) */
+  PetscReal       t;                  /* s */
   PetscInt        step;
   char            stop[MPM_TEXT_LEN]; /* why the run has to stop early; it is empty if the run need not */
 };

@@ -97,6 +97,20 @@ PetscErrorCode MPMExchangeSort(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode MPMExchangeRemove(MPMCore *core, PetscInt64 *ids)
+{
+  MPMParticles *particles = &core->particles;
+  PetscInt64    gone[2]; /* how many, and their fingerprint */
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMParticlesRemove(particles, &gone[0], &gone[1]));
+  *ids = gone[1];
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, gone, 2, MPIU_INT64, MPI_SUM, core->exchange.data));
+  particles->total -= gone[0];
+  if (particles->ids) particles->ids = (PetscInt64)((uint64_t)particles->ids - (uint64_t)gone[1]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Gives a patch zeroed sums for all boxes of F-bar. Not collective. */
 static PetscErrorCode OpenBoxes(MPMCore *core, MPMPatch *patch)
 {

@@ -39,6 +39,10 @@ PetscErrorCode MPMExchangeRun(MPMCore *, const MPMPhase *, MPMPass);
 /* Sorts the particles here, whose cells are known, by (cell, id). Not collective. */
 PetscErrorCode MPMExchangeSort(MPMCore *);
 
+/* Removes the particles that left the grid (-particles_leave delete), after the reduction of the step that found them;
+   *ids: the fingerprint of those here. The order has to be made anew. Collective on exchange.data. */
+PetscErrorCode MPMExchangeRemove(MPMCore *, PetscInt64 *ids);
+
 /* Runs a phase on a patch whose views hold the fields that the phase declares; from particles to nodes, only on the
    tiles of the pass. Merges what it finds into the status. Not collective. */
 PetscErrorCode MPMPatchRun(MPMCore *, MPMPatch *, const MPMPhase *, MPMPass, MPMStatus *);

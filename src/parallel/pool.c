@@ -190,7 +190,7 @@ static PetscErrorCode FillQueue(MPMCore *core, Pool *pool, PetscInt *n)
     pool->patches[k].n = ListParticles(core, &pool->patches[k], NULL);
     if (pool->patches[k].n) pool->queue[(*n)++] = k;
   }
-  PetscCall(PetscTimSort(*n, pool->queue, sizeof *pool->queue, BiggerFirst, pool->patches));
+  if (*n > 1) PetscCall(PetscTimSort(*n, pool->queue, sizeof *pool->queue, BiggerFirst, pool->patches));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -39,9 +39,11 @@ static PetscErrorCode Reduce_Serial(MPMCore *core, MPMStatus *status)
 
 static PetscErrorCode Settle_Serial(MPMCore *core, PetscBool anew)
 {
-  MPMPatch *patch = &core->exchange.patch;
+  MPMPatch  *patch = &core->exchange.patch;
+  PetscInt64 ids;
 
   PetscFunctionBeginUser;
+  if (!anew && core->status.bad == MPM_GONE) PetscCall(MPMExchangeRemove(core, &ids));
   if (!anew && !core->status.moved) PetscFunctionReturn(PETSC_SUCCESS);
   if (anew)
     PetscCall(MPMParticlesLocate(&core->particles, patch, core->params.kinds));

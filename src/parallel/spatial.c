@@ -190,7 +190,7 @@ static PetscErrorCode Reduce_Spatial(MPMCore *core, MPMStatus *status)
 
   PetscFunctionBeginUser;
   PetscCall(MPMMigrateClear(s));
-  if (status->left && status->bad == MPM_OK) {
+  if (status->left && !MPMStatusIsBad(status)) {
     PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_MIGRATE)); /* it counts as migration */
     PetscCall(MPMMigrateList(core, s, &status->hops));
     PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_MIGRATE));
@@ -306,6 +306,7 @@ static PetscBool TimeToRecut(MPMCore *core)
   MPMSpatial     *s    = (MPMSpatial *)core->exchange.ctx;
   const PetscReal mean = (PetscReal)core->particles.total / (s->p[0] * s->p[1] * s->p[2]);
 
+  if (!core->particles.total) return PETSC_FALSE;
   s->lost += core->exchange.partition.costs.particle *
              ((PetscReal)core->status.most - mean * PetscMax(1, core->exchange.partition.imbalance));
   if (s->lost < 5e-3 + 500e-9 * mean) return PETSC_FALSE;
@@ -333,8 +334,14 @@ static PetscErrorCode Settle_Spatial(MPMCore *core, PetscBool anew)
 {
   MPMExchange *ex = &core->exchange;
   MPMSpatial  *s  = (MPMSpatial *)ex->ctx;
+  PetscInt64   ids, hops;
 
   PetscFunctionBeginUser;
+  if (!anew && core->status.bad == MPM_GONE) {
+    PetscCall(MPMExchangeRemove(core, &ids));
+    s->ids = (PetscInt64)((uint64_t)s->ids - (uint64_t)ids);
+    if (s->nleavers) PetscCall(MPMMigrateList(core, s, &hops)); /* the same ones, some of them in other places */
+  }
   if (!anew && ex->balance == MPM_BALANCE_auto && TimeToRecut(core)) PetscCall(Recut(core));
   if (!anew && core->status.left) { /* the sum over all processes, so all of them migrate or none does */
     PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_MIGRATE));

@@ -26,7 +26,8 @@ PetscErrorCode MPMParticlesFingerprint(MPMParticles *particles, PetscInt64 *ids)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the smallest id that is there more than once (doubled) or not at all, or -1. Collective on comm. */
+/* Finds the smallest id that is there more than once (doubled) or not at all, or -1. Where particles have been removed,
+   none is called missing. Collective on comm. */
 static PetscErrorCode FirstWrong(MPMParticles *particles, MPI_Comm comm, PetscBool doubled, PetscInt64 *wrong)
 {
   PetscInt   *count;
@@ -35,14 +36,15 @@ static PetscErrorCode FirstWrong(MPMParticles *particles, MPI_Comm comm, PetscBo
 
   PetscFunctionBeginUser;
   *wrong = -1;
-  PetscCall(PetscMPIIntCast((PetscInt)particles->total, &len));
-  PetscCall(PetscCalloc1(particles->total, &count));
+  if (!doubled && particles->total < particles->born) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMPIIntCast((PetscInt)particles->born, &len));
+  PetscCall(PetscCalloc1(particles->born, &count));
   PetscCall(MPMParticlesGetView(particles, MPM_BIT(id), &view));
   for (PetscInt p = 0; p < view.n; p++)
-    if (view.id[p] >= 0 && view.id[p] < particles->total) count[view.id[p]]++;
+    if (view.id[p] >= 0 && view.id[p] < particles->born) count[view.id[p]]++;
   PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(id), &view));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count, len, MPIU_INT, MPI_SUM, comm));
-  for (PetscInt64 id = particles->total - 1; id >= 0; id--)
+  for (PetscInt64 id = particles->born - 1; id >= 0; id--)
     if (doubled ? count[id] > 1 : count[id] == 0) *wrong = id;
   PetscCall(PetscFree(count));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -178,8 +178,10 @@ PetscErrorCode MPMParticlesLeavers(MPMParticles *particles, PetscInt *n, PetscIn
   for (PetscInt round = 0; round < 2; round++) {
     *n = 0;
     for (PetscInt m = 0; m < candidates; m++) {
-      if (all ? view.cell[m] >= 0 : movers[m] >= 0) continue;
-      if (round) (*which)[*n] = all ? m : particles->order[MPM_FLAGGED(movers[m])];
+      const PetscInt p = all ? m : movers[m] < 0 ? particles->order[MPM_FLAGGED(movers[m])] : -1;
+
+      if (p < 0 || view.cell[p] != MPM_ELSEWHERE) continue; /* those outside the grid are to be removed */
+      if (round) (*which)[*n] = p;
       ++*n;
     }
     if (!round) PetscCall(PetscMalloc1(*n, which));

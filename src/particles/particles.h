@@ -11,6 +11,7 @@ typedef struct {
   DM         swarm;
   PetscInt   dim, n, capacity;        /* n: particles of this process; capacity: length of scratch fields and order */
   PetscInt64 total;                   /* particles of the whole scene, on all processes */
+  PetscInt64 born;                    /* particles at the start of the run: ids are below this number */
   PetscInt64 ids;                     /* the fingerprint of all particles of the scene; 0 before the first check */
   PetscReal  scattered;               /* changes of cell since the storage was put in order */
   void      *scratch[MPM_NUM_FIELDS]; /* the arrays of the scratch fields */
@@ -21,6 +22,9 @@ typedef struct {
   PetscInt  *spare;                   /* [n] memory for the next order */
   PetscInt  *incoming;                /* [cells] particles that come to a cell; all 0 between uses */
   PetscInt  *movers, nmovers;         /* the movers since the order was made, as in MPMPatch; nmovers -1: not known */
+  PetscInt   saved;                   /* the fields (bits) that a step changes, if it is to be undone; else 0 */
+  char      *copy;                    /* [n] rows of each of these, one field after the other */
+  size_t     copy_room;               /* bytes */
   PetscInt   nkept;                   /* particles below this number are where the order has them, but for movers */
   PetscInt   nstart;
 } MPMParticles;
@@ -49,6 +53,8 @@ PetscErrorCode MPMParticlesRestoreField(MPMParticles *, PetscInt field);
 PetscInt       MPMParticlesBytes(const MPMParticles *, MPMHome most);
 PetscInt       MPMParticlesMemory(const MPMParticles *);
 size_t         MPMParticlesRowBytes(const MPMParticles *, PetscInt fields);
+PetscErrorCode MPMParticlesSave(MPMParticles *);
+PetscErrorCode MPMParticlesPutBack(MPMParticles *);
 
 /* --- Order (order.c) ---------------------------------------------------------------------------------------------- */
 
@@ -62,6 +68,10 @@ uint64_t       MPMParticleHash(PetscInt64 id);
 PetscErrorCode MPMParticlesFingerprint(MPMParticles *, PetscInt64 *ids);
 PetscErrorCode MPMParticlesCheck(MPMParticles *, MPI_Comm, PetscInt64 n, PetscInt64 ids);
 PetscErrorCode MPMParticlesDigest(MPMParticles *, MPI_Comm, PetscInt64 *digest);
+
+/* --- Particles that left the grid (remove.c) ---------------------------------------------------------------------- */
+
+PetscErrorCode MPMParticlesRemove(MPMParticles *, PetscInt64 *n, PetscInt64 *ids);
 
 /* Calls an inline function with the bytes of a field's row as its first argument. The usual numbers are constants, with
    which the compiler copies a row in registers. */

@@ -42,11 +42,12 @@ PetscInt MPMParticlesBytes(const MPMParticles *particles, MPMHome most)
   return bytes;
 }
 
-/* Returns the bytes of memory for a particle: its fields, the process number that every swarm stores, and the orders of
-   now and of before. */
+/* Returns the bytes of memory for a particle: its fields, the process number that every swarm stores, the orders of now
+   and of before, and the copy of what a step changes. */
 PetscInt MPMParticlesMemory(const MPMParticles *particles)
 {
-  return MPMParticlesBytes(particles, MPM_SCRATCH) + 3 * (PetscInt)sizeof(PetscInt);
+  return MPMParticlesBytes(particles, MPM_SCRATCH) + 3 * (PetscInt)sizeof(PetscInt) +
+         (PetscInt)MPMParticlesRowBytes(particles, particles->saved);
 }
 
 /* Returns the bytes of a particle in these fields (bits). */
@@ -188,6 +189,50 @@ PetscErrorCode MPMParticlesRestoreView(MPMParticles *particles, PetscInt fields,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Copies the fields `saved` of the particles here, or copies them back. Not collective. */
+static PetscErrorCode Copy(MPMParticles *particles, PetscBool back)
+{
+  char *at = particles->copy;
+
+  PetscFunctionBeginUser;
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    const size_t bytes = (size_t)particles->n * (size_t)particles->bytes[f];
+    void        *rows;
+
+    if (!particles->present[f] || !(particles->saved & (1 << f))) continue;
+    PetscCall(MPMParticlesGetField(particles, f, &rows));
+    if (bytes) memcpy(back ? rows : (void *)at, back ? (void *)at : rows, bytes);
+    PetscCall(MPMParticlesRestoreField(particles, f));
+    at += bytes;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Copies what a step changes, before the step. Not collective. */
+PetscErrorCode MPMParticlesSave(MPMParticles *particles)
+{
+  const size_t row = MPMParticlesRowBytes(particles, particles->saved);
+
+  PetscFunctionBeginUser;
+  if ((size_t)particles->n * row > particles->copy_room) {
+    particles->copy_room = (size_t)particles->capacity * row;
+    PetscCall(PetscFree(particles->copy));
+    PetscCall(PetscMalloc1(particles->copy_room, &particles->copy));
+  }
+  PetscCall(Copy(particles, PETSC_FALSE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Undoes a step that has not been settled: particles and order are where they were when MPMParticlesSave was called. Not
+   collective. */
+PetscErrorCode MPMParticlesPutBack(MPMParticles *particles)
+{
+  PetscFunctionBeginUser;
+  PetscCall(Copy(particles, PETSC_TRUE));
+  particles->nmovers = -1;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Frees the storage. Collective on the swarm's comm. */
 PetscErrorCode MPMParticlesDestroy(MPMParticles *particles)
 {
@@ -196,6 +241,7 @@ PetscErrorCode MPMParticlesDestroy(MPMParticles *particles)
   PetscCall(PetscFree(particles->order));
   PetscCall(PetscFree(particles->spare));
   PetscCall(PetscFree(particles->movers));
+  PetscCall(PetscFree(particles->copy));
   PetscCall(PetscFree2(particles->start, particles->incoming));
   PetscCall(DMDestroy(&particles->swarm));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -125,6 +125,11 @@ PetscInt MPMCheckpointKept(MPM mpm, MPMKept kept[])
        {"courant", MPM_KEPT_REAL, 1, &mpm->courant},
        {"courant_wave", MPM_KEPT_REAL, 1, &mpm->wave},
        {"energies", MPM_KEPT_INT64, MPM_NUM_ENERGIES * MPM_SUM_WORDS, c->energies},
+       {"lost", MPM_KEPT_INT64, MPM_NUM_LOST * MPM_SUM_WORDS, c->lost},
+       {"retry_limit", MPM_KEPT_REAL, 1, &mpm->retry.limit},
+       {"retry_undone", MPM_KEPT_INT, 1, &mpm->retry.undone},
+       {"retry_steps", MPM_KEPT_INT, 1, &mpm->retry.steps},
+       {"retry_least", MPM_KEPT_REAL, 1, &mpm->retry.least},
        {"checkpoint_every", MPM_KEPT_REAL, 1, &c->every_was},
        {"checkpoint_next", MPM_KEPT_REAL, 1, &c->next},
        {"history_every", MPM_KEPT_REAL, 1, &c->history_was},
@@ -159,7 +164,7 @@ static PetscErrorCode Prepare(MPM mpm)
 {
   MPMCheckpoint *c    = &mpm->checkpoint;
   MPMCore       *core = &mpm->core;
-  MPMSum         sum[MPM_NUM_ENERGIES];
+  MPMSum         sum[MPM_NUM_ENERGIES], lost[MPM_NUM_LOST];
 
   PetscFunctionBeginUser;
   MPMCheckpointTotals(c->totals);
@@ -173,6 +178,9 @@ static PetscErrorCode Prepare(MPM mpm)
   PetscCall(PetscArraycpy(sum, core->energy.sum, MPM_NUM_ENERGIES));
   PetscCall(MPMSumReduce(sum, MPM_NUM_ENERGIES, core->exchange.data));
   for (PetscInt e = 0; e < MPM_NUM_ENERGIES; e++) PetscCall(PetscArraycpy(c->energies[e], sum[e].word, MPM_SUM_WORDS));
+  PetscCall(PetscArraycpy(lost, core->lost, MPM_NUM_LOST));
+  PetscCall(MPMSumReduce(lost, core->params.deletes ? MPM_NUM_LOST : 0, core->exchange.data));
+  for (PetscInt e = 0; e < MPM_NUM_LOST; e++) PetscCall(PetscArraycpy(c->lost[e], lost[e].word, MPM_SUM_WORDS));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

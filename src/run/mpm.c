@@ -15,16 +15,6 @@ PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode ReadSafety(MPMOptions o)
-{
-  char ignored[MPM_NAME_LEN];
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMOptionsEnum(o, "check_state", NULL, ignored, NULL));     /* one value so far */
-  PetscCall(MPMOptionsEnum(o, "particles_leave", NULL, ignored, NULL)); /* one value so far */
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Makes the folder of the results, unless a file in it must not be replaced. Collective on core.comm. */
 static PetscErrorCode MakeFolder(MPM mpm, MPMOptions o)
 {
@@ -50,7 +40,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   MPMPresetChoose(mpm);
   PetscCall(MPMMethodSetFromOptions(mpm, o));
-  PetscCall(ReadSafety(o));
+  PetscCall(MPMAdvanceSetFromOptions(mpm, o));
   PetscCall(MPMExchangeSetFromOptions(core, o));
   PetscCall(MPMModelSetFromOptions(&mpm->cost, o));
   PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o, &core->energy.on));
@@ -117,6 +107,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS : 0;
   PetscCall(MPMStepSetUp(core, &mpm->method));
   PetscCall(MPMParticlesLayout(&core->particles, core->grid.dim, &core->needs));
+  MPMAdvanceSetUp(mpm);
   PetscCall(MPMModelSetUp(&mpm->cost, core, scene, mpm->output.dir));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -171,91 +162,6 @@ PetscErrorCode MPMSetUp(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the face of the grid with a wall beyond which the bad particle of the status lies, or -1. */
-static PetscInt WallPassed(MPM mpm)
-{
-  const MPMGrid *grid = &mpm->core.grid;
-
-  for (PetscInt k = 0; k < 2 * grid->dim; k++) {
-    const PetscReal x = mpm->core.status.x[k / 2];
-
-    if ((k % 2 ? x > grid->upper[k / 2] : x < grid->lower[k / 2]) &&
-        mpm->scene.walls.given[k / 2][k % 2].type != MPM_WALL_free)
-      return k;
-  }
-  return -1;
-}
-
-/* Writes to core.stop why the state after a step is not valid, if it is not. */
-static void CheckState(MPM mpm)
-{
-  const MPMStatus *s   = &mpm->core.status;
-  const PetscInt   dim = mpm->core.grid.dim;
-  PetscInt         b   = 0;
-  char             at[128], who[2 * MPM_NAME_LEN];
-
-  if (s->bad == MPM_OK) return;
-  while (b + 1 < mpm->scene.nbodies && s->id >= mpm->scene.bodies[b + 1].first) b++;
-  (void)snprintf(who, sizeof who, "particle %" PetscInt64_FMT " of %s", s->id, mpm->scene.bodies[b].name);
-  (void)snprintf(at, sizeof at,
-                 dim == 1   ? "(%g)"
-                 : dim == 2 ? "(%g, %g)"
-                            : "(%g, %g, %g)",
-                 (double)s->x[0], (double)s->x[1], (double)s->x[2]);
-  if (s->bad == MPM_LEFT_GRID && !(PetscAbsReal(s->x[0] + s->x[1] + s->x[2]) <= PETSC_MAX_REAL))
-    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
-                   "%s has a position that is not finite, %s; reduce -dt_size or -dt_cfl, or look at -acceleration and "
-                   "-loads",
-                   who, at);
-  else if (s->bad == MPM_LEFT_GRID && WallPassed(mpm) >= 0)
-    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "%s left the grid, to %s, through its wall %s (%s); %s", who,
-                   at, MPMFaceNames[WallPassed(mpm)],
-                   MPMWallNames[mpm->scene.walls.given[WallPassed(mpm) / 2][WallPassed(mpm) % 2].type],
-                   mpm->core.basis == MPM_BASIS_gimp
-                       ? "with gimp the domains of particles reach beyond a wall: use bspline2"
-                       : "reduce -dt_size or -dt_cfl");
-  else if (s->bad == MPM_LEFT_GRID)
-    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
-                   "%s left the grid, to %s; enlarge the grid or close its walls (-bc_*_type)", who, at);
-  else if (s->bad == MPM_TOO_WIDE)
-    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
-                   "the domain of %s at %s is stretched to %g cells, gimp takes 1 at most; use more particles per cell "
-                   "(-body_*_ppc) or a spline",
-                   who, at, (double)s->J);
-  else
-    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
-                   "%s at %s is turned inside out or not finite (det F = %g); reduce -dt_size or -dt_cfl%s", who, at,
-                   (double)s->J,
-                   mpm->scene.forced && PetscIsInfOrNanReal(s->J) ? ", or look at -acceleration and -loads" : "");
-}
-
-/* Makes one step of the loop: chooses dt, makes the step, and checks the state. Collective on the exchange. */
-static PetscErrorCode Advance(MPM mpm)
-{
-  const PetscReal dt = MPMTimeStep(&mpm->core, &mpm->time);
-  /* The last step ends at time_end. It may be slightly longer than dt, so that no step is made for a rounding error. */
-  const PetscBool last = mpm->time.end - mpm->core.t <= dt * (1 + 1e-9) ? PETSC_TRUE : PETSC_FALSE;
-
-  PetscFunctionBeginUser;
-  if (!(dt > 0 && mpm->core.t + dt > mpm->core.t)) {
-    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "the time step, %g s, vanishes beside the time", (double)dt);
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(MPMWatchStep(mpm, dt));
-  mpm->core.params.dt = last ? mpm->time.end - mpm->core.t : dt;
-  MPMDamp(&mpm->core, &mpm->method);
-  mpm->courant = PetscMax(mpm->courant, MPMCourant(&mpm->core, mpm->core.params.dt));
-  mpm->wave    = PetscMax(mpm->wave, MPMWaveCourant(&mpm->core, mpm->core.params.dt));
-  PetscCall(MPMStep(&mpm->core, &mpm->scene));
-  CheckState(mpm);
-  if (mpm->core.status.asked == MPM_ASKED_END && !mpm->core.stop[0])
-    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
-                   "interrupted by a signal; the results are complete up to here");
-  mpm->core.t = last ? mpm->time.end : mpm->core.t + mpm->core.params.dt;
-  mpm->core.step++;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Writes history and snapshots, if they are due or `force` is set. Collective on the exchange. */
 static PetscErrorCode Output(MPM mpm, PetscLogStage stage, PetscBool force)
 {
@@ -265,7 +171,7 @@ static PetscErrorCode Output(MPM mpm, PetscLogStage stage, PetscBool force)
   PetscCall(PetscLogStagePush(stage));
   PetscCall(MPMTimersClock(&mpm->core.timers, &t0));
   PetscCall(MPMMonitorStep(&mpm->monitor, &mpm->core, &mpm->scene, force));
-  PetscCall(MPMOutputStep(&mpm->output, &mpm->core, &mpm->scene, force));
+  if (!MPMStatusIsBad(&mpm->core.status)) PetscCall(MPMOutputStep(&mpm->output, &mpm->core, &mpm->scene, force));
   PetscCall(MPMTimersClock(&mpm->core.timers, &t1));
   mpm->core.timers.output += t1 - t0;
   PetscCall(PetscLogStagePop());
@@ -302,20 +208,22 @@ PetscErrorCode MPMRun(MPM mpm)
 
     PetscCall(MPMTimersClock(&core->timers, &t0));
     PetscCall(PetscLogStagePush(steps));
-    PetscCall(Advance(mpm));
+    PetscCall(MPMAdvance(mpm));
     PetscCall(PetscLogStagePop());
     PetscCall(MPMTimersClock(&core->timers, &t1));
     core->timers.steps += t1 - t0;
-    if (core->status.bad != MPM_OK) break; /* this state is neither measured nor written */
+    if (MPMStatusIsBad(&core->status)) break; /* this state is neither measured nor written */
     PetscCall(Output(mpm, output, PETSC_FALSE));
     PetscCall(MPMWatchBodies(mpm));
     PetscCall(MPMCheckpointStep(mpm, PETSC_FALSE));
     PetscCall(MPMReportProgress(mpm));
   }
   /* A run that may go on gets its checkpoint before the output of its end, which a run without a stop does not have. */
-  if (core->t < mpm->time.end && core->status.bad == MPM_OK) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
-  if (core->status.bad == MPM_OK) PetscCall(Output(mpm, output, PETSC_TRUE));
-  if (core->t >= mpm->time.end && core->status.bad == MPM_OK) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
+  if (core->t < mpm->time.end && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
+  if (mpm->retry.gave_up && !mpm->checkpoint.off && mpm->checkpoint.last != core->step)
+    PetscCall(MPMCheckpointNow(mpm));
+  if (!MPMStatusIsBad(&core->status)) PetscCall(Output(mpm, output, PETSC_TRUE));
+  if (core->t >= mpm->time.end && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
   PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
   PetscCall(MPMReportEnd(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);

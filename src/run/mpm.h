@@ -52,6 +52,18 @@ typedef struct {
   PetscBool      untold;      /* is the reason to stop left to a study? Else the end of the run tells it */
 } MPMReport;
 
+/* What is done about a step that fails (advance.c). */
+typedef struct {
+  PetscBool on;     /* -check_state retry */
+  PetscInt  most;   /* -dt_retry */
+  PetscReal growth; /* -dt_max_growth */
+  PetscReal limit;  /* s: the next step may be no longer, since one was undone not long ago; 0: there is no limit */
+  PetscInt  undone; /* tries that were undone, and the steps that needed any */
+  PetscInt  steps;
+  PetscReal least;   /* s: the shortest of these steps */
+  PetscBool gave_up; /* did a step fail for good? Then the state is that before it */
+} MPMRetry;
+
 /* What is watched while a run runs (watch.c). */
 typedef struct {
   PetscReal first, least, told; /* s: dt of the first step, the smallest so far, and at the last look for its cause */
@@ -72,7 +84,7 @@ typedef struct {
   char       totals[MPM_TEXT_LEN];
   PetscInt   step, snapshots;
   PetscReal  t, every_was, history_was, output_was; /* s */
-  PetscInt64 total, energies[MPM_NUM_ENERGIES][MPM_SUM_WORDS];
+  PetscInt64 total, energies[MPM_NUM_ENERGIES][MPM_SUM_WORDS], lost[MPM_NUM_LOST][MPM_SUM_WORDS];
   /* Of a restart: the file; a damaged one that was passed over, and why; options that differ. */
   char git[MPM_NAME_LEN], *options; /* of the file: the program that wrote it */
   char from[MPM_TEXT_LEN], fallback[MPM_TEXT_LEN], differ[MPM_TEXT_LEN];
@@ -103,6 +115,7 @@ struct _p_MPM {
   MPMStudy         study;
   MPMReport        report;
   MPMWatch         watch;
+  MPMRetry         retry;
   MPMCheckpoint    checkpoint;
   PetscReal        courant, wave; /* the largest dt (c + |v|)/h and dt c/h of the run */
 };
@@ -154,6 +167,13 @@ PetscReal MPMMemory(MPM);
 PetscErrorCode MPMDoubtsRefuse(MPM, MPMOptions);
 PetscErrorCode MPMDoubtsNote(MPM);
 PetscErrorCode MPMDoubtsWarn(MPM, PetscReal steps, PetscReal seconds);
+
+/* The step of the loop (advance.c): read its options, list the fields that it changes, make it, print at the end what was
+   undone and what left the grid. A reason to stop is left in core.stop. The last two are collective on exchange.data. */
+PetscErrorCode MPMAdvanceSetFromOptions(MPM, MPMOptions);
+void           MPMAdvanceSetUp(MPM);
+PetscErrorCode MPMAdvance(MPM);
+PetscErrorCode MPMAdvanceReport(MPM);
 
 /* Watch a run (watch.c): a time step dt in s that collapses, before the step; bodies that come apart, where a line of
    the history is written; and what is to be said of both at the end. Collective on exchange.data. */

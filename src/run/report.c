@@ -50,10 +50,11 @@ static PetscErrorCode PrintFields(MPM mpm)
     if (mpm->core.particles.present[f] && MPMFields[f].home == MPM_STATE)
       PetscCall(MPMPrint(&mpm->core.print, "%s ", MPMFields[f].name));
   PetscCall(MPMPrint(&mpm->core.print,
-                     "  %" PetscInt_FMT " B/particle, %" PetscInt_FMT " with order and scratch, %" PetscInt_FMT
+                     "  %" PetscInt_FMT " B/particle, %" PetscInt_FMT " with order and scratch%s, %" PetscInt_FMT
                      " B/node: %.3g MB for both\n",
                      MPMParticlesBytes(&mpm->core.particles, MPM_STATE), MPMParticlesMemory(&mpm->core.particles),
-                     NodeBytes(mpm->core.grid.dim), (double)(1e-6 * MPMMemory(mpm))));
+                     mpm->retry.on ? " and a copy of what a step changes" : "", NodeBytes(mpm->core.grid.dim),
+                     (double)(1e-6 * MPMMemory(mpm))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -347,7 +348,7 @@ static PetscErrorCode PrintIndicator(MPM mpm)
 static PetscErrorCode PrintTimer(MPM mpm, const char name[], PetscReal seconds, PetscReal predicted)
 {
   const PetscReal steps = (PetscReal)PetscMax(1, mpm->core.step - mpm->core.timers.first),
-                  per   = (PetscReal)mpm->core.particles.total * steps;
+                  per   = (PetscReal)PetscMax(1, mpm->core.particles.total) * steps;
 
   PetscFunctionBeginUser;
   PetscCall(MPMPrint(&mpm->core.print, "  %-12s %8.3f  %5.1f  %8.1f  %12.3g  ", name, (double)seconds,
@@ -404,9 +405,11 @@ PetscErrorCode MPMReportEnd(MPM mpm)
                        (double)mpm->core.t, now - mpm->report.start,
                        mpm->core.t < mpm->time.end ? " (-time_max_steps)" : ""));
   PetscCall(PrintEnergy(mpm));
-  if (mpm->report.indicator && mpm->core.status.bad == MPM_OK) PetscCall(PrintIndicator(mpm));
+  PetscCall(MPMAdvanceReport(mpm));
+  if (mpm->report.indicator && !MPMStatusIsBad(&mpm->core.status) && mpm->core.particles.total)
+    PetscCall(PrintIndicator(mpm));
   PetscCall(MPMWatchEnd(mpm));
-  if (mpm->scene.known) {
+  if (mpm->scene.known && mpm->core.particles.total) {
     PetscReal error, size;
 
     PetscCall(MPMKnownError(&mpm->scene, &mpm->core, &error, &size));
@@ -427,7 +430,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
                        mpm->core.exchange.recuts,
                        (double)mpm->core.status.most * mpm->core.exchange.partition.p[0] *
                            mpm->core.exchange.partition.p[1] * mpm->core.exchange.partition.p[2] /
-                           (double)mpm->core.particles.total));
+                           (double)PetscMax(1, mpm->core.particles.total)));
   if (mpm->core.exchange.migrations)
     PetscCall(MPMPrint(&mpm->core.print,
                        "migration  particles changed process %" PetscInt64_FMT " times, in %" PetscInt_FMT
@@ -440,7 +443,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
                      (double)(mpm->core.timers.steps / PetscMax(1, mpm->core.step - mpm->core.timers.first))));
 #endif
   PetscCall(MPMRoofline(&mpm->cost, &mpm->core, mpm->report.limits));
-  if (mpm->core.status.bad != MPM_OK) PetscFunctionReturn(PETSC_SUCCESS); /* the failed state is in no file */
+  if (MPMStatusIsBad(&mpm->core.status)) PetscFunctionReturn(PETSC_SUCCESS); /* the failed state is in no file */
   PetscCall(MPMParticlesDigest(&mpm->core.particles, mpm->core.exchange.data, &digest));
   PetscCall(MPMPrint(&mpm->core.print, "digest %016llx\n", (unsigned long long)digest));
   PetscFunctionReturn(PETSC_SUCCESS);

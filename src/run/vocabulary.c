@@ -74,12 +74,14 @@ static const char balances[] =
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs) word " "
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
+#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
 static const char fields[] =
 #include "output/diagnostics.def"
     "grid";
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
+#undef MPM_LOST_QUANTITY
 
 /* Known solutions: those with a force of their own are values of -mms_type, the others of -reference_type. */
 #define MPM_REFERENCE(name, manufactured, parameters, what) MPM_IF_##manufactured("|" #name, "")

@@ -106,6 +106,7 @@ static PetscErrorCode Count(MPMScene *scene, MPMCore *core)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &b->n, 1, MPIU_INT64, MPI_SUM, core->comm));
     b->first = core->particles.total;
     core->particles.total += b->n;
+    core->particles.born = core->particles.total;
   }
   PetscCallMPI(MPI_Allgather(&mine, 1, MPIU_INT64, scene->share_first, 1, MPIU_INT64, core->comm));
   for (PetscInt k = 0; k < scene->shares; k++) {

@@ -1,6 +1,6 @@
 /* step.c - the step: it runs the phases of core->program one after the other. How a phase runs on several processes is
-   up to core->exchange. Then come one reduction of the status and, if no error was found, the sorting and the migration
-   of the particles that changed their cell. */
+   up to core->exchange. Then come one reduction of the status and, if no error was found, settling: the sorting and the
+   migration of the particles that changed their cell. */
 #include "base/signals.h"
 #include "parallel/exchange.h"
 #include "step/step.h"
@@ -57,7 +57,7 @@ static PetscErrorCode Reduce(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Settle(MPMCore *core)
+PetscErrorCode MPMStepSettle(MPMCore *core)
 {
   PetscFunctionBeginUser;
   PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_SETTLE));
@@ -66,7 +66,7 @@ static PetscErrorCode Settle(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMStep(MPMCore *core, const MPMScene *scene)
+PetscErrorCode MPMStepMake(MPMCore *core, const MPMScene *scene)
 {
   PetscFunctionBeginUser;
   PetscCall(Begin(core));
@@ -74,8 +74,8 @@ PetscErrorCode MPMStep(MPMCore *core, const MPMScene *scene)
   if (core->energy.loads || core->energy.on) PetscCall(FollowEnergy(core, PETSC_TRUE));
   for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, core->program[k]));
   PetscCall(Reduce(core));
-  if ((core->energy.loads || core->energy.on) && core->status.bad == MPM_OK) PetscCall(FollowEnergy(core, PETSC_FALSE));
-  if (core->status.bad == MPM_OK) PetscCall(Settle(core));
+  if ((core->energy.loads || core->energy.on) && !MPMStatusIsBad(&core->status))
+    PetscCall(FollowEnergy(core, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

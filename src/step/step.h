@@ -5,10 +5,12 @@
 #include "scene/scene.h"
 #include "step/scheme.h"
 
-/* Makes a step from core->t over params.dt. Afterwards core->status holds what the step found. If status.bad is set,
-   the state is that of the failed step, and its particles are neither sorted nor migrated. Collective on the
+/* Makes a step from core->t over params.dt, and ends it. After the first function core->status holds what the step
+   found, and particles and order are still where they were, so that the step can be undone (MPMParticlesPutBack). The
+   second one removes, migrates and sorts particles; it may not be called where the state is bad. Collective on the
    exchange. */
-PetscErrorCode MPMStep(MPMCore *, const MPMScene *);
+PetscErrorCode MPMStepMake(MPMCore *, const MPMScene *);
+PetscErrorCode MPMStepSettle(MPMCore *);
 
 /* Sets mass and velocity of the nodes for the present state, as output shows them. It changes no particle, and is not
    timed as a part of a step. Collective on the exchange. */

@@ -1,0 +1,58 @@
+/* lost.c - what particles take along that leave the grid and are removed (-particles_leave delete): the rows LOST of
+   diagnostics.def, as exact sums over the particles that this process has removed. Balances count these particles as if
+   they were still there, in the state in which they left. */
+#include "output/diagnostics.h"
+
+#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs)
+#define MPM_RUN_QUANTITY(name, unit, whole)
+#define MPM_ENERGY_QUANTITY(name, uses)
+#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc) +nc
+_Static_assert(0
+#include "output/diagnostics.def"
+                   == MPM_NUM_LOST,
+               "core->lost has a sum for each component");
+#undef MPM_LOST_QUANTITY
+
+#undef MPM_PARTICLE_QUANTITY
+#undef MPM_RUN_QUANTITY
+#undef MPM_ENERGY_QUANTITY
+
+PetscErrorCode MPMLostAdd(const MPMScene *scene, MPMCore *core)
+{
+  const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_MATERIAL_BITS | MPM_BIT(kind) | MPM_BIT(cell);
+  const MPMShown shown  = {core, scene, NULL, NULL, NULL};
+  MPMSum        *sum    = core->lost;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
+    if (!(MPMDiagnostics[k].uses & MPM_SHOW_LOST)) continue;
+    for (PetscInt p = 0; p < view.n; p++) {
+      PetscReal value[3];
+
+      if (view.cell[p] != MPM_NOWHERE) continue;
+      MPMDiagnostics[MPMDiagnostics[k].of].fill(&shown, &view, p, value);
+      for (PetscInt c = 0; c < MPMDiagnostics[k].nc; c++)
+        MPMSumAdd(&sum[c], k == MPM_SHOWS_lost_mass_time ? value[c] * core->t : value[c]);
+    }
+    sum += MPMDiagnostics[k].nc;
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMLostTotals(const MPMCore *core, MPMTotals *totals)
+{
+  MPMSum   sum[MPM_NUM_LOST];
+  PetscInt n = 0;
+
+  PetscFunctionBeginUser;
+  if (!core->params.deletes) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscArraycpy(sum, core->lost, MPM_NUM_LOST));
+  PetscCall(MPMSumReduce(sum, MPM_NUM_LOST, core->exchange.data));
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
+    for (PetscInt c = 0; MPMDiagnostics[k].uses & MPM_SHOW_LOST && c < MPMDiagnostics[k].nc; c++)
+      totals->sum[k][c] = MPMSumValue(&sum[n++]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

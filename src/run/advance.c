@@ -1,0 +1,317 @@
+/* advance.c - a step of the loop: how long it is, whether the state after it is valid, and what is done if it is not.
+   With -check_state retry the step is a transaction: what it changes is copied before, and a step that fails is undone
+   and made again with half the time step. Every decision follows from the reduced status and from exact sums, so all
+   processes, of any number, decide the same. */
+#include "base/signals.h"
+#include "run/mpm.h"
+
+/* Reads -check_state, -dt_retry, -dt_max_growth and -particles_leave; faults are left in o. Not collective. */
+PetscErrorCode MPMAdvanceSetFromOptions(MPM mpm, MPMOptions o)
+{
+  MPMRetry *r = &mpm->retry;
+  char      state[MPM_NAME_LEN], leave[MPM_NAME_LEN];
+  PetscBool most_set, growth_set;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "check_state", NULL, state, NULL));
+  PetscCall(MPMOptionsEnum(o, "particles_leave", NULL, leave, NULL));
+  PetscCall(MPMOptionsInt(o, "dt_retry", NULL, &r->most, &most_set));
+  PetscCall(MPMOptionsReal(o, "dt_max_growth", NULL, &r->growth, &growth_set));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  r->on                    = !strcmp(state, "retry") ? PETSC_TRUE : PETSC_FALSE;
+  mpm->core.params.deletes = !strcmp(leave, "delete") ? PETSC_TRUE : PETSC_FALSE;
+  if (r->on) PetscFunctionReturn(PETSC_SUCCESS);
+  if (most_set && !MPMOptionsOverridden("dt_retry", "check_state"))
+    MPMOptionsFail(o, "-dt_retry does not apply: -check_state is stop, it needs -check_state retry");
+  if (growth_set && !MPMOptionsOverridden("dt_max_growth", "check_state"))
+    MPMOptionsFail(o, "-dt_max_growth does not apply: -check_state is stop, it needs -check_state retry");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lists the fields that a step changes, after the phases of a step are known: those that its phases write and that live
+   on. */
+void MPMAdvanceSetUp(MPM mpm)
+{
+  MPMCore *core = &mpm->core;
+  PetscInt out  = 0;
+
+  for (PetscInt k = 0; k < core->nprogram && mpm->retry.on; k++) out |= core->program[k]->particles_out;
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
+    if (MPMFields[f].home == MPM_SCRATCH) out &= ~(1 << f);
+  core->particles.saved = out;
+}
+
+/* Returns the face of the grid with a wall beyond which the bad particle of the status lies, or -1. */
+static PetscInt WallPassed(MPM mpm)
+{
+  const MPMGrid *grid = &mpm->core.grid;
+
+  for (PetscInt k = 0; k < 2 * grid->dim; k++) {
+    const PetscReal x = mpm->core.status.x[k / 2];
+
+    if ((k % 2 ? x > grid->upper[k / 2] : x < grid->lower[k / 2]) &&
+        mpm->scene.walls.given[k / 2][k % 2].type != MPM_WALL_free)
+      return k;
+  }
+  return -1;
+}
+
+/* Names the particle of the status and its place. */
+static void NameParticle(MPM mpm, char who[2 * MPM_NAME_LEN], char at[128])
+{
+  const MPMStatus *s   = &mpm->core.status;
+  const PetscInt   dim = mpm->core.grid.dim;
+  PetscInt         b   = 0;
+
+  while (b + 1 < mpm->scene.nbodies && s->id >= mpm->scene.bodies[b + 1].first) b++;
+  (void)snprintf(who, 2 * MPM_NAME_LEN, "particle %" PetscInt64_FMT " of %s", s->id, mpm->scene.bodies[b].name);
+  (void)snprintf(at, 128,
+                 dim == 1   ? "(%g)"
+                 : dim == 2 ? "(%g, %g)"
+                            : "(%g, %g, %g)",
+                 (double)s->x[0], (double)s->x[1], (double)s->x[2]);
+}
+
+/* Writes to core.stop why the state after a step is not valid, if it is not. */
+static void CheckState(MPM mpm)
+{
+  const MPMStatus *s = &mpm->core.status;
+  char             at[128], who[2 * MPM_NAME_LEN];
+
+  if (!MPMStatusIsBad(s)) return;
+  NameParticle(mpm, who, at);
+  if (s->bad == MPM_LEFT_GRID && !(PetscAbsReal(s->x[0] + s->x[1] + s->x[2]) <= PETSC_MAX_REAL))
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
+                   "%s has a position that is not finite, %s; reduce -dt_size or -dt_cfl, or look at -acceleration and "
+                   "-loads",
+                   who, at);
+  else if (s->bad == MPM_LEFT_GRID && WallPassed(mpm) >= 0)
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "%s left the grid, to %s, through its wall %s (%s); %s", who,
+                   at, MPMFaceNames[WallPassed(mpm)],
+                   MPMWallNames[mpm->scene.walls.given[WallPassed(mpm) / 2][WallPassed(mpm) % 2].type],
+                   mpm->core.basis == MPM_BASIS_gimp
+                       ? "with gimp the domains of particles reach beyond a wall: use bspline2"
+                       : "reduce -dt_size or -dt_cfl");
+  else if (s->bad == MPM_LEFT_GRID)
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
+                   "%s left the grid, to %s; enlarge the grid or close its walls (-bc_*_type)", who, at);
+  else if (s->bad == MPM_TOO_WIDE)
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
+                   "the domain of %s at %s is stretched to %g cells, gimp takes 1 at most; use more particles per cell "
+                   "(-body_*_ppc) or a spline",
+                   who, at, (double)s->J);
+  else
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
+                   "%s at %s is turned inside out or not finite (det F = %g); reduce -dt_size or -dt_cfl%s", who, at,
+                   (double)s->J,
+                   mpm->scene.forced && PetscIsInfOrNanReal(s->J) ? ", or look at -acceleration and -loads" : "");
+}
+
+/* What a step changes besides the fields of particles. */
+typedef struct {
+  MPMStatus status;
+  MPMSum    energy[MPM_NUM_ENERGIES];
+  MPMTotals now; /* of the history */
+  PetscReal t, dt, flip, courant, wave, energy_max, speed_max;
+  PetscInt  step, looked;
+} Before;
+
+/* Copies what a step changes, before it. Not collective. */
+static PetscErrorCode Save(MPM mpm, Before *b)
+{
+  const MPMCore    *core = &mpm->core;
+  const MPMMonitor *mon  = &mpm->monitor;
+
+  PetscFunctionBeginUser;
+  b->status     = core->status;
+  b->now        = mon->now;
+  b->t          = core->t;
+  b->dt         = core->params.dt;
+  b->flip       = core->params.flip;
+  b->courant    = mpm->courant;
+  b->wave       = mpm->wave;
+  b->energy_max = mon->energy_max;
+  b->speed_max  = mon->speed_max;
+  b->step       = core->step;
+  b->looked     = mon->looked;
+  PetscCall(PetscArraycpy(b->energy, core->energy.sum, MPM_NUM_ENERGIES));
+  PetscCall(MPMParticlesSave(&mpm->core.particles));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Undoes a step. Not collective. */
+static PetscErrorCode Undo(MPM mpm, const Before *b)
+{
+  MPMCore    *core = &mpm->core;
+  MPMMonitor *mon  = &mpm->monitor;
+
+  PetscFunctionBeginUser;
+  core->status      = b->status;
+  core->t           = b->t;
+  core->step        = b->step;
+  core->params.dt   = b->dt;
+  core->params.flip = b->flip;
+  core->stop[0]     = 0;
+  mpm->courant      = b->courant;
+  mpm->wave         = b->wave;
+  mon->now          = b->now;
+  mon->energy_max   = b->energy_max;
+  mon->speed_max    = b->speed_max;
+  mon->looked       = b->looked;
+  PetscCall(PetscArraycpy(core->energy.sum, b->energy, MPM_NUM_ENERGIES));
+  PetscCall(MPMParticlesPutBack(&core->particles));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes a step of dt, but does not settle it. If the state after it is not valid, core.stop says so. Collective on the
+   exchange. */
+static PetscErrorCode Try(MPM mpm, PetscReal dt)
+{
+  MPMCore *core = &mpm->core;
+  /* The last step ends at time_end. It may be slightly longer than dt, so that no step is made for a rounding error. */
+  const PetscBool last = mpm->time.end - core->t <= dt * (1 + 1e-9) ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  core->params.dt = last ? mpm->time.end - core->t : dt;
+  MPMDamp(core, &mpm->method);
+  mpm->courant = PetscMax(mpm->courant, MPMCourant(core, core->params.dt));
+  mpm->wave    = PetscMax(mpm->wave, MPMWaveCourant(core, core->params.dt));
+  PetscCall(MPMStepMake(core, &mpm->scene));
+  CheckState(mpm);
+  core->t = last ? mpm->time.end : core->t + core->params.dt;
+  core->step++;
+  if (mpm->retry.on && !core->stop[0]) PetscCall(MPMMonitorLook(&mpm->monitor, core, &mpm->scene));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Tells the first retry of the run. */
+static PetscErrorCode TellRetry(MPM mpm, const char why[], PetscReal dt)
+{
+  PetscFunctionBeginUser;
+  if (mpm->retry.undone > 1) PetscFunctionReturn(PETSC_SUCCESS);
+  if (mpm->report.progress) PetscCall(MPMPrint(&mpm->core.print, "\r\033[K"));
+  PetscCall(MPMPrint(&mpm->core.print,
+                     "retry      step %" PetscInt_FMT " from t=%g s is undone and made again with dt=%.3g s: %s\n",
+                     mpm->core.step + 1, (double)mpm->core.t, (double)dt, why));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes a step; while it fails, it is undone and made with half the time step. No step is shorter than normal / 2^most,
+   where normal is what the state allows, or what is left of the time: so a run in which steps fail again and again ends.
+   Afterwards the time step grows again, until it is the normal one. Collective on the exchange. */
+static PetscErrorCode TryAgain(MPM mpm, PetscReal normal, PetscReal dt)
+{
+  MPMCore        *core   = &mpm->core;
+  MPMRetry       *r      = &mpm->retry;
+  const PetscReal least  = ldexp(PetscMin(normal, mpm->time.end - core->t), (int)-r->most) * (1 - 1e-9);
+  PetscBool       undone = PETSC_FALSE;
+  Before          before;
+
+  PetscFunctionBeginUser;
+  PetscCall(Save(mpm, &before));
+  for (;;) {
+    char      why[MPM_TEXT_LEN];
+    PetscReal tried;
+
+    PetscCall(Try(mpm, dt));
+    if (!core->stop[0]) break;
+    (void)snprintf(why, sizeof why, "%s", core->stop);
+    tried = core->params.dt;
+    PetscCall(Undo(mpm, &before));
+    if (0.5 * tried < least || !(core->t + 0.5 * tried > core->t)) {
+      r->gave_up = PETSC_TRUE;
+      (void)snprintf(
+          core->stop, sizeof core->stop,
+          "%.1800s; with dt=%g s it still fails, -dt_retry allows no shorter step; the state is that before it", why,
+          (double)tried);
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }
+    dt     = 0.5 * tried;
+    undone = PETSC_TRUE;
+    r->undone++;
+    PetscCall(TellRetry(mpm, why, dt));
+  }
+  if (!undone && !(r->limit > 0)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (undone) r->steps++;
+  if (undone && (r->steps == 1 || dt < r->least)) r->least = dt;
+  r->limit = dt * r->growth < normal ? dt * r->growth : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Ends a step whose state is valid: particles outside the grid are counted, the first one is named, and they are removed
+   when the step is settled. Collective on the exchange. */
+static PetscErrorCode End(MPM mpm)
+{
+  MPMCore *core = &mpm->core;
+  char     who[2 * MPM_NAME_LEN], at[128];
+
+  PetscFunctionBeginUser;
+  if (core->status.bad == MPM_GONE) {
+    NameParticle(mpm, who, at);
+    if (core->particles.total == core->particles.born) {
+      if (mpm->report.progress) PetscCall(MPMPrint(&core->print, "\r\033[K"));
+      PetscCall(MPMPrint(&core->print,
+                         "warning    %s left the grid at t=%g s, to %s, and is removed (-particles_leave delete)\n",
+                         who, (double)core->t, at));
+    }
+    PetscCall(MPMLostAdd(&mpm->scene, core));
+  }
+  PetscCall(MPMStepSettle(core));
+  if (!core->particles.total)
+    (void)snprintf(core->stop, sizeof core->stop,
+                   "no particle is left in the grid, the last one was %s, which left to %s", who, at);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes one step of the loop: chooses dt, makes the step, and checks the state. Collective on the exchange. */
+PetscErrorCode MPMAdvance(MPM mpm)
+{
+  MPMCore        *core   = &mpm->core;
+  const PetscReal normal = MPMTimeStep(core, &mpm->time), limit = mpm->retry.limit,
+                  dt = limit > 0 ? PetscMin(normal, limit) : normal;
+
+  PetscFunctionBeginUser;
+  if (!(dt > 0 && core->t + dt > core->t)) {
+    (void)snprintf(core->stop, sizeof core->stop, "the time step, %g s, vanishes beside the time", (double)dt);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MPMWatchStep(mpm, normal));
+  PetscCall(mpm->retry.on ? TryAgain(mpm, normal, dt) : Try(mpm, dt));
+  if (!MPMStatusIsBad(&core->status) && !mpm->retry.gave_up) PetscCall(End(mpm));
+  if (core->status.asked == MPM_ASKED_END && !core->stop[0])
+    (void)snprintf(core->stop, sizeof core->stop, "interrupted by a signal; the results are complete up to here");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints what the particles took along that left the grid and were removed, as the history has it. */
+static PetscErrorCode PrintLost(MPM mpm)
+{
+  const MPMParticles *particles = &mpm->core.particles;
+  const MPMTotals    *now       = &mpm->monitor.now;
+
+  PetscFunctionBeginUser;
+  if (particles->total == particles->born) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMPrint(&mpm->core.print,
+                     "lost       %" PetscInt64_FMT " of %" PetscInt64_FMT
+                     " particles left the grid and were removed, with %.3g of %.3g kg, momentum (",
+                     particles->born - particles->total, particles->born, (double)now->sum[MPM_SHOWS_lost_mass][0],
+                     (double)mpm->monitor.start.sum[MPM_SHOWS_mass][0]));
+  for (PetscInt d = 0; d < mpm->core.grid.dim; d++)
+    PetscCall(MPMPrint(&mpm->core.print, "%s%.3g", d ? ", " : "", (double)now->sum[MPM_SHOWS_lost_momentum][d]));
+  PetscCall(MPMPrint(&mpm->core.print, ") kg m/s and energy %.3g J\n",
+                     (double)(now->sum[MPM_SHOWS_lost_kinetic_energy][0] + now->sum[MPM_SHOWS_lost_strain_energy][0])));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Described in mpm.h. */
+PetscErrorCode MPMAdvanceReport(MPM mpm)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PrintLost(mpm));
+  if (mpm->retry.undone)
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "retries    %" PetscInt_FMT " tries were undone, in %" PetscInt_FMT " of %" PetscInt_FMT
+                       " steps, with time steps down to %.3g s\n",
+                       mpm->retry.undone, mpm->retry.steps, mpm->core.step, (double)mpm->retry.least));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
