@@ -86,7 +86,7 @@ def prepare(arguments, folder):
         elif key == "file":
             name = value
         else:
-            words.append(unescape(word.replace("{long}", "x" * 3000)).replace("DISKS", DISKS))
+            words.append(unescape(word.replace("{long}", "x" * 3000)).replace("DISKS", DISKS).encode("latin-1").decode())
     if name:
         with open(os.path.join(folder, name), "wb") as f:
             f.write(text.encode("latin-1"))
@@ -106,6 +106,7 @@ def check_case(case):
         fault = None if status == 0 and not lines else f"exit status {status}"
     else:
         fault = refused(status, lines)
+        message = re.sub(r"\\(\d{3})", lambda byte: chr(int(byte[1], 8)), message).encode("latin-1").decode()
         if not fault and not (re.fullmatch(message[1:], lines[0]) if message[0] == "~" else message == lines[0]):
             fault = "another message"
         if not fault and out:
