@@ -83,19 +83,13 @@ static const char *Prefix(File *f, PetscBool push, const char value[])
   return NULL;
 }
 
-/* Notes a name and its value. If an earlier value of this file contradicts it, error says so. */
+/* Notes a name with the prefix in force, and its value; error gets a contradiction to an earlier line. */
 static void Note(File *f, const char name[], const char value[], char error[], size_t len)
 {
-  char        full[DEEPEST * MPM_NAME_LEN + MPM_TEXT_LEN];
-  const char *old, *text;
-  int         line;
+  char full[DEEPEST * MPM_NAME_LEN + MPM_TEXT_LEN];
 
   (void)snprintf(full, sizeof full, "%s%s", f->prefix, name + 1);
-  line = MPMOptionsContradicts(f->first, full, value, &old, &text);
-  if (line)
-    (void)snprintf(error, len, "%.1000s:%d: -%.100s%s%.100s contradicts -%.100s%s%.100s of line %d; remove one of them",
-                   f->path, f->line, full, value[0] ? " " : "", value, old, text[0] ? " " : "", text, line);
-  MPMOptionsNotePlace(full, value, f->path, f->line);
+  MPMOptionsNote(f->first, full, value, f->path, f->line, error, len);
 }
 
 /* Returns whether a word could be a number, or a list of numbers. */
@@ -167,7 +161,12 @@ static void CheckLine(File *f, char *line, size_t length, int nesting, char erro
     ;
   else if ((n > 1 && MPMOptionsIsOption(word[1])) || (n > 2 && MPMOptionsIsOption(word[2])))
     fault = "two options on one line (a value that starts with - and a letter goes in parentheses: \"(-y), x\")";
-  else if (value[0] == '\'')
+  else if (strlen(word[0]) >= MPM_TEXT_LEN || strlen(value) >= MPM_TEXT_LEN - 1) {
+    (void)snprintf(text, sizeof text, "%.50s%s: %s is too long, at most %d characters", word[0],
+                   strlen(word[0]) > 50 ? "..." : "", strlen(value) >= MPM_TEXT_LEN - 1 ? "its value" : "this name",
+                   strlen(value) >= MPM_TEXT_LEN - 1 ? MPM_TEXT_LEN - 2 : MPM_FULL_LEN);
+    fault = text;
+  } else if (value[0] == '\'')
     fault = "use double quotes";
   else if (n > 2) {
     CheckThird(word, text, sizeof text);
@@ -183,8 +182,32 @@ static void CheckLine(File *f, char *line, size_t length, int nesting, char erro
   if (fault) (void)snprintf(error, len, "%.1000s:%d: %s", f->path, f->line, fault);
 }
 
+/* Checks a YAML file, which PETSc parses; only frequent faults are found here. */
+static void CheckYaml(FILE *file, const char path[], char error[], size_t len)
+{
+  char   *line = NULL, *text = NULL;
+  size_t  size = 0, total = 0;
+  ssize_t length;
+
+  for (int k = 1; !error[0] && (length = getline(&line, &size, file)) >= 0; k++) {
+    char *more = realloc(text, total + (size_t)length + 1);
+
+    if (!more) break;
+    text = more;
+    memcpy(text + total, line, (size_t)length + 1);
+    total += (size_t)length;
+    if ((size_t)length != strlen(line) || line[strcspn(line, "\033\177")])
+      (void)snprintf(error, len, "%.1000s:%d: not a text file", path, k);
+    else if (line[strspn(line, " ")] == '\t')
+      (void)snprintf(error, len, "%.1000s:%d: YAML is indented with blanks, not tabs", path, k);
+  }
+  if (!error[0] && text) MPMOptionsCheckYaml(path, text, error, len);
+  free(line);
+  free(text);
+}
+
 /* Checks all lines of an open file, up to the first fault. */
-static void CheckLines(FILE *file, const char path[], PetscBool yaml, int nesting, char error[], size_t len)
+static void CheckLines(FILE *file, const char path[], int nesting, char error[], size_t len)
 {
   File   *f    = calloc(1, sizeof *f);
   char   *line = NULL;
@@ -196,12 +219,7 @@ static void CheckLines(FILE *file, const char path[], PetscBool yaml, int nestin
   f->first = MPMOptionsPlaces();
   while (!error[0] && (length = getline(&line, &size, file)) >= 0) {
     f->line++;
-    if (!yaml)
-      CheckLine(f, line, (size_t)length, nesting, error, len);
-    else if ((size_t)length != strlen(line)) /* PETSc parses YAML; only frequent faults are found here */
-      (void)snprintf(error, len, "%s:%d: not a text file", path, f->line);
-    else if (line[strspn(line, " ")] == '\t')
-      (void)snprintf(error, len, "%s:%d: YAML is indented with blanks, not tabs", path, f->line);
+    CheckLine(f, line, (size_t)length, nesting, error, len);
   }
   if (!error[0] && f->depth > 0)
     (void)snprintf(error, len, "%.1000s:%d: -prefix_push %.*s without -prefix_pop", path, f->pushed[0],
@@ -271,7 +289,10 @@ void MPMOptionsCheckFile(const char name[], int nesting, char error[], size_t le
   else {
     yaml = yaml || IsYamlByStart(f) ? PETSC_TRUE : PETSC_FALSE;
     if (yaml) MPMOptionsYaml = name;
-    CheckLines(f, path, yaml, nesting, error, len);
+    if (yaml)
+      CheckYaml(f, path, error, len);
+    else
+      CheckLines(f, path, nesting, error, len);
     NoteFile(&status);
     (void)fclose(f);
   }

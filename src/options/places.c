@@ -1,38 +1,56 @@
 /* places.c - the lines of options files that gave options their values, so that messages can name them. They are noted
    before PETSc starts (files.c), so nothing here may call PETSc. */
+#include <ctype.h>
 #include <strings.h>
 #include "options/reader.h"
 
-/* A name that a line of a file gives, with its value. */
+#define BUCKETS 4096
+
+/* A name that a line of a file gives, with its value, and the one before it in its bucket, counted from 1. */
 typedef struct {
-  char *name, *value, *path;
-  int   line;
+  char  *name, *value, *path;
+  int    line;
+  size_t before;
 } Given;
 
 static Given *given;
-static size_t ngiven;
+static size_t ngiven, last[BUCKETS]; /* of each bucket the last name, counted from 1; 0: none */
 
-/* Notes that a line of a file gives an option a value. `name` has no dash. Not collective. */
-void MPMOptionsNotePlace(const char name[], const char value[], const char path[], int line)
+/* Returns the bucket of a name, which is the same for capital letters. */
+static size_t Bucket(const char name[])
 {
-  Given *more = ngiven % 64 ? given : realloc(given, (ngiven + 64) * sizeof *more);
+  size_t hash = 5381;
+
+  for (const char *c = name; *c; c++) hash = 33 * hash + (size_t)tolower((unsigned char)*c);
+  return hash % BUCKETS;
+}
+
+/* Notes that a line of a file gives an option a value. */
+static void NotePlace(const char name[], const char value[], const char path[], int line)
+{
+  Given       *more   = ngiven % 64 ? given : realloc(given, (ngiven + 64) * sizeof *more);
+  const size_t bucket = Bucket(name);
 
   if (!more) return;
   given           = more;
-  given[ngiven++] = (Given){strdup(name), strdup(value), strdup(path), line};
+  given[ngiven++] = (Given){strdup(name), strdup(value), strdup(path), line, last[bucket]};
+  last[bucket]    = ngiven;
 }
 
-/* Returns the line of a file that gives an option of this name another value, among those noted from number `first` on,
-   or 0. *text is its value, *old its name in the letters of that line. Not collective. */
-int MPMOptionsContradicts(size_t first, const char name[], const char value[], const char **old, const char **text)
+/* Notes that a line of a file gives an option a value; `name` has no dash. If an earlier line gives it another value,
+   among those noted from number `first` on, error [len] says so. Not collective. */
+void MPMOptionsNote(size_t first, const char name[], const char value[], const char path[], int line, char error[],
+                    size_t len)
 {
-  for (size_t k = first; k < ngiven; k++) {
-    if (strcasecmp(given[k].name, name) || !strcmp(given[k].value, value)) continue;
-    *old  = given[k].name;
-    *text = given[k].value;
-    return given[k].line;
-  }
-  return 0;
+  const Given *other = NULL;
+
+  for (size_t k = last[Bucket(name)]; k > first; k = given[k - 1].before)
+    if (!strcasecmp(given[k - 1].name, name) && strcmp(given[k - 1].value, value)) other = &given[k - 1];
+  if (other)
+    (void)snprintf(error, len, "%.1000s:%d: -%.100s%s%.100s contradicts -%.100s%s%.100s of line %d; remove one of them",
+                   path, line, name, value[0] ? " " : "", value, other->name, other->value[0] ? " " : "", other->value,
+                   other->line);
+  NotePlace(name, value, path, line);
 }
 
 /* Returns how many names were noted so far. Not collective. */
@@ -46,11 +64,13 @@ size_t MPMOptionsPlaces(void)
 void MPMOptionsPlace(const char name[], const char value[], char place[], size_t len)
 {
   place[0] = 0;
-  for (size_t k = ngiven; k-- > 0;)
-    if (!strcasecmp(given[k].name, name) && !strcmp(given[k].value, value)) {
-      (void)snprintf(place, len, "%.400s:%d: ", given[k].path, given[k].line);
-      return;
-    }
+  for (size_t k = last[Bucket(name)]; k > 0; k = given[k - 1].before) {
+    const Given *g = &given[k - 1];
+
+    if (strcasecmp(g->name, name) || strcmp(g->value, value)) continue;
+    (void)snprintf(place, len, "%.400s:%d: ", g->path, g->line);
+    return;
+  }
 }
 
 /* Forgets all places. Not collective. */
@@ -64,4 +84,5 @@ void MPMOptionsForgetPlaces(void)
   free(given);
   given  = NULL;
   ngiven = 0;
+  memset(last, 0, sizeof last);
 }

@@ -26,8 +26,8 @@ void        MPMOptionsList(MPMOptions o, const MPMOptionRow *row, const char ful
 const char *MPMOptionsDash(const char text[]);
 
 /* Where options were given in files (places.c). */
-void   MPMOptionsNotePlace(const char name[], const char value[], const char path[], int line);
-int    MPMOptionsContradicts(size_t first, const char name[], const char value[], const char **old, const char **text);
+void   MPMOptionsNote(size_t first, const char name[], const char value[], const char path[], int line, char error[],
+                      size_t len);
 size_t MPMOptionsPlaces(void);
 void   MPMOptionsPlace(const char name[], const char value[], char place[], size_t len);
 void   MPMOptionsForgetPlaces(void);
@@ -35,11 +35,13 @@ void   MPMOptionsForgetPlaces(void);
 /* Functions for the time before PETSc starts (files.c). MPMOptionsIsOption returns whether PETSc takes a word for an
    option (-1 and -inf are values). MPMOptionsCheckFile checks an options file, which `nesting` others include; error
    gets what is wrong. MPMOptionsCheckWords checks a word that should be an option, and the one after it, for what is
-   written as other programs want it; fault [len] gets what is wrong, or "". MPMOptionsForget forgets the files.
+   written as other programs want it; fault [len] gets what is wrong, or "". MPMOptionsCheckYaml checks the text of a YAML file for
+   contradictions (yaml.c). MPMOptionsForget forgets the files.
    MPMOptionsYaml is the YAML file that PETSc reads last, or NULL. */
 PetscBool          MPMOptionsIsOption(const char word[]);
 void               MPMOptionsCheckFile(const char name[], int nesting, char error[], size_t len);
 void               MPMOptionsCheckWords(const char word[], const char next[], char fault[], size_t len);
+void               MPMOptionsCheckYaml(const char path[], const char text[], char error[], size_t len);
 PetscBool          MPMOptionsIsNumbers(const char word[]);
 void               MPMOptionsForget(void);
 extern const char *MPMOptionsYaml;

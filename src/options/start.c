@@ -229,6 +229,8 @@ PetscErrorCode MPMOptionsStartFault(MPI_Comm comm, int line, const char *functio
   if (text && strstr(text, "YAML"))
     (void)snprintf(error, sizeof error, "%.200s: not valid YAML, or not names with values",
                    MPMOptionsYaml ? MPMOptionsYaml : "-options_string_yaml");
+  else if (text && strstr(text, "max number of options"))
+    (void)snprintf(error, sizeof error, "more options than this PETSc takes (%.100s)", text);
   else
     (void)snprintf(error, sizeof error, "%s", text ? text : "PETSc does not start");
   Say(error);
