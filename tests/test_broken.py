@@ -322,7 +322,7 @@ def accept(scenes):
         write(folder, "scene.yaml", yaml(scene.entries).encode())
         write(folder, "over.opts", b"-options_file scene.opts\n-scene_title other\n-time_end 1e-9\n")
         digest = set()
-        for name in ("scene.opts", "scene.yaml", "over.opts") if PART == "all" else ("scene.opts",):
+        for name in ("scene.opts", "scene.yaml", "over.opts") if PART == "all" else ("scene.opts", "over.opts"):
             status, out, lines, _ = start(folder, name, "-output_name", "s")
             check.fault(f"{scene.name} as {name}: exit status {status} {lines[:2]}" if status or lines else None)
             if name != "over.opts":

@@ -9,14 +9,12 @@
 
 #define DEEPEST 20 /* nesting of files and of prefixes; PETSc allows 25 */
 
-/* A file that is read up to line `line`: the prefixes in force, where each was pushed, and the number of names that were
-   given before it. */
+/* A file that is read up to line `line`: the prefixes in force, where each was pushed, and its own number. */
 typedef struct {
   const char *path;
-  int         line, depth, pushed[DEEPEST];
+  int         line, depth, number, pushed[DEEPEST];
   size_t      length[DEEPEST]; /* length of the prefix before each push */
   char        prefix[DEEPEST * MPM_NAME_LEN];
-  size_t      first;
 } File;
 
 /* The files that were checked, and the last YAML file, which PETSc reads last. */
@@ -89,7 +87,7 @@ static void Note(File *f, const char name[], const char value[], char error[], s
   char full[DEEPEST * MPM_NAME_LEN + MPM_TEXT_LEN];
 
   (void)snprintf(full, sizeof full, "%s%s", f->prefix, name + 1);
-  MPMOptionsNote(f->first, full, value, f->path, f->line, error, len);
+  MPMOptionsNote(f->number, full, value, f->path, f->line, error, len);
 }
 
 /* Returns whether a word could be a number, or a list of numbers. */
@@ -215,8 +213,8 @@ static void CheckLines(FILE *file, const char path[], int nesting, char error[],
   ssize_t length;
 
   if (!f) return;
-  f->path  = path;
-  f->first = MPMOptionsPlaces();
+  f->path   = path;
+  f->number = MPMOptionsNewFile();
   while (!error[0] && (length = getline(&line, &size, file)) >= 0) {
     f->line++;
     CheckLine(f, line, (size_t)length, nesting, error, len);

@@ -9,11 +9,12 @@
 /* A name that a line of a file gives, with its value, and the one before it in its bucket, counted from 1. */
 typedef struct {
   char  *name, *value, *path;
-  int    line;
+  int    line, file; /* the file's number */
   size_t before;
 } Given;
 
 static Given *given;
+static int    nfiles;
 static size_t ngiven, last[BUCKETS]; /* of each bucket the last name, counted from 1; 0: none */
 
 /* Returns the bucket of a name, which is the same for capital letters. */
@@ -26,37 +27,38 @@ static size_t Bucket(const char name[])
 }
 
 /* Notes that a line of a file gives an option a value. */
-static void NotePlace(const char name[], const char value[], const char path[], int line)
+static void NotePlace(int file, const char name[], const char value[], const char path[], int line)
 {
   Given       *more   = ngiven % 64 ? given : realloc(given, (ngiven + 64) * sizeof *more);
   const size_t bucket = Bucket(name);
 
   if (!more) return;
   given           = more;
-  given[ngiven++] = (Given){strdup(name), strdup(value), strdup(path), line, last[bucket]};
+  given[ngiven++] = (Given){strdup(name), strdup(value), strdup(path), line, file, last[bucket]};
   last[bucket]    = ngiven;
 }
 
-/* Notes that a line of a file gives an option a value; `name` has no dash. If an earlier line gives it another value,
-   among those noted from number `first` on, error [len] says so. Not collective. */
-void MPMOptionsNote(size_t first, const char name[], const char value[], const char path[], int line, char error[],
+/* Notes that a line of a file gives an option a value; `name` has no dash. If an earlier line of the same file gives it
+   another value, error [len] says so. Not collective. */
+void MPMOptionsNote(int file, const char name[], const char value[], const char path[], int line, char error[],
                     size_t len)
 {
   const Given *other = NULL;
 
-  for (size_t k = last[Bucket(name)]; k > first; k = given[k - 1].before)
-    if (!strcasecmp(given[k - 1].name, name) && strcmp(given[k - 1].value, value)) other = &given[k - 1];
+  for (size_t k = last[Bucket(name)]; k > 0; k = given[k - 1].before)
+    if (given[k - 1].file == file && !strcasecmp(given[k - 1].name, name) && strcmp(given[k - 1].value, value))
+      other = &given[k - 1];
   if (other)
     (void)snprintf(error, len, "%.1000s:%d: -%.100s%s%.100s contradicts -%.100s%s%.100s of line %d; remove one of them",
                    path, line, name, value[0] ? " " : "", value, other->name, other->value[0] ? " " : "", other->value,
                    other->line);
-  NotePlace(name, value, path, line);
+  NotePlace(file, name, value, path, line);
 }
 
-/* Returns how many names were noted so far. Not collective. */
-size_t MPMOptionsPlaces(void)
+/* Returns a number for a file that is going to be read. Not collective. */
+int MPMOptionsNewFile(void)
 {
-  return ngiven;
+  return ++nfiles;
 }
 
 /* Writes "file:line: " of the last line that gives an option this value to place [len], or "" if there is none. Not

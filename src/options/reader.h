@@ -26,11 +26,11 @@ void        MPMOptionsList(MPMOptions o, const MPMOptionRow *row, const char ful
 const char *MPMOptionsDash(const char text[]);
 
 /* Where options were given in files (places.c). */
-void   MPMOptionsNote(size_t first, const char name[], const char value[], const char path[], int line, char error[],
-                      size_t len);
-size_t MPMOptionsPlaces(void);
-void   MPMOptionsPlace(const char name[], const char value[], char place[], size_t len);
-void   MPMOptionsForgetPlaces(void);
+void MPMOptionsNote(int file, const char name[], const char value[], const char path[], int line, char error[],
+                    size_t len);
+int  MPMOptionsNewFile(void);
+void MPMOptionsPlace(const char name[], const char value[], char place[], size_t len);
+void MPMOptionsForgetPlaces(void);
 
 /* Functions for the time before PETSc starts (files.c). MPMOptionsIsOption returns whether PETSc takes a word for an
    option (-1 and -inf are values). MPMOptionsCheckFile checks an options file, which `nesting` others include; error

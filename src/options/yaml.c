@@ -10,8 +10,8 @@
    their lines, and the length of the prefix before each. */
 typedef struct {
   const char *path, *at;
-  int         line, depth;
-  size_t      first, indent[DEEPEST], length[DEEPEST], len;
+  int         line, depth, number;
+  size_t      indent[DEEPEST], length[DEEPEST], len;
   char        prefix[DEEPEST * MPM_NAME_LEN], *error;
 } Yaml;
 
@@ -27,7 +27,7 @@ static void Note(Yaml *y, const char name[], const char value[], size_t n)
     if (!strchr("'\"[]", value[k]) && !(value[0] == '[' && isspace((unsigned char)value[k]))) text[m++] = value[k];
   text[m] = 0;
   (void)snprintf(full, sizeof full, "%s%s", y->prefix, name);
-  MPMOptionsNote(y->first, full, text, y->path, y->line, y->error, y->len);
+  MPMOptionsNote(y->number, full, text, y->path, y->line, y->error, y->len);
 }
 
 /* Adds a name to the prefix; returns false if that is too long or too deep. */
@@ -181,12 +181,12 @@ void MPMOptionsCheckYaml(const char path[], const char text[], char error[], siz
   size_t over = SIZE_MAX;
 
   if (!y) return;
-  y->path  = path;
-  y->at    = text;
-  y->line  = 1;
-  y->first = MPMOptionsPlaces();
-  y->error = error;
-  y->len   = len;
+  y->path   = path;
+  y->at     = text;
+  y->line   = 1;
+  y->number = MPMOptionsNewFile();
+  y->error  = error;
+  y->len    = len;
   while (*y->at && !error[0]) {
     Line(y, &over);
     NextLine(y);
