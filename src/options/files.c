@@ -100,7 +100,8 @@ PetscBool MPMOptionsIsNumbers(const char word[])
 /* Returns whether a word starts a comment in files of other programs. */
 static PetscBool IsComment(const char word[])
 {
-  return !strncmp(word, "//", 2) || !strncmp(word, "/*", 2) || strchr("%;!", word[0]) ? PETSC_TRUE : PETSC_FALSE;
+  return !strncmp(word, "//", 2) || !strncmp(word, "/*", 2) || (word[0] && strchr("%;!", word[0])) ? PETSC_TRUE
+                                                                                                   : PETSC_FALSE;
 }
 
 /* Checks a word that should be an option, and the next one (or ""), for what is written as other programs want it. */
@@ -114,7 +115,7 @@ void MPMOptionsCheckWords(const char word[], const char next[], char fault[], si
     (void)snprintf(fault, len, "'%.50s' does not start a comment, # does", word);
   else if (!option && MPMOptionsDash(word) == word)
     (void)snprintf(fault, len, "'%.50s' starts with a Unicode dash; an option starts with a plain -", word);
-  else if (word[end] == '=' || next[0] == '=')
+  else if (word[end] == '=' || !strcmp(next, "="))
     (void)snprintf(fault, len, "'%.50s': an option and its value are separated by a blank, without =", word);
   else if (n && word[n - 1] == ':')
     (void)snprintf(fault, len, "'%.50s': an option has no colon%s", word,
@@ -139,6 +140,18 @@ static void CheckThird(char *word[3], char fault[], size_t len)
     (void)snprintf(
         fault, len,
         "more than one value on a line; put it in double quotes, or join values with commas, without blanks");
+}
+
+/* Checks a file that a line names. If all of that file is at fault, error names the line too. */
+static void CheckIncluded(const File *f, const char path[], int nesting, char error[], size_t len)
+{
+  const size_t n = strlen(path);
+  char         text[MPM_TEXT_LEN];
+
+  MPMOptionsCheckFile(path, nesting, error, len);
+  if (strncmp(error, path, n) || strncmp(error + n, ": ", 2)) return;
+  (void)snprintf(text, sizeof text, "%.1500s", error);
+  (void)snprintf(error, len, "%.500s:%d: -options_file %s", f->path, f->line, text);
 }
 
 /* Checks one line of an options file, which is `length` characters long. */
@@ -174,7 +187,7 @@ static void CheckLine(File *f, char *line, size_t length, int nesting, char erro
   else if (strncasecmp(word[0], "-options_file", 13))
     Note(f, word[0], value, error, len);
   else if (value[0])
-    MPMOptionsCheckFile(value, nesting + 1, error, len);
+    CheckIncluded(f, value, nesting + 1, error, len);
   else
     fault = "-options_file has no value";
   if (fault) (void)snprintf(error, len, "%.1000s:%d: %s", f->path, f->line, fault);
