@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # This script installs what is missing: `install.sh run` for building and running, `install.sh test` for the tests too,
-# `install.sh simulate` for running and for the simulator, `install.sh report` for running and for the report,
-# `install.sh fuzz` for make fuzz.
+# `install.sh viewers` for the tests and ParaView, `install.sh simulate` for running and for the simulator,
+# `install.sh report` for running and for the report, `install.sh fuzz` for make fuzz.
 # It is silent and quick when nothing is missing. It installs system packages on Debian and systems derived from it, as
 # root or with a sudo that asks no password; elsewhere it says what to install. The Python packages go to .venv.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 mode=${1:-run}
-case $mode in run | test | simulate | report | fuzz) ;; *) echo "usage: tools/install.sh run|test|simulate|report|fuzz" >&2; exit 2 ;; esac
+case $mode in run | test | viewers | simulate | report | fuzz) ;; *) echo "usage: tools/install.sh run|test|viewers|simulate|report|fuzz" >&2; exit 2 ;; esac
 pkgconfig=${PKG_CONFIG:-pkg-config}
 
 has()    { command -v "$1" >/dev/null 2>&1; }
@@ -52,13 +52,16 @@ missing() {
   fi
   module muparser || echo libmuparser-dev
   venv_works || usable_python >/dev/null || printf '%s\n' python3 python3-venv
-  if [ "$mode" = test ]; then
+  if [ "$mode" = test ] || [ "$mode" = viewers ]; then
     has ctest || echo cmake
     has clang || echo clang
   fi
   if [ "$mode" = fuzz ]; then # libFuzzer and the sanitizers of clang are a package of the same version
     if ! has clang; then printf '%s\n' clang; fi
     fuzzes || echo "libclang-rt-$(clang -dumpversion 2>/dev/null | cut -d. -f1 | grep . || echo 14)-dev"
+  fi
+  if [ "$mode" = viewers ] && ! has pvpython; then
+    printf '%s\n' paraview python3-paraview
   fi
   if [ "$mode" = simulate ]; then
     has smpicc && has smpirun || echo libsimgrid-dev
@@ -105,7 +108,8 @@ fi
 
 # ---- Python packages; .venv/installed/ keeps the lists of packages that .venv has
 lists=(tools/requirements.txt)
-[ "$mode" = test ] && lists+=(tools/requirements-test.txt)
+[ "$mode" = test ] || [ "$mode" = viewers ] && lists+=(tools/requirements-test.txt)
+[ "$mode" = viewers ] && lists+=(tools/requirements-viewers.txt)
 [ "$mode" = report ] && lists+=(tools/requirements-report.txt)
 for list in "${lists[@]}"; do
   venv_works && cmp -s "$list" ".venv/installed/${list##*/}" && continue

@@ -1,6 +1,7 @@
 /* faults.c - the first fault of the options, which is one line. */
 #include <ctype.h>
 #include <stdarg.h>
+#include "base/fault.h"
 #include "options/reader.h"
 
 /* Writes to place [len] the file and line that gave an option its value, "file:line: ", or nothing if no line of a file
@@ -42,13 +43,7 @@ const char *MPMOptionsError(MPMOptions o)
 /* Gives an error that some processes have noted to all: that of the lowest rank. Collective on comm. */
 PetscErrorCode MPMOptionsShare(MPMOptions o, MPI_Comm comm)
 {
-  PetscMPIInt rank, size, from;
-
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  from = o->error[0] ? rank : size;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &from, 1, MPI_INT, MPI_MIN, comm));
-  if (from < size) PetscCallMPI(MPI_Bcast(o->error, (PetscMPIInt)sizeof o->error, MPI_CHAR, from, comm));
+  PetscCall(MPMFaultAgree(comm, o->error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

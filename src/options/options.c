@@ -282,14 +282,6 @@ PetscErrorCode MPMOptionsNames(MPMOptions o, const char rowname[], PetscInt *n, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns all options as given, for the output files; the caller frees the text. */
-PetscErrorCode MPMOptionsText(char **text)
-{
-  PetscFunctionBeginUser;
-  PetscCall(PetscOptionsGetAll(NULL, text));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Refuses those options -<group>_<name>_<word>, of the words `all`, that the chosen model or shape does not take; it
    takes the words `taken`. Not collective. */
 PetscErrorCode MPMOptionsRefuseOthers(MPMOptions o, const char group[], const char name[], const char what[],

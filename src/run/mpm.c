@@ -25,6 +25,18 @@ static PetscErrorCode ReadSafety(MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Makes the folder of the results, unless a file in it must not be replaced. Collective on core.comm. */
+static PetscErrorCode MakeFolder(MPM mpm, MPMOptions o)
+{
+  const char *type = mpm->study.type;
+  char        table[2 * MPM_NAME_LEN];
+
+  PetscFunctionBeginUser;
+  (void)snprintf(table, sizeof table, type[0] ? "_%s.csv" : "", strcmp(type, "convergence") ? type : "study");
+  PetscCall(MPMOutputMakeFolder(&mpm->output, &mpm->core, &mpm->scene, table, o));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Reads the options of a scene and of everything about its run; nothing is counted or checked by particles. The first
    fault is left in o. Collective on core.comm. */
 PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
@@ -47,6 +59,8 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsBool(o, "report_indicator", NULL, &mpm->report.indicator));
   PetscCall(MPMOptionsBool(o, "report_limits", NULL, &mpm->report.limits));
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
+  PetscCall(MPMCheckpointSetFromOptions(mpm, o));
+  PetscCall(MPMRestartSetFromOptions(mpm, o));
   PetscCall(MPMOptionsFinish(o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -59,7 +73,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMReadOptions(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMDoubtsRefuse(mpm, o));
-  if (!MPMOptionsError(o)) PetscCall(MPMOutputMakeFolder(&mpm->output, &mpm->scene, o));
+  if (!MPMOptionsError(o)) PetscCall(MakeFolder(mpm, o));
   mpm->monitor.dir = mpm->output.dir;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -127,7 +141,7 @@ static PetscErrorCode SetUpExchange(MPM mpm)
   PetscCallMPI(MPI_Comm_size(core->comm, &size));
   if (core->exchange.type->cuts) {
     PetscCall(MPMHistogramCreate(&core->grid, core->basis, core->comm, &h));
-    PetscCall(MPMSceneHistogram(&mpm->scene, core, &h));
+    PetscCall(mpm->checkpoint.from[0] ? MPMRestartHistogram(mpm, &h) : MPMSceneHistogram(&mpm->scene, core, &h));
     PetscCall(MPMHistogramFinish(&h));
     MPMModelCosts(&mpm->cost.model, core, (PetscReal)core->particles.total / size, &core->exchange.partition.costs);
   }
@@ -145,15 +159,21 @@ PetscErrorCode MPMSetUp(MPM mpm)
 
   PetscFunctionBeginUser;
   PetscCall(MPMSetPhases(mpm));
+  if (mpm->checkpoint.from[0]) PetscCall(MPMRestartCheckFields(mpm));
+  if (core->stop[0]) {
+    PetscCall(PetscFPrintf(core->comm, stderr, "%s\n", core->stop));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(Stage("MPM set-up", &stage));
   PetscCall(PetscLogStagePush(stage));
   PetscCall(SetUpExchange(mpm));
   if (core->exchange.data != MPI_COMM_NULL) { /* workers of the pool hold no particles */
     PetscCall(MPMParticlesCreate(&core->particles, core->exchange.data));
-    PetscCall(MPMSceneAddParticles(&mpm->scene, core));
+    PetscCall(mpm->checkpoint.from[0] ? MPMRestartParticles(mpm) : MPMSceneAddParticles(&mpm->scene, core));
     PetscCall(core->exchange.type->settle(core, PETSC_TRUE));
     PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
     PetscCall(MPMStepBound(core));
+    if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(mpm));
     PetscCall(MPMModelPredict(&mpm->cost, core, MPMTimeStep(core, &mpm->time)));
   }
   PetscCall(PetscLogStagePop());
@@ -237,7 +257,7 @@ static PetscErrorCode Advance(MPM mpm)
   mpm->wave    = PetscMax(mpm->wave, MPMWaveCourant(&mpm->core, mpm->core.params.dt));
   PetscCall(MPMStep(&mpm->core, &mpm->scene));
   CheckState(mpm);
-  if (mpm->core.status.interrupted && !mpm->core.stop[0])
+  if (mpm->core.status.asked == MPM_ASKED_END && !mpm->core.stop[0])
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
                    "interrupted by a signal; the results are complete up to here");
   mpm->core.t = last ? mpm->time.end : mpm->core.t + mpm->core.params.dt;
@@ -280,8 +300,12 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMReportStart(mpm));
+  if (mpm->checkpoint.from[0]) PetscCall(MPMRestartFiles(mpm));
   if (mpm->scene.dry_run) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Output(mpm, output, PETSC_TRUE));
+  if (!mpm->checkpoint.from[0]) {
+    PetscCall(MPMCheckpointNote(mpm));
+    PetscCall(Output(mpm, output, PETSC_TRUE));
+  }
   while (core->t < mpm->time.end && core->step < mpm->time.max_steps && !core->stop[0]) {
     PetscLogDouble t0, t1;
 
@@ -294,9 +318,14 @@ PetscErrorCode MPMRun(MPM mpm)
     if (core->status.bad != MPM_OK) break; /* this state is neither measured nor written */
     PetscCall(Output(mpm, output, PETSC_FALSE));
     PetscCall(MPMWatchBodies(mpm));
+    PetscCall(MPMCheckpointStep(mpm, PETSC_FALSE));
     PetscCall(MPMReportProgress(mpm));
   }
+  /* A run that may go on gets its checkpoint before the output of its end, which a run without a stop does not have. */
+  if (core->t < mpm->time.end && core->status.bad == MPM_OK) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
   if (core->status.bad == MPM_OK) PetscCall(Output(mpm, output, PETSC_TRUE));
+  if (core->t >= mpm->time.end && core->status.bad == MPM_OK) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
+  PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
   PetscCall(MPMReportEnd(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -317,6 +346,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscCall(MPMParticlesDestroy(&core->particles));
   PetscCall(MPMEnergyDestroy(&core->energy));
   PetscCall(MPMTimersDestroy(&core->timers));
+  PetscCall(PetscFree((*mpm)->checkpoint.options));
   PetscCall(MPMSceneDestroy(&(*mpm)->scene));
   PetscCall(PetscFree(*mpm));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -7,11 +7,16 @@ static PetscErrorCode ReadAndRun(PetscErrorCode (*read)(MPM, MPMOptions), PetscE
 {
   MPM        mpm;
   MPMOptions options;
+  char       fault[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
+  PetscCall(MPMRerun(fault));
   PetscCall(MPMCreate(PETSC_COMM_WORLD, &mpm));
   PetscCall(MPMOptionsCreate(&MPMOptionTable, &options));
-  PetscCall(read(mpm, options));
+  if (fault[0])
+    MPMOptionsFail(options, "%s", fault);
+  else
+    PetscCall(read(mpm, options));
   if (MPMOptionsError(options)) {
     PetscCall(PetscFPrintf(mpm->core.comm, stderr, "%s\n", MPMOptionsError(options)));
     *status = MPM_EXIT_INPUT;
@@ -33,6 +38,7 @@ int MPMProgram(int argc, char **argv, PetscErrorCode (*read)(MPM, MPMOptions), P
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   MPMOptionsStarted();
   (void)signal(SIGPIPE, SIG_DFL); /* so that `pebble ... | head` prints no error */
+  (void)signal(SIGXFSZ, SIG_IGN); /* a file beyond the limit of `ulimit -f` is a fault in writing like others */
   PetscCall(PetscOptionsHasHelp(NULL, &help));
   if (!help) PetscCall(ReadAndRun(read, run, &status));
   PetscCall(PetscFinalize());
