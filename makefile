@@ -99,7 +99,7 @@ export MPLCONFIGDIR := $(CURDIR)/.venv/matplotlib
 
 # ---- What a user asks for
 .PHONY: all run test test-long test-widths verify robust bench paper studies calibrate simulate scaling report format \
-  scenes clean distclean help objects picture ctest pages FORCE
+  scenes fuzz clean distclean help objects picture ctest pages FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -130,6 +130,13 @@ robust: ## of the long tests those of robustness, on up to 32 processes: prints 
 test-widths: ## of the long tests those that repeat others with vectors of 4 and of 2 particles
 	@tools/install.sh test
 	+@$(again) ctest select="-L widths"
+
+# The harnesses are linked with libFuzzer; the objects, of clang, count what inputs reach.
+fuzzer = $(again) CC=clang DEBUG=1 BUILD=build/fuzz PEBBLE=build/fuzz/pebble CFLAGS="$(CFLAGS) -fsanitize=fuzzer-no-link"
+fuzz: ## random options (FUZZ=100000 inputs) and model files (a tenth) with sanitizers: no crash, hang or leak; 15 minutes
+	@tools/install.sh fuzz
+	+@$(fuzzer) build/fuzz/fuzz_options build/fuzz/fuzz_model
+	@$(python) tests/fuzz.py build/fuzz . $(or $(FUZZ),100000)
 
 bench: ## time this program and others on the same work; BENCH=full: all sizes, 40 minutes
 	@tools/install.sh run
@@ -225,6 +232,9 @@ $(BUILD)/pebble: $(objects)
 
 $(units): $(BUILD)/%: tests/%.c $(filter-out $(BUILD)/run/main.o,$(objects))
 	$(call say,UNIT) $(compile) -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
+
+$(BUILD)/fuzz_%: tests/fuzz_%.c $(filter-out $(BUILD)/run/main.o,$(objects))
+	$(call say,FUZZ) $(filter-out -MMD -MP,$(compile)) -fsanitize=fuzzer -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
 
 $(BUILD)/quadrature: tools/paper/quadrature.c $(BUILD)/flags
 	$(call say,TOOL) $(compile) -o $@ $< $(rpath) $(libraries)

@@ -11,6 +11,7 @@ import shutil
 import time
 
 import check
+from mutate import mutate
 
 check.arguments(__doc__, 0)
 DISKS = check.scene("disks")
@@ -86,7 +87,7 @@ def prepare(arguments, folder):
         elif key == "file":
             name = value
         else:
-            words.append(unescape(word.replace("{long}", "x" * 3000)).replace("DISKS", DISKS))
+            words.append(unescape(word.replace("{long}", "x" * 3000)).replace("DISKS", DISKS).encode("latin-1").decode())
     if name:
         with open(os.path.join(folder, name), "wb") as f:
             f.write(text.encode("latin-1"))
@@ -106,6 +107,7 @@ def check_case(case):
         fault = None if status == 0 and not lines else f"exit status {status}"
     else:
         fault = refused(status, lines)
+        message = re.sub(r"\\(\d{3})", lambda byte: chr(int(byte[1], 8)), message).encode("latin-1").decode()
         if not fault and not (re.fullmatch(message[1:], lines[0]) if message[0] == "~" else message == lines[0]):
             fault = "another message"
         if not fault and out:
@@ -115,33 +117,6 @@ def check_case(case):
     if not fault and seconds > SECONDS:
         fault = f"took {seconds:.1f} s"
     return fault and "\n".join([f"{label}: {fault}", f"  arguments  {arguments[:300]}", f"  expected   {message}"] + [f"  got        {line[:300]}" for line in lines[:5]])
-
-
-def mutate(rng, text):
-    """One to three random changes of names, values and lines."""
-    lines = text.splitlines()
-    letters = "abcxyzABC0123456789.,-+_eE\"'# \t:/*()|=\\~$\x7f\xe9"
-    for _ in range(rng.randint(1, 3)):
-        k = rng.choice([k for k, line in enumerate(lines) if line and not line.startswith("#")])
-        line, at = lines[k], rng.randrange(len(lines[k]))
-        what = rng.choice(["insert", "delete", "swap", "replace", "drop", "double", "join", "number"])
-        if what == "insert":
-            lines[k] = line[:at] + rng.choice(letters) + line[at:]
-        elif what == "delete":
-            lines[k] = line[:at] + line[at + 1:]
-        elif what == "swap":
-            lines[k] = line[:at] + line[at + 1: at + 2] + line[at: at + 1] + line[at + 2:]
-        elif what == "replace":
-            lines[k] = line[:at] + rng.choice(letters) + line[at + 1:]
-        elif what == "drop":
-            del lines[k]
-        elif what == "double":
-            lines.insert(rng.randrange(len(lines)), line)
-        elif what == "join" and k + 1 < len(lines):
-            lines[k: k + 2] = [line + " " + lines[k + 1]]
-        elif what == "number":
-            lines[k] = re.sub(r"\d+(\.\d+)?", rng.choice(["-1", "0", "nan", "inf", "1e308", "1e-308", "1e9", "2147483648", "x", ""]), line, count=1)
-    return "\n".join(lines) + "\n"
 
 
 def check_fuzz(seed):

@@ -1,17 +1,24 @@
 #!/usr/bin/env bash
 # This script installs what is missing: `install.sh run` for building and running, `install.sh test` for the tests too,
-# `install.sh viewers` for the tests and ParaView, `install.sh simulate` for running and for the simulator, `install.sh report` for running and for the report.
+# `install.sh viewers` for the tests and ParaView, `install.sh simulate` for running and for the simulator,
+# `install.sh report` for running and for the report, `install.sh fuzz` for make fuzz.
 # It is silent and quick when nothing is missing. It installs system packages on Debian and systems derived from it, as
 # root or with a sudo that asks no password; elsewhere it says what to install. The Python packages go to .venv.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 mode=${1:-run}
-case $mode in run | test | viewers | simulate | report) ;; *) echo "usage: tools/install.sh run|test|viewers|simulate|report" >&2; exit 2 ;; esac
+case $mode in run | test | viewers | simulate | report | fuzz) ;; *) echo "usage: tools/install.sh run|test|viewers|simulate|report|fuzz" >&2; exit 2 ;; esac
 pkgconfig=${PKG_CONFIG:-pkg-config}
 
 has()    { command -v "$1" >/dev/null 2>&1; }
 module() { local m; for m; do "$pkgconfig" --exists "$m" 2>/dev/null && return; done; return 1; }
 say()    { echo "install.sh: $*" >&2; }
+
+# Can clang link libFuzzer with the sanitizers?
+fuzzes() {
+  has clang && echo 'int LLVMFuzzerTestOneInput(const char *d, unsigned long n); int LLVMFuzzerTestOneInput(const char *d, unsigned long n) { return d && n > 1u << 31; }' |
+    clang -x c -fsanitize=fuzzer,address,undefined -o /dev/null - 2>/dev/null
+}
 
 # Finds the first Python of 3.11 to 3.14 (the pinned packages have wheels for these) that can make a venv.
 usable_python() {
@@ -48,6 +55,10 @@ missing() {
   if [ "$mode" = test ] || [ "$mode" = viewers ]; then
     has ctest || echo cmake
     has clang || echo clang
+  fi
+  if [ "$mode" = fuzz ]; then # libFuzzer and the sanitizers of clang are a package of the same version
+    if ! has clang; then printf '%s\n' clang; fi
+    fuzzes || echo "libclang-rt-$(clang -dumpversion 2>/dev/null | cut -d. -f1 | grep . || echo 14)-dev"
   fi
   if [ "$mode" = viewers ] && ! has pvpython; then
     printf '%s\n' paraview python3-paraview

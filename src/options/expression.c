@@ -57,6 +57,7 @@ static PetscErrorCode Create(const char text[], const char variables[], MPMExpre
                    at >= 0 && at <= (PetscInt)strlen(text) ? at + 1 : (PetscInt)strlen(text) + 1);
     mupErrorReset((*e)->parser);
   }
+  if (MPMOptionsDash(text)) (void)snprintf(error, len, "write a plain - in place of the Unicode minus");
   for (const char *q = strchr(text, '='); q && !error[0]; q = strchr(q + 1, '=')) /* muParser would assign */
     if (q[1] == '=')
       q++;

@@ -9,20 +9,12 @@
 
 #define DEEPEST 20 /* nesting of files and of prefixes; PETSc allows 25 */
 
-/* A name that a file gives, with its value as text and the line where it was first given. */
-typedef struct {
-  char *name, *value;
-  int   line;
-} Given;
-
-/* A file that is read up to line `line`: the prefixes in force, where each was pushed, and the names so far. */
+/* A file that is read up to line `line`: the prefixes in force, where each was pushed, and its own number. */
 typedef struct {
   const char *path;
-  int         line, depth, pushed[DEEPEST];
+  int         line, depth, number, pushed[DEEPEST];
   size_t      length[DEEPEST]; /* length of the prefix before each push */
   char        prefix[DEEPEST * MPM_NAME_LEN];
-  Given      *given;
-  size_t      n;
 } File;
 
 /* The files that were checked, and the last YAML file, which PETSc reads last. */
@@ -89,61 +81,144 @@ static const char *Prefix(File *f, PetscBool push, const char value[])
   return NULL;
 }
 
-/* Notes a name and its value. If an earlier value of this file contradicts it, error says so. */
+/* Notes a name with the prefix in force, and its value; error gets a contradiction to an earlier line. */
 static void Note(File *f, const char name[], const char value[], char error[], size_t len)
 {
-  char   full[DEEPEST * MPM_NAME_LEN + MPM_TEXT_LEN];
-  Given *more;
+  char full[DEEPEST * MPM_NAME_LEN + MPM_TEXT_LEN];
 
   (void)snprintf(full, sizeof full, "%s%s", f->prefix, name + 1);
-  for (size_t k = 0; k < f->n; k++) {
-    const Given *g = &f->given[k];
+  MPMOptionsNote(f->number, full, value, f->path, f->line, error, len);
+}
 
-    if (strcasecmp(g->name, full) || !strcmp(g->value, value)) continue;
-    (void)snprintf(error, len, "%.1000s:%d: -%.100s%s%.100s contradicts -%.100s%s%.100s of line %d; remove one of them",
-                   f->path, f->line, full, value[0] ? " " : "", value, g->name, g->value[0] ? " " : "", g->value,
-                   g->line);
-    return;
-  }
-  more = realloc(f->given, (f->n + 1) * sizeof *more);
-  if (!more) return;
-  f->given         = more;
-  f->given[f->n++] = (Given){strdup(full), strdup(value), f->line};
+/* Returns whether a word could be a number, or a list of numbers. */
+PetscBool MPMOptionsIsNumbers(const char word[])
+{
+  return word[0] && word[strspn(word, "0123456789+-.,;eE")] == 0 && strpbrk(word, "0123456789") ? PETSC_TRUE
+                                                                                                : PETSC_FALSE;
+}
+
+/* Returns whether a word starts a comment in files of other programs. */
+static PetscBool IsComment(const char word[])
+{
+  return !strncmp(word, "//", 2) || !strncmp(word, "/*", 2) || (word[0] && strchr("%;!", word[0])) ? PETSC_TRUE
+                                                                                                   : PETSC_FALSE;
+}
+
+/* Checks a word that should be an option, and the next one (or ""), for what is written as other programs want it. */
+void MPMOptionsCheckWords(const char word[], const char next[], char fault[], size_t len)
+{
+  const size_t    n = strlen(word), end = strcspn(word, "=:");
+  const PetscBool option = MPMOptionsIsOption(word);
+
+  fault[0] = 0;
+  if (!option && IsComment(word))
+    (void)snprintf(fault, len, "'%.50s' does not start a comment, # does", word);
+  else if (!option && MPMOptionsDash(word) == word)
+    (void)snprintf(fault, len, "'%.50s' starts with a Unicode dash; an option starts with a plain -", word);
+  else if (word[end] == '=' || !strcmp(next, "="))
+    (void)snprintf(fault, len, "'%.50s': an option and its value are separated by a blank, without =", word);
+  else if (n && word[n - 1] == ':')
+    (void)snprintf(fault, len, "'%.50s': an option has no colon%s", word,
+                   option ? "" : " and starts with -; a YAML file is named *.yaml");
+  else if (!option && word[0] == '-')
+    (void)snprintf(fault, len, "'%.50s' is not an option; its name follows the - at once and starts with a letter",
+                   word);
+  else if (!option)
+    (void)snprintf(fault, len, "'%.50s' is not an option; an option starts with -, a comment with #", word);
+}
+
+/* Says what is wrong with a line that has a third word. */
+static void CheckThird(char *word[3], char fault[], size_t len)
+{
+  if (IsComment(word[2]))
+    (void)snprintf(fault, len, "'%.50s' does not start a comment, # does", word[2]);
+  else if (MPMOptionsIsNumbers(word[1]) && MPMOptionsIsNumbers(word[2]))
+    (void)snprintf(fault, len, "%.50s %.50s %.50s: join values with commas, without blanks", word[0], word[1], word[2]);
+  else if (MPMOptionsIsNumbers(word[1]) && isalpha((unsigned char)word[2][0]))
+    (void)snprintf(fault, len, "%.50s %.50s %.50s: write the number without a unit", word[0], word[1], word[2]);
+  else
+    (void)snprintf(
+        fault, len,
+        "more than one value on a line; put it in double quotes, or join values with commas, without blanks");
+}
+
+/* Checks a file that a line names. If all of that file is at fault, error names the line too. */
+static void CheckIncluded(const File *f, const char path[], int nesting, char error[], size_t len)
+{
+  const size_t n = strlen(path);
+  char         text[MPM_TEXT_LEN];
+
+  MPMOptionsCheckFile(path, nesting, error, len);
+  if (strncmp(error, path, n) || strncmp(error + n, ": ", 2)) return;
+  (void)snprintf(text, sizeof text, "%.1500s", error);
+  (void)snprintf(error, len, "%.500s:%d: -options_file %s", f->path, f->line, text);
 }
 
 /* Checks one line of an options file, which is `length` characters long. */
 static void CheckLine(File *f, char *line, size_t length, int nesting, char error[], size_t len)
 {
-  char       *word[3];
+  char       *word[3], text[MPM_TEXT_LEN] = "";
   const char *fault = length != strlen(line) ? "not a text file" : NULL, *value;
   int         n     = 0;
 
   if (!fault && f->line == 1 && !strncmp(line, "\xef\xbb\xbf", 3))
     fault = "starts with a byte-order mark; save it without";
   if (!fault) fault = Split(line, word, &n);
-  if (!fault && (!n || !MPMOptionsIsOption(word[0]))) return; /* empty, or a fault that PETSc reports with the line */
+  if (!fault && !n) return;
   value = n > 1 ? word[1] : "";
+  if (!fault) MPMOptionsCheckWords(word[0], value, text, sizeof text);
+  if (text[0]) fault = text;
   if (fault)
     ;
   else if ((n > 1 && MPMOptionsIsOption(word[1])) || (n > 2 && MPMOptionsIsOption(word[2])))
     fault = "two options on one line (a value that starts with - and a letter goes in parentheses: \"(-y), x\")";
-  else if (value[0] == '\'')
+  else if (strlen(word[0]) >= MPM_TEXT_LEN || strlen(value) >= MPM_TEXT_LEN - 1) {
+    (void)snprintf(text, sizeof text, "%.50s%s: %s is too long, at most %d characters", word[0],
+                   strlen(word[0]) > 50 ? "..." : "", strlen(value) >= MPM_TEXT_LEN - 1 ? "its value" : "this name",
+                   strlen(value) >= MPM_TEXT_LEN - 1 ? MPM_TEXT_LEN - 2 : MPM_FULL_LEN);
+    fault = text;
+  } else if (value[0] == '\'')
     fault = "use double quotes";
-  else if (n > 2)
-    fault = "more than one value on a line; put it in double quotes or join it with commas";
-  else if (!strcasecmp(word[0], "-prefix_push") || !strcasecmp(word[0], "-prefix_pop"))
+  else if (n > 2) {
+    CheckThird(word, text, sizeof text);
+    fault = text;
+  } else if (!strcasecmp(word[0], "-prefix_push") || !strcasecmp(word[0], "-prefix_pop"))
     fault = Prefix(f, !strcasecmp(word[0], "-prefix_push") ? PETSC_TRUE : PETSC_FALSE, value);
   else if (strncasecmp(word[0], "-options_file", 13))
     Note(f, word[0], value, error, len);
   else if (value[0])
-    MPMOptionsCheckFile(value, nesting + 1, error, len);
+    CheckIncluded(f, value, nesting + 1, error, len);
   else
     fault = "-options_file has no value";
-  if (fault) (void)snprintf(error, len, "%s:%d: %s", f->path, f->line, fault);
+  if (fault) (void)snprintf(error, len, "%.1000s:%d: %s", f->path, f->line, fault);
+}
+
+/* Checks a YAML file, which PETSc parses; only frequent faults are found here. */
+static void CheckYaml(FILE *file, const char path[], char error[], size_t len)
+{
+  char   *line = NULL, *text = NULL;
+  size_t  size = 0, total = 0;
+  ssize_t length;
+
+  for (int k = 1; !error[0] && (length = getline(&line, &size, file)) >= 0; k++) {
+    char *more = realloc(text, total + (size_t)length + 1);
+
+    if (!more) break;
+    text = more;
+    memcpy(text + total, line, (size_t)length + 1);
+    total += (size_t)length;
+    if ((size_t)length != strlen(line) || line[strcspn(line, "\033\177")])
+      (void)snprintf(error, len, "%.1000s:%d: not a text file", path, k);
+    else if (line[strspn(line, " ")] == '\t')
+      (void)snprintf(error, len, "%.1000s:%d: YAML is indented with blanks, not tabs", path, k);
+  }
+  if (!error[0] && text) MPMOptionsCheckYaml(path, text, error, len);
+  free(line);
+  free(text);
 }
 
 /* Checks all lines of an open file, up to the first fault. */
-static void CheckLines(FILE *file, const char path[], PetscBool yaml, int nesting, char error[], size_t len)
+static void CheckLines(FILE *file, const char path[], int nesting, char error[], size_t len)
 {
   File   *f    = calloc(1, sizeof *f);
   char   *line = NULL;
@@ -151,23 +226,15 @@ static void CheckLines(FILE *file, const char path[], PetscBool yaml, int nestin
   ssize_t length;
 
   if (!f) return;
-  f->path = path;
+  f->path   = path;
+  f->number = MPMOptionsNewFile();
   while (!error[0] && (length = getline(&line, &size, file)) >= 0) {
     f->line++;
-    if (!yaml)
-      CheckLine(f, line, (size_t)length, nesting, error, len);
-    else if ((size_t)length != strlen(line)) /* PETSc parses YAML; only frequent faults are found here */
-      (void)snprintf(error, len, "%s:%d: not a text file", path, f->line);
-    else if (line[strspn(line, " ")] == '\t')
-      (void)snprintf(error, len, "%s:%d: YAML is indented with blanks, not tabs", path, f->line);
+    CheckLine(f, line, (size_t)length, nesting, error, len);
   }
   if (!error[0] && f->depth > 0)
-    (void)snprintf(error, len, "%s:%d: -prefix_push without -prefix_pop", path, f->pushed[0]);
-  for (size_t k = 0; k < f->n; k++) {
-    free(f->given[k].name);
-    free(f->given[k].value);
-  }
-  free(f->given);
+    (void)snprintf(error, len, "%.1000s:%d: -prefix_push %.*s without -prefix_pop", path, f->pushed[0],
+                   (int)(f->depth > 1 ? f->length[1] : strlen(f->prefix)), f->prefix);
   free(f);
   free(line);
 }
@@ -200,7 +267,11 @@ static PetscBool IsYamlByStart(FILE *f)
 /* Notes that a file is one of those that are read. */
 static void NoteFile(const struct stat *status)
 {
-  void *more = realloc(seen, (nseen + 1) * sizeof *seen);
+  void *more;
+
+  for (size_t k = 0; k < nseen; k++)
+    if (seen[k].device == status->st_dev && seen[k].number == status->st_ino) return;
+  more = realloc(seen, (nseen + 1) * sizeof *seen);
 
   if (!more) return;
   seen                 = more;
@@ -236,7 +307,10 @@ void MPMOptionsCheckFile(const char name[], int nesting, char error[], size_t le
   else {
     yaml = yaml || IsYamlByStart(f) ? PETSC_TRUE : PETSC_FALSE;
     if (yaml) MPMOptionsYaml = name;
-    CheckLines(f, path, yaml, nesting, error, len);
+    if (yaml)
+      CheckYaml(f, path, error, len);
+    else
+      CheckLines(f, path, nesting, error, len);
     NoteFile(&status);
     (void)fclose(f);
   }
@@ -250,4 +324,14 @@ PetscBool MPMOptionsAreIn(const char path[])
   for (size_t k = 0; !stat(path, &status) && k < nseen; k++)
     if (status.st_dev == seen[k].device && status.st_ino == seen[k].number) return PETSC_TRUE;
   return PETSC_FALSE;
+}
+
+/* Forgets the files that were checked, and their lines. Not collective. */
+void MPMOptionsForget(void)
+{
+  free(seen);
+  seen           = NULL;
+  nseen          = 0;
+  MPMOptionsYaml = NULL;
+  MPMOptionsForgetPlaces();
 }

@@ -106,7 +106,7 @@ static PetscBool FromAlias(MPMOptions o, const char given[], char nearest[MPM_FU
     if (!whole && !EndsWith(given, alias[0])) continue;
     (void)snprintf(nearest, MPM_FULL_LEN, "%.*s%s", (int)keep, given, alias[1]);
     row = Find(o, nearest);
-    if (row && row->type != MPM_LATER && row->type != MPM_MOVED) return PETSC_TRUE;
+    if (row && row->type != MPM_MOVED) return PETSC_TRUE;
   }
   return PETSC_FALSE;
 }
@@ -255,6 +255,22 @@ static void RefuseAmbiguous(MPMOptions o, char kind, PetscInt n, char (*names)[M
     }
 }
 
+/* Returns whether `given` is a misspelt name of a model, shape or type that is not given. It explains why other names
+   are not legal. */
+static PetscBool IsChoice(MPMOptions o, const char given[])
+{
+  char                nearest[MPM_FULL_LEN], dashed[MPM_FULL_LEN + 1];
+  const MPMOptionRow *row;
+  PetscBool           set;
+
+  if (Find(o, given) || IsPetscs(given)) return PETSC_FALSE;
+  Nearest(o, given, nearest);
+  row = nearest[0] ? Find(o, nearest) : NULL;
+  if (!row || row->type != MPM_ENUM || !strchr(row->name, '<')) return PETSC_FALSE;
+  (void)snprintf(dashed, sizeof dashed, "-%s", nearest);
+  return PetscOptionsHasName(NULL, NULL, dashed, &set) || set ? PETSC_FALSE : PETSC_TRUE;
+}
+
 /* Takes the names that the scene declares, then refuses every given option that is not in the vocabulary or not built
    yet. If the declarations themselves had a fault (nm = nb = 0), options of materials, bodies, loads and faces pass.
    Another name that is not legal is then reported instead, as it explains more: -matrials soft, rather than "-materials
@@ -276,6 +292,8 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
   PetscCall(PetscStrncpy(fault, o->error, sizeof fault));
   o->error[0] = 0;
   PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
+  for (PetscInt k = 0; k < n && !o->error[0] && o->nb; k++)
+    if (IsChoice(o, names[k])) Refuse(o, names[k]);
   for (PetscInt k = 0; k < n && !o->error[0]; k++) {
     const MPMOptionRow *row = Find(o, names[k]);
 

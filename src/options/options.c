@@ -4,38 +4,8 @@
    the vocabulary is a table (run/options.def). A name that is not in it (names.c), a value of the wrong type, length or
    range, and an option that has no effect are each answered with one line before any time is spent. The first error is
    kept and later reads do nothing, so callers check once, at the end (MPMOptionsError). */
-#include <ctype.h>
-#include <stdarg.h>
 #include <strings.h>
-#include "base/fault.h"
 #include "options/reader.h"
-
-/* Notes an error unless there is one already, as one line, whatever the values in it contain. Not collective. */
-void MPMOptionsFail(MPMOptions o, const char format[], ...)
-{
-  va_list args;
-
-  if (o->error[0]) return;
-  va_start(args, format);
-  (void)vsnprintf(o->error, sizeof o->error, format, args);
-  va_end(args);
-  for (char *c = o->error; *c; c++)
-    if (iscntrl((unsigned char)*c)) *c = '?';
-}
-
-/* Returns the first error, or NULL if there is none. Not collective. */
-const char *MPMOptionsError(MPMOptions o)
-{
-  return o->error[0] ? o->error : NULL;
-}
-
-/* Gives an error that some processes have noted to all: that of the lowest rank. Collective on comm. */
-PetscErrorCode MPMOptionsShare(MPMOptions o, MPI_Comm comm)
-{
-  PetscFunctionBeginUser;
-  PetscCall(MPMFaultAgree(comm, o->error));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Creates a reader for the options of a vocabulary, which must stay valid. Not collective. */
 PetscErrorCode MPMOptionsCreate(const MPMVocabulary *table, MPMOptions *o)
@@ -101,75 +71,6 @@ static PetscErrorCode Lookup(MPMOptions o, const char rowname[], const char name
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the last word of a row's name, for messages: nu of material_<m>_nu, all of time_end. */
-static const char *ShortName(const MPMOptionRow *row)
-{
-  const char *close = strchr(row->name, '>');
-
-  return close ? close + 2 : row->name;
-}
-
-/* Refuses a value outside the interval of the row, e.g. (-1,0.5). */
-static void CheckRange(MPMOptions o, const MPMOptionRow *row, const char full[], const char text[], PetscReal value)
-{
-  char           *end, low[64] = "", high[64] = "";
-  const PetscReal lo = strtod(row->allowed + 1, &end), hi = strtod(end + 1, &end);
-  const PetscBool open_lo = row->allowed[0] == '(' ? PETSC_TRUE : PETSC_FALSE,
-                  open_hi = *end == ')' ? PETSC_TRUE : PETSC_FALSE;
-
-  if ((open_lo ? value > lo : value >= lo) && (open_hi ? value < hi : value <= hi)) return;
-  if (lo > -PETSC_MAX_REAL) (void)snprintf(low, sizeof low, "%g %s ", (double)lo, open_lo ? "<" : "<=");
-  if (hi < PETSC_MAX_REAL) (void)snprintf(high, sizeof high, " %s %.10g", open_hi ? "<" : "<=", (double)hi);
-  if (low[0] && !high[0])
-    MPMOptionsFail(o, "-%s %.100s is outside the allowed range %s %s %g", full, text, ShortName(row),
-                   open_lo ? ">" : ">=", (double)lo);
-  else
-    MPMOptionsFail(o, "-%s %.100s is outside the allowed range %s%s%s", full, text, low, ShortName(row), high);
-}
-
-/* Returns one number, which is all of `word`: that is `text`, or an item of the list in it. */
-static PetscReal ParseNumber(MPMOptions o, const MPMOptionRow *row, const char full[], const char text[],
-                             const char word[], PetscBool whole)
-{
-  char           *end;
-  const PetscReal value = strtod(word, &end);
-
-  if (end != word) end += strspn(end, " \t");
-  if (end == word || *end) {
-    if (word == text)
-      MPMOptionsFail(o, "-%s %.100s is not a%s number", full, text, whole ? " whole" : "");
-    else
-      MPMOptionsFail(o, "-%s %.100s: '%.100s' is not a%s number", full, text, word, whole ? " whole" : "");
-  } else if (!(PetscAbsReal(value) <= PETSC_MAX_REAL))
-    MPMOptionsFail(o, "-%s is not finite", full);
-  else if (whole && value != floor(value))
-    MPMOptionsFail(o, "-%s %.100s must be whole", full, text);
-  else
-    CheckRange(o, row, full, text, value);
-  return o->error[0] ? 0 : value;
-}
-
-/* Reads a list of dim numbers, one for each axis. */
-static void ParseList(MPMOptions o, const MPMOptionRow *row, const char full[], const char text[], PetscBool whole,
-                      PetscReal value[3])
-{
-  char     list[MPM_TEXT_LEN], *word = list;
-  PetscInt n = 1;
-
-  (void)snprintf(list, sizeof list, "%s", text);
-  for (const char *c = text; *c; c++) n += *c == ',';
-  if (n != o->dim)
-    MPMOptionsFail(o, "-%s has %" PetscInt_FMT " number%s, -dim %" PetscInt_FMT " needs %" PetscInt_FMT, full, n,
-                   n == 1 ? "" : "s", o->dim, o->dim);
-  for (PetscInt d = 0; d < o->dim && !o->error[0]; d++) {
-    char *comma = strchr(word, ',');
-
-    if (comma) *comma = 0;
-    value[d] = ParseNumber(o, row, full, text, o->dim == 1 ? text : word, whole);
-    if (comma) word = comma + 1;
-  }
-}
-
 /* Returns whether option `by` was given on the command line and `name` was not, so that `name` may only come from a
    file. Then `name` may have no effect; otherwise it is refused. Not collective. */
 PetscBool MPMOptionsOverridden(const char name[], const char by[])
@@ -207,7 +108,7 @@ static PetscErrorCode ReadNumber(MPMOptions o, const char rowname[], const char 
   PetscFunctionBeginUser;
   PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
   *known = found || DefaultNumber(row, number) ? PETSC_TRUE : PETSC_FALSE;
-  if (found) *number = ParseNumber(o, row, full, text, text, whole);
+  if (found) *number = MPMOptionsNumber(o, row, full, text, text, whole);
   if (set) *set = found;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -306,7 +207,7 @@ PetscErrorCode MPMOptionsReals(MPMOptions o, const char rowname[], const char na
 
   PetscFunctionBeginUser;
   PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
-  if (found) ParseList(o, row, full, text, PETSC_FALSE, value);
+  if (found) MPMOptionsList(o, row, full, text, PETSC_FALSE, value);
   for (PetscInt d = 0; !found && DefaultNumber(row, &number) && d < o->dim; d++) value[d] = number;
   if (set) *set = found;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -322,7 +223,7 @@ PetscErrorCode MPMOptionsInts(MPMOptions o, const char rowname[], const char nam
 
   PetscFunctionBeginUser;
   PetscCall(Lookup(o, rowname, name, &row, full, text, &found));
-  if (found) ParseList(o, row, full, text, PETSC_TRUE, number);
+  if (found) MPMOptionsList(o, row, full, text, PETSC_TRUE, number);
   if (found && !o->error[0])
     for (PetscInt d = 0; d < o->dim; d++) value[d] = (PetscInt)number[d];
   for (PetscInt d = 0; !found && DefaultNumber(row, &number[0]) && d < o->dim; d++) value[d] = (PetscInt)number[0];

@@ -17,11 +17,33 @@ struct _MPMOptions {
 
 void MPMOptionsFullName(const char row[], const char name[], char full[MPM_FULL_LEN]);
 
+/* Numbers in values (numbers.c). The first two read the value `text` of an option, one number or one an axis; faults are
+   left in o. MPMOptionsDash returns a minus of Unicode in a text, or NULL. */
+PetscReal   MPMOptionsNumber(MPMOptions o, const MPMOptionRow *row, const char full[], const char text[],
+                             const char word[], PetscBool whole);
+void        MPMOptionsList(MPMOptions o, const MPMOptionRow *row, const char full[], const char text[], PetscBool whole,
+                           PetscReal value[3]);
+const char *MPMOptionsDash(const char text[]);
+
+/* Where options were given in files (places.c). */
+void MPMOptionsNote(int file, const char name[], const char value[], const char path[], int line, char error[],
+                    size_t len);
+int  MPMOptionsNewFile(void);
+void MPMOptionsPlace(const char name[], const char value[], char place[], size_t len);
+void MPMOptionsForgetPlaces(void);
+
 /* Functions for the time before PETSc starts (files.c). MPMOptionsIsOption returns whether PETSc takes a word for an
    option (-1 and -inf are values). MPMOptionsCheckFile checks an options file, which `nesting` others include; error
-   gets what is wrong. MPMOptionsYaml is the YAML file that PETSc reads last, or NULL. */
+   gets what is wrong. MPMOptionsCheckWords checks a word that should be an option, and the one after it, for what is
+   written as other programs want it; fault [len] gets what is wrong, or "". MPMOptionsCheckYaml checks the text of a YAML file for
+   contradictions (yaml.c). MPMOptionsForget forgets the files.
+   MPMOptionsYaml is the YAML file that PETSc reads last, or NULL. */
 PetscBool          MPMOptionsIsOption(const char word[]);
 void               MPMOptionsCheckFile(const char name[], int nesting, char error[], size_t len);
+void               MPMOptionsCheckWords(const char word[], const char next[], char fault[], size_t len);
+void               MPMOptionsCheckYaml(const char path[], const char text[], char error[], size_t len);
+PetscBool          MPMOptionsIsNumbers(const char word[]);
+void               MPMOptionsForget(void);
 extern const char *MPMOptionsYaml;
 
 #endif

@@ -57,34 +57,64 @@ static PetscBool IsExpression(const char word[])
   return PETSC_FALSE;
 }
 
+/* Says what is wrong with a word of the arguments that is no option, after `option` and its value, or NULLs. */
+static void CheckStray(const char option[], const char value[], const char word[], char error[], size_t len)
+{
+  if (access(word, R_OK) == 0)
+    (void)snprintf(error, len, "%.200s is not an option; did you mean -options_file %.200s ?", word, word);
+  else if (value && MPMOptionsIsNumbers(value) && MPMOptionsIsNumbers(word))
+    (void)snprintf(error, len, "%.100s %.100s %.100s: join values with commas, without blanks", option, value, word);
+  else if (MPMOptionsDash(word) == word || word[0] == '=')
+    MPMOptionsCheckWords(word, "", error, len);
+  else
+    (void)snprintf(error, len,
+                   "%.200s is not an option; an option starts with -, its value has no blanks outside of quotes", word);
+}
+
+/* Keeps a prefix that was pushed, if value is not NULL, or drops the last one. `pushed` has place for `most`. */
+static void CheckPrefix(const char value[], const char *pushed[], int most, int *depth, char error[], size_t len)
+{
+  if (!value && !*depth)
+    (void)snprintf(error, len, "-prefix_pop without -prefix_push");
+  else if (!value)
+    --*depth;
+  else if (*depth == most)
+    (void)snprintf(error, len, "prefixes too deep or too long");
+  else
+    pushed[(*depth)++] = value;
+}
+
 /* Reports words that are neither options nor their values, and prefixes that are not popped: PETSc ignores both. */
 static void CheckArguments(int argc, char **argv, char error[], size_t len)
 {
-  int depth = 0;
+  const char *pushed[20], *option = NULL, *value = NULL;
+  int         depth = 0;
 
   for (int k = 1; k < argc && !error[0]; k++) {
     const char     *word   = argv[k];
     const PetscBool valued = k + 1 < argc && !MPMOptionsIsOption(argv[k + 1]) ? PETSC_TRUE : PETSC_FALSE;
 
-    if (!MPMOptionsIsOption(word) && access(word, R_OK) == 0)
-      (void)snprintf(error, len, "%.200s is not an option; did you mean -options_file %.200s ?", word, word);
-    else if (MPMOptionsIsOption(word) && !valued && k + 1 < argc && IsExpression(argv[k + 1]))
+    if (!MPMOptionsIsOption(word))
+      CheckStray(option, value, word, error, len);
+    else if (!valued && k + 1 < argc && IsExpression(argv[k + 1]))
       (void)snprintf(error, len,
                      "%.100s %.200s: a value that starts with - and a letter looks like an option; write "
                      "0%.200s",
                      word, argv[k + 1], argv[k + 1]);
-    else if (!MPMOptionsIsOption(word))
-      (void)snprintf(error, len,
-                     "%.200s is not an option; an option starts with -, its value has no blanks outside of quotes",
-                     word);
     else if (!strncasecmp(word, "-options_file", 13) && !(valued && argv[k + 1][0]))
       (void)snprintf(error, len, "%.100s has no value", word);
     else if (!strncasecmp(word, "-options_file", 13))
       MPMOptionsCheckFile(argv[k + 1], 0, error, len);
-    depth += !strcasecmp(word, "-prefix_push") ? (int)valued : !strcasecmp(word, "-prefix_pop") ? -1 : 0;
+    else
+      MPMOptionsCheckWords(word, valued ? argv[k + 1] : "", error, len);
+    if (error[0]) return;
+    if (!strcasecmp(word, "-prefix_pop")) CheckPrefix(NULL, pushed, 20, &depth, error, len);
+    if (valued && !strcasecmp(word, "-prefix_push")) CheckPrefix(argv[k + 1], pushed, 20, &depth, error, len);
+    option = word;
+    value  = valued ? argv[k + 1] : NULL;
     k += valued;
   }
-  if (!error[0] && depth > 0) (void)snprintf(error, len, "-prefix_push without -prefix_pop");
+  if (!error[0] && depth > 0) (void)snprintf(error, len, "-prefix_push %.100s without -prefix_pop", pushed[depth - 1]);
 }
 
 /* --- Help --------------------------------------------------------------------------------------------------------- */
@@ -199,6 +229,8 @@ PetscErrorCode MPMOptionsStartFault(MPI_Comm comm, int line, const char *functio
   if (text && strstr(text, "YAML"))
     (void)snprintf(error, sizeof error, "%.200s: not valid YAML, or not names with values",
                    MPMOptionsYaml ? MPMOptionsYaml : "-options_string_yaml");
+  else if (text && strstr(text, "max number of options"))
+    (void)snprintf(error, sizeof error, "more options than this PETSc takes (%.100s)", text);
   else
     (void)snprintf(error, sizeof error, "%s", text ? text : "PETSc does not start");
   Say(error);

@@ -7,6 +7,8 @@
 #define SHIFT_REFUSE 0.1
 #define NU_LOCKS     0.48    /* bodies of at most this Poisson's ratio are taken as free of locking */
 #define YEAR         3.156e7 /* s */
+#define WEIGHT       0.5     /* of the modulus, the stress by its own weight that a body is taken to bear */
+#define ANGLE        2       /* degrees; friction angles below are likely to be radians */
 
 /* Returns by how much rounding may shift the lattice of particles, in its spacings. Its places are multiples of the
    spacing b from the origin of space, and b comes from the difference of the corners of the grid, which at coordinates
@@ -68,8 +70,9 @@ PetscErrorCode MPMDoubtsRefuse(MPM mpm, MPMOptions o)
    which shows in gravity or in the density; scenes without units use numbers near 1. */
 static PetscErrorCode NoteMaterial(MPM mpm, const MPMMaterial *m, PetscBool earth)
 {
-  const char *const angles[] = {"friction_angle", "dilation_angle"};
-  const PetscReal   E = m->type->traits & MPM_FLUID ? m->K : m->E, radians[] = {1.6, 0.5};
+  const PetscReal E     = m->type->traits & MPM_FLUID ? m->K : m->E;
+  PetscReal       angle = 0;
+  char            name[3 * MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
   if (E < 100 && (earth || m->rho >= 500))
@@ -81,16 +84,11 @@ static PetscErrorCode NoteMaterial(MPM mpm, const MPMMaterial *m, PetscBool eart
     PetscCall(MPMPrint(&mpm->core.print,
                        "note       -material_%s_rho %g kg/m^3 is that of a gas; densities are in kg/m^3 (water 1000)\n",
                        m->name, (double)m->rho));
-  for (int k = 0; k < 2; k++) {
-    char      name[3 * MPM_NAME_LEN];
-    PetscReal angle = 0;
-
-    (void)snprintf(name, sizeof name, "-material_%s_%s", m->name, angles[k]);
-    PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
-    if (angle > 0 && angle < radians[k])
-      PetscCall(MPMPrint(&mpm->core.print, "note       %s %g is in degrees; as radians it would be %.3g degrees\n",
-                         name, (double)angle, (double)(angle * 180 / PETSC_PI)));
-  }
+  (void)snprintf(name, sizeof name, "-material_%s_dilation_angle", m->name);
+  PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
+  if (angle > 0 && angle < 0.5)
+    PetscCall(MPMPrint(&mpm->core.print, "note       %s %g is in degrees; as radians it would be %.3g degrees\n", name,
+                       (double)angle, (double)(angle * 180 / PETSC_PI)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -184,6 +182,99 @@ static PetscErrorCode WarnRest(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* --- Warnings: what is hardly meant, by ratios, since any units are allowed that go together ---------------------- */
+
+/* Warns of bodies that start faster than their own waves: of them only a shock is left. */
+static PetscErrorCode WarnSpeed(MPM mpm)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < mpm->scene.nbodies; k++) {
+    const MPMBody     *b       = &mpm->scene.bodies[k];
+    const MPMMaterial *m       = &mpm->scene.materials[b->material];
+    const PetscBool    fluid   = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE;
+    const PetscReal    modulus = fluid ? m->K : m->lambda + 2 * m->mu, c = PetscSqrtReal(modulus / m->rho);
+
+    if (!(PetscSqrtReal(b->v2) > c)) continue;
+    PetscCall(
+        MPMPrint(&mpm->core.print,
+                 "warning    %s starts at %.3g m/s, faster than its own sound, %.3g m/s; check -body_%s_velocity, "
+                 "-material_%s_%s and -material_%s_rho, and their units\n",
+                 b->name, (double)PetscSqrtReal(b->v2), (double)c, b->name, m->name, fluid ? "K" : "E", m->name));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns of bodies that their own weight would crush: the stress below the height H, rho g H, is beyond half the
+   modulus. */
+static PetscErrorCode WarnWeight(MPM mpm)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < mpm->scene.nbodies; k++) {
+    const MPMBody     *b     = &mpm->scene.bodies[k];
+    const MPMMaterial *m     = &mpm->scene.materials[b->material];
+    const PetscBool    fluid = m->type->traits & MPM_FLUID ? PETSC_TRUE : PETSC_FALSE;
+    PetscReal          lower[3], upper[3], weight = 0;
+
+    MPMRegionBounds(&b->region, mpm->core.grid.dim, lower, upper);
+    for (PetscInt d = 0; d < mpm->core.grid.dim; d++)
+      weight += m->rho * PetscAbsReal(mpm->core.params.gravity[d]) * (upper[d] - lower[d]);
+    weight /= fluid ? m->K : m->E;
+    if (!(weight > WEIGHT)) continue;
+    PetscCall(
+        MPMPrint(&mpm->core.print,
+                 "warning    the weight of %s presses it by rho g H/%s = %.3g; check -gravity, -material_%s_rho and "
+                 "-material_%s_%s, and their units\n",
+                 b->name, fluid ? "K" : "E", (double)weight, m->name, m->name, fluid ? "K" : "E"));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns of friction angles that are likely to be radians. */
+static PetscErrorCode WarnAngle(MPM mpm)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
+    char      name[3 * MPM_NAME_LEN];
+    PetscReal angle = 0;
+
+    (void)snprintf(name, sizeof name, "-material_%s_friction_angle", mpm->scene.materials[k].name);
+    PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
+    if (angle > 0 && angle < ANGLE)
+      PetscCall(MPMPrint(&mpm->core.print, "warning    %s %g is in degrees; if radians are meant, write %.3g\n", name,
+                         (double)angle, (double)(angle * 180 / PETSC_PI)));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns of gravity that points away from every wall, where no wall could hold the bodies: walls of type fixed and moving
+   hold what touches them in any direction, friction also along itself. */
+static PetscErrorCode WarnFall(MPM mpm)
+{
+  const PetscReal *g     = mpm->core.params.gravity;
+  PetscInt         walls = 0, down = 0;
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < mpm->core.grid.dim; d++) {
+    if (PetscAbsReal(g[d]) > PetscAbsReal(g[down])) down = d;
+    for (PetscInt side = 0; side < 2; side++) {
+      const MPMWall type = mpm->scene.walls.given[d][side].type;
+
+      if (type == MPM_WALL_free || type == MPM_WALL_periodic) continue;
+      walls++;
+      if (type == MPM_WALL_fixed || type == MPM_WALL_moving || (type == MPM_WALL_friction && g[d] == 0) ||
+          (side ? g[d] > 0 : g[d] < 0))
+        PetscFunctionReturn(PETSC_SUCCESS);
+    }
+  }
+  if (!walls || g[down] == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(
+      MPMPrint(&mpm->core.print,
+               "warning    gravity points away from every wall, along %c%c: nothing holds the bodies; turn -gravity, "
+               "or choose -bc_%s_type\n",
+               g[down] > 0 ? '+' : '-', "xyz"[down], MPMFaceNames[2 * down + (g[down] > 0)]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Prints the warnings before the first step. steps, seconds: what is predicted for the whole run. Not collective. */
 PetscErrorCode MPMDoubtsWarn(MPM mpm, PetscReal steps, PetscReal seconds)
 {
@@ -209,5 +300,9 @@ PetscErrorCode MPMDoubtsWarn(MPM mpm, PetscReal steps, PetscReal seconds)
   PetscCall(WarnLocking(mpm));
   PetscCall(WarnLeak(mpm));
   PetscCall(WarnRest(mpm));
+  PetscCall(WarnSpeed(mpm));
+  PetscCall(WarnWeight(mpm));
+  PetscCall(WarnAngle(mpm));
+  PetscCall(WarnFall(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

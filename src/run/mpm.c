@@ -27,9 +27,9 @@ static PetscErrorCode MakeFolder(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads the scene and everything about its run, but makes neither grid nor particles. The first fault is left in o.
-   Collective on core.comm. */
-PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
+/* Reads the options of a scene and of everything about its run; nothing is counted or checked by particles. The first
+   fault is left in o. Collective on core.comm. */
+PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
 {
   MPMCore  *core  = &mpm->core;
   MPMScene *scene = &mpm->scene;
@@ -52,7 +52,16 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMCheckpointSetFromOptions(mpm, o));
   PetscCall(MPMRestartSetFromOptions(mpm, o));
   PetscCall(MPMOptionsFinish(o));
-  if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(scene, core, o));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads the scene and everything about its run, but makes neither grid nor particles. The first fault is left in o.
+   Collective on core.comm. */
+PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMReadOptions(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMDoubtsRefuse(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MakeFolder(mpm, o));
   mpm->monitor.dir = mpm->output.dir;

@@ -124,6 +124,7 @@ extern const MPMVocabulary MPMOptionTable; /* options.def, with the values that 
 
 /* These functions are collective on the comm that MPMCreate gets; mpm.c describes them. */
 PetscErrorCode MPMCreate(MPI_Comm, MPM *);
+PetscErrorCode MPMReadOptions(MPM, MPMOptions);
 PetscErrorCode MPMSetFromOptions(MPM, MPMOptions);
 PetscErrorCode
     MPMSetPhases(MPM); /* sets the phases of a step and the constants of the cost model; MPMSetUp calls it first */

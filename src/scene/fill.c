@@ -19,6 +19,7 @@ static PetscErrorCode CheckParticle(MPMScene *scene, MPMCore *core, MPMOptions o
       MPMOptionsFail(o, "body %s lies outside of the grid: its particle at %c = %g, the grid from %g to %g", b->name,
                      "xyz"[d], (double)x[d], (double)(core->grid.lower[d]), (double)(core->grid.upper[d]));
   if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, X, NULL, 0, v));
+  scene->bodies[b - scene->bodies].v2 = PetscMax(b->v2, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   for (PetscInt d = 0; d < dim; d++)
     if (!(PetscAbsReal(v[d]) <= PETSC_MAX_REAL))
       MPMOptionsFail(o, "-body_%s_velocity is not finite at x = %g%s", b->name, (double)x[0], dim > 1 ? ", ..." : "");
@@ -137,6 +138,8 @@ static PetscErrorCode CheckParticles(MPMScene *scene, MPMCore *core, MPMOptions 
       }
   }
   PetscCall(MPMOptionsShare(o, core->comm));
+  for (PetscInt k = 0; k < scene->nbodies; k++)
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->bodies[k].v2, 1, MPIU_REAL, MPI_MAX, core->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->on_line, 1, MPIU_INT64, MPI_SUM, core->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->overlap, 1, MPIU_INT64, MPI_SUM, core->comm));
   PetscFunctionReturn(PETSC_SUCCESS);

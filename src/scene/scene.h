@@ -16,6 +16,7 @@ typedef struct {
   PetscInt      material, kind, ppc[3]; /* rows of the scene's materials and kinds; particles per cell on each axis */
   PetscReal     offset[3], b[3];        /* of the lattice of its particles: offset and spacing, m */
   MPMExpression velocity;               /* m/s, of x y z; NULL: at rest */
+  PetscReal     v2;                     /* largest squared speed of its particles at the start, m^2/s^2 */
   PetscInt64    first, n;               /* ids first .. first+n-1 */
   PetscInt64    row;                    /* the number of its first row of lattice places among those of all bodies */
 } MPMBody;
