@@ -98,6 +98,12 @@ check.that(calm[0].digest == calm[1].digest and "retries" not in calm[1].out, "r
 row = [int(run.find(r"(\d+) with order and scratch")) for run in calm]
 check.that(row[1] - row[0] == 68, f"the copy is counted: {row[0]} and {row[1]} bytes a particle") # x, v, F, cell
 
+# A restart while dt grows back goes on with the same steps.
+half = check.pebble(*CRASH, *QUIET, "-time_max_steps", "7", "-checkpoint_every", "10", "-check_state", "retry", "-output_dir", "grows")
+rest = check.pebble(*CRASH, *QUIET, "-time_max_steps", "60", "-checkpoint_every", "10", "-check_state", "retry", "-output_dir", "grows", "-restart_file", "latest")
+check.that(half.find("^(retries)") and rest.digest == first.digest and rest.find("^(retries.*)$") == first.find("^(retries.*)$") and check.content("grows/disks.csv").endswith(check.content("crash_1/disks.csv")[-200:]),
+           f"after a restart while dt grows: same bits, same count {rest.err[-200:]}")
+
 # A fixed dt: it is halved, and grows back by the factor given.
 fixed = check.pebble(*CRASH[:-2], *QUIET, "-dt_size", "0.006", "-time_max_steps", "40", "-history_every", "0", "-check_state", "retry", "-dt_max_growth", "1.2", "-output_dir", "fixed")
 dt = check.history("fixed/disks.csv")["dt"][1:]
