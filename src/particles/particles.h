@@ -23,6 +23,9 @@ typedef struct {
   PetscInt  *movers, nmovers;         /* the movers since the order was made, as in MPMPatch; nmovers -1: not known */
   PetscInt   nkept;                   /* particles below this number are where the order has them, but for movers */
   PetscInt   nstart;
+#if defined(MPM_POISON)
+  uint64_t written[MPM_NUM_FIELDS]; /* what a field was before a phase (poison.c) */
+#endif
 } MPMParticles;
 
 /* What fields.def says of a field. */

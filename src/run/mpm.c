@@ -46,6 +46,8 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMStudySetFromOptions(mpm, o));
   PetscCall(MPMOptionsBool(o, "report_indicator", NULL, &mpm->report.indicator));
   PetscCall(MPMOptionsBool(o, "report_limits", NULL, &mpm->report.limits));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-report_limits", &mpm->report.no_limits));
+  if (mpm->report.limits) mpm->report.no_limits = PETSC_FALSE;
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
   PetscCall(MPMOptionsFinish(o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(scene, core, o));

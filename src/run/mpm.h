@@ -48,6 +48,7 @@ typedef struct {
   PetscLogDouble start, line; /* when the run and the last line of progress began, s */
   PetscBool      indicator;   /* -report_indicator */
   PetscBool      limits;      /* -report_limits: are the limits of a core measured for the line `speed`? */
+  PetscBool      no_limits;   /* -report_limits false: they are not, however long the run takes */
   PetscBool      progress;    /* is a line of progress on the terminal? */
   PetscBool      untold;      /* is the reason to stop left to a study? Else the end of the run tells it */
 } MPMReport;

@@ -434,7 +434,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
   PetscCall(MPMPrint(&mpm->core.print, "simulated  %.9g s a step\n",
                      (double)(mpm->core.timers.steps / PetscMax(1, mpm->core.step))));
 #endif
-  PetscCall(MPMRoofline(&mpm->cost, &mpm->core, mpm->report.limits));
+  PetscCall(MPMRoofline(&mpm->cost, &mpm->core, mpm->report.limits, mpm->report.no_limits));
   if (mpm->core.status.bad != MPM_OK) PetscFunctionReturn(PETSC_SUCCESS); /* the failed state is in no file */
   PetscCall(MPMParticlesDigest(&mpm->core.particles, mpm->core.exchange.data, &digest));
   PetscCall(MPMPrint(&mpm->core.print, "digest %016llx\n", (unsigned long long)digest));
