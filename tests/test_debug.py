@@ -25,7 +25,7 @@ HOW = {
     # The vectors of valgrind's processor are those of AVX2. Its clock is slow.
     "valgrind": ([TWO, TWO_POOL], [], {}, ["bar", "disks"], 900, 3),
 }
-WORDS = r"ERROR: AddressSanitizer|runtime error:|PETSC ERROR|ERROR SUMMARY: [1-9]"
+WORDS = r"ERROR: AddressSanitizer|runtime error:|PETSC ERROR|^==\d+== "
 
 
 def fault(what, scene, way, pinned, more, env, patience, steps):
@@ -33,11 +33,11 @@ def fault(what, scene, way, pinned, more, env, patience, steps):
     processes, options = way
     command = [check.program]
     if what == "valgrind":
-        command = ["valgrind", "--error-exitcode=99", "--num-callers=30", "--suppressions=" + check.source + "/tests/valgrind.supp",
-                   *command]
+        command = ["valgrind", "-q", "--error-exitcode=99", "--num-callers=40", "--leak-check=full", "--show-leak-kinds=definite",
+                   "--errors-for-leak-kinds=definite", f"--suppressions={check.source}/tests/valgrind.supp", *command]
     told = check.run([*command, "-options_file", scene, "-time_max_steps", steps, "-output_every", 1e9, "-output_dir", ".",
                       "-output_name", f"{scene.stem}_{processes}", *options, *more], processes, patience, env=env)
-    word = re.search(WORDS, told.said)
+    word = re.search(WORDS, told.said, re.M)
     if not told.good or word:
         return f"status {told.status}: {told.said[word.start() if word else -1500:][:1500]}"
     return None if steps != STEPS or told.digest == pinned else f"digest {told.digest}, pinned {pinned}"
