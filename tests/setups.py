@@ -17,8 +17,9 @@ BASES = {"linear": "linear", "ugimp": "gimp", "cpgimp": "gimp", "quadratic": "bs
 GIMP_UPDATES = {"ugimp": "none", "cpgimp": "stretch"}
 MODELS = {"neo": "neohookean", "linear": "elastic", "fluid": "fluid", "j2log": "vonmises", "dp": "druckerprager"}
 WALLS = {"free": "free", "sticky": "fixed", "slip": "slip", "separate": "separate"}
-# Components of the file's tensors (xx xy xz yx ... and xx xy xz yy yz zz) that the reference lists, for dim 1, 2, 3.
+# Components that the reference lists for dim 1, 2, 3: of the file's tensors (xx xy xz yx ...), and of the six of a stress.
 F_PARTS = {1: [0], 2: [0, 1, 3, 4], 3: range(9)}
+SYMMETRIC = [0, 1, 2, 4, 5, 8]  # xx xy xz yy yz zz of a tensor of the file
 STRESS_PARTS = {1: [0, 3, 5], 2: [0, 1, 3, 5], 3: range(6)}
 
 
@@ -160,7 +161,7 @@ def state(file, step, dim):
     assert (particles["id"][:][order] == np.arange(len(order))).all()
     columns = {"x": range(dim), "v": range(dim), "F": F_PARTS[dim]}
     found = {key: particles[key][:][order][:, list(part)] for key, part in columns.items() if key in particles}
-    found["stress"] = particles["stress"][:][order]
+    found["stress"] = particles["stress"][:][order][:, SYMMETRIC]
     found["sig"], found["V"] = found["stress"][:, list(STRESS_PARTS[dim])], particles["volume"][:][order][:, None]
     found["body"] = particles["body"][:][order] if "body" in particles else np.zeros(len(order), int)
     return found

@@ -17,7 +17,7 @@ import check
 TIME_END, OUTPUT_EVERY = 0.1, 0.05
 ROOT = "title scene dim git petsc_version hdf5_version mpi compiler flags ranks host date options " \
        "grid_lower grid_upper grid_cells".split()
-PARTICLES = {"id": (), "x": (3,), "v": (3,), "F": (9,), "stress": (6,), "volume": (), "body": ()}  # name: row's shape
+PARTICLES = {"id": (), "x": (3,), "v": (3,), "F": (9,), "stress": (9,), "volume": (), "body": ()}  # name: row's shape
 
 
 def text(value):

@@ -9,7 +9,7 @@ import check
 DT, TOLERANCE = "0.006", 1e-12
 FLOOR = 1000.0  # Young's modulus: before the contact stress is round-off, which no relative error can judge
 # Pebble's components in 2-D, in the order of the seed: of vectors of 3, tensors of 9 and (xx xy xz yy yz zz) of 6.
-PARTS = {"x": [0, 1], "v": [0, 1], "F": [0, 1, 3, 4], "stress": [0, 1, 1, 3]}
+PARTS = {"x": [0, 1], "v": [0, 1], "F": [0, 1, 3, 4], "stress": [0, 1, 3, 4]}
 
 
 def read_seed(path):

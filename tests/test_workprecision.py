@@ -112,7 +112,7 @@ def check_resume(first):
     check.that({row["key"] for row in more.every} == {row["key"] for row in rest.every} and sum(row["study"] == "other" for row in more.every) == every - len(more.rows), "rows that a smaller study has not are kept as `other`")
     other = Study(first.folder, None, "-time_end", "0.25")
     check.that("not made again" not in other.out and len(other.rows) == every and len(other.every) == 2 * every, f"another time_end: all runs anew, {len(other.rows)} of {len(other.every)} rows")
-    check.write(first.table, "a,b\n1,2\n")
+    check.write(first.table, "study,basis,gimp_update,update,more\n1,2\n")
     foreign = Study(first.folder)
     check.that(foreign.status == 2 and len(foreign.lines) == 1 and foreign.lines[0].endswith("is not of a work-precision study; move the file away"), f"another file of that name: {foreign.lines}")
     rewrite(first, first.rows)

@@ -14,6 +14,7 @@ import json
 import math
 import os
 import re
+import shutil
 from concurrent.futures import ThreadPoolExecutor
 
 import h5py
@@ -183,6 +184,7 @@ class Runs:
         for end in (".h5", ".xdmf", ".csv", ".opts"):
             if os.path.exists(name + end):
                 os.remove(name + end)
+        shutil.rmtree(name + ".snapshots", ignore_errors=True)
 
 
 def scheme(basis, boundary=None, order="musl", transfer="flip1"):

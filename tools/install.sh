@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # This script installs what is missing: `install.sh run` for building and running, `install.sh test` for the tests too,
-# `install.sh simulate` for running and for the simulator, `install.sh report` for running and for the report.
+# `install.sh viewers` for the tests and ParaView, `install.sh simulate` for running and for the simulator, `install.sh report` for running and for the report.
 # It is silent and quick when nothing is missing. It installs system packages on Debian and systems derived from it, as
 # root or with a sudo that asks no password; elsewhere it says what to install. The Python packages go to .venv.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 mode=${1:-run}
-case $mode in run | test | simulate | report) ;; *) echo "usage: tools/install.sh run|test|simulate|report" >&2; exit 2 ;; esac
+case $mode in run | test | viewers | simulate | report) ;; *) echo "usage: tools/install.sh run|test|viewers|simulate|report" >&2; exit 2 ;; esac
 pkgconfig=${PKG_CONFIG:-pkg-config}
 
 has()    { command -v "$1" >/dev/null 2>&1; }
@@ -45,9 +45,12 @@ missing() {
   fi
   module muparser || echo libmuparser-dev
   venv_works || usable_python >/dev/null || printf '%s\n' python3 python3-venv
-  if [ "$mode" = test ]; then
+  if [ "$mode" = test ] || [ "$mode" = viewers ]; then
     has ctest || echo cmake
     has clang || echo clang
+  fi
+  if [ "$mode" = viewers ] && ! has pvpython; then
+    printf '%s\n' paraview python3-paraview
   fi
   if [ "$mode" = simulate ]; then
     has smpicc && has smpirun || echo libsimgrid-dev
@@ -94,7 +97,8 @@ fi
 
 # ---- Python packages; .venv/installed/ keeps the lists of packages that .venv has
 lists=(tools/requirements.txt)
-[ "$mode" = test ] && lists+=(tools/requirements-test.txt)
+[ "$mode" = test ] || [ "$mode" = viewers ] && lists+=(tools/requirements-test.txt)
+[ "$mode" = viewers ] && lists+=(tools/requirements-viewers.txt)
 [ "$mode" = report ] && lists+=(tools/requirements-report.txt)
 for list in "${lists[@]}"; do
   venv_works && cmp -s "$list" ".venv/installed/${list##*/}" && continue

@@ -140,12 +140,12 @@ def quantity(run, particles, name, time):
         s, unit = read("stress")
         if dim == 1:
             return s[:, 0], "axial stress", unit, True
-        xx, xy, xz, yy, yz, zz = s.T
+        xx, xy, xz, _, yy, yz, _, _, zz = s.T
         mises = np.sqrt(0.5 * ((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) + 3 * (xy**2 + yz**2 + xz**2))
         return mises, "von Mises stress", unit, False
     if name == "pressure":
         s, unit = read("stress")
-        return -(s[:, 0] + s[:, 3] + s[:, 5]) / 3, "pressure", unit, True
+        return -(s[:, 0] + s[:, 4] + s[:, 8]) / 3, "pressure", unit, True
     if name == "speed":
         v, unit = read("v")
         return np.linalg.norm(v, axis=1), "speed", unit, False

@@ -64,8 +64,19 @@ static void Fill_stress(const MPMShown *s, const MPMView *v, PetscInt p, PetscRe
 
   MPMMaterialState(dim, v, p, &b);
   if (!(m->state & MPM_BIT(tau))) m->type->law->stress[dim - 1](m, 0, 1, &b);
-  for (PetscInt k = 0; k < MPM_STRESS_NC; k++) row[k] = 0;
-  for (PetscInt k = 0; k < MPM_SYM_NC(dim); k++) row[MPMSymPlace((int)dim, (int)k)] = b.tau[k][0] / Jacobian(s, v, p);
+  for (PetscInt k = 0; k < 9; k++) row[k] = 0;
+  for (PetscInt k = 0; k < MPM_SYM_NC(dim); k++) {
+    const PetscInt to = MPMShownStress(dim, k);
+
+    row[to] = row[to % 3 * 3 + to / 3] = b.tau[k][0] / Jacobian(s, v, p);
+  }
+}
+
+PetscInt MPMShownStress(PetscInt dim, PetscInt k)
+{
+  static const PetscInt upper[MPM_STRESS_NC] = {0, 1, 2, 4, 5, 8}; /* xx xy xz yy yz zz, row by row */
+
+  return upper[MPMSymPlace((int)dim, (int)k)];
 }
 
 static void Fill_volume(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])

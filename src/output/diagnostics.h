@@ -66,6 +66,9 @@ PetscBool MPMDiagnosticIsField(PetscInt row, PetscInt fields);
 /* Returns whether the run has the row: some are kept only where an option or a load asks for them. */
 PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *);
 
+/* Returns where component k of a symmetric tensor (MPM_SYM_NC) is among the 9 of the stress that is shown. */
+PetscInt MPMShownStress(PetscInt dim, PetscInt k);
+
 /* Computes the totals of the present state. Collective on the exchange. */
 PetscErrorCode MPMTotalsCompute(const MPMScene *, MPMCore *, MPMTotals *);
 

@@ -1,31 +1,68 @@
-/* hdf5.h - writes datasets and attributes of HDF5, as snapshots need them. With a PETSc that has no HDF5 there are no
-   such functions. All are collective on the file. */
+/* hdf5.h - HDF5 files that are complete or not there. The first process makes all of a file but the numbers of its
+   datasets, in memory; then every process writes its part of these numbers to where HDF5 will look for them; when all
+   have written, the file gets its name. HDF5 itself never writes to a disk, since it does not survive a full one, and
+   no process waits in HDF5 for another. A fault is kept as a text with the name of the file and the system's reason.
+
+     MPMFileCreate  MPMFileDataset ...  MPMFileLay  MPMFileWrite ...  MPMFileClose
+
+   With a PETSc that has no HDF5 there are no such functions. */
 #ifndef MPM_HDF5_H
 #define MPM_HDF5_H
 
 #include "base/base.h"
 #if defined(PETSC_HAVE_HDF5)
 #include <hdf5.h>
-#include <petscviewerhdf5.h>
 
 #define H5(call)                                                                                                       \
   do {                                                                                                                 \
-    PetscCheck((call) >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 failed to write the results: %s", #call);            \
+    PetscCheck((call) >= 0, PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 failed to make a file of results: %s", #call);       \
   } while (0)
 
 /* Write attributes of an object: an array of n numbers, or one number if n is 0; a text below 64 KiB; one number. A
-   text of any length becomes a dataset. */
+   text of any length becomes a dataset. They do nothing where the object is not open, so that all processes may call
+   them. Not collective. */
 PetscErrorCode MPMHDF5Attribute(hid_t object, const char name[], hid_t type, hsize_t n, const void *value);
 PetscErrorCode MPMHDF5Text(hid_t object, const char name[], const char text[]);
 PetscErrorCode MPMHDF5LongText(hid_t object, const char name[], const char text[]);
 PetscErrorCode MPMHDF5Real(hid_t object, const char name[], PetscReal value);
 PetscErrorCode MPMHDF5Int(hid_t object, const char name[], PetscInt value);
 
-/* Writes a dataset of numbers with `rank` axes: its extent is `size`, and this process writes the box that begins at
-   `offset` and has extent `count`, which may be 0. whole: the numbers are stored as integers. */
-PetscErrorCode MPMHDF5Dataset(hid_t group, const char name[], const char unit[], const char components[],
-                              PetscBool whole, int rank, const hsize_t size[], const hsize_t offset[],
-                              const hsize_t count[], const PetscReal *data);
+#define MPM_MAX_SETS 128 /* datasets of numbers in a file */
+typedef struct {
+  MPI_Comm    comm;
+  PetscMPIInt rank;
+  char        path[2 * MPM_TEXT_LEN], fresh[2 * MPM_TEXT_LEN + 16]; /* its name, and that while it is not complete */
+  char        fault[MPM_TEXT_LEN];                                  /* the first fault of this process; empty: none */
+  hid_t       file;  /* on the first process, from Create to Lay; else -1 */
+  void       *image; /* on the first process: all but the numbers */
+  size_t      size;  /* of the image, bytes */
+  PetscInt    nsets;
+  long long   length, offset[MPM_MAX_SETS]; /* bytes: of the file, and where the numbers of a dataset begin */
+  PetscBool   whole[MPM_MAX_SETS];
+  int         fd; /* of this process, from Lay to Close */
+} MPMFile;
+
+/* Begins a file; `room` is about how many bytes its attributes take (a guess that is too small costs memory only).
+   Collective. */
+PetscErrorCode MPMFileCreate(MPMFile *, MPI_Comm, const char path[], size_t room);
+
+/* Makes the next dataset, of numbers with `rank` axes; the first one has the number 0. whole: the numbers are stored as
+   integers of 64 bits. All processes call it, and group is used on the first. Not collective. */
+PetscErrorCode MPMFileDataset(MPMFile *, hid_t group, const char name[], const char unit[], const char components[],
+                              PetscBool whole, int rank, const hsize_t size[]);
+
+/* Ends the making of datasets, and opens the file on all processes. Collective. */
+PetscErrorCode MPMFileLay(MPMFile *);
+
+/* Writes n numbers of a dataset, of which `first` come before, in the sequence of the file. Not collective. */
+PetscErrorCode MPMFileWrite(MPMFile *, PetscInt set, PetscInt64 first, PetscInt64 n, const PetscReal[]);
+
+/* Ends the file: gives it its name, or removes it if a process has a fault. sync: its numbers are on the disk when this
+   returns. *fault gets the fault of this process. Collective. */
+PetscErrorCode MPMFileClose(MPMFile *, PetscBool sync, char fault[MPM_TEXT_LEN]);
+
+/* Opens a file for reading without locking it or printing faults; returns -1 if it cannot. Not collective. */
+hid_t MPMHDF5Open(const char path[]);
 
 #endif
 #endif

@@ -31,12 +31,11 @@ static PetscErrorCode ReadStress(const MPMScene *scene, MPMCore *core, const Par
   PetscFunctionBeginUser;
   PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    PetscReal all[MPM_STRESS_NC], V, *row = r + p * part->dim;
+    PetscReal all[MPM_MAX_COMPONENTS], V, *row = r + p * part->dim;
 
     MPMDiagnostics[MPM_SHOWS_stress].fill(&shown, &view, p, all);
     MPMDiagnostics[MPM_SHOWS_volume].fill(&shown, &view, p, &V);
-    for (PetscInt k = 0; k < part->dim; k++)
-      row[k] = k < part->n ? all[MPMSymPlace((int)part->dim, (int)(part->first + k))] : 0;
+    for (PetscInt k = 0; k < part->dim; k++) row[k] = k < part->n ? all[MPMShownStress(part->dim, part->first + k)] : 0;
     MPMSumAdd(stress2, V * Size2(part, row));
     if (volume) MPMSumAdd(volume, V);
   }

@@ -1,6 +1,8 @@
 /* monitor.c - the CSV history of the columns of diagnostics.def, and the checks of energy and momentum. It is called
    after each step. */
 #include <errno.h>
+#include <sys/stat.h>
+#include <unistd.h>
 #include "output/output.h"
 
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, PetscReal time_end, MPMOptions o,
@@ -31,17 +33,15 @@ MPMShown MPMMonitorShown(const MPMMonitor *mon, const MPMCore *core, const MPMSc
   return (MPMShown){core, scene, &mon->start, &mon->now, NULL};
 }
 
-/* Opens the history and writes its head. Only the first process calls it. */
-static PetscErrorCode Open(MPMMonitor *mon, const MPMCore *core, const MPMScene *scene)
+/* Begins the history with its head, in a new file: a link to another file is not followed. Only the first process calls
+   it. */
+static void Begin(MPMMonitor *mon, const MPMCore *core, const char path[])
 {
-  char        path[2 * MPM_TEXT_LEN];
   const char *comma = "";
 
-  PetscFunctionBeginUser;
-  (void)snprintf(path, sizeof path, "%s/%s.csv", mon->dir, scene->name);
-  mon->file = fopen(path, "w");
-  PetscCheck(mon->file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", path, strerror(errno));
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
+  (void)unlink(path);
+  mon->file = fopen(path, "wx");
+  for (PetscInt k = 0; mon->file && k < MPM_NUM_DIAGNOSTICS; k++) {
     PetscInt       first;
     const PetscInt n = MPMDiagnosticColumns(k, core, &first);
 
@@ -50,31 +50,55 @@ static PetscErrorCode Open(MPMMonitor *mon, const MPMCore *core, const MPMScene 
       if (MPMDiagnostics[k].nc > 1) fprintf(mon->file, "_%c", "xyz"[c]);
     }
   }
-  fprintf(mon->file, "\n");
-  PetscFunctionReturn(PETSC_SUCCESS);
+  if (mon->file) fprintf(mon->file, "\n");
 }
 
-/* Writes a line of the history; it is in the file when this returns. */
-static PetscErrorCode WriteLine(MPMMonitor *mon, const MPMCore *core, const MPMShown *shown)
+/* Returns 0 if all that was written is in the file, and the file in its folder; else errno. */
+static int Fault(FILE *file)
 {
+  struct stat s;
+
+  errno = 0;
+  if (fflush(file) || ferror(file)) return errno ? errno : EIO;
+  if (fstat(fileno(file), &s)) return errno;
+  return s.st_nlink ? 0 : ENOENT;
+}
+
+/* Writes a line of the history; it is in the file when this returns. A line that does not fit is cut off again, and the
+   fault is left in core->stop. Collective on exchange.data. */
+static PetscErrorCode WriteLine(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
+{
+  char        path[2 * MPM_TEXT_LEN], fault[MPM_TEXT_LEN] = "";
   PetscMPIInt rank;
   const char *comma = "";
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
-  if (rank) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!mon->file) PetscCall(Open(mon, core, shown->scene));
-  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
-    const MPMDiagnostic *row = &MPMDiagnostics[k];
-    PetscInt             first;
-    const PetscInt       n = MPMDiagnosticColumns(k, core, &first);
+  if (!rank) {
+    int number;
 
-    for (PetscInt c = first; c < first + n; c++, comma = ",")
-      fprintf(mon->file, row->whole ? "%s%.0f" : "%s%.17g", comma, (double)MPMDiagnosticValue(shown, k, c));
+    (void)snprintf(path, sizeof path, "%s/%s.csv", mon->dir, shown->scene->name);
+    if (!mon->file) Begin(mon, core, path);
+    number = mon->file ? 0 : errno;
+    for (PetscInt k = 0; !number && k < MPM_NUM_DIAGNOSTICS; k++) {
+      const MPMDiagnostic *row = &MPMDiagnostics[k];
+      PetscInt             first;
+      const PetscInt       n = MPMDiagnosticColumns(k, core, &first);
+
+      for (PetscInt c = first; c < first + n; c++, comma = ",")
+        fprintf(mon->file, row->whole ? "%s%.0f" : "%s%.17g", comma, (double)MPMDiagnosticValue(shown, k, c));
+    }
+    if (!number) {
+      fprintf(mon->file, "\n");
+      number = Fault(mon->file);
+      if (!number)
+        mon->length = ftell(mon->file);
+      else if (ftruncate(fileno(mon->file), mon->length))
+        number = errno;
+    }
+    if (number) (void)snprintf(fault, sizeof fault, "cannot write %.1500s: %s", path, strerror(number));
   }
-  fprintf(mon->file, "\n");
-  PetscCheck(!fflush(mon->file) && !ferror(mon->file), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE,
-             "cannot write the history: %s", strerror(errno));
+  PetscCall(MPMOutputFail(core, fault, &mon->failed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -123,7 +147,7 @@ PetscErrorCode MPMMonitorStep(MPMMonitor *mon, MPMCore *core, const MPMScene *sc
   Check(mon, core, &shown);
   if (!due && !core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
   if (mon->watch) mon->watch(&shown, mon->watcher);
-  if (!mon->no_file) PetscCall(WriteLine(mon, core, &shown));
+  if (!mon->no_file && !mon->failed) PetscCall(WriteLine(mon, core, &shown));
   mon->last = core->step;
   mon->next = MPMNextTime(core->t, mon->every);
   PetscFunctionReturn(PETSC_SUCCESS);

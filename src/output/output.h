@@ -2,8 +2,9 @@
 #ifndef MPM_OUTPUT_H
 #define MPM_OUTPUT_H
 
-#include <petscviewer.h>
 #include "output/diagnostics.h"
+
+#define MPM_NEW_FILE ".pebble-new" /* end of the name of a file that is not complete yet */
 
 /* The history (monitor.c). */
 typedef struct {
@@ -16,6 +17,8 @@ typedef struct {
   PetscInt    last;                         /* step of the last line */
   PetscBool   off;                          /* a run of the calibration has no file and no totals */
   MPMTotals   start, now;                   /* of step 0, and of the last check or line */
+  long        length;                       /* bytes of the complete lines in the file */
+  PetscBool   failed;                       /* it could not be written: no more lines are */
   PetscBool   no_file;                      /* lines are watched and checked, but not written */
   void (*watch)(const MPMShown *, void *);  /* called for each line with watcher; or NULL */
   void *watcher;
@@ -32,15 +35,20 @@ PetscReal      MPMNextTime(PetscReal t, PetscReal every); /* when output is due 
 
 /* Snapshots (snapshot.c). */
 typedef struct {
-  char        dir[MPM_TEXT_LEN];
-  PetscBool   enabled;
-  PetscBool   replaced;    /* files of the same name were there */
-  PetscReal   every, next; /* s of simulated time */
-  PetscInt64  fields;      /* bits of rows of MPMDiagnostics, and MPM_OUTPUT_GRID */
-  PetscInt    count, last; /* snapshots written; step of the last */
-  PetscInt   *steps;       /* [count] */
-  PetscReal  *times;       /* [count] s */
-  PetscViewer viewer;      /* of the HDF5 file */
+  char       dir[MPM_TEXT_LEN];
+  PetscBool  enabled;
+  PetscBool  replaced;    /* files of the same name were there */
+  PetscBool  keep;        /* -output_replace false: earlier results are not replaced */
+  PetscBool  unwritten;   /* a run of a study that writes no files: none is looked for */
+  PetscBool  resumed;     /* the run goes on with results that are there (set before MPMOutputMakeFolder) */
+  PetscBool  begun;       /* what an earlier run left has been removed */
+  PetscBool  failed;      /* a file could not be written: no more are */
+  PetscReal  every, next; /* s of simulated time */
+  PetscInt64 fields;      /* bits of rows of MPMDiagnostics, and MPM_OUTPUT_GRID */
+  PetscInt   count, last; /* snapshots written; step of the last */
+  PetscInt   joined;      /* how many of them the index and the text have */
+  PetscInt  *steps, *n;   /* [count] and the number of particles in it */
+  PetscReal *times;       /* [count] s */
 } MPMOutput;
 #define MPM_OUTPUT_GRID ((PetscInt64)1 << 62) /* bit of the nodes in MPMOutput.fields */
 
@@ -54,11 +62,42 @@ typedef struct {
    particle. Collective on the exchange. */
 PetscErrorCode MPMIndicatorCompute(const MPMScene *, MPMCore *, float of[], MPMIndicator *);
 
-/* snapshot.c and xdmf.c describe these functions. */
+/* snapshot.c describes these functions. */
 PetscErrorCode MPMOutputSetFromOptions(MPMOutput *, const MPMScene *, PetscReal time_end, MPMOptions);
-PetscErrorCode MPMOutputMakeFolder(MPMOutput *, const MPMScene *, MPMOptions);
 PetscErrorCode MPMOutputStep(MPMOutput *, MPMCore *, const MPMScene *, PetscBool force);
+PetscErrorCode MPMOutputFinish(MPMOutput *, MPMCore *, const MPMScene *);
 PetscErrorCode MPMOutputDestroy(MPMOutput *);
-PetscErrorCode MPMXdmfWrite(const MPMOutput *, const MPMCore *, const MPMScene *);
+
+/* Makes the folder of the results, and refuses names at which they would replace an options file, a file that Pebble
+   did not write or, with -output_replace false, an earlier result. table: the end of the name of a study's table, or
+   "" (folder.c). Collective on core.comm. */
+PetscErrorCode MPMOutputMakeFolder(MPMOutput *, const MPMCore *, const MPMScene *, const char table[], MPMOptions);
+
+/* Returns how many particles a scene begins with; their ids are below. */
+MPM_INLINE PetscInt64 MPMSceneStarted(const MPMScene *scene)
+{
+  return scene->bodies[scene->nbodies - 1].first + scene->bodies[scene->nbodies - 1].n;
+}
+
+/* Writes the path of a snapshot; beside: as seen from the folder of the results. Removes what an earlier run of this
+   name left, or with `beyond` just the snapshots that this run does not list (folder.c). Not collective. */
+void MPMSnapshotPath(const MPMOutput *, const MPMScene *, PetscInt step, PetscBool beside, char path[2 * MPM_TEXT_LEN]);
+void MPMOutputClear(const MPMOutput *, const MPMScene *, PetscBool beyond);
+
+/* Lets all processes know of a fault in writing: `fault` is a text with the name of the file and the system's reason,
+   or empty; that of the first process that has one is added to core->stop, and *failed is set. Collective on
+   exchange.data. */
+PetscErrorCode MPMOutputFail(MPMCore *, const char fault[], PetscBool *failed);
+
+/* Write the index <name>.h5 and the text <name>.xdmf for the snapshots so far: to new files, which are then renamed, so
+   that both are complete at every moment. The first process writes; *fault, on this process, says what went wrong
+   (index.c, xdmf.c). Collective on exchange.data. */
+PetscErrorCode MPMIndexWrite(const MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
+PetscErrorCode MPMXdmfWrite(const MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
+
+/* Goes on with the snapshots of an earlier run, whose count, steps, times, last and next are in MPMOutput: removes
+   those that are not listed, warns of those that are missing, writes index and text anew (index.c). Collective on
+   exchange.data. */
+PetscErrorCode MPMOutputResume(MPMOutput *, MPMCore *, const MPMScene *);
 
 #endif

@@ -1,35 +1,18 @@
-/* snapshot.c - snapshots, which are written between steps: a run has one HDF5 file, with a group for each snapshot.
+/* snapshot.c - snapshots, which are written between steps: each is an HDF5 file <name>.snapshots/step_000123.h5.
 
    /                      attributes: provenance and the grid
    /step_000123           attributes time, step, dt, digest
      particles/id x ...   [N] or [N][nc], one row per particle, sorted by id on every number of processes
      grid/mass v          [nz][ny][nx] and [nz][ny][nx][3], nodes sorted by coordinates
-   Vectors have 3 components in every dimension. The file is flushed after each snapshot, and xdmf.c writes the text by
-   which ParaView opens it. With a PETSc that has no HDF5, options that ask for snapshots are refused. */
-#include <errno.h>
+   Vectors have 3 components and tensors 9 in every dimension. A file has its name when it is complete. index.c joins
+   the snapshots in one file, and xdmf.c writes the text by which ParaView opens them. With a PETSc that has no HDF5,
+   options that ask for snapshots are refused. */
 #include <petscsf.h>
-#include <sys/stat.h>
 #include "output/hdf5.h"
 #include "output/output.h"
+#include "output/provenance.h"
 #include "parallel/exchange.h"
 #include "step/step.h"
-
-/* Makes the folder and those that contain it; returns 0 or errno. */
-static int MakeFolder(const char dir[])
-{
-  char        path[MPM_TEXT_LEN];
-  struct stat s;
-
-  (void)snprintf(path, sizeof path, "%s", dir);
-  for (char *c = path + 1; *c; c++)
-    if (*c == '/') {
-      *c = 0;
-      if (mkdir(path, 0777) && errno != EEXIST) return errno;
-      *c = '/';
-    }
-  if (mkdir(path, 0777) && errno != EEXIST) return errno;
-  return !stat(path, &s) && S_ISDIR(s.st_mode) ? 0 : ENOTDIR;
-}
 
 /* Lists the words of -output_fields. */
 static void ListWords(char text[MPM_TEXT_LEN])
@@ -76,12 +59,14 @@ static PetscErrorCode ReadFields(MPMOutput *out, const MPMScene *scene, MPMOptio
 PetscErrorCode MPMOutputSetFromOptions(MPMOutput *out, const MPMScene *scene, PetscReal time_end, MPMOptions o)
 {
   char      format[MPM_NAME_LEN];
-  PetscBool set;
+  PetscBool set, replace = PETSC_TRUE;
 
   PetscFunctionBeginUser;
   out->last  = -1;
   out->every = time_end / 20;
   PetscCall(MPMOptionsString(o, "output_dir", NULL, out->dir, NULL));
+  PetscCall(MPMOptionsBool(o, "output_replace", NULL, &replace));
+  out->keep = replace ? PETSC_FALSE : PETSC_TRUE;
   PetscCall(MPMOptionsEnum(o, "output_format", NULL, format, NULL));
   PetscCall(MPMOptionsReal(o, "output_every", NULL, &out->every, &set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -98,68 +83,101 @@ PetscErrorCode MPMOutputSetFromOptions(MPMOutput *out, const MPMScene *scene, Pe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes the folder of the results, and refuses names of files that must not be overwritten. It is called after all
-   other checks, so that a refused run leaves no folder. Every process tries. Not collective. */
-PetscErrorCode MPMOutputMakeFolder(MPMOutput *out, const MPMScene *scene, MPMOptions o)
-{
-  static const char *const ends[] = {".csv", "_study.csv", ".h5", ".xdmf"};
-  const int                fault  = scene->dry_run ? 0 : MakeFolder(out->dir);
-
-  PetscFunctionBeginUser;
-  if (fault) MPMOptionsFail(o, "-output_dir %s: %s", out->dir, strerror(fault));
-  for (int k = 0; k < (out->enabled ? 4 : 2); k++) {
-    char        path[2 * MPM_TEXT_LEN];
-    struct stat s;
-
-    (void)snprintf(path, sizeof path, "%s/%s%s", out->dir, scene->name, ends[k]);
-    if (MPMOptionsAreIn(path))
-      MPMOptionsFail(o,
-                     "-output_name: the results would overwrite the options file %s; give another name or folder "
-                     "(-output_dir)",
-                     path);
-    if (scene->dry_run || stat(path, &s)) continue;
-    if (!S_ISREG(s.st_mode)) MPMOptionsFail(o, "-output_name: %s is there and is not a file", path);
-    if (k != 1) out->replaced = PETSC_TRUE;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* --- HDF5 ------------------------------------------------------------------------------------------------------ */
 
 #if defined(PETSC_HAVE_HDF5)
 
-/* Makes the PetscSF that sends each particle to its row: rows are sorted by id, and each process gets an equal part of
-   them. *first, *rows: the first row here, and how many there are. Collective on exchange.data. */
-static PetscErrorCode CreateRows(MPMCore *core, PetscSF *sf, PetscInt *first, PetscInt *rows)
+/* The rows of a dataset: each process writes an equal part of them, which begins with row `first`. */
+typedef struct {
+  PetscSF  sf; /* sends what the processes have to its row */
+  PetscInt first, n;
+} Rows;
+
+/* Makes the rows of `total` items, of which this process has those of row [n]. Collective on comm. */
+static PetscErrorCode RowsCreate(MPI_Comm comm, PetscInt total, PetscInt n, const PetscInt row[], Rows *rows)
 {
-  const MPI_Comm comm = core->exchange.data;
-  PetscLayout    layout;
-  PetscInt      *row;
-  MPMView        view;
+  PetscLayout layout;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscLayoutCreateFromSizes(comm, PETSC_DECIDE, (PetscInt)core->particles.total, 1, &layout));
-  PetscCall(PetscLayoutGetRange(layout, first, rows));
-  *rows -= *first;
-  PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(id), &view));
-  PetscCall(PetscMalloc1(view.n, &row));
-  for (PetscInt p = 0; p < view.n; p++) row[p] = (PetscInt)view.id[p];
-  PetscCall(PetscSFCreate(comm, sf));
-  PetscCall(PetscSFSetGraphLayout(*sf, layout, view.n, NULL, PETSC_COPY_VALUES, row));
-  PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(id), &view));
-  PetscCall(PetscFree(row));
+  PetscCall(PetscLayoutCreateFromSizes(comm, PETSC_DECIDE, total, 1, &layout));
+  PetscCall(PetscLayoutGetRange(layout, &rows->first, &rows->n));
+  rows->n -= rows->first;
+  PetscCall(PetscSFCreate(comm, &rows->sf));
+  PetscCall(PetscSFSetGraphLayout(rows->sf, layout, n, NULL, PETSC_COPY_VALUES, row));
   PetscCall(PetscLayoutDestroy(&layout));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMScene *scene, hid_t group)
+/* Replaces the ids of n particles here by their places among all that are left of `start`. Collective on comm. */
+static PetscErrorCode PlacesOfIds(MPI_Comm comm, PetscInt start, PetscInt n, PetscInt row[])
+{
+  PetscInt *one, *place, at = 0;
+  Rows      all;
+
+  PetscFunctionBeginUser;
+  PetscCall(RowsCreate(comm, start, n, row, &all));
+  PetscCall(PetscMalloc1(n, &one));
+  PetscCall(PetscCalloc1(all.n, &place));
+  for (PetscInt p = 0; p < n; p++) one[p] = 1;
+  PetscCall(PetscSFReduceBegin(all.sf, MPIU_INT, one, place, MPI_REPLACE));
+  PetscCall(PetscSFReduceEnd(all.sf, MPIU_INT, one, place, MPI_REPLACE));
+  for (PetscInt k = 0; k < all.n; k++) at += place[k];
+  PetscCallMPI(MPI_Scan(MPI_IN_PLACE, &at, 1, MPIU_INT, MPI_SUM, comm));
+  for (PetscInt k = all.n - 1; k >= 0; k--) {
+    at -= place[k];
+    place[k] = at;
+  }
+  PetscCall(PetscSFBcastBegin(all.sf, MPIU_INT, place, row, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(all.sf, MPIU_INT, place, row, MPI_REPLACE));
+  PetscCall(PetscFree(one));
+  PetscCall(PetscFree(place));
+  PetscCall(PetscSFDestroy(&all.sf));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes the rows of the particles, sorted by id. Collective on exchange.data. */
+static PetscErrorCode ParticleRows(MPMCore *core, const MPMScene *scene, Rows *rows)
+{
+  const MPI_Comm comm = core->exchange.data;
+  PetscInt      *row;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(id), &view));
+  PetscCall(PetscMalloc1(view.n, &row));
+  for (PetscInt p = 0; p < view.n; p++) row[p] = (PetscInt)view.id[p];
+  PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(id), &view));
+  if (core->particles.total < MPMSceneStarted(scene))
+    PetscCall(PlacesOfIds(comm, (PetscInt)MPMSceneStarted(scene), core->particles.n, row));
+  PetscCall(RowsCreate(comm, (PetscInt)core->particles.total, core->particles.n, row, rows));
+  PetscCall(PetscFree(row));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sends nc numbers of each item here [n][nc] to its row, and writes the rows. Collective on exchange.data. */
+static PetscErrorCode WriteRows(MPMFile *file, PetscInt set, const Rows *rows, PetscInt nc, const PetscReal here[],
+                                PetscReal sorted[])
+{
+  MPI_Datatype unit;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Type_contiguous((PetscMPIInt)nc, MPIU_REAL, &unit));
+  PetscCallMPI(MPI_Type_commit(&unit));
+  PetscCall(PetscSFReduceBegin(rows->sf, unit, here, sorted, MPI_REPLACE));
+  PetscCall(PetscSFReduceEnd(rows->sf, unit, here, sorted, MPI_REPLACE));
+  PetscCallMPI(MPI_Type_free(&unit));
+  PetscCall(MPMFileWrite(file, set, (PetscInt64)rows->first * nc, (PetscInt64)rows->n * nc, sorted));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes the fields of the particles to the datasets from *set on. Collective on exchange.data. */
+static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMScene *scene, MPMFile *file, PetscInt *set)
 {
   const PetscInt n         = core->particles.n;
   MPMShown       shown     = {core, scene, NULL, NULL, NULL};
   float         *indicator = NULL;
   MPMIndicator   ignored;
-  PetscInt       first, rows;
-  PetscSF        sf;
+  Rows           rows;
   MPMView        view;
   PetscReal     *here, *sorted;
 
@@ -169,200 +187,214 @@ static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMSce
     PetscCall(MPMIndicatorCompute(scene, core, indicator, &ignored));
     shown.indicator = indicator;
   }
-  PetscCall(CreateRows(core, &sf, &first, &rows));
-  PetscCall(PetscMalloc2(n * MPM_MAX_COMPONENTS, &here, rows * MPM_MAX_COMPONENTS, &sorted));
+  PetscCall(ParticleRows(core, scene, &rows));
+  PetscCall(PetscMalloc2(n * MPM_MAX_COMPONENTS, &here, rows.n * MPM_MAX_COMPONENTS, &sorted));
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) {
-    const MPMDiagnostic *field     = &MPMDiagnostics[f];
-    const PetscInt       nc        = field->nc;
-    const hsize_t        size[2]   = {(hsize_t)core->particles.total, (hsize_t)nc};
-    const hsize_t        offset[2] = {(hsize_t)first, 0}, count[2] = {(hsize_t)rows, (hsize_t)nc};
-    MPI_Datatype         unit;
+    const PetscInt nc = MPMDiagnostics[f].nc;
 
     if (!(out->fields >> f & 1)) continue;
     PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
-    for (PetscInt p = 0; p < n; p++) field->fill(&shown, &view, p, here + p * nc);
+    for (PetscInt p = 0; p < n; p++) MPMDiagnostics[f].fill(&shown, &view, p, here + p * nc);
     PetscCall(MPMParticlesRestoreView(&core->particles, -1, &view));
-    PetscCallMPI(MPI_Type_contiguous((PetscMPIInt)nc, MPIU_REAL, &unit));
-    PetscCallMPI(MPI_Type_commit(&unit));
-    PetscCall(PetscSFReduceBegin(sf, unit, here, sorted, MPI_REPLACE));
-    PetscCall(PetscSFReduceEnd(sf, unit, here, sorted, MPI_REPLACE));
-    PetscCallMPI(MPI_Type_free(&unit));
-    PetscCall(MPMHDF5Dataset(group, field->name, field->unit, field->components, field->whole, nc == 1 ? 1 : 2, size,
-                             offset, count, sorted));
+    PetscCall(WriteRows(file, (*set)++, &rows, nc, here, sorted));
+  }
+  if (core->particles.total < MPMSceneStarted(scene)) {
+    for (PetscInt k = 0; k < rows.n; k++) sorted[k] = (PetscReal)(rows.first + k);
+    PetscCall(MPMFileWrite(file, (*set)++, rows.first, rows.n, sorted));
   }
   PetscCall(PetscFree2(here, sorted));
   PetscCall(PetscFree(indicator));
-  PetscCall(PetscSFDestroy(&sf));
+  PetscCall(PetscSFDestroy(&rows.sf));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes mass and velocity of the nodes between the walls, for the present state. Collective on the exchange. */
-static PetscErrorCode WriteGrid(MPMCore *core, hid_t group)
+/* Writes to extent [3] how many nodes lie between the walls, on axes z, y, x. */
+static void NodesBetween(const MPMGrid *grid, hsize_t extent[3])
+{
+  for (PetscInt d = 0; d < 3; d++)
+    extent[2 - d] = (hsize_t)(d < grid->dim ? grid->cells[d] - grid->periodic[d] : 0) + 1;
+}
+
+/* Writes mass and velocity of the nodes between the walls, for the present state, to the datasets from *set on.
+   Collective on the exchange. */
+static PetscErrorCode WriteGrid(MPMCore *core, MPMFile *file, PetscInt *set)
 {
   const MPMGrid  *grid  = &core->grid;
   const MPMPatch *patch = &core->exchange.patch;
   const PetscInt  dim   = grid->dim;
-  PetscInt        lo[3], n[3], at = 0;
-  hsize_t         size[4], offset[4], count[4];
-  PetscReal      *mass, *velocity;
+  PetscInt        lo[3], n[3], at = 0, *row;
+  hsize_t         extent[3];
+  PetscReal      *mass, *velocity, *sorted;
+  Rows            rows;
 
   PetscFunctionBeginUser;
   PetscCall(MPMStepNodes(core));
+  NodesBetween(grid, extent);
   for (PetscInt d = 0; d < 3; d++) {
-    const PetscInt last = d < dim ? grid->cells[d] - grid->periodic[d] : 0,
-                   hi   = PetscMin(patch->own_lo[d] + patch->own_n[d], last + 1);
-
-    lo[d]         = PetscMax(patch->own_lo[d], 0);
-    n[d]          = PetscMax(0, hi - lo[d]);
-    size[2 - d]   = (hsize_t)last + 1;
-    offset[2 - d] = (hsize_t)lo[d];
-    count[2 - d]  = (hsize_t)n[d];
+    lo[d] = PetscMax(patch->own_lo[d], 0);
+    n[d]  = PetscMax(0, PetscMin(patch->own_lo[d] + patch->own_n[d], (PetscInt)extent[2 - d]) - lo[d]);
   }
-  size[3] = count[3] = 3;
-  offset[3]          = 0;
+  PetscCall(PetscMalloc1(n[0] * n[1] * n[2], &row));
   PetscCall(PetscCalloc2(n[0] * n[1] * n[2], &mass, 3 * n[0] * n[1] * n[2], &velocity));
   PetscCall(MPMExchangeOpenNodes(core));
   for (PetscInt k = lo[2]; k < lo[2] + n[2]; k++)
     for (PetscInt j = lo[1]; j < lo[1] + n[1]; j++)
       for (PetscInt i = lo[0]; i < lo[0] + n[0]; i++, at++) {
-        const PetscInt row  = (k - patch->lo[2]) * patch->n[1] + j - patch->lo[1],
-                       node = row * patch->n[0] + i - patch->lo[0];
+        const PetscInt line = (k - patch->lo[2]) * patch->n[1] + j - patch->lo[1],
+                       node = line * patch->n[0] + i - patch->lo[0];
 
-        if (i - patch->lo[0] < patch->span[row].first || i - patch->lo[0] >= patch->span[row].last) continue;
+        row[at] = (k * (PetscInt)extent[1] + j) * (PetscInt)extent[2] + i;
+        if (i - patch->lo[0] < patch->span[line].first || i - patch->lo[0] >= patch->span[line].last) continue;
         mass[at] = patch->node[node].m;
         for (PetscInt d = 0; d < dim; d++) velocity[3 * at + d] = patch->motion[node * MPM_MOTION_NC(dim) + d];
       }
   PetscCall(MPMExchangeCloseNodes(core));
-  PetscCall(MPMHDF5Dataset(group, "mass", "kg", "", PETSC_FALSE, 3, size, offset, count, mass));
-  PetscCall(MPMHDF5Dataset(group, "v", "m/s", "x y z", PETSC_FALSE, 4, size, offset, count, velocity));
+  PetscCall(RowsCreate(core->exchange.data, (PetscInt)(extent[0] * extent[1] * extent[2]), at, row, &rows));
+  PetscCall(PetscMalloc1(3 * rows.n, &sorted));
+  PetscCall(WriteRows(file, (*set)++, &rows, 1, mass, sorted));
+  PetscCall(WriteRows(file, (*set)++, &rows, 3, velocity, sorted));
+  PetscCall(PetscFree(sorted));
+  PetscCall(PetscFree(row));
   PetscCall(PetscFree2(mass, velocity));
+  PetscCall(PetscSFDestroy(&rows.sf));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes what made this file: scene, version, libraries, machine, options, grid. */
-static PetscErrorCode WriteProvenance(const MPMCore *core, const MPMScene *scene, hid_t file)
+/* Makes the groups and datasets of a snapshot, in the sequence in which they are written. Not collective. */
+static PetscErrorCode MakeDatasets(const MPMOutput *out, const MPMCore *core, const MPMScene *scene,
+                                   const char digest[], MPMFile *file)
 {
-  char        text[MPM_TEXT_LEN], *options;
-  unsigned    major, minor, release;
-  int         length = 0;
-  PetscMPIInt size;
-  char        mpi[MPI_MAX_LIBRARY_VERSION_STRING];
-  long long   cells[3];
+  const hsize_t n = (hsize_t)core->particles.total;
+  char          name[MPM_NAME_LEN];
+  hsize_t       extent[4] = {n, 0, 0, 3};
+  hid_t         step = -1, group = -1;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMHDF5Text(file, "title", scene->title));
-  PetscCall(MPMHDF5Text(file, "scene", scene->name));
-  PetscCall(MPMHDF5Int(file, "dim", core->grid.dim));
-  PetscCall(MPMHDF5Text(file, "version", "pebble " MPM_VERSION));
-  PetscCall(MPMHDF5Text(file, "git", MPMVersionGit));
-  PetscCall(MPMHDF5Text(file, "compiler", MPMVersionCompiler));
-  PetscCall(MPMHDF5Text(file, "flags", MPMVersionFlags));
-  PetscCall(PetscGetVersion(text, sizeof text));
-  PetscCall(MPMHDF5Text(file, "petsc_version", text));
-  H5(H5get_libversion(&major, &minor, &release));
-  (void)snprintf(text, sizeof text, "%u.%u.%u", major, minor, release);
-  PetscCall(MPMHDF5Text(file, "hdf5_version", text));
-  PetscCallMPI(MPI_Get_library_version(mpi, &length));
-  PetscCall(MPMHDF5Text(file, "mpi", mpi));
-  PetscCallMPI(MPI_Comm_size(core->comm, &size));
-  PetscCall(MPMHDF5Int(file, "ranks", size));
-  PetscCall(PetscGetHostName(text, sizeof text));
-  PetscCall(MPMHDF5Text(file, "host", text));
-  PetscCall(PetscGetDate(text, sizeof text));
-  PetscCall(MPMHDF5Text(file, "date", text));
-  PetscCall(MPMOptionsText(&options));
-  if (strlen(options) < 60000)
-    PetscCall(MPMHDF5Text(file, "options", options)); /* an attribute of HDF5 has 64 KiB at most */
-  else
-    PetscCall(MPMHDF5LongText(file, "options", options));
-  PetscCall(PetscFree(options));
-  for (PetscInt d = 0; d < 3; d++) cells[d] = core->grid.cells[d];
-  PetscCall(MPMHDF5Attribute(file, "grid_lower", H5T_NATIVE_DOUBLE, 3, core->grid.lower));
-  PetscCall(MPMHDF5Attribute(file, "grid_upper", H5T_NATIVE_DOUBLE, 3, core->grid.upper));
-  PetscCall(MPMHDF5Attribute(file, "grid_cells", H5T_NATIVE_LLONG, 3, cells));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode OpenFile(MPMOutput *out, MPMCore *core, const MPMScene *scene)
-{
-  char  path[2 * MPM_TEXT_LEN];
-  hid_t file;
-
-  PetscFunctionBeginUser;
-  (void)snprintf(path, sizeof path, "%s/%s.h5", out->dir, scene->name);
-  PetscCall(PetscViewerHDF5Open(core->exchange.data, path, FILE_MODE_WRITE, &out->viewer));
-  PetscCall(PetscViewerHDF5GetFileId(out->viewer, &file));
-  PetscCall(WriteProvenance(core, scene, file));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScene *scene)
-{
-  char       name[MPM_NAME_LEN];
-  PetscInt64 digest;
-  hid_t      file, step, group;
-
-  PetscFunctionBeginUser;
-  if (!out->viewer) PetscCall(OpenFile(out, core, scene));
-  PetscCall(PetscViewerHDF5GetFileId(out->viewer, &file));
   (void)snprintf(name, sizeof name, "step_%06" PetscInt_FMT, core->step);
-  H5(step = H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  if (file->file >= 0) {
+    H5(step = H5Gcreate2(file->file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+    H5(group = H5Gcreate2(step, "particles", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  }
   PetscCall(MPMHDF5Real(step, "time", core->t));
   PetscCall(MPMHDF5Int(step, "step", core->step));
   PetscCall(MPMHDF5Real(step, "dt", core->step ? core->params.dt : 0));
-  PetscCall(MPMParticlesDigest(&core->particles, core->exchange.data, &digest));
-  (void)snprintf(name, sizeof name, "%016llx", (unsigned long long)digest);
-  PetscCall(MPMHDF5Text(step, "digest", name));
+  PetscCall(MPMHDF5Text(step, "digest", digest));
   PetscCall(MPMHDF5Text(step, "units", "time and dt in s"));
-  H5(group = H5Gcreate2(step, "particles", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-  PetscCall(WriteParticles(out, core, scene, group));
-  H5(H5Gclose(group));
-  if (out->fields & MPM_OUTPUT_GRID) {
-    H5(group = H5Gcreate2(step, "grid", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-    PetscCall(WriteGrid(core, group));
-    H5(H5Gclose(group));
+  for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) {
+    const MPMDiagnostic *field = &MPMDiagnostics[f];
+
+    if (!(out->fields >> f & 1)) continue;
+    extent[1] = (hsize_t)field->nc;
+    PetscCall(MPMFileDataset(file, group, field->name, field->unit, field->components, field->whole,
+                             field->nc == 1 ? 1 : 2, extent));
   }
-  H5(H5Gclose(step));
-  H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
+  if (core->particles.total < MPMSceneStarted(scene)) /* ids have gaps, and XDMF needs numbers that have none */
+    PetscCall(MPMFileDataset(file, group, "row", "1", "", PETSC_TRUE, 1, extent));
+  if (group >= 0) H5(H5Gclose(group));
+  if (out->fields & MPM_OUTPUT_GRID) {
+    if (step >= 0) H5(group = H5Gcreate2(step, "grid", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+    NodesBetween(&core->grid, extent);
+    PetscCall(MPMFileDataset(file, group, "mass", "kg", "", PETSC_FALSE, 3, extent));
+    PetscCall(MPMFileDataset(file, group, "v", "m/s", "x y z", PETSC_FALSE, 4, extent));
+    if (group >= 0) H5(H5Gclose(group));
+  }
+  if (step >= 0) H5(H5Gclose(step));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScene *scene, char fault[MPM_TEXT_LEN])
+{
+  char       path[2 * MPM_TEXT_LEN], text[MPM_NAME_LEN];
+  PetscInt64 digest;
+  PetscInt   set = 0;
+  size_t     room;
+  MPMFile    file;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMParticlesDigest(&core->particles, core->exchange.data, &digest));
+  (void)snprintf(text, sizeof text, "%016llx", (unsigned long long)digest);
+  MPMSnapshotPath(out, scene, core->step, PETSC_FALSE, path);
+  PetscCall(MPMProvenanceWrite(core, scene, -1, &room));
+  for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) room += out->fields >> f & 1 ? 640 : 0;
+  PetscCall(MPMFileCreate(&file, core->exchange.data, path, room + 4096));
+  PetscCall(MPMProvenanceWrite(core, scene, file.file, NULL));
+  PetscCall(MakeDatasets(out, core, scene, text, &file));
+  if (!out->begun && !file.rank) MPMOutputClear(out, scene, PETSC_FALSE);
+  out->begun = PETSC_TRUE;
+  PetscCall(MPMFileLay(&file));
+  PetscCall(WriteParticles(out, core, scene, &file, &set));
+  if (out->fields & MPM_OUTPUT_GRID) PetscCall(WriteGrid(core, &file, &set));
+  PetscCall(MPMFileClose(&file, PETSC_FALSE, fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 #else
 
-static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScene *scene)
+PetscErrorCode MPMIndexWrite(const MPMOutput *out, const MPMCore *core, const MPMScene *scene, char fault[MPM_TEXT_LEN])
 {
   PetscFunctionBeginUser;
+  (void)out;
+  (void)scene;
+  (void)fault;
   SETERRQ(core->comm, PETSC_ERR_SUP, "snapshots need a PETSc with HDF5");
+}
+
+static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScene *scene, char fault[MPM_TEXT_LEN])
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMIndexWrite(out, core, scene, fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 #endif
 
-/* Writes a snapshot, if one is due or `force` is set. Collective on the exchange. */
-PetscErrorCode MPMOutputStep(MPMOutput *out, MPMCore *core, const MPMScene *scene, PetscBool force)
+/* Writes index and text, if they do not have all snapshots; a fault is left in core->stop. Collective on the
+   exchange. */
+PetscErrorCode MPMOutputFinish(MPMOutput *out, MPMCore *core, const MPMScene *scene)
 {
+  char fault[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  if (!out->enabled || out->last == core->step || !(force || core->t >= out->next)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(WriteSnapshot(out, core, scene));
+  if (out->failed || out->joined == out->count) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMIndexWrite(out, core, scene, fault));
+  if (!fault[0]) PetscCall(MPMXdmfWrite(out, core, scene, fault));
+  PetscCall(MPMOutputFail(core, fault, &out->failed));
+  out->joined = out->count;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes a snapshot, if one is due or `force` is set; a fault is left in core->stop. Collective on the exchange. */
+PetscErrorCode MPMOutputStep(MPMOutput *out, MPMCore *core, const MPMScene *scene, PetscBool force)
+{
+  char fault[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  if (!out->enabled || out->failed || out->last == core->step || !(force || core->t >= out->next))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(WriteSnapshot(out, core, scene, fault));
+  PetscCall(MPMOutputFail(core, fault, &out->failed));
+  if (out->failed) PetscFunctionReturn(PETSC_SUCCESS);
   if (out->count % 64 == 0) {
-    PetscCall(PetscRealloc((out->count + 64) * sizeof *out->steps, &out->steps));
-    PetscCall(PetscRealloc((out->count + 64) * sizeof *out->times, &out->times));
+    PetscCall(PetscRealloc((size_t)(out->count + 64) * sizeof *out->steps, &out->steps));
+    PetscCall(PetscRealloc((size_t)(out->count + 64) * sizeof *out->n, &out->n));
+    PetscCall(PetscRealloc((size_t)(out->count + 64) * sizeof *out->times, &out->times));
   }
   out->steps[out->count]   = core->step;
+  out->n[out->count]       = (PetscInt)core->particles.total;
   out->times[out->count++] = core->t;
-  if (force || out->count % (1 + out->count / 100) == 0)
-    PetscCall(MPMXdmfWrite(out, core, scene)); /* it writes the whole file, so not each time */
+  if (out->count % (1 + out->count / 100) == 0) /* they are written as a whole, so not each time */
+    PetscCall(MPMOutputFinish(out, core, scene));
   out->last = core->step;
   out->next = MPMNextTime(core->t, out->every);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Closes the file and frees the lists. Collective on the exchange. */
+/* Frees the lists. Not collective. */
 PetscErrorCode MPMOutputDestroy(MPMOutput *out)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscViewerDestroy(&out->viewer));
   PetscCall(PetscFree(out->steps));
+  PetscCall(PetscFree(out->n));
   PetscCall(PetscFree(out->times));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

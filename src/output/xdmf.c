@@ -1,6 +1,9 @@
-/* xdmf.c - the file <scene>.xdmf, which lies beside the HDF5 file: a text by which ParaView, and the reader of VTK,
-   open the snapshots. */
+/* xdmf.c - the file <name>.xdmf, which lies beside the folder of the snapshots: a text by which ParaView (its readers
+   Xdmf3 and Xdmf2), VTK and meshio open them. Each particle is a vertex of its own, of which the first reader draws
+   nothing else; the numbers of the vertices are the ids, or the dataset `row` if particles were removed. The nodes come
+   first, since meshio takes the last part of a file. */
 #include <errno.h>
+#include <unistd.h>
 #include "output/output.h"
 
 static void XdmfArray(FILE *f, const char indent[], const char dims[], PetscBool whole, const char file[],
@@ -12,23 +15,25 @@ static void XdmfArray(FILE *f, const char indent[], const char dims[], PetscBool
           indent, dims, whole ? "Int" : "Float", file, step, path);
 }
 
-static void XdmfParticles(const MPMOutput *out, const MPMCore *core, FILE *f, const char file[], PetscInt k)
+static void XdmfParticles(const MPMOutput *out, const MPMCore *core, PetscInt64 started, FILE *f, const char file[],
+                          PetscInt k)
 {
-  const char *const types[] = {"", "Scalar", "", "Vector", "", "", "Tensor6", "", "", "Tensor"};
-  const long long   n       = core->particles.total;
+  const char *const types[] = {"", "Scalar", "", "Vector", "", "", "", "", "", "Tensor"};
+  const long long   n       = out->n[k];
   char              dims[64], path[64];
 
+  (void)core;
   fprintf(f, "      <Grid Name=\"particles\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n",
           (double)out->times[k]);
-  fprintf(
-      f,
-      "        <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"%lld\" NodesPerElement=\"1\"/>\n        <Geometry GeometryType=\"XYZ\">\n",
-      n);
+  fprintf(f, "        <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"%lld\" NodesPerElement=\"1\">\n", n);
+  (void)snprintf(dims, sizeof dims, "%lld", n);
+  XdmfArray(f, "          ", dims, PETSC_TRUE, file, out->steps[k], n < started ? "particles/row" : "particles/id");
+  fprintf(f, "        </Topology>\n        <Geometry GeometryType=\"XYZ\">\n");
   (void)snprintf(dims, sizeof dims, "%lld 3", n);
   XdmfArray(f, "          ", dims, PETSC_FALSE, file, out->steps[k], "particles/x");
   fprintf(f, "        </Geometry>\n");
   for (PetscInt q = 0; q < MPM_NUM_DIAGNOSTICS; q++) {
-    if (!(out->fields >> q & 1) || !strcmp(MPMDiagnostics[q].name, "x")) continue;
+    if (!(out->fields >> q & 1)) continue;
     if (MPMDiagnostics[q].nc == 1)
       (void)snprintf(dims, sizeof dims, "%lld", n);
     else
@@ -42,13 +47,15 @@ static void XdmfParticles(const MPMOutput *out, const MPMCore *core, FILE *f, co
   fprintf(f, "      </Grid>\n");
 }
 
-static void XdmfNodes(const MPMOutput *out, const MPMCore *core, FILE *f, const char file[], PetscInt k)
+static void XdmfNodes(const MPMOutput *out, const MPMCore *core, PetscInt64 started, FILE *f, const char file[],
+                      PetscInt k)
 {
   const MPMGrid *g = &core->grid;
   char           dims[128], vdims[160];
 
   (void)snprintf(dims, sizeof dims, "%lld %lld %lld", (long long)g->cells[2] + 1 - g->periodic[2],
                  (long long)g->cells[1] + 1 - g->periodic[1], (long long)g->cells[0] + 1 - g->periodic[0]);
+  (void)started;
   (void)snprintf(vdims, sizeof vdims, "%s 3", dims);
   fprintf(f, "      <Grid Name=\"grid\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n",
           (double)out->times[k]);
@@ -71,33 +78,41 @@ static void XdmfNodes(const MPMOutput *out, const MPMCore *core, FILE *f, const 
   fprintf(f, "        </Attribute>\n      </Grid>\n");
 }
 
-/* Writes <scene>.xdmf for the snapshots so far: to a new file, which is then renamed, so that <scene>.xdmf is complete
-   at every moment. The first process writes; not collective. */
-PetscErrorCode MPMXdmfWrite(const MPMOutput *out, const MPMCore *core, const MPMScene *scene)
+PetscErrorCode MPMXdmfWrite(const MPMOutput *out, const MPMCore *core, const MPMScene *scene, char fault[MPM_TEXT_LEN])
 {
-  char        path[2 * MPM_TEXT_LEN], temporary[2 * MPM_TEXT_LEN + 8], file[MPM_NAME_LEN + 4];
+  char        path[2 * MPM_TEXT_LEN], fresh[2 * MPM_TEXT_LEN + 16], file[2 * MPM_TEXT_LEN];
   FILE       *f;
+  PetscBool   good;
   PetscMPIInt rank;
-  void (*const write[])(const MPMOutput *, const MPMCore *, FILE *, const char[], PetscInt) = {XdmfParticles,
-                                                                                               XdmfNodes};
-  const char *const names[]                                                                 = {"particles", "grid"};
+  void (*const write[])(const MPMOutput *, const MPMCore *, PetscInt64, FILE *, const char[],
+                        PetscInt) = {XdmfNodes, XdmfParticles};
+  const char *const names[]       = {"grid", "particles"};
 
   PetscFunctionBeginUser;
+  fault[0] = 0;
   PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
   if (rank) PetscFunctionReturn(PETSC_SUCCESS);
   (void)snprintf(path, sizeof path, "%s/%s.xdmf", out->dir, scene->name);
-  (void)snprintf(temporary, sizeof temporary, "%s.new", path);
-  (void)snprintf(file, sizeof file, "%s.h5", scene->name);
-  f = fopen(temporary, "w");
-  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", temporary, strerror(errno));
-  fprintf(f, "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n  <Domain>\n");
-  for (int part = 0; part < (out->fields & MPM_OUTPUT_GRID ? 2 : 1); part++) {
-    fprintf(f, "    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", names[part]);
-    for (PetscInt k = 0; k < out->count; k++) write[part](out, core, f, file, k);
-    fprintf(f, "    </Grid>\n");
+  (void)snprintf(fresh, sizeof fresh, "%s" MPM_NEW_FILE, path);
+  (void)unlink(fresh); /* one that an earlier run left; a link is not followed */
+  f    = fopen(fresh, "wx");
+  good = f ? PETSC_TRUE : PETSC_FALSE;
+  if (f) {
+    fprintf(f, "<?xml version=\"1.0\"?>\n<!-- pebble " MPM_VERSION " -->\n<Xdmf Version=\"3.0\">\n  <Domain>\n");
+    for (int part = out->fields & MPM_OUTPUT_GRID ? 0 : 1; part < 2; part++) {
+      fprintf(f, "    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", names[part]);
+      for (PetscInt k = 0; k < out->count; k++) {
+        MPMSnapshotPath(out, scene, out->steps[k], PETSC_TRUE, file);
+        write[part](out, core, MPMSceneStarted(scene), f, file, k);
+      }
+      fprintf(f, "    </Grid>\n");
+    }
+    fprintf(f, "  </Domain>\n</Xdmf>\n");
+    good = !fflush(f) && !ferror(f) ? PETSC_TRUE : PETSC_FALSE;
+    if (fclose(f)) good = PETSC_FALSE;
   }
-  fprintf(f, "  </Domain>\n</Xdmf>\n");
-  PetscCheck(!fclose(f) && !rename(temporary, path), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s: %s", path,
-             strerror(errno));
+  if (good && !rename(fresh, path)) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)snprintf(fault, MPM_TEXT_LEN, "cannot write %.1500s: %s", path, strerror(errno));
+  if (f) (void)unlink(fresh);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

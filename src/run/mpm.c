@@ -25,6 +25,18 @@ static PetscErrorCode ReadSafety(MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Makes the folder of the results, unless a file in it must not be replaced. Collective on core.comm. */
+static PetscErrorCode MakeFolder(MPM mpm, MPMOptions o)
+{
+  const char *type = mpm->study.type;
+  char        table[2 * MPM_NAME_LEN];
+
+  PetscFunctionBeginUser;
+  (void)snprintf(table, sizeof table, type[0] ? "_%s.csv" : "", strcmp(type, "convergence") ? type : "study");
+  PetscCall(MPMOutputMakeFolder(&mpm->output, &mpm->core, &mpm->scene, table, o));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Reads the scene and everything about its run, but makes neither grid nor particles. The first fault is left in o.
    Collective on core.comm. */
 PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
@@ -52,7 +64,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsFinish(o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMDoubtsRefuse(mpm, o));
-  if (!MPMOptionsError(o)) PetscCall(MPMOutputMakeFolder(&mpm->output, scene, o));
+  if (!MPMOptionsError(o)) PetscCall(MakeFolder(mpm, o));
   mpm->monitor.dir = mpm->output.dir;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -290,6 +302,7 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(MPMReportProgress(mpm));
   }
   if (core->status.bad == MPM_OK) PetscCall(Output(mpm, output, PETSC_TRUE));
+  PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
   PetscCall(MPMReportEnd(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -33,6 +33,7 @@ int MPMProgram(int argc, char **argv, PetscErrorCode (*read)(MPM, MPMOptions), P
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   MPMOptionsStarted();
   (void)signal(SIGPIPE, SIG_DFL); /* so that `pebble ... | head` prints no error */
+  (void)signal(SIGXFSZ, SIG_IGN); /* a file beyond the limit of `ulimit -f` is a fault in writing like others */
   PetscCall(PetscOptionsHasHelp(NULL, &help));
   if (!help) PetscCall(ReadAndRun(read, run, &status));
   PetscCall(PetscFinalize());

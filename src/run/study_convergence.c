@@ -2,6 +2,7 @@
    their errors, the differences of successive runs, observed orders of convergence, and where the runs lead. What is
    compared is the displacement of the particles or a quantity of interest; with the scene's known solution, with a
    known value, or with the finest run. */
+#include <errno.h>
 #include <unistd.h>
 #include "run/study.h"
 
@@ -243,21 +244,25 @@ static PetscErrorCode PrintVerdict(MPM mpm, const Study *s)
 }
 
 /* Prints the table of the runs and what it says, and writes it to <name>_study.csv on the first process. */
-static PetscErrorCode Report(MPM mpm, const Study *s)
+static PetscErrorCode Report(MPM mpm, const Study *s, int *status)
 {
   const MPMPrinter *p = &mpm->core.print;
-  char              path[2 * MPM_TEXT_LEN], error[MPM_NAME_LEN];
+  char              path[2 * MPM_TEXT_LEN], error[MPM_NAME_LEN], fault[MPM_TEXT_LEN] = "";
   PetscMPIInt       rank;
-  FILE             *csv  = NULL;
-  PetscBool         plot = PETSC_TRUE, replaced;
+  FILE             *csv     = NULL;
+  int               written = MPM_EXIT_OK;
+  PetscBool         plot    = PETSC_TRUE, replaced;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(mpm->core.comm, &rank));
   (void)snprintf(path, sizeof path, "%s/%s_study.csv", mpm->output.dir, mpm->scene.name);
   replaced = !access(path, F_OK) ? PETSC_TRUE : PETSC_FALSE;
   if (!rank) {
-    csv = fopen(path, "w");
-    PetscCheck(csv, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s", path);
+    (void)unlink(path); /* a link to another file is not followed */
+    csv = fopen(path, "wx");
+    if (!csv) (void)snprintf(fault, sizeof fault, "cannot write %.1500s: %s", path, strerror(errno));
+  }
+  if (csv) {
     fprintf(csv, "run,%s,particles,steps,error,order,seconds,relative,difference%s\n", s->what,
             mpm->study.quantity.on ? ",quantity" : "");
   }
@@ -269,10 +274,18 @@ static PetscErrorCode Report(MPM mpm, const Study *s)
     PetscCall(PrintRun(mpm, csv, k, s));
     plot = plot && s->error[k] > 0 && s->error[k] < PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
   }
-  if (csv) PetscCheck(!fclose(csv), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write the CSV of the study");
+  if (csv && (fflush(csv) || ferror(csv)))
+    (void)snprintf(fault, sizeof fault, "cannot write %.1500s: %s", path, strerror(errno));
   if (s->n > 1) {
     PetscCall(PrintLimit(mpm, s));
     PetscCall(PrintVerdict(mpm, s));
+  }
+  if (csv && fclose(csv) && !fault[0])
+    (void)snprintf(fault, sizeof fault, "cannot write %.1500s: %s", path, strerror(errno));
+  PetscCall(MPMStudyFault(mpm, fault, &written));
+  if (written != MPM_EXIT_OK) {
+    *status = written;
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMPrint(p, "results    %s%s\n", path, replaced ? " (replaced)" : ""));
   PetscCall(plot ? MPMPrint(p, "           drawn by: .venv/bin/python tools/plot.py %s\n", path)
@@ -330,7 +343,7 @@ PetscErrorCode MPMStudyConvergence(MPM mpm, int *status)
   if (*status != MPM_EXIT_OK) s.n--;
   if (s.n > 0 && (*status == MPM_EXIT_OK || s.by_errors)) {
     PetscCall(Compare(mpm, samples, &s));
-    PetscCall(Report(mpm, &s));
+    PetscCall(Report(mpm, &s, status));
   }
   if (*status == MPM_EXIT_OK) PetscCall(CheckOrder(mpm, &s, status));
   for (PetscInt k = 0; k < MPM_MAX_LEVELS; k++) PetscCall(MPMSamplesDestroy(&samples[k]));

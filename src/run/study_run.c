@@ -225,6 +225,7 @@ PetscErrorCode MPMStudyMake(MPM base, PetscInt keeps, MPMStudyResult *r, MPMSamp
   PetscCall(PetscMemzero(r, sizeof *r));
   PetscCall(MPMCreate(base->core.comm, &mpm));
   mpm->core.print.quiet = PETSC_TRUE;
+  mpm->output.unwritten = keeps & MPM_STUDY_FILES ? PETSC_FALSE : PETSC_TRUE;
   PetscCall(MPMOptionsCreate(&MPMOptionTable, &o));
   PetscCall(MPMSetFromOptions(mpm, o));
   if (MPMOptionsError(o))

@@ -5,6 +5,7 @@
    of a stable run stays below the energy of the disturbance, or nearly so; a run in which it exceeds LIMIT times that,
    or which stops, is unstable. Growth need not be monotone in C: C rises from the smallest step, and the first that is
    unstable ends the search. */
+#include <errno.h>
 #include <stdarg.h>
 #include <unistd.h>
 #include "run/study.h"
@@ -308,7 +309,7 @@ static PetscErrorCode Report(MPM base, FILE *csv, const Method *m, const Found f
   }
   fprintf(csv, ",%.4g,%.4g,%.4g,%.3g,%d,%d,%.3g\n", (double)table->rest, (double)table->crossing, (double)r->cfl,
           (double)(least / r->cfl), (int)PetscMax(2, base->core.grid.dim), (int)base->study.steps, (double)seconds);
-  PetscCheck(!fflush(csv), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write the CSV of the study");
+  (void)fflush(csv); /* MPMStudyStability looks for faults */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -372,7 +373,7 @@ PetscErrorCode MPMStudyStability(MPM base, int *status)
 {
   const MPMStudy *study       = &base->study;
   PetscBool       interrupted = PETSC_FALSE, replaced;
-  char            path[2 * MPM_TEXT_LEN];
+  char            path[2 * MPM_TEXT_LEN], fault[MPM_TEXT_LEN] = "";
   PetscMPIInt     rank;
   FILE           *csv   = NULL;
   PetscInt        taken = 0;
@@ -383,8 +384,13 @@ PetscErrorCode MPMStudyStability(MPM base, int *status)
   replaced = !access(path, F_OK) ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(PrintHead(base));
   if (!rank && !base->scene.dry_run) {
-    csv = fopen(path, "w");
-    PetscCheck(csv, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s", path);
+    (void)unlink(path); /* a link to another file is not followed */
+    csv = fopen(path, "wx");
+    if (!csv) (void)snprintf(fault, sizeof fault, "cannot write %.1500s: %s", path, strerror(errno));
+  }
+  PetscCall(MPMStudyFault(base, fault, status));
+  if (*status != MPM_EXIT_OK) PetscFunctionReturn(PETSC_SUCCESS);
+  if (csv) {
     fprintf(csv, "basis,update,transfer,flip,damping_rate,affine_strain,order,ppc,rest,rest_unstable,crossing,"
                  "crossing_unstable,crossing_speed,block,block_unstable,block_speed,table_rest,table_crossing,dt_cfl,"
                  "margin,dim,steps,seconds\n");
@@ -396,6 +402,9 @@ PetscErrorCode MPMStudyStability(MPM base, int *status)
 
         PetscCall(SetTransfer(base, study->transfers.word[k], &m));
         PetscCall(StudyMethod(base, csv, &m, &taken, &interrupted));
+        if (csv && ferror(csv)) (void)snprintf(fault, sizeof fault, "cannot write %.1500s: %s", path, strerror(errno));
+        PetscCall(MPMStudyFault(base, fault, status));
+        if (*status != MPM_EXIT_OK) interrupted = PETSC_TRUE;
       }
   if (csv) (void)fclose(csv);
   if (base->scene.dry_run)

@@ -1,5 +1,6 @@
 /* study_table.c - the table of a work-precision study: <name>_workprecision.csv, from which a study that was interrupted
    goes on. */
+#include <unistd.h>
 #include <errno.h>
 #include <stddef.h>
 #include "run/study_work.h"
@@ -150,16 +151,23 @@ PetscErrorCode MPMWorkRead(MPMWorkTable *t, char fault[MPM_TEXT_LEN])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes the file, under another name first, so that it is whole whenever the program ends. */
-PetscErrorCode MPMWorkWrite(const MPMWorkTable *t)
+/* Writes the file, under another name first, so that it is whole whenever the program ends; fault says why it cannot, or
+   is empty. */
+PetscErrorCode MPMWorkWrite(const MPMWorkTable *t, char fault[MPM_TEXT_LEN])
 {
-  char  path[2 * MPM_TEXT_LEN + 8];
-  FILE *file;
+  char      path[2 * MPM_TEXT_LEN + 16];
+  PetscBool bad;
+  FILE     *file;
 
   PetscFunctionBeginUser;
-  (void)snprintf(path, sizeof path, "%s.new", t->path);
-  file = fopen(path, "w");
-  PetscCheck(file, PETSC_COMM_SELF, PETSC_ERR_FILE_OPEN, "cannot write %s: %s", path, strerror(errno));
+  (void)snprintf(path, sizeof path, "%s" MPM_NEW_FILE, t->path);
+  (void)unlink(path); /* one that an earlier run left; a link is not followed */
+  fault[0] = 0;
+  file     = fopen(path, "wx");
+  if (!file) {
+    (void)snprintf(fault, MPM_TEXT_LEN, "cannot write %.1500s: %s", t->path, strerror(errno));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   for (size_t k = 0; k < NCOLUMNS; k++) fprintf(file, "%s%s", k ? "," : "", columns[k].name);
   fprintf(file, "\n");
   for (PetscInt n = 0; n < t->n; n++) {
@@ -176,7 +184,11 @@ PetscErrorCode MPMWorkWrite(const MPMWorkTable *t)
     }
     fprintf(file, "\n");
   }
-  PetscCheck(!fclose(file) && !rename(path, t->path), PETSC_COMM_SELF, PETSC_ERR_FILE_WRITE, "cannot write %s: %s",
-             t->path, strerror(errno));
+  bad = fflush(file) || ferror(file) ? PETSC_TRUE : PETSC_FALSE;
+  if (fclose(file)) bad = PETSC_TRUE;
+  if (bad || rename(path, t->path)) {
+    (void)snprintf(fault, MPM_TEXT_LEN, "cannot write %.1500s: %s", t->path, strerror(errno));
+    (void)unlink(path);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -52,7 +52,7 @@ typedef struct {
 /* study_table.c: the file. Rows that it has and the study has not are kept in it as "other". Not collective. */
 PetscErrorCode MPMWorkAdd(MPMWorkTable *, MPMWorkRow **);
 PetscErrorCode MPMWorkRead(MPMWorkTable *, char fault[MPM_TEXT_LEN]);
-PetscErrorCode MPMWorkWrite(const MPMWorkTable *);
+PetscErrorCode MPMWorkWrite(const MPMWorkTable *, char fault[MPM_TEXT_LEN]);
 void           MPMWorkPut(MPMWorkRow *, const MPMStudyResult *);
 PetscErrorCode MPMWorkDestroy(MPMWorkTable *);
 

@@ -187,14 +187,16 @@ static PetscErrorCode MakeRun(MPM base, const MPMSetting *s, PetscInt level, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Writes the table on the first process. */
-static PetscErrorCode Save(MPM base, const MPMWorkTable *t)
+/* Writes the table on the first process; *status tells of a fault. Collective on base->core.comm. */
+static PetscErrorCode Save(MPM base, const MPMWorkTable *t, int *status)
 {
+  char        fault[MPM_TEXT_LEN] = "";
   PetscMPIInt rank;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(base->core.comm, &rank));
-  if (!rank) PetscCall(MPMWorkWrite(t));
+  if (!rank) PetscCall(MPMWorkWrite(t, fault));
+  PetscCall(MPMStudyFault(base, fault, status));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -245,7 +247,7 @@ static PetscErrorCode MakeReferences(MPM base, MPMWorkTable *t, Reference *ref, 
 }
 
 /* Makes the runs that are left, in turns: all of them once, then all of them again. Collective on core.comm. */
-static PetscErrorCode MakeRuns(MPM base, MPMWorkTable *t, Reference *ref, PetscBool *interrupted)
+static PetscErrorCode MakeRuns(MPM base, MPMWorkTable *t, Reference *ref, PetscBool *interrupted, int *status)
 {
   PetscInt left = 0, made = 0;
 
@@ -273,7 +275,8 @@ static PetscErrorCode MakeRuns(MPM base, MPMWorkTable *t, Reference *ref, PetscB
       if (r.stop[0] || row->repeats >= base->study.repeats) row->done = PETSC_TRUE;
       (void)snprintf(number, sizeof number, "%" PetscInt_FMT "/%" PetscInt_FMT, made, left);
       if (anew) PetscCall(PrintRow(base, number, row->setting->name, row));
-      PetscCall(Save(base, t));
+      PetscCall(Save(base, t, status));
+      if (*status != MPM_EXIT_OK) PetscFunctionReturn(PETSC_SUCCESS);
     }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -330,7 +333,8 @@ static PetscErrorCode Work(MPM base, MPMWorkTable *t, Reference *ref, int *statu
     if (!strcmp(t->row[k].study, "confirm")) t->floor = t->row[k].error;
   }
   if (ref->needed && (anew || t->floor != t->floor)) PetscCall(MakeReferences(base, t, ref, &good, &interrupted));
-  if (good && !interrupted) PetscCall(MakeRuns(base, t, ref, &interrupted));
+  if (good && !interrupted) PetscCall(MakeRuns(base, t, ref, &interrupted, status));
+  if (*status != MPM_EXIT_OK) PetscFunctionReturn(PETSC_SUCCESS);
   if (interrupted || !good) {
     *status = MPM_EXIT_STOPPED;
     PetscCall(PetscFPrintf(base->core.comm, stderr, "%s\n",
@@ -340,7 +344,8 @@ static PetscErrorCode Work(MPM base, MPMWorkTable *t, Reference *ref, int *statu
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMFrontReport(base, t));
-  PetscCall(Save(base, t));
+  PetscCall(Save(base, t, status));
+  if (*status != MPM_EXIT_OK) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMPrint(&base->core.print, "results    %s\n           drawn by: .venv/bin/python tools/plot.py %s\n",
                      t->path, t->path));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,0 +1,131 @@
+"""Snapshots open in ParaView (its readers Xdmf3, S and T, and Xdmf2, by pvpython of Debian), VTK, pyvista and meshio: every particle
+is drawn as a vertex, and names, values and times are those of the HDF5 files. A run in 2-D and one in 3-D.
+
+usage: test_viewers.py PEBBLE SOURCE MPIEXEC
+"""
+import os
+import shutil
+import subprocess
+
+import h5py
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
+
+import check
+
+try:
+    import meshio
+    import pyvista
+except ImportError as error:
+    meshio = pyvista = None
+    missing = error
+FIELDS = ("id", "x", "v", "F", "stress", "volume", "body")
+
+
+def same(a, b):
+    """Readers may give a tensor as [3, 3], and numbers as other types."""
+    a, b = np.asarray(a, float), np.asarray(b, float)
+    return a.size == b.size and np.array_equal(a.reshape(b.shape), b)
+
+
+def compare(what, found, path):
+    """found: {times, k/points ...} as view.py describes it, of the first, the middle and the last snapshot."""
+    with h5py.File(path) as file:
+        steps = [file[f"step_{step:06d}"] for step in check.steps(file)]
+        check.that(same(found["times"], [step.attrs["time"] for step in steps]), f"{what}: {len(found['times'])} times")
+        for k in sorted({0, len(steps) // 2, len(steps) - 1}):
+            particles, grid = steps[k]["particles"], steps[k]["grid"]
+            n = len(particles["id"])
+            wrong = [name for name in FIELDS if f"{k}/{name}" not in found or not same(found[f"{k}/{name}"], particles[name][:])]
+            wrong += [f"grid/{name}" for name in ("mass", "v") if f"{k}/grid/{name}" in found and not same(found[f"{k}/grid/{name}"].ravel(), grid[name][:].ravel())]
+            wrong += ["points"] * (not same(found[f"{k}/points"], particles["x"][:])) + ["vertices"] * (not same(found[f"{k}/vertices"], np.arange(n)))
+            if f"{k}/grid/bounds" in found:
+                low, high = np.array(found[f"{k}/grid/bounds"]).reshape(3, 2).T
+                wrong += ["bounds"] * (not (np.allclose(low, file.attrs["grid_lower"]) and np.allclose(high, file.attrs["grid_upper"])))
+            check.that(not wrong, f"{what}: snapshot {k}, {n} particles drawn, names and values; wrong: {wrong}")
+
+
+def paraview(reader, path):
+    out = os.path.abspath("found.npz")
+    env = dict(os.environ)
+    env.pop("PYTHONPATH", None)
+    told = subprocess.run(["pvpython", os.path.join(check.source, "tests", "view.py"), reader, path, out], capture_output=True, text=True, timeout=300, env=env)
+    check.need(told.returncode == 0 and os.path.exists(out), f"pvpython with {reader}: {told.returncode} {told.stderr[-1500:]}")
+    with np.load(out) as found:
+        result = dict(found)
+    os.remove(out)
+    return result
+
+
+def blocks(found, k, leaf, grid):
+    """Adds a data set as pyvista or VTK gives it."""
+    start = f"{k}/grid/" if grid else f"{k}/"
+    leaf = pyvista.wrap(leaf)
+    for name in leaf.point_data:
+        found[start + name] = np.array(leaf.point_data[name])
+    if grid:
+        found[start + "bounds"] = np.array(leaf.bounds)
+    else:
+        found[start + "points"] = np.array(leaf.points)
+        found[start + "vertices"] = np.array([leaf.get_cell(c).point_ids[0] for c in range(leaf.n_cells) if leaf.get_cell(c).n_points == 1])
+
+
+def vtk(path):
+    reader = vtkXdmfReader()
+    reader.SetFileName(path)
+    reader.UpdateInformation()
+    times = reader.GetOutputInformation(0).Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS())
+    found = {"times": times}
+    for k in {0, len(times) // 2, len(times) - 1}:
+        reader.UpdateTimeStep(times[k])
+        data = reader.GetOutputDataObject(0)
+        for b in range(data.GetNumberOfBlocks()):
+            leaf = data.GetBlock(b)
+            blocks(found, k, leaf, not leaf.IsA("vtkUnstructuredGrid"))
+    return found
+
+
+def by_pyvista(path):
+    reader = pyvista.get_reader(path)
+    found = {"times": reader.time_values}
+    for k in {0, len(reader.time_values) // 2, len(reader.time_values) - 1}:
+        reader.set_active_time_value(reader.time_values[k])
+        for leaf in reader.read():
+            blocks(found, k, leaf, not isinstance(leaf, pyvista.UnstructuredGrid))
+    return found
+
+
+def by_meshio(path):
+    """It has the points of the first snapshot; those of others are the array x."""
+    found = {"times": []}
+    with meshio.xdmf.TimeSeriesReader(path) as reader:
+        points, cells = reader.read_points_cells()
+        check.that(len(cells) == 1 and cells[0].type == "vertex" and same(points, reader.read_data(0)[1]["x"]), "meshio: vertices, and the first positions")
+        for k in range(reader.num_steps):
+            time, data, _ = reader.read_data(k)
+            found["times"].append(time)
+            found |= {f"{k}/{name}": value for name, value in data.items()}
+            found[f"{k}/points"], found[f"{k}/vertices"] = data["x"], cells[0].data
+    return found
+
+
+def main():
+    check.need(pyvista and meshio, f"{'' if pyvista else missing}: tools/install.sh viewers installs what tools/requirements-viewers.txt lists")
+    check.need(shutil.which("pvpython"), "pvpython is missing: tools/install.sh viewers installs Debian's packages paraview and python3-paraview")
+    print(subprocess.run(["pvpython", "--version"], capture_output=True, text=True).stdout.strip(), "pyvista", pyvista.__version__, "meshio", meshio.__version__)
+    for name, options in (("disks", ("-time_end", "0.3", "-output_every", "0.05")), ("disks3d", ("-time_max_steps", "4", "-output_every", "0"))):
+        folder = os.path.abspath(name)
+        check.must("-options_file", check.scene(name), "-output_dir", folder, *options)
+        path, truth = f"{folder}/{name}.xdmf", f"{folder}/{name}.h5"
+        for reader in ("Xdmf3ReaderS", "Xdmf3ReaderT", "XDMFReader"):
+            compare(f"{name}, ParaView {reader}", paraview(reader, path), truth)
+        compare(f"{name}, VTK", vtk(path), truth)
+        compare(f"{name}, pyvista", by_pyvista(path), truth)
+        compare(f"{name}, meshio", by_meshio(path), truth)
+
+
+check.arguments(__doc__, 0)
+main()
+check.end()

@@ -1,0 +1,36 @@
+"""What a reader of ParaView finds in an XDMF file, as a file of numpy; for tests/test_viewers.py.
+
+usage: pvpython view.py Xdmf3ReaderS|Xdmf3ReaderT|XDMFReader FILE.xdmf FOUND.npz
+
+FOUND.npz has the times and, for the first, the middle and the last of them (k), k/points, k/vertices (the point of each
+cell), k/array for the arrays of the particles, and k/grid/array for those of the nodes.
+"""
+import sys
+
+import numpy as np
+from paraview import servermanager, simple
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+name, path, out = sys.argv[1:]
+reader = getattr(simple, name)(**{"FileNames" if name == "XDMFReader" else "FileName": [path]})
+reader.UpdatePipelineInformation()
+times = list(reader.TimestepValues)
+found = {"times": np.array(times)}
+for k in sorted({0, len(times) // 2, len(times) - 1}):
+    reader.UpdatePipeline(times[k])
+    data = servermanager.Fetch(reader)
+    leaves = data.NewIterator()
+    while not leaves.IsDoneWithTraversal():
+        leaf = leaves.GetCurrentDataObject()
+        particles = leaf.IsA("vtkUnstructuredGrid")
+        start = f"{k}/" if particles else f"{k}/grid/"
+        arrays = leaf.GetPointData()
+        for a in range(arrays.GetNumberOfArrays()):
+            found[start + arrays.GetArrayName(a)] = vtk_to_numpy(arrays.GetArray(a)).copy()
+        if particles:
+            found[start + "points"] = vtk_to_numpy(leaf.GetPoints().GetData()).copy()
+            found[start + "vertices"] = np.array([leaf.GetCell(c).GetPointId(0) for c in range(leaf.GetNumberOfCells()) if leaf.GetCell(c).GetNumberOfPoints() == 1])
+        else:
+            found[start + "bounds"] = np.array(leaf.GetBounds())
+        leaves.GoToNextItem()
+np.savez(out, **found)
