@@ -103,7 +103,7 @@ export OMPI_MCA_btl_base_warn_component_unused := 0
 export ASAN_OPTIONS := detect_leaks=0
 
 # ---- What a user asks for
-.PHONY: all run test test-long test-widths verify robust bench paper studies calibrate simulate scaling report format \
+.PHONY: all run test test-long test-widths verify robust debug coverage bench paper studies calibrate simulate scaling report format \
   scenes clean distclean help objects picture ctest pages FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
@@ -134,6 +134,16 @@ robust: ## of the long tests those of robustness, on up to 32 processes
 test-widths: ## of the long tests those that repeat others with vectors of 4 and of 2 particles
 	@tools/install.sh test
 	+@$(again) ctest select="-L widths"
+
+debug: ## look for defects: sanitizers, floating-point traps, poisoned memory, and valgrind where it is installed; 10 minutes
+	@tools/install.sh test
+	+@$(again) ctest select="-L debug"
+
+coverage: ## which lines of src the tests of `make test` reach, by rooms; COVERAGE=missing lists the others; 10 minutes
+	@tools/install.sh test
+	@find build/$(compiler)-coverage -name '*.gcda' -delete 2>/dev/null || true
+	+@$(again) DEBUG=coverage ctest select="-LE long -E 'fused|recipes|warnings|rooms'"
+	@$(python) tools/coverage.py build/$(compiler)-coverage --least 92 $(if $(COVERAGE),--missing)
 
 bench: ## time this program and others on the same work; BENCH=full: all sizes, 40 minutes
 	@tools/install.sh run

@@ -9,6 +9,8 @@ usage: test_debug.py PEBBLE SOURCE MPIEXEC traps|poison|sanitizers|valgrind [som
 """
 import pathlib
 import re
+import shutil
+import sys
 
 import check
 
@@ -44,6 +46,9 @@ def fault(what, scene, way, pinned, more, env, patience, steps):
 
 
 words = check.arguments(__doc__, None)
+if words[0] == "valgrind" and not shutil.which("valgrind"):
+    print("valgrind is not installed")
+    sys.exit(77)
 ways, more, env, names, patience, steps = HOW[words[0]]
 pinned = dict(line.split() for line in pathlib.Path(check.source, "tests/reference/digests.txt").read_text().splitlines()
               if line and line[0] != "#")

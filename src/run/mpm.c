@@ -12,6 +12,7 @@ PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
   (*mpm)->core.print.comm    = comm;
   (*mpm)->core.exchange.data = MPI_COMM_NULL;
   PetscCall(PetscTime(&(*mpm)->report.start));
+  (*mpm)->report.base = MPMMemoryHere("VmRSS");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -205,6 +205,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) step += mpm->cost.predicted[e];
   PetscCall(MPMPrint(&mpm->core.print, "predict    %.6g steps of %.3g s, about %.2g s without output\n", (double)steps,
                      (double)step, (double)(steps * step)));
+  if (mpm->scene.dry_run) PetscCall(MPMMemoryPrint(mpm, steps * step));
   if (mpm->scene.dry_run) PetscCall(MPMModelView(&mpm->cost, &mpm->core, &mpm->scene, dt));
   PetscCall(PrintLoads(mpm));
   PetscCall(PrintWarnings(mpm, dt));
