@@ -40,8 +40,8 @@ static PetscReal TileBytes(const MPMCore *core)
   return (PetscReal)MPMTileNodes(core->grid.dim, core->basis) * MPM_NODE_NC * (PetscReal)sizeof(PetscReal);
 }
 
-/* Returns the bytes of a job of the pool: the sums of its tiles, and the fields of its particles, of which about a third come back. *jobs: how
-   many there are at a time. Its particles are as dense as all others. Not collective. */
+/* Returns the bytes of a job of the pool: the sums of its tiles, and the fields of its particles, of which about a
+   third come back. *jobs: how many there are at a time. Its particles are as dense as all others. Not collective. */
 static PetscReal Job(const MPMCore *core, PetscMPIInt workers, PetscReal *jobs)
 {
   const MPMTiles *t    = &core->exchange.patch.tiles;
@@ -53,7 +53,7 @@ static PetscReal Job(const MPMCore *core, PetscMPIInt workers, PetscReal *jobs)
   tiles = PetscMin(tiles, mine);
   *jobs = PetscMin(2 * (PetscReal)workers, PetscCeilReal(mine / tiles));
   return SENT * tiles * TileBytes(core) +
-         2 * n * tiles / mine * (PetscReal)MPMParticlesBytes(&core->particles, MPM_SCRATCH);
+         1.3 * n * tiles / mine * (PetscReal)MPMParticlesBytes(&core->particles, MPM_SCRATCH);
 }
 
 /* Returns the bytes that this process will need besides those that it has; in the steps, and until the end of an
