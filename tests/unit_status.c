@@ -17,7 +17,7 @@ static MPMStatus Random(PetscInt64 id)
   s.ids         = (PetscInt64)UnitBits(); /* a sum, modulo 2^64 */
   s.hops        = UnitInt(10);
   s.most        = UnitInt(1000);
-  s.interrupted = UnitInt(5) == 0;
+  s.asked = UnitInt(5) == 0;
   if (UnitInt(2)) {
     s.bad = (MPMBad)(1 + UnitInt(MPM_NUM_BAD - 1));
     s.id  = id;
@@ -31,7 +31,7 @@ static int Equal(const MPMStatus *a, const MPMStatus *b)
 {
   return a->bad == b->bad && a->id == b->id && !memcmp(a->x, b->x, sizeof a->x) && a->J == b->J && a->v2 == b->v2 &&
          a->c2 == b->c2 && a->moved == b->moved && a->left == b->left && a->n == b->n && a->ids == b->ids &&
-         a->hops == b->hops && a->most == b->most && a->interrupted == b->interrupted;
+         a->hops == b->hops && a->most == b->most && a->asked == b->asked;
 }
 
 static MPMStatus Merge(MPMStatus a, MPMStatus b)
@@ -94,7 +94,7 @@ int main(void)
       CHECK_EQ(all[0].v2, PetscMax(s[0].v2, PetscMax(s[1].v2, s[2].v2)));
       CHECK_EQ(all[0].hops, PetscMax(s[0].hops, PetscMax(s[1].hops, s[2].hops)));
       CHECK_EQ(all[0].most, PetscMax(s[0].most, PetscMax(s[1].most, s[2].most)));
-      CHECK_EQ(all[0].interrupted, PetscMax(s[0].interrupted, PetscMax(s[1].interrupted, s[2].interrupted)));
+      CHECK_EQ(all[0].asked, PetscMax(s[0].asked, PetscMax(s[1].asked, s[2].asked)));
       CHECK_EQ(all[0].c2, PetscMax(s[0].c2, PetscMax(s[1].c2, s[2].c2)));
     }
   }

@@ -1,29 +1,48 @@
-/* signals.c - the handler of SIGINT and SIGTERM; signals.h describes its effect. */
+/* signals.c - the handlers of SIGINT, SIGTERM and SIGUSR1; signals.h describes their effect. */
 #include <signal.h>
 #include "base/signals.h"
 
-static volatile sig_atomic_t came;
+static volatile sig_atomic_t end, checkpoint;
 
-static void Note(int number)
+static void NoteEnd(int number)
 {
   (void)number;
-  came = 1;
+  end = 1;
 }
 
-/* Returns 1 if this process has caught a signal, else 0. Not collective. */
-PetscInt MPMSignalsCaught(void)
+static void NoteCheckpoint(int number)
 {
-  return came;
+  (void)number;
+  checkpoint = 1;
 }
 
-/* Installs the handler, which notes the first signal; a second one has its default effect. Not collective. */
+void MPMSignalsAsk(void)
+{
+  checkpoint = 1;
+}
+
+/* Returns what signals have asked of this process. A checkpoint is asked for once, the end of the run in each call. Not
+   collective. */
+PetscInt MPMSignalsAsked(void)
+{
+  const PetscBool write = checkpoint ? PETSC_TRUE : PETSC_FALSE;
+
+  if (write) checkpoint = 0;
+  return end ? MPM_ASKED_END : write ? MPM_ASKED_CHECKPOINT : MPM_ASKED_NOTHING;
+}
+
+/* Installs the handlers. Those of SIGINT and SIGTERM note the first signal; a second one has its default effect. Not
+   collective. */
 void MPMSignalsCatch(void)
 {
   struct sigaction action;
 
   memset(&action, 0, sizeof action);
-  action.sa_handler = Note;
+  action.sa_handler = NoteEnd;
   action.sa_flags   = (int)SA_RESETHAND;
   (void)sigaction(SIGINT, &action, NULL);
   (void)sigaction(SIGTERM, &action, NULL);
+  action.sa_handler = NoteCheckpoint;
+  action.sa_flags   = SA_RESTART;
+  (void)sigaction(SIGUSR1, &action, NULL);
 }

@@ -1,11 +1,15 @@
-/* signals.h - SIGINT and SIGTERM: the first ends a run after its current step, with its results written; a second one
-   ends it at once. */
+/* signals.h - what signals ask of a run. SIGINT and SIGTERM: the first ends it after its current step, with its results
+   and a checkpoint written; a second one ends it at once. SIGUSR1: it writes a checkpoint and goes on. */
 #ifndef MPM_SIGNALS_H
 #define MPM_SIGNALS_H
 
 #include "base/base.h"
 
+/* What is asked for; the largest of all processes counts. */
+enum { MPM_ASKED_NOTHING, MPM_ASKED_CHECKPOINT, MPM_ASKED_END };
+
 void     MPMSignalsCatch(void);
-PetscInt MPMSignalsCaught(void); /* 1 if one came to this process, else 0 */
+void     MPMSignalsAsk(void); /* asks for a checkpoint as SIGUSR1 does */
+PetscInt MPMSignalsAsked(void);
 
 #endif

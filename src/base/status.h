@@ -12,14 +12,14 @@ typedef enum { MPM_OK, MPM_BAD_J, MPM_LEFT_GRID, MPM_TOO_WIDE, MPM_NUM_BAD } MPM
 typedef struct {
   MPMBad     bad;
   PetscInt64 id;
-  PetscReal  x[3], J;     /* its position in m; its det F for MPM_BAD_J, its width in cells for MPM_TOO_WIDE */
-  PetscReal  v2, c2;      /* largest squared speeds of a particle and of a wave, m^2/s^2 */
-  PetscInt64 moved;       /* movers: particles that changed their cell */
-  PetscInt64 interrupted; /* 1 if a signal has asked the run to end, else 0 */
-  PetscInt64 left;        /* leavers: particles that left their patch */
-  PetscInt64 hops;        /* largest distance that a leaver has to go along an axis, in patches */
-  PetscInt64 most;        /* particles of the process that has most of them */
-  PetscInt64 n, ids;      /* number of particles, and their fingerprint (digest.c): is any lost or doubled? */
+  PetscReal  x[3], J; /* its position in m; its det F for MPM_BAD_J, its width in cells for MPM_TOO_WIDE */
+  PetscReal  v2, c2;  /* largest squared speeds of a particle and of a wave, m^2/s^2 */
+  PetscInt64 moved;   /* movers: particles that changed their cell */
+  PetscInt64 asked;   /* what a signal has asked for (signals.h), or 0 */
+  PetscInt64 left;    /* leavers: particles that left their patch */
+  PetscInt64 hops;    /* largest distance that a leaver has to go along an axis, in patches */
+  PetscInt64 most;    /* particles of the process that has most of them */
+  PetscInt64 n, ids;  /* number of particles, and their fingerprint (digest.c): is any lost or doubled? */
 } MPMStatus;
 
 void MPMStatusReset(MPMStatus *);

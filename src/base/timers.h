@@ -40,6 +40,7 @@ typedef struct {
   PetscLogDouble since;         /* when the innermost open timer was last started or continued */
   PetscBool      processor;     /* the clock counts processor time, to which other programs add nothing */
   PetscReal      flops, bytes;  /* counted by hand, of phases here; of the pool's master: its workers' too */
+  PetscInt       first;         /* the step from which on this run has made steps: not 0 after a restart */
   PetscLogDouble steps, output; /* s of all steps; s of history and snapshots */
   MPMWork        work;
 } MPMTimers;

@@ -8,7 +8,7 @@
 PetscErrorCode MPMWorkView(const MPMCost *cost, MPMCore *core)
 {
   const MPMWork *path = &core->timers.work;
-  PetscInt       rows = path->seconds ? path->row + 1 : 0, steps = core->step;
+  PetscInt       rows = path->seconds ? path->row + 1 : 0, steps = core->step - core->timers.first;
   PetscReal     *slowest, sum[MPM_MAX_TIMERS] = {0}, most[MPM_MAX_TIMERS] = {0}, all[3] = {0};
   PetscMPIInt    size, rank;
 

@@ -80,7 +80,7 @@ PetscErrorCode MPMLimits(MPI_Comm comm, PetscReal *flop, PetscReal *byte)
    on the exchange. */
 PetscErrorCode MPMRoofline(const MPMCost *cost, MPMCore *core, PetscBool limits, PetscBool no_limits)
 {
-  const PetscReal per     = (PetscReal)core->particles.total * core->step;
+  const PetscReal per     = (PetscReal)core->particles.total * (core->step - core->timers.first);
   PetscReal       work[2] = {core->timers.flops, core->timers.bytes}, s = core->timers.steps, flop = cost->model.flop,
             byte = cost->model.byte;
   PetscMPIInt size;
@@ -89,7 +89,7 @@ PetscErrorCode MPMRoofline(const MPMCost *cost, MPMCore *core, PetscBool limits,
   if (core->print.quiet) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_size(core->comm, &size));
   PetscCallMPI(MPI_Bcast(&s, 1, MPIU_REAL, 0, core->exchange.data));
-  if (core->step == 0 || s <= 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (core->step == core->timers.first || s <= 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, work, 2, MPIU_REAL, MPIU_SUM, core->exchange.data));
   for (int k = 0; k < 2; k++) work[k] /= s * size;
   PetscCall(MPMPrint(&core->print, "speed      %.3g ns/particle/step, %.3g GFlop/s, %.3g GB/s a process",

@@ -208,6 +208,13 @@ static void NoteFile(const struct stat *status)
   seen[nseen++].number = status->st_ino;
 }
 
+void MPMOptionsNoteFile(const char path[])
+{
+  struct stat status;
+
+  if (!stat(path, &status)) NoteFile(&status);
+}
+
 /* Checks an options file, and the files that it names. error [len] gets the first fault. nesting is the number of files
    around it. */
 void MPMOptionsCheckFile(const char name[], int nesting, char error[], size_t len)

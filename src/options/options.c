@@ -7,6 +7,7 @@
 #include <ctype.h>
 #include <stdarg.h>
 #include <strings.h>
+#include "base/fault.h"
 #include "options/reader.h"
 
 /* Notes an error unless there is one already, as one line, whatever the values in it contain. Not collective. */
@@ -31,14 +32,8 @@ const char *MPMOptionsError(MPMOptions o)
 /* Gives an error that some processes have noted to all: that of the lowest rank. Collective on comm. */
 PetscErrorCode MPMOptionsShare(MPMOptions o, MPI_Comm comm)
 {
-  PetscMPIInt rank, size, from;
-
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  from = o->error[0] ? rank : size;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &from, 1, MPI_INT, MPI_MIN, comm));
-  if (from < size) PetscCallMPI(MPI_Bcast(o->error, (PetscMPIInt)sizeof o->error, MPI_CHAR, from, comm));
+  PetscCall(MPMFaultAgree(comm, o->error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -383,14 +378,6 @@ PetscErrorCode MPMOptionsNames(MPMOptions o, const char rowname[], PetscInt *n, 
       if (!strcasecmp((*names)[k], word)) MPMOptionsFail(o, "-%s names %s twice", full, word);
     if (!o->error[0]) (void)snprintf((*names)[(*n)++], MPM_NAME_LEN, "%s", word);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Returns all options as given, for the output files; the caller frees the text. */
-PetscErrorCode MPMOptionsText(char **text)
-{
-  PetscFunctionBeginUser;
-  PetscCall(PetscOptionsGetAll(NULL, text));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -49,8 +49,8 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*m
                                  char (*bodies)[MPM_NAME_LEN], PetscInt nl, char (*loads)[MPM_NAME_LEN]);
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
 PetscErrorCode MPMOptionsFinish(MPMOptions);       /* refuses options that this scene never asked for */
-PetscErrorCode MPMOptionsText(char **text);        /* all options as given; the caller frees it */
-PetscBool      MPMOptionsAreIn(const char path[]); /* is it an options file of this run? */
+PetscBool      MPMOptionsAreIn(const char path[]);    /* is it an options file of this run? */
+void           MPMOptionsNoteFile(const char path[]); /* makes it one; -rerun reads options from other files */
 
 /* Readers: `row` is a name of the vocabulary, `name` the material, body, load or face that it is for, or NULL. *set, if
    not NULL, tells whether the option was given. If it was not, the value becomes the default of the row, or stays as
@@ -73,6 +73,11 @@ PetscErrorCode MPMOptionsExpression(MPMOptions, const char row[], const char nam
    as in an array of structures. */
 PetscErrorCode MPMOptionsDeclared(MPMOptions, const char row[], const char name[], PetscInt n, const char names[],
                                   size_t stride, PetscInt *k);
+
+/* The options of a run as a text (saved.c). */
+PetscErrorCode MPMOptionsText(char **text);
+PetscBool      MPMOptionsNext(const char **at, char name[4 * MPM_NAME_LEN], char value[MPM_TEXT_LEN]);
+PetscBool      MPMOptionsFindIn(const char text[], const char name[], char value[MPM_TEXT_LEN]);
 
 /* Refuses those options among `all` (words separated by blanks) that a choice does not take; it takes the words
    `taken`. */

@@ -69,6 +69,27 @@ PetscErrorCode MPMHDF5Int(hid_t object, const char name[], PetscInt value)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode MPMHDF5ReadText(hid_t file, const char name[], char **text)
+{
+  const PetscBool attribute = H5Aexists(file, name) > 0 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool dataset   = !attribute && H5Lexists(file, name, H5P_DEFAULT) > 0 ? PETSC_TRUE : PETSC_FALSE;
+  hid_t           object, type;
+
+  PetscFunctionBeginUser;
+  *text = NULL;
+  if (!attribute && !dataset) PetscFunctionReturn(PETSC_SUCCESS);
+  object = attribute ? H5Aopen(file, name, H5P_DEFAULT) : H5Dopen2(file, name, H5P_DEFAULT);
+  type   = object < 0 ? -1 : attribute ? H5Aget_type(object) : H5Dget_type(object);
+  if (type >= 0 && H5Tget_class(type) == H5T_STRING && !H5Tis_variable_str(type)) {
+    PetscCall(PetscCalloc1(H5Tget_size(type) + 1, text));
+    if ((attribute ? H5Aread(object, type, *text) : H5Dread(object, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, *text)) < 0)
+      PetscCall(PetscFree(*text));
+  }
+  if (type >= 0) (void)H5Tclose(type);
+  if (object >= 0) (void)(attribute ? H5Aclose(object) : H5Dclose(object));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 hid_t MPMHDF5Open(const char path[])
 {
   hid_t access = H5Pcreate(H5P_FILE_ACCESS), file;
@@ -158,10 +179,10 @@ static void Put(MPMFile *f, const void *data, size_t n, long long at)
   }
 }
 
-PetscErrorCode MPMFileCreate(MPMFile *f, MPI_Comm comm, const char path[], size_t room)
+PetscErrorCode MPMFileCreate(MPMFile *f, MPI_Comm comm, const char path[], size_t head, size_t room)
 {
   H5FD_file_image_callbacks_t memory = {ImageMalloc, ImageCopy, ImageRealloc, ImageKeep, SameFile, FreeNothing, f};
-  hid_t                       access;
+  hid_t                       access, create;
 
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(f, sizeof *f));
@@ -176,7 +197,11 @@ PetscErrorCode MPMFileCreate(MPMFile *f, MPI_Comm comm, const char path[], size_
   H5(H5Pset_fapl_core(access, 4096, 0));
   H5(H5Pset_meta_block_size(access, (room + 4095) / 4096 * 4096)); /* all but the numbers lies in one piece, first */
   H5(H5Pset_file_image_callbacks(access, &memory));
-  H5(f->file = H5Fcreate("/dev/null/image", H5F_ACC_TRUNC, H5P_DEFAULT, access)); /* no such file is looked for */
+  H5(H5Pset_alignment(access, 1, 8)); /* numbers are whole words of the checksum */
+  H5(create = H5Pcreate(H5P_FILE_CREATE));
+  H5(H5Pset_userblock(create, head));
+  H5(f->file = H5Fcreate("/dev/null/image", H5F_ACC_TRUNC, create, access)); /* no such file is looked for */
+  H5(H5Pclose(create));
   H5(H5Pclose(access));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -190,6 +215,8 @@ PetscErrorCode MPMFileDataset(MPMFile *f, hid_t group, const char name[], const 
   PetscFunctionBeginUser;
   PetscCheck(f->nsets < MPM_MAX_SETS, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: more than %d datasets", f->path,
              MPM_MAX_SETS);
+  f->bytes[f->nsets] = 8;
+  for (int k = 0; k < rank; k++) f->bytes[f->nsets] *= (size_t)size[k];
   f->whole[f->nsets++] = whole;
   if (f->file < 0) PetscFunctionReturn(PETSC_SUCCESS);
   H5(space = H5Screate_simple(rank, size, NULL));
@@ -224,13 +251,13 @@ PetscErrorCode MPMFileLay(MPMFile *f)
     f->file   = -1;
     f->length = PetscMax((long long)length, (long long)f->size); /* some places are given out as the file is closed */
     (void)unlink(f->fresh); /* one that an earlier run left; a link is not followed */
-    f->fd = open(f->fresh, O_WRONLY | O_CREAT | O_EXCL, 0666);
+    f->fd = open(f->fresh, O_RDWR | O_CREAT | O_EXCL, 0666);
     if (f->fd < 0) Fault(f, errno);
     if (!f->fault[0] && ftruncate(f->fd, (off_t)f->length)) Fault(f, errno);
     Put(f, f->image, f->size, 0);
   }
   PetscCallMPI(MPI_Bcast(f->offset, (PetscMPIInt)f->nsets, MPI_LONG_LONG, 0, f->comm)); /* the file is there now */
-  if (f->rank) f->fd = open(f->fresh, O_WRONLY);
+  if (f->rank) f->fd = open(f->fresh, O_RDWR);
   if (f->fd < 0) Fault(f, errno);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -249,6 +276,42 @@ PetscErrorCode MPMFileWrite(MPMFile *f, PetscInt set, PetscInt64 first, PetscInt
     for (PetscInt64 i = 0; i < m; i++) piece[i] = (int64_t)values[k + i];
     Put(f, piece, 8 * (size_t)m, at + 8 * (long long)k);
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMFileWriteWords(MPMFile *f, PetscInt set, PetscInt64 first, PetscInt64 n, const void *words)
+{
+  PetscFunctionBeginUser;
+  if (f->offset[set] < 0) PetscFunctionReturn(PETSC_SUCCESS);
+  Put(f, words, 8 * (size_t)n, f->offset[set] + 8 * (long long)first);
+  f->sum += MPMChecksum(words, 8 * (size_t)n, (size_t)f->offset[set] + 8 * (size_t)first);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMFileSum(MPMFile *f, size_t from, uint64_t *sum)
+{
+  PetscFunctionBeginUser;
+  *sum = f->sum;
+  while (!f->rank && !f->fault[0] && from < (size_t)f->length) { /* what lies between the numbers, which are counted */
+    PetscInt next = -1;
+    size_t   to   = (size_t)f->length;
+    int      code;
+
+    for (PetscInt k = 0; k < f->nsets; k++)
+      if (f->offset[k] >= (long long)from && (next < 0 || f->offset[k] < f->offset[next])) next = k;
+    if (next >= 0) to = (size_t)f->offset[next];
+    code = MPMChecksumFile(f->fd, from, to, sum);
+    if (code) Fault(f, code);
+    from = next < 0 ? to : to + f->bytes[next];
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, 1, MPI_UINT64_T, MPI_SUM, f->comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMFileHead(MPMFile *f, const void *head, size_t bytes)
+{
+  PetscFunctionBeginUser;
+  Put(f, head, bytes, 0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

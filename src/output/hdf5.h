@@ -9,7 +9,7 @@
 #ifndef MPM_HDF5_H
 #define MPM_HDF5_H
 
-#include "base/base.h"
+#include "base/checksum.h"
 #if defined(PETSC_HAVE_HDF5)
 #include <hdf5.h>
 
@@ -38,13 +38,15 @@ typedef struct {
   size_t      size;  /* of the image, bytes */
   PetscInt    nsets;
   long long   length, offset[MPM_MAX_SETS]; /* bytes: of the file, and where the numbers of a dataset begin */
+  size_t      bytes[MPM_MAX_SETS];          /* of the numbers of a dataset */
+  uint64_t    sum;                          /* the checksum of the words that this process has written */
   PetscBool   whole[MPM_MAX_SETS];
   int         fd; /* of this process, from Lay to Close */
 } MPMFile;
 
-/* Begins a file; `room` is about how many bytes its attributes take (a guess that is too small costs memory only).
+/* Begins a file; `head` bytes, 0 or a power of 2 from 512 on, are left free before what HDF5 sees, and `room` is about how many bytes its attributes take (a guess that is too small costs memory only).
    Collective. */
-PetscErrorCode MPMFileCreate(MPMFile *, MPI_Comm, const char path[], size_t room);
+PetscErrorCode MPMFileCreate(MPMFile *, MPI_Comm, const char path[], size_t head, size_t room);
 
 /* Makes the next dataset, of numbers with `rank` axes; the first one has the number 0. whole: the numbers are stored as
    integers of 64 bits. All processes call it, and group is used on the first. Not collective. */
@@ -57,9 +59,23 @@ PetscErrorCode MPMFileLay(MPMFile *);
 /* Writes n numbers of a dataset, of which `first` come before, in the sequence of the file. Not collective. */
 PetscErrorCode MPMFileWrite(MPMFile *, PetscInt set, PetscInt64 first, PetscInt64 n, const PetscReal[]);
 
+/* The same with numbers of 8 bytes as the file has them. */
+PetscErrorCode MPMFileWriteWords(MPMFile *, PetscInt set, PetscInt64 first, PetscInt64 n, const void *words);
+
+/* Sets *sum to the checksum (checksum.h) of the file from byte `from` on, all numbers of which were written by
+   MPMFileWriteWords, by one process each. Collective. */
+PetscErrorCode MPMFileSum(MPMFile *, size_t from, uint64_t *sum);
+
+/* Writes bytes at the beginning of the file. Only the first process calls it. */
+PetscErrorCode MPMFileHead(MPMFile *, const void *head, size_t bytes);
+
 /* Ends the file: gives it its name, or removes it if a process has a fault. sync: its numbers are on the disk when this
    returns. *fault gets the fault of this process. Collective. */
 PetscErrorCode MPMFileClose(MPMFile *, PetscBool sync, char fault[MPM_TEXT_LEN]);
+
+/* Reads a text that is an attribute or a dataset of a file; NULL if there is none. The caller frees it by PetscFree. Not
+   collective. */
+PetscErrorCode MPMHDF5ReadText(hid_t file, const char name[], char **text);
 
 /* Opens a file for reading without locking it or printing faults; returns -1 if it cannot. Not collective. */
 hid_t MPMHDF5Open(const char path[]);

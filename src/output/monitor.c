@@ -33,24 +33,98 @@ MPMShown MPMMonitorShown(const MPMMonitor *mon, const MPMCore *core, const MPMSc
   return (MPMShown){core, scene, &mon->start, &mon->now, NULL};
 }
 
-/* Begins the history with its head, in a new file: a link to another file is not followed. Only the first process calls
-   it. */
-static void Begin(MPMMonitor *mon, const MPMCore *core, const char path[])
+/* Returns the head of the history, the names of its columns; the caller frees it. */
+static PetscErrorCode Head(const MPMCore *core, char **text)
 {
   const char *comma = "";
+  size_t      n     = 0;
+  FILE       *f     = open_memstream(text, &n);
 
-  (void)unlink(path);
-  mon->file = fopen(path, "wx");
-  for (PetscInt k = 0; mon->file && k < MPM_NUM_DIAGNOSTICS; k++) {
+  PetscFunctionBeginUser;
+  PetscCheck(f, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the head of the history");
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
     PetscInt       first;
-    const PetscInt n = MPMDiagnosticColumns(k, core, &first);
+    const PetscInt nc = MPMDiagnosticColumns(k, core, &first);
 
-    for (PetscInt c = first; c < first + n; c++, comma = ",") {
-      fprintf(mon->file, "%s%s", comma, MPMDiagnostics[k].name);
-      if (MPMDiagnostics[k].nc > 1) fprintf(mon->file, "_%c", "xyz"[c]);
+    for (PetscInt c = first; c < first + nc; c++, comma = ",") {
+      fprintf(f, "%s%s", comma, MPMDiagnostics[k].name);
+      if (MPMDiagnostics[k].nc > 1) fprintf(f, "_%c", "xyz"[c]);
     }
   }
-  if (mon->file) fprintf(mon->file, "\n");
+  fprintf(f, "\n");
+  (void)fclose(f);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Begins the history with its head, in a new file: a link to another file is not followed. Only the first process calls
+   it. */
+static PetscErrorCode Begin(MPMMonitor *mon, const MPMCore *core, const char path[])
+{
+  char *head;
+
+  PetscFunctionBeginUser;
+  (void)unlink(path);
+  mon->file = fopen(path, "wx");
+  if (!mon->file) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Head(core, &head));
+  fprintf(mon->file, "%s", head);
+  free(head);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Copies the lines of a history up to step `last`, whose number comes first, to a new file; returns whether the history
+   has these columns and a line of that step. */
+static PetscBool CopyLines(FILE *from, FILE *to, const char head[], PetscInt last)
+{
+  char     *line = NULL;
+  size_t    room = 0;
+  PetscBool same, found = last < 0 ? PETSC_TRUE : PETSC_FALSE;
+
+  same = getline(&line, &room, from) > 0 && !strcmp(line, head) ? PETSC_TRUE : PETSC_FALSE;
+  fprintf(to, "%s", head);
+  while (same && getline(&line, &room, from) > 0 && line[strlen(line) - 1] == '\n' && atoll(line) <= last) {
+    fprintf(to, "%s", line);
+    if (atoll(line) == last) found = PETSC_TRUE;
+  }
+  free(line);
+  return same && found ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Lets the history of an earlier run go on after a restart: lines after the last one that the checkpoint knows are
+   dropped, in a new file that takes the place of the old one. Without such a history a new one begins, which a line
+   says. A fault is left in core->stop. Collective on exchange.data. */
+PetscErrorCode MPMMonitorResume(MPMMonitor *mon, MPMCore *core, const MPMScene *scene)
+{
+  char        path[2 * MPM_TEXT_LEN], fresh[2 * MPM_TEXT_LEN + 16], fault[MPM_TEXT_LEN] = "", *head;
+  FILE       *from, *to;
+  PetscMPIInt rank;
+  PetscBool   whole = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  if (mon->off || mon->no_file) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
+  (void)snprintf(path, sizeof path, "%s/%s.csv", mon->dir, scene->name);
+  (void)snprintf(fresh, sizeof fresh, "%s" MPM_NEW_FILE, path);
+  from = rank ? NULL : fopen(path, "r");
+  if (from) {
+    PetscCall(Head(core, &head));
+    (void)unlink(fresh);
+    to = fopen(fresh, "wx");
+    if (to) whole = CopyLines(from, to, head, mon->last);
+    if (!to || fclose(to) || rename(fresh, path) || !(mon->file = fopen(path, "a")))
+      (void)snprintf(fault, sizeof fault, "cannot write %.1500s: %s", path, strerror(errno));
+    else
+      mon->length = ftell(mon->file);
+    free(head);
+    (void)fclose(from);
+  }
+  if (!whole && !fault[0])
+    PetscCall(MPMPrint(&core->print,
+                       "warning    %s has no line of step %" PetscInt_FMT
+                       " with these columns: the history begins with this restart\n",
+                       path, mon->last));
+  PetscCall(MPMOutputFail(core, fault, &mon->failed));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Returns 0 if all that was written is in the file, and the file in its folder; else errno. */
@@ -78,7 +152,7 @@ static PetscErrorCode WriteLine(MPMMonitor *mon, MPMCore *core, const MPMShown *
     int number;
 
     (void)snprintf(path, sizeof path, "%s/%s.csv", mon->dir, shown->scene->name);
-    if (!mon->file) Begin(mon, core, path);
+    if (!mon->file) PetscCall(Begin(mon, core, path));
     number = mon->file ? 0 : errno;
     for (PetscInt k = 0; !number && k < MPM_NUM_DIAGNOSTICS; k++) {
       const MPMDiagnostic *row = &MPMDiagnostics[k];

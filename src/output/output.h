@@ -29,9 +29,10 @@ typedef struct {
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *, const MPMScene *, PetscReal time_end, MPMOptions,
                                         PetscBool *follow);
 PetscErrorCode MPMMonitorStep(MPMMonitor *, MPMCore *, const MPMScene *, PetscBool force); /* may set core->stop */
-PetscErrorCode MPMMonitorDestroy(MPMMonitor *);                                            /* closes the file */
-MPMShown       MPMMonitorShown(const MPMMonitor *, const MPMCore *, const MPMScene *);     /* what diagnostics read */
-PetscReal      MPMNextTime(PetscReal t, PetscReal every); /* when output is due next, s */
+PetscErrorCode MPMMonitorResume(MPMMonitor *, MPMCore *, const MPMScene *);
+PetscErrorCode MPMMonitorDestroy(MPMMonitor *);                                        /* closes the file */
+MPMShown       MPMMonitorShown(const MPMMonitor *, const MPMCore *, const MPMScene *); /* what diagnostics read */
+PetscReal      MPMNextTime(PetscReal t, PetscReal every);                              /* when output is due next, s */
 
 /* Snapshots (snapshot.c). */
 typedef struct {
@@ -96,7 +97,7 @@ PetscErrorCode MPMIndexWrite(const MPMOutput *, const MPMCore *, const MPMScene 
 PetscErrorCode MPMXdmfWrite(const MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
 
 /* Goes on with the snapshots of an earlier run, whose count, steps, times, last and next are in MPMOutput: removes
-   those that are not listed, warns of those that are missing, writes index and text anew (index.c). Collective on
+   those that are not listed, warns of those that are missing, writes index and text anew (resume.c). Collective on
    exchange.data. */
 PetscErrorCode MPMOutputResume(MPMOutput *, MPMCore *, const MPMScene *);
 

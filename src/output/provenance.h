@@ -1,4 +1,4 @@
-/* provenance.h - what made a file of results: scene, version, libraries, machine, options, grid (index.c). */
+/* provenance.h - what made a file of results: scene, version, libraries, machine, options, grid. */
 #ifndef MPM_PROVENANCE_H
 #define MPM_PROVENANCE_H
 

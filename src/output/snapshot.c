@@ -316,7 +316,7 @@ static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScen
   MPMSnapshotPath(out, scene, core->step, PETSC_FALSE, path);
   PetscCall(MPMProvenanceWrite(core, scene, -1, &room));
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) room += out->fields >> f & 1 ? 640 : 0;
-  PetscCall(MPMFileCreate(&file, core->exchange.data, path, room + 4096));
+  PetscCall(MPMFileCreate(&file, core->exchange.data, path, 0, room + 4096));
   PetscCall(MPMProvenanceWrite(core, scene, file.file, NULL));
   PetscCall(MakeDatasets(out, core, scene, text, &file));
   if (!out->begun && !file.rank) MPMOutputClear(out, scene, PETSC_FALSE);

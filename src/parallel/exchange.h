@@ -25,6 +25,14 @@ PetscErrorCode MPMExchangeCloseNodes(MPMCore *);
 PetscErrorCode MPMExchangeOpen(MPMCore *, const MPMPhase *);
 PetscErrorCode MPMExchangeClose(MPMCore *, const MPMPhase *);
 
+/* Sends particles, whose cells are not known, to the processes that own them, before they are settled for the first time;
+   where all are on one process, there is nothing to do. Collective on exchange.data. */
+PetscErrorCode MPMExchangeDistribute(MPMCore *);
+
+/* Adds the particles of a view, which has x, kind and l as far as there are such fields, to a histogram. Not
+   collective. */
+PetscErrorCode MPMHistogramAddView(MPMHistogram *, const MPMCore *, const MPMView *);
+
 /* Runs a transfer on the particles here; from particles to nodes, only on the tiles of the pass. Not collective. */
 PetscErrorCode MPMExchangeRun(MPMCore *, const MPMPhase *, MPMPass);
 

@@ -202,13 +202,43 @@ static PetscErrorCode Reduce_Spatial(MPMCore *core, MPMStatus *status)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode MPMHistogramAddView(MPMHistogram *h, const MPMCore *core, const MPMView *view)
+{
+  const PetscInt dim = core->grid.dim;
+
+  PetscFunctionBeginUser;
+  for (PetscInt p = 0; p < view->n; p++) {
+    PetscReal xi[3];
+    PetscInt  base[3] = {0};
+
+    (void)MPMLocate((int)dim, core->basis, &core->grid, view->x + p * dim,
+                    MPMHalfWidths((int)dim, core->params.kinds, view, p), xi, base);
+    for (PetscInt d = 0; d < dim; d++) base[d] += core->grid.layers[d];
+    PetscCall(MPMHistogramAdd(h, base, 1));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the cells of all particles in this patch, or that they have none here. */
+static void FindCells(const MPMCore *core, MPMView *view)
+{
+  const PetscInt dim = core->grid.dim;
+
+  for (PetscInt p = 0; p < view->n; p++) {
+    PetscInt base[3] = {0};
+
+    view->cell[p] = MPMOwnCell((int)dim, core->basis, &core->exchange.patch, view->x + p * dim,
+                               MPMHalfWidths((int)dim, core->params.kinds, view, p), base);
+  }
+}
+
 /* Cuts the grid anew for the particles as they are now, if the model predicts a gain of more than 3 %. Collective. */
 static PetscErrorCode Recut(MPMCore *core)
 {
-  MPMExchange   *ex  = &core->exchange;
-  MPMSpatial    *s   = (MPMSpatial *)ex->ctx;
-  const PetscInt dim = core->grid.dim, fields = MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
-  MPMPartition   part = {.costs = ex->partition.costs};
+  MPMExchange   *ex     = &core->exchange;
+  MPMSpatial    *s      = (MPMSpatial *)ex->ctx;
+  const PetscInt fields = MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
+  MPMPartition   part   = {.costs = ex->partition.costs};
   PetscMPIInt    size, rank, gain = 0;
   MPMHistogram   h;
   MPMView        view;
@@ -218,15 +248,7 @@ static PetscErrorCode Recut(MPMCore *core)
   PetscCallMPI(MPI_Comm_rank(s->comm, &rank));
   PetscCall(MPMHistogramCreate(&core->grid, core->basis, s->comm, &h));
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
-  for (PetscInt p = 0; p < view.n; p++) {
-    PetscReal xi[3];
-    PetscInt  base[3] = {0};
-
-    (void)MPMLocate((int)dim, core->basis, &core->grid, view.x + p * dim,
-                    MPMHalfWidths((int)dim, core->params.kinds, &view, p), xi, base);
-    for (PetscInt d = 0; d < dim; d++) base[d] += core->grid.layers[d];
-    PetscCall(MPMHistogramAdd(&h, base, 1));
-  }
+  PetscCall(MPMHistogramAddView(&h, core, &view));
   PetscCall(MPMHistogramFinish(&h));
   if (!rank) {
     PetscCall(MPMPartitionChoose(&h, size, MPM_BALANCE_auto, &part));
@@ -239,12 +261,7 @@ static PetscErrorCode Recut(MPMCore *core)
     PetscCall(MPMPartitionDestroy(&ex->partition));
     ex->partition = part;
     PetscCall(MPMSpatialLayout(core));
-    for (PetscInt p = 0; p < view.n; p++) {
-      PetscInt base[3] = {0};
-
-      view.cell[p] = MPMOwnCell((int)dim, core->basis, &ex->patch, view.x + p * dim,
-                                MPMHalfWidths((int)dim, core->params.kinds, &view, p), base);
-    }
+    FindCells(core, &view);
     core->status.moved      = 1;  /* on every process, so that all sort */
     core->particles.nmovers = -1; /* all particles have other cells */
     ex->recuts++;
@@ -258,6 +275,27 @@ static PetscErrorCode Recut(MPMCore *core)
     PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   }
   PetscCall(MPMHistogramDestroy(&h));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMExchangeDistribute(MPMCore *core)
+{
+  MPMSpatial    *s      = (MPMSpatial *)core->exchange.ctx;
+  const PetscInt fields = MPM_BIT(x) | MPM_BIT(cell) | MPM_BIT(kind) | MPM_BIT(l);
+  PetscInt64     left, hops;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  if (core->exchange.type != &MPMExchange_spatial) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  FindCells(core, &view);
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  core->particles.nmovers = -1;
+  core->particles.nkept   = core->particles.n;
+  PetscCall(MPMMigrateList(core, s, &hops));
+  left = s->nleavers;
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &left, 1, MPIU_INT64, MPI_SUM, s->comm));
+  PetscCall(left ? MPMMigrateSwarm(core, s) : MPMMigrateClear(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,15 +1,7 @@
 /* digest.c - numbers that show that no particle is lost or doubled (the fingerprint, checked in each step) and that
    states have the same bits (the digest, at the end of a run and in each snapshot). */
+#include "base/checksum.h"
 #include "particles/particles.h"
-
-/* Permutes the 64-bit words; nearby words become unrelated ones (splitmix64's finaliser, Steele, Lea and Flood
-   2014). */
-static uint64_t Mix(uint64_t z)
-{
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-  return z ^ (z >> 31);
-}
 
 /* Returns the term of a particle in the fingerprint: id (id + 1), modulo 2^64. */
 uint64_t MPMParticleHash(PetscInt64 id)
@@ -119,7 +111,7 @@ PetscErrorCode MPMParticlesDigest(MPMParticles *particles, MPI_Comm comm, PetscI
                PETSC_ERR_PLIB, "field %s of the state is not made of words of 8 bytes", MPMFields[f].name);
   PetscCall(MPMParticlesGetView(particles, -1, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    uint64_t h = Mix((uint64_t)view.id[p] + 0x9e3779b97f4a7c15ULL);
+    uint64_t h = MPMMix((uint64_t)view.id[p] + 0x9e3779b97f4a7c15ULL);
 
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   if (home == MPM_STATE && MPM_FIELD_INDEX_##name != MPM_FIELD_INDEX_kind &&                                           \
@@ -128,7 +120,7 @@ PetscErrorCode MPMParticlesDigest(MPMParticles *particles, MPI_Comm comm, PetscI
       uint64_t word;                                                                                                   \
       memcpy(&word, (char *)view.name + (size_t)p * (size_t)particles->bytes[MPM_FIELD_INDEX_##name] + 8 * k,          \
              sizeof word);                                                                                             \
-      h = Mix(h ^ word) + 0x9e3779b97f4a7c15ULL;                                                                       \
+      h = MPMMix(h ^ word) + 0x9e3779b97f4a7c15ULL;                                                                       \
     }
 #include "physics/fields.def"
 #undef MPM_FIELD

@@ -62,6 +62,8 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(PetscOptionsHasName(NULL, NULL, "-report_limits", &mpm->report.no_limits));
   if (mpm->report.limits) mpm->report.no_limits = PETSC_FALSE;
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
+  PetscCall(MPMCheckpointSetFromOptions(mpm, o));
+  PetscCall(MPMRestartSetFromOptions(mpm, o));
   PetscCall(MPMOptionsFinish(o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMDoubtsRefuse(mpm, o));
@@ -133,7 +135,7 @@ static PetscErrorCode SetUpExchange(MPM mpm)
   PetscCallMPI(MPI_Comm_size(core->comm, &size));
   if (core->exchange.type->cuts) {
     PetscCall(MPMHistogramCreate(&core->grid, core->basis, core->comm, &h));
-    PetscCall(MPMSceneHistogram(&mpm->scene, core, &h));
+    PetscCall(mpm->checkpoint.from[0] ? MPMRestartHistogram(mpm, &h) : MPMSceneHistogram(&mpm->scene, core, &h));
     PetscCall(MPMHistogramFinish(&h));
     MPMModelCosts(&mpm->cost.model, core, (PetscReal)core->particles.total / size, &core->exchange.partition.costs);
   }
@@ -151,15 +153,21 @@ PetscErrorCode MPMSetUp(MPM mpm)
 
   PetscFunctionBeginUser;
   PetscCall(MPMSetPhases(mpm));
+  if (mpm->checkpoint.from[0]) PetscCall(MPMRestartCheckFields(mpm));
+  if (core->stop[0]) {
+    PetscCall(PetscFPrintf(core->comm, stderr, "%s\n", core->stop));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(Stage("MPM set-up", &stage));
   PetscCall(PetscLogStagePush(stage));
   PetscCall(SetUpExchange(mpm));
   if (core->exchange.data != MPI_COMM_NULL) { /* workers of the pool hold no particles */
     PetscCall(MPMParticlesCreate(&core->particles, core->exchange.data));
-    PetscCall(MPMSceneAddParticles(&mpm->scene, core));
+    PetscCall(mpm->checkpoint.from[0] ? MPMRestartParticles(mpm) : MPMSceneAddParticles(&mpm->scene, core));
     PetscCall(core->exchange.type->settle(core, PETSC_TRUE));
     PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
     PetscCall(MPMStepBound(core));
+    if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(mpm));
     PetscCall(MPMModelPredict(&mpm->cost, core, MPMTimeStep(core, &mpm->time)));
   }
   PetscCall(PetscLogStagePop());
@@ -243,7 +251,7 @@ static PetscErrorCode Advance(MPM mpm)
   mpm->wave    = PetscMax(mpm->wave, MPMWaveCourant(&mpm->core, mpm->core.params.dt));
   PetscCall(MPMStep(&mpm->core, &mpm->scene));
   CheckState(mpm);
-  if (mpm->core.status.interrupted && !mpm->core.stop[0])
+  if (mpm->core.status.asked == MPM_ASKED_END && !mpm->core.stop[0])
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
                    "interrupted by a signal; the results are complete up to here");
   mpm->core.t = last ? mpm->time.end : mpm->core.t + mpm->core.params.dt;
@@ -286,8 +294,12 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMReportStart(mpm));
+  if (mpm->checkpoint.from[0]) PetscCall(MPMRestartFiles(mpm));
   if (mpm->scene.dry_run) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Output(mpm, output, PETSC_TRUE));
+  if (!mpm->checkpoint.from[0]) {
+    PetscCall(MPMCheckpointNote(mpm));
+    PetscCall(Output(mpm, output, PETSC_TRUE));
+  }
   while (core->t < mpm->time.end && core->step < mpm->time.max_steps && !core->stop[0]) {
     PetscLogDouble t0, t1;
 
@@ -300,9 +312,13 @@ PetscErrorCode MPMRun(MPM mpm)
     if (core->status.bad != MPM_OK) break; /* this state is neither measured nor written */
     PetscCall(Output(mpm, output, PETSC_FALSE));
     PetscCall(MPMWatchBodies(mpm));
+    PetscCall(MPMCheckpointStep(mpm, PETSC_FALSE));
     PetscCall(MPMReportProgress(mpm));
   }
+  /* A run that may go on gets its checkpoint before the output of its end, which a run without a stop does not have. */
+  if (core->t < mpm->time.end && core->status.bad == MPM_OK) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
   if (core->status.bad == MPM_OK) PetscCall(Output(mpm, output, PETSC_TRUE));
+  if (core->t >= mpm->time.end && core->status.bad == MPM_OK) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
   PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
   PetscCall(MPMReportEnd(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -324,6 +340,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscCall(MPMParticlesDestroy(&core->particles));
   PetscCall(MPMEnergyDestroy(&core->energy));
   PetscCall(MPMTimersDestroy(&core->timers));
+  PetscCall(PetscFree((*mpm)->checkpoint.options));
   PetscCall(MPMSceneDestroy(&(*mpm)->scene));
   PetscCall(PetscFree(*mpm));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -62,6 +62,24 @@ typedef struct {
   PetscBool torn;                    /* has a body come apart? */
 } MPMWatch;
 
+/* Checkpoints of a run, and the one that it goes on from (checkpoints.c, restart.c). */
+typedef struct {
+  PetscReal      every, wall, next;  /* s of simulated time; s of the clock; s: when the next one is due */
+  PetscInt       keep, number;       /* -checkpoint_keep; number of the last one written */
+  PetscInt       last;               /* the step of the last one */
+  PetscLogDouble written;            /* when it was written, s of the clock */
+  PetscBool      off, wanted;        /* the run writes none; an option asks for some */
+  char           path[MPM_TEXT_LEN]; /* the last one; "": none was written */
+  /* What is kept that is no variable of the run. */
+  char       totals[MPM_TEXT_LEN];
+  PetscInt   step, snapshots;
+  PetscReal  t, every_was, history_was, output_was; /* s */
+  PetscInt64 total, energies[MPM_NUM_ENERGIES][MPM_SUM_WORDS];
+  /* Of a restart: the file; a damaged one that was passed over, and why; options that differ. */
+  char git[MPM_NAME_LEN], *options; /* of the file: the program that wrote it */
+  char from[MPM_TEXT_LEN], fallback[MPM_TEXT_LEN], differ[MPM_TEXT_LEN];
+} MPMCheckpoint;
+
 /* A named method, for scenes whose materials are all elastic or for others; a row of preset.def. */
 typedef struct {
   const char *name;
@@ -87,6 +105,7 @@ struct _p_MPM {
   MPMStudy         study;
   MPMReport        report;
   MPMWatch         watch;
+  MPMCheckpoint    checkpoint;
   PetscReal        courant, wave; /* the largest dt (c + |v|)/h and dt c/h of the run */
 };
 
@@ -148,6 +167,28 @@ PetscErrorCode MPMDoubtsWarn(MPM, PetscReal steps, PetscReal seconds);
 PetscErrorCode MPMWatchStep(MPM, PetscReal dt);
 PetscErrorCode MPMWatchBodies(MPM);
 PetscErrorCode MPMWatchEnd(MPM);
+
+/* Checkpoints (checkpoints.c). SetFromOptions is collective on core.comm; Note says what an earlier run left, Now writes
+   a checkpoint, and Step writes one if it is due, asked for, or if the run ends and checkpoints are wanted: collective on
+   exchange.data. A checkpoint that cannot be written is a reason to stop (core.stop). */
+PetscErrorCode MPMCheckpointSetFromOptions(MPM, MPMOptions);
+PetscErrorCode MPMCheckpointNote(MPM);
+PetscErrorCode MPMCheckpointNow(MPM);
+PetscErrorCode MPMCheckpointStep(MPM, PetscBool ends);
+
+/* A restart (restart.c): choose the file and compare options; check that it has the fields of this run; where its
+   particles are, for cutting the grid; make the particles; read all else; let the files of results go on. A fault is
+   left in the options, or in core.stop. Collective: the first three on core.comm, the others on exchange.data. */
+PetscErrorCode MPMRestartSetFromOptions(MPM, MPMOptions);
+PetscErrorCode MPMRestartCheckFields(MPM);
+PetscErrorCode MPMRestartHistogram(MPM, MPMHistogram *);
+PetscErrorCode MPMRestartParticles(MPM);
+PetscErrorCode MPMRestartState(MPM);
+PetscErrorCode MPMRestartFiles(MPM);
+
+/* Sets the options that the results of -rerun were made with, as far as they are not given. fault: what is wrong with
+   the file, or "". Not collective: every process reads it. */
+PetscErrorCode MPMRerun(char fault[MPM_TEXT_LEN]);
 
 /* Read the options of a study (study_options.c), and run it (study.c). Collective on core.comm. */
 PetscErrorCode MPMStudySetFromOptions(MPM, MPMOptions);

@@ -7,11 +7,16 @@ static PetscErrorCode ReadAndRun(PetscErrorCode (*read)(MPM, MPMOptions), PetscE
 {
   MPM        mpm;
   MPMOptions options;
+  char       fault[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
+  PetscCall(MPMRerun(fault));
   PetscCall(MPMCreate(PETSC_COMM_WORLD, &mpm));
   PetscCall(MPMOptionsCreate(&MPMOptionTable, &options));
-  PetscCall(read(mpm, options));
+  if (fault[0])
+    MPMOptionsFail(options, "%s", fault);
+  else
+    PetscCall(read(mpm, options));
   if (MPMOptionsError(options)) {
     PetscCall(PetscFPrintf(mpm->core.comm, stderr, "%s\n", MPMOptionsError(options)));
     *status = MPM_EXIT_INPUT;

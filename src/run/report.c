@@ -347,7 +347,8 @@ static PetscErrorCode PrintIndicator(MPM mpm)
 
 static PetscErrorCode PrintTimer(MPM mpm, const char name[], PetscReal seconds, PetscReal predicted)
 {
-  const PetscReal steps = (PetscReal)PetscMax(1, mpm->core.step), per = (PetscReal)mpm->core.particles.total * steps;
+  const PetscReal steps = (PetscReal)PetscMax(1, mpm->core.step - mpm->core.timers.first),
+                  per   = (PetscReal)mpm->core.particles.total * steps;
 
   PetscFunctionBeginUser;
   PetscCall(MPMPrint(&mpm->core.print, "  %-12s %8.3f  %5.1f  %8.1f  %12.3g  ", name, (double)seconds,
@@ -417,7 +418,10 @@ PetscErrorCode MPMReportEnd(MPM mpm)
   }
   if (mpm->output.dir[0])
     PetscCall(MPMPrint(&mpm->core.print, "results    %s/%s.csv%s%s\n", mpm->output.dir, mpm->scene.name,
-                       mpm->output.enabled ? " .h5 .xdmf" : "", mpm->output.replaced ? " (replaced)" : ""));
+                       mpm->output.enabled ? " .h5 .xdmf" : "",
+                       mpm->output.resumed    ? " (continued)"
+                       : mpm->output.replaced ? " (replaced)"
+                                              : ""));
   if (mpm->core.exchange.recuts)
     PetscCall(MPMPrint(&mpm->core.print,
                        "balance    the grid was cut anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n",
@@ -429,11 +433,12 @@ PetscErrorCode MPMReportEnd(MPM mpm)
     PetscCall(MPMPrint(&mpm->core.print,
                        "migration  particles changed process %" PetscInt64_FMT " times, in %" PetscInt_FMT
                        " of %" PetscInt_FMT " steps\n",
-                       mpm->core.exchange.migrants, mpm->core.exchange.migrations, mpm->core.step));
-  if (mpm->core.step > 0) PetscCall(PrintPhases(mpm));
+                       mpm->core.exchange.migrants, mpm->core.exchange.migrations,
+                       mpm->core.step - mpm->core.timers.first));
+  if (mpm->core.step > mpm->core.timers.first) PetscCall(PrintPhases(mpm));
 #if defined(MPM_SIMULATE)
   PetscCall(MPMPrint(&mpm->core.print, "simulated  %.9g s a step\n",
-                     (double)(mpm->core.timers.steps / PetscMax(1, mpm->core.step))));
+                     (double)(mpm->core.timers.steps / PetscMax(1, mpm->core.step - mpm->core.timers.first))));
 #endif
   PetscCall(MPMRoofline(&mpm->cost, &mpm->core, mpm->report.limits, mpm->report.no_limits));
   if (mpm->core.status.bad != MPM_OK) PetscFunctionReturn(PETSC_SUCCESS); /* the failed state is in no file */

@@ -1,18 +1,6 @@
 /* study.c - which study a scene asks for. The studies are in study_<type>.c; what they share is in study.h. */
 #include "run/study_work.h"
 
-PetscErrorCode MPMStudyFault(MPM base, const char fault[], int *status)
-{
-  PetscMPIInt bad = fault[0] ? 1 : 0;
-
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Bcast(&bad, 1, MPI_INT, 0, base->core.comm));
-  if (!bad) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscFPrintf(base->core.comm, stderr, "%s\n", fault));
-  *status = MPM_EXIT_STOPPED;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Runs the study of a scene whose options are read; the scene itself is not set up. *status is that of the program.
    Collective on core.comm. */
 PetscErrorCode MPMStudyRun(MPM mpm, int *status)

@@ -96,7 +96,7 @@ PetscBool MPMSeriesFalls(PetscInt n, const PetscReal y[]);
 PetscBool MPMSeriesRest(PetscInt n, const PetscReal d[], PetscReal *rest, PetscReal *uncertainty);
 
 /* Prints a fault in writing a table, a text of the first process, and sets *status to that of a run that stopped; does
-   nothing if the text is empty (study.c). Collective on base->core.comm. */
+   nothing if the text is empty (study_run.c). Collective on base->core.comm. */
 PetscErrorCode MPMStudyFault(MPM base, const char fault[], int *status);
 
 /* The studies; *status is that of the program. Collective on base->core.comm. */

@@ -1,6 +1,7 @@
 /* study_run.c - a run of a study: like any other, made from the option database with a few values replaced, and what it
    gave. */
 #include <stdarg.h>
+#include "base/signals.h"
 #include "run/study.h"
 
 /* --- Replaced options --------------------------------------------------------------------------------------------- */
@@ -189,6 +190,7 @@ static PetscErrorCode Run(MPM mpm, PetscInt keeps, MPMStudyResult *r, MPMSamples
     mpm->output.enabled  = PETSC_FALSE;
   }
   mpm->report.untold   = keeps & MPM_STUDY_TELL ? PETSC_FALSE : PETSC_TRUE;
+  mpm->checkpoint.off  = PETSC_TRUE;
   mpm->monitor.watch   = Watch;
   mpm->monitor.watcher = r;
   PetscCall(MPMSetUp(mpm));
@@ -207,7 +209,7 @@ static PetscErrorCode Run(MPM mpm, PetscInt keeps, MPMStudyResult *r, MPMSamples
   r->seconds     = mpm->core.timers.steps;
   r->steps       = mpm->core.step;
   r->memory      = MPMMemory(mpm);
-  r->interrupted = mpm->core.status.interrupted ? PETSC_TRUE : PETSC_FALSE;
+  r->interrupted = mpm->core.status.asked == MPM_ASKED_END ? PETSC_TRUE : PETSC_FALSE;
   (void)snprintf(r->stop, sizeof r->stop, "%s", mpm->core.stop);
   if (r->stop[0] || mpm->core.exchange.data == MPI_COMM_NULL) /* a worker of the pool has no particles */
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -237,5 +239,17 @@ PetscErrorCode MPMStudyMake(MPM base, PetscInt keeps, MPMStudyResult *r, MPMSamp
   PetscCall(MPMOptionsDestroy(&o));
   PetscCall(MPMDestroy(&mpm));
   PetscCallMPI(MPI_Bcast(r, (PetscMPIInt)sizeof *r, MPI_BYTE, 0, base->core.comm));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMStudyFault(MPM base, const char fault[], int *status)
+{
+  PetscMPIInt bad = fault[0] ? 1 : 0;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Bcast(&bad, 1, MPI_INT, 0, base->core.comm));
+  if (!bad) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscFPrintf(base->core.comm, stderr, "%s\n", fault));
+  *status = MPM_EXIT_STOPPED;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

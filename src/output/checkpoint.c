@@ -1,0 +1,217 @@
+/* checkpoint.c - the file of a checkpoint. It is an HDF5 file,
+
+   /run         datasets and texts: what the run keeps beside its particles (MPMKept)
+   /particles   a dataset [N] or [N][components] for each field of the state, in double or as 64-bit integers, in any
+                sequence of particles
+
+   with 512 bytes before it (a "user block", which HDF5 skips) that say how long the file is and give its checksum. It gets
+   its name when all of it is on the disk (hdf5.h): at every moment there is a whole checkpoint, whatever is killed. No
+   function of HDF5 sees a file whose checksum is wrong. */
+#include <errno.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include "base/fault.h"
+#include "output/checkpoint.h"
+#include "output/hdf5.h"
+#include "output/output.h"
+#include "output/provenance.h"
+
+#define HEAD   512                     /* bytes of the user block */
+#define FORMAT "pebble checkpoint 1\n" /* its first line; a program that reads other files has another number */
+
+PetscBool MPMCheckpointHasField(PetscInt field)
+{
+  return MPMFields[field].home != MPM_SCRATCH && field != MPM_FIELD_INDEX_cell ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Returns the numbers of 8 bytes that a row of a field has in the file. Not collective. */
+PetscInt MPMCheckpointNumbers(const MPMParticles *particles, PetscInt field)
+{
+  return MPMFields[field].type == PETSC_INT ? particles->bytes[field] / (PetscInt)sizeof(PetscInt)
+                                            : particles->bytes[field] / 8;
+}
+
+/* --- Checking ----------------------------------------------------------------------------------------------------- */
+
+/* Sets head [HEAD] to what the user block of a whole file is. */
+static void MakeHead(char head[HEAD], size_t bytes, uint64_t sum)
+{
+  memset(head, 0, HEAD);
+  (void)snprintf(head, HEAD, FORMAT "bytes %020zu\nchecksum %016llx\n", bytes, (unsigned long long)sum);
+}
+
+/* Sets fault to why a file cannot be read as a checkpoint, or to "" if it is a whole one. Each process reads a part of
+   it. Collective on comm. */
+PetscErrorCode MPMCheckpointCheck(const char path[], MPI_Comm comm, char fault[MPM_TEXT_LEN])
+{
+  PetscMPIInt rank, size;
+  struct stat s;
+  char        head[HEAD], right[HEAD];
+  uint64_t    sum  = 0;
+  int         file = -1, code;
+
+  PetscFunctionBeginUser;
+  fault[0] = 0;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  if (stat(path, &s))
+    MPMFault(fault, "cannot read", path, strerror(errno));
+  else if (!S_ISREG(s.st_mode))
+    MPMFault(fault, "cannot read", path, "it is not a file");
+  else if ((file = open(path, O_RDONLY)) < 0)
+    MPMFault(fault, "cannot read", path, strerror(errno));
+  else if (s.st_size < HEAD || pread(file, head, HEAD, 0) != HEAD || strncmp(head, "pebble checkpoint ", 18))
+    MPMFault(fault, "cannot go on from", path, "it is not a checkpoint, or its start is damaged");
+  else if (strncmp(head, FORMAT, strlen(FORMAT)))
+    MPMFault(fault, "cannot go on from", path, "it is a checkpoint of another version of pebble");
+  PetscCall(MPMFaultAgree(comm, fault));
+  if (!fault[0]) {
+    const size_t words = ((size_t)s.st_size - HEAD + 7) / 8, share = (words + (size_t)size - 1) / (size_t)size,
+                 from = PetscMin((size_t)s.st_size, HEAD + 8 * share * (size_t)rank),
+                 to   = PetscMin((size_t)s.st_size, from + 8 * share);
+
+    code = MPMChecksumFile(file, from, to, &sum);
+    if (code) MPMFault(fault, "cannot read", path, strerror(code));
+  }
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, comm));
+  if (!fault[0]) {
+    MakeHead(right, (size_t)s.st_size, sum);
+    if (memcmp(head, right, HEAD))
+      MPMFault(fault, "cannot go on from", path, "it is damaged or cut off: its checksum is wrong");
+  }
+  if (file >= 0) (void)close(file);
+  PetscCall(MPMFaultAgree(comm, fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#if defined(PETSC_HAVE_HDF5)
+
+/* --- Writing ------------------------------------------------------------------------------------------------------ */
+
+/* Writes what the run keeps beside the particles; returns whether HDF5 could. */
+static PetscBool WriteKept(hid_t group, PetscInt nkept, const MPMKept kept[])
+{
+  for (PetscInt k = 0; k < nkept; k++) {
+    const hsize_t n     = kept[k].type == MPM_KEPT_TEXT ? 1 : (hsize_t)kept[k].n;
+    const hid_t   type  = kept[k].type == MPM_KEPT_TEXT   ? H5Tcopy(H5T_C_S1)
+                          : kept[k].type == MPM_KEPT_REAL ? H5Tcopy(H5T_IEEE_F64LE)
+                                                          : H5Tcopy(H5T_STD_I64LE);
+    int64_t      *whole = NULL;
+    void         *from  = kept[k].at;
+    hid_t         space, set;
+    PetscBool     good;
+
+    if (!n) {
+      (void)H5Tclose(type);
+      continue;
+    }
+    if (kept[k].type == MPM_KEPT_TEXT) (void)H5Tset_size(type, strlen(kept[k].at) + 1);
+    if (kept[k].type == MPM_KEPT_INT || kept[k].type == MPM_KEPT_BOOL) {
+      from = whole = malloc(n * sizeof *whole);
+      for (hsize_t q = 0; whole && q < n; q++)
+        whole[q] = kept[k].type == MPM_KEPT_INT ? (int64_t)((PetscInt *)kept[k].at)[q]
+                                                : (int64_t)((PetscBool *)kept[k].at)[q];
+    }
+    space = H5Screate_simple(1, &n, NULL);
+    set   = from ? H5Dcreate2(group, kept[k].name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT) : -1;
+    good  = set >= 0 && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, from) >= 0 ? PETSC_TRUE : PETSC_FALSE;
+    if (set >= 0 && H5Dclose(set) < 0) good = PETSC_FALSE;
+    (void)H5Sclose(space);
+    (void)H5Tclose(type);
+    free(whole);
+    if (!good) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
+/* Makes a dataset for each field of the particles. */
+static PetscErrorCode MakeFields(MPMFile *file, const MPMParticles *particles)
+{
+  hid_t group = -1;
+
+  PetscFunctionBeginUser;
+  if (file->file >= 0) H5(group = H5Gcreate2(file->file, "particles", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    const PetscInt nc      = MPMCheckpointNumbers(particles, f);
+    const hsize_t  size[2] = {(hsize_t)particles->total, (hsize_t)nc};
+
+    if (!particles->present[f] || !MPMCheckpointHasField(f)) continue;
+    PetscCall(MPMFileDataset(file, group, MPMFields[f].name, MPMFields[f].unit, NULL,
+                             MPMFields[f].type == PETSC_REAL ? PETSC_FALSE : PETSC_TRUE, nc > 1 ? 2 : 1, size));
+  }
+  if (group >= 0) H5(H5Gclose(group));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes the rows of the particles here, which begin with row `first`. */
+static PetscErrorCode WriteRows(MPMFile *file, MPMParticles *particles, PetscInt64 first)
+{
+  PetscInt set = 0;
+
+  PetscFunctionBeginUser;
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    const PetscInt nc = MPMCheckpointNumbers(particles, f), n = particles->n * nc;
+    int64_t       *whole = NULL;
+    void          *rows;
+
+    if (!particles->present[f] || !MPMCheckpointHasField(f)) continue;
+    PetscCall(MPMParticlesGetField(particles, f, &rows));
+    if (MPMFields[f].type == PETSC_INT) {
+      PetscCall(PetscMalloc1(n, &whole));
+      for (PetscInt k = 0; k < n; k++) whole[k] = ((PetscInt *)rows)[k];
+    }
+    PetscCall(MPMFileWriteWords(file, set++, first * nc, n, whole ? (void *)whole : rows));
+    PetscCall(PetscFree(whole));
+    PetscCall(MPMParticlesRestoreField(particles, f));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes a checkpoint of the present state, and sets *bytes to its length. If it cannot be written, fault says why on
+   all processes, and no other file is changed. kept is that of the first process. Collective on exchange.data. */
+PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *core, const MPMScene *scene, PetscInt nkept,
+                                  const MPMKept kept[], PetscReal *bytes, char fault[MPM_TEXT_LEN])
+{
+  char       head[HEAD];
+  PetscInt64 first, n = core->particles.n;
+  uint64_t   sum;
+  size_t     room;
+  MPMFile    file;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Scan(&n, &first, 1, MPIU_INT64, MPI_SUM, core->exchange.data));
+  PetscCall(MPMProvenanceWrite(core, scene, -1, &room));
+  PetscCall(MPMFileCreate(&file, core->exchange.data, path, HEAD, room + 640 * (size_t)(nkept + MPM_NUM_FIELDS)));
+  PetscCall(MPMProvenanceWrite(core, scene, file.file, NULL));
+  if (file.file >= 0) {
+    hid_t group;
+
+    H5(group = H5Gcreate2(file.file, "run", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+    PetscCheck(WriteKept(group, nkept, kept), PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 failed to make %s", path);
+    H5(H5Gclose(group));
+  }
+  PetscCall(MakeFields(&file, &core->particles));
+  PetscCall(MPMFileLay(&file));
+  PetscCall(WriteRows(&file, &core->particles, first - n));
+  PetscCall(MPMFileSum(&file, HEAD, &sum));
+  MakeHead(head, (size_t)file.length, sum);
+  *bytes = (PetscReal)file.length;
+  if (!file.rank) PetscCall(MPMFileHead(&file, head, HEAD));
+  PetscCall(MPMFileClose(&file, PETSC_TRUE, fault));
+  PetscCall(MPMFaultAgree(core->exchange.data, fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#else
+
+PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *core, const MPMScene *scene, PetscInt nkept,
+                                  const MPMKept kept[], PetscReal *bytes, char fault[MPM_TEXT_LEN])
+{
+  PetscFunctionBeginUser;
+  *bytes = 0;
+  MPMFault(fault, "cannot write", path, "checkpoints need a PETSc with HDF5");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#endif

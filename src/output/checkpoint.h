@@ -1,0 +1,32 @@
+/* checkpoint.h - a file of the whole state of a run, from which a later run goes on with the same bits. The functions are
+   described in checkpoint.c. With a PETSc that has no HDF5 they set a fault. */
+#ifndef MPM_CHECKPOINT_H
+#define MPM_CHECKPOINT_H
+
+#include "scene/scene.h"
+
+/* A number, several, or a text that a checkpoint has beside the particles: what is at `at` on the first process. */
+typedef enum { MPM_KEPT_REAL, MPM_KEPT_INT, MPM_KEPT_INT64, MPM_KEPT_BOOL, MPM_KEPT_TEXT } MPMKeptType;
+typedef struct {
+  const char *name;
+  MPMKeptType type;
+  PetscInt    n; /* numbers; of a text the bytes that there is room for */
+  void       *at;
+} MPMKept;
+
+PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *, const MPMScene *, PetscInt nkept, const MPMKept kept[],
+                                  PetscReal *bytes, char fault[MPM_TEXT_LEN]);
+PetscErrorCode MPMCheckpointCheck(const char path[], MPI_Comm, char fault[MPM_TEXT_LEN]);
+PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm, PetscInt nkept, const MPMKept kept[],
+                                 char fault[MPM_TEXT_LEN]);
+PetscErrorCode MPMCheckpointRows(const char path[], const MPMParticles *, PetscInt field, PetscInt64 first, PetscInt n,
+                                 void *rows);
+PetscErrorCode MPMCheckpointOptions(const char path[], char **options, char git[MPM_NAME_LEN]);
+PetscErrorCode MPMCheckpointFields(const char path[], MPI_Comm, char names[MPM_TEXT_LEN]);
+
+/* Returns whether a checkpoint has the field of particles: it can not be found from others. */
+PetscBool MPMCheckpointHasField(PetscInt field);
+
+PetscInt MPMCheckpointNumbers(const MPMParticles *, PetscInt field);
+
+#endif

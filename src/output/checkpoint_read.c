@@ -1,0 +1,169 @@
+/* checkpoint_read.c - reads what checkpoint.c wrote, by functions of HDF5. They see whole checkpoints only
+   (MPMCheckpointCheck). Each process opens the file by itself. */
+#include "base/fault.h"
+#include "output/checkpoint.h"
+#include "output/hdf5.h"
+
+#if defined(PETSC_HAVE_HDF5)
+
+/* Reads one thing that a checkpoint keeps; returns whether it is there with this extent. */
+static PetscBool ReadOne(hid_t group, const MPMKept *kept)
+{
+  const hid_t  set   = H5Lexists(group, kept->name, H5P_DEFAULT) > 0 ? H5Dopen2(group, kept->name, H5P_DEFAULT) : -1;
+  const hid_t  type  = set >= 0 ? H5Dget_type(set) : -1;
+  const hid_t  space = set >= 0 ? H5Dget_space(set) : -1;
+  const size_t width = type >= 0 ? H5Tget_size(type) : 0;
+  int64_t     *whole = NULL;
+  PetscBool    good  = PETSC_FALSE;
+
+  if (set < 0) return kept->n ? PETSC_FALSE : PETSC_TRUE;
+  if (kept->type == MPM_KEPT_TEXT)
+    good = H5Tget_class(type) == H5T_STRING && width <= (size_t)kept->n &&
+                   H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, kept->at) >= 0
+               ? PETSC_TRUE
+               : PETSC_FALSE;
+  else if (H5Sget_simple_extent_npoints(space) == kept->n && width == 8) {
+    const PetscBool direct = kept->type == MPM_KEPT_REAL || kept->type == MPM_KEPT_INT64 ? PETSC_TRUE : PETSC_FALSE;
+
+    if (!direct) whole = malloc((size_t)kept->n * sizeof *whole);
+    good = H5Dread(set, kept->type == MPM_KEPT_REAL ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64, H5S_ALL, H5S_ALL,
+                   H5P_DEFAULT, direct ? kept->at : whole) >= 0
+               ? PETSC_TRUE
+               : PETSC_FALSE;
+    for (PetscInt k = 0; whole && good && k < kept->n; k++) {
+      if (kept->type == MPM_KEPT_INT) ((PetscInt *)kept->at)[k] = (PetscInt)whole[k];
+      if (kept->type == MPM_KEPT_BOOL) ((PetscBool *)kept->at)[k] = whole[k] ? PETSC_TRUE : PETSC_FALSE;
+    }
+    free(whole);
+  }
+  (void)H5Sclose(space);
+  (void)H5Tclose(type);
+  (void)H5Dclose(set);
+  return good;
+}
+
+/* Reads what a whole checkpoint keeps beside the particles, on every process. fault gets the first thing that is not
+   there, as with a file of another version of the program. Collective on comm. */
+PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm comm, PetscInt nkept, const MPMKept kept[],
+                                 char fault[MPM_TEXT_LEN])
+{
+  hid_t file, group;
+
+  PetscFunctionBeginUser;
+  fault[0] = 0;
+  H5(file = MPMHDF5Open(path));
+  H5(group = H5Gopen2(file, "run", H5P_DEFAULT));
+  for (PetscInt k = 0; k < nkept; k++) {
+    char why[MPM_NAME_LEN + 64];
+
+    (void)snprintf(why, sizeof why, "it has no %s, or another one: another version of pebble wrote it", kept[k].name);
+    if (!ReadOne(group, &kept[k])) MPMFault(fault, "cannot go on from", path, why);
+  }
+  H5(H5Gclose(group));
+  H5(H5Fclose(file));
+  PetscCall(MPMFaultAgree(comm, fault));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns the options of a whole checkpoint, which the caller frees, and the commit of the program that wrote it. Not
+   collective. */
+PetscErrorCode MPMCheckpointOptions(const char path[], char **options, char git[MPM_NAME_LEN])
+{
+  hid_t file;
+  char *text;
+
+  PetscFunctionBeginUser;
+  H5(file = MPMHDF5Open(path));
+  PetscCall(MPMHDF5ReadText(file, "options", options));
+  PetscCall(MPMHDF5ReadText(file, "git", &text));
+  (void)snprintf(git, MPM_NAME_LEN, "%s", text ? text : "?");
+  PetscCall(PetscFree(text));
+  H5(H5Fclose(file));
+  if (!*options) PetscCall(PetscCalloc1(1, options));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lists the fields of particles in a whole checkpoint, separated by blanks, in the sequence of fields.def. Not
+   collective. */
+PetscErrorCode MPMCheckpointFields(const char path[], MPI_Comm comm, char names[MPM_TEXT_LEN])
+{
+  hid_t file, group;
+
+  PetscFunctionBeginUser;
+  (void)comm;
+  names[0] = 0;
+  H5(file = MPMHDF5Open(path));
+  H5(group = H5Gopen2(file, "particles", H5P_DEFAULT));
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
+    if (H5Lexists(group, MPMFields[f].name, H5P_DEFAULT) > 0)
+      (void)snprintf(names + strlen(names), MPM_TEXT_LEN - strlen(names), "%s%s", names[0] ? " " : "",
+                     MPMFields[f].name);
+  H5(H5Gclose(group));
+  H5(H5Fclose(file));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads rows first .. first+n-1 of a field that the checkpoint has. Not collective. */
+PetscErrorCode MPMCheckpointRows(const char path[], const MPMParticles *particles, PetscInt field, PetscInt64 first,
+                                 PetscInt n, void *rows)
+{
+  const PetscInt  nc       = MPMCheckpointNumbers(particles, field);
+  const hsize_t   start[2] = {(hsize_t)first, 0}, count[2] = {(hsize_t)n, (hsize_t)nc};
+  const PetscBool whole = MPMFields[field].type == PETSC_INT ? PETSC_TRUE : PETSC_FALSE;
+  int64_t        *read  = NULL;
+  hid_t           file, set, space, memory;
+
+  PetscFunctionBeginUser;
+  if (!n) PetscFunctionReturn(PETSC_SUCCESS);
+  if (whole) PetscCall(PetscMalloc1(n * nc, &read));
+  H5(file = MPMHDF5Open(path));
+  {
+    char name[MPM_NAME_LEN];
+
+    (void)snprintf(name, sizeof name, "particles/%s", MPMFields[field].name);
+    H5(set = H5Dopen2(file, name, H5P_DEFAULT));
+  }
+  H5(space = H5Dget_space(set));
+  H5(H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL));
+  H5(memory = H5Screate_simple(nc > 1 ? 2 : 1, count, NULL));
+  H5(H5Dread(set, MPMFields[field].type == PETSC_REAL ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64, memory, space,
+             H5P_DEFAULT, whole ? (void *)read : rows));
+  H5(H5Sclose(memory));
+  H5(H5Sclose(space));
+  H5(H5Dclose(set));
+  H5(H5Fclose(file));
+  for (PetscInt k = 0; whole && k < n * nc; k++) ((PetscInt *)rows)[k] = (PetscInt)read[k];
+  PetscCall(PetscFree(read));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#else
+
+PetscErrorCode MPMCheckpointOptions(const char path[], char **options, char git[MPM_NAME_LEN])
+{
+  PetscFunctionBeginUser;
+  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_SUP, "checkpoints need a PETSc with HDF5");
+}
+
+PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm comm, PetscInt nkept, const MPMKept kept[],
+                                 char fault[MPM_TEXT_LEN])
+{
+  PetscFunctionBeginUser;
+  MPMFault(fault, "cannot read", path, "checkpoints need a PETSc with HDF5");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMCheckpointFields(const char path[], MPI_Comm comm, char names[MPM_TEXT_LEN])
+{
+  PetscFunctionBeginUser;
+  SETERRQ(comm, PETSC_ERR_SUP, "checkpoints need a PETSc with HDF5");
+}
+
+PetscErrorCode MPMCheckpointRows(const char path[], const MPMParticles *particles, PetscInt field, PetscInt64 first,
+                                 PetscInt n, void *rows)
+{
+  PetscFunctionBeginUser;
+  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_SUP, "checkpoints need a PETSc with HDF5");
+}
+
+#endif

@@ -1,0 +1,79 @@
+/* resume.c - goes on with the snapshots of an earlier run, after a restart. */
+#include "output/hdf5.h"
+#include "output/output.h"
+#if defined(PETSC_HAVE_HDF5)
+
+/* Returns the number of particles of a snapshot, or -1 if its file is not there or cannot be read. */
+static PetscInt ParticlesIn(const char path[], PetscInt step)
+{
+  const hid_t file = MPMHDF5Open(path);
+  char        name[MPM_NAME_LEN];
+  hsize_t     n    = 0;
+  PetscBool   good = PETSC_FALSE;
+
+  if (file < 0) return -1;
+  (void)snprintf(name, sizeof name, "step_%06" PetscInt_FMT "/particles/id", step);
+  H5E_BEGIN_TRY
+  {
+    const hid_t set = H5Dopen2(file, name, H5P_DEFAULT), space = H5Dget_space(set);
+
+    if (H5Sget_simple_extent_ndims(space) == 1 && H5Sget_simple_extent_dims(space, &n, NULL) >= 0) good = PETSC_TRUE;
+    (void)H5Sclose(space);
+    (void)H5Dclose(set);
+    (void)H5Fclose(file);
+  }
+  H5E_END_TRY
+  return good ? (PetscInt)n : -1;
+}
+
+PetscErrorCode MPMOutputResume(MPMOutput *out, MPMCore *core, const MPMScene *scene)
+{
+  char        path[2 * MPM_TEXT_LEN], missing[2 * MPM_TEXT_LEN] = "";
+  PetscInt    lost = 0, here = 0;
+  PetscMPIInt rank;
+
+  PetscFunctionBeginUser;
+  out->begun = PETSC_TRUE;
+  if (!out->enabled) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
+  PetscCall(PetscRealloc((size_t)(out->count / 64 + 1) * 64 * sizeof *out->n, &out->n)); /* as MPMOutputStep has it */
+  PetscCall(PetscRealloc((size_t)(out->count / 64 + 1) * 64 * sizeof *out->steps, &out->steps));
+  PetscCall(PetscRealloc((size_t)(out->count / 64 + 1) * 64 * sizeof *out->times, &out->times));
+  if (!rank) {
+    MPMOutputClear(out, scene, PETSC_TRUE);
+    for (PetscInt k = 0; k < out->count; k++) {
+      MPMSnapshotPath(out, scene, out->steps[k], PETSC_FALSE, path);
+      out->n[k] = ParticlesIn(path, out->steps[k]);
+      if (out->n[k] < 0 && !lost++) (void)snprintf(missing, sizeof missing, "%s", path);
+    }
+  }
+  PetscCallMPI(MPI_Bcast(out->n, (PetscMPIInt)out->count, MPIU_INT, 0, core->exchange.data));
+  for (PetscInt k = 0; k < out->count; k++) {
+    if (out->n[k] < 0) continue;
+    out->steps[here] = out->steps[k];
+    out->times[here] = out->times[k];
+    out->n[here++]   = out->n[k];
+  }
+  out->count = here;
+  if (lost)
+    PetscCall(MPMPrint(&core->print,
+                       "warning    %" PetscInt_FMT " earlier snapshots are missing or cannot be read, the first is %s: "
+                       "the results go on without them\n",
+                       lost, missing));
+  out->joined = -1;
+  PetscCall(MPMOutputFinish(out, core, scene));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#else
+
+PetscErrorCode MPMOutputResume(MPMOutput *out, MPMCore *core, const MPMScene *scene)
+{
+  PetscFunctionBeginUser;
+  (void)core;
+  (void)scene;
+  out->begun = PETSC_TRUE; /* without HDF5 there are no snapshots */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#endif

@@ -1,0 +1,347 @@
+/* restart.c - a run that goes on from a checkpoint (-restart_file): which file, whether its options are those of this run,
+   its particles and everything else; and a run that is repeated from the options in its results (-rerun). */
+#include <errno.h>
+#include <strings.h>
+#include "base/fault.h"
+#include "output/hdf5.h"
+#include "parallel/exchange.h"
+#include "run/restart.h"
+
+/* The options that may differ from those of the checkpoint, by their first letters: they say how long, how, where and
+   with what output the run goes on, but not what is simulated. */
+static const char *const may_differ[] = {
+    "time_",         "dt_",         "check_",      "output_dir", "output_name",    "output_every",
+    "history_every", "report_",     "checkpoint_", "restart_",   "parallel_",      "pool_",
+    "model_",        "scene_title", "dry_run",     "rerun",      "output_replace", "particles_leave"};
+
+/* Returns whether an option is one of this program, not of PETSc, and whether it may differ. */
+static void Classify(const char name[], PetscBool *ours, PetscBool *free)
+{
+  *ours = *free = PETSC_FALSE;
+  for (size_t r = 0; r < MPMOptionTable.n && !*ours; r++) {
+    const char *row = MPMOptionTable.row[r].name;
+
+    if (!row) continue;
+    *ours = strchr(row, '<') ? !strncasecmp(row, name, strcspn(row, "<")) : !strcasecmp(row, name);
+  }
+  for (size_t k = 0; k < sizeof may_differ / sizeof may_differ[0]; k++)
+    if (!strncasecmp(name, may_differ[k], strlen(may_differ[k]))) *free = PETSC_TRUE;
+}
+
+/* Compares one option of the checkpoint (was) and of this run (is), NULL if it was not given. */
+static void Compare(MPM mpm, MPMOptions o, const char name[], const char was[], const char is[])
+{
+  char     *text = mpm->checkpoint.differ;
+  size_t    n    = strlen(text);
+  PetscBool ours, free;
+
+  if (was && is && !strcmp(was, is)) return;
+  Classify(name + 1, &ours, &free);
+  if (!ours || !strcasecmp(name, "-restart_file") || !strcasecmp(name, "-rerun")) return;
+  if (!free)
+    MPMOptionsFail(
+        o,
+        "-restart_file %.500s: %.100s %s%.200s there and %s%.200s here, which may not change (options of time, "
+        "dt, output, checkpoints and processes may)",
+        mpm->checkpoint.from, name, was ? "is " : "is not given", was ? was : "", is ? "is " : "is not given",
+        is ? is : "");
+  else
+    (void)snprintf(text + n, MPM_TEXT_LEN - n, "%s%s %s, was %s", n ? "; " : "", name,
+                   is ? is[0] ? is : "given" : "not given", was ? was[0] ? was : "given" : "not given");
+}
+
+static PetscErrorCode CompareOptions(MPM mpm, MPMOptions o)
+{
+  char       *here;
+  const char *at;
+  char        name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN], other[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsText(&here));
+  for (at = mpm->checkpoint.options; MPMOptionsNext(&at, name, value);)
+    Compare(mpm, o, name, value, MPMOptionsFindIn(here, name, other) ? other : NULL);
+  for (at = here; MPMOptionsNext(&at, name, value);)
+    if (!MPMOptionsFindIn(mpm->checkpoint.options, name, other)) Compare(mpm, o, name, NULL, value);
+  PetscCall(PetscFree(here));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the file to go on from: the one given, or the last whole one of this scene. Collective on core.comm. */
+static PetscErrorCode Choose(MPM mpm, MPMOptions o, const char given[])
+{
+  MPMCheckpoint *c = &mpm->checkpoint;
+  PetscInt       n, *numbers;
+  char           fault[MPM_TEXT_LEN], first[MPM_TEXT_LEN] = "";
+
+  PetscFunctionBeginUser;
+  if (strcmp(given, "latest")) {
+    PetscCall(MPMCheckpointCheck(given, mpm->core.comm, fault));
+    if (fault[0]) MPMOptionsFail(o, "-restart_file: %s; -restart_file latest takes the last whole one", fault);
+    (void)snprintf(c->from, sizeof c->from, "%s", given);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MPMCheckpointList(mpm, mpm->core.comm, &n, &numbers));
+  for (PetscInt k = 0; k < n && !c->from[0]; k++) {
+    char path[MPM_TEXT_LEN];
+
+    MPMCheckpointPath(mpm, numbers[k], path);
+    PetscCall(MPMCheckpointCheck(path, mpm->core.comm, fault));
+    if (!fault[0]) (void)snprintf(c->from, sizeof c->from, "%s", path);
+    if (fault[0] && !first[0]) (void)snprintf(first, sizeof first, "%s", fault);
+  }
+  PetscCall(PetscFree(numbers));
+  (void)snprintf(c->fallback, sizeof c->fallback, "%s", first);
+  if (!c->from[0] && first[0]) MPMOptionsFail(o, "-restart_file latest: no checkpoint is whole: %s", first);
+  if (!c->from[0])
+    MPMOptionsFail(o,
+                   "-restart_file latest: there is no checkpoint %s/%s-checkpoint-*.h5 (-output_dir names the folder)",
+                   mpm->output.dir, mpm->scene.name);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMRestartSetFromOptions(MPM mpm, MPMOptions o)
+{
+  MPMCheckpoint *c                   = &mpm->checkpoint;
+  char           given[MPM_TEXT_LEN] = "", fault[MPM_TEXT_LEN];
+  MPMKept        kept[MPM_MAX_KEPT];
+  PetscBool      set;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsString(o, "restart_file", NULL, given, &set));
+  PetscCall(MPMOptionsString(o, "rerun", NULL, fault, NULL)); /* it has been read (MPMRerun) */
+  if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+#if !defined(PETSC_HAVE_HDF5)
+  MPMOptionsFail(o, "-restart_file needs a PETSc with HDF5, and this one has none");
+#endif
+  if (mpm->study.type[0]) MPMOptionsFail(o, "-restart_file does not apply: a study makes runs of its own");
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Choose(mpm, o, given));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMCheckpointOptions(c->from, &c->options, c->git));
+  PetscCall(MPMCheckpointRead(c->from, mpm->core.comm, MPMCheckpointHeader(mpm, kept), kept, fault));
+  if (fault[0]) MPMOptionsFail(o, "-restart_file: %s", fault);
+  if (!MPMOptionsError(o)) PetscCall(CompareOptions(mpm, o));
+  mpm->output.resumed = strstr(c->differ, "-output_dir") || strstr(c->differ, "-output_name") ? PETSC_FALSE
+                                                                                              : PETSC_TRUE;
+  if (!MPMOptionsError(o) && c->t > mpm->time.end * (1 + 1e-9))
+    MPMOptionsFail(o, "-time_end %g lies before the time of -restart_file %s, %g s", (double)mpm->time.end, c->from,
+                   (double)c->t);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMRestartCheckFields(MPM mpm)
+{
+  MPMParticles *particles = &mpm->core.particles;
+  char          has[MPM_TEXT_LEN], needs[MPM_TEXT_LEN] = "";
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMCheckpointFields(mpm->checkpoint.from, mpm->core.comm, has));
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
+    if (particles->present[f] && MPMCheckpointHasField(f))
+      (void)snprintf(needs + strlen(needs), sizeof needs - strlen(needs), "%s%s", needs[0] ? " " : "",
+                     MPMFields[f].name);
+  if (strcmp(has, needs))
+    (void)snprintf(
+        mpm->core.stop, sizeof mpm->core.stop,
+        "-restart_file %.1000s has the fields %.300s of particles, and this run needs %.300s; another version of pebble "
+        "wrote it",
+        mpm->checkpoint.from, has, needs);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- Particles ------------------------------------------------------------------------------------------------------ */
+
+/* Returns the rows of the file that a process reads first, an equal part of them. */
+static void Share(MPM mpm, PetscMPIInt rank, PetscMPIInt size, PetscInt64 *first, PetscInt *n)
+{
+  const PetscInt64 total = mpm->checkpoint.total, part = total / size, more = total % size;
+
+  *first = part * rank + PetscMin(rank, more);
+  *n     = (PetscInt)(part + (rank < more ? 1 : 0));
+}
+
+PetscErrorCode MPMRestartHistogram(MPM mpm, MPMHistogram *h)
+{
+  const PetscInt fields[] = {MPM_FIELD_INDEX_x, MPM_FIELD_INDEX_kind, MPM_FIELD_INDEX_l};
+  MPMParticles  *p        = &mpm->core.particles;
+  void          *rows[3]  = {NULL};
+  MPMView        view;
+  PetscMPIInt    rank, size;
+  PetscInt64     first;
+  PetscInt       n;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(h->comm, &rank));
+  PetscCallMPI(MPI_Comm_size(h->comm, &size));
+  Share(mpm, rank, size, &first, &n);
+  for (int k = 0; k < 3; k++) {
+    if (!p->present[fields[k]]) continue;
+    PetscCall(PetscMalloc1(PetscMax(1, (size_t)n * (size_t)p->bytes[fields[k]]), (char **)&rows[k]));
+    PetscCall(MPMCheckpointRows(mpm->checkpoint.from, p, fields[k], first, n, rows[k]));
+  }
+  PetscCall(PetscMemzero(&view, sizeof view));
+  view.n    = n;
+  view.x    = (PetscReal *)rows[0];
+  view.kind = (PetscInt *)rows[1];
+  view.l    = (PetscReal *)rows[2];
+  PetscCall(MPMHistogramAddView(h, &mpm->core, &view));
+  for (int k = 0; k < 3; k++) PetscCall(PetscFree(rows[k]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMRestartParticles(MPM mpm)
+{
+  MPMParticles *p = &mpm->core.particles;
+  PetscMPIInt   rank, size;
+  PetscInt64    first;
+  PetscInt      n;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(mpm->core.exchange.data, &rank));
+  PetscCallMPI(MPI_Comm_size(mpm->core.exchange.data, &size));
+  Share(mpm, rank, size, &first, &n);
+  p->total = mpm->checkpoint.total;
+  PetscCall(MPMParticlesSetSize(p, n));
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    void *rows;
+
+    if (!p->present[f] || !MPMCheckpointHasField(f)) continue;
+    PetscCall(MPMParticlesGetField(p, f, &rows));
+    PetscCall(MPMCheckpointRows(mpm->checkpoint.from, p, f, first, n, rows));
+    PetscCall(MPMParticlesRestoreField(p, f));
+  }
+  PetscCall(MPMExchangeDistribute(&mpm->core));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- All else ------------------------------------------------------------------------------------------------------- */
+
+PetscErrorCode MPMRestartState(MPM mpm)
+{
+  MPMCheckpoint *c    = &mpm->checkpoint;
+  MPMCore       *core = &mpm->core;
+  MPMOutput     *out  = &mpm->output;
+  MPMKept        kept[MPM_MAX_KEPT];
+  PetscMPIInt    rank;
+  char           fault[MPM_TEXT_LEN], totals[MPM_TEXT_LEN];
+  const PetscInt room = (c->snapshots + 63) / 64 * 64; /* MPMOutputStep makes more in steps of 64 */
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
+  PetscCall(PetscMalloc1(PetscMax(1, room), &out->steps));
+  PetscCall(PetscMalloc1(PetscMax(1, room), &out->times));
+  out->count = c->snapshots;
+  MPMCheckpointTotals(totals);
+  PetscCall(MPMCheckpointRead(c->from, core->exchange.data, MPMCheckpointKept(mpm, kept), kept, fault));
+  if (!fault[0] && strcmp(totals, c->totals))
+    (void)snprintf(fault, sizeof fault, "cannot go on from %.1000s: another version of pebble wrote it", c->from);
+  if (fault[0]) {
+    (void)snprintf(core->stop, sizeof core->stop, "%s", fault);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  core->step         = c->step;
+  core->t            = c->t;
+  core->timers.first = c->step;
+  for (PetscInt e = 0; e < MPM_NUM_ENERGIES; e++) {
+    MPMSumZero(&core->energy.sum[e]);
+    if (!rank) PetscCall(PetscArraycpy(core->energy.sum[e].word, c->energies[e], MPM_SUM_WORDS));
+  }
+  if (c->every != c->every_was) c->next = MPMNextTime(core->t, c->every);
+  if (mpm->monitor.every != c->history_was) mpm->monitor.next = MPMNextTime(core->t, mpm->monitor.every);
+  if (out->every != c->output_was) out->next = MPMNextTime(core->t, out->every);
+  c->last = core->step;
+  if (!out->enabled) out->count = 0;
+  PetscCall(MPMTotalsCompute(&mpm->scene, core, &mpm->monitor.now));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMRestartFiles(MPM mpm)
+{
+  MPMCheckpoint *c = &mpm->checkpoint;
+
+  PetscFunctionBeginUser;
+  if (c->fallback[0])
+    PetscCall(MPMPrint(&mpm->core.print, "warning    %s; going on from the one before\n", c->fallback));
+  PetscCall(MPMPrint(&mpm->core.print, "restart    from step %" PetscInt_FMT ", t=%g s of %s\n", c->step, (double)c->t,
+                     c->from));
+  if (strcmp(c->git, MPMVersionGit))
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "note       %s wrote the checkpoint, and this is %s: the bits may differ from those of a run "
+                       "without a restart\n",
+                       c->git, MPMVersionGit));
+  if (c->differ[0]) PetscCall(MPMPrint(&mpm->core.print, "restart    changed options: %s\n", c->differ));
+  if (mpm->scene.dry_run) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMMonitorResume(&mpm->monitor, &mpm->core, &mpm->scene));
+  PetscCall(MPMOutputResume(&mpm->output, &mpm->core, &mpm->scene));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- A run repeated from its results ------------------------------------------------------------------------------- */
+
+#if defined(PETSC_HAVE_HDF5)
+
+/* Sets the options of a run that its results have, as far as they are not given here. */
+static PetscErrorCode SetOptions(hid_t file, char fault[MPM_TEXT_LEN], const char path[])
+{
+  char       *text, *scene, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN];
+  PetscBool   given;
+  const char *at;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMHDF5ReadText(file, "options", &text));
+  PetscCall(MPMHDF5ReadText(file, "scene", &scene));
+  if (!text || text[0] != '-') MPMFault(fault, "-rerun: cannot repeat", path, "it has no options of a run of pebble");
+  for (at = text; !fault[0] && MPMOptionsNext(&at, name, value);) {
+    if (!strcasecmp(name, "-restart_file")) continue; /* from its beginning */
+    PetscCall(PetscOptionsHasName(NULL, NULL, name, &given));
+    if (!given) PetscCall(PetscOptionsSetValue(NULL, name, value[0] ? value : NULL));
+  }
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-output_name", &given));
+  if (scene && !given && !fault[0]) PetscCall(PetscOptionsSetValue(NULL, "-output_name", scene));
+  PetscCall(PetscFree(text));
+  PetscCall(PetscFree(scene));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMRerun(char fault[MPM_TEXT_LEN])
+{
+  char      path[MPM_TEXT_LEN];
+  PetscBool set;
+  FILE     *plain;
+  hid_t     file;
+
+  PetscFunctionBeginUser;
+  fault[0] = 0;
+  PetscCall(PetscOptionsGetString(NULL, NULL, "-rerun", path, sizeof path, &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  plain = fopen(path, "r");
+  if (!plain) {
+    MPMFault(fault, "-rerun: cannot read", path, strerror(errno));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  (void)fclose(plain);
+  file = MPMHDF5Open(path);
+  if (file < 0) {
+    MPMFault(fault, "-rerun: cannot read", path, "it is not an HDF5 file, or it is damaged");
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  MPMOptionsNoteFile(path); /* so that it is not overwritten */
+  PetscCall(SetOptions(file, fault, path));
+  (void)H5Fclose(file);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#else
+
+PetscErrorCode MPMRerun(char fault[MPM_TEXT_LEN])
+{
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  fault[0] = 0;
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-rerun", &set));
+  if (set) (void)snprintf(fault, MPM_TEXT_LEN, "-rerun needs a PETSc with HDF5, and this one has none");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#endif
