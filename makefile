@@ -4,6 +4,8 @@
 #   make CC=clang                another compiler (below the MPI wrapper), in an object folder of its own
 #   make CFLAGS="-march=native"  added after the flags below
 #   make DEBUG=1                 address and undefined-behaviour sanitizers: build/<compiler>-debug/pebble
+#   make DEBUG=poison            memory whose content nobody may use is filled with a pattern: build/<compiler>-poison/pebble
+#   make DEBUG=coverage          counts which lines run (make coverage): build/<compiler>-coverage/pebble
 #   make PETSC_DIR=... PETSC_ARCH=...   another PETSc than the system's (3.18 or newer)
 #   make PEBBLE=name BUILD=dir   other places for the program and the objects
 #   make V=1                     show the commands
@@ -15,7 +17,7 @@ SHELL := /bin/bash
 # ---- Names. Objects of different compilers never mix. (Not taken from the environment: := .)
 DEBUG    :=
 compiler := $(if $(filter default,$(origin CC)),mpicc,$(notdir $(firstword $(CC))))
-BUILD    := build/$(compiler)$(if $(DEBUG),-debug)
+BUILD    := build/$(compiler)$(if $(DEBUG),-$(DEBUG:1=debug))
 PEBBLE   := $(if $(DEBUG),$(BUILD)/pebble,pebble)
 program  := $(if $(findstring /,$(PEBBLE)),$(PEBBLE),./$(PEBBLE))
 python   := .venv/bin/python
@@ -63,7 +65,13 @@ MPIEXEC := $(or $(wildcard $(dir $(petsc.cc))mpiexec),mpiexec)
 
 # ---- Flags. No fused multiply-adds that the compiler chooses by itself: a particle must get the
 # same bits wherever it lies.
-optimise := $(if $(DEBUG),-O1 -fsanitize=address$(comma)undefined -fno-omit-frame-pointer,-O3)
+$(if $(filter-out 1 debug poison coverage,$(DEBUG)),$(error DEBUG=$(DEBUG) is none of 1, poison, coverage))
+optimise          := -O3
+optimise.1        := -O1 -fsanitize=address$(comma)undefined -fno-omit-frame-pointer
+optimise.debug    := $(optimise.1)
+optimise.poison   := -O3 -DMPM_POISON
+optimise.coverage := -O1 -fno-inline-functions-called-once --coverage
+optimise          := $(or $(optimise.$(DEBUG)),$(optimise))
 flags    := -std=gnu11 $(optimise) -g -ffp-contract=off -Wall -Wextra -Wshadow -Wmissing-prototypes -fno-math-errno \
             -Isrc $(CFLAGS)
 compile   = $(MPICC) $(flags) $(includes) -MMD -MP
@@ -98,8 +106,8 @@ export ASAN_OPTIONS := detect_leaks=0
 export MPLCONFIGDIR := $(CURDIR)/.venv/matplotlib
 
 # ---- What a user asks for
-.PHONY: all run test test-long test-widths verify robust bench paper studies calibrate simulate scaling report format \
-  scenes fuzz clean distclean help objects picture ctest pages FORCE
+.PHONY: all run test test-long test-widths verify robust debug coverage fuzz bench paper studies calibrate simulate scaling report \
+  format scenes clean distclean help objects picture ctest pages FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -137,6 +145,16 @@ fuzz: ## random options (FUZZ=100000 inputs) and model files (a tenth) with sani
 	@tools/install.sh fuzz
 	+@$(fuzzer) build/fuzz/fuzz_options build/fuzz/fuzz_model
 	@$(python) tests/fuzz.py build/fuzz . $(or $(FUZZ),100000)
+
+debug: ## look for defects: sanitizers, floating-point traps, poisoned memory, and valgrind where it is installed; 10 minutes
+	@tools/install.sh test
+	+@$(again) ctest select="-L debug"
+
+coverage: ## which lines of src the tests of `make test` reach, by rooms; COVERAGE=missing lists the others; 10 minutes
+	@tools/install.sh test
+	@find build/$(compiler)-coverage -name '*.gcda' -delete 2>/dev/null || true
+	+@$(again) DEBUG=coverage ctest select="-LE long -E 'fused|recipes|warnings|rooms'"
+	@$(python) tools/coverage.py build/$(compiler)-coverage --least 92 $(if $(COVERAGE),--missing)
 
 bench: ## time this program and others on the same work; BENCH=full: all sizes, 40 minutes
 	@tools/install.sh run

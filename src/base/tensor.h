@@ -143,8 +143,9 @@ MPM_INLINE MPMReal MPMExp(MPMReal x)
 MPM_INLINE void MPMJacobi(MPMReal A[3][3], MPMReal V[3][3], int p, int q, int r, MPMMask done)
 {
   const MPMReal none = MPMAll(0), b = A[p][q], h = 0.5 * (A[q][q] - A[p][p]), root = MPMSqrt(h * h + b * b);
-  const MPMReal d = h + MPMSelect(h < 0, -root, root);
-  const MPMReal t = MPMSelect(MPMNot(done) & (d != 0), b / d, none); /* tan of the angle, |t| <= 1 */
+  const MPMReal d       = h + MPMSelect(h < 0, -root, root);
+  const MPMMask nonzero = d != 0; /* lanes that do not rotate divide by 1, so that they raise no exception */
+  const MPMReal t = MPMSelect(MPMNot(done) & nonzero, b / MPMSelect(nonzero, d, MPMAll(1)), none); /* tan, |t| <= 1 */
   const MPMReal c = 1 / MPMSqrt(1 + t * t), s = t * c, Apr = A[p][r], Aqr = A[q][r];
 
   A[p][p] -= t * b;

@@ -76,9 +76,9 @@ PetscErrorCode MPMLimits(MPI_Comm comm, PetscReal *flop, PetscReal *byte)
 
 /* Prints the line `speed`: operations and bytes are the mean over the processes, in the pool over master and workers.
    Beside them are the limits of a core, if the model's file has them or they are measured now: with -report_limits or,
-   if no file has them, after a run whose steps took more than 20 s. In the pool the master measures alone. Collective
+   if no file has them, after a run whose steps took more than 20 s, unless no_limits. In the pool the master measures alone. Collective
    on the exchange. */
-PetscErrorCode MPMRoofline(const MPMCost *cost, MPMCore *core, PetscBool limits)
+PetscErrorCode MPMRoofline(const MPMCost *cost, MPMCore *core, PetscBool limits, PetscBool no_limits)
 {
   const PetscReal per     = (PetscReal)PetscMax(1, core->particles.total) * (core->step - core->timers.first);
   PetscReal       work[2] = {core->timers.flops, core->timers.bytes}, s = core->timers.steps, flop = cost->model.flop,
@@ -94,7 +94,7 @@ PetscErrorCode MPMRoofline(const MPMCost *cost, MPMCore *core, PetscBool limits)
   for (int k = 0; k < 2; k++) work[k] /= s * size;
   PetscCall(MPMPrint(&core->print, "speed      %.3g ns/particle/step, %.3g GFlop/s, %.3g GB/s a process",
                      (double)(1e9 * s / per), (double)(1e-9 * work[0]), (double)(1e-9 * work[1])));
-  if (limits || (flop == 0 && s > 20)) PetscCall(MPMLimits(core->exchange.data, &flop, &byte));
+  if (limits || (!no_limits && flop == 0 && s > 20)) PetscCall(MPMLimits(core->exchange.data, &flop, &byte));
   if (flop > 0)
     PetscCall(MPMPrint(&core->print, ": %.2g of %.3g GFlop/s and %.2g of %.3g GB/s that a core can",
                        (double)(work[0] * flop), (double)(1e-9 / flop), (double)(work[1] * byte),

@@ -1,6 +1,7 @@
 /* exchange.c - what the ways to run a step share: they run a phase on the patch of this process. */
 #include "base/message.h"
 #include "parallel/exchange.h"
+#include "particles/poison.h"
 
 PetscErrorCode MPMExchangeCreateGrid(MPMCore *core, const PetscInt parts[3], PetscInt *const widths[3])
 {
@@ -56,6 +57,8 @@ PetscErrorCode MPMExchangeOpen(MPMCore *core, const MPMPhase *phase)
   MPMPatch *patch = &core->exchange.patch;
 
   PetscFunctionBeginUser;
+  if (phase->kind == MPM_NODES_TO_PARTICLES)
+    PetscCall(MPMPoisonPhase(&core->particles, phase->particles_in, phase->particles_out));
   PetscCall(MPMParticlesGetView(&core->particles, phase->particles_in | phase->particles_out, &patch->particles));
   patch->order  = core->particles.order;
   patch->movers = core->particles.movers;
@@ -70,6 +73,8 @@ PetscErrorCode MPMExchangeClose(MPMCore *core, const MPMPhase *phase)
   PetscFunctionBeginUser;
   PetscCall(MPMExchangeCloseNodes(core));
   PetscCall(MPMParticlesRestoreView(&core->particles, phase->particles_in | phase->particles_out, &patch->particles));
+  if (phase->kind == MPM_NODES_TO_PARTICLES)
+    PetscCall(MPMPoisonCheck(&core->particles, phase->name, phase->particles_out));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

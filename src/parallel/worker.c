@@ -3,6 +3,7 @@
 #include "base/simulate.h"
 #include "kernels/cell.h"
 #include "parallel/pool.h"
+#include "particles/poison.h"
 
 /* Sets the boxes of a patch with these own nodes: the nodes that the stencils of its particles reach, up to the end of
    the grid, and its tiles. Not collective. */
@@ -120,6 +121,7 @@ static PetscErrorCode Unpack(MPMCore *core, const MPMPhase *phase, const MPMJob 
     for (PetscInt p = 0; p < memory->capacity; p++) memory->identity[p] = p;
   }
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    if (particles->present[f]) MPMPoison(memory->field[f], (size_t)n * (size_t)particles->bytes[f]);
     if (!particles->present[f] || !(phase->particles_in & (1 << f))) continue;
     memcpy(memory->field[f], m, (size_t)n * (size_t)particles->bytes[f]);
     m += (size_t)n * (size_t)particles->bytes[f];

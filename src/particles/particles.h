@@ -27,6 +27,9 @@ typedef struct {
   size_t     copy_room;               /* bytes */
   PetscInt   nkept;                   /* particles below this number are where the order has them, but for movers */
   PetscInt   nstart;
+#if defined(MPM_POISON)
+  uint64_t written[MPM_NUM_FIELDS]; /* what a field was before a phase (poison.c) */
+#endif
 } MPMParticles;
 
 /* What fields.def says of a field. */

@@ -1,6 +1,6 @@
 /* storage.c - the storage of particles: fields of state and swarm are fields of a DMSWARM_BASIC swarm, so PETSc stores
    and moves them; scratch fields are plain arrays. Each field is [n][components]. */
-#include "particles/particles.h"
+#include "particles/poison.h"
 
 /* Spare places of the swarm for arrivals, besides n/500. The number is small since PETSc before 3.25 clears all of them
    at each removal, and not smaller since the swarm moves all fields to new memory when arrivals find no place. */
@@ -121,6 +121,7 @@ PetscErrorCode MPMParticlesResize(MPMParticles *particles)
     if (!particles->present[f] || MPMFields[f].home != MPM_SCRATCH) continue;
     PetscCall(PetscFree(particles->scratch[f]));
     PetscCall(PetscCalloc1((size_t)particles->capacity * (size_t)particles->bytes[f], (char **)&particles->scratch[f]));
+    MPMPoison(particles->scratch[f], (size_t)particles->capacity * (size_t)particles->bytes[f]);
   }
   PetscCall(PetscRealloc((size_t)(particles->capacity + 1) * sizeof *particles->order, &particles->order));
   PetscCall(PetscRealloc((size_t)particles->capacity * sizeof *particles->movers, &particles->movers));
@@ -132,9 +133,12 @@ PetscErrorCode MPMParticlesResize(MPMParticles *particles)
 /* Sets the number of particles of this process; the fields of new ones are unset. Not collective. */
 PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
 {
+  const PetscInt before = particles->n;
+
   PetscFunctionBeginUser;
   PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, MPM_SWARM_BUFFER + n / 500));
   PetscCall(MPMParticlesResize(particles));
+  PetscCall(MPMPoisonFields(particles, ~0, before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,6 +2,7 @@
    other processes. Geometry depends on the grid alone, so processes need no messages about their neighbours' tiles. */
 #include "kernels/tile_index.h"
 #include "particles/box.h"
+#include "particles/poison.h"
 
 /* Late tiles are added until their sums have this many bytes more than 1.5 times those that came from other processes:
    their work then covers the time of the messages. More would be slower, since sums in scratch stay in the cache and
@@ -197,6 +198,7 @@ PetscErrorCode MPMTilesAssign(MPMPatch *patch, PetscBool keep, const PetscInt st
     t->scratch = (PetscReal *)MPMAlign(t->memory);
     t->sum     = (PetscReal *)((char *)t->scratch + (size_t)t->n[0] * size);
   }
+  MPMPoison(t->scratch, (t->room + (size_t)t->n[0]) * size);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -49,10 +49,11 @@ MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt
   flows  = MPMNot(beyond) & (f > 0);
   new    = beyond | flows | (open > 0);
   if (MPMAny(new)) {
-    const MPMReal gamma = f / (2 * m->mu + 3 * K3 * m->friction * m->dilation); /* |dev tau| > 0 where it flows */
+    const MPMReal gamma  = f / (2 * m->mu + 3 * K3 * m->friction * m->dilation);
+    const MPMReal length = MPMSelect(norm > 0, norm, MPMAll(1)); /* |dev tau| > 0 where it flows */
 
     for (int k = 0; k < 3; k++) {
-      const MPMReal back = e[k] - gamma * ((e[k] - tr / 3) * (2 * m->mu / norm) + m->dilation);
+      const MPMReal back = e[k] - gamma * ((e[k] - tr / 3) * (2 * m->mu / length) + m->dilation);
 
       e[k] = MPMSelect(beyond, MPMAll(apex / 3), MPMSelect(flows, back, e[k]));
     }

@@ -17,7 +17,8 @@ MPM_INLINE void vonmises_update(int dim, const MPMMaterial *m, PetscReal dt, con
   f     = q - (m->yield + m->hardening * s->ep);
   flows = f > 0; /* then q > 0 */
   if (MPMAny(flows)) {
-    const MPMReal dgamma = f / (3 * m->mu + m->hardening), keep = 1 - 3 * m->mu * dgamma / q;
+    const MPMReal dgamma = f / (3 * m->mu + m->hardening);
+    const MPMReal keep   = 1 - 3 * m->mu * dgamma / MPMSelect(flows, q, MPMAll(1));
 
     for (int k = 0; k < 3; k++) e[k] = MPMSelect(flows, mean + keep * (e[k] - mean), e[k]);
     s->ep = MPMSelect(flows, s->ep + dgamma, s->ep);

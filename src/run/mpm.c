@@ -12,6 +12,7 @@ PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
   (*mpm)->core.print.comm    = comm;
   (*mpm)->core.exchange.data = MPI_COMM_NULL;
   PetscCall(PetscTime(&(*mpm)->report.start));
+  (*mpm)->report.base = MPMMemoryHere("VmRSS");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -48,6 +49,8 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMStudySetFromOptions(mpm, o));
   PetscCall(MPMOptionsBool(o, "report_indicator", NULL, &mpm->report.indicator));
   PetscCall(MPMOptionsBool(o, "report_limits", NULL, &mpm->report.limits));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-report_limits", &mpm->report.no_limits));
+  if (mpm->report.limits) mpm->report.no_limits = PETSC_FALSE;
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
   PetscCall(MPMCheckpointSetFromOptions(mpm, o));
   PetscCall(MPMRestartSetFromOptions(mpm, o));

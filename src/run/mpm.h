@@ -46,8 +46,10 @@ typedef struct {
 /* What the printing functions keep between calls. */
 typedef struct {
   PetscLogDouble start, line; /* when the run and the last line of progress began, s */
+  PetscReal      base;        /* memory of this process before the scene, bytes; 0 where the system does not tell */
   PetscBool      indicator;   /* -report_indicator */
   PetscBool      limits;      /* -report_limits: are the limits of a core measured for the line `speed`? */
+  PetscBool      no_limits;   /* -report_limits false: they are not, however long the run takes */
   PetscBool      progress;    /* is a line of progress on the terminal? */
   PetscBool      untold;      /* is the reason to stop left to a study? Else the end of the run tells it */
 } MPMReport;
@@ -162,6 +164,11 @@ void MPMMethodWrong(MPM, char why[MPM_TEXT_LEN]);
 
 /* Returns the bytes of particles, with order and scratch, and of nodes, on all processes together (report.c). */
 PetscReal MPMMemory(MPM);
+
+/* Return the memory of this process in bytes, and print the largest that a run will need (memory.c). MPMMemoryPrint is
+   collective on exchange.data. */
+PetscReal      MPMMemoryHere(const char what[]);
+PetscErrorCode MPMMemoryPrint(MPM, PetscReal seconds);
 
 /* Tell what is doubtful in a valid scene (doubts.c): refuse it, before the first step, or note odd values, or warn;
    steps and seconds are what is predicted for the whole run. Not collective. */

@@ -206,6 +206,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) step += mpm->cost.predicted[e];
   PetscCall(MPMPrint(&mpm->core.print, "predict    %.6g steps of %.3g s, about %.2g s without output\n", (double)steps,
                      (double)step, (double)(steps * step)));
+  if (mpm->scene.dry_run) PetscCall(MPMMemoryPrint(mpm, steps * step));
   if (mpm->scene.dry_run) PetscCall(MPMModelView(&mpm->cost, &mpm->core, &mpm->scene, dt));
   PetscCall(PrintLoads(mpm));
   PetscCall(PrintWarnings(mpm, dt));
@@ -442,7 +443,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
   PetscCall(MPMPrint(&mpm->core.print, "simulated  %.9g s a step\n",
                      (double)(mpm->core.timers.steps / PetscMax(1, mpm->core.step - mpm->core.timers.first))));
 #endif
-  PetscCall(MPMRoofline(&mpm->cost, &mpm->core, mpm->report.limits));
+  PetscCall(MPMRoofline(&mpm->cost, &mpm->core, mpm->report.limits, mpm->report.no_limits));
   if (MPMStatusIsBad(&mpm->core.status)) PetscFunctionReturn(PETSC_SUCCESS); /* the failed state is in no file */
   PetscCall(MPMParticlesDigest(&mpm->core.particles, mpm->core.exchange.data, &digest));
   PetscCall(MPMPrint(&mpm->core.print, "digest %016llx\n", (unsigned long long)digest));

@@ -7,7 +7,7 @@
 static void SetAxis(MPMGrid *grid, MPMOptions o, PetscInt d, PetscReal h)
 {
   const PetscReal lower = grid->lower[d], upper = grid->upper[d], length = upper - lower;
-  const PetscReal most = 1e9, n = PetscFloorReal(length / h + 0.5);
+  const PetscReal most = 1e9, n = h > 0 ? PetscFloorReal(length / h + 0.5) : 0;
 
   if (!(length > 0 && length < PETSC_MAX_REAL))
     MPMOptionsFail(o, "-grid_upper must be above -grid_lower on every axis; axis %c has %g and %g", "xyz"[d],

@@ -37,6 +37,15 @@ static PetscErrorCode MakeRoom(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscInt MPMEnergyBytes(const MPMCore *core)
+{
+  const MPMEnergy *e     = &core->energy;
+  PetscInt         bytes = e->on ? MPM_STRESS_ROW * (PetscInt)sizeof(PetscReal) : 0;
+
+  if (e->loads || KeepsAll(e)) bytes += 2 * core->grid.dim * (PetscInt)sizeof(PetscReal) + (PetscInt)sizeof(PetscInt);
+  return bytes;
+}
+
 PetscErrorCode MPMEnergyDestroy(MPMEnergy *e)
 {
   PetscFunctionBeginUser;

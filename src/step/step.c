@@ -3,11 +3,35 @@
    migration of the particles that changed their cell. */
 #include "base/signals.h"
 #include "parallel/exchange.h"
+#include "particles/poison.h"
 #include "step/step.h"
+
+#if defined(MPM_POISON)
+/* Nothing of the step before may be used but the particles' state: not scratch fields, sums and motion of nodes. */
+static PetscErrorCode PoisonStep(MPMCore *core)
+{
+  const MPMPatch *patch   = &core->exchange.patch;
+  const size_t    nodes   = (size_t)MPMPatchNodes(patch);
+  PetscInt        scratch = 0;
+
+  PetscFunctionBeginUser;
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS && !core->needs.all; f++) /* with -method_carry all, b stays 0 */
+    if (MPMFields[f].home == MPM_SCRATCH) scratch |= 1 << f;
+  PetscCall(MPMPoisonFields(&core->particles, scratch, 0));
+  PetscCall(MPMExchangeOpenNodes(core));
+  MPMPoison(patch->node, nodes * sizeof *patch->node);
+  MPMPoison(patch->motion, nodes * (size_t)MPM_MOTION_NC(core->grid.dim) * sizeof *patch->motion);
+  PetscCall(MPMExchangeCloseNodes(core));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+#else
+#define PoisonStep(core) PETSC_SUCCESS
+#endif
 
 static PetscErrorCode Begin(MPMCore *core)
 {
   PetscFunctionBeginUser;
+  PetscCall(PoisonStep(core));
   MPMStatusReset(&core->status);
   PetscCall(MPMWorkStep(&core->timers, core->exchange.type->by_workers));
   PetscFunctionReturn(PETSC_SUCCESS);

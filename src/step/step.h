@@ -34,6 +34,7 @@ PetscErrorCode MPMStepBound(MPMCore *);
 PetscErrorCode MPMEnergyStep(MPMCore *, PetscBool begins);
 PetscErrorCode MPMEnergyNodes(MPMCore *, const MPMPhase *);
 PetscErrorCode MPMEnergyDestroy(MPMEnergy *);
+PetscInt       MPMEnergyBytes(const MPMCore *); /* memory that it needs for a particle */
 PetscBool      MPMEnergyLost(const MPMMaterial *);
 
 /* What determines the length of steps. None of the functions is collective: core->status is the same on all

@@ -1,0 +1,173 @@
+"""The memory of the processes of a run: flat over many steps with migrations, and as large as -dry_run predicts.
+
+usage: test_memory.py PEBBLE SOURCE MPIEXEC flat STEPS | find STEPS | peak some|all|large
+
+flat   a block drifts through a periodic grid, so that particles change process in most steps; history and snapshots are
+       written on the way. The memory of each process (VmRSS of /proc) is read all the time, and a line is fitted to it
+       after a quarter of the steps. Prints its slope in bytes a step.
+find   the same with a library that loses 64 bytes in each reduction, of which a step has one at least: the slope shows it
+peak   the largest memory of a process, VmHWM as MPI ends, is what -dry_run told, to 10 %: of scenes on one process, on 2 and
+       in the pool, and of a large one of a million particles
+"""
+import os
+import re
+import subprocess
+import threading
+import time
+
+import numpy as np
+
+import check
+import mpi
+
+MOST = 4        # bytes a step by which the memory of a process may grow
+LOST = 64       # bytes that the library of `find` loses in a step
+PERIOD = 0.1    # s between two looks at a process
+# name, processes, options
+WAYS = [("direct", 3, ["-parallel_strategy", "spatial", "-parallel_migrate", "direct"]),
+        ("swarm", 3, ["-parallel_strategy", "spatial", "-parallel_migrate", "swarm"]),
+        ("recut", 4, ["-parallel_strategy", "spatial", "-parallel_balance", "auto"]),
+        ("pool", 3, ["-parallel_strategy", "pool"]),
+        ("serial", 1, [])]
+LEAK = """#include <mpi.h>
+#include <stdlib.h>
+#include <string.h>
+int MPI_Allreduce(const void *in, void *out, int n, MPI_Datatype type, MPI_Op op, MPI_Comm comm)
+{
+  void *volatile lost = malloc(%d);
+  memset(lost, 1, %d);
+  return PMPI_Allreduce(in, out, n, type, op, comm);
+}
+"""
+
+
+# Tells the largest memory of the process as MPI ends.
+PEAK = """#include <mpi.h>
+#include <stdio.h>
+#include <string.h>
+int MPI_Finalize(void)
+{
+  char  line[256];
+  FILE *file = fopen("/proc/self/status", "r");
+  while (fgets(line, sizeof line, file))
+    if (!strncmp(line, "VmHWM:", 6)) fprintf(stderr, "peak %s", line + 6);
+  fclose(file);
+  return PMPI_Finalize();
+}
+"""
+NEAR = 0.10  # part by which a peak may differ from what -dry_run told
+
+
+def library(name, text):
+    """A library of this text, to be loaded before others; its environment."""
+    path = check.write(name + ".c", text)
+    subprocess.run(["mpicc", "-shared", "-fPIC", "-o", name + ".so", path], check=True)
+    return {"LD_PRELOAD": os.path.abspath(name + ".so")}
+
+
+def drift(steps):
+    """A block of 10 x 10 cells that moves by 0.4 cells a step along both axes of a periodic grid of 24 x 24."""
+    return ["-dim", 2, "-grid_lower", "0,0", "-grid_upper", "24,24", "-grid_cells", "24,24",
+            "-bc_xmin_type", "periodic", "-bc_xmax_type", "periodic", "-bc_ymin_type", "periodic", "-bc_ymax_type", "periodic",
+            "-materials", "m", "-material_m_model", "neohookean", "-material_m_rho", 1, "-material_m_E", 1e-2,
+            "-material_m_nu", 0.3, "-bodies", "b", "-body_b_shape", "box", "-body_b_lower", "2,2", "-body_b_upper", "12,12",
+            "-body_b_ppc", "2,2", "-body_b_material", "m", "-body_b_velocity", "4,2.5", "-dt_size", 0.1,
+            "-time_end", 0.1 * steps, "-history_every", 1, "-output_every", 0.1 * steps / 40, "-report_limits", "false", "-output_dir", "."]
+
+
+def memory(pid):
+    """VmRSS of a process in bytes, None if it has ended."""
+    try:
+        with open(f"/proc/{pid}/status") as file:
+            found = re.search(r"^VmRSS:\s+(\d+) kB", file.read(), re.M)
+    except OSError:
+        return None
+    return found and 1024 * int(found.group(1))
+
+
+def watch(session, n, series):
+    """Reads the memory of the n processes of a session until they end; series[rank] gets (time, bytes)."""
+    pids = {}
+    deadline = time.monotonic() + 30
+    while len(pids) < n and time.monotonic() < deadline:
+        pids = {0: session} if n == 1 else {r: p for p in mpi.members(session) if (r := mpi.rank_of(p)) is not None}
+        time.sleep(0.02)
+
+    def look():
+        while pids:
+            now = time.monotonic()
+            for rank, pid in list(pids.items()):
+                most = memory(pid)
+                if most is None:
+                    del pids[rank]
+                else:
+                    series.setdefault(rank, []).append((now, most))
+            time.sleep(PERIOD)
+    threading.Thread(target=look, daemon=True).start()
+
+
+def slopes(name, n, steps, options, env=None):
+    """The run's output, and the growth of each process in bytes a step after the first quarter, with the largest memory."""
+    series = {}
+    run = check.run([check.program, *drift(steps), "-output_name", name, *options], n, 3600, env=env,
+                    during=lambda session: watch(session, n, series))
+    check.need(run.good, f"{name}: status {run.status}: {run.said[-500:]}")
+    found = []
+    for rank in sorted(series):
+        t, m = np.array(series[rank][1:-1]).T  # the last look may see a process that ends
+        late = t > t[0] + 0.25 * (t[-1] - t[0])
+        a_second = np.polyfit(t[late] - t[0], m[late], 1)[0]
+        found.append((a_second * (t[-1] - t[0]) / steps, m.max()))
+    return run, found
+
+
+def flat(steps):
+    for name, n, options in WAYS:
+        run, found = slopes(name, n, steps, options)
+        moved = run.find(r"in (\d+) of \d+ steps")
+        check.that(n == 1 or name == "pool" or moved and int(moved) > 0.3 * steps, f"{name}: migrations in {moved} of {steps} steps")
+        check.that(len(found) == n and all(slope < MOST for slope, _ in found),
+                   f"{name} on {n}: {steps} steps, growth in bytes a step " + " ".join(f"{slope:.3f}" for slope, _ in found) +
+                   ", at most MB " + " ".join(f"{1e-6 * most:.1f}" for _, most in found))
+
+
+def find(steps):
+    name, n, options = WAYS[0]
+    _, found = slopes("leak", n, steps, options, library("leak", LEAK % (LOST, LOST)))
+    check.that(all(slope > LOST for slope, _ in found),
+               f"{LOST} bytes lost in each step: growth in bytes a step " + " ".join(f"{slope:.3f}" for slope, _ in found))
+
+
+def told_and_found(name, n, options, env):
+    """What -dry_run told of the largest memory in a process and in all, and what the run had, in MB."""
+    options = ["-options_file", check.scene(name), "-time_max_steps", 40, "-output_dir", ".", *options]
+    options += [] if "none" in options else ["-output_every", 1e9]
+    dry = check.must(*options, "-dry_run", n=n)
+    told = re.search(r"^memory +at the most ([\d.e+]+) MB in a process, ([\d.e+]+) MB in all", dry.out, re.M)
+    check.need(told, f"{name}: no line `memory` in {dry.out}")
+    run = check.run([check.program, *options], n, 600, env=env)
+    check.need(run.good, f"{name}: {run.said[-500:]}")
+    peaks = [1024e-6 * int(kB) for kB in re.findall(r"peak\s+(\d+) kB", run.err)]
+    check.need(len(peaks) == n, f"{name}: {len(peaks)} processes told their memory")
+    return *map(float, told.groups()), max(peaks), sum(peaks)
+
+
+def peak(which):
+    env = library("peak", PEAK)
+    spatial, pool = ["-parallel_strategy", "spatial"], ["-parallel_strategy", "pool"]
+    cases = {"some": [(name, n, more) for name in ("disks", "taylor") for n, more in ((1, []), (2, spatial))],
+             "all": [(name[:-5], n, more) for name in sorted(os.listdir(os.path.dirname(check.scene("")))) if name.endswith(".opts")
+                     for n, more in ((1, []), (2, spatial), (3, pool))],
+             "large": [("disks", n, ["-grid_cells", "500,500", *more]) for n, more in ((1, []), (2, spatial), (3, pool))]
+                      + [("disks", 1, ["-grid_cells", "500,500", "-output_format", "none"]),
+                         ("dambreak3d", 2, ["-body_column_ppc", "6,6,6", *spatial])]}[which]
+    for name, n, more in cases:
+        told, told_all, most, in_all = told_and_found(name, n, more, env)
+        check.that(abs(told / most - 1) < NEAR and abs(told_all / in_all - 1) < NEAR,
+                   f"{name} on {n} {' '.join(more)}: told {told:.4g} MB, {most:.4g} found ({100 * (told / most - 1):+.1f} %); "
+                   f"in all {told_all:.4g}, {in_all:.4g} ({100 * (told_all / in_all - 1):+.1f} %)")
+
+
+words = check.arguments(__doc__, 2)
+{"flat": lambda word: flat(int(word)), "find": lambda word: find(int(word)), "peak": peak}[words[0]](words[1])
+check.end()
