@@ -74,6 +74,7 @@ static PetscReal Later(MPM mpm, PetscReal seconds, PetscMPIInt processes, PetscM
   for (PetscInt d = 0; d < 3; d++) nodes *= (PetscReal)patch->own_n[d];
   steps += 2 * (PetscReal)t->room * TileBytes(core); /* sums of tiles that are kept, and their messages */
   steps += (PetscReal)MPMEnergyBytes(core) * n;
+  steps += (PetscReal)MPMParticlesRowBytes(&core->particles, core->particles.saved) * n;
   if (workers) {
     const PetscReal job = Job(core, workers, &jobs);
 
