@@ -18,7 +18,7 @@ typedef struct {
   PetscReal  v2, c2;  /* largest squared speeds of a particle and of a wave, m^2/s^2 */
   PetscInt64 moved;   /* movers: particles that changed their cell */
   PetscInt64 asked;   /* what a signal has asked for (signals.h), or 0 */
-  PetscInt64 left;    /* leavers: particles that left their patch */
+  PetscInt64 left;    /* leavers: particles that left their patch for another one */
   PetscInt64 hops;    /* largest distance that a leaver has to go along an axis, in patches */
   PetscInt64 most;    /* particles of the process that has most of them */
   PetscInt64 n, ids;  /* number of particles, and their fingerprint (digest.c): is any lost or doubled? */

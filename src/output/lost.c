@@ -48,7 +48,7 @@ PetscErrorCode MPMLostTotals(const MPMCore *core, MPMTotals *totals)
   PetscInt n = 0;
 
   PetscFunctionBeginUser;
-  if (!core->params.deletes) PetscFunctionReturn(PETSC_SUCCESS);
+  if (core->particles.total == core->particles.born) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscArraycpy(sum, core->lost, MPM_NUM_LOST));
   PetscCall(MPMSumReduce(sum, MPM_NUM_LOST, core->exchange.data));
   for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)

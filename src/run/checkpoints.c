@@ -179,7 +179,7 @@ static PetscErrorCode Prepare(MPM mpm)
   PetscCall(MPMSumReduce(sum, MPM_NUM_ENERGIES, core->exchange.data));
   for (PetscInt e = 0; e < MPM_NUM_ENERGIES; e++) PetscCall(PetscArraycpy(c->energies[e], sum[e].word, MPM_SUM_WORDS));
   PetscCall(PetscArraycpy(lost, core->lost, MPM_NUM_LOST));
-  PetscCall(MPMSumReduce(lost, core->params.deletes ? MPM_NUM_LOST : 0, core->exchange.data));
+  PetscCall(MPMSumReduce(lost, core->particles.total < core->particles.born ? MPM_NUM_LOST : 0, core->exchange.data));
   for (PetscInt e = 0; e < MPM_NUM_LOST; e++) PetscCall(PetscArraycpy(c->lost[e], lost[e].word, MPM_SUM_WORDS));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
