@@ -9,10 +9,10 @@
 
 /* The options that may differ from those of the checkpoint, by their first letters: they say how long, how, where and
    with what output the run goes on, but not what is simulated. */
-static const char *const may_differ[] = {
-    "time_",         "dt_",         "check_",      "output_dir", "output_name",    "output_every",
-    "history_every", "report_",     "checkpoint_", "restart_",   "parallel_",      "pool_",
-    "model_",        "scene_title", "dry_run",     "rerun",      "output_replace", "particles_leave"};
+static const char *const may_differ[] = {"time_",        "dt_",           "check_",  "output_dir",  "output_name",
+                                         "output_every", "history_every", "report_", "checkpoint_", "restart_",
+                                         "parallel_",    "pool_",         "model_",  "scene_title", "dry_run",
+                                         "rerun",        "output_replace"};
 
 /* Returns whether an option is one of this program, not of PETSc, and whether it may differ. */
 static void Classify(const char name[], PetscBool *ours, PetscBool *free)
