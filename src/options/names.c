@@ -255,8 +255,8 @@ static void RefuseAmbiguous(MPMOptions o, char kind, PetscInt n, char (*names)[M
     }
 }
 
-/* Returns whether `given` is a misspelt name of a model, shape or type that is not given. It explains why other names
-   are not legal. */
+/* Returns whether `given` is a misspelt name of a list of names, a model, shape or type that is not given. It explains why
+   other names are not legal. */
 static PetscBool IsChoice(MPMOptions o, const char given[])
 {
   char                nearest[MPM_FULL_LEN], dashed[MPM_FULL_LEN + 1];
@@ -266,7 +266,7 @@ static PetscBool IsChoice(MPMOptions o, const char given[])
   if (Find(o, given) || IsPetscs(given)) return PETSC_FALSE;
   Nearest(o, given, nearest);
   row = nearest[0] ? Find(o, nearest) : NULL;
-  if (!row || row->type != MPM_ENUM || !strchr(row->name, '<')) return PETSC_FALSE;
+  if (!row || !(row->type == MPM_NAMES || (row->type == MPM_ENUM && strchr(row->name, '<')))) return PETSC_FALSE;
   (void)snprintf(dashed, sizeof dashed, "-%s", nearest);
   return PetscOptionsHasName(NULL, NULL, dashed, &set) || set ? PETSC_FALSE : PETSC_TRUE;
 }
