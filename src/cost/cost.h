@@ -70,8 +70,8 @@ PetscReal MPMModelLeast(const MPMModel *, const MPMCore *, PetscReal per_cell, P
                         PetscReal efficiency);
 
 /* Print what the model predicts for other numbers of processes (model_view.c), the critical path of -report_path
-   (path.c), and the line `speed` (roofline.c), for which `limits` says that the limits of a core are measured, and `no_limits` that they are not,
-   however long the run took. */
+   (path.c), and the line `speed` (roofline.c), for which `limits` says that the limits of a core are measured, and
+   `no_limits` that they are not, however long the run took. */
 PetscErrorCode MPMModelView(const MPMCost *, MPMCore *, const MPMScene *, PetscReal dt);
 PetscErrorCode MPMWorkView(const MPMCost *, MPMCore *);
 PetscErrorCode MPMRoofline(const MPMCost *, MPMCore *, PetscBool limits, PetscBool no_limits);
