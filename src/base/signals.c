@@ -31,7 +31,7 @@ PetscInt MPMSignalsAsked(void)
   return end ? MPM_ASKED_END : write ? MPM_ASKED_CHECKPOINT : MPM_ASKED_NOTHING;
 }
 
-/* Installs the handlers. Those of SIGINT and SIGTERM note the first signal; a second one has its default effect. Not
+/* Installs the handlers of SIGINT and SIGTERM, which note the first signal; a second one has its default effect. Not
    collective. */
 void MPMSignalsCatch(void)
 {
@@ -42,6 +42,14 @@ void MPMSignalsCatch(void)
   action.sa_flags   = (int)SA_RESETHAND;
   (void)sigaction(SIGINT, &action, NULL);
   (void)sigaction(SIGTERM, &action, NULL);
+}
+
+/* Installs the handler of SIGUSR1. Not collective. */
+void MPMSignalsCatchCheckpoint(void)
+{
+  struct sigaction action;
+
+  memset(&action, 0, sizeof action);
   action.sa_handler = NoteCheckpoint;
   action.sa_flags   = SA_RESTART;
   (void)sigaction(SIGUSR1, &action, NULL);

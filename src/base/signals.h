@@ -8,8 +8,9 @@
 /* What is asked for; the largest of all processes counts. */
 enum { MPM_ASKED_NOTHING, MPM_ASKED_CHECKPOINT, MPM_ASKED_END };
 
-void     MPMSignalsCatch(void);
-void     MPMSignalsAsk(void); /* asks for a checkpoint as SIGUSR1 does */
+void     MPMSignalsCatchCheckpoint(void); /* SIGUSR1, which would end a program that does not catch it */
+void     MPMSignalsCatch(void);           /* SIGINT and SIGTERM */
+void     MPMSignalsAsk(void);             /* asks for a checkpoint as SIGUSR1 does */
 PetscInt MPMSignalsAsked(void);
 
 #endif

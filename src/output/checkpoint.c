@@ -25,6 +25,20 @@ PetscBool MPMCheckpointHasField(PetscInt field)
   return MPMFields[field].home != MPM_SCRATCH && field != MPM_FIELD_INDEX_cell ? PETSC_TRUE : PETSC_FALSE;
 }
 
+PetscBool MPMCheckpointIs(const char path[])
+{
+  static const char start[] = "pebble checkpoint ";
+  char              head[sizeof start - 1];
+  const int         file = open(path, O_RDONLY);
+  PetscBool         is;
+
+  if (file < 0) return PETSC_FALSE;
+  is = pread(file, head, sizeof head, 0) == (ssize_t)sizeof head && !memcmp(head, start, sizeof head) ? PETSC_TRUE
+                                                                                                      : PETSC_FALSE;
+  (void)close(file);
+  return is;
+}
+
 /* Returns the numbers of 8 bytes that a row of a field has in the file. Not collective. */
 PetscInt MPMCheckpointNumbers(const MPMParticles *particles, PetscInt field)
 {

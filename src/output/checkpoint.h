@@ -24,6 +24,9 @@ PetscErrorCode MPMCheckpointRows(const char path[], const MPMParticles *, PetscI
 PetscErrorCode MPMCheckpointOptions(const char path[], char **options, char git[MPM_NAME_LEN]);
 PetscErrorCode MPMCheckpointFields(const char path[], MPI_Comm, char names[MPM_TEXT_LEN]);
 
+/* Returns whether a file begins as a checkpoint does. Not collective. */
+PetscBool MPMCheckpointIs(const char path[]);
+
 /* Returns whether a checkpoint has the field of particles: it can not be found from others. */
 PetscBool MPMCheckpointHasField(PetscInt field);
 

@@ -74,7 +74,7 @@ static PetscErrorCode RemoveOld(MPM mpm)
 
     if (numbers[k] > mpm->checkpoint.number - mpm->checkpoint.keep) continue;
     MPMCheckpointPath(mpm, numbers[k], path);
-    (void)unlink(path);
+    if (MPMCheckpointIs(path)) (void)unlink(path); /* no other file of that name */
   }
   for (PetscInt k = PetscMax(1, mpm->checkpoint.number - 3); k <= mpm->checkpoint.number; k++) {
     char path[MPM_TEXT_LEN + 16];

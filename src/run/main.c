@@ -16,7 +16,10 @@ static PetscErrorCode Run(MPM mpm, int *status)
     PetscCall(MPMStudyRun(mpm, status));
   } else {
     PetscCall(MPMSetUp(mpm));
-    PetscCall(MPMRun(mpm));
+    if (mpm->core.stop[0])
+      PetscCall(PetscFPrintf(mpm->core.comm, stderr, "%s\n", mpm->core.stop));
+    else
+      PetscCall(MPMRun(mpm));
     *status = mpm->core.stop[0] ? MPM_EXIT_STOPPED : MPM_EXIT_OK;
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -154,10 +154,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
   PetscFunctionBeginUser;
   PetscCall(MPMSetPhases(mpm));
   if (mpm->checkpoint.from[0]) PetscCall(MPMRestartCheckFields(mpm));
-  if (core->stop[0]) {
-    PetscCall(PetscFPrintf(core->comm, stderr, "%s\n", core->stop));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  if (core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Stage("MPM set-up", &stage));
   PetscCall(PetscLogStagePush(stage));
   PetscCall(SetUpExchange(mpm));

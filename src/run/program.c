@@ -1,5 +1,6 @@
 /* program.c - the main program, without what it runs: pebble and the tools that read a scene start and end with it. */
 #include <signal.h>
+#include "base/signals.h"
 #include "run/mpm.h"
 
 static PetscErrorCode ReadAndRun(PetscErrorCode (*read)(MPM, MPMOptions), PetscErrorCode (*run)(MPM, int *),
@@ -37,6 +38,7 @@ int MPMProgram(int argc, char **argv, PetscErrorCode (*read)(MPM, MPMOptions), P
   PetscCall(PetscPushErrorHandler(MPMOptionsStartFault, NULL));
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   MPMOptionsStarted();
+  MPMSignalsCatchCheckpoint();
   (void)signal(SIGPIPE, SIG_DFL); /* so that `pebble ... | head` prints no error */
   (void)signal(SIGXFSZ, SIG_IGN); /* a file beyond the limit of `ulimit -f` is a fault in writing like others */
   PetscCall(PetscOptionsHasHelp(NULL, &help));

@@ -99,6 +99,24 @@ static PetscErrorCode Choose(MPM mpm, MPMOptions o, const char given[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* With -output_replace false, refuses a run that would take the place of one that can go on. */
+static PetscErrorCode KeepOld(MPM mpm, MPMOptions o)
+{
+  PetscInt n, *numbers;
+  char     path[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMCheckpointList(mpm, mpm->core.comm, &n, &numbers));
+  if (n) MPMCheckpointPath(mpm, numbers[0], path);
+  if (n)
+    MPMOptionsFail(
+        o,
+        "-output_replace false: %s is there; go on from it (-restart_file latest), or give another -output_name or -output_dir",
+        path);
+  PetscCall(PetscFree(numbers));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMRestartSetFromOptions(MPM mpm, MPMOptions o)
 {
   MPMCheckpoint *c                   = &mpm->checkpoint;
@@ -109,6 +127,7 @@ PetscErrorCode MPMRestartSetFromOptions(MPM mpm, MPMOptions o)
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "restart_file", NULL, given, &set));
   PetscCall(MPMOptionsString(o, "rerun", NULL, fault, NULL)); /* it has been read (MPMRerun) */
+  if (!set && mpm->output.keep && !c->off && !MPMOptionsError(o)) PetscCall(KeepOld(mpm, o));
   if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
 #if !defined(PETSC_HAVE_HDF5)
   MPMOptionsFail(o, "-restart_file needs a PETSc with HDF5, and this one has none");

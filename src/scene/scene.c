@@ -222,6 +222,9 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
                    "-output_name %.100s: the name of the results has letters, digits and ._+-, at most %d of them "
                    "(-output_dir names the folder; without -output_name it is the options file's name)",
                    name, MPM_NAME_LEN - 1);
+  if (strstr(name, "-checkpoint-"))
+    MPMOptionsFail(o, "-output_name %.100s: -checkpoint- is in the names of checkpoints alone; give another name",
+                   name);
   (void)snprintf(scene->name, sizeof scene->name, "%.*s", MPM_NAME_LEN - 1, name);
   PetscCall(PetscStrncpy(scene->title, scene->name, sizeof scene->title));
   PetscCall(MPMOptionsString(o, "scene_title", NULL, scene->title, NULL));
