@@ -258,6 +258,20 @@ def options():
     check.that(len(kept) == 4 and kept[-1] - kept[0] == 3, f"-checkpoint_keep 4: {kept}")
     again = bar("keep", "-time_end", "0.5")
     check.that("-restart_file latest" in again.out, "a run that starts anew tells of the checkpoints that are there")
+    shutil.copy(check.scene("bar"), "keep/bar-checkpoint-1.h5")
+    bar("keep", "-time_end", "0.2", "-checkpoint_every", "0.05")
+    check.that(check.content("keep/bar-checkpoint-1.h5") == check.content(check.scene("bar")),
+               "another file with the name of an old checkpoint is left")
+    kept = sorted(int(path.split("-")[-1][:-3]) for path in glob.glob("keep/bar-checkpoint-*.h5"))
+    for path in glob.glob("keep/bar.csv") + glob.glob("keep/bar.h5") + glob.glob("keep/bar.xdmf"):
+        os.rename(path, path + ".moved")
+    os.rename("keep/bar.snapshots", "keep/moved.snapshots")
+    run = bar("keep", "-output_replace", "false")
+    check.that(run.status == 2 and len(run.lines) == 1 and "checkpoint" in run.err, f"checkpoints alone: {run.err.strip()}")
+    run = bar("keep", "-output_name", "bar-checkpoint-3")
+    check.that(run.status == 2 and len(run.lines) == 1, f"the name of a checkpoint: {run.err.strip()}")
+    first = bar("keep", "-time_end", "0.5", "-checkpoint_every", "0.05")
+    kept = sorted(int(path.split("-")[-1][:-3]) for path in glob.glob("keep/bar-checkpoint-*.h5"))
     for path in ("keep/bar.h5", f"keep/bar-checkpoint-{kept[-1]}.h5"):
         run = check.pebble("-rerun", path, "-output_dir", check.folder("again"))
         check.that(run.digest == first.digest and os.path.exists("again/bar.csv"), f"-rerun {path}: digest {run.digest}")
