@@ -41,8 +41,8 @@ static void Compare(MPM mpm, MPMOptions o, const char name[], const char was[], 
   if (!free)
     MPMOptionsFail(
         o,
-        "-restart_file %.500s: %.100s %s%.200s there and %s%.200s here, which may not change (options of time, "
-        "dt, output, checkpoints and processes may)",
+        "-restart_file %.500s: %.100s %s%.200s in the checkpoint and %s%.200s in this run; it may not change (options of "
+        "time, dt, intervals of output, checkpoints and processes may)",
         mpm->checkpoint.from, name, was ? "is " : "is not given", was ? was : "", is ? "is " : "is not given",
         is ? is : "");
   else

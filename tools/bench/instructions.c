@@ -3,7 +3,7 @@
    but cannot run AVX-512). It runs on x86-64 Linux.
 
      cc -O2 -o build/instructions tools/bench/instructions.c
-     build/instructions $(nm pebble | awk '$3 == "MPMStep" {print $1}') 5 ./pebble -options_file options/disks.opts
+     build/instructions $(nm pebble | awk '$3 == "MPMStepMake" {print $1}') 5 ./pebble -options_file options/disks.opts
 
    counts those of the fifth step. A string instruction with a rep prefix counts once for each repetition. */
 #define _GNU_SOURCE
