@@ -281,6 +281,47 @@ def options():
     check.that(run.status == 2 and len(run.lines) == 1, f"-rerun of a text: {run.err.strip()}")
 
 
+def others():
+    """A run goes on with its own results, and with no other's."""
+    go = ["-dt_size", "5e-4", "-time_end", "0.4", "-restart_file"]
+    bar(check.folder("mine"), "-dt_size", "5e-4", "-time_end", "0.3", "-checkpoint_every", "0.1")
+    other = check.folder("other")
+    soft = ["-options_file", check.scene("bar"), "-material_spring_E", "200", "-dt_size", "5e-4", "-output_dir", other]
+    check.must(*soft, "-time_end", "0.3")
+    run = bar(other, *go, "mine/bar-checkpoint-2.h5", "-output_replace", "false")
+    check.that(run.status == 2 and "-output_replace false" in run.err, f"another run's results are kept: {run.err.strip()}")
+    run = bar(other, *go, "mine/bar-checkpoint-2.h5")
+    said = [line for line in run.out.splitlines() if line.startswith("warning") and other in line]
+    times = [float(row["time"]) for row in check.rows(other + "/bar.csv")]
+    check.that(run.status == 0 and len(said) == 2 and min(times) > 0.2,
+               f"another run's results are not taken for those of this one, which {len(said)} warnings say")
+    shutil.copytree("mine", "gap")
+    lines = check.content("gap/bar.csv").decode().splitlines(True)
+    check.write("gap/bar.csv", "".join(lines[:5] + lines[9:]))
+    run = bar("gap", *go, "latest")
+    check.that(run.status == 0 and any("bar.csv" in line for line in run.out.splitlines() if line.startswith("warning")),
+               "a history with a gap is told")
+    run = bar("mine", *go, "latest", "-material_spring_E", "1e2", "-grid_lower", "0.0", "-output_format", "hdf5")
+    check.that(run.status == 0, f"the same values in other words: {run.err.strip()}")
+    # The line that goes on, with -rerun and with quotes.
+    title = ["-scene_title", "it's a bar", "-time_end", "400", "-history_every", "0.05"]
+    bar(check.folder("first"), "-time_end", "0.1")
+    command = [check.program, "-rerun", "first/bar.h5", "-output_dir", check.folder("again"), *title]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | mpi.ENVIRONMENT)
+    while process.poll() is None and not os.path.exists("again/bar.csv"):
+        time.sleep(0.02)
+    time.sleep(0.2)
+    process.send_signal(signal.SIGHUP)
+    _, err = process.communicate(timeout=60)
+    line = err.partition("go on with: ")[2].strip()
+    run = check.run(["bash", "-c", line + " -time_max_steps 100"])
+    check.that(process.returncode == 3 and run.status == 0 and "\nrestart " in run.out,
+               f"SIGHUP, -rerun and quotes: {line}: status {run.status} {run.err.strip()}")
+    run = check.pebble("-rerun", "again/bar.h5", "-output_dir", check.folder("twice"), "-time_end", "0.1")
+    check.that(run.status == 0 and "\nnote " in "\n" + run.out and "continued from a checkpoint" in run.out,
+               "-rerun of a run that went on says so")
+
+
 def full_disk():
     """A checkpoint that does not fit ends the run; the one before stays whole."""
     for limit in (40, 70):  # KiB: too little for the checkpoint, or for the history that comes first
@@ -307,6 +348,7 @@ def files():
     signals()
     damage()
     options()
+    others()
     full_disk()
 
 

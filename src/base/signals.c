@@ -1,8 +1,9 @@
-/* signals.c - the handlers of SIGINT, SIGTERM and SIGUSR1; signals.h describes their effect. */
+/* signals.c - the handlers of SIGINT, SIGTERM, SIGHUP and SIGUSR1; signals.h describes their effect. */
 #include <signal.h>
 #include "base/signals.h"
 
 static volatile sig_atomic_t end, checkpoint;
+static PetscBool             ignored; /* SIGHUP, as nohup does it */
 
 static void NoteEnd(int number)
 {
@@ -31,7 +32,7 @@ PetscInt MPMSignalsAsked(void)
   return end ? MPM_ASKED_END : write ? MPM_ASKED_CHECKPOINT : MPM_ASKED_NOTHING;
 }
 
-/* Installs the handlers of SIGINT and SIGTERM, which note the first signal; a second one has its default effect. Not
+/* Installs the handlers of the signals that end a run, which note the first one; a second one has its default effect. Not
    collective. */
 void MPMSignalsCatch(void)
 {
@@ -42,13 +43,19 @@ void MPMSignalsCatch(void)
   action.sa_flags   = (int)SA_RESETHAND;
   (void)sigaction(SIGINT, &action, NULL);
   (void)sigaction(SIGTERM, &action, NULL);
+  if (ignored) {
+    action.sa_handler = SIG_IGN; /* PETSc handles it by now */
+    action.sa_flags   = 0;
+  }
+  (void)sigaction(SIGHUP, &action, NULL);
 }
 
-/* Installs the handler of SIGUSR1. Not collective. */
-void MPMSignalsCatchCheckpoint(void)
+/* Installs the handler of SIGUSR1, and notes whether SIGHUP is ignored, before PETSc handles it. Not collective. */
+void MPMSignalsStart(void)
 {
   struct sigaction action;
 
+  ignored = !sigaction(SIGHUP, NULL, &action) && action.sa_handler == SIG_IGN ? PETSC_TRUE : PETSC_FALSE;
   memset(&action, 0, sizeof action);
   action.sa_handler = NoteCheckpoint;
   action.sa_flags   = SA_RESTART;

@@ -1,8 +1,10 @@
 /* monitor.c - the CSV history of the columns of diagnostics.def, and the checks of energy and momentum. It is called
    after each step. */
 #include <errno.h>
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include "base/checksum.h"
 #include "output/output.h"
 
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, PetscReal time_end, MPMOptions o,
@@ -72,57 +74,39 @@ static PetscErrorCode Begin(MPMMonitor *mon, const MPMCore *core, const char pat
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies the lines of a history up to step `last`, whose number comes first, to a new file; returns whether the history
-   has these columns and a line of that step. */
-static PetscBool CopyLines(FILE *from, FILE *to, const char head[], PetscInt last)
+uint64_t MPMMonitorSum(const MPMMonitor *mon, const MPMScene *scene, long length)
 {
-  char     *line = NULL;
-  size_t    room = 0;
-  PetscBool same, found = last < 0 ? PETSC_TRUE : PETSC_FALSE;
+  char     path[2 * MPM_TEXT_LEN];
+  uint64_t sum = 0;
+  int      file;
 
-  same = getline(&line, &room, from) > 0 && !strcmp(line, head) ? PETSC_TRUE : PETSC_FALSE;
-  fprintf(to, "%s", head);
-  while (same && getline(&line, &room, from) > 0 && line[strlen(line) - 1] == '\n' && atoll(line) <= last) {
-    fprintf(to, "%s", line);
-    if (atoll(line) == last) found = PETSC_TRUE;
-  }
-  free(line);
-  return same && found ? PETSC_TRUE : PETSC_FALSE;
+  (void)snprintf(path, sizeof path, "%s/%s.csv", mon->dir, scene->name);
+  file = open(path, O_RDONLY);
+  if (file < 0) return 0;
+  if (lseek(file, 0, SEEK_END) < length || MPMChecksumFile(file, 0, (size_t)length, &sum)) sum = 0;
+  (void)close(file);
+  return sum;
 }
 
-/* Lets the history of an earlier run go on after a restart: lines after the last one that the checkpoint knows are
-   dropped, in a new file that takes the place of the old one. Without such a history a new one begins, which a line
-   says. A fault is left in core->stop. Collective on exchange.data. */
-PetscErrorCode MPMMonitorResume(MPMMonitor *mon, MPMCore *core, const MPMScene *scene)
+PetscErrorCode MPMMonitorResume(MPMMonitor *mon, MPMCore *core, const MPMScene *scene, PetscBool own, long length)
 {
-  char        path[2 * MPM_TEXT_LEN], fresh[2 * MPM_TEXT_LEN + 16], fault[MPM_TEXT_LEN] = "", *head;
-  FILE       *from, *to;
+  char        path[2 * MPM_TEXT_LEN], fault[MPM_TEXT_LEN] = "";
   PetscMPIInt rank;
-  PetscBool   whole = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   if (mon->off || mon->no_file) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
   (void)snprintf(path, sizeof path, "%s/%s.csv", mon->dir, scene->name);
-  (void)snprintf(fresh, sizeof fresh, "%s" MPM_NEW_FILE, path);
-  from = rank ? NULL : fopen(path, "r");
-  if (from) {
-    PetscCall(Head(core, &head));
-    (void)unlink(fresh);
-    to = fopen(fresh, "wx");
-    if (to) whole = CopyLines(from, to, head, mon->last);
-    if (!to || fclose(to) || rename(fresh, path) || !(mon->file = fopen(path, "a")))
-      (void)snprintf(fault, sizeof fault, "cannot write %.1500s: %s", path, strerror(errno));
-    else
-      mon->length = ftell(mon->file);
-    free(head);
-    (void)fclose(from);
-  }
-  if (!whole && !fault[0])
+  if (!own)
     PetscCall(MPMPrint(&core->print,
-                       "warning    %s has no line of step %" PetscInt_FMT
-                       " with these columns: the history begins with this restart\n",
-                       path, mon->last));
+                       "warning    %s is not there, or is not that of the run up to the checkpoint: the history begins "
+                       "with this restart\n",
+                       path));
+  else if (!rank) {
+    mon->length = length;
+    if (truncate(path, length) || !(mon->file = fopen(path, "a")))
+      (void)snprintf(fault, sizeof fault, "cannot write %.1500s: %s", path, strerror(errno));
+  }
   PetscCall(MPMOutputFail(core, fault, &mon->failed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

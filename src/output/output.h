@@ -32,7 +32,12 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *, const MPMScene *, PetscRea
    if a line is due, for which they are then known. May set core->stop. Collective on the exchange. */
 PetscErrorCode MPMMonitorLook(MPMMonitor *, MPMCore *, const MPMScene *);
 PetscErrorCode MPMMonitorStep(MPMMonitor *, MPMCore *, const MPMScene *, PetscBool force); /* may set core->stop */
-PetscErrorCode MPMMonitorResume(MPMMonitor *, MPMCore *, const MPMScene *);
+/* Returns the checksum of the first `length` bytes of the history, or 0 if it has less or there is none. Not
+   collective. */
+uint64_t MPMMonitorSum(const MPMMonitor *, const MPMScene *, long length);
+/* Goes on with the history of an earlier run, of which the first `length` bytes are known to be right (`own`), or begins
+   a new one. Collective on the exchange. */
+PetscErrorCode MPMMonitorResume(MPMMonitor *, MPMCore *, const MPMScene *, PetscBool own, long length);
 PetscErrorCode MPMMonitorDestroy(MPMMonitor *);                                        /* closes the file */
 MPMShown       MPMMonitorShown(const MPMMonitor *, const MPMCore *, const MPMScene *); /* what diagnostics read */
 PetscReal      MPMNextTime(PetscReal t, PetscReal every);                              /* when output is due next, s */
@@ -41,18 +46,19 @@ PetscReal      MPMNextTime(PetscReal t, PetscReal every);                       
 typedef struct {
   char       dir[MPM_TEXT_LEN];
   PetscBool  enabled;
-  PetscBool  replaced;    /* files of the same name were there */
-  PetscBool  keep;        /* -output_replace false: earlier results are not replaced */
-  PetscBool  unwritten;   /* a run of a study that writes no files: none is looked for */
-  PetscBool  resumed;     /* the run goes on with results that are there (set before MPMOutputMakeFolder) */
-  PetscBool  begun;       /* what an earlier run left has been removed */
-  PetscBool  failed;      /* a file could not be written: no more are */
-  PetscReal  every, next; /* s of simulated time */
-  PetscInt64 fields;      /* bits of rows of MPMDiagnostics, and MPM_OUTPUT_GRID */
-  PetscInt   count, last; /* snapshots written; step of the last */
-  PetscInt   joined;      /* how many of them the index and the text have */
-  PetscInt  *steps, *n;   /* [count] and the number of particles in it */
-  PetscReal *times;       /* [count] s */
+  PetscBool  replaced;         /* files of the same name were there */
+  PetscBool  keep;             /* -output_replace false: earlier results are not replaced */
+  PetscBool  unwritten;        /* a run of a study that writes no files: none is looked for */
+  PetscBool  resumed;          /* the run goes on with results that are there (set before MPMOutputMakeFolder) */
+  PetscBool  begun;            /* what an earlier run left has been removed */
+  PetscBool  failed;           /* a file could not be written: no more are */
+  PetscReal  every, next;      /* s of simulated time */
+  PetscInt64 fields;           /* bits of rows of MPMDiagnostics, and MPM_OUTPUT_GRID */
+  PetscInt   count, last;      /* snapshots written; step of the last */
+  PetscInt   joined;           /* how many of them the index and the text have */
+  PetscInt  *steps, *n;        /* [count] and the number of particles in it */
+  PetscReal *times;            /* [count] s */
+  PetscInt64 digest, *digests; /* of the state in the last one, and [count] in each */
 } MPMOutput;
 #define MPM_OUTPUT_GRID ((PetscInt64)1 << 62) /* bit of the nodes in MPMOutput.fields */
 

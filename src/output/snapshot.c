@@ -304,15 +304,14 @@ static PetscErrorCode MakeDatasets(const MPMOutput *out, const MPMCore *core, co
 
 static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScene *scene, char fault[MPM_TEXT_LEN])
 {
-  char       path[2 * MPM_TEXT_LEN], text[MPM_NAME_LEN];
-  PetscInt64 digest;
-  PetscInt   set = 0;
-  size_t     room;
-  MPMFile    file;
+  char     path[2 * MPM_TEXT_LEN], text[MPM_NAME_LEN];
+  PetscInt set = 0;
+  size_t   room;
+  MPMFile  file;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMParticlesDigest(&core->particles, core->exchange.data, &digest));
-  (void)snprintf(text, sizeof text, "%016llx", (unsigned long long)digest);
+  PetscCall(MPMParticlesDigest(&core->particles, core->exchange.data, &out->digest));
+  (void)snprintf(text, sizeof text, "%016llx", (unsigned long long)out->digest);
   MPMSnapshotPath(out, scene, core->step, PETSC_FALSE, path);
   PetscCall(MPMProvenanceWrite(core, scene, -1, &room));
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) room += out->fields >> f & 1 ? 640 : 0;
@@ -375,10 +374,12 @@ PetscErrorCode MPMOutputStep(MPMOutput *out, MPMCore *core, const MPMScene *scen
   PetscCall(MPMOutputFail(core, fault, &out->failed));
   if (out->failed) PetscFunctionReturn(PETSC_SUCCESS);
   if (out->count % 64 == 0) {
+    PetscCall(PetscRealloc((size_t)(out->count + 64) * sizeof *out->digests, &out->digests));
     PetscCall(PetscRealloc((size_t)(out->count + 64) * sizeof *out->steps, &out->steps));
     PetscCall(PetscRealloc((size_t)(out->count + 64) * sizeof *out->n, &out->n));
     PetscCall(PetscRealloc((size_t)(out->count + 64) * sizeof *out->times, &out->times));
   }
+  out->digests[out->count] = out->digest;
   out->steps[out->count]   = core->step;
   out->n[out->count]       = (PetscInt)core->particles.total;
   out->times[out->count++] = core->t;
@@ -393,6 +394,7 @@ PetscErrorCode MPMOutputStep(MPMOutput *out, MPMCore *core, const MPMScene *scen
 PetscErrorCode MPMOutputDestroy(MPMOutput *out)
 {
   PetscFunctionBeginUser;
+  PetscCall(PetscFree(out->digests));
   PetscCall(PetscFree(out->steps));
   PetscCall(PetscFree(out->n));
   PetscCall(PetscFree(out->times));

@@ -104,6 +104,8 @@ PetscInt MPMCheckpointHeader(MPM mpm, MPMKept kept[])
        {"time", MPM_KEPT_REAL, 1, &c->t},
        {"particles", MPM_KEPT_INT64, 1, &c->total},
        {"snapshots", MPM_KEPT_INT, 1, &c->snapshots},
+       {"history_length", MPM_KEPT_INT64, 1, &c->history_length},
+       {"history_sum", MPM_KEPT_INT64, 1, &c->history_sum},
   };
 
   for (size_t k = 0; k < sizeof table / sizeof table[0]; k++) kept[k] = table[k];
@@ -145,6 +147,7 @@ PetscInt MPMCheckpointKept(MPM mpm, MPMKept kept[])
        {"output_last", MPM_KEPT_INT, 1, &out->last},
        {"output_steps", MPM_KEPT_INT, out->count, out->steps},
        {"output_times", MPM_KEPT_REAL, out->count, out->times},
+       {"output_digests", MPM_KEPT_INT64, out->count, out->digests},
        {"watch_dt_first", MPM_KEPT_REAL, 1, &watch->first},
        {"watch_dt_least", MPM_KEPT_REAL, 1, &watch->least},
        {"watch_dt_told", MPM_KEPT_REAL, 1, &watch->told},
@@ -168,13 +171,15 @@ static PetscErrorCode Prepare(MPM mpm)
 
   PetscFunctionBeginUser;
   MPMCheckpointTotals(c->totals);
-  c->step        = core->step;
-  c->t           = core->t;
-  c->total       = core->particles.total;
-  c->snapshots   = mpm->output.count;
-  c->every_was   = c->every;
-  c->history_was = mpm->monitor.every;
-  c->output_was  = mpm->output.every;
+  c->step           = core->step;
+  c->t              = core->t;
+  c->total          = core->particles.total;
+  c->snapshots      = mpm->output.count;
+  c->history_length = mpm->monitor.length; /* of the first process, which writes */
+  c->history_sum    = (PetscInt64)MPMMonitorSum(&mpm->monitor, &mpm->scene, mpm->monitor.length);
+  c->every_was      = c->every;
+  c->history_was    = mpm->monitor.every;
+  c->output_was     = mpm->output.every;
   PetscCall(PetscArraycpy(sum, core->energy.sum, MPM_NUM_ENERGIES));
   PetscCall(MPMSumReduce(sum, MPM_NUM_ENERGIES, core->exchange.data));
   for (PetscInt e = 0; e < MPM_NUM_ENERGIES; e++) PetscCall(PetscArraycpy(c->energies[e], sum[e].word, MPM_SUM_WORDS));
@@ -189,11 +194,16 @@ static void Append(char text[], size_t len, const char word[])
 {
   const size_t n = strlen(text);
 
+  (void)snprintf(text + n, len - n, "%s", n ? " " : "");
   if (word[0] &&
       strspn(word, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._/+-=,:%@") == strlen(word))
-    (void)snprintf(text + n, len - n, "%s%s", n ? " " : "", word);
-  else
-    (void)snprintf(text + n, len - n, "%s'%s'", n ? " " : "", word);
+    (void)snprintf(text + strlen(text), len - strlen(text), "%s", word);
+  else {
+    (void)snprintf(text + strlen(text), len - strlen(text), "'");
+    for (; *word; word++)
+      (void)snprintf(text + strlen(text), len - strlen(text), *word == '\'' ? "'\\''" : "%c", *word);
+    (void)snprintf(text + strlen(text), len - strlen(text), "'");
+  }
 }
 
 /* Returns the command that goes on from a checkpoint: this run's, with -restart_file. */
@@ -206,7 +216,7 @@ static PetscErrorCode Command(const char path[], char text[], size_t len)
   PetscCall(PetscGetArgs(&argc, &argv));
   text[0] = 0;
   for (int k = 0; k < argc; k++) {
-    if (k + 1 < argc && (!strcmp(argv[k], "-restart_file") || !strcmp(argv[k], "-rerun")))
+    if (k + 1 < argc && !strcmp(argv[k], "-restart_file"))
       k++;
     else
       Append(text, len, argv[k]);

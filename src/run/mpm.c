@@ -19,11 +19,11 @@ PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
 /* Makes the folder of the results, unless a file in it must not be replaced. Collective on core.comm. */
 static PetscErrorCode MakeFolder(MPM mpm, MPMOptions o)
 {
-  const char *type = mpm->study.type;
-  char        table[2 * MPM_NAME_LEN];
+  const char *type                    = mpm->study.type;
+  char        table[2 * MPM_NAME_LEN] = "";
 
   PetscFunctionBeginUser;
-  (void)snprintf(table, sizeof table, type[0] ? "_%s.csv" : "", strcmp(type, "convergence") ? type : "study");
+  if (type[0]) (void)snprintf(table, sizeof table, "_%s.csv", strcmp(type, "convergence") ? type : "study");
   PetscCall(MPMOutputMakeFolder(&mpm->output, &mpm->core, &mpm->scene, table, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

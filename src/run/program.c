@@ -34,11 +34,11 @@ int MPMProgram(int argc, char **argv, PetscErrorCode (*read)(MPM, MPMOptions), P
   int       status;
   PetscBool help;
 
+  MPMSignalsStart();
   if (MPMOptionsStart(&MPMOptionTable, argc, argv, &status)) return status;
   PetscCall(PetscPushErrorHandler(MPMOptionsStartFault, NULL));
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   MPMOptionsStarted();
-  MPMSignalsCatchCheckpoint();
   (void)signal(SIGPIPE, SIG_DFL); /* so that `pebble ... | head` prints no error */
   (void)signal(SIGXFSZ, SIG_IGN); /* a file beyond the limit of `ulimit -f` is a fault in writing like others */
   PetscCall(PetscOptionsHasHelp(NULL, &help));

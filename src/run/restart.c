@@ -2,6 +2,8 @@
    its particles and everything else; and a run that is repeated from the options in its results (-rerun). */
 #include <errno.h>
 #include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
 #include "base/fault.h"
 #include "output/hdf5.h"
 #include "parallel/exchange.h"
@@ -9,40 +11,64 @@
 
 /* The options that may differ from those of the checkpoint, by their first letters: they say how long, how, where and
    with what output the run goes on, but not what is simulated. */
-static const char *const may_differ[] = {"time_",        "dt_",           "check_",  "output_dir",  "output_name",
-                                         "output_every", "history_every", "report_", "checkpoint_", "restart_",
-                                         "parallel_",    "pool_",         "model_",  "scene_title", "dry_run",
-                                         "rerun",        "output_replace"};
+static const char *const may_differ[] = {
+    "time_",         "dt_",         "check_",      "output_dir", "output_name",    "output_every",
+    "history_every", "report_",     "checkpoint_", "restart_",   "parallel_",      "pool_",
+    "model_",        "scene_title", "dry_run",     "rerun",      "output_replace", "output_format"};
 
-/* Returns whether an option is one of this program, not of PETSc, and whether it may differ. */
-static void Classify(const char name[], PetscBool *ours, PetscBool *free)
+/* Returns the row of an option of this program, or NULL: it is PETSc's. */
+static const MPMOptionRow *FindRow(const char name[])
 {
-  *ours = *free = PETSC_FALSE;
-  for (size_t r = 0; r < MPMOptionTable.n && !*ours; r++) {
-    const char *row = MPMOptionTable.row[r].name;
+  for (size_t r = 0; r < MPMOptionTable.n; r++) {
+    const char *row = MPMOptionTable.row[r].name, *open = row ? strchr(row, '<') : NULL,
+               *close = open ? strchr(open, '>') : NULL;
+    const size_t tail = close ? strlen(close + 1) : 0, n = strlen(name);
 
     if (!row) continue;
-    *ours = strchr(row, '<') ? !strncasecmp(row, name, strcspn(row, "<")) : !strcasecmp(row, name);
+    if (!open && !strcasecmp(row, name)) return &MPMOptionTable.row[r];
+    if (open && !strncasecmp(row, name, (size_t)(open - row)) && n > tail && !strcasecmp(name + n - tail, close + 1))
+      return &MPMOptionTable.row[r];
   }
-  for (size_t k = 0; k < sizeof may_differ / sizeof may_differ[0]; k++)
-    if (!strncasecmp(name, may_differ[k], strlen(may_differ[k]))) *free = PETSC_TRUE;
+  return NULL;
 }
 
-/* Compares one option of the checkpoint (was) and of this run (is), NULL if it was not given. */
+static PetscBool MayDiffer(const char name[])
+{
+  for (size_t k = 0; k < sizeof may_differ / sizeof may_differ[0]; k++)
+    if (!strncasecmp(name, may_differ[k], strlen(may_differ[k]))) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Returns whether two values say the same: the same numbers, or the same words. */
+static PetscBool SameValue(const char a[], const char b[])
+{
+  for (;;) {
+    char        *after_a, *after_b;
+    const double x = strtod(a, &after_a), y = strtod(b, &after_b);
+
+    if (after_a == a || after_b == b || x != y) return !strcasecmp(a, b) ? PETSC_TRUE : PETSC_FALSE;
+    if (!*after_a && !*after_b) return PETSC_TRUE;
+    if (*after_a != ',' || *after_b != ',') return !strcasecmp(a, b) ? PETSC_TRUE : PETSC_FALSE;
+    a = after_a + 1;
+    b = after_b + 1;
+  }
+}
+
+/* Compares one option of the checkpoint (was) and of this run (is), NULL if it was not given: then its default counts, if
+   that is a value. */
 static void Compare(MPM mpm, MPMOptions o, const char name[], const char was[], const char is[])
 {
-  char     *text = mpm->checkpoint.differ;
-  size_t    n    = strlen(text);
-  PetscBool ours, free;
+  const MPMOptionRow *row  = FindRow(name + 1);
+  char               *text = mpm->checkpoint.differ;
+  size_t              n    = strlen(text);
 
-  if (was && is && !strcmp(was, is)) return;
-  Classify(name + 1, &ours, &free);
-  if (!ours || !strcasecmp(name, "-restart_file") || !strcasecmp(name, "-rerun")) return;
-  if (!free)
+  if (!row || !strcasecmp(name, "-restart_file") || !strcasecmp(name, "-rerun")) return;
+  if (SameValue(was ? was : row->fallback, is ? is : row->fallback)) return;
+  if (!MayDiffer(name + 1))
     MPMOptionsFail(
         o,
-        "-restart_file %.500s: %.100s %s%.200s in the checkpoint and %s%.200s in this run; it may not change (options of "
-        "time, dt, intervals of output, checkpoints and processes may)",
+        "-restart_file %.500s: %.100s %s%.200s in the checkpoint and %s%.200s in this run; it may not change "
+        "(options of time, dt, intervals of output, checkpoints and processes may)",
         mpm->checkpoint.from, name, was ? "is " : "is not given", was ? was : "", is ? "is " : "is not given",
         is ? is : "");
   else
@@ -117,6 +143,28 @@ static PetscErrorCode KeepOld(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Finds whether the history in the folder of the results is that of the run up to the checkpoint. If it is not, the
+   results there are those of another run, which -output_replace false keeps. Collective on core.comm. */
+static PetscErrorCode FindHistory(MPM mpm, MPMOptions o)
+{
+  MPMCheckpoint *c = &mpm->checkpoint;
+  PetscMPIInt    rank;
+
+  PetscFunctionBeginUser;
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  mpm->monitor.dir = mpm->output.dir;
+  PetscCallMPI(MPI_Comm_rank(mpm->core.comm, &rank));
+  if (!rank)
+    c->own = c->history_length > 0 &&
+                     MPMMonitorSum(&mpm->monitor, &mpm->scene, (long)c->history_length) == (uint64_t)c->history_sum
+                 ? PETSC_TRUE
+                 : PETSC_FALSE;
+  PetscCallMPI(MPI_Bcast(&c->own, 1, MPIU_BOOL, 0, mpm->core.comm));
+  mpm->output.resumed = c->own;
+  if (!c->own && mpm->output.keep) PetscCall(KeepOld(mpm, o));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMRestartSetFromOptions(MPM mpm, MPMOptions o)
 {
   MPMCheckpoint *c                   = &mpm->checkpoint;
@@ -140,8 +188,7 @@ PetscErrorCode MPMRestartSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMCheckpointRead(c->from, mpm->core.comm, MPMCheckpointHeader(mpm, kept), kept, fault));
   if (fault[0]) MPMOptionsFail(o, "-restart_file: %s", fault);
   if (!MPMOptionsError(o)) PetscCall(CompareOptions(mpm, o));
-  mpm->output.resumed = strstr(c->differ, "-output_dir") || strstr(c->differ, "-output_name") ? PETSC_FALSE
-                                                                                              : PETSC_TRUE;
+  PetscCall(FindHistory(mpm, o));
   if (!MPMOptionsError(o) && c->t > mpm->time.end * (1 + 1e-9))
     MPMOptionsFail(o, "-time_end %g lies before the time of -restart_file %s, %g s", (double)mpm->time.end, c->from,
                    (double)c->t);
@@ -249,6 +296,7 @@ PetscErrorCode MPMRestartState(MPM mpm)
   PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
   PetscCall(PetscMalloc1(PetscMax(1, room), &out->steps));
   PetscCall(PetscMalloc1(PetscMax(1, room), &out->times));
+  PetscCall(PetscMalloc1(PetscMax(1, room), &out->digests));
   out->count = c->snapshots;
   MPMCheckpointTotals(totals);
   PetscCall(MPMCheckpointRead(c->from, core->exchange.data, MPMCheckpointKept(mpm, kept), kept, fault));
@@ -272,6 +320,7 @@ PetscErrorCode MPMRestartState(MPM mpm)
   if (out->every != c->output_was) out->next = MPMNextTime(core->t, out->every);
   c->last = core->step;
   if (!out->enabled) out->count = 0;
+  if (!mpm->retry.on) mpm->retry.limit = 0; /* nothing would raise it again */
   PetscCall(MPMTotalsCompute(&mpm->scene, core, &mpm->monitor.now));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -290,9 +339,13 @@ PetscErrorCode MPMRestartFiles(MPM mpm)
                        "note       %s wrote the checkpoint, and this is %s: the bits may differ from those of a run "
                        "without a restart\n",
                        c->git, MPMVersionGit));
+  if (mpm->monitor.every != c->history_was || mpm->output.every != c->output_was)
+    PetscCall(MPMPrint(&mpm->core.print, "restart    history every %g s, was %g s; snapshots every %g s, were %g s\n",
+                       (double)mpm->monitor.every, (double)c->history_was, (double)mpm->output.every,
+                       (double)c->output_was));
   if (c->differ[0]) PetscCall(MPMPrint(&mpm->core.print, "restart    changed options: %s\n", c->differ));
   if (mpm->scene.dry_run) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMMonitorResume(&mpm->monitor, &mpm->core, &mpm->scene));
+  PetscCall(MPMMonitorResume(&mpm->monitor, &mpm->core, &mpm->scene, c->own, (long)c->history_length));
   PetscCall(MPMOutputResume(&mpm->output, &mpm->core, &mpm->scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -313,7 +366,14 @@ static PetscErrorCode SetOptions(hid_t file, char fault[MPM_TEXT_LEN], const cha
   PetscCall(MPMHDF5ReadText(file, "scene", &scene));
   if (!text || text[0] != '-') MPMFault(fault, "-rerun: cannot repeat", path, "it has no options of a run of pebble");
   for (at = text; !fault[0] && MPMOptionsNext(&at, name, value);) {
-    if (!strcasecmp(name, "-restart_file")) continue; /* from its beginning */
+    if (!strcasecmp(name, "-restart_file")) { /* from its beginning */
+      PetscCall(
+          PetscPrintf(PETSC_COMM_WORLD,
+                      "note       %s is of a run that continued from a checkpoint: -rerun runs all of it with the "
+                      "options of its last part\n",
+                      path));
+      continue;
+    }
     PetscCall(PetscOptionsHasName(NULL, NULL, name, &given));
     if (!given) PetscCall(PetscOptionsSetValue(NULL, name, value[0] ? value : NULL));
   }
@@ -326,21 +386,20 @@ static PetscErrorCode SetOptions(hid_t file, char fault[MPM_TEXT_LEN], const cha
 
 PetscErrorCode MPMRerun(char fault[MPM_TEXT_LEN])
 {
-  char      path[MPM_TEXT_LEN];
-  PetscBool set;
-  FILE     *plain;
-  hid_t     file;
+  char        path[MPM_TEXT_LEN];
+  struct stat status;
+  PetscBool   set;
+  hid_t       file;
 
   PetscFunctionBeginUser;
   fault[0] = 0;
+  errno    = 0;
   PetscCall(PetscOptionsGetString(NULL, NULL, "-rerun", path, sizeof path, &set));
   if (!set) PetscFunctionReturn(PETSC_SUCCESS);
-  plain = fopen(path, "r");
-  if (!plain) {
-    MPMFault(fault, "-rerun: cannot read", path, strerror(errno));
+  if (stat(path, &status) || !S_ISREG(status.st_mode) || access(path, R_OK)) {
+    MPMFault(fault, "-rerun: cannot read", path, errno ? strerror(errno) : "it is not a file");
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  (void)fclose(plain);
   file = MPMHDF5Open(path);
   if (file < 0) {
     MPMFault(fault, "-rerun: cannot read", path, "it is not an HDF5 file, or it is damaged");
