@@ -276,7 +276,7 @@ def options():
         run = check.pebble("-rerun", path, "-output_dir", check.folder("again"))
         check.that(run.digest == first.digest and os.path.exists("again/bar.csv"), f"-rerun {path}: digest {run.digest}")
     run = check.pebble("-rerun", "keep/bar.h5")
-    check.that(run.status == 2 and len(run.lines) == 1 and "overwrite" in run.err, f"-rerun onto itself: {run.err.strip()}")
+    check.that(run.status == 2 and len(run.lines) == 1 and "-output_dir" in run.err, f"-rerun onto itself: {run.err.strip()}")
     run = check.pebble("-rerun", check.scene("bar"))
     check.that(run.status == 2 and len(run.lines) == 1, f"-rerun of a text: {run.err.strip()}")
 

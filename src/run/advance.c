@@ -94,7 +94,9 @@ static void CheckState(MPM mpm)
                        : "reduce -dt_size or -dt_cfl");
   else if (s->bad == MPM_LEFT_GRID)
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
-                   "%s left the grid, to %s; enlarge the grid or close its walls (-bc_*_type)", who, at);
+                   "%s left the grid, to %s; enlarge the grid, close its walls (-bc_*_type), or let such particles "
+                   "go (-particles_leave delete)",
+                   who, at);
   else if (s->bad == MPM_TOO_WIDE)
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
                    "the domain of %s at %s is stretched to %g cells, gimp takes 1 at most; use more particles per cell "
@@ -220,20 +222,21 @@ static PetscErrorCode TryAgain(MPM mpm, PetscReal normal, PetscReal dt)
     PetscCall(Undo(mpm, &before));
     if (0.5 * tried < least || !(core->t + 0.5 * tried > core->t)) {
       r->gave_up = PETSC_TRUE;
+      if (!undone) r->steps++;
       (void)snprintf(
           core->stop, sizeof core->stop,
           "%.1800s; with dt=%g s it still fails, -dt_retry allows no shorter step; the state is that before it", why,
           (double)tried);
       PetscFunctionReturn(PETSC_SUCCESS);
     }
-    dt     = 0.5 * tried;
+    dt = 0.5 * tried;
+    if (!undone) r->steps++;
+    if (r->undone == 0 || dt < r->least) r->least = dt;
     undone = PETSC_TRUE;
     r->undone++;
     PetscCall(TellRetry(mpm, why, dt));
   }
   if (!undone && !(r->limit > 0)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (undone) r->steps++;
-  if (undone && (r->steps == 1 || dt < r->least)) r->least = dt;
   r->limit = dt * r->growth < normal ? dt * r->growth : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

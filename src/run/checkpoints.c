@@ -266,6 +266,28 @@ PetscErrorCode MPMCheckpointNow(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Where history or snapshots could not be written, tries to write a checkpoint, once, and says what the run can go on
+   from. Collective on exchange.data. */
+static PetscErrorCode Rescue(MPM mpm)
+{
+  MPMCheckpoint *c    = &mpm->checkpoint;
+  MPMCore       *core = &mpm->core;
+  char           why[MPM_TEXT_LEN], command[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  if (c->rescued) PetscFunctionReturn(PETSC_SUCCESS);
+  c->rescued = PETSC_TRUE;
+  (void)snprintf(why, sizeof why, "%s", core->stop);
+  core->stop[0] = 0;
+  if (c->last != core->step || !c->path[0]) PetscCall(MPMCheckpointNow(mpm));
+  PetscCall(Command(c->path, command, sizeof command));
+  if (c->path[0])
+    (void)snprintf(core->stop, sizeof core->stop, "%.900s; go on with: %.1000s", why, command);
+  else
+    (void)snprintf(core->stop, sizeof core->stop, "%.1500s; there is no checkpoint", why);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMCheckpointStep(MPM mpm, PetscBool ends)
 {
   MPMCheckpoint  *c     = &mpm->checkpoint;
@@ -284,6 +306,10 @@ PetscErrorCode MPMCheckpointStep(MPM mpm, PetscBool ends)
       c->written = now;
       MPMSignalsAsk();
     }
+  }
+  if (core->stop[0] && (mpm->output.failed || mpm->monitor.failed)) {
+    PetscCall(Rescue(mpm));
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (c->last == core->step || (core->stop[0] && asked != MPM_ASKED_END)) PetscFunctionReturn(PETSC_SUCCESS);
   if (!asked && !due && !(ends && (c->wanted || c->path[0]))) PetscFunctionReturn(PETSC_SUCCESS);

@@ -80,6 +80,7 @@ typedef struct {
   PetscInt       keep, number;       /* -checkpoint_keep; number of the last one written */
   PetscInt       last;               /* the step of the last one */
   PetscLogDouble written;            /* when it was written, s of the clock */
+  PetscBool      rescued;            /* one was tried after a fault in writing */
   PetscBool      off, wanted;        /* the run writes none; an option asks for some */
   char           path[MPM_TEXT_LEN]; /* the last one; "": none was written */
   /* What is kept that is no variable of the run. */

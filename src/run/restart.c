@@ -1,11 +1,6 @@
 /* restart.c - a run that goes on from a checkpoint (-restart_file): which file, whether its options are those of this run,
-   its particles and everything else; and a run that is repeated from the options in its results (-rerun). */
-#include <errno.h>
+   its particles and everything else. */
 #include <strings.h>
-#include <sys/stat.h>
-#include <unistd.h>
-#include "base/fault.h"
-#include "output/hdf5.h"
 #include "parallel/exchange.h"
 #include "run/restart.h"
 
@@ -69,7 +64,14 @@ static void Compare(MPM mpm, MPMOptions o, const char name[], const char was[], 
         o,
         "-restart_file %.500s: %.100s %s%.200s in the checkpoint and %s%.200s in this run; it may not change "
         "(options of time, dt, intervals of output, checkpoints and processes may)",
-        mpm->checkpoint.from, name, was ? "is " : "is not given", was ? was : "", is ? "is " : "is not given",
+        mpm->checkpoint.from, name,
+        !was     ? "is not given"
+        : was[0] ? "is "
+                 : "is given",
+        was ? was : "",
+        !is     ? "is not given"
+        : is[0] ? "is "
+                : "is given",
         is ? is : "");
   else
     (void)snprintf(text + n, MPM_TEXT_LEN - n, "%s%s %s, was %s", n ? "; " : "", name,
@@ -327,7 +329,9 @@ PetscErrorCode MPMRestartState(MPM mpm)
 
 PetscErrorCode MPMRestartFiles(MPM mpm)
 {
-  MPMCheckpoint *c = &mpm->checkpoint;
+  MPMCheckpoint *c    = &mpm->checkpoint;
+  PetscInt       here = 0, n, *numbers;
+  char           path[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   if (c->fallback[0])
@@ -339,6 +343,20 @@ PetscErrorCode MPMRestartFiles(MPM mpm)
                        "note       %s wrote the checkpoint, and this is %s: the bits may differ from those of a run "
                        "without a restart\n",
                        c->git, MPMVersionGit));
+  PetscCall(MPMCheckpointList(mpm, mpm->core.exchange.data, &n, &numbers));
+  for (PetscInt k = 0; k < n; k++) {
+    MPMCheckpointPath(mpm, numbers[k], path);
+    if (!strcmp(path, c->from)) here = numbers[k];
+  }
+  if (n && here > 0 && numbers[0] > here && !c->fallback[0]) {
+    MPMCheckpointPath(mpm, numbers[0], path);
+    PetscCall(
+        MPMPrint(&mpm->core.print,
+                 "warning    there are later checkpoints, to %s: -restart_file latest takes that one until this run "
+                 "has written its own\n",
+                 path));
+  }
+  PetscCall(PetscFree(numbers));
   if (mpm->monitor.every != c->history_was || mpm->output.every != c->output_was)
     PetscCall(MPMPrint(&mpm->core.print, "restart    history every %g s, was %g s; snapshots every %g s, were %g s\n",
                        (double)mpm->monitor.every, (double)c->history_was, (double)mpm->output.every,
@@ -349,79 +367,3 @@ PetscErrorCode MPMRestartFiles(MPM mpm)
   PetscCall(MPMOutputResume(&mpm->output, &mpm->core, &mpm->scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-/* --- A run repeated from its results ------------------------------------------------------------------------------- */
-
-#if defined(PETSC_HAVE_HDF5)
-
-/* Sets the options of a run that its results have, as far as they are not given here. */
-static PetscErrorCode SetOptions(hid_t file, char fault[MPM_TEXT_LEN], const char path[])
-{
-  char       *text, *scene, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN];
-  PetscBool   given;
-  const char *at;
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMHDF5ReadText(file, "options", &text));
-  PetscCall(MPMHDF5ReadText(file, "scene", &scene));
-  if (!text || text[0] != '-') MPMFault(fault, "-rerun: cannot repeat", path, "it has no options of a run of pebble");
-  for (at = text; !fault[0] && MPMOptionsNext(&at, name, value);) {
-    if (!strcasecmp(name, "-restart_file")) { /* from its beginning */
-      PetscCall(
-          PetscPrintf(PETSC_COMM_WORLD,
-                      "note       %s is of a run that continued from a checkpoint: -rerun runs all of it with the "
-                      "options of its last part\n",
-                      path));
-      continue;
-    }
-    PetscCall(PetscOptionsHasName(NULL, NULL, name, &given));
-    if (!given) PetscCall(PetscOptionsSetValue(NULL, name, value[0] ? value : NULL));
-  }
-  PetscCall(PetscOptionsHasName(NULL, NULL, "-output_name", &given));
-  if (scene && !given && !fault[0]) PetscCall(PetscOptionsSetValue(NULL, "-output_name", scene));
-  PetscCall(PetscFree(text));
-  PetscCall(PetscFree(scene));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode MPMRerun(char fault[MPM_TEXT_LEN])
-{
-  char        path[MPM_TEXT_LEN];
-  struct stat status;
-  PetscBool   set;
-  hid_t       file;
-
-  PetscFunctionBeginUser;
-  fault[0] = 0;
-  errno    = 0;
-  PetscCall(PetscOptionsGetString(NULL, NULL, "-rerun", path, sizeof path, &set));
-  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
-  if (stat(path, &status) || !S_ISREG(status.st_mode) || access(path, R_OK)) {
-    MPMFault(fault, "-rerun: cannot read", path, errno ? strerror(errno) : "it is not a file");
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  file = MPMHDF5Open(path);
-  if (file < 0) {
-    MPMFault(fault, "-rerun: cannot read", path, "it is not an HDF5 file, or it is damaged");
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  MPMOptionsNoteFile(path); /* so that it is not overwritten */
-  PetscCall(SetOptions(file, fault, path));
-  (void)H5Fclose(file);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-#else
-
-PetscErrorCode MPMRerun(char fault[MPM_TEXT_LEN])
-{
-  PetscBool set;
-
-  PetscFunctionBeginUser;
-  fault[0] = 0;
-  PetscCall(PetscOptionsHasName(NULL, NULL, "-rerun", &set));
-  if (set) (void)snprintf(fault, MPM_TEXT_LEN, "-rerun needs a PETSc with HDF5, and this one has none");
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-#endif
