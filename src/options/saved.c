@@ -4,13 +4,19 @@
 #include <strings.h>
 #include "options/reader.h"
 
-/* Cuts off what newer versions of PETSc print after a value: where it came from. */
+/* Cuts off what newer versions of PETSc print after a value: "# (source: file)", before that without the #. */
 static void CutSource(char line[])
 {
+#if PETSC_VERSION_GE(3, 19, 0)
   char *source = NULL;
 
   for (char *s = strstr(line, " (source: "); s; s = strstr(s + 1, " (source: ")) source = s;
-  if (source && line[strlen(line) - 1] == ')') *source = 0;
+  if (!source || line[strlen(line) - 1] != ')') return;
+  if (source >= line + 2 && !strncmp(source - 2, " #", 2)) source -= 2;
+  *source = 0;
+#else
+  (void)line; /* these print nothing else */
+#endif
 }
 
 /* Returns all options as given, as the text of an options file; the caller frees it. Not collective. */
