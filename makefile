@@ -119,7 +119,7 @@ run: ## install what is missing, build, run options/disks.opts, draw output/disk
 
 test: ## install what is missing, build, run every test but the long ones: less than five minutes on two cores
 	@tools/install.sh test
-	+@$(again) ctest select="-LE long"
+	+@$(again) ctest select="-LE 'long|extra'"
 
 test-long: ## the long tests: all combinations, both compilers, vectors of 4 and of 2 particles, verify and robust
 	@tools/install.sh test
@@ -153,7 +153,7 @@ debug: ## look for defects: sanitizers, floating-point traps, poisoned memory, a
 coverage: ## which lines of src the tests of `make test` reach, by rooms; COVERAGE=missing lists the others; 10 minutes
 	@tools/install.sh test
 	@find build/$(compiler)-coverage -name '*.gcda' -delete 2>/dev/null || true
-	+@$(again) DEBUG=coverage ctest select="-LE long -E 'fused|recipes|warnings|rooms'"
+	+@$(again) DEBUG=coverage ctest select="-LE 'long|extra' -E 'fused|recipes|warnings|rooms'"
 	@$(python) tools/coverage.py build/$(compiler)-coverage --least 92 $(if $(COVERAGE),--missing)
 
 bench: ## time this program and others on the same work; BENCH=full: all sizes, 40 minutes
