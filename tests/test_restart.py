@@ -181,7 +181,7 @@ def signalled(folder, which, n):
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
         out, err = process.communicate()
-    return process.returncode, out, err
+    return process.returncode, *mpi.keep(out, err)
 
 
 def signals():
@@ -312,7 +312,7 @@ def others():
         time.sleep(0.02)
     time.sleep(0.2)
     process.send_signal(signal.SIGHUP)
-    _, err = process.communicate(timeout=60)
+    _, err = mpi.keep(*process.communicate(timeout=60))
     line = err.partition("go on with: ")[2].strip()
     run = check.run(["bash", "-c", line + " -time_max_steps 100"])
     check.that(process.returncode == 3 and run.status == 0 and "\nrestart " in run.out,
