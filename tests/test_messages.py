@@ -176,6 +176,11 @@ tell("intervals that follow -time_end", 0, r"restart    history every 0.01 s, wa
 many = check.write("many.opts", ["-dim 2"] + [f"-x{k} 1" for k in range(3000)])
 tell("more options than PETSc takes, or unknown ones", 2, r"^more options than this PETSc takes|-x0 is not an option of this scene", "-options_file", many)
 
+check.that("results    full/bar.csv\n" in full.out, "the files of results are named")
+vanished = check.run(["bash", "-c", "(while [ ! -s vanished/bar.csv ]; do sleep 0.01; done; rm -rf vanished) & exec \"$@\"", "bash", check.program, *BAR, "-output_dir", "vanished",
+                      "-time_end", "400"])
+check.that(vanished.status == 3 and "results " not in vanished.out, f"files that are not there are not: {vanished.find('^(results .*)$')}")
+
 # ---- Studies
 
 plain = [line for line in KNOWN if not line.startswith("-reference")] + ["-body_b_velocity 0.1*sin(pi*x)"]

@@ -199,6 +199,7 @@ PetscErrorCode MPMCheckpointSetFromOptions(MPM, MPMOptions);
 PetscErrorCode MPMCheckpointNote(MPM);
 PetscErrorCode MPMCheckpointNow(MPM);
 PetscErrorCode MPMCheckpointStep(MPM, PetscBool ends);
+PetscErrorCode MPMCheckpointOfStop(MPM); /* of the last state of a run that a check stops, unless it has one */
 
 /* A restart (restart.c): choose the file and compare options; check that it has the fields of this run; where its
    particles are, for cutting the grid; make the particles; read all else; let the files of results go on. A fault is

@@ -75,7 +75,7 @@ static PetscErrorCode Reduce(MPMCore *core)
 {
   PetscFunctionBeginUser;
   PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_REDUCE));
-  core->status.asked = MPMSignalsAsked();
+  core->status.asked = PetscMax(core->status.asked, MPMSignalsAsked()); /* workers of the pool have told theirs */
   PetscCall(core->exchange.type->reduce(core, &core->status));
   PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_REDUCE));
   PetscFunctionReturn(PETSC_SUCCESS);
