@@ -2,6 +2,7 @@
 
 usage: test_messages.py PEBBLE SOURCE MPIEXEC
 """
+import glob
 import os
 import re
 import shutil
@@ -180,6 +181,19 @@ check.that("results    full/bar.csv\n" in full.out, "the files of results are na
 vanished = check.run(["bash", "-c", "(while [ ! -s vanished/bar.csv ]; do sleep 0.01; done; rm -rf vanished) & exec \"$@\"", "bash", check.program, *BAR, "-output_dir", "vanished",
                       "-time_end", "400"])
 check.that(vanished.status == 3 and "results " not in vanished.out, f"files that are not there are not: {vanished.find('^(results .*)$')}")
+
+# The files of a run are as large as a dry run says.
+more = ["-checkpoint_every", "0.5", "-checkpoint_keep", "5", "-output_dir", "sizes"]
+dry = check.must(*DISKS, "-dry_run", *more)
+check.must(*DISKS, *more)
+said = re.search(r"^files +(\S+) snapshots of (\S+) MB, 6 checkpoints of (\S+) MB at a time, history of (\S+) MB: about (\S+) MB; the disk of sizes has \S+ MB free$", dry.out, re.M)
+check.need(said, f"-dry_run says how large the files are: {dry.out}")
+said = [float(number) for number in said.groups()]
+sizes = [[os.path.getsize(path) / 1e6 for path in glob.glob(f"sizes/disks{kind}")] for kind in (".snapshots/*", "-checkpoint-*.h5", ".csv")]
+found = [len(sizes[0]), max(sizes[0]), max(sizes[1]), sizes[2][0]]
+check.that(all(0.9 * there < told < 1.2 * there for told, there in zip(said, found)), f"number and sizes of snapshots, checkpoints and history: predicted {said}, are {found}")
+tell("more than the disk holds", 0, "warning    the files of this run need about .* MB, and the disk of out has .* MB free; choose a larger -output_every", *DISKS, "-dry_run", "-output_dir", "out",
+     "-output_every", "0", "-time_end", "2e7")
 
 # ---- Studies
 

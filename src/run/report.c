@@ -208,6 +208,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
   if (mpm->scene.dry_run) PetscCall(MPMMemoryPrint(mpm, steps * step));
   if (mpm->scene.dry_run) PetscCall(MPMModelView(&mpm->cost, &mpm->core, &mpm->scene, dt));
   PetscCall(PrintLoads(mpm));
+  PetscCall(MPMDiskPrint(mpm, steps, steps * step));
   PetscCall(PrintWarnings(mpm, dt));
   PetscCall(MPMDoubtsWarn(mpm, steps, steps * step));
   if (mpm->scene.dry_run) PetscCall(MPMPrint(&mpm->core.print, "dry run    the scene is valid; no step was made\n"));
