@@ -119,7 +119,7 @@ run: ## install what is missing, build, run options/disks.opts, draw output/disk
 
 test: ## install what is missing, build, run every test but the long ones: less than five minutes on two cores
 	@tools/install.sh test
-	+@$(again) ctest select="-LE 'long|extra'"
+	+@$(again) ctest select="-LE 'long|extra'" after='$(python) tests/messages.py . $(BUILD)/tests/runs/said'
 
 test-long: ## the long tests: all combinations, both compilers, vectors of 4 and of 2 particles, verify and robust
 	@tools/install.sh test
@@ -228,6 +228,7 @@ ctest: $(PEBBLE) $(units) $(BUILD)/calibrate $(BUILD)/predict $(BUILD)/quadratur
 	@cmake -S tests -B $(BUILD)/tests -DSOURCE=$(CURDIR) -DBUILD=$(abspath $(BUILD)) -DPEBBLE=$(abspath $(PEBBLE)) \
 	  -DPYTHON=$(abspath $(python)) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
 	@cd $(BUILD)/tests && ctest -j2 --output-on-failure --no-tests=error $(select)
+	@$(after)
 
 pages: $(PEBBLE) $(BUILD)/calibrate $(BUILD)/predict
 	@$(python) tools/report/report.py --pebble $(program) --calibrator $(BUILD)/calibrate --predictor $(BUILD)/predict --mpiexec $(MPIEXEC) $(if $(filter all calibrate,$(REPORT)),--calibrate)

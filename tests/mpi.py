@@ -7,6 +7,7 @@ of its own.
 One process is started without mpiexec. Linux only: processes are found in /proc.
 """
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,6 +18,8 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), os.p
 import launch  # noqa: E402 (after the path)
 
 TIMED_OUT, LEFT_BEHIND = 124, 125  # exit statuses that stand for what happened to the run
+SAID = os.environ.get("PEBBLE_SAID")  # file for the lines that runs print, which messages.py reads
+kept = set()
 
 # As in the makefile, which says why; for tests that are started by hand.
 ENVIRONMENT = {
@@ -74,6 +77,21 @@ def end(session):
         time.sleep(0.02)
 
 
+def keep(*texts):
+    """Keeps lines that a run printed for messages.py; of those that differ in numbers only, the first. Returns the texts."""
+    if SAID:
+        new = []
+        for line in "\n".join(texts).splitlines():
+            alike = re.sub(r"\d+", "0", line)
+            if alike not in kept:
+                kept.add(alike)
+                new.append(line + "\n")
+        if new:
+            with open(SAID, "a") as file:
+                file.write("".join(new))
+    return texts
+
+
 def run(n, arguments, timeout=120, mpiexec="mpiexec", during=None, plain=False, cwd=None, env=None):
     """Runs arguments[0] with the others on n processes: (exit status, standard output, standard error). The status is
     TIMED_OUT if it had to be killed, LEFT_BEHIND if a process outlived it; then all are killed. during(session) is
@@ -108,7 +126,7 @@ def run(n, arguments, timeout=120, mpiexec="mpiexec", during=None, plain=False, 
             first.wait()
         out.seek(0)
         err.seek(0)
-        return status, out.read(), err.read() + said
+        return status, *keep(out.read(), err.read() + said)
 
 
 def own_lines(err):

@@ -24,6 +24,7 @@ import threading
 import time
 
 import check
+import mpi
 from mutate import mutate
 
 PART, = check.arguments(__doc__, 1)
@@ -279,7 +280,8 @@ def start(folder, name, *options):
         process.returncode = os.waitstatus_to_exitcode(status)
         out.seek(0)
         err.seek(0)
-        return process.returncode, out.read().decode(errors="replace"), err.read().decode(errors="replace").splitlines(), used.ru_utime + used.ru_stime
+        out, err = mpi.keep(out.read().decode(errors="replace"), err.read().decode(errors="replace"))
+        return process.returncode, out, err.splitlines(), used.ru_utime + used.ru_stime
 
 
 def clean(folder):

@@ -9,6 +9,7 @@ import subprocess
 
 import check
 import launch
+import mpi
 
 MEMORY = 0.10  # largest part by which the memory of a particle may differ from what is printed
 PRINTED = 0.012  # three digits each of ns per particle and of GFlop/s or GB/s
@@ -35,7 +36,7 @@ def largest(arguments):
         out = process.stdout.read()
         _, status, usage = os.wait4(process.pid, 0)
     check.need(status == 0, f"status {status}: {out}")
-    return out, 1024 * usage.ru_maxrss
+    return mpi.keep(out)[0], 1024 * usage.ru_maxrss
 
 
 def memory():

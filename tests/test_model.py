@@ -115,6 +115,11 @@ for what, damaged in (("a number that is none", whole.replace("\nmessage ", "\nm
     text = run("-model_file", "damaged.model", n=2)
     holds(f"a file with {what} is not used, and the run says so", damaged != whole and "is damaged" in text and "constants rough" in text)
 holds("nor by a dry run, which says so", "is damaged" in run("-model_file", "damaged.model", "-dry_run"))
+with open("slow.model", "w") as file:
+    file.write(re.sub(r"\nreduction .*", "\nreduction 0.5", whole))
+text = run("-model_file", "slow.model", "-dry_run")
+holds("where a reduction takes half a second, no number of particles keeps processes efficient, and spatial is never ahead",
+      "spatial is never ahead" in text and ", no number on 8" in text)
 with open("scene.opts", "w") as file:
     file.write("-dim 2\n")
 kept = open("scene.opts").read()

@@ -156,10 +156,11 @@ def ranks(process):
     return found
 
 
-def signalled(folder, which, n):
-    """Starts a long run, signals its processes when it runs, and returns its exit status and what it said."""
+def signalled(folder, which, n, only=None, more=()):
+    """Starts a long run, signals its processes, or only that of one rank, when it runs, and returns its exit status and what
+    it said."""
     command = [check.program, "-options_file", check.scene("bar"), "-time_end", "400", "-history_every", "0.05",
-               "-output_every", "1", "-output_dir", folder]
+               "-output_every", "1", "-output_dir", folder, *more]
     if n > 1:
         command = [check.mpiexec, "-n", str(n), *command]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
@@ -171,20 +172,24 @@ def signalled(folder, which, n):
         time.sleep(0.02)
     for number in which:
         for pid in ranks(process):
-            os.kill(pid, number)
+            if only is None or mpi.rank_of(pid) == only:
+                os.kill(pid, number)
         for _ in range(200):
             if number != signal.SIGUSR1 or glob.glob(f"{folder}/bar-checkpoint-*.h5"):
                 break
             time.sleep(0.02)
     try:
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=20)
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
         out, err = process.communicate()
-    return process.returncode, out, err
+    return process.returncode, *mpi.keep(out, err)
 
 
 def signals():
+    status, out, err = signalled(check.folder("worker"), [signal.SIGUSR1, signal.SIGTERM], 2, 1, ["-parallel_strategy", "pool"])
+    check.that(status == 3 and len(re.findall("^checkpoint step", out, re.M)) >= 2 and "go on with" in err,
+               f"signals to a worker of the pool alone: status {status} {err.strip()[-200:]}")
     for n, number in ((1, signal.SIGTERM), (1, signal.SIGINT), (2, signal.SIGTERM)):
         folder = check.folder(f"signal{n}{number}")
         status, out, err = signalled(folder, [signal.SIGUSR1, number], n)
@@ -312,7 +317,7 @@ def others():
         time.sleep(0.02)
     time.sleep(0.2)
     process.send_signal(signal.SIGHUP)
-    _, err = process.communicate(timeout=60)
+    _, err = mpi.keep(*process.communicate(timeout=60))
     line = err.partition("go on with: ")[2].strip()
     run = check.run(["bash", "-c", line + " -time_max_steps 100"])
     check.that(process.returncode == 3 and run.status == 0 and "\nrestart " in run.out,

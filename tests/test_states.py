@@ -121,6 +121,15 @@ for bound, status in (0.001, 0), (0.0002, 3):
                f"-check_energy {bound} is kept in each of {len(size)} lines, by retries; exit status {status}")
     check.that(len({(run.digest, run.find("^(retries.*)$"), stopped(run)) for run in energy.values()}) == 1, "the same on any number of processes")
 
+# A run that a check stops leaves a checkpoint of its last state, from which it goes on as if there had been no bound.
+fast = DISKS + QUIET + ["-body_disk1_velocity", "2,2", "-body_disk2_velocity", "-2,-2", "-dt_cfl", "0.9", "-history_every", "0.03", "-time_end", "0.1", "-output_dir"]
+whole = check.must(*fast, "whole")
+for way, (n, more) in WAYS.items():
+    halted = check.pebble(*fast, check.folder("halted"), *more, "-check_energy", "1e-5", n=n)
+    on = check.pebble(*fast, "halted", *more, "-restart_file", "latest", n=n)
+    check.that(halted.status == 3 and stopped(halted) and "energy changed" in halted.err and on.status == 0 and on.digest == whole.digest and check.content("halted/disks.csv") == check.content("whole/disks.csv"),
+               f"{way}: stopped by -check_energy at {stopped(halted)}, the run goes on without it: {on.err[-300:]}")
+
 # ---- Particles that leave are removed
 
 left = runs("left", LEAVE + ["-output_every", "0.1", "-check_energy", "0.05", "-check_momentum", "1e-10", "-history_energy"], MANY if ALL else {way: MANY[way] for way in ("1", "3", "3 direct", "pool")})

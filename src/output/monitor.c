@@ -240,8 +240,10 @@ PetscErrorCode MPMMonitorStep(MPMMonitor *mon, MPMCore *core, const MPMScene *sc
     if (MPMStatusIsBad(&core->status)) PetscFunctionReturn(PETSC_SUCCESS);
     if (core->step == 0) mon->start = mon->now;
     Check(mon, core, &shown);
+    mon->looked = core->step;
+    if (core->stop[0]) mon->exceeded = PETSC_TRUE;
   }
-  if (!due && !core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!due) PetscFunctionReturn(PETSC_SUCCESS); /* a line of the end comes after the checkpoint of it */
   if (mon->watch) mon->watch(&shown, mon->watcher);
   if (!mon->no_file && !mon->failed) PetscCall(WriteLine(mon, core, &shown));
   mon->last = core->step;

@@ -15,6 +15,7 @@ typedef struct {
   PetscReal   energy_max;                   /* the largest kinetic + strain energy so far, J */
   PetscReal   speed_max;                    /* the largest sum m |v| so far, kg m/s */
   PetscInt    last, looked;                /* step of the last line; step at which the totals `now` were last checked */
+  PetscBool   exceeded;                    /* -check_energy or -check_momentum stops the run */
   PetscBool   off;                         /* a run of the calibration has no file and no totals */
   MPMTotals   start, now;                  /* of step 0, and of the last check or line */
   long        length;                      /* bytes of the complete lines in the file */

@@ -36,7 +36,8 @@ typedef struct _MPMCore MPMCore;
    and finish are collective on core->comm; sweep, nodes, reduce and settle are collective on the processes of
    exchange.data. */
 typedef struct {
-  const char *name, *what;
+  const char *name,
+      *what; /* what: how it divides the work, printed with the size of the pieces if `by_workers` is set */
   /* Cuts the grid and makes DMs and patch; the scene adds particles afterwards. h: the finished histogram of where
      these will be, which is needed if `cuts` is set. */
   PetscErrorCode (*setup)(MPMCore *, const MPMHistogram *h);

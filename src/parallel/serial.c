@@ -63,7 +63,6 @@ static PetscErrorCode Finish_Serial(MPMCore *core)
 
 const MPMExchangeType MPMExchange_serial = {
     .name   = "serial",
-    .what   = "one process, one patch: the whole grid",
     .setup  = SetUp_Serial,
     .sweep  = Sweep_Serial,
     .nodes  = Nodes_Serial,

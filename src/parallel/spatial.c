@@ -380,7 +380,6 @@ static PetscErrorCode Finish_Spatial(MPMCore *core)
 
 const MPMExchangeType MPMExchange_spatial = {
     .name   = "spatial",
-    .what   = "a box of the grid and its particles for each process",
     .setup  = SetUp_Spatial,
     .sweep  = Sweep_Spatial,
     .nodes  = Nodes_Spatial,

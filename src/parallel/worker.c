@@ -1,5 +1,6 @@
 /* worker.c - what a worker of the pool does in a transfer, and the making of messages, which the master uses too. */
 #include "base/message.h"
+#include "base/signals.h"
 #include "base/simulate.h"
 #include "kernels/cell.h"
 #include "parallel/pool.h"
@@ -205,6 +206,7 @@ PetscErrorCode MPMPoolServe(MPMCore *core, MPI_Comm comm)
     PetscCall(Unpack(core, phase, &job, memory.in + sizeof job, &memory));
     MPMWorkEnd(&core->timers, phase->timer, "UNPACK", (PetscReal)len);
     MPMStatusReset(&status);
+    status.asked = MPMSignalsAsked();
     PetscCall(MPMPatchRun(core, &memory.patch, phase,
                           phase->kind == MPM_PARTICLES_TO_NODES ? MPM_PASS_EARLY : MPM_PASS_MAIN, &status));
     if (phase->particles_out & MPM_BIT(cell)) {

@@ -148,6 +148,7 @@ static PetscErrorCode Undo(MPM mpm, const Before *b)
   MPMMonitor *mon  = &mpm->monitor;
 
   PetscFunctionBeginUser;
+  if (core->status.asked == MPM_ASKED_CHECKPOINT) MPMSignalsAsk(); /* the step that is made in its place hears of it */
   core->status      = b->status;
   core->t           = b->t;
   core->step        = b->step;

@@ -323,6 +323,26 @@ PetscErrorCode MPMCheckpointStep(MPM mpm, PetscBool ends)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode MPMCheckpointOfStop(MPM mpm)
+{
+  MPMCore *core = &mpm->core;
+  char     why[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  if (mpm->checkpoint.off || mpm->checkpoint.last == core->step) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)snprintf(why, sizeof why, "%s", core->stop);
+  core->stop[0] = 0;
+  PetscCall(MPMCheckpointNow(mpm));
+  if (core->stop[0]) { /* it could not be written */
+    char fault[MPM_TEXT_LEN];
+
+    (void)snprintf(fault, sizeof fault, "%s", core->stop);
+    (void)snprintf(core->stop, sizeof core->stop, "%.1000s; %.900s", why, fault);
+  } else
+    (void)snprintf(core->stop, sizeof core->stop, "%s", why);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* --- Options -------------------------------------------------------------------------------------------------------- */
 
 PetscErrorCode MPMCheckpointSetFromOptions(MPM mpm, MPMOptions o)

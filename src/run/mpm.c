@@ -229,8 +229,7 @@ PetscErrorCode MPMRun(MPM mpm)
   }
   /* A run that may go on gets its checkpoint before the output of its end, which a run without a stop does not have. */
   if (core->t < mpm->time.end && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
-  if (mpm->retry.gave_up && !mpm->checkpoint.off && mpm->checkpoint.last != core->step)
-    PetscCall(MPMCheckpointNow(mpm));
+  if (mpm->retry.gave_up || mpm->monitor.exceeded) PetscCall(MPMCheckpointOfStop(mpm));
   if (!MPMStatusIsBad(&core->status)) PetscCall(Output(mpm, output, PETSC_TRUE));
   if (core->t >= mpm->time.end && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
   PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));

@@ -173,6 +173,10 @@ PetscReal MPMMemory(MPM);
 PetscReal      MPMMemoryHere(const char what[]);
 PetscErrorCode MPMMemoryPrint(MPM, PetscReal seconds);
 
+/* Prints with -dry_run how large the files of the run will be, if it makes so many steps in so many seconds, and warns
+   if their disk has less room (disk.c). Not collective. */
+PetscErrorCode MPMDiskPrint(MPM, PetscReal steps, PetscReal seconds);
+
 /* Tell what is doubtful in a valid scene (doubts.c): refuse it, before the first step, or note odd values, or warn;
    steps and seconds are what is predicted for the whole run. Not collective. */
 PetscErrorCode MPMDoubtsRefuse(MPM, MPMOptions);
@@ -199,6 +203,7 @@ PetscErrorCode MPMCheckpointSetFromOptions(MPM, MPMOptions);
 PetscErrorCode MPMCheckpointNote(MPM);
 PetscErrorCode MPMCheckpointNow(MPM);
 PetscErrorCode MPMCheckpointStep(MPM, PetscBool ends);
+PetscErrorCode MPMCheckpointOfStop(MPM); /* of the last state of a run that a check stops, unless it has one */
 
 /* A restart (restart.c): choose the file and compare options; check that it has the fields of this run; where its
    particles are, for cutting the grid; make the particles; read all else; let the files of results go on. A fault is

@@ -1,5 +1,6 @@
 /* report.c - what a run prints: the scene before the first step, and the summary
    at the end. */
+#include <unistd.h>
 #include "run/mpm.h"
 
 static PetscErrorCode PrintScene(MPM mpm)
@@ -207,6 +208,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
   if (mpm->scene.dry_run) PetscCall(MPMMemoryPrint(mpm, steps * step));
   if (mpm->scene.dry_run) PetscCall(MPMModelView(&mpm->cost, &mpm->core, &mpm->scene, dt));
   PetscCall(PrintLoads(mpm));
+  PetscCall(MPMDiskPrint(mpm, steps, steps * step));
   PetscCall(PrintWarnings(mpm, dt));
   PetscCall(MPMDoubtsWarn(mpm, steps, steps * step));
   if (mpm->scene.dry_run) PetscCall(MPMPrint(&mpm->core.print, "dry run    the scene is valid; no step was made\n"));
@@ -347,6 +349,28 @@ static PetscErrorCode PrintPhases(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Names the files of results that are there: after a fault some may not be. */
+static PetscErrorCode PrintResults(MPM mpm)
+{
+  const char *const ends[] = {".csv", ".h5", ".xdmf"};
+  PetscInt          n      = 0;
+
+  PetscFunctionBeginUser;
+  for (size_t k = 0; k < (mpm->output.enabled ? 3 : 1); k++) {
+    char path[2 * MPM_TEXT_LEN];
+
+    (void)snprintf(path, sizeof path, "%s/%s%s", mpm->output.dir, mpm->scene.name, ends[k]);
+    if (access(path, F_OK)) continue;
+    PetscCall(n++ ? MPMPrint(&mpm->core.print, " %s", ends[k]) : MPMPrint(&mpm->core.print, "results    %s", path));
+  }
+  if (n)
+    PetscCall(MPMPrint(&mpm->core.print, "%s\n",
+                       mpm->output.resumed    ? " (continued)"
+                       : mpm->output.replaced ? " (replaced)"
+                                              : ""));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Prints the summary: why the run ended, energies, error, files, phases, digest. Collective on the exchange. */
 PetscErrorCode MPMReportEnd(MPM mpm)
 {
@@ -380,12 +404,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
       PetscCall(MPMPrint(&mpm->core.print, ", of its rms %.6g m a part of %.4g", (double)size, (double)(error / size)));
     PetscCall(MPMPrint(&mpm->core.print, "\n"));
   }
-  if (mpm->output.dir[0])
-    PetscCall(MPMPrint(&mpm->core.print, "results    %s/%s.csv%s%s\n", mpm->output.dir, mpm->scene.name,
-                       mpm->output.enabled ? " .h5 .xdmf" : "",
-                       mpm->output.resumed    ? " (continued)"
-                       : mpm->output.replaced ? " (replaced)"
-                                              : ""));
+  if (mpm->output.dir[0]) PetscCall(PrintResults(mpm));
   if (mpm->core.exchange.recuts)
     PetscCall(MPMPrint(&mpm->core.print,
                        "balance    the grid was cut anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n",

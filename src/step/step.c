@@ -73,9 +73,11 @@ static PetscErrorCode RunPhase(MPMCore *core, const MPMPhase *phase)
 
 static PetscErrorCode Reduce(MPMCore *core)
 {
+  const PetscInt64 asked = MPMSignalsAsked();
+
   PetscFunctionBeginUser;
   PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_REDUCE));
-  core->status.asked = MPMSignalsAsked();
+  core->status.asked = PetscMax(core->status.asked, asked); /* workers of the pool have told theirs */
   PetscCall(core->exchange.type->reduce(core, &core->status));
   PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_REDUCE));
   PetscFunctionReturn(PETSC_SUCCESS);

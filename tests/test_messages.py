@@ -1,0 +1,230 @@
+"""Messages of rare cases, each provoked by a run: stops, warnings, notes and refusals that no other test prints.
+
+usage: test_messages.py PEBBLE SOURCE MPIEXEC
+"""
+import glob
+import os
+import re
+import shutil
+import signal
+import time
+
+import h5py
+import numpy as np
+
+import check
+import mpi
+
+check.arguments(__doc__, 0)
+DISKS = ["-options_file", check.scene("disks"), "-check_momentum", "0", "-check_energy", "0", "-report_indicator", "false"]
+BAR = ["-options_file", check.scene("bar"), "-report_indicator", "false"]
+QUIET = ["-output_format", "none"]
+FEW = QUIET + ["-time_max_steps", "2"]
+# A box of a material m in the middle of a grid between free faces.
+BOX = """\
+-dim 2
+-grid_lower 0,0
+-grid_upper 1,1
+-grid_cells 8,8
+-materials m
+-material_m_model neohookean
+-material_m_rho 1000
+-material_m_E 1000
+-material_m_nu 0.3
+-bodies b
+-body_b_shape box
+-body_b_lower 0.25,0.25
+-body_b_upper 0.75,0.75
+-body_b_material m
+-time_end 1
+-report_indicator false
+"""
+# A bar between walls, whose first mode is known.
+KNOWN = ["-dim 1", "-grid_lower 0", "-grid_upper 1", "-grid_cells 8", "-bc_xmin_type fixed", "-bc_xmax_type fixed",
+         "-materials m", "-material_m_model elastic", "-material_m_rho 1", "-material_m_E 1", "-material_m_nu 0",
+         "-bodies b", "-body_b_shape box", "-body_b_lower 0", "-body_b_upper 1", "-body_b_material m", "-time_end 0.5",
+         "-reference_type standing", "-reference_amplitude 0.05", "-method_basis bspline2", "-method_update musl", "-method_transfer flip"]
+
+
+def tell(name, status, pattern, *options, n=1, **more):
+    """The run ends with this status, and what it says has the pattern."""
+    run = check.pebble(*options, n=n, **more)
+    check.that(run.status == status and re.search(pattern, run.said), f"{name}: status {run.status}, {pattern!r}")
+    if run.status != status or not re.search(pattern, run.said):
+        print(run.said[-2500:])
+    return run
+
+
+def box(name, status, pattern, *options, text=BOX, **more):
+    path = check.write("box.opts", text)
+    return tell(name, status, pattern, "-options_file", path, "-output_dir", "box", *options, **more)
+
+
+def study(name, status, pattern, *options, lines=KNOWN, **more):
+    path = check.write("study.opts", lines)
+    return tell(name, status, pattern, "-options_file", path, "-output_dir", check.folder("study"), *options, **more)
+
+
+# ---- Stops
+
+walls = [word for face in ("xmin", "xmax", "ymin", "ymax") for word in (f"-bc_{face}_type", "slip")]
+tell("-check_momentum", 3, "momentum changed by .* of sum m.v. = .*; -check_momentum allows 1e-12", *DISKS, *QUIET, *walls, "-check_momentum", "1e-12", "-output_dir", "out",
+     "-body_disk1_velocity", "-0.1,0", "-body_disk2_velocity", "0,0")
+box("through a wall", 3, r"particle 0 of b left the grid, to \(\S+ \S+\), through its wall xmax \(slip\); reduce -dt_size", *QUIET, *walls, "-body_b_velocity", "1e3,0", "-dt_size", "1")
+box("too wide for gimp", 3, r"the domain of particle \d+ of b at \(.*\) is stretched to \S+ cells, gimp takes 1 at most; use more particles per cell", *QUIET,
+    "-method_basis", "gimp", "-method_gimp_update", "stretch", "-body_b_velocity", "(x-0.5)*2,0", "-material_m_E", "1e-3", "-grid_lower", "-4,0", "-grid_upper", "4,1",
+    "-grid_cells", "64,8")
+check.must(*BAR, *QUIET, "-time_end", "0.1", "-checkpoint_every", "0.1", "-output_dir", "tiny")
+tell("a time step that vanishes", 3, "the time step, 1e-30 s, vanishes beside the time", *BAR, *QUIET, "-output_dir", "tiny", "-time_end", "0.2", "-restart_file", "latest", "-dt_size", "1e-30",
+     "-time_max_steps", "2000000000")
+
+# ---- Warnings and notes
+
+box("a stiff body beside a soft one", 0, "loses energy in each step, and the steps are those of the stiffest body", *FEW, "-materials", "m,hard", "-material_hard_model", "neohookean",
+    "-material_hard_rho", "1000", "-material_hard_E", "1e9", "-material_hard_nu", "0.3", "-bodies", "b,c", "-body_c_shape", "box", "-body_c_lower", "0,0", "-body_c_upper", "0.2,0.2",
+    "-body_c_material", "hard", "-method_transfer", "apic")
+box("aflip with strain", 0, "is unstable where particles cross cells; use -method_affine_strain 0", *FEW, "-method_basis", "gimp", "-method_update", "usl", "-method_transfer", "aflip",
+    "-method_affine_strain", "1")
+tell("-report_path of a study", 0, "note       -report_path has no effect with -study_type", *BAR, "-study_type", "convergence", "-study_quantity", "mass", "-study_levels", "2", "-report_path",
+     "-time_end", "0.01", "-output_dir", check.folder("path"))
+tell("PEBBLE_VECTOR=3", 0, "note       PEBBLE_VECTOR=3 is none of 8, 4, 2: [248] lanes", *BAR, *FEW, "-output_dir", "out", lanes=3)
+box("bodies that overlap", 0, "warning    16 particles lie in the shape of an earlier body too: matter is there twice", *FEW, "-bodies", "b,c", "-body_c_shape", "box",
+    "-body_c_lower", "0.5,0.5", "-body_c_upper", "0.75,0.75", "-body_c_material", "m")
+box("particles on lines", 0, "particles start exactly on lines of the grid, where the gradient of the linear basis jumps", *FEW, "-method_basis", "linear", "-body_b_offset", "0.03125,0")
+gone = ["-bodies", "b,c", "-body_c_shape", "box", "-body_c_lower", "0,0", "-body_c_upper", "0.2,0.2", "-body_c_material", "m", "-body_b_velocity", "1e3,0", "-particles_leave", "delete", *QUIET,
+        "-loads", "l", "-load_l_body", "b", "-load_l_type", "pressure", "-load_l_value", "1", "-checkpoint_every", "1", "-time_max_steps"]
+box("bodies that leave", 0, "lost       64 of 73 particles", *gone, "30")
+box("a load on nothing", 0, "warning    load l acts on no particle", *gone, "31", "-restart_file", "latest")
+fluid = re.sub(r"-material_m_(E|nu) .*\n", "", BOX).replace("neohookean", "fluid") + "-material_m_K 1e3\n-material_m_viscosity 1e3\n"
+box("a step too long for viscosity", 0, r"warning    dt is above the bound of viscosity, h\^2/\(2 dim nu\) = \S+ s: expect the run to blow up", *FEW, "-dt_size", "0.01", text=fluid)
+
+# ---- Refusals
+
+tell("sums to rounding in the pool", 2, "-parallel_sums roundoff does not apply: the pool always gives bitwise sums", *DISKS, "-parallel_strategy", "pool", "-parallel_sums", "roundoff", n=2)
+
+# ---- Files
+
+os.makedirs(check.folder("folder") + "/disks.csv")
+tell("a folder where the history goes", 2, "-output_name: folder/disks.csv is there and is not a file", *DISKS, "-output_dir", "folder")
+with h5py.File("none.h5", "w") as file:
+    file["x"] = 1
+tell("-rerun of other HDF5", 2, "-rerun: cannot repeat none.h5: it has no options of a run of pebble", "-rerun", "none.h5", "-output_dir", "out")
+
+
+# Checkpoints of another program, whole all the same.
+def mix(x):
+    x ^= x >> np.uint64(30)
+    x *= np.uint64(0xbf58476d1ce4e5b9)
+    x ^= x >> np.uint64(27)
+    x *= np.uint64(0x94d049bb133111eb)
+    return x ^ (x >> np.uint64(31))
+
+
+def another(name, change, status, pattern):
+    """A restart from a checkpoint whose HDF5 part is changed, with its checksum."""
+    folder = check.folder("another")
+    path = f"{folder}/bar-checkpoint-1.h5"
+    shutil.copy("tiny/bar-checkpoint-1.h5", path)
+    with h5py.File(path, "r+") as file:
+        change(file)
+    data = check.content(path)
+    body = data[512:]
+    words = np.frombuffer(body + bytes(-len(body) % 8), dtype="<u8")
+    with np.errstate(over="ignore"):
+        places = np.arange(64, 64 + len(words), dtype=np.uint64) * np.uint64(0x9e3779b97f4a7c15)
+        total = int(mix(words + mix(places)).sum(dtype=np.uint64))
+    head = b"pebble checkpoint 1\nbytes %020d\nchecksum %016x\n" % (len(data), total)
+    with open(path, "wb") as file:
+        file.write(head.ljust(512, b"\0") + body)
+    tell(name, status, pattern, *BAR, *FEW, "-output_dir", folder, "-restart_file", path)
+
+
+def without(file):
+    del file["run/dt"]
+
+
+def totals(file):
+    text = file["run/totals"][0].replace(b"step", b"pets")
+    file["run/totals"][...] = np.array([text], file["run/totals"].dtype)
+
+
+def fields(file):
+    file["particles"].move("F", "deformation")
+
+
+def commit(file):
+    file.attrs["git"] = np.bytes_("v0")
+
+
+another("a checkpoint that lacks a number", without, 3, "cannot go on from another/bar-checkpoint-1.h5: it has no dt, or another one: another version of pebble wrote it")
+another("a checkpoint of other columns", totals, 3, "cannot go on from another/bar-checkpoint-1.h5: another version of pebble wrote it")
+another("a checkpoint of other fields", fields, 3, "-restart_file another/bar-checkpoint-1.h5 has the fields .* of particles, and this run needs .*; another version of pebble wrote it")
+another("a checkpoint of another commit", commit, 0, r"note       v0 wrote the checkpoint, and this is \S+: the bits may differ from those of a run without a restart")
+data = check.content("tiny/bar-checkpoint-1.h5")
+with open("another/bar-checkpoint-2.h5", "wb") as file:
+    file.write(data.replace(b"pebble checkpoint 1", b"pebble checkpoint 0", 1))
+tell("a checkpoint of another form", 2, "cannot go on from another/bar-checkpoint-2.h5: it is a checkpoint of another version of pebble", *BAR, *FEW, "-output_dir", "another",
+     "-restart_file", "another/bar-checkpoint-2.h5")
+full = check.run(["bash", "-c", "ulimit -f 100; exec \"$@\"", "bash", check.program, *BAR, *QUIET, "-output_dir", "full", "-history_every", "0", "-time_end", "400"])
+check.that(full.status == 3 and re.search(r"cannot write full/bar.csv: File too large; go on with: .* -restart_file full/bar-checkpoint-1.h5", full.err),
+           f"a history that is full leaves a checkpoint: {full.status} {full.err[-300:]}")
+
+check.must(*BAR, *QUIET, "-time_end", "0.3", "-checkpoint_every", "0.1", "-output_dir", "later")
+tell("a restart from an older checkpoint", 0, r"warning    there are later checkpoints, to later/bar-checkpoint-3.h5: -restart_file latest takes that one until this run has written its own",
+     *BAR, *QUIET, "-time_end", "0.4", "-output_dir", "later", "-restart_file", "later/bar-checkpoint-2.h5")
+tell("intervals that follow -time_end", 0, r"restart    history every 0.01 s, was 0.004 s; snapshots every 0.04 s, were 0.04 s", *BAR, *QUIET, "-time_end", "0.5", "-history_every", "0.01",
+     "-output_dir", "later", "-restart_file", "latest")
+many = check.write("many.opts", ["-dim 2"] + [f"-x{k} 1" for k in range(3000)])
+tell("more options than PETSc takes, or unknown ones", 2, r"^more options than this PETSc takes|-x0 is not an option of this scene", "-options_file", many)
+
+check.that("results    full/bar.csv\n" in full.out, "the files of results are named")
+vanished = check.run(["bash", "-c", "(while [ ! -s vanished/bar.csv ]; do sleep 0.01; done; rm -rf vanished) & exec \"$@\"", "bash", check.program, *BAR, "-output_dir", "vanished",
+                      "-time_end", "400"])
+check.that(vanished.status == 3 and "results " not in vanished.out, f"files that are not there are not: {vanished.find('^(results .*)$')}")
+
+# The files of a run are as large as a dry run says.
+more = ["-checkpoint_every", "0.5", "-checkpoint_keep", "5", "-output_dir", "sizes"]
+dry = check.must(*DISKS, "-dry_run", *more)
+check.must(*DISKS, *more)
+said = re.search(r"^files +(\S+) snapshots of (\S+) MB, 6 checkpoints of (\S+) MB at a time, history of (\S+) MB: about (\S+) MB; the disk of sizes has \S+ MB free$", dry.out, re.M)
+check.need(said, f"-dry_run says how large the files are: {dry.out}")
+said = [float(number) for number in said.groups()]
+sizes = [[os.path.getsize(path) / 1e6 for path in glob.glob(f"sizes/disks{kind}")] for kind in (".snapshots/*", "-checkpoint-*.h5", ".csv")]
+found = [len(sizes[0]), max(sizes[0]), max(sizes[1]), sizes[2][0]]
+check.that(all(0.9 * there < told < 1.2 * there for told, there in zip(said, found)), f"number and sizes of snapshots, checkpoints and history: predicted {said}, are {found}")
+tell("more than the disk holds", 0, "warning    the files of this run need about .* MB, and the disk of out has .* MB free; choose a larger -output_every", *DISKS, "-dry_run", "-output_dir", "out",
+     "-output_every", "0", "-time_end", "2e7")
+
+# ---- Studies
+
+plain = [line for line in KNOWN if not line.startswith("-reference")] + ["-body_b_velocity 0.1*sin(pi*x)"]
+value = ["-study_type", "convergence", "-study_levels", "3", "-study_quantity", "strain_energy:max", "-study_value", "0.002487", "-grid_cells", "4"]
+study("errors that do not fall", 0, "verdict    -: the errors do not fall steadily, .* J: make one run more", *value, lines=plain)
+mass = ["-study_type", "convergence", "-study_levels", "2", "-study_quantity", "mass", "-study_value", "1", "-study_order_min", "1"]
+run = study("an error that is 0", 3, "no plot of it: an error is 0 or not finite", *mass, lines=plain)
+check.that("no order for -study_order_min 1: an error is 0" in run.err, "and it has no order")
+work = ["-study_type", "workprecision", "-study_levels", "2", "-study_repeats", "1", "-study_update", "usl", "-study_transfer", "flip", "-study_preset", "none"]
+study("a method of its own that stops", 0, "the scene's own method has no error: it stopped", *work, "-study_basis", "bspline2", "-method_basis", "linear", "-dt_cfl", "2", "-study_cfl", "0.2", "-method_update", "usl", "-time_end", "1.5", "-grid_cells", "16")
+study("steps too long where particles cross cells", 0, "results", *work, "-study_basis", "linear", "-study_update", "musl", "-study_cfl", "0.3", "-method_basis", "linear")
+notes = {row["note"] for row in check.rows("study/study_workprecision.csv")}
+check.that("steps too long where particles cross cells: stable up to 0.05 h/c" in notes, f"the table says so: {notes}")
+study("a coarsest run that is refused", 2, "-study_coarser: the coarsest run: ", *work, "-study_basis", "bspline2", "-study_coarser", "3")
+study("a setting of its own that is wrong", 0, "warning    the scene's own setting: ", *work, "-study_basis", "bspline2", "-method_transfer", "pic", "-dry_run")
+study("dry run with references", 0, "by the model about .* s of steps, with its references; no step was made", *work, "-study_basis", "bspline2,gimp", "-reference_type", "finest", "-dry_run", lines=plain)
+study("no reference", 3, "no reference: fewer than two of the methods in -study_basis came to the end", *work, "-study_basis", "bspline2,gimp", "-reference_type", "finest",
+      "-dt_cfl", "2", "-time_end", "20", "-method_update", "usl", "-body_b_velocity", "10*sin(pi*x)", lines=plain)
+study("viscosity is left out", 0, "note       -method_damping_viscosity is left out: what it does depends on the cells of the scene", "-study_type", "stability", "-study_basis", "bspline2",
+      "-study_update", "usl", "-study_transfer", "flip", "-study_steps", "100", "-method_damping_viscosity", "1e-3", "-dry_run")
+
+
+
+def interrupt(session):
+    """SIGTERM, when a history of the study's second run grows, or after a second."""
+    time.sleep(1)
+    os.kill(session, signal.SIGTERM)
+
+
+long = ["-time_end", "1e6", "-history_every", "1"]
+study("SIGTERM in a study of convergence", 3, "interrupted by a signal; the results are complete up to here", "-study_type", "convergence", *long, during=interrupt)
+study("SIGTERM in one of work and precision", 3, "interrupted by a signal; the same command goes on with the runs that are left", *work, "-study_basis", "bspline2", *long, during=interrupt)
+check.end()
