@@ -20,7 +20,7 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
   PetscCall(MPMOptionsReal(o, "check_energy", NULL, &mon->check_energy, NULL));
   PetscCall(MPMOptionsReal(o, "check_momentum", NULL, &mon->check_momentum, NULL));
   for (PetscInt k = 0; k < 6; k++)
-    if (scene->walls.given[k / 2][k % 2].type == MPM_WALL_moving) moving = PETSC_TRUE;
+    if (MPMWallMoves(scene->walls.given[k / 2][k % 2].type)) moving = PETSC_TRUE;
   if (mon->check_energy > 0 && (scene->body_force || moving) && !*follow)
     MPMOptionsFail(o, "-check_energy does not apply: the work of %s is followed with -history_energy only",
                    moving ? "moving walls" : "body forces");

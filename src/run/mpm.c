@@ -102,6 +102,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
 
   PetscFunctionBeginUser;
   MPMWallsDerive(&scene->walls);
+  MPMWallsReachTo(&scene->walls, &core->grid);
   core->params.kinds      = scene->kinds;
   core->params.nkinds     = scene->nkinds;
   core->params.materials  = scene->materials;

@@ -317,6 +317,8 @@ PetscErrorCode MPMRestartState(MPM mpm)
   }
   for (PetscInt e = 0; e < MPM_NUM_LOST && !rank; e++)
     PetscCall(PetscArraycpy(core->lost[e].word, c->lost[e], MPM_SUM_WORDS));
+  MPMWallsMove(&mpm->scene.walls);
+  MPMWallsReachTo(&mpm->scene.walls, &core->grid);
   if (c->every != c->every_was) c->next = MPMNextTime(core->t, c->every);
   if (mpm->monitor.every != c->history_was) mpm->monitor.next = MPMNextTime(core->t, mpm->monitor.every);
   if (out->every != c->output_was) out->next = MPMNextTime(core->t, out->every);

@@ -254,6 +254,7 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
 {
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
+  for (PetscInt k = 0; k < 6; k++) PetscCall(MPMExpressionDestroy(&scene->wall_velocity[k]));
   PetscCall(MPMForcesDestroy(scene));
   PetscCall(MPMKnownDestroy(scene));
   PetscCall(PetscFree(scene->materials));

@@ -44,6 +44,7 @@ typedef struct {
   MPMKind      *kinds;
   PetscInt      nkinds;
   MPMWalls      walls;
+  MPMExpression wall_velocity[6]; /* of faces whose velocity is a formula: m/s, of t; else NULL */
   MPMLoad      *loads;
   PetscInt      nloads;
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
@@ -62,9 +63,14 @@ typedef struct {
 PetscErrorCode MPMSceneSetFromOptions(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneDestroy(MPMScene *);
 
-/* --- Walls (read_walls.c), particles (fill.c) --------------------------------------------------------------------- */
+/* --- Walls (read_walls.c, move_walls.c), particles (fill.c) --------------------------------------------------------------------- */
 
 PetscErrorCode MPMSceneReadWalls(MPMScene *, MPMCore *, MPMOptions);
+PetscErrorCode MPMSceneReadWallVelocity(MPMScene *, const MPMCore *, PetscInt face, MPMOptions);
+PetscErrorCode MPMSceneCheckWalls(const MPMScene *, MPMCore *, PetscReal t);
+PetscErrorCode MPMSceneMoveWalls(MPMScene *, const MPMCore *, PetscReal t);
+void           MPMScenePassWalls(MPMScene *, const MPMCore *, PetscReal dt);
+PetscErrorCode MPMSceneWallAdvances(const MPMScene *, const MPMCore *, PetscInt face, PetscReal end, PetscBool *);
 PetscErrorCode MPMSceneCountParticles(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneAddParticles(const MPMScene *, MPMCore *);
 PetscErrorCode MPMSceneHistogram(const MPMScene *, const MPMCore *, MPMHistogram *);
