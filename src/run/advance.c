@@ -111,12 +111,13 @@ static void CheckState(MPM mpm)
 
 /* What a step changes besides the fields of particles. */
 typedef struct {
-  MPMStatus status;
-  MPMSum    energy[MPM_NUM_ENERGIES];
-  MPMTotals now; /* of the history */
-  MPMWalls  walls;
-  PetscReal t, dt, flip, courant, wave, energy_max, speed_max;
-  PetscInt  step, looked;
+  MPMStatus  status;
+  MPMSum     energy[MPM_NUM_ENERGIES];
+  MPMTotals  now; /* of the history */
+  MPMWalls   walls;
+  MPMDamping damping;
+  PetscReal  t, dt, flip, courant, wave, energy_max, speed_max;
+  PetscInt   step, looked;
 } Before;
 
 /* Copies what a step changes, before it. Not collective. */
@@ -129,6 +130,7 @@ static PetscErrorCode Save(MPM mpm, Before *b)
   b->status     = core->status;
   b->now        = mon->now;
   b->walls      = mpm->scene.walls;
+  b->damping    = core->damping;
   b->t          = core->t;
   b->dt         = core->params.dt;
   b->flip       = core->params.flip;
@@ -160,6 +162,7 @@ static PetscErrorCode Undo(MPM mpm, const Before *b)
   mpm->wave         = b->wave;
   mon->now          = b->now;
   mpm->scene.walls  = b->walls;
+  core->damping     = b->damping;
   mon->energy_max   = b->energy_max;
   mon->speed_max    = b->speed_max;
   mon->looked       = b->looked;

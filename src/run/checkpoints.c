@@ -130,6 +130,8 @@ PetscInt MPMCheckpointKept(MPM mpm, MPMKept kept[])
        {"lost", MPM_KEPT_INT64, MPM_NUM_LOST * MPM_SUM_WORDS, c->lost},
        {"wall_velocity", MPM_KEPT_REAL, 18, mpm->scene.walls.velocity},
        {"wall_place", MPM_KEPT_REAL, 6, mpm->scene.walls.place},
+       {"damping_last", MPM_KEPT_REAL, 1, &core->damping.last},
+       {"damping_stops", MPM_KEPT_INT, 1, &core->damping.stops},
        {"retry_limit", MPM_KEPT_REAL, 1, &mpm->retry.limit},
        {"retry_undone", MPM_KEPT_INT, 1, &mpm->retry.undone},
        {"retry_steps", MPM_KEPT_INT, 1, &mpm->retry.steps},

@@ -222,13 +222,10 @@ static PetscErrorCode PrintTerms(MPM mpm)
     const char *name;
     PetscInt    row;
   } terms[] = {
-      {"gravity", MPM_SHOWS_energy_gravity},
-      {"loads", MPM_SHOWS_load_work},
-      {"walls", MPM_SHOWS_energy_walls},
-      {"friction", MPM_SHOWS_energy_friction},
-      {"transfer", MPM_SHOWS_energy_transfer},
-      {"laws", MPM_SHOWS_energy_laws},
-      {"integration", MPM_SHOWS_energy_integration},
+      {"gravity", MPM_SHOWS_energy_gravity}, {"loads", MPM_SHOWS_load_work},
+      {"walls", MPM_SHOWS_energy_walls},     {"friction", MPM_SHOWS_energy_friction},
+      {"damping", MPM_SHOWS_energy_damping}, {"transfer", MPM_SHOWS_energy_transfer},
+      {"laws", MPM_SHOWS_energy_laws},       {"integration", MPM_SHOWS_energy_integration},
   };
   const MPMShown  shown = MPMMonitorShown(&mpm->monitor, &mpm->core, &mpm->scene);
   const PetscReal base  = mpm->monitor.energy_max + PetscAbsReal(MPMShownWork(&shown));
@@ -239,6 +236,7 @@ static PetscErrorCode PrintTerms(MPM mpm)
   for (size_t k = 0; k < sizeof terms / sizeof terms[0]; k++) {
     const PetscReal value = MPMDiagnostics[terms[k].row].value(&shown);
 
+    if (terms[k].row == MPM_SHOWS_energy_damping && !MPMDampingIsOn(&mpm->core)) continue;
     sum += value;
     PetscCall(MPMPrint(&mpm->core.print, "  %-12s %14.6g  %8.3f\n", terms[k].name, (double)value,
                        base > 0 ? (double)(100 * value / base) : 0));
@@ -271,8 +269,10 @@ static PetscErrorCode PrintEnergy(MPM mpm)
                        (double)residual));
   PetscCall(MPMPrint(&mpm->core.print, "\n"));
   if (mpm->core.energy.on) PetscCall(PrintTerms(mpm));
-  if (!mpm->scene.body_force && !MovingWall(mpm) &&
-      residual > 0.05 * (mpm->monitor.energy_max + PetscAbsReal(work)))
+  if (mpm->core.damping.kinetic)
+    PetscCall(MPMPrint(&mpm->core.print, "damping    all velocities were set to 0 %" PetscInt_FMT " times\n",
+                       mpm->core.damping.stops));
+  if (!mpm->scene.body_force && !MovingWall(mpm) && residual > 0.05 * (mpm->monitor.energy_max + PetscAbsReal(work)))
     PetscCall(MPMPrint(&mpm->core.print,
                        "warning    energy grew by %.2g of its largest value, which nothing in the scene explains\n",
                        (double)(residual / (mpm->monitor.energy_max + PetscAbsReal(work)))));
