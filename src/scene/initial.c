@@ -177,13 +177,13 @@ static PetscErrorCode Weight(const MPMScene *scene, const MPMCore *core, const P
 
 /* --- The state of a particle -------------------------------------------------------------------------------------- */
 
-/* Writes components of a stress, as far as the dimension has them, to text. */
-static void Write(PetscInt dim, const PetscReal tau[], char text[], size_t len)
+/* Writes components of a stress to text: those of the axes that there are, or, if `whole`, all that the dimension has. */
+static void Write(PetscInt dim, PetscBool whole, const PetscReal tau[], char text[], size_t len)
 {
   static const char *const names[] = {"xx", "xy", "xz", "yy", "yz", "zz"};
 
   text[0] = 0;
-  for (int k = 0; k < MPM_SYM_NC((int)dim); k++)
+  for (int k = 0; k < (whole || dim == 3 ? MPM_SYM_NC((int)dim) : dim == 2 ? 3 : 1); k++)
     (void)snprintf(text + strlen(text), len - strlen(text), "%s%s %.4g", k ? ", " : "", names[MPMSymPlace((int)dim, k)],
                    (double)tau[MPMSymPlace((int)dim, k)]);
 }
@@ -221,8 +221,8 @@ PetscErrorCode MPMInitialState(const MPMScene *scene, const MPMCore *core, const
                  : dim == 2 ? "(%g, %g)"
                             : "(%g, %g, %g)",
                  (double)X[0], (double)(dim > 1 ? X[1] : 0), (double)(dim > 2 ? X[2] : 0));
-  Write(dim, tau, has, sizeof has);
-  Write(dim, s->tau, can, sizeof can);
+  Write(dim, in->stress ? PETSC_FALSE : PETSC_TRUE, tau, has, sizeof has);
+  Write(dim, in->stress ? PETSC_FALSE : PETSC_TRUE, s->tau, can, sizeof can);
   if (!in->stressed)
     (void)snprintf(wrong, MPM_TEXT_LEN, "-body_%s_deformation: at %s it has an F %s", b->name, at, why);
   else
