@@ -186,14 +186,21 @@ static void AddTo(PetscInt dim, PetscInt k, PetscReal more, PetscReal F[])
       }
 }
 
+/* Returns whether a symmetric F is a stretch, with positive eigenvalues. */
+static PetscBool IsStretch(PetscInt dim, const PetscReal F[])
+{
+  if (!(F[0] > 0 && MPMDet((int)dim, F) > 0)) return PETSC_FALSE;
+  return dim < 3 || F[0] * F[4] - F[1] * F[3] > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Sets r [n] to tau - wanted, of the axes that there are; returns its largest component. */
 static PetscReal Residual(PetscInt dim, const MPMMaterial *m, const PetscReal wanted[], MPMMaterialStart *s,
                           PetscReal r[])
 {
   PetscReal most = 0;
 
+  if (!IsStretch(dim, s->F)) return PETSC_INFINITY;
   s->J = MPMDet((int)dim, s->F);
-  if (!(s->J > 0)) return PETSC_INFINITY;
   Stress(dim, m, s);
   for (int d = 0, at = 0; d < dim; d++)
     for (int e = d; e < dim; e++, at++) {
