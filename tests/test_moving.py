@@ -107,6 +107,10 @@ def check_settling():
         check.that(np.abs(left / np.exp(-8 * h["time"]) - 1).max() < 1e-12, f"cfl {cfl}: the kinetic energy falls as exp(-2 t/T)")
         check.that(np.abs(h["energy_damping"] - h["kinetic_energy"] + h["kinetic_energy"][0]).max() < 1e-12 * h["kinetic_energy"][0],
                    "the term of damping is what is lost")
+    check.must("-options_file", free, *QUIET, "-time_end", 0.1, "-checkpoint_every", 1e30)
+    ends = check.pebble("-options_file", check.write("ends.opts", [line for line in open(free).read().splitlines() if "damping" not in line]),
+                        *QUIET, "-output_name", "free", "-restart_file", "latest")
+    check.that(ends.status == 2 and "cannot begin or end at a restart" in ends.err, f"a column that would go: {ends.err.strip()[:80]}")
     steady = box("steady", 1, [1], [16], ([0], [1]), "-gravity -10", "-bc_xmin_type slip", "-method_basis bspline2", "-method_update usl",
                  "-time_end 2", "-body_b_ppc 2")
     M = 1e5 * 0.7 / (1.3 * 0.4)
@@ -120,6 +124,11 @@ def check_settling():
             check.that(h["kinetic_energy"][-1] < 1e-9 * h["strain_energy"][-1] and abs(h["strain_energy"][-1] / want - 1) < 0.1,
                        f"{what[0]}, cfl {cfl}: at rest with {h['strain_energy'][-1]:.5f} J, small strains have {want:.5f}")
         check.that(abs(found[what[0], 0.1] / found[what[0], 0.4] - 1) < 1e-4, f"{what[0]}: the same state with a quarter of the step")
+    check.must("-options_file", steady, *QUIET, "-damping_kinetic", "-checkpoint_every", 1e30)
+    run = check.must("-options_file", steady, *QUIET, "-time_end", 3, "-restart_file", "latest")
+    h = check.history("output/steady.csv")
+    check.that("-damping_kinetic not given, was given" in run.out and np.abs(h["strain_energy"][h["time"] > 2] / found["-damping_kinetic", 0.4] - 1).max() < 1e-6,
+               "a run that settled goes on without damping, at rest")
     check.that(abs(found["-damping_kinetic", 0.1] / found["-damping_time", 0.1] - 1) < 1e-4, "both dampings settle to the same state")
 
 
