@@ -82,13 +82,15 @@ def check_equal():
             path = box("settle", 2, [1, 1], [16, 16], ([0, 0], [1, 0.75]), "-bc_ymin_type moving", '-bc_ymin_velocity "0.2*sin(9*t), 0"',
                        "-bc_xmin_type slip", "-bc_xmax_type slip", "-gravity 0,-10", "-damping_time 0.1", "-damping_kinetic",
                        "-body_b_deformation 1,0.02*x,0,1", "-time_end 1")
-            more = ["-time_max_steps", 40]
+            more = ["-time_max_steps", 70]
         runs = [check.must("-options_file", path, *QUIET, *more, *way, n=n).digest
                 for n, way in ((1, []), (3, []), (3, ["-parallel_strategy", "pool"]))]
-        check.must("-options_file", path, *QUIET, *more, "-time_max_steps", 17, "-checkpoint_every", 1e30, n=3)
+        check.must("-options_file", path, *QUIET, *more, "-time_max_steps", 31, "-checkpoint_every", 1e30, n=3)
         runs.append(check.must("-options_file", path, *QUIET, *more, "-restart_file", "latest").digest)
         runs.append(check.must("-options_file", path, *QUIET, *more, "-check_state", "retry").digest)
         check.that(len(set(runs)) == 1 and runs[0], f"{name}: digests {' '.join(map(str, runs))}")
+    stops = check.must("-options_file", path, *QUIET, *more).find(r"^damping +all velocities were set to 0 (\d+) times$")
+    check.that(int(stops) > 0, f"kinetic damping stopped {stops} times in these runs")
     late = check.pebble("-options_file", path, *QUIET, "-bc_ymin_velocity", "0.1/(t<0.02), 0")
     check.that(late.status == 3 and "-bc_ymin_velocity is not finite at t = 0.0" in late.err, f"not finite later: {late.err.strip()[:100]}")
     warned = check.pebble("-options_file", path, "-dry_run", "-bc_ymin_velocity", "0, t").out
