@@ -80,35 +80,42 @@ const char *MPMMaterialDeformed(const MPMMaterial *m, PetscInt dim, const PetscR
   return NULL;
 }
 
-/* Sets J of a fluid: its tau, the same on all sides, rises with J. */
+/* Returns tau_xx - wanted of a fluid with the volume ratio J, and leaves its stress in the state. */
+static PetscReal Excess(const MPMMaterial *m, PetscInt dim, PetscReal J, PetscReal wanted, MPMMaterialStart *s)
+{
+  s->J = J;
+  Stress(dim, m, s);
+  return s->tau[0] - wanted;
+}
+
+/* Sets J of a fluid, whose tau is the same on all sides: it is between two ratios that lie the nearest to 1, and halving
+   their distance finds it. */
 static const char *Fluid(const MPMMaterial *m, PetscInt dim, const PetscReal tau[], MPMMaterialStart *s)
 {
-  PetscReal J[2] = {1, 1}, f[2];
+  const PetscReal factor = tau[0] > 0 ? 1.02 : 0.98;
+  PetscReal       from = 1, to = 1;
 
   for (int k = 0; k < 6; k++) {
-    const PetscBool shear = k == 1 || k == 2 || k == 4 ? PETSC_TRUE : PETSC_FALSE, out = k > 2 && dim == 1;
+    const PetscBool shear = k == 1 || k == 2 || k == 4 ? PETSC_TRUE : PETSC_FALSE;
 
-    if (!out && !(k == 5 && dim == 2) && PetscAbsReal(tau[k] - (shear ? 0 : tau[0])) > 1e-9 * Largest(tau))
+    if ((k > 2 && dim == 1) || (k == 5 && dim == 2)) continue; /* along a missing axis */
+    if (PetscAbsReal(tau[k] - (shear ? 0 : tau[0])) > 1e-9 * Largest(tau))
       return "with shear, of which a fluid at rest has none";
   }
-  Stress(dim, m, s);
-  f[0] = s->tau[0] - tau[0];
-  J[1] = 1 + tau[0] / m->K;
-  for (PetscInt n = 0; n < ROUNDS && J[1] > 0; n++) { /* the secant method */
-    PetscReal next;
-
-    s->J = J[1];
-    Stress(dim, m, s);
-    f[1] = s->tau[0] - tau[0];
-    if (f[1] == 0 || f[1] == f[0] || J[1] == J[0]) break;
-    next = J[1] - f[1] * (J[1] - J[0]) / (f[1] - f[0]);
-    if (PetscAbsReal(f[1]) < PetscAbsReal(f[0])) {
-      J[0] = J[1];
-      f[0] = f[1];
-    }
-    J[1] = next;
+  while (tau[0] != 0 && Excess(m, dim, to, tau[0], s) * tau[0] < 0) {
+    from = to;
+    to *= factor;
+    if (to < 0.02 || to > 50) return none;
   }
-  if (!(PetscAbsReal(s->tau[0] - tau[0]) <= 1e-9 * PetscAbsReal(tau[0]) + 1e-14 * m->K)) return none;
+  for (PetscInt n = 0; n < ROUNDS; n++) {
+    const PetscReal middle = 0.5 * (from + to);
+
+    if (Excess(m, dim, middle, tau[0], s) * tau[0] < 0)
+      from = middle;
+    else
+      to = middle;
+  }
+  (void)Excess(m, dim, to, tau[0], s);
   for (PetscInt d = 0; d < dim; d++) s->F[d * (dim + 1)] = PetscPowReal(s->J, 1 / (PetscReal)dim);
   return NULL;
 }
@@ -257,7 +264,8 @@ const char *MPMMaterialStressed(const MPMMaterial *m, PetscInt dim, PetscBool wh
     s->tau[k] = 0;
   }
   s->J = 1;
-  if (!(Largest(tau) <= PETSC_MAX_REAL)) return "which is not finite";
+  for (int k = 0; k < 6; k++)
+    if (!(PetscAbsReal(tau[k]) <= PETSC_MAX_REAL)) return "which is not finite";
   if (m->type->traits & MPM_FLUID) return Fluid(m, dim, tau, s);
   if (m->state & MPM_BIT(be)) return Elastic(m, dim, whole, tau, s);
   return Symmetric(m, dim, tau, s);
