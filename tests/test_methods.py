@@ -32,7 +32,7 @@ TRANSFERS = {"flip": "-method_transfer flip -method_flip 0.95", "pic": "-method_
              "aflip": "-method_transfer aflip -method_affine_strain 0.5 -method_damping_rate 0.2", "xpic": "-method_transfer xpic -method_order 3",
              "afmpm": "-method_transfer afmpm -method_order 3"}
 UPDATES = ("usf", "usl", "musl")
-WALLS = {"free": "", "fixed": "", "slip": "", "separate": "", "friction": "_mu 0.3", "moving": "_velocity"}
+WALLS = {"free": "", "fixed": "", "slip": "", "separate": "", "friction": "_mu 0.3", "moving": "_velocity", "piston": "_velocity"}
 VELOCITY = {1: "0.3+0.2*sin(2*pi*x)", 2: "0.3-0.5*(y-0.5)+0.2*sin(2*pi*x), -0.2+0.5*(x-0.5)",
             3: "0.3-0.5*(y-0.5)+0.2*sin(2*pi*z), -0.2+0.5*(x-0.5), 0.1+0.3*(x-0.5)"}
 CELLS = {1: 12, 2: 12, 3: 12}  # three processes need a tile of 4 nodes each
@@ -82,6 +82,8 @@ def walls(dim, types):
         lines.append(f"-bc_{face}_type {kind}")
         if kind == "friction":
             lines.append(f"-bc_{face}_mu 0.3")
+        if kind == "piston":
+            lines.append(f"-bc_{face}_velocity 0")
         if kind == "moving":
             lines.append(f"-bc_{face}_velocity " + ",".join("0.1" if d == (k // 2 + 1) % dim and dim > 1 else "0" for d in range(dim)))
     return "\n".join(lines)

@@ -128,7 +128,8 @@ def methods():
         ("column", ("-method_carry", "all")), ("cantilever", ("-history_energy", "true", "-method_carry", "all")),
         ("impact", ("-method_locking", "fbar")), ("disks3d", ("-method_locking", "fbar")),
         ("dambreak", ("-parallel_migrate", "direct")), ("disks", ("-parallel_balance", "auto")),
-        ("drop", ("-parallel_balance", "equal")))]
+        ("drop", ("-parallel_balance", "equal")), ("gate", ("-bc_xmin_velocity", "5*sin(30*t)^2", "-damping_time", "0.1")))]
+    jobs += [("gate", 160, [90], (2, 3), ("-bc_xmin_velocity", "5*sin(100*t)^2", "-damping_kinetic"))]
     done = check.at_once(lambda job: stop_and_go(*job), jobs)
     check.that(sum(d is True for d in done) >= 60, f"{sum(d is True for d in done)} of {len(jobs)} methods were not refused")
 

@@ -70,6 +70,7 @@ static void OneFace(int dim, int axis, int side, MPMWall wall, const PetscInt ij
   for (int d = 0; d < dim; d++) {
     if (wall == MPM_WALL_fixed) CHECK_EQ(v[d], 0);
     if (wall == MPM_WALL_moving) CHECK_EQ(v[d], face.velocity[d]);
+    if (wall == MPM_WALL_piston) CHECK_EQ(v[d], d == axis ? face.velocity[d] : before[d]);
     if (wall == MPM_WALL_slip || wall == MPM_WALL_separate) CHECK_EQ(v[d], d == axis ? 0 : before[d]);
   }
   if (wall == MPM_WALL_friction) {
@@ -238,6 +239,8 @@ static void AdvanceOneFace(int dim, int axis, int side, MPMWall wall, const Pets
     if (wall == MPM_WALL_moving)
       CHECK(at[d] == face.velocity[d] && v[d] == face.velocity[d] && (a[d] == 0 || force[d] == 0));
     if (wall == MPM_WALL_moving) CHECK_NEAR(a[d], 0, 0);
+    if (wall == MPM_WALL_piston && d == axis) CHECK(at[d] == face.velocity[d] && a[d] == 0);
+    if (wall == MPM_WALL_piston && d != axis) CHECK(at[d] == trial[d] && a[d] == force[d]);
     if (wall == MPM_WALL_slip && d == axis) CHECK(at[d] == 0 && v[d] == 0 && a[d] == 0);
     if ((wall == MPM_WALL_slip || wall == MPM_WALL_separate) && d != axis) CHECK(at[d] == trial[d] && a[d] == force[d]);
   }
@@ -274,7 +277,7 @@ static void AdvanceCorners(int dim, const PetscInt ijk[])
     MPMWall wall;
 
     do wall = (MPMWall)UnitInt(MPM_NUM_WALLS);
-    while (wall == MPM_WALL_moving);
+    while (MPMWallMoves(wall));
     faces[k / 2][k % 2] = Face(wall);
   }
   for (int d = 0; d < 3; d++) at[d] = a[d] = force[d] = UnitReal(-4, 4);
@@ -381,17 +384,22 @@ static void Derived(void)
     MPMWallsDerive(&w);
     CHECK_SAME(kept, w.given, sizeof kept);
     for (int k = 0; k < 6; k++) {
-      const MPMFace *of[3] = {&w.before[k / 2][k % 2], &w.gradient[k / 2][k % 2], &w.residual[k / 2][k % 2]},
+      const MPMFace *of[4] = {&w.before[k / 2][k % 2], &w.gradient[k / 2][k % 2], &w.residual[k / 2][k % 2],
+                              &w.again[k / 2][k % 2]},
                     *f     = &w.given[k / 2][k % 2];
       const MPMWall type   = f->type;
 
       UnitContext("walls derived from %s", names[type]);
-      for (int i = 0; i < 3; i++)
+      for (int i = 0; i < 4; i++)
         CHECK(of[i]->mu == f->mu && of[i]->velocity[0] == f->velocity[0] && of[i]->velocity[1] == f->velocity[1] &&
               of[i]->velocity[2] == f->velocity[2] && of[i]->reach == f->reach);
       CHECK_EQ(of[0]->type, Pushes(type) ? MPM_WALL_free : type);
       CHECK_EQ(of[1]->type, type == MPM_WALL_friction ? MPM_WALL_separate : type);
-      CHECK_EQ(of[2]->type, Pushes(type) ? MPM_WALL_free : type == MPM_WALL_moving ? MPM_WALL_fixed : type);
+      CHECK_EQ(of[2]->type, Pushes(type)              ? MPM_WALL_free
+                            : type == MPM_WALL_moving ? MPM_WALL_fixed
+                            : type == MPM_WALL_piston ? MPM_WALL_slip
+                                                      : type);
+      CHECK_EQ(of[3]->type, of[0]->type);
       for (int round = 0; round < 10; round++) {
         const MPMGrid   far  = {.dim = 3, .cells = {200, 200, 200}, .h = {1, 1, 1}};
         const PetscReal r[3] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)}, into = (k % 2 ? 1 : -1) * r[k / 2];
@@ -404,16 +412,56 @@ static void Derived(void)
         MPMWallsApply((const MPMFace(*)[2])w.gradient, &far, at, 0.5, v[1]);
         MPMWallsApply((const MPMFace(*)[2])w.residual, &far, at, 0.5, v[2]);
         for (int d = 0; d < 3; d++) {
-          const PetscReal held = type == MPM_WALL_fixed || (type == MPM_WALL_slip && d == k / 2) ? 0
-                                 : type == MPM_WALL_moving                                       ? f->velocity[d]
-                                                                                                 : r[d];
+          const int       gives = type == MPM_WALL_moving || (type == MPM_WALL_piston && d == k / 2);
+          const PetscReal held  = type == MPM_WALL_fixed || (type == MPM_WALL_slip && d == k / 2) ? 0
+                                  : gives                                                         ? f->velocity[d]
+                                                                                                  : r[d];
 
           CHECK_EQ(v[0][d], held);
           CHECK_EQ(v[1][d], Pushes(type) && d == k / 2 && into > 0 ? 0 : held);
-          CHECK_EQ(v[2][d], type == MPM_WALL_moving ? 0 : held);
+          CHECK_EQ(v[2][d], gives ? 0 : held);
         }
       }
     }
+  }
+}
+
+/* What changes with time: velocities that formulas give, and the layers of nodes behind a piston. */
+static void Changes(void)
+{
+  const MPMGrid *grid = Grid(3);
+  MPMWalls       w;
+
+  for (int k = 0; k < 6; k++) {
+    const int axis = k / 2, side = k % 2, changes = UnitInt(2);
+    PetscReal was[3];
+    MPMFace  *f = &w.given[axis][side];
+
+    UnitContext("a piston at face %d", k);
+    memset(&w, 0, sizeof w);
+    *f = Face(MPM_WALL_piston);
+    memcpy(was, f->velocity, sizeof was);
+    MPMWallsDerive(&w);
+    w.changes[k] = changes ? PETSC_TRUE : PETSC_FALSE;
+    for (int d = 0; d < 3; d++) w.velocity[k][d] = UnitReal(-1, 1);
+    MPMWallsMove(&w);
+    for (int d = 0; d < 3; d++) {
+      const PetscReal now = changes ? w.velocity[k][d] : was[d];
+
+      CHECK_EQ(w.before[axis][side].velocity[d], was[d]);
+      CHECK(f->velocity[d] == now && w.again[axis][side].velocity[d] == now && w.gradient[axis][side].velocity[d] == now);
+    }
+    for (int layers = -2; layers < cells[axis] + 3; layers++) {
+      const int reach = layers < 0 ? 0 : layers > cells[axis] ? cells[axis] : layers;
+
+      w.place[k] = (layers + UnitReal(0, 0.99)) * grid->h[axis];
+      MPMWallsReachTo(&w, grid);
+      CHECK(f->reach == reach && w.before[axis][side].reach == reach && w.again[axis][side].reach == reach &&
+            w.gradient[axis][side].reach == reach && w.residual[axis][side].reach == reach);
+    }
+    w.place[k] = 3 * grid->h[axis] * (1 - 1e-12); /* rounding of many steps */
+    MPMWallsReachTo(&w, grid);
+    CHECK_EQ(f->reach, PetscMin(3, cells[axis]));
   }
 }
 
@@ -433,7 +481,8 @@ int main(void)
                   AdvanceOneFace(dim, axis, side, (MPMWall)wall, ijk);
                 }
           for (int round = 0; round < 20; round++) Corners(dim, ijk);
-          for (int round = 0; round < 20; round++) AdvanceCorners(dim, ijk);
+          for (int round = 0; round < 50; round++) Changes();
+  for (int round = 0; round < 20; round++) AdvanceCorners(dim, ijk);
         }
   for (int round = 0; round < 50; round++)
     for (int dim = 1; dim <= 3; dim++)

@@ -285,10 +285,15 @@ static PetscReal Change(const MPMShown *s, PetscInt row)
   return MPMShownEver(s->now, row, 0) - s->start->sum[row][0];
 }
 
+static PetscReal Value_energy_damping(const MPMShown *s)
+{
+  return s->now->energy[MPM_ENERGY_damping];
+}
+
 /* What the particles' kinetic energy has lost on the way to the nodes and back. */
 static PetscReal Value_energy_transfer(const MPMShown *s)
 {
-  return Change(s, MPM_SHOWS_kinetic_energy) - s->now->energy[MPM_ENERGY_advance];
+  return Change(s, MPM_SHOWS_kinetic_energy) - s->now->energy[MPM_ENERGY_advance] - Value_energy_damping(s);
 }
 
 static PetscReal Value_energy_laws(const MPMShown *s)
@@ -300,7 +305,7 @@ PetscReal MPMShownIntegration(const MPMShown *s)
 {
   return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) - Value_load_work(s) -
          Value_energy_gravity(s) - Value_energy_walls(s) - Value_energy_friction(s) - Value_energy_transfer(s) -
-         Value_energy_laws(s);
+         Value_energy_laws(s) - Value_energy_damping(s);
 }
 
 static PetscReal Value_energy_integration(const MPMShown *s)
@@ -320,6 +325,7 @@ static PetscReal Value_particles(const MPMShown *s)
 #define SUM    MPM_SHOW_SUM
 #define TERM   MPM_SHOW_TERM
 #define LOADS  MPM_SHOW_LOADS
+#define DAMPED MPM_SHOW_DAMPED
 #define AXIAL  MPM_SHOW_AXIAL
 #define ASKED  MPM_SHOW_ASKED
 #define SHOWN  MPM_SHOW_COLUMN
@@ -387,7 +393,7 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
   const PetscInt uses = MPMDiagnostics[row].uses;
 
   return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ||
-                 (uses & MPM_SHOW_LOST && !core->params.deletes)
+                 (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & MPM_SHOW_LOST && !core->params.deletes)
              ? PETSC_FALSE
              : PETSC_TRUE;
 }

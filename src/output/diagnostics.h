@@ -47,7 +47,8 @@ enum {
   MPM_SHOW_LOADS  = 16,
   MPM_SHOW_AXIAL  = 32,
   MPM_SHOW_ASKED  = 64,
-  MPM_SHOW_LOST   = 128
+  MPM_SHOW_LOST   = 128,
+  MPM_SHOW_DAMPED = 256
 };
 typedef struct {
   const char *name, *word, *unit, *components;

@@ -8,7 +8,7 @@
 #include "output/output.h"
 
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, PetscReal time_end, MPMOptions o,
-                                        PetscBool *follow)
+                                        PetscBool damped, PetscBool *follow)
 {
   PetscBool moving = PETSC_FALSE;
 
@@ -20,10 +20,13 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
   PetscCall(MPMOptionsReal(o, "check_energy", NULL, &mon->check_energy, NULL));
   PetscCall(MPMOptionsReal(o, "check_momentum", NULL, &mon->check_momentum, NULL));
   for (PetscInt k = 0; k < 6; k++)
-    if (scene->walls.given[k / 2][k % 2].type == MPM_WALL_moving) moving = PETSC_TRUE;
+    if (MPMWallMoves(scene->walls.given[k / 2][k % 2].type)) moving = PETSC_TRUE;
   if (mon->check_energy > 0 && (scene->body_force || moving) && !*follow)
     MPMOptionsFail(o, "-check_energy does not apply: the work of %s is followed with -history_energy only",
                    moving ? "moving walls" : "body forces");
+  if (mon->check_energy > 0 && damped && !*follow)
+    MPMOptionsFail(o, "-check_energy does not apply: what -damping_* takes is followed with -history_energy only");
+  if (mon->check_momentum > 0 && damped) MPMOptionsFail(o, "-check_momentum does not apply: -damping_* takes momentum");
   if (mon->check_momentum > 0 && (scene->forced || moving))
     MPMOptionsFail(o, "-check_momentum does not apply: the impulse of %s is not followed",
                    moving ? "moving walls" : "body forces and loads");

@@ -25,10 +25,10 @@ typedef struct {
   void *watcher;
 } MPMMonitor;
 
-/* Reads the options of the history and its checks; *follow is -history_energy. The first fault is left in the options.
+/* Reads the options of the history and its checks; *follow is -history_energy, damped is whether there is damping of all motion. The first fault is left in the options.
    Not collective. */
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *, const MPMScene *, PetscReal time_end, MPMOptions,
-                                        PetscBool *follow);
+                                        PetscBool damped, PetscBool *follow);
 /* Computes and checks the totals of a step before it is settled, so that it can be undone: if they are to be checked, or
    if a line is due, for which they are then known. May set core->stop. Collective on the exchange. */
 PetscErrorCode MPMMonitorLook(MPMMonitor *, MPMCore *, const MPMScene *);

@@ -85,6 +85,7 @@ enum {
   MPM_ENERGY_walls,    /* work of moving walls */
   MPM_ENERGY_friction, /* work of friction at walls, below 0 */
   MPM_ENERGY_advance,  /* kinetic energy that accelerations and moving walls gave */
+  MPM_ENERGY_damping,  /* kinetic energy that damping of all motion took, below 0 */
   MPM_ENERGY_stress,   /* work of the stress on particles whose law stores only a part of it, and of viscosity */
   MPM_NUM_ENERGIES
 };
@@ -101,6 +102,14 @@ typedef struct {
   PetscInt  *which, n;        /* [n] the particles of `before` */
   PetscInt   capacity;        /* particles for which there is room */
 } MPMEnergy;
+
+/* Damping of all motion (step/damping.c). */
+typedef struct {
+  PetscReal time;    /* -damping_time, s; 0: none */
+  PetscBool kinetic; /* -damping_kinetic */
+  PetscReal last;    /* of kinetic: the kinetic energy after the last step, J */
+  PetscInt  stops;   /* how often velocities were set to 0 */
+} MPMDamping;
 
 #define MPM_NUM_LOST 11 /* components of the rows LOST of output/diagnostics.def */
 
@@ -120,6 +129,7 @@ struct _MPMCore {
   MPMStatus       status; /* of the last step */
   MPMTimers       timers;
   MPMEnergy       energy;
+  MPMDamping      damping;
   MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (output/lost.c) */
   PetscReal       t;                  /* s */
   PetscInt        step;

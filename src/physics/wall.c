@@ -75,6 +75,13 @@ static PetscBool MPMWallApply_moving(MPM_WALL_ARGUMENTS)
   return PETSC_TRUE;
 }
 
+/* A smooth plane, whose face reaches the nodes behind it. */
+static PetscBool MPMWallApply_piston(MPM_WALL_ARGUMENTS)
+{
+  v[at->axis] = f->velocity[at->axis];
+  return PETSC_TRUE;
+}
+
 const char MPMFaceNames[6][MPM_NAME_LEN] = {
 #define MPM_FACE(name) #name,
 #include "physics/face.def"
@@ -171,14 +178,45 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
   return met;
 }
 
-/* Sets before, gradient and residual from `given` by the columns of wall.def. Not collective. */
+PetscBool MPMWallMoves(MPMWall type)
+{
+  return type == MPM_WALL_moving || type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+}
+
+void MPMWallsReachTo(MPMWalls *w, const MPMGrid *grid)
+{
+  for (PetscInt k = 0; k < 6; k++) {
+    const PetscInt  d = k / 2, s = k % 2;
+    const PetscReal layers = w->place[k] / grid->h[d] + 1e-9; /* rounding of a sum of steps */
+    MPMFace *const  faces[] = {&w->given[d][s], &w->before[d][s], &w->again[d][s], &w->gradient[d][s],
+                               &w->residual[d][s]};
+
+    if (w->given[d][s].type != MPM_WALL_piston) continue;
+    for (size_t f = 0; f < sizeof faces / sizeof faces[0]; f++)
+      faces[f]->reach = layers > 0 ? (PetscInt)PetscMin(layers, (PetscReal)grid->cells[d]) : 0;
+  }
+}
+
+void MPMWallsMove(MPMWalls *w)
+{
+  for (PetscInt k = 0; k < 6; k++) {
+    const PetscInt d = k / 2, s = k % 2;
+
+    for (PetscInt e = 0; e < 3 && w->changes[k]; e++) {
+      w->before[d][s].velocity[e] = w->given[d][s].velocity[e];
+      w->given[d][s].velocity[e] = w->again[d][s].velocity[e] = w->gradient[d][s].velocity[e] = w->velocity[k][e];
+    }
+  }
+}
+
+/* Sets before, again, gradient and residual from `given` by the columns of wall.def. Not collective. */
 void MPMWallsDerive(MPMWalls *w)
 {
   for (PetscInt k = 0; k < 6; k++) {
     const MPMFace *f = &w->given[k / 2][k % 2];
 
-    w->before[k / 2][k % 2] = w->gradient[k / 2][k % 2] = w->residual[k / 2][k % 2] = *f;
-    w->before[k / 2][k % 2].type                                                    = before[f->type];
+    w->before[k / 2][k % 2] = w->again[k / 2][k % 2] = w->gradient[k / 2][k % 2] = w->residual[k / 2][k % 2] = *f;
+    w->before[k / 2][k % 2].type = w->again[k / 2][k % 2].type = before[f->type];
     w->gradient[k / 2][k % 2].type                                                  = gradient[f->type];
     w->residual[k / 2][k % 2].type                                                  = residual[f->type];
   }

@@ -18,17 +18,32 @@ extern const char MPMFaceNames[6][MPM_NAME_LEN]; /* [2 axis + side] rows of face
 
 typedef struct {
   MPMWall   type;
-  PetscReal mu, velocity[3]; /* coefficient of friction; velocity of a moving wall in m/s */
+  PetscReal mu, velocity[3]; /* coefficient of friction; velocity of a wall that moves in m/s */
+  PetscReal distance;        /* of a piston: where it is at the start, m inside the face */
   PetscInt  reach;           /* layers of nodes inside the grid on which it acts too; 0: only on the face and beyond */
 } MPMFace;
 
 /* The walls of a grid, [axis][side]: as the options give them, and those that take their places for other velocities
-   (wall.def), which MPMWallsDerive sets. */
+   (wall.def), which MPMWallsDerive sets; `again` are those of `before` after the advance. The other arrays are by
+   face, 2 axis + side. */
 typedef struct MPMWalls {
-  MPMFace given[3][2], before[3][2], gradient[3][2], residual[3][2];
+  MPMFace   given[3][2], before[3][2], again[3][2], gradient[3][2], residual[3][2];
+  PetscReal velocity[6][3]; /* of walls that `changes` marks: that of this step, m/s */
+  PetscReal place[6];       /* of pistons: how far inside the face they are, m */
+  PetscBool changes[6];     /* the velocity is a formula of time */
 } MPMWalls;
 
 void MPMWallsDerive(MPMWalls *);
+
+/* Returns whether walls of this type give matter a velocity. */
+PetscBool MPMWallMoves(MPMWall);
+
+/* What changes with time, by the functions of scene/move_walls.c. MPMWallsMove gives the walls that `changes` marks
+   their velocity of this step; that of the step before becomes the one from which the advance starts, so that nodes
+   have the acceleration of their wall. MPMWallsReachTo sets the reach of pistons to the nodes behind them. Neither is
+   collective. */
+void MPMWallsMove(MPMWalls *);
+void MPMWallsReachTo(MPMWalls *, const MPMGrid *);
 
 /* Applies walls to the velocity v [dim] in m/s of node ijk [dim]; dt is that of the step in s, or 0 for velocities that
    no advance makes. Returns whether a wall constrained v. Not collective. */

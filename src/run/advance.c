@@ -111,11 +111,13 @@ static void CheckState(MPM mpm)
 
 /* What a step changes besides the fields of particles. */
 typedef struct {
-  MPMStatus status;
-  MPMSum    energy[MPM_NUM_ENERGIES];
-  MPMTotals now; /* of the history */
-  PetscReal t, dt, flip, courant, wave, energy_max, speed_max;
-  PetscInt  step, looked;
+  MPMStatus  status;
+  MPMSum     energy[MPM_NUM_ENERGIES];
+  MPMTotals  now; /* of the history */
+  MPMWalls   walls;
+  MPMDamping damping;
+  PetscReal  t, dt, flip, courant, wave, energy_max, speed_max;
+  PetscInt   step, looked;
 } Before;
 
 /* Copies what a step changes, before it. Not collective. */
@@ -127,6 +129,8 @@ static PetscErrorCode Save(MPM mpm, Before *b)
   PetscFunctionBeginUser;
   b->status     = core->status;
   b->now        = mon->now;
+  b->walls      = mpm->scene.walls;
+  b->damping    = core->damping;
   b->t          = core->t;
   b->dt         = core->params.dt;
   b->flip       = core->params.flip;
@@ -158,6 +162,8 @@ static PetscErrorCode Undo(MPM mpm, const Before *b)
   mpm->courant      = b->courant;
   mpm->wave         = b->wave;
   mon->now          = b->now;
+  mpm->scene.walls  = b->walls;
+  core->damping     = b->damping;
   mon->energy_max   = b->energy_max;
   mon->speed_max    = b->speed_max;
   mon->looked       = b->looked;
@@ -177,9 +183,11 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   PetscFunctionBeginUser;
   core->params.dt = last ? mpm->time.end - core->t : dt;
   MPMDamp(core, &mpm->method);
+  PetscCall(MPMSceneMoveWalls(&mpm->scene, core, core->t + 0.5 * core->params.dt));
   mpm->courant = PetscMax(mpm->courant, MPMCourant(core, core->params.dt));
   mpm->wave    = PetscMax(mpm->wave, MPMWaveCourant(core, core->params.dt));
   PetscCall(MPMStepMake(core, &mpm->scene));
+  MPMScenePassWalls(&mpm->scene, core, core->params.dt);
   CheckState(mpm);
   core->t = last ? mpm->time.end : core->t + core->params.dt;
   core->step++;
@@ -279,6 +287,8 @@ PetscErrorCode MPMAdvance(MPM mpm)
     (void)snprintf(core->stop, sizeof core->stop, "the time step, %g s, vanishes beside the time", (double)dt);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCall(MPMSceneCheckWalls(&mpm->scene, core, core->t + 0.5 * dt));
+  if (core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMWatchStep(mpm, normal));
   PetscCall(mpm->retry.on ? TryAgain(mpm, normal, dt) : Try(mpm, dt));
   if (!MPMStatusIsBad(&core->status) && !mpm->retry.gave_up) PetscCall(End(mpm));

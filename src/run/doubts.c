@@ -261,7 +261,7 @@ static PetscErrorCode WarnFall(MPM mpm)
 
       if (type == MPM_WALL_free || type == MPM_WALL_periodic) continue;
       walls++;
-      if (type == MPM_WALL_fixed || type == MPM_WALL_moving || (type == MPM_WALL_friction && g[d] == 0) ||
+      if (type == MPM_WALL_fixed || MPMWallMoves(type) || (type == MPM_WALL_friction && g[d] == 0) ||
           (side ? g[d] > 0 : g[d] < 0))
         PetscFunctionReturn(PETSC_SUCCESS);
     }

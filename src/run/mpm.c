@@ -44,7 +44,8 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMAdvanceSetFromOptions(mpm, o));
   PetscCall(MPMExchangeSetFromOptions(core, o));
   PetscCall(MPMModelSetFromOptions(&mpm->cost, o));
-  PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o, &core->energy.on));
+  PetscCall(MPMDampingSetFromOptions(core, o));
+  PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o, MPMDampingIsOn(core), &core->energy.on));
   PetscCall(MPMOutputSetFromOptions(&mpm->output, scene, mpm->time.end, o));
   PetscCall(MPMStudySetFromOptions(mpm, o));
   PetscCall(MPMOptionsBool(o, "report_indicator", NULL, &mpm->report.indicator));
@@ -102,6 +103,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
 
   PetscFunctionBeginUser;
   MPMWallsDerive(&scene->walls);
+  MPMWallsReachTo(&scene->walls, &core->grid);
   core->params.kinds      = scene->kinds;
   core->params.nkinds     = scene->nkinds;
   core->params.materials  = scene->materials;

@@ -108,13 +108,11 @@ static PetscErrorCode PrintParallel(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether a wall moves, at all or, if `normal` is set, along its normal. */
-static PetscBool MovingWall(MPM mpm, PetscBool normal)
+/* Returns whether a wall gives matter a velocity. */
+static PetscBool MovingWall(MPM mpm)
 {
-  for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++) {
-    const MPMFace *face = &mpm->scene.walls.given[k / 2][k % 2];
-    if (face->type == MPM_WALL_moving && (!normal || face->velocity[k / 2] != 0)) return PETSC_TRUE;
-  }
+  for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++)
+    if (MPMWallMoves(mpm->scene.walls.given[k / 2][k % 2].type)) return PETSC_TRUE;
   return PETSC_FALSE;
 }
 
@@ -158,6 +156,8 @@ static PetscErrorCode PrintLoads(MPM mpm)
 /* Prints warnings: what makes results doubtful, as far as it is known before the first step. */
 static PetscErrorCode PrintWarnings(MPM mpm, PetscReal dt)
 {
+  PetscBool advances = PETSC_FALSE;
+
   PetscFunctionBeginUser;
   if (mpm->scene.overlap)
     PetscCall(MPMPrint(&mpm->core.print,
@@ -170,11 +170,13 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal dt)
                        " particles start exactly on lines of the grid, where the gradient of the linear basis jumps; "
                        "shift them by -body_<b>_offset\n",
                        mpm->scene.on_line));
-  if (MovingWall(mpm, PETSC_TRUE))
+  for (PetscInt k = 0; k < 2 * mpm->core.grid.dim && !advances; k++)
+    PetscCall(MPMSceneWallAdvances(&mpm->scene, &mpm->core, k, mpm->time.end, &advances));
+  if (advances)
     PetscCall(MPMPrint(
         &mpm->core.print,
         "warning    a wall of type moving advances along its normal, but its face of the grid stays: right for "
-        "displacements far below a cell only\n"));
+        "displacements far below a cell only; a wall of type piston moves through the grid\n"));
   if (mpm->time.fixed > MPMViscousStep(&mpm->core))
     PetscCall(
         MPMPrint(&mpm->core.print,
@@ -222,13 +224,10 @@ static PetscErrorCode PrintTerms(MPM mpm)
     const char *name;
     PetscInt    row;
   } terms[] = {
-      {"gravity", MPM_SHOWS_energy_gravity},
-      {"loads", MPM_SHOWS_load_work},
-      {"walls", MPM_SHOWS_energy_walls},
-      {"friction", MPM_SHOWS_energy_friction},
-      {"transfer", MPM_SHOWS_energy_transfer},
-      {"laws", MPM_SHOWS_energy_laws},
-      {"integration", MPM_SHOWS_energy_integration},
+      {"gravity", MPM_SHOWS_energy_gravity}, {"loads", MPM_SHOWS_load_work},
+      {"walls", MPM_SHOWS_energy_walls},     {"friction", MPM_SHOWS_energy_friction},
+      {"damping", MPM_SHOWS_energy_damping}, {"transfer", MPM_SHOWS_energy_transfer},
+      {"laws", MPM_SHOWS_energy_laws},       {"integration", MPM_SHOWS_energy_integration},
   };
   const MPMShown  shown = MPMMonitorShown(&mpm->monitor, &mpm->core, &mpm->scene);
   const PetscReal base  = mpm->monitor.energy_max + PetscAbsReal(MPMShownWork(&shown));
@@ -239,6 +238,7 @@ static PetscErrorCode PrintTerms(MPM mpm)
   for (size_t k = 0; k < sizeof terms / sizeof terms[0]; k++) {
     const PetscReal value = MPMDiagnostics[terms[k].row].value(&shown);
 
+    if (terms[k].row == MPM_SHOWS_energy_damping && !MPMDampingIsOn(&mpm->core)) continue;
     sum += value;
     PetscCall(MPMPrint(&mpm->core.print, "  %-12s %14.6g  %8.3f\n", terms[k].name, (double)value,
                        base > 0 ? (double)(100 * value / base) : 0));
@@ -271,8 +271,10 @@ static PetscErrorCode PrintEnergy(MPM mpm)
                        (double)residual));
   PetscCall(MPMPrint(&mpm->core.print, "\n"));
   if (mpm->core.energy.on) PetscCall(PrintTerms(mpm));
-  if (!mpm->scene.body_force && !MovingWall(mpm, PETSC_FALSE) &&
-      residual > 0.05 * (mpm->monitor.energy_max + PetscAbsReal(work)))
+  if (mpm->core.damping.kinetic)
+    PetscCall(MPMPrint(&mpm->core.print, "damping    all velocities were set to 0 %" PetscInt_FMT " times\n",
+                       mpm->core.damping.stops));
+  if (!mpm->scene.body_force && !MovingWall(mpm) && residual > 0.05 * (mpm->monitor.energy_max + PetscAbsReal(work)))
     PetscCall(MPMPrint(&mpm->core.print,
                        "warning    energy grew by %.2g of its largest value, which nothing in the scene explains\n",
                        (double)(residual / (mpm->monitor.energy_max + PetscAbsReal(work)))));

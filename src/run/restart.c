@@ -5,11 +5,11 @@
 #include "run/restart.h"
 
 /* The options that may differ from those of the checkpoint, by their first letters: they say how long, how, where and
-   with what output the run goes on, but not what is simulated. */
+   with what output the run goes on, but not what is simulated; and damping, since a scene may settle before it starts. */
 static const char *const may_differ[] = {
-    "time_",         "dt_",         "check_",      "output_dir", "output_name",    "output_every",
-    "history_every", "report_",     "checkpoint_", "restart_",   "parallel_",      "pool_",
-    "model_",        "scene_title", "dry_run",     "rerun",      "output_replace", "output_format"};
+    "time_",   "dt_",         "check_",         "output_dir",    "output_name", "output_every", "history_every",
+    "report_", "checkpoint_", "restart_",       "parallel_",     "pool_",       "model_",       "scene_title",
+    "dry_run", "rerun",       "output_replace", "output_format", "damping_"};
 
 /* Returns the row of an option of this program, or NULL: it is PETSc's. */
 static const MPMOptionRow *FindRow(const char name[])
@@ -63,7 +63,7 @@ static void Compare(MPM mpm, MPMOptions o, const char name[], const char was[], 
     MPMOptionsFail(
         o,
         "-restart_file %.500s: %.100s %s%.200s in the checkpoint and %s%.200s in this run; it may not change "
-        "(options of time, dt, intervals of output, checkpoints and processes may)",
+        "(options of time, dt, damping, intervals of output, checkpoints and processes may)",
         mpm->checkpoint.from, name,
         !was     ? "is not given"
         : was[0] ? "is "
@@ -78,10 +78,12 @@ static void Compare(MPM mpm, MPMOptions o, const char name[], const char was[], 
                    is ? is[0] ? is : "given" : "not given", was ? was[0] ? was : "given" : "not given");
 }
 
+/* Compares options. Damping is a column of the history by terms, which cannot come or go within a file. */
 static PetscErrorCode CompareOptions(MPM mpm, MPMOptions o)
 {
   char       *here;
   const char *at;
+  PetscBool   damped = PETSC_FALSE;
   char        name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN], other[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
@@ -91,6 +93,11 @@ static PetscErrorCode CompareOptions(MPM mpm, MPMOptions o)
   for (at = here; MPMOptionsNext(&at, name, value);)
     if (!MPMOptionsFindIn(mpm->checkpoint.options, name, other)) Compare(mpm, o, name, NULL, value);
   PetscCall(PetscFree(here));
+  for (at = mpm->checkpoint.options; MPMOptionsNext(&at, name, value);)
+    if (!strncasecmp(name, "-damping_", 9) && !SameValue(value, "false")) damped = PETSC_TRUE;
+  if (mpm->core.energy.on && damped != MPMDampingIsOn(&mpm->core))
+    MPMOptionsFail(o, "-damping_*: with -history_energy damping cannot begin or end at a restart, since its term is a "
+                      "column of the history");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -317,6 +324,8 @@ PetscErrorCode MPMRestartState(MPM mpm)
   }
   for (PetscInt e = 0; e < MPM_NUM_LOST && !rank; e++)
     PetscCall(PetscArraycpy(core->lost[e].word, c->lost[e], MPM_SUM_WORDS));
+  MPMWallsMove(&mpm->scene.walls);
+  MPMWallsReachTo(&mpm->scene.walls, &core->grid);
   if (c->every != c->every_was) c->next = MPMNextTime(core->t, c->every);
   if (mpm->monitor.every != c->history_was) mpm->monitor.next = MPMNextTime(core->t, mpm->monitor.every);
   if (out->every != c->output_was) out->next = MPMNextTime(core->t, out->every);

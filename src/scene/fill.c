@@ -24,6 +24,13 @@ static PetscErrorCode CheckParticle(MPMScene *scene, MPMCore *core, MPMOptions o
     if (!(PetscAbsReal(v[d]) <= PETSC_MAX_REAL))
       MPMOptionsFail(o, "-body_%s_velocity is not finite at x = %g%s", b->name, (double)x[0], dim > 1 ? ", ..." : "");
   PetscCall(MPMForcesCheck(scene, core, o, x, X));
+  if (scene->initial) {
+    MPMMaterialStart start;
+    char             wrong[MPM_TEXT_LEN];
+
+    PetscCall(MPMInitialState(scene, core, b, X, &start, wrong));
+    if (wrong[0]) MPMOptionsFail(o, "%s", wrong);
+  }
   for (PetscInt d = 0; d < dim; d++) xi[d] = (x[d] - core->grid.lower[d]) / core->grid.h[d];
   for (PetscInt d = 0; d < dim; d++)
     if (xi[d] == PetscFloorReal(xi[d])) on_line = PETSC_TRUE;
@@ -186,15 +193,30 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
 
 /* Sets where the particle of body b with lattice place X [dim], m, starts: its position x [dim], m, and the half-widths
    l [dim] of its domain in cells. */
-static void StartPlace(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[], PetscReal x[],
-                       PetscReal l[])
+static PetscErrorCode StartPlace(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[],
+                                 PetscReal x[], PetscReal l[])
 {
   const PetscInt dim = core->grid.dim;
   PetscReal      F[9], V[3] = {1, 1, 1};
 
+  PetscFunctionBeginUser;
   for (PetscInt d = 0; d < dim; d++) x[d] = X[d];
   if (MPMKnownStart(scene, dim, X, x, NULL, F) && core->needs.stretched) MPMStretch((int)dim, F, V);
+  if (scene->initial && core->needs.stretched) {
+    MPMMaterialStart start;
+    char             wrong[MPM_TEXT_LEN];
+
+    PetscCall(MPMInitialState(scene, core, b, X, &start, wrong));
+    MPMStretch((int)dim, start.F, V);
+  }
   for (PetscInt d = 0; d < dim; d++) l[d] = PetscMin(0.5, scene->kinds[b->kind].l[d] * V[d]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns whether particles start in other cells than undeformed ones at their lattice places. */
+static PetscBool StartsMoved(const MPMScene *scene, const MPMCore *core)
+{
+  return MPMKnownStarts(scene) || (scene->initial && core->needs.stretched) ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Makes a list of the base nodes (from 0, layers included) along the last axis of the undeformed places of a body's
@@ -220,7 +242,7 @@ static PetscErrorCode LastBases(const MPMScene *scene, const MPMCore *core, cons
 PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPMHistogram *h)
 {
   const PetscInt  dim = core->grid.dim, axis = dim - 1;
-  const PetscBool moved = MPMKnownStarts(scene);
+  const PetscBool moved = StartsMoved(scene, core);
   PetscMPIInt     rank, size;
 
   PetscFunctionBeginUser;
@@ -239,7 +261,7 @@ PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPM
         same = 1;
         if (!q || moved) {
           MPMLatticePlace(&w, w.ijk[axis] + q, X);
-          StartPlace(scene, core, w.body, X, x, l);
+          PetscCall(StartPlace(scene, core, w.body, X, x, l));
           (void)MPMLocate((int)dim, core->basis, &core->grid, x, l, xi, base);
           for (PetscInt d = 0; d < dim; d++) base[d] += core->grid.layers[d];
         }
@@ -275,7 +297,7 @@ static PetscErrorCode SetParticle(const MPMScene *scene, const MPMCore *core, co
   PetscReal      v[3] = {0}, x[3], F[9], l[3];
 
   PetscFunctionBeginUser;
-  StartPlace(scene, core, b, X, x, l);
+  PetscCall(StartPlace(scene, core, b, X, x, l));
   if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, X, NULL, 0, v));
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   if (view->name)                                                                                                      \
@@ -285,6 +307,7 @@ static PetscErrorCode SetParticle(const MPMScene *scene, const MPMCore *core, co
 #undef MPM_FIELD
   if (MPMKnownStart(scene, dim, X, x, v, F))
     for (PetscInt k = 0; k < dim * dim && view->F; k++) view->F[p * dim * dim + k] = F[k];
+  if (scene->initial) PetscCall(MPMInitialSet(scene, core, b, X, p, view));
   view->id[p] = id;
   if (view->kind) view->kind[p] = b->kind;
   if (view->surface) view->surface[p] = SurfaceSides(b, dim, X);
@@ -313,7 +336,7 @@ static PetscBool OwnPlaces(const MPMScene *scene, const MPMCore *core, const MPM
 
     lo[d] = w->first[d];
     hi[d] = w->last[d];
-    if (MPMKnownStarts(scene)) continue;
+    if (StartsMoved(scene, core)) continue;
     if (grid->periodic[d] && (below < 0 || above > grid->cells[d])) continue; /* from the other end too */
     from  = (PetscInt64)PetscFloorReal((grid->lower[d] + (PetscReal)below * grid->h[d] - b->offset[d]) / b->b[d]) - 1;
     to    = (PetscInt64)PetscCeilReal((grid->lower[d] + (PetscReal)above * grid->h[d] - b->offset[d]) / b->b[d]) + 1;
@@ -352,7 +375,7 @@ PetscErrorCode MPMSceneAddParticles(const MPMScene *scene, MPMCore *core)
         while (MPMLatticeNext(&w))
           for (PetscInt64 q = PetscMax(w.ijk[axis], lo[axis]); q <= PetscMin(w.ijk[axis] + w.n - 1, hi[axis]); q++) {
             MPMLatticePlace(&w, q, X);
-            StartPlace(scene, core, w.body, X, x, l);
+            PetscCall(StartPlace(scene, core, w.body, X, x, l));
             if (MPMOwnCell((int)dim, core->basis, patch, x, l, base) < 0) continue;
             if (round) PetscCall(SetParticle(scene, core, w.body, w.id + q - w.ijk[axis], X, p, &view));
             p++;

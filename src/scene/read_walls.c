@@ -4,19 +4,22 @@
 
 /* The parameters of walls: the word of wall.def, the row of the vocabulary, the offset in MPMFace, and the type: a
    number, one number per axis, or a whole number, such as a wall's reach in layers of nodes. A new parameter needs a
-   row here, a member of MPMFace and a row of the vocabulary. */
+   row here, a member of MPMFace and a row of the vocabulary. The velocity of a wall may be a formula (move_walls.c). */
 static const struct {
   const char   *word, *row;
   size_t        place;
   MPMOptionType type;
 } parameters[] = {
     {"mu", "bc_<f>_mu", offsetof(MPMFace, mu), MPM_REAL},
-    {"velocity", "bc_<f>_velocity", offsetof(MPMFace, velocity), MPM_REALS},
+    {"velocity", "bc_<f>_velocity", offsetof(MPMFace, velocity), MPM_TEXT},
+    {"distance", "bc_<f>_distance", offsetof(MPMFace, distance), MPM_REAL},
 };
 #define NPARAMETERS (sizeof parameters / sizeof parameters[0])
 
-static PetscErrorCode ReadFace(const char name[], MPMFace *face, MPMOptions o)
+static PetscErrorCode ReadFace(MPMScene *scene, const MPMCore *core, PetscInt number, MPMOptions o)
 {
+  const char *name               = MPMFaceNames[number];
+  MPMFace    *face               = &scene->walls.given[number / 2][number % 2];
   char        type[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "";
   const char *taken;
   PetscInt    row;
@@ -36,6 +39,7 @@ static PetscErrorCode ReadFace(const char name[], MPMFace *face, MPMOptions o)
     if (!MPMListHas(taken, parameters[k].word)) continue;
     if (parameters[k].type == MPM_REAL) PetscCall(MPMOptionsReal(o, parameters[k].row, name, value, NULL));
     if (parameters[k].type == MPM_REALS) PetscCall(MPMOptionsReals(o, parameters[k].row, name, value, NULL));
+    if (parameters[k].type == MPM_TEXT) PetscCall(MPMSceneReadWallVelocity(scene, core, number, o));
     if (parameters[k].type == MPM_INT) PetscCall(MPMOptionsInt(o, parameters[k].row, name, value, NULL));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -46,8 +50,7 @@ PetscErrorCode MPMSceneReadWalls(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < core->grid.dim; d++)
-    for (PetscInt side = 0; side < 2; side++)
-      PetscCall(ReadFace(MPMFaceNames[2 * d + side], &scene->walls.given[d][side], o));
+    for (PetscInt side = 0; side < 2; side++) PetscCall(ReadFace(scene, core, 2 * d + side, o));
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     const PetscBool low  = scene->walls.given[d][0].type == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE,
                     high = scene->walls.given[d][1].type == MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE;
@@ -59,6 +62,14 @@ PetscErrorCode MPMSceneReadWalls(MPMScene *scene, MPMCore *core, MPMOptions o)
       MPMOptionsFail(o, "-gravity along %c is not built yet where -bc_%s_type is periodic", "xyz"[d],
                      MPMFaceNames[2 * d]);
     core->grid.periodic[d] = low;
+    for (PetscInt side = 0; side < 2; side++) {
+      const PetscReal length = core->grid.upper[d] - core->grid.lower[d], at = scene->walls.given[d][side].distance;
+
+      if (at >= length)
+        MPMOptionsFail(o, "-bc_%s_distance %g is beyond the opposite face, which is at %g m",
+                       MPMFaceNames[2 * d + side], (double)at, (double)length);
+      scene->walls.place[2 * d + side] = at;
+    }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -246,6 +246,7 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
   PetscCall(MPMSceneReadWalls(scene, core, o));
   PetscCall(MPMForcesSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMKnownSetFromOptions(scene, core, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMInitialSetFromOptions(scene, core, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -254,6 +255,8 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
 {
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
+  for (PetscInt k = 0; k < 6; k++) PetscCall(MPMExpressionDestroy(&scene->wall_velocity[k]));
+  PetscCall(MPMInitialDestroy(scene));
   PetscCall(MPMForcesDestroy(scene));
   PetscCall(MPMKnownDestroy(scene));
   PetscCall(PetscFree(scene->materials));

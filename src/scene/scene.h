@@ -5,6 +5,7 @@
 
 #include "options/options.h"
 #include "parallel/core.h"
+#include "physics/start_state.h"
 #include "physics/reference.h"
 #include "physics/region.h"
 #include "physics/wall.h"
@@ -16,6 +17,7 @@ typedef struct {
   PetscInt      material, kind, ppc[3]; /* rows of the scene's materials and kinds; particles per cell on each axis */
   PetscReal     offset[3], b[3];        /* of the lattice of its particles: offset and spacing, m */
   MPMExpression velocity;               /* m/s, of x y z; NULL: at rest */
+  MPMExpression deformation;            /* F at the start, row-major, of x y z; NULL: undeformed */
   PetscReal     v2;                     /* largest squared speed of its particles at the start, m^2/s^2 */
   PetscInt64    first, n;               /* ids first .. first+n-1 */
   PetscInt64    row;                    /* the number of its first row of lattice places among those of all bodies */
@@ -33,6 +35,9 @@ typedef struct {
 /* The known solution of a scene; see known.c. */
 typedef struct _MPMKnown MPMKnown;
 
+/* Stresses or deformations at the start; see initial.c. */
+typedef struct _MPMInitial MPMInitial;
+
 typedef struct {
   char          title[MPM_TEXT_LEN], name[MPM_NAME_LEN];
   PetscBool     dry_run;
@@ -44,10 +49,12 @@ typedef struct {
   MPMKind      *kinds;
   PetscInt      nkinds;
   MPMWalls      walls;
+  MPMExpression wall_velocity[6]; /* of faces whose velocity is a formula: m/s, of t; else NULL */
   MPMLoad      *loads;
   PetscInt      nloads;
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
   MPMKnown     *known;               /* or NULL */
+  MPMInitial   *initial;             /* or NULL: bodies start without stress */
   PetscBool     finest;              /* -reference_type finest: the last run of a study is the reference */
   PetscBool     body_force;          /* a body force besides gravity acts on all particles */
   PetscBool     forced, keeps_start; /* are there body forces or loads; do particles have field X? */
@@ -62,12 +69,29 @@ typedef struct {
 PetscErrorCode MPMSceneSetFromOptions(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneDestroy(MPMScene *);
 
-/* --- Walls (read_walls.c), particles (fill.c) --------------------------------------------------------------------- */
+/* --- Walls (read_walls.c, move_walls.c), particles (fill.c) --------------------------------------------------------------------- */
 
 PetscErrorCode MPMSceneReadWalls(MPMScene *, MPMCore *, MPMOptions);
+PetscErrorCode MPMSceneReadWallVelocity(MPMScene *, const MPMCore *, PetscInt face, MPMOptions);
+PetscErrorCode MPMSceneCheckWalls(const MPMScene *, MPMCore *, PetscReal t);
+PetscErrorCode MPMSceneMoveWalls(MPMScene *, const MPMCore *, PetscReal t);
+void           MPMScenePassWalls(MPMScene *, const MPMCore *, PetscReal dt);
+PetscErrorCode MPMSceneWallAdvances(const MPMScene *, const MPMCore *, PetscInt face, PetscReal end, PetscBool *);
 PetscErrorCode MPMSceneCountParticles(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneAddParticles(const MPMScene *, MPMCore *);
 PetscErrorCode MPMSceneHistogram(const MPMScene *, const MPMCore *, MPMHistogram *);
+
+/* --- Initial states (initial.c) ----------------------------------------------------------------------------------- */
+
+/* Read the options; a fault is left in them. Where scene->initial is set: compute the state in which the particle of a
+   body with lattice place X [dim], m, starts, or say in `wrong` why it cannot be; set it as particle p of a view. Not
+   collective. */
+PetscErrorCode MPMInitialSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
+PetscErrorCode MPMInitialDestroy(MPMScene *);
+PetscErrorCode MPMInitialState(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[],
+                               MPMMaterialStart *, char wrong[MPM_TEXT_LEN]);
+PetscErrorCode MPMInitialSet(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[], PetscInt p,
+                             MPMView *);
 
 /* --- Known solutions (known.c) ------------------------------------------------------------------------------------ */
 

@@ -197,7 +197,7 @@ static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const 
     for (PetscInt side = 0; side < 2; side++) {
       const MPMFace *f = &walls->given[d][side];
 
-      if (f->type == MPM_WALL_moving && (side ? grid->cells[d] - ijk[d] : ijk[d]) <= f->reach) return PETSC_TRUE;
+      if (MPMWallMoves(f->type) && (side ? grid->cells[d] - ijk[d] : ijk[d]) <= f->reach) return PETSC_TRUE;
     }
   return PETSC_FALSE;
 }

@@ -122,7 +122,7 @@ MPM_INLINE void Correct(int dim, const MPMParams *par, const MPMGrid *grid, cons
    the velocities into it would be removed, and that would drive the oscillation. */
 MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
-  Divide(dim, par->walls->before, grid, r);
+  Divide(dim, par->walls->again, grid, r);
   for (PetscInt i = r->first; i < r->last; i++) {
     const PetscInt met = (PetscInt)r->node[i].met;
 

@@ -96,12 +96,14 @@ PetscErrorCode MPMStepMake(MPMCore *core, const MPMScene *scene)
 {
   PetscFunctionBeginUser;
   PetscCall(Begin(core));
+  if (MPMDampingIsOn(core)) PetscCall(MPMDampingBegin(core));
   if (core->needs.forced) PetscCall(SetForces(core, scene));
   if (core->energy.loads || core->energy.on) PetscCall(FollowEnergy(core, PETSC_TRUE));
   for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, core->program[k]));
   PetscCall(Reduce(core));
   if ((core->energy.loads || core->energy.on) && !MPMStatusIsBad(&core->status))
     PetscCall(FollowEnergy(core, PETSC_FALSE));
+  if (MPMDampingIsOn(core) && !MPMStatusIsBad(&core->status)) PetscCall(MPMDampingEnd(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

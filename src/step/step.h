@@ -37,6 +37,13 @@ PetscErrorCode MPMEnergyDestroy(MPMEnergy *);
 PetscInt       MPMEnergyBytes(const MPMCore *); /* memory that it needs for a particle */
 PetscBool      MPMEnergyLost(const MPMMaterial *);
 
+/* Damping of all motion (damping.c): read its options; before the phases of a step, and after them if the state is
+   good, which is collective on the exchange. MPMDampingIsOn returns whether there is any. */
+PetscErrorCode MPMDampingSetFromOptions(MPMCore *, MPMOptions);
+PetscErrorCode MPMDampingBegin(MPMCore *);
+PetscErrorCode MPMDampingEnd(MPMCore *);
+PetscBool      MPMDampingIsOn(const MPMCore *);
+
 /* What determines the length of steps. None of the functions is collective: core->status is the same on all
    processes. */
 typedef struct {

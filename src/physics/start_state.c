@@ -1,0 +1,272 @@
+/* start_state.c - finds the state in which a material has a given stress, for scenes that start with stress; and the
+   state of a given deformation. A fluid has a volume ratio, a plastic law elastic strains within its yield surface, and
+   another one a symmetric F. Only the functions of the law's row are called, so a new law needs nothing here unless it
+   is of another kind. */
+#include "physics/start_state.h"
+
+#define ROUNDS     60
+#define ON_SURFACE 1e-6 /* the part by which a stress may be beyond the yield surface, to be returned to it */
+
+static const char beyond[] = "beyond its yield surface", none[] = "which no deformation of its law has";
+
+/* Copies a state to particle 0 of a block. */
+static void Fill(PetscInt dim, const MPMMaterialStart *s, MPMBlock *b)
+{
+  for (PetscInt k = 0; k < dim * dim; k++) b->F[k][0] = s->F[k];
+  for (int k = 0; k < MPM_SYM_NC((int)dim); k++) {
+    b->be[k][0]  = s->be[MPMSymPlace((int)dim, k)];
+    b->tau[k][0] = s->tau[MPMSymPlace((int)dim, k)];
+  }
+  b->J[0][0]  = s->J;
+  b->ep[0][0] = b->vc[0][0] = 0;
+}
+
+/* Copies tau, and be if the law has it, from particle 0 of a block. */
+static void Take(PetscInt dim, const MPMMaterial *m, const MPMBlock *b, MPMMaterialStart *s)
+{
+  for (int k = 0; k < MPM_SYM_NC((int)dim); k++) {
+    s->tau[MPMSymPlace((int)dim, k)] = b->tau[k][0];
+    if (m->state & MPM_BIT(be)) s->be[MPMSymPlace((int)dim, k)] = b->be[k][0];
+  }
+}
+
+/* Sets tau to the stress of a law that is a function of F or J. */
+static void Stress(PetscInt dim, const MPMMaterial *m, MPMMaterialStart *s)
+{
+  MPMBlock b;
+
+  Fill(dim, s, &b);
+  m->type->law->stress[dim - 1](m, 0, 1, &b);
+  for (int k = 0; k < 6; k++) s->tau[k] = 0;
+  Take(dim, m, &b, s);
+}
+
+static PetscReal Largest(const PetscReal tau[])
+{
+  PetscReal most = 0;
+
+  for (int k = 0; k < 6; k++) most = PetscMax(most, PetscAbsReal(tau[k]));
+  return most;
+}
+
+/* Lets a law with elastic strains look at the state, by a step without motion: it returns a stress beyond the yield
+   surface. Sets tau. */
+static const char *Yield(PetscInt dim, const MPMMaterial *m, const PetscReal wanted[], MPMMaterialStart *s)
+{
+  PetscReal L[9][MPM_BLOCK], was[6], change = 0;
+  MPMBlock  b;
+
+  for (int k = 0; k < 9; k++) L[k][0] = 0;
+  for (int k = 0; k < 6; k++) was[k] = s->be[k];
+  Fill(dim, s, &b);
+  m->type->law->update[dim - 1](m, 1, L, 0, 1, &b);
+  Take(dim, m, &b, s);
+  for (int k = 0; k < 6; k++) change = PetscMax(change, PetscAbsReal(s->be[k] - was[k]));
+  if (!wanted) return change > ON_SURFACE * 1e-3 ? beyond : NULL;
+  for (int k = 0; k < 6; k++)
+    if (!(PetscAbsReal(s->tau[k] - wanted[k]) <= ON_SURFACE * Largest(wanted))) return change > 0 ? beyond : none;
+  return NULL;
+}
+
+const char *MPMMaterialDeformed(const MPMMaterial *m, PetscInt dim, const PetscReal F[], MPMMaterialStart *s)
+{
+  for (PetscInt k = 0; k < dim * dim; k++) s->F[k] = F[k];
+  s->J = MPMDet((int)dim, F);
+  for (int k = 0; k < 6; k++) s->tau[k] = 0;
+  if (!(s->J > 0 && s->J <= PETSC_MAX_REAL)) return "whose determinant is not positive";
+  MPMLeftCauchyGreen((int)dim, F, s->be);
+  if (m->state & MPM_BIT(be)) return Yield(dim, m, NULL, s);
+  Stress(dim, m, s);
+  return NULL;
+}
+
+/* Returns tau_xx - wanted of a fluid with the volume ratio J, and leaves its stress in the state. */
+static PetscReal Excess(const MPMMaterial *m, PetscInt dim, PetscReal J, PetscReal wanted, MPMMaterialStart *s)
+{
+  s->J = J;
+  Stress(dim, m, s);
+  return s->tau[0] - wanted;
+}
+
+/* Sets J of a fluid, whose tau is the same on all sides: it is between two ratios that lie the nearest to 1, and halving
+   their distance finds it. */
+static const char *Fluid(const MPMMaterial *m, PetscInt dim, const PetscReal tau[], MPMMaterialStart *s)
+{
+  const PetscReal factor = tau[0] > 0 ? 1.02 : 0.98;
+  PetscReal       from = 1, to = 1;
+
+  for (int k = 0; k < 6; k++) {
+    const PetscBool shear = k == 1 || k == 2 || k == 4 ? PETSC_TRUE : PETSC_FALSE;
+
+    if ((k > 2 && dim == 1) || (k == 5 && dim == 2)) continue; /* along a missing axis */
+    if (PetscAbsReal(tau[k] - (shear ? 0 : tau[0])) > 1e-9 * Largest(tau))
+      return "with shear, of which a fluid at rest has none";
+  }
+  while (tau[0] != 0 && Excess(m, dim, to, tau[0], s) * tau[0] < 0) {
+    from = to;
+    to *= factor;
+    if (to < 0.02 || to > 50) return none;
+  }
+  for (PetscInt n = 0; n < ROUNDS; n++) {
+    const PetscReal middle = 0.5 * (from + to);
+
+    if (Excess(m, dim, middle, tau[0], s) * tau[0] < 0)
+      from = middle;
+    else
+      to = middle;
+  }
+  (void)Excess(m, dim, to, tau[0], s);
+  for (PetscInt d = 0; d < dim; d++) s->F[d * (dim + 1)] = PetscPowReal(s->J, 1 / (PetscReal)dim);
+  return NULL;
+}
+
+/* Sets the elastic strains, of Hencky's law, and the F that has no other ones. */
+static const char *Elastic(const MPMMaterial *m, PetscInt dim, PetscBool whole, const PetscReal tau[],
+                           MPMMaterialStart *s)
+{
+  PetscReal t[3], n[3][3], b[3], root[3], V[6], given[6], trace = 0;
+
+  for (int k = 0; k < 6; k++) given[k] = tau[k];
+  if (dim == 2 && !whole) given[5] = m->lambda / (2 * (m->lambda + m->mu)) * (tau[0] + tau[3]);
+  if (dim == 1 && !whole) given[3] = given[5] = m->lambda / (m->lambda + 2 * m->mu) * tau[0];
+  MPMEigen((int)dim, given, t, n);
+  for (int k = 0; k < 3; k++) trace += t[k];
+  s->J = 1;
+  for (int k = 0; k < 3; k++) {
+    const PetscReal e = (t[k] - m->lambda / (3 * m->lambda + 2 * m->mu) * trace) / (2 * m->mu);
+
+    b[k]    = MPMExp(2 * e);
+    root[k] = MPMExp(e);
+    s->J *= root[k];
+  }
+  MPMSpectral((int)dim, b, n, s->be);
+  MPMSpectral((int)dim, root, n, V);
+  for (int d = 0; d < dim; d++)
+    for (int e = 0; e < dim; e++) s->F[d * dim + e] = V[MPMSymIndex(d, e)];
+  if (m->state & MPM_BIT(F)) s->J = MPMDet((int)dim, s->F);
+  return Yield(dim, m, given, s);
+}
+
+/* Solves A y = r [n], n <= 6, by elimination with pivots; returns false if A is singular. */
+static PetscBool Solve(PetscInt n, PetscReal A[6][6], PetscReal r[])
+{
+  for (PetscInt k = 0; k < n; k++) {
+    PetscInt pivot = k;
+
+    for (PetscInt i = k; i < n; i++)
+      if (PetscAbsReal(A[i][k]) > PetscAbsReal(A[pivot][k])) pivot = i;
+    if (!(PetscAbsReal(A[pivot][k]) > 0)) return PETSC_FALSE;
+    for (PetscInt j = 0; j < n; j++) {
+      const PetscReal swap = A[k][j];
+
+      A[k][j]     = A[pivot][j];
+      A[pivot][j] = swap;
+    }
+    {
+      const PetscReal swap = r[k];
+
+      r[k]     = r[pivot];
+      r[pivot] = swap;
+    }
+    for (PetscInt i = k + 1; i < n; i++) {
+      const PetscReal f = A[i][k] / A[k][k];
+
+      for (PetscInt j = k; j < n; j++) A[i][j] -= f * A[k][j];
+      r[i] -= f * r[k];
+    }
+  }
+  for (PetscInt k = n - 1; k >= 0; k--) {
+    for (PetscInt j = k + 1; j < n; j++) r[k] -= A[k][j] * r[j];
+    r[k] /= A[k][k];
+  }
+  return PETSC_TRUE;
+}
+
+/* Adds `more` to component k, of n = dim (dim + 1)/2, of a symmetric F. */
+static void AddTo(PetscInt dim, PetscInt k, PetscReal more, PetscReal F[])
+{
+  for (PetscInt d = 0, at = 0; d < dim; d++)
+    for (PetscInt e = d; e < dim; e++, at++)
+      if (at == k) {
+        F[d * dim + e] += more;
+        if (d != e) F[e * dim + d] += more;
+      }
+}
+
+/* Returns whether a symmetric F is a stretch, with positive eigenvalues. */
+static PetscBool IsStretch(PetscInt dim, const PetscReal F[])
+{
+  if (!(F[0] > 0 && MPMDet((int)dim, F) > 0)) return PETSC_FALSE;
+  return dim < 3 || F[0] * F[4] - F[1] * F[3] > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Sets r [n] to tau - wanted, of the axes that there are; returns its largest component. */
+static PetscReal Residual(PetscInt dim, const MPMMaterial *m, const PetscReal wanted[], MPMMaterialStart *s,
+                          PetscReal r[])
+{
+  PetscReal most = 0;
+
+  if (!IsStretch(dim, s->F)) return PETSC_INFINITY;
+  s->J = MPMDet((int)dim, s->F);
+  Stress(dim, m, s);
+  for (int d = 0, at = 0; d < dim; d++)
+    for (int e = d; e < dim; e++, at++) {
+      r[at] = s->tau[MPMSymIndex(d, e)] - wanted[MPMSymIndex(d, e)];
+      most  = PetscMax(most, PetscAbsReal(r[at]));
+    }
+  return most;
+}
+
+/* Sets F of a law whose stress is a function of it, by Newton's method with differences. A step that would make the
+   residual larger is halved. */
+static const char *Symmetric(const MPMMaterial *m, PetscInt dim, const PetscReal tau[], MPMMaterialStart *s)
+{
+  const PetscInt   n    = dim * (dim + 1) / 2;
+  const PetscReal  step = 1e-7, enough = 1e-9 * Largest(tau) + 1e-14 * (m->lambda + 2 * m->mu);
+  MPMMaterialStart best = *s;
+  PetscReal        r[6], size = Residual(dim, m, tau, &best, r);
+
+  for (PetscInt round = 0; round < ROUNDS && size > 0; round++) {
+    PetscReal A[6][6], y[6], share = 1, now = PETSC_INFINITY;
+
+    for (PetscInt k = 0; k < n; k++) {
+      MPMMaterialStart up = best, down = best;
+      PetscReal        ru[6] = {0}, rd[6] = {0};
+
+      AddTo(dim, k, step, up.F);
+      AddTo(dim, k, -step, down.F);
+      if (Residual(dim, m, tau, &up, ru) > PETSC_MAX_REAL || Residual(dim, m, tau, &down, rd) > PETSC_MAX_REAL)
+        return none;
+      for (PetscInt i = 0; i < n; i++) A[i][k] = (ru[i] - rd[i]) / (2 * step);
+    }
+    for (PetscInt k = 0; k < n; k++) y[k] = r[k];
+    if (!Solve(n, A, y)) return none;
+    for (PetscInt halved = 0; halved < 20 && !(now < size); halved++, share *= 0.5) {
+      *s = best;
+      for (PetscInt k = 0; k < n; k++) AddTo(dim, k, -share * y[k], s->F);
+      now = Residual(dim, m, tau, s, r);
+    }
+    if (!(now < size)) break; /* as near as rounding lets it */
+    best = *s;
+    size = now;
+  }
+  *s = best;
+  (void)Residual(dim, m, tau, s, r);
+  return size <= enough ? NULL : none;
+}
+
+const char *MPMMaterialStressed(const MPMMaterial *m, PetscInt dim, PetscBool whole, const PetscReal tau[],
+                                MPMMaterialStart *s)
+{
+  for (PetscInt k = 0; k < dim * dim; k++) s->F[k] = k % (dim + 1) == 0;
+  for (int k = 0; k < 6; k++) {
+    s->be[k]  = MPMSymUnit(3, k);
+    s->tau[k] = 0;
+  }
+  s->J = 1;
+  for (int k = 0; k < 6; k++)
+    if (!(PetscAbsReal(tau[k]) <= PETSC_MAX_REAL)) return "which is not finite";
+  if (m->type->traits & MPM_FLUID) return Fluid(m, dim, tau, s);
+  if (m->state & MPM_BIT(be)) return Elastic(m, dim, whole, tau, s);
+  return Symmetric(m, dim, tau, s);
+}

@@ -1,0 +1,254 @@
+/* initial.c - bodies that start with a stress (-initial_stress) or a deformation (-body_<b>_deformation). A stress is a
+   Kirchhoff stress, by the volume V0 of a particle, so that the internal forces of eq. (4) balance the weight of what
+   lies above. docs/theory.md has the formulas (Initial states). It is used before the first step. */
+#include <strings.h>
+#include "scene/scene.h"
+
+/* The lattice places of a body in a line along gravity: which lie in it, and the weight per area of those above each.
+   It is kept until another line is asked for, since particles are made line by line. */
+typedef struct {
+  PetscBool  known;
+  PetscInt64 at[3];       /* its place on the other axes */
+  PetscInt64 first, n;    /* the places along gravity */
+  PetscReal *above, *own; /* [n] of the places above one, and of the one itself, Pa */
+} Line;
+
+struct _MPMInitial {
+  MPMExpression stress; /* Pa, of x y z; NULL: by the weight */
+  PetscBool     stressed;
+  PetscReal    *k0; /* [nmaterials] horizontal over vertical stress */
+  PetscInt      axis;
+  PetscReal     g;    /* gravity along that axis, m/s^2 */
+  Line         *line; /* [nbodies] */
+};
+
+/* Sets the ratio of horizontal to vertical stress of each material. */
+static PetscErrorCode ReadRatios(const MPMScene *scene, MPMInitial *in, MPMOptions o)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(scene->nmaterials, &in->k0));
+  for (PetscInt k = 0; k < scene->nmaterials; k++) {
+    const MPMMaterial *m     = &scene->materials[k];
+    PetscReal          angle = 0;
+
+    if (m->type->traits & MPM_FLUID) {
+      in->k0[k] = 1;
+      continue;
+    }
+    in->k0[k] = m->nu / (1 - m->nu);
+    if (MPMListHas(m->type->parameters, "friction_angle")) {
+      PetscCall(MPMOptionsReal(o, "material_<m>_friction_angle", m->name, &angle, NULL));
+      in->k0[k] = 1 - PetscSinReal(angle * PETSC_PI / 180);
+    }
+    PetscCall(MPMOptionsReal(o, "material_<m>_k0", m->name, &in->k0[k], NULL));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads -initial_stress and -body_<b>_deformation. The first fault is left in o. Not collective. */
+PetscErrorCode MPMInitialSetFromOptions(MPMScene *scene, const MPMCore *core, MPMOptions o)
+{
+  const PetscInt dim                = core->grid.dim;
+  char           what[MPM_TEXT_LEN] = "none";
+  PetscInt       axes               = 0;
+  PetscBool      deformed           = PETSC_FALSE;
+  MPMInitial    *in;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsString(o, "initial_stress", NULL, what, NULL));
+  for (PetscInt k = 0; k < scene->nbodies; k++) {
+    MPMBody *b = &scene->bodies[k];
+
+    PetscCall(MPMOptionsExpression(o, "body_<b>_deformation", b->name, "xyz", dim * dim, &b->deformation));
+    if (!b->deformation) continue;
+    deformed = PETSC_TRUE;
+    if (strcasecmp(what, "none"))
+      MPMOptionsFail(o, "-body_%s_deformation does not apply: -initial_stress gives the deformation", b->name);
+    if (MPMKnownStarts(scene))
+      MPMOptionsFail(o, "-body_%s_deformation does not apply: -mms_type or -reference_type sets the start", b->name);
+  }
+  if (MPMOptionsError(o) || (!deformed && !strcasecmp(what, "none"))) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscNew(&in));
+  scene->initial = in;
+  if (deformed) PetscFunctionReturn(PETSC_SUCCESS);
+  if (MPMKnownStarts(scene))
+    MPMOptionsFail(o, "-initial_stress does not apply: -mms_type or -reference_type sets the start");
+  in->stressed = PETSC_TRUE;
+  if (strcasecmp(what, "k0")) {
+    PetscCall(MPMOptionsExpression(o, "initial_stress", NULL, "xyz", dim * (dim + 1) / 2, &in->stress));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (PetscInt d = 0; d < dim; d++)
+    if (core->params.gravity[d] != 0) {
+      axes++;
+      in->axis = d;
+      in->g    = core->params.gravity[d];
+    }
+  if (axes != 1)
+    MPMOptionsFail(o, "-initial_stress k0 needs a -gravity along one axis, not along %" PetscInt_FMT, axes);
+  PetscCall(ReadRatios(scene, in, o));
+  PetscCall(PetscCalloc1(scene->nbodies, &in->line));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMInitialDestroy(MPMScene *scene)
+{
+  MPMInitial *in = scene->initial;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(MPMExpressionDestroy(&scene->bodies[k].deformation));
+  if (!in) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < scene->nbodies && in->line; k++) PetscCall(PetscFree2(in->line[k].above, in->line[k].own));
+  PetscCall(MPMExpressionDestroy(&in->stress));
+  PetscCall(PetscFree(in->k0));
+  PetscCall(PetscFree(in->line));
+  PetscCall(PetscFree(scene->initial));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- The weight above a place ------------------------------------------------------------------------------------- */
+
+/* Returns which lattice place of a body, along axis d, has x, m, in its box. */
+static PetscInt64 PlaceOf(const MPMBody *b, PetscInt d, PetscReal x)
+{
+  return (PetscInt64)PetscFloorReal((x - b->offset[d]) / b->b[d]);
+}
+
+/* Finds the line of a body's lattice places nearest to x [dim], m. */
+static PetscErrorCode FindLine(const MPMScene *scene, const MPMCore *core, PetscInt body, const PetscReal x[])
+{
+  const MPMInitial *in  = scene->initial;
+  const MPMBody    *b   = &scene->bodies[body];
+  const PetscInt    dim = core->grid.dim, a = in->axis;
+  Line             *line = &in->line[body];
+  PetscBool         same = line->known;
+  PetscReal         lower[3], upper[3], y[3], sum = 0;
+  const PetscReal   layer = scene->materials[b->material].rho * PetscAbsReal(in->g) * b->b[a];
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < dim; d++)
+    if (d != a && PlaceOf(b, d, x[d]) != line->at[d]) same = PETSC_FALSE;
+  if (same) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt d = 0; d < dim; d++) {
+    line->at[d] = PlaceOf(b, d, x[d]);
+    y[d]        = ((PetscReal)line->at[d] + 0.5) * b->b[d] + b->offset[d];
+  }
+  if (!line->known) {
+    MPMRegionBounds(&b->region, dim, lower, upper);
+    line->first = PlaceOf(b, a, lower[a]) - 1;
+    line->n     = PlaceOf(b, a, upper[a]) + 2 - line->first;
+    PetscCall(PetscMalloc2(line->n, &line->above, line->n, &line->own));
+    line->known = PETSC_TRUE;
+  }
+  for (PetscInt64 k = 0; k < line->n; k++) { /* from the uppermost place down */
+    const PetscInt64 at = in->g < 0 ? line->n - 1 - k : k;
+
+    y[a]            = ((PetscReal)(line->first + at) + 0.5) * b->b[a] + b->offset[a];
+    line->above[at] = sum;
+    line->own[at]   = MPMRegionInside(&b->region, dim, y) ? layer : 0;
+    sum += line->own[at];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets *weight to the weight per area of all matter above x [dim], m, in Pa: that of particles whose boxes lie above it,
+   and a part of the box in which it lies, which is a half for the particle there. */
+static PetscErrorCode Weight(const MPMScene *scene, const MPMCore *core, const PetscReal x[], PetscReal *weight)
+{
+  const MPMInitial *in = scene->initial;
+  const PetscInt    a  = in->axis;
+
+  PetscFunctionBeginUser;
+  *weight = 0;
+  for (PetscInt k = 0; k < scene->nbodies; k++) {
+    const MPMBody *b    = &scene->bodies[k];
+    const Line    *line = &in->line[k];
+    PetscInt64     at;
+    PetscReal      share;
+
+    PetscCall(FindLine(scene, core, k, x));
+    at    = PetscMin(PetscMax(PlaceOf(b, a, x[a]) - line->first, 0), line->n - 1);
+    share = ((PetscReal)(line->first + at) + 0.5) - (x[a] - b->offset[a]) / b->b[a];
+    share = 0.5 + (in->g < 0 ? share : -share);
+    *weight += line->above[at] + PetscMin(1, PetscMax(0, share)) * line->own[at];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- The state of a particle -------------------------------------------------------------------------------------- */
+
+/* Writes components of a stress to text: those of the axes that there are, or, if `whole`, all that the dimension has. */
+static void Write(PetscInt dim, PetscBool whole, const PetscReal tau[], char text[], size_t len)
+{
+  static const char *const names[] = {"xx", "xy", "xz", "yy", "yz", "zz"};
+
+  text[0] = 0;
+  for (int k = 0; k < (whole || dim == 3 ? MPM_SYM_NC((int)dim) : dim == 2 ? 3 : 1); k++)
+    (void)snprintf(text + strlen(text), len - strlen(text), "%s%s %.4g", k ? ", " : "", names[MPMSymPlace((int)dim, k)],
+                   (double)tau[MPMSymPlace((int)dim, k)]);
+}
+
+PetscErrorCode MPMInitialState(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[],
+                               MPMMaterialStart *s, char wrong[MPM_TEXT_LEN])
+{
+  const MPMInitial  *in     = scene->initial;
+  const MPMMaterial *m      = &scene->materials[b->material];
+  const PetscInt     dim    = core->grid.dim;
+  PetscReal          tau[6] = {0}, value[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}, weight;
+  const char        *why;
+  char               at[128], has[256], can[256] = "";
+
+  PetscFunctionBeginUser;
+  wrong[0] = 0;
+  for (PetscInt d = 0; d < dim; d++) value[d * (dim + 1)] = 1;
+  if (!in->stressed) {
+    if (b->deformation) PetscCall(MPMExpressionEvaluate(b->deformation, dim, X, NULL, 0, value));
+    why = MPMMaterialDeformed(m, dim, value, s);
+  } else {
+    if (in->stress) {
+      PetscCall(MPMExpressionEvaluate(in->stress, dim, X, NULL, 0, value));
+      for (int d = 0, k = 0; d < dim; d++)
+        for (int e = d; e < dim; e++) tau[MPMSymIndex(d, e)] = value[k++];
+    } else {
+      PetscCall(Weight(scene, core, X, &weight));
+      for (int d = 0; d < 3; d++) tau[MPMSymIndex(d, d)] = d == in->axis ? -weight : -in->k0[b->material] * weight;
+    }
+    why = MPMMaterialStressed(m, dim, in->stress ? PETSC_FALSE : PETSC_TRUE, tau, s);
+  }
+  if (!why) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)snprintf(at, sizeof at,
+                 dim == 1   ? "(%g)"
+                 : dim == 2 ? "(%g, %g)"
+                            : "(%g, %g, %g)",
+                 (double)X[0], (double)(dim > 1 ? X[1] : 0), (double)(dim > 2 ? X[2] : 0));
+  Write(dim, in->stress ? PETSC_FALSE : PETSC_TRUE, tau, has, sizeof has);
+  Write(dim, in->stress ? PETSC_FALSE : PETSC_TRUE, s->tau, can, sizeof can);
+  if (!in->stressed)
+    (void)snprintf(wrong, MPM_TEXT_LEN, "-body_%s_deformation: at %s it has an F %s", b->name, at, why);
+  else
+    (void)snprintf(wrong, MPM_TEXT_LEN, "-initial_stress: body %s (%s) at %s would have the stress %s Pa, %s%s%s%s",
+                   b->name, m->type->name, at, has, why, why[0] == 'b' ? "; its law allows " : "",
+                   why[0] == 'b' ? can : "", why[0] == 'b' ? " Pa" : "");
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMInitialSet(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[],
+                             PetscInt p, MPMView *view)
+{
+  const MPMMaterial *m   = &scene->materials[b->material];
+  const PetscInt     dim = core->grid.dim;
+  MPMMaterialStart   s;
+  char               wrong[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMInitialState(scene, core, b, X, &s, wrong)); /* nothing is wrong: that was checked before */
+  for (PetscInt k = 0; k < dim * dim && view->F && (m->state & MPM_BIT(F)); k++) view->F[p * dim * dim + k] = s.F[k];
+  if (view->J && (m->state & MPM_BIT(J))) view->J[p] = s.J;
+  for (int k = 0; k < MPM_SYM_NC((int)dim); k++) {
+    const PetscInt at = p * MPM_SYM_NC((int)dim) + k;
+
+    if (view->be && (m->state & MPM_BIT(be))) view->be[at] = s.be[MPMSymPlace((int)dim, k)];
+    if (view->tau && (m->state & MPM_BIT(tau))) view->tau[at] = s.tau[MPMSymPlace((int)dim, k)];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
