@@ -824,14 +824,38 @@ static void Triaxial(const MPMMaterial *m, PetscReal phi, PetscReal cohesion)
              1e-12);
 }
 
+/* In plane strain, flow that has become steady is Mohr and Coulomb's with the angle acts[1], and the pressure stays where
+   the path dilates by the angle of the flow. The strain across is elastic and stays. */
+static void PlaneStrain(const MPMMaterial *m, int dim, PetscReal psi)
+{
+  MPMParticleState s;
+  PetscReal        L[9] = {0}, apex = m->cohesion / 3, mean[2] = {0};
+  const int        y = dim + 1;
+
+  Start(dim, &s);
+  for (int d = 0; d < dim; d++) L[d * (dim + 1)] = -0.001;
+  for (int step = 0; step < 3; step++) Step(m, dim, 1, L, &s);
+  if (dim == 3) L[8] = 0;
+  L[0] = exp(-5e-4 * (1 - sin(psi))) - 1;
+  L[y] = exp(5e-4 * (1 + sin(psi))) - 1;
+  for (int step = 0; step < 500; step++) {
+    Step(m, dim, 1, L, &s);
+    if (step == 400) mean[0] = (s.tau[0] + s.tau[3]) / 2;
+  }
+  mean[1] = (s.tau[0] + s.tau[3]) / 2;
+  CHECK_LE(mean[1] / m->E, -1e-4);
+  CHECK_NEAR((s.tau[3] - s.tau[0]) / 2 / (apex - mean[1]), sin(m->acts[1] * PETSC_PI / 180), 1e-10);
+  CHECK_NEAR(mean[1] / mean[0], 1, 1e-10);
+}
+
 static void DruckerPrager(const MPMMaterialType *type)
 {
   static const PetscReal phis[] = {30, 20, 45, 0};
 
-  for (int i = 0; i < 32; i++) {
+  for (int i = 0; i < 48; i++) {
     const PetscReal phi = phis[i / 2 % 4], psi = i / 8 % 2 && phi > 0 ? 10 : 0;
     MPMMaterial     m;
-    PetscReal       cohesion;
+    PetscReal       cohesion, sine;
     PetscInt        flowed;
 
     memset(&m, 0, sizeof m);
@@ -842,18 +866,28 @@ static void DruckerPrager(const MPMMaterialType *type)
     m.nu       = i % 3 ? 0.3 : 0.2;
     m.friction = phi;
     m.dilation = psi;
-    m.cohesion = cohesion = phi > 0 && i / 16 ? 1e-3 * m.E : 0;
+    m.cohesion = cohesion = phi > 0 && (i / 16 == 1 || i > 43) ? 1e-3 * m.E : 0;
+    m.plane               = i / 32 ? PETSC_TRUE : PETSC_FALSE;
     SetUp(&m);
-    CHECK_NEAR(m.friction, sqrt(2. / 3) * 2 * sin(phi * PETSC_PI / 180) / (3 - sin(phi * PETSC_PI / 180)), 1e-15);
-    CHECK_NEAR(m.dilation, sqrt(2. / 3) * 2 * sin(psi * PETSC_PI / 180) / (3 - sin(psi * PETSC_PI / 180)), 1e-15);
+    if (!m.plane) {
+      CHECK_NEAR(m.friction, sqrt(2. / 3) * 2 * sin(phi * PETSC_PI / 180) / (3 - sin(phi * PETSC_PI / 180)), 1e-15);
+      CHECK_NEAR(m.dilation, sqrt(2. / 3) * 2 * sin(psi * PETSC_PI / 180) / (3 - sin(psi * PETSC_PI / 180)), 1e-15);
+    }
+    CHECK_NEAR(m.acts[m.plane ? 1 : 0], phi, 1e-12); /* what was asked for */
+    CHECK_GE(m.acts[1] - m.acts[0], phi > 0 ? 1 : 0);
+    sine = 3 * m.dilation / sqrt(2 - 3 * m.dilation * m.dilation); /* of the dilation angle in plane strain */
+    if (m.plane) CHECK_NEAR(sine, sin(psi * PETSC_PI / 180), 1e-15);
     for (int dim = 1; dim <= 3; dim++) {
-      UnitContext("%s, E = %g, phi = %g, psi = %g, cohesion = %g, dim %d", m.name, m.E, phi, psi, cohesion, dim);
+      UnitContext("%s, E = %g, phi = %g, psi = %g, cohesion = %g, fit %d, dim %d", m.name, m.E, phi, psi, cohesion,
+                  m.plane, dim);
       flowed = 0;
-      for (int round = 0; round < ROUNDS / 6; round++) flowed += PlasticPath(&m, dim);
-      CHECK_GE(flowed, ROUNDS / 6);
+      for (int round = 0; round < ROUNDS / (m.plane ? 12 : 6); round++) flowed += PlasticPath(&m, dim);
+      CHECK_GE(flowed, ROUNDS / (m.plane ? 12 : 6));
       Opening(&m, dim);
       if (phi > 0) Cone(&m, dim);
-      if (phi > 0 && dim == 3 && psi == 0) Triaxial(&m, phi, cohesion);
+      if (phi > 0 && dim == 3 && psi == 0)
+        Triaxial(&m, m.acts[0], cohesion * tan(m.acts[0] * PETSC_PI / 180) / tan(phi * PETSC_PI / 180));
+      if (phi > 0 && dim > 1 && m.acts[1] < 90) PlaneStrain(&m, dim, asin(sine));
       Block(&m, dim);
     }
   }

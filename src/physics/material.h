@@ -74,6 +74,8 @@ struct _MPMMaterial {
   PetscReal              yield, hardening;   /* of vonmises: yield stress and its slope by plastic strain in Pa */
   PetscReal              friction, dilation; /* of druckerprager: slopes of cone and flow, from angles in degrees */
   PetscReal              cohesion; /* of druckerprager, in Pa; after the set-up the trace of tau at the apex */
+  PetscBool              plane; /* of druckerprager: the angles are those of plane strain, not triaxial compression */
+  PetscReal acts[2]; /* of druckerprager: the friction angle that acts in triaxial compression, in plane strain */
 };
 
 extern const MPMMaterialType MPMMaterialTypes[]; /* the rows of material.def; the last entry has no name */

@@ -9,6 +9,7 @@
 #define YEAR         3.156e7 /* s */
 #define WEIGHT       0.5     /* of the modulus, the stress by its own weight that a body is taken to bear */
 #define ANGLE        2       /* degrees; friction angles below are likely to be radians */
+#define ANGLE_ACTS   3       /* degrees by which a soil may be stronger than its friction angle without a warning */
 
 /* Returns by how much rounding may shift the lattice of particles, in its spacings. Its places are multiples of the
    spacing b from the origin of space, and b comes from the difference of the corners of the grid, which at coordinates
@@ -229,16 +230,28 @@ static PetscErrorCode WarnWeight(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of friction angles that are likely to be radians. */
+/* Warns of friction angles that are likely to be radians, and of those that act as others: a cone that was fitted in
+   triaxial compression is stronger in plane strain. Who gives -material_<m>_fit knows. */
 static PetscErrorCode WarnAngle(MPM mpm)
 {
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
-    char      name[3 * MPM_NAME_LEN];
-    PetscReal angle = 0;
+    const MPMMaterial *m = &mpm->scene.materials[k];
+    char               name[3 * MPM_NAME_LEN], fit[3 * MPM_NAME_LEN];
+    PetscReal          angle = 0;
+    PetscBool          chosen;
 
-    (void)snprintf(name, sizeof name, "-material_%s_friction_angle", mpm->scene.materials[k].name);
+    (void)snprintf(name, sizeof name, "-material_%s_friction_angle", m->name);
+    (void)snprintf(fit, sizeof fit, "-material_%s_fit", m->name);
+    PetscCall(PetscOptionsHasName(NULL, NULL, fit, &chosen));
     PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
+    if (!chosen && mpm->core.grid.dim == 2 && m->acts[1] - angle > ANGLE_ACTS)
+      PetscCall(
+          MPMPrint(&mpm->core.print,
+                   "warning    %s %.3g, fitted in triaxial compression, acts in plane strain like %.3g degrees%s; "
+                   "if %.3g is meant in plane strain, give %s plane_strain, else %s triaxial\n",
+                   name, (double)angle, (double)m->acts[1], m->acts[1] < 90 ? "" : " or more, so that it hardly flows",
+                   (double)angle, fit, fit));
     if (angle > 0 && angle < ANGLE)
       PetscCall(MPMPrint(&mpm->core.print, "warning    %s %g is in degrees; if radians are meant, write %.3g\n", name,
                          (double)angle, (double)(angle * 180 / PETSC_PI)));

@@ -75,7 +75,8 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
       {"dilation_angle", "material_<m>_dilation_angle", &m->dilation},
       {"cohesion", "material_<m>_cohesion", &m->cohesion},
   };
-  char        model[MPM_NAME_LEN] = "", eos[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "eos", linear[MPM_TEXT_LEN];
+  char        model[MPM_NAME_LEN] = "", eos[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "eos fit", linear[MPM_TEXT_LEN];
+  char        fit[MPM_NAME_LEN] = "";
   const char *taken, *wrong;
 
   PetscFunctionBeginUser;
@@ -97,6 +98,8 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
       PetscCall(MPMOptionsRefuseOthers(o, "material", m->name, "eos", eos, m->type->parameters, taken));
     }
   }
+  if (MPMListHas(taken, "fit")) PetscCall(MPMOptionsEnum(o, "material_<m>_fit", m->name, fit, NULL));
+  m->plane = !strcmp(fit, "plane_strain") ? PETSC_TRUE : PETSC_FALSE;
   for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
     if (MPMListHas(taken, numbers[k].word))
       PetscCall(MPMOptionsReal(o, numbers[k].row, m->name, numbers[k].value, NULL));
