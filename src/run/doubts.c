@@ -65,6 +65,12 @@ PetscErrorCode MPMDoubtsRefuse(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns the option that gives the modulus of a material. */
+static const char *ModulusOf(const MPMMaterial *m)
+{
+  return m->type->traits & MPM_FLUID ? "K" : MPMListHas(m->type->parameters, "E") ? "E" : "c0";
+}
+
 /* --- Notes: values that are surely not what was meant ------------------------------------------------------------- */
 
 /* Notes values of a material in other units than those of the program. The bounds are those of scenes in SI units,
@@ -76,11 +82,11 @@ static PetscErrorCode NoteMaterial(MPM mpm, const MPMMaterial *m, PetscBool eart
   char            name[3 * MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
-  if (E < 100 && (earth || m->rho >= 500))
+  if (E < 100 && strcmp(ModulusOf(m), "c0") && (earth || m->rho >= 500))
     PetscCall(MPMPrint(&mpm->core.print,
                        "note       -material_%s_%s %g Pa is very small; moduli are in Pa (rubber 1e6, steel "
                        "2e11)\n",
-                       m->name, m->type->traits & MPM_FLUID ? "K" : "E", (double)E));
+                       m->name, ModulusOf(m), (double)E));
   if (m->rho < 10 && (earth || E >= 1e6))
     PetscCall(MPMPrint(&mpm->core.print,
                        "note       -material_%s_rho %g kg/m^3 is that of a gas; densities are in kg/m^3 (water 1000)\n",
@@ -200,7 +206,7 @@ static PetscErrorCode WarnSpeed(MPM mpm)
         MPMPrint(&mpm->core.print,
                  "warning    %s starts at %.3g m/s, faster than its own sound, %.3g m/s; check -body_%s_velocity, "
                  "-material_%s_%s and -material_%s_rho, and their units\n",
-                 b->name, (double)PetscSqrtReal(b->v2), (double)c, b->name, m->name, fluid ? "K" : "E", m->name));
+                 b->name, (double)PetscSqrtReal(b->v2), (double)c, b->name, m->name, ModulusOf(m), m->name));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -225,7 +231,7 @@ static PetscErrorCode WarnWeight(MPM mpm)
         MPMPrint(&mpm->core.print,
                  "warning    the weight of %s presses it by rho g H/%s = %.3g; check -gravity, -material_%s_rho and "
                  "-material_%s_%s, and their units\n",
-                 b->name, fluid ? "K" : "E", (double)weight, m->name, m->name, fluid ? "K" : "E"));
+                 b->name, fluid ? "K" : "E", (double)weight, m->name, m->name, ModulusOf(m)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -74,13 +74,25 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
       {"friction_angle", "material_<m>_friction_angle", &m->friction},
       {"dilation_angle", "material_<m>_dilation_angle", &m->dilation},
       {"cohesion", "material_<m>_cohesion", &m->cohesion},
+      {"G", "material_<m>_G", &m->shear},
+      {"c0", "material_<m>_c0", &m->c0},
+      {"hugoniot_slope", "material_<m>_hugoniot_slope", &m->slope},
+      {"gruneisen", "material_<m>_gruneisen", &m->gruneisen},
+      {"hardening_power", "material_<m>_hardening_power", &m->power},
+      {"rate_factor", "material_<m>_rate_factor", &m->rate},
+      {"rate_reference", "material_<m>_rate_reference", &m->rate0},
+      {"softening_power", "material_<m>_softening_power", &m->softening},
+      {"melting", "material_<m>_melting", &m->melting},
+      {"temperature", "material_<m>_temperature", &m->temperature},
+      {"specific_heat", "material_<m>_specific_heat", &m->heat},
+      {"heating_share", "material_<m>_heating_share", &m->share},
   };
   char        model[MPM_NAME_LEN] = "", eos[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "eos fit", linear[MPM_TEXT_LEN];
   char        fit[MPM_NAME_LEN] = "";
   const char *taken, *wrong;
 
   PetscFunctionBeginUser;
-  m->tension = -1; /* none */
+  m->tension = m->melting = -1; /* none */
   for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
     (void)snprintf(all + strlen(all), sizeof all - strlen(all), " %s", numbers[k].word);
   PetscCall(MPMOptionsEnum(o, "material_<m>_model", m->name, model, NULL));
