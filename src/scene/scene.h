@@ -13,6 +13,7 @@
 typedef struct {
   char          name[MPM_NAME_LEN];
   MPMRegion     region;
+  PetscBool     alone;                  /* a shape that cuts others, of material none; it has no particles */
   PetscInt      material, kind, ppc[3]; /* rows of the scene's materials and kinds; particles per cell on each axis */
   PetscReal     offset[3], b[3];        /* of the lattice of its particles: offset and spacing, m */
   MPMExpression velocity;               /* m/s, of x y z; NULL: at rest */
@@ -40,7 +41,7 @@ typedef struct {
   MPMMaterial  *materials;
   PetscInt      nmaterials;
   MPMBody      *bodies;
-  PetscInt      nbodies;
+  PetscInt      nbodies, nshapes; /* bodies with particles, and behind them shapes alone */
   MPMKind      *kinds;
   PetscInt      nkinds;
   MPMWalls      walls;
