@@ -128,9 +128,9 @@ static PetscBool Cross(const Loops *l, const Edge *e, const Edge *f)
   return Area(a, b, c) * Area(a, b, d) < 0 && Area(c, d, a) * Area(c, d, b) < 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Checks loop `loop`, the vertices first .. end-1: their number, repeated ones, edges that turn back, and its area. A
-   last vertex that repeats the first is taken away. */
-static void CheckLoop(MPMOptions o, Loops *l, PetscInt loop, PetscInt first, PetscInt *end)
+/* Checks loop `loop`, the vertices first .. end-1: their number, repeated ones, edges that turn back. A last vertex
+   that repeats the first is taken away. Returns whether the loop has no area. */
+static PetscBool CheckLoop(MPMOptions o, Loops *l, PetscInt loop, PetscInt first, PetscInt *end)
 {
   PetscReal area = 0;
   PetscInt  n;
@@ -152,7 +152,7 @@ static void CheckLoop(MPMOptions o, Loops *l, PetscInt loop, PetscInt first, Pet
       MPMOptionsFail(o, "%s: loop %" PetscInt_FMT " turns back on itself at vertex %" PetscInt_FMT ", %g,%g", l->what,
                      loop, (k + 1) % n + 1, (double)b[0], (double)b[1]);
   }
-  if (area == 0) MPMOptionsFail(o, "%s: loop %" PetscInt_FMT " has no area", l->what, loop);
+  return area == 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Checks that no two edges cross. They are sorted by x, so that only neighbours are compared. */
@@ -179,7 +179,7 @@ static void CheckCrossings(MPMOptions o, const Loops *l, PetscInt n, Edge *edge)
 static PetscErrorCode MakeSurface(MPMOptions o, const char name[], Loops *l, MPMRegion *r)
 {
   PetscReal *corner;
-  PetscInt   n = 0;
+  PetscInt   n = 0, flat = 0;
   Edge      *edge;
 
   PetscFunctionBeginUser;
@@ -189,7 +189,7 @@ static PetscErrorCode MakeSurface(MPMOptions o, const char name[], Loops *l, MPM
 
     for (next = first; next < l->n && l->loop[next] == l->loop[first];) next++;
     end = next;
-    CheckLoop(o, l, loop, first, &end);
+    if (CheckLoop(o, l, loop, first, &end) && !flat) flat = loop;
     for (PetscInt k = first; k < end; k++) {
       const PetscInt  to = k + 1 < end ? k + 1 : first;
       const PetscReal a = l->x[2 * k], b = l->x[2 * to];
@@ -199,6 +199,7 @@ static PetscErrorCode MakeSurface(MPMOptions o, const char name[], Loops *l, MPM
   }
   if (!n) MPMOptionsFail(o, "%s: it has no vertices", l->what);
   CheckCrossings(o, l, n, edge);
+  if (flat) MPMOptionsFail(o, "%s: loop %" PetscInt_FMT " has no area", l->what, flat);
   PetscCall(PetscMalloc1(4 * n, &corner));
   for (PetscInt k = 0; k < 2 * n; k++)
     for (PetscInt d = 0; d < 2; d++) corner[2 * k + d] = l->x[2 * (k % 2 ? edge[k / 2].b : edge[k / 2].a) + d];

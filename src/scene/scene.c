@@ -2,6 +2,7 @@
    read_walls.c, forces.c and known.c read the rest, and fill.c makes the particles. It is used once, before the first
    step. */
 #include <strings.h>
+#include "base/checksum.h"
 #include "scene/shapes.h"
 
 /* Sets the cells and the cell size of one axis from -grid_cells or, if h > 0, from -grid_h. */
@@ -152,6 +153,12 @@ static PetscErrorCode ReadBodies(MPMScene *scene, MPMCore *core, MPMOptions o)
   scene->nshapes = all - scene->nbodies;
   if (!scene->nbodies) MPMOptionsFail(o, "-bodies: all are of material none; a scene needs particles");
   PetscCall(MPMSceneReadOthers(scene, o));
+  for (PetscInt k = 0; k < all; k++) {
+    const MPMSurface *s    = scene->bodies[k].region.surface;
+    const size_t      size = s ? (size_t)(s->n * s->dim * s->dim) * sizeof *s->corner : 0;
+
+    if (s) scene->shapes += (PetscInt64)MPMChecksum(s->corner, size, (size_t)k << 40);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -52,6 +52,7 @@ typedef struct {
   PetscBool     finest;              /* -reference_type finest: the last run of a study is the reference */
   PetscBool     body_force;          /* a body force besides gravity acts on all particles */
   PetscBool     forced, keeps_start; /* are there body forces or loads; do particles have field X? */
+  PetscInt64    shapes;              /* checksum of the surfaces that were read; 0: there are none */
   PetscInt64    overlap;             /* particles that lie in an earlier body too */
   PetscInt64    on_line;             /* particles that start exactly on a line of the grid */
   PetscInt64    rows, *share_first;  /* rows of lattice places; [shares] particles before each of these shares */
