@@ -36,9 +36,12 @@ typedef struct {
   MPMReal E;          /* internal energy without that of the deviator in J/m^3 */
 } MPMShock;
 
-MPM_INLINE MPMReal johnsoncook_J(int dim, const MPMMaterial *m, const MPMParticleState *s)
+/* Returns the volume ratio, sqrt(det be), since flow changes no volume: particles with F and those with J get the same
+   bits. */
+MPM_INLINE MPMReal johnsoncook_J(const MPMReal be[6])
 {
-  return m->state & MPM_BIT(J) ? s->J : MPMDet(dim, s->F);
+  return MPMSqrt(be[0] * (be[3] * be[5] - be[4] * be[4]) - be[1] * (be[1] * be[5] - be[4] * be[2]) +
+                 be[2] * (be[1] * be[4] - be[3] * be[2]));
 }
 
 /* Computes pressure and energy. On the isentrope theta = 0 dE = p deta, which is linear in E: its solution is the
@@ -131,7 +134,7 @@ MPM_INLINE void johnsoncook_update(int dim, const MPMMaterial *m, PetscReal dt, 
   mean = (e[0] + e[1] + e[2]) / 3;
   for (int k = 0; k < 3; k++) q += (e[k] - mean) * (e[k] - mean);
   q = 2 * m->mu * MPMSqrt(1.5 * q);
-  J = johnsoncook_J(dim, m, s);
+  J = johnsoncook_J(s->be);
   johnsoncook_shock(m, J, s->theta, &h);
   soft  = johnsoncook_soft(m, (m->temperature + s->theta) * h.grows);
   flows = q > soft * (m->yield + m->hardening * johnsoncook_power(s->ep, m->power));
@@ -155,7 +158,7 @@ MPM_INLINE void johnsoncook_update(int dim, const MPMMaterial *m, PetscReal dt, 
    has its largest value, p is constant: that volume is between J = 1 and this one. */
 MPM_INLINE MPMReal johnsoncook_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
-  MPMReal  b[3], n[3][3], e[3], mean, W = MPMAll(0), J = johnsoncook_J(dim, m, s), more = MPMAll(0);
+  MPMReal  b[3], n[3][3], e[3], mean, W = MPMAll(0), J = johnsoncook_J(s->be), more = MPMAll(0);
   MPMShock h;
 
   MPMHenckyStrain(dim, s->be, b, n, e);
@@ -184,10 +187,11 @@ MPM_INLINE MPMReal johnsoncook_energy(int dim, const MPMMaterial *m, const MPMPa
    largest tension; the value at rest is taken there, since dt has to be right when the metal is compressed again. */
 MPM_INLINE MPMReal johnsoncook_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
 {
-  const MPMReal J = johnsoncook_J(dim, m, s), third = (s->tau[0] + s->tau[3] + s->tau[5]) / 3;
+  const MPMReal J = johnsoncook_J(s->be), third = (s->tau[0] + s->tau[3] + s->tau[5]) / 3;
   MPMReal       most = MPMAll(0);
   MPMShock      h;
 
+  (void)dim;
   johnsoncook_shock(m, J, s->theta, &h);
   for (int d = 0; d < 3; d++) {
     MPMReal row = MPMAll(0);
