@@ -105,6 +105,17 @@ def check_laws():
     took = -terms(history)["laws"][-1]
     check.that(told.good and plastic > 0.3 * size(history) and abs(took / plastic - 1) < 0.01 and largest(history, "integration") < 0.02,
                f"metal: laws take {took:.4f} J, yield stress times plastic strain is {plastic:.4f} J; integration {largest(history, 'integration'):.4f}")
+    # All heat stays in W, so the laws take the share of plastic work that is no heat; without that share nothing.
+    for share in (0.5, 1.0):
+        hot = body("johnsoncook", "-material_m_G 4e4", "-material_m_c0 10", "-material_m_hugoniot_slope 1.4", "-material_m_gruneisen 1.5", "-material_m_yield 1e3",
+                   "-material_m_specific_heat 1", f"-material_m_heating_share {share}", velocity="sin(2*pi*y),0*x", walls=PERIODIC, dt=5e-4)
+        told = check.must("-options_file", check.write("hot.opts", hot), "-output_dir", ".", "-output_every", "1", "-history_energy")
+        history, particles = check.history("hot.csv"), check.particles("hot.h5")
+        sums_up(f"hot metal {share:g}", history)
+        plastic = 1e3 * np.sum(particles["plastic_strain"]) / len(particles["id"])
+        took = -terms(history)["laws"][-1]
+        check.that(told.good and plastic > 0.3 * size(history) and abs(took - (1 - share) * plastic) < 0.01 * plastic,
+                   f"hot metal, share of heat {share:g}: laws take {took:.4f} J of {plastic:.4f} J of plastic work")
     _, history = run("fluid", body("fluid", "-material_m_K 1e5", "-material_m_viscosity 50", velocity="0.1*sin(2*pi*y),0*x", walls=PERIODIC, dt=5e-4))
     sums_up("fluid", history)
     lost, took = -change(history)[-1], -terms(history)["laws"][-1]

@@ -11,6 +11,8 @@ STEPS = 12
 SOLID = ["-material_m_E", 1e6, "-material_m_nu", 0.3]
 LAWS = {
     "elastic": SOLID, "neohookean": SOLID, "vonmises": [*SOLID, "-material_m_yield", 1e3],
+    "johnsoncook": ["-material_m_G", 4e5, "-material_m_c0", 30, "-material_m_hugoniot_slope", 1.4, "-material_m_gruneisen", 1.5, "-material_m_yield", 1e3,
+                    "-material_m_specific_heat", 1],
     "druckerprager": [*SOLID, "-material_m_friction_angle", 30], "fluid": ["-material_m_K", 1e6],
 }
 SHOWN = ["-output_fields", "velocity"]  # snapshots without F
@@ -65,6 +67,8 @@ for law, more, names, numbers, scratch in [
         ("vonmises", [*SHOWN, *load, "traction", "-load_l_value", "1,0"], "J be ep tau", 10, 36),
         ("vonmises", [*SHOWN, *load, "pressure", "-load_l_value", "1"], "F be ep tau", 13, 36),
         ("vonmises", [*SHOWN, "-method_basis", "gimp", "-method_gimp_update", "stretch"], "F be ep tau", 13, 16),
+        ("johnsoncook", [], "F be ep theta tau", 14, 0),
+        ("johnsoncook", SHOWN, "J be ep theta tau", 11, 0),
         ("druckerprager", SHOWN, "J be vc tau", 10, 0),
         ("druckerprager", ["-output_fields", "F"], "F be vc tau", 13, 0)]:
     got, bytes = fields(law, *more)
@@ -76,7 +80,7 @@ for name, more in [("bar", []), ("pressure", []), ("taylor", []), *(("mms", ["-m
     needed, every = ([check.must("-options_file", check.scene(name), "-time_max_steps", STEPS, "-output_every", 9, "-output_dir", ".",
                                  "-method_carry", carry, *more) for carry in ("needed", "all")])
     check.that(needed.digest == every.digest is not None, f"{name} {' '.join(more)}: all is carried, digest {every.digest}")
-    check.that("F kind J be ep vc tau C " in every.out, f"{name}: {every.find('^(fields.*)')}")
+    check.that("F kind J be ep vc theta tau C " in every.out, f"{name}: {every.find('^(fields.*)')}")
 # Sand, and beside it a fluid and a solid, in one row of tiles, so that blocks of particles have several laws.
 mixed = [*block("druckerprager", *SHOWN, steps=STEPS), "-materials", "m,f,s", "-material_f_model", "fluid", "-material_f_rho", 900,
          "-material_f_K", 1e6, "-material_s_model", "neohookean", "-material_s_rho", 800, "-material_s_E", 1e6, "-material_s_nu", 0.3,
@@ -91,7 +95,7 @@ for n, more in (1, []), (3, []), (3, ["-parallel_strategy", "pool"]):
     check.that(found == alone.digest, f"three laws with all fields on {n}{' '.join(['', *more])}: {found}, {alone.digest} without")
 
 # ---- What plastic laws keep in place of F is its determinant; the motion does not depend on it.
-for law, dim in ("vonmises", 3), ("druckerprager", 2), ("vonmises", 1):
+for law, dim in ("vonmises", 3), ("johnsoncook", 2), ("druckerprager", 2), ("vonmises", 1):
     states = []
     for shown in "velocity,stress,volume,F", "velocity,stress,volume":
         check.must(*block(law, "-output_fields", shown, "-output_name", law, dim=dim, steps=20))

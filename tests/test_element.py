@@ -7,6 +7,7 @@ the upper wall moves along itself, v_x = rate y: F_12 = n dt rate. The paths of 
 so that each law has a closed solution at any strain, with any number of steps. In 1-D, 2-D (plane strain) and 3-D.
 """
 import math
+import re
 
 import numpy as np
 
@@ -21,8 +22,9 @@ BULK = LAM + 2 * MU / 3
 EYE = np.eye(3)
 
 
-def simulate(name, dim, motion, rate, update, material):
-    """The stress [3, 3] and the deformation gradient (None where the law keeps none) after STEPS steps."""
+def simulate(name, dim, motion, rate, update, material, across=None, words=()):
+    """The stress [3, 3] after STEPS steps. across: the rate in y of an extension. What the program says is added to the
+    list `words`."""
     cells = [3] + [1] * (dim - 1)  # the particle is carried along x; the nodes of shear are all on the walls of y
     if motion != "shear":
         cells[0] = 1
@@ -30,7 +32,9 @@ def simulate(name, dim, motion, rate, update, material):
     moved = "ymax" if motion == "shear" else "xmax"
     faces.update({"xmin": "free", "xmax": "free", "ymin": "fixed"} if motion == "shear" else {"xmin": "slip"})
     faces[moved] = "moving"
-    velocity = setups.numbers([rate] + [0.0] * (dim - 1))
+    if across is not None:
+        faces.update({"xmin": "moving", "ymax": "free"})  # with those of x, that of y > 0, all nodes are driven
+    velocity = setups.numbers(([rate, across or 0.0] + [0.0] * dim)[:dim])
     lines = [f"-dim {dim}", f"-grid_lower {setups.numbers([0] * dim)}", f"-grid_upper {setups.numbers(cells)}",
              f"-grid_cells {','.join(map(str, cells))}", f"-gravity {setups.numbers([0] * dim)}", f"-bc_{moved}_velocity {velocity}",
              *(f"-bc_{face}_type {kind}" for face, kind in faces.items()), "-method_basis linear", f"-method_update {update}",
@@ -39,7 +43,11 @@ def simulate(name, dim, motion, rate, update, material):
              f"-body_b_lower {setups.numbers([0] * dim)}", f"-body_b_upper {setups.numbers([1] * dim)}",
              f"-body_b_ppc {','.join(['1'] * dim)}", "-body_b_material m", f"-dt_size {DT!r}", "-time_end 1e6",
              f"-time_max_steps {STEPS}", "-output_every 1e9", "-history_every 1e9"]
+    if across is not None:
+        lines.append(f"-bc_xmin_velocity {setups.numbers(([0.0, across] + [0.0] * dim)[:dim])}")
     status, said = setups.simulate(name, "\n".join(lines) + "\n")
+    if isinstance(words, list):
+        words.append(said)
     if status:
         check.that(False, f"{name}: exit status {status}\n{said[-600:]}")
         return None
@@ -181,6 +189,35 @@ def check_shear():
             check.that(abs(norm / most - 1) < 1e-10 and abs(np.trace(stress)) < 1e-10 * most, f"druckerprager, cohesion, {dim}-D shear: |dev| {norm:.6f}, on the cone {most:.6f}")
 
 
+def check_friction():
+    """Sand with cohesion in plane-strain compression: (s1 - s3)/2 = sin(phi) (T0/3 - (s1 + s3)/2) with the angle phi that
+    the program prints at the start; beside it the closed formula. -material_m_fit tells in which deformation it is the
+    angle that was asked for. The strains of a step are not logarithmic, which leaves some 0.03 degrees."""
+    for dim in (2, 3):
+        for fit, psi in (("", 0.0), ("triaxial", 10.0), ("plane_strain", 0.0), ("plane_strain", 10.0)):
+            s, t = math.sin(math.radians(30)), math.sin(math.radians(psi))
+            flow = math.sqrt(2) * t / math.sqrt(9 + 3 * t * t) if fit == "plane_strain" else math.sqrt(2 / 3) * 2 * t / (3 - t)
+            cone = 2 * s / 3 / (flow * s + math.sqrt(2 - 3 * flow * flow)) if fit == "plane_strain" else math.sqrt(2 / 3) * 2 * s / (3 - s)
+            exact = math.degrees(math.asin(3 * cone * math.sqrt(2 - 3 * flow * flow) / (2 - 3 * cone * flow)))
+            along = 3 * flow / math.sqrt(2 - 3 * flow * flow)  # sine of the dilation angle in plane strain: no pressure builds up
+            material = dict(SAND, friction_angle=30.0, dilation_angle=psi, cohesion=C, **({"fit": fit} if fit else {}))
+            words = []
+            stress = simulate("friction", dim, "extension", 5.0 * (1 + along), "usf", material, -5.0 * (1 - along), words)
+            if stress is None:
+                continue
+            printed = re.search(r"friction +m flows at ([0-9.]+) degrees in plane strain, at ([0-9.]+) in triaxial", words[0])
+            stress *= ((1 + DT * 5 * (1 + along)) * (1 - DT * 5 * (1 - along))) ** STEPS  # tau = J sigma
+            apex = C / math.tan(math.radians(30))
+            acts = math.degrees(math.asin((stress[0, 0] - stress[1, 1]) / 2 / (apex - (stress[0, 0] + stress[1, 1]) / 2)))
+            what = f"druckerprager 30, {dim}-D, fit {fit or 'not given'}, dilation {psi:g}"
+            check.that(abs(acts - exact) < 0.05, f"{what}: acts like {acts:.6f} degrees in plane strain, by the formula {exact:.6f}")
+            check.that(printed and abs(float(printed[1]) - exact) < 0.051, f"{what}: prints {printed and printed[0]}")
+            check.that(printed and abs(float(printed[2 - (fit == 'plane_strain')]) - 30) < 1e-9, f"{what}: 30 degrees where it is fitted")
+            warned = "-material_m_fit plane_strain" in words[0]
+            check.that(warned == (dim == 2 and not fit), f"{what}: {'a' if warned else 'no'} warning")
+
+
 check_straight()
 check_shear()
+check_friction()
 check.end()

@@ -21,6 +21,7 @@ MATERIALS = {
     "water": "-model fluid -rho 1000 -K 1e4 -eos linear -tension_cutoff 0",
     "honey": "-model fluid -rho 1000 -K 1e4 -viscosity 5",
     "vonmises": "-model vonmises -rho 1000 -E 1e4 -nu 0.3 -yield 50 -hardening 100",
+    "johnsoncook": "-model johnsoncook -rho 1000 -G 4e3 -c0 3 -hugoniot_slope 1.4 -gruneisen 1.5 -yield 30 -hardening 60 -hardening_power 0.4 -rate_factor 0.02 -melting 900 -specific_heat 1e-2",
     "druckerprager": "-model druckerprager -rho 1000 -E 1e4 -nu 0.3 -friction_angle 30 -cohesion 10",
 }
 BASES = {

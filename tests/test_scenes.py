@@ -19,8 +19,8 @@ import sys
 
 import check
 
-EXPECTED = ("bar barx cantilever column dambreak dambreak3d disks disks3d drop elastic_column friction impact mms pressure ring "
-            "shear taylor vortex").split()
+EXPECTED = ("bar barx cantilever column dambreak dambreak3d disks disks3d drop elastic_column friction granular_column impact mms pressure ring "
+            "shear taylor taylor3d vortex").split()
 PARTICLE_STEPS, STEPS = 200000, 200  # of the comparisons: at most so much work, and so many steps
 # Largest rms error of the displacement at the end of the run, as a part of its rms; a quarter above what is measured.
 ERRORS = {"barx": 2.6e-5, "elastic_column": 0.0017, "mms": 0.0055, "ring": 0.0122, "shear": 0.002, "vortex": 0.0134}
@@ -36,6 +36,7 @@ LANES = [
     ("dambreak3d", "-method_basis bspline3 -method_transfer xpic -method_order 3", 10),
     ("disks3d", "-method_basis gimp -method_update usl -body_ball1_velocity 0.3*z,0.1,x*y", 10),
     ("taylor", "", 20),
+    ("taylor3d", "", 10),
     ("drop", "-method_basis bspline2 -method_update usl -method_transfer apic", 50),
     ("mms", "-method_update usl -method_transfer apic", 30),
 ]

@@ -40,6 +40,7 @@ static void Step(const MPMMaterial *m, int dim, PetscReal dt, const PetscReal *L
   if (!(m->state & MPM_BIT(be))) memset(s->be, 0, sizeof s->be);
   if (!(m->state & MPM_BIT(ep))) s->ep = 0;
   if (!(m->state & MPM_BIT(vc))) s->vc = 0;
+  if (!(m->state & MPM_BIT(theta))) s->theta = 0;
   if (!(m->state & MPM_BIT(tau))) memset(s->tau, 0, sizeof s->tau);
 }
 
@@ -824,14 +825,38 @@ static void Triaxial(const MPMMaterial *m, PetscReal phi, PetscReal cohesion)
              1e-12);
 }
 
+/* In plane strain, flow that has become steady is Mohr and Coulomb's with the angle acts[1], and the pressure stays where
+   the path dilates by the angle of the flow. The strain across is elastic and stays. */
+static void PlaneStrain(const MPMMaterial *m, int dim, PetscReal psi)
+{
+  MPMParticleState s;
+  PetscReal        L[9] = {0}, apex = m->cohesion / 3, mean[2] = {0};
+  const int        y = dim + 1;
+
+  Start(dim, &s);
+  for (int d = 0; d < dim; d++) L[d * (dim + 1)] = -0.001;
+  for (int step = 0; step < 3; step++) Step(m, dim, 1, L, &s);
+  if (dim == 3) L[8] = 0;
+  L[0] = exp(-5e-4 * (1 - sin(psi))) - 1;
+  L[y] = exp(5e-4 * (1 + sin(psi))) - 1;
+  for (int step = 0; step < 500; step++) {
+    Step(m, dim, 1, L, &s);
+    if (step == 400) mean[0] = (s.tau[0] + s.tau[3]) / 2;
+  }
+  mean[1] = (s.tau[0] + s.tau[3]) / 2;
+  CHECK_LE(mean[1] / m->E, -1e-4);
+  CHECK_NEAR((s.tau[3] - s.tau[0]) / 2 / (apex - mean[1]), sin(m->acts[1] * PETSC_PI / 180), 1e-10);
+  CHECK_NEAR(mean[1] / mean[0], 1, 1e-10);
+}
+
 static void DruckerPrager(const MPMMaterialType *type)
 {
   static const PetscReal phis[] = {30, 20, 45, 0};
 
-  for (int i = 0; i < 32; i++) {
+  for (int i = 0; i < 48; i++) {
     const PetscReal phi = phis[i / 2 % 4], psi = i / 8 % 2 && phi > 0 ? 10 : 0;
     MPMMaterial     m;
-    PetscReal       cohesion;
+    PetscReal       cohesion, sine;
     PetscInt        flowed;
 
     memset(&m, 0, sizeof m);
@@ -842,18 +867,28 @@ static void DruckerPrager(const MPMMaterialType *type)
     m.nu       = i % 3 ? 0.3 : 0.2;
     m.friction = phi;
     m.dilation = psi;
-    m.cohesion = cohesion = phi > 0 && i / 16 ? 1e-3 * m.E : 0;
+    m.cohesion = cohesion = phi > 0 && (i / 16 == 1 || i > 43) ? 1e-3 * m.E : 0;
+    m.plane               = i / 32 ? PETSC_TRUE : PETSC_FALSE;
     SetUp(&m);
-    CHECK_NEAR(m.friction, sqrt(2. / 3) * 2 * sin(phi * PETSC_PI / 180) / (3 - sin(phi * PETSC_PI / 180)), 1e-15);
-    CHECK_NEAR(m.dilation, sqrt(2. / 3) * 2 * sin(psi * PETSC_PI / 180) / (3 - sin(psi * PETSC_PI / 180)), 1e-15);
+    if (!m.plane) {
+      CHECK_NEAR(m.friction, sqrt(2. / 3) * 2 * sin(phi * PETSC_PI / 180) / (3 - sin(phi * PETSC_PI / 180)), 1e-15);
+      CHECK_NEAR(m.dilation, sqrt(2. / 3) * 2 * sin(psi * PETSC_PI / 180) / (3 - sin(psi * PETSC_PI / 180)), 1e-15);
+    }
+    CHECK_NEAR(m.acts[m.plane ? 1 : 0], phi, 1e-12); /* what was asked for */
+    CHECK_GE(m.acts[1] - m.acts[0], phi > 0 ? 1 : 0);
+    sine = 3 * m.dilation / sqrt(2 - 3 * m.dilation * m.dilation); /* of the dilation angle in plane strain */
+    if (m.plane) CHECK_NEAR(sine, sin(psi * PETSC_PI / 180), 1e-15);
     for (int dim = 1; dim <= 3; dim++) {
-      UnitContext("%s, E = %g, phi = %g, psi = %g, cohesion = %g, dim %d", m.name, m.E, phi, psi, cohesion, dim);
+      UnitContext("%s, E = %g, phi = %g, psi = %g, cohesion = %g, fit %d, dim %d", m.name, m.E, phi, psi, cohesion,
+                  m.plane, dim);
       flowed = 0;
-      for (int round = 0; round < ROUNDS / 6; round++) flowed += PlasticPath(&m, dim);
-      CHECK_GE(flowed, ROUNDS / 6);
+      for (int round = 0; round < ROUNDS / (m.plane ? 12 : 6); round++) flowed += PlasticPath(&m, dim);
+      CHECK_GE(flowed, ROUNDS / (m.plane ? 12 : 6));
       Opening(&m, dim);
       if (phi > 0) Cone(&m, dim);
-      if (phi > 0 && dim == 3 && psi == 0) Triaxial(&m, phi, cohesion);
+      if (phi > 0 && dim == 3 && psi == 0)
+        Triaxial(&m, m.acts[0], cohesion * tan(m.acts[0] * PETSC_PI / 180) / tan(phi * PETSC_PI / 180));
+      if (phi > 0 && dim > 1 && m.acts[1] < 90) PlaneStrain(&m, dim, asin(sine));
       Block(&m, dim);
     }
   }
@@ -872,6 +907,166 @@ static void DruckerPrager(const MPMMaterialType *type)
       CHECK((wrong == NULL) == (i == 2));
     }
   }
+}
+
+/* ---- Metal under impact */
+
+/* The constants of johnsoncook besides A and B: elastic as E and nu say. */
+static void Shock(MPMMaterial *m)
+{
+  const PetscReal K = m->E / (3 * (1 - 2 * m->nu));
+
+  m->c0        = sqrt(K / m->rho);
+  m->shear     = m->E / (2 * (1 + m->nu));
+  m->slope     = 1.2;
+  m->gruneisen = 1.9;
+  m->heat      = 2e-5 * K / m->rho; /* of strength near 1e-3 K, so some hundred K by strains near 1 */
+  m->share     = 0.9;
+  m->power = m->softening = m->rate0 = 1;
+  m->temperature                     = 300;
+  m->melting = m->tension = -1;
+}
+
+/* p and energy at J and theta by Runge and Kutta's steps along the isentrope, with libm. */
+static PetscReal ShockPressure(const MPMMaterial *m, PetscReal J, PetscReal theta, PetscReal *E)
+{
+  const PetscReal K = m->rho * m->c0 * m->c0, g = m->gruneisen, h = (1 - J) / 100;
+  const PetscReal hot = m->rho * m->heat * theta * exp(g * (1 - J));
+  PetscReal       e = 0, p = 0;
+
+  for (int step = 0; step <= 100; step++) {
+    PetscReal k[4];
+
+    for (int i = 0; i < 4; i++) {
+      const PetscReal y = h * (step + (i + 1) / 2 * 0.5), at = e + (i ? h * k[i - 1] * (i < 3 ? 0.5 : 1) : 0);
+
+      k[i] = K * y / pow(1 - m->slope * y, 2) * (1 - g * y / 2) + g * at;
+    }
+    p = k[0];
+    if (step < 100) e += h / 6 * (k[0] + 2 * k[1] + 2 * k[2] + k[3]);
+  }
+  *E = e + hot;
+  return p + g * hot;
+}
+
+/* The yield stress by libm. */
+static PetscReal Yield(const MPMMaterial *m, PetscReal ep, PetscReal rate, PetscReal T)
+{
+  const PetscReal hot = m->melting < 0 ? 0 : PetscMin(1, PetscMax(0, (T - m->temperature) / (m->melting - m->temperature)));
+
+  return (m->yield + m->hardening * pow(ep, m->power)) * (1 + m->rate * log(PetscMax(1, rate / m->rate0))) *
+         (1 - pow(hot, m->softening));
+}
+
+/* After each step of a random path: within the yield surface of its rate and heat, on it where it flowed; pressure and
+   energy those of J and theta; flow turns `share` of its work into heat, and nothing else does; the same path turned, or
+   in more dimensions, gives the same state. Returns the number of steps that flowed. */
+static PetscInt HotPath(const MPMMaterial *m, int dim)
+{
+  const PetscReal  size = UnitBits() % 2 ? 0.05 : 0.005, dt = UnitBits() % 2 ? 1e-6 : 1e3;
+  MPMParticleState s, turned, higher[4];
+  PetscReal        Q[9], QT[9], J = 1, heat = m->rho * m->heat;
+  PetscInt         flowed = 0;
+
+  Start(dim, &s);
+  Rotation(dim, UnitReal(-4, 4), Q);
+  for (int d = 0; d < dim; d++)
+    for (int e = 0; e < dim; e++) QT[d * dim + e] = Q[e * dim + d];
+  turned = s;
+  for (int to = dim + 1; to <= 3; to++) Start(to, higher + to);
+  for (int step = 0; step < 40; step++) {
+    const MPMParticleState old = s;
+    MPMParticleState       trial;
+    PetscReal              L[9], QL[9], G[9], f[9], B[6], p, q, x, Y, E, grows, scale, work;
+
+    RandomL(dim, size / dt, L);
+    for (int k = 0; k < dim * dim; k++) f[k] = (k % (dim + 1) == 0) + dt * L[k];
+    if (J * MPMDet(dim, f) < 0.75 || J * MPMDet(dim, f) > 1.3) continue;
+    J *= MPMDet(dim, f);
+    Step(m, dim, dt, L, &s);
+    grows = exp(m->gruneisen * (1 - J));
+    x     = s.ep - old.ep;
+    p     = ShockPressure(m, J, s.theta, &E);
+    if (m->tension >= 0) p = PetscMax(p, -m->tension);
+    q     = sqrt(1.5) * Deviator(s.tau);
+    Y     = Yield(m, s.ep, x / dt, (m->temperature + old.theta) * grows);
+    scale = m->E + m->lambda + fabs(Trace(s.tau));
+    CHECK_GE(x, 0);
+    CHECK_LE((q - Y) / scale, 1e-13);
+    CHECK_NEAR(-Trace(s.tau) / 3 / J / scale, p / scale, 1e-7);
+    CHECK_NEAR((s.theta - old.theta) * heat * grows / scale, m->share * q * x / scale, 1e-15);
+    if (x > 0) CHECK_NEAR(q / scale, Y / scale, 1e-13);
+    if (x > 0) flowed++;
+    trial = s; /* as the step would have left it without flow */
+    trial.theta = old.theta;
+    work        = q + 1.5 * m->mu * x; /* its mean stress */
+    if (x > 0) { /* lengthen the deviator to what it was */
+      PetscReal b[3], n[3][3], mean;
+
+      MPMEigen(3, s.be, b, n);
+      for (int k = 0; k < 3; k++) b[k] = 0.5 * log(b[k]);
+      mean = (b[0] + b[1] + b[2]) / 3;
+      if (q > 0)
+        for (int k = 0; k < 3; k++) b[k] = exp(2 * (mean + (b[k] - mean) * (q + 3 * m->mu * x) / q));
+      if (q > 0) MPMSpectral(3, b, n, trial.be);
+    }
+    if (q > 1e-3 * m->yield && m->tension < 0) {
+      const PetscReal lost = StateEnergy(m, dim, &trial) - StateEnergy(m, dim, &s);
+
+      CHECK_NEAR(lost / scale, (work - m->share * q) * x / scale, 1e-13);
+      CHECK_NEAR(StateEnergy(m, dim, &s) / scale, (E + q * q / (6 * m->mu)) / scale, 1e-8);
+    }
+    Multiply(dim, Q, L, QL);
+    Multiply(dim, QL, QT, G);
+    Step(m, dim, dt, G, &turned);
+    Turn(dim, Q, s.tau, B);
+    for (int k = 0; k < 6; k++) CHECK_NEAR(turned.tau[k] / scale, B[k] / scale, 1e-11);
+    CHECK_NEAR(turned.ep, s.ep, 1e-11);
+    CHECK_NEAR(turned.theta, s.theta, 1e-9 * (1 + s.theta));
+    for (int to = dim + 1; to <= 3; to++) {
+      Embed(dim, L, to, G);
+      for (int d = dim; d < to; d++) G[d * (to + 1)] = 0;
+      Step(m, to, dt, G, higher + to);
+      for (int k = 0; k < 6; k++) CHECK_NEAR(higher[to].tau[k] / scale, s.tau[k] / scale, 1e-11);
+      CHECK_NEAR(higher[to].ep, s.ep, 1e-11);
+      CHECK_NEAR(higher[to].theta, s.theta, 1e-9 * (1 + s.theta));
+    }
+  }
+  return flowed;
+}
+
+static void JohnsonCook(const MPMMaterialType *type)
+{
+  MPMMaterial m;
+
+  for (int i = 0; i < 16; i++) {
+    memset(&m, 0, sizeof m);
+    strcpy(m.name, type->name);
+    m.type = type;
+    m.rho  = 1100;
+    m.E    = moduli[i % 2];
+    m.nu   = i % 4 < 2 ? 0.3 : 0.45;
+    Shock(&m);
+    m.yield     = 2e-3 * m.E;
+    m.hardening = i % 3 ? 3e-3 * m.E : 0;
+    m.power     = i % 3 == 2 ? 0.31 : 1;
+    m.rate      = i / 4 % 2 ? 0.03 : 0;
+    if (i / 8) m.melting = 900;
+    m.softening = 1.09;
+    if (i % 8 == 7) m.tension = 0.03 * m.E;
+    SetUp(&m);
+    for (int dim = 1; dim <= 3; dim++) {
+      PetscInt flowed = 0;
+
+      UnitContext("%s %d, E = %g, nu = %g, dim %d", m.name, i, m.E, m.nu, dim);
+      for (int round = 0; round < ROUNDS / 20; round++) flowed += HotPath(&m, dim);
+      CHECK_GE(flowed, ROUNDS / 6);
+      Block(&m, dim);
+    }
+  }
+  m.type    = type;
+  m.melting = m.temperature;
+  CHECK(MPMMaterialSetUp(&m) != NULL);
 }
 
 /* ---- Fluids */
@@ -1010,6 +1205,7 @@ static void Solid(const MPMMaterialType *type)
       m.nu    = poissons[i];
       m.yield = m.cohesion = 1e6 * m.E;
       m.friction           = 30;
+      Shock(&m);
       SetUp(&m);
       UnitContext("%s, E = %g, nu = %g", type->name, m.E, m.nu);
       CHECK_NEAR(m.mu * (3 * m.lambda + 2 * m.mu) / (m.lambda + m.mu) / m.E, 1, 1e-13); /* back to E and nu */
@@ -1035,6 +1231,7 @@ int main(void)
       Solid(type);
     if (!strcmp(type->name, "vonmises")) VonMises(type);
     if (!strcmp(type->name, "druckerprager")) DruckerPrager(type);
+    if (!strcmp(type->name, "johnsoncook")) JohnsonCook(type);
   }
   return UnitEnd();
 }

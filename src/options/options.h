@@ -48,7 +48,7 @@ PetscErrorCode MPMOptionsShare(MPMOptions, MPI_Comm); /* an error of any becomes
 PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*materials)[MPM_NAME_LEN], PetscInt nb,
                                  char (*bodies)[MPM_NAME_LEN], PetscInt nl, char (*loads)[MPM_NAME_LEN]);
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
-PetscErrorCode MPMOptionsFinish(MPMOptions);       /* refuses options that this scene never asked for */
+PetscErrorCode MPMOptionsFinish(MPMOptions);          /* refuses options that this scene never asked for */
 PetscBool      MPMOptionsAreIn(const char path[]);    /* is it an options file of this run? */
 void           MPMOptionsNoteFile(const char path[]); /* makes it one; -rerun reads options from other files */
 
@@ -64,6 +64,7 @@ PetscErrorCode MPMOptionsReals(MPMOptions, const char row[], const char name[], 
 PetscErrorCode MPMOptionsInts(MPMOptions, const char row[], const char name[], PetscInt value[3], PetscBool *set);
 PetscErrorCode MPMOptionsString(MPMOptions, const char row[], const char name[], char value[MPM_TEXT_LEN],
                                 PetscBool *set);
+PetscErrorCode MPMOptionsPath(MPMOptions, const char row[], const char name[], char path[MPM_TEXT_LEN], PetscBool *set);
 PetscErrorCode MPMOptionsNames(MPMOptions, const char row[], PetscInt *n, char (**names)[MPM_NAME_LEN]);
 PetscErrorCode MPMOptionsExpression(MPMOptions, const char row[], const char name[], const char variables[],
                                     PetscInt nc, MPMExpression *);

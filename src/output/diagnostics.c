@@ -89,6 +89,16 @@ static void Fill_plastic_strain(const MPMShown *s, const MPMView *v, PetscInt p,
   row[0] = MaterialOf(s, v, p)->state & MPM_BIT(ep) ? v->ep[p] : 0;
 }
 
+/* The temperature of johnsoncook, (12f); of a material without heat it is 0. */
+static void Fill_temperature(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  const MPMMaterial *m = MaterialOf(s, v, p);
+
+  row[0] = 0;
+  if (m->state & MPM_BIT(theta))
+    row[0] = (m->temperature + v->theta[p]) * MPMExp(m->gruneisen * (1 - Jacobian(s, v, p)));
+}
+
 static void Fill_body(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   PetscInt b = 0;

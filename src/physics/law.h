@@ -15,7 +15,7 @@
 /* The state of one particle or, where the file is compiled for lanes, of several. The tensors be and tau have all six
    components in every dimension: xx xy xz yy yz zz. */
 typedef struct {
-  MPMReal F[9], J, be[6], ep, vc, tau[6];
+  MPMReal F[9], J, be[6], ep, vc, theta, tau[6];
 } MPMParticleState;
 
 /* Reads the particles of a block from p on, one for each lane; the compiler removes reads that the law does not use. */
@@ -30,9 +30,10 @@ MPM_INLINE void MPMParticleLoad(int dim, const MPMBlock *b, PetscInt p, MPMParti
     s->be[MPMSymPlace(dim, k)]  = MPMRead(&b->be[k][p]);
     s->tau[MPMSymPlace(dim, k)] = MPMRead(&b->tau[k][p]);
   }
-  s->J  = MPMRead(&b->J[0][p]);
-  s->ep = MPMRead(&b->ep[0][p]);
-  s->vc = MPMRead(&b->vc[0][p]);
+  s->J     = MPMRead(&b->J[0][p]);
+  s->ep    = MPMRead(&b->ep[0][p]);
+  s->vc    = MPMRead(&b->vc[0][p]);
+  s->theta = MPMRead(&b->theta[0][p]);
 }
 
 /* Writes the fields `state` (bits), which a step changes, of those lanes from p on that are among particles first ..
@@ -47,6 +48,7 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
   if (state & MPM_BIT(J)) MPMWritePart(&b->J[0][p], s->J, first - p, last - p);
   if (state & MPM_BIT(ep)) MPMWritePart(&b->ep[0][p], s->ep, first - p, last - p);
   if (state & MPM_BIT(vc)) MPMWritePart(&b->vc[0][p], s->vc, first - p, last - p);
+  if (state & MPM_BIT(theta)) MPMWritePart(&b->theta[0][p], s->theta, first - p, last - p);
 }
 
 /* The functions for blocks compute particles first .. last-1. Their vectors begin at multiples of the width; lanes of

@@ -19,7 +19,7 @@ enum {
 };
 
 /* The fields that laws read and write, as X(name, components in 3-D). */
-#define MPM_MATERIAL_FIELDS(X) X(F, 9) X(J, 1) X(be, 6) X(ep, 1) X(vc, 1) X(tau, 6)
+#define MPM_MATERIAL_FIELDS(X) X(F, 9) X(J, 1) X(be, 6) X(ep, 1) X(vc, 1) X(theta, 1) X(tau, 6)
 
 #define MPM_MATERIAL_BIT(name, rows) | MPM_BIT(name)
 #define MPM_MATERIAL_BITS            (0 MPM_MATERIAL_FIELDS(MPM_MATERIAL_BIT))
@@ -73,7 +73,13 @@ struct _MPMMaterial {
   PetscReal              gamma, tension; /* of a fluid: Tait's exponent (0: linear), largest tension in Pa (< 0: any) */
   PetscReal              yield, hardening;   /* of vonmises: yield stress and its slope by plastic strain in Pa */
   PetscReal              friction, dilation; /* of druckerprager: slopes of cone and flow, from angles in degrees */
-  PetscReal              cohesion; /* of druckerprager, in Pa; after the set-up the trace of tau at the apex */
+  PetscReal              cohesion;       /* of druckerprager, in Pa; after the set-up the trace of tau at the apex */
+  PetscReal c0, slope, gruneisen, shear; /* of johnsoncook: us = c0 + slope up in m/s, Grueneisen's constant, G in Pa */
+  PetscReal power, rate, rate0, softening; /* of johnsoncook: exponent n, factor C, its rate in 1/s, exponent m */
+  PetscReal temperature, melting;          /* of johnsoncook: at the start, where it melts (< 0: never), in K */
+  PetscReal heat, share;                   /* of johnsoncook: specific heat in J/(kg K), share of work that heats */
+  PetscBool plane;   /* of druckerprager: the angles are those of plane strain, not triaxial compression */
+  PetscReal acts[2]; /* of druckerprager: the friction angle that acts in triaxial compression, in plane strain */
 };
 
 extern const MPMMaterialType MPMMaterialTypes[]; /* the rows of material.def; the last entry has no name */

@@ -1,34 +1,62 @@
 /* material_druckerprager.c - sand and soil: Hencky elasticity within the Drucker-Prager cone. A stress outside is
    returned to the cone in principal logarithmic strains (Klar et al., ACM Trans. Graph. 35 (2016) 103); opened volume
    is remembered as by Tampubolon et al., ACM Trans. Graph. 36 (2017) 105. See docs/theory.md (12d).
-     |dev tau| + alpha (tr tau - T0) <= 0,  T0 = 3 cohesion cot(phi) at the apex,  alpha_psi is the slope of the flow
+     |dev tau| + alpha (tr tau - T0) <= 0,  T0 = 3 cohesion cot(phi) at the apex,  beta is the slope of the flow
+   The cone meets the hexagon of Mohr and Coulomb in triaxial compression, or in the stress of flow in plane strain.
    Sand that is pulled apart has the stress of the apex (none if T0 = 0) while its grains separate. vc [1] sums the
    logarithmic volume that opens, and it has to close before there is pressure again; otherwise each loosening would add
    volume. */
 #include "physics/material_hencky.h"
 
+#if MPM_WIDTH == 1
 /* Returns the slope of the cone through the outer edges of the Mohr-Coulomb hexagon, for phi in degrees. sin is libm's:
    the slope is a constant of the scene, so it is the same on all processes of a run. */
-MPM_INLINE PetscReal druckerprager_slope(PetscReal phi)
+static PetscReal druckerprager_slope(PetscReal phi)
 {
   const PetscReal s = PetscSinReal(phi * PETSC_PI / 180);
 
   return PetscSqrtReal(2. / 3) * 2 * s / (3 - s);
 }
 
+/* Returns the slope of the flow that has the dilation angle psi, in degrees, in plane strain. */
+static PetscReal druckerprager_plane_flow(PetscReal psi)
+{
+  const PetscReal s = PetscSinReal(psi * PETSC_PI / 180);
+
+  return PetscSqrtReal(2) * s / PetscSqrtReal(9 + 3 * s * s);
+}
+
+/* Returns the slope of the cone that has the friction angle phi, in degrees, in plane strain with this flow. */
+static PetscReal druckerprager_plane_slope(PetscReal phi, PetscReal flow)
+{
+  const PetscReal s = PetscSinReal(phi * PETSC_PI / 180);
+
+  return 2 * s / (3 * (flow * s + PetscSqrtReal(2 - 3 * flow * flow)));
+}
+
+/* Returns the angle in degrees whose sine is s; 90 if there is none. */
+static PetscReal druckerprager_angle(PetscReal s)
+{
+  return s < 1 ? PetscAsinReal(s) * 180 / PETSC_PI : 90;
+}
+
 /* Converts the angles to slopes, and the cohesion to the trace of tau at the apex in Pa; returns what is wrong or
    NULL. */
-MPM_INLINE const char *druckerprager_setup(MPMMaterial *m)
+static const char *druckerprager_setup(MPMMaterial *m)
 {
   const PetscReal phi = m->friction;
+  PetscReal       a, b;
 
   if (m->dilation > phi) return "dilation_angle must be at most the friction angle: more would create energy";
   if (m->cohesion > 0 && !(phi > 0)) return "cohesion needs a friction_angle above 0: without friction use vonmises";
   if (m->cohesion > 0) m->cohesion *= 3 / PetscTanReal(phi * PETSC_PI / 180);
-  m->friction = druckerprager_slope(phi);
-  m->dilation = druckerprager_slope(m->dilation);
+  m->dilation = b = m->plane ? druckerprager_plane_flow(m->dilation) : druckerprager_slope(m->dilation);
+  m->friction = a = m->plane ? druckerprager_plane_slope(phi, b) : druckerprager_slope(phi);
+  m->acts[0]      = druckerprager_angle(3 * a / (PetscSqrtReal(8. / 3) + a));
+  m->acts[1]      = druckerprager_angle(3 * a * PetscSqrtReal(2 - 3 * b * b) / (2 - 3 * a * b));
   return NULL;
 }
+#endif
 
 /* Returns the trial state to the apex (`beyond`) or to the side of the cone (`flows`), or keeps it. */
 MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)

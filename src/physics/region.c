@@ -1,5 +1,5 @@
-/* region.c - the shapes of bodies: whether a position is inside, and the box around the shape. All bounds are
-   half-open, so bodies with a common face have no position in common. */
+/* region.c - the shapes of bodies: whether a position is inside, what of a row of places, and the box around the shape.
+   All bounds are half-open, so bodies with a common face have no position in common. */
 #include "physics/region.h"
 
 /* Returns the squared distance of x from the centre in m^2. */
@@ -8,6 +8,15 @@ static PetscReal Distance2(const MPMRegion *r, PetscInt dim, const PetscReal x[]
   PetscReal s = 0;
 
   for (PetscInt d = 0; d < dim; d++) s += (x[d] - r->center[d]) * (x[d] - r->center[d]);
+  return s;
+}
+
+/* Returns the component of x - center along the axis in m. */
+static PetscReal Along(const MPMRegion *r, PetscInt dim, const PetscReal x[])
+{
+  PetscReal s = 0;
+
+  for (PetscInt d = 0; d < dim; d++) s += (x[d] - r->center[d]) * r->axis[d];
   return s;
 }
 
@@ -30,6 +39,46 @@ static PetscBool Inside_annulus(const MPMRegion *r, PetscInt dim, const PetscRea
   return r->inner_radius * r->inner_radius <= s && s < r->radius * r->radius ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* The squared distance from the axis is a sum of squares, which keeps its digits far from the centre. */
+static PetscBool Inside_cylinder(const MPMRegion *r, PetscInt dim, const PetscReal x[])
+{
+  const PetscReal s = Along(r, dim, x);
+  PetscReal       q = 0;
+
+  if (!(-0.5 * r->length <= s && s < 0.5 * r->length)) return PETSC_FALSE;
+  for (PetscInt d = 0; d < dim; d++) {
+    const PetscReal away = x[d] - r->center[d] - s * r->axis[d];
+
+    q += away * away;
+  }
+  return q < r->radius * r->radius ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscBool Inside_halfspace(const MPMRegion *r, PetscInt dim, const PetscReal x[])
+{
+  return Inside_box(r, dim, x) && Along(r, dim, x) < 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscBool Inside_polygon(const MPMRegion *r, PetscInt dim, const PetscReal x[])
+{
+  if (!Inside_box(r, dim, x)) return PETSC_FALSE;
+  (void)MPMSurfaceLine(r->surface, x);
+  return MPMSurfaceBelow(r->surface, x[1]) % 2 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* A value that is not a number is not positive. */
+static PetscBool Inside_expression(const MPMRegion *r, PetscInt dim, const PetscReal x[])
+{
+  return Inside_box(r, dim, x) && r->formula(r->context, dim, x) > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+static PetscBool Inside_stl(const MPMRegion *r, PetscInt dim, const PetscReal x[])
+{
+  (void)dim;
+  (void)MPMSurfaceLine(r->surface, x);
+  return MPMSurfaceBelow(r->surface, x[2]) % 2 ? PETSC_TRUE : PETSC_FALSE;
+}
+
 const char *const MPMRegionNames[] = {
 #define MPM_REGION(name, solid, parameters, what) #name,
 #include "physics/region.def"
@@ -41,8 +90,8 @@ const char *const MPMRegionParameters[] = {
 #undef MPM_REGION
 };
 
-/* Returns whether the position x [dim] in m is inside the shape. Not collective. */
-PetscBool MPMRegionInside(const MPMRegion *r, PetscInt dim, const PetscReal x[])
+/* Returns whether x [dim] in m is inside the shape, without regard to others. */
+static PetscBool InsideAlone(const MPMRegion *r, PetscInt dim, const PetscReal x[])
 {
   static PetscBool (*const inside[])(const MPMRegion *, PetscInt, const PetscReal[]) = {
 #define MPM_REGION(name, solid, parameters, what) Inside_##name,
@@ -51,6 +100,15 @@ PetscBool MPMRegionInside(const MPMRegion *r, PetscInt dim, const PetscReal x[])
   };
 
   return inside[r->type](r, dim, x);
+}
+
+/* Returns whether the position x [dim] in m is inside the shape. Not collective. */
+PetscBool MPMRegionInside(const MPMRegion *r, PetscInt dim, const PetscReal x[])
+{
+  if (!InsideAlone(r, dim, x)) return PETSC_FALSE;
+  for (PetscInt k = 0; k < r->ncut + r->nwithin; k++)
+    if (MPMRegionInside(r->others[k], dim, x) == (k < r->ncut)) return PETSC_FALSE;
+  return PETSC_TRUE;
 }
 
 PetscBool MPMRegionSolid(const MPMRegion *r)
@@ -64,11 +122,125 @@ PetscBool MPMRegionSolid(const MPMRegion *r)
   return solids[r->type];
 }
 
-/* Computes the smallest box around the shape, lower and upper [dim] in m. Not collective. */
+/* Computes the box around the shape without regard to others. */
+static void BoundsAlone(const MPMRegion *r, PetscInt dim, PetscReal lower[], PetscReal upper[])
+{
+  const PetscBool cylinder = r->type == MPM_REGION_cylinder ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool centered = cylinder || r->type == MPM_REGION_sphere || r->type == MPM_REGION_annulus ? PETSC_TRUE
+                                                                                                       : PETSC_FALSE;
+
+  for (PetscInt d = 0; d < dim; d++) {
+    PetscReal half = r->radius;
+
+    if (cylinder)
+      half = 0.5 * r->length * PetscAbsReal(r->axis[d]) +
+             r->radius * PetscSqrtReal(PetscMax(0, 1 - r->axis[d] * r->axis[d]));
+    lower[d] = centered ? r->center[d] - half : r->lower[d];
+    upper[d] = centered ? r->center[d] + half : r->upper[d];
+  }
+}
+
+/* Computes the smallest box around the shape, lower and upper [dim] in m; it may be larger where other shapes cut it.
+   Not collective. */
 void MPMRegionBounds(const MPMRegion *r, PetscInt dim, PetscReal lower[], PetscReal upper[])
 {
-  for (PetscInt d = 0; d < dim; d++) {
-    lower[d] = r->type == MPM_REGION_box ? r->lower[d] : r->center[d] - r->radius;
-    upper[d] = r->type == MPM_REGION_box ? r->upper[d] : r->center[d] + r->radius;
+  BoundsAlone(r, dim, lower, upper);
+  for (PetscInt k = r->ncut; k < r->ncut + r->nwithin; k++) {
+    PetscReal lo[3], hi[3];
+
+    MPMRegionBounds(r->others[k], dim, lo, hi);
+    for (PetscInt d = 0; d < dim; d++) {
+      lower[d] = PetscMax(lower[d], lo[d]);
+      upper[d] = PetscMax(lower[d], PetscMin(upper[d], hi[d]));
+    }
   }
+}
+
+/* --- Rows of places ----------------------------------------------------------------------------------------------- */
+
+static PetscBool InsideRow(const MPMRegion *r, MPMRow *row, PetscInt64 k)
+{
+  row->x[row->dim - 1] = MPMRowPlace(row, k);
+  return InsideAlone(r, row->dim, row->x);
+}
+
+/* Returns the last place inside, between a place inside and one outside. */
+static PetscInt64 LastInside(const MPMRegion *r, MPMRow *row, PetscInt64 inside, PetscInt64 outside)
+{
+  while (PetscAbs(outside - inside) > 1) {
+    const PetscInt64 middle = inside + (outside - inside) / 2;
+
+    if (InsideRow(r, row, middle))
+      inside = middle;
+    else
+      outside = middle;
+  }
+  return inside;
+}
+
+/* MPMRegionSpan of a solid shape: its piece of the row is around the middle of its bounds, and bisection finds the
+   ends, so that not every place is examined: there may be billions. */
+static PetscBool SpanSolid(const MPMRegion *r, MPMRow *row, PetscInt64 from, PetscInt64 end, PetscInt64 *to)
+{
+  const PetscInt d = row->dim - 1;
+  PetscReal      lower[3], upper[3], middle;
+  PetscInt64     k;
+
+  if (InsideRow(r, row, from)) {
+    *to = LastInside(r, row, from, end) + 1;
+    return PETSC_TRUE;
+  }
+  *to = end;
+  BoundsAlone(r, row->dim, lower, upper);
+  middle = PetscFloorReal((0.5 * (lower[d] + upper[d]) - row->offset) / row->spacing - 0.5);
+  if (!(middle + 1 > (PetscReal)from)) return PETSC_FALSE; /* its piece is over */
+  k = (PetscInt64)PetscMin(middle, 1e18);
+  for (PetscInt64 q = PetscMax(k, from + 1); q <= k + 1; q++) /* it may reach to places before `end` from behind it */
+    if (InsideRow(r, row, q)) {
+      *to = PetscMin(end, LastInside(r, row, q, from));
+      break;
+    }
+  return PETSC_FALSE;
+}
+
+/* MPMRegionSpan of a surface whose lines are the rows. */
+static PetscBool SpanSurface(const MPMSurface *s, const MPMRow *row, PetscInt64 from, PetscInt64 end, PetscInt64 *to)
+{
+  const PetscInt below = MPMSurfaceBelow(s, MPMRowPlace(row, from));
+
+  *to = end;
+  if (below < s->ncrossings) { /* the first place that is not before the next crossing */
+    const PetscReal next = s->crossing[below], k = PetscCeilReal((next - row->offset) / row->spacing - 0.5);
+
+    if (k < (PetscReal)end) {
+      *to = PetscMax(from + 1, (PetscInt64)k);
+      while (*to > from + 1 && MPMRowPlace(row, *to - 1) >= next) --*to;
+      while (*to < end && MPMRowPlace(row, *to) < next) ++*to;
+    }
+  }
+  return below % 2 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Returns whether place `from` of a row is inside the shape, and sets *to to a place behind it, at most `end`, so that
+   the places up to *to - 1 are inside or outside as it is. Not collective. */
+PetscBool MPMRegionSpan(const MPMRegion *r, MPMRow *row, PetscInt64 from, PetscInt64 end, PetscInt64 *to)
+{
+  PetscBool inside;
+
+  if (MPMRegionSolid(r))
+    inside = SpanSolid(r, row, from, end, to);
+  else if (r->type == MPM_REGION_stl) {
+    (void)MPMSurfaceLine(r->surface, row->x);
+    inside = SpanSurface(r->surface, row, from, end, to);
+  } else {
+    inside = InsideRow(r, row, from);
+    *to    = from + 1;
+  }
+  for (PetscInt k = 0; k < r->ncut + r->nwithin && inside; k++) {
+    PetscInt64 until;
+
+    if (MPMRegionSpan(r->others[k], row, from, *to, &until) == (k < r->ncut)) inside = PETSC_FALSE;
+    *to = until;
+  }
+  return inside;
 }

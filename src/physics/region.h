@@ -2,7 +2,7 @@
 #ifndef MPM_REGION_H
 #define MPM_REGION_H
 
-#include "base/base.h"
+#include "physics/surface.h"
 
 typedef enum {
 #define MPM_REGION(name, solid, parameters, what) MPM_REGION_##name,
@@ -11,11 +11,25 @@ typedef enum {
   MPM_NUM_REGIONS
 } MPMRegionType;
 
-/* A shape; the first dim coordinates of each member are used, in m. */
-typedef struct {
+/* A shape; the first dim coordinates of each member are used, in m. What is in one of the `ncut` shapes, the first of
+   `others`, is outside of it, and so is what is not in all of the `nwithin` shapes that follow there. */
+typedef struct _MPMRegion MPMRegion;
+struct _MPMRegion {
   MPMRegionType type;
-  PetscReal     center[3], lower[3], upper[3], radius, inner_radius;
-} MPMRegion;
+  PetscReal     center[3], lower[3], upper[3], radius, inner_radius, length;
+  PetscReal     axis[3]; /* unit vector: axis of a cylinder, or normal of a halfspace, which points out of it */
+  MPMSurface   *surface; /* of polygon and stl */
+  PetscReal (*formula)(void *context, PetscInt dim, const PetscReal x[]); /* of expression */
+  void             *context;
+  PetscInt          ncut, nwithin;
+  const MPMRegion **others;
+};
+
+/* A row of places along the last axis: place k is at (k + 1/2) spacing + offset there, and at x on the other axes. */
+typedef struct {
+  PetscInt  dim;
+  PetscReal x[3], spacing, offset; /* m */
+} MPMRow;
 
 /* The rows of region.def, by MPMRegionType: names, and the options that a shape takes. MPMRegionSolid returns whether
    any line along an axis meets the shape in one piece around the middle of its bounds, or not at all. */
@@ -23,6 +37,13 @@ extern const char *const MPMRegionNames[], *const MPMRegionParameters[];
 PetscBool MPMRegionSolid(const MPMRegion *);
 
 PetscBool MPMRegionInside(const MPMRegion *, PetscInt dim, const PetscReal x[]);
+PetscBool MPMRegionSpan(const MPMRegion *, MPMRow *, PetscInt64 from, PetscInt64 end, PetscInt64 *to);
 void      MPMRegionBounds(const MPMRegion *, PetscInt dim, PetscReal lower[], PetscReal upper[]);
+
+/* Returns the coordinate of place k of a row on the last axis, m. */
+MPM_INLINE PetscReal MPMRowPlace(const MPMRow *row, PetscInt64 k)
+{
+  return ((PetscReal)k + 0.5) * row->spacing + row->offset;
+}
 
 #endif

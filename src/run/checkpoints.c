@@ -103,6 +103,7 @@ PetscInt MPMCheckpointHeader(MPM mpm, MPMKept kept[])
        {"step", MPM_KEPT_INT, 1, &c->step},
        {"time", MPM_KEPT_REAL, 1, &c->t},
        {"particles", MPM_KEPT_INT64, 1, &c->total},
+       {"shapes", MPM_KEPT_INT64, 1, &c->shapes},
        {"snapshots", MPM_KEPT_INT, 1, &c->snapshots},
        {"history_length", MPM_KEPT_INT64, 1, &c->history_length},
        {"history_sum", MPM_KEPT_INT64, 1, &c->history_sum},
@@ -178,6 +179,7 @@ static PetscErrorCode Prepare(MPM mpm)
   c->step           = core->step;
   c->t              = core->t;
   c->total          = core->particles.total;
+  c->shapes         = mpm->scene.shapes;
   c->snapshots      = mpm->output.count;
   c->history_length = mpm->monitor.length; /* of the first process, which writes */
   c->history_sum    = (PetscInt64)MPMMonitorSum(&mpm->monitor, &mpm->scene, mpm->monitor.length);

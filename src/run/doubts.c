@@ -9,6 +9,7 @@
 #define YEAR         3.156e7 /* s */
 #define WEIGHT       0.5     /* of the modulus, the stress by its own weight that a body is taken to bear */
 #define ANGLE        2       /* degrees; friction angles below are likely to be radians */
+#define ANGLE_ACTS   3       /* degrees by which a soil may be stronger than its friction angle without a warning */
 
 /* Returns by how much rounding may shift the lattice of particles, in its spacings. Its places are multiples of the
    spacing b from the origin of space, and b comes from the difference of the corners of the grid, which at coordinates
@@ -64,6 +65,12 @@ PetscErrorCode MPMDoubtsRefuse(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns the option that gives the modulus of a material. */
+static const char *ModulusOf(const MPMMaterial *m)
+{
+  return m->type->traits & MPM_FLUID ? "K" : MPMListHas(m->type->parameters, "E") ? "E" : "c0";
+}
+
 /* --- Notes: values that are surely not what was meant ------------------------------------------------------------- */
 
 /* Notes values of a material in other units than those of the program. The bounds are those of scenes in SI units,
@@ -75,11 +82,11 @@ static PetscErrorCode NoteMaterial(MPM mpm, const MPMMaterial *m, PetscBool eart
   char            name[3 * MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
-  if (E < 100 && (earth || m->rho >= 500))
+  if (E < 100 && strcmp(ModulusOf(m), "c0") && (earth || m->rho >= 500))
     PetscCall(MPMPrint(&mpm->core.print,
                        "note       -material_%s_%s %g Pa is very small; moduli are in Pa (rubber 1e6, steel "
                        "2e11)\n",
-                       m->name, m->type->traits & MPM_FLUID ? "K" : "E", (double)E));
+                       m->name, ModulusOf(m), (double)E));
   if (m->rho < 10 && (earth || E >= 1e6))
     PetscCall(MPMPrint(&mpm->core.print,
                        "note       -material_%s_rho %g kg/m^3 is that of a gas; densities are in kg/m^3 (water 1000)\n",
@@ -199,7 +206,7 @@ static PetscErrorCode WarnSpeed(MPM mpm)
         MPMPrint(&mpm->core.print,
                  "warning    %s starts at %.3g m/s, faster than its own sound, %.3g m/s; check -body_%s_velocity, "
                  "-material_%s_%s and -material_%s_rho, and their units\n",
-                 b->name, (double)PetscSqrtReal(b->v2), (double)c, b->name, m->name, fluid ? "K" : "E", m->name));
+                 b->name, (double)PetscSqrtReal(b->v2), (double)c, b->name, m->name, ModulusOf(m), m->name));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -224,21 +231,33 @@ static PetscErrorCode WarnWeight(MPM mpm)
         MPMPrint(&mpm->core.print,
                  "warning    the weight of %s presses it by rho g H/%s = %.3g; check -gravity, -material_%s_rho and "
                  "-material_%s_%s, and their units\n",
-                 b->name, fluid ? "K" : "E", (double)weight, m->name, m->name, fluid ? "K" : "E"));
+                 b->name, fluid ? "K" : "E", (double)weight, m->name, m->name, ModulusOf(m)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of friction angles that are likely to be radians. */
+/* Warns of friction angles that are likely to be radians, and of those that act as others: a cone that was fitted in
+   triaxial compression is stronger in plane strain. Who gives -material_<m>_fit knows. */
 static PetscErrorCode WarnAngle(MPM mpm)
 {
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
-    char      name[3 * MPM_NAME_LEN];
-    PetscReal angle = 0;
+    const MPMMaterial *m = &mpm->scene.materials[k];
+    char               name[3 * MPM_NAME_LEN], fit[3 * MPM_NAME_LEN];
+    PetscReal          angle = 0;
+    PetscBool          chosen;
 
-    (void)snprintf(name, sizeof name, "-material_%s_friction_angle", mpm->scene.materials[k].name);
+    (void)snprintf(name, sizeof name, "-material_%s_friction_angle", m->name);
+    (void)snprintf(fit, sizeof fit, "-material_%s_fit", m->name);
+    PetscCall(PetscOptionsHasName(NULL, NULL, fit, &chosen));
     PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
+    if (!chosen && mpm->core.grid.dim == 2 && m->acts[1] - angle > ANGLE_ACTS)
+      PetscCall(
+          MPMPrint(&mpm->core.print,
+                   "warning    %s %.3g, fitted in triaxial compression, acts in plane strain like %.3g degrees%s; "
+                   "if %.3g is meant in plane strain, give %s plane_strain, else %s triaxial\n",
+                   name, (double)angle, (double)m->acts[1], m->acts[1] < 90 ? "" : " or more, so that it hardly flows",
+                   (double)angle, fit, fit));
     if (angle > 0 && angle < ANGLE)
       PetscCall(MPMPrint(&mpm->core.print, "warning    %s %g is in degrees; if radians are meant, write %.3g\n", name,
                          (double)angle, (double)(angle * 180 / PETSC_PI)));

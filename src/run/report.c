@@ -84,6 +84,21 @@ static PetscErrorCode PrintMethod(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Prints at which friction angles soils flow, since one cone is another angle in each kind of deformation. */
+static PetscErrorCode PrintFriction(MPM mpm)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < mpm->scene.nmaterials && mpm->core.grid.dim > 1; k++) {
+    const MPMMaterial *m = &mpm->scene.materials[k];
+
+    if (MPMListHas(m->type->parameters, "friction_angle"))
+      PetscCall(MPMPrint(&mpm->core.print,
+                         "friction   %s flows at %.3g degrees in plane strain, at %.3g in triaxial compression\n",
+                         m->name, (double)m->acts[1], (double)m->acts[0]));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Prints how the work is divided, if there is more than one process. */
 static PetscErrorCode PrintParallel(MPM mpm)
 {
@@ -199,6 +214,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
   PetscCall(PrintFields(mpm));
   PetscCall(MPMPresetPrint(mpm));
   PetscCall(PrintMethod(mpm));
+  PetscCall(PrintFriction(mpm));
   PetscCall(PrintParallel(mpm));
   PetscCall(MPMPrint(&mpm->core.print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g h/(c+|v|)\n", (double)c,
                      (double)v, (double)dt, (double)MPMCourant(&mpm->core, dt)));

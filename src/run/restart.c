@@ -197,6 +197,12 @@ PetscErrorCode MPMRestartSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMCheckpointRead(c->from, mpm->core.comm, MPMCheckpointHeader(mpm, kept), kept, fault));
   if (fault[0]) MPMOptionsFail(o, "-restart_file: %s", fault);
   if (!MPMOptionsError(o)) PetscCall(CompareOptions(mpm, o));
+  if (c->shapes != mpm->scene.shapes)
+    MPMOptionsFail(
+        o,
+        "-restart_file %.500s: what -body_<b>_file names has changed since the run that wrote it; put the old "
+        "files back, or start anew",
+        c->from);
   PetscCall(FindHistory(mpm, o));
   if (!MPMOptionsError(o) && c->t > mpm->time.end * (1 + 1e-9))
     MPMOptionsFail(o, "-time_end %g lies before the time of -restart_file %s, %g s", (double)mpm->time.end, c->from,

@@ -12,7 +12,7 @@ static const char laws[] =
 #define MPM_REGION(name, solid, parameters, what) "|" #name
 static const char shapes[] =
 #include "physics/region.def"
-    " halfspace|polygon";
+    "";
 #undef MPM_REGION
 #define MPM_WALL(name, parameters, before, gradient, residual, what) "|" #name
 static const char walls[] =

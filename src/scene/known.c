@@ -59,6 +59,9 @@ static void CheckRow(const MPMScene *scene, MPMOptions o, const MPMKnown *known,
   if (scene->nbodies != 1)
     MPMOptionsFail(o, "-%s %s needs one body, not %" PetscInt_FMT, option, known->row->name, scene->nbodies);
   if (wrong) MPMOptionsFail(o, "-%s %s %s", option, known->row->name, wrong);
+  if (scene->bodies[0].region.others)
+    MPMOptionsFail(o, "-body_%s_%s does not apply: -%s %s needs the whole shape", scene->bodies[0].name,
+                   scene->bodies[0].region.ncut ? "cut" : "within", option, known->row->name);
   if (scene->bodies[0].velocity)
     MPMOptionsFail(o, "-body_%s_velocity does not apply: -%s %s sets the start", scene->bodies[0].name, option,
                    known->row->name);

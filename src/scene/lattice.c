@@ -67,55 +67,24 @@ void MPMLatticePlace(const MPMLattice *w, PetscInt64 k, PetscReal X[3])
     X[d] = ((PetscReal)(d == w->dim - 1 ? k : w->ijk[d]) + 0.5) * b->b[d] + b->offset[d];
 }
 
-static PetscBool Inside(const MPMLattice *w, PetscInt64 k)
-{
-  PetscReal X[3];
-
-  MPMLatticePlace(w, k, X);
-  return MPMRegionInside(&w->body->region, w->dim, X);
-}
-
-/* Returns the last place inside of the body, between a place inside and one outside. */
-static PetscInt64 LastInside(const MPMLattice *w, PetscInt64 inside, PetscInt64 outside)
-{
-  while (PetscAbs(outside - inside) > 1) {
-    const PetscInt64 middle = inside + (outside - inside) / 2;
-
-    if (Inside(w, middle))
-      inside = middle;
-    else
-      outside = middle;
-  }
-  return inside;
-}
-
-/* Finds the next run of the row, from the iterator's place on. In a solid body it is around the middle of the row, and
-   bisection finds its ends, so that not every place is examined: there may be billions. */
+/* Finds the next run of the row, from the iterator's place on. A solid body that no other cuts has one run a row. */
 static PetscBool FindRun(MPMLattice *w)
 {
-  const PetscInt   d    = w->dim - 1;
-  const MPMBody   *b    = w->body;
-  const PetscInt64 last = w->last[d];
-  PetscInt64       from = w->ijk[d], to;
-  PetscReal        lower[3], upper[3];
+  const PetscInt   d     = w->dim - 1;
+  const MPMBody   *b     = w->body;
+  const PetscBool  whole = MPMRegionSolid(&b->region) && !b->region.others ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt64 end   = w->last[d] + 1;
+  PetscInt64       from  = w->ijk[d], to, next;
+  MPMRow           row   = {.dim = w->dim, .spacing = b->b[d], .offset = b->offset[d]};
 
-  if (MPMRegionSolid(&b->region)) {
-    PetscInt64 middle;
-
-    if (from > w->first[d]) return PETSC_FALSE; /* its only run is over */
-    MPMRegionBounds(&b->region, w->dim, lower, upper);
-    middle = (PetscInt64)PetscFloorReal((0.5 * (lower[d] + upper[d]) - b->offset[d]) / b->b[d] - 0.5);
-    middle = PetscMin(PetscMax(middle, from), last);
-    if (!Inside(w, middle) && (middle == last || !Inside(w, ++middle))) return PETSC_FALSE;
-    from = LastInside(w, middle, from - 1);
-    to   = LastInside(w, middle, last + 1) + 1;
-  } else {
-    while (from <= last && !Inside(w, from)) from++;
-    for (to = from; to <= last && Inside(w, to);) to++;
-  }
+  if (whole && from > w->first[d]) return PETSC_FALSE; /* its only run is over */
+  MPMLatticePlace(w, from, row.x);
+  for (; from < end && !MPMRegionSpan(&b->region, &row, from, end, &to); from = to) continue;
+  if (from >= end) return PETSC_FALSE;
+  while (!whole && to < end && MPMRegionSpan(&b->region, &row, to, end, &next)) to = next;
   w->ijk[d] = from;
   w->n      = to - from;
-  return w->n > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return PETSC_TRUE;
 }
 
 /* Goes to the next run. Returns false if there are no more; then id is the number after that of the last particle. */

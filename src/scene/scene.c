@@ -1,7 +1,9 @@
-/* scene.c - reads the scene from the options: dimension, names, grid, materials and bodies; read_walls.c, forces.c and
-   known.c read the rest, and fill.c makes the particles. It is used once, before the first step. */
+/* scene.c - reads the scene from the options: dimension, names, grid, materials and bodies; read_region.c,
+   read_walls.c, forces.c and known.c read the rest, and fill.c makes the particles. It is used once, before the first
+   step. */
 #include <strings.h>
-#include "scene/scene.h"
+#include "base/checksum.h"
+#include "scene/shapes.h"
 
 /* Sets the cells and the cell size of one axis from -grid_cells or, if h > 0, from -grid_h. */
 static void SetAxis(MPMGrid *grid, MPMOptions o, PetscInt d, PetscReal h)
@@ -74,12 +76,25 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
       {"friction_angle", "material_<m>_friction_angle", &m->friction},
       {"dilation_angle", "material_<m>_dilation_angle", &m->dilation},
       {"cohesion", "material_<m>_cohesion", &m->cohesion},
+      {"G", "material_<m>_G", &m->shear},
+      {"c0", "material_<m>_c0", &m->c0},
+      {"hugoniot_slope", "material_<m>_hugoniot_slope", &m->slope},
+      {"gruneisen", "material_<m>_gruneisen", &m->gruneisen},
+      {"hardening_power", "material_<m>_hardening_power", &m->power},
+      {"rate_factor", "material_<m>_rate_factor", &m->rate},
+      {"rate_reference", "material_<m>_rate_reference", &m->rate0},
+      {"softening_power", "material_<m>_softening_power", &m->softening},
+      {"melting", "material_<m>_melting", &m->melting},
+      {"temperature", "material_<m>_temperature", &m->temperature},
+      {"specific_heat", "material_<m>_specific_heat", &m->heat},
+      {"heating_share", "material_<m>_heating_share", &m->share},
   };
-  char        model[MPM_NAME_LEN] = "", eos[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "eos", linear[MPM_TEXT_LEN];
+  char        model[MPM_NAME_LEN] = "", eos[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "eos fit", linear[MPM_TEXT_LEN];
+  char        fit[MPM_NAME_LEN] = "";
   const char *taken, *wrong;
 
   PetscFunctionBeginUser;
-  m->tension = -1; /* none */
+  m->tension = m->melting = -1; /* none */
   for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
     (void)snprintf(all + strlen(all), sizeof all - strlen(all), " %s", numbers[k].word);
   PetscCall(MPMOptionsEnum(o, "material_<m>_model", m->name, model, NULL));
@@ -97,6 +112,8 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
       PetscCall(MPMOptionsRefuseOthers(o, "material", m->name, "eos", eos, m->type->parameters, taken));
     }
   }
+  if (MPMListHas(taken, "fit")) PetscCall(MPMOptionsEnum(o, "material_<m>_fit", m->name, fit, NULL));
+  m->plane = !strcmp(fit, "plane_strain") ? PETSC_TRUE : PETSC_FALSE;
   for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
     if (MPMListHas(taken, numbers[k].word))
       PetscCall(MPMOptionsReal(o, numbers[k].row, m->name, numbers[k].value, NULL));
@@ -111,49 +128,52 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads the shape of a body. */
-static PetscErrorCode ReadRegion(MPMOptions o, PetscInt dim, const char name[], MPMRegion *r)
-{
-  char     shape[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "";
-  PetscInt row;
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMOptionsEnum(o, "body_<b>_shape", name, shape, NULL));
-  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMOptionsFind(shape, MPM_NUM_REGIONS, MPMRegionNames, &row));
-  r->type = (MPMRegionType)row;
-  for (PetscInt k = 0; k < MPM_NUM_REGIONS; k++)
-    (void)snprintf(all + strlen(all), sizeof all - strlen(all), "%s ", MPMRegionParameters[k]);
-  PetscCall(MPMOptionsRefuseOthers(o, "body", name, "shape", shape, all, MPMRegionParameters[row]));
-  if (r->type == MPM_REGION_box) {
-    PetscCall(MPMOptionsReals(o, "body_<b>_lower", name, r->lower, NULL));
-    PetscCall(MPMOptionsReals(o, "body_<b>_upper", name, r->upper, NULL));
-    for (PetscInt d = 0; d < dim && !MPMOptionsError(o); d++)
-      if (!(r->upper[d] > r->lower[d]))
-        MPMOptionsFail(o, "-body_%s_upper must be above -body_%s_lower on every axis; axis %c has %g and %g", name,
-                       name, "xyz"[d], (double)r -> upper[d], (double)r -> lower[d]);
-  } else {
-    PetscCall(MPMOptionsReals(o, "body_<b>_center", name, r->center, NULL));
-    PetscCall(MPMOptionsReal(o, "body_<b>_radius", name, &r->radius, NULL));
-    if (r->type == MPM_REGION_annulus)
-      PetscCall(MPMOptionsReal(o, "body_<b>_inner_radius", name, &r->inner_radius, NULL));
-    if (!MPMOptionsError(o) && r->inner_radius >= r->radius)
-      MPMOptionsFail(o, "-body_%s_inner_radius %g must be below -body_%s_radius %g", name, (double)r->inner_radius,
-                     name, (double)r->radius);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
+/* Reads a body; b->alone says whether it is a shape for others, without particles. Collective on core->comm. */
 static PetscErrorCode ReadBody(MPMScene *scene, MPMCore *core, MPMOptions o, MPMBody *b)
 {
+  char material[MPM_TEXT_LEN] = "";
+
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < 3; d++) b->ppc[d] = scene->ppc;
-  PetscCall(ReadRegion(o, core->grid.dim, b->name, &b->region));
+  PetscCall(MPMSceneReadRegion(core, o, b->name, &b->region));
+  PetscCall(MPMOptionsString(o, "body_<b>_material", b->name, material, NULL));
+  b->alone = !strcasecmp(material, "none") ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt k = 0; k < scene->nmaterials; k++) /* a material may have this name */
+    if (!strcasecmp(scene->materials[k].name, "none")) b->alone = PETSC_FALSE;
+  if (b->alone) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsDeclared(o, "body_<b>_material", b->name, scene->nmaterials, scene->materials->name,
                                sizeof *scene->materials, &b->material));
   PetscCall(MPMOptionsInts(o, "body_<b>_ppc", b->name, b->ppc, NULL));
   PetscCall(MPMOptionsReals(o, "body_<b>_offset", b->name, b->offset, NULL));
   PetscCall(MPMOptionsExpression(o, "body_<b>_velocity", b->name, "xyz", core->grid.dim, &b->velocity));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads all bodies. Those with particles come first, in the order of -bodies, then the shapes alone. Collective on
+   core->comm. */
+static PetscErrorCode ReadBodies(MPMScene *scene, MPMCore *core, MPMOptions o)
+{
+  const PetscInt all = scene->nbodies;
+  MPMBody       *was = scene->bodies;
+  PetscInt       n   = 0;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < all; k++) PetscCall(ReadBody(scene, core, o, &was[k]));
+  PetscCall(PetscCalloc1(all, &scene->bodies));
+  for (PetscInt alone = 0; alone < 2; alone++)
+    for (PetscInt k = 0; k < all; k++)
+      if (was[k].alone == (PetscBool)alone) scene->bodies[n++] = was[k];
+  PetscCall(PetscFree(was));
+  for (scene->nbodies = 0; scene->nbodies < all && !scene->bodies[scene->nbodies].alone;) scene->nbodies++;
+  scene->nshapes = all - scene->nbodies;
+  if (!scene->nbodies) MPMOptionsFail(o, "-bodies: all are of material none; a scene needs particles");
+  PetscCall(MPMSceneReadOthers(scene, o));
+  for (PetscInt k = 0; k < all; k++) {
+    const MPMSurface *s    = scene->bodies[k].region.surface;
+    const size_t      size = s ? (size_t)(s->n * s->dim * s->dim) * sizeof *s->corner : 0;
+
+    if (s) scene->shapes += (PetscInt64)MPMChecksum(s->corner, size, (size_t)k << 40);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -235,7 +255,7 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
   PetscCall(MPMOptionsReals(o, "gravity", NULL, core->params.gravity, NULL));
   PetscCall(ReadGrid(core, o));
   for (PetscInt k = 0; k < scene->nmaterials; k++) PetscCall(ReadMaterial(o, &scene->materials[k]));
-  for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(ReadBody(scene, core, o, &scene->bodies[k]));
+  PetscCall(ReadBodies(scene, core, o));
   for (PetscInt m = 0; m < scene->nmaterials; m++) {
     PetscBool used = PETSC_FALSE;
 
@@ -257,6 +277,8 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
   for (PetscInt k = 0; k < 6; k++) PetscCall(MPMExpressionDestroy(&scene->wall_velocity[k]));
   PetscCall(MPMInitialDestroy(scene));
+  for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++)
+    PetscCall(MPMSceneDestroyRegion(&scene->bodies[k].region));
   PetscCall(MPMForcesDestroy(scene));
   PetscCall(MPMKnownDestroy(scene));
   PetscCall(PetscFree(scene->materials));

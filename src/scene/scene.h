@@ -14,6 +14,7 @@
 typedef struct {
   char          name[MPM_NAME_LEN];
   MPMRegion     region;
+  PetscBool     alone;                  /* a shape that cuts others, of material none; it has no particles */
   PetscInt      material, kind, ppc[3]; /* rows of the scene's materials and kinds; particles per cell on each axis */
   PetscReal     offset[3], b[3];        /* of the lattice of its particles: offset and spacing, m */
   MPMExpression velocity;               /* m/s, of x y z; NULL: at rest */
@@ -45,7 +46,7 @@ typedef struct {
   MPMMaterial  *materials;
   PetscInt      nmaterials;
   MPMBody      *bodies;
-  PetscInt      nbodies;
+  PetscInt      nbodies, nshapes; /* bodies with particles, and behind them shapes alone */
   MPMKind      *kinds;
   PetscInt      nkinds;
   MPMWalls      walls;
@@ -58,6 +59,7 @@ typedef struct {
   PetscBool     finest;              /* -reference_type finest: the last run of a study is the reference */
   PetscBool     body_force;          /* a body force besides gravity acts on all particles */
   PetscBool     forced, keeps_start; /* are there body forces or loads; do particles have field X? */
+  PetscInt64    shapes;              /* checksum of the surfaces that were read; 0: there are none */
   PetscInt64    overlap;             /* particles that lie in an earlier body too */
   PetscInt64    on_line;             /* particles that start exactly on a line of the grid */
   PetscInt64    rows, *share_first;  /* rows of lattice places; [shares] particles before each of these shares */

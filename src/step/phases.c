@@ -7,7 +7,7 @@
 #define WHERE      (B(x) | B(cell) | B(kind) | B(l)) /* what a stencil depends on */
 #define MOMENTUM   (B(v) | B(C))                     /* apic alone has C */
 #define STRESS     (B(F) | B(J) | B(tau))            /* what the internal force depends on */
-#define STATE      (STRESS | B(be) | B(ep) | B(vc))  /* the state of a material */
+#define STATE      (STRESS | B(be) | B(ep) | B(vc) | B(theta))  /* the state of a material */
 #define COMMIT_IN  (B(id) | B(F))                    /* F: only for gimp domains that stretch */
 #define COMMIT_OUT (B(x) | B(cell) | B(l))           /* the new position, and what depends on it */
 

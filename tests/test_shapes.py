@@ -1,0 +1,271 @@
+"""Shapes of bodies against tests of places that know nothing of Pebble's: places of particles by closed forms and winding
+numbers; a box as polygon and as STL has the bits of the box; bodies that others cut; what loads see of them; the same
+bits on any number of processes and after a restart; and the answers to shapes that are wrong.
+
+usage: test_shapes.py PEBBLE SOURCE MPIEXEC
+"""
+import os
+import struct
+
+import numpy as np
+
+import check
+
+MATERIAL = ["-materials m", "-material_m_model neohookean", "-material_m_rho 1000", "-material_m_E 1e6", "-material_m_nu 0.3"]
+H, PPC = 1 / 8, 2
+
+
+def scene(name, dim, bodies, *more, cells=8):
+    """Writes an options file with these bodies, {name: lines without their prefix}; all are of material m, unless they say it."""
+    lines = [f"-dim {dim}", "-grid_lower " + ",".join(["0"] * dim), "-grid_upper " + ",".join(["1"] * dim), "-grid_cells " + ",".join([str(cells)] * dim), *MATERIAL,
+             "-bodies " + ",".join(bodies), "-time_end 0.02", "-output_every 0", "-output_fields body", "-method_basis linear", *more]
+    for body, words in bodies.items():
+        lines += [f"-body_{body}_{word}" for word in words] + ([] if any(word.startswith("material") for word in words) else [f"-body_{body}_material m"])
+    return check.write(name + ".opts", lines)
+
+
+def run(name, *more, n=1):
+    told = check.pebble("-options_file", name + ".opts", "-output_dir", ".", *more, n=n)
+    check.need(told.good, f"{name}: status {told.status}: {told.err[:500]}")
+    return told
+
+
+def lattice(dim, cells=8):
+    """All places of the lattice in the grid."""
+    axis = (np.arange(PPC * cells) + 0.5) / (PPC * cells)
+    return np.stack(np.meshgrid(*[axis] * dim, indexing="ij"), -1).reshape(-1, dim)
+
+
+def places(name, dim):
+    """{number of a body: its places at the start}"""
+    found = check.particles(name + ".h5", 0, ("x", "body"))
+    return {int(b): found["x"][found["body"] == b][:, :dim] for b in np.unique(found["body"])}
+
+
+def same(label, got, want):
+    """The same places, in the order of the lattice."""
+    wrong = got.shape != want.shape or not np.allclose(got, want, rtol=0, atol=1e-12)
+    check.that(len(want) and not wrong, f"{label}: {len(got)} places, {len(want)} by the test")
+
+
+# ---- Surfaces
+
+def winding(polygon, x):
+    """Winding numbers of places about a loop of vertices, by angles."""
+    a, b = polygon[None] - x[:, None], np.roll(polygon, -1, 0)[None] - x[:, None]
+    return np.round(np.arctan2(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], (a * b).sum(-1)).sum(1) / (2 * np.pi))
+
+
+def solid_angle(triangles, x):
+    """Winding numbers about a surface, by the solid angles of its triangles (Van Oosterom and Strackee 1983)."""
+    a, b, c = (triangles[None, :, k] - x[:, None] for k in range(3))
+    la, lb, lc = (np.linalg.norm(v, axis=-1) for v in (a, b, c))
+    top = (a * np.cross(b, c)).sum(-1)
+    return np.round(np.arctan2(top, la * lb * lc + (a * b).sum(-1) * lc + (b * c).sum(-1) * la + (c * a).sum(-1) * lb).sum(1) / (2 * np.pi))
+
+
+def torus(n=14, m=9, R=0.24, r=0.11):
+    """Triangles of a torus around 0, turned a little."""
+    u, v = np.meshgrid(2 * np.pi * np.arange(n) / n, 2 * np.pi * np.arange(m) / m, indexing="ij")
+    p = np.stack([(R + r * np.cos(v)) * np.cos(u), (R + r * np.cos(v)) * np.sin(u), r * np.sin(v)], -1)
+    p = (p @ np.array([[0.8, 0.36, 0.48], [0, 0.8, -0.6], [-0.6, 0.48, 0.64]])).astype("f4").astype(float)
+    q, s, t = np.roll(p, -1, 0), np.roll(p, -1, 1), np.roll(np.roll(p, -1, 0), -1, 1)
+    return np.concatenate([np.stack([p, q, t], 2), np.stack([p, t, s], 2)]).reshape(-1, 3, 3)
+
+
+def box(lower, upper):
+    """Triangles of a box."""
+    found = []
+    for axis in range(3):
+        for side in range(2):
+            corners = np.array([[lower, upper][side] if d == axis else None for d in range(3)], dtype=object)
+            quad = []
+            for bits in ((0, 0), (1, 0), (1, 1), (0, 1)):
+                others = iter(bits)
+                quad.append([corners[d][d] if d == axis else (lower, upper)[next(others)][d] for d in range(3)])
+            found += [[quad[0], quad[1], quad[2]], [quad[0], quad[2], quad[3]]]
+    return np.array(found, dtype=float)
+
+
+def ascii_stl(path, triangles):
+    text = "solid shape\n"
+    for t in triangles:
+        text += "facet normal 0 0 0\n outer loop\n" + "".join(f"  vertex {float(v[0])!r} {float(v[1])!r} {float(v[2])!r}\n" for v in t) + " endloop\nendfacet\n"
+    return check.write(path, text + "endsolid shape\n")
+
+
+def binary_stl(path, triangles):
+    with open(path, "wb") as file:
+        file.write(b"solid is what a binary file may begin with too".ljust(80) + struct.pack("<I", len(triangles)))
+        for t in triangles:
+            file.write(struct.pack("<12fH", 0, 0, 0, *t.ravel(), 0))
+    return path
+
+
+# ---- Places
+
+def check_solids():
+    """Bodies in 3-D, some cut: places, processes, restart."""
+    ring, x = torus(), lattice(3)
+    ascii_stl("ring.stl", ring)
+    binary_stl("ring_mm.stl", 1000 * ring)
+    axis, ball = np.array([1, -2, 2]) / 3, ((x - [0.7, 0.3, 0.4])**2).sum(1) < 0.3**2
+    along = (x - [0.3, 0.7, 0.6]) @ axis
+    rod = (abs(along) < 0.25) & (((x - [0.3, 0.7, 0.6] - along[:, None] * axis)**2).sum(1) < 0.2**2)
+    below = (x - [0.5, 0.5, 0.1]) @ [0.1, 0.2, 1] < 0
+    wave = np.sin(6 * x[:, 0]) + np.cos(5 * x[:, 1]) + x[:, 2] - 1.2
+    donut = solid_angle(ring + [0.6, 0.55, 0.5], x) != 0
+    bodies = {"rod": ["shape cylinder", "center 0.3,0.7,0.6", "axis 1,-2,2", "radius 0.2", "length 0.5", "cut donut,ball"],
+              "ball": ["shape sphere", "center 0.7,0.3,0.4", "radius 0.3", "material none", "cut below"],
+              "below": ["shape halfspace", "point 0.5,0.5,0.1", "normal 0.2,0.4,2"],
+              "wave": ["shape expression", 'expression "sin(6*x)+cos(5*y)+z-1.2"', "within ball", "cut donut", "lower 0,0,0.25", "upper 1,1,1"],
+              "donut": ["shape stl", "file ring.stl", "shift 0.6,0.55,0.5", "velocity 0,0,-1"]}
+    scene("solids", 3, bodies)
+    told = run("solids", "-checkpoint_every", 0.006)
+    ball &= ~below
+    wants = {"rod": rod & ~donut & ~ball, "below": below, "wave": (wave > 0) & (x[:, 2] >= 0.25) & ball & ~donut, "donut": donut}
+    for number, (name, inside) in enumerate(wants.items()):
+        same(f"{name} of {len(wants)} solids", places("solids", 3).get(number, np.zeros((0, 3))), x[inside])
+    for n, strategy in ((3, "spatial"), (3, "pool")):
+        other = run("solids", "-parallel_strategy", strategy, "-output_name", strategy, n=n)
+        check.that(told.digest and other.digest == told.digest, f"solids: {strategy} on {n} processes: {other.digest} against {told.digest}")
+    kept = sorted(name for name in os.listdir(".") if name.startswith("solids-checkpoint-"))
+    check.need(kept, "solids: there is no checkpoint")
+    again = run("solids", "-restart_file", kept[0], "-output_name", "again", n=2)
+    check.that(again.digest == told.digest, f"solids: from {kept[0]}: {again.digest} against {told.digest}")
+    ascii_stl("ring.stl", ring + [0, 0, 0.001])
+    told = check.pebble("-options_file", "solids.opts", "-output_dir", ".", "-restart_file", kept[0], "-output_name", "again")
+    check.that(told.status == 2 and "what -body_<b>_file names has changed" in told.err, f"solids: a restart with another file is refused: {told.err.strip()}")
+    bodies["donut"][1:3] = ["file ring_mm.stl", "scale 0.001", "shift 0.6,0.55,0.5"]
+    scene("binary", 3, bodies)
+    run("binary", "-time_max_steps", 1)
+    same("donut of a binary file in mm", places("binary", 3)[3], x[donut])
+
+
+def check_polygons():
+    """A star with a hole and an island, in the plane and as a prism; by an option and by a file."""
+    turns, x = 2 * np.pi * np.arange(14) / 14, lattice(2, 32)
+    star = np.round(0.5 + np.where(np.arange(14) % 2, 0.25, 0.48)[:, None] * np.stack([np.cos(turns), np.sin(turns)], 1), 4)
+    loops = [star, np.array([[0.4, 0.4], [0.6, 0.4], [0.6, 0.61], [0.4, 0.6]]), np.array([[0.45, 0.45], [0.45, 0.53], [0.55, 0.5]])]
+    inside = sum(abs(winding(loop, x)) for loop in loops) % 2 == 1
+    text = " ; ".join(" ".join(f"{a},{b}" for a, b in loop) for loop in loops)
+    check.write("corners.csv", "# a star\nx, y\n" + "\n\n".join("\n".join(f"{a}, {b}" for a, b in loop) for loop in loops) + "\n")
+    os.makedirs("elsewhere", exist_ok=True)
+    scene("star", 2, {"b": ["shape polygon", f'vertices "{text}"']}, cells=32)
+    scene("star_file", 2, {"b": ["shape polygon", "file corners.csv"]}, cells=32)
+    told = run("star", "-time_max_steps", 4)
+    same("star", places("star", 2)[0], x[inside])
+    other = check.pebble("-options_file", "../star_file.opts", "-output_dir", ".", "-time_max_steps", 4, cwd="elsewhere")
+    check.that(told.digest and other.digest == told.digest, f"star from a file next to its options file: {other.digest} {other.err.strip()}")
+    scene("prism", 3, {"b": ["shape polygon", "file corners.csv", "lower 0,0.3,0.2", "upper 1,1,0.6"]})
+    run("prism", "-time_max_steps", 1)
+    y = lattice(3)
+    keep = (sum(abs(winding(loop, y[:, :2])) for loop in loops) % 2 == 1) & (y[:, 1] >= 0.3) & (y[:, 2] >= 0.2) & (y[:, 2] < 0.6)
+    same("prism", places("prism", 3)[0], y[keep])
+
+
+def check_boxes():
+    """The places of a lattice lie on the faces of these boxes, which are half-open however they are told."""
+    lower, upper = [0.1875, 0.25, 0.0625], [0.6875, 0.625, 0.8125]
+    ascii_stl("box.stl", box(lower, upper))
+    corners = " ".join(f"{(lower, upper)[i][0]},{(lower, upper)[j][1]}" for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    text = [",".join(map(str, corner)) for corner in (lower, upper)]
+    shapes = {"box": ["shape box", "lower " + text[0], "upper " + text[1]],
+              "stl": ["shape stl", "file box.stl"],
+              "polygon": ["shape polygon", f'vertices "{corners}"', f"lower 0,0,{lower[2]}", f"upper 1,1,{upper[2]}"],
+              "expression": ["shape expression", 'expression "' + "*".join(f"({q}>={a})*({q}<{b})" for q, a, b in zip("xyz", lower, upper)) + '"'],
+              "within": ["shape halfspace", "point 0,0,0.8125", "normal 0,0,1", "within t"]}
+    digests = {}
+    for name, words in shapes.items():
+        tool = {"t": ["shape stl", "file box.stl", "material none"]} if name == "within" else {}
+        scene("as_" + name, 3, {"b": words + ["offset 0.03125,0.03125,0.03125", "velocity 1,2,y"], **tool})
+        digests[name] = run("as_" + name, "-time_max_steps", 3).digest
+    check.that(digests["box"] and len(set(digests.values())) == 1, f"a box by {' '.join(digests)}: {' '.join(map(str, digests.values()))}")
+
+
+def check_loads():
+    """A load acts on the surface of a body that is cut: on both faces of a slot, but not on the tool's."""
+    slot = ["shape box", "lower 0.25,0.25", "upper 0.5,0.75", "material none"]
+    scene("slot", 2, {"b": ["shape box", "lower 0.125,0.125", "upper 0.875,0.625", "cut slot"], "slot": slot}, "-loads l", "-load_l_body b", "-load_l_type pressure", "-load_l_value 1")
+    area = run("slot", "-time_max_steps", 1).find(r"area along each axis \(([^)]*)\)")
+    check.that(area == "1.75, 1.5", f"area of a block with a slot: {area}, by hand 2 (0.5 + 0.375), 2 0.75")
+
+
+# ---- Refusals
+
+def check_refusals():
+    good = box([0.2, 0.2, 0.2], [0.6, 0.6, 0.6])
+    ascii_stl("good.stl", good)
+    ascii_stl("hole.stl", good[1:])
+    ascii_stl("twice.stl", np.concatenate([good, good[:1]]))
+    ascii_stl("line.stl", np.concatenate([good, [[[0, 0, 0], [0.2, 0.2, 0.2], [0, 0, 0]]]]))
+    text = open("good.stl").read()
+    check.write("cut.stl", text[:len(text) // 2])
+    check.write("word.stl", text.replace("vertex 0.6", "vertex 0,6", 1))
+    check.write("no.stl", "facet\n")
+    check.write("bad.csv", "x,y\n0.1,0.1\n0.5 0.1\n0.5,high\n")
+    check.write("few.csv", "0.1,0.1\n0.5,0.1\n0.1,0.1\n")
+    scene("flat", 2, {"b": ["shape polygon"]})
+    scene("deep", 3, {"b": ["shape stl"]})
+    scene("tools", 2, {"a": ["shape box", "lower 0,0", "upper 1,1", "material none"]})
+    scene("cut", 2, {"a": ["shape box", "lower 0,0", "upper 1,1"], "b": ["shape sphere", "center 0.5,0.5", "radius 0.2"], "c": ["shape sphere", "center 0.5,0.5", "radius 0.1"]})
+    shape = "-body_b_shape"
+    cases = [
+        ("flat", [], "-body_b_vertices is required (corners of a polygon, \"x,y x,y x,y\"), or -body_b_file"),
+        ("flat", ["-body_b_vertices", "0,0 1,0"], "-body_b_vertices: loop 1 has 2 vertices, a loop needs 3"),
+        ("flat", ["-body_b_vertices", "0,0 1,0 1;0,1"], "-body_b_vertices: vertex 3 has no two numbers x,y before ';0,1'; write \"x,y x,y x,y\", and ; between loops"),
+        ("flat", ["-body_b_vertices", "0,0 1,1 1,0 0,1"], "-body_b_vertices: edge 1 of loop 1, from 0,0 to 1,1, crosses edge 3 of loop 1, from 1,0 to 0,1"),
+        ("flat", ["-body_b_vertices", "0,0 1,1 1,0 1,1"], "-body_b_vertices: loop 1 turns back on itself at vertex 3, 1,0"),
+        ("flat", ["-body_b_vertices", "0,0 1,1 1,0 0,0.8"], "-body_b_vertices: edge 1 of loop 1, from 0,0 to 1,1, crosses edge 3 of loop 1, from 1,0 to 0,0.8"),
+        ("flat", ["-body_b_vertices", "0,0 1,0 1,1; 0.5,0.1 0.9,0.1 0.5,0.7"], "-body_b_vertices: edge 3 of loop 1, from 1,1 to 0,0, crosses edge 2 of loop 2, from 0.9,0.1 to 0.5,0.7"),
+        ("flat", ["-body_b_vertices", "0,0 1,0 1,0 1,1"], "-body_b_vertices: vertices 2 and 3 of loop 1 are both 1,0"),
+        ("flat", ["-body_b_vertices", "0,0 1,0 0.5,0 0.5,1"], "-body_b_vertices: loop 1 turns back on itself at vertex 2, 1,0"),
+        ("flat", ["-body_b_vertices", "0,0 1,0 1,1", "-body_b_file", "few.csv"], "-body_b_vertices and -body_b_file exclude each other"),
+        ("flat", ["-body_b_file", "bad.csv"], "-body_b_file bad.csv:4: a vertex is two numbers x,y, and this line has something else at 'high'"),
+        ("flat", ["-body_b_file", "few.csv"], "-body_b_file few.csv: loop 1 has 2 vertices, a loop needs 3"),
+        ("flat", ["-body_b_file", "none.csv"], "-body_b_file: cannot read none.csv: No such file or directory"),
+        ("flat", ["-body_b_vertices", "0,0 1,0 1,2"], "body b lies outside of the grid"),
+        ("flat", [shape, "cylinder"], "-body_b_shape cylinder needs -dim 3: in 2-D a disk is a sphere, and its side view a box"),
+        ("flat", [shape, "stl", "-body_b_file", "good.stl"], "-body_b_shape stl needs -dim 3: choose polygon in 2-D, box in 1-D"),
+        ("flat", [shape, "halfspace", "-body_b_point", "0,0", "-body_b_normal", "0,0"], "-body_b_normal is 0, which is no direction"),
+        ("flat", [shape, "expression"], "-body_b_expression is required (a formula of x, y, z, pi; the body of shape expression is where it is positive)"),
+        ("flat", [shape, "expression", "-body_b_expression", "x+"], "-body_b_expression x+:"),
+        ("flat", [shape, "expression", "-body_b_expression", "x,y"], "-body_b_expression has 2 components, it needs 1"),
+        ("flat", [shape, "expression", "-body_b_expression", "0/0"], "body b has no particles"),
+        ("deep", [], "-body_b_file is required (an STL file)"),
+        ("deep", ["-body_b_file", "none.stl"], "-body_b_file: cannot read none.stl: No such file or directory"),
+        ("deep", ["-body_b_file", "."], "-body_b_file: cannot read .: it is not a file"),
+        ("deep", ["-body_b_file", "hole.stl"], "-body_b_file hole.stl is not closed: 3 edges belong to one facet only, such as that from 0.2,0.2,0.2 to 0.2,0.6,0.2;"),
+        ("deep", ["-body_b_file", "twice.stl"], "-body_b_file twice.stl: 3 edges belong to more than two facets, such as that from 0.2,0.2,0.2 to 0.2,0.6,0.2, to 3;"),
+        ("deep", ["-body_b_file", "cut.stl"], "-body_b_file cut.stl:44: 'f' where facet or endsolid should be"),
+        ("deep", ["-body_b_file", "word.stl"], "-body_b_file word.stl:18: '0,6' is not a number"),
+        ("deep", ["-body_b_file", "no.stl"], "-body_b_file no.stl is no STL file"),
+        ("deep", ["-body_b_file", "good.stl", "-body_b_scale", "1000"], "body b lies outside of the grid: it reaches from x = 200 to 600"),
+        ("deep", ["-body_b_file", "good.stl", "-body_b_vertices", "0,0"], "-body_b_vertices does not apply: shape stl takes file scale shift"),
+        ("cut", ["-body_a_cut", "d"], "-body_a_cut d: there is no such body"),
+        ("cut", ["-body_a_cut", "a"], "-body_a_cut a: a body cannot cut itself"),
+        ("cut", ["-body_a_cut", "b,b"], "-body_a_cut names b, which -body_a_cut or -body_a_within has named before"),
+        ("cut", ["-body_a_cut", "b", "-body_b_within", "c", "-body_c_cut", "a"], "-body_a_cut: the shape of a would depend on itself, through the bodies that it names"),
+        ("cut", ["-body_b_cut", "a"], "body b has no particles"),
+        ("cut", ["-body_b_material", "none"], "-body_b_material none: no -body_<b>_cut and no -body_<b>_within names b; remove it"),
+        ("cut", ["-body_b_material", "none", "-body_a_cut", "b", "-body_b_velocity", "1,1"], "-body_b_velocity "),
+        ("tools", [], "-bodies: all are of material none; a scene needs particles"),
+    ]
+
+    def answer(case):
+        name, words, want = case
+        told = check.pebble("-options_file", name + ".opts", *words, "-dry_run")
+        return told.status, told.err.strip()
+    for (name, words, want), (status, err) in zip(cases, check.at_once(answer, cases)):
+        check.fault(None if status == 2 and want in err and "\n" not in err else f"{name} {' '.join(words)}: status {status}\n  {err}\n  not {want}")
+    told = check.pebble("-options_file", "deep.opts", "-body_b_file", "line.stl", "-dry_run")
+    check.that(told.status == 0, f"a facet with two equal corners is left out: {told.err.strip()}")
+
+
+check.arguments(__doc__, 0)
+check_solids()
+check_polygons()
+check_boxes()
+check_loads()
+check_refusals()
+check.end()
