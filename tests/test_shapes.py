@@ -5,6 +5,7 @@ bits on any number of processes and after a restart; and the answers to shapes t
 usage: test_shapes.py PEBBLE SOURCE MPIEXEC
 """
 import os
+import re
 import struct
 
 import numpy as np
@@ -191,6 +192,18 @@ def check_loads():
     check.that(area == "1.75, 1.5", f"area of a block with a slot: {area}, by hand 2 (0.5 + 0.375), 2 0.75")
 
 
+def check_documents():
+    """The scenes of docs/shapes.md run, as they stand there."""
+    with open(os.path.join(check.source, "docs", "shapes.md"), encoding="utf-8") as file:
+        text = file.read()
+    for name in ("slope", "ball"):
+        lines = re.search(rf"`{name}\.opts`:\n\n((?:    -.*\n)+)", text)
+        check.need(lines, f"docs/shapes.md: no {name}.opts")
+        check.write(name + ".opts", re.sub("^    ", "", lines[1], flags=re.M))
+        told = run(name, "-time_max_steps", 5)
+        check.that(told.digest and "warning" not in told.said, f"{name} of docs/shapes.md: {told.find('([0-9]+ particles)')}, no warning")
+
+
 # ---- Refusals
 
 def check_refusals():
@@ -267,5 +280,6 @@ check_solids()
 check_polygons()
 check_boxes()
 check_loads()
+check_documents()
 check_refusals()
 check.end()
