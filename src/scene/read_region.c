@@ -139,6 +139,10 @@ static PetscErrorCode ReadList(MPMScene *scene, MPMOptions o, PetscInt b, const 
 
     while (k < all && strcasecmp(scene->bodies[k].name, w)) k++;
     if (k == all) MPMOptionsFail(o, "-body_%s_%s %.100s: there is no such body", scene->bodies[b].name, word, w);
+    for (PetscInt q = 0; q < 2 && k < all; q++)
+      if (scene->bodies[q ? k : b].region.type == MPM_REGION_file)
+        MPMOptionsFail(o, "-body_%s_%s %s does not apply: %s has particles from a file, but no shape",
+                       scene->bodies[b].name, word, w, scene->bodies[q ? k : b].name);
     if (k == b)
       MPMOptionsFail(o, "-body_%s_%s %s: a body cannot %s", scene->bodies[b].name, word, w,
                      strcmp(word, "cut") ? "lie within itself" : "cut itself");
