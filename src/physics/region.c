@@ -79,6 +79,14 @@ static PetscBool Inside_stl(const MPMRegion *r, PetscInt dim, const PetscReal x[
   return MPMSurfaceBelow(r->surface, x[2]) % 2 ? PETSC_TRUE : PETSC_FALSE;
 }
 
+static PetscBool Inside_file(const MPMRegion *r, PetscInt dim, const PetscReal x[])
+{
+  (void)r;
+  (void)dim;
+  (void)x;
+  return PETSC_FALSE;
+}
+
 const char *const MPMRegionNames[] = {
 #define MPM_REGION(name, solid, parameters, what) #name,
 #include "physics/region.def"
