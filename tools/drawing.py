@@ -432,8 +432,8 @@ def box_edges(run):
     return [flat[list(edge)] for edge in edges], 3
 
 
-def draw_axes_names(axes, run):
-    """Writes names and ends along the three edges at the front."""
+def draw_axes_names(axes, run, alone):
+    """Writes names and ends along the three edges at the front; beside other panels there is room for that of y."""
     low, high = run["lower"], run["upper"]
     ends = {"x": ((low[0], low[1], low[2]), (high[0], low[1], low[2])), "y": (None, (high[0], high[1], low[2])),
             "z": ((low[0], low[1], low[2]), (low[0], low[1], high[2]))}
@@ -445,7 +445,7 @@ def draw_axes_names(axes, run):
                 right, up, ha = how[name][end]
                 note = axes.annotate(word, VIEW[:2] @ np.array(ends[name][end]), (right, up), textcoords="offset points", ha=ha,
                                      va="center", color=GREY, fontsize=7)
-                note.set_in_layout(name == "z")
+                note.set_in_layout(name == "z" or alone)
 
 
 def visible(flat, depth, size):
@@ -509,7 +509,7 @@ def draw_particles(axes, run, snapshot, colour):
     elif domain is not None:
         a, b = 0.5 * domain[:, :, 0], 0.5 * domain[:, :, 1]
         corners = flat[:, None] + np.stack([a + b, a - b, -a - b, b - a], axis=1)
-        axes.add_collection(PolyCollection(corners, facecolors=faces, edgecolors=faces, linewidths=0.3))
+        axes.add_collection(PolyCollection(corners, facecolors=faces, edgecolors=faces, linewidths=0.5))
     else:
         order = np.arange(len(x))
         if dim == 3 and len(x):
@@ -546,10 +546,10 @@ def draw_snapshot(axes, run, snapshot, colour):
     axes.set_title(f"t = {snapshot['round']:.10g} {run['seconds']}")
 
 
-def name_axes(axes, run, x=True, y=True, first=True, ticks=6):
+def name_axes(axes, run, x=True, y=True, first=True, ticks=6, alone=False):
     """Names the axes of a panel: x of those below which there is no other, y of those on the left; in 3-D of the first."""
     if run["dim"] == 3 and first:
-        draw_axes_names(axes, run)
+        draw_axes_names(axes, run, alone)
     if run["dim"] < 3:
         axes.xaxis.set_major_locator(MaxNLocator(ticks, steps=[1, 2, 5, 10]))
         axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
@@ -565,7 +565,7 @@ def aspect_of(run):
     size = run["upper"][:2] - run["lower"][:2]
     if run["dim"] == 3:
         size = np.ptp(np.concatenate(box_edges(run)[0]), axis=0)
-    return 0.6 if run["dim"] == 1 else size[1] / size[0]
+    return 0.65 if run["dim"] == 1 else size[1] / size[0]
 
 
 def title_of(run):

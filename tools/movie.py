@@ -33,7 +33,7 @@ def make(run, out, fps, dpi):
         for k, snapshot in enumerate(run["snapshots"]):
             axes.clear()
             drawing.draw_snapshot(axes, run, snapshot, colour)
-            drawing.name_axes(axes, run)
+            drawing.name_axes(axes, run, alone=True)
             if k == 0:
                 figure.canvas.draw()
                 figure.set_layout_engine("none")  # the frames must not move

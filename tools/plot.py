@@ -123,12 +123,12 @@ def draw_known(axes, known, where, x_factor, y_factor):
 
 
 def loser_of(options):
-    """What takes energy in the scene, in words; None where the sum of energies says nothing about it."""
+    """What takes energy in the scene, in words; "" where the sum of energies says nothing about it."""
     def given(pattern):
         return {name: value for name, value in options.items() if re.fullmatch(pattern, name)}
 
     if options.get("mms_type", "none") != "none" or given("body_force.*|.*_body_force.*") or "moving" in given("bc_.*_type").values():
-        return None  # forces whose work the history's external_work has not
+        return ""  # forces whose work the history's external_work has not
     models = set(given("material_.*_model").values())
     losers = {"friction": "druckerprager" in models or "friction" in given("bc_.*_type").values(),
               "plastic flow": bool(models & {"vonmises", "johnsoncook"}),
@@ -149,10 +149,10 @@ def energy_curves(run, history):
         gravity = any(float(number) for number in run["options"].get("gravity", "0").split(",") if number.strip())
         name = "gravity" if gravity and "load_work" not in history.dtype.names else "gravity and loads" if gravity else "loads"
         curves.insert(0, (f"work of {name}", work, "0.15", "--"))
-    if loser is None or (loser == "the method" and not pulled):
+    if not loser or (loser == "the method" and not pulled):
         return [("total", total, "0.15", "-")] + curves
     lost = -history["energy_residual"] if "energy_residual" in history.dtype.names else total[0] + work - total
-    return curves + [(f"lost to {loser}", lost, "tab:red", "-")]
+    return curves + [(f"lost {'by' if loser == 'the method' else 'to'} {loser}", lost, "tab:red", "-")]
 
 
 UNITS = {r".*_energy|.*_work|energy_.*": "J", r".*momentum_.*": "kg m/s", "mass": "kg", "time|dt": "s"}
