@@ -61,8 +61,11 @@ def scale(largest, unit):
     return 1, unit
 
 
-def round_time(time, step):
-    """The shortest decimal number within one step of the time: a run writes at the first step after a round time."""
+def round_time(time, step, every=0):
+    """The time that a snapshot stands for: a run writes at the first step after each multiple of -output_every. Otherwise the
+    shortest decimal number within one step."""
+    if every > 0 and abs(round(time / every) * every - time) <= step:
+        return float(f"{round(time / every) * every:.6g}")
     for digits in range(1, 6):
         short = float(f"{time:.{digits}g}")
         if abs(short - time) <= step:
@@ -385,8 +388,12 @@ def in_units(run, name, unit, end):
     run["metre"] = length
     run["second"], run["seconds"] = scale(end, "s")
     run["lower"], run["upper"] = run["lower"] * length, run["upper"] * length
+    try:
+        every = float(run["options"].get("output_every", 0))
+    except ValueError:
+        every = 0
     for snapshot in run["snapshots"]:
-        snapshot["round"] = round_time(snapshot["time"] * run["second"], snapshot["step"] * run["second"])
+        snapshot["round"] = round_time(*(run["second"] * one for one in (snapshot["time"], snapshot["step"], every)))
         snapshot["values"] = snapshot["values"] * factor
         for name in ("x", "size", "domain"):
             if name in snapshot:

@@ -41,14 +41,18 @@ def make(run, out, fps, dpi):
     plt.close(figure)
 
 
-def main():
+def parser_of():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", metavar="FILE.h5")
     parser.add_argument("-o", "--out", metavar="MOVIE", help="FILE.mp4, .gif or .webp (default: beside FILE.h5)")
     parser.add_argument("--fps", metavar="N", help="frames a second (default: so many that the movie takes about 6 seconds, 4 to 25)")
     parser.add_argument("--dpi", metavar="N", default="100", help="pixels an inch: how large the frames are (default: 100)")
     drawing.add_arguments(parser)
-    arguments = parser.parse_args()
+    return parser
+
+
+def main():
+    arguments = parser_of().parse_args()
     ffmpeg = shutil.which("ffmpeg") is not None
     out = arguments.out or os.path.splitext(arguments.file)[0] + (".mp4" if ffmpeg else ".gif")
     kind = os.path.splitext(out)[1]

@@ -359,7 +359,7 @@ def draw_work(path, rows, out):
     save(figure, out)
 
 
-def main():
+def parser_of():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", metavar="FILE.h5", help="or NAME_study.csv, NAME_workprecision.csv")
     parser.add_argument("--csv", metavar="FILE.csv", help="history (default: beside FILE.h5, if it is there)")
@@ -369,7 +369,11 @@ def main():
     parser.add_argument("--history", metavar="COLUMN,...", help="these columns of the history below; * stands for anything")
     parser.add_argument("--curves", metavar="FILE.csv", help="what is known of the scene, drawn in")
     parser.add_argument("--small", action="store_true", help="a small file: half as sharp, 256 colours")
-    arguments = parser.parse_args()
+    return parser
+
+
+def main():
+    arguments = parser_of().parse_args()
     if arguments.file.endswith(".csv"):
         plt.rcParams.update(STYLE)
         out = arguments.out or arguments.file.removesuffix(".csv") + ".png"
