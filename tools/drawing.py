@@ -155,7 +155,7 @@ def quantity(run, particles, name, time):
         x, ids = read("x")[0][:, :dim], read("id")[0]
         was = start_of(run, ids)
         if was is None:
-            fail(f"no {name}: the number of particles changes")
+            fail(f"no {name}: there are particles that were not there at the start")
         if name == "bands":
             low, high = run["start"][:, 0].min(), run["start"][:, 0].max()
             return np.floor(8 * (was[:, 0] - low) / (high - low) * (1 - 1e-9)) % 2, "band", "1", False
@@ -185,10 +185,11 @@ def noise(run, name, time):
     return 1e-10 * extent / time if name in ("speed", "v") and time > 0 else 1e-300
 
 def start_of(run, ids):
-    """Where the particles were in the first snapshot; None if they are not the same particles."""
-    if not np.array_equal(np.sort(ids), run["ids"]):
+    """Where the particles were in the first snapshot; None if some were not there."""
+    at = np.searchsorted(run["ids"], ids)
+    if not len(run["ids"]) or not np.array_equal(run["ids"][np.minimum(at, len(run["ids"]) - 1)], ids):
         return None
-    return run["start"][np.searchsorted(run["ids"], ids)]
+    return run["start"][at]
 
 
 # ---- Domains
@@ -308,6 +309,7 @@ def read_run(path, field, *, times=None, count=PANELS, domains=True, limits=None
             if domains and dim > 1:
                 snapshot["domain"] = domains_of(run, particles)
             run["snapshots"].append(snapshot)
+    tell_far(times, run)
     look_at(run, limits, cut)
     if not sum(len(snapshot["values"]) for snapshot in run["snapshots"]):
         fail(f"{path} has no particles" + (" there" if limits or cut else ""))
@@ -315,12 +317,12 @@ def read_run(path, field, *, times=None, count=PANELS, domains=True, limits=None
     return run
 
 
-def far_times(wanted, run):
-    """The times that were asked for of which there is no snapshot, and the nearest ones."""
+def tell_far(wanted, run):
+    """Says of which of the times that were asked for there is no snapshot."""
     for time in wanted or ():
         near = min(run["snapshots"], key=lambda snapshot: abs(snapshot["time"] - time))
         if abs(near["time"] - time) > max(near["step"], 1e-6 * time) * (1 + 1e-9):
-            yield time, near
+            print(f"{PROGRAM}: --times {time:g}: the nearest snapshot is of {near['time']:.4g} s", file=sys.stderr)
 
 
 def check_view(run, limits, cut, domains):
@@ -439,20 +441,13 @@ def box_edges(run):
     return [flat[list(edge)] for edge in edges], 3
 
 
-def draw_axes_names(axes, run, alone):
-    """Writes names and ends along the three edges at the front; beside other panels there is room for that of y."""
+def draw_axes_names(axes, run):
+    """Writes names at the ends of the three edges at the front; the title has the lengths."""
     low, high = run["lower"], run["upper"]
-    ends = {"x": ((low[0], low[1], low[2]), (high[0], low[1], low[2])), "y": (None, (high[0], high[1], low[2])),
-            "z": ((low[0], low[1], low[2]), (low[0], low[1], high[2]))}
-    how = {"x": [(0, -8, "center"), (0, -8, "center")], "y": [None, (3, -8, "left")], "z": [(-3, 2, "right"), (-3, 0, "right")]}
-    for k, name in enumerate("xyz"):
-        for end in (0, 1):
-            if ends[name][end] is not None:
-                word = f"${name}$ = {high[k]:.4g} {run['length']}" if end else f"{low[k]:.4g}"
-                right, up, ha = how[name][end]
-                note = axes.annotate(word, VIEW[:2] @ np.array(ends[name][end]), (right, up), textcoords="offset points", ha=ha,
-                                     va="center", color=GREY, fontsize=7)
-                note.set_in_layout(name == "z" or alone)
+    ends = {"x": ((high[0], low[1], low[2]), (0, -7)), "y": ((high[0], high[1], low[2]), (6, -4)), "z": ((low[0], low[1], high[2]), (-4, 5))}
+    for name, (end, shift) in ends.items():
+        axes.annotate(f"${name}$", VIEW[:2] @ np.array(end), shift, textcoords="offset points", ha="center", va="center",
+                      color=GREY, fontsize=9).set_in_layout(False)
 
 
 def visible(flat, depth, size):
@@ -553,10 +548,10 @@ def draw_snapshot(axes, run, snapshot, colour):
     axes.set_title(f"t = {snapshot['round']:.10g} {run['seconds']}")
 
 
-def name_axes(axes, run, x=True, y=True, first=True, ticks=6, alone=False):
+def name_axes(axes, run, x=True, y=True, first=True, ticks=6):
     """Names the axes of a panel: x of those below which there is no other, y of those on the left; in 3-D of the first."""
     if run["dim"] == 3 and first:
-        draw_axes_names(axes, run, alone)
+        draw_axes_names(axes, run)
     if run["dim"] < 3:
         axes.xaxis.set_major_locator(MaxNLocator(ticks, steps=[1, 2, 5, 10]))
         axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
@@ -575,11 +570,19 @@ def aspect_of(run):
     return 0.65 if run["dim"] == 1 else size[1] / size[0]
 
 
-def title_of(run):
+def title_of(run, width, size):
+    """What the run is, in lines for a page of this width in inches and letters of this size."""
     cells = " × ".join(str(n) for n in run["cells"])
     most = max(len(snapshot["values"]) for snapshot in run["snapshots"])
     particles = f"{most:,} particles".replace(",", "\u2009")
-    return ", ".join(part for part in (run["title"], particles, cells and f"{cells} cells") if part)
+    box = " × ".join(f"{length:.4g}" for length in run["upper"] - run["lower"]) + f" {run['length']}" if run["dim"] == 3 else ""
+    lines = [""]
+    for part in filter(None, (run["title"], particles, cells and f"{cells} cells", box)):
+        if lines[-1] and len(lines[-1] + part) * 0.58 * size / 72 > width:
+            lines[-1] += ","
+            lines.append("")
+        lines[-1] += (", " if lines[-1] else "") + part
+    return "\n".join(lines)
 
 
 def few_colours(path, colour, solid):

@@ -7,6 +7,7 @@ there is ffmpeg, else FILE.gif. More frames: a smaller -output_every in the scen
 import argparse
 import os
 import shutil
+import subprocess
 
 import drawing
 from drawing import STYLE, fail, np, plt
@@ -27,13 +28,13 @@ def make(run, out, fps, dpi):
     colour, extend = drawing.colours(run)
     if run["dim"] > 1 and run["label"] != "band":
         figure.colorbar(colour, ax=axes, label=run["label"], extend=extend, shrink=0.9, pad=0.02, aspect=30)
-    figure.suptitle(drawing.title_of(run), fontsize=10)
+    figure.suptitle(drawing.title_of(run, page[0], 10), fontsize=10)
     writer = WRITERS[os.path.splitext(out)[1]](fps=fps)
     with writer.saving(figure, out, dpi):
         for k, snapshot in enumerate(run["snapshots"]):
             axes.clear()
             drawing.draw_snapshot(axes, run, snapshot, colour)
-            drawing.name_axes(axes, run, alone=True)
+            drawing.name_axes(axes, run)
             if k == 0:
                 figure.canvas.draw()
                 figure.set_layout_engine("none")  # the frames must not move
@@ -72,7 +73,7 @@ def main():
     plt.rcParams.update(STYLE)
     try:
         make(run, out, fps, dpi)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, subprocess.CalledProcessError) as error:
         fail(f"cannot write {out}: {error}")
     without = "" if arguments.out or ffmpeg else f"; there is no ffmpeg for MP4: {REMEDY.split(' or ')[0]}"
     print(f"{out}   {frames} frames, {frames / fps:.3g} s{without}")

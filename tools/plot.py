@@ -42,7 +42,6 @@ import csv
 import fnmatch
 import os
 import re
-import sys
 
 import drawing
 from drawing import GREY, STYLE, fail, np, plt, scale
@@ -237,7 +236,7 @@ def draw(run, history, below, known, out):
     if below:
         for axes, what in zip(parts[1].subplots(len(below), squeeze=False).ravel(), below):
             draw_curves(axes, run, history, what, known)
-    figure.suptitle(drawing.title_of(run), fontsize=11)
+    figure.suptitle(drawing.title_of(run, page[0], 11), fontsize=11)
     if known:
         missing = {curve["where"] for curve in known["curves"]} - known["drawn"]
         if not known["drawn"]:
@@ -394,8 +393,6 @@ def main():
         below = [word for word in below if word not in ("energy", "velocity")]
     if arguments.history:
         below.append(columns_of(history, arguments.history))
-    for time, snapshot in drawing.far_times(view["times"], run):
-        print(f"plot.py: --times {time:g}: the nearest snapshot is of {snapshot['time']:.4g} s", file=sys.stderr)
     plt.rcParams.update(STYLE | ({"savefig.dpi": 120} if arguments.small else {}))
     out = arguments.out or base + ".png"
     colour = draw(run, history, below, known, out)
