@@ -10,6 +10,7 @@ import os
 import re
 import sys
 
+import h5py
 import numpy as np
 from PIL import Image
 
@@ -109,7 +110,7 @@ check.that(np.abs(rest).max() < 1e-9 * curves["work of gravity"].max() and "lost
 # ---- Every option makes a picture, another one than without it.
 plain = {name: picture(name, "--times", "0,0.2") for name in ("disks", "dambreak3d")}
 check.that(all(one is not None and (one != 255).mean() > 0.02 for one in plain.values()), "pictures of disks and dambreak3d")
-for name, words in (("disks", ("--field", "speed", "--below", "none")), ("disks", ("--no-domains", "--times", "0.5,1.25")),
+for name, words in (("disks", ("--field", "stress_yy", "--below", "none")), ("disks", ("--no-domains", "--times", "0.5,1.25")),
                     ("disks", ("--xlim", "0.2,0.6", "--ylim", "0.1,0.5", "--below", "front,height")),
                     ("disks", ("--history", "momentum_*,kinetic_energy", "--times", "1")),
                     ("dambreak3d", ("--slice", "y=0.1", "--zlim", "0,1", "--below", "none"))):
@@ -119,6 +120,13 @@ for name, words in (("disks", ("--field", "speed", "--below", "none")), ("disks"
 check.that(picture("bar") is not None, "a picture in 1-D")
 status, out, err = call(plot, "disks.h5", "-o", "p.png", "--times", "1.13", "--below", "none")
 check.that(status == 0 and "--times 1.13: the nearest snapshot is of 1.0" in err, f"a time without a snapshot: {err.strip()}")
+
+with h5py.File("disks.h5") as file:
+    for name, column in (("stress_yy", ("stress", 4)), ("v_x", ("v", 0))):
+        last = max((key for key in file if key.startswith("step_")), key=lambda key: int(key[5:]))
+        run = drawing.read_run("disks.h5", name, times=[1.5])
+        same = np.allclose(run["snapshots"][0]["values"], file[f"{last}/particles/{column[0]}"][:, column[1]])
+        check.that(same and run["signed"], f"--field {name} is that component: {run['label']}")
 
 # ---- Known curves: units, places, and a picture with points in their colour
 check.write("known.csv", "# source: a book\n# front: x in 0.5 s, y in 2 m\nwhere,style,label,x,y\nfront,points,measured,1,0.25\nfront,points,measured,2,0.3\nt=0.75,line,surface,0.1,0.1\nt=0.75,line,surface,0.9,0.9\n")
@@ -142,6 +150,8 @@ refused(plot, "--slice is for runs in 3-D", "disks.h5", "--slice", "y=0")
 refused(plot, "give an axis and a place", "dambreak3d.h5", "--slice", "0.5")
 refused(plot, "outside of the grid", "dambreak3d.h5", "--slice", "y=50")
 refused(plot, "--below heat", "disks.h5", "--below", "heat")
+refused(plot, "disks.csv is a history: draw it by", "disks.csv")
+refused(plot, "no field 'stress_ab'", "disks.h5", "--field", "stress_ab")
 refused(plot, "no such column; there are: step time", "disks.h5", "--history", "heat_*")
 check.write("style.csv", "where,style,label,x,y\nfront,thick,a,1,2\n")
 refused(plot, "choose line or points", "disks.h5", "--curves", "style.csv")

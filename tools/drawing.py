@@ -167,6 +167,11 @@ def quantity(run, particles, name, time):
         if name == "error":
             u -= exact(run["options"], was, time)
         return np.linalg.norm(u, axis=1), name, "m", False
+    field, _, part = name.rpartition("_")
+    if name not in particles and field in particles and part in text(particles[field].attrs.get("components", "")).split():
+        values, unit = read(field)
+        at = text(particles[field].attrs["components"]).split().index(part)
+        return values[:, at], f"{field.replace('_', ' ')} {part}", unit, True
     values, unit = read(name)
     signed = values.ndim == 1 and bool((values < 0).any())
     values = values if values.ndim == 1 else np.linalg.norm(values, axis=1)
@@ -176,13 +181,13 @@ def quantity(run, particles, name, time):
 def noise(run, name, time):
     """The value that a quantity must exceed to be more than rounding."""
     extent, options = (run["upper"] - run["lower"]).max(), run["options"]
-    if name in ("stress", "pressure"):
+    if name.startswith("stress") or name == "pressure":
         moduli = [float(value) for option, value in options.items()
                   if option.startswith("material_") and option.rsplit("_", 1)[1] in "EK"]
         return 1e-10 * max(moduli, default=0)
     if name in ("displacement", "error"):
         return 1e-13 * extent
-    return 1e-10 * extent / time if name in ("speed", "v") and time > 0 else 1e-300
+    return 1e-10 * extent / time if (name == "speed" or name.split("_")[0] == "v") and time > 0 else 1e-300
 
 def start_of(run, ids):
     """Where the particles were in the first snapshot; None if some were not there."""

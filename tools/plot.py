@@ -13,7 +13,7 @@ coloured by one quantity:
   error         distance from where it is in the exact solution (-mms_type axis, vortex or ring, -reference_type shear)
   bands         eight bands of equal x at the start, to show how they deform
   body          which body a particle belongs to
-  or any field of the file's particles (of a vector or tensor, its magnitude)
+  or any field of the file's particles (of a vector or tensor, its magnitude), or a component: stress_yy, v_x
 
 A quantity that is only rounding, such as the stress of a body that flies freely, is drawn as a constant. The curves below are, a
 panel for each word of --below:
@@ -279,6 +279,8 @@ def read_study(path):
             rows = list(csv.reader(file))
     except (OSError, ValueError, csv.Error) as error:
         fail(f"cannot read {path}: {error}")
+    if rows and rows[0][:3] == ["step", "time", "dt"]:
+        fail(f"{path} is a history: draw it by tools/plot.py {path.removesuffix('.csv')}.h5 --history COLUMN,...")
     if not rows or len(rows[0]) < 6 or rows[0][0] != "run" or rows[0][4:6] != ["error", "order"]:
         fail(f"{path} is not the table of a study: its columns are not run, h, particles, steps, error, order")
     try:
