@@ -156,7 +156,7 @@ coverage: ## which lines of src the tests of `make test` reach, by rooms; COVERA
 	+@$(again) DEBUG=coverage ctest select="-LE 'long|extra' -E 'fused|recipes|warnings|rooms'"
 	@$(python) tools/coverage.py build/$(compiler)-coverage --least 92 $(if $(COVERAGE),--missing)
 
-bench: ## time this program and others on the same work; BENCH=full: all sizes, 40 minutes
+bench: ## time this program and others on the same work; BENCH=full: all sizes, 40 minutes; BENCH=--draw: its picture anew from docs
 	@tools/install.sh run
 	+@$(again) $(PEBBLE) build/seed_serial
 	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --flags="$(strip $(flags))" \

@@ -476,14 +476,43 @@ def machine(args):
             f"2 processes: {launch.settings(2, args.cores)}"]
 
 
+def short(what):
+    """What a bar is of, without the words that the title of its panel has."""
+    what = re.sub(r"^1 process / 2 processes(, direct)?, (.*)", lambda m: m[2] + (", direct" if m[1] else ""), what)
+    return re.sub(r" / pebble( us[lf])?", lambda m: f" /{m[1]}" if m[1] else "", what)
+
+
+def draw_bars(axis, bars, title):
+    """Ratios as bars, grey where they are below the target, which is a line; lines between groups of the same program."""
+    for y, r in enumerate(reversed(bars)):
+        axis.barh(y, r["value"], color="C0" if (r.get("verdict") or judged(r)) == "met" else "0.75", height=0.72)
+        axis.plot((r["target"], r["target"]), (y - 0.42, y + 0.42), color="k", linewidth=1.4)
+        axis.annotate(f"{r['value']:.3g}", (max(r["value"], r["target"]), y), (4, 0), textcoords="offset points", va="center", fontsize=8)
+    names = [r["what"].split(" / ")[0].split(" (")[0] for r in reversed(bars)]
+    for y in range(1, len(bars)):
+        if names[y] != names[y - 1]:
+            axis.axhline(y - 0.5, color="0.85", linewidth=0.8, zorder=0)
+    axis.set_yticks(range(len(bars)), [short(r["what"]) for r in reversed(bars)], fontsize=8)
+    axis.tick_params(axis="y", length=0)
+    axis.set_ylim(-0.6, len(bars) - 0.4)
+    axis.set_xlim(0, 1.15 * max(max(r["value"], r["target"]) for r in bars))
+    axis.set_title(title)
+    axis.spines[["top", "right"]].set_visible(False)
+
+
 def plot(results, path):
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
-    plt.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.linewidth": 0.6, "legend.frameon": False})
+    plt.rcParams.update({"font.size": 9, "axes.titlesize": 10, "axes.linewidth": 0.6, "legend.frameon": False})
     bars = [r for r in results.ratios if r["value"] is not None and r["at_least"] and r["target"]]
-    figure, axes = plt.subplots(1, 3, figsize=(13, max(4, 0.19 * len(bars) + 1)), layout="constrained")
-    for dim, axis in zip((2, 3), axes):
+    ranks = [r for r in bars if r["what"].startswith("1 process")]
+    peers = sorted((r for r in bars if r not in ranks), key=lambda r: r["what"].split(" / ")[0].split(" (")[0])  # by program
+    most = max(len(ranks), len(peers), 4)
+    figure = plt.figure(figsize=(9, 3.2 + 0.23 * most), layout="constrained")
+    figure.get_layout_engine().set(h_pad=0.08, w_pad=0.08)
+    upper, lower = figure.subfigures(2, 1, height_ratios=(2.8, 0.5 + 0.23 * most))
+    for dim, axis in zip((2, 3), upper.subplots(1, 2)):
         per_cell = 9 if dim == 2 else 8
         for color, basis in enumerate(BASES):
             best = {}
@@ -495,25 +524,35 @@ def plot(results, path):
                 axis.plot(*zip(*sorted(best.items())), "o-", color=f"C{color}", markersize=4, label=BASES[basis])
             targets = TARGETS.get((dim, basis))
             if best and targets:
-                axis.plot((1e5, 1e6), targets, "_", color=f"C{color}", markersize=16)
+                axis.plot((1e5, 1e6), targets, ":", marker="_", color=f"C{color}", markersize=10, linewidth=0.9)
+        axis.plot([], [], ":", marker="_", color="0.3", label="target")
         axis.set_xscale("log")
-        axis.set_xlim(6e3, 6e6)
         axis.set_ylim(bottom=0)
         axis.set_xlabel("particles")
         axis.set_ylabel("ns per particle and step")
-        axis.set_title(f"{dim}-D, usl, {per_cell} per cell, 1 process (dashes: targets)")
-        if axis.lines:
-            axis.legend()
-    axis = axes[2]
-    for y, r in enumerate(reversed(bars)):
-        axis.barh(y, r["value"], color="C0" if judged(r) == "met" else "0.7", height=0.7)
-        axis.plot((r["target"], r["target"]), (y - 0.4, y + 0.4), color="k", linewidth=1.2)
-        axis.text(1.06 * max(r["value"], r["target"]), y, f"{r['value']:.2f}", va="center", fontsize=6)
-    axis.set_yticks(range(len(bars)), [r["what"] for r in reversed(bars)], fontsize=7)
-    axis.set_xscale("log")
-    axis.set_xlim(0.5, 1.6 * max([r["value"] for r in bars] + [15]))
-    axis.set_title("times faster (grey: below the target, a line)")
-    figure.savefig(path, dpi=160)
+        axis.set_title(f"a step, {dim}-D, usl, {per_cell} particles per cell, 1 process")
+        axis.spines[["top", "right"]].set_visible(False)
+        axis.legend(loc="center left", bbox_to_anchor=(1, 0.5), fontsize=8)
+    panels = [(peers, "time of other programs / time of pebble"), (ranks, "1 process / 2 processes")]
+    panels = [panel for panel in panels if panel[0]]
+    for axis, panel in zip(lower.subplots(1, len(panels), squeeze=False).flat if panels else (), panels):
+        draw_bars(axis, *panel)
+    figure.supxlabel("bars: black line: target; blue: met, grey: missed", fontsize=9)
+    figure.savefig(path, dpi=130)
+
+
+def redraw(args):
+    """Draws docs/bench.png from what the last full `make bench` left in docs: the series, and the table of ratios."""
+    results = Results(args)
+    with open(os.path.join(args.docs, "data", "bench", "bench.csv"), newline="") as f:
+        for row in csv.DictReader(f):
+            results.series.append({**row, **{k: int(row[k]) for k in ("dim", "particles", "per_cell", "processes")},
+                                   "min_ns": float(row["min_ns"])})
+    with open(os.path.join(args.docs, "performance.md")) as f:
+        section = f.read().split("<!-- bench: written")[1].split("<!-- bench: end")[0]
+    for what, value, target, verdict in re.findall(r"^\| (.+?) \| ([\d.]+) \| .*? \| >= ([\d.]+) \| (\w+) \|$", section, re.M):
+        results.ratios.append(dict(what=what, value=float(value), target=float(target), at_least=True, unit="", verdict=verdict))
+    plot(results, os.path.join(args.docs, "bench.png"))
 
 
 def renew(path, mark, by, lines):
@@ -583,6 +622,7 @@ def main():
     p.add_argument("--repeats", type=int, default=5)
     p.add_argument("--seconds", type=float, default=0.8, help="about how long the steps of one run take")
     p.add_argument("--sizes", default=SIZES, help="particles of the matrix")
+    p.add_argument("--draw", action="store_true", help="measure nothing, draw docs/bench.png anew from docs/data and docs/performance.md")
     p.add_argument("--plan", action="store_true", help="only say how long the matrix takes")
     p.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="where sections, data and plot go")
     p.add_argument("--csv", default=os.path.join(ROOT, "output", "bench.csv"))
@@ -595,6 +635,8 @@ def main():
 
     if args.plan:
         return print(plan(args))
+    if args.draw:
+        return redraw(args)
     results = Results(args)
     start = datetime.datetime.now()
     try:

@@ -1,5 +1,5 @@
 """Draws the figures of docs/report.md. The marks show the class of the evidence: filled = measured, open = critical path, crosses =
-simulated, lines = closed form."""
+simulated, both joined by dots, lines = closed form."""
 
 import math
 import os
@@ -14,8 +14,10 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402 (after the choice of the backend)
 
 STYLE = {
-    "font.size": 9,
-    "axes.titlesize": 9,
+    "font.size": 9.5,
+    "axes.titlesize": 9.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
     "axes.linewidth": 0.6,
     "xtick.major.width": 0.6,
     "ytick.major.width": 0.6,
@@ -31,10 +33,10 @@ plt.rcParams.update(STYLE)
 
 def mark(kind, colour):
     return {
-        "measured": dict(marker="s", color=colour, linestyle="none"),
-        "critical path": dict(marker="o", color=colour, markerfacecolor="white", linestyle="none"),
-        "simulated": dict(marker="x", color=colour, linestyle="none"),
-        "emulated to injected": dict(color=colour, alpha=0.18, linewidth=0),
+        "measured": dict(marker="s", color=colour, linestyle="none", markersize=6),
+        "critical path": dict(marker="o", color=colour, markerfacecolor="white", linestyle=":", linewidth=0.7),
+        "simulated": dict(marker="x", color=colour, linestyle=":", linewidth=0.7),
+        "emulated to injected": dict(color=colour, alpha=0.13, linewidth=0),
         "closed form": dict(color=colour, linestyle="--"),
         "closed form, as simulated": dict(color=colour),
     }[kind]
@@ -95,7 +97,10 @@ def pool(path, panels):
     figure, axes = plt.subplots(1, len(panels), figsize=(7.6, 3.2), sharey=True, layout="constrained", squeeze=False)
     for at, (title, lines) in zip(axes[0], panels.items()):
         for k, (label, points) in enumerate(lines.items()):
-            at.loglog(*zip(*points), color=COLOURS[k], label=label, linestyle="--" if "spatial" in label else "-")
+            colour = COLOURS[k // 2]  # one for each number of processes
+            at.loglog(*zip(*points), color=colour, label=label, linestyle="--" if "spatial" in label else "-")
+            at.annotate(label.split(",")[0], points[-1] if "pool" in label else points[0], (-4, -9) if "pool" in label else (4, 4),
+                        textcoords="offset points", color=colour, fontsize=8, ha="right" if "pool" in label else "left")
         at.axhline(1, color="0.8", linewidth=0.6, zorder=0)
         at.set(title=title, xlabel="cost added to the law, ns a particle and step")
         at.minorticks_off()
@@ -112,7 +117,7 @@ def messages(path, imbalance, size):
     titles = "imbalance: largest over mean number of particles", "bytes sent, a particle and step"
     for at, title, panel in zip(axes, titles, (imbalance, size)):
         for colour, shape, (label, curves) in zip(COLOURS, "os^DvP", panel.items()):
-            style = {"counted": dict(marker=shape, markerfacecolor="none", linestyle="none"), "formula": dict(linewidth=0.9)}
+            style = {"counted": dict(marker=shape, markerfacecolor="white", linestyle=":", linewidth=0.7), "formula": dict(linewidth=1.2)}
             for kind, points in curves:
                 at.semilogx(*zip(*sorted(points)), base=2, color=colour, **style[kind])
             at.plot([], [], color=colour, label=label, **style["counted"])
@@ -120,7 +125,7 @@ def messages(path, imbalance, size):
         ticks(at, sorted({p for curves in panel.values() for _, points in curves for p, _ in points}))
     handles, labels = axes[0].get_legend_handles_labels()
     handles.append(plt.Line2D([], [], color="0.3", linewidth=0.9))
-    figure.legend(handles, [*labels, "by formula"], loc="outside lower center", ncols=4, fontsize=7, columnspacing=1)
+    figure.legend(handles, [*labels, "by formula"], loc="outside lower center", ncols=4, fontsize=8, columnspacing=1)
     most = max(v for curves in size.values() for _, points in curves for _, v in points)
     axes[1].set_yscale("log")
     axes[1].set_ylim(top=6 * most)
@@ -137,7 +142,7 @@ def shares(path, panels):
         below = [0.0] * len(bars)
         for k, name in enumerate(names):
             heights = [1e6 * parts.get(name, 0) for _, parts in bars]
-            at.bar(range(len(bars)), heights, bottom=below, color=COLOURS[k % len(COLOURS)], label=name, width=0.7)
+            at.bar(range(len(bars)), heights, bottom=below, color=COLOURS[k % len(COLOURS)], label=name, width=0.7, edgecolor="white", linewidth=0.3)
             below = [a + b for a, b in zip(below, heights)]
         at.set_xticks(
             range(len(bars)),
@@ -146,13 +151,13 @@ def shares(path, panels):
         )
         at.set(title=title, xlabel="processes", ylabel="µs a step (closed form)")
     handles, labels = axes[0][0].get_legend_handles_labels()
-    figure.legend(handles[::-1], labels[::-1], loc="outside right center", fontsize=7)  # in the sequence of the bars
+    figure.legend(handles[::-1], labels[::-1], loc="outside right center", fontsize=8)  # in the sequence of the bars
     finish(figure, path)
 
 
 def convergence(path, curves):
     """curves: {label: [(h, error)]}"""
-    figure, axes = plt.subplots(figsize=(4.2, 3.2), layout="constrained")
+    figure, axes = plt.subplots(figsize=(4.8, 3.4), layout="constrained")
     for k, (label, points) in enumerate(curves.items()):
         axes.loglog(*zip(*points), color=COLOURS[k], marker="os^D"[k % 4], label=label)
     sizes = sorted({h for points in curves.values() for h, _ in points})
@@ -168,5 +173,5 @@ def convergence(path, curves):
     axes.set_xticks(sizes, [f"1/{1 / h:g}" for h in sizes])
     axes.minorticks_off()
     axes.set(xlabel="cell size $h$ [m]", ylabel="rms error of the displacement [m]")
-    axes.legend(fontsize=7)
+    axes.legend(fontsize=8)
     finish(figure, path)

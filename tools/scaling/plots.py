@@ -7,13 +7,13 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402 (after the choice of the backend)
 
-STYLE = {"font.size": 8, "axes.titlesize": 8, "axes.linewidth": 0.6, "legend.frameon": False, "savefig.dpi": 130}
+STYLE = {"font.size": 9, "axes.titlesize": 9, "axes.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False, "savefig.dpi": 130}
 WAYS = {("spatial", "direct"): ("C0", "spatial, direct"), ("spatial", "swarm"): ("C1", "spatial, DMSwarmMigrate"),
         ("pool", ""): ("C2", "pool")}
 # Measured squares are the largest and lie below, so that those of the critical path are seen on them.
-CLASSES = {"closed form": dict(linestyle="-", linewidth=0.9),
+CLASSES = {"closed form": dict(linestyle="-", linewidth=1.2),
            "measured": dict(linestyle="", marker="s", markersize=6),
-           "critical path": dict(linestyle="", marker="o", markersize=4, markerfacecolor="white")}
+           "critical path": dict(linestyle=":", linewidth=0.7, marker="o", markersize=4, markerfacecolor="white")}
 COLUMNS = 3
 
 
@@ -36,7 +36,7 @@ def panels(rows, quantity, path, what):
     if not scenes:
         return
     lines = -(-len(scenes) // COLUMNS)
-    figure, axes = plt.subplots(lines, COLUMNS, figsize=(7.6, 0.6 + 2.3 * lines), sharey=True, layout="constrained",
+    figure, axes = plt.subplots(lines, COLUMNS, figsize=(7.6, 0.7 + 2.6 * lines), sharey=True, layout="constrained",
                                 squeeze=False)
     for axis in axes.flat[len(scenes):]:
         axis.axis("off")
@@ -72,7 +72,7 @@ def panels(rows, quantity, path, what):
     if len(scenes) < axes.size:
         axes.flat[-1].legend(handles=handles, loc="center")
     else:
-        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+        figure.legend(handles=handles, loc="outside lower center", ncols=3)
     save(figure, path)
 
 
@@ -87,12 +87,15 @@ def model(rows, path):
         points = [(names.index(row["scene"]), float(row["predicted"]) / float(row["seconds_per_step"])) for row in rows
                   if row["processes"] == processes]
         axis.plot(*zip(*points), linestyle="", markersize=4, label=f"{processes} process{'es' * (processes > '1')}", **style)
-    axis.set_xticks(range(len(names)), names, rotation=40, ha="right")
+    axis.set_xticks(range(len(names)), names, rotation=40, ha="right", rotation_mode="anchor")
     axis.set_yscale("log")
-    axis.set_yticks((0.5, 0.7, 0.85, 1, 1.15, 1.5, 2), ("0.5", "0.7", "0.85", "1", "1.15", "1.5", "2"))
+    far = [value for one in axis.lines for value in one.get_ydata()]
+    axis.set_ylim(0.95 * min(0.75, *far), 1.05 * max(1.33, *far))
+    axis.set_yticks((0.75, 0.85, 1, 1.15, 1.33), ("0.75", "0.85", "1", "1.15", "1.33"))
+    axis.text(len(names) - 0.6, 1.135, "within 15 %", ha="right", va="top", fontsize=8, color="0.4")
     axis.yaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
     axis.set_ylabel("step: predicted / measured")
-    figure.legend(loc="outside right upper")
+    figure.legend(loc="outside upper center", ncols=2)
     save(figure, path)
 
 
