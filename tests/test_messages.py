@@ -4,9 +4,11 @@ usage: test_messages.py PEBBLE SOURCE MPIEXEC
 """
 import glob
 import os
+import pty
 import re
 import shutil
 import signal
+import subprocess
 import time
 
 import h5py
@@ -224,6 +226,26 @@ def interrupt(session):
     os.kill(session, signal.SIGTERM)
 
 
+def on_terminal():
+    """A long run whose standard output is a terminal, ended after 4 s: what it prints."""
+    leader, follower = pty.openpty()
+    process = subprocess.Popen([check.program, *BAR, *QUIET, "-history_every", "1e9", "-time_end", "1e6", "-output_dir", "out"], stdin=subprocess.DEVNULL, stdout=follower,
+                               stderr=subprocess.DEVNULL, env=os.environ | mpi.ENVIRONMENT | mpi.ALONE)
+    os.close(follower)
+    time.sleep(4)
+    process.terminate()
+    text = b""
+    try:
+        while part := os.read(leader, 65536):
+            text += part
+    except OSError:  # the other end is closed
+        pass
+    os.close(leader)
+    return process.wait(60), *mpi.keep(text.decode())
+
+
+status, said = on_terminal()
+check.that(status == 3 and re.search(r"\rstep \d+  t=\S+ of 1e\+06 s  \d+ %  \d+ s left", said), f"the line of progress on a terminal: status {status} {said[-200:]!r}")
 long = ["-time_end", "1e6", "-history_every", "1"]
 study("SIGTERM in a study of convergence", 3, "interrupted by a signal; the results are complete up to here", "-study_type", "convergence", *long, during=interrupt)
 study("SIGTERM in one of work and precision", 3, "interrupted by a signal; the same command goes on with the runs that are left", *work, "-study_basis", "bspline2", *long, during=interrupt)

@@ -116,10 +116,10 @@ for what, damaged in (("a number that is none", whole.replace("\nmessage ", "\nm
     holds(f"a file with {what} is not used, and the run says so", damaged != whole and "is damaged" in text and "constants rough" in text)
 holds("nor by a dry run, which says so", "is damaged" in run("-model_file", "damaged.model", "-dry_run"))
 with open("slow.model", "w") as file:
-    file.write(re.sub(r"\nreduction .*", "\nreduction 0.5", whole))
+    file.write(re.sub(r"\n(reduction|post|migration\[0\]\.call|migration\[0\]\.stage) .*", r"\n\1 0.9", whole))
 text = run("-model_file", "slow.model", "-dry_run")
-holds("where a reduction takes half a second, no number of particles keeps processes efficient, and spatial is never ahead",
-      "spatial is never ahead" in text and ", no number on 8" in text)
+holds("where messages take a second, no number of particles keeps many processes efficient, and spatial is never ahead",
+      "spatial is never ahead" in text and ", no number on 32768" in text)
 with open("scene.opts", "w") as file:
     file.write("-dim 2\n")
 kept = open("scene.opts").read()

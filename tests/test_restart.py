@@ -301,6 +301,7 @@ def others():
     times = [float(row["time"]) for row in check.rows(other + "/bar.csv")]
     check.that(run.status == 0 and len(said) == 2 and min(times) > 0.2,
                f"another run's results are not taken for those of this one, which {len(said)} warnings say")
+    shutil.rmtree("gap", ignore_errors=True)
     shutil.copytree("mine", "gap")
     lines = check.content("gap/bar.csv").decode().splitlines(True)
     check.write("gap/bar.csv", "".join(lines[:5] + lines[9:]))

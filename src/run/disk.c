@@ -46,7 +46,7 @@ PetscErrorCode MPMDiskPrint(MPM mpm, PetscReal steps, PetscReal seconds)
                   kept      = keeps ? 1 + (PetscReal)c->keep : 0;
 
   PetscFunctionBeginUser;
-  if (!mpm->output.dir[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!mpm->output.dir[0] || mpm->monitor.off) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
     PetscInt first;
 
