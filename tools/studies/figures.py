@@ -8,8 +8,8 @@ import matplotlib.pyplot as plt  # noqa: E402 (after the choice of the backend)
 from methods import COLOURS, LINES, MARKERS, SHOWN  # noqa: E402
 from problems import MAIN, PROBLEMS, ROOT  # noqa: E402
 
-STYLE = {"font.size": 8, "axes.titlesize": 8, "axes.linewidth": 0.6, "xtick.major.width": 0.6, "ytick.major.width": 0.6,
-         "legend.frameon": False, "savefig.dpi": 110, "lines.linewidth": 1.1, "lines.markersize": 3}
+STYLE = {"font.size": 9, "axes.titlesize": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.6, "xtick.major.width": 0.6, "ytick.major.width": 0.6,
+         "legend.frameon": False, "savefig.dpi": 110, "lines.linewidth": 0.9, "lines.markersize": 3.5}
 
 
 def draw(results):
@@ -30,10 +30,19 @@ def draw(results):
         axes.set_ylim(top=1)
     for axes in panels[len(MAIN):]:
         axes.axis("off")
-    figure.supxlabel("cost: steps x particles x time of the method's step (quadratic splines, usl, FLIP: 1)", fontsize=8)
-    figure.supylabel("relative error", fontsize=8)
-    legend = panels[len(MAIN)].legend(lines.values(), lines, loc="upper left", ncols=2, fontsize=6.5,
-                                      title="hollow: no margin where particles cross cells\ndotted: floor of the regret", title_fontsize=6.5, alignment="left")
+    figure.supxlabel("cost: steps x particles x time of the method's step (quadratic splines, usl, FLIP: 1)", fontsize=9)
+    figure.supylabel("relative error", fontsize=9)
+    # What the parts of a name are, instead of all names: colours, marks and lines that occur.
+    parts = [name.split()[:3] for name in lines]
+    key = [plt.Line2D([], [], color=colour, linewidth=4, label=basis) for basis, colour in COLOURS.items() if any(basis == p[0] for p in parts)]
+    key += [plt.Line2D([], [], color="0.3", linestyle="none", marker=mark, markersize=5, label=update)
+            for update, mark in MARKERS.items() if any(update == p[1] for p in parts)]
+    key += [plt.Line2D([], [], color="0.3", marker="o", markersize=5, markerfacecolor="white", linestyle="none", label="hollow: no margin where\nparticles cross cells")]
+    key += [plt.Line2D([], [], color="0.3", linestyle=line, label=transfer, linewidth=1.3)
+            for transfer, line in LINES.items() if any(p[2].startswith(transfer) for p in parts)]
+    key += [plt.Line2D([], [], color="0.7", linewidth=1, linestyle=":", label="grey: floor of the regret")]
+    legend = panels[len(MAIN)].legend(handles=key, loc="upper left", ncols=2, fontsize=9, title="names of methods: basis, update, transfer", title_fontsize=9,
+                                      alignment="left")
     legend.set_in_layout(False)
     figure.savefig(os.path.join(ROOT, "docs", "choosing-errors.png"), metadata={"Software": None})
     plt.close(figure)
