@@ -8,6 +8,7 @@ import os
 import re
 import struct
 
+import h5py
 import numpy as np
 
 import check
@@ -208,17 +209,24 @@ def check_files():
     scene("mixed", 2, {"b": ["shape file", "file mixed_points.csv", "velocity 0,-1"]}, *other, "-materials m,n", "-material_n_rho 3000", "-method_basis gimp", "-method_gimp_update stretch", cells=16)
     text = [line for line in open("mixed.opts").read().splitlines() if line not in ("-materials m", "-material_n_rho 1000", "-method_basis linear")]
     check.write("mixed.opts", text)
-    run("mixed", "-checkpoint_every", 0.004, "-history_every", 0)
+    mixed = run("mixed", "-checkpoint_every", 0.004, "-history_every", 0)
     history, count = check.history("mixed.csv"), np.arange(len(disk))
     mass = (np.where(count % 2, 3000, 1000) * 0.0001 * (8 + count % 3)).sum()
     check.that(abs(history["mass"][0] - mass) < 1e-9 * mass and history["strain_energy"][0] > 0, f"mixed: mass {history['mass'][0]}, {mass} by volumes and densities; strained at the start")
-    for name in ("as_points", "mixed"):
-        serial = run(name)
+    with h5py.File("mixed_points.h5", "w") as file:
+        file["x"], file["volume"], file["material"] = disk, 0.0001 * (8 + count % 3), count % 2
+        file["F"] = np.tile(np.array([[1.01, 0.02], [0, 0.99]]), (len(disk), 1, 1))
+    serials = {"as_points": told, "mixed": mixed}
+    got = run("mixed", "-body_b_file", os.path.abspath("mixed_points.h5"), "-output_name", "other", n=2)
+    check.that(got.digest == mixed.digest, f"mixed, from HDF5 on 2 processes: {got.digest} against {mixed.digest}")
+    for name, serial in serials.items():
         for n, words in ((3, ("-parallel_strategy", "spatial")), (3, ("-parallel_strategy", "pool"))):
             got = run(name, *words, "-output_name", "other", n=n)
             check.that(serial.digest and got.digest == serial.digest, f"{name}: {words[-1]} on {n} processes: {got.digest} against {serial.digest}")
         kept = sorted(file for file in os.listdir(".") if file.startswith(name + "-checkpoint-"))
         check.need(kept, f"{name}: there is no checkpoint")
+        if name == "as_points":
+            continue
         got = run(name, "-restart_file", kept[0], "-output_name", "again", n=2)
         check.that(got.digest == serial.digest, f"{name}: from {kept[0]}: {got.digest} against {serial.digest}")
 
@@ -260,6 +268,11 @@ def check_refusals():
                         "word": "x,y,volume\n0.5,0.5,one\n", "none": "x,y,volume\n0.5,0.5,0\n", "flip": "x,y,volume,Fxx,Fxy,Fyx,Fyy\n0.5,0.5,1,1,0,0,-1\n",
                         "steel": "x,y,volume,material\n0.5,0.5,1,m\n0.5,0.5,1,steel\n", "out": "x,y,volume\n0.5,1.5,1\n", "lattice": "x,y\n0.5,0.5\n", "moving": "x,y,vx,vy,volume\n0.5,0.5,1,1,1\n"}.items():
         check.write(f"p_{name}.csv", lines)
+
+    for name, sets in {"bare": {"v": 2}, "rows": {"x": (3, 2), "v": (4, 2)}, "wide": {"x": (3, 3)}, "minus": {"x": (3, 2), "volume": (3,)}, "kind": {"x": (3, 2), "volume": (3,), "material": (3,)}}.items():
+        with h5py.File(f"p_{name}.h5", "w") as file:
+            for set_, size in sets.items():
+                file[set_] = np.full(size, 0.5 if name != "minus" or set_ == "x" else -1.0) if set_ != "material" else np.array([0, 1, 0])
 
     def points(name):
         return ["-body_b_file", f"p_{name}.csv"]
@@ -310,6 +323,11 @@ def check_refusals():
         ("lines", points("moving") + ["-body_b_velocity", "1,1"], "-body_b_velocity does not apply: p_moving.csv has velocities"),
         ("lines", points("moving") + ["-body_b_offset", "0,0"], "-body_b_offset "),
         ("lines", points("moving") + ["-study_type", "convergence", "-reference_type", "finest"], "-study_type convergence does not apply: the particles of b come from a file"),
+        ("lines", ["-body_b_file", "p_bare.h5"], "-body_b_file p_bare.h5: it has no dataset x"),
+        ("lines", ["-body_b_file", "p_rows.h5"], "-body_b_file p_rows.h5: x has 3 rows, v 4"),
+        ("lines", ["-body_b_file", "p_wide.h5"], "-body_b_file p_wide.h5: dataset x has not 2 numbers a particle"),
+        ("lines", ["-body_b_file", "p_minus.h5"], "-body_b_file p_minus.h5, particle 1: volume -1 is not above 0"),
+        ("lines", ["-body_b_file", "p_kind.h5"], "-body_b_file p_kind.h5, particle 2: its material is none of the 1 of -materials"),
         ("points", points("lattice"), "-load_l_body b does not apply: particles from a file have no known surface; use -acceleration"),
         ("cut", ["-body_a_cut", "d"], "-body_a_cut d: there is no such body"),
         ("cut", ["-body_a_cut", "a"], "-body_a_cut a: a body cannot cut itself"),

@@ -4,9 +4,9 @@
 
 #include "scene/scene.h"
 
-/* Checks a particle of body b with lattice place X [dim], m: its position, its velocity and the forces on it; a fault is
-   left in the options. The second function makes particle p of a view: undeformed at X, or as the scene's known solution
-   starts. Not collective. */
+/* Checks a particle of body b with lattice place X [dim], m: its position, its velocity and the forces on it; a fault
+   is left in the options. The second function makes particle p of a view: undeformed at X, or as the scene's known
+   solution starts. Not collective. */
 PetscErrorCode MPMFillCheck(MPMScene *, MPMCore *, MPMOptions, const MPMBody *, const PetscReal X[]);
 PetscErrorCode MPMFillSet(const MPMScene *, const MPMCore *, const MPMBody *, PetscInt64 id, const PetscReal X[],
                           PetscInt p, MPMView *);

@@ -1,5 +1,5 @@
-/* points.h - bodies of shape file, whose particles are the lines of a CSV file: read_points.c reads it, points.c makes
-   the particles. It is used before the first step. */
+/* points.h - bodies of shape file, whose particles are the lines of a CSV file (read_points.c) or the rows of an HDF5
+   file (read_points_hdf5.c); points.c makes them. It is used before the first step. */
 #ifndef MPM_POINTS_H
 #define MPM_POINTS_H
 
@@ -12,6 +12,8 @@ struct _MPMPoints {
   char       what[MPM_TEXT_LEN], path[MPM_TEXT_LEN];       /* for messages: the option and the path; the path */
   PetscInt   dim, ncolumns, column[MPM_POINT_NUMBERS + 1]; /* the number that a column is; -1: the material's name */
   PetscBool  velocity, deformation, volume, material;      /* has it these columns? */
+  PetscBool  hdf5;                                         /* is it an HDF5 file? */
+  PetscInt64 all;                                          /* rows of an HDF5 file */
   PetscInt64 sum;                                          /* checksum of the file */
   PetscInt64 size, begin, lines;                           /* bytes of the file, of its heading, lines of its heading */
   PetscInt   nkinds, *kind;                                /* [nkinds] rows of the scene's kinds, sorted by */
@@ -34,5 +36,10 @@ PetscErrorCode MPMPointsDestroy(MPMPoints **);
    NULL if the file was read before. The caller destroys the rows. Collective on comm. */
 PetscErrorCode MPMPointsRead(const MPMScene *, const MPMBody *, MPI_Comm, MPMOptions, MPMPointRows *);
 PetscErrorCode MPMPointsDestroyRows(MPMPointRows *);
+
+/* The same of an HDF5 file: the first process finds the datasets; a process reads rows first .. first+n-1 of the file
+   into rows that have their defaults. why [len] gets what is wrong, or stays. Not collective. */
+PetscErrorCode MPMPointsOpenHDF5(MPMOptions, MPMPoints *);
+PetscErrorCode MPMPointsReadHDF5(const MPMPoints *, MPMPointRows *, char why[], size_t len);
 
 #endif

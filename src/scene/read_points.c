@@ -1,5 +1,6 @@
-/* read_points.c - reads particles from CSV files. The first line names the columns: x y z, and if one likes vx vy vz, Fxx
-   Fxy ... Fzz, volume, material, in any sequence. Each process reads the lines that begin in its part of the bytes. */
+/* read_points.c - reads particles from CSV files. The first line names the columns: x y z, and if one likes vx vy vz,
+   Fxx Fxy ... Fzz, volume, material, in any sequence. Each process reads the lines that begin in its part of the bytes,
+   or its part of the rows of an HDF5 file. */
 #include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
@@ -11,7 +12,7 @@
 
 #define SEPARATORS ", ;\t\r\n"
 
-/* --- The heading ---------------------------------------------------------------------------------------------------- */
+/* --- The heading -------------------------------------------------------------------------------------------------- */
 
 /* Sets a column by its name; *at is its number among those of a particle. Returns false if there is no such column. */
 static PetscBool FindColumn(PetscInt dim, const char word[], PetscInt *at)
@@ -123,17 +124,21 @@ PetscErrorCode MPMPointsOpen(MPMCore *core, MPMOptions o, MPMBody *b)
       MPMFault(fault, "cannot read", p->path, "it is not a file");
     if (fault[0]) MPMOptionsFail(o, "-body_%s_file: %s", b->name, fault);
     if (!fault[0]) {
+      char    first[8] = "";
       ssize_t n;
 
       p->size = (PetscInt64)status.st_size;
-      while ((n = getline(&line, &room, file)) > 0) {
+      if (fread(first, 1, sizeof first, file) == sizeof first && !memcmp(first, "\211HDF\r\n\032\n", sizeof first))
+        PetscCall(MPMPointsOpenHDF5(o, p));
+      rewind(file);
+      while (!p->hdf5 && (n = getline(&line, &room, file)) > 0) {
         p->begin += n;
         p->lines++;
         if (line[0] != '#' && line[strspn(line, SEPARATORS)]) break;
       }
-      if (n > 0)
+      if (p->begin > 0)
         ReadHeading(o, p, line);
-      else
+      else if (!p->hdf5)
         MPMOptionsFail(o, "%.600s: it has no particles", p->what);
     }
     if (file) (void)fclose(file);
@@ -155,17 +160,13 @@ PetscErrorCode MPMPointsDestroy(MPMPoints **p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- Particles ------------------------------------------------------------------------------------------------------ */
+/* --- Particles ---------------------------------------------------------------------------------------------------- */
 
-/* Reads a line into the next row. why [len] gets what is wrong with it, or stays. */
-static PetscErrorCode ReadLine(const MPMScene *scene, const MPMBody *b, char line[], MPMPointRows *rows, char why[],
-                               size_t len)
+/* Adds a row with its defaults: at rest, undeformed, of the body's material, a particle of the lattice. */
+static PetscErrorCode AddRow(const MPMBody *b, MPMPointRows *rows)
 {
-  const MPMPoints *p   = b->points;
-  const PetscInt   dim = p->dim;
-  PetscReal       *number;
-  PetscInt         c    = 0, *material;
-  char            *save = NULL;
+  const PetscInt dim = b->points->dim;
+  PetscReal     *number;
 
   PetscFunctionBeginUser;
   if (rows->n == rows->room) {
@@ -173,13 +174,42 @@ static PetscErrorCode ReadLine(const MPMScene *scene, const MPMBody *b, char lin
     PetscCall(PetscRealloc((size_t)(rows->room * rows->stride) * sizeof *rows->number, &rows->number));
     PetscCall(PetscRealloc((size_t)rows->room * sizeof *rows->material, &rows->material));
   }
-  number    = rows->number + rows->n * rows->stride;
-  material  = rows->material + rows->n;
-  *material = b->material;
+  number = rows->number + rows->n * rows->stride;
   for (PetscInt k = 0; k < rows->stride; k++) number[k] = 0;
   for (PetscInt d = 0; d < dim; d++) number[2 * dim + d * (dim + 1)] = 1;
   number[rows->stride - 1] = 1;
   for (PetscInt d = 0; d < dim; d++) number[rows->stride - 1] *= b->b[d];
+  rows->material[rows->n++] = b->material;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Says in why [len] what is wrong with row k, if anything is. */
+static void CheckRow(const MPMScene *scene, PetscInt dim, const MPMPointRows *rows, PetscInt k, char why[], size_t len)
+{
+  const PetscReal *number = rows->number + k * rows->stride, volume = number[rows->stride - 1],
+                  J = MPMDet((int)dim, number + 2 * dim);
+
+  for (PetscInt q = 0; q < rows->stride && !why[0]; q++)
+    if (!(PetscAbsReal(number[q]) <= PETSC_MAX_REAL)) (void)snprintf(why, len, "a value is not finite");
+  if (!why[0] && (rows->material[k] < 0 || rows->material[k] >= scene->nmaterials))
+    (void)snprintf(why, len, "its material is none of the %" PetscInt_FMT " of -materials", scene->nmaterials);
+  if (!why[0] && !(volume > 0)) (void)snprintf(why, len, "volume %g is not above 0", (double)volume);
+  if (!why[0] && !(J > 0)) (void)snprintf(why, len, "det F = %g is not above 0", (double)J);
+}
+
+/* Reads a line into a new row. why [len] gets what is wrong with it, or stays. */
+static PetscErrorCode ReadLine(const MPMScene *scene, const MPMBody *b, char line[], MPMPointRows *rows, char why[],
+                               size_t len)
+{
+  const MPMPoints *p = b->points;
+  PetscReal       *number;
+  PetscInt         c    = 0, *material;
+  char            *save = NULL;
+
+  PetscFunctionBeginUser;
+  PetscCall(AddRow(b, rows));
+  number   = rows->number + (rows->n - 1) * rows->stride;
+  material = rows->material + rows->n - 1;
   for (char *w = strtok_r(line, SEPARATORS, &save); w && !why[0]; w = strtok_r(NULL, SEPARATORS, &save), c++) {
     char *end;
 
@@ -191,53 +221,67 @@ static PetscErrorCode ReadLine(const MPMScene *scene, const MPMBody *b, char lin
       continue;
     }
     number[p->column[c]] = strtod(w, &end);
-    if (*end || !(PetscAbsReal(number[p->column[c]]) <= PETSC_MAX_REAL))
-      (void)snprintf(why, len, "'%.40s' is not a number", w);
+    if (*end) (void)snprintf(why, len, "'%.40s' is not a number", w);
   }
   if (!why[0] && c != p->ncolumns)
     (void)snprintf(why, len, "it has %" PetscInt_FMT " values, the heading %" PetscInt_FMT " columns", c, p->ncolumns);
-  if (!why[0] && !(number[rows->stride - 1] > 0))
-    (void)snprintf(why, len, "volume %g is not above 0", (double)number[rows->stride - 1]);
-  if (!why[0] && !(MPMDet((int)dim, number + 2 * dim) > 0))
-    (void)snprintf(why, len, "det F = %g is not above 0", (double)MPMDet((int)dim, number + 2 * dim));
-  rows->n++;
+  if (!why[0]) CheckRow(scene, p->dim, rows, rows->n - 1, why, len);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMPointsRead(const MPMScene *scene, const MPMBody *b, MPI_Comm comm, MPMOptions o, MPMPointRows *rows)
+/* Reads the lines that begin in this process's part of the file. *lines: how many there are, up to the first that is
+   wrong, of which why [len] says what is. */
+static PetscErrorCode ReadLines(const MPMScene *scene, const MPMBody *b, PetscMPIInt rank, PetscMPIInt size,
+                                MPMPointRows *rows, PetscInt64 *lines, char why[], size_t len)
 {
   const MPMPoints *p    = b->points;
-  char            *line = NULL, why[MPM_TEXT_LEN / 4] = "";
+  const PetscInt64 from = p->begin + (p->size - p->begin) * rank / size;
+  const PetscInt64 to   = p->begin + (p->size - p->begin) * (rank + 1) / size;
+  PetscInt64       at   = from;
+  FILE            *file = fopen(p->path, "r");
+  char            *line = NULL;
   size_t           room = 0;
-  PetscMPIInt      rank, size;
-  PetscInt64       from, to, at, lines = 0, before = 0, mine;
-  FILE            *file;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscMemzero(rows, sizeof *rows));
-  rows->stride = 2 * p->dim + p->dim * p->dim + 1;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_size(comm, &size));
-  from = p->begin + (p->size - p->begin) * rank / size;
-  to   = p->begin + (p->size - p->begin) * (rank + 1) / size;
-  at   = from;
-  file = fopen(p->path, "r");
-  if (!file || fseeko(file, (off_t)(rank ? from - 1 : from), SEEK_SET))
-    (void)snprintf(why, sizeof why, "%s", strerror(errno));
+  if (!file || fseeko(file, (off_t)(rank ? from - 1 : from), SEEK_SET)) (void)snprintf(why, len, "%s", strerror(errno));
   if (!why[0] && rank) at += getline(&line, &room, file) - 1; /* the end of a line of the process before */
   while (!why[0] && at < to) {
     const ssize_t n = getline(&line, &room, file);
 
     if (n <= 0) break;
     at += n;
-    lines++;
-    if (line[0] != '#' && line[strspn(line, SEPARATORS)]) PetscCall(ReadLine(scene, b, line, rows, why, sizeof why));
+    ++*lines;
+    if (line[0] != '#' && line[strspn(line, SEPARATORS)]) PetscCall(ReadLine(scene, b, line, rows, why, len));
   }
   if (file) (void)fclose(file);
   free(line);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMPointsRead(const MPMScene *scene, const MPMBody *b, MPI_Comm comm, MPMOptions o, MPMPointRows *rows)
+{
+  const MPMPoints *p                     = b->points;
+  char             why[MPM_TEXT_LEN / 4] = "";
+  PetscMPIInt      rank, size;
+  PetscInt64       lines = 0, before = 0, mine;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMemzero(rows, sizeof *rows));
+  rows->stride = 2 * p->dim + p->dim * p->dim + 1;
+  PetscCallMPI(MPI_Comm_rank(comm, &rank));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  if (p->hdf5) {
+    rows->first = p->all * rank / size;
+    for (PetscInt64 k = rows->first; k < p->all * (rank + 1) / size; k++) PetscCall(AddRow(b, rows));
+    PetscCall(MPMPointsReadHDF5(p, rows, why, sizeof why));
+    for (PetscInt k = 0; k < rows->n && !why[0]; k++, lines++) CheckRow(scene, p->dim, rows, k, why, sizeof why);
+  } else
+    PetscCall(ReadLines(scene, b, rank, size, rows, &lines, why, sizeof why));
   PetscCallMPI(MPI_Exscan(&lines, &before, 1, MPIU_INT64, MPI_SUM, comm));
   if (!rank) before = 0;
-  if (why[0] && o) MPMOptionsFail(o, "%.600s:%" PetscInt64_FMT ": %s", p->what, p->lines + before + lines, why);
+  if (why[0] && o)
+    MPMOptionsFail(o, "%.600s%s%" PetscInt64_FMT ": %s", p->what, p->hdf5 ? ", particle " : ":",
+                   p->lines + before + lines, why);
   PetscCheck(!why[0] || o, PETSC_COMM_SELF, PETSC_ERR_FILE_READ, "%s has changed since it was read first: %s", p->path,
              why);
   mine = rows->n;
