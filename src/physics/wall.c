@@ -187,7 +187,7 @@ void MPMWallsReachTo(MPMWalls *w, const MPMGrid *grid)
 {
   for (PetscInt k = 0; k < 6; k++) {
     const PetscInt  d = k / 2, s = k % 2;
-    const PetscReal layers = w->place[k] / grid->h[d] + 1e-9; /* rounding of a sum of steps */
+    const PetscReal layers  = w->place[k] / grid->h[d] + 1e-9; /* rounding of a sum of steps */
     MPMFace *const  faces[] = {&w->given[d][s], &w->before[d][s], &w->again[d][s], &w->gradient[d][s],
                                &w->residual[d][s]};
 
@@ -217,7 +217,7 @@ void MPMWallsDerive(MPMWalls *w)
 
     w->before[k / 2][k % 2] = w->again[k / 2][k % 2] = w->gradient[k / 2][k % 2] = w->residual[k / 2][k % 2] = *f;
     w->before[k / 2][k % 2].type = w->again[k / 2][k % 2].type = before[f->type];
-    w->gradient[k / 2][k % 2].type                                                  = gradient[f->type];
-    w->residual[k / 2][k % 2].type                                                  = residual[f->type];
+    w->gradient[k / 2][k % 2].type                             = gradient[f->type];
+    w->residual[k / 2][k % 2].type                             = residual[f->type];
   }
 }

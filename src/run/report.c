@@ -208,9 +208,12 @@ PetscErrorCode MPMReportStart(MPM mpm)
   const PetscReal c = PetscSqrtReal(mpm->core.status.c2), v = PetscSqrtReal(mpm->core.status.v2),
                   dt = MPMTimeStep(&mpm->core, &mpm->time);
   PetscReal steps, step = 0;
+  char      initial[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(PrintScene(mpm));
+  MPMInitialTell(&mpm->scene, initial);
+  if (initial[0]) PetscCall(MPMPrint(&mpm->core.print, "initial    %s\n", initial));
   PetscCall(PrintFields(mpm));
   PetscCall(MPMPresetPrint(mpm));
   PetscCall(PrintMethod(mpm));

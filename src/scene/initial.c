@@ -75,6 +75,9 @@ PetscErrorCode MPMInitialSetFromOptions(MPMScene *scene, const MPMCore *core, MP
     MPMOptionsFail(o, "-initial_stress does not apply: -mms_type or -reference_type sets the start");
   in->stressed = PETSC_TRUE;
   if (strcasecmp(what, "k0")) {
+    if (dim > 1 && !strpbrk(what, ",")) /* no formula, but a word */
+      MPMOptionsFail(o, "-initial_stress %.100s: choose none, k0, or a formula of %" PetscInt_FMT " components", what,
+                     dim * (dim + 1) / 2);
     PetscCall(MPMOptionsExpression(o, "initial_stress", NULL, "xyz", dim * (dim + 1) / 2, &in->stress));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -89,6 +92,22 @@ PetscErrorCode MPMInitialSetFromOptions(MPMScene *scene, const MPMCore *core, MP
   PetscCall(ReadRatios(scene, in, o));
   PetscCall(PetscCalloc1(scene->nbodies, &in->line));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes what bodies start with, for a line of the start of a run, or "". Not collective. */
+void MPMInitialTell(const MPMScene *scene, char text[MPM_TEXT_LEN])
+{
+  const MPMInitial *in = scene->initial;
+
+  text[0] = 0;
+  if (!in) return;
+  (void)snprintf(text, MPM_TEXT_LEN, "%s",
+                 !in->stressed ? "deformation by formula"
+                 : in->stress  ? "stress by formula"
+                               : "stress by the weight above, horizontal over vertical:");
+  for (PetscInt k = 0; k < scene->nmaterials && in->k0; k++)
+    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), "%s %s %.4g", k ? "," : "",
+                   scene->materials[k].name, (double)in->k0[k]);
 }
 
 PetscErrorCode MPMInitialDestroy(MPMScene *scene)

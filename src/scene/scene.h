@@ -94,10 +94,11 @@ PetscErrorCode MPMPointsAdd(const MPMScene *, MPMCore *);
 
 /* --- Initial states (initial.c) ----------------------------------------------------------------------------------- */
 
-/* Read the options; a fault is left in them. Where scene->initial is set: compute the state in which the particle of a
+/* Read the options; a fault is left in them; tell what they say. Where scene->initial is set: compute the state in which the particle of a
    body with lattice place X [dim], m, starts, or say in `wrong` why it cannot be; set it as particle p of a view. Not
    collective. */
 PetscErrorCode MPMInitialSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
+void           MPMInitialTell(const MPMScene *, char text[MPM_TEXT_LEN]);
 PetscErrorCode MPMInitialDestroy(MPMScene *);
 PetscErrorCode MPMInitialState(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[],
                                MPMMaterialStart *, char wrong[MPM_TEXT_LEN]);
