@@ -30,6 +30,16 @@ void MPMMaterialDropF(MPMMaterial *m)
   if (MPMListHas(m->type->state, "F|J")) m->state = (m->state & ~MPM_BIT(F)) | MPM_BIT(J);
 }
 
+PetscInt MPMMaterialAsked(const MPMMaterial *m)
+{
+  return MPMListHas(m->type->state, "ep?") ? MPM_BIT(ep) : 0;
+}
+
+void MPMMaterialKeep(MPMMaterial *m, PetscInt fields)
+{
+  m->state |= MPMMaterialAsked(m) & fields;
+}
+
 void MPMMaterialState(PetscInt dim, const MPMView *view, PetscInt p, MPMBlock *b)
 {
 #define MPM_STATE_OF(name, rows)                                                                                       \

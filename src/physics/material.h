@@ -86,6 +86,11 @@ const char *MPMMaterialSetUp(MPMMaterial *);
    else reads F. Not collective. */
 void MPMMaterialDropF(MPMMaterial *);
 
+/* Return the fields (bits) that the particles of a material carry only if output asks for them, "<name>?" in its row; and
+   add those of these to its state that are among `fields`. Not collective. */
+PetscInt MPMMaterialAsked(const MPMMaterial *);
+void     MPMMaterialKeep(MPMMaterial *, PetscInt fields);
+
 /* Copies the material state of particle p of a view to particle 0 of a block, as far as the view has it. Not
    collective. */
 void MPMMaterialState(PetscInt dim, const MPMView *, PetscInt p, MPMBlock *);

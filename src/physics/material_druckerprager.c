@@ -58,6 +58,8 @@ MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt
       e[k] = MPMSelect(beyond, MPMAll(apex / 3), MPMSelect(flows, back, e[k]));
     }
     MPMHenckySetStrain(dim, new, e, n, s->be);
+    if (m->state & MPM_BIT(ep)) /* |dev e| is norm/(2 mu), and the flow takes away gamma of it or, at the apex, all */
+      s->ep += PetscSqrtReal(2. / 3) * MPMSelect(beyond, norm / (2 * m->mu), MPMSelect(flows, gamma, MPMAll(0)));
   }
   s->vc = MPMSelect(beyond, tr - apex, MPMAll(0));
   MPMHenckyStress(dim, m, e, n, s->tau);
@@ -73,4 +75,5 @@ MPM_INLINE MPMReal druckerprager_speed2(int dim, const MPMMaterial *m, const MPM
   return MPMHenckySpeed2(dim, m, s);
 }
 
-MPM_MATERIAL_DEFINE_HISTORY(druckerprager, druckerprager_setup, MPM_BIT(J) | MPM_BIT(be) | MPM_BIT(vc) | MPM_BIT(tau))
+MPM_MATERIAL_DEFINE_HISTORY(druckerprager, druckerprager_setup,
+                            MPM_BIT(J) | MPM_BIT(be) | MPM_BIT(ep) | MPM_BIT(vc) | MPM_BIT(tau))

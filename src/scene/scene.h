@@ -46,6 +46,8 @@ typedef struct {
   MPMWalls      walls;
   MPMLoad      *loads;
   PetscInt      nloads;
+  PetscInt      nprobes; /* names of the probes; what they show is left to the output */
+  char (*probes)[MPM_NAME_LEN];
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
   MPMKnown     *known;               /* or NULL */
   PetscBool     finest;              /* -reference_type finest: the last run of a study is the reference */
