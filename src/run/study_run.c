@@ -135,11 +135,13 @@ PetscErrorCode MPMChangesStep(MPMChanges *c, MPM base, PetscReal factor)
 /* Notes the value of a column in the next line of the history; a measure may not be a number there. */
 static void See(PetscBool first, PetscReal value, PetscReal seen[])
 {
-  if (first || seen[MPM_SEEN_MIN] != seen[MPM_SEEN_MIN])
-    seen[MPM_SEEN_START] = seen[MPM_SEEN_MIN] = seen[MPM_SEEN_MAX] = value;
   seen[MPM_SEEN_END] = value;
-  seen[MPM_SEEN_MIN] = value < seen[MPM_SEEN_MIN] ? value : seen[MPM_SEEN_MIN];
-  seen[MPM_SEEN_MAX] = value > seen[MPM_SEEN_MAX] ? value : seen[MPM_SEEN_MAX];
+  if (first || PetscIsNanReal(seen[MPM_SEEN_MIN]))
+    seen[MPM_SEEN_START] = seen[MPM_SEEN_MIN] = seen[MPM_SEEN_MAX] = value;
+  else if (!PetscIsNanReal(value)) {
+    seen[MPM_SEEN_MIN] = PetscMin(seen[MPM_SEEN_MIN], value);
+    seen[MPM_SEEN_MAX] = PetscMax(seen[MPM_SEEN_MAX], value);
+  }
 }
 
 /* Notes a line of the history in the result of a run, `to`. */
