@@ -66,8 +66,9 @@ static PetscErrorCode ReadBodies(MPMMeasures *m, const MPMScene *scene, MPMOptio
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads -history_body_quantities; without it a body has all but its dissipation. */
-static PetscErrorCode ReadQuantities(MPMMeasures *m, MPMOptions o)
+/* Reads -history_body_quantities; without it a body has all but its dissipation. heats: a body that is asked for has
+   some. */
+static PetscErrorCode ReadQuantities(MPMMeasures *m, PetscBool heats, MPMOptions o)
 {
   char      text[MPM_TEXT_LEN] = "", list[MPM_TEXT_LEN] = "", *save = NULL;
   PetscBool set;
@@ -82,6 +83,11 @@ static PetscErrorCode ReadQuantities(MPMMeasures *m, MPMOptions o)
   for (char *w = strtok_r(text, ", ", &save); w && set; w = strtok_r(NULL, ", ", &save)) {
     PetscInt k = 0;
 
+    if (!strcmp(w, "all")) {
+      for (k = 0; k < NROWS; k++)
+        if (rows[k].how != LOST || heats) m->quantities |= (PetscInt)1 << k;
+      continue;
+    }
     while (k < NROWS && strcmp(w, rows[k].name)) k++;
     if (k == NROWS)
       MPMOptionsFail(o, "-history_body_quantities %.*s: choose among %s", MPM_NAME_LEN, w, list);
@@ -98,13 +104,14 @@ PetscErrorCode MPMBodiesSetFromOptions(MPMMeasures *m, const MPMScene *scene, MP
 
   PetscFunctionBeginUser;
   PetscCall(ReadBodies(m, scene, o));
-  if (!MPMOptionsError(o)) PetscCall(ReadQuantities(m, o));
+  for (PetscInt b = 0; b < m->nbodies; b++)
+    if (Heats(scene, m->body[b])) heats = PETSC_TRUE;
+  if (!MPMOptionsError(o)) PetscCall(ReadQuantities(m, heats, o));
   if (!m->nbodies || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   m->first_body = m->n;
   for (PetscInt b = 0; b < m->nbodies; b++) {
     const char *name = scene->bodies[m->body[b]].name;
 
-    if (Heats(scene, m->body[b])) heats = PETSC_TRUE;
     for (PetscInt k = 0; k < NROWS; k++) {
       PetscInt       first;
       const PetscInt n = Columns(k, core, &first);

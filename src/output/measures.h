@@ -45,17 +45,16 @@ PetscErrorCode MPMMeasuresSetFromOptions(MPMMeasures *, const MPMScene *, MPMCor
 void           MPMMeasuresNumber(const MPMMeasures *, const MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMMeasuresDestroy(MPMMeasures *);
 
-/* Adds a column, whose name is the words joined by "_"; empty ones are left out. Not collective. */
+/* Adds a column, whose name is the words a, b and, if it is not empty, c, joined by "_"; and returns the number of the
+   column of a name, or -1 (columns.c). Not collective. */
 PetscErrorCode MPMMeasuresAdd(MPMMeasures *, const char a[], const char b[], const char c[], const char unit[],
                               PetscBool whole);
+PetscInt       MPMMeasuresFind(const MPMMeasures *, const char name[]);
 
 /* Computes the values of all columns. A line of the history has them, which then ends with the second function. Both are
    collective on exchange.data. */
 PetscErrorCode MPMMeasuresCompute(MPMMeasures *, MPMCore *, const MPMScene *);
 void           MPMMeasuresLine(MPMMeasures *, MPMCore *);
-
-/* Returns the number of the column of this name, or -1. Not collective. */
-PetscInt MPMMeasuresFind(const MPMMeasures *, const char name[]);
 
 /* Bodies (bodies.c) and probes (probes.c): read their options and add their columns, and compute these. The first is not
    collective, the others are on exchange.data. */

@@ -48,6 +48,11 @@ static PetscErrorCode ReadFields(MPMProbe *p, const MPMScene *scene, MPMOptions 
   for (char *w = strtok_r(text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
     PetscInt f = 0;
 
+    for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS && !strcmp(w, "all"); k++)
+      if (MPMDiagnosticIsField(k, has) && MPMDiagnostics[k].word[0] && !(MPMDiagnostics[k].uses & MPM_SHOW_ASKED) &&
+          (!p->stays || !MPMDiagnostics[k].whole))
+        p->fields |= (PetscInt64)1 << k;
+    if (!strcmp(w, "all")) continue;
     while (f < MPM_NUM_DIAGNOSTICS && strcmp(MPMDiagnostics[f].word, w)) f++;
     if (f == MPM_NUM_DIAGNOSTICS)
       MPMOptionsFail(o, "-probe_%s_fields %.*s: choose among %s", p->name, MPM_NAME_LEN, w, list);
