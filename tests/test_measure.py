@@ -205,6 +205,7 @@ def study():
 
 
 check.arguments(__doc__, 0)
+check.folder("output")  # checkpoints of an earlier test would go on being numbered
 balance()
 rest()
 thrown()
