@@ -178,7 +178,8 @@ static PetscErrorCode Extents(const MPMMeasures *m, MPMCore *core, const MPMScen
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   PetscCallMPI(
       MPI_Allreduce(MPI_IN_PLACE, out, (PetscMPIInt)(3 * m->nbodies), MPIU_REAL, MPIU_MIN, core->exchange.data));
-  for (PetscInt k = 0; k < 3 * m->nbodies; k++) out[k] = out[k] < PETSC_MAX_REAL ? sign * out[k] : (PetscReal)NAN;
+  for (PetscInt k = 0; k < 3 * m->nbodies; k++)
+    out[k] = out[k] < PETSC_MAX_REAL ? sign * out[k] + 0 : (PetscReal)NAN; /* no -0 */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

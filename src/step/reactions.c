@@ -84,7 +84,7 @@ static void SetShares(const MPMCore *core, const Touch *t, PetscInt d, const Pet
 
     if (Holds(type)) held = PETSC_TRUE;
     if (k / 2 != d) continue;
-    if (Holds(type) || type == MPM_WALL_slip || (k % 2 ? -J[d] : J[d]) > 0) {
+    if ((type != MPM_WALL_separate && type != MPM_WALL_friction) || (k % 2 ? -J[d] : J[d]) > 0) {
       share[k] = 1;
       return;
     }
@@ -125,23 +125,17 @@ static void Give(MPMCore *core, const Touch *t, PetscBool again, const PetscReal
   }
 }
 
-/* Sets V [dim] to the velocity of a moving wall of the node, and to 0 if there is none. */
+/* Sets V [dim] to the velocity at which walls hold the node; walls that do not move have the velocity 0. At a corner the
+   last wall counts, as in physics/wall.c. */
 static void WallVelocity(const MPMCore *core, const Touch *t, PetscReal V[])
 {
   for (PetscInt d = 0; d < core->grid.dim; d++) V[d] = 0;
   for (PetscInt n = 0; n < t->n; n++) {
     const MPMFace *f = &core->params.walls->given[t->face[n] / 2][t->face[n] % 2];
 
-    if (f->type == MPM_WALL_moving)
-      for (PetscInt d = 0; d < core->grid.dim; d++) V[d] = f->velocity[d];
+    for (PetscInt d = 0; d < core->grid.dim; d++)
+      if (Holds(f->type) || d == t->face[n] / 2) V[d] = f->velocity[d];
   }
-}
-
-static PetscBool Moves(const MPMCore *core, const Touch *t)
-{
-  for (PetscInt n = 0; n < t->n; n++)
-    if (core->params.walls->given[t->face[n] / 2][t->face[n] % 2].type == MPM_WALL_moving) return PETSC_TRUE;
-  return PETSC_FALSE;
 }
 
 /* Adds what the walls of a node did in the advance; v, a: its motion after it. u is the mean velocity of energy.c, along
@@ -151,7 +145,6 @@ static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, const Pe
   const MPMParams    *par  = &core->params;
   const MPMReactions *r    = core->reactions;
   const PetscReal     flip = r->filter >= 0 || r->correct >= 0 ? 1 : par->flip, *a = v + core->grid.dim;
-  const PetscBool     moves = Moves(core, t);
   PetscReal           J[3], W[3];
 
   for (PetscInt d = 0; d < core->grid.dim; d++) {
@@ -161,7 +154,7 @@ static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, const Pe
 
     J[d] = flip * wall + (1 - flip) * (n->m * v[d] - n->p[d] - par->dt * n->m * other);
     W[d] = (core->energy.mean == MPM_MEAN_AGAIN ? 0.5 : 1) * wall * u;
-    if (moves) W[d] += (1 - flip) * (n->m * before - n->p[d]) * before;
+    W[d] += (1 - flip) * (n->m * before - n->p[d]) * before; /* what a wall gave before; 0 unless it moves */
   }
   Give(core, t, PETSC_FALSE, J, W);
 }
