@@ -1,11 +1,9 @@
 /* probes.c - what the history shows at a place or of a particle (-probes): fields of particles, as snapshots have them.
 
    A probe that stays at a place shows the mean over the particles near it, weighted by their mass and by
-     W_p = sum over the nodes i of phi_i(place) phi_i(x_p),
-   which is what the particles give the nodes and the nodes give the place; with gimp the place has hats. Sums are exact.
-   Where no particle is within a cell size on every axis the values are nan. A probe that goes with a particle shows what this has, and where it is;
+     W_p = product over the axes of max(0, 1 - |x_p - place|/h).
+   Sums are exact. Where no particle is within a cell size on every axis the values are nan. A probe that goes with a particle shows what this has, and where it is;
    the values are nan once the particle has left the grid. */
-#include "kernels/cell.h"
 #include "output/measures.h"
 #include "output/output.h"
 #include "step/step.h"
@@ -207,45 +205,16 @@ static PetscErrorCode OfParticle(MPMMeasures *m, MPMProbe *p, MPMCore *core, con
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns how far particle p of a view is from a place x, in cells, on the axis where it is furthest. */
-static PetscReal Distance(const MPMCore *core, const MPMView *view, PetscInt p, const PetscReal x[])
+/* Returns W_p, the weight of particle p of a view at a place x: hats of one cell on each side of it. */
+static PetscReal Weight(const MPMGrid *grid, const MPMView *view, PetscInt p, const PetscReal x[])
 {
-  const MPMGrid *grid = &core->grid;
-  PetscReal      most = 0;
+  PetscReal W = 1;
 
   for (PetscInt d = 0; d < grid->dim; d++) {
     PetscReal far = PetscAbsReal(view->x[p * grid->dim + d] - x[d]);
 
     if (grid->periodic[d]) far = PetscMin(far, grid->upper[d] - grid->lower[d] - far);
-    most = PetscMax(most, far / grid->h[d]);
-  }
-  return most;
-}
-
-/* Returns W_p, the weight of particle p of a view at a place x. */
-static PetscReal Weight(const MPMCore *core, const MPMView *view, PetscInt p, const PetscReal x[])
-{
-  const MPMGrid   *grid  = &core->grid;
-  const int        dim   = (int)grid->dim;
-  const MPMBasis   place = core->basis == MPM_BASIS_gimp ? MPM_BASIS_linear : core->basis;
-  const PetscReal *l     = MPMHalfWidths(dim, core->params.kinds, view, p);
-  PetscReal        W     = 1;
-
-  for (int d = 0; d < dim && W > 0; d++) {
-    PetscReal      xi, w[2][MPM_MAX_STENCIL], g[MPM_MAX_STENCIL], sum = 0;
-    const PetscInt of = MPMCoordinate(core->basis, grid, d, view->x[p * dim + d], l[d], &xi);
-    PetscInt       at;
-
-    MPMBasisWeights(core->basis, xi, l[d], of, grid->cells[d], grid->wall_basis[d], w[0], g);
-    at = MPMCoordinate(place, grid, d, x[d], 0, &xi);
-    MPMBasisWeights(place, xi, 0, at, grid->cells[d], grid->wall_basis[d], w[1], g);
-    for (int i = 0; i < MPMBasisNodes(core->basis); i++)
-      for (int j = 0; j < MPMBasisNodes(place); j++) {
-        const PetscInt apart = of + i - (at + j);
-
-        if (apart == 0 || (grid->periodic[d] && apart % grid->cells[d] == 0)) sum += w[0][i] * w[1][j];
-      }
-    W *= sum;
+    W *= PetscMax(0, 1 - far / grid->h[d]);
   }
   return W;
 }
@@ -253,9 +222,8 @@ static PetscReal Weight(const MPMCore *core, const MPMView *view, PetscInt p, co
 /* Sets the values of a probe that stays at a place. Collective on exchange.data. */
 static PetscErrorCode OfPlace(MPMMeasures *m, const MPMProbe *p, MPMCore *core, const MPMShown *shown)
 {
-  const PetscInt dim  = core->grid.dim;
-  PetscInt       n    = 1;
-  PetscInt64     near = 0;
+  const PetscInt dim = core->grid.dim;
+  PetscInt       n   = 1;
   MPMSum        *sum;
   MPMView        view;
   PetscReal      weight;
@@ -264,11 +232,9 @@ static PetscErrorCode OfPlace(MPMMeasures *m, const MPMProbe *p, MPMCore *core, 
   PetscCall(PetscCalloc1(1 + MPM_MAX_COMPONENTS * MPM_NUM_DIAGNOSTICS, &sum));
   PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
   for (PetscInt k = 0; k < view.n; k++) {
-    const PetscReal far = Distance(core, &view, k, p->x), mass = core->params.kinds[view.kind ? view.kind[k] : 0].m;
-    const PetscReal W = far > MPM_MAX_STENCIL ? 0 : Weight(core, &view, k, p->x);
+    const PetscReal W = Weight(&core->grid, &view, k, p->x), mass = core->params.kinds[view.kind ? view.kind[k] : 0].m;
 
     n = 1;
-    if (far <= 1) near++;
     if (!(W > 0)) continue;
     MPMSumAdd(&sum[0], W * mass);
     for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) {
@@ -285,8 +251,7 @@ static PetscErrorCode OfPlace(MPMMeasures *m, const MPMProbe *p, MPMCore *core, 
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++)
     for (PetscInt c = 0; c < MPMDiagnostics[f].nc && p->fields >> f & 1; c++) n += Shows(dim, f, c);
   PetscCall(MPMSumReduce(sum, n, core->exchange.data));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &near, 1, MPIU_INT64, MPI_SUM, core->exchange.data));
-  weight = near ? MPMSumValue(&sum[0]) : 0;
+  weight = MPMSumValue(&sum[0]);
   for (PetscInt k = 1; k < n; k++)
     m->value[p->first + k - 1] = weight > 0 ? MPMSumValue(&sum[k]) / weight : (PetscReal)NAN;
   PetscCall(PetscFree(sum));
