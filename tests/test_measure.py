@@ -145,6 +145,12 @@ def thrown():
     check.that(h["probe_place_velocity_y"][0] == -2 and abs(h["probe_place_velocity_x"][0]) == 0 and
                np.isfinite(h["probe_place_stress_yy"]).all(), "a place shows a constant field as it is")
     check.that(np.isnan(h["probe_air_velocity_x"]).all(), "where no particle is the values are nan")
+    tried = check.pebble(*THROWN, "-dt_cfl", "1.5", "-check_state", "retry", "-check_energy", "0.05", "-output_name",
+                         "tried")
+    t = check.history("output/tried.csv")
+    heat = t["dissipation_left"][-1] + t["dissipation_right"][-1]
+    check.that(tried.find(r"^retries +(\d+) tries") and abs(heat + t["energy_laws"][-1]) < 1e-10 * heat,
+               f"the same with tries that were undone: {heat:.5g} J {tried.err.strip()[-200:]}")
     text = check.content("output/one.csv")
     for what, n, more in (("3 processes", 3, []), ("the pool", 3, ["-parallel_strategy", "pool"])):
         other = check.pebble(*THROWN, *more, "-output_name", "other", n=n)
