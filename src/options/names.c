@@ -21,8 +21,10 @@ static PetscInt Words(MPMOptions o, const MPMOptionRow *row, const char (**words
   *words = open && open[1] == 'm'   ? (const char(*)[MPM_NAME_LEN])o->materials
            : open && open[1] == 'b' ? (const char(*)[MPM_NAME_LEN])o->bodies
            : open && open[1] == 'l' ? (const char(*)[MPM_NAME_LEN])o->loads
+           : open && open[1] == 'p' ? (const char(*)[MPM_NAME_LEN])o->probes
                                     : o->table->faces;
   if (!open) return 0;
+  if (open[1] == 'p') return o->np;
   return open[1] == 'm' ? o->nm : open[1] == 'b' ? o->nb : open[1] == 'l' ? o->nl : open[1] == 'f' ? 2 * o->dim : 0;
 }
 
@@ -40,7 +42,7 @@ static PetscBool Matches(MPMOptions o, const MPMOptionRow *row, const char given
     MPMOptionsFullName(row->name, words[k], full);
     if (!strcasecmp(full, given)) return PETSC_TRUE;
   }
-  return strchr("mblf", open[1]) ? PETSC_FALSE : PETSC_TRUE; /* probes: anything after the first word is legal */
+  return PETSC_FALSE;
 }
 
 /* Returns the row of an option name, or NULL. */
@@ -144,20 +146,20 @@ static PetscBool IsPetscs(const char given[])
   return PETSC_FALSE;
 }
 
-/* Returns whether `given` begins as an option of a material, body, load or face does. */
+/* Returns whether `given` begins as an option of a material, body, load, probe or face does. */
 static PetscBool IsOfName(MPMOptions o, const char given[])
 {
   for (size_t r = 0; r < o->table->n; r++) {
     const char *open = o->table->row[r].name ? strchr(o->table->row[r].name, '<') : NULL;
 
-    if (open && strchr("mblf", open[1]) &&
+    if (open && strchr("mblpf", open[1]) &&
         !strncasecmp(o->table->row[r].name, given, (size_t)(open - o->table->row[r].name)))
       return PETSC_TRUE;
   }
   return PETSC_FALSE;
 }
 
-/* Returns whether `given` would be legal with another name in the place of <m>, <b>, <l> or <f>; name is that name, and
+/* Returns whether `given` would be legal with another name in the place of <m>, <b>, <l>, <p> or <f>; name is that name, and
    *list says what should declare it. */
 static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NAME_LEN], const char **list)
 {
@@ -166,13 +168,14 @@ static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NA
     const char         *open = row->name ? strchr(row->name, '<') : NULL;
     const size_t        head = open ? (size_t)(open - row->name) : 0, n = strlen(given);
 
-    if (!open || !strchr("mblf", open[1]) || strncasecmp(row->name, given, head)) continue;
+    if (!open || !strchr("mblpf", open[1]) || strncasecmp(row->name, given, head)) continue;
     if (!EndsWith(given, open + 4) || n <= head + strlen(open + 3)) continue;
     (void)snprintf(name, MPM_NAME_LEN, "%.*s", (int)PetscMin(n - head - strlen(open + 3), MPM_NAME_LEN - 1),
                    given + head);
     *list = open[1] == 'm'   ? "among -materials"
             : open[1] == 'b' ? "among -bodies"
             : open[1] == 'l' ? "among -loads"
+            : open[1] == 'p' ? "among -probes"
                              : "a face of the grid";
     return PETSC_TRUE;
   }
@@ -271,6 +274,12 @@ static PetscBool IsChoice(MPMOptions o, const char given[])
   return PetscOptionsHasName(NULL, NULL, dashed, &set) || set ? PETSC_FALSE : PETSC_TRUE;
 }
 
+void MPMOptionsDeclareProbes(MPMOptions o, PetscInt n, char (*probes)[MPM_NAME_LEN])
+{
+  o->np     = n;
+  o->probes = probes;
+}
+
 /* Takes the names that the scene declares, then refuses every given option that is not in the vocabulary or not built
    yet. If the declarations themselves had a fault (nm = nb = 0), options of materials, bodies, loads and faces pass.
    Another name that is not legal is then reported instead, as it explains more: -matrials soft, rather than "-materials
@@ -313,8 +322,9 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
   RefuseAmbiguous(o, 'm', nm, materials);
   RefuseAmbiguous(o, 'b', nb, bodies);
   RefuseAmbiguous(o, 'l', nl, loads);
-  o->materials = o->bodies = o->loads = NULL; /* the caller owns them */
-  o->nm = o->nb = o->nl = 0;
+  RefuseAmbiguous(o, 'p', o->np, o->probes);
+  o->materials = o->bodies = o->loads = o->probes = NULL; /* the caller owns them */
+  o->nm = o->nb = o->nl = o->np = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -16,6 +16,9 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
   mon->every = time_end / 100;
   mon->last = mon->looked = -1;
   PetscCall(MPMOptionsReal(o, "history_every", NULL, &mon->every, NULL));
+  PetscCall(MPMOptionsBool(o, "history_exact", NULL, &mon->exact));
+  if (mon->exact && !(mon->every > 0))
+    MPMOptionsFail(o, "-history_exact does not apply: -history_every 0 writes a line for every step");
   PetscCall(MPMOptionsBool(o, "history_energy", NULL, follow));
   PetscCall(MPMOptionsReal(o, "check_energy", NULL, &mon->check_energy, NULL));
   PetscCall(MPMOptionsReal(o, "check_momentum", NULL, &mon->check_momentum, NULL));
@@ -39,7 +42,7 @@ MPMShown MPMMonitorShown(const MPMMonitor *mon, const MPMCore *core, const MPMSc
 }
 
 /* Returns the head of the history, the names of its columns; the caller frees it. */
-static PetscErrorCode Head(const MPMCore *core, char **text)
+static PetscErrorCode Head(const MPMMonitor *mon, const MPMCore *core, char **text)
 {
   const char *comma = "";
   size_t      n     = 0;
@@ -56,6 +59,7 @@ static PetscErrorCode Head(const MPMCore *core, char **text)
       if (MPMDiagnostics[k].nc > 1) fprintf(f, "_%c", "xyz"[c]);
     }
   }
+  for (PetscInt k = 0; k < mon->measures.n; k++) fprintf(f, ",%s", mon->measures.column[k].name);
   fprintf(f, "\n");
   (void)fclose(f);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -71,7 +75,7 @@ static PetscErrorCode Begin(MPMMonitor *mon, const MPMCore *core, const char pat
   (void)unlink(path);
   mon->file = fopen(path, "wx");
   if (!mon->file) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Head(core, &head));
+  PetscCall(Head(mon, core, &head));
   fprintf(mon->file, "%s", head);
   free(head);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -149,6 +153,8 @@ static PetscErrorCode WriteLine(MPMMonitor *mon, MPMCore *core, const MPMShown *
       for (PetscInt c = first; c < first + n; c++, comma = ",")
         fprintf(mon->file, row->whole ? "%s%.0f" : "%s%.17g", comma, (double)MPMDiagnosticValue(shown, k, c));
     }
+    for (PetscInt k = 0; !number && k < mon->measures.n; k++)
+      fprintf(mon->file, mon->measures.column[k].whole ? ",%.0f" : ",%.17g", (double)mon->measures.value[k]);
     if (!number) {
       fprintf(mon->file, "\n");
       number = Fault(mon->file);
@@ -247,8 +253,10 @@ PetscErrorCode MPMMonitorStep(MPMMonitor *mon, MPMCore *core, const MPMScene *sc
     if (core->stop[0]) mon->exceeded = PETSC_TRUE;
   }
   if (!due) PetscFunctionReturn(PETSC_SUCCESS); /* a line of the end comes after the checkpoint of it */
-  if (mon->watch) mon->watch(&shown, mon->watcher);
+  PetscCall(MPMMeasuresCompute(&mon->measures, core, scene));
+  if (mon->watch) mon->watch(&shown, &mon->measures, mon->watcher);
   if (!mon->no_file && !mon->failed) PetscCall(WriteLine(mon, core, &shown));
+  MPMMeasuresLine(&mon->measures, core);
   mon->last = core->step;
   mon->next = MPMNextTime(core->t, mon->every);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -260,9 +268,15 @@ PetscReal MPMNextTime(PetscReal t, PetscReal every)
   return every > 0 ? (PetscFloorReal(t / every * (1 + 1e-12)) + 1) * every * (1 - 1e-12) : t;
 }
 
+PetscReal MPMNextExact(PetscReal t, PetscReal every)
+{
+  return (PetscFloorReal(t / every * (1 + 1e-12)) + 1) * every;
+}
+
 PetscErrorCode MPMMonitorDestroy(MPMMonitor *mon)
 {
   PetscFunctionBeginUser;
+  PetscCall(MPMMeasuresDestroy(&mon->measures));
   if (mon->file) (void)fclose(mon->file);
   mon->file = NULL;
   PetscFunctionReturn(PETSC_SUCCESS);

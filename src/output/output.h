@@ -2,7 +2,7 @@
 #ifndef MPM_OUTPUT_H
 #define MPM_OUTPUT_H
 
-#include "output/diagnostics.h"
+#include "output/measures.h"
 
 #define MPM_NEW_FILE ".pebble-new" /* end of the name of a file that is not complete yet */
 
@@ -11,17 +11,20 @@ typedef struct {
   const char *dir;                          /* the folder of the results */
   FILE       *file;                         /* on the first process of the data communicator */
   PetscReal   every, next;                  /* s of simulated time */
+  PetscBool   exact;                        /* -history_exact: steps end at the times of lines */
+  MPMMeasures measures;                     /* columns that one asks for */
   PetscReal   check_energy, check_momentum; /* relative; 0: off */
   PetscReal   energy_max;                   /* the largest kinetic + strain energy so far, J */
   PetscReal   speed_max;                    /* the largest sum m |v| so far, kg m/s */
-  PetscInt    last, looked;                /* step of the last line; step at which the totals `now` were last checked */
-  PetscBool   exceeded;                    /* -check_energy or -check_momentum stops the run */
-  PetscBool   off;                         /* a run of the calibration has no file and no totals */
-  MPMTotals   start, now;                  /* of step 0, and of the last check or line */
-  long        length;                      /* bytes of the complete lines in the file */
-  PetscBool   failed;                      /* it could not be written: no more lines are */
-  PetscBool   no_file;                     /* lines are watched and checked, but not written */
-  void (*watch)(const MPMShown *, void *); /* called for each line with watcher; or NULL */
+  PetscInt    last, looked; /* step of the last line; step at which the totals `now` were last checked */
+  PetscBool   exceeded;     /* -check_energy or -check_momentum stops the run */
+  PetscBool   off;          /* a run of the calibration has no file and no totals */
+  MPMTotals   start, now;   /* of step 0, and of the last check or line */
+  long        length;       /* bytes of the complete lines in the file */
+  PetscBool   failed;       /* it could not be written: no more lines are */
+  PetscBool   no_file;      /* lines are watched and checked, but not written */
+  /* called for each line with watcher; or NULL */
+  void (*watch)(const MPMShown *, const MPMMeasures *, void *);
   void *watcher;
 } MPMMonitor;
 
@@ -42,6 +45,7 @@ PetscErrorCode MPMMonitorResume(MPMMonitor *, MPMCore *, const MPMScene *, Petsc
 PetscErrorCode MPMMonitorDestroy(MPMMonitor *);                                        /* closes the file */
 MPMShown       MPMMonitorShown(const MPMMonitor *, const MPMCore *, const MPMScene *); /* what diagnostics read */
 PetscReal      MPMNextTime(PetscReal t, PetscReal every);                              /* when output is due next, s */
+PetscReal      MPMNextExact(PetscReal t, PetscReal every); /* and the time as it is told, s */
 
 /* Snapshots (snapshot.c). */
 typedef struct {
@@ -54,6 +58,8 @@ typedef struct {
   PetscBool  begun;            /* what an earlier run left has been removed */
   PetscBool  failed;           /* a file could not be written: no more are */
   PetscReal  every, next;      /* s of simulated time */
+  PetscBool  exact;            /* -output_exact: steps end at the times of snapshots */
+  PetscBool  plastic;          /* -output_fields names the plastic strain */
   PetscInt64 fields;           /* bits of rows of MPMDiagnostics, and MPM_OUTPUT_GRID */
   PetscInt   count, last;      /* snapshots written; step of the last */
   PetscInt   joined;           /* how many of them the index and the text have */

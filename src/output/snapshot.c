@@ -28,11 +28,14 @@ static void ListWords(char text[MPM_TEXT_LEN])
 static PetscErrorCode ReadFields(MPMOutput *out, const MPMScene *scene, MPMOptions o, PetscBool *set)
 {
   char      text[MPM_TEXT_LEN] = "", list[MPM_TEXT_LEN], *save = NULL;
-  PetscInt  has = 0; /* fields that a material of the scene carries */
+  PetscInt  has = 0, asked = 0; /* fields that a material of the scene carries, or would if they were asked for */
   PetscBool all;
 
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < scene->nmaterials; k++) has |= scene->materials[k].state;
+  for (PetscInt k = 0; k < scene->nmaterials; k++) {
+    has |= scene->materials[k].state;
+    asked |= MPMMaterialAsked(&scene->materials[k]);
+  }
   PetscCall(MPMOptionsString(o, "output_fields", NULL, text, set));
   all         = !*set || !strcmp(text, "all") ? PETSC_TRUE : PETSC_FALSE;
   out->fields = all ? MPM_OUTPUT_GRID : 0;
@@ -48,8 +51,9 @@ static PetscErrorCode ReadFields(MPMOutput *out, const MPMScene *scene, MPMOptio
     ListWords(list);
     if (f == MPM_NUM_DIAGNOSTICS && strcmp(w, "grid"))
       MPMOptionsFail(o, "-output_fields %s: choose among all, or a list of %s", w, list);
-    if (f < MPM_NUM_DIAGNOSTICS && !MPMDiagnosticIsField(f, has))
+    if (f < MPM_NUM_DIAGNOSTICS && !MPMDiagnosticIsField(f, has | asked))
       MPMOptionsFail(o, "-output_fields %s: no material of this scene has it", w);
+    if (f == MPM_SHOWS_plastic_strain) out->plastic = PETSC_TRUE;
     out->fields |= f < MPM_NUM_DIAGNOSTICS ? (PetscInt64)1 << f : MPM_OUTPUT_GRID;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -77,6 +81,11 @@ PetscErrorCode MPMOutputSetFromOptions(MPMOutput *out, const MPMScene *scene, Pe
 #endif
   if (!out->enabled && set && !MPMOptionsOverridden("output_every", "output_format"))
     MPMOptionsFail(o, "-output_every does not apply: -output_format none writes no snapshots");
+  PetscCall(MPMOptionsBool(o, "output_exact", NULL, &out->exact));
+  if (out->exact && !out->enabled)
+    MPMOptionsFail(o, "-output_exact does not apply: -output_format none writes no snapshots");
+  if (out->exact && !(out->every > 0))
+    MPMOptionsFail(o, "-output_exact does not apply: -output_every 0 writes a snapshot of every step");
   PetscCall(ReadFields(out, scene, o, &set));
   if (!out->enabled && set && !MPMOptionsOverridden("output_fields", "output_format"))
     MPMOptionsFail(o, "-output_fields does not apply: -output_format none writes no snapshots");

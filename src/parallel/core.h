@@ -101,6 +101,12 @@ typedef struct {
   PetscReal *before, *stress; /* of the particles as a step begins: [n][x, v] where b is not 0; [n][F, tau] */
   PetscInt  *which, n;        /* [n] the particles of `before` */
   PetscInt   capacity;        /* particles for which there is room */
+  /* The bodies whose dissipation is asked for: their number, ids first .. last-1 of each, what it is so far, J; and of
+     the particles [n] the energy that their law stores as a step begins, per reference volume. */
+  PetscInt    nheat;
+  PetscInt64 *ids;
+  MPMSum     *heat;
+  PetscReal  *stored;
 } MPMEnergy;
 
 /* Damping of all motion (step/damping.c). */
@@ -110,6 +116,17 @@ typedef struct {
   PetscReal last;    /* of kinetic: the kinetic energy after the last step, J */
   PetscInt  stops;   /* how often velocities were set to 0 */
 } MPMDamping;
+
+/* What the walls of some faces have given the matter (step/reactions.c): exact sums over the nodes of this process, of
+   the impulse since the last line of the history, N s, and of the work since the start, J. */
+typedef struct {
+  PetscInt   faces;           /* bits of the faces, 2 axis + side */
+  PetscInt   filter, correct; /* numbers in the program of the phases of nodes besides the advance that count; or -1 */
+  PetscReal  since;           /* the time of the last line, s */
+  MPMSum     impulse[6][3], work[6];
+  PetscReal *before; /* velocities of the nodes at walls before a correction of afmpm */
+  PetscInt   room;   /* numbers in it */
+} MPMReactions;
 
 #define MPM_NUM_LOST 11 /* components of the rows LOST of output/diagnostics.def */
 
@@ -130,6 +147,7 @@ struct _MPMCore {
   MPMTimers       timers;
   MPMEnergy       energy;
   MPMDamping      damping;
+  MPMReactions   *reactions;          /* or NULL: the history asks for none */
   MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (output/lost.c) */
   PetscReal       t;                  /* s */
   PetscInt        step;

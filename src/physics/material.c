@@ -30,6 +30,27 @@ void MPMMaterialDropF(MPMMaterial *m)
   if (MPMListHas(m->type->state, "F|J")) m->state = (m->state & ~MPM_BIT(F)) | MPM_BIT(J);
 }
 
+PetscInt MPMMaterialAsked(const MPMMaterial *m)
+{
+  return MPMListHas(m->type->state, "ep?") ? MPM_BIT(ep) : 0;
+}
+
+void MPMMaterialKeep(MPMMaterial *m, PetscInt fields)
+{
+  extern const MPMMaterialLaw MPMMaterialLaw_druckerprager_strain;
+  static const struct {
+    const char           *name;
+    const MPMMaterialLaw *law;
+  } laws[] = {{"druckerprager", &MPMMaterialLaw_druckerprager_strain}};
+
+  if (!(MPMMaterialAsked(m) & fields & ~m->state)) return;
+  m->state |= MPMMaterialAsked(m) & fields;
+  m->own = *m->type;
+  for (size_t k = 0; k < sizeof laws / sizeof laws[0]; k++)
+    if (!strcmp(m->type->name, laws[k].name)) m->own.law = laws[k].law;
+  m->type = &m->own;
+}
+
 void MPMMaterialState(PetscInt dim, const MPMView *view, PetscInt p, MPMBlock *b)
 {
 #define MPM_STATE_OF(name, rows)                                                                                       \

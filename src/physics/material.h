@@ -66,6 +66,7 @@ typedef struct {
 struct _MPMMaterial {
   char                   name[MPM_NAME_LEN];
   const MPMMaterialType *type;
+  MPMMaterialType        own;            /* its type, where output asks for a field: with the law that sets this */
   PetscInt               state;          /* bits of the fields of its type, less those that its constants do not need */
   PetscReal              rho, E, nu;     /* density in kg/m^3, Young's modulus in Pa, Poisson's ratio */
   PetscReal              lambda, mu;     /* Lame's constants in Pa, set by MPMMaterialSetUp */
@@ -91,6 +92,12 @@ const char *MPMMaterialSetUp(MPMMaterial *);
 /* Replaces F by J in the state of a material whose law has no use for F (F|J in its row): for scenes in which nothing
    else reads F. Not collective. */
 void MPMMaterialDropF(MPMMaterial *);
+
+/* Return the fields (bits) that the particles of a material carry only if output asks for them, "<name>?" in its row; and
+   add those of these to its state that are among `fields`, with the law that sets them; afterwards the material may not
+   be copied. Not collective. */
+PetscInt MPMMaterialAsked(const MPMMaterial *);
+void     MPMMaterialKeep(MPMMaterial *, PetscInt fields);
 
 /* Copies the material state of particle p of a view to particle 0 of a block, as far as the view has it. Not
    collective. */

@@ -58,8 +58,10 @@ static const char *druckerprager_setup(MPMMaterial *m)
 }
 #endif
 
-/* Returns the trial state to the apex (`beyond`) or to the side of the cone (`flows`), or keeps it. */
-MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
+/* Returns the trial state to the apex (`beyond`) or to the side of the cone (`flows`), or keeps it. strain: ep sums the
+   equivalent plastic strain. */
+MPM_INLINE void druckerprager_flow(int dim, PetscBool strain, const MPMMaterial *m, PetscReal dt, const MPMReal *L,
+                                   MPMParticleState *s)
 {
   const PetscReal K3 = 3 * m->lambda + 2 * m->mu, apex = m->cohesion / K3; /* tr tau = K3 tr e; tr e at the apex */
   const MPMReal   open = MPMMax(MPMAll(0), s->vc);
@@ -86,9 +88,16 @@ MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt
       e[k] = MPMSelect(beyond, MPMAll(apex / 3), MPMSelect(flows, back, e[k]));
     }
     MPMHenckySetStrain(dim, new, e, n, s->be);
+    if (strain) /* |dev e| is norm/(2 mu), and the flow takes away gamma of it or, at the apex, all */
+      s->ep += PetscSqrtReal(2. / 3) * MPMSelect(beyond, norm / (2 * m->mu), MPMSelect(flows, gamma, MPMAll(0)));
   }
   s->vc = MPMSelect(beyond, tr - apex, MPMAll(0));
   MPMHenckyStress(dim, m, e, n, s->tau);
+}
+
+MPM_INLINE void druckerprager_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
+{
+  druckerprager_flow(dim, PETSC_FALSE, m, dt, L, s);
 }
 
 MPM_INLINE MPMReal druckerprager_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
@@ -102,3 +111,15 @@ MPM_INLINE MPMReal druckerprager_speed2(int dim, const MPMMaterial *m, const MPM
 }
 
 MPM_MATERIAL_DEFINE_HISTORY(druckerprager, druckerprager_setup, MPM_BIT(J) | MPM_BIT(be) | MPM_BIT(vc) | MPM_BIT(tau))
+
+/* The same law where output asks for ep (MPMMaterialKeep). */
+MPM_INLINE void druckerprager_strain_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L,
+                                            MPMParticleState *s)
+{
+  druckerprager_flow(dim, PETSC_TRUE, m, dt, L, s);
+}
+
+#define druckerprager_strain_energy druckerprager_energy
+#define druckerprager_strain_speed2 druckerprager_speed2
+MPM_MATERIAL_DEFINE_HISTORY(druckerprager_strain, druckerprager_setup,
+                            MPM_BIT(J) | MPM_BIT(be) | MPM_BIT(ep) | MPM_BIT(vc) | MPM_BIT(tau))

@@ -118,6 +118,7 @@ typedef struct {
   MPMDamping damping;
   PetscReal  t, dt, flip, courant, wave, energy_max, speed_max;
   PetscInt   step, looked;
+  MPMSum     impulse[6][3], work[6], *heat; /* of walls; [nheat] of bodies: only where they are asked for */
 } Before;
 
 /* Copies what a step changes, before it. Not collective. */
@@ -141,6 +142,12 @@ static PetscErrorCode Save(MPM mpm, Before *b)
   b->step       = core->step;
   b->looked     = mon->looked;
   PetscCall(PetscArraycpy(b->energy, core->energy.sum, MPM_NUM_ENERGIES));
+  if (core->reactions) {
+    PetscCall(PetscMemcpy(b->impulse, core->reactions->impulse, sizeof b->impulse));
+    PetscCall(PetscMemcpy(b->work, core->reactions->work, sizeof b->work));
+  }
+  PetscCall(PetscMalloc1(core->energy.nheat, &b->heat));
+  PetscCall(PetscArraycpy(b->heat, core->energy.heat, core->energy.nheat));
   PetscCall(MPMParticlesSave(&mpm->core.particles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -168,8 +175,24 @@ static PetscErrorCode Undo(MPM mpm, const Before *b)
   mon->speed_max    = b->speed_max;
   mon->looked       = b->looked;
   PetscCall(PetscArraycpy(core->energy.sum, b->energy, MPM_NUM_ENERGIES));
+  if (core->reactions) {
+    PetscCall(PetscMemcpy(core->reactions->impulse, b->impulse, sizeof b->impulse));
+    PetscCall(PetscMemcpy(core->reactions->work, b->work, sizeof b->work));
+  }
+  PetscCall(PetscArraycpy(core->energy.heat, b->heat, core->energy.nheat));
   PetscCall(MPMParticlesPutBack(&core->particles));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns the time at which a step must not be passed: the end, or that of the next output with -output_exact or
+   -history_exact. */
+static PetscReal NextTime(MPM mpm)
+{
+  PetscReal t = mpm->time.end;
+
+  if (mpm->output.exact) t = PetscMin(t, MPMNextExact(mpm->core.t, mpm->output.every));
+  if (mpm->monitor.exact) t = PetscMin(t, MPMNextExact(mpm->core.t, mpm->monitor.every));
+  return t;
 }
 
 /* Makes a step of dt, but does not settle it. If the state after it is not valid, core.stop says so. Collective on the
@@ -177,11 +200,13 @@ static PetscErrorCode Undo(MPM mpm, const Before *b)
 static PetscErrorCode Try(MPM mpm, PetscReal dt)
 {
   MPMCore *core = &mpm->core;
-  /* The last step ends at time_end. It may be slightly longer than dt, so that no step is made for a rounding error. */
-  const PetscBool last = mpm->time.end - core->t <= dt * (1 + 1e-9) ? PETSC_TRUE : PETSC_FALSE;
+  /* The last step ends at time_end, or at an exact time of output. It may be slightly longer than dt, so that no step is
+     made for a rounding error. */
+  const PetscReal next = NextTime(mpm);
+  const PetscBool last = next - core->t <= dt * (1 + 1e-9) ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBeginUser;
-  core->params.dt = last ? mpm->time.end - core->t : dt;
+  core->params.dt = last ? next - core->t : dt;
   MPMDamp(core, &mpm->method);
   PetscCall(MPMSceneMoveWalls(&mpm->scene, core, core->t + 0.5 * core->params.dt));
   mpm->courant = PetscMax(mpm->courant, MPMCourant(core, core->params.dt));
@@ -189,7 +214,7 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   PetscCall(MPMStepMake(core, &mpm->scene));
   MPMScenePassWalls(&mpm->scene, core, core->params.dt);
   CheckState(mpm);
-  core->t = last ? mpm->time.end : core->t + core->params.dt;
+  core->t = last ? next : core->t + core->params.dt;
   core->step++;
   if (mpm->retry.on && !core->stop[0]) PetscCall(MPMMonitorLook(&mpm->monitor, core, &mpm->scene));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -214,7 +239,7 @@ static PetscErrorCode TryAgain(MPM mpm, PetscReal normal, PetscReal dt)
 {
   MPMCore        *core   = &mpm->core;
   MPMRetry       *r      = &mpm->retry;
-  const PetscReal least  = ldexp(PetscMin(normal, mpm->time.end - core->t), (int)-r->most) * (1 - 1e-9);
+  const PetscReal least  = ldexp(PetscMin(normal, NextTime(mpm) - core->t), (int)-r->most) * (1 - 1e-9);
   PetscBool       undone = PETSC_FALSE;
   Before          before;
 
@@ -232,6 +257,7 @@ static PetscErrorCode TryAgain(MPM mpm, PetscReal normal, PetscReal dt)
     if (0.5 * tried < least || !(core->t + 0.5 * tried > core->t)) {
       r->gave_up = PETSC_TRUE;
       if (!undone) r->steps++;
+      PetscCall(PetscFree(before.heat));
       (void)snprintf(
           core->stop, sizeof core->stop,
           "%.1800s; with dt=%g s it still fails, -dt_retry allows no shorter step; the state is that before it", why,
@@ -245,6 +271,7 @@ static PetscErrorCode TryAgain(MPM mpm, PetscReal normal, PetscReal dt)
     r->undone++;
     PetscCall(TellRetry(mpm, why, dt));
   }
+  PetscCall(PetscFree(before.heat));
   if (!undone && !(r->limit > 0)) PetscFunctionReturn(PETSC_SUCCESS);
   r->limit = dt * r->growth < normal ? dt * r->growth : 0;
   PetscFunctionReturn(PETSC_SUCCESS);

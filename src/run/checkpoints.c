@@ -113,6 +113,24 @@ PetscInt MPMCheckpointHeader(MPM mpm, MPMKept kept[])
   return (PetscInt)(sizeof table / sizeof table[0]);
 }
 
+/* What is kept only in scenes whose history asks for it. */
+static PetscInt KeptMeasures(MPM mpm, MPMKept kept[])
+{
+  MPMCheckpoint *c    = &mpm->checkpoint;
+  MPMCore       *core = &mpm->core;
+  PetscInt       n    = 0;
+
+  if (core->reactions) {
+    kept[n++] = (MPMKept){"walls", MPM_KEPT_INT64, 24 * MPM_SUM_WORDS, c->walls};
+    kept[n++] = (MPMKept){"walls_since", MPM_KEPT_REAL, 1, &core->reactions->since};
+  }
+  if (core->energy.nheat)
+    kept[n++] = (MPMKept){"dissipation", MPM_KEPT_INT64, core->energy.nheat * MPM_SUM_WORDS, c->heat};
+  if (mpm->monitor.measures.nprobes)
+    kept[n++] = (MPMKept){"probes", MPM_KEPT_INT64, mpm->monitor.measures.nprobes, mpm->monitor.measures.ids};
+  return n;
+}
+
 PetscInt MPMCheckpointKept(MPM mpm, MPMKept kept[])
 {
   MPMCheckpoint *c       = &mpm->checkpoint;
@@ -162,7 +180,8 @@ PetscInt MPMCheckpointKept(MPM mpm, MPMKept kept[])
   };
 
   for (size_t k = 0; k < sizeof table / sizeof table[0]; k++) kept[k] = table[k];
-  return (PetscInt)(sizeof table / sizeof table[0]);
+  return (PetscInt)(sizeof table / sizeof table[0]) +
+         KeptMeasures(mpm, kept + (PetscInt)(sizeof table / sizeof table[0]));
 }
 
 /* --- Writing -------------------------------------------------------------------------------------------------------- */
@@ -172,9 +191,19 @@ static PetscErrorCode Prepare(MPM mpm)
 {
   MPMCheckpoint *c    = &mpm->checkpoint;
   MPMCore       *core = &mpm->core;
-  MPMSum         sum[MPM_NUM_ENERGIES], lost[MPM_NUM_LOST];
+  MPMSum         sum[MPM_NUM_ENERGIES], lost[MPM_NUM_LOST], one;
 
   PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < 24 && core->reactions; k++) {
+    one = k < 18 ? core->reactions->impulse[k / 3][k % 3] : core->reactions->work[k - 18];
+    PetscCall(MPMSumReduce(&one, 1, core->exchange.data));
+    PetscCall(PetscArraycpy(c->walls[k], one.word, MPM_SUM_WORDS));
+  }
+  for (PetscInt k = 0; k < core->energy.nheat; k++) {
+    one = core->energy.heat[k];
+    PetscCall(MPMSumReduce(&one, 1, core->exchange.data));
+    PetscCall(PetscArraycpy(c->heat + k * MPM_SUM_WORDS, one.word, MPM_SUM_WORDS));
+  }
   MPMCheckpointTotals(c->totals);
   c->step           = core->step;
   c->t              = core->t;

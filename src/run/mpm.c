@@ -47,6 +47,7 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMDampingSetFromOptions(core, o));
   PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o, MPMDampingIsOn(core), &core->energy.on));
   PetscCall(MPMOutputSetFromOptions(&mpm->output, scene, mpm->time.end, o));
+  PetscCall(MPMMeasuresSetFromOptions(&mpm->monitor.measures, scene, core, o));
   PetscCall(MPMStudySetFromOptions(mpm, o));
   PetscCall(MPMOptionsBool(o, "report_indicator", NULL, &mpm->report.indicator));
   PetscCall(MPMOptionsBool(o, "report_limits", NULL, &mpm->report.limits));
@@ -67,6 +68,8 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMReadOptions(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMPointsCount(&mpm->scene, &mpm->core, o));
+  if (!MPMOptionsError(o)) PetscCall(PetscCalloc1(mpm->core.energy.nheat * MPM_SUM_WORDS, &mpm->checkpoint.heat));
+  if (!MPMOptionsError(o)) MPMMeasuresNumber(&mpm->monitor.measures, &mpm->scene, &mpm->core, o);
   if (!MPMOptionsError(o)) PetscCall(MPMDoubtsRefuse(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MakeFolder(mpm, o));
   mpm->monitor.dir = mpm->output.dir;
@@ -83,13 +86,13 @@ static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
 }
 
 /* Returns whether anything but its law reads the deformation gradient of a material's particles: domains that stretch, the
-   volumes of F-bar, the energy by terms, a pressure on its surface, or snapshots. */
+   volumes of F-bar, the energy by terms, the dissipation of bodies, a pressure on its surface, snapshots or probes. */
 static PetscBool ReadsF(MPM mpm, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
 
-  if (mpm->core.needs.stretched || mpm->core.params.box || mpm->core.energy.on ||
-      (mpm->output.enabled && mpm->output.fields >> MPM_SHOWS_F & 1))
+  if (mpm->core.needs.stretched || mpm->core.params.box || mpm->core.energy.on || mpm->core.energy.nheat ||
+      mpm->monitor.measures.asks_F || (mpm->output.enabled && mpm->output.fields >> MPM_SHOWS_F & 1))
     return PETSC_TRUE;
   for (PetscInt l = 0; l < scene->nloads; l++)
     if (scene->loads[l].pressure && scene->bodies[scene->loads[l].body].material == material) return PETSC_TRUE;
@@ -112,6 +115,8 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->params.walls      = &scene->walls;
   for (PetscInt k = 0; k < scene->nmaterials; k++) {
     if (!ReadsF(mpm, k)) MPMMaterialDropF(&scene->materials[k]);
+    if (mpm->monitor.measures.plastic || (mpm->output.enabled && mpm->output.plastic))
+      MPMMaterialKeep(&scene->materials[k], MPM_BIT(ep));
     core->needs.state |= scene->materials[k].state;
   }
   core->needs.kinds    = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
@@ -257,8 +262,11 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscCall(PetscFree(core->exchange.boxes));
   PetscCall(MPMParticlesDestroy(&core->particles));
   PetscCall(MPMEnergyDestroy(&core->energy));
+  PetscCall(MPMEnergyHeatDestroy(&core->energy));
+  PetscCall(MPMReactionsDestroy(core));
   PetscCall(MPMTimersDestroy(&core->timers));
   PetscCall(PetscFree((*mpm)->checkpoint.options));
+  PetscCall(PetscFree((*mpm)->checkpoint.heat));
   PetscCall(MPMSceneDestroy(&(*mpm)->scene));
   PetscCall(PetscFree(*mpm));
   PetscFunctionReturn(PETSC_SUCCESS);

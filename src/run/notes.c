@@ -80,6 +80,25 @@ static PetscErrorCode NoteVector(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Says that time steps are cut to end at the times of output, if they are. */
+static PetscErrorCode NoteExact(MPM mpm)
+{
+  const MPMOutput  *out                     = &mpm->output;
+  const MPMMonitor *mon                     = &mpm->monitor;
+  char              snapshots[MPM_NAME_LEN] = "", lines[MPM_NAME_LEN] = "";
+
+  PetscFunctionBeginUser;
+  if (!out->exact && !mon->exact) PetscFunctionReturn(PETSC_SUCCESS);
+  if (out->exact) (void)snprintf(snapshots, sizeof snapshots, "snapshots (every %g s)", (double)out->every);
+  if (mon->exact) (void)snprintf(lines, sizeof lines, "lines of the history (every %g s)", (double)mon->every);
+  PetscCall(
+      MPMPrint(&mpm->core.print,
+               "exact      time steps are cut to end at the times of %s%s%s: the results have other bits than those "
+               "of a run without -%s_exact\n",
+               snapshots, out->exact && mon->exact ? " and " : "", lines, out->exact ? "output" : "history"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Prints the notes, before anything else of a run, a study or a calibration. Collective on mpm->core.comm. */
 PetscErrorCode MPMNotes(MPM mpm)
 {
@@ -90,6 +109,7 @@ PetscErrorCode MPMNotes(MPM mpm)
   PetscCall(NoteOptions(mpm, size));
   PetscCall(NoteVector(mpm));
   PetscCall(MPMDoubtsNote(mpm));
+  PetscCall(NoteExact(mpm));
   if (size > 1 && !mpm->scene.dry_run) PetscCall(NoteCrowd(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -332,6 +332,11 @@ PetscErrorCode MPMRestartState(MPM mpm)
     PetscCall(PetscArraycpy(core->lost[e].word, c->lost[e], MPM_SUM_WORDS));
   MPMWallsMove(&mpm->scene.walls);
   MPMWallsReachTo(&mpm->scene.walls, &core->grid);
+  for (PetscInt k = 0; k < 24 && core->reactions && !rank; k++)
+    PetscCall(PetscArraycpy(k < 18 ? core->reactions->impulse[k / 3][k % 3].word : core->reactions->work[k - 18].word,
+                            c->walls[k], MPM_SUM_WORDS));
+  for (PetscInt k = 0; k < core->energy.nheat && !rank; k++)
+    PetscCall(PetscArraycpy(core->energy.heat[k].word, c->heat + k * MPM_SUM_WORDS, MPM_SUM_WORDS));
   if (c->every != c->every_was) c->next = MPMNextTime(core->t, c->every);
   if (mpm->monitor.every != c->history_was) mpm->monitor.next = MPMNextTime(core->t, mpm->monitor.every);
   if (out->every != c->output_was) out->next = MPMNextTime(core->t, out->every);

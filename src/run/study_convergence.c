@@ -324,7 +324,9 @@ PetscErrorCode MPMStudyConvergence(MPM mpm, int *status)
   PetscCall(PetscMemzero(samples, sizeof samples));
   PetscCall(PetscMemzero(&s, sizeof s));
   s.by_errors = q->on ? q->known : mpm->scene.known ? PETSC_TRUE : PETSC_FALSE;
-  s.unit      = q->on ? MPMDiagnostics[q->row].unit : "m";
+  s.unit      = !q->on                         ? "m"
+                : q->row < MPM_NUM_DIAGNOSTICS ? MPMDiagnostics[q->row].unit
+                                               : mpm->monitor.measures.column[q->measure].unit;
   s.what      = !strcmp(study->vary, "grid")  ? "h"
                 : !strcmp(study->vary, "ppc") ? "1/ppc"
                 : mpm->time.fixed > 0         ? "dt"

@@ -40,6 +40,13 @@ static PetscErrorCode ReadQuantity(MPM mpm, MPMOptions o)
       found        = PETSC_TRUE;
     }
   }
+  for (PetscInt k = 0; k < mpm->monitor.measures.n; k++)
+    (void)snprintf(list + strlen(list), sizeof list - strlen(list), "|%s", mpm->monitor.measures.column[k].name);
+  q->measure = MPMMeasuresFind(&mpm->monitor.measures, text);
+  if (!found && q->measure >= 0) {
+    q->row = MPM_NUM_DIAGNOSTICS;
+    found  = PETSC_TRUE;
+  }
   if (!found)
     MPMOptionsFail(o, "-study_quantity %s is no column of the history: choose one of %.*s", q->name, MPM_TEXT_LEN / 2,
                    list);

@@ -132,25 +132,31 @@ PetscErrorCode MPMChangesStep(MPMChanges *c, MPM base, PetscReal factor)
 
 /* --- A run -------------------------------------------------------------------------------------------------------- */
 
-/* Notes a line of the history in the result of a run, `to`. */
-static void Watch(const MPMShown *shown, void *to)
+/* Notes the value of a column in the next line of the history; a measure may not be a number there. */
+static void See(PetscBool first, PetscReal value, PetscReal seen[])
 {
-  MPMStudyResult *r = (MPMStudyResult *)to;
+  seen[MPM_SEEN_END] = value;
+  if (first || PetscIsNanReal(seen[MPM_SEEN_MIN]))
+    seen[MPM_SEEN_START] = seen[MPM_SEEN_MIN] = seen[MPM_SEEN_MAX] = value;
+  else if (!PetscIsNanReal(value)) {
+    seen[MPM_SEEN_MIN] = PetscMin(seen[MPM_SEEN_MIN], value);
+    seen[MPM_SEEN_MAX] = PetscMax(seen[MPM_SEEN_MAX], value);
+  }
+}
+
+/* Notes a line of the history in the result of a run, `to`. */
+static void Watch(const MPMShown *shown, const MPMMeasures *measures, void *to)
+{
+  MPMStudyResult *r     = (MPMStudyResult *)to;
+  const PetscBool begin = r->lines ? PETSC_FALSE : PETSC_TRUE;
 
   for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
     PetscInt       first;
     const PetscInt columns = MPMDiagnosticColumns(k, shown->core, &first);
 
-    for (PetscInt c = first; c < first + columns; c++) {
-      const PetscReal value = MPMDiagnosticValue(shown, k, c);
-      PetscReal      *seen  = r->column[k][c];
-
-      if (!r->lines) seen[MPM_SEEN_START] = seen[MPM_SEEN_MIN] = seen[MPM_SEEN_MAX] = value;
-      seen[MPM_SEEN_END] = value;
-      seen[MPM_SEEN_MIN] = PetscMin(seen[MPM_SEEN_MIN], value);
-      seen[MPM_SEEN_MAX] = PetscMax(seen[MPM_SEEN_MAX], value);
-    }
+    for (PetscInt c = first; c < first + columns; c++) See(begin, MPMDiagnosticValue(shown, k, c), r->column[k][c]);
   }
+  if (r->measure >= 0) See(begin, measures->value[r->measure], r->column[MPM_NUM_DIAGNOSTICS][0]);
   r->lines++;
 }
 
@@ -225,6 +231,7 @@ PetscErrorCode MPMStudyMake(MPM base, PetscInt keeps, MPMStudyResult *r, MPMSamp
 
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(r, sizeof *r));
+  r->measure = base->study.quantity.row == MPM_NUM_DIAGNOSTICS ? base->study.quantity.measure : -1;
   PetscCall(MPMCreate(base->core.comm, &mpm));
   mpm->core.print.quiet = PETSC_TRUE;
   mpm->output.unwritten = keeps & MPM_STUDY_FILES ? PETSC_FALSE : PETSC_TRUE;

@@ -78,10 +78,21 @@ static const char balances[] =
 static const char fields[] =
 #include "output/diagnostics.def"
     "grid";
+static const char probe_fields[] =
+#include "output/diagnostics.def"
+    "";
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_LOST_QUANTITY
+
+#define MPM_WALL_QUANTITY(name, unit, nc)
+#define MPM_BODY_QUANTITY(name, how, of, unit, nc) " " #name
+static const char body_quantities[] =
+#include "output/measures.def"
+    "";
+#undef MPM_WALL_QUANTITY
+#undef MPM_BODY_QUANTITY
 
 /* Known solutions: those with a force of their own are values of -mms_type, the others of -reference_type. */
 #define MPM_REFERENCE(name, manufactured, parameters, what) MPM_IF_##manufactured("|" #name, "")

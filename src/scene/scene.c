@@ -226,6 +226,7 @@ static PetscErrorCode ReadNames(MPMScene *scene, MPMCore *core, MPMOptions o)
   PetscCall(MPMOptionsNames(o, "materials", &scene->nmaterials, &materials));
   PetscCall(MPMOptionsNames(o, "bodies", &scene->nbodies, &bodies));
   PetscCall(MPMOptionsNames(o, "loads", &scene->nloads, &loads));
+  PetscCall(MPMOptionsNames(o, "probes", &scene->nprobes, &scene->probes));
   PetscCall(PetscCalloc1(scene->nloads, &scene->loads));
   for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(PetscStrncpy(scene->loads[k].name, loads[k], MPM_NAME_LEN));
   PetscCall(PetscCalloc1(scene->nmaterials, &scene->materials));
@@ -233,6 +234,7 @@ static PetscErrorCode ReadNames(MPMScene *scene, MPMCore *core, MPMOptions o)
   for (PetscInt k = 0; k < scene->nmaterials; k++)
     PetscCall(PetscStrncpy(scene->materials[k].name, materials[k], MPM_NAME_LEN));
   for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(PetscStrncpy(scene->bodies[k].name, bodies[k], MPM_NAME_LEN));
+  if (!MPMOptionsError(o)) MPMOptionsDeclareProbes(o, scene->nprobes, scene->probes);
   if (MPMOptionsError(o))
     PetscCall(MPMOptionsDeclare(o, 3, 0, NULL, 0, NULL, 0, NULL)); /* so that a misspelt -dim is named, not missed */
   else
@@ -308,6 +310,7 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   PetscCall(PetscFree(scene->materials));
   PetscCall(PetscFree(scene->bodies));
   PetscCall(PetscFree(scene->kinds));
+  PetscCall(PetscFree(scene->probes));
   PetscCall(PetscFree(scene->share_first));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -57,6 +57,8 @@ typedef struct {
   MPMExpression wall_velocity[6]; /* of faces whose velocity is a formula: m/s, of t; else NULL */
   MPMLoad      *loads;
   PetscInt      nloads;
+  PetscInt      nprobes; /* names of the probes; what they show is left to the output */
+  char (*probes)[MPM_NAME_LEN];
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
   MPMKnown     *known;               /* or NULL */
   MPMInitial   *initial;             /* or NULL: bodies start without stress */

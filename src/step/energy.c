@@ -33,15 +33,17 @@ static PetscErrorCode MakeRoom(MPMCore *core)
     PetscCall(PetscMalloc1(2 * e->capacity * core->grid.dim, &e->before));
     PetscCall(PetscMalloc1(e->capacity, &e->which));
   }
-  if (e->on) PetscCall(PetscMalloc1(e->capacity * MPM_STRESS_ROW, &e->stress));
+  if (e->on || e->nheat) PetscCall(PetscMalloc1(e->capacity * MPM_STRESS_ROW, &e->stress));
+  if (e->nheat) PetscCall(PetscMalloc1(e->capacity, &e->stored));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscInt MPMEnergyBytes(const MPMCore *core)
 {
   const MPMEnergy *e     = &core->energy;
-  PetscInt         bytes = e->on ? MPM_STRESS_ROW * (PetscInt)sizeof(PetscReal) : 0;
+  PetscInt         bytes = e->on || e->nheat ? MPM_STRESS_ROW * (PetscInt)sizeof(PetscReal) : 0;
 
+  if (e->nheat) bytes += (PetscInt)sizeof(PetscReal);
   if (e->loads || KeepsAll(e)) bytes += 2 * core->grid.dim * (PetscInt)sizeof(PetscReal) + (PetscInt)sizeof(PetscInt);
   return bytes;
 }
@@ -52,6 +54,22 @@ PetscErrorCode MPMEnergyDestroy(MPMEnergy *e)
   PetscCall(PetscFree(e->before));
   PetscCall(PetscFree(e->which));
   PetscCall(PetscFree(e->stress));
+  PetscCall(PetscFree(e->stored));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMEnergyHeat(MPMEnergy *e, PetscInt n)
+{
+  PetscFunctionBeginUser;
+  e->nheat = n;
+  PetscCall(PetscCalloc2(2 * n, &e->ids, n, &e->heat));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMEnergyHeatDestroy(MPMEnergy *e)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree2(e->ids, e->heat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -121,6 +139,17 @@ static const MPMMaterial *MaterialOf(const MPMCore *core, const MPMView *view, P
   return &core->params.materials[kind->material];
 }
 
+/* Returns the energy that the law of particle p stores, per reference volume, J/m^3. */
+static PetscReal Stored(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p)
+{
+  PetscReal W;
+  MPMBlock  b;
+
+  MPMMaterialState(dim, view, p, &b);
+  m->type->law->energy[dim - 1](m, 0, 1, &b, &W);
+  return W;
+}
+
 /* Copies F and tau of the particles whose law does not store all work. */
 static void KeepStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 {
@@ -133,6 +162,7 @@ static void KeepStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
     if (!MPMEnergyLost(m)) continue;
     for (PetscInt k = 0; k < dim * dim; k++) to[k] = view->F[p * dim * dim + k];
     Stress(dim, m, view, p, to + 9);
+    if (e->nheat) e->stored[p] = Stored(dim, m, view, p);
   }
 }
 
@@ -171,20 +201,29 @@ static PetscReal Viscous(const MPMMaterial *m, PetscReal J, PetscReal dt, const 
   return size * dt / (2 * m->viscosity * J);
 }
 
+/* Adds the dissipation of a particle, J, to that of its body, if this is asked for. */
+static void AddHeat(const MPMView *view, PetscInt p, PetscReal heat, MPMEnergy *e)
+{
+  for (PetscInt k = 0; k < e->nheat; k++)
+    if (view->id[p] >= e->ids[2 * k] && view->id[p] < e->ids[2 * k + 1]) MPMSumAdd(&e->heat[k], heat);
+}
+
 static void AddStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 {
   const PetscInt dim = core->grid.dim;
 
   for (PetscInt p = 0; p < view->n; p++) {
-    PetscReal          tau[6], V0;
+    PetscReal          tau[6], V0, work;
     const MPMMaterial *m       = MaterialOf(core, view, p, &V0);
     const PetscBool    viscous = !(m->state & MPM_BIT(F)) && (m->state & MPM_BIT(tau)) ? PETSC_TRUE : PETSC_FALSE;
 
     if (!viscous && !MPMEnergyLost(m)) continue;
     Stress(dim, m, view, p, tau);
-    MPMSumAdd(&e->sum[MPM_ENERGY_stress],
-              V0 * (viscous ? Viscous(m, view->J[p], core->params.dt, tau)
-                            : WorkOfStress((int)dim, e->stress + p * MPM_STRESS_ROW, view->F + p * dim * dim, tau)));
+    work = V0 * (viscous ? Viscous(m, view->J[p], core->params.dt, tau)
+                         : WorkOfStress((int)dim, e->stress + p * MPM_STRESS_ROW, view->F + p * dim * dim, tau));
+    if (e->on) MPMSumAdd(&e->sum[MPM_ENERGY_stress], work);
+    if (e->nheat && viscous) AddHeat(view, p, work, e);
+    if (e->nheat && !viscous) AddHeat(view, p, work - V0 * (Stored(dim, m, view, p) - e->stored[p]), e);
   }
 }
 
@@ -279,9 +318,10 @@ PetscErrorCode MPMEnergyNodes(MPMCore *core, const MPMPhase *phase)
 
 PetscErrorCode MPMEnergyStep(MPMCore *core, PetscBool begins)
 {
-  const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(b) | MPM_BIT(surface) | MPM_MATERIAL_BITS | MPM_BIT(kind);
-  MPMEnergy     *e      = &core->energy;
-  MPMView        view;
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(b) | MPM_BIT(surface) | MPM_MATERIAL_BITS |
+                          MPM_BIT(kind);
+  MPMEnergy *e = &core->energy;
+  MPMView    view;
 
   PetscFunctionBeginUser;
   PetscCall(MakeRoom(core));
@@ -292,7 +332,7 @@ PetscErrorCode MPMEnergyStep(MPMCore *core, PetscBool begins)
     else
       AddWork(core, &view, e);
   }
-  if (e->on) {
+  if (e->on || e->nheat) {
     if (begins)
       KeepStress(core, &view, e);
     else

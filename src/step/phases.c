@@ -1,7 +1,7 @@
 /* phases.c - the Material Point Method as data: the table of phases, the update schemes, which are lists of phases, and
    the transfers. Before the first step it makes the program of a step of them. Equation numbers are those of
    docs/theory.md. */
-#include "step/scheme.h"
+#include "step/step.h"
 
 #define B(field)   MPM_BIT(field)
 #define WHERE      (B(x) | B(cell) | B(kind) | B(l)) /* what a stencil depends on */
@@ -174,5 +174,6 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
     for (PetscInt n = 1; n < core->params.order && *k == ADVANCE && method->transfer->rounds == MPM_CORRECT; n++)
       for (PetscInt i = 0; i < 3; i++) core->program[core->nprogram++] = &core->phases[correction[i]];
   }
+  MPMReactionsSetUp(core);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

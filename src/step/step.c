@@ -59,15 +59,19 @@ static PetscErrorCode FollowEnergy(MPMCore *core, PetscBool begins)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode RunPhase(MPMCore *core, const MPMPhase *phase)
+/* Runs phase k of the program of a step. */
+static PetscErrorCode RunPhase(MPMCore *core, PetscInt k)
 {
-  const MPMExchangeType *ex = core->exchange.type;
+  const MPMExchangeType *ex    = core->exchange.type;
+  const MPMPhase        *phase = core->program[k];
 
   PetscFunctionBeginUser;
+  if (core->reactions) PetscCall(MPMReactionsPhase(core, k, PETSC_TRUE));
   PetscCall(MPMPhaseBegin(core, phase));
   PetscCall(phase->kind == MPM_NODES ? ex->nodes(core, phase) : ex->sweep(core, phase));
   PetscCall(MPMPhaseEnd(core, phase, ex->by_workers ? 0 : core->particles.n));
   if (core->energy.on && phase->kind == MPM_NODES) PetscCall(MPMEnergyNodes(core, phase));
+  if (core->reactions) PetscCall(MPMReactionsPhase(core, k, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -98,11 +102,10 @@ PetscErrorCode MPMStepMake(MPMCore *core, const MPMScene *scene)
   PetscCall(Begin(core));
   if (MPMDampingIsOn(core)) PetscCall(MPMDampingBegin(core));
   if (core->needs.forced) PetscCall(SetForces(core, scene));
-  if (core->energy.loads || core->energy.on) PetscCall(FollowEnergy(core, PETSC_TRUE));
-  for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, core->program[k]));
+  if (MPMEnergyFollows(core)) PetscCall(FollowEnergy(core, PETSC_TRUE));
+  for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, k));
   PetscCall(Reduce(core));
-  if ((core->energy.loads || core->energy.on) && !MPMStatusIsBad(&core->status))
-    PetscCall(FollowEnergy(core, PETSC_FALSE));
+  if (MPMEnergyFollows(core) && !MPMStatusIsBad(&core->status)) PetscCall(FollowEnergy(core, PETSC_FALSE));
   if (MPMDampingIsOn(core) && !MPMStatusIsBad(&core->status)) PetscCall(MPMDampingEnd(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

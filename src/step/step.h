@@ -29,13 +29,28 @@ PetscErrorCode MPMStepBound(MPMCore *);
 
 /* The energy that steps bring and take (energy.c), in core->energy. MPMEnergyStep notes the particles as a step begins,
    after the forces are set, and adds what it did to them before they are settled; MPMEnergyNodes adds what a phase of
-   nodes did, where that counts. MPMEnergyLost returns whether a law stores only a part of the work of its stress. Not
-   collective. */
+   nodes did, where that counts. MPMEnergyLost returns whether a law stores only a part of the work of its stress.
+   MPMEnergyHeat asks for the dissipation of n bodies with ids [2 k] .. [2 k + 1] - 1, and MPMEnergyFollows returns
+   whether anything is to be summed. Not collective. */
 PetscErrorCode MPMEnergyStep(MPMCore *, PetscBool begins);
 PetscErrorCode MPMEnergyNodes(MPMCore *, const MPMPhase *);
 PetscErrorCode MPMEnergyDestroy(MPMEnergy *);
 PetscInt       MPMEnergyBytes(const MPMCore *); /* memory that it needs for a particle */
 PetscBool      MPMEnergyLost(const MPMMaterial *);
+PetscErrorCode MPMEnergyHeat(MPMEnergy *, PetscInt n);
+PetscErrorCode MPMEnergyHeatDestroy(MPMEnergy *);
+MPM_INLINE PetscBool MPMEnergyFollows(const MPMCore *core)
+{
+  return core->energy.loads || core->energy.on || core->energy.nheat ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* What walls give the matter (reactions.c), in core->reactions, if the history asks for some faces (bits). SetUp follows
+   the set-up of the step's program; MPMReactionsPhase adds what phase k of the program did, and is called before it too.
+   Not collective. */
+PetscErrorCode MPMReactionsCreate(MPMCore *, PetscInt faces);
+PetscErrorCode MPMReactionsDestroy(MPMCore *);
+void           MPMReactionsSetUp(MPMCore *);
+PetscErrorCode MPMReactionsPhase(MPMCore *, PetscInt k, PetscBool begins);
 
 /* Damping of all motion (damping.c): read its options; before the phases of a step, and after them if the state is
    good, which is collective on the exchange. MPMDampingIsOn returns whether there is any. */

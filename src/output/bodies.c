@@ -1,0 +1,240 @@
+/* bodies.c - sums over the particles of a body as columns of the history (-history_bodies): the rows MPM_BODY_QUANTITY of
+   measures.def. Sums are exact, so they are the same on any number of processes. */
+#include "output/measures.h"
+#include "step/step.h"
+
+typedef enum { NUMBER, SUM, MEAN, LEAST, MOST, LOST } How;
+static const struct {
+  const char *name, *unit;
+  How         how;
+  PetscInt    of, nc;
+} rows[] = {
+#define MPM_WALL_QUANTITY(name, unit, nc)
+#define MPM_BODY_QUANTITY(name, how, of, unit, nc) {#name, unit, how, MPM_SHOWS_##of, nc},
+#include "output/measures.def"
+#undef MPM_WALL_QUANTITY
+#undef MPM_BODY_QUANTITY
+};
+#define NROWS ((PetscInt)(sizeof rows / sizeof rows[0]))
+
+/* Returns how many columns a row has, of its components first .. first+n-1. */
+static PetscInt Columns(PetscInt row, const MPMCore *core, PetscInt *first)
+{
+  if (MPMDiagnostics[rows[row].of].uses & MPM_SHOW_AXIAL) return MPMDiagnosticColumns(rows[row].of, core, first);
+  *first = 0;
+  return PetscMin(rows[row].nc, core->grid.dim);
+}
+
+/* Returns whether the law of a body turns work into heat. */
+static PetscBool Heats(const MPMScene *scene, PetscInt body)
+{
+  const MPMMaterial *m = &scene->materials[scene->bodies[body].material];
+
+  return m->type->traits & MPM_PLASTIC || m->viscosity > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Reads -history_bodies. */
+static PetscErrorCode ReadBodies(MPMMeasures *m, const MPMScene *scene, MPMOptions o)
+{
+  char      text[MPM_TEXT_LEN] = "", list[MPM_TEXT_LEN] = "", *save = NULL;
+  PetscBool set, *asked;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsString(o, "history_bodies", NULL, text, &set));
+  if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(scene->nbodies, &asked));
+  for (PetscInt b = 0; b < scene->nbodies; b++)
+    (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", b ? "," : "", scene->bodies[b].name);
+  for (char *w = strtok_r(text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
+    PetscBool any = PETSC_FALSE;
+
+    for (PetscInt b = 0; b < scene->nbodies; b++) {
+      if (strcmp(w, "all") && strcmp(w, scene->bodies[b].name)) continue;
+      if (!asked[b]) m->nbodies++;
+      asked[b] = any = PETSC_TRUE;
+    }
+    if (!any)
+      MPMOptionsFail(o, "-history_bodies %.*s: choose all, or a list of the bodies %.*s", MPM_NAME_LEN, w,
+                     MPM_TEXT_LEN / 2, list);
+  }
+  if (!m->nbodies)
+    MPMOptionsFail(o, "-history_bodies names no body: choose all, or a list of %.*s", MPM_TEXT_LEN / 2, list);
+  PetscCall(PetscMalloc1(PetscMax(1, m->nbodies), &m->body));
+  for (PetscInt b = 0, n = 0; b < scene->nbodies; b++)
+    if (asked[b]) m->body[n++] = b;
+  PetscCall(PetscFree(asked));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Reads -history_body_quantities; without it a body has all but its dissipation. heats: a body that is asked for has
+   some. */
+static PetscErrorCode ReadQuantities(MPMMeasures *m, PetscBool heats, MPMOptions o)
+{
+  char      text[MPM_TEXT_LEN] = "", list[MPM_TEXT_LEN] = "", *save = NULL;
+  PetscBool set;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsString(o, "history_body_quantities", NULL, text, &set));
+  for (PetscInt k = 0; k < NROWS; k++) {
+    if (rows[k].how != LOST && !set) m->quantities |= (PetscInt)1 << k;
+    (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? "," : "", rows[k].name);
+  }
+  if (set && !m->nbodies) MPMOptionsFail(o, "-history_body_quantities does not apply: -history_bodies names no body");
+  for (char *w = strtok_r(text, ", ", &save); w && set; w = strtok_r(NULL, ", ", &save)) {
+    PetscInt k = 0;
+
+    if (!strcmp(w, "all")) {
+      for (k = 0; k < NROWS; k++)
+        if (rows[k].how != LOST || heats) m->quantities |= (PetscInt)1 << k;
+      continue;
+    }
+    while (k < NROWS && strcmp(w, rows[k].name)) k++;
+    if (k == NROWS)
+      MPMOptionsFail(o, "-history_body_quantities %.*s: choose among %s", MPM_NAME_LEN, w, list);
+    else
+      m->quantities |= (PetscInt)1 << k;
+  }
+  if (!m->quantities) MPMOptionsFail(o, "-history_body_quantities names none: choose among %s", list);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMBodiesSetFromOptions(MPMMeasures *m, const MPMScene *scene, MPMCore *core, MPMOptions o)
+{
+  PetscBool heats = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  PetscCall(ReadBodies(m, scene, o));
+  for (PetscInt b = 0; b < m->nbodies; b++)
+    if (Heats(scene, m->body[b])) heats = PETSC_TRUE;
+  if (!MPMOptionsError(o)) PetscCall(ReadQuantities(m, heats, o));
+  if (!m->nbodies || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  m->first_body = m->n;
+  for (PetscInt b = 0; b < m->nbodies; b++) {
+    const char *name = scene->bodies[m->body[b]].name;
+
+    for (PetscInt k = 0; k < NROWS; k++) {
+      PetscInt       first;
+      const PetscInt n = Columns(k, core, &first);
+
+      for (PetscInt c = first; c < first + n && m->quantities & (PetscInt)1 << k; c++) {
+        const char axis[2] = {"xyz"[c], 0};
+
+        PetscCall(MPMMeasuresAdd(m, rows[k].name, name, rows[k].nc > 1 ? axis : "", rows[k].unit,
+                                 rows[k].how == NUMBER ? PETSC_TRUE : PETSC_FALSE));
+      }
+      if (rows[k].how == LOST && m->quantities & (PetscInt)1 << k) m->heat = PETSC_TRUE;
+    }
+  }
+  if (m->heat && !heats)
+    MPMOptionsFail(o, "-history_body_quantities dissipation does not apply: the laws of these bodies store all work");
+  if (m->heat) PetscCall(MPMEnergyHeat(&core->energy, m->nbodies));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sums a quantity over the particles of each body [nbodies][3]; NULL: counts them. */
+static PetscErrorCode Sums(const MPMMeasures *m, MPMCore *core, const MPMScene *scene, const MPMDiagnostic *of,
+                           PetscReal out[])
+{
+  const MPMShown shown = {core, scene, NULL, NULL, NULL};
+  MPMSum        *sum;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(3 * m->nbodies, &sum));
+  PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
+  for (PetscInt p = 0; p < view.n; p++)
+    for (PetscInt b = 0; b < m->nbodies; b++) {
+      const MPMBody *body     = &scene->bodies[m->body[b]];
+      PetscReal      value[3] = {1};
+
+      if (view.id[p] < body->first || view.id[p] >= body->first + body->n) continue;
+      if (of) of->fill(&shown, &view, p, value);
+      for (PetscInt c = 0; c < (of ? of->nc : 1); c++) MPMSumAdd(&sum[3 * b + c], value[c]);
+    }
+  PetscCall(MPMParticlesRestoreView(&core->particles, -1, &view));
+  PetscCall(MPMSumReduce(sum, 3 * m->nbodies, core->exchange.data));
+  for (PetscInt k = 0; k < 3 * m->nbodies; k++) out[k] = MPMSumValue(&sum[k]);
+  PetscCall(PetscFree(sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the smallest coordinates of the particles of each body [nbodies][3], or with sign -1 the largest ones. */
+static PetscErrorCode Extents(const MPMMeasures *m, MPMCore *core, const MPMScene *scene, PetscReal sign,
+                              PetscReal out[])
+{
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x), dim = core->grid.dim;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < 3 * m->nbodies; k++) out[k] = PETSC_MAX_REAL;
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  for (PetscInt p = 0; p < view.n; p++)
+    for (PetscInt b = 0; b < m->nbodies; b++) {
+      const MPMBody *body = &scene->bodies[m->body[b]];
+
+      if (view.id[p] < body->first || view.id[p] >= body->first + body->n) continue;
+      for (PetscInt c = 0; c < dim; c++) out[3 * b + c] = PetscMin(out[3 * b + c], sign * view.x[p * dim + c]);
+    }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCallMPI(
+      MPI_Allreduce(MPI_IN_PLACE, out, (PetscMPIInt)(3 * m->nbodies), MPIU_REAL, MPIU_MIN, core->exchange.data));
+  for (PetscInt k = 0; k < 3 * m->nbodies; k++)
+    out[k] = out[k] < PETSC_MAX_REAL ? sign * out[k] + 0 : (PetscReal)NAN; /* no -0 */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the dissipation of each body, in the first of three [nbodies][3]. */
+static PetscErrorCode Dissipation(const MPMMeasures *m, const MPMCore *core, PetscReal out[])
+{
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < m->nbodies; b++) {
+    MPMSum sum = core->energy.heat[b];
+
+    PetscCall(MPMSumReduce(&sum, 1, core->exchange.data));
+    out[3 * b] = MPMSumValue(&sum);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes a row for each body [nbodies][3]. */
+static PetscErrorCode Row(const MPMMeasures *m, MPMCore *core, const MPMScene *scene, PetscInt row, PetscReal out[])
+{
+  const MPMDiagnostic *of = &MPMDiagnostics[rows[row].of];
+  PetscReal           *mass;
+
+  PetscFunctionBeginUser;
+  if (rows[row].how == LOST) PetscCall(Dissipation(m, core, out));
+  if (rows[row].how == LEAST) PetscCall(Extents(m, core, scene, 1, out));
+  if (rows[row].how == MOST) PetscCall(Extents(m, core, scene, -1, out));
+  if (rows[row].how == NUMBER) PetscCall(Sums(m, core, scene, NULL, out));
+  if (rows[row].how == SUM || rows[row].how == MEAN) PetscCall(Sums(m, core, scene, of, out));
+  if (rows[row].how != MEAN) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(3 * m->nbodies, &mass));
+  PetscCall(Sums(m, core, scene, &MPMDiagnostics[MPM_SHOWS_mass], mass));
+  for (PetscInt k = 0; k < 3 * m->nbodies; k++)
+    out[k] = mass[k / 3 * 3] > 0 ? out[k] / mass[k / 3 * 3] : (PetscReal)NAN;
+  PetscCall(PetscFree(mass));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMBodiesCompute(MPMMeasures *m, MPMCore *core, const MPMScene *scene)
+{
+  const PetscInt n  = 3 * m->nbodies;
+  PetscInt       at = m->first_body;
+  PetscReal     *value; /* [NROWS][nbodies][3] */
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(n * NROWS, &value));
+  for (PetscInt k = 0; k < NROWS; k++)
+    if (m->quantities & (PetscInt)1 << k) PetscCall(Row(m, core, scene, k, value + n * k));
+  for (PetscInt b = 0; b < m->nbodies; b++)
+    for (PetscInt k = 0; k < NROWS; k++) {
+      PetscInt       first;
+      const PetscInt nc = Columns(k, core, &first);
+
+      for (PetscInt c = first; c < first + nc && m->quantities & (PetscInt)1 << k; c++)
+        m->value[at++] = value[n * k + 3 * b + c];
+    }
+  PetscCall(PetscFree(value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,246 @@
+/* reactions.c - what walls give the matter: the impulse of the wall of each face on the nodes, N s, and its work, J, for
+   the faces that the history asks for (-history_walls). It reads nodes between phases, as energy.c does, and every sum is
+   exact (MPMSum), so a sum has the same bits on any number of processes. docs/theory.md derives them (Reactions of walls).
+
+   What particles take over of a wall depends on the transfer. FLIP takes the acceleration that the wall made, PIC and
+   APIC the momentum that they find at the nodes; xpic takes FLIP's part and loses what its last filter phase does not
+   give back; afmpm takes FLIP's part and that of its last correction. The sum over all walls is the change of the
+   particles' momentum less the impulse of gravity and loads. */
+#include "parallel/exchange.h"
+#include "physics/wall.h"
+#include "step/step.h"
+
+PetscErrorCode MPMReactionsCreate(MPMCore *core, PetscInt faces)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(&core->reactions));
+  core->reactions->faces = faces;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMReactionsDestroy(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  if (core->reactions) PetscCall(PetscFree(core->reactions->before));
+  PetscCall(PetscFree(core->reactions));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds the phases whose walls count, after the program of a step is known: the advance always does; of the phases before
+   it that of the last filter of xpic, and after it that of the last correction of afmpm. */
+void MPMReactionsSetUp(MPMCore *core)
+{
+  MPMReactions *r      = core->reactions;
+  PetscInt      filter = -1, advance = -1;
+
+  if (!r) return;
+  r->filter = r->correct = -1;
+  for (PetscInt k = 0; k < core->nprogram; k++) {
+    const MPMPhase *phase = core->program[k];
+
+    if (phase->kind == MPM_NODES && phase->nodes == MPMNodesAdvance) advance = k;
+    if (phase->kind == MPM_NODES && phase->nodes == MPMNodesCorrect) r->correct = k;
+    if (advance < 0 && k > 0 && phase->parts & MPM_G2P_FILTER && phase->kind == MPM_NODES_TO_PARTICLES) filter = k - 1;
+  }
+  r->filter = filter;
+}
+
+/* The walls of a node: the faces that reach it, as numbers 2 axis + side. */
+typedef struct {
+  PetscInt n, face[6];
+} Touch;
+
+static void SetTouch(const MPMCore *core, const PetscInt ijk[], Touch *t)
+{
+  const MPMGrid *grid = &core->grid;
+
+  t->n = 0;
+  for (PetscInt k = 0; k < 2 * grid->dim; k++) {
+    const MPMFace *f      = &core->params.walls->given[k / 2][k % 2];
+    const PetscInt inside = k % 2 ? grid->cells[k / 2] - ijk[k / 2] : ijk[k / 2];
+
+    if (f->type != MPM_WALL_free && f->type != MPM_WALL_periodic && inside <= f->reach) t->face[t->n++] = k;
+  }
+}
+
+static PetscBool Holds(MPMWall type)
+{
+  return type == MPM_WALL_fixed || type == MPM_WALL_moving ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Sets the shares [6] of the walls of a node in component d of its impulse J [dim]. A component goes to the wall whose
+   normal it is along, if this wall can have made it; else to the walls that hold all components, or to the walls with
+   friction, each by what it presses. */
+static void SetShares(const MPMCore *core, const Touch *t, PetscInt d, const PetscReal J[], PetscReal share[])
+{
+  const MPMFace(*faces)[2] = core->params.walls->given;
+  PetscReal sum            = 0;
+  PetscBool held           = PETSC_FALSE;
+
+  for (PetscInt k = 0; k < 6; k++) share[k] = 0;
+  for (PetscInt n = 0; n < t->n; n++) {
+    const PetscInt k    = t->face[n];
+    const MPMWall  type = faces[k / 2][k % 2].type;
+
+    if (Holds(type)) held = PETSC_TRUE;
+    if (k / 2 != d) continue;
+    if ((type != MPM_WALL_separate && type != MPM_WALL_friction) || (k % 2 ? -J[d] : J[d]) > 0) {
+      share[k] = 1;
+      return;
+    }
+  }
+  for (PetscInt n = 0; n < t->n; n++) {
+    const PetscInt k = t->face[n];
+    const MPMFace *f = &faces[k / 2][k % 2];
+
+    if (k / 2 == d) continue;
+    if (held)
+      share[k] = Holds(f->type) ? 1 : 0;
+    else if (f->type == MPM_WALL_friction)
+      share[k] = f->mu * PetscAbsReal(J[k / 2]);
+    sum += share[k];
+  }
+  if (sum > 0)
+    for (PetscInt k = 0; k < 6; k++) share[k] /= sum;
+  else
+    share[t->face[0]] = 1;
+}
+
+/* Adds the impulse J [dim], N s, and the work W [dim], J, of the walls of a node; again: the impulse has been added
+   before, and J says whose the work is. */
+static void Give(MPMCore *core, const Touch *t, PetscBool again, const PetscReal J[], const PetscReal W[])
+{
+  MPMReactions *r = core->reactions;
+
+  for (PetscInt d = 0; d < core->grid.dim; d++) {
+    PetscReal share[6];
+
+    if (J[d] == 0 && W[d] == 0) continue;
+    SetShares(core, t, d, J, share);
+    for (PetscInt k = 0; k < 6; k++) {
+      if (!(share[k] > 0) || !(r->faces & (PetscInt)1 << k)) continue;
+      if (!again) MPMSumAdd(&r->impulse[k][d], share[k] * J[d]);
+      MPMSumAdd(&r->work[k], share[k] * W[d]);
+    }
+  }
+}
+
+/* Sets V [dim] to the velocity at which walls hold the node; walls that do not move have the velocity 0. At a corner the
+   last wall counts, as in physics/wall.c. */
+static void WallVelocity(const MPMCore *core, const Touch *t, PetscReal V[])
+{
+  for (PetscInt d = 0; d < core->grid.dim; d++) V[d] = 0;
+  for (PetscInt n = 0; n < t->n; n++) {
+    const MPMFace *f = &core->params.walls->given[t->face[n] / 2][t->face[n] % 2];
+
+    for (PetscInt d = 0; d < core->grid.dim; d++)
+      if (Holds(f->type) || d == t->face[n] / 2) V[d] = f->velocity[d];
+  }
+}
+
+/* Adds what the walls of a node did in the advance; v, a: its motion after it. u is the mean velocity of energy.c, along
+   which the impulse does its work. n->p still is the momentum that the particles gave. */
+static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, const PetscReal v[])
+{
+  const MPMParams    *par  = &core->params;
+  const MPMReactions *r    = core->reactions;
+  const PetscReal     flip = r->filter >= 0 || r->correct >= 0 ? 1 : par->flip, *a = v + core->grid.dim;
+  PetscReal           J[3], W[3];
+
+  for (PetscInt d = 0; d < core->grid.dim; d++) {
+    const PetscReal other = n->f[d] / n->m + par->gravity[d], wall = par->dt * n->m * (a[d] - other);
+    const PetscReal before = v[d] - par->dt * a[d],
+                    u      = before + (core->energy.mean == MPM_MEAN_NODES ? 0.5 * par->dt * a[d] : 0);
+
+    J[d] = flip * wall + (1 - flip) * (n->m * v[d] - n->p[d] - par->dt * n->m * other);
+    W[d] = (core->energy.mean == MPM_MEAN_AGAIN ? 0.5 : 1) * wall * u;
+    W[d] += (1 - flip) * (n->m * before - n->p[d]) * before; /* what a wall gave before; 0 unless it moves */
+  }
+  Give(core, t, PETSC_FALSE, J, W);
+}
+
+/* Adds the other half of the work, along the velocity of the second mapping of musl. */
+static void AddAgain(MPMCore *core, const Touch *t, const MPMNode *n, const PetscReal v[])
+{
+  const MPMParams *par = &core->params;
+  const PetscReal *a   = v + core->grid.dim;
+  PetscReal        J[3], W[3];
+
+  for (PetscInt d = 0; d < core->grid.dim; d++) {
+    J[d] = par->dt * n->m * (a[d] - (n->f[d] / n->m + par->gravity[d]));
+    W[d] = 0.5 * J[d] * v[d];
+  }
+  Give(core, t, PETSC_TRUE, J, W);
+}
+
+/* Adds what the walls of a node did to the velocity v that a filter or, where `was` is v before it, a correction made. */
+static void AddVelocity(MPMCore *core, const Touch *t, const MPMNode *n, const PetscReal v[], const PetscReal was[])
+{
+  const PetscInt dim = core->grid.dim;
+  PetscReal      J[3], W[3], V[3];
+
+  WallVelocity(core, t, V);
+  for (PetscInt d = 0; d < dim; d++) {
+    J[d] = was ? n->m * (v[d] - was[d] - core->params.dt * v[dim + d]) - n->p[d] : n->m * v[d] - n->p[d];
+    W[d] = J[d] * V[d];
+  }
+  Give(core, t, PETSC_FALSE, J, W);
+}
+
+/* Copies the velocity of a node, the next of those at walls, before a correction. */
+static PetscErrorCode Keep(MPMCore *core, PetscInt at, const PetscReal v[])
+{
+  MPMReactions  *r   = core->reactions;
+  const PetscInt dim = core->grid.dim;
+
+  PetscFunctionBeginUser;
+  if ((at + 1) * dim > r->room) {
+    r->room = 2 * (at + 64) * dim;
+    PetscCall(PetscRealloc((size_t)r->room * sizeof *r->before, &r->before));
+  }
+  PetscCall(PetscArraycpy(r->before + at * dim, v, dim));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
+{
+  const MPMPatch     *patch   = &core->exchange.patch;
+  const MPMReactions *r       = core->reactions;
+  const MPMPhase     *phase   = core->program[k];
+  const PetscBool     advance = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt      own = patch->own_lo[0] - patch->lo[0], dim = core->grid.dim;
+  const PetscBool     again = core->energy.mean == MPM_MEAN_AGAIN && phase->nodes == MPMNodesVelocityAgain ? PETSC_TRUE
+                                                                                                           : PETSC_FALSE;
+  PetscInt            at    = 0;
+
+  PetscFunctionBeginUser;
+  if (phase->kind != MPM_NODES || (begins && k != r->correct)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!advance && !again && k != r->filter && k != r->correct) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMExchangeOpenNodes(core));
+  for (PetscInt z = 0; z < patch->own_n[2]; z++)
+    for (PetscInt y = 0; y < patch->own_n[1]; y++) {
+      const PetscInt row  = (z + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + y + patch->own_lo[1] - patch->lo[1];
+      const PetscInt last = PetscMin(own + patch->own_n[0], patch->span[row].last);
+
+      for (PetscInt i = PetscMax(own, patch->span[row].first); i < last; i++) {
+        const MPMNode   *n      = patch->node + row * patch->n[0] + i;
+        const PetscReal *v      = patch->motion + (row * patch->n[0] + i) * MPM_MOTION_NC(dim);
+        const PetscInt   ijk[3] = {patch->lo[0] + i, patch->own_lo[1] + y, patch->own_lo[2] + z};
+        Touch            touch;
+
+        SetTouch(core, ijk, &touch);
+        if (!touch.n || !(n->m > 0)) continue;
+        if (begins)
+          PetscCall(Keep(core, at, v));
+        else if (advance)
+          AddAdvance(core, &touch, n, v);
+        else if (again)
+          AddAgain(core, &touch, n, v);
+        else
+          AddVelocity(core, &touch, n, v, k == r->correct ? r->before + at * dim : NULL);
+        at++;
+      }
+    }
+  PetscCall(MPMExchangeCloseNodes(core));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
