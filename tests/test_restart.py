@@ -1,7 +1,7 @@
 """A run that goes on from a checkpoint has the bits of the run without a stop: digest, history (every byte) and snapshots.
 
     test_restart.py PEBBLE SOURCE MPIEXEC scenes    every scene of options/, once
-    test_restart.py PEBBLE SOURCE MPIEXEC counts    on 1, 2, 3 and 4 processes, both strategies, a restart of a restart
+    test_restart.py PEBBLE SOURCE MPIEXEC counts    every scene on 1, 2, 3 and 4 processes and in the pool, in one chain of restarts
     test_restart.py PEBBLE SOURCE MPIEXEC methods   every basis, update and transfer, and what else has a state of its own
     test_restart.py PEBBLE SOURCE MPIEXEC files     signals, damaged files, options that differ, -rerun, -checkpoint_keep
     test_restart.py PEBBLE SOURCE MPIEXEC large     a million particles: SIGTERM, and the speed of writing (not judged)
@@ -107,9 +107,11 @@ def scenes():
 
 
 def counts():
+    """Each scene through all ways to run and back to the first, in five restarts, so that each way is gone on from and gone on
+    with once. Scenes go round in steps of 1 to 4, so that any four of them have all 20 pairs of ways. disks: any three ways."""
     ways = [1, 2, 3, 4, "pool"]
-    jobs = [(scene, 24, [7, 15], (ways[k % 5], ways[(k + 1 + k // 5) % 5], ways[(k + 3) % 5]))
-            for k, scene in enumerate(SCENES * 2)]
+    jobs = [(scene, *((12, [2, 4, 6, 8, 10]) if scene.endswith("3d") else (30, [4, 9, 14, 19, 25])),
+             [ways[(k // 4 + (1 + k % 4) * part) % 5] for part in range(6)]) for k, scene in enumerate(SCENES)]
     jobs += [("disks", 60, [20, 40], three) for three in itertools.product(ways, repeat=3) if len(set(three)) == 3]
     check.at_once(lambda job: stop_and_go(*job), jobs)
 
