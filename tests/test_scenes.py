@@ -19,7 +19,7 @@ import sys
 
 import check
 
-EXPECTED = ("bar barx cantilever column dambreak dambreak3d disks disks3d drop elastic_column friction impact mms pressure ring "
+EXPECTED = ("bar barx cantilever column dambreak dambreak3d disks disks3d drop elastic_column friction gate impact mms pressure ring "
             "shear taylor vortex").split()
 PARTICLE_STEPS, STEPS = 200000, 200  # of the comparisons: at most so much work, and so many steps
 # Largest rms error of the displacement at the end of the run, as a part of its rms; a quarter above what is measured.
