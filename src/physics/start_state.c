@@ -9,16 +9,19 @@
 
 static const char beyond[] = "beyond its yield surface", none[] = "which no deformation of its law has";
 
-/* Copies a state to particle 0 of a block. */
+/* Copies a state to particle 0 of a block; what else a law may have is 0. */
 static void Fill(PetscInt dim, const MPMMaterialStart *s, MPMBlock *b)
 {
+#define MPM_EMPTY(name, rows)                                                                                          \
+  for (int k = 0; k < (rows); k++) b->name[k][0] = 0;
+  MPM_MATERIAL_FIELDS(MPM_EMPTY)
+#undef MPM_EMPTY
   for (PetscInt k = 0; k < dim * dim; k++) b->F[k][0] = s->F[k];
   for (int k = 0; k < MPM_SYM_NC((int)dim); k++) {
     b->be[k][0]  = s->be[MPMSymPlace((int)dim, k)];
     b->tau[k][0] = s->tau[MPMSymPlace((int)dim, k)];
   }
-  b->J[0][0]  = s->J;
-  b->ep[0][0] = b->vc[0][0] = 0;
+  b->J[0][0] = s->J;
 }
 
 /* Copies tau, and be if the law has it, from particle 0 of a block. */
@@ -49,9 +52,9 @@ static PetscReal Largest(const PetscReal tau[])
   return most;
 }
 
-/* Lets a law with elastic strains look at the state, by a step without motion: it returns a stress beyond the yield
-   surface. Sets tau. */
-static const char *Yield(PetscInt dim, const MPMMaterial *m, const PetscReal wanted[], MPMMaterialStart *s)
+/* Lets a law with elastic strains look at the state, by a step without motion: it sets tau, and returns a stress beyond
+   the yield surface to it. Returns by how much be has changed then. */
+static PetscReal Look(PetscInt dim, const MPMMaterial *m, MPMMaterialStart *s)
 {
   PetscReal L[9][MPM_BLOCK], was[6], change = 0;
   MPMBlock  b;
@@ -62,10 +65,7 @@ static const char *Yield(PetscInt dim, const MPMMaterial *m, const PetscReal wan
   m->type->law->update[dim - 1](m, 1, L, 0, 1, &b);
   Take(dim, m, &b, s);
   for (int k = 0; k < 6; k++) change = PetscMax(change, PetscAbsReal(s->be[k] - was[k]));
-  if (!wanted) return change > ON_SURFACE * 1e-3 ? beyond : NULL;
-  for (int k = 0; k < 6; k++)
-    if (!(PetscAbsReal(s->tau[k] - wanted[k]) <= ON_SURFACE * Largest(wanted))) return change > 0 ? beyond : none;
-  return NULL;
+  return change;
 }
 
 const char *MPMMaterialDeformed(const MPMMaterial *m, PetscInt dim, const PetscReal F[], MPMMaterialStart *s)
@@ -75,7 +75,7 @@ const char *MPMMaterialDeformed(const MPMMaterial *m, PetscInt dim, const PetscR
   for (int k = 0; k < 6; k++) s->tau[k] = 0;
   if (!(s->J > 0 && s->J <= PETSC_MAX_REAL)) return "whose determinant is not positive";
   MPMLeftCauchyGreen((int)dim, F, s->be);
-  if (m->state & MPM_BIT(be)) return Yield(dim, m, NULL, s);
+  if (m->state & MPM_BIT(be)) return Look(dim, m, s) > 1e-3 * ON_SURFACE ? beyond : NULL;
   Stress(dim, m, s);
   return NULL;
 }
@@ -120,9 +120,8 @@ static const char *Fluid(const MPMMaterial *m, PetscInt dim, const PetscReal tau
   return NULL;
 }
 
-/* Sets the elastic strains, of Hencky's law, and the F that has no other ones. */
-static const char *Elastic(const MPMMaterial *m, PetscInt dim, PetscBool whole, const PetscReal tau[],
-                           MPMMaterialStart *s)
+/* Sets the elastic strains that Hencky's law has for tau, and the F that has no other ones. */
+static void Hencky(const MPMMaterial *m, PetscInt dim, PetscBool whole, const PetscReal tau[], MPMMaterialStart *s)
 {
   PetscReal t[3], n[3][3], b[3], root[3], V[6], given[6], trace = 0;
 
@@ -144,7 +143,37 @@ static const char *Elastic(const MPMMaterial *m, PetscInt dim, PetscBool whole, 
   for (int d = 0; d < dim; d++)
     for (int e = 0; e < dim; e++) s->F[d * dim + e] = V[MPMSymIndex(d, e)];
   if (m->state & MPM_BIT(F)) s->J = MPMDet((int)dim, s->F);
-  return Yield(dim, m, given, s);
+}
+
+/* Sets the elastic strains of a plastic law. If it has another pressure than Hencky's law, what is missing of the stress
+   is added to that for which Hencky's law is solved, until nothing is. */
+static const char *Elastic(const MPMMaterial *m, PetscInt dim, PetscBool whole, const PetscReal tau[],
+                           MPMMaterialStart *s)
+{
+  const PetscReal most = Largest(tau);
+  PetscReal       trial[6], size = PETSC_MAX_REAL;
+
+  for (int k = 0; k < 6; k++) trial[k] = tau[k];
+  for (PetscInt n = 0; n < ROUNDS; n++) {
+    const PetscReal last       = size;
+    PetscReal       missing[6] = {0}, change;
+
+    Hencky(m, dim, whole, trial, s);
+    change = Look(dim, m, s);
+    size   = 0;
+    for (int d = 0; d < 3; d++)
+      for (int e = d; e < 3; e++) {
+        const int k = MPMSymIndex(d, e);
+
+        if ((d < dim && e < dim) || (whole && d == e)) missing[k] = tau[k] - s->tau[k];
+        size = PetscMax(size, PetscAbsReal(missing[k]));
+      }
+    if (size <= 1e-13 * most) break;
+    if (change > 0) return size <= ON_SURFACE * most ? NULL : beyond;
+    if (!(size < last)) break; /* as near as rounding lets it */
+    for (int k = 0; k < 6; k++) trial[k] += missing[k];
+  }
+  return size <= ON_SURFACE * most ? NULL : none;
 }
 
 /* Solves A y = r [n], n <= 6, by elimination with pivots; returns false if A is singular. */
