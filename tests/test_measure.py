@@ -18,7 +18,7 @@ BLOCK = """-dim 2 -gravity 3,-10 -grid_lower 0,0 -grid_upper 1,1 -grid_cells 6,6
 -output_format none -method_basis bspline2 -history_energy""".split() + [
     "-body_b_velocity", "2*(x-0.4)-y,1.5*(y-0.5)+x"] + QUIET
 
-# Two equal blocks thrown on the floor: a metal without hardening, and a soil whose cone is so steep that it has the same
+# Two equal blocks thrown on the floor: a metal without hardening, and a soil whose cone is nearly a cylinder, with the same
 # yield stress at any pressure.
 YIELD, ANGLE = 2e4, 1e-3
 COHESION = YIELD * math.sqrt(2 / 3) * math.tan(math.radians(ANGLE)) / (
