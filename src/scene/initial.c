@@ -35,7 +35,7 @@ static PetscErrorCode ReadRatios(const MPMScene *scene, MPMInitial *in, MPMOptio
       in->k0[k] = 1;
       continue;
     }
-    in->k0[k] = m->nu / (1 - m->nu);
+    in->k0[k] = m->lambda / (m->lambda + 2 * m->mu); /* nu/(1 - nu) */
     if (MPMListHas(m->type->parameters, "friction_angle")) {
       PetscCall(MPMOptionsReal(o, "material_<m>_friction_angle", m->name, &angle, NULL));
       in->k0[k] = 1 - PetscSinReal(angle * PETSC_PI / 180);
@@ -60,6 +60,10 @@ PetscErrorCode MPMInitialSetFromOptions(MPMScene *scene, const MPMCore *core, MP
     MPMBody *b = &scene->bodies[k];
 
     PetscCall(MPMOptionsExpression(o, "body_<b>_deformation", b->name, "xyz", dim * dim, &b->deformation));
+    if (b->points && (b->deformation || strcasecmp(what, "none")))
+      MPMOptionsFail(o, "-%s%s%s does not apply: body %s has shape file, where columns Fxx ... give the start",
+                     b->deformation ? "body_" : "initial_stress", b->deformation ? b->name : "",
+                     b->deformation ? "_deformation" : "", b->name);
     if (!b->deformation) continue;
     deformed = PETSC_TRUE;
     if (strcasecmp(what, "none"))
