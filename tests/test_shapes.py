@@ -266,6 +266,7 @@ def check_refusals():
     scene("lines", 2, {"b": ["shape file"]})
     for name, lines in {"colour": "x,y,colour\n0.5,0.5,1\n", "twice": "x,y,x\n0.5,0.5,1\n", "part": "x,y,vx\n0.5,0.5,1\n", "head": "x,y\n", "short": "x,y,volume\n0.5,0.5,1\n#\n0.5,0.6\n",
                         "word": "x,y,volume\n0.5,0.5,one\n", "none": "x,y,volume\n0.5,0.5,0\n", "flip": "x,y,volume,Fxx,Fxy,Fyx,Fyy\n0.5,0.5,1,1,0,0,-1\n",
+                        "far": "x,y,volume,Fxx,Fxy,Fyx,Fyy\n0.5,0.5,1,1e-200,0,0,1e200\n",
                         "steel": "x,y,volume,material\n0.5,0.5,1,m\n0.5,0.5,1,steel\n", "out": "x,y,volume\n0.5,1.5,1\n", "lattice": "x,y\n0.5,0.5\n", "moving": "x,y,vx,vy,volume\n0.5,0.5,1,1,1\n"}.items():
         check.write(f"p_{name}.csv", lines)
 
@@ -317,6 +318,7 @@ def check_refusals():
         ("lines", points("word"), "-body_b_file p_word.csv:2: 'one' is not a number"),
         ("lines", points("none"), "-body_b_file p_none.csv:2: volume 0 is not above 0"),
         ("lines", points("flip"), "-body_b_file p_flip.csv:2: det F = -1 is not above 0"),
+        ("lines", points("far"), "-body_b_file p_far.csv:2: F is too far from 1"),
         ("lines", points("steel"), "-body_b_file p_steel.csv:3: material steel is not declared"),
         ("lines", points("out"), "body b lies outside of the grid: its particle at y = 1.5"),
         ("lines", points("lattice"), "-body_b_file p_lattice.csv has no column volume: add one, or give -body_b_ppc"),

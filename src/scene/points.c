@@ -181,9 +181,11 @@ static PetscErrorCode SetPoint(const MPMScene *scene, const MPMCore *core, const
   if (view->kind) view->kind[p] = kind;
   if (view->surface) view->surface[p] = 0; /* loads act on bodies of a lattice */
   for (PetscInt d = 0; d < dim && b->points->velocity; d++) view->v[p * dim + d] = v[d];
-  for (PetscInt q = 0; q < dim * dim && view->F; q++) view->F[p * dim * dim + q] = F[q];
-  if (view->J) view->J[p] = MPMDet((int)dim, F);
-  if (b->points->deformation) MPMStretch((int)dim, F, V);
+  if (b->points->deformation) {
+    for (PetscInt q = 0; q < dim * dim && view->F; q++) view->F[p * dim * dim + q] = F[q];
+    if (view->J) view->J[p] = MPMDet((int)dim, F);
+    MPMStretch((int)dim, F, V);
+  }
   for (PetscInt d = 0; d < dim && view->l; d++) view->l[p * dim + d] = PetscMin(0.5, scene->kinds[kind].l[d] * V[d]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

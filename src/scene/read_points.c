@@ -188,6 +188,7 @@ static void CheckRow(const MPMScene *scene, PetscInt dim, const MPMPointRows *ro
 {
   const PetscReal *number = rows->number + k * rows->stride, volume = number[rows->stride - 1],
                   J = MPMDet((int)dim, number + 2 * dim);
+  PetscReal V[3]    = {1, 1, 1};
 
   for (PetscInt q = 0; q < rows->stride && !why[0]; q++)
     if (!(PetscAbsReal(number[q]) <= PETSC_MAX_REAL)) (void)snprintf(why, len, "a value is not finite");
@@ -195,6 +196,9 @@ static void CheckRow(const MPMScene *scene, PetscInt dim, const MPMPointRows *ro
     (void)snprintf(why, len, "its material is none of the %" PetscInt_FMT " of -materials", scene->nmaterials);
   if (!why[0] && !(volume > 0)) (void)snprintf(why, len, "volume %g is not above 0", (double)volume);
   if (!why[0] && !(J > 0)) (void)snprintf(why, len, "det F = %g is not above 0", (double)J);
+  if (!why[0]) MPMStretch((int)dim, number + 2 * dim, V);
+  for (PetscInt d = 0; d < dim && !why[0]; d++)
+    if (!(V[d] > 0 && V[d] < PETSC_MAX_REAL)) (void)snprintf(why, len, "F is too far from 1");
 }
 
 /* Reads a line into a new row. why [len] gets what is wrong with it, or stays. */
