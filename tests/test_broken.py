@@ -54,7 +54,8 @@ def lines_of(path):
             elif name == "-prefix_pop":
                 prefixes.pop()
             else:
-                entries.append(("".join(prefixes) + name[1:], value))
+                beside = os.path.join(os.path.dirname(path), value)  # the copy of the scene will lie elsewhere
+                entries.append(("".join(prefixes) + name[1:], beside if name.endswith("file") and os.path.isfile(beside) else value))
     return entries
 
 

@@ -5,8 +5,10 @@ bits on any number of processes and after a restart; and the answers to shapes t
 usage: test_shapes.py PEBBLE SOURCE MPIEXEC
 """
 import os
+import re
 import struct
 
+import h5py
 import numpy as np
 
 import check
@@ -191,6 +193,56 @@ def check_loads():
     check.that(area == "1.75, 1.5", f"area of a block with a slot: {area}, by hand 2 (0.5 + 0.375), 2 0.75")
 
 
+def check_files():
+    """Particles of a file: those of a disk have the bits of the disk; volumes, materials and F of each; processes, restart."""
+    x = lattice(2)
+    disk = x[((x - [0.5, 0.6])**2).sum(1) < 0.3**2]
+    table = np.concatenate([disk, np.full((len(disk), 1), 0.1), disk[:, :1]], 1)
+    check.write("disk_points.csv", "# a disk\n\nx, y, vx, vy\n" + "\n".join(", ".join(repr(float(v)) for v in row) for row in table) + "\n")
+    floor = ["shape box", "lower 0,0", "upper 1,0.125"]
+    scene("as_disk", 2, {"floor": floor, "b": ["shape sphere", "center 0.5,0.6", "radius 0.3", 'velocity "0.1,x"']}, "-gravity 0,-9.81")
+    scene("as_points", 2, {"b": ["shape file", "file disk_points.csv", "ppc 2,2"], "floor": floor}, "-gravity 0,-9.81")
+    want, told = run("as_disk").digest, run("as_points", "-checkpoint_every", 0.006)
+    check.that(want and told.digest == want, f"particles of a file that are a disk: {told.digest} against {want}")
+    check.write("mixed_points.csv", "material;Fxx;Fxy;Fyx;Fyy;y;x;volume\n" + "".join(f"{'mn'[k % 2]};1.01;0.02;0;0.99;{p[1]!r};{p[0]!r};{0.0001 * (8 + k % 3)}\n" for k, p in enumerate(disk.tolist())))
+    other = [line.replace("_m_", "_n_") for line in MATERIAL[1:]]
+    scene("mixed", 2, {"b": ["shape file", "file mixed_points.csv", "velocity 0,-1"]}, *other, "-materials m,n", "-material_n_rho 3000", "-method_basis gimp", "-method_gimp_update stretch", cells=16)
+    text = [line for line in open("mixed.opts").read().splitlines() if line not in ("-materials m", "-material_n_rho 1000", "-method_basis linear")]
+    check.write("mixed.opts", text)
+    mixed = run("mixed", "-checkpoint_every", 0.004, "-history_every", 0)
+    history, count = check.history("mixed.csv"), np.arange(len(disk))
+    mass = (np.where(count % 2, 3000, 1000) * 0.0001 * (8 + count % 3)).sum()
+    check.that(abs(history["mass"][0] - mass) < 1e-9 * mass and history["strain_energy"][0] > 0, f"mixed: mass {history['mass'][0]}, {mass} by volumes and densities; strained at the start")
+    with h5py.File("mixed_points.h5", "w") as file:
+        file["x"], file["volume"], file["material"] = disk, 0.0001 * (8 + count % 3), count % 2
+        file["F"] = np.tile(np.array([[1.01, 0.02], [0, 0.99]]), (len(disk), 1, 1))
+    serials = {"as_points": told, "mixed": mixed}
+    got = run("mixed", "-body_b_file", os.path.abspath("mixed_points.h5"), "-output_name", "other", n=2)
+    check.that(got.digest == mixed.digest, f"mixed, from HDF5 on 2 processes: {got.digest} against {mixed.digest}")
+    for name, serial in serials.items():
+        for n, words in ((3, ("-parallel_strategy", "spatial")), (3, ("-parallel_strategy", "pool"))):
+            got = run(name, *words, "-output_name", "other", n=n)
+            check.that(serial.digest and got.digest == serial.digest, f"{name}: {words[-1]} on {n} processes: {got.digest} against {serial.digest}")
+        kept = sorted(file for file in os.listdir(".") if file.startswith(name + "-checkpoint-"))
+        check.need(kept, f"{name}: there is no checkpoint")
+        if name == "as_points":
+            continue
+        got = run(name, "-restart_file", kept[0], "-output_name", "again", n=2)
+        check.that(got.digest == serial.digest, f"{name}: from {kept[0]}: {got.digest} against {serial.digest}")
+
+
+def check_documents():
+    """The scenes of docs/shapes.md run, as they stand there."""
+    with open(os.path.join(check.source, "docs", "shapes.md"), encoding="utf-8") as file:
+        text = file.read()
+    for name in ("slope", "ball"):
+        lines = re.search(rf"`{name}\.opts`:\n\n((?:    -.*\n)+)", text)
+        check.need(lines, f"docs/shapes.md: no {name}.opts")
+        check.write(name + ".opts", re.sub("^    ", "", lines[1], flags=re.M))
+        told = run(name, "-time_max_steps", 5)
+        check.that(told.digest and "warning" not in told.said, f"{name} of docs/shapes.md: {told.find('([0-9]+ particles)')}, no warning")
+
+
 # ---- Refusals
 
 def check_refusals():
@@ -210,6 +262,20 @@ def check_refusals():
     scene("tools", 2, {"a": ["shape box", "lower 0,0", "upper 1,1", "material none"]})
     scene("cut", 2, {"a": ["shape box", "lower 0,0", "upper 1,1"], "b": ["shape sphere", "center 0.5,0.5", "radius 0.2"], "c": ["shape sphere", "center 0.5,0.5", "radius 0.1"]})
     shape = "-body_b_shape"
+    scene("points", 2, {"b": ["shape file", "ppc 2,2"]}, "-loads l", "-load_l_type pressure", "-load_l_value 1", "-load_l_body b")
+    scene("lines", 2, {"b": ["shape file"]})
+    for name, lines in {"colour": "x,y,colour\n0.5,0.5,1\n", "twice": "x,y,x\n0.5,0.5,1\n", "part": "x,y,vx\n0.5,0.5,1\n", "head": "x,y\n", "short": "x,y,volume\n0.5,0.5,1\n#\n0.5,0.6\n",
+                        "word": "x,y,volume\n0.5,0.5,one\n", "none": "x,y,volume\n0.5,0.5,0\n", "flip": "x,y,volume,Fxx,Fxy,Fyx,Fyy\n0.5,0.5,1,1,0,0,-1\n",
+                        "steel": "x,y,volume,material\n0.5,0.5,1,m\n0.5,0.5,1,steel\n", "out": "x,y,volume\n0.5,1.5,1\n", "lattice": "x,y\n0.5,0.5\n", "moving": "x,y,vx,vy,volume\n0.5,0.5,1,1,1\n"}.items():
+        check.write(f"p_{name}.csv", lines)
+
+    for name, sets in {"bare": {"v": 2}, "rows": {"x": (3, 2), "v": (4, 2)}, "wide": {"x": (3, 3)}, "minus": {"x": (3, 2), "volume": (3,)}, "kind": {"x": (3, 2), "volume": (3,), "material": (3,)}}.items():
+        with h5py.File(f"p_{name}.h5", "w") as file:
+            for set_, size in sets.items():
+                file[set_] = np.full(size, 0.5 if name != "minus" or set_ == "x" else -1.0) if set_ != "material" else np.array([0, 1, 0])
+
+    def points(name):
+        return ["-body_b_file", f"p_{name}.csv"]
     cases = [
         ("flat", [], "-body_b_vertices is required (corners of a polygon, \"x,y x,y x,y\"), or -body_b_file"),
         ("flat", ["-body_b_vertices", "0,0 1,0"], "-body_b_vertices: loop 1 has 2 vertices, a loop needs 3"),
@@ -242,6 +308,27 @@ def check_refusals():
         ("deep", ["-body_b_file", "no.stl"], "-body_b_file no.stl is no STL file"),
         ("deep", ["-body_b_file", "good.stl", "-body_b_scale", "1000"], "body b lies outside of the grid: it reaches from x = 200 to 600"),
         ("deep", ["-body_b_file", "good.stl", "-body_b_vertices", "0,0"], "-body_b_vertices does not apply: shape stl takes file scale shift"),
+        ("lines", [], "-body_b_file is required (a CSV file of particles)"),
+        ("lines", points("colour"), "-body_b_file p_colour.csv:1: 'colour' is no column: there are x, vx, Fxx and so on for 2-D, volume, material"),
+        ("lines", points("twice"), "-body_b_file p_twice.csv:1: column x is there twice"),
+        ("lines", points("part"), "-body_b_file p_part.csv:1: the first line names the columns;"),
+        ("lines", points("head") + ["-body_b_ppc", "2,2"], "-body_b_file p_head.csv: it has no particles"),
+        ("lines", points("short"), "-body_b_file p_short.csv:4: it has 2 values, the heading 3 columns"),
+        ("lines", points("word"), "-body_b_file p_word.csv:2: 'one' is not a number"),
+        ("lines", points("none"), "-body_b_file p_none.csv:2: volume 0 is not above 0"),
+        ("lines", points("flip"), "-body_b_file p_flip.csv:2: det F = -1 is not above 0"),
+        ("lines", points("steel"), "-body_b_file p_steel.csv:3: material steel is not declared"),
+        ("lines", points("out"), "body b lies outside of the grid: its particle at y = 1.5"),
+        ("lines", points("lattice"), "-body_b_file p_lattice.csv has no column volume: add one, or give -body_b_ppc"),
+        ("lines", points("moving") + ["-body_b_velocity", "1,1"], "-body_b_velocity does not apply: p_moving.csv has velocities"),
+        ("lines", points("moving") + ["-body_b_offset", "0,0"], "-body_b_offset "),
+        ("lines", points("moving") + ["-study_type", "convergence", "-reference_type", "finest"], "-study_type convergence does not apply: the particles of b come from a file"),
+        ("lines", ["-body_b_file", "p_bare.h5"], "-body_b_file p_bare.h5: it has no dataset x"),
+        ("lines", ["-body_b_file", "p_rows.h5"], "-body_b_file p_rows.h5: x has 3 rows, v 4"),
+        ("lines", ["-body_b_file", "p_wide.h5"], "-body_b_file p_wide.h5: dataset x has not 2 numbers a particle"),
+        ("lines", ["-body_b_file", "p_minus.h5"], "-body_b_file p_minus.h5, particle 1: volume -1 is not above 0"),
+        ("lines", ["-body_b_file", "p_kind.h5"], "-body_b_file p_kind.h5, particle 2: its material is none of the 1 of -materials"),
+        ("points", points("lattice"), "-load_l_body b does not apply: particles from a file have no known surface; use -acceleration"),
         ("cut", ["-body_a_cut", "d"], "-body_a_cut d: there is no such body"),
         ("cut", ["-body_a_cut", "a"], "-body_a_cut a: a body cannot cut itself"),
         ("cut", ["-body_a_cut", "b,b"], "-body_a_cut names b, which -body_a_cut or -body_a_within has named before"),
@@ -267,5 +354,7 @@ check_solids()
 check_polygons()
 check_boxes()
 check_loads()
+check_files()
+check_documents()
 check_refusals()
 check.end()

@@ -38,6 +38,7 @@ static MPMSurface *BoxSurface(int dim, const PetscReal lower[], const PetscReal 
 /* Returns whether a shape is there in dim dimensions. */
 static int Has(MPMRegionType type, int dim)
 {
+  if (type == MPM_REGION_file) return 0; /* no shape */
   return type == MPM_REGION_polygon ? dim > 1 : type == MPM_REGION_cylinder || type == MPM_REGION_stl ? dim > 2 : 1;
 }
 

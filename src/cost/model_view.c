@@ -168,6 +168,7 @@ PetscErrorCode MPMModelView(const MPMCost *cost, MPMCore *core, const MPMScene *
   PetscCall(PrintPhases(cost, core));
   PetscCall(MPMHistogramCreate(&core->grid, core->basis, core->exchange.data, &h));
   PetscCall(MPMSceneHistogram(scene, core, &h));
+  PetscCall(MPMPointsHistogram(scene, core, &h));
   PetscCall(MPMHistogramFinish(&h));
   if (rank == 0) { /* only the first has the tables, and prints */
     PetscCall(PrintSizes(m, core, &h, s, moved, &cross));

@@ -79,6 +79,14 @@ static PetscBool Inside_stl(const MPMRegion *r, PetscInt dim, const PetscReal x[
   return MPMSurfaceBelow(r->surface, x[2]) % 2 ? PETSC_TRUE : PETSC_FALSE;
 }
 
+static PetscBool Inside_file(const MPMRegion *r, PetscInt dim, const PetscReal x[])
+{
+  (void)r;
+  (void)dim;
+  (void)x;
+  return PETSC_FALSE;
+}
+
 const char *const MPMRegionNames[] = {
 #define MPM_REGION(name, solid, parameters, what) #name,
 #include "physics/region.def"
@@ -184,23 +192,28 @@ static PetscBool SpanSolid(const MPMRegion *r, MPMRow *row, PetscInt64 from, Pet
 {
   const PetscInt d = row->dim - 1;
   PetscReal      lower[3], upper[3], middle;
-  PetscInt64     k;
+  PetscInt64     k, first;
 
-  if (InsideRow(r, row, from)) {
-    *to = LastInside(r, row, from, end) + 1;
-    return PETSC_TRUE;
-  }
   *to = end;
   BoundsAlone(r, row->dim, lower, upper);
   middle = PetscFloorReal((0.5 * (lower[d] + upper[d]) - row->offset) / row->spacing - 0.5);
-  if (!(middle + 1 > (PetscReal)from)) return PETSC_FALSE; /* its piece is over */
-  k = (PetscInt64)PetscMin(middle, 1e18);
-  for (PetscInt64 q = PetscMax(k, from + 1); q <= k + 1; q++) /* it may reach to places before `end` from behind it */
-    if (InsideRow(r, row, q)) {
-      *to = PetscMin(end, LastInside(r, row, q, from));
-      break;
+  if (!(middle > (PetscReal)from)) { /* its piece has begun, or begins with the next place, or is over */
+    if (InsideRow(r, row, from)) {
+      *to = LastInside(r, row, from, end) + 1;
+      return PETSC_TRUE;
     }
-  return PETSC_FALSE;
+    if (middle + 1 > (PetscReal)from) *to = from + 1;
+    return PETSC_FALSE;
+  }
+  k = (PetscInt64)PetscMin(middle, 1e18);
+  if (!InsideRow(r, row, k) && !InsideRow(r, row, ++k)) return PETSC_FALSE;
+  first = LastInside(r, row, k, from - 1); /* it may reach to places before `end` from behind it */
+  if (first > from) {
+    *to = PetscMin(end, first);
+    return PETSC_FALSE;
+  }
+  *to = k < end ? LastInside(r, row, k, end) + 1 : end;
+  return PETSC_TRUE;
 }
 
 /* MPMRegionSpan of a surface whose lines are the rows. */

@@ -65,6 +65,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscFunctionBeginUser;
   PetscCall(MPMReadOptions(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(&mpm->scene, &mpm->core, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMPointsCount(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMDoubtsRefuse(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MakeFolder(mpm, o));
   mpm->monitor.dir = mpm->output.dir;
@@ -136,6 +137,7 @@ static PetscErrorCode SetUpExchange(MPM mpm)
   if (core->exchange.type->cuts) {
     PetscCall(MPMHistogramCreate(&core->grid, core->basis, core->comm, &h));
     PetscCall(mpm->checkpoint.from[0] ? MPMRestartHistogram(mpm, &h) : MPMSceneHistogram(&mpm->scene, core, &h));
+    if (!mpm->checkpoint.from[0]) PetscCall(MPMPointsHistogram(&mpm->scene, core, &h));
     PetscCall(MPMHistogramFinish(&h));
     MPMModelCosts(&mpm->cost.model, core, (PetscReal)core->particles.total / size, &core->exchange.partition.costs);
   }
@@ -161,6 +163,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
   if (core->exchange.data != MPI_COMM_NULL) { /* workers of the pool hold no particles */
     PetscCall(MPMParticlesCreate(&core->particles, core->exchange.data));
     PetscCall(mpm->checkpoint.from[0] ? MPMRestartParticles(mpm) : MPMSceneAddParticles(&mpm->scene, core));
+    if (!mpm->checkpoint.from[0]) PetscCall(MPMPointsAdd(&mpm->scene, core));
     PetscCall(core->exchange.type->settle(core, PETSC_TRUE));
     PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
     PetscCall(MPMStepBound(core));

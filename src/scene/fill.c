@@ -2,10 +2,11 @@
    the process that owns their cell. */
 #include <unistd.h>
 #include "kernels/cell.h"
+#include "scene/fill.h"
 #include "scene/lattice.h"
 
 /* Checks a particle of body b with lattice place X [dim], m: its position, its velocity and the forces on it. */
-static PetscErrorCode CheckParticle(MPMScene *scene, MPMCore *core, MPMOptions o, const MPMBody *b, const PetscReal X[])
+PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const MPMBody *b, const PetscReal X[])
 {
   const PetscInt dim     = core->grid.dim;
   PetscReal      v[3]    = {0}, xi[3], x[3];
@@ -97,7 +98,7 @@ static PetscErrorCode Count(MPMScene *scene, MPMCore *core)
   PetscCallMPI(MPI_Comm_size(core->comm, &scene->shares));
   PetscCallMPI(MPI_Comm_rank(core->comm, &rank));
   PetscCall(PetscMalloc1(scene->shares, &scene->share_first));
-  for (PetscInt k = 0; k < scene->nbodies; k++) {
+  for (PetscInt k = 0; k < scene->nfilled; k++) {
     MPMBody   *b = &scene->bodies[k];
     MPMLattice w = MPMLatticeShare(scene, b, core->grid.dim, rank, scene->shares);
 
@@ -127,18 +128,18 @@ static PetscErrorCode CheckParticles(MPMScene *scene, MPMCore *core, MPMOptions 
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(core->comm, &rank));
-  for (PetscInt k = 0; k < scene->nbodies && !MPMOptionsError(o); k++) {
+  for (PetscInt k = 0; k < scene->nfilled && !MPMOptionsError(o); k++) {
     MPMLattice w = MPMLatticeShare(scene, &scene->bodies[k], core->grid.dim, rank, scene->shares);
     PetscReal  X[3];
 
     while (MPMLatticeNext(&w))
       for (PetscInt64 q = 0; q < w.n && !MPMOptionsError(o); q++) {
         MPMLatticePlace(&w, w.ijk[w.dim - 1] + q, X);
-        PetscCall(CheckParticle(scene, core, o, w.body, X));
+        PetscCall(MPMFillCheck(scene, core, o, w.body, X));
       }
   }
   PetscCall(MPMOptionsShare(o, core->comm));
-  for (PetscInt k = 0; k < scene->nbodies; k++)
+  for (PetscInt k = 0; k < scene->nfilled; k++)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->bodies[k].v2, 1, MPIU_REAL, MPI_MAX, core->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->on_line, 1, MPIU_INT64, MPI_SUM, core->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->overlap, 1, MPIU_INT64, MPI_SUM, core->comm));
@@ -157,7 +158,7 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   PetscCallMPI(MPI_Comm_size(core->comm, &size));
   CheckMemory(o, "nodes of the grid", MPMGridNodes(&core->grid, core->basis),
               (PetscReal)(MPM_NODE_NC + MPM_MOTION_NC(dim)) * sizeof(PetscReal), size);
-  for (PetscInt k = 0; k < scene->nbodies && !MPMOptionsError(o); k++) {
+  for (PetscInt k = 0; k < scene->nfilled && !MPMOptionsError(o); k++) {
     MPMBody *b = &scene->bodies[k];
 
     SetLattice(core, o, b, &places);
@@ -172,7 +173,7 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Count(scene, core));
   PetscCall(PetscCalloc1(scene->nbodies, &scene->kinds));
-  for (PetscInt k = 0; k < scene->nbodies; k++) {
+  for (PetscInt k = 0; k < scene->nfilled; k++) {
     MPMBody *b = &scene->bodies[k];
 
     if (!b->n) MPMOptionsFail(o, "body %s has no particles: no place (i+1/2) h/ppc + offset lies in it", b->name);
@@ -226,7 +227,7 @@ PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPM
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(h->comm, &size));
   PetscCallMPI(MPI_Comm_rank(h->comm, &rank));
-  for (PetscInt k = 0; k < scene->nbodies; k++) {
+  for (PetscInt k = 0; k < scene->nfilled; k++) {
     MPMLattice w = MPMLatticeShare(scene, &scene->bodies[k], dim, rank, size);
     PetscReal  X[3], x[3], l[3], xi[3];
     PetscInt   base[3] = {0}, *bases;
@@ -268,8 +269,8 @@ static PetscInt SurfaceSides(const MPMBody *b, PetscInt dim, const PetscReal x[]
 }
 
 /* Makes particle p of a view: undeformed at X [dim], m, or as the scene's known solution starts. */
-static PetscErrorCode SetParticle(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscInt64 id,
-                                  const PetscReal X[], PetscInt p, MPMView *view)
+PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscInt64 id,
+                          const PetscReal X[], PetscInt p, MPMView *view)
 {
   const PetscInt dim  = core->grid.dim;
   PetscReal      v[3] = {0}, x[3], F[9], l[3];
@@ -338,7 +339,7 @@ PetscErrorCode MPMSceneAddParticles(const MPMScene *scene, MPMCore *core)
     PetscInt p = 0;
 
     if (round) PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
-    for (PetscInt k = 0; k < scene->nbodies; k++) {
+    for (PetscInt k = 0; k < scene->nfilled; k++) {
       MPMLattice w     = MPMLatticeBegin(&scene->bodies[k], dim);
       PetscInt64 lo[3] = {0}, hi[3] = {0};
       PetscReal  X[3], x[3], l[3];
@@ -354,7 +355,7 @@ PetscErrorCode MPMSceneAddParticles(const MPMScene *scene, MPMCore *core)
             MPMLatticePlace(&w, q, X);
             StartPlace(scene, core, w.body, X, x, l);
             if (MPMOwnCell((int)dim, core->basis, patch, x, l, base) < 0) continue;
-            if (round) PetscCall(SetParticle(scene, core, w.body, w.id + q - w.ijk[axis], X, p, &view));
+            if (round) PetscCall(MPMFillSet(scene, core, w.body, w.id + q - w.ijk[axis], X, p, &view));
             p++;
           }
       }

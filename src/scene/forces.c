@@ -14,6 +14,9 @@ static PetscErrorCode ReadLoad(const MPMScene *scene, const MPMCore *core, MPMOp
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsDeclared(o, "load_<l>_body", load->name, scene->nbodies, scene->bodies->name,
                                sizeof *scene->bodies, &load->body));
+  if (!MPMOptionsError(o) && scene->bodies[load->body].points)
+    MPMOptionsFail(o, "-load_%s_body %s does not apply: particles from a file have no known surface; use -acceleration",
+                   load->name, scene->bodies[load->body].name);
   PetscCall(MPMOptionsEnum(o, "load_<l>_face", load->name, face, NULL));
   PetscCall(MPMOptionsEnum(o, "load_<l>_type", load->name, type, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);

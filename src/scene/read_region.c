@@ -1,37 +1,6 @@
 /* read_region.c - reads the shapes of bodies, and which bodies cut others, before the first step. */
-#include <errno.h>
 #include <strings.h>
-#include <sys/stat.h>
-#include "base/fault.h"
 #include "scene/shapes.h"
-
-PetscErrorCode MPMSceneReadFile(MPI_Comm comm, const char path[], char **text, size_t *n, char fault[MPM_TEXT_LEN])
-{
-  PetscMPIInt rank;
-  struct stat status;
-  FILE       *file;
-
-  PetscFunctionBeginUser;
-  *text    = NULL;
-  *n       = 0;
-  fault[0] = 0;
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (rank) PetscFunctionReturn(PETSC_SUCCESS);
-  file = fopen(path, "rb");
-  if (!file || fstat(fileno(file), &status))
-    MPMFault(fault, "cannot read", path, strerror(errno));
-  else if (!S_ISREG(status.st_mode))
-    MPMFault(fault, "cannot read", path, "it is not a file");
-  else {
-    PetscCall(PetscMalloc1((size_t)status.st_size + 1, text));
-    *n = fread(*text, 1, (size_t)status.st_size, file);
-    if (*n != (size_t)status.st_size) MPMFault(fault, "cannot read", path, strerror(errno));
-    (*text)[*n] = 0;
-  }
-  if (file) (void)fclose(file);
-  if (fault[0]) PetscCall(PetscFree(*text));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
 
 /* Reads a vector and divides it by its length. */
 static PetscErrorCode ReadDirection(MPMOptions o, PetscInt dim, const char row[], const char name[], const char word[],
@@ -170,6 +139,10 @@ static PetscErrorCode ReadList(MPMScene *scene, MPMOptions o, PetscInt b, const 
 
     while (k < all && strcasecmp(scene->bodies[k].name, w)) k++;
     if (k == all) MPMOptionsFail(o, "-body_%s_%s %.100s: there is no such body", scene->bodies[b].name, word, w);
+    for (PetscInt q = 0; q < 2 && k < all; q++)
+      if (scene->bodies[q ? k : b].region.type == MPM_REGION_file)
+        MPMOptionsFail(o, "-body_%s_%s %s does not apply: %s has particles from a file, but no shape",
+                       scene->bodies[b].name, word, w, scene->bodies[q ? k : b].name);
     if (k == b)
       MPMOptionsFail(o, "-body_%s_%s %s: a body cannot %s", scene->bodies[b].name, word, w,
                      strcmp(word, "cut") ? "lie within itself" : "cut itself");

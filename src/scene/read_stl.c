@@ -5,6 +5,7 @@
    Inside is what an odd number of surfaces encloses (physics/surface.h), so neither the normals in the file nor the
    sense in which a triangle lists its corners matter. */
 #include <stdlib.h>
+#include <strings.h>
 #include "scene/shapes.h"
 
 #define MOST 50000000 /* triangles of a file */
@@ -34,11 +35,11 @@ static PetscErrorCode ReadAscii(MPMOptions o, const char what[], char text[], Pe
   PetscFunctionBeginUser;
   *n = 0;
   while (!MPMOptionsError(o) && (length = Word(&at, &word, &line))) {
-    if (!k && length == 8 && !strncmp(word, "endsolid", 8)) {
+    if (!k && length == 8 && !strncasecmp(word, "endsolid", 8)) {
       at += strcspn(at, "\n");
       length = Word(&at, &word, &line); /* another solid, or the end */
       if (!length) break;
-      if (length != 5 || strncmp(word, "solid", 5))
+      if (length != 5 || strncasecmp(word, "solid", 5))
         MPMOptionsFail(o, "%.600s:%" PetscInt_FMT ": '%.*s' where solid or the end of the file should be", what, line,
                        (int)PetscMin(length, 40), word);
       at += strcspn(at, "\n");
@@ -48,7 +49,7 @@ static PetscErrorCode ReadAscii(MPMOptions o, const char what[], char text[], Pe
       room = 2 * room + 256;
       PetscCall(PetscRealloc((size_t)room * 9 * sizeof **corner, corner));
     }
-    if (form[k][0] ? length != strlen(form[k]) || strncmp(word, form[k], length) : 0)
+    if (form[k][0] ? length != strlen(form[k]) || strncasecmp(word, form[k], length) : 0)
       MPMOptionsFail(o, "%.600s:%" PetscInt_FMT ": '%.*s' where %s should be", what, line, (int)PetscMin(length, 40),
                      word, k ? form[k] : "facet or endsolid");
     if (!form[k][0] && k > 4) {
@@ -97,7 +98,7 @@ static PetscErrorCode ReadFacets(MPMOptions o, const char what[], char text[], s
   if (n >= 84 && n == 84 + 50 * (size_t)count) {
     *facets = (PetscInt)PetscMin(count, (uint32_t)MOST + 1);
     if (*facets <= MOST) PetscCall(ReadBinary(o, what, text, *facets, corner));
-  } else if (n >= 5 && !strncmp(text, "solid", 5) && strlen(text) == n)
+  } else if (n >= 5 && !strncasecmp(text, "solid", 5) && strlen(text) == n)
     PetscCall(ReadAscii(o, what, text, facets, corner));
   else
     MPMOptionsFail(
@@ -221,6 +222,7 @@ PetscErrorCode MPMSceneReadSTL(MPMCore *core, MPMOptions o, const char name[], M
     if (!MPMOptionsError(o)) {
       for (PetscInt k = 0; k < 9 * facets; k++) corner[k] = scale * corner[k] + shift[k % 3] + 0.0; /* no -0 */
       DropLines(&facets, corner);
+      if (!facets) MPMOptionsFail(o, "%s: all of its facets have two equal corners", what);
       PetscCall(CheckClosed(o, what, facets, corner));
     }
   }

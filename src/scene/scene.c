@@ -3,6 +3,7 @@
    step. */
 #include <strings.h>
 #include "base/checksum.h"
+#include "scene/points.h"
 #include "scene/shapes.h"
 
 /* Sets the cells and the cell size of one axis from -grid_cells or, if h > 0, from -grid_h. */
@@ -131,7 +132,8 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
 /* Reads a body; b->alone says whether it is a shape for others, without particles. Collective on core->comm. */
 static PetscErrorCode ReadBody(MPMScene *scene, MPMCore *core, MPMOptions o, MPMBody *b)
 {
-  char material[MPM_TEXT_LEN] = "";
+  char      material[MPM_TEXT_LEN] = "";
+  PetscBool ppc;
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < 3; d++) b->ppc[d] = scene->ppc;
@@ -143,14 +145,30 @@ static PetscErrorCode ReadBody(MPMScene *scene, MPMCore *core, MPMOptions o, MPM
   if (b->alone) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsDeclared(o, "body_<b>_material", b->name, scene->nmaterials, scene->materials->name,
                                sizeof *scene->materials, &b->material));
-  PetscCall(MPMOptionsInts(o, "body_<b>_ppc", b->name, b->ppc, NULL));
-  PetscCall(MPMOptionsReals(o, "body_<b>_offset", b->name, b->offset, NULL));
+  PetscCall(MPMOptionsInts(o, "body_<b>_ppc", b->name, b->ppc, &ppc));
+  if (b->region.type == MPM_REGION_file)
+    PetscCall(MPMPointsOpen(core, o, b));
+  else
+    PetscCall(MPMOptionsReals(o, "body_<b>_offset", b->name, b->offset, NULL));
   PetscCall(MPMOptionsExpression(o, "body_<b>_velocity", b->name, "xyz", core->grid.dim, &b->velocity));
+  if (b->points && b->points->velocity && b->velocity)
+    MPMOptionsFail(o, "-body_%s_velocity does not apply: %s has velocities", b->name, b->points->path);
+  if (b->points && !b->points->volume && !ppc)
+    MPMOptionsFail(
+        o,
+        "%.600s has no column volume: add one, or give -body_%s_ppc, with which a particle has the volume of "
+        "a cell over ppc on each axis",
+        b->points->what, b->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads all bodies. Those with particles come first, in the order of -bodies, then the shapes alone. Collective on
-   core->comm. */
+/* Returns how late a body comes among all: those on a lattice first, then those from files, then shapes alone. */
+static PetscInt Place(const MPMBody *b)
+{
+  return b->alone ? 2 : b->region.type == MPM_REGION_file ? 1 : 0;
+}
+
+/* Reads all bodies, and puts them into the order of Place and, within it, of -bodies. Collective on core->comm. */
 static PetscErrorCode ReadBodies(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
   const PetscInt all = scene->nbodies;
@@ -160,11 +178,13 @@ static PetscErrorCode ReadBodies(MPMScene *scene, MPMCore *core, MPMOptions o)
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < all; k++) PetscCall(ReadBody(scene, core, o, &was[k]));
   PetscCall(PetscCalloc1(all, &scene->bodies));
-  for (PetscInt alone = 0; alone < 2; alone++)
+  for (PetscInt place = 0; place < 3; place++) {
     for (PetscInt k = 0; k < all; k++)
-      if (was[k].alone == (PetscBool)alone) scene->bodies[n++] = was[k];
+      if (Place(&was[k]) == place) scene->bodies[n++] = was[k];
+    if (place == 0) scene->nfilled = n;
+    if (place == 1) scene->nbodies = n;
+  }
   PetscCall(PetscFree(was));
-  for (scene->nbodies = 0; scene->nbodies < all && !scene->bodies[scene->nbodies].alone;) scene->nbodies++;
   scene->nshapes = all - scene->nbodies;
   if (!scene->nbodies) MPMOptionsFail(o, "-bodies: all are of material none; a scene needs particles");
   PetscCall(MPMSceneReadOthers(scene, o));
@@ -172,6 +192,7 @@ static PetscErrorCode ReadBodies(MPMScene *scene, MPMCore *core, MPMOptions o)
     const MPMSurface *s    = scene->bodies[k].region.surface;
     const size_t      size = s ? (size_t)(s->n * s->dim * s->dim) * sizeof *s->corner : 0;
 
+    if (scene->bodies[k].points) scene->shapes += scene->bodies[k].points->sum;
     if (s) scene->shapes += (PetscInt64)MPMChecksum(s->corner, size, (size_t)k << 40);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -260,7 +281,8 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
     PetscBool used = PETSC_FALSE;
 
     for (PetscInt b = 0; b < scene->nbodies; b++)
-      if (scene->bodies[b].material == m) used = PETSC_TRUE;
+      if (scene->bodies[b].material == m || (scene->bodies[b].points && scene->bodies[b].points->material))
+        used = PETSC_TRUE;
     if (!used) MPMOptionsFail(o, "-materials: no body is of %s; remove it", scene->materials[m].name);
   }
   PetscCall(MPMSceneReadWalls(scene, core, o));
@@ -274,8 +296,10 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
 {
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
-  for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++)
+  for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {
     PetscCall(MPMSceneDestroyRegion(&scene->bodies[k].region));
+    PetscCall(MPMPointsDestroy(&scene->bodies[k].points));
+  }
   PetscCall(MPMForcesDestroy(scene));
   PetscCall(MPMKnownDestroy(scene));
   PetscCall(PetscFree(scene->materials));

@@ -9,10 +9,14 @@
 #include "physics/region.h"
 #include "physics/wall.h"
 
+/* The file of a body's particles; see points.c. */
+typedef struct _MPMPoints MPMPoints;
+
 /* A body: where its particles start, of what, how fast. */
 typedef struct {
   char          name[MPM_NAME_LEN];
   MPMRegion     region;
+  MPMPoints    *points;                 /* its particles are those of a file; or NULL */
   PetscBool     alone;                  /* a shape that cuts others, of material none; it has no particles */
   PetscInt      material, kind, ppc[3]; /* rows of the scene's materials and kinds; particles per cell on each axis */
   PetscReal     offset[3], b[3];        /* of the lattice of its particles: offset and spacing, m */
@@ -41,7 +45,7 @@ typedef struct {
   MPMMaterial  *materials;
   PetscInt      nmaterials;
   MPMBody      *bodies;
-  PetscInt      nbodies, nshapes; /* bodies with particles, and behind them shapes alone */
+  PetscInt      nbodies, nfilled, nshapes; /* bodies with particles, first those on a lattice; then shapes alone */
   MPMKind      *kinds;
   PetscInt      nkinds;
   MPMWalls      walls;
@@ -70,6 +74,11 @@ PetscErrorCode MPMSceneReadWalls(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneCountParticles(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneAddParticles(const MPMScene *, MPMCore *);
 PetscErrorCode MPMSceneHistogram(const MPMScene *, const MPMCore *, MPMHistogram *);
+
+/* The same of particles that are read from files, after those of the functions before (points.c). */
+PetscErrorCode MPMPointsCount(MPMScene *, MPMCore *, MPMOptions);
+PetscErrorCode MPMPointsHistogram(const MPMScene *, const MPMCore *, MPMHistogram *);
+PetscErrorCode MPMPointsAdd(const MPMScene *, MPMCore *);
 
 /* --- Known solutions (known.c) ------------------------------------------------------------------------------------ */
 
