@@ -14,7 +14,7 @@ enum {
   MPM_OBJECTIVE    = 1, /* a rotation rotates the stress and changes no energy */
   MPM_HYPERELASTIC = 2, /* J sig F^-T is the derivative of the energy by F */
   MPM_SMALL_STRAIN = 4, /* sig is the derivative of the energy by sym(F); right for small strains and rotations only */
-  MPM_PLASTIC      = 8, /* tau stays within a yield surface, flow dissipates; else Hencky elasticity on be */
+  MPM_PLASTIC      = 8, /* tau stays within a yield surface, flow dissipates; else a function of be with an energy */
   MPM_FLUID        = 16 /* tau is a function of J, plus a viscous part, which dissipates */
 };
 
