@@ -46,8 +46,6 @@ typedef struct {
   MPMWalls      walls;
   MPMLoad      *loads;
   PetscInt      nloads;
-  PetscInt      nprobes; /* names of the probes; what they show is left to the output */
-  char (*probes)[MPM_NAME_LEN];
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
   MPMKnown     *known;               /* or NULL */
   PetscBool     finest;              /* -reference_type finest: the last run of a study is the reference */
@@ -57,6 +55,9 @@ typedef struct {
   PetscInt64    on_line;             /* particles that start exactly on a line of the grid */
   PetscInt64    rows, *share_first;  /* rows of lattice places; [shares] particles before each of these shares */
   PetscMPIInt   shares;              /* of the rows, one for each process */
+
+  PetscInt nprobes; /* names of the probes; what they show is left to the output */
+  char (*probes)[MPM_NAME_LEN];
 } MPMScene;
 
 /* Reads grid, materials, bodies, walls, forces and known solution; the first fault is left in o. Collective on
