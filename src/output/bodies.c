@@ -1,5 +1,5 @@
-/* bodies.c - sums over the particles of a body as columns of the history (-history_bodies): the rows MPM_BODY_QUANTITY of
-   measures.def. Sums are exact, so they are the same on any number of processes. */
+/* bodies.c - sums over the particles of a body as columns of the history (-history_bodies): the rows
+   MPM_BODY_QUANTITY of measures.def. Sums are exact, so they are the same on any number of processes. */
 #include "output/measures.h"
 #include "step/step.h"
 

@@ -1,5 +1,5 @@
-/* measures.h - columns of the history that one asks for: what walls give, sums of bodies, probes. They stand after those
-   of diagnostics.def, and are computed for each line of the history alone. */
+/* measures.h - columns of the history that one asks for: what walls give, sums of bodies, probes. They stand after
+   those of diagnostics.def, and are computed for each line of the history alone. */
 #ifndef MPM_MEASURES_H
 #define MPM_MEASURES_H
 
@@ -51,13 +51,13 @@ PetscErrorCode MPMMeasuresAdd(MPMMeasures *, const char a[], const char b[], con
                               PetscBool whole);
 PetscInt       MPMMeasuresFind(const MPMMeasures *, const char name[]);
 
-/* Computes the values of all columns. A line of the history has them, which then ends with the second function. Both are
-   collective on exchange.data. */
+/* Computes the values of all columns. A line of the history has them, which then ends with the second function. Both
+   are collective on exchange.data. */
 PetscErrorCode MPMMeasuresCompute(MPMMeasures *, MPMCore *, const MPMScene *);
 void           MPMMeasuresLine(MPMMeasures *, MPMCore *);
 
-/* Bodies (bodies.c) and probes (probes.c): read their options and add their columns, and compute these. The first is not
-   collective, the others are on exchange.data. */
+/* Bodies (bodies.c) and probes (probes.c): read their options and add their columns, and compute these. The first is
+   not collective, the others are on exchange.data. */
 PetscErrorCode MPMBodiesSetFromOptions(MPMMeasures *, const MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMBodiesCompute(MPMMeasures *, MPMCore *, const MPMScene *);
 PetscErrorCode MPMProbesSetFromOptions(MPMMeasures *, const MPMScene *, MPMCore *, MPMOptions);

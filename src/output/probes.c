@@ -1,9 +1,10 @@
-/* probes.c - what the history shows at a place or of a particle (-probes): fields of particles, as snapshots have them.
+/* probes.c - what the history shows at a place or of a particle (-probes): fields of particles, as snapshots have
+   them.
 
    A probe that stays at a place shows the mean over the particles near it, weighted by their mass and by
      W_p = product over the axes of max(0, 1 - |x_p - place|/h).
-   Sums are exact. Where no particle is within a cell size on every axis the values are nan. A probe that goes with a particle shows what this has, and where it is;
-   the values are nan once the particle has left the grid. */
+   Sums are exact. Where no particle is within a cell size on every axis the values are nan. A probe that goes with a
+   particle shows what this has, and where it is; the values are nan once the particle has left the grid. */
 #include "output/measures.h"
 #include "output/output.h"
 #include "step/step.h"

@@ -93,9 +93,9 @@ const char *MPMMaterialSetUp(MPMMaterial *);
    else reads F. Not collective. */
 void MPMMaterialDropF(MPMMaterial *);
 
-/* Return the fields (bits) that the particles of a material carry only if output asks for them, "<name>?" in its row; and
-   add those of these to its state that are among `fields`, with the law that sets them; afterwards the material may not
-   be copied. Not collective. */
+/* Return the fields (bits) that the particles of a material carry only if output asks for them, "<name>?" in its
+   row; and add those of these to its state that are among `fields`, with the law that sets them; afterwards the
+   material may not be copied. Not collective. */
 PetscInt MPMMaterialAsked(const MPMMaterial *);
 void     MPMMaterialKeep(MPMMaterial *, PetscInt fields);
 

@@ -55,9 +55,9 @@ typedef struct {
   PetscBool stretched;                      /* -method_gimp_update stretch */
   PetscReal flip, strain, rate, viscosity;  /* share of FLIP, of the strain rate in aflip; dampings that set flip */
   PetscReal predicted;                      /* s of the steps by the model (MPM_STUDY_PREDICT) */
-  PetscInt  measure; /* the column of MPMMeasures that is -study_quantity; or -1 */
+  PetscInt  measure;                        /* the column of MPMMeasures that is -study_quantity; or -1 */
   PetscReal column[MPM_NUM_DIAGNOSTICS + 1][3][MPM_NUM_SEEN]; /* by row of MPMDiagnostics; the last is that measure */
-  PetscBool interrupted; /* by a signal: the study should end */
+  PetscBool interrupted;                                      /* by a signal: the study should end */
   char      refused[MPM_TEXT_LEN], stop[MPM_TEXT_LEN],
       wrong
           [MPM_TEXT_LEN]; /* why the options were refused, why it stopped, what the program warns of (MPMMethodWrong); or "" */

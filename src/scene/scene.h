@@ -57,8 +57,6 @@ typedef struct {
   MPMExpression wall_velocity[6]; /* of faces whose velocity is a formula: m/s, of t; else NULL */
   MPMLoad      *loads;
   PetscInt      nloads;
-  PetscInt      nprobes; /* names of the probes; what they show is left to the output */
-  char (*probes)[MPM_NAME_LEN];
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
   MPMKnown     *known;               /* or NULL */
   MPMInitial   *initial;             /* or NULL: bodies start without stress */
@@ -70,6 +68,9 @@ typedef struct {
   PetscInt64    on_line;             /* particles that start exactly on a line of the grid */
   PetscInt64    rows, *share_first;  /* rows of lattice places; [shares] particles before each of these shares */
   PetscMPIInt   shares;              /* of the rows, one for each process */
+
+  PetscInt nprobes; /* names of the probes; what they show is left to the output */
+  char (*probes)[MPM_NAME_LEN];
 } MPMScene;
 
 /* Reads grid, materials, bodies, walls, forces and known solution; the first fault is left in o. Collective on

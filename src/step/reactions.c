@@ -1,11 +1,12 @@
-/* reactions.c - what walls give the matter: the impulse of the wall of each face on the nodes, N s, and its work, J, for
-   the faces that the history asks for (-history_walls). It reads nodes between phases, as energy.c does, and every sum is
-   exact (MPMSum), so a sum has the same bits on any number of processes. docs/theory.md derives them (Reactions of walls).
+/* reactions.c - what walls give the matter: the impulse of the wall of each face on the nodes, N s, and its work, J,
+   for the faces that the history asks for (-history_walls). It reads nodes between phases, as energy.c does, and
+   every sum is exact (MPMSum), so a sum has the same bits on any number of processes. docs/theory.md derives them
+   (Reactions of walls).
 
-   What particles take over of a wall depends on the transfer. FLIP takes the acceleration that the wall made, PIC and
-   APIC the momentum that they find at the nodes; xpic takes FLIP's part and loses what its last filter phase does not
-   give back; afmpm takes FLIP's part and that of its last correction. The sum over all walls is the change of the
-   particles' momentum less the impulse of gravity and loads. */
+   What particles take over of a wall depends on the transfer. FLIP takes the acceleration that the wall made, PIC
+   and APIC the momentum that they find at the nodes; xpic takes FLIP's part and loses what its last filter phase
+   does not give back; afmpm takes FLIP's part and that of its last correction. The sum over all walls is the change
+   of the particles' momentum less the impulse of gravity and loads. */
 #include "parallel/exchange.h"
 #include "physics/wall.h"
 #include "step/step.h"
@@ -26,8 +27,8 @@ PetscErrorCode MPMReactionsDestroy(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the phases whose walls count, after the program of a step is known: the advance always does; of the phases before
-   it that of the last filter of xpic, and after it that of the last correction of afmpm. */
+/* Finds the phases whose walls count, after the program of a step is known: the advance always does; of the phases
+   before it that of the last filter of xpic, and after it that of the last correction of afmpm. */
 void MPMReactionsSetUp(MPMCore *core)
 {
   MPMReactions *r      = core->reactions;
@@ -125,8 +126,8 @@ static void Give(MPMCore *core, const Touch *t, PetscBool again, const PetscReal
   }
 }
 
-/* Sets V [dim] to the velocity at which walls hold the node; walls that do not move have the velocity 0. At a corner the
-   last wall counts, as in physics/wall.c. */
+/* Sets V [dim] to the velocity at which walls hold the node; walls that do not move have the velocity 0. At a corner
+   the last wall counts, as in physics/wall.c. */
 static void WallVelocity(const MPMCore *core, const Touch *t, PetscReal V[])
 {
   for (PetscInt d = 0; d < core->grid.dim; d++) V[d] = 0;
@@ -138,8 +139,8 @@ static void WallVelocity(const MPMCore *core, const Touch *t, PetscReal V[])
   }
 }
 
-/* Adds what the walls of a node did in the advance; v, a: its motion after it. u is the mean velocity of energy.c, along
-   which the impulse does its work. n->p still is the momentum that the particles gave. */
+/* Adds what the walls of a node did in the advance; v, a: its motion after it. u is the mean velocity of energy.c,
+   along which the impulse does its work. n->p still is the momentum that the particles gave. */
 static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, const PetscReal v[])
 {
   const MPMParams    *par  = &core->params;
@@ -173,7 +174,8 @@ static void AddAgain(MPMCore *core, const Touch *t, const MPMNode *n, const Pets
   Give(core, t, PETSC_TRUE, J, W);
 }
 
-/* Adds what the walls of a node did to the velocity v that a filter or, where `was` is v before it, a correction made. */
+/* Adds what the walls of a node did to the velocity v that a filter or, where `was` is v before it, a correction
+   made. */
 static void AddVelocity(MPMCore *core, const Touch *t, const MPMNode *n, const PetscReal v[], const PetscReal was[])
 {
   const PetscInt dim = core->grid.dim;
@@ -209,8 +211,8 @@ PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
   const MPMPhase     *phase   = core->program[k];
   const PetscBool     advance = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
   const PetscInt      own = patch->own_lo[0] - patch->lo[0], dim = core->grid.dim;
-  const PetscBool     again = core->energy.mean == MPM_MEAN_AGAIN && phase->nodes == MPMNodesVelocityAgain ? PETSC_TRUE
-                                                                                                           : PETSC_FALSE;
+  const PetscBool     twice = core->energy.mean == MPM_MEAN_AGAIN ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool     again = twice && phase->nodes == MPMNodesVelocityAgain ? PETSC_TRUE : PETSC_FALSE;
   PetscInt            at    = 0;
 
   PetscFunctionBeginUser;

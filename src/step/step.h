@@ -32,13 +32,13 @@ PetscErrorCode MPMStepBound(MPMCore *);
    nodes did, where that counts. MPMEnergyLost returns whether a law stores only a part of the work of its stress.
    MPMEnergyHeat asks for the dissipation of n bodies with ids [2 k] .. [2 k + 1] - 1, and MPMEnergyFollows returns
    whether anything is to be summed. Not collective. */
-PetscErrorCode MPMEnergyStep(MPMCore *, PetscBool begins);
-PetscErrorCode MPMEnergyNodes(MPMCore *, const MPMPhase *);
-PetscErrorCode MPMEnergyDestroy(MPMEnergy *);
-PetscInt       MPMEnergyBytes(const MPMCore *); /* memory that it needs for a particle */
-PetscBool      MPMEnergyLost(const MPMMaterial *);
-PetscErrorCode MPMEnergyHeat(MPMEnergy *, PetscInt n);
-PetscErrorCode MPMEnergyHeatDestroy(MPMEnergy *);
+PetscErrorCode       MPMEnergyStep(MPMCore *, PetscBool begins);
+PetscErrorCode       MPMEnergyNodes(MPMCore *, const MPMPhase *);
+PetscErrorCode       MPMEnergyDestroy(MPMEnergy *);
+PetscInt             MPMEnergyBytes(const MPMCore *); /* memory that it needs for a particle */
+PetscBool            MPMEnergyLost(const MPMMaterial *);
+PetscErrorCode       MPMEnergyHeat(MPMEnergy *, PetscInt n);
+PetscErrorCode       MPMEnergyHeatDestroy(MPMEnergy *);
 MPM_INLINE PetscBool MPMEnergyFollows(const MPMCore *core)
 {
   return core->energy.loads || core->energy.on || core->energy.nheat ? PETSC_TRUE : PETSC_FALSE;
