@@ -28,7 +28,7 @@ PetscReal MPMMemoryHere(const char what[])
    both; if particles have changed process, also the numbers as PETSc packs them, of which it was seen to need some. */
 #define SNAPSHOT_BYTES (2 * 9 * 8 + 16)
 #define PACKED_BYTES   40
-#define ROOM           1.1  /* of messages and jobs: they have room for a quarter more, most of which is not written to */
+#define ROOM           1.1  /* of messages and jobs: most of their room for a quarter more is not written to */
 #define SENT           0.6  /* part of the sums of a tile that a phase makes, and messages have */
 #define NODE_BYTES     72   /* of a node in a snapshot: mass and velocity here and sorted, and the graph */
 #define LIMITS_BYTES   96e6 /* the arrays of MPMLimits */
