@@ -89,7 +89,7 @@ typedef struct {
   PetscReal  t, every_was, history_was, output_was; /* s */
   PetscInt64 history_length, history_sum;           /* bytes of the history, and their checksum */
   PetscBool  own;                                   /* the history in the folder is that of the checkpoint */
-  PetscInt64 shapes; /* checksum of the files that shapes and particles were read from */
+  PetscInt64 shapes;                                /* checksum of the files that shapes and particles were read from */
   PetscInt64 total, energies[MPM_NUM_ENERGIES][MPM_SUM_WORDS], lost[MPM_NUM_LOST][MPM_SUM_WORDS];
   /* Of a restart: the file; a damaged one that was passed over, and why; options that differ. */
   char git[MPM_NAME_LEN], *options; /* of the file: the program that wrote it */
