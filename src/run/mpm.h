@@ -162,6 +162,7 @@ PetscErrorCode MPMMethodSetFromOptions(MPM, MPMOptions);
 PetscErrorCode MPMNotes(MPM);
 PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
+PetscErrorCode MPMReportEnergy(MPM);
 PetscErrorCode MPMReportEnd(MPM);
 
 /* Writes why this basis, update and transfer give wrong results together, with what to use instead, or ""

@@ -123,14 +123,6 @@ static PetscErrorCode PrintParallel(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether a wall gives matter a velocity. */
-static PetscBool MovingWall(MPM mpm)
-{
-  for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++)
-    if (MPMWallMoves(mpm->scene.walls.given[k / 2][k % 2].type)) return PETSC_TRUE;
-  return PETSC_FALSE;
-}
-
 /* Prints what each load acts on at the start. Collective on the exchange. */
 static PetscErrorCode PrintLoads(MPM mpm)
 {
@@ -236,79 +228,6 @@ PetscErrorCode MPMReportStart(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the terms of the change of energy (-history_energy), in J and as a part of the largest energy and the work. */
-static PetscErrorCode PrintTerms(MPM mpm)
-{
-  static const struct {
-    const char *name;
-    PetscInt    row;
-  } terms[] = {
-      {"gravity", MPM_SHOWS_energy_gravity}, {"loads", MPM_SHOWS_load_work},
-      {"walls", MPM_SHOWS_energy_walls},     {"friction", MPM_SHOWS_energy_friction},
-      {"damping", MPM_SHOWS_energy_damping}, {"transfer", MPM_SHOWS_energy_transfer},
-      {"laws", MPM_SHOWS_energy_laws},       {"integration", MPM_SHOWS_energy_integration},
-  };
-  const MPMShown  shown = MPMMonitorShown(&mpm->monitor, &mpm->core, &mpm->scene);
-  const PetscReal base  = mpm->monitor.energy_max + PetscAbsReal(MPMShownWork(&shown));
-  PetscReal       sum   = 0;
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMPrint(&mpm->core.print, "terms      of the change of energy, J, and in %% of %g J\n", (double)base));
-  for (size_t k = 0; k < sizeof terms / sizeof terms[0]; k++) {
-    const PetscReal value = MPMDiagnostics[terms[k].row].value(&shown);
-
-    if (terms[k].row == MPM_SHOWS_energy_damping && !MPMDampingIsOn(&mpm->core)) continue;
-    sum += value;
-    PetscCall(MPMPrint(&mpm->core.print, "  %-12s %14.6g  %8.3f\n", terms[k].name, (double)value,
-                       base > 0 ? (double)(100 * value / base) : 0));
-  }
-  PetscCall(MPMPrint(&mpm->core.print, "  %-12s %14.6g  %8.3f\n", "all", (double)sum,
-                     base > 0 ? (double)(100 * sum / base) : 0));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Prints the energies at the start and at the end, as the history has them, and warnings if they are doubtful. */
-static PetscErrorCode PrintEnergy(MPM mpm)
-{
-  const MPMShown  shown = MPMMonitorShown(&mpm->monitor, &mpm->core, &mpm->scene);
-  const PetscReal work = MPMShownWork(&shown), residual = MPMShownResidual(&shown);
-  PetscReal       energy[2][2]; /* [start, end][kinetic, strain] */
-
-  PetscFunctionBeginUser;
-  for (int k = 0; k < 2; k++) {
-    const MPMTotals *t = k ? shown.now : shown.start;
-
-    energy[k][0] = t->sum[MPM_SHOWS_kinetic_energy][0];
-    energy[k][1] = t->sum[MPM_SHOWS_strain_energy][0];
-  }
-  PetscCall(MPMPrint(&mpm->core.print, "energy     kinetic %g -> %g J, strain %g -> %g J, total %g -> %g J",
-                     (double)energy[0][0], (double)energy[1][0], (double)energy[0][1], (double)energy[1][1],
-                     (double)(energy[0][0] + energy[0][1]), (double)(energy[1][0] + energy[1][1])));
-  if (work != 0)
-    PetscCall(MPMPrint(&mpm->core.print, ", work of %s %g J, residual %g J",
-                       !mpm->core.energy.loads ? "gravity" : "gravity, body forces and loads", (double)work,
-                       (double)residual));
-  PetscCall(MPMPrint(&mpm->core.print, "\n"));
-  if (mpm->core.energy.on) PetscCall(PrintTerms(mpm));
-  if (mpm->core.damping.kinetic)
-    PetscCall(MPMPrint(&mpm->core.print, "damping    all velocities were set to 0 %" PetscInt_FMT " times\n",
-                       mpm->core.damping.stops));
-  if (!mpm->scene.body_force && !MovingWall(mpm) && residual > 0.05 * (mpm->monitor.energy_max + PetscAbsReal(work)))
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    energy grew by %.2g of its largest value, which nothing in the scene explains\n",
-                       (double)(residual / (mpm->monitor.energy_max + PetscAbsReal(work)))));
-  if (mpm->courant > 1)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    dt reached %.3g h/(c+|v|) on the way, above the bound 1: do not trust the results\n",
-                       (double)mpm->courant));
-  else if (mpm->wave > MPMStableOf(&mpm->core, &mpm->method).rest * (1 + 1e-9))
-    PetscCall(MPMPrint(
-        &mpm->core.print,
-        "warning    dt reached %.3g h/c on the way, and the method is stable up to %g: do not trust the results\n",
-        (double)mpm->wave, (double)MPMStableOf(&mpm->core, &mpm->method).rest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Prints how far the stress is from what nodes and particles agree on, unless all of it is rounding. The memory of
    the next order, which no step follows to use, has room for a number of each particle. Collective on the exchange. */
 _Static_assert(sizeof(float) <= sizeof(PetscInt), "the order has room for numbers of float");
@@ -411,7 +330,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
     PetscCall(MPMPrint(&mpm->core.print, "done       %" PetscInt_FMT " steps, t=%g s, in %.3g s%s\n", mpm->core.step,
                        (double)mpm->core.t, now - mpm->report.start,
                        mpm->core.t < mpm->time.end ? " (-time_max_steps)" : ""));
-  PetscCall(PrintEnergy(mpm));
+  PetscCall(MPMReportEnergy(mpm));
   PetscCall(MPMAdvanceReport(mpm));
   if (mpm->report.indicator && !MPMStatusIsBad(&mpm->core.status) && mpm->core.particles.total)
     PetscCall(PrintIndicator(mpm));

@@ -74,7 +74,7 @@ PetscErrorCode MPMPointsOpenHDF5(MPMOptions o, MPMPoints *p)
   const hid_t file     = Open(p->path);
   char        why[128] = "";
   PetscBool  *has[5]   = {NULL, &p->velocity, &p->deformation, &p->volume, &p->material};
-  PetscInt64  all[5] = {-1, -1, -1, -1, -1};
+  PetscInt64  all[5]   = {-1, -1, -1, -1, -1};
 
   PetscFunctionBeginUser;
   p->hdf5 = PETSC_TRUE;
