@@ -157,7 +157,8 @@ PetscErrorCode MPMMethodWarnings(MPM, PetscReal dt);
 /* Reads -method_*, -time_* and -dt_* (method.c); faults are left in the options. Not collective. */
 PetscErrorCode MPMMethodSetFromOptions(MPM, MPMOptions);
 
-/* Print notes on the options, the start of a run, its progress and its end (report.c, notes.c). MPMNotes is collective
+/* Print notes on the options, the start of a run, its progress and its end (report.c, notes.c), of which
+   MPMReportEnergy prints the lines about energy (report_energy.c). MPMNotes is collective
    on core.comm, the start and the end on exchange.data, and the progress is not collective. */
 PetscErrorCode MPMNotes(MPM);
 PetscErrorCode MPMReportStart(MPM);
