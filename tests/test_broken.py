@@ -78,7 +78,7 @@ class Scene:
         self.dim = int(self.value["dim"])
         self.rows = rows
         names = {"m": self.value["materials"].split(","), "b": self.value["bodies"].split(","),
-                 "l": self.value.get("loads", "").split(","), "f": [f"{axis}{side}" for axis in "xyz" for side in ("min", "max")]}
+                 "l": self.value.get("loads", "").split(","), "p": self.value.get("probes", "").split(","), "f": [f"{axis}{side}" for axis in "xyz" for side in ("min", "max")]}
         self.legal = {}
         for row in rows.values():
             kind = re.search(r"<(\w)>", row.name)

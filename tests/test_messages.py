@@ -229,7 +229,7 @@ def interrupt(session):
 def on_terminal():
     """A long run whose standard output is a terminal, ended after 4 s: what it prints."""
     leader, follower = pty.openpty()
-    process = subprocess.Popen([check.program, *BAR, *QUIET, "-history_every", "1e9", "-time_end", "1e6", "-output_dir", "out"], stdin=subprocess.DEVNULL, stdout=follower,
+    process = subprocess.Popen([check.program, *BAR, *QUIET, "-check_energy", "0", "-history_every", "1e9", "-time_end", "1e6", "-output_dir", "out"], stdin=subprocess.DEVNULL, stdout=follower,
                                stderr=subprocess.DEVNULL, env=os.environ | mpi.ENVIRONMENT | mpi.ALONE)
     os.close(follower)
     time.sleep(4)
@@ -246,7 +246,7 @@ def on_terminal():
 
 status, said = on_terminal()
 check.that(status == 3 and re.search(r"\rstep \d+  t=\S+ of 1e\+06 s  \d+ %  \d+ s left", said), f"the line of progress on a terminal: status {status} {said[-200:]!r}")
-long = ["-time_end", "1e6", "-history_every", "1"]
+long = ["-time_end", "1e6", "-history_every", "1", "-check_energy", "0"]
 study("SIGTERM in a study of convergence", 3, "interrupted by a signal; the results are complete up to here", "-study_type", "convergence", *long, during=interrupt)
 study("SIGTERM in one of work and precision", 3, "interrupted by a signal; the same command goes on with the runs that are left", *work, "-study_basis", "bspline2", *long, during=interrupt)
 check.end()

@@ -1024,10 +1024,15 @@ static void Affine(int dim, MPMBasis basis)
   static Bench b;
   static State s, before;
   const int    inertia = MPMBasisInertia(basis);
-  MPMParams    par     = {
-             .dt = 0.125, .flip = 0, .strain = 1, .kinds = kinds, .nkinds = nkinds, .materials = materials, .own_inertia = PETSC_TRUE};
-  MPMGrid   g = Grid(dim, basis, MPM_WALL_BASIS_EXTRAP, 1);
-  PetscReal A[9], c[3];
+  MPMParams    par     = {.dt          = 0.125,
+                          .flip        = 0,
+                          .strain      = 1,
+                          .kinds       = kinds,
+                          .nkinds      = nkinds,
+                          .materials   = materials,
+                          .own_inertia = PETSC_TRUE};
+  MPMGrid      g       = Grid(dim, basis, MPM_WALL_BASIS_EXTRAP, 1);
+  PetscReal    A[9], c[3];
 
   core.needs.affine = PETSC_TRUE;
   UnitContext("affine field, dim %d, basis %d", dim, (int)basis);
@@ -1178,8 +1183,9 @@ static void Correction(int dim, MPMBasis basis)
   static Bench  b;
   static State  s;
   static Node   nodes[MAX_STENCIL];
-  const MPMGrid g = Grid(dim, basis, MPM_WALL_BASIS_EXTRAP, 0);
-  MPMParams par   = {.dt = 0.125, .flip = 0, .strain = 1, .kinds = kinds, .nkinds = nkinds, .materials = materials, .walls = &walls};
+  const MPMGrid g   = Grid(dim, basis, MPM_WALL_BASIS_EXTRAP, 0);
+  MPMParams     par = {
+          .dt = 0.125, .flip = 0, .strain = 1, .kinds = kinds, .nkinds = nkinds, .materials = materials, .walls = &walls};
 
   for (int constant = 0; constant < 2; constant++) {
     static long double missing[3 * MAX_NODES];
@@ -1378,6 +1384,22 @@ static PetscErrorCode TestMethods(int dim, MPMBasis basis, MPMWallBasis wall)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* The constants of johnsoncook: elastic as E and nu say. */
+static void Shock(MPMMaterial *m)
+{
+  const PetscReal K = m->E / (3 * (1 - 2 * m->nu));
+
+  m->c0        = PetscSqrtReal(K / m->rho);
+  m->shear     = m->E / (2 * (1 + m->nu));
+  m->slope     = 1.2;
+  m->gruneisen = 1.9;
+  m->heat      = 2e-5 * K / m->rho;
+  m->share     = 0.9;
+  m->power = m->softening = m->rate0 = 1;
+  m->temperature                     = 300;
+  m->melting                         = -1;
+}
+
 int main(int argc, char **argv)
 {
   PetscFunctionBeginUser;
@@ -1399,6 +1421,7 @@ int main(int argc, char **argv)
                        .hardening = 100,
                        .friction  = 30,
                        .cohesion  = 10};
+    if (!strcmp(type->name, "johnsoncook")) Shock(m);
     CHECK(MPMMaterialSetUp(m) == NULL);
     for (int k = 0; k < (nmaterials ? 1 : 2); k++)
       kinds[nkinds++] = (MPMKind){.material = nmaterials,
