@@ -130,12 +130,13 @@ def run(n, arguments, timeout=120, mpiexec="mpiexec", during=None, plain=False, 
 
 
 def own_lines(err):
-    """Lines of standard error that are not mpiexec's notices: those stand between lines of dashes."""
+    """Lines of standard error that are not mpiexec's notices, which stand between lines of dashes, nor a warning that its
+    library of events sometimes prints as it ends."""
     lines, notice = [], False
     for line in err.splitlines():
         if len(line) > 20 and set(line) == {"-"}:
             notice = not notice
-        elif not notice and line.strip():
+        elif not notice and line.strip() and not line.startswith("[warn] Epoll "):
             lines.append(line)
     return lines
 
