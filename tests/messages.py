@@ -42,6 +42,9 @@ NONE = {
     "needs a period > 0": "the range of its option is checked before; unit_reference.c tests it",
     "needs a mode >= 1": "the same",
     "simulated  %.9g s a step": "the program that `make simulate` builds",
+    "more than %d facets": "a file of 2.5 GB",
+    "it cannot be read": "a file of particles that vanishes between two readings of it",
+    "eos fit": "the start of a list of options",
     "steps too long where particles cross cells": "a note in a table of a study, which test_messages.py reads",
 }
 WORDS = re.compile(r"\b[A-Za-z]{2,}\b.* .*\b[A-Za-z]{2,}\b", re.S)

@@ -99,6 +99,8 @@ box("bodies that leave", 0, "lost       64 of 73 particles", *gone, "30")
 box("a load on nothing", 0, "warning    load l acts on no particle", *gone, "31", "-restart_file", "latest")
 fluid = re.sub(r"-material_m_(E|nu) .*\n", "", BOX).replace("neohookean", "fluid") + "-material_m_K 1e3\n-material_m_viscosity 1e3\n"
 box("a step too long for viscosity", 0, r"warning    dt is above the bound of viscosity, h\^2/\(2 dim nu\) = \S+ s: expect the run to blow up", *FEW, "-dt_size", "0.01", text=fluid)
+soil = BOX.replace("neohookean", "druckerprager") + "-material_m_friction_angle 60\n"
+box("a friction angle without an equal in plane strain", 0, "acts in plane strain like 90 degrees or more, so that it hardly flows; if 60 is meant in plane strain, give", *FEW, text=soil)
 
 # ---- Refusals
 

@@ -72,7 +72,7 @@ def prepare(arguments, folder):
     words, bare, name = [], False, None
     with open(DISKS, encoding="latin-1") as f:
         text = f.read()
-    for word in shlex.split(arguments.replace("\\", "\\\\").replace('\\\\"', '\\"')):
+    for word in shlex.split(arguments.replace("{long}", "x" * 3000).replace("\\", "\\\\").replace('\\\\"', '\\"')):
         key, _, value = word.partition(":")
         if key == "bare":
             bare = True
@@ -87,7 +87,7 @@ def prepare(arguments, folder):
         elif key == "file":
             name = value
         else:
-            words.append(unescape(word.replace("{long}", "x" * 3000)).replace("DISKS", DISKS).encode("latin-1").decode())
+            words.append(unescape(word).replace("DISKS", DISKS).encode("latin-1").decode())
     if name:
         with open(os.path.join(folder, name), "wb") as f:
             f.write(text.encode("latin-1"))

@@ -252,10 +252,20 @@ def check_refusals():
     check.write("cut.stl", text[:len(text) // 2])
     check.write("word.stl", text.replace("vertex 0.6", "vertex 0,6", 1))
     check.write("no.stl", "facet\n")
+    check.write("behind.stl", text + "the end\n")
+    check.write("within.stl", text[:text.index("outer")])
+    check.write("empty.stl", "solid none\nendsolid none\n")
+    ascii_stl("lines.stl", np.zeros((4, 3, 3)))
+    binary_stl("inf.stl", np.where(np.arange(9 * len(good)).reshape(good.shape) == 30, np.inf, good))
+    check.write("heading.csv", "x,y\n")
+    check.write("eight.csv", "0.5,0.5\n1,0\n1,1\n0.5,0.5\n0,0\n0,1\n")
+    check.write("zero.csv", "0.1,0.1\n0.5,0.1\0\n0.5,0.5\n")
     check.write("bad.csv", "x,y\n0.1,0.1\n0.5 0.1\n0.5,high\n")
     check.write("few.csv", "0.1,0.1\n0.5,0.1\n0.1,0.1\n")
     scene("flat", 2, {"b": ["shape polygon"]})
     scene("deep", 3, {"b": ["shape stl"]})
+    scene("thin", 1, {"b": ["material m"]})
+    scene("both", 2, {"a": ["shape box", "lower 0,0", "upper 1,1"], "b": ["shape file", "ppc 2,2"]})
     scene("tools", 2, {"a": ["shape box", "lower 0,0", "upper 1,1", "material none"]})
     scene("cut", 2, {"a": ["shape box", "lower 0,0", "upper 1,1"], "b": ["shape sphere", "center 0.5,0.5", "radius 0.2"], "c": ["shape sphere", "center 0.5,0.5", "radius 0.1"]})
     shape = "-body_b_shape"
@@ -264,13 +274,17 @@ def check_refusals():
     for name, lines in {"colour": "x,y,colour\n0.5,0.5,1\n", "twice": "x,y,x\n0.5,0.5,1\n", "part": "x,y,vx\n0.5,0.5,1\n", "head": "x,y\n", "short": "x,y,volume\n0.5,0.5,1\n#\n0.5,0.6\n",
                         "word": "x,y,volume\n0.5,0.5,one\n", "none": "x,y,volume\n0.5,0.5,0\n", "flip": "x,y,volume,Fxx,Fxy,Fyx,Fyy\n0.5,0.5,1,1,0,0,-1\n",
                         "far": "x,y,volume,Fxx,Fxy,Fyx,Fyy\n0.5,0.5,1,1e-200,0,0,1e200\n",
-                        "steel": "x,y,volume,material\n0.5,0.5,1,m\n0.5,0.5,1,steel\n", "out": "x,y,volume\n0.5,1.5,1\n", "lattice": "x,y\n0.5,0.5\n", "moving": "x,y,vx,vy,volume\n0.5,0.5,1,1,1\n"}.items():
+                        "steel": "x,y,volume,material\n0.5,0.5,1,m\n0.5,0.5,1,steel\n", "out": "x,y,volume\n0.5,1.5,1\n", "lattice": "x,y\n0.5,0.5\n", "moving": "x,y,vx,vy,volume\n0.5,0.5,1,1,1\n",
+                        "strained": "x,y,volume,Fxx,Fxy,Fyx,Fyy\n0.5,0.5,1,1,0,0,1\n", "nan": "x,y,volume\n0.5,nan,1\n",
+                        "volumes": "x,y,volume\n" + "".join(f"0.5,0.5,{k}\n" for k in range(1, 65538))}.items():
         check.write(f"p_{name}.csv", lines)
 
     for name, sets in {"bare": {"v": 2}, "rows": {"x": (3, 2), "v": (4, 2)}, "wide": {"x": (3, 3)}, "minus": {"x": (3, 2), "volume": (3,)}, "kind": {"x": (3, 2), "volume": (3,), "material": (3,)}}.items():
         with h5py.File(f"p_{name}.h5", "w") as file:
             for set_, size in sets.items():
                 file[set_] = np.full(size, 0.5 if name != "minus" or set_ == "x" else -1.0) if set_ != "material" else np.array([0, 1, 0])
+    with h5py.File("p_text.h5", "w") as file:
+        file["x"] = np.array([[b"a", b"b"]])
 
     def points(name):
         return ["-body_b_file", f"p_{name}.csv"]
@@ -289,6 +303,13 @@ def check_refusals():
         ("flat", ["-body_b_file", "few.csv"], "-body_b_file few.csv: loop 1 has 2 vertices, a loop needs 3"),
         ("flat", ["-body_b_file", "none.csv"], "-body_b_file: cannot read none.csv: No such file or directory"),
         ("flat", ["-body_b_vertices", "0,0 1,0 1,2"], "body b lies outside of the grid"),
+        ("flat", ["-body_b_file", "heading.csv"], "-body_b_file heading.csv: it has no vertices"),
+        ("flat", ["-body_b_file", "eight.csv"], "-body_b_file eight.csv: loop 1 has no area"),
+        ("flat", ["-body_b_file", "zero.csv"], "-body_b_file: zero.csv is no text"),
+        ("flat", ["-body_b_vertices", "0,0 0.5,0 0,0.5", "-body_b_lower", "0.6,0.6"], "-body_b_vertices: nothing of it lies between -body_b_lower and -body_b_upper"),
+        ("flat", [shape, "box"], "-body_b_lower is required (lower corner of a box)"),
+        ("thin", [shape, "cylinder"], "-body_b_shape cylinder needs -dim 3: in 1-D a body is a box"),
+        ("thin", [shape, "polygon"], "-body_b_shape polygon needs -dim 2 or 3: in 1-D a body is a box"),
         ("flat", [shape, "cylinder"], "-body_b_shape cylinder needs -dim 3: in 2-D a disk is a sphere, and its side view a box"),
         ("flat", [shape, "stl", "-body_b_file", "good.stl"], "-body_b_shape stl needs -dim 3: choose polygon in 2-D, box in 1-D"),
         ("flat", [shape, "halfspace", "-body_b_point", "0,0", "-body_b_normal", "0,0"], "-body_b_normal is 0, which is no direction"),
@@ -302,6 +323,11 @@ def check_refusals():
         ("deep", ["-body_b_file", "hole.stl"], "-body_b_file hole.stl is not closed: 3 edges belong to one facet only, such as that from 0.2,0.2,0.2 to 0.2,0.6,0.2;"),
         ("deep", ["-body_b_file", "twice.stl"], "-body_b_file twice.stl: 3 edges belong to more than two facets, such as that from 0.2,0.2,0.2 to 0.2,0.6,0.2, to 3;"),
         ("deep", ["-body_b_file", "cut.stl"], "-body_b_file cut.stl:44: 'f' where facet or endsolid should be"),
+        ("deep", ["-body_b_file", "behind.stl"], "-body_b_file behind.stl:87: 'the' where solid or the end of the file should be"),
+        ("deep", ["-body_b_file", "within.stl"], "-body_b_file within.stl:3: the file ends within a facet"),
+        ("deep", ["-body_b_file", "empty.stl"], "-body_b_file empty.stl has no facets"),
+        ("deep", ["-body_b_file", "lines.stl"], "-body_b_file lines.stl: all of its facets have two equal corners"),
+        ("deep", ["-body_b_file", "inf.stl"], "-body_b_file inf.stl: a corner of facet 4 is not finite"),
         ("deep", ["-body_b_file", "word.stl"], "-body_b_file word.stl:18: '0,6' is not a number"),
         ("deep", ["-body_b_file", "no.stl"], "-body_b_file no.stl is no STL file"),
         ("deep", ["-body_b_file", "good.stl", "-body_b_scale", "1000"], "body b lies outside of the grid: it reaches from x = 200 to 600"),
@@ -316,6 +342,10 @@ def check_refusals():
         ("lines", points("none"), "-body_b_file p_none.csv:2: volume 0 is not above 0"),
         ("lines", points("flip"), "-body_b_file p_flip.csv:2: det F = -1 is not above 0"),
         ("lines", points("far"), "-body_b_file p_far.csv:2: F is too far from 1"),
+        ("lines", points("nan"), "-body_b_file p_nan.csv:2: a value is not finite"),
+        ("lines", points("volumes"), "-body_b_file p_volumes.csv: its particles have more than 65536 volumes; round them"),
+        ("lines", points("strained") + ["-material_m_model", "druckerprager", "-material_m_friction_angle", "30"],
+         "-body_b_file p_strained.csv: F of m does not apply: the stress of this material depends on its history"),
         ("lines", points("steel"), "-body_b_file p_steel.csv:3: material steel is not declared"),
         ("lines", points("out"), "body b lies outside of the grid: its particle at y = 1.5"),
         ("lines", points("lattice"), "-body_b_file p_lattice.csv has no column volume: add one, or give -body_b_ppc"),
@@ -325,6 +355,7 @@ def check_refusals():
         ("lines", points("moving") + ["-body_b_deformation", "1,0,0,1"], "-body_b_deformation does not apply: body b has shape file"),
         ("lines", points("moving") + ["-study_type", "convergence", "-reference_type", "finest"], "-study_type convergence does not apply: the particles of b come from a file"),
         ("lines", ["-body_b_file", "p_bare.h5"], "-body_b_file p_bare.h5: it has no dataset x"),
+        ("lines", ["-body_b_file", "p_text.h5", "-body_b_ppc", "2,2"], ": dataset x cannot be read as numbers"),
         ("lines", ["-body_b_file", "p_rows.h5"], "-body_b_file p_rows.h5: x has 3 rows, v 4"),
         ("lines", ["-body_b_file", "p_wide.h5"], "-body_b_file p_wide.h5: dataset x has not 2 numbers a particle"),
         ("lines", ["-body_b_file", "p_minus.h5"], "-body_b_file p_minus.h5, particle 1: volume -1 is not above 0"),
@@ -334,6 +365,8 @@ def check_refusals():
         ("cut", ["-body_a_cut", "a"], "-body_a_cut a: a body cannot cut itself"),
         ("cut", ["-body_a_cut", "b,b"], "-body_a_cut names b, which -body_a_cut or -body_a_within has named before"),
         ("cut", ["-body_a_cut", "b", "-body_b_within", "c", "-body_c_cut", "a"], "-body_a_cut: the shape of a would depend on itself, through the bodies that it names"),
+        ("cut", ["-body_a_within", "a"], "-body_a_within a: a body cannot lie within itself"),
+        ("both", points("lattice") + ["-body_a_cut", "b"], "-body_a_cut b does not apply: b has particles from a file, but no shape"),
         ("cut", ["-body_b_cut", "a"], "body b has no particles"),
         ("cut", ["-body_b_material", "none"], "-body_b_material none: no -body_<b>_cut and no -body_<b>_within names b; remove it"),
         ("cut", ["-body_b_material", "none", "-body_a_cut", "b", "-body_b_velocity", "1,1"], "-body_b_velocity "),
