@@ -155,7 +155,19 @@ def check_shock():
         check.that(off < 1e-12, f"shock at {up:g} m/s: the terms of the energy add up to {off:.1e}; transfer {terms['transfer'][-1] / history['total_energy'][0]:.4f}, laws {terms['laws'][-1] / history['total_energy'][0]:.1e}")
 
 
+def check_dissipation():
+    """The dissipation is the plastic work, whatever part of it becomes heat."""
+    work = []
+    for share in (0, 0.9, 1):
+        told = check.pebble("-options_file", check.scene("taylor3d"), "-time_max_steps", 30, "-material_copper_heating_share", share, "-history_bodies", "all",
+                            "-history_body_quantities", "dissipation", "-output_format", "none", "-output_dir", ".", "-output_name", "share")
+        check.that(told.good, f"dissipation with a share of {share}: {told.err.strip()[-200:]}")
+        work.append(check.history("share.csv")["dissipation_bar"][-1])
+    check.that(work[0] > 0.1 and np.ptp(work) < 0.01 * work[0], f"plastic work where 0, 0.9 and all of it become heat: {work[0]:.5g} {work[1]:.5g} {work[2]:.5g} J")
+
+
 check_paths()
 check_ends()
 check_shock()
+check_dissipation()
 check.end()

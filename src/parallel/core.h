@@ -102,7 +102,7 @@ typedef struct {
   PetscInt  *which, n;        /* [n] the particles of `before` */
   PetscInt   capacity;        /* particles for which there is room */
   /* The bodies whose dissipation is asked for: their number, ids first .. last-1 of each, what it is so far, J; and of
-     the particles [n] the energy that their law stores as a step begins, per reference volume. */
+     the particles [n][2] the energy that their law stores as a step begins, per reference volume, and its theta. */
   PetscInt    nheat;
   PetscInt64 *ids;
   MPMSum     *heat;

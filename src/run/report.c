@@ -123,10 +123,12 @@ static PetscErrorCode PrintParallel(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints what each load acts on at the start. Collective on the exchange. */
+/* Prints what each load acts on at the start, and the sum of the sizes of its forces when it is largest, as it acts on
+   the particles at their start. Collective on the exchange. */
 static PetscErrorCode PrintLoads(MPM mpm)
 {
-  const PetscInt dim = mpm->core.grid.dim, fields = MPM_BIT(id) | MPM_BIT(surface);
+  const PetscInt dim    = mpm->core.grid.dim;
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(surface) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(J);
   MPMView        view;
 
   PetscFunctionBeginUser;
@@ -135,7 +137,7 @@ static PetscErrorCode PrintLoads(MPM mpm)
     const MPMLoad *load    = &mpm->scene.loads[l];
     const MPMBody *body    = &mpm->scene.bodies[load->body];
     PetscInt64     n[7]    = {0}; /* particles, and their sides */
-    PetscReal      area[3] = {0};
+    PetscReal      area[3] = {0}, most = 0, at = 0;
 
     for (PetscInt p = 0; p < view.n; p++) {
       const PetscInt sides = view.surface[p] & load->sides;
@@ -153,8 +155,24 @@ static PetscErrorCode PrintLoads(MPM mpm)
       for (PetscInt e = 0; e < dim; e++) area[d] *= e == d ? 1 : body->b[e];
       PetscCall(MPMPrint(&mpm->core.print, "%s%g", d ? ", " : "", (double)area[d]));
     }
-    PetscCall(MPMPrint(&mpm->core.print, ") m^%" PetscInt_FMT "\n", dim - 1));
-    if (!n[0]) PetscCall(MPMPrint(&mpm->core.print, "warning    load %s acts on no particle\n", load->name));
+    PetscCall(MPMPrint(&mpm->core.print, ") m^%" PetscInt_FMT, dim - 1));
+    for (PetscInt k = 0; k <= 10; k++) {
+      const PetscReal t    = mpm->time.end * k / 10;
+      PetscReal       size = 0;
+
+      PetscCall(MPMForcesSize(&mpm->scene, &mpm->core, load, &view, t, &size));
+      PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &size, 1, MPIU_REAL, MPI_SUM, mpm->core.exchange.data));
+      if (size > most) at = t;
+      most = PetscMax(most, size);
+    }
+    PetscCall(MPMPrint(&mpm->core.print, ", in all %.3g N at t=%.3g s\n", (double)most, (double)at));
+    if (!n[0])
+      PetscCall(MPMPrint(&mpm->core.print, "warning    load %s acts on no particle\n", load->name));
+    else if (!(most > 0))
+      PetscCall(MPMPrint(&mpm->core.print,
+                         "warning    load %s is 0 on all of these particles, at the start and after each tenth of "
+                         "-time_end; see -load_%s_value\n",
+                         load->name, load->name));
   }
   PetscCall(MPMParticlesRestoreView(&mpm->core.particles, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);

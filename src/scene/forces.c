@@ -90,6 +90,22 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Adds to *size, N, the sizes of the forces of a load on the particles of a view at time t, s. Not collective. */
+PetscErrorCode MPMForcesSize(const MPMScene *scene, const MPMCore *core, const MPMLoad *load, const MPMView *view,
+                             PetscReal t, PetscReal *size)
+{
+  const PetscReal m = scene->kinds[scene->bodies[load->body].kind].m;
+
+  PetscFunctionBeginUser;
+  for (PetscInt p = 0; p < view->n; p++) {
+    PetscReal b[3] = {0};
+
+    PetscCall(AddLoad(scene, core, load, view, p, t, b));
+    *size += m * PetscSqrtReal(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Checks that the body force and the loads are finite at time 0 for a particle at x [dim] whose lattice place is X
    [dim], both in m; if one is not, its option is named in o. Not collective. */
 PetscErrorCode MPMForcesCheck(const MPMScene *scene, const MPMCore *core, MPMOptions o, const PetscReal x[],

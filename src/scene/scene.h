@@ -123,6 +123,8 @@ PetscErrorCode MPMKnownError(const MPMScene *, MPMCore *, PetscReal *error, Pets
 PetscErrorCode MPMForcesSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
 PetscErrorCode MPMForcesUpdate(const MPMScene *, MPMCore *, PetscReal t);
 PetscErrorCode MPMForcesCheck(const MPMScene *, const MPMCore *, MPMOptions, const PetscReal x[], const PetscReal X[]);
+PetscErrorCode MPMForcesSize(const MPMScene *, const MPMCore *, const MPMLoad *, const MPMView *, PetscReal t,
+                             PetscReal *size);
 PetscErrorCode MPMForcesDestroy(MPMScene *);
 
 #endif

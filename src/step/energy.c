@@ -34,7 +34,7 @@ static PetscErrorCode MakeRoom(MPMCore *core)
     PetscCall(PetscMalloc1(e->capacity, &e->which));
   }
   if (e->on || e->nheat) PetscCall(PetscMalloc1(e->capacity * MPM_STRESS_ROW, &e->stress));
-  if (e->nheat) PetscCall(PetscMalloc1(e->capacity, &e->stored));
+  if (e->nheat) PetscCall(PetscMalloc1(2 * e->capacity, &e->stored));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -43,7 +43,7 @@ PetscInt MPMEnergyBytes(const MPMCore *core)
   const MPMEnergy *e     = &core->energy;
   PetscInt         bytes = e->on || e->nheat ? MPM_STRESS_ROW * (PetscInt)sizeof(PetscReal) : 0;
 
-  if (e->nheat) bytes += (PetscInt)sizeof(PetscReal);
+  if (e->nheat) bytes += 2 * (PetscInt)sizeof(PetscReal);
   if (e->loads || KeepsAll(e)) bytes += 2 * core->grid.dim * (PetscInt)sizeof(PetscReal) + (PetscInt)sizeof(PetscInt);
   return bytes;
 }
@@ -139,13 +139,15 @@ static const MPMMaterial *MaterialOf(const MPMCore *core, const MPMView *view, P
   return &core->params.materials[kind->material];
 }
 
-/* Returns the energy that the law of particle p stores, per reference volume, J/m^3. */
-static PetscReal Stored(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p)
+/* Returns the energy that the law of particle p stores, per reference volume, J/m^3. Of a law that gets hot, the rise of
+   its temperature is `theta`, K, if that is not NULL. */
+static PetscReal Stored(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p, const PetscReal *theta)
 {
   PetscReal W;
   MPMBlock  b;
 
   MPMMaterialState(dim, view, p, &b);
+  if (theta) b.theta[0][0] = *theta;
   m->type->law->energy[dim - 1](m, 0, 1, &b, &W);
   return W;
 }
@@ -162,7 +164,10 @@ static void KeepStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
     if (!MPMEnergyLost(m)) continue;
     for (PetscInt k = 0; k < dim * dim; k++) to[k] = view->F[p * dim * dim + k];
     Stress(dim, m, view, p, to + 9);
-    if (e->nheat) e->stored[p] = Stored(dim, m, view, p);
+    if (e->nheat) {
+      e->stored[2 * p]     = Stored(dim, m, view, p, NULL);
+      e->stored[2 * p + 1] = view->theta ? view->theta[p] : 0;
+    }
   }
 }
 
@@ -223,7 +228,8 @@ static void AddStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
                          : WorkOfStress((int)dim, e->stress + p * MPM_STRESS_ROW, view->F + p * dim * dim, tau));
     if (e->on) MPMSumAdd(&e->sum[MPM_ENERGY_stress], work);
     if (e->nheat && viscous) AddHeat(view, p, work, e);
-    if (e->nheat && !viscous) AddHeat(view, p, work - V0 * (Stored(dim, m, view, p) - e->stored[p]), e);
+    if (e->nheat && !viscous && m->type->traits & MPM_PLASTIC) /* what became heat in the step is no stored energy */
+      AddHeat(view, p, work - V0 * (Stored(dim, m, view, p, &e->stored[2 * p + 1]) - e->stored[2 * p]), e);
   }
 }
 
