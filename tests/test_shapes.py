@@ -216,6 +216,15 @@ def check_files():
     with h5py.File("mixed_points.h5", "w") as file:
         file["x"], file["volume"], file["material"] = disk, 0.0001 * (8 + count % 3), count % 2
         file["F"] = np.tile(np.array([[1.01, 0.02], [0, 0.99]]), (len(disk), 1, 1))
+    # -rerun from another folder, where the path of the file, which began at the options file, leads nowhere
+    os.makedirs("elsewhere", exist_ok=True)
+    os.replace("disk_points.csv", "elsewhere/disk_points.csv")
+    os.replace("as_points.opts", "elsewhere/as_points.opts")
+    first = check.pebble("-options_file", "elsewhere/as_points.opts", "-output_dir", ".", "-output_name", "first")
+    again = check.pebble("-rerun", "first.h5", "-output_dir", ".", "-output_name", "again")
+    check.that(first.digest == told.digest and again.digest == told.digest, f"a file beside the options file: {first.digest}, repeated by -rerun: {again.digest} {again.err.strip()[-200:]}")
+    os.replace("elsewhere/disk_points.csv", "disk_points.csv")
+    os.replace("elsewhere/as_points.opts", "as_points.opts")
     serials = {"as_points": told, "mixed": mixed}
     got = run("mixed", "-body_b_file", os.path.abspath("mixed_points.h5"), "-output_name", "other", n=2)
     check.that(got.digest == mixed.digest, f"mixed, from HDF5 on 2 processes: {got.digest} against {mixed.digest}")

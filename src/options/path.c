@@ -1,6 +1,39 @@
 /* path.c - option values that are paths of files. */
+#include <strings.h>
 #include <unistd.h>
 #include "options/reader.h"
+
+/* The options that are paths, with the whole path of each, so that a run can be repeated from any folder. */
+static struct {
+  char name[MPM_FULL_LEN], path[MPM_TEXT_LEN];
+} * whole;
+static PetscInt nwhole;
+
+static PetscErrorCode NoteWhole(const char name[], const char path[])
+{
+  char *full = realpath(path, NULL);
+
+  PetscFunctionBeginUser;
+  if (!full || strlen(full) >= MPM_TEXT_LEN) {
+    free(full);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  whole = realloc(whole, (size_t)(nwhole + 1) * sizeof *whole);
+  PetscCheck(whole, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the paths of %" PetscInt_FMT " files", nwhole + 1);
+  (void)snprintf(whole[nwhole].name, sizeof whole[nwhole].name, "%s", name);
+  (void)snprintf(whole[nwhole].path, sizeof whole[nwhole].path, "%s", full);
+  nwhole++;
+  free(full);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns the whole path that the option `name` was read as, or NULL if it is none of a file. Not collective. */
+const char *MPMOptionsWholePath(const char name[])
+{
+  for (PetscInt k = nwhole - 1; k >= 0; k--)
+    if (!strcasecmp(whole[k].name, name)) return whole[k].path;
+  return NULL;
+}
 
 /* Reads the path of a file that there must be. A path that is not absolute starts at the folder of the options file
    that gives it, if the file is there, or else at the working folder. Results never take the place of such a file. Not
@@ -23,5 +56,6 @@ PetscErrorCode MPMOptionsPath(MPMOptions o, const char row[], const char name[],
     (void)snprintf(path, MPM_TEXT_LEN, "%.*s%.1000s", (int)(end - place) + 1, place, text);
   if (!path[0] || access(path, R_OK)) (void)snprintf(path, MPM_TEXT_LEN, "%s", text);
   MPMOptionsNoteFile(path);
+  PetscCall(NoteWhole(full, path));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

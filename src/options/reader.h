@@ -46,4 +46,7 @@ PetscBool          MPMOptionsIsNumbers(const char word[]);
 void               MPMOptionsForget(void);
 extern const char *MPMOptionsYaml;
 
+/* Returns the whole path that an option with the path of a file was read as, or NULL (path.c). */
+const char *MPMOptionsWholePath(const char name[]);
+
 #endif

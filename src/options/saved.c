@@ -19,35 +19,40 @@ static void CutSource(char line[])
 #endif
 }
 
-/* Returns all options as given, as the text of an options file; the caller frees it. Not collective. */
+/* Returns all options as given, as the text of an options file; the caller frees it. Paths of files that a scene is made
+   from are whole, so that the run can be repeated from any folder. Not collective. */
 PetscErrorCode MPMOptionsText(char **text)
 {
-  char       *view = NULL, *save = NULL;
-  size_t      size = 0, n = 1;
-  FILE       *stream;
+  char       *view = NULL, *save = NULL, *told = NULL;
+  size_t      size = 0, length = 0;
+  FILE       *stream, *out;
   PetscViewer viewer;
 
   PetscFunctionBeginUser;
   stream = open_memstream(&view, &size);
-  PetscCheck(stream, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the text of the options");
+  out    = open_memstream(&told, &length);
+  PetscCheck(stream && out, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the text of the options");
   PetscCall(PetscViewerASCIIOpenWithFILE(PETSC_COMM_SELF, stream, &viewer));
   PetscCall(PetscOptionsView(NULL, viewer));
   PetscCall(PetscViewerDestroy(&viewer));
   (void)fclose(stream);
-  PetscCall(PetscMalloc1(2 * size + 1, text)); /* quotes take two characters a line */
-  (*text)[0] = 0;
   for (char *line = strtok_r(view, "\n", &save); line; line = strtok_r(NULL, "\n", &save)) {
-    char *value;
+    char       *blank;
+    const char *value, *whole;
 
     if (line[0] != '-') continue;
     CutSource(line);
-    value = strchr(line, ' ');
-    n += (size_t)snprintf(
-        *text + n - 1, 2 * size + 2 - n, value && strchr(value + 1, ' ') ? "%.*s \"%s\"\n" : "%.*s%s%s\n",
-        (int)(value ? value - line : (long)strlen(line)), line,
-        value && strchr(value + 1, ' ') ? value + 1 : (value && value[1] ? " " : ""), value ? value + 1 : "");
+    blank = strchr(line, ' ');
+    if (blank) *blank = 0;
+    value = blank ? blank + 1 : "";
+    whole = MPMOptionsWholePath(line + 1);
+    if (whole) value = whole;
+    (void)fprintf(out, strchr(value, ' ') ? "%s \"%s\"\n" : value[0] ? "%s %s\n" : "%s%s\n", line, value);
   }
+  (void)fclose(out);
   free(view);
+  PetscCall(PetscStrallocpy(told, text));
+  free(told);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

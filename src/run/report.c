@@ -189,6 +189,12 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal dt)
                        "warning    %" PetscInt64_FMT
                        " particles lie in the shape of an earlier body too: matter is there twice\n",
                        mpm->scene.overlap));
+  if (mpm->scene.behind)
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "warning    %" PetscInt64_FMT
+                       " particles start behind a piston, which moves them along; shorten -bc_<f>_distance or cut the "
+                       "body\n",
+                       mpm->scene.behind));
   if (mpm->scene.on_line && mpm->core.basis == MPM_BASIS_linear)
     PetscCall(MPMPrint(&mpm->core.print,
                        "warning    %" PetscInt64_FMT

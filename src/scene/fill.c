@@ -36,6 +36,10 @@ PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const 
   for (PetscInt d = 0; d < dim; d++)
     if (xi[d] == PetscFloorReal(xi[d])) on_line = PETSC_TRUE;
   scene->on_line += on_line;
+  for (PetscInt k = 0; k < 2 * dim; k++)
+    if (scene->walls.given[k / 2][k % 2].type == MPM_WALL_piston &&
+        (k % 2 ? core->grid.upper[k / 2] - x[k / 2] : x[k / 2] - core->grid.lower[k / 2]) < scene->walls.place[k])
+      scene->behind++;
   for (PetscInt k = 0; k < scene->nbodies; k++)
     if (scene->bodies + k < b && MPMRegionInside(&scene->bodies[k].region, dim, X)) scene->overlap++;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -149,6 +153,7 @@ static PetscErrorCode CheckParticles(MPMScene *scene, MPMCore *core, MPMOptions 
   for (PetscInt k = 0; k < scene->nfilled; k++)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->bodies[k].v2, 1, MPIU_REAL, MPI_MAX, core->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->on_line, 1, MPIU_INT64, MPI_SUM, core->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->behind, 1, MPIU_INT64, MPI_SUM, core->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->overlap, 1, MPIU_INT64, MPI_SUM, core->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -249,9 +249,11 @@ PetscErrorCode MPMInitialState(const MPMScene *scene, const MPMCore *core, const
   if (!in->stressed)
     (void)snprintf(wrong, MPM_TEXT_LEN, "-body_%s_deformation: at %s it has an F %s", b->name, at, why);
   else
-    (void)snprintf(wrong, MPM_TEXT_LEN, "-initial_stress: body %s (%s) at %s would have the stress %s Pa, %s%s%s%s",
-                   b->name, m->type->name, at, has, why, why[0] == 'b' ? "; its law allows " : "",
-                   why[0] == 'b' ? can : "", why[0] == 'b' ? " Pa" : "");
+    (void)snprintf(wrong, MPM_TEXT_LEN,
+                   "-initial_stress: body %s (%s) at %s would have the stress %s Pa, %s%s%s%s%s%s%s", b->name,
+                   m->type->name, at, has, why, why[0] == 'b' ? "; its law allows " : "", why[0] == 'b' ? can : "",
+                   why[0] == 'b' ? " Pa" : "", why[0] == 'b' && !in->stress ? "; choose -material_" : "",
+                   why[0] == 'b' && !in->stress ? m->name : "", why[0] == 'b' && !in->stress ? "_k0" : "");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -115,7 +115,7 @@ static PetscErrorCode CountBody(MPMScene *scene, MPMCore *core, MPMOptions o, MP
 {
   const PetscInt dim = core->grid.dim;
   MPMPointRows   rows;
-  PetscInt64     counts[2] = {scene->on_line, scene->overlap};
+  PetscInt64     counts[3] = {scene->on_line, scene->overlap, scene->behind};
   PetscReal      bounds[7];
 
   PetscFunctionBeginUser;
@@ -129,7 +129,7 @@ static PetscErrorCode CountBody(MPMScene *scene, MPMCore *core, MPMOptions o, MP
   b->first = core->particles.total;
   core->particles.total += b->n;
   core->particles.born = core->particles.total;
-  scene->on_line = scene->overlap = 0;
+  scene->on_line = scene->overlap = scene->behind = 0;
   for (PetscInt k = 0; k < 7; k++) bounds[k] = PETSC_MIN_REAL;
   for (PetscInt k = 0; k < rows.n && !MPMOptionsError(o); k++) {
     const PetscReal *x = rows.number + k * rows.stride;
@@ -153,8 +153,10 @@ static PetscErrorCode CountBody(MPMScene *scene, MPMCore *core, MPMOptions o, MP
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->on_line, 1, MPIU_INT64, MPI_SUM, core->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->overlap, 1, MPIU_INT64, MPI_SUM, core->comm));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->behind, 1, MPIU_INT64, MPI_SUM, core->comm));
   scene->on_line += counts[0];
   scene->overlap += counts[1];
+  scene->behind += counts[2];
   PetscCall(MPMPointsDestroyRows(&rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -278,7 +278,8 @@ PetscErrorCode MPMPointsRead(const MPMScene *scene, const MPMBody *b, MPI_Comm c
     rows->first = p->all * rank / size;
     for (PetscInt64 k = rows->first; k < p->all * (rank + 1) / size; k++) PetscCall(AddRow(b, rows));
     PetscCall(MPMPointsReadHDF5(p, rows, why, sizeof why));
-    if (why[0] && o) MPMOptionsFail(o, "%.600s: %s", p->what, why); /* no particle is to blame; the first fault counts */
+    if (why[0] && o)
+      MPMOptionsFail(o, "%.600s: %s", p->what, why); /* no particle is to blame; the first fault counts */
     for (PetscInt k = 0; k < rows->n && !why[0]; k++, lines++) CheckRow(scene, p->dim, rows, k, why, sizeof why);
   } else
     PetscCall(ReadLines(scene, b, rank, size, rows, &lines, why, sizeof why));

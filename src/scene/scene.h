@@ -66,6 +66,7 @@ typedef struct {
   PetscInt64    shapes;              /* checksum of the surfaces that were read; 0: there are none */
   PetscInt64    overlap;             /* particles that lie in an earlier body too */
   PetscInt64    on_line;             /* particles that start exactly on a line of the grid */
+  PetscInt64    behind;              /* particles that start behind a piston */
   PetscInt64    rows, *share_first;  /* rows of lattice places; [shares] particles before each of these shares */
   PetscMPIInt   shares;              /* of the rows, one for each process */
 
