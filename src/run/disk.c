@@ -53,6 +53,7 @@ PetscErrorCode MPMDiskPrint(MPM mpm, PetscReal steps, PetscReal seconds)
     history += DIGITS * lines * (PetscReal)MPMDiagnosticColumns(k, core, &first);
     if (mpm->output.fields >> k & 1) snapshot += 8 * n * (PetscReal)MPMDiagnostics[k].nc;
   }
+  history += DIGITS * lines * (PetscReal)mpm->monitor.measures.n;
   if (mpm->output.fields & MPM_OUTPUT_GRID) snapshot += NODE_BYTES * MPMGridNodes(&core->grid, core->basis);
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (core->particles.present[f] && MPMFields[f].home != MPM_SCRATCH && f != MPM_FIELD_INDEX_cell)

@@ -238,6 +238,12 @@ PetscErrorCode MPMReportStart(MPM mpm)
   PetscCall(MPMPrint(&mpm->core.print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g h/(c+|v|)\n", (double)c,
                      (double)v, (double)dt, (double)MPMCourant(&mpm->core, dt)));
   steps = PetscCeilReal((mpm->time.end - mpm->core.t) / dt);
+  for (PetscInt k = 0; k < 2; k++) { /* a step is cut at each exact time of output */
+    const PetscReal every = k ? mpm->monitor.every : mpm->output.every;
+
+    if ((k ? mpm->monitor.exact : mpm->output.exact) && every > 0)
+      steps = PetscMax(steps, (mpm->time.end - mpm->core.t) / every * PetscCeilReal(every / dt * (1 - 1e-9)));
+  }
   if (mpm->time.max_steps != PETSC_MAX_INT) steps = PetscMin(steps, (PetscReal)(mpm->time.max_steps - mpm->core.step));
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) step += mpm->cost.predicted[e];
   PetscCall(MPMPrint(&mpm->core.print, "predict    %.6g steps of %.3g s, about %.2g s without output\n", (double)steps,
