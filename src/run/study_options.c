@@ -8,6 +8,21 @@ static void ColumnName(PetscInt row, PetscInt component, char name[MPM_NAME_LEN]
                  "xyz"[component]);
 }
 
+/* Refuses a probe that goes with a particle of a given number, which is another one on another grid. */
+static void CheckProbe(MPM mpm, MPMOptions o)
+{
+  const MPMMeasures *m = &mpm->monitor.measures;
+  const MPMQuantity *q = &mpm->study.quantity;
+
+  for (PetscInt p = 0; p < m->nprobes; p++)
+    if (q->measure >= m->probe[p].first && (p + 1 == m->nprobes || q->measure < m->probe[p + 1].first) &&
+        !m->probe[p].stays && !m->probe[p].follows && strcmp(mpm->study.vary, "dt"))
+      MPMOptionsFail(o,
+                     "-study_quantity %s does not apply: on each grid another particle has the number of "
+                     "-probe_%s_particle; give the place, -probe_%s_follow",
+                     q->name, m->probe[p].name, m->probe[p].name);
+}
+
 /* Reads -study_quantity <column>[:max|min|end] and -study_value. */
 static PetscErrorCode ReadQuantity(MPM mpm, MPMOptions o)
 {
@@ -46,6 +61,7 @@ static PetscErrorCode ReadQuantity(MPM mpm, MPMOptions o)
   if (!found && q->measure >= 0) {
     q->row = MPM_NUM_DIAGNOSTICS;
     found  = PETSC_TRUE;
+    CheckProbe(mpm, o);
   }
   if (!found)
     MPMOptionsFail(o, "-study_quantity %s is no column of the history: choose one of %.*s", q->name, MPM_TEXT_LEN / 2,
