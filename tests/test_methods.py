@@ -134,7 +134,7 @@ def check_methods():
             continue
         materials = ("neohookean", "elastic") if basis == "cpgimp" else ("neohookean", "honey")
         same(f"2-D {basis} {transfer} {update}", scene(2, materials, offset=0.013), method, parallel=pair)
-        if pair and turn(b + t, 2):
+        if pair and turn(b + t, 3):
             same(f"1-D {basis} {transfer} {update}", scene(1, materials, offset=0.013), method, parallel=(3 * t + u) % 4 == 0)
             same(f"3-D {basis} {transfer} {update}", scene(3, materials, steps=4), method, parallel=(3 * t + u) % 4 == 1)
 
@@ -158,7 +158,7 @@ def check_periodic():
 def check_walls():
     for w, kind in enumerate(WALLS):
         for b, ((basis, method), transfer) in enumerate(zip(BASES.items(), itertools.cycle(TRANSFERS))):
-            if not turn(w + b, 3):
+            if not turn(w + b, 4):
                 continue
             open_ = kind == "free"
             place = dict(lower=0.3, upper=0.7) if open_ else dict(lower=0.0, upper=1.0)
