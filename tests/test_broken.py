@@ -156,7 +156,8 @@ def out_of_range(scene, rng):
 def missing(scene, rng):
     for name, value in scene.entries:
         row = scene.row(name)
-        if row.default.startswith("required"):
+        corner = re.fullmatch(r"body_(\w+)_(lower|upper)", name)  # only a box needs them
+        if row.default.startswith("required") and not (corner and scene.value[f"body_{corner[1]}_shape"] != "box"):
             yield "missing", [(n, v) for n, v in scene.entries if n != name], rf"{named(name)} is required|is required.* or {named(name)}"
         if value and row.type not in ("BOOL",):
             yield "no value", changed(scene, name, ""), named(name) + " has no value"
