@@ -8,6 +8,7 @@
 #   make DEBUG=coverage          counts which lines run (make coverage): build/<compiler>-coverage/pebble
 #   make PETSC_DIR=... PETSC_ARCH=...   another PETSc than the system's (3.18 or newer)
 #   make PEBBLE=name BUILD=dir   other places for the program and the objects
+#   make install PREFIX=dir DESTDIR=dir   where to install (default /usr/local); DESTDIR stands before it, for packages
 #   make V=1                     show the commands
 
 .DEFAULT_GOAL := all
@@ -29,6 +30,7 @@ lanes    := $(kernels) $(patsubst src/%.c,%,$(wildcard src/physics/material_*.c)
 objects  := $(patsubst src/%.c,$(BUILD)/%.o,$(filter-out $(kernels:%=src/%.c),$(sources)))
 rooms    := $(patsubst src/%/,%,$(wildcard src/*/))
 units    := $(patsubst tests/%.c,$(BUILD)/%,$(wildcard tests/unit_*.c tests/mpi_*.c))
+faults   := $(patsubst tests/%.c,$(BUILD)/%,$(wildcard tests/petsc/*.c))
 
 # ---- PETSc, HDF5 and muParser through pkg-config. On a fresh machine this finds nothing;
 # then `run` and `test` install it and start make again, which looks again.
@@ -106,8 +108,8 @@ export ASAN_OPTIONS := detect_leaks=0
 export MPLCONFIGDIR := $(CURDIR)/.venv/matplotlib
 
 # ---- What a user asks for
-.PHONY: all run test test-long test-widths verify robust debug coverage fuzz bench paper studies calibrate simulate scaling report \
-  format scenes clean distclean help objects picture ctest pages FORCE
+.PHONY: all run test test-long test-widths test-petsc verify robust debug coverage fuzz bench paper studies calibrate simulate scaling report \
+  format scenes install uninstall clean distclean help objects picture ctest pages FORCE
 
 again = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 
@@ -138,6 +140,14 @@ robust: ## of the long tests those of robustness, on up to 32 processes: prints 
 test-widths: ## the tests that repeat others with vectors of 4 and of 2 particles
 	@tools/install.sh test
 	+@$(again) ctest select="-L widths"
+
+# Everything of it is in a folder of its own, so that no object is ever linked with another PETSc.
+another = $(CURDIR)/build/petsc
+test-petsc: ## build PETSc 3.26 and pebble with it, run tests of warnings, bits, files and options; PETSC_SRC=folder: another source
+	@env -u PETSC_DIR -u PETSC_ARCH tools/install.sh petsc
+	@PETSC_SRC='$(PETSC_SRC)' tools/petsc.sh mpi
+	+@$(again) ctest PETSC_DIR=$(another)/petsc PETSC_ARCH=opt BUILD=build/petsc/objects PEBBLE=build/petsc/pebble \
+	  select="-L 'build|equal|parallel|options|output' -LE 'long|extra'"
 
 # The harnesses are linked with libFuzzer; the objects, of clang, count what inputs reach.
 fuzzer = $(again) CC=clang DEBUG=1 BUILD=build/fuzz PEBBLE=build/fuzz/pebble CFLAGS="$(CFLAGS) -fsanitize=fuzzer-no-link"
@@ -182,7 +192,7 @@ calibrate: ## measure the constants of the cost model for SCENE=options/x.opts o
 simulator = build/simulate/pebble
 simulate: ## run on simulated clusters (docs/simulate.md), hours; builds a PETSc first, once; SIMULATE="--only strong": a part
 	@tools/install.sh simulate
-	@tools/simulate/petsc.sh
+	@PETSC_SRC='$(PETSC_SRC)' tools/petsc.sh simulate
 	+@$(again) $(PEBBLE) $(BUILD)/calibrate
 	+@$(again) $(simulator) PEBBLE=$(simulator) BUILD=build/simulate/objects DEBUG= \
 	  PETSC_DIR=$(CURDIR)/build/simulate/petsc PETSC_ARCH=smpi CFLAGS="$(CFLAGS) -DMPM_SIMULATE -DSMPI_NO_OVERRIDE_MALLOC"
@@ -194,22 +204,30 @@ scaling: ## how it scales: 1 to 32 processes, counted and predicted (docs/data/s
 	+@$(again) $(PEBBLE) $(BUILD)/calibrate
 	@$(python) tools/scaling/scaling.py --pebble $(program) --calibrator $(BUILD)/calibrate --mpiexec $(MPIEXEC) $(if $(filter full,$(SCALING)),--full,$(SCALING))
 
-report: ## docs/report.md, .html and figures anew from docs/data; REPORT=calibrate: constants first; =all: all data
+report: ## docs/report.md and figures anew from docs/data, and docs/report.html; REPORT=calibrate: constants first; =all: all data
 	@tools/install.sh report
 	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate SIMULATE=--calibrate && )$(again) pages
 
 format: ## clang-format on the C sources
-	clang-format -i $(wildcard src/*/*.[ch] tests/*.[ch] tools/*/*.[ch])
+	clang-format -i $(wildcard src/*/*.[ch] tests/*.[ch] tests/*/*.[ch] tools/*/*.[ch])
 
 scenes: $(PEBBLE) ## run every scene of options/, draw docs/scene-*.png as its comment says
 	@for scene in options/*.opts; do name=$$(basename $$scene .opts); echo "  $$name"; \
 	  $(program) -options_file $$scene >output/$$name.log || { cat output/$$name.log; exit 1; }; \
 	  $$(sed -n 's/^# *\(.venv.*plot.py.*\)/\1/p' $$scene) --small --out docs/scene-$$name.png || exit 1; done
 
-clean: ## remove the program and all objects
-	rm -rf $(PEBBLE) $(filter-out build/simulate,$(wildcard build/*)) build/simulate/objects $(simulator)
+place = PREFIX='$(PREFIX)' DESTDIR='$(DESTDIR)'
+install: $(PEBBLE) ## copy program, scenes, tools that draw and documents to PREFIX (/usr/local)
+	@$(place) tools/package.sh install $(program)
 
-distclean: clean ## also remove .venv, the simulator's PETSc and the products in output/
+uninstall: ## remove what make install copied to PREFIX
+	@$(place) tools/package.sh uninstall
+
+clean: ## remove the program and all objects
+	rm -rf $(PEBBLE) $(filter-out build/simulate build/petsc,$(wildcard build/*)) build/simulate/objects $(simulator) \
+	  build/petsc/objects build/petsc/pebble
+
+distclean: clean ## also remove .venv, the PETScs that were built and the products in output/
 	rm -rf .venv build
 	find output -mindepth 1 ! -name README.md -delete
 
@@ -223,7 +241,7 @@ picture: $(PEBBLE)
 	@printf '%s\n' "" "Products:" "  output/disks.png   the picture" \
 	  "  output/disks.xdmf  for ParaView (its data: output/disks.h5)" "  output/disks.csv   history of energies and momentum"
 
-ctest: $(PEBBLE) $(units) $(BUILD)/calibrate $(BUILD)/predict $(BUILD)/quadrature build/seed_serial
+ctest: $(PEBBLE) $(units) $(faults) $(BUILD)/calibrate $(BUILD)/predict $(BUILD)/quadrature build/seed_serial
 	@rm -rf $(BUILD)/tests/runs
 	@cmake -S tests -B $(BUILD)/tests -DSOURCE=$(CURDIR) -DBUILD=$(abspath $(BUILD)) -DPEBBLE=$(abspath $(PEBBLE)) \
 	  -DPYTHON=$(abspath $(python)) -DMPIEXEC=$(MPIEXEC) >$(BUILD)/cmake.log 2>&1 || { cat $(BUILD)/cmake.log; exit 1; }
@@ -251,6 +269,10 @@ $(BUILD)/pebble: $(objects)
 
 $(units): $(BUILD)/%: tests/%.c $(filter-out $(BUILD)/run/main.o,$(objects))
 	$(call say,UNIT) $(compile) -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
+
+# Programs that show faults of PETSc: nothing of Pebble is in them.
+$(faults): $(BUILD)/%: tests/%.c $(BUILD)/flags | $(BUILD)/petsc
+	$(call say,FAULT) $(MPICC) -std=gnu11 -O2 -Wall -Wextra $(includes) -o $@ $< $(rpath) $(libraries)
 
 $(BUILD)/fuzz_%: tests/fuzz_%.c $(filter-out $(BUILD)/run/main.o,$(objects))
 	$(call say,FUZZ) $(filter-out -MMD -MP,$(compile)) -fsanitize=fuzzer -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
@@ -290,7 +312,7 @@ $(BUILD)/version: FORCE | $(BUILD)
 	   echo "'-DMPM_COMPILER=\"$$($(MPICC) --version | head -n 1)\"'"; \
 	   echo "'-DMPM_CFLAGS=\"$(strip $(flags))\"'"; } >$@.new; $(replace)
 
-$(BUILD) $(rooms:%=$(BUILD)/%):
+$(BUILD) $(BUILD)/petsc $(rooms:%=$(BUILD)/%):
 	@mkdir -p $@
 
 -include $(objects:.o=.d) $(units:=.d) $(BUILD)/quadrature.d

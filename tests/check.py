@@ -156,6 +156,12 @@ def history(path):
     return {key: np.array(values) for key, values in columns.items()}
 
 
+def kicked(rows):
+    """The time over which velocities have changed, s, of the lines of a history with a line after the first step (theory.md)."""
+    first = rows["dt"][1]
+    return np.where(rows["time"] > 0, rows["time"] + 0.5 * (first - rows["dt"]), 0)
+
+
 def steps(file):
     """Numbers of the snapshots in an open HDF5 file."""
     return sorted(int(key[5:]) for key in file if key.startswith("step_"))

@@ -131,4 +131,5 @@ def main():
     sys.exit(bool(missing or unused) or not number)
 
 
-main()
+if __name__ == "__main__":
+    main()

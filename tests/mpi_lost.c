@@ -66,7 +66,7 @@ static PetscErrorCode Steps(MPM mpm, PetscInt n)
 {
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < n; k++) {
-    mpm->core.params.dt = MPMTimeStep(&mpm->core, &mpm->time);
+    mpm->core.params.kick = mpm->core.params.dt = MPMTimeStep(&mpm->core, &mpm->time);
     PetscCall(MPMStepMake(&mpm->core, &mpm->scene));
     PetscCheck(mpm->core.status.bad == MPM_OK, PETSC_COMM_SELF, PETSC_ERR_PLIB, "the scene failed by itself");
     PetscCall(MPMStepSettle(&mpm->core));
@@ -100,8 +100,8 @@ static PetscErrorCode Run(int what, PetscMPIInt rank)
     if (way) PetscCall(mpm->core.exchange.type->settle(&mpm->core, PETSC_TRUE));
     raised[0] = 0;
     PetscCall(PetscPushErrorHandler(Keep, NULL));
-    mpm->core.params.dt = MPMTimeStep(&mpm->core, &mpm->time);
-    code                = way ? MPMStepMake(&mpm->core, &mpm->scene) : MPMTotalsCompute(&mpm->scene, &mpm->core, &totals);
+    mpm->core.params.kick = mpm->core.params.dt = MPMTimeStep(&mpm->core, &mpm->time);
+    code = way ? MPMStepMake(&mpm->core, &mpm->scene) : MPMTotalsCompute(&mpm->scene, &mpm->core, &totals);
     (void)PetscPopErrorHandler();
     CHECK(code != PETSC_SUCCESS);
     CHECK(strstr(raised, "lost or doubled") != NULL);

@@ -61,7 +61,7 @@ def error(name, cells, *method):
     """Error of the manufactured solution of options/mms.opts, a part of its size."""
     run = check.must("-options_file", check.scene("mms"), "-grid_cells", f"{cells},{cells}", "-method_update", "usl", *method, "-output_format", "none",
                      "-output_dir", ".", "-output_name", name)
-    return float(re.search(r"a part of (\S+)", run.out)[1])
+    return float(re.search(r"relative error is (\S+)", run.out)[1])
 
 
 def check_accuracy():

@@ -5,6 +5,7 @@ any number of processes.
 usage: test_initial.py PEBBLE SOURCE MPIEXEC
 """
 import math
+import re
 
 import numpy as np
 
@@ -40,7 +41,9 @@ def column(name, law="druckerprager", dim=2, axis=None, sign=-1, cells=8, bodies
 
 def rest(path, name, *options, steps=30):
     """rms velocity after the first step, and the largest of all, in those of a free fall of one step."""
-    check.must("-options_file", path, "-time_max_steps", steps, "-output_name", name, *options)
+    run = check.must("-options_file", path, "-time_max_steps", steps, "-output_name", name, *options)
+    if "-initial_stress k0" in open(path).read() and "none" not in options[-1:]:
+        check.fault(f"{name} rests, but there is a warning" if "does not rest" in run.out else None)
     h = check.history(f"output/{name}.csv")
     v = np.sqrt(2 * h["kinetic_energy"] / h["mass"]) / (G * h["time"][1])
     return v[1], v.max()
@@ -81,6 +84,38 @@ def check_splines():
             check.that(np.abs(sinks).max() < 5e-5 and abs(late - early) < 2e-6,
                        f"splines: the centre moves by {np.abs(sinks).max():.1e} of the height, on average {early:.1e}, later {late:.1e}")
     check.that(found[8] < 0.02 and found[16] < 0.8 * found[8], f"splines: the residual is {found[8]:.4f} and {found[16]:.4f} of g for 8 and 16 cells")
+
+
+def check_restless():
+    """A body that cannot rest in the stress by its weight gets a warning that says where it moves; one that shall move or settle gets none."""
+    def first(name, *options, free=(), lower="0,0", upper="0.5,1", n=1, cells=8):
+        path = column(name, cells=cells, bodies=["-bodies b", "-body_b_shape box", f"-body_b_lower {lower}", f"-body_b_upper {upper}", "-body_b_material m"],
+                      more=["-initial_stress k0", "-time_max_steps 1", "-output_every 0", "-material_m_cohesion 1e5"] + [f"-bc_{face}_type free" for face in free])
+        with open(path) as file:  # the last of two lines would contradict the first
+            lines = [line for line in file if not any(line == f"-bc_{face}_type slip\n" for face in free)]
+        run = check.must("-options_file", check.write(path, "".join(lines)), "-report_indicator", "false", *options, n=n)
+        return run, re.search(r"^warning    b does not rest in its stress of -initial_stress k0: near \((\S+), (\S+)\) it starts with an acceleration of (\S+) g\. "
+                              r"It needs a level surface, a wall below and walls at all sides; else let it settle with -damping_kinetic$", run.out, re.M)
+
+    for what, more in (("no wall below", dict(free=["ymin"])), ("a gap below", dict(lower="0,0.25")), ("no wall at one side", dict(free=["xmax"])),
+                       ("a gap at one side", dict(upper="0.375,1"))):
+        name = what.replace(" ", "_")
+        run, warned = first(name, **more)
+        p = check.particles(f"output/{name}.h5")
+        a = np.linalg.norm(p["v"], axis=1) / (G * check.history(f"output/{name}.csv")["time"][-1])
+        k = a.argmax()
+        check.that(warned and abs(float(warned[3]) / a[k] - 1) < 0.06 and abs(float(warned[1]) - p["x"][k, 0]) < 1e-4 and abs(float(warned[2]) - p["x"][k, 1]) < 1e-4,
+                   f"{what}: {warned and warned[0]}")
+        for n, strategy in (2, "spatial"), (3, "pool"):
+            again = first(name, "-parallel_strategy", strategy, n=n, **more)[1]
+            check.that(warned and again and again[0] == warned[0], f"the same line by {strategy} on {n}")
+    # A slope settles, and gets no warning.
+    path = column("slope", bodies=["-bodies b", "-body_b_shape polygon", '-body_b_vertices "0,0 0.5,0 0.5,0.6 0.1,1 0,1"', "-body_b_material m"],
+                  more=["-initial_stress k0", "-time_max_steps 1", "-material_m_cohesion 1e5"])
+    check.that("does not rest" not in check.must("-options_file", path, "-report_indicator", "false").out, "no warning of a slope of 45 degrees")
+    for what, options in (("it shall settle", ["-damping_kinetic"]), ("it has a velocity", ["-body_b_velocity", "0,1e-3"])):
+        run, warned = first("meant", *options, free=["ymin"])
+        check.that(not warned, f"no warning where {what}")
 
 
 def check_states():
@@ -134,6 +169,7 @@ def check_equal():
 
 
 check_rest()
+check_restless()
 check_splines()
 check_states()
 check_equal()

@@ -14,7 +14,7 @@ import mpi
 BUILD, = check.arguments(__doc__, 1)
 calibrate = os.path.join(BUILD, "calibrate")
 whole_scene = ["-options_file", check.scene("disks"), "-grid_cells", "64,64"]
-scene = whole_scene + ["-time_max_steps", "60"]
+scene = whole_scene + ["-time_max_steps", "60", "-report_phases"]
 
 
 def holds(what, good, detail=""):
@@ -101,9 +101,48 @@ holds("a scene that cannot be as coarse as the calibration wants is calibrated n
       re.search(r"^check .* ratio", run(*small, "-model_file", "small.model", program=calibrate), re.M))
 
 # ---- Files that do not fit, or are not there
-other = run("-method_update", "usl")
-holds("a file of another method is not used, and the run says so", "of another method" in other and
-      "constants rough" in other)
+for what, options in (("with another update, transfer or material, or more or fewer particles a cell", ("-method_update", "usl")),
+                      ("with another basis", ("-method_basis", "bspline2")), ("with other fields of particles", ("-method_transfer", "apic")),
+                      ("with another update, transfer or material, or more or fewer particles a cell", ("-body_disk1_ppc", "3,3", "-body_disk2_ppc", "3,3"))):
+    other = run(*options)
+    note = re.search(rf"^note       output/disks.model was measured {what}, so rough constants predict times; "
+                     r"make calibrate SCENE=<options file> measures those of this scene$", other, re.M)
+    holds(f"a file measured {what} is not used, and the run says so at the start", note and note.start() < other.find("\npredict ") < other.find("\ndone ") and
+          "(rough constants)" in other and "constants rough" in other)
+bar = run("-model_file", "output/disks.model", scene=["-options_file", check.scene("bar"), "-time_max_steps", "2"])
+holds("or in another dimension", "disks.model was measured in another dimension, so" in bar)
+holds("one line says so", other.count("disks.model") == 1)
+with open("output/disks.model") as file:
+    lanes = re.sub(r"\n(method \S+?:\S+?:\S+?:)\d+", r"\n\g<1>3", file.read())
+with open("lanes.model", "w") as file:
+    file.write(lanes)
+holds("or of another number of lanes", "was measured with another number of lanes" in run("-model_file", "lanes.model"))
+
+# ---- A run of another name finds the file again: that of its own name first, else the newest that fits
+predicted = r"^predict .* give or take a factor of 1.3 \(constants of (\S+)\)$"
+holds("a run by its file says which", re.search(predicted, fitted, re.M) and re.search(predicted, fitted, re.M)[1] == "output/disks.model")
+renamed = run("-output_name", "renamed")
+holds("a run of another name uses it", re.search(predicted, renamed, re.M) and predictions(renamed) == predictions(fitted) and "note " not in renamed)
+os.utime("output/disks.model", (2e9, 2e9))
+shutil.copy("output/disks.model", "output/older.model")
+os.utime("output/older.model", (1e9, 1e9))
+shutil.copy("lanes.model", "output/newest.model")  # and does not fit
+os.utime("output/newest.model", (3e9, 3e9))
+os.makedirs("output/folder.model", exist_ok=True)
+holds("of those that fit the newest", re.search(predicted, run("-output_name", "renamed"), re.M)[1] == "output/disks.model")
+holds("that of its own name first", re.search(predicted, run("-output_name", "older"), re.M)[1] == "output/older.model")
+found = run("-output_name", "newest")
+holds("and another where that does not fit, without a word", re.search(predicted, found, re.M)[1] == "output/disks.model" and "note " not in found)
+holds("on several processes too", re.search(predicted, run("-output_name", "renamed", n=2), re.M)[1] == "output/disks.model")
+other = run("-output_name", "renamed", "-method_update", "usl")
+holds("files of other methods and names are passed over", "(rough constants)" in other and "note " not in other)
+holds("a file that is named is the only one", "lanes.model was measured" in run("-model_file", "lanes.model") and "(rough constants)" in run("-model_file", "lanes.model"))
+with open("single.model", "w") as file, open("output/disks.model") as whole:
+    file.write(re.sub(r"\nfrom .*", r"\nfrom calibrated on 1 process (messages rough), today", whole.read()))
+holds("messages that were not measured count where there are any", "a factor of 1.3 " in run("-model_file", "single.model") and "a factor of two " in run("-model_file", "single.model", n=2))
+for name in ("older", "newest"):
+    os.remove(f"output/{name}.model")
+os.rmdir("output/folder.model")
 whole = open("output/disks.model").read()
 for what, damaged in (("a number that is none", whole.replace("\nmessage ", "\nmessage x")), ("an infinite one", re.sub(r"\nwire .*", "\nwire inf", whole)),
                       ("a negative one", re.sub(r"\nmessage .*", "\nmessage -5", whole)), ("a rate that is none", re.sub(r"\nrate (\w+) \S+", r"\nrate \1 xyz", whole, count=1)),
@@ -114,10 +153,14 @@ for what, damaged in (("a number that is none", whole.replace("\nmessage ", "\nm
         file.write(damaged)
     text = run("-model_file", "damaged.model", n=2)
     holds(f"a file with {what} is not used, and the run says so", damaged != whole and "is damaged" in text and "constants rough" in text)
+with open("output/cut.model", "w") as file:
+    file.write(whole[:100])
+holds("nor is one that ends before its first number", "output/cut.model is damaged" in run("-output_name", "cut", "-method_update", "usl"))
+os.remove("output/cut.model")
 holds("nor by a dry run, which says so", "is damaged" in run("-model_file", "damaged.model", "-dry_run"))
 with open("slow.model", "w") as file:
     file.write(re.sub(r"\n(reduction|post|migration\[0\]\.call|migration\[0\]\.stage) .*", r"\n\1 0.9", whole))
-text = run("-model_file", "slow.model", "-dry_run")
+text = run("-model_file", "slow.model", "-dry_run", "-report_processes")
 holds("where messages take a second, no number of particles keeps many processes efficient, and spatial is never ahead",
       "spatial is never ahead" in text and ", no number on 32768" in text)
 with open("scene.opts", "w") as file:
@@ -156,19 +199,20 @@ for n, strategy in ((1, "spatial"), (3, "spatial"), (3, "pool")):
     holds(f"{strategy} on {n}: the phases are there", {"P2G_MASS", "G2P_STRESS", "all"} <= {row[0] for row in rows})
 
 # ---- The table of a dry run
-dry = run("-dry_run", "-parallel_migrate", "direct")
-table = [line.split() for line in dry.splitlines() if re.match(r"^ +\d+ +[\d.e+-]+ +[\d.]+ ", line)]
+dry = run("-dry_run", "-report_processes", "-parallel_migrate", "direct")
+ROW = re.compile(r"^ +(\d+) +([\d.e+-]+) +(\S+ \w+) +([\d.]+) +([\d.]+) +([\d.]+)(?: +([\d.e+-]+) +(\S+ \w+) +[\d.]+)?$", re.M)
+table = ROW.findall(dry)  # processes, s/step, in all, speed-up, efficiency, imbalance, pool's s/step, in all
 holds("a dry run predicts 1, 2, 4, ... processes", [int(row[0]) for row in table][:5] == [1, 2, 4, 8, 16])
 for row in table:
     holds(f"{row[0]}: speed-up, efficiency and imbalance agree",
-          abs(float(row[2]) / int(row[0]) - float(row[3])) < 0.01 and
-          float(row[2]) <= 1.05 * int(row[0]) / float(row[4]) * 1.3)
+          abs(float(row[3]) / int(row[0]) - float(row[4])) < 0.01 and
+          float(row[3]) <= 1.05 * int(row[0]) / float(row[5]) * 1.3)
 for n in (3, 5):  # which count the particles in parts
-    rows = re.findall(r"^ +(\d+) +([\d.e+-]+) +[\d.]+ +[\d.]+ +([\d.]+) ", run("-dry_run", "-parallel_migrate", "direct", n=n), re.M)
-    holds(f"{n} processes predict the same steps and imbalances", rows == [(row[0], row[1], row[4]) for row in table[1:]])
+    rows = ROW.findall(run("-dry_run", "-report_processes", "-parallel_migrate", "direct", n=n))
+    holds(f"{n} processes predict the same steps and imbalances", [(row[0], row[1], row[5]) for row in rows[1:]] == [(row[0], row[1], row[5]) for row in table[1:]])
 for n in (2, 4):
     shown = re.search(r"max/mean ([\d.]+)", run("-dry_run", n=n)).group(1)
-    holds(f"the imbalance predicted for {n} is that on {n}", float(table[int(math.log2(n))][4]) == float(shown))
+    holds(f"the imbalance predicted for {n} is that on {n}", float(table[int(math.log2(n))][5]) == float(shown))
 holds("it names the pool's bound and its best patches", re.search(r"exceeds a speed-up of [\d.]+; best patches", dry))
 
 check.end()

@@ -1,10 +1,13 @@
 """Every row of a table that a user chooses from is reachable: -help lists its name among the values of its option, and its
-parameters as options. And options files that name other files: which value counts, and that results overwrite none of
+parameters as options. -help <word> prints those lines that have the word. Formulas have just the functions that -help and
+docs/reference.md list. And options files that name other files: which value counts, and that results overwrite none of
 them.
 
 usage: test_options.py PEBBLE SOURCE MPIEXEC
 """
+import math
 import os
+import random
 import re
 import shutil
 
@@ -63,6 +66,117 @@ def vocabulary():
     check.that(sorted(words + ["grid"]) == sorted(values(text, "output_fields")), f"-output_fields takes {' '.join(words)} grid")
 
 
+def groups_of(text):
+    """{title: lines} of what -help prints below its head, with an empty line before each title."""
+    found = {}
+    for part in text.split("\n\n"):
+        title, *lines = part.rstrip("\n").split("\n")
+        if lines and not title.startswith("Pebble"):
+            found[title] = lines
+    return found
+
+
+def matches(word, title, line):
+    """Has a line of -help, or the name of its group, a word that begins so? One of one or two letters is whole."""
+    end = r"(?![a-z0-9])" if len(word) < 3 else ""
+    return re.search(rf"(?<![a-z0-9]){re.escape(word)}{end}", f"{title.partition(':')[0]}\n{line}", re.I)
+
+
+def asked_for(words):
+    """-help with words prints the lines of -help that have all of them, below the titles of their groups, and no other."""
+    run = check.pebble("-help", *words)
+    expected = {title: [line for line in lines if all(matches(word, title, line) for word in words)] for title, lines in WHOLE.items()}
+    expected = {title: lines for title, lines in expected.items() if lines}
+    if not expected:
+        return None if run.status == 2 and len(run.lines) == 1 and not run.out else f"-help {words}: status {run.status}, {run.lines[:2]}"
+    return None if run.status == 0 and not run.err and groups_of("\n\n" + run.out.lstrip("\n")) == expected else f"-help {words}: {run.out[:300]}"
+
+
+def help_of_words():
+    """-help <word>, against what -help prints whole."""
+    global WHOLE
+    WHOLE = groups_of(check.must("-help").out)
+    check.need(sum(map(len, WHOLE.values())) > 150, "-help has its groups")
+    lines = [line for group in WHOLE.values() for line in group]
+    with open(os.path.join(check.source, "src/run/vocabulary.c"), encoding="utf-8") as file:
+        aliases = set(re.findall(r'^    \{"(\w+)", "\w+"\},', file.read(), re.M))
+    words = sorted({word.lower() for line in lines for word in re.findall(r"[A-Za-z0-9]+", line)} - aliases - {"petsc"})
+    some = random.Random(22).sample(words, 60) + ["wall", "dt", "e", "WALLS", "body_", "checkpoint_every", "s^2", "-dry"]
+    pairs = [(a, b) for a, b in zip(some[::2], some[1::2])]
+    for wrong in check.at_once(asked_for, [(word,) for word in some if word[0] != "-"] + pairs[:10] + [("wall", "friction"), ("cell", "pool")]):
+        check.fault(wrong)
+
+    def says(words, lines, n=1):
+        run = check.pebble("-help", *words, n=n, plain=n > 1)
+        check.that(run.status == 2 and not run.out and run.lines[:1] == lines, f"-help {' '.join(words)}: {run.status} {run.lines[:2]}")
+
+    says(["viscositty"], ["-help viscositty: no option has this word; did you mean viscosity ?"])
+    says(["wal1"], ["-help wal1: no option has this word; did you mean wall ?"])
+    says(["hocus_pocus_fidibus"], ["-help hocus_pocus_fidibus: no option has this word; pebble -help lists all options, pebble -help petsc also PETSc's"])
+    says(["gruneisen", "tait"], ["-help gruneisen tait: no option has all of these words; pebble -help lists all options, pebble -help petsc also PETSc's"])
+    says(["wall", "viscositty"], ["-help wall viscositty: no option has one of these words; did you mean viscosity ?"])
+    says(["viscositty"], ["-help viscositty: no option has this word; did you mean viscosity ?"], n=2)
+    # A name as a scene has it, and another program's word.
+    for word, name in (("body_disk1_radius", "body_<b>_radius"), ("bc_xmin_mu", "bc_<f>_mu"), ("youngs", "material_<m>_E"), ("scheme", "method_update")):
+        run = check.pebble("-help", word)
+        check.that(run.status == 0 and re.search(rf"^  -{name} ", run.out, re.M), f"-help {word} finds -{name}")
+    run = check.pebble("-help", "body_disk1_radius")
+    check.that(run.out.count("\n  -") == 1, "and no other")
+    # Once on several processes; wherever it stands; an option after -help is no word.
+    run = check.pebble("-help", "gruneisen", n=2, plain=True)
+    check.that(run.status == 0 and run.out == check.must("-help", "gruneisen").out, "two processes print it once")
+    check.that(check.must("-options_file", check.scene("disks"), "-help", "gruneisen").out == run.out, "behind an options file")
+    check.that(check.must("-help", "-dim", "2").out == check.must("-help").out, "an option behind -help is no word")
+    check.that(not os.listdir("."), "nothing is written")
+
+
+# What muParser's functions and operators shall be, in Python's words.
+MEANS = {"sign": lambda a: math.copysign(1, a) if a else 0, "rint": lambda a: math.floor(a + 0.5), "log": math.log, "ln": math.log, "abs": abs, "min": min, "max": max,
+         "sum": lambda *a: sum(a), "avg": lambda *a: sum(a) / len(a)}
+
+
+def formulas():
+    """Each function, operator and constant that -help lists, by a run: start velocities of bodies of one particle."""
+    title, = (title for title in WHOLE if title.startswith("formulas"))
+    entries = dict(re.split(r"(?<! ): ", line[2:], maxsplit=1) for line in WHOLE[title])
+    with open(os.path.join(check.source, "docs", "reference.md"), encoding="utf-8") as file:
+        section = file.read().partition("## Formulas\n")[2].partition("\n## ")[0]
+    check.that(re.findall(r"^\| `(.*?)` \|", section, re.M) == [what.replace("|", r"\|") for what in entries], "docs/reference.md lists what -help does")
+    calls = [what for what in entries if re.fullmatch(r"\w+\([\w, .]+\)", what)]
+    check.need(len(calls) > 20, f"functions: {calls}")
+    asked = []  # (formula, value)
+    for what in calls:
+        name, arguments = re.match(r"(\w+)\((.*)\)", what).groups()
+        function = MEANS.get(name) or getattr(math, name)
+        for values in ([0.3, 0.75, 0.5], [0.6, 0.2, 0.9]) if name != "acosh" else ([1.3], [2.6]):
+            values = values + [0.1] if "..." in arguments else values[:arguments.count(",") + 1]
+            asked.append((f"{name}({','.join(map(str, values))})", float(function(*values))))
+    asked += [("sign(-0.3)", -1), ("sign(0)", 0), ("rint(-1.5)", -1), ("rint(2.5)", 3), ("abs(0-0.3)", 0.3), ("max(0.5)", 0.5)]
+    asked += [("0.3 + 2*0.5 - 0.7/4", 0.3 + 2 * 0.5 - 0.7 / 4), ("-2^2", -4), ("2^3^2", 512), ("2^-1", 0.5), ("(1 + 2)*3", 9), ("1 < 2", 1), ("2 <= 1", 0),
+              ("1 > 2", 0), ("2 >= 2", 1), ("1 == 2", 0), ("1 != 2", 1), ("1 && 0", 0), ("1 || 0", 1), ("0 ? 3 : 4", 4), ("1 < 2 ? 3 : 4", 3),
+              ("1.5e1", 15), ("pi", math.pi), ("_pi", math.pi), ("_e", math.e)]
+    asked += [("0", 0)] * (-len(asked) % 3)
+    names = [f"b{k}" for k in range(len(asked) // 3)]
+    lines = ["-dim 3", "-grid_lower 0,0,0", f"-grid_upper {len(names)},1,1", "-grid_h 0.25,0.25,0.25", "-materials m", "-material_m_model elastic", "-material_m_rho 1", "-material_m_E 1e4",
+             "-material_m_nu 0.3", f"-bodies {','.join(names)}", "-time_end 1", "-time_max_steps 0"]
+    for k, name in enumerate(names):
+        lines += [f"-body_{name}_shape box", f"-body_{name}_lower {k},0,0", f"-body_{name}_upper {k + 0.25},0.25,0.25", f"-body_{name}_material m", f"-body_{name}_ppc 1,1,1",
+                  f'-body_{name}_velocity "{", ".join(text for text, _ in asked[3 * k:3 * k + 3])}"']
+    check.must("-options_file", check.write("formulas.opts", lines))
+    found = check.particles("output/formulas.h5")["v"].ravel()
+    for (text, value), v in zip(asked, found):
+        check.fault(None if abs(v - value) < 1e-14 * max(1, abs(value)) else f"{text} is {v}, not {value}")
+    check.that(len(found) == len(asked), f"{len(asked)} formulas")
+    examples = re.findall(r'^    -(\w+) "(.*)"$', section, re.M)
+    run = check.pebble("-options_file", check.scene("disks"), "-time_max_steps", "1", "-loads", "push", "-load_push_body", "disk1", "-load_push_type", "pressure", "-check_momentum", "0",
+                       *(word for name, text in examples for word in (f"-{name}", text)))
+    check.that(len(examples) == 2 and run.good, f"the examples of docs/reference.md: {run.lines}")
+    # What muParser has beside that is not understood, so the list is whole.
+    for text, said in (("cot(0.5)", "cot"), ("e", "e"), ("tgamma(1)", "tgamma"), ("E", "E")):
+        run = check.pebble("-options_file", check.scene("disks"), "-body_disk1_velocity", f"{text},0", "-dry_run")
+        check.that(run.status == 2 and f'Unexpected token "{said}' in run.err, f"{text} is no formula: {run.lines}")
+
+
 def scene(name, *lines):
     return check.write(name, [f"-options_file {check.scene('disks')}", *lines])
 
@@ -107,6 +221,11 @@ def kept():
 
 if __name__ == "__main__":
     check.arguments(__doc__, 0)
+    check.folder("help")
+    os.chdir("help")
+    help_of_words()
+    os.chdir("..")
+    formulas()
     vocabulary()
     included()
     kept()

@@ -140,7 +140,7 @@ def check_xdmf(path, steps, times, history):
 def main():
     # As a user starts it: the one process that this is, without what makes tests start faster.
     run = lambda *options: check.must("-options_file", check.scene("disks"), "-time_end", TIME_END, "-output_dir", ".", *options, plain=True)
-    full = ["-output_every", OUTPUT_EVERY]
+    full = ["-output_every", OUTPUT_EVERY, "-report_phases"]
     for files, options in ((".csv .h5 .xdmf", full), (".csv (replaced)", ["-output_format", "none"]),
                            (".csv .h5 .xdmf (replaced)", full)):
         said = run(*options).out

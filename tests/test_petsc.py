@@ -49,7 +49,7 @@ def viewed(n, name, dim, *arguments):
 def logged(n, name, *arguments):
     """Events of each stage: name -> sums of the columns over the processes, "summary" being the whole stage; and the
     phases of the table."""
-    out = output(n, name, "-time_max_steps", STEPS, "-log_view", ":log.csv:ascii_csv", *arguments)
+    out = output(n, name, "-time_max_steps", STEPS, "-report_phases", "-log_view", ":log.csv:ascii_csv", *arguments)
     table = re.findall(r"^  (\S+) ", out.partition("\nphase ")[2].partition("\n  all ")[0], re.M)
     stages = {}
     for row in check.rows("log.csv"):

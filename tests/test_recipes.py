@@ -203,8 +203,8 @@ def use_diagnostic():
 
 
 def use_scheme():
-    usl, _ = disks("usl", "-method_update", "usl")
-    run, _ = disks("twice", "-method_update", "twice")
+    usl, _ = disks("usl", "-method_update", "usl", "-report_phases")
+    run, _ = disks("twice", "-method_update", "twice", "-report_phases")
     check.that(run.digest == usl.digest and run.find(r"(P2G_FORCE)") and not usl.find(r"(P2G_FORCE)"), f"two transfers in place of one: the bits of usl, {run.digest}")
 
 
@@ -264,6 +264,7 @@ def words_of(path, text):
     """What may name files and functions: of a document what stands in backticks, of a program the words of its comments."""
     if path.endswith(".md"):
         text = re.sub(r"^```.*?^```", "", text, flags=re.M | re.S)
+        text = re.sub(r"file `[\w.-]+`(?=[^`]*:\n)", "", text)  # a file that the reader writes
         parts = [part for paragraph in re.split(r"\n\s*\n", text) for part in re.findall(r"`([^`]+)`", paragraph)]
     elif path.endswith(".py"):
         parts = re.findall(r"(?:^|\s)#.*", text, re.M) + re.findall(r'"""(.*?)"""', text, re.S)

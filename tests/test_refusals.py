@@ -185,8 +185,10 @@ def main():
         check_notes(1, [], []),
         check_notes(1, pool + spatial + both, [f"-{name} has no effect on one process" for name in
                     ("parallel_strategy", "parallel_balance", "parallel_migrate", "pool_cells")]),
-        check_notes(1, ["-dry_run", "-report_path", "-report_limits"] + pool + spatial + both,
-                    [f"-report_{name} has no effect with -dry_run" for name in ("limits", "path")]),
+        check_notes(1, ["-dry_run", "-report_processes", "-report_path", "-report_limits", "-report_phases"] + pool + spatial + both,
+                    [f"-report_{name} has no effect with -dry_run" for name in ("limits", "phases", "path")]),
+        check_notes(1, ["-dry_run"] + pool, ["-parallel_strategy has no effect on one process"]),
+        check_notes(1, ["-report_processes"], ["-report_processes has no effect without -dry_run"]),
         check_notes(2, spatial + both, ["-pool_cells has no effect without -parallel_strategy pool"]),
         check_notes(2, pool + spatial + both, [f"-parallel_{name} has no effect with -parallel_strategy pool" for name in
                     ("balance", "migrate")]),

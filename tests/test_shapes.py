@@ -322,7 +322,7 @@ def check_refusals():
         ("flat", [shape, "cylinder"], "-body_b_shape cylinder needs -dim 3: in 2-D a disk is a sphere, and its side view a box"),
         ("flat", [shape, "stl", "-body_b_file", "good.stl"], "-body_b_shape stl needs -dim 3: choose polygon in 2-D, box in 1-D"),
         ("flat", [shape, "halfspace", "-body_b_point", "0,0", "-body_b_normal", "0,0"], "-body_b_normal is 0, which is no direction"),
-        ("flat", [shape, "expression"], "-body_b_expression is required (a formula of x, y, z, pi; the body of shape expression is where it is positive)"),
+        ("flat", [shape, "expression"], "-body_b_expression is required (a formula of x, y, z; the body of shape expression is where it is positive)"),
         ("flat", [shape, "expression", "-body_b_expression", "x+"], "-body_b_expression x+:"),
         ("flat", [shape, "expression", "-body_b_expression", "x,y"], "-body_b_expression has 2 components, it needs 1"),
         ("flat", [shape, "expression", "-body_b_expression", "0/0"], "body b has no particles"),

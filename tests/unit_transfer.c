@@ -673,9 +673,9 @@ static MPMStatus CheckParticlesMoved(Bench *b, const MPMParams *par, const MPMPh
     CHECK_EQ(b->own.id[p], before.id[p]);
     for (int d = 0; d < dim; d++) {
       const PetscReal v0 = before.v[p * dim + d], r0 = before.r[p * dim + d];
-      long double     now = par->flip * (v0 + par->dt * an[d]) + (1 - par->flip) * vn[d];
+      long double     now = par->flip * (v0 + par->kick * an[d]) + (1 - par->flip) * vn[d];
 
-      if (filtered) now = v0 - r0 + par->dt * an[d];
+      if (filtered) now = v0 - r0 + par->kick * an[d];
       dx[d] = parts & MPM_G2P_MOTION ? par->dt * (filtered ? now : vn[d]) : before.dx[p * dim + d];
       if (parts & MPM_G2P_MOTION)
         CHECK_LE(fabsl(v[d] - now), size);
@@ -1025,6 +1025,7 @@ static void Affine(int dim, MPMBasis basis)
   static State s, before;
   const int    inertia = MPMBasisInertia(basis);
   MPMParams    par     = {.dt          = 0.125,
+                          .kick        = 0.1875,
                           .flip        = 0,
                           .strain      = 1,
                           .kinds       = kinds,
@@ -1113,10 +1114,11 @@ static void Filter(int dim, MPMBasis basis, MPMWallBasis wall)
                         filter = {.parts = MPM_G2P_FILTER, .particles_in = -1, .particles_out = -1},
                         more   = {.parts = MPM_G2P_FILTER | MPM_RESIDUAL, .particles_in = -1, .particles_out = -1},
                         move   = {.parts = MPM_G2P_MOTION, .particles_in = -1, .particles_out = -1};
-  static Bench  b;
-  static State  s, after;
-  MPMParams     par = {.dt = 0.125, .flip = 0, .strain = 1, .kinds = kinds, .nkinds = nkinds, .materials = materials};
-  const MPMGrid g   = Grid(dim, basis, wall, 0);
+  static Bench b;
+  static State s, after;
+  MPMParams    par = {
+         .dt = 0.125, .kick = 0.1875, .flip = 0, .strain = 1, .kinds = kinds, .nkinds = nkinds, .materials = materials};
+  const MPMGrid g = Grid(dim, basis, wall, 0);
 
   SetOrder(1);
   Particles(&s, &g, N, 0);
@@ -1146,7 +1148,7 @@ static void Filter(int dim, MPMBasis basis, MPMWallBasis wall)
           PetscReal *node = b.motion + k * MPM_MOTION_NC(dim);
 
           node[dim + d] = sin(node[d] * 7);
-          node[d] += par.dt * node[dim + d];
+          node[d] += par.kick * node[dim + d];
         }
       after = b.own;
       Sweep(&b, &par, &move);
@@ -1184,8 +1186,14 @@ static void Correction(int dim, MPMBasis basis)
   static State  s;
   static Node   nodes[MAX_STENCIL];
   const MPMGrid g   = Grid(dim, basis, MPM_WALL_BASIS_EXTRAP, 0);
-  MPMParams     par = {
-          .dt = 0.125, .flip = 0, .strain = 1, .kinds = kinds, .nkinds = nkinds, .materials = materials, .walls = &walls};
+  MPMParams     par = {.dt        = 0.125,
+                       .kick      = 0.1875,
+                       .flip      = 0,
+                       .strain    = 1,
+                       .kinds     = kinds,
+                       .nkinds    = nkinds,
+                       .materials = materials,
+                       .walls     = &walls};
 
   for (int constant = 0; constant < 2; constant++) {
     static long double missing[3 * MAX_NODES];
@@ -1203,7 +1211,7 @@ static void Correction(int dim, MPMBasis basis)
         const PetscReal m = b.sum[k * NC], a = constant || !(m > 0) ? 0 : sin((double)k + d);
 
         b.motion[k * MPM_MOTION_NC(dim) + dim + d] = a;
-        b.motion[k * MPM_MOTION_NC(dim) + d] += par.dt * a;
+        b.motion[k * MPM_MOTION_NC(dim) + d] += par.kick * a;
       }
     for (int order = 1; order <= 8; order++) {
       long double norm = 0;
@@ -1225,7 +1233,7 @@ static void Correction(int dim, MPMBasis basis)
       for (PetscInt k = 0; k < Nodes(&b.patch); k++)
         for (int d = 0; d < dim; d++) {
           const PetscReal  *motion = b.motion + k * MPM_MOTION_NC(dim);
-          const long double m = b.sum[k * NC], all = missing[k * dim + d] + m * par.dt * motion[dim + d];
+          const long double m = b.sum[k * NC], all = missing[k * dim + d] + m * par.kick * motion[dim + d];
 
           if (m > 0) norm += all * all / m;
           if (constant && m > 1e-9) CHECK_NEAR(motion[d], 0.3 + d, 1e-12);
@@ -1276,6 +1284,7 @@ static void TestPhase(int dim, MPMBasis basis, MPMWallBasis wall, const MPMPhase
   static State     s;
   MPMStatus        status, found;
   MPMParams        par = {.dt        = 0.125,
+                          .kick      = 0.1875,
                           .flip      = 1,
                           .strain    = 1,
                           .order     = core.params.order,

@@ -86,7 +86,7 @@ class Pebble:
             f.write(scene.options(basis, update, steps))
         mpi = [args.mpiexec, "-n", str(ranks)] if ranks > 1 else []
         self.command = mpi + [args.pebble, "-options_file", path, "-output_dir", self.folder.name,
-                                 "-output_format", "none", "-report_limits", "false", *extra]
+                                 "-output_format", "none", "-report_limits", "false", "-report_phases", *extra]
         self.environment = launch.environment(ranks, args.cores)
         self.row = dict(program="pebble", dim=scene.dim, basis=basis, update=update, particles=scene.particles,
                         per_cell=scene.ppc, processes=ranks, steps=steps, options=" ".join(extra))

@@ -20,7 +20,11 @@ try:
     import h5py
     import matplotlib
 except ModuleNotFoundError as missing:
-    sys.exit(f"{PROGRAM}: {missing}; run it with .venv/bin/python, which `make run` makes")
+    FOLDER = os.path.dirname(os.path.realpath(__file__))
+    sys.exit(f"{PROGRAM}: {missing}; " + (
+        "run it with .venv/bin/python, which `make run` makes" if not os.path.exists(os.path.join(FOLDER, "..", "installed")) else
+        "it needs the Python packages h5py, matplotlib and numpy: install Debian's python3-h5py and python3-matplotlib, or activate a "
+        f"virtual environment and install those of {FOLDER}/requirements.txt with pip"))
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402 (after the choice of the backend)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes docs/reference.md, the tables of all options, from what `pebble -help` prints.
+"""Writes docs/reference.md, the tables of all options and of what formulas may contain, from what `pebble -help` prints.
 
 --check   writes nothing; exit status 1 if docs/reference.md is not what would be written
 --pebble  the program (default: ./pebble of the checkout)
@@ -11,10 +11,12 @@ import argparse
 import os
 import re
 import sys
+import textwrap
 
 import launch
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+FORMULA = re.compile(r"^  (?P<what>[^-].*?)(?<! ): (?P<meaning>.*)$")
 OPTION = re.compile(r"^  -(?P<name>[^\s:]+)(?: <(?P<default>[^>]*)>)?(?: (?P<unit>[^:]+))?: (?P<text>.*)$")
 ALLOWED = re.compile(r"^(.*) \(((?:whole, )?(?:-dim values )?in [\[(][^()\[\]]*[\])]|\w+(?:\|\w+)*)\)$")
 LATER = "not built yet"
@@ -41,8 +43,31 @@ A scene is a PETSc options file, one `-name value` a line:
   `-dry_run`, gets a `note`, and the run goes on: the same file serves one process and many.
 * Units are SI here; any consistent set of units works. Intervals: `[` and `]` include the bound, `(` and `)` do not.
 
+`pebble -help` prints these tables. With words behind it, as in `pebble -help wall friction`, it prints only the lines in
+which there are words that begin so (a word of one or two letters has to be there itself); the title of a group counts as a
+part of its lines. The name of an option is found as it is in a scene too (`body_disk1_radius`), and so are words that
+other programs have for an option (`youngs`).
+
 PETSc's own options of general use are understood too, e.g. `-log_view`; `pebble -help petsc` lists them, `pebble -version`
 prints the versions.
+"""
+FORMULAS = """\
+## Formulas
+
+The value of an option may be a formula where its meaning says so:
+{options}.
+
+    -body_disk1_velocity "0.1*sin(pi*x), 0"
+    -load_push_value "t < 0.1 ? 1e4*t/0.1 : 1e4"
+
+* A formula that has blanks stands in double quotes. Components are separated by commas.
+* It may use those variables that the meaning of the option names, and all constants, operators and functions below.
+* Names depend on case: `x` and `X` are two variables. Numbers are written as `2`, `0.5` or `1e-3`.
+* The result is in the unit of the option. Coordinates that a scene does not have, such as `z` in 2-D, are 0.
+* muParser reads and evaluates the formulas. A fault is refused with its position.
+
+| in a formula | meaning |
+| --- | --- |
 """
 
 
@@ -84,6 +109,18 @@ def parse(text):
         elif line and not line[0].isspace():
             title = line.rstrip(":")
     return groups
+
+
+def formulas(text):
+    """(what, meaning) of what the help lists below its title `formulas`."""
+    lines = text.partition("\nformulas")[2].partition("\n\n")[0].splitlines()[1:]
+    return [found.group("what", "meaning") for found in map(FORMULA.match, lines) if found]
+
+
+def write_formulas(groups, words):
+    takes = [f"`-{name}`" for _, options in groups for name, _, _, meaning, _ in options if re.search(r"\bformulas?\b", meaning)]
+    lines = ["| `{}` | {} |".format(what.replace("|", r"\|"), cell(meaning)) for what, meaning in words]
+    return FORMULAS.format(options=textwrap.fill(", ".join(takes), 110, break_on_hyphens=False)) + "\n".join(lines) + "\n"
 
 
 def cell(text):
@@ -132,10 +169,13 @@ def main():
     p.add_argument("--pebble", default=os.path.join(ROOT, "pebble"), help="the program")
     p.add_argument("--out", default=os.path.join(ROOT, "docs", "reference.md"), help="the file")
     args = p.parse_args()
-    groups = parse(ask(args.pebble))
+    text = ask(args.pebble)
+    groups, words = parse(text), formulas(text)
     if sum(len(options) for _, options in groups) < 20:
         fail(f"{args.pebble} -help does not look like a list of options")
-    new = write(groups)
+    if len(words) < 10:
+        fail(f"{args.pebble} -help does not list what formulas may contain")
+    new = write(groups) + "\n" + write_formulas(groups, words)
     if args.check:
         try:
             with open(args.out, encoding="utf-8") as f:

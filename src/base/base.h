@@ -9,6 +9,11 @@
 #if PETSC_VERSION_LT(3, 19, 0)
 #define PETSC_SUCCESS ((PetscErrorCode)0)
 #endif
+#if PETSC_VERSION_GE(3, 24, 0) /* the type of a PetscBool in messages */
+#define MPM_MPI_BOOL MPI_C_BOOL
+#else
+#define MPM_MPI_BOOL MPIU_BOOL
+#endif
 #if !defined(PETSC_USE_REAL_DOUBLE) || defined(PETSC_USE_COMPLEX)
 #error "Pebble needs a PETSc with real scalars in double precision"
 #endif

@@ -1,4 +1,4 @@
-/* print.c - the function that prints; print.h describes it. */
+/* print.c - the functions that print; print.h describes them. */
 #include <stdarg.h>
 #include "base/print.h"
 
@@ -14,4 +14,24 @@ PetscErrorCode MPMPrint(const MPMPrinter *printer, const char format[], ...)
   va_end(args);
   (void)fflush(stdout);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+void MPMTimeWords(PetscReal seconds, char words[MPM_NAME_LEN])
+{
+  static const struct {
+    PetscReal   s, most; /* the unit; up to which time it is taken */
+    const char *name;
+  } units[]         = {{1, 90, "second"},
+                       {60, 90 * 60., "minute"},
+                       {3600, 48 * 3600., "hour"},
+                       {86400, 730 * 86400., "day"},
+                       {3.156e7, PETSC_MAX_REAL, "year"}};
+  const size_t last = sizeof units / sizeof units[0] - 1;
+  char         digits[MPM_NAME_LEN];
+  size_t       k = 0;
+
+  while (k < last && seconds >= units[k].most) k++;
+  (void)snprintf(digits, sizeof digits, "%.2g", (double)(seconds / units[k].s));
+  (void)snprintf(words, MPM_NAME_LEN, "%g %s%s", strtod(digits, NULL), units[k].name,
+                 strtod(digits, NULL) == 1 ? "" : "s");
 }

@@ -13,4 +13,7 @@ typedef struct {
    collective. */
 PetscErrorCode MPMPrint(const MPMPrinter *, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
 
+/* Writes a time in s with two digits and the unit that suits it, as in "34 minutes". Not collective. */
+void MPMTimeWords(PetscReal seconds, char words[MPM_NAME_LEN]);
+
 #endif

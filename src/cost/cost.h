@@ -19,6 +19,11 @@ typedef struct {
   PetscReal call, stage, process, particle, leaver;
 } MPMMigration;
 
+/* The factor within which the predicted time of a run was right for nine of ten scenes, on a core that did nothing else:
+   with rough constants, and with those of a calibration (docs/performance.md). */
+#define MPM_WITHIN_ROUGH      2
+#define MPM_WITHIN_CALIBRATED 1.3
+
 /* The constants of the model. */
 typedef struct {
   MPMRate      rate[MPM_MAX_TIMERS];   /* by timer; all phases of a step that share it together */
@@ -30,13 +35,15 @@ typedef struct {
   MPMMigration migration[2];           /* swarm, direct */
   PetscReal    job, pool;              /* s per job of the pool and per byte of it, for the master as for the worker */
   PetscReal    flop, byte;             /* s that a core takes at best for an operation, a byte of memory; 0: unknown */
+  PetscReal    within;                 /* the factor within which the time of a run is predicted (MPM_WITHIN_..) */
   char         from[2 * MPM_NAME_LEN]; /* where the constants come from */
 } MPMModel;
 
 /* The model of a run, and what it predicts. */
 typedef struct {
   MPMModel  model;
-  char      file[2 * MPM_TEXT_LEN], note[MPM_TEXT_LEN]; /* -model_file; why it is not used */
+  char      file[2 * MPM_TEXT_LEN];                     /* -model_file, else that of the run's name */
+  char      used[2 * MPM_TEXT_LEN], note[MPM_TEXT_LEN]; /* what the constants were read from; why not from `file` */
   PetscReal predicted[MPM_MAX_TIMERS];                  /* s per step, by timer */
   PetscReal messages[MPM_MAX_TIMERS];                   /* with -report_path: the part of it for messages */
 } MPMCost;
@@ -69,10 +76,11 @@ MPMShare  MPMModelCube(const MPMCore *, PetscReal n, PetscReal per_cell, PetscRe
 PetscReal MPMModelLeast(const MPMModel *, const MPMCore *, PetscReal per_cell, PetscReal processes, PetscReal moved,
                         PetscReal efficiency);
 
-/* Print what the model predicts for other numbers of processes (model_view.c), the critical path of -report_path
-   (path.c), and the line `speed` (roofline.c), for which `limits` says that the limits of a core are measured, and
+/* Print what the model predicts of a run of so many steps of dt s, and if `sizes` for other numbers of processes
+   (model_view.c), the critical path of -report_path (path.c), and the line `speed` (roofline.c), for which `limits` says that the limits of a core are measured, and
    `no_limits` that they are not, however long the run took. */
-PetscErrorCode MPMModelView(const MPMCost *, MPMCore *, const MPMScene *, PetscReal dt);
+PetscErrorCode MPMModelView(const MPMCost *, MPMCore *, const MPMScene *, PetscReal dt, PetscReal steps,
+                            PetscBool sizes);
 PetscErrorCode MPMWorkView(const MPMCost *, MPMCore *);
 PetscErrorCode MPMRoofline(const MPMCost *, MPMCore *, PetscBool limits, PetscBool no_limits);
 PetscErrorCode MPMLimits(MPI_Comm, PetscReal *flop, PetscReal *byte);

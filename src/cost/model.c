@@ -243,7 +243,7 @@ void MPMModelRough(MPMModel *m, const MPMCore *core, const MPMScene *scene)
   m->copy                  = 0.3e-9;
   m->kept                  = 0.3e-9;
   m->reduction             = 1.6e-6;
-  m->migration[0].call     = 60e-6; /* DMSwarmMigrate: 22 collectives, one of them of a number from every process */
+  m->migration[0].call     = 60e-6; /* DMSwarmMigrate: 14 collectives, three of them of a number from every process */
   m->migration[0].stage    = 24 * 1.6e-6;
   m->migration[0].process  = 80 * m->wire;
   m->migration[0].particle = 1e-9;
@@ -252,6 +252,7 @@ void MPMModelRough(MPMModel *m, const MPMCore *core, const MPMScene *scene)
   m->migration[1].stage                           = 1.6e-6 + 0.6e-6;
   m->job                                          = 2e-6;
   m->pool                                         = 0.3e-9;
+  m->within                                       = MPM_WITHIN_ROUGH;
   (void)snprintf(m->from, sizeof m->from, "rough: make calibrate measures them");
 }
 

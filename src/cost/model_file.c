@@ -1,6 +1,9 @@
 /* model_file.c - the constants of the model: they are read from the file of a calibration (tools/calibrate), or else
    rough ones are set. A calibration writes its file here. */
+#include <dirent.h>
 #include <errno.h>
+#include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 #include "cost/cost.h"
 
@@ -117,42 +120,81 @@ PetscBool MPMModelReadLine(const MPMTimers *timers, const char line[], MPMModel 
   return PETSC_FALSE;
 }
 
-/* Reads the file of the constants, if there is one; `wrong` gets the reason if it cannot be used. Only one process
-   calls it. */
-static PetscErrorCode Load(MPMCost *cost, const MPMCore *core, const MPMScene *scene, char wrong[], size_t len)
+/* Returns how the scene of a file of constants differs from this one: the first part in which the texts of
+   MPMModelMethod differ. */
+static const char *Differs(const char theirs[], const char ours[])
 {
-  MPMModel  m    = cost->model;
-  FILE     *file = fopen(cost->file, "r");
-  char      line[2 * MPM_TEXT_LEN], method[MPM_TEXT_LEN];
-  PetscBool fits = PETSC_FALSE, sound = PETSC_TRUE;
+  static const char *const parts[] = {"in another dimension", "with another basis", "with other fields of particles",
+                                      "with another number of lanes"};
+  size_t                   part    = 0;
+
+  for (size_t k = 0; theirs[k] == ours[k] && ours[k]; k++) part += ours[k] == ':';
+  return part < sizeof parts / sizeof parts[0]
+             ? parts[part]
+             : "with another update, transfer or material, or more or fewer particles a cell";
+}
+
+/* Reads a file of constants into *m; wrong [len] gets the reason if it cannot be used, or "". Only one process calls it. */
+static PetscErrorCode Load(const char path[], const MPMCore *core, const MPMScene *scene, MPMModel *m, char wrong[],
+                           size_t len)
+{
+  FILE     *file = fopen(path, "r");
+  char      line[2 * MPM_TEXT_LEN], method[MPM_TEXT_LEN], theirs[2 * MPM_TEXT_LEN] = "";
+  PetscBool sound = PETSC_TRUE;
   int       found = 0, wanted = 0;
 
   PetscFunctionBeginUser;
-  if (!file) PetscFunctionReturn(PETSC_SUCCESS);
+  wrong[0] = 0;
   MPMModelMethod(core, scene, method, sizeof method);
-  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) PetscCall(PetscMemzero(&m.rate[e], sizeof m.rate[e]));
-  while (fgets(line, (int)sizeof line, file)) {
+  for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) PetscCall(PetscMemzero(&m->rate[e], sizeof m->rate[e]));
+  while (file && fgets(line, (int)sizeof line, file)) {
     line[strcspn(line, "\n")] = 0;
-    if (!strncmp(line, "method ", 7)) fits = strcmp(line + 7, method) ? PETSC_FALSE : PETSC_TRUE;
-    if (!MPMModelReadLine(&core->timers, line, &m, &found)) sound = PETSC_FALSE;
+    if (!strncmp(line, "method ", 7)) (void)snprintf(theirs, sizeof theirs, "%s", line + 7);
+    if (!MPMModelReadLine(&core->timers, line, m, &found)) sound = PETSC_FALSE;
   }
-  (void)fclose(file);
+  if (file) (void)fclose(file);
 #define MPM_COUNT(entry, needed) wanted += needed;
   MPM_MODEL_NUMBERS(MPM_COUNT)
 #undef MPM_COUNT
   if (found != wanted) sound = PETSC_FALSE;
-  for (PetscInt k = 0; k < core->nprogram && fits; k++) { /* was each phase timed? */
-    const MPMRate *r = &m.rate[core->program[k]->timer];
+  for (PetscInt k = 0; k < core->nprogram && !strcmp(theirs, method); k++) { /* was each phase timed? */
+    const MPMRate *r = &m->rate[core->program[k]->timer];
 
     if (!(r->call > 0 || r->each[0] > 0)) sound = PETSC_FALSE;
   }
-  if (!fits)
-    (void)snprintf(wrong, len, "%.1000s is of another method, of other particles or of other vectors: not used",
-                   cost->file);
-  else if (!sound)
-    (void)snprintf(wrong, len, "%.1000s is damaged, or of another version: not used", cost->file);
-  else
+  if (strcmp(theirs, method) && found == wanted)
+    (void)snprintf(wrong, len, "%.1000s was measured %s", path, Differs(theirs, method));
+  else if (strcmp(theirs, method) || !sound)
+    (void)snprintf(wrong, len, "%.1000s is damaged, or of another version of pebble", path);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Looks in the folder of the results for the newest file of constants that fits this scene, whatever its name is. A run
+   whose name has changed finds those of its old name. Only one process calls it. */
+static PetscErrorCode LoadNewest(MPMCost *cost, const MPMCore *core, const MPMScene *scene, const char dir[])
+{
+  const MPMModel rough  = cost->model;
+  DIR           *folder = opendir(dir);
+  time_t         newest = 0;
+
+  PetscFunctionBeginUser;
+  for (struct dirent *entry; folder && (entry = readdir(folder));) {
+    const size_t n = strlen(entry->d_name);
+    char         path[sizeof cost->used], wrong[MPM_TEXT_LEN];
+    MPMModel     m = rough;
+    struct stat  s;
+
+    if (n < 7 || strcmp(entry->d_name + n - 6, ".model")) continue;
+    (void)snprintf(path, sizeof path, "%s/%s", dir, entry->d_name);
+    if (stat(path, &s) || !S_ISREG(s.st_mode)) continue;
+    if (cost->used[0] && (s.st_mtime < newest || (s.st_mtime == newest && strcmp(path, cost->used) < 0))) continue;
+    PetscCall(Load(path, core, scene, &m, wrong, sizeof wrong));
+    if (wrong[0]) continue;
+    newest      = s.st_mtime;
     cost->model = m;
+    PetscCall(PetscStrncpy(cost->used, path, sizeof cost->used));
+  }
+  if (folder) (void)closedir(folder);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -185,20 +227,39 @@ PetscErrorCode MPMModelSetFromOptions(MPMCost *cost, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the constants from the file of a calibration, if there is one for this method, else to rough ones. dir: the
-   folder of the results, where the file is unless -model_file names it. The phases and the fields of the particles have
-   to be known. Collective on core->comm. */
+/* Sets the constants to those of -model_file, else of the file with the name of the run, else of another one in the same
+   folder. Sets them to rough ones if none of these fits, and cost->note to the reason if the first does not. dir: the
+   folder of the results. The phases and the fields of the particles have to be known. Collective on core->comm. */
 PetscErrorCode MPMModelSetUp(MPMCost *cost, const MPMCore *core, const MPMScene *scene, const char dir[])
 {
-  char        wrong[MPM_TEXT_LEN] = "";
-  PetscMPIInt rank;
+  const PetscBool named               = cost->file[0] ? PETSC_TRUE : PETSC_FALSE;
+  char            wrong[MPM_TEXT_LEN] = "";
+  PetscMPIInt     rank, size;
 
   PetscFunctionBeginUser;
-  MPMModelRough(&cost->model, core, scene);
-  if (!cost->file[0]) (void)snprintf(cost->file, sizeof cost->file, "%s/%s.model", dir, scene->name);
   PetscCallMPI(MPI_Comm_rank(core->comm, &rank));
-  if (!rank) PetscCall(Load(cost, core, scene, wrong, sizeof wrong));
+  PetscCallMPI(MPI_Comm_size(core->comm, &size));
+  MPMModelRough(&cost->model, core, scene);
+  cost->used[0] = cost->note[0] = 0;
+  if (!named) (void)snprintf(cost->file, sizeof cost->file, "%s/%s.model", dir, scene->name);
+  if (!rank && !access(cost->file, F_OK)) {
+    MPMModel m = cost->model;
+
+    PetscCall(Load(cost->file, core, scene, &m, wrong, sizeof wrong));
+    if (!wrong[0]) {
+      cost->model = m;
+      PetscCall(PetscStrncpy(cost->used, cost->file, sizeof cost->used));
+    }
+  }
+  if (!rank && !named && !cost->used[0]) PetscCall(LoadNewest(cost, core, scene, dir));
+  /* A calibration on one process has measured no messages, and says so. */
+  if (cost->used[0] && (size == 1 || !strstr(cost->model.from, "messages rough")))
+    cost->model.within = MPM_WITHIN_CALIBRATED;
+  if (wrong[0] && !cost->used[0])
+    (void)snprintf(cost->note, sizeof cost->note,
+                   "%.1200s, so rough constants predict times; make calibrate SCENE=<options file> measures those of "
+                   "this scene",
+                   wrong);
   PetscCallMPI(MPI_Bcast(&cost->model, (PetscMPIInt)sizeof cost->model, MPI_BYTE, 0, core->comm));
-  PetscCall(PetscStrncpy(cost->note, wrong, sizeof cost->note));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

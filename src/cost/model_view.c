@@ -1,4 +1,5 @@
-/* model_view.c - what the model predicts for other numbers of processes; -dry_run prints it before it ends. */
+/* model_view.c - what the model predicts of a run, and with -report_processes of the same scene on other numbers of
+   processes; -dry_run prints it before it ends. */
 #include "cost/cost.h"
 #include "kernels/tile_index.h"
 
@@ -74,44 +75,54 @@ static PetscErrorCode ShareOfOne(MPMCore *core, PetscReal dt, MPMShare *s, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the constants' origin and the seconds of each phase on as many processes as here. */
-static PetscErrorCode PrintPhases(const MPMCost *cost, MPMCore *core)
+/* Prints where the constants come from, and the seconds of each phase on as many processes as here, in a step and in
+   all. */
+static PetscErrorCode PrintPhases(const MPMCost *cost, MPMCore *core, PetscReal steps)
 {
+  PetscReal step = 0;
+
   PetscFunctionBeginUser;
   PetscCall(MPMPrint(&core->print,
-                     "model      constants %s%s%s\n  phase         s/step, on as many processes as here\n",
-                     cost->model.from, cost->note[0] ? "; " : "", cost->note));
+                     "model      constants %s\n  phase          s/step     s in all   on as many processes as here\n",
+                     cost->model.from));
   for (PetscInt k = 0, e; k < core->timers.n; k++)
-    if (cost->predicted[e = MPMTimersRow(&core->timers, k)] > 0)
-      PetscCall(MPMPrint(&core->print, "  %-12s %8.3g\n", core->timers.name[e], (double)cost->predicted[e]));
+    if (cost->predicted[e = MPMTimersRow(&core->timers, k)] > 0) {
+      step += cost->predicted[e];
+      PetscCall(MPMPrint(&core->print, "  %-12s %8.3g  %11.3g\n", core->timers.name[e], (double)cost->predicted[e],
+                         (double)(steps * cost->predicted[e])));
+    }
+  PetscCall(MPMPrint(&core->print, "  %-12s %8.3g  %11.3g\n", "all", (double)step, (double)(steps * step)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Prints a table with a line for each number of processes, with spatial decomposition and pool; *cross is the first
    number on which spatial decomposition is ahead of the pool, 0: none. s: the share of one process that has all. */
 static PetscErrorCode PrintSizes(const MPMModel *m, MPMCore *core, const MPMHistogram *h, MPMShare s, PetscReal moved,
-                                 PetscInt *cross)
+                                 PetscReal steps, PetscInt *cross)
 {
   static const PetscMPIInt sizes[] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024};
   const PetscReal          serial  = MPMModelStep(m, core, &s);
 
   PetscFunctionBeginUser;
   *cross = 0;
-  PetscCall(MPMPrint(&core->print,
-                     "  processes   spatial s/step  speed-up  efficiency  imbalance      pool s/step  speed-up\n"));
+  PetscCall(MPMPrint(&core->print, "  processes   spatial s/step          in all  speed-up  efficiency  imbalance"
+                                   "      pool s/step          in all  speed-up\n"));
   for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
     const PetscMPIInt size = sizes[k];
     PetscReal         t = serial, imbalance = 1, pool;
+    char              all[MPM_NAME_LEN];
 
     if (MPMPartitionLargest(&core->grid, core->basis, size) < size) break;
     if (size > 1) PetscCall(SpatialStep(m, core, h, size, moved, &t, &imbalance));
     s.processes = size;
-    PetscCall(MPMPrint(&core->print, "  %9d  %15.3g  %8.2f  %10.2f  %9.3f", size, (double)t, (double)(serial / t),
-                       (double)(serial / t / size), (double)imbalance));
+    MPMTimeWords(steps * t, all);
+    PetscCall(MPMPrint(&core->print, "  %9d  %15.3g  %14s  %8.2f  %10.2f  %9.3f", size, (double)t, all,
+                       (double)(serial / t), (double)(serial / t / size), (double)imbalance));
     if (size > 1) {
       pool = MPMModelPoolStep(m, core, &s, core->exchange.pool_cells, NULL);
       if (!*cross && t < pool) *cross = size;
-      PetscCall(MPMPrint(&core->print, "  %15.3g  %8.2f", (double)pool, (double)(serial / pool)));
+      MPMTimeWords(steps * pool, all);
+      PetscCall(MPMPrint(&core->print, "  %15.3g  %14s  %8.2f", (double)pool, all, (double)(serial / pool)));
     }
     PetscCall(MPMPrint(&core->print, "\n"));
   }
@@ -152,8 +163,10 @@ static PetscErrorCode PrintLeast(const MPMModel *m, MPMCore *core, PetscReal per
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints what the model predicts for this scene on other numbers of processes. Collective on core->exchange.data. */
-PetscErrorCode MPMModelView(const MPMCost *cost, MPMCore *core, const MPMScene *scene, PetscReal dt)
+/* Prints what the model predicts of a run of so many steps of dt s, and if `sizes` of this scene on other numbers of
+   processes. Collective on core->exchange.data. */
+PetscErrorCode MPMModelView(const MPMCost *cost, MPMCore *core, const MPMScene *scene, PetscReal dt, PetscReal steps,
+                            PetscBool sizes)
 {
   const MPMModel *m = &cost->model;
   MPMHistogram    h;
@@ -163,15 +176,16 @@ PetscErrorCode MPMModelView(const MPMCost *cost, MPMCore *core, const MPMScene *
   PetscMPIInt     rank;
 
   PetscFunctionBeginUser;
+  PetscCall(PrintPhases(cost, core, steps));
+  if (!sizes) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
   PetscCall(ShareOfOne(core, dt, &s, &moved));
-  PetscCall(PrintPhases(cost, core));
   PetscCall(MPMHistogramCreate(&core->grid, core->basis, core->exchange.data, &h));
   PetscCall(MPMSceneHistogram(scene, core, &h));
   PetscCall(MPMPointsHistogram(scene, core, &h));
   PetscCall(MPMHistogramFinish(&h));
   if (rank == 0) { /* only the first has the tables, and prints */
-    PetscCall(PrintSizes(m, core, &h, s, moved, &cross));
+    PetscCall(PrintSizes(m, core, &h, s, moved, steps, &cross));
     PetscCall(PrintPool(m, core, s, cross));
     PetscCall(PrintLeast(m, core, s.particles / s.nodes, moved));
   }

@@ -63,13 +63,13 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
 MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMComponent *v, const MPMComponent *r,
                         const MPMComponent *vn, const MPMComponent *an, MPMComponent *dx, MPMReal *v2max)
 {
-  const PetscReal dt = par->dt, flip = par->flip, pic = 1 - par->flip;
+  const PetscReal dt = par->dt, kick = par->kick, flip = par->flip, pic = 1 - par->flip;
 
   for (PetscInt l = 0; l < n; l += MPM_WIDTH) {
     MPMReal v2 = MPMAll(0);
 
     for (int d = 0; d < dim; d++) {
-      const MPMReal now = MPMRead(&vn[d][l]), step = dt * MPMRead(&an[d][l]), old = MPMRead(&v[d][l]);
+      const MPMReal now = MPMRead(&vn[d][l]), step = kick * MPMRead(&an[d][l]), old = MPMRead(&v[d][l]);
       const MPMReal to = r ? old - MPMRead(&r[d][l]) + step : flip * (old + step) + pic * now;
 
       v2 += to * to;

@@ -12,10 +12,11 @@ struct MPMWalls; /* physics/wall.h, which kernels of particles do not see */
 
 /* Constants of a step: all that kernels need of the scene. */
 typedef struct {
-  PetscReal              dt, flip, gravity[3]; /* s, 1, m/s^2 */
-  PetscReal              strain;               /* share of the strain rate in the affine velocity, see MPMAffine */
-  PetscInt               order;                /* of xpic and afmpm, else 0 */
-  PetscBool              own_inertia;          /* C near walls: by each particle's sum phi (x_i - x)^2 */
+  PetscReal              dt, kick; /* s; positions and states change over dt, velocities over `kick` (MPMKick) */
+  PetscReal              flip, gravity[3]; /* 1, m/s^2 */
+  PetscReal              strain;           /* share of the strain rate in the affine velocity, see MPMAffine */
+  PetscInt               order;            /* of xpic and afmpm, else 0 */
+  PetscBool              own_inertia;      /* C near walls: by each particle's sum phi (x_i - x)^2 */
   PetscInt               carried; /* bits of the states of materials that are written besides those that a law has */
   PetscBool              deletes; /* particles that leave the grid are to be removed, which is no error */
   PetscInt               box;     /* cells of a box of F-bar on an axis: 1, 2 or 4; 0: there is none */

@@ -1,10 +1,128 @@
-/* expression.c - option values that are expressions of coordinates, time, pi and the usual functions, through the C
-   interface of muParser. Components are separated by commas. Formulas of a scene are read at the start and evaluated in
-   steps. */
+/* expression.c - option values that are formulas of coordinates and time, through the C interface of muParser.
+   Components are separated by commas. Formulas of a scene are read at the start and evaluated in steps. */
 #include <muParserDLL.h>
 #include "options/reader.h"
 
 static const char letters[] = "xyzXYZt"; /* position x, position at the start X, time */
+
+/* --- What a formula may contain ----------------------------------------------------------------------------------- */
+
+static muFloat_t Sign(muFloat_t a)
+{
+  return (a > 0) - (a < 0);
+}
+
+static muFloat_t Nearest(muFloat_t a)
+{
+  return floor(a + 0.5);
+}
+
+static muFloat_t Sum(const muFloat_t *a, muInt_t n)
+{
+  muFloat_t sum = 0;
+
+  for (muInt_t k = 0; k < n; k++) sum += a[k];
+  return sum;
+}
+
+static muFloat_t Average(const muFloat_t *a, muInt_t n)
+{
+  return Sum(a, n) / n;
+}
+
+static muFloat_t Least(const muFloat_t *a, muInt_t n)
+{
+  muFloat_t least = a[0];
+
+  for (muInt_t k = 1; k < n; k++) least = PetscMin(least, a[k]);
+  return least;
+}
+
+static muFloat_t Largest(const muFloat_t *a, muInt_t n)
+{
+  muFloat_t largest = a[0];
+
+  for (muInt_t k = 1; k < n; k++) largest = PetscMax(largest, a[k]);
+  return largest;
+}
+
+const char *const MPMFormulaTitle =
+    "formulas: values in quotes, of the variables that the option names; commas separate components";
+
+/* Variables and operators, which muParser has itself; constants, with their value; functions of one, two or any number
+   of arguments. No formula has other constants and functions than these, whatever the version of muParser has. */
+static const struct {
+  const char *what, *meaning;
+  PetscReal   value;
+  muFun1_t    one;
+  muFun2_t    two;
+  muMultFun_t any;
+} words[] = {
+    {"x, y, z", "place of the particle now, m", 0, NULL, NULL, NULL},
+    {"X, Y, Z", "its place at the start, m", 0, NULL, NULL, NULL},
+    {"t", "time, s", 0, NULL, NULL, NULL},
+    {"pi", "3.14159...", PETSC_PI, NULL, NULL, NULL},
+    {"_pi", "the same", PETSC_PI, NULL, NULL, NULL},
+    {"_e", "2.71828..., the base of ln", 2.71828182845904523536, NULL, NULL, NULL},
+    {"a + b, a - b, a*b, a/b", "as usual; -a^2 is -(a^2)", 0, NULL, NULL, NULL},
+    {"a^b", "a to the power b; a^b^c is a^(b^c)", 0, NULL, NULL, NULL},
+    {"a < b, a <= b, a > b, a >= b, a == b, a != b", "1 where it holds, else 0", 0, NULL, NULL, NULL},
+    {"a && b, a || b", "1 where both are not 0, where one is not 0; else 0", 0, NULL, NULL, NULL},
+    {"a ? b : c", "b where a is not 0, else c", 0, NULL, NULL, NULL},
+    {"sin(a)", "sine of a in rad", 0, sin, NULL, NULL},
+    {"cos(a)", "cosine", 0, cos, NULL, NULL},
+    {"tan(a)", "tangent", 0, tan, NULL, NULL},
+    {"asin(a)", "arc sine, in rad", 0, asin, NULL, NULL},
+    {"acos(a)", "arc cosine", 0, acos, NULL, NULL},
+    {"atan(a)", "arc tangent", 0, atan, NULL, NULL},
+    {"atan2(a, b)", "angle of the point (b, a) from the first axis, in rad", 0, NULL, atan2, NULL},
+    {"sinh(a)", "hyperbolic sine", 0, sinh, NULL, NULL},
+    {"cosh(a)", "hyperbolic cosine", 0, cosh, NULL, NULL},
+    {"tanh(a)", "hyperbolic tangent", 0, tanh, NULL, NULL},
+    {"asinh(a)", "inverse of sinh", 0, asinh, NULL, NULL},
+    {"acosh(a)", "inverse of cosh", 0, acosh, NULL, NULL},
+    {"atanh(a)", "inverse of tanh", 0, atanh, NULL, NULL},
+    {"exp(a)", "e to the power a", 0, exp, NULL, NULL},
+    {"ln(a)", "natural logarithm", 0, log, NULL, NULL},
+    {"log(a)", "the same", 0, log, NULL, NULL},
+    {"log10(a)", "decimal logarithm", 0, log10, NULL, NULL},
+    {"log2(a)", "binary logarithm", 0, log2, NULL, NULL},
+    {"sqrt(a)", "square root", 0, sqrt, NULL, NULL},
+    {"abs(a)", "absolute value", 0, fabs, NULL, NULL},
+    {"sign(a)", "-1, 0 or 1", 0, Sign, NULL, NULL},
+    {"rint(a)", "the nearest whole number; of two the larger", 0, Nearest, NULL, NULL},
+    {"min(a, b, ...)", "the smallest of any number of values", 0, NULL, NULL, Least},
+    {"max(a, b, ...)", "the largest", 0, NULL, NULL, Largest},
+    {"sum(a, b, ...)", "their sum", 0, NULL, NULL, Sum},
+    {"avg(a, b, ...)", "their mean", 0, NULL, NULL, Average},
+};
+
+/* Described in reader.h. */
+PetscBool MPMFormulaWord(size_t k, const char **what, const char **meaning)
+{
+  if (k >= sizeof words / sizeof words[0]) return PETSC_FALSE;
+  *what    = words[k].what;
+  *meaning = words[k].meaning;
+  return PETSC_TRUE;
+}
+
+/* Gives a parser the constants and functions of the table in place of its own. */
+static void Define(muParserHandle_t parser)
+{
+  mupClearConst(parser);
+  mupClearFun(parser);
+  for (size_t k = 0; k < sizeof words / sizeof words[0]; k++) {
+    char name[MPM_NAME_LEN];
+
+    (void)snprintf(name, sizeof name, "%.*s", (int)strcspn(words[k].what, "("), words[k].what);
+    if (words[k].value != 0) mupDefineConst(parser, name, words[k].value);
+    if (words[k].one) mupDefineFun1(parser, name, words[k].one, 1);
+    if (words[k].two) mupDefineFun2(parser, name, words[k].two, 1);
+    if (words[k].any) mupDefineMultFun(parser, name, words[k].any, 1);
+  }
+}
+
+/* --- Reading and evaluating --------------------------------------------------------------------------------------- */
 
 struct _MPMExpression {
   muParserHandle_t parser;
@@ -43,7 +161,7 @@ static PetscErrorCode Create(const char text[], const char variables[], MPMExpre
     *at = 0.5; /* any value will do: the first evaluation only checks the syntax */
     mupDefineVar((*e)->parser, name, at);
   }
-  mupDefineConst((*e)->parser, "pi", PETSC_PI);
+  Define((*e)->parser);
   mupSetExpr((*e)->parser, text);
   (void)mupEvalMulti((*e)->parser, &count);
   *n = count;

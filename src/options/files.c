@@ -157,7 +157,7 @@ static void CheckIncluded(const File *f, const char path[], int nesting, char er
 /* Checks one line of an options file, which is `length` characters long. */
 static void CheckLine(File *f, char *line, size_t length, int nesting, char error[], size_t len)
 {
-  char       *word[3], text[MPM_TEXT_LEN] = "";
+  char       *word[3] = {NULL}, text[MPM_TEXT_LEN] = "";
   const char *fault = length != strlen(line) ? "not a text file" : NULL, *value;
   int         n     = 0;
 

@@ -55,8 +55,8 @@ static const MPMOptionRow *Find(MPMOptions o, const char given[])
 
 /* --- The closest name --------------------------------------------------------------------------------------------- */
 
-/* Returns the number of edits (insert, delete, replace, swap neighbours) between two words, without regard to case. */
-static int Distance(const char a[], const char b[])
+/* Described in reader.h. */
+int MPMOptionsDistance(const char a[], const char b[])
 {
   int       d[3][MPM_FULL_LEN + 1];
   const int na = (int)strlen(a), nb = (int)strlen(b);
@@ -89,7 +89,9 @@ static PetscBool EndsWith(const char name[], const char tail[])
 /* Makes `candidate` the closest name if it is closer to `given` than those before. */
 static void Consider(const char given[], const char candidate[], int *best, char nearest[MPM_FULL_LEN])
 {
-  const int d = EndsWith(candidate, given) ? 1 : Distance(given, candidate); /* "basis" is close to method_basis */
+  const int d = EndsWith(candidate, given)
+                    ? 1
+                    : MPMOptionsDistance(given, candidate); /* "basis" is close to method_basis */
 
   if (d >= *best) return;
   *best = d;
@@ -226,7 +228,7 @@ static void Refuse(MPMOptions o, const char given[])
   if (nearest[0]) (void)snprintf(hint, sizeof hint, "; did you mean -%s ?", nearest);
   if (o->nb && IsUndeclared(o, given, name, &list)) {
     (void)snprintf(why, sizeof why, " (%s is not %s)", name, list);
-    if (Distance(given, nearest) > 1) hint[0] = 0;
+    if (MPMOptionsDistance(given, nearest) > 1) hint[0] = 0;
   }
   MPMOptionsFail(o, "-%.*s is not an option of this scene%s%s", MPM_FULL_LEN, given, why, hint);
 }

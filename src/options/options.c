@@ -1,9 +1,10 @@
 /* options.c - the strict reader of the option database, at the start of a run.
 
-   PETSc ignores misspelt names, accepts nan, and reads "20.5" as 20, which can cost a user a day of wrong results. Here
-   the vocabulary is a table (run/options.def). A name that is not in it (names.c), a value of the wrong type, length or
-   range, and an option that has no effect are each answered with one line before any time is spent. The first error is
-   kept and later reads do nothing, so callers check once, at the end (MPMOptionsError). */
+   PETSc ignores misspelt names, accepts nan, and reads 2147483648 as -2147483648 (docs/petsc.md), which can cost a
+   user a day of wrong results. Here the vocabulary is a table (run/options.def). A name that is not in it (names.c),
+   a value of the wrong type, length or range, and an option that has no effect are each answered with one line
+   before any time is spent. The first error is kept and later reads do nothing, so callers check once, at the end
+   (MPMOptionsError). */
 #include <strings.h>
 #include "options/reader.h"
 

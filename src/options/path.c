@@ -11,18 +11,21 @@ static PetscInt nwhole;
 
 static PetscErrorCode NoteWhole(const char name[], const char path[])
 {
-  char *full = realpath(path, NULL);
+  char    *full = realpath(path, NULL);
+  PetscInt k    = 0;
 
   PetscFunctionBeginUser;
   if (!full || strlen(full) >= MPM_TEXT_LEN) {
     free(full);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  whole = realloc(whole, (size_t)(nwhole + 1) * sizeof *whole);
-  PetscCheck(whole, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the paths of %" PetscInt_FMT " files", nwhole + 1);
-  (void)snprintf(whole[nwhole].name, sizeof whole[nwhole].name, "%s", name);
-  (void)snprintf(whole[nwhole].path, sizeof whole[nwhole].path, "%s", full);
-  nwhole++;
+  while (k < nwhole && strcasecmp(whole[k].name, name)) k++;
+  if (k == nwhole) {
+    whole = realloc(whole, (size_t)++nwhole * sizeof *whole);
+    PetscCheck(whole, PETSC_COMM_SELF, PETSC_ERR_MEM, "no memory for the paths of %" PetscInt_FMT " files", nwhole);
+  }
+  (void)snprintf(whole[k].name, sizeof whole[k].name, "%s", name);
+  (void)snprintf(whole[k].path, sizeof whole[k].path, "%s", full);
   free(full);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -30,7 +33,7 @@ static PetscErrorCode NoteWhole(const char name[], const char path[])
 /* Returns the whole path that the option `name` was read as, or NULL if it is none of a file. Not collective. */
 const char *MPMOptionsWholePath(const char name[])
 {
-  for (PetscInt k = nwhole - 1; k >= 0; k--)
+  for (PetscInt k = 0; k < nwhole; k++)
     if (!strcasecmp(whole[k].name, name)) return whole[k].path;
   return NULL;
 }

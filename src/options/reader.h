@@ -46,6 +46,17 @@ PetscBool          MPMOptionsIsNumbers(const char word[]);
 void               MPMOptionsForget(void);
 extern const char *MPMOptionsYaml;
 
+/* Prints the help (help.c) if `print`: whole if n is 0, else the lines that have all of these words. If there are none,
+   it returns false, and fault [len] says so in one line. */
+PetscBool MPMOptionsHelp(const MPMVocabulary *, int n, char **words, PetscBool print, char fault[], size_t len);
+
+/* Returns the number of edits (insert, delete, replace, swap neighbours) between two words, whatever their case. */
+int MPMOptionsDistance(const char a[], const char b[]);
+
+/* What a formula may contain (expression.c): the title, and word k with its meaning; false if there are not so many. */
+extern const char *const MPMFormulaTitle;
+PetscBool                MPMFormulaWord(size_t k, const char **what, const char **meaning);
+
 /* Returns the whole path that an option with the path of a file was read as, or NULL (path.c). */
 const char *MPMOptionsWholePath(const char name[]);
 

@@ -117,71 +117,38 @@ static void CheckArguments(int argc, char **argv, char error[], size_t len)
   if (!error[0] && depth > 0) (void)snprintf(error, len, "-prefix_push %.100s without -prefix_pop", pushed[depth - 1]);
 }
 
-/* --- Help --------------------------------------------------------------------------------------------------------- */
+/* --- Answers ------------------------------------------------------------------------------------------------------ */
 
-/* Prints the words of a list, which are separated by blanks. */
-static void PrintWords(const char words[])
+/* Answers -help, and the words after it. PETSc, which would take them for the value of its own -help, has not started;
+   `-help petsc` becomes that -help. Returns true if the program shall end with *status. */
+static PetscBool AnswerHelp(const MPMVocabulary *table, int argc, char **argv, int k, int *status)
 {
-  const char *comma = " (all, or a list of ";
+  static char yes[] = "true";
+  char        fault[MPM_TEXT_LEN];
+  int         n = 0;
 
-  for (const char *w = words + strspn(words, " "); *w; w += strspn(w, " ")) {
-    const int n = (int)strcspn(w, " ");
-
-    printf("%s%.*s", comma, n, w);
-    comma = ",";
-    w += n;
+  if (k + 1 < argc && !strcasecmp(argv[k + 1], "petsc")) {
+    (void)MPMOptionsHelp(table, 0, NULL, RankFromEnvironment() == 0, fault, sizeof fault);
+    argv[k + 1] = yes;
+    return PETSC_FALSE;
   }
-  printf(")");
+  while (k + 1 + n < argc && argv[k + 1 + n][0] && !MPMOptionsIsOption(argv[k + 1 + n])) n++;
+  if (!MPMOptionsHelp(table, n, argv + k + 1, RankFromEnvironment() == 0, fault, sizeof fault)) {
+    Say(fault);
+    *status = MPM_EXIT_INPUT;
+  }
+  return PETSC_TRUE;
 }
 
-/* Prints the vocabulary: names, defaults, units, ranges. */
-static void PrintHelp(const MPMVocabulary *table)
+/* Answers -help and -version. Returns true if the program shall end with *status. */
+static PetscBool Answer(const MPMVocabulary *table, int argc, char **argv, int *status)
 {
-  printf(
-      "Pebble: the Material Point Method on PETSc\n"
-      "  pebble -options_file options/disks.opts [-option value ...]\n"
-      "  pebble -version; pebble -help petsc also lists PETSc's own options; -log_view times events and counts messages,\n"
-      "  -dm_view prints the DMs of grid and particles\n"
-      "Options: <default> unit: meaning (allowed). Lists have no blanks: -gravity 0,-9.81\n");
-  for (size_t r = 0; r < table->n; r++) {
-    const MPMOptionRow *row     = &table->row[r];
-    const PetscBool     numbers = row->type == MPM_REALS || row->type == MPM_INTS ? PETSC_TRUE : PETSC_FALSE;
-    const PetscBool     whole   = row->type == MPM_INT || row->type == MPM_INTS ? PETSC_TRUE : PETSC_FALSE;
-
-    if (row->type == MPM_MOVED) continue;
-    if (!row->name)
-      printf("\n%s\n", row->help);
-    else if (row->type == MPM_LATER)
-      printf("  -%s: not built yet (%s)\n", row->name, row->help);
-    else {
-      printf("  -%s <%s>%s%s: %s", row->name, row->fallback, row->unit[0] ? " " : "", row->unit, row->help);
-      if (row->type == MPM_ENUM) printf(" (%.*s)", (int)strcspn(row->allowed, " "), row->allowed);
-      if (row->type == MPM_BOOL) printf(" (true|false)");
-      if (row->type == MPM_TEXT && row->allowed[0]) PrintWords(row->allowed);
-      if (row->allowed[0] && row->type != MPM_ENUM && row->type != MPM_TEXT)
-        printf(" (%s%s%s)", whole ? "whole, " : "", numbers ? "-dim values in " : "in ", row->allowed);
-      printf("\n");
-    }
-  }
-}
-
-/* Answers -help and -version; returns true if one was given. `-help petsc` becomes PETSc's -help. */
-static PetscBool Answer(const MPMVocabulary *table, int argc, char **argv)
-{
-  static char       yes[]       = "true";
-  const char *const wanted[][2] = {{"help", "version"}, {"h", "v"}};
-
   for (int k = 1; k < argc; k++) {
     const char *word = argv[k] + strspn(argv[k], "-");
 
     if (word == argv[k]) continue;
-    if (!strcasecmp(word, wanted[0][0]) || !strcasecmp(word, wanted[1][0])) {
-      if (RankFromEnvironment() == 0) PrintHelp(table);
-      if (k + 1 == argc || strcasecmp(argv[k + 1], "petsc")) return PETSC_TRUE;
-      argv[k + 1] = yes;
-      return PETSC_FALSE;
-    }
-    if (!strcasecmp(word, wanted[0][1]) || !strcasecmp(word, wanted[1][1])) {
+    if (!strcasecmp(word, "help") || !strcasecmp(word, "h")) return AnswerHelp(table, argc, argv, k, status);
+    if (!strcasecmp(word, "version") || !strcasecmp(word, "v")) {
       if (RankFromEnvironment() == 0)
         printf("pebble %s (%s), PETSc %d.%d.%d, %s\n", MPM_VERSION, MPMVersionGit, PETSC_VERSION_MAJOR,
                PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR, MPMVersionCompiler);
@@ -199,7 +166,7 @@ PetscBool MPMOptionsStart(const MPMVocabulary *table, int argc, char **argv, int
   char        error[MPM_TEXT_LEN] = "";
 
   *status = MPM_EXIT_OK;
-  if (Answer(table, argc, argv)) return PETSC_TRUE;
+  if (Answer(table, argc, argv, status)) return PETSC_TRUE;
   if (argc < 2 && !getenv("PETSC_OPTIONS") && !getenv("PETSC_OPTIONS_YAML"))
     (void)snprintf(
         error, sizeof error,

@@ -195,7 +195,7 @@ PetscErrorCode MPMOutputMakeFolder(MPMOutput *out, const MPMCore *core, const MP
     if (out->enabled && !table[0] && !out->unwritten && !fault[0]) CheckSnapshots(out, scene, fault);
   }
   PetscCallMPI(MPI_Bcast(fault, MPM_TEXT_LEN, MPI_CHAR, 0, core->comm));
-  PetscCallMPI(MPI_Bcast(&out->replaced, 1, MPIU_BOOL, 0, core->comm));
+  PetscCallMPI(MPI_Bcast(&out->replaced, 1, MPM_MPI_BOOL, 0, core->comm));
   if (fault[0]) MPMOptionsFail(o, "%s", fault);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

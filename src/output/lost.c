@@ -34,7 +34,7 @@ PetscErrorCode MPMLostAdd(const MPMScene *scene, MPMCore *core)
       if (view.cell[p] != MPM_NOWHERE) continue;
       MPMDiagnostics[MPMDiagnostics[k].of].fill(&shown, &view, p, value);
       for (PetscInt c = 0; c < MPMDiagnostics[k].nc; c++)
-        MPMSumAdd(&sum[c], k == MPM_SHOWS_lost_mass_time ? value[c] * core->t : value[c]);
+        MPMSumAdd(&sum[c], k == MPM_SHOWS_lost_mass_time ? value[c] * core->kicked : value[c]);
     }
     sum += MPMDiagnostics[k].nc;
   }

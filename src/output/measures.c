@@ -8,7 +8,7 @@
 /* The mean force of the wall of a face on the matter since the last line, N; 0 in the first line, before any step. */
 static PetscReal Wall_reaction(const MPMCore *core, MPMSum sum[4], PetscInt c)
 {
-  const PetscReal time = core->t - core->reactions->since;
+  const PetscReal time = core->kicked - core->reactions->since;
 
   return time > 0 ? MPMSumValue(&sum[c]) / time : 0;
 }
@@ -140,7 +140,7 @@ PetscErrorCode MPMMeasuresCompute(MPMMeasures *m, MPMCore *core, const MPMScene 
 void MPMMeasuresLine(MPMMeasures *m, MPMCore *core)
 {
   if (!m->faces) return;
-  core->reactions->since = core->t;
+  core->reactions->since = core->kicked;
   for (PetscInt k = 0; k < 18; k++) MPMSumZero(&core->reactions->impulse[k / 3][k % 3]);
 }
 

@@ -207,7 +207,7 @@ static void Check(MPMMonitor *mon, MPMCore *core, const MPMShown *shown)
                    "energy changed by %g J, %.3g of the largest %g J; -check_energy allows %g", (double)residual,
                    (double)(residual / base), (double)base, (double)mon->check_energy);
   for (PetscInt d = 0; d < core->grid.dim; d++) {
-    const PetscReal mass_time = now->sum[MPM_SHOWS_mass][0] * core->t + now->sum[MPM_SHOWS_lost_mass_time][0];
+    const PetscReal mass_time = now->sum[MPM_SHOWS_mass][0] * core->kicked + now->sum[MPM_SHOWS_lost_mass_time][0];
     const PetscReal change    = MPMShownEver(now, MPM_SHOWS_momentum, d) - start->sum[MPM_SHOWS_momentum][d] -
                              mass_time * core->params.gravity[d];
 

@@ -36,8 +36,8 @@ typedef struct _MPMCore MPMCore;
    and finish are collective on core->comm; sweep, nodes, reduce and settle are collective on the processes of
    exchange.data. */
 typedef struct {
-  const char *name,
-      *what; /* what: how it divides the work, printed with the size of the pieces if `by_workers` is set */
+  const char *name;
+  const char *what; /* with `by_workers`: how it divides the work, printed with the size of the pieces */
   /* Cuts the grid and makes DMs and patch; the scene adds particles afterwards. h: the finished histogram of where
      these will be, which is needed if `cuts` is set. */
   PetscErrorCode (*setup)(MPMCore *, const MPMHistogram *h);
@@ -89,7 +89,7 @@ enum {
   MPM_ENERGY_stress,   /* work of the stress on particles whose law stores only a part of it, and of viscosity */
   MPM_NUM_ENERGIES
 };
-/* The mean velocity along which the acceleration of a node does its work in a step: v' - dt/2 a of the node; with musl
+/* The mean velocity along which the acceleration of a node does its work in a step: v' - kick/2 a of the node; with musl
    the mean of the velocity before the advance and that of the second mapping; or the mean of the particles that it
    moves. */
 typedef enum { MPM_MEAN_NODES, MPM_MEAN_AGAIN, MPM_MEAN_PARTICLES } MPMMean;
@@ -122,7 +122,7 @@ typedef struct {
 typedef struct {
   PetscInt   faces;           /* bits of the faces, 2 axis + side */
   PetscInt   filter, correct; /* numbers in the program of the phases of nodes besides the advance that count; or -1 */
-  PetscReal  since;           /* the time of the last line, s */
+  PetscReal  since;           /* core->kicked at the last line, s */
   MPMSum     impulse[6][3], work[6];
   PetscReal *before; /* velocities of the nodes at walls before a correction of afmpm */
   PetscInt   room;   /* numbers in it */
@@ -149,7 +149,7 @@ struct _MPMCore {
   MPMDamping      damping;
   MPMReactions   *reactions;          /* or NULL: the history asks for none */
   MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (output/lost.c) */
-  PetscReal       t;                  /* s */
+  PetscReal       t, kicked;          /* s; s, the sum of params.kick: velocities have changed over this time */
   PetscInt        step;
   char            stop[MPM_TEXT_LEN]; /* why the run has to stop early; it is empty if the run need not */
 };

@@ -47,6 +47,10 @@ PetscErrorCode MPMExchangeRemove(MPMCore *, PetscInt64 *ids);
    tiles of the pass. Merges what it finds into the status. Not collective. */
 PetscErrorCode MPMPatchRun(MPMCore *, MPMPatch *, const MPMPhase *, MPMPass, MPMStatus *);
 
+/* Counts the patches of so many cells an edge, whole tiles, that have particles here: what the master of a pool can hand
+   out (pool.c). The particles have to be settled. Not collective. */
+PetscErrorCode MPMPoolPatches(const MPMCore *, PetscInt cells, PetscInt *n);
+
 /* Start and stop the timer of a phase, and count its operations and bytes. n: particles that it worked on here. Not
    collective. */
 PetscErrorCode MPMPhaseBegin(MPMCore *, const MPMPhase *);

@@ -101,7 +101,7 @@ static PetscErrorCode LocateArrivals(MPMCore *core, MPMSpatial *s)
 }
 
 /* Migrates by DMSwarmMigrate, on the BASIC swarm, with the owners that MPMMigrateList found. Particles may go to any
-   process; a call needs 22 collectives, half of them reductions. Collective. */
+   process; a call needs 14 collectives, 8 of them reductions. Collective. */
 PetscErrorCode MPMMigrateSwarm(MPMCore *core, MPMSpatial *s)
 {
   MPMParticles *particles = &core->particles;

@@ -7,6 +7,7 @@
    the status that it found, by which the master stops the run if there is an error. Patches are boxes of whole tiles,
    whose sums are the same on every process; the master adds them up to nodes as a serial run does, so results have the
    same bits. */
+#include <petscbt.h>
 #include "base/message.h"
 #include "base/simulate.h"
 #include "kernels/tile_index.h"
@@ -100,7 +101,9 @@ static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, Pet
   const MPMPatch   *all      = &core->exchange.patch;
   JobMemory        *slot     = &pool->jobs[place];
   MPMPatch          patch;
-  MPMJob      job = {(PetscInt)(phase - core->phases), {0}, {0}, {0}, {0}, c->n, core->params.dt, core->params.flip};
+  const MPMParams  *par = &core->params;
+  MPMJob            job = {
+                 .phase = (PetscInt)(phase - core->phases), .n = c->n, .dt = par->dt, .kick = par->kick, .flip = par->flip};
   void       *at[MPM_NUM_FIELDS];
   size_t      answer, row;
   PetscMPIInt len;
@@ -277,6 +280,33 @@ static PetscErrorCode SetUp_Pool(MPMCore *core, const MPMHistogram *h)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Described in exchange.h. The patches begin where those of SetUp_Pool do. */
+PetscErrorCode MPMPoolPatches(const MPMCore *core, PetscInt cells, PetscInt *n)
+{
+  const MPMTiles *t    = &core->exchange.patch.tiles;
+  const PetscInt  edge = cells / MPMTileEdge(core->basis);
+  PetscInt        count[3], total = 1;
+  PetscBT         filled;
+
+  PetscFunctionBeginUser;
+  *n = 0;
+  for (PetscInt d = 0; d < 3; d++) {
+    count[d] = (t->n[d] - t->below[d] + edge - 1) / edge;
+    total *= count[d];
+  }
+  PetscCall(PetscBTCreate(total, &filled));
+  for (PetscInt k = t->below[2]; k < t->n[2]; k++)
+    for (PetscInt j = t->below[1]; j < t->n[1]; j++)
+      for (PetscInt i = t->below[0]; i < t->n[0]; i++) {
+        const PetscInt patch = ((k - t->below[2]) / edge * count[1] + (j - t->below[1]) / edge) * count[0] +
+                               (i - t->below[0]) / edge;
+
+        if (t->slot[(k * t->n[1] + j) * t->n[0] + i] != MPM_TILE_EMPTY && !PetscBTLookupSet(filled, patch)) ++*n;
+      }
+  PetscCall(PetscBTDestroy(&filled));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Serve_Pool(MPMCore *core)
 {
   PetscFunctionBeginUser;
@@ -311,7 +341,7 @@ static PetscErrorCode Finish_Pool(MPMCore *core)
 
   PetscFunctionBeginUser;
   if (!pool->rank) {
-    const MPMJob over = {-1, {0}, {0}, {0}, {0}, 0, 0, 0};
+    const MPMJob over = {.phase = -1};
 
     for (PetscMPIInt w = 1; w < pool->size; w++)
       PetscCallMPI(MPI_Send(&over, (PetscMPIInt)sizeof over, MPI_BYTE, w, MPM_TAG_WORK, pool->comm));

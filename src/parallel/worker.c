@@ -200,6 +200,7 @@ PetscErrorCode MPMPoolServe(MPMCore *core, MPI_Comm comm)
     if (job.phase < 0) break;
     phase             = &core->phases[job.phase];
     core->params.dt   = job.dt;
+    core->params.kick = job.kick;
     core->params.flip = job.flip;
     PetscCall(MPMPhaseBegin(core, phase));
     MPMWorkBegin(&core->timers);

@@ -36,6 +36,20 @@ MPM_INLINE void MPMHenckyTrial(int dim, const MPMMaterial *m, PetscReal dt, cons
     }
 }
 
+/* Makes the trial state, and computes its strains e [3] along axes n, their mean, and returns von Mises' equivalent
+   stress q = sqrt(3/2) |dev tau| in Pa. */
+MPM_INLINE MPMReal MPMHenckyTrialMises(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L,
+                                       MPMParticleState *now, MPMReal n[3][3], MPMReal e[3], MPMReal *mean)
+{
+  MPMReal b[3], q = MPMAll(0);
+
+  MPMHenckyTrial(dim, m, dt, L, now);
+  MPMHenckyStrain(dim, now->be, b, n, e);
+  *mean = (e[0] + e[1] + e[2]) / 3;
+  for (int k = 0; k < 3; k++) q += (e[k] - *mean) * (e[k] - *mean);
+  return 2 * m->mu * MPMSqrt(1.5 * q);
+}
+
 /* Sets be to that of the strains e [3] along axes n where `new` is true; elsewhere be stays. */
 MPM_INLINE void MPMHenckySetStrain(int dim, MPMMask new, const MPMReal e[3], MPMReal n[3][3], MPMReal be[6])
 {

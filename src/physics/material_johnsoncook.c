@@ -125,15 +125,11 @@ MPM_INLINE MPMReal johnsoncook_flow(const MPMMaterial *m, PetscReal dt, MPMMask 
 
 MPM_INLINE void johnsoncook_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
 {
-  MPMReal  b[3], n[3][3], e[3], mean, q = MPMAll(0), J, soft, tau[6];
-  MPMShock h;
-  MPMMask  flows;
+  MPMReal       n[3][3], e[3], mean, J, soft, tau[6];
+  const MPMReal q = MPMHenckyTrialMises(dim, m, dt, L, s, n, e, &mean);
+  MPMShock      h;
+  MPMMask       flows;
 
-  MPMHenckyTrial(dim, m, dt, L, s);
-  MPMHenckyStrain(dim, s->be, b, n, e);
-  mean = (e[0] + e[1] + e[2]) / 3;
-  for (int k = 0; k < 3; k++) q += (e[k] - mean) * (e[k] - mean);
-  q = 2 * m->mu * MPMSqrt(1.5 * q);
   J = johnsoncook_J(s->be);
   johnsoncook_shock(m, J, s->theta, &h);
   soft  = johnsoncook_soft(m, (m->temperature + s->theta) * h.grows);

@@ -6,16 +6,10 @@
 
 MPM_INLINE void vonmises_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
 {
-  MPMReal b[3], n[3][3], e[3], mean, q = MPMAll(0), f;
-  MPMMask flows;
+  MPMReal       n[3][3], e[3], mean;
+  const MPMReal q = MPMHenckyTrialMises(dim, m, dt, L, s, n, e, &mean), f = q - (m->yield + m->hardening * s->ep);
+  const MPMMask flows = f > 0; /* then q > 0 */
 
-  MPMHenckyTrial(dim, m, dt, L, s);
-  MPMHenckyStrain(dim, s->be, b, n, e);
-  mean = (e[0] + e[1] + e[2]) / 3;
-  for (int k = 0; k < 3; k++) q += (e[k] - mean) * (e[k] - mean);
-  q     = 2 * m->mu * MPMSqrt(1.5 * q);
-  f     = q - (m->yield + m->hardening * s->ep);
-  flows = f > 0; /* then q > 0 */
   if (MPMAny(flows)) {
     const MPMReal dgamma = f / (3 * m->mu + m->hardening);
     const MPMReal keep   = 1 - 3 * m->mu * dgamma / MPMSelect(flows, q, MPMAll(1));

@@ -3,8 +3,8 @@
 #include "physics/wall.h"
 
 /* The place of a node: along the normal `axis` of the face, `distance` m inside the grid (negative: beyond the face).
-   inward is +1 or -1, the sign of a velocity away from the wall. dt is that of the step, s, and 0 for velocities that
-   no advance makes, so that what acts over time acts once a step. */
+   inward is +1 or -1, the sign of a velocity away from the wall. dt is the time over which the advance accelerates, s,
+   and 0 for velocities that no advance makes, so that what acts over time acts once a step. */
 typedef struct {
   PetscInt  dim, axis;
   PetscReal inward, distance, dt;

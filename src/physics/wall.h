@@ -45,8 +45,8 @@ PetscBool MPMWallMoves(MPMWall);
 void MPMWallsMove(MPMWalls *);
 void MPMWallsReachTo(MPMWalls *, const MPMGrid *);
 
-/* Applies walls to the velocity v [dim] in m/s of node ijk [dim]; dt is that of the step in s, or 0 for velocities that
-   no advance makes. Returns whether a wall constrained v. Not collective. */
+/* Applies walls to the velocity v [dim] in m/s of node ijk [dim]; dt is the time over which the advance
+   accelerates, s, or 0 for velocities that no advance makes. Returns whether a wall constrained v. Not collective. */
 PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *, const PetscInt ijk[], PetscReal dt, PetscReal v[]);
 
 /* Applies walls in the advance of a node. v [dim] is its velocity before, already held by the walls `before`. On entry

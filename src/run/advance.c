@@ -99,8 +99,8 @@ static void CheckState(MPM mpm)
                    who, at);
   else if (s->bad == MPM_TOO_WIDE)
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
-                   "the domain of %s at %s is stretched to %g cells, gimp takes 1 at most; use more particles per cell "
-                   "(-body_*_ppc) or a spline",
+                   "the domain of %s at %s is stretched to %g cells, gimp allows 1 at most; use more particles per "
+                   "cell (-body_*_ppc) or a spline",
                    who, at, (double)s->J);
   else
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
@@ -116,7 +116,7 @@ typedef struct {
   MPMTotals  now; /* of the history */
   MPMWalls   walls;
   MPMDamping damping;
-  PetscReal  t, dt, flip, courant, wave, energy_max, speed_max;
+  PetscReal  t, kicked, dt, flip, courant, wave, energy_max, speed_max;
   PetscInt   step, looked;
   MPMSum     impulse[6][3], work[6], *heat; /* of walls; [nheat] of bodies: only where they are asked for */
 } Before;
@@ -133,6 +133,7 @@ static PetscErrorCode Save(MPM mpm, Before *b)
   b->walls      = mpm->scene.walls;
   b->damping    = core->damping;
   b->t          = core->t;
+  b->kicked     = core->kicked;
   b->dt         = core->params.dt;
   b->flip       = core->params.flip;
   b->courant    = mpm->courant;
@@ -162,6 +163,7 @@ static PetscErrorCode Undo(MPM mpm, const Before *b)
   if (core->status.asked == MPM_ASKED_CHECKPOINT) MPMSignalsAsk(); /* the step that is made in its place hears of it */
   core->status      = b->status;
   core->t           = b->t;
+  core->kicked      = b->kicked;
   core->step        = b->step;
   core->params.dt   = b->dt;
   core->params.flip = b->flip;
@@ -195,18 +197,21 @@ static PetscReal NextTime(MPM mpm)
   return t;
 }
 
-/* Makes a step of dt, but does not settle it. If the state after it is not valid, core.stop says so. Collective on the
-   exchange. */
+/* Makes a step of dt at most, but does not settle it. If the state after it is not valid, core.stop says so. Collective
+   on the exchange. */
 static PetscErrorCode Try(MPM mpm, PetscReal dt)
 {
   MPMCore *core = &mpm->core;
   /* The last step ends at time_end, or at an exact time of output. It may be slightly longer than dt, so that no step is
-     made for a rounding error. */
-  const PetscReal next = NextTime(mpm);
-  const PetscBool last = next - core->t <= dt * (1 + 1e-9) ? PETSC_TRUE : PETSC_FALSE;
+     made for a rounding error. The steps up to there are equally long if dt does not change: a last one that is much
+     shorter would be a sudden change of dt. Of a fixed dt only the last one is shorter. */
+  const PetscReal next = NextTime(mpm), left = next - core->t;
+  const PetscBool last = left <= dt * (1 + 1e-9) ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal now  = last ? left : mpm->time.fixed > 0 ? dt : left / PetscCeilReal(left / dt * (1 - 1e-9));
 
   PetscFunctionBeginUser;
-  core->params.dt = last ? next - core->t : dt;
+  core->params.kick = core->step ? MPMKick(core->params.dt, now) : now;
+  core->params.dt   = now;
   MPMDamp(core, &mpm->method);
   PetscCall(MPMSceneMoveWalls(&mpm->scene, core, core->t + 0.5 * core->params.dt));
   mpm->courant = PetscMax(mpm->courant, MPMCourant(core, core->params.dt));
@@ -215,6 +220,7 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   MPMScenePassWalls(&mpm->scene, core, core->params.dt);
   CheckState(mpm);
   core->t = last ? next : core->t + core->params.dt;
+  core->kicked += core->params.kick;
   core->step++;
   if (mpm->retry.on && !core->stop[0]) PetscCall(MPMMonitorLook(&mpm->monitor, core, &mpm->scene));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -311,7 +317,7 @@ PetscErrorCode MPMAdvance(MPM mpm)
 
   PetscFunctionBeginUser;
   if (!(dt > 0 && core->t + dt > core->t)) {
-    (void)snprintf(core->stop, sizeof core->stop, "the time step, %g s, vanishes beside the time", (double)dt);
+    (void)snprintf(core->stop, sizeof core->stop, "the time step, %g s, is too short to change the time", (double)dt);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMSceneCheckWalls(&mpm->scene, core, core->t + 0.5 * dt));

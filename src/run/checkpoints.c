@@ -141,6 +141,7 @@ PetscInt MPMCheckpointKept(MPM mpm, MPMKept kept[])
   const MPMKept  table[] = {
        {"totals", MPM_KEPT_TEXT, sizeof c->totals, c->totals},
        {"dt", MPM_KEPT_REAL, 1, &core->params.dt},
+       {"kicked", MPM_KEPT_REAL, 1, &core->kicked},
        {"speed2", MPM_KEPT_REAL, 1, &core->status.v2},
        {"wave_speed2", MPM_KEPT_REAL, 1, &core->status.c2},
        {"courant", MPM_KEPT_REAL, 1, &mpm->courant},
@@ -289,7 +290,7 @@ PetscErrorCode MPMCheckpointNow(MPM mpm)
   PetscCall(PetscTime(&c->written));
   if (fault[0]) {
     (void)snprintf(core->stop, sizeof core->stop, "%.1500s; %s%.400s", fault,
-                   n ? "the checkpoint before is whole: " : "there is no checkpoint before", n ? before : "");
+                   n ? "the checkpoint before is complete: " : "there is no checkpoint before", n ? before : "");
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!rank) PetscCall(RemoveOld(mpm));

@@ -28,7 +28,7 @@ static PetscErrorCode ReadDamping(MPM mpm, MPMOptions o, PetscBool chosen)
   rate_set      = rate_set && method->rate > 0 ? PETSC_TRUE : PETSC_FALSE; /* 0 switches a damping off */
   viscosity_set = viscosity_set && method->viscosity > 0 ? PETSC_TRUE : PETSC_FALSE;
   if (flip_set + rate_set + viscosity_set > 1)
-    MPMOptionsFail(o, "-method_flip, -method_damping_rate and -method_damping_viscosity exclude each other: each says "
+    MPMOptionsFail(o, "-method_flip, -method_damping_rate and -method_damping_viscosity exclude each other: each sets "
                       "the share of FLIP");
   if (flip_set || viscosity_set) method->rate = 0;
   if (strain_set && !(affine && transfer->flip < 0) && !MPMOptionsOverridden("method_affine_strain", "method_transfer"))

@@ -53,6 +53,10 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMOptionsBool(o, "report_limits", NULL, &mpm->report.limits));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-report_limits", &mpm->report.no_limits));
   if (mpm->report.limits) mpm->report.no_limits = PETSC_FALSE;
+  PetscCall(MPMOptionsBool(o, "report_phases", NULL, &mpm->report.phases));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-report_phases", &mpm->report.no_phases));
+  if (mpm->report.phases) mpm->report.no_phases = PETSC_FALSE;
+  PetscCall(MPMOptionsBool(o, "report_processes", NULL, &mpm->report.processes));
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
   PetscCall(MPMCheckpointSetFromOptions(mpm, o));
   PetscCall(MPMRestartSetFromOptions(mpm, o));
@@ -232,6 +236,7 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(MPMTimersClock(&core->timers, &t1));
     core->timers.steps += t1 - t0;
     if (MPMStatusIsBad(&core->status)) break; /* this state is neither measured nor written */
+    PetscCall(MPMWatchRest(mpm));
     PetscCall(Output(mpm, output, PETSC_FALSE));
     PetscCall(MPMWatchBodies(mpm));
     PetscCall(MPMCheckpointStep(mpm, PETSC_FALSE));

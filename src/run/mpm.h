@@ -51,6 +51,9 @@ typedef struct {
   PetscBool      indicator;   /* -report_indicator */
   PetscBool      limits;      /* -report_limits: are the limits of a core measured for the line `speed`? */
   PetscBool      no_limits;   /* -report_limits false: they are not, however long the run takes */
+  PetscBool      phases;      /* -report_phases: is the table of phases printed, however short the run is? */
+  PetscBool      no_phases;   /* -report_phases false: it is not, however long it is */
+  PetscBool      processes;   /* -report_processes: does a dry run predict other numbers of processes? */
   PetscBool      progress;    /* is a line of progress on the terminal? */
   PetscBool      untold;      /* is the reason to stop left to a study? Else the end of the run tells it */
 } MPMReport;
@@ -158,12 +161,16 @@ PetscErrorCode MPMMethodWarnings(MPM, PetscReal dt);
 PetscErrorCode MPMMethodSetFromOptions(MPM, MPMOptions);
 
 /* Print notes on the options, the start of a run, its progress and its end (report.c, notes.c), of which
-   MPMReportEnergy prints the lines about energy (report_energy.c). MPMNotes is collective
-   on core.comm, the start and the end on exchange.data, and the progress is not collective. */
+   MPMReportEnergy prints the lines about energy (report_energy.c), MPMReportPrediction the predicted time of so many
+   steps of `step` s, and MPMReportPhases the times of the phases, if the steps took long or an option asks for them
+   (report_times.c). MPMNotes is collective on core.comm, the start, the end and the energy on
+   exchange.data, and the others are not collective. */
 PetscErrorCode MPMNotes(MPM);
 PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportEnergy(MPM);
+PetscErrorCode MPMReportPrediction(MPM, PetscReal steps, PetscReal step);
+PetscErrorCode MPMReportPhases(MPM);
 PetscErrorCode MPMReportEnd(MPM);
 
 /* Writes why this basis, update and transfer give wrong results together, with what to use instead, or ""
@@ -195,9 +202,11 @@ void           MPMAdvanceSetUp(MPM);
 PetscErrorCode MPMAdvance(MPM);
 PetscErrorCode MPMAdvanceReport(MPM);
 
-/* Watch a run (watch.c): a time step dt in s that collapses, before the step; bodies that come apart, where a line of
-   the history is written; and what is to be said of both at the end. Collective on exchange.data. */
+/* Watch a run (watch.c): a time step dt in s that collapses, before the step; bodies that do not rest in the stress by
+   their weight, after the first step; bodies that come apart, where a line of the history is written; and what is to be
+   said at the end. Collective on exchange.data. */
 PetscErrorCode MPMWatchStep(MPM, PetscReal dt);
+PetscErrorCode MPMWatchRest(MPM);
 PetscErrorCode MPMWatchBodies(MPM);
 PetscErrorCode MPMWatchEnd(MPM);
 

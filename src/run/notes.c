@@ -36,14 +36,16 @@ static PetscErrorCode NoteCrowd(MPM mpm)
 /* Names the options that were given and have no effect. Not collective. */
 static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
 {
-  /* A dry run predicts other numbers of processes too, so there every option of theirs has an effect. */
-  const PetscBool   dry = mpm->scene.dry_run, by_workers = mpm->core.exchange.type->by_workers;
-  const char *const alone   = size == 1 && !dry ? "on one process" : NULL;
-  const char *const serial  = strcmp(mpm->core.exchange.type->name, "serial") ? NULL
-                                                                              : alone; /* periodic faces add sums */
-  const char *const pool    = by_workers && !dry ? "with -parallel_strategy pool" : alone;
-  const char *const cuts    = !by_workers && size > 1 && !dry ? "without -parallel_strategy pool" : alone;
-  const char *const not_run = dry ? "with -dry_run" : mpm->study.type[0] ? "with -study_type" : NULL;
+  /* A dry run that predicts other numbers of processes predicts them by every option of theirs. */
+  const PetscBool   dry        = mpm->scene.dry_run && mpm->report.processes ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool   by_workers = mpm->core.exchange.type->by_workers;
+  const char *const alone      = size == 1 && !dry ? "on one process" : NULL;
+  const char *const serial     = strcmp(mpm->core.exchange.type->name, "serial") ? NULL
+                                                                                 : alone; /* periodic faces add sums */
+  const char *const pool       = by_workers && !dry ? "with -parallel_strategy pool" : alone;
+  const char *const cuts       = !by_workers && size > 1 && !dry ? "without -parallel_strategy pool" : alone;
+  const char *const study      = mpm->study.type[0] ? "with -study_type" : NULL;
+  const char *const not_run    = mpm->scene.dry_run ? "with -dry_run" : study;
   const struct {
     const char *option, *where; /* where: in which runs it has no effect; NULL: it has one */
   } rows[] = {
@@ -53,6 +55,10 @@ static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
       {"-parallel_migrate", pool},
       {"-pool_cells", cuts},
       {"-report_limits", mpm->report.limits ? not_run : NULL},
+      {"-report_phases", mpm->report.phases ? not_run : NULL},
+      {"-report_processes", !mpm->report.processes ? NULL
+                            : !mpm->scene.dry_run  ? "without -dry_run"
+                                                   : study},
       {"-report_path", mpm->core.timers.work.on ? not_run : NULL},
   };
 
@@ -75,7 +81,7 @@ static PetscErrorCode NoteVector(MPM mpm)
 
   PetscFunctionBeginUser;
   if (wish && wish[0] && strcmp(wish, "8") && strcmp(wish, "4") && strcmp(wish, "2"))
-    PetscCall(MPMPrint(&mpm->core.print, "note       PEBBLE_VECTOR=%s is none of 8, 4, 2: %" PetscInt_FMT " lanes\n",
+    PetscCall(MPMPrint(&mpm->core.print, "note       PEBBLE_VECTOR=%s is not 8, 4 or 2: %" PetscInt_FMT " lanes\n",
                        wish, MPMKernelWidth()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

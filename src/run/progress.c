@@ -28,11 +28,13 @@ PetscErrorCode MPMReportProgress(MPM mpm)
   if (rank || mpm->core.print.quiet || now - mpm->report.line < 1 || !OnTerminal()) PetscFunctionReturn(PETSC_SUCCESS);
   if (mpm->report.line > 0) {
     const PetscReal part = PetscMax(mpm->core.t / mpm->time.end, (PetscReal)mpm->core.step / mpm->time.max_steps);
+    char            left[MPM_NAME_LEN];
 
     spent                = now - mpm->report.start;
     mpm->report.progress = PETSC_TRUE;
-    printf("\rstep %" PetscInt_FMT "  t=%.4g of %.4g s  %.0f %%  %.0f s left   ", mpm->core.step, (double)mpm->core.t,
-           (double)mpm->time.end, (double)(100 * part), (double)(spent * (1 - part) / part));
+    MPMTimeWords(spent * (1 - part) / part, left);
+    printf("\rstep %" PetscInt_FMT "  t=%.4g of %.4g s  %.0f %%  %s left   ", mpm->core.step, (double)mpm->core.t,
+           (double)mpm->time.end, (double)(100 * part), left);
     (void)fflush(stdout);
   }
   mpm->report.line = now;

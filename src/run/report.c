@@ -1,6 +1,8 @@
 /* report.c - what a run prints: the scene before the first step, and the summary
    at the end. */
 #include <unistd.h>
+#include "kernels/tile_index.h"
+#include "parallel/exchange.h"
 #include "run/mpm.h"
 
 static PetscErrorCode PrintScene(MPM mpm)
@@ -99,6 +101,30 @@ static PetscErrorCode PrintFriction(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Notes that the pool has fewer patches with particles than workers, with the largest patches of which there are enough. */
+static PetscErrorCode NoteIdle(MPM mpm, PetscInt workers)
+{
+  const PetscInt tile   = MPMTileEdge(mpm->core.basis);
+  const PetscInt widest = PetscMax(mpm->core.grid.nodes[0], PetscMax(mpm->core.grid.nodes[1], mpm->core.grid.nodes[2]));
+  PetscInt       edge   = PetscMin(mpm->core.exchange.pool_cells, MPMPoolEdge(mpm->core.basis, widest)), has, n;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPoolPatches(&mpm->core, edge, &has));
+  for (n = has; n < workers && edge > tile;) PetscCall(MPMPoolPatches(&mpm->core, edge -= tile, &n));
+  if (has >= workers) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMPrint(&mpm->core.print,
+                     "note       the pool has fewer patches with particles than workers, %" PetscInt_FMT
+                     " for %" PetscInt_FMT ", so some have no work: ",
+                     has, workers));
+  PetscCall(n >= workers
+                ? MPMPrint(&mpm->core.print, "-pool_cells %" PetscInt_FMT " makes %" PetscInt_FMT "\n", edge, n)
+                : MPMPrint(&mpm->core.print,
+                           "-pool_cells %" PetscInt_FMT " makes %" PetscInt_FMT
+                           ", and smaller ones are not possible; use %" PetscInt_FMT " processes at most\n",
+                           edge, n, n + 1));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Prints how the work is divided, if there is more than one process. */
 static PetscErrorCode PrintParallel(MPM mpm)
 {
@@ -120,6 +146,7 @@ static PetscErrorCode PrintParallel(MPM mpm)
                        (double)part->imbalance, (double)part->predicted));
   }
   PetscCall(MPMPrint(&mpm->core.print, "\n"));
+  if (mpm->core.exchange.type->by_workers) PetscCall(NoteIdle(mpm, size - 1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -178,6 +205,28 @@ static PetscErrorCode PrintLoads(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Warns of cuts that remove no particle. */
+static PetscErrorCode WarnCuts(MPM mpm)
+{
+  const MPMScene *scene = &mpm->scene;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < scene->nfilled; k++)
+    for (PetscInt cut = 0; cut < scene->bodies[k].region.ncut; cut++) {
+      const MPMBody *b = &scene->bodies[k], *other = scene->bodies;
+      PetscBool      nothing;
+
+      PetscCall(MPMSceneCutsNothing(b, mpm->core.grid.dim, cut, &nothing));
+      if (!nothing) continue;
+      while (&other->region != b->region.others[cut]) other++;
+      PetscCall(MPMPrint(&mpm->core.print,
+                         "warning    -body_%s_cut %s removes no particle of %s; check where the shapes are, and their "
+                         "sizes\n",
+                         b->name, other->name, b->name));
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Prints warnings: what makes results doubtful, as far as it is known before the first step. */
 static PetscErrorCode PrintWarnings(MPM mpm, PetscReal dt)
 {
@@ -213,12 +262,13 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal dt)
         MPMPrint(&mpm->core.print,
                  "warning    dt is above the bound of viscosity, h^2/(2 dim nu) = %.3g s: expect the run to blow up\n",
                  (double)MPMViscousStep(&mpm->core)));
+  PetscCall(WarnCuts(mpm));
   PetscCall(MPMMethodWarnings(mpm, dt));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints what a run is before its first step, with -dry_run also what the model predicts for other numbers of
-   processes. Collective on the exchange. */
+/* Prints what a run is before its first step, with -dry_run also what the model predicts of it. Collective on the
+   exchange. */
 PetscErrorCode MPMReportStart(MPM mpm)
 {
   const PetscReal c = PetscSqrtReal(mpm->core.status.c2), v = PetscSqrtReal(mpm->core.status.v2),
@@ -246,10 +296,10 @@ PetscErrorCode MPMReportStart(MPM mpm)
   }
   if (mpm->time.max_steps != PETSC_MAX_INT) steps = PetscMin(steps, (PetscReal)(mpm->time.max_steps - mpm->core.step));
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++) step += mpm->cost.predicted[e];
-  PetscCall(MPMPrint(&mpm->core.print, "predict    %.6g steps of %.3g s, about %.2g s without output\n", (double)steps,
-                     (double)step, (double)(steps * step)));
+  PetscCall(MPMReportPrediction(mpm, steps, step));
   if (mpm->scene.dry_run) PetscCall(MPMMemoryPrint(mpm, steps * step));
-  if (mpm->scene.dry_run) PetscCall(MPMModelView(&mpm->cost, &mpm->core, &mpm->scene, dt));
+  if (mpm->scene.dry_run)
+    PetscCall(MPMModelView(&mpm->cost, &mpm->core, &mpm->scene, dt, steps, mpm->report.processes));
   PetscCall(PrintLoads(mpm));
   PetscCall(MPMDiskPrint(mpm, steps, steps * step));
   PetscCall(PrintWarnings(mpm, dt));
@@ -276,46 +326,6 @@ static PetscErrorCode PrintIndicator(MPM mpm)
       PetscCall(MPMPrint(&mpm->core.print, "%s%g", d ? ", " : "", (double)indicator.x[d]));
     PetscCall(MPMPrint(&mpm->core.print, "): by %.3g %%\n", (double)(100 * indicator.largest)));
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode PrintTimer(MPM mpm, const char name[], PetscReal seconds, PetscReal predicted)
-{
-  const PetscReal steps = (PetscReal)PetscMax(1, mpm->core.step - mpm->core.timers.first),
-                  per   = (PetscReal)PetscMax(1, mpm->core.particles.total) * steps;
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMPrint(&mpm->core.print, "  %-12s %8.3f  %5.1f  %8.1f  %12.3g  ", name, (double)seconds,
-                     (double)(100 * seconds / mpm->core.timers.steps), (double)(1e9 * seconds / per),
-                     (double)(seconds / steps)));
-  PetscCall(predicted > 0 ? MPMPrint(&mpm->core.print, "%11.3g  %6.2f\n", (double)predicted,
-                                     (double)(seconds / steps / predicted))
-                          : MPMPrint(&mpm->core.print, "%11s  %6s\n", "-", "-"));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Prints a table of the times of the phases, with the predictions of the model beside them. Collective on the
-   exchange. */
-static PetscErrorCode PrintPhases(MPM mpm)
-{
-  const MPMTimers *timers = &mpm->core.timers;
-  PetscReal        all    = 0;
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMPrint(&mpm->core.print,
-                     "phase                s      %%   ns/particle/step      s/step    predicted   ratio\n"));
-  for (PetscInt k = 0; k < timers->n; k++) {
-    const PetscInt  e = MPMTimersRow(timers, k);
-    const PetscReal s = MPMTimersSeconds(timers, e);
-
-    all += mpm->cost.predicted[e];
-    if (s > 0) PetscCall(PrintTimer(mpm, timers->name[e], s, mpm->cost.predicted[e]));
-  }
-  PetscCall(PrintTimer(mpm, "all", mpm->core.timers.steps, all));
-  if (mpm->core.timers.output > 0.01 * mpm->core.timers.steps)
-    PetscCall(MPMPrint(&mpm->core.print, "output     %.3g s for history and snapshots\n", mpm->core.timers.output));
-  PetscCall(MPMPrint(&mpm->core.print, "model      constants %s%s%s\n", mpm->cost.model.from,
-                     mpm->cost.note[0] ? "; " : "", mpm->cost.note));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -371,7 +381,8 @@ PetscErrorCode MPMReportEnd(MPM mpm)
     PetscCall(MPMKnownError(&mpm->scene, &mpm->core, &error, &size));
     PetscCall(MPMPrint(&mpm->core.print, "reference  rms error of the displacement %.6g m", (double)error));
     if (size > error)
-      PetscCall(MPMPrint(&mpm->core.print, ", of its rms %.6g m a part of %.4g", (double)size, (double)(error / size)));
+      PetscCall(MPMPrint(&mpm->core.print, "; its rms is %.6g m, so the relative error is %.4g", (double)size,
+                         (double)(error / size)));
     PetscCall(MPMPrint(&mpm->core.print, "\n"));
   }
   if (mpm->output.dir[0]) PetscCall(PrintResults(mpm));
@@ -388,7 +399,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
                        " of %" PetscInt_FMT " steps\n",
                        mpm->core.exchange.migrants, mpm->core.exchange.migrations,
                        mpm->core.step - mpm->core.timers.first));
-  if (mpm->core.step > mpm->core.timers.first) PetscCall(PrintPhases(mpm));
+  PetscCall(MPMReportPhases(mpm));
 #if defined(MPM_SIMULATE)
   PetscCall(MPMPrint(&mpm->core.print, "simulated  %.9g s a step\n",
                      (double)(mpm->core.timers.steps / PetscMax(1, mpm->core.step - mpm->core.timers.first))));

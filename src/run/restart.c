@@ -111,7 +111,7 @@ static PetscErrorCode Choose(MPM mpm, MPMOptions o, const char given[])
   PetscFunctionBeginUser;
   if (strcmp(given, "latest")) {
     PetscCall(MPMCheckpointCheck(given, mpm->core.comm, fault));
-    if (fault[0]) MPMOptionsFail(o, "-restart_file: %s; -restart_file latest takes the last whole one", fault);
+    if (fault[0]) MPMOptionsFail(o, "-restart_file: %s; -restart_file latest takes the last complete one", fault);
     (void)snprintf(c->from, sizeof c->from, "%s", given);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -126,7 +126,7 @@ static PetscErrorCode Choose(MPM mpm, MPMOptions o, const char given[])
   }
   PetscCall(PetscFree(numbers));
   (void)snprintf(c->fallback, sizeof c->fallback, "%s", first);
-  if (!c->from[0] && first[0]) MPMOptionsFail(o, "-restart_file latest: no checkpoint is whole: %s", first);
+  if (!c->from[0] && first[0]) MPMOptionsFail(o, "-restart_file latest: no checkpoint is complete: %s", first);
   if (!c->from[0])
     MPMOptionsFail(o,
                    "-restart_file latest: there is no checkpoint %s/%s-checkpoint-*.h5 (-output_dir names the folder)",
@@ -168,7 +168,7 @@ static PetscErrorCode FindHistory(MPM mpm, MPMOptions o)
                      MPMMonitorSum(&mpm->monitor, &mpm->scene, (long)c->history_length) == (uint64_t)c->history_sum
                  ? PETSC_TRUE
                  : PETSC_FALSE;
-  PetscCallMPI(MPI_Bcast(&c->own, 1, MPIU_BOOL, 0, mpm->core.comm));
+  PetscCallMPI(MPI_Bcast(&c->own, 1, MPM_MPI_BOOL, 0, mpm->core.comm));
   mpm->output.resumed = c->own;
   if (!c->own && mpm->output.keep) PetscCall(KeepOld(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -289,6 +289,7 @@ static PetscErrorCode DryRun(MPM base, const MPMWorkTable *t, const Reference *r
 {
   const PetscReal more = PetscPowReal(2, base->core.grid.dim + 1);
   PetscReal       all  = 0;
+  char            words[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < t->nsettings; k++) {
@@ -312,13 +313,14 @@ static PetscErrorCode DryRun(MPM base, const MPMWorkTable *t, const Reference *r
     for (PetscInt j = 0; ref->needed && j < PetscMin(2, ref->n); j++)
       if (ref->candidate[j] == &t->setting[k]) all += one * PetscPowReal(more, ref->level);
     all += here;
-    PetscCall(MPMPrint(&base->core.print,
-                       "runs       %-34s %" PetscInt_FMT " of %" PetscInt_FMT " grids, about %.2g s\n",
-                       t->setting[k].name, left, base->study.levels, (double)here));
+    MPMTimeWords(here, words);
+    PetscCall(MPMPrint(&base->core.print, "runs       %-34s %" PetscInt_FMT " of %" PetscInt_FMT " grids, about %s\n",
+                       t->setting[k].name, left, base->study.levels, words));
   }
+  MPMTimeWords(all, words);
   PetscCall(MPMPrint(&base->core.print,
-                     "dry run    the study is valid; by the model about %.2g s of steps%s; no step was made\n",
-                     (double)all, ref->needed ? ", with its references" : ""));
+                     "dry run    the study is valid; by the model about %s of steps%s; no step was made\n", words,
+                     ref->needed ? ", with its references" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -114,6 +114,12 @@ void MPMInitialTell(const MPMScene *scene, char text[MPM_TEXT_LEN])
                    scene->materials[k].name, (double)in->k0[k]);
 }
 
+/* Returns the size of gravity, m/s^2, if bodies start with the stress by the weight above, else 0. Not collective. */
+PetscReal MPMInitialGravity(const MPMScene *scene)
+{
+  return scene->initial && scene->initial->line ? PetscAbsReal(scene->initial->g) : 0;
+}
+
 PetscErrorCode MPMInitialDestroy(MPMScene *scene)
 {
   MPMInitial *in = scene->initial;

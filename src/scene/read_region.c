@@ -1,5 +1,6 @@
 /* read_region.c - reads the shapes of bodies, and which bodies cut others, before the first step. */
 #include <strings.h>
+#include "scene/lattice.h"
 #include "scene/shapes.h"
 
 /* Reads a vector and divides it by its length. */
@@ -189,5 +190,25 @@ PetscErrorCode MPMSceneReadOthers(MPMScene *scene, MPMOptions o)
       MPMOptionsFail(o, "-body_%s_material none: no -body_<b>_cut and no -body_<b>_within names %s; remove it",
                      scene->bodies[b].name, scene->bodies[b].name);
   PetscCall(PetscFree(used));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Described in scene.h. What a cut removes lies within it too, so a body whose shape is that of the body within the cut
+   has no particles if the cut removes none. */
+PetscErrorCode MPMSceneCutsNothing(const MPMBody *b, PetscInt dim, PetscInt cut, PetscBool *nothing)
+{
+  const MPMRegion *r    = &b->region;
+  MPMBody          both = *b;
+  MPMLattice       w;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(r->nwithin + 1, &both.region.others));
+  for (PetscInt k = 0; k < r->nwithin; k++) both.region.others[k] = r->others[r->ncut + k];
+  both.region.others[r->nwithin] = r->others[cut];
+  both.region.ncut               = 0;
+  both.region.nwithin            = r->nwithin + 1;
+  w                              = MPMLatticeBegin(&both, dim);
+  *nothing                       = MPMLatticeNext(&w) ? PETSC_FALSE : PETSC_TRUE;
+  PetscCall(PetscFree(both.region.others));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

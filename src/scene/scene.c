@@ -25,7 +25,7 @@ static void SetAxis(MPMGrid *grid, MPMOptions o, PetscInt d, PetscReal h)
   if (h > 0) grid->cells[d] = (PetscInt)n;
   grid->h[d] = length / grid->cells[d];
   if (!(lower + grid->h[d] > lower && upper - grid->h[d] < upper))
-    MPMOptionsFail(o, "-grid_cells: cells of %g m vanish beside the coordinates, %g to %g", (double)grid->h[d],
+    MPMOptionsFail(o, "-grid_cells: cells of %g m are too small beside the coordinates, %g to %g", (double)grid->h[d],
                    (double)lower, (double)upper);
 }
 

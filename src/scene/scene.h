@@ -96,6 +96,10 @@ PetscErrorCode MPMPointsCount(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMPointsHistogram(const MPMScene *, const MPMCore *, MPMHistogram *);
 PetscErrorCode MPMPointsAdd(const MPMScene *, MPMCore *);
 
+/* Sets *nothing to whether the `cut`-th shape that cuts a body removes none of its particles (read_region.c). Not
+   collective. */
+PetscErrorCode MPMSceneCutsNothing(const MPMBody *, PetscInt dim, PetscInt cut, PetscBool *nothing);
+
 /* --- Initial states (initial.c) ----------------------------------------------------------------------------------- */
 
 /* Read the options; a fault is left in them; tell what they say. Where scene->initial is set: compute the state in which the particle of a
@@ -103,6 +107,7 @@ PetscErrorCode MPMPointsAdd(const MPMScene *, MPMCore *);
    collective. */
 PetscErrorCode MPMInitialSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
 void           MPMInitialTell(const MPMScene *, char text[MPM_TEXT_LEN]);
+PetscReal      MPMInitialGravity(const MPMScene *);
 PetscErrorCode MPMInitialDestroy(MPMScene *);
 PetscErrorCode MPMInitialState(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[],
                                MPMMaterialStart *, char wrong[MPM_TEXT_LEN]);

@@ -93,8 +93,9 @@ static void KeepMotion(PetscInt dim, const MPMView *view, MPMEnergy *e)
   }
 }
 
-/* Adds m b . (dx - dt/2 dv), the work of body forces and loads along the mean velocity of the step; gravity's work is
-   taken so too. If all particles are kept, adds m/2 |w|^2 as well, where w = dt sum phi a is the part of dv by FLIP. */
+/* Adds m b kick . (dx/dt - dv/2), the work of body forces and loads along the mean velocity of the step; gravity's work
+   is taken so too. If all particles are kept, adds m/2 |w|^2 as well, where w = kick sum phi a is the part of dv by
+   FLIP. */
 static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 {
   const MPMGrid   *grid = &core->grid;
@@ -112,7 +113,7 @@ static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
       PetscReal       dx = view->x[p * dim + d] - was[d];
 
       if (grid->periodic[d]) dx -= length * PetscFloorReal(dx / length + 0.5);
-      if (e->loads) work += view->b[p * dim + d] * (dx - 0.5 * par->dt * dv);
+      if (e->loads) work += view->b[p * dim + d] * par->kick * (dx / par->dt - 0.5 * dv);
       if (KeepsAll(e)) flip += PetscSqr((v - (1 - par->flip) * dx / par->dt) / par->flip - was[dim + d]);
     }
     if (e->loads) MPMSumAdd(&e->sum[MPM_ENERGY_loads], m * work);
@@ -256,7 +257,7 @@ static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], 
   PetscReal        all = 0, gravity = 0, wall = 0;
 
   for (PetscInt d = 0; d < core->grid.dim; d++) {
-    const PetscReal impulse = share * par->dt * n->m;
+    const PetscReal impulse = share * par->kick * n->m;
 
     all += impulse * a[d] * u[d];
     gravity += impulse * par->gravity[d] * u[d];
@@ -280,10 +281,10 @@ static void AddAdvance(const MPMCore *core, const MPMNode *n, const PetscReal *m
   PetscReal        u[3], held = 0;
 
   for (PetscInt d = 0; d < dim; d++) {
-    const PetscReal before = motion[d] - par->dt * a[d];
+    const PetscReal before = motion[d] - par->kick * a[d];
 
     if (moving) held += (1 - par->flip) * (n->m * before - n->p[d]) * before;
-    u[d] = before + (e->mean == MPM_MEAN_NODES ? 0.5 * par->dt * a[d] : 0);
+    u[d] = before + (e->mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0);
   }
   AddNode(core, n, a, u, e->mean == MPM_MEAN_AGAIN ? 0.5 : 1, moving, held, e);
 }

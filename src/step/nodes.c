@@ -76,7 +76,7 @@ MPM_INLINE void Mean(int dim, const MPMParams *par, const MPMGrid *grid, const N
   Divide(dim, none, grid, r);
 }
 
-/* Sets a = f/m + g, eqs. (5) and (13), and v <- v + dt a, eq. (6), and applies walls, which also set a. */
+/* Sets a = f/m + g, eqs. (5) and (13), and v <- v + kick a, eq. (6), and applies walls, which also set a. */
 MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
   const MPMFace(*faces)[2] = par->walls->given;
@@ -91,15 +91,15 @@ MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, cons
     for (int d = 0; d < dim; d++) {
       a[d]      = n->m > 0 ? n->f[d] / n->m + par->gravity[d] : 0;
       before[d] = v[d];
-      v[d]      = v[d] + par->dt * a[d];
+      v[d]      = v[d] + par->kick * a[d];
     }
     n->met = 0;
-    if (Walled(r, lo, hi, i, ijk)) n->met = (PetscReal)MPMWallsAdvance(faces, grid, ijk, par->dt, before, v, a);
+    if (Walled(r, lo, hi, i, ijk)) n->met = (PetscReal)MPMWallsAdvance(faces, grid, ijk, par->kick, before, v, a);
   }
 }
 
-/* Corrects v after the advance by S+ r + dt a, where the sums of p are those of r: each correction brings v nearer to the
-   solution of M v = p + dt f with the full mass matrix M. Walls hold the new v too, and those that only push hold the
+/* Corrects v after the advance by S+ r + kick a, where the sums of p are those of r: each correction brings v nearer to the
+   solution of M v = p + kick f with the full mass matrix M. Walls hold the new v too, and those that only push hold the
    nodes that met them in the advance. */
 MPM_INLINE void Correct(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
@@ -112,7 +112,7 @@ MPM_INLINE void Correct(int dim, const MPMParams *par, const MPMGrid *grid, cons
     PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim), *a = v + dim;
 
     for (int d = 0; d < dim; d++)
-      if (n->m > 0 && !((PetscInt)n->met & (PetscInt)1 << d)) v[d] += n->p[d] / n->m + par->dt * a[d];
+      if (n->m > 0 && !((PetscInt)n->met & (PetscInt)1 << d)) v[d] += n->p[d] / n->m + par->kick * a[d];
     if (Walled(r, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
   }
 }

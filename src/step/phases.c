@@ -4,12 +4,12 @@
 #include "step/step.h"
 
 #define B(field)   MPM_BIT(field)
-#define WHERE      (B(x) | B(cell) | B(kind) | B(l)) /* what a stencil depends on */
-#define MOMENTUM   (B(v) | B(C))                     /* apic alone has C */
-#define STRESS     (B(F) | B(J) | B(tau))            /* what the internal force depends on */
-#define STATE      (STRESS | B(be) | B(ep) | B(vc) | B(theta))  /* the state of a material */
-#define COMMIT_IN  (B(id) | B(F))                    /* F: only for gimp domains that stretch */
-#define COMMIT_OUT (B(x) | B(cell) | B(l))           /* the new position, and what depends on it */
+#define WHERE      (B(x) | B(cell) | B(kind) | B(l))           /* what a stencil depends on */
+#define MOMENTUM   (B(v) | B(C))                               /* apic alone has C */
+#define STRESS     (B(F) | B(J) | B(tau))                      /* what the internal force depends on */
+#define STATE      (STRESS | B(be) | B(ep) | B(vc) | B(theta)) /* the state of a material */
+#define COMMIT_IN  (B(id) | B(F))                              /* F: only for gimp domains that stretch */
+#define COMMIT_OUT (B(x) | B(cell) | B(l))                     /* the new position, and what depends on it */
 
 #define TO_NODES(name, parts, in)                                                                                      \
   {                                                                                                                    \
@@ -81,7 +81,7 @@ const MPMTransfer MPMTransfers[] = {
 static const int filter[2][3] = {{P2G_MASS, VELOCITY, G2P_FILTER}, {P2G_RESIDUAL, RESIDUAL, G2P_FILTER_AGAIN}};
 _Static_assert(3 * MPM_MAX_XPIC + MPM_MAX_SCHEME <= MPM_MAX_PROGRAM, "a step's program has room for the filter");
 
-/* A correction of afmpm, of which -method_order - 1 follow the advance: r = v - S v', and v' <- v' + S+ r + dt a. */
+/* A correction of afmpm, of which -method_order - 1 follow the advance: r = v - S v', and v' <- v' + S+ r + kick a. */
 static const int correction[3] = {G2P_FILTER, P2G_RESIDUAL, CORRECT};
 
 PetscBool MPMSchemeIsDirect(const MPMScheme *scheme)

@@ -149,11 +149,11 @@ static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, const Pe
   PetscReal           J[3], W[3];
 
   for (PetscInt d = 0; d < core->grid.dim; d++) {
-    const PetscReal other = n->f[d] / n->m + par->gravity[d], wall = par->dt * n->m * (a[d] - other);
-    const PetscReal before = v[d] - par->dt * a[d],
-                    u      = before + (core->energy.mean == MPM_MEAN_NODES ? 0.5 * par->dt * a[d] : 0);
+    const PetscReal other = n->f[d] / n->m + par->gravity[d], wall = par->kick * n->m * (a[d] - other);
+    const PetscReal before = v[d] - par->kick * a[d],
+                    u      = before + (core->energy.mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0);
 
-    J[d] = flip * wall + (1 - flip) * (n->m * v[d] - n->p[d] - par->dt * n->m * other);
+    J[d] = flip * wall + (1 - flip) * (n->m * v[d] - n->p[d] - par->kick * n->m * other);
     W[d] = (core->energy.mean == MPM_MEAN_AGAIN ? 0.5 : 1) * wall * u;
     W[d] += (1 - flip) * (n->m * before - n->p[d]) * before; /* what a wall gave before; 0 unless it moves */
   }
@@ -168,7 +168,7 @@ static void AddAgain(MPMCore *core, const Touch *t, const MPMNode *n, const Pets
   PetscReal        J[3], W[3];
 
   for (PetscInt d = 0; d < core->grid.dim; d++) {
-    J[d] = par->dt * n->m * (a[d] - (n->f[d] / n->m + par->gravity[d]));
+    J[d] = par->kick * n->m * (a[d] - (n->f[d] / n->m + par->gravity[d]));
     W[d] = 0.5 * J[d] * v[d];
   }
   Give(core, t, PETSC_TRUE, J, W);
@@ -183,7 +183,7 @@ static void AddVelocity(MPMCore *core, const Touch *t, const MPMNode *n, const P
 
   WallVelocity(core, t, V);
   for (PetscInt d = 0; d < dim; d++) {
-    J[d] = was ? n->m * (v[d] - was[d] - core->params.dt * v[dim + d]) - n->p[d] : n->m * v[d] - n->p[d];
+    J[d] = was ? n->m * (v[d] - was[d] - core->params.kick * v[dim + d]) - n->p[d] : n->m * v[d] - n->p[d];
     W[d] = J[d] * V[d];
   }
   Give(core, t, PETSC_FALSE, J, W);

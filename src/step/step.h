@@ -5,7 +5,7 @@
 #include "scene/scene.h"
 #include "step/scheme.h"
 
-/* Makes a step from core->t over params.dt, and ends it. After the first function core->status holds what the step
+/* Makes a step from core->t over params.dt and params.kick, and ends it. After the first function core->status holds what the step
    found, and particles and order are still where they were, so that the step can be undone (MPMParticlesPutBack). The
    second one removes, migrates and sorts particles; it may not be called where the state is bad. Collective on the
    exchange. */
@@ -67,8 +67,9 @@ typedef struct {
 } MPMTime;
 
 PetscReal MPMTimeStep(const MPMCore *, const MPMTime *); /* dt of the next step, s */
-PetscReal MPMCourant(const MPMCore *, PetscReal dt);     /* dt (c + |v|)/h of the present state */
-void      MPMDamp(MPMCore *, const MPMMethod *); /* sets the share of FLIP, params.flip, of the step params.dt */
+PetscReal MPMKick(PetscReal was, PetscReal dt);      /* time over which velocities change in it, s; was: dt before */
+PetscReal MPMCourant(const MPMCore *, PetscReal dt); /* dt (c + |v|)/h of the present state */
+void      MPMDamp(MPMCore *, const MPMMethod *);     /* sets the share of FLIP, params.flip, of the step params.dt */
 PetscReal MPMWaveCourant(const MPMCore *, PetscReal dt); /* dt c/h of the present state */
 PetscReal MPMViscousStep(const MPMCore *);               /* bound of dt by viscosity, s; infinite without viscosity */
 

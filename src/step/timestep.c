@@ -25,13 +25,20 @@ PetscReal MPMViscousStep(const MPMCore *core)
   return nu > 0 ? PetscSqr(MPMGridSmallestH(&core->grid)) / (2 * (PetscReal)core->grid.dim * nu) : PETSC_INFINITY;
 }
 
+/* Velocities belong to the middle between the times of positions. From one middle to the next it is half of the step
+   before and half of this one. A difference by rounding, as of the last step to a time of output, is none. */
+PetscReal MPMKick(PetscReal was, PetscReal dt)
+{
+  return PetscAbsReal(dt - was) <= 1e-9 * dt ? dt : 0.5 * (was + dt);
+}
+
 /* With damping, particles keep the share exp(-dt/tau) of FLIP, so that what is lost in a time does not depend on dt.
    Velocities of wave number k then decay by q/tau, where 1 - q is what mapping to the nodes and back leaves of them:
    q = (k h)^2/4 for bspline2, /3 for bspline3, 3/16 (k h)^2 for hats with 2 particles a cell. For a kinematic viscosity
    nu that decay is nu k^2, so tau = q/(nu k^2); for a rate r it is h/(r c). */
 void MPMDamp(MPMCore *core, const MPMMethod *method)
 {
-  const PetscReal h = MPMGridSmallestH(&core->grid), dt = core->params.dt, c = PetscSqrtReal(core->status.c2);
+  const PetscReal h = MPMGridSmallestH(&core->grid), dt = core->params.kick, c = PetscSqrtReal(core->status.c2);
   const PetscInt  inertia = MPMBasisInertia(core->basis);
   const PetscReal q       = inertia ? 1 / (PetscReal)inertia : 3. / 16;
 

@@ -203,6 +203,8 @@ static PetscErrorCode Read(MPM scene, MPMOptions o)
   PetscCall(MPMNotes(scene));
   if (scene->report.limits)
     PetscCall(MPMPrint(&scene->core.print, "note       -report_limits has no effect with make calibrate\n"));
+  if (scene->report.phases)
+    PetscCall(MPMPrint(&scene->core.print, "note       -report_phases has no effect with make calibrate\n"));
   if (scene->core.timers.work.on)
     PetscCall(MPMPrint(&scene->core.print, "note       -report_path has no effect with make calibrate\n"));
   scene->core.timers.work.on = PETSC_FALSE;

@@ -123,7 +123,7 @@ class ClosedForm:
                 ) from wrong
             file = os.path.join(self.work.name, f"{name}.model")
             model.save(m, file)
-            options = "-options_file", os.path.join(HERE, f"{name}.opts"), "-parallel_migrate", "direct", "-dry_run"
+            options = "-options_file", os.path.join(HERE, f"{name}.opts"), "-parallel_migrate", "direct", "-dry_run", "-report_processes"
             said = model.parse(self.pebble(*options, "-model_file", file))
             if said.get("constants") != m.origin:
                 sys.exit(f"report.py: `pebble -dry_run` did not take the constants of {name}")

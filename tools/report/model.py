@@ -277,15 +277,15 @@ def save(model, path):
 
 # ---- What the program says
 def parse(text):
-    """Reads the table that `pebble -dry_run` prints of the model, and the lines below it."""
+    """Reads the table that `pebble -dry_run -report_processes` prints of the model, and the lines below it."""
     out = {"rows": {}, "blocks": {}}
     for line in text.splitlines():
-        if m := re.match(r" +(\d+) +(\S+) +(\S+) +(\S+) +(\S+)(?: +(\S+) +(\S+))?$", line):
+        if m := re.match(r" +(\d+) +(\S+) +\S+ \w+ +\S+ +(\S+) +(\S+)(?: +(\S+) +\S+ \w+ +\S+)?$", line):
             out["rows"][int(m[1])] = {
                 "spatial": float(m[2]),
-                "efficiency": float(m[4]),
-                "imbalance": float(m[5]),
-                "pool": float(m[6]) if m[6] else None,
+                "efficiency": float(m[3]),
+                "imbalance": float(m[4]),
+                "pool": float(m[5]) if m[5] else None,
             }
         if m := re.search(r"no number of workers exceeds a speed-up of (\S+);", line):
             out["bound"] = float(m[1])

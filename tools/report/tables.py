@@ -769,7 +769,7 @@ class Tables(ClosedForm):
             ("disks, 20 x 20 cells", ("options/disks.opts",)),
             ("disks3d, 32 x 32 x 32 cells", ("options/disks3d.opts", "-method_basis", "linear")),
         ):
-            rows = model.parse(self.pebble("-options_file", options[0], *options[1:], "-dry_run"))["rows"]
+            rows = model.parse(self.pebble("-options_file", options[0], *options[1:], "-dry_run", "-report_processes"))["rows"]
             lines.append([name, *(f"{rows[p]['imbalance']:.3f}" if p in rows else "" for p in PROCESSES[1:])])
         return marks.markdown(["scene", *map(str, PROCESSES[1:])], lines)
 
@@ -814,9 +814,9 @@ class Tables(ClosedForm):
     # ---- Numbers in the text
     def imbalance(self, *options):
         """Imbalance on 32 processes."""
-        row = model.parse(self.pebble("-options_file", *options, "-dry_run"))["rows"].get(32)
+        row = model.parse(self.pebble("-options_file", *options, "-dry_run", "-report_processes"))["rows"].get(32)
         if not row:
-            raise Missing(f"`pebble -dry_run` printed no row of 32 processes for {options[0]}")
+            raise Missing(f"`pebble -dry_run -report_processes` printed no row of 32 processes for {options[0]}")
         return row["imbalance"]
 
     def number_cut_disks(self):

@@ -133,7 +133,7 @@ class Run:
             log = os.path.join(folder, "log.csv")
             words = ["-time_max_steps", str(steps), "-output_format", "none", "-output_dir", folder, "-history_every",
                      "1e9", "-parallel_strategy", "pool" if strategy == "pool" else "spatial", "-parallel_migrate",
-                     migrate, "-report_limits", "false"] + (["-report_path"] if path else [])
+                     migrate, "-report_limits", "false", "-report_phases"] + (["-report_path"] if path else [])
             words += ["-model_file", model] if model else []
             if count and processes > 1:
                 words += ["-log_view", f":{log}:ascii_csv"]
@@ -167,6 +167,6 @@ class Run:
 
 def dry_run(args, options, model):
     """[(processes, seconds, imbalance, seconds in the pool or None)] that the model predicts."""
-    text = start(args, 1, *options, "-dry_run", "-parallel_migrate", "direct", "-model_file", model)
-    rows = re.findall(r"^ +(\d+) +([\d.e+-]+) +[\d.]+ +[\d.]+ +([\d.]+)(?: +([\d.e+-]+) +[\d.]+)?$", text, re.M)
+    text = start(args, 1, *options, "-dry_run", "-report_processes", "-parallel_migrate", "direct", "-model_file", model)
+    rows = re.findall(r"^ +(\d+) +([\d.e+-]+) +\S+ \w+ +[\d.]+ +[\d.]+ +([\d.]+)(?: +([\d.e+-]+) +\S+ \w+ +[\d.]+)?$", text, re.M)
     return [(int(p), float(t), float(i), float(pool) if pool else None) for p, t, i, pool in rows]

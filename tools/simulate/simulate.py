@@ -212,7 +212,7 @@ def parse(text):
 
 def options(strategy, migrate):
     # The scenes may write snapshots, and the simulator's build cannot.
-    return ["-output_format", "none", "-output_dir", str(WORK), "-parallel_strategy", strategy, "-parallel_migrate", migrate]
+    return ["-report_phases", "-output_format", "none", "-output_dir", str(WORK), "-parallel_strategy", strategy, "-parallel_migrate", migrate]
 
 
 def run(command, env=None):

@@ -76,7 +76,7 @@ class Study:
         return 1e9 * statistics.median(taken["needed"]) / steps / particles, ratio
 
     def row(self, scene, pairs):
-        said = {mode: self.said(self.command(scene, mode, FIRST)) for mode in MODES}
+        said = {mode: self.said([*self.command(scene, mode, FIRST), "-report_phases"]) for mode in MODES}
         digests = [re.search(r"^digest (\w+)", s, re.M)[1] for s in said.values()]
         if digests[0] != digests[1]:
             raise RuntimeError(f"{scene}: with all fields the digest is {digests[1]}, not {digests[0]}")

@@ -33,7 +33,7 @@ class Problem(NamedTuple):
 
 def reference(run):
     """What the program prints at the end of a run whose solution is known."""
-    return run.number(r"^reference .* a part of (\S+)$")
+    return run.number(r"^reference .* relative error is (\S+)$")
 
 
 def positions(path):
