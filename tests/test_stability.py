@@ -128,7 +128,7 @@ def judge(case):
     wrong = silent(told)
     if wrong or case.outcome != "ends" and told.status:
         return wrong or told.err.strip()[-200:]
-    if case.outcome == "warned" and not re.search("^warning +" + case.message, told.out, re.M):
+    if case.outcome in ("warned", "ends") and case.message and not re.search("^warning +" + case.message, told.out, re.M):
         return "no warning: " + " | ".join(line for line in told.out.splitlines() if line.startswith("warning"))
     warnings = [line for line in told.out.splitlines() if line.startswith("warning") and not re.search(OF_THE_METHOD, line)]
     if case.outcome == "right" and case.message == "" and warnings and case.judge is None:
@@ -409,11 +409,12 @@ def family_spin():
     """apic keeps what is left after its first steps (C starts at 0); flip loses rotation to vibrations, pic and xpic at edges."""
     cases = []
     keeps = {"flip": (0.6, 0.85), "apic": (0.92, 0.97), "pic": (-0.01, 0.01), "xpic": (-0.01, 0.01)}
+    unstable = "linear with musl and .* is unstable where particles cross cells"  # it is chance whether that stops 3 turns
     for basis, update, transfer, method in methods(["usl", "musl"], values("method_transfer")):
-        if basis == "linear" and transfer in ("aflip", "afmpm") and update != "usl":
-            continue  # unstable, as apic, and warned of
         if basis == "linear" and update == "usl":
             cases.append(Case(f"{basis} {update} {transfer}, 3 turns", disk(3), "stopped", "inside out|left the grid", method))
+        elif basis == "linear" and transfer in ("apic", "aflip", "afmpm"):
+            cases.append(Case(f"{basis} {update} {transfer}, 3 turns", disk(3), "ends", unstable, method))
         else:
             cases.append(Case(f"{basis} {update} {transfer}, 3 turns", disk(3), "right", "", method, spin_kept(*keeps.get(transfer, (0.9, 1.01))), snapshots=True))
     for basis, method in ((basis, METHODS[basis + " usl apic"]) for basis in ("bspline2", "bspline3", "gimpS")):

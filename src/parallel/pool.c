@@ -7,11 +7,11 @@
    the status that it found, by which the master stops the run if there is an error. Patches are boxes of whole tiles,
    whose sums are the same on every process; the master adds them up to nodes as a serial run does, so results have the
    same bits. */
-#include <petscbt.h>
 #include "base/message.h"
 #include "base/simulate.h"
 #include "kernels/tile_index.h"
 #include "parallel/pool.h"
+#include <petscbt.h>
 
 #define MPM_JOBS_PER_WORKER 2 /* jobs that a worker has at a time */
 
