@@ -244,8 +244,8 @@ static void CheckView(MPMOptions o, const char name[], const char value[])
                  MPM_NAME_LEN, value);
 }
 
-/* Refuses a name that is not in the vocabulary. Where the closest option is one that the chosen model, shape or type does
-   not take, the message says what it takes. */
+/* Refuses a name that is not in the vocabulary. Where the closest option is one that the chosen model, shape or type
+   does not take, the message says what it takes. */
 static PetscErrorCode Refuse(MPMOptions o, const char given[])
 {
   char nearest[MPM_FULL_LEN], name[MPM_NAME_LEN], why[MPM_FULL_LEN] = "",

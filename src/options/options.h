@@ -32,7 +32,7 @@ typedef struct {
 } MPMOptionRow;
 
 /* A value of the option of a row, such as material_<m>_model, with a text: of a choice that there is, the options that
-   it takes, as the ends of their names, separated by blanks; of a word of other programs, what to choose in its place. */
+   it takes, as the ends of their names, separated by blanks; of a word of other programs, what to choose instead. */
 typedef struct {
   const char *row, *value, *text;
 } MPMOptionValue;

@@ -108,8 +108,8 @@ static PetscErrorCode NoteMaterial(MPM mpm, const MPMMaterial *m, PetscBool eart
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Notes stresses in MPa beside a density in kg/m^3, and temperatures in degrees Celsius. Soils and fluids may have moduli
-   far below those of nature, and a yield stress far above the modulus is a way to have none. */
+/* Notes stresses in MPa beside a density in kg/m^3, and temperatures in degrees Celsius. Soils and fluids may have
+   moduli far below those of nature, and a yield stress far above the modulus is a way to have none. */
 static PetscErrorCode NoteUnits(MPM mpm, const MPMMaterial *m)
 {
   const PetscBool yields = MPMListHas(m->type->parameters, "yield"), E = MPMListHas(m->type->parameters, "E");
@@ -348,7 +348,8 @@ static PetscErrorCode WarnFall(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the warnings and a note before the first step. steps, seconds: what is predicted for the whole run. Not collective. */
+/* Prints the warnings and a note before the first step. steps, seconds: what is predicted for the whole run. Not
+   collective. */
 PetscErrorCode MPMDoubtsWarn(MPM mpm, PetscReal steps, PetscReal seconds)
 {
   PetscReal       x;
