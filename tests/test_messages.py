@@ -120,6 +120,33 @@ box("a step too long for viscosity", 0, r"warning    dt is above the bound of vi
 soil = BOX.replace("neohookean", "druckerprager") + "-material_m_friction_angle 60\n"
 box("a friction angle without an equal in plane strain", 0, "acts in plane strain like 90 degrees or more, so that it hardly flows; if 60 is meant in plane strain, give", *FEW, text=soil)
 
+metal = ["-material_m_model", "vonmises", "-material_m_rho", "7850", "-material_m_E", "2.1e11", "-material_m_yield"]
+box("a yield stress in MPa", 0, "note       -material_m_yield 235 Pa is 1.1e-09 times -material_m_E; both are in Pa, and 1 MPa is 1e6 Pa", *FEW, *metal, "235")
+box("a modulus in MPa", 0, "note       -material_m_E 210000 Pa is small for a solid of 7850 kg/m.3; if MPa are meant, write 2.1e.11", *FEW, *metal, "235", "-material_m_E", "2.1e5")
+run = box("both in Pa", 0, "digest", *FEW, *metal, "2.35e8", "-output_name", "metal")
+check.that("note " not in run.out, "a metal in SI units gets no note")
+hot = re.sub(r"-material_m_(E|nu) .*\n", "", BOX).replace("neohookean", "johnsoncook").replace("1000", "8960", 1) + \
+    "".join(f"-material_m_{name}\n" for name in ("G 4.7e10", "c0 3933", "hugoniot_slope 1.489", "gruneisen 1.99", "yield 9e7", "specific_heat 383"))
+box("degrees Celsius", 0, "note       -material_m_temperature 25 is in K, as -material_m_melting is; if degrees Celsius are meant, write 298.15 and 1356.15", *FEW,
+    "-material_m_temperature", "25", "-material_m_melting", "1083", text=hot)
+box("few steps", 0, r"note       the run makes only \d+ steps until -time_end 0.2 s, in which waves cross few cells; check it, and the units of moduli and densities", *QUIET, "-time_end", "0.2")
+run = box("no other notes", 0, "digest", *QUIET, "-output_name", "plain")
+check.that("note " not in run.out, f"a run of more steps gets no note: {run.find('^(note .*)$')}")
+
+# ---- Bodies
+
+run = box("a body", 0, r"body       b: box of m, 64 particles, 250 kg, 0.25 m\^3 for a thickness of 1 m", *FEW)
+many = [f"b{k}" for k in range(10)]
+rows = [word for k, name in enumerate(many) for word in (f"-body_{name}_shape", "box", f"-body_{name}_lower", f"{k / 10},0.25", f"-body_{name}_upper", f"{k / 10 + 0.1},0.75", f"-body_{name}_material", "m")]
+runs = [box(f"ten bodies, {n} processes", 0, r"(?s)(body       b\d: box .*?\n){8}body       and 2 more bodies with \d+ particles together", *FEW, "-bodies", ",".join(many), *rows, n=n,
+            text=re.sub(r"-bodies b\n(-body_b_.*\n)*", "", BOX)) for n in (1, 2)]
+bodies = [[line for line in run.out.splitlines() if line.startswith("body ")] for run in runs]
+check.that(bodies[0] == bodies[1] and len(bodies[0]) == 9, f"bodies are told alike on 1 and 2 processes: {bodies}")
+check.write("points.csv", "x,y,volume\n0.5,0.5,0.01\n0.6,0.5,0.02\n0.7,0.3,0.03\n")
+points = re.sub(r"-body_b_.*\n", "", BOX) + "-body_b_shape file\n-body_b_file points.csv\n-body_b_material m\n"
+for n in (1, 2):
+    box(f"particles of a file, {n} processes", 0, r"body       b: file of m, 3 particles, 60 kg, 0.06 m\^3 for a thickness of 1 m", *FEW, text=points, n=n)
+
 # ---- Refusals
 
 tell("sums to rounding in the pool", 2, "-parallel_sums roundoff does not apply: the pool always gives bitwise sums", *DISKS, "-parallel_strategy", "pool", "-parallel_sums", "roundoff", n=2)

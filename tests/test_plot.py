@@ -79,6 +79,18 @@ for name, allowed in (("disks", 1e-12), ("dambreak", 0.08), ("dambreak3d", 0.3))
     check.that([snapshot["round"] for snapshot in run["snapshots"]] == sorted({round(snapshot["round"], 2) for snapshot in run["snapshots"]}),
                f"{name}: times in titles are round: {[snapshot['round'] for snapshot in run['snapshots']]}")
 
+# ---- Without the field volume, sizes come from the spacing at the start
+check.must("-options_file", check.scene("disks"), "-output_fields", "stress", "-output_name", "bare", "-output_every", "0.5", "-time_end", "1", *common)
+check.must("-options_file", check.scene("bar"), "-output_fields", "stress", "-output_name", "line", "-output_every", "0.5", "-time_end", "1", *common)
+with h5py.File("bare.h5") as file:
+    there = {field for key in file if key.startswith("step_") for field in file[key]["particles"]}
+run = drawing.read_run("bare.h5", "stress", series=["front"])
+size = run["h"][0] / 4
+check.that("volume" not in there and all(np.allclose(np.append(one["size"], one["domain"][:, 0, 0]), size) for one in run["snapshots"]),
+           f"without volume: particles of {run['snapshots'][0]['size'][:1]} m, which are {size} m apart; the file has {sorted(there)}")
+check.that(all(picture(name, "--below", "none") is not None for name in ("bare", "line")), "pictures without volume")
+check.that(call(movie, "bare.h5", "-o", "bare.gif")[0] == 0, "a movie without volume")
+
 
 def covered(name, x, y):
     """The part of a strip of places at height y that domains of the last snapshot cover."""

@@ -203,6 +203,21 @@ def start_of(run, ids):
 
 # ---- Domains
 
+def share_of_cell(run):
+    """The volume of a particle at the start, by its spacing: a cell over the number of particles that most cells have."""
+    cells = np.floor((run["start"] - run["lower"]) / run["h"]).astype(np.int64)
+    counts = np.unique(cells, axis=0, return_counts=True)[1]
+    return run["h"].prod() / (np.median(counts) if len(counts) else 1)
+
+
+def volumes_of(run, particles):
+    """The particles' volumes; where the file has none, those by their spacing at the start, and by F if the file has it."""
+    if "volume" in particles:
+        return particles["volume"][...]
+    volume = np.full(len(particles["x"]), share_of_cell(run))
+    return volume * np.abs(np.linalg.det(particles["F"][...].reshape(-1, 3, 3))) if "F" in particles else volume
+
+
 def sides_at_rest(run, particles):
     """Sides of each particle's box before it was deformed: in the proportions of a cell over the particles per cell."""
     dim, options = run["dim"], run["options"]
@@ -216,7 +231,7 @@ def sides_at_rest(run, particles):
         shape[k] = run["h"] / (ppc if len(ppc) in (1, dim) else 1)
     body = particles["body"][...].astype(int) if "body" in particles else np.zeros(len(particles["x"]), int)
     sides = shape[np.clip(body, 0, len(bodies) - 1)]
-    volume = particles["volume"][...]
+    volume = volumes_of(run, particles)
     if "F" in particles:
         volume = volume / np.abs(np.linalg.det(particles["F"][...].reshape(-1, 3, 3)))
     return sides * (volume / sides.prod(axis=1))[:, None]**(1 / dim), body
@@ -314,7 +329,7 @@ def read_run(path, field, *, times=None, count=PANELS, domains=True, limits=None
             values, label, unit, signed = quantity(run, particles, field, at[k])
             run["signed"] = signed or run.get("signed", False)
             snapshot = {"time": at[k], "step": step, "x": particles["x"][:, :dim], "values": values,
-                        "size": particles["volume"][...]**(1 / dim)}
+                        "size": volumes_of(run, particles)**(1 / dim)}
             if domains and dim > 1:
                 snapshot["domain"] = domains_of(run, particles)
             run["snapshots"].append(snapshot)
@@ -355,7 +370,7 @@ def of_snapshot(run, particles, name, time):
         return np.sqrt((quantity(run, particles, "error", time)[0]**2).mean())
     axis = 0 if name == "front" else run["dim"] - 1
     x = particles["x"][:, axis]
-    return (x + 0.5 * particles["volume"][...]**(1 / run["dim"])).max() if len(x) else np.nan
+    return (x + 0.5 * volumes_of(run, particles)**(1 / run["dim"])).max() if len(x) else np.nan
 
 
 def look_at(run, limits, cut):

@@ -98,6 +98,33 @@ static void Consider(const char given[], const char candidate[], int *best, char
   (void)snprintf(nearest, MPM_FULL_LEN, "%s", candidate);
 }
 
+/* Finds the model, shape or type that does not take the option `full` of this row, though another one does; *choice is
+   NULL if there is none, or nothing legal is chosen. */
+static PetscErrorCode FindRefusing(MPMOptions o, const MPMOptionRow *row, const char full[],
+                                   const MPMOptionValue **choice)
+{
+  const char  *open = strchr(row->name, '<'), *end = open ? open + 4 : NULL, *by = NULL;
+  const size_t head = open ? (size_t)(open - row->name) : 0;
+  char         word[MPM_NAME_LEN], chosen[MPM_FULL_LEN], dashed[MPM_FULL_LEN + 1], value[MPM_NAME_LEN] = "";
+
+  PetscFunctionBeginUser;
+  *choice = NULL;
+  for (size_t k = 0; k < o->table->nchoices && open; k++)
+    if (!strncmp(o->table->choices[k].row, row->name, head + 4) && MPMListHas(o->table->choices[k].text, end))
+      by = o->table->choices[k].row;
+  if (!by) PetscFunctionReturn(PETSC_SUCCESS); /* it does not depend on a choice */
+  (void)snprintf(word, sizeof word, "%.*s", (int)(strlen(full) - head - strlen(end) - 1), full + head);
+  MPMOptionsFullName(by, word, chosen);
+  (void)snprintf(dashed, sizeof dashed, "-%s", chosen);
+  PetscCall(PetscOptionsGetString(NULL, NULL, dashed, value, sizeof value, NULL));
+  for (size_t k = 0; k < o->table->nchoices; k++) {
+    const MPMOptionValue *one = &o->table->choices[k];
+
+    if (!strcmp(one->row, by) && !strcasecmp(value, one->value) && !MPMListHas(one->text, end)) *choice = one;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Finds the legal name for which `given` is another program's word; returns false if there is none. */
 static PetscBool FromAlias(MPMOptions o, const char given[], char nearest[MPM_FULL_LEN])
 {
@@ -217,20 +244,31 @@ static void CheckView(MPMOptions o, const char name[], const char value[])
                  MPM_NAME_LEN, value);
 }
 
-/* Refuses a name that is not in the vocabulary. */
-static void Refuse(MPMOptions o, const char given[])
+/* Refuses a name that is not in the vocabulary. Where the closest option is one that the chosen model, shape or type
+   does not take, the message says what it takes. */
+static PetscErrorCode Refuse(MPMOptions o, const char given[])
 {
-  char nearest[MPM_FULL_LEN], name[MPM_NAME_LEN], hint[2 * MPM_FULL_LEN] = "; pebble -help lists them",
-                                                           why[MPM_FULL_LEN] = "";
-  const char *list;
+  char nearest[MPM_FULL_LEN], name[MPM_NAME_LEN], why[MPM_FULL_LEN] = "",
+                                                  hint[MPM_TEXT_LEN / 2] = "; pebble -help lists them";
+  const MPMOptionRow   *row;
+  const MPMOptionValue *choice = NULL;
+  const char           *list;
 
+  PetscFunctionBeginUser;
   Nearest(o, given, nearest);
-  if (nearest[0]) (void)snprintf(hint, sizeof hint, "; did you mean -%s ?", nearest);
+  row = nearest[0] ? Find(o, nearest) : NULL; /* NULL also for an option of PETSc */
+  if (row) PetscCall(FindRefusing(o, row, nearest, &choice));
+  if (choice)
+    (void)snprintf(hint, sizeof hint, "; %s %s takes %s", strchr(choice->row, '>') + 2, choice->value,
+                   choice->text[0] ? choice->text : "no such option");
+  else if (nearest[0])
+    (void)snprintf(hint, sizeof hint, "; did you mean -%s ?", nearest);
   if (o->nb && IsUndeclared(o, given, name, &list)) {
     (void)snprintf(why, sizeof why, " (%s is not %s)", name, list);
     if (MPMOptionsDistance(given, nearest) > 1) hint[0] = 0;
   }
   MPMOptionsFail(o, "-%.*s is not an option of this scene%s%s", MPM_FULL_LEN, given, why, hint);
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Refuses two names that make the same option: body "x" with _inner_radius, and body "x_inner" with _radius. */
@@ -304,7 +342,7 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
   o->error[0] = 0;
   PetscCall(PetscOptionsLeftGet(NULL, &n, &names, &values));
   for (PetscInt k = 0; k < n && !o->error[0] && o->nb; k++)
-    if (IsChoice(o, names[k])) Refuse(o, names[k]);
+    if (IsChoice(o, names[k])) PetscCall(Refuse(o, names[k]));
   for (PetscInt k = 0; k < n && !o->error[0]; k++) {
     const MPMOptionRow *row = Find(o, names[k]);
 
@@ -313,7 +351,7 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
     if (fault[0] && IsOfName(o, names[k])) continue;
     if (!row) {
       PetscCall(CheckChoices(o, names[k]));
-      Refuse(o, names[k]);
+      PetscCall(Refuse(o, names[k]));
     } else if (row->type == MPM_LATER)
       MPMOptionsFail(o, "-%.*s is not built yet (%s)", MPM_FULL_LEN, names[k], row->help);
     else if (row->type == MPM_MOVED)

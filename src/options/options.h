@@ -30,12 +30,22 @@ typedef struct {
   MPMOptionType type;
   const char   *allowed, *unit, *fallback, *help;
 } MPMOptionRow;
+
+/* A value of the option of a row, such as material_<m>_model, with a text: of a choice that there is, the options that
+   it takes, as the ends of their names, separated by blanks; of a word of other programs, what to choose instead. */
+typedef struct {
+  const char *row, *value, *text;
+} MPMOptionValue;
+
 typedef struct {
   size_t              n;
   const MPMOptionRow *row;
   const char (*faces)[MPM_NAME_LEN]; /* [2 dim] names of the faces of a grid */
   size_t naliases;                   /* words of other programs for an option, or for its end after a "_": */
   const char *const (*aliases)[2];   /* [naliases] the word, and what it stands for */
+  size_t                nchoices, nforeign;
+  const MPMOptionValue *choices,
+      *foreign; /* [nchoices] values of models, shapes, types; [nforeign] of other programs */
 } MPMVocabulary;
 
 typedef struct _MPMOptions *MPMOptions;

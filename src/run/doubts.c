@@ -9,7 +9,13 @@
 #define YEAR         3.156e7 /* s */
 #define WEIGHT       0.5     /* of the modulus, the stress by its own weight that a body is taken to bear */
 #define ANGLE        2       /* degrees; friction angles below are likely to be radians */
-#define ANGLE_ACTS   3       /* degrees by which a soil may be stronger than its friction angle without a warning */
+#define FEW_STEPS    20      /* a run of fewer shows hardly anything */
+#define DENSE        2500    /* kg/m^3; solids that are as dense, other than soils, have moduli of 1e9 Pa and more */
+#define YIELD_LEAST  1e-7    /* of the modulus; yield stresses of metals and clays lie between these */
+#define YIELD_MOST   10
+#define COLD         70  /* K; tests of metals are made above the temperature of liquid nitrogen, 77 K */
+#define HOT          500 /* K; most metals melt above */
+#define ANGLE_ACTS   3   /* degrees by which a soil may be stronger than its friction angle without a warning */
 
 /* Returns by how much rounding may shift the lattice of particles, in its spacings. Its places are multiples of the
    spacing b from the origin of space, and b comes from the difference of the corners of the grid, which at coordinates
@@ -102,6 +108,49 @@ static PetscErrorCode NoteMaterial(MPM mpm, const MPMMaterial *m, PetscBool eart
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Notes stresses in MPa beside a density in kg/m^3, and temperatures in degrees Celsius. Soils and fluids may have
+   moduli far below those of nature, and a yield stress far above the modulus is a way to have none. */
+static PetscErrorCode NoteUnits(MPM mpm, const MPMMaterial *m)
+{
+  const PetscBool yields = MPMListHas(m->type->parameters, "yield"), E = MPMListHas(m->type->parameters, "E");
+  const PetscReal modulus = E ? m->E : m->mu, part = m->yield / modulus;
+  const char     *word = E ? "E" : "G";
+
+  PetscFunctionBeginUser;
+  if (yields && m->rho >= DENSE / 5 && (part < YIELD_LEAST || (part > YIELD_MOST && part < 1e4 * YIELD_MOST)))
+    PetscCall(
+        MPMPrint(&mpm->core.print,
+                 "note       -material_%s_yield %g Pa is %.2g times -material_%s_%s; both are in Pa, and 1 MPa is "
+                 "1e6 Pa\n",
+                 m->name, (double)m->yield, (double)part, m->name, word));
+  else if ((E || yields) && !MPMListHas(m->type->parameters, "friction_angle") && m->rho >= DENSE && modulus >= 1e4 &&
+           modulus < 1e6)
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "note       -material_%s_%s %g Pa is small for a solid of %g kg/m^3; if MPa are meant, write "
+                       "%g\n",
+                       m->name, word, (double)modulus, (double)m->rho, (double)(1e6 * modulus)));
+  if (MPMListHas(m->type->parameters, "temperature") && m->temperature < COLD && m->melting > HOT)
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "note       -material_%s_temperature %g is in K, as -material_%s_melting is; if degrees Celsius "
+                       "are meant, write %g and %g\n",
+                       m->name, (double)m->temperature, m->name, (double)(m->temperature + 273.15),
+                       (double)(m->melting + 273.15)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Notes that a run of automatic time steps that nothing else limits ends after a few of them. */
+static PetscErrorCode NoteSteps(MPM mpm, PetscReal steps)
+{
+  PetscFunctionBeginUser;
+  if (steps > 0 && steps < FEW_STEPS && !mpm->core.step && !(mpm->time.fixed > 0) &&
+      mpm->time.max_steps == PETSC_MAX_INT)
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "note       the run makes only %g step%s until -time_end %g s, in which waves cross few cells; "
+                       "check it, and the units of moduli and densities\n",
+                       (double)steps, steps > 1 ? "s" : "", (double)mpm->time.end));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Prints notes on values that are surely odd. Not collective. */
 PetscErrorCode MPMDoubtsNote(MPM mpm)
 {
@@ -113,8 +162,10 @@ PetscErrorCode MPMDoubtsNote(MPM mpm)
   PetscFunctionBeginUser;
   if (earth && dim > 1 && g[dim - 1] > 9.7)
     PetscCall(MPMPrint(&mpm->core.print, "note       -gravity points upward, along +%c\n", "xyz"[dim - 1]));
-  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++)
+  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
     PetscCall(NoteMaterial(mpm, &mpm->scene.materials[k], earth && size < 9.9 ? PETSC_TRUE : PETSC_FALSE));
+    PetscCall(NoteUnits(mpm, &mpm->scene.materials[k]));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -297,7 +348,8 @@ static PetscErrorCode WarnFall(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the warnings before the first step. steps, seconds: what is predicted for the whole run. Not collective. */
+/* Prints the warnings and a note before the first step. steps, seconds: what is predicted for the whole run. Not
+   collective. */
 PetscErrorCode MPMDoubtsWarn(MPM mpm, PetscReal steps, PetscReal seconds)
 {
   PetscReal       x;
@@ -319,6 +371,7 @@ PetscErrorCode MPMDoubtsWarn(MPM mpm, PetscReal steps, PetscReal seconds)
                        "warning    the run would take about %.2g years; choose an earlier -time_end, larger cells or a "
                        "larger time step\n",
                        (double)(seconds / YEAR)));
+  PetscCall(NoteSteps(mpm, steps));
   PetscCall(WarnLocking(mpm));
   PetscCall(WarnLeak(mpm));
   PetscCall(WarnRest(mpm));

@@ -161,13 +161,14 @@ PetscErrorCode MPMMethodWarnings(MPM, PetscReal dt);
 PetscErrorCode MPMMethodSetFromOptions(MPM, MPMOptions);
 
 /* Print notes on the options, the start of a run, its progress and its end (report.c, notes.c), of which
-   MPMReportEnergy prints the lines about energy (report_energy.c), MPMReportPrediction the predicted time of so many
-   steps of `step` s, and MPMReportPhases the times of the phases, if the steps took long or an option asks for them
-   (report_times.c). MPMNotes is collective on core.comm, the start, the end and the energy on
-   exchange.data, and the others are not collective. */
+   MPMReportEnergy prints the lines about energy (report_energy.c), MPMReportBodies those of the bodies
+   (report_bodies.c), MPMReportPrediction the predicted time of so many steps of `step` s, and MPMReportPhases the times
+   of the phases, if the steps took long or an option asks for them (report_times.c). MPMNotes is collective on
+   core.comm, the start, the bodies, the end and the energy on exchange.data, and the others are not collective. */
 PetscErrorCode MPMNotes(MPM);
 PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
+PetscErrorCode MPMReportBodies(MPM);
 PetscErrorCode MPMReportEnergy(MPM);
 PetscErrorCode MPMReportPrediction(MPM, PetscReal steps, PetscReal step);
 PetscErrorCode MPMReportPhases(MPM);

@@ -278,6 +278,7 @@ PetscErrorCode MPMReportStart(MPM mpm)
 
   PetscFunctionBeginUser;
   PetscCall(PrintScene(mpm));
+  PetscCall(MPMReportBodies(mpm));
   MPMInitialTell(&mpm->scene, initial);
   if (initial[0]) PetscCall(MPMPrint(&mpm->core.print, "initial    %s\n", initial));
   PetscCall(PrintFields(mpm));

@@ -171,5 +171,35 @@ static const char *const aliases[][2] = {
     {"output", "output_dir"},
 };
 
-const MPMVocabulary MPMOptionTable = {sizeof rows / sizeof rows[0], rows, MPMFaceNames,
-                                      sizeof aliases / sizeof aliases[0], aliases};
+/* What each law, shape and wall takes. */
+static const MPMOptionValue choices[] = {
+#define MPM_MATERIAL(name, traits, parameters, state, what) {"material_<m>_model", #name, parameters},
+#include "physics/material.def"
+#undef MPM_MATERIAL
+#define MPM_REGION(name, solid, parameters, what) {"body_<b>_shape", #name, parameters},
+#include "physics/region.def"
+#undef MPM_REGION
+#define MPM_WALL(name, parameters, before, gradient, residual, what) {"bc_<f>_type", #name, parameters},
+#include "physics/wall.def"
+#undef MPM_WALL
+};
+
+/* Laws that other programs have, and the nearest one here. */
+static const MPMOptionValue foreign[] = {
+    {"material_<m>_model", "tresca",
+     "the nearest is vonmises, which has the undrained strength c_u if yield is sqrt(3) c_u in plane strain, 2 c_u in "
+     "triaxial compression"},
+    {"material_<m>_model", "mohrcoulomb",
+     "the nearest is druckerprager, which has the strength of this friction_angle and cohesion in plane strain with "
+     "fit plane_strain, in triaxial compression with fit triaxial"},
+};
+
+const MPMVocabulary MPMOptionTable = {.n        = sizeof rows / sizeof rows[0],
+                                      .row      = rows,
+                                      .faces    = MPMFaceNames,
+                                      .naliases = sizeof aliases / sizeof aliases[0],
+                                      .aliases  = aliases,
+                                      .nchoices = sizeof choices / sizeof choices[0],
+                                      .choices  = choices,
+                                      .nforeign = sizeof foreign / sizeof foreign[0],
+                                      .foreign  = foreign};

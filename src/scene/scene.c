@@ -60,6 +60,33 @@ static void DropWord(const char list[], const char word[], char rest[MPM_TEXT_LE
   }
 }
 
+/* Refuses constants of johnsoncook that change nothing, since another one that they belong to is not given. */
+static PetscErrorCode RefuseIdle(MPMOptions o, const MPMMaterial *m)
+{
+  static const struct {
+    const char *word, *without, *what;
+  } rows[] = {
+      {"softening_power", "melting", "heat"},
+      {"rate_reference", "rate_factor", "the rate"},
+      {"hardening_power", "hardening", "plastic strain"},
+  };
+
+  PetscFunctionBeginUser;
+  for (size_t k = 0; k < sizeof rows / sizeof rows[0]; k++) {
+    char      idle[3 * MPM_NAME_LEN], without[3 * MPM_NAME_LEN];
+    PetscBool given, needed;
+
+    (void)snprintf(idle, sizeof idle, "-material_%s_%s", m->name, rows[k].word);
+    (void)snprintf(without, sizeof without, "-material_%s_%s", m->name, rows[k].without);
+    PetscCall(PetscOptionsHasName(NULL, NULL, idle, &given));
+    PetscCall(PetscOptionsHasName(NULL, NULL, without, &needed));
+    if (given && !needed)
+      MPMOptionsFail(o, "%s does not apply: without %s %s does not change the strength; give both, or none", idle,
+                     without, rows[k].what);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
 {
   const struct {
@@ -118,6 +145,7 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
   for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
     if (MPMListHas(taken, numbers[k].word))
       PetscCall(MPMOptionsReal(o, numbers[k].row, m->name, numbers[k].value, NULL));
+  PetscCall(RefuseIdle(o, m));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   wrong = MPMMaterialSetUp(m);
   if (wrong) MPMOptionsFail(o, "-material_%s_%s", m->name, wrong);
