@@ -100,27 +100,91 @@ static PetscErrorCode LocateArrivals(MPMCore *core, MPMSpatial *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Migrates by DMSwarmMigrate, on the BASIC swarm, with the owners that MPMMigrateList found. Particles may go to any
-   process; a call needs 14 collectives, 8 of them reductions. Collective. */
-PetscErrorCode MPMMigrateSwarm(MPMCore *core, MPMSpatial *s)
+/* The rows of particles that go to other places of the storage; no place is in both lists. */
+typedef struct {
+  PetscInt n, *from, *to;
+} Moves;
+
+/* Adds the moves that close the places of the last leavers in a storage of n particles, those from number `open` on: the
+   last particles take them. */
+static void CloseGaps(const MPMSpatial *s, PetscInt open, PetscInt n, Moves *moves)
 {
-  MPMParticles *particles = &core->particles;
-  PetscInt     *owner;
-  PetscMPIInt   me;
+  for (PetscInt q = s->nleavers, last = n - 1; q > open; q--, last--) { /* the last place first */
+    if (s->leaver[q - 1] == last) continue;
+    moves->from[moves->n] = last;
+    moves->to[moves->n++] = s->leaver[q - 1];
+  }
+}
+
+MPM_INLINE void MoveRows(size_t bytes, const Moves *moves, char *rows)
+{
+  for (PetscInt q = 0; q < moves->n; q++)
+    memcpy(rows + (size_t)moves->to[q] * bytes, rows + (size_t)moves->from[q] * bytes, bytes);
+}
+
+/* Makes the moves, field by field, and sets the size of the storage to what it is then. came: how many particles came.
+   Not collective. */
+static PetscErrorCode MakeMoves(MPMParticles *particles, const Moves *moves, PetscInt n, PetscInt came)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS && moves->n; f++) {
+    void *rows;
+
+    if (!particles->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
+    PetscCall(MPMParticlesGetField(particles, f, &rows));
+    MPM_FOR_WIDTH(particles->bytes[f], MoveRows, moves, (char *)rows);
+    PetscCall(MPMParticlesRestoreField(particles, f));
+  }
+  particles->room = PetscMax(particles->room, came);
+  if (n != particles->n) PetscCall(MPMParticlesSetSize(particles, n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets where DMSwarmMigrate sends the particles: leavers to their owners, or nowhere. All others stay, and the numbers
+   of the processes are sent with the particles, so all are set the first time only. Not collective. */
+static PetscErrorCode SetOwners(MPMParticles *particles, MPMSpatial *s, PetscBool leave)
+{
+  PetscInt   *owner;
+  PetscMPIInt me;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(s->comm, &me));
-  PetscCall(CountOut(core, s));
   PetscCall(DMSwarmGetField(particles->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
-  if (!s->ranked) /* later, only leavers have another owner: the field is sent with the particles */
-    for (PetscInt p = 0; p < particles->n; p++) owner[p] = me;
+  for (PetscInt p = 0; p < particles->n && !s->ranked; p++) owner[p] = me;
   s->ranked = PETSC_TRUE;
-  for (PetscInt q = 0; q < s->nleavers; q++) owner[s->leaver[q]] = s->owner[q];
+  for (PetscInt q = 0; q < s->nleavers; q++) owner[s->leaver[q]] = leave ? s->owner[q] : me;
   PetscCall(DMSwarmRestoreField(particles->swarm, DMSwarmField_rank, NULL, NULL, (void **)&owner));
-  PetscCall(DMSwarmMigrate(particles->swarm, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Migrates by DMSwarmMigrate, on the BASIC swarm, with the owners that MPMMigrateList found. Particles may go to any
+   process; a call needs 14 collectives, 8 of them reductions. It leaves those that it has sent where they were, since it
+   would remove them one by one and PETSc before 3.25 zeroes all spare places at each removal (46,656 of 5,000,000
+   particles took 2 s). Collective. */
+PetscErrorCode MPMMigrateSwarm(MPMCore *core, MPMSpatial *s)
+{
+  MPMParticles  *particles = &core->particles;
+  const PetscInt n = particles->n, gaps = s->nleavers;
+  PetscInt       came;
+  Moves          moves = {0};
+
+  PetscFunctionBeginUser;
+  PetscCall(CountOut(core, s));
+  PetscCall(SetOwners(particles, s, PETSC_TRUE));
+  PetscCall(DMSwarmMigrate(particles->swarm, PETSC_FALSE));
   MPMSimulateWork("SWARM", 1);
-  MPMSimulateWork("SWARM_PARTICLE", (PetscReal)particles->n);
+  MPMSimulateWork("SWARM_PARTICLE", (PetscReal)n);
+  PetscCall(SetOwners(particles, s, PETSC_FALSE));
   PetscCall(MPMParticlesResize(particles));
+  came = particles->n - n;
+  PetscCall(PetscMalloc2(gaps, &moves.from, gaps, &moves.to));
+  for (; moves.n < PetscMin(came, gaps); moves.n++) { /* the last arrivals take the places of leavers */
+    moves.from[moves.n] = n + PetscMax(0, came - gaps) + moves.n;
+    moves.to[moves.n]   = s->leaver[moves.n];
+  }
+  CloseGaps(s, moves.n, n, &moves);
+  PetscCall(MakeMoves(particles, &moves, n + came - gaps, came));
+  PetscCall(PetscFree2(moves.from, moves.to));
   PetscCall(LocateArrivals(core, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -167,66 +231,73 @@ static PetscErrorCode GetFields(MPMParticles *particles, PetscBool restore, void
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Packed particles between their old process and their new one. Each comes after the numbers of boxes that it still has
-   to go on each axis (Boxes). */
-typedef struct {
-  char    *at;          /* [n][bytes] */
-  PetscInt n, capacity; /* particles */
-  size_t   bytes;       /* of a particle and its Boxes */
-} Packed;
-typedef int Boxes[3];
-
-static PetscErrorCode MakeRoom(Packed *t, PetscInt n)
+/* Makes room for n packed particles of so many bytes, and keeps those that are there. Packed particles are between their
+   old process and their new one; each comes after the numbers of boxes that it still has to go on each axis (Boxes). Not
+   collective. */
+typedef int           Boxes[3];
+static PetscErrorCode MakeRoom(MPMSpatial *s, PetscInt n, size_t bytes)
 {
+  const size_t need = (size_t)n * bytes;
+
   PetscFunctionBeginUser;
-  if (n <= t->capacity) PetscFunctionReturn(PETSC_SUCCESS);
-  t->capacity = 2 * n;
-  PetscCall(PetscRealloc((size_t)t->capacity * t->bytes, &t->at));
+  if (need <= s->packed_capacity) PetscFunctionReturn(PETSC_SUCCESS);
+  s->packed_capacity = need + need / 4;
+  PetscCall(PetscRealloc(s->packed_capacity, &s->packed));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sends the particles that have to go along axis d to the next process there, and receives those from both sides. Each
-   way there is one message, of no bytes if no particle goes. Collective on the processes of a line along d. */
-static PetscErrorCode SendAlong(const MPMSpatial *s, PetscInt d, Packed *t)
+/* Sends those of the *n packed particles that have to go along axis d to the next process there, and receives those from
+   both sides. Each way there is one message, of no bytes if no particle goes. Collective on the processes of a line
+   along d. */
+static PetscErrorCode SendAlong(MPMSpatial *s, PetscInt d, size_t bytes, PetscInt *n)
 {
-  Packed      out[2] = {{.bytes = t->bytes}, {.bytes = t->bytes}}; /* down, up */
+  PetscInt    stay = 0, go[2] = {0}; /* down, up */
+  char       *out[2];
   MPI_Request request[2];
-  PetscInt    stay = 0;
   PetscMPIInt len;
 
   PetscFunctionBeginUser;
-  for (PetscInt q = 0; q < t->n; q++) {
-    char *from = t->at + (size_t)q * t->bytes;
+  for (PetscInt q = 0; q < *n; q++) {
+    Boxes way;
+
+    memcpy(way, s->packed + (size_t)q * bytes, sizeof way);
+    if (way[d]) go[way[d] > 0]++;
+  }
+  PetscCall(MPMMessageRoom(&s->out, &s->out_capacity, (size_t)(go[0] + go[1]) * bytes));
+  out[0] = s->out;
+  out[1] = s->out + (size_t)go[0] * bytes;
+  for (PetscInt q = 0; q < *n; q++) {
+    char *from = s->packed + (size_t)q * bytes;
     Boxes way;
 
     memcpy(way, from, sizeof way);
     if (way[d]) {
-      Packed *to = &out[way[d] > 0];
+      const int up = way[d] > 0;
 
-      way[d] += way[d] > 0 ? -1 : 1;
+      way[d] += up ? -1 : 1;
       memcpy(from, way, sizeof way);
-      PetscCall(MakeRoom(to, to->n + 1));
-      memcpy(to->at + (size_t)to->n++ * t->bytes, from, t->bytes);
+      memcpy(out[up], from, bytes);
+      out[up] += bytes;
     } else if (stay++ < q)
-      memcpy(t->at + (size_t)(stay - 1) * t->bytes, from, t->bytes);
+      memcpy(s->packed + (size_t)(stay - 1) * bytes, from, bytes);
   }
-  t->n = stay;
+  *n = stay;
   for (int up = 0; up < 2; up++) {
-    PetscCall(MPMMessageLength((size_t)out[up].n * t->bytes, &len));
-    PetscCallMPI(MPI_Isend(out[up].at, len, MPI_BYTE, s->beside[d][up], MPM_TAG_MIGRATE + up, s->comm, &request[up]));
+    PetscCall(MPMMessageLength((size_t)go[up] * bytes, &len));
+    PetscCallMPI(
+        MPI_Isend(out[up] - len, len, MPI_BYTE, s->beside[d][up], MPM_TAG_MIGRATE + up, s->comm, &request[up]));
   }
   for (int up = 0; up < 2; up++) { /* what goes up comes from below */
     MPI_Status status;
 
     PetscCallMPI(MPI_Probe(s->beside[d][!up], MPM_TAG_MIGRATE + up, s->comm, &status));
     PetscCallMPI(MPI_Get_count(&status, MPI_BYTE, &len));
-    PetscCall(MakeRoom(t, t->n + (PetscInt)((size_t)len / t->bytes)));
-    PetscCallMPI(MPI_Recv(t->at + (size_t)t->n * t->bytes, len, MPI_BYTE, s->beside[d][!up], MPM_TAG_MIGRATE + up,
+    PetscCall(MakeRoom(s, *n + (PetscInt)((size_t)len / bytes), bytes));
+    PetscCallMPI(MPI_Recv(s->packed + (size_t)*n * bytes, len, MPI_BYTE, s->beside[d][!up], MPM_TAG_MIGRATE + up,
                           s->comm, MPI_STATUS_IGNORE));
-    t->n += (PetscInt)((size_t)len / t->bytes);
+    *n += (PetscInt)((size_t)len / bytes);
   }
   PetscCallMPI(MPI_Waitall(2, request, MPI_STATUSES_IGNORE));
-  for (int up = 0; up < 2; up++) PetscCall(PetscFree(out[up].at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -236,38 +307,32 @@ static PetscErrorCode SendAlong(const MPMSpatial *s, PetscInt d, Packed *t)
 PetscErrorCode MPMMigrateDirect(MPMCore *core, MPMSpatial *s)
 {
   MPMParticles  *particles = &core->particles;
-  const PetscInt n = particles->n, nsend = s->nleavers;
+  const PetscInt n = particles->n, gaps = s->nleavers;
+  const size_t   bytes              = sizeof(Boxes) + (size_t)MPMParticlesBytes(particles, MPM_SWARM);
   void          *at[MPM_NUM_FIELDS] = {NULL};
-  Packed         t                  = {.bytes = sizeof(Boxes) + (size_t)MPMParticlesBytes(particles, MPM_SWARM)};
-  PetscInt      *place;
+  PetscInt       come               = gaps; /* packed particles: at first those that leave, then those that come */
+  Moves          moves              = {0};
 
   PetscFunctionBeginUser;
   PetscCall(CountOut(core, s));
-  PetscCall(MakeRoom(&t, nsend + 1));
+  PetscCall(MakeRoom(s, gaps + 1, bytes));
   PetscCall(GetFields(particles, PETSC_FALSE, at));
-  for (; t.n < nsend; t.n++) memcpy(t.at + (size_t)t.n * t.bytes, s->hops[t.n], sizeof(Boxes));
-  PackParticles(particles, at, nsend, s->leaver, t.at + sizeof(Boxes), t.bytes, PETSC_FALSE);
+  for (PetscInt q = 0; q < gaps; q++) memcpy(s->packed + (size_t)q * bytes, s->hops[q], sizeof(Boxes));
+  PackParticles(particles, at, gaps, s->leaver, s->packed + sizeof(Boxes), bytes, PETSC_FALSE);
   PetscCall(GetFields(particles, PETSC_TRUE, at));
   for (PetscInt d = 0; d < core->grid.dim; d++)
-    for (PetscInt64 hop = 0; s->p[d] > 1 && hop < core->status.hops; hop++) PetscCall(SendAlong(s, d, &t));
-  if (t.n > nsend) PetscCall(MPMParticlesSetSize(particles, n + t.n - nsend));
+    for (PetscInt64 hop = 0; s->p[d] > 1 && hop < core->status.hops; hop++) PetscCall(SendAlong(s, d, bytes, &come));
+  particles->room = PetscMax(particles->room, come);
+  if (come > gaps) PetscCall(MPMParticlesSetSize(particles, n + come - gaps));
   PetscCall(GetFields(particles, PETSC_FALSE, at));
-  PetscCall(PetscMalloc1(t.n, &place));
-  for (PetscInt q = 0; q < t.n; q++) place[q] = q < nsend ? s->leaver[q] : n + q - nsend;
-  PackParticles(particles, at, t.n, place, t.at + sizeof(Boxes), t.bytes, PETSC_TRUE);
-  PetscCall(PetscFree(place));
-  for (PetscInt q = nsend; q > t.n;
-       q--) { /* the last particles move into the places that stay free, the last such place first */
-    const PetscInt hole = s->leaver[q - 1], last = n - 1 - (nsend - q);
-
-    if (hole == last) continue;
-    PackParticles(particles, at, 1, &last, t.at, t.bytes, PETSC_FALSE);
-    PackParticles(particles, at, 1, &hole, t.at, t.bytes, PETSC_TRUE);
-  }
+  PetscCall(PetscMalloc2(PetscMax(come, gaps), &moves.to, gaps, &moves.from));
+  for (PetscInt q = 0; q < come; q++) moves.to[q] = q < gaps ? s->leaver[q] : n + q - gaps;
+  PackParticles(particles, at, come, moves.to, s->packed + sizeof(Boxes), bytes, PETSC_TRUE);
   PetscCall(GetFields(particles, PETSC_TRUE, at));
-  if (t.n < nsend) PetscCall(MPMParticlesSetSize(particles, n + t.n - nsend));
-  MPMSimulateWork("LEAVER", 0.5 * (PetscReal)(nsend + t.n));
+  CloseGaps(s, come, n, &moves);
+  if (come < gaps) PetscCall(MakeMoves(particles, &moves, n + come - gaps, come));
+  PetscCall(PetscFree2(moves.to, moves.from));
+  MPMSimulateWork("LEAVER", 0.5 * (PetscReal)(gaps + come));
   PetscCall(LocateArrivals(core, s));
-  PetscCall(PetscFree(t.at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -370,6 +370,7 @@ static PetscErrorCode Finish_Spatial(MPMCore *core)
   PetscCall(MPMMigrateClear(s));
   PetscCall(PetscFree(s->out));
   PetscCall(PetscFree(s->in));
+  PetscCall(PetscFree(s->packed));
   PetscCallMPI(MPI_Op_free(&s->status_op));
   PetscCallMPI(MPI_Type_free(&s->status_type));
   for (int k = 0; k < 2; k++) PetscCallMPI(MPI_Type_free(&s->motion_type[k]));

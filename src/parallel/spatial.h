@@ -35,6 +35,8 @@ typedef struct {
   MPI_Datatype motion_type[2];
   char        *out, *in; /* messages */
   size_t       out_capacity, in_capacity;
+  char        *packed; /* particles on their way from box to box (migrate.c) */
+  size_t       packed_capacity;
   PetscInt     nleavers, *leaver; /* [nleavers] the leavers, ascending */
   PetscMPIInt *owner;             /* [nleavers] the process that each goes to */
   int (*hops)[3];                 /* [nleavers] and how many boxes away that is on each axis */

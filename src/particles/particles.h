@@ -25,6 +25,7 @@ typedef struct {
   PetscInt   saved;                   /* the fields (bits) that a step changes, if it is to be undone; else 0 */
   char      *copy;                    /* [n] rows of each of these, one field after the other */
   size_t     copy_room;               /* bytes */
+  PetscInt   room;                    /* the most particles that came in a migration */
   PetscInt   nkept;                   /* particles below this number are where the order has them, but for movers */
   PetscInt   nstart;
 #if defined(MPM_POISON)

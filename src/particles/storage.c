@@ -2,8 +2,8 @@
    and moves them; scratch fields are plain arrays. Each field is [n][components]. */
 #include "particles/poison.h"
 
-/* Spare places of the swarm for arrivals, besides n/500. The number is small since PETSc before 3.25 clears all of them
-   at each removal, and not smaller since the swarm moves all fields to new memory when arrivals find no place. */
+/* Spare places of the swarm for arrivals, besides n/500 or as many as ever came at once: with fewer the swarm would move
+   all fields to new memory whenever arrivals find no place. It zeroes the spare places when its size changes. */
 #define MPM_SWARM_BUFFER 64
 
 const MPMFieldInfo MPMFields[MPM_NUM_FIELDS] = {
@@ -136,7 +136,7 @@ PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
   const PetscInt before = particles->n;
 
   PetscFunctionBeginUser;
-  PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, MPM_SWARM_BUFFER + n / 500));
+  PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, MPM_SWARM_BUFFER + PetscMax(n / 500, particles->room)));
   PetscCall(MPMParticlesResize(particles));
   PetscCall(MPMPoisonFields(particles, ~0, before));
   PetscFunctionReturn(PETSC_SUCCESS);
