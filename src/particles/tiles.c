@@ -202,6 +202,53 @@ PetscErrorCode MPMTilesAssign(MPMPatch *patch, PetscBool keep, const PetscInt st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Makes memory for the sums of `need` tiles, with those that are kept now. Not collective. */
+static PetscErrorCode MakeRoom(MPMPatch *patch, size_t need)
+{
+  MPMTiles       *t      = &patch->tiles;
+  const size_t    size   = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_NODE_NC * sizeof(PetscReal);
+  void           *before = t->memory;
+  const PetscReal *sum   = t->sum;
+
+  PetscFunctionBeginUser;
+  if (need <= t->room) PetscFunctionReturn(PETSC_SUCCESS);
+  t->room = need + need / 8 + 8;
+  PetscCall(PetscMalloc((t->room + (size_t)t->n[0]) * size + MPM_LINE, &t->memory));
+  t->scratch = (PetscReal *)MPMAlign(t->memory);
+  t->sum     = (PetscReal *)((char *)t->scratch + (size_t)t->n[0] * size);
+  if (t->nslots) memcpy(t->sum, sum, (size_t)t->nslots * size);
+  PetscCall(PetscFree(before));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Empties all tiles: all sums will come from other processes, by MPMTilesCome, and no particle is here. Not
+   collective. */
+void MPMTilesClear(MPMPatch *patch)
+{
+  MPMTiles *t = &patch->tiles;
+
+  for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++) {
+    for (PetscInt i = t->used[row][0]; i < t->used[row][1]; i++) t->slot[row * t->n[0] + i] = MPM_TILE_EMPTY;
+    t->used[row][0] = t->used[row][1] = 0;
+  }
+  for (int k = 0; k < MPM_NUM_PASSES; k++) t->nruns[k] = 0;
+  t->start   = NULL;
+  t->n_early = t->n_own = t->nslots = 0;
+}
+
+/* Gives a tile a place for sums, which come from another process. Not collective. */
+PetscErrorCode MPMTilesCome(MPMPatch *patch, PetscInt tile)
+{
+  MPMTiles *t = &patch->tiles;
+
+  PetscFunctionBeginUser;
+  PetscCall(MakeRoom(patch, (size_t)t->nslots + 1));
+  t->slot[tile] = t->nslots++;
+  t->n_early = t->n_own = t->nslots;
+  MPMTileUse(t, tile);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Where the tiles below are the uppermost ones across a periodic face, gives them the same sums, once those are made.
    Not collective. */
 void MPMTilesWrap(MPMPatch *patch)
@@ -251,20 +298,20 @@ static void SpanCells(MPMPatch *patch, PetscInt row, PetscInt in)
   Extend(patch, lo, hi);
 }
 
-/* Finds the part of each row of nodes that particles touch: for own particles by their cells, for those of others by
-   tiles. Not collective. */
+/* Finds the part of each row of nodes that particles touch: for the particles here by their cells, for those of others
+   by tiles. Not collective. */
 void MPMTilesFindSpans(MPMPatch *patch)
 {
   const MPMTiles *t = &patch->tiles;
 
   for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) patch->span[r] = (MPMSpan){patch->n[0], 0, PETSC_TRUE};
-  for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++)
+  for (PetscInt row = 0; row < t->n[1] * t->n[2] && t->start; row++)
     for (PetscInt in = 0; in < 1 << t->bits * (patch->grid->dim - 1); in++) SpanCells(patch, row, in);
   for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
     const PetscInt at[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
     PetscInt       lo[3], hi[3];
 
-    if (at[0] >= t->below[0] && at[1] >= t->below[1] && at[2] >= t->below[2]) {
+    if (t->start && at[0] >= t->below[0] && at[1] >= t->below[1] && at[2] >= t->below[2]) {
       tile += t->n[0] - at[0] - 1; /* the rest of the row is own ones */
       continue;
     }

@@ -1,0 +1,568 @@
+/* pool_keep.c - the worker pool in which particles stay with the workers (-pool_particles workers), and the master
+   (process 0) has the grid. What travels is the sums of tiles and the motion of nodes, which are less than the particles.
+
+   Each tile of the grid has an owner, a worker that keeps all fields of its particles, in their order. The owners are
+   chosen so that all workers have nearly as many particles: the tiles, patch by patch (-pool_cells), are a sequence that
+   is cut into equal parts. From particles to nodes a worker runs the kernel on all its particles and returns the sums of
+   its tiles; the master adds the sums of all workers up to nodes as a serial run does, so results have the same bits.
+   From nodes to particles the master sends each worker the motion of the nodes that its particles read. Particles whose
+   new cell is in a tile of another worker come with the answer, and go to that one with the next job. When the numbers
+   of particles have become unequal, the sequence is cut anew, and those that have another owner move in the same way.
+
+   To the rest of the program the master's particles look as always: `lent` of MPMParticles. A view that is only read
+   gets the fields that have changed from the workers, by the ids of the particles. A view that may be written gets all
+   of them back for good; the next transfer hands them out anew. */
+#include "base/message.h"
+#include "base/simulate.h"
+#include "kernels/tile_index.h"
+#include "parallel/pool_keep.h"
+
+/* The sequence is cut anew when imbalance has cost a pass over this share of all particles. Moving a particle costs the
+   master about as much as a few passes over it, and only a part of them moves. */
+#define MPM_RECUT 0.5
+
+/* The master's memory for a worker. */
+typedef struct {
+  PetscInt   *list, n, capacity; /* [n] rows of the particles that it is to get */
+  PetscInt    particles;         /* that it has in its tiles */
+  PetscInt   *span;              /* [rows of nodes][2] first and last+1 of the nodes that its particles read */
+  char       *out;               /* the job */
+  size_t      capacity_out;      /* bytes */
+  MPI_Request sent;
+} Worker;
+
+typedef struct {
+  MPMKeepBase base;
+  PetscInt    nsequence, *sequence; /* [nsequence] the patch's own tiles in the sequence that is cut */
+  PetscInt   *count;                /* [ntiles] particles in a tile */
+  PetscInt   *row;                  /* [born] the row of a particle here, by its id */
+  PetscInt64  ids;                  /* fingerprint of the particles */
+  Worker     *worker;               /* [size]; that of process 0 is not used */
+  PetscBool   settle;               /* the last step has to be settled by the workers */
+  char       *in;                   /* an answer */
+  size_t      capacity_in;          /* bytes */
+  PetscReal   lost, imbalance;      /* particle steps that imbalance has cost; largest share over mean after a cut */
+} Keep;
+
+/* --- Owners ------------------------------------------------------------------------------------------------------- */
+
+/* Lists the patch's own tiles: patches of so many cells an edge one after the other, back and forth along each axis, and
+   in a patch its tiles, x fastest. */
+static PetscErrorCode MakeSequence(MPMCore *core, Keep *keep)
+{
+  const MPMTiles *t    = &core->exchange.patch.tiles;
+  const PetscInt  edge = core->exchange.pool_cells / MPMTileEdge(core->basis);
+  PetscInt        n[3], lo[3], own[3], total = 1;
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 3; d++) {
+    own[d] = t->n[d] - t->below[d];
+    n[d]   = (own[d] + edge - 1) / edge;
+    total *= n[d];
+  }
+  keep->nsequence = 0;
+  PetscCall(PetscMalloc1(own[0] * own[1] * own[2], &keep->sequence));
+  for (PetscInt q = 0; q < total; q++) {
+    const PetscInt k = q / (n[0] * n[1]), j = q / n[0] % n[1], i = q % n[0];
+    const PetscInt at[3] = {(j + k * n[1]) % 2 ? n[0] - 1 - i : i, k % 2 ? n[1] - 1 - j : j, k};
+    PetscInt       hi[3];
+
+    for (PetscInt d = 0; d < 3; d++) {
+      lo[d] = t->below[d] + at[d] * edge;
+      hi[d] = PetscMin(lo[d] + edge, t->n[d]);
+    }
+    for (PetscInt z = lo[2]; z < hi[2]; z++)
+      for (PetscInt y = lo[1]; y < hi[1]; y++)
+        for (PetscInt x = lo[0]; x < hi[0]; x++)
+          keep->sequence[keep->nsequence++] = (z * t->n[1] + y) * t->n[0] + x;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Cuts the sequence by the numbers of particles: sets owner [ntiles], and returns the largest number of a worker over
+   the mean. */
+static PetscReal Cut(const MPMCore *core, const Keep *keep, PetscInt owner[])
+{
+  const PetscInt64 workers = keep->base.size - 1, total = PetscMax(1, core->particles.n);
+  PetscInt64       before = 0, most = 0, mine = 0;
+  PetscInt         now    = 1;
+
+  for (PetscInt k = 0; k < keep->base.ntiles; k++) owner[k] = 1;
+  for (PetscInt k = 0; k < keep->nsequence; k++) {
+    const PetscInt64 n  = keep->count[keep->sequence[k]];
+    const PetscInt   to = 1 + (PetscInt)PetscMin(workers - 1, (before + n / 2) * workers / total);
+
+    if (to != now) mine = 0;
+    now  = owner[keep->sequence[k]] = to;
+    mine += n;
+    most = PetscMax(most, mine);
+    before += n;
+  }
+  return (PetscReal)most * (PetscReal)workers / (PetscReal)total;
+}
+
+/* Finds the nodes that the particles of each worker read, and how many particles it has. */
+static PetscErrorCode FindSpans(MPMCore *core, Keep *keep)
+{
+  const MPMPatch *patch = &core->exchange.patch;
+  const MPMTiles *t     = &patch->tiles;
+  const PetscInt  rows  = patch->n[1] * patch->n[2];
+
+  PetscFunctionBeginUser;
+  for (PetscMPIInt w = 1; w < keep->base.size; w++) {
+    for (PetscInt r = 0; r < rows; r++) {
+      keep->worker[w].span[2 * r]     = patch->n[0];
+      keep->worker[w].span[2 * r + 1] = 0;
+    }
+    keep->worker[w].particles = 0;
+  }
+  for (PetscInt tile = 0; tile < keep->base.ntiles; tile++) {
+    Worker           *w = &keep->worker[keep->base.owner[tile]];
+    const MPMTileBox *box[3] = {&t->box[0][tile % t->n[0]], &t->box[1][tile / t->n[0] % t->n[1]],
+                                &t->box[2][tile / (t->n[0] * t->n[1])]};
+    PetscInt          lo[3], hi[3];
+
+    if (!keep->count[tile]) continue;
+    w->particles += keep->count[tile];
+    for (PetscInt d = 0; d < 3; d++) {
+      lo[d] = box[d]->at;
+      hi[d] = PetscMin(box[d]->at + box[d]->end, patch->n[d]);
+    }
+    for (PetscInt k = lo[2]; k < hi[2]; k++)
+      for (PetscInt j = lo[1]; j < hi[1]; j++) {
+        PetscInt *span = w->span + 2 * (k * patch->n[1] + j);
+
+        span[0] = PetscMin(span[0], lo[0]);
+        span[1] = PetscMax(span[1], hi[0]);
+      }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Notes that a worker is to get the particle in a row here. */
+static PetscErrorCode ToGet(Worker *w, PetscInt row)
+{
+  PetscFunctionBeginUser;
+  if (w->n == w->capacity) {
+    w->capacity = 2 * w->capacity + 64;
+    PetscCall(PetscRealloc((size_t)w->capacity * sizeof *w->list, &w->list));
+  }
+  w->list[w->n++] = row;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gives every particle to the owner of its tile; the owners are chosen anew. The next job hands them out. */
+static PetscErrorCode HandOut(MPMCore *core, Keep *keep)
+{
+  const MPMTiles *t         = &core->exchange.patch.tiles;
+  const int       dim       = (int)core->grid.dim;
+  MPMParticles   *particles = &core->particles;
+  PetscInt        at[3];
+  MPMView         view;
+
+  PetscFunctionBeginUser;
+  if (!keep->row) PetscCall(PetscMalloc1(particles->born, &keep->row));
+  for (PetscInt64 id = 0; id < particles->born; id++) keep->row[id] = -1;
+  PetscCall(PetscArrayzero(keep->count, keep->base.ntiles));
+  PetscCall(MPMParticlesFingerprint(particles, &keep->ids));
+  PetscCall(MPMParticlesGetView(particles, MPM_BIT(id) | MPM_BIT(cell), &view));
+  for (PetscInt p = 0; p < view.n; p++) {
+    PetscCheck(view.cell[p] >= 0 && view.id[p] >= 0 && view.id[p] < particles->born, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+               "particle %" PetscInt64_FMT " of cell %" PetscInt_FMT " cannot be handed out", view.id[p], view.cell[p]);
+    keep->count[MPMTileOf(dim, t, view.cell[p], at)]++;
+    keep->row[view.id[p]] = p;
+  }
+  keep->imbalance = Cut(core, keep, keep->base.owner);
+  keep->lost      = 0;
+  for (PetscInt p = 0; p < view.n; p++)
+    PetscCall(ToGet(&keep->worker[keep->base.owner[MPMTileOf(dim, t, view.cell[p], at)]], p));
+  PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(id) | MPM_BIT(cell), &view));
+  PetscCall(FindSpans(core, keep));
+  keep->settle       = PETSC_TRUE;
+  particles->current = ~0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Before the positions change: returns whether the owners have been chosen anew, since imbalance has cost too much. */
+static PetscErrorCode Recut(MPMCore *core, Keep *keep, PetscBool *anew)
+{
+  const PetscReal mean = (PetscReal)core->particles.n / (PetscReal)(keep->base.size - 1);
+  PetscReal       most = 0, best;
+  PetscInt       *owner;
+
+  PetscFunctionBeginUser;
+  *anew = PETSC_FALSE;
+  for (PetscMPIInt w = 1; w < keep->base.size; w++) most = PetscMax(most, (PetscReal)keep->worker[w].particles);
+  keep->lost += PetscMax(0, most - mean * keep->imbalance);
+  if (keep->lost < MPM_RECUT * (PetscReal)core->particles.n || !core->particles.n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(keep->base.ntiles, &owner));
+  best            = Cut(core, keep, owner);
+  *anew           = best < 0.97 * most / mean ? PETSC_TRUE : PETSC_FALSE;
+  keep->lost      = 0;
+  keep->imbalance = *anew ? best : most / mean;
+  if (*anew) PetscCall(PetscArraycpy(keep->base.owner, owner, keep->base.ntiles));
+  if (*anew) core->exchange.recuts++;
+  PetscCall(PetscFree(owner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- Messages ----------------------------------------------------------------------------------------------------- */
+
+/* Adds the ranges of nodes of a worker to its job at *m, and their motion. */
+static void PackMotion(const MPMCore *core, const Worker *w, char *begin, MPMKeepJob *job, char **m)
+{
+  const MPMPatch *patch = &core->exchange.patch;
+  const size_t    nv    = (size_t)MPM_MOTION_NC(core->grid.dim);
+  MPMKeepRange   *range = (MPMKeepRange *)*m;
+
+  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) {
+    const PetscInt n = w->span[2 * r + 1] - w->span[2 * r];
+
+    if (n <= 0) continue;
+    range[job->ranges++] = (MPMKeepRange){r * patch->n[0] + w->span[2 * r], n};
+    job->nodes += n;
+  }
+  *m = MPMKeepAlign(begin, (char *)(range + job->ranges));
+  for (PetscInt k = 0; k < job->ranges; k++) {
+    const size_t bytes = (size_t)range[k].n * nv * sizeof(PetscReal);
+
+    memcpy(*m, patch->motion + (size_t)range[k].first * nv, bytes);
+    *m += bytes;
+  }
+}
+
+/* Returns the most bytes that a job can have. */
+static size_t JobBytes(const MPMCore *core, const Keep *keep, const Worker *w, const MPMKeepJob *job)
+{
+  const MPMPatch *patch = &core->exchange.patch;
+  size_t          bytes = sizeof *job + 16;
+
+  if (job->owners) bytes += (size_t)keep->base.ntiles * sizeof *keep->base.owner;
+  if (job->settle) bytes += (size_t)w->n * MPMParticlesRowBytes(&core->particles, job->fields);
+  if (job->phase < 0 || core->phases[job->phase].kind != MPM_NODES_TO_PARTICLES) return bytes;
+  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++)
+    bytes += sizeof(MPMKeepRange) +
+             (size_t)PetscMax(0, w->span[2 * r + 1] - w->span[2 * r]) * MPM_MOTION_NC(core->grid.dim) * sizeof(PetscReal);
+  return bytes;
+}
+
+/* Sends a job, whose head says what follows, to a worker. */
+static PetscErrorCode Send(MPMCore *core, Keep *keep, PetscMPIInt to, MPMKeepJob job)
+{
+  Worker     *w = &keep->worker[to];
+  PetscMPIInt len;
+  char       *m;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Wait(&w->sent, MPI_STATUS_IGNORE)); /* this does not wait: the answer is here */
+  PetscCall(MPMMessageRoom(&w->out, &w->capacity_out, JobBytes(core, keep, w, &job)));
+  m     = w->out + sizeof job;
+  job.n = job.settle ? w->n : 0;
+  if (job.owners) {
+    memcpy(m, keep->base.owner, (size_t)keep->base.ntiles * sizeof *keep->base.owner);
+    m += (size_t)keep->base.ntiles * sizeof *keep->base.owner;
+  }
+  PetscCall(MPMKeepRows(&core->particles, job.fields, job.n, w->list, PETSC_TRUE, &m));
+  if (job.settle) w->n = 0;
+  m = MPMKeepAlign(w->out, m);
+  if (job.phase >= 0 && core->phases[job.phase].kind == MPM_NODES_TO_PARTICLES)
+    PackMotion(core, w, w->out, &job, &m);
+  memcpy(w->out, &job, sizeof job);
+  PetscCall(MPMMessageLength((size_t)(m - w->out), &len));
+  MPMSimulateWork("JOB", 1);
+  MPMSimulateWork("PACK", (PetscReal)len);
+  PetscCallMPI(MPI_Isend(w->out, len, MPI_BYTE, to, MPM_TAG_JOB, keep->base.comm, &w->sent));
+  core->exchange.jobs++;
+  core->exchange.bytes += (PetscReal)len;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Receives the next answer of any worker, and how long it waited for it is added to *waited, s. */
+static PetscErrorCode Receive(MPMCore *core, Keep *keep, PetscMPIInt *from, MPMKeepAnswer *answer,
+                              PetscLogDouble *waited)
+{
+  MPI_Status     probed;
+  PetscMPIInt    len;
+  PetscLogDouble t0, t1;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscTime(&t0));
+  PetscCallMPI(MPI_Probe(MPI_ANY_SOURCE, MPM_TAG_ANSWER, keep->base.comm, &probed));
+  PetscCall(PetscTime(&t1));
+  *waited += t1 - t0;
+  *from = probed.MPI_SOURCE;
+  PetscCallMPI(MPI_Get_count(&probed, MPI_BYTE, &len));
+  PetscCall(MPMMessageRoom(&keep->in, &keep->capacity_in, (size_t)len));
+  PetscCallMPI(MPI_Recv(keep->in, len, MPI_BYTE, *from, MPM_TAG_ANSWER, keep->base.comm, MPI_STATUS_IGNORE));
+  memcpy(answer, keep->in, sizeof *answer);
+  MPMSimulateWork("ASSEMBLE", (PetscReal)len);
+  core->exchange.bytes += (PetscReal)len;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Takes the n rows of particles with these fields at m, by their ids; their rows here become `list` [n], allocated
+   here. */
+static PetscErrorCode TakeRows(MPMCore *core, Keep *keep, PetscInt fields, PetscInt n, char *m, PetscInt64 *ids,
+                               PetscInt **list)
+{
+  uint64_t sum = (uint64_t)*ids;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(n, list));
+  for (PetscInt q = 0; q < n; q++) { /* the ids come first: they are the first field */
+    PetscInt64 id;
+
+    memcpy(&id, m + (size_t)q * sizeof id, sizeof id);
+    PetscCheck(id >= 0 && id < core->particles.born && keep->row[id] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+               "a worker has particle %" PetscInt64_FMT ", which it was not given", id);
+    (*list)[q] = keep->row[id];
+    sum += MPMParticleHash(id);
+  }
+  *ids = (PetscInt64)sum;
+  PetscCall(MPMKeepRows(&core->particles, fields, n, *list, PETSC_FALSE, &m));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+_Static_assert(MPM_FIELD_INDEX_id == 0, "rows of particles begin with their ids");
+
+/* Takes the sums of a worker's tiles, and the numbers of their particles. */
+static PetscErrorCode TakeSums(MPMCore *core, Keep *keep, const MPMPhase *phase, PetscMPIInt from,
+                               const MPMKeepAnswer *answer, PetscInt64 *n)
+{
+  MPMPatch          *patch = &core->exchange.patch;
+  const MPMKeepTile *tile  = (const MPMKeepTile *)(keep->in + sizeof *answer);
+  char              *m     = MPMKeepAlign(keep->in, (char *)(tile + answer->tiles));
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < answer->tiles; k++) {
+    PetscCheck(keep->base.owner[tile[k].tile] == from && !keep->count[tile[k].tile], PETSC_COMM_SELF, PETSC_ERR_PLIB,
+               "worker %d sent sums of tile %" PetscInt_FMT ", which is not its own", from, tile[k].tile);
+    keep->count[tile[k].tile] = tile[k].n;
+    *n += tile[k].n;
+    PetscCall(MPMTilesCome(patch, tile[k].tile));
+    m += MPMTilesCopy(patch, patch->tiles.slot[tile[k].tile], phase->parts, PETSC_FALSE, m);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Takes the particles that leave a worker: the next job brings them to the owners of their new tiles. */
+static PetscErrorCode TakeLeavers(MPMCore *core, Keep *keep, const MPMKeepAnswer *answer)
+{
+  const MPMTiles *t         = &core->exchange.patch.tiles;
+  MPMParticles   *particles = &core->particles;
+  PetscInt64      ids       = 0;
+  PetscInt       *list, cell, at[3];
+
+  PetscFunctionBeginUser;
+  PetscCall(TakeRows(core, keep, MPMKeepFields(particles, PETSC_FALSE), answer->n, keep->in + sizeof *answer, &ids,
+                     &list));
+  for (PetscInt q = 0; q < answer->n; q++) {
+    char *m = (char *)&cell;
+
+    PetscCall(MPMKeepRows(particles, MPM_BIT(cell), 1, &list[q], PETSC_TRUE, &m));
+    PetscCall(ToGet(&keep->worker[keep->base.owner[MPMTileOf((int)core->grid.dim, t, cell, at)]], list[q]));
+  }
+  core->exchange.migrants += answer->n;
+  PetscCall(PetscFree(list));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Brings fields (bits) of all particles here, as far as those here are old; home: all that are, and the workers have
+   none any more. This is `bring` of MPMParticles. */
+static PetscErrorCode Bring(void *owner, PetscInt fields, PetscBool home)
+{
+  MPMCore       *core      = (MPMCore *)owner;
+  Keep          *keep      = (Keep *)core->exchange.pool;
+  MPMParticles  *particles = &core->particles;
+  const PetscInt all = MPMKeepFields(particles, PETSC_TRUE), old = all & ~particles->current & (home ? ~0 : fields);
+  MPMKeepJob     job = {.phase = MPM_KEEP_BRING, .fields = old | MPM_BIT(id), .ends = home};
+  PetscInt64     n = 0, ids = 0;
+  PetscLogDouble waited = 0;
+
+  PetscFunctionBeginUser;
+  if (!old && !home) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscMPIInt w = 1; w < keep->base.size; w++) {
+    if (home) keep->worker[w].n = 0;
+    PetscCall(Send(core, keep, w, job));
+  }
+  for (PetscMPIInt w = 1; w < keep->base.size; w++) {
+    MPMKeepAnswer answer;
+    PetscMPIInt   from;
+    PetscInt     *list;
+
+    PetscCall(Receive(core, keep, &from, &answer, &waited));
+    PetscCall(TakeRows(core, keep, job.fields, answer.n, keep->in + sizeof answer, &ids, &list));
+    PetscCall(PetscFree(list));
+    n += answer.n;
+  }
+  PetscCheck(n == particles->n && ids == keep->ids, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+             "workers have %" PetscInt64_FMT " of %" PetscInt_FMT " particles, or others than they were given", n,
+             particles->n);
+  particles->current |= old;
+  if (!home) PetscFunctionReturn(PETSC_SUCCESS);
+  particles->lent    = PETSC_FALSE;
+  particles->nmovers = -1;
+  particles->nkept   = particles->n;
+  keep->settle       = PETSC_FALSE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- The functions of the table ----------------------------------------------------------------------------------- */
+
+static PetscErrorCode Sweep_Keep(MPMCore *core, const MPMPhase *phase)
+{
+  MPMExchange    *ex       = &core->exchange;
+  Keep           *keep     = (Keep *)ex->pool;
+  const PetscBool to_nodes = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool fresh    = core->particles.lent ? PETSC_FALSE : PETSC_TRUE;
+  MPMKeepJob      job      = {.phase = (PetscInt)(phase - core->phases),
+                              .dt    = core->params.dt,
+                              .kick  = core->params.kick,
+                              .flip  = core->params.flip};
+  PetscBool       anew     = PETSC_FALSE;
+  PetscInt64      n        = 0, migrants = ex->migrants;
+  PetscLogDouble  waited   = 0, t0, t1;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscTime(&t0));
+  if (fresh)
+    PetscCall(HandOut(core, keep));
+  else if (phase->parts & MPM_G2P_COMMIT && !to_nodes)
+    PetscCall(Recut(core, keep, &anew));
+  job.owners = fresh || anew;
+  job.settle = keep->settle;
+  job.fields = MPMKeepFields(&core->particles, fresh);
+  PetscCall(MPMExchangeOpenNodes(core));
+  for (PetscMPIInt w = 1; w < keep->base.size; w++) PetscCall(Send(core, keep, w, job));
+  keep->settle         = PETSC_FALSE;
+  core->particles.lent = PETSC_TRUE;
+  if (to_nodes) {
+    MPMTilesClear(&ex->patch);
+    PetscCall(PetscArrayzero(keep->count, keep->base.ntiles));
+  }
+  for (PetscMPIInt w = 1; w < keep->base.size; w++) {
+    MPMKeepAnswer answer;
+    PetscMPIInt   from;
+
+    PetscCall(Receive(core, keep, &from, &answer, &waited));
+    MPMStatusMerge(&core->status, &answer.status);
+    PetscCall(to_nodes ? TakeSums(core, keep, phase, from, &answer, &n) : TakeLeavers(core, keep, &answer));
+  }
+  core->particles.current &= ~phase->particles_out;
+  ex->migrations += ex->migrants > migrants;
+  if (to_nodes) {
+    PetscCheck(n == core->particles.n, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+               "workers have %" PetscInt64_FMT " of %" PetscInt_FMT " particles", n, core->particles.n);
+    PetscCall(FindSpans(core, keep));
+    MPMTilesWrap(&ex->patch);
+    PetscCall(PetscMemzero(&ex->patch.particles, sizeof ex->patch.particles));
+    PetscCall(MPMPatchRun(core, &ex->patch, phase, MPM_PASS_MAIN, &core->status));
+  }
+  PetscCall(MPMExchangeCloseNodes(core));
+  PetscCall(PetscTime(&t1));
+  ex->busy += t1 - t0 - waited;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Every process makes the whole grid; on a worker that does not mean that it holds data of the run. */
+static PetscErrorCode SetUp_Keep(MPMCore *core, const MPMHistogram *h)
+{
+  MPMExchange *ex = &core->exchange;
+  Keep        *keep;
+
+  PetscFunctionBeginUser;
+  (void)h;
+  PetscCall(PetscNew(&keep));
+  ex->pool = keep;
+  PetscCallMPI(MPI_Comm_dup(core->comm, &keep->base.comm));
+  PetscCallMPI(MPI_Comm_size(keep->base.comm, &keep->base.size));
+  PetscCallMPI(MPI_Comm_rank(keep->base.comm, &keep->base.rank));
+  ex->data         = PETSC_COMM_SELF;
+  keep->base.inner = core->grid.periodic[0] || core->grid.periodic[1] || core->grid.periodic[2] ? &MPMExchange_spatial
+                                                                                                : &MPMExchange_serial;
+  PetscCall(keep->base.inner->setup(core, NULL));
+  keep->base.ntiles = ex->patch.tiles.n[0] * ex->patch.tiles.n[1] * ex->patch.tiles.n[2];
+  PetscCall(PetscCalloc1(keep->base.ntiles, &keep->base.owner));
+  if (keep->base.rank) { /* field r: the master's particles have it for a time (MPMStepRecover) */
+    ex->data                                     = MPI_COMM_NULL;
+    core->particles.present[MPM_FIELD_INDEX_r] = PETSC_TRUE;
+    PetscCall(MPMParticlesCreate(&core->particles, PETSC_COMM_SELF));
+    PetscCall(MPMParticlesSetSize(&core->particles, 0));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  core->particles.bring = Bring;
+  core->particles.owner = core;
+  PetscCall(PetscCalloc1(keep->base.ntiles, &keep->count));
+  PetscCall(MakeSequence(core, keep));
+  PetscCall(PetscCalloc1(keep->base.size, &keep->worker));
+  for (PetscMPIInt w = 1; w < keep->base.size; w++) {
+    keep->worker[w].sent = MPI_REQUEST_NULL;
+    PetscCall(PetscMalloc1(2 * ex->patch.n[1] * ex->patch.n[2], &keep->worker[w].span));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Nodes_Keep(MPMCore *core, const MPMPhase *phase)
+{
+  PetscFunctionBeginUser;
+  PetscCall(((MPMKeepBase *)core->exchange.pool)->inner->nodes(core, phase));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Reduce_Keep(MPMCore *core, MPMStatus *status)
+{
+  PetscFunctionBeginUser;
+  PetscCall(((MPMKeepBase *)core->exchange.pool)->inner->reduce(core, status));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lent particles are settled by the workers, with their next job; particles that are here are put in order when they are
+   handed out. */
+static PetscErrorCode Settle_Keep(MPMCore *core, PetscBool anew)
+{
+  Keep *keep = (Keep *)core->exchange.pool;
+
+  PetscFunctionBeginUser;
+  if (!anew && core->status.bad == MPM_GONE && core->particles.lent) PetscCall(Bring(core, 0, PETSC_TRUE));
+  if (anew || core->status.bad == MPM_GONE) PetscCall(keep->base.inner->settle(core, anew));
+  if (core->particles.lent) keep->settle = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Finish_Keep(MPMCore *core)
+{
+  Keep            *keep = (Keep *)core->exchange.pool;
+  const MPMKeepJob over = {.phase = MPM_KEEP_OVER};
+
+  PetscFunctionBeginUser;
+  core->particles.lent = PETSC_FALSE; /* nobody needs them any more */
+  for (PetscMPIInt w = 1; w < keep->base.size && !keep->base.rank; w++) {
+    PetscCallMPI(MPI_Wait(&keep->worker[w].sent, MPI_STATUS_IGNORE));
+    PetscCallMPI(MPI_Send(&over, (PetscMPIInt)sizeof over, MPI_BYTE, w, MPM_TAG_JOB, keep->base.comm));
+    PetscCall(PetscFree(keep->worker[w].list));
+    PetscCall(PetscFree(keep->worker[w].span));
+    PetscCall(PetscFree(keep->worker[w].out));
+  }
+  PetscCall(PetscFree(keep->worker));
+  PetscCall(PetscFree(keep->sequence));
+  PetscCall(PetscFree(keep->count));
+  PetscCall(PetscFree(keep->row));
+  PetscCall(PetscFree(keep->in));
+  PetscCall(PetscFree(keep->base.owner));
+  PetscCall(keep->base.inner->finish(core));
+  PetscCallMPI(MPI_Comm_free(&keep->base.comm));
+  PetscCall(PetscFree(core->exchange.pool));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const MPMExchangeType MPMExchange_keep = {
+    .name       = "pool",
+    .what       = "workers keep the particles of patches",
+    .setup      = SetUp_Keep,
+    .sweep      = Sweep_Keep,
+    .nodes      = Nodes_Keep,
+    .reduce     = Reduce_Keep,
+    .settle     = Settle_Keep,
+    .finish     = Finish_Keep,
+    .by_workers = PETSC_TRUE,
+    .serve      = MPMKeepServe,
+};

@@ -1,0 +1,71 @@
+/* pool_keep.h - what the master (pool_keep.c) and the workers (pool_resident.c) share where workers keep the particles
+   (-pool_particles workers): the messages of a transfer.
+
+   master -> worker   MPMKeepJob; the owners of all tiles, if they are new; the rows of the particles that come; from nodes
+                      to particles the motion of the nodes that the worker's particles read
+   worker -> master   MPMKeepAnswer; then the tiles that have particles, with their sums; or the rows of the particles that
+                      leave; or rows of what was asked for */
+#ifndef MPM_POOL_KEEP_H
+#define MPM_POOL_KEEP_H
+
+#include "parallel/exchange.h"
+
+enum { MPM_TAG_JOB = 1, MPM_TAG_ANSWER };
+enum { MPM_KEEP_OVER = -1, MPM_KEEP_BRING = -2 }; /* jobs that are no phases */
+
+/* The head of a job. */
+typedef struct {
+  PetscInt  phase;              /* row of the table of phases, or one of the jobs above */
+  PetscInt  fields;             /* bits: those of the rows that come, or that are asked for */
+  PetscInt  settle, n;          /* the last step is settled first: leavers go, and these n particles come */
+  PetscInt  owners;             /* the owners of tiles follow */
+  PetscInt  ends;               /* MPM_KEEP_BRING: the worker's particles are no longer its own */
+  PetscInt  ranges;             /* ranges of nodes */
+  PetscInt  nodes;              /* nodes in them */
+  PetscReal dt, kick, flip;     /* s, s; share of FLIP */
+} MPMKeepJob;
+
+/* A range of nodes of the patch's arrays: the first, and how many. */
+typedef struct {
+  PetscInt first, n;
+} MPMKeepRange;
+
+/* A tile with particles: its number, and how many. */
+typedef struct {
+  PetscInt tile, n;
+} MPMKeepTile;
+
+/* The head of an answer. */
+typedef struct {
+  MPMStatus status;
+  PetscInt  n, tiles; /* particles that follow, or that the worker has if sums of tiles follow */
+} MPMKeepAnswer;
+
+/* What both have in exchange.pool; the master has more (pool_keep.c). */
+typedef struct {
+  const MPMExchangeType *inner; /* serial, or spatial if a face is periodic: makes the grid, on each process all of it */
+  MPI_Comm               comm;
+  PetscMPIInt            size, rank;
+  PetscInt               ntiles, *owner; /* [ntiles] process that keeps the particles of a tile */
+} MPMKeepBase;
+
+/* Returns the fields (bits) of particles that change their worker. */
+PetscInt MPMKeepFields(const MPMParticles *, PetscBool scratch);
+
+/* Packs these fields (bits) of n particles, the listed ones or the first (list NULL), field by field, and moves *message
+   on to the end; or unpacks them. Rows are those of this process, lent or not. Not collective. */
+PetscErrorCode MPMKeepRows(MPMParticles *, PetscInt fields, PetscInt n, const PetscInt *list, PetscBool pack,
+                           char **message);
+
+/* Returns the message's next place that is a multiple of 8 bytes from its begin. */
+MPM_INLINE char *MPMKeepAlign(char *begin, char *message)
+{
+  return begin + (size_t)(message - begin + 7) / 8 * 8;
+}
+
+/* What a worker does until the run ends. */
+PetscErrorCode MPMKeepServe(MPMCore *);
+
+extern const MPMExchangeType MPMExchange_keep; /* -pool_particles workers */
+
+#endif
