@@ -17,199 +17,10 @@
 #include "kernels/tile_index.h"
 #include "parallel/pool_keep.h"
 
-/* The sequence is cut anew when imbalance has cost a pass over this share of all particles. Moving a particle costs the
-   master about as much as a few passes over it, and only a part of them moves. */
-#define MPM_RECUT 0.5
-
-/* The master's memory for a worker. */
-typedef struct {
-  PetscInt   *list, n, capacity; /* [n] rows of the particles that it is to get */
-  PetscInt    particles;         /* that it has in its tiles */
-  PetscInt   *span;              /* [rows of nodes][2] first and last+1 of the nodes that its particles read */
-  char       *out;               /* the job */
-  size_t      capacity_out;      /* bytes */
-  MPI_Request sent;
-} Worker;
-
-typedef struct {
-  MPMKeepBase base;
-  PetscInt    nsequence, *sequence; /* [nsequence] the patch's own tiles in the sequence that is cut */
-  PetscInt   *count;                /* [ntiles] particles in a tile */
-  PetscInt   *row;                  /* [born] the row of a particle here, by its id */
-  PetscInt64  ids;                  /* fingerprint of the particles */
-  Worker     *worker;               /* [size]; that of process 0 is not used */
-  PetscBool   settle;               /* the last step has to be settled by the workers */
-  char       *in;                   /* an answer */
-  size_t      capacity_in;          /* bytes */
-  PetscReal   lost, imbalance;      /* particle steps that imbalance has cost; largest share over mean after a cut */
-} Keep;
-
-/* --- Owners ------------------------------------------------------------------------------------------------------- */
-
-/* Lists the patch's own tiles: patches of so many cells an edge one after the other, back and forth along each axis, and
-   in a patch its tiles, x fastest. */
-static PetscErrorCode MakeSequence(MPMCore *core, Keep *keep)
-{
-  const MPMTiles *t    = &core->exchange.patch.tiles;
-  const PetscInt  edge = core->exchange.pool_cells / MPMTileEdge(core->basis);
-  PetscInt        n[3], lo[3], own[3], total = 1;
-
-  PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < 3; d++) {
-    own[d] = t->n[d] - t->below[d];
-    n[d]   = (own[d] + edge - 1) / edge;
-    total *= n[d];
-  }
-  keep->nsequence = 0;
-  PetscCall(PetscMalloc1(own[0] * own[1] * own[2], &keep->sequence));
-  for (PetscInt q = 0; q < total; q++) {
-    const PetscInt k = q / (n[0] * n[1]), j = q / n[0] % n[1], i = q % n[0];
-    const PetscInt at[3] = {(j + k * n[1]) % 2 ? n[0] - 1 - i : i, k % 2 ? n[1] - 1 - j : j, k};
-    PetscInt       hi[3];
-
-    for (PetscInt d = 0; d < 3; d++) {
-      lo[d] = t->below[d] + at[d] * edge;
-      hi[d] = PetscMin(lo[d] + edge, t->n[d]);
-    }
-    for (PetscInt z = lo[2]; z < hi[2]; z++)
-      for (PetscInt y = lo[1]; y < hi[1]; y++)
-        for (PetscInt x = lo[0]; x < hi[0]; x++)
-          keep->sequence[keep->nsequence++] = (z * t->n[1] + y) * t->n[0] + x;
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Cuts the sequence by the numbers of particles: sets owner [ntiles], and returns the largest number of a worker over
-   the mean. */
-static PetscReal Cut(const MPMCore *core, const Keep *keep, PetscInt owner[])
-{
-  const PetscInt64 workers = keep->base.size - 1, total = PetscMax(1, core->particles.n);
-  PetscInt64       before = 0, most = 0, mine = 0;
-  PetscInt         now    = 1;
-
-  for (PetscInt k = 0; k < keep->base.ntiles; k++) owner[k] = 1;
-  for (PetscInt k = 0; k < keep->nsequence; k++) {
-    const PetscInt64 n  = keep->count[keep->sequence[k]];
-    const PetscInt   to = 1 + (PetscInt)PetscMin(workers - 1, (before + n / 2) * workers / total);
-
-    if (to != now) mine = 0;
-    now  = owner[keep->sequence[k]] = to;
-    mine += n;
-    most = PetscMax(most, mine);
-    before += n;
-  }
-  return (PetscReal)most * (PetscReal)workers / (PetscReal)total;
-}
-
-/* Finds the nodes that the particles of each worker read, and how many particles it has. */
-static PetscErrorCode FindSpans(MPMCore *core, Keep *keep)
-{
-  const MPMPatch *patch = &core->exchange.patch;
-  const MPMTiles *t     = &patch->tiles;
-  const PetscInt  rows  = patch->n[1] * patch->n[2];
-
-  PetscFunctionBeginUser;
-  for (PetscMPIInt w = 1; w < keep->base.size; w++) {
-    for (PetscInt r = 0; r < rows; r++) {
-      keep->worker[w].span[2 * r]     = patch->n[0];
-      keep->worker[w].span[2 * r + 1] = 0;
-    }
-    keep->worker[w].particles = 0;
-  }
-  for (PetscInt tile = 0; tile < keep->base.ntiles; tile++) {
-    Worker           *w = &keep->worker[keep->base.owner[tile]];
-    const MPMTileBox *box[3] = {&t->box[0][tile % t->n[0]], &t->box[1][tile / t->n[0] % t->n[1]],
-                                &t->box[2][tile / (t->n[0] * t->n[1])]};
-    PetscInt          lo[3], hi[3];
-
-    if (!keep->count[tile]) continue;
-    w->particles += keep->count[tile];
-    for (PetscInt d = 0; d < 3; d++) {
-      lo[d] = box[d]->at;
-      hi[d] = PetscMin(box[d]->at + box[d]->end, patch->n[d]);
-    }
-    for (PetscInt k = lo[2]; k < hi[2]; k++)
-      for (PetscInt j = lo[1]; j < hi[1]; j++) {
-        PetscInt *span = w->span + 2 * (k * patch->n[1] + j);
-
-        span[0] = PetscMin(span[0], lo[0]);
-        span[1] = PetscMax(span[1], hi[0]);
-      }
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Notes that a worker is to get the particle in a row here. */
-static PetscErrorCode ToGet(Worker *w, PetscInt row)
-{
-  PetscFunctionBeginUser;
-  if (w->n == w->capacity) {
-    w->capacity = 2 * w->capacity + 64;
-    PetscCall(PetscRealloc((size_t)w->capacity * sizeof *w->list, &w->list));
-  }
-  w->list[w->n++] = row;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Gives every particle to the owner of its tile; the owners are chosen anew. The next job hands them out. */
-static PetscErrorCode HandOut(MPMCore *core, Keep *keep)
-{
-  const MPMTiles *t         = &core->exchange.patch.tiles;
-  const int       dim       = (int)core->grid.dim;
-  MPMParticles   *particles = &core->particles;
-  PetscInt        at[3];
-  MPMView         view;
-
-  PetscFunctionBeginUser;
-  if (!keep->row) PetscCall(PetscMalloc1(particles->born, &keep->row));
-  for (PetscInt64 id = 0; id < particles->born; id++) keep->row[id] = -1;
-  PetscCall(PetscArrayzero(keep->count, keep->base.ntiles));
-  PetscCall(MPMParticlesFingerprint(particles, &keep->ids));
-  PetscCall(MPMParticlesGetView(particles, MPM_BIT(id) | MPM_BIT(cell), &view));
-  for (PetscInt p = 0; p < view.n; p++) {
-    PetscCheck(view.cell[p] >= 0 && view.id[p] >= 0 && view.id[p] < particles->born, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-               "particle %" PetscInt64_FMT " of cell %" PetscInt_FMT " cannot be handed out", view.id[p], view.cell[p]);
-    keep->count[MPMTileOf(dim, t, view.cell[p], at)]++;
-    keep->row[view.id[p]] = p;
-  }
-  keep->imbalance = Cut(core, keep, keep->base.owner);
-  keep->lost      = 0;
-  for (PetscInt p = 0; p < view.n; p++)
-    PetscCall(ToGet(&keep->worker[keep->base.owner[MPMTileOf(dim, t, view.cell[p], at)]], p));
-  PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(id) | MPM_BIT(cell), &view));
-  PetscCall(FindSpans(core, keep));
-  keep->settle       = PETSC_TRUE;
-  particles->current = ~0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Before the positions change: returns whether the owners have been chosen anew, since imbalance has cost too much. */
-static PetscErrorCode Recut(MPMCore *core, Keep *keep, PetscBool *anew)
-{
-  const PetscReal mean = (PetscReal)core->particles.n / (PetscReal)(keep->base.size - 1);
-  PetscReal       most = 0, best;
-  PetscInt       *owner;
-
-  PetscFunctionBeginUser;
-  *anew = PETSC_FALSE;
-  for (PetscMPIInt w = 1; w < keep->base.size; w++) most = PetscMax(most, (PetscReal)keep->worker[w].particles);
-  keep->lost += PetscMax(0, most - mean * keep->imbalance);
-  if (keep->lost < MPM_RECUT * (PetscReal)core->particles.n || !core->particles.n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(keep->base.ntiles, &owner));
-  best            = Cut(core, keep, owner);
-  *anew           = best < 0.97 * most / mean ? PETSC_TRUE : PETSC_FALSE;
-  keep->lost      = 0;
-  keep->imbalance = *anew ? best : most / mean;
-  if (*anew) PetscCall(PetscArraycpy(keep->base.owner, owner, keep->base.ntiles));
-  if (*anew) core->exchange.recuts++;
-  PetscCall(PetscFree(owner));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* --- Messages ----------------------------------------------------------------------------------------------------- */
 
 /* Adds the ranges of nodes of a worker to its job at *m, and their motion. */
-static void PackMotion(const MPMCore *core, const Worker *w, char *begin, MPMKeepJob *job, char **m)
+static void PackMotion(const MPMCore *core, const MPMKeepWorker *w, char *begin, MPMKeepJob *job, char **m)
 {
   const MPMPatch *patch = &core->exchange.patch;
   const size_t    nv    = (size_t)MPM_MOTION_NC(core->grid.dim);
@@ -232,7 +43,7 @@ static void PackMotion(const MPMCore *core, const Worker *w, char *begin, MPMKee
 }
 
 /* Returns the most bytes that a job can have. */
-static size_t JobBytes(const MPMCore *core, const Keep *keep, const Worker *w, const MPMKeepJob *job)
+static size_t JobBytes(const MPMCore *core, const MPMKeep *keep, const MPMKeepWorker *w, const MPMKeepJob *job)
 {
   const MPMPatch *patch = &core->exchange.patch;
   size_t          bytes = sizeof *job + 16;
@@ -241,17 +52,17 @@ static size_t JobBytes(const MPMCore *core, const Keep *keep, const Worker *w, c
   if (job->settle) bytes += (size_t)w->n * MPMParticlesRowBytes(&core->particles, job->fields);
   if (job->phase < 0 || core->phases[job->phase].kind != MPM_NODES_TO_PARTICLES) return bytes;
   for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++)
-    bytes += sizeof(MPMKeepRange) +
-             (size_t)PetscMax(0, w->span[2 * r + 1] - w->span[2 * r]) * MPM_MOTION_NC(core->grid.dim) * sizeof(PetscReal);
+    bytes += sizeof(MPMKeepRange) + (size_t)PetscMax(0, w->span[2 * r + 1] - w->span[2 * r]) *
+                                        MPM_MOTION_NC(core->grid.dim) * sizeof(PetscReal);
   return bytes;
 }
 
 /* Sends a job, whose head says what follows, to a worker. */
-static PetscErrorCode Send(MPMCore *core, Keep *keep, PetscMPIInt to, MPMKeepJob job)
+static PetscErrorCode Send(MPMCore *core, MPMKeep *keep, PetscMPIInt to, MPMKeepJob job)
 {
-  Worker     *w = &keep->worker[to];
-  PetscMPIInt len;
-  char       *m;
+  MPMKeepWorker *w = &keep->worker[to];
+  PetscMPIInt    len;
+  char          *m;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Wait(&w->sent, MPI_STATUS_IGNORE)); /* this does not wait: the answer is here */
@@ -265,8 +76,7 @@ static PetscErrorCode Send(MPMCore *core, Keep *keep, PetscMPIInt to, MPMKeepJob
   PetscCall(MPMKeepRows(&core->particles, job.fields, job.n, w->list, PETSC_TRUE, &m));
   if (job.settle) w->n = 0;
   m = MPMKeepAlign(w->out, m);
-  if (job.phase >= 0 && core->phases[job.phase].kind == MPM_NODES_TO_PARTICLES)
-    PackMotion(core, w, w->out, &job, &m);
+  if (job.phase >= 0 && core->phases[job.phase].kind == MPM_NODES_TO_PARTICLES) PackMotion(core, w, w->out, &job, &m);
   memcpy(w->out, &job, sizeof job);
   PetscCall(MPMMessageLength((size_t)(m - w->out), &len));
   MPMSimulateWork("JOB", 1);
@@ -278,7 +88,7 @@ static PetscErrorCode Send(MPMCore *core, Keep *keep, PetscMPIInt to, MPMKeepJob
 }
 
 /* Receives the next answer of any worker, and how long it waited for it is added to *waited, s. */
-static PetscErrorCode Receive(MPMCore *core, Keep *keep, PetscMPIInt *from, MPMKeepAnswer *answer,
+static PetscErrorCode Receive(MPMCore *core, MPMKeep *keep, PetscMPIInt *from, MPMKeepAnswer *answer,
                               PetscLogDouble *waited)
 {
   MPI_Status     probed;
@@ -302,7 +112,7 @@ static PetscErrorCode Receive(MPMCore *core, Keep *keep, PetscMPIInt *from, MPMK
 
 /* Takes the n rows of particles with these fields at m, by their ids; their rows here become `list` [n], allocated
    here. */
-static PetscErrorCode TakeRows(MPMCore *core, Keep *keep, PetscInt fields, PetscInt n, char *m, PetscInt64 *ids,
+static PetscErrorCode TakeRows(MPMCore *core, MPMKeep *keep, PetscInt fields, PetscInt n, char *m, PetscInt64 *ids,
                                PetscInt **list)
 {
   uint64_t sum = (uint64_t)*ids;
@@ -325,7 +135,7 @@ static PetscErrorCode TakeRows(MPMCore *core, Keep *keep, PetscInt fields, Petsc
 _Static_assert(MPM_FIELD_INDEX_id == 0, "rows of particles begin with their ids");
 
 /* Takes the sums of a worker's tiles, and the numbers of their particles. */
-static PetscErrorCode TakeSums(MPMCore *core, Keep *keep, const MPMPhase *phase, PetscMPIInt from,
+static PetscErrorCode TakeSums(MPMCore *core, MPMKeep *keep, const MPMPhase *phase, PetscMPIInt from,
                                const MPMKeepAnswer *answer, PetscInt64 *n)
 {
   MPMPatch          *patch = &core->exchange.patch;
@@ -345,7 +155,7 @@ static PetscErrorCode TakeSums(MPMCore *core, Keep *keep, const MPMPhase *phase,
 }
 
 /* Takes the particles that leave a worker: the next job brings them to the owners of their new tiles. */
-static PetscErrorCode TakeLeavers(MPMCore *core, Keep *keep, const MPMKeepAnswer *answer)
+static PetscErrorCode TakeLeavers(MPMCore *core, MPMKeep *keep, const MPMKeepAnswer *answer)
 {
   const MPMTiles *t         = &core->exchange.patch.tiles;
   MPMParticles   *particles = &core->particles;
@@ -353,13 +163,13 @@ static PetscErrorCode TakeLeavers(MPMCore *core, Keep *keep, const MPMKeepAnswer
   PetscInt       *list, cell, at[3];
 
   PetscFunctionBeginUser;
-  PetscCall(TakeRows(core, keep, MPMKeepFields(particles, PETSC_FALSE), answer->n, keep->in + sizeof *answer, &ids,
-                     &list));
+  PetscCall(
+      TakeRows(core, keep, MPMKeepFields(particles, PETSC_FALSE), answer->n, keep->in + sizeof *answer, &ids, &list));
   for (PetscInt q = 0; q < answer->n; q++) {
     char *m = (char *)&cell;
 
     PetscCall(MPMKeepRows(particles, MPM_BIT(cell), 1, &list[q], PETSC_TRUE, &m));
-    PetscCall(ToGet(&keep->worker[keep->base.owner[MPMTileOf((int)core->grid.dim, t, cell, at)]], list[q]));
+    PetscCall(MPMKeepGives(&keep->worker[keep->base.owner[MPMTileOf((int)core->grid.dim, t, cell, at)]], list[q]));
   }
   core->exchange.migrants += answer->n;
   PetscCall(PetscFree(list));
@@ -371,7 +181,7 @@ static PetscErrorCode TakeLeavers(MPMCore *core, Keep *keep, const MPMKeepAnswer
 static PetscErrorCode Bring(void *owner, PetscInt fields, PetscBool home)
 {
   MPMCore       *core      = (MPMCore *)owner;
-  Keep          *keep      = (Keep *)core->exchange.pool;
+  MPMKeep       *keep      = (MPMKeep *)core->exchange.pool;
   MPMParticles  *particles = &core->particles;
   const PetscInt all = MPMKeepFields(particles, PETSC_TRUE), old = all & ~particles->current & (home ? ~0 : fields);
   MPMKeepJob     job = {.phase = MPM_KEEP_BRING, .fields = old | MPM_BIT(id), .ends = home};
@@ -411,7 +221,7 @@ static PetscErrorCode Bring(void *owner, PetscInt fields, PetscBool home)
 static PetscErrorCode Sweep_Keep(MPMCore *core, const MPMPhase *phase)
 {
   MPMExchange    *ex       = &core->exchange;
-  Keep           *keep     = (Keep *)ex->pool;
+  MPMKeep        *keep     = (MPMKeep *)ex->pool;
   const PetscBool to_nodes = phase->kind == MPM_PARTICLES_TO_NODES ? PETSC_TRUE : PETSC_FALSE;
   const PetscBool fresh    = core->particles.lent ? PETSC_FALSE : PETSC_TRUE;
   MPMKeepJob      job      = {.phase = (PetscInt)(phase - core->phases),
@@ -419,20 +229,26 @@ static PetscErrorCode Sweep_Keep(MPMCore *core, const MPMPhase *phase)
                               .kick  = core->params.kick,
                               .flip  = core->params.flip};
   PetscBool       anew     = PETSC_FALSE;
-  PetscInt64      n        = 0, migrants = ex->migrants;
-  PetscLogDouble  waited   = 0, t0, t1;
+  PetscInt64      n = 0, migrants = ex->migrants;
+  PetscLogDouble  waited = 0, t0, t1;
 
   PetscFunctionBeginUser;
   PetscCall(PetscTime(&t0));
+  MPMWorkBegin(&core->timers);
   if (fresh)
-    PetscCall(HandOut(core, keep));
+    PetscCall(MPMKeepHandOut(core, keep));
   else if (phase->parts & MPM_G2P_COMMIT && !to_nodes)
-    PetscCall(Recut(core, keep, &anew));
+    PetscCall(MPMKeepRecut(core, keep, &anew));
+  MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
   job.owners = fresh || anew;
   job.settle = keep->settle;
   job.fields = MPMKeepFields(&core->particles, fresh);
   PetscCall(MPMExchangeOpenNodes(core));
-  for (PetscMPIInt w = 1; w < keep->base.size; w++) PetscCall(Send(core, keep, w, job));
+  for (PetscMPIInt w = 1; w < keep->base.size; w++) {
+    MPMWorkBegin(&core->timers);
+    PetscCall(Send(core, keep, w, job));
+    MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
+  }
   keep->settle         = PETSC_FALSE;
   core->particles.lent = PETSC_TRUE;
   if (to_nodes) {
@@ -445,14 +261,16 @@ static PetscErrorCode Sweep_Keep(MPMCore *core, const MPMPhase *phase)
 
     PetscCall(Receive(core, keep, &from, &answer, &waited));
     MPMStatusMerge(&core->status, &answer.status);
+    MPMWorkBegin(&core->timers);
     PetscCall(to_nodes ? TakeSums(core, keep, phase, from, &answer, &n) : TakeLeavers(core, keep, &answer));
+    MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
   }
   core->particles.current &= ~phase->particles_out;
   ex->migrations += ex->migrants > migrants;
   if (to_nodes) {
     PetscCheck(n == core->particles.n, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                "workers have %" PetscInt64_FMT " of %" PetscInt_FMT " particles", n, core->particles.n);
-    PetscCall(FindSpans(core, keep));
+    PetscCall(MPMKeepFindSpans(core, keep));
     MPMTilesWrap(&ex->patch);
     PetscCall(PetscMemzero(&ex->patch.particles, sizeof ex->patch.particles));
     PetscCall(MPMPatchRun(core, &ex->patch, phase, MPM_PASS_MAIN, &core->status));
@@ -467,7 +285,7 @@ static PetscErrorCode Sweep_Keep(MPMCore *core, const MPMPhase *phase)
 static PetscErrorCode SetUp_Keep(MPMCore *core, const MPMHistogram *h)
 {
   MPMExchange *ex = &core->exchange;
-  Keep        *keep;
+  MPMKeep     *keep;
 
   PetscFunctionBeginUser;
   (void)h;
@@ -483,7 +301,7 @@ static PetscErrorCode SetUp_Keep(MPMCore *core, const MPMHistogram *h)
   keep->base.ntiles = ex->patch.tiles.n[0] * ex->patch.tiles.n[1] * ex->patch.tiles.n[2];
   PetscCall(PetscCalloc1(keep->base.ntiles, &keep->base.owner));
   if (keep->base.rank) { /* field r: the master's particles have it for a time (MPMStepRecover) */
-    ex->data                                     = MPI_COMM_NULL;
+    ex->data                                   = MPI_COMM_NULL;
     core->particles.present[MPM_FIELD_INDEX_r] = PETSC_TRUE;
     PetscCall(MPMParticlesCreate(&core->particles, PETSC_COMM_SELF));
     PetscCall(MPMParticlesSetSize(&core->particles, 0));
@@ -492,7 +310,7 @@ static PetscErrorCode SetUp_Keep(MPMCore *core, const MPMHistogram *h)
   core->particles.bring = Bring;
   core->particles.owner = core;
   PetscCall(PetscCalloc1(keep->base.ntiles, &keep->count));
-  PetscCall(MakeSequence(core, keep));
+  PetscCall(MPMKeepSequence(core, keep));
   PetscCall(PetscCalloc1(keep->base.size, &keep->worker));
   for (PetscMPIInt w = 1; w < keep->base.size; w++) {
     keep->worker[w].sent = MPI_REQUEST_NULL;
@@ -519,7 +337,7 @@ static PetscErrorCode Reduce_Keep(MPMCore *core, MPMStatus *status)
    handed out. */
 static PetscErrorCode Settle_Keep(MPMCore *core, PetscBool anew)
 {
-  Keep *keep = (Keep *)core->exchange.pool;
+  MPMKeep *keep = (MPMKeep *)core->exchange.pool;
 
   PetscFunctionBeginUser;
   if (!anew && core->status.bad == MPM_GONE && core->particles.lent) PetscCall(Bring(core, 0, PETSC_TRUE));
@@ -530,7 +348,7 @@ static PetscErrorCode Settle_Keep(MPMCore *core, PetscBool anew)
 
 static PetscErrorCode Finish_Keep(MPMCore *core)
 {
-  Keep            *keep = (Keep *)core->exchange.pool;
+  MPMKeep         *keep = (MPMKeep *)core->exchange.pool;
   const MPMKeepJob over = {.phase = MPM_KEEP_OVER};
 
   PetscFunctionBeginUser;
@@ -564,5 +382,6 @@ const MPMExchangeType MPMExchange_keep = {
     .settle     = Settle_Keep,
     .finish     = Finish_Keep,
     .by_workers = PETSC_TRUE,
+    .keeps      = PETSC_TRUE,
     .serve      = MPMKeepServe,
 };

@@ -15,14 +15,14 @@ enum { MPM_KEEP_OVER = -1, MPM_KEEP_BRING = -2 }; /* jobs that are no phases */
 
 /* The head of a job. */
 typedef struct {
-  PetscInt  phase;              /* row of the table of phases, or one of the jobs above */
-  PetscInt  fields;             /* bits: those of the rows that come, or that are asked for */
-  PetscInt  settle, n;          /* the last step is settled first: leavers go, and these n particles come */
-  PetscInt  owners;             /* the owners of tiles follow */
-  PetscInt  ends;               /* MPM_KEEP_BRING: the worker's particles are no longer its own */
-  PetscInt  ranges;             /* ranges of nodes */
-  PetscInt  nodes;              /* nodes in them */
-  PetscReal dt, kick, flip;     /* s, s; share of FLIP */
+  PetscInt  phase;          /* row of the table of phases, or one of the jobs above */
+  PetscInt  fields;         /* bits: those of the rows that come, or that are asked for */
+  PetscInt  settle, n;      /* the last step is settled first: leavers go, and these n particles come */
+  PetscInt  owners;         /* the owners of tiles follow */
+  PetscInt  ends;           /* MPM_KEEP_BRING: the worker's particles are no longer its own */
+  PetscInt  ranges;         /* ranges of nodes */
+  PetscInt  nodes;          /* nodes in them */
+  PetscReal dt, kick, flip; /* s, s; share of FLIP */
 } MPMKeepJob;
 
 /* A range of nodes of the patch's arrays: the first, and how many. */
@@ -43,11 +43,42 @@ typedef struct {
 
 /* What both have in exchange.pool; the master has more (pool_keep.c). */
 typedef struct {
-  const MPMExchangeType *inner; /* serial, or spatial if a face is periodic: makes the grid, on each process all of it */
-  MPI_Comm               comm;
-  PetscMPIInt            size, rank;
-  PetscInt               ntiles, *owner; /* [ntiles] process that keeps the particles of a tile */
+  const MPMExchangeType
+             *inner; /* serial, or spatial if a face is periodic: makes the grid, on each process all of it */
+  MPI_Comm    comm;
+  PetscMPIInt size, rank;
+  PetscInt    ntiles, *owner; /* [ntiles] process that keeps the particles of a tile */
 } MPMKeepBase;
+
+/* The master's memory for a worker. */
+typedef struct {
+  PetscInt   *list, n, capacity; /* [n] rows of the particles that it is to get */
+  PetscInt    particles;         /* that it has in its tiles */
+  PetscInt   *span;              /* [rows of nodes][2] first and last+1 of the nodes that its particles read */
+  char       *out;               /* the job */
+  size_t      capacity_out;      /* bytes */
+  MPI_Request sent;
+} MPMKeepWorker;
+
+typedef struct {
+  MPMKeepBase    base;
+  PetscInt       nsequence, *sequence; /* [nsequence] the patch's own tiles in the sequence that is cut */
+  PetscInt      *count;                /* [ntiles] particles in a tile */
+  PetscInt      *row;                  /* [born] the row of a particle here, by its id */
+  PetscInt64     ids;                  /* fingerprint of the particles */
+  MPMKeepWorker *worker;               /* [size]; that of process 0 is not used */
+  PetscBool      settle;               /* the last step has to be settled by the workers */
+  char          *in;                   /* an answer */
+  size_t         capacity_in;          /* bytes */
+  PetscReal      lost, imbalance;      /* particle steps that imbalance has cost; largest share over mean after a cut */
+} MPMKeep;
+
+/* Chooses the owners, and gives them their particles (pool_owners.c). Of the master alone. */
+PetscErrorCode MPMKeepSequence(MPMCore *, MPMKeep *);               /* of tiles; once */
+PetscErrorCode MPMKeepHandOut(MPMCore *, MPMKeep *);                /* all particles, with the next jobs */
+PetscErrorCode MPMKeepRecut(MPMCore *, MPMKeep *, PetscBool *anew); /* if the numbers are unequal */
+PetscErrorCode MPMKeepFindSpans(MPMCore *, MPMKeep *);              /* after `count` or owners changed */
+PetscErrorCode MPMKeepGives(MPMKeepWorker *, PetscInt row);         /* a particle, with the next job */
 
 /* Returns the fields (bits) of particles that change their worker. */
 PetscInt MPMKeepFields(const MPMParticles *, PetscBool scratch);

@@ -131,15 +131,17 @@ static PetscErrorCode TakeArrivals(MPMCore *core, PetscInt fields, PetscInt come
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Settles the last step. */
-static PetscErrorCode Settle(MPMCore *core, const MPMKeepJob *job, Memory *memory, char **m)
+/* Settles the last step. timer: that this work counts for, but the sort. */
+static PetscErrorCode Settle(MPMCore *core, const MPMKeepJob *job, PetscInt timer, Memory *memory, char **m)
 {
   MPMParticles *particles = &core->particles;
   MPMTiles     *t         = &core->exchange.patch.tiles;
 
   PetscFunctionBeginUser;
   if (!memory->nleavers && !job->n && particles->nmovers == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  MPMWorkBegin(&core->timers);
   if (memory->nleavers || job->n) PetscCall(TakeArrivals(core, job->fields, job->n, memory, m));
+  MPMWorkEnd(&core->timers, timer, NULL, 0);
   PetscCall(MPMExchangeSort(core));
   PetscCall(MPMTilesAssign(&core->exchange.patch, PETSC_TRUE, particles->start));
   t->nruns[MPM_PASS_EARLY]   = particles->n ? 1 : 0;
@@ -220,15 +222,19 @@ static PetscErrorCode Work(MPMCore *core, const MPMKeepJob *job, Memory *memory,
     PetscCall(PetscArraycpy(base->owner, (PetscInt *)m, base->ntiles));
     m += (size_t)base->ntiles * sizeof *base->owner;
   }
-  if (job->settle) PetscCall(Settle(core, job, memory, &m));
+  if (job->settle) PetscCall(Settle(core, job, phase->timer, memory, &m));
   m = MPMKeepAlign(memory->in, m);
   PetscCall(MPMPhaseBegin(core, phase));
   if (phase->kind == MPM_PARTICLES_TO_NODES)
     PetscCall(MPMExchangeRun(core, phase, MPM_PASS_EARLY));
   else {
+    MPMWorkBegin(&core->timers);
     PetscCall(TakeMotion(core, job, m));
+    MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
     PetscCall(MPMExchangeRun(core, phase, MPM_PASS_MAIN));
+    MPMWorkBegin(&core->timers);
     if (phase->parts & MPM_G2P_COMMIT) PetscCall(FindLeavers(core, job->owners ? PETSC_TRUE : PETSC_FALSE, memory));
+    MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
   }
   PetscCall(MPMPhaseEnd(core, phase, core->particles.n));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -251,8 +257,7 @@ static PetscErrorCode Answer(MPMCore *core, const MPMKeepJob *job, Memory *memor
     answer.tiles = PackTiles(core, phase, memory->out, &m);
   else {
     answer.n = phase->parts & MPM_G2P_COMMIT ? memory->nleavers : 0;
-    PetscCall(
-        MPMKeepRows(particles, MPMKeepFields(particles, PETSC_FALSE), answer.n, memory->leaver, PETSC_TRUE, &m));
+    PetscCall(MPMKeepRows(particles, MPMKeepFields(particles, PETSC_FALSE), answer.n, memory->leaver, PETSC_TRUE, &m));
   }
   memcpy(memory->out, &answer, sizeof answer);
   PetscCall(MPMMessageLength((size_t)(m - memory->out), len));
@@ -286,7 +291,9 @@ PetscErrorCode MPMKeepServe(MPMCore *core)
     core->status.asked = MPMSignalsAsked();
     if (job.phase >= 0) PetscCall(Work(core, &job, &memory, memory.in + sizeof job));
     PetscCallMPI(MPI_Wait(&answer, MPI_STATUS_IGNORE));
+    MPMWorkBegin(&core->timers);
     PetscCall(Answer(core, &job, &memory, &len));
+    MPMWorkEnd(&core->timers, job.phase < 0 ? MPM_TIMER_OTHER : core->phases[job.phase].timer, NULL, 0);
     MPMSimulateWork("ANSWER", (PetscReal)len);
     PetscCallMPI(MPI_Isend(memory.out, len, MPI_BYTE, 0, MPM_TAG_ANSWER, comm, &answer));
     if (!job.ends) continue;

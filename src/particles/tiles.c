@@ -205,10 +205,10 @@ PetscErrorCode MPMTilesAssign(MPMPatch *patch, PetscBool keep, const PetscInt st
 /* Makes memory for the sums of `need` tiles, with those that are kept now. Not collective. */
 static PetscErrorCode MakeRoom(MPMPatch *patch, size_t need)
 {
-  MPMTiles       *t      = &patch->tiles;
-  const size_t    size   = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_NODE_NC * sizeof(PetscReal);
-  void           *before = t->memory;
-  const PetscReal *sum   = t->sum;
+  MPMTiles        *t      = &patch->tiles;
+  const size_t     size   = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_NODE_NC * sizeof(PetscReal);
+  void            *before = t->memory;
+  const PetscReal *sum    = t->sum;
 
   PetscFunctionBeginUser;
   if (need <= t->room) PetscFunctionReturn(PETSC_SUCCESS);

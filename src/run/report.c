@@ -101,7 +101,8 @@ static PetscErrorCode PrintFriction(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Notes that the pool has fewer patches with particles than workers, with the largest patches of which there are enough. */
+/* Notes that the pool has fewer patches with particles than workers, with the largest patches of which there are enough.
+   Workers that keep the particles divide them by tiles. */
 static PetscErrorCode NoteIdle(MPM mpm, PetscInt workers)
 {
   const PetscInt tile   = MPMTileEdge(mpm->core.basis);
@@ -109,6 +110,7 @@ static PetscErrorCode NoteIdle(MPM mpm, PetscInt workers)
   PetscInt       edge   = PetscMin(mpm->core.exchange.pool_cells, MPMPoolEdge(mpm->core.basis, widest)), has, n;
 
   PetscFunctionBeginUser;
+  if (mpm->core.exchange.type->keeps) edge = tile;
   PetscCall(MPMPoolPatches(&mpm->core, edge, &has));
   for (n = has; n < workers && edge > tile;) PetscCall(MPMPoolPatches(&mpm->core, edge -= tile, &n));
   if (has >= workers) PetscFunctionReturn(PETSC_SUCCESS);
