@@ -330,6 +330,7 @@ static PetscErrorCode Reduce_Keep(MPMCore *core, MPMStatus *status)
 {
   PetscFunctionBeginUser;
   PetscCall(((MPMKeepBase *)core->exchange.pool)->inner->reduce(core, status));
+  status->most = ((MPMKeep *)core->exchange.pool)->most;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

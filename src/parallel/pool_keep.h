@@ -70,6 +70,7 @@ typedef struct {
   PetscBool      settle;               /* the last step has to be settled by the workers */
   char          *in;                   /* an answer */
   size_t         capacity_in;          /* bytes */
+  PetscInt       most;                 /* particles of the worker that has most of them */
   PetscReal      lost, imbalance;      /* particle steps that imbalance has cost; largest share over mean after a cut */
 } MPMKeep;
 

@@ -96,6 +96,8 @@ PetscErrorCode MPMKeepFindSpans(MPMCore *core, MPMKeep *keep)
         span[1] = PetscMax(span[1], hi[0]);
       }
   }
+  keep->most = 0;
+  for (PetscMPIInt w = 1; w < keep->base.size; w++) keep->most = PetscMax(keep->most, keep->worker[w].particles);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -146,13 +148,12 @@ PetscErrorCode MPMKeepHandOut(MPMCore *core, MPMKeep *keep)
 /* Before the positions change: returns whether the owners have been chosen anew, since imbalance has cost too much. */
 PetscErrorCode MPMKeepRecut(MPMCore *core, MPMKeep *keep, PetscBool *anew)
 {
-  const PetscReal mean = (PetscReal)core->particles.n / (PetscReal)(keep->base.size - 1);
-  PetscReal       most = 0, best;
+  const PetscReal mean = (PetscReal)core->particles.n / (PetscReal)(keep->base.size - 1), most = (PetscReal)keep->most;
+  PetscReal       best;
   PetscInt       *owner;
 
   PetscFunctionBeginUser;
   *anew = PETSC_FALSE;
-  for (PetscMPIInt w = 1; w < keep->base.size; w++) most = PetscMax(most, (PetscReal)keep->worker[w].particles);
   keep->lost += PetscMax(0, most - mean * keep->imbalance);
   if (keep->lost < MPM_RECUT * (PetscReal)core->particles.n || !core->particles.n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(keep->base.ntiles, &owner));

@@ -356,6 +356,8 @@ static PetscErrorCode PrintResults(MPM mpm)
 /* Prints the summary: why the run ended, energies, error, files, phases, digest. Collective on the exchange. */
 PetscErrorCode MPMReportEnd(MPM mpm)
 {
+  PetscInt       shares = 1; /* into which the particles are divided */
+  PetscMPIInt    processes;
   PetscInt64     digest;
   PetscLogDouble now;
 
@@ -388,13 +390,14 @@ PetscErrorCode MPMReportEnd(MPM mpm)
     PetscCall(MPMPrint(&mpm->core.print, "\n"));
   }
   if (mpm->output.dir[0]) PetscCall(PrintResults(mpm));
+  PetscCallMPI(MPI_Comm_size(mpm->core.comm, &processes));
+  for (PetscInt d = 0; d < 3 && !mpm->core.exchange.type->keeps; d++) shares *= mpm->core.exchange.partition.p[d];
+  if (mpm->core.exchange.type->keeps) shares = processes - 1;
   if (mpm->core.exchange.recuts)
     PetscCall(MPMPrint(&mpm->core.print,
                        "balance    the grid was cut anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n",
                        mpm->core.exchange.recuts,
-                       (double)mpm->core.status.most * mpm->core.exchange.partition.p[0] *
-                           mpm->core.exchange.partition.p[1] * mpm->core.exchange.partition.p[2] /
-                           (double)PetscMax(1, mpm->core.particles.total)));
+                       (double)mpm->core.status.most * shares / (double)PetscMax(1, mpm->core.particles.total)));
   if (mpm->core.exchange.migrations)
     PetscCall(MPMPrint(&mpm->core.print,
                        "migration  particles changed process %" PetscInt64_FMT " times, in %" PetscInt_FMT
