@@ -3,8 +3,9 @@
 
    Each tile of the grid has an owner, a worker that keeps all fields of its particles, in their order. The owners are
    chosen so that all workers have nearly as many particles: the tiles, patch by patch (-pool_cells), are a sequence that
-   is cut into equal parts. From particles to nodes a worker runs the kernel on all its particles and returns the sums of
-   its tiles; the master adds the sums of all workers up to nodes as a serial run does, so results have the same bits.
+   is cut into equal parts. From particles to nodes a worker runs the kernel on all its particles. It adds its tiles
+   up to nodes, and returns the sums of the nodes that no tile of another worker touches; for the others it returns the sums
+   of its tiles there, which the master adds up in their sequence as a serial run does. So results have the same bits.
    From nodes to particles the master sends each worker the motion of the nodes that its particles read. Particles whose
    new cell is in a tile of another worker come with the answer, and go to that one with the next job. When the numbers
    of particles have become unequal, the sequence is cut anew, and those that have another owner move in the same way.
@@ -66,7 +67,7 @@ static PetscErrorCode Send(MPMCore *core, MPMKeep *keep, PetscMPIInt to, MPMKeep
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Wait(&w->sent, MPI_STATUS_IGNORE)); /* this does not wait: the answer is here */
-  PetscCall(MPMMessageRoom(&w->out, &w->capacity_out, JobBytes(core, keep, w, &job)));
+  PetscCall(MPMMessageRoom(&w->out, &w->out_capacity, JobBytes(core, keep, w, &job)));
   m     = w->out + sizeof job;
   job.n = job.settle ? w->n : 0;
   if (job.owners) {
@@ -94,6 +95,7 @@ static PetscErrorCode Receive(MPMCore *core, MPMKeep *keep, PetscMPIInt *from, M
   MPI_Status     probed;
   PetscMPIInt    len;
   PetscLogDouble t0, t1;
+  MPMKeepWorker *w;
 
   PetscFunctionBeginUser;
   PetscCall(PetscTime(&t0));
@@ -102,9 +104,10 @@ static PetscErrorCode Receive(MPMCore *core, MPMKeep *keep, PetscMPIInt *from, M
   *waited += t1 - t0;
   *from = probed.MPI_SOURCE;
   PetscCallMPI(MPI_Get_count(&probed, MPI_BYTE, &len));
-  PetscCall(MPMMessageRoom(&keep->in, &keep->capacity_in, (size_t)len));
-  PetscCallMPI(MPI_Recv(keep->in, len, MPI_BYTE, *from, MPM_TAG_ANSWER, keep->base.comm, MPI_STATUS_IGNORE));
-  memcpy(answer, keep->in, sizeof *answer);
+  w = &keep->worker[*from];
+  PetscCall(MPMMessageRoom(&w->in, &w->in_capacity, (size_t)len));
+  PetscCallMPI(MPI_Recv(w->in, len, MPI_BYTE, *from, MPM_TAG_ANSWER, keep->base.comm, MPI_STATUS_IGNORE));
+  memcpy(answer, w->in, sizeof *answer);
   MPMSimulateWork("ASSEMBLE", (PetscReal)len);
   core->exchange.bytes += (PetscReal)len;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -134,13 +137,14 @@ static PetscErrorCode TakeRows(MPMCore *core, MPMKeep *keep, PetscInt fields, Pe
 }
 _Static_assert(MPM_FIELD_INDEX_id == 0, "rows of particles begin with their ids");
 
-/* Takes the sums of a worker's tiles, and the numbers of their particles. */
+/* Takes the numbers of particles of a worker's tiles, and the sums of those at borders; notes where those of nodes are. */
 static PetscErrorCode TakeSums(MPMCore *core, MPMKeep *keep, const MPMPhase *phase, PetscMPIInt from,
                                const MPMKeepAnswer *answer, PetscInt64 *n)
 {
   MPMPatch          *patch = &core->exchange.patch;
-  const MPMKeepTile *tile  = (const MPMKeepTile *)(keep->in + sizeof *answer);
-  char              *m     = MPMKeepAlign(keep->in, (char *)(tile + answer->tiles));
+  MPMKeepWorker     *w     = &keep->worker[from];
+  const MPMKeepTile *tile  = (const MPMKeepTile *)(w->in + sizeof *answer);
+  char              *m     = MPMKeepAlign(w->in, (char *)(tile + answer->tiles));
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < answer->tiles; k++) {
@@ -148,14 +152,65 @@ static PetscErrorCode TakeSums(MPMCore *core, MPMKeep *keep, const MPMPhase *pha
                "worker %d sent sums of tile %" PetscInt_FMT ", which is not its own", from, tile[k].tile);
     keep->count[tile[k].tile] = tile[k].n;
     *n += tile[k].n;
+    if (!keep->base.border[tile[k].tile]) continue;
     PetscCall(MPMTilesCome(patch, tile[k].tile));
     m += MPMTilesCopy(patch, patch->tiles.slot[tile[k].tile], phase->parts, PETSC_FALSE, m);
   }
+  w->range   = (const MPMKeepRange *)m;
+  w->nranges = answer->ranges;
+  w->sums    = (const PetscReal *)MPMKeepAlign(w->in, (char *)(w->range + w->nranges));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Takes the sums of the nodes that workers have completed, after those of tiles at borders have been added up to nodes.
+   Phases visit all nodes between the first and the last of a row; those that nobody touches have sums of 0. */
+static PetscErrorCode TakeNodes(MPMCore *core, MPMKeep *keep, const MPMPhase *phase)
+{
+  MPMPatch      *patch = &core->exchange.patch;
+  const PetscInt rows = patch->n[1] * patch->n[2], dim = core->grid.dim;
+  const PetscInt c0 = MPM_NODE_FIRST(dim, phase->parts), c1 = MPM_NODE_LAST(dim, phase->parts);
+  PetscInt       which[MPM_NODE_NC];
+  const PetscInt nc = MPMNodeSums(dim, phase->parts, which);
+  MPMSpan       *before;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(rows, &before));
+  PetscCall(PetscArraycpy(before, patch->span, rows));
+  for (PetscMPIInt w = 1; w < keep->base.size; w++)
+    for (PetscInt k = 0; k < keep->worker[w].nranges; k++) {
+      const MPMKeepRange *range = &keep->worker[w].range[k];
+      MPMSpan            *span  = &patch->span[range->first / patch->n[0]];
+      const PetscInt      first = range->first % patch->n[0];
+
+      span->first = PetscMin(span->first, first);
+      span->last  = PetscMax(span->last, first + range->n);
+    }
+  for (PetscInt r = 0; r < rows; r++)
+    for (PetscInt i = patch->span[r].first; i < patch->span[r].last; i++) {
+      PetscReal *node = (PetscReal *)(patch->node + r * patch->n[0] + i);
+
+      if (i >= before[r].first && i < before[r].last) continue; /* it has been zeroed */
+      if ((phase->parts & MPM_P2G_MASS) && (phase->parts & MPM_P2G_FORCE))
+        memset(node, 0, sizeof *patch->node);
+      else
+        for (PetscInt c = c0; c < c1; c++) node[c] = 0;
+    }
+  for (PetscMPIInt w = 1; w < keep->base.size; w++) {
+    const PetscReal *sum = keep->worker[w].sums;
+
+    for (PetscInt k = 0; k < keep->worker[w].nranges; k++)
+      for (PetscInt i = 0; i < keep->worker[w].range[k].n; i++) {
+        PetscReal *node = (PetscReal *)(patch->node + keep->worker[w].range[k].first + i);
+
+        for (PetscInt c = 0; c < nc; c++) node[which[c]] = *sum++;
+      }
+  }
+  PetscCall(PetscFree(before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Takes the particles that leave a worker: the next job brings them to the owners of their new tiles. */
-static PetscErrorCode TakeLeavers(MPMCore *core, MPMKeep *keep, const MPMKeepAnswer *answer)
+static PetscErrorCode TakeLeavers(MPMCore *core, MPMKeep *keep, PetscMPIInt from, const MPMKeepAnswer *answer)
 {
   const MPMTiles *t         = &core->exchange.patch.tiles;
   MPMParticles   *particles = &core->particles;
@@ -163,8 +218,8 @@ static PetscErrorCode TakeLeavers(MPMCore *core, MPMKeep *keep, const MPMKeepAns
   PetscInt       *list, cell, at[3];
 
   PetscFunctionBeginUser;
-  PetscCall(
-      TakeRows(core, keep, MPMKeepFields(particles, PETSC_FALSE), answer->n, keep->in + sizeof *answer, &ids, &list));
+  PetscCall(TakeRows(core, keep, MPMKeepFields(particles, PETSC_FALSE), answer->n,
+                     keep->worker[from].in + sizeof *answer, &ids, &list));
   for (PetscInt q = 0; q < answer->n; q++) {
     char *m = (char *)&cell;
 
@@ -200,7 +255,7 @@ static PetscErrorCode Bring(void *owner, PetscInt fields, PetscBool home)
     PetscInt     *list;
 
     PetscCall(Receive(core, keep, &from, &answer, &waited));
-    PetscCall(TakeRows(core, keep, job.fields, answer.n, keep->in + sizeof answer, &ids, &list));
+    PetscCall(TakeRows(core, keep, job.fields, answer.n, keep->worker[from].in + sizeof answer, &ids, &list));
     PetscCall(PetscFree(list));
     n += answer.n;
   }
@@ -236,11 +291,11 @@ static PetscErrorCode Sweep_Keep(MPMCore *core, const MPMPhase *phase)
   PetscCall(PetscTime(&t0));
   MPMWorkBegin(&core->timers);
   if (fresh)
-    PetscCall(MPMKeepHandOut(core, keep));
+    PetscCall(MPMKeepHandOut(core, keep, &anew));
   else if (phase->parts & MPM_G2P_COMMIT && !to_nodes)
     PetscCall(MPMKeepRecut(core, keep, &anew));
   MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
-  job.owners = fresh || anew;
+  job.owners = anew;
   job.settle = keep->settle;
   job.fields = MPMKeepFields(&core->particles, fresh);
   PetscCall(MPMExchangeOpenNodes(core));
@@ -262,7 +317,7 @@ static PetscErrorCode Sweep_Keep(MPMCore *core, const MPMPhase *phase)
     PetscCall(Receive(core, keep, &from, &answer, &waited));
     MPMStatusMerge(&core->status, &answer.status);
     MPMWorkBegin(&core->timers);
-    PetscCall(to_nodes ? TakeSums(core, keep, phase, from, &answer, &n) : TakeLeavers(core, keep, &answer));
+    PetscCall(to_nodes ? TakeSums(core, keep, phase, from, &answer, &n) : TakeLeavers(core, keep, from, &answer));
     MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
   }
   core->particles.current &= ~phase->particles_out;
@@ -274,6 +329,9 @@ static PetscErrorCode Sweep_Keep(MPMCore *core, const MPMPhase *phase)
     MPMTilesWrap(&ex->patch);
     PetscCall(PetscMemzero(&ex->patch.particles, sizeof ex->patch.particles));
     PetscCall(MPMPatchRun(core, &ex->patch, phase, MPM_PASS_MAIN, &core->status));
+    MPMWorkBegin(&core->timers);
+    PetscCall(TakeNodes(core, keep, phase));
+    MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
   }
   PetscCall(MPMExchangeCloseNodes(core));
   PetscCall(PetscTime(&t1));
@@ -299,12 +357,18 @@ static PetscErrorCode SetUp_Keep(MPMCore *core, const MPMHistogram *h)
                                                                                                 : &MPMExchange_serial;
   PetscCall(keep->base.inner->setup(core, NULL));
   keep->base.ntiles = ex->patch.tiles.n[0] * ex->patch.tiles.n[1] * ex->patch.tiles.n[2];
-  PetscCall(PetscCalloc1(keep->base.ntiles, &keep->base.owner));
+  PetscCall(PetscCalloc2(keep->base.ntiles, &keep->base.owner, keep->base.ntiles, &keep->base.border));
+  PetscCall(PetscMalloc1(MPMPatchNodes(&ex->patch), &keep->base.whose));
   if (keep->base.rank) { /* field r: the master's particles have it for a time (MPMStepRecover) */
     ex->data                                   = MPI_COMM_NULL;
     core->particles.present[MPM_FIELD_INDEX_r] = PETSC_TRUE;
     PetscCall(MPMParticlesCreate(&core->particles, PETSC_COMM_SELF));
     PetscCall(MPMParticlesSetSize(&core->particles, 0));
+    for (int k = 0; k < MPM_NUM_PASSES; k++) { /* ranges of any tiles */
+      PetscCall(PetscFree(ex->patch.tiles.runs[k]));
+      PetscCall(
+          PetscMalloc1(keep->base.ntiles << ex->patch.tiles.bits * (core->grid.dim - 1), &ex->patch.tiles.runs[k]));
+    }
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   core->particles.bring = Bring;
@@ -360,13 +424,14 @@ static PetscErrorCode Finish_Keep(MPMCore *core)
     PetscCall(PetscFree(keep->worker[w].list));
     PetscCall(PetscFree(keep->worker[w].span));
     PetscCall(PetscFree(keep->worker[w].out));
+    PetscCall(PetscFree(keep->worker[w].in));
   }
   PetscCall(PetscFree(keep->worker));
   PetscCall(PetscFree(keep->sequence));
   PetscCall(PetscFree(keep->count));
   PetscCall(PetscFree(keep->row));
-  PetscCall(PetscFree(keep->in));
-  PetscCall(PetscFree(keep->base.owner));
+  PetscCall(PetscFree2(keep->base.owner, keep->base.border));
+  PetscCall(PetscFree(keep->base.whose));
   PetscCall(keep->base.inner->finish(core));
   PetscCallMPI(MPI_Comm_free(&keep->base.comm));
   PetscCall(PetscFree(core->exchange.pool));

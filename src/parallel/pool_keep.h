@@ -3,8 +3,9 @@
 
    master -> worker   MPMKeepJob; the owners of all tiles, if they are new; the rows of the particles that come; from nodes
                       to particles the motion of the nodes that the worker's particles read
-   worker -> master   MPMKeepAnswer; then the tiles that have particles, with their sums; or the rows of the particles that
-                      leave; or rows of what was asked for */
+   worker -> master   MPMKeepAnswer; then the tiles that have particles, the sums of those at borders, and the sums of the
+                      nodes that tiles of no other worker touch; or the rows of the particles that leave; or rows of what
+                      was asked for */
 #ifndef MPM_POOL_KEEP_H
 #define MPM_POOL_KEEP_H
 
@@ -25,7 +26,7 @@ typedef struct {
   PetscReal dt, kick, flip; /* s, s; share of FLIP */
 } MPMKeepJob;
 
-/* A range of nodes of the patch's arrays: the first, and how many. */
+/* A range of nodes in a row of the patch's arrays: the first, and how many. */
 typedef struct {
   PetscInt first, n;
 } MPMKeepRange;
@@ -38,7 +39,7 @@ typedef struct {
 /* The head of an answer. */
 typedef struct {
   MPMStatus status;
-  PetscInt  n, tiles; /* particles that follow, or that the worker has if sums of tiles follow */
+  PetscInt  n, tiles, ranges; /* particles, tiles, ranges of nodes that follow */
 } MPMKeepAnswer;
 
 /* What both have in exchange.pool; the master has more (pool_keep.c). */
@@ -48,16 +49,22 @@ typedef struct {
   MPI_Comm    comm;
   PetscMPIInt size, rank;
   PetscInt    ntiles, *owner; /* [ntiles] process that keeps the particles of a tile */
+  char       *border;         /* [ntiles] does a tile of another owner touch some of its nodes? */
+  PetscInt   *whose;          /* [nodes of the arrays] the owner of all tiles that touch a node; 0: they have several */
 } MPMKeepBase;
 
 /* The master's memory for a worker. */
 typedef struct {
-  PetscInt   *list, n, capacity; /* [n] rows of the particles that it is to get */
-  PetscInt    particles;         /* that it has in its tiles */
-  PetscInt   *span;              /* [rows of nodes][2] first and last+1 of the nodes that its particles read */
-  char       *out;               /* the job */
-  size_t      capacity_out;      /* bytes */
-  MPI_Request sent;
+  PetscInt           *list, n, capacity; /* [n] rows of the particles that it is to get */
+  PetscInt            particles;         /* that it has in its tiles */
+  PetscInt           *span;              /* [rows of nodes][2] first and last+1 of the nodes that its particles read */
+  char               *out, *in;          /* the job, and the answer */
+  size_t              out_capacity;      /* bytes */
+  size_t              in_capacity;
+  MPI_Request         sent;
+  PetscInt            nranges; /* of its answer: the nodes whose sums are complete, and these */
+  const MPMKeepRange *range;
+  const PetscReal    *sums;
 } MPMKeepWorker;
 
 typedef struct {
@@ -68,18 +75,19 @@ typedef struct {
   PetscInt64     ids;                  /* fingerprint of the particles */
   MPMKeepWorker *worker;               /* [size]; that of process 0 is not used */
   PetscBool      settle;               /* the last step has to be settled by the workers */
-  char          *in;                   /* an answer */
-  size_t         capacity_in;          /* bytes */
   PetscInt       most;                 /* particles of the worker that has most of them */
   PetscReal      lost, imbalance;      /* particle steps that imbalance has cost; largest share over mean after a cut */
 } MPMKeep;
 
 /* Chooses the owners, and gives them their particles (pool_owners.c). Of the master alone. */
-PetscErrorCode MPMKeepSequence(MPMCore *, MPMKeep *);               /* of tiles; once */
-PetscErrorCode MPMKeepHandOut(MPMCore *, MPMKeep *);                /* all particles, with the next jobs */
-PetscErrorCode MPMKeepRecut(MPMCore *, MPMKeep *, PetscBool *anew); /* if the numbers are unequal */
-PetscErrorCode MPMKeepFindSpans(MPMCore *, MPMKeep *);              /* after `count` or owners changed */
-PetscErrorCode MPMKeepGives(MPMKeepWorker *, PetscInt row);         /* a particle, with the next job */
+PetscErrorCode MPMKeepSequence(MPMCore *, MPMKeep *);                 /* of tiles; once */
+PetscErrorCode MPMKeepHandOut(MPMCore *, MPMKeep *, PetscBool *anew); /* all particles, with the next jobs */
+PetscErrorCode MPMKeepRecut(MPMCore *, MPMKeep *, PetscBool *anew);   /* if the numbers are unequal */
+PetscErrorCode MPMKeepFindSpans(MPMCore *, MPMKeep *);                /* after `count` or owners changed */
+PetscErrorCode MPMKeepGives(MPMKeepWorker *, PetscInt row);           /* a particle, with the next job */
+
+/* Finds which tiles and nodes lie between owners, when these are new. */
+void MPMKeepFindBorders(MPMCore *, MPMKeepBase *);
 
 /* Returns the fields (bits) of particles that change their worker. */
 PetscInt MPMKeepFields(const MPMParticles *, PetscBool scratch);

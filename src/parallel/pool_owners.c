@@ -61,6 +61,55 @@ static PetscReal Cut(const MPMCore *core, const MPMKeep *keep, PetscInt owner[])
   return (PetscReal)most * (PetscReal)workers / (PetscReal)total;
 }
 
+/* Where tile `tile` of the table is a copy of an uppermost one across periodic faces, returns that one. */
+static PetscInt Original(const MPMTiles *t, PetscInt tile)
+{
+  PetscInt at[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
+
+  for (PetscInt d = 0; d < 3; d++) {
+    const PetscInt own = t->n[d] - t->below[d];
+
+    if (at[d] < t->below[d]) at[d] += (t->below[d] - at[d] + own - 1) / own * own;
+  }
+  return (at[2] * t->n[1] + at[1]) * t->n[0] + at[0];
+}
+
+/* Notes at the nodes of a tile that its owner has it (note), or else returns whether some have several owners. */
+static PetscBool VisitNodes(const MPMPatch *patch, PetscInt tile, PetscBool note, PetscInt owner, PetscInt *whose)
+{
+  const MPMTiles   *t = &patch->tiles;
+  const MPMTileBox *x = &t->box[0][tile % t->n[0]], *y = &t->box[1][tile / t->n[0] % t->n[1]],
+                   *z = &t->box[2][tile / (t->n[0] * t->n[1])];
+  PetscBool several   = PETSC_FALSE;
+
+  for (PetscInt k = z->from; k < z->to; k++)
+    for (PetscInt j = y->from; j < y->to; j++) {
+      PetscInt *node = whose + ((k + z->at) * patch->n[1] + j + y->at) * patch->n[0] + x->at;
+
+      for (PetscInt i = x->from; i < x->to; i++) {
+        if (note) node[i] = node[i] < 0 || node[i] == owner ? owner : 0;
+        if (!node[i]) several = PETSC_TRUE;
+      }
+    }
+  return several;
+}
+
+/* Every tile counts, with particles or not, so all processes find the same. The sums of copies are added by the
+   master. */
+void MPMKeepFindBorders(MPMCore *core, MPMKeepBase *base)
+{
+  const MPMPatch *patch = &core->exchange.patch;
+  const MPMTiles *t     = &patch->tiles;
+
+  for (PetscInt i = 0; i < MPMPatchNodes(patch); i++) base->whose[i] = -1;
+  for (PetscInt tile = 0; tile < base->ntiles; tile++)
+    (void)VisitNodes(patch, tile, PETSC_TRUE, Original(t, tile) == tile ? base->owner[tile] : 0, base->whose);
+  for (PetscInt tile = 0; tile < base->ntiles; tile++)
+    base->border[tile] = VisitNodes(patch, tile, PETSC_FALSE, 0, base->whose);
+  for (PetscInt tile = 0; tile < base->ntiles; tile++)
+    if (Original(t, tile) != tile) base->border[Original(t, tile)] = 1;
+}
+
 /* Finds the nodes that the particles of each worker read, and how many particles it has. */
 PetscErrorCode MPMKeepFindSpans(MPMCore *core, MPMKeep *keep)
 {
@@ -113,13 +162,27 @@ PetscErrorCode MPMKeepGives(MPMKeepWorker *w, PetscInt row)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gives every particle to the owner of its tile; the owners are chosen anew. The next job hands them out. */
-PetscErrorCode MPMKeepHandOut(MPMCore *core, MPMKeep *keep)
+/* Returns the largest number of particles of a worker over the mean, with the owners that there are. */
+static PetscReal Imbalance(const MPMCore *core, MPMKeep *keep)
+{
+  PetscInt most = 0;
+
+  for (PetscMPIInt w = 1; w < keep->base.size; w++) keep->worker[w].particles = 0;
+  for (PetscInt tile = 0; tile < keep->base.ntiles; tile++)
+    keep->worker[keep->base.owner[tile]].particles += keep->count[tile];
+  for (PetscMPIInt w = 1; w < keep->base.size; w++) most = PetscMax(most, keep->worker[w].particles);
+  return (PetscReal)most * (PetscReal)(keep->base.size - 1) / (PetscReal)PetscMax(1, core->particles.n);
+}
+
+/* Gives every particle to the owner of its tile; the owners are chosen anew, unless those that there are divide the
+   particles nearly as well. The next job hands them out. */
+PetscErrorCode MPMKeepHandOut(MPMCore *core, MPMKeep *keep, PetscBool *anew)
 {
   const MPMTiles *t         = &core->exchange.patch.tiles;
   const int       dim       = (int)core->grid.dim;
   MPMParticles   *particles = &core->particles;
-  PetscInt        at[3];
+  PetscInt        at[3], *owner;
+  PetscReal       best;
   MPMView         view;
 
   PetscFunctionBeginUser;
@@ -134,8 +197,17 @@ PetscErrorCode MPMKeepHandOut(MPMCore *core, MPMKeep *keep)
     keep->count[MPMTileOf(dim, t, view.cell[p], at)]++;
     keep->row[view.id[p]] = p;
   }
-  keep->imbalance = Cut(core, keep, keep->base.owner);
+  PetscCall(PetscMalloc1(keep->base.ntiles, &owner));
+  best            = Cut(core, keep, owner);
+  keep->imbalance = keep->base.owner[0] ? Imbalance(core, keep) : PETSC_MAX_REAL;
   keep->lost      = 0;
+  *anew           = keep->imbalance > 1.05 * best ? PETSC_TRUE : PETSC_FALSE;
+  if (*anew) {
+    keep->imbalance = best;
+    PetscCall(PetscArraycpy(keep->base.owner, owner, keep->base.ntiles));
+    MPMKeepFindBorders(core, &keep->base);
+  }
+  PetscCall(PetscFree(owner));
   for (PetscInt p = 0; p < view.n; p++)
     PetscCall(MPMKeepGives(&keep->worker[keep->base.owner[MPMTileOf(dim, t, view.cell[p], at)]], p));
   PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(id) | MPM_BIT(cell), &view));
@@ -161,8 +233,11 @@ PetscErrorCode MPMKeepRecut(MPMCore *core, MPMKeep *keep, PetscBool *anew)
   *anew           = best < 0.97 * most / mean ? PETSC_TRUE : PETSC_FALSE;
   keep->lost      = 0;
   keep->imbalance = *anew ? best : most / mean;
-  if (*anew) PetscCall(PetscArraycpy(keep->base.owner, owner, keep->base.ntiles));
-  if (*anew) core->exchange.recuts++;
+  if (*anew) {
+    PetscCall(PetscArraycpy(keep->base.owner, owner, keep->base.ntiles));
+    MPMKeepFindBorders(core, &keep->base);
+    core->exchange.recuts++;
+  }
   PetscCall(PetscFree(owner));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

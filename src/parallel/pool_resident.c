@@ -61,6 +61,7 @@ typedef struct {
   char     *in, *out;                  /* job and answer */
   size_t    in_capacity, out_capacity; /* bytes */
   PetscInt *leaver, nleavers;          /* [nleavers] particles whose tile another worker owns, ascending */
+  PetscBool borders;                   /* the owners of tiles are new */
 } Memory;
 
 /* Returns whether a worker, not this one, owns the tile of a cell. */
@@ -135,17 +136,15 @@ static PetscErrorCode TakeArrivals(MPMCore *core, PetscInt fields, PetscInt come
 static PetscErrorCode Settle(MPMCore *core, const MPMKeepJob *job, PetscInt timer, Memory *memory, char **m)
 {
   MPMParticles *particles = &core->particles;
-  MPMTiles     *t         = &core->exchange.patch.tiles;
 
   PetscFunctionBeginUser;
-  if (!memory->nleavers && !job->n && particles->nmovers == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!memory->nleavers && !job->n && !particles->nmovers && !memory->borders) PetscFunctionReturn(PETSC_SUCCESS);
   MPMWorkBegin(&core->timers);
   if (memory->nleavers || job->n) PetscCall(TakeArrivals(core, job->fields, job->n, memory, m));
   MPMWorkEnd(&core->timers, timer, NULL, 0);
   PetscCall(MPMExchangeSort(core));
-  PetscCall(MPMTilesAssign(&core->exchange.patch, PETSC_TRUE, particles->start));
-  t->nruns[MPM_PASS_EARLY]   = particles->n ? 1 : 0;
-  t->runs[MPM_PASS_EARLY][0] = (MPMRange){0, particles->n, 0};
+  PetscCall(MPMTilesAssignBy(&core->exchange.patch, ((MPMKeepBase *)core->exchange.pool)->border, particles->start));
+  memory->borders = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -168,44 +167,88 @@ static PetscErrorCode TakeMotion(MPMCore *core, const MPMKeepJob *job, const cha
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Packs the tiles that have particles, then their sums, at *m. */
-static PetscInt PackTiles(MPMCore *core, const MPMPhase *phase, char *begin, char **m)
+/* Sets how many nodes there are whose sums are complete here, and in how many ranges; lists these if list is not NULL. */
+static void FindRanges(const MPMCore *core, PetscInt *ranges, PetscInt *nodes, MPMKeepRange *list)
 {
-  const MPMPatch *patch = &core->exchange.patch;
-  const MPMTiles *t     = &patch->tiles;
-  const int       dim   = (int)core->grid.dim;
-  MPMKeepTile    *tile  = (MPMKeepTile *)*m;
-  PetscInt        n     = 0;
+  const MPMKeepBase *base  = (const MPMKeepBase *)core->exchange.pool;
+  const MPMPatch    *patch = &core->exchange.patch;
+
+  *ranges = *nodes = 0;
+  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++)
+    for (PetscInt i = patch->span[r].first; i < patch->span[r].last; i++) {
+      const PetscInt first = i, *whose = base->whose + r * patch->n[0];
+
+      while (i < patch->span[r].last && whose[i] == base->rank) i++;
+      if (i == first) continue;
+      if (list) list[*ranges] = (MPMKeepRange){r * patch->n[0] + first, i - first};
+      ++*ranges;
+      *nodes += i - first;
+    }
+}
+
+/* Returns how many tiles have particles, and lists them with their numbers if list is not NULL. */
+static PetscInt FindTiles(const MPMCore *core, MPMKeepTile *list)
+{
+  const MPMTiles *t   = &core->exchange.patch.tiles;
+  const int       dim = (int)core->grid.dim;
+  PetscInt        n   = 0;
 
   for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++)
     for (PetscInt i = t->used[row][0]; i < t->used[row][1]; i++) {
       if (t->slot[row * t->n[0] + i] == MPM_TILE_EMPTY) continue;
-      tile[n] = (MPMKeepTile){row * t->n[0] + i, 0};
-      for (PetscInt in = 0; in < 1 << t->bits * (dim - 1); in++) {
+      if (list) list[n] = (MPMKeepTile){row * t->n[0] + i, 0};
+      for (PetscInt in = 0; in < 1 << t->bits * (dim - 1) && list; in++) {
         const PetscInt *cell = t->start + MPMTileRowCell(dim, t, row, in) + (i << t->bits);
 
-        tile[n].n += cell[1 << t->bits] - cell[0];
+        list[n].n += cell[1 << t->bits] - cell[0];
       }
       n++;
     }
-  *m = MPMKeepAlign(begin, (char *)(tile + n));
-  for (PetscInt k = 0; k < n; k++) *m += MPMTilesCopy(patch, t->slot[tile[k].tile], phase->parts, PETSC_TRUE, *m);
   return n;
+}
+
+/* Packs the tiles that have particles, the sums of those at borders, and the sums that are complete, at *m. */
+static PetscErrorCode PackSums(MPMCore *core, const MPMPhase *phase, MPMKeepAnswer *answer, char *begin, char **m)
+{
+  const MPMPatch *patch = &core->exchange.patch;
+  MPMKeepTile    *tile  = (MPMKeepTile *)*m;
+  MPMKeepRange   *range;
+  PetscInt        which[MPM_NODE_NC], nodes;
+  const PetscInt  nc = MPMNodeSums(core->grid.dim, phase->parts, which);
+  PetscReal      *to;
+
+  PetscFunctionBeginUser;
+  answer->tiles = FindTiles(core, tile);
+  *m            = MPMKeepAlign(begin, (char *)(tile + answer->tiles));
+  for (PetscInt k = 0; k < answer->tiles; k++)
+    if (patch->tiles.slot[tile[k].tile] >= 0)
+      *m += MPMTilesCopy(patch, patch->tiles.slot[tile[k].tile], phase->parts, PETSC_TRUE, *m);
+  range = (MPMKeepRange *)*m;
+  FindRanges(core, &answer->ranges, &nodes, range);
+  to = (PetscReal *)MPMKeepAlign(begin, (char *)(range + answer->ranges));
+  PetscCall(MPMExchangeOpenNodes(core));
+  for (PetscInt k = 0; k < answer->ranges; k++)
+    for (PetscInt i = range[k].first; i < range[k].first + range[k].n; i++)
+      for (PetscInt c = 0; c < nc; c++) *to++ = ((const PetscReal *)(patch->node + i))[which[c]];
+  PetscCall(MPMExchangeCloseNodes(core));
+  *m = (char *)to;
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Returns the most bytes that the answer to a job can have. */
 static size_t AnswerBytes(MPMCore *core, const MPMKeepJob *job, const Memory *memory)
 {
   const MPMPhase *phase = job->phase < 0 ? NULL : &core->phases[job->phase];
-  const size_t    head  = sizeof(MPMKeepAnswer) + 8;
-  PetscInt        which[MPM_NODE_NC];
+  const size_t    head  = sizeof(MPMKeepAnswer) + 16;
+  PetscInt        which[MPM_NODE_NC], ranges, nodes;
 
   if (!phase) return head + (size_t)core->particles.n * MPMParticlesRowBytes(&core->particles, job->fields);
   if (phase->kind == MPM_NODES_TO_PARTICLES)
     return head + (size_t)memory->nleavers * (size_t)MPMParticlesBytes(&core->particles, MPM_SCRATCH);
-  return head + (size_t)core->exchange.patch.tiles.n_own *
-                    (sizeof(MPMKeepTile) + MPMTileNodes(core->grid.dim, core->basis) * sizeof(PetscReal) *
-                                               (size_t)MPMNodeSums(core->grid.dim, phase->parts, which));
+  FindRanges(core, &ranges, &nodes, NULL);
+  return head + (size_t)FindTiles(core, NULL) * sizeof(MPMKeepTile) + (size_t)ranges * sizeof(MPMKeepRange) +
+         ((size_t)core->exchange.patch.tiles.n_own * MPMTileNodes(core->grid.dim, core->basis) + (size_t)nodes) *
+             (size_t)MPMNodeSums(core->grid.dim, phase->parts, which) * sizeof(PetscReal);
 }
 
 /* Runs the phase of a job on all particles here; *m: what follows its head. */
@@ -221,13 +264,16 @@ static PetscErrorCode Work(MPMCore *core, const MPMKeepJob *job, Memory *memory,
   if (job->owners) {
     PetscCall(PetscArraycpy(base->owner, (PetscInt *)m, base->ntiles));
     m += (size_t)base->ntiles * sizeof *base->owner;
+    MPMKeepFindBorders(core, base);
+    memory->borders = PETSC_TRUE;
   }
   if (job->settle) PetscCall(Settle(core, job, phase->timer, memory, &m));
   m = MPMKeepAlign(memory->in, m);
   PetscCall(MPMPhaseBegin(core, phase));
-  if (phase->kind == MPM_PARTICLES_TO_NODES)
+  if (phase->kind == MPM_PARTICLES_TO_NODES) {
     PetscCall(MPMExchangeRun(core, phase, MPM_PASS_EARLY));
-  else {
+    PetscCall(MPMExchangeRun(core, phase, MPM_PASS_MAIN));
+  } else {
     MPMWorkBegin(&core->timers);
     PetscCall(TakeMotion(core, job, m));
     MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
@@ -254,7 +300,7 @@ static PetscErrorCode Answer(MPMCore *core, const MPMKeepJob *job, Memory *memor
   if (!phase)
     PetscCall(MPMKeepRows(particles, job->fields, particles->n, NULL, PETSC_TRUE, &m));
   else if (phase->kind == MPM_PARTICLES_TO_NODES)
-    answer.tiles = PackTiles(core, phase, memory->out, &m);
+    PetscCall(PackSums(core, phase, &answer, memory->out, &m));
   else {
     answer.n = phase->parts & MPM_G2P_COMMIT ? memory->nleavers : 0;
     PetscCall(MPMKeepRows(particles, MPMKeepFields(particles, PETSC_FALSE), answer.n, memory->leaver, PETSC_TRUE, &m));
