@@ -108,6 +108,8 @@ PetscReal MPMModelPoolBytes(const MPMCore *core, PetscInt e, const MPMShare *s, 
   const MPMPhase *phase;
   const PetscReal times = (PetscReal)Times(core, e, &phase);
   const PetscReal reach = (PetscReal)MPMBasisNodes(core->basis) - 1, c = MPMPoolEdge(core->basis, edge);
+  const PetscReal copies = PetscPowReal((PetscReal)MPMTileSide(core->basis) / (PetscReal)MPMTileEdge(core->basis),
+                                        (PetscReal)dim); /* of a node in tiles */
   PetscReal       patches, cells, wide, bytes;
   PetscInt        which[MPM_NODE_NC];
 
@@ -120,9 +122,8 @@ PetscReal MPMModelPoolBytes(const MPMCore *core, PetscInt e, const MPMShare *s, 
                 ? 0
                 : s->particles * (PetscReal)(MPMParticlesRowBytes(&core->particles, phase->particles_in));
   if (phase->kind == MPM_PARTICLES_TO_NODES)
-    bytes += s->nodes *
-             PetscPowReal((PetscReal)MPMTileSide(core->basis) / (PetscReal)MPMTileEdge(core->basis), (PetscReal)dim) *
-             8 * (PetscReal)MPMNodeSums(dim, phase->parts, which);
+    bytes += s->nodes * (core->exchange.type->keeps ? 1 : copies) * 8 *
+             (PetscReal)MPMNodeSums(dim, phase->parts, which);
   else if (core->exchange.type->keeps)
     bytes += s->nodes * 8 * (PetscReal)MPM_MOTION_NC(dim);
   else

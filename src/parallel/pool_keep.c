@@ -137,78 +137,6 @@ static PetscErrorCode TakeRows(MPMCore *core, MPMKeep *keep, PetscInt fields, Pe
 }
 _Static_assert(MPM_FIELD_INDEX_id == 0, "rows of particles begin with their ids");
 
-/* Takes the numbers of particles of a worker's tiles, and the sums of those at borders; notes where those of nodes are. */
-static PetscErrorCode TakeSums(MPMCore *core, MPMKeep *keep, const MPMPhase *phase, PetscMPIInt from,
-                               const MPMKeepAnswer *answer, PetscInt64 *n)
-{
-  MPMPatch          *patch = &core->exchange.patch;
-  MPMKeepWorker     *w     = &keep->worker[from];
-  const MPMKeepTile *tile  = (const MPMKeepTile *)(w->in + sizeof *answer);
-  char              *m     = MPMKeepAlign(w->in, (char *)(tile + answer->tiles));
-
-  PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < answer->tiles; k++) {
-    PetscCheck(keep->base.owner[tile[k].tile] == from && !keep->count[tile[k].tile], PETSC_COMM_SELF, PETSC_ERR_PLIB,
-               "worker %d sent sums of tile %" PetscInt_FMT ", which is not its own", from, tile[k].tile);
-    keep->count[tile[k].tile] = tile[k].n;
-    *n += tile[k].n;
-    if (!keep->base.border[tile[k].tile]) continue;
-    PetscCall(MPMTilesCome(patch, tile[k].tile));
-    m += MPMTilesCopy(patch, patch->tiles.slot[tile[k].tile], phase->parts, PETSC_FALSE, m);
-  }
-  w->range   = (const MPMKeepRange *)m;
-  w->nranges = answer->ranges;
-  w->sums    = (const PetscReal *)MPMKeepAlign(w->in, (char *)(w->range + w->nranges));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Takes the sums of the nodes that workers have completed, after those of tiles at borders have been added up to nodes.
-   Phases visit all nodes between the first and the last of a row; those that nobody touches have sums of 0. */
-static PetscErrorCode TakeNodes(MPMCore *core, MPMKeep *keep, const MPMPhase *phase)
-{
-  MPMPatch      *patch = &core->exchange.patch;
-  const PetscInt rows = patch->n[1] * patch->n[2], dim = core->grid.dim;
-  const PetscInt c0 = MPM_NODE_FIRST(dim, phase->parts), c1 = MPM_NODE_LAST(dim, phase->parts);
-  PetscInt       which[MPM_NODE_NC];
-  const PetscInt nc = MPMNodeSums(dim, phase->parts, which);
-  MPMSpan       *before;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(rows, &before));
-  PetscCall(PetscArraycpy(before, patch->span, rows));
-  for (PetscMPIInt w = 1; w < keep->base.size; w++)
-    for (PetscInt k = 0; k < keep->worker[w].nranges; k++) {
-      const MPMKeepRange *range = &keep->worker[w].range[k];
-      MPMSpan            *span  = &patch->span[range->first / patch->n[0]];
-      const PetscInt      first = range->first % patch->n[0];
-
-      span->first = PetscMin(span->first, first);
-      span->last  = PetscMax(span->last, first + range->n);
-    }
-  for (PetscInt r = 0; r < rows; r++)
-    for (PetscInt i = patch->span[r].first; i < patch->span[r].last; i++) {
-      PetscReal *node = (PetscReal *)(patch->node + r * patch->n[0] + i);
-
-      if (i >= before[r].first && i < before[r].last) continue; /* it has been zeroed */
-      if ((phase->parts & MPM_P2G_MASS) && (phase->parts & MPM_P2G_FORCE))
-        memset(node, 0, sizeof *patch->node);
-      else
-        for (PetscInt c = c0; c < c1; c++) node[c] = 0;
-    }
-  for (PetscMPIInt w = 1; w < keep->base.size; w++) {
-    const PetscReal *sum = keep->worker[w].sums;
-
-    for (PetscInt k = 0; k < keep->worker[w].nranges; k++)
-      for (PetscInt i = 0; i < keep->worker[w].range[k].n; i++) {
-        PetscReal *node = (PetscReal *)(patch->node + keep->worker[w].range[k].first + i);
-
-        for (PetscInt c = 0; c < nc; c++) node[which[c]] = *sum++;
-      }
-  }
-  PetscCall(PetscFree(before));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Takes the particles that leave a worker: the next job brings them to the owners of their new tiles. */
 static PetscErrorCode TakeLeavers(MPMCore *core, MPMKeep *keep, PetscMPIInt from, const MPMKeepAnswer *answer)
 {
@@ -317,7 +245,8 @@ static PetscErrorCode Sweep_Keep(MPMCore *core, const MPMPhase *phase)
     PetscCall(Receive(core, keep, &from, &answer, &waited));
     MPMStatusMerge(&core->status, &answer.status);
     MPMWorkBegin(&core->timers);
-    PetscCall(to_nodes ? TakeSums(core, keep, phase, from, &answer, &n) : TakeLeavers(core, keep, from, &answer));
+    PetscCall(to_nodes ? MPMKeepTakeSums(core, keep, phase, from, &answer, &n)
+                       : TakeLeavers(core, keep, from, &answer));
     MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
   }
   core->particles.current &= ~phase->particles_out;
@@ -330,7 +259,7 @@ static PetscErrorCode Sweep_Keep(MPMCore *core, const MPMPhase *phase)
     PetscCall(PetscMemzero(&ex->patch.particles, sizeof ex->patch.particles));
     PetscCall(MPMPatchRun(core, &ex->patch, phase, MPM_PASS_MAIN, &core->status));
     MPMWorkBegin(&core->timers);
-    PetscCall(TakeNodes(core, keep, phase));
+    PetscCall(MPMKeepTakeNodes(core, keep, phase));
     MPMWorkEnd(&core->timers, phase->timer, NULL, 0);
   }
   PetscCall(MPMExchangeCloseNodes(core));

@@ -89,6 +89,14 @@ PetscErrorCode MPMKeepGives(MPMKeepWorker *, PetscInt row);           /* a parti
 /* Finds which tiles and nodes lie between owners, when these are new. */
 void MPMKeepFindBorders(MPMCore *, MPMKeepBase *);
 
+/* Messages of sums (pool_sums.c): Ranges, Tiles and PackSums of a worker, TakeSums and TakeNodes of the master. */
+void           MPMKeepRanges(const MPMCore *, PetscInt *ranges, PetscInt *nodes, MPMKeepRange *list);
+PetscInt       MPMKeepTiles(const MPMCore *, MPMKeepTile *list);
+PetscErrorCode MPMKeepPackSums(MPMCore *, const MPMPhase *, MPMKeepAnswer *, char *begin, char **m);
+PetscErrorCode MPMKeepTakeSums(MPMCore *, MPMKeep *, const MPMPhase *, PetscMPIInt from, const MPMKeepAnswer *,
+                               PetscInt64 *n);
+PetscErrorCode MPMKeepTakeNodes(MPMCore *, MPMKeep *, const MPMPhase *);
+
 /* Returns the fields (bits) of particles that change their worker. */
 PetscInt MPMKeepFields(const MPMParticles *, PetscBool scratch);
 

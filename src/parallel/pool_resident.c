@@ -167,74 +167,6 @@ static PetscErrorCode TakeMotion(MPMCore *core, const MPMKeepJob *job, const cha
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets how many nodes there are whose sums are complete here, and in how many ranges; lists these if list is not NULL. */
-static void FindRanges(const MPMCore *core, PetscInt *ranges, PetscInt *nodes, MPMKeepRange *list)
-{
-  const MPMKeepBase *base  = (const MPMKeepBase *)core->exchange.pool;
-  const MPMPatch    *patch = &core->exchange.patch;
-
-  *ranges = *nodes = 0;
-  for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++)
-    for (PetscInt i = patch->span[r].first; i < patch->span[r].last; i++) {
-      const PetscInt first = i, *whose = base->whose + r * patch->n[0];
-
-      while (i < patch->span[r].last && whose[i] == base->rank) i++;
-      if (i == first) continue;
-      if (list) list[*ranges] = (MPMKeepRange){r * patch->n[0] + first, i - first};
-      ++*ranges;
-      *nodes += i - first;
-    }
-}
-
-/* Returns how many tiles have particles, and lists them with their numbers if list is not NULL. */
-static PetscInt FindTiles(const MPMCore *core, MPMKeepTile *list)
-{
-  const MPMTiles *t   = &core->exchange.patch.tiles;
-  const int       dim = (int)core->grid.dim;
-  PetscInt        n   = 0;
-
-  for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++)
-    for (PetscInt i = t->used[row][0]; i < t->used[row][1]; i++) {
-      if (t->slot[row * t->n[0] + i] == MPM_TILE_EMPTY) continue;
-      if (list) list[n] = (MPMKeepTile){row * t->n[0] + i, 0};
-      for (PetscInt in = 0; in < 1 << t->bits * (dim - 1) && list; in++) {
-        const PetscInt *cell = t->start + MPMTileRowCell(dim, t, row, in) + (i << t->bits);
-
-        list[n].n += cell[1 << t->bits] - cell[0];
-      }
-      n++;
-    }
-  return n;
-}
-
-/* Packs the tiles that have particles, the sums of those at borders, and the sums that are complete, at *m. */
-static PetscErrorCode PackSums(MPMCore *core, const MPMPhase *phase, MPMKeepAnswer *answer, char *begin, char **m)
-{
-  const MPMPatch *patch = &core->exchange.patch;
-  MPMKeepTile    *tile  = (MPMKeepTile *)*m;
-  MPMKeepRange   *range;
-  PetscInt        which[MPM_NODE_NC], nodes;
-  const PetscInt  nc = MPMNodeSums(core->grid.dim, phase->parts, which);
-  PetscReal      *to;
-
-  PetscFunctionBeginUser;
-  answer->tiles = FindTiles(core, tile);
-  *m            = MPMKeepAlign(begin, (char *)(tile + answer->tiles));
-  for (PetscInt k = 0; k < answer->tiles; k++)
-    if (patch->tiles.slot[tile[k].tile] >= 0)
-      *m += MPMTilesCopy(patch, patch->tiles.slot[tile[k].tile], phase->parts, PETSC_TRUE, *m);
-  range = (MPMKeepRange *)*m;
-  FindRanges(core, &answer->ranges, &nodes, range);
-  to = (PetscReal *)MPMKeepAlign(begin, (char *)(range + answer->ranges));
-  PetscCall(MPMExchangeOpenNodes(core));
-  for (PetscInt k = 0; k < answer->ranges; k++)
-    for (PetscInt i = range[k].first; i < range[k].first + range[k].n; i++)
-      for (PetscInt c = 0; c < nc; c++) *to++ = ((const PetscReal *)(patch->node + i))[which[c]];
-  PetscCall(MPMExchangeCloseNodes(core));
-  *m = (char *)to;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Returns the most bytes that the answer to a job can have. */
 static size_t AnswerBytes(MPMCore *core, const MPMKeepJob *job, const Memory *memory)
 {
@@ -245,8 +177,8 @@ static size_t AnswerBytes(MPMCore *core, const MPMKeepJob *job, const Memory *me
   if (!phase) return head + (size_t)core->particles.n * MPMParticlesRowBytes(&core->particles, job->fields);
   if (phase->kind == MPM_NODES_TO_PARTICLES)
     return head + (size_t)memory->nleavers * (size_t)MPMParticlesBytes(&core->particles, MPM_SCRATCH);
-  FindRanges(core, &ranges, &nodes, NULL);
-  return head + (size_t)FindTiles(core, NULL) * sizeof(MPMKeepTile) + (size_t)ranges * sizeof(MPMKeepRange) +
+  MPMKeepRanges(core, &ranges, &nodes, NULL);
+  return head + (size_t)MPMKeepTiles(core, NULL) * sizeof(MPMKeepTile) + (size_t)ranges * sizeof(MPMKeepRange) +
          ((size_t)core->exchange.patch.tiles.n_own * MPMTileNodes(core->grid.dim, core->basis) + (size_t)nodes) *
              (size_t)MPMNodeSums(core->grid.dim, phase->parts, which) * sizeof(PetscReal);
 }
@@ -300,7 +232,7 @@ static PetscErrorCode Answer(MPMCore *core, const MPMKeepJob *job, Memory *memor
   if (!phase)
     PetscCall(MPMKeepRows(particles, job->fields, particles->n, NULL, PETSC_TRUE, &m));
   else if (phase->kind == MPM_PARTICLES_TO_NODES)
-    PetscCall(PackSums(core, phase, &answer, memory->out, &m));
+    PetscCall(MPMKeepPackSums(core, phase, &answer, memory->out, &m));
   else {
     answer.n = phase->parts & MPM_G2P_COMMIT ? memory->nleavers : 0;
     PetscCall(MPMKeepRows(particles, MPMKeepFields(particles, PETSC_FALSE), answer.n, memory->leaver, PETSC_TRUE, &m));

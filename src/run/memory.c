@@ -65,8 +65,8 @@ static PetscReal Kept(const MPMCore *core, PetscMPIInt workers)
   return n * (row * (1 + 1 / (PetscReal)workers) + 3 * (PetscReal)sizeof(PetscInt));
 }
 
-/* Returns the bytes that such a worker needs: the grid, its particles, their rows in a job and in an answer, and the sums
-   of its tiles with their message. */
+/* Returns the bytes that such a worker needs: the grid, its particles, their rows in a job and in an answer, and the
+   message of its sums. */
 static PetscReal Worker(const MPMCore *core, PetscMPIInt workers)
 {
   const MPMPatch *patch = &core->exchange.patch;
@@ -76,7 +76,7 @@ static PetscReal Worker(const MPMCore *core, PetscMPIInt workers)
   for (PetscInt d = 0; d < 3; d++) nodes *= (PetscReal)patch->n[d];
   return nodes * (PetscReal)((2 * MPM_NODE_NC + MPM_MOTION_NC(core->grid.dim)) * (PetscInt)sizeof(PetscReal)) +
          share * ((PetscReal)core->particles.n * ((PetscReal)MPMParticlesMemory(&core->particles) + 2 * row) +
-                  (1 + SENT) * (PetscReal)patch->tiles.n_own * TileBytes(core));
+                  SENT * (PetscReal)MPM_NODE_NC * (PetscReal)sizeof(PetscReal) * MPMPatchTouchedNodes(patch));
 }
 
 /* Returns the bytes that this process will need besides those that it has; in the steps, and until the end of an
