@@ -31,6 +31,7 @@ WAYS = [("direct", 3, ["-parallel_strategy", "spatial", "-parallel_migrate", "di
         ("swarm", 3, ["-parallel_strategy", "spatial", "-parallel_migrate", "swarm"]),
         ("recut", 4, ["-parallel_strategy", "spatial", "-parallel_balance", "auto"]),
         ("pool", 3, ["-parallel_strategy", "pool"]),
+        ("workers", 3, ["-parallel_strategy", "pool", "-pool_particles", "workers"]),
         ("serial", 1, [])]
 LEAK = """#include <mpi.h>
 #include <stdlib.h>
@@ -127,7 +128,7 @@ def flat(steps):
     for name, n, options in WAYS:
         run, found = slopes(name, n, steps, options)
         moved = run.find(r"in (\d+) of \d+ steps")
-        check.that(n == 1 or name == "pool" or moved and int(moved) > 0.3 * steps, f"{name}: migrations in {moved} of {steps} steps")
+        check.that(n == 1 or name in ("pool", "workers") or moved and int(moved) > 0.3 * steps, f"{name}: migrations in {moved} of {steps} steps")
         check.that(len(found) == n and all(slope < (RECUT if name == "recut" else MOST) for slope, _, _ in found),
                    f"{name} on {n}: {steps} steps, growth in bytes a step " + " ".join(f"{slope:.3f}" for slope, _, _ in found) +
                    ", of all parts in kB " + " ".join(f"{1e-3 * whole:.0f}" for _, whole, _ in found) +
@@ -158,10 +159,11 @@ def told_and_found(name, n, options, env):
 def peak(which):
     env = library("peak", PEAK)
     spatial, pool = ["-parallel_strategy", "spatial"], ["-parallel_strategy", "pool"]
+    workers = [*pool, "-pool_particles", "workers"]
     cases = {"some": [(name, n, more) for name in ("disks", "taylor") for n, more in ((1, []), (2, spatial))],
              "all": [(name[:-5], n, more) for name in sorted(os.listdir(os.path.dirname(check.scene("")))) if name.endswith(".opts")
-                     for n, more in ((1, []), (2, spatial), (3, pool))],
-             "large": [("disks", n, ["-grid_cells", "500,500", *more]) for n, more in ((1, []), (2, spatial), (3, pool))]
+                     for n, more in ((1, []), (2, spatial), (3, pool), (3, workers))],
+             "large": [("disks", n, ["-grid_cells", "500,500", *more]) for n, more in ((1, []), (2, spatial), (3, pool), (3, workers))]
                       + [("disks", 1, ["-grid_cells", "500,500", "-output_format", "none"]),
                          ("dambreak3d", 2, ["-body_column_ppc", "6,6,6", *spatial])]}[which]
     for name, n, more in cases:

@@ -25,11 +25,12 @@ import mpi
 
 words = check.arguments(__doc__, 1)
 SCENES = sorted(os.path.basename(path)[:-5] for path in glob.glob(os.path.join(check.source, "options", "*.opts")))
-WAYS = {1: [], 2: [], 3: [], 4: [], "pool": ["-parallel_strategy", "pool"]}
+WAYS = {1: [], 2: [], 3: [], 4: [], "pool": ["-parallel_strategy", "pool"],
+        "workers": ["-parallel_strategy", "pool", "-pool_particles", "workers"]}
 
 
 def processes(way):
-    return 3 if way == "pool" else way
+    return 3 if way in ("pool", "workers") else way
 
 
 def results(folder):
@@ -100,7 +101,7 @@ def every(scene, steps, more):
 
 def scenes():
     """Each scene on two ways to run, which differ from scene to scene."""
-    ways = itertools.cycle([(1, 2), (3, 1), (2, 3), (1, "pool"), (2, 1), ("pool", 2)])
+    ways = itertools.cycle([(1, 2), (3, 1), (2, 3), (1, "pool"), (2, 1), ("workers", "pool"), ("pool", 2), (3, "workers")])
     jobs = [(scene, 12 if scene.endswith("3d") else 30, [7 if scene.endswith("3d") else 13], way)
             for scene, way in zip(SCENES, ways)]
     check.at_once(lambda job: stop_and_go(*job), jobs)

@@ -141,7 +141,7 @@ static PetscErrorCode Sums(const MPMMeasures *m, MPMCore *core, const MPMScene *
 
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(3 * m->nbodies, &sum));
-  PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
+  PetscCall(MPMParticlesReadView(&core->particles, -1, &view));
   for (PetscInt p = 0; p < view.n; p++)
     for (PetscInt b = 0; b < m->nbodies; b++) {
       const MPMBody *body     = &scene->bodies[m->body[b]];
@@ -167,7 +167,7 @@ static PetscErrorCode Extents(const MPMMeasures *m, MPMCore *core, const MPMScen
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < 3 * m->nbodies; k++) out[k] = PETSC_MAX_REAL;
-  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++)
     for (PetscInt b = 0; b < m->nbodies; b++) {
       const MPMBody *body = &scene->bodies[m->body[b]];

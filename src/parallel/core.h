@@ -49,6 +49,7 @@ typedef struct {
   PetscErrorCode (*finish)(MPMCore *);            /* frees what setup made */
   PetscBool cuts;                                 /* does it cut the grid by a histogram? */
   PetscBool by_workers;                           /* do other processes do the work on particles? */
+  PetscBool keeps;                                /* do these keep them from step to step? */
   PetscErrorCode (*serve)(MPMCore *);             /* what a process without data does, until the run ends */
   PetscErrorCode (*share)(MPMCore *, MPMShare *); /* adds ghosts, neighbours, cuts of this process; NULL: it has none */
 } MPMExchangeType;

@@ -120,7 +120,7 @@ static PetscErrorCode WarnOfSpin(MPM mpm)
   PetscFunctionBeginUser;
   if (dim == 1 || (affine && mpm->method.transfer->flip >= 0)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(N * scene->nbodies, &sum));
-  PetscCall(MPMParticlesGetView(&mpm->core.particles, fields, &view));
+  PetscCall(MPMParticlesReadView(&mpm->core.particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     PetscInt  b    = 0;
     PetscReal x[3] = {0}, v[3] = {0}, *s;

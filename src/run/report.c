@@ -101,7 +101,8 @@ static PetscErrorCode PrintFriction(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Notes that the pool has fewer patches with particles than workers, with the largest patches of which there are enough. */
+/* Notes that the pool has fewer patches with particles than workers, with the largest patches of which there are enough.
+   Workers that keep the particles divide them by tiles. */
 static PetscErrorCode NoteIdle(MPM mpm, PetscInt workers)
 {
   const PetscInt tile   = MPMTileEdge(mpm->core.basis);
@@ -109,6 +110,7 @@ static PetscErrorCode NoteIdle(MPM mpm, PetscInt workers)
   PetscInt       edge   = PetscMin(mpm->core.exchange.pool_cells, MPMPoolEdge(mpm->core.basis, widest)), has, n;
 
   PetscFunctionBeginUser;
+  if (mpm->core.exchange.type->keeps) edge = tile;
   PetscCall(MPMPoolPatches(&mpm->core, edge, &has));
   for (n = has; n < workers && edge > tile;) PetscCall(MPMPoolPatches(&mpm->core, edge -= tile, &n));
   if (has >= workers) PetscFunctionReturn(PETSC_SUCCESS);
@@ -159,7 +161,7 @@ static PetscErrorCode PrintLoads(MPM mpm)
   MPMView        view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMParticlesGetView(&mpm->core.particles, fields, &view));
+  PetscCall(MPMParticlesReadView(&mpm->core.particles, fields, &view));
   for (PetscInt l = 0; l < mpm->scene.nloads; l++) {
     const MPMLoad *load    = &mpm->scene.loads[l];
     const MPMBody *body    = &mpm->scene.bodies[load->body];
@@ -355,6 +357,8 @@ static PetscErrorCode PrintResults(MPM mpm)
 /* Prints the summary: why the run ended, energies, error, files, phases, digest. Collective on the exchange. */
 PetscErrorCode MPMReportEnd(MPM mpm)
 {
+  PetscInt       shares = 1; /* into which the particles are divided */
+  PetscMPIInt    processes;
   PetscInt64     digest;
   PetscLogDouble now;
 
@@ -387,13 +391,14 @@ PetscErrorCode MPMReportEnd(MPM mpm)
     PetscCall(MPMPrint(&mpm->core.print, "\n"));
   }
   if (mpm->output.dir[0]) PetscCall(PrintResults(mpm));
+  PetscCallMPI(MPI_Comm_size(mpm->core.comm, &processes));
+  for (PetscInt d = 0; d < 3 && !mpm->core.exchange.type->keeps; d++) shares *= mpm->core.exchange.partition.p[d];
+  if (mpm->core.exchange.type->keeps) shares = processes - 1;
   if (mpm->core.exchange.recuts)
     PetscCall(MPMPrint(&mpm->core.print,
                        "balance    the grid was cut anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n",
                        mpm->core.exchange.recuts,
-                       (double)mpm->core.status.most * mpm->core.exchange.partition.p[0] *
-                           mpm->core.exchange.partition.p[1] * mpm->core.exchange.partition.p[2] /
-                           (double)PetscMax(1, mpm->core.particles.total)));
+                       (double)mpm->core.status.most * shares / (double)PetscMax(1, mpm->core.particles.total)));
   if (mpm->core.exchange.migrations)
     PetscCall(MPMPrint(&mpm->core.print,
                        "migration  particles changed process %" PetscInt64_FMT " times, in %" PetscInt_FMT

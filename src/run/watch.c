@@ -75,7 +75,7 @@ static PetscErrorCode FindCause(MPM mpm)
   MPMBlock b;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const MPMMaterial *m     = core->params.materials + core->params.kinds[view.kind ? view.kind[p] : 0].material;
     PetscReal          value = 0;
@@ -144,7 +144,7 @@ PetscErrorCode MPMWatchRest(MPM mpm)
   if (core->step != 1 || !(g > 0) || MPMDampingIsOn(core)) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < mpm->scene.nbodies; k++)
     if (mpm->scene.bodies[k].v2 > 0) PetscFunctionReturn(PETSC_SUCCESS); /* nor shall it rest */
-  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     PetscReal v2 = 0;
 
@@ -179,7 +179,7 @@ PetscErrorCode MPMWatchBodies(MPM mpm)
   PetscFunctionBeginUser;
   if (mpm->watch.torn || mpm->monitor.last != core->step || !core->particles.present[MPM_FIELD_INDEX_F])
     PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const MPMKind     *kind = &core->params.kinds[view.kind ? view.kind[p] : 0];
     const MPMMaterial *m    = &core->params.materials[kind->material];

@@ -332,7 +332,7 @@ PetscErrorCode MPMEnergyStep(MPMCore *core, PetscBool begins)
 
   PetscFunctionBeginUser;
   PetscCall(MakeRoom(core));
-  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
   if (e->loads || KeepsAll(e)) {
     if (begins)
       KeepMotion(core->grid.dim, &view, e);

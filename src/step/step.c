@@ -142,15 +142,23 @@ PetscErrorCode MPMStepRecoverBegin(MPMCore *core, PetscReal **r)
   if (!p->scratch[MPM_FIELD_INDEX_r])
     PetscCall(PetscMalloc1(p->capacity * p->dim, (PetscReal **)&p->scratch[MPM_FIELD_INDEX_r]));
   p->present[MPM_FIELD_INDEX_r] = PETSC_TRUE;
-  *r                            = (PetscReal *)p->scratch[MPM_FIELD_INDEX_r];
   PetscCall(RunUntimed(core, MPMStepRecoverPhase(core, 0)));
+  PetscCall(MPMParticlesGetField(p, MPM_FIELD_INDEX_r, (void **)r)); /* lent particles come home: r will be written */
+  PetscCall(MPMParticlesRestoreField(p, MPM_FIELD_INDEX_r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMStepRecover(MPMCore *core)
 {
+  MPMParticles *p = &core->particles;
+  void         *r;
+
   PetscFunctionBeginUser;
+  PetscCall(MPMParticlesGetField(p, MPM_FIELD_INDEX_r, &r)); /* it was written after a call before this one */
+  PetscCall(MPMParticlesRestoreField(p, MPM_FIELD_INDEX_r));
   for (PetscInt k = 1; k < 4; k++) PetscCall(RunUntimed(core, MPMStepRecoverPhase(core, k)));
+  PetscCall(MPMParticlesReadField(p, MPM_FIELD_INDEX_r, &r)); /* lent particles have a new one */
+  PetscCall(MPMParticlesRestoreField(p, MPM_FIELD_INDEX_r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -176,7 +184,7 @@ PetscErrorCode MPMStepBound(MPMCore *core)
 
   PetscFunctionBeginUser;
   MPMStatusReset(&core->status);
-  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const MPMMaterial *m  = core->params.materials + core->params.kinds[view.kind ? view.kind[p] : 0].material;
     PetscReal          v2 = 0;
