@@ -85,6 +85,8 @@ width.4  := -mavx2 -mfma
 fuse     := -O3 -ffp-contract=fast
 # The serial program is compiled like the rest.
 seed.flags := -O3 -ffp-contract=off
+# What the bare kernels of `make bench` get besides.
+bare.flags := -O3 -ffp-contract=fast
 widths   := $(if $(filter x86_64%,$(shell $(MPICC) -dumpmachine 2>/dev/null)),8 4) 2
 objects  += $(foreach w,$(widths),$(lanes:%=$(BUILD)/%.$w.o))
 link      = $(MPICC) $(flags) $(LDFLAGS)
@@ -166,11 +168,13 @@ coverage: ## which lines of src the tests of `make test` reach, by rooms; COVERA
 	+@$(again) DEBUG=coverage ctest select="-LE 'long|extra' -E 'fused|recipes|warnings|rooms'"
 	@$(python) tools/coverage.py build/$(compiler)-coverage --least 92 $(if $(COVERAGE),--missing)
 
-bench: ## time this program and others on the same work; BENCH=full: all sizes, 40 minutes; BENCH=--draw: its picture anew from docs
+bare := $(widths:%=$(BUILD)/bare_%)
+bench: ## time this program, its bare kernels and others on the same work; BENCH=short: 3 minutes; BENCH=full: all sizes, 40
 	@tools/install.sh run
-	+@$(again) $(PEBBLE) build/seed_serial
-	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --flags="$(strip $(flags))" \
-	  --flags-sums="$(fuse)" --flags-seed="$(notdir $(CC)) $(seed.flags)" $(if $(filter full,$(BENCH)),--full,$(BENCH))
+	+@$(again) $(PEBBLE) build/seed_serial $(bare)
+	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --bare $(BUILD)/bare --flags="$(strip $(flags))" \
+	  --flags-sums="$(fuse)" --flags-seed="$(notdir $(CC)) $(seed.flags)" --flags-bare="$(bare.flags)" \
+	  $(if $(filter full short,$(BENCH)),--$(BENCH),$(BENCH))
 
 paper: ## run the studies of docs/paper.md, renew its tables and figures
 	@tools/install.sh run
@@ -298,6 +302,10 @@ $(foreach w,$(widths),$(eval $(call with_lanes,$w)))
 build/seed_serial: tests/seed_serial.c makefile | $(BUILD)
 	$(call say,CC) $(CC) $(seed.flags) -o $@ $< -lm
 
+# The bare kernels, with which `make bench` compares a step: PETSc's types, but nothing that it computes.
+$(bare): $(BUILD)/bare_%: tools/bench/bare.c $(BUILD)/flags
+	$(call say,CC) $(compile) $(bare.flags) -DMPM_WIDTH=$* $(width.$*) -o $@ $< -lm
+
 # Other flags, another PETSc: everything is compiled anew. (Files are rewritten only when they change.)
 replace = cmp -s $@.new $@ && rm $@.new || mv $@.new $@
 $(BUILD)/flags: FORCE | $(BUILD)
@@ -315,4 +323,4 @@ $(BUILD)/version: FORCE | $(BUILD)
 $(BUILD) $(BUILD)/petsc $(rooms:%=$(BUILD)/%):
 	@mkdir -p $@
 
--include $(objects:.o=.d) $(units:=.d) $(BUILD)/quadrature.d
+-include $(objects:.o=.d) $(units:=.d) $(BUILD)/quadrature.d $(bare:=.d)

@@ -1,29 +1,32 @@
 #!/usr/bin/env python3
-"""Measures pebble on this machine, and other programs on the same work: `make bench`, or `make bench BENCH=full`.
+"""Measures pebble on this machine, and other programs on the same work: `make bench`, or with BENCH=short or BENCH=full.
 
 The work is that of tools/bench/scene.py. Programs that are compared run in alternation, so that other work on the machine slows
 all alike; figures are the minimum and the median of the repeats, ratios are of minima. Times are those of the steps per
 particle and step, without start-up and without the compilation of kernels. The groups are:
 
+  bare     a whole step over its arithmetic alone (tools/bench/bare.c), whose mass, momentum and energies must agree with pebble's
   seed     against tests/seed_serial.c, the plain serial program: it has its own body of as many particles, in which usl soon is
            unstable; pebble's body drifts and crosses more cells. Both are compared on the serial program's body. (The time of
            the serial program is the processor's.)
   peers    against steps in Taichi and Warp (tools/bench/), on one core; their energy must agree with pebble's
   updates  usf and musl against usl, at 1e5 particles
   ranks    2 processes against 1, at 1e6 particles, with both ways of migration; the digests must be equal
-  small    1e4 particles, for the plot
   matrix   (full) every basis and dimension, 1e4 to 4e6 particles, 4, 9 and 16 a cell (3-D: 4, 8, 16, 27), 1 and 2
            processes; at least 30 steps, at most 3 repeats, at the largest size 2. --plan says how long it takes
   modes    (full) both migrations and the pool on 2 processes
 
-The program writes output/bench.csv and its copy docs/data/bench/bench.csv, docs/bench.png and the section of
-docs/performance.md between its marks, and prints the table of ratios. With --only, or when something failed, the plot goes to
-output/, and copy and section are left alone. The matrix has a section and a file of its own, docs/data/bench/matrix.csv, which
---only writes too.
+Each ratio has a target, or none. It is of the least times of both programs and stands beside the ratio of their medians and
+the least favourable one of two runs that followed each other. --short has fewer sizes, repeats and peers, for three minutes.
+
+The program writes output/bench.csv, prints the table of ratios, and writes sections of docs/performance.md, between their marks:
+floor (bare, seed, peers), bench (updates, ranks) and matrix, each with its file in docs/data/bench, if all groups of the section
+ran and nothing failed; then docs/bench.png too. Otherwise, and with --short, the plot goes to output/.
 """
 import argparse
 import csv
 import datetime
+import functools
 import json
 import math
 import os
@@ -38,7 +41,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FOLDER = os.path.join(ROOT, "tools", "bench")
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 sys.path.insert(0, FOLDER)
-from scene import Scene  # noqa: E402 (after the path)
+from scene import HALF, Scene  # noqa: E402 (after the path)
 import launch  # noqa: E402
 
 BASES = {"linear": "linear", "bspline2": "quadratic", "bspline3": "cubic", "gimp": "GIMP"}
@@ -46,13 +49,15 @@ SIZES = "1e4,1e5,1e6,4e6"  # of the matrix
 PER_CELL = {1: [(4,), (9,), (16,)], 2: [(2, 2), (3, 3), (4, 4)], 3: [(2, 2, 1), (2, 2, 2), (4, 2, 2), (3, 3, 3)]}
 LARGE = 4e6  # from so many particles on, the matrix has 2 repeats, and only the usual number of particles a cell
 USUAL = {1: (9,), 2: (3, 3), 3: (2, 2, 2)}
-# Targets: ns per particle and step of a whole usl step on one core, at 1e5 and at 1e6 particles.
-TARGETS = {(2, "linear"): (13, 16), (2, "bspline2"): (16, 19), (2, "bspline3"): (21, 24), (2, "gimp"): (21, 24),
-           (3, "linear"): (32, 42), (3, "bspline2"): (56, 63)}
-TIMES_FASTER = {"warp": 2, "taichi": 7}
+METHODS = [(2, "linear"), (2, "bspline2"), (2, "bspline3"), (2, "gimp"), (3, "linear"), (3, "bspline2")]
+SECTIONS = {"floor": ("bare", "seed", "peers"), "bench": ("updates", "ranks")}  # of docs/performance.md, besides the matrix
+# Targets: a whole step of usl over its bare kernels with 1e5 particles, and with 1e6.
+OVER_BARE = dict(zip(METHODS, (1.45, 1.45, 1.2, 1.2, 1.15, 1.15)))
+OVER_BARE_LARGE = 1.6
+TIMES_FASTER = {"warp": 2, "taichi": 7}  # of the same scheme
 # A rough time of a step, to choose the number of steps: {program: {dimension: ns per particle and step}}.
 ROUGH = {"warp": {2: 45, 3: 180}, "taichi": {2: 200, 3: 800}, "seed": {2: 330}}
-PEBBLE = {(1, basis): 10 for basis in BASES} | {key: ns for key, (_, ns) in TARGETS.items()} | {
+PEBBLE = {(1, basis): 10 for basis in BASES} | dict(zip(METHODS, (16, 19, 24, 24, 42, 63))) | {
     (3, "gimp"): 85, (3, "bspline3"): 170}
 MOST = 1000  # steps of a run: linear with usl is unstable, and in 1-D it fails after 2000
 SLOWER = 1.5  # factor by which the plan takes steps to be slower than the above
@@ -78,12 +83,12 @@ def command_output(command, **more):
 # ---- What runs: each class has `row` (what it is, for the table) and time() -> ns per particle and step
 
 class Pebble:
-    def __init__(self, args, scene, basis, update, steps, ranks=1, extra=()):
+    def __init__(self, args, scene, basis, update, steps, ranks=1, extra=(), half=None):
         self.folder = tempfile.TemporaryDirectory()
         self.args, self.steps, self.ranks, self.digests = args, steps, ranks, set()
         path = os.path.join(self.folder.name, "scene.opts")
         with open(path, "w") as f:
-            f.write(scene.options(basis, update, steps))
+            f.write(scene.options(basis, update, steps, half))
         mpi = [args.mpiexec, "-n", str(ranks)] if ranks > 1 else []
         self.command = mpi + [args.pebble, "-options_file", path, "-output_dir", self.folder.name,
                                  "-output_format", "none", "-report_limits", "false", "-report_phases", *extra]
@@ -99,10 +104,43 @@ class Pebble:
         self.digests.add(digest[1])
         return float(row[1])
 
-    def kinetic(self):
-        """Kinetic energy at the end of the last run."""
+    def totals(self):
+        """The last line of the last run's history."""
         with open(os.path.join(self.folder.name, "scene.csv")) as f:
-            return float(list(csv.DictReader(f))[-1]["kinetic_energy"])
+            return list(csv.DictReader(f))[-1]
+
+    def kinetic(self):
+        return float(self.totals()["kinetic_energy"])
+
+
+class Bare:
+    """Bare kernels for as many lanes as pebble uses here."""
+
+    def __init__(self, args, scene, basis, steps, half=None):
+        self.command = [f"{args.bare}_{lanes(args.pebble)}", *scene.bare(basis, steps, half)]
+        self.row = dict(program="bare", dim=scene.dim, basis=basis, update="usl", particles=scene.particles,
+                        per_cell=scene.ppc, processes=1, steps=steps)
+
+    def time(self):
+        self.said = command_output(self.command)
+        return float(re.search(r"^ns per particle-step (\S+)", self.said, re.M)[1])
+
+    def total(self, name):
+        return [float(x) for x in re.search(rf"^{name} (.*)", self.said, re.M)[1].split()]
+
+
+@functools.cache
+def lanes(pebble):
+    """Returns how many lanes pebble's kernels have on this machine."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "lanes.opts")
+        with open(path, "w") as f:
+            f.write(Scene(2, 100, USUAL[2]).options("linear", "usl", 1))
+        said = command_output([pebble, "-options_file", path, "-output_dir", folder, "-output_format", "none"])
+    found = re.search(r"^kernels .* (\d+) lanes?", said, re.M)
+    if not found:
+        raise Failed(f"{pebble} does not say how many lanes it has")
+    return int(found[1])
 
 
 class Seed:
@@ -185,35 +223,37 @@ class Results:
                     del times[name]
         rows = {}
         for name, t in times.items():
-            rows[name] = dict(group=group, **runs[name].row, repeats=len(t), min_ns=min(t),
+            rows[name] = dict(group=group, **runs[name].row, repeats=len(t), times=t, min_ns=min(t),
                               median_ns=statistics.median(t), all_ns=" ".join(f"{x:.4g}" for x in t))
             print(f"  {name:44s} {rows[name]['particles']:8d}  min {min(t):7.1f}  median "
                   f"{statistics.median(t):7.1f} ns", flush=True)
         self.series += rows.values()
-        self.write()
+        self.write(self.args.csv)
         return rows
 
     def ratio(self, what, rows, over, under, target, at_least=True):
+        entry = dict(what=what, value=None, median=None, worst=None, target=target, at_least=at_least, unit="")
         if over in rows and under in rows:
             a, b = rows[over], rows[under]
-            self.ratios.append(dict(what=what, value=a["min_ns"] / b["min_ns"], median=a["median_ns"] / b["median_ns"],
-                                    target=target, at_least=at_least, unit=""))
-        else:
-            self.ratios.append(dict(what=what, value=None, median=None, target=target, at_least=at_least, unit=""))
+            pairs = [x / y for x, y in zip(a["times"], b["times"])]
+            entry.update(group=a["group"], value=a["min_ns"] / b["min_ns"], median=a["median_ns"] / b["median_ns"],
+                         worst=min(pairs) if at_least else max(pairs))
+        self.ratios.append(entry)
 
-    def nanoseconds(self, what, rows, name, target):
+    def nanoseconds(self, what, rows, name):
         row = rows.get(name)
-        self.ratios.append(dict(what=what, value=row and row["min_ns"], median=row and row["median_ns"], target=target,
-                                at_least=False, unit=" ns"))
+        self.ratios.append(dict(what=what, value=row and row["min_ns"], median=row and row["median_ns"],
+                                worst=row and max(row["times"]), target=None, at_least=False, unit=" ns",
+                                group=row and row["group"]))
 
-    def write(self):
+    def write(self, path, groups=None):
         columns = ["group", "program", "dim", "basis", "update", "particles", "per_cell", "processes", "steps",
                    "options", "repeats", "min_ns", "median_ns", "all_ns"]
-        os.makedirs(os.path.dirname(self.args.csv) or ".", exist_ok=True)
-        with open(self.args.csv, "w", newline="") as f:
+        os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
+        with open(path, "w", newline="") as f:
             writer = csv.DictWriter(f, columns, restval="", extrasaction="ignore")
             writer.writeheader()
-            writer.writerows(self.series)
+            writer.writerows(row for row in self.series if groups is None or row["group"] in groups)
 
 
 def judged(ratio):
@@ -226,12 +266,11 @@ def judged(ratio):
 
 
 def table(ratios):
-    """Yields the cells of each row of the table of ratios: what, of minima, of medians, target, met or missed."""
+    """Yields the cells of each row of the table of ratios: what, of minima, of medians, the worst, target, met or missed."""
     for r in ratios:
         form = "{:.1f} ns" if r["unit"] else "{:.2f}"
         bound = "" if r["target"] is None else f"{'>=' if r['at_least'] else '<='} {r['target']:g}{r['unit']}"
-        value, median = ("-" if r[k] is None else form.format(r[k]) for k in ("value", "median"))
-        yield r["what"], value, median, bound, judged(r)
+        yield r["what"], *("-" if r.get(k) is None else form.format(r[k]) for k in ("value", "median", "worst")), bound, judged(r)
 
 
 # ---- The groups
@@ -260,6 +299,46 @@ def size(scene):
 
 def close(a, b, tolerance):
     return abs(a - b) <= tolerance * max(abs(a), abs(b))
+
+
+def check_bare(args, dim, basis):
+    """Checks that the bare kernels compute what pebble does: 12 steps of halves that run into each other."""
+    scene = Scene(dim, 1e4, USUAL[dim])
+    theirs, ours = Bare(args, scene, basis, 12, HALF), Pebble(args, scene, basis, "usl", 12, half=HALF)
+    theirs.time()
+    ours.time()
+    totals = {name: float(value) for name, value in ours.totals().items()}
+    scale = totals["mass"] * (2 * totals["kinetic_energy"] / totals["mass"]) ** 0.5
+    differences = {"mass": theirs.total("mass")[0] / totals["mass"] - 1,
+                   "kinetic energy": theirs.total("kinetic")[0] / totals["kinetic_energy"] - 1,
+                   "strain energy": theirs.total("strain")[0] / totals["strain_energy"] - 1}
+    for axis, p in zip("xyz"[:dim], theirs.total("momentum")):
+        differences[f"momentum along {axis}"] = (p - totals[f"momentum_{axis}"]) / scale
+    for name, difference in differences.items():
+        if not abs(difference) <= 1e-11:
+            raise Failed(f"bare kernels, {BASES[basis]} {dim}-D: {name} differs from pebble's by {difference:.1e} of it")
+    return max(map(abs, differences.values()))
+
+
+def bare(args, results):
+    differences = []
+    for dim, basis in METHODS:
+        try:
+            differences.append(check_bare(args, dim, basis))
+        except Failed as failure:
+            results.problem(f"bare: {failure}")
+    if differences:
+        print(f"  mass, momentum and energies of the bare kernels differ from pebble's by {max(differences):.1e} at most")
+    for n in (1e5, 1e6) if args.short else (1e4, 1e5, 1e6):
+        for dim, basis in METHODS:
+            if args.short and n > 1e5 and basis != "bspline2":
+                continue
+            scene, name = Scene(dim, n, USUAL[dim]), f"{BASES[basis]} {dim}-D"
+            ours = pebble(args, scene, basis)
+            rows = results.alternate("bare", {f"{name} usl": ours, f"{name} bare": Bare(args, scene, basis, ours.steps)})
+            if n > 1e4:
+                results.ratio(f"step / bare kernels, {name}, {size(scene)}", rows, f"{name} usl", f"{name} bare",
+                              OVER_BARE[dim, basis] if n < 1e6 else OVER_BARE_LARGE, False)
 
 
 def seed(args, results):
@@ -303,16 +382,16 @@ def peers(args, results):
     python, names, reasons = install(args)
     for name, reason in reasons.items():
         print(f"  {name.capitalize()} is left out: {reason}")
-        results.ratios.append(dict(what=f"{name.capitalize()} / pebble, quadratic 2-D and 3-D", value=None, median=None,
+        results.ratios.append(dict(what=f"{name.capitalize()} / pebble, quadratic 2-D and 3-D", value=None, group="peers",
                                    target=TIMES_FASTER[name], at_least=True, unit="", absent="left out"))
     for dim in (2, 3) if names else ():
-        for n in (1e5, 1e6):
+        for n in (1e5,) if args.short else (1e5, 1e6):
             scene, runs, started = Scene(dim, n, USUAL[dim]), {}, []
             ours = f"quadratic {dim}-D usl"
             runs[ours] = pebble(args, scene, "bspline2")
             try:
                 for name in names:
-                    for scheme in ("flip", "mls"):
+                    for scheme in ("flip",) if args.short else ("flip", "mls"):
                         try:
                             steps = choose(args, scene, ROUGH[name][dim], 2)
                             peer = Peer(name, scheme, python, scene, steps)
@@ -328,17 +407,22 @@ def peers(args, results):
                     peer.close()
             for name, target in TIMES_FASTER.items():
                 for scheme, text in (("flip", "same scheme"), ("mls", "MLS-MPM")):
-                    if name in names:
+                    if name in names and (scheme == "flip" or not args.short):
                         results.ratio(f"{name.capitalize()} ({text}) / pebble, quadratic {dim}-D, {size(scene)}", rows,
-                                      f"{name} {scheme} {dim}-D", ours, target)
+                                      f"{name} {scheme} {dim}-D", ours, target if scheme == "flip" else None)
 
 
 def updates(args, results):
-    for dim, basis in TARGETS:
+    for dim, basis in METHODS:
         scene, name = Scene(dim, 1e5, USUAL[dim]), f"{BASES[basis]} {dim}-D"
-        rows = results.alternate("updates", {f"{name} {update}": pebble(args, scene, basis, update)
-                                             for update in ("usl", "usf", "musl")})
-        results.nanoseconds(f"step, {name}, {size(scene)}", rows, f"{name} usl", TARGETS[dim, basis][0])
+        runs = {f"{name} {update}": pebble(args, scene, basis, update) for update in ("usl", "usf", "musl")}
+        if basis == "gimp":
+            runs[f"{name} stretch"] = pebble(args, scene, basis, extra=("-method_gimp_update", "stretch"))
+        rows = results.alternate("updates", runs)
+        results.nanoseconds(f"step, {name}, {size(scene)}", rows, f"{name} usl")
+        if basis == "gimp":
+            results.ratio(f"usl with domains that stretch / usl, {name}, {size(scene)}", rows, f"{name} stretch", f"{name} usl",
+                          None, False)
         for update in ("usf", "musl"):
             results.ratio(f"{update} / usl, {name}, {size(scene)}", rows, f"{name} {update}", f"{name} usl", 1.9, False)
 
@@ -353,22 +437,16 @@ def same_bits(results, group, name, runs, repeats=None):
 
 
 def ranks(args, results):
-    for dim, basis in TARGETS:
+    for dim, basis in METHODS:
         scene, name = Scene(dim, 1e6, USUAL[dim]), f"{BASES[basis]} {dim}-D usl"
         cases = {"1 process": (1, ()), "2 processes": (2, ()),
                  "2 processes, direct": (2, ("-parallel_migrate", "direct"))}
         rows = same_bits(results, "ranks", name, {f"{name}, {case}": pebble(args, scene, basis, "usl", *what)
                                                   for case, what in cases.items()})
-        results.nanoseconds(f"step, {BASES[basis]} {dim}-D, {size(scene)}", rows, f"{name}, 1 process",
-                            TARGETS[dim, basis][1])
+        results.nanoseconds(f"step, {BASES[basis]} {dim}-D, {size(scene)}", rows, f"{name}, 1 process")
         for case in list(cases)[1:]:
             results.ratio(f"1 process / {case}, {BASES[basis]} {dim}-D, {size(scene)}", rows, f"{name}, 1 process",
                           f"{name}, {case}", 1.85)
-
-
-def small(args, results):
-    results.alternate("small", {f"{BASES[basis]} {dim}-D usl": pebble(args, Scene(dim, 1e4, USUAL[dim]), basis)
-                                for dim, basis in TARGETS})
 
 
 def cells_of_matrix(args):
@@ -433,6 +511,8 @@ def install(args):
     names, reasons = [], {}
     if args.no_peers:
         return python, names, dict.fromkeys(packages, "--no-peers")
+    if args.short and not os.path.exists(os.path.join(venv, "bin", "pip")):
+        return python, names, dict.fromkeys(packages, "not installed, and --short does not install it")
     try:
         if not os.path.exists(os.path.join(venv, "bin", "pip")):
             command_output([sys.executable, "-m", "venv", "--clear", venv])
@@ -444,6 +524,8 @@ def install(args):
         wanted = [package, "numpy"]
         try:
             if any(have.get(p) != pins[p] for p in wanted):
+                if args.short:
+                    raise Failed("not installed, and --short does not install it")
                 print(f"  installing {package} {pins[package]} in build/bench-venv ...", flush=True)
                 command_output([*pip, "install", "-q", "--retries", "1", *(f"{p}=={pins[p]}" for p in wanted)])
             names.append(name)
@@ -472,18 +554,20 @@ def machine(args):
     model = first("/proc/cpuinfo", r"^model name\s*:(.*)$") + (f" ({vectors[0]})" if vectors else "")
     return [f"{model}, {os.cpu_count()} cores, {memory:.0f} GiB, {os.uname().sysname} {os.uname().release}", version,
             f"{mpi}; flags {args.flags or 'unknown'}; of transfer_sums.c also {args.flags_sums or 'unknown'}; "
+            f"of the bare kernels, for {lanes(args.pebble)} lanes, {args.flags_bare or 'unknown'}; "
             f"seed_serial: {args.flags_seed or 'unknown'}",
             f"2 processes: {launch.settings(2, args.cores)}"]
 
 
 def short(what):
     """What a bar is of, without the words that the title of its panel has."""
+    what = what.replace("step / bare kernels, ", "")
     what = re.sub(r"^1 process / 2 processes(, direct)?, (.*)", lambda m: m[2] + (", direct" if m[1] else ""), what)
     return re.sub(r" / pebble( us[lf])?", lambda m: f" /{m[1]}" if m[1] else "", what)
 
 
 def draw_bars(axis, bars, title):
-    """Ratios as bars, grey where they are below the target, which is a line; lines between groups of the same program."""
+    """Ratios as bars, grey where they miss the target, which is a line; lines between groups of the same program."""
     for y, r in enumerate(reversed(bars)):
         axis.barh(y, r["value"], color="C0" if (r.get("verdict") or judged(r)) == "met" else "0.75", height=0.72)
         axis.plot((r["target"], r["target"]), (y - 0.42, y + 0.42), color="k", linewidth=1.4)
@@ -505,27 +589,27 @@ def plot(results, path):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     plt.rcParams.update({"font.size": 9, "axes.titlesize": 10, "axes.linewidth": 0.6, "legend.frameon": False})
-    bars = [r for r in results.ratios if r["value"] is not None and r["at_least"] and r["target"]]
+    bars = [r for r in results.ratios if r["value"] is not None and r["target"]]
+    kernels = [r for r in bars if r["what"].startswith("step / bare")]
     ranks = [r for r in bars if r["what"].startswith("1 process")]
-    peers = sorted((r for r in bars if r not in ranks), key=lambda r: r["what"].split(" / ")[0].split(" (")[0])  # by program
-    most = max(len(ranks), len(peers), 4)
-    figure = plt.figure(figsize=(9, 3.2 + 0.23 * most), layout="constrained")
+    peers = sorted((r for r in bars if r["at_least"] and r not in ranks), key=lambda r: r["what"].split(" / ")[0].split(" (")[0])
+    most = max(len(kernels), len(ranks), len(peers), 4)
+    figure = plt.figure(figsize=(12, 3.2 + 0.23 * most), layout="constrained")
     figure.get_layout_engine().set(h_pad=0.08, w_pad=0.08)
     upper, lower = figure.subfigures(2, 1, height_ratios=(2.8, 0.5 + 0.23 * most))
     for dim, axis in zip((2, 3), upper.subplots(1, 2)):
         per_cell = 9 if dim == 2 else 8
         for color, basis in enumerate(BASES):
-            best = {}
-            for row in results.series:
-                if (row["program"], row["dim"], row["basis"], row["update"], row["per_cell"], row["processes"]) == (
-                        "pebble", dim, basis, "usl", per_cell, 1):
-                    best[row["particles"]] = min(row["min_ns"], best.get(row["particles"], float("inf")))
-            if best:
-                axis.plot(*zip(*sorted(best.items())), "o-", color=f"C{color}", markersize=4, label=BASES[basis])
-            targets = TARGETS.get((dim, basis))
-            if best and targets:
-                axis.plot((1e5, 1e6), targets, ":", marker="_", color=f"C{color}", markersize=10, linewidth=0.9)
-        axis.plot([], [], ":", marker="_", color="0.3", label="target")
+            for program, style in (("pebble", "o-"), ("bare", ".:")):
+                best = {}
+                for row in results.series:
+                    if (row["program"], row["dim"], row["basis"], row["update"], row["per_cell"], row["processes"]) == (
+                            program, dim, basis, "usl", per_cell, 1):
+                        best[row["particles"]] = min(row["min_ns"], best.get(row["particles"], float("inf")))
+                if best:
+                    axis.plot(*zip(*sorted(best.items())), style, color=f"C{color}", markersize=4,
+                              label=BASES[basis] if program == "pebble" else None)
+        axis.plot([], [], ".:", color="0.3", label="bare kernels")
         axis.set_xscale("log")
         axis.set_ylim(bottom=0)
         axis.set_xlabel("particles")
@@ -533,26 +617,31 @@ def plot(results, path):
         axis.set_title(f"a step, {dim}-D, usl, {per_cell} particles per cell, 1 process")
         axis.spines[["top", "right"]].set_visible(False)
         axis.legend(loc="center left", bbox_to_anchor=(1, 0.5), fontsize=8)
-    panels = [(peers, "time of other programs / time of pebble"), (ranks, "1 process / 2 processes")]
+    panels = [(kernels, "a step / its bare kernels"), (peers, "other programs / pebble"), (ranks, "1 process / 2 processes")]
     panels = [panel for panel in panels if panel[0]]
     for axis, panel in zip(lower.subplots(1, len(panels), squeeze=False).flat if panels else (), panels):
         draw_bars(axis, *panel)
     figure.supxlabel("bars: black line: target; blue: met, grey: missed", fontsize=9)
     figure.savefig(path, dpi=130)
+    return path
 
 
 def redraw(args):
-    """Draws docs/bench.png from what the last full `make bench` left in docs: the series, and the table of ratios."""
+    """Draws docs/bench.png from what is in docs: the series of the floor, and the tables of ratios."""
     results = Results(args)
-    with open(os.path.join(args.docs, "data", "bench", "bench.csv"), newline="") as f:
+    with open(os.path.join(args.docs, "data", "bench", "floor.csv"), newline="") as f:
         for row in csv.DictReader(f):
             results.series.append({**row, **{k: int(row[k]) for k in ("dim", "particles", "per_cell", "processes")},
                                    "min_ns": float(row["min_ns"])})
     with open(os.path.join(args.docs, "performance.md")) as f:
-        section = f.read().split("<!-- bench: written")[1].split("<!-- bench: end")[0]
-    for what, value, target, verdict in re.findall(r"^\| (.+?) \| ([\d.]+) \| .*? \| >= ([\d.]+) \| (\w+) \|$", section, re.M):
-        results.ratios.append(dict(what=what, value=float(value), target=float(target), at_least=True, unit="", verdict=verdict))
-    plot(results, os.path.join(args.docs, "bench.png"))
+        text = f.read()
+    for section in SECTIONS:
+        part = text.split(f"<!-- {section}: written")[1].split(f"<!-- {section}: end")[0]
+        for what, value, sign, target, verdict in re.findall(
+                r"^\| (.+?) \| ([\d.]+) \| .*? \| ([<>])= ([\d.]+) \| (\w+) \|$", part, re.M):
+            results.ratios.append(dict(what=what, value=float(value), target=float(target), at_least=sign == ">", unit="",
+                                       verdict=verdict))
+    return plot(results, os.path.join(args.docs, "bench.png"))
 
 
 def renew(path, mark, by, lines):
@@ -594,40 +683,48 @@ def record_matrix(args, results, lines):
     return path
 
 
-def record(args, results, lines):
-    rows = ["| | of minima | of medians | target | |", "| --- | --- | --- | --- | --- |"]
-    rows += ["| " + " | ".join(cells) + " |" for cells in table(results.ratios)]
-    picture = "![Time by size, and ratios](bench.png)"
-    renew(os.path.join(args.docs, "performance.md"), "bench", "`make bench`",
-          [*(f"* {line}" for line in lines), "", *rows, "", picture])
-    os.makedirs(os.path.join(args.docs, "data", "bench"), exist_ok=True)
-    return shutil.copy(args.csv, os.path.join(args.docs, "data", "bench", "bench.csv"))
+def record(args, results, section, lines):
+    """Writes the table of ratios of a section, and its file."""
+    groups = SECTIONS[section]
+    rows = ["| | of minima | of medians | worst | target | |", "| --- | --- | --- | --- | --- | --- |"]
+    rows += ["| " + " | ".join(cells) + " |" for cells in table([r for r in results.ratios if r.get("group") in groups])]
+    renew(os.path.join(args.docs, "performance.md"), section, "`make bench`", [*(f"* {line}" for line in lines), "", *rows])
+    path = os.path.join(args.docs, "data", "bench", f"{section}.csv")
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    results.write(path, groups)
+    return path
 
 
 def main():
-    groups = {"seed": seed, "peers": peers, "updates": updates, "ranks": ranks, "small": small}
+    groups = {"bare": bare, "seed": seed, "peers": peers, "updates": updates, "ranks": ranks}
     more = {"matrix": matrix, "modes": modes}
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--pebble", default="./pebble")
     p.add_argument("--seed", default="build/seed_serial")
+    p.add_argument("--bare", default="build/mpicc/bare", help="the bare kernels, without the number of lanes")
     p.add_argument("--mpiexec", default="mpiexec")
     p.add_argument("--flags", default="", help="the compiler's flags, for the description of the machine")
     p.add_argument("--flags-sums", help="the flags that transfer_sums.c gets besides")
+    p.add_argument("--flags-bare", help="the flags that the bare kernels get besides")
     p.add_argument("--flags-seed", help="compiler and flags of seed_serial")
     p.add_argument("--cores", type=int, default=os.cpu_count(),
                    help="cores that are free; with fewer than processes these are started as in the tests")
+    p.add_argument("--short", action="store_true", help="bare kernels, seed and peers, three minutes")
     p.add_argument("--full", action="store_true", help="the whole matrix")
     p.add_argument("--only", help="groups, separated by commas")
     p.add_argument("--no-peers", action="store_true", help="leave out Taichi and Warp")
-    p.add_argument("--repeats", type=int, default=5)
-    p.add_argument("--seconds", type=float, default=0.8, help="about how long the steps of one run take")
+    p.add_argument("--repeats", type=int, help="how often each program runs (5; --short: 3)")
+    p.add_argument("--seconds", type=float, help="about how long the steps of one run take (0.8; --short: 0.3)")
     p.add_argument("--sizes", default=SIZES, help="particles of the matrix")
     p.add_argument("--draw", action="store_true", help="measure nothing, draw docs/bench.png anew from docs/data and docs/performance.md")
     p.add_argument("--plan", action="store_true", help="only say how long the matrix takes")
     p.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="where sections, data and plot go")
     p.add_argument("--csv", default=os.path.join(ROOT, "output", "bench.csv"))
     args = p.parse_args()
-    wanted = args.only.split(",") if args.only else [*groups, *(more if args.full else ())]
+    args.repeats = args.repeats or (3 if args.short else 5)
+    args.seconds = args.seconds or (0.3 if args.short else 0.8)
+    default = SECTIONS["floor"] if args.short else (*groups, *(more if args.full else ()))
+    wanted = args.only.split(",") if args.only else list(default)
     groups.update(more)
     unknown = set(wanted) - set(groups)
     if unknown:
@@ -636,7 +733,7 @@ def main():
     if args.plan:
         return print(plan(args))
     if args.draw:
-        return redraw(args)
+        return print(os.path.relpath(redraw(args)))
     results = Results(args)
     start = datetime.datetime.now()
     try:
@@ -654,26 +751,29 @@ def main():
     minutes = (datetime.datetime.now() - start).total_seconds() / 60
     when, load = f"{start:%Y-%m-%d %H:%M}, {minutes:.0f} minutes", f"load average {loads[0]:.1f} at the start"
 
-    print(f"\n{'':68s} {'minima':>9s} {'medians':>9s}   target")
-    for what, value, median, bound, verdict in table(results.ratios):
-        print(f"{what:68s} {value:>9s} {median:>9s}   {bound:10s} {verdict}")
+    print(f"\n{'':68s} {'minima':>9s} {'medians':>9s} {'worst':>9s}   target")
+    for what, value, median, worst, bound, verdict in table(results.ratios):
+        print(f"{what:68s} {value:>9s} {median:>9s} {worst:>9s}   {bound:10s} {verdict}")
     verdicts = [judged(r) for r in results.ratios]
     print(", ".join(f"{verdicts.count(v)} {v}" for v in ("met", "missed", "failed")) + f"; {when}, {load}")
     for problem in results.problems:
         print(f"FAILED {problem}")
-    left_alone = args.only or results.problems
-    picture = os.path.join(os.path.join(ROOT, "output") if left_alone else args.docs, "bench.png")
-    try:
-        plot(results, picture)
-    except ImportError as missing:
-        print(f"no plot: {missing}")
+    written = [args.csv]
+    if not results.problems and not args.short:
+        for section, of in SECTIONS.items():
+            if set(of) <= set(wanted):
+                written.append(record(args, results, section, [*lines, f"{when}, {args.repeats} repeats in alternation, {load}"]))
+        if "matrix" in wanted:
+            written.append(record_matrix(args, results, [*lines, f"{when}, {load}"]))
     if results.problems:
         print("docs/performance.md is left as it is")
-    written = [args.csv, picture]
-    if not left_alone:
-        written.append(record(args, results, [*lines, f"{when}, {args.repeats} repeats in alternation, {load}"]))
-    if "matrix" in wanted and not results.problems:
-        written.append(record_matrix(args, results, [*lines, f"{when}, {load}"]))
+    try:
+        if len(written) > 1 and set(wanted) != {"matrix"}:
+            written.append(redraw(args))
+        else:
+            written.append(plot(results, os.path.join(ROOT, "output", "bench.png")))
+    except ImportError as missing:
+        print(f"no plot: {missing}")
     print("written:", *map(os.path.relpath, written))
     return bool(results.problems)
 

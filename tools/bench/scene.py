@@ -4,7 +4,7 @@ The scene is a body of neo-Hookean material, in plane strain in 2-D, in the midd
 half moves at +2 m/s along x, its right half at -2 m/s, and all of it drifts along the diagonal by 5 % of a cell a step. With
 the linear basis the halves move at 1e-3 m/s only: there usl is unstable when particles under stress cross cells, and the
 work is the same. E = 1e6 Pa, nu = 0.3, rho = 1000 kg/m^3, dt = 0.2 h/c. The lattice of particles is shifted by a part of a
-cell, so that particles cross cells at different steps along each axis.
+cell, so that particles cross cells at different steps along each axis. Domains of GIMP keep their size, as in the bare kernels.
 """
 import math
 
@@ -49,14 +49,25 @@ class Scene:
         speed = (self.drift + HALF) * self.dt / self.h
         return int(left / speed)
 
-    def options(self, basis, update, steps):
+    def half(self, basis):
+        """Speed of the halves, m/s."""
+        return HALF_LINEAR if basis == "linear" and self.drift else HALF
+
+    def bare(self, basis, steps, half=None):
+        """The scene as arguments of bare.c."""
+        values = dict(dim=self.dim, basis=basis, grid=self.grid, body=self.body, per_axis=self.per_axis[0], start=self.start,
+                      drift=self.drift, half=half or self.half(basis), E=E, nu=NU, rho=RHO, dt=self.dt, steps=steps)
+        values.update((f"offset_{d}", o) for d, o in enumerate(self.offset))
+        return [f"{name}={format(v, '.17g') if isinstance(v, float) else v}" for name, v in values.items()]
+
+    def options(self, basis, update, steps, half=None):
         def row(values):
             return ",".join(format(v, ".17g") for v in values)
 
         def same(value):
             return ",".join([str(value)] * self.dim)
 
-        half = HALF_LINEAR if basis == "linear" and self.drift else HALF
+        half = half or self.half(basis)
         first = f"{self.drift:.17g} + (x < {self.middle():.17g} ? {half} : -{half})"
         return "\n".join([
             f"-dim {self.dim}", f"-grid_lower {same(0)}", f"-grid_upper {same(1)}", f"-grid_cells {same(self.grid)}",
@@ -65,7 +76,8 @@ class Scene:
             f"-body_b_upper {row(self.upper())}", f"-body_b_ppc {','.join(map(str, self.per_axis))}",
             f"-body_b_offset {row(o * self.h for o in self.offset)}", "-body_b_material m",
             f"-body_b_velocity \"{', '.join([first] + [format(self.drift, '.17g')] * (self.dim - 1))}\"",
-            f"-method_basis {basis}", f"-method_update {update}", "-method_transfer flip", f"-dt_size {self.dt:.17g}",
+            f"-method_basis {basis}", *(["-method_gimp_update none"] if basis == "gimp" else []),
+            f"-method_update {update}", "-method_transfer flip", f"-dt_size {self.dt:.17g}",
             "-time_end 1e6", f"-time_max_steps {steps}", "-history_every 1e9", ""])
 
     def arrays(self):
