@@ -1,10 +1,6 @@
 /* transfer_sums.c - the innermost loops of both transfers: sums over the particles of a cell for its nodes, and over
-   the nodes of a cell for its particles, block by block. They need only the nodes per axis of a basis.
-
-   It is compiled once for each number of lanes, and unlike all other files with -ffp-contract=fast: where a processor
-   has fused multiply-adds, a * b + c is one. To leave no choice to a compiler, every product here is part of exactly
-   one such expression, through MPMFma (a product alone is added to 0), so all compilers make the same bits. */
-#define MPM_CONTRACT
+   the nodes of a cell for its particles, block by block. They need only the nodes per axis of a basis. The file is
+   compiled once for each number of lanes. */
 #include "kernels/p2g.h"
 
 #if MPM_WIDTH < 4
@@ -14,12 +10,6 @@
 #else
 #define MPM_UNROLL_NODES _Pragma("GCC unroll 4")
 #endif
-
-/* Returns a * b as one MPMFma. */
-MPM_INLINE MPMReal MPMTimes(MPMReal a, MPMReal b)
-{
-  return MPMFma(a, b, MPMAll(0));
-}
 
 /* --- Particles to nodes ------------------------------------------------------------------------------------------- */
 /* Lanes are the sums of a node, which are MPM_PARTS vectors. The macros tell whether vector h has numbers lo .. hi-1 of
@@ -32,7 +22,7 @@ MPM_INLINE MPMReal MPMTimes(MPMReal a, MPMReal b)
 
 typedef MPMReal MPMSums[MPM_MAX_NODES][MPM_PARTS];
 
-/* Returns i c for i = 0 .. 3 by additions: the compiler could move a product here out of the loops and not fuse it. */
+/* Returns i c for i = 0 .. 3. */
 MPM_INLINE MPMReal MPMMultiple(int i, MPMReal c)
 {
   return i == 0 ? MPMAll(0) : i == 1 ? c : i == 2 ? c + c : c + c + c;
@@ -63,9 +53,9 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPM
           const MPMReal wz = MPMAll(s->w[2][k][l]), gz = MPMAll(s->g[2][k][l]);
 
           if (motion) P += MPMMultiple(k, A[2]);
-          P = MPMTimes(wz, P);
-          if (motion) a = MPMTimes(wz, a), b = MPMTimes(wz, b);
-          if (force) P = MPMFma(gz, Q[3], P), Px = MPMTimes(wz, Px), Py = MPMTimes(wz, Py);
+          P = wz * P;
+          if (motion) a = wz * a, b = wz * b;
+          if (force) P = MPMFma(gz, Q[3], P), Px = wz * Px, Py = wz * Py;
         }
         MPM_UNROLL_NODES
         for (int j = 0; j < ny; j++) {
@@ -75,9 +65,9 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPM
             const MPMReal wy = MPMAll(s->w[1][j][l]), gy = MPMAll(s->g[1][j][l]);
 
             if (motion) R += MPMMultiple(j, b);
-            R = MPMTimes(wy, R);
-            if (motion) c = MPMTimes(wy, c);
-            if (force) R = MPMFma(gy, Py, R), Rx = MPMTimes(wy, Rx);
+            R = wy * R;
+            if (motion) c = wy * c;
+            if (force) R = MPMFma(gy, Py, R), Rx = wy * Rx;
           }
           MPM_UNROLL_NODES
           for (int i = 0; i < ns; i++) {
