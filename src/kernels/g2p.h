@@ -203,7 +203,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   patch->nmovers = 0;
   MPMFirstBlock(1, &all, &o);
   if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMSumGrowth)(dim, par, patch, at);
-  while (MPMNextBlock(patch, 1, &all, &o)) {
+  while (MPMNextBlock(dim, patch, 1, &all, &o)) {
     MPMStage(dim, par, patch, &o, &s);
     if (interpolate) interpolate(&o, &s, at, patch->motion, value, L);
     if (parts & MPM_G2P_FILTER) {
