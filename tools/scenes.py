@@ -29,6 +29,7 @@ BOX = """-scene_title "filled box"
 -body_box_shape box
 -body_box_lower {lower}
 -body_box_upper {cells}
+-body_box_ppc {ppc}
 -body_box_material rubber
 -body_box_velocity {velocity}
 -time_end 1e9
@@ -44,7 +45,7 @@ def box(cells):
     axes = "xyz"[: len(cells)]
     walls = "\n".join(f"-bc_{a}{s}_type slip" for a in axes for s in ("min", "max"))
     velocity = comma(f"4*sin(pi*{a}/{n})" for a, n in zip(axes, cells))
-    return BOX.format(dim=len(cells), lower=comma("0" * len(cells)), cells=comma(cells), walls=walls, velocity=velocity)
+    return BOX.format(dim=len(cells), lower=comma("0" * len(cells)), cells=comma(cells), walls=walls, velocity=velocity, ppc=comma([2] * len(cells)))
 
 
 def of_options(name, cells, *more):
