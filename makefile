@@ -139,7 +139,7 @@ robust: ## of the long tests those of robustness, on up to 32 processes: prints 
 	+@$(again) ctest select="-L robust"; status=$$?; \
 	sed -n 's/^\(ok *\)\?figures */  /p' $(BUILD)/tests/Testing/Temporary/LastTest.log; exit $$status
 
-test-widths: ## the tests that repeat others with vectors of 4 and of 2 particles
+test-widths: ## the tests that repeat others with vectors of 4 and of 2 particles, the shorter of which are long tests too
 	@tools/install.sh test
 	+@$(again) ctest select="-L widths"
 

@@ -158,11 +158,16 @@ with open("output/cut.model", "w") as file:
 holds("nor is one that ends before its first number", "output/cut.model is damaged" in run("-output_name", "cut", "-method_update", "usl"))
 os.remove("output/cut.model")
 holds("nor by a dry run, which says so", "is damaged" in run("-model_file", "damaged.model", "-dry_run"))
+# Of a model whose constants are all given here, so that what it says does not hang on the machine.
+slow = re.sub(r"\n(rate \w+) .*", r"\n\1 1e-6 1e3 1e-8 1e4 1e-8 1e5 1e-8", whole)
+for name in numbers:
+    value = 0.9 if name in ("reduction", "post", "migration[0].call", "migration[0].stage") else 1e-9 if name in ("wire", "copy", "kept", "pool") else 1e-6
+    slow = re.sub(rf"\n{re.escape(name)} .*", f"\n{name} {value:g}", slow)
 with open("slow.model", "w") as file:
-    file.write(re.sub(r"\n(reduction|post|migration\[0\]\.call|migration\[0\]\.stage) .*", r"\n\1 0.9", whole))
+    file.write(slow)
 text = run("-model_file", "slow.model", "-dry_run", "-report_processes")
 holds("where messages take a second, no number of particles keeps many processes efficient, and spatial is never ahead",
-      "spatial is never ahead" in text and ", no number on 32768" in text)
+      "spatial is never ahead" in text and ", no number on 32768" in text, text[text.find("  pool:"):])
 with open("scene.opts", "w") as file:
     file.write("-dim 2\n")
 kept = open("scene.opts").read()
