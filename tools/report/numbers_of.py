@@ -63,7 +63,7 @@ class Numbers:
         last = {}
         for p, n in found.items():
             last[n] = p  # the most processes for each number of particles
-        return " and ".join(f"{thousands(n)} on up to {thousands(p)} processes" for n, p in sorted(last.items()) if p >= 32)
+        return " and ".join(f"{thousands(n)} particles a process on up to {thousands(p)}" for n, p in sorted(last.items()) if p >= 32)
 
     def number_kept_2d(self):
         return self.kept_words("box2d")
@@ -217,7 +217,24 @@ class Numbers:
         return self.data.file("tiles.csv")
 
     def number_imbalance_before(self):
-        return f"{next(r['before'] for r in self.tiles() if r['quantity'].startswith('imbalance')):.3f}"
+        return f"{next(r['before'] for r in self.tiles() if r['quantity'] == 'imbalance on 32 processes'):.3f}"
+
+    def number_equal_boxes(self):
+        return f"{self.equal_boxes():.2f}"
+
+    def equal_boxes(self):
+        """The imbalance of the two disks on 32 processes with equal boxes, by -parallel_balance none."""
+        return next(r["before"] for r in self.tiles() if r["quantity"].startswith("imbalance of equal"))
+
+    def three(self, way):
+        """The range of the step on three processes, which shared two cores, over that of one."""
+        return next((r["least"], r["largest"]) for r in self.data.file("workers.csv") if (r["way"], r["processes"]) == (way, 3))
+
+    def number_workers_three(self):
+        return span(self.three("workers"))
+
+    def number_spatial_three(self):
+        return span(self.three("spatial"))
 
     def number_tiles_gain(self):
         return span([r["before"] / r["after"] for r in self.tiles() if r["after"]])

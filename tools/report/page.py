@@ -23,7 +23,10 @@ nav { font-size: .9rem; }
 .wide { overflow-x: auto; margin: .4em 0 1.4em; }
 table { border-collapse: collapse; font-size: .8rem; }
 math { font-size: 1.02em; }
-math[display=block] { margin: .8em 0; overflow-x: auto; }
+.formula { margin: .8em 0; overflow-x: auto; overflow-y: hidden; text-align: center; }
+math { font-family: "STIX Two Math", "Cambria Math", "Latin Modern Math", math; }
+td:first-child { white-space: nowrap; }
+.caption { font-size: .92rem; }
 th, td { border: 1px solid #ccc; padding: .25em .55em; vertical-align: top; text-align: left; }
 th { background: #f2f2f2; }
 pre { background: #f6f6f6; border: 1px solid #e2e2e2; padding: .6em .8em; overflow-x: auto; font-size: .85rem; line-height: 1.4; }
@@ -35,12 +38,14 @@ img { max-width: 100%; }
   nav { display: none; }
   h1, h2, h3, .caption { break-after: avoid; }
   h2 { margin-top: 1.2em; }
-  .wide { overflow: visible; }
+  .wide, .formula { overflow: visible; break-inside: avoid; }
+  pre { overflow: visible; font-size: 7.6pt; }
+  .caption { font-size: 8.6pt; }
   table { font-size: 6.9pt; line-height: 1.2; }
   th, td { padding: .12em .35em; }
   tr, img, pre, math { break-inside: avoid; }
   figure { margin: .5em 0; text-align: center; }
-  img { max-width: 82%; }
+  img { max-width: 80%; max-height: 92mm; }
   a { color: inherit; text-decoration: none; }
 }
 """
@@ -86,7 +91,10 @@ def write(text, folder, path):
     made = markdown.Markdown(extensions=extensions, extension_configs={"toc": {"toc_depth": "2-2"}}, output_format="html")
     text, mathml = formulas(marks.without(text))
     body = made.convert(text)
+    body = re.sub(r"<p>FORMULA(\d+)MADE</p>", lambda m: f'<div class="formula">{mathml[int(m[1])]}</div>', body)
     body = re.sub(r"FORMULA(\d+)MADE", lambda m: mathml[int(m[1])], body)
+    body = re.sub(r"(?<=\d) (?=\d{3}\b)", "&nbsp;", body)  # thousands
+    body = re.sub(r"\b([23])-D\b", "\\1&#8209;D", body)
     body = body.replace("</h1>", f"</h1>\n<nav>{made.toc}</nav>", 1)
     body = re.sub(r"<!--.*?-->\n?", "", body, flags=re.S)
     body = re.sub(r'<p>(<img alt="[^"]*"[^>]*>)</p>', r"<figure>\1</figure>", body)

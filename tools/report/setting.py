@@ -6,7 +6,6 @@ import marks
 from data import Missing
 from words import scene, thousands
 
-EQUAL_BOXES = 3.92  # docs/performance.md, counted by the program
 STEPS_OF = {"linear": "linear", "bspline2": "quadratic"}
 ORDERS = {
     "lin usf flip": "linear, usf, flip (the assignment)", "lin musl flip": "linear, musl, flip", "bs2 musl flip": "quadratic spline, musl, flip",
@@ -85,10 +84,10 @@ class Setting:
         counted = {(r["scene"], r["strategy"], r["processes"], r["quantity"]): r["counted"] for r in self.counts()}
         ghosts = counted["box3d", "spatial", 32, "bytes of ADVANCE a step"]
         lines = [
-            ["DMDA", "says which process owns a node, and which are its neighbours; two grids of the same nodes have the sums and the motion", "its equal boxes, which leave processes idle where there is no body: we choose the cuts, between tiles", f"imbalance of the two disks on 32 processes {self.balances()['disks, 1024 x 1024 cells'][32]:.2f}; with equal boxes {EQUAL_BOXES} ([performance.md](performance.md#measured-imbalance))"],
+            ["DMDA", "says which process owns a node, and which are its neighbours; two grids of the same nodes have the sums and the motion", "its equal boxes, which leave processes idle where there is no body: we choose the cuts, between tiles", f"imbalance of the two disks on 32 processes {self.balances()['disks, 1024 x 1024 cells'][32]:.2f}; with equal boxes {self.number_equal_boxes()}"],
             ["DMSwarm", "stores all fields of the particles, as a basic swarm", "its own search of cells, which deletes or doubles particles on faces; the owner of a cell follows from the cuts", "ten programs show the faults: [petsc.md](petsc.md)"],
             ["DMSwarmMigrate", "`-parallel_migrate swarm`, the default: it sends particles to their owners in each step in which one leaves its box", "`direct` bypasses it, with two messages an axis and no collective: the call makes 14 collectives, 8 of them reductions (PETSc 3.26: 15 and 9)", f"step with it over step with `direct`: {near:.2f} to {far:.2f} on 2 processes, measured; {least:.2f} to {most:.2f} on 32, simulated"],
-            ["ghost update", "a PetscSF, made from the DMDA's scatter and restricted to ghost nodes, sends velocity and acceleration of nodes", "DMLocalToLocal, which copies every own node onto itself; DMLocalToGlobal, whose sums depend on the number of processes (`-parallel_sums roundoff` uses it)", f"the copies took 3 % of a step ([performance.md](performance.md#overlap-of-messages-and-work)); {thousands(ghosts)} B a step for the filled 3-D box on 32 processes, counted, equal to the formula"],
+            ["ghost update", "a PetscSF, made from the DMDA's scatter and restricted to ghost nodes, sends velocity and acceleration of nodes", "DMLocalToLocal, which copies every own node onto itself; DMLocalToGlobal, whose sums depend on the number of processes (`-parallel_sums roundoff` uses it)", f"the copies took 3 % of a step ([developer's guide](developer.md#what-petsc-does-and-what-it-does-not)); {thousands(ghosts)} B a step for the filled 3-D box on 32 processes, counted, equal to the formula"],
             ["viewers, log", "nothing in a step; `-dm_view` shows both grids, `-log_view` has an event for each phase", "PETSc's HDF5 viewer: between steps, a PetscSF brings each field into the order of the particles' numbers, and HDF5 writes it", "messages and reductions of this report are counted by `-log_view`"],
         ]  # fmt: skip
         return marks.markdown(["part of PETSc", "what it does in a step", "what is bypassed, and why", "measurement"], lines)
