@@ -1,5 +1,5 @@
-"""The claims of docs/report.md (tools/report/claims.py): all hold with the data of docs/data and stand in the text; with falsified data
-each kind of them fails, and says which claim and both numbers.
+"""The claims of docs/report.md (tools/report/claims.py): all hold with the data of docs/data and stand in the text;
+with falsified data each kind of them fails, and says which claim and both numbers.
 
 usage: test_report_claims.py PEBBLE SOURCE MPIEXEC PREDICTOR
 """
@@ -24,7 +24,15 @@ with open(os.path.join(check.source, "docs", "report.md")) as file:
 
 
 def made(folder):
-    options = dict(pebble=check.program, calibrator="", predictor=os.path.abspath(predictor), mpiexec=check.mpiexec, data=folder, out=".", claims=True)
+    options = dict(
+        pebble=check.program,
+        calibrator="",
+        predictor=os.path.abspath(predictor),
+        mpiexec=check.mpiexec,
+        data=folder,
+        out=".",
+        claims=True,
+    )
     return report.Report(argparse.Namespace(**options))
 
 
@@ -44,7 +52,10 @@ def false(name, file, column, value, **row):
         out.writeheader()
         out.writerows(rows)
     said = claims.fault(name, made(folder)) or "it holds"
-    check.that(re.match(rf"claim {name} does not hold .*: \S+ (<|<=|>|>=|==) \S+ is false", said), f"{name}, falsified in {file}: {said[:150]}")
+    check.that(
+        re.match(rf"claim {name} does not hold .*: \S+ (<|<=|>|>=|==) \S+ is false", said),
+        f"{name}, falsified in {file}: {said[:150]}",
+    )
 
 
 # ---- The data as they are
@@ -60,10 +71,39 @@ check.that(not whole.missing, f"no data are missing: {whole.missing}")
 runs = "scaling/runs.csv"
 strong = dict(study="strong", strategy="spatial", migrate="direct")
 false("spatial_ahead", runs, "efficiency", "0.1", scene="disks", processes=2, **{"class": "measured"}, **strong)
-false("spatial_ahead", "simulated/strong.csv", "efficiency", "0.01", scene="box3d", strategy="spatial", migrate="direct", mode="injected", ranks=8)
-false("pool_on_two", runs, "efficiency", "0.6", scene="dambreak", study="strong", strategy="pool", processes=2, **{"class": "measured"})
+false(
+    "spatial_ahead",
+    "simulated/strong.csv",
+    "efficiency",
+    "0.01",
+    scene="box3d",
+    strategy="spatial",
+    migrate="direct",
+    mode="injected",
+    ranks=8,
+)
+false(
+    "pool_on_two",
+    runs,
+    "efficiency",
+    "0.6",
+    scene="dambreak",
+    study="strong",
+    strategy="pool",
+    processes=2,
+    **{"class": "measured"},
+)
 false("same_bits", runs, "digest", "0123456789abcdef", scene="box2d", processes=8, **{"class": "closed form"}, **strong)
-false("bytes_below", runs, "bytes_per_particle_step", "1e4", scene="disks3d", processes=32, **{"class": "critical path"}, **strong)
+false(
+    "bytes_below",
+    runs,
+    "bytes_per_particle_step",
+    "1e4",
+    scene="disks3d",
+    processes=32,
+    **{"class": "critical path"},
+    **strong,
+)
 false("closed_faster", runs, "seconds_per_step", "1", scene="box3d", processes=16, **{"class": "closed form"}, **strong)
 false("injected_faster", "simulated/validate.csv", "injected_over_real", "1.2", strategy="spatial", ranks=2)
 false("simulated_bits", "simulated/strong-large.csv", "same_as_real", "no", scene="disks", ranks=64)

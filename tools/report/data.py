@@ -1,4 +1,5 @@
-"""Reads what the report is made of: the CSV files of docs/data, as rows with numbers, and the calibrations of the model."""
+"""Reads what the report is made of: the CSV files of docs/data, as rows with numbers, and the calibrations of the
+model."""
 
 import csv
 import glob

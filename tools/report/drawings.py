@@ -18,7 +18,14 @@ class Drawings:
 
     def figure_disks(self):
         self.pebble("-options_file", "options/disks.opts")
-        command = [sys.executable, os.path.join(ROOT, "tools", "plot.py"), os.path.join(self.work.name, "disks.h5"), "--small", "--out", self.place("disks")]
+        command = [
+            sys.executable,
+            os.path.join(ROOT, "tools", "plot.py"),
+            os.path.join(self.work.name, "disks.h5"),
+            "--small",
+            "--out",
+            self.place("disks"),
+        ]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
         print(f"  {os.path.relpath(self.place('disks'))}")
 
@@ -53,7 +60,11 @@ class Drawings:
             for label, swarm in (("spatial, direct", False), ("spatial, DMSwarmMigrate", True)):
                 line = [(2**k, self.same_source(name, 2**k, swarm)[0]) for k in range(21)]
                 panels[name].setdefault(label, []).append(("closed form", line))
-        figures.efficiency(self.place("weak"), [f"{scene(name)}, {thousands(WEAK)} particles a process" for name in panels], list(panels.values()))
+        figures.efficiency(
+            self.place("weak"),
+            [f"{scene(name)}, {thousands(WEAK)} particles a process" for name in panels],
+            list(panels.values()),
+        )
 
     def figure_pool(self):
         panels, costs = {}, [10 ** (k / 4) for k in range(0, 21)]
@@ -70,7 +81,9 @@ class Drawings:
         """Draws imbalance, and bytes a particle and step, counted in the runs of strong scaling."""
         rows = [r for r in self.real("strong") if r["class"] == "critical path" and r["migrate"] != "swarm"]
         imbalance, size = {}, {}
-        for (name, how), found in group([r for r in rows if r["processes"] > 1], lambda r: (r["scene"], way(r))).items():
+        for (name, how), found in group(
+            [r for r in rows if r["processes"] > 1], lambda r: (r["scene"], way(r))
+        ).items():
             label = LABELS.get(how, how)
             size[scene(name), label] = [(r["processes"], r["bytes_per_particle_step"]) for r in found]
             if how == "spatial, direct":

@@ -54,7 +54,9 @@ def finish(figure, path):
 def efficiency(path, titles, panels, columns=2):
     """panels: a list of {strategy: [(class, [(processes, efficiency)])]}."""
     rows = math.ceil(len(panels) / columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(7.6, 1 + 2.4 * rows), sharey=True, layout="constrained", squeeze=False)
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(7.6, 1 + 2.4 * rows), sharey=True, layout="constrained", squeeze=False
+    )
     for at, title, panel in zip(axes.flat, titles, panels):
         at.set_xscale("log", base=2)
         for label, curves in panel.items():
@@ -69,9 +71,15 @@ def efficiency(path, titles, panels, columns=2):
     for at in axes.flat[len(panels) :]:
         at.axis("off")
     used = {(label, kind) for panel in panels for label, curves in panel.items() for kind, _ in curves}
-    handles = [plt.Rectangle((0, 0), 1, 1, color=colour, label=label) for label, colour in COLOURS.items() if any(label == u for u, _ in used)]
+    handles = [
+        plt.Rectangle((0, 0), 1, 1, color=colour, label=label)
+        for label, colour in COLOURS.items()
+        if any(label == u for u, _ in used)
+    ]
     kinds = ("measured", "critical path", "injected simulation", "emulated simulation", "closed form")
-    handles += [plt.Line2D([], [], label=kind, **mark(kind, "0.3")) for kind in kinds if any(kind == u for _, u in used)]
+    handles += [
+        plt.Line2D([], [], label=kind, **mark(kind, "0.3")) for kind in kinds if any(kind == u for _, u in used)
+    ]
     figure.legend(handles=handles, fontsize=8, loc="outside lower center", ncols=4)
     finish(figure, path)
 
@@ -81,7 +89,9 @@ def pool(path, panels):
     figure, axes = plt.subplots(1, len(panels), figsize=(7.6, 3.2), sharey=True, layout="constrained", squeeze=False)
     for at, (title, lines) in zip(axes[0], panels.items()):
         for (label, p), points in lines.items():
-            at.loglog(*zip(*points), color=COLOURS[label], label=f"{label}; {p} processes", linestyle="--" if p == 8 else "-")
+            at.loglog(
+                *zip(*points), color=COLOURS[label], label=f"{label}; {p} processes", linestyle="--" if p == 8 else "-"
+            )
         at.axhline(1, color="0.8", linewidth=0.6, zorder=0)
         at.set(title=title, xlabel="cost added to the law, ns a particle and step")
         at.minorticks_off()
@@ -106,6 +116,9 @@ def messages(path, imbalance, size):
     axes[1].set_yscale("log")
     strategies = dict.fromkeys(strategy for _, strategy in size)
     handles = [plt.Rectangle((0, 0), 1, 1, color=COLOURS[s], label=s) for s in strategies]
-    handles += [plt.Line2D([], [], color="0.3", marker=m, markerfacecolor="white", linewidth=0, label=s) for s, m in shapes.items()]
+    handles += [
+        plt.Line2D([], [], color="0.3", marker=m, markerfacecolor="white", linewidth=0, label=s)
+        for s, m in shapes.items()
+    ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, columnspacing=1)
     finish(figure, path)

@@ -1,6 +1,6 @@
 """The numbers in the text: number_NAME makes the number NAME of docs/report.md."""
 
-from closed import way
+from closed import BOXES, way
 from data import Missing
 from words import group, names, scene, span, thousands, three, two
 
@@ -46,11 +46,15 @@ class Numbers:
         """[(particles a process, processes, efficiency)] of the simulated runs of a box, spatial and direct."""
         runs = []
         for study in ("strong", "weak", "strong-large", "weak-large"):
-            runs += [r for r in self.simulated(study) if (r["scene"], way(r), r["platform"]) == (name, "spatial, direct", "cluster")]
+            runs += [
+                r
+                for r in self.simulated(study)
+                if (r["scene"], way(r), r["platform"]) == (name, "spatial, direct", "cluster")
+            ]
         return [(r["particles"] // r["ranks"], r["ranks"], r["efficiency"]) for r in runs]
 
     def kept(self, name):
-        """{processes: the least number of particles a process with which all simulated runs on up to so many keep 0.8}"""
+        """{processes: least particles a process with which all simulated runs on up to so many keep 0.8}"""
         runs, out = self.kept_runs(name), {}
         for p in sorted({p for _, p, _ in runs}):
             worst = max((n for n, q, e in runs if q <= p and e < 0.8), default=0)
@@ -63,7 +67,9 @@ class Numbers:
         last = {}
         for p, n in found.items():
             last[n] = p  # the most processes for each number of particles
-        return " and ".join(f"{thousands(n)} particles a process on up to {thousands(p)}" for n, p in sorted(last.items()) if p >= 32)
+        return " and ".join(
+            f"{thousands(n)} particles a process on up to {thousands(p)}" for n, p in sorted(last.items()) if p >= 32
+        )
 
     def number_kept_2d(self):
         return self.kept_words("box2d")
@@ -72,7 +78,12 @@ class Numbers:
         return self.kept_words("box3d")
 
     def number_most_simulated(self):
-        return thousands(max(max(r["ranks"] for r in self.data.simulated(n)) for n in ("strong", "weak", "weak-large", "strong-large")))
+        return thousands(
+            max(
+                max(r["ranks"] for r in self.data.simulated(n))
+                for n in ("strong", "weak", "weak-large", "strong-large")
+            )
+        )
 
     # ---- Scenes and serial program
     def number_differing(self):
@@ -80,7 +91,10 @@ class Numbers:
         found = self.differing()
         if not found:
             return "Real and simulated runs are of the same scenes"
-        return f"The real runs of {names([scene(s) for s in found])} are older than this rule and of other definitions than the simulated ones, so their rows must not be compared"
+        return (
+            f"The real runs of {names([scene(s) for s in found])} are older than this rule and of other definitions"
+            " than the simulated ones, so their rows must not be compared"
+        )
 
     def serial(self, name):
         """ns a particle and step, measured on one process."""
@@ -135,6 +149,18 @@ class Numbers:
 
     def number_direct_256(self):
         return two(self.efficiencies("box2d", "weak-large")[256])
+
+    def migrating(self):
+        """{scene: (steps with a migration, steps)} of the real runs of filled boxes on 32 processes with
+        DMSwarmMigrate."""
+        rows = [
+            r for r in self.real("strong") if (r["processes"], r["migrate"]) == (32, "swarm") and r["scene"] in BOXES
+        ]
+        return {r["scene"]: (r["migrating_steps"], r["steps"]) for r in rows}
+
+    def number_migrating(self):
+        found = sorted(set(self.migrating().values()))
+        return " and ".join(f"{a} of {b}" for a, b in found)
 
     def number_injected_below(self):
         some = [q for q in self.pairs() if q["class"] == "injected simulation" and not q["pool"]]
@@ -228,7 +254,9 @@ class Numbers:
 
     def three(self, way):
         """The range of the step on three processes, which shared two cores, over that of one."""
-        return next((r["least"], r["largest"]) for r in self.data.file("workers.csv") if (r["way"], r["processes"]) == (way, 3))
+        return next(
+            (r["least"], r["largest"]) for r in self.data.file("workers.csv") if (r["way"], r["processes"]) == (way, 3)
+        )
 
     def number_workers_three(self):
         return span(self.three("workers"))
@@ -242,4 +270,7 @@ class Numbers:
     def number_goals_met(self):
         met, of = self.goals_met()
         words = "zero one two three four five six seven eight".split()
-        return f"{'None' if not met else words[met].capitalize()} of the {words[of]} goals {'is' if met < 2 else 'are'} met"
+        return (
+            f"{'None' if not met else words[met].capitalize()} of the {words[of]} goals"
+            f" {'is' if met < 2 else 'are'} met"
+        )

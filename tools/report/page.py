@@ -1,5 +1,5 @@
-"""Writes a Markdown document as one HTML file that needs nothing else: figures are embedded, formulas are MathML. Chromium, where it
-is installed, prints that file as PDF."""
+"""Writes a Markdown document as one HTML file that needs nothing else: figures are embedded, formulas are MathML.
+Chromium, where it is installed, prints that file as PDF."""
 
 import base64
 import html
@@ -14,7 +14,8 @@ import marks
 from latex2mathml.converter import convert
 
 STYLE = """
-body { max-width: 54rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 Georgia, "DejaVu Serif", serif; color: #222; }
+body { max-width: 54rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
+body { font: 16px/1.5 Georgia, "DejaVu Serif", serif; }
 h1, h2, h3 { font-family: "Helvetica Neue", Arial, "DejaVu Sans", sans-serif; line-height: 1.25; }
 h2 { border-bottom: 1px solid #ccc; margin-top: 2.2em; padding-bottom: .2em; }
 figure { margin: 1em 0; }
@@ -29,7 +30,8 @@ td:first-child { white-space: nowrap; }
 .caption { font-size: .92rem; }
 th, td { border: 1px solid #ccc; padding: .25em .55em; vertical-align: top; text-align: left; }
 th { background: #f2f2f2; }
-pre { background: #f6f6f6; border: 1px solid #e2e2e2; padding: .6em .8em; overflow-x: auto; font-size: .85rem; line-height: 1.4; }
+pre { background: #f6f6f6; border: 1px solid #e2e2e2; padding: .6em .8em; overflow-x: auto; }
+pre { font-size: .85rem; line-height: 1.4; }
 code { font-family: "DejaVu Sans Mono", Menlo, Consolas, monospace; font-size: .92em; }
 img { max-width: 100%; }
 @page { size: A4; margin: 16mm 15mm; }
@@ -44,7 +46,8 @@ img { max-width: 100%; }
   table { font-size: 6.9pt; line-height: 1.2; }
   th, td { padding: .12em .35em; }
   tr, img, pre, math { break-inside: avoid; }
-  figure { margin: .5em 0; text-align: center; }
+  figure { margin: .5em 0; text-align: center; break-after: avoid; }
+  .caption { break-inside: avoid; }
   img { max-width: 80%; max-height: 92mm; }
   a { color: inherit; text-decoration: none; }
 }
@@ -88,7 +91,9 @@ def formulas(text):
 def write(text, folder, path):
     title = re.search(r"^# (.*)", text, re.M)[1]
     extensions = ["tables", "toc", "sane_lists", "attr_list"]
-    made = markdown.Markdown(extensions=extensions, extension_configs={"toc": {"toc_depth": "2-2"}}, output_format="html")
+    made = markdown.Markdown(
+        extensions=extensions, extension_configs={"toc": {"toc_depth": "2-2"}}, output_format="html"
+    )
     text, mathml = formulas(marks.without(text))
     body = made.convert(text)
     body = re.sub(r"<p>FORMULA(\d+)MADE</p>", lambda m: f'<div class="formula">{mathml[int(m[1])]}</div>', body)
@@ -103,7 +108,8 @@ def write(text, folder, path):
     body = re.sub(r"<img [^>]*>", embed(folder), body)
     with open(path, "w") as f:
         f.write(
-            f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<meta name="viewport" content="width=device-width">\n'
+            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<meta name="viewport"'
+            ' content="width=device-width">\n'
             f"<title>{html.escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
         )
     print(f"  {os.path.relpath(path)}")
@@ -116,6 +122,19 @@ def print_pdf(page, path):
         print("  no report.pdf: it is printed by Chromium, which is not installed (Debian: apt-get install chromium)")
         return
     with tempfile.TemporaryDirectory() as home:
-        command = [browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={home}", "--no-pdf-header-footer"]
-        done = subprocess.run([*command, f"--print-to-pdf={path}", f"file://{os.path.abspath(page)}"], capture_output=True, text=True)
-    print(f"  {os.path.relpath(path)}" if not done.returncode else f"  no report.pdf: {browser} failed: {done.stderr.strip()[-200:]}")
+        command = [
+            browser,
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            f"--user-data-dir={home}",
+            "--no-pdf-header-footer",
+        ]
+        done = subprocess.run(
+            [*command, f"--print-to-pdf={path}", f"file://{os.path.abspath(page)}"], capture_output=True, text=True
+        )
+    print(
+        f"  {os.path.relpath(path)}"
+        if not done.returncode
+        else f"  no report.pdf: {browser} failed: {done.stderr.strip()[-200:]}"
+    )

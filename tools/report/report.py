@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""Makes the tables and figures of docs/report.md anew from docs/data, docs/report.html and, where Chromium is installed, docs/report.pdf
-from that: `make report`.
+"""Makes the tables and figures of docs/report.md anew from docs/data, docs/report.html and, where Chromium is
+installed, docs/report.pdf from that: `make report`.
 
-The tables stand between the lines <!-- table NAME --> and <!-- end -->; the function table_NAME makes them. Numbers in the text are
-<!-- number NAME -->...<!-- end -->; number_NAME makes them. Sentences that compare numbers are in claims.py, which checks them. Where
-data are missing or a claim does not hold, the program says so and ends with status 1.
+The tables stand between the lines <!-- table NAME --> and <!-- end -->; the function table_NAME makes them. Numbers
+in the text are <!-- number NAME -->...<!-- end -->; number_NAME makes them. Sentences that compare numbers are in
+claims.py, which checks them. Where data are missing or a claim does not hold, the program says so and ends with
+status 1.
 
     report.py                  tables, figures and pages from the data in the repository (runs Pebble for a few seconds)
-    report.py --calibrate      first measures docs/data/models/*.model anew on this machine (minutes; nothing else should run)
+    report.py --calibrate      first measures docs/data/models/*.model anew on this machine (minutes, alone)
     report.py --claims         only checks the claims, and writes nothing
 """
 
@@ -19,6 +20,8 @@ import sys
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 sys.path[:0] = [os.path.join(ROOT, "tools"), os.path.join(ROOT, "tools", "scaling")]
 import claims  # noqa: E402 (after the path)
+import claims_first  # noqa: E402, F401 (adds its claims)
+import claims_results  # noqa: E402, F401
 import marks  # noqa: E402
 import plots  # noqa: E402
 from data import Missing  # noqa: E402
@@ -89,7 +92,10 @@ def captions(text):
     for what, place in (("Table", r"^\|(?:.*)\n\| ---"), ("Figure", r"^!\[")):
         found = [int(n) for n in re.findall(rf"^\*\*{what} (\d+)\.\*\*", text, re.M)]
         if found != list(range(1, len(re.findall(place, text, re.M)) + 1)):
-            out.append(f"{what.lower()}s of docs/report.md: captions have the numbers {found}, there are {len(re.findall(place, text, re.M))}")
+            out.append(
+                f"{what.lower()}s of docs/report.md: captions have the numbers {found}, there are"
+                f" {len(re.findall(place, text, re.M))}"
+            )
     return out
 
 
