@@ -18,10 +18,10 @@ void MPMModelMethod(const MPMCore *core, const MPMScene *scene, char text[], siz
   for (PetscInt k = 0; k < scene->nmaterials && at < len; k++)
     at += (size_t)snprintf(text + at, len - at, ":%s", scene->materials[k].type->name);
   for (PetscInt b = 0; b < scene->nbodies && at < len; b++) {
-    const MPMBody *body = &scene->bodies[b];
+    PetscInt per_cell = 1;
 
-    at += (size_t)snprintf(text + at, len - at, ":%" PetscInt_FMT,
-                           body->ppc[0] * PetscMax(1, body->ppc[1]) * PetscMax(1, body->ppc[2]));
+    for (PetscInt d = 0; d < core->grid.dim; d++) per_cell *= scene->bodies[b].ppc[d];
+    at += (size_t)snprintf(text + at, len - at, ":%" PetscInt_FMT, per_cell);
   }
 }
 
@@ -39,13 +39,9 @@ void MPMModelMethod(const MPMCore *core, const MPMScene *scene, char text[], siz
   X(job, 1) \
   X(pool, 1) \
   X(migration[0].call, 1) \
-  X(migration[0].stage, 1) \
-  X(migration[0].process, 1) \
   X(migration[0].particle, 1) \
   X(migration[0].leaver, 1) \
   X(migration[1].call, 1) \
-  X(migration[1].stage, 1) \
-  X(migration[1].process, 1) \
   X(migration[1].particle, 1) \
   X(migration[1].leaver, 1) \
   X(flop, 0) \
