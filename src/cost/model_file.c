@@ -39,13 +39,9 @@ void MPMModelMethod(const MPMCore *core, const MPMScene *scene, char text[], siz
   X(job, 1) \
   X(pool, 1) \
   X(migration[0].call, 1) \
-  X(migration[0].stage, 1) \
-  X(migration[0].process, 1) \
   X(migration[0].particle, 1) \
   X(migration[0].leaver, 1) \
   X(migration[1].call, 1) \
-  X(migration[1].stage, 1) \
-  X(migration[1].process, 1) \
   X(migration[1].particle, 1) \
   X(migration[1].leaver, 1) \
   X(flop, 0) \
