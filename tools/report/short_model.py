@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """The short model of docs/model.md: five constants, and the speed-up S(P) of each strategy from them.
 
-    short_model.py options/disks.opts output/disks.model 1e6     the constants and the speed-ups of a scene with 10^6 particles
-    short_model.py --write                                       the tables of docs/model.md anew, compared with the full model
+    short_model.py options/disks.opts output/disks.model 1e6    constants and speed-ups of a scene with 10^6 particles
+    short_model.py --write                                      the tables of docs/model.md, beside the full model
 
-The constants are differences of the full model (src/cost, asked by predict.c) with the constants of a calibration, so both have the
-same program and machine behind them. The full model cuts the scene as the program does it; the short one has cubes. The scenes of
-the page are those of tools/simulate, on the assumed cluster of closed.py.
+The constants are differences of the full model (src/cost, asked by predict.c) with the constants of a calibration, so
+both have the same program and machine behind them. The full model cuts the scene as the program does it; the short
+one has cubes. The scenes of the page are those of tools/simulate, on the assumed cluster of closed.py.
 """
 
 import argparse
@@ -34,8 +34,8 @@ PROCESSES = (2, 4, 8, 16, 32)
 
 @dataclass
 class Short:
-    """The five constants, in s: of a particle; of a step that has neighbours; of a particle of a face of a process's cube; of each
-    doubling of the processes; of a particle, for the master of a pool."""
+    """The five constants, in s: of a particle; of a step that has neighbours; of a particle of a face of a
+    process's cube; of each doubling of the processes; of a particle, for the master of a pool."""
 
     dim: int
     particle: float
@@ -49,7 +49,12 @@ class Short:
         n = total / processes
         if processes == 1:
             return self.particle * total
-        return imbalance * self.particle * n + self.latency + self.face * n ** (1 - 1 / self.dim) + self.doubling * math.log2(processes)
+        return (
+            imbalance * self.particle * n
+            + self.latency
+            + self.face * n ** (1 - 1 / self.dim)
+            + self.doubling * math.log2(processes)
+        )
 
     def speedup(self, total, processes, imbalance=1.0):
         return self.particle * total / self.step(total, processes, imbalance)
@@ -88,8 +93,8 @@ class Short:
 
 
 def short(m, per_cell, total, edge):
-    """The five constants of a model for cubes with so many particles a cell, and for the pool with patches of this edge, which has
-    a scene of `total` particles."""
+    """The five constants of a model for cubes with so many particles a cell, and for the pool with patches of this
+    edge, which has a scene of `total` particles."""
     d, n = m.dim, NEAR
 
     def step(**more):
@@ -116,7 +121,12 @@ class Scenes:
         self.predictors = {}
 
     def options(self, name):
-        return ["-options_file", simulate.write_scene(name, SCENES[name].strong, 40), "-output_dir", self.work.name]
+        return [
+            "-options_file",
+            simulate.write_scene(name, SCENES[name].strong, 40),
+            "-output_dir",
+            self.work.name,
+        ]
 
     def calibration(self, dim):
         """The constants of the filled box in so many dimensions."""
@@ -126,8 +136,8 @@ class Scenes:
         return model.load(file, SimpleNamespace(method=method, dim=dim))
 
     def full(self, name):
-        """The full model of a scene: the costs of its phases as injected (costs.csv), all else of the calibration of the filled box
-        with as many dimensions, and the network of the cluster. Also the particles a cell."""
+        """The full model of a scene: the costs of its phases as injected (costs.csv), all else of the calibration
+        of the filled box with as many dimensions, and the network of the cluster. Also the particles a cell."""
         if name not in self.predictors:
             self.predictors[name] = model.Predictor(self.args.predictor, *map(str, self.options(name)))
         p = self.predictors[name]
@@ -141,10 +151,18 @@ class Scenes:
         return m, per_cell
 
     def said(self, name, m, edge):
-        """What `pebble -dry_run -report_processes` prints of the scene by this model, with a pool whose patches have this edge."""
+        """What `pebble -dry_run -report_processes` prints of the scene by this model, with a pool whose patches
+        have this edge."""
         file = os.path.join(self.work.name, f"{name}.model")
         model.save(m, file)
-        command = [self.args.pebble, *self.options(name), "-parallel_migrate", "direct", "-dry_run", "-report_processes"]
+        command = [
+            self.args.pebble,
+            *self.options(name),
+            "-parallel_migrate",
+            "direct",
+            "-dry_run",
+            "-report_processes",
+        ]
         command += ["-model_file", file, "-pool_cells", edge]
         done = launch.run(command, capture_output=True, text=True)
         said = model.parse(done.stdout)
@@ -153,9 +171,9 @@ class Scenes:
         return said
 
     def compare(self, name):
-        """What the table of a scene needs: its particles, the short model, the best edge of the pool's patches, the bound of the pool
-        by the program, and rows of processes, imbalance as the program counts it, and speed-ups by the short and the full model, of
-        spatial decomposition and of the pool."""
+        """What the table of a scene needs: its particles, the short model, the best edge of the pool's patches, the
+        bound of the pool by the program, and rows of processes, imbalance as the program counts it, and speed-ups
+        by the short and the full model, of spatial decomposition and of the pool."""
         m, per_cell = self.full(name)
         total = self.said(name, m, 2)["particles"]
         edge = m.patch(model.Share(total, total / per_cell))
@@ -190,32 +208,66 @@ class Page:
     def table_constants(self):
         lines = []
         for name, (total, s, edge, _, _) in self.found.items():
-            five = f"{1e9 * s.particle:.1f} ns", f"{1e6 * s.latency:.1f} µs", f"{1e9 * s.face:.0f} ns", f"{1e6 * s.doubling:.1f} µs"
+            five = (
+                f"{1e9 * s.particle:.1f} ns",
+                f"{1e6 * s.latency:.1f} µs",
+                f"{1e9 * s.face:.0f} ns",
+                f"{1e6 * s.doubling:.1f} µs",
+            )
             lines.append([name, f"{total:,}".replace(",", " "), *five, f"{1e9 * s.master:.1f} ns", edge])
-        return marks.markdown(["scene", "particles N", "C", "L", "B", "R", "M", "edge of the pool's patches, cells"], lines)
+        return marks.markdown(
+            ["scene", "particles N", "C", "L", "B", "R", "M", "edge of the pool's patches, cells"], lines
+        )
 
     def table_example(self):
         total, s, _, _, rows = self.found["box2d"]
         known, lines = {row[0]: row for row in rows}, []
         for p in (1, *PROCESSES, 128, 1024):
             n = total / p
-            parts = (s.particle * n, *((s.latency, s.face * math.sqrt(n), s.doubling * math.log2(p)) if p > 1 else (0, 0, 0)))
+            parts = (
+                s.particle * n,
+                *((s.latency, s.face * math.sqrt(n), s.doubling * math.log2(p)) if p > 1 else (0, 0, 0)),
+            )
             ours, (_, _, _, full, _, full_pool) = s.speedup(total, p), known.get(p, [math.nan] * 6)
             figures = [f"{v:.2f}" if v == v else "" for v in (ours, ours / p, full, s.pool(p), full_pool)]
             lines.append([p, *(f"{1e6 * t:.1f}" for t in (*parts, sum(parts))), *figures])
-        head = ["P", "C n, µs", "L, µs", "B √n, µs", "R log2 P, µs", "T, µs", "S", "E", "S, full model", "S, pool", "pool, full model"]
+        head = [
+            "P",
+            "C n, µs",
+            "L, µs",
+            "B √n, µs",
+            "R log2 P, µs",
+            "T, µs",
+            "S",
+            "E",
+            "S, full model",
+            "S, pool",
+            "pool, full model",
+        ]
         return marks.markdown(head, lines)
 
     def table_limits(self):
         lines = []
         for name, (total, s, *_) in self.found.items():
             least = [f"{s.least(0.8, p):,.0f}".replace(",", " ") for p in (32, 1024, 32768)]
-            lines.append([name, f"{s.most(total):,.0f}".replace(",", " "), *least, f"{s.bound():.2f}", f"{s.workers():.1f}"])
-        head = ["scene", "P of the largest S", "n for E = 0.8 on 32", "on 1 024", "on 32 768", "the pool's bound", "its workers"]
+            lines.append(
+                [name, f"{s.most(total):,.0f}".replace(",", " "), *least, f"{s.bound():.2f}", f"{s.workers():.1f}"]
+            )
+        head = [
+            "scene",
+            "P of the largest S",
+            "n for E = 0.8 on 32",
+            "on 1 024",
+            "on 32 768",
+            "the pool's bound",
+            "its workers",
+        ]
         return marks.markdown(head, lines)
 
     def table_distance(self):
-        lines = [[name, row[0], f"{row[1]:.3f}", f"{row[2]:.2f}", f"{row[3]:.2f}", sign(off)] for off, name, row in self.off]
+        lines = [
+            [name, row[0], f"{row[1]:.3f}", f"{row[2]:.2f}", f"{row[3]:.2f}", sign(off)] for off, name, row in self.off
+        ]
         return marks.markdown(["scene", "P", "i", "S, short", "S, full", "short / full - 1"], lines[:12])
 
     def table_pool_distance(self):
@@ -239,7 +291,10 @@ class Page:
 
     def number_cache(self):
         m = self.scenes.calibration(2)
-        least, most = (sum(m.rates[name].each[k] for name in ("P2G", "G2P", "SORT")) + m.rates["ADVANCE"].each[k] / 4 for k in (1, 2))
+        least, most = (
+            sum(m.rates[name].each[k] for name in ("P2G", "G2P", "SORT")) + m.rates["ADVANCE"].each[k] / 4
+            for k in (1, 2)
+        )
         return sign(100 * (most / least - 1), 0).lstrip("+")
 
     def write(self, path):
@@ -254,9 +309,13 @@ class Page:
 
 def show(s, total, processes, imbalance):
     """Prints the constants and what follows from them."""
-    print(f"C {s.particle:.3g} s a particle, L {s.latency:.3g} s a step, B {s.face:.3g} s a particle of a face, R {s.doubling:.3g} s "
-          f"a doubling, M {s.master:.3g} s a particle for the master")
-    print(f"spatial is fastest on about {s.most(total):.3g} processes; the pool's bound is {s.bound():.3g}, on {1 + s.workers():.3g} processes")
+    print(f"C {s.particle:.3g} s a particle")
+    print(f"L {s.latency:.3g} s a step")
+    print(f"B {s.face:.3g} s a particle of a face")
+    print(f"R {s.doubling:.3g} s a doubling of the processes")
+    print(f"M {s.master:.3g} s a particle for the master of a pool")
+    print(f"spatial is fastest on about {s.most(total):.3g} processes")
+    print(f"the pool's bound is {s.bound():.3g}, which {s.workers():.3g} workers reach")
     for p in processes:
         spatial = s.speedup(total, p, imbalance if p > 1 else 1)
         print(f"  {p:7}  spatial S {spatial:9.2f}  E {spatial / p:.3f}   pool S {s.pool(p):7.3f}")
@@ -268,9 +327,13 @@ def main():
     parser.add_argument("calibration", nargs="?", help="file of its constants, by make calibrate")
     parser.add_argument("particles", nargs="?", type=float, help="of the whole scene")
     parser.add_argument("--write", action="store_true", help="renew docs/model.md")
-    parser.add_argument("--cluster", action="store_true", help="with the network of the report's cluster, not that of the calibration")
+    parser.add_argument(
+        "--cluster", action="store_true", help="with the network of the report's cluster, not that of the calibration"
+    )
     parser.add_argument("--per-cell", type=float, help="particles a cell; without it 2 an axis")
-    parser.add_argument("--imbalance", type=float, default=1.0, help="largest over mean number of particles of a process")
+    parser.add_argument(
+        "--imbalance", type=float, default=1.0, help="largest over mean number of particles of a process"
+    )
     parser.add_argument("--processes", type=lambda text: [int(p) for p in text.split(",")], default=[1, *PROCESSES])
     parser.add_argument("--pebble", default=os.path.join(ROOT, "pebble"))
     parser.add_argument("--predictor", default=os.path.join(ROOT, "build", "mpicc", "predict"))
@@ -279,7 +342,9 @@ def main():
         Page(Scenes(args)).write(os.path.join(ROOT, "docs", "model.md"))
     elif args.particles:
         with tempfile.TemporaryDirectory() as folder:
-            m = model.load(args.calibration, model.Predictor(args.predictor, "-options_file", args.options, "-output_dir", folder))
+            m = model.load(
+                args.calibration, model.Predictor(args.predictor, "-options_file", args.options, "-output_dir", folder)
+            )
             m = m.with_network(**NETWORK) if args.cluster else m
             per_cell = args.per_cell or 2**m.dim
             edge = m.patch(model.Share(args.particles, args.particles / per_cell))

@@ -32,6 +32,7 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import typing
@@ -136,11 +137,13 @@ def options(args, path, strategy, migrate):
     # The scenes may write snapshots, and the simulator's build cannot.
     pool = ["-pool_cells", patch(args.pebble, path)] if strategy == "pool" else ["-pool_particles", "workers"] if strategy == "workers" else []
     strategy = "spatial" if strategy == "spatial" else "pool"
-    return ["-report_phases", "-output_format", "none", "-output_dir", str(WORK), "-parallel_strategy", strategy, "-parallel_migrate", migrate, *pool]
+    return ["-report_phases", "-output_format", "none", "-parallel_strategy", strategy, "-parallel_migrate", migrate, *pool]
 
 
 def run(command, env=None):
-    done = launch.run(command, env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=WORK)
+    with tempfile.TemporaryDirectory(dir=WORK) as folder:  # several runs of a scene at once write files of the same names
+        command = [*command, "-output_dir", folder]
+        done = launch.run(command, env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=WORK)
     if done.returncode:
         raise RuntimeError(done.stdout[-2000:])
     return parse(done.stdout)
@@ -230,20 +233,58 @@ def migration(name):
     return {cost: 1e9 * float(known[k]) for cost, k in (("LEAVER", "1].leaver"), ("SWARM", "0].call"), ("SWARM_PARTICLE", "0].particle"))}
 
 
+def slowest(copies):
+    """One result of runs that were made at once: the longest time of each phase, since the copy that began last, or ended first, had
+    the memory for itself for a while."""
+    phases = {name: max(r["phases"].get(name, 0) for r in copies) for name in copies[0]["phases"]}
+    return {**max(copies, key=lambda run: run["seconds"]), "phases": phases}
+
+
 def in_turns(args, path, ways):
     """The fastest of many short runs of each way, in turns, since other work on the machine slows what runs at the time.
     Each has particles, s a step, digest, and ns a particle of each phase, for which each phase has its own least."""
     best = [None] * len(ways)
     for _ in range(args.calibrations):
         for k, way in enumerate(ways):
-            for r in real(args, path, **way):
-                old = best[k] or r
-                phases = {name: min(ns, old["phases"].get(name, math.inf)) for name, ns in r["phases"].items()}
-                best[k] = {**min(old, r, key=lambda run: run["seconds"]), "phases": phases}
+            r = slowest(real(args, path, **way))
+            old = best[k] or r
+            phases = {name: min(ns, old["phases"].get(name, math.inf)) for name, ns in r["phases"].items()}
+            best[k] = {**min(old, r, key=lambda run: run["seconds"]), "phases": phases}
     return best
 
 
-ALONE = {"copies": os.cpu_count()}  # one process on each core, each a run of its own
+ALONE = {"copies": 1}  # one process, which has the memory of the machine for itself
+BUSY = {"copies": os.cpu_count()}  # one process on each core, each a run of its own
+BUSY_SECONDS = 0.3  # of a run for the cost of sharing a memory: much more than two programs need to start one after the other
+MEMORY = DATA / "memory.csv"
+
+
+def memory_factors(alone, busy):
+    """How many times as long each phase takes when all cores are busy; less than 1 is the noise of the clock."""
+    return {name: max(1.0, busy[name] / ns) for name, ns in alone.items() if ns > 0 and name in busy}
+
+
+def sharing(costs, factors, processes, copies):
+    """The costs of a run in which so many processes share a memory; the factors are those of `copies` processes. Each further
+    process adds as much. Costs without a factor were measured on two processes at once, and stay."""
+    share = min(1.0, (processes - 1) / (copies - 1)) if copies > 1 else 0.0
+    return {name: ns * (1 + share * (factors.get(name, 1.0) - 1)) for name, ns in costs.items()}
+
+
+def measure_memory(args, name, size, seconds):
+    """The factors of a scene whose step takes so many seconds, by long runs on one process and on all cores in turns; they go to
+    memory.csv. A machine of one core has none."""
+    if BUSY["copies"] == 1:
+        return {}
+    steps = max(40, math.ceil(BUSY_SECONDS / seconds))
+    alone, busy = in_turns(args, write_scene(name, size, steps), [ALONE, BUSY])
+    factors = memory_factors(*(costs_of(name, run) for run in (alone, busy)))
+    factors = {k: f for k, f in factors.items() if k in alone["phases"]}
+    rows = [{"scene": name, "particles": alone["particles"], "name": k, "processes": BUSY["copies"], "alone_ns": f"{alone['phases'][k]:.4g}",
+             "busy_ns": f"{busy['phases'][k]:.4g}", "factor": f"{f:.3f}"} for k, f in factors.items()]
+    same = lambda row: (row["scene"], str(row["particles"])) == (name, str(alone["particles"]))
+    write(MEMORY, [row for row in read_rows(MEMORY) if not same(row)] + rows)
+    return factors
 
 
 def costs_of(name, alone):
@@ -417,7 +458,8 @@ def large_strong():
 
 def validate(args, _):
     """Simulates this machine, and compares with real runs on one and two of its cores, whose messages go through shared memory or by
-    TCP. The costs are measured in turns with these runs: of the same scene, on one process, one on each core."""
+    TCP. The costs are measured in turns with these runs: of the same scene, on one process. Where two processes share the memory
+    they are multiplied by the factors that runs on one core and on all find just before."""
     ways = [{"ranks": 1, "strategy": "spatial", "migrate": "direct", "transport": "shared"}]
     for transport in TRANSPORTS:
         if wanted(args.transport, transport):
@@ -427,22 +469,25 @@ def validate(args, _):
                      if wanted(args.strategy, strategy) and wanted(args.migrate, migrate)]
     path_of_table, wrong = DATA / "validate.csv", 0
     key = lambda row: tuple(str(row[k]) for k in ("scene", "particles", *ways[0]))
-    done = {key(row): row for row in read_rows(path_of_table)}
+    done = {key(row): {**row, "memory_factor": row.get("memory_factor", "")} for row in read_rows(path_of_table)}
     for name, scene in SCENES.items():
         for size in (scene.small, scene.strong) if wanted(args.scenes, name) else ():
             path = write_scene(name, size, 40)
+            factors = measure_memory(args, name, size, in_turns(args, path, [ALONE])[0]["seconds"])
             alone, *runs = in_turns(args, path, [ALONE, *ways])
-            costs = FIXED | costs_of(name, alone)
+            one = FIXED | costs_of(name, alone)
             for how, run in zip(ways, runs):
                 row = {"scene": name, "particles": run["particles"], **how, "real": f"{run['seconds']:.6g}"}
                 digests = {run["digest"], alone["digest"]}
                 platform = how["transport"] if how["ranks"] > 1 else "cluster"  # one process sends nothing
+                costs = sharing(one, factors, how["ranks"], BUSY["copies"])
                 for mode in ("injected", "emulated"):
                     r = simulated(args, path, hosts(how["ranks"]), how["ranks"], mode, how["strategy"], how["migrate"], platform, costs)
                     digests.add(r["digest"])
                     row[mode], row[f"{mode}_over_real"] = f"{r['seconds']:.6g}", f"{r['seconds'] / run['seconds']:.3f}"
                 wrong += len(digests) > 1
                 row["same_digest"] = "no" if len(digests) > 1 else "yes"
+                row["memory_factor"] = f"{sum(costs[k] for k in factors) / sum(one[k] for k in factors):.3f}" if factors else ""
                 print(f"  {name:10} {row['particles']:7} {how['strategy']:8} {how['migrate']:7} {how['ranks']} {how['transport']:6}  real "
                       f"{1e6 * run['seconds']:9.1f} us/step  injected {row['injected_over_real']}  emulated {row['emulated_over_real']} of it", flush=True)
                 done[key(row)] = row
