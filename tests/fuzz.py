@@ -63,7 +63,7 @@ def option_words():
 
 def model_seeds(folder):
     names = ["exchange", "message", "post", "wire", "copy", "kept", "reduction", "job", "pool", "flop", "byte"]
-    names += [f"migration[{k}].{what}" for k in (0, 1) for what in ("call", "stage", "process", "particle", "leaver")]
+    names += [f"migration[{k}].{what}" for k in (0, 1) for what in ("call", "particle", "leaver")]
     text = "from here\n" + "".join(f"rate {phase} 1e-6 1 1e-8 100 1e-8 1000 1e-8\n" for phase in model_phases()) + "".join(f"{name} 1e-06\n" for name in names)
     write(os.path.join(folder, "all"), text)
     write(os.path.join(folder, "one"), "rate P2G 1e-6 1 1e-8 100 1e-8 1000 1e-8\n")

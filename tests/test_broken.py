@@ -364,7 +364,7 @@ def models(number):
     """The file of the performance model, damaged: it is refused, not used with a word about it, or still good."""
     scene = check.scene("disks")
     names = ["exchange", "message", "post", "wire", "copy", "kept", "reduction", "job", "pool"]
-    names += [f"migration[{k}].{what}" for k in (0, 1) for what in ("call", "stage", "process", "particle", "leaver")] + ["flop", "byte"]
+    names += [f"migration[{k}].{what}" for k in (0, 1) for what in ("call", "particle", "leaver")] + ["flop", "byte"]
     text = "# constants\nmethod 2-D:0:1:8\nfrom here\nrate P2G 1e-6 1 1e-8 100 1e-8 1000 1e-8\n" + "".join(f"{name} 1e-6\n" for name in names)
     counts = collections.Counter()
     for seed in range(number):

@@ -552,7 +552,7 @@ def machine(args):
     mpi = command_output([args.mpiexec, "--version"]).splitlines()[0]
     model = first("/proc/cpuinfo", r"^model name\s*:(.*)$") + (f" ({vectors[0]})" if vectors else "")
     return [f"{model}, {os.cpu_count()} cores, {memory:.0f} GiB, {os.uname().sysname} {os.uname().release}", version,
-            f"{mpi}; flags {args.flags or 'unknown'}; of transfer_sums.c also {args.flags_sums or 'unknown'}; "
+            f"{mpi}; flags {args.flags or 'unknown'}; "
             f"of the bare kernels, for {lanes(args.pebble)} lanes, {args.flags_bare or 'unknown'}; "
             f"seed_serial: {args.flags_seed or 'unknown'}",
             f"2 processes: {launch.settings(2, args.cores)}"]
@@ -734,7 +734,6 @@ def main():
     p.add_argument("--bare", default="build/mpicc/bare", help="the bare kernels, without the number of lanes")
     p.add_argument("--mpiexec", default="mpiexec")
     p.add_argument("--flags", default="", help="the compiler's flags, for the description of the machine")
-    p.add_argument("--flags-sums", help="the flags that transfer_sums.c gets besides")
     p.add_argument("--flags-bare", help="the flags that the bare kernels get besides")
     p.add_argument("--flags-seed", help="compiler and flags of seed_serial")
     p.add_argument("--cores", type=int, default=os.cpu_count(),

@@ -12,12 +12,21 @@ typedef struct {
   PetscReal call, size[MPM_RATE_SIZES], each[MPM_RATE_SIZES]; /* s, 1, s */
 } MPMRate;
 
-/* A migration takes call + stage s + process P + particle n + leaver q seconds, for n particles here, of which q leave
-   and as many arrive, and P processes. s is log2(P) for DMSwarmMigrate, and the number of axes that are cut for direct
-   messages. */
+/* A migration takes call + particle n + leaver q seconds, for n particles here, of which q leave and as many arrive, and
+   the time of its messages (MPMModelMigrationMessages). */
 typedef struct {
-  PetscReal call, stage, process, particle, leaver;
+  PetscReal call, particle, leaver;
 } MPMMigration;
+
+/* The collectives of a call of DMSwarmMigrate: 8 reductions, 3 gathers of a number from every process, 2 duplications of
+   a communicator, and a barrier (docs/petsc.md counts them; PETSc 3.26 has one reduction more). In the gathers, and in
+   two of the reductions while PETSc has at most MPM_SWARM_FEW processes, each process has a number of MPM_SWARM_NUMBER
+   bytes. */
+#define MPM_SWARM_COLLECTIVES 14
+#define MPM_SWARM_GATHERS     3
+#define MPM_SWARM_FLAGS       2
+#define MPM_SWARM_FEW         1024
+#define MPM_SWARM_NUMBER      4
 
 /* The factor within which the predicted time of a run was right for nine of ten scenes, on a core that did nothing else:
    with rough constants, and with those of a calibration (docs/performance.md). */
@@ -61,6 +70,7 @@ void           MPMModelMethod(const MPMCore *, const MPMScene *, char text[], si
 /* --- Predictions (model.c); dt: of the next step, s --------------------------------------------------------------- */
 
 void           MPMModelRough(MPMModel *, const MPMCore *, const MPMScene *);
+PetscReal      MPMModelMigrationMessages(const MPMModel *, PetscBool direct, PetscReal axes, PetscReal processes);
 PetscReal      MPMModelTimer(const MPMModel *, const MPMCore *, PetscInt timer, const MPMShare *);
 PetscReal      MPMModelStep(const MPMModel *, const MPMCore *, const MPMShare *);
 PetscReal      MPMModelPoolBytes(const MPMCore *, PetscInt timer, const MPMShare *, PetscInt edge, PetscReal *jobs);

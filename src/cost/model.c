@@ -73,6 +73,17 @@ static PetscReal Migrates(const MPMShare *s)
   return 1 - PetscExpReal(-s->crossing);
 }
 
+/* Returns the seconds of the messages of a migration without those of the particles that move. direct: a message there
+   and back along one cut axis after the other; else DMSwarmMigrate, each of whose collectives takes as long as a
+   reduction, and the time that the numbers of all processes are on their way. Not collective. */
+PetscReal MPMModelMigrationMessages(const MPMModel *m, PetscBool direct, PetscReal axes, PetscReal processes)
+{
+  const PetscReal numbers = MPM_SWARM_GATHERS + (processes > MPM_SWARM_FEW ? 0 : MPM_SWARM_FLAGS);
+
+  if (direct) return axes * (m->message + m->post);
+  return MPM_SWARM_COLLECTIVES * Log2(processes) * m->reduction + numbers * MPM_SWARM_NUMBER * processes * m->wire;
+}
+
 /* Returns the predicted seconds per step of timer e, on a process with this share, in spatial decomposition or in a run
    on one process. Not collective. */
 PetscReal MPMModelTimer(const MPMModel *m, const MPMCore *core, PetscInt e, const MPMShare *s)
@@ -86,8 +97,8 @@ PetscReal MPMModelTimer(const MPMModel *m, const MPMCore *core, PetscInt e, cons
   if (e == MPM_TIMER_REDUCE) return m->rate[e].call + Log2(s->processes) * m->reduction;
   if (e == MPM_TIMER_MIGRATE && s->processes == 1) return 0;
   if (e == MPM_TIMER_MIGRATE)
-    return Migrates(s) * (way->call + way->stage * (core->exchange.direct ? s->axes : Log2(s->processes)) +
-                          way->particle * s->particles + way->process * s->processes) +
+    return Migrates(s) * (way->call + way->particle * s->particles +
+                          MPMModelMigrationMessages(m, core->exchange.direct, s->axes, s->processes)) +
            way->leaver * s->row * s->waits;
   if (e < MPM_TIMER_PHASES) return Seconds(&m->rate[e], s->particles);
   times = (PetscReal)Times(core, e, &phase);
@@ -253,13 +264,10 @@ void MPMModelRough(MPMModel *m, const MPMCore *core, const MPMScene *scene)
   m->copy                  = 0.3e-9;
   m->kept                  = 0.3e-9;
   m->reduction             = 1.6e-6;
-  m->migration[0].call     = 60e-6; /* DMSwarmMigrate: 14 collectives, three of them of a number from every process */
-  m->migration[0].stage    = 24 * 1.6e-6;
-  m->migration[0].process  = 80 * m->wire;
+  m->migration[0].call     = 60e-6;
   m->migration[0].particle = 1e-9;
   m->migration[0].leaver = m->migration[1].leaver = 200e-9;
   m->migration[1].call                            = 2e-6;
-  m->migration[1].stage                           = 1.6e-6 + 0.6e-6;
   m->job                                          = 2e-6;
   m->pool                                         = 0.3e-9;
   m->within                                       = MPM_WITHIN_ROUGH;

@@ -82,13 +82,11 @@ void FitMigration(PetscMPIInt size, const MigrationTimes *a, const MigrationTime
 {
   if (a->particles == 0 || b->particles == 0) return; /* not measured: rough constants stay */
   for (int way = 0; way < 2; way++) {
-    MPMMigration   *g      = &m->migration[way];
-    const PetscReal stages = way ? a->axes : PetscCeilReal(PetscLog2Real((PetscReal)size));
+    MPMMigration   *g        = &m->migration[way];
+    const PetscReal messages = MPMModelMigrationMessages(m, way == DIRECT, a->axes, (PetscReal)size);
 
     g->particle = PetscMax(0, (b->migration[way] - a->migration[way]) / (b->particles - a->particles));
-    g->stage    = way ? m->message + m->post : 24 * m->reduction;
-    g->process  = way ? 0 : 80 * m->wire;
     g->leaver   = PetscMax(0, b->migration[SWAP] - b->migration[DIRECT]) / SWAPPED; /* both ways copy them alike */
-    g->call     = PetscMax(0, a->migration[way] - a->particles * g->particle - g->stage * stages - g->process * size);
+    g->call     = PetscMax(0, a->migration[way] - a->particles * g->particle - messages);
   }
 }

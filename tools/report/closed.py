@@ -166,8 +166,8 @@ class ClosedForm:
         return m.pool(model.replace(s, processes=processes), m.patch(s))[0]
 
     def injected(self, name, cells, cut):
-        """The model with the costs that the simulator injects, and no others; particles that change process in a step; and the
-        probability that a row of them crosses a cut of an axis."""
+        """The model with the costs that the simulator injects, and no others; how many rows of particles change process in a step; and
+        the probability that a row crosses a cut of an axis."""
         costs, dim = self.data.costs()[name], len(BOXES[name][0])
         m = model.Model(self.predictor(name), origin="costs.csv")
         for k, each in (("P2G", costs["P2G"]), ("ADVANCE", 2**dim * costs["ADVANCE"]), ("G2P", costs["G2P"]), ("SORT", costs["SORT"])):
@@ -175,22 +175,17 @@ class ClosedForm:
         # Particles of these boxes cross a cut in whole layers, 2 a cell: q is the number of layers a step, not of particles.
         # (Rubber, sound at 36.7 m/s; 4 sin(pi x/L) m/s along each axis; dt = 0.4 h/(c + |v|).)
         step = 0.4 / (36.7 + 4 * math.sqrt(m.dim))
-        layers = [[2 * 4 * math.sin(math.pi * j / p) * step for j in range(1, p)] for p in cut]
-        crossing = sum(sum(q) * 2 ** (dim - 1) * math.prod(cells) / c for q, c in zip(layers, cells))
-        crossed = [q for axis in layers for q in axis]
-        p = 1 - math.exp(-sum(crossed))
+        crossed = [2 * 4 * math.sin(math.pi * j / p) * step for p in cut for j in range(1, p)]
         # Sums cost 0.2 ns a byte at either end; motion is sent without cost. The pool's master packs for 0.2 and takes in for 0.11 ns a byte.
-        m.numbers = {"copy": 0, "kept": 0.4e-9, "pool": 0.155e-9, "job": 500e-9, "migration[0].process": 0, "migration[1].process": 0}
+        m.numbers = {"copy": 0, "kept": 0.4e-9, "pool": 0.155e-9, "job": 500e-9}
         m = m.with_network(**NETWORK)
         for k in (0, 1):
             m.numbers[f"migration[{k}].particle"] = costs["SWARM_PARTICLE"] if k == 0 else 0
             m.numbers[f"migration[{k}].call"] = costs["SWARM"] if k == 0 else 0
-            for part in ("call", "stage", "process", "particle"):
-                m.numbers[f"migration[{k}].{part}"] *= p
             # direct: half of the cost arises at either end, and both ends wait at the same time; the bytes are the network's.
             m.numbers[f"migration[{k}].leaver"] = k * 0.5 * costs.get("LEAVER", 0) + WIRE * (12 + m.predictor.travels)
         waits = 1 - math.prod(1 - q for q in crossed) ** (1 / max(1, sum(p > 1 for p in cut)))
-        return m, crossing, waits
+        return m, sum(crossed), waits
 
     def against_simulation(self, which="spatial, direct"):
         """Rows of scene, study, processes, cut, simulated s, closed form s, imbalance in the simulation and by formula, for the cuts that
@@ -220,7 +215,7 @@ class ClosedForm:
                         nodes = math.prod(c + 1 for c in cells)
                         t, imbalance = m.pool(model.Share(row["particles"], nodes, processes=ranks), PATCH)[0], 1
                     else:
-                        t, imbalance = m.box(cells, cut, 2**m.dim, *crossing)  # the probability that any particle migrates is in the constants
+                        t, imbalance = m.box(cells, cut, 2**m.dim, *crossing)
                     out.append(
                         (name, study.split("-")[0], ranks, row["cut"], row["seconds_per_step"], t, row["imbalance"], imbalance)
                     )

@@ -224,7 +224,7 @@ class Model:
         return replace(self, rates=dict(self.rates), numbers=self.numbers | numbers)
 
     def with_network(self, message, post, wire, reduction):
-        """The same processor with another network; the part of migration that is messages changes with it, as in tools/calibrate. What an
+        """The same processor with another network; the messages of a migration change with it. What an
         exchange costs beyond its messages is the waiting of two processes of this machine, so it is no property of a network. A
         network carries bytes while the master of a pool packs others, where processes that share memory copy them: the longer of
         both counts."""
@@ -235,7 +235,6 @@ class Model:
             post=post,
             wire=wire,
             reduction=reduction,
-            **{"migration[0].stage": 24 * reduction, "migration[1].stage": message + post, "migration[0].process": 80 * wire},
         )
 
     def dearer(self, seconds):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures what each scene of options/ carries and sends beside the same scene with -method_carry all: fields and bytes of a
 particle, phases of a step, bytes of messages of a step on 2 processes, time of a step. Writes docs/data/minimality.csv and
-the table `minimality` of docs/performance.md.
+the table `minimality` of docs/developer.md.
 
     minimality.py                  measures what the file lacks; --again: everything; --scenes disks taylor: these alone
     minimality.py --table          only renews the table from the file
@@ -25,7 +25,7 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 import launch  # noqa: E402 (after the path)
 import marks  # noqa: E402
 
-DOCUMENT = os.path.join(ROOT, "docs", "performance.md")
+DOCUMENT = os.path.join(ROOT, "docs", "developer.md")
 SECONDS, FIRST, SENT = 0.5, 100, 20  # of a timed run; steps of the run that estimates how many these are; steps whose messages count
 MODES = ("needed", "all")
 COLUMNS = ["scene", "fields", "bytes", "bytes_all", "phases", "sent", "sent_all", "ns", "ratio"]

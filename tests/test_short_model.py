@@ -1,0 +1,84 @@
+"""The short model of docs/model.md: its limits are those that the page derives, its constants are those of the page's formulas, and
+it is as far from the full model as the page says. No time is judged here.
+
+usage: test_short_model.py PEBBLE SOURCE MPIEXEC BUILD
+"""
+import math
+import os
+import random
+import re
+import sys
+from types import SimpleNamespace
+
+import check
+
+BUILD, = check.arguments(__doc__, 1)
+sys.path.insert(0, os.path.join(check.source, "tools", "report"))
+import short_model  # noqa: E402 (after the path)
+
+
+def near(x, y, within=1e-9):
+    return abs(x - y) <= within * abs(y)
+
+
+# ---- The formulas, with constants of four orders of magnitude
+draw = random.Random(24)
+some = [short_model.Short(dim, *(10 ** draw.uniform(low, low + 4) for low in (-10, -7, -9, -8, -10))) for dim in (2, 3) for _ in range(50)]
+P = [2**k for k in range(21)]
+check.that(all(s.speedup(1e6, 1) == 1 and s.pool(1) == 1 for s in some), "on one process both speed-ups are 1, exactly")
+check.that(all(s.efficiency(1e4, p) > s.efficiency(1e4, 2 * p) for s in some for p in P), "weak efficiency falls with the processes")
+check.that(all(s.speedup(1e6, p, i) < p / i for s in some for p in P[1:] for i in (1.0, 1.5)) and
+           all(near(s.speedup(1e40, 1024, 1.5), 1024 / 1.5, 1e-6) for s in some), "a speed-up is below P/i, which it tends to for large scenes")
+for s in some:
+    s.face = 0.0
+    most = s.most(1e9)
+    check.fault(None if s.speedup(1e9, most) > max(s.speedup(1e9, 0.99 * most), s.speedup(1e9, 1.01 * most)) else f"{s}: not fastest on {most}")
+    s.face = 1e-8
+for s in some:
+    for e, p, i in ((0.8, 32, 1.0), (0.9, 32768, 1.05)):
+        n = s.least(e, p, i)
+        check.fault(None if near(s.efficiency(n, p, i), e, 1e-7) else f"{s}: {n} particles keep {s.efficiency(n, p, i)}, not {e}")
+        log, rest = s.latency + s.doubling * math.log2(p), s.particle * (1 / e - i)
+        closed = ((s.face + math.sqrt(s.face**2 + 4 * rest * log)) / (2 * rest)) ** 2
+        check.fault(None if s.dim == 3 or near(n, closed, 1e-7) else f"{s}: {n} particles, by (13) {closed}")
+check.that(some[0].least(0.8, 32, 1.25) == math.inf, "no number of particles keeps an efficiency of 1/i")
+check.that(all(s.pool(2) <= s.pool(3) <= s.pool(1e9) == s.particle / s.master for s in some), "the speed-up of a pool grows to C/M, exactly")
+check.that(all(near(s.pool(1 + s.workers()), s.bound()) and s.pool(1 + 0.99 * s.workers()) < s.bound() for s in some), "which 1 + C/M workers reach")
+
+# ---- The constants, of usl in 2-D and 3-D and of usf, by the formulas of the page and as differences of the full model
+scenes = short_model.Scenes(SimpleNamespace(pebble=check.program, predictor=os.path.join(BUILD, "predict")))
+# Numbers of a node in a step: its sums (mass, momentum, force), which usf makes in two phases, and its motions (velocity, acceleration;
+# with usf the velocity before that).
+numbers = {"box2d": ([5], 4), "box3d": ([7], 6), "disks": ([3, 2], 6)}
+for name, (count, motions) in numbers.items():
+    m, q = scenes.full(name)
+    x = SimpleNamespace(**{k: v for k, v in m.numbers.items() if k.isalpha()})
+    d, reach, tile, exchanges = m.dim, m.predictor.stencil - 1, m.predictor.tile, 2 * len(count)
+    total = 64**d * q
+    s = short_model.short(m, q, total, 16)
+    nodes = [p.name for p in m.predictor.phases if p.kind == "nodes"]
+    each = {k: r.each[0] for k, r in m.rates.items()}
+    particle = sum(t / (q if k in nodes else 1) for k, t in each.items())
+    latency = (exchanges * (x.exchange + (2**d - 1) * x.post) + len(nodes) * (x.message - x.post) + m.numbers["migration[1].call"] +
+               d * (x.message + x.post))
+    tiles = ((tile + reach) / tile) ** (d - 1)
+    sides = 8 * sum(count) * tiles * x.kept + 8 * motions * (x.wire + x.copy)
+    face = d * (reach / q ** (1 - 1 / d) * sides + m.numbers["migration[1].leaver"])
+    jobs, size = m.farmed(short_model.model.Share(total, total / q), 16)
+    alone = sum(total * t / (q if k in nodes else 1) for k, t in each.items() if k in (*nodes, "SORT"))
+    master = (alone + jobs * (x.job + x.message) + sum(size.values()) * (x.pool + x.wire)) / total
+    for letter, ours, formula in (("C", s.particle, particle), ("L", s.latency, latency), ("B", s.face, face), ("R", s.doubling, x.reduction), ("M", s.master, master)):
+        check.that(near(ours, formula, 1e-6), f"{name}: {letter} {ours:.6g} is {formula:.6g} by its formula")
+
+# ---- The page
+with open(os.path.join(check.source, "docs", "model.md"), encoding="utf-8") as file:
+    said = dict(re.findall(r"<!-- number (\w+) -->([^<]*)<!-- end -->", file.read()))
+page = short_model.Page(scenes)
+for name, text in said.items():
+    found = getattr(page, f"number_{name}")()
+    check.that(found == text, f"docs/model.md says {name} {text}, found {found}")
+check.that({"least", "most", "pool_least", "pool_most"} <= set(said), "the page says how far the short model is from the full one")
+for name, (_, s, _, bound, _) in page.found.items():
+    check.that(abs(s.bound() / bound - 1) < 0.05, f"{name}: the bound of the pool is {s.bound():.3f}, by the program {bound}")
+
+check.end()
