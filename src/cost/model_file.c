@@ -20,7 +20,7 @@ void MPMModelMethod(const MPMCore *core, const MPMScene *scene, char text[], siz
   for (PetscInt b = 0; b < scene->nbodies && at < len; b++) {
     PetscInt per_cell = 1;
 
-    for (PetscInt d = 0; d < core->grid.dim; d++) per_cell *= PetscMax(1, scene->bodies[b].ppc[d]);
+    for (PetscInt d = 0; d < core->grid.dim; d++) per_cell *= scene->bodies[b].ppc[d];
     at += (size_t)snprintf(text + at, len - at, ":%" PetscInt_FMT, per_cell);
   }
 }
@@ -39,13 +39,9 @@ void MPMModelMethod(const MPMCore *core, const MPMScene *scene, char text[], siz
   X(job, 1) \
   X(pool, 1) \
   X(migration[0].call, 1) \
-  X(migration[0].stage, 1) \
-  X(migration[0].process, 1) \
   X(migration[0].particle, 1) \
   X(migration[0].leaver, 1) \
   X(migration[1].call, 1) \
-  X(migration[1].stage, 1) \
-  X(migration[1].process, 1) \
   X(migration[1].particle, 1) \
   X(migration[1].leaver, 1) \
   X(flop, 0) \

@@ -3,7 +3,7 @@
 from claims import RUNS, SIMULATED, claim
 from closed import BOXES, way
 from evidence import CLASSES
-from goals import STEP
+from goals import MODEL, STEP
 from words import inside, scene
 
 
@@ -234,16 +234,17 @@ def whole_runs_inside(r):
         yield "share of the whole runs", found / of, "<", inside(some, *STEP) / len(some)
 
 
-@claim("With DMSwarmMigrate and in the pool the formulas are too slow.", "docs/data/simulated")
-def formulas_slow(r):
-    for which in ("spatial, DMSwarmMigrate", "pool"):
+@claim(
+    "Those of spatial decomposition are within 10 % of it in all runs on up to 32 processes, those of the pool are too"
+    " slow.",
+    "docs/data/simulated, docs/data/models",
+)
+def formulas_near(r):
+    for which in ("spatial, direct", "spatial, DMSwarmMigrate"):
         some = r.against(which)
-        yield (
-            f"{which}: runs in which they are slower by more than 10 %",
-            sum(q > 1.1 for q in some),
-            ">",
-            sum(q < 0.9 for q in some),
-        )
+        yield f"{which}: runs within 10 %", inside(some, *MODEL), "==", len(some)
+    some = r.against("pool")
+    yield "pool: runs slower by more than 10 %, and faster", sum(q > 1.1 for q in some), ">", sum(q < 0.9 for q in some)
 
 
 @claim(
