@@ -116,6 +116,9 @@ false("plain_slower", "bench/floor.csv", "min_ns", "1", group="seed", program="s
 false("tiles_gain", "tiles.csv", "after", "2", scene="two disks")
 
 # ---- Falsified text
+check.that(
+    whole.said_all(["a claim"]) == 1 and whole.said_all([]) == 0, "a claim that does not hold makes the exit status 1"
+)
 said = claims.fault("same_bits", whole, text.replace("It was the same on all", "It was another one on all"))
 check.that(said and "has no sentence" in said, f"a sentence that is not in the text: {said}")
 empty = made(check.folder("empty"))

@@ -224,7 +224,9 @@ def machine(program, mpiexec, what=""):
     """[(name, value)]: processor, cores, lanes, compiler, MPI, PETSc and the program's commit. `what` is said beside
     the PETSc of the program."""
     with open("/proc/cpuinfo") as file:
-        cpu = next((line.split(":")[1].strip() for line in file if line.startswith("model name")), platform.processor())
+        facts = dict(map(str.strip, line.split(":", 1)) for line in file if ":" in line)
+    vectors = [v for v, flag in (("AVX-512", "avx512f"), ("AVX2", "avx2")) if flag in facts.get("flags", "").split()]
+    cpu = " with ".join([facts.get("model name", platform.processor()), *vectors[:1]])
     version = re.match(r"(.*), PETSc ([\d.]+), (.*)", said(program, "-version"))
     name, petsc, compiler = version.groups() if version else ("", "", "")
     return {

@@ -173,9 +173,3 @@ def no_bounds(r):
         low, high, _ = r.interval(kind)
         yield f"least of {kind}", low, "<", 1
         yield f"largest of {kind}", high, ">", 1
-
-
-@claim("with both cores busy, so work takes longer than in section 3", f"{RUNS}, docs/data/models")
-def busy_cores(r):
-    for name in BOXES:
-        yield f"ns a particle, {scene(name)}", 1e9 * r.five(name)[0], ">", r.serial(name)

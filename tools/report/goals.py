@@ -86,7 +86,7 @@ class Goals:
 
         def weak(name, p, bound):
             found = self.weak_goal(name, p)
-            return "; ".join(f"{kind}: {gross:.3f} gross, {net:.3f} net" for kind, gross, net in found), all(
+            return "; ".join(f"{kind}: {gross:.4f} gross, {net:.4f} net" for kind, gross, net in found), all(
                 g >= bound for _, g, _ in found
             )
 

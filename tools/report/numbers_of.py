@@ -93,7 +93,7 @@ class Numbers:
             return "Real and simulated runs are of the same scenes"
         return (
             f"The real runs of {names([scene(s) for s in found])} are older than this rule and of other definitions"
-            " than the simulated ones, so their rows must not be compared"
+            " than the simulated ones, so a difference between their rows may be one of scenes"
         )
 
     def serial(self, name):
@@ -173,6 +173,9 @@ class Numbers:
 
     def number_short_span(self):
         return span(self.short_runs())
+
+    def number_users(self):
+        return " and ".join(f"{a} of {b}" for a, b, _ in self.users())
 
     def number_slowest_user(self):
         return three(max(s for _, _, s in self.users()))

@@ -34,9 +34,9 @@ pre { background: #f6f6f6; border: 1px solid #e2e2e2; padding: .6em .8em; overfl
 pre { font-size: .85rem; line-height: 1.4; }
 code { font-family: "DejaVu Sans Mono", Menlo, Consolas, monospace; font-size: .92em; }
 img { max-width: 100%; }
-@page { size: A4; margin: 16mm 15mm; }
+@page { size: A4; margin: 14mm 14mm; }
 @media print {
-  body { max-width: none; margin: 0; padding: 0; font-size: 9.3pt; line-height: 1.32; }
+  body { max-width: none; margin: 0; padding: 0; font-size: 9.1pt; line-height: 1.3; }
   nav { display: none; }
   h1, h2, h3, .caption { break-after: avoid; }
   h2 { margin-top: 1.2em; }
@@ -48,7 +48,7 @@ img { max-width: 100%; }
   tr, img, pre, math { break-inside: avoid; }
   figure { margin: .5em 0; text-align: center; break-after: avoid; }
   .caption { break-inside: avoid; }
-  img { max-width: 80%; max-height: 92mm; }
+  img { max-width: 78%; max-height: 82mm; }
   a { color: inherit; text-decoration: none; }
 }
 """

@@ -6,7 +6,8 @@ import launch
 import marks
 import model
 import scenes
-from closed import BOXES, NETWORK, WEAK
+import short_model
+from closed import BOXES, WEAK
 from words import scene, thousands, two
 
 REACH = (2, 32, 1024, 32768, 1000000)  # processes
@@ -19,38 +20,28 @@ class Predictions:
         e, imbalance = self.boxes(name, processes, swarm)
         return e / self.boxes(name, 1, swarm)[0], imbalance
 
-    def five(self, name):
-        """The constants of the short model, in s: a particle's work, a message, a byte, the reduction for each doubling
-        of the processes, the master's time for a particle."""
-        m, whole = self.closed(name), self.whole(name)
-        busy = m.pool(model.replace(whole, processes=8), m.patch(whole))[1] / whole.particles
-        byte = m.numbers["wire"] + m.numbers["copy"]
-        return m.step(whole) / whole.particles, NETWORK["message"], byte, NETWORK["reduction"], busy
+    # ---- The short model
+    def shorts(self):
+        """The models of all scenes, as docs/model.md has them: costs of phases as injected, the rest calibrated."""
+        if "shorts" not in self.said:
+            self.said["shorts"] = short_model.Scenes(self.args)
+        return self.said["shorts"]
+
+    def compared(self, name):
+        """Particles; five constants; best edge of the pool's patches; the pool's bound; and rows of processes, imbalance,
+        and speed-ups by the short and the full model, of spatial decomposition and of the pool."""
+        if ("compared", name) not in self.said:
+            self.said["compared", name] = self.shorts().compare(name)
+        return self.said["compared", name]
 
     def table_constants(self):
         lines = []
-        for name in BOXES:
-            t, a, g, r, m = self.five(name)
-            lines.append(
-                [
-                    scene(name),
-                    f"{1e9 * t:.1f} ns",
-                    f"{1e6 * a:.1f} µs",
-                    f"{1e9 * g:.3f} ns",
-                    f"{1e6 * r:.1f} µs",
-                    f"{1e9 * m:.1f} ns",
-                    two(t / m),
-                ]
-            )
-        head = (
-            "scene",
-            "work of a particle, t",
-            "message, a",
-            "byte, g",
-            "reduction, r",
-            "master's work a particle, m",
-            "bound of the pool, t/m",
-        )
+        for name in scenes.SCENES:
+            total, s, *_ = self.compared(name)
+            five = f"{1e9 * s.particle:.1f} ns", f"{1e6 * s.latency:.1f} µs", f"{1e9 * s.face:.0f} ns"
+            five += f"{1e6 * s.doubling:.1f} µs", f"{1e9 * s.master:.1f} ns"
+            lines.append([scene(name), thousands(total), *five, two(s.bound())])
+        head = ["scene", "particles", "$C$", "$L$", "$B$", "$R$", "$M$", "bound of the pool, $C/M$"]
         return marks.markdown(head, lines)
 
     def least_particles(self, name, efficiency, processes):
@@ -81,71 +72,43 @@ class Predictions:
         return marks.markdown(["scene", "", *map(thousands, REACH)], lines)
 
     # ---- Pools with their best patches
-    def told(self, name, *more, ranks=1):
-        """What the program prints of a scene on other numbers of processes; with the calibrated constants where there
-        are some."""
-        if (name, more) not in self.said:
-            file = scenes.write(self.work.name, name, scenes.SCENES[name].strong)
-            words = [
-                "-options_file",
-                file,
-                "-parallel_migrate",
-                "direct",
-                "-output_format",
-                "none",
-                "-dry_run",
-                "-report_processes",
-                *more,
-            ]
-            folder = os.path.join(self.work.name, "rough")
-            if name in BOXES:
-                self.closed(name)  # writes the file of the constants
-                words += ["-model_file", os.path.join(self.work.name, f"{name}.model")]
-            self.said[name, more] = model.parse(self.pebble(*words, ranks=ranks, folder=folder))
-        return self.said[name, more]
-
-    def pebble(self, *options, ranks=1, program=None, folder=None):
-        """The same as of the closed form, but the folder of the output may be another: an empty one has no constants to
-        be found."""
-        if folder is None:
-            return super().pebble(*options, ranks=ranks, program=program)
-        command = ([self.args.mpiexec, "-n", str(ranks)] if ranks > 1 else []) + [
-            self.args.pebble,
-            *map(str, options),
-            "-output_dir",
-            folder,
-        ]
-        done = launch.run(command, capture_output=True, text=True)
-        if done.returncode:
-            raise SystemExit(f"report.py: {' '.join(command)}\n{done.stdout[-800:]}{done.stderr[-800:]}")
-        return done.stdout
-
     def best_pools(self, name):
-        """Best patch; for spatial decomposition and both pools {processes: speed-up}; bounds of the pools."""
-        first = self.told(name)
-        one, patch = first["rows"][1]["spatial"], first["patch"]
-        dealt = self.told(name, "-pool_cells", str(patch))
-        kept = self.told(name, "-parallel_strategy", "pool", "-pool_particles", "workers", ranks=2)
-        by = lambda said, way: {p: one / row[way] for p, row in said["rows"].items() if row[way]}
-        return {
-            "patch": patch,
-            "spatial": by(first, "spatial"),
-            "master": by(dealt, "pool"),
-            "workers": by(kept, "pool"),
-            "bounds": {"master": dealt["bound"], "workers": kept["bound"]},
+        """Of a scene: best patch; for spatial decomposition and both pools {processes: speed-up}; bounds of the pools."""
+        if ("pools", name) in self.said:
+            return self.said["pools", name]
+        _, _, edge, bound, rows = self.compared(name)
+        m, _ = self.shorts().full(name)
+        file = os.path.join(self.work.name, f"{name}.kept.model")
+        model.save(m, file)
+        words = [*self.shorts().options(name), "-parallel_strategy", "pool", "-pool_particles", "workers"]
+        words += ["-dry_run", "-report_processes", "-parallel_migrate", "direct", "-output_format", "none"]
+        command = [self.args.mpiexec, "-n", "2", self.args.pebble, *words, "-model_file", file]
+        done = launch.run([str(w) for w in command], capture_output=True, text=True)
+        if done.returncode:
+            raise SystemExit(f"report.py: {' '.join(map(str, command))}\n{done.stdout[-800:]}{done.stderr[-800:]}")
+        said = model.parse(done.stdout)
+        if said.get("constants") != m.origin:
+            raise SystemExit(f"report.py: `pebble -dry_run` did not take the constants of {name}")
+        one = said["rows"][1]["spatial"]
+        self.said["pools", name] = {
+            "patch": edge,
+            "spatial": {p: full for p, _, _, full, _, _ in rows},
+            "master": {p: pool for p, _, _, _, _, pool in rows},
+            "workers": {p: one / row["pool"] for p, row in said["rows"].items() if row["pool"]},
+            "bounds": {"master": bound, "workers": said["bound"]},
         }
+        return self.said["pools", name]
 
     def table_best(self):
         lines = []
         for name in scenes.SCENES:
             found = self.best_pools(name)
-            cells = [scene(name), "calibrated" if name in BOXES else "rough", found["patch"]]
+            cells = [scene(name), found["patch"]]
             for way in ("master", "workers"):
                 cells += [*(two(found[way].get(p)) for p in (2, 8, 32)), two(found["bounds"][way])]
             lines.append([*cells, *(two(found["spatial"].get(p)) for p in (2, 8, 32))])
         head = [
             "scene",
-            "constants",
             "best patch",
             "master has the particles: 2",
             "8",
