@@ -25,7 +25,7 @@
 #define MPM_LANES_JOIN_AGAIN(name, w) name##_##w
 
 /* An MPMMask is the result of a comparison; & and | combine masks, and MPMSelect chooses by one. An MPMBits holds the
-   bits of reals, or a set of particles. */
+   bits of reals, or a set of particles (sets.h). */
 #if MPM_WIDTH == 1
 typedef PetscReal MPMReal;
 typedef int       MPMMask;
@@ -149,7 +149,7 @@ MPM_INLINE MPMReal MPMFma(MPMReal a, MPMReal b, MPMReal c)
 #if MPM_WIDTH == 1
 typedef PetscReal MPMRealAt;
 #else
-typedef PetscReal MPMRealAt __attribute__((vector_size(8 * MPM_WIDTH), aligned(8)));
+typedef PetscReal  MPMRealAt __attribute__((vector_size(8 * MPM_WIDTH), aligned(8)));
 #endif
 
 /* Reads MPM_WIDTH reals that follow each other in memory. */
@@ -162,36 +162,6 @@ MPM_INLINE MPMReal MPMRead(const PetscReal *from)
 MPM_INLINE void MPMWrite(PetscReal *to, MPMReal a)
 {
   *(MPMRealAt *)to = a;
-}
-
-/* Adds particles to a set of particles 0 .. 63, which has a bit for each; the set is the union of its lanes. The vector
-   of m begins at particle l, and the particles of the lanes in which m is true are added. */
-MPM_INLINE MPMBits MPMCollect(MPMMask m, PetscInt l, MPMBits set)
-{
-#if MPM_WIDTH == 1
-  return m && l < 64 ? set | (uint64_t)1 << l : set;
-#elif MPM_WIDTH == 8
-  return set | ((MPMBits)m & ((MPMBits){1, 2, 4, 8, 16, 32, 64, 128} << l));
-#elif MPM_WIDTH == 4
-  return set | ((MPMBits)m & ((MPMBits){1, 2, 4, 8} << l));
-#else
-  return set | ((MPMBits)m & ((MPMBits){1, 2} << l));
-#endif
-}
-
-/* Lists the particles of a set that are below n > 0, ascending; returns how many there are. */
-MPM_INLINE PetscInt MPMList(MPMBits set, PetscInt n, PetscInt *list)
-{
-  uint64_t bits = 0;
-  PetscInt k    = 0;
-
-#if MPM_WIDTH == 1
-  bits = set;
-#else
-  for (int l = 0; l < MPM_WIDTH; l++) bits |= set[l];
-#endif
-  for (bits &= ~(uint64_t)0 >> (64 - n); bits; bits &= bits - 1) list[k++] = __builtin_ctzll(bits);
-  return k;
 }
 
 /* Writes the lanes first .. last-1 alone; the other numbers at `to` belong to other particles and stay. */

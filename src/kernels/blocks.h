@@ -4,6 +4,7 @@
 #define MPM_BLOCKS_H
 
 #include "base/rows.h"
+#include "base/sets.h"
 #include "kernels/patch.h"
 
 #if defined(__clang__)

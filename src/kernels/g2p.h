@@ -160,16 +160,10 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
     MPMRareStretch(dim, par, patch, o->n, o->particle, s->x, status);
     MPMGather(dim, patch->particles.l, o, s->l);
   }
-  switch (patch->basis) {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
-  case MPM_BASIS_##name:                                                                                               \
-    MPMFindBases(dim, MPM_BASIS_##name, patch, o->n, s, at, now);                                                      \
-    break;
+  if (patch->basis == MPM_BASIS_##name) MPMFindBases(dim, MPM_BASIS_##name, patch, o->n, s, at, now);
 #include "physics/basis.def"
 #undef MPM_BASIS
-  default:
-    break;
-  }
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) moves = MPMCollect(MPMRead(&now[l]) != MPMRead(&s->base[l]), l, moves);
   moved = MPMList(moves, o->n, which);
   for (PetscInt k = 0; k < moved; k++)

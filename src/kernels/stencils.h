@@ -89,16 +89,10 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
     MPMStageKind(dim, par->kinds + s->kind[l], l, l + 1, s);
   }
   if (patch->particles.l) MPMGather(dim, patch->particles.l, o, s->l);
-  switch (patch->basis) {
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
-  case MPM_BASIS_##name:                                                                                               \
-    MPMStageWeights(dim, MPM_BASIS_##name, patch, o->n, s);                                                            \
-    break;
+  if (patch->basis == MPM_BASIS_##name) MPMStageWeights(dim, MPM_BASIS_##name, patch, o->n, s);
 #include "physics/basis.def"
 #undef MPM_BASIS
-  default:
-    break;
-  }
   /* A cell ends where the next particle has another base node. The last particle is compared with a leftover past it:
      that sets bit n, and MPMList takes only bits below n. */
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)

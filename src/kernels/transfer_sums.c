@@ -211,8 +211,12 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
   }
 #define MPM_DEFINE(dim, ns)                                                                                            \
   MPM_SUM_BLOCK(dim, ns, 0, 0)                                                                                         \
-  MPM_SUM_BLOCK(dim, ns, 0, 1) MPM_SUM_BLOCK(dim, ns, 1, 0) MPM_SUM_BLOCK(dim, ns, 1, 1)                               \
-      MPM_INTERPOLATE_BLOCK(dim, ns, 0, 1) MPM_INTERPOLATE_BLOCK(dim, ns, 1, 0) MPM_INTERPOLATE_BLOCK(dim, ns, 1, 1)
+  MPM_SUM_BLOCK(dim, ns, 0, 1)                                                                                         \
+  MPM_SUM_BLOCK(dim, ns, 1, 0)                                                                                         \
+  MPM_SUM_BLOCK(dim, ns, 1, 1)                                                                                         \
+  MPM_INTERPOLATE_BLOCK(dim, ns, 0, 1)                                                                                 \
+  MPM_INTERPOLATE_BLOCK(dim, ns, 1, 0)                                                                                 \
+  MPM_INTERPOLATE_BLOCK(dim, ns, 1, 1)
 MPM_FOR_ALL(MPM_DEFINE)
 
 #define MPM_SUM_ENTRY(dim, ns)                                                                                         \
