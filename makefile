@@ -81,8 +81,6 @@ compile   = $(MPICC) $(flags) $(includes) -MMD -MP
 # ---- Lanes: 8 with AVX-512, 4 with AVX2, 2 with what every processor has; the program picks at its start.
 width.8  := -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx2 -mfma
 width.4  := -mavx2 -mfma
-# The optimiser makes the fused multiply-adds of transfer_sums.c, so it has to run, whatever CFLAGS say.
-fuse     := -O3 -ffp-contract=fast
 # The serial program is compiled like the rest.
 seed.flags := -O3 -ffp-contract=off
 # What the bare kernels of `make bench` get besides.
@@ -165,7 +163,7 @@ debug: ## look for defects: sanitizers, floating-point traps, poisoned memory, a
 coverage: ## which lines of src the tests of `make test` reach, by rooms; COVERAGE=missing lists the others; 10 minutes
 	@tools/install.sh test
 	@find build/$(compiler)-coverage -name '*.gcda' -delete 2>/dev/null || true
-	+@$(again) DEBUG=coverage ctest select="-LE 'long|extra' -E 'fused|recipes|warnings|rooms'"
+	+@$(again) DEBUG=coverage ctest select="-LE 'long|extra' -E 'recipes|warnings|rooms'"
 	@$(python) tools/coverage.py build/$(compiler)-coverage --least 92 $(if $(COVERAGE),--missing)
 
 bare := $(widths:%=$(BUILD)/bare_%)
@@ -173,7 +171,7 @@ bench: ## time this program, its bare kernels and others on the same work; BENCH
 	@tools/install.sh run
 	+@$(again) $(PEBBLE) build/seed_serial $(bare)
 	@$(python) tools/bench.py --pebble $(program) --mpiexec $(MPIEXEC) --bare $(BUILD)/bare --flags="$(strip $(flags))" \
-	  --flags-sums="$(fuse)" --flags-seed="$(notdir $(CC)) $(seed.flags)" --flags-bare="$(bare.flags)" \
+	  --flags-seed="$(notdir $(CC)) $(seed.flags)" --flags-bare="$(bare.flags)" \
 	  $(if $(filter full short,$(BENCH)),--$(BENCH),$(BENCH))
 
 paper: ## run the studies of docs/paper.md, renew its tables and figures
@@ -295,7 +293,7 @@ $(BUILD)/%.o: src/%.c $(BUILD)/flags | $(rooms:%=$(BUILD)/%)
 
 define with_lanes
 $(BUILD)/%.$1.o: src/%.c $(BUILD)/flags | $(rooms:%=$(BUILD)/%)
-	$$(call say,CC) $$(compile) -DMPM_WIDTH=$1 $(width.$1) $$(if $$(findstring sums,$$@),$(fuse)) -c -o $$@ $$< $$(keep)
+	$$(call say,CC) $$(compile) -DMPM_WIDTH=$1 $(width.$1) -c -o $$@ $$< $$(keep)
 endef
 $(foreach w,$(widths),$(eval $(call with_lanes,$w)))
 

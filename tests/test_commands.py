@@ -43,7 +43,7 @@ NOT_RUN = [
     (r"make calibrate", "the test `model` runs it"),
     (r"(\S+ |mpiexec -n \d+ )?build/", "programs beside ./pebble: the tests that need them build and run them"),
     (r"make bench", "eleven minutes to an hour, on two free cores"),
-    (r"make paper", "four minutes"),
+    (r"make paper", "minutes"),
     (r"(make|NP=\d+ make) (simulate|scaling|report)", "minutes to hours; the first needs another PETSc"),
     (r"smpirun ", "needs the program of `make simulate`"),
     (r"(module|srun|sbatch) ", "needs a cluster"),

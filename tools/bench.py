@@ -55,6 +55,8 @@ SECTIONS = {"floor": ("bare", "seed", "peers"), "bench": ("updates", "ranks")}  
 OVER_BARE = dict(zip(METHODS, (1.45, 1.45, 1.2, 1.2, 1.15, 1.15)))
 OVER_BARE_LARGE = 1.6
 TIMES_FASTER = {"warp": 2, "taichi": 7}  # of the same scheme
+UPDATES = 1.9  # a step of usf or musl over one of usl
+COMPACT = ("usf", "musl", "usl with domains that stretch")  # have one row for all in the document
 # A rough time of a step, to choose the number of steps: {program: {dimension: ns per particle and step}}.
 ROUGH = {"warp": {2: 45, 3: 180}, "taichi": {2: 200, 3: 800}, "seed": {2: 330}}
 PEBBLE = {(1, basis): 10 for basis in BASES} | dict(zip(METHODS, (16, 19, 24, 24, 42, 63))) | {
@@ -424,7 +426,7 @@ def updates(args, results):
             results.ratio(f"usl with domains that stretch / usl, {name}, {size(scene)}", rows, f"{name} stretch", f"{name} usl",
                           None, False)
         for update in ("usf", "musl"):
-            results.ratio(f"{update} / usl, {name}, {size(scene)}", rows, f"{name} {update}", f"{name} usl", 1.9, False)
+            results.ratio(f"{update} / usl, {name}, {size(scene)}", rows, f"{name} {update}", f"{name} usl", UPDATES, False)
 
 
 def same_bits(results, group, name, runs, repeats=None):
@@ -463,13 +465,10 @@ def cells_of_matrix(args):
 
 
 def matrix(args, results):
-    for n, scene, basis, steps, repeats in cells_of_matrix(args):
+    for _, scene, basis, steps, repeats in cells_of_matrix(args):
         name = f"{BASES[basis]} {scene.dim}-D usl, {scene.ppc} per cell"
-        rows = same_bits(results, "matrix", name, {f"{name}, {ranks} process{'es' * (ranks - 1)}":
-                                                   Pebble(args, scene, basis, "usl", steps, ranks) for ranks in (1, 2)},
-                         repeats)
-        for row in rows.values():
-            row["asked"] = n
+        same_bits(results, "matrix", name, {f"{name}, {ranks} process{'es' * (ranks - 1)}":
+                                            Pebble(args, scene, basis, "usl", steps, ranks) for ranks in (1, 2)}, repeats)
 
 
 def plan(args):
@@ -553,7 +552,7 @@ def machine(args):
     mpi = command_output([args.mpiexec, "--version"]).splitlines()[0]
     model = first("/proc/cpuinfo", r"^model name\s*:(.*)$") + (f" ({vectors[0]})" if vectors else "")
     return [f"{model}, {os.cpu_count()} cores, {memory:.0f} GiB, {os.uname().sysname} {os.uname().release}", version,
-            f"{mpi}; flags {args.flags or 'unknown'}; of transfer_sums.c also {args.flags_sums or 'unknown'}; "
+            f"{mpi}; flags {args.flags or 'unknown'}; "
             f"of the bare kernels, for {lanes(args.pebble)} lanes, {args.flags_bare or 'unknown'}; "
             f"seed_serial: {args.flags_seed or 'unknown'}",
             f"2 processes: {launch.settings(2, args.cores)}"]
@@ -627,7 +626,8 @@ def plot(results, path):
 
 
 def redraw(args):
-    """Draws docs/bench.png from what is in docs: the series of the floor, and the tables of ratios."""
+    """Draws docs/bench.png from what is in docs: the series of the floor, and the tables of ratios. Makes the table of the
+    matrix anew from its file."""
     results = Results(args)
     with open(os.path.join(args.docs, "data", "bench", "floor.csv"), newline="") as f:
         for row in csv.DictReader(f):
@@ -641,6 +641,9 @@ def redraw(args):
                 r"^\| (.+?) \| ([\d.]+) \| .*? \| ([<>])= ([\d.]+) \| (\w+) \|$", part, re.M):
             results.ratios.append(dict(what=what, value=float(value), target=float(target), at_least=sign == ">", unit="",
                                        verdict=verdict))
+    told = re.findall(r"^\* .*$", text.split("<!-- matrix: written")[1].split("<!-- matrix: end")[0], re.M)
+    with open(matrix_file(args), newline="") as f:
+        renew(os.path.join(args.docs, "performance.md"), "matrix", "`make bench BENCH=full`", [*told, "", *matrix_table(csv.DictReader(f))])
     return plot(results, os.path.join(args.docs, "bench.png"))
 
 
@@ -657,37 +660,64 @@ def renew(path, mark, by, lines):
         f.write("\n".join([before + begin, "", *lines, "", end]) + rest.split(end, 1)[1])
 
 
+def matrix_table(rows):
+    """The matrix for the usual number of particles a cell, as rows of Markdown, from the rows of matrix.csv."""
+    sizes = [float(n) for n in SIZES.split(",")]
+    best = {}
+    for row in rows:
+        dim, processes, particles = (int(row[name]) for name in ("dim", "processes", "particles"))
+        if int(row["per_cell"]) == math.prod(USUAL[dim]):
+            asked = min(sizes, key=lambda n: abs(math.log(particles / n)))
+            best[dim, row["basis"], asked, processes] = float(row["min_ns"])
+    text = ["| | " + " | ".join(f"{n:.0e}".replace("e+0", "e") for n in sizes) + " |", "| --- |" + " --- |" * len(sizes)]
+    for dim in USUAL:
+        for basis in BASES:
+            cells = [(best.get((dim, basis, n, 1)), best.get((dim, basis, n, 2))) for n in sizes]
+            text.append(f"| {dim}-D {BASES[basis]} | "
+                        + " | ".join(f"{one:.1f} ({one / two:.2f})" if one and two else "" for one, two in cells) + " |")
+    return text
+
+
+def matrix_file(args):
+    return os.path.join(args.docs, "data", "bench", "matrix.csv")
+
+
 def record_matrix(args, results, lines):
-    """Writes the matrix as a file, and as a table of ns and speed-ups."""
+    """Writes the matrix as a file, and the usual part of it as a table of ns and speed-ups."""
     columns = ["dim", "basis", "per_cell", "particles", "processes", "steps", "repeats", "min_ns", "median_ns"]
-    rows = [row for row in results.series if row["group"] == "matrix"]
-    path = os.path.join(args.docs, "data", "bench", "matrix.csv")
-    os.makedirs(os.path.dirname(path), exist_ok=True)
-    with open(path, "w", newline="") as f:
+    rows = [{**row, **{k: f"{row[k]:.4g}" for k in ("min_ns", "median_ns")}} for row in results.series if row["group"] == "matrix"]
+    os.makedirs(os.path.dirname(matrix_file(args)), exist_ok=True)
+    with open(matrix_file(args), "w", newline="") as f:
         writer = csv.DictWriter(f, columns, extrasaction="ignore", lineterminator="\n")
         writer.writeheader()
-        writer.writerows({**row, **{k: f"{row[k]:.4g}" for k in ("min_ns", "median_ns")}} for row in rows)
-    best = {(row["dim"], row["basis"], row["per_cell"], row["asked"], row["processes"]): row["min_ns"] for row in rows}
-    sizes = [float(n) for n in args.sizes.split(",")]
-    text = ["| | per cell | " + " | ".join(f"{n:.0e}".replace("e+0", "e") for n in sizes) + " |",
-            "| --- | --- |" + " --- |" * len(sizes)]
-    for dim in (1, 2, 3):
-        for basis in BASES:
-            for k, per_axis in enumerate(PER_CELL[dim]):
-                per_cell = math.prod(per_axis)
-                cells = [(best.get((dim, basis, per_cell, n, 1)), best.get((dim, basis, per_cell, n, 2))) for n in sizes]
-                text.append(f"| {'' if k else f'{dim}-D {BASES[basis]}'} | {per_cell} | "
-                            + " | ".join(f"{one:.1f} ({one / two:.2f})" if one and two else "" for one, two in cells) + " |")
+        writer.writerows(rows)
     renew(os.path.join(args.docs, "performance.md"), "matrix", "`make bench BENCH=full`",
-          [*(f"* {line}" for line in lines), "", *text])
-    return path
+          [*(f"* {line}" for line in lines), "", *matrix_table(rows)])
+    return matrix_file(args)
+
+
+def updates_table(ratios):
+    """A row for each scene of 1e5 particles: its step with usl, and how many times longer steps of the others take. Of minima."""
+    cells = {}
+    for r in ratios:
+        if found := re.match(rf"(step|(?:{'|'.join(COMPACT)}) / usl), (.*), 1e5$", r["what"]):
+            cells.setdefault(found[2], {})[found[1]] = r
+    columns = ["step", *(f"{name} / usl" for name in COMPACT)]
+    rows = ["| 1e5 particles | " + " | ".join(columns) + " | target |", "| --- |" + " --- |" * (len(columns) + 1)]
+    for scene, found in cells.items():
+        shown = [next(table([found[name]]))[1] if name in found else "" for name in columns]
+        judged_all = [judged(r) for r in found.values() if r["target"]]
+        rows.append(f"| {scene} | " + " | ".join(shown) + f" | <= {UPDATES:g} {'met' if set(judged_all) == {'met'} else 'missed'} |")
+    return [*rows, ""]
 
 
 def record(args, results, section, lines):
     """Writes the table of ratios of a section, and its file."""
     groups = SECTIONS[section]
-    rows = ["| | of minima | of medians | worst | target | |", "| --- | --- | --- | --- | --- | --- |"]
-    rows += ["| " + " | ".join(cells) + " |" for cells in table([r for r in results.ratios if r.get("group") in groups])]
+    rows = updates_table(results.ratios) if "updates" in groups else []
+    rows += ["| | of minima | of medians | worst | target | |", "| --- | --- | --- | --- | --- | --- |"]
+    rows += ["| " + " | ".join(cells) + " |" for cells in table([r for r in results.ratios if r.get("group") in groups])
+             if cells[0].split(" / ")[0] not in COMPACT and not re.match(r"step, .*, 1e5", cells[0])]
     renew(os.path.join(args.docs, "performance.md"), section, "`make bench`", [*(f"* {line}" for line in lines), "", *rows])
     path = os.path.join(args.docs, "data", "bench", f"{section}.csv")
     os.makedirs(os.path.dirname(path), exist_ok=True)
@@ -704,7 +734,6 @@ def main():
     p.add_argument("--bare", default="build/mpicc/bare", help="the bare kernels, without the number of lanes")
     p.add_argument("--mpiexec", default="mpiexec")
     p.add_argument("--flags", default="", help="the compiler's flags, for the description of the machine")
-    p.add_argument("--flags-sums", help="the flags that transfer_sums.c gets besides")
     p.add_argument("--flags-bare", help="the flags that the bare kernels get besides")
     p.add_argument("--flags-seed", help="compiler and flags of seed_serial")
     p.add_argument("--cores", type=int, default=os.cpu_count(),
@@ -716,7 +745,7 @@ def main():
     p.add_argument("--repeats", type=int, help="how often each program runs (5; --short: 3)")
     p.add_argument("--seconds", type=float, help="about how long the steps of one run take (0.8; --short: 0.2)")
     p.add_argument("--sizes", default=SIZES, help="particles of the matrix")
-    p.add_argument("--draw", action="store_true", help="measure nothing, draw docs/bench.png anew from docs/data and docs/performance.md")
+    p.add_argument("--draw", action="store_true", help="measure nothing, draw docs/bench.png and the matrix anew from docs/data and docs/performance.md")
     p.add_argument("--plan", action="store_true", help="only say how long the matrix takes")
     p.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="where sections, data and plot go")
     p.add_argument("--csv", default=os.path.join(ROOT, "output", "bench.csv"))

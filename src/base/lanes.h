@@ -5,9 +5,8 @@
    (a vector wider than the processor's registers is split through memory, many times slower); transfer.c picks the
    width when the program starts. Everywhere else MPM_WIDTH is 1 and MPMReal is a plain PetscReal, so the same functions
    serve single particles. Each lane takes the same operations in every width, and no compiler may fuse any by its own
-   choice (-ffp-contract=off): all widths give the same bits. MPMFma marks where a * b + c shall be fused. gcc makes no
-   vector instruction of an fma for each lane, so transfer_sums.c is compiled with contraction, and each of its products
-   belongs to one MPMFma. */
+   choice (-ffp-contract=off): all widths give the same bits. MPMFma is a * b + c fused. Where a compiler makes no vector
+   instruction of what is written for each lane, that instruction is called by its name, for 8 and 4 lanes. */
 #ifndef MPM_LANES_H
 #define MPM_LANES_H
 
@@ -15,6 +14,9 @@
 
 #ifndef MPM_WIDTH
 #define MPM_WIDTH 1
+#endif
+#if MPM_WIDTH > 2
+#include <immintrin.h>
 #endif
 
 /* The name with the number of lanes added: name_8 where MPM_WIDTH is 8. */
@@ -64,16 +66,29 @@ MPM_INLINE MPMMask MPMNone(void)
   return MPMAll(0) != MPMAll(0);
 }
 
-/* Returns the larger of a and b in each lane, and a where one of them is not a number. */
+/* Returns the larger of a and b in each lane, and a where they are equal or one of them is not a number. (The
+   instruction returns its second operand there.) */
 MPM_INLINE MPMReal MPMMax(MPMReal a, MPMReal b)
 {
+#if MPM_WIDTH == 8
+  return _mm512_max_pd(b, a);
+#elif MPM_WIDTH == 4
+  return _mm256_max_pd(b, a);
+#else
   return MPMSelect(a < b, b, a);
+#endif
 }
 
-/* Returns the smaller of a and b in each lane, and a where one of them is not a number. */
+/* Returns the smaller of a and b in each lane, and a where they are equal or one of them is not a number. */
 MPM_INLINE MPMReal MPMMin(MPMReal a, MPMReal b)
 {
+#if MPM_WIDTH == 8
+  return _mm512_min_pd(b, a);
+#elif MPM_WIDTH == 4
+  return _mm256_min_pd(b, a);
+#else
   return MPMSelect(a > b, b, a);
+#endif
 }
 
 /* Returns the absolute value in each lane, by clearing the bit of the sign. */
@@ -98,21 +113,29 @@ MPM_INLINE MPMReal MPMSqrt(MPMReal a)
 #endif
 }
 
-/* Returns the largest integer <= a in each lane, for |a| < 2^51, without a library call: adding 1.5 2^52 rounds to the
-   nearest integer. */
+/* Returns the largest integer <= a in each lane, for |a| < 2^51, without a library call: where there is no instruction,
+   adding 1.5 2^52 rounds to the nearest integer. A zero is 0, never -0. */
 MPM_INLINE MPMReal MPMFloor(MPMReal a)
 {
+#if MPM_WIDTH == 8
+  return _mm512_roundscale_pd(a, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC) + 0.0;
+#elif MPM_WIDTH == 4
+  return _mm256_floor_pd(a) + 0.0;
+#else
   const MPMReal nearest = (a + 6755399441055744.0) - 6755399441055744.0;
 
   return nearest - MPMSelect(nearest > a, MPMAll(1), MPMAll(0));
+#endif
 }
 
-/* Returns a * b + c, rounded once. Both compilers make one instruction of it; where the processor has none, the library
-   computes it, with the same result but slowly. */
+/* Returns a * b + c, rounded once. Where the processor has no instruction for it, the library computes it, with the same
+   result but slowly. */
 MPM_INLINE MPMReal MPMFma(MPMReal a, MPMReal b, MPMReal c)
 {
-#if defined(MPM_CONTRACT) && defined(__FMA__) && !defined(__clang__) /* compiled with -ffp-contract=fast */
-  return a * b + c;
+#if MPM_WIDTH == 8
+  return _mm512_fmadd_pd(a, b, c);
+#elif MPM_WIDTH == 4
+  return _mm256_fmadd_pd(a, b, c);
 #elif MPM_WIDTH == 1
   return __builtin_fma(a, b, c);
 #else

@@ -55,6 +55,41 @@ MPM_INLINE void MPMTranspose(int nc, const PetscReal *rows, MPMReal *to)
   }
 }
 
+/* Undoes MPMDeinterleave: takes the numbers of n vectors in turn. */
+MPM_INLINE void MPMInterleave(int n, const MPMReal *from, MPMReal *to)
+{
+#if MPM_WIDTH == 1
+  for (int k = 0; k < n; k++) to[k] = from[k];
+#else
+#define MPM_PLACE(i, k)     ((k)*MPM_WIDTH + (i)) /* of lane i of to[k] in the sequence */
+#define MPM_OF_TWO(i, k)    (MPM_PLACE(i, k) % 2 * MPM_WIDTH + MPM_PLACE(i, k) / 2)
+#define MPM_OF_THREE(i, k)  (MPM_PLACE(i, k) % 3 % 2 * MPM_WIDTH + MPM_PLACE(i, k) / 3) /* those of from[0], from[1] */
+#define MPM_WITH_LAST(i, k) (MPM_PLACE(i, k) % 3 == 2 ? MPM_WIDTH + MPM_PLACE(i, k) / 3 : (i))
+#define MPM_INTERLEAVE_3(k) MPM_SHUFFLE(MPM_SHUFFLE(from[0], from[1], MPM_OF_THREE, k), from[2], MPM_WITH_LAST, k)
+  if (n == 1) to[0] = from[0];
+  if (n == 2)
+    to[0] = MPM_SHUFFLE(from[0], from[1], MPM_OF_TWO, 0), to[1] = MPM_SHUFFLE(from[0], from[1], MPM_OF_TWO, 1);
+  if (n == 3) to[0] = MPM_INTERLEAVE_3(0), to[1] = MPM_INTERLEAVE_3(1), to[2] = MPM_INTERLEAVE_3(2);
+#endif
+}
+
+/* Converts nc vectors, one for each component, to MPM_WIDTH rows that follow each other: undoes MPMTranspose. */
+MPM_INLINE void MPMTransposeBack(int nc, const MPMReal *from, PetscReal *rows)
+{
+  const int r = nc % 3 == 0 ? 3 : nc % 2 == 0 ? 2 : 1, m = nc / r;
+  MPMReal   in[3], dealt[3], part[3][3];
+
+  for (int k = 0; k < r; k++) {
+    for (int g = 0; g < m; g++) in[g] = from[g * r + k];
+    MPMInterleave(m, in, part[k]);
+  }
+  for (int g = 0; g < m; g++) {
+    for (int k = 0; k < r; k++) in[k] = part[k][g];
+    MPMInterleave(r, in, dealt);
+    for (int k = 0; k < r; k++) MPMWrite(rows + (g * r + k) * MPM_WIDTH, dealt[k]);
+  }
+}
+
 /* --- Rows at any address ------------------------------------------------------------------------------------------ */
 
 /* Conversion between rows of nc numbers, one row a lane, and the vectors of their components. It takes `group`

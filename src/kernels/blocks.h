@@ -14,6 +14,9 @@
 
 /* --- Blocks ------------------------------------------------------------------------------------------------------- */
 
+/* The particles of a full block: as many as keep its scratch, of 20 to 40 KiB, in the L1 cache or near it. */
+#define MPM_BLOCK_PARTICLES(dim) ((dim) < 3 ? MPM_STAGED : MPM_STAGED / 2)
+
 typedef PetscReal
     MPMComponent[MPM_BLOCK]; /* a component of the particles of a block; lanes past the last particle are leftovers */
 
@@ -38,23 +41,25 @@ typedef struct {
 /* Takes the next block of the particles of `nruns` ranges of the order, from where the one before ended; returns
    PETSC_FALSE if there are no more particles. All blocks but the last are full, so loops over them have the same length
    each time. A block may end within a cell: that costs little and changes no bits. */
-MPM_INLINE PetscBool MPMNextBlock(const MPMPatch *patch, PetscInt nruns, const MPMRange *runs, MPMBlockOrder *o)
+MPM_INLINE PetscBool MPMNextBlock(int dim, const MPMPatch *patch, PetscInt nruns, const MPMRange *runs,
+                                  MPMBlockOrder *o)
 {
-  PetscInt n = 0, jumps = 0;
+  const PetscInt full = MPM_BLOCK_PARTICLES(dim);
+  PetscInt       n = 0, jumps = 0;
 
-  while (n < MPM_STAGED && o->run < nruns) {
-    const PetscInt *from = patch->order + o->entry, len = PetscMin(MPM_STAGED - n, runs[o->run].last - o->entry);
+  while (n < full && o->run < nruns) {
+    const PetscInt *from = patch->order + o->entry, len = PetscMin(full - n, runs[o->run].last - o->entry);
 
     for (PetscInt l = 0; l < len; l++) o->particle[n + l] = from[l];
     n += len;
     o->entry += len;
     if (o->entry == runs[o->run].last && ++o->run < nruns) o->entry = runs[o->run].first;
   }
-  if (n == MPM_STAGED) /* only of a full block, and with no early exit, so that the compiler makes vectors of it */
-    for (PetscInt l = 0; l < MPM_STAGED; l++) jumps |= o->particle[l] - l - o->particle[0];
+  if (n == full) /* only of a full block, and with no early exit, so that the compiler makes vectors of it */
+    for (PetscInt l = 0; l < full; l++) jumps |= o->particle[l] - l - o->particle[0];
   for (PetscInt l = n; n && l % MPM_WIDTH; l++) o->particle[l] = o->particle[n - 1];
   o->n        = n;
-  o->adjacent = !jumps && n == MPM_STAGED ? PETSC_TRUE : PETSC_FALSE;
+  o->adjacent = !jumps && n == full ? PETSC_TRUE : PETSC_FALSE;
   o->ahead    = patch->order + PetscMin(o->entry, patch->particles.n - n);
   return n ? PETSC_TRUE : PETSC_FALSE;
 }
@@ -106,15 +111,17 @@ MPM_INLINE void MPMScatter(int nc, const MPMComponent *from, const MPMBlockOrder
   PetscReal others[9]; /* the lanes of other particles are written here and not used */
 
   for (PetscInt l = first - first % MPM_WIDTH; l < last; l += MPM_WIDTH) {
-    PetscReal *row[MPM_WIDTH];
-    MPMReal    lanes[9];
+    const PetscBool whole = first <= l && l + MPM_WIDTH <= last ? PETSC_TRUE : PETSC_FALSE;
+    PetscReal      *row[MPM_WIDTH];
+    MPMReal         lanes[9];
 
-    if (first <= l && l + MPM_WIDTH <= last)
-      for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->particle[l + k] * nc;
-    else
-      for (int k = 0; k < MPM_WIDTH; k++)
-        row[k] = first <= l + k && l + k < last ? own + (size_t)o->particle[l + k] * nc : others;
     for (int c = 0; c < nc; c++) lanes[c] = MPMRead(&from[c][l]);
+    if (o->adjacent && whole) {
+      MPMTransposeBack(nc, lanes, own + (size_t)(o->particle[0] + l) * nc);
+      continue;
+    }
+    for (int k = 0; k < MPM_WIDTH; k++)
+      row[k] = whole || (first <= l + k && l + k < last) ? own + (size_t)o->particle[l + k] * nc : others;
     MPMWriteRows(nc, lanes, row);
   }
 }

@@ -94,7 +94,7 @@ MPM_INLINE void SumGrowth(int dim, const MPMParams *par, MPMPatch *patch, const 
 
   MPMStencilsBegin(dim, par, &s);
   MPMFirstBlock(1, &all, &o);
-  while (MPMNextBlock(patch, 1, &all, &o)) {
+  while (MPMNextBlock(dim, patch, 1, &all, &o)) {
     MPMStage(dim, par, patch, &o, &s);
     gradients(&o, &s, at, patch->motion, NULL, L);
     if (patch->particles.F) MPMGather(dim * dim, patch->particles.F, &o, b.F);
@@ -162,7 +162,7 @@ MPM_INLINE void SumPressures(int dim, const MPMParams *par, MPMPatch *patch, Pet
   MPMStencilsBegin(dim, par, &s);
   memset(&b, 0, sizeof b);
   MPMFirstBlock(n, runs, &o);
-  while (MPMNextBlock(patch, n, runs, &o)) {
+  while (MPMNextBlock(dim, patch, n, runs, &o)) {
     MPMStage(dim, par, patch, &o, &s);
     MPMGatherState(dim, par, patch, &o, &s, &b);
     MPM_FOR_MATERIALS(m, first, next, par, o.n, s.kind)

@@ -203,7 +203,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   patch->nmovers = 0;
   MPMFirstBlock(1, &all, &o);
   if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMSumGrowth)(dim, par, patch, at);
-  while (MPMNextBlock(patch, 1, &all, &o)) {
+  while (MPMNextBlock(dim, patch, 1, &all, &o)) {
     MPMStage(dim, par, patch, &o, &s);
     if (interpolate) interpolate(&o, &s, at, patch->motion, value, L);
     if (parts & MPM_G2P_FILTER) {
@@ -221,7 +221,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     }
     if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMShareGrowth)(dim, par, patch, &o, &s, L);
     if (stress) MPMUpdateState(dim, par, patch, &o, &s, L, &b, &c2, status);
-    if (parts & MPM_AFFINE) MPMAffine(dim, par, patch, at, &o, &s, L); /* L is not needed any more */
+    if (parts & MPM_AFFINE) MPMAffine(dim, par, parts, patch, at, &o, &s, L); /* L is not needed any more */
     if (parts & MPM_G2P_COMMIT) {       /* after the new state, which may change the domain */
       const PetscInt q = o.entry - o.n; /* there is one range: the block is its last n entries */
 

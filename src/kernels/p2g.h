@@ -171,7 +171,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     if (!kept) MPMOpenRow(dim, patch, row);
     if (parts & MPM_P2G_FBAR) MPM_LANES_NAME(MPMSumPressures)(dim, par, patch, n, runs);
     MPMFirstBlock(n, runs, &o);
-    while (MPMNextBlock(patch, n, runs, &o)) {
+    while (MPMNextBlock(dim, patch, n, runs, &o)) {
       MPMStage(dim, par, patch, &o, &s);
       MPMStagePlaces(dim, patch, kept, &o, place);
       if (forces) {

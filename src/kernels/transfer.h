@@ -6,8 +6,8 @@
    list from top to bottom; G2P works on the same blocks:
 
      order    particles by (cell, id) in ranges (MPMRange): G2P takes one of all, P2G those of a row of tiles at a time.
-     blocks   of MPM_STAGED particles of these ranges, whatever their cells. Their rows are read into scratch in L1
-       |      (3-D: or near); weights, stress, new v, F and x are made there: lanes are particles (MPMBlockOrder).
+     blocks   of 64 particles of these ranges (3-D: 32), whatever their cells. Their rows are read into scratch in L1;
+       |      weights, stress, new v, F and x are made there: lanes are particles (MPMBlockOrder).
      cells    particles of a block with the same base node are added up in local accumulators: lanes are the sums of a
        |      node. A cell may continue in the next block. G2P: the motion of the cell's nodes is interpolated at its
        |      particles, which are the lanes.

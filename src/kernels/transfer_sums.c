@@ -1,10 +1,6 @@
 /* transfer_sums.c - the innermost loops of both transfers: sums over the particles of a cell for its nodes, and over
-   the nodes of a cell for its particles, block by block. They need only the nodes per axis of a basis.
-
-   It is compiled once for each number of lanes, and unlike all other files with -ffp-contract=fast: where a processor
-   has fused multiply-adds, a * b + c is one. To leave no choice to a compiler, every product here is part of exactly
-   one such expression, through MPMFma (a product alone is added to 0), so all compilers make the same bits. */
-#define MPM_CONTRACT
+   the nodes of a cell for its particles, block by block. They need only the nodes per axis of a basis. The file is
+   compiled once for each number of lanes. */
 #include "kernels/p2g.h"
 
 #if MPM_WIDTH < 4
@@ -15,96 +11,108 @@
 #define MPM_UNROLL_NODES _Pragma("GCC unroll 4")
 #endif
 
-/* Returns a * b as one MPMFma. */
-MPM_INLINE MPMReal MPMTimes(MPMReal a, MPMReal b)
-{
-  return MPMFma(a, b, MPMAll(0));
-}
-
 /* --- Particles to nodes ------------------------------------------------------------------------------------------- */
 /* Lanes are the sums of a node, which are MPM_PARTS vectors. The macros tell whether vector h has numbers lo .. hi-1 of
-   the record; mass or momentum; forces; any of these. */
+   the record; mass or momentum; forces. */
 #define MPM_PARTS               (8 / MPM_WIDTH)
 #define MPM_PART_HAS(h, lo, hi) ((h)*MPM_WIDTH < (hi) && ((h) + 1) * MPM_WIDTH > (lo))
 #define MPM_PART_MOTION(dim, h) MPM_PART_HAS(h, 0, 1 + (dim))
 #define MPM_PART_FORCE(dim, h)  MPM_PART_HAS(h, MPM_NODE_FORCE, MPM_NODE_FORCE + (dim))
-#define MPM_PART_USED(dim, h)   (MPM_PART_MOTION(dim, h) || MPM_PART_FORCE(dim, h))
 
-typedef MPMReal MPMSums[MPM_MAX_NODES][MPM_PARTS];
-
-/* Returns i c for i = 0 .. 3 by additions: the compiler could move a product here out of the loops and not fuse it. */
+/* Returns i c for i = 0 .. 3. */
 MPM_INLINE MPMReal MPMMultiple(int i, MPMReal c)
 {
   return i == 0 ? MPMAll(0) : i == 1 ? c : i == 2 ? c + c : c + c + c;
 }
 
-/* Adds particles first .. last-1 of a block to the sums of their cell: phi = wx wy wz and its gradients are multiplied
-   out axis by axis, the last axis while adding. forces, affine: there are records of these. */
-MPM_INLINE void MPMAccumulate(int dim, int ns, int forces, int affine, const MPMStencils *s, const MPMRecords *r,
-                              PetscInt first, PetscInt last, MPMReal (*sum)[MPM_PARTS])
+/* As many nodes of a stencil at a time as have their sums in registers: those of MPM_ROWS rows in each of MPM_PLANES
+   planes. */
+#define MPM_ROWS(dim, ns)   ((dim) == 1 ? 1 : (ns) == 4 && MPM_WIDTH < 8 ? 2 : (ns))
+#define MPM_PLANES(dim, ns) ((dim) == 3 && (ns) == 2 ? 2 : 1)
+
+/* Adds particles first .. last-1 of a block to vector h of the sums of nodes of their cell, in rows j0 .. of planes
+   k0 .. of the stencil: phi = wx wy wz and its gradients are multiplied out axis by axis, the last axis while adding.
+   force, motion: there are records of forces, of affine velocities. */
+MPM_INLINE void MPMAccumulate(int dim, int ns, int force, int motion, int h, int k0, int j0, const MPMStencils *s,
+                              const MPMRecords *r, PetscInt first, PetscInt last, MPMReal *sum)
 {
-  const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1;
+  const int rows = MPM_ROWS(dim, ns), planes = MPM_PLANES(dim, ns);
 
   for (PetscInt l = first; l < last; l++) {
-    /* The loop is unrolled so that each vector's content is known: no product then serves two paths of which only one
-       adds to it. */
+    MPMReal Q[4] = {MPMAll(0)}, A[3] = {MPMAll(0)};
+
+    for (int e = 0; e < 1 + (force ? dim : 0); e++) Q[e] = MPMRead(r->Q[l][e] + h * MPM_WIDTH);
+    for (int e = 0; e < (motion ? dim : 0); e++) A[e] = MPMRead(r->A[l][e] + h * MPM_WIDTH);
     MPM_UNROLL_NODES
-    for (int h = 0; h < MPM_PARTS; h++) {
-      const int force = forces && MPM_PART_FORCE(dim, h), motion = affine && MPM_PART_MOTION(dim, h);
-      MPMReal   Q[4] = {MPMAll(0)}, A[3] = {MPMAll(0)};
+    for (int k = 0; k < planes; k++) {
+      MPMReal P = Q[0], Px = Q[1], Py = Q[2], a = A[0], b = A[1]; /* of a plane of nodes */
 
-      if (!MPM_PART_USED(dim, h) || (!forces && !MPM_PART_MOTION(dim, h))) continue;
-      for (int e = 0; e < 1 + (force ? dim : 0); e++) Q[e] = MPMRead(r->Q[l][e] + h * MPM_WIDTH);
-      for (int e = 0; e < (motion ? dim : 0); e++) A[e] = MPMRead(r->A[l][e] + h * MPM_WIDTH);
-      for (int k = 0; k < nz; k++) {
-        MPMReal P = Q[0], Px = Q[1], Py = Q[2], a = A[0], b = A[1]; /* of a plane of nodes */
+      if (dim > 2) {
+        const MPMReal wz = MPMAll(s->w[2][k0 + k][l]), gz = MPMAll(s->g[2][k0 + k][l]);
 
-        if (dim > 2) {
-          const MPMReal wz = MPMAll(s->w[2][k][l]), gz = MPMAll(s->g[2][k][l]);
+        if (motion) P += MPMMultiple(k0 + k, A[2]);
+        P = wz * P;
+        if (motion) a = wz * a, b = wz * b;
+        if (force) P = MPMFma(gz, Q[3], P), Px = wz * Px, Py = wz * Py;
+      }
+      MPM_UNROLL_NODES
+      for (int j = 0; j < rows; j++) {
+        MPMReal R = P, Rx = Px, c = a; /* of a row of nodes */
 
-          if (motion) P += MPMMultiple(k, A[2]);
-          P = MPMTimes(wz, P);
-          if (motion) a = MPMTimes(wz, a), b = MPMTimes(wz, b);
-          if (force) P = MPMFma(gz, Q[3], P), Px = MPMTimes(wz, Px), Py = MPMTimes(wz, Py);
+        if (dim > 1) {
+          const MPMReal wy = MPMAll(s->w[1][j0 + j][l]), gy = MPMAll(s->g[1][j0 + j][l]);
+
+          if (motion) R += MPMMultiple(j0 + j, b);
+          R = wy * R;
+          if (motion) c = wy * c;
+          if (force) R = MPMFma(gy, Py, R), Rx = wy * Rx;
         }
         MPM_UNROLL_NODES
-        for (int j = 0; j < ny; j++) {
-          MPMReal R = P, Rx = Px, c = a; /* of a row of nodes */
+        for (int i = 0; i < ns; i++) {
+          MPMReal *to = &sum[(k * rows + j) * ns + i];
 
-          if (dim > 1) {
-            const MPMReal wy = MPMAll(s->w[1][j][l]), gy = MPMAll(s->g[1][j][l]);
-
-            if (motion) R += MPMMultiple(j, b);
-            R = MPMTimes(wy, R);
-            if (motion) c = MPMTimes(wy, c);
-            if (force) R = MPMFma(gy, Py, R), Rx = MPMTimes(wy, Rx);
-          }
-          MPM_UNROLL_NODES
-          for (int i = 0; i < ns; i++) {
-            MPMReal *to = &sum[(k * ny + j) * ns + i][h];
-
-            *to = MPMFma(MPMAll(s->w[0][i][l]), motion ? R + MPMMultiple(i, c) : R, *to);
-            if (force) *to = MPMFma(MPMAll(s->g[0][i][l]), Rx, *to);
-          }
+          *to = MPMFma(MPMAll(s->w[0][i][l]), motion ? R + MPMMultiple(i, c) : R, *to);
+          if (force) *to = MPMFma(MPMAll(s->g[0][i][l]), Rx, *to);
         }
       }
     }
   }
 }
 
-/* Adds the sums of a cell to those of its nodes in its tile, at `place`, and zeroes them. */
-MPM_INLINE void MPMFlush(int dim, int ns, PetscReal *place, MPMReal (*sum)[MPM_PARTS])
+/* Adds particles first .. last-1 of a block to the sums of their cell, which begin at 0 or, where the cell began in an
+   earlier block, at `from`. They are added to those of the nodes in the tile, at `place`, or written to `to` if the cell
+   may go on in the next block. */
+MPM_INLINE void MPMSumCell(int dim, int ns, int forces, int affine, const MPMStencils *s, const MPMRecords *r,
+                           PetscInt first, PetscInt last, const MPMRecord *from, PetscReal *place, MPMRecord *to)
 {
-  const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1, side = (1 << MPM_TILE_BITS(ns)) + ns - 1;
+  const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1, rows = MPM_ROWS(dim, ns), planes = MPM_PLANES(dim, ns);
+  const int n = planes * rows * ns, side = (1 << MPM_TILE_BITS(ns)) + ns - 1;
 
-  for (int a = 0; a < nz * ny * ns; a++)
-    for (int h = 0; h < MPM_PARTS; h++)
-      if (MPM_PART_USED(dim, h)) {
-        PetscReal *node = place + MPM_NODE_NC * (a % ns + side * (a / ns % ny + side * (a / (ns * ny))));
+  /* The loop is unrolled so that each vector's content is known. */
+  MPM_UNROLL_NODES
+  for (int h = 0; h < MPM_PARTS; h++) {
+    const int force = forces && MPM_PART_FORCE(dim, h), motion = affine && MPM_PART_MOTION(dim, h);
 
-        MPMWrite(node + h * MPM_WIDTH, MPMRead(node + h * MPM_WIDTH) + sum[a][h]);
-        sum[a][h] = MPMAll(0);
+    if (!force && !MPM_PART_MOTION(dim, h)) continue;
+    for (int k0 = 0; k0 < nz; k0 += planes)
+      for (int j0 = 0; j0 < ny; j0 += rows) {
+        const int at0 = (k0 * ny + j0) * ns; /* the first of these nodes */
+        MPMReal   sum[16];
+
+        if (from)
+          for (int a = 0; a < n; a++) sum[a] = MPMRead(from[at0 + a] + h * MPM_WIDTH);
+        else
+          for (int a = 0; a < n; a++) sum[a] = MPMAll(0);
+        MPMAccumulate(dim, ns, force, motion, h, k0, j0, s, r, first, last, sum);
+        for (int a = 0; a < n; a++) {
+          const int  k = k0 + a / (rows * ns), j = j0 + a / ns % rows;
+          PetscReal *node = place + MPM_NODE_NC * (a % ns + side * (j + side * k));
+
+          if (!to) sum[a] += MPMRead(node + h * MPM_WIDTH);
+          MPMWrite((to ? to[at0 + a] : node) + h * MPM_WIDTH, sum[a]);
+        }
       }
+  }
 }
 
 /* Adds a block of particles to the sums of their tiles. `begun` has the sums of the cell in which the last block ended;
@@ -112,79 +120,66 @@ MPM_INLINE void MPMFlush(int dim, int ns, PetscReal *place, MPMReal (*sum)[MPM_P
 MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMBlockOrder *o, const MPMStencils *s,
                             const MPMRecords *r, PetscReal *const place[], MPMBegun *begun)
 {
-  const int nn = ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
-  MPMSums   sum;
+  const MPMRecord *from = begun->place ? begun->sum : NULL;
 
-  memcpy(sum, begun->sum, (size_t)nn * sizeof *sum);
-  for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++]) {
-    if (begun->place && place[c] != begun->place) MPMFlush(dim, ns, begun->place, sum);
-    begun->place = place[c];
-    MPMAccumulate(dim, ns, forces, affine, s, r, first, o->end[c], sum);
+  if (from && place[0] != begun->place) { /* that cell had ended with its block */
+    MPMSumCell(dim, ns, forces, affine, s, r, 0, 0, from, begun->place, NULL);
+    from = NULL;
   }
-  memcpy(begun->sum, sum, (size_t)nn * sizeof *sum);
+  for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++], from = NULL)
+    MPMSumCell(dim, ns, forces, affine, s, r, first, o->end[c], from, place[c], c < o->ncells - 1 ? NULL : begun->sum);
+  begun->place = place[o->ncells - 1];
 }
 
 /* --- Nodes to particles ------------------------------------------------------------------------------------------- */
 /* Sums over the nodes of a cell for MPM_WIDTH of its particles, the lanes, from l on: nv values with phi, and the
-   gradients of the first dim of them with grad phi. node: the motion of the cell's base node; at: the offsets of the
-   others. */
+   gradients of the first dim of them with grad phi. They are made one after the other, so that each has its sums in
+   registers. node: the motion of the cell's base node; at: the offsets of the others. */
 MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const PetscReal *node, const PetscInt at[],
                                const MPMStencils *s, PetscInt l, MPMComponent *value, MPMComponent *gradient)
 {
-  const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1, n = gradients && nv < dim ? dim : nv,
-            ng = gradients ? dim : 0;
-  MPMReal V[6], G[9];
+  const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1, n = gradients && nv < dim ? dim : nv;
+  MPMReal   wx[4], gx[4];
 
-  for (int f = 0; f < n; f++) V[f] = MPMAll(0);
-  for (int f = 0; f < ng * dim; f++) G[f] = MPMAll(0);
-  for (int k = 0; k < nz; k++) {
-    MPMReal P[6], Px[3], Py[3]; /* of a plane of nodes, with phi, d phi/dx and d phi/dy */
+  for (int i = 0; i < ns; i++) wx[i] = MPMRead(&s->w[0][i][l]), gx[i] = MPMRead(&s->g[0][i][l]);
+  for (int f = 0; f < n; f++) {
+    const int grad = gradients && f < dim;
+    MPMReal   V = MPMAll(0), G[3] = {MPMAll(0), MPMAll(0), MPMAll(0)};
 
-    for (int f = 0; f < n; f++) P[f] = MPMAll(0);
-    for (int f = 0; f < ng; f++) Px[f] = Py[f] = MPMAll(0);
-    MPM_UNROLL_NODES
-    for (int j = 0; j < ny; j++) {
-      MPMReal R[6], Rx[3]; /* of a row of nodes */
+    for (int k = 0; k < nz; k++) {
+      MPMReal P = MPMAll(0), Px = MPMAll(0), Py = MPMAll(0); /* of a plane of nodes: with phi, d phi/dx, d phi/dy */
 
-      for (int f = 0; f < n; f++) R[f] = MPMAll(0);
-      for (int f = 0; f < ng; f++) Rx[f] = MPMAll(0);
       MPM_UNROLL_NODES
-      for (int i = 0; i < ns; i++) {
-        const PetscReal *u  = node + at[(k * ny + j) * ns + i];
-        const MPMReal    wx = MPMRead(&s->w[0][i][l]), gx = MPMRead(&s->g[0][i][l]);
+      for (int j = 0; j < ny; j++) {
+        const PetscReal *u = node + at[(k * ny + j) * ns] + f;
+        MPMReal          R = MPMAll(0), Rx = MPMAll(0); /* of a row of nodes */
 
-        for (int f = 0; f < n; f++) R[f] = MPMFma(wx, MPMAll(u[f]), R[f]);
-        for (int f = 0; f < ng; f++) Rx[f] = MPMFma(gx, MPMAll(u[f]), Rx[f]);
-      }
-      if (dim > 1) {
-        const MPMReal wy = MPMRead(&s->w[1][j][l]), gy = MPMRead(&s->g[1][j][l]);
+        MPM_UNROLL_NODES
+        for (int i = 0; i < ns; i++) {
+          const MPMReal now = MPMAll(u[i * MPM_MOTION_NC(dim)]);
 
-        for (int f = 0; f < n; f++) P[f] = MPMFma(wy, R[f], P[f]);
-        for (int f = 0; f < ng; f++) Px[f] = MPMFma(wy, Rx[f], Px[f]), Py[f] = MPMFma(gy, R[f], Py[f]);
-      } else {
-        for (int f = 0; f < n; f++) P[f] = R[f];
-        for (int f = 0; f < ng; f++) Px[f] = Rx[f];
+          R = MPMFma(wx[i], now, R);
+          if (grad) Rx = MPMFma(gx[i], now, Rx);
+        }
+        if (dim > 1) {
+          const MPMReal wy = MPMRead(&s->w[1][j][l]), gy = MPMRead(&s->g[1][j][l]);
+
+          P = MPMFma(wy, R, P);
+          if (grad) Px = MPMFma(wy, Rx, Px), Py = MPMFma(gy, R, Py);
+        } else
+          P = R, Px = Rx;
       }
+      if (dim > 2) {
+        const MPMReal wz = MPMRead(&s->w[2][k][l]), gz = MPMRead(&s->g[2][k][l]);
+
+        V = MPMFma(wz, P, V);
+        if (grad) G[0] = MPMFma(wz, Px, G[0]), G[1] = MPMFma(wz, Py, G[1]), G[2] = MPMFma(gz, P, G[2]);
+      } else
+        V = P, G[0] = Px, G[1] = Py;
     }
-    if (dim > 2) {
-      const MPMReal wz = MPMRead(&s->w[2][k][l]), gz = MPMRead(&s->g[2][k][l]);
-
-      for (int f = 0; f < nv; f++) V[f] = MPMFma(wz, P[f], V[f]);
-      for (int f = 0; f < ng; f++) {
-        MPMReal *to = G + f * dim;
-
-        to[0]       = MPMFma(wz, Px[f], to[0]);
-        to[1]       = MPMFma(wz, Py[f], to[1]);
-        to[dim - 1] = MPMFma(gz, P[f], to[dim - 1]);
-      }
-    } else {
-      for (int f = 0; f < nv; f++) V[f] = P[f];
-      for (int f = 0; f < ng; f++) G[f * dim] = Px[f];
-      for (int f = 0; f < ng && dim > 1; f++) G[f * dim + 1] = Py[f];
-    }
+    if (f < nv) MPMWrite(&value[f][l], V);
+    for (int e = 0; e < dim && grad; e++) MPMWrite(&gradient[f * dim + e][l], G[e]);
   }
-  for (int f = 0; f < nv; f++) MPMWrite(&value[f][l], V[f]);
-  for (int f = 0; f < ng * dim; f++) MPMWrite(&gradient[f][l], G[f]);
 }
 
 /* Does the same for all particles of a block. Lanes past the end of a cell get numbers that the next cell overwrites,
@@ -216,12 +211,8 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
   }
 #define MPM_DEFINE(dim, ns)                                                                                            \
   MPM_SUM_BLOCK(dim, ns, 0, 0)                                                                                         \
-  MPM_SUM_BLOCK(dim, ns, 0, 1)                                                                                         \
-  MPM_SUM_BLOCK(dim, ns, 1, 0)                                                                                         \
-  MPM_SUM_BLOCK(dim, ns, 1, 1)                                                                                         \
-  MPM_INTERPOLATE_BLOCK(dim, ns, 0, 1)                                                                                 \
-  MPM_INTERPOLATE_BLOCK(dim, ns, 1, 0)                                                                                 \
-  MPM_INTERPOLATE_BLOCK(dim, ns, 1, 1)
+  MPM_SUM_BLOCK(dim, ns, 0, 1) MPM_SUM_BLOCK(dim, ns, 1, 0) MPM_SUM_BLOCK(dim, ns, 1, 1)                               \
+      MPM_INTERPOLATE_BLOCK(dim, ns, 0, 1) MPM_INTERPOLATE_BLOCK(dim, ns, 1, 0) MPM_INTERPOLATE_BLOCK(dim, ns, 1, 1)
 MPM_FOR_ALL(MPM_DEFINE)
 
 #define MPM_SUM_ENTRY(dim, ns)                                                                                         \

@@ -5,7 +5,7 @@
 
 #include "physics/fields.h"
 
-#define MPM_STAGED    64 /* particles of a block: its 34 to 56 KiB stay in the L1 cache or near it */
+#define MPM_STAGED    64 /* the most particles of a block (kernels/blocks.h) */
 #define MPM_BLOCK     72 /* length of a block's arrays: the widest vector may go on past the last particle */
 #define MPM_STRESS_NC 6  /* components of a symmetric tensor: xx xy xz yy yz zz */
 

@@ -8,6 +8,7 @@ import concurrent.futures
 import csv
 import itertools
 import os
+import re
 import subprocess
 import sys
 import time
@@ -42,8 +43,14 @@ METHODS = {
 BASES = ["linear", "ugimp", "cpgimp", "bspline2", "bspline3"]
 UPDATES = ["usf", "usl", "musl"]
 CFL = 0.2  # c dt/h of all runs of bars
-CELLS = [8, 16, 32, 64, 128, 256]
+CELLS = [8, 16, 32, 64, 128, 256, 512]
+ORDERS = [16, 32, 128, 256]  # of CELLS: the coarser grids of the pairs whose order the tables show
 SMALL, LARGE = 1e-3, 0.05  # amplitudes over the length of the bar
+PLANE = {  # the block of options/mms.opts: name: words, options
+    "musl": ("musl, flip", "-method_update musl -method_transfer flip -dt_cfl 0.4"),
+    "usl": ("usl, aflip", "-method_update usl -method_transfer aflip -dt_cfl 0.3"),
+}
+PLANE_CELLS = [8, 16, 32, 64, 128]  # along an edge
 PER_CELL = [1, 2, 3, 4, 6, 8, 12, 16]
 
 # A bar of unit length, stiffness and density between two walls: u = A sin(2 pi X) sin(pi t). With nu = 0 the neo-Hookean
@@ -123,9 +130,16 @@ def check_body_force():
     print(f"body force against differences: {worst:.1e} (allowed 1e-5)")
 
 
+def scene(name):
+    """The text of a scene of options/."""
+    with open(os.path.join(ROOT, "options", name + ".opts")) as file:
+        return file.read()
+
+
 class Runner:
     def __init__(self, pebble, tool, folder):
         self.pebble, self.tool, self.folder = pebble, tool, folder
+        self.said = {}  # name of a run: what it printed
         self.pool = concurrent.futures.ThreadPoolExecutor(2)
         os.makedirs(os.path.join(folder, "runs"), exist_ok=True)
 
@@ -143,6 +157,7 @@ class Runner:
         result = launch.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if result.returncode not in (0, 3):
             sys.exit(f"{result.stdout}\npaper.py: exit status {result.returncode}: {' '.join(command)}")
+        self.said[name] = result.stdout
         return result.returncode == 0
 
     def bar(self, update, A, r, method, n, fields="velocity", cfl=CFL):
@@ -160,6 +175,18 @@ class Runner:
                 worst = max(worst, np.sqrt(np.mean((u - exact(X, step.attrs["time"], A)[0])**2)) / A)
         return worst if done else np.inf
 
+    def ladder(self, name, method):
+        """Relative rms errors of the displacement at the end, {cells: error}, of the block of options/mms.opts on finer and finer
+        grids, and whether the program says that they converge."""
+        run = f"plane_{name}_{method}"
+        self.simulate(run, scene("mms"), f"{METHODS[method][0]} {PLANE[name][1]} -grid_cells {PLANE_CELLS[0]},{PLANE_CELLS[0]} "
+                      f"-study_type convergence -study_levels {len(PLANE_CELLS)} -output_format none -history_every 1")
+        with open(self.path(f"{run}_study.csv")) as file:
+            errors = [float(row["relative"]) for row in csv.DictReader(file)]
+        errors += [np.inf] * (len(PLANE_CELLS) - len(errors))
+        verdict = re.search(r"^verdict +(does not converge|converges)", self.said[run], re.M)
+        return dict(zip(PLANE_CELLS, errors)), verdict[1] if verdict else "open"
+
     def mode(self, method, update):
         """Whether the run reached its end, its times, and the energy at these over that at the start."""
         name = f"mode_{method}_{update}"
@@ -169,9 +196,7 @@ class Runner:
 
     def disks(self, method, update, cfl):
         name = f"disks_{method}_{update}_{cfl}"
-        with open(os.path.join(ROOT, "options", "disks.opts")) as file:
-            scene = file.read()
-        done = self.simulate(name, scene, f"{METHODS[method][0]} -method_update {update} -dt_cfl {cfl} -check_energy 1e6 -check_momentum 1e6 -output_format none")
+        done = self.simulate(name, scene("disks"), f"{METHODS[method][0]} -method_update {update} -dt_cfl {cfl} -check_energy 1e6 -check_momentum 1e6 -output_format none")
         line = np.genfromtxt(self.path(name + ".csv"), delimiter=",", names=True)
         return done, line["time"], line["total_energy"] / line["total_energy"][0]
 
@@ -194,6 +219,11 @@ def number(x):
         return f"{x:.2f}" if x >= 0.1 else f"{x:.3f}"
     digits, power = f"{x:.1e}".split("e")
     return f"{digits}e{int(power)}"
+
+
+def order(coarse, fine):
+    """The observed order of convergence between two grids; nothing if a run did not reach its end."""
+    return f"{np.log2(coarse / fine):.2f}" if np.isfinite(coarse) and np.isfinite(fine) else ""
 
 
 def slope(axes, x, y, order, text, dx=1.04, dy=1.0, align="left"):
@@ -288,7 +318,7 @@ def convergence(run):
             slope(axes, [32, 128], 0.08, -1, "first order", dx=0.27, dy=6.5)
     for axes in panels[:, 0]:
         axes.set_ylabel("largest rms error of $u$, over $A$")
-    panels[0, 0].set_ylim(3e-5, 2.5)
+    panels[0, 0].set_ylim(1.5e-5, 2.5)
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8)
     finish(figure, "paper-convergence.png")
@@ -297,9 +327,9 @@ def convergence(run):
         lines = []
         for r, method in itertools.product(ratios, methods):
             e = [error[*case, r, method, n] for n in CELLS]
-            orders = [np.log2(a / b) for a, b in zip(e, e[1:])]
-            lines.append([r, METHODS[method][1], *map(number, e), f"{orders[1]:.2f}", f"{orders[2]:.2f}", f"{orders[-1]:.2f}"])
-        tables[name] = markdown(["r", "basis", *(f"{n} cells" for n in CELLS), "order 16-32", "32-64", "128-256"], lines)
+            lines.append([r, METHODS[method][1], *map(number, e), *(order(a, b) for n, a, b in zip(CELLS, e, e[1:]) if n in ORDERS)])
+        pairs = [f"{n}-{2 * n}" for n in ORDERS]
+        tables[name] = markdown(["r", "basis", *(f"{n} cells" for n in CELLS), f"order {pairs[0]}", *pairs[1:]], lines)
     fine = [(update, LARGE, 4, method, 256) for method in BASES for update in ("musl", "usl")]
     halved = run.map(lambda *key: run.bar(*key, cfl=CFL / 2), fine)
     lines = [[METHODS[method][1], *(number(e) for key in fine if key[3] == method for e in (error[key], halved[key]))] for method in BASES]
@@ -326,6 +356,22 @@ def per_cell(run):
     figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=8)
     finish(figure, "paper-ppc.png")
     return {"ppc": markdown(["h", "update", "basis", *(f"r = {r}" for r in PER_CELL)], lines)}
+
+
+# ---- The block of options/mms.opts, in two dimensions
+
+def plane(run):
+    """Errors on finer and finer grids, and what the program's own study of convergence says of them."""
+    found = run.map(run.ladder, itertools.product(PLANE, BASES))
+    run.write("plane", ["method", "basis", "cells", "error", "verdict"], [
+        (key[0], key[1], n, repr(e), verdict) for key, (errors, verdict) in found.items() for n, e in errors.items()])
+    lines = []
+    for (name, method), (errors, verdict) in found.items():
+        e = list(errors.values())
+        lines.append([PLANE[name][0], METHODS[method][1], *map(number, e), *(order(a, b) for a, b in zip(e, e[1:])), verdict])
+    pairs = [f"{n}-{2 * n}" for n in PLANE_CELLS[:-1]]
+    return {"plane": markdown(["update, transfer", "basis", *(f"{n} cells" for n in PLANE_CELLS), f"order {pairs[0]}", *pairs[1:],
+                               "verdict"], lines)}
 
 
 # ---- 3. Particles that cross cells
@@ -407,7 +453,7 @@ def main():
     start = time.monotonic()
     run, tables = Runner(os.path.abspath(arguments.pebble), os.path.abspath(arguments.quadrature), arguments.out), {}
     check_body_force()
-    for study in quadrature, convergence, per_cell, crossing:
+    for study in quadrature, convergence, plane, per_cell, crossing:
         tables |= study(run)
         print(f"{study.__name__}: {time.monotonic() - start:.0f} s", flush=True)
     path = os.path.join(ROOT, "docs", "paper.md")

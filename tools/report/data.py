@@ -1,4 +1,5 @@
-"""Reads what the report is made of: the CSV files of docs/data, as rows with numbers, and the calibrations of the model."""
+"""Reads what the report is made of: the CSV files of docs/data, as rows with numbers, and the calibrations of the
+model."""
 
 import csv
 import glob
@@ -44,10 +45,16 @@ def evidence(text):
 
 class Data:
     def __init__(self, folder):
-        self.folder = folder
+        self.folder, self.known = folder, {}
 
     def files(self, pattern):
         return sorted(glob.glob(os.path.join(self.folder, pattern)))
+
+    def read(self, path):
+        """The rows of a file, which is read once."""
+        if path not in self.known:
+            self.known[path] = rows(path)
+        return self.known[path]
 
     def need(self, pattern, how):
         found = self.files(pattern)
@@ -55,11 +62,18 @@ class Data:
             raise Missing(f"`docs/data/{pattern}` is missing: {how} writes it")
         return found
 
+    def file(self, name):
+        """The rows of one file."""
+        return self.read(self.need(name, "`make scaling` or `make simulate`")[0])
+
+    def scaling_file(self, name):
+        return self.file(f"scaling/{name}.csv")
+
     def scaling(self):
         """Runs on 1 to 32 real processes."""
         out = []
         for path in self.need("scaling/*.csv", "`make scaling`"):
-            for row in rows(path):
+            for row in self.read(path):
                 if "study" in row and row.get("class", "oversubscribed") != "oversubscribed" and row.get("processes"):
                     row["class"] = evidence(row["class"])
                     out.append(row)
@@ -68,11 +82,7 @@ class Data:
         return out
 
     def simulated(self, name):
-        return rows(self.need(f"simulated/{name}.csv", "`make simulate`")[0])
-
-    def phases(self):
-        """Processor time of each phase, of the runs of scaling()."""
-        return rows(self.need("scaling/phases.csv", "`make scaling`")[0])
+        return self.read(self.need(f"simulated/{name}.csv", "`make simulate`")[0])
 
     def costs(self):
         out = {}
@@ -82,22 +92,7 @@ class Data:
 
     def validation(self):
         """Rows with `predicted` and `measured` s a step."""
-        out = []
-        for path in self.files("scaling/*.csv") + self.files("validation/*.csv") + self.files("*.csv"):
-            for row in rows(path):
-                names = {k.lower(): k for k in row if k}
-                predicted = next((names[k] for k in names if "predict" in k), None)
-                measured = next((names[k] for k in names if k.startswith("measured") or k == "seconds_per_step"), None)
-                if (
-                    predicted
-                    and measured
-                    and isinstance(row[predicted], (int, float))
-                    and isinstance(row[measured], (int, float))
-                ):
-                    out.append({**row, "predicted": row[predicted], "measured": row[measured]})
-        if not out:
-            raise Missing("no file `docs/data/scaling/*.csv` has columns `predicted` and `measured`: `make scaling` writes it")
-        return out
+        return [{**r, "measured": r["seconds_per_step"]} for r in self.scaling_file("validation")]
 
     def model(self, name):
         return self.need(f"models/{name}.model", "`make report REPORT=calibrate`")[0]

@@ -1,5 +1,4 @@
-"""Draws the figures of docs/report.md. The marks show the class of the evidence: filled = measured, open = critical path, crosses =
-simulated, both joined by dots, lines = closed form."""
+"""Draws the figures of docs/report.md. Colours show the strategy, marks and lines the class of the evidence."""
 
 import math
 import os
@@ -12,6 +11,7 @@ except ModuleNotFoundError as missing:
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402 (after the choice of the backend)
+from plots import COLOURS  # noqa: E402
 
 STYLE = {
     "font.size": 9.5,
@@ -27,7 +27,6 @@ STYLE = {
     "lines.linewidth": 1.2,
     "lines.markersize": 4.5,
 }
-COLOURS = ["tab:blue", "tab:red", "tab:green", "tab:purple", "tab:orange", "tab:brown", "tab:pink", "tab:olive"]
 plt.rcParams.update(STYLE)
 
 
@@ -35,10 +34,9 @@ def mark(kind, colour):
     return {
         "measured": dict(marker="s", color=colour, linestyle="none", markersize=6),
         "critical path": dict(marker="o", color=colour, markerfacecolor="white", linestyle=":", linewidth=0.7),
-        "simulated": dict(marker="x", color=colour, linestyle=":", linewidth=0.7),
-        "emulated to injected": dict(color=colour, alpha=0.13, linewidth=0),
-        "closed form": dict(color=colour, linestyle="--"),
-        "closed form, as simulated": dict(color=colour),
+        "injected simulation": dict(marker="x", color=colour, linestyle=":", linewidth=0.7),
+        "emulated simulation": dict(marker="+", markersize=7, color=colour, linestyle=":", linewidth=0.7),
+        "closed form": dict(color=colour),
     }[kind]
 
 
@@ -53,125 +51,74 @@ def finish(figure, path):
     print(f"  {os.path.relpath(path)}")
 
 
-def efficiency(path, titles, panels, floor=0, top=1.15, columns=2):
-    """panels: a list of {label: [(kind, [(processes, efficiency)])]}."""
+def efficiency(path, titles, panels, columns=2):
+    """panels: a list of {strategy: [(class, [(processes, efficiency)])]}."""
     rows = math.ceil(len(panels) / columns)
     figure, axes = plt.subplots(
-        rows, columns, figsize=(7.6, 0.8 + 2.5 * rows), sharey=True, layout="constrained", squeeze=False
+        rows, columns, figsize=(7.6, 1 + 2.4 * rows), sharey=True, layout="constrained", squeeze=False
     )
-    kinds, colours = [], {}
     for at, title, panel in zip(axes.flat, titles, panels):
         at.set_xscale("log", base=2)
         for label, curves in panel.items():
-            colour = colours.setdefault(label, COLOURS[len(colours) % len(COLOURS)])
             for kind, points in curves:
-                if kind not in kinds:
-                    kinds.append(kind)
-                if kind == "emulated to injected":
-                    at.fill_between([p for p, _ in sorted(points)], *zip(*(y for _, y in sorted(points))), **mark(kind, colour))
-                    continue
-                at.semilogx(*zip(*sorted(points)), base=2, **mark(kind, colour))
-        values = sorted({p for curves in panel.values() for _, points in curves for p, _ in points})
-        ticks(at, [v for v in (1, 2, 4, 8, 16, 32, 128, 1024, 32768, 1000000) if values and v <= max(values)])
-        if values and max(values) > 64:
-            ticks(at, [v for v in (1, 8, 64, 1024, 32768, 1000000) if v <= max(values)])
+                at.plot(*zip(*sorted(points)), **mark(kind, COLOURS[label]))
+        most = max(p for curves in panel.values() for _, points in curves for p, _ in points)
+        ticks(at, [v for v in ((1, 8, 64, 1024, 32768, 1000000) if most > 64 else (1, 2, 4, 8, 16, 32)) if v <= most])
         at.axhline(1, color="0.8", linewidth=0.6, zorder=0)
         at.set(title=title, xlabel="processes")
     for at in axes[:, 0]:
-        at.set(ylabel="efficiency", ylim=(floor, top))
+        at.set(ylabel="efficiency", ylim=(0, 1.15))
     for at in axes.flat[len(panels) :]:
         at.axis("off")
-    handles = [plt.Rectangle((0, 0), 1, 1, color=colour, label=label) for label, colour in colours.items()]
-    for kind in kinds:
-        handle = plt.Rectangle if kind == "emulated to injected" else plt.Line2D
-        handles.append(handle(*([(0, 0), 1, 1] if handle is plt.Rectangle else [[], []]), label=kind, **mark(kind, "0.3")))
-    if len(panels) < axes.size:
-        axes.flat[-1].legend(handles=handles, fontsize=8, loc="center")
-    else:
-        figure.legend(handles=handles, fontsize=8, loc="outside lower center", ncols=4 if len(handles) > 5 else len(handles))
+    used = {(label, kind) for panel in panels for label, curves in panel.items() for kind, _ in curves}
+    handles = [
+        plt.Rectangle((0, 0), 1, 1, color=colour, label=label)
+        for label, colour in COLOURS.items()
+        if any(label == u for u, _ in used)
+    ]
+    kinds = ("measured", "critical path", "injected simulation", "emulated simulation", "closed form")
+    handles += [
+        plt.Line2D([], [], label=kind, **mark(kind, "0.3")) for kind in kinds if any(kind == u for _, u in used)
+    ]
+    figure.legend(handles=handles, fontsize=8, loc="outside lower center", ncols=4)
     finish(figure, path)
 
 
 def pool(path, panels):
-    """panels: {title: {label: [(extra ns, speed-up)]}}"""
+    """panels: {title: {(strategy, processes): [(extra ns, speed-up)]}}"""
     figure, axes = plt.subplots(1, len(panels), figsize=(7.6, 3.2), sharey=True, layout="constrained", squeeze=False)
     for at, (title, lines) in zip(axes[0], panels.items()):
-        for k, (label, points) in enumerate(lines.items()):
-            colour = COLOURS[k // 2]  # one for each number of processes
-            at.loglog(*zip(*points), color=colour, label=label, linestyle="--" if "spatial" in label else "-")
-            at.annotate(label.split(",")[0], points[-1] if "pool" in label else points[0], (-4, -9) if "pool" in label else (4, 4),
-                        textcoords="offset points", color=colour, fontsize=8, ha="right" if "pool" in label else "left")
+        for (label, p), points in lines.items():
+            at.loglog(
+                *zip(*points), color=COLOURS[label], label=f"{label}; {p} processes", linestyle="--" if p == 8 else "-"
+            )
         at.axhline(1, color="0.8", linewidth=0.6, zorder=0)
         at.set(title=title, xlabel="cost added to the law, ns a particle and step")
         at.minorticks_off()
     axes[0][0].set_ylabel("speed-up (closed form)")
     axes[0][0].set_yticks((1, 2, 4, 8, 16, 32), map(str, (1, 2, 4, 8, 16, 32)))
     axes[0][0].minorticks_off()  # those of the new ticks
-    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
+    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=8)
     finish(figure, path)
 
 
 def messages(path, imbalance, size):
-    """imbalance, size: {scene: [(kind, [(processes, value)])]}, in two panels."""
-    figure, axes = plt.subplots(1, 2, figsize=(7.6, 3.4), layout="constrained")
+    """imbalance, size: {(scene, strategy): [(processes, value)]}, in two panels."""
+    figure, axes = plt.subplots(1, 2, figsize=(7.6, 3.6), layout="constrained")
+    shapes = dict(zip(dict.fromkeys(scene for scene, _ in size), "os^DvP"))
     titles = "imbalance: largest over mean number of particles", "bytes sent, a particle and step"
     for at, title, panel in zip(axes, titles, (imbalance, size)):
-        for colour, shape, (label, curves) in zip(COLOURS, "os^DvP", panel.items()):
-            style = {"counted": dict(marker=shape, markerfacecolor="white", linestyle=":", linewidth=0.7), "formula": dict(linewidth=1.2)}
-            for kind, points in curves:
-                at.semilogx(*zip(*sorted(points)), base=2, color=colour, **style[kind])
-            at.plot([], [], color=colour, label=label, **style["counted"])
+        for (scene, strategy), points in panel.items():
+            style = dict(color=COLOURS[strategy], marker=shapes[scene], markerfacecolor="white", linewidth=0.7)
+            at.semilogx(*zip(*sorted(points)), base=2, **style)
         at.set(title=title, xlabel="processes")
-        ticks(at, sorted({p for curves in panel.values() for _, points in curves for p, _ in points}))
-    handles, labels = axes[0].get_legend_handles_labels()
-    handles.append(plt.Line2D([], [], color="0.3", linewidth=0.9))
-    figure.legend(handles, [*labels, "by formula"], loc="outside lower center", ncols=4, fontsize=8, columnspacing=1)
-    most = max(v for curves in size.values() for _, points in curves for _, v in points)
+        ticks(at, sorted({p for points in panel.values() for p, _ in points}))
     axes[1].set_yscale("log")
-    axes[1].set_ylim(top=6 * most)
-    axes[1].text(2, 2 * most, "pool", fontsize=8)
-    axes[1].text(0.97, 0.05, "spatial, direct", fontsize=8, ha="right", transform=axes[1].transAxes)
-    finish(figure, path)
-
-
-def shares(path, panels):
-    """Draws where the time of a step goes. panels: {title: [(processes, {part: seconds})]}"""
-    figure, axes = plt.subplots(1, len(panels), figsize=(7.6, 3.2), layout="constrained", squeeze=False)
-    names = list(dict.fromkeys(name for bars in panels.values() for _, parts in bars for name in parts))
-    for at, (title, bars) in zip(axes[0], panels.items()):
-        below = [0.0] * len(bars)
-        for k, name in enumerate(names):
-            heights = [1e6 * parts.get(name, 0) for _, parts in bars]
-            at.bar(range(len(bars)), heights, bottom=below, color=COLOURS[k % len(COLOURS)], label=name, width=0.7, edgecolor="white", linewidth=0.3)
-            below = [a + b for a, b in zip(below, heights)]
-        at.set_xticks(
-            range(len(bars)),
-            [f"{p:,}".replace(",", " ") if p < 1e5 else f"$10^{{{len(str(p)) - 1}}}$" for p, _ in bars],
-            fontsize=8,
-        )
-        at.set(title=title, xlabel="processes", ylabel="µs a step (closed form)")
-    handles, labels = axes[0][0].get_legend_handles_labels()
-    figure.legend(handles[::-1], labels[::-1], loc="outside right center", fontsize=8)  # in the sequence of the bars
-    finish(figure, path)
-
-
-def convergence(path, curves):
-    """curves: {label: [(h, error)]}"""
-    figure, axes = plt.subplots(figsize=(4.8, 3.4), layout="constrained")
-    for k, (label, points) in enumerate(curves.items()):
-        axes.loglog(*zip(*points), color=COLOURS[k], marker="os^D"[k % 4], label=label)
-    sizes = sorted({h for points in curves.values() for h, _ in points})
-    low = min(e for points in curves.values() for _, e in points)
-    axes.plot(
-        [sizes[0], sizes[-1]],
-        [low, low * (sizes[-1] / sizes[0]) ** 2],
-        color="0.55",
-        linewidth=0.8,
-        linestyle=":",
-        label="second order",
-    )
-    axes.set_xticks(sizes, [f"1/{1 / h:g}" for h in sizes])
-    axes.minorticks_off()
-    axes.set(xlabel="cell size $h$ [m]", ylabel="rms error of the displacement [m]")
-    axes.legend(fontsize=8)
+    strategies = dict.fromkeys(strategy for _, strategy in size)
+    handles = [plt.Rectangle((0, 0), 1, 1, color=COLOURS[s], label=s) for s in strategies]
+    handles += [
+        plt.Line2D([], [], color="0.3", marker=m, markerfacecolor="white", linewidth=0, label=s)
+        for s, m in shapes.items()
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, columnspacing=1)
     finish(figure, path)

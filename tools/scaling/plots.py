@@ -8,8 +8,10 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402 (after the choice of the backend)
 
 STYLE = {"font.size": 9, "axes.titlesize": 9, "axes.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False, "savefig.dpi": 130}
-WAYS = {("spatial", "direct"): ("C0", "spatial, direct"), ("spatial", "swarm"): ("C1", "spatial, DMSwarmMigrate"),
-        ("pool", ""): ("C2", "pool")}
+# A strategy has the same colour in all figures, also those of the report.
+COLOURS = {"spatial, direct": "tab:blue", "spatial, DMSwarmMigrate": "tab:orange", "pool, master has the particles": "tab:green",
+           "pool, workers keep the particles": "tab:purple"}
+WAYS = {key: (COLOURS[label], label) for key, label in zip((("spatial", "direct"), ("spatial", "swarm"), ("pool", ""), ("workers", "")), COLOURS)}
 # Measured squares are the largest and lie below, so that those of the critical path are seen on them.
 CLASSES = {"closed form": dict(linestyle="-", linewidth=1.2),
            "measured": dict(linestyle="", marker="s", markersize=6),

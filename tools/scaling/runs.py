@@ -1,4 +1,4 @@
-"""Has the scenes that `make scaling` runs, and reads from a run times, the critical path, the prediction, counted messages."""
+"""Runs the scenes of `make scaling`, and reads from a run times, the critical path, the prediction, counted messages."""
 import collections
 import csv
 import os
@@ -10,6 +10,7 @@ import tempfile
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 import launch  # noqa: E402 (after the path)
+import scenes  # noqa: E402
 
 BUILD = os.path.join(ROOT, "build", "scaling")
 TIMEOUT = 600
@@ -19,62 +20,20 @@ class Failed(Exception):
     pass
 
 
-# ---- The scenes. `cells` maps a number of particles to cells; the rest is options, or a file and options.
-
-def box(dim, basis):
-    """Options of a body of neo-Hookean material that fills its grid and turns about the middle, between walls that let it slide; the
-    walls do not change what a process sends. Particles move by about 0.04 cells a step. The formulas are for such full boxes."""
-    axes = "xyz"[:dim]
-    same = lambda value: ",".join([str(value)] * dim)
-    still = ", 0" * (dim - 2)
-    options = {
-        "dim": dim, "grid_lower": same(0), "grid_upper": same(1), "materials": "m", "material_m_model": "neohookean",
-        "material_m_rho": 1000, "material_m_E": 1e6, "material_m_nu": 0.3, "bodies": "b", "body_b_shape": "box",
-        "body_b_lower": same(0), "body_b_upper": same(1), "body_b_ppc": same(2), "body_b_material": "m",
-        "body_b_velocity": f"4*sin(pi*x)*cos(pi*y), 0-4*cos(pi*x)*sin(pi*y){still}", "method_basis": basis,
-        "method_update": "usl", "method_transfer": "flip", "dt_cfl": 0.4, "time_end": 1}
-    options.update({f"bc_{axis}{end}_type": "slip" for axis in axes for end in ("min", "max")})
-    return options
-
+# ---- The scenes: those of tools/scenes.py
 
 class Scene:
-    """name; dim, basis, update; strong: particles of the strong study; cells(n): cells for about n particles."""
+    """name; dim, basis, update; strong, weak(processes): sizes; cells(size)."""
 
-    def __init__(self, name, dim, basis, update, strong, cells, options, file=None):
-        self.name, self.dim, self.basis, self.update, self.strong = name, dim, basis, update, strong
-        self.cells, self.file = cells, file
-        self.words = [word for key, value in options.items() for word in ("-" + key, str(value))]
+    def __init__(self, scene):
+        self.name, self.dim, self.basis, self.update = scene.name, scene.dim, scene.basis, scene.update
+        self.strong, self.weak, self.cells = scene.strong, scene.weak, scene.cells
 
-    def options(self, cells=None):
-        chosen = ["-grid_cells", ",".join(map(str, cells or self.cells(self.strong)))]
-        return (["-options_file", self.file] if self.file else []) + self.words + chosen
+    def options(self, size=None):
+        return ["-options_file", scenes.write(BUILD, self.name, size or self.strong)]
 
 
-def times(*cells):
-    """A function that multiplies these cells by a scale, which it rounds to a whole number."""
-    return lambda scale: tuple(c * max(1, round(scale)) for c in cells)
-
-
-def scene_file(name):
-    return os.path.join(ROOT, "options", name + ".opts")
-
-
-def scene_method(basis, update, cfl):
-    """The method of the committed data, in place of that of a scene of options/."""
-    return {"method_basis": basis, "method_update": update, "method_transfer": "flip", "method_damping_rate": 0, "dt_cfl": cfl}
-
-
-# Columns of water would only fall at first. They spread from the start here, so that particles cross cells as they do later.
-SCENES = [
-    Scene("disks", 2, "linear", "usf", 262144, lambda n: times(1, 1)((n / 4.021) ** 0.5), scene_method("linear", "usf", 0.4), scene_file("disks")),
-    Scene("box2d", 2, "linear", "usl", 262144, lambda n: times(1, 1)((n / 4) ** 0.5), box(2, "linear")),
-    Scene("dambreak", 2, "bspline2", "musl", 262144, lambda n: times(20, 9)(4 * (n / 2048) ** 0.5),
-          {"body_column_velocity": "2*x, 0-2*y", **scene_method("bspline2", "musl", 0.3)}, scene_file("dambreak")),
-    Scene("disks3d", 3, "linear", "musl", 262144, lambda n: times(1, 1, 1)((n / 0.5362) ** (1 / 3)), scene_method("linear", "musl", 0.4), scene_file("disks3d")),
-    Scene("box3d", 3, "bspline2", "usl", 262144, lambda n: times(1, 1, 1)((n / 8) ** (1 / 3)), box(3, "bspline2")),
-    Scene("dambreak3d", 3, "bspline2", "musl", 110592, lambda n: times(4, 4, 3)(6 * (n / 8192) ** (1 / 3)),
-          {"body_column_velocity": "2*x, 2*y, 0-4*z", **scene_method("bspline2", "musl", 0.4)}, scene_file("dambreak3d")),
-]
+SCENES = [Scene(scene) for scene in scenes.SCENES.values()]
 
 
 # ---- Running
@@ -131,14 +90,17 @@ class Run:
         self.processes, self.strategy, self.migrate, self.steps = processes, strategy, migrate, steps
         with tempfile.TemporaryDirectory() as folder:
             log = os.path.join(folder, "log.csv")
-            words = ["-time_max_steps", str(steps), "-output_format", "none", "-output_dir", folder, "-history_every",
-                     "1e9", "-parallel_strategy", "pool" if strategy == "pool" else "spatial", "-parallel_migrate",
+            kind, _, patch = strategy.partition(":")  # pool:8, workers: the pool's two kinds, with patches of so many cells
+            self.strategy, self.patch = kind, patch
+            pooled = ["-pool_particles", "workers" if kind == "workers" else "master"] if kind != "spatial" else []
+            words = pooled + (["-pool_cells", patch] if patch else [])
+            words += ["-time_max_steps", str(steps), "-output_format", "none", "-output_dir", folder, "-history_every", "1e9", "-parallel_strategy", "spatial" if kind == "spatial" else "pool", "-parallel_migrate",
                      migrate, "-report_limits", "false", "-report_phases"] + (["-report_path"] if path else [])
             words += ["-model_file", model] if model else []
             if count and processes > 1:
                 words += ["-log_view", f":{log}:ascii_csv"]
             text = start(args, processes, *options, *words)
-            self.events = read_events(log, strategy == "pool") if count and processes > 1 else {}
+            self.events = read_events(log, kind != "spatial") if count and processes > 1 else {}
 
         def find(pattern):
             found = re.search(pattern, text, re.M)
@@ -150,7 +112,7 @@ class Run:
         self.digest = find(r"^digest (\w+)")[0]
         self.steps = int(find(r"^done +(\d+) steps")[0])
         self.grid, self.imbalance = (1,), 1.0
-        if processes > 1 and strategy != "pool":
+        if processes > 1 and kind == "spatial":
             grid, imbalance = find(r"^parallel .* spatial ([\dx]+), particles max/mean ([\d.]+)")
             self.grid, self.imbalance = tuple(map(int, grid.split("x"))), float(imbalance)
         measured, predicted = find(r"^  all +\S+ +\S+ +\S+ +(\S+) +(\S+) +\S+$")
@@ -165,8 +127,9 @@ class Run:
             raise Failed(f"{model} was not used for {' '.join(options)}")
 
 
-def dry_run(args, options, model):
-    """[(processes, seconds, imbalance, seconds in the pool or None)] that the model predicts."""
-    text = start(args, 1, *options, "-dry_run", "-report_processes", "-parallel_migrate", "direct", "-model_file", model)
+def dry_run(args, options, model, *more, processes=1):
+    """[(processes, seconds, imbalance, seconds in the pool or None)] that the model predicts, and the best edge of the pool's patches."""
+    text = start(args, processes, *options, "-dry_run", "-report_processes", "-parallel_migrate", "direct", "-model_file", model, *more)
+    best = re.search(r"best patches on 8 processes (\d+)", text)
     rows = re.findall(r"^ +(\d+) +([\d.e+-]+) +\S+ \w+ +[\d.]+ +[\d.]+ +([\d.]+)(?: +([\d.e+-]+) +\S+ \w+ +[\d.]+)?$", text, re.M)
-    return [(int(p), float(t), float(i), float(pool) if pool else None) for p, t, i, pool in rows]
+    return [(int(p), float(t), float(i), float(pool) if pool else None) for p, t, i, pool in rows], best[1] if best else ""

@@ -10,10 +10,12 @@ The machine has fewer cores than the processes that are asked for, so a run on m
                   by the model
   closed form     what the model (docs/performance.md) predicts from constants measured on 1 and 2 processes
 
-There are two studies: strong (the same scene on all numbers of processes) and weak (16,000 particles a process), with spatial
-decomposition (particles migrate `direct`; some runs also by `swarm`) and with the pool. In each, all runs of a scene must give
+There are two studies: strong (the same scene on all numbers of processes) and weak (about 16,384 particles a process), with spatial
+decomposition (particles migrate `direct`; some runs also by `swarm`) and with both kinds of pool: the master has the particles
+and hands them out in the patches that the model finds best on 8 processes, or the workers keep them. In each, all runs of a scene must give
 the same digest. Then `counts` compares messages and bytes of a full box by -log_view with formulas, exactly; and `validation`
-has predicted over measured for every scene of options/ on 1 and 2 processes.
+has predicted over measured for every scene of options/ on 1 and 2 processes, in short runs in turns with the calibration; `users`
+has the same for whole runs that are started one by one, as users start them.
 
 The program writes docs/data/scaling/*.csv and docs/scaling-*.png; its exit status is 1 when digests or counts differ or a run
 failed.
@@ -28,24 +30,25 @@ import sys
 
 import counts
 import runs
+import scenes
 from runs import Failed, Run
 
-COLUMNS = ["scene", "dim", "basis", "update", "study", "strategy", "migrate", "processes", "particles", "steps", "class",
+COLUMNS = ["scene", "dim", "basis", "update", "study", "strategy", "migrate", "pool_cells", "processes", "particles", "steps", "class",
            "seconds_per_step", "speedup", "efficiency", "efficiency_net_of_imbalance", "imbalance", "work_imbalance",
            "messages_per_step", "bytes_per_particle_step", "reductions_per_step", "migrating_steps", "digest"]
 COUNTS = ["scene", "dim", "basis", "update", "strategy", "processes", "grid", "particles", "quantity", "counted",
           "formula", "equal"]
 PHASES = ["scene", "study", "strategy", "migrate", "processes", "particles", "phase", "mean_seconds", "slowest_seconds",
           "message_seconds", "messages_per_step", "bytes_per_step"]
+USERS = ["series", "repeats", "runs", "inside", "slowest_over_predicted"]
 VALIDATION = ["scene", "dim", "particles", "processes", "repeats", "seconds_per_step", "predicted", "ratio"]
 SIZES = (1, 2, 4, 8, 16, 32)
-PER_PROCESS = 16000
 ORDER = [scene.name for scene in runs.SCENES]
 
 
 class Results:
     def __init__(self, args):
-        self.args, self.validation, self.problems = args, [], []
+        self.args, self.validation, self.users, self.problems = args, [], [], []
         # What is not measured now is kept: the tables of other parts, and with --scenes the rows of other scenes.
         self.runs, self.phases, self.counts = (
             [row for row in self.read(name) if part not in args.only or args.scenes and row["scene"] not in args.scenes]
@@ -65,9 +68,10 @@ class Results:
     def write(self):
         os.makedirs(self.args.data, exist_ok=True)
         for name, columns, rows in (("runs", COLUMNS, self.runs), ("phases", PHASES, self.phases),
-                                    ("counts", COUNTS, self.counts), ("validation", VALIDATION, self.validation)):
+                                    ("counts", COUNTS, self.counts), ("validation", VALIDATION, self.validation),
+                                    ("users", USERS, self.users)):
             if rows:
-                if name != "validation":
+                if name not in ("validation", "users"):
                     rows = sorted(rows, key=lambda row: ORDER.index(row["scene"]))
                 with open(os.path.join(self.args.data, name + ".csv"), "w", newline="") as file:
                     writer = csv.DictWriter(file, columns, restval="", lineterminator="\n")
@@ -77,11 +81,11 @@ class Results:
 
 # ---- Strong and weak
 
-def best(args, scene, cells, processes, strategy, migrate, steps, models):
+def best(args, scene, size, processes, strategy, migrate, steps, models):
     """A run, repeated where wall time counts, with the least wall time and critical path of the repeats."""
     result = None
     for _ in range(args.repeats if processes <= args.cores else args.more_repeats):
-        run = Run(args, scene.options(cells), processes, strategy, migrate, steps, models[min(processes, 2)])
+        run = Run(args, scene.options(size), processes, strategy, migrate, steps, models[min(processes, 2)])
         if result:
             if run.digest != result.digest:
                 raise Failed(f"{scene.name} on {processes}: a repeat has another digest")
@@ -124,6 +128,7 @@ def record(args, results, scene, study, run, base):
         row = dict(scene=scene.name, dim=scene.dim, basis=scene.basis, update=scene.update, study=study,
                    strategy="serial" if run.processes == 1 else run.strategy,
                    migrate=run.migrate if run.processes > 1 and run.strategy == "spatial" else "",
+                   pool_cells=run.patch if run.strategy == "pool" and run.processes > 1 else "",
                    processes=run.processes, particles=run.particles, steps=run.steps,
                    seconds_per_step=number(seconds), imbalance=number(run.imbalance),
                    work_imbalance=number(run.work_imbalance), messages_per_step=number(step["messages"], 6),
@@ -151,14 +156,15 @@ def bases(run):
             "closed form": (run.predicted, run.particles)}
 
 
-def tasks(args, study):
+def tasks(args, study, patch):
     """(processes, strategy, migrate) of the runs of a study."""
     for p in args.sizes:
         yield p, "spatial", "direct"
         if study == "strong" and p in (2, 8, 32):
             yield p, "spatial", "swarm"
         if p > 1:
-            yield p, "pool", "direct"
+            yield p, f"pool:{patch}", "direct"
+            yield p, "workers", "direct"
 
 
 def compare(results, scene, run, digests):
@@ -173,12 +179,13 @@ def strong_and_weak(args, results, scene):
     models = {p: runs.calibrate(args, scene.name, p, scene.options()) for p in (1, 2)}
     for study, steps in (("strong", args.steps), ("weak", args.steps // 2)):
         base, digests = None, {}
-        for p, strategy, migrate in tasks(args, study):
-            cells = scene.cells(scene.strong * args.scale if study == "strong" else PER_PROCESS * args.scale * p)
+        _, patch = runs.dry_run(args, scene.options(), models[2])
+        for p, strategy, migrate in tasks(args, study, patch):
+            size = scene.strong if study == "strong" else scene.weak(p)
             try:
-                run = best(args, scene, cells, p, strategy, migrate, steps, models)
+                run = best(args, scene, size, p, strategy, migrate, steps, models)
                 if study == "weak" and p > 1 and (run.particles, run.steps) not in digests:
-                    alone = Run(args, scene.options(cells), 1, strategy, migrate, steps, models[1])
+                    alone = Run(args, scene.options(size), 1, "spatial", migrate, steps, models[1])
                     compare(results, scene, alone, digests)
                     record(args, results, scene, study, alone, base)
                 compare(results, scene, run, digests)
@@ -195,14 +202,18 @@ def strong_and_weak(args, results, scene):
 
 def beyond(args, results, scene, model, base):
     """Adds the closed form, by -dry_run, on more processes than any run has."""
-    options = scene.options(scene.cells(scene.strong * args.scale))
-    for p, seconds, imbalance, pool in runs.dry_run(args, options, model):
-        for strategy, t in (("spatial", seconds), ("pool", pool)):
+    options = scene.options()
+    rows, patch = runs.dry_run(args, options, model)
+    dealt, _ = runs.dry_run(args, options, model, "-pool_cells", patch)
+    kept, _ = runs.dry_run(args, options, model, "-parallel_strategy", "pool", "-pool_particles", "workers", processes=2)
+    for (p, seconds, imbalance, _), *pools in zip(rows, dealt, kept):
+        for strategy, t in (("spatial", seconds), ("pool", pools[0][3]), ("workers", pools[1][3])):
             if p <= max(SIZES) or t is None:
                 continue
             results.runs.append(dict(
                 scene=scene.name, dim=scene.dim, basis=scene.basis, update=scene.update, study="strong",
                 strategy=strategy, migrate="direct" if strategy == "spatial" else "", processes=p, particles=base[1],
+                pool_cells=patch if strategy == "pool" else "",
                 seconds_per_step=number(t), speedup=number(base[0] / t), efficiency=number(base[0] / t / p),
                 efficiency_net_of_imbalance=number(base[0] / t / p * (imbalance if strategy == "spatial" else 1)),
                 imbalance=number(imbalance if strategy == "spatial" else 1), **{"class": "closed form"}))
@@ -279,6 +290,32 @@ def validation(args, results):
     results.write()
 
 
+def users(args, results):
+    """Compares predicted with measured steps of whole runs, started one by one after one calibration of each scene: what a user sees."""
+    print("\nwhole runs, one by one\n  scene       processes    ms/step  predicted  ratio")
+    ratios = []
+    for path in sorted(glob.glob(os.path.join(runs.ROOT, "options", args.validated + ".opts"))):
+        name = os.path.basename(path)[:-5]
+        try:
+            model = runs.calibrate(args, "users-" + name, 2, ["-options_file", path])
+            for p in (1, 2):
+                found = []
+                for _ in range(args.repeats):
+                    words = ["-options_file", path, "-model_file", model, "-parallel_migrate", "direct", "-report_phases"]
+                    text = runs.start(args, p, *words, "-output_format", "none", "-output_dir", runs.BUILD)
+                    found.append(tuple(map(float, re.search(r"^  all +\S+ +\S+ +\S+ +(\S+) +(\S+) +\S+$", text, re.M).groups())))
+                measured, predicted = map(min, zip(*found))
+                ratios.append(measured / predicted)
+                print(f"  {name:12s}{p:9d}  {1e3 * measured:9.4f}  {1e3 * predicted:9.4f}  {predicted / measured:5.2f}", flush=True)
+        except Failed as failure:
+            results.problem(f"users: {name}: {failure}")
+    if ratios:
+        inside = sum(abs(1 / r - 1) <= 0.15 for r in ratios)
+        results.users = [dict(series=f"{datetime.date.today()}", repeats=args.repeats, runs=len(ratios), inside=inside,
+                              slowest_over_predicted=number(max(ratios)))]
+    results.write()
+
+
 def dimension(path):
     with open(path) as file:
         return next(line.split()[1] for line in file if line.startswith("-dim "))
@@ -292,9 +329,10 @@ Written by `make scaling` ({when}; {machine}; load average {load} at the start, 
 
 | column | meaning |
 | --- | --- |
-| scene, dim, basis, update | tools/scaling/runs.py has the scenes |
-| study | `strong`: the same scene on all numbers of processes; `weak`: {per} particles a process |
-| strategy, migrate | `serial` (one process), `spatial` with its way of migration, `pool` |
+| scene, dim, basis, update | tools/scenes.py has the scenes, scenes.csv what they were |
+| study | `strong`: the same scene on all numbers of processes; `weak`: about 16,384 particles a process |
+| strategy, migrate | `serial` (one process), `spatial` with its way of migration; `pool`: the master has the particles, `workers`: the pool whose workers keep them |
+| pool_cells | edge of the pool's patches |
 | processes, particles, steps | weak with `serial`: the scene of a larger number of processes, for its digest |
 | class | `measured`: wall time, a core for each process; `oversubscribed`: wall time, more processes than cores, no speed-up; `critical path`: slowest processor time in each phase and step, messages by the model; `closed form`: the model |
 | seconds_per_step | least of the repeats |
@@ -323,16 +361,20 @@ the step predicted, both by `make calibrate` on two processes, the least of the 
 constants, from runs at other sizes, and the scene itself, on one process and on two, in turns for 10 s and more, and keeps the least of
 each: other virtual machines on the same host slow its cores to two thirds for milliseconds or hours, and some of many short runs are
 not slowed.
+
+**users.csv**: of whole runs of the same scenes, started one by one after one calibration of each, the least of the repeats: how many
+have a predicted step within 15 % of the measured one, and the largest measured over predicted. **scenes.csv**, **machine.csv**: what
+the scenes were, and what ran them.
 """
 
 
 def main():
-    parts = {"scaling": scaling, "counts": count, "validation": validation}
+    parts = {"scaling": scaling, "counts": count, "validation": validation, "users": users}
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--pebble", default="./pebble")
     p.add_argument("--calibrator", default=os.path.join(runs.ROOT, "build", "mpicc", "calibrate"), help="program of make calibrate")
     p.add_argument("--mpiexec", default="mpiexec")
-    p.add_argument("--full", action="store_true", help="four times the particles, 100 steps, 5 repeats")
+    p.add_argument("--full", action="store_true", help="100 steps, 5 repeats")
     p.add_argument("--only", help=f"of {', '.join(parts)}, separated by commas")
     p.add_argument("--scenes", help="scenes of the studies, separated by commas")
     p.add_argument("--sizes", help="numbers of processes, separated by commas, 1 first")
@@ -344,9 +386,9 @@ def main():
     p.add_argument("--plot", action="store_true", help="only draw the figures from the tables")
     p.add_argument("--validated", default="*", help="scenes of options/ for the validation, as the shell names files")
     args = p.parse_args()
-    args.steps, args.scale, args.more_repeats = 40, 1, 1
+    args.steps, args.more_repeats = 40, 1
     if args.full:
-        args.steps, args.scale, args.repeats, args.more_repeats = 100, 4, 5, 3
+        args.steps, args.repeats, args.more_repeats = 100, 5, 3
     args.sizes = tuple(map(int, args.sizes.split(","))) if args.sizes else SIZES
     args.scenes = args.scenes.split(",") if args.scenes else []
     whole = not args.only and not args.scenes
@@ -361,13 +403,14 @@ def main():
         for name in args.only:
             parts[name](args, results)
         minutes = (datetime.datetime.now() - start).total_seconds() / 60
-        with open("/proc/cpuinfo") as file:
-            cpu = next((line.split(":")[1].strip() for line in file if line.startswith("model name")), "unknown")
+        facts = scenes.machine(args.pebble, args.mpiexec)
+        if "scaling" in args.only and not args.scenes:
+            scenes.record(args.data, facts)
         readme = os.path.join(args.data, "README.md")
         if whole or not os.path.exists(readme):
             with open(readme, "w") as file:
-                file.write(README.format(when=f"{start:%Y-%m-%d %H:%M}", machine=f"{cpu}, {args.cores} cores",
-                                         load=f"{load:.1f}", minutes=minutes, per=PER_PROCESS * args.scale))
+                file.write(README.format(when=f"{start:%Y-%m-%d %H:%M}", machine=f"{facts['processor']}, {args.cores} cores",
+                                         load=f"{load:.1f}", minutes=minutes))
         else:
             print(f"a part of the tables is new: {os.path.relpath(readme)} wants a word about it")
         print(f"\n{minutes:.1f} minutes, load average {load:.1f} at the start")

@@ -17,7 +17,7 @@ These options choose a part; all other rows of the tables stay as they are:
     --only weak,weak-large     of costs strong weak strong-large weak-large validate
     --scenes box2d             (with --calibrate: the costs of these alone)
     --mode injected            or emulated
-    --strategy spatial         or pool
+    --strategy spatial         or pool, or workers: the pool whose workers keep the particles
     --migrate direct           or swarm
     --sizes 512,1024           numbers of processes (one process is always made anew)
     --transport tcp            or shared: of the validation, which has both modes, and one and two processes
@@ -40,6 +40,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import launch  # noqa: E402 (after the path)
+import scenes  # noqa: E402
+from scenes import SCENES  # noqa: E402
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
@@ -81,109 +83,18 @@ PLATFORM = """<?xml version='1.0'?>
 # clocks around the code, on the machine of costs.csv.
 FIXED = {"PACK": 0.2, "ASSEMBLE": 0.11, "UNPACK": 0.075, "ANSWER": 0.15, "RENUMBER": 7, "JOB": 500}
 
-BOX = """-scene_title "filled box"
--dim {dim}
--grid_lower {lower}
--grid_upper {cells}
--grid_cells {cells}
-{walls}
--materials rubber
--material_rubber_model neohookean
--material_rubber_rho 1000
--material_rubber_E 1e6
--material_rubber_nu 0.3
--bodies box
--body_box_shape box
--body_box_lower {lower}
--body_box_upper {cells}
--body_box_material rubber
--body_box_velocity {velocity}
--method_update usl
--method_transfer flip
--dt_cfl 0.4
--time_end 1e9
-"""
-
-
-def box(dim, basis, cells):
-    """A box full of rubber that swings, at up to a tenth of its speed of sound. Cells are of 1 m, with 2 particles an axis each."""
-    axes = "xyz"[:dim]
-    text = BOX.format(dim=dim, lower=",".join("0" * dim), cells=",".join(map(str, cells)),
-                      walls="\n".join(f"-bc_{a}{s}_type slip" for a in axes for s in ("min", "max")),
-                      velocity=",".join(f"4*sin(pi*{a}/{n})" for a, n in zip(axes, cells)))
-    return text + f"-method_basis {basis}\n", math.prod(cells) * 2 ** dim
-
-
-def scene_file(name, method, cfl, more):
-    """A file that names a scene of options/, without its method, and overrides some of it, for a finer grid. The method is that
-    of the committed data."""
-    plain = WORK / f"{name}.opts"
-    WORK.mkdir(parents=True, exist_ok=True)
-    with open(ROOT / "options" / f"{name}.opts") as file:
-        plain.write_text("".join(line for line in file if not line.startswith(("-method_", "-dt_cfl"))))
-    basis, update = method
-    return f"-options_file {plain}\n-method_basis {basis}\n-method_update {update}\n-method_transfer flip\n-dt_cfl {cfl}\n" + more
-
-
-def near_cube(dim, parts):
-    """parts (a power of 2) as a product of dim factors that differ little."""
-    p = [1] * dim
-    while math.prod(p) < parts:
-        p[p.index(min(p))] *= 2
-    return p
-
-
-def box2d(size):
-    return box(2, "linear", size)[0]
-
-
-def box3d(size):
-    return box(3, "bspline2", size)[0]
-
-
-# In these scenes all particles of a body would cross cells in the same steps, or none for long. So they get more motion.
-def disks(n):
-    spin = "\n".join(f"-body_disk{k}_velocity {v}-0.3*(y-{c}),{v}+0.3*(x-{c})" for k, v, c in ((1, 0.1, 0.2), (2, -0.1, 0.8)))
-    return scene_file("disks", ("linear", "usf"), 0.4, f"-grid_cells {n},{n}\n-body_disk1_ppc 2,2\n-body_disk2_ppc 2,2\n{spin}\n")
-
-
-def dambreak(n):
-    return scene_file("dambreak", ("bspline2", "musl"), 0.3, f"-grid_cells {5 * n},{9 * n // 4}\n-body_column_velocity 4*x,-4*y\n")
-
-
-def disks3d(n):
-    spin = "\n".join(f"-body_ball{k}_velocity {v}-0.3*(y-{c}),{v}+0.3*(x-{c}),{v}" for k, v, c in ((1, 0.1, 0.3), (2, -0.1, 0.7)))
-    return scene_file("disks3d", ("linear", "musl"), 0.4, f"-grid_cells {n},{n},{n}\n{spin}\n")
-
-
-def dambreak3d(n):
-    return scene_file("dambreak3d", ("bspline2", "musl"), 0.4, f"-grid_cells {4 * n},{4 * n},{3 * n}\n-body_column_velocity 2*x,2*y,-4*z\n")
-
-
-# name: maker, size for the strong curve, size with about 16,000 particles (for the calibration; the validation has both)
-SCENES = {
-    "box2d": (box2d, (256, 256), (64, 64)),
-    "box3d": (box3d, (32, 32, 32), (16, 16, 8)),
-    "disks": (disks, 512, 128),
-    "dambreak": (dambreak, 160, 48),
-    "disks3d": (disks3d, 80, 32),
-    "dambreak3d": (dambreak3d, 18, 8),
-}
-LARGE = {"box2d": (512, 512), "box3d": (64, 64, 32), "disks": 1024}  # about a million particles, and tiles for 1024 processes and more
-WEAK = {"box2d": (64, 64), "box3d": (16, 16, 8)}  # cells of a process, with 16,384 particles
-
-
-def weak_size(name, ranks):
-    return tuple(c * p for c, p in zip(WEAK[name], near_cube(len(WEAK[name]), ranks)))
+# Scenes of weak scaling, and of strong scaling with about a million particles, which have tiles for 1024 processes and more
+WEAK, LARGE = ("box2d", "box3d"), ("box2d", "box3d", "disks")
 
 
 # ---- Runs
+def weak_size(name, ranks):
+    return SCENES[name].weak(ranks)
+
+
 def write_scene(name, size, steps):
-    tag = f"{name}-{size if isinstance(size, int) else 'x'.join(map(str, size))}-{steps}"
-    path = WORK / f"{tag}.opts"
-    WORK.mkdir(parents=True, exist_ok=True)
-    path.write_text(SCENES[name][0](size) + f"-time_max_steps {steps}\n-history_every 1e9\n-report_limits 0\n")
-    return path
+    folder = WORK / str(steps)  # one file for each number of steps
+    return Path(scenes.write(folder, name, size, f"-time_max_steps {steps}\n-history_every 1e9\n-report_limits 0\n"))
 
 
 def parse(text):
@@ -211,9 +122,22 @@ def parse(text):
     return out
 
 
-def options(strategy, migrate):
+@functools.cache
+def patch(pebble, path):
+    """The cells of the pool's patches that the model finds best on 8 processes, with messages of a cluster."""
+    words = ["-dry_run", "-report_processes", "-output_format", "none", "-output_dir", str(WORK / "none")]  # no calibration is there
+    said = launch.run([pebble, "-options_file", path, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True).stdout
+    found = re.search(r"best patches on 8 processes (\d+)", said)
+    if not found:
+        raise RuntimeError(said[-2000:])
+    return found[1]
+
+
+def options(args, path, strategy, migrate):
     # The scenes may write snapshots, and the simulator's build cannot.
-    return ["-report_phases", "-output_format", "none", "-parallel_strategy", strategy, "-parallel_migrate", migrate]
+    pool = ["-pool_cells", patch(args.pebble, path)] if strategy == "pool" else ["-pool_particles", "workers"] if strategy == "workers" else []
+    strategy = "spatial" if strategy == "spatial" else "pool"
+    return ["-report_phases", "-output_format", "none", "-parallel_strategy", strategy, "-parallel_migrate", migrate, *pool]
 
 
 def run(command, env=None):
@@ -227,7 +151,7 @@ def run(command, env=None):
 
 def real(args, path, ranks=1, strategy="spatial", migrate="direct", copies=1, transport="shared"):
     """Results of runs on this machine, of which `copies` run at once so that all cores are busy."""
-    command = [args.pebble, "-options_file", path] + options(strategy, migrate)
+    command = [args.pebble, "-options_file", path] + options(args, path, strategy, migrate)
     if ranks > 1:
         command = [args.mpiexec, *TRANSPORTS[transport], "-n", str(ranks)] + command
     environment = launch.environment(ranks, os.cpu_count()) if ranks > 1 else None
@@ -251,7 +175,7 @@ def measure(args, transport):
     """Makes the platform of two processes of this machine from what a calibration finds there: the time of a short message, the
     part of it for which the processors at its ends are busy, and the time of a byte. The least of several calibrations counts."""
     file, found = WORK / f"{transport}.model", []
-    path = write_scene("box2d", SCENES["box2d"][2], 40)
+    path = write_scene("box2d", SCENES["box2d"].small, 40)
     for _ in range(args.calibrations // 5 + 1):
         command = [args.mpiexec, *TRANSPORTS[transport], "-n", "2", args.calibrator, "-options_file", path]
         command += ["-model_file", file, "-output_dir", WORK]
@@ -279,7 +203,7 @@ def simulated(args, path, hosts, ranks, mode, strategy, migrate, platform, costs
     # smpirun passes arguments through a shell, so all that has blanks or quotes stands in the file.
     command = ["nice", "-n", "19"] if mode == "injected" else []
     command += ["smpirun", "-np", str(ranks), "-platform", platform_file(platform), "-hostfile", hosts, "--log=root.thres:error"]
-    command += [f"--cfg={s}" for s in settings] + [args.simulator, "-options_file", path] + options(strategy, migrate)
+    command += [f"--cfg={s}" for s in settings] + [args.simulator, "-options_file", path] + options(args, path, strategy, migrate)
     environment = {k: v for k, v in os.environ.items() if k != "PEBBLE_COSTS"}
     if mode == "injected":
         environment["PEBBLE_COSTS"] = ",".join(f"{k}={v:g}" for k, v in costs.items())
@@ -296,7 +220,7 @@ def simulated(args, path, hosts, ranks, mode, strategy, migrate, platform, costs
 @functools.cache
 def true_digest(args_pebble, path):
     """The digest of the real run on one process."""
-    return run([args_pebble, "-options_file", path] + options("spatial", "direct"))["digest"]
+    return run([args_pebble, "-options_file", path] + options(None, path, "spatial", "direct"))["digest"]
 
 
 # ---- Costs
@@ -372,10 +296,10 @@ def costs_of(name, alone):
 def calibrate(args):
     """Measures costs.csv anew, or the costs of some scenes."""
     rows = [row for row in read_rows(COSTS) if not wanted(args.scenes, row["scene"])]
-    for name, (_, _, size) in SCENES.items():
+    for name, scene in SCENES.items():
         if not wanted(args.scenes, name):
             continue
-        run = in_turns(args, write_scene(name, size, 40), [ALONE])[0]
+        run = in_turns(args, write_scene(name, scene.small, 40), [ALONE])[0]
         costs = costs_of(name, run)
         print(f"  {name:10} {run['particles']} particles: " + ", ".join(f"{k} {v:.4g}" for k, v in costs.items()), flush=True)
         rows += [{"scene": name, "particles": run["particles"], "name": k, "ns": f"{v:.4g}"} for k, v in costs.items()]
@@ -495,7 +419,7 @@ def curves(ranks, scenes, size, steps):
     """Runs of the main curve, then with DMSwarmMigrate, then of the pool, injected and then emulated; all refer to the run on one process."""
     for name in scenes:
         for mode in ("injected", "emulated"):
-            for strategy, migrate in (("spatial", "direct"), ("spatial", "swarm"), ("pool", "direct")):
+            for strategy, migrate in (("spatial", "direct"), ("spatial", "swarm"), ("pool", "direct"), ("workers", "direct")):
                 if mode == "emulated" and migrate == "swarm":
                     continue
                 for p in ranks:
@@ -505,7 +429,7 @@ def curves(ranks, scenes, size, steps):
 
 
 def strong():
-    yield from curves((1, 2, 4, 8, 16, 32), SCENES, lambda name, p: SCENES[name][1], 40)
+    yield from curves((1, 2, 4, 8, 16, 32), SCENES, lambda name, p: SCENES[name].strong, 40)
 
 
 def weak():
@@ -527,9 +451,9 @@ def large_weak():
 
 def large_strong():
     """Runs of strong scaling with about a million particles."""
-    for name, size in LARGE.items():
+    for name in LARGE:
         for p in (1, *BEYOND):
-            yield Run(name, size, 20, "spatial", "direct", "injected", "cluster", p)
+            yield Run(name, SCENES[name].large, 20, "spatial", "direct", "injected", "cluster", p)
 
 
 def validate(args, _):
@@ -541,13 +465,13 @@ def validate(args, _):
         if wanted(args.transport, transport):
             measure(args, transport)
             ways += [{"ranks": 2, "strategy": strategy, "migrate": migrate, "transport": transport}
-                     for strategy, migrate in (("spatial", "direct"), ("spatial", "swarm"), ("pool", "direct"))
+                     for strategy, migrate in (("spatial", "direct"), ("spatial", "swarm"), ("pool", "direct"), ("workers", "direct"))
                      if wanted(args.strategy, strategy) and wanted(args.migrate, migrate)]
     path_of_table, wrong = DATA / "validate.csv", 0
     key = lambda row: tuple(str(row[k]) for k in ("scene", "particles", *ways[0]))
     done = {key(row): {**row, "memory_factor": row.get("memory_factor", "")} for row in read_rows(path_of_table)}
-    for name, (_, big, small) in SCENES.items():
-        for size in (small, big) if wanted(args.scenes, name) else ():
+    for name, scene in SCENES.items():
+        for size in (scene.small, scene.strong) if wanted(args.scenes, name) else ():
             path = write_scene(name, size, 40)
             factors = measure_memory(args, name, size, in_turns(args, path, [ALONE])[0]["seconds"])
             alone, *runs = in_turns(args, path, [ALONE, *ways])
@@ -585,7 +509,7 @@ def main():
     parser.add_argument("--only", type=names)
     parser.add_argument("--scenes", type=names)
     parser.add_argument("--mode", choices=["injected", "emulated"])
-    parser.add_argument("--strategy", choices=["spatial", "pool"])
+    parser.add_argument("--strategy", choices=["spatial", "pool", "workers"])
     parser.add_argument("--migrate", choices=["direct", "swarm"])
     parser.add_argument("--transport", choices=list(TRANSPORTS), help="transport of messages in the validation on two processes")
     parser.add_argument("--sizes", type=lambda text: [int(p) for p in text.split(",")])
@@ -606,6 +530,8 @@ def main():
         print("costs, ns a particle (SWARM: a call), measured on this machine")
         calibrate(args)
     costs, wrong = read_costs(), 0
+    if set(only) & {"strong", "weak", "validate"} and not args.scenes:
+        scenes.record(DATA, scenes.machine(args.pebble, args.mpiexec) | {"PETSc of the simulator": "3.26.1", "simulator": scenes.said("smpirun", "--version")})
     for what in parts:
         if what in only and what != "costs":
             print(what)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures what each scene of options/ carries and sends beside the same scene with -method_carry all: fields and bytes of a
 particle, phases of a step, bytes of messages of a step on 2 processes, time of a step. Writes docs/data/minimality.csv and
-the table `minimality` of docs/performance.md.
+the table `minimality` of docs/developer.md.
 
     minimality.py                  measures what the file lacks; --again: everything; --scenes disks taylor: these alone
     minimality.py --table          only renews the table from the file
@@ -25,11 +25,12 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 import launch  # noqa: E402 (after the path)
 import marks  # noqa: E402
 
-DOCUMENT = os.path.join(ROOT, "docs", "performance.md")
+DOCUMENT = os.path.join(ROOT, "docs", "developer.md")
 SECONDS, FIRST, SENT = 0.5, 100, 20  # of a timed run; steps of the run that estimates how many these are; steps whose messages count
 MODES = ("needed", "all")
-HEAD = ["scene", "fields", "B a particle", "with all", "phases of a step", "B of messages a step, 2 processes", "with all", "ns a particle and step", "ratio with all"]
 COLUMNS = ["scene", "fields", "bytes", "bytes_all", "phases", "sent", "sent_all", "ns", "ratio"]
+SHOWN = {"scene": "scene", "bytes": "B a particle", "bytes_all": "with all", "sent": "B of messages a step, 2 processes",
+         "sent_all": "with all", "ratio": "time with all, ratio"}  # columns of the table of the document
 # Scenes of options/ as they are, and some with a choice that changes what they need.
 CHANGED = {"column, F not shown": ("column", ["-output_fields", "velocity"]), "taylor, F not shown": ("taylor", ["-output_fields", "velocity"])}
 
@@ -107,10 +108,8 @@ def write(path, rows):
 def render(rows):
     with open(DOCUMENT) as file:
         text = file.read()
-    lines = [[rows[scene][column] for column in COLUMNS] for scene in sorted(rows)]
-    for line in lines:
-        line[1], line[4] = (" ".join(f"`{word}`" for word in line[k].split()) for k in (1, 4))
-    new = marks.renew(text, "minimality", marks.markdown(HEAD, lines))
+    lines = [[rows[scene][column] for column in SHOWN] for scene in sorted(rows)]
+    new = marks.renew(text, "minimality", marks.markdown(list(SHOWN.values()), lines))
     if new != text:
         with open(DOCUMENT, "w") as file:
             file.write(new)

@@ -1,0 +1,285 @@
+"""Claims of sections 6 and 7 of docs/report.md."""
+
+from claims import RUNS, SIMULATED, claim
+from closed import BOXES, way
+from evidence import CLASSES
+from goals import STEP
+from words import inside, scene
+
+
+# ---- Results
+@claim("It was the same on all numbers of processes, with both migrations and with the pool, in each of {bits}.", RUNS)
+def same_bits(r):
+    for name, study, particles, _, _, different in r.digests():
+        yield f"digests of {name}, {study}, {particles} particles", different, "==", 1
+
+
+@claim("All simulated runs had the bits of the real program on one process.", "docs/data/simulated")
+def simulated_bits(r):
+    for name in ("strong", "weak", "strong-large", "weak-large"):
+        rows = r.data.simulated(name)
+        yield f"{name}: runs with the same bits", sum(q["same_as_real"] == "yes" for q in rows), "==", len(rows)
+
+
+@claim(
+    "In every scene injected simulation promises more on 32 processes, {injected_32}, than the critical path,"
+    " {path_32}.",
+    f"{SIMULATED}, {RUNS}",
+)
+def injected_promises(r):
+    for name in r.all_scenes():
+        yield (
+            scene(name),
+            r.efficiencies(name, "strong")[32],
+            ">",
+            r.efficiencies(name, "strong", kind="critical path")[32],
+        )
+
+
+@claim("Emulated simulation is lowest of all there, {emulated_32}.", f"{SIMULATED}, {RUNS}")
+def emulated_lowest(r):
+    for name in r.all_scenes():
+        emulated = r.efficiencies(name, "strong", mode="emulated")[32]
+        for other in (r.efficiencies(name, "strong")[32], r.efficiencies(name, "strong", kind="critical path")[32]):
+            yield scene(name), round(emulated, 2), "<=", round(other, 2)
+
+
+@claim("The critical path of weak scaling of the box in 2-D is lower on 16 processes than on 32,", RUNS)
+def disturbed(r):
+    path = r.efficiencies("box2d", "weak", kind="critical path")
+    yield "efficiency", path[16], "<", path[32]
+
+
+@claim("The two balls, whose cuts are 32 slabs, have the lowest simulated efficiency on 32 processes:", SIMULATED)
+def slabs_lowest(r):
+    cut = next(
+        q["cut"]
+        for q in r.simulated("strong")
+        if (q["scene"], q["ranks"], way(q)) == ("disks3d", 32, "spatial, direct")
+    )
+    yield "slabs", max(map(int, str(cut).split("x"))), "==", 32
+    yield "imbalance", r.simulated_imbalance("disks3d", 32), ">", 1.2
+    for name in r.all_scenes():
+        if name != "disks3d":
+            yield (
+                f"balls and {scene(name)}",
+                r.efficiencies("disks3d", "strong")[32],
+                "<",
+                r.efficiencies(name, "strong")[32],
+            )
+
+
+@claim(
+    "With 16 384 particles a process and direct migration both boxes keep more than 0.8 up to 1 024 processes.",
+    "docs/data/simulated/weak-large.csv",
+)
+def weak_keeps(r):
+    for name in BOXES:
+        for p, e in r.efficiencies(name, "weak-large").items():
+            yield f"{scene(name)}, {p} processes", e, ">", 0.8
+
+
+@claim(
+    "With a million particles in all, on as many processes, a process has 1 024 of them, and the efficiency is below"
+    " 0.6.",
+    "docs/data/simulated/strong-large.csv",
+)
+def strong_falls(r):
+    for name in BOXES:
+        yield scene(name), r.efficiencies(name, "strong-large")[1024], "<", 0.6
+
+
+@claim(
+    "On 32 processes a step with DMSwarmMigrate was never shorter than one with `direct`, and in the two disks it took"
+    " half as long again in the simulation.",
+    f"{SIMULATED}, {RUNS}",
+)
+def swarm_longer(r):
+    for (name, kind, p), ratio in r.ratios_of_migration().items():
+        if p == 32:
+            yield f"{scene(name)}, {kind}", ratio, ">=", 0.999
+    yield "two disks", r.ratios_of_migration()["disks", "simulated", 32], ">", 1.4
+    yield "two disks", r.ratios_of_migration()["disks", "simulated", 32], "<", 1.75
+
+
+@claim(
+    "In weak scaling the box in 2-D has an efficiency of {swarm_256} on 256 simulated processes with DMSwarmMigrate and"
+    " of {direct_256} with `direct`.",
+    "docs/data/simulated/weak-large.csv",
+)
+def swarm_weak(r):
+    yield (
+        "efficiency",
+        r.efficiencies("box2d", "weak-large", "spatial, DMSwarmMigrate")[256],
+        "<",
+        r.efficiencies("box2d", "weak-large")[256],
+    )
+
+
+# ---- Pools
+@claim("On two processes the pool took longer than one process in every run.", RUNS)
+def pool_on_two(r):
+    for study in ("strong", "weak"):
+        for name in r.all_scenes():
+            for kind in ("pool", "workers"):
+                if e := r.efficiencies(name, study, kind, "measured").get(2):
+                    yield f"speed-up of {scene(name)}, {study}, {kind}", 2 * e, "<", 1
+
+
+@claim(
+    "a step took {workers_three} of one process's, where spatial decomposition took {spatial_three}, so that neither"
+    " was ahead",
+    "docs/data/workers.csv",
+)
+def three_alike(r):
+    (a, b), (c, d) = r.three("workers"), r.three("spatial")
+    yield "least of the pool and largest of spatial decomposition", a, "<", d
+    yield "least of spatial decomposition and largest of the pool", c, "<", b
+
+
+@claim(
+    "Spatial decomposition is ahead of both there, on every number of processes in Table 14.",
+    "docs/data/models, pebble -dry_run",
+)
+def pools_behind(r):
+    for name in r.all_scenes():
+        found = r.best_pools(name)
+        for kind in ("master", "workers"):
+            for p in (2, 8, 32):
+                yield f"{scene(name)}, {kind}, {p} processes", found[kind][p], "<", found["spatial"][p]
+
+
+@claim(
+    "Where a box can be cut evenly the pool approaches spatial decomposition and does not pass it.", "docs/data/models"
+)
+def pool_approaches(r):
+    m, whole = r.closed("box2d"), r.whole("box2d")
+    for p in (8, 32):
+        for t in (1e-7, 1e-5, 1e-4):
+            d = m.dearer(t)
+            yield (
+                f"step of the 2-D box on {p} processes, law {t:g} s dearer",
+                r.best_pool(d, whole, p),
+                ">",
+                r.spatial(d, "box2d", p)[0],
+            )
+
+
+@claim("In 3-D on 32 processes, where whole tiles leave an imbalance, it passes {overtakes}.", "docs/data/models")
+def pool_passes(r):
+    yield "cost of the law in s (1: none)", r.overtakes() or 1, "<", 1e-3
+
+
+# ---- Messages, balance, model
+@claim("all {counts} counted numbers of messages, bytes and reductions equal formulas", "docs/data/scaling/counts.csv")
+def counts_equal(r):
+    yield "numbers that are equal", sum(q["equal"] == "yes" for q in r.counts()), "==", len(r.counts())
+
+
+@claim(
+    "so its bytes grow with the number of cuts; on up to 32 processes they stay below those of the pool, which sends"
+    " every particle.",
+    RUNS,
+)
+def bytes_below(r):
+    rows = [q for q in r.real("strong") if q["processes"] > 1 and q["class"] == "critical path"]
+    pool = {q["scene"]: q["bytes_per_particle_step"] for q in rows if q["strategy"] == "pool"}
+    for q in rows:
+        if way(q) == "spatial, direct":
+            yield (
+                f"{scene(q['scene'])}, {q['processes']} processes",
+                q["bytes_per_particle_step"],
+                "<",
+                pool[q["scene"]],
+            )
+
+
+@claim(
+    "Before sums were made by tiles, the two disks had an imbalance of {imbalance_before} on 32 processes; now it is"
+    " {imbalance_now}.",
+    "docs/data/tiles.csv, pebble -dry_run",
+)
+def tiles_cost(r):
+    yield "imbalance", float(r.number_imbalance_before()), "<", r.balances()["disks, 1024 x 1024 cells"][32]
+
+
+@claim(
+    "the critical path on 32 processes became {tiles_gain} times shorter in three scenes when the change was made",
+    "docs/data/tiles.csv",
+)
+def tiles_gain(r):
+    rows = [q for q in r.tiles() if q["after"]]
+    yield "scenes", len(rows), "==", 3
+    for q in rows:
+        yield q["scene"], q["after"], "<", q["before"]
+
+
+@claim(
+    "All first steps of the 16 scenes of `options/`, on one process and on two, are within 15 %, from {short_span}.",
+    "docs/data/scaling/validation.csv",
+)
+def short_runs_inside(r):
+    some = r.short_runs()
+    yield "scenes and numbers of processes", len(some), "==", 32
+    yield "within 15 %", inside(some, *STEP), "==", len(some)
+
+
+@claim(
+    "Fewer whole runs of the same scenes are within 15 %: 23 and 20 of 32 in two series.", "docs/data/scaling/users.csv"
+)
+def whole_runs_inside(r):
+    for (found, of, _), n in zip(r.users(), (23, 20)):
+        yield "inside", found, "==", n
+        yield "of", of, "==", 32
+        yield "inside, beside short runs", found, "<", inside(r.short_runs(), *STEP)
+    yield "series", len(r.users()), "==", 2
+
+
+@claim("With DMSwarmMigrate and in the pool the formulas are too slow.", "docs/data/simulated")
+def formulas_slow(r):
+    for which in ("spatial, DMSwarmMigrate", "pool"):
+        some = r.against(which)
+        yield (
+            f"{which}: runs in which they are slower by more than 10 %",
+            sum(q > 1.1 for q in some),
+            ">",
+            sum(q < 0.9 for q in some),
+        )
+
+
+@claim(
+    "On 4 to 32 processes the closed form was faster than the critical path in every run of spatial decomposition,"
+    " {many_span} of it,",
+    RUNS,
+)
+def closed_faster(r):
+    for q in r.path_ratios():
+        yield f"{scene(q['scene'])}, {q['study']}, {q['processes']} processes", q["ratio"], "<", 1
+
+
+@claim("On two quiet cores it did, within 15 %.", "docs/data/scaling/validation.csv")
+def model_right(r):
+    some = r.short_runs()
+    yield "within 15 %", inside(some, *STEP), "==", len(some)
+
+
+@claim(
+    "So the classes differ by more on 32 processes than each of them did from the measurement on two.",
+    f"{SIMULATED}, docs/data/simulated/validate.csv, {RUNS}",
+)
+def classes_differ(r):
+    width = max(high / low for low, high, _ in (r.interval(kind) for kind in CLASSES))
+    some = [r.efficiencies(s, "strong")[32] / r.efficiencies(s, "strong", mode="emulated")[32] for s in r.all_scenes()]
+    yield "largest over least efficiency of a scene on 32 processes", max(some), ">", width
+
+
+@claim("In the real runs of the filled boxes on 32 processes these were {migrating} steps.", RUNS)
+def often_migrates(r):
+    for name, (a, b) in r.migrating().items():
+        yield f"steps of {scene(name)}", a, ">", b / 2
+
+
+@claim("It would be worth using for its balance with a law that takes ten microseconds or more", "docs/data/models")
+def dear_laws(r):
+    yield "cost of the law in s (1: none)", r.overtakes() or 1, "<", 1.5e-5
+    yield "cost of the law in s", r.overtakes() or 1, ">", 5e-6
