@@ -121,7 +121,12 @@ class Scenes:
         self.predictors = {}
 
     def options(self, name):
-        return ["-options_file", simulate.write_scene(name, SCENES[name].strong, 40), "-output_dir", self.work.name]
+        return [
+            "-options_file",
+            simulate.write_scene(name, SCENES[name].strong, 40),
+            "-output_dir",
+            self.work.name,
+        ]
 
     def calibration(self, dim):
         """The constants of the filled box in so many dimensions."""
