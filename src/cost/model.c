@@ -1,4 +1,4 @@
-/* model.c - the predicted cost of a step: docs/developer.md has the formulas, docs/performance.md how well they hold.
+/* model.c - the predicted cost of a step: docs/model.md has the formulas, docs/performance.md how well they hold.
 
    The time of a step is the sum over its phases. The process that has most of a phase takes for it
      call + n each          its kernel, for n particles (or nodes); `each` depends on n, by the caches

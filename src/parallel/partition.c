@@ -4,7 +4,7 @@
    3.9 times the mean. Here every process grid px x py x pz (strips included) is tried. Each axis is cut at edges of
    tiles so that the largest cost of a part is as small as it can be, and the process grid with the shortest predicted
    step is taken. The input is a histogram of the particles over the nodes, which the first process has; it sends its
-   choice to the others. docs/developer.md has the model. */
+   choice to the others. docs/model.md has the model. */
 #include "kernels/tile_index.h"
 #include "parallel/partition.h"
 

@@ -25,6 +25,7 @@ import model  # noqa: E402
 import simulate  # noqa: E402
 from closed import NETWORK  # noqa: E402
 from data import Data  # noqa: E402
+from scenes import SCENES  # noqa: E402
 
 NEAR = 20000  # particles for which the constants are taken: their data fit into the caches of a process of a large run
 ALWAYS = 1e9  # particles that change process in a step: a migration in every step
@@ -115,7 +116,7 @@ class Scenes:
         self.predictors = {}
 
     def options(self, name):
-        return ["-options_file", simulate.write_scene(name, simulate.SCENES[name].strong, 40), "-output_dir", self.work.name]
+        return ["-options_file", simulate.write_scene(name, SCENES[name].strong, 40), "-output_dir", self.work.name]
 
     def calibration(self, dim):
         """The constants of the filled box in so many dimensions."""
@@ -182,7 +183,7 @@ class Page:
     """Tables and numbers of docs/model.md."""
 
     def __init__(self, scenes):
-        self.scenes, self.found = scenes, {name: scenes.compare(name) for name in simulate.SCENES}
+        self.scenes, self.found = scenes, {name: scenes.compare(name) for name in SCENES}
         self.off = worst(self.found, 2, 3)
         self.pool_off = worst(self.found, 4, 5)
 
