@@ -20,7 +20,7 @@ void MPMModelMethod(const MPMCore *core, const MPMScene *scene, char text[], siz
   for (PetscInt b = 0; b < scene->nbodies && at < len; b++) {
     PetscInt per_cell = 1;
 
-    for (PetscInt d = 0; d < core->grid.dim; d++) per_cell *= scene->bodies[b].ppc[d];
+    for (PetscInt d = 0; d < core->grid.dim; d++) per_cell *= PetscMax(1, scene->bodies[b].ppc[d]);
     at += (size_t)snprintf(text + at, len - at, ":%" PetscInt_FMT, per_cell);
   }
 }
