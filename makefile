@@ -187,7 +187,7 @@ studies: ## docs/choosing.md and docs/stability.md anew from docs/data; STUDIES=
 calibrate: ## measure the constants of the cost model for SCENE=options/x.opts on NP=2 processes; CALIBRATE="-model_file x": more options
 	$(if $(SCENE),,$(error make calibrate needs a scene: make calibrate SCENE=options/disks.opts [NP=2]))
 	@tools/install.sh run
-	+@$(again) $(BUILD)/calibrate
+	+@$(again) $(BUILD)/calibrate $(BUILD)/predict
 	$(MPIEXEC) -n $(or $(NP),2) $(BUILD)/calibrate -options_file $(SCENE) $(CALIBRATE)
 
 # The program in SimGrid's SMPI. Its build is separate: another compiler wrapper, a static PETSc.

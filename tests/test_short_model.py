@@ -8,6 +8,7 @@ import math
 import os
 import random
 import re
+import subprocess
 import sys
 from types import SimpleNamespace
 
@@ -119,6 +120,36 @@ check.that(
 for name, (_, s, _, bound, _) in page.found.items():
     check.that(
         abs(s.bound() / bound - 1) < 0.05, f"{name}: the bound of the pool is {s.bound():.3f}, by the program {bound}"
+    )
+
+# ---- The command
+TOOL = [sys.executable, os.path.join(check.source, "tools", "report", "short_model.py")]
+BOX = [
+    os.path.join(check.source, *path) for path in (("tools", "report", "box2d.opts"), ("docs", "data", "models", "box2d.model"))
+]
+
+
+def command(*words, predictor=os.path.join(BUILD, "predict")):
+    words = [*TOOL, *words, "--pebble", check.program, "--predictor", predictor]
+    return subprocess.run(words, capture_output=True, text=True, timeout=60)
+
+
+told = command(*BOX, "1e6")
+shown = dict(re.findall(r"^([CLBRM]) (\S+) s ", told.stdout, re.M))
+check.that(
+    told.returncode == 0 and set(shown) == set("CLBRM") and all(float(v) > 0 for v in shown.values()),
+    f"it prints five constants: {shown} {told.stderr}",
+)
+check.that(re.search(r"^ +1 +spatial S +1\.00 +E 1\.000 +pool S +1\.000$", told.stdout, re.M), "and the speed-ups")
+for what, told in (
+    ("no calibration", command(BOX[0], "no.model", "1e6")),
+    ("no scene", command("no.opts", BOX[1], "1e6")),
+    ("no predictor", command(*BOX, "1e6", predictor="no/predict")),
+    ("no number of particles", command(*BOX)),
+):
+    said = told.stderr.strip().splitlines()
+    check.that(
+        told.returncode == 2 and "error: " in said[-1] and "Traceback" not in told.stderr, f"{what}: {said[-1:]}"
     )
 
 check.end()

@@ -70,9 +70,9 @@ class Predictor:
     def __init__(self, program, *options):
         command = [program, *options, "-dry_run"]
         self.folder = contextlib.ExitStack()
-        atexit.register(self.close)
         environment = self.folder.enter_context(launch.own_folder())
         self.run = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment)
+        atexit.register(self.close)
         self.known, self.phases = None, []
         while (line := self.run.stdout.readline().split()) != ["ready"]:
             if not line:

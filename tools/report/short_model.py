@@ -338,6 +338,11 @@ def main():
     parser.add_argument("--pebble", default=os.path.join(ROOT, "pebble"))
     parser.add_argument("--predictor", default=os.path.join(ROOT, "build", "mpicc", "predict"))
     args = parser.parse_args()
+    if not os.path.exists(args.predictor):
+        parser.error(f"--predictor: {args.predictor} is not there; make calibrate builds it")
+    for path in (args.options, args.calibration) if args.particles and not args.write else ():
+        if not os.path.exists(path):
+            parser.error(f"{path} is not there; make calibrate SCENE=<options file> writes a calibration")
     if args.write:
         Page(Scenes(args)).write(os.path.join(ROOT, "docs", "model.md"))
     elif args.particles:
