@@ -251,8 +251,8 @@ ctest: $(PEBBLE) $(units) $(faults) $(BUILD)/calibrate $(BUILD)/predict $(BUILD)
 	@$(after)
 
 pages: $(PEBBLE) $(BUILD)/calibrate $(BUILD)/predict
-	@$(python) tools/report/report.py --pebble $(program) --calibrator $(BUILD)/calibrate --predictor $(BUILD)/predict --mpiexec $(MPIEXEC) $(if $(filter all calibrate,$(REPORT)),--calibrate)
-	@$(python) tools/report/short_model.py --pebble $(program) --predictor $(BUILD)/predict --write
+	@$(python) tools/report/report.py --pebble $(program) --calibrator $(BUILD)/calibrate --predictor $(BUILD)/predict --mpiexec $(MPIEXEC) $(if $(filter all calibrate,$(REPORT)),--calibrate); status=$$?; \
+	$(python) tools/report/short_model.py --pebble $(program) --predictor $(BUILD)/predict --write && exit $$status
 
 # ---- Building. A line a file; V=1 shows the commands.
 say = $(if $(V),,@printf '  %-5s %s\n' $1 $@;)

@@ -17,6 +17,7 @@ import check
 (BUILD,) = check.arguments(__doc__, 1)
 sys.path.insert(0, os.path.join(check.source, "tools", "report"))
 import short_model  # noqa: E402 (after the path)
+from scenes import SCENES, write  # noqa: E402
 
 
 def near(x, y, within=1e-9):
@@ -125,7 +126,8 @@ for name, (_, s, _, bound, _) in page.found.items():
 # ---- The command
 TOOL = [sys.executable, os.path.join(check.source, "tools", "report", "short_model.py")]
 BOX = [
-    os.path.join(check.source, *path) for path in (("tools", "report", "box2d.opts"), ("docs", "data", "models", "box2d.model"))
+    write(os.getcwd(), "box2d", SCENES["box2d"].strong),
+    os.path.join(check.source, "docs", "data", "models", "box2d.model"),
 ]
 
 

@@ -149,7 +149,7 @@ MPM_INLINE MPMReal MPMFma(MPMReal a, MPMReal b, MPMReal c)
 #if MPM_WIDTH == 1
 typedef PetscReal MPMRealAt;
 #else
-typedef PetscReal  MPMRealAt __attribute__((vector_size(8 * MPM_WIDTH), aligned(8)));
+typedef PetscReal MPMRealAt __attribute__((vector_size(8 * MPM_WIDTH), aligned(8)));
 #endif
 
 /* Reads MPM_WIDTH reals that follow each other in memory. */

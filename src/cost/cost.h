@@ -1,5 +1,5 @@
-/* cost.h - the predicted cost of a step (docs/model.md has the model), and how much of the machine a run
-   used. Before the first step the prediction is printed, and the partition of the grid is chosen by it. */
+/* cost.h - the predicted cost of a step (docs/model.md has the model), and how much of the machine a run used. Before the
+   first step the prediction is printed, and the partition of the grid is chosen by it. */
 #ifndef MPM_COST_H
 #define MPM_COST_H
 

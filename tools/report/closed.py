@@ -12,18 +12,15 @@ from data import rows as rows_of
 
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 import launch  # noqa: E402 (after the path)
+import scenes  # noqa: E402
+from scenes import SCENES, near_cube  # noqa: E402
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-FAR = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4096, 32768, 262144, 1000000)
 # All closed forms and simulations have this cluster: latency 1 us, 0.3 us of a processor on either side of a message, 12.5 GB/s.
 LATENCY, OVERHEAD, WIRE = 1e-6, 0.3e-6, 0.08e-9
 NETWORK = dict(message=LATENCY + 2 * OVERHEAD, post=2 * OVERHEAD, wire=WIRE, reduction=LATENCY + 2 * OVERHEAD)
-# Scenes of the closed form: name of the options, cells of the box, what it is
-BOXES = {"box2d": ((256, 256), "filled box, 2-D linear"), "box3d": ((32, 32, 32), "filled box, 3-D quadratic")}
+BOXES = {name: SCENES[name].strong for name in ("box2d", "box3d")}  # scenes of the closed form: their cells
 WEAK = 16384  # particles a process
 PATCH = 16  # cells of a patch of the pool on an axis, unless -pool_cells says otherwise
-SMALL = {"box2d": (64, 64), "box3d": (16, 16, 8)}  # cells of a process in weak.csv and weak-large.csv
-LARGE = {"box2d": (512, 512), "box3d": (64, 64, 32)}  # cells of the simulated runs of strong-large.csv
 WAYS = {
     ("spatial", "direct"): "spatial, direct",
     ("spatial", "swarm"): "spatial, DMSwarmMigrate",
@@ -38,14 +35,6 @@ def way(row):
         if row.get("processes", row.get("ranks")) == 1
         else WAYS.get((row["strategy"], row["migrate"]), row["strategy"])
     )
-
-
-def near_cube(dim, parts):
-    """parts (a power of 2) as a product of dim factors that differ little."""
-    p = [1] * dim
-    while math.prod(p) < parts:
-        p[p.index(min(p))] *= 2
-    return p
 
 
 def combine(lines, repeats):
@@ -74,6 +63,10 @@ class ClosedForm:
             self.missing.append((where, what))
 
     # ---- Pebble
+    def options(self, name):
+        """Options of the scene of strong scaling."""
+        return "-options_file", scenes.write(self.work.name, name, SCENES[name].strong)
+
     def pebble(self, *options, ranks=1, program=None):
         command = ([self.args.mpiexec, "-n", str(ranks)] if ranks > 1 else []) + [
             program or self.args.pebble,
@@ -95,8 +88,7 @@ class ClosedForm:
             texts = []
             for k in range(repeats):
                 path = os.path.join(self.work.name, f"{name}{k}.model")
-                options = os.path.join(HERE, f"{name}.opts")
-                self.pebble("-options_file", options, "-model_file", path, ranks=2, program=self.args.calibrator)
+                self.pebble(*self.options(name), "-model_file", path, ranks=2, program=self.args.calibrator)
                 with open(path) as f:
                     texts.append(f.read().splitlines())
                 print(f"  {name}: calibration {k + 1} of {repeats}", flush=True)
@@ -107,7 +99,7 @@ class ClosedForm:
     def predictor(self, name):
         """What answers about the model for the method of a box."""
         if name not in self.predictors:
-            options = "-options_file", os.path.join(HERE, f"{name}.opts"), "-output_dir", self.work.name
+            options = *self.options(name), "-output_dir", self.work.name
             self.predictors[name] = model.Predictor(self.args.predictor, *options)
         return self.predictors[name]
 
@@ -123,7 +115,7 @@ class ClosedForm:
                 ) from wrong
             file = os.path.join(self.work.name, f"{name}.model")
             model.save(m, file)
-            options = "-options_file", os.path.join(HERE, f"{name}.opts"), "-parallel_migrate", "direct", "-dry_run", "-report_processes"
+            options = *self.options(name), "-parallel_migrate", "direct", "-dry_run", "-report_processes"
             said = model.parse(self.pebble(*options, "-model_file", file))
             if said.get("constants") != m.origin:
                 sys.exit(f"report.py: `pebble -dry_run` did not take the constants of {name}")
@@ -136,7 +128,7 @@ class ClosedForm:
         return self.said[name]["speed"] * self.said[name]["dt"]
 
     def whole(self, name):
-        cells = BOXES[name][0]
+        cells = BOXES[name]
         return model.Share(math.prod(cells) * 2 ** len(cells), math.prod(c + 1 for c in cells))
 
     def weak(self, name, n, processes, swarm=False, m=None):
@@ -157,7 +149,7 @@ class ClosedForm:
 
     def spatial(self, m, name, processes):
         """Seconds of a step and imbalance of a box that is cut as the program does it; particles cross its cuts as in `injected`."""
-        cells, cut = BOXES[name][0], self.cut(name, processes)
+        cells, cut = BOXES[name], self.cut(name, processes)
         return m.box(cells, cut, 2**m.dim, *self.injected(name, cells, cut)[1:])
 
     @staticmethod
@@ -168,7 +160,7 @@ class ClosedForm:
     def injected(self, name, cells, cut):
         """The model with the costs that the simulator injects, and no others; how many rows of particles change process in a step; and
         the probability that a row crosses a cut of an axis."""
-        costs, dim = self.data.costs()[name], len(BOXES[name][0])
+        costs, dim = self.data.costs()[name], len(BOXES[name])
         m = model.Model(self.predictor(name), origin="costs.csv")
         for k, each in (("P2G", costs["P2G"]), ("ADVANCE", 2**dim * costs["ADVANCE"]), ("G2P", costs["G2P"]), ("SORT", costs["SORT"])):
             m.rates[k] = model.Rate(0, (1, 2, 3), (each, each, each))  # ADVANCE is of a node here; in costs.csv it is of a particle
@@ -226,11 +218,9 @@ class ClosedForm:
     @staticmethod
     def cells_of(row, study):
         if study == "strong":
-            return BOXES[row["scene"]][0]
-        if study == "strong-large":
-            return LARGE[row["scene"]]
-        cells = SMALL[row["scene"]]
-        return [c * k for c, k in zip(cells, near_cube(len(cells), row["ranks"]))]
+            return BOXES[row["scene"]]
+        scene = SCENES[row["scene"]]
+        return scene.large if study == "strong-large" else scene.weak(row["ranks"])
 
     def alone(self, name, cells):
         """Seconds of a step on one process with the costs that the simulator injects."""
@@ -248,7 +238,7 @@ class ClosedForm:
             for r in rows:
                 if (r["scene"], r["mode"], r["platform"], r["ranks"], r["migrate"]) == (name, "injected", "cluster", 1, "direct"):
                     return r["seconds_per_step"]
-        return self.alone(name, SMALL[name])
+        return self.alone(name, SCENES[name].small)
 
     def boxes(self, name, ranks, swarm=False):
         """Weak efficiency with the costs that the simulator injects, and imbalance, of the boxes that the program chose in the

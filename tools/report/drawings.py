@@ -48,7 +48,7 @@ class Drawings:
         runs = self.runs("strong")
         panels = {name: self.panel(runs, name) for name in dict.fromkeys(r["scene"] for r in runs)}
         for name, rows in group([r for r in self.against_simulation() if r[1] == "strong"], lambda r: r[0]).items():
-            one = self.alone(name, BOXES[name][0])
+            one = self.alone(name, BOXES[name])
             points = [(1, 1.0)] + [(p, one / t / p) for _, _, p, _, _, t, _, _ in rows if p <= 32]
             panels[name]["spatial, direct"].append(("closed form", points))
         figures.efficiency(self.place("strong"), [scene(name) for name in panels], list(panels.values()), columns=3)

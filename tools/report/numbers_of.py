@@ -7,18 +7,8 @@ from words import group, names, scene, span, thousands, three, two
 
 class Numbers:
     # ---- First page
-    def recommended(self):
-        """{(scene, study): answer}"""
-        return {(a["scene"], a["study"]): a for a in self.answers()}
-
     def number_interval(self):
         return "{:.2f} to {:.2f}".format(*self.interval("injected simulation")[:2])
-
-    def number_interval_path(self):
-        return "{:.2f} to {:.2f}".format(*self.interval("critical path")[:2])
-
-    def number_pairs(self):
-        return str(self.interval("injected simulation")[2])
 
     def least_and_most(self, key):
         some = [a[key] for a in self.answers() if a["study"] == "strong"]
@@ -33,9 +23,6 @@ class Numbers:
 
     def number_two(self):
         return span([a["two"] for a in self.answers() if a.get("two")])
-
-    def number_pool_two(self):
-        return span([a["pool"] for a in self.answers() if a.get("pool")])
 
     def number_pools_run(self):
         if any(r["strategy"] == "workers" for r in self.real("strong")):
@@ -135,11 +122,6 @@ class Numbers:
     def number_emulated_32(self):
         return span([self.efficiencies(s, "strong", mode="emulated")[32] for s in self.all_scenes()])
 
-    def number_long_strips(self):
-        """Scenes whose simulated cuts on 32 processes are strips."""
-        rows = [r for r in self.simulated("strong") if (r["ranks"], way(r)) == (32, "spatial, direct")]
-        return names([scene(r["scene"]) for r in rows if str(r["cut"]).replace("1x", "").replace("x1", "").isdigit()])
-
     def all_scenes(self):
         return list(dict.fromkeys(r["scene"] for r in self.real("strong")))
 
@@ -219,12 +201,6 @@ class Numbers:
             if self.best_pool(d, s, 32) < self.spatial(d, "box3d", 32)[0]:
                 return 1e-9 * 10 ** (k / 20)
         return None
-
-    def number_least_2d(self):
-        return thousands(self.least_particles("box2d", 0.8, 1024))
-
-    def number_least_3d(self):
-        return thousands(self.least_particles("box3d", 0.8, 1024))
 
     # ---- Others
     def number_plain(self):

@@ -162,29 +162,6 @@ class Results:
             raise Missing("`docs/data/scaling/runs.csv` has no digests: `make scaling` writes them")
         return out
 
-    def table_counts(self):
-        """Messages and bytes of filled boxes, counted, and how many numbers equal the formulas."""
-        lines = []
-        for (name, strategy), some in group(self.counts(), lambda r: (r["scene"], r["strategy"])).items():
-            for p, found in group([r for r in some if r["processes"] in (2, 8, 32)], lambda r: r["processes"]).items():
-                total = lambda what: thousands(sum(r["counted"] for r in found if r["quantity"].startswith(what)))
-                same = sum(r["equal"] == "yes" for r in found)
-                cut = found[0]["grid"] if strategy != "pool" else ""
-                lines.append(
-                    [
-                        scene(name),
-                        strategy,
-                        p,
-                        cut,
-                        total("messages"),
-                        total("bytes") if strategy != "pool" else "",
-                        f"{same} of {len(found)}",
-                    ]
-                )
-        return marks.markdown(
-            ["scene", "way", "processes", "cut", "messages a step", "bytes a step", "equal to the formulas"], lines
-        )
-
     def balances(self):
         """{scene: {processes: imbalance}} by the program's own cuts."""
         if "cuts" not in self.said:
@@ -202,11 +179,3 @@ class Results:
                 )
             }
         return self.said["cuts"]
-
-    def table_cuts(self):
-        sizes = (2, 4, 8, 16, 32)
-        lines = [
-            [label, *(f"{found[p]:.3f}" if p in found else "" for p in sizes)]
-            for label, found in self.balances().items()
-        ]
-        return marks.markdown(["scene", *map(str, sizes)], lines)

@@ -87,15 +87,16 @@ class Run:
     mean of the work), phases [(name, mean, slowest, messages)] in s a step, digest, events (by -log_view)."""
 
     def __init__(self, args, options, processes, strategy, migrate, steps, model, count=True, path=True):
-        self.processes, self.strategy, self.migrate, self.steps = processes, strategy, migrate, steps
+        self.processes, self.migrate, self.steps = processes, migrate, steps
         with tempfile.TemporaryDirectory() as folder:
             log = os.path.join(folder, "log.csv")
             kind, _, patch = strategy.partition(":")  # pool:8, workers: the pool's two kinds, with patches of so many cells
             self.strategy, self.patch = kind, patch
             pooled = ["-pool_particles", "workers" if kind == "workers" else "master"] if kind != "spatial" else []
             words = pooled + (["-pool_cells", patch] if patch else [])
-            words += ["-time_max_steps", str(steps), "-output_format", "none", "-output_dir", folder, "-history_every", "1e9", "-parallel_strategy", "spatial" if kind == "spatial" else "pool", "-parallel_migrate",
-                     migrate, "-report_limits", "false", "-report_phases"] + (["-report_path"] if path else [])
+            words += ["-time_max_steps", str(steps), "-output_format", "none", "-output_dir", folder, "-history_every",
+                      "1e9", "-parallel_strategy", "spatial" if kind == "spatial" else "pool", "-parallel_migrate", migrate,
+                      "-report_limits", "false", "-report_phases"] + (["-report_path"] if path else [])
             words += ["-model_file", model] if model else []
             if count and processes > 1:
                 words += ["-log_view", f":{log}:ascii_csv"]

@@ -8,7 +8,7 @@ The machine has fewer cores than the processes that are asked for, so a run on m
   oversubscribed  wall time where a process has none: it is recorded, and gives no speed-up
   critical path   -report_path: the slowest process's own processor time in each phase of each step, and the messages
                   by the model
-  closed form     what the model (docs/performance.md) predicts from constants measured on 1 and 2 processes
+  closed form     what the model (docs/model.md) predicts from constants measured on 1 and 2 processes
 
 There are two studies: strong (the same scene on all numbers of processes) and weak (about 16,384 particles a process), with spatial
 decomposition (particles migrate `direct`; some runs also by `swarm`) and with both kinds of pool: the master has the particles
