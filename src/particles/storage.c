@@ -1,5 +1,6 @@
 /* storage.c - the storage of particles: fields of state and swarm are fields of a DMSWARM_BASIC swarm, so PETSc stores
    and moves them; scratch fields are plain arrays. Each field is [n][components]. */
+#include "base/pages.h"
 #include "particles/poison.h"
 
 /* Spare places of the swarm for arrivals, besides n/500 or as many as ever came at once: with fewer the swarm would move
@@ -109,6 +110,37 @@ PetscErrorCode MPMParticlesCreate(MPMParticles *particles, MPI_Comm comm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sets *at to the array of a field. */
+static PetscErrorCode Rows(MPMParticles *particles, PetscInt field, void **at)
+{
+  PetscFunctionBeginUser;
+  if (MPMFields[field].home == MPM_SCRATCH)
+    *at = particles->scratch[field];
+  else
+    PetscCall(DMSwarmGetField(particles->swarm, SwarmName(field), NULL, NULL, at));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Asks for large pages for the fields and the orders of the particles. Not collective. */
+static PetscErrorCode LargePages(MPMParticles *particles)
+{
+  const size_t n = (size_t)particles->n;
+
+  PetscFunctionBeginUser;
+  MPMLargePages(particles->order, n * sizeof *particles->order);
+  MPMLargePages(particles->spare, n * sizeof *particles->spare);
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    void *rows;
+
+    if (!particles->present[f]) continue;
+    PetscCall(Rows(particles, f, &rows));
+    MPMLargePages(rows, n * (size_t)particles->bytes[f]);
+    if (MPMFields[f].home != MPM_SCRATCH)
+      PetscCall(DMSwarmRestoreField(particles->swarm, SwarmName(f), NULL, NULL, &rows));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Sets n to the swarm's size, after particles came or left, and makes scratch fields and order long enough. Keeps order
    and movers, but not the content of scratch fields that grow. Not collective. */
 PetscErrorCode MPMParticlesResize(MPMParticles *particles)
@@ -127,6 +159,7 @@ PetscErrorCode MPMParticlesResize(MPMParticles *particles)
   PetscCall(PetscRealloc((size_t)particles->capacity * sizeof *particles->movers, &particles->movers));
   PetscCall(PetscFree(particles->spare));
   PetscCall(PetscMalloc1(particles->capacity + 1, &particles->spare));
+  PetscCall(LargePages(particles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,17 +172,6 @@ PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
   PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, MPM_SWARM_BUFFER + PetscMax(n / 500, particles->room)));
   PetscCall(MPMParticlesResize(particles));
   PetscCall(MPMPoisonFields(particles, ~0, before));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sets *at to the array of a field. */
-static PetscErrorCode Rows(MPMParticles *particles, PetscInt field, void **at)
-{
-  PetscFunctionBeginUser;
-  if (MPMFields[field].home == MPM_SCRATCH)
-    *at = particles->scratch[field];
-  else
-    PetscCall(DMSwarmGetField(particles->swarm, SwarmName(field), NULL, NULL, at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
