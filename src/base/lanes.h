@@ -144,6 +144,22 @@ MPM_INLINE MPMReal MPMFma(MPMReal a, MPMReal b, MPMReal c)
 #endif
 }
 
+/* Returns the bits of a / b in fewer cycles, if inverse is 1 / b rounded: a * inverse is wrong by at most two units in
+   the last place; the first correction by the remainder makes that less than one, the second rounds as the quotient is
+   rounded (Markstein 1990), unless a is so small that the remainder is not a normal number. */
+MPM_INLINE MPMReal MPMDivide(MPMReal a, PetscReal b, PetscReal inverse)
+{
+#if MPM_WIDTH >= 4
+  MPMReal q = a * inverse;
+
+  q = MPMFma(MPMFma(-q, MPMAll(b), a), MPMAll(inverse), q);
+  return MPMFma(MPMFma(-q, MPMAll(b), a), MPMAll(inverse), q);
+#else
+  (void)inverse;
+  return a / b;
+#endif
+}
+
 /* A vector at any address. Its type is made of reals, so the compiler may assume that writing one changes no data of
    another type. */
 #if MPM_WIDTH == 1

@@ -18,8 +18,9 @@
 /* The particles of a full block: as many as keep its scratch, of 20 to 40 KiB, in the L1 cache or near it. */
 #define MPM_BLOCK_PARTICLES(dim) ((dim) < 3 ? MPM_STAGED : MPM_STAGED / 2)
 
-typedef PetscReal
-    MPMComponent[MPM_BLOCK]; /* a component of the particles of a block; lanes past the last particle are leftovers */
+/* A component of the particles of a block; lanes past the last particle are leftovers. Its vectors are whole lines of
+   the cache: one that lay across two would take twice as long to read or write. */
+typedef PetscReal MPMComponent[MPM_BLOCK] __attribute__((aligned(64)));
 
 /* The particles of a block, as n entries of the order, which has its particles by (cell, id). */
 typedef struct {
@@ -30,14 +31,21 @@ typedef struct {
   PetscInt ncells, end[MPM_STAGED + 1]; /* cells; the particles of cell c are those from end[c-1] to end[c] - 1 */
 } MPMBlockOrder;
 
+/* What the stencils of a patch need of an axis, as reals: the grid's lower end in m, h, 1/h and cells; the first own node
+   and how many there are; the first node of the patch's arrays and how many there are; the reach of walls in cells. */
+typedef struct {
+  PetscReal lower, h, inverse, cells, own, nown, first, n, reach;
+} MPMAxis;
+
 /* The stencils of a block, and what the particles have from their kinds. */
 typedef struct {
-  PetscInt     kind[MPM_BLOCK];
   MPMComponent base;                     /* index of the base node in the patch's arrays, a whole number */
   MPMComponent x[3], l[3], m, V0, at[3]; /* at: distance from the base node in cells */
   MPMComponent w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients on each axis, 1 and 1/m */
-  PetscBool    walled;                                       /* some particle has weights that a wall changes */
-} __attribute__((aligned(64))) MPMStencils;
+  MPMAxis      axis[3];
+  PetscInt     kind[MPM_BLOCK];
+  PetscBool    walled; /* some particle has weights that a wall changes */
+} MPMStencils;
 
 /* Takes the next block of the particles of `nruns` ranges of the order, from where the one before ended; returns
    PETSC_FALSE if there are no more particles. All blocks but the last are full, so loops over them have the same length

@@ -92,7 +92,7 @@ MPM_INLINE void SumGrowth(int dim, const MPMParams *par, MPMPatch *patch, const 
   MPMComponent   L[9], V, growth;
   MPMBlock       b;
 
-  MPMStencilsBegin(dim, par, &s);
+  MPMStencilsBegin(dim, par, patch, &s);
   MPMFirstBlock(1, &all, &o);
   while (MPMNextBlock(dim, patch, 1, &all, &o)) {
     MPMStage(dim, par, patch, &o, &s);
@@ -159,7 +159,7 @@ MPM_INLINE void SumPressures(int dim, const MPMParams *par, MPMPatch *patch, Pet
   MPMComponent  V, p;
   MPMBlock      b;
 
-  MPMStencilsBegin(dim, par, &s);
+  MPMStencilsBegin(dim, par, patch, &s);
   memset(&b, 0, sizeof b);
   MPMFirstBlock(n, runs, &o);
   while (MPMNextBlock(dim, patch, n, runs, &o)) {

@@ -92,13 +92,14 @@ MPM_INLINE void MPMFindBases(int dim, MPMBasis basis, const MPMPatch *patch, Pet
     MPMMask inside = MPMNot(MPMNone()), own = inside;
 
     for (int d = dim - 1; d >= 0; d--) {
-      const PetscReal lo = (PetscReal)patch->own_lo[d], below = (PetscReal)(patch->own_lo[d] - patch->lo[d]);
-      const MPMReal   x = MPMRead(&s->x[d][l]);
-      MPMReal         xi, node = MPMBasesOf(basis, &grid, d, x, MPMRead(&s->l[d][l]), &xi) - lo;
+      const MPMAxis *axis = &s->axis[d];
+      const MPMReal  x    = MPMRead(&s->x[d][l]);
+      MPMReal        xi, node = MPMBasesOf(basis, &grid, d, axis, x, MPMRead(&s->l[d][l]), &xi);
 
-      inside &= (x >= grid.lower[d]) & (x <= grid.upper[d]);
-      own &= (node >= 0) & (node < (PetscReal)patch->own_n[d]);
-      index = index * (PetscReal)patch->n[d] + (node + below);
+      inside &= (x >= axis->lower) & (x <= grid.upper[d]);
+      index = index * axis->n + (node - axis->first);
+      node -= axis->own;
+      own &= (node >= 0) & (node < axis->nown);
       MPMWrite(&at[d][l], node);
     }
     MPMWrite(base + l, MPMSelect(inside, MPMSelect(own, index, MPMAll(MPM_ELSEWHERE)), MPMAll(MPM_NOWHERE)));
@@ -188,7 +189,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   MPMStencils                s;
   MPMBlock                   b;
 
-  MPMStencilsBegin(dim, par, &s);
+  MPMStencilsBegin(dim, par, patch, &s);
   memset(&b, 0, sizeof b);
   memset(value, 0, sizeof value);
   memset(v, 0, sizeof v);

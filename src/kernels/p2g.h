@@ -157,7 +157,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   MPMRecords      r;
   MPMBlock        b;
 
-  MPMStencilsBegin(dim, par, &s);
+  MPMStencilsBegin(dim, par, patch, &s);
   memset(&r, 0, sizeof r);
   memset(&b, 0, sizeof b);
   if (kept) MPMOpenKept(dim, patch, pass);

@@ -17,10 +17,22 @@ MPM_INLINE void MPMStageKind(int dim, const MPMKind *k, PetscInt first, PetscInt
 }
 
 /* Sets what does not change from block to block. */
-MPM_INLINE void MPMStencilsBegin(int dim, const MPMParams *par, MPMStencils *s)
+MPM_INLINE void MPMStencilsBegin(int dim, const MPMParams *par, const MPMPatch *patch, MPMStencils *s)
 {
+  const MPMGrid *grid = patch->grid;
+
   memset(s, 0, sizeof *s);
   MPMStageKind(dim, par->kinds, 0, MPM_BLOCK, s);
+  for (int d = 0; d < dim; d++)
+    s->axis[d] = (MPMAxis){.lower   = grid->lower[d],
+                           .h       = grid->h[d],
+                           .inverse = 1 / grid->h[d],
+                           .cells   = grid->cells[d],
+                           .own     = patch->own_lo[d],
+                           .nown    = patch->own_n[d],
+                           .first   = patch->lo[d],
+                           .n       = patch->n[d],
+                           .reach   = MPMWallReach(patch->basis, grid->wall_basis[d])};
 }
 
 /* Sets the weights of a spline near walls, particle by particle. */
@@ -42,9 +54,10 @@ static __attribute__((noinline)) void MPMStageWalls(int dim, MPMBasis basis, con
 
 /* Returns the base nodes on axis d, and xi, the coordinates in cells, of particles at x with half-widths l, with the
    bits of MPMCoordinates. */
-MPM_INLINE MPMReal MPMBasesOf(MPMBasis basis, const MPMGrid *grid, int d, MPMReal x, MPMReal l, MPMReal *xi)
+MPM_INLINE MPMReal MPMBasesOf(MPMBasis basis, const MPMGrid *grid, int d, const MPMAxis *axis, MPMReal x, MPMReal l,
+                              MPMReal *xi)
 {
-  *xi = MPMMin((x - grid->lower[d]) / grid->h[d], MPMAll((PetscReal)grid->cells[d])); /* the quotient may round up */
+  *xi = MPMMin(MPMDivide(x - axis->lower, axis->h, axis->inverse), MPMAll(axis->cells)); /* the quotient may round up */
   return MPMBasisBases(basis, xi, l, grid->cells[d], grid->periodic[d], grid->wall_basis[d]);
 }
 
@@ -52,30 +65,30 @@ MPM_INLINE MPMReal MPMBasesOf(MPMBasis basis, const MPMGrid *grid, int d, MPMRea
 MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, MPMStencils *s)
 {
   const MPMGrid grid = *patch->grid; /* a copy, which no write changes, so its numbers stay in registers */
-  MPMMask       wall = MPMNone();    /* particles with weights that a wall changes */
+  PetscBool     wall = PETSC_FALSE;
 
   for (int d = dim - 1; d >= 0; d--) {
-    const PetscReal reach = MPMBasisIsSpline(basis) ? MPMWallReach(basis, grid.wall_basis[d]) : 0;
-    const PetscReal rh = 1 / grid.h[d], cells = (PetscReal)grid.cells[d];
-    const PetscReal lo = (PetscReal)patch->lo[d], nodes = (PetscReal)patch->n[d];
+    const MPMAxis axis = s->axis[d];
+    MPMReal       least = MPMAll(axis.cells), most = MPMAll(0); /* of xi */
 
     for (PetscInt q = 0; q < n; q += MPM_WIDTH) {
       const MPMReal l = MPMRead(&s->l[d][q]);
       MPMReal       xi, base, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
 
-      base = MPMBasesOf(basis, &grid, d, MPMRead(&s->x[d][q]), l, &xi);
+      base = MPMBasesOf(basis, &grid, d, &axis, MPMRead(&s->x[d][q]), l, &xi);
       MPMBasisInside(basis, xi, l, base, w, g);
-      MPMWrite(&s->base[q], d == dim - 1 ? base - lo : MPMRead(&s->base[q]) * nodes + (base - lo));
+      MPMWrite(&s->base[q], d == dim - 1 ? base - axis.first : MPMRead(&s->base[q]) * axis.n + (base - axis.first));
       MPMWrite(&s->at[d][q], xi - base);
       for (int i = 0; i < MPMBasisNodes(basis); i++) {
         MPMWrite(&s->w[d][i][q], w[i]);
-        MPMWrite(&s->g[d][i][q], g[i] * rh);
+        MPMWrite(&s->g[d][i][q], g[i] * axis.inverse);
       }
-      if (MPMBasisIsSpline(basis)) wall |= (xi < reach) | (cells - xi < reach);
+      if (MPMBasisIsSpline(basis)) least = MPMMin(least, xi), most = MPMMax(most, xi);
     }
+    if (MPMBasisIsSpline(basis) && MPMAny((least < axis.reach) | (axis.cells - most < axis.reach))) wall = PETSC_TRUE;
   }
-  s->walled = MPMBasisIsSpline(basis) && MPMAny(wall) ? PETSC_TRUE : PETSC_FALSE;
-  if (s->walled) MPMStageWalls(dim, basis, patch->grid, n, s);
+  s->walled = wall;
+  if (wall) MPMStageWalls(dim, basis, patch->grid, n, s);
 }
 
 /* Computes the stencils of a block of particles, and where its cells end. */
