@@ -96,61 +96,71 @@ static void SortByCell(const MPMView *view, PetscInt ncells, PetscInt *start, Pe
     }
 }
 
-/* Makes the order from the one before and its movers, whose entries ascend. All other particles keep their sequence:
-   cells are copied without the movers, with room for the particles that come to them, which are then inserted by id.
-   Rows of `row` cells that no particle left or came to are copied as they are. After a migration, other particles have
-   the places of leavers and those from nkept on: these are treated as particles that come. Not collective. */
+/* Returns whether these n entries of the order include movers, which are marked by a number >= nkept. */
+static PetscBool HasMovers(const PetscInt *order, PetscInt n, PetscInt nkept)
+{
+  PetscInt most = -1;
+
+  for (PetscInt q = 0; q < n; q++) most = PetscMax(most, order[q]);
+  return most >= nkept ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Makes the order from the one before and its movers. All other particles keep their sequence: cells are copied without
+   the movers, with room for the particles that come to them, which are then inserted by id. Rows of `row` cells that no
+   particle left or came to are copied as they are. After a migration, other particles have the places of leavers and
+   those from nkept on: these are treated as particles that come. Not collective. */
 static PetscErrorCode MergeMovers(const MPMView *view, PetscInt ncells, PetscInt row, MPMParticles *particles)
 {
-  const PetscInt nkept = particles->nkept, nmovers = particles->nmovers;
   PetscInt *order = particles->order, *start = particles->start, *to = particles->spare,
-           *incoming = particles->incoming, *mover = particles->movers, *come, ncome = 0, at = 0, m = 0;
-  PetscBool *comes; /* particles come to the row of cells */
+           *incoming  = particles->incoming;
+  PetscInt      *come = particles->movers, nincoming = 0, at = 0;
+  const PetscInt nkept = particles->nkept;
+  PetscBool     *comes; /* particles come to the row of cells */
 
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc1(nmovers + view->n - nkept + 1, &come));
-  PetscCall(PetscCalloc1(ncells / row, &comes));
-  for (PetscInt k = 0; k < nmovers; k++) {
-    if (mover[k] < 0) mover[k] = MPM_FLAGGED(mover[k]);
-    if (order[mover[k]] < nkept) come[ncome++] = order[mover[k]];
+  for (PetscInt m = 0; m < particles->nmovers; m++) {
+    const PetscInt q = particles->movers[m] < 0 ? MPM_FLAGGED(particles->movers[m]) : particles->movers[m],
+                   p = order[q];
+
+    order[q] = nkept;
+    if (p < nkept) come[nincoming++] = p;
   }
-  for (PetscInt p = nkept; p < view->n; p++) come[ncome++] = p;
-  for (PetscInt k = 0; k < ncome; k++) {
-    incoming[view->cell[come[k]]]++;
-    comes[view->cell[come[k]] / row] = PETSC_TRUE;
+  for (PetscInt p = nkept; p < view->n; p++) come[nincoming++] = p;
+  PetscCall(PetscCalloc1(ncells / row, &comes));
+  for (PetscInt m = 0; m < nincoming; m++) {
+    incoming[view->cell[come[m]]]++;
+    comes[view->cell[come[m]] / row] = PETSC_TRUE;
   }
   for (PetscInt first = 0; first < ncells; first += row) {
-    const PetscInt q = start[first], n = start[first + row] - q, shift = at - q;
+    PetscInt       q = start[first];
+    const PetscInt n = start[first + row] - q, shift = at - q;
 
-    if (!comes[first / row] && (m == nmovers || mover[m] >= q + n)) {
-      PetscCall(PetscArraycpy(to + at, order + q, n));
+    if (!comes[first / row] && !HasMovers(order + q, n, nkept)) {
+      if (n > 0) memcpy(to + at, order + q, (size_t)n * sizeof *to);
       for (PetscInt c = first; c < first + row && shift; c++) start[c] += shift;
       at += n;
       continue;
     }
-    for (PetscInt c = first, from = q; c < first + row; c++) {
+    for (PetscInt c = first; c < first + row; c++) {
       const PetscInt end = start[c + 1];
 
       start[c] = at;
-      while (from < end) { /* up to the next mover of the cell, which is left out */
-        const PetscInt next = m < nmovers && mover[m] < end ? mover[m++] : end;
-
-        for (; from < next; from++) to[at++] = order[from];
-        from += next < end;
+      for (; q < end; q++) {
+        to[at] = order[q];
+        at += order[q] < nkept;
       }
       at += incoming[c];
     }
   }
   start[ncells] = at;
-  for (PetscInt k = 0; k < ncome; k++) {
-    const PetscInt p = come[k], c = view->cell[p];
+  for (PetscInt m = 0; m < nincoming; m++) {
+    const PetscInt p = come[m], c = view->cell[p];
     PetscInt       r = start[c + 1] - incoming[c]--;
 
     for (; r > start[c] && view->id[to[r - 1]] > view->id[p]; r--) to[r] = to[r - 1];
     to[r] = p;
   }
   PetscCall(PetscFree(comes));
-  PetscCall(PetscFree(come));
   particles->spare = order;
   particles->order = to;
   PetscFunctionReturn(PETSC_SUCCESS);
