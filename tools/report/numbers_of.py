@@ -202,6 +202,22 @@ class Numbers:
                 return 1e-9 * 10 ** (k / 20)
         return None
 
+    # ---- Runs ten times as long
+    def longer(self):
+        """{scene: (step on one process, efficiency on two)}, each of the long runs over the short ones."""
+        out = {}
+        for name, rows in group(self.data.scaling_file("lengths"), lambda r: r["scene"]).items():
+            few, many = sorted({r["steps"] for r in rows})
+            t = {(r["processes"], r["steps"]): r["seconds_per_step"] for r in rows}
+            out[name] = (t[1, many] / t[1, few], t[1, many] / t[2, many] * t[2, few] / t[1, few])
+        return out
+
+    def number_longer_step(self):
+        return span([step for step, _ in self.longer().values()])
+
+    def number_longer_efficiency(self):
+        return span([efficiency for _, efficiency in self.longer().values()])
+
     # ---- Others
     def number_plain(self):
         """The plain serial program over pebble, by make bench."""

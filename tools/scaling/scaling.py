@@ -15,7 +15,7 @@ decomposition (particles migrate `direct`; some runs also by `swarm`) and with b
 and hands them out in the patches that the model finds best on 8 processes, or the workers keep them. In each, all runs of a scene must give
 the same digest. Then `counts` compares messages and bytes of a full box by -log_view with formulas, exactly; and `validation`
 has predicted over measured for every scene of options/ on 1 and 2 processes, in short runs in turns with the calibration; `users`
-has the same for whole runs that are started one by one, as users start them.
+has the same for whole runs that are started one by one, as users start them; `lengths` has runs ten times as long as those of strong.
 
 The program writes docs/data/scaling/*.csv and docs/scaling-*.png; its exit status is 1 when digests or counts differ or a run
 failed.
@@ -41,6 +41,7 @@ COUNTS = ["scene", "dim", "basis", "update", "strategy", "processes", "grid", "p
 PHASES = ["scene", "study", "strategy", "migrate", "processes", "particles", "phase", "mean_seconds", "slowest_seconds",
           "message_seconds", "messages_per_step", "bytes_per_step"]
 USERS = ["series", "repeats", "runs", "inside", "slowest_over_predicted"]
+LENGTHS = ["scene", "particles", "processes", "steps", "repeats", "seconds_per_step"]
 VALIDATION = ["scene", "dim", "particles", "processes", "repeats", "seconds_per_step", "predicted", "ratio"]
 SIZES = (1, 2, 4, 8, 16, 32)
 ORDER = [scene.name for scene in runs.SCENES]
@@ -48,7 +49,7 @@ ORDER = [scene.name for scene in runs.SCENES]
 
 class Results:
     def __init__(self, args):
-        self.args, self.validation, self.users, self.problems = args, [], [], []
+        self.args, self.validation, self.users, self.lengths, self.problems = args, [], [], [], []
         # What is not measured now is kept: the tables of other parts, and with --scenes the rows of other scenes.
         self.runs, self.phases, self.counts = (
             [row for row in self.read(name) if part not in args.only or args.scenes and row["scene"] not in args.scenes]
@@ -69,9 +70,9 @@ class Results:
         os.makedirs(self.args.data, exist_ok=True)
         for name, columns, rows in (("runs", COLUMNS, self.runs), ("phases", PHASES, self.phases),
                                     ("counts", COUNTS, self.counts), ("validation", VALIDATION, self.validation),
-                                    ("users", USERS, self.users)):
+                                    ("users", USERS, self.users), ("lengths", LENGTHS, self.lengths)):
             if rows:
-                if name not in ("validation", "users"):
+                if name not in ("validation", "users", "lengths"):
                     rows = sorted(rows, key=lambda row: ORDER.index(row["scene"]))
                 with open(os.path.join(self.args.data, name + ".csv"), "w", newline="") as file:
                     writer = csv.DictWriter(file, columns, restval="", lineterminator="\n")
@@ -316,6 +317,26 @@ def users(args, results):
     results.write()
 
 
+def lengths(args, results):
+    """Compares runs as long as those of the strong study with runs ten times as long, on 1 and 2 processes, in turns."""
+    print("\nruns of the strong study, and ten times as long\n  scene       processes steps    ms/step")
+    for scene in runs.SCENES:
+        found = {}
+        try:
+            for _ in range(args.repeats):
+                for steps in (args.steps, 10 * args.steps):
+                    for p in (1, 2):
+                        run = Run(args, scene.options(), p, "spatial", "direct", steps, None, count=False, path=False)
+                        found.setdefault((p, run.steps), []).append(run.seconds)
+        except Failed as failure:
+            results.problem(f"lengths: {scene.name}: {failure}")
+        for (p, steps), seconds in found.items():
+            results.lengths.append(dict(scene=scene.name, particles=run.particles, processes=p, steps=steps, repeats=len(seconds),
+                                        seconds_per_step=number(min(seconds))))
+            print(f"  {scene.name:12s}{p:9d} {steps:5d}  {1e3 * min(seconds):9.4f}", flush=True)
+    results.write()
+
+
 def dimension(path):
     with open(path) as file:
         return next(line.split()[1] for line in file if line.startswith("-dim "))
@@ -363,13 +384,14 @@ each: other virtual machines on the same host slow its cores to two thirds for m
 not slowed.
 
 **users.csv**: of whole runs of the same scenes, started one by one after one calibration of each, the least of the repeats: how many
-have a predicted step within 15 % of the measured one, and the largest measured over predicted. **scenes.csv**, **machine.csv**: what
-the scenes were, and what ran them.
+have a predicted step within 15 % of the measured one, and the largest measured over predicted. **lengths.csv**: steps of runs as
+long as those of the strong study and ten times as long, on 1 and 2 processes, the least of the repeats. **scenes.csv**, **machine.csv**:
+what the scenes were, and what ran them.
 """
 
 
 def main():
-    parts = {"scaling": scaling, "counts": count, "validation": validation, "users": users}
+    parts = {"scaling": scaling, "counts": count, "validation": validation, "users": users, "lengths": lengths}
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--pebble", default="./pebble")
     p.add_argument("--calibrator", default=os.path.join(runs.ROOT, "build", "mpicc", "calibrate"), help="program of make calibrate")
