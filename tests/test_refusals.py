@@ -1,5 +1,5 @@
 """Bad input is refused with one line, good input is not: the cases of refusals.txt, a few with -help, on two processes
-and 150 random mutations of options/disks.opts. Options without effect and crowded cores get a note.
+and 60 random mutations of options/disks.opts. Options without effect and crowded cores get a note.
 
 usage: test_refusals.py PEBBLE SOURCE MPIEXEC
 """
@@ -167,7 +167,7 @@ def main():
     rows = list(cases())
     labels = [label for label, _, _ in rows]
     check.need(len(set(labels)) == len(labels), "a label is there twice")
-    faults = check.at_once(check_case, enumerate(rows)) + check.at_once(check_fuzz, range(150))
+    faults = check.at_once(check_case, enumerate(rows)) + check.at_once(check_fuzz, range(60))
     faults += [
         check_help(["-help"], 0, r"(?s)^Pebble: .*-help petsc.*-dim <required>: .*-time_end <required> s: "),
         check_help(["-options_file", DISKS, "--help"], 0, r"^Pebble: .*\n"),
