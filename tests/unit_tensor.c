@@ -1,4 +1,4 @@
-/* unit_tensor.c - logarithm, exponential, floor and small matrices, against long double and against plain loops. */
+/* unit_tensor.c - logarithm, exponential, floor, quotients and small matrices, against long double and against plain loops. */
 #include "base/tensor.h"
 #include "unit.h"
 
@@ -66,6 +66,28 @@ static void TestFloor(void)
 }
 
 /* Determinant by permutations, and the sum of the absolute terms. */
+static void Divide(PetscReal a, PetscReal b)
+{
+  UnitContext("%a / %a", a, b);
+  CHECK_EQ((PetscReal)MPMDivide(a, b, 1 / b), a / b);
+}
+
+/* MPMDivide has the bits of the quotient, in particular where that is next to a whole number. */
+static void TestDivide(void)
+{
+  for (int k = 0; k < 300000; k++) {
+    const PetscReal b = UnitReal(1, 2) * ldexp(1, UnitInt(60) - 30), cells = UnitInt(1000000);
+
+    Divide(UnitReal(-10, 1e6) * b, b);
+    Divide(UnitReal(0, 1) * ldexp(1, -UnitInt(200)), b);
+    for (int step = -2; step <= 2; step++) {
+      Divide(UnitStep(cells * b, step), b);
+      Divide(UnitStep((cells + 0.5) * b, step), b);
+      Divide(UnitStep(cells + 1, step), UnitStep(2, -1 - UnitInt(8)));
+    }
+  }
+}
+
 static long double Det(int dim, const PetscReal *F, long double *size)
 {
   long double det = 0;
@@ -297,6 +319,7 @@ int main(void)
   TestLog();
   TestExp();
   TestFloor();
+  TestDivide();
   TestMatrices();
   TestEigen();
   return UnitEnd();

@@ -149,14 +149,14 @@ MPM_INLINE MPMReal MPMFma(MPMReal a, MPMReal b, MPMReal c)
    rounded (Markstein 1990), unless a is so small that the remainder is not a normal number. */
 MPM_INLINE MPMReal MPMDivide(MPMReal a, PetscReal b, PetscReal inverse)
 {
-#if MPM_WIDTH >= 4
+#if MPM_WIDTH == 2 /* where a fused multiply-add is a call of the library */
+  (void)inverse;
+  return a / b;
+#else
   MPMReal q = a * inverse;
 
   q = MPMFma(MPMFma(-q, MPMAll(b), a), MPMAll(inverse), q);
   return MPMFma(MPMFma(-q, MPMAll(b), a), MPMAll(inverse), q);
-#else
-  (void)inverse;
-  return a / b;
 #endif
 }
 
