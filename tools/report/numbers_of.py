@@ -2,7 +2,8 @@
 
 from closed import BOXES, way
 from data import Missing
-from words import group, names, scene, span, thousands, three, two
+from goals import STEP
+from words import group, inside, names, scene, span, thousands, three, two
 
 
 class Numbers:
@@ -156,6 +157,10 @@ class Numbers:
     def number_short_span(self):
         return span(self.short_runs())
 
+    def number_short_runs(self):
+        some = self.short_runs()
+        return f"{inside(some, *STEP)} of {len(some)}"
+
     def number_users(self):
         return " and ".join(f"{a} of {b}" for a, b, _ in self.users())
 
@@ -192,7 +197,7 @@ class Numbers:
         """The cost of the law from which on the pool is ahead of spatial decomposition in 3-D on 32 processes."""
         if (t := self.overtakes()) is None:
             return "at no cost of the law up to 1 ms"
-        return f"beyond {float(f'{1e6 * t:.1g}'):g} µs a particle and step"
+        return f"beyond {float(f'{1e6 * t:.2g}'):g} µs a particle and step"
 
     def overtakes(self):
         m, s = self.closed("box3d"), self.whole("box3d")
