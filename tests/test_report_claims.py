@@ -109,9 +109,10 @@ false("injected_faster", "simulated/validate.csv", "injected_over_real", "1.2", 
 false("simulated_bits", "simulated/strong-large.csv", "same_as_real", "no", scene="disks", ranks=64)
 false("weak_keeps", "simulated/weak-large.csv", "efficiency", "0.7", scene="box3d", ranks=512)
 false("counts_equal", "scaling/counts.csv", "equal", "no", scene="box3d", strategy="pool", processes=8)
-false("short_runs_inside", "scaling/validation.csv", "predicted", "1", scene="bar", processes=2)
+false("short_runs_inside", "scaling/validation.csv", "predicted", "1", processes=2)
 false("whole_runs_inside", "scaling/users.csv", "inside", "32", series="2026-11-22 b")
 false("linear_fails", "choosing.csv", "error", "0.01", problem="mms", method="lin musl flip", n=64)
+false("short_stand_for_long", "scaling/lengths.csv", "seconds_per_step", "1", scene="box2d", processes=2, steps=400)
 false("plain_slower", "bench/floor.csv", "min_ns", "1", group="seed", program="seed_serial")
 false("tiles_gain", "tiles.csv", "after", "2", scene="two disks")
 
