@@ -46,12 +46,11 @@ def injected_promises(r):
         )
 
 
-@claim("Emulated simulation is lowest of all there, {emulated_32}.", f"{SIMULATED}, {RUNS}")
-def emulated_lowest(r):
+@claim("Emulated simulation is below the injected one in every scene too, {emulated_32}.", SIMULATED)
+def emulated_lower(r):
     for name in r.all_scenes():
         emulated = r.efficiencies(name, "strong", mode="emulated")[32]
-        for other in (r.efficiencies(name, "strong")[32], r.efficiencies(name, "strong", kind="critical path")[32]):
-            yield scene(name), round(emulated, 2), "<=", round(other, 2)
+        yield scene(name), emulated, "<", r.efficiencies(name, "strong")[32]
 
 
 @claim("The two balls, whose cuts are 32 slabs, have the lowest simulated efficiency on 32 processes:", SIMULATED)
