@@ -90,6 +90,7 @@ for name, (count, motions) in numbers.items():
         exchanges * (x.exchange + (2**d - 1) * x.post)
         + len(nodes) * (x.message - x.post)
         + m.numbers["migration[1].call"]
+        + m.numbers["migration[1].particle"] * short_model.NEAR  # a calibration finds 0 or next to nothing
         + d * (x.message + x.post)
     )
     tiles = ((tile + reach) / tile) ** (d - 1)
