@@ -25,9 +25,9 @@ static void Put(const MPMMaterial *m, int dim, const MPMParticleState *s, MPMBlo
 /* A step dt with L: F, then the law's update. */
 static void Step(const MPMMaterial *m, int dim, PetscReal dt, const PetscReal *L, MPMParticleState *s)
 {
-  const int p = UnitInt(MPM_BLOCK);
-  MPMBlock  b;
-  PetscReal Lb[9][MPM_BLOCK];
+  const int    p = UnitInt(MPM_BLOCK);
+  MPMBlock     b;
+  MPMComponent Lb[9];
 
   MPMDeform(dim, dt, L, s->F);
   Put(m, dim, s, &b, p);
@@ -329,7 +329,8 @@ static void Block(const MPMMaterial *m, int dim)
 {
   const MPMMaterialLaw *law = m->type->law, *lanes;
   MPMBlock              block, alone, run;
-  PetscReal             L[9][MPM_BLOCK], out[3][2][MPM_BLOCK];
+  MPMComponent          L[9];
+  PetscReal             out[3][2][MPM_BLOCK];
 
   for (int p = 0; p < MPM_BLOCK; p++) {
     MPMParticleState s;

@@ -730,8 +730,8 @@ static MPMStatus CheckParticlesMoved(Bench *b, const MPMParams *par, const MPMPh
       MPM_MATERIAL_FIELDS(CHECK_KEPT)
 #undef CHECK_KEPT
       if (m->type->law->update[dim - 1] && J > 0) { /* and what it lists, it gets */
-        MPMBlock  again;
-        PetscReal L[9][MPM_BLOCK];
+        MPMBlock     again;
+        MPMComponent L[9];
 
         Block(dim, &before, p, &again);
         for (int k = 0; k < dim * dim; k++) {

@@ -18,10 +18,6 @@
 /* The particles of a full block: as many as keep its scratch, of 20 to 40 KiB, in the L1 cache or near it. */
 #define MPM_BLOCK_PARTICLES(dim) ((dim) < 3 ? MPM_STAGED : MPM_STAGED / 2)
 
-/* A component of the particles of a block; lanes past the last particle are leftovers. Its vectors are whole lines of
-   the cache: one that lay across two would take twice as long to read or write. */
-typedef PetscReal MPMComponent[MPM_BLOCK] __attribute__((aligned(64)));
-
 /* The particles of a block, as n entries of the order, which has its particles by (cell, id). */
 typedef struct {
   PetscInt        n, run, entry;        /* run, entry: where in the ranges of the order the next block begins */

@@ -67,8 +67,8 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
     }                                                                                                                  \
   }
 #define MPM_LAW_UPDATE(law, dim, state)                                                                                \
-  static void law##_update_##dim(const MPMMaterial *m, PetscReal dt, PetscReal(*L)[MPM_BLOCK], PetscInt first,         \
-                                 PetscInt last, MPMBlock *b)                                                           \
+  static void law##_update_##dim(const MPMMaterial *m, PetscReal dt, MPMComponent *L, PetscInt first, PetscInt last,   \
+                                 MPMBlock *b)                                                                          \
   {                                                                                                                    \
     MPM_FOR_LANES(p, first, last)                                                                                      \
     {                                                                                                                  \

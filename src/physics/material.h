@@ -24,13 +24,17 @@ enum {
 #define MPM_MATERIAL_BIT(name, rows) | MPM_BIT(name)
 #define MPM_MATERIAL_BITS            (0 MPM_MATERIAL_FIELDS(MPM_MATERIAL_BIT))
 
-/* The material state of a block of particles: an array [MPM_BLOCK] for each component. The arrays of fields that the
-   law's row does not list have no defined content. */
+/* A component of the particles of a block; lanes past the last particle are leftovers. Its vectors are whole lines of
+   the cache: one that lay across two would take twice as long to read or write. */
+typedef PetscReal MPMComponent[MPM_BLOCK] __attribute__((aligned(64)));
+
+/* The material state of a block of particles. The arrays of fields that the law's row does not list have no defined
+   content. */
 typedef struct {
-#define MPM_MATERIAL_ROWS(name, rows) PetscReal name[rows][MPM_BLOCK];
+#define MPM_MATERIAL_ROWS(name, rows) MPMComponent name[rows];
   MPM_MATERIAL_FIELDS(MPM_MATERIAL_ROWS)
 #undef MPM_MATERIAL_ROWS
-} __attribute__((aligned(64))) MPMBlock;
+} MPMBlock;
 
 typedef struct _MPMMaterial MPMMaterial;
 
@@ -44,8 +48,7 @@ struct _MPMMaterialLaw {
   void (*stress[3])(const MPMMaterial *, PetscInt first, PetscInt last, MPMBlock *b);
   /* computes the state after a step dt in s with velocity gradient L [dim*dim] in 1/s; b->F is updated before the
      call */
-  void (*update[3])(const MPMMaterial *, PetscReal dt, PetscReal (*L)[MPM_BLOCK], PetscInt first, PetscInt last,
-                    MPMBlock *b);
+  void (*update[3])(const MPMMaterial *, PetscReal dt, MPMComponent *L, PetscInt first, PetscInt last, MPMBlock *b);
   /* computes the stored energy per reference volume W [last] in J/m^3 */
   void (*energy[3])(const MPMMaterial *, PetscInt first, PetscInt last, const MPMBlock *b, PetscReal W[]);
   /* computes an upper bound c2 [last] of the squared speed of waves in the deformed state in m^2/s^2 */

@@ -56,8 +56,9 @@ static PetscReal Largest(const PetscReal tau[])
    the yield surface to it. Returns by how much be has changed then. */
 static PetscReal Look(PetscInt dim, const MPMMaterial *m, MPMMaterialStart *s)
 {
-  PetscReal L[9][MPM_BLOCK], was[6], change = 0;
-  MPMBlock  b;
+  MPMComponent L[9];
+  PetscReal    was[6], change = 0;
+  MPMBlock     b;
 
   for (int k = 0; k < 9; k++) L[k][0] = 0;
   for (int k = 0; k < 6; k++) was[k] = s->be[k];
