@@ -61,15 +61,14 @@ def injected_faster(r):
 
 
 @claim(
-    "Emulated simulation has the widest interval for large scenes.",
-    "docs/data/simulated/validate.csv, docs/data/scaling/runs.csv",
+    "Emulated simulation was slower than the real run in each of these, since all processes share the caches of one"
+    " core; whether it is on more processes was not tested.",
+    "docs/data/simulated/validate.csv",
 )
-def emulated_widest(r):
-    low, high, _ = r.interval("emulated simulation")
-    for kind in CLASSES:
-        if kind != "emulated simulation":
-            a, b, _ = r.interval(kind)
-            yield f"width beside {kind}", high / low, ">", b / a
+def emulated_slower(r):
+    for q in r.pairs():
+        if q["class"] == "emulated simulation" and not q["pool"]:
+            yield "time over the real one", q["time"], ">", 1
 
 
 # ---- Mathematics and serial program
@@ -167,9 +166,15 @@ def larger_more(r):
             yield f"processes of {scene(name)}", p, ">", found[name, "strong"]
 
 
-@claim("No class is a bound.", f"{RUNS}, docs/data/simulated/validate.csv")
+@claim(
+    "The critical path, injected simulation and the closed form are no bounds: each was too fast in some runs and too"
+    " slow in others.",
+    f"{RUNS}, docs/data/simulated/validate.csv",
+)
 def no_bounds(r):
     for kind in CLASSES:
+        if kind == "emulated simulation":
+            continue
         low, high, _ = r.interval(kind)
         yield f"least of {kind}", low, "<", 1
         yield f"largest of {kind}", high, ">", 1

@@ -161,11 +161,18 @@ class Numbers:
         some = self.short_runs()
         return f"{inside(some, *STEP)} of {len(some)}"
 
-    def number_users(self):
-        return " and ".join(f"{a} of {b}" for a, b, _ in self.users())
+    def number_users(self, processes=(1, 2)):
+        whole = [ratio for _, p, ratio in self.users() if p in processes]
+        return f"{inside(whole, *STEP)} of {len(whole)}"
 
-    def number_slowest_user(self):
-        return three(max(s for _, _, s in self.users()))
+    def number_users_one(self):
+        return self.number_users((1,))
+
+    def number_users_two(self):
+        return self.number_users((2,))
+
+    def number_users_span(self):
+        return span([1 / ratio for _, _, ratio in self.users()])
 
     def number_many_span(self):
         return span([r["ratio"] for r in self.path_ratios()])
