@@ -161,6 +161,12 @@ class Numbers:
         some = self.short_runs()
         return f"{inside(some, *STEP)} of {len(some)}"
 
+    def number_interval_strong(self):
+        measured, simulated = (
+            [self.efficiencies(name, "strong", **how)[2] for name in self.all_scenes()] for how in ({"kind": "measured"}, {})
+        )
+        return span([m / s for m, s in zip(measured, simulated)])
+
     def number_users(self, processes=(1, 2)):
         whole = [ratio for _, p, ratio in self.users() if p in processes]
         return f"{inside(whole, *STEP)} of {len(whole)}"
