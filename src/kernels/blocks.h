@@ -7,12 +7,6 @@
 #include "base/sets.h"
 #include "kernels/patch.h"
 
-#if defined(__clang__)
-#define MPM_UNROLL _Pragma("unroll")
-#else
-#define MPM_UNROLL _Pragma("GCC unroll 64")
-#endif
-
 /* --- Blocks ------------------------------------------------------------------------------------------------------- */
 
 /* The particles of a full block: as many as keep its scratch, of 20 to 40 KiB, in the L1 cache or near it. */

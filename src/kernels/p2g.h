@@ -94,17 +94,6 @@ typedef void (*MPMSumBlocks)(const MPMBlockOrder *, const MPMStencils *, const M
 /* [dim-1][nodes per axis - 2][forces][affine] */
 extern const MPMSumBlocks MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
 
-/* Adds the sums in `begun` to the tile. The functions do that when a new cell begins, so this is a call for a cell with
-   no particles and no place. */
-MPM_INLINE void MPMSumEnd(MPMSumBlocks sum, MPMBlockOrder *o, const MPMStencils *s, const MPMRecords *r,
-                          PetscReal *place[], MPMBegun *begun)
-{
-  o->ncells = 1;
-  o->end[0] = 0;
-  place[0]  = NULL;
-  sum(o, s, r, place, begun);
-}
-
 /* Finds where in the sums of their tiles the cells of a block have theirs (tile_sums.h has a drawing). Most cells
    follow the one before in a row of cells, so what needs divisions is computed once for each row of cells. */
 MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool kept, const MPMBlockOrder *o,
@@ -184,7 +173,9 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       sum(&o, &s, &r, place, &begun);
       if (patch->meanwhile && ++blocks % MPM_MEANWHILE == 0) patch->meanwhile(patch->ctx);
     }
-    MPMSumEnd(sum, &o, &s, &r, place, &begun);
+    /* The sums in `begun` are added when a new cell begins: one with no particles and no place. */
+    o.ncells = 1, o.end[0] = 0, place[0] = NULL;
+    sum(&o, &s, &r, place, &begun);
     runs += n;
   }
   while (!kept && closed < t->n[1] * t->n[2]) MPMCloseRow(dim, patch, parts, closed++);

@@ -236,8 +236,8 @@ PetscReal MPM_LANES_NAME(MPMChains)(PetscInt n, PetscReal start, volatile PetscR
   MPMReal x[MPM_CHAINS];
 
   for (int k = 0; k < MPM_CHAINS; k++) x[k] = MPMAll(start + 1e-9 * k);
-  for (PetscInt i = 0; i < n; i++) MPM_UNROLL
-  for (int k = 0; k < MPM_CHAINS; k++) x[k] = MPMFma(x[k], MPMAll(0.999999999), MPMAll(1e-9));
+  for (PetscInt i = 0; i < n; i++)
+    for (int k = 0; k < MPM_CHAINS; k++) x[k] = MPMFma(x[k], MPMAll(0.999999999), MPMAll(1e-9));
   for (int k = 0; k < MPM_CHAINS; k++) {
     PetscReal lane[MPM_WIDTH];
 
