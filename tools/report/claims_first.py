@@ -61,8 +61,8 @@ def injected_faster(r):
 
 
 @claim(
-    "Emulated simulation was slower than the real run in each of these, since all processes share the caches of one"
-    " core; whether it is on more processes was not tested.",
+    "Emulated simulation was slower than the real run in each of these, probably because all processes share the caches"
+    " of one core; whether it is on more processes was not tested.",
     "docs/data/simulated/validate.csv",
 )
 def emulated_slower(r):

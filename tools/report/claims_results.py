@@ -237,8 +237,8 @@ def whole_runs_inside(r):
 
 
 @claim(
-    "On one process {users_one} are, on two {users_two}: there a body moves over the cuts, which the prediction from the"
-    " first state does not know.",
+    "On one process {users_one} are, on two {users_two}: a likely reason is that bodies move over the cuts, which the"
+    " prediction from the first state does not know.",
     "docs/data/scaling/users.csv",
 )
 def users_on_two(r):

@@ -121,7 +121,8 @@ class Goals:
                     lambda: weak(name, p, bound),
                 )
         add("closed form within 10 % of the injected simulation, filled boxes, 2 to 32 processes", model)
-        add("predicted within 15 % of the measured step, 16 scenes (24 by now) on 1 and 2 processes", step)
+        add("predicted within 15 % of the measured step, the scenes of `options/` (16 when it was set, now 24) on"
+            " 1 and 2 processes", step)
         return lines
 
     def simulator(self):
