@@ -10,7 +10,7 @@
    computed as a gradient with g = w (i - at). That overwrites s->g, so it comes after all that needs g. Of the symmetric
    part of C, the strain rate, the share par->strain is kept; the rotation is kept whole. C is memory for them, before
    they are written to their rows. */
-MPM_INLINE void MPMAffine(int dim, const MPMParams *par, PetscInt parts, const MPMPatch *patch, const PetscInt at[],
+MPM_INLINE void MPMAffine(int dim, const MPMParams *par, PetscInt parts, const MPMPatch *patch,
                           const MPMBlockOrder *o, MPMStencils *s, MPMComponent *C)
 {
   const int ns = MPMBasisNodes(patch->basis), inertia = MPMBasisInertia(patch->basis);
@@ -23,7 +23,7 @@ MPM_INLINE void MPMAffine(int dim, const MPMParams *par, PetscInt parts, const M
       }
   if (par->own_inertia && s->walled) MPMRareInertia(dim, patch->basis, patch->grid, o->n, s);
   if (inertia || !(parts & MPM_G2P_STRESS) || (parts & MPM_G2P_FBAR))
-    MPM_LANES_NAME(MPMInterpolateBlock)[dim - 1][ns - 2][0][1](o, s, at, patch->motion, NULL, C);
+    MPM_LANES_NAME(MPMInterpolateBlock)[dim - 1][ns - 2][0][1](o, s, patch->n, patch->motion, NULL, C);
   for (int d = 0; d < dim && par->strain != 1; d++)
     for (int e = 0; e <= d; e++)
       for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {

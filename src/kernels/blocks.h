@@ -15,6 +15,7 @@
 /* The particles of a block, as n entries of the order, which has its particles by (cell, id). */
 typedef struct {
   PetscInt        n, run, entry;        /* run, entry: where in the ranges of the order the next block begins */
+  PetscInt        next;                 /* the particle after the last one in these ranges, or -1 */
   PetscBool       adjacent;             /* each particle's row follows that of the one before */
   PetscInt        particle[MPM_BLOCK];  /* the lanes past the last particle repeat it */
   const PetscInt *ahead;                /* entries of the next block, whose rows are prefetched */
@@ -58,6 +59,7 @@ MPM_INLINE PetscBool MPMNextBlock(int dim, const MPMPatch *patch, PetscInt nruns
     for (PetscInt l = 0; l < full; l++) jumps |= o->particle[l] - l - o->particle[0];
   for (PetscInt l = n; n && l % MPM_WIDTH; l++) o->particle[l] = o->particle[n - 1];
   o->n        = n;
+  o->next     = o->run < nruns ? patch->order[o->entry] : -1;
   o->adjacent = !jumps && n == full ? PETSC_TRUE : PETSC_FALSE;
   o->ahead    = patch->order + PetscMin(o->entry, patch->particles.n - n);
   return n ? PETSC_TRUE : PETSC_FALSE;

@@ -82,7 +82,7 @@ MPM_INLINE MPMReal Growth(int dim, PetscReal dt, const MPMReal *L)
 }
 
 /* MPMSumGrowth for one dim. */
-MPM_INLINE void SumGrowth(int dim, const MPMParams *par, MPMPatch *patch, const PetscInt at[])
+MPM_INLINE void SumGrowth(int dim, const MPMParams *par, MPMPatch *patch)
 {
   const MPMInterpolateBlocks gradients = MPM_LANES_NAME(
       MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][0][1];
@@ -96,7 +96,7 @@ MPM_INLINE void SumGrowth(int dim, const MPMParams *par, MPMPatch *patch, const 
   MPMFirstBlock(1, &all, &o);
   while (MPMNextBlock(dim, patch, 1, &all, &o)) {
     MPMStage(dim, par, patch, &o, &s);
-    gradients(&o, &s, at, patch->motion, NULL, L);
+    gradients(&o, &s, patch->n, patch->motion, NULL, L);
     if (patch->particles.F) MPMGather(dim * dim, patch->particles.F, &o, b.F);
     if (patch->particles.J) MPMGather(1, patch->particles.J, &o, b.J);
     VolumeRatios(dim, par, &o, &s, &b, V);
@@ -202,9 +202,9 @@ MPM_INLINE void SharePressure(int dim, const MPMParams *par, MPMPatch *patch, co
 /* Calls a function with dim as a constant; with one dimension there is no F-bar. */
 #define MPM_FOR_DIM(dim, FUNCTION, ...) ((dim) == 3 ? FUNCTION(3, __VA_ARGS__) : FUNCTION(2, __VA_ARGS__))
 
-void MPM_LANES_NAME(MPMSumGrowth)(int dim, const MPMParams *par, MPMPatch *patch, const PetscInt at[])
+void MPM_LANES_NAME(MPMSumGrowth)(int dim, const MPMParams *par, MPMPatch *patch)
 {
-  MPM_FOR_DIM(dim, SumGrowth, par, patch, at);
+  MPM_FOR_DIM(dim, SumGrowth, par, patch);
 }
 
 void MPM_LANES_NAME(MPMShareGrowth)(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,

@@ -14,7 +14,7 @@
 
 /* Sums the volumes at the start of the step, and their growth, of all particles of the patch. at: the offsets of a
    stencil's nodes in patch->motion. */
-void MPM_LANES_NAME(MPMSumGrowth)(int dim, const MPMParams *, MPMPatch *, const PetscInt at[]);
+void MPM_LANES_NAME(MPMSumGrowth)(int dim, const MPMParams *, MPMPatch *);
 
 /* Changes the velocity gradients L of a block so that I + dt L has the means of the boxes. */
 void MPM_LANES_NAME(MPMShareGrowth)(int dim, const MPMParams *, MPMPatch *, const MPMBlockOrder *, const MPMStencils *,

@@ -180,7 +180,6 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   const MPMRange all                     = {0, particles->n, 0};
   const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(
       MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][stress];
-  PetscInt            at[MPM_MAX_NODES];
   MPMBlockOrder       o;
   MPMReal             v2 = MPMAll(0), c2 = MPMAll(0);
   MPMComponent        value[6], L[9], v[3], r[3];
@@ -194,13 +193,12 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   memset(value, 0, sizeof value);
   memset(v, 0, sizeof v);
   memset(r, 0, sizeof r);
-  MPMStencilOffsets(dim, patch, MPM_MOTION_NC(dim), at);
   patch->nmovers = 0;
   MPMFirstBlock(1, &all, &o);
-  if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMSumGrowth)(dim, par, patch, at);
+  if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMSumGrowth)(dim, par, patch);
   while (MPMNextBlock(dim, patch, 1, &all, &o)) {
     MPMStage(dim, par, patch, &o, &s);
-    if (interpolate) interpolate(&o, &s, at, patch->motion, value, L);
+    if (interpolate) interpolate(&o, &s, patch->n, patch->motion, value, L);
     if (parts & MPM_G2P_FILTER) {
       MPMGather(dim, parts & MPM_RESIDUAL ? particles->r : particles->v, &o, r);
       for (int d = 0; d < dim; d++)
@@ -216,7 +214,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     }
     if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMShareGrowth)(dim, par, patch, &o, &s, L);
     if (stress) MPMUpdateState(dim, par, patch, &o, &s, L, &b, &c2, status);
-    if (parts & MPM_AFFINE) MPMAffine(dim, par, parts, patch, at, &o, &s, L); /* L is not needed any more */
+    if (parts & MPM_AFFINE) MPMAffine(dim, par, parts, patch, &o, &s, L); /* L is not needed any more */
     if (parts & MPM_G2P_COMMIT) {       /* after the new state, which may change the domain */
       const PetscInt q = o.entry - o.n; /* there is one range: the block is its last n entries */
 

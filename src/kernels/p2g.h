@@ -83,14 +83,11 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
 }
 
 /* The innermost loops, transfer_sums.c, for a block: sums over the particles of a cell for its nodes. place[c] is where
-   the sums of the tile have the base node of the block's cell c. The last cell may continue in the next block, so its
-   sums are not added to the tile yet: an MPMBegun holds them. */
-typedef struct {
-  MPMRecord  sum[MPM_MAX_NODES];
-  PetscReal *place; /* place of that cell; NULL: there is none yet */
-} __attribute__((aligned(64))) MPMBegun;
+   the sums of the tile have the base node of the block's cell c. The sums of the first cell begin at `from` if it began
+   in the block before, else from is NULL; those of the last one go to `to` if it continues in the next block, else to is
+   NULL. Both are [nodes of a stencil]. */
 typedef void (*MPMSumBlocks)(const MPMBlockOrder *, const MPMStencils *, const MPMRecords *, PetscReal *const place[],
-                             MPMBegun *);
+                             const MPMRecord *from, MPMRecord *to);
 /* [dim-1][nodes per axis - 2][forces][affine] */
 extern const MPMSumBlocks MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
 
@@ -138,9 +135,11 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   const MPMPass   pass = parts & MPM_P2G_EARLY ? MPM_PASS_EARLY : parts & MPM_P2G_LATE ? MPM_PASS_LATE : MPM_PASS_MAIN;
   const PetscBool kept = pass == MPM_PASS_MAIN ? PETSC_FALSE : PETSC_TRUE;
   const MPMRange *runs = t->runs[pass], *end = runs + t->nruns[pass];
-  MPMBegun        begun  = {{{0}}, NULL};
+  const PetscInt *cell = patch->particles.cell;
   PetscInt        closed = 0, blocks = 0; /* rows of tiles whose sums the nodes have; blocks so far */
+  PetscBool       cut    = PETSC_FALSE; /* the last cell of a block continues in the next one */
   PetscReal      *place[MPM_STAGED];
+  MPMRecord       begun[MPM_MAX_NODES] __attribute__((aligned(64)));
   MPMBlockOrder   o;
   MPMStencils     s;
   MPMRecords      r;
@@ -161,6 +160,8 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     if (parts & MPM_P2G_FBAR) MPM_LANES_NAME(MPMSumPressures)(dim, par, patch, n, runs);
     MPMFirstBlock(n, runs, &o);
     while (MPMNextBlock(dim, patch, n, runs, &o)) {
+      const MPMRecord *from;
+
       MPMStage(dim, par, patch, &o, &s);
       MPMStagePlaces(dim, patch, kept, &o, place);
       if (forces) {
@@ -170,12 +171,11 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
         if (parts & MPM_P2G_FBAR) MPM_LANES_NAME(MPMSharePressure)(dim, par, patch, &o, &s, &b);
       }
       MPMStageRecords(dim, parts, patch, &o, &s, &b, &r);
-      sum(&o, &s, &r, place, &begun);
+      from = cut ? begun : NULL;
+      cut  = o.next >= 0 && cell[o.next] == cell[o.particle[o.n - 1]] ? PETSC_TRUE : PETSC_FALSE;
+      sum(&o, &s, &r, place, from, cut ? begun : NULL);
       if (patch->meanwhile && ++blocks % MPM_MEANWHILE == 0) patch->meanwhile(patch->ctx);
     }
-    /* The sums in `begun` are added when a new cell begins: one with no particles and no place. */
-    o.ncells = 1, o.end[0] = 0, place[0] = NULL;
-    sum(&o, &s, &r, place, &begun);
     runs += n;
   }
   while (!kept && closed < t->n[1] * t->n[2]) MPMCloseRow(dim, patch, parts, closed++);

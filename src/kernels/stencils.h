@@ -115,8 +115,8 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
 }
 
 /* The innermost loops of transfer_sums.c that sum over the nodes of a block's cells, for its particles:
-   [dim-1][nodes per axis - 2][motion][stress]. */
-typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *, const PetscInt at[],
+   [dim-1][nodes per axis - 2][motion][stress]. nodes [n2][n1][n0][MPM_MOTION_NC] has the motion of the patch's nodes. */
+typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *, const PetscInt n[],
                                      const PetscReal *nodes, MPMComponent *value, MPMComponent *gradient);
 extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2];
 
@@ -128,16 +128,6 @@ MPM_INLINE int MPMStencilNodes(int dim, MPMBasis basis)
   const int ns = MPMBasisNodes(basis);
 
   return ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
-}
-
-/* Computes the offsets at [nodes of a stencil] of its nodes from the base node in the patch's arrays, x fastest, times
-   nc. */
-MPM_INLINE void MPMStencilOffsets(int dim, const MPMPatch *patch, PetscInt nc, PetscInt at[])
-{
-  const PetscInt ns = MPMBasisNodes(patch->basis), ny = dim > 1 ? ns : 1;
-
-  for (PetscInt a = 0; a < MPMStencilNodes(dim, patch->basis); a++)
-    at[a] = nc * (a % ns + (a / ns % ny + a / (ns * ny) * patch->n[1]) * patch->n[0]);
 }
 
 /* --- Materials ---------------------------------------------------------------------------------------------------- */

@@ -20,7 +20,7 @@
    node - depends on cells and ids alone, never on blocks, lanes or processes. Equation numbers are those of
    docs/theory.md. Input: particles x v F kind id cell state, and l b C r dx where a scene has them; the motion of
    nodes. Output: sums of nodes; particles v F x dx cell, and state tau C r likewise; status. For a first reading leave
-   out what has to do with walls and with MPMBegun. */
+   out what has to do with walls and with cells that are cut. */
 #ifndef MPM_TRANSFER_H
 #define MPM_TRANSFER_H
 

@@ -5,10 +5,13 @@
 
 #if MPM_WIDTH < 4
 #define MPM_UNROLL_NODES
+#define MPM_UNROLL_VALUES
 #elif defined(__clang__)
-#define MPM_UNROLL_NODES _Pragma("unroll")
+#define MPM_UNROLL_NODES  _Pragma("unroll")
+#define MPM_UNROLL_VALUES _Pragma("unroll")
 #else
-#define MPM_UNROLL_NODES _Pragma("GCC unroll 4")
+#define MPM_UNROLL_NODES  _Pragma("GCC unroll 4")
+#define MPM_UNROLL_VALUES _Pragma("GCC unroll 6")
 #endif
 
 /* --- Particles to nodes ------------------------------------------------------------------------------------------- */
@@ -115,33 +118,26 @@ MPM_INLINE void MPMSumCell(int dim, int ns, int forces, int affine, const MPMSte
   }
 }
 
-/* Adds a block of particles to the sums of their tiles. `begun` has the sums of the cell in which the last block ended;
-   on return it has those of this block's last cell. */
+/* Adds a block of particles to the sums of their tiles; p2g.h declares from and to. */
 MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMBlockOrder *o, const MPMStencils *s,
-                            const MPMRecords *r, PetscReal *const place[], MPMBegun *begun)
+                            const MPMRecords *r, PetscReal *const place[], const MPMRecord *from, MPMRecord *to)
 {
-  const MPMRecord *from = begun->place ? begun->sum : NULL;
-
-  if (from && place[0] != begun->place) { /* that cell had ended with its block */
-    MPMSumCell(dim, ns, forces, affine, s, r, 0, 0, from, begun->place, NULL);
-    from = NULL;
-  }
   for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++], from = NULL)
-    MPMSumCell(dim, ns, forces, affine, s, r, first, o->end[c], from, place[c], c < o->ncells - 1 ? NULL : begun->sum);
-  begun->place = place[o->ncells - 1];
+    MPMSumCell(dim, ns, forces, affine, s, r, first, o->end[c], from, place[c], c < o->ncells - 1 ? NULL : to);
 }
 
 /* --- Nodes to particles ------------------------------------------------------------------------------------------- */
 /* Sums over the nodes of a cell for MPM_WIDTH of its particles, the lanes, from l on: nv values with phi, and the
    gradients of the first dim of them with grad phi. They are made one after the other, so that each has its sums in
-   registers. node: the motion of the cell's base node; at: the offsets of the others. */
-MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const PetscReal *node, const PetscInt at[],
+   registers. node: the motion of the cell's base node; row, plane: from a row of nodes, or a plane, to the next one. */
+MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const PetscReal *node, size_t row, size_t plane,
                                const MPMStencils *s, PetscInt l, MPMComponent *value, MPMComponent *gradient)
 {
   const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1, n = gradients && nv < dim ? dim : nv;
   MPMReal   wx[4], gx[4];
 
   for (int i = 0; i < ns; i++) wx[i] = MPMRead(&s->w[0][i][l]), gx[i] = MPMRead(&s->g[0][i][l]);
+  MPM_UNROLL_VALUES
   for (int f = 0; f < n; f++) {
     const int grad = gradients && f < dim;
     MPMReal   V = MPMAll(0), G[3] = {MPMAll(0), MPMAll(0), MPMAll(0)};
@@ -151,7 +147,7 @@ MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const Pet
 
       MPM_UNROLL_NODES
       for (int j = 0; j < ny; j++) {
-        const PetscReal *u = node + at[(k * ny + j) * ns] + f;
+        const PetscReal *u = node + (size_t)k * plane + (size_t)j * row + f;
         MPMReal          R = MPMAll(0), Rx = MPMAll(0); /* of a row of nodes */
 
         MPM_UNROLL_NODES
@@ -185,29 +181,35 @@ MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const Pet
 /* Does the same for all particles of a block. Lanes past the end of a cell get numbers that the next cell overwrites,
    or that lie past the end of the block. */
 MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, const MPMBlockOrder *o,
-                                    const MPMStencils *s, const PetscInt at[], const PetscReal *nodes,
+                                    const MPMStencils *s, const PetscInt n[], const PetscReal *nodes,
                                     MPMComponent *value, MPMComponent *gradient)
 {
-  for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++])
-    for (PetscInt l = first; l < o->end[c]; l += MPM_WIDTH)
-      MPMInterpolate(dim, ns, nv, gradients, nodes + (size_t)s->base[first] * MPM_MOTION_NC(dim), at, s, l, value,
-                     gradient);
+  size_t row = (size_t)n[0] * MPM_MOTION_NC(dim), plane = (size_t)n[1] * row;
+
+  for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++]) {
+    const PetscReal *node = nodes + (size_t)(PetscInt)s->base[first] * MPM_MOTION_NC(dim);
+
+    for (PetscInt l = first; l < o->end[c]; l += MPM_WIDTH) {
+      __asm__("" : "+r"(node), "+r"(row), "+r"(plane)); /* else gcc keeps the address of each number, in memory */
+      MPMInterpolate(dim, ns, nv, gradients, node, row, plane, s, l, value, gradient);
+    }
+  }
 }
 
 /* --- Instances ---------------------------------------------------------------------------------------------------- */
 #define MPM_FOR_ALL(X) X(1, 2) X(1, 3) X(1, 4) X(2, 2) X(2, 3) X(2, 4) X(3, 2) X(3, 3) X(3, 4)
 #define MPM_SUM_BLOCK(dim, ns, forces, affine)                                                                         \
   static void SumBlock_##dim##ns##_##forces##affine(const MPMBlockOrder *o, const MPMStencils *s, const MPMRecords *r, \
-                                                    PetscReal *const place[], MPMBegun *begun)                         \
+                                                    PetscReal *const place[], const MPMRecord *from, MPMRecord *to)    \
   {                                                                                                                    \
-    MPMSumBlock(dim, ns, forces, affine, o, s, r, place, begun);                                                       \
+    MPMSumBlock(dim, ns, forces, affine, o, s, r, place, from, to);                                                    \
   }
 #define MPM_INTERPOLATE_BLOCK(dim, ns, motion, stress)                                                                 \
   static void InterpolateBlock_##dim##ns##_##motion##stress(const MPMBlockOrder *o, const MPMStencils *s,              \
-                                                            const PetscInt at[], const PetscReal *nodes,               \
+                                                            const PetscInt n[], const PetscReal *nodes,                \
                                                             MPMComponent *value, MPMComponent *gradient)               \
   {                                                                                                                    \
-    MPMInterpolateBlock(dim, ns, motion ? 2 * dim : 0, stress, o, s, at, nodes, value, gradient);                      \
+    MPMInterpolateBlock(dim, ns, motion ? 2 * dim : 0, stress, o, s, n, nodes, value, gradient);                       \
   }
 #define MPM_DEFINE(dim, ns)                                                                                            \
   MPM_SUM_BLOCK(dim, ns, 0, 0)                                                                                         \
