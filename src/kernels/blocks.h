@@ -14,7 +14,8 @@
 
 /* The particles of a block, as n entries of the order, which has its particles by (cell, id). */
 typedef struct {
-  PetscInt        n, run, entry;        /* run, entry: where in the ranges of the order the next block begins */
+  PetscInt        n, lanes;             /* lanes: n rounded up to whole vectors */
+  PetscInt        run, entry;           /* where in the ranges of the order the next block begins */
   PetscInt        next;                 /* the particle after the last one in these ranges, or -1 */
   PetscBool       adjacent;             /* each particle's row follows that of the one before */
   PetscInt        particle[MPM_BLOCK];  /* the lanes past the last particle repeat it */
@@ -22,10 +23,11 @@ typedef struct {
   PetscInt ncells, end[MPM_STAGED + 1]; /* cells; the particles of cell c are those from end[c-1] to end[c] - 1 */
 } MPMBlockOrder;
 
-/* What the stencils of a patch need of an axis, as reals: the grid's lower end in m, h, 1/h and cells; the first own node
-   and how many there are; the first node of the patch's arrays and how many there are; the reach of walls in cells. */
+/* What the stencils of a patch need of an axis, as reals: the grid's lower end in m, h, 1/h and cells; the first node of
+   the patch's arrays and how many there are; and in cells the reach of walls, the middle of a particle's cell from its
+   base node, and the distance from there within which a particle surely is in that cell. */
 typedef struct {
-  PetscReal lower, h, inverse, cells, own, nown, first, n, reach;
+  PetscReal lower, h, inverse, cells, first, n, reach, middle, near;
 } MPMAxis;
 
 /* The stencils of a block, and what the particles have from their kinds. */
@@ -59,6 +61,7 @@ MPM_INLINE PetscBool MPMNextBlock(int dim, const MPMPatch *patch, PetscInt nruns
     for (PetscInt l = 0; l < full; l++) jumps |= o->particle[l] - l - o->particle[0];
   for (PetscInt l = n; n && l % MPM_WIDTH; l++) o->particle[l] = o->particle[n - 1];
   o->n        = n;
+  o->lanes    = (n + MPM_WIDTH - 1) / MPM_WIDTH * MPM_WIDTH;
   o->next     = o->run < nruns ? patch->order[o->entry] : -1;
   o->adjacent = !jumps && n == full ? PETSC_TRUE : PETSC_FALSE;
   o->ahead    = patch->order + PetscMin(o->entry, patch->particles.n - n);
@@ -74,11 +77,16 @@ MPM_INLINE void MPMFirstBlock(PetscInt nruns, const MPMRange *runs, MPMBlockOrde
 
 /* Prefetches rows of the next block, at the places of particles l to l + MPM_WIDTH - 1 of this one. A line of the cache
    holds 8 numbers. Neighbours in the order are mostly neighbours in memory: if a line holds two rows, every other row
-   is enough. A row of 9 needs its second line too. */
+   is enough. A row of 9 needs its second line too. Where the rows of this block follow each other, those of the next one
+   are taken to do so. */
 MPM_INLINE void MPMFetch(int nc, const PetscReal *own, const MPMBlockOrder *o, PetscInt l)
 {
   const int step = 2 * nc > 8 ? 1 : 2;
 
+  if (o->adjacent) {
+    for (int c = 0; c < nc * MPM_WIDTH; c += 8) __builtin_prefetch(own + (size_t)(o->ahead[0] + l) * nc + c);
+    return;
+  }
   if (l + MPM_WIDTH > o->n) return; /* `ahead` may end with the order */
   for (int k = 0; k < MPM_WIDTH; k += step) {
     __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc);
@@ -86,44 +94,69 @@ MPM_INLINE void MPMFetch(int nc, const PetscReal *own, const MPMBlockOrder *o, P
   }
 }
 
-/* Reads the rows of nc components of a block's particles, which `own` has, into lanes; those past the last particle
-   repeat it. */
+/* Reads the rows of nc components of a block's particles from l on, one a lane, to the vectors of their components; the
+   lanes past the last particle repeat it. `own` are the rows of all particles. */
+MPM_INLINE void MPMLoad(int nc, const PetscReal *own, const MPMBlockOrder *o, PetscInt l, MPMReal *to)
+{
+  const PetscReal *row[MPM_WIDTH];
+
+  MPMFetch(nc, own, o, l);
+  if (o->adjacent)
+    MPMTranspose(nc, own + (size_t)(o->particle[0] + l) * nc, to);
+  else {
+    for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->particle[l + k] * nc;
+    MPMReadRows(nc, row, to);
+  }
+}
+
+/* Writes the vectors of nc components of a block's particles from l on to their rows. The lanes past the last particle
+   must repeat it. */
+MPM_INLINE void MPMStore(int nc, const MPMReal *from, const MPMBlockOrder *o, PetscInt l, PetscReal *own)
+{
+  PetscReal *row[MPM_WIDTH];
+
+  if (o->adjacent)
+    MPMTransposeBack(nc, from, own + (size_t)(o->particle[0] + l) * nc);
+  else {
+    for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->particle[l + k] * nc;
+    MPMWriteRows(nc, from, row);
+  }
+}
+
+/* Does the same for the particles of first .. last-1 alone. */
+MPM_INLINE void MPMStorePart(int nc, const MPMReal *from, const MPMBlockOrder *o, PetscInt l, PetscInt first,
+                             PetscInt last, PetscReal *own)
+{
+  if (first <= l && l + MPM_WIDTH <= last)
+    MPMStore(nc, from, o, l, own);
+  else {
+    PetscReal *row[MPM_WIDTH], others[9]; /* the lanes of other particles are written here and not used */
+
+    for (int k = 0; k < MPM_WIDTH; k++)
+      row[k] = first <= l + k && l + k < last ? own + (size_t)o->particle[l + k] * nc : others;
+    MPMWriteRows(nc, from, row);
+  }
+}
+
+/* MPMGather and MPMScatter do so for all vectors of a block; MPMScatter for particles first .. last-1. */
 MPM_INLINE void MPMGather(int nc, const PetscReal *own, const MPMBlockOrder *o, MPMComponent *to)
 {
-  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
-    const PetscReal *row[MPM_WIDTH];
-    MPMReal          lanes[9];
+  for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
+    MPMReal lanes[9];
 
-    MPMFetch(nc, own, o, l);
-    if (o->adjacent)
-      MPMTranspose(nc, own + (size_t)(o->particle[0] + l) * nc, lanes);
-    else {
-      for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->particle[l + k] * nc;
-      MPMReadRows(nc, row, lanes);
-    }
+    MPMLoad(nc, own, o, l, lanes);
     for (int c = 0; c < nc; c++) MPMWrite(&to[c][l], lanes[c]);
   }
 }
 
-/* Writes the lanes of particles first .. last-1 of a block to their rows in `own`. */
 MPM_INLINE void MPMScatter(int nc, const MPMComponent *from, const MPMBlockOrder *o, PetscInt first, PetscInt last,
                            PetscReal *own)
 {
-  PetscReal others[9]; /* the lanes of other particles are written here and not used */
-
   for (PetscInt l = first - first % MPM_WIDTH; l < last; l += MPM_WIDTH) {
-    const PetscBool whole = first <= l && l + MPM_WIDTH <= last ? PETSC_TRUE : PETSC_FALSE;
-    PetscReal      *row[MPM_WIDTH];
-    MPMReal         lanes[9];
+    MPMReal lanes[9];
 
     for (int c = 0; c < nc; c++) lanes[c] = MPMRead(&from[c][l]);
-    if (o->adjacent && whole) {
-      MPMTransposeBack(nc, lanes, own + (size_t)(o->particle[0] + l) * nc);
-      continue;
-    }
-    for (int k = 0; k < MPM_WIDTH; k++)
-      row[k] = whole || (first <= l + k && l + k < last) ? own + (size_t)o->particle[l + k] * nc : others;
-    MPMWriteRows(nc, lanes, row);
+    MPMStorePart(nc, lanes, o, l, first, last, own);
   }
 }
 

@@ -47,13 +47,14 @@ MPM_INLINE void Means(int dim, const MPMParams *par, const MPMPatch *patch, cons
       mean[l] = sum[1] / sum[0];
     }
   }
+  for (PetscInt l = o->n; l < o->lanes; l++) mean[l] = mean[o->n - 1];
 }
 
 /* Computes the volume ratios J of a block's particles from the state b. */
 MPM_INLINE void VolumeRatios(int dim, const MPMParams *par, const MPMBlockOrder *o, const MPMStencils *s,
                              const MPMBlock *b, MPMComponent J)
 {
-  MPM_FOR_MATERIALS(m, first, next, par, o->n, s->kind)
+  MPM_FOR_MATERIALS(m, first, next, par, o->lanes, s->kind)
   for (PetscInt l = first - first % MPM_WIDTH; l < next; l += MPM_WIDTH) {
     MPMReal F[9], ratio = MPMAll(1);
 
@@ -164,8 +165,8 @@ MPM_INLINE void SumPressures(int dim, const MPMParams *par, MPMPatch *patch, Pet
   MPMFirstBlock(n, runs, &o);
   while (MPMNextBlock(dim, patch, n, runs, &o)) {
     MPMStage(dim, par, patch, &o, &s);
-    MPMGatherState(dim, par, patch, &o, &s, &b);
-    MPM_FOR_MATERIALS(m, first, next, par, o.n, s.kind)
+    MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS, &o, &s, &b);
+    MPM_FOR_MATERIALS(m, first, next, par, o.lanes, s.kind)
     if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[dim - 1](m, first, next, &b);
     VolumeRatios(dim, par, &o, &s, &b, V);
     for (PetscInt l = 0; l < o.n; l += MPM_WIDTH) {

@@ -9,6 +9,53 @@
 
 /* --- Nodes to particles ------------------------------------------------------------------------------------------- */
 
+/* Computes new velocities of a block from vn = sum phi v' and an = sum phi a (8), and displacements dx (9), which may
+   have the array of vn; writes the velocities to their rows. With xpic r is the part of the old velocity that
+   interpolation to nodes and back does not give, which is dropped; else NULL. */
+MPM_INLINE void MPMMove(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
+                        const PetscReal *r, const MPMComponent *vn, const MPMComponent *an, MPMComponent *dx,
+                        MPMReal *v2max)
+{
+  const PetscReal dt = par->dt, kick = par->kick, flip = par->flip, pic = 1 - par->flip;
+
+  for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
+    MPMReal v[3], drop[3], v2 = MPMAll(0);
+
+    MPMLoad(dim, patch->particles.v, o, l, v);
+    if (r) MPMLoad(dim, r, o, l, drop);
+    for (int d = 0; d < dim; d++) {
+      const MPMReal now = MPMRead(&vn[d][l]), step = kick * MPMRead(&an[d][l]);
+
+      v[d] = r ? v[d] - drop[d] + step : flip * (v[d] + step) + pic * now;
+      v2 += v[d] * v[d];
+      MPMWrite(&dx[d][l], dt * (r ? v[d] : now));
+    }
+    MPMStore(dim, v, o, l, patch->particles.v);
+    *v2max = MPMMax(*v2max, v2);
+  }
+}
+
+/* Updates F of the particles in lanes first .. next-1, eq. (10), in their rows and in b; returns the lanes whose J is not
+   a positive number. */
+MPM_INLINE MPMMask MPMUpdateF(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
+                              PetscInt first, PetscInt next, MPMComponent *L, MPMBlock *b)
+{
+  MPMMask bad = MPMNone();
+
+  for (PetscInt l = first - first % MPM_WIDTH; l < next; l += MPM_WIDTH) {
+    MPMReal F[9], G[9], J;
+
+    MPMLoad(dim * dim, patch->particles.F, o, l, F);
+    for (int k = 0; k < dim * dim; k++) G[k] = MPMRead(&L[k][l]);
+    MPMDeform(dim, par->dt, G, F);
+    for (int k = 0; k < dim * dim; k++) MPMWrite(&b->F[k][l], F[k]);
+    MPMStorePart(dim * dim, F, o, l, first, next, patch->particles.F);
+    J = MPMDet(dim, F);
+    bad |= MPMBetween(l, first, next) & MPMNot((J > 0.0) & (J < PETSC_MAX_REAL));
+  }
+  return bad;
+}
+
 /* Updates F and material state of a block from its velocity gradients L [dim*dim] in 1/s, eqs. (10) to (12); notes bad
    J and the largest squared wave speed c2max in m^2/s^2. */
 MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
@@ -16,159 +63,72 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
 {
   const MPMView *particles = &patch->particles;
 
-  MPMGatherState(dim, par, patch, o, s, b);
-  MPM_FOR_MATERIALS(m, first, next, par, o->n, s->kind)
+  MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS & ~MPM_BIT(F), o, s, b);
+  MPM_FOR_MATERIALS(m, first, next, par, o->lanes, s->kind)
   {
     const MPMMaterialLaw *law   = MPMLaw(m);
-    const PetscInt        from  = first - first % MPM_WIDTH;
     const PetscBool       has_F = m->state & MPM_BIT(F) ? PETSC_TRUE : PETSC_FALSE;
+    const PetscInt        from  = first - first % MPM_WIDTH;
     MPMMask               bad   = MPMNone();
     MPMComponent          c2;
 
-    for (PetscInt l = from; l < next && has_F; l += MPM_WIDTH) {
-      MPMReal F[9], G[9];
-
-      for (int k = 0; k < dim * dim; k++) {
-        F[k] = MPMRead(&b->F[k][l]);
-        G[k] = MPMRead(&L[k][l]);
-      }
-      MPMDeform(dim, par->dt, G, F);
-      for (int k = 0; k < dim * dim; k++) MPMWritePart(&b->F[k][l], F[k], first - l, next - l);
-    }
+    if (has_F) bad = MPMUpdateF(dim, par, patch, o, first, next, L, b);
     if (law->update[dim - 1]) law->update[dim - 1](m, par->dt, L, first, next, b);
-    for (PetscInt l = from; l < next; l += MPM_WIDTH) {
-      MPMReal F[9], J = MPMRead(&b->J[0][l]);
+    for (PetscInt l = from; l < next && !has_F; l += MPM_WIDTH) {
+      const MPMReal J = MPMRead(&b->J[0][l]);
 
-      if (has_F) {
-        for (int k = 0; k < dim * dim; k++) F[k] = MPMRead(&b->F[k][l]);
-        J = MPMDet(dim, F);
-      }
       bad |= MPMBetween(l, first, next) & MPMNot((J > 0.0) & (J < PETSC_MAX_REAL));
     }
-    if (MPMAny(bad)) MPMRareBadJ(dim, patch, has_F, first, next, o->particle, b, status);
+    if (MPMAny(bad)) MPMRareBadJ(dim, patch, has_F, first, PetscMin(next, o->n), o->particle, b, status);
     law->speed2[dim - 1](m, first, next, b, c2);
     for (PetscInt l = from; l < next; l += MPM_WIDTH)
       *c2max = MPMMax(*c2max, MPMSelect(MPMBetween(l, first, next), MPMRead(c2 + l), MPMAll(0)));
 #define MPM_SCATTER(name, rows)                                                                                        \
-  if ((m->state | par->carried) & MPM_BIT(name))                                                                       \
+  if (MPM_BIT(name) != MPM_BIT(F) && ((m->state | par->carried) & MPM_BIT(name)))                                      \
     MPMScatter(MPMComponents_##name(dim), b->name, o, first, next, particles->name);
     MPM_MATERIAL_FIELDS(MPM_SCATTER)
 #undef MPM_SCATTER
   }
 }
 
-/* Computes new velocities v of a block from vn = sum phi v' and an = sum phi a (8), and displacements dx (9), which may
-   have the array of vn. r is, with xpic, the part of the old v that interpolation to nodes and back does not give,
-   which is dropped; else NULL. */
-MPM_INLINE void MPMMove(int dim, const MPMParams *par, PetscInt n, MPMComponent *v, const MPMComponent *r,
-                        const MPMComponent *vn, const MPMComponent *an, MPMComponent *dx, MPMReal *v2max)
-{
-  const PetscReal dt = par->dt, kick = par->kick, flip = par->flip, pic = 1 - par->flip;
-
-  for (PetscInt l = 0; l < n; l += MPM_WIDTH) {
-    MPMReal v2 = MPMAll(0);
-
-    for (int d = 0; d < dim; d++) {
-      const MPMReal now = MPMRead(&vn[d][l]), step = kick * MPMRead(&an[d][l]), old = MPMRead(&v[d][l]);
-      const MPMReal to = r ? old - MPMRead(&r[d][l]) + step : flip * (old + step) + pic * now;
-
-      v2 += to * to;
-      MPMWrite(&v[d][l], to);
-      MPMWrite(&dx[d][l], dt * (r ? to : now));
-    }
-    *v2max = MPMMax(*v2max, MPMSelect(MPMBetween(l, 0, n), v2, MPMAll(0)));
-  }
-}
-
-/* Computes the base nodes of n particles at their new positions: on each axis from the patch's first own node in `at`,
-   and in `base` their index in the arrays as in s->base, or MPM_ELSEWHERE or MPM_NOWHERE. */
-MPM_INLINE void MPMFindBases(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, const MPMStencils *s,
-                             MPMComponent *at, PetscReal *base)
-{
-  const MPMGrid grid = *patch->grid;
-
-  for (PetscInt l = 0; l < n; l += MPM_WIDTH) {
-    MPMReal index  = MPMAll(0);
-    MPMMask inside = MPMNot(MPMNone()), own = inside;
-
-    for (int d = dim - 1; d >= 0; d--) {
-      const MPMAxis *axis = &s->axis[d];
-      const MPMReal  x    = MPMRead(&s->x[d][l]);
-      MPMReal        xi, node = MPMBasesOf(basis, &grid, d, axis, x, MPMRead(&s->l[d][l]), &xi);
-
-      inside &= (x >= axis->lower) & (x <= grid.upper[d]);
-      index = index * axis->n + (node - axis->first);
-      node -= axis->own;
-      own &= (node >= 0) & (node < axis->nown);
-      MPMWrite(&at[d][l], node);
-    }
-    MPMWrite(base + l, MPMSelect(inside, MPMSelect(own, index, MPMAll(MPM_ELSEWHERE)), MPMAll(MPM_NOWHERE)));
-  }
-}
-
-/* Notes a mover: particle l of a block, entry `entry` of the order, has a new base node, `index` in the arrays and `at`
-   on the axes. Numbers its cell and adds it to the movers of the patch. Returns whether it left the patch for another
-   one. */
-MPM_INLINE PetscBool MPMNoteMover(int dim, const MPMParams *par, MPMPatch *patch, PetscInt entry,
-                                  const MPMBlockOrder *o, const MPMStencils *s, PetscInt l, PetscInt index,
-                                  const MPMComponent *at, MPMStatus *status)
-{
-  const PetscInt p       = o->particle[l];
-  PetscInt       cell    = index; /* MPM_ELSEWHERE or MPM_NOWHERE */
-  PetscInt       node[3] = {0};
-
-  if (index >= 0) {
-    for (int d = 0; d < dim; d++) node[d] = (PetscInt)at[d][l];
-    cell = MPMTileCell(dim, &patch->tiles, node);
-  }
-  patch->particles.cell[p] = cell;
-  if (patch->movers) patch->movers[patch->nmovers] = cell < 0 ? MPM_FLAGGED(entry) : entry;
-  patch->nmovers++;
-  status->moved++;
-  if (cell == MPM_NOWHERE) {
-    const PetscReal x[3] = {s->x[0][l], s->x[1][l], s->x[2][l]};
-
-    MPMBad bad = par->deletes ? MPM_GONE : MPM_LEFT_GRID;
-
-    for (int d = 0; d < dim; d++)
-      if (!(PetscAbsReal(x[d]) <= PETSC_MAX_REAL)) bad = MPM_LEFT_GRID;
-    MPMStatusNote(status, bad, patch->particles.id[p], dim, x, 0);
-  }
-  return cell == MPM_ELSEWHERE ? PETSC_TRUE : PETSC_FALSE;
-}
-
-/* Commits the displacements: x <- x + dx, and the new cells. Only the cells of movers, which are few, are numbered
-   anew. Counts movers and leavers. q is the entry of the order at which the block begins. */
+/* Commits the displacements: x <- x + dx, and the new cells. A particle surely stays in its cell if its distance from
+   the cell's middle, in cells, stays below 1/2 by more than rounding errors; the others, which are few, are located one
+   by one. Counts movers and leavers. q is the entry of the order at which the block begins. */
 MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscInt q, const MPMBlockOrder *o,
                           MPMStencils *s, const MPMComponent *dx, MPMStatus *status)
 {
-  const MPMGrid *grid  = patch->grid;
-  MPMMask        wraps = MPMNone();
-  MPMBits        moves = {0};
-  MPMComponent   at[3], now; /* base nodes as places on each axis, and as indices, to be compared with s->base */
-  PetscInt       moved, which[MPM_STAGED];
+  const MPMGrid  *grid = patch->grid;
+  const PetscBool gimp = patch->basis == MPM_BASIS_gimp ? PETSC_TRUE : PETSC_FALSE;
+  MPMMask         out  = MPMNone();
+  MPMBits         some = {0};
+  PetscInt        n, which[MPM_STAGED];
 
-  for (int d = 0; d < dim; d++)
-    for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
-      const MPMReal x = MPMRead(&s->x[d][l]) + MPMRead(&dx[d][l]);
-
-      MPMWrite(&s->x[d][l], x);
-      if (grid->periodic[d]) wraps |= MPMBetween(l, 0, o->n) & MPMNot((x >= grid->lower[d]) & (x < grid->upper[d]));
-    }
-  if (MPMAny(wraps)) MPMRareWrap(dim, grid, o->n, s->x);
-  MPMScatter(dim, s->x, o, 0, o->n, patch->particles.x);
   if (patch->particles.l) {
     MPMRareStretch(dim, par, patch, o->n, o->particle, s->x, status);
     MPMGather(dim, patch->particles.l, o, s->l);
   }
-#define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
-  if (patch->basis == MPM_BASIS_##name) MPMFindBases(dim, MPM_BASIS_##name, patch, o->n, s, at, now);
-#include "physics/basis.def"
-#undef MPM_BASIS
-  for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) moves = MPMCollect(MPMRead(&now[l]) != MPMRead(&s->base[l]), l, moves);
-  moved = MPMList(moves, o->n, which);
-  for (PetscInt k = 0; k < moved; k++)
-    status->left += MPMNoteMover(dim, par, patch, q + which[k], o, s, which[k], (PetscInt)now[which[k]], at, status);
+  for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
+    MPMMask far = MPMNone(), outside = far;
+    MPMReal x[3];
+
+    for (int d = 0; d < dim; d++) {
+      const MPMAxis *axis = &s->axis[d];
+      const MPMReal  step = MPMRead(&dx[d][l]);
+      MPMReal        off  = MPMFma(step, MPMAll(axis->inverse), MPMRead(&s->at[d][l])) - axis->middle;
+
+      if (gimp) off -= MPMRead(&s->l[d][l]);
+      x[d] = MPMRead(&s->x[d][l]) + step;
+      MPMWrite(&s->x[d][l], x[d]);
+      far |= MPMNot(MPMAbs(off) < axis->near);
+      outside |= MPMNot((x[d] >= axis->lower) & (x[d] < grid->upper[d]));
+    }
+    out |= outside;
+    some = MPMCollect(far | outside, l, some);
+    MPMStore(dim, x, o, l, patch->particles.x);
+  }
+  if (MPMAny(out) && MPMRareWrap(dim, grid, o->lanes, s->x)) MPMScatter(dim, s->x, o, 0, o->lanes, patch->particles.x);
+  n = MPMList(some, o->n, which);
+  if (n) MPMRareCells(dim, par, patch, q, n, which, o->particle, s, status);
 }
 
 /* Runs the parts of a transfer from nodes to particles: velocities and displacements (8), (9); velocity gradient (3), F
@@ -182,7 +142,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][stress];
   MPMBlockOrder       o;
   MPMReal             v2 = MPMAll(0), c2 = MPMAll(0);
-  MPMComponent        value[6], L[9], v[3], r[3];
+  MPMComponent        value[6], L[9], r[3];
   MPMComponent *const vn = value, *const an = value + dim,
                       *const dx = vn; /* sum phi v', sum phi a; dx uses the memory of vn */
   MPMStencils                s;
@@ -191,8 +151,6 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   MPMStencilsBegin(dim, par, patch, &s);
   memset(&b, 0, sizeof b);
   memset(value, 0, sizeof value);
-  memset(v, 0, sizeof v);
-  memset(r, 0, sizeof r);
   patch->nmovers = 0;
   MPMFirstBlock(1, &all, &o);
   if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMSumGrowth)(dim, par, patch);
@@ -206,11 +164,8 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       MPMScatter(dim, r, &o, 0, o.n, particles->r);
     }
     if (parts & MPM_G2P_MOTION) {
-      MPMGather(dim, particles->v, &o, v);
-      if (particles->r) MPMGather(dim, particles->r, &o, r);
-      MPMMove(dim, par, o.n, v, particles->r ? r : NULL, vn, an, dx, &v2);
-      MPMScatter(dim, v, &o, 0, o.n, particles->v);
-      if (!(parts & MPM_G2P_COMMIT)) MPMScatter(dim, dx, &o, 0, o.n, particles->dx);
+      MPMMove(dim, par, patch, &o, particles->r, vn, an, dx, &v2);
+      if (!(parts & MPM_G2P_COMMIT)) MPMScatter(dim, dx, &o, 0, o.lanes, particles->dx);
     }
     if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMShareGrowth)(dim, par, patch, &o, &s, L);
     if (stress) MPMUpdateState(dim, par, patch, &o, &s, L, &b, &c2, status);

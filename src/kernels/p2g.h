@@ -165,8 +165,8 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       MPMStage(dim, par, patch, &o, &s);
       MPMStagePlaces(dim, patch, kept, &o, place);
       if (forces) {
-        MPMGatherState(dim, par, patch, &o, &s, &b);
-        MPM_FOR_MATERIALS(m, first, next, par, o.n, s.kind)
+        MPMGatherState(dim, par, patch, MPM_MATERIAL_BITS, &o, &s, &b);
+        MPM_FOR_MATERIALS(m, first, next, par, o.lanes, s.kind)
         if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[dim - 1](m, first, next, &b);
         if (parts & MPM_P2G_FBAR) MPM_LANES_NAME(MPMSharePressure)(dim, par, patch, &o, &s, &b);
       }

@@ -1,5 +1,6 @@
 /* rare.c - what transfers do for one particle at a time, since few particles or few scenes need it. */
 #include "kernels/rare.h"
+#include "kernels/cell.h"
 
 /* Notes in status the particles first .. last-1 of a block whose J is not a positive number. order [n] are the
    particles of the block. */
@@ -17,8 +18,9 @@ void MPMRareBadJ(PetscInt dim, const MPMPatch *patch, PetscBool has_F, PetscInt 
   }
 }
 
-/* Moves positions x [dim] of n particles back through periodic faces, into [lower, upper). */
-void MPMRareWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMComponent *x)
+/* Moves positions x [dim] of n particles back through periodic faces, into [lower, upper); returns whether there are
+   such faces. */
+PetscBool MPMRareWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMComponent *x)
 {
   for (PetscInt d = 0; d < dim; d++) {
     const PetscReal lower = grid->lower[d], upper = grid->upper[d], length = upper - lower;
@@ -31,6 +33,7 @@ void MPMRareWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMComponent *x)
       if (*at < lower || *at >= upper) *at = lower; /* after rounding */
     }
   }
+  return grid->periodic[0] || grid->periodic[1] || grid->periodic[2] ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Sets g = w (i - at) / sum w (i - at)^2 of the particles whose weights an extrapolated spline changes at a wall: there
@@ -72,6 +75,36 @@ void MPMRareStretch(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscIn
         l = 0.5;
       }
       particles->l[p * dim + d] = l;
+    }
+  }
+}
+
+/* Finds the cells of n particles of a block, number which[] in it, at their new positions; the block is the entries of
+   the order from q on. Those in a new cell are movers: it is noted, and they are added to the movers of the patch. Counts
+   movers and leavers. */
+void MPMRareCells(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscInt q, PetscInt n, const PetscInt *which,
+                  const PetscInt *order, const MPMStencils *s, MPMStatus *status)
+{
+  const MPMView *particles = &patch->particles;
+
+  for (PetscInt k = 0; k < n; k++) {
+    const PetscInt  l = which[k], p = order[l];
+    const PetscReal x[3] = {s->x[0][l], s->x[1][l], s->x[2][l]}, half[3] = {s->l[0][l], s->l[1][l], s->l[2][l]};
+    PetscInt        base[3];
+    const PetscInt  cell = MPMOwnCell((int)dim, patch->basis, patch, x, half, base);
+
+    if (cell == particles->cell[p]) continue;
+    particles->cell[p] = cell;
+    if (patch->movers) patch->movers[patch->nmovers] = cell < 0 ? MPM_FLAGGED(q + l) : q + l;
+    patch->nmovers++;
+    status->moved++;
+    if (cell == MPM_ELSEWHERE) status->left++;
+    if (cell == MPM_NOWHERE) {
+      MPMBad bad = par->deletes ? MPM_GONE : MPM_LEFT_GRID;
+
+      for (PetscInt d = 0; d < dim; d++)
+        if (!(PetscAbsReal(x[d]) <= PETSC_MAX_REAL)) bad = MPM_LEFT_GRID;
+      MPMStatusNote(status, bad, particles->id[p], dim, x, 0);
     }
   }
 }

@@ -3,13 +3,15 @@
 #ifndef MPM_RARE_H
 #define MPM_RARE_H
 
-#include "kernels/blocks.h"
+#include "kernels/stencils.h"
 
 void MPMRareBadJ(PetscInt dim, const MPMPatch *, PetscBool has_F, PetscInt first, PetscInt last, const PetscInt *order,
                  const MPMBlock *, MPMStatus *);
-void MPMRareWrap(PetscInt dim, const MPMGrid *, PetscInt n, MPMComponent *x);
+PetscBool MPMRareWrap(PetscInt dim, const MPMGrid *, PetscInt n, MPMComponent *x);
 void MPMRareInertia(PetscInt dim, MPMBasis, const MPMGrid *, PetscInt n, MPMStencils *);
 void MPMRareStretch(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt n, const PetscInt *order,
                     const MPMComponent *x, MPMStatus *);
+void MPMRareCells(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt q, PetscInt n, const PetscInt *which,
+                  const PetscInt *order, const MPMStencils *, MPMStatus *);
 
 #endif

@@ -23,16 +23,19 @@ MPM_INLINE void MPMStencilsBegin(int dim, const MPMParams *par, const MPMPatch *
 
   memset(s, 0, sizeof *s);
   MPMStageKind(dim, par->kinds, 0, MPM_BLOCK, s);
-  for (int d = 0; d < dim; d++)
+  for (int d = 0; d < dim; d++) {
+    const PetscReal far = PetscMax(PetscAbsReal(grid->lower[d]), PetscAbsReal(grid->upper[d]));
+
     s->axis[d] = (MPMAxis){.lower   = grid->lower[d],
                            .h       = grid->h[d],
                            .inverse = 1 / grid->h[d],
                            .cells   = grid->cells[d],
-                           .own     = patch->own_lo[d],
-                           .nown    = patch->own_n[d],
                            .first   = patch->lo[d],
                            .n       = patch->n[d],
-                           .reach   = MPMWallReach(patch->basis, grid->wall_basis[d])};
+                           .reach   = MPMWallReach(patch->basis, grid->wall_basis[d]),
+                           .middle  = MPMBasisMiddle(patch->basis),
+                           .near    = 0.5 - 16 * PETSC_MACHINE_EPSILON * (far / grid->h[d] + grid->cells[d])};
+  }
 }
 
 /* Sets the weights of a spline near walls, particle by particle. */
@@ -62,7 +65,7 @@ MPM_INLINE MPMReal MPMBasesOf(MPMBasis basis, const MPMGrid *grid, int d, const 
 }
 
 /* Computes base nodes and weights of a block of particles; their positions were checked when they were committed. */
-MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt n, MPMStencils *s)
+MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt lanes, MPMStencils *s)
 {
   const MPMGrid grid = *patch->grid; /* a copy, which no write changes, so its numbers stay in registers */
   PetscBool     wall = PETSC_FALSE;
@@ -71,7 +74,7 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
     const MPMAxis axis = s->axis[d];
     MPMReal       least = MPMAll(axis.cells), most = MPMAll(0); /* of xi */
 
-    for (PetscInt q = 0; q < n; q += MPM_WIDTH) {
+    for (PetscInt q = 0; q < lanes; q += MPM_WIDTH) {
       const MPMReal l = MPMRead(&s->l[d][q]);
       MPMReal       xi, base, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
 
@@ -88,7 +91,7 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
     if (MPMBasisIsSpline(basis) && MPMAny((least < axis.reach) | (axis.cells - most < axis.reach))) wall = PETSC_TRUE;
   }
   s->walled = wall;
-  if (wall) MPMStageWalls(dim, basis, patch->grid, n, s);
+  if (wall) MPMStageWalls(dim, basis, patch->grid, lanes, s);
 }
 
 /* Computes the stencils of a block of particles, and where its cells end. */
@@ -97,13 +100,13 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
   MPMBits ends = {0};
 
   MPMGather(dim, patch->particles.x, o, s->x);
-  for (PetscInt l = 0; l < o->n && par->nkinds > 1; l++) {
+  for (PetscInt l = 0; l < o->lanes && par->nkinds > 1; l++) {
     s->kind[l] = patch->particles.kind[o->particle[l]];
     MPMStageKind(dim, par->kinds + s->kind[l], l, l + 1, s);
   }
   if (patch->particles.l) MPMGather(dim, patch->particles.l, o, s->l);
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
-  if (patch->basis == MPM_BASIS_##name) MPMStageWeights(dim, MPM_BASIS_##name, patch, o->n, s);
+  if (patch->basis == MPM_BASIS_##name) MPMStageWeights(dim, MPM_BASIS_##name, patch, o->lanes, s);
 #include "physics/basis.def"
 #undef MPM_BASIS
   /* A cell ends where the next particle has another base node. The last particle is compared with a leftover past it:
@@ -132,21 +135,21 @@ MPM_INLINE int MPMStencilNodes(int dim, MPMBasis basis)
 
 /* --- Materials ---------------------------------------------------------------------------------------------------- */
 
-/* Repeats a statement for each sequence of particles of the same material among the n of a block. It declares m, the
-   material, and its particles first to next-1. (The inner loop runs once; it declares m.) */
-#define MPM_FOR_MATERIALS(m, first, next, par, n, kind)                                                                \
-  for (PetscInt first = 0, next = 0; first < (n); first = next)                                                        \
-    for (const MPMMaterial *m = MPMSameMaterial(par, n, kind, first, &next); m; m = NULL)
+/* Repeats a statement for each sequence of lanes of a block that have the same material; lanes past the last particle
+   repeat it. It declares m, the material, and its lanes first to next-1. (The inner loop runs once; it declares m.) */
+#define MPM_FOR_MATERIALS(m, first, next, par, lanes, kind)                                                            \
+  for (PetscInt first = 0, next = 0; first < (lanes); first = next)                                                    \
+    for (const MPMMaterial *m = MPMSameMaterial(par, lanes, kind, first, &next); m; m = NULL)
 
-/* Returns the material of particle `first`; particles first to *next-1 have the same. */
-MPM_INLINE const MPMMaterial *MPMSameMaterial(const MPMParams *par, PetscInt n, const PetscInt *kind, PetscInt first,
-                                              PetscInt *next)
+/* Returns the material of lane `first`; lanes first to *next-1 have the same. */
+MPM_INLINE const MPMMaterial *MPMSameMaterial(const MPMParams *par, PetscInt lanes, const PetscInt *kind,
+                                              PetscInt first, PetscInt *next)
 {
   const PetscInt row = par->kinds[kind[first]].material;
 
-  *next = n;
+  *next = lanes;
   if (par->nkinds > 1)
-    for (*next = first + 1; *next < n && par->kinds[kind[*next]].material == row;) (*next)++;
+    for (*next = first + 1; *next < lanes && par->kinds[kind[*next]].material == row;) (*next)++;
   return par->materials + row;
 }
 
@@ -158,16 +161,16 @@ MPM_INLINE const MPMMaterialLaw *MPMLaw(const MPMMaterial *m)
   return law ? law : m->type->law;
 }
 
-/* Reads the material state of a block's particles, as far as the phase declared it and a law of the block has it: in a
-   scene of fluids and solids most blocks have no use for the fields of the others. */
-MPM_INLINE void MPMGatherState(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
-                               const MPMStencils *s, MPMBlock *b)
+/* Reads the fields `which` (bits) of the material state of a block's particles, as far as the phase declared them and a
+   law of the block has them: in a scene of fluids and solids most blocks have no use for the fields of the others. */
+MPM_INLINE void MPMGatherState(int dim, const MPMParams *par, const MPMPatch *patch, PetscInt which,
+                               const MPMBlockOrder *o, const MPMStencils *s, MPMBlock *b)
 {
   PetscInt state = par->carried;
 
-  MPM_FOR_MATERIALS(m, first, next, par, o->n, s->kind) state |= m->state;
+  MPM_FOR_MATERIALS(m, first, next, par, o->lanes, s->kind) state |= m->state;
 #define MPM_GATHER(name, rows)                                                                                         \
-  if (patch->particles.name && (state & MPM_BIT(name)))                                                                \
+  if (patch->particles.name && (which & state & MPM_BIT(name)))                                                                \
     MPMGather(MPMComponents_##name(dim), patch->particles.name, o, b->name);
   MPM_MATERIAL_FIELDS(MPM_GATHER)
 #undef MPM_GATHER

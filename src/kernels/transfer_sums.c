@@ -178,8 +178,8 @@ MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const Pet
   }
 }
 
-/* Does the same for all particles of a block. Lanes past the end of a cell get numbers that the next cell overwrites,
-   or that lie past the end of the block. */
+/* Does the same for all lanes of a block. Those past the end of a cell get numbers that the next cell overwrites, or that
+   lie past the end of the block. */
 MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, const MPMBlockOrder *o,
                                     const MPMStencils *s, const PetscInt n[], const PetscReal *nodes,
                                     MPMComponent *value, MPMComponent *gradient)
@@ -188,8 +188,9 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
 
   for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++]) {
     const PetscReal *node = nodes + (size_t)(PetscInt)s->base[first] * MPM_MOTION_NC(dim);
+    const PetscInt   last = c < o->ncells - 1 ? o->end[c] : o->lanes;
 
-    for (PetscInt l = first; l < o->end[c]; l += MPM_WIDTH) {
+    for (PetscInt l = first; l < last; l += MPM_WIDTH) {
       __asm__("" : "+r"(node), "+r"(row), "+r"(plane)); /* else gcc keeps the address of each number, in memory */
       MPMInterpolate(dim, ns, nv, gradients, node, row, plane, s, l, value, gradient);
     }

@@ -169,6 +169,13 @@ MPM_INLINE int MPMBasisInertia(MPMBasis basis)
   return 0;
 }
 
+/* Returns the distance of the middle of a cell from the base node that names it, in cells; with gimp a particle's
+   half-width is added. */
+MPM_INLINE PetscReal MPMBasisMiddle(MPMBasis basis)
+{
+  return basis == MPM_BASIS_gimp ? 0.5 : 0.5 * (MPMBasisNodes(basis) - 1);
+}
+
 /* Returns whether the basis is a spline, which needs a form of its own at walls. */
 MPM_INLINE PetscBool MPMBasisIsSpline(MPMBasis basis)
 {

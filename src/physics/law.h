@@ -36,19 +36,28 @@ MPM_INLINE void MPMParticleLoad(int dim, const MPMBlock *b, PetscInt p, MPMParti
   s->theta = MPMRead(&b->theta[0][p]);
 }
 
-/* Writes the fields `state` (bits), which a step changes, of those lanes from p on that are among particles first ..
-   last-1 of the block. */
+/* Writes the fields `state` (bits), which a step changes, of lanes first .. last-1 of those from p on. */
+MPM_INLINE void MPMParticleStoreLanes(int dim, PetscInt state, const MPMParticleState *s, MPMBlock *b, PetscInt p,
+                                      PetscInt first, PetscInt last)
+{
+  for (int k = 0; k < MPM_SYM_NC(dim); k++) {
+    if (state & MPM_BIT(be)) MPMWritePart(&b->be[k][p], s->be[MPMSymPlace(dim, k)], first, last);
+    if (state & MPM_BIT(tau)) MPMWritePart(&b->tau[k][p], s->tau[MPMSymPlace(dim, k)], first, last);
+  }
+  if (state & MPM_BIT(J)) MPMWritePart(&b->J[0][p], s->J, first, last);
+  if (state & MPM_BIT(ep)) MPMWritePart(&b->ep[0][p], s->ep, first, last);
+  if (state & MPM_BIT(vc)) MPMWritePart(&b->vc[0][p], s->vc, first, last);
+  if (state & MPM_BIT(theta)) MPMWritePart(&b->theta[0][p], s->theta, first, last);
+}
+
+/* Does so for those lanes that are particles first .. last-1 of the block: mostly all, which then are constants. */
 MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState *s, MPMBlock *b, PetscInt p,
                                  PetscInt first, PetscInt last)
 {
-  for (int k = 0; k < MPM_SYM_NC(dim); k++) {
-    if (state & MPM_BIT(be)) MPMWritePart(&b->be[k][p], s->be[MPMSymPlace(dim, k)], first - p, last - p);
-    if (state & MPM_BIT(tau)) MPMWritePart(&b->tau[k][p], s->tau[MPMSymPlace(dim, k)], first - p, last - p);
-  }
-  if (state & MPM_BIT(J)) MPMWritePart(&b->J[0][p], s->J, first - p, last - p);
-  if (state & MPM_BIT(ep)) MPMWritePart(&b->ep[0][p], s->ep, first - p, last - p);
-  if (state & MPM_BIT(vc)) MPMWritePart(&b->vc[0][p], s->vc, first - p, last - p);
-  if (state & MPM_BIT(theta)) MPMWritePart(&b->theta[0][p], s->theta, first - p, last - p);
+  if (first <= p && p + MPM_WIDTH <= last)
+    MPMParticleStoreLanes(dim, state, s, b, p, 0, MPM_WIDTH);
+  else
+    MPMParticleStoreLanes(dim, state, s, b, p, first - p, last - p);
 }
 
 /* The functions for blocks compute particles first .. last-1. Their vectors begin at multiples of the width; lanes of
