@@ -24,6 +24,15 @@
 #define MPM_LANES_JOIN(name, width)   MPM_LANES_JOIN_AGAIN(name, width)
 #define MPM_LANES_JOIN_AGAIN(name, w) name##_##w
 
+/* Before a loop of constant length, at most 6: it is unrolled, so that vectors that it indexes are in registers. */
+#if MPM_WIDTH < 4
+#define MPM_UNROLL
+#elif defined(__clang__)
+#define MPM_UNROLL _Pragma("unroll")
+#else
+#define MPM_UNROLL _Pragma("GCC unroll 6")
+#endif
+
 /* An MPMMask is the result of a comparison; & and | combine masks, and MPMSelect chooses by one. An MPMBits holds the
    bits of reals, or a set of particles (sets.h). */
 #if MPM_WIDTH == 1
@@ -113,14 +122,14 @@ MPM_INLINE MPMReal MPMSqrt(MPMReal a)
 #endif
 }
 
-/* Returns the largest integer <= a in each lane, for |a| < 2^51, without a library call: where there is no instruction,
-   adding 1.5 2^52 rounds to the nearest integer. A zero is 0, never -0. */
+/* Returns the largest integer <= a in each lane, for |a| < 2^51 and not -0, without a library call: where there is no
+   instruction, adding 1.5 2^52 rounds to the nearest integer. */
 MPM_INLINE MPMReal MPMFloor(MPMReal a)
 {
 #if MPM_WIDTH == 8
-  return _mm512_roundscale_pd(a, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC) + 0.0;
+  return _mm512_roundscale_pd(a, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
 #elif MPM_WIDTH == 4
-  return _mm256_floor_pd(a) + 0.0;
+  return _mm256_floor_pd(a);
 #else
   const MPMReal nearest = (a + 6755399441055744.0) - 6755399441055744.0;
 

@@ -16,80 +16,6 @@
 #define MPM_SHUFFLE(a, b, f, s) __builtin_shufflevector(a, b, f(0, s), f(1, s))
 #endif
 
-/* --- Rows that follow each other in memory ------------------------------------------------------------------------ */
-
-/* Takes n = 1, 2 or 3 vectors as one sequence of n MPM_WIDTH numbers, and collects every n-th number in the same
-   vector: to[k] has numbers k, k + n, k + 2 n, ... */
-MPM_INLINE void MPMDeinterleave(int n, const MPMReal *from, MPMReal *to)
-{
-#if MPM_WIDTH == 1
-  for (int k = 0; k < n; k++) to[k] = from[k];
-#else
-#define MPM_SECOND(i, k) (2 * (i) + (k))
-#define MPM_THIRD(i, k)                                                                                                \
-  (3 * (i) + (k) < 2 * MPM_WIDTH ? 3 * (i) + (k) : 0) /* lanes of from[0], from[1]; MPM_LATER adds those of from[2] */
-#define MPM_LATER(i, k)       (3 * (i) + (k) < 2 * MPM_WIDTH ? (i) : 3 * (i) + (k)-MPM_WIDTH)
-#define MPM_DEINTERLEAVE_3(k) MPM_SHUFFLE(MPM_SHUFFLE(from[0], from[1], MPM_THIRD, k), from[2], MPM_LATER, k)
-  if (n == 1) to[0] = from[0];
-  if (n == 2)
-    to[0] = MPM_SHUFFLE(from[0], from[1], MPM_SECOND, 0), to[1] = MPM_SHUFFLE(from[0], from[1], MPM_SECOND, 1);
-  if (n == 3) to[0] = MPM_DEINTERLEAVE_3(0), to[1] = MPM_DEINTERLEAVE_3(1), to[2] = MPM_DEINTERLEAVE_3(2);
-#endif
-}
-
-/* Converts MPM_WIDTH rows of nc = 1, 2, 3, 4, 6 or 9 numbers, which follow each other, to nc vectors, one for each
-   component. */
-MPM_INLINE void MPMTranspose(int nc, const PetscReal *rows, MPMReal *to)
-{
-  const int r = nc % 3 == 0 ? 3 : nc % 2 == 0 ? 2 : 1, m = nc / r; /* separated by r, and each part by m */
-  MPMReal   in[3], dealt[3], part[3][3];
-
-  for (int g = 0; g < m; g++) {
-    for (int k = 0; k < r; k++) in[k] = MPMRead(rows + (g * r + k) * MPM_WIDTH);
-    MPMDeinterleave(r, in, dealt);
-    for (int k = 0; k < r; k++) part[k][g] = dealt[k];
-  }
-  for (int k = 0; k < r; k++) {
-    MPMDeinterleave(m, part[k], dealt);
-    for (int g = 0; g < m; g++) to[g * r + k] = dealt[g];
-  }
-}
-
-/* Undoes MPMDeinterleave: takes the numbers of n vectors in turn. */
-MPM_INLINE void MPMInterleave(int n, const MPMReal *from, MPMReal *to)
-{
-#if MPM_WIDTH == 1
-  for (int k = 0; k < n; k++) to[k] = from[k];
-#else
-#define MPM_PLACE(i, k)     ((k)*MPM_WIDTH + (i)) /* of lane i of to[k] in the sequence */
-#define MPM_OF_TWO(i, k)    (MPM_PLACE(i, k) % 2 * MPM_WIDTH + MPM_PLACE(i, k) / 2)
-#define MPM_OF_THREE(i, k)  (MPM_PLACE(i, k) % 3 % 2 * MPM_WIDTH + MPM_PLACE(i, k) / 3) /* those of from[0], from[1] */
-#define MPM_WITH_LAST(i, k) (MPM_PLACE(i, k) % 3 == 2 ? MPM_WIDTH + MPM_PLACE(i, k) / 3 : (i))
-#define MPM_INTERLEAVE_3(k) MPM_SHUFFLE(MPM_SHUFFLE(from[0], from[1], MPM_OF_THREE, k), from[2], MPM_WITH_LAST, k)
-  if (n == 1) to[0] = from[0];
-  if (n == 2)
-    to[0] = MPM_SHUFFLE(from[0], from[1], MPM_OF_TWO, 0), to[1] = MPM_SHUFFLE(from[0], from[1], MPM_OF_TWO, 1);
-  if (n == 3) to[0] = MPM_INTERLEAVE_3(0), to[1] = MPM_INTERLEAVE_3(1), to[2] = MPM_INTERLEAVE_3(2);
-#endif
-}
-
-/* Converts nc vectors, one for each component, to MPM_WIDTH rows that follow each other: undoes MPMTranspose. */
-MPM_INLINE void MPMTransposeBack(int nc, const MPMReal *from, PetscReal *rows)
-{
-  const int r = nc % 3 == 0 ? 3 : nc % 2 == 0 ? 2 : 1, m = nc / r;
-  MPMReal   in[3], dealt[3], part[3][3];
-
-  for (int k = 0; k < r; k++) {
-    for (int g = 0; g < m; g++) in[g] = from[g * r + k];
-    MPMInterleave(m, in, part[k]);
-  }
-  for (int g = 0; g < m; g++) {
-    for (int k = 0; k < r; k++) in[k] = part[k][g];
-    MPMInterleave(r, in, dealt);
-    for (int k = 0; k < r; k++) MPMWrite(rows + (g * r + k) * MPM_WIDTH, dealt[k]);
-  }
-}
-
 /* --- Rows at any address ------------------------------------------------------------------------------------------ */
 
 /* Conversion between rows of nc numbers, one row a lane, and the vectors of their components. It takes `group`
@@ -214,6 +140,95 @@ MPM_INLINE void MPMWriteRows(int nc, const MPMReal *from, PetscReal *const row[]
   for (int k = 0; k < MPM_WIDTH && c < nc; k++) row[k][c] = from[c][k];
 #else
   for (; c < nc; c++) row[0][c] = from[c];
+#endif
+}
+
+
+/* --- Rows that follow each other in memory ------------------------------------------------------------------------ */
+
+/* Takes n = 1, 2 or 3 vectors as one sequence of n MPM_WIDTH numbers, and collects every n-th number in the same
+   vector: to[k] has numbers k, k + n, k + 2 n, ... */
+MPM_INLINE void MPMDeinterleave(int n, const MPMReal *from, MPMReal *to)
+{
+#if MPM_WIDTH == 1
+  for (int k = 0; k < n; k++) to[k] = from[k];
+#else
+#define MPM_SECOND(i, k) (2 * (i) + (k))
+#define MPM_THIRD(i, k)                                                                                                \
+  (3 * (i) + (k) < 2 * MPM_WIDTH ? 3 * (i) + (k) : 0) /* lanes of from[0], from[1]; MPM_LATER adds those of from[2] */
+#define MPM_LATER(i, k)       (3 * (i) + (k) < 2 * MPM_WIDTH ? (i) : 3 * (i) + (k)-MPM_WIDTH)
+#define MPM_DEINTERLEAVE_3(k) MPM_SHUFFLE(MPM_SHUFFLE(from[0], from[1], MPM_THIRD, k), from[2], MPM_LATER, k)
+  if (n == 1) to[0] = from[0];
+  if (n == 2)
+    to[0] = MPM_SHUFFLE(from[0], from[1], MPM_SECOND, 0), to[1] = MPM_SHUFFLE(from[0], from[1], MPM_SECOND, 1);
+  if (n == 3) to[0] = MPM_DEINTERLEAVE_3(0), to[1] = MPM_DEINTERLEAVE_3(1), to[2] = MPM_DEINTERLEAVE_3(2);
+#endif
+}
+
+/* Converts MPM_WIDTH rows of nc = 1, 2, 3, 4, 6 or 9 numbers, which follow each other, to nc vectors, one for each
+   component. Instructions that take any lanes of two vectors are for 8 lanes alone, and pay there. */
+MPM_INLINE void MPMTranspose(int nc, const PetscReal *rows, MPMReal *to)
+{
+#if MPM_WIDTH == 8
+  const int r = nc % 3 == 0 ? 3 : nc % 2 == 0 ? 2 : 1, m = nc / r; /* separated by r, and each part by m */
+  MPMReal   in[3], dealt[3], part[3][3];
+
+  for (int g = 0; g < m; g++) {
+    for (int k = 0; k < r; k++) in[k] = MPMRead(rows + (g * r + k) * MPM_WIDTH);
+    MPMDeinterleave(r, in, dealt);
+    for (int k = 0; k < r; k++) part[k][g] = dealt[k];
+  }
+  for (int k = 0; k < r; k++) {
+    MPMDeinterleave(m, part[k], dealt);
+    for (int g = 0; g < m; g++) to[g * r + k] = dealt[g];
+  }
+#else
+  const PetscReal *row[MPM_WIDTH];
+
+  for (int k = 0; k < MPM_WIDTH; k++) row[k] = rows + k * nc;
+  MPMReadRows(nc, row, to);
+#endif
+}
+
+/* Undoes MPMDeinterleave: takes the numbers of n vectors in turn. */
+MPM_INLINE void MPMInterleave(int n, const MPMReal *from, MPMReal *to)
+{
+#if MPM_WIDTH == 1
+  for (int k = 0; k < n; k++) to[k] = from[k];
+#else
+#define MPM_PLACE(i, k)     ((k)*MPM_WIDTH + (i)) /* of lane i of to[k] in the sequence */
+#define MPM_OF_TWO(i, k)    (MPM_PLACE(i, k) % 2 * MPM_WIDTH + MPM_PLACE(i, k) / 2)
+#define MPM_OF_THREE(i, k)  (MPM_PLACE(i, k) % 3 % 2 * MPM_WIDTH + MPM_PLACE(i, k) / 3) /* those of from[0], from[1] */
+#define MPM_WITH_LAST(i, k) (MPM_PLACE(i, k) % 3 == 2 ? MPM_WIDTH + MPM_PLACE(i, k) / 3 : (i))
+#define MPM_INTERLEAVE_3(k) MPM_SHUFFLE(MPM_SHUFFLE(from[0], from[1], MPM_OF_THREE, k), from[2], MPM_WITH_LAST, k)
+  if (n == 1) to[0] = from[0];
+  if (n == 2)
+    to[0] = MPM_SHUFFLE(from[0], from[1], MPM_OF_TWO, 0), to[1] = MPM_SHUFFLE(from[0], from[1], MPM_OF_TWO, 1);
+  if (n == 3) to[0] = MPM_INTERLEAVE_3(0), to[1] = MPM_INTERLEAVE_3(1), to[2] = MPM_INTERLEAVE_3(2);
+#endif
+}
+
+/* Converts nc vectors, one for each component, to MPM_WIDTH rows that follow each other: undoes MPMTranspose. */
+MPM_INLINE void MPMTransposeBack(int nc, const MPMReal *from, PetscReal *rows)
+{
+#if MPM_WIDTH == 8
+  const int r = nc % 3 == 0 ? 3 : nc % 2 == 0 ? 2 : 1, m = nc / r;
+  MPMReal   in[3], dealt[3], part[3][3];
+
+  for (int k = 0; k < r; k++) {
+    for (int g = 0; g < m; g++) in[g] = from[g * r + k];
+    MPMInterleave(m, in, part[k]);
+  }
+  for (int g = 0; g < m; g++) {
+    for (int k = 0; k < r; k++) in[k] = part[k][g];
+    MPMInterleave(r, in, dealt);
+    for (int k = 0; k < r; k++) MPMWrite(rows + (g * r + k) * MPM_WIDTH, dealt[k]);
+  }
+#else
+  PetscReal *row[MPM_WIDTH];
+
+  for (int k = 0; k < MPM_WIDTH; k++) row[k] = rows + k * nc;
+  MPMWriteRows(nc, from, row);
 #endif
 }
 

@@ -28,6 +28,7 @@ typedef struct {
    base node, and the distance from there within which a particle surely is in that cell. */
 typedef struct {
   PetscReal lower, h, inverse, cells, first, n, reach, middle, near;
+  MPMBases  bases;
 } MPMAxis;
 
 /* The stencils of a block, and what the particles have from their kinds. */

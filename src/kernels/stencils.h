@@ -33,6 +33,8 @@ MPM_INLINE void MPMStencilsBegin(int dim, const MPMParams *par, const MPMPatch *
                            .first   = patch->lo[d],
                            .n       = patch->n[d],
                            .reach   = MPMWallReach(patch->basis, grid->wall_basis[d]),
+                           .bases   = MPMBasisBasesOf(patch->basis, grid->cells[d], grid->periodic[d],
+                                                      grid->wall_basis[d]),
                            .middle  = MPMBasisMiddle(patch->basis),
                            .near    = 0.5 - 16 * PETSC_MACHINE_EPSILON * (far / grid->h[d] + grid->cells[d])};
   }
@@ -55,41 +57,40 @@ static __attribute__((noinline)) void MPMStageWalls(int dim, MPMBasis basis, con
     }
 }
 
-/* Returns the base nodes on axis d, and xi, the coordinates in cells, of particles at x with half-widths l, with the
-   bits of MPMCoordinates. */
-MPM_INLINE MPMReal MPMBasesOf(MPMBasis basis, const MPMGrid *grid, int d, const MPMAxis *axis, MPMReal x, MPMReal l,
-                              MPMReal *xi)
-{
-  *xi = MPMMin(MPMDivide(x - axis->lower, axis->h, axis->inverse), MPMAll(axis->cells)); /* the quotient may round up */
-  return MPMBasisBases(basis, xi, l, grid->cells[d], grid->periodic[d], grid->wall_basis[d]);
-}
-
 /* Computes base nodes and weights of a block of particles; their positions were checked when they were committed. */
 MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt lanes, MPMStencils *s)
 {
-  const MPMGrid grid = *patch->grid; /* a copy, which no write changes, so its numbers stay in registers */
+  const MPMAxis axes[3] = {s->axis[0], s->axis[1], s->axis[2]}; /* a copy, which no write changes */
+  MPMReal       least[3], most[3];                              /* of xi */
   PetscBool     wall = PETSC_FALSE;
 
-  for (int d = dim - 1; d >= 0; d--) {
-    const MPMAxis axis = s->axis[d];
-    MPMReal       least = MPMAll(axis.cells), most = MPMAll(0); /* of xi */
+  for (int d = 0; d < dim; d++) least[d] = MPMAll(axes[d].cells), most[d] = MPMAll(0);
+  for (PetscInt q = 0; q < lanes; q += MPM_WIDTH) {
+    MPMReal index = MPMAll(0);
 
-    for (PetscInt q = 0; q < lanes; q += MPM_WIDTH) {
-      const MPMReal l = MPMRead(&s->l[d][q]);
-      MPMReal       xi, base, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
+    MPM_UNROLL
+    for (int d = dim - 1; d >= 0; d--) {
+      const MPMAxis *axis = &axes[d];
+      const MPMReal  l    = MPMRead(&s->l[d][q]);
+      MPMReal        base, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
+      MPMReal        xi = MPMDivide(MPMRead(&s->x[d][q]) - axis->lower, axis->h, axis->inverse);
 
-      base = MPMBasesOf(basis, &grid, d, &axis, MPMRead(&s->x[d][q]), l, &xi);
+      xi    = MPMMin(xi, MPMAll(axis->cells)); /* the quotient may round up */
+      base  = MPMBasisBases(basis, &axis->bases, l, &xi);
+      index = d == dim - 1 ? base - axis->first : index * axis->n + (base - axis->first);
       MPMBasisInside(basis, xi, l, base, w, g);
-      MPMWrite(&s->base[q], d == dim - 1 ? base - axis.first : MPMRead(&s->base[q]) * axis.n + (base - axis.first));
       MPMWrite(&s->at[d][q], xi - base);
+      MPM_UNROLL
       for (int i = 0; i < MPMBasisNodes(basis); i++) {
         MPMWrite(&s->w[d][i][q], w[i]);
-        MPMWrite(&s->g[d][i][q], g[i] * axis.inverse);
+        MPMWrite(&s->g[d][i][q], g[i] * axis->inverse);
       }
-      if (MPMBasisIsSpline(basis)) least = MPMMin(least, xi), most = MPMMax(most, xi);
+      if (MPMBasisIsSpline(basis)) least[d] = MPMMin(least[d], xi), most[d] = MPMMax(most[d], xi);
     }
-    if (MPMBasisIsSpline(basis) && MPMAny((least < axis.reach) | (axis.cells - most < axis.reach))) wall = PETSC_TRUE;
+    MPMWrite(&s->base[q], index);
   }
+  for (int d = 0; d < dim && MPMBasisIsSpline(basis); d++)
+    if (MPMAny((least[d] < axes[d].reach) | (axes[d].cells - most[d] < axes[d].reach))) wall = PETSC_TRUE;
   s->walled = wall;
   if (wall) MPMStageWalls(dim, basis, patch->grid, lanes, s);
 }

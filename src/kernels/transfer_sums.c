@@ -3,17 +3,6 @@
    compiled once for each number of lanes. */
 #include "kernels/p2g.h"
 
-#if MPM_WIDTH < 4
-#define MPM_UNROLL_NODES
-#define MPM_UNROLL_VALUES
-#elif defined(__clang__)
-#define MPM_UNROLL_NODES  _Pragma("unroll")
-#define MPM_UNROLL_VALUES _Pragma("unroll")
-#else
-#define MPM_UNROLL_NODES  _Pragma("GCC unroll 4")
-#define MPM_UNROLL_VALUES _Pragma("GCC unroll 6")
-#endif
-
 /* --- Particles to nodes ------------------------------------------------------------------------------------------- */
 /* Lanes are the sums of a node, which are MPM_PARTS vectors. The macros tell whether vector h has numbers lo .. hi-1 of
    the record; mass or momentum; forces. */
@@ -46,7 +35,7 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int force, int motion, int h, int
 
     for (int e = 0; e < 1 + (force ? dim : 0); e++) Q[e] = MPMRead(r->Q[l][e] + h * MPM_WIDTH);
     for (int e = 0; e < (motion ? dim : 0); e++) A[e] = MPMRead(r->A[l][e] + h * MPM_WIDTH);
-    MPM_UNROLL_NODES
+    MPM_UNROLL
     for (int k = 0; k < planes; k++) {
       MPMReal P = Q[0], Px = Q[1], Py = Q[2], a = A[0], b = A[1]; /* of a plane of nodes */
 
@@ -58,7 +47,7 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int force, int motion, int h, int
         if (motion) a = wz * a, b = wz * b;
         if (force) P = MPMFma(gz, Q[3], P), Px = wz * Px, Py = wz * Py;
       }
-      MPM_UNROLL_NODES
+      MPM_UNROLL
       for (int j = 0; j < rows; j++) {
         MPMReal R = P, Rx = Px, c = a; /* of a row of nodes */
 
@@ -70,7 +59,7 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int force, int motion, int h, int
           if (motion) c = wy * c;
           if (force) R = MPMFma(gy, Py, R), Rx = wy * Rx;
         }
-        MPM_UNROLL_NODES
+        MPM_UNROLL
         for (int i = 0; i < ns; i++) {
           MPMReal *to = &sum[(k * rows + j) * ns + i];
 
@@ -92,7 +81,7 @@ MPM_INLINE void MPMSumCell(int dim, int ns, int forces, int affine, const MPMSte
   const int n = planes * rows * ns, side = (1 << MPM_TILE_BITS(ns)) + ns - 1;
 
   /* The loop is unrolled so that each vector's content is known. */
-  MPM_UNROLL_NODES
+  MPM_UNROLL
   for (int h = 0; h < MPM_PARTS; h++) {
     const int force = forces && MPM_PART_FORCE(dim, h), motion = affine && MPM_PART_MOTION(dim, h);
 
@@ -137,7 +126,7 @@ MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const Pet
   MPMReal   wx[4], gx[4];
 
   for (int i = 0; i < ns; i++) wx[i] = MPMRead(&s->w[0][i][l]), gx[i] = MPMRead(&s->g[0][i][l]);
-  MPM_UNROLL_VALUES
+  MPM_UNROLL
   for (int f = 0; f < n; f++) {
     const int grad = gradients && f < dim;
     MPMReal   V = MPMAll(0), G[3] = {MPMAll(0), MPMAll(0), MPMAll(0)};
@@ -145,12 +134,12 @@ MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const Pet
     for (int k = 0; k < nz; k++) {
       MPMReal P = MPMAll(0), Px = MPMAll(0), Py = MPMAll(0); /* of a plane of nodes: with phi, d phi/dx, d phi/dy */
 
-      MPM_UNROLL_NODES
+      MPM_UNROLL
       for (int j = 0; j < ny; j++) {
         const PetscReal *u = node + (size_t)k * plane + (size_t)j * row + f;
         MPMReal          R = MPMAll(0), Rx = MPMAll(0); /* of a row of nodes */
 
-        MPM_UNROLL_NODES
+        MPM_UNROLL
         for (int i = 0; i < ns; i++) {
           const MPMReal now = MPMAll(u[i * MPM_MOTION_NC(dim)]);
 

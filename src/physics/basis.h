@@ -26,11 +26,10 @@ typedef enum {
 
 /* --- Hats --------------------------------------------------------------------------------------------------------- */
 
-/* A particle on the upper wall belongs to the last cell; no other function decides that. */
-MPM_INLINE MPMReal MPMBasisBase_linear(MPMReal xi, MPMReal l, PetscInt cells)
+MPM_INLINE MPMReal MPMBasisBase_linear(MPMReal xi, MPMReal l)
 {
   (void)l;
-  return MPMMin(MPMFloor(xi), MPMAll((PetscReal)(cells - 1)));
+  return MPMFloor(xi);
 }
 
 MPM_INLINE void MPMBasisWeights_linear(MPMReal xi, MPMReal l, MPMReal base, MPMReal w[], MPMReal g[])
@@ -45,9 +44,8 @@ MPM_INLINE void MPMBasisWeights_linear(MPMReal xi, MPMReal l, MPMReal base, MPMR
 }
 
 /* --- Hats averaged over [xi - l, xi + l], 0 < l <= 1/2 (Bardenhagen and Kober 2004) ------------------------------- */
-MPM_INLINE MPMReal MPMBasisBase_gimp(MPMReal xi, MPMReal l, PetscInt cells)
+MPM_INLINE MPMReal MPMBasisBase_gimp(MPMReal xi, MPMReal l)
 {
-  (void)cells;
   return MPMFloor(xi - l);
 }
 
@@ -94,10 +92,9 @@ MPM_INLINE PetscBool MPMWallWeights(MPMBasis basis, PetscReal xi, PetscInt cells
   return PETSC_TRUE;
 }
 
-MPM_INLINE MPMReal MPMBasisBase_bspline2(MPMReal xi, MPMReal l, PetscInt cells)
+MPM_INLINE MPMReal MPMBasisBase_bspline2(MPMReal xi, MPMReal l)
 {
   (void)l;
-  (void)cells;
   return MPMFloor(xi + 0.5) - 1.0;
 }
 
@@ -114,10 +111,9 @@ MPM_INLINE void MPMBasisWeights_bspline2(MPMReal xi, MPMReal l, MPMReal base, MP
   g[2] = s + 0.5;
 }
 
-MPM_INLINE MPMReal MPMBasisBase_bspline3(MPMReal xi, MPMReal l, PetscInt cells)
+MPM_INLINE MPMReal MPMBasisBase_bspline3(MPMReal xi, MPMReal l)
 {
   (void)l;
-  (void)cells;
   return MPMFloor(xi) - 1.0;
 }
 
@@ -182,20 +178,38 @@ MPM_INLINE PetscBool MPMBasisIsSpline(MPMBasis basis)
   return MPMBasisInertia(basis) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Returns the base nodes of particles at xi with half-widths l (both in cells; l matters to gimp only). On a periodic
-   axis node -1 is node cells-1: base and xi are then raised by `cells`, so that 0 <= base < cells. */
-MPM_INLINE MPMReal MPMBasisBases(MPMBasis basis, MPMReal *xi, MPMReal l, PetscInt cells, PetscBool periodic,
-                                 MPMWallBasis wall)
+/* The base nodes of an axis: least and largest one, as far as functions of a basis do not keep to them, and what is
+   added to those below 0. All are whole numbers. */
+typedef struct {
+  PetscReal least, most, round;
+} MPMBases;
+
+/* Returns those of an axis with these cells. With hats, a particle on the upper wall belongs to the last cell. Between
+   walls the stencil of a spline stays on the grid. On a periodic axis node -1 is node cells-1. */
+MPM_INLINE MPMBases MPMBasisBasesOf(MPMBasis basis, PetscInt cells, PetscBool periodic, MPMWallBasis wall)
+{
+  const PetscBool hats = basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool walled = MPMBasisIsSpline(basis) && wall != MPM_WALL_BASIS_NONE ? PETSC_TRUE : PETSC_FALSE;
+
+  return (MPMBases){.least = walled ? 0 : PETSC_MIN_REAL,
+                    .most  = hats || walled ? cells + 1 - MPMBasisNodes(basis) : PETSC_MAX_REAL,
+                    .round = periodic && !hats ? cells : 0};
+}
+
+/* Returns the base nodes of particles at xi with half-widths l (both in cells; l matters to gimp only). Where a base is
+   rounded up on a periodic axis, so is xi. */
+MPM_INLINE MPMReal MPMBasisBases(MPMBasis basis, const MPMBases *all, MPMReal l, MPMReal *xi)
 {
   MPMReal base = MPMAll(0);
 
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
-  if (basis == MPM_BASIS_##name) base = MPMBasisBase_##name(*xi, l, cells);
+  if (basis == MPM_BASIS_##name) base = MPMBasisBase_##name(*xi, l);
 #include "physics/basis.def"
 #undef MPM_BASIS
-  if (MPMBasisIsSpline(basis)) base = MPMSplineBase(base, MPMBasisNodes(basis), cells, wall);
-  if (basis != MPM_BASIS_linear && periodic) {
-    const MPMReal round = MPMSelect(base < 0.0, MPMAll((PetscReal)cells), MPMAll(0));
+  if (MPMBasisIsSpline(basis)) base = MPMMax(base, MPMAll(all->least));
+  if (basis != MPM_BASIS_gimp) base = MPMMin(base, MPMAll(all->most));
+  if (all->round != 0) {
+    const MPMReal round = MPMSelect(base < 0.0, MPMAll(all->round), MPMAll(0));
 
     base += round;
     *xi += round;
@@ -216,7 +230,9 @@ MPM_INLINE void MPMBasisInside(MPMBasis basis, MPMReal xi, MPMReal l, MPMReal ba
 MPM_INLINE PetscInt MPMBasisBase(MPMBasis basis, PetscReal *xi, PetscReal l, PetscInt cells, PetscBool periodic,
                                  MPMWallBasis wall)
 {
-  return (PetscInt)MPMBasisBases(basis, xi, l, cells, periodic, wall);
+  const MPMBases all = MPMBasisBasesOf(basis, cells, periodic, wall);
+
+  return (PetscInt)MPMBasisBases(basis, &all, l, xi);
 }
 
 MPM_INLINE void MPMBasisWeights(MPMBasis basis, PetscReal xi, PetscReal l, PetscInt base, PetscInt cells,

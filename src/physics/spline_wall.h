@@ -8,14 +8,6 @@
 
 typedef enum { MPM_WALL_BASIS_NONE, MPM_WALL_BASIS_EXTRAP, MPM_WALL_BASIS_STEFFEN } MPMWallBasis; /* NONE: periodic */
 
-/* Returns the base of a spline of ns nodes: between walls its stencil stays on the grid; on a periodic axis it may be
-   -1. */
-MPM_INLINE MPMReal MPMSplineBase(MPMReal base, int ns, PetscInt cells, MPMWallBasis wall)
-{
-  if (wall == MPM_WALL_BASIS_NONE) return base;
-  return MPMMin(MPMMax(base, MPMAll(0)), MPMAll((PetscReal)(cells + 1 - ns)));
-}
-
 /* MPMLowerWall_<basis> computes values and gradients near the lower wall, for t = xi >= 0; it returns false further
    away, where the uniform spline holds. */
 MPM_INLINE PetscBool MPMLowerWall_bspline2(PetscReal t, MPMWallBasis wall, PetscReal w[], PetscReal g[])

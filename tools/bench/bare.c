@@ -39,8 +39,9 @@ MPM_INLINE void Sort(int dim, MPMBasis basis, Body *b)
     MPMReal cell = MPMAll(0);
 
     for (int d = dim - 1; d >= 0; d--) {
-      MPMReal       xi = MPMRead(b->x[d] + p);
-      const MPMReal at = MPMBasisBases(basis, &xi, MPMAll(b->l), b->nodes[d], PETSC_FALSE, MPM_WALL_BASIS_NONE);
+      const MPMBases bases = MPMBasisBasesOf(basis, b->nodes[d], PETSC_FALSE, MPM_WALL_BASIS_NONE);
+      MPMReal        xi    = MPMRead(b->x[d] + p);
+      const MPMReal  at    = MPMBasisBases(basis, &bases, MPMAll(b->l), &xi);
 
       cell = cell * b->nodes[d] + at;
       for (int l = 0; l < W && p + l < b->n; l++) {

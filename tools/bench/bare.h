@@ -67,10 +67,12 @@ MPM_INLINE void Weights(int dim, MPMBasis basis, const Body *body, Block *k)
 {
   const Body b = *body; /* a copy, which no write changes, so its members stay in registers */
 
-  for (int d = 0; d < dim; d++)
+  for (int d = 0; d < dim; d++) {
+    const MPMBases bases = MPMBasisBasesOf(basis, b.nodes[d], PETSC_FALSE, MPM_WALL_BASIS_NONE);
+
     for (long p = k->from, q = 0; p < k->last; p += W, q += W) {
       MPMReal       xi   = MPMRead(b.x[d] + p), w[4], g[4];
-      const MPMReal base = MPMBasisBases(basis, &xi, MPMAll(b.l), b.nodes[d], PETSC_FALSE, MPM_WALL_BASIS_NONE);
+      const MPMReal base = MPMBasisBases(basis, &bases, MPMAll(b.l), &xi);
 
       MPMBasisInside(basis, xi, MPMAll(b.l), base, w, g);
       for (int i = 0; i < MPMBasisNodes(basis); i++) {
@@ -78,6 +80,7 @@ MPM_INLINE void Weights(int dim, MPMBasis basis, const Body *body, Block *k)
         MPMWrite(k->g[d][i] + q, g[i]);
       }
     }
+  }
 }
 
 #endif
