@@ -34,7 +34,7 @@
 #endif
 
 /* An MPMMask is the result of a comparison; & and | combine masks, and MPMSelect chooses by one. An MPMBits holds the
-   bits of reals, or a set of particles (sets.h). */
+   bits of reals. */
 #if MPM_WIDTH == 1
 typedef PetscReal MPMReal;
 typedef int       MPMMask;
@@ -200,9 +200,28 @@ MPM_INLINE void MPMWritePart(PetscReal *to, MPMReal a, PetscInt first, PetscInt 
 #endif
 }
 
+/* Returns a bit for each lane, the lowest for the first one: 1 where m is true. */
+MPM_INLINE unsigned MPMLaneBits(MPMMask m)
+{
+#if MPM_WIDTH == 8
+  return (unsigned)_mm512_movepi64_mask((__m512i)m);
+#elif MPM_WIDTH == 4
+  return (unsigned)_mm256_movemask_pd((__m256d)m);
+#elif MPM_WIDTH == 2
+  return (m[0] ? 1u : 0u) | (m[1] ? 2u : 0u);
+#else
+  return m ? 1 : 0;
+#endif
+}
+
+/* Tells whether a mask is true in any lane. */
+MPM_INLINE PetscBool MPMAny(MPMMask m)
+{
+  return MPMLaneBits(m) ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* The functions below exist for one lane and for several. MPMNot negates a mask. MPMBetween tells which lanes of a
-   vector that begins at particle l belong to first .. last-1. MPMAny tells whether a mask is true in any lane.
-   MPMLargest returns the largest lane. */
+   vector that begins at particle l belong to first .. last-1. MPMLargest returns the largest lane. */
 #if MPM_WIDTH == 1
 MPM_INLINE MPMMask MPMNot(MPMMask m)
 {
@@ -212,11 +231,6 @@ MPM_INLINE MPMMask MPMNot(MPMMask m)
 MPM_INLINE MPMMask MPMBetween(PetscInt l, PetscInt first, PetscInt last)
 {
   return first <= l && l < last;
-}
-
-MPM_INLINE PetscBool MPMAny(MPMMask m)
-{
-  return m ? PETSC_TRUE : PETSC_FALSE;
 }
 
 MPM_INLINE PetscReal MPMLargest(MPMReal a)
@@ -236,14 +250,6 @@ MPM_INLINE MPMMask MPMBetween(PetscInt l, PetscInt first, PetscInt last)
   if (first <= l && l + MPM_WIDTH <= last) return lane == lane; /* the usual case */
   for (int k = 0; k < MPM_WIDTH; k++) lane[k] = k;
   return (lane >= MPMAll((PetscReal)(first - l))) & (lane < MPMAll((PetscReal)(last - l)));
-}
-
-MPM_INLINE PetscBool MPMAny(MPMMask m)
-{
-  int64_t any = 0;
-
-  for (int l = 0; l < MPM_WIDTH; l++) any |= m[l];
-  return any ? PETSC_TRUE : PETSC_FALSE;
 }
 
 MPM_INLINE PetscReal MPMLargest(MPMReal a)

@@ -78,16 +78,11 @@ MPM_INLINE void MPMFirstBlock(PetscInt nruns, const MPMRange *runs, MPMBlockOrde
 
 /* Prefetches rows of the next block, at the places of particles l to l + MPM_WIDTH - 1 of this one. A line of the cache
    holds 8 numbers. Neighbours in the order are mostly neighbours in memory: if a line holds two rows, every other row
-   is enough. A row of 9 needs its second line too. Where the rows of this block follow each other, those of the next one
-   are taken to do so. */
+   is enough. A row of 9 needs its second line too. */
 MPM_INLINE void MPMFetch(int nc, const PetscReal *own, const MPMBlockOrder *o, PetscInt l)
 {
   const int step = 2 * nc > 8 ? 1 : 2;
 
-  if (o->adjacent) {
-    for (int c = 0; c < nc * MPM_WIDTH; c += 8) __builtin_prefetch(own + (size_t)(o->ahead[0] + l) * nc + c);
-    return;
-  }
   if (l + MPM_WIDTH > o->n) return; /* `ahead` may end with the order */
   for (int k = 0; k < MPM_WIDTH; k += step) {
     __builtin_prefetch(own + (size_t)o->ahead[l + k] * nc);
@@ -101,10 +96,12 @@ MPM_INLINE void MPMLoad(int nc, const PetscReal *own, const MPMBlockOrder *o, Pe
 {
   const PetscReal *row[MPM_WIDTH];
 
-  MPMFetch(nc, own, o, l);
-  if (o->adjacent)
-    MPMTranspose(nc, own + (size_t)(o->particle[0] + l) * nc, to);
-  else {
+  if (o->adjacent) { /* then the rows of the next block mostly follow */
+    row[0] = own + (size_t)(o->particle[0] + l) * nc;
+    for (int c = 0; c < nc * MPM_WIDTH; c += 8) __builtin_prefetch(row[0] + MPM_STAGED * nc + c);
+    MPMTranspose(nc, row[0], to);
+  } else {
+    MPMFetch(nc, own, o, l);
     for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->particle[l + k] * nc;
     MPMReadRows(nc, row, to);
   }

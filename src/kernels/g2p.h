@@ -100,7 +100,7 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
   const MPMGrid  *grid = patch->grid;
   const PetscBool gimp = patch->basis == MPM_BASIS_gimp ? PETSC_TRUE : PETSC_FALSE;
   MPMMask         out  = MPMNone();
-  MPMBits         some = {0};
+  uint64_t        some = 0;
   PetscInt        n, which[MPM_STAGED];
 
   if (patch->particles.l) {
@@ -108,7 +108,7 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
     MPMGather(dim, patch->particles.l, o, s->l);
   }
   for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
-    MPMMask far = MPMNone(), outside = far;
+    MPMMask stays = MPMNot(MPMNone()), inside = stays;
     MPMReal x[3];
 
     for (int d = 0; d < dim; d++) {
@@ -119,11 +119,11 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
       if (gimp) off -= MPMRead(&s->l[d][l]);
       x[d] = MPMRead(&s->x[d][l]) + step;
       MPMWrite(&s->x[d][l], x[d]);
-      far |= MPMNot(MPMAbs(off) < axis->near);
-      outside |= MPMNot((x[d] >= axis->lower) & (x[d] < grid->upper[d]));
+      stays &= MPMAbs(off) < axis->near;
+      inside &= (x[d] >= axis->lower) & (x[d] < grid->upper[d]);
     }
-    out |= outside;
-    some = MPMCollect(far | outside, l, some);
+    out |= MPMNot(inside);
+    some |= MPMSet(MPMNot(stays & inside), l);
     MPMStore(dim, x, o, l, patch->particles.x);
   }
   if (MPMAny(out) && MPMRareWrap(dim, grid, o->lanes, s->x)) MPMScatter(dim, s->x, o, 0, o->lanes, patch->particles.x);

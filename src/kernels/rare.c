@@ -79,20 +79,19 @@ void MPMRareStretch(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscIn
   }
 }
 
-/* Finds the cells of n particles of a block, number which[] in it, at their new positions; the block is the entries of
-   the order from q on. Those in a new cell are movers: it is noted, and they are added to the movers of the patch. Counts
-   movers and leavers. */
-void MPMRareCells(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscInt q, PetscInt n, const PetscInt *which,
-                  const PetscInt *order, const MPMStencils *s, MPMStatus *status)
+/* MPMRareCells for one dim and basis, which are constants. */
+MPM_INLINE void RareCells(int dim, MPMBasis basis, const MPMParams *par, MPMPatch *patch, PetscInt q, PetscInt n,
+                          const PetscInt *which, const PetscInt *order, const MPMStencils *s, MPMStatus *status)
 {
   const MPMView *particles = &patch->particles;
 
   for (PetscInt k = 0; k < n; k++) {
-    const PetscInt  l = which[k], p = order[l];
-    const PetscReal x[3] = {s->x[0][l], s->x[1][l], s->x[2][l]}, half[3] = {s->l[0][l], s->l[1][l], s->l[2][l]};
-    PetscInt        base[3];
-    const PetscInt  cell = MPMOwnCell((int)dim, patch->basis, patch, x, half, base);
+    const PetscInt l = which[k], p = order[l];
+    PetscReal      x[3] = {0}, half[3] = {0};
+    PetscInt       base[3], cell;
 
+    for (int d = 0; d < dim; d++) x[d] = s->x[d][l], half[d] = s->l[d][l];
+    cell = MPMOwnCell(dim, basis, patch, x, half, base);
     if (cell == particles->cell[p]) continue;
     particles->cell[p] = cell;
     if (patch->movers) patch->movers[patch->nmovers] = cell < 0 ? MPM_FLAGGED(q + l) : q + l;
@@ -102,9 +101,25 @@ void MPMRareCells(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     if (cell == MPM_NOWHERE) {
       MPMBad bad = par->deletes ? MPM_GONE : MPM_LEFT_GRID;
 
-      for (PetscInt d = 0; d < dim; d++)
+      for (int d = 0; d < dim; d++)
         if (!(PetscAbsReal(x[d]) <= PETSC_MAX_REAL)) bad = MPM_LEFT_GRID;
       MPMStatusNote(status, bad, particles->id[p], dim, x, 0);
     }
   }
+}
+
+/* Finds the cells of n particles of a block, number which[] in it, at their new positions; the block is the entries of
+   the order from q on. Those in a new cell are movers: it is noted, and they are added to the movers of the patch. Counts
+   movers and leavers. */
+void MPMRareCells(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscInt q, PetscInt n, const PetscInt *which,
+                  const PetscInt *order, const MPMStencils *s, MPMStatus *status)
+{
+#define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
+  if (patch->basis == MPM_BASIS_##name) {                                                                              \
+    if (dim == 1) RareCells(1, MPM_BASIS_##name, par, patch, q, n, which, order, s, status);                           \
+    if (dim == 2) RareCells(2, MPM_BASIS_##name, par, patch, q, n, which, order, s, status);                           \
+    if (dim == 3) RareCells(3, MPM_BASIS_##name, par, patch, q, n, which, order, s, status);                           \
+  }
+#include "physics/basis.def"
+#undef MPM_BASIS
 }

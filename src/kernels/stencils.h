@@ -98,7 +98,7 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
 /* Computes the stencils of a block of particles, and where its cells end. */
 MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, MPMBlockOrder *o, MPMStencils *s)
 {
-  MPMBits ends = {0};
+  uint64_t ends = 0;
 
   MPMGather(dim, patch->particles.x, o, s->x);
   for (PetscInt l = 0; l < o->lanes && par->nkinds > 1; l++) {
@@ -113,7 +113,7 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
   /* A cell ends where the next particle has another base node. The last particle is compared with a leftover past it:
      that sets bit n, and MPMList takes only bits below n. */
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
-    ends = MPMCollect(MPMRead(&s->base[l]) != MPMRead(&s->base[l] + 1), l + 1, ends);
+    ends |= MPMSet(MPMRead(&s->base[l]) != MPMRead(&s->base[l] + 1), l) << 1;
   o->ncells             = MPMList(ends, o->n, o->end) + 1;
   o->end[o->ncells - 1] = o->n;
 }

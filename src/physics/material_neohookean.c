@@ -39,7 +39,7 @@ MPM_INLINE MPMReal neohookean_speed2(int dim, const MPMMaterial *m, const MPMPar
     for (int e = 0; e < dim; e++) row += MPMAbs(b[MPMSymIndex(d, e)]);
     bmax = MPMMax(bmax, row);
   }
-  return (m->mu * bmax + MPMMax(MPMAll(0), m->mu + volumetric)) / m->rho;
+  return MPMDivide(m->mu * bmax + MPMMax(MPMAll(0), m->mu + volumetric), m->rho, 1 / m->rho);
 }
 
 MPM_MATERIAL_DEFINE(neohookean)
