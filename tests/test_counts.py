@@ -88,9 +88,9 @@ def by_hand(d, basis):
     stress = (26 + determinant + cauchy_green
               + 1 + pairs + 2 * d)        # lambda log J; mu (b - I) + lambda log J I: a product, on the diagonal two sums more
     # One force sum_e tau_e dphi/de: 3-D for each plane w_k tau_x, w_k tau_y and the term g_k tau_z; for each row w_j of these
-    # two (2-D: of tau_x alone, there is no tau_z) and the term g_j tau_y; at each node two terms.
-    one_force = {2: 3 * rows + 4 * nodes, 3: 4 * planes + 4 * rows + 4 * nodes}[d]
-    force = stress + d * d + d * one_force  # V0 tau
+    # two and the term g_j tau_y; at each node two terms. 2-D: two sums, each with a product for each row and a term a node.
+    one_force = {2: 2 * rows + 4 * nodes, 3: 4 * planes + 4 * rows + 4 * nodes}[d]
+    force = stress + {2: 3, 3: 9}[d] + d * one_force  # V0 tau, in 2-D of each entry once
     # One interpolated value: a term for each node, row, plane. Its gradient: the sums of a row with slopes along x; of a plane
     # both, and along y; then all three.
     value = 2 * (nodes + rows + planes)
@@ -100,7 +100,7 @@ def by_hand(d, basis):
     update = (d * d * (2 * d + 1)         # F + dt L F
               + 2 * determinant           # J for the check, and for the speed
               + cauchy_green + d * d + 6)  # speed of waves: row sums of b; (mu b + mu + lambda/J)/rho
-    commit = d * (1 + 6 + 2)              # x + dx; the new cell
+    commit = d * (1 + 3)                  # x + dx; the distance from the middle of the cell: dx/h, two sums
     return {
         "P2G": stencil + to_nodes + momentum + force,
         "P2G_MASS": stencil + to_nodes + momentum,

@@ -55,6 +55,22 @@ MPM_INLINE MPMReal MPMSelect(MPMMask m, MPMReal a, MPMReal b)
 #endif
 }
 
+/* Returns b in the lanes `which` (bits, a constant) and a elsewhere. */
+MPM_INLINE MPMReal MPMBlend(unsigned which, MPMReal a, MPMReal b)
+{
+#if MPM_WIDTH == 8
+  return _mm512_mask_blend_pd((__mmask8)which, a, b);
+#elif MPM_WIDTH == 4
+  if (which == 0xc) return _mm256_blend_pd(a, b, 0xc);
+  return which == 0x3 ? (MPMReal)_mm256_blend_pd(a, b, 0x3) : which ? b : a;
+#elif MPM_WIDTH == 2
+  for (int l = 0; l < MPM_WIDTH; l++) a[l] = which >> l & 1 ? b[l] : a[l];
+  return a;
+#else
+  return which & 1 ? b : a;
+#endif
+}
+
 /* Returns a vector with the same number in all lanes. */
 MPM_INLINE MPMReal MPMAll(PetscReal a)
 {
@@ -200,65 +216,17 @@ MPM_INLINE void MPMWritePart(PetscReal *to, MPMReal a, PetscInt first, PetscInt 
 #endif
 }
 
-/* Returns a bit for each lane, the lowest for the first one: 1 where m is true. */
-MPM_INLINE unsigned MPMLaneBits(MPMMask m)
+/* Returns the largest lane. */
+MPM_INLINE PetscReal MPMLargest(MPMReal a)
 {
-#if MPM_WIDTH == 8
-  return (unsigned)_mm512_movepi64_mask((__m512i)m);
-#elif MPM_WIDTH == 4
-  return (unsigned)_mm256_movemask_pd((__m256d)m);
-#elif MPM_WIDTH == 2
-  return (m[0] ? 1u : 0u) | (m[1] ? 2u : 0u);
-#else
-  return m ? 1 : 0;
-#endif
-}
-
-/* Tells whether a mask is true in any lane. */
-MPM_INLINE PetscBool MPMAny(MPMMask m)
-{
-  return MPMLaneBits(m) ? PETSC_TRUE : PETSC_FALSE;
-}
-
-/* The functions below exist for one lane and for several. MPMNot negates a mask. MPMBetween tells which lanes of a
-   vector that begins at particle l belong to first .. last-1. MPMLargest returns the largest lane. */
 #if MPM_WIDTH == 1
-MPM_INLINE MPMMask MPMNot(MPMMask m)
-{
-  return !m;
-}
-
-MPM_INLINE MPMMask MPMBetween(PetscInt l, PetscInt first, PetscInt last)
-{
-  return first <= l && l < last;
-}
-
-MPM_INLINE PetscReal MPMLargest(MPMReal a)
-{
   return a;
-}
 #else
-MPM_INLINE MPMMask MPMNot(MPMMask m)
-{
-  return ~m;
-}
-
-MPM_INLINE MPMMask MPMBetween(PetscInt l, PetscInt first, PetscInt last)
-{
-  MPMReal lane = MPMAll(0);
-
-  if (first <= l && l + MPM_WIDTH <= last) return lane == lane; /* the usual case */
-  for (int k = 0; k < MPM_WIDTH; k++) lane[k] = k;
-  return (lane >= MPMAll((PetscReal)(first - l))) & (lane < MPMAll((PetscReal)(last - l)));
-}
-
-MPM_INLINE PetscReal MPMLargest(MPMReal a)
-{
   PetscReal most = a[0];
 
   for (int l = 1; l < MPM_WIDTH; l++) most = PetscMax(most, a[l]);
   return most;
-}
 #endif
+}
 
 #endif

@@ -6,7 +6,7 @@
 #ifndef MPM_TENSOR_H
 #define MPM_TENSOR_H
 
-#include "base/lanes.h"
+#include "base/masks.h"
 
 /* Returns where row d, column e of a symmetric tensor is in xx xy xz yy yz zz. */
 MPM_INLINE int MPMSymIndex(int d, int e)

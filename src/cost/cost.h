@@ -3,7 +3,13 @@
 #ifndef MPM_COST_H
 #define MPM_COST_H
 
+#include "kernels/transfer.h"
 #include "step/step.h"
+
+/* Runs n rounds of fused multiply-adds in registers with vectors of so many lanes; returns how many operations these
+   were. */
+typedef PetscReal MPMChains(PetscInt n, PetscReal start, volatile PetscReal *end);
+extern MPMChains  MPMChains_8, MPMChains_4, MPMChains_2;
 
 /* The time that n particles or nodes take: call + n each. `each` depends on n, by the caches: it is each[k] at size[k],
    and linear in the logarithm of n between two sizes. */

@@ -14,6 +14,11 @@ static PetscErrorCode PeakFlops(PetscReal *best)
 {
   volatile PetscReal start = 1, end;
   PetscLogDouble     begin, t0, t1;
+#if defined(__x86_64__)
+  MPMChains *const chains = MPMKernelWidth() == 8 ? MPMChains_8 : MPMKernelWidth() == 4 ? MPMChains_4 : MPMChains_2;
+#else
+  MPMChains *const chains = MPMChains_2;
+#endif
 
   PetscFunctionBeginUser;
   *best = 0;
@@ -22,7 +27,7 @@ static PetscErrorCode PeakFlops(PetscReal *best)
     PetscReal flops;
 
     PetscCall(PetscTime(&t0));
-    flops = MPMKernelChains()(200000, start, &end);
+    flops = chains(200000, start, &end);
     PetscCall(PetscTime(&t1));
     *best = PetscMax(*best, flops / (t1 - t0));
   }

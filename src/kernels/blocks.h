@@ -4,7 +4,7 @@
 #define MPM_BLOCKS_H
 
 #include "base/rows.h"
-#include "base/sets.h"
+#include "base/masks.h"
 #include "kernels/patch.h"
 
 /* --- Blocks ------------------------------------------------------------------------------------------------------- */
@@ -107,31 +107,19 @@ MPM_INLINE void MPMLoad(int nc, const PetscReal *own, const MPMBlockOrder *o, Pe
   }
 }
 
-/* Writes the vectors of nc components of a block's particles from l on to their rows. The lanes past the last particle
-   must repeat it. */
-MPM_INLINE void MPMStore(int nc, const MPMReal *from, const MPMBlockOrder *o, PetscInt l, PetscReal *own)
+/* Writes the vectors of nc components of a block's particles from l on to the rows of those among first .. last-1. The
+   lanes past the last particle must repeat it. */
+MPM_INLINE void MPMStore(int nc, const MPMReal *from, const MPMBlockOrder *o, PetscInt l, PetscInt first, PetscInt last,
+                         PetscReal *own)
 {
-  PetscReal *row[MPM_WIDTH];
+  const PetscBool whole = first <= l && l + MPM_WIDTH <= last ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal      *row[MPM_WIDTH], others[9]; /* the lanes of other particles are written here and not used */
 
-  if (o->adjacent)
+  if (o->adjacent && whole)
     MPMTransposeBack(nc, from, own + (size_t)(o->particle[0] + l) * nc);
   else {
-    for (int k = 0; k < MPM_WIDTH; k++) row[k] = own + (size_t)o->particle[l + k] * nc;
-    MPMWriteRows(nc, from, row);
-  }
-}
-
-/* Does the same for the particles of first .. last-1 alone. */
-MPM_INLINE void MPMStorePart(int nc, const MPMReal *from, const MPMBlockOrder *o, PetscInt l, PetscInt first,
-                             PetscInt last, PetscReal *own)
-{
-  if (first <= l && l + MPM_WIDTH <= last)
-    MPMStore(nc, from, o, l, own);
-  else {
-    PetscReal *row[MPM_WIDTH], others[9]; /* the lanes of other particles are written here and not used */
-
     for (int k = 0; k < MPM_WIDTH; k++)
-      row[k] = first <= l + k && l + k < last ? own + (size_t)o->particle[l + k] * nc : others;
+      row[k] = whole || (first <= l + k && l + k < last) ? own + (size_t)o->particle[l + k] * nc : others;
     MPMWriteRows(nc, from, row);
   }
 }
@@ -154,7 +142,7 @@ MPM_INLINE void MPMScatter(int nc, const MPMComponent *from, const MPMBlockOrder
     MPMReal lanes[9];
 
     for (int c = 0; c < nc; c++) lanes[c] = MPMRead(&from[c][l]);
-    MPMStorePart(nc, lanes, o, l, first, last, own);
+    MPMStore(nc, lanes, o, l, first, last, own);
   }
 }
 

@@ -200,27 +200,16 @@ MPM_INLINE void SharePressure(int dim, const MPMParams *par, MPMPatch *patch, co
 
 /* --- Instances ---------------------------------------------------------------------------------------------------- */
 
-/* Calls a function with dim as a constant; with one dimension there is no F-bar. */
-#define MPM_FOR_DIM(dim, FUNCTION, ...) ((dim) == 3 ? FUNCTION(3, __VA_ARGS__) : FUNCTION(2, __VA_ARGS__))
-
-void MPM_LANES_NAME(MPMSumGrowth)(int dim, const MPMParams *par, MPMPatch *patch)
-{
-  MPM_FOR_DIM(dim, SumGrowth, par, patch);
-}
-
-void MPM_LANES_NAME(MPMShareGrowth)(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
-                                    const MPMStencils *s, MPMComponent *L)
-{
-  MPM_FOR_DIM(dim, ShareGrowth, par, patch, o, s, L);
-}
-
-void MPM_LANES_NAME(MPMSumPressures)(int dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const MPMRange *runs)
-{
-  MPM_FOR_DIM(dim, SumPressures, par, patch, n, runs);
-}
-
-void MPM_LANES_NAME(MPMSharePressure)(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
-                                      const MPMStencils *s, MPMBlock *b)
-{
-  MPM_FOR_DIM(dim, SharePressure, par, patch, o, s, b);
-}
+/* Defines a function that calls one with dim as a constant; with one dimension there is no F-bar. */
+#define MPM_FOR_DIM(Function, parameters, ...)                                                                         \
+  void MPM_LANES_NAME(MPM##Function) parameters                                                                        \
+  {                                                                                                                    \
+    dim == 3 ? Function(3, __VA_ARGS__) : Function(2, __VA_ARGS__);                                                    \
+  }
+MPM_FOR_DIM(SumGrowth, (int dim, const MPMParams *par, MPMPatch *patch), par, patch)
+MPM_FOR_DIM(ShareGrowth, (int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o, const MPMStencils *s,
+                          MPMComponent *L), par, patch, o, s, L)
+MPM_FOR_DIM(SumPressures, (int dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const MPMRange *runs), par, patch,
+            n, runs)
+MPM_FOR_DIM(SharePressure, (int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
+                            const MPMStencils *s, MPMBlock *b), par, patch, o, s, b)

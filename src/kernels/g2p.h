@@ -30,7 +30,7 @@ MPM_INLINE void MPMMove(int dim, const MPMParams *par, const MPMPatch *patch, co
       v2 += v[d] * v[d];
       MPMWrite(&dx[d][l], dt * (r ? v[d] : now));
     }
-    MPMStore(dim, v, o, l, patch->particles.v);
+    MPMStore(dim, v, o, l, l, l + MPM_WIDTH, patch->particles.v);
     *v2max = MPMMax(*v2max, v2);
   }
 }
@@ -49,7 +49,7 @@ MPM_INLINE MPMMask MPMUpdateF(int dim, const MPMParams *par, const MPMPatch *pat
     for (int k = 0; k < dim * dim; k++) G[k] = MPMRead(&L[k][l]);
     MPMDeform(dim, par->dt, G, F);
     for (int k = 0; k < dim * dim; k++) MPMWrite(&b->F[k][l], F[k]);
-    MPMStorePart(dim * dim, F, o, l, first, next, patch->particles.F);
+    MPMStore(dim * dim, F, o, l, first, next, patch->particles.F);
     J = MPMDet(dim, F);
     bad |= MPMBetween(l, first, next) & MPMNot((J > 0.0) & (J < PETSC_MAX_REAL));
   }
@@ -91,11 +91,10 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
   }
 }
 
-/* Commits the displacements: x <- x + dx, and the new cells. A particle surely stays in its cell if its distance from
-   the cell's middle, in cells, stays below 1/2 by more than rounding errors; the others, which are few, are located one
-   by one. Counts movers and leavers. q is the entry of the order at which the block begins. */
-MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscInt q, const MPMBlockOrder *o,
-                          MPMStencils *s, const MPMComponent *dx, MPMStatus *status)
+/* Commits the displacements, x <- x + dx, and the new cells; counts movers and leavers. A particle surely stays in its
+   cell if its distance from the cell's middle, in cells, is below 1/2 by more than rounding errors; others are located. */
+MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o, MPMStencils *s,
+                          const MPMComponent *dx, MPMStatus *status)
 {
   const MPMGrid  *grid = patch->grid;
   const PetscBool gimp = patch->basis == MPM_BASIS_gimp ? PETSC_TRUE : PETSC_FALSE;
@@ -124,11 +123,14 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, PetscI
     }
     out |= MPMNot(inside);
     some |= MPMSet(MPMNot(stays & inside), l);
-    MPMStore(dim, x, o, l, patch->particles.x);
+    MPMStore(dim, x, o, l, l, l + MPM_WIDTH, patch->particles.x);
   }
-  if (MPMAny(out) && MPMRareWrap(dim, grid, o->lanes, s->x)) MPMScatter(dim, s->x, o, 0, o->lanes, patch->particles.x);
+  if (MPMAny(out)) {
+    MPMRareWrap(dim, grid, o->lanes, s->x);
+    MPMScatter(dim, s->x, o, 0, o->lanes, patch->particles.x);
+  }
   n = MPMList(some, o->n, which);
-  if (n) MPMRareCells(dim, par, patch, q, n, which, o->particle, s, status);
+  if (n) MPMRareCells(dim, par, patch, o->entry - o->n, n, which, o->particle, s, status); /* of one range: its last n */
 }
 
 /* Runs the parts of a transfer from nodes to particles: velocities and displacements (8), (9); velocity gradient (3), F
@@ -170,11 +172,9 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     if (parts & MPM_G2P_FBAR) MPM_LANES_NAME(MPMShareGrowth)(dim, par, patch, &o, &s, L);
     if (stress) MPMUpdateState(dim, par, patch, &o, &s, L, &b, &c2, status);
     if (parts & MPM_AFFINE) MPMAffine(dim, par, parts, patch, &o, &s, L); /* L is not needed any more */
-    if (parts & MPM_G2P_COMMIT) {       /* after the new state, which may change the domain */
-      const PetscInt q = o.entry - o.n; /* there is one range: the block is its last n entries */
-
+    if (parts & MPM_G2P_COMMIT) { /* after the new state, which may change the domain */
       if (!motion) MPMGather(dim, particles->dx, &o, dx);
-      MPMCommit(dim, par, patch, q, &o, &s, dx, status);
+      MPMCommit(dim, par, patch, &o, &s, dx, status);
     }
   }
   status->v2 = PetscMax(status->v2, MPMLargest(v2));

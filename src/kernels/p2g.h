@@ -12,8 +12,16 @@
 /* --- Particles to nodes ------------------------------------------------------------------------------------------- */
 
 /* A particle adds phi Q[0] + sum_e dphi_e Q[1+e] + sum_e i_e phi A[e] to node i of its stencil, where each Q and A is a
-   record of numbers in the sequence of MPMNode. MPMP2G zeroes all of them once; those that the parts of the phase do
-   not need are never written and stay 0. */
+   record of numbers in the sequence of MPMNode. In 2-D the stress is one record with mass and momentum, since each
+   number of it is multiplied by one function of x and one of y:
+
+     number of Q[0]     0   1   2   3   4      5      6      7
+     is                 m   p_x p_y 0   t_xy   t_yy   t_xx   t_xy     t = - V0 tau
+     times, of x        w   w   w   w   w      w      g      g
+     times, of y        w   w   w   w   g      g      w      w
+
+   The sums of 6 and 7 are added to those of 4 and 5 before they go to the tile; phi Q[1] are the loads there. MPMP2G
+   zeroes all records once; those that the parts of the phase do not need are never written and stay 0. */
 enum { MPM_Q_RECORDS = 4, MPM_A_RECORDS = 3 }; /* records of a particle, in every dimension */
 typedef PetscReal MPMRecord[MPM_NODE_NC];
 typedef struct {
@@ -31,8 +39,8 @@ MPM_INLINE void MPMWriteRecords(int nc, const MPMReal *from, PetscReal *to, int 
   MPMWriteRows(nc + nc % 2, from, row);
 }
 
-/* Computes the records of a block: Q[0] = (m, m v | m b), Q[1+e] = (0 | - V0 tau_e), where V sig = V0 tau; A are those
-   of the affine part of the velocity, v + C (x_i - x_p) with x_i - x_p = (i - at) h. */
+/* Computes the records of a block: Q[0] = (m, m v | m b), Q[1+e] = (0 | - V0 tau_e), where V sig = V0 tau, but as above
+   in 2-D; A are those of the affine part of the velocity, v + C (x_i - x_p) with x_i - x_p = (i - at) h. */
 MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, const MPMBlockOrder *o,
                                 const MPMStencils *s, const MPMBlock *b, MPMRecords *r)
 {
@@ -64,11 +72,12 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
     for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
       const MPMReal V0 = -MPMRead(&s->V0[l]);
 
-      for (int e = 0; e < dim; e++) {
+      for (int e = dim == 2 ? 1 : 0; e < dim; e++) { /* in 2-D once */
         MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 
         for (int d = 0; d < dim; d++) Q[d] = V0 * MPMRead(&b->tau[MPMSymPart(dim, d, e)][l]);
-        MPMWriteRecords(dim, Q, r->Q[l][1 + e] + MPM_NODE_FORCE, MPM_Q_RECORDS);
+        if (dim == 2) Q[2] = V0 * MPMRead(&b->tau[0][l]), Q[3] = Q[0];
+        MPMWriteRecords(dim == 2 ? 4 : dim, Q, r->Q[l][dim == 2 ? 0 : 1 + e] + MPM_NODE_FORCE, MPM_Q_RECORDS);
       }
     }
   if ((parts & MPM_P2G_FORCE) && patch->particles.b) {
@@ -77,7 +86,7 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
       MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 
       for (int d = 0; d < dim; d++) Q[d] = MPMRead(&s->m[l]) * MPMRead(&force[d][l]);
-      MPMWriteRecords(dim, Q, r->Q[l][0] + MPM_NODE_FORCE, MPM_Q_RECORDS);
+      MPMWriteRecords(dim, Q, r->Q[l][dim == 2 ? 1 : 0] + MPM_NODE_FORCE, MPM_Q_RECORDS);
     }
   }
 }
@@ -88,8 +97,8 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
    NULL. Both are [nodes of a stencil]. */
 typedef void (*MPMSumBlocks)(const MPMBlockOrder *, const MPMStencils *, const MPMRecords *, PetscReal *const place[],
                              const MPMRecord *from, MPMRecord *to);
-/* [dim-1][nodes per axis - 2][forces][affine] */
-extern const MPMSumBlocks MPM_LANES_NAME(MPMSumBlock)[3][3][2][2];
+/* [dim-1][nodes per axis - 2][forces: 0 none, 1 stress, 2 stress and loads][affine] */
+extern const MPMSumBlocks MPM_LANES_NAME(MPMSumBlock)[3][3][3][2];
 
 /* Finds where in the sums of their tiles the cells of a block have theirs (tile_sums.h has a drawing). Most cells
    follow the one before in a row of cells, so what needs divisions is computed once for each row of cells. */
@@ -129,7 +138,8 @@ MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool kept, c
    the row, those of t->sum too, to the nodes. Sums that are not among the parts get 0 added. */
 MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts)
 {
-  const int          forces = parts & MPM_P2G_FORCE ? 1 : 0, affine = parts & MPM_AFFINE ? 1 : 0;
+  const int          forces = !(parts & MPM_P2G_FORCE) ? 0 : patch->particles.b ? 2 : 1;
+  const int          affine = parts & MPM_AFFINE ? 1 : 0;
   const MPMSumBlocks sum = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
   const MPMTiles    *t   = &patch->tiles;
   const MPMPass   pass = parts & MPM_P2G_EARLY ? MPM_PASS_EARLY : parts & MPM_P2G_LATE ? MPM_PASS_LATE : MPM_PASS_MAIN;

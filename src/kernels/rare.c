@@ -18,9 +18,8 @@ void MPMRareBadJ(PetscInt dim, const MPMPatch *patch, PetscBool has_F, PetscInt 
   }
 }
 
-/* Moves positions x [dim] of n particles back through periodic faces, into [lower, upper); returns whether there are
-   such faces. */
-PetscBool MPMRareWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMComponent *x)
+/* Moves positions x [dim] of n particles back through periodic faces, into [lower, upper). */
+void MPMRareWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMComponent *x)
 {
   for (PetscInt d = 0; d < dim; d++) {
     const PetscReal lower = grid->lower[d], upper = grid->upper[d], length = upper - lower;
@@ -33,7 +32,6 @@ PetscBool MPMRareWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMComponen
       if (*at < lower || *at >= upper) *at = lower; /* after rounding */
     }
   }
-  return grid->periodic[0] || grid->periodic[1] || grid->periodic[2] ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Sets g = w (i - at) / sum w (i - at)^2 of the particles whose weights an extrapolated spline changes at a wall: there
@@ -79,7 +77,9 @@ void MPMRareStretch(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscIn
   }
 }
 
-/* MPMRareCells for one dim and basis, which are constants. */
+/* Finds the cells of n particles of a block, number which[] in it, at their new positions; the block is the entries of
+   the order from q on. Those in a new cell are movers: it is noted, and they are added to the movers of the patch. Counts
+   movers and leavers. dim and basis are constants. */
 MPM_INLINE void RareCells(int dim, MPMBasis basis, const MPMParams *par, MPMPatch *patch, PetscInt q, PetscInt n,
                           const PetscInt *which, const PetscInt *order, const MPMStencils *s, MPMStatus *status)
 {
@@ -99,18 +99,14 @@ MPM_INLINE void RareCells(int dim, MPMBasis basis, const MPMParams *par, MPMPatc
     status->moved++;
     if (cell == MPM_ELSEWHERE) status->left++;
     if (cell == MPM_NOWHERE) {
-      MPMBad bad = par->deletes ? MPM_GONE : MPM_LEFT_GRID;
+      PetscBool finite = PETSC_TRUE;
 
-      for (int d = 0; d < dim; d++)
-        if (!(PetscAbsReal(x[d]) <= PETSC_MAX_REAL)) bad = MPM_LEFT_GRID;
-      MPMStatusNote(status, bad, particles->id[p], dim, x, 0);
+      for (int d = 0; d < dim; d++) finite = finite && PetscAbsReal(x[d]) <= PETSC_MAX_REAL ? PETSC_TRUE : PETSC_FALSE;
+      MPMStatusNote(status, finite && par->deletes ? MPM_GONE : MPM_LEFT_GRID, particles->id[p], dim, x, 0);
     }
   }
 }
 
-/* Finds the cells of n particles of a block, number which[] in it, at their new positions; the block is the entries of
-   the order from q on. Those in a new cell are movers: it is noted, and they are added to the movers of the patch. Counts
-   movers and leavers. */
 void MPMRareCells(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscInt q, PetscInt n, const PetscInt *which,
                   const PetscInt *order, const MPMStencils *s, MPMStatus *status)
 {

@@ -7,7 +7,7 @@
 
 void MPMRareBadJ(PetscInt dim, const MPMPatch *, PetscBool has_F, PetscInt first, PetscInt last, const PetscInt *order,
                  const MPMBlock *, MPMStatus *);
-PetscBool MPMRareWrap(PetscInt dim, const MPMGrid *, PetscInt n, MPMComponent *x);
+void MPMRareWrap(PetscInt dim, const MPMGrid *, PetscInt n, MPMComponent *x);
 void MPMRareInertia(PetscInt dim, MPMBasis, const MPMGrid *, PetscInt n, MPMStencils *);
 void MPMRareStretch(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt n, const PetscInt *order,
                     const MPMComponent *x, MPMStatus *);

@@ -126,14 +126,6 @@ extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2
 
 #define MPM_MAX_NODES (MPM_MAX_STENCIL * MPM_MAX_STENCIL * MPM_MAX_STENCIL)
 
-/* Returns the nodes of a stencil on all axes. */
-MPM_INLINE int MPMStencilNodes(int dim, MPMBasis basis)
-{
-  const int ns = MPMBasisNodes(basis);
-
-  return ns * (dim > 1 ? ns : 1) * (dim > 2 ? ns : 1);
-}
-
 /* --- Materials ---------------------------------------------------------------------------------------------------- */
 
 /* Repeats a statement for each sequence of lanes of a block that have the same material; lanes past the last particle

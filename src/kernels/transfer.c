@@ -41,16 +41,6 @@ MPMKernel MPMKernelFind(PetscInt dim, MPMBasis basis, PetscInt parts)
   return MPMKernels_2[dim - 1][to_particles];
 }
 
-/* Returns the MPMChains of the width in use. */
-MPMChains *MPMKernelChains(void)
-{
-#if defined(__x86_64__)
-  if (MPMKernelWidth() == 8) return MPMChains_8;
-  if (MPMKernelWidth() == 4) return MPMChains_4;
-#endif
-  return MPMChains_2;
-}
-
 /* Returns the floating-point operations per particle, counted by hand from transfer_sums.c, p2g.h and g2p.h: an
    addition, product or quotient is 1, a fused multiply-add 2. The law is counted as a neo-Hookean solid (a logarithm is
    26). Lanes without a particle do not count. The sums of a cell added to its tile, the filter of xpic and the forms of
@@ -63,14 +53,14 @@ PetscReal MPMKernelFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
   const PetscReal planes = dim == 3 ? ns : 0, inner = dim == 1 ? 0 : rows; /* products with wz; with wy */
   const PetscReal sym = d * (d + 1) / 2, det = dim == 1 ? 0 : dim == 2 ? 3 : 14;
   const PetscReal law       = 26 + det + sym * (2 * d - 1) + 1 + sym + 2 * d;
-  const PetscReal one_force = dim == 3 ? 4 * (planes + inner + nodes) : dim == 2 ? 3 * inner + 4 * nodes : 2 * nodes;
+  const PetscReal one_force = dim == 3 ? 4 * (planes + inner + nodes) : dim == 2 ? 2 * inner + 4 * nodes : 2 * nodes;
   const PetscReal values    = parts & MPM_G2P_MOTION ? 2 * d : d;
   const PetscReal sums      = (parts & MPM_P2G_MASS ? 1 : 0) + (parts & MPM_P2G_MOMENTUM ? d : 0);
   PetscReal       flops     = d * (6 + weights[basis] + ns); /* coordinate, number of the cell; g/h */
 
   flops += sums * (planes + inner + 2 * nodes);
   if (parts & MPM_P2G_MOMENTUM) flops += d;
-  if (parts & MPM_P2G_FORCE) flops += law + d * d + d * one_force;
+  if (parts & MPM_P2G_FORCE) flops += law + (dim == 2 ? 3 : d * d) + d * one_force;
   if (parts & MPM_P2G_FBAR)
     flops += law + 2 * det + d * (6 + weights[basis] + ns) + 4 * d + 8; /* weights and law again */
   if ((parts & MPM_P2G_MOMENTUM) && (parts & MPM_AFFINE)) flops += 4 * d * d + d * (4 * planes + 3 * inner + 2 * nodes);
@@ -86,6 +76,6 @@ PetscReal MPMKernelFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
              2 * (det + 2 * d + 2) + det + 4 + (dim == 3 ? 70 : 8) + 2 * d * d;
   if ((parts & MPM_G2P_MOTION) && (parts & MPM_AFFINE))
     flops += 3 * d * ns + 2 * d * (2 * nodes + 3 * inner + 3 * planes);
-  if (parts & MPM_G2P_COMMIT) flops += d * (1 + 6 + 2);
+  if (parts & MPM_G2P_COMMIT) flops += d * (1 + 3); /* x + dx; the distance from the middle of the cell */
   return flops;
 }

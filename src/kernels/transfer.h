@@ -67,11 +67,4 @@ MPMKernel MPMKernelFind(PetscInt dim, MPMBasis basis, PetscInt parts);
 PetscReal MPMKernelFlops(PetscInt dim, MPMBasis basis, PetscInt parts);
 PetscInt  MPMKernelWidth(void); /* particles that kernels compute at a time: 8, 4 or 2, as the processor allows */
 
-/* Runs n rounds of fused multiply-adds in registers, in as many independent sequences as hide their latency, with the
-   vectors of the kernels; returns how many operations these were. cost/roofline.c takes their rate as the limit of a
-   core. */
-typedef PetscReal MPMChains(PetscInt n, PetscReal start, volatile PetscReal *end);
-extern MPMChains  MPMChains_8, MPMChains_4, MPMChains_2;
-MPMChains        *MPMKernelChains(void);
-
 #endif

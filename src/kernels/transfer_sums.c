@@ -22,18 +22,31 @@ MPM_INLINE MPMReal MPMMultiple(int i, MPMReal c)
 #define MPM_ROWS(dim, ns)   ((dim) == 1 ? 1 : (ns) == 4 && MPM_WIDTH < 8 ? 2 : (ns))
 #define MPM_PLANES(dim, ns) ((dim) == 3 && (ns) == 2 ? 2 : 1)
 
+/* Returns vector h of a record in which the numbers `some` (bits) are g and the others w. */
+MPM_INLINE MPMReal MPMEither(unsigned some, int h, PetscReal w, PetscReal g)
+{
+  const unsigned lanes = some >> h * MPM_WIDTH & ((1u << MPM_WIDTH) - 1);
+
+  return !lanes ? MPMAll(w) : lanes == (1u << MPM_WIDTH) - 1 ? MPMAll(g) : MPMBlend(lanes, MPMAll(w), MPMAll(g));
+}
+
+/* In 2-D, the numbers of a record that have the derivative along x, and those along y (bits, see p2g.h). */
+#define MPM_ALONG_X 0xc0
+#define MPM_ALONG_Y 0x30
+
 /* Adds particles first .. last-1 of a block to vector h of the sums of nodes of their cell, in rows j0 .. of planes
    k0 .. of the stencil: phi = wx wy wz and its gradients are multiplied out axis by axis, the last axis while adding.
-   force, motion: there are records of forces, of affine velocities. */
-MPM_INLINE void MPMAccumulate(int dim, int ns, int force, int motion, int h, int k0, int j0, const MPMStencils *s,
-                              const MPMRecords *r, PetscInt first, PetscInt last, MPMReal *sum)
+   force, load, motion: there are records of stress, of loads, of affine velocities. */
+MPM_INLINE void MPMAccumulate(int dim, int ns, int force, int load, int motion, int h, int k0, int j0,
+                              const MPMStencils *s, const MPMRecords *r, PetscInt first, PetscInt last, MPMReal *sum)
 {
-  const int rows = MPM_ROWS(dim, ns), planes = MPM_PLANES(dim, ns);
+  const int      rows = MPM_ROWS(dim, ns), planes = MPM_PLANES(dim, ns), whole = dim == 2;
+  const unsigned along_x = whole && force ? MPM_ALONG_X : 0, along_y = whole && force ? MPM_ALONG_Y : 0;
 
   for (PetscInt l = first; l < last; l++) {
     MPMReal Q[4] = {MPMAll(0)}, A[3] = {MPMAll(0)};
 
-    for (int e = 0; e < 1 + (force ? dim : 0); e++) Q[e] = MPMRead(r->Q[l][e] + h * MPM_WIDTH);
+    for (int e = 0; e < 1 + (whole ? load : force ? dim : 0); e++) Q[e] = MPMRead(r->Q[l][e] + h * MPM_WIDTH);
     for (int e = 0; e < (motion ? dim : 0); e++) A[e] = MPMRead(r->A[l][e] + h * MPM_WIDTH);
     MPM_UNROLL
     for (int k = 0; k < planes; k++) {
@@ -55,20 +68,38 @@ MPM_INLINE void MPMAccumulate(int dim, int ns, int force, int motion, int h, int
           const MPMReal wy = MPMAll(s->w[1][j0 + j][l]), gy = MPMAll(s->g[1][j0 + j][l]);
 
           if (motion) R += MPMMultiple(j0 + j, b);
-          R = wy * R;
+          R = MPMEither(along_y, h, s->w[1][j0 + j][l], s->g[1][j0 + j][l]) * R;
           if (motion) c = wy * c;
-          if (force) R = MPMFma(gy, Py, R), Rx = wy * Rx;
+          if (force) Rx = wy * Rx;
+          if (force && !whole) R = MPMFma(gy, Py, R);
         }
         MPM_UNROLL
         for (int i = 0; i < ns; i++) {
-          MPMReal *to = &sum[(k * rows + j) * ns + i];
+          const MPMReal wx = MPMEither(along_x, h, s->w[0][i][l], s->g[0][i][l]);
+          MPMReal      *to = &sum[(k * rows + j) * ns + i];
 
-          *to = MPMFma(MPMAll(s->w[0][i][l]), motion ? R + MPMMultiple(i, c) : R, *to);
-          if (force) *to = MPMFma(MPMAll(s->g[0][i][l]), Rx, *to);
+          *to = MPMFma(wx, motion ? R + MPMMultiple(i, c) : R, *to);
+          if (whole && load) *to = MPMFma(MPMAll(s->w[0][i][l]), Rx, *to);
+          if (force && !whole) *to = MPMFma(MPMAll(s->g[0][i][l]), Rx, *to);
         }
       }
     }
   }
+}
+
+/* Adds the two parts of the forces of a node's sums in 2-D, numbers 6 and 7 to 4 and 5; `lower` are these where they are
+   another vector. */
+MPM_INLINE MPMReal MPMFold(MPMReal sum, MPMReal lower)
+{
+#if MPM_WIDTH == 8
+  (void)lower;
+  return MPMBlend(0xc0, sum + __builtin_shufflevector(sum, MPMAll(0), 8, 8, 8, 8, 6, 7, 8, 8), MPMAll(0));
+#elif MPM_WIDTH == 4
+  (void)lower;
+  return _mm256_zextpd128_pd256(_mm256_castpd256_pd128(sum) + _mm256_extractf128_pd(sum, 1));
+#else
+  return lower + sum;
+#endif
 }
 
 /* Adds particles first .. last-1 of a block to the sums of their cell, which begin at 0 or, where the cell began in an
@@ -79,11 +110,14 @@ MPM_INLINE void MPMSumCell(int dim, int ns, int forces, int affine, const MPMSte
 {
   const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1, rows = MPM_ROWS(dim, ns), planes = MPM_PLANES(dim, ns);
   const int n = planes * rows * ns, side = (1 << MPM_TILE_BITS(ns)) + ns - 1;
+  MPMReal   lower[16] = {MPMAll(0)}; /* with 2 lanes in 2-D, the first part of the forces */
 
   /* The loop is unrolled so that each vector's content is known. */
   MPM_UNROLL
   for (int h = 0; h < MPM_PARTS; h++) {
-    const int force = forces && MPM_PART_FORCE(dim, h), motion = affine && MPM_PART_MOTION(dim, h);
+    const int upper = dim == 2 && forces && h * MPM_WIDTH >= MPM_NODE_FORCE; /* only forces */
+    const int force = forces && (upper || MPM_PART_FORCE(dim, h)), motion = affine && MPM_PART_MOTION(dim, h);
+    const int two   = dim == 2 && force, held = two && MPM_WIDTH == 2 && h == 2;
 
     if (!force && !MPM_PART_MOTION(dim, h)) continue;
     for (int k0 = 0; k0 < nz; k0 += planes)
@@ -95,14 +129,20 @@ MPM_INLINE void MPMSumCell(int dim, int ns, int forces, int affine, const MPMSte
           for (int a = 0; a < n; a++) sum[a] = MPMRead(from[at0 + a] + h * MPM_WIDTH);
         else
           for (int a = 0; a < n; a++) sum[a] = MPMAll(0);
-        MPMAccumulate(dim, ns, force, motion, h, k0, j0, s, r, first, last, sum);
-        for (int a = 0; a < n; a++) {
-          const int  k = k0 + a / (rows * ns), j = j0 + a / ns % rows;
-          PetscReal *node = place + MPM_NODE_NC * (a % ns + side * (j + side * k));
+        MPMAccumulate(dim, ns, force, forces > 1, motion, h, k0, j0, s, r, first, last, sum);
+        if (to)
+          for (int a = 0; a < n; a++) MPMWrite(to[at0 + a] + h * MPM_WIDTH, sum[a]);
+        else
+          for (int a = 0; a < n; a++) {
+            const int  k = k0 + a / (rows * ns), j = j0 + a / ns % rows;
+            PetscReal *node = place + MPM_NODE_NC * (a % ns + side * (j + side * k)) +
+                              (two && MPM_WIDTH == 2 ? MPM_NODE_FORCE : h * MPM_WIDTH);
 
-          if (!to) sum[a] += MPMRead(node + h * MPM_WIDTH);
-          MPMWrite((to ? to[at0 + a] : node) + h * MPM_WIDTH, sum[a]);
-        }
+            if (held)
+              lower[at0 + a] = sum[a];
+            else
+              MPMWrite(node, MPMRead(node) + (two ? MPMFold(sum[a], lower[at0 + a]) : sum[a]));
+          }
       }
   }
 }
@@ -167,8 +207,7 @@ MPM_INLINE void MPMInterpolate(int dim, int ns, int nv, int gradients, const Pet
   }
 }
 
-/* Does the same for all lanes of a block. Those past the end of a cell get numbers that the next cell overwrites, or that
-   lie past the end of the block. */
+/* Does the same for all lanes of a block. Those past the end of a cell get numbers that the next cell overwrites. */
 MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, const MPMBlockOrder *o,
                                     const MPMStencils *s, const PetscInt n[], const PetscReal *nodes,
                                     MPMComponent *value, MPMComponent *gradient)
@@ -206,6 +245,8 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
   MPM_SUM_BLOCK(dim, ns, 0, 1)                                                                                         \
   MPM_SUM_BLOCK(dim, ns, 1, 0)                                                                                         \
   MPM_SUM_BLOCK(dim, ns, 1, 1)                                                                                         \
+  MPM_SUM_BLOCK(dim, ns, 2, 0)                                                                                         \
+  MPM_SUM_BLOCK(dim, ns, 2, 1)                                                                                         \
   MPM_INTERPOLATE_BLOCK(dim, ns, 0, 1)                                                                                 \
   MPM_INTERPOLATE_BLOCK(dim, ns, 1, 0)                                                                                 \
   MPM_INTERPOLATE_BLOCK(dim, ns, 1, 1)
@@ -213,28 +254,10 @@ MPM_FOR_ALL(MPM_DEFINE)
 
 #define MPM_SUM_ENTRY(dim, ns)                                                                                         \
   [dim - 1][ns - 2] = {{SumBlock_##dim##ns##_00, SumBlock_##dim##ns##_01},                                             \
-                       {SumBlock_##dim##ns##_10, SumBlock_##dim##ns##_11}},
+                       {SumBlock_##dim##ns##_10, SumBlock_##dim##ns##_11},                                             \
+                       {SumBlock_##dim##ns##_20, SumBlock_##dim##ns##_21}},
 #define MPM_INTERPOLATE_ENTRY(dim, ns)                                                                                 \
   [dim - 1][ns - 2] = {{NULL, InterpolateBlock_##dim##ns##_01},                                                        \
                        {InterpolateBlock_##dim##ns##_10, InterpolateBlock_##dim##ns##_11}},
-const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][2][2]         = {MPM_FOR_ALL(MPM_SUM_ENTRY)};
+const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][3][2]         = {MPM_FOR_ALL(MPM_SUM_ENTRY)};
 const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2] = {MPM_FOR_ALL(MPM_INTERPOLATE_ENTRY)};
-
-/* Runs n rounds of MPM_CHAINS independent sequences of fused multiply-adds. start and end keep the compiler from
-   removing them. */
-#define MPM_CHAINS 16
-PetscReal MPM_LANES_NAME(MPMChains)(PetscInt n, PetscReal start, volatile PetscReal *end)
-{
-  MPMReal x[MPM_CHAINS];
-
-  for (int k = 0; k < MPM_CHAINS; k++) x[k] = MPMAll(start + 1e-9 * k);
-  for (PetscInt i = 0; i < n; i++)
-    for (int k = 0; k < MPM_CHAINS; k++) x[k] = MPMFma(x[k], MPMAll(0.999999999), MPMAll(1e-9));
-  for (int k = 0; k < MPM_CHAINS; k++) {
-    PetscReal lane[MPM_WIDTH];
-
-    memcpy(lane, &x[k], sizeof lane);
-    *end = lane[0];
-  }
-  return (PetscReal)n * MPM_CHAINS * MPM_WIDTH * 2;
-}
