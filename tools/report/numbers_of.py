@@ -241,7 +241,8 @@ class Numbers:
         """The plain serial program over pebble, by make bench."""
         rows = [r for r in self.data.file("bench/floor.csv") if r["group"] == "seed" and r["update"] == "usf"]
         out = [q / p for n in {r["particles"] for r in rows} for q, p in [self.least_ns(rows, n)]]
-        return f"{min(out):.1f} to {max(out):.1f}"
+        least, most = f"{min(out):.1f}", f"{max(out):.1f}"
+        return least if least == most else f"{least} to {most}"
 
     @staticmethod
     def least_ns(rows, particles):
