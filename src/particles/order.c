@@ -48,14 +48,36 @@ static PetscInt FindCycles(PetscInt n, PetscInt order[], PetscInt path[])
   return npath;
 }
 
-/* Puts the storage in the sequence of `order`, which becomes the identity. It needs no copy of a field, which could
-   take half of the memory of the particles. The cycles are listed in the memory of `spare`. Not collective. */
+/* Returns how many places after its entry in the order a particle has its row on average, modulo n: rows before the
+   first are counted as those before the end of the storage. */
+static PetscInt Turn(PetscInt n, const PetscInt order[])
+{
+  PetscInt64 sum = 0;
+
+  for (PetscInt q = 0; q < n; q++) {
+    const PetscInt places = order[q] - q;
+
+    sum += places >= n / 2 ? places - n : places < -n / 2 ? places + n : places;
+  }
+  return (PetscInt)((sum / n + n) % n);
+}
+
+/* Puts the storage in the sequence of `order`, so that the row of entry q is q + turn, modulo n. With a turn of 0 all
+   rows would move far where a process gets many particles, which come last in its storage, for the first of its cells.
+   It needs no copy of a field, which could take half of the memory of the particles. The cycles are listed in the memory
+   of `spare`. Not collective. */
 static PetscErrorCode Reorder(MPMParticles *particles)
 {
-  const PetscInt *path  = particles->spare;
-  const PetscInt  npath = FindCycles(particles->n, particles->order, particles->spare);
+  const PetscInt n = particles->n, turn = Turn(n, particles->order);
+  PetscInt      *path = particles->order, *order = particles->spare, npath;
 
   PetscFunctionBeginUser;
+  PetscCall(PetscArraycpy(order, path + n - turn, turn));
+  PetscCall(PetscArraycpy(order + turn, path, n - turn));
+  npath = FindCycles(n, order, path);
+  for (PetscInt q = 0; q < n; q++) order[q] = q < n - turn ? q + turn : q + turn - n;
+  particles->order = order;
+  particles->spare = path;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     void *rows;
 
