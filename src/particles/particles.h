@@ -25,7 +25,7 @@ typedef struct {
   PetscInt   saved;                   /* the fields (bits) that a step changes, if it is to be undone; else 0 */
   char      *copy;                    /* [n] rows of each of these, one field after the other */
   size_t     copy_room;               /* bytes */
-  PetscInt   room;                    /* the most particles that came in a migration */
+  PetscInt   room, places;            /* the most particles that came in a migration; places of the swarm's fields */
   PetscInt   nkept;                   /* particles below this number are where the order has them, but for movers */
   PetscInt   nstart;
   /* -pool_particles workers: while `lent`, other processes have the particles; `current` are the fields (bits) whose rows

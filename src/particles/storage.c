@@ -3,8 +3,7 @@
 #include "base/pages.h"
 #include "particles/poison.h"
 
-/* Spare places of the swarm for arrivals, besides n/500 or as many as ever came at once: with fewer the swarm would move
-   all fields to new memory whenever arrivals find no place. It zeroes the spare places when its size changes. */
+/* Spare places, besides those for arrivals. */
 #define MPM_SWARM_BUFFER 64
 
 const MPMFieldInfo MPMFields[MPM_NUM_FIELDS] = {
@@ -163,13 +162,38 @@ PetscErrorCode MPMParticlesResize(MPMParticles *particles)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the number of particles of this process; the fields of new ones are unset. Not collective. */
+/* Finds how many arrivals a migration may bring: as many as ever came at once. Before the first one, those of a body that
+   moves along the cells: half a layer of them on one or two sides of a cube, with 8 particles a cell. None on one
+   process. Not collective. */
+static PetscErrorCode Arrivals(const MPMParticles *particles, PetscInt n, PetscInt *arrivals)
+{
+  const PetscReal sides = 2 * PetscPowReal((PetscReal)n, 1 - 1 / (PetscReal)particles->dim);
+  PetscMPIInt     processes;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)particles->swarm), &processes));
+  *arrivals = particles->room ? particles->room : processes > 1 ? (PetscInt)sides : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the number of particles of this process; the fields of new ones are unset. There are spare places for two to four
+   migrations, since the swarm copies all fields to new memory when there are fewer than n and its buffer. The buffer is
+   half of the spare places: if it were less, the swarm would give some back. It zeroes all whenever its size changes.
+   Not collective. */
 PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
 {
   const PetscInt before = particles->n;
+  PetscInt       spare, unused = particles->places - n;
 
   PetscFunctionBeginUser;
-  PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, MPM_SWARM_BUFFER + PetscMax(n / 500, particles->room)));
+  PetscCall(Arrivals(particles, n, &spare));
+  spare += MPM_SWARM_BUFFER;
+  if (unused < 2 * spare || unused > 4 * spare + n / 4) {
+    unused            = 4 * spare;
+    particles->places = n + unused;
+    PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, unused));
+  }
+  PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, (unused + 1) / 2));
   PetscCall(MPMParticlesResize(particles));
   PetscCall(MPMPoisonFields(particles, ~0, before));
   PetscFunctionReturn(PETSC_SUCCESS);
