@@ -55,19 +55,16 @@ MPM_INLINE MPMReal MPMSelect(MPMMask m, MPMReal a, MPMReal b)
 #endif
 }
 
-/* Returns b in the lanes `which` (bits, a constant) and a elsewhere. */
+/* Returns b in the lanes `which` (bits, a constant) and a elsewhere. With 4 lanes these are the first or the last two,
+   with fewer all or none. */
 MPM_INLINE MPMReal MPMBlend(unsigned which, MPMReal a, MPMReal b)
 {
 #if MPM_WIDTH == 8
   return _mm512_mask_blend_pd((__mmask8)which, a, b);
 #elif MPM_WIDTH == 4
-  if (which == 0xc) return _mm256_blend_pd(a, b, 0xc);
-  return which == 0x3 ? (MPMReal)_mm256_blend_pd(a, b, 0x3) : which ? b : a;
-#elif MPM_WIDTH == 2
-  for (int l = 0; l < MPM_WIDTH; l++) a[l] = which >> l & 1 ? b[l] : a[l];
-  return a;
+  return which == 0x3 ? _mm256_blend_pd(a, b, 0x3) : _mm256_blend_pd(a, b, 0xc);
 #else
-  return which & 1 ? b : a;
+  return which ? b : a;
 #endif
 }
 

@@ -143,16 +143,13 @@ MPM_INLINE void MPMWriteRows(int nc, const MPMReal *from, PetscReal *const row[]
 #endif
 }
 
-
 /* --- Rows that follow each other in memory ------------------------------------------------------------------------ */
 
+#if MPM_WIDTH == 8
 /* Takes n = 1, 2 or 3 vectors as one sequence of n MPM_WIDTH numbers, and collects every n-th number in the same
    vector: to[k] has numbers k, k + n, k + 2 n, ... */
 MPM_INLINE void MPMDeinterleave(int n, const MPMReal *from, MPMReal *to)
 {
-#if MPM_WIDTH == 1
-  for (int k = 0; k < n; k++) to[k] = from[k];
-#else
 #define MPM_SECOND(i, k) (2 * (i) + (k))
 #define MPM_THIRD(i, k)                                                                                                \
   (3 * (i) + (k) < 2 * MPM_WIDTH ? 3 * (i) + (k) : 0) /* lanes of from[0], from[1]; MPM_LATER adds those of from[2] */
@@ -162,8 +159,22 @@ MPM_INLINE void MPMDeinterleave(int n, const MPMReal *from, MPMReal *to)
   if (n == 2)
     to[0] = MPM_SHUFFLE(from[0], from[1], MPM_SECOND, 0), to[1] = MPM_SHUFFLE(from[0], from[1], MPM_SECOND, 1);
   if (n == 3) to[0] = MPM_DEINTERLEAVE_3(0), to[1] = MPM_DEINTERLEAVE_3(1), to[2] = MPM_DEINTERLEAVE_3(2);
-#endif
 }
+
+/* Undoes MPMDeinterleave: takes the numbers of n vectors in turn. */
+MPM_INLINE void MPMInterleave(int n, const MPMReal *from, MPMReal *to)
+{
+#define MPM_PLACE(i, k)     ((k)*MPM_WIDTH + (i)) /* of lane i of to[k] in the sequence */
+#define MPM_OF_TWO(i, k)    (MPM_PLACE(i, k) % 2 * MPM_WIDTH + MPM_PLACE(i, k) / 2)
+#define MPM_OF_THREE(i, k)  (MPM_PLACE(i, k) % 3 % 2 * MPM_WIDTH + MPM_PLACE(i, k) / 3) /* those of from[0], from[1] */
+#define MPM_WITH_LAST(i, k) (MPM_PLACE(i, k) % 3 == 2 ? MPM_WIDTH + MPM_PLACE(i, k) / 3 : (i))
+#define MPM_INTERLEAVE_3(k) MPM_SHUFFLE(MPM_SHUFFLE(from[0], from[1], MPM_OF_THREE, k), from[2], MPM_WITH_LAST, k)
+  if (n == 1) to[0] = from[0];
+  if (n == 2)
+    to[0] = MPM_SHUFFLE(from[0], from[1], MPM_OF_TWO, 0), to[1] = MPM_SHUFFLE(from[0], from[1], MPM_OF_TWO, 1);
+  if (n == 3) to[0] = MPM_INTERLEAVE_3(0), to[1] = MPM_INTERLEAVE_3(1), to[2] = MPM_INTERLEAVE_3(2);
+}
+#endif
 
 /* Converts MPM_WIDTH rows of nc = 1, 2, 3, 4, 6 or 9 numbers, which follow each other, to nc vectors, one for each
    component. Instructions that take any lanes of two vectors are for 8 lanes alone, and pay there. */
@@ -187,24 +198,6 @@ MPM_INLINE void MPMTranspose(int nc, const PetscReal *rows, MPMReal *to)
 
   for (int k = 0; k < MPM_WIDTH; k++) row[k] = rows + k * nc;
   MPMReadRows(nc, row, to);
-#endif
-}
-
-/* Undoes MPMDeinterleave: takes the numbers of n vectors in turn. */
-MPM_INLINE void MPMInterleave(int n, const MPMReal *from, MPMReal *to)
-{
-#if MPM_WIDTH == 1
-  for (int k = 0; k < n; k++) to[k] = from[k];
-#else
-#define MPM_PLACE(i, k)     ((k)*MPM_WIDTH + (i)) /* of lane i of to[k] in the sequence */
-#define MPM_OF_TWO(i, k)    (MPM_PLACE(i, k) % 2 * MPM_WIDTH + MPM_PLACE(i, k) / 2)
-#define MPM_OF_THREE(i, k)  (MPM_PLACE(i, k) % 3 % 2 * MPM_WIDTH + MPM_PLACE(i, k) / 3) /* those of from[0], from[1] */
-#define MPM_WITH_LAST(i, k) (MPM_PLACE(i, k) % 3 == 2 ? MPM_WIDTH + MPM_PLACE(i, k) / 3 : (i))
-#define MPM_INTERLEAVE_3(k) MPM_SHUFFLE(MPM_SHUFFLE(from[0], from[1], MPM_OF_THREE, k), from[2], MPM_WITH_LAST, k)
-  if (n == 1) to[0] = from[0];
-  if (n == 2)
-    to[0] = MPM_SHUFFLE(from[0], from[1], MPM_OF_TWO, 0), to[1] = MPM_SHUFFLE(from[0], from[1], MPM_OF_TWO, 1);
-  if (n == 3) to[0] = MPM_INTERLEAVE_3(0), to[1] = MPM_INTERLEAVE_3(1), to[2] = MPM_INTERLEAVE_3(2);
 #endif
 }
 

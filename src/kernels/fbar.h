@@ -12,8 +12,7 @@
 
 #include "kernels/stencils.h"
 
-/* Sums the volumes at the start of the step, and their growth, of all particles of the patch. at: the offsets of a
-   stencil's nodes in patch->motion. */
+/* Sums the volumes at the start of the step, and their growth, of all particles of the patch. */
 void MPM_LANES_NAME(MPMSumGrowth)(int dim, const MPMParams *, MPMPatch *);
 
 /* Changes the velocity gradients L of a block so that I + dt L has the means of the boxes. */

@@ -1,5 +1,5 @@
 /* rare.h - what transfers do for one particle at a time, since few particles or few scenes need it: bad J, periodic
-   faces, affine velocities near walls, domains that stretch (rare.c). G2P calls these functions for a block of particles. */
+   faces, affine velocities near walls, domains that stretch, new cells (rare.c). G2P calls these for a block. */
 #ifndef MPM_RARE_H
 #define MPM_RARE_H
 

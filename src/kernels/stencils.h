@@ -111,7 +111,7 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
 #include "physics/basis.def"
 #undef MPM_BASIS
   /* A cell ends where the next particle has another base node. The last particle is compared with a leftover past it:
-     that sets bit n, and MPMList takes only bits below n. */
+     that may set bit n, and MPMList takes only bits below n. */
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH)
     ends |= MPMSet(MPMRead(&s->base[l]) != MPMRead(&s->base[l] + 1), l) << 1;
   o->ncells             = MPMList(ends, o->n, o->end) + 1;
@@ -163,7 +163,7 @@ MPM_INLINE void MPMGatherState(int dim, const MPMParams *par, const MPMPatch *pa
 
   MPM_FOR_MATERIALS(m, first, next, par, o->lanes, s->kind) state |= m->state;
 #define MPM_GATHER(name, rows)                                                                                         \
-  if (patch->particles.name && (which & state & MPM_BIT(name)))                                                                \
+  if (patch->particles.name && (which & state & MPM_BIT(name)))                                                        \
     MPMGather(MPMComponents_##name(dim), patch->particles.name, o, b->name);
   MPM_MATERIAL_FIELDS(MPM_GATHER)
 #undef MPM_GATHER

@@ -48,7 +48,7 @@ MPM_INLINE void MPMOpenRow(int dim, const MPMPatch *patch, PetscInt row)
 MPM_INLINE void MPMZeroRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt row)
 {
   MPMSpan       *span = patch->span + row;
-  const PetscInt c0 = MPM_NODE_FIRST(dim, parts), c1 = MPM_NODE_LAST(dim, parts), n = span->last - span->first;
+  const PetscInt c0 = MPM_NODE_FIRST(parts), c1 = MPM_NODE_LAST(dim, parts), n = span->last - span->first;
   PetscReal *sum = (PetscReal *)patch->node + MPM_NODE_NC * ((size_t)row * (size_t)patch->n[0] + (size_t)span->first);
 
   if (!span->fresh) return;

@@ -6,8 +6,8 @@
    list from top to bottom; G2P works on the same blocks:
 
      order    particles by (cell, id) in ranges (MPMRange): G2P takes one of all, P2G those of a row of tiles at a time.
-     blocks   of 64 particles of these ranges (3-D: 32), whatever their cells. Their rows are read into scratch in L1;
-       |      weights, stress, new v, F and x are made there: lanes are particles (MPMBlockOrder).
+     blocks   of 64 particles of these ranges (3-D: 32), whatever their cells: lanes are particles (MPMBlockOrder).
+       |      Weights, stress and sums are in scratch in L1; v and F go from row to row, a vector at a time.
      cells    particles of a block with the same base node are added up in local accumulators: lanes are the sums of a
        |      node. A cell may continue in the next block. G2P: the motion of the cell's nodes is interpolated at its
        |      particles, which are the lanes.
@@ -19,7 +19,7 @@
    particles.cell, defines the order. The tree of additions - particles of a cell by id, cells of a tile, tiles of a
    node - depends on cells and ids alone, never on blocks, lanes or processes. Equation numbers are those of
    docs/theory.md. Input: particles x v F kind id cell state, and l b C r dx where a scene has them; the motion of
-   nodes. Output: sums of nodes; particles v F x dx cell, and state tau C r likewise; status. For a first reading leave
+   nodes. Output: sums of nodes; particles v F x dx cell, and state tau C r l likewise; status. For a first reading leave
    out what has to do with walls and with cells that are cut. */
 #ifndef MPM_TRANSFER_H
 #define MPM_TRANSFER_H

@@ -112,7 +112,7 @@ MPM_INLINE void MPMSumCell(int dim, int ns, int forces, int affine, const MPMSte
   const int n = planes * rows * ns, side = (1 << MPM_TILE_BITS(ns)) + ns - 1;
   MPMReal   lower[16] = {MPMAll(0)}; /* with 2 lanes in 2-D, the first part of the forces */
 
-  /* The loop is unrolled so that each vector's content is known. */
+  /* With 4 and 8 lanes the loop is unrolled, so that each vector's content is known. */
   MPM_UNROLL
   for (int h = 0; h < MPM_PARTS; h++) {
     const int upper = dim == 2 && forces && h * MPM_WIDTH >= MPM_NODE_FORCE; /* only forces */

@@ -108,6 +108,7 @@ static PetscErrorCode TakeArrivals(MPMCore *core, PetscInt fields, PetscInt come
   char           row[MPM_NUM_FIELDS * MPM_ROW_BYTES], *at;
 
   PetscFunctionBeginUser;
+  if (n) particles->room = PetscMax(particles->room, come);
   if (come > left) PetscCall(MPMParticlesSetSize(particles, n + come - left));
   PetscCall(PetscMalloc1(come, &place));
   for (PetscInt q = 0; q < come; q++) place[q] = q < left ? memory->leaver[q] : n + q - left;

@@ -102,7 +102,7 @@ PetscErrorCode MPMKeepTakeNodes(MPMCore *core, MPMKeep *keep, const MPMPhase *ph
 {
   MPMPatch      *patch = &core->exchange.patch;
   const PetscInt rows = patch->n[1] * patch->n[2], dim = core->grid.dim;
-  const PetscInt c0 = MPM_NODE_FIRST(dim, phase->parts), c1 = MPM_NODE_LAST(dim, phase->parts);
+  const PetscInt c0 = MPM_NODE_FIRST(phase->parts), c1 = MPM_NODE_LAST(dim, phase->parts);
   PetscInt       which[MPM_NODE_NC];
   const PetscInt nc = MPMNodeSums(dim, phase->parts, which);
   MPMSpan       *before;

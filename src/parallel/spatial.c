@@ -83,7 +83,7 @@ static PetscErrorCode ZeroSums(MPMCore *core, PetscInt parts)
   PetscFunctionBeginUser;
   PetscCall(MPMExchangeOpenNodes(core));
   for (PetscInt i = 0; i < MPMPatchNodes(patch); i++)
-    for (PetscInt c = MPM_NODE_FIRST(dim, parts); c < MPM_NODE_LAST(dim, parts); c++)
+    for (PetscInt c = MPM_NODE_FIRST(parts); c < MPM_NODE_LAST(dim, parts); c++)
       ((PetscReal *)(patch->node + i))[c] = 0;
   PetscCall(MPMExchangeCloseNodes(core));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -162,9 +162,9 @@ PetscErrorCode MPMParticlesResize(MPMParticles *particles)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds how many arrivals a migration may bring: as many as ever came at once. Before the first one, those of a body that
-   moves along the cells: half a layer of them on one or two sides of a cube, with 8 particles a cell. None on one
-   process. Not collective. */
+/* Finds for how many arrivals at a time there is to be room: as many as ever came at once, or, before the first ones,
+   those of a body that moves along the cells. (Half a layer of them on one or two sides of a cube, with 8 particles a
+   cell.) They are at most a sixteenth of the particles; none on one process. Not collective. */
 static PetscErrorCode Arrivals(const MPMParticles *particles, PetscInt n, PetscInt *arrivals)
 {
   const PetscReal sides = 2 * PetscPowReal((PetscReal)n, 1 - 1 / (PetscReal)particles->dim);
@@ -172,7 +172,7 @@ static PetscErrorCode Arrivals(const MPMParticles *particles, PetscInt n, PetscI
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)particles->swarm), &processes));
-  *arrivals = particles->room ? particles->room : processes > 1 ? (PetscInt)sides : 0;
+  *arrivals = PetscMin(n / 16, particles->room ? particles->room : processes > 1 ? (PetscInt)sides : 0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -184,17 +184,20 @@ PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
 {
   const PetscInt before = particles->n;
   PetscInt       spare, unused = particles->places - n;
+  PetscBool      moves;
 
   PetscFunctionBeginUser;
   PetscCall(Arrivals(particles, n, &spare));
   spare += MPM_SWARM_BUFFER;
-  if (unused < 2 * spare || unused > 4 * spare + n / 4) {
+  moves = unused < 2 * spare || unused > 4 * spare + n / 4 ? PETSC_TRUE : PETSC_FALSE; /* to new memory */
+  if (moves) {
     unused            = 4 * spare;
     particles->places = n + unused;
     PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, unused));
   }
   PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, (unused + 1) / 2));
   PetscCall(MPMParticlesResize(particles));
+  if (moves) PetscCall(LargePages(particles));
   PetscCall(MPMPoisonFields(particles, ~0, before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
