@@ -745,7 +745,7 @@ def main():
     p.add_argument("--seconds", type=float, help="about how long the steps of one run take (0.8; --short: 0.2)")
     p.add_argument("--sizes", default=SIZES, help="particles of the matrix")
     p.add_argument("--draw", action="store_true", help="measure nothing, draw docs/bench.png and the matrix anew from docs/data and docs/performance.md")
-    p.add_argument("--plan", action="store_true", help="only say how long the matrix takes")
+    p.add_argument("--plan", action="store_true", help="only say how long the matrix takes (the other groups: 20 minutes, with --short 3)")
     p.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="where sections, data and plot go")
     p.add_argument("--csv", default=os.path.join(ROOT, "output", "bench.csv"))
     args = p.parse_args()

@@ -9,7 +9,7 @@
 
 /* --- Blocks ------------------------------------------------------------------------------------------------------- */
 
-/* The particles of a full block: as many as keep its scratch, of 20 to 40 KiB, in the L1 cache or near it. */
+/* The particles of a full block: as many as keep its scratch, of about 20 KiB, in the L1 cache. */
 #define MPM_BLOCK_PARTICLES(dim) ((dim) < 3 ? MPM_STAGED : MPM_STAGED / 2)
 
 /* The particles of a block, as n entries of the order, which has its particles by (cell, id). */

@@ -396,7 +396,8 @@ PetscErrorCode MPMReportEnd(MPM mpm)
   if (mpm->core.exchange.type->keeps) shares = processes - 1;
   if (mpm->core.exchange.recuts)
     PetscCall(MPMPrint(&mpm->core.print,
-                       "balance    the grid was cut anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n",
+                       "balance    %s anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n",
+                       mpm->core.exchange.type->keeps ? "tiles were given to workers" : "the grid was cut",
                        mpm->core.exchange.recuts,
                        (double)mpm->core.status.most * shares / (double)PetscMax(1, mpm->core.particles.total)));
   if (mpm->core.exchange.migrations)
