@@ -163,16 +163,16 @@ PetscErrorCode MPMParticlesResize(MPMParticles *particles)
 }
 
 /* Finds for how many arrivals at a time there is to be room: as many as ever came at once, or, before the first ones,
-   those of a body that moves along the cells. (Half a layer of them on one or two sides of a cube, with 8 particles a
-   cell.) They are at most a sixteenth of the particles; none on one process. Not collective. */
+   those of a body that moves along the cells. (Half a layer of cells with 8 particles each, where two processes have a
+   cube.) They are at most 1/32 of the particles; none on one process. Not collective. */
 static PetscErrorCode Arrivals(const MPMParticles *particles, PetscInt n, PetscInt *arrivals)
 {
-  const PetscReal sides = 2 * PetscPowReal((PetscReal)n, 1 - 1 / (PetscReal)particles->dim);
+  const PetscReal layer = 1.6 * PetscPowReal((PetscReal)n, 1 - 1 / (PetscReal)particles->dim);
   PetscMPIInt     processes;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)particles->swarm), &processes));
-  *arrivals = PetscMin(n / 16, particles->room ? particles->room : processes > 1 ? (PetscInt)sides : 0);
+  *arrivals = PetscMin(n / 32, particles->room ? particles->room : processes > 1 ? (PetscInt)layer : 0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
