@@ -167,7 +167,7 @@ PetscErrorCode MPMParticlesResize(MPMParticles *particles)
    cube.) They are at most 1/32 of the particles; none on one process. Not collective. */
 static PetscErrorCode Arrivals(const MPMParticles *particles, PetscInt n, PetscInt *arrivals)
 {
-  const PetscReal layer = 1.6 * PetscPowReal((PetscReal)n, 1 - 1 / (PetscReal)particles->dim);
+  const PetscReal layer = 1.8 * PetscPowReal((PetscReal)n, 1 - 1 / (PetscReal)particles->dim);
   PetscMPIInt     processes;
 
   PetscFunctionBeginUser;
