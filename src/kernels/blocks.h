@@ -96,7 +96,7 @@ MPM_INLINE void MPMLoad(int nc, const PetscReal *own, const MPMBlockOrder *o, Pe
 {
   const PetscReal *row[MPM_WIDTH];
 
-  if (o->adjacent) { /* then those of the next blocks mostly follow: they are prefetched one (3-D: two) ahead */
+  if (o->adjacent) { /* then the rows of the next blocks mostly follow; one block (3-D: two) ahead is prefetched */
     row[0] = own + (size_t)(o->particle[0] + l) * nc;
     for (int c = 0; c < nc * MPM_WIDTH; c += 8) __builtin_prefetch(row[0] + MPM_STAGED * nc + c);
     MPMTranspose(nc, row[0], to);

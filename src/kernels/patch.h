@@ -42,7 +42,7 @@ _Static_assert(offsetof(MPMNode, f) == MPM_NODE_FORCE * sizeof(PetscReal), "forc
 /* MPM_NODE_FIRST is the first number of the record that the parts of a transfer (transfer.h) sum, MPM_NODE_LAST the one
    after the last. */
 #define MPM_NODE_FIRST(parts)     ((parts)&MPM_P2G_MASS ? 0 : (parts)&MPM_P2G_MOMENTUM ? 1 : MPM_NODE_FORCE)
-#define MPM_NODE_LAST(dim, parts)  ((parts)&MPM_P2G_FORCE ? MPM_NODE_FORCE + (dim) : 1 + (dim))
+#define MPM_NODE_LAST(dim, parts) ((parts)&MPM_P2G_FORCE ? MPM_NODE_FORCE + (dim) : 1 + (dim))
 
 /* The motion of a node: velocity [dim] in m/s and acceleration [dim] in m/s^2. */
 #define MPM_MOTION_NC(dim) (2 * (dim))

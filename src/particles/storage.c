@@ -177,9 +177,9 @@ static PetscErrorCode Arrivals(const MPMParticles *particles, PetscInt n, PetscI
 }
 
 /* Sets the number of particles of this process; the fields of new ones are unset. There are spare places for two to four
-   migrations, since the swarm copies all fields to new memory when there are fewer than n and its buffer. The buffer is
-   half of the spare places: if it were less, the swarm would give some back. It zeroes all whenever its size changes.
-   Not collective. */
+   migrations, since the swarm copies all fields to new memory when it has fewer than its buffer. The buffer is half of
+   them: if it were less, the swarm would give some back. It zeroes the spare places whenever its size changes. Not
+   collective. */
 PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
 {
   const PetscInt before = particles->n;
