@@ -15,6 +15,8 @@ particle and step, without start-up and without the compilation of kernels. The 
   matrix   (full) every basis and dimension, 1e4 to 4e6 particles, 4, 9 and 16 a cell (3-D: 4, 8, 16, 27), 1 and 2
            processes; at least 30 steps, at most 3 repeats, at the largest size 2. --plan says how long it takes
   modes    (full) both migrations and the pool on 2 processes
+  large    (full) what a particle costs on 2 processes with 1e7 particles over what it costs with 1e6: set-up, steps, their order,
+           the memory of a process, and a snapshot at the start and the end; and 1 process against 2 with 1e7. It takes 4 GiB
 
 Each ratio has a target, or none. It is of the least times of both programs and stands beside the ratio of their medians and
 the least favourable one of two runs that followed each other. --short has fewer sizes, repeats and peers, for three minutes.
@@ -60,6 +62,12 @@ COMPACT = ("usf", "musl", "usl with domains that stretch")  # have one row for a
 ROUGH = {"warp": {2: 45, 3: 180}, "taichi": {2: 200, 3: 800}, "seed": {2: 330}}
 PEBBLE = {(1, basis): 10 for basis in BASES} | dict(zip(METHODS, (16, 19, 24, 24, 42, 63))) | {
     (3, "gimp"): 85, (3, "bspline3"): 170}
+LARGE_STEPS = 24  # with 1e6 and 1e7 particles on 2 processes
+# Runs a command and then tells the largest memory of a process of it, in KiB.
+MOST_MEMORY = """import resource, subprocess, sys
+status = subprocess.call(sys.argv[1:])
+print("largest", resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, flush=True)
+sys.exit(status)"""
 MOST = 1000  # steps of a run: linear with usl is unstable, and in 1-D it fails after 2000
 SLOWER = 1.5  # factor by which the plan takes steps to be slower than the above
 TIMEOUT = 900
@@ -98,7 +106,7 @@ class Pebble:
                         per_cell=scene.ppc, processes=ranks, steps=steps, options=" ".join(extra))
 
     def time(self):
-        out = command_output(self.command, env=self.environment)
+        self.said = out = command_output(self.command, env=self.environment)
         row, digest = re.search(r"^  all +\S+ +\S+ +(\S+)", out, re.M), re.search(r"^digest (\w+)", out, re.M)
         if not row or not digest:
             raise Failed(f"{' '.join(self.command)}: no table of phases or no digest in its output")
@@ -497,6 +505,43 @@ def modes(args, results):
         results.ratio(f"1 process / {name}, linear 2-D usf, {size(scene)}", rows, one, name, None)
 
 
+class Large(Pebble):
+    """A run on 2 processes with two snapshots. After time(), `parts` has what a particle costs in each part, in ns or B."""
+
+    def __init__(self, args, scene, *more):
+        super().__init__(args, scene, "linear", "usl", LARGE_STEPS, 2, ("-output_format", "hdf5", "-output_every", "1e9", "-log_view", *more))
+        self.command = [sys.executable, "-c", MOST_MEMORY, *self.command]
+
+    def time(self):
+        ns = super().time()
+        stages = dict(re.findall(r"^ \d: +(MPM [\w-]+): (\S+)", self.said, re.M))
+        order = re.search(r"^SORT +\S+ +\S+ +(\S+)", self.said, re.M)[1]  # of the slower process
+        cost = {"set-up": stages["MPM set-up"], "step": 1e-9 * ns * self.steps * self.row["particles"], "order of a step": order,
+                "snapshots": stages["MPM output"]}
+        self.parts = {part: 1e9 * float(s) / self.row["particles"] for part, s in cost.items()}
+        self.memory = 1024 * int(re.search(r"^largest (\d+)", self.said, re.M)[1])
+        return ns
+
+
+def large(args, results):
+    sizes, parts = (1e4, 1e6, 1e7), {}
+    runs = {f"linear 3-D usl, {n:.0e}": Large(args, Scene(3, n, USUAL[3])) for n in sizes}
+    for _ in range(min(3, args.repeats)):
+        for run in runs.values():
+            run.time()
+            for part, ns in run.parts.items():
+                parts.setdefault(part, {}).setdefault(run, []).append(ns)
+    empty, few, many = runs.values()  # what a process has without particles is taken off
+    parts["memory"] = {run: [2 * (run.memory - empty.memory) / (run.row["particles"] - empty.row["particles"])] for run in (few, many)}
+    for part, found in parts.items():
+        unit = "B" if part == "memory" else "ns"
+        pairs = [y / x for x, y in zip(found[few], found[many])]
+        print(f"  {part:16s} {min(found[few]):7.1f} {unit} a particle with 1e6, {min(found[many]):7.1f} with 1e7")
+        results.ratios.append(dict(what=f"1e7 / 1e6, {part}, linear 3-D, 2 processes", value=min(found[many]) / min(found[few]),
+                                   median=statistics.median(found[many]) / statistics.median(found[few]), worst=max(pairs),
+                                   target=1.1, at_least=False, unit="", group="large"))
+
+
 # ---- The peers' programs
 
 def install(args):
@@ -726,7 +771,7 @@ def record(args, results, section, lines):
 
 def main():
     groups = {"bare": bare, "seed": seed, "peers": peers, "updates": updates, "ranks": ranks}
-    more = {"matrix": matrix, "modes": modes}
+    more = {"matrix": matrix, "modes": modes, "large": large}
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--pebble", default="./pebble")
     p.add_argument("--seed", default="build/seed_serial")
