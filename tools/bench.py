@@ -22,7 +22,7 @@ Each ratio has a target, or none. It is of the least times of both programs and 
 the least favourable one of two runs that followed each other. --short has fewer sizes, repeats and peers, for three minutes.
 
 The program writes output/bench.csv, prints the table of ratios, and writes sections of docs/performance.md, between their marks:
-floor (bare, seed, peers), bench (updates, ranks) and matrix, each with its file in docs/data/bench, if all groups of the section
+floor (bare, seed, peers), bench (updates, ranks), large and matrix, each with its file in docs/data/bench, if all groups of the section
 ran and nothing failed; then docs/bench.png too. Otherwise, and with --short, the plot goes to output/.
 """
 import argparse
@@ -51,7 +51,7 @@ PER_CELL = {1: [(4,), (9,), (16,)], 2: [(2, 2), (3, 3), (4, 4)], 3: [(2, 2, 1), 
 LARGE = 4e6  # from so many particles on, the matrix has 2 repeats, and only the usual number of particles a cell
 USUAL = {1: (9,), 2: (3, 3), 3: (2, 2, 2)}
 METHODS = [(2, "linear"), (2, "bspline2"), (2, "bspline3"), (2, "gimp"), (3, "linear"), (3, "bspline2")]
-SECTIONS = {"floor": ("bare", "seed", "peers"), "bench": ("updates", "ranks")}  # of docs/performance.md, besides the matrix
+SECTIONS = {"floor": ("bare", "seed", "peers"), "bench": ("updates", "ranks"), "large": ("large",)}  # of docs/performance.md, besides the matrix
 # Targets: a whole step of usl over its bare kernels with 1e5 particles, and with 1e6.
 OVER_BARE = dict(zip(METHODS, (1.45, 1.45, 1.2, 1.2, 1.15, 1.15)))
 OVER_BARE_LARGE = 1.6
@@ -526,9 +526,12 @@ class Large(Pebble):
 def large(args, results):
     sizes, parts = (1e4, 1e6, 1e7), {}
     runs = {f"linear 3-D usl, {n:.0e}": Large(args, Scene(3, n, USUAL[3])) for n in sizes}
-    for _ in range(min(3, args.repeats)):
-        for run in runs.values():
-            run.time()
+    for _ in range(args.repeats):
+        for name, run in runs.items():
+            try:
+                run.time()
+            except Failed as failure:
+                return results.problem(f"large: {name}: {failure}")
             for part, ns in run.parts.items():
                 parts.setdefault(part, {}).setdefault(run, []).append(ns)
     empty, few, many = runs.values()  # what a process has without particles is taken off
@@ -536,10 +539,13 @@ def large(args, results):
     for part, found in parts.items():
         unit = "B" if part == "memory" else "ns"
         pairs = [y / x for x, y in zip(found[few], found[many])]
+        results.series += [dict(run.row, group="large", options=f"{part}, {unit}", repeats=len(found[run]), min_ns=min(found[run]),
+                                median_ns=statistics.median(found[run]), all_ns=" ".join(f"{x:.4g}" for x in found[run])) for run in (few, many)]
         print(f"  {part:16s} {min(found[few]):7.1f} {unit} a particle with 1e6, {min(found[many]):7.1f} with 1e7")
         results.ratios.append(dict(what=f"1e7 / 1e6, {part}, linear 3-D, 2 processes", value=min(found[many]) / min(found[few]),
                                    median=statistics.median(found[many]) / statistics.median(found[few]), worst=max(pairs),
                                    target=1.1, at_least=False, unit="", group="large"))
+    results.write(args.csv)
 
 
 # ---- The peers' programs

@@ -68,12 +68,17 @@ MPM_INLINE MPMReal MPMReadPieces(int group, const PetscReal *const row[], int c)
   return MPMRead(row[0] + c);
 }
 
-/* Writes a vector to the rows from which MPMReadPieces would read it. */
+/* Writes a vector to the rows from which MPMReadPieces would read it. (One instruction takes a pair from the vector to
+   memory; gcc makes two of a shuffle.) */
 MPM_INLINE void MPMWritePieces(int group, MPMReal a, PetscReal *const row[], int c)
 {
   (void)group;
-#define MPM_PAIR_WRITE(k) *(MPMPairAt *)(row[k] + c) = __builtin_shufflevector(a, a, k, k + 1)
 #if MPM_WIDTH > 2
+#if MPM_WIDTH == 8
+#define MPM_PAIR_WRITE(k) *(MPMPairAt *)(row[k] + c) = _mm512_extractf64x2_pd(a, (k) / 2)
+#else
+#define MPM_PAIR_WRITE(k) *(MPMPairAt *)(row[k] + c) = _mm256_extractf128_pd(a, (k) / 2)
+#endif
   if (group == 2) {
     MPM_PAIR_WRITE(0);
     MPM_PAIR_WRITE(2);

@@ -19,7 +19,7 @@ MPM_INLINE void MPMMove(int dim, const MPMParams *par, const MPMPatch *patch, co
   const PetscReal dt = par->dt, kick = par->kick, flip = par->flip, pic = 1 - par->flip;
 
   for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
-    MPMReal v[3], drop[3], v2 = MPMAll(0);
+    MPMReal v[3], drop[3], v2;
 
     MPMLoad(dim, patch->particles.v, o, l, v);
     if (r) MPMLoad(dim, r, o, l, drop);
@@ -27,7 +27,7 @@ MPM_INLINE void MPMMove(int dim, const MPMParams *par, const MPMPatch *patch, co
       const MPMReal now = MPMRead(&vn[d][l]), step = kick * MPMRead(&an[d][l]);
 
       v[d] = r ? v[d] - drop[d] + step : flip * (v[d] + step) + pic * now;
-      v2 += v[d] * v[d];
+      v2   = d ? v2 + v[d] * v[d] : v[d] * v[d];
       MPMWrite(&dx[d][l], dt * (r ? v[d] : now));
     }
     MPMStore(dim, v, o, l, l, l + MPM_WIDTH, patch->particles.v);
@@ -98,8 +98,8 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, const 
 {
   const MPMGrid  *grid = patch->grid;
   const PetscBool gimp = patch->basis == MPM_BASIS_gimp ? PETSC_TRUE : PETSC_FALSE;
-  MPMMask         out  = MPMNone();
-  uint64_t        some = 0;
+  MPMMask         in   = MPMNot(MPMNone());
+  uint64_t        sure = 0; /* particles that surely stay */
   PetscInt        n, which[MPM_STAGED];
 
   if (patch->particles.l) {
@@ -107,7 +107,7 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, const 
     MPMGather(dim, patch->particles.l, o, s->l);
   }
   for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
-    MPMMask stays = MPMNot(MPMNone()), inside = stays;
+    MPMMask stays = MPMNot(MPMNone());
     MPMReal x[3];
 
     for (int d = 0; d < dim; d++) {
@@ -119,17 +119,17 @@ MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, const 
       x[d] = MPMRead(&s->x[d][l]) + step;
       MPMWrite(&s->x[d][l], x[d]);
       stays &= MPMAbs(off) < axis->near;
-      inside &= (x[d] >= axis->lower) & (x[d] < grid->upper[d]);
+      in &= (x[d] >= axis->lower) & (x[d] < grid->upper[d]);
     }
-    out |= MPMNot(inside);
-    some |= MPMSet(MPMNot(stays & inside), l);
+    sure |= MPMSet(stays, l);
     MPMStore(dim, x, o, l, l, l + MPM_WIDTH, patch->particles.x);
   }
-  if (MPMAny(out)) {
+  if (MPMAny(MPMNot(in))) {
+    sure = 0;
     MPMRareWrap(dim, grid, o->lanes, s->x);
     MPMScatter(dim, s->x, o, 0, o->lanes, patch->particles.x);
   }
-  n = MPMList(some, o->n, which);
+  n = MPMList(~sure, o->n, which);
   if (n) MPMRareCells(dim, par, patch, o->entry - o->n, n, which, o->particle, s, status); /* of one range: its last n */
 }
 

@@ -75,7 +75,7 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
       MPMReal        base, w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
       MPMReal        xi = MPMDivide(MPMRead(&s->x[d][q]) - axis->lower, axis->h, axis->inverse);
 
-      xi    = MPMMin(xi, MPMAll(axis->cells)); /* the quotient may round up */
+      xi    = MPMMin(MPMAll(axis->cells), xi); /* the quotient may round up */
       base  = MPMBasisBases(basis, &axis->bases, l, &xi);
       index = d == dim - 1 ? base - axis->first : index * axis->n + (base - axis->first);
       MPMBasisInside(basis, xi, l, base, w, g);
