@@ -15,8 +15,10 @@ particle and step, without start-up and without the compilation of kernels. The 
   matrix   (full) every basis and dimension, 1e4 to 4e6 particles, 4, 9 and 16 a cell (3-D: 4, 8, 16, 27), 1 and 2
            processes; at least 30 steps, at most 3 repeats, at the largest size 2. --plan says how long it takes
   modes    (full) both migrations and the pool on 2 processes
-  large    (full) what a particle costs on 2 processes with 1e7 particles over what it costs with 1e6: set-up, steps, their order,
-           the memory of a process, and a snapshot at the start and the end; and 1 process against 2 with 1e7. It takes 4 GiB
+  large    (full) the cost of a particle with 1e7 particles over its cost with 1e6, both on 2 processes: set-up, steps, keeping the
+           particles in order, two snapshots, memory; 1 process against 2 with 1e7, at most 2 repeats; a migration over its
+           prediction. It takes 6 GiB and a quarter of an hour
+  writes   (full) two snapshots of 1e6 particles against a plain write of the same bytes, both until the disk has them
 
 Each ratio has a target, or none. It is of the least times of both programs and stands beside the ratio of their medians and
 the least favourable one of two runs that followed each other. --short has fewer sizes, repeats and peers, for three minutes.
@@ -29,6 +31,7 @@ import argparse
 import csv
 import datetime
 import functools
+import glob
 import json
 import math
 import os
@@ -37,6 +40,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FOLDER = os.path.join(ROOT, "tools", "bench")
@@ -62,8 +66,9 @@ COMPACT = ("usf", "musl", "usl with domains that stretch")  # have one row for a
 ROUGH = {"warp": {2: 45, 3: 180}, "taichi": {2: 200, 3: 800}, "seed": {2: 330}}
 PEBBLE = {(1, basis): 10 for basis in BASES} | dict(zip(METHODS, (16, 19, 24, 24, 42, 63))) | {
     (3, "gimp"): 85, (3, "bspline3"): 170}
-LARGE_STEPS = 24  # with 1e6 and 1e7 particles on 2 processes
-# Runs a command and then tells the largest memory of a process of it, in KiB.
+LARGE_STEPS = 24  # of each run of the group `large`
+FASTER_LARGE = {"swarm": 1.75, "direct": 1.85}  # 1 process against 2 with 1e7 particles
+# Runs a command and then prints the largest memory of any of its processes, in KiB.
 MOST_MEMORY = """import resource, subprocess, sys
 status = subprocess.call(sys.argv[1:])
 print("largest", resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, flush=True)
@@ -248,6 +253,12 @@ class Results:
             entry.update(group=a["group"], value=a["min_ns"] / b["min_ns"], median=a["median_ns"] / b["median_ns"],
                          worst=min(pairs) if at_least else max(pairs))
         self.ratios.append(entry)
+
+    def in_turns(self, group, what, over, under, target, at_least=True):
+        """Adds the ratio of two lists of values that were found in turns."""
+        pairs = [a / b for a, b in zip(over, under)]
+        self.ratios.append(dict(what=what, value=min(over) / min(under), median=statistics.median(over) / statistics.median(under),
+                                worst=min(pairs) if at_least else max(pairs), target=target, at_least=at_least, unit="", group=group))
 
     def nanoseconds(self, what, rows, name):
         row = rows.get(name)
@@ -506,46 +517,82 @@ def modes(args, results):
 
 
 class Large(Pebble):
-    """A run on 2 processes with two snapshots. After time(), `parts` has what a particle costs in each part, in ns or B."""
+    """A run with two snapshots. After time(), `parts` has the ns per particle of each part of the run, `memory` the bytes of
+    the largest process, and `migrate` the time of its migrations over the predicted one, if it has any."""
 
-    def __init__(self, args, scene, *more):
-        super().__init__(args, scene, "linear", "usl", LARGE_STEPS, 2, ("-output_format", "hdf5", "-output_every", "1e9", "-log_view", *more))
+    def __init__(self, args, scene, ranks):
+        super().__init__(args, scene, "linear", "usl", LARGE_STEPS, ranks, ("-output_format", "hdf5", "-output_every", "1e9", "-log_view"))
         self.command = [sys.executable, "-c", MOST_MEMORY, *self.command]
 
     def time(self):
         ns = super().time()
         stages = dict(re.findall(r"^ \d: +(MPM [\w-]+): (\S+)", self.said, re.M))
         order = re.search(r"^SORT +\S+ +\S+ +(\S+)", self.said, re.M)[1]  # of the slower process
-        cost = {"set-up": stages["MPM set-up"], "step": 1e-9 * ns * self.steps * self.row["particles"], "order of a step": order,
+        cost = {"set-up": stages["MPM set-up"], "steps": 1e-9 * ns * self.steps * self.row["particles"], "order": order,
                 "snapshots": stages["MPM output"]}
         self.parts = {part: 1e9 * float(s) / self.row["particles"] for part, s in cost.items()}
         self.memory = 1024 * int(re.search(r"^largest (\d+)", self.said, re.M)[1])
+        migrate = re.search(r"^ +MIGRATE .* (\S+)$", self.said, re.M)
+        self.migrate = migrate and float(migrate[1])
         return ns
 
 
 def large(args, results):
-    sizes, parts = (1e4, 1e6, 1e7), {}
-    runs = {f"linear 3-D usl, {n:.0e}": Large(args, Scene(3, n, USUAL[3])) for n in sizes}
-    for _ in range(args.repeats):
-        for name, run in runs.items():
-            try:
+    empty, few, many = runs = [Large(args, Scene(3, n, USUAL[3]), 2) for n in (1e4, 1e6, 1e7)]
+    parts, migrate = {}, []
+    try:
+        for _ in range(args.repeats):
+            for run in runs:
                 run.time()
-            except Failed as failure:
-                return results.problem(f"large: {name}: {failure}")
-            for part, ns in run.parts.items():
-                parts.setdefault(part, {}).setdefault(run, []).append(ns)
-    empty, few, many = runs.values()  # what a process has without particles is taken off
-    parts["memory"] = {run: [2 * (run.memory - empty.memory) / (run.row["particles"] - empty.row["particles"])] for run in (few, many)}
+                for part, ns in run.parts.items():
+                    parts.setdefault(part, {}).setdefault(run, []).append(ns)
+                parts.setdefault("memory", {}).setdefault(run, []).append(2 * (run.memory - empty.memory) / run.row["particles"])
+            migrate.append(many.migrate)
+    except Failed as failure:
+        return results.problem(f"large: {failure}")
     for part, found in parts.items():
         unit = "B" if part == "memory" else "ns"
-        pairs = [y / x for x, y in zip(found[few], found[many])]
         results.series += [dict(run.row, group="large", options=f"{part}, {unit}", repeats=len(found[run]), min_ns=min(found[run]),
                                 median_ns=statistics.median(found[run]), all_ns=" ".join(f"{x:.4g}" for x in found[run])) for run in (few, many)]
-        print(f"  {part:16s} {min(found[few]):7.1f} {unit} a particle with 1e6, {min(found[many]):7.1f} with 1e7")
-        results.ratios.append(dict(what=f"1e7 / 1e6, {part}, linear 3-D, 2 processes", value=min(found[many]) / min(found[few]),
-                                   median=statistics.median(found[many]) / statistics.median(found[few]), worst=max(pairs),
-                                   target=1.1, at_least=False, unit="", group="large"))
-    results.write(args.csv)
+        print(f"  {part:10s} {min(found[few]):7.1f} {unit} a particle with 1e6, {min(found[many]):7.1f} with 1e7", flush=True)
+        results.in_turns("large", f"1e7 / 1e6, {part}, linear 3-D, 2 processes", found[many], found[few], 1.1, False)
+    results.in_turns("large", "migrations, measured / predicted, linear 3-D, 1e7, 2 processes", migrate, [1] * len(migrate), None, False)
+    for basis in ("linear", "bspline2"):
+        scene, name = Scene(3, 1e7, USUAL[3]), f"{BASES[basis]} 3-D usl"
+        cases = {"1 process": (1, ())} | {f"2 processes, {way}": (2, ("-parallel_migrate", way)) for way in FASTER_LARGE}
+        rows = same_bits(results, "large", name, {f"{name}, {case}": Pebble(args, scene, basis, "usl", LARGE_STEPS, *what)
+                                                  for case, what in cases.items()}, min(2, args.repeats))
+        for way, target in FASTER_LARGE.items():
+            results.ratio(f"1 process / 2 processes, {way}, {BASES[basis]} 3-D, 1e7", rows, f"{name}, 1 process", f"{name}, 2 processes, {way}",
+                          target)
+
+
+def writes(args, results):
+    """Two snapshots against a plain write of their bytes to the same folder, both until the disk has them."""
+    run, plain, ours = Large(args, Scene(3, 1e6, USUAL[3]), 1), [], []
+    for _ in range(args.repeats):
+        try:
+            run.time()
+        except Failed as failure:
+            return results.problem(f"writes: {failure}")
+        names = glob.glob(os.path.join(run.folder.name, "*.snapshots", "*.h5"))
+        data = []
+        start = time.monotonic()
+        for name in names:
+            with open(name, "rb") as f:
+                os.fsync(f.fileno())
+        ours.append(1e-9 * run.parts["snapshots"] * run.row["particles"] + time.monotonic() - start)
+        for name in names:
+            with open(name, "rb") as f:
+                data.append(f.read())
+        start = time.monotonic()
+        for k, part in enumerate(data):
+            with open(os.path.join(run.folder.name, f"plain.{k}"), "wb", buffering=0) as f:
+                f.write(part)
+                os.fsync(f.fileno())
+        plain.append(time.monotonic() - start)
+        print(f"  {1e-6 * sum(map(len, data)):.0f} MB: snapshots {ours[-1]:.2f} s, plain write {plain[-1]:.2f} s", flush=True)
+    results.in_turns("writes", f"plain write / snapshots, linear 3-D, {size(Scene(3, 1e6, USUAL[3]))}, 1 process", plain, ours, 0.5)
 
 
 # ---- The peers' programs
@@ -777,7 +824,7 @@ def record(args, results, section, lines):
 
 def main():
     groups = {"bare": bare, "seed": seed, "peers": peers, "updates": updates, "ranks": ranks}
-    more = {"matrix": matrix, "modes": modes, "large": large}
+    more = {"matrix": matrix, "modes": modes, "large": large, "writes": writes}
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--pebble", default="./pebble")
     p.add_argument("--seed", default="build/seed_serial")

@@ -68,8 +68,8 @@ MPM_INLINE MPMReal MPMReadPieces(int group, const PetscReal *const row[], int c)
   return MPMRead(row[0] + c);
 }
 
-/* Writes a vector to the rows from which MPMReadPieces would read it. (One instruction takes a pair from the vector to
-   memory; gcc makes two of a shuffle.) */
+/* Writes a vector to the rows from which MPMReadPieces would read it. A pair is written by an intrinsic, of which gcc
+   makes one instruction; of a shuffle it makes two. */
 MPM_INLINE void MPMWritePieces(int group, MPMReal a, PetscReal *const row[], int c)
 {
   (void)group;

@@ -92,14 +92,15 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
 }
 
 /* Commits the displacements, x <- x + dx, and the new cells; counts movers and leavers. A particle surely stays in its
-   cell if its distance from the cell's middle, in cells, is below 1/2 by more than rounding errors; others are located. */
+   cell if its distance from the cell's middle, in cells, is below 1/2 by more than rounding errors; others are located,
+   and all of a block of which one has left the grid. */
 MPM_INLINE void MPMCommit(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o, MPMStencils *s,
                           const MPMComponent *dx, MPMStatus *status)
 {
   const MPMGrid  *grid = patch->grid;
   const PetscBool gimp = patch->basis == MPM_BASIS_gimp ? PETSC_TRUE : PETSC_FALSE;
   MPMMask         in   = MPMNot(MPMNone());
-  uint64_t        sure = 0; /* particles that surely stay */
+  uint64_t        sure = 0; /* a bit for each particle that surely stays in its cell */
   PetscInt        n, which[MPM_STAGED];
 
   if (patch->particles.l) {

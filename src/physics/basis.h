@@ -178,11 +178,11 @@ MPM_INLINE PetscBool MPMBasisIsSpline(MPMBasis basis)
   return MPMBasisInertia(basis) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The base nodes of an axis: least and largest one, as far as functions of a basis do not keep to them, and what is
-   added to those below 0 if `rounds` is set. All are whole numbers. */
+/* The base nodes of an axis: least and largest one, as far as functions of a basis do not keep to them; on a periodic
+   axis that `wraps`, `round` is added to those below 0. The three numbers are whole. */
 typedef struct {
   PetscReal least, most, round;
-  PetscBool rounds;
+  PetscBool wraps;
 } MPMBases;
 
 /* Returns those of an axis with these cells. With hats, a particle on the upper wall belongs to the last cell. Between
@@ -192,10 +192,10 @@ MPM_INLINE MPMBases MPMBasisBasesOf(MPMBasis basis, PetscInt cells, PetscBool pe
   const PetscBool hats = basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE;
   const PetscBool walled = MPMBasisIsSpline(basis) && wall != MPM_WALL_BASIS_NONE ? PETSC_TRUE : PETSC_FALSE;
 
-  return (MPMBases){.least  = walled ? 0 : PETSC_MIN_REAL,
-                    .most   = hats || walled ? cells + 1 - MPMBasisNodes(basis) : PETSC_MAX_REAL,
-                    .round  = cells,
-                    .rounds = periodic && !hats ? PETSC_TRUE : PETSC_FALSE};
+  return (MPMBases){.least = walled ? 0 : PETSC_MIN_REAL,
+                    .most  = hats || walled ? cells + 1 - MPMBasisNodes(basis) : PETSC_MAX_REAL,
+                    .round = cells,
+                    .wraps = periodic && !hats ? PETSC_TRUE : PETSC_FALSE};
 }
 
 /* Returns the base nodes of particles at xi with half-widths l (both in cells; l matters to gimp only). Where a base is
@@ -208,9 +208,9 @@ MPM_INLINE MPMReal MPMBasisBases(MPMBasis basis, const MPMBases *all, MPMReal l,
   if (basis == MPM_BASIS_##name) base = MPMBasisBase_##name(*xi, l);
 #include "physics/basis.def"
 #undef MPM_BASIS
-  if (MPMBasisIsSpline(basis)) base = MPMMax(MPMAll(all->least), base); /* the bound first: it is then read from memory */
+  if (MPMBasisIsSpline(basis)) base = MPMMax(MPMAll(all->least), base); /* an operand in memory can only be the first */
   if (basis != MPM_BASIS_gimp) base = MPMMin(MPMAll(all->most), base);
-  if (all->rounds) {
+  if (all->wraps) {
     const MPMReal round = MPMSelect(base < 0.0, MPMAll(all->round), MPMAll(0));
 
     base += round;
