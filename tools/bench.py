@@ -557,7 +557,9 @@ def large(args, results):
                                 median_ns=statistics.median(found[run]), all_ns=" ".join(f"{x:.4g}" for x in found[run])) for run in (few, many)]
         print(f"  {part:10s} {min(found[few]):7.1f} {unit} a particle with 1e6, {min(found[many]):7.1f} with 1e7", flush=True)
         results.in_turns("large", f"1e7 / 1e6, {part}, linear 3-D, 2 processes", found[many], found[few], 1.1, False)
-    results.in_turns("large", "migrations, measured / predicted, linear 3-D, 1e7, 2 processes", migrate, [1] * len(migrate), None, False)
+    if all(migrate):
+        results.in_turns("large", "migrations, measured / predicted, linear 3-D, 1e7, 2 processes", migrate, [1] * len(migrate), None,
+                         False)
     for basis in ("linear", "bspline2"):
         scene, name = Scene(3, 1e7, USUAL[3]), f"{BASES[basis]} 3-D usl"
         cases = {"1 process": (1, ())} | {case: (2, ("-parallel_migrate", way)) for case, (way, _) in FASTER_LARGE.items()}
