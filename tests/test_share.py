@@ -1,22 +1,15 @@
-"""A process needs memory and instructions for its own particles only. If each process has the same number of particles, a
-process among many takes less than 1 B and less than one instruction more, for each additional particle of other
-processes, than a process among few. With 100 million particles on 64 processes, the others of each have 98 million.
+"""A process holds its own particles only. If each process has the same number of particles, a process among many takes less
+than 1 B more, for each additional particle of other processes, than a process among few. With 100 million particles on 64
+processes, the others of each have 98 million.
 
-usage: test_share.py PEBBLE SOURCE MPIEXEC memory|instructions
+usage: test_share.py PEBBLE SOURCE MPIEXEC
 
-A column of elastic material is cut along its axis into one cube of cells for each process. The largest value of all
-processes counts.
-
-memory        the column moves along its axis, so particles change process in the first step. Measured is each process's
-              own memory (RssAnon in /proc/self/status) when MPI_Finalize is called, in runs without snapshots and with
-              two. Without snapshots a cell has one particle, so what a process had for each cell would show too. The
-              memory that Open MPI shares among the processes of a machine is not counted: it grows with their number
-instructions  the column is at rest. valgrind counts the instructions of the program's own code from start to end. In the
-              run without snapshots it counts PETSc's too. In the run with snapshots it does not, because PETSc packs
-              the particles that another process writes, and their part of a process's share grows with the number of
-              processes. MPI's are never counted, because most are spent waiting
+A column of elastic material is cut along its axis into one cube of cells for each process. It moves along the axis, so
+particles change process in the first step. Measured is each process's own memory (RssAnon in /proc/self/status) when
+MPI_Finalize is called, in runs without snapshots and with two; the largest counts. Without snapshots a cell has one
+particle, so what a process had for each cell would show too. The memory that Open MPI shares among the processes of a
+machine is not counted: it grows with their number.
 """
-import collections
 import os
 import re
 import subprocess
@@ -74,53 +67,12 @@ def memory(few, many, side, ppc, options, env):
                          f"of {few}, {1e-6 * own[many]:.2f} of {many}, {more:.2f} B for each particle of the others")
 
 
-def counted(path):
-    """Instructions that valgrind wrote for a process: those of the program's own code, and of PETSc's."""
-    found, names, ours, called = collections.Counter(), {}, None, False
-    with open(path) as file:
-        for line in file:
-            if named := re.match(r"c?ob=\((\d+)\)(?: (.*))?", line):
-                names.setdefault(named[1], named[2])
-                ours = names[named[1]] if line.startswith("ob=") else ours
-            elif line.startswith("calls="):
-                called = True  # the next line has what the called function took
-            elif re.match(r"[-+*\d]", line):
-                if not called:
-                    name = os.path.basename(ours or "").split("_real")[0].split(".so")[0]
-                found[name] += int(line.split()[1])
-                called = False
-    return found[os.path.basename(check.program)], found["libpetsc"]
-
-
-def instructions(few, many, side, ppc, options, what):
-    """Checks the same for instructions; `what` says whether PETSc's are counted too."""
-    taken = {}
-    for n in (few, many):
-        words, share = column(n, side, ppc, 0)
-        run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={os.getcwd()}/counts.{n}.%p", check.program, *words,
-             *options], n, env={"PEBBLE_VECTOR": "4"})
-        both = [counted(name) for name in os.listdir(".") if name.startswith(f"counts.{n}.") and not os.path.islink(name)]
-        for name in os.listdir("."):
-            if name.startswith("counts."):
-                os.remove(name)
-        check.need(len(both) == n and all(own > 1e6 for own, _ in both), f"counts of {len(both)} of {n} processes: {both}")
-        taken[n] = max(own + (petsc if what == "with PETSc's" else 0) for own, petsc in both)
-    more = (taken[many] - taken[few]) / ((many - few) * share)
-    check.that(more < 1, f"instructions of a process with {share} particles, {' '.join(map(str, options))}, {what}: "
-                         f"{1e-6 * taken[few]:.2f} million of {few}, {1e-6 * taken[many]:.2f} of {many}, "
-                         f"{more:.2f} for each particle of the others")
-
-
-words = check.arguments(__doc__, 1)
+check.arguments(__doc__, 0)
 none, two = ["-output_format", "none"], ["-output_every", 1e9]
-if words[0] == "memory":
-    with open("own.c", "w") as file:
-        file.write(OWN)
-    subprocess.run(["mpicc", "-shared", "-fPIC", "-o", "own.so", "own.c"], check=True)
-    env = {"LD_PRELOAD": os.path.abspath("own.so")}
-    memory(4, 16, 24, 1, none, env)
-    memory(16, 32, 12, 3, two, env)
-else:
-    instructions(4, 12, 12, 2, none, "with PETSc's")
-    instructions(4, 12, 12, 2, two, "without PETSc's")
+with open("own.c", "w") as file:
+    file.write(OWN)
+subprocess.run(["mpicc", "-shared", "-fPIC", "-o", "own.so", "own.c"], check=True)
+env = {"LD_PRELOAD": os.path.abspath("own.so")}
+memory(4, 16, 24, 1, none, env)
+memory(16, 32, 12, 3, two, env)
 check.end()
