@@ -1,6 +1,7 @@
-"""The memory of the processes of a run: flat over many steps with migrations, and as large as -dry_run predicts.
+"""The memory of the processes of a run: flat over many steps with migrations, for a process's own particles only, and as large as
+-dry_run predicts.
 
-usage: test_memory.py PEBBLE SOURCE MPIEXEC flat STEPS | find STEPS | peak some|all|large
+usage: test_memory.py PEBBLE SOURCE MPIEXEC flat STEPS | find STEPS | peak some|all|large | share all
 
 flat   a block drifts through a periodic grid, so that particles change process in most steps; history and snapshots are
        written on the way. The memory of each process (VmRSS of /proc) is read all the time. What is lost in each step
@@ -9,6 +10,11 @@ flat   a block drifts through a periodic grid, so that particles change process 
 find   the same with a library that loses 64 bytes in each reduction, of which a step has one at least: the slope shows it
 peak   the largest memory of a process, VmHWM as MPI ends, is what -dry_run told, to 10 %: of scenes on one process, on 2 and
        in the pool, and of a large one of a million particles
+share  a column of elastic material is cut along its axis into one cube of cells for each process, and moves along it, so that
+       particles change process. A process among many has less than 1 B more of its own memory (RssAnon, as MPI ends), for each
+       additional particle of other processes, than a process among few: without snapshots and with two. Without snapshots a
+       cell has one particle, so what a process had for each cell would show too. The memory that Open MPI shares among the
+       processes of a machine is not counted: it grows with their number
 """
 import os
 import re
@@ -45,8 +51,8 @@ int MPI_Allreduce(const void *in, void *out, int n, MPI_Datatype type, MPI_Op op
 """
 
 
-# Tells the largest memory of the process as MPI ends.
-PEAK = """#include <mpi.h>
+# Tells the largest memory of the process, and its own, as MPI ends.
+TELL = """#include <mpi.h>
 #include <stdio.h>
 #include <string.h>
 int MPI_Finalize(void)
@@ -54,7 +60,7 @@ int MPI_Finalize(void)
   char  line[256];
   FILE *file = fopen("/proc/self/status", "r");
   while (fgets(line, sizeof line, file))
-    if (!strncmp(line, "VmHWM:", 6)) fprintf(stderr, "peak %s", line + 6);
+    if (!strncmp(line, "VmHWM:", 6) || !strncmp(line, "RssAnon:", 8)) fputs(line, stderr);
   fclose(file);
   return PMPI_Finalize();
 }
@@ -142,6 +148,13 @@ def find(steps):
                f"{LOST} bytes lost in each step: growth in bytes a step " + " ".join(f"{slope:.3f}" for slope, _, _ in found))
 
 
+def told_sizes(run, name, n):
+    """The bytes that each of the n processes of a run with the library TELL told under this name of /proc/self/status."""
+    sizes = [1024 * int(kB) for kB in re.findall(rf"^{name}:\s+(\d+) kB", run.err, re.M)]
+    check.need(len(sizes) == n, f"{len(sizes)} of {n} processes told their memory")
+    return sizes
+
+
 def told_and_found(name, n, options, env):
     """What -dry_run told of the largest memory in a process and in all, and what the run had, in MB."""
     options = ["-options_file", check.scene(name), "-time_max_steps", 40, "-output_dir", ".", *options]
@@ -151,13 +164,12 @@ def told_and_found(name, n, options, env):
     check.need(told, f"{name}: no line `memory` in {dry.out}")
     run = check.run([check.program, *options], n, 600, env=env)
     check.need(run.good, f"{name}: {run.said[-500:]}")
-    peaks = [1024e-6 * int(kB) for kB in re.findall(r"peak\s+(\d+) kB", run.err)]
-    check.need(len(peaks) == n, f"{name}: {len(peaks)} processes told their memory")
+    peaks = [1e-6 * size for size in told_sizes(run, "VmHWM", n)]
     return *map(float, told.groups()), max(peaks), sum(peaks)
 
 
 def peak(which):
-    env = library("peak", PEAK)
+    env = library("tell", TELL)
     spatial, pool = ["-parallel_strategy", "spatial"], ["-parallel_strategy", "pool"]
     workers = [*pool, "-pool_particles", "workers"]
     cases = {"some": [(name, n, more) for name in ("disks", "taylor") for n, more in ((1, []), (2, spatial))],
@@ -173,6 +185,31 @@ def peak(which):
                    f"in all {told_all:.4g}, {in_all:.4g} ({100 * (told_all / in_all - 1):+.1f} %)")
 
 
+def column(processes, side, ppc):
+    """Options of the column of `share`, whose cubes have `side` cells on an edge."""
+    width, length = side + 4, side * processes + 4
+    return ["-dim", 3, "-grid_lower", "0,0,0", "-grid_upper", f"{width},{width},{length}",
+            "-grid_cells", f"{width},{width},{length}", "-materials", "m", "-material_m_model", "neohookean",
+            "-material_m_rho", 1, "-material_m_E", 1e-2, "-material_m_nu", 0.3, "-bodies", "b", "-body_b_shape", "box",
+            "-body_b_lower", "2,2,1", "-body_b_upper", f"{side + 2},{side + 2},{length - 3}", "-body_b_ppc", f"{ppc},{ppc},{ppc}",
+            "-body_b_material", "m", "-body_b_velocity", "0,0,4", "-method_update", "musl", "-dt_size", 0.1, "-time_end", 1e6,
+            "-time_max_steps", 2, "-history_every", 1e9, "-report_limits", "false", "-output_dir", "."]
+
+
+def share(_):
+    env = library("tell", TELL)
+    for few, many, side, ppc, options in ((4, 16, 24, 1, ["-output_format", "none"]), (16, 32, 12, 3, ["-output_every", 1e9])):
+        own, particles = {}, (side * ppc) ** 3
+        for n in (few, many):
+            run = check.run([check.program, *column(n, side, ppc), *options], n, 900, env=env)
+            check.need(run.good, f"share: status {run.status} on {n}: {run.said[-500:]}")
+            check.need(int(run.find(r"particles changed process (\d+) times") or 0) > 0, f"no particle changed process on {n}")
+            own[n] = max(told_sizes(run, "RssAnon", n))
+        more = (own[many] - own[few]) / ((many - few) * particles)
+        check.that(more < 1, f"memory of a process with {particles} particles, {options[0]} {options[1]}: {1e-6 * own[few]:.2f} MB of {few}, "
+                             f"{1e-6 * own[many]:.2f} of {many}, {more:.2f} B for each particle of the others")
+
+
 words = check.arguments(__doc__, 2)
-{"flat": lambda word: flat(int(word)), "find": lambda word: find(int(word)), "peak": peak}[words[0]](words[1])
+{"flat": lambda word: flat(int(word)), "find": lambda word: find(int(word)), "peak": peak, "share": share}[words[0]](words[1])
 check.end()

@@ -247,13 +247,11 @@ class Results:
         return rows
 
     def ratio(self, what, rows, over, under, target, at_least=True):
-        entry = dict(what=what, value=None, median=None, worst=None, target=target, at_least=at_least, unit="")
         if over in rows and under in rows:
             a, b = rows[over], rows[under]
-            pairs = [x / y for x, y in zip(a["times"], b["times"])]
-            entry.update(group=a["group"], value=a["min_ns"] / b["min_ns"], median=a["median_ns"] / b["median_ns"],
-                         worst=min(pairs) if at_least else max(pairs))
-        self.ratios.append(entry)
+            self.in_turns(a["group"], what, a["times"], b["times"], target, at_least)
+        else:
+            self.ratios.append(dict(what=what, value=None, median=None, worst=None, target=target, at_least=at_least, unit=""))
 
     def in_turns(self, group, what, over, under, target, at_least=True):
         """Adds the ratio of two lists of values that were found in turns."""
@@ -539,7 +537,7 @@ class Large(Pebble):
 
 
 def large(args, results):
-    empty, few, many = runs = [Large(args, Scene(3, n, USUAL[3]), 2) for n in (1e4, 1e6, 1e7)]
+    small, few, many = runs = [Large(args, Scene(3, n, USUAL[3]), 2) for n in (1e4, 1e6, 1e7)]
     parts, migrate = {}, []
     try:
         for _ in range(args.repeats):
@@ -547,7 +545,7 @@ def large(args, results):
                 run.time()
                 for part, ns in run.parts.items():
                     parts.setdefault(part, {}).setdefault(run, []).append(ns)
-                parts.setdefault("memory", {}).setdefault(run, []).append(2 * (run.memory - empty.memory) / run.row["particles"])
+                parts.setdefault("memory", {}).setdefault(run, []).append(2 * (run.memory - small.memory) / run.row["particles"])
             migrate.append(many.migrate)
     except Failed as failure:
         return results.problem(f"large: {failure}")
@@ -594,7 +592,7 @@ def writes(args, results):
                 os.fsync(f.fileno())
         plain.append(time.monotonic() - start)
         print(f"  {1e-6 * sum(map(len, data)):.0f} MB: snapshots {ours[-1]:.2f} s, plain write {plain[-1]:.2f} s", flush=True)
-    results.in_turns("writes", f"plain write / snapshots, linear 3-D, {size(Scene(3, 1e6, USUAL[3]))}, 1 process", plain, ours, 0.5)
+    results.in_turns("writes", "plain write / snapshots, linear 3-D, 1e6, 1 process", plain, ours, 0.5)
 
 
 # ---- The peers' programs
