@@ -1,9 +1,10 @@
-/* pages.h - large pages of memory. */
+/* pages.h - pages of memory: large ones, and those that hold nothing. */
 #ifndef MPM_PAGES_H
 #define MPM_PAGES_H
 
 #include <stddef.h>
 
 void MPMLargePages(void *memory, size_t bytes);
+void MPMGivePagesBack(void *memory, size_t bytes);
 
 #endif

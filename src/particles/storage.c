@@ -90,7 +90,8 @@ static const char *SwarmName(PetscInt field)
   return field == MPM_FIELD_INDEX_id ? DMSwarmField_pid : MPMFields[field].name;
 }
 
-/* Creates the swarm with the fields of the layout, and no others. Collective on comm. */
+/* Creates the swarm with the fields of the layout, and no others; those with long rows first, since the swarm copies its
+   fields to new memory one by one, and shorter ones then find place where the longest was. Collective on comm. */
 PetscErrorCode MPMParticlesCreate(MPMParticles *particles, MPI_Comm comm)
 {
   PetscFunctionBeginUser;
@@ -101,10 +102,12 @@ PetscErrorCode MPMParticlesCreate(MPMParticles *particles, MPI_Comm comm)
   PetscCall(DMSetFromOptions(particles->swarm));
   PetscCall(DMSwarmSetType(particles->swarm, DMSWARM_BASIC));
   PetscCall(DMSwarmInitializeFieldRegister(particles->swarm));
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (particles->present[f] && MPMFields[f].home != MPM_SCRATCH && f != MPM_FIELD_INDEX_id)
-      PetscCall(DMSwarmRegisterPetscDatatypeField(particles->swarm, MPMFields[f].name, Components(f, particles->dim),
-                                                  MPMFields[f].type));
+  for (PetscInt bytes = MPM_ROW_BYTES; bytes > 0; bytes--)
+    for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
+      if (particles->bytes[f] == bytes && particles->present[f] && MPMFields[f].home != MPM_SCRATCH &&
+          f != MPM_FIELD_INDEX_id)
+        PetscCall(DMSwarmRegisterPetscDatatypeField(particles->swarm, MPMFields[f].name, Components(f, particles->dim),
+                                                    MPMFields[f].type));
   PetscCall(DMSwarmFinalizeFieldRegister(particles->swarm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -176,6 +179,23 @@ static PetscErrorCode Arrivals(const MPMParticles *particles, PetscInt n, PetscI
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Gives the memory of the swarm's spare places, which hold zeroes, back to the system until they are written to. Not
+   collective. */
+static PetscErrorCode EmptySpare(MPMParticles *particles)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
+    const size_t bytes = (size_t)particles->bytes[f];
+    void        *rows;
+
+    if (!particles->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
+    PetscCall(Rows(particles, f, &rows));
+    MPMGivePagesBack((char *)rows + (size_t)particles->n * bytes, (size_t)(particles->places - particles->n) * bytes);
+    PetscCall(DMSwarmRestoreField(particles->swarm, SwarmName(f), NULL, NULL, &rows));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Sets the number of particles of this process; the fields of new ones are unset. There are spare places for two to four
    migrations, since the swarm copies all fields to new memory when it has fewer than its buffer. The buffer is half of
    them: if it were less, the swarm would give some back. It zeroes the spare places whenever its size changes. Not
@@ -184,7 +204,7 @@ PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
 {
   const PetscInt before = particles->n;
   PetscInt       spare, unused = particles->places - n;
-  PetscBool      moves;
+  PetscBool      moves, first = particles->places ? PETSC_FALSE : PETSC_TRUE;
 
   PetscFunctionBeginUser;
   PetscCall(Arrivals(particles, n, &spare));
@@ -198,6 +218,7 @@ PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
   PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, (unused + 1) / 2));
   PetscCall(MPMParticlesResize(particles));
   if (moves) PetscCall(LargePages(particles));
+  if (first) PetscCall(EmptySpare(particles)); /* later the swarm may have given up some of these places itself */
   PetscCall(MPMPoisonFields(particles, ~0, before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
