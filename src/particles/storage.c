@@ -90,8 +90,8 @@ static const char *SwarmName(PetscInt field)
   return field == MPM_FIELD_INDEX_id ? DMSwarmField_pid : MPMFields[field].name;
 }
 
-/* Creates the swarm with the fields of the layout, and no others; those with long rows first, since the swarm copies its
-   fields to new memory one by one, and shorter ones then find place where the longest was. Collective on comm. */
+/* Creates the swarm with the fields of the layout, and no others; those with long rows first, since the swarm copies
+   its fields to new memory one by one, and shorter ones then find place where the longest was. Collective on comm. */
 PetscErrorCode MPMParticlesCreate(MPMParticles *particles, MPI_Comm comm)
 {
   PetscFunctionBeginUser;
