@@ -1,5 +1,5 @@
 /* pages.c - large pages: the processor looks up the place of each page that a step touches, and finds it sooner among
-   pages of 2 MiB than among 512 times as many of 4 KiB. And pages that hold nothing, which need no memory. */
+   pages of 2 MiB than among 512 times as many of 4 KiB. Pages that nothing has been written to need no memory. */
 #define _GNU_SOURCE
 #include "base/pages.h"
 #include <stdint.h>

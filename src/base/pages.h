@@ -1,4 +1,4 @@
-/* pages.h - pages of memory: large ones, and those that hold nothing. */
+/* pages.h - pages of memory: large ones, and those that are not used yet. */
 #ifndef MPM_PAGES_H
 #define MPM_PAGES_H
 

@@ -123,22 +123,25 @@ static PetscErrorCode Rows(MPMParticles *particles, PetscInt field, void **at)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Asks for large pages for the fields and the orders of the particles. Not collective. */
-static PetscErrorCode LargePages(MPMParticles *particles)
+/* Asks for large pages for the fields and the orders of the particles. empty_spare: also gives the memory of the swarm's
+   spare places, which hold zeroes, back to the system until they are written to. Not collective. */
+static PetscErrorCode SetPages(MPMParticles *particles, PetscBool empty_spare)
 {
-  const size_t n = (size_t)particles->n;
+  const size_t n = (size_t)particles->n, spare = (size_t)(particles->places - particles->n);
 
   PetscFunctionBeginUser;
   MPMLargePages(particles->order, n * sizeof *particles->order);
   MPMLargePages(particles->spare, n * sizeof *particles->spare);
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    void *rows;
+    const size_t bytes = (size_t)particles->bytes[f];
+    void        *rows;
 
     if (!particles->present[f]) continue;
     PetscCall(Rows(particles, f, &rows));
-    MPMLargePages(rows, n * (size_t)particles->bytes[f]);
-    if (MPMFields[f].home != MPM_SCRATCH)
-      PetscCall(DMSwarmRestoreField(particles->swarm, SwarmName(f), NULL, NULL, &rows));
+    MPMLargePages(rows, n * bytes);
+    if (MPMFields[f].home == MPM_SCRATCH) continue;
+    if (empty_spare) MPMGivePagesBack((char *)rows + n * bytes, spare * bytes);
+    PetscCall(DMSwarmRestoreField(particles->swarm, SwarmName(f), NULL, NULL, &rows));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -161,7 +164,7 @@ PetscErrorCode MPMParticlesResize(MPMParticles *particles)
   PetscCall(PetscRealloc((size_t)particles->capacity * sizeof *particles->movers, &particles->movers));
   PetscCall(PetscFree(particles->spare));
   PetscCall(PetscMalloc1(particles->capacity + 1, &particles->spare));
-  PetscCall(LargePages(particles));
+  PetscCall(SetPages(particles, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -176,23 +179,6 @@ static PetscErrorCode Arrivals(const MPMParticles *particles, PetscInt n, PetscI
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)particles->swarm), &processes));
   *arrivals = PetscMin(n / 32, particles->room ? particles->room : processes > 1 ? (PetscInt)layer : 0);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Gives the memory of the swarm's spare places, which hold zeroes, back to the system until they are written to. Not
-   collective. */
-static PetscErrorCode EmptySpare(MPMParticles *particles)
-{
-  PetscFunctionBeginUser;
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
-    const size_t bytes = (size_t)particles->bytes[f];
-    void        *rows;
-
-    if (!particles->present[f] || MPMFields[f].home == MPM_SCRATCH) continue;
-    PetscCall(Rows(particles, f, &rows));
-    MPMGivePagesBack((char *)rows + (size_t)particles->n * bytes, (size_t)(particles->places - particles->n) * bytes);
-    PetscCall(DMSwarmRestoreField(particles->swarm, SwarmName(f), NULL, NULL, &rows));
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -217,8 +203,7 @@ PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
   }
   PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, (unused + 1) / 2));
   PetscCall(MPMParticlesResize(particles));
-  if (moves) PetscCall(LargePages(particles));
-  if (first) PetscCall(EmptySpare(particles)); /* later the swarm may have given up some of these places itself */
+  if (moves) PetscCall(SetPages(particles, first)); /* later the swarm may have given up some of these places itself */
   PetscCall(MPMPoisonFields(particles, ~0, before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
