@@ -184,8 +184,8 @@ static PetscErrorCode Arrivals(const MPMParticles *particles, PetscInt n, PetscI
 
 /* Sets the number of particles of this process; the fields of new ones are unset. There are spare places for two to four
    migrations, since the swarm copies all fields to new memory when it has fewer than its buffer. The buffer is half of
-   them: if it were less, the swarm would give some back. It zeroes the spare places whenever its size changes. Not
-   collective. */
+   them: if it were less, the swarm would give some back; it gives all back first where there are too many. It zeroes the
+   spare places whenever its size changes. Not collective. */
 PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
 {
   const PetscInt before = particles->n;
@@ -197,13 +197,14 @@ PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
   spare += MPM_SWARM_BUFFER;
   moves = unused < 2 * spare || unused > 4 * spare + n / 4 ? PETSC_TRUE : PETSC_FALSE; /* to new memory */
   if (moves) {
+    if (unused > 4 * spare) PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, 0)); /* else it might keep too few */
     unused            = 4 * spare;
     particles->places = n + unused;
     PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, unused));
   }
   PetscCall(DMSwarmSetLocalSizes(particles->swarm, n, (unused + 1) / 2));
   PetscCall(MPMParticlesResize(particles));
-  if (moves) PetscCall(SetPages(particles, first)); /* later the swarm may have given up some of these places itself */
+  if (moves) PetscCall(SetPages(particles, first));
   PetscCall(MPMPoisonFields(particles, ~0, before));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
