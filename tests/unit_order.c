@@ -2,7 +2,8 @@
    gives, in 1 to 3 dimensions, for particles that change their cell, leave the patch, come from others and take the
    places of those that left; with empty cells and rows. The storage is put in order without a field getting lost or
    going to another particle, and MPMParticlesLeavers lists those that left and no others. The fields stay where they are
-   in memory while three times as many particles come as ever came at once. */
+   in memory while three times as many particles come as ever came at once, and there are as many places as are counted
+   after many have left. */
 #if defined(__linux__)
 #include <malloc.h>
 #else
@@ -296,6 +297,16 @@ static PetscErrorCode Locate(int dim)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Creates a storage without particles. */
+static PetscErrorCode Create(int dim, const MPMNeeds *needs)
+{
+  PetscFunctionBeginUser;
+  memset(&particles, 0, sizeof particles);
+  PetscCall(MPMParticlesLayout(&particles, dim, needs));
+  PetscCall(MPMParticlesCreate(&particles, PETSC_COMM_SELF));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Scene(int dim, int scene)
 {
   static const int sizes[] = {0, 1, 2, 17, 100, 400};
@@ -306,9 +317,7 @@ static PetscErrorCode Scene(int dim, int scene)
   PetscCall(MakePatch(dim));
   UnitContext("scene %d of %d-D, basis %d, %d cells", scene, dim, (int)patch.basis, (int)ncells);
   if (patch.basis == MPM_BASIS_gimp) needs.stretched = PETSC_FALSE; /* half-widths are read there: no random bits */
-  memset(&particles, 0, sizeof particles);
-  PetscCall(MPMParticlesLayout(&particles, dim, &needs));
-  PetscCall(MPMParticlesCreate(&particles, PETSC_COMM_SELF));
+  PetscCall(Create(dim, &needs));
   for (n = 0; n < sizes[scene % 6];) stored[n++] = Another(where);
   PetscCall(Store());
   particles.nmovers = -1;
@@ -334,9 +343,7 @@ static PetscErrorCode Grow(void)
 
   PetscFunctionBeginUser;
   UnitContext("arrivals");
-  memset(&particles, 0, sizeof particles);
-  PetscCall(MPMParticlesLayout(&particles, 2, &needs));
-  PetscCall(MPMParticlesCreate(&particles, PETSC_COMM_SELF));
+  PetscCall(Create(2, &needs));
   particles.room = come;
   PetscCall(MPMParticlesSetSize(&particles, first));
   PetscCall(MPMParticlesGetField(&particles, MPM_FIELD_INDEX_x, &rows));
@@ -368,9 +375,7 @@ static PetscErrorCode Shrink(void)
     void *rows;
 
     UnitContext("%d of %d particles remain", (int)left, (int)first);
-    memset(&particles, 0, sizeof particles);
-    PetscCall(MPMParticlesLayout(&particles, 2, &needs));
-    PetscCall(MPMParticlesCreate(&particles, PETSC_COMM_SELF));
+    PetscCall(Create(2, &needs));
     particles.room = 50;
     PetscCall(MPMParticlesSetSize(&particles, first));
     PetscCall(MPMParticlesSetSize(&particles, left));
