@@ -35,6 +35,7 @@ typedef struct {
 typedef struct {
   MPMComponent base;                     /* index of the base node in the patch's arrays, a whole number */
   MPMComponent x[3], l[3], m, V0, at[3]; /* at: distance from the base node in cells */
+  MPMComponent has_F;                    /* 1 if the material has F, else 0 */
   MPMComponent w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* weights and gradients on each axis, 1 and 1/m */
   MPMAxis      axis[3];
   PetscInt     kind[MPM_BLOCK];

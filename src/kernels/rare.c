@@ -2,30 +2,32 @@
 #include "kernels/rare.h"
 #include "kernels/cell.h"
 
-/* Notes in status the particles first .. last-1 of a block whose J is not a positive number. order [n] are the
-   particles of the block. */
+/* Notes in status the particles first .. last-1 of a block whose J is not a positive number, at their positions before
+   the step. order [n] are the particles of the block, here and below. */
 void MPMRareBadJ(PetscInt dim, const MPMPatch *patch, PetscBool has_F, PetscInt first, PetscInt last,
-                 const PetscInt *order, const MPMBlock *b, MPMStatus *status)
+                 const PetscInt *order, const MPMStencils *s, const MPMBlock *b, MPMStatus *status)
 {
   for (PetscInt l = first; l < last; l++) {
-    PetscReal F[9], J = b->J[0][l];
+    PetscReal F[9], x[3], J = b->J[0][l];
 
+    for (PetscInt d = 0; d < dim; d++) x[d] = s->x[d][l];
     for (PetscInt k = 0; k < dim * dim; k++) F[k] = b->F[k][l];
     if (has_F) J = MPMDet((int)dim, F);
     if (!(J > 0 && J < PETSC_MAX_REAL))
-      MPMStatusNote(status, MPM_BAD_J, patch->particles.id[order[l]], dim,
-                    patch->particles.x + (size_t)order[l] * (size_t)dim, J);
+      MPMStatusNote(status, MPM_BAD_J, patch->particles.id[order[l]], dim, x, J);
   }
 }
 
-/* Moves positions x [dim] of n particles back through periodic faces, into [lower, upper). */
-void MPMRareWrap(PetscInt dim, const MPMGrid *grid, PetscInt n, MPMComponent *x)
+/* Moves the n particles of a block back through periodic faces, into [lower, upper). */
+void MPMRareWrap(PetscInt dim, const MPMPatch *patch, PetscInt n, const PetscInt *order)
 {
+  const MPMGrid *grid = patch->grid;
+
   for (PetscInt d = 0; d < dim; d++) {
     const PetscReal lower = grid->lower[d], upper = grid->upper[d], length = upper - lower;
 
     for (PetscInt l = 0; l < n && grid->periodic[d]; l++) {
-      PetscReal *at = &x[d][l];
+      PetscReal *at = patch->particles.x + (size_t)order[l] * (size_t)dim + d;
 
       if (*at >= lower && *at < upper) continue;
       *at -= PetscFloorReal((*at - lower) / length) * length;
@@ -51,20 +53,20 @@ void MPMRareInertia(PetscInt dim, MPMBasis basis, const MPMGrid *grid, PetscInt 
     }
 }
 
-/* Sets the half-widths, in cells, of n stretched domains (cpGIMP): those of the kind times the diagonal of V = sqrt(F
-   F^T). Unlike the diagonal of F, it is unchanged by a rotation before the deformation, and rotates with the material.
-   Notes domains that are too wide; their half-width becomes 1/2. */
-void MPMRareStretch(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscInt n, const PetscInt *order,
-                    const MPMComponent *x, MPMStatus *status)
+/* Sets the half-widths, in cells, of stretched domains (cpGIMP) of particles first .. last-1 of a block, in rows and in
+   s: those of the kind times the diagonal of V = sqrt(F F^T). Unlike the diagonal of F, it is unchanged by a rotation
+   before the deformation, and rotates with the material. Notes too wide domains, whose half-width becomes 1/2. */
+void MPMRareStretch(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscInt first, PetscInt last,
+                    const PetscInt *order, MPMStencils *s, MPMStatus *status)
 {
   const MPMView *particles = &patch->particles;
 
-  for (PetscInt q = 0; q < n; q++) {
+  for (PetscInt q = first; q < last; q++) {
     const PetscInt p = order[q];
     PetscReal      V[3], at[3];
 
     MPMStretch((int)dim, particles->F + (size_t)(p * dim * dim), V);
-    for (PetscInt d = 0; d < dim; d++) at[d] = x[d][q];
+    for (PetscInt d = 0; d < dim; d++) at[d] = s->x[d][q];
     for (PetscInt d = 0; d < dim; d++) {
       PetscReal l = par->kinds[particles->kind ? particles->kind[p] : 0].l[d] * V[d];
 
@@ -72,7 +74,7 @@ void MPMRareStretch(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscIn
         MPMStatusNote(status, MPM_TOO_WIDE, particles->id[p], dim, at, 2 * l);
         l = 0.5;
       }
-      particles->l[p * dim + d] = l;
+      particles->l[p * dim + d] = s->l[d][q] = l;
     }
   }
 }
@@ -90,7 +92,7 @@ MPM_INLINE void RareCells(int dim, MPMBasis basis, const MPMParams *par, MPMPatc
     PetscReal      x[3] = {0}, half[3] = {0};
     PetscInt       base[3], cell;
 
-    for (int d = 0; d < dim; d++) x[d] = s->x[d][l], half[d] = s->l[d][l];
+    for (int d = 0; d < dim; d++) x[d] = particles->x[(size_t)p * dim + d], half[d] = s->l[d][l];
     cell = MPMOwnCell(dim, basis, patch, x, half, base);
     if (cell == particles->cell[p]) continue;
     particles->cell[p] = cell;

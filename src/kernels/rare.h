@@ -6,11 +6,11 @@
 #include "kernels/stencils.h"
 
 void MPMRareBadJ(PetscInt dim, const MPMPatch *, PetscBool has_F, PetscInt first, PetscInt last, const PetscInt *order,
-                 const MPMBlock *, MPMStatus *);
-void MPMRareWrap(PetscInt dim, const MPMGrid *, PetscInt n, MPMComponent *x);
+                 const MPMStencils *, const MPMBlock *, MPMStatus *);
+void MPMRareWrap(PetscInt dim, const MPMPatch *, PetscInt n, const PetscInt *order);
 void MPMRareInertia(PetscInt dim, MPMBasis, const MPMGrid *, PetscInt n, MPMStencils *);
-void MPMRareStretch(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt n, const PetscInt *order,
-                    const MPMComponent *x, MPMStatus *);
+void MPMRareStretch(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt first, PetscInt last,
+                    const PetscInt *order, MPMStencils *, MPMStatus *);
 void MPMRareCells(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt q, PetscInt n, const PetscInt *which,
                   const PetscInt *order, const MPMStencils *, MPMStatus *);
 

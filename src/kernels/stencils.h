@@ -6,12 +6,14 @@
 #include "kernels/blocks.h"
 #include "kernels/tile_index.h"
 
-/* Sets mass, volume and half-widths of particles first .. last-1 to those of kind k. */
-MPM_INLINE void MPMStageKind(int dim, const MPMKind *k, PetscInt first, PetscInt last, MPMStencils *s)
+/* Sets mass, volume, half-widths and whether there is an F of particles first .. last-1 to those of kind k. */
+MPM_INLINE void MPMStageKind(int dim, const MPMParams *par, const MPMKind *k, PetscInt first, PetscInt last,
+                             MPMStencils *s)
 {
   for (PetscInt l = first; l < last; l++) {
-    s->m[l]  = k->m;
-    s->V0[l] = k->V0;
+    s->m[l]     = k->m;
+    s->V0[l]    = k->V0;
+    s->has_F[l] = par->materials[k->material].state & MPM_BIT(F) ? 1 : 0;
     for (int d = 0; d < dim; d++) s->l[d][l] = k->l[d];
   }
 }
@@ -22,7 +24,7 @@ MPM_INLINE void MPMStencilsBegin(int dim, const MPMParams *par, const MPMPatch *
   const MPMGrid *grid = patch->grid;
 
   memset(s, 0, sizeof *s);
-  MPMStageKind(dim, par->kinds, 0, MPM_BLOCK, s);
+  MPMStageKind(dim, par, par->kinds, 0, MPM_BLOCK, s);
   for (int d = 0; d < dim; d++) {
     const PetscReal far = PetscMax(PetscAbsReal(grid->lower[d]), PetscAbsReal(grid->upper[d]));
 
@@ -103,7 +105,7 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
   MPMGather(dim, patch->particles.x, o, s->x);
   for (PetscInt l = 0; l < o->lanes && par->nkinds > 1; l++) {
     s->kind[l] = patch->particles.kind[o->particle[l]];
-    MPMStageKind(dim, par->kinds + s->kind[l], l, l + 1, s);
+    MPMStageKind(dim, par, par->kinds + s->kind[l], l, l + 1, s);
   }
   if (patch->particles.l) MPMGather(dim, patch->particles.l, o, s->l);
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
@@ -155,18 +157,20 @@ MPM_INLINE const MPMMaterialLaw *MPMLaw(const MPMMaterial *m)
 }
 
 /* Reads the fields `which` (bits) of the material state of a block's particles, as far as the phase declared them and a
-   law of the block has them: in a scene of fluids and solids most blocks have no use for the fields of the others. */
-MPM_INLINE void MPMGatherState(int dim, const MPMParams *par, const MPMPatch *patch, PetscInt which,
+   law of the block has them: in a scene of fluids and solids most blocks have no use for the fields of the others.
+   Returns the fields (bits) of these laws. */
+MPM_INLINE PetscInt MPMGatherState(int dim, const MPMParams *par, const MPMPatch *patch, PetscInt which,
                                const MPMBlockOrder *o, const MPMStencils *s, MPMBlock *b)
 {
-  PetscInt state = par->carried;
+  PetscInt state = 0;
 
   MPM_FOR_MATERIALS(m, first, next, par, o->lanes, s->kind) state |= m->state;
 #define MPM_GATHER(name, rows)                                                                                         \
-  if (patch->particles.name && (which & state & MPM_BIT(name)))                                                        \
+  if (patch->particles.name && (which & (state | par->carried) & MPM_BIT(name)))                                       \
     MPMGather(MPMComponents_##name(dim), patch->particles.name, o, b->name);
   MPM_MATERIAL_FIELDS(MPM_GATHER)
 #undef MPM_GATHER
+  return state;
 }
 
 #endif
