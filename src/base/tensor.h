@@ -204,6 +204,28 @@ MPM_INLINE void MPMSpectral(int dim, const MPMReal values[3], MPMReal vectors[3]
     }
 }
 
+/* Computes the diagonal V [dim] of the left stretch tensor sqrt(F F^T). */
+MPM_INLINE void MPMStretch(int dim, const MPMReal *F, MPMReal V[3])
+{
+  MPMReal b[6], squares[3], n[3][3];
+
+  MPMLeftCauchyGreen(dim, F, b);
+  if (dim == 1) {
+    V[0] = MPMAbs(F[0]);
+  } else if (dim == 2) { /* by Cayley-Hamilton, V^2 - tr(V) V + det(V) I = 0 */
+    const MPMReal J = MPMAbs(MPMDet(2, F)), trace = MPMSqrt(b[0] + b[3] + 2 * J);
+
+    V[0] = (b[0] + J) / trace;
+    V[1] = (b[3] + J) / trace;
+  } else {
+    MPMEigen(3, b, squares, n);
+    for (int d = 0; d < 3; d++) {
+      V[d] = MPMAll(0);
+      for (int k = 0; k < 3; k++) V[d] += MPMSqrt(squares[k]) * n[k][d] * n[k][d];
+    }
+  }
+}
+
 #if MPM_WIDTH == 1 /* for single particles */
 
 /* Computes c = J F^-T [dim*dim], by which areas deform. */
@@ -217,28 +239,6 @@ MPM_INLINE void MPMCofactor(int dim, const PetscReal *F, PetscReal *c)
       if (dim == 2) c[d * 2 + e] = (d == e ? 1 : -1) * F[(1 - d) * 2 + 1 - e];
       if (dim == 3) c[d * 3 + e] = F[p * 3 + r] * F[q * 3 + s] - F[p * 3 + s] * F[q * 3 + r];
     }
-}
-
-/* Computes the diagonal V [dim] of the left stretch tensor sqrt(F F^T). */
-MPM_INLINE void MPMStretch(int dim, const PetscReal *F, PetscReal V[3])
-{
-  PetscReal b[6], squares[3], n[3][3];
-
-  MPMLeftCauchyGreen(dim, F, b);
-  if (dim == 1) {
-    V[0] = PetscAbsReal(F[0]);
-  } else if (dim == 2) { /* by Cayley-Hamilton, V^2 - tr(V) V + det(V) I = 0 */
-    const PetscReal J = PetscAbsReal(MPMDet(2, F)), trace = PetscSqrtReal(b[0] + b[3] + 2 * J);
-
-    V[0] = (b[0] + J) / trace;
-    V[1] = (b[3] + J) / trace;
-  } else {
-    MPMEigen(3, b, squares, n);
-    for (int d = 0; d < 3; d++) {
-      V[d] = 0;
-      for (int k = 0; k < 3; k++) V[d] += PetscSqrtReal(squares[k]) * n[k][d] * n[k][d];
-    }
-  }
 }
 
 #endif

@@ -16,6 +16,31 @@ typedef struct {
   uint64_t sure;    /* a bit for each particle that surely stays in its cell */
 } MPMFound;
 
+/* Computes the half-widths l [dim] in cells of stretched domains (cpGIMP), lanes first and after it, for their rows and
+   s: those of the kind times the diagonal of V = sqrt(F F^T). Unlike the diagonal of F, it is unchanged by a rotation
+   before the deformation, and rotates with the material. Notes too wide domains, whose half-width becomes 1/2. */
+MPM_INLINE void MPMStretchDomains(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
+                                  PetscInt first, const MPMReal *F, MPMStencils *s, MPMStatus *status)
+{
+  MPMReal l[3];
+  MPMMask narrow = MPMNot(MPMNone());
+
+  MPMStretch(dim, F, l);
+  for (int d = 0; d < dim; d++) {
+    PetscReal own[MPM_WIDTH];
+
+    for (int i = 0; i < MPM_WIDTH; i++) own[i] = par->kinds[s->kind[first + i]].l[d];
+    l[d] *= MPMRead(own);
+    narrow &= l[d] <= 0.5;
+    MPMWrite(&s->l[d][first], l[d]);
+  }
+  if (MPMAny(MPMNot(narrow))) {
+    MPMRareTooWide(dim, patch, first, PetscMin(first + MPM_WIDTH, o->n), o->particle, s, status);
+    for (int d = 0; d < dim; d++) MPMWrite(&s->l[d][first], l[d] = MPMSelect(l[d] <= 0.5, l[d], MPMAll(0.5)));
+  }
+  MPMStore(dim, l, o, first, first, first + MPM_WIDTH, patch->particles.l);
+}
+
 /* Moves and deforms the particles of a block, a vector at a time, from vn = sum phi v', an = sum phi a and the velocity
    gradients L [dim*dim] in 1/s: velocities (8), displacements dx (9), F (10), and new positions x + dx. They go to
    their rows, F also to b, dx only if positions come in a later phase; s keeps the old positions. state has the fields
@@ -32,7 +57,7 @@ MPM_INLINE void MPMMoveBlock(int dim, const MPMParams *par, MPMPatch *patch, Pet
   uint64_t        sure = 0;
 
   for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
-    MPMReal dx[3] = {MPMAll(0), MPMAll(0), MPMAll(0)};
+    MPMReal F[9], dx[3] = {MPMAll(0), MPMAll(0), MPMAll(0)};
 
     if (parts & MPM_G2P_MOTION) {
       MPMReal v[3], drop[3], v2 = MPMAll(0);
@@ -51,10 +76,10 @@ MPM_INLINE void MPMMoveBlock(int dim, const MPMParams *par, MPMPatch *patch, Pet
       found->v2 = MPMMax(found->v2, v2);
     } else if (parts & MPM_G2P_COMMIT)
       MPMLoad(dim, particles->dx, o, l, dx);
+    if ((state & MPM_BIT(F)) || (particles->l && (parts & MPM_G2P_COMMIT))) MPMLoad(dim * dim, particles->F, o, l, F);
     if (state & MPM_BIT(F)) {
-      MPMReal F[9], G[9], J;
+      MPMReal G[9], J;
 
-      MPMLoad(dim * dim, particles->F, o, l, F);
       for (int k = 0; k < dim * dim; k++) {
         G[k] = MPMRead(&L[k][l]);
         if (par->nkinds > 1) G[k] = MPMSelect(MPMRead(&s->has_F[l]) > 0.0, G[k], MPMAll(0)); /* else it stays I */
@@ -69,7 +94,7 @@ MPM_INLINE void MPMMoveBlock(int dim, const MPMParams *par, MPMPatch *patch, Pet
       MPMMask stays = MPMNot(MPMNone());
       MPMReal x[3];
 
-      if (particles->l) MPMRareStretch(dim, par, patch, l, PetscMin(l + MPM_WIDTH, o->n), o->particle, s, status);
+      if (particles->l) MPMStretchDomains(dim, par, patch, o, l, F, s, status);
       for (int d = 0; d < dim; d++) {
         const MPMAxis *axis = &s->axis[d];
         MPMReal        off  = MPMFma(dx[d], MPMAll(axis->inverse), MPMRead(&s->at[d][l])) - axis->middle;

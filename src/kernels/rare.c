@@ -53,28 +53,19 @@ void MPMRareInertia(PetscInt dim, MPMBasis basis, const MPMGrid *grid, PetscInt 
     }
 }
 
-/* Sets the half-widths, in cells, of stretched domains (cpGIMP) of particles first .. last-1 of a block, in rows and in
-   s: those of the kind times the diagonal of V = sqrt(F F^T). Unlike the diagonal of F, it is unchanged by a rotation
-   before the deformation, and rotates with the material. Notes too wide domains, whose half-width becomes 1/2. */
-void MPMRareStretch(PetscInt dim, const MPMParams *par, MPMPatch *patch, PetscInt first, PetscInt last,
-                    const PetscInt *order, MPMStencils *s, MPMStatus *status)
+/* Notes those of particles first .. last-1 of a block whose domains, with half-widths s->l in cells, are too wide: their
+   stencils would have too few nodes. */
+void MPMRareTooWide(PetscInt dim, const MPMPatch *patch, PetscInt first, PetscInt last, const PetscInt *order,
+                    const MPMStencils *s, MPMStatus *status)
 {
-  const MPMView *particles = &patch->particles;
-
   for (PetscInt q = first; q < last; q++) {
-    const PetscInt p = order[q];
-    PetscReal      V[3], at[3];
+    PetscReal x[3];
 
-    MPMStretch((int)dim, particles->F + (size_t)(p * dim * dim), V);
-    for (PetscInt d = 0; d < dim; d++) at[d] = s->x[d][q];
+    for (PetscInt d = 0; d < dim; d++) x[d] = s->x[d][q];
     for (PetscInt d = 0; d < dim; d++) {
-      PetscReal l = par->kinds[particles->kind ? particles->kind[p] : 0].l[d] * V[d];
+      const PetscReal l = s->l[d][q];
 
-      if (!(l <= 0.5)) { /* its stencil would have too few nodes */
-        MPMStatusNote(status, MPM_TOO_WIDE, particles->id[p], dim, at, 2 * l);
-        l = 0.5;
-      }
-      particles->l[p * dim + d] = s->l[d][q] = l;
+      if (!(l <= 0.5)) MPMStatusNote(status, MPM_TOO_WIDE, patch->particles.id[order[q]], dim, x, 2 * l);
     }
   }
 }

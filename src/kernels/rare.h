@@ -9,8 +9,8 @@ void MPMRareBadJ(PetscInt dim, const MPMPatch *, PetscBool has_F, PetscInt first
                  const MPMStencils *, const MPMBlock *, MPMStatus *);
 void MPMRareWrap(PetscInt dim, const MPMPatch *, PetscInt n, const PetscInt *order);
 void MPMRareInertia(PetscInt dim, MPMBasis, const MPMGrid *, PetscInt n, MPMStencils *);
-void MPMRareStretch(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt first, PetscInt last,
-                    const PetscInt *order, MPMStencils *, MPMStatus *);
+void MPMRareTooWide(PetscInt dim, const MPMPatch *, PetscInt first, PetscInt last, const PetscInt *order,
+                    const MPMStencils *, MPMStatus *);
 void MPMRareCells(PetscInt dim, const MPMParams *, MPMPatch *, PetscInt q, PetscInt n, const PetscInt *which,
                   const PetscInt *order, const MPMStencils *, MPMStatus *);
 
