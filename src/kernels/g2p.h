@@ -19,12 +19,14 @@ typedef struct {
 /* Computes the half-widths l [dim] in cells of stretched domains (cpGIMP), lanes first and after it, for their rows and
    s: those of the kind times the diagonal of V = sqrt(F F^T). Unlike the diagonal of F, it is unchanged by a rotation
    before the deformation, and rotates with the material. Notes too wide domains, whose half-width becomes 1/2. */
-MPM_INLINE void MPMStretchDomains(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
-                                  PetscInt first, const MPMReal *F, MPMStencils *s, MPMStatus *status)
+static __attribute__((noinline)) void MPMStretchDomains(int dim, const MPMParams *par, MPMPatch *patch,
+                                                        const MPMBlockOrder *o, PetscInt first, MPMStencils *s,
+                                                        MPMStatus *status)
 {
-  MPMReal l[3];
+  MPMReal F[9], l[3];
   MPMMask narrow = MPMNot(MPMNone());
 
+  MPMLoad(dim * dim, patch->particles.F, o, first, F);
   MPMStretch(dim, F, l);
   for (int d = 0; d < dim; d++) {
     PetscReal own[MPM_WIDTH];
@@ -57,7 +59,7 @@ MPM_INLINE void MPMMoveBlock(int dim, const MPMParams *par, MPMPatch *patch, Pet
   uint64_t        sure = 0;
 
   for (PetscInt l = 0; l < o->lanes; l += MPM_WIDTH) {
-    MPMReal F[9], dx[3] = {MPMAll(0), MPMAll(0), MPMAll(0)};
+    MPMReal dx[3] = {MPMAll(0), MPMAll(0), MPMAll(0)};
 
     if (parts & MPM_G2P_MOTION) {
       MPMReal v[3], drop[3], v2 = MPMAll(0);
@@ -76,10 +78,10 @@ MPM_INLINE void MPMMoveBlock(int dim, const MPMParams *par, MPMPatch *patch, Pet
       found->v2 = MPMMax(found->v2, v2);
     } else if (parts & MPM_G2P_COMMIT)
       MPMLoad(dim, particles->dx, o, l, dx);
-    if ((state & MPM_BIT(F)) || (particles->l && (parts & MPM_G2P_COMMIT))) MPMLoad(dim * dim, particles->F, o, l, F);
     if (state & MPM_BIT(F)) {
-      MPMReal G[9], J;
+      MPMReal F[9], G[9], J;
 
+      MPMLoad(dim * dim, particles->F, o, l, F);
       for (int k = 0; k < dim * dim; k++) {
         G[k] = MPMRead(&L[k][l]);
         if (par->nkinds > 1) G[k] = MPMSelect(MPMRead(&s->has_F[l]) > 0.0, G[k], MPMAll(0)); /* else it stays I */
@@ -94,7 +96,7 @@ MPM_INLINE void MPMMoveBlock(int dim, const MPMParams *par, MPMPatch *patch, Pet
       MPMMask stays = MPMNot(MPMNone());
       MPMReal x[3];
 
-      if (particles->l) MPMStretchDomains(dim, par, patch, o, l, F, s, status);
+      if (particles->l) MPMStretchDomains(dim, par, patch, o, l, s, status);
       for (int d = 0; d < dim; d++) {
         const MPMAxis *axis = &s->axis[d];
         MPMReal        off  = MPMFma(dx[d], MPMAll(axis->inverse), MPMRead(&s->at[d][l])) - axis->middle;
