@@ -16,31 +16,31 @@ typedef struct {
   uint64_t sure;    /* a bit for each particle that surely stays in its cell */
 } MPMFound;
 
-/* Computes the half-widths l [dim] in cells of stretched domains (cpGIMP), lanes first and after it, for their rows and
-   s: those of the kind times the diagonal of V = sqrt(F F^T). Unlike the diagonal of F, it is unchanged by a rotation
-   before the deformation, and rotates with the material. Notes too wide domains, whose half-width becomes 1/2. */
-static __attribute__((noinline)) void MPMStretchDomains(int dim, const MPMParams *par, MPMPatch *patch,
+/* Computes the half-widths, in cells, of a vector of stretched domains (cpGIMP), for their rows and s: those of the kind
+   times the diagonal of V = sqrt(F F^T). Unlike that of F, it is unchanged by a rotation before the deformation, and
+   rotates with the material. Notes too wide domains, whose stencils would have too few nodes; 1/2 replaces the width. */
+static __attribute__((noinline)) void MPMStretchDomains(int dim, const MPMParams *par, const MPMView *particles,
                                                         const MPMBlockOrder *o, PetscInt first, MPMStencils *s,
                                                         MPMStatus *status)
 {
   MPMReal F[9], l[3];
-  MPMMask narrow = MPMNot(MPMNone());
 
-  MPMLoad(dim * dim, patch->particles.F, o, first, F);
+  MPMLoad(dim * dim, particles->F, o, first, F);
   MPMStretch(dim, F, l);
   for (int d = 0; d < dim; d++) {
     PetscReal own[MPM_WIDTH];
 
     for (int i = 0; i < MPM_WIDTH; i++) own[i] = par->kinds[s->kind[first + i]].l[d];
     l[d] *= MPMRead(own);
-    narrow &= l[d] <= 0.5;
+    MPMWrite(&s->l[d][first], l[d]);
+    for (PetscInt q = first; MPMAny(MPMNot(l[d] <= 0.5)) && q < PetscMin(first + MPM_WIDTH, o->n); q++)
+      if (!(s->l[d][q] <= 0.5))
+        MPMStatusNote(status, MPM_TOO_WIDE, particles->id[o->particle[q]], dim,
+                      particles->x + (size_t)o->particle[q] * (size_t)dim, 2 * s->l[d][q]);
+    l[d] = MPMSelect(l[d] <= 0.5, l[d], MPMAll(0.5));
     MPMWrite(&s->l[d][first], l[d]);
   }
-  if (MPMAny(MPMNot(narrow))) {
-    MPMRareTooWide(dim, patch, first, PetscMin(first + MPM_WIDTH, o->n), o->particle, s, status);
-    for (int d = 0; d < dim; d++) MPMWrite(&s->l[d][first], l[d] = MPMSelect(l[d] <= 0.5, l[d], MPMAll(0.5)));
-  }
-  MPMStore(dim, l, o, first, first, first + MPM_WIDTH, patch->particles.l);
+  MPMStore(dim, l, o, first, first, first + MPM_WIDTH, particles->l);
 }
 
 /* Moves and deforms the particles of a block, a vector at a time, from vn = sum phi v', an = sum phi a and the velocity
@@ -96,7 +96,7 @@ MPM_INLINE void MPMMoveBlock(int dim, const MPMParams *par, MPMPatch *patch, Pet
       MPMMask stays = MPMNot(MPMNone());
       MPMReal x[3];
 
-      if (particles->l) MPMStretchDomains(dim, par, patch, o, l, s, status);
+      if (particles->l) MPMStretchDomains(dim, par, particles, o, l, s, status);
       for (int d = 0; d < dim; d++) {
         const MPMAxis *axis = &s->axis[d];
         MPMReal        off  = MPMFma(dx[d], MPMAll(axis->inverse), MPMRead(&s->at[d][l])) - axis->middle;

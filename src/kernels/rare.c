@@ -53,23 +53,6 @@ void MPMRareInertia(PetscInt dim, MPMBasis basis, const MPMGrid *grid, PetscInt 
     }
 }
 
-/* Notes those of particles first .. last-1 of a block whose domains, with half-widths s->l in cells, are too wide: their
-   stencils would have too few nodes. */
-void MPMRareTooWide(PetscInt dim, const MPMPatch *patch, PetscInt first, PetscInt last, const PetscInt *order,
-                    const MPMStencils *s, MPMStatus *status)
-{
-  for (PetscInt q = first; q < last; q++) {
-    PetscReal x[3];
-
-    for (PetscInt d = 0; d < dim; d++) x[d] = s->x[d][q];
-    for (PetscInt d = 0; d < dim; d++) {
-      const PetscReal l = s->l[d][q];
-
-      if (!(l <= 0.5)) MPMStatusNote(status, MPM_TOO_WIDE, patch->particles.id[order[q]], dim, x, 2 * l);
-    }
-  }
-}
-
 /* Finds the cells of n particles of a block, number which[] in it, at their new positions; the block is the entries of
    the order from q on. Those in a new cell are movers: it is noted, and they are added to the movers of the patch. Counts
    movers and leavers. dim and basis are constants. */
