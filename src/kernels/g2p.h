@@ -16,9 +16,9 @@ typedef struct {
   uint64_t sure;    /* a bit for each particle that surely stays in its cell */
 } MPMFound;
 
-/* Computes the half-widths, in cells, of a vector of stretched domains (cpGIMP), for their rows and s: those of the kind
-   times the diagonal of V = sqrt(F F^T). Unlike that of F, it is unchanged by a rotation before the deformation, and
-   rotates with the material. Notes too wide domains, whose stencils would have too few nodes; 1/2 replaces the width. */
+/* Computes the half-widths, in cells, of a vector of stretched domains (cpGIMP), for their rows and s: the kind's times
+   the diagonal of V = sqrt(F F^T). Unlike that of F, it is unchanged by a rotation before the deformation, and rotates
+   with the material. Notes too wide domains, whose stencils would have too few nodes; their half-width becomes 1/2. */
 static __attribute__((noinline)) void MPMStretchDomains(int dim, const MPMParams *par, const MPMView *particles,
                                                         const MPMBlockOrder *o, PetscInt first, MPMStencils *s,
                                                         MPMStatus *status)
