@@ -254,6 +254,7 @@ run = study("an error that is 0", 3, "no plot of it: an error is 0 or not finite
 check.that("no order for -study_order_min 1: an error is 0" in run.err, "and it has no order")
 work = ["-study_type", "workprecision", "-study_levels", "2", "-study_repeats", "1", "-study_update", "usl", "-study_transfer", "flip", "-study_preset", "none"]
 study("a method of its own that stops", 0, "the scene's own method has no error: it stopped", *work, "-study_basis", "bspline2", "-method_basis", "linear", "-dt_cfl", "2", "-study_cfl", "0.2", "-method_update", "usl", "-time_end", "1.5", "-grid_cells", "16")
+study("a method of its own that is the only one", 0, "the scene's own method is no slower for this error", *work, "-study_basis", "bspline2", "-study_update", "musl", "-study_transfer", "apic", "-method_transfer", "apic", "-study_cfl", "0.2", "-dt_cfl", "0.2")
 study("steps too long where particles cross cells", 0, "results", *work, "-study_basis", "linear", "-study_update", "musl", "-study_cfl", "0.3", "-method_basis", "linear")
 notes = {row["note"] for row in check.rows("study/study_workprecision.csv")}
 check.that("steps too long where particles cross cells: stable up to 0.05 h/c" in notes, f"the table says so: {notes}")
