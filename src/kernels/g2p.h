@@ -18,7 +18,8 @@ typedef struct {
 
 /* Computes the half-widths, in cells, of a vector of stretched domains (cpGIMP), for their rows and s: the kind's times
    the diagonal of V = sqrt(F F^T). Unlike that of F, it is unchanged by a rotation before the deformation, and rotates
-   with the material. Notes too wide domains, whose stencils would have too few nodes; their half-width becomes 1/2. */
+   with the material. Notes too wide domains, whose stencils would have too few nodes, at their positions before the
+   step, which the rows of x still have; their half-width becomes 1/2. */
 static __attribute__((noinline)) void MPMStretchDomains(int dim, const MPMParams *par, const MPMView *particles,
                                                         const MPMBlockOrder *o, PetscInt first, MPMStencils *s,
                                                         MPMStatus *status)
@@ -45,10 +46,10 @@ static __attribute__((noinline)) void MPMStretchDomains(int dim, const MPMParams
 
 /* Moves and deforms the particles of a block, a vector at a time, from vn = sum phi v', an = sum phi a and the velocity
    gradients L [dim*dim] in 1/s: velocities (8), displacements dx (9), F (10), and new positions x + dx. They go to
-   their rows, F also to b, dx only if positions come in a later phase; s keeps the old positions. state has the fields
-   (bits) of the block's laws. With xpic, particles.r is the part of the old velocity that interpolation to nodes and
-   back does not give, which is dropped. A particle surely stays in its cell if its distance from the cell's middle, in
-   cells, is below 1/2 by more than rounding errors. */
+   their rows, F also to b, dx only if positions come in a later phase, which reads it from there; s keeps the old
+   positions and gets the new half-widths. state has the fields (bits) of the block's laws. With xpic, r of particles is
+   the part of the old velocity that interpolation to nodes and back does not give, which is dropped. A particle surely
+   stays in its cell if its distance from the cell's middle, in cells, is below 1/2 by more than rounding errors. */
 MPM_INLINE void MPMMoveBlock(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts, PetscInt state,
                              const MPMBlockOrder *o, const MPMComponent *vn, const MPMComponent *an,
                              const MPMComponent *L, MPMStencils *s, MPMBlock *b, MPMFound *found, MPMStatus *status)
@@ -115,7 +116,7 @@ MPM_INLINE void MPMMoveBlock(int dim, const MPMParams *par, MPMPatch *patch, Pet
   found->sure = sure;
 }
 
-/* Updates the material state of a block apart from F, eqs. (11) and (12); notes bad J. */
+/* Updates the material state of a block apart from F, eqs. (11) and (12); notes bad J and finds wave speeds. */
 MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
                                const MPMStencils *s, MPMComponent *L, MPMBlock *b, MPMFound *found, MPMStatus *status)
 {
@@ -146,7 +147,7 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
 }
 
 /* Finds the new cells of a block's particles, but of those that surely stay; of all if one is outside of the grid, as
-   it may be across a periodic face. Notes movers and leavers. */
+   it may be across a periodic face, through which it is moved back. Notes movers and leavers. */
 MPM_INLINE void MPMUpdateCells(int dim, const MPMParams *par, MPMPatch *patch, const MPMBlockOrder *o,
                                const MPMStencils *s, const MPMFound *found, MPMStatus *status)
 {
