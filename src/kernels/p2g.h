@@ -71,12 +71,20 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
   if (parts & MPM_P2G_FORCE)
     for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
       const MPMReal V0 = -MPMRead(&s->V0[l]);
+      MPMReal       S[9];
 
+      for (int k = 0; k < dim * dim; k++) S[k] = MPMRead(&b->tau[MPMSymPart(dim, k / dim, k % dim)][l]);
+      if (patch->particles.S) {
+        MPMReal less[9];
+
+        MPMLoad(dim * dim, patch->particles.S, o, l, less);
+        for (int k = 0; k < dim * dim; k++) S[k] -= less[k];
+      }
       for (int e = dim == 2 ? 1 : 0; e < dim; e++) { /* in 2-D once */
         MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 
-        for (int d = 0; d < dim; d++) Q[d] = V0 * MPMRead(&b->tau[MPMSymPart(dim, d, e)][l]);
-        if (dim == 2) Q[2] = V0 * MPMRead(&b->tau[0][l]), Q[3] = Q[0];
+        for (int d = 0; d < dim; d++) Q[d] = V0 * S[d * dim + e];
+        if (dim == 2) Q[2] = V0 * S[0], Q[3] = V0 * S[2];
         MPMWriteRecords(dim == 2 ? 4 : dim, Q, r->Q[l][dim == 2 ? 0 : 1 + e] + MPM_NODE_FORCE, MPM_Q_RECORDS);
       }
     }

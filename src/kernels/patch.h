@@ -19,6 +19,7 @@ typedef struct {
   PetscBool              own_inertia;      /* C near walls: by each particle's sum phi (x_i - x)^2 */
   PetscInt               carried; /* bits of the states of materials that are written besides those that a law has */
   PetscBool              deletes; /* particles that leave the grid are to be removed, which is no error */
+  PetscReal              light;   /* share of mass below which nodes are light (light.h); 0: none are */
   PetscInt               box;     /* cells of a box of F-bar on an axis: 1, 2 or 4; 0: there is none */
   const MPMKind         *kinds;
   PetscInt               nkinds;

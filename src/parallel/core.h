@@ -5,9 +5,11 @@
 #ifndef MPM_CORE_H
 #define MPM_CORE_H
 
+#include <petscsf.h>
 #include "base/exact_sum.h"
 #include "base/print.h"
 #include "base/timers.h"
+#include "kernels/light.h"
 #include "parallel/partition.h"
 #include "particles/box.h"
 #include "particles/particles.h"
@@ -22,6 +24,7 @@ typedef struct {
   void (*nodes)(const MPMParams *, MPMPatch *, PetscInt row); /* MPM_NODES: updates one row of nodes */
   PetscInt flops;                                             /* MPM_NODES: operations per node and axis */
   PetscInt motion;                      /* MPM_NODES: 1: velocities are new, and are sent; 2: accelerations too */
+  PetscBool light;                      /* MPM_NODES: others carry the light nodes (kernels/light.h) */
   PetscInt particles_in, particles_out; /* bits of the fields that it reads, writes */
   PetscInt timer;                       /* number of its timer, set by MPMStepSetUp */
 } MPMPhase;
@@ -58,6 +61,9 @@ typedef struct {
   const MPMExchangeType *type;
   MPI_Comm               data; /* the processes that hold particles and grid; all DMs and files live on it */
   MPMPatch               patch;
+  MPMLight               light;
+  PetscSF                around; /* brings numbers of nodes to all ghosts; NULL: there are none */
+  MPI_Datatype           record_type, motion_type; /* the sums of a node, its motion */
   char                  *boxes; /* memory for the sums of F-bar, of a worker of the pool too */
   size_t                 boxes_room;
   DM                     da;         /* the nodes of the grid, with their motion */

@@ -5,10 +5,12 @@
 
 PetscErrorCode MPMExchangeCreateGrid(MPMCore *core, const PetscInt parts[3], PetscInt *const widths[3])
 {
-  MPMExchange *ex = &core->exchange;
+  MPMExchange   *ex    = &core->exchange;
+  const PetscInt reach = MPMBasisNodes(core->basis) - 1;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMGridCreateDM(&core->grid, ex->data, MPMBasisNodes(core->basis) - 1, parts, widths, &ex->da));
+  PetscCall(MPMGridCreateDM(&core->grid, ex->data,
+                            core->params.light > 0 ? PetscMax(reach, MPM_LIGHT_LAYERS) : reach, parts, widths, &ex->da));
   PetscCall(MPMGridCreateSumsDM(ex->da, &ex->sums));
   PetscCall(MPMPatchSetBox(&ex->patch, &core->grid, core->basis, ex->da));
   PetscCall(MPMGridCreateVectors(&ex->patch, ex->da, ex->sums, &ex->motion, &ex->node_sums));
@@ -20,6 +22,7 @@ PetscErrorCode MPMExchangeDestroyGrid(MPMCore *core)
   MPMExchange *ex = &core->exchange;
 
   PetscFunctionBeginUser;
+  PetscCall(MPMLightDestroy(&ex->light));
   PetscCall(VecDestroy(&ex->node_sums));
   PetscCall(VecDestroy(&ex->motion));
   PetscCall(MPMPatchDestroy(&ex->patch));
@@ -49,6 +52,39 @@ PetscErrorCode MPMExchangeCloseNodes(MPMCore *core)
   patch->node = NULL;
   PetscCall(VecRestoreArray(core->exchange.node_sums, &sums));
   PetscCall(VecRestoreArray(core->exchange.motion, &patch->motion));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Brings numbers of the nodes around this patch, `type` for each, from their owners. Collective on exchange.data. */
+static PetscErrorCode Around(MPMExchange *ex, MPI_Datatype type, void *at)
+{
+  PetscFunctionBeginUser;
+  if (!ex->around) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSFBcastBegin(ex->around, type, at, at, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(ex->around, type, at, at, MPI_REPLACE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMExchangeNodes(MPMCore *core, const MPMPhase *phase)
+{
+  MPMExchange    *ex   = &core->exchange;
+  const PetscBool bind = phase->light && core->params.light > 0 ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  if (bind && ex->light.fresh) {
+    PetscCall(Around(ex, ex->record_type, ex->patch.node));
+    if (ex->light.fresh & MPM_P2G_MASS) {
+      PetscCall(MPMLightMass(&ex->light, &ex->patch));
+      PetscCall(Around(ex, MPIU_REAL, ex->light.mass));
+      PetscCall(MPMLightFind(&ex->light, &core->params, &ex->patch));
+    }
+    MPMLightGive(&ex->light, &ex->patch);
+  }
+  PetscCall(MPMPatchRun(core, &ex->patch, phase, MPM_PASS_MAIN, &core->status));
+  if (bind) {
+    PetscCall(Around(ex, ex->motion_type, ex->patch.motion));
+    MPMLightMove(&ex->light, &core->params, &ex->patch);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

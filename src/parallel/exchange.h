@@ -21,6 +21,10 @@ PetscErrorCode MPMExchangeDestroyGrid(MPMCore *);
 PetscErrorCode MPMExchangeOpenNodes(MPMCore *);
 PetscErrorCode MPMExchangeCloseNodes(MPMCore *);
 
+/* Runs an update of the nodes here, whose access is open, with what light nodes need of other processes. Collective on
+   exchange.data. */
+PetscErrorCode MPMExchangeNodes(MPMCore *, const MPMPhase *);
+
 /* Do the same, and give the patch the fields of particles that the phase declares. Not collective. */
 PetscErrorCode MPMExchangeOpen(MPMCore *, const MPMPhase *);
 PetscErrorCode MPMExchangeClose(MPMCore *, const MPMPhase *);

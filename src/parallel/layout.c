@@ -101,46 +101,57 @@ static PetscErrorCode Renumber(PetscInt unit, PetscInt now, PetscSF from, PetscS
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Makes from the DMDA's scatter, of which `leaves` [n] are chosen, the graph of an update that reads the owner's local
+   vector: global is the way from there to the global one. A node has `unit` unknowns in the scatter, and `now` numbers in
+   the graph. */
+static PetscErrorCode CreateUpdate(VecScatter scatter, PetscInt n, PetscInt *leaves, PetscSF global, PetscInt unit,
+                                   PetscInt now, PetscSF *sf)
+{
+  PetscSF some, update;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscSFCreateEmbeddedLeafSF(scatter, n, leaves, &some));
+  PetscCall(PetscSFCompose(global, some, &update));
+  PetscCall(Renumber(unit, now, update, sf));
+  PetscCall(PetscSFSetUp(*sf));
+  PetscCall(PetscSFDestroy(&update));
+  PetscCall(PetscSFDestroy(&some));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Makes the update of ghosts. It is the DMDA's scatter from the global vector to local ones, with two changes: it
    reaches only the ghosts above a patch, since its particles read no others; and it reads the owner's local vector
    instead of the global one, by the inverse of the scatter's part for own nodes. DMLocalToLocal would do the same, but
-   would also copy every own node onto itself, which takes 3 % of a step. Collective. */
+   would also copy every own node onto itself, which takes 3 % of a step. What light nodes need reaches all ghosts.
+   Collective. */
 static PetscErrorCode CreateGhosts(MPMCore *core, MPMSpatial *s)
 {
   const MPMPatch *patch = &core->exchange.patch;
   VecScatter      scatter;
-  PetscSF         own, above, global, update;
-  PetscInt        nroots, nleaves, nown = 0, nabove = 0, unit, *list[2];
+  PetscSF         own, global;
+  PetscInt        nroots, nleaves, n[3] = {0}, unit, *list[3]; /* own nodes; ghosts above; all ghosts */
   const PetscInt *ilocal;
 
   PetscFunctionBeginUser;
   PetscCall(DMDAGetScatter(core->exchange.da, &scatter, NULL));
   PetscCall(PetscSFGetGraph(scatter, &nroots, &nleaves, &ilocal, NULL));
   unit = nroots / (patch->own_n[0] * patch->own_n[1] * patch->own_n[2]); /* 1: it numbers nodes, else unknowns */
-  PetscCall(PetscMalloc2(nleaves, &list[0], nleaves, &list[1]));
+  PetscCall(PetscMalloc3(nleaves, &list[0], nleaves, &list[1], nleaves, &list[2]));
   for (PetscInt q = 0; q < nleaves; q++) {
     const PetscInt leaf = ilocal ? ilocal[q] : q;
     const int      side = MPMPatchSide(patch, leaf / unit);
 
-    if (leaf % unit || side < 0) continue;
-    if (side)
-      list[1][nabove++] = q;
-    else
-      list[0][nown++] = q;
+    if (leaf % unit) continue;
+    if (side >= 0) list[side][n[side]++] = q;
+    if (side) list[2][n[2]++] = q;
   }
-  PetscCall(PetscSFCreateEmbeddedLeafSF(scatter, nown, list[0], &own));
-  PetscCall(PetscSFCreateEmbeddedLeafSF(scatter, nabove, list[1], &above));
+  PetscCall(PetscSFCreateEmbeddedLeafSF(scatter, n[0], list[0], &own));
   PetscCall(PetscSFCreateInverseSF(own, &global)); /* from a local vector to the global one */
-  PetscCall(PetscSFCompose(global, above, &update));
-  for (int k = 0; k < 2; k++) {
-    PetscCall(Renumber(unit, 2 - k, update, &s->ghosts[k]));
-    PetscCall(PetscSFSetUp(s->ghosts[k]));
-  }
-  PetscCall(PetscSFDestroy(&update));
+  for (int k = 0; k < 2; k++) PetscCall(CreateUpdate(scatter, n[1], list[1], global, unit, 2 - k, &s->ghosts[k]));
+  if (core->params.light > 0) PetscCall(CreateUpdate(scatter, n[2], list[2], global, unit, 1, &core->exchange.around));
   PetscCall(PetscSFDestroy(&global));
-  PetscCall(PetscSFDestroy(&above));
   PetscCall(PetscSFDestroy(&own));
-  PetscCall(PetscFree2(list[0], list[1]));
+  PetscCall(PetscFree3(list[0], list[1], list[2]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -173,6 +184,7 @@ PetscErrorCode MPMSpatialTearDown(MPMCore *core)
   PetscFunctionBeginUser;
   PetscCall(MPMExchangeDestroyGrid(core));
   for (int k = 0; k < 2; k++) PetscCall(PetscSFDestroy(&s->ghosts[k]));
+  PetscCall(PetscSFDestroy(&core->exchange.around));
   for (PetscInt d = 0; d < 3; d++) PetscCall(PetscFree(s->first[d]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

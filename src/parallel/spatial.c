@@ -40,6 +40,9 @@ static PetscErrorCode SetUp_Spatial(MPMCore *core, const MPMHistogram *h)
     PetscCallMPI(MPI_Type_contiguous((int)core->grid.dim * (k + 1), MPIU_REAL, &s->motion_type[k]));
     PetscCallMPI(MPI_Type_commit(&s->motion_type[k]));
   }
+  ex->motion_type = s->motion_type[1];
+  PetscCallMPI(MPI_Type_contiguous(MPM_NODE_NC, MPIU_REAL, &ex->record_type));
+  PetscCallMPI(MPI_Type_commit(&ex->record_type));
   PetscCallMPI(MPI_Op_create(MergeStatus, 1, &s->status_op));
   PetscCheck(h || size == 1, ex->data, PETSC_ERR_PLIB, "the grid is cut for %d processes by a histogram", size);
   if (!rank && h) PetscCall(MPMPartitionChoose(h, size, ex->balance, &ex->partition));
@@ -176,7 +179,7 @@ static PetscErrorCode Nodes_Spatial(MPMCore *core, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   PetscCall(MPMExchangeOpenNodes(core));
-  PetscCall(MPMPatchRun(core, &ex->patch, phase, MPM_PASS_MAIN, &core->status));
+  PetscCall(MPMExchangeNodes(core, phase));
   PetscCall(PetscSFBcastBegin(s->ghosts[k], s->motion_type[k], ex->patch.motion, ex->patch.motion, MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(s->ghosts[k], s->motion_type[k], ex->patch.motion, ex->patch.motion, MPI_REPLACE));
   PetscCall(MPMExchangeCloseNodes(core));
@@ -374,6 +377,7 @@ static PetscErrorCode Finish_Spatial(MPMCore *core)
   PetscCallMPI(MPI_Op_free(&s->status_op));
   PetscCallMPI(MPI_Type_free(&s->status_type));
   for (int k = 0; k < 2; k++) PetscCallMPI(MPI_Type_free(&s->motion_type[k]));
+  PetscCallMPI(MPI_Type_free(&core->exchange.record_type));
   PetscCallMPI(MPI_Comm_free(&s->comm));
   PetscCall(PetscFree(core->exchange.ctx));
   PetscFunctionReturn(PETSC_SUCCESS);

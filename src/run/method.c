@@ -6,6 +6,8 @@
 #define MPM_HATS_RATE                                                                                                  \
   0.025 /* -method_damping_rate of linear hats: musl is stable there with a share of FLIP below 0.995 */
 
+#define MPM_LIGHT_SHARE 0.03 /* -method_light_nodes: of 0.02 to 0.06, which all hold pulled ends (docs/choosing.md) */
+
 /* Reads what decides the share of FLIP: that share itself or a damping, of which transfers without such a share take
    none. chosen: the transfer was given, and not taken from the preset. */
 static PetscErrorCode ReadDamping(MPM mpm, MPMOptions o, PetscBool chosen)
@@ -134,6 +136,24 @@ static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reads the share of mass below which nodes are light. A method that is given in full is the plain one, without them. */
+static PetscErrorCode ReadLight(MPM mpm, MPMOptions o)
+{
+  const char *const method[] = {"-method_basis", "-method_update", "-method_transfer"};
+  PetscReal        *share    = &mpm->core.params.light;
+  PetscBool         given = PETSC_TRUE, set;
+
+  PetscFunctionBeginUser;
+  for (size_t k = 0; k < sizeof method / sizeof method[0] && given; k++)
+    PetscCall(PetscOptionsHasName(NULL, NULL, method[k], &given));
+  *share = given || mpm->core.basis == MPM_BASIS_linear ? 0 : MPM_LIGHT_SHARE;
+  PetscCall(MPMOptionsReal(o, "method_light_nodes", NULL, share, &set));
+  if (*share > 0 && mpm->core.basis == MPM_BASIS_linear && !MPMOptionsOverridden("method_light_nodes", "method_basis"))
+    MPMOptionsFail(o, "-method_light_nodes does not apply: it is for gimp and the splines, -method_basis is linear");
+  if (mpm->core.basis == MPM_BASIS_linear) *share = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Refuses grids that have too few cells for the basis, or more nodes than can be numbered. */
 static void CheckNodes(const MPMCore *core, MPMOptions o)
 {
@@ -223,5 +243,6 @@ PetscErrorCode MPMMethodSetFromOptions(MPM mpm, MPMOptions o)
   if (!MPMOptionsError(o)) PetscCall(ReadTime(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadInertia(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(ReadLocking(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(ReadLight(mpm, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -90,7 +90,7 @@ static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
 }
 
 /* Returns whether anything but its law reads the deformation gradient of a material's particles: domains that stretch, the
-   volumes of F-bar, the energy by terms, the dissipation of bodies, a pressure on its surface, snapshots or probes. */
+   volumes of F-bar, the energy by terms, the dissipation of bodies, a load on its surface, snapshots or probes. */
 static PetscBool ReadsF(MPM mpm, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
@@ -99,7 +99,7 @@ static PetscBool ReadsF(MPM mpm, PetscInt material)
       mpm->monitor.measures.asks_F || (mpm->output.enabled && mpm->output.fields >> MPM_SHOWS_F & 1))
     return PETSC_TRUE;
   for (PetscInt l = 0; l < scene->nloads; l++)
-    if (scene->loads[l].pressure && scene->bodies[scene->loads[l].body].material == material) return PETSC_TRUE;
+    if (scene->bodies[scene->loads[l].body].material == material) return PETSC_TRUE;
   return PETSC_FALSE;
 }
 
@@ -126,7 +126,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->needs.kinds    = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.forced   = scene->forced || core->needs.all ? PETSC_TRUE : PETSC_FALSE;
   core->energy.loads   = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.surface  = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.loaded   = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.start    = scene->keeps_start;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS : 0;
   PetscCall(MPMStepSetUp(core, &mpm->method));

@@ -1,6 +1,7 @@
 /* report.c - what a run prints: the scene before the first step, and the summary
    at the end. */
 #include <unistd.h>
+#include "physics/skin.h"
 #include "kernels/tile_index.h"
 #include "parallel/exchange.h"
 #include "run/mpm.h"
@@ -157,7 +158,7 @@ static PetscErrorCode PrintParallel(MPM mpm)
 static PetscErrorCode PrintLoads(MPM mpm)
 {
   const PetscInt dim    = mpm->core.grid.dim;
-  const PetscInt fields = MPM_BIT(id) | MPM_BIT(surface) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(J);
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(depth) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(J);
   MPMView        view;
 
   PetscFunctionBeginUser;
@@ -169,7 +170,10 @@ static PetscErrorCode PrintLoads(MPM mpm)
     PetscReal      area[3] = {0}, most = 0, at = 0;
 
     for (PetscInt p = 0; p < view.n; p++) {
-      const PetscInt sides = view.surface[p] & load->sides;
+      PetscInt sides = 0;
+
+      for (PetscInt k = 0; k < 2 * dim; k++)
+        if (MPMSkinLayer(view.depth[2 * dim * p + k]) == 0) sides |= (PetscInt)1 << k & load->sides;
 
       if (!sides || view.id[p] < body->first || view.id[p] >= body->first + body->n) continue;
       n[0]++;

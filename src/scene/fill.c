@@ -3,6 +3,7 @@
 #include <unistd.h>
 #include "kernels/cell.h"
 #include "scene/fill.h"
+#include "physics/skin.h"
 #include "scene/lattice.h"
 
 /* Checks a particle of body b with lattice place X [dim], m: its position, its velocity and the forces on it. */
@@ -280,19 +281,39 @@ PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the sides of the particle at x [dim], m, on which its neighbour on the lattice is not in the body: bit
-   2d + side. */
-static PetscInt SurfaceSides(const MPMBody *b, PetscInt dim, const PetscReal x[])
+/* Returns how many lattice places in sequence from x [dim], m, along side k are in the body, that of x too; at most
+   `most`. */
+static PetscInt Run(const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt k, PetscInt most)
 {
-  PetscInt sides = 0;
+  PetscReal y[3] = {0};
+  PetscInt  n    = 0;
 
+  do {
+    n++;
+    for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (d == k / 2 ? (PetscReal)(k % 2 ? n : -n) * b->b[d] : 0);
+  } while (n < most && MPMRegionInside(&b->region, dim, y));
+  return n;
+}
+
+/* Sets depth [2 dim] of the particle at x [dim], m: how deep it is below each side of the body on which a load acts. */
+static void SetDepth(const MPMScene *scene, const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt depth[])
+{
   for (PetscInt k = 0; k < 2 * dim; k++) {
-    PetscReal y[3];
+    const PetscInt most   = 2 * MPMSkinWhole(b->ppc[k / 2]);
+    PetscBool      loaded = PETSC_FALSE;
+    PetscInt       out, layers, sides = 0;
+    PetscReal      top[3] = {0};
 
-    for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (d == k / 2 ? (k % 2 ? 1 : -1) * b->b[d] : 0);
-    if (!MPMRegionInside(&b->region, dim, y)) sides |= (PetscInt)1 << k;
+    depth[k] = 0;
+    for (PetscInt l = 0; l < scene->nloads; l++)
+      if (scene->bodies + scene->loads[l].body == b && scene->loads[l].sides >> k & 1) loaded = PETSC_TRUE;
+    if (!loaded || (out = Run(b, dim, x, k, most + 1)) > most) continue;
+    layers = out - 1 + Run(b, dim, x, k ^ 1, most);
+    for (PetscInt d = 0; d < dim; d++)
+      top[d] = x[d] + (d == k / 2 ? (PetscReal)(k % 2 ? out - 1 : 1 - out) * b->b[d] : 0);
+    for (PetscInt e = 0; e < 2 * dim; e++) sides |= (PetscInt)(Run(b, dim, top, e, 2) == 1) << e;
+    depth[k] = MPMSkinPack(out - 1, layers, sides);
   }
-  return sides;
 }
 
 /* Makes particle p of a view: undeformed at X [dim], m, or as the scene's known solution starts. */
@@ -316,7 +337,7 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   if (scene->initial) PetscCall(MPMInitialSet(scene, core, b, X, p, view));
   view->id[p] = id;
   if (view->kind) view->kind[p] = b->kind;
-  if (view->surface) view->surface[p] = SurfaceSides(b, dim, X);
+  if (view->depth) SetDepth(scene, b, dim, X, view->depth + 2 * dim * p);
   for (PetscInt d = 0; d < dim; d++) {
     view->x[p * dim + d] = x[d];
     view->v[p * dim + d] = v[d];

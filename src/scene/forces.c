@@ -1,9 +1,12 @@
 /* forces.c - body forces and loads: the acceleration b [dim], m/s^2, of every particle besides gravity, eq. (13) of
    docs/theory.md. At the beginning of each step it is evaluated from expressions of position and time.
 
-   A load acts on the particles at the surface of a body: those whose neighbour on the lattice was not in the body at
-   the start. Such a side has the area A and the normal N of that side of the box around the particle. Under a
-   pressure p the force is -p J F^-T N A (Nanson's formula for the deformed surface), under a traction T it is T A. */
+   A load acts on the sides of a body that are surface: those where the neighbour on the lattice was not in the body at
+   the start. Such a side has the normal N of that side of the box around a particle. The force per area at the start is
+   T, for a pressure p it is T = -p J F^-T N (Nanson's formula for the deformed surface). It acts as physics/skin.h says:
+   b has the body force, and S, Pa, the stress w T (x) N as a Kirchhoff stress, w T (x) F N. T is that of the place at the
+   surface; its F is taken from the particle, whose column it is. */
+#include "physics/skin.h"
 #include "scene/scene.h"
 
 static PetscErrorCode ReadLoad(const MPMScene *scene, const MPMCore *core, MPMOptions o, MPMLoad *load)
@@ -54,39 +57,74 @@ PetscErrorCode MPMForcesDestroy(MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds to b [dim], m/s^2, what a load gives particle p at time t, if it acts on it. */
-static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const MPMLoad *load, const MPMView *view,
-                              PetscInt p, PetscReal t, PetscReal b[])
+/* Sets F [dim*dim] and J F^-T of particle p. */
+static void Deformation(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p, PetscReal F[],
+                        PetscReal cofactor[])
 {
-  const PetscInt     dim = core->grid.dim, sides = view->surface[p] & load->sides;
+  const PetscReal J = m->state & MPM_BIT(J) ? view->J[p] : 1;
+
+  if (m->state & MPM_BIT(F)) {
+    for (PetscInt k = 0; k < dim * dim; k++) F[k] = view->F[p * dim * dim + k];
+    MPMCofactor((int)dim, F, cofactor);
+    return;
+  }
+  for (PetscInt k = 0; k < dim * dim; k++) { /* a material without F has J^(1/dim) I */
+    F[k]        = k % (dim + 1) ? 0 : PetscPowReal(J, 1 / (PetscReal)dim);
+    cofactor[k] = k % (dim + 1) ? 0 : PetscPowReal(J, 1 - 1 / (PetscReal)dim);
+  }
+}
+
+/* Returns the share of a traction that a side on this axis takes of a particle at the surface that has several: the
+   particle's surface is as large as the sum of its normals, but two opposite sides have none. */
+static PetscReal Share(PetscInt dim, const MPMBody *b, PetscInt sides, PetscInt axis)
+{
+  PetscReal sum = 0, squares = 0, own = 0;
+
+  for (PetscInt d = 0; d < dim; d++) {
+    const PetscReal area = (sides >> (2 * d + 1) & 1) != (sides >> 2 * d & 1) ? 1 / b->b[d] : 0; /* for its volume */
+
+    if (d == axis) own = area;
+    sum += area;
+    squares += area * area;
+  }
+  return own > 0 ? PetscSqrtReal(squares) / sum : 0;
+}
+
+/* Adds what a load gives particle p at time t: to b [dim], m/s^2, and to S [dim*dim], Pa. Without a stress that could
+   balance S inside, as in a fluid, all of the load is a body force on the particles at the surface. */
+static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const MPMLoad *load, const MPMView *view,
+                              PetscInt p, PetscReal t, PetscReal b[], PetscReal S[])
+{
+  const PetscInt     dim = core->grid.dim, *depth = view->depth + 2 * dim * p;
   const MPMBody     *body = &scene->bodies[load->body];
   const MPMKind     *kind = &scene->kinds[body->kind];
   const MPMMaterial *m    = &scene->materials[body->material];
-  PetscReal          value[3], A[3] = {0}, size = 0;
+  const PetscBool    thin = m->state & MPM_BIT(F) ? PETSC_FALSE : PETSC_TRUE;
+  PetscReal          F[9], cofactor[9];
 
   PetscFunctionBeginUser;
-  if (!sides || view->id[p] < body->first || view->id[p] >= body->first + body->n) PetscFunctionReturn(PETSC_SUCCESS);
+  if (view->id[p] < body->first || view->id[p] >= body->first + body->n) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < 2 * dim; k++) {
-    PetscReal area = 1;
+    const PetscInt  axis = k / 2, sign = k % 2 ? 1 : -1, layer = MPMSkinLayer(depth[k]);
+    const PetscReal away = sign * (PetscReal)layer * body->b[axis]; /* to the particle at the surface */
+    PetscReal       value[3], x[3], X[3], T[3], fall, w = MPMSkinShare(depth[k], MPMSkinWhole(body->ppc[axis]), &fall);
 
-    if (!(sides & (PetscInt)1 << k)) continue;
-    for (PetscInt d = 0; d < dim; d++) area *= d == k / 2 ? 1 : body->b[d];
-    A[k / 2] += k % 2 ? area : -area;
-  }
-  PetscCall(MPMExpressionEvaluate(load->value, dim, view->x + p * dim, view->X + p * dim, t, value));
-  for (PetscInt d = 0; d < dim; d++) size += A[d] * A[d];
-  size = PetscSqrtReal(size);
-  if (load->pressure) {
-    PetscReal cofactor[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}; /* J F^-T; a material without F has J^(1/dim) I */
-
-    if (m->state & MPM_BIT(F))
-      MPMCofactor((int)dim, view->F + p * dim * dim, cofactor);
-    else
-      for (PetscInt d = 0; d < dim; d++) cofactor[d * (dim + 1)] = PetscPowReal(view->J[p], 1 - 1 / (PetscReal)dim);
+    if (!(load->sides >> k & 1) || (thin ? layer != 0 : !(w > 0))) continue;
+    if (thin) w = 0, fall = 1;
+    Deformation(dim, m, view, p, F, cofactor);
+    for (PetscInt d = 0; d < dim; d++) {
+      x[d] = view->x[p * dim + d] + F[d * dim + axis] * away;
+      X[d] = view->X[p * dim + d] + (d == axis ? away : 0);
+    }
+    PetscCall(MPMExpressionEvaluate(load->value, dim, x, X, t, value));
     for (PetscInt d = 0; d < dim; d++)
-      for (PetscInt e = 0; e < dim; e++) b[d] -= value[0] * cofactor[d * dim + e] * A[e] / kind->m;
-  } else
-    for (PetscInt d = 0; d < dim; d++) b[d] += value[d] * size / kind->m;
+      T[d] = load->pressure ? -value[0] * cofactor[d * dim + axis] * sign
+                            : value[d] * Share(dim, body, MPMSkinSides(depth[k]) & load->sides, axis);
+    for (PetscInt d = 0; d < dim; d++) {
+      b[d] += T[d] * fall / body->b[axis] * kind->V0 / kind->m;
+      for (PetscInt e = 0; e < dim; e++) S[d * dim + e] += w * T[d] * sign * F[e * dim + axis];
+    }
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -98,9 +136,9 @@ PetscErrorCode MPMForcesSize(const MPMScene *scene, const MPMCore *core, const M
 
   PetscFunctionBeginUser;
   for (PetscInt p = 0; p < view->n; p++) {
-    PetscReal b[3] = {0};
+    PetscReal b[3] = {0}, S[9] = {0};
 
-    PetscCall(AddLoad(scene, core, load, view, p, t, b));
+    PetscCall(AddLoad(scene, core, load, view, p, t, b, S));
     *size += m * PetscSqrtReal(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -128,24 +166,25 @@ PetscErrorCode MPMForcesCheck(const MPMScene *scene, const MPMCore *core, MPMOpt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets field b of the particles here, m/s^2, for the time t, s. Not collective. */
+/* Sets the fields b, m/s^2, and S, Pa, of the particles here for the time t, s. Not collective. */
 PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t)
 {
   const PetscInt dim    = core->grid.dim;
-  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(surface) |
-                          MPM_BIT(b);
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(depth) |
+                          MPM_BIT(b) | MPM_BIT(S);
   MPMView view;
 
   PetscFunctionBeginUser;
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    PetscReal b[3] = {0};
+    PetscReal b[3] = {0}, S[9] = {0};
 
     if (scene->acceleration)
       PetscCall(MPMExpressionEvaluate(scene->acceleration, dim, view.x + p * dim, view.X + p * dim, t, b));
     MPMKnownForce(scene, dim, view.X + p * dim, t, b);
-    for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(AddLoad(scene, core, &scene->loads[k], &view, p, t, b));
+    for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(AddLoad(scene, core, &scene->loads[k], &view, p, t, b, S));
     for (PetscInt d = 0; d < dim; d++) view.b[p * dim + d] = b[d];
+    for (PetscInt k = 0; k < dim * dim && view.S; k++) view.S[p * dim * dim + k] = S[k];
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -181,7 +181,7 @@ static PetscErrorCode SetPoint(const MPMScene *scene, const MPMCore *core, const
   PetscFunctionBeginUser;
   PetscCall(MPMFillSet(scene, core, b, b->first + rows->first + k, x, p, view));
   if (view->kind) view->kind[p] = kind;
-  if (view->surface) view->surface[p] = 0; /* loads act on bodies of a lattice */
+  for (PetscInt d = 0; d < 2 * dim && view->depth; d++) view->depth[2 * dim * p + d] = 0; /* loads act on bodies of a lattice */
   for (PetscInt d = 0; d < dim && b->points->velocity; d++) view->v[p * dim + d] = v[d];
   if (b->points->deformation) {
     for (PetscInt q = 0; q < dim * dim && view->F; q++) view->F[p * dim * dim + q] = F[q];

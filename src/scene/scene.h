@@ -32,7 +32,7 @@ typedef struct {
    the start. */
 typedef struct {
   char          name[MPM_NAME_LEN];
-  PetscInt      body, sides; /* row of the scene's bodies; bits of the sides that it acts on, as in field surface */
+  PetscInt      body, sides; /* row of the scene's bodies; bits 2d + side of the sides of axis d that it acts on */
   PetscBool     pressure;    /* else it is a traction */
   MPMExpression value;       /* Pa, of x y z X Y Z t */
 } MPMLoad;

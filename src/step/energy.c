@@ -20,6 +20,12 @@ static PetscBool KeepsAll(const MPMEnergy *e)
   return e->on && e->mean == MPM_MEAN_PARTICLES ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Returns the numbers that are kept of a particle's motion: x, v and, where there are loads, F. */
+static PetscInt MotionRow(const MPMCore *core)
+{
+  return 2 * core->grid.dim + (core->needs.loaded ? core->grid.dim * core->grid.dim : 0);
+}
+
 /* Makes the arrays long enough for the particles here. */
 static PetscErrorCode MakeRoom(MPMCore *core)
 {
@@ -30,7 +36,7 @@ static PetscErrorCode MakeRoom(MPMCore *core)
   PetscCall(MPMEnergyDestroy(e));
   e->capacity = core->particles.capacity;
   if (e->loads || KeepsAll(e)) {
-    PetscCall(PetscMalloc1(2 * e->capacity * core->grid.dim, &e->before));
+    PetscCall(PetscMalloc1(e->capacity * MotionRow(core), &e->before));
     PetscCall(PetscMalloc1(e->capacity, &e->which));
   }
   if (e->on || e->nheat) PetscCall(PetscMalloc1(e->capacity * MPM_STRESS_ROW, &e->stress));
@@ -44,7 +50,7 @@ PetscInt MPMEnergyBytes(const MPMCore *core)
   PetscInt         bytes = e->on || e->nheat ? MPM_STRESS_ROW * (PetscInt)sizeof(PetscReal) : 0;
 
   if (e->nheat) bytes += 2 * (PetscInt)sizeof(PetscReal);
-  if (e->loads || KeepsAll(e)) bytes += 2 * core->grid.dim * (PetscInt)sizeof(PetscReal) + (PetscInt)sizeof(PetscInt);
+  if (e->loads || KeepsAll(e)) bytes += MotionRow(core) * (PetscInt)sizeof(PetscReal) + (PetscInt)sizeof(PetscInt);
   return bytes;
 }
 
@@ -75,26 +81,45 @@ PetscErrorCode MPMEnergyHeatDestroy(MPMEnergy *e)
 
 /* --- Particles ---------------------------------------------------------------------------------------------------- */
 
-/* Copies x and v of the particles on which a body force or load acts, or of all. */
-static void KeepMotion(PetscInt dim, const MPMView *view, MPMEnergy *e)
+/* Copies x and v of the particles on which a body force or load acts, or of all; of those with S also F. */
+static void KeepMotion(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 {
+  const PetscInt dim = core->grid.dim, row = MotionRow(core);
+
   e->n = 0;
   for (PetscInt p = 0; p < view->n; p++) {
-    PetscReal *to  = e->before + 2 * dim * e->n;
+    PetscReal *to  = e->before + row * e->n;
     PetscBool  any = KeepsAll(e);
 
-    if (!e->on && !view->surface[p]) continue; /* then there are loads alone, which act on surfaces */
     for (PetscInt d = 0; d < dim; d++) {
       if (e->loads && view->b[p * dim + d] != 0) any = PETSC_TRUE;
       to[d]       = view->x[p * dim + d];
       to[dim + d] = view->v[p * dim + d];
     }
+    for (PetscInt k = 0; k < dim * dim && e->loads && view->S; k++) {
+      if (view->S[p * dim * dim + k] != 0) any = PETSC_TRUE;
+      if (view->F) to[2 * dim + k] = view->F[p * dim * dim + k];
+    }
     if (any) e->which[e->n++] = p;
   }
 }
 
-/* Adds m b kick . (dx/dt - dv/2), the work of body forces and loads along the mean velocity of the step; gravity's work
-   is taken so too. If all particles are kept, adds m/2 |w|^2 as well, where w = kick sum phi a is the part of dv by
+/* Returns S : (f - I), Pa, the work of the stress S of loads per reference volume in a step that leads from `was` to F,
+   f = F was^-1 [dim*dim]. */
+static PetscReal WorkOfLoads(int dim, const PetscReal *was, const PetscReal *F, const PetscReal *S)
+{
+  PetscReal cofactor[9], J = MPMDet(dim, was), work = 0; /* J was^-T */
+
+  MPMCofactor(dim, was, cofactor);
+  for (int d = 0; d < dim; d++)
+    for (int e = 0; e < dim; e++)
+      for (int k = 0; k < dim; k++)
+        work += S[d * dim + e] * (F[d * dim + k] - was[d * dim + k]) * cofactor[e * dim + k] / J;
+  return work;
+}
+
+/* Adds m b kick . (dx/dt - dv/2), the work of body forces and loads along the mean velocity of the step, and that of the
+   stress of loads; gravity's work is taken so too. If all particles are kept, adds m/2 |w|^2 as well, where w = kick sum phi a is the part of dv by
    FLIP. */
 static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 {
@@ -104,7 +129,7 @@ static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 
   for (PetscInt k = 0; k < e->n; k++) {
     const PetscInt   p    = e->which[k];
-    const PetscReal *was  = e->before + 2 * dim * k;
+    const PetscReal *was  = e->before + MotionRow(core) * k;
     const PetscReal  m    = core->params.kinds[view->kind ? view->kind[p] : 0].m;
     PetscReal        work = 0, flip = 0;
 
@@ -117,6 +142,10 @@ static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
       if (KeepsAll(e)) flip += PetscSqr((v - (1 - par->flip) * dx / par->dt) / par->flip - was[dim + d]);
     }
     if (e->loads) MPMSumAdd(&e->sum[MPM_ENERGY_loads], m * work);
+    if (e->loads && view->S && view->F)
+      MPMSumAdd(&e->sum[MPM_ENERGY_loads],
+                core->params.kinds[view->kind ? view->kind[p] : 0].V0 * par->kick / par->dt *
+                    WorkOfLoads((int)dim, was + 2 * dim, view->F + p * dim * dim, view->S + p * dim * dim));
     if (KeepsAll(e)) MPMSumAdd(&e->sum[MPM_ENERGY_advance], 0.5 * m * flip);
   }
 }
@@ -325,7 +354,7 @@ PetscErrorCode MPMEnergyNodes(MPMCore *core, const MPMPhase *phase)
 
 PetscErrorCode MPMEnergyStep(MPMCore *core, PetscBool begins)
 {
-  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(b) | MPM_BIT(surface) | MPM_MATERIAL_BITS |
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(b) | MPM_BIT(S) | MPM_MATERIAL_BITS |
                           MPM_BIT(kind);
   MPMEnergy *e = &core->energy;
   MPMView    view;
@@ -335,7 +364,7 @@ PetscErrorCode MPMEnergyStep(MPMCore *core, PetscBool begins)
   PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
   if (e->loads || KeepsAll(e)) {
     if (begins)
-      KeepMotion(core->grid.dim, &view, e);
+      KeepMotion(core, &view, e);
     else
       AddWork(core, &view, e);
   }

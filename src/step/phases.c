@@ -13,19 +13,23 @@
 
 #define TO_NODES(name, parts, in)                                                                                      \
   {                                                                                                                    \
-    name, MPM_PARTICLES_TO_NODES, parts, NULL, 0, 0, in, 0, 0                                                          \
+    name, MPM_PARTICLES_TO_NODES, parts, NULL, 0, 0, PETSC_FALSE, in, 0, 0                                                          \
   }
 #define NODES(name, kernel, flops)                                                                                     \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, 2, 0, 0, 0                                                                      \
+    name, MPM_NODES, 0, kernel, flops, 2, PETSC_TRUE, 0, 0, 0                                                                      \
   }
 #define VELOCITIES(name, kernel, flops)                                                                                \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, 1, 0, 0, 0                                                                      \
+    name, MPM_NODES, 0, kernel, flops, 1, PETSC_TRUE, 0, 0, 0                                                          \
+  }
+#define MEANS(name, kernel, flops)                                                                                     \
+  {                                                                                                                    \
+    name, MPM_NODES, 0, kernel, flops, 1, PETSC_FALSE, 0, 0, 0                                                         \
   }
 #define TO_PARTICLES(name, parts, in, out)                                                                             \
   {                                                                                                                    \
-    name, MPM_NODES_TO_PARTICLES, parts, NULL, 0, 0, in, out, 0                                                        \
+    name, MPM_NODES_TO_PARTICLES, parts, NULL, 0, 0, PETSC_FALSE, in, out, 0                                                        \
   }
 
 /* A row has a name, which is that of its timer, so that rows may share one. A transfer has its parts, the fields that
@@ -34,15 +38,15 @@
 /* clang-format off */
 enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
-  [P2G]               = TO_NODES("P2G", MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE, WHERE | MOMENTUM | STRESS | B(b)),
+  [P2G]               = TO_NODES("P2G", MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE, WHERE | MOMENTUM | STRESS | B(b) | B(S)),
   [P2G_MASS]          = TO_NODES("P2G_MASS", MPM_P2G_MASS | MPM_P2G_MOMENTUM, WHERE | MOMENTUM),
   [P2G_MOMENTUM]      = TO_NODES("P2G_MOMENTUM", MPM_P2G_MOMENTUM, WHERE | MOMENTUM),
   [P2G_RESIDUAL]      = TO_NODES("P2G_RESIDUAL", MPM_P2G_MOMENTUM | MPM_RESIDUAL, WHERE | B(r)),
-  [P2G_FORCE]         = TO_NODES("P2G_FORCE", MPM_P2G_FORCE, WHERE | STRESS | B(b)),
+  [P2G_FORCE]         = TO_NODES("P2G_FORCE", MPM_P2G_FORCE, WHERE | STRESS | B(b) | B(S)),
   [VELOCITY]          = VELOCITIES("VELOCITY", MPMNodesVelocity, 1),
   [VELOCITY_AGAIN]    = VELOCITIES("VELOCITY", MPMNodesVelocityAgain, 1),
   [RESIDUAL]          = VELOCITIES("RESIDUAL", MPMNodesResidual, 1),
-  [MEAN]              = VELOCITIES("VELOCITY", MPMNodesMean, 1),
+  [MEAN]              = MEANS("VELOCITY", MPMNodesMean, 1),
   [ADVANCE]           = NODES("ADVANCE", MPMNodesAdvance, 5),
   [CORRECT]           = NODES("CORRECT", MPMNodesCorrect, 4),
   [G2P]               = TO_PARTICLES("G2P", MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT, WHERE | B(v) | B(r) | STATE | COMMIT_IN, B(v) | B(C) | STATE | COMMIT_OUT),

@@ -1,0 +1,203 @@
+/* light.c - light nodes: how they are found, and how the next nodes carry them; light.h says why. All that a patch needs
+   of other patches are the sums of nodes up to MPM_LIGHT_LAYERS from its own, so what becomes of a node does not depend
+   on how the grid is cut: contributions to it are added in the sequence of the nodes that they come from. */
+#include "kernels/light.h"
+#include "kernels/transfer.h"
+#include "physics/wall.h"
+
+/* Returns the distance in the arrays between neighbours on axis d. */
+MPM_INLINE PetscInt Step(const MPMPatch *patch, PetscInt d)
+{
+  return d == 0 ? 1 : d == 1 ? patch->n[0] : patch->n[0] * patch->n[1];
+}
+
+PetscErrorCode MPMLightMass(MPMLight *light, const MPMPatch *patch)
+{
+  const PetscInt rows = patch->n[1] * patch->n[2];
+
+  PetscFunctionBeginUser;
+  if (!light->mass) PetscCall(PetscMalloc1(patch->n[0] * rows, &light->mass));
+  PetscCall(PetscArrayzero(light->mass, patch->n[0] * rows));
+  for (PetscInt k = 0; k < patch->own_n[2]; k++)
+    for (PetscInt j = 0; j < patch->own_n[1]; j++) {
+      const PetscInt row = (k + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + j + patch->own_lo[1] - patch->lo[1];
+      const PetscInt own = patch->own_lo[0] - patch->lo[0];
+      const PetscInt to  = PetscMin(own + patch->own_n[0], patch->span[row].last);
+
+      for (PetscInt i = PetscMax(own, patch->span[row].first); i < to; i++)
+        light->mass[row * patch->n[0] + i] = patch->node[row * patch->n[0] + i].m;
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns the side on which a node of mass m > 0 is light on axis d: its neighbour there has more than 1/share of its mass,
+   and the opposite one less than share of it; else 0. at: the node's place in the arrays on this axis. */
+MPM_INLINE int Side(const MPMPatch *patch, const PetscReal *mass, PetscInt d, PetscInt at, PetscReal share)
+{
+  const PetscInt  step = Step(patch, d);
+  const PetscReal m = *mass, below = at > 0 ? mass[-step] : 0, above = at < patch->n[d] - 1 ? mass[step] : 0;
+
+  if (m < share * above && below <= share * m) return 1;
+  if (m < share * below && above <= share * m) return -1;
+  return 0;
+}
+
+/* Returns the number of a light node's carriers. */
+MPM_INLINE int Carriers(const MPMLightNode *light)
+{
+  return 1 << ((light->side[0] != 0) + (light->side[1] != 0) + (light->side[2] != 0));
+}
+
+/* Returns carrier number c of a light node, an index of the arrays, and its weight. */
+MPM_INLINE PetscInt Carrier(const MPMPatch *patch, const MPMLightNode *light, int c, PetscReal *weight)
+{
+  PetscInt carrier = light->node;
+
+  *weight = 1;
+  for (PetscInt d = 0; d < 3; d++) {
+    if (!light->side[d]) continue;
+    carrier += (c & 1 ? 2 : 1) * light->side[d] * Step(patch, d);
+    *weight *= c & 1 ? -1 : 2;
+    c >>= 1;
+  }
+  return carrier;
+}
+
+/* Sets at [3] to the place of a node in the arrays. */
+MPM_INLINE void Place(const MPMPatch *patch, PetscInt node, PetscInt at[])
+{
+  at[0] = node % patch->n[0];
+  at[1] = node / patch->n[0] % patch->n[1];
+  at[2] = node / (patch->n[0] * patch->n[1]);
+}
+
+/* Returns whether the light node can be carried: its carriers are in the arrays, have more than 1/share of its mass each, and
+   are not light themselves. at [3]: its place in the arrays. */
+static PetscBool IsCarried(const MPMPatch *patch, const PetscReal *mass, const MPMLightNode *node, const PetscInt at[],
+                           PetscReal share)
+{
+  for (PetscInt d = 0; d < 3; d++)
+    if (at[d] + 2 * node->side[d] < 0 || at[d] + 2 * node->side[d] >= patch->n[d]) return PETSC_FALSE;
+  for (int c = 0; c < Carriers(node); c++) {
+    PetscReal      weight;
+    const PetscInt carrier = Carrier(patch, node, c, &weight);
+    PetscInt       place[3];
+
+    Place(patch, carrier, place);
+    if (!(share * mass[carrier] > mass[node->node])) return PETSC_FALSE;
+    for (PetscInt d = 0; d < patch->grid->dim; d++)
+      if (Side(patch, mass + carrier, d, place[d], share)) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
+/* Returns whether a wall acts along axis d on node i of the axis. */
+MPM_INLINE PetscBool AtWall(const MPMWalls *walls, const MPMGrid *grid, PetscInt d, PetscInt i)
+{
+  const MPMFace *f = walls->given[d];
+
+  return (f[0].type != MPM_WALL_free && f[0].type != MPM_WALL_periodic && i <= f[0].reach) ||
+                 (f[1].type != MPM_WALL_free && f[1].type != MPM_WALL_periodic && i >= grid->cells[d] - f[1].reach)
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+}
+
+PetscErrorCode MPMLightFind(MPMLight *light, const MPMParams *par, const MPMPatch *patch)
+{
+  const PetscReal share = par->light;
+  PetscInt        from[3], to[3];
+
+  PetscFunctionBeginUser;
+  light->n = 0;
+  for (PetscInt d = 0; d < 3; d++) {
+    from[d] = PetscMax(0, patch->own_lo[d] - 2 - patch->lo[d]);
+    to[d]   = PetscMin(patch->n[d], patch->own_lo[d] + patch->own_n[d] + 2 - patch->lo[d]);
+  }
+  for (PetscInt k = from[2]; k < to[2]; k++)
+    for (PetscInt j = from[1]; j < to[1]; j++)
+      for (PetscInt i = from[0]; i < to[0]; i++) {
+        const PetscInt at[3] = {i, j, k};
+        MPMLightNode   node  = {.node = (k * patch->n[1] + j) * patch->n[0] + i};
+        PetscBool      any   = PETSC_FALSE;
+
+        if (!(light->mass[node.node] > 0)) continue;
+        for (PetscInt d = 0; d < patch->grid->dim; d++) {
+          node.side[d] = Side(patch, light->mass + node.node, d, at[d], share);
+          if (node.side[d] && AtWall(par->walls, patch->grid, d, patch->lo[d] + at[d])) node.side[d] = 0;
+          if (node.side[d]) any = PETSC_TRUE;
+        }
+        if (!any || !IsCarried(patch, light->mass, &node, at, share)) continue;
+        if (light->n == light->room) {
+          light->room = 2 * light->room + 256;
+          PetscCall(PetscRealloc((size_t)light->room * sizeof *light->node, &light->node));
+        }
+        light->node[light->n++] = node;
+      }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns whether a node of the arrays is one of the patch's own. */
+MPM_INLINE PetscBool IsOwn(const MPMPatch *patch, PetscInt node)
+{
+  PetscInt place[3];
+
+  Place(patch, node, place);
+  for (PetscInt d = 0; d < 3; d++) {
+    const PetscInt at = place[d] + patch->lo[d] - patch->own_lo[d];
+
+    if (at < 0 || at >= patch->own_n[d]) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
+void MPMLightGive(MPMLight *light, MPMPatch *patch)
+{
+  PetscInt  which[MPM_NODE_NC];
+  PetscInt  n   = MPMNodeSums(patch->grid->dim, light->fresh, which);
+  PetscReal *sums = (PetscReal *)patch->node;
+
+  for (PetscInt q = 0; q < light->n; q++)
+    for (int k = 0; k < Carriers(&light->node[q]); k++) {
+      PetscReal      weight;
+      const PetscInt carrier = Carrier(patch, &light->node[q], k, &weight), from = light->node[q].node;
+
+      for (PetscInt c = 0; c < n && IsOwn(patch, carrier); c++)
+        sums[carrier * MPM_NODE_NC + which[c]] += weight * sums[from * MPM_NODE_NC + which[c]];
+    }
+  for (PetscInt q = 0; q < light->n; q++)
+    for (PetscInt c = 0; c < n && IsOwn(patch, light->node[q].node); c++)
+      sums[light->node[q].node * MPM_NODE_NC + which[c]] = 0;
+  light->fresh = 0;
+}
+
+void MPMLightMove(const MPMLight *light, const MPMParams *par, MPMPatch *patch)
+{
+  const PetscInt nc = MPM_MOTION_NC(patch->grid->dim);
+
+  for (PetscInt q = 0; q < light->n; q++) {
+    const PetscInt node   = light->node[q].node;
+    PetscReal      sum[6] = {0}, *motion = patch->motion + node * nc;
+    PetscInt       ijk[3];
+
+    if (!IsOwn(patch, node)) continue;
+    for (int k = 0; k < Carriers(&light->node[q]); k++) {
+      PetscReal      weight;
+      const PetscInt carrier = Carrier(patch, &light->node[q], k, &weight);
+
+      for (PetscInt c = 0; c < nc; c++) sum[c] += weight * patch->motion[carrier * nc + c];
+    }
+    for (PetscInt c = 0; c < nc; c++) motion[c] = sum[c];
+    Place(patch, node, ijk);
+    for (PetscInt d = 0; d < 3; d++) ijk[d] += patch->lo[d];
+    (void)MPMWallsApply(par->walls->given, patch->grid, ijk, 0, motion);
+  }
+}
+
+PetscErrorCode MPMLightDestroy(MPMLight *light)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(light->node));
+  PetscCall(PetscFree(light->mass));
+  light->n = light->room = 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
