@@ -209,7 +209,7 @@ CLAMP = "matter tears at a clamp where it is stretched to nearly twice its lengt
 LOCKS = "plastic flow locks, and its pressures are noise; the force of a piston is too small"
 EARLY = "walls are felt about a cell before they are touched"
 OPENS = "sand that has opened does not close again"
-RUNS = "sand flows too far, and farther on finer grids"
+RUNS = "sand flows farther than real sand, the more so the less a grid damps it (choosing.md, soils)"
 SPLASH = "water that has splashed stops the run, or is left without pressure"
 WRONG = [
     (TORN, "pulled bar|pulled bar, 0.3 E|pulled bar, 2-D|pulled bar, 2-D, 0.3 E", "", 123),
