@@ -1,5 +1,5 @@
-"""The starter problems (tools/trust) with the default settings: their exact or published numbers are met, or that they are
-not is known. docs/trust.md is what its data say.
+"""The starter problems (tools/trust) with the default settings: their exact or published numbers are met, but for
+those that are known to be missed. docs/trust.md is what its data say.
 
 usage: test_trust.py PEBBLE SOURCE MPIEXEC first|all     (first: 1-D and 2-D on the first grid; all: into trust.csv)
 """
