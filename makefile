@@ -128,9 +128,10 @@ test-long: ## the long tests: all combinations, both compilers, vectors of 4 and
 	@tools/install.sh viewers || true # without ParaView its test fails, and says so
 	+@$(again) ctest select="-L long"
 
-verify: ## of the long tests those of accuracy: prints errors and orders beside those expected
+verify: ## of the long tests those of accuracy: prints errors and orders beside those expected, and renews docs/trust.md
 	@tools/install.sh test
-	+@$(again) ctest select="-L verify -V"
+	+@$(again) ctest select="-L verify -V"; status=$$?; \
+	$(python) tools/trust/trust.py --take $(BUILD)/tests/runs/trust_all/trust.csv && exit $$status
 
 robust: ## of the long tests those of robustness, on up to 32 processes: prints a line of figures for each matter
 	@tools/install.sh test

@@ -49,28 +49,34 @@ def positions(path):
 TIP = -2.3899  # m, the deepest place of the middle of the end X = 4 by spectral elements (reference_cantilever.py)
 
 
-def tip(run):
-    """The tip is the end X = 4. The last column of particles is a quarter of a cell before it, where the beam sinks 1 % less
-    (8 cells across it), so the line through the last two columns is followed to the end."""
+def deepest(run, end):
+    """The lowest place of a beam's end X = end. The last column of particles is a quarter of a cell before it, where the beam
+    sinks 1 % less (8 cells across it), so the line through the last two columns is followed to the end."""
     t, x, _ = positions(run.path(".h5"))
     X = x[0][:, 0]
     last, before = np.unique(X.round(9))[[-1, -2]]
     u, v = ((x[:, abs(X - column) < 1e-6, 1] - x[0][abs(X - column) < 1e-6, 1]).mean(1) for column in (last, before))
-    u = u + (u - v) * (4 - last) / (last - before)
+    u = u + (u - v) * (end - last) / (last - before)
     k = u.argmin()
     if 0 < k < len(u) - 1:  # the parabola through the three lowest
         a, b, c = u[k - 1:k + 2]
-        lowest = b - (a - c)**2 / (8 * (a - 2 * b + c))
-    else:
-        lowest = u[k]
-    return abs(lowest / TIP - 1)
+        return b - (a - c)**2 / (8 * (a - 2 * b + c))
+    return u[k]
+
+
+def tip(run):
+    return abs(deepest(run, 4) / TIP - 1)
+
+
+def ring_displacement():
+    """R and u of the ring of options/pressure.opts computed along its radius alone (reference_pressure.py)."""
+    with open(os.path.join(DATA, "pressure_reference.csv")) as file:
+        rows = list(csv.DictReader(file))
+    return (np.array([float(row[key]) for row in rows]) for key in ("R", "u"))
 
 
 def pressure(run):
-    """Against the same ring computed along its radius alone (reference_pressure.py)."""
-    with open(os.path.join(DATA, "pressure_reference.csv")) as file:
-        rows = list(csv.DictReader(file))
-    R, u = (np.array([float(row[key]) for row in rows]) for key in ("R", "u"))
+    R, u = ring_displacement()
     _, x, _ = positions(run.path(".h5"))
     X = x[0][:, :2]
     r = np.hypot(*X.T)
