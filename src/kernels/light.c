@@ -2,7 +2,6 @@
    of other patches are the sums of nodes up to MPM_LIGHT_LAYERS from its own, so what becomes of a node does not depend
    on how the grid is cut: contributions to it are added in the sequence of the nodes that they come from. */
 #include "kernels/light.h"
-#include "kernels/transfer.h"
 #include "physics/wall.h"
 
 /* Returns the distance in the arrays between neighbours on axis d. */
@@ -16,7 +15,10 @@ PetscErrorCode MPMLightMass(MPMLight *light, const MPMPatch *patch)
   const PetscInt rows = patch->n[1] * patch->n[2];
 
   PetscFunctionBeginUser;
-  if (!light->mass) PetscCall(PetscMalloc1(patch->n[0] * rows, &light->mass));
+  if (!light->mass) {
+    PetscCall(PetscMalloc1(patch->n[0] * rows, &light->mass));
+    PetscCall(PetscCalloc1(MPM_LIGHT_GIVEN * patch->n[0] * rows, &light->given));
+  }
   PetscCall(PetscArrayzero(light->mass, patch->n[0] * rows));
   for (PetscInt k = 0; k < patch->own_n[2]; k++)
     for (PetscInt j = 0; j < patch->own_n[1]; j++) {
@@ -152,31 +154,40 @@ MPM_INLINE PetscBool IsOwn(const MPMPatch *patch, PetscInt node)
 
 void MPMLightGive(MPMLight *light, MPMPatch *patch)
 {
-  PetscInt  which[MPM_NODE_NC];
-  PetscInt  n   = MPMNodeSums(patch->grid->dim, light->fresh, which);
-  PetscReal *sums = (PetscReal *)patch->node;
+  const PetscInt dim = patch->grid->dim;
 
   for (PetscInt q = 0; q < light->n; q++)
     for (int k = 0; k < Carriers(&light->node[q]); k++) {
-      PetscReal      weight;
-      const PetscInt carrier = Carrier(patch, &light->node[q], k, &weight), from = light->node[q].node;
+      PetscReal      weight, *to;
+      const PetscInt carrier = Carrier(patch, &light->node[q], k, &weight);
+      const MPMNode *from    = patch->node + light->node[q].node;
 
-      for (PetscInt c = 0; c < n && IsOwn(patch, carrier); c++)
-        sums[carrier * MPM_NODE_NC + which[c]] += weight * sums[from * MPM_NODE_NC + which[c]];
+      if (!IsOwn(patch, carrier)) continue;
+      to = light->given + carrier * MPM_LIGHT_GIVEN;
+      to[0] += weight * from->m;
+      for (PetscInt d = 0; d < dim; d++) to[1 + d] += weight * from->f[d];
+      to[4] = 1;
     }
   for (PetscInt q = 0; q < light->n; q++)
-    for (PetscInt c = 0; c < n && IsOwn(patch, light->node[q].node); c++)
-      sums[light->node[q].node * MPM_NODE_NC + which[c]] = 0;
-  light->fresh = 0;
+    for (int k = 0; k < Carriers(&light->node[q]); k++) {
+      PetscReal      weight;
+      const PetscInt carrier = Carrier(patch, &light->node[q], k, &weight);
+      PetscReal     *given   = light->given + carrier * MPM_LIGHT_GIVEN;
+      MPMNode       *node    = patch->node + carrier;
+
+      if (given[4] == 0) continue; /* not an own node, or it has been done */
+      for (PetscInt d = 0; d < dim; d++) node->f[d] = (node->f[d] + given[1 + d]) * (node->m / (node->m + given[0]));
+      for (PetscInt c = 0; c < MPM_LIGHT_GIVEN; c++) given[c] = 0;
+    }
 }
 
 void MPMLightMove(const MPMLight *light, const MPMParams *par, MPMPatch *patch)
 {
-  const PetscInt nc = MPM_MOTION_NC(patch->grid->dim);
+  const PetscInt dim = patch->grid->dim, nc = MPM_MOTION_NC(dim);
 
   for (PetscInt q = 0; q < light->n; q++) {
     const PetscInt node   = light->node[q].node;
-    PetscReal      sum[6] = {0}, *motion = patch->motion + node * nc;
+    PetscReal      sum[3] = {0}, *v = patch->motion + node * nc, *a = v + dim;
     PetscInt       ijk[3];
 
     if (!IsOwn(patch, node)) continue;
@@ -184,12 +195,16 @@ void MPMLightMove(const MPMLight *light, const MPMParams *par, MPMPatch *patch)
       PetscReal      weight;
       const PetscInt carrier = Carrier(patch, &light->node[q], k, &weight);
 
-      for (PetscInt c = 0; c < nc; c++) sum[c] += weight * patch->motion[carrier * nc + c];
+      for (PetscInt d = 0; d < dim; d++) sum[d] += weight * patch->motion[carrier * nc + dim + d];
     }
-    for (PetscInt c = 0; c < nc; c++) motion[c] = sum[c];
+    for (PetscInt d = 0; d < dim; d++) {
+      v[d] += par->kick * (sum[d] - a[d]);
+      a[d]                     = sum[d];
+      patch->node[node].f[d] = patch->node[node].m * (a[d] - par->gravity[d]);
+    }
     Place(patch, node, ijk);
     for (PetscInt d = 0; d < 3; d++) ijk[d] += patch->lo[d];
-    (void)MPMWallsApply(par->walls->given, patch->grid, ijk, 0, motion);
+    (void)MPMWallsApply(par->walls->given, patch->grid, ijk, 0, v);
   }
 }
 
@@ -198,6 +213,7 @@ PetscErrorCode MPMLightDestroy(MPMLight *light)
   PetscFunctionBeginUser;
   PetscCall(PetscFree(light->node));
   PetscCall(PetscFree(light->mass));
+  PetscCall(PetscFree(light->given));
   light->n = light->room = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

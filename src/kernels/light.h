@@ -1,14 +1,14 @@
-/* light.h - light nodes: nodes at the edge of matter that have nearly no mass. Such a node would have an equation of motion
-   of its own, which one particle alone enters at a place where its stress and its load have little to do with each other;
-   at rest it would set a wrong stress in that particle. So it moves with the next nodes inside: its motion is extrapolated
-   from theirs, linearly on each axis on which it is light, and they get its mass, momentum and force by the same weights
-   (-method_light_nodes; docs/theory.md). */
+/* light.h - light nodes: nodes at the edge of matter that have nearly no mass. The equation of motion of such a node has one
+   particle alone, at a place where its stress and its load have little to do with each other; at rest it would set a wrong
+   stress in that particle. So a light node is accelerated with the next nodes inside, linearly extrapolated on each axis on
+   which it is light, and these get its mass and force by the same weights. Its velocity before stays its own. docs/theory.md
+   has more (Light nodes). */
 #ifndef MPM_LIGHT_H
 #define MPM_LIGHT_H
 
 #include "kernels/patch.h"
 
-/* A light node, an index of the patch's arrays, and on each axis the side on which it is bound: -1, 1 or 0. Its carriers are
+/* A light node, an index of the patch's arrays, and on each axis the side on which it is light: -1, 1 or 0. Its carriers are
    the nodes 1 and 2 steps that way on each of these axes, with the products of the weights 2 and -1. */
 typedef struct {
   PetscInt node;
@@ -16,20 +16,21 @@ typedef struct {
 } MPMLightNode;
 
 /* The light nodes that have to do with a patch, in the sequence of its arrays: own ones, and others whose carriers are own
-   nodes; those that are light by `mass` [nodes of the arrays], kg, which is 0 where no particle is. `fresh` are the parts
-   of a transfer (transfer.h) whose sums have not been given to the carriers yet. */
+   nodes. mass [nodes of the arrays], kg, is 0 where no particle is; given [nodes of the arrays][MPM_LIGHT_GIVEN] is
+   scratch, 0 between uses. */
 typedef struct {
-  PetscInt      n, room, fresh;
+  PetscInt      n, room;
   MPMLightNode *node;
-  PetscReal    *mass;
+  PetscReal    *mass, *given;
 } MPMLight;
+#define MPM_LIGHT_GIVEN 5
 
-/* How far around its own nodes a patch has to know the mass, and the sums and the motion of others. */
+/* How far around its own nodes a patch has to know the mass and the sums of others. */
 #define MPM_LIGHT_LAYERS 3
 
-/* MPMLightMass copies the masses of own nodes to light->mass; MPMLightFind lists light nodes by par->light;
-   MPMLightGive adds the fresh sums of light nodes to those of their carriers here, and takes them from light nodes of its own;
-   MPMLightMove sets the motion of light nodes of its own from that of their carriers, and applies walls. Not collective. */
+/* Before the advance, MPMLightMass copies the masses of own nodes to light->mass, MPMLightFind lists the light nodes by
+   par->light, and MPMLightGive changes the forces of carriers here. After it MPMLightMove sets the acceleration of light
+   nodes here, corrects their velocity by that, and applies walls. None is collective. */
 PetscErrorCode MPMLightMass(MPMLight *, const MPMPatch *);
 PetscErrorCode MPMLightFind(MPMLight *, const MPMParams *, const MPMPatch *);
 void           MPMLightGive(MPMLight *, MPMPatch *);

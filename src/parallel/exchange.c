@@ -67,21 +67,19 @@ static PetscErrorCode Around(MPMExchange *ex, MPI_Datatype type, void *at)
 
 PetscErrorCode MPMExchangeNodes(MPMCore *core, const MPMPhase *phase)
 {
-  MPMExchange    *ex   = &core->exchange;
-  const PetscBool bind = phase->light && core->params.light > 0 ? PETSC_TRUE : PETSC_FALSE;
+  MPMExchange    *ex    = &core->exchange;
+  const PetscBool light = phase->light && core->params.light > 0 ? PETSC_TRUE : PETSC_FALSE;
 
   PetscFunctionBeginUser;
-  if (bind && ex->light.fresh) {
+  if (light) {
+    PetscCall(MPMLightMass(&ex->light, &ex->patch));
+    PetscCall(Around(ex, MPIU_REAL, ex->light.mass));
     PetscCall(Around(ex, ex->record_type, ex->patch.node));
-    if (ex->light.fresh & MPM_P2G_MASS) {
-      PetscCall(MPMLightMass(&ex->light, &ex->patch));
-      PetscCall(Around(ex, MPIU_REAL, ex->light.mass));
-      PetscCall(MPMLightFind(&ex->light, &core->params, &ex->patch));
-    }
+    PetscCall(MPMLightFind(&ex->light, &core->params, &ex->patch));
     MPMLightGive(&ex->light, &ex->patch);
   }
   PetscCall(MPMPatchRun(core, &ex->patch, phase, MPM_PASS_MAIN, &core->status));
-  if (bind) {
+  if (light) {
     PetscCall(Around(ex, ex->motion_type, ex->patch.motion));
     MPMLightMove(&ex->light, &core->params, &ex->patch);
   }

@@ -21,11 +21,11 @@
   }
 #define VELOCITIES(name, kernel, flops)                                                                                \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, 1, PETSC_TRUE, 0, 0, 0                                                          \
-  }
-#define MEANS(name, kernel, flops)                                                                                     \
-  {                                                                                                                    \
     name, MPM_NODES, 0, kernel, flops, 1, PETSC_FALSE, 0, 0, 0                                                         \
+  }
+#define ADVANCES(name, kernel, flops)                                                                                  \
+  {                                                                                                                    \
+    name, MPM_NODES, 0, kernel, flops, 2, PETSC_TRUE, 0, 0, 0                                                          \
   }
 #define TO_PARTICLES(name, parts, in, out)                                                                             \
   {                                                                                                                    \
@@ -46,8 +46,8 @@ static const MPMPhase phases[NUM_PHASES] = {
   [VELOCITY]          = VELOCITIES("VELOCITY", MPMNodesVelocity, 1),
   [VELOCITY_AGAIN]    = VELOCITIES("VELOCITY", MPMNodesVelocityAgain, 1),
   [RESIDUAL]          = VELOCITIES("RESIDUAL", MPMNodesResidual, 1),
-  [MEAN]              = MEANS("VELOCITY", MPMNodesMean, 1),
-  [ADVANCE]           = NODES("ADVANCE", MPMNodesAdvance, 5),
+  [MEAN]              = VELOCITIES("VELOCITY", MPMNodesMean, 1),
+  [ADVANCE]           = ADVANCES("ADVANCE", MPMNodesAdvance, 5),
   [CORRECT]           = NODES("CORRECT", MPMNodesCorrect, 4),
   [G2P]               = TO_PARTICLES("G2P", MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT, WHERE | B(v) | B(r) | STATE | COMMIT_IN, B(v) | B(C) | STATE | COMMIT_OUT),
   [G2P_MOTION]        = TO_PARTICLES("G2P_MOTION", MPM_G2P_MOTION | MPM_G2P_COMMIT, WHERE | B(v) | B(r) | COMMIT_IN, B(v) | B(C) | COMMIT_OUT),

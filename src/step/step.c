@@ -59,28 +59,17 @@ static PetscErrorCode FollowEnergy(MPMCore *core, PetscBool begins)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Runs a phase, and notes which sums are new. */
-static PetscErrorCode Run(MPMCore *core, const MPMPhase *phase)
-{
-  const PetscInt sums = MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE;
-
-  PetscFunctionBeginUser;
-  PetscCall(phase->kind == MPM_NODES ? core->exchange.type->nodes(core, phase)
-                                     : core->exchange.type->sweep(core, phase));
-  if (phase->kind == MPM_PARTICLES_TO_NODES) core->exchange.light.fresh |= phase->parts & sums;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Runs phase k of the program of a step. */
 static PetscErrorCode RunPhase(MPMCore *core, PetscInt k)
 {
-  const MPMPhase *phase = core->program[k];
+  const MPMExchangeType *ex    = core->exchange.type;
+  const MPMPhase        *phase = core->program[k];
 
   PetscFunctionBeginUser;
   if (core->reactions) PetscCall(MPMReactionsPhase(core, k, PETSC_TRUE));
   PetscCall(MPMPhaseBegin(core, phase));
-  PetscCall(Run(core, phase));
-  PetscCall(MPMPhaseEnd(core, phase, core->exchange.type->by_workers ? 0 : core->particles.n));
+  PetscCall(phase->kind == MPM_NODES ? ex->nodes(core, phase) : ex->sweep(core, phase));
+  PetscCall(MPMPhaseEnd(core, phase, ex->by_workers ? 0 : core->particles.n));
   if (core->energy.on && phase->kind == MPM_NODES) PetscCall(MPMEnergyNodes(core, phase));
   if (core->reactions) PetscCall(MPMReactionsPhase(core, k, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -124,11 +113,12 @@ PetscErrorCode MPMStepMake(MPMCore *core, const MPMScene *scene)
 /* Runs a phase outside of steps: no timer, and no part of the critical path. */
 static PetscErrorCode RunUntimed(MPMCore *core, const MPMPhase *phase)
 {
-  const PetscBool on = core->timers.work.on;
+  const MPMExchangeType *ex = core->exchange.type;
+  const PetscBool        on = core->timers.work.on;
 
   PetscFunctionBeginUser;
   core->timers.work.on = PETSC_FALSE;
-  PetscCall(Run(core, phase));
+  PetscCall(phase->kind == MPM_NODES ? ex->nodes(core, phase) : ex->sweep(core, phase));
   core->timers.work.on = on;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
