@@ -175,7 +175,7 @@ def check_rotation():
             kept[basis, transfer] = np.abs(spin / spin[0] - 1).max()
             of = check.particles("disk.h5")
             plain = np.sum(1000 * (1 / 32) ** 2 * (of["x"][:, 0] * of["v"][:, 1] - of["x"][:, 1] * of["v"][:, 0]))
-            same = abs(plain / spin[-1] - 1)
+            same = abs(plain - spin[-1]) / abs(spin[-1] if transfer != "pic" else spin[0])  # pic leaves rounding errors of it
             check.fault(None if told.good and (same < 1e-12 if transfer != "apic" else same > 1e-3) else f"{basis}, {transfer}: {plain} of x x v, {spin[-1]} in the history")
     check.that(max(kept[basis, "apic"] for basis in ("bspline2", "bspline3")) < 1e-12 < 1e-3 < kept["bspline2", "pic"],
                f"angular momentum: apic loses {kept['bspline2', 'apic']:.1e} and {kept['bspline3', 'apic']:.1e}, flip {kept['bspline2', 'flip']:.1e}, pic {kept['bspline2', 'pic']:.1e}")

@@ -152,60 +152,112 @@ MPM_INLINE PetscBool IsOwn(const MPMPatch *patch, PetscInt node)
   return PETSC_TRUE;
 }
 
-void MPMLightGive(MPMLight *light, MPMPatch *patch)
+/* Adds to light->given what light nodes give to their carriers here, times the carriers' weights: mass and force, or, where
+   `inertia`, their masses times their accelerations, without gravity. */
+static void Collect(MPMLight *light, const MPMParams *par, const MPMPatch *patch, PetscBool inertia)
 {
-  const PetscInt dim = patch->grid->dim;
+  const PetscInt dim = patch->grid->dim, nc = MPM_MOTION_NC(dim);
 
   for (PetscInt q = 0; q < light->n; q++)
     for (int k = 0; k < Carriers(&light->node[q]); k++) {
-      PetscReal      weight, *to;
-      const PetscInt carrier = Carrier(patch, &light->node[q], k, &weight);
-      const MPMNode *from    = patch->node + light->node[q].node;
+      PetscReal        weight;
+      const PetscInt   node = light->node[q].node, carrier = Carrier(patch, &light->node[q], k, &weight);
+      const PetscReal *a  = patch->motion + node * nc + dim;
+      PetscReal       *to = light->given + carrier * MPM_LIGHT_GIVEN;
 
       if (!IsOwn(patch, carrier)) continue;
-      to = light->given + carrier * MPM_LIGHT_GIVEN;
-      to[0] += weight * from->m;
-      for (PetscInt d = 0; d < dim; d++) to[1 + d] += weight * from->f[d];
-      to[4] = 1;
+      to[0] += weight * patch->node[node].m;
+      for (PetscInt d = 0; d < dim; d++)
+        to[1 + d] += weight * (inertia ? patch->node[node].m * (a[d] - par->gravity[d]) : patch->node[node].f[d]);
     }
+}
+
+/* Visits each own carrier once: returns what was collected for it, to be zeroed, or NULL if it has been visited or is not
+   an own node. */
+static PetscReal *Collected(MPMLight *light, const MPMPatch *patch, PetscInt carrier)
+{
+  PetscReal *given = light->given + carrier * MPM_LIGHT_GIVEN;
+
+  return IsOwn(patch, carrier) && given[0] != 0 ? given : NULL;
+}
+
+void MPMLightGive(MPMLight *light, const MPMParams *par, MPMPatch *patch)
+{
+  Collect(light, par, patch, PETSC_FALSE);
   for (PetscInt q = 0; q < light->n; q++)
     for (int k = 0; k < Carriers(&light->node[q]); k++) {
       PetscReal      weight;
       const PetscInt carrier = Carrier(patch, &light->node[q], k, &weight);
-      PetscReal     *given   = light->given + carrier * MPM_LIGHT_GIVEN;
-      MPMNode       *node    = patch->node + carrier;
+      PetscReal     *given   = Collected(light, patch, carrier);
+      MPMNode       *n       = patch->node + carrier;
 
-      if (given[4] == 0) continue; /* not an own node, or it has been done */
-      for (PetscInt d = 0; d < dim; d++) node->f[d] = (node->f[d] + given[1 + d]) * (node->m / (node->m + given[0]));
+      if (!given) continue;
+      for (PetscInt d = 0; d < patch->grid->dim; d++) n->f[d] = (n->f[d] + given[1 + d]) * (n->m / (n->m + given[0]));
       for (PetscInt c = 0; c < MPM_LIGHT_GIVEN; c++) given[c] = 0;
     }
 }
 
-void MPMLightMove(const MPMLight *light, const MPMParams *par, MPMPatch *patch)
+/* Sets ijk [3] to the number of a node in the grid, and returns whether a wall acts on it. */
+static PetscBool IsWalled(const MPMParams *par, const MPMPatch *patch, PetscInt node, PetscInt ijk[])
+{
+  PetscBool walled = PETSC_FALSE;
+
+  Place(patch, node, ijk);
+  for (PetscInt d = 0; d < 3; d++) {
+    ijk[d] += patch->lo[d];
+    if (d < patch->grid->dim && AtWall(par->walls, patch->grid, d, ijk[d])) walled = PETSC_TRUE;
+  }
+  return walled;
+}
+
+/* Gives node the acceleration `a` [dim], as if its force had made it, and the velocity that follows. */
+static void Accelerate(const MPMParams *par, MPMPatch *patch, PetscInt node, const PetscReal a[])
+{
+  const PetscInt dim = patch->grid->dim;
+  PetscReal     *v   = patch->motion + node * MPM_MOTION_NC(dim);
+
+  for (PetscInt d = 0; d < dim; d++) {
+    v[d] += par->kick * (a[d] - v[dim + d]);
+    v[dim + d]             = a[d];
+    patch->node[node].f[d] = patch->node[node].m * (a[d] - par->gravity[d]);
+  }
+}
+
+void MPMLightMove(MPMLight *light, const MPMParams *par, MPMPatch *patch)
 {
   const PetscInt dim = patch->grid->dim, nc = MPM_MOTION_NC(dim);
+  PetscInt       ijk[3];
 
   for (PetscInt q = 0; q < light->n; q++) {
-    const PetscInt node   = light->node[q].node;
-    PetscReal      sum[3] = {0}, *v = patch->motion + node * nc, *a = v + dim;
-    PetscInt       ijk[3];
+    const PetscInt node = light->node[q].node;
+    PetscReal      a[3] = {0};
 
-    if (!IsOwn(patch, node)) continue;
     for (int k = 0; k < Carriers(&light->node[q]); k++) {
       PetscReal      weight;
       const PetscInt carrier = Carrier(patch, &light->node[q], k, &weight);
 
-      for (PetscInt d = 0; d < dim; d++) sum[d] += weight * patch->motion[carrier * nc + dim + d];
+      for (PetscInt d = 0; d < dim; d++) a[d] += weight * patch->motion[carrier * nc + dim + d];
     }
-    for (PetscInt d = 0; d < dim; d++) {
-      v[d] += par->kick * (sum[d] - a[d]);
-      a[d]                     = sum[d];
-      patch->node[node].f[d] = patch->node[node].m * (a[d] - par->gravity[d]);
-    }
-    Place(patch, node, ijk);
-    for (PetscInt d = 0; d < 3; d++) ijk[d] += patch->lo[d];
-    (void)MPMWallsApply(par->walls->given, patch->grid, ijk, 0, v);
+    Accelerate(par, patch, node, a);
+    if (IsWalled(par, patch, node, ijk))
+      (void)MPMWallsApply(par->walls->given, patch->grid, ijk, 0, patch->motion + node * nc);
   }
+  Collect(light, par, patch, PETSC_TRUE);
+  for (PetscInt q = 0; q < light->n; q++)
+    for (int k = 0; k < Carriers(&light->node[q]); k++) {
+      PetscReal      weight, a[3];
+      const PetscInt carrier = Carrier(patch, &light->node[q], k, &weight);
+      PetscReal     *given   = Collected(light, patch, carrier);
+
+      if (!given) continue;
+      for (PetscInt d = 0; d < dim; d++) {
+        const PetscReal now = patch->motion[carrier * nc + dim + d];
+
+        a[d] = now + (given[0] * (now - par->gravity[d]) - given[1 + d]) / patch->node[carrier].m;
+      }
+      if (!IsWalled(par, patch, carrier, ijk)) Accelerate(par, patch, carrier, a);
+      for (PetscInt c = 0; c < MPM_LIGHT_GIVEN; c++) given[c] = 0;
+    }
 }
 
 PetscErrorCode MPMLightDestroy(MPMLight *light)

@@ -23,18 +23,19 @@ typedef struct {
   MPMLightNode *node;
   PetscReal    *mass, *given;
 } MPMLight;
-#define MPM_LIGHT_GIVEN 5
+#define MPM_LIGHT_GIVEN 4
 
 /* How far around its own nodes a patch has to know the mass and the sums of others. */
 #define MPM_LIGHT_LAYERS 3
 
 /* Before the advance, MPMLightMass copies the masses of own nodes to light->mass, MPMLightFind lists the light nodes by
-   par->light, and MPMLightGive changes the forces of carriers here. After it MPMLightMove sets the acceleration of light
-   nodes here, corrects their velocity by that, and applies walls. None is collective. */
+   par->light, and MPMLightGive changes the forces of own carriers, so that light nodes have their share in these. After it
+   MPMLightMove accelerates the light nodes, and corrects the carriers so that momentum and angular momentum are kept. None is
+   collective. */
 PetscErrorCode MPMLightMass(MPMLight *, const MPMPatch *);
 PetscErrorCode MPMLightFind(MPMLight *, const MPMParams *, const MPMPatch *);
-void           MPMLightGive(MPMLight *, MPMPatch *);
-void           MPMLightMove(const MPMLight *, const MPMParams *, MPMPatch *);
+void           MPMLightGive(MPMLight *, const MPMParams *, MPMPatch *);
+void           MPMLightMove(MPMLight *, const MPMParams *, MPMPatch *);
 PetscErrorCode MPMLightDestroy(MPMLight *);
 
 #endif

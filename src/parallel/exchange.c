@@ -76,7 +76,7 @@ PetscErrorCode MPMExchangeNodes(MPMCore *core, const MPMPhase *phase)
     PetscCall(Around(ex, MPIU_REAL, ex->light.mass));
     PetscCall(Around(ex, ex->record_type, ex->patch.node));
     PetscCall(MPMLightFind(&ex->light, &core->params, &ex->patch));
-    MPMLightGive(&ex->light, &ex->patch);
+    MPMLightGive(&ex->light, &core->params, &ex->patch);
   }
   PetscCall(MPMPatchRun(core, &ex->patch, phase, MPM_PASS_MAIN, &core->status));
   if (light) {
