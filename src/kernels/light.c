@@ -104,37 +104,47 @@ MPM_INLINE PetscBool AtWall(const MPMWalls *walls, const MPMGrid *grid, PetscInt
              : PETSC_FALSE;
 }
 
+/* Adds node i, j, k of the arrays to the list if it is light. */
+static PetscErrorCode Look(MPMLight *light, const MPMParams *par, const MPMPatch *patch, PetscInt i, PetscInt j, PetscInt k)
+{
+  const PetscInt at[3] = {i, j, k};
+  MPMLightNode   node  = {.node = (k * patch->n[1] + j) * patch->n[0] + i};
+  PetscBool      any   = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < patch->grid->dim; d++) {
+    node.side[d] = Side(patch, light->mass + node.node, d, at[d], par->light);
+    if (node.side[d] && AtWall(par->walls, patch->grid, d, patch->lo[d] + at[d])) node.side[d] = 0;
+    if (node.side[d]) any = PETSC_TRUE;
+  }
+  if (!any || !IsCarried(patch, light->mass, &node, at, par->light)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (light->n == light->room) {
+    light->room = 2 * light->room + 256;
+    PetscCall(PetscRealloc((size_t)light->room * sizeof *light->node, &light->node));
+  }
+  light->node[light->n++] = node;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMLightFind(MPMLight *light, const MPMParams *par, const MPMPatch *patch)
 {
-  const PetscReal share = par->light;
-  PetscInt        from[3], to[3];
+  PetscReal most = 0; /* a node that is light has less mass than the share of the largest one */
+  PetscInt  from[3], to[3];
 
   PetscFunctionBeginUser;
   light->n = 0;
+  for (PetscInt q = 0; q < patch->n[0] * patch->n[1] * patch->n[2]; q++) most = PetscMax(most, light->mass[q]);
   for (PetscInt d = 0; d < 3; d++) {
     from[d] = PetscMax(0, patch->own_lo[d] - 2 - patch->lo[d]);
     to[d]   = PetscMin(patch->n[d], patch->own_lo[d] + patch->own_n[d] + 2 - patch->lo[d]);
   }
   for (PetscInt k = from[2]; k < to[2]; k++)
-    for (PetscInt j = from[1]; j < to[1]; j++)
-      for (PetscInt i = from[0]; i < to[0]; i++) {
-        const PetscInt at[3] = {i, j, k};
-        MPMLightNode   node  = {.node = (k * patch->n[1] + j) * patch->n[0] + i};
-        PetscBool      any   = PETSC_FALSE;
+    for (PetscInt j = from[1]; j < to[1]; j++) {
+      const PetscReal *mass = light->mass + (k * patch->n[1] + j) * patch->n[0];
 
-        if (!(light->mass[node.node] > 0)) continue;
-        for (PetscInt d = 0; d < patch->grid->dim; d++) {
-          node.side[d] = Side(patch, light->mass + node.node, d, at[d], share);
-          if (node.side[d] && AtWall(par->walls, patch->grid, d, patch->lo[d] + at[d])) node.side[d] = 0;
-          if (node.side[d]) any = PETSC_TRUE;
-        }
-        if (!any || !IsCarried(patch, light->mass, &node, at, share)) continue;
-        if (light->n == light->room) {
-          light->room = 2 * light->room + 256;
-          PetscCall(PetscRealloc((size_t)light->room * sizeof *light->node, &light->node));
-        }
-        light->node[light->n++] = node;
-      }
+      for (PetscInt i = from[0]; i < to[0]; i++)
+        if (mass[i] > 0 && mass[i] < par->light * most) PetscCall(Look(light, par, patch, i, j, k));
+    }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
