@@ -39,6 +39,12 @@ _Static_assert(sizeof(MPMNode) == 8 * sizeof(PetscReal), "the record of a node i
 _Static_assert(offsetof(MPMNode, p) == sizeof(PetscReal), "momentum follows the mass");
 _Static_assert(offsetof(MPMNode, f) == MPM_NODE_FORCE * sizeof(PetscReal), "forces begin at their place");
 
+/* Returns whether the advance met a wall that only pushes along axis d. */
+MPM_INLINE PetscBool MPMNodeMet(const MPMNode *n, PetscInt d)
+{
+  return (PetscInt)n->met >> d & 1 ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* MPM_NODE_FIRST is the first number of the record that the parts of a transfer (transfer.h) sum, MPM_NODE_LAST the one
    after the last. */
 #define MPM_NODE_FIRST(parts)     ((parts)&MPM_P2G_MASS ? 0 : (parts)&MPM_P2G_MOMENTUM ? 1 : MPM_NODE_FORCE)

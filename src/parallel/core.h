@@ -129,6 +129,14 @@ typedef struct {
   PetscInt   room;   /* numbers in it */
 } MPMReactions;
 
+/* How far the matter is from the walls that only push (step/gaps.c): for the nodes of each such face, from `first` on,
+   the gap, m; after all of these what is left to particles that are at the wall, m (gaps.c); and the least velocity, which
+   MPMFace shows to the nodes. */
+typedef struct {
+  PetscInt   faces, first[6], n; /* bits of the faces, 2 axis + side; nodes of all of them */
+  PetscReal *gap, *least;        /* [2 n], [n] */
+} MPMGaps;
+
 #define MPM_NUM_LOST 11 /* components of the rows LOST of output/diagnostics.def */
 
 struct _MPMCore {
@@ -148,6 +156,7 @@ struct _MPMCore {
   MPMTimers       timers;
   MPMEnergy       energy;
   MPMDamping      damping;
+  MPMGaps        *gaps;               /* or NULL: no wall only pushes */
   MPMReactions   *reactions;          /* or NULL: the history asks for none */
   MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (output/lost.c) */
   PetscReal       t, kicked;          /* s; s, the sum of params.kick: velocities have changed over this time */

@@ -21,6 +21,9 @@ typedef struct {
   PetscReal mu, velocity[3]; /* coefficient of friction; velocity of a wall that moves in m/s */
   PetscReal distance;        /* of a piston: where it is at the start, m inside the face */
   PetscInt  reach;           /* layers of nodes inside the grid on which it acts too; 0: only on the face and beyond */
+  /* Of a wall that only pushes, for each node of the face (MPMFaceNode): the least inward velocity, m/s, with which the
+     matter over it does not pass the wall in this step; not above 0. NULL: 0, as of matter that is at the wall. */
+  const PetscReal *least;
 } MPMFace;
 
 /* The walls of a grid, [axis][side]: as the options give them, and those that take their places for other velocities
@@ -54,6 +57,33 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *, const PetscI
    the axes (bits) along which the node met a wall that only pushes. Not collective. */
 PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *, const PetscInt ijk[], PetscReal dt,
                          const PetscReal v[], PetscReal at[], PetscReal a[]);
+
+/* Returns whether the wall only pushes: it acts on matter that has arrived at it, and lets it go. */
+PetscBool MPMWallOnlyPushes(MPMWall);
+
+/* Returns the number of the nodes of a face with normal `axis`, and which of them node ijk [dim] of the grid lies over:
+   those beyond the edges of the face count to the edges. Across a periodic axis the last is the first one again. */
+MPM_INLINE PetscInt MPMFaceNodes(const MPMGrid *grid, PetscInt axis)
+{
+  PetscInt n = 1;
+
+  for (PetscInt d = 0; d < grid->dim; d++) n *= d == axis ? 1 : grid->cells[d] + !grid->periodic[d];
+  return n;
+}
+
+MPM_INLINE PetscInt MPMFaceNode(const MPMGrid *grid, PetscInt axis, const PetscInt ijk[])
+{
+  PetscInt at = 0;
+
+  for (PetscInt d = grid->dim - 1; d >= 0; d--) {
+    const PetscInt cells = grid->cells[d];
+
+    if (d == axis) continue;
+    at = grid->periodic[d] ? at * cells + (ijk[d] % cells + cells) % cells
+                           : at * (cells + 1) + PetscClipInterval(ijk[d], 0, cells);
+  }
+  return at;
+}
 
 /* Returns whether a wall acts on node i of axis d; MPMWallsApply need not be called for other nodes. */
 MPM_INLINE PetscBool MPMWallsReach(const MPMFace (*faces)[2], const MPMGrid *grid, PetscInt d, PetscInt i)

@@ -90,7 +90,8 @@ static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
 }
 
 /* Returns whether anything but its law reads the deformation gradient of a material's particles: domains that stretch, the
-   volumes of F-bar, the energy by terms, the dissipation of bodies, a pressure on its surface, snapshots or probes. */
+   volumes of F-bar, the energy by terms, the dissipation of bodies, walls that only push, a pressure on its surface,
+   snapshots or probes. */
 static PetscBool ReadsF(MPM mpm, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
@@ -98,6 +99,7 @@ static PetscBool ReadsF(MPM mpm, PetscInt material)
   if (mpm->core.needs.stretched || mpm->core.params.box || mpm->core.energy.on || mpm->core.energy.nheat ||
       mpm->monitor.measures.asks_F || (mpm->output.enabled && mpm->output.fields >> MPM_SHOWS_F & 1))
     return PETSC_TRUE;
+  if (mpm->core.gaps && MPMMaterialKeepsShape(&scene->materials[material])) return PETSC_TRUE;
   for (PetscInt l = 0; l < scene->nloads; l++)
     if (scene->loads[l].pressure && scene->bodies[scene->loads[l].body].material == material) return PETSC_TRUE;
   return PETSC_FALSE;
@@ -112,6 +114,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   PetscFunctionBeginUser;
   MPMWallsDerive(&scene->walls);
   MPMWallsReachTo(&scene->walls, &core->grid);
+  PetscCall(MPMGapsCreate(core, &scene->walls));
   core->params.kinds      = scene->kinds;
   core->params.nkinds     = scene->nkinds;
   core->params.materials  = scene->materials;
@@ -128,6 +131,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->energy.loads   = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.surface  = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.start    = scene->keeps_start;
+  core->needs.rim      = core->gaps ? PETSC_TRUE : PETSC_FALSE;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS : 0;
   PetscCall(MPMStepSetUp(core, &mpm->method));
   PetscCall(MPMParticlesLayout(&core->particles, core->grid.dim, &core->needs));
@@ -269,6 +273,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscCall(MPMEnergyDestroy(&core->energy));
   PetscCall(MPMEnergyHeatDestroy(&core->energy));
   PetscCall(MPMReactionsDestroy(core));
+  PetscCall(MPMGapsDestroy(core));
   PetscCall(MPMTimersDestroy(&core->timers));
   PetscCall(PetscFree((*mpm)->checkpoint.options));
   PetscCall(PetscFree((*mpm)->checkpoint.heat));

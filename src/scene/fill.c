@@ -280,6 +280,14 @@ PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscBool MPMFillInside(const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt k, PetscReal by)
+{
+  PetscReal y[3];
+
+  for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (d == k / 2 ? (k % 2 ? by : -by) : 0);
+  return MPMRegionInside(&b->region, dim, y);
+}
+
 /* Returns the sides of the particle at x [dim], m, on which its neighbour on the lattice is not in the body: bit
    2d + side. */
 static PetscInt SurfaceSides(const MPMBody *b, PetscInt dim, const PetscReal x[])
@@ -287,10 +295,7 @@ static PetscInt SurfaceSides(const MPMBody *b, PetscInt dim, const PetscReal x[]
   PetscInt sides = 0;
 
   for (PetscInt k = 0; k < 2 * dim; k++) {
-    PetscReal y[3];
-
-    for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (d == k / 2 ? (k % 2 ? 1 : -1) * b->b[d] : 0);
-    if (!MPMRegionInside(&b->region, dim, y)) sides |= (PetscInt)1 << k;
+    if (!MPMFillInside(b, dim, x, k, b->b[k / 2])) sides |= (PetscInt)1 << k;
   }
   return sides;
 }
@@ -317,6 +322,7 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   view->id[p] = id;
   if (view->kind) view->kind[p] = b->kind;
   if (view->surface) view->surface[p] = SurfaceSides(b, dim, X);
+  if (view->rim && !b->points) MPMFillRim(b, dim, core->gaps->faces, X, view->rim + p * dim);
   for (PetscInt d = 0; d < dim; d++) {
     view->x[p * dim + d] = x[d];
     view->v[p * dim + d] = v[d];

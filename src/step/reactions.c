@@ -151,10 +151,11 @@ static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, const Pe
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     const PetscReal other = n->f[d] / n->m + par->gravity[d], wall = par->kick * n->m * (a[d] - other);
     const PetscReal before = v[d] - par->kick * a[d],
-                    u      = before + (core->energy.mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0);
+                    u      = before + (core->energy.mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0),
+                    work   = MPMEnergyWall(par, n, d, a[d], u, MPMNodeMet(n, d) ? v[d] : u);
 
     J[d] = flip * wall + (1 - flip) * (n->m * v[d] - n->p[d] - par->kick * n->m * other);
-    W[d] = (core->energy.mean == MPM_MEAN_AGAIN ? 0.5 : 1) * wall * u;
+    W[d] = (core->energy.mean == MPM_MEAN_AGAIN ? 0.5 : 1) * par->kick * n->m * work;
     W[d] += (1 - flip) * (n->m * before - n->p[d]) * before; /* what a wall gave before; 0 unless it moves */
   }
   Give(core, t, PETSC_FALSE, J, W);
@@ -169,7 +170,7 @@ static void AddAgain(MPMCore *core, const Touch *t, const MPMNode *n, const Pets
 
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     J[d] = par->kick * n->m * (a[d] - (n->f[d] / n->m + par->gravity[d]));
-    W[d] = 0.5 * J[d] * v[d];
+    W[d] = 0.5 * par->kick * n->m * MPMEnergyWall(par, n, d, a[d], MPMNodeMet(n, d) ? n->p[d] / n->m : v[d], v[d]);
   }
   Give(core, t, PETSC_TRUE, J, W);
 }

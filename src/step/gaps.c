@@ -1,0 +1,190 @@
+/* gaps.c - how far the matter is from the walls that only push, so that they act when it arrives and not before. As a
+   step begins, each particle near such a wall tells the node of the face that it lies over where its matter ends: its
+   centre less half of the extent of its deformed domain. The gap of a node is the least of these, over all processes,
+   since a minimum has the same bits in every sequence. A node without a particle over it has the least gap of the nodes
+   beside it from which it may have mass. docs/theory.md has the condition that nodes get (Walls). */
+#include "parallel/exchange.h"
+#include "physics/extent.h"
+#include "physics/wall.h"
+#include "step/step.h"
+
+#define FACES 0.25 /* squared cosine of the angle from the wall within which a surface is turned towards it: 60 degrees */
+#define WIDE  4    /* cells over which the widest stencil reaches along an axis */
+
+PetscErrorCode MPMGapsCreate(MPMCore *core, MPMWalls *w)
+{
+  MPMGaps *g;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(&g));
+  for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
+    g->first[k] = g->n;
+    if (MPMWallOnlyPushes(w->given[k / 2][k % 2].type)) g->n += MPMFaceNodes(&core->grid, k / 2);
+  }
+  if (!g->n) {
+    PetscCall(PetscFree(g));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscMalloc2(2 * g->n, &g->gap, g->n, &g->least));
+  core->gaps = g;
+  for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
+    const PetscInt d = k / 2, s = k % 2;
+    MPMFace *const faces[] = {&w->given[d][s], &w->before[d][s], &w->again[d][s], &w->gradient[d][s], &w->residual[d][s]};
+
+    if (!MPMWallOnlyPushes(w->given[d][s].type)) continue;
+    g->faces |= (PetscInt)1 << k;
+    for (size_t f = 0; f < sizeof faces / sizeof faces[0]; f++) faces[f]->least = g->least + g->first[k];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMGapsDestroy(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  if (core->gaps) PetscCall(PetscFree2(core->gaps->gap, core->gaps->least));
+  PetscCall(PetscFree(core->gaps));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The end of a particle's matter towards a wall with the normal `axis`: at the distance `at`, m, from the particle, less
+   slope [dim] times the distances, m, from the particle along the wall. */
+typedef struct {
+  PetscReal at, slope[3];
+} End;
+
+/* Sets the end of particle p towards the wall of face k. Where the surface of its body at the start was beside it and now
+   is turned towards the wall, that is its end; else it is the end of the particle's domain. A law that flows, or a fluid,
+   keeps no shape: its domain is the box of the start, with the particle's volume as far as its law keeps it. */
+static void FindEnd(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k, End *end)
+{
+  const int          dim = (int)core->grid.dim, axis = (int)k / 2;
+  const PetscReal    sign = k % 2 ? 1 : -1, *F = view->F + p * dim * dim, *rim = view->rim + p * dim;
+  const MPMKind     *kind = &core->params.kinds[view->kind ? view->kind[p] : 0];
+  const MPMMaterial *m    = &core->params.materials[kind->material];
+  PetscReal          half[3] = {0}, n[3] = {0}, J = 1, cofactor[9], turned[3] = {0}, size = 0, far = 0;
+
+  *end = (End){0};
+  for (int d = 0; d < dim; d++) half[d] = kind->l[d] * core->grid.h[d];
+  if (!MPMMaterialKeepsShape(m)) {
+    if (m->type->traits & MPM_FLUID) J = view->J[p];
+    end->at = half[axis] * (dim == 1 ? J : dim == 2 ? PetscSqrtReal(J) : cbrt(J));
+    return;
+  }
+  MPMCofactor(dim, F, cofactor); /* J F^-T turns normals of surfaces */
+  for (int d = 0; d < dim; d++) {
+    for (int e = 0; e < dim; e++) {
+      turned[d] += cofactor[d * dim + e] * rim[e];
+      far += rim[e] * rim[e] / dim;
+    }
+    size += turned[d] * turned[d];
+  }
+  if (sign * turned[axis] > 0 && turned[axis] * turned[axis] > FACES * size) {
+    end->at = MPMDet(dim, F) * far / (sign * turned[axis]); /* where the plane meets the line through the particle */
+    for (int d = 0; d < dim; d++) end->slope[d] = d == axis ? 0 : turned[d] / (sign * turned[axis]);
+    return;
+  }
+  n[axis] = 1;
+  end->at = MPMExtent(dim, half, F, n);
+}
+
+/* Lets particle p, at the distance `at`, m, from the face k, tell nodes where its matter ends: those that it lies over. Where
+   the end is curved, or the node has no particle that ends there, matter between nodes may pass the wall by a part of
+   this; so that no particle does, one whose end is at the wall lets each node in its reach come nearer only by
+   its share of the rest, at/(WIDE^(dim-1) weight), with a weight that is not below that of any basis. */
+static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k, PetscReal at, PetscReal *gap,
+                 PetscReal *rest)
+{
+  const MPMGrid *grid  = &core->grid;
+  const PetscInt dim   = grid->dim;
+  PetscInt       lo[3] = {0}, hi[3] = {0}, ijk[3];
+  PetscReal      xi[3] = {0};
+  PetscBool      ends;
+  End            end;
+
+  FindEnd(core, view, p, k, &end);
+  ends = at <= end.at ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt d = 0; d < dim; d++) {
+    const PetscReal reach = ends ? 0.5 * WIDE : 0.5;
+
+    if (d == k / 2) continue;
+    xi[d] = (view->x[p * dim + d] - grid->lower[d]) / grid->h[d];
+    lo[d] = (PetscInt)PetscCeilReal(xi[d] - reach - 1e-9);
+    hi[d] = (PetscInt)PetscFloorReal(xi[d] + reach + 1e-9);
+  }
+  for (ijk[2] = lo[2]; ijk[2] <= hi[2]; ijk[2]++)
+    for (ijk[1] = lo[1]; ijk[1] <= hi[1]; ijk[1]++)
+      for (ijk[0] = lo[0]; ijk[0] <= hi[0]; ijk[0]++) {
+        const PetscInt i    = MPMFaceNode(grid, k / 2, ijk);
+        PetscReal      edge = at - end.at, share = 1;
+        PetscBool      over = PETSC_TRUE;
+
+        for (PetscInt d = 0; d < dim; d++) {
+          const PetscReal from = (PetscReal)ijk[d] - xi[d];
+
+          if (d == k / 2) continue;
+          edge += end.slope[d] * from * grid->h[d];
+          share *= WIDE * PetscSqr(PetscMax(0, 1 - 0.5 * PetscAbsReal(from)));
+          if (PetscAbsReal(from) > 0.5 + 2e-9) over = PETSC_FALSE;
+        }
+        if (over) gap[i] = PetscMin(gap[i], edge);
+        if (ends && share > 0) rest[i] = PetscMin(rest[i], at / share);
+      }
+}
+
+/* Sets the least velocities at the nodes of face k from the gaps. */
+static void SetLeast(const MPMCore *core, PetscInt k)
+{
+  const MPMGrid   *grid  = &core->grid;
+  const PetscInt   reach = MPMBasisNodes(core->basis) / 2;
+  const PetscReal *gap = core->gaps->gap + core->gaps->first[k], *rest = gap + core->gaps->n;
+  PetscReal       *least = core->gaps->least + core->gaps->first[k];
+  PetscInt         n[3], by[3], ijk[3], at[3];
+
+  for (PetscInt d = 0; d < 3; d++) {
+    n[d]  = d < grid->dim && d != k / 2 ? grid->cells[d] + !grid->periodic[d] : 1;
+    by[d] = d < grid->dim && d != k / 2 ? reach : 0;
+  }
+  for (ijk[2] = 0; ijk[2] < n[2]; ijk[2]++)
+    for (ijk[1] = 0; ijk[1] < n[1]; ijk[1]++)
+      for (ijk[0] = 0; ijk[0] < n[0]; ijk[0]++) {
+        const PetscInt i   = MPMFaceNode(grid, k / 2, ijk);
+        PetscReal      own = gap[i];
+
+        if (!(own < PETSC_INFINITY))
+          for (at[2] = ijk[2] - by[2]; at[2] <= ijk[2] + by[2]; at[2]++)
+            for (at[1] = ijk[1] - by[1]; at[1] <= ijk[1] + by[1]; at[1]++)
+              for (at[0] = ijk[0] - by[0]; at[0] <= ijk[0] + by[0]; at[0]++)
+                own = PetscMin(own, gap[MPMFaceNode(grid, k / 2, at)]);
+        least[i] = -PetscMax(0, PetscMin(own, rest[i])) / core->params.dt;
+      }
+}
+
+PetscErrorCode MPMGapsUpdate(MPMCore *core)
+{
+  const MPMGrid  *grid   = &core->grid;
+  const PetscInt  dim    = grid->dim, fields = MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim);
+  const PetscReal reach  = 0.5 * MPMBasisNodes(core->basis);
+  MPMGaps        *g      = core->gaps;
+  MPMView         view;
+
+  PetscFunctionBeginUser;
+  if (!g) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < 2 * g->n; i++) g->gap[i] = PETSC_INFINITY;
+  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  for (PetscInt k = 0; k < 2 * dim; k++) {
+    const PetscInt  d    = k / 2;
+    const PetscReal face = k % 2 ? grid->upper[d] : grid->lower[d], sign = k % 2 ? -1 : 1, near = reach * grid->h[d];
+
+    if (!(g->faces & (PetscInt)1 << k)) continue;
+    for (PetscInt p = 0; p < view.n; p++) {
+      const PetscReal at = sign * (view.x[p * dim + d] - face);
+
+      if (at < near) Tell(core, &view, p, k, at, g->gap + g->first[k], g->gap + g->n + g->first[k]);
+    }
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, g->gap, (PetscMPIInt)(2 * g->n), MPIU_REAL, MPI_MIN, core->exchange.data));
+  for (PetscInt k = 0; k < 2 * dim; k++)
+    if (g->faces & (PetscInt)1 << k) SetLeast(core, k);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
