@@ -455,12 +455,12 @@ static void Changes(void)
       const int reach = layers < 0 ? 0 : layers > cells[axis] ? cells[axis] : layers;
 
       w.place[k] = (layers + UnitReal(0, 0.99)) * grid->h[axis];
-      MPMWallsReachTo(&w, grid);
+      MPMWallsReachTo(&w, grid, MPM_BASIS_linear);
       CHECK(f->reach == reach && w.before[axis][side].reach == reach && w.again[axis][side].reach == reach &&
             w.gradient[axis][side].reach == reach && w.residual[axis][side].reach == reach);
     }
     w.place[k] = 3 * grid->h[axis] * (1 - 1e-12); /* rounding of many steps */
-    MPMWallsReachTo(&w, grid);
+    MPMWallsReachTo(&w, grid, MPM_BASIS_linear);
     CHECK_EQ(f->reach, PetscMin(3, cells[axis]));
   }
 }

@@ -31,7 +31,7 @@ typedef struct {
    shorter ones, and in one line of the cache. */
 typedef struct {
   PetscReal m, p[3], f[3]; /* mass in kg, momentum in kg m/s, force in N */
-  PetscReal met;           /* axes (bits, as a whole number) along which the advance met a wall that only pushes */
+  PetscReal met; /* axes (bits, as a whole number) along which the advance met a wall that only pushes; 8 times: a piston */
 } MPMNode;
 #define MPM_NODE_NC    8 /* numbers of the record, for vectors and messages */
 #define MPM_NODE_FORCE 4
@@ -43,6 +43,12 @@ _Static_assert(offsetof(MPMNode, f) == MPM_NODE_FORCE * sizeof(PetscReal), "forc
 MPM_INLINE PetscBool MPMNodeMet(const MPMNode *n, PetscInt d)
 {
   return (PetscInt)n->met >> d & 1 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* The same, or a piston that holds its column of nodes. */
+MPM_INLINE PetscBool MPMNodeStopped(const MPMNode *n, PetscInt d)
+{
+  return (PetscInt)n->met >> d & 9 ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* MPM_NODE_FIRST is the first number of the record that the parts of a transfer (transfer.h) sum, MPM_NODE_LAST the one

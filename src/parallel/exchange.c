@@ -162,6 +162,14 @@ PetscErrorCode MPMPatchRun(MPMCore *core, MPMPatch *patch, const MPMPhase *phase
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode MPMExchangeNodes(MPMCore *core, const MPMPhase *phase)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMPatchRun(core, &core->exchange.patch, phase, MPM_PASS_MAIN, &core->status));
+  if (phase->after) PetscCall(phase->after(core, phase));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Returns the operations of a phase, on n particles for a transfer or on `nodes` nodes for a node update. */
 static PetscReal PhaseFlops(const MPMCore *core, const MPMPhase *phase, PetscInt n, PetscReal nodes)
 {

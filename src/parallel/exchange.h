@@ -47,6 +47,9 @@ PetscErrorCode MPMExchangeRemove(MPMCore *, PetscInt64 *ids);
    tiles of the pass. Merges what it finds into the status. Not collective. */
 PetscErrorCode MPMPatchRun(MPMCore *, MPMPatch *, const MPMPhase *, MPMPass, MPMStatus *);
 
+/* Runs an update of nodes on the own nodes of this patch, whose arrays are open. Collective on exchange.data. */
+PetscErrorCode MPMExchangeNodes(MPMCore *, const MPMPhase *);
+
 /* Counts the patches of so many cells an edge, whole tiles, that have particles here: what the master of a pool can hand
    out (pool.c). The particles have to be settled. Not collective. */
 PetscErrorCode MPMPoolPatches(const MPMCore *, PetscInt cells, PetscInt *n);

@@ -24,7 +24,7 @@ static PetscErrorCode Nodes_Serial(MPMCore *core, const MPMPhase *phase)
 {
   PetscFunctionBeginUser;
   PetscCall(MPMExchangeOpenNodes(core));
-  PetscCall(MPMPatchRun(core, &core->exchange.patch, phase, MPM_PASS_MAIN, &core->status));
+  PetscCall(MPMExchangeNodes(core, phase));
   PetscCall(MPMExchangeCloseNodes(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

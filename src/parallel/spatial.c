@@ -176,7 +176,7 @@ static PetscErrorCode Nodes_Spatial(MPMCore *core, const MPMPhase *phase)
 
   PetscFunctionBeginUser;
   PetscCall(MPMExchangeOpenNodes(core));
-  PetscCall(MPMPatchRun(core, &ex->patch, phase, MPM_PASS_MAIN, &core->status));
+  PetscCall(MPMExchangeNodes(core, phase));
   PetscCall(PetscSFBcastBegin(s->ghosts[k], s->motion_type[k], ex->patch.motion, ex->patch.motion, MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(s->ghosts[k], s->motion_type[k], ex->patch.motion, ex->patch.motion, MPI_REPLACE));
   PetscCall(MPMExchangeCloseNodes(core));

@@ -76,7 +76,7 @@ static PetscBool MPMWallApply_moving(MPM_WALL_ARGUMENTS)
   return PETSC_TRUE;
 }
 
-/* A smooth plane, whose face reaches the nodes behind it. */
+/* A smooth plane, whose face reaches the nodes behind it. Those beside it are left to step/pistons.c. */
 static PetscBool MPMWallApply_piston(MPM_WALL_ARGUMENTS)
 {
   v[at->axis] = f->velocity[at->axis];
@@ -187,17 +187,32 @@ PetscBool MPMWallMoves(MPMWall type)
   return type == MPM_WALL_moving || type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
 }
 
-void MPMWallsReachTo(MPMWalls *w, const MPMGrid *grid)
+PetscBool MPMWallWaits(MPMWall type)
 {
+  return MPMWallOnlyPushes(type) || type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* The nodes beside a plane are those of a stencil there; of gimp, those of a domain that begins at it. */
+void MPMWallsReachTo(MPMWalls *w, const MPMGrid *grid, MPMBasis basis)
+{
+  const MPMBasis hats = basis == MPM_BASIS_gimp ? MPM_BASIS_linear : basis;
+  const PetscInt n    = MPMBasisNodes(hats);
+
   for (PetscInt k = 0; k < 6; k++) {
     const PetscInt  d = k / 2, s = k % 2;
-    const PetscReal layers  = w->place[k] / grid->h[d] + 1e-9; /* rounding of a sum of steps */
+    const PetscReal cells = (PetscReal)grid->cells[d], at = w->place[k] / grid->h[d];
     MPMFace *const  faces[] = {&w->given[d][s], &w->before[d][s], &w->again[d][s], &w->gradient[d][s],
                                &w->residual[d][s]};
+    PetscReal       xi      = PetscClipInterval(s ? cells - at : at, 0, cells);
+    PetscInt        first;
 
     if (w->given[d][s].type != MPM_WALL_piston) continue;
-    for (size_t f = 0; f < sizeof faces / sizeof faces[0]; f++)
-      faces[f]->reach = layers > 0 ? (PetscInt)PetscMin(layers, (PetscReal)grid->cells[d]) : 0;
+    first = MPMBasisBase(hats, &xi, 0, grid->cells[d], PETSC_FALSE, grid->wall_basis[d]);
+    for (size_t f = 0; f < sizeof faces / sizeof faces[0]; f++) {
+      faces[f]->first  = first;
+      faces[f]->beside = n;
+      faces[f]->reach  = (s ? grid->cells[d] - (first + n - 1) : first) - 1;
+    }
   }
 }
 

@@ -20,7 +20,10 @@ typedef struct {
   MPMWall   type;
   PetscReal mu, velocity[3]; /* coefficient of friction; velocity of a wall that moves in m/s */
   PetscReal distance;        /* of a piston: where it is at the start, m inside the face */
-  PetscInt  reach;           /* layers of nodes inside the grid on which it acts too; 0: only on the face and beyond */
+  PetscBool pulls;           /* of a piston: it holds bodies that it has touched, so that it pulls them */
+  PetscInt  reach;           /* layers of nodes inside the grid on which it acts too; 0: only on the face and beyond; of a
+                                piston: those behind the ones beside its plane; below 0: none */
+  PetscInt  first, beside; /* of a piston: the nodes beside its plane along the normal, the first in the grid, how many */
   /* Of a wall that only pushes, for each node of the face (MPMFaceNode): the least inward velocity, m/s, with which the
      matter over it does not pass the wall in this step; not above 0. NULL: 0, as of matter that is at the wall. */
   const PetscReal *least;
@@ -43,10 +46,10 @@ PetscBool MPMWallMoves(MPMWall);
 
 /* What changes with time, by the functions of scene/move_walls.c. MPMWallsMove gives the walls that `changes` marks
    their velocity of this step; that of the step before becomes the one from which the advance starts, so that nodes
-   have the acceleration of their wall. MPMWallsReachTo sets the reach of pistons to the nodes behind them. Neither is
-   collective. */
+   have the acceleration of their wall. MPMWallsReachTo sets which nodes are beside the planes of pistons, and which are
+   behind them. Neither is collective. */
 void MPMWallsMove(MPMWalls *);
-void MPMWallsReachTo(MPMWalls *, const MPMGrid *);
+void MPMWallsReachTo(MPMWalls *, const MPMGrid *, MPMBasis);
 
 /* Applies walls to the velocity v [dim] in m/s of node ijk [dim]; dt is the time over which the advance
    accelerates, s, or 0 for velocities that no advance makes. Returns whether a wall constrained v. Not collective. */
@@ -58,8 +61,17 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *, const PetscI
 PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *, const PetscInt ijk[], PetscReal dt,
                          const PetscReal v[], PetscReal at[], PetscReal a[]);
 
-/* Returns whether the wall only pushes: it acts on matter that has arrived at it, and lets it go. */
+/* Returns whether the wall only pushes: it acts on matter that has arrived at it, and lets it go. The second function
+   returns whether it acts on arrival alone, as pistons do too. */
 PetscBool MPMWallOnlyPushes(MPMWall);
+PetscBool MPMWallWaits(MPMWall);
+
+/* Returns whether the wall of a face acts on the layer of nodes `inside` the grid by so many: at or beyond its face, or
+   behind or beside its plane. */
+MPM_INLINE PetscBool MPMWallActs(const MPMFace *f, PetscInt inside)
+{
+  return inside <= f->reach + f->beside ? PETSC_TRUE : PETSC_FALSE;
+}
 
 /* Returns the number of the nodes of a face with normal `axis`, and which of them node ijk [dim] of the grid lies over:
    those beyond the edges of the face count to the edges. Across a periodic axis the last is the first one again. */

@@ -113,13 +113,14 @@ PetscErrorCode MPMSetPhases(MPM mpm)
 
   PetscFunctionBeginUser;
   MPMWallsDerive(&scene->walls);
-  MPMWallsReachTo(&scene->walls, &core->grid);
-  PetscCall(MPMGapsCreate(core, &scene->walls));
+  MPMWallsReachTo(&scene->walls, &core->grid, core->basis);
   core->params.kinds      = scene->kinds;
   core->params.nkinds     = scene->nkinds;
   core->params.materials  = scene->materials;
   core->params.nmaterials = scene->nmaterials;
   core->params.walls      = &scene->walls;
+  PetscCall(MPMGapsCreate(core, &scene->walls));
+  PetscCall(MPMPistonsCreate(core));
   for (PetscInt k = 0; k < scene->nmaterials; k++) {
     if (!ReadsF(mpm, k)) MPMMaterialDropF(&scene->materials[k]);
     if (mpm->monitor.measures.plastic || (mpm->output.enabled && mpm->output.plastic))
@@ -273,6 +274,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscCall(MPMEnergyDestroy(&core->energy));
   PetscCall(MPMEnergyHeatDestroy(&core->energy));
   PetscCall(MPMReactionsDestroy(core));
+  PetscCall(MPMPistonsDestroy(core));
   PetscCall(MPMGapsDestroy(core));
   PetscCall(MPMTimersDestroy(&core->timers));
   PetscCall(PetscFree((*mpm)->checkpoint.options));

@@ -243,7 +243,7 @@ static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const 
     for (PetscInt side = 0; side < 2; side++) {
       const MPMFace *f = &walls->given[d][side];
 
-      if (MPMWallMoves(f->type) && (side ? grid->cells[d] - ijk[d] : ijk[d]) <= f->reach) return PETSC_TRUE;
+      if (MPMWallMoves(f->type) && MPMWallActs(f, side ? grid->cells[d] - ijk[d] : ijk[d])) return PETSC_TRUE;
     }
   return PETSC_FALSE;
 }
@@ -285,7 +285,7 @@ static void AddAdvance(const MPMCore *core, const MPMNode *n, const PetscReal *m
 
     if (moving) held += (1 - par->flip) * (n->m * before - n->p[d]) * before;
     u[d] = before + (e->mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0);
-    s[d] = MPMNodeMet(n, d) ? motion[d] : u[d];
+    s[d] = MPMNodeStopped(n, d) ? motion[d] : u[d];
   }
   AddNode(core, n, a, u, s, e->mean == MPM_MEAN_AGAIN ? 0.5 : 1, moving, held, e);
 }
@@ -296,7 +296,7 @@ static void AddAgain(const MPMCore *core, const MPMNode *n, const PetscReal *mot
   const PetscInt dim = core->grid.dim;
   PetscReal      u[3];
 
-  for (PetscInt d = 0; d < dim; d++) u[d] = MPMNodeMet(n, d) ? n->p[d] / n->m : motion[d];
+  for (PetscInt d = 0; d < dim; d++) u[d] = MPMNodeStopped(n, d) ? n->p[d] / n->m : motion[d];
   AddNode(core, n, motion + dim, u, motion, 0.5, AtMovingWall(core->params.walls, &core->grid, ijk), 0, e);
 }
 

@@ -19,19 +19,19 @@ PetscErrorCode MPMGapsCreate(MPMCore *core, MPMWalls *w)
   PetscCall(PetscNew(&g));
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
     g->first[k] = g->n;
-    if (MPMWallOnlyPushes(w->given[k / 2][k % 2].type)) g->n += MPMFaceNodes(&core->grid, k / 2);
+    if (MPMWallWaits(w->given[k / 2][k % 2].type)) g->n += MPMFaceNodes(&core->grid, k / 2);
   }
   if (!g->n) {
     PetscCall(PetscFree(g));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(PetscMalloc2(2 * g->n, &g->gap, g->n, &g->least));
+  PetscCall(PetscMalloc2(2 * g->n, &g->gap, 2 * g->n, &g->least));
   core->gaps = g;
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
     const PetscInt d = k / 2, s = k % 2;
     MPMFace *const faces[] = {&w->given[d][s], &w->before[d][s], &w->again[d][s], &w->gradient[d][s], &w->residual[d][s]};
 
-    if (!MPMWallOnlyPushes(w->given[d][s].type)) continue;
+    if (!MPMWallWaits(w->given[d][s].type)) continue;
     g->faces |= (PetscInt)1 << k;
     for (size_t f = 0; f < sizeof faces / sizeof faces[0]; f++) faces[f]->least = g->least + g->first[k];
   }
@@ -44,6 +44,19 @@ PetscErrorCode MPMGapsDestroy(MPMCore *core)
   if (core->gaps) PetscCall(PetscFree2(core->gaps->gap, core->gaps->least));
   PetscCall(PetscFree(core->gaps));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscReal MPMGapsDistance(const MPMCore *core, PetscInt k, const PetscReal x[])
+{
+  const MPMGrid  *grid = &core->grid;
+  const PetscReal at   = k % 2 ? grid->upper[k / 2] - x[k / 2] : x[k / 2] - grid->lower[k / 2];
+
+  return at - core->params.walls->place[k];
+}
+
+static const MPMMaterial *MaterialOf(const MPMCore *core, const MPMView *view, PetscInt p)
+{
+  return &core->params.materials[core->params.kinds[view->kind ? view->kind[p] : 0].material];
 }
 
 /* The end of a particle's matter towards a wall with the normal `axis`: at the distance `at`, m, from the particle, less
@@ -60,7 +73,7 @@ static void FindEnd(const MPMCore *core, const MPMView *view, PetscInt p, PetscI
   const int          dim = (int)core->grid.dim, axis = (int)k / 2;
   const PetscReal    sign = k % 2 ? 1 : -1, *F = view->F + p * dim * dim, *rim = view->rim + p * dim;
   const MPMKind     *kind = &core->params.kinds[view->kind ? view->kind[p] : 0];
-  const MPMMaterial *m    = &core->params.materials[kind->material];
+  const MPMMaterial *m    = MaterialOf(core, view, p);
   PetscReal          half[3] = {0}, n[3] = {0}, J = 1, cofactor[9], turned[3] = {0}, size = 0, far = 0;
 
   *end = (End){0};
@@ -87,8 +100,8 @@ static void FindEnd(const MPMCore *core, const MPMView *view, PetscInt p, PetscI
   end->at = MPMExtent(dim, half, F, n);
 }
 
-/* Lets particle p, at the distance `at`, m, from the face k, tell nodes where its matter ends: those that it lies over. Where
-   the end is curved, or the node has no particle that ends there, matter between nodes may pass the wall by a part of
+/* Lets particle p, at the distance `at`, m, from the wall of face k, tell nodes where its matter ends: those that it lies over.
+   To those of a piston a body that keeps its shape tells it once more, since it can be pulled. Where the end is curved, or the node has no particle that ends there, matter between nodes may pass the wall by a part of
    this; so that no particle does, one whose end is at the wall lets each node in its reach come nearer only by
    its share of the rest, at/(WIDE^(dim-1) weight), with a weight that is not below that of any basis. */
 static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k, PetscReal at, PetscReal *gap,
@@ -96,13 +109,15 @@ static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt 
 {
   const MPMGrid *grid  = &core->grid;
   const PetscInt dim   = grid->dim;
+  const PetscBool moves = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
   PetscInt       lo[3] = {0}, hi[3] = {0}, ijk[3];
   PetscReal      xi[3] = {0};
-  PetscBool      ends;
+  PetscBool      ends, pulled;
   End            end;
 
   FindEnd(core, view, p, k, &end);
-  ends = at <= end.at ? PETSC_TRUE : PETSC_FALSE;
+  ends   = at <= end.at && !moves ? PETSC_TRUE : PETSC_FALSE;
+  pulled = moves && MPMMaterialKeepsShape(MaterialOf(core, view, p)) ? PETSC_TRUE : PETSC_FALSE;
   for (PetscInt d = 0; d < dim; d++) {
     const PetscReal reach = ends ? 0.5 * WIDE : 0.5;
 
@@ -127,35 +142,46 @@ static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt 
           if (PetscAbsReal(from) > 0.5 + 2e-9) over = PETSC_FALSE;
         }
         if (over) gap[i] = PetscMin(gap[i], edge);
+        if (over && pulled) rest[i] = PetscMin(rest[i], edge);
         if (ends && share > 0) rest[i] = PetscMin(rest[i], at / share);
       }
 }
 
-/* Sets the least velocities at the nodes of face k from the gaps. */
+/* Returns the gap of node ijk [3] of face k, or if no particle lies over it the least one of the nodes beside it from whose
+   particles it may have mass. */
+static PetscReal Nearby(const MPMCore *core, PetscInt k, const PetscInt ijk[], const PetscReal gap[])
+{
+  const PetscInt reach = MPMBasisNodes(core->basis) / 2;
+  PetscReal      own   = gap[MPMFaceNode(&core->grid, k / 2, ijk)];
+  PetscInt       by[3], at[3];
+
+  if (own < PETSC_INFINITY) return own;
+  for (PetscInt d = 0; d < 3; d++) by[d] = d < core->grid.dim && d != k / 2 ? reach : 0;
+  for (at[2] = ijk[2] - by[2]; at[2] <= ijk[2] + by[2]; at[2]++)
+    for (at[1] = ijk[1] - by[1]; at[1] <= ijk[1] + by[1]; at[1]++)
+      for (at[0] = ijk[0] - by[0]; at[0] <= ijk[0] + by[0]; at[0]++)
+        own = PetscMin(own, gap[MPMFaceNode(&core->grid, k / 2, at)]);
+  return own;
+}
+
+/* Sets the least velocities at the nodes of face k from the gaps, and of a piston how far what it can pull is. */
 static void SetLeast(const MPMCore *core, PetscInt k)
 {
-  const MPMGrid   *grid  = &core->grid;
-  const PetscInt   reach = MPMBasisNodes(core->basis) / 2;
-  const PetscReal *gap = core->gaps->gap + core->gaps->first[k], *rest = gap + core->gaps->n;
-  PetscReal       *least = core->gaps->least + core->gaps->first[k];
-  PetscInt         n[3], by[3], ijk[3], at[3];
+  const MPMGrid  *grid  = &core->grid;
+  const PetscBool moves = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal      *gap = core->gaps->gap + core->gaps->first[k], *rest = gap + core->gaps->n;
+  PetscReal      *least = core->gaps->least + core->gaps->first[k];
+  PetscInt        n[3], ijk[3];
 
-  for (PetscInt d = 0; d < 3; d++) {
-    n[d]  = d < grid->dim && d != k / 2 ? grid->cells[d] + !grid->periodic[d] : 1;
-    by[d] = d < grid->dim && d != k / 2 ? reach : 0;
-  }
+  for (PetscInt d = 0; d < 3; d++) n[d] = d < grid->dim && d != k / 2 ? grid->cells[d] + !grid->periodic[d] : 1;
   for (ijk[2] = 0; ijk[2] < n[2]; ijk[2]++)
     for (ijk[1] = 0; ijk[1] < n[1]; ijk[1]++)
       for (ijk[0] = 0; ijk[0] < n[0]; ijk[0]++) {
-        const PetscInt i   = MPMFaceNode(grid, k / 2, ijk);
-        PetscReal      own = gap[i];
+        const PetscInt  i   = MPMFaceNode(grid, k / 2, ijk);
+        const PetscReal own = Nearby(core, k, ijk, gap);
 
-        if (!(own < PETSC_INFINITY))
-          for (at[2] = ijk[2] - by[2]; at[2] <= ijk[2] + by[2]; at[2]++)
-            for (at[1] = ijk[1] - by[1]; at[1] <= ijk[1] + by[1]; at[1]++)
-              for (at[0] = ijk[0] - by[0]; at[0] <= ijk[0] + by[0]; at[0]++)
-                own = PetscMin(own, gap[MPMFaceNode(grid, k / 2, at)]);
-        least[i] = -PetscMax(0, PetscMin(own, rest[i])) / core->params.dt;
+        least[i] = -PetscMax(0, moves ? own : PetscMin(own, rest[i])) / core->params.dt;
+        if (moves) least[i + core->gaps->n] = Nearby(core, k, ijk, rest);
       }
 }
 
@@ -173,18 +199,20 @@ PetscErrorCode MPMGapsUpdate(MPMCore *core)
   PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
   for (PetscInt k = 0; k < 2 * dim; k++) {
     const PetscInt  d    = k / 2;
-    const PetscReal face = k % 2 ? grid->upper[d] : grid->lower[d], sign = k % 2 ? -1 : 1, near = reach * grid->h[d];
+    const PetscBool moves = core->params.walls->given[d][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+    const PetscReal near = reach * grid->h[d], behind = moves ? -grid->h[d] : PETSC_MIN_REAL;
 
     if (!(g->faces & (PetscInt)1 << k)) continue;
     for (PetscInt p = 0; p < view.n; p++) {
-      const PetscReal at = sign * (view.x[p * dim + d] - face);
+      const PetscReal at = MPMGapsDistance(core, k, view.x + p * dim);
 
-      if (at < near) Tell(core, &view, p, k, at, g->gap + g->first[k], g->gap + g->n + g->first[k]);
+      if (at < near && at > behind) Tell(core, &view, p, k, at, g->gap + g->first[k], g->gap + g->n + g->first[k]);
     }
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, g->gap, (PetscMPIInt)(2 * g->n), MPIU_REAL, MPI_MIN, core->exchange.data));
   for (PetscInt k = 0; k < 2 * dim; k++)
     if (g->faces & (PetscInt)1 << k) SetLeast(core, k);
+  if (core->pistons) PetscCall(MPMPistonsUpdate(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -60,7 +60,7 @@ static void SetTouch(const MPMCore *core, const PetscInt ijk[], Touch *t)
     const MPMFace *f      = &core->params.walls->given[k / 2][k % 2];
     const PetscInt inside = k % 2 ? grid->cells[k / 2] - ijk[k / 2] : ijk[k / 2];
 
-    if (f->type != MPM_WALL_free && f->type != MPM_WALL_periodic && inside <= f->reach) t->face[t->n++] = k;
+    if (f->type != MPM_WALL_free && f->type != MPM_WALL_periodic && MPMWallActs(f, inside)) t->face[t->n++] = k;
   }
 }
 
@@ -152,7 +152,7 @@ static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, const Pe
     const PetscReal other = n->f[d] / n->m + par->gravity[d], wall = par->kick * n->m * (a[d] - other);
     const PetscReal before = v[d] - par->kick * a[d],
                     u      = before + (core->energy.mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0),
-                    work   = MPMEnergyWall(par, n, d, a[d], u, MPMNodeMet(n, d) ? v[d] : u);
+                    work   = MPMEnergyWall(par, n, d, a[d], u, MPMNodeStopped(n, d) ? v[d] : u);
 
     J[d] = flip * wall + (1 - flip) * (n->m * v[d] - n->p[d] - par->kick * n->m * other);
     W[d] = (core->energy.mean == MPM_MEAN_AGAIN ? 0.5 : 1) * par->kick * n->m * work;
@@ -170,7 +170,7 @@ static void AddAgain(MPMCore *core, const Touch *t, const MPMNode *n, const Pets
 
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     J[d] = par->kick * n->m * (a[d] - (n->f[d] / n->m + par->gravity[d]));
-    W[d] = 0.5 * par->kick * n->m * MPMEnergyWall(par, n, d, a[d], MPMNodeMet(n, d) ? n->p[d] / n->m : v[d], v[d]);
+    W[d] = 0.5 * par->kick * n->m * MPMEnergyWall(par, n, d, a[d], MPMNodeStopped(n, d) ? n->p[d] / n->m : v[d], v[d]);
   }
   Give(core, t, PETSC_TRUE, J, W);
 }

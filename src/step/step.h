@@ -68,6 +68,14 @@ PetscErrorCode MPMReactionsPhase(MPMCore *, PetscInt k, PetscBool begins);
 PetscErrorCode MPMGapsCreate(MPMCore *, MPMWalls *);
 PetscErrorCode MPMGapsDestroy(MPMCore *);
 PetscErrorCode MPMGapsUpdate(MPMCore *);
+PetscReal      MPMGapsDistance(const MPMCore *, PetscInt k, const PetscReal x[]); /* of x [dim] from the wall of face k, m */
+
+/* Pistons (pistons.c), in core->pistons, if there are any. Create follows MPMGapsCreate. MPMPistonsUpdate finds the weights of nodes
+   at the present positions, and MPMPistonsAfter follows a phase of nodes; both are collective on exchange.data. */
+PetscErrorCode MPMPistonsCreate(MPMCore *);
+PetscErrorCode MPMPistonsDestroy(MPMCore *);
+PetscErrorCode MPMPistonsUpdate(MPMCore *);
+PetscErrorCode MPMPistonsAfter(MPMCore *, const MPMPhase *);
 
 /* Damping of all motion (damping.c): read its options; before the phases of a step, and after them if the state is
    good, which is collective on the exchange. MPMDampingIsOn returns whether there is any. */
