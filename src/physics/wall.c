@@ -177,8 +177,13 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
     if ((met & (PetscInt)1 << d) && f->type == MPM_WALL_friction) Brake(dim, d, f->mu * press[d], at);
   }
   (void)MPMWallsApply(faces, grid, ijk, dt, at);
-  for (PetscInt d = 0; d < dim; d++)
+  for (PetscInt d = 0; d < dim; d++) {
+    const PetscInt side = ijk[d] <= 0 ? 0 : 1;
+    const WallNode node = {.dim = dim, .axis = d, .inward = side ? -1 : 1, .least = Least(&faces[d][side], grid, d, ijk)};
+
+    if (met & (PetscInt)1 << d) (void)MPMWallApply_separate(&faces[d][side], &node, at); /* another wall may have moved it */
     if (at[d] != trial[d]) a[d] = (at[d] - v[d]) / dt;
+  }
   return met;
 }
 
