@@ -9,6 +9,8 @@
 #include "step/step.h"
 
 #define FACES 0.25 /* squared cosine of the angle from the wall within which a surface is turned towards it: 60 degrees */
+#define STEEP 0.1  /* cells */
+#define TIE   1e-9 /* cells: a particle in the middle between two nodes lies over both */
 #define WIDE  4    /* cells over which the widest stencil reaches along an axis */
 
 PetscErrorCode MPMGapsCreate(MPMCore *core, MPMWalls *w)
@@ -59,91 +61,91 @@ static const MPMMaterial *MaterialOf(const MPMCore *core, const MPMView *view, P
   return &core->params.materials[core->params.kinds[view->kind ? view->kind[p] : 0].material];
 }
 
-/* The end of a particle's matter towards a wall with the normal `axis`: at the distance `at`, m, from the particle, less
-   slope [dim] times the distances, m, from the particle along the wall. */
-typedef struct {
-  PetscReal at, slope[3];
-} End;
-
-/* Sets the end of particle p towards the wall of face k. Where the surface of its body at the start was beside it and now
-   is turned towards the wall, that is its end; else it is the end of the particle's domain. A law that flows, or a fluid,
-   keeps no shape: its domain is the box of the start, with the particle's volume as far as its law keeps it. */
-static void FindEnd(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k, End *end)
+/* Sets F [dim*dim] to the deformation of particle p's domain. A fluid, and what flows, keeps no shape: its domain is the
+   one of the start, with the particle's volume as far as its law keeps it, unless it is alone and has any volume. */
+static void Deformation(const MPMCore *core, const MPMView *view, PetscInt p, PetscReal F[])
 {
-  const int          dim = (int)core->grid.dim, axis = (int)k / 2;
-  const PetscReal    sign = k % 2 ? 1 : -1, *F = view->F + p * dim * dim, *rim = view->rim + p * dim;
-  const MPMKind     *kind = &core->params.kinds[view->kind ? view->kind[p] : 0];
-  const MPMMaterial *m    = MaterialOf(core, view, p);
-  PetscReal          half[3] = {0}, n[3] = {0}, J = 1, cofactor[9], turned[3] = {0}, size = 0, far = 0;
+  const PetscInt     dim = core->grid.dim;
+  const MPMMaterial *m   = MaterialOf(core, view, p);
+  PetscReal          J   = 1;
 
-  *end = (End){0};
-  for (int d = 0; d < dim; d++) half[d] = kind->l[d] * core->grid.h[d];
-  if (!MPMMaterialKeepsShape(m)) {
-    if (m->type->traits & MPM_FLUID) J = view->J[p];
-    end->at = half[axis] * (dim == 1 ? J : dim == 2 ? PetscSqrtReal(J) : cbrt(J));
+  if (MPMMaterialKeepsShape(m)) {
+    for (PetscInt k = 0; k < dim * dim; k++) F[k] = view->F[p * dim * dim + k];
     return;
   }
-  MPMCofactor(dim, F, cofactor); /* J F^-T turns normals of surfaces */
-  for (int d = 0; d < dim; d++) {
-    for (int e = 0; e < dim; e++) {
-      turned[d] += cofactor[d * dim + e] * rim[e];
-      far += rim[e] * rim[e] / dim;
-    }
-    size += turned[d] * turned[d];
-  }
-  if (sign * turned[axis] > 0 && turned[axis] * turned[axis] > FACES * size) {
-    end->at = MPMDet(dim, F) * far / (sign * turned[axis]); /* where the plane meets the line through the particle */
-    for (int d = 0; d < dim; d++) end->slope[d] = d == axis ? 0 : turned[d] / (sign * turned[axis]);
-    return;
-  }
-  n[axis] = 1;
-  end->at = MPMExtent(dim, half, F, n);
+  if (m->type->traits & MPM_FLUID) J = PetscClipInterval(view->J[p], 0.5, 2);
+  for (PetscInt k = 0; k < dim * dim; k++) F[k] = 0;
+  for (PetscInt d = 0; d < dim; d++) F[d * (dim + 1)] = dim == 1 ? J : dim == 2 ? PetscSqrtReal(J) : cbrt(J);
 }
 
-/* Lets particle p, at the distance `at`, m, from the wall of face k, tell nodes where its matter ends: those that it lies over.
-   To those of a piston a body that keeps its shape tells it once more, since it can be pulled. Where the end is curved, or the node has no particle that ends there, matter between nodes may pass the wall by a part of
-   this; so that no particle does, one whose end is at the wall lets each node in its reach come nearer only by
-   its share of the rest, at/(WIDE^(dim-1) weight), with a weight that is not below that of any basis. */
+/* Returns how far the matter of particle p, at the distance `at`, m, reaches towards the wall of face k, m. Where the surface of its body at the start
+   was beside it and now is turned towards the wall, it reaches to that surface, straight ahead, or at the lowest place of
+   its domain if that is lower by more than STEEP; else to the end of its domain. What is too far away to arrive in this step
+   is not computed. */
+static PetscReal Reaches(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k, PetscReal at)
+{
+  const int       dim = (int)core->grid.dim, axis = (int)k / 2;
+  const PetscReal sign = k % 2 ? 1 : -1, *rim = view->rim + p * dim;
+  const MPMKind  *kind = &core->params.kinds[view->kind ? view->kind[p] : 0];
+  PetscReal       half[3] = {0}, n[3] = {0}, F[9], cofactor[9], turned[3] = {0}, size = 0, far = 0, ahead, most;
+
+  for (int d = 0; d < dim; d++) half[d] = kind->l[d] * core->grid.h[d];
+  if (at > 4 * half[axis]) return 2 * half[axis];
+  Deformation(core, view, p, F);
+  MPMCofactor(dim, F, cofactor); /* J F^-T turns normals of surfaces */
+  for (int d = 0; d < dim; d++) {
+    for (int e = 0; e < dim; e++) turned[d] += cofactor[d * dim + e] * rim[e];
+    far += rim[d] * rim[d];
+    size += turned[d] * turned[d];
+  }
+  n[axis] = 1;
+  if (!(sign * turned[axis] > 0 && turned[axis] * turned[axis] > FACES * size)) return MPMExtent(dim, half, F, n);
+  ahead = most = MPMDet(dim, F) * far / (sign * turned[axis]);
+  for (int d = 0; d < dim; d++) most += d == axis ? 0 : PetscAbsReal(turned[d] / turned[axis]) * half[d];
+  return PetscMax(ahead, most - STEEP * core->grid.h[axis]);
+}
+
+/* Lets particle p, at the distance `at`, m, from the wall of face k, tell the nodes that it lies over how far its end is, those
+   nearest to it. To those of a piston a body that keeps its shape tells it once more, since it can be pulled. Between
+   nodes a curved end may pass the wall by a part of what it is curved there; so that no particle does, one whose end has
+   passed it and that is near itself lets each node in its reach come nearer only by its share of the rest, at/(WIDE^(dim-1) weight), with a weight
+   that is not below that of any basis. */
 static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k, PetscReal at, PetscReal *gap,
                  PetscReal *rest)
 {
-  const MPMGrid *grid  = &core->grid;
-  const PetscInt dim   = grid->dim;
-  const PetscBool moves = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
-  PetscInt       lo[3] = {0}, hi[3] = {0}, ijk[3];
-  PetscReal      xi[3] = {0};
-  PetscBool      ends, pulled;
-  End            end;
+  const MPMGrid  *grid   = &core->grid;
+  const PetscInt  dim    = grid->dim;
+  const PetscBool moves  = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool pulled = moves && MPMMaterialKeepsShape(MaterialOf(core, view, p)) ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal half = core->params.kinds[view->kind ? view->kind[p] : 0].l[k / 2] * grid->h[k / 2];
+  const PetscReal end    = at - Reaches(core, view, p, k, at);
+  const PetscBool passes = !moves && end <= 0 && at < 0.5 * half ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal reach  = passes ? 0.5 * WIDE : 0.5;
+  PetscInt        lo[3] = {0}, hi[3] = {0}, ijk[3];
+  PetscReal       xi[3] = {0};
 
-  FindEnd(core, view, p, k, &end);
-  ends   = at <= end.at && !moves ? PETSC_TRUE : PETSC_FALSE;
-  pulled = moves && MPMMaterialKeepsShape(MaterialOf(core, view, p)) ? PETSC_TRUE : PETSC_FALSE;
   for (PetscInt d = 0; d < dim; d++) {
-    const PetscReal reach = ends ? 0.5 * WIDE : 0.5;
-
     if (d == k / 2) continue;
     xi[d] = (view->x[p * dim + d] - grid->lower[d]) / grid->h[d];
-    lo[d] = (PetscInt)PetscCeilReal(xi[d] - reach - 1e-9);
-    hi[d] = (PetscInt)PetscFloorReal(xi[d] + reach + 1e-9);
+    lo[d] = (PetscInt)PetscCeilReal(xi[d] - reach - TIE);
+    hi[d] = (PetscInt)PetscFloorReal(xi[d] + reach + TIE);
   }
   for (ijk[2] = lo[2]; ijk[2] <= hi[2]; ijk[2]++)
     for (ijk[1] = lo[1]; ijk[1] <= hi[1]; ijk[1]++)
       for (ijk[0] = lo[0]; ijk[0] <= hi[0]; ijk[0]++) {
-        const PetscInt i    = MPMFaceNode(grid, k / 2, ijk);
-        PetscReal      edge = at - end.at, share = 1;
-        PetscBool      over = PETSC_TRUE;
+        const PetscInt i     = MPMFaceNode(grid, k / 2, ijk);
+        PetscReal      share = 1;
+        PetscBool      over  = PETSC_TRUE;
 
         for (PetscInt d = 0; d < dim; d++) {
-          const PetscReal from = (PetscReal)ijk[d] - xi[d];
+          const PetscReal from = d == k / 2 ? 0 : PetscAbsReal((PetscReal)ijk[d] - xi[d]);
 
-          if (d == k / 2) continue;
-          edge += end.slope[d] * from * grid->h[d];
-          share *= WIDE * PetscSqr(PetscMax(0, 1 - 0.5 * PetscAbsReal(from)));
-          if (PetscAbsReal(from) > 0.5 + 2e-9) over = PETSC_FALSE;
+          if (d != k / 2) share *= WIDE * PetscSqr(PetscMax(0, 1 - 0.5 * from));
+          if (from > 0.5 + 2 * TIE) over = PETSC_FALSE;
         }
-        if (over) gap[i] = PetscMin(gap[i], edge);
-        if (over && pulled) rest[i] = PetscMin(rest[i], edge);
-        if (ends && share > 0) rest[i] = PetscMin(rest[i], at / share);
+        if (over) gap[i] = PetscMin(gap[i], end);
+        if (over && pulled) rest[i] = PetscMin(rest[i], end);
+        if (passes && share > 0) rest[i] = PetscMin(rest[i], at / share);
       }
 }
 
