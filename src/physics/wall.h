@@ -97,6 +97,13 @@ MPM_INLINE PetscInt MPMFaceNode(const MPMGrid *grid, PetscInt axis, const PetscI
   return at;
 }
 
+/* Sets where the wall of face k is along its normal, m, and the sign of a distance from it into the grid. */
+MPM_INLINE void MPMWallPlane(const MPMWalls *w, const MPMGrid *grid, PetscInt k, PetscReal *plane, PetscReal *sign)
+{
+  *sign  = k % 2 ? -1 : 1;
+  *plane = (k % 2 ? grid->upper[k / 2] : grid->lower[k / 2]) + *sign * w->place[k];
+}
+
 /* Returns whether a wall acts on node i of axis d; MPMWallsApply need not be called for other nodes. */
 MPM_INLINE PetscBool MPMWallsReach(const MPMFace (*faces)[2], const MPMGrid *grid, PetscInt d, PetscInt i)
 {

@@ -48,14 +48,6 @@ PetscErrorCode MPMGapsDestroy(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscReal MPMGapsDistance(const MPMCore *core, PetscInt k, const PetscReal x[])
-{
-  const MPMGrid  *grid = &core->grid;
-  const PetscReal at   = k % 2 ? grid->upper[k / 2] - x[k / 2] : x[k / 2] - grid->lower[k / 2];
-
-  return at - core->params.walls->place[k];
-}
-
 static const MPMMaterial *MaterialOf(const MPMCore *core, const MPMView *view, PetscInt p)
 {
   return &core->params.materials[core->params.kinds[view->kind ? view->kind[p] : 0].material];
@@ -203,10 +195,12 @@ PetscErrorCode MPMGapsUpdate(MPMCore *core)
     const PetscInt  d    = k / 2;
     const PetscBool moves = core->params.walls->given[d][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
     const PetscReal near = reach * grid->h[d], behind = moves ? -grid->h[d] : PETSC_MIN_REAL;
+    PetscReal       plane, sign;
 
     if (!(g->faces & (PetscInt)1 << k)) continue;
+    MPMWallPlane(core->params.walls, grid, k, &plane, &sign);
     for (PetscInt p = 0; p < view.n; p++) {
-      const PetscReal at = MPMGapsDistance(core, k, view.x + p * dim);
+      const PetscReal at = sign * (view.x[p * dim + d] - plane);
 
       if (at < near && at > behind) Tell(core, &view, p, k, at, g->gap + g->first[k], g->gap + g->n + g->first[k]);
     }

@@ -110,9 +110,13 @@ PetscErrorCode MPMPistonsUpdate(MPMCore *core)
   PetscCall(PetscArrayzero(core->pistons->weight, n));
   PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
   for (PetscInt k = 0; k < 2 * dim; k++) {
+    const PetscReal h = grid->h[k / 2];
+    PetscReal       plane, sign;
+
     if (core->params.walls->given[k / 2][k % 2].type != MPM_WALL_piston) continue;
+    MPMWallPlane(core->params.walls, grid, k, &plane, &sign);
     for (PetscInt p = 0; p < view.n; p++) {
-      const PetscReal at = MPMGapsDistance(core, k, view.x + p * dim), h = grid->h[k / 2];
+      const PetscReal at = sign * (view.x[p * dim + k / 2] - plane);
 
       if (at > -h && at < MPM_MAX_STENCIL * h) Weigh(core, &view, p, k);
     }

@@ -68,7 +68,6 @@ PetscErrorCode MPMReactionsPhase(MPMCore *, PetscInt k, PetscBool begins);
 PetscErrorCode MPMGapsCreate(MPMCore *, MPMWalls *);
 PetscErrorCode MPMGapsDestroy(MPMCore *);
 PetscErrorCode MPMGapsUpdate(MPMCore *);
-PetscReal      MPMGapsDistance(const MPMCore *, PetscInt k, const PetscReal x[]); /* of x [dim] from the wall of face k, m */
 
 /* Pistons (pistons.c), in core->pistons, if there are any. Create follows MPMGapsCreate. MPMPistonsUpdate finds the weights of nodes
    at the present positions, and MPMPistonsAfter follows a phase of nodes; both are collective on exchange.data. */
