@@ -119,6 +119,11 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->params.materials  = scene->materials;
   core->params.nmaterials = scene->nmaterials;
   core->params.walls      = &scene->walls;
+  for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
+    const MPMWall type = scene->walls.given[k / 2][k % 2].type;
+
+    if (type != MPM_WALL_free && type != MPM_WALL_periodic) core->params.closed |= (PetscInt)1 << k;
+  }
   PetscCall(MPMGapsCreate(core, &scene->walls));
   PetscCall(MPMPistonsCreate(core));
   for (PetscInt k = 0; k < scene->nmaterials; k++) {
