@@ -300,6 +300,23 @@ static PetscInt SurfaceSides(const MPMBody *b, PetscInt dim, const PetscReal x[]
   return sides;
 }
 
+/* Turns rim [dim] of particle p back to what its start state deforms to it: with -initial_stress a body starts deformed
+   where its undeformed shape is. */
+static void UndoStart(const MPMScene *scene, const MPMBody *b, PetscInt dim, const MPMView *view, PetscInt p)
+{
+  PetscReal *rim = view->rim + p * dim, cofactor[9], back[3] = {0};
+
+  if (MPMMaterialKeepsShape(&scene->materials[b->material])) {
+    const PetscReal *F = view->F + p * dim * dim;
+
+    MPMCofactor((int)dim, F, cofactor); /* J F^-T */
+    for (PetscInt d = 0; d < dim; d++)
+      for (PetscInt e = 0; e < dim; e++) back[d] += cofactor[e * dim + d] * rim[e] / MPMDet((int)dim, F);
+    for (PetscInt d = 0; d < dim; d++) rim[d] = back[d];
+  } else if (scene->materials[b->material].type->traits & MPM_FLUID)
+    for (PetscInt d = 0; d < dim; d++) rim[d] /= PetscPowReal(view->J[p], 1 / (PetscReal)dim);
+}
+
 /* Makes particle p of a view: undeformed at X [dim], m, or as the scene's known solution starts. */
 PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscInt64 id,
                           const PetscReal X[], PetscInt p, MPMView *view)
@@ -322,7 +339,10 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   view->id[p] = id;
   if (view->kind) view->kind[p] = b->kind;
   if (view->surface) view->surface[p] = SurfaceSides(b, dim, X);
-  if (view->rim && !b->points) MPMFillRim(b, dim, core->gaps->faces, X, view->rim + p * dim);
+  if (view->rim && !b->points) {
+    MPMFillRim(b, dim, core->gaps->faces, X, view->rim + p * dim);
+    if (scene->initial) UndoStart(scene, b, dim, view, p);
+  }
   for (PetscInt d = 0; d < dim; d++) {
     view->x[p * dim + d] = x[d];
     view->v[p * dim + d] = v[d];
