@@ -18,7 +18,7 @@ typedef struct {
   PetscInt               order;            /* of xpic and afmpm, else 0 */
   PetscBool              own_inertia;      /* C near walls: by each particle's sum phi (x_i - x)^2 */
   PetscInt               carried; /* bits of the states of materials that are written besides those that a law has */
-  PetscInt               closed;  /* faces (bits, 2 axis + side) that have a wall */
+  PetscInt               closed;  /* faces (bits, 2 axis + side) on which particles that have just passed them are put back */
   PetscBool              deletes; /* particles that leave the grid are to be removed, which is no error */
   PetscInt               box;     /* cells of a box of F-bar on an axis: 1, 2 or 4; 0: there is none */
   const MPMKind         *kinds;

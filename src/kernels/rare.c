@@ -55,9 +55,9 @@ void MPMRareInertia(PetscInt dim, MPMBasis basis, const MPMGrid *grid, PetscInt 
     }
 }
 
-/* Puts a particle at x [dim] that has passed a wall back on it, if it is no further than BEYOND. Domains of gimp reach beyond
-   a wall, and the first node inside moves a particle that is nearer to the wall than half of its domain. Returns whether
-   it did. */
+/* Puts a particle at x [dim] that has passed a closed face back on it, if it is no further than BEYOND. Domains of gimp reach
+   beyond a wall, and the first node inside moves a particle that is nearer to the wall than half of its domain. At a wall
+   that only pushes, nodes that are free yet move a particle that is there. Returns whether it did. */
 static PetscBool PutBack(PetscInt dim, const MPMGrid *grid, PetscInt closed, PetscReal x[])
 {
   PetscBool back = PETSC_FALSE;
@@ -87,7 +87,7 @@ MPM_INLINE void RareCells(int dim, MPMBasis basis, const MPMParams *par, MPMPatc
 
     for (int d = 0; d < dim; d++) x[d] = particles->x[(size_t)p * dim + d], half[d] = s->l[d][l];
     cell = MPMOwnCell(dim, basis, patch, x, half, base);
-    if (basis == MPM_BASIS_gimp && cell == MPM_NOWHERE && PutBack(dim, patch->grid, par->closed, x)) {
+    if (cell == MPM_NOWHERE && PutBack(dim, patch->grid, par->closed, x)) {
       for (int d = 0; d < dim; d++) particles->x[(size_t)p * dim + d] = x[d];
       cell = MPMOwnCell(dim, basis, patch, x, half, base);
     }

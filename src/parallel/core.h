@@ -131,8 +131,8 @@ typedef struct {
 } MPMReactions;
 
 /* How far the matter is from the walls that act on arrival (step/gaps.c), for the nodes of each such face, from `first` on.
-   gap: m; after all of these what is left to particles that are at the wall, m, or of a piston the gap of what it can
-   pull. least: the least velocity, which MPMFace shows to the nodes; after all of these how far what a piston can pull is
+   gap: m; after all of these what particles beside them that have sunk into the wall leave to them, m, or of a piston the
+   gap of what it can pull. least: the least velocity, which MPMFace shows to the nodes; after all of these how far what a piston can pull is
    from each node, m. */
 typedef struct {
   PetscInt   faces, first[6], n; /* bits of the faces, 2 axis + side; nodes of all of them */

@@ -122,7 +122,8 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
     const MPMWall type = scene->walls.given[k / 2][k % 2].type;
 
-    if (type != MPM_WALL_free && type != MPM_WALL_periodic) core->params.closed |= (PetscInt)1 << k;
+    if (type == MPM_WALL_free || type == MPM_WALL_periodic) continue;
+    if (core->basis == MPM_BASIS_gimp || MPMWallOnlyPushes(type)) core->params.closed |= (PetscInt)1 << k;
   }
   PetscCall(MPMGapsCreate(core, &scene->walls));
   PetscCall(MPMPistonsCreate(core));

@@ -339,7 +339,7 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   view->id[p] = id;
   if (view->kind) view->kind[p] = b->kind;
   if (view->surface) view->surface[p] = SurfaceSides(b, dim, X);
-  if (view->rim && !b->points) {
+  if (core->needs.rim && !b->points) {
     MPMFillRim(b, dim, core->gaps->faces, X, view->rim + p * dim);
     if (scene->initial) UndoStart(scene, b, dim, view, p);
   }

@@ -236,14 +236,16 @@ static void AddStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 
 /* --- Nodes -------------------------------------------------------------------------------------------------------- */
 
-/* Returns whether a moving wall acts on node ijk. */
-static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const PetscInt ijk[])
+/* Returns whether a moving wall acts on node ijk; a piston acts on those beside its plane where it holds them. */
+static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const PetscInt ijk[], const MPMNode *n)
 {
   for (PetscInt d = 0; d < grid->dim; d++)
     for (PetscInt side = 0; side < 2; side++) {
-      const MPMFace *f = &walls->given[d][side];
+      const MPMFace *f      = &walls->given[d][side];
+      const PetscInt inside = side ? grid->cells[d] - ijk[d] : ijk[d];
 
-      if (MPMWallMoves(f->type) && MPMWallActs(f, side ? grid->cells[d] - ijk[d] : ijk[d])) return PETSC_TRUE;
+      if (!MPMWallMoves(f->type) || !MPMWallActs(f, inside)) continue;
+      if (inside <= f->reach || MPMNodeStopped(n, d)) return PETSC_TRUE;
     }
   return PETSC_FALSE;
 }
@@ -277,7 +279,7 @@ static void AddAdvance(const MPMCore *core, const MPMNode *n, const PetscReal *m
   const MPMParams *par    = &core->params;
   const PetscInt   dim    = core->grid.dim;
   const PetscReal *a      = motion + dim;
-  const PetscBool  moving = AtMovingWall(par->walls, &core->grid, ijk);
+  const PetscBool  moving = AtMovingWall(par->walls, &core->grid, ijk, n);
   PetscReal        u[3], s[3], held = 0;
 
   for (PetscInt d = 0; d < dim; d++) {
@@ -297,7 +299,7 @@ static void AddAgain(const MPMCore *core, const MPMNode *n, const PetscReal *mot
   PetscReal      u[3];
 
   for (PetscInt d = 0; d < dim; d++) u[d] = MPMNodeStopped(n, d) ? n->p[d] / n->m : motion[d];
-  AddNode(core, n, motion + dim, u, motion, 0.5, AtMovingWall(core->params.walls, &core->grid, ijk), 0, e);
+  AddNode(core, n, motion + dim, u, motion, 0.5, AtMovingWall(core->params.walls, &core->grid, ijk, n), 0, e);
 }
 
 PetscErrorCode MPMEnergyNodes(MPMCore *core, const MPMPhase *phase)

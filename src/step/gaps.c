@@ -13,7 +13,6 @@
 #define SPREAD 0.1 /* of what is beyond the nearest nodes */
 #define SUNK  0.02 /* cells: what an end may have sunk into a wall before other nodes than the nearest are looked at */
 #define TIE   1e-9 /* cells: a particle in the middle between two nodes lies over both */
-#define WIDE  4    /* cells over which the widest stencil reaches along an axis */
 
 PetscErrorCode MPMGapsCreate(MPMCore *core, MPMWalls *w)
 {
@@ -104,9 +103,7 @@ static PetscReal Reaches(const MPMCore *core, const MPMView *view, PetscInt p, P
 
    Other nodes in its reach move it too, and their matter may be further from the wall. Where a particle's end has sunk into
    it, the node that is so many cells beyond the nearest ones is stopped too, if the end has sunk by SPREAD times as many: so
-   sharp ends are held, and curved ones hardly notice. And so that no particle passes it, one that is near the wall itself
-   lets each node come nearer by its share of the rest, at/(WIDE^(dim-1) weight), with a weight that is not below that of
-   any basis. */
+   sharp ends are held, and curved ones hardly notice. */
 static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k, PetscReal at, PetscReal *gap,
                  PetscReal *rest)
 {
@@ -114,11 +111,9 @@ static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt 
   const PetscInt  dim    = grid->dim;
   const PetscBool moves  = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
   const PetscBool pulled = moves && MPMMaterialKeepsShape(MaterialOf(core, view, p)) ? PETSC_TRUE : PETSC_FALSE;
-  const PetscReal h = grid->h[k / 2], half = core->params.kinds[view->kind ? view->kind[p] : 0].l[k / 2] * h;
-  const PetscReal end    = at - Reaches(core, view, p, k, at);
-  const PetscBool sinks  = !moves && end < -SUNK * h ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool passes = !moves && end <= 0 && at < 0.5 * half ? PETSC_TRUE : PETSC_FALSE;
-  const PetscReal reach  = sinks || passes ? 0.5 * WIDE : 0.5;
+  const PetscReal h = grid->h[k / 2], end = at - Reaches(core, view, p, k, at);
+  const PetscBool sinks = !moves && end < -SUNK * h ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal reach = sinks ? 0.5 * MPM_MAX_STENCIL : 0.5;
   PetscInt        lo[3] = {0}, hi[3] = {0}, ijk[3];
   PetscReal       xi[3] = {0};
 
@@ -131,19 +126,13 @@ static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt 
   for (ijk[2] = lo[2]; ijk[2] <= hi[2]; ijk[2]++)
     for (ijk[1] = lo[1]; ijk[1] <= hi[1]; ijk[1]++)
       for (ijk[0] = lo[0]; ijk[0] <= hi[0]; ijk[0]++) {
-        const PetscInt i     = MPMFaceNode(grid, k / 2, ijk);
-        PetscReal      share = 1, most = 0; /* cells: the largest distance along an axis */
+        const PetscInt i    = MPMFaceNode(grid, k / 2, ijk);
+        PetscReal      most = 0; /* cells: the largest distance along an axis */
 
-        for (PetscInt d = 0; d < dim; d++) {
-          const PetscReal from = d == k / 2 ? 0 : PetscAbsReal((PetscReal)ijk[d] - xi[d]);
-
-          if (d != k / 2) share *= WIDE * PetscSqr(PetscMax(0, 1 - 0.5 * from));
-          most = PetscMax(most, from);
-        }
+        for (PetscInt d = 0; d < dim; d++) most = PetscMax(most, d == k / 2 ? 0 : PetscAbsReal((PetscReal)ijk[d] - xi[d]));
         if (most < 0.5 + 2 * TIE) gap[i] = PetscMin(gap[i], end);
         if (most < 0.5 + 2 * TIE && pulled) rest[i] = PetscMin(rest[i], end);
         if (sinks) rest[i] = PetscMin(rest[i], end + SPREAD * (most - 0.5) * h);
-        if (passes && share > 0) rest[i] = PetscMin(rest[i], at / share);
       }
 }
 

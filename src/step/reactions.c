@@ -51,7 +51,8 @@ typedef struct {
   PetscInt n, face[6];
 } Touch;
 
-static void SetTouch(const MPMCore *core, const PetscInt ijk[], Touch *t)
+/* Finds the walls of node ijk; those beside the plane of a piston have it as a wall where it holds them, or if `held`. */
+static void SetTouch(const MPMCore *core, const PetscInt ijk[], const MPMNode *node, PetscBool held, Touch *t)
 {
   const MPMGrid *grid = &core->grid;
 
@@ -60,7 +61,8 @@ static void SetTouch(const MPMCore *core, const PetscInt ijk[], Touch *t)
     const MPMFace *f      = &core->params.walls->given[k / 2][k % 2];
     const PetscInt inside = k % 2 ? grid->cells[k / 2] - ijk[k / 2] : ijk[k / 2];
 
-    if (f->type != MPM_WALL_free && f->type != MPM_WALL_periodic && MPMWallActs(f, inside)) t->face[t->n++] = k;
+    if (f->type == MPM_WALL_free || f->type == MPM_WALL_periodic || !MPMWallActs(f, inside)) continue;
+    if (inside <= f->reach || held || MPMNodeStopped(node, k / 2)) t->face[t->n++] = k;
   }
 }
 
@@ -231,7 +233,7 @@ PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
         const PetscInt   ijk[3] = {patch->lo[0] + i, patch->own_lo[1] + y, patch->own_lo[2] + z};
         Touch            touch;
 
-        SetTouch(core, ijk, &touch);
+        SetTouch(core, ijk, n, k == r->filter ? PETSC_TRUE : PETSC_FALSE, &touch);
         if (!touch.n || !(n->m > 0)) continue;
         if (begins)
           PetscCall(Keep(core, at, v));
