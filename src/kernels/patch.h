@@ -18,6 +18,7 @@ typedef struct {
   PetscInt               order;            /* of xpic and afmpm, else 0 */
   PetscBool              own_inertia;      /* C near walls: by each particle's sum phi (x_i - x)^2 */
   PetscInt               carried; /* bits of the states of materials that are written besides those that a law has */
+  PetscInt               closed;  /* faces (bits, 2 axis + side) on which particles that have just passed them are put back */
   PetscBool              deletes; /* particles that leave the grid are to be removed, which is no error */
   PetscReal              light;   /* share of mass below which nodes are light (light.h); 0: none are */
   PetscInt               box;     /* cells of a box of F-bar on an axis: 1, 2 or 4; 0: there is none */
@@ -32,13 +33,25 @@ typedef struct {
    shorter ones, and in one line of the cache. */
 typedef struct {
   PetscReal m, p[3], f[3]; /* mass in kg, momentum in kg m/s, force in N */
-  PetscReal met;           /* axes (bits, as a whole number) along which the advance met a wall that only pushes */
+  PetscReal met; /* axes (bits, as a whole number) along which the advance met a wall that only pushes; 8 times: a piston */
 } MPMNode;
 #define MPM_NODE_NC    8 /* numbers of the record, for vectors and messages */
 #define MPM_NODE_FORCE 4
 _Static_assert(sizeof(MPMNode) == 8 * sizeof(PetscReal), "the record of a node is one line of the cache");
 _Static_assert(offsetof(MPMNode, p) == sizeof(PetscReal), "momentum follows the mass");
 _Static_assert(offsetof(MPMNode, f) == MPM_NODE_FORCE * sizeof(PetscReal), "forces begin at their place");
+
+/* Returns whether the advance met a wall that only pushes along axis d. */
+MPM_INLINE PetscBool MPMNodeMet(const MPMNode *n, PetscInt d)
+{
+  return (PetscInt)n->met >> d & 1 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* The same, or a piston that holds its column of nodes. */
+MPM_INLINE PetscBool MPMNodeStopped(const MPMNode *n, PetscInt d)
+{
+  return (PetscInt)n->met >> d & 9 ? PETSC_TRUE : PETSC_FALSE;
+}
 
 /* MPM_NODE_FIRST is the first number of the record that the parts of a transfer (transfer.h) sum, MPM_NODE_LAST the one
    after the last. */

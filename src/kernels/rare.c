@@ -2,6 +2,8 @@
 #include "kernels/rare.h"
 #include "kernels/cell.h"
 
+#define BEYOND 0.25 /* cells: what has passed a wall by more is no small error */
+
 /* Notes in status the particles first .. last-1 of a block whose J is not a positive number, at their positions before
    the step. order [n] are the particles of the block, here and below. */
 void MPMRareBadJ(PetscInt dim, const MPMPatch *patch, PetscBool has_F, PetscInt first, PetscInt last,
@@ -53,6 +55,23 @@ void MPMRareInertia(PetscInt dim, MPMBasis basis, const MPMGrid *grid, PetscInt 
     }
 }
 
+/* Puts a particle at x [dim] that has passed a closed face back on it, if it is no further than BEYOND. Domains of gimp reach
+   beyond a wall, and the first node inside moves a particle that is nearer to the wall than half of its domain. At a wall
+   that only pushes, nodes that are free yet move a particle that is there. Returns whether it did. */
+static PetscBool PutBack(PetscInt dim, const MPMGrid *grid, PetscInt closed, PetscReal x[])
+{
+  PetscBool back = PETSC_FALSE;
+
+  for (PetscInt k = 0; k < 2 * dim; k++) {
+    const PetscReal face = k % 2 ? grid->upper[k / 2] : grid->lower[k / 2], by = k % 2 ? x[k / 2] - face : face - x[k / 2];
+
+    if (!(closed & (PetscInt)1 << k) || !(by > 0 && by < BEYOND * grid->h[k / 2])) continue;
+    x[k / 2] = face;
+    back     = PETSC_TRUE;
+  }
+  return back;
+}
+
 /* Finds the cells of n particles of a block, number which[] in it, at their new positions; the block is the entries of
    the order from q on. Those in a new cell are movers: it is noted, and they are added to the movers of the patch. Counts
    movers and leavers. dim and basis are constants. */
@@ -68,6 +87,10 @@ MPM_INLINE void RareCells(int dim, MPMBasis basis, const MPMParams *par, MPMPatc
 
     for (int d = 0; d < dim; d++) x[d] = particles->x[(size_t)p * dim + d], half[d] = s->l[d][l];
     cell = MPMOwnCell(dim, basis, patch, x, half, base);
+    if (cell == MPM_NOWHERE && PutBack(dim, patch->grid, par->closed, x)) {
+      for (int d = 0; d < dim; d++) particles->x[(size_t)p * dim + d] = x[d];
+      cell = MPMOwnCell(dim, basis, patch, x, half, base);
+    }
     if (cell == particles->cell[p]) continue;
     particles->cell[p] = cell;
     if (patch->movers) patch->movers[patch->nmovers] = cell < 0 ? MPM_FLAGGED(q + l) : q + l;

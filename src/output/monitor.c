@@ -10,7 +10,7 @@
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, PetscReal time_end, MPMOptions o,
                                         PetscBool damped, PetscBool *follow)
 {
-  PetscBool moving = PETSC_FALSE;
+  PetscBool moving = PETSC_FALSE, pushes = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   mon->every = time_end / 100;
@@ -22,13 +22,17 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
   PetscCall(MPMOptionsBool(o, "history_energy", NULL, follow));
   PetscCall(MPMOptionsReal(o, "check_energy", NULL, &mon->check_energy, NULL));
   PetscCall(MPMOptionsReal(o, "check_momentum", NULL, &mon->check_momentum, NULL));
-  for (PetscInt k = 0; k < 6; k++)
+  for (PetscInt k = 0; k < 6; k++) {
     if (MPMWallMoves(scene->walls.given[k / 2][k % 2].type)) moving = PETSC_TRUE;
+    if (MPMWallOnlyPushes(scene->walls.given[k / 2][k % 2].type)) pushes = PETSC_TRUE;
+  }
   if (mon->check_energy > 0 && (scene->body_force || moving) && !*follow)
     MPMOptionsFail(o, "-check_energy does not apply: the work of %s is followed with -history_energy only",
                    moving ? "moving walls" : "body forces");
   if (mon->check_energy > 0 && damped && !*follow)
     MPMOptionsFail(o, "-check_energy does not apply: what -damping_* takes is followed with -history_energy only");
+  if (mon->check_energy > 0 && pushes && !*follow)
+    MPMOptionsFail(o, "-check_energy does not apply: what walls take from matter that strikes them is followed with -history_energy only");
   if (mon->check_momentum > 0 && damped) MPMOptionsFail(o, "-check_momentum does not apply: -damping_* takes momentum");
   if (mon->check_momentum > 0 && (scene->forced || moving))
     MPMOptionsFail(o, "-check_momentum does not apply: the impulse of %s is not followed",

@@ -17,23 +17,24 @@
 /* A phase of the step: a row of the table in step/phases.c. It declares the fields of particles that the phase uses:
    kernels get NULL for all other fields, and only the declared ones are sent to other processes. */
 typedef enum { MPM_PARTICLES_TO_NODES, MPM_NODES, MPM_NODES_TO_PARTICLES } MPMPhaseKind;
-typedef struct {
+typedef struct _MPMCore  MPMCore;
+typedef struct _MPMPhase MPMPhase;
+struct _MPMPhase {
   const char  *name;
   MPMPhaseKind kind;
   PetscInt     parts;                                         /* bits: what a transfer does; unused by MPM_NODES */
   void (*nodes)(const MPMParams *, MPMPatch *, PetscInt row); /* MPM_NODES: updates one row of nodes */
   PetscInt flops;                                             /* MPM_NODES: operations per node and axis */
+  PetscErrorCode (*after)(MPMCore *, const MPMPhase *); /* MPM_NODES: what follows for own nodes, collective on exchange.data; or NULL */
   PetscInt motion;                      /* MPM_NODES: 1: velocities are new, and are sent; 2: accelerations too */
   PetscBool light;                      /* MPM_NODES: others carry the light nodes (kernels/light.h) */
   PetscInt particles_in, particles_out; /* bits of the fields that it reads, writes */
   PetscInt timer;                       /* number of its timer, set by MPMStepSetUp */
-} MPMPhase;
+};
 
 #define MPM_MAX_XPIC    16 /* largest -method_order of xpic */
 #define MPM_MAX_PHASES  24 /* rows of the table of phases */
 #define MPM_MAX_PROGRAM (8 + 3 * MPM_MAX_XPIC)
-
-typedef struct _MPMCore MPMCore;
 
 /* A way to run the step. Physics, update schemes and output are the same for all; only these functions differ. setup
    and finish are collective on core->comm; sweep, nodes, reduce and settle are collective on the processes of
@@ -135,6 +136,26 @@ typedef struct {
   PetscInt   room;   /* numbers in it */
 } MPMReactions;
 
+/* How far the matter is from the walls that act on arrival (step/gaps.c), for the nodes of each such face, from `first` on.
+   gap: m; after all of these what particles beside them that have sunk into the wall leave to them, m, or of a piston the
+   gap of what it can pull. least: the least velocity, which MPMFace shows to the nodes; after all of these how far what a piston can pull is
+   from each node, m. */
+typedef struct {
+  PetscInt   faces, first[6], n; /* bits of the faces, 2 axis + side; nodes of all of them */
+  PetscReal *gap, *least;        /* [2 n] */
+} MPMGaps;
+
+/* What pistons do to the nodes beside their planes (step/pistons.c), for the columns of nodes along their normal. weight,
+   held, relative: of the columns of all faces, numbered as the nodes of MPMGaps. sum, share, impulse: of the columns of one. */
+typedef struct {
+  PetscInt64 *weight;   /* [n][MPM_MAX_STENCIL] of its nodes at the end of its matter, in units */
+  PetscBool  *held;     /* [n] does the piston give its end a velocity in this step? */
+  PetscReal  *relative; /* [n] that velocity, relative to the piston and away from it, m/s */
+  PetscReal  *sum;      /* [columns][MPM_MAX_STENCIL][2] velocity along the normal, m/s, and mass, kg, of its nodes */
+  PetscReal  *share;    /* [columns][MPM_MAX_STENCIL] of its nodes in its impulse */
+  PetscReal  *impulse;  /* [columns] kg m/s */
+} MPMPistons;
+
 #define MPM_NUM_LOST 11 /* components of the rows LOST of output/diagnostics.def */
 
 struct _MPMCore {
@@ -154,6 +175,8 @@ struct _MPMCore {
   MPMTimers       timers;
   MPMEnergy       energy;
   MPMDamping      damping;
+  MPMGaps        *gaps;               /* or NULL: no wall only pushes */
+  MPMPistons     *pistons;            /* or NULL: there is none */
   MPMReactions   *reactions;          /* or NULL: the history asks for none */
   MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (output/lost.c) */
   PetscReal       t, kicked;          /* s; s, the sum of params.kick: velocities have changed over this time */

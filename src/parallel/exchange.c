@@ -83,6 +83,7 @@ PetscErrorCode MPMExchangeNodes(MPMCore *core, const MPMPhase *phase)
     PetscCall(Around(ex, ex->motion_type, ex->patch.motion));
     MPMLightMove(&ex->light, &core->params, &ex->patch);
   }
+  if (phase->after) PetscCall(phase->after(core, phase));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

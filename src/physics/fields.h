@@ -28,6 +28,7 @@ typedef struct {
   PetscBool increment; /* a later phase than that of motion adds the displacement to x */
   PetscBool forced;    /* there are body forces or loads */
   PetscBool loaded;    /* there are loads */
+  PetscBool rim;       /* there are walls that only push */
   PetscBool start;     /* the position at the start is needed */
   PetscBool all;       /* every field is present, needed or not (-method_carry all) */
 } MPMNeeds;

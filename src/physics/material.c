@@ -60,3 +60,8 @@ void MPMMaterialState(PetscInt dim, const MPMView *view, PetscInt p, MPMBlock *b
   MPM_MATERIAL_FIELDS(MPM_STATE_OF)
 #undef MPM_STATE_OF
 }
+
+PetscBool MPMMaterialKeepsShape(const MPMMaterial *m)
+{
+  return m->type->traits & MPM_FLUID || m->state & MPM_BIT(vc) ? PETSC_FALSE : PETSC_TRUE;
+}

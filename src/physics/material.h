@@ -102,6 +102,10 @@ void MPMMaterialDropF(MPMMaterial *);
 PetscInt MPMMaterialAsked(const MPMMaterial *);
 void     MPMMaterialKeep(MPMMaterial *, PetscInt fields);
 
+/* Returns whether a body of the material keeps its shape but for its deformation, unlike a fluid and what comes apart and
+   flows. Not collective. */
+PetscBool MPMMaterialKeepsShape(const MPMMaterial *);
+
 /* Copies the material state of particle p of a view to particle 0 of a block, as far as the view has it. Not
    collective. */
 void MPMMaterialState(PetscInt dim, const MPMView *, PetscInt p, MPMBlock *);

@@ -3,11 +3,12 @@
 #include "physics/wall.h"
 
 /* The place of a node: along the normal `axis` of the face, `distance` m inside the grid (negative: beyond the face).
-   inward is +1 or -1, the sign of a velocity away from the wall. dt is the time over which the advance accelerates, s,
-   and 0 for velocities that no advance makes, so that what acts over time acts once a step. */
+   inward is +1 or -1, the sign of a velocity away from the wall. least: the least inward velocity that a wall that only
+   pushes allows, m/s. dt is the time over which the advance accelerates, s, and 0 for velocities that no advance makes,
+   so that what acts over time acts once a step. */
 typedef struct {
   PetscInt  dim, axis;
-  PetscReal inward, distance, dt;
+  PetscReal inward, distance, least, dt;
 } WallNode;
 
 #define MPM_WALL_ARGUMENTS const MPMFace *f, const WallNode *at, PetscReal v[]
@@ -37,29 +38,29 @@ static PetscBool MPMWallApply_slip(MPM_WALL_ARGUMENTS)
 static PetscBool MPMWallApply_separate(MPM_WALL_ARGUMENTS)
 {
   (void)f;
-  if (at->inward * v[at->axis] >= 0) return PETSC_FALSE;
-  v[at->axis] = 0;
+  if (at->inward * v[at->axis] >= at->least) return PETSC_FALSE;
+  v[at->axis] = at->inward * at->least;
   return PETSC_TRUE;
 }
 
-/* Reduces the length of v [dim] by `most`, but not below 0. */
-static void Brake(PetscInt dim, PetscReal most, PetscReal v[])
+/* Reduces the length of the components of v [dim] beside `axis` by `most`, but not below 0. */
+static void Brake(PetscInt dim, PetscInt axis, PetscReal most, PetscReal v[])
 {
   PetscReal slide = 0;
 
-  for (PetscInt d = 0; d < dim; d++) slide += v[d] * v[d];
+  for (PetscInt d = 0; d < dim; d++) slide += d == axis ? 0 : v[d] * v[d];
   slide = PetscSqrtReal(slide);
-  for (PetscInt d = 0; d < dim; d++) v[d] = slide > most ? v[d] * (1 - most / slide) : 0;
+  for (PetscInt d = 0; d < dim; d++)
+    if (d != axis) v[d] = slide > most ? v[d] * (1 - most / slide) : 0;
 }
 
-/* Coulomb friction: the sliding velocity loses at most mu times the normal velocity that is stopped. */
+/* Coulomb friction: the velocity along the wall loses at most mu times what the wall takes of the normal one. */
 static PetscBool MPMWallApply_friction(MPM_WALL_ARGUMENTS)
 {
-  const PetscReal lost = -at->inward * v[at->axis];
+  const PetscReal press = at->least - at->inward * v[at->axis];
 
-  if (!(lost > 0)) return PETSC_FALSE;
-  v[at->axis] = 0;
-  Brake(at->dim, f->mu * lost, v);
+  if (!MPMWallApply_separate(f, at, v)) return PETSC_FALSE;
+  Brake(at->dim, at->axis, f->mu * press, v);
   return PETSC_TRUE;
 }
 
@@ -75,7 +76,7 @@ static PetscBool MPMWallApply_moving(MPM_WALL_ARGUMENTS)
   return PETSC_TRUE;
 }
 
-/* A smooth plane, whose face reaches the nodes behind it. */
+/* A smooth plane, whose face reaches the nodes behind it. Those beside it are left to step/pistons.c. */
 static PetscBool MPMWallApply_piston(MPM_WALL_ARGUMENTS)
 {
   v[at->axis] = f->velocity[at->axis];
@@ -98,6 +99,11 @@ const char *const MPMWallParameters[] = {
 #undef MPM_WALL
 };
 
+static PetscReal Least(const MPMFace *f, const MPMGrid *grid, PetscInt axis, const PetscInt ijk[])
+{
+  return f->least ? f->least[MPMFaceNode(grid, axis, ijk)] : 0;
+}
+
 PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const PetscInt ijk[], PetscReal dt,
                         PetscReal v[])
 {
@@ -115,7 +121,7 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const Pe
       WallNode       at;
 
       if (inside > f->reach || f->type == MPM_WALL_free) continue;
-      at = (WallNode){grid->dim, d, side ? -1 : 1, (PetscReal)inside * grid->h[d], dt};
+      at = (WallNode){grid->dim, d, side ? -1 : 1, (PetscReal)inside * grid->h[d], Least(f, grid, d, ijk), dt};
       if (apply[f->type](f, &at, v)) constrained = PETSC_TRUE;
     }
   return constrained;
@@ -138,43 +144,46 @@ static const MPMWall residual[] = {
 #undef MPM_WALL
 };
 
-/* Returns whether the wall only pushes, so that matter may leave it. A node meets such a wall if it would move into it
-   without the wall. */
-static PetscBool OnlyPushes(MPMWall type)
+PetscBool MPMWallOnlyPushes(MPMWall type)
 {
   return type != MPM_WALL_free && before[type] == MPM_WALL_free ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* At a wall that only pushes, a node that meets it moves as at a slip wall, with no velocity and no acceleration along
-   the normal. Particles keep their normal momentum until their stress stops them, so none is lost. The acceleration
-   contains the friction. */
+/* A node meets a wall that only pushes if it would come nearer to it than its matter is. The velocity with which the
+   matter just arrives is left to it. The acceleration has all that is taken, and the friction, so that FLIP hands the
+   stop on to the particles. */
 PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const PetscInt ijk[], PetscReal dt,
                          const PetscReal v[], PetscReal at[], PetscReal a[])
 {
-  const PetscInt dim = grid->dim, *cells = grid->cells;
-  PetscReal      trial[3];
+  const PetscInt dim = grid->dim;
+  PetscReal      trial[3], press[3];
   PetscInt       met = 0;
 
   for (PetscInt d = 0; d < dim; d++) {
-    trial[d] = at[d];
-    if ((ijk[d] <= 0 && OnlyPushes(faces[d][0].type) && at[d] < 0) ||
-        (ijk[d] >= cells[d] && OnlyPushes(faces[d][1].type) && at[d] > 0))
-      met |= (PetscInt)1 << d;
-  }
-  for (PetscInt d = 0; d < dim; d++)
-    if (met & (PetscInt)1 << d) at[d] = 0;
-  for (PetscInt d = 0; d < dim; d++) { /* friction comes from the pressing forces, not from the velocity at contact */
-    const MPMFace  *f     = &faces[d][ijk[d] >= cells[d]];
-    const PetscReal press = ijk[d] <= 0 ? -a[d] : a[d];
+    const PetscInt side = ijk[d] <= 0 ? 0 : 1;
+    const MPMFace *f    = &faces[d][side];
+    WallNode       node = {.dim = dim, .axis = d, .inward = side ? -1 : 1};
 
-    if ((met & (PetscInt)1 << d) && f->type == MPM_WALL_friction && press > 0) Brake(dim, f->mu * dt * press, at);
+    trial[d] = at[d];
+    if ((ijk[d] > 0 && ijk[d] < grid->cells[d]) || !MPMWallOnlyPushes(f->type)) continue;
+    node.least = Least(f, grid, d, ijk);
+    if (!MPMWallApply_separate(f, &node, at)) continue;
+    press[d] = PetscAbsReal(at[d] - trial[d]);
+    met |= (PetscInt)1 << d;
+  }
+  for (PetscInt d = 0; d < dim; d++) { /* after all of them, so that friction at an edge takes nothing that another stops */
+    const MPMFace *f = &faces[d][ijk[d] <= 0 ? 0 : 1];
+
+    if ((met & (PetscInt)1 << d) && f->type == MPM_WALL_friction) Brake(dim, d, f->mu * press[d], at);
   }
   (void)MPMWallsApply(faces, grid, ijk, dt, at);
-  for (PetscInt d = 0; d < dim; d++)
-    if (met & (PetscInt)1 << d)
-      at[d] = a[d] = 0;
-    else if (at[d] != trial[d])
-      a[d] = (at[d] - v[d]) / dt;
+  for (PetscInt d = 0; d < dim; d++) {
+    const PetscInt side = ijk[d] <= 0 ? 0 : 1;
+    const WallNode node = {.dim = dim, .axis = d, .inward = side ? -1 : 1, .least = Least(&faces[d][side], grid, d, ijk)};
+
+    if (met & (PetscInt)1 << d) (void)MPMWallApply_separate(&faces[d][side], &node, at); /* another wall may have moved it */
+    if (at[d] != trial[d]) a[d] = (at[d] - v[d]) / dt;
+  }
   return met;
 }
 
@@ -183,17 +192,32 @@ PetscBool MPMWallMoves(MPMWall type)
   return type == MPM_WALL_moving || type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
 }
 
-void MPMWallsReachTo(MPMWalls *w, const MPMGrid *grid)
+PetscBool MPMWallWaits(MPMWall type)
 {
+  return MPMWallOnlyPushes(type) || type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* The nodes beside a plane are those of a stencil there; of gimp, those of a domain that begins at it. */
+void MPMWallsReachTo(MPMWalls *w, const MPMGrid *grid, MPMBasis basis)
+{
+  const MPMBasis hats = basis == MPM_BASIS_gimp ? MPM_BASIS_linear : basis;
+  const PetscInt n    = MPMBasisNodes(hats);
+
   for (PetscInt k = 0; k < 6; k++) {
     const PetscInt  d = k / 2, s = k % 2;
-    const PetscReal layers  = w->place[k] / grid->h[d] + 1e-9; /* rounding of a sum of steps */
+    const PetscReal cells = (PetscReal)grid->cells[d], at = w->place[k] / grid->h[d];
     MPMFace *const  faces[] = {&w->given[d][s], &w->before[d][s], &w->again[d][s], &w->gradient[d][s],
                                &w->residual[d][s]};
+    PetscReal       xi      = PetscClipInterval(s ? cells - at : at, 0, cells);
+    PetscInt        first;
 
     if (w->given[d][s].type != MPM_WALL_piston) continue;
-    for (size_t f = 0; f < sizeof faces / sizeof faces[0]; f++)
-      faces[f]->reach = layers > 0 ? (PetscInt)PetscMin(layers, (PetscReal)grid->cells[d]) : 0;
+    first = MPMBasisBase(hats, &xi, 0, grid->cells[d], PETSC_FALSE, grid->wall_basis[d]);
+    for (size_t f = 0; f < sizeof faces / sizeof faces[0]; f++) {
+      faces[f]->first  = first;
+      faces[f]->beside = n;
+      faces[f]->reach  = (s ? grid->cells[d] - (first + n - 1) : first) - 1;
+    }
   }
 }
 

@@ -20,7 +20,13 @@ typedef struct {
   MPMWall   type;
   PetscReal mu, velocity[3]; /* coefficient of friction; velocity of a wall that moves in m/s */
   PetscReal distance;        /* of a piston: where it is at the start, m inside the face */
-  PetscInt  reach;           /* layers of nodes inside the grid on which it acts too; 0: only on the face and beyond */
+  PetscBool pulls;           /* of a piston: it holds bodies that it has touched, so that it pulls them */
+  PetscInt  reach;           /* layers of nodes inside the grid on which it acts too; 0: only on the face and beyond; of a
+                                piston: those behind the ones beside its plane; below 0: none */
+  PetscInt  first, beside; /* of a piston: the nodes beside its plane along the normal, the first in the grid, how many */
+  /* Of a wall that only pushes, for each node of the face (MPMFaceNode): the least inward velocity, m/s, with which the
+     matter over it does not pass the wall in this step; not above 0. NULL: 0, as of matter that is at the wall. */
+  const PetscReal *least;
 } MPMFace;
 
 /* The walls of a grid, [axis][side]: as the options give them, and those that take their places for other velocities
@@ -40,10 +46,10 @@ PetscBool MPMWallMoves(MPMWall);
 
 /* What changes with time, by the functions of scene/move_walls.c. MPMWallsMove gives the walls that `changes` marks
    their velocity of this step; that of the step before becomes the one from which the advance starts, so that nodes
-   have the acceleration of their wall. MPMWallsReachTo sets the reach of pistons to the nodes behind them. Neither is
-   collective. */
+   have the acceleration of their wall. MPMWallsReachTo sets which nodes are beside the planes of pistons, and which are
+   behind them. Neither is collective. */
 void MPMWallsMove(MPMWalls *);
-void MPMWallsReachTo(MPMWalls *, const MPMGrid *);
+void MPMWallsReachTo(MPMWalls *, const MPMGrid *, MPMBasis);
 
 /* Applies walls to the velocity v [dim] in m/s of node ijk [dim]; dt is the time over which the advance
    accelerates, s, or 0 for velocities that no advance makes. Returns whether a wall constrained v. Not collective. */
@@ -54,6 +60,49 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *, const PetscI
    the axes (bits) along which the node met a wall that only pushes. Not collective. */
 PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *, const PetscInt ijk[], PetscReal dt,
                          const PetscReal v[], PetscReal at[], PetscReal a[]);
+
+/* Returns whether the wall only pushes: it acts on matter that has arrived at it, and lets it go. The second function
+   returns whether it acts on arrival alone, as pistons do too. */
+PetscBool MPMWallOnlyPushes(MPMWall);
+PetscBool MPMWallWaits(MPMWall);
+
+/* Returns whether the wall of a face acts on the layer of nodes `inside` the grid by so many: at or beyond its face, or
+   behind or beside its plane. */
+MPM_INLINE PetscBool MPMWallActs(const MPMFace *f, PetscInt inside)
+{
+  return inside <= f->reach + f->beside ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Returns the number of the nodes of a face with normal `axis`, and which of them node ijk [dim] of the grid lies over:
+   those beyond the edges of the face count to the edges. Across a periodic axis the last is the first one again. */
+MPM_INLINE PetscInt MPMFaceNodes(const MPMGrid *grid, PetscInt axis)
+{
+  PetscInt n = 1;
+
+  for (PetscInt d = 0; d < grid->dim; d++) n *= d == axis ? 1 : grid->cells[d] + !grid->periodic[d];
+  return n;
+}
+
+MPM_INLINE PetscInt MPMFaceNode(const MPMGrid *grid, PetscInt axis, const PetscInt ijk[])
+{
+  PetscInt at = 0;
+
+  for (PetscInt d = grid->dim - 1; d >= 0; d--) {
+    const PetscInt cells = grid->cells[d];
+
+    if (d == axis) continue;
+    at = grid->periodic[d] ? at * cells + (ijk[d] % cells + cells) % cells
+                           : at * (cells + 1) + PetscClipInterval(ijk[d], 0, cells);
+  }
+  return at;
+}
+
+/* Sets where the wall of face k is along its normal, m, and the sign of a distance from it into the grid. */
+MPM_INLINE void MPMWallPlane(const MPMWalls *w, const MPMGrid *grid, PetscInt k, PetscReal *plane, PetscReal *sign)
+{
+  *sign  = k % 2 ? -1 : 1;
+  *plane = (k % 2 ? grid->upper[k / 2] : grid->lower[k / 2]) + *sign * w->place[k];
+}
 
 /* Returns whether a wall acts on node i of axis d; MPMWallsApply need not be called for other nodes. */
 MPM_INLINE PetscBool MPMWallsReach(const MPMFace (*faces)[2], const MPMGrid *grid, PetscInt d, PetscInt i)

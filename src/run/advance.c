@@ -325,6 +325,7 @@ PetscErrorCode MPMAdvance(MPM mpm)
   PetscCall(MPMWatchStep(mpm, normal));
   PetscCall(mpm->retry.on ? TryAgain(mpm, normal, dt) : Try(mpm, dt));
   if (!MPMStatusIsBad(&core->status) && !mpm->retry.gave_up) PetscCall(End(mpm));
+  MPMSceneCheckPistons(&mpm->scene, core);
   if (core->status.asked == MPM_ASKED_END && !core->stop[0])
     (void)snprintf(core->stop, sizeof core->stop, "interrupted by a signal; the results are complete up to here");
   PetscFunctionReturn(PETSC_SUCCESS);

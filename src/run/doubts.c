@@ -220,8 +220,8 @@ static PetscErrorCode WarnLeak(MPM mpm)
 
     if (type == MPM_WALL_free || type == MPM_WALL_periodic) continue;
     PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    gimp may let the fluid through the wall %s (%s), since the domains of particles "
-                       "reach beyond it; use bspline2\n",
+                       "warning    gimp lets the fluid sink into the wall %s (%s) by up to half of a particle's domain; use "
+                       "bspline2\n",
                        MPMFaceNames[k], MPMWallNames[type]));
     break;
   }

@@ -90,7 +90,8 @@ static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
 }
 
 /* Returns whether anything but its law reads the deformation gradient of a material's particles: domains that stretch, the
-   volumes of F-bar, the energy by terms, the dissipation of bodies, a load on its surface, snapshots or probes. */
+   volumes of F-bar, the energy by terms, the dissipation of bodies, walls that only push, a load on its surface,
+   snapshots or probes. */
 static PetscBool ReadsF(MPM mpm, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
@@ -98,6 +99,7 @@ static PetscBool ReadsF(MPM mpm, PetscInt material)
   if (mpm->core.needs.stretched || mpm->core.params.box || mpm->core.energy.on || mpm->core.energy.nheat ||
       mpm->monitor.measures.asks_F || (mpm->output.enabled && mpm->output.fields >> MPM_SHOWS_F & 1))
     return PETSC_TRUE;
+  if (mpm->core.gaps && MPMMaterialKeepsShape(&scene->materials[material])) return PETSC_TRUE;
   for (PetscInt l = 0; l < scene->nloads; l++)
     if (scene->bodies[scene->loads[l].body].material == material) return PETSC_TRUE;
   return PETSC_FALSE;
@@ -111,12 +113,20 @@ PetscErrorCode MPMSetPhases(MPM mpm)
 
   PetscFunctionBeginUser;
   MPMWallsDerive(&scene->walls);
-  MPMWallsReachTo(&scene->walls, &core->grid);
+  MPMWallsReachTo(&scene->walls, &core->grid, core->basis);
   core->params.kinds      = scene->kinds;
   core->params.nkinds     = scene->nkinds;
   core->params.materials  = scene->materials;
   core->params.nmaterials = scene->nmaterials;
   core->params.walls      = &scene->walls;
+  for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
+    const MPMWall type = scene->walls.given[k / 2][k % 2].type;
+
+    if (type == MPM_WALL_free || type == MPM_WALL_periodic) continue;
+    if (core->basis == MPM_BASIS_gimp || MPMWallOnlyPushes(type)) core->params.closed |= (PetscInt)1 << k;
+  }
+  PetscCall(MPMGapsCreate(core, &scene->walls));
+  PetscCall(MPMPistonsCreate(core));
   for (PetscInt k = 0; k < scene->nmaterials; k++) {
     if (!ReadsF(mpm, k)) MPMMaterialDropF(&scene->materials[k]);
     if (mpm->monitor.measures.plastic || (mpm->output.enabled && mpm->output.plastic))
@@ -128,6 +138,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->energy.loads   = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.loaded   = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.start    = scene->keeps_start;
+  core->needs.rim      = core->gaps ? PETSC_TRUE : PETSC_FALSE;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS : 0;
   PetscCall(MPMStepSetUp(core, &mpm->method));
   PetscCall(MPMParticlesLayout(&core->particles, core->grid.dim, &core->needs));
@@ -269,6 +280,8 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscCall(MPMEnergyDestroy(&core->energy));
   PetscCall(MPMEnergyHeatDestroy(&core->energy));
   PetscCall(MPMReactionsDestroy(core));
+  PetscCall(MPMPistonsDestroy(core));
+  PetscCall(MPMGapsDestroy(core));
   PetscCall(MPMTimersDestroy(&core->timers));
   PetscCall(PetscFree((*mpm)->checkpoint.options));
   PetscCall(PetscFree((*mpm)->checkpoint.heat));

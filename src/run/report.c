@@ -237,6 +237,7 @@ static PetscErrorCode WarnCuts(MPM mpm)
 static PetscErrorCode PrintWarnings(MPM mpm, PetscReal dt)
 {
   PetscBool advances = PETSC_FALSE;
+  char      meets[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   if (mpm->scene.overlap)
@@ -263,6 +264,9 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal dt)
         &mpm->core.print,
         "warning    a wall of type moving advances along its normal, but its face of the grid stays: right for "
         "displacements far below a cell only; a wall of type piston moves through the grid\n"));
+  PetscCall(MPMSceneForesee(&mpm->scene, &mpm->core, mpm->time.end, meets));
+  if (meets[0])
+    PetscCall(MPMPrint(&mpm->core.print, "warning    %s, which ends the run; choose an earlier -time_end\n", meets));
   if (mpm->time.fixed > MPMViscousStep(&mpm->core))
     PetscCall(
         MPMPrint(&mpm->core.print,

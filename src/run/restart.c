@@ -331,7 +331,7 @@ PetscErrorCode MPMRestartState(MPM mpm)
   for (PetscInt e = 0; e < MPM_NUM_LOST && !rank; e++)
     PetscCall(PetscArraycpy(core->lost[e].word, c->lost[e], MPM_SUM_WORDS));
   MPMWallsMove(&mpm->scene.walls);
-  MPMWallsReachTo(&mpm->scene.walls, &core->grid);
+  MPMWallsReachTo(&mpm->scene.walls, &core->grid, core->basis);
   for (PetscInt k = 0; k < 24 && core->reactions && !rank; k++)
     PetscCall(PetscArraycpy(k < 18 ? core->reactions->impulse[k / 3][k % 3].word : core->reactions->work[k - 18].word,
                             c->walls[k], MPM_SUM_WORDS));

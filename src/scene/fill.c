@@ -281,17 +281,21 @@ PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscBool MPMFillInside(const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt k, PetscReal by)
+{
+  PetscReal y[3];
+
+  for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (d == k / 2 ? (k % 2 ? by : -by) : 0);
+  return MPMRegionInside(&b->region, dim, y);
+}
+
 /* Returns how many lattice places in sequence from x [dim], m, along side k are in the body, that of x too; at most
    `most`. */
 static PetscInt Run(const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt k, PetscInt most)
 {
-  PetscReal y[3] = {0};
-  PetscInt  n    = 0;
+  PetscInt n = 1;
 
-  do {
-    n++;
-    for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (d == k / 2 ? (PetscReal)(k % 2 ? n : -n) * b->b[d] : 0);
-  } while (n < most && MPMRegionInside(&b->region, dim, y));
+  while (n < most && MPMFillInside(b, dim, x, k, (PetscReal)n * b->b[k / 2])) n++;
   return n;
 }
 
@@ -316,6 +320,23 @@ static void SetDepth(const MPMScene *scene, const MPMBody *b, PetscInt dim, cons
   }
 }
 
+/* Turns rim [dim] of particle p back to what its start state deforms to it: with -initial_stress a body starts deformed
+   where its undeformed shape is. */
+static void UndoStart(const MPMScene *scene, const MPMBody *b, PetscInt dim, const MPMView *view, PetscInt p)
+{
+  PetscReal *rim = view->rim + p * dim, cofactor[9], back[3] = {0};
+
+  if (MPMMaterialKeepsShape(&scene->materials[b->material])) {
+    const PetscReal *F = view->F + p * dim * dim;
+
+    MPMCofactor((int)dim, F, cofactor); /* J F^-T */
+    for (PetscInt d = 0; d < dim; d++)
+      for (PetscInt e = 0; e < dim; e++) back[d] += cofactor[e * dim + d] * rim[e] / MPMDet((int)dim, F);
+    for (PetscInt d = 0; d < dim; d++) rim[d] = back[d];
+  } else if (scene->materials[b->material].type->traits & MPM_FLUID)
+    for (PetscInt d = 0; d < dim; d++) rim[d] /= PetscPowReal(view->J[p], 1 / (PetscReal)dim);
+}
+
 /* Makes particle p of a view: undeformed at X [dim], m, or as the scene's known solution starts. */
 PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscInt64 id,
                           const PetscReal X[], PetscInt p, MPMView *view)
@@ -338,6 +359,10 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   view->id[p] = id;
   if (view->kind) view->kind[p] = b->kind;
   if (view->depth) SetDepth(scene, b, dim, X, view->depth + 2 * dim * p);
+  if (core->needs.rim && !b->points) {
+    MPMFillRim(b, dim, core->gaps->faces, X, view->rim + p * dim);
+    if (scene->initial) UndoStart(scene, b, dim, view, p);
+  }
   for (PetscInt d = 0; d < dim; d++) {
     view->x[p * dim + d] = x[d];
     view->v[p * dim + d] = v[d];

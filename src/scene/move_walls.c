@@ -2,6 +2,8 @@
    it once, before its phases and after them; all processes compute the same numbers. */
 #include "scene/scene.h"
 
+#define FORESEEN 1000 /* parts of the time of a run in which the motion of pistons is looked at before it */
+
 /* Sets v [3], m/s, to the velocity of face k at time t, s, which is a formula. A piston has a component along its axis
    alone. */
 static PetscErrorCode Evaluate(const MPMScene *scene, PetscInt dim, PetscInt k, PetscReal t, PetscReal v[])
@@ -86,7 +88,63 @@ void MPMScenePassWalls(MPMScene *scene, const MPMCore *core, PetscReal dt)
   for (PetscInt k = 0; k < 6; k++)
     if (w->given[k / 2][k % 2].type == MPM_WALL_piston)
       w->place[k] += (k % 2 ? -dt : dt) * w->given[k / 2][k % 2].velocity[k / 2];
-  MPMWallsReachTo(w, &core->grid);
+  MPMWallsReachTo(w, &core->grid, core->basis);
+}
+
+/* Writes to `text` which pistons at the places [6], m, have met, reached the opposite face or left through their own, if some
+   have; else nothing. */
+static void WhereTo(const MPMScene *scene, const MPMGrid *grid, const PetscReal place[], const char time[],
+                    char text[MPM_TEXT_LEN])
+{
+  text[0] = 0;
+  for (PetscInt k = 0; k < 2 * grid->dim && !text[0]; k++) {
+    const PetscInt  other  = k % 2 ? k - 1 : k + 1;
+    const PetscReal length = grid->upper[k / 2] - grid->lower[k / 2];
+    const PetscBool two    = scene->walls.given[k / 2][other % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+
+    if (scene->walls.given[k / 2][k % 2].type != MPM_WALL_piston) continue;
+    if (place[k] < -1e-9 * length)
+      (void)snprintf(text, MPM_TEXT_LEN, "the piston of -bc_%s_type leaves the grid through its face%s", MPMFaceNames[k], time);
+    else if (two && place[k] + place[other] > (1 - 1e-9) * length)
+      (void)snprintf(text, MPM_TEXT_LEN, "the pistons of -bc_%s_type and -bc_%s_type meet%s", MPMFaceNames[k],
+                     MPMFaceNames[other], time);
+    else if (!two && place[k] > (1 - 1e-9) * length)
+      (void)snprintf(text, MPM_TEXT_LEN, "the piston of -bc_%s_type reaches the face %s%s", MPMFaceNames[k],
+                     MPMFaceNames[other], time);
+  }
+}
+
+void MPMSceneCheckPistons(const MPMScene *scene, MPMCore *core)
+{
+  char text[MPM_TEXT_LEN];
+
+  WhereTo(scene, &core->grid, scene->walls.place, "", text);
+  if (text[0] && !core->stop[0]) (void)snprintf(core->stop, sizeof core->stop, "%s", text);
+}
+
+PetscErrorCode MPMSceneForesee(const MPMScene *scene, const MPMCore *core, PetscReal end, char text[MPM_TEXT_LEN])
+{
+  const PetscReal dt = (end - core->t) / FORESEEN;
+  PetscReal       place[6], v[3];
+
+  PetscFunctionBeginUser;
+  text[0] = 0;
+  PetscCall(PetscArraycpy(place, scene->walls.place, 6));
+  for (PetscInt n = 0; n < FORESEEN && !text[0]; n++) {
+    char time[64];
+
+    for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
+      const MPMFace *f = &scene->walls.given[k / 2][k % 2];
+
+      if (f->type != MPM_WALL_piston) continue;
+      PetscCall(PetscArraycpy(v, f->velocity, 3));
+      if (scene->walls.changes[k]) PetscCall(Evaluate(scene, core->grid.dim, k, core->t + (n + 0.5) * dt, v));
+      place[k] += (k % 2 ? -dt : dt) * v[k / 2];
+    }
+    (void)snprintf(time, sizeof time, " at t=%.3g s", (double)(core->t + (n + 1) * dt));
+    WhereTo(scene, &core->grid, place, time, text);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Sets *advances to whether face k, which is no piston, ever moves along its normal until the time end, s: a formula is

@@ -13,6 +13,7 @@ static const struct {
     {"mu", "bc_<f>_mu", offsetof(MPMFace, mu), MPM_REAL},
     {"velocity", "bc_<f>_velocity", offsetof(MPMFace, velocity), MPM_TEXT},
     {"distance", "bc_<f>_distance", offsetof(MPMFace, distance), MPM_REAL},
+    {"pulls", "bc_<f>_pulls", offsetof(MPMFace, pulls), MPM_BOOL},
 };
 #define NPARAMETERS (sizeof parameters / sizeof parameters[0])
 
@@ -41,6 +42,7 @@ static PetscErrorCode ReadFace(MPMScene *scene, const MPMCore *core, PetscInt nu
     if (parameters[k].type == MPM_REALS) PetscCall(MPMOptionsReals(o, parameters[k].row, name, value, NULL));
     if (parameters[k].type == MPM_TEXT) PetscCall(MPMSceneReadWallVelocity(scene, core, number, o));
     if (parameters[k].type == MPM_INT) PetscCall(MPMOptionsInt(o, parameters[k].row, name, value, NULL));
+    if (parameters[k].type == MPM_BOOL) PetscCall(MPMOptionsBool(o, parameters[k].row, name, value));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -86,6 +86,11 @@ PetscErrorCode MPMSceneReadWallVelocity(MPMScene *, const MPMCore *, PetscInt fa
 PetscErrorCode MPMSceneCheckWalls(const MPMScene *, MPMCore *, PetscReal t);
 PetscErrorCode MPMSceneMoveWalls(MPMScene *, const MPMCore *, PetscReal t);
 void           MPMScenePassWalls(MPMScene *, const MPMCore *, PetscReal dt);
+
+/* Write where pistons have come to that they cannot pass: to core->stop; or before the run to `text`, with the time, by
+   their velocities until the time end, s. They write nothing if there is no such place. Not collective. */
+void           MPMSceneCheckPistons(const MPMScene *, MPMCore *);
+PetscErrorCode MPMSceneForesee(const MPMScene *, const MPMCore *, PetscReal end, char text[MPM_TEXT_LEN]);
 PetscErrorCode MPMSceneWallAdvances(const MPMScene *, const MPMCore *, PetscInt face, PetscReal end, PetscBool *);
 PetscErrorCode MPMSceneCountParticles(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneAddParticles(const MPMScene *, MPMCore *);

@@ -265,22 +265,25 @@ static void AddStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 
 /* --- Nodes -------------------------------------------------------------------------------------------------------- */
 
-/* Returns whether a moving wall acts on node ijk. */
-static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const PetscInt ijk[])
+/* Returns whether a moving wall acts on node ijk; a piston acts on those beside its plane where it holds them. */
+static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const PetscInt ijk[], const MPMNode *n)
 {
   for (PetscInt d = 0; d < grid->dim; d++)
     for (PetscInt side = 0; side < 2; side++) {
-      const MPMFace *f = &walls->given[d][side];
+      const MPMFace *f      = &walls->given[d][side];
+      const PetscInt inside = side ? grid->cells[d] - ijk[d] : ijk[d];
 
-      if (MPMWallMoves(f->type) && (side ? grid->cells[d] - ijk[d] : ijk[d]) <= f->reach) return PETSC_TRUE;
+      if (!MPMWallMoves(f->type) || !MPMWallActs(f, inside)) continue;
+      if (inside <= f->reach || MPMNodeStopped(n, d)) return PETSC_TRUE;
     }
   return PETSC_FALSE;
 }
 
-/* Adds, times `share`, the work of a node's acceleration along the velocity u [dim]. The wall's part of it is what a
-   has besides f/m + g. `held`: what PIC takes over besides from a moving wall, J. */
-static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], const PetscReal u[], PetscReal share,
-                    PetscBool moving, PetscReal held, MPMEnergy *e)
+/* Adds, times `share`, the work of a node's acceleration along the velocity u [dim], which is that of the particles'
+   momentum. Forces work along s [dim], with which the matter moves: it differs from u where a wall stopped the node. The
+   wall's part is the rest. `held`: what PIC takes over besides from a moving wall, J. */
+static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], const PetscReal u[],
+                    const PetscReal s[], PetscReal share, PetscBool moving, PetscReal held, MPMEnergy *e)
 {
   const MPMParams *par = &core->params;
   PetscReal        all = 0, gravity = 0, wall = 0;
@@ -289,33 +292,43 @@ static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], 
     const PetscReal impulse = share * par->kick * n->m;
 
     all += impulse * a[d] * u[d];
-    gravity += impulse * par->gravity[d] * u[d];
-    wall += impulse * (a[d] - (n->f[d] / n->m + par->gravity[d])) * u[d];
+    gravity += impulse * par->gravity[d] * s[d];
+    wall += impulse * MPMEnergyWall(par, n, d, a[d], u[d], s[d]);
   }
   MPMSumAdd(&e->sum[MPM_ENERGY_advance], all + held);
   MPMSumAdd(&e->sum[MPM_ENERGY_gravity], gravity);
   MPMSumAdd(&e->sum[moving ? MPM_ENERGY_walls : MPM_ENERGY_friction], wall + held);
 }
 
-/* Adds what the advance of a node did. `before` is its velocity before the advance as walls leave it, and 0 along an
-   axis on which it met one that only pushes. Where a moving wall holds the node, PIC also takes over the momentum that
-   the wall gave it before the advance: its share is 1 - flip. */
+/* Adds what the advance of a node did. `before` is its velocity before the advance as walls leave it. Where a moving wall
+   holds the node, PIC also takes over the momentum that the wall gave it before the advance: its share is 1 - flip. */
 static void AddAdvance(const MPMCore *core, const MPMNode *n, const PetscReal *motion, const PetscInt ijk[],
                        MPMEnergy *e)
 {
   const MPMParams *par    = &core->params;
   const PetscInt   dim    = core->grid.dim;
   const PetscReal *a      = motion + dim;
-  const PetscBool  moving = AtMovingWall(par->walls, &core->grid, ijk);
-  PetscReal        u[3], held = 0;
+  const PetscBool  moving = AtMovingWall(par->walls, &core->grid, ijk, n);
+  PetscReal        u[3], s[3], held = 0;
 
   for (PetscInt d = 0; d < dim; d++) {
     const PetscReal before = motion[d] - par->kick * a[d];
 
     if (moving) held += (1 - par->flip) * (n->m * before - n->p[d]) * before;
     u[d] = before + (e->mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0);
+    s[d] = MPMNodeStopped(n, d) ? motion[d] : u[d];
   }
-  AddNode(core, n, a, u, e->mean == MPM_MEAN_AGAIN ? 0.5 : 1, moving, held, e);
+  AddNode(core, n, a, u, s, e->mean == MPM_MEAN_AGAIN ? 0.5 : 1, moving, held, e);
+}
+
+/* Adds the other half of it, along the velocity of the second mapping of musl. */
+static void AddAgain(const MPMCore *core, const MPMNode *n, const PetscReal *motion, const PetscInt ijk[], MPMEnergy *e)
+{
+  const PetscInt dim = core->grid.dim;
+  PetscReal      u[3];
+
+  for (PetscInt d = 0; d < dim; d++) u[d] = MPMNodeStopped(n, d) ? n->p[d] / n->m : motion[d];
+  AddNode(core, n, motion + dim, u, motion, 0.5, AtMovingWall(core->params.walls, &core->grid, ijk, n), 0, e);
 }
 
 PetscErrorCode MPMEnergyNodes(MPMCore *core, const MPMPhase *phase)
@@ -343,7 +356,7 @@ PetscErrorCode MPMEnergyNodes(MPMCore *core, const MPMPhase *phase)
         if (advance)
           AddAdvance(core, n, motion, ijk, e);
         else
-          AddNode(core, n, motion + dim, motion, 0.5, AtMovingWall(core->params.walls, &core->grid, ijk), 0, e);
+          AddAgain(core, n, motion, ijk, e);
       }
     }
   PetscCall(MPMExchangeCloseNodes(core));

@@ -112,22 +112,27 @@ MPM_INLINE void Correct(int dim, const MPMParams *par, const MPMGrid *grid, cons
     PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim), *a = v + dim;
 
     for (int d = 0; d < dim; d++)
-      if (n->m > 0 && !((PetscInt)n->met & (PetscInt)1 << d)) v[d] += n->p[d] / n->m + par->kick * a[d];
+      if (n->m > 0 && !MPMNodeMet(n, d)) v[d] += n->p[d] / n->m + par->kick * a[d];
     if (Walled(r, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
   }
 }
 
-/* Sets the velocity that particles give the nodes after the advance. A wall that can only push holds the nodes that
-   touched it in the advance, and no others. If this were decided anew, then of a body that oscillates at the wall only
-   the velocities into it would be removed, and that would drive the oscillation. */
+/* Sets the velocity that particles give the nodes after the advance. Nodes that met a wall that only pushes keep that of
+   the advance, and such a wall holds no others. If this were decided anew, then of a body that oscillates at the wall
+   only the velocities into it would be removed, and that would drive the oscillation. */
 MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
 {
-  Divide(dim, par->walls->again, grid, r);
-  for (PetscInt i = r->first; i < r->last; i++) {
-    const PetscInt met = (PetscInt)r->node[i].met;
+  const MPMFace(*faces)[2] = par->walls->again;
+  const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
+  PetscInt       ijk[3];
 
-    for (int d = 0; met && d < dim; d++)
-      if (met & (PetscInt)1 << d) r->motion[i * MPM_MOTION_NC(dim) + d] = 0;
+  for (PetscInt i = r->first; i < r->last; i++) {
+    const MPMNode *n = r->node + i;
+    PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim);
+
+    for (int d = 0; d < dim; d++)
+      if (!MPMNodeMet(n, d)) v[d] = n->m > 0 ? n->p[d] / n->m : 0;
+    if (Walled(r, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
   }
 }
 

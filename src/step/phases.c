@@ -13,23 +13,23 @@
 
 #define TO_NODES(name, parts, in)                                                                                      \
   {                                                                                                                    \
-    name, MPM_PARTICLES_TO_NODES, parts, NULL, 0, 0, PETSC_FALSE, in, 0, 0                                                          \
+    name, MPM_PARTICLES_TO_NODES, parts, NULL, 0, NULL, 0, PETSC_FALSE, in, 0, 0                                                          \
   }
 #define NODES(name, kernel, flops)                                                                                     \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, 2, PETSC_TRUE, 0, 0, 0                                                                      \
+    name, MPM_NODES, 0, kernel, flops, NULL, 2, PETSC_TRUE, 0, 0, 0                                                                      \
   }
 #define VELOCITIES(name, kernel, flops)                                                                                \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, 1, PETSC_FALSE, 0, 0, 0                                                         \
+    name, MPM_NODES, 0, kernel, flops, NULL, 1, PETSC_FALSE, 0, 0, 0                                                         \
   }
 #define ADVANCES(name, kernel, flops)                                                                                  \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, 2, PETSC_TRUE, 0, 0, 0                                                          \
+    name, MPM_NODES, 0, kernel, flops, NULL, 2, PETSC_TRUE, 0, 0, 0                                                          \
   }
 #define TO_PARTICLES(name, parts, in, out)                                                                             \
   {                                                                                                                    \
-    name, MPM_NODES_TO_PARTICLES, parts, NULL, 0, 0, PETSC_FALSE, in, out, 0                                                        \
+    name, MPM_NODES_TO_PARTICLES, parts, NULL, 0, NULL, 0, PETSC_FALSE, in, out, 0                                                        \
   }
 
 /* A row has a name, which is that of its timer, so that rows may share one. A transfer has its parts, the fields that
@@ -144,6 +144,7 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     MPMPhase *phase = &core->phases[k];
 
     *phase = phases[k];
+    if (core->pistons && phase->kind == MPM_NODES && phase->nodes != MPMNodesMean) phase->after = MPMPistonsAfter;
     if (phase->parts & MPM_P2G_FORCE) phase->particles_in &= ~STRESS | stress;
     if ((phase->particles_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & MPM_G2P_STRESS) && !core->needs.stretched)
       phase->particles_in &= ~B(F);

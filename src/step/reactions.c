@@ -51,7 +51,8 @@ typedef struct {
   PetscInt n, face[6];
 } Touch;
 
-static void SetTouch(const MPMCore *core, const PetscInt ijk[], Touch *t)
+/* Finds the walls of node ijk; those beside the plane of a piston have it as a wall where it holds them, or if `held`. */
+static void SetTouch(const MPMCore *core, const PetscInt ijk[], const MPMNode *node, PetscBool held, Touch *t)
 {
   const MPMGrid *grid = &core->grid;
 
@@ -60,7 +61,8 @@ static void SetTouch(const MPMCore *core, const PetscInt ijk[], Touch *t)
     const MPMFace *f      = &core->params.walls->given[k / 2][k % 2];
     const PetscInt inside = k % 2 ? grid->cells[k / 2] - ijk[k / 2] : ijk[k / 2];
 
-    if (f->type != MPM_WALL_free && f->type != MPM_WALL_periodic && inside <= f->reach) t->face[t->n++] = k;
+    if (f->type == MPM_WALL_free || f->type == MPM_WALL_periodic || !MPMWallActs(f, inside)) continue;
+    if (inside <= f->reach || held || MPMNodeStopped(node, k / 2)) t->face[t->n++] = k;
   }
 }
 
@@ -151,10 +153,11 @@ static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, const Pe
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     const PetscReal other = n->f[d] / n->m + par->gravity[d], wall = par->kick * n->m * (a[d] - other);
     const PetscReal before = v[d] - par->kick * a[d],
-                    u      = before + (core->energy.mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0);
+                    u      = before + (core->energy.mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0),
+                    work   = MPMEnergyWall(par, n, d, a[d], u, MPMNodeStopped(n, d) ? v[d] : u);
 
     J[d] = flip * wall + (1 - flip) * (n->m * v[d] - n->p[d] - par->kick * n->m * other);
-    W[d] = (core->energy.mean == MPM_MEAN_AGAIN ? 0.5 : 1) * wall * u;
+    W[d] = (core->energy.mean == MPM_MEAN_AGAIN ? 0.5 : 1) * par->kick * n->m * work;
     W[d] += (1 - flip) * (n->m * before - n->p[d]) * before; /* what a wall gave before; 0 unless it moves */
   }
   Give(core, t, PETSC_FALSE, J, W);
@@ -169,7 +172,7 @@ static void AddAgain(MPMCore *core, const Touch *t, const MPMNode *n, const Pets
 
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     J[d] = par->kick * n->m * (a[d] - (n->f[d] / n->m + par->gravity[d]));
-    W[d] = 0.5 * J[d] * v[d];
+    W[d] = 0.5 * par->kick * n->m * MPMEnergyWall(par, n, d, a[d], MPMNodeStopped(n, d) ? n->p[d] / n->m : v[d], v[d]);
   }
   Give(core, t, PETSC_TRUE, J, W);
 }
@@ -230,7 +233,7 @@ PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
         const PetscInt   ijk[3] = {patch->lo[0] + i, patch->own_lo[1] + y, patch->own_lo[2] + z};
         Touch            touch;
 
-        SetTouch(core, ijk, &touch);
+        SetTouch(core, ijk, n, k == r->filter ? PETSC_TRUE : PETSC_FALSE, &touch);
         if (!touch.n || !(n->m > 0)) continue;
         if (begins)
           PetscCall(Keep(core, at, v));

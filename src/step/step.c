@@ -48,6 +48,17 @@ static PetscErrorCode SetForces(MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode FindGaps(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_FORCES));
+  MPMWorkBegin(&core->timers);
+  PetscCall(MPMGapsUpdate(core));
+  MPMWorkEnd(&core->timers, MPM_TIMER_FORCES, NULL, 0);
+  PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_FORCES));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode FollowEnergy(MPMCore *core, PetscBool begins)
 {
   PetscFunctionBeginUser;
@@ -103,6 +114,7 @@ PetscErrorCode MPMStepMake(MPMCore *core, const MPMScene *scene)
   if (MPMDampingIsOn(core)) PetscCall(MPMDampingBegin(core));
   if (core->needs.forced) PetscCall(SetForces(core, scene));
   if (MPMEnergyFollows(core)) PetscCall(FollowEnergy(core, PETSC_TRUE));
+  if (core->gaps) PetscCall(FindGaps(core));
   for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, k));
   PetscCall(Reduce(core));
   if (MPMEnergyFollows(core) && !MPMStatusIsBad(&core->status)) PetscCall(FollowEnergy(core, PETSC_FALSE));
@@ -126,6 +138,7 @@ static PetscErrorCode RunUntimed(MPMCore *core, const MPMPhase *phase)
 PetscErrorCode MPMStepNodes(MPMCore *core)
 {
   PetscFunctionBeginUser;
+  if (core->gaps) PetscCall(MPMGapsUpdate(core));
   for (PetscInt k = 0; k < 2; k++) PetscCall(RunUntimed(core, MPMStepOutputPhase(core, k)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -44,6 +44,16 @@ MPM_INLINE PetscBool MPMEnergyFollows(const MPMCore *core)
   return core->energy.loads || core->energy.on || core->energy.nheat ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Returns the work of the walls of a node along axis d, by its mass and kick: what the acceleration a does along u, less
+   what the force and gravity do along s, m^2/s^3 (energy.c). */
+MPM_INLINE PetscReal MPMEnergyWall(const MPMParams *par, const MPMNode *n, PetscInt d, PetscReal a, PetscReal u,
+                                   PetscReal s)
+{
+  const PetscReal other = n->f[d] / n->m + par->gravity[d];
+
+  return (a - other) * s + a * (u - s);
+}
+
 /* What walls give the matter (reactions.c), in core->reactions, if the history asks for some faces (bits). SetUp follows
    the set-up of the step's program; MPMReactionsPhase adds what phase k of the program did, and is called before it too.
    Not collective. */
@@ -51,6 +61,20 @@ PetscErrorCode MPMReactionsCreate(MPMCore *, PetscInt faces);
 PetscErrorCode MPMReactionsDestroy(MPMCore *);
 void           MPMReactionsSetUp(MPMCore *);
 PetscErrorCode MPMReactionsPhase(MPMCore *, PetscInt k, PetscBool begins);
+
+/* The gaps between matter and walls that only push (gaps.c), in core->gaps, if there are such walls. Create lets their
+   faces show them to the nodes; MPMGapsUpdate finds them for the present positions and the step core->params.dt.
+   Collective on the exchange, but for the first two. */
+PetscErrorCode MPMGapsCreate(MPMCore *, MPMWalls *);
+PetscErrorCode MPMGapsDestroy(MPMCore *);
+PetscErrorCode MPMGapsUpdate(MPMCore *);
+
+/* Pistons (pistons.c), in core->pistons, if there are any. Create follows MPMGapsCreate. MPMPistonsUpdate finds the weights of nodes
+   at the present positions, and MPMPistonsAfter follows a phase of nodes; both are collective on exchange.data. */
+PetscErrorCode MPMPistonsCreate(MPMCore *);
+PetscErrorCode MPMPistonsDestroy(MPMCore *);
+PetscErrorCode MPMPistonsUpdate(MPMCore *);
+PetscErrorCode MPMPistonsAfter(MPMCore *, const MPMPhase *);
 
 /* Damping of all motion (damping.c): read its options; before the phases of a step, and after them if the state is
    good, which is collective on the exchange. MPMDampingIsOn returns whether there is any. */

@@ -1,0 +1,70 @@
+/* rim.c - where a body ends near a particle of its lattice: at the start, for walls that act on arrival (step/gaps.c). The
+   surface of a body may lie anywhere between the last place of the lattice in the body and the next one, and it may slant
+   or be curved, while the last particles are steps. All that is asked of a shape is whether a place lies in it. */
+#include "scene/fill.h"
+
+#define HALVINGS 20 /* of an interval of a few spacings */
+
+/* Returns how far the surface is from x [dim], m, along axis k / 2, towards its upper end if k is odd, between `in`, a
+   distance at which the place is in the body, and `out`, one at which it is not. */
+static PetscReal Exit(const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt k, PetscReal in, PetscReal out)
+{
+  for (int n = 0; n < HALVINGS; n++) {
+    const PetscReal middle = 0.5 * (in + out);
+
+    if (MPMFillInside(b, dim, x, k, middle))
+      in = middle;
+    else
+      out = middle;
+  }
+  return 0.5 * (in + out);
+}
+
+/* Finds the distance along side k at x + by along axis e, in whose neighbourhood it is `near`. Returns whether there is
+   one between a spacing inside and two outside. */
+static PetscBool Beside(const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt k, PetscInt e, PetscReal by,
+                        PetscReal *at)
+{
+  const PetscReal spacing = b->b[k / 2];
+  PetscReal       y[3], in = 0;
+
+  for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (d == e ? by : 0);
+  if (!MPMFillInside(b, dim, y, k, in)) in = -spacing;
+  if (!MPMFillInside(b, dim, y, k, in) || MPMFillInside(b, dim, y, k, 2 * spacing)) return PETSC_FALSE;
+  *at = Exit(b, dim, y, k, in, 2 * spacing);
+  return PETSC_TRUE;
+}
+
+void MPMFillRim(const MPMBody *b, PetscInt dim, PetscInt faces, const PetscReal x[], PetscReal rim[])
+{
+  PetscInt  side = -1;
+  PetscReal far = PETSC_INFINITY, size = 1;
+
+  for (PetscInt d = 0; d < dim; d++) rim[d] = 0;
+  for (int only = 1; only >= 0 && side < 0; only--) /* the nearest side on which the neighbour is missing, at a wall first */
+    for (PetscInt k = 0; k < 2 * dim; k++) {
+      PetscReal at;
+
+      if ((only && !(faces & (PetscInt)1 << k)) || MPMFillInside(b, dim, x, k, b->b[k / 2])) continue;
+      at = Exit(b, dim, x, k, 0, b->b[k / 2]);
+      if (at >= far) continue;
+      far  = at;
+      side = k;
+    }
+  if (side < 0) return;
+  for (PetscInt e = 0; e < dim; e++) { /* the normal of the plane through the surface there and half a spacing beside it */
+    const PetscReal by = 0.5 * b->b[e];
+    PetscReal       lower = far, upper = far;
+    PetscBool       below, above;
+
+    if (e == side / 2) {
+      rim[e] = side % 2 ? 1 : -1;
+      continue;
+    }
+    below = Beside(b, dim, x, side, e, -by, &lower);
+    above = Beside(b, dim, x, side, e, by, &upper);
+    if (below || above) rim[e] = (lower - upper) / (below && above ? 2 * by : by);
+    size += rim[e] * rim[e];
+  }
+  for (PetscInt d = 0; d < dim; d++) rim[d] *= far / size;
+}

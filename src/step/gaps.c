@@ -1,0 +1,209 @@
+/* gaps.c - how far the matter is from the walls that only push, so that they act when it arrives and not before. As a
+   step begins, each particle near such a wall tells the node of the face that it lies over where its matter ends: its
+   centre less half of the extent of its deformed domain. The gap of a node is the least of these, over all processes,
+   since a minimum has the same bits in every sequence. A node without a particle over it has the least gap of the nodes
+   beside it from which it may have mass. docs/theory.md has the condition that nodes get (Walls). */
+#include "parallel/exchange.h"
+#include "physics/extent.h"
+#include "physics/wall.h"
+#include "step/step.h"
+
+#define FACES 0.25 /* squared cosine of the angle from the wall within which a surface is turned towards it: 60 degrees */
+#define STEEP 0.1  /* cells */
+#define SPREAD 0.1 /* of what is beyond the nearest nodes */
+#define SUNK  0.02 /* cells: what an end may have sunk into a wall before other nodes than the nearest are looked at */
+#define TIE   1e-9 /* cells: a particle in the middle between two nodes lies over both */
+
+PetscErrorCode MPMGapsCreate(MPMCore *core, MPMWalls *w)
+{
+  MPMGaps *g;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscNew(&g));
+  for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
+    g->first[k] = g->n;
+    if (MPMWallWaits(w->given[k / 2][k % 2].type)) g->n += MPMFaceNodes(&core->grid, k / 2);
+  }
+  if (!g->n) {
+    PetscCall(PetscFree(g));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PetscMalloc2(2 * g->n, &g->gap, 2 * g->n, &g->least));
+  core->gaps = g;
+  for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
+    const PetscInt d = k / 2, s = k % 2;
+    MPMFace *const faces[] = {&w->given[d][s], &w->before[d][s], &w->again[d][s], &w->gradient[d][s], &w->residual[d][s]};
+
+    if (!MPMWallWaits(w->given[d][s].type)) continue;
+    g->faces |= (PetscInt)1 << k;
+    for (size_t f = 0; f < sizeof faces / sizeof faces[0]; f++) faces[f]->least = g->least + g->first[k];
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMGapsDestroy(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  if (core->gaps) PetscCall(PetscFree2(core->gaps->gap, core->gaps->least));
+  PetscCall(PetscFree(core->gaps));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static const MPMMaterial *MaterialOf(const MPMCore *core, const MPMView *view, PetscInt p)
+{
+  return &core->params.materials[core->params.kinds[view->kind ? view->kind[p] : 0].material];
+}
+
+/* Sets F [dim*dim] to the deformation of particle p's domain. A fluid, and what flows, keeps no shape: its domain is the
+   one of the start, with the particle's volume as far as its law keeps it, unless it is alone and has any volume. */
+static void Deformation(const MPMCore *core, const MPMView *view, PetscInt p, PetscReal F[])
+{
+  const PetscInt     dim = core->grid.dim;
+  const MPMMaterial *m   = MaterialOf(core, view, p);
+  PetscReal          J   = 1;
+
+  if (MPMMaterialKeepsShape(m)) {
+    for (PetscInt k = 0; k < dim * dim; k++) F[k] = view->F[p * dim * dim + k];
+    return;
+  }
+  if (m->type->traits & MPM_FLUID) J = PetscClipInterval(view->J[p], 0.5, 2);
+  for (PetscInt k = 0; k < dim * dim; k++) F[k] = 0;
+  for (PetscInt d = 0; d < dim; d++) F[d * (dim + 1)] = dim == 1 ? J : dim == 2 ? PetscSqrtReal(J) : cbrt(J);
+}
+
+/* Returns how far the matter of particle p, at the distance `at`, m, reaches towards the wall of face k, m. Where the surface of its body at the start
+   was beside it and now is turned towards the wall, it reaches to that surface, straight ahead, or at the lowest place of
+   its domain if that is lower by more than STEEP; else to the end of its domain. What is too far away to arrive in this step
+   is not computed. */
+static PetscReal Reaches(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k, PetscReal at)
+{
+  const int       dim = (int)core->grid.dim, axis = (int)k / 2;
+  const PetscReal sign = k % 2 ? 1 : -1, *rim = view->rim + p * dim;
+  const MPMKind  *kind = &core->params.kinds[view->kind ? view->kind[p] : 0];
+  PetscReal       half[3] = {0}, n[3] = {0}, F[9], cofactor[9], turned[3] = {0}, size = 0, far = 0, ahead, most;
+
+  for (int d = 0; d < dim; d++) half[d] = kind->l[d] * core->grid.h[d];
+  if (at > 4 * half[axis]) return 2 * half[axis];
+  Deformation(core, view, p, F);
+  MPMCofactor(dim, F, cofactor); /* J F^-T turns normals of surfaces */
+  for (int d = 0; d < dim; d++) {
+    for (int e = 0; e < dim; e++) turned[d] += cofactor[d * dim + e] * rim[e];
+    far += rim[d] * rim[d];
+    size += turned[d] * turned[d];
+  }
+  n[axis] = 1;
+  if (!(sign * turned[axis] > 0 && turned[axis] * turned[axis] > FACES * size)) return MPMExtent(dim, half, F, n);
+  ahead = most = MPMDet(dim, F) * far / (sign * turned[axis]);
+  for (int d = 0; d < dim; d++) most += d == axis ? 0 : PetscAbsReal(turned[d] / turned[axis]) * half[d];
+  return PetscMax(ahead, most - STEEP * core->grid.h[axis]);
+}
+
+/* Lets particle p, at the distance `at`, m, from the wall of face k, tell the nodes that it lies over how far its end is, those
+   nearest to it. To those of a piston a body that keeps its shape tells it once more, since it can be pulled.
+
+   Other nodes in its reach move it too, and their matter may be further from the wall. Where a particle's end has sunk into
+   it, the node that is so many cells beyond the nearest ones is stopped too, if the end has sunk by SPREAD times as many: so
+   sharp ends are held, and curved ones hardly notice. */
+static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k, PetscReal at, PetscReal *gap,
+                 PetscReal *rest)
+{
+  const MPMGrid  *grid   = &core->grid;
+  const PetscInt  dim    = grid->dim;
+  const PetscBool moves  = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool pulled = moves && MPMMaterialKeepsShape(MaterialOf(core, view, p)) ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal h = grid->h[k / 2], end = at - Reaches(core, view, p, k, at);
+  const PetscBool sinks = !moves && end < -SUNK * h ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal reach = sinks ? 0.5 * MPM_MAX_STENCIL : 0.5;
+  PetscInt        lo[3] = {0}, hi[3] = {0}, ijk[3];
+  PetscReal       xi[3] = {0};
+
+  for (PetscInt d = 0; d < dim; d++) {
+    if (d == k / 2) continue;
+    xi[d] = (view->x[p * dim + d] - grid->lower[d]) / grid->h[d];
+    lo[d] = (PetscInt)PetscCeilReal(xi[d] - reach - TIE);
+    hi[d] = (PetscInt)PetscFloorReal(xi[d] + reach + TIE);
+  }
+  for (ijk[2] = lo[2]; ijk[2] <= hi[2]; ijk[2]++)
+    for (ijk[1] = lo[1]; ijk[1] <= hi[1]; ijk[1]++)
+      for (ijk[0] = lo[0]; ijk[0] <= hi[0]; ijk[0]++) {
+        const PetscInt i    = MPMFaceNode(grid, k / 2, ijk);
+        PetscReal      most = 0; /* cells: the largest distance along an axis */
+
+        for (PetscInt d = 0; d < dim; d++) most = PetscMax(most, d == k / 2 ? 0 : PetscAbsReal((PetscReal)ijk[d] - xi[d]));
+        if (most < 0.5 + 2 * TIE) gap[i] = PetscMin(gap[i], end);
+        if (most < 0.5 + 2 * TIE && pulled) rest[i] = PetscMin(rest[i], end);
+        if (sinks) rest[i] = PetscMin(rest[i], end + SPREAD * (most - 0.5) * h);
+      }
+}
+
+/* Returns the gap of node ijk [3] of face k, or if no particle lies over it the least one of the nodes beside it from whose
+   particles it may have mass. */
+static PetscReal Nearby(const MPMCore *core, PetscInt k, const PetscInt ijk[], const PetscReal gap[])
+{
+  const PetscInt reach = MPMBasisNodes(core->basis) / 2;
+  PetscReal      own   = gap[MPMFaceNode(&core->grid, k / 2, ijk)];
+  PetscInt       by[3], at[3];
+
+  if (own < PETSC_INFINITY) return own;
+  for (PetscInt d = 0; d < 3; d++) by[d] = d < core->grid.dim && d != k / 2 ? reach : 0;
+  for (at[2] = ijk[2] - by[2]; at[2] <= ijk[2] + by[2]; at[2]++)
+    for (at[1] = ijk[1] - by[1]; at[1] <= ijk[1] + by[1]; at[1]++)
+      for (at[0] = ijk[0] - by[0]; at[0] <= ijk[0] + by[0]; at[0]++)
+        own = PetscMin(own, gap[MPMFaceNode(&core->grid, k / 2, at)]);
+  return own;
+}
+
+/* Sets the least velocities at the nodes of face k from the gaps, and of a piston how far what it can pull is. */
+static void SetLeast(const MPMCore *core, PetscInt k)
+{
+  const MPMGrid  *grid  = &core->grid;
+  const PetscBool moves = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal      *gap = core->gaps->gap + core->gaps->first[k], *rest = gap + core->gaps->n;
+  PetscReal      *least = core->gaps->least + core->gaps->first[k];
+  PetscInt        n[3], ijk[3];
+
+  for (PetscInt d = 0; d < 3; d++) n[d] = d < grid->dim && d != k / 2 ? grid->cells[d] + !grid->periodic[d] : 1;
+  for (ijk[2] = 0; ijk[2] < n[2]; ijk[2]++)
+    for (ijk[1] = 0; ijk[1] < n[1]; ijk[1]++)
+      for (ijk[0] = 0; ijk[0] < n[0]; ijk[0]++) {
+        const PetscInt  i   = MPMFaceNode(grid, k / 2, ijk);
+        const PetscReal own = Nearby(core, k, ijk, gap);
+
+        least[i] = -PetscMax(0, moves ? own : PetscMin(own, rest[i])) / core->params.dt;
+        if (moves) least[i + core->gaps->n] = Nearby(core, k, ijk, rest);
+      }
+}
+
+PetscErrorCode MPMGapsUpdate(MPMCore *core)
+{
+  const MPMGrid  *grid   = &core->grid;
+  const PetscInt  dim    = grid->dim, fields = MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim);
+  const PetscReal reach  = 0.5 * MPMBasisNodes(core->basis);
+  MPMGaps        *g      = core->gaps;
+  MPMView         view;
+
+  PetscFunctionBeginUser;
+  if (!g) PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt i = 0; i < 2 * g->n; i++) g->gap[i] = PETSC_INFINITY;
+  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  for (PetscInt k = 0; k < 2 * dim; k++) {
+    const PetscInt  d    = k / 2;
+    const PetscBool moves = core->params.walls->given[d][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+    const PetscReal near = reach * grid->h[d], behind = moves ? -grid->h[d] : PETSC_MIN_REAL;
+    PetscReal       plane, sign;
+
+    if (!(g->faces & (PetscInt)1 << k)) continue;
+    MPMWallPlane(core->params.walls, grid, k, &plane, &sign);
+    for (PetscInt p = 0; p < view.n; p++) {
+      const PetscReal at = sign * (view.x[p * dim + d] - plane);
+
+      if (at < near && at > behind) Tell(core, &view, p, k, at, g->gap + g->first[k], g->gap + g->n + g->first[k]);
+    }
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, g->gap, (PetscMPIInt)(2 * g->n), MPIU_REAL, MPI_MIN, core->exchange.data));
+  for (PetscInt k = 0; k < 2 * dim; k++)
+    if (g->faces & (PetscInt)1 << k) SetLeast(core, k);
+  if (core->pistons) PetscCall(MPMPistonsUpdate(core));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

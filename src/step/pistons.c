@@ -1,0 +1,288 @@
+/* pistons.c - planes that move through the grid: what they do to the nodes beside them. A piston acts on the columns of
+   nodes along its normal, one for each node of its face. If the matter of a column would come nearer to the plane than its
+   gap allows, or leave a piston that holds it, the piston gives it an impulse at its surface.
+
+   The surface of the matter has for node k the weight N_k = - sum_p V_p d phi_kp/dn, n away from the piston: by it the
+   column's matter ends with the velocity w = sum_k N_k v_k, where sum N_k = 1, and an impulse p there is the part N_k p of
+   node k. A uniform stress along n needs just these parts to be at rest, at every node, however little mass it has; with
+   other parts the last particles come off. w changes by p sum_k N_k^2/m_k.
+
+   This is done after each update of nodes from which particles take something: ADVANCE decides which columns are held, and
+   the others of the step follow. Nodes that another wall holds take what they get. The weights are sums of whole
+   numbers, and the nodes of a column, which may be on several processes, are collected in sums of which all other terms
+   are 0: both have the same bits in every sequence. docs/theory.md has the formulas (Walls). */
+#include "kernels/cell.h"
+#include "parallel/exchange.h"
+#include "physics/wall.h"
+#include "step/step.h"
+
+#define TOUCHES 0.05          /* cells: what is nearer than this to a piston that pulls is held */
+#define CLOSES  50            /* steps in which what is held comes nearer by its gap, so that errors do not add up */
+#define UNIT    ldexp(1, -50) /* of the weights, in sides of cells */
+#define MOST    ldexp(1, 54)  /* of what a particle adds to a weight, in units */
+
+PetscErrorCode MPMPistonsCreate(MPMCore *core)
+{
+  PetscInt any = 0, most = 0;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < 2 * core->grid.dim; k++)
+    if (core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston) {
+      any  = 1;
+      most = PetscMax(most, MPMFaceNodes(&core->grid, k / 2));
+    }
+  if (!any) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscNew(&core->pistons));
+  PetscCall(PetscCalloc4(MPM_MAX_STENCIL * core->gaps->n, &core->pistons->weight, 2 * MPM_MAX_STENCIL * most,
+                         &core->pistons->sum, core->gaps->n, &core->pistons->held, core->gaps->n,
+                         &core->pistons->relative));
+  PetscCall(PetscCalloc2(MPM_MAX_STENCIL * most, &core->pistons->share, most, &core->pistons->impulse));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMPistonsDestroy(MPMCore *core)
+{
+  MPMPistons *p = core->pistons;
+
+  PetscFunctionBeginUser;
+  if (p) PetscCall(PetscFree4(p->weight, p->sum, p->held, p->relative));
+  if (p) PetscCall(PetscFree2(p->share, p->impulse));
+  PetscCall(PetscFree(core->pistons));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- Weights ------------------------------------------------------------------------------------------------------ */
+
+/* Returns the volume of particle p over that of the start, as far as its law keeps it. */
+static PetscReal VolumeRatio(const MPMCore *core, const MPMView *view, PetscInt p, const MPMMaterial *m)
+{
+  const int dim = (int)core->grid.dim;
+
+  if (MPMMaterialKeepsShape(m)) return MPMDet(dim, view->F + p * dim * dim);
+  return m->type->traits & MPM_FLUID ? view->J[p] : 1;
+}
+
+/* Adds to the weights of the nodes beside the piston of face k what particle p has for them. */
+static void Weigh(MPMCore *core, const MPMView *view, PetscInt p, PetscInt k)
+{
+  const MPMGrid   *grid = &core->grid;
+  const int        dim = (int)grid->dim, axis = (int)k / 2;
+  const MPMFace   *f    = &core->params.walls->given[axis][k % 2];
+  const MPMKind   *kind = &core->params.kinds[view->kind ? view->kind[p] : 0];
+  const PetscReal *l    = MPMHalfWidths(dim, core->params.kinds, view, p);
+  PetscReal        units = (k % 2 ? 1 : -1) * kind->V0 / UNIT, w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL], xi[3];
+  PetscInt         base[3] = {0}, n[3] = {1, 1, 1}, ijk[3], at[3];
+
+  units *= VolumeRatio(core, view, p, core->params.materials + kind->material);
+  MPMCoordinates(dim, core->basis, grid, view->x + p * dim, l, xi, base);
+  for (int d = 0; d < dim; d++) {
+    n[d] = MPMBasisNodes(core->basis);
+    MPMBasisWeights(core->basis, xi[d], l[d], base[d], grid->cells[d], grid->wall_basis[d], w[d], g[d]);
+    units /= grid->h[d]; /* of the gradient, or of a side of a cell */
+  }
+  for (at[2] = 0; at[2] < n[2]; at[2]++)
+    for (at[1] = 0; at[1] < n[1]; at[1]++)
+      for (at[0] = 0; at[0] < n[0]; at[0]++) {
+        PetscReal part = units;
+        PetscInt  j;
+
+        for (int d = 0; d < dim; d++) {
+          ijk[d] = base[d] + at[d];
+          part *= d == axis ? g[d][at[d]] : w[d][at[d]];
+        }
+        j = ijk[axis] - f->first;
+        if (j < 0 || j >= f->beside) continue;
+        part = PetscMax(-MOST, PetscMin(MOST, part));
+        core->pistons->weight[(core->gaps->first[k] + MPMFaceNode(grid, axis, ijk)) * MPM_MAX_STENCIL + j] +=
+            (PetscInt64)part;
+      }
+}
+
+PetscErrorCode MPMPistonsUpdate(MPMCore *core)
+{
+  const MPMGrid *grid   = &core->grid;
+  const PetscInt fields = MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(l), dim = grid->dim;
+  const PetscInt n      = MPM_MAX_STENCIL * core->gaps->n;
+  PetscMPIInt    count;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscArrayzero(core->pistons->weight, n));
+  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  for (PetscInt k = 0; k < 2 * dim; k++) {
+    const PetscReal h = grid->h[k / 2];
+    PetscReal       plane, sign;
+
+    if (core->params.walls->given[k / 2][k % 2].type != MPM_WALL_piston) continue;
+    MPMWallPlane(core->params.walls, grid, k, &plane, &sign);
+    for (PetscInt p = 0; p < view.n; p++) {
+      const PetscReal at = sign * (view.x[p * dim + k / 2] - plane);
+
+      if (at > -h && at < MPM_MAX_STENCIL * h) Weigh(core, &view, p, k);
+    }
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCall(PetscMPIIntCast(n, &count));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, core->pistons->weight, count, MPIU_INT64, MPI_SUM, core->exchange.data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- Nodes -------------------------------------------------------------------------------------------------------- */
+
+/* A node beside a piston: its column, and which of the nodes beside the plane it is; is it held by another wall? */
+typedef struct {
+  PetscInt   column, j;
+  PetscBool  held;
+  MPMNode   *node;
+  PetscReal *motion;
+} Beside;
+
+/* Returns whether a wall besides the piston of face k holds node ijk along the normal of that. */
+static PetscBool HeldByOther(const MPMCore *core, PetscInt k, const PetscInt ijk[])
+{
+  const MPMGrid *grid = &core->grid;
+
+  for (PetscInt q = 0; q < 2 * grid->dim; q++) {
+    const MPMFace *f      = &core->params.walls->given[q / 2][q % 2];
+    const PetscInt inside = q % 2 ? grid->cells[q / 2] - ijk[q / 2] : ijk[q / 2];
+
+    if (q == k || inside > 0 || f->type == MPM_WALL_free || f->type == MPM_WALL_piston) continue;
+    if (q / 2 == k / 2 || f->type == MPM_WALL_fixed || f->type == MPM_WALL_moving) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* Calls act for each own node beside the piston of face k that has mass. */
+static void ForNodes(MPMCore *core, PetscInt k, PetscBool advance,
+                     void (*act)(MPMCore *, PetscInt k, PetscBool advance, const Beside *))
+{
+  const MPMPatch *patch = &core->exchange.patch;
+  const MPMFace  *f     = &core->params.walls->given[k / 2][k % 2];
+  const PetscInt  own = patch->own_lo[0] - patch->lo[0], d = k / 2, end = f->first + f->beside;
+
+  for (PetscInt z = 0; z < patch->own_n[2]; z++)
+    for (PetscInt y = 0; y < patch->own_n[1]; y++) {
+      const PetscInt row    = (z + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + y + patch->own_lo[1] - patch->lo[1];
+      PetscInt       ijk[3] = {0, patch->own_lo[1] + y, patch->own_lo[2] + z};
+      PetscInt       first  = PetscMax(own, patch->span[row].first),
+               last         = PetscMin(own + patch->own_n[0], patch->span[row].last);
+
+      if (d && (ijk[d] < f->first || ijk[d] >= end)) continue;
+      if (!d) {
+        first = PetscMax(first, f->first - patch->lo[0]);
+        last  = PetscMin(last, end - patch->lo[0]);
+      }
+      for (PetscInt i = first; i < last; i++) {
+        const PetscInt at = row * patch->n[0] + i;
+        Beside         b  = {.node = patch->node + at, .motion = patch->motion + at * MPM_MOTION_NC(core->grid.dim)};
+
+        ijk[0]   = patch->lo[0] + i;
+        b.j      = ijk[d] - f->first;
+        b.column = MPMFaceNode(&core->grid, d, ijk);
+        b.held   = HeldByOther(core, k, ijk);
+        if (b.node->m > 0) act(core, k, advance, &b);
+      }
+    }
+}
+
+/* Tells the column of a node what the node has; one that is held has an infinite mass. */
+static void Tell(MPMCore *core, PetscInt k, PetscBool advance, const Beside *b)
+{
+  PetscReal *to = core->pistons->sum + 2 * (b->column * MPM_MAX_STENCIL + b->j);
+
+  (void)advance;
+  to[0] = b->motion[k / 2];
+  to[1] = b->held ? PETSC_INFINITY : b->node->m;
+}
+
+/* Gives a node its part of the impulse of its column. */
+static void Give(MPMCore *core, PetscInt k, PetscBool advance, const Beside *b)
+{
+  const MPMPistons *p = core->pistons;
+  const PetscInt    d = k / 2;
+  const PetscReal   by =
+      b->held ? 0 : p->impulse[b->column] * p->share[b->column * MPM_MAX_STENCIL + b->j] / b->node->m;
+
+  b->motion[d] += by;
+  if (!advance) return;
+  b->motion[core->grid.dim + d] += by / core->params.kick;
+  if (p->held[core->gaps->first[k] + b->column]) b->node->met = (PetscReal)((PetscInt)b->node->met | (PetscInt)8 << d);
+}
+
+/* --- Columns ------------------------------------------------------------------------------------------------------ */
+
+/* Decides what the velocity w of the end of column i of all faces, relative to the piston and away from it, m/s, is to
+   be. Returns whether the piston changes it. */
+static PetscBool Decide(const MPMCore *core, const MPMFace *f, PetscReal h, PetscInt i, PetscReal w, PetscReal *to)
+{
+  const PetscReal least = core->gaps->least[i], pulled = core->gaps->least[core->gaps->n + i];
+
+  *to = least;
+  if (w < least) return PETSC_TRUE;
+  *to = -PetscMax(0, pulled) / (CLOSES * core->params.dt);
+  return f->pulls && w > *to && pulled < TOUCHES * h ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Returns whether the piston of face k changes the velocity w of the end of column i of all faces in this phase, and to
+   what. */
+static PetscBool Changes(MPMCore *core, PetscInt k, const MPMPhase *phase, PetscInt i, PetscReal w, PetscReal *to)
+{
+  const MPMFace *f = &core->params.walls->given[k / 2][k % 2];
+  MPMPistons    *p = core->pistons;
+
+  if (phase->nodes == MPMNodesVelocity) return Decide(core, f, core->grid.h[k / 2], i, w, to);
+  if (phase->nodes == MPMNodesAdvance) p->held[i] = Decide(core, f, core->grid.h[k / 2], i, w, &p->relative[i]);
+  *to = p->relative[i];
+  if (phase->nodes != MPMNodesResidual) return p->held[i];
+  *to = 0;
+  return core->gaps->least[i] >= 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Finds the impulses of the columns of face k, and the shares of their nodes in them. */
+static void FindImpulses(MPMCore *core, PetscInt k, const MPMPhase *phase, PetscInt columns)
+{
+  MPMPistons     *p    = core->pistons;
+  const MPMFace  *f    = &core->params.walls->given[k / 2][k % 2];
+  const PetscReal sign = k % 2 ? -1 : 1, V = phase->nodes == MPMNodesResidual ? 0 : f->velocity[k / 2];
+
+  for (PetscInt c = 0; c < columns; c++) {
+    const PetscReal  *sum    = p->sum + 2 * MPM_MAX_STENCIL * c;
+    const PetscInt64 *weight = p->weight + MPM_MAX_STENCIL * (core->gaps->first[k] + c);
+    PetscReal        *share = p->share + MPM_MAX_STENCIL * c, all = 0, w = 0, inverse = 0, to;
+
+    p->impulse[c] = 0;
+    for (PetscInt j = 0; j < f->beside; j++) {
+      share[j] = sum[2 * j + 1] > 0 ? (PetscReal)PetscMax(0, weight[j]) : 0;
+      all += share[j];
+    }
+    for (PetscInt j = 0; j < f->beside && all > 0; j++) {
+      share[j] /= all;
+      if (!(share[j] > 0)) continue;
+      w += share[j] * sum[2 * j];
+      inverse += share[j] * share[j] / sum[2 * j + 1];
+    }
+    w = sign * (w - V);
+    if (!(inverse > 0)) w = PETSC_INFINITY; /* there is nothing, or another wall holds all of it */
+    if (Changes(core, k, phase, core->gaps->first[k] + c, w, &to) && inverse > 0) p->impulse[c] = sign * (to - w) / inverse;
+  }
+}
+
+PetscErrorCode MPMPistonsAfter(MPMCore *core, const MPMPhase *phase)
+{
+  const PetscBool advance = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
+    const PetscInt columns = MPMFaceNodes(&core->grid, k / 2), numbers = 2 * MPM_MAX_STENCIL * columns;
+    PetscMPIInt    count;
+
+    if (core->params.walls->given[k / 2][k % 2].type != MPM_WALL_piston) continue;
+    PetscCall(PetscArrayzero(core->pistons->sum, numbers));
+    ForNodes(core, k, advance, Tell);
+    PetscCall(PetscMPIIntCast(numbers, &count));
+    PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, core->pistons->sum, count, MPIU_REAL, MPI_SUM, core->exchange.data));
+    FindImpulses(core, k, phase, columns);
+    ForNodes(core, k, advance, Give);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
