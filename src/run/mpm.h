@@ -191,7 +191,9 @@ PetscErrorCode MPMMemoryPrint(MPM, PetscReal seconds);
 PetscErrorCode MPMDiskPrint(MPM, PetscReal steps, PetscReal seconds);
 
 /* Tell what is doubtful in a valid scene (doubts.c): refuse it, before the first step, or note odd values, or warn;
-   steps and seconds are what is predicted for the whole run. Not collective. */
+   steps and seconds are what is predicted for the whole run. Not collective, but for MPMDoubtsBodies, which warns of how
+   the particles of bodies lie (doubts_bodies.c): on exchange.data. */
+PetscErrorCode MPMDoubtsBodies(MPM);
 PetscErrorCode MPMDoubtsRefuse(MPM, MPMOptions);
 PetscErrorCode MPMDoubtsNote(MPM);
 PetscErrorCode MPMDoubtsWarn(MPM, PetscReal steps, PetscReal seconds);
