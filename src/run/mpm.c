@@ -42,6 +42,7 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   MPMPresetChoose(mpm);
   PetscCall(MPMMethodSetFromOptions(mpm, o));
   PetscCall(MPMAdvanceSetFromOptions(mpm, o));
+  PetscCall(MPMWatchSetFromOptions(mpm, o));
   PetscCall(MPMExchangeSetFromOptions(core, o));
   PetscCall(MPMModelSetFromOptions(&mpm->cost, o));
   PetscCall(MPMDampingSetFromOptions(core, o));
@@ -170,6 +171,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
   if (core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Stage("MPM set-up", &stage));
   PetscCall(PetscLogStagePush(stage));
+  PetscCall(MPMWatchSetUp(mpm));
   PetscCall(SetUpExchange(mpm));
   if (core->exchange.data != MPI_COMM_NULL) { /* workers of the pool hold no particles */
     PetscCall(MPMParticlesCreate(&core->particles, core->exchange.data));
@@ -238,13 +240,13 @@ PetscErrorCode MPMRun(MPM mpm)
     if (MPMStatusIsBad(&core->status)) break; /* this state is neither measured nor written */
     PetscCall(MPMWatchRest(mpm));
     PetscCall(Output(mpm, output, PETSC_FALSE));
-    PetscCall(MPMWatchBodies(mpm));
+    PetscCall(MPMWatchState(mpm));
     PetscCall(MPMCheckpointStep(mpm, PETSC_FALSE));
     PetscCall(MPMReportProgress(mpm));
   }
   /* A run that may go on gets its checkpoint before the output of its end, which a run without a stop does not have. */
   if (core->t < mpm->time.end && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
-  if (mpm->retry.gave_up || mpm->monitor.exceeded) PetscCall(MPMCheckpointOfStop(mpm));
+  if (mpm->retry.gave_up || mpm->monitor.exceeded || mpm->watch.stopped) PetscCall(MPMCheckpointOfStop(mpm));
   if (!MPMStatusIsBad(&core->status)) PetscCall(Output(mpm, output, PETSC_TRUE));
   if (core->t >= mpm->time.end && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
   PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
@@ -258,6 +260,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   MPMCore *core = &(*mpm)->core;
 
   PetscFunctionBeginUser;
+  PetscCall(MPMWatchDestroy(*mpm));
   PetscCall(MPMMonitorDestroy(&(*mpm)->monitor));
   PetscCall(MPMOutputDestroy(&(*mpm)->output));
   if (core->exchange.ready) {

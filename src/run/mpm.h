@@ -9,6 +9,7 @@
 
 #include "cost/cost.h"
 #include "output/output.h"
+#include "run/watch.h"
 
 #define MPM_MAX_LEVELS 12 /* most runs of a study, -study_levels */
 
@@ -70,14 +71,6 @@ typedef struct {
   PetscBool gave_up; /* did a step fail for good? Then the state is that before it */
 } MPMRetry;
 
-/* What is watched while a run runs (watch.c). */
-typedef struct {
-  PetscReal first, least, told; /* s: dt of the first step, the smallest so far, and at the last look for its cause */
-  PetscReal t;                  /* s: when dt was smallest */
-  char      cause[3 * MPM_NAME_LEN]; /* what limits dt, where it has collapsed; else empty */
-  PetscBool torn;                    /* has a body come apart? */
-} MPMWatch;
-
 /* Checkpoints of a run, and the one that it goes on from (checkpoints.c, restart.c). */
 typedef struct {
   PetscReal      every, wall, next;  /* s of simulated time; s of the clock; s: when the next one is due */
@@ -112,7 +105,6 @@ typedef struct {
   PetscInt    ppc;
 } MPMPreset;
 
-typedef struct _p_MPM *MPM;
 struct _p_MPM {
   MPMCore          core;
   MPMScene         scene;
@@ -204,14 +196,6 @@ PetscErrorCode MPMAdvanceSetFromOptions(MPM, MPMOptions);
 void           MPMAdvanceSetUp(MPM);
 PetscErrorCode MPMAdvance(MPM);
 PetscErrorCode MPMAdvanceReport(MPM);
-
-/* Watch a run (watch.c): a time step dt in s that collapses, before the step; bodies that do not rest in the stress by
-   their weight, after the first step; bodies that come apart, where a line of the history is written; and what is to be
-   said at the end. Collective on exchange.data. */
-PetscErrorCode MPMWatchStep(MPM, PetscReal dt);
-PetscErrorCode MPMWatchRest(MPM);
-PetscErrorCode MPMWatchBodies(MPM);
-PetscErrorCode MPMWatchEnd(MPM);
 
 /* Checkpoints (checkpoints.c). SetFromOptions is collective on core.comm; Note says what an earlier run left, Now writes
    a checkpoint, and Step writes one if it is due, asked for, or if the run ends and checkpoints are wanted: collective on
