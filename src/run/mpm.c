@@ -196,6 +196,7 @@ static PetscErrorCode Output(MPM mpm, PetscLogStage stage, PetscBool force)
   PetscCall(PetscLogStagePush(stage));
   PetscCall(MPMTimersClock(&mpm->core.timers, &t0));
   PetscCall(MPMMonitorStep(&mpm->monitor, &mpm->core, &mpm->scene, force));
+  if (mpm->core.status.bad == MPM_NOT_FINITE) PetscCall(MPMCauseTell(mpm, &mpm->core.status));
   if (!MPMStatusIsBad(&mpm->core.status)) PetscCall(MPMOutputStep(&mpm->output, &mpm->core, &mpm->scene, force));
   PetscCall(MPMTimersClock(&mpm->core.timers, &t1));
   mpm->core.timers.output += t1 - t0;

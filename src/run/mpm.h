@@ -162,13 +162,15 @@ PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportBodies(MPM);
 PetscErrorCode MPMReportEnergy(MPM);
+PetscBool      MPMEnergyIsFollowed(MPM); /* is all that changes the energy summed, in any run? */
 PetscErrorCode MPMReportPrediction(MPM, PetscReal steps, PetscReal step);
 PetscErrorCode MPMReportPhases(MPM);
 PetscErrorCode MPMReportEnd(MPM);
 
-/* Writes why this basis, update and transfer give wrong results together, with what to use instead, or ""
-   (method_warnings.c). */
+/* Write why this basis, update and transfer give wrong results together, with what to use instead, or ""; and the options
+   of a method like this one that is stable where particles cross cells with steps of C = c dt/h (method_warnings.c). */
 void MPMMethodWrong(MPM, char why[MPM_TEXT_LEN]);
+void MPMMethodStable(MPM, PetscReal C, char options[MPM_TEXT_LEN]);
 
 /* Returns the bytes of particles, with order and scratch, and of nodes, on all processes together (report.c). */
 PetscReal MPMMemory(MPM);

@@ -149,15 +149,21 @@ void MPMRangesTell(MPM mpm, PetscInt row, const MPMFound *most, char text[MPM_TE
 {
   const MPMBody     *b = &mpm->scene.bodies[MPMBodyOf(&mpm->scene, most->key / 16, 0)];
   const MPMMaterial *m = &mpm->scene.materials[b->material];
-  char               place[MPM_NAME_LEN], remedy[MPM_TEXT_LEN / 4];
+  char               place[MPM_NAME_LEN];
   size_t             n;
 
   MPMFoundPlace(most, mpm->core.grid.dim, place);
-  (void)snprintf(remedy, sizeof remedy, rows[row].remedy, m->name);
   (void)snprintf(text, MPM_TEXT_LEN, "%s, of %s, is out of its range: particle %" PetscInt64_FMT " of %s at %s ",
                  rows[row].law, m->name, most->key / 16, b->name, place);
   n = strlen(text);
   (void)snprintf(text + n, MPM_TEXT_LEN - n, rows[row].told, (double)most->value);
   n = strlen(text);
-  (void)snprintf(text + n, MPM_TEXT_LEN - n, " (up to %g is right); use %s", (double)rows[row].warn, remedy);
+  (void)snprintf(text + n, MPM_TEXT_LEN - n, " (up to %g is right)", (double)rows[row].warn);
+}
+
+void MPMRangesCure(MPM mpm, PetscInt row, const MPMFound *most, char text[MPM_TEXT_LEN])
+{
+  const MPMBody *b = &mpm->scene.bodies[MPMBodyOf(&mpm->scene, most->key / 16, 0)];
+
+  (void)snprintf(text, MPM_TEXT_LEN, rows[row].remedy, mpm->scene.materials[b->material].name);
 }

@@ -132,6 +132,7 @@ static PetscErrorCode FindCause(MPM mpm)
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   PetscCall(MPMFoundAgree(&most, core->exchange.data));
+  mpm->watch.limits = most.key / 16;
   if (wave)
     (void)snprintf(mpm->watch.cause, sizeof mpm->watch.cause, "the wave speed %.3g m/s in %s",
                    (double)PetscSqrtReal(most.value), NameOf(mpm, &most));
@@ -171,6 +172,28 @@ PetscErrorCode MPMWatchStep(MPM mpm, PetscReal dt)
                      "warning    dt has fallen to %.3g s at t=%g s, from %.3g s: %s limits it; about %.3g steps are "
                      "left\n",
                      (double)dt, (double)w->t, (double)w->first, w->cause, (double)((mpm->time.end - w->t) / dt)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Described in watch.h. */
+PetscErrorCode MPMWatchShort(MPM mpm, PetscReal dt)
+{
+  MPMCore  *core = &mpm->core;
+  MPMStatus at   = core->status;
+
+  PetscFunctionBeginUser;
+  if (mpm->time.fixed > 0) {
+    (void)snprintf(core->stop, sizeof core->stop,
+                   "the time step, %g s, is too short to change the time; use a larger -dt_size, or -dt_size auto",
+                   (double)dt);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(FindCause(mpm));
+  (void)snprintf(core->stop, sizeof core->stop, "the time step, %g s, is too short to change the time: %s limits it",
+                 (double)dt, mpm->watch.cause);
+  at.id  = mpm->watch.limits;
+  at.bad = MPM_NOT_FINITE;
+  PetscCall(MPMCauseTell(mpm, &at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -223,14 +246,15 @@ static PetscErrorCode WatchParting(MPM mpm)
   if (parted.value > 1 && !w->may_part && !core->stop[0]) {
     MPMPartingTell(mpm, &parted, PETSC_TRUE, what);
     MPMPartingCure(mpm, &parted, cure);
-    (void)snprintf(core->stop, sizeof core->stop, "%.900s; %.700s, or let it part (-check_parting warn)", what, cure);
+    (void)snprintf(core->stop, sizeof core->stop, "%.900s; use %.700s, or let it part (-check_parting warn)", what,
+                   cure);
     w->stopped = PETSC_TRUE;
   } else if (wide.value > 1 && !w->torn) {
     w->torn = PETSC_TRUE;
     MPMPartingTell(mpm, parted.value > 1 ? &parted : &wide, parted.value > 1 ? PETSC_TRUE : PETSC_FALSE, what);
     MPMPartingCure(mpm, &wide, cure);
     PetscCall(Clear(mpm));
-    PetscCall(MPMPrint(&core->print, "warning    at t=%g s %.900s; %.700s\n", (double)core->t, what, cure));
+    PetscCall(MPMPrint(&core->print, "warning    at t=%g s %.900s; use %.700s\n", (double)core->t, what, cure));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -242,19 +266,21 @@ static PetscErrorCode WatchRanges(MPM mpm)
   MPMWatch *w    = &mpm->watch;
   PetscInt  beyond, lost;
   MPMFound  most[MPM_MAX_RANGES];
-  char      what[MPM_TEXT_LEN];
+  char      what[MPM_TEXT_LEN], cure[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(MPMRangesLook(mpm, &beyond, &lost, most));
   for (PetscInt r = 0; r < MPM_MAX_RANGES; r++) {
     if (!(beyond & 1 << r)) continue;
     MPMRangesTell(mpm, r, &most[r], what);
+    MPMRangesCure(mpm, r, &most[r], cure);
     if ((lost & 1 << r) && !w->may_leave && !core->stop[0]) {
-      (void)snprintf(core->stop, sizeof core->stop, "%.1800s; -check_law warn goes on", what);
+      (void)snprintf(core->stop, sizeof core->stop, "%.900s; use %.700s, or go on all the same (-check_law warn)", what,
+                     cure);
       w->stopped = PETSC_TRUE;
     } else if (!(w->beyond & 1 << r)) {
       PetscCall(Clear(mpm));
-      PetscCall(MPMPrint(&core->print, "warning    at t=%g s %.1800s\n", (double)core->t, what));
+      PetscCall(MPMPrint(&core->print, "warning    at t=%g s %.900s; use %.700s\n", (double)core->t, what, cure));
     }
     w->beyond |= 1 << r;
   }
@@ -264,11 +290,20 @@ static PetscErrorCode WatchRanges(MPM mpm)
 /* Described in watch.h. */
 PetscErrorCode MPMWatchState(MPM mpm)
 {
+  const MPMShown        shown   = MPMMonitorShown(&mpm->monitor, &mpm->core, &mpm->scene);
   static const PetscInt every[] = {MPM_WATCH_FAR, MPM_WATCH_NEAR, MPM_WATCH_PARTS};
-  const MPMWatch       *w       = &mpm->watch;
+  MPMWatch             *w       = &mpm->watch;
 
   PetscFunctionBeginUser;
   if (mpm->core.stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (mpm->monitor.last == mpm->core.step && MPMEnergyIsFollowed(mpm)) {
+    const PetscReal most = mpm->monitor.energy_max + PetscAbsReal(MPMShownWork(&shown));
+
+    if (!(MPMShownResidual(&shown) > MPM_ENERGY_GROWN * most))
+      w->grows_at = -1;
+    else if (w->grows_at < 0)
+      w->grows_at = mpm->core.t;
+  }
   if (w->ranges && mpm->core.step % MPM_WATCH_LAWS == 0) PetscCall(WatchRanges(mpm));
   if (w->neighbours && mpm->core.step % every[w->near] == 0) PetscCall(WatchParting(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -22,6 +22,8 @@
    */
 #define MPM_RESTLESS 1
 
+#define MPM_ENERGY_GROWN 0.05 /* of the largest energy and the work; what grows more without a cause is told */
+
 /* Distances of particles that were neighbours at the start, in cells; and by how much a distance has grown beyond the one
    that their deformation explains. Under tension a body whose particles are farther than WIDE from each other begins to
    tear: measured on bars (docs/stability.md). */
@@ -56,7 +58,8 @@ PetscInt MPMBodyOf(const MPMScene *, PetscInt64 id, PetscInt guess);
 typedef struct {
   PetscReal first, least, told; /* s: dt of the first step, the smallest so far, and at the last look for its cause */
   PetscReal t;                  /* s: when dt was smallest */
-  char      cause[3 * MPM_NAME_LEN]; /* what limits dt, where it has collapsed; else empty */
+  char       cause[3 * MPM_NAME_LEN]; /* what limits dt, where it has collapsed; else empty */
+  PetscInt64 limits;                  /* the particle that does */
   PetscBool may_part, may_leave;     /* -check_parting and -check_law are warn: such a run goes on */
   PetscInt  near;                    /* 0: no matter parts; 1: some may soon; 2: some does */
   PetscBool torn;                    /* has the warning of matter that parts been printed? */
@@ -82,13 +85,16 @@ PetscErrorCode MPMWatchDestroy(MPM);
    their weight, after the first step; matter that parts and laws that leave their range, after some steps, of which a
    reason to stop is left in core.stop; and what is to be said at the end. Collective on exchange.data. */
 PetscErrorCode MPMWatchStep(MPM, PetscReal dt);
+PetscErrorCode MPMWatchShort(MPM, PetscReal dt); /* says in core.stop why dt is too short to go on */
 PetscErrorCode MPMWatchRest(MPM);
 PetscErrorCode MPMWatchState(MPM);
 PetscErrorCode MPMWatchEnd(MPM);
 
 /* Looks for matter that parts: *near as in MPMWatch, and the largest values, of which those above 1 count. Collective on
-   exchange.data. The others describe one of them, which has parted or may, and name the remedy. */
+   exchange.data. Crack (cracks.c) finds the largest value of the distances link [nlinks] that belong to a crack; Tell and
+   Cure describe one, of matter that has parted or may, and name the remedy. */
 PetscErrorCode MPMPartingLook(MPM, PetscInt *near, MPMFound *wide, MPMFound *parted);
+PetscErrorCode MPMPartingCrack(MPM, PetscInt nlinks, const MPMFound link[], MPMFound *parted);
 void           MPMPartingTell(MPM, const MPMFound *, PetscBool parted, char text[MPM_TEXT_LEN]);
 void           MPMPartingCure(MPM, const MPMFound *, char text[MPM_TEXT_LEN]);
 
@@ -100,5 +106,10 @@ void           MPMPartingCure(MPM, const MPMFound *, char text[MPM_TEXT_LEN]);
 PetscInt       MPMRangesOf(const MPMScene *);
 PetscErrorCode MPMRangesLook(MPM, PetscInt *beyond, PetscInt *lost, MPMFound most[]);
 void           MPMRangesTell(MPM, PetscInt row, const MPMFound *, char text[MPM_TEXT_LEN]);
+void           MPMRangesCure(MPM, PetscInt row, const MPMFound *, char text[MPM_TEXT_LEN]);
+
+/* Appends to core.stop what was measured of the particle of a status, which ended the run, and the remedy for its case
+   (cause.c). Collective on exchange.data. */
+PetscErrorCode MPMCauseTell(MPM, const MPMStatus *);
 
 #endif
