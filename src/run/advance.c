@@ -41,6 +41,21 @@ void MPMAdvanceSetUp(MPM mpm)
   core->particles.saved = out;
 }
 
+/* Returns the face of the grid with a wall beyond which the bad particle of the status lies, or -1. */
+static PetscInt WallPassed(MPM mpm)
+{
+  const MPMGrid *grid = &mpm->core.grid;
+
+  for (PetscInt k = 0; k < 2 * grid->dim; k++) {
+    const PetscReal x = mpm->core.status.x[k / 2];
+
+    if ((k % 2 ? x > grid->upper[k / 2] : x < grid->lower[k / 2]) &&
+        mpm->scene.walls.given[k / 2][k % 2].type != MPM_WALL_free)
+      return k;
+  }
+  return -1;
+}
+
 /* Names the particle of the status and its place. */
 static void NameParticle(MPM mpm, char who[2 * MPM_NAME_LEN], char at[128])
 {
@@ -67,6 +82,10 @@ static void CheckState(MPM mpm)
   NameParticle(mpm, who, at);
   if (s->bad == MPM_LEFT_GRID && !(PetscAbsReal(s->x[0] + s->x[1] + s->x[2]) <= PETSC_MAX_REAL))
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "%s has a position that is not finite, %s", who, at);
+  else if (s->bad == MPM_LEFT_GRID && WallPassed(mpm) >= 0)
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "%s left the grid, to %s, through its wall %s (%s)", who, at,
+                   MPMFaceNames[WallPassed(mpm)],
+                   MPMWallNames[mpm->scene.walls.given[WallPassed(mpm) / 2][WallPassed(mpm) % 2].type]);
   else if (s->bad == MPM_LEFT_GRID)
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "%s left the grid, to %s", who, at);
   else if (s->bad == MPM_TOO_WIDE)

@@ -67,10 +67,10 @@ static PetscErrorCode FindNear(Facts *f)
     for (PetscInt d = 0; d < dim; d++) {
       const PetscReal far = PetscAbsReal(view.x[p * dim + d] - f->at.x[d]) / core->grid.h[d];
 
-      most = PetscMax(most, far);
+      most = far < reach ? PetscMax(most, far) : reach;
       far2 += far * far;
     }
-    if (16 * view.id[p] == f->at.key || !(most < reach)) continue;
+    if (16 * view.id[p] == f->at.key || !(most < reach) || !(far2 < 3 * reach * reach)) continue;
     f->others++;
     f->nearest = PetscMin(f->nearest, PetscSqrtReal(far2));
   }
@@ -151,7 +151,7 @@ static PetscBool Case_wide(const Facts *f, char what[MPM_TEXT_LEN], char remedy[
 {
   if (f->status->bad != MPM_TOO_WIDE) return PETSC_FALSE;
   what[0] = 0;
-  (void)snprintf(remedy, MPM_TEXT_LEN, "a spline (-method_basis bspline2)");
+  (void)snprintf(remedy, MPM_TEXT_LEN, "a spline (%s)", MPMMethodSpline());
   return PETSC_TRUE;
 }
 
@@ -194,7 +194,7 @@ static PetscBool Case_leak(const Facts *f, char what[MPM_TEXT_LEN], char remedy[
 {
   if (f->mpm->core.basis != MPM_BASIS_gimp || f->status->bad != MPM_LEFT_GRID || f->face < 0) return PETSC_FALSE;
   (void)snprintf(what, MPM_TEXT_LEN, "with gimp the domains of particles reach beyond a wall");
-  (void)snprintf(remedy, MPM_TEXT_LEN, "-method_basis bspline2");
+  (void)snprintf(remedy, MPM_TEXT_LEN, "%s", MPMMethodSpline());
   return PETSC_TRUE;
 }
 

@@ -123,13 +123,15 @@ void MPMPartingTell(MPM mpm, const MPMFound *f, PetscBool parted, char text[MPM_
 
 void MPMPartingCure(MPM mpm, const MPMFound *f, char text[MPM_TEXT_LEN])
 {
-  const MPMBody *b = &mpm->scene.bodies[MPMBodyOf(&mpm->scene, f->key / 16, 0)];
+  const MPMBody *b     = &mpm->scene.bodies[MPMBodyOf(&mpm->scene, f->key / 16, 0)];
+  const PetscInt times = f->key % 16 < 3 ? 2 : 3; /* at the edge of a clamp the strain has no bound */
   size_t         n;
 
-  (void)snprintf(text, MPM_TEXT_LEN, "more particles per cell (-body_%s_ppc %" PetscInt_FMT, b->name, 2 * b->ppc[0]);
+  (void)snprintf(text, MPM_TEXT_LEN, "more particles per cell (-body_%s_ppc %" PetscInt_FMT, b->name,
+                 times * b->ppc[0]);
   for (PetscInt d = 1; d < mpm->core.grid.dim; d++) {
     n = strlen(text);
-    (void)snprintf(text + n, MPM_TEXT_LEN - n, ",%" PetscInt_FMT, 2 * b->ppc[d]);
+    (void)snprintf(text + n, MPM_TEXT_LEN - n, ",%" PetscInt_FMT, times * b->ppc[d]);
   }
   n = strlen(text);
   (void)snprintf(text + n, MPM_TEXT_LEN - n, ")");

@@ -26,6 +26,14 @@ static const char *ShorterSteps(MPM mpm)
   return mpm->time.fixed > 0 ? "-dt_size auto -dt_cfl" : "-dt_cfl";
 }
 
+const char *MPMMethodSpline(void)
+{
+  PetscBool given;
+
+  if (PetscOptionsHasName(NULL, NULL, "-method_gimp_update", &given) || !given) return "-method_basis bspline2";
+  return "-method_basis bspline2 without -method_gimp_update";
+}
+
 /* Described in mpm.h: usl with the same basis, or with quadratic splines, with shorter steps if it needs them. */
 void MPMMethodStable(MPM mpm, PetscReal C, char options[MPM_TEXT_LEN])
 {
@@ -38,8 +46,8 @@ void MPMMethodStable(MPM mpm, PetscReal C, char options[MPM_TEXT_LEN])
 
     if (!(stable.crossing > 0) || (!k && (usl || stable.crossing < C))) continue;
     if (stable.crossing < C) (void)snprintf(dt, sizeof dt, " %s %g", ShorterSteps(mpm), (double)stable.cfl);
-    (void)snprintf(options, MPM_TEXT_LEN, "%s%s%s%s", basis[k] != own ? "-method_basis bspline2" : "",
-                   basis[k] != own && !usl ? " " : "", usl ? "" : "-method_update usl", dt);
+    (void)snprintf(options, MPM_TEXT_LEN, "%s%s%s%s", usl ? "" : "-method_update usl",
+                   basis[k] != own && !usl ? " " : "", basis[k] != own ? MPMMethodSpline() : "", dt);
     return;
   }
 }
@@ -92,7 +100,7 @@ static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
 
   PetscFunctionBeginUser;
   (void)snprintf(shorter, sizeof shorter, "%s %g", ShorterSteps(mpm), (double)use);
-  if (use < 0.1) MPMMethodStable(mpm, 0, cure); /* such short steps are hardly meant */
+  if (use < 0.1 || stable.crossing == 0) MPMMethodStable(mpm, 0, cure); /* such short steps are hardly meant */
   if (cure[0])
     (void)snprintf(shorter, sizeof shorter, "%.1800s %s", cure, mpm->time.fixed > 0 ? "-dt_size auto" : "-dt_cfl 0.4");
   if (C > stable.rest * (1 + 1e-9))

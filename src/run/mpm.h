@@ -168,7 +168,9 @@ PetscErrorCode MPMReportPhases(MPM);
 PetscErrorCode MPMReportEnd(MPM);
 
 /* Write why this basis, update and transfer give wrong results together, with what to use instead, or ""; and the options
-   of a method like this one that is stable where particles cross cells with steps of C = c dt/h (method_warnings.c). */
+      of a method like this one that is stable where particles cross cells with steps of C = c dt/h; return the option of
+   quadratic splines (method_warnings.c). */
+const char *MPMMethodSpline(void);
 void MPMMethodWrong(MPM, char why[MPM_TEXT_LEN]);
 void MPMMethodStable(MPM, PetscReal C, char options[MPM_TEXT_LEN]);
 
