@@ -249,7 +249,17 @@ static PetscBool Case_load(const Facts *f, char what[MPM_TEXT_LEN], char remedy[
 /* A particle leaves through a face without a wall, as particles of bodies do that move there. */
 static PetscBool Case_leaves(const Facts *f, char what[MPM_TEXT_LEN], char remedy[MPM_TEXT_LEN])
 {
-  if (f->status->bad != MPM_LEFT_GRID || f->face >= 0) return PETSC_FALSE;
+  const MPMGrid *grid = &f->mpm->core.grid;
+  PetscBool      free = PETSC_FALSE; /* has it passed a face without a wall? */
+
+  for (PetscInt k = 0; k < 2 * grid->dim; k++) {
+    const PetscReal x = f->status->x[k / 2];
+
+    if (f->mpm->scene.walls.given[k / 2][k % 2].type == MPM_WALL_free &&
+        (k % 2 ? x > grid->upper[k / 2] : x < grid->lower[k / 2]))
+      free = PETSC_TRUE;
+  }
+  if (f->status->bad != MPM_LEFT_GRID || !free) return PETSC_FALSE;
   what[0] = 0;
   (void)snprintf(remedy, MPM_TEXT_LEN,
                  "a larger grid, walls (-bc_*_type), or -particles_leave delete, which lets such particles go");
