@@ -581,7 +581,7 @@ def family_numbers():
     flat = block(2, velocity="0.1,0.1", time_end=0.01, grid_upper=[1., 0.01], grid_cells=[16, 16])
     flat["body_b"] = dict(flat["body_b"], upper=[0.75, 0.0075], lower=[0.25, 0.0025])
     floor = {"bc_ymin_type": "friction", "bc_ymin_mu": 1e9, "gravity": [0., -1.]}
-    few = lambda cells: block(2, cells=cells, lower=0.1, upper=0.9, velocity="0.3,0.1", time_end=0.5, **walls(2, "periodic"))
+    few = lambda cells: block(2, cells=cells, lower=1 / 6, upper=5 / 6, velocity="0.3,0.1", time_end=0.5, **walls(2, "periodic"))
     cases = [
         Case("1 x 100000 cells", long, "right"), Case("cells of aspect 1:100", flat, "right"),
         Case("64 x 64 particles per cell", block(2, cells=4, ppc=64, velocity="sin(x),0", time_max_steps=20), "right"),

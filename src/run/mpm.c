@@ -241,7 +241,7 @@ PetscErrorCode MPMRun(MPM mpm)
     if (MPMStatusIsBad(&core->status)) break; /* this state is neither measured nor written */
     PetscCall(MPMWatchRest(mpm));
     PetscCall(Output(mpm, output, PETSC_FALSE));
-    PetscCall(MPMWatchState(mpm));
+    PetscCall(MPMWatchState(mpm, core->t >= mpm->time.end ? PETSC_TRUE : PETSC_FALSE));
     PetscCall(MPMCheckpointStep(mpm, PETSC_FALSE));
     PetscCall(MPMReportProgress(mpm));
   }

@@ -14,8 +14,8 @@
 
 /* What is known of a particle, as it is sent to another process too: its place, and by axis d the vector to where its
    deformation takes the next particle along axis d, in cells, how far that may be at most, and the stress that pulls at
-   the two, Pa. A law with plastic flow has no such vector; neighbours are at most as far as the strain of its flow moves
-   them. */
+   the two, Pa. A law with plastic flow has no such vector; neighbours are at most as far as its elastic strain and that of
+   its flow move them. */
 typedef struct {
   PetscReal id, x[3], column[3][3], known[3], pull[3];
 } Half;
@@ -83,12 +83,19 @@ static void GetHalf(const Look *l, const MPMNeighbours *nb, PetscInt p, Half *ha
   const MPMMaterial *m       = &core->params.materials[nb->body->material];
   const PetscInt     dim     = core->grid.dim;
   const PetscBool    plastic = m->type->traits & MPM_PLASTIC ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal          elastic2 = 1;
   MPMBlock           b;
 
   PetscCallVoid(PetscMemzero(half, sizeof *half));
   half->id = (PetscReal)l->view.id[p];
   MPMMaterialState(dim, &l->view, p, &b);
   if (!plastic) m->type->law->stress[dim - 1](m, 0, 1, &b);
+  for (PetscInt d = 0; d < dim && plastic; d++) { /* the largest eigenvalue of be is at most its largest sum of a row */
+    PetscReal row = 0;
+
+    for (PetscInt e = 0; e < dim; e++) row += PetscAbsReal(b.be[MPMSymPart((int)dim, (int)d, (int)e)][0]);
+    elastic2 = PetscMax(elastic2, row);
+  }
   for (PetscInt d = 0; d < dim; d++) {
     PetscReal *c = half->column[d], known2 = 0;
 
@@ -99,7 +106,8 @@ static void GetHalf(const Look *l, const MPMNeighbours *nb, PetscInt p, Half *ha
     }
     for (PetscInt e = 0; e < dim * dim && !plastic; e++)
       half->pull[d] += c[e / dim] * b.tau[MPMSymIndex((int)(e / dim), (int)(e % dim))][0] * c[e % dim] / known2;
-    half->known[d] = plastic ? nb->body->b[d] / core->grid.h[d] * MPMExp(l->view.ep[p]) : PetscSqrtReal(known2);
+    half->known[d] = plastic ? nb->body->b[d] / core->grid.h[d] * MPMExp(l->view.ep[p]) * PetscSqrtReal(elastic2)
+                             : PetscSqrtReal(known2);
   }
 }
 

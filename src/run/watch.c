@@ -245,7 +245,7 @@ static PetscErrorCode WatchRanges(MPM mpm)
 }
 
 /* Described in watch.h. */
-PetscErrorCode MPMWatchState(MPM mpm)
+PetscErrorCode MPMWatchState(MPM mpm, PetscBool last)
 {
   const MPMShown        shown   = MPMMonitorShown(&mpm->monitor, &mpm->core, &mpm->scene);
   static const PetscInt every[] = {MPM_WATCH_FAR, MPM_WATCH_NEAR, MPM_WATCH_PARTS};
@@ -261,8 +261,15 @@ PetscErrorCode MPMWatchState(MPM mpm)
     else if (w->grows_at < 0)
       w->grows_at = mpm->core.t;
   }
-  if (w->ranges && mpm->core.step % MPM_WATCH_LAWS == 0) PetscCall(WatchRanges(mpm));
-  if (w->neighbours && mpm->core.step % every[w->near] == 0) PetscCall(WatchParting(mpm));
+  if (w->ranges && (last || mpm->core.step % MPM_WATCH_LAWS == 0)) PetscCall(WatchRanges(mpm));
+  if (w->neighbours && mpm->core.step % every[w->near] == 0)
+    PetscCall(WatchParting(mpm));
+  else if (w->neighbours && last) {
+    const PetscInt near = w->near; /* a run that goes on from here looks when one would that had not ended */
+
+    PetscCall(WatchParting(mpm));
+    w->near = near;
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

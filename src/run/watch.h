@@ -87,7 +87,8 @@ PetscErrorCode MPMWatchDestroy(MPM);
 PetscErrorCode MPMWatchStep(MPM, PetscReal dt);
 PetscErrorCode MPMWatchShort(MPM, PetscReal dt); /* says in core.stop why dt is too short to go on */
 PetscErrorCode MPMWatchRest(MPM);
-PetscErrorCode MPMWatchState(MPM);
+PetscErrorCode MPMWatchState(MPM,
+                             PetscBool last); /* last: the run ends with this step, so it is looked at in any case */
 PetscErrorCode MPMWatchEnd(MPM);
 
 /* Looks for matter that parts: *near as in MPMWatch, and the largest values, of which those above 1 count. Collective on
