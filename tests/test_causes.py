@@ -146,6 +146,9 @@ check.that(all(one.digest == told.digest and one.lines == told.lines and warned(
 first = run("beam", "-checkpoint_every", "0.5", "-time_end", "1.2")
 again = check.pebble("-options_file", "beam.opts", *QUIET, "-output_dir", first.folder, "-restart_file", f"{first.folder}/beam-checkpoint-1.h5", n=2)
 check.that(again.digest == told.digest and again.lines == told.lines, f"the same after a restart: {again.digest} {again.err.strip()}")
+first = run("hang", "-checkpoint_every", "1")
+again = check.pebble("-options_file", "hang.opts", *QUIET, "-output_dir", first.folder, "-restart_file", "latest", "-check_parting", "warn")
+check.that(first.status == 3 and again.status == 3 and "left the grid" in again.err, f"a run that was stopped goes on from its last state, if it may part: {again.err.strip()}")
 x = (np.arange(16) + 0.5) / 32 + 0.25
 check.write("table.csv", "x,y,volume\n" + "".join(f"{a!r},{b!r},{1 / 1024!r}\n" for a in x.tolist() for b in x.tolist()))
 text = [line for line in open("table.opts").read().splitlines() if not re.match("-body_b_(lower|upper|shape)", line)]
@@ -176,6 +179,10 @@ stops("a load that has no value", "box", heavy + ["sqrt(0.05-t)", "-time_end", "
 stretched = ["-method_basis", "gimp", "-grid_lower", "-4,0", "-grid_upper", "5,1", "-material_m_E", "10", "-body_b_velocity", "8*(x-0.5),0", "-time_end", "0.15"]
 stops("a domain that is too wide", "box", stretched, r"the domain of particle \d+ of b .* gimp allows 1 at most; .*; use a spline \(-method_basis bspline2\)$")
 check.that("use a spline (-method_basis bspline2 without -method_gimp_update)" in run("box", *stretched, "-method_gimp_update", "stretch").err, "an option of gimp has to go with it")
+heap = ["-body_b_lower", "0.25,0", "-body_b_upper", "0.75,0.5", "-gravity", "0,-1e5", "-material_m_E", "1e5", "-bc_ymin_type", "fixed", "-bc_xmin_type", "slip", "-bc_xmax_type", "slip", "-time_max_steps", "1500"]
+fell = r"warning +dt fell to \S+ s at t=\S+ s, \S+ of the first: the wave speed \S+ m/s in b limits it; if this is not intended, make the body stiffer or reduce its loads and velocities"
+told = [run("box", *heap, *more) for more in ([], ["-material_m_E", "1e9"], ["-gravity", "0,-10"])]
+check.that(re.search(fell, told[0].out) and not any(re.search("dt fell", one.out) for one in told[1:]), "a body that its weight crushes has short steps; a stiffer one, or a smaller weight, has not")
 tears = ["-material_m_tension_cutoff", "1e9"]
 stops("water that carries tension", "tank", tears, r"is turned inside out.*; (it is alone, no other particle shares its nodes|the nearest particle is \S+ cells away).*; m carries any tension, under which drops and "
       r"thin sheets tear to single particles; use -material_m_tension_cutoff 0$")
@@ -218,6 +225,8 @@ check.that(not wrong and sum(needed for _, needed in found) > 20, f"{sum(needed 
 drift = ["-method_basis", "linear", "-method_update", "usf", "-method_transfer", "flip"]
 bar = scene("bar", 1, (0, 40, 1), {"model": "elastic", "rho": 1, "E": 1, "nu": 0}, 4, 36, '-body_b_velocity "0.13+1e-6*(sin(pi*(x-20)/32)+cos(6.62*x))"', "-bc_xmin_type periodic", "-bc_xmax_type periodic",
             "-history_every 10", "-dt_size 0.4")
+stops("noise that has torn a bar", "bar", [*drift, "-time_end", "4000", "-check_law", "warn"], r"b has come apart, near .*; the method amplifies noise where particles cross cells, tenfold in about \d+ steps; "
+      r"use -method_update usl -method_basis bspline2, or let it part")
 few, many = run("bar", *drift, "-time_end", "120"), run("bar", *drift, "-time_end", "400")
 line = re.search(r"linear with usf and flip amplifies noise where particles cross cells, tenfold in about (\d+) of the 1000 steps; use (.*)", many.out)
 cured = run("bar", *drift, "-time_end", "400", *(line[2].split() if line else []))

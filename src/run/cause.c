@@ -225,15 +225,8 @@ static PetscBool Case_tension(const Facts *f, char what[MPM_TEXT_LEN], char reme
 /* The method amplifies noise, which has grown. */
 static PetscBool Case_method(const Facts *f, char what[MPM_TEXT_LEN], char remedy[MPM_TEXT_LEN])
 {
-  MPMMethodWrong(f->mpm, what);
-  if (!what[0] && f->stable.crossing > 0 && f->C > f->stable.crossing && f->mpm->watch.grows_at >= 0)
-    (void)snprintf(what, MPM_TEXT_LEN, "amplifies noise where particles cross cells");
-  if (!what[0]) return PETSC_FALSE;
-  what[strcspn(what, ";:")] = 0;
-  memmove(what + 11, what, strlen(what) + 1);
-  memcpy(what, "the method ", 11);
-  MPMMethodStable(f->mpm, f->C, remedy);
-  return PETSC_TRUE;
+  if (f->status->bad != MPM_BAD_J && f->mpm->watch.grows_at < 0) return PETSC_FALSE;
+  return MPMMethodAmplifies(f->mpm, what, remedy);
 }
 
 /* A load is as large as the modulus. */
@@ -266,8 +259,8 @@ static PetscBool Case_leaves(const Facts *f, char what[MPM_TEXT_LEN], char remed
   return PETSC_TRUE;
 }
 
-static const Case cases[] = {Case_force, Case_step,    Case_law,    Case_wide, Case_parted, Case_on_wall,
-                             Case_leak,  Case_tension, Case_method, Case_load, Case_leaves};
+static const Case cases[] = {Case_force,   Case_step, Case_law,     Case_method, Case_wide,  Case_parted,
+                             Case_on_wall, Case_leak, Case_tension, Case_load,   Case_leaves};
 
 /* --- Words -------------------------------------------------------------------------------------------------------- */
 

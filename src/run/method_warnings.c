@@ -224,6 +224,22 @@ static PetscErrorCode WarnOfSpin(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscBool MPMMethodAmplifies(MPM mpm, char what[MPM_TEXT_LEN], char options[MPM_TEXT_LEN])
+{
+  const MPMStable stable = MPMStableOf(&mpm->core, &mpm->method);
+  const PetscReal C = mpm->wave, grows = stable.grows / (C * C), steps = (PetscReal)mpm->core.step;
+
+  if (stable.crossing > 0 && !(C > stable.crossing && steps > grows && mpm->watch.grows_at >= 0)) return PETSC_FALSE;
+  (void)snprintf(what, MPM_TEXT_LEN,
+                 stable.crossing > 0
+                     ? "the method amplifies noise where particles cross cells, tenfold in about %g steps"
+                     : "the method is unstable where particles cross cells",
+                 (double)Round(grows));
+  if (stable.crossing > 0 && !(grows > 0)) what[strcspn(what, ",")] = 0;
+  MPMMethodStable(mpm, C, options);
+  return PETSC_TRUE;
+}
+
 PetscErrorCode MPMMethodWarnings(MPM mpm, PetscReal dt)
 {
   PetscFunctionBeginUser;

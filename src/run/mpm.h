@@ -174,6 +174,10 @@ const char *MPMMethodSpline(void);
 void MPMMethodWrong(MPM, char why[MPM_TEXT_LEN]);
 void MPMMethodStable(MPM, PetscReal C, char options[MPM_TEXT_LEN]);
 
+/* Returns whether by now noise has grown by the method, as far as the table of stable methods tells; writes that, and the
+   options of a stable one. */
+PetscBool MPMMethodAmplifies(MPM, char what[MPM_TEXT_LEN], char options[MPM_TEXT_LEN]);
+
 /* Returns the bytes of particles, with order and scratch, and of nodes, on all processes together (report.c). */
 PetscReal MPMMemory(MPM);
 

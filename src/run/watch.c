@@ -195,23 +195,26 @@ static PetscErrorCode WatchParting(MPM mpm)
   MPMCore  *core = &mpm->core;
   MPMWatch *w    = &mpm->watch;
   MPMFound  wide, parted;
-  char      what[MPM_TEXT_LEN], cure[MPM_TEXT_LEN];
+  PetscBool noisy;
+  char      what[MPM_TEXT_LEN], noise[MPM_TEXT_LEN] = "", cure[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(MPMPartingLook(mpm, &w->near, &wide, &parted));
   if (wide.value > 1 && w->torn_at < 0) w->torn_at = core->t;
+  noisy = w->grows_at >= 0 ? MPMMethodAmplifies(mpm, noise, cure) : PETSC_FALSE;
   if (parted.value > 1 && !w->may_part && !core->stop[0]) {
     MPMPartingTell(mpm, &parted, PETSC_TRUE, what);
-    MPMPartingCure(mpm, &parted, cure);
-    (void)snprintf(core->stop, sizeof core->stop, "%.900s; use %.700s, or let it part (-check_parting warn)", what,
-                   cure);
+    if (!noisy) MPMPartingCure(mpm, &parted, cure);
+    (void)snprintf(core->stop, sizeof core->stop, "%.600s%s%.300s; use %.600s, or let it part (-check_parting warn)",
+                   what, noisy ? "; " : "", noise, cure);
     w->stopped = PETSC_TRUE;
   } else if (wide.value > 1 && !w->torn) {
     w->torn = PETSC_TRUE;
     MPMPartingTell(mpm, parted.value > 1 ? &parted : &wide, parted.value > 1 ? PETSC_TRUE : PETSC_FALSE, what);
-    MPMPartingCure(mpm, &wide, cure);
+    if (!noisy) MPMPartingCure(mpm, &wide, cure);
     PetscCall(Clear(mpm));
-    PetscCall(MPMPrint(&core->print, "warning    seen at t=%g s: %.900s; use %.700s\n", (double)core->t, what, cure));
+    PetscCall(MPMPrint(&core->print, "warning    seen at t=%g s: %.600s%s%.300s; use %.600s\n", (double)core->t, what,
+                       noisy ? "; " : "", noise, cure));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
