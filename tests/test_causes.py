@@ -44,7 +44,7 @@ def warned(told):
 
 def remedy(told):
     """The words of the remedy that a stop or a warning names: after the last `use`, those that are options with their values."""
-    said = (told.err.strip() or warned(told)[-1]).rsplit("; use ", 1)[-1].split(", or ")[0]
+    said = (told.err.strip() or warned(told)[-1]).rsplit("; use ", 1)[-1].split(", or")[0]
     return [word.rstrip(",;") for word in re.sub(r".*?(-\w+_\w+ \S+( -\w+_\w+ \S+)*).*", r"\1", said).strip("()").replace(")", "").split()]
 
 
@@ -146,6 +146,10 @@ check.that(all(one.digest == told.digest and one.lines == told.lines and warned(
 first = run("beam", "-checkpoint_every", "0.5", "-time_end", "1.2")
 again = check.pebble("-options_file", "beam.opts", *QUIET, "-output_dir", first.folder, "-restart_file", f"{first.folder}/beam-checkpoint-1.h5", n=2)
 check.that(again.digest == told.digest and again.lines == told.lines, f"the same after a restart: {again.digest} {again.err.strip()}")
+told = run("box", "-body_b_lower", "0,0.25", "-body_b_upper", "0.5,0.75", "-body_b_velocity", "0.5,0", "-bc_xmin_type", "slip", "-material_m_E", "100", "-time_end", "0.6")
+check.that(told.status == 3 and re.search(r"b has come off its wall xmin \(slip\).*, or, where it may leave its wall, -bc_xmin_type separate", told.err), f"a body that leaves a wall: {told.err.strip()}")
+told = run("box", "-body_b_lower", "0,0.25", "-body_b_upper", "0.5,0.75", "-body_b_velocity", "0.5,0", "-bc_xmin_type", "separate", "-material_m_E", "100", "-time_end", "0.6")
+check.that(told.good and not warned(told), f"and from one that only pushes: {told.err.strip()} {warned(told)}")
 first = run("hang", "-checkpoint_every", "1")
 again = check.pebble("-options_file", "hang.opts", *QUIET, "-output_dir", first.folder, "-restart_file", "latest", "-check_parting", "warn")
 check.that(first.status == 3 and again.status == 3 and "left the grid" in again.err, f"a run that was stopped goes on from its last state, if it may part: {again.err.strip()}")

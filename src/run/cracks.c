@@ -124,7 +124,8 @@ void MPMPartingTell(MPM mpm, const MPMFound *f, PetscBool parted, char text[MPM_
 void MPMPartingCure(MPM mpm, const MPMFound *f, char text[MPM_TEXT_LEN])
 {
   const MPMBody *b     = &mpm->scene.bodies[MPMBodyOf(&mpm->scene, f->key / 16, 0)];
-  const PetscInt times = f->key % 16 < 3 ? 2 : 3; /* at the edge of a clamp the strain has no bound */
+  const PetscInt face  = (PetscInt)(f->key % 16) - 3; /* of its wall; below 0: none */
+  const PetscInt times = face < 0 ? 2 : 3;            /* at the edge of a clamp the strain has no bound */
   size_t         n;
 
   (void)snprintf(text, MPM_TEXT_LEN, "more particles per cell (-body_%s_ppc %" PetscInt_FMT, b->name,
@@ -134,5 +135,9 @@ void MPMPartingCure(MPM mpm, const MPMFound *f, char text[MPM_TEXT_LEN])
     (void)snprintf(text + n, MPM_TEXT_LEN - n, ",%" PetscInt_FMT, times * b->ppc[d]);
   }
   n = strlen(text);
-  (void)snprintf(text + n, MPM_TEXT_LEN - n, ")");
+  if (face >= 0 && mpm->scene.walls.given[face / 2][face % 2].type != MPM_WALL_piston)
+    (void)snprintf(text + n, MPM_TEXT_LEN - n, "), or, where it may leave its wall, -bc_%s_type separate",
+                   MPMFaceNames[face]);
+  else
+    (void)snprintf(text + n, MPM_TEXT_LEN - n, ")");
 }

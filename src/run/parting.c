@@ -182,6 +182,14 @@ static PetscErrorCode LookAtPair(Look *l, const MPMNeighbours *nb, PetscInt axis
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns whether a wall holds what it meets along its normal, in both senses: there xpic has nothing to filter. */
+static PetscBool Holds(const MPMWalls *walls, PetscInt axis, PetscInt side)
+{
+  const MPMWall held = walls->residual[axis][side].type;
+
+  return held == MPM_WALL_fixed || held == MPM_WALL_slip ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Looks at the distance of a particle at the place ijk of the lattice from the walls that hold matter and that its body
    touched at the start. Of a wall of type moving matter may move away, since its face stays. */
 static PetscErrorCode LookAtWalls(Look *l, const MPMNeighbours *nb, PetscInt p, const PetscInt64 ijk[], PetscInt axis)
@@ -201,8 +209,7 @@ static PetscErrorCode LookAtWalls(Look *l, const MPMNeighbours *nb, PetscInt p, 
     const PetscReal now = sign * (l->view.x[p * dim + axis] - at) - walls->place[face], h = grid->h[axis];
     Half            half;
 
-    if (walls->before[axis][side].type == MPM_WALL_free || type == MPM_WALL_periodic || type == MPM_WALL_moving)
-      continue;
+    if (!Holds(walls, axis, side) || type == MPM_WALL_moving) continue;
     if (!(from > 0 && from < b->b[axis]) || 2 * now < MPM_GAP_NEAR * h) continue;
     GetHalf(l, nb, p, &half);
     PetscCall(Judge(l, b, l->view.id[p], 3 + face, half.x, 2 * now / h, 2 * from / h,
@@ -289,14 +296,14 @@ static PetscErrorCode LookElsewhere(Look *l)
 /* Looks at a particle of a body on a lattice: at its upper neighbours, and at walls where it has none. */
 static PetscErrorCode LookAt(Look *l, const MPMNeighbours *nb, PetscInt p)
 {
-  const PetscInt dim = l->mpm->core.grid.dim;
-  PetscInt64     ijk[3];
-  PetscBool      lower = PETSC_FALSE; /* is its lower neighbour on some axis elsewhere? */
+  const PetscInt  dim   = l->mpm->core.grid.dim;
+  const MPMWalls *walls = &l->mpm->scene.walls;
+  PetscInt64      ijk[3];
+  PetscBool       lower = PETSC_FALSE; /* is its lower neighbour on some axis elsewhere? */
 
   PetscFunctionBeginUser;
   MPMNeighboursPlace(nb, l->view.id[p], ijk);
   for (PetscInt d = 0; d < dim; d++) {
-    const MPMFace *faces = l->mpm->scene.walls.before[d];
     PetscInt64     id;
     PetscInt       q;
     PetscReal      far2 = 0;
@@ -313,7 +320,7 @@ static PetscErrorCode LookAt(Look *l, const MPMNeighbours *nb, PetscInt p)
       ijk[d]++;
       if (below >= 0 && RowOf(l, below) == NEVER) lower = PETSC_TRUE;
     }
-    if (faces[0].type != MPM_WALL_free || faces[1].type != MPM_WALL_free) PetscCall(LookAtWalls(l, nb, p, ijk, d));
+    if (Holds(walls, d, 0) || Holds(walls, d, 1)) PetscCall(LookAtWalls(l, nb, p, ijk, d));
     if (id < 0) continue;
     q = RowOf(l, id);
     if (q == NEVER) {
