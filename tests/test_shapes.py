@@ -237,6 +237,114 @@ def check_files():
     check.that(got.digest == mixed.digest, f"mixed: from {kept[0]}: {got.digest} against {mixed.digest}")
 
 
+def check_marks():
+    """Files as other programs write them are read, or refused for what they are: byte-order marks, blanks, ends of lines, quotes."""
+    x = lattice(2)
+    disk = x[((x - [0.5, 0.6])**2).sum(1) < 0.3**2].tolist()
+    rows = "x,y,volume\n" + "".join(f"{a!r},{b!r},{1 / 256!r}\n" for a, b in disk)
+    corners = "x,y\n0.1,0.1\n0.7,0.2\n0.3,0.8\n\n0.3,0.3\n0.35,0.3\n0.3,0.4\n"
+    ascii_stl("plain.stl", box([0.2, 0.2, 0.2], [0.6, 0.6, 0.6]))
+    triangles = open("plain.stl").read()
+    scene("table", 2, {"b": ["shape file"]})
+    scene("outline", 2, {"b": ["shape polygon"]})
+    scene("solid", 3, {"b": ["shape stl"]})
+    wide = "is text in UTF-16; save it as UTF-8"
+    for name, text, ends in (("table", rows, ".csv"), ("outline", corners, ".csv"), ("solid", triangles, ".stl")):
+        ways = {"plain": text.encode(), "mark": b"\xef\xbb\xbf" + text.encode(), "blanks": b"\n \t\n  " + text.encode(), "crlf": text.replace("\n", "\r\n").encode(),
+                "utf16": text.encode("utf-16"), "utf16be": text.encode("utf-16-be"), "cr": text.replace("\n", "\r").encode()}
+        if name == "table":
+            ways |= {"quotes": "".join(",".join(f'"{word}"' for word in line.split(",")) + "\n" for line in text.splitlines()).encode(), "zero": text[:-4].encode() + b"\0" + text[-4:].encode(),
+                     "tabs": text.replace(",", "\t").encode(), "semicolons": text.replace(",", "; ").encode(), "comments": ("  # of a disk\n" + text).encode()}
+        digests = {}
+        for way, data in ways.items():
+            path = f"{name}_{way}{ends}"
+            with open(path, "wb") as file:
+                file.write(data)
+            told = check.pebble("-options_file", name + ".opts", "-body_b_file", path, "-output_dir", ".", "-time_max_steps", 2, n=2 if way in ("mark", "crlf") and name == "table" else 1)
+            why = {"utf16": wide, "utf16be": wide, "zero": "it is no text"}.get(way) or (way == "cr" and name == "table" and "lines end with CR alone; save it with lines that end with LF")
+            if why:
+                check.that(told.status == 2 and f"-body_b_file" in told.err and path in told.err and why in told.err and "\n" not in told.err.strip(), f"{path} is refused for what it is: {told.err.strip()}")
+            else:
+                digests[way] = told.digest
+        check.that(None not in digests.values() and len(set(digests.values())) == 1, f"{name}: the same body {' '.join(digests)}: {set(digests.values())}")
+
+
+def warned(told):
+    """Its warnings, but for those of the method."""
+    return [line[11:] for line in told.out.splitlines() if line.startswith("warning ") and " amplifies noise " not in line]
+
+
+def check_tables():
+    """Tables with too much matter are warned of, on any number of processes; a table that fills its cells is not."""
+    x = lattice(2, 16)
+    x = x[(abs(x - 0.5) < 0.25).all(1)]
+    size = 1 / 32**2
+    scene("table", 2, {"b": ["shape file"]}, "-report_indicator false", cells=16)
+
+    def answer(name, rows, n=1, *more):
+        check.write(f"t_{name}.csv", "x,y,volume\n" + "".join(f"{a!r},{b!r},{v!r}\n" for a, b, v in rows))
+        return warned(run("table", "-body_b_file", f"t_{name}.csv", "-time_max_steps", 1, *more, n=n))
+
+    good = [(a, b, size) for a, b in x.tolist()]
+    some = np.random.default_rng(1)
+    moved = [(a + d, b + e, size) for (a, b), (d, e) in zip(x.tolist(), (0.3 / 32 * (some.random((len(x), 2)) - 0.5)).tolist())]
+    check.that(not answer("good", good) and not answer("moved", moved), "a table that is a lattice, or nearly one, gets no warning")
+    place = "{} of the {} particles of b lie at the place of another one, or nearer than a quarter of their size, the first is number {} of t_{}.csv: matter is there twice"
+    cases = {"twice": (good + good, [place.format(2 * len(x), 2 * len(x), 1, "twice"), f"the particles of b have a volume of {2 * len(x) * size:.3g} m^2 together, and the 64 cells in which they lie "
+                                     f"{len(x) * size:.3g}; see the column volume of t_twice.csv, and its unit"]),
+             "one": (good + [(good[40][0] + 0.2 / 32, good[40][1], size)], [place.format(2, len(x) + 1, 41, "one")]),
+             "same": (1000 * [(0.52, 0.52, 0.0025)], [place.format(1000, 1000, 1, "same"),
+                                                      "the particles of b have a volume of 2.5 m^2 together, more than the grid, 1; see the column volume of t_same.csv, and its unit"]),
+             "mm": ([(a, b, 1e6 * size) for a, b in x.tolist()],
+                    [f"the particles of b have a volume of {1e6 * len(x) * size:.3g} m^2 together, more than the grid, 1; see the column volume of t_mm.csv, and its unit",
+                     f"{len(x)} of the {len(x)} particles of b are larger than 2 cells, the largest has {1e6 / 4:.3g}: they leave gaps; give more and smaller ones, or larger cells"]),
+             "few": ([(0.3, 0.3, 0.01), (0.45, 0.3, 0.01)], ["the particles of b have a volume of 0.02 m^2 together, and the 2 cells in which they lie 0.00781; see the column volume of t_few.csv, and its unit",
+                                                             "2 of the 2 particles of b are larger than 2 cells, the largest has 2.56: they leave gaps; give more and smaller ones, or larger cells"])}
+    for name, (rows, want) in cases.items():
+        got = answer(name, rows)
+        check.that(got == want, f"table {name}: {got} {want if got != want else ''}")
+    for more in (["-parallel_strategy", "spatial"], ["-parallel_strategy", "pool"], ["-parallel_strategy", "pool", "-pool_particles", "workers"]):
+        got = answer("twice", cases["twice"][0], 3, *more)
+        check.that([line for line in got if "particles of b" in line] == cases["twice"][1], f"the same with {more[-1]} on 3 processes")
+    with h5py.File("t_twice.h5", "w") as file:
+        file["x"], file["volume"] = np.array([row[:2] for row in cases["twice"][0]]), np.full(2 * len(x), size)
+    got = warned(run("table", "-body_b_file", "t_twice.h5", "-time_max_steps", 1))
+    check.that(got == [line.replace(".csv", ".h5") for line in cases["twice"][1]], f"the same from HDF5: {got}")
+
+
+def check_thin():
+    """Bodies that the lattice misses, or fills badly, are told with numbers and a remedy, which helps."""
+    ascii_stl("plate.stl", box([0.2, 0.2, 0.3], [0.6, 0.6, 0.312]))
+    ascii_stl("plate_mm.stl", 1000 * box([0.2, 0.2, 0.2], [0.6, 0.6, 0.6]))
+    ascii_stl("plate_km.stl", 1e-3 * box([0.2, 0.2, 0.2], [0.6, 0.6, 0.6]) + 0.5)
+    scene("deep", 3, {"b": ["shape stl"]})
+    scene("flat", 2, {"b": ["shape box"]})
+    bounds = ["-body_b_lower", "0.1,0.1", "-body_b_upper"]
+    cases = [("flat", bounds + ["0.7,0.12"], 2, "body b has no particles: no place (i+1/2) h/ppc + offset lies in it; along y it is 0.02 m, and its particles are 0.0625 m apart; "),
+             ("flat", ["-body_b_lower", "0.1,0.15", "-body_b_upper", "0.7,0.18"], 0, "the particles of b have a volume of 0.0352 m^2, and its shape 0.018: along y it is 0.03 m, and its particles are 0.0625 m apart; "),
+             ("flat", ["-body_b_shape", "sphere", "-body_b_center", "0.5,0.5", "-body_b_radius", "0.04"], 2, "body b has no particles: no place"),
+             ("flat", ["-body_b_shape", "expression", "-body_b_expression", "0.012-abs(y-0.4-0.5*(x-0.5))"], 0, "the particles of b have a volume of "),
+             ("deep", ["-body_b_file", "plate.stl"], 2, "body b has no particles: no place (i+1/2) h/ppc + offset lies in it; along z it is 0.012 m, and its particles are 0.0625 m apart; ")]
+    for name, words, status, want in cases:
+        told = check.pebble("-options_file", name + ".opts", *words, "-dry_run")
+        ppc = re.search(r"use more of them per cell \(-body_b_ppc ([\d,]+)\)", told.said)
+        check.that(told.status == status and want in told.said and ppc, f"{name} {words[-1]}: {told.said.splitlines()[-1] if status else warned(told)}")
+        again = check.pebble("-options_file", name + ".opts", *words, "-dry_run", "-body_b_ppc", ppc[1] if ppc else "1")
+        check.that(again.status == 0 and not warned(again), f"with -body_b_ppc {ppc and ppc[1]} there is neither a refusal nor a warning: {again.said.splitlines()[-1]}")
+    thin = check.pebble("-options_file", "flat.opts", *bounds, "0.9,0.1000001", "-dry_run")
+    check.that(thin.status == 2 and "use smaller cells" in thin.err, f"a body that no number of particles resolves: {thin.err.strip()}")
+    for name, want, cure in (("plate_mm", "body b lies outside of the grid: it reaches from x = 200 to 600, the grid from 0 to 1; if its file is in mm, give -body_b_scale 0.001", ["-body_b_scale", "0.001"]),
+                             ("plate_km", "is the unit of its file another one (-body_b_scale)?", ["-body_b_scale", "1000", "-body_b_shift", "-500,-500,-500"])):
+        told = check.pebble("-options_file", "deep.opts", "-body_b_file", name + ".stl", "-dry_run")
+        check.that(told.status == 2 and want in told.err, f"{name}: {told.err.strip()}")
+        told = check.pebble("-options_file", "deep.opts", "-body_b_file", name + ".stl", "-dry_run", *cure)
+        check.that(told.status == 0 and "343 particles" in told.out, f"{name} with {cure[0]}: {told.find('([0-9]+ particles)')}")
+    told = check.pebble("-options_file", "deep.opts", "-body_b_file", "plate.stl", "-body_b_shift", "3,0,0", "-dry_run")
+    check.that(told.status == 2 and "; -body_b_scale and -body_b_shift change its size and place" in told.err, f"outside of the grid: {told.err.strip()}")
+    told = check.pebble("-options_file", "flat.opts", "-body_b_shape", "sphere", "-body_b_center", "1.03,0.5", "-body_b_radius", "0.02", "-dry_run")
+    check.that(told.status == 2 and "body b lies outside of the grid: it reaches from x = 1.01 to 1.05" in told.err, f"a small ball beside the grid: {told.err.strip()}")
+
+
 def check_documents():
     """The scenes of docs/shapes.md run, as they stand there."""
     with open(os.path.join(check.source, "docs", "shapes.md"), encoding="utf-8") as file:
@@ -325,7 +433,7 @@ def check_refusals():
         ("flat", [shape, "expression"], "-body_b_expression is required (a formula of x, y, z; the body of shape expression is where it is positive)"),
         ("flat", [shape, "expression", "-body_b_expression", "x+"], "-body_b_expression x+:"),
         ("flat", [shape, "expression", "-body_b_expression", "x,y"], "-body_b_expression has 2 components, it needs 1"),
-        ("flat", [shape, "expression", "-body_b_expression", "0/0"], "body b has no particles"),
+        ("flat", [shape, "expression", "-body_b_expression", "0/0"], "body b has no particles: nothing is inside of its shape"),
         ("deep", [], "-body_b_file is required (an STL file)"),
         ("deep", ["-body_b_file", "none.stl"], "-body_b_file: cannot read none.stl: No such file or directory"),
         ("deep", ["-body_b_file", "."], "-body_b_file: cannot read .: it is not a file"),
@@ -376,7 +484,7 @@ def check_refusals():
         ("cut", ["-body_a_cut", "b", "-body_b_within", "c", "-body_c_cut", "a"], "-body_a_cut: the shape of a would depend on itself, through the bodies that it names"),
         ("cut", ["-body_a_within", "a"], "-body_a_within a: a body cannot lie within itself"),
         ("both", points("lattice") + ["-body_a_cut", "b"], "-body_a_cut b does not apply: b has particles from a file, but no shape"),
-        ("cut", ["-body_b_cut", "a"], "body b has no particles"),
+        ("cut", ["-body_b_cut", "a"], "body b has no particles: nothing is inside of its shape, once others have cut it"),
         ("cut", ["-body_b_material", "none"], "-body_b_material none: no -body_<b>_cut and no -body_<b>_within names b; remove it"),
         ("cut", ["-body_b_material", "none", "-body_a_cut", "b", "-body_b_velocity", "1,1"], "-body_b_velocity "),
         ("tools", [], "-bodies: all are of material none; a scene needs particles"),
@@ -398,6 +506,9 @@ check_polygons()
 check_boxes()
 check_loads()
 check_files()
+check_marks()
+check_tables()
+check_thin()
 check_documents()
 check_refusals()
 check.end()

@@ -171,8 +171,9 @@ static void Close(const MPMVocabulary *table, const char word[], char list[], si
 /* Described in reader.h. */
 PetscBool MPMOptionsHelp(const MPMVocabulary *table, int n, char **words, PetscBool print, char fault[], size_t len)
 {
-  char   list[MPM_TEXT_LEN / 4] = "", close[MPM_TEXT_LEN / 4] = "";
-  size_t each = n > 1;
+  char        list[MPM_TEXT_LEN / 4] = "", close[MPM_TEXT_LEN / 4] = "";
+  const char *instead = NULL;
+  size_t      each    = n > 1;
 
   fault[0] = 0;
   if (n == 0 && print)
@@ -187,13 +188,16 @@ PetscBool MPMOptionsHelp(const MPMVocabulary *table, int n, char **words, PetscB
     (void)snprintf(list + strlen(list), sizeof list - strlen(list), " %.100s", words[w]);
     if (PrintLines(table, 1, words + w, PETSC_FALSE)) continue;
     each = 0;
+    if (!instead) instead = MPMOptionsForeign(table, words[w]);
     if (!close[0]) Close(table, words[w], close, sizeof close);
   }
   (void)snprintf(fault, len, "-help%s: no option has %s; %s%s%s", list,
                  each     ? "all of these words"
                  : n == 1 ? "this word"
                           : "one of these words",
-                 close[0] ? "did you mean " : "pebble -help lists all options, pebble -help petsc also PETSc's", close,
-                 close[0] ? " ?" : "");
+                 instead    ? instead
+                 : close[0] ? "did you mean "
+                            : "pebble -help lists all options, pebble -help petsc also PETSc's",
+                 instead ? "" : close, !instead && close[0] ? " ?" : "");
   return PETSC_FALSE;
 }

@@ -244,6 +244,25 @@ static void CheckView(MPMOptions o, const char name[], const char value[])
                  MPM_NAME_LEN, value);
 }
 
+/* Described in reader.h. */
+const char *MPMOptionsForeign(const MPMVocabulary *table, const char given[])
+{
+  const char *text = NULL;
+  size_t      most = 0;
+
+  for (size_t k = 0; k < table->nforeign; k++) {
+    const char  *word = table->foreign[k].value;
+    const size_t n    = strlen(word);
+
+    for (const char *at = given; !table->foreign[k].row[0] && n > most && *at; at++)
+      if (!strncasecmp(at, word, n) && (at == given || at[-1] == '_') && (!at[n] || at[n] == '_')) {
+        text = table->foreign[k].text;
+        most = n;
+      }
+  }
+  return text;
+}
+
 /* Refuses a name that is not in the vocabulary. Where the closest option is one that the chosen model, shape or type
    does not take, the message says what it takes. */
 static PetscErrorCode Refuse(MPMOptions o, const char given[])
@@ -252,15 +271,20 @@ static PetscErrorCode Refuse(MPMOptions o, const char given[])
                                                   hint[MPM_TEXT_LEN / 2] = "; pebble -help lists them";
   const MPMOptionRow   *row;
   const MPMOptionValue *choice = NULL;
-  const char           *list;
+  const char           *list, *foreign = MPMOptionsForeign(o->table, given);
 
   PetscFunctionBeginUser;
+  if (foreign) {
+    MPMOptionsFail(o, "-%.*s is not an option of this scene; %s", MPM_FULL_LEN, given, foreign);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   Nearest(o, given, nearest);
   row = nearest[0] ? Find(o, nearest) : NULL; /* NULL also for an option of PETSc */
   if (row) PetscCall(FindRefusing(o, row, nearest, &choice));
   if (choice)
-    (void)snprintf(hint, sizeof hint, "; %s %s takes %s", strchr(choice->row, '>') + 2, choice->value,
-                   choice->text[0] ? choice->text : "no such option");
+    (void)snprintf(hint, sizeof hint, "; %s %s takes %s%s", strchr(choice->row, '>') + 2, choice->value,
+                   choice->text[0] ? choice->text : "no such option",
+                   strstr(choice->row, "<m>") ? ", besides rho and k0" : "");
   else if (nearest[0])
     (void)snprintf(hint, sizeof hint, "; did you mean -%s ?", nearest);
   if (o->nb && IsUndeclared(o, given, name, &list)) {

@@ -45,7 +45,7 @@ typedef struct {
   const char *const (*aliases)[2];   /* [naliases] the word, and what it stands for */
   size_t                nchoices, nforeign;
   const MPMOptionValue *choices,
-      *foreign; /* [nchoices] values of models, shapes, types; [nforeign] of other programs */
+      *foreign; /* [nchoices] values of models, shapes, types; [nforeign] of other programs, or words in names (row "") */
 } MPMVocabulary;
 
 typedef struct _MPMOptions *MPMOptions;

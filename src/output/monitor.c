@@ -187,11 +187,10 @@ static PetscErrorCode Totals(MPMMonitor *mon, MPMCore *core, const MPMScene *sce
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   while (b + 1 < scene->nbodies && now.wrong >= scene->bodies[b + 1].first) b++;
-  (void)snprintf(core->stop, sizeof core->stop,
-                 "%s of particle %" PetscInt64_FMT " of %s is not finite; reduce -dt_size or -dt_cfl, or look at the "
-                 "velocities, loads and materials",
+  (void)snprintf(core->stop, sizeof core->stop, "%s of particle %" PetscInt64_FMT " of %s is not finite",
                  MPMDiagnostics[now.wrong_row].name, now.wrong, scene->bodies[b].name);
   core->status.bad = MPM_NOT_FINITE;
+  core->status.id  = now.wrong;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -72,7 +72,7 @@ static void NameParticle(MPM mpm, char who[2 * MPM_NAME_LEN], char at[128])
                  (double)s->x[0], (double)s->x[1], (double)s->x[2]);
 }
 
-/* Writes to core.stop why the state after a step is not valid, if it is not. */
+/* Writes to core.stop what is wrong with the state after a step, if anything is; MPMCauseTell knows why. */
 static void CheckState(MPM mpm)
 {
   const MPMStatus *s = &mpm->core.status;
@@ -81,32 +81,27 @@ static void CheckState(MPM mpm)
   if (!MPMStatusIsBad(s)) return;
   NameParticle(mpm, who, at);
   if (s->bad == MPM_LEFT_GRID && !(PetscAbsReal(s->x[0] + s->x[1] + s->x[2]) <= PETSC_MAX_REAL))
-    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
-                   "%s has a position that is not finite, %s; reduce -dt_size or -dt_cfl, or look at -acceleration and "
-                   "-loads",
-                   who, at);
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "%s has a position that is not finite, %s", who, at);
   else if (s->bad == MPM_LEFT_GRID && WallPassed(mpm) >= 0)
-    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "%s left the grid, to %s, through its wall %s (%s); %s", who,
-                   at, MPMFaceNames[WallPassed(mpm)],
-                   MPMWallNames[mpm->scene.walls.given[WallPassed(mpm) / 2][WallPassed(mpm) % 2].type],
-                   mpm->core.basis == MPM_BASIS_gimp
-                       ? "with gimp the domains of particles reach beyond a wall: use bspline2"
-                       : "reduce -dt_size or -dt_cfl");
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "%s left the grid, to %s, through its wall %s (%s)", who, at,
+                   MPMFaceNames[WallPassed(mpm)],
+                   MPMWallNames[mpm->scene.walls.given[WallPassed(mpm) / 2][WallPassed(mpm) % 2].type]);
   else if (s->bad == MPM_LEFT_GRID)
-    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
-                   "%s left the grid, to %s; enlarge the grid, close its walls (-bc_*_type), or let such particles "
-                   "go (-particles_leave delete)",
-                   who, at);
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "%s left the grid, to %s", who, at);
   else if (s->bad == MPM_TOO_WIDE)
     (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
-                   "the domain of %s at %s is stretched to %g cells, gimp allows 1 at most; use more particles per "
-                   "cell (-body_*_ppc) or a spline",
-                   who, at, (double)s->J);
+                   "the domain of %s at %s is stretched to %g cells, gimp allows 1 at most", who, at, (double)s->J);
   else
-    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop,
-                   "%s at %s is turned inside out or not finite (det F = %g); reduce -dt_size or -dt_cfl%s", who, at,
-                   (double)s->J,
-                   mpm->scene.forced && PetscIsInfOrNanReal(s->J) ? ", or look at -acceleration and -loads" : "");
+    (void)snprintf(mpm->core.stop, sizeof mpm->core.stop, "%s at %s is turned inside out or not finite (det F = %g)",
+                   who, at, (double)s->J);
+}
+
+/* Appends to core.stop why a state is not valid, if `bad` says that it is not. Collective on exchange.data. */
+static PetscErrorCode TellCause(MPM mpm, const MPMStatus *bad)
+{
+  PetscFunctionBeginUser;
+  if (MPMStatusIsBad(bad)) PetscCall(MPMCauseTell(mpm, bad));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* What a step changes besides the fields of particles. */
@@ -247,6 +242,7 @@ static PetscErrorCode TryAgain(MPM mpm, PetscReal normal, PetscReal dt)
   MPMRetry       *r      = &mpm->retry;
   const PetscReal least  = ldexp(PetscMin(normal, NextTime(mpm) - core->t), (int)-r->most) * (1 - 1e-9);
   PetscBool       undone = PETSC_FALSE;
+  MPMStatus       bad;
   Before          before;
 
   PetscFunctionBeginUser;
@@ -259,6 +255,7 @@ static PetscErrorCode TryAgain(MPM mpm, PetscReal normal, PetscReal dt)
     if (!core->stop[0]) break;
     (void)snprintf(why, sizeof why, "%s", core->stop);
     tried = core->params.dt;
+    bad   = core->status;
     PetscCall(Undo(mpm, &before));
     if (0.5 * tried < least || !(core->t + 0.5 * tried > core->t)) {
       r->gave_up = PETSC_TRUE;
@@ -266,8 +263,9 @@ static PetscErrorCode TryAgain(MPM mpm, PetscReal normal, PetscReal dt)
       PetscCall(PetscFree(before.heat));
       (void)snprintf(
           core->stop, sizeof core->stop,
-          "%.1800s; with dt=%g s it still fails, -dt_retry allows no shorter step; the state is that before it", why,
+          "%.600s; with dt=%g s it still fails, -dt_retry allows no shorter step; the state is that before it", why,
           (double)tried);
+      PetscCall(TellCause(mpm, &bad));
       PetscFunctionReturn(PETSC_SUCCESS);
     }
     dt = 0.5 * tried;
@@ -317,13 +315,14 @@ PetscErrorCode MPMAdvance(MPM mpm)
 
   PetscFunctionBeginUser;
   if (!(dt > 0 && core->t + dt > core->t)) {
-    (void)snprintf(core->stop, sizeof core->stop, "the time step, %g s, is too short to change the time", (double)dt);
+    PetscCall(MPMWatchShort(mpm, dt));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMSceneCheckWalls(&mpm->scene, core, core->t + 0.5 * dt));
   if (core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMWatchStep(mpm, normal));
   PetscCall(mpm->retry.on ? TryAgain(mpm, normal, dt) : Try(mpm, dt));
+  if (!mpm->retry.gave_up) PetscCall(TellCause(mpm, &core->status));
   if (!MPMStatusIsBad(&core->status) && !mpm->retry.gave_up) PetscCall(End(mpm));
   MPMSceneCheckPistons(&mpm->scene, core);
   if (core->status.asked == MPM_ASKED_END && !core->stop[0])

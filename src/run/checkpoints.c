@@ -177,7 +177,11 @@ PetscInt MPMCheckpointKept(MPM mpm, MPMKept kept[])
        {"watch_dt_told", MPM_KEPT_REAL, 1, &watch->told},
        {"watch_t", MPM_KEPT_REAL, 1, &watch->t},
        {"watch_cause", MPM_KEPT_TEXT, sizeof watch->cause, watch->cause},
+       {"watch_near", MPM_KEPT_INT, 1, &watch->near},
        {"watch_torn", MPM_KEPT_BOOL, 1, &watch->torn},
+       {"watch_torn_at", MPM_KEPT_REAL, 1, &watch->torn_at},
+       {"watch_beyond", MPM_KEPT_INT, 1, &watch->beyond},
+       {"watch_grows_at", MPM_KEPT_REAL, 1, &watch->grows_at},
   };
 
   for (size_t k = 0; k < sizeof table / sizeof table[0]; k++) kept[k] = table[k];

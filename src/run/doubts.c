@@ -129,6 +129,11 @@ static PetscErrorCode NoteUnits(MPM mpm, const MPMMaterial *m)
                        "note       -material_%s_%s %g Pa is small for a solid of %g kg/m^3; if MPa are meant, write "
                        "%g\n",
                        m->name, word, (double)modulus, (double)m->rho, (double)(1e6 * modulus)));
+  else if (!E && yields && m->rho >= DENSE && modulus < 1e3)
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "note       -material_%s_%s %g Pa is small for a solid of %g kg/m^3; if GPa are meant, write "
+                       "%g\n",
+                       m->name, word, (double)modulus, (double)m->rho, (double)(1e9 * modulus)));
   if (MPMListHas(m->type->parameters, "temperature") && m->temperature < COLD && m->melting > HOT)
     PetscCall(MPMPrint(&mpm->core.print,
                        "note       -material_%s_temperature %g is in K, as -material_%s_melting is; if degrees Celsius "

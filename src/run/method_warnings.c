@@ -20,21 +20,54 @@ static PetscErrorCode Warn(MPM mpm, const char format[], ...)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns the option for shorter steps, behind which a number has to stand. */
+static const char *ShorterSteps(MPM mpm)
+{
+  return mpm->time.fixed > 0 ? "-dt_size auto -dt_cfl" : "-dt_cfl";
+}
+
+const char *MPMMethodSpline(void)
+{
+  PetscBool given;
+
+  if (PetscOptionsHasName(NULL, NULL, "-method_gimp_update", &given) || !given) return "-method_basis bspline2";
+  return "-method_basis bspline2 without -method_gimp_update";
+}
+
+/* Described in mpm.h: usl with the same basis, or with quadratic splines, with shorter steps if it needs them. */
+void MPMMethodStable(MPM mpm, PetscReal C, char options[MPM_TEXT_LEN])
+{
+  const MPMBasis  own = mpm->core.basis, basis[] = {own, MPM_BASIS_bspline2};
+  const PetscBool usl = !strcmp(mpm->method.scheme->name, "usl") ? PETSC_TRUE : PETSC_FALSE;
+
+  for (PetscInt k = 0; k < 2; k++) {
+    const MPMStable stable           = MPMStableWith(&mpm->core, &mpm->method, basis[k], "usl");
+    char            dt[MPM_NAME_LEN] = "";
+
+    if (!(stable.crossing > 0) || (!k && (usl || stable.crossing < C))) continue;
+    if (stable.crossing < C) (void)snprintf(dt, sizeof dt, " %s %g", ShorterSteps(mpm), (double)stable.cfl);
+    (void)snprintf(options, MPM_TEXT_LEN, "%s%s%s%s", usl ? "" : "-method_update usl",
+                   basis[k] != own && !usl ? " " : "", basis[k] != own ? MPMMethodSpline() : "", dt);
+    return;
+  }
+}
+
 void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
 {
   const MPMTransfer *transfer = mpm->method.transfer;
   const PetscBool linear = mpm->core.basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE, keeps = transfer->flip < 0;
+  char               cure[MPM_TEXT_LEN] = "";
 
   why[0] = 0;
-  if (MPMStableOf(&mpm->core, &mpm->method).crossing == 0)
-    (void)snprintf(
-        why, MPM_TEXT_LEN, "is unstable where particles cross cells%s",
-        linear ? ": nodes with almost no mass get arbitrary velocity gradients; use musl or usf with -method_transfer "
-                 "flip -method_flip 0.99, or another basis"
-        : mpm->core.params.strain > 0 && keeps && !strcmp(mpm->method.scheme->name, "usl")
-            ? "; use -method_affine_strain 0"
-            : "; use -method_update usl");
-  else if (!keeps && !(transfer->parts & MPM_AFFINE) && (transfer->rounds != MPM_FILTER || mpm->core.params.order == 1))
+  if (MPMStableOf(&mpm->core, &mpm->method).crossing == 0) {
+    MPMMethodStable(mpm, 0, cure);
+    (void)snprintf(why, MPM_TEXT_LEN, "is unstable where particles cross cells%s; use %s",
+                   linear ? ": nodes with almost no mass get arbitrary velocity gradients" : "",
+                   mpm->core.params.strain > 0 && keeps && !linear && !strcmp(mpm->method.scheme->name, "usl")
+                       ? "-method_affine_strain 0"
+                       : cure);
+  } else if (!keeps && !(transfer->parts & MPM_AFFINE) &&
+             (transfer->rounds != MPM_FILTER || mpm->core.params.order == 1))
     (void)snprintf(why, MPM_TEXT_LEN,
                    "stops all motion in the time in which a wave crosses some cells; use -method_transfer aflip");
   else if (!keeps && transfer->rounds == MPM_FILTER && !strcmp(mpm->method.scheme->name, "musl") &&
@@ -42,31 +75,49 @@ void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
     (void)snprintf(why, MPM_TEXT_LEN, "was wrong by 50 to 95 %% on a manufactured solution; use -method_update usl");
 }
 
-/* Warns of steps that are too long for the method. */
+/* Returns a number with two digits, for texts. */
+static PetscReal Round(PetscReal x)
+{
+  const PetscReal scale = x > 0 ? PetscPowReal(10, PetscFloorReal(PetscLog10Real(x)) - 1) : 1;
+
+  return PetscFloorReal(x / scale + 0.5) * scale;
+}
+
+/* Warns of steps that are too long for the method. The remedy must not lead to the next warning: noise in n steps of C
+   grows with n C^2, and in a given time with C. */
 static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
 {
   const MPMCore  *core   = &mpm->core;
   const MPMStable stable = MPMStableOf(core, &mpm->method);
-  const PetscReal C = MPMWaveCourant(core, dt), courant = MPMCourant(core, dt),
-                  use = PetscMin(stable.cfl, stable.crossing > 0 ? stable.crossing : stable.rest);
+  const PetscReal C = MPMWaveCourant(core, dt), courant = MPMCourant(core, dt), grows = stable.grows / (C * C);
+  const PetscReal end   = (PetscReal)core->step + (mpm->time.end - core->t) / dt,
+                  steps = PetscMin(end, (PetscReal)mpm->time.max_steps);
+  const PetscReal most  = stable.grows > 0      ? stable.grows / (end * C)
+                          : stable.crossing > 0 ? stable.crossing
+                                                : stable.rest;
+  const PetscReal use = PetscMin(stable.cfl, 0.99 * most >= 0.1 ? PetscFloorReal(99 * most) / 100 : Round(0.9 * most));
+  char            cure[MPM_TEXT_LEN] = "", shorter[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
+  (void)snprintf(shorter, sizeof shorter, "%s %g", ShorterSteps(mpm), (double)use);
+  if (use < 0.1 || stable.crossing == 0) MPMMethodStable(mpm, 0, cure); /* such short steps are hardly meant */
+  if (cure[0])
+    (void)snprintf(shorter, sizeof shorter, "%.1800s %s", cure, mpm->time.fixed > 0 ? "-dt_size auto" : "-dt_cfl 0.4");
   if (C > stable.rest * (1 + 1e-9))
-    PetscCall(Warn(mpm, "is stable up to dt = %g h/c, and dt is %.3g h/c: expect the run to blow up; use -dt_cfl %g",
-                   (double)stable.rest, (double)C, (double)use));
+    PetscCall(Warn(mpm, "is stable up to dt = %g h/c, and dt is %.3g h/c: expect the run to blow up; use %s",
+                   (double)stable.rest, (double)C, shorter));
   else if (courant > 1)
-    PetscCall(Warn(mpm,
-                   "has dt = %.3g h/(c+|v|), above 1: expect the run to blow up where matter moves; use -dt_cfl %g",
-                   (double)courant, (double)use));
-  else if (stable.crossing > 0 && C > stable.crossing * (1 + 1e-9))
-    PetscCall(Warn(mpm,
-                   "amplifies noise where particles cross cells if dt is above %g h/c (here %.3g); use %s-dt_cfl %g",
-                   (double)stable.crossing, (double)C,
-                   core->basis == MPM_BASIS_linear && core->params.flip > 0.995 ? "-method_flip 0.99 or "
-                   : core->basis == MPM_BASIS_linear                            ? ""
-                   : strcmp(mpm->method.scheme->name, "usl") != 0               ? "-method_update usl or "
-                                                                                : "",
-                   (double)use));
+    PetscCall(Warn(mpm, "has dt = %.3g h/(c+|v|), above 1: expect the run to blow up where matter moves; use %s",
+                   (double)courant, shorter));
+  else if (stable.crossing > 0 && C > stable.crossing * (1 + 1e-9)) {
+    MPMMethodStable(mpm, C, cure);
+    if (!(stable.grows > 0))
+      PetscCall(Warn(mpm, "amplifies noise where particles cross cells if dt is above %g h/c (here %.3g); use %s%s%s",
+                     (double)stable.crossing, (double)C, cure, use < 0.1 ? "" : " or ", use < 0.1 ? "" : shorter));
+    else if (steps > grows)
+      PetscCall(Warn(mpm, "amplifies noise where particles cross cells, tenfold in about %g of the %.0f steps; use %s",
+                     (double)Round(grows), (double)steps, cure));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -171,6 +222,22 @@ static PetscErrorCode WarnOfSpin(MPM mpm)
   }
   PetscCall(PetscFree(sum));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscBool MPMMethodAmplifies(MPM mpm, char what[MPM_TEXT_LEN], char options[MPM_TEXT_LEN])
+{
+  const MPMStable stable = MPMStableOf(&mpm->core, &mpm->method);
+  const PetscReal C = mpm->wave, grows = stable.grows / (C * C), steps = (PetscReal)mpm->core.step;
+
+  if (stable.crossing > 0 && !(C > stable.crossing && steps > grows && mpm->watch.grows_at >= 0)) return PETSC_FALSE;
+  (void)snprintf(what, MPM_TEXT_LEN,
+                 stable.crossing > 0
+                     ? "the method amplifies noise where particles cross cells, tenfold in about %g steps"
+                     : "the method is unstable where particles cross cells",
+                 (double)Round(grows));
+  if (stable.crossing > 0 && !(grows > 0)) what[strcspn(what, ",")] = 0;
+  MPMMethodStable(mpm, C, options);
+  return PETSC_TRUE;
 }
 
 PetscErrorCode MPMMethodWarnings(MPM mpm, PetscReal dt)

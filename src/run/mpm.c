@@ -42,6 +42,7 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   MPMPresetChoose(mpm);
   PetscCall(MPMMethodSetFromOptions(mpm, o));
   PetscCall(MPMAdvanceSetFromOptions(mpm, o));
+  PetscCall(MPMWatchSetFromOptions(mpm, o));
   PetscCall(MPMExchangeSetFromOptions(core, o));
   PetscCall(MPMModelSetFromOptions(&mpm->cost, o));
   PetscCall(MPMDampingSetFromOptions(core, o));
@@ -181,6 +182,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
   if (core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Stage("MPM set-up", &stage));
   PetscCall(PetscLogStagePush(stage));
+  PetscCall(MPMWatchSetUp(mpm));
   PetscCall(SetUpExchange(mpm));
   if (core->exchange.data != MPI_COMM_NULL) { /* workers of the pool hold no particles */
     PetscCall(MPMParticlesCreate(&core->particles, core->exchange.data));
@@ -205,6 +207,7 @@ static PetscErrorCode Output(MPM mpm, PetscLogStage stage, PetscBool force)
   PetscCall(PetscLogStagePush(stage));
   PetscCall(MPMTimersClock(&mpm->core.timers, &t0));
   PetscCall(MPMMonitorStep(&mpm->monitor, &mpm->core, &mpm->scene, force));
+  if (mpm->core.status.bad == MPM_NOT_FINITE) PetscCall(MPMCauseTell(mpm, &mpm->core.status));
   if (!MPMStatusIsBad(&mpm->core.status)) PetscCall(MPMOutputStep(&mpm->output, &mpm->core, &mpm->scene, force));
   PetscCall(MPMTimersClock(&mpm->core.timers, &t1));
   mpm->core.timers.output += t1 - t0;
@@ -249,13 +252,13 @@ PetscErrorCode MPMRun(MPM mpm)
     if (MPMStatusIsBad(&core->status)) break; /* this state is neither measured nor written */
     PetscCall(MPMWatchRest(mpm));
     PetscCall(Output(mpm, output, PETSC_FALSE));
-    PetscCall(MPMWatchBodies(mpm));
+    PetscCall(MPMWatchState(mpm, core->t >= mpm->time.end ? PETSC_TRUE : PETSC_FALSE));
     PetscCall(MPMCheckpointStep(mpm, PETSC_FALSE));
     PetscCall(MPMReportProgress(mpm));
   }
   /* A run that may go on gets its checkpoint before the output of its end, which a run without a stop does not have. */
   if (core->t < mpm->time.end && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
-  if (mpm->retry.gave_up || mpm->monitor.exceeded) PetscCall(MPMCheckpointOfStop(mpm));
+  if (mpm->retry.gave_up || mpm->monitor.exceeded || mpm->watch.stopped) PetscCall(MPMCheckpointOfStop(mpm));
   if (!MPMStatusIsBad(&core->status)) PetscCall(Output(mpm, output, PETSC_TRUE));
   if (core->t >= mpm->time.end && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
   PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
@@ -269,6 +272,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   MPMCore *core = &(*mpm)->core;
 
   PetscFunctionBeginUser;
+  PetscCall(MPMWatchDestroy(*mpm));
   PetscCall(MPMMonitorDestroy(&(*mpm)->monitor));
   PetscCall(MPMOutputDestroy(&(*mpm)->output));
   if (core->exchange.ready) {

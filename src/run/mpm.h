@@ -9,6 +9,7 @@
 
 #include "cost/cost.h"
 #include "output/output.h"
+#include "run/watch.h"
 
 #define MPM_MAX_LEVELS 12 /* most runs of a study, -study_levels */
 
@@ -70,14 +71,6 @@ typedef struct {
   PetscBool gave_up; /* did a step fail for good? Then the state is that before it */
 } MPMRetry;
 
-/* What is watched while a run runs (watch.c). */
-typedef struct {
-  PetscReal first, least, told; /* s: dt of the first step, the smallest so far, and at the last look for its cause */
-  PetscReal t;                  /* s: when dt was smallest */
-  char      cause[3 * MPM_NAME_LEN]; /* what limits dt, where it has collapsed; else empty */
-  PetscBool torn;                    /* has a body come apart? */
-} MPMWatch;
-
 /* Checkpoints of a run, and the one that it goes on from (checkpoints.c, restart.c). */
 typedef struct {
   PetscReal      every, wall, next;  /* s of simulated time; s of the clock; s: when the next one is due */
@@ -112,7 +105,6 @@ typedef struct {
   PetscInt    ppc;
 } MPMPreset;
 
-typedef struct _p_MPM *MPM;
 struct _p_MPM {
   MPMCore          core;
   MPMScene         scene;
@@ -170,13 +162,21 @@ PetscErrorCode MPMReportStart(MPM);
 PetscErrorCode MPMReportProgress(MPM);
 PetscErrorCode MPMReportBodies(MPM);
 PetscErrorCode MPMReportEnergy(MPM);
+PetscBool      MPMEnergyIsFollowed(MPM); /* is all that changes the energy summed, in any run? */
 PetscErrorCode MPMReportPrediction(MPM, PetscReal steps, PetscReal step);
 PetscErrorCode MPMReportPhases(MPM);
 PetscErrorCode MPMReportEnd(MPM);
 
-/* Writes why this basis, update and transfer give wrong results together, with what to use instead, or ""
-   (method_warnings.c). */
+/* Write why this basis, update and transfer give wrong results together, with what to use instead, or ""; and the options
+      of a method like this one that is stable where particles cross cells with steps of C = c dt/h; return the option of
+   quadratic splines (method_warnings.c). */
+const char *MPMMethodSpline(void);
 void MPMMethodWrong(MPM, char why[MPM_TEXT_LEN]);
+void MPMMethodStable(MPM, PetscReal C, char options[MPM_TEXT_LEN]);
+
+/* Returns whether by now noise has grown by the method, as far as the table of stable methods tells; writes that, and the
+   options of a stable one. */
+PetscBool MPMMethodAmplifies(MPM, char what[MPM_TEXT_LEN], char options[MPM_TEXT_LEN]);
 
 /* Returns the bytes of particles, with order and scratch, and of nodes, on all processes together (report.c). */
 PetscReal MPMMemory(MPM);
@@ -191,7 +191,9 @@ PetscErrorCode MPMMemoryPrint(MPM, PetscReal seconds);
 PetscErrorCode MPMDiskPrint(MPM, PetscReal steps, PetscReal seconds);
 
 /* Tell what is doubtful in a valid scene (doubts.c): refuse it, before the first step, or note odd values, or warn;
-   steps and seconds are what is predicted for the whole run. Not collective. */
+   steps and seconds are what is predicted for the whole run. Not collective, but for MPMDoubtsBodies, which warns of how
+   the particles of bodies lie (doubts_bodies.c): on exchange.data. */
+PetscErrorCode MPMDoubtsBodies(MPM);
 PetscErrorCode MPMDoubtsRefuse(MPM, MPMOptions);
 PetscErrorCode MPMDoubtsNote(MPM);
 PetscErrorCode MPMDoubtsWarn(MPM, PetscReal steps, PetscReal seconds);
@@ -202,14 +204,6 @@ PetscErrorCode MPMAdvanceSetFromOptions(MPM, MPMOptions);
 void           MPMAdvanceSetUp(MPM);
 PetscErrorCode MPMAdvance(MPM);
 PetscErrorCode MPMAdvanceReport(MPM);
-
-/* Watch a run (watch.c): a time step dt in s that collapses, before the step; bodies that do not rest in the stress by
-   their weight, after the first step; bodies that come apart, where a line of the history is written; and what is to be
-   said at the end. Collective on exchange.data. */
-PetscErrorCode MPMWatchStep(MPM, PetscReal dt);
-PetscErrorCode MPMWatchRest(MPM);
-PetscErrorCode MPMWatchBodies(MPM);
-PetscErrorCode MPMWatchEnd(MPM);
 
 /* Checkpoints (checkpoints.c). SetFromOptions is collective on core.comm; Note says what an earlier run left, Now writes
    a checkpoint, and Step writes one if it is due, asked for, or if the run ends and checkpoints are wanted: collective on

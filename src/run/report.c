@@ -272,6 +272,7 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal dt)
         MPMPrint(&mpm->core.print,
                  "warning    dt is above the bound of viscosity, h^2/(2 dim nu) = %.3g s: expect the run to blow up\n",
                  (double)MPMViscousStep(&mpm->core)));
+  PetscCall(MPMDoubtsBodies(mpm));
   PetscCall(WarnCuts(mpm));
   PetscCall(MPMMethodWarnings(mpm, dt));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,12 +1,12 @@
 /* report_energy.c - the lines of the summary about energy: what it was and is, and by which terms it changed. */
 #include "run/mpm.h"
 
-/* Returns whether a wall gives matter a velocity. */
-static PetscBool MovingWall(MPM mpm)
+/* Described in mpm.h: no wall gives matter a velocity, and no body force acts on it. */
+PetscBool MPMEnergyIsFollowed(MPM mpm)
 {
   for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++)
-    if (MPMWallMoves(mpm->scene.walls.given[k / 2][k % 2].type)) return PETSC_TRUE;
-  return PETSC_FALSE;
+    if (MPMWallMoves(mpm->scene.walls.given[k / 2][k % 2].type)) return PETSC_FALSE;
+  return mpm->scene.body_force ? PETSC_FALSE : PETSC_TRUE;
 }
 
 /* Prints the terms of the change of energy (-history_energy), in J and as a part of the largest energy and the work. */
@@ -66,7 +66,7 @@ PetscErrorCode MPMReportEnergy(MPM mpm)
   if (mpm->core.damping.kinetic)
     PetscCall(MPMPrint(&mpm->core.print, "damping    all velocities were set to 0 %" PetscInt_FMT " times\n",
                        mpm->core.damping.stops));
-  if (!mpm->scene.body_force && !MovingWall(mpm) && residual > 0.05 * (mpm->monitor.energy_max + PetscAbsReal(work)))
+  if (MPMEnergyIsFollowed(mpm) && residual > MPM_ENERGY_GROWN * (mpm->monitor.energy_max + PetscAbsReal(work)))
     PetscCall(MPMPrint(&mpm->core.print,
                        "warning    energy grew by %.2g of its largest value, which nothing in the scene explains\n",
                        (double)(residual / (mpm->monitor.energy_max + PetscAbsReal(work)))));

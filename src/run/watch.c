@@ -1,66 +1,66 @@
 /* watch.c - what is watched while a run runs: a time step that collapses, before each step; whether bodies rest that start
-   with the stress by their weight, after the first step; and bodies that come apart, where a line of the history is
-   written. Each is told once, the time step again at the end. It changes no state. */
+   with the stress by their weight, after the first step; and after some steps matter that parts (parting.c) and laws that
+   leave their range (ranges.c). Each is told once, the time step again at the end. It changes no state. */
 #include "run/mpm.h"
 
-#define COLLAPSE 0.01 /* of the first time step */
-
-/* The acceleration, in that of gravity, above which a body does not rest in the stress by its weight. In columns between
-   walls the first step accelerates particles by up to 0.03, with splines near the surface; on slopes of 34 and 45 degrees,
-   which settle, by 0.5; without a wall on one side or below by 3 to 24, with 8 and 16 cells of height (docs/theory.md).
-   */
-#define RESTLESS 1
-
-/* The distance of neighbouring particles, in cells, at which a body comes apart. Of an elastic body so few nodes then have
-   both of them in reach that they hardly hold each other: measured on bars pulled to 8 times their length with 2 and 4
-   particles per cell, whose largest gap runs away at 1.2 to 1.3 with the hats, and at 1.5 to 1.7 with the splines. A
-   metal that flows gets thinner as it gets longer, and what comes from its sides fills the gaps; it is apart for certain
-   where its neighbours have no node in common. */
-static PetscReal TearsAt(MPMBasis basis, const MPMMaterial *m)
+/* Takes particle p of a view, if its value is larger, or as large and its id smaller. */
+static void Take(const MPMView *view, PetscInt dim, PetscInt p, PetscReal value, MPMFound *f)
 {
-  if (m->type->traits & MPM_PLASTIC) return (PetscReal)MPMBasisNodes(basis);
-  return MPMBasisIsSpline(basis) ? 1.5 : 1.2;
+  MPMFound found = {value, 16 * view->id[p], {0}, {0}};
+
+  if (!(value >= f->value)) return;
+  for (PetscInt d = 0; d < dim; d++) found.x[d] = view->x[p * dim + d];
+  MPMFoundTake(f, &found);
 }
 
-/* The particle with the largest value of something, on all processes. */
-typedef struct {
-  PetscReal  value, x[3]; /* x in m */
-  PetscInt64 id;          /* the smallest of those with this value */
-} Found;
-
-/* Makes the findings of all processes one. Collective on exchange.data. */
-static PetscErrorCode Agree(const MPMCore *core, Found *f)
+static const char *NameOf(MPM mpm, const MPMFound *f)
 {
-  const PetscReal mine  = f->value;
-  PetscInt64      least = INT64_MAX, id = f->id;
+  return mpm->scene.bodies[MPMBodyOf(&mpm->scene, f->key / 16, 0)].name;
+}
+
+/* --- Options ------------------------------------------------------------------------------------------------------ */
+
+PetscErrorCode MPMWatchSetFromOptions(MPM mpm, MPMOptions o)
+{
+  char part[MPM_NAME_LEN], law[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &f->value, 1, MPIU_REAL, MPI_MAX, core->exchange.data));
-  if (mine == f->value && id >= 0) least = id;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPIU_INT64, MPI_MIN, core->exchange.data));
-  if (id != least)
-    for (PetscInt d = 0; d < 3; d++) f->x[d] = 0;
-  f->id = least;
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, f->x, 3, MPIU_REAL, MPI_SUM, core->exchange.data));
+  PetscCall(MPMOptionsEnum(o, "check_parting", NULL, part, NULL));
+  PetscCall(MPMOptionsEnum(o, "check_law", NULL, law, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  mpm->watch.may_part  = !strcmp(part, "warn") ? PETSC_TRUE : PETSC_FALSE;
+  mpm->watch.may_leave = !strcmp(law, "warn") ? PETSC_TRUE : PETSC_FALSE;
+  mpm->watch.torn_at = mpm->watch.grows_at = -1;
+  mpm->watch.near                          = 1; /* until the first look */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes particle p of a view, if its value is larger, or as large and its id smaller. */
-static void Take(const MPMView *view, PetscInt dim, PetscInt p, PetscReal value, Found *f)
+PetscErrorCode MPMWatchSetUp(MPM mpm)
 {
-  if (!(value > f->value || (value == f->value && view->id[p] < f->id))) return;
-  f->value = value;
-  f->id    = view->id[p];
-  for (PetscInt d = 0; d < dim; d++) f->x[d] = view->x[p * dim + d];
+  const MPMScene *scene = &mpm->scene;
+  PetscBool       may   = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  mpm->watch.ranges = MPMRangesOf(scene);
+  for (PetscInt m = 0; m < scene->nmaterials; m++) may = may || MPMNeighboursMay(&scene->materials[m]);
+  if (!may) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(scene->nbodies, &mpm->watch.neighbours));
+  for (PetscInt b = 0; b < scene->nfilled; b++)
+    if (MPMNeighboursMay(&scene->materials[scene->bodies[b].material]))
+      PetscCall(MPMNeighboursCreate(scene, &mpm->core, &scene->bodies[b], &mpm->watch.neighbours[b]));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const MPMBody *BodyOf(const MPMScene *scene, PetscInt64 id)
+PetscErrorCode MPMWatchDestroy(MPM mpm)
 {
-  PetscInt b = 0;
-
-  while (b + 1 < scene->nbodies && id >= scene->bodies[b + 1].first) b++;
-  return &scene->bodies[b];
+  PetscFunctionBeginUser;
+  for (PetscInt b = 0; b < mpm->scene.nbodies && mpm->watch.neighbours; b++)
+    PetscCall(MPMNeighboursDestroy(&mpm->watch.neighbours[b]));
+  PetscCall(PetscFree(mpm->watch.neighbours));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* --- The time step and the rest ----------------------------------------------------------------------------------- */
 
 /* Finds what limits the time step: the fastest particle, or the body with the fastest wave. Collective on
    exchange.data. */
@@ -70,7 +70,7 @@ static PetscErrorCode FindCause(MPM mpm)
   const PetscBool wave  = core->status.c2 >= core->status.v2 ? PETSC_TRUE : PETSC_FALSE;
   const PetscInt  dim   = core->grid.dim,
                  fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v) | MPM_MATERIAL_BITS | MPM_BIT(kind);
-  Found    most         = {-1, {0}, -1};
+  MPMFound most         = {-1, -1, {0}, {0}};
   MPMView  view;
   MPMBlock b;
 
@@ -88,14 +88,15 @@ static PetscErrorCode FindCause(MPM mpm)
     Take(&view, dim, p, value, &most);
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
-  PetscCall(Agree(core, &most));
+  PetscCall(MPMFoundAgree(&most, core->exchange.data));
+  mpm->watch.limits = most.key / 16;
   if (wave)
     (void)snprintf(mpm->watch.cause, sizeof mpm->watch.cause, "the wave speed %.3g m/s in %s",
-                   (double)PetscSqrtReal(most.value), BodyOf(&mpm->scene, most.id)->name);
+                   (double)PetscSqrtReal(most.value), NameOf(mpm, &most));
   else
     (void)snprintf(mpm->watch.cause, sizeof mpm->watch.cause,
                    "the speed %.3g m/s of particle %" PetscInt64_FMT " of %s", (double)PetscSqrtReal(most.value),
-                   most.id, BodyOf(&mpm->scene, most.id)->name);
+                   most.key / 16, NameOf(mpm, &most));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -107,7 +108,7 @@ static PetscErrorCode Clear(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Described in mpm.h. The cause is found where dt has fallen below a hundredth of the first, and anew at each further
+/* Described in watch.h. The cause is found where dt has fallen below a hundredth of the first, and anew at each further
    tenth of that. */
 PetscErrorCode MPMWatchStep(MPM mpm, PetscReal dt)
 {
@@ -119,7 +120,7 @@ PetscErrorCode MPMWatchStep(MPM mpm, PetscReal dt)
   if (!(dt < w->least)) PetscFunctionReturn(PETSC_SUCCESS);
   w->least = dt;
   w->t     = mpm->core.t;
-  if (dt >= (told ? 0.1 * w->told : COLLAPSE * w->first)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (dt >= (told ? 0.1 * w->told : MPM_COLLAPSE * w->first)) PetscFunctionReturn(PETSC_SUCCESS);
   w->told = dt;
   PetscCall(FindCause(mpm));
   if (told) PetscFunctionReturn(PETSC_SUCCESS);
@@ -131,13 +132,36 @@ PetscErrorCode MPMWatchStep(MPM mpm, PetscReal dt)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Described in mpm.h. Damping means that the body shall settle. */
+/* Described in watch.h. */
+PetscErrorCode MPMWatchShort(MPM mpm, PetscReal dt)
+{
+  MPMCore  *core = &mpm->core;
+  MPMStatus at   = core->status;
+
+  PetscFunctionBeginUser;
+  if (mpm->time.fixed > 0) {
+    (void)snprintf(core->stop, sizeof core->stop,
+                   "the time step, %g s, is too short to change the time; use a larger -dt_size, or -dt_size auto",
+                   (double)dt);
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(FindCause(mpm));
+  (void)snprintf(core->stop, sizeof core->stop, "the time step, %g s, is too short to change the time: %s limits it",
+                 (double)dt, mpm->watch.cause);
+  at.id  = mpm->watch.limits;
+  at.bad = MPM_NOT_FINITE;
+  PetscCall(MPMCauseTell(mpm, &at));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Described in watch.h. Damping means that the body shall settle. */
 PetscErrorCode MPMWatchRest(MPM mpm)
 {
   MPMCore        *core = &mpm->core;
   const PetscInt  dim = core->grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v);
   const PetscReal g    = MPMInitialGravity(&mpm->scene);
-  Found           most = {-1, {0}, -1};
+  MPMFound        most = {-1, -1, {0}, {0}};
+  char            place[MPM_NAME_LEN];
   MPMView         view;
 
   PetscFunctionBeginUser;
@@ -152,66 +176,107 @@ PetscErrorCode MPMWatchRest(MPM mpm)
     Take(&view, dim, p, PetscSqrtReal(v2) / (g * core->t), &most);
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
-  PetscCall(Agree(core, &most));
-  if (!(most.value > RESTLESS)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMPrint(&core->print, "warning    %s does not rest in its stress of -initial_stress k0: near (%g",
-                     BodyOf(&mpm->scene, most.id)->name, (double)most.x[0]));
-  for (PetscInt d = 1; d < dim; d++) PetscCall(MPMPrint(&core->print, ", %g", (double)most.x[d]));
-  PetscCall(
-      MPMPrint(&core->print,
-               ") it starts with an acceleration of %.2g g. It needs a level surface, a wall below and walls at all "
-               "sides; else let it settle with -damping_kinetic\n",
-               (double)most.value));
+  PetscCall(MPMFoundAgree(&most, core->exchange.data));
+  if (!(most.value > MPM_RESTLESS)) PetscFunctionReturn(PETSC_SUCCESS);
+  MPMFoundPlace(&most, dim, place);
+  PetscCall(MPMPrint(&core->print,
+                     "warning    %s does not rest in its stress of -initial_stress k0: near %s it starts with an "
+                     "acceleration of %.2g g. It needs a level surface, a wall below and walls at all sides; else let "
+                     "it settle with -damping_kinetic\n",
+                     NameOf(mpm, &most), place, (double)most.value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Described in mpm.h. The neighbours of a particle on the lattice of its body are where its F takes them: column d of F
-   times the spacing on axis d. Soils open by themselves (field vc), and fluids have no F. */
-PetscErrorCode MPMWatchBodies(MPM mpm)
+/* --- The state ---------------------------------------------------------------------------------------------------- */
+
+/* Warns of matter that will part, or stops the run where it has parted. Collective on exchange.data. */
+static PetscErrorCode WatchParting(MPM mpm)
 {
-  MPMCore       *core = &mpm->core;
-  const PetscInt dim = core->grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(kind);
-  MPMView        view;
-  Found          most = {-1, {0}, -1};
-  PetscReal      largest, limit;
-  const MPMBody *body;
+  MPMCore  *core = &mpm->core;
+  MPMWatch *w    = &mpm->watch;
+  MPMFound  wide, parted;
+  PetscBool noisy;
+  char      what[MPM_TEXT_LEN], noise[MPM_TEXT_LEN] = "", cure[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  if (mpm->watch.torn || mpm->monitor.last != core->step || !core->particles.present[MPM_FIELD_INDEX_F])
-    PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
-  for (PetscInt p = 0; p < view.n; p++) {
-    const MPMKind     *kind = &core->params.kinds[view.kind ? view.kind[p] : 0];
-    const MPMMaterial *m    = &core->params.materials[kind->material];
-
-    if (!(m->state & MPM_BIT(F)) || MPMListHas(m->type->state, "vc")) continue;
-    for (PetscInt d = 0; d < dim; d++) {
-      PetscReal far2 = 0;
-
-      for (PetscInt e = 0; e < dim; e++)
-        far2 += PetscSqr(view.F[(p * dim + e) * dim + d] * 2 * kind->l[d] * core->grid.h[d] / core->grid.h[e]);
-      Take(&view, dim, p, PetscSqrtReal(far2) / TearsAt(core->basis, m), &most);
-    }
+  PetscCall(MPMPartingLook(mpm, &w->near, &wide, &parted));
+  if (wide.value > 1 && w->torn_at < 0) w->torn_at = core->t;
+  noisy = w->grows_at >= 0 ? MPMMethodAmplifies(mpm, noise, cure) : PETSC_FALSE;
+  if (parted.value > 1 && !w->may_part && !core->stop[0]) {
+    MPMPartingTell(mpm, &parted, PETSC_TRUE, what);
+    if (!noisy) MPMPartingCure(mpm, &parted, cure);
+    (void)snprintf(core->stop, sizeof core->stop, "%.600s%s%.300s; use %.600s, or let it part (-check_parting warn)",
+                   what, noisy ? "; " : "", noise, cure);
+    w->stopped = PETSC_TRUE;
+  } else if (wide.value > 1 && !w->torn) {
+    w->torn = PETSC_TRUE;
+    MPMPartingTell(mpm, parted.value > 1 ? &parted : &wide, parted.value > 1 ? PETSC_TRUE : PETSC_FALSE, what);
+    if (!noisy) MPMPartingCure(mpm, &wide, cure);
+    PetscCall(Clear(mpm));
+    PetscCall(MPMPrint(&core->print, "warning    seen at t=%g s: %.600s%s%.300s; use %.600s\n", (double)core->t, what,
+                       noisy ? "; " : "", noise, cure));
   }
-  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
-  PetscCallMPI(MPI_Allreduce(&most.value, &largest, 1, MPIU_REAL, MPI_MAX, core->exchange.data));
-  if (largest <= 1) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Agree(core, &most));
-  body            = BodyOf(&mpm->scene, most.id);
-  limit           = TearsAt(core->basis, &mpm->scene.materials[body->material]);
-  mpm->watch.torn = PETSC_TRUE;
-  PetscCall(Clear(mpm));
-  PetscCall(MPMPrint(&mpm->core.print, "warning    %s comes apart at t=%g s, near (%g", body->name, (double)core->t,
-                     (double)most.x[0]));
-  for (PetscInt d = 1; d < dim; d++) PetscCall(MPMPrint(&mpm->core.print, ", %g", (double)most.x[d]));
-  PetscCall(MPMPrint(&mpm->core.print,
-                     "): its particles are %.2g cells apart, %s holds them together up to %g; use more particles per "
-                     "cell (-body_%s_ppc)\n",
-                     (double)(most.value * limit), MPMBasisNames[core->basis], (double)limit, body->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Described in mpm.h. */
+/* Warns of laws that leave their range, or stops the run where its result means nothing. Collective on exchange.data. */
+static PetscErrorCode WatchRanges(MPM mpm)
+{
+  MPMCore  *core = &mpm->core;
+  MPMWatch *w    = &mpm->watch;
+  PetscInt  beyond, lost;
+  MPMFound  most[MPM_MAX_RANGES];
+  char      what[MPM_TEXT_LEN], cure[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMRangesLook(mpm, &beyond, &lost, most));
+  for (PetscInt r = 0; r < MPM_MAX_RANGES; r++) {
+    if (!(beyond & 1 << r)) continue;
+    MPMRangesTell(mpm, r, &most[r], what);
+    MPMRangesCure(mpm, r, &most[r], cure);
+    if ((lost & 1 << r) && !w->may_leave && !core->stop[0]) {
+      (void)snprintf(core->stop, sizeof core->stop, "%.900s; use %.700s, or go on all the same (-check_law warn)", what,
+                     cure);
+      w->stopped = PETSC_TRUE;
+    } else if (!(w->beyond & 1 << r)) {
+      PetscCall(Clear(mpm));
+      PetscCall(MPMPrint(&core->print, "warning    seen at t=%g s: %.900s; use %.700s\n", (double)core->t, what, cure));
+    }
+    w->beyond |= 1 << r;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Described in watch.h. */
+PetscErrorCode MPMWatchState(MPM mpm, PetscBool last)
+{
+  const MPMShown        shown   = MPMMonitorShown(&mpm->monitor, &mpm->core, &mpm->scene);
+  static const PetscInt every[] = {MPM_WATCH_FAR, MPM_WATCH_NEAR, MPM_WATCH_PARTS};
+  MPMWatch             *w       = &mpm->watch;
+
+  PetscFunctionBeginUser;
+  if (mpm->core.stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (mpm->monitor.last == mpm->core.step && MPMEnergyIsFollowed(mpm)) {
+    const PetscReal most = mpm->monitor.energy_max + PetscAbsReal(MPMShownWork(&shown));
+
+    if (!(MPMShownResidual(&shown) > MPM_ENERGY_GROWN * most))
+      w->grows_at = -1;
+    else if (w->grows_at < 0)
+      w->grows_at = mpm->core.t;
+  }
+  if (w->ranges && (last || mpm->core.step % MPM_WATCH_LAWS == 0)) PetscCall(WatchRanges(mpm));
+  if (w->neighbours && mpm->core.step % every[w->near] == 0)
+    PetscCall(WatchParting(mpm));
+  else if (w->neighbours && last) {
+    const PetscInt near = w->near; /* a run that goes on from here looks when one would that had not ended */
+
+    PetscCall(WatchParting(mpm));
+    w->near = near;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Described in watch.h. */
 PetscErrorCode MPMWatchEnd(MPM mpm)
 {
   const MPMWatch *w = &mpm->watch;

@@ -4,7 +4,10 @@
 #include "kernels/cell.h"
 #include "scene/fill.h"
 #include "physics/skin.h"
+#include "scene/fit.h"
 #include "scene/lattice.h"
+
+#define MILLIMETRES 50 /* times the grid, a body that is larger is taken to have another unit of length */
 
 /* Checks a particle of body b with lattice place X [dim], m: its position, its velocity and the forces on it. */
 PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const MPMBody *b, const PetscReal X[])
@@ -84,15 +87,23 @@ static void SetLattice(const MPMCore *core, MPMOptions o, MPMBody *b, PetscReal 
 {
   const MPMGrid *grid = &core->grid;
   PetscReal      lower[3], upper[3], product = 1;
+  char           hint[3 * MPM_NAME_LEN] = "";
 
   MPMRegionBounds(&b->region, grid->dim, lower, upper);
   for (PetscInt d = 0; d < grid->dim; d++) {
     b->b[d] = grid->h[d] / b->ppc[d];
     product *= PetscMax(0, (PetscMin(upper[d], grid->upper[d]) - PetscMax(lower[d], grid->lower[d])) / b->b[d]) + 3;
-    if (!(upper[d] <= grid->upper[d] + b->b[d] && lower[d] >= grid->lower[d] - b->b[d]))
-      MPMOptionsFail(o, "body %s lies outside of the grid: it reaches from %c = %g to %g, the grid from %g to %g",
+    if (b->region.type == MPM_REGION_stl)
+      (void)snprintf(hint, sizeof hint,
+                     upper[d] - lower[d] > MILLIMETRES * (grid->upper[d] - grid->lower[d])
+                         ? "; if its file is in mm, give -body_%s_scale 0.001"
+                         : "; -body_%s_scale and -body_%s_shift change its size and place",
+                     b->name, b->name);
+    if (!(upper[d] <= grid->upper[d] + b->b[d] && lower[d] >= grid->lower[d] - b->b[d] && upper[d] > grid->lower[d] &&
+          lower[d] < grid->upper[d]))
+      MPMOptionsFail(o, "body %s lies outside of the grid: it reaches from %c = %g to %g, the grid from %g to %g%s",
                      b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)(grid->lower[d]),
-                     (double)(grid->upper[d]));
+                     (double)(grid->upper[d]), hint);
     if (PetscAbsReal(b->offset[d]) > 1e9 * b->b[d])
       MPMOptionsFail(o, "-body_%s_offset %g: choose a smaller one; every multiple of %g gives the same lattice",
                      b->name, (double)b->offset[d], (double)b->b[d]);
@@ -159,6 +170,21 @@ static PetscErrorCode CheckParticles(MPMScene *scene, MPMCore *core, MPMOptions 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Refuses a body without particles. */
+static void RefuseEmpty(MPMOptions o, const MPMGrid *grid, const MPMBody *b)
+{
+  const PetscReal volume = MPMFitVolume(b, grid->dim);
+  char            why[MPM_TEXT_LEN];
+
+  if (!(volume > 0)) {
+    MPMOptionsFail(o, "body %s has no particles: nothing is inside of its shape%s", b->name,
+                   b->region.others ? ", once others have cut it" : "");
+    return;
+  }
+  MPMFitTell(b, grid, volume, why);
+  MPMOptionsFail(o, "body %s has no particles: no place (i+1/2) h/ppc + offset lies in it; %.1500s", b->name, why);
+}
+
 /* Counts and numbers the particles without making them, finds their kinds, and checks what can be wrong. The first
    fault is left in o. Collective on core->comm. */
 PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions o)
@@ -189,7 +215,7 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   for (PetscInt k = 0; k < scene->nfilled; k++) {
     MPMBody *b = &scene->bodies[k];
 
-    if (!b->n) MPMOptionsFail(o, "body %s has no particles: no place (i+1/2) h/ppc + offset lies in it", b->name);
+    if (!b->n) RefuseEmpty(o, &core->grid, b);
     FindKind(scene, o, dim, b);
   }
   CheckMemory(o, "particles", (PetscReal)core->particles.total,

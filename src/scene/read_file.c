@@ -1,4 +1,4 @@
-/* read_file.c - reads a whole file, on the first process. */
+/* read_file.c - reads a whole file, on the first process; and what text files of other programs begin with. */
 #include <errno.h>
 #include <sys/stat.h>
 #include "base/fault.h"
@@ -30,4 +30,18 @@ PetscErrorCode MPMSceneReadFile(MPI_Comm comm, const char path[], char **text, s
   if (file) (void)fclose(file);
   if (fault[0]) PetscCall(PetscFree(*text));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+const char *MPMSceneTextFault(const char text[], size_t n, size_t *mark)
+{
+  const PetscBool utf8   = n >= 3 && !memcmp(text, "\xef\xbb\xbf", 3) ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool marked = n >= 2 && (!memcmp(text, "\xff\xfe", 2) || !memcmp(text, "\xfe\xff", 2)) ? PETSC_TRUE
+                                                                                                    : PETSC_FALSE;
+  const PetscBool wide   = n >= 4 && ((!text[0] && text[1] && !text[2] && text[3]) ||
+                                    (text[0] && !text[1] && text[2] && !text[3]))
+                               ? PETSC_TRUE
+                               : PETSC_FALSE;
+
+  *mark = utf8 ? 3 : 0;
+  return marked || wide ? "is text in UTF-16; save it as UTF-8" : NULL;
 }

@@ -9,8 +9,28 @@
 #include "base/checksum.h"
 #include "base/fault.h"
 #include "scene/points.h"
+#include "scene/shapes.h"
 
-#define SEPARATORS ", ;\t\r\n"
+#define SEPARATORS ", ;\t\r\n\"" /* some programs put words, or all values, in quotes */
+
+/* Returns whether a line has values: it is neither empty nor a comment. */
+static PetscBool HasValues(const char line[])
+{
+  const char first = line[strspn(line, SEPARATORS)];
+
+  return first && first != '#' ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Says in why [len] what keeps a line of n bytes from being read as text, if anything does. */
+static void CheckText(const char line[], size_t n, char why[], size_t len)
+{
+  const char *lone = strchr(line, '\r');
+
+  if (strlen(line) != n)
+    (void)snprintf(why, len, "it is no text");
+  else if (lone && lone[1] && lone[1] != '\n')
+    (void)snprintf(why, len, "lines end with CR alone; save it with lines that end with LF");
+}
 
 /* --- The heading -------------------------------------------------------------------------------------------------- */
 
@@ -124,21 +144,30 @@ PetscErrorCode MPMPointsOpen(MPMCore *core, MPMOptions o, MPMBody *b)
       MPMFault(fault, "cannot read", p->path, "it is not a file");
     if (fault[0]) MPMOptionsFail(o, "-body_%s_file: %s", b->name, fault);
     if (!fault[0]) {
-      char    first[8] = "";
-      ssize_t n;
+      char        first[8] = "", why[MPM_TEXT_LEN / 4] = "";
+      const char *encoding;
+      size_t      mark, bytes;
+      ssize_t     n;
 
       p->size = (PetscInt64)status.st_size;
-      if (fread(first, 1, sizeof first, file) == sizeof first && !memcmp(first, "\211HDF\r\n\032\n", sizeof first))
+      bytes   = fread(first, 1, sizeof first, file);
+      if (bytes == sizeof first && !memcmp(first, "\211HDF\r\n\032\n", sizeof first))
         PetscCall(MPMPointsOpenHDF5(o, p));
-      rewind(file);
-      while (!p->hdf5 && (n = getline(&line, &room, file)) > 0) {
+      encoding = p->hdf5 ? NULL : MPMSceneTextFault(first, bytes, &mark);
+      if (encoding) MPMOptionsFail(o, "%.600s %s", p->what, encoding);
+      p->begin = p->hdf5 ? 0 : (PetscInt64)mark;
+      (void)fseek(file, (long)p->begin, SEEK_SET);
+      while (!p->hdf5 && !encoding && !why[0] && (n = getline(&line, &room, file)) > 0) {
         p->begin += n;
         p->lines++;
-        if (line[0] != '#' && line[strspn(line, SEPARATORS)]) break;
+        CheckText(line, (size_t)n, why, sizeof why);
+        if (HasValues(line)) break;
       }
-      if (p->begin > 0)
+      if (why[0])
+        MPMOptionsFail(o, "%.600s:%" PetscInt64_FMT ": %s", p->what, p->lines, why);
+      else if (p->lines > 0)
         ReadHeading(o, p, line);
-      else if (!p->hdf5)
+      else if (!p->hdf5 && !encoding)
         MPMOptionsFail(o, "%.600s: it has no particles", p->what);
     }
     if (file) (void)fclose(file);
@@ -255,7 +284,8 @@ static PetscErrorCode ReadLines(const MPMScene *scene, const MPMBody *b, PetscMP
     if (n <= 0) break;
     at += n;
     ++*lines;
-    if (line[0] != '#' && line[strspn(line, SEPARATORS)]) PetscCall(ReadLine(scene, b, line, rows, why, len));
+    CheckText(line, (size_t)n, why, len);
+    if (!why[0] && HasValues(line)) PetscCall(ReadLine(scene, b, line, rows, why, len));
   }
   if (file) (void)fclose(file);
   free(line);

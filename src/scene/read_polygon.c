@@ -62,8 +62,8 @@ static PetscErrorCode ParseOption(MPMOptions o, char text[], Loops *l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads the lines of a CSV file. A first line of words is a heading; an empty line begins a new loop, and # a
-   comment. */
+/* Reads the lines of a CSV file, which end as those of any system do. A first line of words is a heading; an empty line
+   begins a new loop, and # a comment. */
 static PetscErrorCode ParseFile(MPMOptions o, char text[], Loops *l)
 {
   PetscInt  loop = 1, line = 0, before = 0;
@@ -71,6 +71,8 @@ static PetscErrorCode ParseFile(MPMOptions o, char text[], Loops *l)
   PetscBool heading = PETSC_TRUE;
 
   PetscFunctionBeginUser;
+  for (char *at = strchr(text, '\r'); at; at = strchr(at + 1, '\r'))
+    if (at[1] != '\n') *at = '\n';
   for (char *at = text; at && !MPMOptionsError(o); at = next) {
     PetscReal x[2];
 
@@ -220,10 +222,11 @@ static PetscErrorCode MakeSurface(MPMOptions o, const char name[], Loops *l, MPM
 
 PetscErrorCode MPMSceneReadPolygon(MPMCore *core, MPMOptions o, const char name[], MPMRegion *r)
 {
-  Loops     l                  = {0};
-  char      text[MPM_TEXT_LEN] = "", path[MPM_TEXT_LEN], fault[MPM_TEXT_LEN], *file;
-  PetscBool by_text, by_file;
-  size_t    n;
+  Loops       l                  = {0};
+  char        text[MPM_TEXT_LEN] = "", path[MPM_TEXT_LEN], fault[MPM_TEXT_LEN], *file;
+  PetscBool   by_text, by_file;
+  size_t      n, mark;
+  const char *encoding = NULL;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "body_<b>_vertices", name, text, &by_text));
@@ -237,13 +240,16 @@ PetscErrorCode MPMSceneReadPolygon(MPMCore *core, MPMOptions o, const char name[
   if (by_file && !MPMOptionsError(o)) {
     PetscCall(MPMSceneReadFile(core->comm, path, &file, &n, fault));
     if (fault[0]) MPMOptionsFail(o, "-body_%s_file: %s", name, fault);
+    if (file) encoding = MPMSceneTextFault(file, n, &mark);
+    if (encoding) MPMOptionsFail(o, "-body_%s_file: %.500s %s", name, path, encoding);
     if (file && strlen(file) != n) MPMOptionsFail(o, "-body_%s_file: %.500s is no text", name, path);
     PetscCall(MPMOptionsShare(o, core->comm));
     PetscCallMPI(MPI_Bcast(&n, sizeof n, MPI_BYTE, 0, core->comm));
     if (!MPMOptionsError(o)) {
       if (!file) PetscCall(PetscMalloc1(n + 1, &file));
       PetscCallMPI(MPI_Bcast(file, (PetscMPIInt)n + 1, MPI_BYTE, 0, core->comm));
-      PetscCall(ParseFile(o, file, &l));
+      (void)MPMSceneTextFault(file, n, &mark);
+      PetscCall(ParseFile(o, file + mark, &l));
     }
     PetscCall(PetscFree(file));
   }

@@ -15,34 +15,36 @@
 /* Reads the next word of an ASCII file, which ends at *at; counts lines. Returns its length, 0 at the end. */
 static size_t Word(char **at, char **word, PetscInt *line)
 {
-  for (; **at && strchr(" \t\r\n", **at); ++*at) *line += **at == '\n';
+  for (; **at && strchr(" \t\r\n", **at); ++*at) *line += **at == '\n' || (**at == '\r' && (*at)[1] != '\n');
   *word = *at;
   *at += strcspn(*at, " \t\r\n");
   return (size_t)(*at - *word);
 }
 
-/* Reads the facets of an ASCII file: facet normal n n n, outer loop, vertex x y z three times, endloop, endfacet. */
-static PetscErrorCode ReadAscii(MPMOptions o, const char what[], char text[], PetscInt *n, PetscReal **corner)
+/* Reads the facets of an ASCII file, which begins with its first word: solid name, then facet normal n n n, outer loop,
+   vertex x y z three times, endloop, endfacet. line: the number of its first line. */
+static PetscErrorCode ReadAscii(MPMOptions o, const char what[], char text[], PetscInt line, PetscInt *n,
+                                PetscReal **corner)
 {
   static const char *const form[] = {"facet",  "normal", "", "", "",       "outer",   "loop",
                                      "vertex", "",       "", "", "vertex", "",        "",
                                      "",       "vertex", "", "", "",       "endloop", "endfacet"};
   const PetscInt           words  = (PetscInt)(sizeof form / sizeof form[0]);
-  char                    *at     = text + strcspn(text, "\n"), *word; /* behind the line "solid name" */
-  PetscInt                 line = 1, room = 0, k = 0, c = 0;
+  char                    *at     = text + strcspn(text, "\r\n"), *word; /* behind the line "solid name" */
+  PetscInt                 room = 0, k = 0, c = 0;
   size_t                   length;
 
   PetscFunctionBeginUser;
   *n = 0;
   while (!MPMOptionsError(o) && (length = Word(&at, &word, &line))) {
     if (!k && length == 8 && !strncasecmp(word, "endsolid", 8)) {
-      at += strcspn(at, "\n");
+      at += strcspn(at, "\r\n");
       length = Word(&at, &word, &line); /* another solid, or the end */
       if (!length) break;
       if (length != 5 || strncasecmp(word, "solid", 5))
         MPMOptionsFail(o, "%.600s:%" PetscInt_FMT ": '%.*s' where solid or the end of the file should be", what, line,
                        (int)PetscMin(length, 40), word);
-      at += strcspn(at, "\n");
+      at += strcspn(at, "\r\n");
       continue;
     }
     if (*n == room) {
@@ -86,11 +88,16 @@ static PetscErrorCode ReadBinary(MPMOptions o, const char what[], const char tex
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads a file of n bytes, whose form is found by its size. */
+/* Reads a file of n bytes, whose form is found by its size. An ASCII file may begin with a byte-order mark and blanks. */
 static PetscErrorCode ReadFacets(MPMOptions o, const char what[], char text[], size_t n, PetscInt *facets,
                                  PetscReal **corner)
 {
-  uint32_t count = 0;
+  uint32_t     count = 0;
+  PetscInt     line  = 1;
+  size_t       mark;
+  const char  *fault  = MPMSceneTextFault(text, n, &mark);
+  char        *at     = text + mark, *word;
+  const size_t length = Word(&at, &word, &line);
 
   PetscFunctionBeginUser;
   *facets = 0;
@@ -98,8 +105,10 @@ static PetscErrorCode ReadFacets(MPMOptions o, const char what[], char text[], s
   if (n >= 84 && n == 84 + 50 * (size_t)count) {
     *facets = (PetscInt)PetscMin(count, (uint32_t)MOST + 1);
     if (*facets <= MOST) PetscCall(ReadBinary(o, what, text, *facets, corner));
-  } else if (n >= 5 && !strncasecmp(text, "solid", 5) && strlen(text) == n)
-    PetscCall(ReadAscii(o, what, text, facets, corner));
+  } else if (fault)
+    MPMOptionsFail(o, "%.600s %s", what, fault);
+  else if (length >= 5 && !strncasecmp(word, "solid", 5) && strlen(text) == n)
+    PetscCall(ReadAscii(o, what, word, line, facets, corner));
   else
     MPMOptionsFail(
         o,

@@ -35,12 +35,14 @@ typedef struct {
 
 /* How long the steps of a method may be, as c dt/h: the largest that is stable at rest and where particles cross cells
    (0: none), and the default of -dt_cfl, which is the second over a margin of 1.15, at most 0.5 (0.4 if that is below 0.15).
-   Basis, method, params.strain and params.flip have to be known. Not collective. */
+      grows: with steps of C, noise of particles that cross cells gets ten times its energy in grows/C^2 steps; 0: not known.
+   Basis, method, params.strain and params.flip have to be known. With: of another basis and update. Not collective. */
 #define MPM_STABLE_MARGIN 1.15
 typedef struct {
-  PetscReal rest, crossing, cfl;
+  PetscReal rest, crossing, cfl, grows;
 } MPMStable;
 MPMStable MPMStableOf(const MPMCore *, const MPMMethod *);
+MPMStable MPMStableWith(const MPMCore *, const MPMMethod *, MPMBasis, const char update[]);
 
 /* Sets core->phases as this scene needs them, core->program, which lists those of a step one after the other, and their
    timers. Method, needs and basis have to be known. Collective on the world, for the events of -log_view. */

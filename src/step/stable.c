@@ -10,9 +10,23 @@ static const struct {
   MPMBasis    basis;
   PetscReal   rest[2], crossing[NUM_KINDS];
 } rows[] = {
+#define MPM_GROWS(basis, update, steps)
 #define MPM_STABLE(basis, update, rest, affine, ...) {#update, MPM_BASIS_##basis, {rest, affine}, {__VA_ARGS__}},
 #include "step/stable.def"
 #undef MPM_STABLE
+#undef MPM_GROWS
+};
+
+static const struct {
+  const char *update;
+  MPMBasis    basis;
+  PetscReal   steps;
+} grows[] = {
+#define MPM_GROWS(basis, update, steps) {#update, MPM_BASIS_##basis, steps},
+#define MPM_STABLE(basis, update, rest, affine, ...)
+#include "step/stable.def"
+#undef MPM_STABLE
+#undef MPM_GROWS
 };
 
 static int Kind(const MPMCore *core, const MPMMethod *method)
@@ -28,15 +42,23 @@ static int Kind(const MPMCore *core, const MPMMethod *method)
 
 MPMStable MPMStableOf(const MPMCore *core, const MPMMethod *method)
 {
+  return MPMStableWith(core, method, core->basis, method->scheme->name);
+}
+
+MPMStable MPMStableWith(const MPMCore *core, const MPMMethod *method, MPMBasis basis, const char update[])
+{
   const PetscBool affine = method->transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
-  MPMStable       stable = {0, 0, 0.4};
+  MPMStable       stable = {0, 0, 0.4, 0};
 
   for (size_t k = 0; k < sizeof rows / sizeof rows[0]; k++)
-    if (rows[k].basis == core->basis && !strcmp(rows[k].update, method->scheme->name)) {
+    if (rows[k].basis == basis && !strcmp(rows[k].update, update)) {
       stable.crossing = rows[k].crossing[Kind(core, method)];
       stable.rest     = Kind(core, method) == AFMPM ? stable.crossing : rows[k].rest[affine];
     }
   if (stable.crossing / MPM_STABLE_MARGIN >= 0.15) /* in twentieths */
     stable.cfl = PetscMin(0.5, PetscFloorReal(stable.crossing / MPM_STABLE_MARGIN * 20 + 1e-9) / 20);
+  for (size_t k = 0; k < sizeof grows / sizeof grows[0]; k++)
+    if (grows[k].basis == basis && !strcmp(grows[k].update, update) && Kind(core, method) == FLIP)
+      stable.grows = grows[k].steps;
   return stable;
 }

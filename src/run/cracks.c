@@ -1,0 +1,143 @@
+/* cracks.c - which of the distances that parting.c finds belong to a crack of a body, and how one is told. Single particles
+   are left behind at corners, where the stress has no bound, and do not count. */
+#include <stdlib.h>
+#include "run/mpm.h"
+
+#define MOST_LINKS 100000 /* of a process, that are looked at */
+
+static int CompareLinks(const void *a, const void *b)
+{
+  const MPMFound *p = (const MPMFound *)a, *q = (const MPMFound *)b;
+
+  return p->key < q->key ? -1 : p->key > q->key;
+}
+
+/* Returns whether a link of n sorted ones belongs to a crack: along each axis beside its own, more neighbours than a cell
+   has have parted in the same way, or all from one surface of the body to the other. Of particles of a table, whose
+   neighbours are not known, more than those of a side of a cell have to. */
+static PetscBool IsCrack(MPM mpm, PetscInt n, const MPMFound link[], const MPMFound *of)
+{
+  const MPMScene *scene = &mpm->scene;
+  const PetscInt  dim = mpm->core.grid.dim, body = MPMBodyOf(scene, of->key / 16, 0), code = (PetscInt)(of->key % 16);
+  const MPMNeighbours *nb = &mpm->watch.neighbours[body];
+  PetscInt64           ijk[3];
+
+  if (!nb->body) return n > 1 << (dim - 1) ? PETSC_TRUE : PETSC_FALSE;
+  MPMNeighboursPlace(nb, of->key / 16, ijk);
+  for (PetscInt c = 0; c < dim; c++) {
+    PetscInt run = 1, ends = 0;
+
+    for (PetscInt step = -1; step <= 1 && c != (code < 3 ? code : (code - 3) / 2); step += 2) {
+      PetscInt64 next[3] = {ijk[0], ijk[1], ijk[2]};
+
+      for (PetscInt k = 0; k <= nb->body->ppc[c]; k++) {
+        MPMFound key = {0, 0, {0}, {0}};
+
+        next[c] += step;
+        key.key = 16 * MPMNeighboursId(nb, next) + code;
+        ends += key.key < 0;
+        if (key.key < 0 || !bsearch(&key, link, (size_t)n, sizeof *link, CompareLinks)) break;
+        run++;
+      }
+    }
+    if (c != (code < 3 ? code : (code - 3) / 2) && run <= nb->body->ppc[c] && ends < 2) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
+}
+
+/* Described in watch.h: gathers the links of all processes, which are few while a body begins to part. */
+PetscErrorCode MPMPartingCrack(MPM mpm, PetscInt nlinks, const MPMFound link[], MPMFound *parted)
+{
+  const MPI_Comm    comm = mpm->core.exchange.data;
+  const PetscMPIInt each = sizeof *link;
+  PetscMPIInt       size, mine = (PetscMPIInt)PetscMin(nlinks, MOST_LINKS) * each, *count, *start;
+  MPMFound         *all;
+  PetscInt          n;
+
+  PetscFunctionBeginUser;
+  *parted = (MPMFound){-1, -1, {0}, {0}};
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PetscMalloc2(size, &count, size + 1, &start));
+  PetscCallMPI(MPI_Allgather(&mine, 1, MPI_INT, count, 1, MPI_INT, comm));
+  start[0] = 0;
+  for (PetscMPIInt k = 0; k < size; k++) start[k + 1] = start[k] + count[k];
+  n = start[size] / each;
+  PetscCall(PetscMalloc1(PetscMax(1, n), &all));
+  PetscCallMPI(MPI_Allgatherv(link, mine, MPI_BYTE, all, count, start, MPI_BYTE, comm));
+  qsort(all, (size_t)n, sizeof *all, CompareLinks);
+  for (PetscInt k = 0; k < n; k++)
+    if (all[k].value > parted->value && IsCrack(mpm, n, all, &all[k])) *parted = all[k];
+  PetscCall(PetscFree(all));
+  PetscCall(PetscFree2(count, start));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- Words -------------------------------------------------------------------------------------------------------- */
+
+/* Returns the load that acts on a particle of a body at the start, or on its neighbour at ijk; NULL if there is none. */
+static const MPMLoad *LoadAt(const MPMScene *scene, const MPMNeighbours *nb, PetscInt dim, PetscInt64 ijk[])
+{
+  for (PetscInt k = 0; k < scene->nloads; k++)
+    for (PetscInt side = 0; side < 2 * dim; side++) {
+      PetscInt64 beyond[3];
+
+      if (&scene->bodies[scene->loads[k].body] != nb->body || !(scene->loads[k].sides >> side & 1)) continue;
+      for (PetscInt d = 0; d < dim; d++) beyond[d] = ijk[d];
+      beyond[side / 2] += side % 2 ? 1 : -1;
+      if (MPMNeighboursId(nb, ijk) >= 0 && MPMNeighboursId(nb, beyond) < 0) return &scene->loads[k];
+    }
+  return NULL;
+}
+
+void MPMPartingTell(MPM mpm, const MPMFound *f, PetscBool parted, char text[MPM_TEXT_LEN])
+{
+  const MPMScene      *scene = &mpm->scene;
+  const PetscInt       body = MPMBodyOf(scene, f->key / 16, 0), code = (PetscInt)(f->key % 16), face = code - 3;
+  const MPMNeighbours *nb   = &mpm->watch.neighbours[body];
+  const PetscInt       dim  = mpm->core.grid.dim;
+  const MPMLoad       *load = NULL;
+  char                 place[MPM_NAME_LEN], where[3 * MPM_NAME_LEN] = "", since[MPM_NAME_LEN] = "";
+
+  MPMFoundPlace(f, dim, place);
+  if (nb->body) {
+    PetscInt64 ijk[3];
+
+    MPMNeighboursPlace(nb, f->key / 16, ijk);
+    load = LoadAt(scene, nb, dim, ijk);
+    if (code < 3) ijk[code]++;
+    if (!load) load = LoadAt(scene, nb, dim, ijk);
+  }
+  if (code >= 3)
+    (void)snprintf(where, sizeof where, "off its wall %s (%s)", MPMFaceNames[face],
+                   MPMWallNames[scene->walls.given[face / 2][face % 2].type]);
+  else
+    (void)snprintf(where, sizeof where, load ? "apart under the load %s" : "apart", load ? load->name : "");
+  if (mpm->watch.torn_at >= 0 && mpm->watch.torn_at < mpm->core.t)
+    (void)snprintf(since, sizeof since, ", above %g since t=%g s", MPM_GAP_LEFT, (double)mpm->watch.torn_at);
+  (void)snprintf(text, MPM_TEXT_LEN,
+                 "%s %s %s, near %s: %s %.3g cells, which was %.3g at the start%s; the deformation explains %.3g",
+                 scene->bodies[body].name, parted ? "has come" : "is coming", where, place,
+                 code >= 3 ? "twice the distance from the wall is" : "the distance of neighbouring particles is",
+                 (double)f->of[0], (double)f->of[1], since, (double)f->of[2]);
+}
+
+void MPMPartingCure(MPM mpm, const MPMFound *f, char text[MPM_TEXT_LEN])
+{
+  const MPMBody *b     = &mpm->scene.bodies[MPMBodyOf(&mpm->scene, f->key / 16, 0)];
+  const PetscInt face  = (PetscInt)(f->key % 16) - 3; /* of its wall; below 0: none */
+  const PetscInt times = face < 0 ? 2 : 3;            /* at the edge of a clamp the strain has no bound */
+  size_t         n;
+
+  (void)snprintf(text, MPM_TEXT_LEN, "more particles per cell (-body_%s_ppc %" PetscInt_FMT, b->name,
+                 times * b->ppc[0]);
+  for (PetscInt d = 1; d < mpm->core.grid.dim; d++) {
+    n = strlen(text);
+    (void)snprintf(text + n, MPM_TEXT_LEN - n, ",%" PetscInt_FMT, times * b->ppc[d]);
+  }
+  n = strlen(text);
+  if (face >= 0 && mpm->scene.walls.given[face / 2][face % 2].type != MPM_WALL_piston)
+    (void)snprintf(text + n, MPM_TEXT_LEN - n, "), or, where it may leave its wall, -bc_%s_type separate",
+                   MPMFaceNames[face]);
+  else
+    (void)snprintf(text + n, MPM_TEXT_LEN - n, ")");
+}
