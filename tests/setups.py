@@ -85,6 +85,8 @@ def material(kind):
         lines.update(eos="tait", tait_gamma=repr(float(parts.pop("gamma"))))
     if "alpha" in parts:
         lines["friction_angle"] = repr(friction_angle(parts.pop("alpha")))
+    if lines["model"] == "fluid":  # what the reference has: tension unless it is limited, and volumes that never relax
+        lines = {"tension_cutoff": "inf", "relaxation": "0", **lines}
     if parts:
         raise Unsupported(f"material {kind}")
     return lines

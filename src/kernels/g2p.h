@@ -160,14 +160,15 @@ MPM_INLINE void MPMUpdateCells(int dim, const MPMParams *par, MPMPatch *patch, c
 }
 
 /* Runs the parts of a transfer from nodes to particles: velocities and displacements (8), (9); velocity gradient (3), F
-   and material state; new positions; the filter of xpic. */
+   and material state; new positions; the filter of xpic; volumes of fluids. */
 MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts, MPMStatus *status)
 {
-  const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER) ? 1 : 0, stress = parts & MPM_G2P_STRESS ? 1 : 0;
+  const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER | MPM_G2P_VOLUME) ? 1 : 0;
+  const int      stress = parts & MPM_G2P_STRESS ? 1 : 0, gradients = stress || parts & MPM_G2P_VOLUME ? 1 : 0;
   const MPMView *particles               = &patch->particles;
   const MPMRange all                     = {0, particles->n, 0};
   const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(
-      MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][stress];
+      MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][gradients];
   MPMBlockOrder o;
   MPMFound      found = {MPMAll(0), MPMAll(0), MPMNone(), MPMNone(), 0};
   MPMComponent  value[6], L[9], r[3];
@@ -186,6 +187,10 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
 
     MPMStage(dim, par, patch, &o, &s);
     if (interpolate) interpolate(&o, &s, patch->n, patch->motion, value, L);
+    if (parts & MPM_G2P_VOLUME) {
+      MPM_LANES_NAME(MPMRelaxVolumes)(dim, par, patch, &o, &s, value, L);
+      continue;
+    }
     if (parts & MPM_G2P_FILTER) {
       MPMGather(dim, parts & MPM_RESIDUAL ? particles->r : particles->v, &o, r);
       for (int d = 0; d < dim; d++)

@@ -19,6 +19,7 @@ typedef struct {
   PetscBool              own_inertia;      /* C near walls: by each particle's sum phi (x_i - x)^2 */
   PetscInt               carried; /* bits of the states of materials that are written besides those that a law has */
   PetscBool              deletes; /* particles that leave the grid are to be removed, which is no error */
+  PetscReal              push;    /* of a relaxation of volumes: share of what the density tells, see volume.h */
   PetscInt               box;     /* cells of a box of F-bar on an axis: 1, 2 or 4; 0: there is none */
   const MPMKind         *kinds;
   PetscInt               nkinds;
@@ -35,14 +36,17 @@ typedef struct {
 } MPMNode;
 #define MPM_NODE_NC    8 /* numbers of the record, for vectors and messages */
 #define MPM_NODE_FORCE 4
+#define MPM_NODE_VOLUMES 4 /* numbers in the place of m and p that the relaxation of volumes sums (volume.h) */
 _Static_assert(sizeof(MPMNode) == 8 * sizeof(PetscReal), "the record of a node is one line of the cache");
 _Static_assert(offsetof(MPMNode, p) == sizeof(PetscReal), "momentum follows the mass");
 _Static_assert(offsetof(MPMNode, f) == MPM_NODE_FORCE * sizeof(PetscReal), "forces begin at their place");
 
 /* MPM_NODE_FIRST is the first number of the record that the parts of a transfer (transfer.h) sum, MPM_NODE_LAST the one
    after the last. */
-#define MPM_NODE_FIRST(parts)     ((parts)&MPM_P2G_MASS ? 0 : (parts)&MPM_P2G_MOMENTUM ? 1 : MPM_NODE_FORCE)
-#define MPM_NODE_LAST(dim, parts) ((parts)&MPM_P2G_FORCE ? MPM_NODE_FORCE + (dim) : 1 + (dim))
+#define MPM_NODE_FIRST(parts)                                                                                          \
+  ((parts) & (MPM_P2G_MASS | MPM_P2G_VOLUME) ? 0 : (parts)&MPM_P2G_MOMENTUM ? 1 : MPM_NODE_FORCE)
+#define MPM_NODE_LAST(dim, parts)                                                                                      \
+  ((parts)&MPM_P2G_FORCE ? MPM_NODE_FORCE + (dim) : (parts)&MPM_P2G_VOLUME ? MPM_NODE_VOLUMES : 1 + (dim))
 
 /* The motion of a node: velocity [dim] in m/s and acceleration [dim] in m/s^2. */
 #define MPM_MOTION_NC(dim) (2 * (dim))

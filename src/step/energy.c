@@ -234,6 +234,24 @@ static void AddStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
   }
 }
 
+PetscErrorCode MPMEnergyVolumes(MPMCore *core, PetscInt sign)
+{
+  const PetscInt fields = MPM_MATERIAL_BITS | MPM_BIT(kind);
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  for (PetscInt p = 0; p < view.n; p++) {
+    PetscReal          V0;
+    const MPMMaterial *m = MaterialOf(core, &view, p, &V0);
+
+    if (m->follows > 0)
+      MPMSumAdd(&core->energy.sum[MPM_ENERGY_volumes], sign * V0 * Stored(core->grid.dim, m, &view, p, NULL));
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* --- Nodes -------------------------------------------------------------------------------------------------------- */
 
 /* Returns whether a moving wall acts on node ijk. */

@@ -32,7 +32,7 @@
    it reads and the fields that it writes; a node update has its kernel, and operations per node and axis; it sets
    velocities and accelerations, or VELOCITIES alone, and then sends no more than these. */
 /* clang-format off */
-enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
+enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, P2G_VOLUME, VOLUME, G2P_VOLUME, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
   [P2G]               = TO_NODES("P2G", MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE, WHERE | MOMENTUM | STRESS | B(b)),
   [P2G_MASS]          = TO_NODES("P2G_MASS", MPM_P2G_MASS | MPM_P2G_MOMENTUM, WHERE | MOMENTUM),
@@ -52,6 +52,9 @@ static const MPMPhase phases[NUM_PHASES] = {
   [G2P_STRESS_COMMIT] = TO_PARTICLES("G2P_STRESS", MPM_G2P_STRESS | MPM_G2P_COMMIT, WHERE | STATE | COMMIT_IN | B(dx), STATE | COMMIT_OUT),
   [G2P_FILTER]        = TO_PARTICLES("G2P_FILTER", MPM_G2P_FILTER, WHERE | B(v), B(r)),
   [G2P_FILTER_AGAIN]  = TO_PARTICLES("G2P_FILTER", MPM_G2P_FILTER | MPM_RESIDUAL, WHERE | B(r), B(r)),
+  [P2G_VOLUME]        = TO_NODES("P2G_VOLUME", MPM_P2G_VOLUME, WHERE | B(F) | B(J) | B(b)),
+  [VOLUME]            = VELOCITIES("VOLUME", MPMNodesVolume, 1),
+  [G2P_VOLUME]        = TO_PARTICLES("G2P_VOLUME", MPM_G2P_VOLUME, WHERE | B(J) | B(C), B(J) | B(C)),
 };
 /* clang-format on */
 _Static_assert(NUM_PHASES <= MPM_MAX_PHASES, "core->phases has room for the table");
@@ -79,7 +82,7 @@ const MPMTransfer MPMTransfers[] = {
 /* The filter of xpic, which runs -method_order times: the first time r = v - S S+ v, then r <- r - S S+ r. S+ maps from
    particles to nodes, and S from nodes to particles. */
 static const int filter[2][3] = {{P2G_MASS, VELOCITY, G2P_FILTER}, {P2G_RESIDUAL, RESIDUAL, G2P_FILTER_AGAIN}};
-_Static_assert(3 * MPM_MAX_XPIC + MPM_MAX_SCHEME <= MPM_MAX_PROGRAM, "a step's program has room for the filter");
+_Static_assert(3 * MPM_MAX_XPIC + MPM_MAX_SCHEME + 3 <= MPM_MAX_PROGRAM, "a step's program has room for the filter");
 
 /* A correction of afmpm, of which -method_order - 1 follow the advance: r = v - S v', and v' <- v' + S+ r + kick a. */
 static const int correction[3] = {G2P_FILTER, P2G_RESIDUAL, CORRECT};
@@ -125,6 +128,13 @@ static void CarryAll(MPMPhase *phase, const MPMNeeds *needs)
     phase->particles_out = (phase->particles_out | MPM_MATERIAL_BITS | B(C)) & fields;
 }
 
+static PetscBool HasGravity(const MPMCore *core)
+{
+  const PetscReal *g = core->params.gravity;
+
+  return g[0] != 0 || g[1] != 0 || g[2] != 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Copies the table of phases as this scene needs it: with the parts that the transfer adds, and without fields that no
    phase would read. */
 static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
@@ -151,6 +161,8 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
       phase->parts |= MPM_P2G_FBAR;
       phase->particles_in |= B(F) | B(J);
     }
+    if ((phase->parts & MPM_P2G_VOLUME) && (core->needs.forced || HasGravity(core))) phase->parts |= MPM_AFFINE;
+    if (k == VOLUME && core->grid.dim == 1) phase->motion = 2; /* the second number of its motion is an acceleration */
     if (core->needs.all) CarryAll(phase, &core->needs);
   }
 }
@@ -174,6 +186,9 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
     for (PetscInt n = 1; n < core->params.order && *k == ADVANCE && method->transfer->rounds == MPM_CORRECT; n++)
       for (PetscInt i = 0; i < 3; i++) core->program[core->nprogram++] = &core->phases[correction[i]];
   }
+  core->nrare = 0;
+  for (PetscInt k = P2G_VOLUME; k <= G2P_VOLUME && MPMVolumesRelax(core); k++)
+    core->program[core->nprogram + core->nrare++] = &core->phases[k];
   MPMReactionsSetUp(core);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
