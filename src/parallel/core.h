@@ -119,9 +119,10 @@ typedef struct {
   PetscInt  stops;   /* how often velocities were set to 0 */
 } MPMDamping;
 
-/* The relaxation of the volumes of fluids (step/volume.c). */
+/* The relaxation of volumes (step/volume.c). */
 typedef struct {
-  PetscReal sound; /* speed of sound times rate of the fastest fluid, m/s; 0: none relaxes */
+  PetscBool fluids, sand; /* whether any of these relaxes */
+  PetscReal sound;        /* speed of sound times rate of the fastest one, m/s; 0: none relaxes */
   PetscReal since; /* time since the last one, s */
   PetscReal share; /* of the steps that do it, for predictions */
 } MPMVolumes;

@@ -8,6 +8,7 @@
 #define MOMENTUM   (B(v) | B(C))                               /* apic alone has C */
 #define STRESS     (B(F) | B(J) | B(tau))                      /* what the internal force depends on */
 #define STATE      (STRESS | B(be) | B(ep) | B(vc) | B(theta)) /* the state of a material */
+#define SAND       (B(vc) | B(tau)) /* what the volume of sand depends on, with J of fluids */
 #define COMMIT_IN  (B(id) | B(F))                              /* F: only for gimp domains that stretch */
 #define COMMIT_OUT (B(x) | B(cell) | B(l))                     /* the new position, and what depends on it */
 
@@ -52,9 +53,9 @@ static const MPMPhase phases[NUM_PHASES] = {
   [G2P_STRESS_COMMIT] = TO_PARTICLES("G2P_STRESS", MPM_G2P_STRESS | MPM_G2P_COMMIT, WHERE | STATE | COMMIT_IN | B(dx), STATE | COMMIT_OUT),
   [G2P_FILTER]        = TO_PARTICLES("G2P_FILTER", MPM_G2P_FILTER, WHERE | B(v), B(r)),
   [G2P_FILTER_AGAIN]  = TO_PARTICLES("G2P_FILTER", MPM_G2P_FILTER | MPM_RESIDUAL, WHERE | B(r), B(r)),
-  [P2G_VOLUME]        = TO_NODES("P2G_VOLUME", MPM_P2G_VOLUME, WHERE | B(F) | B(J) | B(b)),
+  [P2G_VOLUME]        = TO_NODES("P2G_VOLUME", MPM_P2G_VOLUME, WHERE | B(F) | B(J) | B(b) | SAND),
   [VOLUME]            = VELOCITIES("VOLUME", MPMNodesVolume, 1),
-  [G2P_VOLUME]        = TO_PARTICLES("G2P_VOLUME", MPM_G2P_VOLUME, WHERE | B(J) | B(C), B(J) | B(C)),
+  [G2P_VOLUME]        = TO_PARTICLES("G2P_VOLUME", MPM_G2P_VOLUME, WHERE | B(F) | B(J) | B(C) | B(be) | SAND, B(F) | B(J) | B(C) | B(be) | SAND),
 };
 /* clang-format on */
 _Static_assert(NUM_PHASES <= MPM_MAX_PHASES, "core->phases has room for the table");
@@ -135,6 +136,20 @@ static PetscBool HasGravity(const MPMCore *core)
   return g[0] != 0 || g[1] != 0 || g[2] != 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Leaves out of a phase of the relaxation of volumes what only sand needs, if no sand relaxes. The last numbers of a
+   node's motion are accelerations. */
+static void FitVolumes(const MPMCore *core, MPMPhase *phase)
+{
+  const PetscInt numbers = core->volumes.sand ? 3 : 2;
+
+  if (phase->kind == MPM_NODES && numbers > core->grid.dim) phase->motion = 2;
+  if ((phase->parts & MPM_P2G_VOLUME) && (core->needs.forced || HasGravity(core))) phase->parts |= MPM_AFFINE;
+  if (core->volumes.sand) return;
+  phase->particles_in &= ~(SAND | B(be));
+  phase->particles_out &= ~(SAND | B(be) | B(F));
+  if (phase->parts & MPM_G2P_VOLUME) phase->particles_in &= ~B(F);
+}
+
 /* Copies the table of phases as this scene needs it: with the parts that the transfer adds, and without fields that no
    phase would read. */
 static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
@@ -161,8 +176,7 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
       phase->parts |= MPM_P2G_FBAR;
       phase->particles_in |= B(F) | B(J);
     }
-    if ((phase->parts & MPM_P2G_VOLUME) && (core->needs.forced || HasGravity(core))) phase->parts |= MPM_AFFINE;
-    if (k == VOLUME && core->grid.dim == 1) phase->motion = 2; /* the second number of its motion is an acceleration */
+    if (k == P2G_VOLUME || k == VOLUME || k == G2P_VOLUME) FitVolumes(core, phase);
     if (core->needs.all) CarryAll(phase, &core->needs);
   }
 }

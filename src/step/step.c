@@ -98,13 +98,13 @@ PetscErrorCode MPMStepSettle(MPMCore *core)
 
 PetscErrorCode MPMStepMake(MPMCore *core, const MPMScene *scene)
 {
-  const PetscReal v2 = core->status.v2;
+  const MPMStatus last = core->status;
 
   PetscFunctionBeginUser;
   PetscCall(Begin(core));
   if (MPMDampingIsOn(core)) PetscCall(MPMDampingBegin(core));
   if (core->needs.forced) PetscCall(SetForces(core, scene));
-  if (MPMVolumesRelax(core)) PetscCall(MPMVolumesStep(core, v2));
+  if (MPMVolumesRelax(core)) PetscCall(MPMVolumesStep(core, &last));
   if (MPMEnergyFollows(core)) PetscCall(FollowEnergy(core, PETSC_TRUE));
   for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, k));
   PetscCall(Reduce(core));

@@ -74,11 +74,11 @@ void      MPMDamp(MPMCore *, const MPMMethod *);     /* sets the share of FLIP, 
 PetscReal MPMWaveCourant(const MPMCore *, PetscReal dt); /* dt c/h of the present state */
 PetscReal MPMViscousStep(const MPMCore *);               /* bound of dt by viscosity, s; infinite without viscosity */
 
-/* The relaxation of the volumes of fluids (volume.c). SetUp sets core->volumes and what materials follow; kinds have to
-   be known. MPMVolumesRelax returns whether any fluid relaxes. They are not collective. MPMVolumesStep relaxes, if the time has come, before the phases of a step; v2 is the largest
-   squared speed of a particle, m^2/s^2. Collective on the exchange. */
+/* The relaxation of volumes (volume.c). SetUp sets core->volumes and which materials follow; kinds have to be known.
+   MPMVolumesRelax returns whether anything relaxes. They are not collective. MPMVolumesStep relaxes, if the time has come,
+   before the phases of a step; `last` is the status of the step before. Collective on the exchange. */
 void           MPMVolumesSetUp(MPMCore *, MPMMaterial *materials, const MPMTime *);
 PetscBool      MPMVolumesRelax(const MPMCore *);
-PetscErrorCode MPMVolumesStep(MPMCore *, PetscReal v2);
+PetscErrorCode MPMVolumesStep(MPMCore *, const MPMStatus *last);
 
 #endif

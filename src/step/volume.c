@@ -1,6 +1,7 @@
-/* volume.c - when the volumes of fluids relax (kernels/volume.h), by how much, and what the nodes do in between. It
-   happens before the phases of a step, each time after sound has crossed two cells, so that it depends neither on dt
-   nor on the processes. Scenes without such a fluid have none of it. docs/theory.md has the formulas. */
+/* volume.c - when volumes relax (kernels/volume.h), by how much, and what the nodes do in between. It happens before the
+   phases of a step, each time after sound has crossed two cells, so that it depends neither on dt nor on the processes;
+   if only sand relaxes, then after steps at whose end some was open. Other scenes have none of it. docs/theory.md has
+   the formulas. */
 #include "parallel/exchange.h"
 #include "step/step.h"
 
@@ -8,7 +9,16 @@
 #define FASTER      0.5   /* share of the mismatch that goes while the fastest particle crosses a cell */
 #define AT_REST     0.2   /* speed that is added to that of the fastest one, of sqrt(g h) */
 #define PUSH        0.025 /* largest share at a time */
-#define IS_FLUID(m) ((m)->type->traits & MPM_FLUID)
+
+/* Returns the speed of sound, m/s, of a material that relaxes, times its rate; 0 of others: of sand in 1-D, where a node
+   has no room for what it needs, and with dilation, since then the density does not tell what is open. */
+static PetscReal Sound(const MPMMaterial *m, PetscInt dim)
+{
+  const PetscBool sand = m->state & MPM_BIT(vc) && dim > 1 && !(m->dilation > 0) ? PETSC_TRUE : PETSC_FALSE;
+
+  if (m->type->traits & MPM_FLUID) return m->relaxation * PetscSqrtReal(m->K / m->rho);
+  return sand ? m->relaxation * PetscSqrtReal((m->lambda + 2 * m->mu) / m->rho) : 0;
+}
 
 void MPMVolumesSetUp(MPMCore *core, MPMMaterial *materials, const MPMTime *time)
 {
@@ -16,13 +26,15 @@ void MPMVolumesSetUp(MPMCore *core, MPMMaterial *materials, const MPMTime *time)
   MPMVolumes     *v       = &core->volumes;
   PetscReal       crossed = time->cfl; /* cells in a step */
 
-  v->sound = 0;
+  v->sound  = 0;
+  v->fluids = v->sand = PETSC_FALSE;
   for (int pass = 0; pass < 2; pass++) /* the fastest one, then their shares of it */
     for (PetscInt k = 0; k < core->params.nkinds; k++) {
       MPMMaterial    *m = &materials[core->params.kinds[k].material];
-      const PetscReal c = IS_FLUID(m) ? m->relaxation * PetscSqrtReal(m->K / m->rho) : 0;
+      const PetscReal c = Sound(m, core->grid.dim);
 
       if (!pass) v->sound = PetscMax(v->sound, c);
+      if (c > 0) *(m->type->traits & MPM_FLUID ? &v->fluids : &v->sand) = PETSC_TRUE;
       m->follows = pass && c > 0 ? c / v->sound : 0;
     }
   if (time->fixed > 0) crossed = time->fixed * v->sound / h;
@@ -52,10 +64,11 @@ void MPMNodesVolume(const MPMParams *par, MPMPatch *patch, PetscInt row)
     for (PetscInt c = 0; c < nc; c++) motion[c] = 0;
     motion[0] = space > 0 ? n->m / space : 1;
     motion[1] = n->p[0] > 0 ? n->p[1] / n->p[0] : 0;
+    if (nc > 2) motion[2] = n->m > 0 ? n->p[2] / n->m : 0;
   }
 }
 
-PetscErrorCode MPMVolumesStep(MPMCore *core, PetscReal v2)
+PetscErrorCode MPMVolumesStep(MPMCore *core, const MPMStatus *last)
 {
   MPMVolumes     *v = &core->volumes;
   const PetscReal h = MPMGridSmallestH(&core->grid), dt = core->params.dt, since = v->since;
@@ -63,11 +76,11 @@ PetscErrorCode MPMVolumesStep(MPMCore *core, PetscReal v2)
 
   PetscFunctionBeginUser;
   v->since = since + dt;
-  if (since * v->sound < CROSSED * h) PetscFunctionReturn(PETSC_SUCCESS);
+  if (since * v->sound < CROSSED * h || !(v->fluids || last->opened)) PetscFunctionReturn(PETSC_SUCCESS);
   v->since = dt;
   for (PetscInt d = 0; d < core->grid.dim; d++) g2 += PetscSqr(core->params.gravity[d]);
-  core->params.push = PetscMin(PUSH, FASTER * (PetscSqrtReal(v2) + AT_REST * PetscSqrtReal(PetscSqrtReal(g2) * h)) *
-                                         since / h);
+  core->params.push = PetscMin(
+      PUSH, FASTER * (PetscSqrtReal(last->v2) + AT_REST * PetscSqrtReal(PetscSqrtReal(g2) * h)) * since / h);
   if (core->energy.on) PetscCall(MPMEnergyVolumes(core, -1));
   for (PetscInt k = core->nprogram; k < core->nprogram + core->nrare; k++) {
     const MPMPhase *phase = core->program[k];
