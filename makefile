@@ -25,7 +25,7 @@ python   := .venv/bin/python
 sources  := $(wildcard src/*/*.c)
 # Compiled once for each number of lanes (see src/base/lanes.h): the transfers, the laws that they call for many
 # particles, and what measures the limit of a core.
-kernels  := kernels/transfer_lanes kernels/transfer_sums kernels/fbar cost/chains
+kernels  := kernels/transfer_lanes kernels/transfer_sums kernels/fbar kernels/volume cost/chains
 lanes    := $(kernels) $(patsubst src/%.c,%,$(wildcard src/physics/material_*.c))
 objects  := $(patsubst src/%.c,$(BUILD)/%.o,$(filter-out $(kernels:%=src/%.c),$(sources)))
 rooms    := $(patsubst src/%/,%,$(wildcard src/*/))

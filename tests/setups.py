@@ -85,6 +85,10 @@ def material(kind):
         lines.update(eos="tait", tait_gamma=repr(float(parts.pop("gamma"))))
     if "alpha" in parts:
         lines["friction_angle"] = repr(friction_angle(parts.pop("alpha")))
+    if lines["model"] in ("fluid", "druckerprager"):  # in the reference volumes never relax, and fluids carry tension unless it is limited
+        lines["relaxation"] = "0"
+    if lines["model"] == "fluid":
+        lines.setdefault("tension_cutoff", "inf")
     if parts:
         raise Unsupported(f"material {kind}")
     return lines

@@ -126,12 +126,12 @@ def druckerprager(F, motion, rate, phi=20.0, psi=0.0, cohesion=0.0):
 SOLID = {"E": E, "nu": NU}
 SAND = {"model": "druckerprager", **SOLID}
 METAL = {"model": "vonmises", **SOLID, "yield": Y, "hardening": H}
-WATER = {"model": "fluid", "K": K, "viscosity": MU_F, "eos": "tait", "tait_gamma": 7.0}
+WATER = {"model": "fluid", "K": K, "viscosity": MU_F, "eos": "tait", "tait_gamma": 7.0, "tension_cutoff": "inf", "relaxation": 0}
 LAWS = [  # what, material, law, its parameters
     ("elastic", {"model": "elastic", **SOLID}, elastic, {}),
     ("neohookean", {"model": "neohookean", **SOLID}, neohookean, {}),
     ("fluid", WATER, fluid, {}),
-    ("fluid, linear", {"model": "fluid", "K": K, "viscosity": MU_F, "eos": "linear"}, fluid, {"gamma": 0}),
+    ("fluid, linear", {"model": "fluid", "K": K, "viscosity": MU_F, "eos": "linear", "tension_cutoff": "inf", "relaxation": 0}, fluid, {"gamma": 0}),
     ("fluid without tension", dict(WATER, tension_cutoff=0.0), fluid, {"tension": 0.0}),
     ("vonmises", METAL, vonmises, {}),
     ("druckerprager 20", dict(SAND, friction_angle=20.0), druckerprager, {"phi": 20.0}),

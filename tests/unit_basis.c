@@ -1,6 +1,6 @@
 /* unit_basis.c - every row of basis.def, in every form at walls, against definitions of its own in long double (Cox and
    de Boor's recursion, elimination of the node beyond the wall, means of hats), and the properties that follow: unity,
-   linear completeness, slopes, smoothness, mirror images, what a wall sees; on grids of up to 1e9 cells. */
+   integrals, linear completeness, slopes, smoothness, mirror images, what a wall sees; on grids of up to 1e9 cells. */
 #include "physics/grid.h"
 #include "unit.h"
 
@@ -336,6 +336,37 @@ static void Test(const Case *c)
   }
 }
 
+/* The integral of each node's function over the grid: of pieces that are polynomials, each by Simpson's rule; of gimp, over
+   domains that fill the grid. */
+static void Integrals(const Case *c)
+{
+  const PetscInt per = c->basis == MPM_BASIS_gimp ? (PetscInt)(0.5 / c->l + 0.5) : 2, n = per * c->cells;
+  PetscReal      all = 0, slope;
+
+  if (c->wall == MPM_WALL_BASIS_NONE || c->cells > 6) return;
+  if (c->basis == MPM_BASIS_gimp && fabs(per * 2 * c->l - 1) > 1e-12) return;
+  for (PetscInt node = -1; node <= c->cells + 1; node++) {
+    const PetscReal exact = MPMBasisIntegral(c->basis, node, c->cells, c->wall);
+    PetscReal       sum   = 0;
+
+    for (PetscInt k = 0; k < n; k++)
+      for (int q = c->basis == MPM_BASIS_gimp ? 1 : 0; q < (c->basis == MPM_BASIS_gimp ? 2 : 3); q++) {
+        const PetscReal inside = q == 0 ? 1e-9 : q == 2 ? 1 - 1e-9 : 0.5; /* on this side of the piece's end */
+        const Stencil   s      = At(c, ((PetscReal)k + inside) / (PetscReal)per);
+
+        sum += Weight(c, &s, node, &slope) *
+               (c->basis == MPM_BASIS_gimp ? 1
+                : q == 1                   ? 4. / 6
+                                           : 1. / 6) /
+               (PetscReal)per;
+      }
+    Context(c, (PetscReal)node, ": its integral");
+    CHECK_NEAR(sum, exact, 1e-8);
+    all += exact;
+  }
+  CHECK_NEAR(all, (PetscReal)c->cells, 1e-14);
+}
+
 int main(void)
 {
   for (int b = 0; b < MPM_NUM_BASES; b++)
@@ -349,6 +380,7 @@ int main(void)
           if ((b != MPM_BASIS_gimp && l) || (!MPMBasisIsSpline(c.basis) && wall == 2)) continue;
           if (c.cells < ns && (wall == 0 || MPMBasisIsSpline(c.basis))) continue; /* refused */
           Test(&c);
+          Integrals(&c);
         }
   for (int k = 0; k < 20000; k++) WideGimp(1 + UnitInt(60) + 3, k % 3 ? UnitReal(0, 4) : UnitInt(32) / 8.);
   return UnitEnd();

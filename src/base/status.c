@@ -31,8 +31,9 @@ void MPMStatusMerge(MPMStatus *s, const MPMStatus *other)
   s->moved += other->moved;
   s->left += other->left;
   s->hops  = PetscMax(s->hops, other->hops);
-  s->asked = PetscMax(s->asked, other->asked);
-  s->most  = PetscMax(s->most, other->most);
+  s->asked  = PetscMax(s->asked, other->asked);
+  s->opened = PetscMax(s->opened, other->opened);
+  s->most   = PetscMax(s->most, other->most);
   s->n += other->n;
   s->ids = (PetscInt64)((uint64_t)s->ids + (uint64_t)other->ids); /* modulo 2^64 */
   if (other->bad != MPM_OK &&

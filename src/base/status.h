@@ -16,6 +16,7 @@ typedef struct {
   PetscInt64 id;
   PetscReal  x[3], J; /* its position in m; its det F for MPM_BAD_J, its width in cells for MPM_TOO_WIDE */
   PetscReal  v2, c2;  /* largest squared speeds of a particle and of a wave, m^2/s^2 */
+  PetscInt64 opened;  /* 1: some sand is open (kernels/volume.h) */
   PetscInt64 moved;   /* movers: particles that changed their cell */
   PetscInt64 asked;   /* what a signal has asked for (signals.h), or 0 */
   PetscInt64 left;    /* leavers: particles that left their patch for another one */

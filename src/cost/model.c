@@ -35,16 +35,22 @@ static PetscReal Seconds(const MPMRate *r, PetscReal n)
   return r->call + n * each;
 }
 
-/* Returns how often a step runs phases of timer e; *first is the first of them, or NULL if it runs none. */
-static PetscInt Times(const MPMCore *core, PetscInt e, const MPMPhase **first)
+/* Returns the share of the steps that make phase k of the program. */
+static PetscReal PhaseShare(const MPMCore *core, PetscInt k)
 {
-  PetscInt times = 0;
+  return k < core->nprogram ? 1 : core->volumes.share;
+}
+
+/* Returns how often a step runs phases of timer e, on average; *first is the first of them, or NULL if it runs none. */
+static PetscReal Times(const MPMCore *core, PetscInt e, const MPMPhase **first)
+{
+  PetscReal times = 0;
 
   *first = NULL;
-  for (PetscInt k = core->nprogram - 1; k >= 0; k--)
+  for (PetscInt k = core->nprogram + core->nrare - 1; k >= 0; k--)
     if (core->program[k]->timer == e) {
       *first = core->program[k];
-      times++;
+      times += PhaseShare(core, k);
     }
   return times;
 }
@@ -101,7 +107,7 @@ PetscReal MPMModelTimer(const MPMModel *m, const MPMCore *core, PetscInt e, cons
                           MPMModelMigrationMessages(m, core->exchange.direct, s->axes, s->processes)) +
            way->leaver * s->row * s->waits;
   if (e < MPM_TIMER_PHASES) return Seconds(&m->rate[e], s->particles);
-  times = (PetscReal)Times(core, e, &phase);
+  times = Times(core, e, &phase);
   if (!phase) return 0;
   if (phase->kind == MPM_NODES_TO_PARTICLES) return Seconds(&m->rate[e], s->particles);
   sent = s->ghosts * PhaseMessage(core, phase);
@@ -117,7 +123,7 @@ PetscReal MPMModelPoolBytes(const MPMCore *core, PetscInt e, const MPMShare *s, 
 {
   const PetscInt  dim = core->grid.dim;
   const MPMPhase *phase;
-  const PetscReal times = (PetscReal)Times(core, e, &phase);
+  const PetscReal times = Times(core, e, &phase);
   const PetscReal reach = (PetscReal)MPMBasisNodes(core->basis) - 1, c = MPMPoolEdge(core->basis, edge);
   const PetscReal copies = PetscPowReal((PetscReal)MPMTileSide(core->basis) / (PetscReal)MPMTileEdge(core->basis),
                                         (PetscReal)dim); /* of a node in tiles */
@@ -244,16 +250,17 @@ void MPMModelRough(MPMModel *m, const MPMCore *core, const MPMScene *scene)
     if (e != MPM_TIMER_MIGRATE && (e != MPM_TIMER_FORCES || scene->forced)) m->rate[e].call = CALL;
   m->rate[MPM_TIMER_SORT].each[0] = SORT;
   if (scene->forced) m->rate[MPM_TIMER_FORCES].each[0] = 100e-9; /* one expression per particle */
-  for (PetscInt k = 0; k < core->nprogram; k++) {
+  for (PetscInt k = 0; k < core->nprogram + core->nrare; k++) {
     const MPMPhase *phase = core->program[k];
+    const PetscReal share = PhaseShare(core, k);
     MPMRate        *r     = &m->rate[phase->timer];
 
-    r->call += CALL;
-    r->each[0] += phase->kind == MPM_NODES
-                      ? NODE
-                      : FLOP * MPMKernelFlops(core->grid.dim, core->basis, phase->parts) +
-                            BYTE * (PetscReal)(MPMParticlesRowBytes(&core->particles, phase->particles_in) +
-                                               MPMParticlesRowBytes(&core->particles, phase->particles_out));
+    r->call += share * CALL;
+    r->each[0] += share * (phase->kind == MPM_NODES
+                               ? NODE
+                               : FLOP * MPMKernelFlops(core->grid.dim, core->basis, phase->parts) +
+                                     BYTE * (PetscReal)(MPMParticlesRowBytes(&core->particles, phase->particles_in) +
+                                                        MPMParticlesRowBytes(&core->particles, phase->particles_out)));
   }
   for (PetscInt e = 0; e < core->timers.n; e++)
     for (int k = 1; k < MPM_RATE_SIZES; k++) m->rate[e].each[k] = m->rate[e].each[0];

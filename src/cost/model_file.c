@@ -13,7 +13,7 @@ void MPMModelMethod(const MPMCore *core, const MPMScene *scene, char text[], siz
   size_t at = (size_t)snprintf(text, len, "%" PetscInt_FMT "-D:%d:%" PetscInt_FMT ":%" PetscInt_FMT, core->grid.dim,
                                (int)core->basis, MPMParticlesBytes(&core->particles, MPM_SCRATCH), MPMKernelWidth());
 
-  for (PetscInt k = 0; k < core->nprogram && at < len; k++)
+  for (PetscInt k = 0; k < core->nprogram + core->nrare && at < len; k++)
     at += (size_t)snprintf(text + at, len - at, ":%s.%" PetscInt_FMT, core->program[k]->name, core->program[k]->parts);
   for (PetscInt k = 0; k < scene->nmaterials && at < len; k++)
     at += (size_t)snprintf(text + at, len - at, ":%s", scene->materials[k].type->name);
@@ -153,7 +153,7 @@ static PetscErrorCode Load(const char path[], const MPMCore *core, const MPMScen
   MPM_MODEL_NUMBERS(MPM_COUNT)
 #undef MPM_COUNT
   if (found != wanted) sound = PETSC_FALSE;
-  for (PetscInt k = 0; k < core->nprogram && !strcmp(theirs, method); k++) { /* was each phase timed? */
+  for (PetscInt k = 0; k < core->nprogram + core->nrare && !strcmp(theirs, method); k++) { /* was each phase timed? */
     const MPMRate *r = &m->rate[core->program[k]->timer];
 
     if (!(r->call > 0 || r->each[0] > 0)) sound = PETSC_FALSE;

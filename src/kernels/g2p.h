@@ -13,6 +13,7 @@
 typedef struct {
   MPMReal  v2, c2;  /* the largest squared velocities and wave speeds, in m^2/s^2 */
   MPMMask  bad, in; /* lanes whose J is not a positive number; lanes whose new positions are all in the grid */
+  MPMMask  opened;  /* lanes of sand that relaxes and is open */
   uint64_t sure;    /* a bit for each particle that surely stays in its cell */
 } MPMFound;
 
@@ -129,6 +130,8 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
     MPMComponent          c2;
 
     if (law->update[dim - 1]) law->update[dim - 1](m, par->dt, L, first, next, b);
+    for (PetscInt l = from; l < next && m->follows > 0 && (m->state & MPM_BIT(vc)); l += MPM_WIDTH)
+      found->opened |= MPMBetween(l, first, next) & (MPMRead(&b->vc[0][l]) > MPM_OPENED);
     for (PetscInt l = from; l < next && !has_F; l += MPM_WIDTH) {
       const MPMReal J = MPMRead(&b->J[0][l]);
 
@@ -160,16 +163,17 @@ MPM_INLINE void MPMUpdateCells(int dim, const MPMParams *par, MPMPatch *patch, c
 }
 
 /* Runs the parts of a transfer from nodes to particles: velocities and displacements (8), (9); velocity gradient (3), F
-   and material state; new positions; the filter of xpic. */
+   and material state; new positions; the filter of xpic; volumes of fluids. */
 MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts, MPMStatus *status)
 {
-  const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER) ? 1 : 0, stress = parts & MPM_G2P_STRESS ? 1 : 0;
+  const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER | MPM_G2P_VOLUME) ? 1 : 0;
+  const int      stress = parts & MPM_G2P_STRESS ? 1 : 0, gradients = stress || parts & MPM_G2P_VOLUME ? 1 : 0;
   const MPMView *particles               = &patch->particles;
   const MPMRange all                     = {0, particles->n, 0};
   const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(
-      MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][stress];
+      MPMInterpolateBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][motion][gradients];
   MPMBlockOrder o;
-  MPMFound      found = {MPMAll(0), MPMAll(0), MPMNone(), MPMNone(), 0};
+  MPMFound            found = {MPMAll(0), MPMAll(0), MPMNone(), MPMNone(), MPMNone(), 0};
   MPMComponent  value[6], L[9], r[3];
   MPMComponent *const vn = value, *const an = value + dim; /* sum phi v', sum phi a */
   MPMStencils   s;
@@ -186,6 +190,10 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
 
     MPMStage(dim, par, patch, &o, &s);
     if (interpolate) interpolate(&o, &s, patch->n, patch->motion, value, L);
+    if (parts & MPM_G2P_VOLUME) {
+      MPM_LANES_NAME(MPMRelaxVolumes)(dim, par, patch, &o, &s, value, L);
+      continue;
+    }
     if (parts & MPM_G2P_FILTER) {
       MPMGather(dim, parts & MPM_RESIDUAL ? particles->r : particles->v, &o, r);
       for (int d = 0; d < dim; d++)
@@ -201,6 +209,7 @@ MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   }
   status->v2 = PetscMax(status->v2, MPMLargest(found.v2));
   status->c2 = PetscMax(status->c2, MPMLargest(found.c2));
+  if (MPMAny(found.opened)) status->opened = 1;
 }
 
 #endif

@@ -6,38 +6,11 @@
 #include "kernels/fbar.h"
 #include "kernels/tile_sums.h"
 #include "kernels/transfer.h"
+#include "kernels/volume.h"
 
 #define MPM_MEANWHILE 32 /* blocks of particles between two calls of patch->meanwhile */
 
 /* --- Particles to nodes ------------------------------------------------------------------------------------------- */
-
-/* A particle adds phi Q[0] + sum_e dphi_e Q[1+e] + sum_e i_e phi A[e] to node i of its stencil, where each Q and A is a
-   record of numbers in the sequence of MPMNode. In 2-D the stress is one record with mass and momentum, since each
-   number of it is multiplied by one function of x and one of y:
-
-     number of Q[0]     0   1   2   3   4      5      6      7
-     is                 m   p_x p_y 0   t_xy   t_yy   t_xx   t_xy     t = - V0 tau
-     times, of x        w   w   w   w   w      w      g      g
-     times, of y        w   w   w   w   g      g      w      w
-
-   The sums of 6 and 7 are added to those of 4 and 5 before they go to the tile; phi Q[1] are the loads there. MPMP2G
-   zeroes all records once; those that the parts of the phase do not need are never written and stay 0. */
-enum { MPM_Q_RECORDS = 4, MPM_A_RECORDS = 3 }; /* records of a particle, in every dimension */
-typedef PetscReal MPMRecord[MPM_NODE_NC];
-typedef struct {
-  MPMRecord Q[MPM_STAGED][MPM_Q_RECORDS], A[MPM_STAGED][MPM_A_RECORDS];
-} __attribute__((aligned(64))) MPMRecords;
-
-/* Writes nc numbers of MPM_WIDTH particles to a record of each: `to` is their place in that of the first particle, and
-   a particle has `records` records. Pairs are written faster than single numbers, so an odd nc also writes from[nc],
-   which is 0, as is that place of the record. */
-MPM_INLINE void MPMWriteRecords(int nc, const MPMReal *from, PetscReal *to, int records)
-{
-  PetscReal *row[MPM_WIDTH];
-
-  for (int k = 0; k < MPM_WIDTH; k++) row[k] = to + k * records * MPM_NODE_NC;
-  MPMWriteRows(nc + nc % 2, from, row);
-}
 
 /* Computes the records of a block: Q[0] = (m, m v | m b), Q[1+e] = (0 | - V0 tau_e), where V sig = V0 tau, but as above
    in 2-D; A are those of the affine part of the velocity, v + C (x_i - x_p) with x_i - x_p = (i - at) h. */
@@ -188,6 +161,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
         if (!(m->state & MPM_BIT(tau))) MPMLaw(m)->stress[dim - 1](m, first, next, &b);
         if (parts & MPM_P2G_FBAR) MPM_LANES_NAME(MPMSharePressure)(dim, par, patch, &o, &s, &b);
       }
+      if (parts & MPM_P2G_VOLUME) MPM_LANES_NAME(MPMStageVolumes)(dim, par, patch, &o, &s, &r);
       MPMStageRecords(dim, parts, patch, &o, &s, &b, &r);
       from = cut ? begun : NULL;
       cut  = o.next >= 0 && cell[o.next] == cell[o.particle[o.n - 1]] ? PETSC_TRUE : PETSC_FALSE;

@@ -21,6 +21,7 @@ typedef struct {
   PetscInt               closed;  /* faces (bits, 2 axis + side) on which particles that have just passed them are put back */
   PetscBool              deletes; /* particles that leave the grid are to be removed, which is no error */
   PetscReal              light;   /* share of mass below which nodes are light (light.h); 0: none are */
+  PetscReal              push;    /* of a relaxation of volumes: share of what the density tells, see volume.h */
   PetscInt               box;     /* cells of a box of F-bar on an axis: 1, 2 or 4; 0: there is none */
   const MPMKind         *kinds;
   PetscInt               nkinds;
@@ -37,6 +38,7 @@ typedef struct {
 } MPMNode;
 #define MPM_NODE_NC    8 /* numbers of the record, for vectors and messages */
 #define MPM_NODE_FORCE 4
+#define MPM_NODE_VOLUMES 4 /* numbers in the place of m and p that the relaxation of volumes sums (volume.h) */
 _Static_assert(sizeof(MPMNode) == 8 * sizeof(PetscReal), "the record of a node is one line of the cache");
 _Static_assert(offsetof(MPMNode, p) == sizeof(PetscReal), "momentum follows the mass");
 _Static_assert(offsetof(MPMNode, f) == MPM_NODE_FORCE * sizeof(PetscReal), "forces begin at their place");
@@ -55,8 +57,10 @@ MPM_INLINE PetscBool MPMNodeStopped(const MPMNode *n, PetscInt d)
 
 /* MPM_NODE_FIRST is the first number of the record that the parts of a transfer (transfer.h) sum, MPM_NODE_LAST the one
    after the last. */
-#define MPM_NODE_FIRST(parts)     ((parts)&MPM_P2G_MASS ? 0 : (parts)&MPM_P2G_MOMENTUM ? 1 : MPM_NODE_FORCE)
-#define MPM_NODE_LAST(dim, parts) ((parts)&MPM_P2G_FORCE ? MPM_NODE_FORCE + (dim) : 1 + (dim))
+#define MPM_NODE_FIRST(parts)                                                                                          \
+  ((parts) & (MPM_P2G_MASS | MPM_P2G_VOLUME) ? 0 : (parts)&MPM_P2G_MOMENTUM ? 1 : MPM_NODE_FORCE)
+#define MPM_NODE_LAST(dim, parts)                                                                                      \
+  ((parts)&MPM_P2G_FORCE ? MPM_NODE_FORCE + (dim) : (parts)&MPM_P2G_VOLUME ? MPM_NODE_VOLUMES : 1 + (dim))
 
 /* The motion of a node: velocity [dim] in m/s and acceleration [dim] in m/s^2. */
 #define MPM_MOTION_NC(dim) (2 * (dim))

@@ -30,8 +30,11 @@ PetscInt MPMKernelWidth(void)
 /* Returns the kernel for these parts, or NULL if there is none: all parts must be of one direction. Not collective. */
 MPMKernel MPMKernelFind(PetscInt dim, MPMBasis basis, PetscInt parts)
 {
-  const PetscInt to_nodes     = parts & (MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE) ? 1 : 0;
-  const PetscInt to_particles = parts & (MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_G2P_FILTER) ? 1 : 0;
+  const PetscInt to_nodes     = parts & (MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE | MPM_P2G_VOLUME) ? 1 : 0;
+  const PetscInt to_particles = parts & (MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_G2P_FILTER |
+                                         MPM_G2P_VOLUME)
+                                    ? 1
+                                    : 0;
 
   if (dim < 1 || dim > 3 || basis >= MPM_NUM_BASES || to_nodes == to_particles) return NULL;
 #if defined(__x86_64__)
@@ -55,7 +58,8 @@ PetscReal MPMKernelFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
   const PetscReal law       = 26 + det + sym * (2 * d - 1) + 1 + sym + 2 * d;
   const PetscReal one_force = dim == 3 ? 4 * (planes + inner + nodes) : dim == 2 ? 2 * inner + 4 * nodes : 2 * nodes;
   const PetscReal values    = parts & MPM_G2P_MOTION ? 2 * d : d;
-  const PetscReal sums      = (parts & MPM_P2G_MASS ? 1 : 0) + (parts & MPM_P2G_MOMENTUM ? d : 0);
+  const PetscReal sums      = (parts & MPM_P2G_MASS ? 1 : 0) + (parts & MPM_P2G_MOMENTUM ? d : 0) +
+                         (parts & MPM_P2G_VOLUME ? 3 : 0);
   PetscReal       flops     = d * (6 + weights[basis] + ns); /* coordinate, number of the cell; g/h */
 
   flops += sums * (planes + inner + 2 * nodes);
@@ -63,6 +67,8 @@ PetscReal MPMKernelFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
   if (parts & MPM_P2G_FORCE) flops += law + (dim == 2 ? 3 : d * d) + d * one_force;
   if (parts & MPM_P2G_FBAR)
     flops += law + 2 * det + d * (6 + weights[basis] + ns) + 4 * d + 8; /* weights and law again */
+  if ((parts & MPM_P2G_VOLUME) && (parts & MPM_AFFINE)) flops += 5 + 4 * d + 4 * planes + 3 * inner + 2 * nodes;
+  if (parts & MPM_G2P_VOLUME) flops += 2 * values * (nodes + inner + planes) + 2 * d * (nodes + 2 * inner) + 30 + 4 * d;
   if ((parts & MPM_P2G_MOMENTUM) && (parts & MPM_AFFINE)) flops += 4 * d * d + d * (4 * planes + 3 * inner + 2 * nodes);
   if (parts & (MPM_G2P_MOTION | MPM_G2P_FILTER)) flops += 2 * values * (nodes + inner + planes);
   if (parts & MPM_G2P_MOTION) flops += 8 * d;

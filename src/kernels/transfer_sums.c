@@ -8,7 +8,7 @@
    the record; mass or momentum; forces. */
 #define MPM_PARTS               (8 / MPM_WIDTH)
 #define MPM_PART_HAS(h, lo, hi) ((h)*MPM_WIDTH < (hi) && ((h) + 1) * MPM_WIDTH > (lo))
-#define MPM_PART_MOTION(dim, h) MPM_PART_HAS(h, 0, 1 + (dim))
+#define MPM_PART_MOTION(h)      MPM_PART_HAS(h, 0, MPM_NODE_FORCE)
 #define MPM_PART_FORCE(dim, h)  MPM_PART_HAS(h, MPM_NODE_FORCE, MPM_NODE_FORCE + (dim))
 
 /* Returns i c for i = 0 .. 3. */
@@ -116,10 +116,10 @@ MPM_INLINE void MPMSumCell(int dim, int ns, int forces, int affine, const MPMSte
   MPM_UNROLL
   for (int h = 0; h < MPM_PARTS; h++) {
     const int upper = dim == 2 && forces && h * MPM_WIDTH >= MPM_NODE_FORCE; /* only forces */
-    const int force = forces && (upper || MPM_PART_FORCE(dim, h)), motion = affine && MPM_PART_MOTION(dim, h);
+    const int force = forces && (upper || MPM_PART_FORCE(dim, h)), motion = affine && MPM_PART_MOTION(h);
     const int two   = dim == 2 && force, held = two && MPM_WIDTH == 2 && h == 2;
 
-    if (!force && !MPM_PART_MOTION(dim, h)) continue;
+    if (!force && !MPM_PART_MOTION(h)) continue;
     for (int k0 = 0; k0 < nz; k0 += planes)
       for (int j0 = 0; j0 < ny; j0 += rows) {
         const int at0 = (k0 * ny + j0) * ns; /* the first of these nodes */

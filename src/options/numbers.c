@@ -82,7 +82,7 @@ PetscReal MPMOptionsNumber(MPMOptions o, const MPMOptionRow *row, const char ful
       MPMOptionsFail(o, "-%s %.100s is not a%s number%s", full, text, whole ? " whole" : "", remedy);
     else
       MPMOptionsFail(o, "-%s %.100s: '%.100s' is not a%s number%s", full, text, word, whole ? " whole" : "", remedy);
-  } else if (!(PetscAbsReal(value) <= PETSC_MAX_REAL))
+  } else if (!(PetscAbsReal(value) <= PETSC_MAX_REAL) && !(value > 0 && strstr(row->allowed, "inf]")))
     MPMOptionsFail(o, "-%s %.100s is not finite", full, text);
   else if (whole && value != floor(value))
     MPMOptionsFail(o, "-%s %.100s must be whole", full, text);

@@ -302,6 +302,11 @@ static PetscReal Value_energy_damping(const MPMShown *s)
   return s->now->energy[MPM_ENERGY_damping];
 }
 
+static PetscReal Value_energy_volumes(const MPMShown *s)
+{
+  return s->now->energy[MPM_ENERGY_volumes];
+}
+
 /* What the particles' kinetic energy has lost on the way to the nodes and back. */
 static PetscReal Value_energy_transfer(const MPMShown *s)
 {
@@ -317,7 +322,7 @@ PetscReal MPMShownIntegration(const MPMShown *s)
 {
   return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) - Value_load_work(s) -
          Value_energy_gravity(s) - Value_energy_walls(s) - Value_energy_friction(s) - Value_energy_transfer(s) -
-         Value_energy_laws(s) - Value_energy_damping(s);
+         Value_energy_laws(s) - Value_energy_damping(s) - Value_energy_volumes(s);
 }
 
 static PetscReal Value_energy_integration(const MPMShown *s)
@@ -338,6 +343,7 @@ static PetscReal Value_particles(const MPMShown *s)
 #define TERM   MPM_SHOW_TERM
 #define LOADS  MPM_SHOW_LOADS
 #define DAMPED MPM_SHOW_DAMPED
+#define RELAXED MPM_SHOW_RELAXED
 #define AXIAL  MPM_SHOW_AXIAL
 #define ASKED  MPM_SHOW_ASKED
 #define SHOWN  MPM_SHOW_COLUMN
@@ -405,7 +411,8 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
   const PetscInt uses = MPMDiagnostics[row].uses;
 
   return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ||
-                 (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & MPM_SHOW_LOST && !core->params.deletes)
+                 (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) ||
+                 (uses & MPM_SHOW_LOST && !core->params.deletes)
              ? PETSC_FALSE
              : PETSC_TRUE;
 }

@@ -40,15 +40,16 @@ typedef struct {
 
 /* What a row is used for: a set of the words that diagnostics.def explains. */
 enum {
-  MPM_SHOW_FIELD  = 1,
-  MPM_SHOW_COLUMN = 2,
-  MPM_SHOW_SUM    = 4,
-  MPM_SHOW_TERM   = 8,
-  MPM_SHOW_LOADS  = 16,
-  MPM_SHOW_AXIAL  = 32,
-  MPM_SHOW_ASKED  = 64,
-  MPM_SHOW_LOST   = 128,
-  MPM_SHOW_DAMPED = 256
+  MPM_SHOW_FIELD   = 1,
+  MPM_SHOW_COLUMN  = 2,
+  MPM_SHOW_SUM     = 4,
+  MPM_SHOW_TERM    = 8,
+  MPM_SHOW_LOADS   = 16,
+  MPM_SHOW_AXIAL   = 32,
+  MPM_SHOW_ASKED   = 64,
+  MPM_SHOW_LOST    = 128,
+  MPM_SHOW_DAMPED  = 256,
+  MPM_SHOW_RELAXED = 512
 };
 typedef struct {
   const char *name, *word, *unit, *components;

@@ -34,7 +34,7 @@ struct _MPMPhase {
 
 #define MPM_MAX_XPIC    16 /* largest -method_order of xpic */
 #define MPM_MAX_PHASES  24 /* rows of the table of phases */
-#define MPM_MAX_PROGRAM (8 + 3 * MPM_MAX_XPIC)
+#define MPM_MAX_PROGRAM (8 + 3 * MPM_MAX_XPIC + 3)
 
 /* A way to run the step. Physics, update schemes and output are the same for all; only these functions differ. setup
    and finish are collective on core->comm; sweep, nodes, reduce and settle are collective on the processes of
@@ -94,6 +94,7 @@ enum {
   MPM_ENERGY_friction, /* work of friction at walls, below 0 */
   MPM_ENERGY_advance,  /* kinetic energy that accelerations and moving walls gave */
   MPM_ENERGY_damping,  /* kinetic energy that damping of all motion took, below 0 */
+  MPM_ENERGY_volumes,  /* change of the stored energy by the relaxation of volumes */
   MPM_ENERGY_stress,   /* work of the stress on particles whose law stores only a part of it, and of viscosity */
   MPM_NUM_ENERGIES
 };
@@ -124,6 +125,14 @@ typedef struct {
   PetscReal last;    /* of kinetic: the kinetic energy after the last step, J */
   PetscInt  stops;   /* how often velocities were set to 0 */
 } MPMDamping;
+
+/* The relaxation of volumes (step/volume.c). */
+typedef struct {
+  PetscBool fluids, sand; /* whether any of these relaxes */
+  PetscReal sound;        /* speed of sound times rate of the fastest one, m/s; 0: none relaxes */
+  PetscReal since; /* time since the last one, s */
+  PetscReal share; /* of the steps that do it, for predictions */
+} MPMVolumes;
 
 /* What the walls of some faces have given the matter (step/reactions.c): exact sums over the nodes of this process, of
    the impulse since the last line of the history, N s, and of the work since the start, J. */
@@ -168,7 +177,7 @@ struct _MPMCore {
   MPMPhase        phases[MPM_MAX_PHASES]; /* [nphases] the table of phases as this scene needs it */
   PetscInt        nphases;
   const MPMPhase *program[MPM_MAX_PROGRAM]; /* [nprogram] the phases of a step, one after the other */
-  PetscInt        nprogram;
+  PetscInt        nprogram, nrare; /* nrare: after these, phases that only some steps make, before the others */
   MPMExchange     exchange;
   MPMParticles    particles;
   MPMStatus       status; /* of the last step */
@@ -177,6 +186,7 @@ struct _MPMCore {
   MPMDamping      damping;
   MPMGaps        *gaps;               /* or NULL: no wall only pushes */
   MPMPistons     *pistons;            /* or NULL: there is none */
+  MPMVolumes      volumes;
   MPMReactions   *reactions;          /* or NULL: the history asks for none */
   MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (output/lost.c) */
   PetscReal       t, kicked;          /* s; s, the sum of params.kick: velocities have changed over this time */

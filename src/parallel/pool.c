@@ -102,8 +102,12 @@ static PetscErrorCode Send(MPMCore *core, Pool *pool, const MPMPhase *phase, Pet
   JobMemory        *slot     = &pool->jobs[place];
   MPMPatch          patch;
   const MPMParams  *par = &core->params;
-  MPMJob            job = {
-                 .phase = (PetscInt)(phase - core->phases), .n = c->n, .dt = par->dt, .kick = par->kick, .flip = par->flip};
+  MPMJob            job = {.phase = (PetscInt)(phase - core->phases),
+                           .n     = c->n,
+                           .dt    = par->dt,
+                           .kick  = par->kick,
+                           .flip  = par->flip,
+                           .push  = par->push};
   void       *at[MPM_NUM_FIELDS];
   size_t      answer, row;
   PetscMPIInt len;

@@ -210,7 +210,8 @@ static PetscErrorCode Sweep_Keep(MPMCore *core, const MPMPhase *phase)
   MPMKeepJob      job      = {.phase = (PetscInt)(phase - core->phases),
                               .dt    = core->params.dt,
                               .kick  = core->params.kick,
-                              .flip  = core->params.flip};
+                              .flip  = core->params.flip,
+                              .push  = core->params.push};
   PetscBool       anew     = PETSC_FALSE;
   PetscInt64      n = 0, migrants = ex->migrants;
   PetscLogDouble  waited = 0, t0, t1;

@@ -23,7 +23,7 @@ typedef struct {
   PetscInt  ends;           /* MPM_KEEP_BRING: the worker's particles are no longer its own */
   PetscInt  ranges;         /* ranges of nodes */
   PetscInt  nodes;          /* nodes in them */
-  PetscReal dt, kick, flip; /* s, s; share of FLIP */
+  PetscReal dt, kick, flip, push; /* s, s; share of FLIP; of the relaxation of volumes */
 } MPMKeepJob;
 
 /* A range of nodes in a row of the patch's arrays: the first, and how many. */

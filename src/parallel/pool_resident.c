@@ -194,6 +194,7 @@ static PetscErrorCode Work(MPMCore *core, const MPMKeepJob *job, Memory *memory,
   core->params.dt   = job->dt;
   core->params.kick = job->kick;
   core->params.flip = job->flip;
+  core->params.push = job->push;
   if (job->owners) {
     PetscCall(PetscArraycpy(base->owner, (PetscInt *)m, base->ntiles));
     m += (size_t)base->ntiles * sizeof *base->owner;

@@ -202,6 +202,7 @@ PetscErrorCode MPMPoolServe(MPMCore *core, MPI_Comm comm)
     core->params.dt   = job.dt;
     core->params.kick = job.kick;
     core->params.flip = job.flip;
+    core->params.push = job.push;
     PetscCall(MPMPhaseBegin(core, phase));
     MPMWorkBegin(&core->timers);
     PetscCall(Unpack(core, phase, &job, memory.in + sizeof job, &memory));

@@ -178,6 +178,18 @@ MPM_INLINE PetscBool MPMBasisIsSpline(MPMBasis basis)
   return MPMBasisInertia(basis) ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Returns the integral over the grid of the function of node i of an axis with walls, in cells: 1, less what a wall cuts
+   off. Of gimp it is that of the hat functions, over which domains that end at the wall are averaged. */
+MPM_INLINE PetscReal MPMBasisIntegral(MPMBasis basis, PetscInt i, PetscInt cells, MPMWallBasis wall)
+{
+  static const PetscReal hat[2] = {1. / 2, 0}, cut[2][2][2] = {{{11. / 24, 1. / 24}, {5. / 12, 1. / 12}},
+                                                               {{1. / 3, 1. / 6}, {1. / 4, 1. / 4}}};
+  const PetscReal *less = MPMBasisIsSpline(basis) ? cut[wall == MPM_WALL_BASIS_STEFFEN][MPMBasisNodes(basis) - 3] : hat;
+
+  if (i < 0 || i > cells) return 0;
+  return 1 - (i < 2 ? less[i] : 0) - (cells - i < 2 ? less[cells - i] : 0);
+}
+
 /* The base nodes of an axis: least and largest one, as far as functions of a basis do not keep to them; on a periodic
    axis that `wraps`, `round` is added to those below 0. The three numbers are whole. */
 typedef struct {

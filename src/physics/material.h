@@ -75,6 +75,8 @@ struct _MPMMaterial {
   PetscReal              lambda, mu;     /* Lame's constants in Pa, set by MPMMaterialSetUp */
   PetscReal              K, viscosity;   /* of a fluid: bulk modulus in Pa, viscosity in Pa s */
   PetscReal              gamma, tension; /* of a fluid: Tait's exponent (0: linear), largest tension in Pa (< 0: any) */
+  PetscReal relaxation; /* of a fluid, of sand: rate of the relaxation of volumes (kernels/volume.h) */
+  PetscReal follows;    /* share of the mean that it takes at a time, at most 1; 0: it does not relax */
   PetscReal              yield, hardening;   /* of vonmises: yield stress and its slope by plastic strain in Pa */
   PetscReal              friction, dilation; /* of druckerprager: slopes of cone and flow, from angles in degrees */
   PetscReal              cohesion;       /* of druckerprager, in Pa; after the set-up the trace of tau at the apex */

@@ -1,7 +1,9 @@
 /* material_fluid.c - compressible Newtonian fluid: sig = -p I + 2 viscosity dev(D), D = sym(L), tau = J sig, with
      p = K/gamma (J^-gamma - 1)   Tait's equation in Cole's form (Cole, Underwater Explosions, 1948, p. 44), or
      p = -K (J - 1)               linear, where gamma is 0; and never p < -tension, where tension >= 0.
-   Its particles carry the volume ratio, J <- J (1 + dt tr L), and no F. See docs/theory.md (12e). The viscous stress
+   Its particles carry the volume ratio, J <- J (1 + dt tr L), and no F. See docs/theory.md (12e). No step turns a
+   particle inside out: where dt tr L is below -0.2, which is so of particles alone, another function of it takes the
+   place of 1 + dt tr L, with the same value and slope at -0.2, and positive everywhere; a step opens it by 1.5 at most. The viscous stress
    depends on the last velocity gradient, so tau is stored until forces are summed; without viscosity tau is a function
    of J. The wave speed bounds dt, and MPMTimeStep adds the bound that viscosity needs. */
 #include "physics/law.h"
@@ -35,10 +37,15 @@ MPM_INLINE void fluid_stress(int dim, const MPMMaterial *m, const MPMParticleSta
 /* Updates J and, of a viscous fluid, tau. */
 MPM_INLINE void fluid_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
 {
-  MPMReal tr = L[0];
+  const PetscReal least = -0.2;
+  MPMReal         tr    = L[0], growth;
 
   for (int d = 1; d < dim; d++) tr += L[d * (dim + 1)];
-  s->J *= 1.0 + dt * tr;
+  growth = 1.0 + MPMMin(dt * tr, MPMAll(0.5));
+  if (MPMAny(dt * tr < least))
+    growth = MPMSelect(dt * tr < least, (1 + least) * (1 + least) / (1 + 2 * least - MPMMin(dt * tr, MPMAll(least))),
+                       growth);
+  s->J *= growth;
   if (!(m->state & MPM_BIT(tau))) return;
   fluid_stress(dim, m, s, s->tau);
   for (int d = 0; d < dim; d++)

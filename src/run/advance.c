@@ -35,7 +35,7 @@ void MPMAdvanceSetUp(MPM mpm)
   MPMCore *core = &mpm->core;
   PetscInt out  = 0;
 
-  for (PetscInt k = 0; k < core->nprogram && mpm->retry.on; k++) out |= core->program[k]->particles_out;
+  for (PetscInt k = 0; k < core->nprogram + core->nrare && mpm->retry.on; k++) out |= core->program[k]->particles_out;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (MPMFields[f].home == MPM_SCRATCH) out &= ~(1 << f);
   core->particles.saved = out;
@@ -111,6 +111,7 @@ typedef struct {
   MPMTotals  now; /* of the history */
   MPMWalls   walls;
   MPMDamping damping;
+  MPMVolumes volumes;
   PetscReal  t, kicked, dt, flip, courant, wave, energy_max, speed_max;
   PetscInt   step, looked;
   MPMSum     impulse[6][3], work[6], *heat; /* of walls; [nheat] of bodies: only where they are asked for */
@@ -127,6 +128,7 @@ static PetscErrorCode Save(MPM mpm, Before *b)
   b->now        = mon->now;
   b->walls      = mpm->scene.walls;
   b->damping    = core->damping;
+  b->volumes    = core->volumes;
   b->t          = core->t;
   b->kicked     = core->kicked;
   b->dt         = core->params.dt;
@@ -168,6 +170,7 @@ static PetscErrorCode Undo(MPM mpm, const Before *b)
   mon->now          = b->now;
   mpm->scene.walls  = b->walls;
   core->damping     = b->damping;
+  core->volumes     = b->volumes;
   mon->energy_max   = b->energy_max;
   mon->speed_max    = b->speed_max;
   mon->looked       = b->looked;

@@ -152,6 +152,8 @@ PetscInt MPMCheckpointKept(MPM mpm, MPMKept kept[])
        {"wall_place", MPM_KEPT_REAL, 6, mpm->scene.walls.place},
        {"damping_last", MPM_KEPT_REAL, 1, &core->damping.last},
        {"damping_stops", MPM_KEPT_INT, 1, &core->damping.stops},
+       {"volumes_since", MPM_KEPT_REAL, 1, &core->volumes.since},
+       {"volumes_opened", MPM_KEPT_INT64, 1, &core->status.opened},
        {"retry_limit", MPM_KEPT_REAL, 1, &mpm->retry.limit},
        {"retry_undone", MPM_KEPT_INT, 1, &mpm->retry.undone},
        {"retry_steps", MPM_KEPT_INT, 1, &mpm->retry.steps},

@@ -141,6 +141,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->needs.start    = scene->keeps_start;
   core->needs.rim      = core->gaps ? PETSC_TRUE : PETSC_FALSE;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS : 0;
+  MPMVolumesSetUp(core, scene->materials, &mpm->time);
   PetscCall(MPMStepSetUp(core, &mpm->method));
   PetscCall(MPMParticlesLayout(&core->particles, core->grid.dim, &core->needs));
   MPMAdvanceSetUp(mpm);

@@ -16,10 +16,15 @@ static PetscErrorCode PrintTerms(MPM mpm)
     const char *name;
     PetscInt    row;
   } terms[] = {
-      {"gravity", MPM_SHOWS_energy_gravity}, {"loads", MPM_SHOWS_load_work},
-      {"walls", MPM_SHOWS_energy_walls},     {"friction", MPM_SHOWS_energy_friction},
-      {"damping", MPM_SHOWS_energy_damping}, {"transfer", MPM_SHOWS_energy_transfer},
-      {"laws", MPM_SHOWS_energy_laws},       {"integration", MPM_SHOWS_energy_integration},
+      {"gravity", MPM_SHOWS_energy_gravity},
+      {"loads", MPM_SHOWS_load_work},
+      {"walls", MPM_SHOWS_energy_walls},
+      {"friction", MPM_SHOWS_energy_friction},
+      {"damping", MPM_SHOWS_energy_damping},
+      {"volumes", MPM_SHOWS_energy_volumes},
+      {"transfer", MPM_SHOWS_energy_transfer},
+      {"laws", MPM_SHOWS_energy_laws},
+      {"integration", MPM_SHOWS_energy_integration},
   };
   const MPMShown  shown = MPMMonitorShown(&mpm->monitor, &mpm->core, &mpm->scene);
   const PetscReal base  = mpm->monitor.energy_max + PetscAbsReal(MPMShownWork(&shown));
@@ -30,7 +35,7 @@ static PetscErrorCode PrintTerms(MPM mpm)
   for (size_t k = 0; k < sizeof terms / sizeof terms[0]; k++) {
     const PetscReal value = MPMDiagnostics[terms[k].row].value(&shown);
 
-    if (terms[k].row == MPM_SHOWS_energy_damping && !MPMDampingIsOn(&mpm->core)) continue;
+    if (!MPMDiagnosticIsOn(terms[k].row, &mpm->core) && terms[k].row != MPM_SHOWS_load_work) continue;
     sum += value;
     PetscCall(MPMPrint(&mpm->core.print, "  %-12s %14.6g  %8.3f\n", terms[k].name, (double)value,
                        base > 0 ? (double)(100 * value / base) : 0));

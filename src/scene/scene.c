@@ -99,6 +99,7 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
       {"viscosity", "material_<m>_viscosity", &m->viscosity},
       {"tait_gamma", "material_<m>_tait_gamma", &m->gamma},
       {"tension_cutoff", "material_<m>_tension_cutoff", &m->tension},
+      {"relaxation", "material_<m>_relaxation", &m->relaxation},
       {"yield", "material_<m>_yield", &m->yield},
       {"hardening", "material_<m>_hardening", &m->hardening},
       {"friction_angle", "material_<m>_friction_angle", &m->friction},
@@ -130,6 +131,7 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
     if (!strcmp(type->name, model)) m->type = type;
   PetscCall(MPMOptionsReal(o, "material_<m>_rho", m->name, &m->rho, NULL));
   if (!m->type) PetscFunctionReturn(PETSC_SUCCESS);
+  if (m->type->traits & MPM_FLUID) m->tension = 0;
   taken = m->type->parameters;
   PetscCall(MPMOptionsRefuseOthers(o, "material", m->name, "model", model, all, taken));
   if (MPMListHas(taken, "eos")) {
@@ -145,6 +147,7 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
   for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
     if (MPMListHas(taken, numbers[k].word))
       PetscCall(MPMOptionsReal(o, numbers[k].row, m->name, numbers[k].value, NULL));
+  if (m->tension > PETSC_MAX_REAL) m->tension = -1;
   PetscCall(RefuseIdle(o, m));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   wrong = MPMMaterialSetUp(m);

@@ -263,6 +263,29 @@ static void AddStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
   }
 }
 
+/* What the laws that store only a part of their work gain is taken off the work of their stress, of which the term laws
+   is the rest. */
+PetscErrorCode MPMEnergyVolumes(MPMCore *core, PetscInt sign)
+{
+  const PetscInt fields = MPM_MATERIAL_BITS | MPM_BIT(kind);
+  MPMSum        *sum    = core->energy.sum;
+  MPMView        view;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  for (PetscInt p = 0; p < view.n; p++) {
+    PetscReal          V0, stored;
+    const MPMMaterial *m = MaterialOf(core, &view, p, &V0);
+
+    if (!(m->follows > 0)) continue;
+    stored = sign * V0 * Stored(core->grid.dim, m, &view, p, NULL);
+    MPMSumAdd(&sum[MPM_ENERGY_volumes], stored);
+    if (MPMEnergyLost(m)) MPMSumAdd(&sum[MPM_ENERGY_stress], stored);
+  }
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* --- Nodes -------------------------------------------------------------------------------------------------------- */
 
 /* Returns whether a moving wall acts on node ijk; a piston acts on those beside its plane where it holds them. */

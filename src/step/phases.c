@@ -8,6 +8,7 @@
 #define MOMENTUM   (B(v) | B(C))                               /* apic alone has C */
 #define STRESS     (B(F) | B(J) | B(tau))                      /* what the internal force depends on */
 #define STATE      (STRESS | B(be) | B(ep) | B(vc) | B(theta)) /* the state of a material */
+#define SAND       (B(vc) | B(tau)) /* what the volume of sand depends on, with J of fluids */
 #define COMMIT_IN  (B(id) | B(F))                              /* F: only for gimp domains that stretch */
 #define COMMIT_OUT (B(x) | B(cell) | B(l))                     /* the new position, and what depends on it */
 
@@ -36,7 +37,7 @@
    it reads and the fields that it writes; a node update has its kernel, and operations per node and axis; it sets
    velocities and accelerations, or VELOCITIES alone, and then sends no more than these. */
 /* clang-format off */
-enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, NUM_PHASES };
+enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, P2G_VOLUME, VOLUME, G2P_VOLUME, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
   [P2G]               = TO_NODES("P2G", MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE, WHERE | MOMENTUM | STRESS | B(b) | B(S)),
   [P2G_MASS]          = TO_NODES("P2G_MASS", MPM_P2G_MASS | MPM_P2G_MOMENTUM, WHERE | MOMENTUM),
@@ -56,6 +57,9 @@ static const MPMPhase phases[NUM_PHASES] = {
   [G2P_STRESS_COMMIT] = TO_PARTICLES("G2P_STRESS", MPM_G2P_STRESS | MPM_G2P_COMMIT, WHERE | STATE | COMMIT_IN | B(dx), STATE | COMMIT_OUT),
   [G2P_FILTER]        = TO_PARTICLES("G2P_FILTER", MPM_G2P_FILTER, WHERE | B(v), B(r)),
   [G2P_FILTER_AGAIN]  = TO_PARTICLES("G2P_FILTER", MPM_G2P_FILTER | MPM_RESIDUAL, WHERE | B(r), B(r)),
+  [P2G_VOLUME]        = TO_NODES("P2G_VOLUME", MPM_P2G_VOLUME, WHERE | B(F) | B(J) | B(b) | SAND),
+  [VOLUME]            = VELOCITIES("VOLUME", MPMNodesVolume, 1),
+  [G2P_VOLUME]        = TO_PARTICLES("G2P_VOLUME", MPM_G2P_VOLUME, WHERE | B(F) | B(J) | B(C) | B(be) | SAND, B(F) | B(J) | B(C) | B(be) | SAND),
 };
 /* clang-format on */
 _Static_assert(NUM_PHASES <= MPM_MAX_PHASES, "core->phases has room for the table");
@@ -83,7 +87,7 @@ const MPMTransfer MPMTransfers[] = {
 /* The filter of xpic, which runs -method_order times: the first time r = v - S S+ v, then r <- r - S S+ r. S+ maps from
    particles to nodes, and S from nodes to particles. */
 static const int filter[2][3] = {{P2G_MASS, VELOCITY, G2P_FILTER}, {P2G_RESIDUAL, RESIDUAL, G2P_FILTER_AGAIN}};
-_Static_assert(3 * MPM_MAX_XPIC + MPM_MAX_SCHEME <= MPM_MAX_PROGRAM, "a step's program has room for the filter");
+_Static_assert(3 * MPM_MAX_XPIC + MPM_MAX_SCHEME + 3 <= MPM_MAX_PROGRAM, "a step's program has room for the filter");
 
 /* A correction of afmpm, of which -method_order - 1 follow the advance: r = v - S v', and v' <- v' + S+ r + kick a. */
 static const int correction[3] = {G2P_FILTER, P2G_RESIDUAL, CORRECT};
@@ -129,6 +133,27 @@ static void CarryAll(MPMPhase *phase, const MPMNeeds *needs)
     phase->particles_out = (phase->particles_out | MPM_MATERIAL_BITS | B(C)) & fields;
 }
 
+static PetscBool HasGravity(const MPMCore *core)
+{
+  const PetscReal *g = core->params.gravity;
+
+  return g[0] != 0 || g[1] != 0 || g[2] != 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Leaves out of a phase of the relaxation of volumes what only sand needs, if no sand relaxes. The last numbers of a
+   node's motion are accelerations. */
+static void FitVolumes(const MPMCore *core, MPMPhase *phase)
+{
+  const PetscInt numbers = core->volumes.sand ? 3 : 2;
+
+  if (phase->kind == MPM_NODES && numbers > core->grid.dim) phase->motion = 2;
+  if ((phase->parts & MPM_P2G_VOLUME) && (core->needs.forced || HasGravity(core))) phase->parts |= MPM_AFFINE;
+  if (core->volumes.sand) return;
+  phase->particles_in &= ~(SAND | B(be));
+  phase->particles_out &= ~(SAND | B(be) | B(F));
+  if (phase->parts & MPM_G2P_VOLUME) phase->particles_in &= ~B(F);
+}
+
 /* Copies the table of phases as this scene needs it: with the parts that the transfer adds, and without fields that no
    phase would read. */
 static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
@@ -144,7 +169,7 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     MPMPhase *phase = &core->phases[k];
 
     *phase = phases[k];
-    if (core->pistons && phase->kind == MPM_NODES && phase->nodes != MPMNodesMean) phase->after = MPMPistonsAfter;
+    if (core->pistons && phase->kind == MPM_NODES && phase->nodes != MPMNodesMean && k < P2G_VOLUME) phase->after = MPMPistonsAfter;
     if (phase->parts & MPM_P2G_FORCE) phase->particles_in &= ~STRESS | stress;
     if ((phase->particles_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & MPM_G2P_STRESS) && !core->needs.stretched)
       phase->particles_in &= ~B(F);
@@ -156,6 +181,7 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
       phase->parts |= MPM_P2G_FBAR;
       phase->particles_in |= B(F) | B(J);
     }
+    if (k == P2G_VOLUME || k == VOLUME || k == G2P_VOLUME) FitVolumes(core, phase);
     if (core->needs.all) CarryAll(phase, &core->needs);
   }
 }
@@ -179,6 +205,9 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
     for (PetscInt n = 1; n < core->params.order && *k == ADVANCE && method->transfer->rounds == MPM_CORRECT; n++)
       for (PetscInt i = 0; i < 3; i++) core->program[core->nprogram++] = &core->phases[correction[i]];
   }
+  core->nrare = 0;
+  for (PetscInt k = P2G_VOLUME; k <= G2P_VOLUME && MPMVolumesRelax(core); k++)
+    core->program[core->nprogram + core->nrare++] = &core->phases[k];
   MPMReactionsSetUp(core);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -67,5 +67,6 @@ void MPMNodesMean(const MPMParams *, MPMPatch *, PetscInt row);
 void MPMNodesResidual(const MPMParams *, MPMPatch *, PetscInt row);
 void MPMNodesAdvance(const MPMParams *, MPMPatch *, PetscInt row);
 void MPMNodesCorrect(const MPMParams *, MPMPatch *, PetscInt row);
+void MPMNodesVolume(const MPMParams *, MPMPatch *, PetscInt row); /* volume.c */
 
 #endif

@@ -109,10 +109,13 @@ PetscErrorCode MPMStepSettle(MPMCore *core)
 
 PetscErrorCode MPMStepMake(MPMCore *core, const MPMScene *scene)
 {
+  const MPMStatus last = core->status;
+
   PetscFunctionBeginUser;
   PetscCall(Begin(core));
   if (MPMDampingIsOn(core)) PetscCall(MPMDampingBegin(core));
   if (core->needs.forced) PetscCall(SetForces(core, scene));
+  if (MPMVolumesRelax(core)) PetscCall(MPMVolumesStep(core, &last));
   if (MPMEnergyFollows(core)) PetscCall(FollowEnergy(core, PETSC_TRUE));
   if (core->gaps) PetscCall(FindGaps(core));
   for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, k));
