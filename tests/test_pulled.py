@@ -100,7 +100,7 @@ def check_light():
     check.that(not told.good, f"without light nodes the end comes off: {told.err.strip()[:80]}")
     method = "-method_basis bspline3 -method_update usl -method_transfer aflip -method_affine_strain 1".split()
     ends = {name: check.pebble("-options_file", path, "-output_dir", ".", "-time_max_steps", 300, *options).digest
-            for name, options in (("none", ["-method_light_nodes", 0]), ("full", method), ("default", []), ("asked for", [*method, "-method_light_nodes", 0.03]))}
+            for name, options in (("none", ["-method_light_nodes", 0]), ("full", method), ("default", []), ("asked for", [*method, "-method_light_nodes", 0.1]))}
     check.that(ends["none"] == ends["full"] != ends["default"] == ends["asked for"], f"light nodes are those of the preset: {ends}")
 
 

@@ -93,15 +93,17 @@ static PetscBool IsCarried(const MPMPatch *patch, const PetscReal *mass, const M
   return PETSC_TRUE;
 }
 
-/* Returns whether a wall acts along axis d on node i of the axis. */
+/* Returns whether a wall acts along axis d on node i of the axis; a piston acts on the nodes beside its plane. */
 MPM_INLINE PetscBool AtWall(const MPMWalls *walls, const MPMGrid *grid, PetscInt d, PetscInt i)
 {
-  const MPMFace *f = walls->given[d];
+  for (int side = 0; side < 2; side++) {
+    const MPMFace *f = &walls->given[d][side];
 
-  return (f[0].type != MPM_WALL_free && f[0].type != MPM_WALL_periodic && i <= f[0].reach) ||
-                 (f[1].type != MPM_WALL_free && f[1].type != MPM_WALL_periodic && i >= grid->cells[d] - f[1].reach)
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+    if (f->type == MPM_WALL_free || f->type == MPM_WALL_periodic) continue;
+    if ((side ? grid->cells[d] - i : i) <= f->reach) return PETSC_TRUE;
+    if (f->type == MPM_WALL_piston && i >= f->first && i < f->first + f->beside) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
 }
 
 /* Adds node i, j, k of the arrays to the list if it is light. */

@@ -11,6 +11,7 @@
 #define UNSURE   0.004 /* error of the density without a slope */
 #define LEAST    -0.1  /* the largest differences from what the density tells that count */
 #define MOST     0.25
+#define ON_FACE  0.05     /* cells: what is nearer to a face of the grid is taken to lie on it */
 #define SLOWEST  0.5      /* least factor on J of a fluid */
 #define THINNEST 1e-3     /* least 1 + gamma p/K of a fluid */
 #define FAINTEST 0.1      /* least density of a surface */
@@ -103,6 +104,22 @@ MPM_INLINE void GiveSand(int dim, const MPMMaterial *m, const MPMGrid *grid, con
   for (int d = 0; d < dim; d++) to->slope[d] = k * (WEIGHT * m->rho * grid->h[d]) * gravity[d];
 }
 
+/* Returns which share of the matter of lanes from l on is inside the grid: half of that of a particle on a face. */
+MPM_INLINE MPMReal Inside(int dim, const MPMGrid *grid, const MPMStencils *s, PetscInt l)
+{
+  MPMReal share = MPMAll(1);
+
+  for (int d = 0; d < dim; d++) {
+    const MPMReal x = MPMRead(&s->x[d][l]);
+
+    if (grid->periodic[d]) continue;
+    share *= 0.5 + 0.5 / (ON_FACE * grid->h[d]) *
+                       MPMMin(MPMAll(ON_FACE * grid->h[d]),
+                              MPMMax(MPMAll(0), MPMMin(x - grid->lower[d], grid->upper[d] - x)));
+  }
+  return share;
+}
+
 /* MPMStageVolumes for one dim. */
 MPM_INLINE void StageVolumes(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
                              const MPMStencils *s, MPMRecords *r)
@@ -118,7 +135,7 @@ MPM_INLINE void StageVolumes(int dim, const MPMParams *par, const MPMPatch *patc
   MPM_FOR_MATERIALS(m, first, next, par, o->lanes, s->kind)
   for (PetscInt l = first - first % MPM_WIDTH; l < next; l += MPM_WIDTH) {
     MPMReal gravity[3], stress[6];
-    Given   to = {.number = {MPMRead(&s->V0[l]), MPMAll(0), MPMAll(0), MPMAll(0)},
+    Given   to = {.number = {MPMRead(&s->V0[l]) * Inside(dim, patch->grid, s, l), MPMAll(0), MPMAll(0), MPMAll(0)},
                   .slope  = {MPMAll(0), MPMAll(0), MPMAll(0)}};
 
     for (int d = 0; d < dim; d++)

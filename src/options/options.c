@@ -89,6 +89,19 @@ PetscBool MPMOptionsOverridden(const char name[], const char by[])
   return has_by && !has_name ? PETSC_TRUE : PETSC_FALSE;
 }
 
+/* Returns whether basis, update and transfer are all given. Such a method is the plain one: remedies that presets have
+   on by default are off. Not collective. */
+PetscErrorCode MPMOptionsMethodGiven(PetscBool *given)
+{
+  const char *const method[] = {"-method_basis", "-method_update", "-method_transfer"};
+
+  PetscFunctionBeginUser;
+  *given = PETSC_TRUE;
+  for (size_t k = 0; k < sizeof method / sizeof method[0] && *given; k++)
+    PetscCall(PetscOptionsHasName(NULL, NULL, method[k], given));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Returns whether the default of the row is a number, and not a description. */
 static PetscBool DefaultNumber(const MPMOptionRow *row, PetscReal *value)
 {

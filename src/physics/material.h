@@ -15,7 +15,8 @@ enum {
   MPM_HYPERELASTIC = 2, /* J sig F^-T is the derivative of the energy by F */
   MPM_SMALL_STRAIN = 4, /* sig is the derivative of the energy by sym(F); right for small strains and rotations only */
   MPM_PLASTIC      = 8, /* tau stays within a yield surface, flow dissipates; else a function of be with an energy */
-  MPM_FLUID        = 16 /* tau is a function of J, plus a viscous part, which dissipates */
+  MPM_FLUID        = 16, /* tau is a function of J, plus a viscous part, which dissipates */
+  MPM_ISOCHORIC    = 32  /* plastic flow keeps the volume, so that particles lock in their cell without F-bar */
 };
 
 /* The fields that laws read and write, as X(name, components in 3-D). */

@@ -6,7 +6,7 @@
 #define MPM_HATS_RATE                                                                                                  \
   0.025 /* -method_damping_rate of linear hats: musl is stable there with a share of FLIP below 0.995 */
 
-#define MPM_LIGHT_SHARE 0.03 /* -method_light_nodes: of 0.02 to 0.06, which all hold pulled ends (docs/choosing.md) */
+#define MPM_LIGHT_SHARE 0.1 /* -method_light_nodes; docs/theory.md (Light nodes) has what was measured with others */
 
 /* Reads what decides the share of FLIP: that share itself or a damping, of which transfers without such a share take
    none. chosen: the transfer was given, and not taken from the preset. */
@@ -109,6 +109,21 @@ static PetscErrorCode ReadInertia(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns whether plastic flow would lock: there is metal, and besides it only elastic laws, which F-bar does not harm. */
+static PetscBool Locks(const MPM mpm)
+{
+  PetscInt traits = 0;
+
+  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
+    const PetscInt own = mpm->scene.materials[k].type->traits;
+
+    if (!(own & (MPM_SMALL_STRAIN | MPM_HYPERELASTIC | MPM_ISOCHORIC))) return PETSC_FALSE;
+    traits |= own;
+  }
+  return traits & MPM_ISOCHORIC && mpm->core.grid.dim > 1 && MPMBasisIsSpline(mpm->core.basis) ? PETSC_TRUE
+                                                                                               : PETSC_FALSE;
+}
+
 /* Reads what is done against locking, after the basis. A box of F-bar has to lie within a tile. */
 static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
 {
@@ -116,9 +131,11 @@ static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
   const PetscInt most = MPMTileEdge(core->basis);
   char           locking[MPM_NAME_LEN];
   PetscInt       cells;
-  PetscBool      set;
+  PetscBool      given, set;
 
   PetscFunctionBeginUser;
+  PetscCall(MPMOptionsMethodGiven(&given));
+  (void)snprintf(locking, sizeof locking, "%s", !given && Locks(mpm) ? "fbar" : "none");
   PetscCall(MPMOptionsEnum(o, "method_locking", NULL, locking, NULL));
   PetscCall(MPMOptionsInt(o, "method_lock_cells", NULL, &cells, &set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -136,16 +153,14 @@ static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads the share of mass below which nodes are light. A method that is given in full is the plain one, without them. */
+/* Reads the share of mass below which nodes are light. */
 static PetscErrorCode ReadLight(MPM mpm, MPMOptions o)
 {
-  const char *const method[] = {"-method_basis", "-method_update", "-method_transfer"};
-  PetscReal        *share    = &mpm->core.params.light;
-  PetscBool         given = PETSC_TRUE, set;
+  PetscReal *share = &mpm->core.params.light;
+  PetscBool  given, set;
 
   PetscFunctionBeginUser;
-  for (size_t k = 0; k < sizeof method / sizeof method[0] && given; k++)
-    PetscCall(PetscOptionsHasName(NULL, NULL, method[k], &given));
+  PetscCall(MPMOptionsMethodGiven(&given));
   *share = given || mpm->core.basis == MPM_BASIS_linear ? 0 : MPM_LIGHT_SHARE;
   PetscCall(MPMOptionsReal(o, "method_light_nodes", NULL, share, &set));
   if (*share > 0 && mpm->core.basis == MPM_BASIS_linear && !MPMOptionsOverridden("method_light_nodes", "method_basis"))

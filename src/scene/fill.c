@@ -7,6 +7,8 @@
 #include "scene/fit.h"
 #include "scene/lattice.h"
 
+#define ON_WALL     1e-3 /* of the spacing: what is nearer to a wall starts on it, and is moved inside by OFF_WALL */
+#define OFF_WALL    0.1
 #define MILLIMETRES 50 /* times the grid, a body that is larger is taken to have another unit of length */
 
 /* Checks a particle of body b with lattice place X [dim], m: its position, its velocity and the forces on it. */
@@ -224,6 +226,23 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Moves a particle of a fluid or of soil that would start exactly on a wall inside, by a part of its spacing: the spline
+   of the next node has no weight on the wall but a slope, so there its pressure pushes a node to which it gives no mass. */
+static void LeaveWalls(const MPMCore *core, const MPMBody *b, PetscReal x[])
+{
+  const MPMGrid *grid = &core->grid;
+
+  if (!MPMBasisIsSpline(core->basis) || MPMMaterialKeepsShape(&core->params.materials[b->material])) return;
+  for (PetscInt d = 0; d < grid->dim; d++)
+    for (int side = 0; side < 2; side++) {
+      const MPMWall   type = core->params.walls->given[d][side].type;
+      const PetscReal in   = side ? grid->upper[d] - x[d] : x[d] - grid->lower[d];
+
+      if (type == MPM_WALL_free || type == MPM_WALL_periodic || !(PetscAbsReal(in) < ON_WALL * b->b[d])) continue;
+      x[d] = side ? grid->upper[d] - OFF_WALL * b->b[d] : grid->lower[d] + OFF_WALL * b->b[d];
+    }
+}
+
 /* Sets where the particle of body b with lattice place X [dim], m, starts: its position x [dim], m, and the half-widths
    l [dim] of its domain in cells. */
 static PetscErrorCode StartPlace(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[],
@@ -234,6 +253,7 @@ static PetscErrorCode StartPlace(const MPMScene *scene, const MPMCore *core, con
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < dim; d++) x[d] = X[d];
+  LeaveWalls(core, b, x);
   if (MPMKnownStart(scene, dim, X, x, NULL, F) && core->needs.stretched) MPMStretch((int)dim, F, V);
   if (scene->initial && core->needs.stretched) {
     MPMMaterialStart start;

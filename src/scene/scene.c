@@ -121,8 +121,11 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
   char        model[MPM_NAME_LEN] = "", eos[MPM_NAME_LEN] = "", all[MPM_TEXT_LEN] = "eos fit", linear[MPM_TEXT_LEN];
   char        fit[MPM_NAME_LEN] = "";
   const char *taken, *wrong;
+  PetscBool   given;
 
   PetscFunctionBeginUser;
+  PetscCall(MPMOptionsMethodGiven(&given));
+  m->relaxation = given ? 0 : 1;
   m->tension = m->melting = -1; /* none */
   for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
     (void)snprintf(all + strlen(all), sizeof all - strlen(all), " %s", numbers[k].word);
