@@ -2,13 +2,12 @@
    the process that owns their cell. */
 #include <unistd.h>
 #include "kernels/cell.h"
+#include "scene/at_walls.h"
 #include "scene/fill.h"
 #include "physics/skin.h"
 #include "scene/fit.h"
 #include "scene/lattice.h"
 
-#define ON_WALL     1e-3 /* of the spacing: what is nearer to a wall starts on it, and is moved inside by OFF_WALL */
-#define OFF_WALL    0.1
 #define MILLIMETRES 50 /* times the grid, a body that is larger is taken to have another unit of length */
 
 /* Checks a particle of body b with lattice place X [dim], m: its position, its velocity and the forces on it. */
@@ -193,6 +192,7 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
 {
   const PetscInt dim    = core->grid.dim;
   PetscReal      places = 0;
+  PetscBool      given;
   PetscMPIInt    size;
 
   PetscFunctionBeginUser;
@@ -213,34 +213,20 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   PetscCall(MPMOptionsShare(o, core->comm)); /* machines may differ in what fits into their memory */
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Count(scene, core));
-  PetscCall(PetscCalloc1(scene->nbodies, &scene->kinds));
+  PetscCall(PetscCalloc1(MPM_AT_WALLS * scene->nbodies, &scene->kinds));
   for (PetscInt k = 0; k < scene->nfilled; k++) {
     MPMBody *b = &scene->bodies[k];
 
     if (!b->n) RefuseEmpty(o, &core->grid, b);
     FindKind(scene, o, dim, b);
   }
+  PetscCall(MPMOptionsMethodGiven(&given));
+  for (PetscInt k = 0; k < scene->nfilled && !MPMOptionsError(o); k++)
+    MPMAtWallsFind(scene, core, &scene->bodies[k], !given);
   CheckMemory(o, "particles", (PetscReal)core->particles.total,
               (PetscReal)(1 + 2 * dim + dim * dim) * sizeof(PetscReal), size);
   PetscCall(CheckParticles(scene, core, o)); /* after a fault too, since others may have none */
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Moves a particle of a fluid or of soil that would start exactly on a wall inside, by a part of its spacing: the spline
-   of the next node has no weight on the wall but a slope, so there its pressure pushes a node to which it gives no mass. */
-static void LeaveWalls(const MPMCore *core, const MPMBody *b, PetscReal x[])
-{
-  const MPMGrid *grid = &core->grid;
-
-  if (!MPMBasisIsSpline(core->basis) || MPMMaterialKeepsShape(&core->params.materials[b->material])) return;
-  for (PetscInt d = 0; d < grid->dim; d++)
-    for (int side = 0; side < 2; side++) {
-      const MPMWall   type = core->params.walls->given[d][side].type;
-      const PetscReal in   = side ? grid->upper[d] - x[d] : x[d] - grid->lower[d];
-
-      if (type == MPM_WALL_free || type == MPM_WALL_periodic || !(PetscAbsReal(in) < ON_WALL * b->b[d])) continue;
-      x[d] = side ? grid->upper[d] - OFF_WALL * b->b[d] : grid->lower[d] + OFF_WALL * b->b[d];
-    }
 }
 
 /* Sets where the particle of body b with lattice place X [dim], m, starts: its position x [dim], m, and the half-widths
@@ -253,7 +239,7 @@ static PetscErrorCode StartPlace(const MPMScene *scene, const MPMCore *core, con
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < dim; d++) x[d] = X[d];
-  LeaveWalls(core, b, x);
+  MPMAtWallsMove(scene, core, b, x);
   if (MPMKnownStart(scene, dim, X, x, NULL, F) && core->needs.stretched) MPMStretch((int)dim, F, V);
   if (scene->initial && core->needs.stretched) {
     MPMMaterialStart start;
@@ -403,7 +389,7 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
     for (PetscInt k = 0; k < dim * dim && view->F; k++) view->F[p * dim * dim + k] = F[k];
   if (scene->initial) PetscCall(MPMInitialSet(scene, core, b, X, p, view));
   view->id[p] = id;
-  if (view->kind) view->kind[p] = b->kind;
+  if (view->kind) view->kind[p] = b->points ? b->kind : MPMAtWallsKind(scene, core, b, X);
   if (view->depth) SetDepth(scene, b, dim, X, view->depth + 2 * dim * p);
   if (core->needs.rim && !b->points) {
     MPMFillRim(b, dim, core->gaps->faces, X, view->rim + p * dim);

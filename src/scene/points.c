@@ -91,6 +91,7 @@ static PetscErrorCode MakeKinds(MPMScene *scene, MPMCore *core, MPMOptions o, MP
                      scene->materials[kind.material].name);
     for (p->kind[q] = 0; p->kind[q] < before; p->kind[q]++)
       if (scene->kinds[p->kind[q]].material == kind.material && scene->kinds[p->kind[q]].V0 == kind.V0 &&
+          scene->kinds[p->kind[q]].m == kind.m &&
           !memcmp(scene->kinds[p->kind[q]].l, kind.l, sizeof kind.l))
         break;
     if (p->kind[q] < before) continue;

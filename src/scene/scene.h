@@ -13,6 +13,8 @@
 /* The file of a body's particles; see points.c. */
 typedef struct _MPMPoints MPMPoints;
 
+#define MPM_AT_WALLS 27 /* no wall or one of two on each axis */
+
 /* A body: where its particles start, of what, how fast. */
 typedef struct {
   char          name[MPM_NAME_LEN];
@@ -25,6 +27,7 @@ typedef struct {
   MPMExpression deformation;            /* F at the start, row-major, of x y z; NULL: undeformed */
   PetscReal     v2;                     /* largest squared speed of its particles at the start, m^2/s^2 */
   PetscInt64    first, n;               /* ids first .. first+n-1 */
+  PetscInt      at_walls[MPM_AT_WALLS]; /* kinds of its particles by the walls that they are next to; see at_walls.c */
   PetscInt64    row;                    /* the number of its first row of lattice places among those of all bodies */
 } MPMBody;
 

@@ -1,0 +1,16 @@
+/* at_walls.h - what is special about particles of a lattice that start beside walls; at_walls.c says why. None is
+   collective. */
+#ifndef MPM_AT_WALLS_H
+#define MPM_AT_WALLS_H
+
+#include "scene/scene.h"
+
+/* Moves the place x [dim], m, of a particle of body b inside the grid if no particle can start there. */
+void MPMAtWallsMove(const MPMScene *, const MPMCore *, const MPMBody *, PetscReal x[]);
+
+/* Adds the kinds of a body's particles beside walls to those of the scene, which have room for MPM_AT_WALLS kinds of each body, once its
+   own kind is known; any: else they have that one. The second function returns the kind of the particle with lattice place X [dim], m. */
+void     MPMAtWallsFind(MPMScene *, const MPMCore *, MPMBody *, PetscBool any);
+PetscInt MPMAtWallsKind(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[]);
+
+#endif
