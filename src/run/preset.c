@@ -68,6 +68,7 @@ PetscErrorCode MPMPresetPrint(MPM mpm)
   if (mpm->method.transfer->flip < 0 && (mpm->method.transfer->parts & MPM_AFFINE))
     PetscCall(MPMPrint(&mpm->core.print, " -method_affine_strain %g", (double)mpm->core.params.strain));
   if (mpm->method.rate > 0) PetscCall(MPMPrint(&mpm->core.print, " -method_damping_rate %g", (double)mpm->method.rate));
+  if (mpm->core.params.box) PetscCall(MPMPrint(&mpm->core.print, " -method_locking fbar"));
   for (PetscInt b = 0; b < mpm->scene.nbodies && mpm->preset->ppc != 2; b++) {
     char name[2 * MPM_NAME_LEN];
 
