@@ -189,10 +189,10 @@ static PetscBool Case_parted(const Facts *f, char what[MPM_TEXT_LEN], char remed
   return PETSC_TRUE;
 }
 
-/* With gimp the domains of particles reach beyond walls. */
+/* A particle has passed a wall: with gimp the domains of particles reach beyond walls. */
 static PetscBool Case_leak(const Facts *f, char what[MPM_TEXT_LEN], char remedy[MPM_TEXT_LEN])
 {
-  if (f->mpm->core.basis != MPM_BASIS_gimp || f->status->bad != MPM_LEFT_GRID || f->face < 0) return PETSC_FALSE;
+  if (f->mpm->core.basis != MPM_BASIS_gimp || f->status->bad != MPM_LEFT_GRID || f->away >= 0) return PETSC_FALSE;
   (void)snprintf(what, MPM_TEXT_LEN, "with gimp the domains of particles reach beyond a wall");
   (void)snprintf(remedy, MPM_TEXT_LEN, "%s", MPMMethodSpline());
   return PETSC_TRUE;
