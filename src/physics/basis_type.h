@@ -60,8 +60,8 @@ MPM_INLINE PetscBool MPMBasisIsSpline(MPMBasis basis)
   return MPMBasisInertia(basis) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Returns the integral over the grid of the function of node i of an axis with walls, in cells: 1, less what a wall cuts
-   off. Of gimp it is that of the hat functions, over which domains that end at the wall are averaged. */
+/* Returns the integral over the grid of the function of node i of an axis with walls, in cells: 1, less what a wall
+   cuts off. Of gimp it is that of the hat functions, over which domains that end at the wall are averaged. */
 MPM_INLINE PetscReal MPMBasisIntegral(MPMBasis basis, PetscInt i, PetscInt cells, MPMWallBasis wall)
 {
   static const PetscReal hat[2] = {1. / 2, 0}, cut[2][2][2] = {{{11. / 24, 1. / 24}, {5. / 12, 1. / 12}},

@@ -210,9 +210,9 @@ static PetscErrorCode WarnLocking(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of fluids that gimp lets sink into walls: the domain of a particle at a wall reaches beyond it, so that the node
-   inside moves the particle along the normal though the wall holds the nodes on it. Solids are pushed back by their
-   stress; a fluid on a floor sinks on until its particles lie on the wall. */
+/* Warns of fluids that gimp lets sink into walls: the domain of a particle at a wall reaches beyond it, so that the
+   node inside moves the particle along the normal though the wall holds the nodes on it. Solids are pushed back by
+   their stress; a fluid on a floor sinks on until its particles lie on the wall. */
 static PetscErrorCode WarnSink(MPM mpm)
 {
   PetscBool fluid = PETSC_FALSE;

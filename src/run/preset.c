@@ -51,8 +51,7 @@ static PetscErrorCode PrintRemedies(const MPM mpm)
   const MPMCore *core = &mpm->core;
 
   PetscFunctionBeginUser;
-  if (core->params.light > 0)
-    PetscCall(MPMPrint(&core->print, " -method_light_nodes %g", (double)core->params.light));
+  if (core->params.light > 0) PetscCall(MPMPrint(&core->print, " -method_light_nodes %g", (double)core->params.light));
   if (core->params.box) PetscCall(MPMPrint(&core->print, " -method_locking fbar"));
   for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
     const MPMMaterial *m = &mpm->scene.materials[k];

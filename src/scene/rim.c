@@ -1,14 +1,14 @@
-/* rim.c - where a body ends near a particle of its lattice at the start: for walls that act on arrival (step/gaps.c), and
-   for loads, which act in the layers below the surface (physics/skin.h). The surface of a body may lie anywhere between
-   the last place of the lattice in the body and the next one, and it may slant or be curved, while the last particles are
-   steps. All that is asked of a shape is whether a place lies in it. */
+/* rim.c - where a body ends near a particle of its lattice at the start: for walls that act on arrival (step/gaps.c),
+   and for loads, which act in the layers below the surface (physics/skin.h). The surface of a body may lie anywhere
+   between the last place of the lattice in the body and the next one, and it may slant or be curved, while the last
+   particles are steps. All that is asked of a shape is whether a place lies in it. */
 #include "physics/skin.h"
 #include "scene/rim.h"
 
 #define HALVINGS 20 /* of an interval of a few spacings */
 
-/* Returns whether the place that is `by` m from x [dim], m, along axis k / 2, towards its upper end if k is odd, lies in
-   the body. */
+/* Returns whether the place that is `by` m from x [dim], m, along axis k / 2, towards its upper end if k is odd, lies
+   in the body. */
 static PetscBool Inside(const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt k, PetscReal by)
 {
   PetscReal y[3] = {0};
