@@ -47,7 +47,7 @@ def sent(dim, *more):
 
 check.arguments(__doc__, 0)
 
-# ---- The fields of the state, and the bytes with scratch: a number has 8, and cell, kind and surface have 4 each; order
+# ---- The fields of the state, and the bytes with scratch: a number has 8, cell, kind and the depth below a side 4; order
 # and rank are 12.
 PLAIN, MORE = 8 * (1 + 2 + 2), 4 + 12
 load = ["-loads", "l", "-load_l_body", "b", "-load_l_type"]
@@ -64,8 +64,8 @@ for law, more, names, numbers, scratch in [
         ("fluid", ["-material_m_viscosity", 1], "J tau", 5, 0),
         ("vonmises", [], "F be ep tau", 13, 0),
         ("vonmises", SHOWN, "J be ep tau", 10, 0),
-        ("vonmises", [*SHOWN, *load, "traction", "-load_l_value", "1,0"], "J be ep tau", 10, 36),
-        ("vonmises", [*SHOWN, *load, "pressure", "-load_l_value", "1"], "F be ep tau", 13, 36),
+        ("vonmises", [*SHOWN, *load, "traction", "-load_l_value", "1,0"], "F be ep tau", 13, 80),
+        ("vonmises", [*SHOWN, *load, "pressure", "-load_l_value", "1"], "F be ep tau", 13, 80),
         ("vonmises", [*SHOWN, "-method_basis", "gimp", "-method_gimp_update", "stretch"], "F be ep tau", 13, 16),
         ("johnsoncook", [], "F be ep theta tau", 14, 0),
         ("johnsoncook", SHOWN, "J be ep theta tau", 11, 0),

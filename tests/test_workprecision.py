@@ -255,8 +255,9 @@ def check_more():
     study = Study("coarser", BAR + KNOWN + STUDY, "-grid_cells", "16", "-study_coarser", "1", "-study_basis", "bspline2", "-study_levels", "2")
     plain = Study("plain", BAR + KNOWN + STUDY, "-study_basis", "bspline2", "-study_levels", "2")
     check.that(study.status == 0 and len(study.rows) == 8 and errors(study) == errors(plain), f"-study_coarser 1 of 16 cells begins with 8: {[row['cells'] for row in study.rows]}")
-    # a run that stops is a result
-    study = Study("stops", WATER + ["-study_quantity kinetic_energy", "-study_value 100"], "-study_cfl", "0.4,2", "-time_end", "2", "-bc_xmax_type", "slip")
+    # a run that stops is a result: of the steps that are too long some are unstable
+    study = Study("stops", WATER + ["-study_quantity kinetic_energy", "-study_value 100"], "-study_cfl", "0.4,2", "-time_end", "2", "-bc_xmax_type", "slip",
+                  "-grid_upper", "1,2", "-grid_cells", "8,16")  # higher than water splashes
     stopped = [row for row in study.rows if row["status"] == "stopped"]
     check.that(study.status == 0 and stopped and all(row["note"] and not row["error"] and row["front"] == "0" for row in stopped) and len(stopped) < len(study.rows),
                f"runs that stop: {len(stopped)} of {len(study.rows)}, the reason is in the table")

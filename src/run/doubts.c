@@ -210,10 +210,10 @@ static PetscErrorCode WarnLocking(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of fluids that gimp lets through walls: the domain of a particle at a wall reaches beyond it, so that the node
-   inside moves the particle along the normal though the wall holds the nodes on it. Solids are pushed back by their
-   stress; a fluid on a floor slides on until it has passed. */
-static PetscErrorCode WarnLeak(MPM mpm)
+/* Warns of fluids that gimp lets sink into walls: the domain of a particle at a wall reaches beyond it, so that the
+   node inside moves the particle along the normal though the wall holds the nodes on it. Solids are pushed back by
+   their stress; a fluid on a floor sinks on until its particles lie on the wall. */
+static PetscErrorCode WarnSink(MPM mpm)
 {
   PetscBool fluid = PETSC_FALSE;
 
@@ -378,7 +378,7 @@ PetscErrorCode MPMDoubtsWarn(MPM mpm, PetscReal steps, PetscReal seconds)
                        (double)(seconds / YEAR)));
   PetscCall(NoteSteps(mpm, steps));
   PetscCall(WarnLocking(mpm));
-  PetscCall(WarnLeak(mpm));
+  PetscCall(WarnSink(mpm));
   PetscCall(WarnRest(mpm));
   PetscCall(WarnSpeed(mpm));
   PetscCall(WarnWeight(mpm));

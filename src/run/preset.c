@@ -45,6 +45,23 @@ void MPMPresetChoose(MPM mpm)
   if (!elastic) mpm->preset++; /* a preset has two rows */
 }
 
+/* Prints the remedies that are on, which a scene that gives basis, update and transfer has to ask for. */
+static PetscErrorCode PrintRemedies(const MPM mpm)
+{
+  const MPMCore *core = &mpm->core;
+
+  PetscFunctionBeginUser;
+  if (core->params.light > 0) PetscCall(MPMPrint(&core->print, " -method_light_nodes %g", (double)core->params.light));
+  if (core->params.box) PetscCall(MPMPrint(&core->print, " -method_locking fbar"));
+  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
+    const MPMMaterial *m = &mpm->scene.materials[k];
+
+    if (MPMListHas(m->type->parameters, "relaxation") && m->relaxation > 0)
+      PetscCall(MPMPrint(&core->print, " -material_%s_relaxation %g", m->name, (double)m->relaxation));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Prints the preset and what it stands for in this scene, unless all of the method was given without one. */
 PetscErrorCode MPMPresetPrint(MPM mpm)
 {
@@ -68,7 +85,7 @@ PetscErrorCode MPMPresetPrint(MPM mpm)
   if (mpm->method.transfer->flip < 0 && (mpm->method.transfer->parts & MPM_AFFINE))
     PetscCall(MPMPrint(&mpm->core.print, " -method_affine_strain %g", (double)mpm->core.params.strain));
   if (mpm->method.rate > 0) PetscCall(MPMPrint(&mpm->core.print, " -method_damping_rate %g", (double)mpm->method.rate));
-  if (mpm->core.params.box) PetscCall(MPMPrint(&mpm->core.print, " -method_locking fbar"));
+  PetscCall(PrintRemedies(mpm));
   for (PetscInt b = 0; b < mpm->scene.nbodies && mpm->preset->ppc != 2; b++) {
     char name[2 * MPM_NAME_LEN];
 

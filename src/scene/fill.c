@@ -4,9 +4,9 @@
 #include "kernels/cell.h"
 #include "scene/at_walls.h"
 #include "scene/fill.h"
-#include "physics/skin.h"
 #include "scene/fit.h"
 #include "scene/lattice.h"
+#include "scene/rim.h"
 
 #define MILLIMETRES 50 /* times the grid, a body that is larger is taken to have another unit of length */
 
@@ -313,62 +313,6 @@ PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscBool MPMFillInside(const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt k, PetscReal by)
-{
-  PetscReal y[3];
-
-  for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (d == k / 2 ? (k % 2 ? by : -by) : 0);
-  return MPMRegionInside(&b->region, dim, y);
-}
-
-/* Returns how many lattice places in sequence from x [dim], m, along side k are in the body, that of x too; at most
-   `most`. */
-static PetscInt Run(const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt k, PetscInt most)
-{
-  PetscInt n = 1;
-
-  while (n < most && MPMFillInside(b, dim, x, k, (PetscReal)n * b->b[k / 2])) n++;
-  return n;
-}
-
-/* Sets depth [2 dim] of the particle at x [dim], m: how deep it is below each side of the body on which a load acts. */
-static void SetDepth(const MPMScene *scene, const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt depth[])
-{
-  for (PetscInt k = 0; k < 2 * dim; k++) {
-    const PetscInt most   = 2 * MPMSkinWhole(b->ppc[k / 2]);
-    PetscBool      loaded = PETSC_FALSE;
-    PetscInt       out, layers, sides = 0;
-    PetscReal      top[3] = {0};
-
-    depth[k] = 0;
-    for (PetscInt l = 0; l < scene->nloads; l++)
-      if (scene->bodies + scene->loads[l].body == b && scene->loads[l].sides >> k & 1) loaded = PETSC_TRUE;
-    if (!loaded || (out = Run(b, dim, x, k, most + 1)) > most) continue;
-    layers = out - 1 + Run(b, dim, x, k ^ 1, most);
-    for (PetscInt d = 0; d < dim; d++)
-      top[d] = x[d] + (d == k / 2 ? (PetscReal)(k % 2 ? out - 1 : 1 - out) * b->b[d] : 0);
-    for (PetscInt e = 0; e < 2 * dim; e++) sides |= (PetscInt)(Run(b, dim, top, e, 2) == 1) << e;
-    depth[k] = MPMSkinPack(out - 1, layers, sides);
-  }
-}
-
-/* Turns rim [dim] of particle p back to what its start state deforms to it: with -initial_stress a body starts deformed
-   where its undeformed shape is. */
-static void UndoStart(const MPMScene *scene, const MPMBody *b, PetscInt dim, const MPMView *view, PetscInt p)
-{
-  PetscReal *rim = view->rim + p * dim, cofactor[9], back[3] = {0};
-
-  if (MPMMaterialKeepsShape(&scene->materials[b->material])) {
-    const PetscReal *F = view->F + p * dim * dim;
-
-    MPMCofactor((int)dim, F, cofactor); /* J F^-T */
-    for (PetscInt d = 0; d < dim; d++)
-      for (PetscInt e = 0; e < dim; e++) back[d] += cofactor[e * dim + d] * rim[e] / MPMDet((int)dim, F);
-    for (PetscInt d = 0; d < dim; d++) rim[d] = back[d];
-  } else if (scene->materials[b->material].type->traits & MPM_FLUID)
-    for (PetscInt d = 0; d < dim; d++) rim[d] /= PetscPowReal(view->J[p], 1 / (PetscReal)dim);
-}
-
 /* Makes particle p of a view: undeformed at X [dim], m, or as the scene's known solution starts. */
 PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscInt64 id,
                           const PetscReal X[], PetscInt p, MPMView *view)
@@ -390,10 +334,10 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   if (scene->initial) PetscCall(MPMInitialSet(scene, core, b, X, p, view));
   view->id[p] = id;
   if (view->kind) view->kind[p] = b->points ? b->kind : MPMAtWallsKind(scene, core, b, X);
-  if (view->depth) SetDepth(scene, b, dim, X, view->depth + 2 * dim * p);
+  if (view->depth) MPMRimDepth(scene, b, dim, X, view->depth + 2 * dim * p);
   if (core->needs.rim && !b->points) {
-    MPMFillRim(b, dim, core->gaps->faces, X, view->rim + p * dim);
-    if (scene->initial) UndoStart(scene, b, dim, view, p);
+    MPMRim(b, dim, core->gaps->faces, X, view->rim + p * dim);
+    if (scene->initial) MPMRimUndoStart(scene, b, dim, view, p);
   }
   for (PetscInt d = 0; d < dim; d++) {
     view->x[p * dim + d] = x[d];

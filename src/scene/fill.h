@@ -11,11 +11,4 @@ PetscErrorCode MPMFillCheck(MPMScene *, MPMCore *, MPMOptions, const MPMBody *, 
 PetscErrorCode MPMFillSet(const MPMScene *, const MPMCore *, const MPMBody *, PetscInt64 id, const PetscReal X[],
                           PetscInt p, MPMView *);
 
-/* Returns whether the place that is `by` m from x [dim], m, along axis k / 2, towards its upper end if k is odd, lies in
-   the body. The second function sets rim [dim], m, to the vector from the place x of the body's lattice at right angles
-   to the surface of the body, if the neighbour on some side is not in
-   the body, on one of `faces` (bits) if possible; else to 0. Not collective. */
-PetscBool MPMFillInside(const MPMBody *, PetscInt dim, const PetscReal x[], PetscInt k, PetscReal by);
-void      MPMFillRim(const MPMBody *, PetscInt dim, PetscInt faces, const PetscReal x[], PetscReal rim[]);
-
 #endif

@@ -1,9 +1,21 @@
-/* rim.c - where a body ends near a particle of its lattice: at the start, for walls that act on arrival (step/gaps.c). The
-   surface of a body may lie anywhere between the last place of the lattice in the body and the next one, and it may slant
-   or be curved, while the last particles are steps. All that is asked of a shape is whether a place lies in it. */
-#include "scene/fill.h"
+/* rim.c - where a body ends near a particle of its lattice at the start: for walls that act on arrival (step/gaps.c),
+   and for loads, which act in the layers below the surface (physics/skin.h). The surface of a body may lie anywhere
+   between the last place of the lattice in the body and the next one, and it may slant or be curved, while the last
+   particles are steps. All that is asked of a shape is whether a place lies in it. */
+#include "physics/skin.h"
+#include "scene/rim.h"
 
 #define HALVINGS 20 /* of an interval of a few spacings */
+
+/* Returns whether the place that is `by` m from x [dim], m, along axis k / 2, towards its upper end if k is odd, lies
+   in the body. */
+static PetscBool Inside(const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt k, PetscReal by)
+{
+  PetscReal y[3] = {0};
+
+  for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (d == k / 2 ? (k % 2 ? by : -by) : 0);
+  return MPMRegionInside(&b->region, dim, y);
+}
 
 /* Returns how far the surface is from x [dim], m, along axis k / 2, towards its upper end if k is odd, between `in`, a
    distance at which the place is in the body, and `out`, one at which it is not. */
@@ -12,7 +24,7 @@ static PetscReal Exit(const MPMBody *b, PetscInt dim, const PetscReal x[], Petsc
   for (int n = 0; n < HALVINGS; n++) {
     const PetscReal middle = 0.5 * (in + out);
 
-    if (MPMFillInside(b, dim, x, k, middle))
+    if (Inside(b, dim, x, k, middle))
       in = middle;
     else
       out = middle;
@@ -29,13 +41,13 @@ static PetscBool Beside(const MPMBody *b, PetscInt dim, const PetscReal x[], Pet
   PetscReal       y[3], in = 0;
 
   for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (d == e ? by : 0);
-  if (!MPMFillInside(b, dim, y, k, in)) in = -spacing;
-  if (!MPMFillInside(b, dim, y, k, in) || MPMFillInside(b, dim, y, k, 2 * spacing)) return PETSC_FALSE;
+  if (!Inside(b, dim, y, k, in)) in = -spacing;
+  if (!Inside(b, dim, y, k, in) || Inside(b, dim, y, k, 2 * spacing)) return PETSC_FALSE;
   *at = Exit(b, dim, y, k, in, 2 * spacing);
   return PETSC_TRUE;
 }
 
-void MPMFillRim(const MPMBody *b, PetscInt dim, PetscInt faces, const PetscReal x[], PetscReal rim[])
+void MPMRim(const MPMBody *b, PetscInt dim, PetscInt faces, const PetscReal x[], PetscReal rim[])
 {
   PetscInt  side = -1;
   PetscReal far = PETSC_INFINITY, size = 1;
@@ -45,7 +57,7 @@ void MPMFillRim(const MPMBody *b, PetscInt dim, PetscInt faces, const PetscReal 
     for (PetscInt k = 0; k < 2 * dim; k++) {
       PetscReal at;
 
-      if ((only && !(faces & (PetscInt)1 << k)) || MPMFillInside(b, dim, x, k, b->b[k / 2])) continue;
+      if ((only && !(faces & (PetscInt)1 << k)) || Inside(b, dim, x, k, b->b[k / 2])) continue;
       at = Exit(b, dim, x, k, 0, b->b[k / 2]);
       if (at >= far) continue;
       far  = at;
@@ -67,4 +79,49 @@ void MPMFillRim(const MPMBody *b, PetscInt dim, PetscInt faces, const PetscReal 
     size += rim[e] * rim[e];
   }
   for (PetscInt d = 0; d < dim; d++) rim[d] *= far / size;
+}
+
+void MPMRimUndoStart(const MPMScene *scene, const MPMBody *b, PetscInt dim, const MPMView *view, PetscInt p)
+{
+  PetscReal *rim = view->rim + p * dim, cofactor[9], back[3] = {0};
+
+  if (MPMMaterialKeepsShape(&scene->materials[b->material])) {
+    const PetscReal *F = view->F + p * dim * dim;
+
+    MPMCofactor((int)dim, F, cofactor); /* J F^-T */
+    for (PetscInt d = 0; d < dim; d++)
+      for (PetscInt e = 0; e < dim; e++) back[d] += cofactor[e * dim + d] * rim[e] / MPMDet((int)dim, F);
+    for (PetscInt d = 0; d < dim; d++) rim[d] = back[d];
+  } else if (scene->materials[b->material].type->traits & MPM_FLUID)
+    for (PetscInt d = 0; d < dim; d++) rim[d] /= PetscPowReal(view->J[p], 1 / (PetscReal)dim);
+}
+
+/* Returns how many lattice places in sequence from x [dim], m, along side k are in the body, that of x too; at most
+   `most`. */
+static PetscInt Run(const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt k, PetscInt most)
+{
+  PetscInt n = 1;
+
+  while (n < most && Inside(b, dim, x, k, (PetscReal)n * b->b[k / 2])) n++;
+  return n;
+}
+
+void MPMRimDepth(const MPMScene *scene, const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt depth[])
+{
+  for (PetscInt k = 0; k < 2 * dim; k++) {
+    const PetscInt most   = 2 * MPMSkinWhole(b->ppc[k / 2]);
+    PetscBool      loaded = PETSC_FALSE;
+    PetscInt       out, layers, sides = 0;
+    PetscReal      top[3] = {0};
+
+    depth[k] = 0;
+    for (PetscInt l = 0; l < scene->nloads; l++)
+      if (scene->bodies + scene->loads[l].body == b && scene->loads[l].sides >> k & 1) loaded = PETSC_TRUE;
+    if (!loaded || (out = Run(b, dim, x, k, most + 1)) > most) continue;
+    layers = out - 1 + Run(b, dim, x, k ^ 1, most);
+    for (PetscInt d = 0; d < dim; d++)
+      top[d] = x[d] + (d == k / 2 ? (PetscReal)(k % 2 ? out - 1 : 1 - out) * b->b[d] : 0);
+    for (PetscInt e = 0; e < 2 * dim; e++) sides |= (PetscInt)(Run(b, dim, top, e, 2) == 1) << e;
+    depth[k] = MPMSkinPack(out - 1, layers, sides);
+  }
 }
