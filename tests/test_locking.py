@@ -35,8 +35,8 @@ def check_means():
     for dim, basis, cells in ((2, "linear", 1), (2, "linear", 2), (3, "linear", 1), (2, "bspline2", 1), (2, "bspline2", 2)):
         velocity = ", ".join(["sin(9*x+5*y)", "cos(7*y-3*x)*x", "sin(8*z+y)"][:dim])
         lines = two_bodies(dim, velocity, basis=basis)
-        run("plain", lines)
-        run("bar", lines, "-method_locking", "fbar", "-method_lock_cells", cells)
+        run("plain", lines, "-method_locking", "none")
+        run("bar", lines, "-method_locking", "fbar", "-method_lock_share", 1, "-method_lock_cells", cells)
         states = [check.particles("bar.h5", k) for k in range(3)]
         F = [s["F"].reshape(len(s["F"]), -1) for s in states]
         side = int(np.sqrt(F[0].shape[1]))
@@ -61,8 +61,8 @@ def check_uniform():
     """Where the velocity gradient is uniform nothing changes but rounding."""
     lines = two_bodies(2, "0.3*x-0.2*y, 0.5*x+0.1*y", steps=1)
     lines = [line for line in lines if "offset" not in line]
-    run("plain", lines)
-    run("bar", lines, "-method_locking", "fbar")
+    run("plain", lines, "-method_locking", "none")
+    run("bar", lines, "-method_locking", "fbar", "-method_lock_share", 1)
     a, b = check.particles("plain.h5", 1), check.particles("bar.h5", 1)
     inner = (np.abs(check.particles("plain.h5", 0)["x"][:, :2] - 0.5) < 0.1).all(1)
     off = np.abs(a["F"] - b["F"])[inner].max()

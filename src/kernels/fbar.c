@@ -126,7 +126,7 @@ MPM_INLINE void ShareGrowth(int dim, const MPMParams *par, MPMPatch *patch, cons
 
     for (int k = 0; k < dim * dim; k++) G[k] = MPMRead(&L[k][l]);
     own   = Growth(dim, par->dt, G);
-    less  = (MPMRead(mean + l) - own) / (1.0 + own);
+    less  = par->lock_share * (MPMRead(mean + l) - own) / (1.0 + own);
     ratio = 1.0 + less;
     if (dim == 2)
       less = less / (1.0 + MPMSqrt(ratio));
@@ -188,7 +188,7 @@ MPM_INLINE void SharePressure(int dim, const MPMParams *par, MPMPatch *patch, co
   Means(dim, par, patch, o, s, mean);
   VolumeRatios(dim, par, o, s, b, J);
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
-    const MPMReal change = MPMRead(J + l) * MPMRead(mean + l) - MeanStress(dim, b, l);
+    const MPMReal change = par->lock_share * (MPMRead(J + l) * MPMRead(mean + l) - MeanStress(dim, b, l));
 
     for (int d = 0; d < dim; d++) {
       PetscReal *tau = &b->tau[MPMSymPart(dim, d, d)][l];

@@ -6,6 +6,7 @@
 #define MPM_HATS_RATE                                                                                                  \
   0.025 /* -method_damping_rate of linear hats: musl is stable there with a share of FLIP below 0.995 */
 
+#define MPM_LOCK_SHARE  0.8 /* -method_lock_share of metals; docs/theory.md (Locking) has what was measured with others */
 #define MPM_LIGHT_SHARE 0.1 /* -method_light_nodes; docs/theory.md (Light nodes) has what was measured with others */
 
 /* Reads what decides the share of FLIP: that share itself or a damping, of which transfers without such a share take
@@ -109,19 +110,20 @@ static PetscErrorCode ReadInertia(MPM mpm, MPMOptions o)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether plastic flow would lock: there is metal, and besides it only elastic laws, which F-bar does not harm. */
-static PetscBool Locks(const MPM mpm)
+/* Returns whether plastic flow would lock: there is metal, and besides it only elastic laws, which F-bar does not harm.
+   metal: there is metal. */
+static PetscBool Locks(const MPM mpm, PetscBool *metal)
 {
-  PetscInt traits = 0;
+  PetscInt all = 0, others = 0;
 
   for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
     const PetscInt own = mpm->scene.materials[k].type->traits;
 
-    if (!(own & (MPM_SMALL_STRAIN | MPM_HYPERELASTIC | MPM_ISOCHORIC))) return PETSC_FALSE;
-    traits |= own;
+    if (!(own & (MPM_SMALL_STRAIN | MPM_HYPERELASTIC | MPM_ISOCHORIC))) others++;
+    all |= own;
   }
-  return traits & MPM_ISOCHORIC && mpm->core.grid.dim > 1 && MPMBasisIsSpline(mpm->core.basis) ? PETSC_TRUE
-                                                                                               : PETSC_FALSE;
+  *metal = all & MPM_ISOCHORIC ? PETSC_TRUE : PETSC_FALSE;
+  return *metal && !others && mpm->core.grid.dim > 1 && MPMBasisIsSpline(mpm->core.basis) ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Reads what is done against locking, after the basis. A box of F-bar has to lie within a tile. */
@@ -131,17 +133,22 @@ static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
   const PetscInt most = MPMTileEdge(core->basis);
   char           locking[MPM_NAME_LEN];
   PetscInt       cells;
-  PetscBool      given, set;
+  PetscBool      given, locks, metal, set, share_set;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsMethodGiven(&given));
-  (void)snprintf(locking, sizeof locking, "%s", !given && Locks(mpm) ? "fbar" : "none");
+  locks = Locks(mpm, &metal);
+  (void)snprintf(locking, sizeof locking, "%s", !given && locks ? "fbar" : "none");
+  core->params.lock_share = !given && metal ? MPM_LOCK_SHARE : 1;
   PetscCall(MPMOptionsEnum(o, "method_locking", NULL, locking, NULL));
   PetscCall(MPMOptionsInt(o, "method_lock_cells", NULL, &cells, &set));
+  PetscCall(MPMOptionsReal(o, "method_lock_share", NULL, &core->params.lock_share, &share_set));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   if (!strcmp(locking, "none")) {
     if (set && !MPMOptionsOverridden("method_lock_cells", "method_locking"))
       MPMOptionsFail(o, "-method_lock_cells does not apply: -method_locking is none");
+    if (share_set && !MPMOptionsOverridden("method_lock_share", "method_locking"))
+      MPMOptionsFail(o, "-method_lock_share does not apply: -method_locking is none");
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (core->grid.dim == 1)
