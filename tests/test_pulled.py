@@ -71,6 +71,7 @@ def check_bars():
         pull(f"force 0.3 E, 1-D, {name}", bar(1, offset=0.6) + force(1, 0.3), stretch(0.3, 0, 0), 0.01, *name.split())
     pull("load 0.5 E, 1-D", bar(1) + load(1, 0.5), stretch(0.5, 0, 0), 0.005)
     pull("load 0.3 E, 2-D, nu 0.3", bar(2, offset=0.2, nu=0.3) + load(2, 0.3), stretch(0.3, 0.3, 1), 0.005)
+    pull("load 0.3 E, 2-D, nu 0.3, first particles far from the wall", bar(2, offset=0.4, nu=0.3) + load(2, 0.3), stretch(0.3, 0.3, 1), 0.005)
     pull("load 0.3 E, 2-D, two particles thin", bar(2, nu=0.3, width=1 / H) + load(2, 0.3), stretch(0.3, 0.3, 1), 0.005)
     pull("force 0.3 E, 2-D", bar(2, offset=0.6, width=0.125) + force(2, 0.3), stretch(0.3, 0, 0), 0.01)
 

@@ -129,7 +129,7 @@ STARTERS = {
     "wave in a bar": Starter(
         2, "a sudden pressure at one end runs along a bar and doubles at its wall", s.loaded_bar, (16, 32, 64),
         "in the length",
-        Number("impulse on the wall", 500 / s.C, "d'Alembert", s.wall_impulse, (0.01, 0.002, 0.002), "N s")),
+        Number("impulse on the wall", 500 / s.C, "d'Alembert", s.wall_impulse, (0.03, 0.02, 0.01), "N s")),
     "bar on a wall": Starter(
         2, "an elastic bar strikes a wall with its end, at 0.01 of its wave speed", s.bar_on_wall, (16, 32, 64),
         "in the length", Number("contact time", 2000 / s.C, "2 L/c", s.bar_contact_time, same(0.1), "ms"),
@@ -159,7 +159,7 @@ STARTERS = {
     "oblique impact": Starter(
         2, "a disk strikes a wall with friction 0.2 at 27 degrees and slides all the time", s.oblique, (5, 10, 20),
         "in the radius", Number("impulse along over across", 0.2, "Coulomb", s.impulse_ratio, same(0.01)),
-        Number("rebound", 1, "elastic", s.rebound("y"), (0.1, 0.1, 0.05))),
+        Number("rebound", 1, "elastic", s.rebound("y"), (0.2, 0.1, 0.05))),
     "soil column": Starter(
         2, "a layer of soil, 10 m deep, settles under its weight", s.layer, (5, 10, 20), "in the depth",
         Number("settlement", 1e4 * (1 - exact.column(s.SOIL, 1)), "the law", s.settlement, (0.005, 0.002, 0.001), "mm"),
@@ -204,30 +204,10 @@ STARTERS = {
 
 # ---- What is wrong today: why, in which problems, in which numbers (none: all), on which of the three grids. A number
 # that is here and is right is an error too: take it out then.
-TORN = "a loaded end that is pulled tears off"
 CLAMP = "matter tears at a clamp where it is stretched to nearly twice its length"
-LOCKS = "plastic flow locks, and its pressures are noise; the force of a piston is too small"
-EARLY = "walls are felt about a cell before they are touched"
-OPENS = "sand that has opened does not close again"
-RUNS = "sand flows farther than real sand, the more so the less a grid damps it (choosing.md, soils)"
-SPLASH = "water that has splashed stops the run, or is left without pressure"
 WRONG = [
-    (TORN, "pulled bar|pulled bar, 0.3 E|pulled bar, 2-D|pulled bar, 2-D, 0.3 E", "", 123),
-    (TORN, "pulled bar, 3-D", "", 12),
     (CLAMP, "hanging bar|hanging bar, 2-D", "", 3),
     (CLAMP, "swinging beam", "", 23),
-    (LOCKS, "upsetting|upsetting, 3-D", "", 123),
-    (EARLY, "bar on a wall", "contact time|gap at the first push", 123),
-    (EARLY, "ball on a wall", "contact time", 3),
-    (EARLY, "slow ball on a wall", "", 123),
-    (EARLY, "rolling disk", "", 12),
-    (EARLY, "sand thrown up", "gap under it", 12),
-    (OPENS, "sand thrown up", "depth", 123),
-    (RUNS, "sand column|tall sand column", "", 23),
-    (SPLASH, "dam break, closed", "", 123),
-    (SPLASH, "drop into a tank|dam break, closed, 3-D", "", 23),
-    (SPLASH, "drop into a tank", "level", 1),
-    (SPLASH, "drop into a tank|dam break, closed, 3-D", "share without pressure", 1),
 ]
 # {(starter, number, n): why}
 KNOWN = {(name, number.name, STARTERS[name].grids[int(place) - 1]): why for why, names, numbers, places in WRONG
