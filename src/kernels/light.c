@@ -93,15 +93,16 @@ static PetscBool IsCarried(const MPMPatch *patch, const PetscReal *mass, const M
   return PETSC_TRUE;
 }
 
-/* Returns whether a wall acts along axis d on node i of the axis; a piston acts on the nodes beside its plane. */
-MPM_INLINE PetscBool AtWall(const MPMWalls *walls, const MPMGrid *grid, PetscInt d, PetscInt i)
+/* Returns whether a wall acts along axis d on node i of the axis. A piston acts on the nodes `beside` its plane too, but
+   holds only the matter of a column as a whole. */
+MPM_INLINE PetscBool AtWall(const MPMWalls *walls, const MPMGrid *grid, PetscInt d, PetscInt i, PetscBool beside)
 {
   for (int side = 0; side < 2; side++) {
     const MPMFace *f = &walls->given[d][side];
 
     if (f->type == MPM_WALL_free || f->type == MPM_WALL_periodic) continue;
     if ((side ? grid->cells[d] - i : i) <= f->reach) return PETSC_TRUE;
-    if (f->type == MPM_WALL_piston && i >= f->first && i < f->first + f->beside) return PETSC_TRUE;
+    if (beside && f->type == MPM_WALL_piston && i >= f->first && i < f->first + f->beside) return PETSC_TRUE;
   }
   return PETSC_FALSE;
 }
@@ -116,7 +117,7 @@ static PetscErrorCode Look(MPMLight *light, const MPMParams *par, const MPMPatch
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < patch->grid->dim; d++) {
     node.side[d] = Side(patch, light->mass + node.node, d, at[d], par->light);
-    if (node.side[d] && AtWall(par->walls, patch->grid, d, patch->lo[d] + at[d])) node.side[d] = 0;
+    if (node.side[d] && AtWall(par->walls, patch->grid, d, patch->lo[d] + at[d], PETSC_TRUE)) node.side[d] = 0;
     if (node.side[d]) any = PETSC_TRUE;
   }
   if (!any || !IsCarried(patch, light->mass, &node, at, par->light)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -193,6 +194,26 @@ static PetscReal *Collected(MPMLight *light, const MPMPatch *patch, PetscInt car
   return IsOwn(patch, carrier) && given[0] != 0 ? given : NULL;
 }
 
+/* Sets ijk [3] to the number of a node in the grid, and returns the axes (bits) along which a wall may hold it. */
+static int Held(const MPMParams *par, const MPMPatch *patch, PetscInt node, PetscInt ijk[])
+{
+  const int dim = (int)patch->grid->dim;
+  int       held = 0;
+
+  Place(patch, node, ijk);
+  for (int d = 0; d < 3; d++) {
+    const MPMFace *f = par->walls->given[d];
+
+    ijk[d] += patch->lo[d];
+    if (d >= dim || !AtWall(par->walls, patch->grid, d, ijk[d], PETSC_FALSE)) continue;
+    held |= 1 << d;
+    for (int side = 0; side < 2; side++)
+      if (f[side].type == MPM_WALL_fixed || f[side].type == MPM_WALL_moving || f[side].type == MPM_WALL_friction)
+        held = (1 << dim) - 1;
+  }
+  return held;
+}
+
 void MPMLightGive(MPMLight *light, const MPMParams *par, MPMPatch *patch)
 {
   Collect(light, par, patch, PETSC_FALSE);
@@ -202,33 +223,26 @@ void MPMLightGive(MPMLight *light, const MPMParams *par, MPMPatch *patch)
       const PetscInt carrier = Carrier(patch, &light->node[q], k, &weight);
       PetscReal     *given   = Collected(light, patch, carrier);
       MPMNode       *n       = patch->node + carrier;
+      PetscInt       ijk[3];
+      int            held;
 
       if (!given) continue;
-      for (PetscInt d = 0; d < patch->grid->dim; d++) n->f[d] = (n->f[d] + given[1 + d]) * (n->m / (n->m + given[0]));
+      held = Held(par, patch, carrier, ijk);
+      for (PetscInt d = 0; d < patch->grid->dim; d++) /* what a wall holds is its reaction */
+        n->f[d] = (n->f[d] + given[1 + d]) * (held >> d & 1 ? 1 : n->m / (n->m + given[0]));
       for (PetscInt c = 0; c < MPM_LIGHT_GIVEN; c++) given[c] = 0;
     }
 }
 
-/* Sets ijk [3] to the number of a node in the grid, and returns whether a wall acts on it. */
-static PetscBool IsWalled(const MPMParams *par, const MPMPatch *patch, PetscInt node, PetscInt ijk[])
-{
-  PetscBool walled = PETSC_FALSE;
-
-  Place(patch, node, ijk);
-  for (PetscInt d = 0; d < 3; d++) {
-    ijk[d] += patch->lo[d];
-    if (d < patch->grid->dim && AtWall(par->walls, patch->grid, d, ijk[d])) walled = PETSC_TRUE;
-  }
-  return walled;
-}
-
-/* Gives node the acceleration `a` [dim], as if its force had made it, and the velocity that follows. */
-static void Accelerate(const MPMParams *par, MPMPatch *patch, PetscInt node, const PetscReal a[])
+/* Gives node the acceleration `a` [dim], as if its force had made it, and the velocity that follows; not along the axes
+   `held` (bits). */
+static void Accelerate(const MPMParams *par, MPMPatch *patch, PetscInt node, const PetscReal a[], int held)
 {
   const PetscInt dim = patch->grid->dim;
   PetscReal     *v   = patch->motion + node * MPM_MOTION_NC(dim);
 
   for (PetscInt d = 0; d < dim; d++) {
+    if (held >> d & 1) continue;
     v[d] += par->kick * (a[d] - v[dim + d]);
     v[dim + d]             = a[d];
     patch->node[node].f[d] = patch->node[node].m * (a[d] - par->gravity[d]);
@@ -243,6 +257,7 @@ void MPMLightMove(MPMLight *light, const MPMParams *par, MPMPatch *patch)
   for (PetscInt q = 0; q < light->n; q++) {
     const PetscInt node = light->node[q].node;
     PetscReal      a[3] = {0};
+    int            held;
 
     for (int k = 0; k < Carriers(&light->node[q]); k++) {
       PetscReal      weight;
@@ -250,9 +265,12 @@ void MPMLightMove(MPMLight *light, const MPMParams *par, MPMPatch *patch)
 
       for (PetscInt d = 0; d < dim; d++) a[d] += weight * patch->motion[carrier * nc + dim + d];
     }
-    Accelerate(par, patch, node, a);
-    if (IsWalled(par, patch, node, ijk))
-      (void)MPMWallsApply(par->walls->given, patch->grid, ijk, 0, patch->motion + node * nc);
+    Accelerate(par, patch, node, a, 0);
+    held = Held(par, patch, node, ijk);
+    if (held) (void)MPMWallsApply(par->walls->given, patch->grid, ijk, 0, patch->motion + node * nc);
+    for (PetscInt d = 0; d < dim; d++) /* its carriers have its force, and the wall its weight */
+      if (held >> d & 1 && (patch->motion[node * nc + dim + d] == 0 || MPMNodeStopped(&patch->node[node], d)))
+        patch->node[node].f[d] = 0;
   }
   Collect(light, par, patch, PETSC_TRUE);
   for (PetscInt q = 0; q < light->n; q++)
@@ -260,14 +278,17 @@ void MPMLightMove(MPMLight *light, const MPMParams *par, MPMPatch *patch)
       PetscReal      weight, a[3];
       const PetscInt carrier = Carrier(patch, &light->node[q], k, &weight);
       PetscReal     *given   = Collected(light, patch, carrier);
+      int            held;
 
       if (!given) continue;
+      held = Held(par, patch, carrier, ijk);
       for (PetscInt d = 0; d < dim; d++) {
         const PetscReal now = patch->motion[carrier * nc + dim + d];
 
-        a[d] = now + (given[0] * (now - par->gravity[d]) - given[1 + d]) / patch->node[carrier].m;
+        a[d] = now;
+        if (!(held >> d & 1)) a[d] += (given[0] * (now - par->gravity[d]) - given[1 + d]) / patch->node[carrier].m;
       }
-      if (!IsWalled(par, patch, carrier, ijk)) Accelerate(par, patch, carrier, a);
+      Accelerate(par, patch, carrier, a, held);
       for (PetscInt c = 0; c < MPM_LIGHT_GIVEN; c++) given[c] = 0;
     }
 }

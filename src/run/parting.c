@@ -210,6 +210,7 @@ static PetscErrorCode LookAtWalls(Look *l, const MPMNeighbours *nb, PetscInt p, 
     Half            half;
 
     if (!Holds(walls, axis, side) || type == MPM_WALL_moving) continue;
+    if (type == MPM_WALL_piston && !walls->given[axis][side].pulls) continue;
     if (!(from > 0 && from < b->b[axis]) || 2 * now < MPM_GAP_NEAR * h) continue;
     GetHalf(l, nb, p, &half);
     PetscCall(Judge(l, b, l->view.id[p], 3 + face, half.x, 2 * now / h, 2 * from / h,
