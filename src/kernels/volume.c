@@ -250,7 +250,7 @@ MPM_INLINE MPMReal Mismatch(int dim, const MPMParams *par, const MPMPatch *patch
 {
   MPMReal       slope, faint;
   const MPMReal r     = Density(dim, par, patch, s, m, value, gradient, l, &slope, &faint);
-  const MPMReal thin  = 1.0 / r - MPMMax(mean, MPMAll(1)) - (UNSURE + surface[patch->basis].thin * slope + faint);
+  const MPMReal thin  = 1.0 / r - MPMMax(mean, MPMAll(1)) - (UNSURE + surface[patch->basis].thin * slope + (IsSand(m) ? MPMAll(0) : faint));
   const MPMReal dense = 1.0 / r - MPMMin(mean, MPMAll(1)) + (UNSURE + surface[patch->basis].dense * slope);
 
   *apart = r < APART;

@@ -8,7 +8,7 @@
 #define CROSSED     2.    /* cells that sound crosses between two relaxations of rate 1 */
 #define FASTER      0.5   /* share of the mismatch that goes while the fastest particle crosses a cell */
 #define AT_REST     0.2   /* speed that is added to that of the fastest one, of sqrt(g h) */
-#define PUSH        0.03  /* largest share at a time */
+#define PUSH        0.04  /* largest share at a time */
 
 /* Returns the speed of sound, m/s, of a material that relaxes, times its rate; 0 of others: of sand in 1-D, where a node
    has no room for what it needs, with dilation, since then the density does not tell what is open, and beside fluids
