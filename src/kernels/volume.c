@@ -2,24 +2,24 @@
    overview. Like the transfers it is compiled once for each number of lanes. */
 #include "kernels/volume.h"
 
-#define OPEN     0.01  /* volume strain of a fluid that has come apart, if it carries no tension; LOOSE: of sand */
-#define LOOSE    0.05
-#define CLOSED   0.005 /* largest volume strain of the particles that are in the mean */
-#define APART    0.8   /* density below which a particle has come apart */
-#define STEEP    0.05  /* slope of the density, a cell, that is not taken for a surface */
-#define SHALLOW  1.5   /* depth by the pressure, cells, up to which a slope is taken for a surface; not at twice that */
-#define UNSURE   0.004 /* error of the density without a slope */
-#define LEAST    -0.1  /* the largest differences from what the density tells that count */
-#define MOST     0.02
-#define MOST_SAND 0.25
-#define STILL    0.05     /* noise of the pressure that is left, of rho g h, so that what rests stays at rest */
-#define ON_FACE  0.05     /* cells: what is nearer to a face of the grid is taken to lie on it */
-#define SLOWEST  0.5      /* least factor on J of a fluid */
-#define THINNEST 1e-3     /* least 1 + gamma p/K of a fluid */
-#define FAINTEST 0.1      /* least density of a surface */
-#define WEIGHT   (2. / 3) /* change of the mean stress of sand with depth, of rho g */
-#define SEEN     0.2      /* share of open sand near by above which sand relaxes; fully from twice that on */
-#define SAND     20.      /* sand follows the density so many times as fast as a fluid */
+#define OPEN      0.01     /* volume strain of a fluid that has come apart, if it carries no tension; LOOSE: of sand */
+#define LOOSE     0.05
+#define CLOSED    0.005    /* largest volume strain of the particles that are in the mean */
+#define APART     0.8      /* density below which a particle has come apart */
+#define STEEP     0.05     /* slope of the density, a cell, that is not taken for a surface */
+#define SHALLOW   1.5      /* depth by the pressure, cells, up to which a slope is taken for a surface; not at twice that */
+#define UNSURE    0.004    /* error of the density without a slope */
+#define LEAST     -0.1     /* the largest differences from what the density tells that count */
+#define MOST      0.02
+#define MOST_SAND 0.25     /* of sand */
+#define STILL     0.05     /* noise of the pressure that is left, of rho g h, so that what rests stays at rest */
+#define ON_FACE   0.05     /* cells: what is nearer to a face of the grid is taken to lie on it */
+#define SLOWEST   0.5      /* least factor on J of a fluid */
+#define THINNEST  1e-3     /* least 1 + gamma p/K of a fluid */
+#define FAINTEST  0.1      /* least density of a surface */
+#define WEIGHT    (2. / 3) /* change of the mean stress of sand with depth, of rho g */
+#define SEEN      0.2      /* share of open sand near by above which sand relaxes; fully from twice that on */
+#define SAND      20.      /* sand follows the density so many times as fast as a fluid */
 
 /* What a flat surface does to the density, by the basis: how it falls with its slope; and for a slope of 1 the most that
    particles then seem too thin, and too dense. Fitted to half spaces of 2 to 4 particles an axis and cell, at any place
@@ -188,7 +188,8 @@ MPM_INLINE MPMReal Uniform(MPMBasis basis, MPMReal t)
 }
 
 /* Returns by how much a full lattice seems too dense at lanes from l on near walls: there the sum of an extrapolated
-   spline over particles of width s differs from its integral by s^2/24 times its slope at the wall, -1 and 1 of its two nodes. */
+   spline over particles of width s differs from its integral by s^2/24 times its slope at the wall, -1 and 1 of its two
+   nodes. */
 MPM_INLINE MPMReal Lattice(int dim, const MPMPatch *patch, const MPMStencils *s, PetscInt l)
 {
   const MPMGrid *grid  = patch->grid;
@@ -248,19 +249,21 @@ MPM_INLINE MPMReal Mismatch(int dim, const MPMParams *par, const MPMPatch *patch
                             const MPMMaterial *m, const MPMComponent *value, const MPMComponent *gradient, PetscInt l,
                             MPMReal mean, MPMMask *apart)
 {
-  MPMReal       slope, faint;
-  const MPMReal r     = Density(dim, par, patch, s, m, value, gradient, l, &slope, &faint);
-  const MPMReal thin  = 1.0 / r - MPMMax(mean, MPMAll(1)) - (UNSURE + surface[patch->basis].thin * slope + (IsSand(m) ? MPMAll(0) : faint));
-  const MPMReal dense = 1.0 / r - MPMMin(mean, MPMAll(1)) + (UNSURE + surface[patch->basis].dense * slope);
+  MPMReal         slope, faint;
+  const PetscReal most   = IsSand(m) ? MOST_SAND : MOST;
+  const MPMReal   r      = Density(dim, par, patch, s, m, value, gradient, l, &slope, &faint);
+  const MPMReal   unsure = UNSURE + surface[patch->basis].thin * slope + (IsSand(m) ? MPMAll(0) : faint);
+  const MPMReal   thin   = 1.0 / r - MPMMax(mean, MPMAll(1)) - unsure;
+  const MPMReal   dense  = 1.0 / r - MPMMin(mean, MPMAll(1)) + (UNSURE + surface[patch->basis].dense * slope);
 
   *apart = r < APART;
-  return MPMMax(MPMAll(0), MPMMin(thin, MPMAll(IsSand(m) ? MOST_SAND : MOST))) + MPMMin(MPMAll(0), MPMMax(dense, MPMAll(LEAST)));
+  return MPMMax(MPMAll(0), MPMMin(thin, MPMAll(most))) + MPMMin(MPMAll(0), MPMMax(dense, MPMAll(LEAST)));
 }
 
 /* Relaxes particles first .. next-1 of a block, of a fluid; returns those that have come apart, a bit for each. */
-MPM_INLINE uint64_t RelaxFluid(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o, const MPMStencils *s,
-                               const MPMMaterial *m, PetscInt first, PetscInt next, const MPMComponent *value,
-                               const MPMComponent *gradient)
+MPM_INLINE uint64_t RelaxFluid(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
+                               const MPMStencils *s, const MPMMaterial *m, PetscInt first, PetscInt next,
+                               const MPMComponent *value, const MPMComponent *gradient)
 {
   const PetscReal still = STILL / m->K * CellWeight(dim, par, patch, m);
   uint64_t        set   = 0;
@@ -319,9 +322,9 @@ MPM_INLINE void SetStrain(int dim, const MPMMaterial *m, const MPMView *particle
 }
 
 /* Relaxes particles first .. next-1 of a block, of sand, near open sand; returns those that have come apart. */
-MPM_INLINE uint64_t RelaxSand(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o, const MPMStencils *s,
-                              const MPMMaterial *m, PetscInt first, PetscInt next, const MPMComponent *value,
-                              const MPMComponent *gradient)
+MPM_INLINE uint64_t RelaxSand(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
+                              const MPMStencils *s, const MPMMaterial *m, PetscInt first, PetscInt next,
+                              const MPMComponent *value, const MPMComponent *gradient)
 {
   uint64_t set = 0;
 

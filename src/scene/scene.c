@@ -134,7 +134,7 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
   PetscCall(MPMOptionsReal(o, "material_<m>_rho", m->name, &m->rho, NULL));
   if (!m->type) PetscFunctionReturn(PETSC_SUCCESS);
   if (m->type->traits & MPM_FLUID) m->tension = 0;
-  m->relaxation = given ? 0 : m->type->traits & MPM_FLUID ? 1 : 0.25; /* more would slow down what flows on coarse grids */
+  m->relaxation = given ? 0 : m->type->traits & MPM_FLUID ? 1 : 0.25; /* more slows down sand on coarse grids */
   taken = m->type->parameters;
   PetscCall(MPMOptionsRefuseOthers(o, "material", m->name, "model", model, all, taken));
   if (MPMListHas(taken, "eos")) {
