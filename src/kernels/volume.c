@@ -2,31 +2,33 @@
    overview. Like the transfers it is compiled once for each number of lanes. */
 #include "kernels/volume.h"
 
-#define OPEN     0.01  /* volume strain of a fluid that has come apart, if it carries no tension; LOOSE: of sand */
-#define LOOSE    0.05
-#define CLOSED   0.005 /* largest volume strain of the particles that are in the mean */
-#define APART    0.8   /* density below which a particle has come apart */
-#define STEEP    0.05  /* slope of the density, a cell, that is not taken for a surface */
-#define SHALLOW  1.5   /* depth by the pressure, cells, up to which a slope is taken for a surface; not at twice that */
-#define UNSURE   0.004 /* error of the density without a slope */
-#define LEAST    -0.1  /* the largest differences from what the density tells that count */
-#define MOST     0.25
-#define ON_FACE  0.05     /* cells: what is nearer to a face of the grid is taken to lie on it */
-#define SLOWEST  0.5      /* least factor on J of a fluid */
-#define THINNEST 1e-3     /* least 1 + gamma p/K of a fluid */
-#define FAINTEST 0.1      /* least density of a surface */
-#define WEIGHT   (2. / 3) /* change of the mean stress of sand with depth, of rho g */
-#define SEEN     0.2      /* share of open sand near by above which sand relaxes; fully from twice that on */
-#define SAND     20.      /* sand follows the density so many times as fast as a fluid */
+#define OPEN      0.01     /* volume strain of a fluid that has come apart, if it carries no tension; LOOSE: of sand */
+#define LOOSE     0.05
+#define CLOSED    0.005    /* largest volume strain of the particles that are in the mean */
+#define APART     0.8      /* density below which a particle has come apart */
+#define STEEP     0.05     /* slope of the density, a cell, that is not taken for a surface */
+#define SHALLOW   1.5      /* depth by the pressure, cells, up to which a slope is taken for a surface; not at twice that */
+#define UNSURE    0.004    /* error of the density without a slope */
+#define LEAST     -0.1     /* the largest differences from what the density tells that count */
+#define MOST      0.02
+#define MOST_SAND 0.25     /* of sand */
+#define STILL     0.05     /* noise of the pressure that is left, of rho g h, so that what rests stays at rest */
+#define ON_FACE   0.05     /* cells: what is nearer to a face of the grid is taken to lie on it */
+#define SLOWEST   0.5      /* least factor on J of a fluid */
+#define THINNEST  1e-3     /* least 1 + gamma p/K of a fluid */
+#define FAINTEST  0.1      /* least density of a surface */
+#define WEIGHT    (2. / 3) /* change of the mean stress of sand with depth, of rho g */
+#define SEEN      0.2      /* share of open sand near by above which sand relaxes; fully from twice that on */
+#define SAND      20.      /* sand follows the density so many times as fast as a fluid */
 
 /* What a flat surface does to the density, by the basis: how it falls with its slope; and for a slope of 1 the most that
    particles then seem too thin, and too dense. Fitted to half spaces of 2 to 4 particles an axis and cell, at any place
    in the cell and at angles up to 45 degrees. */
 static const struct {
   PetscReal fall, thin, dense;
-} surface[] = {[MPM_BASIS_linear]   = {0.364, 0.3, 0.22},
-               [MPM_BASIS_gimp]     = {0.384, 0.3, 0.22},
-               [MPM_BASIS_bspline2] = {0.459, 0.15, 0.1},
+} surface[] = {[MPM_BASIS_linear]   = {0.364, 0.6, 0.22},
+               [MPM_BASIS_gimp]     = {0.384, 0.6, 0.22},
+               [MPM_BASIS_bspline2] = {0.459, 0.2, 0.1},
                [MPM_BASIS_bspline3] = {0.542, 0.1, 0.05}};
 
 /* --- Particles to nodes ------------------------------------------------------------------------------------------- */
@@ -175,48 +177,96 @@ MPM_INLINE MPMReal Length(int dim, const PetscReal h[], const MPMComponent *grad
   return MPMSqrt(sum);
 }
 
+/* Returns the uniform spline of a basis at a distance from its node, cells. */
+MPM_INLINE MPMReal Uniform(MPMBasis basis, MPMReal t)
+{
+  const MPMReal outer = MPMMax(MPMAll(0), (basis == MPM_BASIS_bspline2 ? 1.5 : 2.) - MPMAbs(t));
+  const MPMReal inner = MPMMax(MPMAll(0), outer - 1.0);
+
+  return basis == MPM_BASIS_bspline2 ? (outer * outer - 3.0 * inner * inner) / 2
+                                     : (outer * outer * outer - 4.0 * inner * inner * inner) / 6;
+}
+
+/* Returns by how much a full lattice seems too dense at lanes from l on near walls: there the sum of an extrapolated
+   spline over particles of width s differs from its integral by s^2/24 times its slope at the wall, -1 and 1 of its two
+   nodes. */
+MPM_INLINE MPMReal Lattice(int dim, const MPMPatch *patch, const MPMStencils *s, PetscInt l)
+{
+  const MPMGrid *grid  = patch->grid;
+  const MPMBasis basis = patch->basis;
+  MPMReal        sum = MPMAll(0), width2 = MPMRead(&s->V0[l]);
+
+  for (int d = 0; d < dim; d++) width2 = width2 / grid->h[d];
+  width2 = dim == 1 ? width2 * width2 : dim == 2 ? width2 : MPMExp(2. / 3 * MPMLog(width2));
+  for (int d = 0; d < dim; d++) {
+    const MPMReal x = MPMRead(&s->x[d][l]);
+
+    if (grid->periodic[d] || !MPMBasisIsSpline(basis) || grid->wall_basis[d] != MPM_WALL_BASIS_EXTRAP) continue;
+    for (int side = 0; side < 2; side++) {
+      const MPMReal t     = (side ? grid->upper[d] - x : x - grid->lower[d]) / grid->h[d];
+      const MPMReal beyond = Uniform(basis, t + 1.0);
+
+      sum += (Uniform(basis, t - 1.0) - beyond) / MPMBasisIntegral(basis, 1, grid->cells[d], grid->wall_basis[d]) -
+             (Uniform(basis, t) + 2.0 * beyond) / MPMBasisIntegral(basis, 0, grid->cells[d], grid->wall_basis[d]);
+    }
+  }
+  return sum * width2 / 24;
+}
+
+/* Returns the weight of a cell's height of a material, Pa. */
+MPM_INLINE PetscReal CellWeight(int dim, const MPMParams *par, const MPMPatch *patch, const MPMMaterial *m)
+{
+  PetscReal g2 = 0;
+
+  for (int d = 0; d < dim; d++) g2 += PetscSqr(patch->grid->h[d] * par->gravity[d]);
+  return m->rho * PetscSqrtReal(g2);
+}
+
 /* Returns how dense a fluid is at lanes from l on, 1 at rest, from how full the nodes are: less than full towards a
    surface, which the slope of the density tells from a void. At depth there is no surface. *slope is the change of the
-   density a cell. */
-MPM_INLINE MPMReal Density(int dim, const MPMParams *par, const MPMPatch *patch, const MPMMaterial *m,
-                           const MPMComponent *value, const MPMComponent *gradient, PetscInt l, MPMReal *slope)
+   density a cell, *faint what a slope that is not taken for a surface may be of one. */
+MPM_INLINE MPMReal Density(int dim, const MPMParams *par, const MPMPatch *patch, const MPMStencils *s,
+                           const MPMMaterial *m, const MPMComponent *value, const MPMComponent *gradient, PetscInt l,
+                           MPMReal *slope, MPMReal *faint)
 {
   const PetscReal *h    = patch->grid->h;
-  const MPMReal    full = MPMRead(&value[0][l]), p = MPMRead(&value[1][l]);
-  PetscReal        g2 = 0;
+  const MPMReal    full = MPMRead(&value[0][l]) / (1.0 + Lattice(dim, patch, s, l)), p = MPMRead(&value[1][l]);
   MPMReal          cell, depth; /* change of the pressure over a cell */
 
-  for (int d = 0; d < dim; d++) g2 += PetscSqr(h[d] * par->gravity[d]);
-  cell   = MPMMax(MPMAll(m->rho * PetscSqrtReal(g2)), dim > 1 ? Length(dim, h, gradient + dim, l) : MPMAbs(p));
+  cell   = MPMMax(MPMAll(CellWeight(dim, par, patch, m)), dim > 1 ? Length(dim, h, gradient + dim, l) : MPMAbs(p));
   cell   = MPMMax(cell, 1e-3 * MPMAbs(p) + PETSC_MIN_REAL);
   depth  = p / (SHALLOW * cell);
   *slope = Length(dim, h, gradient, l) / full;
   depth  = MPMMin(MPMAll(1), MPMMax(MPMAll(0), 2.0 - depth)); /* 1 at a surface, 0 at depth */
+  *faint = surface[patch->basis].fall * MPMMax(MPMAll(0), MPMMin(*slope, 2 * STEEP - *slope));
   return full / MPMMax(MPMAll(FAINTEST), 1.0 - surface[patch->basis].fall * depth * MPMMax(MPMAll(0), *slope - STEEP));
 }
 
 /* Returns the difference of the volume ratio that the density tells from that of the mean, as far as it is sure: 0 as
    well where the density is that of the reference volume, at which bodies begin with pressure. Sets in *apart the lanes
    that have come apart from the others. */
-MPM_INLINE MPMReal Mismatch(int dim, const MPMParams *par, const MPMPatch *patch, const MPMMaterial *m,
-                            const MPMComponent *value, const MPMComponent *gradient, PetscInt l, MPMReal mean,
-                            MPMMask *apart)
+MPM_INLINE MPMReal Mismatch(int dim, const MPMParams *par, const MPMPatch *patch, const MPMStencils *s,
+                            const MPMMaterial *m, const MPMComponent *value, const MPMComponent *gradient, PetscInt l,
+                            MPMReal mean, MPMMask *apart)
 {
-  MPMReal       slope;
-  const MPMReal r     = Density(dim, par, patch, m, value, gradient, l, &slope);
-  const MPMReal thin  = 1.0 / r - MPMMax(mean, MPMAll(1)) - (UNSURE + surface[patch->basis].thin * slope);
-  const MPMReal dense = 1.0 / r - MPMMin(mean, MPMAll(1)) + (UNSURE + surface[patch->basis].dense * slope);
+  MPMReal         slope, faint;
+  const PetscReal most   = IsSand(m) ? MOST_SAND : MOST;
+  const MPMReal   r      = Density(dim, par, patch, s, m, value, gradient, l, &slope, &faint);
+  const MPMReal   unsure = UNSURE + surface[patch->basis].thin * slope + (IsSand(m) ? MPMAll(0) : faint);
+  const MPMReal   thin   = 1.0 / r - MPMMax(mean, MPMAll(1)) - unsure;
+  const MPMReal   dense  = 1.0 / r - MPMMin(mean, MPMAll(1)) + (UNSURE + surface[patch->basis].dense * slope);
 
   *apart = r < APART;
-  return MPMMax(MPMAll(0), MPMMin(thin, MPMAll(MOST))) + MPMMin(MPMAll(0), MPMMax(dense, MPMAll(LEAST)));
+  return MPMMax(MPMAll(0), MPMMin(thin, MPMAll(most))) + MPMMin(MPMAll(0), MPMMax(dense, MPMAll(LEAST)));
 }
 
 /* Relaxes particles first .. next-1 of a block, of a fluid; returns those that have come apart, a bit for each. */
 MPM_INLINE uint64_t RelaxFluid(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
-                               const MPMMaterial *m, PetscInt first, PetscInt next, const MPMComponent *value,
-                               const MPMComponent *gradient)
+                               const MPMStencils *s, const MPMMaterial *m, PetscInt first, PetscInt next,
+                               const MPMComponent *value, const MPMComponent *gradient)
 {
-  uint64_t set = 0;
+  const PetscReal still = STILL / m->K * CellWeight(dim, par, patch, m);
+  uint64_t        set   = 0;
 
   for (PetscInt l = first - first % MPM_WIDTH; l < PetscMin(next, o->n); l += MPM_WIDTH) {
     MPMReal was, mean, now;
@@ -224,7 +274,8 @@ MPM_INLINE uint64_t RelaxFluid(int dim, const MPMParams *par, const MPMPatch *pa
 
     MPMLoad(1, patch->particles.J, o, l, &was);
     mean = RatioOf(m, MPMRead(&value[1][l]) / (m->K * was));
-    now  = mean + par->push * Mismatch(dim, par, patch, m, value, gradient, l, mean, &apart);
+    now  = mean + par->push * Mismatch(dim, par, patch, s, m, value, gradient, l, mean, &apart);
+    now  = MPMSelect(MPMAbs(mean - was) > still, now, now - (mean - was));
     now  = MPMMax(SLOWEST * was, was + m->follows * (now - was));
     now  = MPMSelect(apart, MPMAll(m->tension == 0 ? 1 + OPEN : 1), now);
     set |= MPMSet(apart & MPMBetween(l, first, next), l);
@@ -272,8 +323,8 @@ MPM_INLINE void SetStrain(int dim, const MPMMaterial *m, const MPMView *particle
 
 /* Relaxes particles first .. next-1 of a block, of sand, near open sand; returns those that have come apart. */
 MPM_INLINE uint64_t RelaxSand(int dim, const MPMParams *par, const MPMPatch *patch, const MPMBlockOrder *o,
-                              const MPMMaterial *m, PetscInt first, PetscInt next, const MPMComponent *value,
-                              const MPMComponent *gradient)
+                              const MPMStencils *s, const MPMMaterial *m, PetscInt first, PetscInt next,
+                              const MPMComponent *value, const MPMComponent *gradient)
 {
   uint64_t set = 0;
 
@@ -288,7 +339,7 @@ MPM_INLINE uint64_t RelaxSand(int dim, const MPMParams *par, const MPMPatch *pat
     MPMLoad(1, patch->particles.vc, o, l, &vc);
     was  = Strain(dim, m, tau, vc);
     mean = -1.0 * MPMRead(&value[1][l]) / Modulus(m);
-    now  = mean + SAND * par->push * Mismatch(dim, par, patch, m, value, gradient, l, 1.0 + mean, &apart);
+    now  = mean + SAND * par->push * Mismatch(dim, par, patch, s, m, value, gradient, l, 1.0 + mean, &apart);
     now  = MPMSelect(apart, MPMAll(LOOSE), was + share * (now - was));
     set |= MPMSet(acts & apart, l);
     SetStrain(dim, m, &patch->particles, o, l, first, PetscMin(next, o->n), acts, now);
@@ -306,8 +357,8 @@ MPM_INLINE void RelaxVolumes(int dim, const MPMParams *par, const MPMPatch *patc
 
   MPM_FOR_MATERIALS(m, first, next, par, o->lanes, s->kind)
   {
-    if (m->follows > 0 && IsSand(m)) apart |= RelaxSand(dim, par, patch, o, m, first, next, value, gradient);
-    if (m->follows > 0 && !IsSand(m)) apart |= RelaxFluid(dim, par, patch, o, m, first, next, value, gradient);
+    if (m->follows > 0 && IsSand(m)) apart |= RelaxSand(dim, par, patch, o, s, m, first, next, value, gradient);
+    if (m->follows > 0 && !IsSand(m)) apart |= RelaxFluid(dim, par, patch, o, s, m, first, next, value, gradient);
   }
   n = C ? MPMList(apart, o->n, which) : 0; /* alone, a particle would keep an affine velocity for ever */
   for (PetscInt k = 0; k < n; k++)

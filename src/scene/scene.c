@@ -125,7 +125,6 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsMethodGiven(&given));
-  m->relaxation = given ? 0 : 1;
   m->tension = m->melting = -1; /* none */
   for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
     (void)snprintf(all + strlen(all), sizeof all - strlen(all), " %s", numbers[k].word);
@@ -135,6 +134,7 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
   PetscCall(MPMOptionsReal(o, "material_<m>_rho", m->name, &m->rho, NULL));
   if (!m->type) PetscFunctionReturn(PETSC_SUCCESS);
   if (m->type->traits & MPM_FLUID) m->tension = 0;
+  m->relaxation = given ? 0 : m->type->traits & MPM_FLUID ? 1 : 0.25; /* more slows down sand on coarse grids */
   taken = m->type->parameters;
   PetscCall(MPMOptionsRefuseOthers(o, "material", m->name, "model", model, all, taken));
   if (MPMListHas(taken, "eos")) {

@@ -8,13 +8,14 @@
 #define CROSSED     2.    /* cells that sound crosses between two relaxations of rate 1 */
 #define FASTER      0.5   /* share of the mismatch that goes while the fastest particle crosses a cell */
 #define AT_REST     0.2   /* speed that is added to that of the fastest one, of sqrt(g h) */
-#define PUSH        0.025 /* largest share at a time */
+#define PUSH        0.04  /* largest share at a time */
 
 /* Returns the speed of sound, m/s, of a material that relaxes, times its rate; 0 of others: of sand in 1-D, where a node
-   has no room for what it needs, and with dilation, since then the density does not tell what is open. */
-static PetscReal Sound(const MPMMaterial *m, PetscInt dim)
+   has no room for what it needs, with dilation, since then the density does not tell what is open, and beside fluids
+   that relax, whose pressure is another. */
+static PetscReal Sound(const MPMMaterial *m, PetscInt dim, PetscBool fluids)
 {
-  const PetscBool sand = m->state & MPM_BIT(vc) && dim > 1 && !(m->dilation > 0) ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool sand = m->state & MPM_BIT(vc) && dim > 1 && !(m->dilation > 0) && !fluids ? PETSC_TRUE : PETSC_FALSE;
 
   if (m->type->traits & MPM_FLUID) return m->relaxation * PetscSqrtReal(m->K / m->rho);
   return sand ? m->relaxation * PetscSqrtReal((m->lambda + 2 * m->mu) / m->rho) : 0;
@@ -28,13 +29,18 @@ void MPMVolumesSetUp(MPMCore *core, MPMMaterial *materials, const MPMTime *time)
 
   v->sound  = 0;
   v->fluids = v->sand = PETSC_FALSE;
+  for (PetscInt k = 0; k < core->params.nkinds; k++) {
+    const MPMMaterial *m = &materials[core->params.kinds[k].material];
+
+    if (m->type->traits & MPM_FLUID && m->relaxation > 0) v->fluids = PETSC_TRUE;
+  }
   for (int pass = 0; pass < 2; pass++) /* the fastest one, then their shares of it */
     for (PetscInt k = 0; k < core->params.nkinds; k++) {
       MPMMaterial    *m = &materials[core->params.kinds[k].material];
-      const PetscReal c = Sound(m, core->grid.dim);
+      const PetscReal c = Sound(m, core->grid.dim, v->fluids);
 
       if (!pass) v->sound = PetscMax(v->sound, c);
-      if (c > 0) *(m->type->traits & MPM_FLUID ? &v->fluids : &v->sand) = PETSC_TRUE;
+      if (c > 0 && !(m->type->traits & MPM_FLUID)) v->sand = PETSC_TRUE;
       m->follows = pass && c > 0 ? c / v->sound : 0;
     }
   if (time->fixed > 0) crossed = time->fixed * v->sound / h;
