@@ -98,6 +98,21 @@ static PetscReal Reaches(const MPMCore *core, const MPMView *view, PetscInt p, P
   return PetscMax(ahead, most - STEEP * core->grid.h[axis]);
 }
 
+/* Returns how far, m, the end of particle p may come nearer to the wall of face k in this step at most: of what keeps its
+   shape any distance. The end of what flows is where its centre is, less a constant; so nodes may approach the wall only as
+   its centre does, twice as fast, or else it would be stretched towards a wall that it never reaches. */
+static PetscReal Arrives(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k)
+{
+  const PetscInt  dim = core->grid.dim;
+  const PetscReal dt = core->params.dt, speed = (k % 2 ? 1 : -1) * view->v[p * dim + k / 2];
+  PetscReal       g2 = 0;
+
+  if (core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston || MPMMaterialKeepsShape(MaterialOf(core, view, p)))
+    return PETSC_INFINITY;
+  for (PetscInt d = 0; d < dim; d++) g2 += PetscSqr(core->params.gravity[d]);
+  return 2 * dt * (PetscMax(0, speed) + dt * PetscSqrtReal(g2));
+}
+
 /* Lets particle p, at the distance `at`, m, from the wall of face k, tell the nodes that it lies over how far its end is, those
    nearest to it. To those of a piston a body that keeps its shape tells it once more, since it can be pulled.
 
@@ -111,7 +126,7 @@ static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt 
   const PetscInt  dim    = grid->dim;
   const PetscBool moves  = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
   const PetscBool pulled = moves && MPMMaterialKeepsShape(MaterialOf(core, view, p)) ? PETSC_TRUE : PETSC_FALSE;
-  const PetscReal h = grid->h[k / 2], end = at - Reaches(core, view, p, k, at);
+  const PetscReal h = grid->h[k / 2], end = PetscMin(at - Reaches(core, view, p, k, at), Arrives(core, view, p, k));
   const PetscBool sinks = !moves && end < -SUNK * h ? PETSC_TRUE : PETSC_FALSE;
   const PetscReal reach = sinks ? 0.5 * MPM_MAX_STENCIL : 0.5;
   PetscInt        lo[3] = {0}, hi[3] = {0}, ijk[3];
@@ -177,7 +192,7 @@ static void SetLeast(const MPMCore *core, PetscInt k)
 PetscErrorCode MPMGapsUpdate(MPMCore *core)
 {
   const MPMGrid  *grid   = &core->grid;
-  const PetscInt  dim    = grid->dim, fields = MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim);
+  const PetscInt  dim    = grid->dim, fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim);
   const PetscReal reach  = 0.5 * MPMBasisNodes(core->basis);
   MPMGaps        *g      = core->gaps;
   MPMView         view;
