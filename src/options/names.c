@@ -175,14 +175,15 @@ static PetscBool IsPetscs(const char given[])
   return PETSC_FALSE;
 }
 
-/* Returns whether `given` begins as an option of a material, body, load, probe or face does. */
+/* Returns whether `given` begins as an option of a material, body, load, probe or face does, with a name and a word. */
 static PetscBool IsOfName(MPMOptions o, const char given[])
 {
   for (size_t r = 0; r < o->table->n; r++) {
     const char *open = o->table->row[r].name ? strchr(o->table->row[r].name, '<') : NULL;
 
     if (open && strchr("mblpf", open[1]) &&
-        !strncasecmp(o->table->row[r].name, given, (size_t)(open - o->table->row[r].name)))
+        !strncasecmp(o->table->row[r].name, given, (size_t)(open - o->table->row[r].name)) &&
+        strchr(given + (open - o->table->row[r].name), '_'))
       return PETSC_TRUE;
   }
   return PETSC_FALSE;
