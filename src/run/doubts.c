@@ -192,11 +192,9 @@ static PetscBool OptionHas(const char name[], const char value[])
 static PetscErrorCode WarnLocking(MPM mpm)
 {
   const PetscBool cure = OptionHas("method_locking", "fbar"), spline = MPMBasisIsSpline(mpm->core.basis);
-  char            chosen[MPM_NAME_LEN] = "";
 
   PetscFunctionBeginUser;
-  if (cure) PetscCall(PetscOptionsGetString(NULL, NULL, "-method_locking", chosen, sizeof chosen, NULL));
-  if (!strcmp(chosen, "fbar") || mpm->core.grid.dim == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  if (mpm->core.params.box || mpm->core.grid.dim == 1) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
     const MPMMaterial *m = &mpm->scene.materials[k];
 

@@ -129,7 +129,7 @@ STARTERS = {
     "wave in a bar": Starter(
         2, "a sudden pressure at one end runs along a bar and doubles at its wall", s.loaded_bar, (16, 32, 64),
         "in the length",
-        Number("impulse on the wall", 500 / s.C, "d'Alembert", s.wall_impulse, (0.03, 0.02, 0.01), "N s")),
+        Number("impulse on the wall", 500 / s.C, "d'Alembert", s.wall_impulse, (0.01, 0.002, 0.002), "N s")),
     "bar on a wall": Starter(
         2, "an elastic bar strikes a wall with its end, at 0.01 of its wave speed", s.bar_on_wall, (16, 32, 64),
         "in the length", Number("contact time", 2000 / s.C, "2 L/c", s.bar_contact_time, same(0.1), "ms"),
@@ -171,7 +171,7 @@ STARTERS = {
     "footing at 0.9": footing("a flexible strip load of 0.9 times the limit on clay", 0.9, 0.3, 3,
                               zero(SLOPE[0], "below the limit", s.rests, (3e-3, 6e-4, 1e-4))),
     "footing that fails": footing("a flexible strip load that grows beyond the limit", 1.4, 2.1, 0, Number(
-        "limit over c_u", 2 + math.pi, "Prandtl 1920", s.limit_load, (0.1, 0.04, 0.02))),
+        "limit over c_u", 2 + math.pi, "Prandtl 1920", s.limit_load, (0.1, 0.05, 0.05))),
     "sand column": heap("a column of dry sand, as high as wide, collapses on a rough floor", 1),
     "tall sand column": heap("a column of dry sand, twice as high as wide", 0.5),
     "sand thrown up": Starter(
