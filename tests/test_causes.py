@@ -193,6 +193,16 @@ retry = run("box", "-body_b_velocity", "sin(7*x),0", "-dt_size", "0.05", "-check
 check.that(retry.status == 3 and re.search(r"retry .*is turned inside out or not finite \(det F = \S+\)$", retry.out, re.M) and
            re.search("it still fails, -dt_retry allows no shorter step; .*; use -dt_size auto$", retry.err.strip()), f"a retry tells the fault, its end the case: {retry.err.strip()}")
 
+# ---- Sand that runs too far: told before the first step, and with the viscosity it runs as far as in experiments, 1.2 of its height (Lube et al. 2005)
+scene("sand", 2, ((0, 0), (3, 1.25), 1 / 16), {"model": "druckerprager", "rho": 2000, "E": 1e6, "nu": 0.3, "friction_angle": 31, "fit": "plane_strain"}, 0, (1, 1), "-gravity 0,-9.81", "-bc_xmin_type slip",
+      "-bc_ymin_type fixed", "-time_end 2", "-output_format hdf5", "-output_every 2", "-output_fields body")
+told = run("sand", "-dry_run")
+line = re.search(r"warning +how far b runs out grows as cells get smaller; if it counts, use (-.*) \(docs/choosing.md, soils\)", told.out)
+check.need(line, f"a column of sand is warned of: {told.out}")
+again = check.must("-options_file", "sand.opts", "-output_dir", ".", *line[1].split())
+far = np.quantile(check.particles("sand.h5")["x"][:, 0], 0.995) - 1
+check.that(abs(far / 1.2 - 1) < 0.1 and "runs out" not in again.out, f"with {line[1]} it runs {far:.3f} of its height")
+
 # ---- Methods that amplify noise, told before the first step: the remedy gets no such warning, and noise stays small
 scene("moves", 2, (0, 1, 1 / 20), {**SOLID, "E": 1000}, 0.3, 0.7, "-body_b_velocity 0.1,0.1", "-time_end 40", "-bc_xmin_type periodic", "-bc_xmax_type periodic", "-bc_ymin_type periodic",
       "-bc_ymax_type periodic")

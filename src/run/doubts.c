@@ -15,6 +15,7 @@
 #define YIELD_MOST   10
 #define COLD         70  /* K; tests of metals are made above the temperature of liquid nitrogen, 77 K */
 #define HOT          500 /* K; most metals melt above */
+#define RUNS         3.2e-3 /* viscosity over H sqrt(g H) */
 #define ANGLE_ACTS   3   /* degrees by which a soil may be stronger than its friction angle without a warning */
 
 /* Returns by how much rounding may shift the lattice of particles, in its spacings. Its places are multiples of the
@@ -293,6 +294,32 @@ static PetscErrorCode WarnWeight(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Warns that dry sand runs the farther the smaller the cells are, and the viscosity with which columns of sand, as high as
+   wide and twice as high, ran as far as in experiments on all grids: RUNS H sqrt(g H). */
+static PetscErrorCode WarnRuns(MPM mpm)
+{
+  PetscFunctionBeginUser;
+  if (mpm->method.viscosity > 0 || MPMDampingIsOn(&mpm->core) || mpm->core.grid.dim == 1)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  for (PetscInt k = 0; k < mpm->scene.nbodies; k++) {
+    const MPMBody     *b = &mpm->scene.bodies[k];
+    const MPMMaterial *m = &mpm->scene.materials[b->material];
+    PetscReal          lower[3], upper[3], nu = 0;
+
+    if (b->alone || !(m->state & MPM_BIT(vc)) || m->cohesion > 0) continue;
+    MPMRegionBounds(&b->region, mpm->core.grid.dim, lower, upper);
+    for (PetscInt d = 0; d < mpm->core.grid.dim; d++)
+      nu = PetscMax(nu, RUNS * PetscSqrtReal(PetscAbsReal(mpm->core.params.gravity[d]) *
+                                             PetscPowReal(upper[d] - lower[d], 3)));
+    if (nu > 0)
+      PetscCall(MPMPrint(&mpm->core.print,
+                         "warning    how far %s runs out grows as cells get smaller; if it counts, use -method_transfer "
+                         "flip -method_damping_viscosity %.1g (docs/choosing.md, soils)\n",
+                         b->name, (double)nu));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Warns of friction angles that are likely to be radians, and of those that act as others: a cone that was fitted in
    triaxial compression is stronger in plane strain. Who gives -material_<m>_fit knows. */
 static PetscErrorCode WarnAngle(MPM mpm)
@@ -381,6 +408,7 @@ PetscErrorCode MPMDoubtsWarn(MPM mpm, PetscReal steps, PetscReal seconds)
   PetscCall(WarnSpeed(mpm));
   PetscCall(WarnWeight(mpm));
   PetscCall(WarnAngle(mpm));
+  PetscCall(WarnRuns(mpm));
   PetscCall(WarnFall(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
