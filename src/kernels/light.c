@@ -10,24 +10,42 @@ MPM_INLINE PetscInt Step(const MPMPatch *patch, PetscInt d)
   return d == 0 ? 1 : d == 1 ? patch->n[0] : patch->n[0] * patch->n[1];
 }
 
+/* Sets [first, last) to where row j, k of the arrays may have mass among its nodes from .. to - 1: of an own row its span, and
+   nodes of other patches on both sides of it. */
+MPM_INLINE void Occupied(const MPMPatch *patch, PetscInt j, PetscInt k, PetscInt from, PetscInt to, PetscInt *first,
+                         PetscInt *last)
+{
+  const MPMSpan *span = patch->span + k * patch->n[1] + j;
+  const PetscInt own[3] = {patch->own_lo[0] - patch->lo[0], j + patch->lo[1] - patch->own_lo[1],
+                           k + patch->lo[2] - patch->own_lo[2]};
+
+  *first = from;
+  *last  = to;
+  if (own[1] < 0 || own[1] >= patch->own_n[1] || own[2] < 0 || own[2] >= patch->own_n[2]) return;
+  if (from >= own[0]) *first = PetscMax(from, span->first);
+  if (to <= own[0] + patch->own_n[0]) *last = PetscMin(to, span->last);
+}
+
 PetscErrorCode MPMLightMass(MPMLight *light, const MPMPatch *patch)
 {
-  const PetscInt rows = patch->n[1] * patch->n[2];
+  const PetscInt rows = patch->n[1] * patch->n[2], own = patch->own_lo[0] - patch->lo[0];
 
   PetscFunctionBeginUser;
   if (!light->mass) {
-    PetscCall(PetscMalloc1(patch->n[0] * rows, &light->mass));
+    PetscCall(PetscCalloc1(patch->n[0] * rows, &light->mass));
     PetscCall(PetscCalloc1(MPM_LIGHT_GIVEN * patch->n[0] * rows, &light->given));
+    PetscCall(PetscCalloc1(rows, &light->filled));
   }
-  PetscCall(PetscArrayzero(light->mass, patch->n[0] * rows));
   for (PetscInt k = 0; k < patch->own_n[2]; k++)
     for (PetscInt j = 0; j < patch->own_n[1]; j++) {
       const PetscInt row = (k + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + j + patch->own_lo[1] - patch->lo[1];
-      const PetscInt own = patch->own_lo[0] - patch->lo[0];
-      const PetscInt to  = PetscMin(own + patch->own_n[0], patch->span[row].last);
+      const MPMSpan  now  = {PetscMax(own, patch->span[row].first),
+                             PetscMin(own + patch->own_n[0], patch->span[row].last), PETSC_FALSE};
+      PetscReal     *mass = light->mass + row * patch->n[0];
 
-      for (PetscInt i = PetscMax(own, patch->span[row].first); i < to; i++)
-        light->mass[row * patch->n[0] + i] = patch->node[row * patch->n[0] + i].m;
+      for (PetscInt i = light->filled[row].first; i < light->filled[row].last; i++) mass[i] = 0;
+      for (PetscInt i = now.first; i < now.last; i++) mass[i] = patch->node[row * patch->n[0] + i].m;
+      light->filled[row] = now;
     }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -136,7 +154,14 @@ PetscErrorCode MPMLightFind(MPMLight *light, const MPMParams *par, const MPMPatc
 
   PetscFunctionBeginUser;
   light->n = 0;
-  for (PetscInt q = 0; q < patch->n[0] * patch->n[1] * patch->n[2]; q++) most = PetscMax(most, light->mass[q]);
+  for (PetscInt k = 0; k < patch->n[2]; k++)
+    for (PetscInt j = 0; j < patch->n[1]; j++) {
+      const PetscReal *mass = light->mass + (k * patch->n[1] + j) * patch->n[0];
+      PetscInt         first, last;
+
+      Occupied(patch, j, k, 0, patch->n[0], &first, &last);
+      for (PetscInt i = first; i < last; i++) most = PetscMax(most, mass[i]);
+    }
   for (PetscInt d = 0; d < 3; d++) {
     from[d] = PetscMax(0, patch->own_lo[d] - 2 - patch->lo[d]);
     to[d]   = PetscMin(patch->n[d], patch->own_lo[d] + patch->own_n[d] + 2 - patch->lo[d]);
@@ -144,8 +169,10 @@ PetscErrorCode MPMLightFind(MPMLight *light, const MPMParams *par, const MPMPatc
   for (PetscInt k = from[2]; k < to[2]; k++)
     for (PetscInt j = from[1]; j < to[1]; j++) {
       const PetscReal *mass = light->mass + (k * patch->n[1] + j) * patch->n[0];
+      PetscInt         first, last;
 
-      for (PetscInt i = from[0]; i < to[0]; i++)
+      Occupied(patch, j, k, from[0], to[0], &first, &last);
+      for (PetscInt i = first; i < last; i++)
         if (mass[i] > 0 && mass[i] < par->light * most) PetscCall(Look(light, par, patch, i, j, k));
     }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -298,6 +325,7 @@ PetscErrorCode MPMLightDestroy(MPMLight *light)
   PetscFunctionBeginUser;
   PetscCall(PetscFree(light->node));
   PetscCall(PetscFree(light->mass));
+  PetscCall(PetscFree(light->filled));
   PetscCall(PetscFree(light->given));
   light->n = light->room = 0;
   PetscFunctionReturn(PETSC_SUCCESS);

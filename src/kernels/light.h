@@ -22,6 +22,7 @@ typedef struct {
   PetscInt      n, room;
   MPMLightNode *node;
   PetscReal    *mass, *given;
+  MPMSpan      *filled; /* [rows of the arrays] where own rows of mass are not 0 */
 } MPMLight;
 #define MPM_LIGHT_GIVEN 4
 

@@ -105,11 +105,15 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
   PetscFunctionBeginUser;
   if (view->id[p] < body->first || view->id[p] >= body->first + body->n) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < 2 * dim; k++) {
-    const PetscInt  axis = k / 2, sign = k % 2 ? 1 : -1, layer = MPMSkinLayer(depth[k]);
-    const PetscReal away = sign * (PetscReal)layer * body->b[axis]; /* to the particle at the surface */
-    PetscReal       value[3], x[3], X[3], T[3], fall, w = MPMSkinShare(depth[k], MPMSkinWhole(body->ppc[axis]), &fall);
+    const PetscInt axis = k / 2, sign = k % 2 ? 1 : -1;
+    PetscReal      value[3], x[3], X[3], T[3], fall, w, away; /* away: from the particle at the surface, m */
+    PetscInt       layer;
 
-    if (!(load->sides >> k & 1) || (thin ? layer != 0 : !(w > 0))) continue;
+    if (!(load->sides >> k & 1) || depth[k] == 0) continue;
+    layer = MPMSkinLayer(depth[k]);
+    away  = sign * (PetscReal)layer * body->b[axis];
+    w     = MPMSkinShare(depth[k], MPMSkinWhole(body->ppc[axis]), &fall);
+    if (thin ? layer != 0 : !(w > 0)) continue;
     if (thin) w = 0, fall = 1;
     Deformation(dim, m, view, p, F, cofactor);
     for (PetscInt d = 0; d < dim; d++) {
