@@ -8,6 +8,7 @@
 
 #define MPM_LOCK_SHARE  0.8 /* -method_lock_share of metals; docs/theory.md (Locking) has what was measured with others */
 #define MPM_LIGHT_SHARE 0.1 /* -method_light_nodes; docs/theory.md (Light nodes) has what was measured with others */
+#define MPM_LIGHT_FLIP  0.03 /* the same of transfers without an affine part */
 
 /* Reads what decides the share of FLIP: that share itself or a damping, of which transfers without such a share take
    none. chosen: the transfer was given, and not taken from the preset. */
@@ -163,12 +164,15 @@ static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
 /* Reads the share of mass below which nodes are light. */
 static PetscErrorCode ReadLight(MPM mpm, MPMOptions o)
 {
-  PetscReal *share = &mpm->core.params.light;
-  PetscBool  given, set;
+  const PetscBool affine = mpm->method.transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool usl    = strcmp(mpm->method.scheme->name, "usl") ? PETSC_FALSE : PETSC_TRUE;
+  PetscReal      *share  = &mpm->core.params.light;
+  PetscBool       given, set;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsMethodGiven(&given));
-  *share = given || mpm->core.basis == MPM_BASIS_linear ? 0 : MPM_LIGHT_SHARE;
+  *share = !usl ? 0 : affine ? MPM_LIGHT_SHARE : MPM_LIGHT_FLIP; /* FLIP and musl keep what they do to the energy */
+  if (given || mpm->core.basis == MPM_BASIS_linear) *share = 0;
   PetscCall(MPMOptionsReal(o, "method_light_nodes", NULL, share, &set));
   if (*share > 0 && mpm->core.basis == MPM_BASIS_linear && !MPMOptionsOverridden("method_light_nodes", "method_basis"))
     MPMOptionsFail(o, "-method_light_nodes does not apply: it is for gimp and the splines, -method_basis is linear");
