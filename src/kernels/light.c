@@ -111,17 +111,20 @@ static PetscBool IsCarried(const MPMPatch *patch, const PetscReal *mass, const M
   return PETSC_TRUE;
 }
 
-/* Returns whether a wall acts along axis d on node i of the axis. A piston acts on the nodes `beside` its plane too, but
-   holds only the matter of a column as a whole. */
-MPM_INLINE PetscBool AtWall(const MPMWalls *walls, const MPMGrid *grid, PetscInt d, PetscInt i, PetscBool beside)
+/* Returns whether the wall of a face acts on node i of its axis, which has n cells. A piston acts on the nodes `beside` its
+   plane too, but holds only the matter of a column as a whole. */
+MPM_INLINE PetscBool AtFace(const MPMFace *f, int side, PetscInt n, PetscInt i, PetscBool beside)
 {
-  for (int side = 0; side < 2; side++) {
-    const MPMFace *f = &walls->given[d][side];
+  if (f->type == MPM_WALL_free || f->type == MPM_WALL_periodic) return PETSC_FALSE;
+  if ((side ? n - i : i) <= f->reach) return PETSC_TRUE;
+  return beside && f->type == MPM_WALL_piston && i >= f->first && i < f->first + f->beside ? PETSC_TRUE : PETSC_FALSE;
+}
 
-    if (f->type == MPM_WALL_free || f->type == MPM_WALL_periodic) continue;
-    if ((side ? grid->cells[d] - i : i) <= f->reach) return PETSC_TRUE;
-    if (beside && f->type == MPM_WALL_piston && i >= f->first && i < f->first + f->beside) return PETSC_TRUE;
-  }
+/* Returns whether a wall acts along axis d on node i of the axis, or a piston is beside it. */
+MPM_INLINE PetscBool AtWall(const MPMWalls *walls, const MPMGrid *grid, PetscInt d, PetscInt i)
+{
+  for (int side = 0; side < 2; side++)
+    if (AtFace(&walls->given[d][side], side, grid->cells[d], i, PETSC_TRUE)) return PETSC_TRUE;
   return PETSC_FALSE;
 }
 
@@ -135,7 +138,7 @@ static PetscErrorCode Look(MPMLight *light, const MPMParams *par, const MPMPatch
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < patch->grid->dim; d++) {
     node.side[d] = Side(patch, light->mass + node.node, d, at[d], par->light);
-    if (node.side[d] && AtWall(par->walls, patch->grid, d, patch->lo[d] + at[d], PETSC_TRUE)) node.side[d] = 0;
+    if (node.side[d] && AtWall(par->walls, patch->grid, d, patch->lo[d] + at[d])) node.side[d] = 0;
     if (node.side[d]) any = PETSC_TRUE;
   }
   if (!any || !IsCarried(patch, light->mass, &node, at, par->light)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -224,19 +227,19 @@ static PetscReal *Collected(MPMLight *light, const MPMPatch *patch, PetscInt car
 /* Sets ijk [3] to the number of a node in the grid, and returns the axes (bits) along which a wall may hold it. */
 static int Held(const MPMParams *par, const MPMPatch *patch, PetscInt node, PetscInt ijk[])
 {
-  const int dim = (int)patch->grid->dim;
+  const int dim  = (int)patch->grid->dim;
   int       held = 0;
 
   Place(patch, node, ijk);
   for (int d = 0; d < 3; d++) {
-    const MPMFace *f = par->walls->given[d];
-
     ijk[d] += patch->lo[d];
-    if (d >= dim || !AtWall(par->walls, patch->grid, d, ijk[d], PETSC_FALSE)) continue;
-    held |= 1 << d;
-    for (int side = 0; side < 2; side++)
-      if (f[side].type == MPM_WALL_fixed || f[side].type == MPM_WALL_moving || f[side].type == MPM_WALL_friction)
-        held = (1 << dim) - 1;
+    for (int side = 0; side < 2 && d < dim; side++) {
+      const MPMFace *f = &par->walls->given[d][side];
+
+      if (!AtFace(f, side, patch->grid->cells[d], ijk[d], PETSC_FALSE)) continue;
+      held |= f->type == MPM_WALL_fixed || f->type == MPM_WALL_moving || f->type == MPM_WALL_friction ? (1 << dim) - 1
+                                                                                                    : 1 << d;
+    }
   }
   return held;
 }
