@@ -8,7 +8,7 @@
 
 #define MPM_LOCK_SHARE  0.8 /* -method_lock_share of metals; docs/theory.md (Locking) has what was measured with others */
 #define MPM_LIGHT_SHARE 0.1 /* -method_light_nodes; docs/theory.md (Light nodes) has what was measured with others */
-#define MPM_LIGHT_FLIP  0.03 /* the same of transfers without an affine part */
+#define MPM_LIGHT_FLIP  0.03 /* the same of elastic scenes with transfers without an affine part */
 
 /* Reads what decides the share of FLIP: that share itself or a damping, of which transfers without such a share take
    none. chosen: the transfer was given, and not taken from the preset. */
@@ -171,7 +171,9 @@ static PetscErrorCode ReadLight(MPM mpm, MPMOptions o)
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsMethodGiven(&given));
-  *share = !usl ? 0 : affine ? MPM_LIGHT_SHARE : MPM_LIGHT_FLIP; /* FLIP and musl keep what they do to the energy */
+  *share = MPM_LIGHT_SHARE;
+  if (mpm->preset->elastic) /* FLIP and musl keep what light nodes do to the energy, and nothing else dissipates it */
+    *share = !usl ? 0 : affine ? MPM_LIGHT_SHARE : MPM_LIGHT_FLIP;
   if (given || mpm->core.basis == MPM_BASIS_linear) *share = 0;
   PetscCall(MPMOptionsReal(o, "method_light_nodes", NULL, share, &set));
   if (*share > 0 && mpm->core.basis == MPM_BASIS_linear && !MPMOptionsOverridden("method_light_nodes", "method_basis"))
