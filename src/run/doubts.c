@@ -294,29 +294,51 @@ static PetscErrorCode WarnWeight(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns that dry sand runs the farther the smaller the cells are, and the viscosity with which columns of sand, as high as
-   wide and twice as high, ran as far as in experiments on all grids: RUNS H sqrt(g H). */
+/* Returns whether a body has room beside it, across gravity: an axis that is not periodic, and on which it does not reach
+   from wall to wall. */
+static PetscBool HasRoom(MPM mpm, const PetscReal lower[], const PetscReal upper[])
+{
+  const MPMGrid *grid = &mpm->core.grid;
+
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const MPMFace *f = mpm->scene.walls.given[d];
+
+    if (mpm->core.params.gravity[d] != 0 || grid->periodic[d]) continue;
+    if (f[0].type == MPM_WALL_free || f[1].type == MPM_WALL_free) return PETSC_TRUE;
+    if (lower[d] > grid->lower[d] + f[0].distance + grid->h[d] || upper[d] < grid->upper[d] - f[1].distance - grid->h[d])
+      return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* Warns that dry sand runs the farther the smaller the cells are, and tells the viscosity with which columns of sand, as
+   high as wide and twice as high, ran as far as in experiments on all grids: RUNS H sqrt(g H). */
 static PetscErrorCode WarnRuns(MPM mpm)
 {
+  const char *name = NULL;
+  PetscReal   nu   = 0;
+
   PetscFunctionBeginUser;
-  if (mpm->method.viscosity > 0 || MPMDampingIsOn(&mpm->core) || mpm->core.grid.dim == 1)
-    PetscFunctionReturn(PETSC_SUCCESS);
+  if (mpm->method.viscosity > 0 || MPMDampingIsOn(&mpm->core)) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < mpm->scene.nbodies; k++) {
     const MPMBody     *b = &mpm->scene.bodies[k];
     const MPMMaterial *m = &mpm->scene.materials[b->material];
-    PetscReal          lower[3], upper[3], nu = 0;
+    PetscReal          lower[3], upper[3];
 
     if (b->alone || !(m->state & MPM_BIT(vc)) || m->cohesion > 0) continue;
     MPMRegionBounds(&b->region, mpm->core.grid.dim, lower, upper);
-    for (PetscInt d = 0; d < mpm->core.grid.dim; d++)
-      nu = PetscMax(nu, RUNS * PetscSqrtReal(PetscAbsReal(mpm->core.params.gravity[d]) *
-                                             PetscPowReal(upper[d] - lower[d], 3)));
-    if (nu > 0)
-      PetscCall(MPMPrint(&mpm->core.print,
-                         "warning    how far %s runs out grows as cells get smaller; if it counts, use -method_transfer "
-                         "flip -method_damping_viscosity %.1g (docs/choosing.md, soils)\n",
-                         b->name, (double)nu));
+    for (PetscInt d = 0; d < mpm->core.grid.dim && HasRoom(mpm, lower, upper); d++) {
+      const PetscReal own = RUNS * PetscSqrtReal(PetscAbsReal(mpm->core.params.gravity[d]) *
+                                                 PetscPowReal(upper[d] - lower[d], 3));
+
+      if (own > nu) nu = own, name = b->name;
+    }
   }
+  if (name)
+    PetscCall(MPMPrint(&mpm->core.print,
+                       "warning    how far %s runs out grows as cells get smaller; if it counts, use -method_transfer "
+                       "flip -method_damping_viscosity %.1g (docs/choosing.md, soils)\n",
+                       name, (double)nu));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -3,6 +3,7 @@
    shape has. */
 #include <stdlib.h>
 #include "run/mpm.h"
+#include "scene/at_walls.h"
 #include "scene/fit.h"
 #include "scene/points.h"
 
@@ -181,11 +182,40 @@ static PetscErrorCode WarnShapes(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Warns of particles of fluids, soils and metals that would start exactly on walls: they start a little inside, and what
+   should rest does not. */
+static PetscErrorCode WarnOnWalls(MPM mpm)
+{
+  const MPMCore *core = &mpm->core;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < mpm->scene.nfilled; k++) {
+    const MPMBody *b   = &mpm->scene.bodies[k];
+    PetscBool      any = PETSC_FALSE;
+    char           offset[MPM_NAME_LEN] = "";
+
+    for (PetscInt d = 0; d < core->grid.dim && !b->points; d++) {
+      const PetscBool lie = MPMAtWallsLie(&mpm->scene, core, b, d);
+      const PetscReal at  = b->offset[d] + (lie ? 0.5 * b->b[d] : 0);
+
+      any = any || lie ? PETSC_TRUE : PETSC_FALSE;
+      (void)snprintf(offset + strlen(offset), sizeof offset - strlen(offset), "%s%.10g", d ? "," : "", (double)at);
+    }
+    if (any)
+      PetscCall(MPMPrint(&mpm->core.print,
+                         "warning    particles of %s would start exactly on a wall, and start a tenth of their spacing "
+                         "inside: what should rest does not; use -body_%s_offset %s\n",
+                         b->name, b->name, offset));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMDoubtsBodies(MPM mpm)
 {
   PetscFunctionBeginUser;
   if (mpm->checkpoint.from[0]) PetscFunctionReturn(PETSC_SUCCESS); /* their places are not those of the start */
   PetscCall(WarnTables(mpm));
   PetscCall(WarnShapes(mpm));
+  PetscCall(WarnOnWalls(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -39,6 +39,24 @@ void MPMAtWallsMove(const MPMScene *scene, const MPMCore *core, const MPMBody *b
     }
 }
 
+PetscBool MPMAtWallsLie(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscInt d)
+{
+  PetscReal lower[3], upper[3];
+
+  MPMRegionBounds(&b->region, core->grid.dim, lower, upper);
+  for (int side = 0; side < 2; side++) {
+    const PetscReal face = side ? core->grid.upper[d] : core->grid.lower[d], h = ON_WALL * b->b[d];
+    PetscReal       x[3] = {0};
+
+    for (PetscInt e = 0; e < core->grid.dim; e++) x[e] = 0.5 * (core->grid.lower[e] + core->grid.upper[e]);
+    x[d] = b->b[d] * (0.5 + PetscFloorReal((face - b->offset[d]) / b->b[d] - 0.5 + 0.5)) + b->offset[d];
+    if (PetscAbsReal(x[d] - face) > h || (side ? upper[d] < face - h : lower[d] > face + h)) continue;
+    MPMAtWallsMove(scene, core, b, x);
+    if (PetscAbsReal(x[d] - face) > h) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
 /* Returns the share of its own volume in which the stress of a particle acts that lies `in` spacings from a wall which
    holds it along the normal; 1 if it is not next to the wall, or lies on it. */
 static PetscReal Share(MPMWall type, PetscReal in)

@@ -97,7 +97,7 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
 {
   const PetscInt     dim = core->grid.dim, *depth = view->depth + 2 * dim * p;
   const MPMBody     *body = &scene->bodies[load->body];
-  const MPMKind     *kind = &scene->kinds[body->kind];
+  const MPMKind     *kind = &scene->kinds[view->kind ? view->kind[p] : body->kind]; /* beside walls V0 is another */
   const MPMMaterial *m    = &scene->materials[body->material];
   const PetscBool    thin = m->state & MPM_BIT(F) ? PETSC_FALSE : PETSC_TRUE;
   PetscReal          F[9], cofactor[9];
@@ -175,7 +175,7 @@ PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t
 {
   const PetscInt dim    = core->grid.dim;
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(depth) |
-                          MPM_BIT(b) | MPM_BIT(S);
+                          MPM_BIT(kind) | MPM_BIT(b) | MPM_BIT(S);
   MPMView view;
 
   PetscFunctionBeginUser;
