@@ -35,3 +35,12 @@ void MPMTimeWords(PetscReal seconds, char words[MPM_NAME_LEN])
   (void)snprintf(words, MPM_NAME_LEN, "%g %s%s", strtod(digits, NULL), units[k].name,
                  strtod(digits, NULL) == 1 ? "" : "s");
 }
+
+void MPMPlaceWords(PetscInt dim, const PetscReal x[], char words[MPM_NAME_LEN])
+{
+  size_t n = 0;
+
+  for (PetscInt d = 0; d < dim; d++)
+    n += (size_t)snprintf(words + n, MPM_NAME_LEN - n, "%s%g", d ? ", " : "(", (double)x[d]);
+  (void)snprintf(words + n, MPM_NAME_LEN - n, ")");
+}

@@ -16,4 +16,7 @@ PetscErrorCode MPMPrint(const MPMPrinter *, const char format[], ...) PETSC_ATTR
 /* Writes a time in s with two digits and the unit that suits it, as in "34 minutes". Not collective. */
 void MPMTimeWords(PetscReal seconds, char words[MPM_NAME_LEN]);
 
+/* Writes a place x [dim], m, as in "(1, 2)". Not collective. */
+void MPMPlaceWords(PetscInt dim, const PetscReal x[], char words[MPM_NAME_LEN]);
+
 #endif

@@ -89,16 +89,23 @@ PetscBool MPMOptionsOverridden(const char name[], const char by[])
   return has_by && !has_name ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Returns whether basis, update and transfer are all given. Such a method is the plain one: remedies that presets have
-   on by default are off. Not collective. */
-PetscErrorCode MPMOptionsMethodGiven(PetscBool *given)
+/* Returns whether basis, update and transfer are all given, and whether any of them is; any may be NULL. A method of
+   which all are given is the plain one: remedies that presets have on by default are off. Not collective. */
+PetscErrorCode MPMOptionsMethodGiven(PetscBool *all, PetscBool *any)
 {
   const char *const method[] = {"-method_basis", "-method_update", "-method_transfer"};
+  const PetscInt    most     = (PetscInt)(sizeof method / sizeof method[0]);
+  PetscInt          n        = 0;
 
   PetscFunctionBeginUser;
-  *given = PETSC_TRUE;
-  for (size_t k = 0; k < sizeof method / sizeof method[0] && *given; k++)
-    PetscCall(PetscOptionsHasName(NULL, NULL, method[k], given));
+  for (PetscInt k = 0; k < most; k++) {
+    PetscBool given;
+
+    PetscCall(PetscOptionsHasName(NULL, NULL, method[k], &given));
+    if (given) n++;
+  }
+  *all = n == most ? PETSC_TRUE : PETSC_FALSE;
+  if (any) *any = n ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -59,7 +59,7 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*m
                                  char (*bodies)[MPM_NAME_LEN], PetscInt nl, char (*loads)[MPM_NAME_LEN]);
 void           MPMOptionsDeclareProbes(MPMOptions, PetscInt n, char (*probes)[MPM_NAME_LEN]); /* before the others */
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
-PetscErrorCode MPMOptionsMethodGiven(PetscBool *given); /* are basis, update and transfer? Then no remedies are on */
+PetscErrorCode MPMOptionsMethodGiven(PetscBool *all, PetscBool *any);
 PetscErrorCode MPMOptionsFinish(MPMOptions);          /* refuses options that this scene never asked for */
 PetscBool      MPMOptionsAreIn(const char path[]);    /* is it an options file of this run? */
 void           MPMOptionsNoteFile(const char path[]); /* makes it one; -rerun reads options from other files */

@@ -101,10 +101,7 @@ static void Fill_temperature(const MPMShown *s, const MPMView *v, PetscInt p, Pe
 
 static void Fill_body(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
-  PetscInt b = 0;
-
-  while (v->id[p] >= s->scene->bodies[b].first + s->scene->bodies[b].n) b++;
-  row[0] = b;
+  row[0] = MPMBodyOf(s->scene, v->id[p], 0);
 }
 
 /* It needs all particles, so it is computed before (indicator.c). */

@@ -178,7 +178,6 @@ static PetscErrorCode WriteLine(MPMMonitor *mon, MPMCore *core, const MPMShown *
 static PetscErrorCode Totals(MPMMonitor *mon, MPMCore *core, const MPMScene *scene)
 {
   MPMTotals now;
-  PetscInt  b = 0;
 
   PetscFunctionBeginUser;
   PetscCall(MPMTotalsCompute(scene, core, &now));
@@ -186,9 +185,9 @@ static PetscErrorCode Totals(MPMMonitor *mon, MPMCore *core, const MPMScene *sce
     mon->now = now;
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  while (b + 1 < scene->nbodies && now.wrong >= scene->bodies[b + 1].first) b++;
   (void)snprintf(core->stop, sizeof core->stop, "%s of particle %" PetscInt64_FMT " of %s is not finite",
-                 MPMDiagnostics[now.wrong_row].name, now.wrong, scene->bodies[b].name);
+                 MPMDiagnostics[now.wrong_row].name, now.wrong,
+                 scene->bodies[MPMBodyOf(scene, now.wrong, 0)].name);
   core->status.bad = MPM_NOT_FINITE;
   core->status.id  = now.wrong;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -153,11 +153,7 @@ static PetscErrorCode FindNearest(const MPMProbe *p, MPMCore *core, PetscInt64 *
   for (PetscInt d = 0; d < 3; d++)
     if (mine != *id) x[d] = -PETSC_MAX_REAL;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, x, 3, MPIU_REAL, MPIU_MAX, core->exchange.data));
-  (void)snprintf(at, sizeof at,
-                 dim == 1   ? "(%g)"
-                 : dim == 2 ? "(%g, %g)"
-                            : "(%g, %g, %g)",
-                 (double)x[0], (double)x[1], (double)x[2]);
+  MPMPlaceWords(dim, x, at);
   PetscCall(MPMPrint(&core->print, "probe      %s follows particle %" PetscInt64_FMT ", which starts at %s m\n",
                      p->name, *id, at));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -239,3 +239,14 @@ PetscErrorCode MPMPhaseEnd(MPMCore *core, const MPMPhase *phase, PetscInt n)
   PetscCall(MPMTimersEnd(&core->timers, phase->timer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode MPMPhaseRun(MPMCore *core, const MPMPhase *phase)
+{
+  const MPMExchangeType *type = core->exchange.type;
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMPhaseBegin(core, phase));
+  PetscCall(phase->kind == MPM_NODES ? type->nodes(core, phase) : type->sweep(core, phase));
+  PetscCall(MPMPhaseEnd(core, phase, type->by_workers ? 0 : core->particles.n));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

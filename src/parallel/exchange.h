@@ -60,4 +60,7 @@ PetscErrorCode MPMPoolPatches(const MPMCore *, PetscInt cells, PetscInt *n);
 PetscErrorCode MPMPhaseBegin(MPMCore *, const MPMPhase *);
 PetscErrorCode MPMPhaseEnd(MPMCore *, const MPMPhase *, PetscInt n);
 
+/* Runs a phase of a step in the way of the exchange, with its timer. Collective on exchange.data. */
+PetscErrorCode MPMPhaseRun(MPMCore *, const MPMPhase *);
+
 #endif

@@ -57,26 +57,21 @@ static PetscInt WallPassed(MPM mpm)
 }
 
 /* Names the particle of the status and its place. */
-static void NameParticle(MPM mpm, char who[2 * MPM_NAME_LEN], char at[128])
+static void NameParticle(MPM mpm, char who[2 * MPM_NAME_LEN], char at[MPM_NAME_LEN])
 {
   const MPMStatus *s   = &mpm->core.status;
   const PetscInt   dim = mpm->core.grid.dim;
-  PetscInt         b   = 0;
 
-  while (b + 1 < mpm->scene.nbodies && s->id >= mpm->scene.bodies[b + 1].first) b++;
-  (void)snprintf(who, 2 * MPM_NAME_LEN, "particle %" PetscInt64_FMT " of %s", s->id, mpm->scene.bodies[b].name);
-  (void)snprintf(at, 128,
-                 dim == 1   ? "(%g)"
-                 : dim == 2 ? "(%g, %g)"
-                            : "(%g, %g, %g)",
-                 (double)s->x[0], (double)s->x[1], (double)s->x[2]);
+  (void)snprintf(who, 2 * MPM_NAME_LEN, "particle %" PetscInt64_FMT " of %s", s->id,
+                 mpm->scene.bodies[MPMBodyOf(&mpm->scene, s->id, 0)].name);
+  MPMPlaceWords(dim, s->x, at);
 }
 
 /* Writes to core.stop what is wrong with the state after a step, if anything is; MPMCauseTell knows why. */
 static void CheckState(MPM mpm)
 {
   const MPMStatus *s = &mpm->core.status;
-  char             at[128], who[2 * MPM_NAME_LEN];
+  char             at[MPM_NAME_LEN], who[2 * MPM_NAME_LEN];
 
   if (!MPMStatusIsBad(s)) return;
   NameParticle(mpm, who, at);

@@ -81,7 +81,7 @@ void MPMPartingTell(MPM mpm, const MPMFound *f, PetscBool parted, char text[MPM_
   const PetscInt       dim  = mpm->core.grid.dim;
   char                 place[MPM_NAME_LEN], where[3 * MPM_NAME_LEN] = "", since[MPM_NAME_LEN] = "";
 
-  MPMFoundPlace(f, dim, place);
+  MPMPlaceWords(dim, f->x, place);
   if (code >= 3)
     (void)snprintf(where, sizeof where, "off its wall %s (%s)", MPMFaceNames[face],
                    MPMWallNames[scene->walls.given[face / 2][face % 2].type]);

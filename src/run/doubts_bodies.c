@@ -66,8 +66,7 @@ static PetscErrorCode Examine(MPM mpm, Table table[])
     PetscReal      volume = kind->V0;
     Place         *q      = &place[p];
 
-    *q = (Place){.cell = view.cell[p], .row = p};
-    while (q->body + 1 < scene->nbodies && view.id[p] >= scene->bodies[q->body + 1].first) q->body++;
+    *q = (Place){.cell = view.cell[p], .row = p, .body = MPMBodyOf(scene, view.id[p], 0)};
     if (view.F && (scene->materials[kind->material].state & MPM_BIT(F)))
       volume *= MPMDet((int)dim, view.F + p * dim * dim);
     for (PetscInt d = 0; d < dim; d++) q->x[d] = view.x[p * dim + d];

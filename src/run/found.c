@@ -25,19 +25,3 @@ PetscErrorCode MPMFoundAgree(MPMFound *f, MPI_Comm comm)
   PetscCall(PetscArraycpy(f->of, more + 3, 4));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-void MPMFoundPlace(const MPMFound *f, PetscInt dim, char text[MPM_NAME_LEN])
-{
-  (void)snprintf(text, MPM_NAME_LEN,
-                 dim == 1   ? "(%g)"
-                 : dim == 2 ? "(%g, %g)"
-                            : "(%g, %g, %g)",
-                 (double)f->x[0], (double)f->x[1], (double)f->x[2]);
-}
-
-PetscInt MPMBodyOf(const MPMScene *scene, PetscInt64 id, PetscInt guess)
-{
-  while (guess > 0 && id < scene->bodies[guess].first) guess--;
-  while (guess + 1 < scene->nbodies && id >= scene->bodies[guess + 1].first) guess++;
-  return guess;
-}

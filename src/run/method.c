@@ -137,7 +137,7 @@ static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
   PetscBool      given, locks, metal, set, share_set;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMOptionsMethodGiven(&given));
+  PetscCall(MPMOptionsMethodGiven(&given, NULL));
   locks = Locks(mpm, &metal);
   (void)snprintf(locking, sizeof locking, "%s", !given && locks ? "fbar" : "none");
   core->params.lock_share = !given && metal ? MPM_LOCK_SHARE : 1;
@@ -170,7 +170,7 @@ static PetscErrorCode ReadLight(MPM mpm, MPMOptions o)
   PetscBool       given, set;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMOptionsMethodGiven(&given));
+  PetscCall(MPMOptionsMethodGiven(&given, NULL));
   *share = MPM_LIGHT_SHARE;
   if (mpm->preset->elastic) /* FLIP and musl keep what light nodes do to the energy, and nothing else dissipates it */
     *share = !usl ? 0 : affine ? MPM_LIGHT_SHARE : MPM_LIGHT_FLIP;

@@ -173,11 +173,9 @@ static PetscErrorCode WarnOfSpin(MPM mpm)
   PetscCall(PetscCalloc1(N * scene->nbodies, &sum));
   PetscCall(MPMParticlesReadView(&mpm->core.particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    PetscInt  b    = 0;
     PetscReal x[3] = {0}, v[3] = {0}, *s;
 
-    while (view.id[p] >= scene->bodies[b].first + scene->bodies[b].n) b++;
-    s = sum + N * b;
+    s = sum + N * MPMBodyOf(scene, view.id[p], 0);
     for (PetscInt d = 0; d < dim; d++) {
       x[d] = view.x[p * dim + d];
       v[d] = view.v[p * dim + d];

@@ -66,16 +66,11 @@ static PetscErrorCode PrintRemedies(const MPM mpm)
 /* Prints the preset and what it stands for in this scene, unless all of the method was given without one. */
 PetscErrorCode MPMPresetPrint(MPM mpm)
 {
-  const char *const options[] = {"-method_basis", "-method_update", "-method_transfer"};
-  const char       *expect    = NULL;
-  PetscBool         given, own = PETSC_TRUE, any = PETSC_FALSE; /* are all, or any, of these given? */
+  const char *expect = NULL;
+  PetscBool   given, own, any;
 
   PetscFunctionBeginUser;
-  for (size_t k = 0; k < sizeof options / sizeof options[0]; k++) {
-    PetscCall(PetscOptionsHasName(NULL, NULL, options[k], &given));
-    own = own && given ? PETSC_TRUE : PETSC_FALSE;
-    any = any || given ? PETSC_TRUE : PETSC_FALSE;
-  }
+  PetscCall(MPMOptionsMethodGiven(&own, &any));
   if (own && !mpm->preset_given) PetscFunctionReturn(PETSC_SUCCESS);
   for (size_t k = 0; k < sizeof names / sizeof names[0]; k++)
     if (!strcmp(names[k].name, mpm->preset->name)) expect = names[k].expect;

@@ -152,7 +152,7 @@ void MPMRangesTell(MPM mpm, PetscInt row, const MPMFound *most, char text[MPM_TE
   char               place[MPM_NAME_LEN];
   size_t             n;
 
-  MPMFoundPlace(most, mpm->core.grid.dim, place);
+  MPMPlaceWords(mpm->core.grid.dim, most->x, place);
   (void)snprintf(text, MPM_TEXT_LEN, "%s, of %s, is out of its range: particle %" PetscInt64_FMT " of %s at %s ",
                  rows[row].law, m->name, most->key / 16, b->name, place);
   n = strlen(text);

@@ -178,7 +178,7 @@ PetscErrorCode MPMWatchRest(MPM mpm)
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   PetscCall(MPMFoundAgree(&most, core->exchange.data));
   if (!(most.value > MPM_RESTLESS)) PetscFunctionReturn(PETSC_SUCCESS);
-  MPMFoundPlace(&most, dim, place);
+  MPMPlaceWords(dim, most.x, place);
   PetscCall(MPMPrint(&core->print,
                      "warning    %s does not rest in its stress of -initial_stress k0: near %s it starts with an "
                      "acceleration of %.2g g. It needs a level surface, a wall below and walls at all sides; else let "

@@ -49,10 +49,6 @@ typedef struct {
    one, "(1, 2)". */
 void           MPMFoundTake(MPMFound *, const MPMFound *);
 PetscErrorCode MPMFoundAgree(MPMFound *, MPI_Comm);
-void           MPMFoundPlace(const MPMFound *, PetscInt dim, char text[MPM_NAME_LEN]);
-
-/* Returns the number of the body that a particle belongs to; guess: of one, such as that of the particle before. */
-PetscInt MPMBodyOf(const MPMScene *, PetscInt64 id, PetscInt guess);
 
 /* What the watch knows of a run. Those that later steps depend on are in checkpoints. */
 typedef struct {

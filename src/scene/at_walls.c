@@ -6,14 +6,22 @@
    of the first particles acts in all of the volume from the wall to the end of their domains; their mass stays. Kinds of
    particles have volume and mass, so it needs two more numbers for a body, and nothing for a particle.
 
-   With splines the node next to a wall has no weight at the wall but a slope: the pressure of a particle that lies on the
-   wall pushes a node to which it gives no mass. What flows, so that other matter may leave it alone there, starts a part of its
-   spacing inside. */
+   With splines the node next to a wall has no weight at the wall but a slope: the pressure of a particle that lies on
+   the wall pushes a node to which it gives no mass. Where matter flows, a particle may be left alone there, so it
+   starts a part of its spacing inside. */
 #include "scene/at_walls.h"
 
 #define ON_WALL  1e-3 /* of the spacing: what is nearer to a wall starts on it, and is moved inside by OFF_WALL */
 #define OFF_WALL 0.1
 #define SAME     1e-9 /* of the volume */
+
+/* Returns whether a body flows, so that none of its particles may start on a wall. */
+static PetscBool Flows(const MPMScene *scene, const MPMCore *core, const MPMBody *b)
+{
+  const PetscInt traits = scene->materials[b->material].type->traits;
+
+  return MPMBasisIsSpline(core->basis) && traits & (MPM_PLASTIC | MPM_FLUID) ? PETSC_TRUE : PETSC_FALSE;
+}
 
 static PetscBool Acts(MPMWall type)
 {
@@ -26,11 +34,19 @@ static PetscReal Inside(const MPMGrid *grid, const MPMBody *b, PetscInt d, int s
   return (side ? grid->upper[d] - x : x - grid->lower[d]) / b->b[d];
 }
 
+/* Returns how far the first place of the body's lattice in the grid is inside a face of axis d, over the spacing. */
+static PetscReal First(const MPMGrid *grid, const MPMBody *b, PetscInt d, int side)
+{
+  const PetscReal places = ((side ? grid->upper[d] : grid->lower[d]) - b->offset[d]) / b->b[d] - 0.5;
+
+  return side ? places - PetscFloorReal(places) : PetscCeilReal(places) - places;
+}
+
 void MPMAtWallsMove(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscReal x[])
 {
   const MPMGrid *grid = &core->grid;
 
-  if (!MPMBasisIsSpline(core->basis) || !(scene->materials[b->material].type->traits & (MPM_PLASTIC | MPM_FLUID))) return;
+  if (!Flows(scene, core, b)) return;
   for (PetscInt d = 0; d < grid->dim; d++)
     for (int side = 0; side < 2; side++) {
       if (!Acts(scene->walls.given[d][side].type)) continue;
@@ -43,16 +59,13 @@ PetscBool MPMAtWallsLie(const MPMScene *scene, const MPMCore *core, const MPMBod
 {
   PetscReal lower[3], upper[3];
 
+  if (!Flows(scene, core, b)) return PETSC_FALSE;
   MPMRegionBounds(&b->region, core->grid.dim, lower, upper);
   for (int side = 0; side < 2; side++) {
-    const PetscReal face = side ? core->grid.upper[d] : core->grid.lower[d], h = ON_WALL * b->b[d];
-    PetscReal       x[3] = {0};
+    const PetscReal in = First(&core->grid, b, d, side), from = side ? upper[d] : lower[d];
 
-    for (PetscInt e = 0; e < core->grid.dim; e++) x[e] = 0.5 * (core->grid.lower[e] + core->grid.upper[e]);
-    x[d] = b->b[d] * (0.5 + PetscFloorReal((face - b->offset[d]) / b->b[d] - 0.5 + 0.5)) + b->offset[d];
-    if (PetscAbsReal(x[d] - face) > h || (side ? upper[d] < face - h : lower[d] > face + h)) continue;
-    MPMAtWallsMove(scene, core, b, x);
-    if (PetscAbsReal(x[d] - face) > h) return PETSC_TRUE;
+    if (!Acts(scene->walls.given[d][side].type) || Inside(&core->grid, b, d, side, from) > ON_WALL) continue;
+    if (PetscMin(in, 1 - in) < ON_WALL) return PETSC_TRUE;
   }
   return PETSC_FALSE;
 }
@@ -63,15 +76,6 @@ static PetscReal Share(MPMWall type, PetscReal in)
 {
   if (type != MPM_WALL_fixed && type != MPM_WALL_slip) return 1;
   return in > ON_WALL && in < 1 - ON_WALL && PetscAbsReal(in - 0.5) > SAME ? in + 0.5 : 1;
-}
-
-/* Returns that share for the particles of a body that are next to a face; 1 if there is no gap. */
-static PetscReal ShareOf(const MPMScene *scene, const MPMGrid *grid, const MPMBody *b, PetscInt d, int side)
-{
-  const PetscReal places = ((side ? grid->upper[d] : grid->lower[d]) - b->offset[d]) / b->b[d] - 0.5;
-
-  return Share(scene->walls.given[d][side].type,
-               side ? places - PetscFloorReal(places) : PetscCeilReal(places) - places);
 }
 
 void MPMAtWallsFind(MPMScene *scene, const MPMCore *core, MPMBody *b, PetscBool any)
@@ -86,7 +90,8 @@ void MPMAtWallsFind(MPMScene *scene, const MPMCore *core, MPMBody *b, PetscBool 
 
     for (PetscInt d = 0, digits = n; d < dim; d++, digits /= 3)
       if (digits % 3) {
-        const PetscReal of = ShareOf(scene, &core->grid, b, d, (int)(digits % 3) - 1);
+        const int       side = (int)(digits % 3) - 1;
+        const PetscReal of   = Share(scene->walls.given[d][side].type, First(&core->grid, b, d, side));
 
         share *= of == 1 ? 0 : of;
       }

@@ -220,7 +220,7 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
     if (!b->n) RefuseEmpty(o, &core->grid, b);
     FindKind(scene, o, dim, b);
   }
-  PetscCall(MPMOptionsMethodGiven(&given));
+  PetscCall(MPMOptionsMethodGiven(&given, NULL));
   for (PetscInt k = 0; k < scene->nfilled && !MPMOptionsError(o); k++)
     MPMAtWallsFind(scene, core, &scene->bodies[k], !given);
   CheckMemory(o, "particles", (PetscReal)core->particles.total,

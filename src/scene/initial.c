@@ -245,11 +245,7 @@ PetscErrorCode MPMInitialState(const MPMScene *scene, const MPMCore *core, const
     why = MPMMaterialStressed(m, dim, in->stress ? PETSC_FALSE : PETSC_TRUE, tau, s);
   }
   if (!why) PetscFunctionReturn(PETSC_SUCCESS);
-  (void)snprintf(at, sizeof at,
-                 dim == 1   ? "(%g)"
-                 : dim == 2 ? "(%g, %g)"
-                            : "(%g, %g, %g)",
-                 (double)X[0], (double)(dim > 1 ? X[1] : 0), (double)(dim > 2 ? X[2] : 0));
+  MPMPlaceWords(dim, X, at);
   Write(dim, in->stress ? PETSC_FALSE : PETSC_TRUE, tau, has, sizeof has);
   Write(dim, in->stress ? PETSC_FALSE : PETSC_TRUE, s->tau, can, sizeof can);
   if (!in->stressed)

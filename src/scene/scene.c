@@ -124,7 +124,7 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
   PetscBool   given;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMOptionsMethodGiven(&given));
+  PetscCall(MPMOptionsMethodGiven(&given, NULL));
   m->tension = m->melting = -1; /* none */
   for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
     (void)snprintf(all + strlen(all), sizeof all - strlen(all), " %s", numbers[k].word);
@@ -347,4 +347,11 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   PetscCall(PetscFree(scene->probes));
   PetscCall(PetscFree(scene->share_first));
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscInt MPMBodyOf(const MPMScene *scene, PetscInt64 id, PetscInt guess)
+{
+  while (guess > 0 && id < scene->bodies[guess].first) guess--;
+  while (guess + 1 < scene->nbodies && id >= scene->bodies[guess + 1].first) guess++;
+  return guess;
 }

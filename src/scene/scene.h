@@ -104,6 +104,10 @@ PetscErrorCode MPMPointsCount(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMPointsHistogram(const MPMScene *, const MPMCore *, MPMHistogram *);
 PetscErrorCode MPMPointsAdd(const MPMScene *, MPMCore *);
 
+/* Returns the number of the body that particle id belongs to; guess: of one, such as that of the particle before. Not
+   collective. */
+PetscInt MPMBodyOf(const MPMScene *, PetscInt64 id, PetscInt guess);
+
 /* Sets *nothing to whether the `cut`-th shape that cuts a body removes none of its particles (read_region.c). Not
    collective. */
 PetscErrorCode MPMSceneCutsNothing(const MPMBody *, PetscInt dim, PetscInt cut, PetscBool *nothing);

@@ -8,34 +8,35 @@
 #define MOMENTUM   (B(v) | B(C))                               /* apic alone has C */
 #define STRESS     (B(F) | B(J) | B(tau))                      /* what the internal force depends on */
 #define STATE      (STRESS | B(be) | B(ep) | B(vc) | B(theta)) /* the state of a material */
-#define SAND       (B(vc) | B(tau)) /* what the volume of sand depends on, with J of fluids */
+#define SAND       (B(vc) | B(tau))                            /* what the volume of sand depends on, with J of fluids */
 #define COMMIT_IN  (B(id) | B(F))                              /* F: only for gimp domains that stretch */
 #define COMMIT_OUT (B(x) | B(cell) | B(l))                     /* the new position, and what depends on it */
 
 #define TO_NODES(name, parts, in)                                                                                      \
   {                                                                                                                    \
-    name, MPM_PARTICLES_TO_NODES, parts, NULL, 0, NULL, 0, PETSC_FALSE, in, 0, 0                                                          \
+    name, MPM_PARTICLES_TO_NODES, parts, NULL, 0, NULL, 0, PETSC_FALSE, in, 0, 0                                       \
   }
 #define NODES(name, kernel, flops)                                                                                     \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, NULL, 2, PETSC_TRUE, 0, 0, 0                                                                      \
+    name, MPM_NODES, 0, kernel, flops, NULL, 2, PETSC_FALSE, 0, 0, 0                                                   \
   }
 #define VELOCITIES(name, kernel, flops)                                                                                \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, NULL, 1, PETSC_FALSE, 0, 0, 0                                                         \
+    name, MPM_NODES, 0, kernel, flops, NULL, 1, PETSC_FALSE, 0, 0, 0                                                   \
   }
 #define ADVANCES(name, kernel, flops)                                                                                  \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, NULL, 2, PETSC_TRUE, 0, 0, 0                                                          \
+    name, MPM_NODES, 0, kernel, flops, NULL, 2, PETSC_TRUE, 0, 0, 0                                                    \
   }
 #define TO_PARTICLES(name, parts, in, out)                                                                             \
   {                                                                                                                    \
-    name, MPM_NODES_TO_PARTICLES, parts, NULL, 0, NULL, 0, PETSC_FALSE, in, out, 0                                                        \
+    name, MPM_NODES_TO_PARTICLES, parts, NULL, 0, NULL, 0, PETSC_FALSE, in, out, 0                                     \
   }
 
 /* A row has a name, which is that of its timer, so that rows may share one. A transfer has its parts, the fields that
    it reads and the fields that it writes; a node update has its kernel, and operations per node and axis; it sets
-   velocities and accelerations, or VELOCITIES alone, and then sends no more than these. */
+   velocities and accelerations, or VELOCITIES alone, and then sends no more than these. ADVANCES are those in which
+   light nodes move with others. */
 /* clang-format off */
 enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, P2G_VOLUME, VOLUME, G2P_VOLUME, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {

@@ -73,14 +73,11 @@ static PetscErrorCode FollowEnergy(MPMCore *core, PetscBool begins)
 /* Runs phase k of the program of a step. */
 static PetscErrorCode RunPhase(MPMCore *core, PetscInt k)
 {
-  const MPMExchangeType *ex    = core->exchange.type;
-  const MPMPhase        *phase = core->program[k];
+  const MPMPhase *phase = core->program[k];
 
   PetscFunctionBeginUser;
   if (core->reactions) PetscCall(MPMReactionsPhase(core, k, PETSC_TRUE));
-  PetscCall(MPMPhaseBegin(core, phase));
-  PetscCall(phase->kind == MPM_NODES ? ex->nodes(core, phase) : ex->sweep(core, phase));
-  PetscCall(MPMPhaseEnd(core, phase, ex->by_workers ? 0 : core->particles.n));
+  PetscCall(MPMPhaseRun(core, phase));
   if (core->energy.on && phase->kind == MPM_NODES) PetscCall(MPMEnergyNodes(core, phase));
   if (core->reactions) PetscCall(MPMReactionsPhase(core, k, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -88,14 +88,7 @@ PetscErrorCode MPMVolumesStep(MPMCore *core, const MPMStatus *last)
   core->params.push = PetscMin(
       PUSH, FASTER * (PetscSqrtReal(last->v2) + AT_REST * PetscSqrtReal(PetscSqrtReal(g2) * h)) * since / h);
   if (core->energy.on) PetscCall(MPMEnergyVolumes(core, -1));
-  for (PetscInt k = core->nprogram; k < core->nprogram + core->nrare; k++) {
-    const MPMPhase *phase = core->program[k];
-
-    PetscCall(MPMPhaseBegin(core, phase));
-    PetscCall(phase->kind == MPM_NODES ? core->exchange.type->nodes(core, phase)
-                                       : core->exchange.type->sweep(core, phase));
-    PetscCall(MPMPhaseEnd(core, phase, core->exchange.type->by_workers ? 0 : core->particles.n));
-  }
+  for (PetscInt k = 0; k < core->nrare; k++) PetscCall(MPMPhaseRun(core, core->program[core->nprogram + k]));
   if (core->energy.on) PetscCall(MPMEnergyVolumes(core, 1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
