@@ -336,8 +336,8 @@ static void Test(const Case *c)
   }
 }
 
-/* The integral of each node's function over the grid: of pieces that are polynomials, each by Simpson's rule; of gimp, over
-   domains that fill the grid. */
+/* The integral of each node's function over the grid: of pieces that are polynomials, each by Simpson's rule; of gimp,
+   over domains that fill the grid. */
 static void Integrals(const Case *c)
 {
   const PetscInt per = c->basis == MPM_BASIS_gimp ? (PetscInt)(0.5 / c->l + 0.5) : 2, n = per * c->cells;

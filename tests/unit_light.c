@@ -1,5 +1,6 @@
-/* unit_light.c - light nodes: which nodes are light, that all others keep their motion, and that an advance with light nodes
-   keeps momentum, angular momentum and a uniform acceleration, whatever masses and forces nodes have. And the layers in which loads act: what they give is the load on the surface, for every number of layers. */
+/* unit_light.c - light nodes: which nodes are light, that all others keep their motion, and that an advance with light
+   nodes keeps momentum, angular momentum and a uniform acceleration, whatever masses and forces nodes have. And the
+   layers in which loads act: what they give is the load on the surface, for every number of layers. */
 #include "kernels/light.h"
 #include "physics/skin.h"
 #include "physics/wall.h"
@@ -119,8 +120,8 @@ static PetscErrorCode Check(int dim, PetscBool smooth, PetscBool uniform)
   memcpy(plain, motion, sizeof motion);
   PetscCall(MPMLightMass(&light, &patch));
   PetscCall(MPMLightFind(&light, &par, &patch));
-  UnitContext("%d-D, %s masses, %s forces, %d light nodes", dim, smooth ? "smooth" : "random", uniform ? "uniform" : "random",
-              (int)light.n);
+  UnitContext("%d-D, %s masses, %s forces, %d light nodes", dim, smooth ? "smooth" : "random",
+              uniform ? "uniform" : "random", (int)light.n);
   MPMLightGive(&light, &par, &patch);
   Advance(&patch, &par);
   MPMLightMove(&light, &par, &patch);
@@ -153,7 +154,8 @@ static PetscErrorCode Check(int dim, PetscBool smooth, PetscBool uniform)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The falls of w add up to 1, and w at a place is what they leave of it: so a uniform stress is in balance with its load. */
+/* The falls of w add up to 1, and w at a place is what they leave of it: so a uniform stress is in balance with its
+   load. */
 static void CheckSkin(PetscInt layers, PetscInt whole)
 {
   PetscReal w = 1, fall;
@@ -178,7 +180,8 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   for (int round = 0; round < 40; round++)
     for (int dim = 1; dim <= 3; dim++)
-      for (int kind = 0; kind < 4; kind++) PetscCall(Check(dim, kind & 1 ? PETSC_TRUE : PETSC_FALSE, kind & 2 ? PETSC_TRUE : PETSC_FALSE));
+      for (int kind = 0; kind < 4; kind++)
+        PetscCall(Check(dim, kind & 1 ? PETSC_TRUE : PETSC_FALSE, kind & 2 ? PETSC_TRUE : PETSC_FALSE));
   CHECK(found > 1000);
   for (PetscInt layers = 1; layers < 40; layers++)
     for (PetscInt whole = 1; whole < 10; whole++) CheckSkin(layers, whole);

@@ -72,7 +72,7 @@ static MPMNeeds UnitNeeds(void)
   needs.stretched = UnitInt(2) ? PETSC_TRUE : PETSC_FALSE;
   needs.increment = UnitInt(2) ? PETSC_TRUE : PETSC_FALSE;
   needs.forced    = UnitInt(2) ? PETSC_TRUE : PETSC_FALSE;
-  needs.loaded   = UnitInt(2) ? PETSC_TRUE : PETSC_FALSE;
+  needs.loaded    = UnitInt(2) ? PETSC_TRUE : PETSC_FALSE;
   needs.start     = UnitInt(2) ? PETSC_TRUE : PETSC_FALSE;
   return needs;
 }

@@ -1,6 +1,6 @@
-/* light.c - light nodes: how they are found, and how the next nodes carry them; light.h says why. All that a patch needs
-   of other patches are the sums of nodes up to MPM_LIGHT_LAYERS from its own, so what becomes of a node does not depend
-   on how the grid is cut: contributions to it are added in the sequence of the nodes that they come from. */
+/* light.c - light nodes: how they are found, and how the next nodes carry them; light.h says why. All that a patch
+   needs of other patches are the sums of nodes up to MPM_LIGHT_LAYERS from its own, so what becomes of a node does not
+   depend on how the grid is cut: contributions to it are added in the sequence of the nodes that they come from. */
 #include "kernels/light.h"
 #include "physics/wall.h"
 
@@ -10,12 +10,12 @@ MPM_INLINE PetscInt Step(const MPMPatch *patch, PetscInt d)
   return d == 0 ? 1 : d == 1 ? patch->n[0] : patch->n[0] * patch->n[1];
 }
 
-/* Sets [first, last) to where row j, k of the arrays may have mass among its nodes from .. to - 1: of an own row its span, and
-   nodes of other patches on both sides of it. */
+/* Sets [first, last) to where row j, k of the arrays may have mass among its nodes from .. to - 1: of an own row its
+   span, and nodes of other patches on both sides of it. */
 MPM_INLINE void Occupied(const MPMPatch *patch, PetscInt j, PetscInt k, PetscInt from, PetscInt to, PetscInt *first,
                          PetscInt *last)
 {
-  const MPMSpan *span = patch->span + k * patch->n[1] + j;
+  const MPMSpan *span   = patch->span + k * patch->n[1] + j;
   const PetscInt own[3] = {patch->own_lo[0] - patch->lo[0], j + patch->lo[1] - patch->own_lo[1],
                            k + patch->lo[2] - patch->own_lo[2]};
 
@@ -38,7 +38,7 @@ PetscErrorCode MPMLightMass(MPMLight *light, const MPMPatch *patch)
   }
   for (PetscInt k = 0; k < patch->own_n[2]; k++)
     for (PetscInt j = 0; j < patch->own_n[1]; j++) {
-      const PetscInt row = (k + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + j + patch->own_lo[1] - patch->lo[1];
+      const PetscInt row  = (k + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + j + patch->own_lo[1] - patch->lo[1];
       const MPMSpan  now  = {PetscMax(own, patch->span[row].first),
                              PetscMin(own + patch->own_n[0], patch->span[row].last), PETSC_FALSE};
       PetscReal     *mass = light->mass + row * patch->n[0];
@@ -50,8 +50,8 @@ PetscErrorCode MPMLightMass(MPMLight *light, const MPMPatch *patch)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the side on which a node of mass m > 0 is light on axis d: its neighbour there has more than 1/share of its mass,
-   and the opposite one less than share of it; else 0. at: the node's place in the arrays on this axis. */
+/* Returns the side on which a node of mass m > 0 is light on axis d: its neighbour there has more than 1/share of its
+   mass, and the opposite one less than share of it; else 0. at: the node's place in the arrays on this axis. */
 MPM_INLINE int Side(const MPMPatch *patch, const PetscReal *mass, PetscInt d, PetscInt at, PetscReal share)
 {
   const PetscInt  step = Step(patch, d);
@@ -91,8 +91,8 @@ MPM_INLINE void Place(const MPMPatch *patch, PetscInt node, PetscInt at[])
   at[2] = node / (patch->n[0] * patch->n[1]);
 }
 
-/* Returns whether the light node can be carried: its carriers are in the arrays, have more than 1/share of its mass each, and
-   are not light themselves. at [3]: its place in the arrays. */
+/* Returns whether the light node can be carried: its carriers are in the arrays, have more than 1/share of its mass
+   each, and are not light themselves. at [3]: its place in the arrays. */
 static PetscBool IsCarried(const MPMPatch *patch, const PetscReal *mass, const MPMLightNode *node, const PetscInt at[],
                            PetscReal share)
 {
@@ -111,8 +111,8 @@ static PetscBool IsCarried(const MPMPatch *patch, const PetscReal *mass, const M
   return PETSC_TRUE;
 }
 
-/* Returns whether the wall of a face acts on node i of its axis, which has n cells. A piston acts on the nodes `beside` its
-   plane too, but holds only the matter of a column as a whole. */
+/* Returns whether the wall of a face acts on node i of its axis, which has n cells. A piston acts on the nodes `beside`
+   its plane too, but holds only the matter of a column as a whole. */
 MPM_INLINE PetscBool AtFace(const MPMFace *f, int side, PetscInt n, PetscInt i, PetscBool beside)
 {
   if (f->type == MPM_WALL_free || f->type == MPM_WALL_periodic) return PETSC_FALSE;
@@ -129,7 +129,8 @@ MPM_INLINE PetscBool AtWall(const MPMWalls *walls, const MPMGrid *grid, PetscInt
 }
 
 /* Adds node i, j, k of the arrays to the list if it is light. */
-static PetscErrorCode Look(MPMLight *light, const MPMParams *par, const MPMPatch *patch, PetscInt i, PetscInt j, PetscInt k)
+static PetscErrorCode Look(MPMLight *light, const MPMParams *par, const MPMPatch *patch, PetscInt i, PetscInt j,
+                           PetscInt k)
 {
   const PetscInt at[3] = {i, j, k};
   MPMLightNode   node  = {.node = (k * patch->n[1] + j) * patch->n[0] + i};
@@ -195,8 +196,8 @@ MPM_INLINE PetscBool IsOwn(const MPMPatch *patch, PetscInt node)
   return PETSC_TRUE;
 }
 
-/* Adds to light->given what light nodes give to their carriers here, times the carriers' weights: mass and force, or, where
-   `inertia`, their masses times their accelerations, without gravity. */
+/* Adds to light->given what light nodes give to their carriers here, times the carriers' weights: mass and force, or,
+   where `inertia`, their masses times their accelerations, without gravity. */
 static void Collect(MPMLight *light, const MPMParams *par, const MPMPatch *patch, PetscBool inertia)
 {
   const PetscInt dim = patch->grid->dim, nc = MPM_MOTION_NC(dim);
@@ -215,8 +216,8 @@ static void Collect(MPMLight *light, const MPMParams *par, const MPMPatch *patch
     }
 }
 
-/* Visits each own carrier once: returns what was collected for it, to be zeroed, or NULL if it has been visited or is not
-   an own node. */
+/* Visits each own carrier once: returns what was collected for it, to be zeroed, or NULL if it has been visited or is
+   not an own node. */
 static PetscReal *Collected(MPMLight *light, const MPMPatch *patch, PetscInt carrier)
 {
   PetscReal *given = light->given + carrier * MPM_LIGHT_GIVEN;
@@ -238,7 +239,7 @@ static int Held(const MPMParams *par, const MPMPatch *patch, PetscInt node, Pets
 
       if (!AtFace(f, side, patch->grid->cells[d], ijk[d], PETSC_FALSE)) continue;
       held |= f->type == MPM_WALL_fixed || f->type == MPM_WALL_moving || f->type == MPM_WALL_friction ? (1 << dim) - 1
-                                                                                                    : 1 << d;
+                                                                                                      : 1 << d;
     }
   }
   return held;

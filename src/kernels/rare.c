@@ -55,9 +55,9 @@ void MPMRareInertia(PetscInt dim, MPMBasis basis, const MPMGrid *grid, PetscInt 
     }
 }
 
-/* Puts a particle at x [dim] that has passed a closed face back on it, if it is no further than BEYOND. Domains of gimp reach
-   beyond a wall, and the first node inside moves a particle that is nearer to the wall than half of its domain. At a wall
-   that only pushes, nodes that are free yet move a particle that is there. Returns whether it did. */
+/* Puts a particle at x [dim] that has passed a closed face back on it, if it is no further than BEYOND. Domains of gimp
+   reach beyond a wall, and the first node inside moves a particle that is nearer to the wall than half of its domain.
+   At a wall that only pushes, nodes that are free yet move a particle that is there. Returns whether it did. */
 static PetscBool PutBack(PetscInt dim, const MPMGrid *grid, PetscInt closed, PetscReal x[])
 {
   PetscBool back = PETSC_FALSE;

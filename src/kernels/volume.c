@@ -21,9 +21,9 @@
 #define SEEN      0.2      /* share of open sand near by above which sand relaxes; fully from twice that on */
 #define SAND      20.      /* sand follows the density so many times as fast as a fluid */
 
-/* What a flat surface does to the density, by the basis: how it falls with its slope; and for a slope of 1 the most that
-   particles then seem too thin, and too dense. Fitted to half spaces of 2 to 4 particles an axis and cell, at any place
-   in the cell and at angles up to 45 degrees. */
+/* What a flat surface does to the density, by the basis: how it falls with its slope; and for a slope of 1 the most
+   that particles then seem too thin, and too dense. Fitted to half spaces of 2 to 4 particles an axis and cell, at any
+   place in the cell and at angles up to 45 degrees. */
 static const struct {
   PetscReal fall, thin, dense;
 } surface[] = {[MPM_BASIS_linear]   = {0.364, 0.6, 0.22},
@@ -203,7 +203,7 @@ MPM_INLINE MPMReal Lattice(int dim, const MPMPatch *patch, const MPMStencils *s,
 
     if (grid->periodic[d] || !MPMBasisIsSpline(basis) || grid->wall_basis[d] != MPM_WALL_BASIS_EXTRAP) continue;
     for (int side = 0; side < 2; side++) {
-      const MPMReal t     = (side ? grid->upper[d] - x : x - grid->lower[d]) / grid->h[d];
+      const MPMReal t      = (side ? grid->upper[d] - x : x - grid->lower[d]) / grid->h[d];
       const MPMReal beyond = Uniform(basis, t + 1.0);
 
       sum += (Uniform(basis, t - 1.0) - beyond) / MPMBasisIntegral(basis, 1, grid->cells[d], grid->wall_basis[d]) -

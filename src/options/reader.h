@@ -60,8 +60,8 @@ PetscBool                MPMFormulaWord(size_t k, const char **what, const char 
 /* Returns the whole path that an option with the path of a file was read as, or NULL (path.c). */
 const char *MPMOptionsWholePath(const char name[]);
 
-/* Returns what there is instead of what an option of another program is for, if the name `given` has a word of one; else
-   NULL. */
+/* Returns what there is instead of what an option of another program is for, if the name `given` has a word of one;
+   else NULL. */
 const char *MPMOptionsForeign(const MPMVocabulary *, const char given[]);
 
 #endif

@@ -186,8 +186,7 @@ static PetscErrorCode Totals(MPMMonitor *mon, MPMCore *core, const MPMScene *sce
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   (void)snprintf(core->stop, sizeof core->stop, "%s of particle %" PetscInt64_FMT " of %s is not finite",
-                 MPMDiagnostics[now.wrong_row].name, now.wrong,
-                 scene->bodies[MPMBodyOf(scene, now.wrong, 0)].name);
+                 MPMDiagnostics[now.wrong_row].name, now.wrong, scene->bodies[MPMBodyOf(scene, now.wrong, 0)].name);
   core->status.bad = MPM_NOT_FINITE;
   core->status.id  = now.wrong;
   PetscFunctionReturn(PETSC_SUCCESS);

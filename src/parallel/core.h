@@ -27,7 +27,7 @@ struct _MPMPhase {
   PetscInt flops;                                             /* MPM_NODES: operations per node and axis */
   PetscErrorCode (*after)(MPMCore *, const MPMPhase *); /* MPM_NODES: what follows for own nodes, collective on exchange.data; or NULL */
   PetscInt motion;                      /* MPM_NODES: 1: velocities are new, and are sent; 2: accelerations too */
-  PetscBool light;                      /* MPM_NODES: others carry the light nodes (kernels/light.h) */
+  PetscBool light;                       /* MPM_NODES: others carry the light nodes (kernels/light.h) */
   PetscInt particles_in, particles_out; /* bits of the fields that it reads, writes */
   PetscInt timer;                       /* number of its timer, set by MPMStepSetUp */
 };
@@ -63,7 +63,7 @@ typedef struct {
   MPI_Comm               data; /* the processes that hold particles and grid; all DMs and files live on it */
   MPMPatch               patch;
   MPMLight               light;
-  PetscSF                around; /* brings numbers of nodes to all ghosts; NULL: there are none */
+  PetscSF                around;                   /* brings numbers of nodes to all ghosts; NULL: there are none */
   MPI_Datatype           record_type, motion_type; /* the sums of a node, its motion */
   char                  *boxes; /* memory for the sums of F-bar, of a worker of the pool too */
   size_t                 boxes_room;
@@ -130,8 +130,8 @@ typedef struct {
 typedef struct {
   PetscBool fluids, sand; /* whether any of these relaxes */
   PetscReal sound;        /* speed of sound times rate of the fastest one, m/s; 0: none relaxes */
-  PetscReal since; /* time since the last one, s */
-  PetscReal share; /* of the steps that do it, for predictions */
+  PetscReal since;        /* time since the last one, s */
+  PetscReal share;        /* of the steps that do it, for predictions */
 } MPMVolumes;
 
 /* What the walls of some faces have given the matter (step/reactions.c): exact sums over the nodes of this process, of
@@ -146,9 +146,9 @@ typedef struct {
 } MPMReactions;
 
 /* How far the matter is from the walls that act on arrival (step/gaps.c), for the nodes of each such face, from `first` on.
-   gap: m; after all of these what particles beside them that have sunk into the wall leave to them, m, or of a piston the
-   gap of what it can pull. least: the least velocity, which MPMFace shows to the nodes; after all of these how far what a piston can pull is
-   from each node, m. */
+   gap: m; after all of these what particles beside them that have sunk into the wall leave to them, m, or of a piston
+   the gap of what it can pull. least: the least velocity, which MPMFace shows to the nodes; after all of these how far
+   what a piston can pull is from each node, m. */
 typedef struct {
   PetscInt   faces, first[6], n; /* bits of the faces, 2 axis + side; nodes of all of them */
   PetscReal *gap, *least;        /* [2 n] */

@@ -9,8 +9,8 @@ PetscErrorCode MPMExchangeCreateGrid(MPMCore *core, const PetscInt parts[3], Pet
   const PetscInt reach = MPMBasisNodes(core->basis) - 1;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMGridCreateDM(&core->grid, ex->data,
-                            core->params.light > 0 ? PetscMax(reach, MPM_LIGHT_LAYERS) : reach, parts, widths, &ex->da));
+  PetscCall(MPMGridCreateDM(&core->grid, ex->data, core->params.light > 0 ? PetscMax(reach, MPM_LIGHT_LAYERS) : reach,
+                            parts, widths, &ex->da));
   PetscCall(MPMGridCreateSumsDM(ex->da, &ex->sums));
   PetscCall(MPMPatchSetBox(&ex->patch, &core->grid, core->basis, ex->da));
   PetscCall(MPMGridCreateVectors(&ex->patch, ex->da, ex->sums, &ex->motion, &ex->node_sums));

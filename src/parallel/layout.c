@@ -102,8 +102,8 @@ static PetscErrorCode Renumber(PetscInt unit, PetscInt now, PetscSF from, PetscS
 }
 
 /* Makes from the DMDA's scatter, of which `leaves` [n] are chosen, the graph of an update that reads the owner's local
-   vector: global is the way from there to the global one. A node has `unit` unknowns in the scatter, and `now` numbers in
-   the graph. */
+   vector: global is the way from there to the global one. A node has `unit` unknowns in the scatter, and `now` numbers
+   in the graph. */
 static PetscErrorCode CreateUpdate(VecScatter scatter, PetscInt n, PetscInt *leaves, PetscSF global, PetscInt unit,
                                    PetscInt now, PetscSF *sf)
 {

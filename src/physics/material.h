@@ -11,10 +11,10 @@
 
 /* Traits: properties of a law that the tests check. */
 enum {
-  MPM_OBJECTIVE    = 1, /* a rotation rotates the stress and changes no energy */
-  MPM_HYPERELASTIC = 2, /* J sig F^-T is the derivative of the energy by F */
-  MPM_SMALL_STRAIN = 4, /* sig is the derivative of the energy by sym(F); right for small strains and rotations only */
-  MPM_PLASTIC      = 8, /* tau stays within a yield surface, flow dissipates; else a function of be with an energy */
+  MPM_OBJECTIVE    = 1,  /* a rotation rotates the stress and changes no energy */
+  MPM_HYPERELASTIC = 2,  /* J sig F^-T is the derivative of the energy by F */
+  MPM_SMALL_STRAIN = 4,  /* sig is the derivative of the energy by sym(F); right for small strains and rotations only */
+  MPM_PLASTIC      = 8,  /* tau stays within a yield surface, flow dissipates; else a function of be with an energy */
   MPM_FLUID        = 16, /* tau is a function of J, plus a viscous part, which dissipates */
   MPM_ISOCHORIC    = 32  /* plastic flow keeps the volume, so that particles lock in their cell without F-bar */
 };
@@ -76,8 +76,8 @@ struct _MPMMaterial {
   PetscReal              lambda, mu;     /* Lame's constants in Pa, set by MPMMaterialSetUp */
   PetscReal              K, viscosity;   /* of a fluid: bulk modulus in Pa, viscosity in Pa s */
   PetscReal              gamma, tension; /* of a fluid: Tait's exponent (0: linear), largest tension in Pa (< 0: any) */
-  PetscReal relaxation; /* of a fluid, of sand: rate of the relaxation of volumes (kernels/volume.h) */
-  PetscReal follows;    /* share of the mean that it takes at a time, at most 1; 0: it does not relax */
+  PetscReal              relaxation;     /* of a fluid, of sand: rate of the relaxation of volumes (kernels/volume.h) */
+  PetscReal              follows; /* share of the mean that it takes at a time, at most 1; 0: it does not relax */
   PetscReal              yield, hardening;   /* of vonmises: yield stress and its slope by plastic strain in Pa */
   PetscReal              friction, dilation; /* of druckerprager: slopes of cone and flow, from angles in degrees */
   PetscReal              cohesion;       /* of druckerprager, in Pa; after the set-up the trace of tau at the apex */

@@ -3,9 +3,9 @@
      p = -K (J - 1)               linear, where gamma is 0; and never p < -tension, where tension >= 0.
    Its particles carry the volume ratio, J <- J (1 + dt tr L), and no F. See docs/theory.md (12e). No step turns a
    particle inside out: where dt tr L is below -0.2, which is so of particles alone, another function of it takes the
-   place of 1 + dt tr L, with the same value and slope at -0.2, and positive everywhere; a step opens it by 1.5 at most. The viscous stress
-   depends on the last velocity gradient, so tau is stored until forces are summed; without viscosity tau is a function
-   of J. The wave speed bounds dt, and MPMTimeStep adds the bound that viscosity needs. */
+   place of 1 + dt tr L, with the same value and slope at -0.2, and positive everywhere; a step opens it by 1.5 at most.
+   The viscous stress depends on the last velocity gradient, so tau is stored until forces are summed; without viscosity
+   tau is a function of J. The wave speed bounds dt, and MPMTimeStep adds the bound that viscosity needs. */
 #include "physics/law.h"
 
 #if MPM_WIDTH == 1

@@ -32,8 +32,8 @@ MPM_INLINE PetscInt MPMSkinWhole(PetscInt n)
   return PetscMin(n, (MPM_SKIN_MOST - 1) / 2);
 }
 
-/* Returns w of a particle, and sets *fall to |grad w| times the thickness of a layer. A body of fewer layers than 2 whole
-   has w = 1 in the outer half of them. */
+/* Returns w of a particle, and sets *fall to |grad w| times the thickness of a layer. A body of fewer layers than 2
+   whole has w = 1 in the outer half of them. */
 MPM_INLINE PetscReal MPMSkinShare(PetscInt depth, PetscInt whole, PetscReal *fall)
 {
   const PetscInt layer = MPMSkinLayer(depth), layers = depth / (MPM_SKIN_MOST + 1) % (MPM_SKIN_MOST + 1);

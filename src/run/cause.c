@@ -1,9 +1,9 @@
-/* cause.c - why a run stopped: what was measured of the particle that ended it, the case that this is, and the remedy for
-   this case, which a test has tried. Cases are tried one after the other; where none holds, no remedy is named. It is used
-   once, where a run stops with a state that is not valid (advance.c), and changes nothing. */
+/* cause.c - why a run stopped: what was measured of the particle that ended it, the case that this is, and the remedy
+   for this case, which a test has tried. Cases are tried one after the other; where none holds, no remedy is named. It
+   is used once, where a run stops with a state that is not valid (advance.c), and changes nothing. */
 #include "run/mpm.h"
 
-#define HEAVY   0.5  /* of the modulus; larger loads are hardly meant */
+#define HEAVY 0.5 /* of the modulus; larger loads are hardly meant */
 
 /* What is known of the particle and of the run. */
 typedef struct {
@@ -34,8 +34,8 @@ static PetscBool IsFinite(PetscInt dim, const PetscReal x[])
   return PETSC_TRUE;
 }
 
-/* Finds the particle, and those near it; if its place is not finite, the first of its body whose place is. Collective on
-   exchange.data. */
+/* Finds the particle, and those near it; if its place is not finite, the first of its body whose place is. Collective
+   on exchange.data. */
 static PetscErrorCode FindNear(Facts *f)
 {
   MPMCore        *core = &f->mpm->core;

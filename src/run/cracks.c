@@ -1,5 +1,5 @@
-/* cracks.c - which of the distances that parting.c finds belong to a crack of a body, and how one is told. Single particles
-   are left behind at corners, where the stress has no bound, and do not count. */
+/* cracks.c - which of the distances that parting.c finds belong to a crack of a body, and how one is told. Single
+   particles are left behind at corners, where the stress has no bound, and do not count. */
 #include <stdlib.h>
 #include "run/mpm.h"
 
@@ -12,9 +12,9 @@ static int CompareLinks(const void *a, const void *b)
   return p->key < q->key ? -1 : p->key > q->key;
 }
 
-/* Returns whether a link of n sorted ones belongs to a crack: along each axis beside its own, more neighbours than a cell
-   has have parted in the same way, or all from one surface of the body to the other. Of particles of a table, whose
-   neighbours are not known, more than those of a side of a cell have to. */
+/* Returns whether a link of n sorted ones belongs to a crack: along each axis beside its own, more neighbours than a
+   cell has have parted in the same way, or all from one surface of the body to the other. Of particles of a table,
+   whose neighbours are not known, more than those of a side of a cell have to. */
 static PetscBool IsCrack(MPM mpm, PetscInt n, const MPMFound link[], const MPMFound *of)
 {
   const MPMScene *scene = &mpm->scene;
@@ -76,10 +76,10 @@ PetscErrorCode MPMPartingCrack(MPM mpm, PetscInt nlinks, const MPMFound link[], 
 
 void MPMPartingTell(MPM mpm, const MPMFound *f, PetscBool parted, char text[MPM_TEXT_LEN])
 {
-  const MPMScene      *scene = &mpm->scene;
-  const PetscInt       body = MPMBodyOf(scene, f->key / 16, 0), code = (PetscInt)(f->key % 16), face = code - 3;
-  const PetscInt       dim  = mpm->core.grid.dim;
-  char                 place[MPM_NAME_LEN], where[3 * MPM_NAME_LEN] = "", since[MPM_NAME_LEN] = "";
+  const MPMScene *scene = &mpm->scene;
+  const PetscInt  body = MPMBodyOf(scene, f->key / 16, 0), code = (PetscInt)(f->key % 16), face = code - 3;
+  const PetscInt  dim = mpm->core.grid.dim;
+  char            place[MPM_NAME_LEN], where[3 * MPM_NAME_LEN] = "", since[MPM_NAME_LEN] = "";
 
   MPMPlaceWords(dim, f->x, place);
   if (code >= 3)

@@ -223,10 +223,11 @@ static PetscErrorCode WarnSink(MPM mpm)
     const MPMWall type = mpm->scene.walls.given[k / 2][k % 2].type;
 
     if (type == MPM_WALL_free || type == MPM_WALL_periodic) continue;
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    gimp lets the fluid sink into the wall %s (%s) by up to half of a particle's domain; use "
-                       "bspline2\n",
-                       MPMFaceNames[k], MPMWallNames[type]));
+    PetscCall(
+        MPMPrint(&mpm->core.print,
+                 "warning    gimp lets the fluid sink into the wall %s (%s) by up to half of a particle's domain; use "
+                 "bspline2\n",
+                 MPMFaceNames[k], MPMWallNames[type]));
     break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -294,8 +295,8 @@ static PetscErrorCode WarnWeight(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether a body has room beside it, across gravity: an axis that is not periodic, and on which it does not reach
-   from wall to wall. */
+/* Returns whether a body has room beside it, across gravity: an axis that is not periodic, and on which it does not
+   reach from wall to wall. */
 static PetscBool HasRoom(MPM mpm, const PetscReal lower[], const PetscReal upper[])
 {
   const MPMGrid *grid = &mpm->core.grid;
@@ -305,14 +306,15 @@ static PetscBool HasRoom(MPM mpm, const PetscReal lower[], const PetscReal upper
 
     if (mpm->core.params.gravity[d] != 0 || grid->periodic[d]) continue;
     if (f[0].type == MPM_WALL_free || f[1].type == MPM_WALL_free) return PETSC_TRUE;
-    if (lower[d] > grid->lower[d] + f[0].distance + grid->h[d] || upper[d] < grid->upper[d] - f[1].distance - grid->h[d])
+    if (lower[d] > grid->lower[d] + f[0].distance + grid->h[d] ||
+        upper[d] < grid->upper[d] - f[1].distance - grid->h[d])
       return PETSC_TRUE;
   }
   return PETSC_FALSE;
 }
 
-/* Warns that dry sand runs the farther the smaller the cells are, and tells the viscosity with which columns of sand, as
-   high as wide and twice as high, ran as far as in experiments on all grids: RUNS H sqrt(g H). */
+/* Warns that dry sand runs the farther the smaller the cells are, and tells the viscosity with which columns of sand,
+   as high as wide and twice as high, ran as far as in experiments on all grids: RUNS H sqrt(g H). */
 static PetscErrorCode WarnRuns(MPM mpm)
 {
   const char *name = NULL;

@@ -1,6 +1,6 @@
-/* doubts_bodies.c - what is doubtful in where the particles of bodies are at the start, and in how much matter they are:
-   particles of tables that lie at one place or are too large, and bodies whose particles have another volume than their
-   shape has. */
+/* doubts_bodies.c - what is doubtful in where the particles of bodies are at the start, and in how much matter they
+   are: particles of tables that lie at one place or are too large, and bodies whose particles have another volume than
+   their shape has. */
 #include <stdlib.h>
 #include "run/mpm.h"
 #include "scene/at_walls.h"
@@ -181,16 +181,16 @@ static PetscErrorCode WarnShapes(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of particles of fluids, soils and metals that would start exactly on walls: they start a little inside, and what
-   should rest does not. */
+/* Warns of particles of fluids, soils and metals that would start exactly on walls: they start a little inside, and
+   what should rest does not. */
 static PetscErrorCode WarnOnWalls(MPM mpm)
 {
   const MPMCore *core = &mpm->core;
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < mpm->scene.nfilled; k++) {
-    const MPMBody *b   = &mpm->scene.bodies[k];
-    PetscBool      any = PETSC_FALSE;
+    const MPMBody *b                    = &mpm->scene.bodies[k];
+    PetscBool      any                  = PETSC_FALSE;
     char           offset[MPM_NAME_LEN] = "";
 
     for (PetscInt d = 0; d < core->grid.dim && !b->points; d++) {

@@ -172,10 +172,10 @@ PetscErrorCode MPMReportEnd(MPM);
    quadratic splines (method_warnings.c). */
 const char *MPMMethodSpline(void);
 void MPMMethodWrong(MPM, char why[MPM_TEXT_LEN]);
-void MPMMethodStable(MPM, PetscReal C, char options[MPM_TEXT_LEN]);
+void        MPMMethodStable(MPM, PetscReal C, char options[MPM_TEXT_LEN]);
 
-/* Returns whether by now noise has grown by the method, as far as the table of stable methods tells; writes that, and the
-   options of a stable one. */
+/* Returns whether by now noise has grown by the method, as far as the table of stable methods tells; writes that, and
+   the options of a stable one. */
 PetscBool MPMMethodAmplifies(MPM, char what[MPM_TEXT_LEN], char options[MPM_TEXT_LEN]);
 
 /* Returns the bytes of particles, with order and scratch, and of nodes, on all processes together (report.c). */
@@ -191,8 +191,8 @@ PetscErrorCode MPMMemoryPrint(MPM, PetscReal seconds);
 PetscErrorCode MPMDiskPrint(MPM, PetscReal steps, PetscReal seconds);
 
 /* Tell what is doubtful in a valid scene (doubts.c): refuse it, before the first step, or note odd values, or warn;
-   steps and seconds are what is predicted for the whole run. Not collective, but for MPMDoubtsBodies, which warns of how
-   the particles of bodies lie (doubts_bodies.c): on exchange.data. */
+   steps and seconds are what is predicted for the whole run. Not collective, but for MPMDoubtsBodies, which warns of
+   how the particles of bodies lie (doubts_bodies.c): on exchange.data. */
 PetscErrorCode MPMDoubtsBodies(MPM);
 PetscErrorCode MPMDoubtsRefuse(MPM, MPMOptions);
 PetscErrorCode MPMDoubtsNote(MPM);

@@ -14,8 +14,8 @@
 
 /* What is known of a particle, as it is sent to another process too: its place, and by axis d the vector to where its
    deformation takes the next particle along axis d, in cells, how far that may be at most, and the stress that pulls at
-   the two, Pa. A law with plastic flow has no such vector; neighbours are at most as far as its elastic strain and that of
-   its flow move them. */
+   the two, Pa. A law with plastic flow has no such vector; neighbours are at most as far as its elastic strain and that
+   of its flow move them. */
 typedef struct {
   PetscReal id, x[3], column[3][3], known[3], pull[3];
 } Half;
@@ -79,10 +79,10 @@ static PetscInt RowOf(const Look *l, PetscInt64 id)
 /* Fills in what is known of the particle of a row. */
 static void GetHalf(const Look *l, const MPMNeighbours *nb, PetscInt p, Half *half)
 {
-  const MPMCore     *core    = &l->mpm->core;
-  const MPMMaterial *m       = &core->params.materials[nb->body->material];
-  const PetscInt     dim     = core->grid.dim;
-  const PetscBool    plastic = m->type->traits & MPM_PLASTIC ? PETSC_TRUE : PETSC_FALSE;
+  const MPMCore     *core     = &l->mpm->core;
+  const MPMMaterial *m        = &core->params.materials[nb->body->material];
+  const PetscInt     dim      = core->grid.dim;
+  const PetscBool    plastic  = m->type->traits & MPM_PLASTIC ? PETSC_TRUE : PETSC_FALSE;
   PetscReal          elastic2 = 1;
   MPMBlock           b;
 
@@ -113,11 +113,11 @@ static void GetHalf(const Look *l, const MPMNeighbours *nb, PetscInt p, Half *ha
 
 /* --- Distances ---------------------------------------------------------------------------------------------------- */
 
-/* Returns the distance of neighbours, in cells, at which a body is apart whatever its deformation is. Of an elastic body
-   so few nodes then have both of them in reach that they hardly hold each other: measured on bars pulled to 8 times their
-   length with 2 and 4 particles per cell, whose largest gap runs away at 1.2 to 1.3 with the hats, and at 1.5 to 1.7 with
-   the splines. A metal that flows gets thinner as it gets longer, and what comes from its sides fills the gaps; it is
-   apart for certain where its neighbours have no node in common. */
+/* Returns the distance of neighbours, in cells, at which a body is apart whatever its deformation is. Of an elastic
+   body so few nodes then have both of them in reach that they hardly hold each other: measured on bars pulled to 8
+   times their length with 2 and 4 particles per cell, whose largest gap runs away at 1.2 to 1.3 with the hats, and at
+   1.5 to 1.7 with the splines. A metal that flows gets thinner as it gets longer, and what comes from its sides fills
+   the gaps; it is apart for certain where its neighbours have no node in common. */
 static PetscReal TearsAt(MPMBasis basis, const MPMMaterial *m)
 {
   if (m->type->traits & MPM_PLASTIC) return (PetscReal)MPMBasisNodes(basis);
@@ -151,8 +151,8 @@ static PetscErrorCode Judge(Look *l, const MPMBody *b, PetscInt64 id, PetscInt c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Looks at a pair of neighbours along `axis`, whose upper one lies at y and knows of the distance `known`. A shear moves
-   neighbours along each other without opening a gap: what whole steps to other neighbours undo does not count. */
+/* Looks at a pair of neighbours along `axis`, whose upper one lies at y and knows of the distance `known`. A shear
+   moves neighbours along each other without opening a gap: what whole steps to other neighbours undo does not count. */
 static PetscErrorCode LookAtPair(Look *l, const MPMNeighbours *nb, PetscInt axis, const Half *p, const PetscReal y[],
                                  PetscReal known)
 {
@@ -305,10 +305,10 @@ static PetscErrorCode LookAt(Look *l, const MPMNeighbours *nb, PetscInt p)
   PetscFunctionBeginUser;
   MPMNeighboursPlace(nb, l->view.id[p], ijk);
   for (PetscInt d = 0; d < dim; d++) {
-    PetscInt64     id;
-    PetscInt       q;
-    PetscReal      far2 = 0;
-    Half           half, other;
+    PetscInt64 id;
+    PetscInt   q;
+    PetscReal  far2 = 0;
+    Half       half, other;
 
     ijk[d]++;
     id = MPMNeighboursId(nb, ijk);

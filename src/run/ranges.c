@@ -1,10 +1,11 @@
-/* ranges.c - laws that leave the range for which they were made: the rows of physics/range.def. It is used after steps and
-   where a run stops, and changes no state. */
+/* ranges.c - laws that leave the range for which they were made: the rows of physics/range.def. It is used after steps
+   and where a run stops, and changes no state. */
 #include "run/mpm.h"
 
 /* --- Measures ----------------------------------------------------------------------------------------------------- */
 
-/* A particle p of a view, of a material, and how far it is out of the range. Each measure has the words that tell it. */
+/* A particle p of a view, of a material, and how far it is out of the range. Each measure has the words that tell it.
+   */
 typedef PetscReal (*Measure)(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p);
 
 /* Computes the angle of the rotation R of F = V R, in rad, and the principal stretches [3]. */

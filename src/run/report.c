@@ -158,7 +158,8 @@ static PetscErrorCode PrintParallel(MPM mpm)
 static PetscErrorCode PrintLoads(MPM mpm)
 {
   const PetscInt dim    = mpm->core.grid.dim;
-  const PetscInt fields = MPM_BIT(id) | MPM_BIT(depth) | MPM_BIT(kind) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(J);
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(depth) | MPM_BIT(kind) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) |
+                          MPM_BIT(J);
   MPMView        view;
 
   PetscFunctionBeginUser;

@@ -1,6 +1,6 @@
 /* watch.c - what is watched while a run runs: a time step that collapses, before each step; whether bodies rest that start
-   with the stress by their weight, after the first step; and after some steps matter that parts (parting.c) and laws that
-   leave their range (ranges.c). Each is told once, the time step again at the end. It changes no state. */
+   with the stress by their weight, after the first step; and after some steps matter that parts (parting.c) and laws
+   that leave their range (ranges.c). Each is told once, the time step again at the end. It changes no state. */
 #include "run/mpm.h"
 
 /* Takes particle p of a view, if its value is larger, or as large and its id smaller. */
@@ -219,7 +219,8 @@ static PetscErrorCode WatchParting(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of laws that leave their range, or stops the run where its result means nothing. Collective on exchange.data. */
+/* Warns of laws that leave their range, or stops the run where its result means nothing. Collective on exchange.data.
+   */
 static PetscErrorCode WatchRanges(MPM mpm)
 {
   MPMCore  *core = &mpm->core;

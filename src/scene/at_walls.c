@@ -1,10 +1,11 @@
 /* at_walls.c - particles of a lattice that start beside walls.
 
-   A wall holds a solid by the stress of the particles next to it. The lattice may leave a gap between the wall and their
-   domains, or let these reach beyond it. Then a uniform stress is not at rest: with a gap of 0.4 spacings the first
+   A wall holds a solid by the stress of the particles next to it. The lattice may leave a gap between the wall and
+   their domains, or let these reach beyond it. Then a uniform stress is not at rest: with a gap of 0.4 spacings the first
    particle has to carry 1.7 times the stress of the others, and comes off at a stretch that the rest bears. So the stress
-   of the first particles acts in all of the volume from the wall to the end of their domains; their mass stays. Kinds of
-   particles have volume and mass, so it needs two more numbers for a body, and nothing for a particle.
+   of the first particles, and the loads on them, act in all of the volume from the wall to the end of their domains;
+   their mass stays. Volume and mass are columns of the table of kinds, so this needs rows of it, and nothing for a
+   particle.
 
    With splines the node next to a wall has no weight at the wall but a slope: the pressure of a particle that lies on
    the wall pushes a node to which it gives no mass. Where matter flows, a particle may be left alone there, so it

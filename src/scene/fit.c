@@ -34,8 +34,8 @@ PetscReal MPMFitVolume(const MPMBody *b, PetscInt dim)
   return volume * (PetscReal)inside / (PetscReal)all;
 }
 
-/* Returns the fewest particles per cell and axis, more than the body has, whose volume is near that of its shape, m^dim,
-   or 0 if none of those that are tried is. */
+/* Returns the fewest particles per cell and axis, more than the body has, whose volume is near that of its shape,
+   m^dim, or 0 if none of those that are tried is. */
 PetscInt MPMFitPPC(const MPMBody *b, const MPMGrid *grid, PetscReal volume)
 {
   const PetscInt dim    = grid->dim;
@@ -61,8 +61,8 @@ PetscInt MPMFitPPC(const MPMBody *b, const MPMGrid *grid, PetscReal volume)
   return 0;
 }
 
-/* Writes why a body is not filled well, and what would fill it: its least extent beside the spacing of its particles, and
-   more particles per cell, or another scale of its file. volume: of its shape, m^dim. */
+/* Writes why a body is not filled well, and what would fill it: its least extent beside the spacing of its particles,
+   and more particles per cell, or another scale of its file. volume: of its shape, m^dim. */
 void MPMFitTell(const MPMBody *b, const MPMGrid *grid, PetscReal volume, char text[MPM_TEXT_LEN])
 {
   const PetscInt ppc = volume > 0 ? MPMFitPPC(b, grid, volume) : 0;

@@ -2,8 +2,8 @@
    its rows, of which there are far fewer than particles. Every process has all of it. */
 #include "scene/neighbours.h"
 
-/* Returns whether matter of a law that parts has come apart by the grid alone: solids that carry tension. Fluids have no
-   neighbours, and soils open by themselves (field vc). */
+/* Returns whether matter of a law that parts has come apart by the grid alone: solids that carry tension. Fluids have
+   no neighbours, and soils open by themselves (field vc). */
 PetscBool MPMNeighboursMay(const MPMMaterial *m)
 {
   return (m->type->traits & MPM_FLUID) || MPMListHas(m->type->state, "vc") ? PETSC_FALSE : PETSC_TRUE;

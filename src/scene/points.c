@@ -91,8 +91,7 @@ static PetscErrorCode MakeKinds(MPMScene *scene, MPMCore *core, MPMOptions o, MP
                      scene->materials[kind.material].name);
     for (p->kind[q] = 0; p->kind[q] < before; p->kind[q]++)
       if (scene->kinds[p->kind[q]].material == kind.material && scene->kinds[p->kind[q]].V0 == kind.V0 &&
-          scene->kinds[p->kind[q]].m == kind.m &&
-          !memcmp(scene->kinds[p->kind[q]].l, kind.l, sizeof kind.l))
+          scene->kinds[p->kind[q]].m == kind.m && !memcmp(scene->kinds[p->kind[q]].l, kind.l, sizeof kind.l))
         break;
     if (p->kind[q] < before) continue;
     p->kind[q]                    = scene->nkinds;
@@ -182,7 +181,8 @@ static PetscErrorCode SetPoint(const MPMScene *scene, const MPMCore *core, const
   PetscFunctionBeginUser;
   PetscCall(MPMFillSet(scene, core, b, b->first + rows->first + k, x, p, view));
   if (view->kind) view->kind[p] = kind;
-  for (PetscInt d = 0; d < 2 * dim && view->depth; d++) view->depth[2 * dim * p + d] = 0; /* loads act on bodies of a lattice */
+  for (PetscInt d = 0; d < 2 * dim && view->depth; d++)
+    view->depth[2 * dim * p + d] = 0; /* loads act on bodies of a lattice */
   for (PetscInt d = 0; d < dim && b->points->velocity; d++) view->v[p * dim + d] = v[d];
   if (b->points->deformation) {
     for (PetscInt q = 0; q < dim * dim && view->F; q++) view->F[p * dim * dim + q] = F[q];

@@ -88,7 +88,8 @@ static PetscErrorCode ReadBinary(MPMOptions o, const char what[], const char tex
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads a file of n bytes, whose form is found by its size. An ASCII file may begin with a byte-order mark and blanks. */
+/* Reads a file of n bytes, whose form is found by its size. An ASCII file may begin with a byte-order mark and blanks.
+   */
 static PetscErrorCode ReadFacets(MPMOptions o, const char what[], char text[], size_t n, PetscInt *facets,
                                  PetscReal **corner)
 {

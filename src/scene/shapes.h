@@ -20,8 +20,8 @@ PetscErrorCode MPMSceneDestroyRegion(MPMRegion *);
    a fault. The caller frees it. fault: why it cannot be read. Not collective. */
 PetscErrorCode MPMSceneReadFile(MPI_Comm, const char path[], char **text, size_t *n, char fault[MPM_TEXT_LEN]);
 
-/* Looks at the first n bytes of a text file: sets *mark to the length of the byte-order mark that text in UTF-8 may begin
-   with, which its reader skips, and returns what keeps it from being read, or NULL. Not collective. */
+/* Looks at the first n bytes of a text file: sets *mark to the length of the byte-order mark that text in UTF-8 may
+   begin with, which its reader skips, and returns what keeps it from being read, or NULL. Not collective. */
 const char *MPMSceneTextFault(const char text[], size_t n, size_t *mark);
 
 #endif

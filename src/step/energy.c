@@ -118,9 +118,9 @@ static PetscReal WorkOfLoads(int dim, const PetscReal *was, const PetscReal *F, 
   return work;
 }
 
-/* Adds m b kick . (dx/dt - dv/2), the work of body forces and loads along the mean velocity of the step, and that of the
-   stress of loads; gravity's work is taken so too. If all particles are kept, adds m/2 |w|^2 as well, where w = kick sum phi a is the part of dv by
-   FLIP. */
+/* Adds m b kick . (dx/dt - dv/2), the work of body forces and loads along the mean velocity of the step, and that of
+   the stress of loads; gravity's work is taken so too. If all particles are kept, adds m/2 |w|^2 as well, where w =
+   kick sum phi a is the part of dv by FLIP. */
 static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
 {
   const MPMGrid   *grid = &core->grid;

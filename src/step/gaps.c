@@ -12,7 +12,7 @@
 #define STEEP 0.1  /* cells */
 #define SPREAD 0.1 /* of what is beyond the nearest nodes */
 #define SUNK  0.02 /* cells: what an end may have sunk into a wall before other nodes than the nearest are looked at */
-#define TIE   1e-9 /* cells: a particle in the middle between two nodes lies over both */
+#define TIE    1e-9 /* cells: a particle in the middle between two nodes lies over both */
 
 PetscErrorCode MPMGapsCreate(MPMCore *core, MPMWalls *w)
 {
@@ -98,16 +98,17 @@ static PetscReal Reaches(const MPMCore *core, const MPMView *view, PetscInt p, P
   return PetscMax(ahead, most - STEEP * core->grid.h[axis]);
 }
 
-/* Returns how far, m, the end of particle p may come nearer to the wall of face k in this step at most: of what keeps its
-   shape any distance. The end of what flows is where its centre is, less a constant; so nodes may approach the wall only as
-   its centre does, twice as fast, or else it would be stretched towards a wall that it never reaches. */
+/* Returns how far, m, the end of particle p may come nearer to the wall of face k in this step at most: of what keeps
+   its shape any distance. The end of what flows is where its centre is, less a constant; so nodes may approach the wall
+   only as its centre does, twice as fast, or else it would be stretched towards a wall that it never reaches. */
 static PetscReal Arrives(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k)
 {
   const PetscInt  dim = core->grid.dim;
   const PetscReal dt = core->params.dt, speed = (k % 2 ? 1 : -1) * view->v[p * dim + k / 2];
   PetscReal       g2 = 0;
 
-  if (core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston || MPMMaterialKeepsShape(MaterialOf(core, view, p)))
+  if (core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ||
+      MPMMaterialKeepsShape(MaterialOf(core, view, p)))
     return PETSC_INFINITY;
   for (PetscInt d = 0; d < dim; d++) g2 += PetscSqr(core->params.gravity[d]);
   return 2 * dt * (PetscMax(0, speed) + dt * PetscSqrtReal(g2));
@@ -144,7 +145,8 @@ static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt 
         const PetscInt i    = MPMFaceNode(grid, k / 2, ijk);
         PetscReal      most = 0; /* cells: the largest distance along an axis */
 
-        for (PetscInt d = 0; d < dim; d++) most = PetscMax(most, d == k / 2 ? 0 : PetscAbsReal((PetscReal)ijk[d] - xi[d]));
+        for (PetscInt d = 0; d < dim; d++)
+          most = PetscMax(most, d == k / 2 ? 0 : PetscAbsReal((PetscReal)ijk[d] - xi[d]));
         if (most < 0.5 + 2 * TIE) gap[i] = PetscMin(gap[i], end);
         if (most < 0.5 + 2 * TIE && pulled) rest[i] = PetscMin(rest[i], end);
         if (sinks) rest[i] = PetscMin(rest[i], end + SPREAD * (most - 0.5) * h);
@@ -192,7 +194,8 @@ static void SetLeast(const MPMCore *core, PetscInt k)
 PetscErrorCode MPMGapsUpdate(MPMCore *core)
 {
   const MPMGrid  *grid   = &core->grid;
-  const PetscInt  dim    = grid->dim, fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim);
+  const PetscInt  dim    = grid->dim,
+                 fields  = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim);
   const PetscReal reach  = 0.5 * MPMBasisNodes(core->basis);
   MPMGaps        *g      = core->gaps;
   MPMView         view;

@@ -8,7 +8,7 @@
 #define MOMENTUM   (B(v) | B(C))                               /* apic alone has C */
 #define STRESS     (B(F) | B(J) | B(tau))                      /* what the internal force depends on */
 #define STATE      (STRESS | B(be) | B(ep) | B(vc) | B(theta)) /* the state of a material */
-#define SAND       (B(vc) | B(tau))                            /* what the volume of sand depends on, with J of fluids */
+#define SAND       (B(vc) | B(tau)) /* what the volume of sand depends on, with J of fluids */
 #define COMMIT_IN  (B(id) | B(F))                              /* F: only for gimp domains that stretch */
 #define COMMIT_OUT (B(x) | B(cell) | B(l))                     /* the new position, and what depends on it */
 
@@ -170,7 +170,8 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     MPMPhase *phase = &core->phases[k];
 
     *phase = phases[k];
-    if (core->pistons && phase->kind == MPM_NODES && phase->nodes != MPMNodesMean && k < P2G_VOLUME) phase->after = MPMPistonsAfter;
+    if (core->pistons && phase->kind == MPM_NODES && phase->nodes != MPMNodesMean && k < P2G_VOLUME)
+      phase->after = MPMPistonsAfter;
     if (phase->parts & MPM_P2G_FORCE) phase->particles_in &= ~STRESS | stress;
     if ((phase->particles_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & MPM_G2P_STRESS) && !core->needs.stretched)
       phase->particles_in &= ~B(F);

@@ -51,7 +51,8 @@ typedef struct {
   PetscInt n, face[6];
 } Touch;
 
-/* Finds the walls of node ijk; those beside the plane of a piston have it as a wall where it holds them, or if `held`. */
+/* Finds the walls of node ijk; those beside the plane of a piston have it as a wall where it holds them, or if `held`.
+   */
 static void SetTouch(const MPMCore *core, const PetscInt ijk[], const MPMNode *node, PetscBool held, Touch *t)
 {
   const MPMGrid *grid = &core->grid;

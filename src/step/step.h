@@ -29,9 +29,9 @@ PetscErrorCode MPMStepBound(MPMCore *);
 
 /* The energy that steps bring and take (energy.c), in core->energy. MPMEnergyStep notes the particles as a step begins,
    after the forces are set, and adds what it did to them before they are settled; MPMEnergyNodes adds what a phase of
-   nodes did, where that counts, and MPMEnergyVolumes, times `sign`, what relaxing fluids store. MPMEnergyLost returns whether a law stores only a part of the work of its stress.
-   MPMEnergyHeat asks for the dissipation of n bodies with ids [2 k] .. [2 k + 1] - 1, and MPMEnergyFollows returns
-   whether anything is to be summed. Not collective. */
+   nodes did, where that counts, and MPMEnergyVolumes, times `sign`, what relaxing fluids store. MPMEnergyLost returns
+   whether a law stores only a part of the work of its stress. MPMEnergyHeat asks for the dissipation of n bodies with
+   ids [2 k] .. [2 k + 1] - 1, and MPMEnergyFollows returns whether anything is to be summed. Not collective. */
 PetscErrorCode       MPMEnergyStep(MPMCore *, PetscBool begins);
 PetscErrorCode       MPMEnergyNodes(MPMCore *, const MPMPhase *);
 PetscErrorCode       MPMEnergyVolumes(MPMCore *, PetscInt sign);
@@ -99,8 +99,8 @@ PetscReal MPMWaveCourant(const MPMCore *, PetscReal dt); /* dt c/h of the presen
 PetscReal MPMViscousStep(const MPMCore *);               /* bound of dt by viscosity, s; infinite without viscosity */
 
 /* The relaxation of volumes (volume.c). SetUp sets core->volumes and which materials follow; kinds have to be known.
-   MPMVolumesRelax returns whether anything relaxes. They are not collective. MPMVolumesStep relaxes, if the time has come,
-   before the phases of a step; `last` is the status of the step before. Collective on the exchange. */
+   MPMVolumesRelax returns whether anything relaxes. They are not collective. MPMVolumesStep relaxes, if the time has
+   come, before the phases of a step; `last` is the status of the step before. Collective on the exchange. */
 void           MPMVolumesSetUp(MPMCore *, MPMMaterial *materials, const MPMTime *);
 PetscBool      MPMVolumesRelax(const MPMCore *);
 PetscErrorCode MPMVolumesStep(MPMCore *, const MPMStatus *last);

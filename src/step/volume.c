@@ -1,18 +1,18 @@
-/* volume.c - when volumes relax (kernels/volume.h), by how much, and what the nodes do in between. It happens before the
-   phases of a step, each time after sound has crossed two cells, so that it depends neither on dt nor on the processes;
-   if only sand relaxes, then after steps at whose end some was open. Other scenes have none of it. docs/theory.md has
-   the formulas. */
+/* volume.c - when volumes relax (kernels/volume.h), by how much, and what the nodes do in between. It happens before
+   the phases of a step, each time after sound has crossed two cells, so that it depends neither on dt nor on the
+   processes; if only sand relaxes, then after steps at whose end some was open. Other scenes have none of it.
+   docs/theory.md has the formulas. */
 #include "parallel/exchange.h"
 #include "step/step.h"
 
-#define CROSSED     2.    /* cells that sound crosses between two relaxations of rate 1 */
-#define FASTER      0.5   /* share of the mismatch that goes while the fastest particle crosses a cell */
-#define AT_REST     0.2   /* speed that is added to that of the fastest one, of sqrt(g h) */
-#define PUSH        0.04  /* largest share at a time */
+#define CROSSED 2.   /* cells that sound crosses between two relaxations of rate 1 */
+#define FASTER  0.5  /* share of the mismatch that goes while the fastest particle crosses a cell */
+#define AT_REST 0.2  /* speed that is added to that of the fastest one, of sqrt(g h) */
+#define PUSH    0.04 /* largest share at a time */
 
-/* Returns the speed of sound, m/s, of a material that relaxes, times its rate; 0 of others: of sand in 1-D, where a node
-   has no room for what it needs, with dilation, since then the density does not tell what is open, and beside fluids
-   that relax, whose pressure is another. */
+/* Returns the speed of sound, m/s, of a material that relaxes, times its rate; 0 of others: of sand in 1-D, where a
+   node has no room for what it needs, with dilation, since then the density does not tell what is open, and beside
+   fluids that relax, whose pressure is another. */
 static PetscReal Sound(const MPMMaterial *m, PetscInt dim, PetscBool fluids)
 {
   const PetscBool sand = m->state & MPM_BIT(vc) && dim > 1 && !(m->dilation > 0) && !fluids ? PETSC_TRUE : PETSC_FALSE;
