@@ -115,7 +115,7 @@ def write_scene(name, dim, cells, bodies, h=None, extra="", E=1000.0, nu=0.3, rh
         text += f"-body_b{k}_shape box\n-body_b{k}_lower {every(body['lower'])}\n-body_b{k}_upper {every(body['upper'])}\n"
         text += f"-body_b{k}_material {materials[k][0]}\n-body_b{k}_velocity \"{every(body.get('velocity', 0))}\"\n"
         text += f"-body_b{k}_ppc {every(body.get('ppc', 2))}\n-body_b{k}_offset {every(body.get('offset', 0))}\n"
-    return ["-options_file", check.write(name + ".opts", text + method + "\n-history_every 0\n" + extra + "\n")]
+    return ["-options_file", check.write(name + ".opts", text + method + "\n-check_law warn\n-history_every 0\n" + extra + "\n")]
 
 
 # ---- every scene of options/, every integrator

@@ -233,7 +233,7 @@ def hertz(n, speed, gap=0.3, *more):
              "-history_walls ymin"]
     found, _ = run("hertz", lines, *more)
     start, end, switches = contact(found, "reaction_ymin_y", speed)
-    before, first = gap - speed * start / h, gap - speed * found["time"][np.nonzero(found["reaction_ymin_y"])[0][0] - 1] / h
+    before, first = gap - speed * start / h, gap - speed * found["time"][np.nonzero(np.abs(found["reaction_ymin_y"]) > 1e-9 * peak)[0][0] - 1] / h
     t, f, back = (end - start) / time, 4 * found["reaction_ymin_y"].max() / peak, found["momentum_y"][-1] / -found["momentum_y"][0]
     check.that(-0.05 < before < 0.02 and first < 0.02, f"R/h = {n}, {speed} m/s, {' '.join(map(str, more))}: first force {first:+.3f} cells before the wall")
     print(f"     contact time {t:.3f}, peak {f:.3f} of Hertz's; rebound {back:.3f}", flush=True)

@@ -205,13 +205,16 @@ static PetscBool Case_method(const Facts *f, char what[MPM_TEXT_LEN], char remed
   return MPMMethodAmplifies(f->mpm, what, remedy);
 }
 
-/* A load is as large as the modulus. */
+/* A load is as large as the modulus. Where the end that it presses together passes a node, that has hardly any mass. */
 static PetscBool Case_load(const Facts *f, char what[MPM_TEXT_LEN], char remedy[MPM_TEXT_LEN])
 {
+  const PetscBool usl  = strcmp(f->mpm->method.scheme->name, "usl") ? PETSC_FALSE : PETSC_TRUE;
+  const PetscBool ends = usl && f->mpm->core.basis == MPM_BASIS_gimp && f->mpm->core.params.light == 0;
+
   if (!(f->heaviest > HEAVY)) return PETSC_FALSE;
   (void)snprintf(what, MPM_TEXT_LEN, "the load %s is %.3g of its modulus", f->load, (double)f->heaviest);
-  (void)snprintf(remedy, MPM_TEXT_LEN, "a smaller -load_%s_value; check its unit, Pa, and that of the modulus",
-                 f->load);
+  (void)snprintf(remedy, MPM_TEXT_LEN, "%sa smaller -load_%s_value; check its unit, Pa, and that of the modulus",
+                 ends ? "-method_light_nodes 0.03, or " : "", f->load);
   return PETSC_TRUE;
 }
 

@@ -9,7 +9,7 @@
 #define MPM_LOCK_SHARE                                                                                                 \
   0.8 /* -method_lock_share of metals; docs/theory.md (Locking) has what was measured with others */
 #define MPM_LIGHT_SHARE 0.1  /* -method_light_nodes; docs/theory.md (Light nodes) has what was measured with others */
-#define MPM_LIGHT_FLIP  0.03 /* the same of elastic scenes with transfers without an affine part */
+#define MPM_LIGHT_FLIP  0.03 /* the same of elastic scenes with transfers that keep no affine strain */
 
 /* Reads what decides the share of FLIP: that share itself or a damping, of which transfers without such a share take
    none. chosen: the transfer was given, and not taken from the preset. */
@@ -165,7 +165,8 @@ static PetscErrorCode ReadLocking(MPM mpm, MPMOptions o)
 /* Reads the share of mass below which nodes are light. */
 static PetscErrorCode ReadLight(MPM mpm, MPMOptions o)
 {
-  const PetscBool affine = mpm->method.transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool affine =
+      mpm->method.transfer->parts & MPM_AFFINE && mpm->core.params.strain > 0 ? PETSC_TRUE : PETSC_FALSE;
   const PetscBool usl    = strcmp(mpm->method.scheme->name, "usl") ? PETSC_FALSE : PETSC_TRUE;
   PetscReal      *share  = &mpm->core.params.light;
   PetscBool       given, set;

@@ -184,9 +184,10 @@ static void SetLeast(const MPMCore *core, PetscInt k)
     for (ijk[1] = 0; ijk[1] < n[1]; ijk[1]++)
       for (ijk[0] = 0; ijk[0] < n[0]; ijk[0]++) {
         const PetscInt  i   = MPMFaceNode(grid, k / 2, ijk);
-        const PetscReal own = Nearby(core, k, ijk, gap);
+        const PetscReal own = Nearby(core, k, ijk, gap), dt = core->params.dt;
+        const PetscReal room = PetscMax(0, moves ? own : PetscMin(own, rest[i]));
 
-        least[i] = -PetscMax(0, moves ? own : PetscMin(own, rest[i])) / core->params.dt;
+        least[i] = dt > 0 && room < PETSC_INFINITY ? -room / dt : room > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */
         if (moves) least[i + core->gaps->n] = Nearby(core, k, ijk, rest);
       }
 }

@@ -129,10 +129,11 @@ PetscErrorCode MPMPistonsUpdate(MPMCore *core)
 
 /* --- Nodes -------------------------------------------------------------------------------------------------------- */
 
-/* A node beside a piston: its column, and which of the nodes beside the plane it is; is it held by another wall? */
+/* A node beside a piston: its column, and which of the nodes beside the plane it is; is it held by another wall; is it
+   beyond another face, where gimp has nodes for domains that reach across it? It belongs to the column of the edge then. */
 typedef struct {
   PetscInt   column, j;
-  PetscBool  held;
+  PetscBool  held, beyond;
   MPMNode   *node;
   PetscReal *motion;
 } Beside;
@@ -180,6 +181,9 @@ static void ForNodes(MPMCore *core, PetscInt k, PetscBool advance,
         b.j      = ijk[d] - f->first;
         b.column = MPMFaceNode(&core->grid, d, ijk);
         b.held   = HeldByOther(core, k, ijk);
+        b.beyond = PETSC_FALSE;
+        for (PetscInt q = 0; q < core->grid.dim; q++)
+          if (q != d && !core->grid.periodic[q] && (ijk[q] < 0 || ijk[q] > core->grid.cells[q])) b.beyond = PETSC_TRUE;
         if (b.node->m > 0) act(core, k, advance, &b);
       }
     }
@@ -191,6 +195,7 @@ static void Tell(MPMCore *core, PetscInt k, PetscBool advance, const Beside *b)
   PetscReal *to = core->pistons->sum + 2 * (b->column * MPM_MAX_STENCIL + b->j);
 
   (void)advance;
+  if (b->beyond) return; /* its mass is a small part of that of the edge, whose velocity it gets */
   to[0] = b->motion[k / 2];
   to[1] = b->held ? PETSC_INFINITY : b->node->m;
 }
@@ -200,8 +205,8 @@ static void Give(MPMCore *core, PetscInt k, PetscBool advance, const Beside *b)
 {
   const MPMPistons *p = core->pistons;
   const PetscInt    d = k / 2;
-  const PetscReal   by =
-      b->held ? 0 : p->impulse[b->column] * p->share[b->column * MPM_MAX_STENCIL + b->j] / b->node->m;
+  const PetscInt    at = b->column * MPM_MAX_STENCIL + b->j;
+  const PetscReal   by = b->held || !(p->share[at] > 0) ? 0 : p->impulse[b->column] * p->share[at] / p->sum[2 * at + 1];
 
   b->motion[d] += by;
   if (!advance) return;
@@ -219,8 +224,9 @@ static PetscBool Decide(const MPMCore *core, const MPMFace *f, PetscReal h, Pets
 
   *to = least;
   if (w < least) return PETSC_TRUE;
-  *to = -PetscMax(0, pulled) / (CLOSES * core->params.dt);
-  return f->pulls && w > *to && pulled < TOUCHES * h ? PETSC_TRUE : PETSC_FALSE;
+  if (!f->pulls || !(pulled < TOUCHES * h)) return PETSC_FALSE;
+  *to = core->params.dt > 0 ? -PetscMax(0, pulled) / (CLOSES * core->params.dt) : 0; /* dt 0: no step yet */
+  return w > *to ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Returns whether the piston of face k changes the velocity w of the end of column i of all faces in this phase, and to
