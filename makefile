@@ -74,7 +74,9 @@ optimise.debug    := $(optimise.1)
 optimise.poison   := -O3 -DMPM_POISON
 optimise.coverage := -O1 -fno-inline-functions-called-once --coverage
 optimise          := $(or $(optimise.$(DEBUG)),$(optimise))
-flags    := -std=gnu11 $(optimise) -g -ffp-contract=off -Wall -Wextra -Wshadow -Wmissing-prototypes -fno-math-errno \
+# Debuggers see functions and lines; with local variables too (CFLAGS=-g) the build takes half as long again.
+symbols  := $(if $(filter 1 debug,$(DEBUG)),-g,-g1)
+flags    := -std=gnu11 $(optimise) $(symbols) -ffp-contract=off -Wall -Wextra -Wshadow -Wmissing-prototypes -fno-math-errno \
             -Isrc $(CFLAGS)
 compile   = $(MPICC) $(flags) $(includes) -MMD -MP
 
@@ -212,7 +214,7 @@ report: ## docs/report.md and figures anew from docs/data, and docs/report.html;
 	+@$(if $(filter all,$(REPORT)),$(again) scaling && $(again) simulate SIMULATE=--calibrate && )$(again) pages
 
 format: ## clang-format on the C sources
-	clang-format -i $(wildcard src/*/*.[ch] tests/*.[ch] tests/*/*.[ch] tools/*/*.[ch])
+	clang-format -i $(wildcard src/*/*.[ch] examples/*.c tests/*.[ch] tests/*/*.[ch] tools/*/*.[ch])
 
 scenes: $(PEBBLE) ## run every scene of options/, draw docs/scene-*.png as its comment says
 	@for scene in options/*.opts; do name=$$(basename $$scene .opts); echo "  $$name"; \
@@ -257,6 +259,8 @@ pages: $(PEBBLE) $(BUILD)/calibrate $(BUILD)/predict
 
 # ---- Building. A line a file; V=1 shows the commands.
 say = $(if $(V),,@printf '  %-5s %s\n' $1 $@;)
+# Of objects also how many of all are there.
+count = $(if $(V),,@printf '  %-5s [%d/%d] %s\n' CC "$$(find $(BUILD) -name '*.o' | wc -l)" $(words $(objects)) $@;)
 # What the compiler says is also kept beside the object: tests/test_warnings.py wants it to be nothing.
 keep = 2>$@.said; status=$$?; cat $@.said >&2; exit $$status
 
@@ -290,16 +294,16 @@ $(BUILD)/calibrate $(BUILD)/predict: $(filter-out $(BUILD)/run/main.o,$(objects)
 	$(call say,TOOL) $(filter-out -MMD -MP,$(compile)) -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
 
 $(BUILD)/%.o: src/%.c $(BUILD)/flags | $(rooms:%=$(BUILD)/%)
-	$(call say,CC) $(compile) $(defines) -c -o $@ $< $(keep)
+	$(count) $(compile) $(defines) -c -o $@ $< $(keep)
 
 define with_lanes
 $(BUILD)/%.$1.o: src/%.c $(BUILD)/flags | $(rooms:%=$(BUILD)/%)
-	$$(call say,CC) $$(compile) -DMPM_WIDTH=$1 $(width.$1) -c -o $$@ $$< $$(keep)
+	$$(count) $$(compile) -DMPM_WIDTH=$1 $(width.$1) -c -o $$@ $$< $$(keep)
 endef
 $(foreach w,$(widths),$(eval $(call with_lanes,$w)))
 
 # The plain serial program of the assignment, which the tests compare with: no PETSc, no MPI.
-build/seed_serial: tests/seed_serial.c makefile | $(BUILD)
+build/seed_serial: examples/seed_serial.c makefile | $(BUILD)
 	$(call say,CC) $(CC) $(seed.flags) -o $@ $< -lm
 
 # The bare kernels, with which `make bench` compares a step: PETSc's types, but nothing that it computes.

@@ -196,7 +196,7 @@ def renewed(shown, printed):
 def copy():
     """A folder in which the documents' commands can be run: the program, the tools and the scenes, and an empty output/."""
     folder = check.folder("copy")
-    for name in (".venv", "tools", "options", "docs", "src", "tests", "makefile"):
+    for name in (".venv", "tools", "options", "docs", "src", "examples", "tests", "makefile"):
         os.symlink(os.path.join(check.source, name), os.path.join(folder, name))
     os.symlink(check.program, os.path.join(folder, "pebble"))
     os.mkdir(os.path.join(folder, "output"))

@@ -121,7 +121,7 @@ def american():
 
 
 def all_words():
-    sources = DOCUMENTS + ["makefile", "CITATION.cff"] + [path for folder in ("options", "src", "tests", "tools", ".ci") for path in glob.glob(f"{folder}/**", recursive=True)
+    sources = DOCUMENTS + ["makefile", "CITATION.cff"] + [path for folder in ("options", "src", "examples", "tests", "tools", ".ci") for path in glob.glob(f"{folder}/**", recursive=True)
                            if os.path.isfile(path) and not path.endswith((".csv", ".stl", ".pyc", ".npz"))]
     found = [line for line in codespell("--builtin", "clear", *sources) if not line.startswith("tests/test_documents.py:")]
     check.that(not found, f"words of {len(sources)} files: {found}")

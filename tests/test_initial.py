@@ -109,6 +109,11 @@ def check_restless():
         for n, strategy in (2, "spatial"), (3, "pool"):
             again = first(name, "-parallel_strategy", strategy, n=n, **more)[1]
             check.that(warned and again and again[0] == warned[0], f"the same line by {strategy} on {n}")
+    # The acceleration of a free side is as large as k0; g is the limit.
+    whole = float(first("limit", "-material_m_k0", 0.5, free=["xmax"])[1][3])
+    for part in (0.9, 1.1):
+        run, warned = first("limit", "-material_m_k0", 0.5 * part / whole, free=["xmax"])
+        check.that(bool(warned) == (part > 1), f"a warning at {part} g: {warned and warned[3]}")
     # A slope settles, and gets no warning.
     path = column("slope", bodies=["-bodies b", "-body_b_shape polygon", '-body_b_vertices "0,0 0.5,0 0.5,0.6 0.1,1 0,1"', "-body_b_material m"],
                   more=["-initial_stress k0", "-time_max_steps 1", "-material_m_cohesion 1e5"])

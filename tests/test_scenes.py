@@ -114,16 +114,12 @@ def part_files():
     check.that(set(EXPECTED) <= set(names), f"{len(scenes)} scenes{'; missing: ' + ' '.join(set(EXPECTED) - set(names)) if set(EXPECTED) - set(names) else ''}")
     with open(os.path.join(check.source, "docs", "scenes.md")) as file:
         gallery = file.read()
-    for k, scene in enumerate(scenes):
+    for scene in scenes:
         name = name_of(scene)
         check_text(scene, gallery)
-        steps = steps_of(check_scene(scene))
+        check_scene(scene)
         if name in ERRORS:
             check_error(scene)
-        want, _ = digest(check.program, scene, steps)
-        strategy = ("spatial", "pool")[k % 2]
-        found, _ = digest(check.program, scene, steps, "-parallel_strategy", strategy, n=3)
-        check.that(found == want and not want.startswith("none"), f"{name}: digest after at most {steps} steps {want}, {strategy} on 3 processes {found}")
 
 
 def part_compilers(gcc, clang):

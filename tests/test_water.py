@@ -2,7 +2,8 @@
 
 usage: test_water.py PEBBLE SOURCE MPIEXEC [WORDS]
 
-WORDS: some, rest, bits, or all [CELLS...]: each scene with all presets on grids of so many cells in a metre, and in 3-D.
+WORDS: some, rest, rest_all, bits, or all [CELLS...]: each scene with all presets on grids of so many cells in a metre, and in 3-D;
+with 80 cells only balanced.
 """
 import glob
 import math
@@ -75,10 +76,9 @@ def splash(scene, cells, *options, longest=1.0):
     near = [(np.abs(x[:, :dim] - np.array(place)) < 1.5 * h).all(1) for place in at]
     mean = max([(p / (RHO * g) + up)[k].mean() / depth - 1 for k in near], key=abs)
     last = max([-np.mean([found[f"probe_p{k}_stress_{c}"][-1] for c in ("xx", "yy", "zz")]) / (RHO * g * (depth - h)) - 1 for k in range(len(at))], key=abs)
-    # flip alone keeps a noise of velocities, and so of pressure, and its energy can grow (docs/choosing.md)
+    # what flip keeps of the noise of velocities, and so of pressure, is more (docs/choosing.md)
     flips = "fast" in name or "energy" in name
-    check.that(grown < (0.1 if flips else 1e-3) and abs(level - depth) < max((0.015 if flips else 0.01) * depth, h / 20) and abs(space - 1) < 0.01 and
-               dead <= (0.1 if flips else 0.02) and abs(mean) < (0.1 if flips else 0.03),
+    check.that(grown < (6e-3 if flips else 1e-3) and abs(level - depth) < max(0.01 * depth, h / 20) and abs(space - 1) < 0.01 and dead <= 0.02 and abs(mean) < (0.05 if flips else 0.03),
                f"{name}: level {level:.4f} of {depth:.4f} ({(level / depth - 1) * 100:+.2f} %), volumes {space:.4f}, without pressure {dead:.3f}, pressure near the floor {mean * 100:+.1f} % (probes, whose particles are not at their height: {last * 100:+.1f} %), growth of energy {grown:.1e}")
 
 
@@ -89,12 +89,12 @@ def level_of(words, name):
     return h["center_b_y"][-1] / h["center_b_y"][0], h["kinetic_energy"].max() / h["strain_energy"][0]
 
 
-def check_rest():
+def check_rest(every):
     """What starts at rest stays at rest as without relaxation, for any basis, height and number of particles."""
-    for upper in (0.5, 0.487):
+    for upper in (0.487, 0.5)[:2 if every else 1]:
         path = check.write("still.opts", [*tank(20, "slip", *box([0, 0], [1, upper])), "-initial_stress k0", "-time_end 2"])
         for more in ("", "-method_preset fast", "-method_preset accurate", "-method_preset energy", "-method_basis linear", "-method_basis gimp -method_gimp_update none", "-body_b_ppc 3,3",
-                     "-bc_ymin_type separate", "-bc_xmin_type periodic -bc_xmax_type periodic", "-material_m_eos tait -material_m_tait_gamma 7"):
+                     "-bc_ymin_type separate", "-bc_xmin_type periodic -bc_xmax_type periodic", "-material_m_eos tait -material_m_tait_gamma 7")[::1 if every else 2]:
             words = ["-options_file", path, *more.split()]
             (level, moves), (plain, moved) = level_of(words, "still"), level_of([*words, "-material_m_relaxation", 0], "plain")
             check.that(abs(level - 1) < 2e-5 + 2 * abs(plain - 1) and moves < 1e-5 + 3 * moved,
@@ -152,15 +152,15 @@ def check_bits():
 if words[0] == "some":
     for scene in list(SCENES)[:3]:
         splash(scene, 20)
-elif words[0] == "rest":
-    check_rest()
+elif words[0] in ("rest", "rest_all"):
+    check_rest(words[0] == "rest_all")
     check_layers()
     check_sound()
 elif words[0] == "bits":
     check_bits()
 elif words[0] == "all":
     for cells in words[1:]:
-        for preset in ("balanced", "fast", "accurate", "energy"):
+        for preset in ("balanced", "fast", "accurate", "energy")[:1 if cells == "80" else 4]: # 80 cells take minutes
             for scene in list(SCENES)[:3] if cells != "3-D" else list(SCENES)[3:]:
                 splash(scene, int(cells) if cells != "3-D" else 20, "-method_preset", preset)
 check.end()

@@ -6,7 +6,7 @@ all alike; figures are the minimum and the median of the repeats, ratios are of 
 particle and step, without start-up and without the compilation of kernels. The groups are:
 
   bare     a whole step over its arithmetic alone (tools/bench/bare.c), whose mass, momentum and energies must agree with pebble's
-  seed     against tests/seed_serial.c, the plain serial program: it has its own body of as many particles, in which usl soon is
+  seed     against examples/seed_serial.c, the plain serial program: it has its own body of as many particles, in which usl soon is
            unstable; pebble's body drifts and crosses more cells. Both are compared on the serial program's body. (The time of
            the serial program is the processor's.)
   peers    against steps in Taichi and Warp (tools/bench/), on one core; their energy must agree with pebble's

@@ -174,7 +174,7 @@ static PetscErrorCode ReadLight(MPM mpm, MPMOptions o)
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsMethodGiven(&given, NULL));
   *share = MPM_LIGHT_SHARE;
-  if (mpm->preset->elastic) /* FLIP and musl keep what light nodes do to the energy, and nothing else dissipates it */
+  if (mpm->preset->scenes == MPM_SCENES_elastic) /* FLIP and musl keep what light nodes do to the energy, and nothing else dissipates it */
     *share = !usl ? 0 : affine ? MPM_LIGHT_SHARE : MPM_LIGHT_FLIP;
   if (given || mpm->core.basis == MPM_BASIS_linear) *share = 0;
   PetscCall(MPMOptionsReal(o, "method_light_nodes", NULL, share, &set));
@@ -210,7 +210,7 @@ static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
 
   PetscFunctionBeginUser;
   (void)snprintf(basis, sizeof basis, "%s", mpm->preset->basis);
-  (void)snprintf(gimp, sizeof gimp, "%s", mpm->preset->elastic ? "stretch" : "none");
+  (void)snprintf(gimp, sizeof gimp, "%s", mpm->preset->scenes == MPM_SCENES_elastic ? "stretch" : "none");
   PetscCall(MPMOptionsEnum(o, "method_basis", NULL, basis, NULL));
   PetscCall(MPMOptionsEnum(o, "method_wall_basis", NULL, wall, &wall_set));
   PetscCall(MPMOptionsEnum(o, "method_gimp_update", NULL, gimp, &gimp_set));

@@ -94,10 +94,13 @@ typedef struct {
   char from[MPM_TEXT_LEN], fallback[MPM_TEXT_LEN], differ[MPM_TEXT_LEN];
 } MPMCheckpoint;
 
-/* A named method, for scenes whose materials are all elastic or for others; a row of preset.def. */
+/* Scenes for which a preset has a row: all materials are elastic, all are fluids, or any others. */
+typedef enum { MPM_SCENES_elastic, MPM_SCENES_fluids, MPM_SCENES_others } MPMScenes;
+
+/* A named method for such scenes; a row of preset.def. */
 typedef struct {
   const char *name;
-  PetscBool   elastic;
+  MPMScenes   scenes;
   const char *basis;
   PetscBool   stretch;
   const char *update, *transfer;

@@ -4,8 +4,8 @@
 
 static const MPMPreset rows[] = {
 #define MPM_PRESET_NAME(name, what, expect)
-#define MPM_PRESET(name, elastic, basis, stretch, update, transfer, strain, rate, cfl, ppc)                            \
-  {#name, elastic, #basis, stretch, #update, #transfer, strain, rate, cfl, ppc},
+#define MPM_PRESET(name, scenes, basis, stretch, update, transfer, strain, rate, cfl, ppc)                             \
+  {#name, MPM_SCENES_##scenes, #basis, stretch, #update, #transfer, strain, rate, cfl, ppc},
 #include "run/preset.def"
 #undef MPM_PRESET_NAME
 #undef MPM_PRESET
@@ -37,12 +37,15 @@ PetscErrorCode MPMPresetRead(MPM mpm, MPMOptions o)
 /* Chooses the row of the preset by the materials, which have been read. */
 void MPMPresetChoose(MPM mpm)
 {
-  const PetscInt any     = MPM_SMALL_STRAIN | MPM_HYPERELASTIC;
-  PetscBool      elastic = PETSC_TRUE;
+  PetscBool fits[] = {PETSC_TRUE, PETSC_TRUE, PETSC_TRUE}; /* by MPMScenes */
 
-  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++)
-    if (!(mpm->scene.materials[k].type->traits & any)) elastic = PETSC_FALSE;
-  if (!elastic) mpm->preset++; /* a preset has two rows */
+  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
+    const PetscInt traits = mpm->scene.materials[k].type->traits;
+
+    if (!(traits & (MPM_SMALL_STRAIN | MPM_HYPERELASTIC))) fits[MPM_SCENES_elastic] = PETSC_FALSE;
+    if (!(traits & MPM_FLUID)) fits[MPM_SCENES_fluids] = PETSC_FALSE;
+  }
+  while (!fits[mpm->preset->scenes]) mpm->preset++;
 }
 
 /* Prints the remedies that are on, which a scene that gives basis, update and transfer has to ask for. */
@@ -93,6 +96,6 @@ PetscErrorCode MPMPresetPrint(MPM mpm)
   }
   if (!(mpm->time.fixed > 0)) PetscCall(MPMPrint(&mpm->core.print, " -dt_cfl %g", (double)mpm->time.cfl));
   PetscCall(MPMPrint(&mpm->core.print, "\n"));
-  if (!any && mpm->preset->elastic) PetscCall(MPMPrint(&mpm->core.print, "           %s\n", expect));
+  if (!any && mpm->preset->scenes == MPM_SCENES_elastic) PetscCall(MPMPrint(&mpm->core.print, "           %s\n", expect));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -49,6 +49,8 @@ int MPMProgram(int argc, char **argv, PetscErrorCode (*read)(MPM, MPMOptions), P
   MPMSignalsStart();
   if (MPMOptionsStart(&MPMOptionTable, argc, argv, &status)) return status;
   PetscCall(PetscPushErrorHandler(MPMOptionsStartFault, NULL));
+  /* For a program that mpiexec has not started Open MPI would start a daemon, which takes longer than a small scene. */
+  (void)setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   MPMOptionsStarted();
   (void)signal(SIGPIPE, SIG_DFL); /* so that `pebble ... | head` prints no error */

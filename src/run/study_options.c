@@ -119,7 +119,7 @@ static PetscErrorCode ReadWords(MPMOptions o, const char name[], const char lega
 }
 
 #define MPM_PRESET_NAME(name, what, expect) #name " "
-#define MPM_PRESET(name, elastic, basis, stretch, update, transfer, strain, rate, cfl, ppc)
+#define MPM_PRESET(name, scenes, basis, stretch, update, transfer, strain, rate, cfl, ppc)
 static const char presets[] =
 #include "run/preset.def"
     "none";

@@ -19,7 +19,7 @@ class Scene:
     """`grid` is the size of the box and `body` that of the body, in cells along each axis."""
 
     def __init__(self, dim, particles, per_axis, drift=True):
-        """per_axis: particles a cell along each axis. Without drift it is the body of tests/seed_serial.c (2-D)."""
+        """per_axis: particles a cell along each axis. Without drift it is the body of examples/seed_serial.c (2-D)."""
         self.dim, self.per_axis = dim, tuple(per_axis)
         self.ppc = math.prod(self.per_axis)
         self.body = max(4, round((particles / self.ppc) ** (1 / dim)))

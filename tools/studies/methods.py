@@ -97,8 +97,8 @@ def presets(path=os.path.join(ROOT, "src", "run", "preset.def")):
     with open(path) as file:
         for line in file:
             if line.startswith("MPM_PRESET("):
-                name, elastic, basis, stretch, update, transfer, strain, *_ = line[11:line.index(")")].split(", ")
-                if elastic == "PETSC_TRUE":
+                name, scenes, basis, stretch, update, transfer, strain, *_ = line[11:line.index(")")].split(", ")
+                if scenes == "elastic":
                     found[name] = f"{short[basis]}{'S' if stretch == 'PETSC_TRUE' else ''} {update} {transfer}" + (f" {strain}" if transfer == "aflip" else "")
     return found
 
