@@ -209,23 +209,12 @@ PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the array [n][components] of a field that the scene has, to be read and written: lent particles come home.
+/* Returns the array [n][components] of a field that the scene has, to be read and written.
    The id is the number that every swarm stores for a particle. Restore it before the number of particles changes. Not
    collective. */
 PetscErrorCode MPMParticlesGetField(MPMParticles *particles, PetscInt field, void **at)
 {
   PetscFunctionBeginUser;
-  if (particles->lent) PetscCall(particles->bring(particles->owner, 0, PETSC_TRUE));
-  PetscCall(Rows(particles, field, at));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Returns the array of a field that will only be read: of lent particles, it is brought up to date. Restore it as the
-   other one. Not collective. */
-PetscErrorCode MPMParticlesReadField(MPMParticles *particles, PetscInt field, void **at)
-{
-  PetscFunctionBeginUser;
-  if (particles->lent) PetscCall(particles->bring(particles->owner, 1 << field, PETSC_FALSE));
   PetscCall(Rows(particles, field, at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -241,8 +230,10 @@ PetscErrorCode MPMParticlesRestoreField(MPMParticles *particles, PetscInt field)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the pointers of a view to these fields (bits). */
-static PetscErrorCode SetView(MPMParticles *particles, PetscInt fields, MPMView *view)
+/* Sets the pointers of a view to these fields (bits) of the particles of this process, to be read and written; those of
+   other fields, and of fields that this scene lacks, are NULL. Restore it before the number of particles changes. Not
+   collective. */
+PetscErrorCode MPMParticlesGetView(MPMParticles *particles, PetscInt fields, MPMView *view)
 {
   void *at[MPM_NUM_FIELDS] = {NULL};
 
@@ -258,28 +249,11 @@ static PetscErrorCode SetView(MPMParticles *particles, PetscInt fields, MPMView 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the pointers of a view to these fields (bits) of the particles of this process, to be read and written; those of
-   other fields, and of fields that this scene lacks, are NULL. Lent particles come home. Restore it before the number of
-   particles changes. Not collective. */
-PetscErrorCode MPMParticlesGetView(MPMParticles *particles, PetscInt fields, MPMView *view)
-{
-  PetscFunctionBeginUser;
-  if (particles->lent) PetscCall(particles->bring(particles->owner, 0, PETSC_TRUE));
-  PetscCall(SetView(particles, fields, view));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Does the same for a view that will only be read: of lent particles, these fields are brought up to date. Of all fields,
-   -1, those that hold nothing between steps are not. Not collective. */
+/* Does the same for a view that will only be read. Not collective. */
 PetscErrorCode MPMParticlesReadView(MPMParticles *particles, PetscInt fields, MPMView *view)
 {
-  PetscInt bring = fields;
-
   PetscFunctionBeginUser;
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS && fields == -1; f++)
-    if (MPMFields[f].home == MPM_SCRATCH) bring &= ~(1 << f);
-  if (particles->lent) PetscCall(particles->bring(particles->owner, bring, PETSC_FALSE));
-  PetscCall(SetView(particles, fields, view));
+  PetscCall(MPMParticlesGetView(particles, fields, view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -304,7 +278,7 @@ static PetscErrorCode Copy(MPMParticles *particles, PetscBool back)
     void        *rows;
 
     if (!particles->present[f] || !(particles->saved & (1 << f))) continue;
-    PetscCall(back ? MPMParticlesGetField(particles, f, &rows) : MPMParticlesReadField(particles, f, &rows));
+    PetscCall(MPMParticlesGetField(particles, f, &rows));
     if (bytes) memcpy(back ? rows : (void *)at, back ? (void *)at : rows, bytes);
     PetscCall(MPMParticlesRestoreField(particles, f));
     at += bytes;
