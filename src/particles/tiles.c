@@ -251,20 +251,20 @@ static void SpanCells(MPMPatch *patch, PetscInt row, PetscInt in)
   Extend(patch, lo, hi);
 }
 
-/* Finds the part of each row of nodes that particles touch: for the particles here by their cells, for those of others
-   by tiles. Not collective. */
+/* Finds the part of each row of nodes that particles touch: for own particles by their cells, for those of others by
+   tiles. Not collective. */
 void MPMTilesFindSpans(MPMPatch *patch)
 {
   const MPMTiles *t = &patch->tiles;
 
   for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) patch->span[r] = (MPMSpan){patch->n[0], 0, PETSC_TRUE};
-  for (PetscInt row = 0; row < t->n[1] * t->n[2] && t->start; row++)
+  for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++)
     for (PetscInt in = 0; in < 1 << t->bits * (patch->grid->dim - 1); in++) SpanCells(patch, row, in);
   for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
     const PetscInt at[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
     PetscInt       lo[3], hi[3];
 
-    if (t->start && at[0] >= t->below[0] && at[1] >= t->below[1] && at[2] >= t->below[2]) {
+    if (at[0] >= t->below[0] && at[1] >= t->below[1] && at[2] >= t->below[2]) {
       tile += t->n[0] - at[0] - 1; /* the rest of the row is own ones */
       continue;
     }

@@ -156,8 +156,7 @@ PetscErrorCode MPMStepRecoverBegin(MPMCore *core, PetscReal **r)
     PetscCall(PetscMalloc1(p->capacity * p->dim, (PetscReal **)&p->scratch[MPM_FIELD_INDEX_r]));
   p->present[MPM_FIELD_INDEX_r] = PETSC_TRUE;
   PetscCall(RunUntimed(core, MPMStepRecoverPhase(core, 0)));
-  PetscCall(MPMParticlesGetField(p, MPM_FIELD_INDEX_r, (void **)r));
-  PetscCall(MPMParticlesRestoreField(p, MPM_FIELD_INDEX_r));
+  *r = (PetscReal *)p->scratch[MPM_FIELD_INDEX_r];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
