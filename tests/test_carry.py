@@ -90,7 +90,7 @@ for body, where in ("f", "0.1,0.3 0.3,0.7"), ("s", "0.7,0.3 0.9,0.7"):
     mixed += [f"-body_{body}_shape", "box", f"-body_{body}_lower", lower, f"-body_{body}_upper", upper, f"-body_{body}_material", body]
 alone = check.must(*mixed)
 check.that("id x v F kind J be vc tau " in alone.out, f"three laws: {alone.find('^(fields.*)')}")
-for n, more in (1, []), (3, []), (3, ["-parallel_strategy", "pool"]), (3, ["-parallel_strategy", "pool", "-pool_particles", "workers"]):
+for n, more in (1, []), (3, []), (3, ["-parallel_strategy", "pool"]):
     found = check.must(*mixed, "-method_carry", "all", *more, n=n).digest
     check.that(found == alone.digest, f"three laws with all fields on {n}{' '.join(['', *more])}: {found}, {alone.digest} without")
 

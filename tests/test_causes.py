@@ -94,9 +94,9 @@ check.that(told.status == 3 and re.search("is too short to change the time: the 
            f"without the check the law is named where the time step vanishes: {told.err.strip()}")
 told, again = stops("elastic that is stretched", "box", ["-material_m_model", "elastic", "-body_b_velocity", "0.8*(x-0.5),0", "-material_m_E", "100", "-material_m_nu", "0", "-dt_cfl", "0.05", "-time_end", "0.9"],
                     r"elastic, of m, is out of its range: particle \d+ of b at .* is strained by 0\.\d+ \(up to 0.2 is right\); use -material_m_model neohookean, which is for large strains")
-said = [run("spin", *words, n=n) for n, words in ((3, ["-parallel_strategy", "pool"]), (2, []), (3, []), (3, ["-parallel_strategy", "pool", "-pool_particles", "workers"]))[:None if ALL else 2]]
+said = [run("spin", *words, n=n) for n, words in ((3, ["-parallel_strategy", "pool"]), (2, []), (3, []))[:None if ALL else 2]]
 one = run("spin")
-check.that(all(told.digest == one.digest and told.lines == one.lines and warned(told) == warned(one) for told in said), "the same state and words on 1, 2, 3 processes and in pools")
+check.that(all(told.digest == one.digest and told.lines == one.lines and warned(told) == warned(one) for told in said), "the same state and words on 1, 2, 3 processes and in the pool")
 
 slow = ["-material_m_K", "1e4", "-time_end", "0.5", "-material_m_tension_cutoff", "0"]
 told = run("tank", *slow)
@@ -136,7 +136,7 @@ def swings(told):
 told, again = stops("a beam that peels off its wall", "beam", [], r"b has come off its wall xmin \(fixed\), near \(\S+, \S+\): twice the distance from the wall is \S+ cells, which was 0\.5 at the start, "
                     r"above 0\.75 since t=0\.[78]\d* s; the deformation explains \S+; use more particles per cell \(-body_b_ppc 6,6\)", also=swings)
 check.that(told.find(r"^(warning +seen at t=0\.[78]\d* s: b is coming off its wall xmin)") and float(re.search(r"t=(\S+) s:", told.err)[1]) < 1.03, "the beam is warned of and stopped before it has fallen")
-runs = [run("beam", *words, n=n) for n, words in ((1, []), (3, []), (2, []), (3, ["-parallel_strategy", "pool"]), (3, ["-parallel_strategy", "pool", "-pool_particles", "workers"]))[:None if ALL else 2]]
+runs = [run("beam", *words, n=n) for n, words in ((1, []), (3, []), (2, []), (3, ["-parallel_strategy", "pool"]))[:None if ALL else 2]]
 check.that(all(one.digest == told.digest and one.lines == told.lines and warned(one) == warned(told) for one in runs), f"the same on any number of processes: {[one.digest for one in runs]}")
 first = run("beam", "-checkpoint_every", "0.4", "-time_end", "1.2")
 again = check.pebble("-options_file", "beam.opts", *QUIET, "-output_dir", first.folder, "-restart_file", f"{first.folder}/beam-checkpoint-2.h5", n=2)

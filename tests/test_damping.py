@@ -111,8 +111,6 @@ def check_presets():
         check.that(not re.search("^warning", run.out, re.M), f"preset {preset}: no warning")
         pool = check.must(*base, "-method_preset", preset, "-parallel_strategy", "pool", n=3)
         check.that(pool.digest == run.digest, f"preset {preset}: the same bits with the pool on 3")
-        kept = check.must(*base, "-method_preset", preset, "-parallel_strategy", "pool", "-pool_particles", "workers", n=3)
-        check.that(kept.digest == run.digest, f"preset {preset}: the same bits with a pool whose workers keep the particles")
     check.that(check.must(*base).digest == digests["balanced"] and len(set(digests.values())) == 4, "the default is balanced, and the presets differ")
     run = check.must(*base, "-method_preset", "accurate", "-method_basis", "bspline2", "-dt_cfl", "0.3")
     check.that(re.search(r"^preset +accurate: -method_basis bspline2 .*-dt_cfl 0.3$", run.out, re.M), "options beside a preset count")

@@ -16,18 +16,16 @@ import check
 
 STEPS = 25
 SERIAL, SPATIAL, POOL = (1, []), (3, ["-parallel_strategy", "spatial"]), (3, ["-parallel_strategy", "pool"])
-KEEP = (3, ["-parallel_strategy", "pool", "-pool_particles", "workers", "-pool_cells", "4"])
 DIRECT = (3, ["-parallel_strategy", "spatial", "-parallel_migrate", "direct"])
 TWO, TWO_POOL = (2, ["-parallel_strategy", "spatial", "-parallel_migrate", "direct"]), (2, ["-parallel_strategy", "pool"])
-THREE_KEEP = (3, ["-parallel_strategy", "pool", "-pool_particles", "workers", "-pool_cells", "4"])
 # ways to run, more options, environment, scenes (none: all), seconds a run, steps
 HOW = {
-    "traps": ([SERIAL, SPATIAL, POOL, KEEP], ["-fp_trap"], {}, None, 120, STEPS),
-    "poison": ([SERIAL, SPATIAL, DIRECT, POOL, KEEP], [], {"MALLOC_PERTURB_": "128"}, None, 120, STEPS),
-    "sanitizers": ([SERIAL, SPATIAL, POOL, KEEP], [], {"ASAN_OPTIONS": "detect_leaks=0", "UBSAN_OPTIONS": "print_stacktrace=1"},
+    "traps": ([SERIAL, SPATIAL, POOL], ["-fp_trap"], {}, None, 120, STEPS),
+    "poison": ([SERIAL, SPATIAL, DIRECT, POOL], [], {"MALLOC_PERTURB_": "128"}, None, 120, STEPS),
+    "sanitizers": ([SERIAL, SPATIAL, POOL], [], {"ASAN_OPTIONS": "detect_leaks=0", "UBSAN_OPTIONS": "print_stacktrace=1"},
                    None, 300, STEPS),
     # The vectors of valgrind's processor are those of AVX2.
-    "valgrind": ([TWO, TWO_POOL, THREE_KEEP], [], {}, ["bar", "disks"], 900, 10),
+    "valgrind": ([TWO, TWO_POOL], [], {}, ["bar", "disks"], 900, 10),
 }
 FAST = ["-body_disk1_velocity", "20,20", "-body_disk1_center", "0.2,0.29"]  # so that particles change process
 WORDS = r"ERROR: AddressSanitizer|runtime error:|PETSC ERROR|^==\d+== "

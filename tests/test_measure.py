@@ -152,8 +152,7 @@ def thrown():
     check.that(tried.find(r"^retries +(\d+) tries") and abs(heat + t["energy_laws"][-1]) < 1e-10 * heat,
                f"the same with tries that were undone: {heat:.5g} J {tried.err.strip()[-200:]}")
     text = check.content("output/one.csv")
-    for what, n, more in (("3 processes", 3, []), ("the pool", 3, ["-parallel_strategy", "pool"]),
-                          ("the pool that keeps particles", 3, ["-parallel_strategy", "pool", "-pool_particles", "workers"])):
+    for what, n, more in (("3 processes", 3, []), ("the pool", 3, ["-parallel_strategy", "pool"])):
         other = check.pebble(*THROWN, *more, "-output_name", "other", n=n)
         check.that(other.digest == run.digest and check.content("output/other.csv") == text, f"{what}: the same history")
     again = check.pebble(*THROWN, "-output_name", "one", "-restart_file", "output/one-checkpoint-2.h5", n=2)

@@ -40,7 +40,6 @@ WAYS = [("direct", 3, 1, ["-parallel_strategy", "spatial", "-parallel_migrate", 
         ("swarm", 3, 1, ["-parallel_strategy", "spatial", "-parallel_migrate", "swarm"]),
         ("recut", 4, 3, ["-parallel_strategy", "spatial", "-parallel_balance", "auto"]),
         ("pool", 3, 1, ["-parallel_strategy", "pool"]),
-        ("workers", 3, 1, ["-parallel_strategy", "pool", "-pool_particles", "workers"]),
         ("serial", 1, 1, [])]
 LEAK = """#include <mpi.h>
 #include <stdlib.h>
@@ -137,7 +136,7 @@ def flat(steps):
     for name, n, times, options in WAYS:
         run, found = slopes(name, n, times * steps, options)
         moved = run.find(r"in (\d+) of \d+ steps")
-        check.that(n == 1 or name in ("pool", "workers") or moved and int(moved) > 0.3 * times * steps,
+        check.that(n == 1 or name == "pool" or moved and int(moved) > 0.3 * times * steps,
                    f"{name}: migrations in {moved} of {times * steps} steps")
         cuts = run.find(r"cut anew (\d+) times")
         check.that(name != "recut" or int(cuts or 0) > PARTS, f"{name}: the grid was cut anew {cuts} times")
@@ -178,11 +177,10 @@ def told_and_found(name, n, options, env):
 def peak(which):
     env = library("tell", TELL)
     spatial, pool = ["-parallel_strategy", "spatial"], ["-parallel_strategy", "pool"]
-    workers = [*pool, "-pool_particles", "workers"]
     cases = {"some": [(name, n, more) for name in ("disks", "taylor") for n, more in ((1, []), (2, spatial))],
              "all": [(name[:-5], n, more) for name in sorted(os.listdir(os.path.dirname(check.scene("")))) if name.endswith(".opts")
-                     for n, more in ((1, []), (2, spatial), (3, pool), (3, workers))],
-             "large": [("disks", n, ["-grid_cells", "500,500", *more]) for n, more in ((1, []), (2, spatial), (3, pool), (3, workers))]
+                     for n, more in ((1, []), (2, spatial), (3, pool))],
+             "large": [("disks", n, ["-grid_cells", "500,500", *more]) for n, more in ((1, []), (2, spatial), (3, pool))]
                       + [("disks", 1, ["-grid_cells", "500,500", "-output_format", "none"]),
                          ("dambreak3d", 2, ["-body_column_ppc", "6,6,6", *spatial])]}[which]
     for name, n, more in cases:

@@ -206,10 +206,15 @@ def commit(file):
     file.attrs["git"] = np.bytes_("v0")
 
 
+def pool(file):
+    file.attrs["options"] = np.bytes_(file.attrs["options"] + b"-pool_particles workers\n")
+
+
 another("a checkpoint that lacks a number", without, 3, "cannot go on from another/bar-checkpoint-1.h5: it has no dt, or another one: another version of pebble wrote it")
 another("a checkpoint of other columns", totals, 3, "cannot go on from another/bar-checkpoint-1.h5: another version of pebble wrote it")
 another("a checkpoint of other fields", fields, 3, "-restart_file another/bar-checkpoint-1.h5 has the fields .* of particles, and this run needs .*; another version of pebble wrote it")
 another("a checkpoint of another commit", commit, 0, r"note       v0 wrote the checkpoint, and this is \S+: the bits may differ from those of a run without a restart")
+another("a checkpoint of a pool whose workers kept the particles", pool, 0, "restart    changed options: .*-pool_particles not given, was workers")
 data = check.content("tiny/bar-checkpoint-1.h5")
 with open("another/bar-checkpoint-2.h5", "wb") as file:
     file.write(data.replace(b"pebble checkpoint 1", b"pebble checkpoint 0", 1))

@@ -96,9 +96,8 @@ def run(n, arguments, *more, name="run"):
     return check.pebble(*arguments, *more, "-output_dir", ".", "-output_name", name, n=n)
 
 
-def same(what, arguments, method, parallel=True, status=0, strategies=("spatial", "pool", "workers")):
-    """Runs; on three processes and in pools of three the same (some: on one of these, by turns). workers: these keep the
-    particles."""
+def same(what, arguments, method, parallel=True, status=0, strategies=("spatial", "pool")):
+    """Runs; on three processes and in a pool of three the same (some: on one of these, by turns)."""
     global compared
     words = method.split()
     if parallel and not FULL:
@@ -109,8 +108,7 @@ def same(what, arguments, method, parallel=True, status=0, strategies=("spatial"
         print(" ".join(arguments + words), first.out[-600:], first.err[-600:], sep="\n")
         return
     for strategy in strategies if parallel else ():
-        way = {"spatial": ["spatial"], "pool": ["pool", "-pool_cells", "3"], "workers": ["pool", "-pool_cells", "3", "-pool_particles", "workers"]}
-        other = run(3, arguments, *words, "-parallel_strategy", *way[strategy])
+        other = run(3, arguments, *words, "-parallel_strategy", strategy, *(["-pool_cells", "3"] if strategy == "pool" else []))
         equal = (other.status, other.digest) == (first.status, first.digest)
         if not check.that(equal, f"{what}: {strategy} on 3: exit status {other.status}, digest {other.digest}"):
             print(" ".join(arguments + words), other.out[-600:], other.err[-600:], sep="\n")
@@ -230,10 +228,10 @@ def check_refusals():
     refused(scene(2, extra="-method_transfer xpic\n-method_order 17"), 2, "method_order")
     for basis, least in (("bspline2", 3), ("bspline3", 4)):
         refused(scene(2, cells=least - 1, extra=f"-method_basis {basis}"), 2, f"(?:^|: )-grid_cells: {least - 1} on axis x are too few .* {basis}")
-        same(f"{least} cells, {basis}", scene(2, cells=least, extra=f"-method_basis {basis}"), "", strategies=("pool", "workers"))  # too few to cut
+        same(f"{least} cells, {basis}", scene(2, cells=least, extra=f"-method_basis {basis}"), "", strategies=("pool",))  # too few to cut
     for basis, least in (("gimp", 3), ("bspline2", 3), ("bspline3", 4)):
         refused(scene(2, cells=least - 1, faces=walls(2, "periodic"), extra=f"-method_basis {basis}"), 2, "(?:^|: )-grid_cells: .* too few")
-        same(f"{least} periodic cells, {basis}", scene(2, cells=least, faces=walls(2, "periodic"), extra=f"-method_basis {basis}"), "", strategies=("pool", "workers"))
+        same(f"{least} periodic cells, {basis}", scene(2, cells=least, faces=walls(2, "periodic"), extra=f"-method_basis {basis}"), "", strategies=("pool",))
     same("1 cell, linear", scene(2, cells=1, lower=0.0, upper=1.0, velocity="0*x, 0*x", extra="-method_basis linear"), "", parallel=False)
     same("1 cell, gimp", scene(2, cells=1, lower=0.0, upper=1.0, velocity="0*x, 0*x", extra="-method_basis gimp"), "", parallel=False)
     # stretched apart: half-width 1/2 is the limit, which a domain of a whole cell has at the start

@@ -1,5 +1,5 @@
 """The digests of the first steps of every scene are those of tests/reference/digests.txt: on one process, in spatial
-decomposition on 3 processes, and with a pool of 3, whose master has the particles or whose workers keep them.
+decomposition on 3 processes, and with a pool of 3.
 
 usage: test_pinned.py PEBBLE SOURCE MPIEXEC some|all|--write
 
@@ -11,8 +11,7 @@ import pathlib
 import check
 
 STEPS = 25
-WAYS = {"serial": (1, []), "spatial": (3, ["-parallel_strategy", "spatial"]), "pool": (3, ["-parallel_strategy", "pool"]),
-        "workers": (3, ["-parallel_strategy", "pool", "-pool_particles", "workers"])}
+WAYS = {"serial": (1, []), "spatial": (3, ["-parallel_strategy", "spatial"]), "pool": (3, ["-parallel_strategy", "pool"])}
 
 
 def digest(scene, way):

@@ -190,8 +190,6 @@ def main():
         check_notes(1, ["-dry_run"] + pool, ["-parallel_strategy has no effect on one process"]),
         check_notes(1, ["-report_processes"], ["-report_processes has no effect without -dry_run"]),
         check_notes(2, spatial + both, ["-pool_cells has no effect without -parallel_strategy pool"]),
-        check_notes(2, ["-pool_particles", "workers"], ["-pool_particles has no effect without -parallel_strategy pool"]),
-        check_notes(2, pool + ["-pool_particles", "workers"], []),
         check_notes(2, pool + spatial + both, [f"-parallel_{name} has no effect with -parallel_strategy pool" for name in
                     ("balance", "migrate")]),
         check_notes(2, [], ["2 processes share 1 core of this computer: they take turns, and more than 1 are no faster"], core),

@@ -25,12 +25,11 @@ import mpi
 
 words = check.arguments(__doc__, 1)
 SCENES = sorted(os.path.basename(path)[:-5] for path in glob.glob(os.path.join(check.source, "options", "*.opts")))
-WAYS = {1: [], 2: [], 3: [], 4: [], "pool": ["-parallel_strategy", "pool"],
-        "workers": ["-parallel_strategy", "pool", "-pool_particles", "workers"]}
+WAYS = {1: [], 2: [], 3: [], 4: [], "pool": ["-parallel_strategy", "pool"]}
 
 
 def processes(way):
-    return 3 if way in ("pool", "workers") else way
+    return 3 if way == "pool" else way
 
 
 def results(folder):
@@ -101,7 +100,7 @@ def every(scene, steps, more):
 
 def scenes():
     """Each scene on two ways to run, which differ from scene to scene."""
-    ways = itertools.cycle([(1, 2), (3, 1), (2, 3), (1, "pool"), (2, 1), ("workers", "pool"), ("pool", 2), (3, "workers")])
+    ways = itertools.cycle([(1, 2), (3, 1), (2, 3), (1, "pool"), (2, 1), ("pool", "pool"), ("pool", 2), (3, "pool")])
     jobs = [(scene, 12 if scene.endswith("3d") else 30, [7 if scene.endswith("3d") else 13], way)
             for scene, way in zip(SCENES, ways)]
     check.at_once(lambda job: stop_and_go(*job), jobs)
@@ -288,6 +287,13 @@ def options():
     check.that(run.status == 2 and len(run.lines) == 1 and "-output_dir" in run.err, f"-rerun onto itself: {run.err.strip()}")
     run = check.pebble("-rerun", check.scene("bar"))
     check.that(run.status == 2 and len(run.lines) == 1, f"-rerun of a text: {run.err.strip()}")
+    # Files of versions that had -pool_particles, which is no option any more.
+    for path in ("keep/bar.h5", f"keep/bar-checkpoint-{kept[-1]}.h5"):
+        with h5py.File(path, "r+") as file:
+            file.attrs["options"] = np.bytes_(file.attrs["options"] + b"-pool_particles workers\n")
+        run = check.pebble("-rerun", path, "-output_dir", check.folder("again"))
+        check.that(run.digest == first.digest and f"note       {path} is of a run with -pool_particles workers, which is no option any more" in run.out,
+                   f"-rerun {path} of a pool whose workers kept the particles: digest {run.digest} {run.err.strip()}")
 
 
 def others():

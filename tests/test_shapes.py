@@ -303,7 +303,7 @@ def check_tables():
     for name, (rows, want) in cases.items():
         got = answer(name, rows)
         check.that(got == want, f"table {name}: {got} {want if got != want else ''}")
-    for more in (["-parallel_strategy", "spatial"], ["-parallel_strategy", "pool"], ["-parallel_strategy", "pool", "-pool_particles", "workers"]):
+    for more in (["-parallel_strategy", "spatial"], ["-parallel_strategy", "pool"]):
         got = answer("twice", cases["twice"][0], 3, *more)
         check.that([line for line in got if "particles of b" in line] == cases["twice"][1], f"the same with {more[-1]} on 3 processes")
     with h5py.File("t_twice.h5", "w") as file:

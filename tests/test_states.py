@@ -20,8 +20,7 @@ DISKS = ["-options_file", check.scene("disks"), "-check_momentum", "0", "-check_
 CRASH = DISKS + ["-body_disk1_velocity", "5,5", "-body_disk2_velocity", "-5,-5", "-dt_cfl", "1"] # turned inside out in step 6
 LEAVE = DISKS + ["-body_disk1_velocity", "-0.6,0.2", "-body_disk2_velocity", "0.1,0.3", "-time_end", "0.5", "-particles_leave", "delete"]
 QUIET = ["-output_format", "none"]
-WAYS = {"1": (1, []), "3": (3, []), "pool": (3, ["-parallel_strategy", "pool"]),
-        "workers": (3, ["-parallel_strategy", "pool", "-pool_particles", "workers"])}
+WAYS = {"1": (1, []), "3": (3, []), "pool": (3, ["-parallel_strategy", "pool"])}
 MANY = WAYS | {"3 direct": (3, ["-parallel_migrate", "direct"]), "3 auto": (3, ["-parallel_balance", "auto"]), "2": (2, [])}
 
 
@@ -133,7 +132,7 @@ for way, (n, more) in WAYS.items():
 
 # ---- Particles that leave are removed
 
-left = runs("left", LEAVE + ["-output_every", "0.1", "-check_energy", "0.05", "-check_momentum", "1e-10", "-history_energy"], MANY if ALL else {way: MANY[way] for way in ("1", "3", "3 direct", "pool", "workers")})
+left = runs("left", LEAVE + ["-output_every", "0.1", "-check_energy", "0.05", "-check_momentum", "1e-10", "-history_energy"], MANY if ALL else {way: MANY[way] for way in ("1", "3", "3 direct", "pool")})
 one = left["1"]
 check.that(one.status == 0 and len(re.findall("^warning .*left the grid.*is removed", one.out, re.M)) == 1, "the run goes on, the first particle is named, once")
 for way, run in left.items():

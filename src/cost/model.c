@@ -117,8 +117,7 @@ PetscReal MPMModelTimer(const MPMModel *m, const MPMCore *core, PetscInt e, cons
 }
 
 /* What the pool's master hands out for the transfers of timer e in a step, and takes back: bytes, 0 where it does the
-   part alone, and jobs. s is the share of a run on one process, edge that of a patch in cells. Where the workers keep the
-   particles, a worker has one job, and the particles that change their worker are left out. */
+   part alone, and jobs. s is the share of a run on one process, edge that of a patch in cells. */
 PetscReal MPMModelPoolBytes(const MPMCore *core, PetscInt e, const MPMShare *s, PetscInt edge, PetscReal *jobs)
 {
   const PetscInt  dim = core->grid.dim;
@@ -134,15 +133,10 @@ PetscReal MPMModelPoolBytes(const MPMCore *core, PetscInt e, const MPMShare *s, 
   if (!phase || phase->kind == MPM_NODES) return 0;
   cells   = PetscPowReal(c, (PetscReal)dim);
   wide    = PetscPowReal(c + reach, (PetscReal)dim);
-  patches = core->exchange.type->keeps ? PetscMax(1, s->processes - 1) : PetscMax(1, s->nodes / cells);
-  bytes   = core->exchange.type->keeps
-                ? 0
-                : s->particles * (PetscReal)(MPMParticlesRowBytes(&core->particles, phase->particles_in));
+  patches = PetscMax(1, s->nodes / cells);
+  bytes   = s->particles * (PetscReal)(MPMParticlesRowBytes(&core->particles, phase->particles_in));
   if (phase->kind == MPM_PARTICLES_TO_NODES)
-    bytes += s->nodes * (core->exchange.type->keeps ? 1 : copies) * 8 *
-             (PetscReal)MPMNodeSums(dim, phase->parts, which);
-  else if (core->exchange.type->keeps)
-    bytes += s->nodes * 8 * (PetscReal)MPM_MOTION_NC(dim);
+    bytes += s->nodes * copies * 8 * (PetscReal)MPMNodeSums(dim, phase->parts, which);
   else
     bytes += s->particles * (PetscReal)MPMParticlesRowBytes(&core->particles, phase->particles_out) +
              patches * wide * 8 * (PetscReal)MPM_MOTION_NC(dim);
@@ -152,9 +146,8 @@ PetscReal MPMModelPoolBytes(const MPMCore *core, PetscInt e, const MPMShare *s, 
 
 /* Predicted seconds a step of timer e for the pool's master with processes-1 workers; s and edge as above. Node phases
    and the settling are the master's alone. For the transfers it packs patches and puts answers in place (master) while
-   workers do that and the kernel; the first patch and the last answer wait for each other. Workers that keep the
-   particles also sort them, and wait for the master and it for them. *master gets the seconds for which the master is
-   busy. */
+   workers do that and the kernel; the first patch and the last answer wait for each other. *master gets the seconds for
+   which the master is busy. */
 static PetscReal PoolTimer(const MPMModel *m, const MPMCore *core, PetscInt e, const MPMShare *s, PetscInt edge,
                            PetscReal *master)
 {
@@ -164,11 +157,8 @@ static PetscReal PoolTimer(const MPMModel *m, const MPMCore *core, PetscInt e, c
 
   alone.processes = 1;
   *master         = MPMModelTimer(m, core, e, &alone);
-  if (core->exchange.type->keeps && e == MPM_TIMER_SORT) return (*master /= PetscMax(1, s->processes - 1));
   if (jobs == 0) return *master;
   *master = jobs * (m->job + m->message) + bytes * (m->pool + m->wire);
-  if (core->exchange.type->keeps)
-    return *master + (Seconds(&m->rate[e], s->particles) + *master) / PetscMax(1, s->processes - 1);
   worker = (Seconds(&m->rate[e], s->particles) + *master) / PetscMin(s->processes - 1, jobs);
   return PetscMax(*master, worker) + (Seconds(&m->rate[e], s->particles) + 2 * *master) / jobs;
 }

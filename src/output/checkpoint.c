@@ -170,7 +170,7 @@ static PetscErrorCode WriteRows(MPMFile *file, MPMParticles *particles, PetscInt
     void          *rows;
 
     if (!particles->present[f] || !MPMCheckpointHasField(f)) continue;
-    PetscCall(MPMParticlesReadField(particles, f, &rows));
+    PetscCall(MPMParticlesGetField(particles, f, &rows));
     if (MPMFields[f].type == PETSC_INT) {
       PetscCall(PetscMalloc1(n, &whole));
       for (PetscInt k = 0; k < n; k++) whole[k] = ((PetscInt *)rows)[k];

@@ -1,7 +1,6 @@
 /* choose.c - the table of ways to run a step (exchange.def), and the choice of one from the options. */
 #include "kernels/tile_index.h"
 #include "parallel/exchange.h"
-#include "parallel/pool_keep.h"
 
 #define MPM_EXCHANGE(name, chosen) extern const MPMExchangeType MPMExchange_##name;
 #include "parallel/exchange.def"
@@ -25,7 +24,6 @@ PetscErrorCode MPMExchangeSetFromOptions(MPMCore *core, MPMOptions o)
 {
   MPMExchange    *ex = &core->exchange;
   char            strategy[MPM_NAME_LEN], sums[MPM_NAME_LEN], balance[MPM_NAME_LEN], migrate[MPM_NAME_LEN];
-  char            where[MPM_NAME_LEN];
   const PetscBool periodic = core->grid.periodic[0] || core->grid.periodic[1] || core->grid.periodic[2] ? PETSC_TRUE
                                                                                                         : PETSC_FALSE;
   PetscMPIInt     size;
@@ -46,9 +44,7 @@ PetscErrorCode MPMExchangeSetFromOptions(MPMCore *core, MPMOptions o)
     if (!strcmp(MPMExchangeTypes[k]->name, size > 1 ? strategy : periodic ? "spatial" : "serial"))
       ex->type = MPMExchangeTypes[k];
   PetscCall(MPMOptionsInt(o, "pool_cells", NULL, &ex->pool_cells, NULL));
-  PetscCall(MPMOptionsEnum(o, "pool_particles", NULL, where, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (size > 1 && !strcmp(strategy, "pool") && !strcmp(where, "workers")) ex->type = &MPMExchange_keep;
   ex->pool_cells = MPMPoolEdge(core->basis, ex->pool_cells);
   if (size > 1 && !strcmp(strategy, "pool") && ex->roundoff)
     MPMOptionsFail(o, "-parallel_sums roundoff does not apply: the pool always gives bitwise sums");

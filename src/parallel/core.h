@@ -41,7 +41,6 @@ struct _MPMPhase {
    exchange.data. */
 typedef struct {
   const char *name;
-  const char *what; /* with `by_workers`: how it divides the work, printed with the size of the pieces */
   /* Cuts the grid and makes DMs and patch; the scene adds particles afterwards. h: the finished histogram of where
      these will be, which is needed if `cuts` is set. */
   PetscErrorCode (*setup)(MPMCore *, const MPMHistogram *h);
@@ -53,7 +52,6 @@ typedef struct {
   PetscErrorCode (*finish)(MPMCore *);            /* frees what setup made */
   PetscBool cuts;                                 /* does it cut the grid by a histogram? */
   PetscBool by_workers;                           /* do other processes do the work on particles? */
-  PetscBool keeps;                                /* do these keep them from step to step? */
   PetscErrorCode (*serve)(MPMCore *);             /* what a process without data does, until the run ends */
   PetscErrorCode (*share)(MPMCore *, MPMShare *); /* adds ghosts, neighbours, cuts of this process; NULL: it has none */
 } MPMExchangeType;

@@ -367,7 +367,6 @@ static PetscErrorCode Finish_Pool(MPMCore *core)
 
 const MPMExchangeType MPMExchange_pool = {
     .name       = "pool",
-    .what       = "a master hands out patches",
     .setup      = SetUp_Pool,
     .sweep      = Sweep_Pool,
     .nodes      = Nodes_Pool,

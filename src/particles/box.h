@@ -24,9 +24,6 @@ void           MPMPatchVisitAll(MPMPatch *);
 PetscErrorCode MPMTilesSetUp(MPMPatch *, PetscBool alone);
 PetscErrorCode MPMTilesDestroy(MPMPatch *);
 PetscErrorCode MPMTilesAssign(MPMPatch *, PetscBool keep, const PetscInt start[]); /* start [cells+1] of the order */
-PetscErrorCode MPMTilesAssignBy(MPMPatch *, const char early[], const PetscInt start[]);
-void           MPMTilesClear(MPMPatch *);
-PetscErrorCode MPMTilesCome(MPMPatch *, PetscInt tile);
 void           MPMTilesWrap(MPMPatch *);
 void           MPMTilesFindSpans(MPMPatch *);
 PetscInt       MPMTilesCells(const MPMPatch *);

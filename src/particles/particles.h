@@ -28,12 +28,6 @@ typedef struct {
   PetscInt   room, places;            /* the most particles that came in a migration; places of the swarm's fields */
   PetscInt   nkept;                   /* particles below this number are where the order has them, but for movers */
   PetscInt   nstart;
-  /* -pool_particles workers: while `lent`, other processes have the particles; `current` are the fields (bits) whose rows
-     here are theirs. bring makes more fields current; home: it ends the loan. Views and fields call it (storage.c). */
-  PetscBool lent;
-  PetscInt  current;
-  PetscErrorCode (*bring)(void *owner, PetscInt fields, PetscBool home);
-  void *owner;
 #if defined(MPM_POISON)
   uint64_t written[MPM_NUM_FIELDS]; /* what a field was before a phase (poison.c) */
 #endif
@@ -60,7 +54,6 @@ PetscErrorCode MPMParticlesGetView(MPMParticles *, PetscInt fields, MPMView *);
 PetscErrorCode MPMParticlesReadView(MPMParticles *, PetscInt fields, MPMView *);
 PetscErrorCode MPMParticlesRestoreView(MPMParticles *, PetscInt fields, MPMView *);
 PetscErrorCode MPMParticlesGetField(MPMParticles *, PetscInt field, void **at);
-PetscErrorCode MPMParticlesReadField(MPMParticles *, PetscInt field, void **at);
 PetscErrorCode MPMParticlesRestoreField(MPMParticles *, PetscInt field);
 PetscInt       MPMParticlesBytes(const MPMParticles *, MPMHome most);
 PetscInt       MPMParticlesMemory(const MPMParticles *);

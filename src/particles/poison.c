@@ -17,7 +17,6 @@ void MPMPoison(void *at, size_t bytes)
 PetscErrorCode MPMPoisonFields(MPMParticles *particles, PetscInt fields, PetscInt first)
 {
   PetscFunctionBeginUser;
-  if (particles->lent) PetscFunctionReturn(PETSC_SUCCESS); /* the rows here are not used */
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     const size_t row = (size_t)particles->bytes[f];
     void        *rows;

@@ -112,8 +112,9 @@ PetscErrorCode MPMParticlesCreate(MPMParticles *particles, MPI_Comm comm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets *at to the array of a field. */
-static PetscErrorCode Rows(MPMParticles *particles, PetscInt field, void **at)
+/* Returns the array [n][components] of a field that the scene has. The id is the number that every swarm stores for a
+   particle. Restore it before the number of particles changes. Not collective. */
+PetscErrorCode MPMParticlesGetField(MPMParticles *particles, PetscInt field, void **at)
 {
   PetscFunctionBeginUser;
   if (MPMFields[field].home == MPM_SCRATCH)
@@ -137,7 +138,7 @@ static PetscErrorCode SetPages(MPMParticles *particles, PetscBool empty_spare)
     void        *rows;
 
     if (!particles->present[f]) continue;
-    PetscCall(Rows(particles, f, &rows));
+    PetscCall(MPMParticlesGetField(particles, f, &rows));
     MPMLargePages(rows, n * bytes);
     if (MPMFields[f].home == MPM_SCRATCH) continue;
     if (empty_spare) MPMGivePagesBack((char *)rows + n * bytes, spare * bytes);
@@ -209,27 +210,6 @@ PetscErrorCode MPMParticlesSetSize(MPMParticles *particles, PetscInt n)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the array [n][components] of a field that the scene has, to be read and written: lent particles come home.
-   The id is the number that every swarm stores for a particle. Restore it before the number of particles changes. Not
-   collective. */
-PetscErrorCode MPMParticlesGetField(MPMParticles *particles, PetscInt field, void **at)
-{
-  PetscFunctionBeginUser;
-  if (particles->lent) PetscCall(particles->bring(particles->owner, 0, PETSC_TRUE));
-  PetscCall(Rows(particles, field, at));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Returns the array of a field that will only be read: of lent particles, it is brought up to date. Restore it as the
-   other one. Not collective. */
-PetscErrorCode MPMParticlesReadField(MPMParticles *particles, PetscInt field, void **at)
-{
-  PetscFunctionBeginUser;
-  if (particles->lent) PetscCall(particles->bring(particles->owner, 1 << field, PETSC_FALSE));
-  PetscCall(Rows(particles, field, at));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Ends the use of an array of MPMParticlesGetField. Not collective. */
 PetscErrorCode MPMParticlesRestoreField(MPMParticles *particles, PetscInt field)
 {
@@ -241,14 +221,15 @@ PetscErrorCode MPMParticlesRestoreField(MPMParticles *particles, PetscInt field)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the pointers of a view to these fields (bits). */
-static PetscErrorCode SetView(MPMParticles *particles, PetscInt fields, MPMView *view)
+/* Sets the pointers of a view to these fields (bits) of the particles of this process; those of other fields, and of
+   fields that this scene lacks, are NULL. Restore it before the number of particles changes. Not collective. */
+PetscErrorCode MPMParticlesGetView(MPMParticles *particles, PetscInt fields, MPMView *view)
 {
   void *at[MPM_NUM_FIELDS] = {NULL};
 
   PetscFunctionBeginUser;
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
-    if (particles->present[f] && (fields & (1 << f))) PetscCall(Rows(particles, f, &at[f]));
+    if (particles->present[f] && (fields & (1 << f))) PetscCall(MPMParticlesGetField(particles, f, &at[f]));
   PetscCall(PetscMemzero(view, sizeof *view));
   view->n = particles->n;
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
@@ -258,28 +239,11 @@ static PetscErrorCode SetView(MPMParticles *particles, PetscInt fields, MPMView 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the pointers of a view to these fields (bits) of the particles of this process, to be read and written; those of
-   other fields, and of fields that this scene lacks, are NULL. Lent particles come home. Restore it before the number of
-   particles changes. Not collective. */
-PetscErrorCode MPMParticlesGetView(MPMParticles *particles, PetscInt fields, MPMView *view)
-{
-  PetscFunctionBeginUser;
-  if (particles->lent) PetscCall(particles->bring(particles->owner, 0, PETSC_TRUE));
-  PetscCall(SetView(particles, fields, view));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Does the same for a view that will only be read: of lent particles, these fields are brought up to date. Of all fields,
-   -1, those that hold nothing between steps are not. Not collective. */
+/* Does the same for a view that will only be read. Not collective. */
 PetscErrorCode MPMParticlesReadView(MPMParticles *particles, PetscInt fields, MPMView *view)
 {
-  PetscInt bring = fields;
-
   PetscFunctionBeginUser;
-  for (PetscInt f = 0; f < MPM_NUM_FIELDS && fields == -1; f++)
-    if (MPMFields[f].home == MPM_SCRATCH) bring &= ~(1 << f);
-  if (particles->lent) PetscCall(particles->bring(particles->owner, bring, PETSC_FALSE));
-  PetscCall(SetView(particles, fields, view));
+  PetscCall(MPMParticlesGetView(particles, fields, view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -304,7 +268,7 @@ static PetscErrorCode Copy(MPMParticles *particles, PetscBool back)
     void        *rows;
 
     if (!particles->present[f] || !(particles->saved & (1 << f))) continue;
-    PetscCall(back ? MPMParticlesGetField(particles, f, &rows) : MPMParticlesReadField(particles, f, &rows));
+    PetscCall(MPMParticlesGetField(particles, f, &rows));
     if (bytes) memcpy(back ? rows : (void *)at, back ? (void *)at : rows, bytes);
     PetscCall(MPMParticlesRestoreField(particles, f));
     at += bytes;

@@ -160,25 +160,6 @@ static PetscInt AssignRow(MPMPatch *patch, PetscInt row, PetscInt cut, MPMPass p
   return others;
 }
 
-/* Makes memory for the sums of `need` tiles, with those that are kept now. Not collective. */
-static PetscErrorCode MakeRoom(MPMPatch *patch, size_t need)
-{
-  MPMTiles        *t      = &patch->tiles;
-  const size_t     size   = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_NODE_NC * sizeof(PetscReal);
-  void            *before = t->memory;
-  const PetscReal *sum    = t->sum;
-
-  PetscFunctionBeginUser;
-  if (need <= t->room) PetscFunctionReturn(PETSC_SUCCESS);
-  t->room = need + need / 8 + 8;
-  PetscCall(PetscMalloc((t->room + (size_t)t->n[0]) * size + MPM_LINE, &t->memory));
-  t->scratch = (PetscReal *)MPMAlign(t->memory);
-  t->sum     = (PetscReal *)((char *)t->scratch + (size_t)t->n[0] * size);
-  if (t->nslots) memcpy(t->sum, sum, (size_t)t->nslots * size);
-  PetscCall(PetscFree(before));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Notes which tiles have particles (start [cells+1] of the order), and gives places to the sums that are kept and
    memory to those that may come from others. keep: all tiles are early, as in the pool. Not collective. */
 PetscErrorCode MPMTilesAssign(MPMPatch *patch, PetscBool keep, const PetscInt start[])
@@ -218,69 +199,6 @@ PetscErrorCode MPMTilesAssign(MPMPatch *patch, PetscBool keep, const PetscInt st
     t->sum     = (PetscReal *)((char *)t->scratch + (size_t)t->n[0] * size);
   }
   MPMPoison(t->scratch, (t->room + (size_t)t->n[0]) * size);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Empties all tiles: all sums will come from other processes, by MPMTilesCome, and no particle is here. Not
-   collective. */
-void MPMTilesClear(MPMPatch *patch)
-{
-  MPMTiles *t = &patch->tiles;
-
-  for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++) {
-    for (PetscInt i = t->used[row][0]; i < t->used[row][1]; i++) t->slot[row * t->n[0] + i] = MPM_TILE_EMPTY;
-    t->used[row][0] = t->used[row][1] = 0;
-  }
-  for (int k = 0; k < MPM_NUM_PASSES; k++) t->nruns[k] = 0;
-  t->start   = NULL;
-  t->n_early = t->n_own = t->nslots = 0;
-}
-
-/* Notes which tiles have particles, and gives those with early [tiles] places for their sums, as MPMTilesAssign does. The
-   arrays of ranges have to have room for one of each tile in each row of cells. Not collective. */
-PetscErrorCode MPMTilesAssignBy(MPMPatch *patch, const char early[], const PetscInt start[])
-{
-  MPMTiles      *t   = &patch->tiles;
-  const int      dim = (int)patch->grid->dim;
-  const PetscInt n0 = t->n[0], edge = 1 << t->bits;
-
-  PetscFunctionBeginUser;
-  MPMTilesClear(patch);
-  t->start = start;
-  for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++) {
-    if (start[MPMTileRowCell(dim, t, row, 0)] == start[MPMTileRowCell(dim, t, row + 1, 0)]) continue;
-    for (PetscInt in = 0; in < 1 << t->bits * (dim - 1); in++) {
-      const PetscInt *cell = start + MPMTileRowCell(dim, t, row, in);
-
-      for (PetscInt i = 0; i < n0; i++) {
-        const PetscInt tile = row * n0 + i;
-
-        if (cell[edge * i] == cell[edge * (i + 1)]) continue;
-        AddRun(t, early[tile] ? MPM_PASS_EARLY : MPM_PASS_MAIN, row, cell[edge * i], cell[edge * (i + 1)]);
-        t->slot[tile] = MPM_TILE_SCRATCH;
-        MPMTileUse(t, tile);
-      }
-    }
-    for (PetscInt i = t->used[row][0]; i < t->used[row][1]; i++)
-      if (early[row * n0 + i] && t->slot[row * n0 + i] == MPM_TILE_SCRATCH) t->slot[row * n0 + i] = t->n_early++;
-  }
-  t->n_own = t->n_early;
-  PetscCall(MakeRoom(patch, (size_t)t->n_own));
-  t->nslots = t->n_own;
-  MPMPoison(t->scratch, (t->room + (size_t)t->n[0]) * MPMTileNodes(dim, patch->basis) * sizeof(MPMNode));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Gives a tile a place for sums, which come from another process. Not collective. */
-PetscErrorCode MPMTilesCome(MPMPatch *patch, PetscInt tile)
-{
-  MPMTiles *t = &patch->tiles;
-
-  PetscFunctionBeginUser;
-  PetscCall(MakeRoom(patch, (size_t)t->nslots + 1));
-  t->slot[tile] = t->nslots++;
-  t->n_early = t->n_own = t->nslots;
-  MPMTileUse(t, tile);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -333,20 +251,20 @@ static void SpanCells(MPMPatch *patch, PetscInt row, PetscInt in)
   Extend(patch, lo, hi);
 }
 
-/* Finds the part of each row of nodes that particles touch: for the particles here by their cells, for those of others
-   by tiles. Not collective. */
+/* Finds the part of each row of nodes that particles touch: for own particles by their cells, for those of others by
+   tiles. Not collective. */
 void MPMTilesFindSpans(MPMPatch *patch)
 {
   const MPMTiles *t = &patch->tiles;
 
   for (PetscInt r = 0; r < patch->n[1] * patch->n[2]; r++) patch->span[r] = (MPMSpan){patch->n[0], 0, PETSC_TRUE};
-  for (PetscInt row = 0; row < t->n[1] * t->n[2] && t->start; row++)
+  for (PetscInt row = 0; row < t->n[1] * t->n[2]; row++)
     for (PetscInt in = 0; in < 1 << t->bits * (patch->grid->dim - 1); in++) SpanCells(patch, row, in);
   for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
     const PetscInt at[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
     PetscInt       lo[3], hi[3];
 
-    if (t->start && at[0] >= t->below[0] && at[1] >= t->below[1] && at[2] >= t->below[2]) {
+    if (at[0] >= t->below[0] && at[1] >= t->below[1] && at[2] >= t->below[2]) {
       tile += t->n[0] - at[0] - 1; /* the rest of the row is own ones */
       continue;
     }

@@ -56,29 +56,6 @@ static PetscReal Job(const MPMCore *core, PetscMPIInt workers, PetscReal *jobs)
          1.3 * n * tiles / mine * (PetscReal)MPMParticlesBytes(&core->particles, MPM_SCRATCH);
 }
 
-/* Returns the bytes that the master of a pool needs for its messages if workers keep the particles: all of these are
-   handed out at once, and come back at once. */
-static PetscReal Kept(const MPMCore *core, PetscMPIInt workers)
-{
-  const PetscReal row = (PetscReal)MPMParticlesBytes(&core->particles, MPM_SCRATCH), n = (PetscReal)core->particles.n;
-
-  return n * (row * (1 + 1 / (PetscReal)workers) + 3 * (PetscReal)sizeof(PetscInt));
-}
-
-/* Returns the bytes that such a worker needs: the grid, its particles, their rows in a job and in an answer, and the
-   message of its sums. */
-static PetscReal Worker(const MPMCore *core, PetscMPIInt workers)
-{
-  const MPMPatch *patch = &core->exchange.patch;
-  const PetscReal row = (PetscReal)MPMParticlesBytes(&core->particles, MPM_SCRATCH), share = 1 / (PetscReal)workers;
-  PetscReal       nodes = 1;
-
-  for (PetscInt d = 0; d < 3; d++) nodes *= (PetscReal)patch->n[d];
-  return nodes * (PetscReal)((2 * MPM_NODE_NC + MPM_MOTION_NC(core->grid.dim)) * (PetscInt)sizeof(PetscReal)) +
-         share * ((PetscReal)core->particles.n * ((PetscReal)MPMParticlesMemory(&core->particles) + 2 * row) +
-                  SENT * (PetscReal)MPM_NODE_NC * (PetscReal)sizeof(PetscReal) * MPMPatchTouchedNodes(patch));
-}
-
 /* Returns the bytes that this process will need besides those that it has; in the steps, and until the end of an
    output or the end of the run. seconds: of all steps, as predicted; processes: that have particles; workers: of the
    pool. Not collective. */
@@ -98,9 +75,7 @@ static PetscReal Later(MPM mpm, PetscReal seconds, PetscMPIInt processes, PetscM
   steps += 2 * (PetscReal)t->room * TileBytes(core); /* sums of tiles that are kept, and their messages */
   steps += (PetscReal)MPMEnergyBytes(core) * n;
   steps += (PetscReal)MPMParticlesRowBytes(&core->particles, core->particles.saved) * n;
-  if (workers && core->exchange.type->keeps)
-    steps += ROOM * Kept(core, workers);
-  else if (workers) {
+  if (workers) {
     const PetscReal job = Job(core, workers, &jobs);
 
     steps += ROOM * job * jobs;
@@ -129,9 +104,7 @@ PetscErrorCode MPMMemoryPrint(MPM mpm, PetscReal seconds)
   largest = all = PetscMax(most, now + Later(mpm, seconds, data, size - data));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_REAL, MPIU_MAX, mpm->core.exchange.data));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPIU_REAL, MPIU_SUM, mpm->core.exchange.data));
-  if (size > data && mpm->core.exchange.type->keeps)
-    all += (PetscReal)(size - data) * (mpm->report.base + WORKER_BYTES + ROOM * Worker(&mpm->core, size - data));
-  else if (size > data) /* a worker has a job's fields, sums, message and answer */
+  if (size > data) /* a worker has a job's fields, sums, message and answer */
     all += (PetscReal)(size - data) *
            (mpm->report.base + WORKER_BYTES + 2 * ROOM * Job(&mpm->core, size - data, &jobs));
   PetscCall(MPMPrint(&mpm->core.print,

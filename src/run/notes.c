@@ -54,7 +54,6 @@ static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
       {"-parallel_balance", pool},
       {"-parallel_migrate", pool},
       {"-pool_cells", cuts},
-      {"-pool_particles", cuts},
       {"-report_limits", mpm->report.limits ? not_run : NULL},
       {"-report_phases", mpm->report.phases ? not_run : NULL},
       {"-report_processes", !mpm->report.processes ? NULL

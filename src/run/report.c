@@ -102,8 +102,7 @@ static PetscErrorCode PrintFriction(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Notes that the pool has fewer patches with particles than workers, with the largest patches of which there are enough.
-   Workers that keep the particles divide them by tiles. */
+/* Notes that the pool has fewer patches with particles than workers, with the largest patches of which there are enough. */
 static PetscErrorCode NoteIdle(MPM mpm, PetscInt workers)
 {
   const PetscInt tile   = MPMTileEdge(mpm->core.basis);
@@ -111,7 +110,6 @@ static PetscErrorCode NoteIdle(MPM mpm, PetscInt workers)
   PetscInt       edge   = PetscMin(mpm->core.exchange.pool_cells, MPMPoolEdge(mpm->core.basis, widest)), has, n;
 
   PetscFunctionBeginUser;
-  if (mpm->core.exchange.type->keeps) edge = tile;
   PetscCall(MPMPoolPatches(&mpm->core, edge, &has));
   for (n = has; n < workers && edge > tile;) PetscCall(MPMPoolPatches(&mpm->core, edge -= tile, &n));
   if (has >= workers) PetscFunctionReturn(PETSC_SUCCESS);
@@ -139,7 +137,7 @@ static PetscErrorCode PrintParallel(MPM mpm)
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMPrint(&mpm->core.print, "parallel   %d processes, %s", size, mpm->core.exchange.type->name));
   if (mpm->core.exchange.type->by_workers)
-    PetscCall(MPMPrint(&mpm->core.print, ": %s of %" PetscInt_FMT " cells an axis", mpm->core.exchange.type->what,
+    PetscCall(MPMPrint(&mpm->core.print, ": a master hands out patches of %" PetscInt_FMT " cells an axis",
                        mpm->core.exchange.pool_cells));
   else {
     for (PetscInt d = 0; d < mpm->core.grid.dim; d++)
@@ -368,7 +366,6 @@ static PetscErrorCode PrintResults(MPM mpm)
 PetscErrorCode MPMReportEnd(MPM mpm)
 {
   PetscInt       shares = 1; /* into which the particles are divided */
-  PetscMPIInt    processes;
   PetscInt64     digest;
   PetscLogDouble now;
 
@@ -401,13 +398,10 @@ PetscErrorCode MPMReportEnd(MPM mpm)
     PetscCall(MPMPrint(&mpm->core.print, "\n"));
   }
   if (mpm->output.dir[0]) PetscCall(PrintResults(mpm));
-  PetscCallMPI(MPI_Comm_size(mpm->core.comm, &processes));
-  for (PetscInt d = 0; d < 3 && !mpm->core.exchange.type->keeps; d++) shares *= mpm->core.exchange.partition.p[d];
-  if (mpm->core.exchange.type->keeps) shares = processes - 1;
+  for (PetscInt d = 0; d < 3; d++) shares *= mpm->core.exchange.partition.p[d];
   if (mpm->core.exchange.recuts)
     PetscCall(MPMPrint(&mpm->core.print,
-                       "balance    %s anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n",
-                       mpm->core.exchange.type->keeps ? "tiles were given to workers" : "the grid was cut",
+                       "balance    the grid was cut anew %" PetscInt_FMT " times, particles max/mean at the end %.3f\n",
                        mpm->core.exchange.recuts,
                        (double)mpm->core.status.most * shares / (double)PetscMax(1, mpm->core.particles.total)));
   if (mpm->core.exchange.migrations)

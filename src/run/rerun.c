@@ -35,6 +35,13 @@ static PetscErrorCode SetOptions(hid_t file, char fault[MPM_TEXT_LEN], const cha
                       path));
       continue;
     }
+    if (!strcasecmp(name, "-pool_particles")) { /* of an older version; it changed no bit */
+      PetscCall(PetscPrintf(PETSC_COMM_WORLD,
+                            "note       %s is of a run with -pool_particles %s, which is no option any more: -rerun "
+                            "leaves it out, and the bits are the same\n",
+                            path, value));
+      continue;
+    }
     PetscCall(PetscOptionsHasName(NULL, NULL, name, &given));
     if (!given) PetscCall(PetscOptionsSetValue(NULL, name, value[0] ? value : NULL));
   }

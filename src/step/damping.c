@@ -30,8 +30,7 @@ static PetscErrorCode Scale(MPMCore *core, PetscReal keep, MPMSum *kinetic)
   PetscFunctionBeginUser;
   PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_FORCES));
   MPMWorkBegin(&core->timers);
-  PetscCall(keep == 1 ? MPMParticlesReadView(&core->particles, fields, &view)
-                      : MPMParticlesGetView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const PetscReal m  = core->params.kinds[view.kind ? view.kind[p] : 0].m;
     PetscReal       v2 = 0, now2 = 0;

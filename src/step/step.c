@@ -156,22 +156,14 @@ PetscErrorCode MPMStepRecoverBegin(MPMCore *core, PetscReal **r)
     PetscCall(PetscMalloc1(p->capacity * p->dim, (PetscReal **)&p->scratch[MPM_FIELD_INDEX_r]));
   p->present[MPM_FIELD_INDEX_r] = PETSC_TRUE;
   PetscCall(RunUntimed(core, MPMStepRecoverPhase(core, 0)));
-  PetscCall(MPMParticlesGetField(p, MPM_FIELD_INDEX_r, (void **)r)); /* lent particles come home: r will be written */
-  PetscCall(MPMParticlesRestoreField(p, MPM_FIELD_INDEX_r));
+  *r = (PetscReal *)p->scratch[MPM_FIELD_INDEX_r];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMStepRecover(MPMCore *core)
 {
-  MPMParticles *p = &core->particles;
-  void         *r;
-
   PetscFunctionBeginUser;
-  PetscCall(MPMParticlesGetField(p, MPM_FIELD_INDEX_r, &r)); /* it was written after a call before this one */
-  PetscCall(MPMParticlesRestoreField(p, MPM_FIELD_INDEX_r));
   for (PetscInt k = 1; k < 4; k++) PetscCall(RunUntimed(core, MPMStepRecoverPhase(core, k)));
-  PetscCall(MPMParticlesReadField(p, MPM_FIELD_INDEX_r, &r)); /* lent particles have a new one */
-  PetscCall(MPMParticlesRestoreField(p, MPM_FIELD_INDEX_r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

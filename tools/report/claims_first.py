@@ -20,14 +20,13 @@ def spatial_ahead(r):
                     spatial = r.efficiencies(name, study, kind=kind)
                 except Missing:
                     continue
-                for pool in ("pool", "workers"):
-                    for p, e in r.efficiencies(name, study, pool, kind).items():
-                        yield (
-                            f"{scene(name)}, {study}, {kind}, {p} processes: speed-up over that of the pool",
-                            spatial[p] * p,
-                            ">",
-                            e * p,
-                        )
+                for p, e in r.efficiencies(name, study, "pool", kind).items():
+                    yield (
+                        f"{scene(name)}, {study}, {kind}, {p} processes: speed-up over that of the pool",
+                        spatial[p] * p,
+                        ">",
+                        e * p,
+                    )
                 for p in (p for p in spatial if 1 < p <= 32):
                     yield f"{scene(name)}, {study}, {kind}, {p} processes: speed-up", spatial[p] * p, ">", 1
 

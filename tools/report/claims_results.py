@@ -119,37 +119,24 @@ def swarm_weak(r):
     )
 
 
-# ---- Pools
+# ---- The pool
 @claim("On two processes the pool took longer than one process in every run.", RUNS)
 def pool_on_two(r):
     for study in ("strong", "weak"):
         for name in r.all_scenes():
-            for kind in ("pool", "workers"):
-                if e := r.efficiencies(name, study, kind, "measured").get(2):
-                    yield f"speed-up of {scene(name)}, {study}, {kind}", 2 * e, "<", 1
+            if e := r.efficiencies(name, study, "pool", "measured").get(2):
+                yield f"speed-up of {scene(name)}, {study}", 2 * e, "<", 1
 
 
 @claim(
-    "a step took {workers_three} of one process's, where spatial decomposition took {spatial_three}, so that neither"
-    " was ahead",
-    "docs/data/workers.csv",
-)
-def three_alike(r):
-    (a, b), (c, d) = r.three("workers"), r.three("spatial")
-    yield "least of the pool and largest of spatial decomposition", a, "<", d
-    yield "least of spatial decomposition and largest of the pool", c, "<", b
-
-
-@claim(
-    "Spatial decomposition is ahead of both there, on every number of processes in Table 14.",
+    "Spatial decomposition is ahead there, on every number of processes in Table 14.",
     "docs/data/models, pebble -dry_run",
 )
-def pools_behind(r):
+def pool_behind(r):
     for name in r.all_scenes():
         found = r.best_pools(name)
-        for kind in ("master", "workers"):
-            for p in (2, 8, 32):
-                yield f"{scene(name)}, {kind}, {p} processes", found[kind][p], "<", found["spatial"][p]
+        for p in (2, 8, 32):
+            yield f"{scene(name)}, {p} processes", found["pool"][p], "<", found["spatial"][p]
 
 
 @claim(

@@ -9,7 +9,6 @@ from closed import BOXES, WEAK, way
 from data import ROOT
 from words import group, scene, thousands
 
-LABELS = {"pool": "pool, master has the particles", "workers": "pool, workers keep the particles"}
 
 
 class Drawings:
@@ -41,7 +40,7 @@ class Drawings:
         """{way: [(class, [(processes, efficiency)])]} of a scene."""
         out = {}
         for (how, kind), some in group([r for r in runs if r["scene"] == name], lambda r: (way(r), r["class"])).items():
-            out.setdefault(LABELS.get(how, how), []).append((kind, [(r["processes"], r["efficiency"]) for r in some]))
+            out.setdefault(how, []).append((kind, [(r["processes"], r["efficiency"]) for r in some]))
         return out
 
     def figure_strong(self):
@@ -72,7 +71,7 @@ class Drawings:
             m, s, lines = self.closed(name), self.whole(name), {}
             for p in (8, 32):
                 dear = [(t, m.dearer(1e-9 * t)) for t in costs]
-                lines[LABELS["pool"], p] = [(t, d.step(s) / self.best_pool(d, s, p)) for t, d in dear]
+                lines["pool", p] = [(t, d.step(s) / self.best_pool(d, s, p)) for t, d in dear]
                 lines["spatial, direct", p] = [(t, d.step(s) / self.spatial(d, name, p)[0]) for t, d in dear]
             panels[scene(name)] = lines
         figures.pool(self.place("pool"), panels)
@@ -84,8 +83,7 @@ class Drawings:
         for (name, how), found in group(
             [r for r in rows if r["processes"] > 1], lambda r: (r["scene"], way(r))
         ).items():
-            label = LABELS.get(how, how)
-            size[scene(name), label] = [(r["processes"], r["bytes_per_particle_step"]) for r in found]
+            size[scene(name), how] = [(r["processes"], r["bytes_per_particle_step"]) for r in found]
             if how == "spatial, direct":
-                imbalance[scene(name), label] = [(r["processes"], r["imbalance"]) for r in found]
+                imbalance[scene(name), how] = [(r["processes"], r["imbalance"]) for r in found]
         figures.messages(self.place("messages"), imbalance, size)

@@ -25,11 +25,6 @@ class Numbers:
     def number_two(self):
         return span([a["two"] for a in self.answers() if a.get("two")])
 
-    def number_pools_run(self):
-        if any(r["strategy"] == "workers" for r in self.real("strong")):
-            return "with both kinds of pool"
-        return "of the pool only the kind whose master has the particles is among these runs"
-
     def kept_runs(self, name):
         """[(particles a process, processes, efficiency)] of the simulated runs of a box, spatial and direct."""
         runs = []
@@ -196,15 +191,9 @@ class Numbers:
     def number_imbalance_now(self):
         return f"{self.balances()['disks, 1024 x 1024 cells'][32]:.3f}"
 
-    # ---- Pools
-    def pools(self, way, p):
-        return {s: self.best_pools(s)[way][p] for s in self.all_scenes() if p in self.best_pools(s)[way]}
-
-    def number_master_best(self):
-        return span([max(self.best_pools(s)["master"].values()) for s in self.all_scenes()])
-
-    def number_workers_best(self):
-        return span([max(self.best_pools(s)["workers"].values()) for s in self.all_scenes()])
+    # ---- The pool
+    def number_pool_best(self):
+        return span([max(self.best_pools(s)["pool"].values()) for s in self.all_scenes()])
 
     def number_overtakes(self):
         """The cost of the law from which on the pool is ahead of spatial decomposition in 3-D on 32 processes."""
@@ -265,18 +254,6 @@ class Numbers:
     def equal_boxes(self):
         """The imbalance of the two disks on 32 processes with equal boxes, by -parallel_balance none."""
         return next(r["before"] for r in self.tiles() if r["quantity"].startswith("imbalance of equal"))
-
-    def three(self, way):
-        """The range of the step on three processes, which shared two cores, over that of one."""
-        return next(
-            (r["least"], r["largest"]) for r in self.data.file("workers.csv") if (r["way"], r["processes"]) == (way, 3)
-        )
-
-    def number_workers_three(self):
-        return span(self.three("workers"))
-
-    def number_spatial_three(self):
-        return span(self.three("spatial"))
 
     def number_tiles_gain(self):
         return span([r["before"] / r["after"] for r in self.tiles() if r["after"]])

@@ -1,10 +1,6 @@
-"""What the closed form says: constants, isoefficiency, pools with their best patches."""
+"""What the closed form says: constants, isoefficiency, the pool with its best patches."""
 
-import os
-
-import launch
 import marks
-import model
 import scenes
 import short_model
 from closed import BOXES, WEAK
@@ -71,55 +67,23 @@ class Predictions:
                 )
         return marks.markdown(["scene", "", *map(thousands, REACH)], lines)
 
-    # ---- Pools with their best patches
+    # ---- The pool with its best patches
     def best_pools(self, name):
-        """Of a scene: best patch; for spatial decomposition and both pools {processes: speed-up}; bounds of the pools."""
-        if ("pools", name) in self.said:
-            return self.said["pools", name]
+        """Of a scene: best patch; for spatial decomposition and the pool {processes: speed-up}; bound of the pool."""
         _, _, edge, bound, rows = self.compared(name)
-        m, _ = self.shorts().full(name)
-        file = os.path.join(self.work.name, f"{name}.kept.model")
-        model.save(m, file)
-        words = [*self.shorts().options(name), "-parallel_strategy", "pool", "-pool_particles", "workers"]
-        words += ["-dry_run", "-report_processes", "-parallel_migrate", "direct", "-output_format", "none"]
-        command = [self.args.mpiexec, "-n", "2", self.args.pebble, *words, "-model_file", file]
-        done = launch.run([str(w) for w in command], capture_output=True, text=True)
-        if done.returncode:
-            raise SystemExit(f"report.py: {' '.join(map(str, command))}\n{done.stdout[-800:]}{done.stderr[-800:]}")
-        said = model.parse(done.stdout)
-        if said.get("constants") != m.origin:
-            raise SystemExit(f"report.py: `pebble -dry_run` did not take the constants of {name}")
-        one = said["rows"][1]["spatial"]
-        self.said["pools", name] = {
+        return {
             "patch": edge,
             "spatial": {p: full for p, _, _, full, _, _ in rows},
-            "master": {p: pool for p, _, _, _, _, pool in rows},
-            "workers": {p: one / row["pool"] for p, row in said["rows"].items() if row["pool"]},
-            "bounds": {"master": bound, "workers": said["bound"]},
+            "pool": {p: pool for p, _, _, _, _, pool in rows},
+            "bound": bound,
         }
-        return self.said["pools", name]
 
     def table_best(self):
         lines = []
         for name in scenes.SCENES:
             found = self.best_pools(name)
             cells = [scene(name), found["patch"]]
-            for way in ("master", "workers"):
-                cells += [*(two(found[way].get(p)) for p in (2, 8, 32)), two(found["bounds"][way])]
+            cells += [*(two(found["pool"].get(p)) for p in (2, 8, 32)), two(found["bound"])]
             lines.append([*cells, *(two(found["spatial"].get(p)) for p in (2, 8, 32))])
-        head = [
-            "scene",
-            "best patch",
-            "master has the particles: 2",
-            "8",
-            "32",
-            "bound",
-            "workers keep them: 2",
-            "8",
-            "32",
-            "bound",
-            "spatial: 2",
-            "8",
-            "32",
-        ]
+        head = ["scene", "best patch", "pool: 2", "8", "32", "bound", "spatial: 2", "8", "32"]
         return marks.markdown(head, lines)

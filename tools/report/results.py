@@ -102,34 +102,31 @@ class Results:
         )
 
     def table_pool(self):
-        """Speed-ups of both kinds of pool in the runs, with the patches that these had."""
+        """Speed-ups of the pool in the runs, with the patches that these had."""
         lines = []
         for name in dict.fromkeys(r["scene"] for r in self.real("strong")):
-            for kind, words in (("pool", "master"), ("workers", "workers")):
-                real, path = (self.efficiencies(name, "strong", kind, k) for k in ("measured", "critical path"))
-                try:
-                    simulated = self.efficiencies(name, "strong", kind)
-                except Missing:
-                    simulated = {}
-                if not real:
-                    continue
-                patch = next(
-                    (
-                        r["pool_cells"]
-                        for r in self.real("strong")
-                        if (r["scene"], r["strategy"]) == (name, kind) and r.get("pool_cells")
-                    ),
-                    16,
-                )
-                best = max(simulated, key=lambda p: p * simulated[p], default=None)
-                cells = [scene(name), words, patch if kind == "pool" else "", two(2 * real[2])]
-                cells += [two(p * path[p]) if p in path else "" for p in (8, 32)] + [
-                    two(8 * simulated[8]) if 8 in simulated else ""
-                ]
-                lines.append([*cells, f"{best * simulated[best]:.2f} on {best}" if best else ""])
+            real, path = (self.efficiencies(name, "strong", "pool", k) for k in ("measured", "critical path"))
+            try:
+                simulated = self.efficiencies(name, "strong", "pool")
+            except Missing:
+                simulated = {}
+            if not real:
+                continue
+            patch = next(
+                (
+                    r["pool_cells"]
+                    for r in self.real("strong")
+                    if (r["scene"], r["strategy"]) == (name, "pool") and r.get("pool_cells")
+                ),
+                16,
+            )
+            best = max(simulated, key=lambda p: p * simulated[p], default=None)
+            cells = [scene(name), patch, two(2 * real[2])]
+            cells += [two(p * path[p]) if p in path else "" for p in (8, 32)]
+            cells += [two(8 * simulated[8]) if 8 in simulated else ""]
+            lines.append([*cells, f"{best * simulated[best]:.2f} on {best}" if best else ""])
         head = (
             "scene",
-            "particles are with",
             "cells of a patch",
             "measured: 2 processes",
             "critical path: 8",

@@ -9,9 +9,8 @@ import matplotlib.pyplot as plt  # noqa: E402 (after the choice of the backend)
 
 STYLE = {"font.size": 9, "axes.titlesize": 9, "axes.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False, "savefig.dpi": 130}
 # A strategy has the same colour in all figures, also those of the report.
-COLOURS = {"spatial, direct": "tab:blue", "spatial, DMSwarmMigrate": "tab:orange", "pool, master has the particles": "tab:green",
-           "pool, workers keep the particles": "tab:purple"}
-WAYS = {key: (COLOURS[label], label) for key, label in zip((("spatial", "direct"), ("spatial", "swarm"), ("pool", ""), ("workers", "")), COLOURS)}
+COLOURS = {"spatial, direct": "tab:blue", "spatial, DMSwarmMigrate": "tab:orange", "pool": "tab:green"}
+WAYS = {key: (COLOURS[label], label) for key, label in zip((("spatial", "direct"), ("spatial", "swarm"), ("pool", "")), COLOURS)}
 # Measured squares are the largest and lie below, so that those of the critical path are seen on them.
 CLASSES = {"closed form": dict(linestyle="-", linewidth=1.2),
            "measured": dict(linestyle="", marker="s", markersize=6),

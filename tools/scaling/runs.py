@@ -90,12 +90,11 @@ class Run:
         self.processes, self.migrate, self.steps = processes, migrate, steps
         with tempfile.TemporaryDirectory() as folder:
             log = os.path.join(folder, "log.csv")
-            kind, _, patch = strategy.partition(":")  # pool:8, workers: the pool's two kinds, with patches of so many cells
+            kind, _, patch = strategy.partition(":")  # pool:8: with patches of so many cells
             self.strategy, self.patch = kind, patch
-            pooled = ["-pool_particles", "workers" if kind == "workers" else "master"] if kind != "spatial" else []
-            words = pooled + (["-pool_cells", patch] if patch else [])
+            words = ["-pool_cells", patch] if patch else []
             words += ["-time_max_steps", str(steps), "-output_format", "none", "-output_dir", folder, "-history_every",
-                      "1e9", "-parallel_strategy", "spatial" if kind == "spatial" else "pool", "-parallel_migrate", migrate,
+                      "1e9", "-parallel_strategy", kind, "-parallel_migrate", migrate,
                       "-report_limits", "false", "-report_phases"] + (["-report_path"] if path else [])
             words += ["-model_file", model] if model else []
             if count and processes > 1:
@@ -128,9 +127,9 @@ class Run:
             raise Failed(f"{model} was not used for {' '.join(options)}")
 
 
-def dry_run(args, options, model, *more, processes=1):
+def dry_run(args, options, model, *more):
     """[(processes, seconds, imbalance, seconds in the pool or None)] that the model predicts, and the best edge of the pool's patches."""
-    text = start(args, processes, *options, "-dry_run", "-report_processes", "-parallel_migrate", "direct", "-model_file", model, *more)
+    text = start(args, 1, *options, "-dry_run", "-report_processes", "-parallel_migrate", "direct", "-model_file", model, *more)
     best = re.search(r"best patches on 8 processes (\d+)", text)
     rows = re.findall(r"^ +(\d+) +([\d.e+-]+) +\S+ \w+ +[\d.]+ +[\d.]+ +([\d.]+)(?: +([\d.e+-]+) +\S+ \w+ +[\d.]+)?$", text, re.M)
     return [(int(p), float(t), float(i), float(pool) if pool else None) for p, t, i, pool in rows], best[1] if best else ""

@@ -11,9 +11,8 @@ The machine has fewer cores than the processes that are asked for, so a run on m
   closed form     what the model (docs/model.md) predicts from constants measured on 1 and 2 processes
 
 There are two studies: strong (the same scene on all numbers of processes) and weak (about 16,384 particles a process), with spatial
-decomposition (particles migrate `direct`; some runs also by `swarm`) and with both kinds of pool: the master has the particles
-and hands them out in the patches that the model finds best on 8 processes, or the workers keep them. In each, all runs of a scene must give
-the same digest. Then `counts` compares messages and bytes of a full box by -log_view with formulas, exactly; and `validation`
+decomposition (particles migrate `direct`; some runs also by `swarm`) and with the pool, in the patches that the model finds best
+on 8 processes. In each, all runs of a scene must give the same digest. Then `counts` compares messages and bytes of a full box by -log_view with formulas, exactly; and `validation`
 has predicted over measured for every scene of options/ on 1 and 2 processes, in short runs in turns with the calibration; `users`
 has the same for whole runs that are started one by one, as users start them; `lengths` has runs ten times as long as those of strong.
 
@@ -165,7 +164,6 @@ def tasks(args, study, patch):
             yield p, "spatial", "swarm"
         if p > 1:
             yield p, f"pool:{patch}", "direct"
-            yield p, "workers", "direct"
 
 
 def compare(results, scene, run, digests):
@@ -206,9 +204,8 @@ def beyond(args, results, scene, model, base):
     options = scene.options()
     rows, patch = runs.dry_run(args, options, model)
     dealt, _ = runs.dry_run(args, options, model, "-pool_cells", patch)
-    kept, _ = runs.dry_run(args, options, model, "-parallel_strategy", "pool", "-pool_particles", "workers", processes=2)
-    for (p, seconds, imbalance, _), *pools in zip(rows, dealt, kept):
-        for strategy, t in (("spatial", seconds), ("pool", pools[0][3]), ("workers", pools[1][3])):
+    for (p, seconds, imbalance, _), pool in zip(rows, dealt):
+        for strategy, t in (("spatial", seconds), ("pool", pool[3])):
             if p <= max(SIZES) or t is None:
                 continue
             results.runs.append(dict(
@@ -347,7 +344,7 @@ Written by `make scaling` ({when}; {machine}; load average {load} at the start, 
 | --- | --- |
 | scene, dim, basis, update | tools/scenes.py has the scenes, scenes.csv what they were |
 | study | `strong`: the same scene on all numbers of processes; `weak`: about 16,384 particles a process |
-| strategy, migrate | `serial` (one process), `spatial` with its way of migration; `pool`: the master has the particles, `workers`: the pool whose workers keep them |
+| strategy, migrate | `serial` (one process), `spatial` with its way of migration; `pool` |
 | pool_cells | edge of the pool's patches |
 | processes, particles, steps | weak with `serial`: the scene of a larger number of processes, for its digest |
 | class | `measured`: wall time, a core for each process; `oversubscribed`: wall time, more processes than cores, no speed-up; `critical path`: slowest processor time in each phase and step, messages by the model; `closed form`: the model |

@@ -17,7 +17,7 @@ These options choose a part; all other rows of the tables stay as they are:
     --only weak,weak-large     of costs strong weak strong-large weak-large validate
     --scenes box2d             (with --calibrate: the costs of these alone)
     --mode injected            or emulated
-    --strategy spatial         or pool, or workers: the pool whose workers keep the particles
+    --strategy spatial         or pool
     --migrate direct           or swarm
     --sizes 512,1024           numbers of processes (one process is always made anew)
     --transport tcp            or shared: of the validation, which has both modes, and one and two processes
@@ -135,8 +135,7 @@ def patch(pebble, path):
 
 def options(args, path, strategy, migrate):
     # The scenes may write snapshots, and the simulator's build cannot.
-    pool = ["-pool_cells", patch(args.pebble, path)] if strategy == "pool" else ["-pool_particles", "workers"] if strategy == "workers" else []
-    strategy = "spatial" if strategy == "spatial" else "pool"
+    pool = ["-pool_cells", patch(args.pebble, path)] if strategy == "pool" else []
     return ["-report_phases", "-output_format", "none", "-parallel_strategy", strategy, "-parallel_migrate", migrate, *pool]
 
 
@@ -419,7 +418,7 @@ def curves(ranks, scenes, size, steps):
     """Runs of the main curve, then with DMSwarmMigrate, then of the pool, injected and then emulated; all refer to the run on one process."""
     for name in scenes:
         for mode in ("injected", "emulated"):
-            for strategy, migrate in (("spatial", "direct"), ("spatial", "swarm"), ("pool", "direct"), ("workers", "direct")):
+            for strategy, migrate in (("spatial", "direct"), ("spatial", "swarm"), ("pool", "direct")):
                 if mode == "emulated" and migrate == "swarm":
                     continue
                 for p in ranks:
@@ -465,7 +464,7 @@ def validate(args, _):
         if wanted(args.transport, transport):
             measure(args, transport)
             ways += [{"ranks": 2, "strategy": strategy, "migrate": migrate, "transport": transport}
-                     for strategy, migrate in (("spatial", "direct"), ("spatial", "swarm"), ("pool", "direct"), ("workers", "direct"))
+                     for strategy, migrate in (("spatial", "direct"), ("spatial", "swarm"), ("pool", "direct"))
                      if wanted(args.strategy, strategy) and wanted(args.migrate, migrate)]
     path_of_table, wrong = DATA / "validate.csv", 0
     key = lambda row: tuple(str(row[k]) for k in ("scene", "particles", *ways[0]))
@@ -509,7 +508,7 @@ def main():
     parser.add_argument("--only", type=names)
     parser.add_argument("--scenes", type=names)
     parser.add_argument("--mode", choices=["injected", "emulated"])
-    parser.add_argument("--strategy", choices=["spatial", "pool", "workers"])
+    parser.add_argument("--strategy", choices=["spatial", "pool"])
     parser.add_argument("--migrate", choices=["direct", "swarm"])
     parser.add_argument("--transport", choices=list(TRANSPORTS), help="transport of messages in the validation on two processes")
     parser.add_argument("--sizes", type=lambda text: [int(p) for p in text.split(",")])
