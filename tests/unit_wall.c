@@ -4,7 +4,7 @@
 #include "unit.h"
 
 static const char *names[] = {
-#define MPM_WALL(name, parameters, before, gradient, residual, what) #name,
+#define MPM_WALL(name, parameters, acts, before, gradient, residual, what) #name,
 #include "physics/wall.def"
 #undef MPM_WALL
 };
@@ -296,7 +296,7 @@ static void AdvanceCorners(int dim, const PetscInt ijk[])
     MPMWall wall;
 
     do wall = (MPMWall)UnitInt(MPM_NUM_WALLS);
-    while (MPMWallMoves(wall));
+    while (MPMWallHas(wall, MPM_WALL_MOVES));
     faces[k / 2][k % 2]       = Face(wall);
     faces[k / 2][k % 2].least = NULL;
   }

@@ -36,7 +36,7 @@ typedef struct {
   PetscInt    nprobes;         /* -probes */
   MPMProbe   *probe;           /* [nprobes] */
   PetscInt64 *ids;             /* [nprobes] of their particles, as a checkpoint keeps them */
-  PetscBool   plastic, asks_F; /* a probe shows the plastic strain, F */
+  PetscInt64  shown;           /* bits of the rows of MPMDiagnostics that bodies and probes show */
 } MPMMeasures;
 
 /* Reads the options, makes the columns, and lets the step sum what they need; the second function does what needs the

@@ -222,7 +222,7 @@ static PetscErrorCode WarnSink(MPM mpm)
   for (PetscInt k = 0; k < 2 * mpm->core.grid.dim && fluid && mpm->core.basis == MPM_BASIS_gimp; k++) {
     const MPMWall type = mpm->scene.walls.given[k / 2][k % 2].type;
 
-    if (type == MPM_WALL_free || type == MPM_WALL_periodic) continue;
+    if (!MPMWallHas(type, MPM_WALL_NORMAL)) continue;
     PetscCall(
         MPMPrint(&mpm->core.print,
                  "warning    gimp lets the fluid sink into the wall %s (%s) by up to half of a particle's domain; use "
@@ -305,7 +305,7 @@ static PetscBool HasRoom(MPM mpm, const PetscReal lower[], const PetscReal upper
     const MPMFace *f = mpm->scene.walls.given[d];
 
     if (mpm->core.params.gravity[d] != 0 || grid->periodic[d]) continue;
-    if (f[0].type == MPM_WALL_free || f[1].type == MPM_WALL_free) return PETSC_TRUE;
+    if (!MPMWallHas(f[0].type, MPM_WALL_NORMAL) || !MPMWallHas(f[1].type, MPM_WALL_NORMAL)) return PETSC_TRUE;
     if (lower[d] > grid->lower[d] + f[0].distance + grid->h[d] ||
         upper[d] < grid->upper[d] - f[1].distance - grid->h[d])
       return PETSC_TRUE;
@@ -386,10 +386,10 @@ static PetscErrorCode WarnFall(MPM mpm)
     for (PetscInt side = 0; side < 2; side++) {
       const MPMWall type = mpm->scene.walls.given[d][side].type;
 
-      if (type == MPM_WALL_free || type == MPM_WALL_periodic) continue;
+      if (!MPMWallHas(type, MPM_WALL_NORMAL)) continue;
       walls++;
-      if (type == MPM_WALL_fixed || MPMWallMoves(type) || (type == MPM_WALL_friction && g[d] == 0) ||
-          (side ? g[d] > 0 : g[d] < 0))
+      if (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_MOVES) ||
+          (MPMWallHas(type, MPM_WALL_BRAKES) && g[d] == 0) || (side ? g[d] > 0 : g[d] < 0))
         PetscFunctionReturn(PETSC_SUCCESS);
     }
   }
