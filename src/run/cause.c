@@ -105,7 +105,7 @@ static PetscErrorCode FindLoad(Facts *f)
   const PetscReal modulus = f->m->type->traits & MPM_FLUID ? f->m->K : f->m->E;
 
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < scene->nloads; k++) {
+  for (PetscInt k = 0; k < scene->nloads && modulus > 0; k++) {
     PetscReal value[3] = {0}, size = 0;
 
     if (&scene->bodies[scene->loads[k].body] != f->body) continue;
