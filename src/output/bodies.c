@@ -178,8 +178,8 @@ static PetscErrorCode Sums(const MPMMeasures *m, MPMCore *core, const MPMShown *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the smallest value of each component of a quantity among the particles of each body [nbodies][3], or with sign -1
-   the largest one. */
+/* Sets the smallest value of each component of a quantity among the particles of each body [nbodies][3], or with
+   sign -1 the largest one. */
 static PetscErrorCode Extents(const MPMMeasures *m, MPMCore *core, const MPMShown *shown, const MPMDiagnostic *of,
                               PetscReal sign, PetscReal out[])
 {

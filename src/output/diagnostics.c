@@ -334,21 +334,22 @@ static PetscReal Value_particles(const MPMShown *s)
 
 /* --- The table ---------------------------------------------------------------------------------------------------- */
 
-#define FIELD  MPM_SHOW_FIELD
-#define COLUMN (MPM_SHOW_COLUMN | MPM_SHOW_SUM)
-#define SUM    MPM_SHOW_SUM
-#define TERM   MPM_SHOW_TERM
-#define LOADS  MPM_SHOW_LOADS
-#define DAMPED MPM_SHOW_DAMPED
-#define RELAXED MPM_SHOW_RELAXED
-#define AXIAL  MPM_SHOW_AXIAL
-#define ASKED  MPM_SHOW_ASKED
+#define FIELD     MPM_SHOW_FIELD
+#define COLUMN    (MPM_SHOW_COLUMN | MPM_SHOW_SUM)
+#define SUM       MPM_SHOW_SUM
+#define TERM      MPM_SHOW_TERM
+#define LOADS     MPM_SHOW_LOADS
+#define DAMPED    MPM_SHOW_DAMPED
+#define RELAXED   MPM_SHOW_RELAXED
+#define AXIAL     MPM_SHOW_AXIAL
+#define ASKED     MPM_SHOW_ASKED
 #define SYMMETRIC MPM_SHOW_SYMMETRIC
-#define SHOWN  MPM_SHOW_COLUMN
+#define SHOWN     MPM_SHOW_COLUMN
 const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
-#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                                    \
+#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                             \
   {#name, word, unit, components, uses, nc, whole, needs, reads, Fill_##name, NULL, 0},
-#define MPM_RUN_QUANTITY(name, unit, whole) {#name, "", unit, "", MPM_SHOW_COLUMN, 1, whole, 0, 0, NULL, Value_##name, 0},
+#define MPM_RUN_QUANTITY(name, unit, whole)                                                                            \
+  {#name, "", unit, "", MPM_SHOW_COLUMN, 1, whole, 0, 0, NULL, Value_##name, 0},
 #define MPM_ENERGY_QUANTITY(name, uses)                                                                                \
   {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, 0, NULL, Value_##name, 0},
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                                                        \
@@ -359,8 +360,9 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_LOST_QUANTITY
 };
-#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                                    \
-  _Static_assert((nc) == 1 || (nc) == 3 || ((nc) == 9 && !((uses)&SUM)), #name ": a number, a vector, or a tensor without sum"); \
+#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                             \
+  _Static_assert((nc) == 1 || (nc) == 3 || ((nc) == 9 && !((uses)&SUM)),                                               \
+                 #name ": a number, a vector, or a tensor without sum");                                               \
   _Static_assert(!((uses)&AXIAL) || (nc) == 3, #name ": a vector of rotation has 3 components");                       \
   _Static_assert(!((needs) & ~(reads)), #name " reads what it needs");                                                 \
   _Static_assert(!((reads) & ~(MPM_MATERIAL_BITS | MPM_BIT(X))), #name ": other fields than X and the state of laws");

@@ -7,9 +7,9 @@
 
 enum {
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads) MPM_SHOWS_##name,
-#define MPM_RUN_QUANTITY(name, unit, whole)                                         MPM_SHOWS_##name,
-#define MPM_ENERGY_QUANTITY(name, uses)                                             MPM_SHOWS_##name,
-#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                     MPM_SHOWS_##name,
+#define MPM_RUN_QUANTITY(name, unit, whole)                                                MPM_SHOWS_##name,
+#define MPM_ENERGY_QUANTITY(name, uses)                                                    MPM_SHOWS_##name,
+#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                            MPM_SHOWS_##name,
 #include "output/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
@@ -40,16 +40,16 @@ typedef struct {
 
 /* What a row is used for: a set of the words that diagnostics.def explains. */
 enum {
-  MPM_SHOW_FIELD   = 1,
-  MPM_SHOW_COLUMN  = 2,
-  MPM_SHOW_SUM     = 4,
-  MPM_SHOW_TERM    = 8,
-  MPM_SHOW_LOADS   = 16,
-  MPM_SHOW_AXIAL   = 32,
-  MPM_SHOW_ASKED   = 64,
-  MPM_SHOW_LOST    = 128,
-  MPM_SHOW_DAMPED  = 256,
-  MPM_SHOW_RELAXED = 512,
+  MPM_SHOW_FIELD     = 1,
+  MPM_SHOW_COLUMN    = 2,
+  MPM_SHOW_SUM       = 4,
+  MPM_SHOW_TERM      = 8,
+  MPM_SHOW_LOADS     = 16,
+  MPM_SHOW_AXIAL     = 32,
+  MPM_SHOW_ASKED     = 64,
+  MPM_SHOW_LOST      = 128,
+  MPM_SHOW_DAMPED    = 256,
+  MPM_SHOW_RELAXED   = 512,
   MPM_SHOW_SYMMETRIC = 1024
 };
 typedef struct {

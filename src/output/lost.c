@@ -21,8 +21,8 @@ PetscErrorCode MPMLostAdd(const MPMScene *scene, MPMCore *core)
 {
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v) | MPM_MATERIAL_BITS | MPM_BIT(kind) | MPM_BIT(cell) |
                           MPMDiagnosticReads(0, core);
-  const MPMShown shown  = {core, scene, NULL, NULL, NULL};
-  MPMSum        *sum    = core->lost;
+  const MPMShown shown = {core, scene, NULL, NULL, NULL};
+  MPMSum        *sum   = core->lost;
   MPMView        view;
 
   PetscFunctionBeginUser;

@@ -9,8 +9,8 @@
 #include "output/output.h"
 #include "step/step.h"
 
-/* Returns whether a probe shows component c of a field: those of the axes of the scene, of a symmetric tensor each once,
-   and its normal components on all axes. */
+/* Returns whether a probe shows component c of a field: those of the axes of the scene, of a symmetric tensor each
+   once, and its normal components on all axes. */
 static PetscBool Shows(PetscInt dim, PetscInt row, PetscInt c)
 {
   const PetscInt d = c / 3, e = c % 3;
@@ -20,8 +20,7 @@ static PetscBool Shows(PetscInt dim, PetscInt row, PetscInt c)
     n = MPMDiagnosticAxes(row, dim, &first);
     return c >= first && c < first + n ? PETSC_TRUE : PETSC_FALSE;
   }
-  if (MPMDiagnostics[row].uses & MPM_SHOW_SYMMETRIC)
-    return d == e || (d < e && e < dim) ? PETSC_TRUE : PETSC_FALSE;
+  if (MPMDiagnostics[row].uses & MPM_SHOW_SYMMETRIC) return d == e || (d < e && e < dim) ? PETSC_TRUE : PETSC_FALSE;
   return d < dim && e < dim ? PETSC_TRUE : PETSC_FALSE;
 }
 

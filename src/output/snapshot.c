@@ -181,7 +181,7 @@ static PetscErrorCode WriteRows(MPMFile *file, PetscInt set, const Rows *rows, P
 /* Writes the fields of the particles to the datasets from *set on. Collective on exchange.data. */
 static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMScene *scene, MPMFile *file, PetscInt *set)
 {
-  const PetscInt n         = core->particles.n;
+  const PetscInt n = core->particles.n;
   MPMShown       shown;
   Rows           rows;
   MPMView        view;

@@ -107,8 +107,8 @@ void MPMMaterialDropF(MPMMaterial *);
 PetscInt MPMMaterialAsked(const MPMMaterial *);
 void     MPMMaterialKeep(MPMMaterial *, PetscInt fields);
 
-/* Return whether a body of the material keeps its shape but for its deformation, unlike what is loose; and whether such a
-   body has plastic flow, of which its particles have the size, ep, and need no F to tell it. Not collective. */
+/* Return whether a body of the material keeps its shape but for its deformation, unlike what is loose; and whether such
+   a body has plastic flow, of which its particles have the size, ep, and need no F to tell it. Not collective. */
 PetscBool MPMMaterialKeepsShape(const MPMMaterial *);
 PetscBool MPMMaterialKnowsFlow(const MPMMaterial *);
 

@@ -2,11 +2,11 @@
    to v [dim] of a node at or beyond its face `f`, or within the face's reach, and returns whether it constrained v. */
 #include "physics/wall.h"
 
-/* The place of a node: along the normal `axis` of the face, `distance` m inside the grid (negative: beyond the face); h is
-   the distance of nodes along it, m, so that distance/h is the number of its layer. inward is +1 or -1, the sign of a
-   velocity away from the wall. least: the least inward velocity that a wall that pushes allows, m/s. dt is the time over
-   which the advance accelerates, s, and 0 for velocities that no advance makes, so that what acts over time acts once a
-   step. */
+/* The place of a node: along the normal `axis` of the face, `distance` m inside the grid (negative: beyond the face); h
+   is the distance of nodes along it, m, so that distance/h is the number of its layer. inward is +1 or -1, the sign of a
+   velocity away from the wall. least: the least inward velocity that a wall that pushes allows, m/s. dt is the time
+   over which the advance accelerates, s, and 0 for velocities that no advance makes, so that what acts over time acts
+   once a step. */
 typedef struct {
   PetscInt  dim, axis;
   PetscReal inward, distance, h, least, dt;
@@ -107,11 +107,11 @@ static const int actions[] = {
 };
 #define NEEDS(acts, word, other) (!((acts)&MPM_WALL_##word) || ((acts)&MPM_WALL_##other))
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what)                                             \
-  _Static_assert(!((acts)&MPM_WALL_OPEN) || (acts) == MPM_WALL_OPEN, #name ": where there is no wall nothing acts");    \
+  _Static_assert(!((acts)&MPM_WALL_OPEN) || (acts) == MPM_WALL_OPEN, #name ": where there is no wall nothing acts");   \
   _Static_assert(NEEDS(acts, TANGENT, NORMAL) && NEEDS(acts, PUSHES, NORMAL) && NEEDS(acts, BRAKES, PUSHES) &&         \
                      NEEDS(acts, MOVES, NORMAL),                                                                       \
                  #name ": it acts along its normal too, and brakes what it pushes");                                   \
-  _Static_assert(!((acts)&MPM_WALL_NORMAL) || (((acts)&MPM_WALL_PUSHES) != 0) == (MPM_WALL_##before == MPM_WALL_free),       \
+  _Static_assert(!((acts)&MPM_WALL_NORMAL) || (((acts)&MPM_WALL_PUSHES) != 0) == (MPM_WALL_##before == MPM_WALL_free), \
                  #name ": free before a step where it pushes, and not where it holds");                                \
   _Static_assert(!((acts)&MPM_WALL_PUSHES) || MPM_WALL_##residual == MPM_WALL_free, #name ": xpic filters freely");    \
   _Static_assert(!((acts)&MPM_WALL_MOVES) || MPM_WALL_##residual != MPM_WALL_##name, #name ": residuals do not move");
@@ -146,7 +146,8 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const Pe
       WallNode       at;
 
       if (inside > f->reach || f->type == MPM_WALL_free) continue;
-      at = (WallNode){grid->dim, d, side ? -1 : 1, (PetscReal)inside * grid->h[d], grid->h[d], Least(f, grid, d, ijk), dt};
+      at = (WallNode){grid->dim, d, side ? -1 : 1, (PetscReal)inside * grid->h[d], grid->h[d], Least(f, grid, d, ijk),
+                      dt};
       if (apply[f->type](f, &at, v)) constrained = PETSC_TRUE;
     }
   return constrained;
@@ -191,7 +192,8 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
     press[d] = PetscAbsReal(at[d] - trial[d]);
     met |= (PetscInt)1 << d;
   }
-  for (PetscInt d = 0; d < dim; d++) { /* after all of them, so that friction at an edge takes nothing that another stops */
+  for (PetscInt d = 0; d < dim;
+       d++) { /* after all of them, so that friction at an edge takes nothing that another stops */
     const MPMFace *f = &faces[d][ijk[d] <= 0 ? 0 : 1];
 
     if ((met & (PetscInt)1 << d) && MPMWallHas(f->type, MPM_WALL_BRAKES)) Brake(dim, d, f->mu * press[d], at);
@@ -199,9 +201,11 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
   (void)MPMWallsApply(faces, grid, ijk, dt, at);
   for (PetscInt d = 0; d < dim; d++) {
     const PetscInt side = ijk[d] <= 0 ? 0 : 1;
-    const WallNode node = {.dim = dim, .axis = d, .inward = side ? -1 : 1, .least = Least(&faces[d][side], grid, d, ijk)};
+    const WallNode node = {
+        .dim = dim, .axis = d, .inward = side ? -1 : 1, .least = Least(&faces[d][side], grid, d, ijk)};
 
-    if (met & (PetscInt)1 << d) (void)MPMWallApply_separate(&faces[d][side], &node, at); /* another wall may have moved it */
+    if (met & (PetscInt)1 << d)
+      (void)MPMWallApply_separate(&faces[d][side], &node, at); /* another wall may have moved it */
     if (at[d] != trial[d]) a[d] = (at[d] - v[d]) / dt;
   }
   return met;

@@ -208,7 +208,8 @@ static PetscBool Case_method(const Facts *f, char what[MPM_TEXT_LEN], char remed
 /* A load is as large as the modulus. Where the end that it presses together passes a node, that has hardly any mass. */
 static PetscBool Case_load(const Facts *f, char what[MPM_TEXT_LEN], char remedy[MPM_TEXT_LEN])
 {
-  const PetscBool ends = MPMSchemeIsDirect(f->mpm->method.scheme) && f->mpm->core.basis == MPM_BASIS_gimp && f->mpm->core.params.light == 0;
+  const PetscBool ends = MPMSchemeIsDirect(f->mpm->method.scheme) && f->mpm->core.basis == MPM_BASIS_gimp &&
+                         f->mpm->core.params.light == 0;
 
   if (!(f->heaviest > HEAVY)) return PETSC_FALSE;
   (void)snprintf(what, MPM_TEXT_LEN, "the load %s is %.3g of its modulus", f->load, (double)f->heaviest);

@@ -13,10 +13,10 @@
 #define DENSE        2500    /* kg/m^3; solids that are as dense, other than soils, have moduli of 1e9 Pa and more */
 #define YIELD_LEAST  1e-7    /* of the modulus; yield stresses of metals and clays lie between these */
 #define YIELD_MOST   10
-#define COLD         70  /* K; tests of metals are made above the temperature of liquid nitrogen, 77 K */
-#define HOT          500 /* K; most metals melt above */
+#define COLD         70     /* K; tests of metals are made above the temperature of liquid nitrogen, 77 K */
+#define HOT          500    /* K; most metals melt above */
 #define RUNS         3.2e-3 /* viscosity over H sqrt(g H) */
-#define ANGLE_ACTS   3   /* degrees by which a soil may be stronger than its friction angle without a warning */
+#define ANGLE_ACTS   3      /* degrees by which a soil may be stronger than its friction angle without a warning */
 
 /* Returns by how much rounding may shift the lattice of particles, in its spacings. Its places are multiples of the
    spacing b from the origin of space, and b comes from the difference of the corners of the grid, which at coordinates
@@ -388,8 +388,8 @@ static PetscErrorCode WarnFall(MPM mpm)
 
       if (!MPMWallHas(type, MPM_WALL_NORMAL)) continue;
       walls++;
-      if (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_MOVES) ||
-          (MPMWallHas(type, MPM_WALL_BRAKES) && g[d] == 0) || (side ? g[d] > 0 : g[d] < 0))
+      if (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_MOVES) || (MPMWallHas(type, MPM_WALL_BRAKES) && g[d] == 0) ||
+          (side ? g[d] > 0 : g[d] < 0))
         PetscFunctionReturn(PETSC_SUCCESS);
     }
   }

@@ -61,22 +61,21 @@ void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
 {
   const MPMTransfer *transfer = mpm->method.transfer;
   const PetscBool linear = mpm->core.basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE, keeps = transfer->flip < 0;
-  char               cure[MPM_TEXT_LEN] = "";
+  char            cure[MPM_TEXT_LEN] = "";
 
   why[0] = 0;
   if (MPMStableOf(&mpm->core, &mpm->method).crossing == 0) {
     MPMMethodStable(mpm, 0, cure);
     (void)snprintf(why, MPM_TEXT_LEN, "is unstable where particles cross cells%s; use %s",
                    linear ? ": nodes with almost no mass get arbitrary velocity gradients" : "",
-                   mpm->core.params.strain > 0 && keeps && !linear && IsAdvised(mpm)
-                       ? "-method_affine_strain 0"
-                       : cure);
-  } else if (transfer->bounds == MPM_BOUNDS_FILTERED &&
-             (transfer->rounds != MPM_FILTER || mpm->core.params.order == 1))
+                   mpm->core.params.strain > 0 && keeps && !linear && IsAdvised(mpm) ? "-method_affine_strain 0"
+                                                                                     : cure);
+  } else if (transfer->bounds == MPM_BOUNDS_FILTERED && (transfer->rounds != MPM_FILTER || mpm->core.params.order == 1))
     (void)snprintf(why, MPM_TEXT_LEN,
                    "stops all motion in the time in which a wave crosses some cells; use -method_transfer aflip");
   else if (MPMStableWrong(&mpm->core, &mpm->method))
-    (void)snprintf(why, MPM_TEXT_LEN, "was wrong by %s on a manufactured solution; use -method_update " MPM_UPDATE_ADVISED,
+    (void)snprintf(why, MPM_TEXT_LEN,
+                   "was wrong by %s on a manufactured solution; use -method_update " MPM_UPDATE_ADVISED,
                    MPMStableWrong(&mpm->core, &mpm->method));
 }
 
@@ -88,8 +87,8 @@ static PetscReal Round(PetscReal x)
   return PetscFloorReal(x / scale + 0.5) * scale;
 }
 
-/* Warns of steps that are too long for the method, or notes that nothing is known of them. The remedy must not lead to the next warning: noise in n steps of C
-   grows with n C^2, and in a given time with C. */
+/* Warns of steps that are too long for the method, or notes that nothing is known of them. The remedy must not lead to
+   the next warning: noise in n steps of C grows with n C^2, and in a given time with C. */
 static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
 {
   const MPMCore  *core   = &mpm->core;

@@ -8,9 +8,9 @@
 #define MOMENTUM   (B(v) | B(C))                               /* apic alone has C */
 #define STRESS     (B(F) | B(J) | B(tau))                      /* what the internal force depends on */
 #define STATE      (STRESS | B(be) | B(ep) | B(vc) | B(theta)) /* the state of a material */
-#define SAND       (B(vc) | B(tau)) /* what the volume of sand depends on, with J of fluids */
-#define COMMIT_IN  (B(id) | B(F))                              /* F: only for gimp domains that stretch */
-#define COMMIT_OUT (B(x) | B(cell) | B(l))                     /* the new position, and what depends on it */
+#define SAND       (B(vc) | B(tau))        /* what the volume of sand depends on, with J of fluids */
+#define COMMIT_IN  (B(id) | B(F))          /* F: only for gimp domains that stretch */
+#define COMMIT_OUT (B(x) | B(cell) | B(l)) /* the new position, and what depends on it */
 
 #define TO_NODES(name, parts, in)                                                                                      \
   {                                                                                                                    \
@@ -18,15 +18,15 @@
   }
 #define NODES(name, kernel, flops)                                                                                     \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, NULL, 2, PETSC_FALSE, 0, 0, 1, 0                                                   \
+    name, MPM_NODES, 0, kernel, flops, NULL, 2, PETSC_FALSE, 0, 0, 1, 0                                                \
   }
 #define VELOCITIES(name, kernel, flops)                                                                                \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, NULL, 1, PETSC_FALSE, 0, 0, 1, 0                                                   \
+    name, MPM_NODES, 0, kernel, flops, NULL, 1, PETSC_FALSE, 0, 0, 1, 0                                                \
   }
 #define ADVANCES(name, kernel, flops)                                                                                  \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, NULL, 2, PETSC_TRUE, 0, 0, 1, 0                                                    \
+    name, MPM_NODES, 0, kernel, flops, NULL, 2, PETSC_TRUE, 0, 0, 1, 0                                                 \
   }
 #define TO_PARTICLES(name, parts, in, out) SHARE_TO_PARTICLES(name, 1, parts, in, out)
 #define SHARE_TO_PARTICLES(name, share, parts, in, out)                                                                \

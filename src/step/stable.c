@@ -57,7 +57,9 @@ static void Columns(const MPMCore *core, const MPMMethod *method, int *rest, int
   *rest     = bounds == MPM_BOUNDS_APIC || bounds == MPM_BOUNDS_AFLIP;
   *crossing = bounds == MPM_BOUNDS_AFMPM      ? AFMPM
               : bounds == MPM_BOUNDS_APIC     ? APIC
-              : bounds == MPM_BOUNDS_AFLIP    ? (strain > 0.5 ? AFLIP_1 : strain > 0 ? AFLIP_HALF : AFLIP_0)
+              : bounds == MPM_BOUNDS_AFLIP    ? (strain > 0.5 ? AFLIP_1
+                                                 : strain > 0 ? AFLIP_HALF
+                                                              : AFLIP_0)
               : bounds == MPM_BOUNDS_FILTERED ? FILTERED
               : damped                        ? DAMPED
                                               : FLIP;
