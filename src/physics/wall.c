@@ -3,8 +3,8 @@
 #include "physics/wall.h"
 
 /* The place of a node: along the normal `axis` of the face, `distance` m inside the grid (negative: beyond the face); h
-   is the distance of nodes along it, m, so that distance/h is the number of its layer. inward is +1 or -1, the sign of a
-   velocity away from the wall. least: the least inward velocity that a wall that pushes allows, m/s. dt is the time
+   is the distance of nodes along it, m, so that distance/h is the number of its layer. inward is +1 or -1, the sign of
+   a velocity away from the wall. least: the least inward velocity that a wall that pushes allows, m/s. dt is the time
    over which the advance accelerates, s, and 0 for velocities that no advance makes, so that what acts over time acts
    once a step. */
 typedef struct {
