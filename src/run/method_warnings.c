@@ -60,8 +60,9 @@ void MPMMethodStable(MPM mpm, PetscReal C, char options[MPM_TEXT_LEN])
 void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
 {
   const MPMTransfer *transfer = mpm->method.transfer;
-  const PetscBool linear = mpm->core.basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE, keeps = transfer->flip < 0;
-  char            cure[MPM_TEXT_LEN] = "";
+  const PetscBool  linear = mpm->core.basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE, keeps = transfer->flip < 0;
+  const PetscReal *wrong              = MPMStableWrong(&mpm->core, &mpm->method);
+  char             cure[MPM_TEXT_LEN] = "";
 
   why[0] = 0;
   if (MPMStableOf(&mpm->core, &mpm->method).crossing == 0) {
@@ -73,10 +74,10 @@ void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
   } else if (transfer->bounds == MPM_BOUNDS_FILTERED && (transfer->rounds != MPM_FILTER || mpm->core.params.order == 1))
     (void)snprintf(why, MPM_TEXT_LEN,
                    "stops all motion in the time in which a wave crosses some cells; use -method_transfer aflip");
-  else if (MPMStableWrong(&mpm->core, &mpm->method))
+  else if (wrong)
     (void)snprintf(why, MPM_TEXT_LEN,
-                   "was wrong by %s on a manufactured solution; use -method_update " MPM_UPDATE_ADVISED,
-                   MPMStableWrong(&mpm->core, &mpm->method));
+                   "was wrong by %g to %g %% on a manufactured solution; use -method_update " MPM_UPDATE_ADVISED,
+                   (double)wrong[0], (double)wrong[1]);
 }
 
 /* Returns a number with two digits, for texts. */

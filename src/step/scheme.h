@@ -60,8 +60,8 @@ MPMStable MPMStableWith(const MPMCore *, const MPMMethod *, MPMBasis, const char
 /* The update that warnings advise. */
 #define MPM_UPDATE_ADVISED "usl"
 
-/* Returns by how much a method was wrong on a manufactured solution (stable.def), or NULL. */
-const char *MPMStableWrong(const MPMCore *, const MPMMethod *);
+/* Returns by how much a method was wrong on a manufactured solution (stable.def) [2], %, or NULL. */
+const PetscReal *MPMStableWrong(const MPMCore *, const MPMMethod *);
 
 /* Sets core->phases as this scene needs them, core->program, which lists those of a step one after the other, and their
    timers. Method, needs and basis have to be known. Collective on the world, for the events of -log_view. */

@@ -10,7 +10,7 @@ static const struct {
   MPMBasis    basis;
   PetscReal   rest[2], crossing[NUM_KINDS];
 } rows[] = {
-#define MPM_WRONG(basis, update, transfer, much)
+#define MPM_WRONG(basis, update, transfer, least, most)
 #define MPM_GROWS(basis, update, steps)
 #define MPM_STABLE(basis, update, rest, affine, ...) {#update, MPM_BASIS_##basis, {rest, affine}, {__VA_ARGS__}},
 #include "step/stable.def"
@@ -24,7 +24,7 @@ static const struct {
   MPMBasis    basis;
   PetscReal   steps;
 } grows[] = {
-#define MPM_WRONG(basis, update, transfer, much)
+#define MPM_WRONG(basis, update, transfer, least, most)
 #define MPM_GROWS(basis, update, steps) {#update, MPM_BASIS_##basis, steps},
 #define MPM_STABLE(basis, update, rest, affine, ...)
 #include "step/stable.def"
@@ -36,9 +36,9 @@ static const struct {
 static const struct {
   const char *update, *transfer;
   MPMBasis    basis;
-  const char *much;
+  PetscReal   percent[2];
 } wrong[] = {
-#define MPM_WRONG(basis, update, transfer, much) {#update, #transfer, MPM_BASIS_##basis, much},
+#define MPM_WRONG(basis, update, transfer, least, most) {#update, #transfer, MPM_BASIS_##basis, {least, most}},
 #define MPM_GROWS(basis, update, steps)
 #define MPM_STABLE(basis, update, rest, affine, ...)
 #include "step/stable.def"
@@ -90,11 +90,11 @@ MPMStable MPMStableWith(const MPMCore *core, const MPMMethod *method, MPMBasis b
   return stable;
 }
 
-const char *MPMStableWrong(const MPMCore *core, const MPMMethod *method)
+const PetscReal *MPMStableWrong(const MPMCore *core, const MPMMethod *method)
 {
   for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++)
     if (wrong[k].basis == core->basis && !strcmp(wrong[k].update, method->scheme->name) &&
         !strcmp(wrong[k].transfer, method->transfer->name))
-      return wrong[k].much;
+      return wrong[k].percent;
   return NULL;
 }
