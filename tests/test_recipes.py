@@ -1,6 +1,7 @@
 """The recipes of the developer's guide (docs/developer.md): what they name is there, and so are the files and the names
-of the source that the other documents and the comments name; and the first four recipes, a law, a wall, a diagnostic and
-an update scheme, are followed on a copy of the source, with no more lines and files than they say.
+of the source that the other documents and the comments name; and the recipes of laws, walls, diagnostics, quantities of
+bodies, update schemes, transfers and warnings are followed on a copy of the source, with no more lines and files than
+they say. What they make has true values, and warnings where there is something to warn of.
 
 usage: test_recipes.py PEBBLE SOURCE MPIEXEC names
        test_recipes.py PEBBLE SOURCE MPIEXEC BUILD     (folder of the objects, of which a copy is brought up to date)
@@ -13,11 +14,15 @@ import resource
 import shutil
 import subprocess
 
+import h5py
+import numpy as np
+
 import check
 
 FOREIGN = {"e_log.c", "e_exp.c"}  # files of other projects that a comment names
 
-# ---- The recipes. Each is a list of edits: a new file, or lines that go behind a line of a file.
+# ---- The recipes. Each is a list of edits: a new file, lines that go before a line of a file or to its end, or another
+# word in a line.
 
 LAW = [("src/physics/material.def", None, """\
 MPM_MATERIAL(rubber, MPM_OBJECTIVE | MPM_HYPERELASTIC, "E nu", "F", "neo-Hookean solid whose pressure is lambda (J - 1)")
@@ -58,23 +63,61 @@ MPM_INLINE MPMReal rubber_speed2(int dim, const MPMMaterial *m, const MPMParticl
 MPM_MATERIAL_DEFINE(rubber)
 """)]
 
+# A law that depends on the rate, whose particles have F only where something else reads it.
+RATE = [("src/physics/material.def", None, """\
+MPM_MATERIAL(maxwell, MPM_OBJECTIVE, "E nu rate_reference", "F|J be tau", "Hencky elasticity whose shear stress decays with rate_reference")
+"""), ("src/physics/material_maxwell.c", None, """\
+/* material_maxwell.c - viscoelastic solid: Hencky elasticity whose deviatoric strains decay as exp(-rate_reference t). */
+#include "physics/material_hencky.h"
+
+MPM_INLINE void maxwell_update(int dim, const MPMMaterial *m, PetscReal dt, const MPMReal *L, MPMParticleState *s)
+{
+  const MPMReal keep = MPMExp(MPMAll(-dt * m->rate0));
+  MPMReal       b[3], n[3][3], e[3], mean;
+
+  MPMHenckyTrial(dim, m, dt, L, s);
+  MPMHenckyStrain(dim, s->be, b, n, e);
+  mean = (e[0] + e[1] + e[2]) / 3;
+  for (int k = 0; k < 3; k++) e[k] = mean + keep * (e[k] - mean);
+  MPMHenckySetStrain(dim, MPMNot(MPMNone()), e, n, s->be);
+  MPMHenckyStress(dim, m, e, n, s->tau);
+}
+
+MPM_INLINE MPMReal maxwell_energy(int dim, const MPMMaterial *m, const MPMParticleState *s)
+{
+  return MPMHenckyEnergy(dim, m, s);
+}
+
+/* More than that of Hencky's law, which is a bound of small elastic strains alone. */
+MPM_INLINE MPMReal maxwell_speed2(int dim, const MPMMaterial *m, const MPMParticleState *s)
+{
+  MPMReal most = MPMAll(0);
+
+  for (int k = 0; k < 6; k++) most += MPMAbs(s->tau[k]);
+  return MPMHenckySpeed2(dim, m, s) + 2.0 * most / m->rho;
+}
+
+MPM_MATERIAL_DEFINE_HISTORY(maxwell, NULL, MPM_BIT(J) | MPM_BIT(be) | MPM_BIT(tau))
+""")]
+
 WALL = [("src/physics/wall.def", None, """\
-MPM_WALL(drag, "mu", drag, drag, drag, "the velocity on the face decays as exp(-mu t)")
+MPM_WALL(drag, "mu", 0, drag, drag, drag, "the velocity on the face decays as exp(-mu t)")
 """), ("src/physics/wall.c", "static PetscBool MPMWallApply_free", """\
 static PetscBool MPMWallApply_drag(MPM_WALL_ARGUMENTS)
 {
-  for (PetscInt d = 0; d < at->dim; d++) v[d] *= 1 - PetscMin(1, f->mu * at->dt);
+  for (PetscInt d = 0; d < at->dim; d++) v[d] *= MPMExp(-f->mu * at->dt);
   return PETSC_FALSE;
 }
 
 """)]
 
 SPONGE = [("src/physics/wall.def", None, """\
-MPM_WALL(sponge, "rate layers", sponge, sponge, sponge, "velocities decay near the wall, most on it")
+MPM_WALL(sponge, "rate layers", 0, free, sponge, free, "velocities decay near the wall, with the square of the distance from its last layer")
 """), ("src/physics/wall.c", "static PetscBool MPMWallApply_free", """\
 static PetscBool MPMWallApply_sponge(MPM_WALL_ARGUMENTS)
 {
-  const PetscReal rate = f->rate / (1 + PetscMax(0, at->distance));
+  const PetscReal far  = PetscMax(0, at->distance) / (at->h * (PetscReal)(f->reach + 1));
+  const PetscReal rate = f->rate * (1 - far) * (1 - far);
 
   for (PetscInt d = 0; d < at->dim; d++) v[d] *= 1 - PetscMin(1, rate * at->dt);
   return PETSC_FALSE;
@@ -90,8 +133,20 @@ MPM_OPTION("bc_<f>_rate", REAL, "[0,inf)", "1/s", "required", "rate of decay on 
 MPM_OPTION("bc_<f>_layers", INT, "[0,1000]", "", "required", "layers of nodes inside the grid that a sponge reaches")
 """)]
 
+# A wall that moves, and only along itself: the row says so, and everything else follows from it.
+SHAKER = [("src/physics/wall.def", None, """\
+MPM_WALL(shaker, "velocity", MPM_WALL_NORMAL | MPM_WALL_TANGENT | MPM_WALL_MOVES, shaker, shaker, fixed, "matter moves along the wall with it")
+"""), ("src/physics/wall.c", "static PetscBool MPMWallApply_free", """\
+static PetscBool MPMWallApply_shaker(MPM_WALL_ARGUMENTS)
+{
+  for (PetscInt d = 0; d < at->dim; d++) v[d] = d == at->axis ? 0 : f->velocity[d];
+  return PETSC_TRUE;
+}
+
+""")]
+
 DIAGNOSTIC = [("src/output/diagnostics.def", None, """\
-MPM_PARTICLE_QUANTITY(spin, FIELD | COLUMN, "spin", "kg m^2/s", "", 1, PETSC_FALSE, 0)
+MPM_PARTICLE_QUANTITY(spin, FIELD | COLUMN, "spin", "kg m^2/s", "", 1, PETSC_FALSE, 0, 0)
 """), ("src/output/diagnostics.c", "static void Fill_kinetic_energy", """\
 static void Fill_spin(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
@@ -102,12 +157,67 @@ static void Fill_spin(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal
 
 """)]
 
+# Fields that read F, which some laws can do without, and X, which most scenes do not have.
+STRAIN = [("src/output/diagnostics.def", None, """\
+MPM_PARTICLE_QUANTITY(strain, FIELD, "strain", "1", "", 1, PETSC_FALSE, 0, MPM_BIT(F))
+"""), ("src/output/diagnostics.c", "static void Fill_stress", """\
+static void Fill_strain(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  PetscReal F[9], all = 0;
+
+  Fill_F(s, v, p, F);
+  for (PetscInt k = 0; k < 9; k++) all += PetscSqr(F[k] - (k % 4 == 0));
+  row[0] = PetscSqrtReal(all);
+}
+
+""")]
+SHIFT = [("src/output/diagnostics.def", None, """\
+MPM_PARTICLE_QUANTITY(shift, FIELD, "shift", "m", "x y z", 3, PETSC_FALSE, 0, MPM_BIT(X))
+"""), ("src/output/diagnostics.c", "static void Fill_stress", """\
+static void Fill_shift(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
+{
+  const PetscInt dim = s->core->grid.dim;
+
+  for (PetscInt d = 0; d < 3; d++) row[d] = d < dim ? v->x[p * dim + d] - v->X[p * dim + d] : 0;
+}
+
+""")]
+MEASURE = [("src/output/measures.def", None, """\
+MPM_BODY_QUANTITY(most_strain, MOST, strain, "1", 1)
+MPM_BODY_QUANTITY(mean_strain, MEAN, strain, "1", 1)
+MPM_BODY_QUANTITY(least_shift, LEAST, shift, "m", 3)
+MPM_BODY_QUANTITY(most_error, MOST, error_indicator, "1", 1)
+""")]
+
 SCHEME = [("src/step/scheme.def", None, """\
 MPM_SCHEME(twice, PETSC_FALSE, "as usl, in two transfers to the nodes", P2G_MASS, P2G_FORCE, ADVANCE, G2P)
 """)]
+# A scheme with a phase that no scheme had, which works over a share of the step.
+HALVES = [("src/step/scheme.def", None, """\
+MPM_SCHEME(usavg, PETSC_FALSE, "half of the stress before the advance, half after it", P2G_MASS, VELOCITY, G2P_STRESS_HALF, P2G_FORCE, ADVANCE, G2P_STRESS_HALF, G2P_MOTION)
+"""), ("src/step/phases.c", "  [G2P_FILTER]        =", """\
+  [G2P_STRESS_HALF]   = SHARE_TO_PARTICLES("G2P_STRESS", 0.5, MPM_G2P_STRESS, WHERE | B(id) | STATE, STATE),
+"""), ("src/step/phases.c", "enum { P2G, P2G_MASS,", ("NUM_PHASES };", "G2P_STRESS_HALF, NUM_PHASES };"))]
+TRANSFER = [("src/step/transfer.def", None, """\
+MPM_TRANSFER(flap, -1, 0, MPM_NO_ROUNDS, MPM_BOUNDS_UNKNOWN, "as flip")
+""")]
+WARNING = [("src/run/doubts.c", "/* Prints the warnings and a note before", """\
+static PetscErrorCode WarnTall(MPM mpm)
+{
+  const MPMGrid *grid = &mpm->core.grid;
+
+  PetscFunctionBeginUser;
+  if (grid->dim > 1 && grid->cells[1] > 40 * grid->cells[0])
+    PetscCall(MPMPrint(&mpm->core.print, "warning    the grid is tall\\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+"""), ("src/run/doubts.c", "  PetscCall(WarnFall(mpm));", """\
+  PetscCall(WarnTall(mpm));
+""")]
 
 
-def follow(name, edits, files, functions):
+def follow(name, edits, files, functions, rows=1):
     """Does the edits; checks how many files they change or add, and that these get rows of tables, so many functions,
     and nothing else."""
     lines = {}
@@ -115,16 +225,18 @@ def follow(name, edits, files, functions):
         old = check.content(path).decode().splitlines(True) if os.path.exists(path) else []
         places = [k for k, line in enumerate(old) if before and line.startswith(before)]
         check.need(not before or len(places) == 1, f"{name}: {path} has {len(places)} lines that begin with '{before}'")
-        new = old[:places[0]] + text.splitlines(True) + old[places[0]:] if before else old + text.splitlines(True)
+        if isinstance(text, tuple):
+            new = [line.replace(*text) if k in places else line for k, line in enumerate(old)]
+        else:
+            new = old[:places[0]] + text.splitlines(True) + old[places[0]:] if before else old + text.splitlines(True)
         check.write(path, "".join(new))
-        lines[path] = [line[2:] for line in difflib.ndiff(old, new) if line[0] in "+-"]
+        lines.setdefault(path, []).extend(line[2:] for line in difflib.ndiff(old, new) if line[0] == "+")
     made = sum(len(re.findall(r"^(?:static|MPM_INLINE) [^;=]*\)$", "".join(added), re.M))
-               for path, added in lines.items() if path != "src/physics/material_rubber.c")
-    rows = {path: len(added) for path, added in lines.items() if path.endswith(".def")}
+               for path, added in lines.items() if "/material_" not in path)
     check.that(len(lines) == files and made == functions, f"{name}: {sum(map(len, lines.values()))} lines in {len(lines)} files, {made} functions: "
                + ", ".join(f"{os.path.basename(path)} {len(added)}" for path, added in lines.items()))
     table = edits[0][0]
-    check.that(rows[table] == 1, f"{name}: one row in {os.path.basename(table)}")
+    check.that(len(lines[table]) == rows or not table.endswith(".def"), f"{name}: {rows} in {os.path.basename(table)}")
 
 
 def build(folder, *targets):
@@ -166,6 +278,39 @@ def use_law():
     check.that(run.status == 0 and re.search(r"^\d+ checks, 0 failed$", run.out, re.M), f"the unit test takes the law up: {(run.out + run.err).strip()[-300:]}")
 
 
+def warned(run):
+    """What a run warns of and notes, without numbers."""
+    return sorted(re.sub(r"[\d.e+-]+", "#", line) for line in run.out.splitlines() if line.startswith(("warning", "note ")))
+
+
+def use_rate():
+    E, nu, rate, dt = 1e4, 0.3, 300, 1e-3
+    block = ["-dim", "2", "-grid_lower", "0,0", "-grid_upper", "1,1", "-grid_cells", "10,10", "-materials", "m", "-material_m_model", "maxwell", "-material_m_rho", "1000",
+             "-material_m_E", str(E), "-material_m_nu", str(nu), "-material_m_rate_reference", str(rate), "-bodies", "b", "-body_b_shape", "box", "-body_b_lower", "0.3,0.3",
+             "-body_b_upper", "0.7,0.7", "-body_b_material", "m", "-dt_size", str(dt)]
+    fast = ["-body_b_velocity", "30*x+60*y,-20*x+5*y", "-time_end", str(dt)]
+    check.must(*block, *fast, "-output_fields", "F,stress", "-output_name", "both")
+    check.must(*block, *fast, "-output_fields", "stress", "-output_name", "stress")
+    both, alone = check.particles("output/both.h5"), check.particles("output/stress.h5")
+    F = both["F"].reshape(-1, 3, 3)
+    b, n = np.linalg.eigh(F @ F.transpose(0, 2, 1))
+    e = np.log(b) / 2
+    mean = e.mean(axis=1, keepdims=True)
+    e = mean + np.exp(-rate * dt) * (e - mean)
+    lame, mu = E * nu / (1 + nu) / (1 - 2 * nu), E / 2 / (1 + nu)
+    tau = lame * e.sum(axis=1, keepdims=True) + 2 * mu * e
+    right = np.einsum("pik,pk,pjk->pij", n, tau, n).reshape(-1, 9) / np.linalg.det(F)[:, None]
+    for what, found in (("with F", both["stress"]), ("without F", alone["stress"])):
+        wrong = abs(found.reshape(-1, 9) - right).max() / abs(right).max()
+        check.that(wrong < 1e-11 and abs(right).max() > 100, f"maxwell {what}: the stress after a step differs by {wrong:.1e} of it from exp(-rate dt) of Hencky's")
+    run = check.must(*block, "-body_b_velocity", "0.6*(x-0.5)+1.2*(y-0.5),0.1*(y-0.5)-0.4*x", "-time_end", "0.2", "-history_bodies", "b", "-history_body_quantities", "dissipation", "-history_energy", "-output_format", "none", "-output_name", "heat")
+    history = check.history("output/heat.csv")
+    heat = history["dissipation_b"][-1]
+    check.that(heat > 0.01 * history["total_energy"][0] and abs(heat + history["energy_laws"][-1]) < 1e-10 * heat,
+               f"what it dissipates, {heat:.4g} J, is what the law took")
+    check.that(not any("unstable" in line or "apart" in line for line in warned(run)), f"warnings: {warned(run)}")
+
+
 def use_wall():
     free, _ = disks("free")
     still, _ = disks("still", "-bc_xmax_type", "drag", "-bc_xmax_mu", "0")
@@ -175,11 +320,32 @@ def use_wall():
     check.that((drag[1:] <= drag[:-1]).all() and drag[-1] < 0.999 * drag[0], f"drag: the energy falls to {drag[-1] / drag[0]:.4f} of what it was")
 
 
+LAWS = {"neohookean": "-material_m_E 1e5 -material_m_nu 0.3", "fluid": "-material_m_K 1e5", "druckerprager": "-material_m_E 1e6 -material_m_nu 0.3 -material_m_friction_angle 35",
+        "vonmises": "-material_m_E 1e6 -material_m_nu 0.3 -material_m_yield 1e4"}
+
+
+def open_faces():
+    """Walls that do nothing are no walls: the same bits and warnings as with free faces, with the default methods."""
+    for law, constants in LAWS.items():
+        for more in ([], ["-method_basis", "gimp", "-method_update", "musl", "-method_transfer", "xpic"], ["-method_preset", "energy"]):
+            block = ["-dim", "2", "-gravity", "0,-10", "-grid_lower", "0,0", "-grid_upper", "1,1", "-grid_cells", "12,12", "-materials", "m", "-material_m_model", law,
+                     "-material_m_rho", "1000", *constants.split(), "-bodies", "b", "-body_b_shape", "box", "-body_b_lower", "0,0", "-body_b_upper", "0.5,0.5",
+                     "-body_b_material", "m", "-body_b_velocity", "-1,0", "-bc_ymin_type", "slip", "-particles_leave", "delete", "-time_end", "0.06", "-output_format", "none",
+                     "-output_name", "open", *more]
+            faces = {"free": []}
+            faces["drag"] = [word for f in ("xmin", "xmax") for word in (f"-bc_{f}_type", "drag", f"-bc_{f}_mu", "0")]
+            faces["sponge"] = [word for f in ("xmin", "xmax") for word in (f"-bc_{f}_type", "sponge", f"-bc_{f}_rate", "0", f"-bc_{f}_layers", "3")]
+            runs = dict(zip(faces, check.at_once(lambda f: check.must(*block[:-1 - len(more)], f"open_{f}", *more, *faces[f]), faces)))
+            lost = runs["free"].find(r"(particles .*left.*)")
+            for wall in ("drag", "sponge"):
+                same = runs[wall].digest == runs["free"].digest and warned(runs[wall]) == warned(runs["free"])
+                check.that(same, f"{law} {' '.join(more)}: a {wall} that does nothing is no wall, {runs[wall].digest} {lost or ''}"
+                           + ("" if same else f" {set(warned(runs[wall])) ^ set(warned(runs['free']))}"))
+
+
 def use_sponge():
     def sponge(name, layers, rate=5, n=1, **more):
         return disks(name, "-bc_xmax_type", "sponge", "-bc_xmax_rate", str(rate), "-bc_xmax_layers", str(layers), *more.get("options", []), n=n)
-    free, _ = disks("free")
-    check.that(sponge("rate0", 4, rate=0)[0].digest == free.digest, "a sponge of rate 0 changes no bit")
     left = {}
     for layers in (0, 4, 8):
         energy = sponge(f"layers{layers}", layers)[1]["total_energy"]
@@ -191,6 +357,21 @@ def use_sponge():
     serial = sponge("one", 8)[0].digest
     check.that(serial == sponge("two", 8, n=2)[0].digest == sponge("pool", 8, n=3, options=["-parallel_strategy", "pool"])[0].digest,
                "the same bits on 2 processes and by a pool of 3")
+    for cells in (20, 40):  # the profile in layers, at two resolutions: its force in the first step, in which nothing else acts
+        _, history = sponge("force", 5, options=["-grid_cells", f"{cells},{cells}", "-history_walls", "xmax", "-history_every", "0", "-time_max_steps", "1", "-output_fields", "velocity,grid"])
+        with h5py.File("output/force.h5") as file:
+            mass = check.group(file, 0)["grid"]["mass"][:].reshape(cells + 1, cells + 1)
+        layer = np.arange(cells, -1, -1)
+        rates = np.where(layer <= 5, 5 * (1 - layer / 6) ** 2, 0)
+        right = 0.1 * (mass * rates).sum()  # the disk there has the velocity -0.1
+        check.that(abs(history["reaction_xmax_x"][1] / right - 1) < 1e-9 and right > 1e-3, f"the force of a sponge on {cells} cells: {history['reaction_xmax_x'][1]:.6g} N, {right:.6g} N by hand")
+
+
+def use_shaker():
+    runs = [disks(kind, "-bc_xmin_type", kind, "-bc_xmin_velocity", "0,0.1*cos(20*t)", "-history_walls", "xmin", "-history_energy") for kind in ("moving", "shaker")]
+    (one, h1), (two, h2) = runs
+    check.that(one.digest == two.digest and warned(one) == warned(two) and (h1["work_xmin"] == h2["work_xmin"]).all() and h1["work_xmin"][-1] != 0,
+               f"a wall that oscillates along itself: motion and work, {h2['work_xmin'][-1]:.4g} J, are those of a moving wall with this velocity")
 
 
 def use_diagnostic():
@@ -202,10 +383,95 @@ def use_diagnostic():
         check.that(abs(field / column - 1) < 1e-12 and abs(column) > 0.1, f"spin of a disk that turns: the column, {column:.6f} kg m^2/s, is the sum of the field, {field:.6f}")
 
 
+METALS = """-dim 2 -gravity 0,-10 -grid_lower 0,0 -grid_upper 3,1.5 -grid_cells 24,12 -materials steel,soil -material_steel_model vonmises -material_steel_rho 1000
+-material_steel_E 1e6 -material_steel_nu 0.3 -material_steel_yield 2e4 -material_soil_model druckerprager -material_soil_rho 1000 -material_soil_E 1e6 -material_soil_nu 0.3
+-material_soil_friction_angle 30 -bodies left,right -body_left_shape box -body_left_lower 0.5,0.125 -body_left_upper 1,1 -body_left_material steel -body_left_velocity 0.1,-2
+-body_right_shape box -body_right_lower 2,0.125 -body_right_upper 2.5,1 -body_right_material soil -body_right_velocity 0,-2 -bc_ymin_type slip -time_end 0.06
+-history_every 0.02 -method_basis bspline2 -method_update usl -method_transfer flip""".split()
+
+
+def use_fields():
+    """What reads F and X has true values wherever it is shown, also alone, and for laws that need no F."""
+    body = ["-history_bodies", "all", "-history_body_quantities", "most_strain,mean_strain,least_shift,most_error"]
+    runs = {"all": ["-output_fields", "strain,shift,F,error_indicator"], "alone": ["-output_fields", "strain"], "shift": ["-output_fields", "shift"],
+            "bodies": ["-output_format", "none", *body], "probe": ["-output_format", "none", "-probes", "p", "-probe_p_particle", "7", "-probe_p_fields", "strain,shift"],
+            "two": ["-output_format", "none", *body]}
+    done = dict(zip(runs, check.at_once(lambda name: check.must(*METALS, *runs[name], "-output_name", name, n=2 if name == "two" else 1), runs)))
+    found = check.particles("output/all.h5")
+    strain = np.linalg.norm(found["F"].reshape(-1, 9) - np.eye(3).reshape(9), axis=1)
+    moved = found["x"] - check.particles("output/all.h5", 0)["x"]
+    check.that(strain.max() > 0.05 and abs(found["strain"] - strain).max() < 1e-14 and abs(found["shift"] - moved).max() < 1e-14 and abs(moved).max() > 0.05,
+               f"strain, up to {strain.max():.4f}, and shift of all particles")
+    for name, word in (("alone", "strain"), ("shift", "shift")):
+        check.that((check.particles(f"output/{name}.h5")[word] == found[word]).all(), f"{word} alone is the same")
+    history = check.history("output/bodies.csv")
+    first = 0
+    for name in ("left", "right"):
+        n = int(check.must(*METALS, "-dry_run").find(rf"body +{name}.*?(\d+) particles") or 0) or len(strain) // 2
+        part = slice(first, first + n)
+        first += n
+        values = {f"most_strain_{name}": strain[part].max(), f"mean_strain_{name}": strain[part].mean(), f"least_shift_{name}_x": moved[part, 0].min(),
+                  f"least_shift_{name}_y": moved[part, 1].min(), f"most_error_{name}": found["error_indicator"][part].max()}
+        for column, right in values.items():
+            check.that(abs(history[column][-1] - right) < 1e-13 * (1 + abs(right)), f"{column}: {history[column][-1]:.6g}, {right:.6g} by hand")
+    check.that(check.content("output/two.csv") == check.content("output/bodies.csv"), "the same on 2 processes")
+    history = check.history("output/probe.csv")
+    check.that(abs(history["probe_p_strain"][-1] - strain[7]) < 1e-14 and abs(history["probe_p_shift_y"][-1] - moved[7, 1]) < 1e-14, "the same in a probe")
+    check.that(all(warned(run) == warned(done["all"]) for run in done.values()), "no warning comes from what is shown")
+
+
+def unknown(run, what):
+    notes = re.findall(r"^note +it has not been measured up to which time step \w+ with (.*?) is stable", run.out, re.M)
+    wrong = re.findall(r"^.*(?:unstable|blow up|do not trust|amplifies|slows down).*$", run.out, re.M)
+    check.that(notes == [what] and not wrong, f"{what}: a note that its steps were not measured, once, and no warning of them {notes} {wrong}")
+
+
 def use_scheme():
-    usl, _ = disks("usl", "-method_update", "usl", "-report_phases")
-    run, _ = disks("twice", "-method_update", "twice", "-report_phases")
+    usl, of_usl = disks("usl", "-method_update", "usl", "-report_phases", "-history_energy")
+    run, history = disks("twice", "-method_update", "twice", "-report_phases", "-history_energy")
     check.that(run.digest == usl.digest and run.find(r"(P2G_FORCE)") and not usl.find(r"(P2G_FORCE)"), f"two transfers in place of one: the bits of usl, {run.digest}")
+    check.that(all((history[key] == of_usl[key]).all() for key in history), "and its energies, term by term")
+    check.that(re.search("unstable", usl.out), "usl with linear functions is warned of")
+    unknown(run, "twice and flip")
+    preset, _ = disks("preset", "-method_update", "twice", "-method_basis", "bspline2")
+    unknown(preset, "twice and flip")
+
+
+def use_halves():
+    dt = 0.002
+    one = ["-body_disk1_velocity", "3*x+6*y,-2*x+0.5*y", "-body_disk1_center", "0.45,0.45", "-body_disk1_radius", "0.4", "-body_disk2_center", "0.9,0.9", "-body_disk2_radius", "0.05", "-dt_size", str(dt), "-time_end", str(dt), "-output_fields", "F", "-method_basis", "bspline2"]
+    L = np.array([[3, 6], [-2, 0.5]])
+    for update, right in (("usl", np.eye(2) + dt * L), ("usavg", (np.eye(2) + dt / 2 * L) @ (np.eye(2) + dt / 2 * L))):
+        disks("step", "-method_update", update, *one)
+        found = check.particles("output/step.h5")
+        inner = np.hypot(*(check.particles("output/step.h5", 0)["x"][:, :2] - 0.45).T) < 0.03
+        wrong = abs(found["F"].reshape(-1, 3, 3)[inner, :2, :2] - right).max()
+        check.that(inner.sum() > 10 and wrong < 1e-12, f"{update}: F after a step inside a body differs from that of two halves or one whole by {wrong:.1e}")
+    last = {}
+    for update in ("usl", "usavg", "usf"):
+        run, history = disks(update, "-method_update", update, "-method_basis", "bspline2", "-time_end", "3")
+        last[update] = history["total_energy"][-1]
+        if update == "usavg":
+            unknown(run, "usavg and flip")
+            same = [disks("many", "-method_update", update, "-method_basis", "bspline2", "-time_end", "3", *more, n=n)[0].digest for n, more in ((2, []), (3, ["-parallel_strategy", "pool"]))]
+            check.that(same == [run.digest] * 2, "usavg: the same bits on 2 processes and by a pool")
+    check.that(last["usl"] < last["usavg"] < last["usf"], "the energy with half of the stress before and half after the advance lies between: " + ", ".join(f"{key} {value:.4f}" for key, value in last.items()))
+
+
+def use_transfer():
+    flip, _ = disks("flip")
+    run, _ = disks("flap", "-method_transfer", "flap")
+    check.that(run.digest == flip.digest, f"a transfer with the share of flip: its bits, {run.digest}")
+    unknown(run, "usf and flap")
+
+
+def use_warning():
+    for cells, expected in ((160, 0), (161, 1)):
+        block = ["-dim", "2", "-grid_lower", "0,0", "-grid_upper", f"0.04,{cells / 100}", "-grid_cells", f"4,{cells}", "-materials", "m", "-material_m_model", "neohookean", "-material_m_rho", "1000",
+                 "-material_m_E", "1e4", "-material_m_nu", "0.3", "-bodies", "b", "-body_b_shape", "box", "-body_b_lower", "0,0.4", "-body_b_upper", "0.04,0.6",
+                 "-body_b_material", "m", "-time_max_steps", "1", "-time_end", "1", "-output_format", "none", "-bc_xmin_type", "slip", "-bc_xmax_type", "slip"]
+        found = check.must(*block).out.count("warning    the grid is tall\n")
+        check.that(found == expected, f"a grid of 4 x {cells} cells: warned of {found} times")
 
 
 # ---- Names in the guide, in the other documents and in comments
@@ -319,18 +585,27 @@ if __name__ == "__main__":
     objects = os.path.abspath(objects)
     folder_of_objects = copy(objects)
     follow("law", LAW, files=2, functions=0)
+    follow("law with history", RATE, files=2, functions=0)
     follow("wall without a new parameter", WALL, files=2, functions=1)
     follow("wall with two new parameters", SPONGE, files=5, functions=1)
+    follow("wall that moves", SHAKER, files=2, functions=1)
     follow("diagnostic", DIAGNOSTIC, files=2, functions=1)
+    follow("field that reads F", STRAIN, files=2, functions=1)
+    follow("field that reads X", SHIFT, files=2, functions=1)
+    follow("quantities of a body", MEASURE, files=1, functions=0, rows=4)
     follow("update scheme", SCHEME, files=1, functions=0)
+    follow("update scheme with a new phase", HALVES, files=2, functions=0)
+    follow("transfer", TRANSFER, files=1, functions=0)
+    follow("warning", WARNING, files=1, functions=1)
     compiled = build(folder_of_objects, "pebble", os.path.join(folder_of_objects, "unit_material"))
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(f"     {len(compiled)} objects compiled in {used.ru_utime + used.ru_stime:.0f} s of processor time", flush=True)
-    check.that(not [name for name in compiled if name.startswith(("kernels/", "base/")) and name != "base/version"], "no kernel of particles is compiled anew")
+    check.that(not [name for name in compiled if re.match(r"kernels/(transfer|fbar|volume|rare)|base/(?!version)", name)], "no kernel of particles is compiled anew")
     check.program = os.path.abspath("pebble")
     said = check.must("-help").out
-    for option, value in (("material_<m>_model", "rubber"), ("bc_<f>_type", "drag"), ("bc_<f>_type", "sponge"), ("method_update", "twice"), ("output_fields", "spin")):
+    for option, value in (("material_<m>_model", "rubber"), ("bc_<f>_type", "drag"), ("bc_<f>_type", "sponge"), ("method_update", "twice"), ("method_update", "usavg"),
+                          ("method_transfer", "flap"), ("output_fields", "spin"), ("material_<m>_model", "maxwell"), ("history_body_quantities", "most_strain")):
         check.that(re.search(rf"^  -{option} .*\b{value}\b", said, re.M), f"-help lists {value} at -{option}")
-    for part in (use_law, use_wall, use_sponge, use_diagnostic, use_scheme):
+    for part in (use_law, use_rate, use_wall, open_faces, use_sponge, use_shaker, use_diagnostic, use_fields, use_scheme, use_halves, use_transfer, use_warning):
         part()
     check.end()

@@ -4,7 +4,7 @@
 #include "unit.h"
 
 static const char *names[] = {
-#define MPM_WALL(name, parameters, before, gradient, residual, what) #name,
+#define MPM_WALL(name, parameters, acts, before, gradient, residual, what) #name,
 #include "physics/wall.def"
 #undef MPM_WALL
 };
@@ -296,7 +296,7 @@ static void AdvanceCorners(int dim, const PetscInt ijk[])
     MPMWall wall;
 
     do wall = (MPMWall)UnitInt(MPM_NUM_WALLS);
-    while (MPMWallMoves(wall));
+    while (MPMWallHas(wall, MPM_WALL_MOVES));
     faces[k / 2][k % 2]       = Face(wall);
     faces[k / 2][k % 2].least = NULL;
   }
@@ -491,6 +491,39 @@ static void Changes(void)
   }
 }
 
+/* The column `acts` of a row says what its function does: it leaves, holds at a value of its own, or only pushes the
+   component along the normal, and it leaves or holds the others. */
+static void Acts(int dim, int axis, int side, MPMWall wall)
+{
+  const int       normal = MPMWallHas(wall, MPM_WALL_NORMAL), pushes = MPMWallHas(wall, MPM_WALL_PUSHES);
+  const PetscReal inward = side ? -1 : 1;
+  PetscInt        ijk[3] = {1, 1, 1};
+  MPMFace         faces[3][2];
+  PetscReal       v[2][3], was[2][3];
+
+  UnitContext("what %s does, in %d-D at face %d", names[wall], dim, 2 * axis + side);
+  memset(faces, 0, sizeof faces);
+  faces[axis][side] = Face(wall);
+  for (int d = 0; d < dim; d++) ijk[d] = d == axis ? (side ? cells[d] : 0) : 0;
+  for (int d = 0; d < dim; d++) faces[d][0].least = faces[d][1].least = NULL;
+  for (int i = 0; i < 2; i++) {
+    for (int d = 0; d < 3; d++) was[i][d] = v[i][d] = UnitReal(-1, 1);
+    was[i][axis] = v[i][axis] = (i ? -1 : 1) * inward * UnitReal(0.1, 1); /* away from the wall, and into it */
+    if (wall != MPM_WALL_piston) MPMWallsApply((const MPMFace(*)[2])faces, Grid(dim), ijk, 0, v[i]);
+  }
+  if (wall == MPM_WALL_piston) return; /* it acts behind its plane */
+  for (int d = 0; d < dim; d++) {
+    const int held = d == axis ? normal && !pushes : MPMWallHas(wall, MPM_WALL_TANGENT);
+
+    if (held) CHECK_EQ(v[0][d], v[1][d]);
+    if (held && !MPMWallHas(wall, MPM_WALL_MOVES)) CHECK_EQ(v[0][d], 0);
+    if (MPMWallHas(wall, MPM_WALL_OPEN) || pushes) CHECK_EQ(v[0][d], was[0][d]);
+    if (MPMWallHas(wall, MPM_WALL_OPEN)) CHECK_EQ(v[1][d], was[1][d]);
+    if (pushes && d == axis) CHECK_EQ(v[1][d], 0);
+    if (d != axis && normal && !MPMWallHas(wall, MPM_WALL_TANGENT | MPM_WALL_BRAKES)) CHECK_EQ(v[1][d], was[1][d]);
+  }
+}
+
 int main(void)
 {
   for (int dim = 1; dim <= 3; dim++)
@@ -524,6 +557,10 @@ int main(void)
           AdvanceMoving(dim, axis - 1, axis, (MPMWall)wall);
         }
       }
+  for (int round = 0; round < 20; round++)
+    for (int dim = 1; dim <= 3; dim++)
+      for (int k = 0; k < 2 * dim; k++)
+        for (int wall = 0; wall < MPM_NUM_WALLS; wall++) Acts(dim, k / 2, k % 2, (MPMWall)wall);
   Derived();
   return UnitEnd();
 }

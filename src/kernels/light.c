@@ -115,7 +115,7 @@ static PetscBool IsCarried(const MPMPatch *patch, const PetscReal *mass, const M
    its plane too, but holds only the matter of a column as a whole. */
 MPM_INLINE PetscBool AtFace(const MPMFace *f, int side, PetscInt n, PetscInt i, PetscBool beside)
 {
-  if (f->type == MPM_WALL_free || f->type == MPM_WALL_periodic) return PETSC_FALSE;
+  if (!MPMWallHas(f->type, MPM_WALL_NORMAL)) return PETSC_FALSE;
   if ((side ? n - i : i) <= f->reach) return PETSC_TRUE;
   return beside && f->type == MPM_WALL_piston && i >= f->first && i < f->first + f->beside ? PETSC_TRUE : PETSC_FALSE;
 }
@@ -238,8 +238,7 @@ static int Held(const MPMParams *par, const MPMPatch *patch, PetscInt node, Pets
       const MPMFace *f = &par->walls->given[d][side];
 
       if (!AtFace(f, side, patch->grid->cells[d], ijk[d], PETSC_FALSE)) continue;
-      held |= f->type == MPM_WALL_fixed || f->type == MPM_WALL_moving || f->type == MPM_WALL_friction ? (1 << dim) - 1
-                                                                                                      : 1 << d;
+      held |= MPMWallHas(f->type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) ? (1 << dim) - 1 : 1 << d;
     }
   }
   return held;

@@ -1,6 +1,7 @@
 /* bodies.c - sums over the particles of a body as columns of the history (-history_bodies): the rows
    MPM_BODY_QUANTITY of measures.def. Sums are exact, so they are the same on any number of processes. */
 #include "output/measures.h"
+#include "output/output.h"
 #include "step/step.h"
 
 typedef enum { NUMBER, SUM, MEAN, LEAST, MOST, LOST } How;
@@ -17,20 +18,37 @@ static const struct {
 };
 #define NROWS ((PetscInt)(sizeof rows / sizeof rows[0]))
 
+enum { /* the components of the quantities of particles */
+#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads) NC_##name = nc,
+#define MPM_RUN_QUANTITY(name, unit, whole)
+#define MPM_ENERGY_QUANTITY(name, uses)
+#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
+#include "output/diagnostics.def"
+#undef MPM_PARTICLE_QUANTITY
+#undef MPM_RUN_QUANTITY
+#undef MPM_ENERGY_QUANTITY
+#undef MPM_LOST_QUANTITY
+};
+#define MPM_WALL_QUANTITY(name, unit, nc)
+#define MPM_BODY_QUANTITY(name, how, of, unit, nc)                                                                     \
+  _Static_assert((nc) == NC_##of && (nc) <= 3, #name " has the components of " #of ", at most 3");
+#include "output/measures.def"
+#undef MPM_WALL_QUANTITY
+#undef MPM_BODY_QUANTITY
+
 /* Returns how many columns a row has, of its components first .. first+n-1. */
 static PetscInt Columns(PetscInt row, const MPMCore *core, PetscInt *first)
 {
-  if (MPMDiagnostics[rows[row].of].uses & MPM_SHOW_AXIAL) return MPMDiagnosticColumns(rows[row].of, core, first);
-  *first = 0;
-  return PetscMin(rows[row].nc, core->grid.dim);
+  return MPMDiagnosticAxes(rows[row].of, core->grid.dim, first);
 }
 
-/* Returns whether the law of a body turns work into heat. */
+/* Returns whether the law of a body turns work into heat, as laws with history do, of fluids those with viscosity. */
 static PetscBool Heats(const MPMScene *scene, PetscInt body)
 {
   const MPMMaterial *m = &scene->materials[scene->bodies[body].material];
 
-  return m->type->traits & MPM_PLASTIC || m->viscosity > 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (m->type->traits & MPM_FLUID) return m->viscosity > 0 ? PETSC_TRUE : PETSC_FALSE;
+  return m->type->law->update[0] ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Reads -history_bodies. */
@@ -113,15 +131,17 @@ PetscErrorCode MPMBodiesSetFromOptions(MPMMeasures *m, const MPMScene *scene, MP
     const char *name = scene->bodies[m->body[b]].name;
 
     for (PetscInt k = 0; k < NROWS; k++) {
-      PetscInt       first;
-      const PetscInt n = Columns(k, core, &first);
+      PetscInt        first;
+      const PetscInt  n       = Columns(k, core, &first);
+      const PetscBool extreme = (PetscBool)(rows[k].how == LEAST || rows[k].how == MOST);
 
       for (PetscInt c = first; c < first + n && m->quantities & (PetscInt)1 << k; c++) {
         const char axis[2] = {"xyz"[c], 0};
 
         PetscCall(MPMMeasuresAdd(m, rows[k].name, name, rows[k].nc > 1 ? axis : "", rows[k].unit,
-                                 rows[k].how == NUMBER ? PETSC_TRUE : PETSC_FALSE));
+                                 rows[k].how == NUMBER || (extreme && MPMDiagnostics[rows[k].of].whole)));
       }
+      if (m->quantities & (PetscInt)1 << k) m->shown |= (PetscInt64)1 << rows[k].of;
       if (rows[k].how == LOST && m->quantities & (PetscInt)1 << k) m->heat = PETSC_TRUE;
     }
   }
@@ -131,25 +151,25 @@ PetscErrorCode MPMBodiesSetFromOptions(MPMMeasures *m, const MPMScene *scene, MP
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sums a quantity over the particles of each body [nbodies][3]; NULL: counts them. */
-static PetscErrorCode Sums(const MPMMeasures *m, MPMCore *core, const MPMScene *scene, const MPMDiagnostic *of,
-                           PetscReal out[])
+/* Sums a quantity over the particles of each body [nbodies][3], with `massive` times their mass; NULL: counts them. */
+static PetscErrorCode Sums(const MPMMeasures *m, MPMCore *core, const MPMShown *shown, const MPMDiagnostic *of,
+                           PetscBool massive, PetscReal out[])
 {
-  const MPMShown shown = {core, scene, NULL, NULL, NULL};
-  MPMSum        *sum;
-  MPMView        view;
+  MPMSum *sum;
+  MPMView view;
 
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(3 * m->nbodies, &sum));
   PetscCall(MPMParticlesReadView(&core->particles, -1, &view));
   for (PetscInt p = 0; p < view.n; p++)
     for (PetscInt b = 0; b < m->nbodies; b++) {
-      const MPMBody *body     = &scene->bodies[m->body[b]];
+      const MPMBody *body     = &shown->scene->bodies[m->body[b]];
       PetscReal      value[3] = {1};
 
       if (view.id[p] < body->first || view.id[p] >= body->first + body->n) continue;
-      if (of) of->fill(&shown, &view, p, value);
-      for (PetscInt c = 0; c < (of ? of->nc : 1); c++) MPMSumAdd(&sum[3 * b + c], value[c]);
+      if (of) of->fill(shown, &view, p, value);
+      for (PetscInt c = 0; c < (of ? of->nc : 1); c++)
+        MPMSumAdd(&sum[3 * b + c], massive ? core->params.kinds[view.kind ? view.kind[p] : 0].m * value[c] : value[c]);
     }
   PetscCall(MPMParticlesRestoreView(&core->particles, -1, &view));
   PetscCall(MPMSumReduce(sum, 3 * m->nbodies, core->exchange.data));
@@ -158,24 +178,26 @@ static PetscErrorCode Sums(const MPMMeasures *m, MPMCore *core, const MPMScene *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the smallest coordinates of the particles of each body [nbodies][3], or with sign -1 the largest ones. */
-static PetscErrorCode Extents(const MPMMeasures *m, MPMCore *core, const MPMScene *scene, PetscReal sign,
-                              PetscReal out[])
+/* Sets the smallest value of each component of a quantity among the particles of each body [nbodies][3], or with
+   sign -1 the largest one. */
+static PetscErrorCode Extents(const MPMMeasures *m, MPMCore *core, const MPMShown *shown, const MPMDiagnostic *of,
+                              PetscReal sign, PetscReal out[])
 {
-  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x), dim = core->grid.dim;
-  MPMView        view;
+  MPMView view;
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < 3 * m->nbodies; k++) out[k] = PETSC_MAX_REAL;
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesReadView(&core->particles, -1, &view));
   for (PetscInt p = 0; p < view.n; p++)
     for (PetscInt b = 0; b < m->nbodies; b++) {
-      const MPMBody *body = &scene->bodies[m->body[b]];
+      const MPMBody *body = &shown->scene->bodies[m->body[b]];
+      PetscReal      value[3];
 
       if (view.id[p] < body->first || view.id[p] >= body->first + body->n) continue;
-      for (PetscInt c = 0; c < dim; c++) out[3 * b + c] = PetscMin(out[3 * b + c], sign * view.x[p * dim + c]);
+      of->fill(shown, &view, p, value);
+      for (PetscInt c = 0; c < of->nc; c++) out[3 * b + c] = PetscMin(out[3 * b + c], sign * value[c]);
     }
-  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesRestoreView(&core->particles, -1, &view));
   PetscCallMPI(
       MPI_Allreduce(MPI_IN_PLACE, out, (PetscMPIInt)(3 * m->nbodies), MPIU_REAL, MPIU_MIN, core->exchange.data));
   for (PetscInt k = 0; k < 3 * m->nbodies; k++)
@@ -197,20 +219,21 @@ static PetscErrorCode Dissipation(const MPMMeasures *m, const MPMCore *core, Pet
 }
 
 /* Computes a row for each body [nbodies][3]. */
-static PetscErrorCode Row(const MPMMeasures *m, MPMCore *core, const MPMScene *scene, PetscInt row, PetscReal out[])
+static PetscErrorCode Row(const MPMMeasures *m, MPMCore *core, const MPMShown *shown, PetscInt row, PetscReal out[])
 {
   const MPMDiagnostic *of = &MPMDiagnostics[rows[row].of];
   PetscReal           *mass;
 
   PetscFunctionBeginUser;
   if (rows[row].how == LOST) PetscCall(Dissipation(m, core, out));
-  if (rows[row].how == LEAST) PetscCall(Extents(m, core, scene, 1, out));
-  if (rows[row].how == MOST) PetscCall(Extents(m, core, scene, -1, out));
-  if (rows[row].how == NUMBER) PetscCall(Sums(m, core, scene, NULL, out));
-  if (rows[row].how == SUM || rows[row].how == MEAN) PetscCall(Sums(m, core, scene, of, out));
+  if (rows[row].how == LEAST) PetscCall(Extents(m, core, shown, of, 1, out));
+  if (rows[row].how == MOST) PetscCall(Extents(m, core, shown, of, -1, out));
+  if (rows[row].how == NUMBER) PetscCall(Sums(m, core, shown, NULL, PETSC_FALSE, out));
+  if (rows[row].how == SUM) PetscCall(Sums(m, core, shown, of, PETSC_FALSE, out));
+  if (rows[row].how == MEAN) PetscCall(Sums(m, core, shown, of, PETSC_TRUE, out));
   if (rows[row].how != MEAN) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMalloc1(3 * m->nbodies, &mass));
-  PetscCall(Sums(m, core, scene, &MPMDiagnostics[MPM_SHOWS_mass], mass));
+  PetscCall(Sums(m, core, shown, &MPMDiagnostics[MPM_SHOWS_mass], PETSC_FALSE, mass));
   for (PetscInt k = 0; k < 3 * m->nbodies; k++)
     out[k] = mass[k / 3 * 3] > 0 ? out[k] / mass[k / 3 * 3] : (PetscReal)NAN;
   PetscCall(PetscFree(mass));
@@ -222,11 +245,13 @@ PetscErrorCode MPMBodiesCompute(MPMMeasures *m, MPMCore *core, const MPMScene *s
   const PetscInt n  = 3 * m->nbodies;
   PetscInt       at = m->first_body;
   PetscReal     *value; /* [NROWS][nbodies][3] */
+  MPMShown       shown;
 
   PetscFunctionBeginUser;
+  PetscCall(MPMShownBegin(scene, core, m->shown, &shown));
   PetscCall(PetscMalloc1(n * NROWS, &value));
   for (PetscInt k = 0; k < NROWS; k++)
-    if (m->quantities & (PetscInt)1 << k) PetscCall(Row(m, core, scene, k, value + n * k));
+    if (m->quantities & (PetscInt)1 << k) PetscCall(Row(m, core, &shown, k, value + n * k));
   for (PetscInt b = 0; b < m->nbodies; b++)
     for (PetscInt k = 0; k < NROWS; k++) {
       PetscInt       first;
@@ -236,5 +261,6 @@ PetscErrorCode MPMBodiesCompute(MPMMeasures *m, MPMCore *core, const MPMScene *s
         m->value[at++] = value[n * k + 3 * b + c];
     }
   PetscCall(PetscFree(value));
+  PetscCall(MPMShownEnd(&shown));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

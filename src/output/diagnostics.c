@@ -334,32 +334,38 @@ static PetscReal Value_particles(const MPMShown *s)
 
 /* --- The table ---------------------------------------------------------------------------------------------------- */
 
-#define FIELD  MPM_SHOW_FIELD
-#define COLUMN (MPM_SHOW_COLUMN | MPM_SHOW_SUM)
-#define SUM    MPM_SHOW_SUM
-#define TERM   MPM_SHOW_TERM
-#define LOADS  MPM_SHOW_LOADS
-#define DAMPED MPM_SHOW_DAMPED
-#define RELAXED MPM_SHOW_RELAXED
-#define AXIAL  MPM_SHOW_AXIAL
-#define ASKED  MPM_SHOW_ASKED
-#define SHOWN  MPM_SHOW_COLUMN
+#define FIELD     MPM_SHOW_FIELD
+#define COLUMN    (MPM_SHOW_COLUMN | MPM_SHOW_SUM)
+#define SUM       MPM_SHOW_SUM
+#define TERM      MPM_SHOW_TERM
+#define LOADS     MPM_SHOW_LOADS
+#define DAMPED    MPM_SHOW_DAMPED
+#define RELAXED   MPM_SHOW_RELAXED
+#define AXIAL     MPM_SHOW_AXIAL
+#define ASKED     MPM_SHOW_ASKED
+#define SYMMETRIC MPM_SHOW_SYMMETRIC
+#define SHOWN     MPM_SHOW_COLUMN
 const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
-#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs)                                    \
-  {#name, word, unit, components, uses, nc, whole, needs, Fill_##name, NULL, 0},
-#define MPM_RUN_QUANTITY(name, unit, whole) {#name, "", unit, "", MPM_SHOW_COLUMN, 1, whole, 0, NULL, Value_##name, 0},
+#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                             \
+  {#name, word, unit, components, uses, nc, whole, needs, reads, Fill_##name, NULL, 0},
+#define MPM_RUN_QUANTITY(name, unit, whole)                                                                            \
+  {#name, "", unit, "", MPM_SHOW_COLUMN, 1, whole, 0, 0, NULL, Value_##name, 0},
 #define MPM_ENERGY_QUANTITY(name, uses)                                                                                \
-  {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, NULL, Value_##name, 0},
+  {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, 0, NULL, Value_##name, 0},
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                                                        \
-  {#name, "", unit, components, MPM_SHOW_LOST | (uses), nc, PETSC_FALSE, 0, NULL, NULL, MPM_SHOWS_##of},
+  {#name, "", unit, components, MPM_SHOW_LOST | (uses), nc, PETSC_FALSE, 0, 0, NULL, NULL, MPM_SHOWS_##of},
 #include "output/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_LOST_QUANTITY
 };
-#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs)                                    \
-  _Static_assert((nc) <= (((uses)&SUM) ? 3 : MPM_MAX_COMPONENTS), #name " has too many components");
+#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)                             \
+  _Static_assert((nc) == 1 || (nc) == 3 || ((nc) == 9 && !((uses)&SUM)),                                               \
+                 #name ": a number, a vector, or a tensor without sum");                                               \
+  _Static_assert(!((uses)&AXIAL) || (nc) == 3, #name ": a vector of rotation has 3 components");                       \
+  _Static_assert(!((needs) & ~(reads)), #name " reads what it needs");                                                 \
+  _Static_assert(!((reads) & ~(MPM_MATERIAL_BITS | MPM_BIT(X))), #name ": other fields than X and the state of laws");
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
@@ -369,16 +375,31 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #undef MPM_ENERGY_QUANTITY
 #undef MPM_LOST_QUANTITY
 
-PetscInt MPMDiagnosticColumns(PetscInt row, const MPMCore *core, PetscInt *first)
+PetscInt MPMDiagnosticAxes(PetscInt row, PetscInt dim, PetscInt *first)
 {
-  const MPMDiagnostic *d   = &MPMDiagnostics[row];
-  const PetscInt       dim = core->grid.dim;
+  const MPMDiagnostic *d = &MPMDiagnostics[row];
 
   *first = 0;
-  if (!(d->uses & MPM_SHOW_COLUMN) || !MPMDiagnosticIsOn(row, core)) return 0;
-  if (!(d->uses & MPM_SHOW_AXIAL)) return PetscMin(d->nc, d->nc == 1 ? 1 : dim);
+  if (!(d->uses & MPM_SHOW_AXIAL)) return d->nc == 1 ? 1 : dim;
   *first = dim == 2 ? 2 : 0;
   return dim == 2 ? 1 : dim == 3 ? 3 : 0;
+}
+
+PetscInt MPMDiagnosticColumns(PetscInt row, const MPMCore *core, PetscInt *first)
+{
+  *first = 0;
+  if (!(MPMDiagnostics[row].uses & MPM_SHOW_COLUMN) || !MPMDiagnosticIsOn(row, core)) return 0;
+  return MPMDiagnosticAxes(row, core->grid.dim, first);
+}
+
+PetscInt MPMDiagnosticReads(PetscInt64 rows, const MPMCore *core)
+{
+  PetscInt fields = 0;
+
+  for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++)
+    if (rows >> k & 1 || (MPMDiagnostics[k].uses & MPM_SHOW_SUM && MPMDiagnosticIsOn(k, core)))
+      fields |= MPMDiagnostics[k].reads;
+  return fields;
 }
 
 PetscReal MPMShownEver(const MPMTotals *totals, PetscInt row, PetscInt component)

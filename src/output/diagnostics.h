@@ -6,10 +6,10 @@
 #include "scene/scene.h"
 
 enum {
-#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs) MPM_SHOWS_##name,
-#define MPM_RUN_QUANTITY(name, unit, whole)                                         MPM_SHOWS_##name,
-#define MPM_ENERGY_QUANTITY(name, uses)                                             MPM_SHOWS_##name,
-#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                     MPM_SHOWS_##name,
+#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads) MPM_SHOWS_##name,
+#define MPM_RUN_QUANTITY(name, unit, whole)                                                MPM_SHOWS_##name,
+#define MPM_ENERGY_QUANTITY(name, uses)                                                    MPM_SHOWS_##name,
+#define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                            MPM_SHOWS_##name,
 #include "output/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
@@ -40,22 +40,24 @@ typedef struct {
 
 /* What a row is used for: a set of the words that diagnostics.def explains. */
 enum {
-  MPM_SHOW_FIELD   = 1,
-  MPM_SHOW_COLUMN  = 2,
-  MPM_SHOW_SUM     = 4,
-  MPM_SHOW_TERM    = 8,
-  MPM_SHOW_LOADS   = 16,
-  MPM_SHOW_AXIAL   = 32,
-  MPM_SHOW_ASKED   = 64,
-  MPM_SHOW_LOST    = 128,
-  MPM_SHOW_DAMPED  = 256,
-  MPM_SHOW_RELAXED = 512
+  MPM_SHOW_FIELD     = 1,
+  MPM_SHOW_COLUMN    = 2,
+  MPM_SHOW_SUM       = 4,
+  MPM_SHOW_TERM      = 8,
+  MPM_SHOW_LOADS     = 16,
+  MPM_SHOW_AXIAL     = 32,
+  MPM_SHOW_ASKED     = 64,
+  MPM_SHOW_LOST      = 128,
+  MPM_SHOW_DAMPED    = 256,
+  MPM_SHOW_RELAXED   = 512,
+  MPM_SHOW_SYMMETRIC = 1024
 };
 typedef struct {
   const char *name, *word, *unit, *components;
   PetscInt    uses, nc;
   PetscBool   whole; /* does it have whole numbers? */
   PetscInt    needs; /* bits of the fields of particles without which a snapshot does not have it */
+  PetscInt    reads; /* bits of those that particles have where something shows it */
   void (*fill)(const MPMShown *, const MPMView *, PetscInt p, PetscReal row[]); /* of particle p, row [nc]; or NULL */
   PetscReal (*value)(const MPMShown *);                                         /* of the run; or NULL */
   PetscInt of; /* LOST: the row of which it is the sum over the particles that were removed */
@@ -67,6 +69,12 @@ extern const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS];
    The totals are those in what is shown. */
 PetscInt  MPMDiagnosticColumns(PetscInt row, const MPMCore *, PetscInt *first);
 PetscReal MPMDiagnosticValue(const MPMShown *, PetscInt row, PetscInt component);
+
+/* Returns how many components a quantity of particles with 1 or 3 components has in a scene, from *first on. */
+PetscInt MPMDiagnosticAxes(PetscInt row, PetscInt dim, PetscInt *first);
+
+/* Returns which fields of particles (bits) a run needs that shows these rows (bits), and the sums of its history. */
+PetscInt MPMDiagnosticReads(PetscInt64 rows, const MPMCore *);
 
 /* Returns whether snapshots of a scene with these fields of particles (bits) have the row. */
 PetscBool MPMDiagnosticIsField(PetscInt row, PetscInt fields);

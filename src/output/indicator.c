@@ -115,3 +115,24 @@ PetscErrorCode MPMIndicatorCompute(const MPMScene *scene, MPMCore *core, float o
   PetscCall(FindLargest(core, of, indicator));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode MPMShownBegin(const MPMScene *scene, MPMCore *core, PetscInt64 rows, MPMShown *shown)
+{
+  MPMIndicator ignored;
+  float       *of;
+
+  PetscFunctionBeginUser;
+  *shown = (MPMShown){.core = core, .scene = scene};
+  if (!(rows >> MPM_SHOWS_error_indicator & 1)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc1(core->particles.n, &of));
+  PetscCall(MPMIndicatorCompute(scene, core, of, &ignored));
+  shown->indicator = of;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMShownEnd(MPMShown *shown)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscFree(shown->indicator));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -3,7 +3,7 @@
    they were still there, in the state in which they left. */
 #include "output/diagnostics.h"
 
-#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs)
+#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc) +nc
@@ -19,9 +19,10 @@ _Static_assert(0
 
 PetscErrorCode MPMLostAdd(const MPMScene *scene, MPMCore *core)
 {
-  const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_MATERIAL_BITS | MPM_BIT(kind) | MPM_BIT(cell);
-  const MPMShown shown  = {core, scene, NULL, NULL, NULL};
-  MPMSum        *sum    = core->lost;
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v) | MPM_MATERIAL_BITS | MPM_BIT(kind) | MPM_BIT(cell) |
+                          MPMDiagnosticReads(0, core);
+  const MPMShown shown = {core, scene, NULL, NULL, NULL};
+  MPMSum        *sum   = core->lost;
   MPMView        view;
 
   PetscFunctionBeginUser;

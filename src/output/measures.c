@@ -37,9 +37,7 @@ static const struct {
 /* Returns whether a face of the grid has a wall. */
 static PetscBool IsWall(const MPMScene *scene, PetscInt face)
 {
-  const MPMWall type = scene->walls.given[face / 2][face % 2].type;
-
-  return type != MPM_WALL_free && type != MPM_WALL_periodic ? PETSC_TRUE : PETSC_FALSE;
+  return MPMWallHas(scene->walls.given[face / 2][face % 2].type, MPM_WALL_OPEN) ? PETSC_FALSE : PETSC_TRUE;
 }
 
 /* Reads -history_walls and adds the columns. */

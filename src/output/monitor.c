@@ -23,8 +23,8 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
   PetscCall(MPMOptionsReal(o, "check_energy", NULL, &mon->check_energy, NULL));
   PetscCall(MPMOptionsReal(o, "check_momentum", NULL, &mon->check_momentum, NULL));
   for (PetscInt k = 0; k < 6; k++) {
-    if (MPMWallMoves(scene->walls.given[k / 2][k % 2].type)) moving = PETSC_TRUE;
-    if (MPMWallOnlyPushes(scene->walls.given[k / 2][k % 2].type)) pushes = PETSC_TRUE;
+    if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_MOVES)) moving = PETSC_TRUE;
+    if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_PUSHES)) pushes = PETSC_TRUE;
   }
   if (mon->check_energy > 0 && (scene->body_force || moving) && !*follow)
     MPMOptionsFail(o, "-check_energy does not apply: the work of %s is followed with -history_energy only",

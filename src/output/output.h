@@ -59,7 +59,6 @@ typedef struct {
   PetscBool  failed;           /* a file could not be written: no more are */
   PetscReal  every, next;      /* s of simulated time */
   PetscBool  exact;            /* -output_exact: steps end at the times of snapshots */
-  PetscBool  plastic;          /* -output_fields names the plastic strain */
   PetscInt64 fields;           /* bits of rows of MPMDiagnostics, and MPM_OUTPUT_GRID */
   PetscInt   count, last;      /* snapshots written; step of the last */
   PetscInt   joined;           /* how many of them the index and the text have */
@@ -78,6 +77,11 @@ typedef struct {
 /* Computes it, and for each particle here its difference as a part of the rms of the stress, of [n]. It changes no
    particle. Collective on the exchange. */
 PetscErrorCode MPMIndicatorCompute(const MPMScene *, MPMCore *, float of[], MPMIndicator *);
+
+/* Makes what the functions of these rows (bits) of MPMDiagnostics read of the present state, and frees it. The first is
+   collective on the exchange. */
+PetscErrorCode MPMShownBegin(const MPMScene *, MPMCore *, PetscInt64 rows, MPMShown *);
+PetscErrorCode MPMShownEnd(MPMShown *);
 
 /* snapshot.c describes these functions. */
 PetscErrorCode MPMOutputSetFromOptions(MPMOutput *, const MPMScene *, PetscReal time_end, MPMOptions);

@@ -9,15 +9,18 @@
 #include "output/output.h"
 #include "step/step.h"
 
-/* Returns whether a probe shows component c of a field: those of the axes of the scene, of the stress, which is
-   symmetric, each once, and its normal components on all axes. */
+/* Returns whether a probe shows component c of a field: those of the axes of the scene, of a symmetric tensor each
+   once, and its normal components on all axes. */
 static PetscBool Shows(PetscInt dim, PetscInt row, PetscInt c)
 {
   const PetscInt d = c / 3, e = c % 3;
+  PetscInt       first, n;
 
-  if (MPMDiagnostics[row].nc == 1) return PETSC_TRUE;
-  if (MPMDiagnostics[row].nc == 3) return c < dim ? PETSC_TRUE : PETSC_FALSE;
-  if (row == MPM_SHOWS_stress) return d == e || (d < e && e < dim) ? PETSC_TRUE : PETSC_FALSE;
+  if (MPMDiagnostics[row].nc < 9) {
+    n = MPMDiagnosticAxes(row, dim, &first);
+    return c >= first && c < first + n ? PETSC_TRUE : PETSC_FALSE;
+  }
+  if (MPMDiagnostics[row].uses & MPM_SHOW_SYMMETRIC) return d == e || (d < e && e < dim) ? PETSC_TRUE : PETSC_FALSE;
   return d < dim && e < dim ? PETSC_TRUE : PETSC_FALSE;
 }
 
@@ -119,8 +122,7 @@ PetscErrorCode MPMProbesSetFromOptions(MPMMeasures *m, const MPMScene *scene, MP
     PetscCall(PetscStrncpy(m->probe[k].name, scene->probes[k], MPM_NAME_LEN));
     PetscCall(ReadProbe(m, &m->probe[k], scene, core, o));
     m->ids[k] = m->probe[k].id;
-    if (m->probe[k].fields >> MPM_SHOWS_plastic_strain & 1) m->plastic = PETSC_TRUE;
-    if (m->probe[k].fields >> MPM_SHOWS_F & 1) m->asks_F = PETSC_TRUE;
+    m->shown |= m->probe[k].fields;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -257,18 +259,12 @@ static PetscErrorCode OfPlace(MPMMeasures *m, const MPMProbe *p, MPMCore *core, 
 
 PetscErrorCode MPMProbesCompute(MPMMeasures *m, MPMCore *core, const MPMScene *scene)
 {
-  MPMShown     shown     = {core, scene, NULL, NULL, NULL};
-  float       *indicator = NULL;
-  MPMIndicator ignored;
-  PetscInt64   fields = 0;
+  MPMShown   shown;
+  PetscInt64 fields = 0;
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < m->nprobes; k++) fields |= m->probe[k].fields;
-  if (fields >> MPM_SHOWS_error_indicator & 1) {
-    PetscCall(PetscMalloc1(core->particles.n, &indicator));
-    PetscCall(MPMIndicatorCompute(scene, core, indicator, &ignored));
-    shown.indicator = indicator;
-  }
+  PetscCall(MPMShownBegin(scene, core, fields, &shown));
   for (PetscInt k = 0; k < m->nprobes; k++) {
     MPMProbe *p = &m->probe[k];
 
@@ -276,6 +272,6 @@ PetscErrorCode MPMProbesCompute(MPMMeasures *m, MPMCore *core, const MPMScene *s
     p->id = m->ids[k];
     PetscCall(p->stays ? OfPlace(m, p, core, &shown) : OfParticle(m, p, core, &shown));
   }
-  PetscCall(PetscFree(indicator));
+  PetscCall(MPMShownEnd(&shown));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

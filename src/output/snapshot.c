@@ -53,7 +53,6 @@ static PetscErrorCode ReadFields(MPMOutput *out, const MPMScene *scene, MPMOptio
       MPMOptionsFail(o, "-output_fields %s: choose among all, or a list of %s", w, list);
     if (f < MPM_NUM_DIAGNOSTICS && !MPMDiagnosticIsField(f, has | asked))
       MPMOptionsFail(o, "-output_fields %s: no material of this scene has it", w);
-    if (f == MPM_SHOWS_plastic_strain) out->plastic = PETSC_TRUE;
     out->fields |= f < MPM_NUM_DIAGNOSTICS ? (PetscInt64)1 << f : MPM_OUTPUT_GRID;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -182,20 +181,14 @@ static PetscErrorCode WriteRows(MPMFile *file, PetscInt set, const Rows *rows, P
 /* Writes the fields of the particles to the datasets from *set on. Collective on exchange.data. */
 static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMScene *scene, MPMFile *file, PetscInt *set)
 {
-  const PetscInt n         = core->particles.n;
-  MPMShown       shown     = {core, scene, NULL, NULL, NULL};
-  float         *indicator = NULL;
-  MPMIndicator   ignored;
+  const PetscInt n = core->particles.n;
+  MPMShown       shown;
   Rows           rows;
   MPMView        view;
   PetscReal     *here, *sorted;
 
   PetscFunctionBeginUser;
-  if (out->fields >> MPM_SHOWS_error_indicator & 1) {
-    PetscCall(PetscMalloc1(n, &indicator));
-    PetscCall(MPMIndicatorCompute(scene, core, indicator, &ignored));
-    shown.indicator = indicator;
-  }
+  PetscCall(MPMShownBegin(scene, core, out->fields, &shown));
   PetscCall(ParticleRows(core, scene, &rows));
   PetscCall(PetscMalloc2(n * MPM_MAX_COMPONENTS, &here, rows.n * MPM_MAX_COMPONENTS, &sorted));
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) {
@@ -212,7 +205,7 @@ static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMSce
     PetscCall(MPMFileWrite(file, (*set)++, rows.first, rows.n, sorted));
   }
   PetscCall(PetscFree2(here, sorted));
-  PetscCall(PetscFree(indicator));
+  PetscCall(MPMShownEnd(&shown));
   PetscCall(PetscSFDestroy(&rows.sf));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

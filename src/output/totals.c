@@ -46,8 +46,8 @@ static PetscErrorCode FindWrong(const MPMScene *scene, MPMCore *core, MPMTotals 
 
 PetscErrorCode MPMTotalsCompute(const MPMScene *scene, MPMCore *core, MPMTotals *totals)
 {
-  const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(C) | MPM_BIT(l) | MPM_MATERIAL_BITS | MPM_BIT(kind) |
-                          MPM_BIT(cell);
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(C) | MPM_BIT(l) | MPM_MATERIAL_BITS |
+                          MPM_BIT(kind) | MPM_BIT(cell) | MPMDiagnosticReads(0, core);
   const MPMShown shown = {core, scene, NULL, NULL, NULL};
   MPMView        view;
   MPMSum         sum[3 * MPM_NUM_DIAGNOSTICS];

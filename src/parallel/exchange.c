@@ -182,6 +182,7 @@ PetscErrorCode MPMPatchRun(MPMCore *core, MPMPatch *patch, const MPMPhase *phase
       }
   } else {
     const MPMKernel kernel = MPMKernelFind(patch->grid->dim, patch->basis, phase->parts);
+    MPMParams       params = core->params;
 
     PetscCheck(kernel, PETSC_COMM_SELF, PETSC_ERR_PLIB, "phase %s has no kernel for parts %" PetscInt_FMT, phase->name,
                phase->parts);
@@ -191,7 +192,9 @@ PetscErrorCode MPMPatchRun(MPMCore *core, MPMPatch *patch, const MPMPhase *phase
         work += patch->tiles.runs[pass][k].last - patch->tiles.runs[pass][k].first;
     }
     if (phase->parts & (MPM_G2P_FBAR | MPM_P2G_FBAR)) PetscCall(OpenBoxes(core, patch));
-    kernel(&core->params, patch, phase->parts | parts[pass], status);
+    params.dt *= phase->share;
+    params.kick *= phase->share;
+    kernel(&params, patch, phase->parts | parts[pass], status);
   }
   MPMWorkEnd(&core->timers, phase->timer, phase->name, (PetscReal)work);
   PetscFunctionReturn(PETSC_SUCCESS);

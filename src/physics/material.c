@@ -32,23 +32,22 @@ void MPMMaterialDropF(MPMMaterial *m)
 
 PetscInt MPMMaterialAsked(const MPMMaterial *m)
 {
-  return MPMListHas(m->type->state, "ep?") ? MPM_BIT(ep) : 0;
+  PetscInt fields = 0;
+
+#define MPM_MATERIAL_ASKED(name, rows)                                                                                 \
+  if (m->asked && MPMListHas(m->type->state, #name "?")) fields |= MPM_BIT(name);
+  MPM_MATERIAL_FIELDS(MPM_MATERIAL_ASKED)
+#undef MPM_MATERIAL_ASKED
+  return fields;
 }
 
 void MPMMaterialKeep(MPMMaterial *m, PetscInt fields)
 {
-  extern const MPMMaterialLaw MPMMaterialLaw_druckerprager_strain;
-  static const struct {
-    const char           *name;
-    const MPMMaterialLaw *law;
-  } laws[] = {{"druckerprager", &MPMMaterialLaw_druckerprager_strain}};
-
   if (!(MPMMaterialAsked(m) & fields & ~m->state)) return;
-  m->state |= MPMMaterialAsked(m) & fields;
-  m->own = *m->type;
-  for (size_t k = 0; k < sizeof laws / sizeof laws[0]; k++)
-    if (!strcmp(m->type->name, laws[k].name)) m->own.law = laws[k].law;
-  m->type = &m->own;
+  m->state |= MPMMaterialAsked(m);
+  m->own     = *m->type;
+  m->own.law = m->asked;
+  m->type    = &m->own;
 }
 
 void MPMMaterialState(PetscInt dim, const MPMView *view, PetscInt p, MPMBlock *b)
@@ -63,5 +62,10 @@ void MPMMaterialState(PetscInt dim, const MPMView *view, PetscInt p, MPMBlock *b
 
 PetscBool MPMMaterialKeepsShape(const MPMMaterial *m)
 {
-  return m->type->traits & MPM_FLUID || m->state & MPM_BIT(vc) ? PETSC_FALSE : PETSC_TRUE;
+  return m->type->traits & MPM_LOOSE ? PETSC_FALSE : PETSC_TRUE;
+}
+
+PetscBool MPMMaterialKnowsFlow(const MPMMaterial *m)
+{
+  return m->type->traits & MPM_PLASTIC && m->state & MPM_BIT(ep) ? PETSC_TRUE : PETSC_FALSE;
 }

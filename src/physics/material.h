@@ -16,7 +16,8 @@ enum {
   MPM_SMALL_STRAIN = 4,  /* sig is the derivative of the energy by sym(F); right for small strains and rotations only */
   MPM_PLASTIC      = 8,  /* tau stays within a yield surface, flow dissipates; else a function of be with an energy */
   MPM_FLUID        = 16, /* tau is a function of J, plus a viscous part, which dissipates */
-  MPM_ISOCHORIC    = 32  /* plastic flow keeps the volume, so that particles lock in their cell without F-bar */
+  MPM_ISOCHORIC    = 32, /* plastic flow keeps the volume, so that particles lock in their cell without F-bar */
+  MPM_LOOSE        = 64  /* a body comes apart and flows, so that its particles' domains keep no shape */
 };
 
 /* The fields that laws read and write, as X(name, components in 3-D). */
@@ -70,7 +71,8 @@ typedef struct {
 struct _MPMMaterial {
   char                   name[MPM_NAME_LEN];
   const MPMMaterialType *type;
-  MPMMaterialType        own;            /* its type, where output asks for a field: with the law that sets this */
+  const MPMMaterialLaw  *asked;          /* the law that also sets the fields <name>? of its row; the set-up sets it */
+  MPMMaterialType        own;            /* its type, where output asks for such a field: with that law */
   PetscInt               state;          /* bits of the fields of its type, less those that its constants do not need */
   PetscReal              rho, E, nu;     /* density in kg/m^3, Young's modulus in Pa, Poisson's ratio */
   PetscReal              lambda, mu;     /* Lame's constants in Pa, set by MPMMaterialSetUp */
@@ -105,9 +107,10 @@ void MPMMaterialDropF(MPMMaterial *);
 PetscInt MPMMaterialAsked(const MPMMaterial *);
 void     MPMMaterialKeep(MPMMaterial *, PetscInt fields);
 
-/* Returns whether a body of the material keeps its shape but for its deformation, unlike a fluid and what comes apart and
-   flows. Not collective. */
+/* Return whether a body of the material keeps its shape but for its deformation, unlike what is loose; and whether such
+   a body has plastic flow, of which its particles have the size, ep, and need no F to tell it. Not collective. */
 PetscBool MPMMaterialKeepsShape(const MPMMaterial *);
+PetscBool MPMMaterialKnowsFlow(const MPMMaterial *);
 
 /* Copies the material state of particle p of a view to particle 0 of a block, as far as the view has it. Not
    collective. */

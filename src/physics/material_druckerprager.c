@@ -44,8 +44,9 @@ static PetscReal druckerprager_angle(PetscReal s)
    NULL. */
 static const char *druckerprager_setup(MPMMaterial *m)
 {
-  const PetscReal phi = m->friction;
-  PetscReal       a, b;
+  extern const MPMMaterialLaw MPMMaterialLaw_druckerprager_strain; /* below: it sums ep too */
+  const PetscReal             phi = m->friction;
+  PetscReal                   a, b;
 
   if (m->dilation > phi) return "dilation_angle must be at most the friction angle: more would create energy";
   if (m->cohesion > 0 && !(phi > 0)) return "cohesion needs a friction_angle above 0: without friction use vonmises";
@@ -54,6 +55,7 @@ static const char *druckerprager_setup(MPMMaterial *m)
   m->friction = a = m->plane ? druckerprager_plane_slope(phi, b) : druckerprager_slope(phi);
   m->acts[0]      = druckerprager_angle(3 * a / (PetscSqrtReal(8. / 3) + a));
   m->acts[1]      = druckerprager_angle(3 * a * PetscSqrtReal(2 - 3 * b * b) / (2 - 3 * a * b));
+  m->asked        = &MPMMaterialLaw_druckerprager_strain;
   return NULL;
 }
 #endif

@@ -77,6 +77,7 @@ const char *MPMMaterialDeformed(const MPMMaterial *m, PetscInt dim, const PetscR
   if (!(s->J > 0 && s->J <= PETSC_MAX_REAL)) return "whose determinant is not positive";
   MPMLeftCauchyGreen((int)dim, F, s->be);
   if (m->state & MPM_BIT(be)) return Look(dim, m, s) > 1e-3 * ON_SURFACE ? beyond : NULL;
+  if (!m->type->law->stress[dim - 1]) return none; /* history alone tells it */
   Stress(dim, m, s);
   return NULL;
 }
@@ -298,5 +299,6 @@ const char *MPMMaterialStressed(const MPMMaterial *m, PetscInt dim, PetscBool wh
     if (!(PetscAbsReal(tau[k]) <= PETSC_MAX_REAL)) return "which is not finite";
   if (m->type->traits & MPM_FLUID) return Fluid(m, dim, tau, s);
   if (m->state & MPM_BIT(be)) return Elastic(m, dim, whole, tau, s);
+  if (!m->type->law->stress[dim - 1]) return none; /* history alone tells it */
   return Symmetric(m, dim, tau, s);
 }

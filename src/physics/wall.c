@@ -2,13 +2,14 @@
    to v [dim] of a node at or beyond its face `f`, or within the face's reach, and returns whether it constrained v. */
 #include "physics/wall.h"
 
-/* The place of a node: along the normal `axis` of the face, `distance` m inside the grid (negative: beyond the face).
-   inward is +1 or -1, the sign of a velocity away from the wall. least: the least inward velocity that a wall that only
-   pushes allows, m/s. dt is the time over which the advance accelerates, s, and 0 for velocities that no advance makes,
-   so that what acts over time acts once a step. */
+/* The place of a node: along the normal `axis` of the face, `distance` m inside the grid (negative: beyond the face); h
+   is the distance of nodes along it, m, so that distance/h is the number of its layer. inward is +1 or -1, the sign of
+   a velocity away from the wall. least: the least inward velocity that a wall that pushes allows, m/s. dt is the time
+   over which the advance accelerates, s, and 0 for velocities that no advance makes, so that what acts over time acts
+   once a step. */
 typedef struct {
   PetscInt  dim, axis;
-  PetscReal inward, distance, least, dt;
+  PetscReal inward, distance, h, least, dt;
 } WallNode;
 
 #define MPM_WALL_ARGUMENTS const MPMFace *f, const WallNode *at, PetscReal v[]
@@ -89,15 +90,39 @@ const char MPMFaceNames[6][MPM_NAME_LEN] = {
 #undef MPM_FACE
 };
 const char *const MPMWallNames[] = {
-#define MPM_WALL(name, parameters, before, gradient, residual, what) #name,
+#define MPM_WALL(name, parameters, acts, before, gradient, residual, what) #name,
 #include "physics/wall.def"
 #undef MPM_WALL
 };
 const char *const MPMWallParameters[] = {
-#define MPM_WALL(name, parameters, before, gradient, residual, what) parameters,
+#define MPM_WALL(name, parameters, acts, before, gradient, residual, what) parameters,
 #include "physics/wall.def"
 #undef MPM_WALL
 };
+
+static const int actions[] = {
+#define MPM_WALL(name, parameters, acts, before, gradient, residual, what) acts,
+#include "physics/wall.def"
+#undef MPM_WALL
+};
+#define NEEDS(acts, word, other) (!((acts)&MPM_WALL_##word) || ((acts)&MPM_WALL_##other))
+#define MPM_WALL(name, parameters, acts, before, gradient, residual, what)                                             \
+  _Static_assert(!((acts)&MPM_WALL_OPEN) || (acts) == MPM_WALL_OPEN, #name ": where there is no wall nothing acts");   \
+  _Static_assert(NEEDS(acts, TANGENT, NORMAL) && NEEDS(acts, PUSHES, NORMAL) && NEEDS(acts, BRAKES, PUSHES) &&         \
+                     NEEDS(acts, MOVES, NORMAL),                                                                       \
+                 #name ": it acts along its normal too, and brakes what it pushes");                                   \
+  _Static_assert(!((acts)&MPM_WALL_NORMAL) || (((acts)&MPM_WALL_PUSHES) != 0) == (MPM_WALL_##before == MPM_WALL_free), \
+                 #name ": free before a step where it pushes, and not where it holds");                                \
+  _Static_assert(!((acts)&MPM_WALL_PUSHES) || MPM_WALL_##residual == MPM_WALL_free, #name ": xpic filters freely");    \
+  _Static_assert(!((acts)&MPM_WALL_MOVES) || MPM_WALL_##residual != MPM_WALL_##name, #name ": residuals do not move");
+#include "physics/wall.def"
+#undef MPM_WALL
+#undef NEEDS
+
+PetscBool MPMWallHas(MPMWall type, int acts)
+{
+  return actions[type] & acts ? PETSC_TRUE : PETSC_FALSE;
+}
 
 static PetscReal Least(const MPMFace *f, const MPMGrid *grid, PetscInt axis, const PetscInt ijk[])
 {
@@ -108,7 +133,7 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const Pe
                         PetscReal v[])
 {
   static PetscBool (*const apply[])(MPM_WALL_ARGUMENTS) = {
-#define MPM_WALL(name, parameters, before, gradient, residual, what) MPMWallApply_##name,
+#define MPM_WALL(name, parameters, acts, before, gradient, residual, what) MPMWallApply_##name,
 #include "physics/wall.def"
 #undef MPM_WALL
   };
@@ -121,7 +146,8 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const Pe
       WallNode       at;
 
       if (inside > f->reach || f->type == MPM_WALL_free) continue;
-      at = (WallNode){grid->dim, d, side ? -1 : 1, (PetscReal)inside * grid->h[d], Least(f, grid, d, ijk), dt};
+      at = (WallNode){grid->dim, d, side ? -1 : 1, (PetscReal)inside * grid->h[d], grid->h[d], Least(f, grid, d, ijk),
+                      dt};
       if (apply[f->type](f, &at, v)) constrained = PETSC_TRUE;
     }
   return constrained;
@@ -129,25 +155,20 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const Pe
 
 /* The walls that take the place of each wall for other velocities: columns of wall.def. */
 static const MPMWall before[] = {
-#define MPM_WALL(name, parameters, before, gradient, residual, what) MPM_WALL_##before,
+#define MPM_WALL(name, parameters, acts, before, gradient, residual, what) MPM_WALL_##before,
 #include "physics/wall.def"
 #undef MPM_WALL
 };
 static const MPMWall gradient[] = {
-#define MPM_WALL(name, parameters, before, gradient, residual, what) MPM_WALL_##gradient,
+#define MPM_WALL(name, parameters, acts, before, gradient, residual, what) MPM_WALL_##gradient,
 #include "physics/wall.def"
 #undef MPM_WALL
 };
 static const MPMWall residual[] = {
-#define MPM_WALL(name, parameters, before, gradient, residual, what) MPM_WALL_##residual,
+#define MPM_WALL(name, parameters, acts, before, gradient, residual, what) MPM_WALL_##residual,
 #include "physics/wall.def"
 #undef MPM_WALL
 };
-
-PetscBool MPMWallOnlyPushes(MPMWall type)
-{
-  return type != MPM_WALL_free && before[type] == MPM_WALL_free ? PETSC_TRUE : PETSC_FALSE;
-}
 
 /* A node meets a wall that only pushes if it would come nearer to it than its matter is. The velocity with which the
    matter just arrives is left to it. The acceleration has all that is taken, and the friction, so that FLIP hands the
@@ -165,36 +186,34 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
     WallNode       node = {.dim = dim, .axis = d, .inward = side ? -1 : 1};
 
     trial[d] = at[d];
-    if ((ijk[d] > 0 && ijk[d] < grid->cells[d]) || !MPMWallOnlyPushes(f->type)) continue;
+    if ((ijk[d] > 0 && ijk[d] < grid->cells[d]) || !MPMWallHas(f->type, MPM_WALL_PUSHES)) continue;
     node.least = Least(f, grid, d, ijk);
     if (!MPMWallApply_separate(f, &node, at)) continue;
     press[d] = PetscAbsReal(at[d] - trial[d]);
     met |= (PetscInt)1 << d;
   }
-  for (PetscInt d = 0; d < dim; d++) { /* after all of them, so that friction at an edge takes nothing that another stops */
+  for (PetscInt d = 0; d < dim;
+       d++) { /* after all of them, so that friction at an edge takes nothing that another stops */
     const MPMFace *f = &faces[d][ijk[d] <= 0 ? 0 : 1];
 
-    if ((met & (PetscInt)1 << d) && f->type == MPM_WALL_friction) Brake(dim, d, f->mu * press[d], at);
+    if ((met & (PetscInt)1 << d) && MPMWallHas(f->type, MPM_WALL_BRAKES)) Brake(dim, d, f->mu * press[d], at);
   }
   (void)MPMWallsApply(faces, grid, ijk, dt, at);
   for (PetscInt d = 0; d < dim; d++) {
     const PetscInt side = ijk[d] <= 0 ? 0 : 1;
-    const WallNode node = {.dim = dim, .axis = d, .inward = side ? -1 : 1, .least = Least(&faces[d][side], grid, d, ijk)};
+    const WallNode node = {
+        .dim = dim, .axis = d, .inward = side ? -1 : 1, .least = Least(&faces[d][side], grid, d, ijk)};
 
-    if (met & (PetscInt)1 << d) (void)MPMWallApply_separate(&faces[d][side], &node, at); /* another wall may have moved it */
+    if (met & (PetscInt)1 << d)
+      (void)MPMWallApply_separate(&faces[d][side], &node, at); /* another wall may have moved it */
     if (at[d] != trial[d]) a[d] = (at[d] - v[d]) / dt;
   }
   return met;
 }
 
-PetscBool MPMWallMoves(MPMWall type)
-{
-  return type == MPM_WALL_moving || type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
-}
-
 PetscBool MPMWallWaits(MPMWall type)
 {
-  return MPMWallOnlyPushes(type) || type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
+  return MPMWallHas(type, MPM_WALL_PUSHES) || type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* The nodes beside a plane are those of a stencil there; of gimp, those of a domain that begins at it. */

@@ -6,13 +6,24 @@
 #include "physics/grid.h"
 
 typedef enum {
-#define MPM_WALL(name, parameters, before, gradient, residual, what) MPM_WALL_##name,
+#define MPM_WALL(name, parameters, acts, before, gradient, residual, what) MPM_WALL_##name,
 #include "physics/wall.def"
 #undef MPM_WALL
   MPM_NUM_WALLS
 } MPMWall;
 
 extern const char *const MPMWallNames[], *const MPMWallParameters[]; /* [MPMWall] name; options that it takes */
+
+/* What a wall does: bits of the column `acts`. The function returns whether a wall has one of them. */
+enum {
+  MPM_WALL_OPEN    = 1,
+  MPM_WALL_NORMAL  = 2,
+  MPM_WALL_TANGENT = 4,
+  MPM_WALL_PUSHES  = 8,
+  MPM_WALL_BRAKES  = 16,
+  MPM_WALL_MOVES   = 32
+};
+PetscBool MPMWallHas(MPMWall, int acts);
 
 extern const char MPMFaceNames[6][MPM_NAME_LEN]; /* [2 axis + side] rows of face.def */
 
@@ -41,9 +52,6 @@ typedef struct MPMWalls {
 
 void MPMWallsDerive(MPMWalls *);
 
-/* Returns whether walls of this type give matter a velocity. */
-PetscBool MPMWallMoves(MPMWall);
-
 /* What changes with time, by the functions of scene/move_walls.c. MPMWallsMove gives the walls that `changes` marks
    their velocity of this step; that of the step before becomes the one from which the advance starts, so that nodes
    have the acceleration of their wall. MPMWallsReachTo sets which nodes are beside the planes of pistons, and which are
@@ -61,9 +69,7 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *, const PetscI
 PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *, const PetscInt ijk[], PetscReal dt,
                          const PetscReal v[], PetscReal at[], PetscReal a[]);
 
-/* Returns whether the wall only pushes: it acts on matter that has arrived at it, and lets it go. The second function
-   returns whether it acts on arrival alone, as pistons do too. */
-PetscBool MPMWallOnlyPushes(MPMWall);
+/* Returns whether the wall acts on arrival alone, as walls that push and pistons do. */
 PetscBool MPMWallWaits(MPMWall);
 
 /* Returns whether the wall of a face acts on the layer of nodes `inside` the grid by so many: at or beyond its face, or

@@ -50,7 +50,7 @@ static PetscInt WallPassed(MPM mpm)
     const PetscReal x = mpm->core.status.x[k / 2];
 
     if ((k % 2 ? x > grid->upper[k / 2] : x < grid->lower[k / 2]) &&
-        mpm->scene.walls.given[k / 2][k % 2].type != MPM_WALL_free)
+        MPMWallHas(mpm->scene.walls.given[k / 2][k % 2].type, MPM_WALL_NORMAL))
       return k;
   }
   return -1;

@@ -91,7 +91,7 @@ static void FindWall(Facts *f)
     const PetscReal away = (k % 2 ? grid->upper[d] - f->at.x[d] : f->at.x[d] - grid->lower[d]) / grid->h[d];
     const MPMWall   type = f->mpm->scene.walls.given[d][k % 2].type;
 
-    if (type == MPM_WALL_free || type == MPM_WALL_periodic || !(away < f->away)) continue;
+    if (!MPMWallHas(type, MPM_WALL_NORMAL) || !(away < f->away)) continue;
     f->face = k;
     f->away = away;
   }
@@ -105,7 +105,7 @@ static PetscErrorCode FindLoad(Facts *f)
   const PetscReal modulus = f->m->type->traits & MPM_FLUID ? f->m->K : f->m->E;
 
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < scene->nloads; k++) {
+  for (PetscInt k = 0; k < scene->nloads && modulus > 0; k++) {
     PetscReal value[3] = {0}, size = 0;
 
     if (&scene->bodies[scene->loads[k].body] != f->body) continue;
@@ -208,8 +208,8 @@ static PetscBool Case_method(const Facts *f, char what[MPM_TEXT_LEN], char remed
 /* A load is as large as the modulus. Where the end that it presses together passes a node, that has hardly any mass. */
 static PetscBool Case_load(const Facts *f, char what[MPM_TEXT_LEN], char remedy[MPM_TEXT_LEN])
 {
-  const PetscBool usl  = strcmp(f->mpm->method.scheme->name, "usl") ? PETSC_FALSE : PETSC_TRUE;
-  const PetscBool ends = usl && f->mpm->core.basis == MPM_BASIS_gimp && f->mpm->core.params.light == 0;
+  const PetscBool ends = MPMSchemeIsDirect(f->mpm->method.scheme) && f->mpm->core.basis == MPM_BASIS_gimp &&
+                         f->mpm->core.params.light == 0;
 
   if (!(f->heaviest > HEAVY)) return PETSC_FALSE;
   (void)snprintf(what, MPM_TEXT_LEN, "the load %s is %.3g of its modulus", f->load, (double)f->heaviest);
@@ -227,7 +227,7 @@ static PetscBool Case_leaves(const Facts *f, char what[MPM_TEXT_LEN], char remed
   for (PetscInt k = 0; k < 2 * grid->dim; k++) {
     const PetscReal x = f->status->x[k / 2];
 
-    if (f->mpm->scene.walls.given[k / 2][k % 2].type == MPM_WALL_free &&
+    if (!MPMWallHas(f->mpm->scene.walls.given[k / 2][k % 2].type, MPM_WALL_NORMAL) && !grid->periodic[k / 2] &&
         (k % 2 ? x > grid->upper[k / 2] : x < grid->lower[k / 2]))
       free = PETSC_TRUE;
   }

@@ -13,10 +13,10 @@
 #define DENSE        2500    /* kg/m^3; solids that are as dense, other than soils, have moduli of 1e9 Pa and more */
 #define YIELD_LEAST  1e-7    /* of the modulus; yield stresses of metals and clays lie between these */
 #define YIELD_MOST   10
-#define COLD         70  /* K; tests of metals are made above the temperature of liquid nitrogen, 77 K */
-#define HOT          500 /* K; most metals melt above */
+#define COLD         70     /* K; tests of metals are made above the temperature of liquid nitrogen, 77 K */
+#define HOT          500    /* K; most metals melt above */
 #define RUNS         3.2e-3 /* viscosity over H sqrt(g H) */
-#define ANGLE_ACTS   3   /* degrees by which a soil may be stronger than its friction angle without a warning */
+#define ANGLE_ACTS   3      /* degrees by which a soil may be stronger than its friction angle without a warning */
 
 /* Returns by how much rounding may shift the lattice of particles, in its spacings. Its places are multiples of the
    spacing b from the origin of space, and b comes from the difference of the corners of the grid, which at coordinates
@@ -222,7 +222,7 @@ static PetscErrorCode WarnSink(MPM mpm)
   for (PetscInt k = 0; k < 2 * mpm->core.grid.dim && fluid && mpm->core.basis == MPM_BASIS_gimp; k++) {
     const MPMWall type = mpm->scene.walls.given[k / 2][k % 2].type;
 
-    if (type == MPM_WALL_free || type == MPM_WALL_periodic) continue;
+    if (!MPMWallHas(type, MPM_WALL_NORMAL)) continue;
     PetscCall(
         MPMPrint(&mpm->core.print,
                  "warning    gimp lets the fluid sink into the wall %s (%s) by up to half of a particle's domain; use "
@@ -305,7 +305,7 @@ static PetscBool HasRoom(MPM mpm, const PetscReal lower[], const PetscReal upper
     const MPMFace *f = mpm->scene.walls.given[d];
 
     if (mpm->core.params.gravity[d] != 0 || grid->periodic[d]) continue;
-    if (f[0].type == MPM_WALL_free || f[1].type == MPM_WALL_free) return PETSC_TRUE;
+    if (!MPMWallHas(f[0].type, MPM_WALL_NORMAL) || !MPMWallHas(f[1].type, MPM_WALL_NORMAL)) return PETSC_TRUE;
     if (lower[d] > grid->lower[d] + f[0].distance + grid->h[d] ||
         upper[d] < grid->upper[d] - f[1].distance - grid->h[d])
       return PETSC_TRUE;
@@ -386,9 +386,9 @@ static PetscErrorCode WarnFall(MPM mpm)
     for (PetscInt side = 0; side < 2; side++) {
       const MPMWall type = mpm->scene.walls.given[d][side].type;
 
-      if (type == MPM_WALL_free || type == MPM_WALL_periodic) continue;
+      if (!MPMWallHas(type, MPM_WALL_NORMAL)) continue;
       walls++;
-      if (type == MPM_WALL_fixed || MPMWallMoves(type) || (type == MPM_WALL_friction && g[d] == 0) ||
+      if (MPMWallHas(type, MPM_WALL_TANGENT | MPM_WALL_MOVES) || (MPMWallHas(type, MPM_WALL_BRAKES) && g[d] == 0) ||
           (side ? g[d] > 0 : g[d] < 0))
         PetscFunctionReturn(PETSC_SUCCESS);
     }

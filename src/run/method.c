@@ -167,15 +167,15 @@ static PetscErrorCode ReadLight(MPM mpm, MPMOptions o)
 {
   const PetscBool affine =
       mpm->method.transfer->parts & MPM_AFFINE && mpm->core.params.strain > 0 ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool usl    = strcmp(mpm->method.scheme->name, "usl") ? PETSC_FALSE : PETSC_TRUE;
+  const PetscBool direct = MPMSchemeIsDirect(mpm->method.scheme);
   PetscReal      *share  = &mpm->core.params.light;
   PetscBool       given, set;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsMethodGiven(&given, NULL));
   *share = MPM_LIGHT_SHARE;
-  if (mpm->preset->scenes == MPM_SCENES_elastic) /* FLIP and musl keep what light nodes do to the energy, and nothing else dissipates it */
-    *share = !usl ? 0 : affine ? MPM_LIGHT_SHARE : MPM_LIGHT_FLIP;
+  /* FLIP and musl keep what light nodes do to the energy, and elastic laws dissipate nothing */
+  if (mpm->preset->scenes == MPM_SCENES_elastic) *share = !direct ? 0 : affine ? MPM_LIGHT_SHARE : MPM_LIGHT_FLIP;
   if (given || mpm->core.basis == MPM_BASIS_linear) *share = 0;
   PetscCall(MPMOptionsReal(o, "method_light_nodes", NULL, share, &set));
   if (*share > 0 && mpm->core.basis == MPM_BASIS_linear && !MPMOptionsOverridden("method_light_nodes", "method_basis"))

@@ -34,19 +34,24 @@ const char *MPMMethodSpline(void)
   return "-method_basis bspline2 without -method_gimp_update";
 }
 
+static PetscBool IsAdvised(MPM mpm)
+{
+  return strcmp(mpm->method.scheme->name, MPM_UPDATE_ADVISED) ? PETSC_FALSE : PETSC_TRUE;
+}
+
 /* Described in mpm.h: usl with the same basis, or with quadratic splines, with shorter steps if it needs them. */
 void MPMMethodStable(MPM mpm, PetscReal C, char options[MPM_TEXT_LEN])
 {
   const MPMBasis  own = mpm->core.basis, basis[] = {own, MPM_BASIS_bspline2};
-  const PetscBool usl = !strcmp(mpm->method.scheme->name, "usl") ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool usl = IsAdvised(mpm);
 
   for (PetscInt k = 0; k < 2; k++) {
-    const MPMStable stable           = MPMStableWith(&mpm->core, &mpm->method, basis[k], "usl");
+    const MPMStable stable           = MPMStableWith(&mpm->core, &mpm->method, basis[k], MPM_UPDATE_ADVISED);
     char            dt[MPM_NAME_LEN] = "";
 
     if (!(stable.crossing > 0) || (!k && (usl || stable.crossing < C))) continue;
     if (stable.crossing < C) (void)snprintf(dt, sizeof dt, " %s %g", ShorterSteps(mpm), (double)stable.cfl);
-    (void)snprintf(options, MPM_TEXT_LEN, "%s%s%s%s", usl ? "" : "-method_update usl",
+    (void)snprintf(options, MPM_TEXT_LEN, "%s%s%s%s", usl ? "" : "-method_update " MPM_UPDATE_ADVISED,
                    basis[k] != own && !usl ? " " : "", basis[k] != own ? MPMMethodSpline() : "", dt);
     return;
   }
@@ -55,24 +60,24 @@ void MPMMethodStable(MPM mpm, PetscReal C, char options[MPM_TEXT_LEN])
 void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
 {
   const MPMTransfer *transfer = mpm->method.transfer;
-  const PetscBool linear = mpm->core.basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE, keeps = transfer->flip < 0;
-  char               cure[MPM_TEXT_LEN] = "";
+  const PetscBool  linear = mpm->core.basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE, keeps = transfer->flip < 0;
+  const PetscReal *wrong              = MPMStableWrong(&mpm->core, &mpm->method);
+  char             cure[MPM_TEXT_LEN] = "";
 
   why[0] = 0;
   if (MPMStableOf(&mpm->core, &mpm->method).crossing == 0) {
     MPMMethodStable(mpm, 0, cure);
     (void)snprintf(why, MPM_TEXT_LEN, "is unstable where particles cross cells%s; use %s",
                    linear ? ": nodes with almost no mass get arbitrary velocity gradients" : "",
-                   mpm->core.params.strain > 0 && keeps && !linear && !strcmp(mpm->method.scheme->name, "usl")
-                       ? "-method_affine_strain 0"
-                       : cure);
-  } else if (!keeps && !(transfer->parts & MPM_AFFINE) &&
-             (transfer->rounds != MPM_FILTER || mpm->core.params.order == 1))
+                   mpm->core.params.strain > 0 && keeps && !linear && IsAdvised(mpm) ? "-method_affine_strain 0"
+                                                                                     : cure);
+  } else if (transfer->bounds == MPM_BOUNDS_FILTERED && (transfer->rounds != MPM_FILTER || mpm->core.params.order == 1))
     (void)snprintf(why, MPM_TEXT_LEN,
                    "stops all motion in the time in which a wave crosses some cells; use -method_transfer aflip");
-  else if (!keeps && transfer->rounds == MPM_FILTER && !strcmp(mpm->method.scheme->name, "musl") &&
-           MPMBasisIsSpline(mpm->core.basis))
-    (void)snprintf(why, MPM_TEXT_LEN, "was wrong by 50 to 95 %% on a manufactured solution; use -method_update usl");
+  else if (wrong)
+    (void)snprintf(why, MPM_TEXT_LEN,
+                   "was wrong by %g to %g %% on a manufactured solution; use -method_update " MPM_UPDATE_ADVISED,
+                   (double)wrong[0], (double)wrong[1]);
 }
 
 /* Returns a number with two digits, for texts. */
@@ -83,8 +88,8 @@ static PetscReal Round(PetscReal x)
   return PetscFloorReal(x / scale + 0.5) * scale;
 }
 
-/* Warns of steps that are too long for the method. The remedy must not lead to the next warning: noise in n steps of C
-   grows with n C^2, and in a given time with C. */
+/* Warns of steps that are too long for the method, or notes that nothing is known of them. The remedy must not lead to
+   the next warning: noise in n steps of C grows with n C^2, and in a given time with C. */
 static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
 {
   const MPMCore  *core   = &mpm->core;
@@ -103,6 +108,11 @@ static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
   if (use < 0.1 || stable.crossing == 0) MPMMethodStable(mpm, 0, cure); /* such short steps are hardly meant */
   if (cure[0])
     (void)snprintf(shorter, sizeof shorter, "%.1800s %s", cure, mpm->time.fixed > 0 ? "-dt_size auto" : "-dt_cfl 0.4");
+  if (!stable.known)
+    PetscCall(MPMPrint(&core->print,
+                       "note       it has not been measured up to which time step %s with %s and %s is stable; compare "
+                       "with a run of half of it\n",
+                       MPMBasisNames[core->basis], mpm->method.scheme->name, mpm->method.transfer->name));
   if (C > stable.rest * (1 + 1e-9))
     PetscCall(Warn(mpm, "is stable up to dt = %g h/c, and dt is %.3g h/c: expect the run to blow up; use %s",
                    (double)stable.rest, (double)C, shorter));
@@ -170,6 +180,7 @@ static PetscErrorCode WarnOfSpin(MPM mpm)
 
   PetscFunctionBeginUser;
   if (dim == 1 || (affine && mpm->method.transfer->flip >= 0)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (mpm->method.transfer->bounds == MPM_BOUNDS_UNKNOWN) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(N * scene->nbodies, &sum));
   PetscCall(MPMParticlesReadView(&mpm->core.particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {

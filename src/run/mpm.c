@@ -90,17 +90,19 @@ static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether anything but its law reads the deformation gradient of a material's particles: domains that stretch, the
-   volumes of F-bar, the energy by terms, the dissipation of bodies, walls that only push, a load on its surface,
-   snapshots or probes. */
-static PetscBool ReadsF(MPM mpm, PetscInt material)
+/* Returns whether anything but its law reads the deformation gradient of a material's particles: what is shown, domains
+   that stretch, the volumes of F-bar, the energy by terms, the dissipation of bodies, walls that only push, gaps in
+   bodies (run/parting.c), a load on its surface. shown: bits of the fields that what is shown reads. */
+static PetscBool ReadsF(MPM mpm, PetscInt shown, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
 
-  if (mpm->core.needs.stretched || mpm->core.params.box || mpm->core.energy.on || mpm->core.energy.nheat ||
-      mpm->monitor.measures.asks_F || (mpm->output.enabled && mpm->output.fields >> MPM_SHOWS_F & 1))
+  if (shown & MPM_BIT(F) || mpm->core.needs.stretched || mpm->core.params.box || mpm->core.energy.on ||
+      mpm->core.energy.nheat)
     return PETSC_TRUE;
-  if (mpm->core.gaps && MPMMaterialKeepsShape(&scene->materials[material])) return PETSC_TRUE;
+  if (MPMMaterialKeepsShape(&scene->materials[material]) &&
+      (mpm->core.gaps || !MPMMaterialKnowsFlow(&scene->materials[material])))
+    return PETSC_TRUE;
   for (PetscInt l = 0; l < scene->nloads; l++)
     if (scene->bodies[scene->loads[l].body].material == material) return PETSC_TRUE;
   return PETSC_FALSE;
@@ -109,8 +111,10 @@ static PetscBool ReadsF(MPM mpm, PetscInt material)
 /* Sets the phases of a step, the fields of particles and the constants of the cost model. Collective on core.comm. */
 PetscErrorCode MPMSetPhases(MPM mpm)
 {
-  MPMCore  *core  = &mpm->core;
-  MPMScene *scene = &mpm->scene;
+  MPMCore         *core  = &mpm->core;
+  MPMScene        *scene = &mpm->scene;
+  const PetscInt64 rows  = mpm->monitor.measures.shown | (mpm->output.enabled ? mpm->output.fields : 0);
+  const PetscInt   shown = MPMDiagnosticReads(rows, core);
 
   PetscFunctionBeginUser;
   MPMWallsDerive(&scene->walls);
@@ -123,22 +127,21 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++) {
     const MPMWall type = scene->walls.given[k / 2][k % 2].type;
 
-    if (type == MPM_WALL_free || type == MPM_WALL_periodic) continue;
-    if (core->basis == MPM_BASIS_gimp || MPMWallOnlyPushes(type)) core->params.closed |= (PetscInt)1 << k;
+    if (!MPMWallHas(type, MPM_WALL_NORMAL)) continue;
+    if (core->basis == MPM_BASIS_gimp || MPMWallHas(type, MPM_WALL_PUSHES)) core->params.closed |= (PetscInt)1 << k;
   }
   PetscCall(MPMGapsCreate(core, &scene->walls));
   PetscCall(MPMPistonsCreate(core));
   for (PetscInt k = 0; k < scene->nmaterials; k++) {
-    if (!ReadsF(mpm, k)) MPMMaterialDropF(&scene->materials[k]);
-    if (mpm->monitor.measures.plastic || (mpm->output.enabled && mpm->output.plastic))
-      MPMMaterialKeep(&scene->materials[k], MPM_BIT(ep));
+    if (!ReadsF(mpm, shown, k)) MPMMaterialDropF(&scene->materials[k]);
+    MPMMaterialKeep(&scene->materials[k], shown);
     core->needs.state |= scene->materials[k].state;
   }
   core->needs.kinds    = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.forced   = scene->forced || core->needs.all ? PETSC_TRUE : PETSC_FALSE;
   core->energy.loads   = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.loaded   = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.start    = scene->keeps_start;
+  core->needs.start    = scene->keeps_start || shown & MPM_BIT(X) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.rim      = core->gaps ? PETSC_TRUE : PETSC_FALSE;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS : 0;
   MPMVolumesSetUp(core, scene->materials, &mpm->time);

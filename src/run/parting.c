@@ -82,14 +82,14 @@ static void GetHalf(const Look *l, const MPMNeighbours *nb, PetscInt p, Half *ha
   const MPMCore     *core     = &l->mpm->core;
   const MPMMaterial *m        = &core->params.materials[nb->body->material];
   const PetscInt     dim      = core->grid.dim;
-  const PetscBool    plastic  = m->type->traits & MPM_PLASTIC ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool    plastic  = MPMMaterialKnowsFlow(m);
   PetscReal          elastic2 = 1;
   MPMBlock           b;
 
   PetscCallVoid(PetscMemzero(half, sizeof *half));
   half->id = (PetscReal)l->view.id[p];
   MPMMaterialState(dim, &l->view, p, &b);
-  if (!plastic) m->type->law->stress[dim - 1](m, 0, 1, &b);
+  if (!plastic && !(m->state & MPM_BIT(tau))) m->type->law->stress[dim - 1](m, 0, 1, &b);
   for (PetscInt d = 0; d < dim && plastic; d++) { /* the largest eigenvalue of be is at most its largest sum of a row */
     PetscReal row = 0;
 
@@ -120,7 +120,7 @@ static void GetHalf(const Look *l, const MPMNeighbours *nb, PetscInt p, Half *ha
    the gaps; it is apart for certain where its neighbours have no node in common. */
 static PetscReal TearsAt(MPMBasis basis, const MPMMaterial *m)
 {
-  if (m->type->traits & MPM_PLASTIC) return (PetscReal)MPMBasisNodes(basis);
+  if (MPMMaterialKnowsFlow(m)) return (PetscReal)MPMBasisNodes(basis);
   return MPMBasisIsSpline(basis) ? 1.5 : 1.2;
 }
 
@@ -130,7 +130,7 @@ static PetscErrorCode Judge(Look *l, const MPMBody *b, PetscInt64 id, PetscInt c
                             PetscReal start, PetscReal known, PetscReal pull)
 {
   const MPMMaterial *m       = &l->mpm->core.params.materials[b->material];
-  const PetscBool    plastic = m->type->traits & MPM_PLASTIC ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool    plastic = MPMMaterialKnowsFlow(m);
   const PetscReal    tears = TearsAt(l->mpm->core.basis, m), lags = known > 0 ? gap / known : PETSC_MAX_REAL;
   const PetscBool    lagging = lags > MPM_GAP_LAGGING ? PETSC_TRUE : PETSC_FALSE;
   MPMFound           found = {gap / (lagging ? MPM_GAP_LEFT : MPM_GAP_WIDE), 16 * id + code, {0}, {gap, start, known}};
@@ -182,12 +182,12 @@ static PetscErrorCode LookAtPair(Look *l, const MPMNeighbours *nb, PetscInt axis
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns whether a wall holds what it meets along its normal, in both senses: there xpic has nothing to filter. */
+/* Returns whether a wall holds what it meets along its normal, in both senses. */
 static PetscBool Holds(const MPMWalls *walls, PetscInt axis, PetscInt side)
 {
-  const MPMWall held = walls->residual[axis][side].type;
+  const MPMWall type = walls->given[axis][side].type;
 
-  return held == MPM_WALL_fixed || held == MPM_WALL_slip ? PETSC_TRUE : PETSC_FALSE;
+  return MPMWallHas(type, MPM_WALL_NORMAL) && !MPMWallHas(type, MPM_WALL_PUSHES) ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Looks at the distance of a particle at the place ijk of the lattice from the walls that hold matter and that its body
@@ -209,8 +209,7 @@ static PetscErrorCode LookAtWalls(Look *l, const MPMNeighbours *nb, PetscInt p, 
     const PetscReal now = sign * (l->view.x[p * dim + axis] - at) - walls->place[face], h = grid->h[axis];
     Half            half;
 
-    if (!Holds(walls, axis, side) || type == MPM_WALL_moving) continue;
-    if (type == MPM_WALL_piston && !walls->given[axis][side].pulls) continue;
+    if (!Holds(walls, axis, side) || (MPMWallHas(type, MPM_WALL_MOVES) && !walls->given[axis][side].pulls)) continue;
     if (!(from > 0 && from < b->b[axis]) || 2 * now < MPM_GAP_NEAR * h) continue;
     GetHalf(l, nb, p, &half);
     PetscCall(Judge(l, b, l->view.id[p], 3 + face, half.x, 2 * now / h, 2 * from / h,

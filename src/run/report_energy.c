@@ -5,7 +5,7 @@
 PetscBool MPMEnergyIsFollowed(MPM mpm)
 {
   for (PetscInt k = 0; k < 2 * mpm->core.grid.dim; k++)
-    if (MPMWallMoves(mpm->scene.walls.given[k / 2][k % 2].type)) return PETSC_FALSE;
+    if (MPMWallHas(mpm->scene.walls.given[k / 2][k % 2].type, MPM_WALL_MOVES)) return PETSC_FALSE;
   return mpm->scene.body_force ? PETSC_FALSE : PETSC_TRUE;
 }
 

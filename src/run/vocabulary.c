@@ -14,7 +14,7 @@ static const char shapes[] =
 #include "physics/region.def"
     "";
 #undef MPM_REGION
-#define MPM_WALL(name, parameters, before, gradient, residual, what) "|" #name
+#define MPM_WALL(name, parameters, acts, before, gradient, residual, what) "|" #name
 static const char walls[] =
 #include "physics/wall.def"
     "";
@@ -39,7 +39,7 @@ static const char schemes[] =
 #include "step/scheme.def"
     "";
 #undef MPM_SCHEME
-#define MPM_TRANSFER(name, flip, parts, rounds, what) "|" #name
+#define MPM_TRANSFER(name, flip, parts, rounds, bounds, what) "|" #name
 static const char transfers[] =
 #include "step/transfer.def"
     "";
@@ -71,7 +71,7 @@ static const char balances[] =
 #undef MPM_BALANCE
 
 /* The words of fields of snapshots, separated by blanks. */
-#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs) word " "
+#define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads) word " "
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
@@ -190,7 +190,7 @@ static const MPMOptionValue choices[] = {
 #define MPM_REGION(name, solid, parameters, what) {"body_<b>_shape", #name, parameters},
 #include "physics/region.def"
 #undef MPM_REGION
-#define MPM_WALL(name, parameters, before, gradient, residual, what) {"bc_<f>_type", #name, parameters},
+#define MPM_WALL(name, parameters, acts, before, gradient, residual, what) {"bc_<f>_type", #name, parameters},
 #include "physics/wall.def"
 #undef MPM_WALL
 };

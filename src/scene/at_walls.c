@@ -24,11 +24,6 @@ static PetscBool Flows(const MPMScene *scene, const MPMCore *core, const MPMBody
   return MPMBasisIsSpline(core->basis) && traits & (MPM_PLASTIC | MPM_FLUID) ? PETSC_TRUE : PETSC_FALSE;
 }
 
-static PetscBool Acts(MPMWall type)
-{
-  return type == MPM_WALL_free || type == MPM_WALL_periodic ? PETSC_FALSE : PETSC_TRUE;
-}
-
 /* Returns how far x, m, is inside a face of axis d, over the spacing of the body. */
 static PetscReal Inside(const MPMGrid *grid, const MPMBody *b, PetscInt d, int side, PetscReal x)
 {
@@ -50,7 +45,7 @@ void MPMAtWallsMove(const MPMScene *scene, const MPMCore *core, const MPMBody *b
   if (!Flows(scene, core, b)) return;
   for (PetscInt d = 0; d < grid->dim; d++)
     for (int side = 0; side < 2; side++) {
-      if (!Acts(scene->walls.given[d][side].type)) continue;
+      if (!MPMWallHas(scene->walls.given[d][side].type, MPM_WALL_NORMAL)) continue;
       if (PetscAbsReal(Inside(grid, b, d, side, x[d])) > ON_WALL) continue;
       x[d] = side ? grid->upper[d] - OFF_WALL * b->b[d] : grid->lower[d] + OFF_WALL * b->b[d];
     }
@@ -65,7 +60,8 @@ PetscBool MPMAtWallsLie(const MPMScene *scene, const MPMCore *core, const MPMBod
   for (int side = 0; side < 2; side++) {
     const PetscReal in = First(&core->grid, b, d, side), from = side ? upper[d] : lower[d];
 
-    if (!Acts(scene->walls.given[d][side].type) || Inside(&core->grid, b, d, side, from) > ON_WALL) continue;
+    if (!MPMWallHas(scene->walls.given[d][side].type, MPM_WALL_NORMAL)) continue;
+    if (Inside(&core->grid, b, d, side, from) > ON_WALL) continue;
     if (PetscMin(in, 1 - in) < ON_WALL) return PETSC_TRUE;
   }
   return PETSC_FALSE;
@@ -75,7 +71,7 @@ PetscBool MPMAtWallsLie(const MPMScene *scene, const MPMCore *core, const MPMBod
    holds it along the normal; 1 if it is not next to the wall, or lies on it. */
 static PetscReal Share(MPMWall type, PetscReal in)
 {
-  if (type != MPM_WALL_fixed && type != MPM_WALL_slip) return 1;
+  if (!MPMWallHas(type, MPM_WALL_NORMAL) || MPMWallHas(type, MPM_WALL_PUSHES | MPM_WALL_MOVES)) return 1;
   return in > ON_WALL && in < 1 - ON_WALL && PetscAbsReal(in - 0.5) > SAME ? in + 0.5 : 1;
 }
 

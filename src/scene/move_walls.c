@@ -157,7 +157,7 @@ PetscErrorCode MPMSceneWallAdvances(const MPMScene *scene, const MPMCore *core, 
 
   PetscFunctionBeginUser;
   *advances = PETSC_FALSE;
-  if (face->type != MPM_WALL_moving) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!MPMWallHas(face->type, MPM_WALL_MOVES) || face->type == MPM_WALL_piston) PetscFunctionReturn(PETSC_SUCCESS);
   if (face->velocity[k / 2] != 0) *advances = PETSC_TRUE;
   for (PetscInt n = 1; n <= 100 && scene->walls.changes[k] && !*advances; n++) {
     PetscCall(Evaluate(scene, core->grid.dim, k, end * n / 100, v));

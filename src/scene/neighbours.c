@@ -6,7 +6,7 @@
    no neighbours, and soils open by themselves (field vc). */
 PetscBool MPMNeighboursMay(const MPMMaterial *m)
 {
-  return (m->type->traits & MPM_FLUID) || MPMListHas(m->type->state, "vc") ? PETSC_FALSE : PETSC_TRUE;
+  return MPMMaterialKeepsShape(m);
 }
 
 /* Appends the runs of this process's share of the rows: mine [n][3], row, place and number of places of each. */

@@ -80,7 +80,7 @@ static PetscErrorCode RefuseIdle(MPMOptions o, const MPMMaterial *m)
     (void)snprintf(without, sizeof without, "-material_%s_%s", m->name, rows[k].without);
     PetscCall(PetscOptionsHasName(NULL, NULL, idle, &given));
     PetscCall(PetscOptionsHasName(NULL, NULL, without, &needed));
-    if (given && !needed)
+    if (given && !needed && MPMListHas(m->type->parameters, rows[k].without))
       MPMOptionsFail(o, "%s does not apply: without %s %s does not change the strength; give both, or none", idle,
                      without, rows[k].what);
   }
@@ -134,8 +134,9 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
   PetscCall(MPMOptionsReal(o, "material_<m>_rho", m->name, &m->rho, NULL));
   if (!m->type) PetscFunctionReturn(PETSC_SUCCESS);
   if (m->type->traits & MPM_FLUID) m->tension = 0;
-  m->relaxation = given ? 0 : m->type->traits & MPM_FLUID ? 1 : 0.25; /* more slows down sand on coarse grids */
   taken = m->type->parameters;
+  if (MPMListHas(taken, "relaxation") && !given)
+    m->relaxation = m->type->traits & MPM_FLUID ? 1 : 0.25; /* more slows down sand on coarse grids */
   PetscCall(MPMOptionsRefuseOthers(o, "material", m->name, "model", model, all, taken));
   if (MPMListHas(taken, "eos")) {
     PetscCall(MPMOptionsEnum(o, "material_<m>_eos", m->name, eos, NULL));

@@ -250,7 +250,7 @@ static void AddStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
   for (PetscInt p = 0; p < view->n; p++) {
     PetscReal          tau[6], V0, work;
     const MPMMaterial *m       = MaterialOf(core, view, p, &V0);
-    const PetscBool    viscous = !(m->state & MPM_BIT(F)) && (m->state & MPM_BIT(tau)) ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool    viscous = m->type->traits & MPM_FLUID && m->viscosity > 0 ? PETSC_TRUE : PETSC_FALSE;
 
     if (!viscous && !MPMEnergyLost(m)) continue;
     Stress(dim, m, view, p, tau);
@@ -258,7 +258,7 @@ static void AddStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
                          : WorkOfStress((int)dim, e->stress + p * MPM_STRESS_ROW, view->F + p * dim * dim, tau));
     if (e->on) MPMSumAdd(&e->sum[MPM_ENERGY_stress], work);
     if (e->nheat && viscous) AddHeat(view, p, work, e);
-    if (e->nheat && !viscous && m->type->traits & MPM_PLASTIC) /* what became heat in the step is no stored energy */
+    if (e->nheat && !viscous && m->type->law->update[dim - 1]) /* what became heat in the step is no stored energy */
       AddHeat(view, p, work - V0 * (Stored(dim, m, view, p, &e->stored[2 * p + 1]) - e->stored[2 * p]), e);
   }
 }
@@ -296,7 +296,7 @@ static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const 
       const MPMFace *f      = &walls->given[d][side];
       const PetscInt inside = side ? grid->cells[d] - ijk[d] : ijk[d];
 
-      if (!MPMWallMoves(f->type) || !MPMWallActs(f, inside)) continue;
+      if (!MPMWallHas(f->type, MPM_WALL_MOVES) || !MPMWallActs(f, inside)) continue;
       if (inside <= f->reach || MPMNodeStopped(n, d)) return PETSC_TRUE;
     }
   return PETSC_FALSE;

@@ -8,35 +8,36 @@
 #define MOMENTUM   (B(v) | B(C))                               /* apic alone has C */
 #define STRESS     (B(F) | B(J) | B(tau))                      /* what the internal force depends on */
 #define STATE      (STRESS | B(be) | B(ep) | B(vc) | B(theta)) /* the state of a material */
-#define SAND       (B(vc) | B(tau)) /* what the volume of sand depends on, with J of fluids */
-#define COMMIT_IN  (B(id) | B(F))                              /* F: only for gimp domains that stretch */
-#define COMMIT_OUT (B(x) | B(cell) | B(l))                     /* the new position, and what depends on it */
+#define SAND       (B(vc) | B(tau))        /* what the volume of sand depends on, with J of fluids */
+#define COMMIT_IN  (B(id) | B(F))          /* F: only for gimp domains that stretch */
+#define COMMIT_OUT (B(x) | B(cell) | B(l)) /* the new position, and what depends on it */
 
 #define TO_NODES(name, parts, in)                                                                                      \
   {                                                                                                                    \
-    name, MPM_PARTICLES_TO_NODES, parts, NULL, 0, NULL, 0, PETSC_FALSE, in, 0, 0                                       \
+    name, MPM_PARTICLES_TO_NODES, parts, NULL, 0, NULL, 0, PETSC_FALSE, in, 0, 1, 0                                    \
   }
 #define NODES(name, kernel, flops)                                                                                     \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, NULL, 2, PETSC_FALSE, 0, 0, 0                                                   \
+    name, MPM_NODES, 0, kernel, flops, NULL, 2, PETSC_FALSE, 0, 0, 1, 0                                                \
   }
 #define VELOCITIES(name, kernel, flops)                                                                                \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, NULL, 1, PETSC_FALSE, 0, 0, 0                                                   \
+    name, MPM_NODES, 0, kernel, flops, NULL, 1, PETSC_FALSE, 0, 0, 1, 0                                                \
   }
 #define ADVANCES(name, kernel, flops)                                                                                  \
   {                                                                                                                    \
-    name, MPM_NODES, 0, kernel, flops, NULL, 2, PETSC_TRUE, 0, 0, 0                                                    \
+    name, MPM_NODES, 0, kernel, flops, NULL, 2, PETSC_TRUE, 0, 0, 1, 0                                                 \
   }
-#define TO_PARTICLES(name, parts, in, out)                                                                             \
+#define TO_PARTICLES(name, parts, in, out) SHARE_TO_PARTICLES(name, 1, parts, in, out)
+#define SHARE_TO_PARTICLES(name, share, parts, in, out)                                                                \
   {                                                                                                                    \
-    name, MPM_NODES_TO_PARTICLES, parts, NULL, 0, NULL, 0, PETSC_FALSE, in, out, 0                                     \
+    name, MPM_NODES_TO_PARTICLES, parts, NULL, 0, NULL, 0, PETSC_FALSE, in, out, share, 0                              \
   }
 
 /* A row has a name, which is that of its timer, so that rows may share one. A transfer has its parts, the fields that
    it reads and the fields that it writes; a node update has its kernel, and operations per node and axis; it sets
    velocities and accelerations, or VELOCITIES alone, and then sends no more than these. ADVANCES are those in which
-   light nodes move with others. */
+   light nodes move with others. SHARE_TO_PARTICLES is for a transfer that works over a share of the step. */
 /* clang-format off */
 enum { P2G, P2G_MASS, P2G_MOMENTUM, P2G_RESIDUAL, P2G_FORCE, VELOCITY, VELOCITY_AGAIN, RESIDUAL, MEAN, ADVANCE, CORRECT, G2P, G2P_MOTION, G2P_MOTION_HOLD, G2P_STRESS, G2P_STRESS_COMMIT, G2P_FILTER, G2P_FILTER_AGAIN, P2G_VOLUME, VOLUME, G2P_VOLUME, NUM_PHASES };
 static const MPMPhase phases[NUM_PHASES] = {
@@ -80,10 +81,10 @@ const MPMScheme MPMSchemes[] = {
     {NULL, NULL, PETSC_FALSE, NULL}};
 
 const MPMTransfer MPMTransfers[] = {
-#define MPM_TRANSFER(name, flip, parts, rounds, what) {#name, what, flip, parts, rounds},
+#define MPM_TRANSFER(name, flip, parts, rounds, bounds, what) {#name, what, flip, parts, rounds, bounds},
 #include "step/transfer.def"
 #undef MPM_TRANSFER
-    {NULL, NULL, 0, 0, MPM_NO_ROUNDS}};
+    {NULL, NULL, 0, 0, MPM_NO_ROUNDS, MPM_BOUNDS_UNKNOWN}};
 
 /* The filter of xpic, which runs -method_order times: the first time r = v - S S+ v, then r <- r - S S+ r. S+ maps from
    particles to nodes, and S from nodes to particles. */
@@ -95,9 +96,19 @@ static const int correction[3] = {G2P_FILTER, P2G_RESIDUAL, CORRECT};
 
 PetscBool MPMSchemeIsDirect(const MPMScheme *scheme)
 {
-  for (const int *k = scheme->phases; *k >= 0; k++)
-    if ((phases[*k].parts & MPM_G2P_MOTION) && (phases[*k].parts & MPM_G2P_STRESS)) return PETSC_TRUE;
-  return PETSC_FALSE;
+  int velocities = 0, motion = -1; /* how often nodes have got velocities; those of the motion */
+
+  for (const int *k = scheme->phases; *k >= 0; k++) {
+    if (phases[*k].kind == MPM_NODES) velocities++;
+    if (phases[*k].parts & MPM_G2P_MOTION && phases[*k].kind == MPM_NODES_TO_PARTICLES) motion = velocities;
+  }
+  velocities = 0;
+  for (const int *k = scheme->phases; *k >= 0; k++) {
+    if (phases[*k].kind == MPM_NODES) velocities++;
+    if (phases[*k].parts & MPM_G2P_STRESS && phases[*k].kind == MPM_NODES_TO_PARTICLES && velocities != motion)
+      return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
 }
 
 const MPMPhase *MPMStepOutputPhase(const MPMCore *core, PetscInt k)

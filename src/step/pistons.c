@@ -147,8 +147,8 @@ static PetscBool HeldByOther(const MPMCore *core, PetscInt k, const PetscInt ijk
     const MPMFace *f      = &core->params.walls->given[q / 2][q % 2];
     const PetscInt inside = q % 2 ? grid->cells[q / 2] - ijk[q / 2] : ijk[q / 2];
 
-    if (q == k || inside > 0 || f->type == MPM_WALL_free || f->type == MPM_WALL_piston) continue;
-    if (q / 2 == k / 2 || f->type == MPM_WALL_fixed || f->type == MPM_WALL_moving) return PETSC_TRUE;
+    if (q == k || inside > 0 || !MPMWallHas(f->type, MPM_WALL_NORMAL) || f->type == MPM_WALL_piston) continue;
+    if (q / 2 == k / 2 || MPMWallHas(f->type, MPM_WALL_TANGENT)) return PETSC_TRUE;
   }
   return PETSC_FALSE;
 }

@@ -62,14 +62,9 @@ static void SetTouch(const MPMCore *core, const PetscInt ijk[], const MPMNode *n
     const MPMFace *f      = &core->params.walls->given[k / 2][k % 2];
     const PetscInt inside = k % 2 ? grid->cells[k / 2] - ijk[k / 2] : ijk[k / 2];
 
-    if (f->type == MPM_WALL_free || f->type == MPM_WALL_periodic || !MPMWallActs(f, inside)) continue;
+    if (!MPMWallActs(f, inside) || MPMWallHas(f->type, MPM_WALL_OPEN)) continue;
     if (inside <= f->reach || held || MPMNodeStopped(node, k / 2)) t->face[t->n++] = k;
   }
-}
-
-static PetscBool Holds(MPMWall type)
-{
-  return type == MPM_WALL_fixed || type == MPM_WALL_moving ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Sets the shares [6] of the walls of a node in component d of its impulse J [dim]. A component goes to the wall whose
@@ -86,9 +81,9 @@ static void SetShares(const MPMCore *core, const Touch *t, PetscInt d, const Pet
     const PetscInt k    = t->face[n];
     const MPMWall  type = faces[k / 2][k % 2].type;
 
-    if (Holds(type)) held = PETSC_TRUE;
+    if (MPMWallHas(type, MPM_WALL_TANGENT)) held = PETSC_TRUE;
     if (k / 2 != d) continue;
-    if ((type != MPM_WALL_separate && type != MPM_WALL_friction) || (k % 2 ? -J[d] : J[d]) > 0) {
+    if (!MPMWallHas(type, MPM_WALL_PUSHES) || (k % 2 ? -J[d] : J[d]) > 0) {
       share[k] = 1;
       return;
     }
@@ -99,8 +94,8 @@ static void SetShares(const MPMCore *core, const Touch *t, PetscInt d, const Pet
 
     if (k / 2 == d) continue;
     if (held)
-      share[k] = Holds(f->type) ? 1 : 0;
-    else if (f->type == MPM_WALL_friction)
+      share[k] = MPMWallHas(f->type, MPM_WALL_TANGENT) ? 1 : 0;
+    else if (MPMWallHas(f->type, MPM_WALL_BRAKES))
       share[k] = f->mu * PetscAbsReal(J[k / 2]);
     sum += share[k];
   }
@@ -138,7 +133,7 @@ static void WallVelocity(const MPMCore *core, const Touch *t, PetscReal V[])
     const MPMFace *f = &core->params.walls->given[t->face[n] / 2][t->face[n] % 2];
 
     for (PetscInt d = 0; d < core->grid.dim; d++)
-      if (Holds(f->type) || d == t->face[n] / 2) V[d] = f->velocity[d];
+      if (MPMWallHas(f->type, MPM_WALL_TANGENT) || d == t->face[n] / 2) V[d] = f->velocity[d];
   }
 }
 

@@ -17,12 +17,23 @@ extern const MPMScheme MPMSchemes[]; /* rows of scheme.def; the last has no name
 /* What -method_order repeats: nothing; the filter of xpic; the corrections of the nodes' velocity of afmpm. */
 typedef enum { MPM_NO_ROUNDS, MPM_FILTER, MPM_CORRECT } MPMRounds;
 
+/* Which columns of stable.def have the bounds of a transfer. */
+typedef enum {
+  MPM_BOUNDS_UNKNOWN,
+  MPM_BOUNDS_FLIP,
+  MPM_BOUNDS_AFLIP,
+  MPM_BOUNDS_APIC,
+  MPM_BOUNDS_FILTERED,
+  MPM_BOUNDS_AFMPM
+} MPMBounds;
+
 /* A transfer: how particles get their velocity back from the grid. */
 typedef struct {
   const char *name, *what;
   PetscReal   flip;  /* share of FLIP; < 0: it is -method_flip */
   PetscInt    parts; /* added to the phases of momentum and motion: MPM_AFFINE of apic */
   MPMRounds   rounds;
+  MPMBounds   bounds;
 } MPMTransfer;
 extern const MPMTransfer MPMTransfers[]; /* rows of transfer.def; the last has no name */
 
@@ -36,13 +47,21 @@ typedef struct {
 /* How long the steps of a method may be, as c dt/h: the largest that is stable at rest and where particles cross cells
    (0: none), and the default of -dt_cfl, which is the second over a margin of 1.15, at most 0.5 (0.4 if that is below
    0.15). grows: with steps of C, noise of particles that cross cells gets ten times its energy in grows/C^2 steps; 0: not
-   known. Basis, method, params.strain and params.flip have to be known. With: of another basis and update. Not collective. */
+   known. A method that stable.def does not have is not `known`: its bounds are infinite, and cfl is 0.4. Basis, method,
+   params.strain and params.flip have to be set. With: of another basis and update. Not collective. */
 #define MPM_STABLE_MARGIN 1.15
 typedef struct {
+  PetscBool known;
   PetscReal rest, crossing, cfl, grows;
 } MPMStable;
 MPMStable MPMStableOf(const MPMCore *, const MPMMethod *);
 MPMStable MPMStableWith(const MPMCore *, const MPMMethod *, MPMBasis, const char update[]);
+
+/* The update that warnings advise. */
+#define MPM_UPDATE_ADVISED "usl"
+
+/* Returns by how much a method was wrong on a manufactured solution (stable.def) [2], %, or NULL. */
+const PetscReal *MPMStableWrong(const MPMCore *, const MPMMethod *);
 
 /* Sets core->phases as this scene needs them, core->program, which lists those of a step one after the other, and their
    timers. Method, needs and basis have to be known. Collective on the world, for the events of -log_view. */

@@ -10,11 +10,13 @@ static const struct {
   MPMBasis    basis;
   PetscReal   rest[2], crossing[NUM_KINDS];
 } rows[] = {
+#define MPM_WRONG(basis, update, transfer, least, most)
 #define MPM_GROWS(basis, update, steps)
 #define MPM_STABLE(basis, update, rest, affine, ...) {#update, MPM_BASIS_##basis, {rest, affine}, {__VA_ARGS__}},
 #include "step/stable.def"
 #undef MPM_STABLE
 #undef MPM_GROWS
+#undef MPM_WRONG
 };
 
 static const struct {
@@ -22,22 +24,45 @@ static const struct {
   MPMBasis    basis;
   PetscReal   steps;
 } grows[] = {
+#define MPM_WRONG(basis, update, transfer, least, most)
 #define MPM_GROWS(basis, update, steps) {#update, MPM_BASIS_##basis, steps},
 #define MPM_STABLE(basis, update, rest, affine, ...)
 #include "step/stable.def"
 #undef MPM_STABLE
 #undef MPM_GROWS
+#undef MPM_WRONG
 };
 
-static int Kind(const MPMCore *core, const MPMMethod *method)
-{
-  const PetscBool affine = method->transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
+static const struct {
+  const char *update, *transfer;
+  MPMBasis    basis;
+  PetscReal   percent[2];
+} wrong[] = {
+#define MPM_WRONG(basis, update, transfer, least, most) {#update, #transfer, MPM_BASIS_##basis, {least, most}},
+#define MPM_GROWS(basis, update, steps)
+#define MPM_STABLE(basis, update, rest, affine, ...)
+#include "step/stable.def"
+#undef MPM_STABLE
+#undef MPM_GROWS
+#undef MPM_WRONG
+};
 
-  if (method->transfer->rounds == MPM_CORRECT) return AFMPM;
-  if (affine && method->transfer->flip == 0) return APIC;
-  if (affine) return core->params.strain > 0.5 ? AFLIP_1 : core->params.strain > 0 ? AFLIP_HALF : AFLIP_0;
-  if (method->transfer->flip == 0) return FILTERED;
-  return method->rate > 0 || method->viscosity > 0 || core->params.flip < 0.995 ? DAMPED : FLIP;
+/* Sets the columns of a method: that at rest, and that where particles cross cells. */
+static void Columns(const MPMCore *core, const MPMMethod *method, int *rest, int *crossing)
+{
+  const MPMBounds bounds = method->transfer->bounds;
+  const PetscReal strain = core->params.strain;
+  const PetscBool damped = (PetscBool)(method->rate > 0 || method->viscosity > 0 || core->params.flip < 0.995);
+
+  *rest     = bounds == MPM_BOUNDS_APIC || bounds == MPM_BOUNDS_AFLIP;
+  *crossing = bounds == MPM_BOUNDS_AFMPM      ? AFMPM
+              : bounds == MPM_BOUNDS_APIC     ? APIC
+              : bounds == MPM_BOUNDS_AFLIP    ? (strain > 0.5 ? AFLIP_1
+                                                 : strain > 0 ? AFLIP_HALF
+                                                              : AFLIP_0)
+              : bounds == MPM_BOUNDS_FILTERED ? FILTERED
+              : damped                        ? DAMPED
+                                              : FLIP;
 }
 
 MPMStable MPMStableOf(const MPMCore *core, const MPMMethod *method)
@@ -47,18 +72,29 @@ MPMStable MPMStableOf(const MPMCore *core, const MPMMethod *method)
 
 MPMStable MPMStableWith(const MPMCore *core, const MPMMethod *method, MPMBasis basis, const char update[])
 {
-  const PetscBool affine = method->transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
-  MPMStable       stable = {0, 0, 0.4, 0};
+  MPMStable stable = {PETSC_FALSE, PETSC_INFINITY, PETSC_INFINITY, 0.4, 0};
+  int       rest, crossing;
 
-  for (size_t k = 0; k < sizeof rows / sizeof rows[0]; k++)
+  Columns(core, method, &rest, &crossing);
+  for (size_t k = 0; k < sizeof rows / sizeof rows[0] && method->transfer->bounds != MPM_BOUNDS_UNKNOWN; k++)
     if (rows[k].basis == basis && !strcmp(rows[k].update, update)) {
-      stable.crossing = rows[k].crossing[Kind(core, method)];
-      stable.rest     = Kind(core, method) == AFMPM ? stable.crossing : rows[k].rest[affine];
+      stable.known    = PETSC_TRUE;
+      stable.crossing = rows[k].crossing[crossing];
+      stable.rest     = crossing == AFMPM ? stable.crossing : rows[k].rest[rest];
     }
+  if (!stable.known) return stable;
   if (stable.crossing / MPM_STABLE_MARGIN >= 0.15) /* in twentieths */
     stable.cfl = PetscMin(0.5, PetscFloorReal(stable.crossing / MPM_STABLE_MARGIN * 20 + 1e-9) / 20);
   for (size_t k = 0; k < sizeof grows / sizeof grows[0]; k++)
-    if (grows[k].basis == basis && !strcmp(grows[k].update, update) && Kind(core, method) == FLIP)
-      stable.grows = grows[k].steps;
+    if (grows[k].basis == basis && !strcmp(grows[k].update, update) && crossing == FLIP) stable.grows = grows[k].steps;
   return stable;
+}
+
+const PetscReal *MPMStableWrong(const MPMCore *core, const MPMMethod *method)
+{
+  for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++)
+    if (wrong[k].basis == core->basis && !strcmp(wrong[k].update, method->scheme->name) &&
+        !strcmp(wrong[k].transfer, method->transfer->name))
+      return wrong[k].percent;
+  return NULL;
 }
