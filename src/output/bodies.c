@@ -160,7 +160,7 @@ static PetscErrorCode Sums(const MPMMeasures *m, MPMCore *core, const MPMShown *
 
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(3 * m->nbodies, &sum));
-  PetscCall(MPMParticlesReadView(&core->particles, -1, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
   for (PetscInt p = 0; p < view.n; p++)
     for (PetscInt b = 0; b < m->nbodies; b++) {
       const MPMBody *body     = &shown->scene->bodies[m->body[b]];
@@ -187,7 +187,7 @@ static PetscErrorCode Extents(const MPMMeasures *m, MPMCore *core, const MPMShow
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < 3 * m->nbodies; k++) out[k] = PETSC_MAX_REAL;
-  PetscCall(MPMParticlesReadView(&core->particles, -1, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
   for (PetscInt p = 0; p < view.n; p++)
     for (PetscInt b = 0; b < m->nbodies; b++) {
       const MPMBody *body = &shown->scene->bodies[m->body[b]];

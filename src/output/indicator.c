@@ -29,7 +29,7 @@ static PetscErrorCode ReadStress(const MPMScene *scene, MPMCore *core, const Par
   MPMView        view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMParticlesReadView(&core->particles, -1, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     PetscReal all[MPM_MAX_COMPONENTS], V, *row = r + p * part->dim;
 
@@ -51,7 +51,7 @@ static PetscErrorCode AddJump(const MPMScene *scene, MPMCore *core, const Part *
   MPMView        view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMParticlesReadView(&core->particles, -1, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const PetscReal size2 = Size2(part, r + p * part->dim);
     PetscReal       V;
@@ -77,7 +77,7 @@ static PetscErrorCode FindLargest(MPMCore *core, const float of[], MPMIndicator 
   indicator->largest = 0;
   for (PetscInt p = 0; p < core->particles.n; p++) indicator->largest = PetscMax(indicator->largest, (PetscReal)of[p]);
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &indicator->largest, 1, MPIU_REAL, MPIU_MAX, core->exchange.data));
-  PetscCall(MPMParticlesReadView(&core->particles, MPM_BIT(id) | MPM_BIT(x), &view));
+  PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(id) | MPM_BIT(x), &view));
   for (PetscInt p = 0; p < view.n; p++)
     if ((PetscReal)of[p] == indicator->largest && view.id[p] < id) {
       id = view.id[p];

@@ -26,7 +26,7 @@ PetscErrorCode MPMLostAdd(const MPMScene *scene, MPMCore *core)
   MPMView        view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
     if (!(MPMDiagnostics[k].uses & MPM_SHOW_LOST)) continue;
     for (PetscInt p = 0; p < view.n; p++) {

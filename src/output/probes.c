@@ -138,7 +138,7 @@ static PetscErrorCode FindNearest(const MPMProbe *p, MPMCore *core, PetscInt64 *
   MPMView        view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt k = 0; k < view.n; k++) {
     PetscReal r2 = 0;
 
@@ -171,7 +171,7 @@ static PetscErrorCode OfParticle(MPMMeasures *m, MPMProbe *p, MPMCore *core, con
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
-  PetscCall(MPMParticlesReadView(&core->particles, -1, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
   for (PetscInt d = 0; d < dim; d++) m->value[at++] = (PetscReal)NAN;
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++)
     for (PetscInt c = 0; c < MPMDiagnostics[f].nc && p->fields >> f & 1; c++)
@@ -229,7 +229,7 @@ static PetscErrorCode OfPlace(MPMMeasures *m, const MPMProbe *p, MPMCore *core, 
 
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(1 + MPM_MAX_COMPONENTS * MPM_NUM_DIAGNOSTICS, &sum));
-  PetscCall(MPMParticlesReadView(&core->particles, -1, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
   for (PetscInt k = 0; k < view.n; k++) {
     const PetscReal W = Weight(&core->grid, &view, k, p->x), mass = core->params.kinds[view.kind ? view.kind[k] : 0].m;
 

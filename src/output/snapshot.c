@@ -151,7 +151,7 @@ static PetscErrorCode ParticleRows(MPMCore *core, const MPMScene *scene, Rows *r
   MPMView        view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMParticlesReadView(&core->particles, MPM_BIT(id), &view));
+  PetscCall(MPMParticlesGetView(&core->particles, MPM_BIT(id), &view));
   PetscCall(PetscMalloc1(view.n, &row));
   for (PetscInt p = 0; p < view.n; p++) row[p] = (PetscInt)view.id[p];
   PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(id), &view));
@@ -195,7 +195,7 @@ static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMSce
     const PetscInt nc = MPMDiagnostics[f].nc;
 
     if (!(out->fields >> f & 1)) continue;
-    PetscCall(MPMParticlesReadView(&core->particles, -1, &view));
+    PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
     for (PetscInt p = 0; p < n; p++) MPMDiagnostics[f].fill(&shown, &view, p, here + p * nc);
     PetscCall(MPMParticlesRestoreView(&core->particles, -1, &view));
     PetscCall(WriteRows(file, (*set)++, &rows, nc, here, sorted));

@@ -24,7 +24,7 @@ static PetscErrorCode FindWrong(const MPMScene *scene, MPMCore *core, MPMTotals 
   MPMView        view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMParticlesReadView(&core->particles, -1, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
   for (PetscInt k = MPM_NUM_DIAGNOSTICS - 1; k >= 0; k--) { /* the first row last, so that it is the one to be named */
     PetscInt64 id = INT64_MAX;
 
@@ -56,7 +56,7 @@ PetscErrorCode MPMTotalsCompute(const MPMScene *scene, MPMCore *core, MPMTotals 
 
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(totals, sizeof *totals));
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
     const MPMDiagnostic *row = &MPMDiagnostics[k];
 

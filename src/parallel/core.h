@@ -29,7 +29,7 @@ struct _MPMPhase {
   PetscInt motion;                      /* MPM_NODES: 1: velocities are new, and are sent; 2: accelerations too */
   PetscBool light;                       /* MPM_NODES: others carry the light nodes (kernels/light.h) */
   PetscInt particles_in, particles_out; /* bits of the fields that it reads, writes */
-  PetscReal share;                      /* of the step over which a transfer to particles works */
+  PetscReal share;                       /* of the step over which a transfer to particles works */
   PetscInt timer;                       /* number of its timer, set by MPMStepSetUp */
 };
 

@@ -19,7 +19,7 @@ PetscErrorCode MPMParticlesFingerprint(MPMParticles *particles, PetscInt64 *ids)
   MPMView  view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMParticlesReadView(particles, MPM_BIT(id), &view));
+  PetscCall(MPMParticlesGetView(particles, MPM_BIT(id), &view));
   for (PetscInt p = 0; p < view.n; p++) sum += MPMParticleHash(view.id[p]);
   PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(id), &view));
   *ids = (PetscInt64)sum;
@@ -39,7 +39,7 @@ static PetscErrorCode FirstWrong(MPMParticles *particles, MPI_Comm comm, PetscBo
   if (!doubled && particles->total < particles->born) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMPIIntCast((PetscInt)particles->born, &len));
   PetscCall(PetscCalloc1(particles->born, &count));
-  PetscCall(MPMParticlesReadView(particles, MPM_BIT(id), &view));
+  PetscCall(MPMParticlesGetView(particles, MPM_BIT(id), &view));
   for (PetscInt p = 0; p < view.n; p++)
     if (view.id[p] >= 0 && view.id[p] < particles->born) count[view.id[p]]++;
   PetscCall(MPMParticlesRestoreView(particles, MPM_BIT(id), &view));
@@ -64,7 +64,7 @@ static PetscErrorCode DescribeLoss(MPMParticles *particles, MPI_Comm comm, char 
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(FirstWrong(particles, comm, PETSC_FALSE, &missing));
   PetscCall(FirstWrong(particles, comm, PETSC_TRUE, &doubled));
-  PetscCall(MPMParticlesReadView(particles, MPM_BIT(id) | MPM_BIT(x), &view));
+  PetscCall(MPMParticlesGetView(particles, MPM_BIT(id) | MPM_BIT(x), &view));
   for (PetscInt p = 0; p < view.n; p++)
     if (doubled >= 0 && view.id[p] == doubled) {
       holder = rank;
@@ -111,7 +111,7 @@ PetscErrorCode MPMParticlesDigest(MPMParticles *particles, MPI_Comm comm, PetscI
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     PetscCheck(MPMFields[f].home != MPM_STATE || f == MPM_FIELD_INDEX_kind || particles->bytes[f] % 8 == 0, comm,
                PETSC_ERR_PLIB, "field %s of the state is not made of words of 8 bytes", MPMFields[f].name);
-  PetscCall(MPMParticlesReadView(particles, -1, &view));
+  PetscCall(MPMParticlesGetView(particles, -1, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     uint64_t h = MPMMix((uint64_t)view.id[p] + 0x9e3779b97f4a7c15ULL);
 

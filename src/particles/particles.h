@@ -51,7 +51,6 @@ PetscErrorCode MPMParticlesDestroy(MPMParticles *);
 PetscErrorCode MPMParticlesSetSize(MPMParticles *, PetscInt n);
 PetscErrorCode MPMParticlesResize(MPMParticles *);
 PetscErrorCode MPMParticlesGetView(MPMParticles *, PetscInt fields, MPMView *);
-PetscErrorCode MPMParticlesReadView(MPMParticles *, PetscInt fields, MPMView *);
 PetscErrorCode MPMParticlesRestoreView(MPMParticles *, PetscInt fields, MPMView *);
 PetscErrorCode MPMParticlesGetField(MPMParticles *, PetscInt field, void **at);
 PetscErrorCode MPMParticlesRestoreField(MPMParticles *, PetscInt field);

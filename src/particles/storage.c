@@ -239,14 +239,6 @@ PetscErrorCode MPMParticlesGetView(MPMParticles *particles, PetscInt fields, MPM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Does the same for a view that will only be read. Not collective. */
-PetscErrorCode MPMParticlesReadView(MPMParticles *particles, PetscInt fields, MPMView *view)
-{
-  PetscFunctionBeginUser;
-  PetscCall(MPMParticlesGetView(particles, fields, view));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Ends the use of a view with these fields. Not collective. */
 PetscErrorCode MPMParticlesRestoreView(MPMParticles *particles, PetscInt fields, MPMView *view)
 {

@@ -46,7 +46,7 @@ static PetscErrorCode FindNear(Facts *f)
   PetscFunctionBeginUser;
   f->at      = (MPMFound){-1, -1, {0}, {0}};
   f->nearest = PETSC_MAX_REAL;
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const PetscBool own   = view.id[p] == f->status->id ? PETSC_TRUE : PETSC_FALSE;
     MPMFound        found = {own ? 2 : 1, 16 * view.id[p], {0}, {0}};

@@ -59,7 +59,7 @@ static PetscErrorCode Examine(MPM mpm, Table table[])
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < dim; d++) cell *= core->grid.h[d];
-  PetscCall(MPMParticlesReadView(&mpm->core.particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&mpm->core.particles, fields, &view));
   PetscCall(PetscMalloc1(PetscMax(1, view.n), &place));
   for (PetscInt p = 0; p < view.n; p++) {
     const MPMKind *kind   = &core->params.kinds[view.kind ? view.kind[p] : 0];

@@ -182,7 +182,7 @@ static PetscErrorCode WarnOfSpin(MPM mpm)
   if (dim == 1 || (affine && mpm->method.transfer->flip >= 0)) PetscFunctionReturn(PETSC_SUCCESS);
   if (mpm->method.transfer->bounds == MPM_BOUNDS_UNKNOWN) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(N * scene->nbodies, &sum));
-  PetscCall(MPMParticlesReadView(&mpm->core.particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&mpm->core.particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     PetscReal x[3] = {0}, v[3] = {0}, *s;
 

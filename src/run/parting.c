@@ -366,7 +366,7 @@ PetscErrorCode MPMPartingLook(MPM mpm, PetscInt *near, MPMFound *wide, MPMFound 
 
   PetscFunctionBeginUser;
   *parted = l.wide;
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &l.view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &l.view));
   PetscCallMPI(MPI_Comm_size(core->exchange.data, &size));
   l.alone = size == 1 ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(MakeRows(&l));

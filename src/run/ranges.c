@@ -118,7 +118,7 @@ PetscErrorCode MPMRangesLook(MPM mpm, PetscInt *beyond, PetscInt *lost, MPMFound
   *beyond = *lost = 0;
   if (!asked) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt r = 0; r < NROWS; r++) most[r] = (MPMFound){-1, -1, {0}, {0}};
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const MPMMaterial *m = core->params.materials + core->params.kinds[view.kind ? view.kind[p] : 0].material;
 

@@ -161,7 +161,7 @@ static PetscErrorCode PrintLoads(MPM mpm)
   MPMView        view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMParticlesReadView(&mpm->core.particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&mpm->core.particles, fields, &view));
   for (PetscInt l = 0; l < mpm->scene.nloads; l++) {
     const MPMLoad *load    = &mpm->scene.loads[l];
     const MPMBody *body    = &mpm->scene.bodies[load->body];

@@ -36,7 +36,7 @@ PetscErrorCode MPMSamplesGather(MPM mpm, MPMSamples *samples)
   PetscCallMPI(MPI_Comm_size(mpm->core.exchange.data, &size));
   PetscCall(PetscMalloc1(mpm->core.particles.n, &mine));
   PetscCall(PetscMalloc2(size, &counts, size, &starts));
-  PetscCall(MPMParticlesReadView(&mpm->core.particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&mpm->core.particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const MPMBody *body = mpm->scene.bodies;
     MPMSample     *s    = &mine[p];

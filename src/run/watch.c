@@ -75,7 +75,7 @@ static PetscErrorCode FindCause(MPM mpm)
   MPMBlock b;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const MPMMaterial *m     = core->params.materials + core->params.kinds[view.kind ? view.kind[p] : 0].material;
     PetscReal          value = 0;
@@ -168,7 +168,7 @@ PetscErrorCode MPMWatchRest(MPM mpm)
   if (core->step != 1 || !(g > 0) || MPMDampingIsOn(core)) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < mpm->scene.nbodies; k++)
     if (mpm->scene.bodies[k].v2 > 0) PetscFunctionReturn(PETSC_SUCCESS); /* nor shall it rest */
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     PetscReal v2 = 0;
 

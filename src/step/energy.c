@@ -272,7 +272,7 @@ PetscErrorCode MPMEnergyVolumes(MPMCore *core, PetscInt sign)
   MPMView        view;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     PetscReal          V0, stored;
     const MPMMaterial *m = MaterialOf(core, &view, p, &V0);
@@ -397,7 +397,7 @@ PetscErrorCode MPMEnergyStep(MPMCore *core, PetscBool begins)
 
   PetscFunctionBeginUser;
   PetscCall(MakeRoom(core));
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   if (e->loads || KeepsAll(e)) {
     if (begins)
       KeepMotion(core, &view, e);

@@ -204,7 +204,7 @@ PetscErrorCode MPMGapsUpdate(MPMCore *core)
   PetscFunctionBeginUser;
   if (!g) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt i = 0; i < 2 * g->n; i++) g->gap[i] = PETSC_INFINITY;
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt k = 0; k < 2 * dim; k++) {
     const PetscInt  d    = k / 2;
     const PetscBool moves = core->params.walls->given[d][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;

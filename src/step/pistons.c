@@ -108,7 +108,7 @@ PetscErrorCode MPMPistonsUpdate(MPMCore *core)
 
   PetscFunctionBeginUser;
   PetscCall(PetscArrayzero(core->pistons->weight, n));
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt k = 0; k < 2 * dim; k++) {
     const PetscReal h = grid->h[k / 2];
     PetscReal       plane, sign;

@@ -189,7 +189,7 @@ PetscErrorCode MPMStepBound(MPMCore *core)
 
   PetscFunctionBeginUser;
   MPMStatusReset(&core->status);
-  PetscCall(MPMParticlesReadView(&core->particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     const MPMMaterial *m  = core->params.materials + core->params.kinds[view.kind ? view.kind[p] : 0].material;
     PetscReal          v2 = 0;
