@@ -62,8 +62,8 @@ def words(options):
 class Fields(Mapping):
     """The fields of a group of a snapshot: read when they are asked for."""
 
-    def __init__(self, path, group, order=None):
-        self.path, self.group, self.order = path, group, order
+    def __init__(self, path, group, order=None, keep=None):
+        self.path, self.group, self.order, self._keep = path, group, order, keep
 
     def __getitem__(self, name):
         with h5py.File(self.path) as file:
@@ -82,19 +82,20 @@ class Fields(Mapping):
 class Snapshot:
     """A state: step, time [s], dt [s], digest; particles[field], in the order of their ids; grid[field], by z, y, x."""
 
-    def __init__(self, path, group):
+    def __init__(self, path, group, keep=None):
         with h5py.File(path) as file:
             attributes = {name: text(value) for name, value in file[group].attrs.items()}
         self.step, self.time, self.dt = int(attributes["step"]), float(attributes["time"]), float(attributes["dt"])
         self.digest = attributes["digest"]
-        self.particles, self.grid = Fields(path, f"{group}/particles", "id"), Fields(path, f"{group}/grid")
+        self.particles = Fields(path, f"{group}/particles", "id", keep)
+        self.grid = Fields(path, f"{group}/grid", keep=keep)
 
 
 class Snapshots(Sequence):
     """The snapshots of a file by their place in time, none if there is no file; attributes: of the whole file."""
 
-    def __init__(self, path):
-        self.path, self.groups, self.attributes = path, [], {}
+    def __init__(self, path, keep=None):
+        self.path, self.groups, self.attributes, self._keep = path, [], {}, keep
         if os.path.exists(path):
             with h5py.File(path) as file:
                 self.groups = sorted((name for name in file if name.startswith("step_")), key=lambda name: int(name[5:]))
@@ -102,8 +103,8 @@ class Snapshots(Sequence):
 
     def __getitem__(self, place):
         if isinstance(place, slice):
-            return [Snapshot(self.path, name) for name in self.groups[place]]
-        return Snapshot(self.path, self.groups[place])
+            return [Snapshot(self.path, name, self._keep) for name in self.groups[place]]
+        return Snapshot(self.path, self.groups[place], self._keep)
 
     def __len__(self):
         return len(self.groups)
@@ -136,7 +137,7 @@ class Result:
 
     def __init__(self, folder, name, status=0, out="", err="", keep=None):
         self.folder, self.name, self.status, self.out, self.err = folder, name, status, out, err
-        self._keep = keep  # a temporary folder, which lasts as long as the result
+        self._keep = keep  # a temporary folder, which lasts as long as the result and its snapshots
 
     def path(self, end):
         return os.path.join(self.folder, self.name + end)
@@ -148,7 +149,7 @@ class Result:
 
     @functools.cached_property
     def snapshots(self):
-        return Snapshots(self.path(".h5"))
+        return Snapshots(self.path(".h5"), self._keep)
 
     def find(self, pattern):
         """The group of a pattern in what was printed; None if it is not there."""
@@ -217,18 +218,22 @@ def own_lines(err):
     return lines
 
 
+# A process alone need not look for networks, nor prepare to start others: Open MPI starts eight times as fast then.
+ALONE = {"OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self", "OMPI_MCA_ess_singleton_isolated": "1"}
+
+
 @contextlib.contextmanager
-def own_folder():
+def own_folder(alone=False):
     """The environment of a start, with a folder for temporary files that no other start has: MPI makes there a folder of one name
     for all runs of a user, and of two runs that start or end in the same moment one may fail. Its name is short, as sockets need."""
     with tempfile.TemporaryDirectory(prefix="mpi-", ignore_cleanup_errors=True) as folder:
-        yield os.environ | {"TMPDIR": folder}
+        yield (ALONE if alone else {}) | os.environ | {"TMPDIR": folder}
 
 
 def start(command, processes=1, timeout=None):
     """(exit status, standard output, standard error) of a command on so many processes, by mpiexec or what MPIEXEC names."""
     command = [*([*os.environ.get("MPIEXEC", "mpiexec").split(), "-n", processes] if processes > 1 else []), *command]
-    with own_folder() as environment:
+    with own_folder(processes == 1) as environment:
         done = subprocess.run(list(map(str, command)), stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
                               env=environment, timeout=timeout)
     return done.returncode, done.stdout, done.stderr
@@ -245,11 +250,16 @@ def run(scene=None, processes=1, folder=None, program=None, timeout=None, check=
     options   as dt_cfl=0.2, grid_cells=(8, 8), dry_run=True; they count more than those of the scene
     """
     given = [] if scene is None else ["-options_file", scene] if isinstance(scene, (str, os.PathLike)) else list(map(str, scene))
-    path = next((value for name, value in zip(given, given[1:]) if name == "-options_file"), "run")
-    keep = tempfile.TemporaryDirectory(prefix="pebble-", ignore_cleanup_errors=True) if folder is None else None
-    options = {"output_dir": folder or keep.name, "output_name": os.path.splitext(os.path.basename(path))[0]} | options
+    known, keep = dict(zip(given, given[1:])), None
+    name = options.get("output_name") or known.get("-output_name") or os.path.splitext(os.path.basename(known.get("-options_file", "run")))[0]
+    place = folder or options.get("output_dir") or known.get("-output_dir")
+    if not place and not options.get("dry_run"):
+        keep = tempfile.TemporaryDirectory(prefix="pebble-", ignore_cleanup_errors=True)
+        place = keep.name
+    if not options.get("dry_run"):
+        options = options | {"output_dir": place, "output_name": name}
     command = [program or find_program(), *given, *words(options)]
-    result = Result(str(options["output_dir"]), options["output_name"], *start(command, processes, timeout), keep)
+    result = Result(str(place), name, *start(command, processes, timeout), keep)
     if check and result.status:
         raise Error(result.line, result)
     return result

@@ -1,0 +1,135 @@
+"""A scene of a study: its options with some of them replaced, and what the program says of it before the first step."""
+import hashlib
+import os
+import re
+
+import numpy as np
+import pebble_mpm as pebble
+
+from . import series
+
+ELSEWHERE = ("options_file", "options_view", "output_dir", "output_name", "dry_run", "log_view", "options_left")  # change no result
+WRONG = r"^warning +\S+ with \S+ and \S+ ((?:is unstable where particles cross cells|stops all motion in|was wrong by).*)$"
+KERNELS = re.compile(r"^kernels +(\S+)(?: (stretch|steffen))? / (\S+) / (\w+)(?: ([\d.e+-]+))?(?: strain (\S+))?(?: damping rate (\S+))?"
+                     r"(?: viscosity (\S+) m\^2/s)? / ", re.M)
+
+
+class Refused(Exception):
+    """What a study or the program does not take: one line."""
+
+
+def database(words, processes):
+    """{name: value} of all options of a scene, those of its files too."""
+    result = pebble.run(words, processes, check=False, dry_run=True, options_view=True)
+    if result.status:
+        raise Refused(result.line)
+    block = re.search(r"^#PETSc Option Table entries:\n(.*?)^#End", result.out, re.M | re.S)
+    if not block:
+        raise Refused("the program did not list its options (-options_view)")
+    options = dict(re.match(r"-(\S+) ?(.*)", line).groups() for line in block[1].splitlines())
+    given = [words[k + 1] for k, word in enumerate(words) if word == "-options_file"]
+    for name, value in options.items():  # a file is named beside the scene
+        beside = [os.path.join(os.path.dirname(path), value) for path in given]
+        if re.fullmatch(r"body_\w+_file", name):
+            options[name] = next((os.path.abspath(path) for path in [*beside, value] if os.path.exists(path)), value)
+    return {name: value for name, value in options.items() if name not in ("dry_run", "options_view")}
+
+
+class Facts:
+    """What the program says of options without a step. refused: the line with which it refuses them, or ""; then the rest is not
+    there. wrong: why the method is doubtful wherever particles cross cells, or ""."""
+
+    def __init__(self, options, processes):
+        result = pebble.run(words(options), processes, check=False, dry_run=True)
+        self.refused = result.line if result.status else ""
+        self.wrong = result.find(WRONG) or ""
+        if self.refused:
+            return
+        self.title, cells = re.search(r"^scene +(.*?)   \d-D.*?   (\S+) cells ", result.out, re.M).groups()
+        self.cells = [int(n) for n in cells.split("x")]
+        self.dim = len(self.cells)
+        lower, upper = (numbers(options[f"grid_{end}"], self.dim) for end in ("lower", "upper"))
+        self.h = [(b - a) / n for a, b, n in zip(lower, upper, self.cells)]
+        self.length = [b - a if options.get(f"bc_{axis}min_type") == "periodic" else np.inf for a, b, axis in zip(lower, upper, "xyz")]
+        self.counts = [int(n) for n in result.find(r"^scene .* particles \((\S+)\)").split("+")]
+        self.particles = sum(self.counts)
+        self.masses = [float(m) for m in re.findall(r"^body +.* particles, (\S+) kg", result.out, re.M)]
+        self.basis, form, self.update, self.transfer, number, *rest = KERNELS.search(result.out).groups()
+        self.stretched = form == "stretch"
+        self.strain, self.rate, self.viscosity = (float(text) if text else None for text in rest)
+        flips, orders = self.transfer in ("flip", "aflip"), self.transfer in ("xpic", "afmpm")
+        self.flip = (float(number) if number else 1.0) if flips else None
+        self.order = int(number) if orders else None
+        self.fixed = float(options["dt_size"]) if options.get("dt_size", "auto") != "auto" else 0.0
+        preset = result.find(r"^preset .* -dt_cfl (\S+)")
+        self.cfl = float(options.get("dt_cfl") or preset or result.find(r"^stability .* = (\S+) h/\(c\+\|v\|\)") or "nan")
+        self.memory = 1e6 * result.number(r"^fields .* B/node: (\S+) MB")
+        self.predicted = result.number(r"^  all +\S+ +(\S+)")
+
+    @property
+    def method(self):
+        """What makes two runs of a grid the same."""
+        return (self.basis, self.stretched, self.update, self.transfer, self.flip, self.strain, self.rate, self.order, self.particles, self.cfl,
+                self.fixed)
+
+
+def numbers(text, dim):
+    found = [float(word) for word in text.split(",")]
+    return found * dim if len(found) == 1 else found
+
+
+def words(options):
+    return [word for name, value in options.items() if value is not None for word in (f"-{name}", *([pebble.word(value)] if value != "" else []))]
+
+
+def bodies(options):
+    return options["bodies"].split(",")
+
+
+def refined(options, facts, level):
+    """Cells, and a given -dt_size, 2^level times as fine as those of the scene that facts tell of."""
+    cells = [n << level if level > 0 else n >> -level for n in facts.cells]
+    changed = options | {"grid_h": None, "grid_cells": tuple(cells)}
+    return changed | ({"dt_size": facts.fixed / 2 ** level} if facts.fixed else {})
+
+
+def digits(options, *more):
+    """16 digits that name a run: its options, the program's version, and more."""
+    kept = {name: pebble.word(value) for name, value in options.items() if value is not None and name not in ELSEWHERE}
+    return hashlib.sha256(repr((sorted(kept.items()), version(), more)).encode()).hexdigest()[:16]
+
+
+def version(known={}):
+    program = pebble.find_program()
+    if program not in known:
+        known[program] = pebble.start([program, "-version"])[1].strip()
+    return known[program]
+
+
+def begun(options, processes):
+    """The first snapshot of a scene, as its options are without a known solution, which may start displaced: where all particles are
+    on their lattices; and the names of the columns of its history."""
+    plain = {name: value for name, value in options.items() if not re.match(r"mms_|reference_", name)}
+    plain |= {"time_max_steps": 0, "output_format": "hdf5", "output_every": 1e300, "output_name": None, "output_dir": None}
+    result = pebble.run(words(plain), processes)
+    return result.snapshots[0], list(result.history)
+
+
+def per_cell(options, facts, processes):
+    """[particles per cell and axis] of each body."""
+    given = [options.get(f"body_{name}_ppc") for name in bodies(options)]
+    if all(given):
+        return [[int(n) for n in numbers(text, facts.dim)] for text in given]
+    X = begun(options, processes)[0].particles["x"]
+    return [[round(h / series.spacing(axis)) for h, axis in zip(facts.h, part.T)] for part in parts(X[:, :facts.dim], facts)]
+
+
+def parts(values, facts):
+    """An array of all particles, in the order of their ids, by bodies."""
+    return np.split(values, np.cumsum(facts.counts)[:-1])
+
+
+def samples(start, end, facts):
+    """The bodies of a run, to be compared with those of another: from where they started and the last snapshot."""
+    X, x = start.particles["x"][:, :facts.dim], end.particles["x"][:, :facts.dim]
+    return [series.Body(one, other - one, m / len(one)) for one, other, m in zip(parts(X, facts), parts(x, facts), facts.masses)]
