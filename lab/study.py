@@ -19,6 +19,7 @@ try:
     from pebble_study import scene
     from pebble_study.convergence import Convergence
     from pebble_study.quantity import Quantity
+    from pebble_study.stability import Stability
 except ModuleNotFoundError as missing:
     if (missing.name or "").startswith("pebble"):
         raise
@@ -98,10 +99,16 @@ def parser_of():
     one = parser.add_argument_group("convergence")
     one.add_argument("--vary", choices=["grid", "dt", "ppc"], default="grid", help="what is refined: cells and time step, the time step alone, or particles per cell")
     one.add_argument("--order-min", type=float, metavar="P", help="exit status 3 if the order of the last pair is smaller")
+    many = parser.add_argument_group("trade and stability")
+    many.add_argument("--basis", metavar="LIST", help="values of -method_basis, or gimp_stretch (trade: all that the program has; stability: the scene's)")
+    many.add_argument("--update", metavar="LIST", help="values of -method_update (usl,musl; the scene's)")
+    many.add_argument("--transfer", metavar="LIST", help="values of -method_transfer, with :number for -method_flip or -method_order, as in flip:0.99 (flip,apic,aflip; the scene's)")
+    last = parser.add_argument_group("stability")
+    last.add_argument("--steps", type=int, default=20000, metavar="N", help="steps of a run; a body at rest and blocks make a part of them, which the study prints (20000)")
     return parser
 
 
-BELONGS = {"levels": "ct", "quantity": "ct", "value": "ct", "vary": "c", "order_min": "c"}
+BELONGS = {"levels": "ct", "quantity": "ct", "value": "ct", "vary": "c", "order_min": "c", "basis": "ts", "update": "ts", "transfer": "ts", "steps": "s"}
 
 
 def read_words(argv):
@@ -129,6 +136,8 @@ def read_words(argv):
             parser.error(f"--{name.replace('_', '-')} is of another study than {words.study}")
     if not 2 <= words.levels <= 12:
         parser.error(f"--levels {words.levels} is outside the allowed range 2 <= levels <= 12")
+    if not 100 <= words.steps <= 1e7:
+        parser.error(f"--steps {words.steps} is outside the allowed range 100 <= steps <= 10000000")
     return words, pebbles
 
 
@@ -136,7 +145,7 @@ def main():
     words, pebbles = read_words(sys.argv[1:])
     try:
         study = Study(words, pebbles)
-        return {"convergence": Convergence}[words.study](study).run()
+        return {"convergence": Convergence, "stability": Stability}[words.study](study).run()
     except scene.Refused as refused:
         print(refused, file=sys.stderr)
         return 2

@@ -177,7 +177,7 @@ class Convergence:
         if study.dry:
             study.say("dry run    the study is valid; no step was made")
             return 0
-        before, status = read(self.path), 0
+        before, status = scene.read_table(self.path), 0
         for level in range(self.levels):
             try:
                 self.make(level, before)
@@ -206,11 +206,3 @@ def text_of(value, form, none=""):
     if value is None or math.isnan(value):
         return none
     return repr(float(value)) if form == "r" else format(int(value) if form == "d" else value, form)
-
-
-def read(path):
-    """{key: row} of the table that an earlier study left."""
-    if not os.path.exists(path):
-        return {}
-    with open(path, newline="", encoding="utf-8") as file:
-        return {row["key"]: row for row in csv.DictReader(file) if row.get("key")}

@@ -1,4 +1,5 @@
 """A scene of a study: its options with some of them replaced, and what the program says of it before the first step."""
+import csv
 import hashlib
 import os
 import re
@@ -133,3 +134,11 @@ def samples(start, end, facts):
     """The bodies of a run, to be compared with those of another: from where they started and the last snapshot."""
     X, x = start.particles["x"][:, :facts.dim], end.particles["x"][:, :facts.dim]
     return [series.Body(one, other - one, m / len(one)) for one, other, m in zip(parts(X, facts), parts(x, facts), facts.masses)]
+
+
+def read_table(path):
+    """{key: row} of the table that an earlier study left."""
+    if not os.path.exists(path):
+        return {}
+    with open(path, newline="", encoding="utf-8") as file:
+        return {row["key"]: row for row in csv.DictReader(file) if row.get("key")}
