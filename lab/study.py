@@ -20,6 +20,7 @@ try:
     from pebble_study.convergence import Convergence
     from pebble_study.quantity import Quantity
     from pebble_study.stability import Stability
+    from pebble_study.trade import Trade
 except ModuleNotFoundError as missing:
     if (missing.name or "").startswith("pebble"):
         raise
@@ -55,6 +56,7 @@ class Study:
         self.known = any(self.options.get(name, "none") != "none" for name in ("mms_type", "reference_type"))
         self.folder = self.options.get("output_dir", "output")
         self.name = self.options.get("output_name") or os.path.splitext(os.path.basename(words.scene))[0]
+        self.facts.title = self.options.get("scene_title") or self.name
         self.quantity = Quantity(getattr(words, "quantity", None), getattr(words, "value", None))
         if self.quantity.on:
             self.quantity.check(scene.begun(self.options, self.processes)[1], self.options, getattr(words, "vary", "") == "dt")
@@ -103,12 +105,20 @@ def parser_of():
     many.add_argument("--basis", metavar="LIST", help="values of -method_basis, or gimp_stretch (trade: all that the program has; stability: the scene's)")
     many.add_argument("--update", metavar="LIST", help="values of -method_update (usl,musl; the scene's)")
     many.add_argument("--transfer", metavar="LIST", help="values of -method_transfer, with :number for -method_flip or -method_order, as in flip:0.99 (flip,apic,aflip; the scene's)")
+    work = parser.add_argument_group("trade")
+    work.add_argument("--preset", metavar="LIST", help="values of -method_preset, each with its particles and its -dt_cfl; or none (all)")
+    work.add_argument("--ppc", metavar="LIST", help="particles per cell and axis (the scene's)")
+    work.add_argument("--cfl", metavar="LIST", help="values of -dt_cfl (the scene's)")
+    work.add_argument("--coarser", type=int, default=0, metavar="N", help="the first grid has cells 2^N times as large as those of the scene (0)")
+    work.add_argument("--repeats", type=int, default=2, metavar="N", help="how often each run is made, to see how much its time varies (2)")
     last = parser.add_argument_group("stability")
     last.add_argument("--steps", type=int, default=20000, metavar="N", help="steps of a run; a body at rest and blocks make a part of them, which the study prints (20000)")
     return parser
 
 
-BELONGS = {"levels": "ct", "quantity": "ct", "value": "ct", "vary": "c", "order_min": "c", "basis": "ts", "update": "ts", "transfer": "ts", "steps": "s"}
+BELONGS = {"levels": "ct", "quantity": "ct", "value": "ct", "vary": "c", "order_min": "c", "basis": "ts", "update": "ts", "transfer": "ts", "steps": "s",
+           "preset": "t", "ppc": "t", "cfl": "t", "coarser": "t", "repeats": "t"}
+RANGES = {"levels": (2, 12), "steps": (100, 10000000), "coarser": (0, 10), "repeats": (1, 100), "processes": (1, 1000000)}
 
 
 def read_words(argv):
@@ -134,10 +144,9 @@ def read_words(argv):
     for name, studies in BELONGS.items():
         if getattr(words, name) != parser.get_default(name) and words.study[0] not in studies:
             parser.error(f"--{name.replace('_', '-')} is of another study than {words.study}")
-    if not 2 <= words.levels <= 12:
-        parser.error(f"--levels {words.levels} is outside the allowed range 2 <= levels <= 12")
-    if not 100 <= words.steps <= 1e7:
-        parser.error(f"--steps {words.steps} is outside the allowed range 100 <= steps <= 10000000")
+    for name, (least, most) in RANGES.items():
+        if not least <= getattr(words, name) <= most:
+            parser.error(f"--{name} {getattr(words, name)} is outside the allowed range {least} <= {name} <= {most}")
     return words, pebbles
 
 
@@ -145,7 +154,7 @@ def main():
     words, pebbles = read_words(sys.argv[1:])
     try:
         study = Study(words, pebbles)
-        return {"convergence": Convergence, "stability": Stability}[words.study](study).run()
+        return {"convergence": Convergence, "stability": Stability, "trade": Trade}[words.study](study).run()
     except scene.Refused as refused:
         print(refused, file=sys.stderr)
         return 2

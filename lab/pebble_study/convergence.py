@@ -108,7 +108,7 @@ class Convergence:
             out = csv.writer(file, lineterminator="\n")
             out.writerow(columns)
             for row in self.rows:
-                out.writerow([text_of(row.get(name, math.nan), whole.get(name, "r")) for name in columns])
+                out.writerow([scene.text_of(row.get(name, math.nan), whole.get(name, "r")) for name in columns])
         os.replace(self.path + ".new", self.path)
 
     # ---- What it prints
@@ -118,7 +118,7 @@ class Convergence:
         say(f" run  {self.what:>10}   particles     steps  " + (f"{'quantity':>12}  " if on else "") + f"{'error (' + self.quantity.unit + ')':>12}    relative  to next run    order   seconds")
         for row in self.rows if self.known else self.rows[:-1]:
             say(f"{row['run']:4.0f}  {row[self.what]:10.4g}  {row['particles']:10.0f}  {row['steps']:8.0f}  " + (f"{row['quantity']:12.6g}  " if on else "") +
-                "  ".join(text_of(row[name], form, "-") .rjust(width) for name, form, width in (("error", ".5g", 12), ("relative", ".3g", 10), ("difference", ".5g", 12), ("order", ".3f", 7),
+                "  ".join(scene.text_of(row[name], form, "-") .rjust(width) for name, form, width in (("error", ".5g", 12), ("relative", ".3g", 10), ("difference", ".5g", 12), ("order", ".3f", 7),
                                                                                                ("seconds", ".3g", 8))))
 
     def print_limit(self):
@@ -197,12 +197,3 @@ class Convergence:
         errors = [row["error"] for row in (self.rows if self.known else self.rows[:-1])]
         study.end(self.path, "" if all(0 < error < math.inf for error in errors) else "an error is 0 or not finite")
         return status or self.check_order()
-
-
-def text_of(value, form, none=""):
-    """A number in this form (r: with all its digits), or what stands where there is none."""
-    if isinstance(value, str):
-        return value
-    if value is None or math.isnan(value):
-        return none
-    return repr(float(value)) if form == "r" else format(int(value) if form == "d" else value, form)

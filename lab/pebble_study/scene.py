@@ -1,6 +1,7 @@
 """A scene of a study: its options with some of them replaced, and what the program says of it before the first step."""
 import csv
 import hashlib
+import math
 import os
 import re
 
@@ -37,12 +38,12 @@ def database(words, processes):
 
 
 class Facts:
-    """What the program says of options without a step. refused: the line with which it refuses them, or ""; then the rest is not
+    """What the program says of options without a step, or of a run in its result. refused: the line with which it refuses them, or ""; then the rest is not
     there. wrong: why the method is doubtful wherever particles cross cells, or ""."""
 
-    def __init__(self, options, processes):
-        result = pebble.run(words(options), processes, check=False, dry_run=True)
-        self.refused = result.line if result.status else ""
+    def __init__(self, options, processes, result=None):
+        result = result or pebble.run(words(options), processes, check=False, dry_run=True)
+        self.refused = result.line if result.status == pebble.REFUSED or not result.out else ""
         self.wrong = result.find(WRONG) or ""
         if self.refused:
             return
@@ -142,3 +143,12 @@ def read_table(path):
         return {}
     with open(path, newline="", encoding="utf-8") as file:
         return {row["key"]: row for row in csv.DictReader(file) if row.get("key")}
+
+
+def text_of(value, form, none=""):
+    """A number in this form (r: with all its digits), or what stands where there is none."""
+    if isinstance(value, str):
+        return value
+    if value is None or math.isnan(value):
+        return none
+    return repr(float(value)) if form == "r" else format(int(value) if form == "d" else value, form)
