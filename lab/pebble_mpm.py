@@ -204,7 +204,13 @@ class Result:
     def line(self):
         """The line that says why a run was refused or stopped: the first of standard error that is not of MPI."""
         lines = own_lines(self.err)
-        return lines[0] if lines else f"exit status {self.status}, without a message"
+        told = " ".join(self.err.split()).strip("- ")
+        return lines[0] if lines else f"exit status {self.status}: {told[:400] or 'without a message'}"
+
+    @property
+    def reason(self):
+        """The same without where it stopped."""
+        return re.sub(r"^stopped at step \d+, t=\S+ s: ", "", self.line)
 
 
 def own_lines(err):

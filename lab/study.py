@@ -10,6 +10,7 @@ with the same command: runs that its table has are not made again.
 """
 import argparse
 import os
+import signal
 import sys
 
 HERE = os.path.dirname(os.path.realpath(__file__))
@@ -31,7 +32,7 @@ class Study:
     """What all studies share: the scene and its options, the folder of the results, and where lines go."""
 
     def __init__(self, words, pebbles):
-        self.words, self.processes = words, words.processes
+        self.words, self.processes, self.warned = words, words.processes, set()
         if words.program:
             os.environ["PEBBLE"] = os.path.abspath(words.program)
         given = ["-options_file", words.scene, *pebbles]
@@ -70,6 +71,13 @@ class Study:
 
     def say(self, line):
         print(line.rstrip(), flush=True)
+
+    def warn(self, result):
+        """Says what a run warned of, each text once."""
+        for text in result.warnings:
+            if text not in self.warned:
+                self.warned.add(text)
+                self.say(f"warning    {text}")
 
     def complain(self, line):
         print(line, file=sys.stderr, flush=True)
@@ -150,8 +158,13 @@ def read_words(argv):
     return words, pebbles
 
 
+def interrupted(*_):
+    raise KeyboardInterrupt
+
+
 def main():
     words, pebbles = read_words(sys.argv[1:])
+    signal.signal(signal.SIGTERM, interrupted)
     try:
         study = Study(words, pebbles)
         return {"convergence": Convergence, "stability": Stability, "trade": Trade}[words.study](study).run()

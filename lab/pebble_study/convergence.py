@@ -38,7 +38,7 @@ class Convergence:
             options = options | ({"dt_size": facts.fixed / 2 ** level} if facts.fixed else {"dt_cfl": facts.cfl / 2 ** level})
         if not self.quantity.on and options.get("output_format") == "none":  # its last snapshot is compared
             options = options | {"output_format": "hdf5", "output_every": 1e300, "output_fields": "body"}
-        return options | {"output_name": f"{self.study.name}-{level + 1}", "output_dir": self.study.folder}
+        return options | {"output_name": f"{self.study.name}-{level + 1}"}
 
     def check_runs(self):
         """Asks the program what it says of each run before the first is made."""
@@ -62,9 +62,10 @@ class Convergence:
             result = pebble.load(base)
             row = {name: float(text) if text else math.nan for name, text in row.items() if name != "key"}
         else:
-            result = pebble.run(scene.words(options), self.study.processes, self.study.folder, check=False)
+            result = scene.run(options, self.study.processes, self.study.folder, options["output_name"])
             if result.status:
                 raise pebble.Error(result.line, result)
+            self.study.warn(result)
             row = {"particles": facts.particles, "steps": result.steps, "seconds": result.seconds, "error": result.error}
             row["relative"] = result.error / result.size if result.size > 0 else math.nan
         row |= {"run": level + 1, self.what: {"h": facts.h[0], "dt": facts.fixed, "cfl": facts.cfl}.get(self.what), "order": math.nan}

@@ -4,6 +4,7 @@ import hashlib
 import math
 import os
 import re
+import tempfile
 
 import numpy as np
 import pebble_mpm as pebble
@@ -20,8 +21,19 @@ class Refused(Exception):
     """What a study or the program does not take: one line."""
 
 
+class Options(dict):
+    """{name: value}; None: it is not given. typed: names that were on the command line, where they may make those of a file idle."""
+
+    def __init__(self, values, typed=()):
+        super().__init__(values)
+        self.typed = typed
+
+    def __or__(self, more):
+        return Options({**self, **more}, self.typed)
+
+
 def database(words, processes):
-    """{name: value} of all options of a scene, those of its files too."""
+    """All Options of a scene, -options_file and its path first, those of its files too."""
     result = pebble.run(words, processes, check=False, dry_run=True, options_view=True)
     if result.status:
         raise Refused(result.line)
@@ -34,7 +46,8 @@ def database(words, processes):
         beside = [os.path.join(os.path.dirname(path), value) for path in given]
         if re.fullmatch(r"body_\w+_file", name):
             options[name] = next((os.path.abspath(path) for path in [*beside, value] if os.path.exists(path)), value)
-    return {name: value for name, value in options.items() if name not in ("dry_run", "options_view")}
+    typed = {word[1:] for word in words[2:] if word.startswith("-")}
+    return Options({name: value for name, value in options.items() if name not in ("dry_run", "options_view")}, typed)
 
 
 class Facts:
@@ -42,7 +55,7 @@ class Facts:
     there. wrong: why the method is doubtful wherever particles cross cells, or ""."""
 
     def __init__(self, options, processes, result=None):
-        result = result or pebble.run(words(options), processes, check=False, dry_run=True)
+        result = result or run(options, processes, dry_run=True)
         self.refused = result.line if result.status == pebble.REFUSED or not result.out else ""
         self.wrong = result.find(WRONG) or ""
         if self.refused:
@@ -76,12 +89,27 @@ class Facts:
 
 
 def numbers(text, dim):
-    found = [float(word) for word in text.split(",")]
+    found = [float(word) for word in pebble.word(text).split(",")]
     return found * dim if len(found) == 1 else found
 
 
-def words(options):
-    return [word for name, value in options.items() if value is not None for word in (f"-{name}", *([pebble.word(value)] if value != "" else []))]
+def run(options, processes, folder=None, name="run", **more):
+    """The Result of a run with these options, which may be refused or stop."""
+    given = {option: pebble.word(value) for option, value in options.items() if value is not None and option not in ("output_dir", "output_name")}
+    typed = [option for option in given if option in getattr(options, "typed", ())]
+    words = [word for option in typed for word in (f"-{option}", given[option]) if word]
+    with tempfile.TemporaryDirectory(prefix="pebble-") as place:
+        path = os.path.join(place, "study.opts")
+        with open(path, "w", encoding="utf-8") as file:
+            file.writelines(f"-{option} {quoted(value)}\n" for option, value in given.items() if option not in typed)
+        result = pebble.run(["-options_file", path, *words], processes, folder, check=False, output_name=name, **more)
+    result.err = re.sub(re.escape(path) + r":\d+: ", "", result.err)
+    return result
+
+
+def quoted(value):
+    """A value as an options file has it."""
+    return value if not re.search(r"[\s#]", value) else f"'{value}'" if '"' in value else f'"{value}"'
 
 
 def bodies(options):
@@ -111,9 +139,10 @@ def version(known={}):
 def begun(options, processes):
     """The first snapshot of a scene, as its options are without a known solution, which may start displaced: where all particles are
     on their lattices; and the names of the columns of its history."""
-    plain = {name: value for name, value in options.items() if not re.match(r"mms_|reference_", name)}
-    plain |= {"time_max_steps": 0, "output_format": "hdf5", "output_every": 1e300, "output_name": None, "output_dir": None}
-    result = pebble.run(words(plain), processes)
+    plain = options | dict.fromkeys([name for name in options if re.match(r"mms_|reference_", name)])
+    result = run(plain | {"time_max_steps": 0, "output_format": "hdf5", "output_every": 1e300}, processes)
+    if result.status:
+        raise Refused(result.line)
     return result.snapshots[0], list(result.history)
 
 

@@ -131,7 +131,7 @@ class Stability:
     def grown(self, probe, variant, C, method):
         """The largest strain energy of a run in energies of the disturbance, infinite if the run stopped."""
         options = probe.scene(variant, C, self.steps, self.ppc) | method.options | self.place
-        result = pebble.run(scene.words(options), self.study.processes, check=False)
+        result = scene.run(options, self.study.processes)
         if result.status == pebble.REFUSED:
             raise scene.Refused(result.line)
         if result.status:

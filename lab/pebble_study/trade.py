@@ -72,7 +72,7 @@ class Trade:
         self.jobs = max(1, (os.cpu_count() or 1) // study.processes)
 
     def options_of(self, setting, level):
-        return setting.apply(scene.refined(self.study.options, self.facts, level - self.words.coarser), self.facts) | {"output_dir": None, "output_name": None}
+        return setting.apply(scene.refined(self.study.options, self.facts, level - self.words.coarser), self.facts)
 
     # ---- Settings
 
@@ -158,11 +158,11 @@ class Trade:
         kept = {"output_every": 1e300, "output_fields": "body", "output_format": "hdf5" if compare else "none"}
         if not compare:
             kept |= {"output_every": None, "output_fields": None}
-        result = pebble.run(scene.words(options | kept), self.study.processes, check=False)
+        result = scene.run(options | kept, self.study.processes)
         stopped = result.status != 0
         if row["status"] != "ok":
             self.describe(row, options, result, stopped)
-        if not stopped:
+        if result.steps:
             n, s = row["repeats"], result.step_seconds
             row["seconds"] = (n * row["seconds"] + s) / (n + 1) if n else s
             row["seconds_min"], row["seconds_max"] = (min(row["seconds_min"], s), max(row["seconds_max"], s)) if n else (s, s)
@@ -174,7 +174,7 @@ class Trade:
     def describe(self, row, options, result, stopped):
         """What a result says of its run, but for error and times."""
         facts = self.its = scene.Facts(options, self.study.processes, result)
-        row |= {"status": "stopped" if stopped else "ok", "note": result.line if stopped else ""}
+        row |= {"status": "stopped" if stopped else "ok", "note": result.reason if stopped else ""}
         if not facts.refused:
             if not hasattr(row["setting"], "axes"):
                 row["setting"].axes = scene.per_cell(options, facts, self.study.processes)
@@ -329,7 +329,7 @@ class Trade:
         for name in scene.bodies(self.study.options) if setting.ppc or setting.preset else ():
             words[f"body_{name}_ppc"] = [int(row["ppc"])] * self.facts.dim
         words |= {"dt_cfl": f"{row['cfl']:.10g}"} if "cfl" in there else {"dt_size": f"{self.facts.fixed / 2 ** (row['level'] - self.words.coarser):.10g}"}
-        return " ".join(scene.words(words))
+        return " ".join(pebble.words(words))
 
 
 def method_of(row):
@@ -345,7 +345,7 @@ def time_words(seconds):
     for unit, size in (("days", 86400), ("hours", 3600), ("minutes", 60)):
         if seconds >= 2 * size:
             return f"{seconds / size:.2g} {unit}"
-    return f"{seconds:.2g} seconds"
+    return f"{seconds:.3g} seconds"
 
 
 def read(path):
