@@ -265,7 +265,7 @@ def run(scene=None, processes=1, folder=None, program=None, timeout=None, check=
     if not options.get("dry_run"):
         options = options | {"output_dir": place, "output_name": name}
     command = [program or find_program(), *given, *words(options)]
-    result = Result(str(place), name, *start(command, processes, timeout), keep)
+    result = Result(place and str(place), name, *start(command, processes, timeout), keep)
     if check and result.status:
         raise Error(result.line, result)
     return result

@@ -25,7 +25,8 @@ try:
 except ModuleNotFoundError as missing:
     if (missing.name or "").startswith("pebble"):
         raise
-    sys.exit(f"pebble-study needs {missing.name}: install {os.path.join(HERE, '..', 'tools', 'requirements.txt')} with pip, or python3-numpy and python3-h5py")
+    sys.exit(f"pebble-study: {missing}; it needs the Python packages h5py, matplotlib and numpy: install Debian's python3-h5py and python3-matplotlib, or "
+             f"activate a virtual environment and install those of {os.path.normpath(os.path.join(HERE, '..', 'tools', 'requirements.txt'))} with pip")
 
 
 class Study:
