@@ -229,17 +229,17 @@ ALONE = {"OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self", "OMPI_MCA_ess_singleton_
 
 
 @contextlib.contextmanager
-def own_folder(alone=False):
-    """The environment of a start, with a folder for temporary files that no other start has: MPI makes there a folder of one name
+def own_folder(env=None):
+    """An environment of a start, this one or env, with a folder for temporary files that no other start has: MPI makes there a folder of one name
     for all runs of a user, and of two runs that start or end in the same moment one may fail. Its name is short, as sockets need."""
     with tempfile.TemporaryDirectory(prefix="mpi-", ignore_cleanup_errors=True) as folder:
-        yield (ALONE if alone else {}) | os.environ | {"TMPDIR": folder}
+        yield dict(os.environ if env is None else env) | {"TMPDIR": folder}
 
 
 def start(command, processes=1, timeout=None):
     """(exit status, standard output, standard error) of a command on so many processes, by mpiexec or what MPIEXEC names."""
     command = [*([*os.environ.get("MPIEXEC", "mpiexec").split(), "-n", processes] if processes > 1 else []), *command]
-    with own_folder(processes == 1) as environment:
+    with own_folder((ALONE if processes == 1 else {}) | dict(os.environ)) as environment:
         done = subprocess.run(list(map(str, command)), stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
                               env=environment, timeout=timeout)
     return done.returncode, done.stdout, done.stderr
