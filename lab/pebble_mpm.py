@@ -6,9 +6,9 @@
     result.snapshots[-1].particles["stress"]    # of the last snapshot, in the order of the particles' ids
     result.digest, result.time, result.steps, result.warnings
 
-Options have the names that `pebble -help` prints, without the minus. A run that is refused or stops raises an Error whose text is
-Pebble's own line. pebble.load("output/disks") reads the files of an earlier run.
-"""
+Options have the names that `pebble -help` prints, without the minus. A run that is refused or stops raises an Error
+whose text is Pebble's own line. pebble.load("output/disks") reads the files of an earlier run."""
+
 import contextlib
 import functools
 import os
@@ -27,7 +27,8 @@ REFUSED, STOPPED = 2, 3  # exit statuses: the options are wrong; the run stopped
 
 
 class Error(Exception):
-    """A run that did not end well. Its text is the line that the program printed; status and result are what there is of it."""
+    """A run that did not end well. Its text is the line that the program printed; status and result are what there is
+    of it."""
 
     def __init__(self, line, result):
         super().__init__(line)
@@ -35,8 +36,13 @@ class Error(Exception):
 
 
 def find_program():
-    """Path of the program: that of the variable PEBBLE, else the one of this folder or of this installation, else of PATH."""
-    places = [os.environ.get("PEBBLE", ""), os.path.join(HERE, "..", "pebble"), os.path.join(HERE, "..", "..", "..", "bin", "pebble")]
+    """Path of the program: that of the variable PEBBLE, else the one of this folder or of this installation, else of
+    PATH."""
+    places = [
+        os.environ.get("PEBBLE", ""),
+        os.path.join(HERE, "..", "pebble"),
+        os.path.join(HERE, "..", "..", "..", "bin", "pebble"),
+    ]
     found = next((path for path in places if os.path.isfile(path)), shutil.which("pebble"))
     if not found:
         raise FileNotFoundError("no program pebble: build it by make, name it by the variable PEBBLE, or give program=")
@@ -59,6 +65,7 @@ def words(options):
 
 # ---- Files
 
+
 class Fields(Mapping):
     """The fields of a group of a snapshot: read when they are asked for."""
 
@@ -72,7 +79,11 @@ class Fields(Mapping):
 
     def __iter__(self):
         with h5py.File(self.path) as file:
-            names = [name for name, field in file[self.group].items() if isinstance(field, h5py.Dataset)] if self.group in file else []
+            names = (
+                [name for name, field in file[self.group].items() if isinstance(field, h5py.Dataset)]
+                if self.group in file
+                else []
+            )
         return iter(names)
 
     def __len__(self):
@@ -98,7 +109,9 @@ class Snapshots(Sequence):
         self.path, self.groups, self.attributes, self._keep = path, [], {}, keep
         if os.path.exists(path):
             with h5py.File(path) as file:
-                self.groups = sorted((name for name in file if name.startswith("step_")), key=lambda name: int(name[5:]))
+                self.groups = sorted(
+                    (name for name in file if name.startswith("step_")), key=lambda name: int(name[5:])
+                )
                 self.attributes = {name: text(value) for name, value in file.attrs.items()}
 
     def __getitem__(self, place):
@@ -132,8 +145,10 @@ def read_history(path):
 
 # ---- Runs
 
+
 class Result:
-    """What a run left: status, out and err, which it printed; and what was read from that and from its files, folder/name.*."""
+    """What a run left: status, out and err, which it printed; and what was read from that and from its files,
+    folder/name.*."""
 
     def __init__(self, folder, name, status=0, out="", err="", keep=None):
         self.folder, self.name, self.status, self.out, self.err = folder, name, status, out, err
@@ -198,7 +213,9 @@ class Result:
 
     @property
     def warnings(self):
-        return [line.split(maxsplit=1)[1] for line in dict.fromkeys(self.out.splitlines()) if line.startswith("warning ")]
+        return [
+            line.split(maxsplit=1)[1] for line in dict.fromkeys(self.out.splitlines()) if line.startswith("warning ")
+        ]
 
     @property
     def line(self):
@@ -230,34 +247,53 @@ ALONE = {"OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self", "OMPI_MCA_ess_singleton_
 
 @contextlib.contextmanager
 def own_folder(env=None):
-    """An environment of a start, this one or env, with a folder for temporary files that no other start has: MPI makes there a folder of one name
-    for all runs of a user, and of two runs that start or end in the same moment one may fail. Its name is short, as sockets need."""
+    """An environment of a start, this one or env, with a folder for temporary files that no other start has: MPI makes
+    there a folder of one name for all runs of a user, and of two runs that start or end in the same moment one may
+    fail. Its name is short, as sockets need."""
     with tempfile.TemporaryDirectory(prefix="mpi-", ignore_cleanup_errors=True) as folder:
         yield dict(os.environ if env is None else env) | {"TMPDIR": folder}
 
 
 def start(command, processes=1, timeout=None):
-    """(exit status, standard output, standard error) of a command on so many processes, by mpiexec or what MPIEXEC names."""
+    """(exit status, standard output, standard error) of a command on so many processes, by mpiexec or what MPIEXEC
+    names."""
     command = [*([*os.environ.get("MPIEXEC", "mpiexec").split(), "-n", processes] if processes > 1 else []), *command]
     with own_folder((ALONE if processes == 1 else {}) | dict(os.environ)) as environment:
-        done = subprocess.run(list(map(str, command)), stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
-                              env=environment, timeout=timeout)
+        done = subprocess.run(
+            list(map(str, command)),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            env=environment,
+            timeout=timeout,
+        )
     return done.returncode, done.stdout, done.stderr
 
 
 def run(scene=None, processes=1, folder=None, program=None, timeout=None, check=True, **options):
     """Runs Pebble and returns the Result.
 
-    scene     an options file; or words of a command line, such as ["-options_file", path, "-dim", "2"]; None: options alone
+    scene     an options file; or words of a command line, as ["-options_file", path, "-dim", "2"]; None: options alone
     folder    for the files of the run; None: a temporary one, which is removed when the result is not used any more
     program   path of pebble; None: the one that find_program finds
     timeout   s; a run that takes longer is ended with subprocess.TimeoutExpired
     check     False: a run that is refused or stops returns its result as others do
     options   as dt_cfl=0.2, grid_cells=(8, 8), dry_run=True; they count more than those of the scene
     """
-    given = [] if scene is None else ["-options_file", scene] if isinstance(scene, (str, os.PathLike)) else list(map(str, scene))
+    given = (
+        []
+        if scene is None
+        else ["-options_file", scene]
+        if isinstance(scene, (str, os.PathLike))
+        else list(map(str, scene))
+    )
     known, keep = dict(zip(given, given[1:])), None
-    name = options.get("output_name") or known.get("-output_name") or os.path.splitext(os.path.basename(known.get("-options_file", "run")))[0]
+    name = (
+        options.get("output_name")
+        or known.get("-output_name")
+        or os.path.splitext(os.path.basename(known.get("-options_file", "run")))[0]
+    )
     place = folder or options.get("output_dir") or known.get("-output_dir")
     if not place and not options.get("dry_run"):
         keep = tempfile.TemporaryDirectory(prefix="pebble-", ignore_cleanup_errors=True)
@@ -272,7 +308,8 @@ def run(scene=None, processes=1, folder=None, program=None, timeout=None, check=
 
 
 def load(path):
-    """The Result of an earlier run by the path of its files, with or without their ending. What it printed is not kept."""
+    """The Result of an earlier run by the path of its files, with or without their ending. What it printed is not
+    kept."""
     folder, name = os.path.split(re.sub(r"\.(csv|h5|xdmf)$", "", os.fspath(path)))
     if not any(os.path.exists(os.path.join(folder, name + end)) for end in (".csv", ".h5")):
         raise FileNotFoundError(f"there are no results {path}.csv or .h5")

@@ -1,4 +1,5 @@
 """Methods of a study: their names, and what src/step/stable.def, the table of measured bounds, says of their steps."""
+
 import os
 import re
 
@@ -6,7 +7,10 @@ import pebble_mpm as pebble
 
 from .scene import Refused
 
-FLIPS, ORDERS = ("flip", "aflip"), ("xpic", "afmpm")  # transfers that take -method_flip, and -method_order (transfer.def)
+FLIPS, ORDERS = (
+    ("flip", "aflip"),
+    ("xpic", "afmpm"),
+)  # transfers that take -method_flip, and -method_order (transfer.def)
 KINDS = ["rest flip", "rest affine", "flip", "damped", "aflip 0", "aflip 0.5", "aflip 1", "apic", "filtered", "afmpm"]
 TABLE = os.path.join(pebble.HERE, "..", "src", "step", "stable.def")
 MOST = 32  # words of a list
@@ -52,13 +56,13 @@ def read_transfers(text):
 def table(path=TABLE):
     """{(basis, update): {kind: largest stable C}}."""
     with open(path, encoding="utf-8") as file:
-        rows = [line[11:line.index(")")].split(", ") for line in file if line.startswith("MPM_STABLE(")]
+        rows = [line[11 : line.index(")")].split(", ") for line in file if line.startswith("MPM_STABLE(")]
     return {(row[0], row[1]): dict(zip(KINDS, map(float, row[2:]))) for row in rows}
 
 
 def bounds(basis, update, transfer, flip=None, rate=None, strain=None, viscosity=None):
-    """(at rest, where particles cross cells): the largest stable C = c dt/h of a method by the table, 0 for none; src/step/stable.c
-    has the same rules."""
+    """(at rest, where particles cross cells): the largest stable C = c dt/h of a method by the table, 0 for none;
+    src/step/stable.c has the same rules."""
     row = table().get((basis, update))
     if not row:
         return 0.0, 0.0
@@ -71,4 +75,6 @@ def bounds(basis, update, transfer, flip=None, rate=None, strain=None, viscosity
     else:
         kind = transfer
     crossing = row.get(kind, 0.0)
-    return crossing if kind == "afmpm" else row["rest affine" if transfer in ("apic", "aflip") else "rest flip"], crossing
+    return crossing if kind == "afmpm" else row[
+        "rest affine" if transfer in ("apic", "aflip") else "rest flip"
+    ], crossing

@@ -1,4 +1,5 @@
 """A scene of a study: its options with some of them replaced, and what the program says of it before the first step."""
+
 import csv
 import hashlib
 import math
@@ -11,10 +12,23 @@ import pebble_mpm as pebble
 
 from . import series
 
-ELSEWHERE = ("options_file", "options_view", "output_dir", "output_name", "dry_run", "log_view", "options_left")  # change no result
-WRONG = r"^warning +\S+ with \S+ and \S+ ((?:is unstable where particles cross cells|stops all motion in|was wrong by).*)$"
-KERNELS = re.compile(r"^kernels +(\S+)(?: (stretch|steffen))? / (\S+) / (\w+)(?: ([\d.e+-]+))?(?: strain (\S+))?(?: damping rate (\S+))?"
-                     r"(?: viscosity (\S+) m\^2/s)? / ", re.M)
+ELSEWHERE = (
+    "options_file",
+    "options_view",
+    "output_dir",
+    "output_name",
+    "dry_run",
+    "log_view",
+    "options_left",
+)  # change no result
+WRONG = (
+    r"^warning +\S+ with \S+ and \S+ ((?:is unstable where particles cross cells|stops all motion in|was wrong by).*)$"
+)
+KERNELS = re.compile(
+    r"^kernels +(\S+)(?: (stretch|steffen))? / (\S+) / (\w+)(?: ([\d.e+-]+))?(?: strain (\S+))?(?: damping rate (\S+))?"
+    r"(?: viscosity (\S+) m\^2/s)? / ",
+    re.M,
+)
 
 
 class Refused(Exception):
@@ -22,7 +36,8 @@ class Refused(Exception):
 
 
 class Options(dict):
-    """{name: value}; None: it is not given. typed: names that were on the command line, where they may make those of a file idle."""
+    """{name: value}; None: it is not given. typed: names that were on the command line, where they may make those of a
+    file idle."""
 
     def __init__(self, values, typed=()):
         super().__init__(values)
@@ -51,8 +66,9 @@ def database(words, processes):
 
 
 class Facts:
-    """What the program says of options without a step, or of a run in its result. refused: the line with which it refuses them, or ""; then the rest is not
-    there. wrong: why the method is doubtful wherever particles cross cells, or ""."""
+    """What the program says of options without a step, or of a run in its result. refused: the line with which it
+    refuses them, or ""; then the rest is not there. wrong: why the method is doubtful wherever particles cross cells,
+    or ""."""
 
     def __init__(self, options, processes, result=None):
         result = result or run(options, processes, dry_run=True)
@@ -65,10 +81,13 @@ class Facts:
         self.dim = len(self.cells)
         lower, upper = (numbers(options[f"grid_{end}"], self.dim) for end in ("lower", "upper"))
         self.h = [(b - a) / n for a, b, n in zip(lower, upper, self.cells)]
-        self.length = [b - a if options.get(f"bc_{axis}min_type") == "periodic" else np.inf for a, b, axis in zip(lower, upper, "xyz")]
+        self.length = [
+            b - a if options.get(f"bc_{axis}min_type") == "periodic" else np.inf
+            for a, b, axis in zip(lower, upper, "xyz")
+        ]
         self.counts = [int(n) for n in result.find(r"^scene .* particles \((\S+)\)").split("+")]
         self.particles = sum(self.counts)
-        self.masses = [float(m) for m in re.findall(r"^body +.* particles, (\S+) kg", result.out, re.M)]
+        self.rho = [float(options[f"material_{options[f'body_{name}_material']}_rho"]) for name in bodies(options)]
         self.basis, form, self.update, self.transfer, number, *rest = KERNELS.search(result.out).groups()
         self.stretched = form == "stretch"
         self.strain, self.rate, self.viscosity = (float(text) if text else None for text in rest)
@@ -77,15 +96,28 @@ class Facts:
         self.order = int(number) if orders else None
         self.fixed = float(options["dt_size"]) if options.get("dt_size", "auto") != "auto" else 0.0
         preset = result.find(r"^preset .* -dt_cfl (\S+)")
-        self.cfl = float(options.get("dt_cfl") or preset or result.find(r"^stability .* = (\S+) h/\(c\+\|v\|\)") or "nan")
+        self.cfl = float(
+            options.get("dt_cfl") or preset or result.find(r"^stability .* = (\S+) h/\(c\+\|v\|\)") or "nan"
+        )
         self.memory = 1e6 * result.number(r"^fields .* B/node: (\S+) MB")
         self.predicted = result.number(r"^  all +\S+ +(\S+)")
 
     @property
     def method(self):
         """What makes two runs of a grid the same."""
-        return (self.basis, self.stretched, self.update, self.transfer, self.flip, self.strain, self.rate, self.order, self.particles, self.cfl,
-                self.fixed)
+        return (
+            self.basis,
+            self.stretched,
+            self.update,
+            self.transfer,
+            self.flip,
+            self.strain,
+            self.rate,
+            self.order,
+            self.particles,
+            self.cfl,
+            self.fixed,
+        )
 
 
 def numbers(text, dim):
@@ -95,7 +127,11 @@ def numbers(text, dim):
 
 def run(options, processes, folder=None, name="run", **more):
     """The Result of a run with these options, which may be refused or stop."""
-    given = {option: pebble.word(value) for option, value in options.items() if value is not None and option not in ("output_dir", "output_name")}
+    given = {
+        option: pebble.word(value)
+        for option, value in options.items()
+        if value is not None and option not in ("output_dir", "output_name")
+    }
     typed = [option for option in given if option in getattr(options, "typed", ())]
     words = [word for option in typed for word in (f"-{option}", given[option]) if word]
     with tempfile.TemporaryDirectory(prefix="pebble-") as place:
@@ -113,14 +149,17 @@ def quoted(value):
 
 
 def bodies(options):
-    return options["bodies"].split(",")
+    """Names of the bodies with particles, in the order of these. (Those of material `none` are shapes for others.)"""
+    none = "none" if "none" not in options["materials"].lower().split(",") else None
+    names = options["bodies"].split(",")
+    return [name for name in names if options.get(f"body_{name}_material", "").lower() != none]
 
 
 def refined(options, facts, level):
     """Cells, and a given -dt_size, 2^level times as fine as those of the scene that facts tell of."""
     cells = [n << level if level > 0 else n >> -level for n in facts.cells]
     changed = options | {"grid_h": None, "grid_cells": tuple(cells)}
-    return changed | ({"dt_size": facts.fixed / 2 ** level} if facts.fixed else {})
+    return changed | ({"dt_size": facts.fixed / 2**level} if facts.fixed else {})
 
 
 def digits(options, *more):
@@ -137,8 +176,8 @@ def version(known={}):
 
 
 def begun(options, processes):
-    """The first snapshot of a scene, as its options are without a known solution, which may start displaced: where all particles are
-    on their lattices; and the names of the columns of its history."""
+    """The first snapshot of a scene, as its options are without a known solution, which may start displaced: where all
+    particles are on their lattices; and the names of the columns of its history."""
     plain = options | dict.fromkeys([name for name in options if re.match(r"mms_|reference_", name)])
     result = run(plain | {"time_max_steps": 0, "output_format": "hdf5", "output_every": 1e300}, processes)
     if result.status:
@@ -152,7 +191,10 @@ def per_cell(options, facts, processes):
     if all(given):
         return [[int(n) for n in numbers(text, facts.dim)] for text in given]
     X = begun(options, processes)[0].particles["x"]
-    return [[round(h / series.spacing(axis)) for h, axis in zip(facts.h, part.T)] for part in parts(X[:, :facts.dim], facts)]
+    return [
+        [round(h / series.spacing(axis, 0.5 * h)) for h, axis in zip(facts.h, part.T)]
+        for part in parts(X[:, : facts.dim], facts)
+    ]
 
 
 def parts(values, facts):
@@ -161,17 +203,26 @@ def parts(values, facts):
 
 
 def samples(start, end, facts):
-    """The bodies of a run, to be compared with those of another: from where they started and the last snapshot."""
-    X, x = start.particles["x"][:, :facts.dim], end.particles["x"][:, :facts.dim]
-    return [series.Body(one, other - one, m / len(one)) for one, other, m in zip(parts(X, facts), parts(x, facts), facts.masses)]
+    """The bodies of a run, to be compared with those of another: from where they started and the last snapshot, in
+    which particles that left the grid are missing."""
+    some = np.isin(start.particles["id"], end.particles["id"])
+    X, x = start.particles["x"][:, : facts.dim], end.particles["x"][:, : facts.dim]
+    u = np.full_like(X, np.nan)
+    u[some] = x - X[some]
+    halves = [0.5 * h for h in facts.h]  # spacing on an axis where there is one particle
+    return [series.Body(*both, rho, halves) for *both, rho in zip(parts(X, facts), parts(u, facts), facts.rho)]
 
 
-def read_table(path):
-    """{key: row} of the table that an earlier study left."""
+def read_table(path, first):
+    """{key: row} of the table that an earlier study left, whose columns begin with `first`. Other files are not
+    replaced."""
     if not os.path.exists(path):
         return {}
-    with open(path, newline="", encoding="utf-8") as file:
-        return {row["key"]: row for row in csv.DictReader(file) if row.get("key")}
+    with open(path, newline="", encoding="utf-8", errors="replace") as file:
+        reader = csv.DictReader(file)
+        if (reader.fieldnames or [])[: len(first)] != first:
+            raise Refused(f"{path} is not the table of a study; move the file away")
+        return {row["key"]: row for row in reader if row.get("key")}
 
 
 def text_of(value, form, none=""):

@@ -1,5 +1,7 @@
-"""What a series of numbers says, each of a run twice as fine as the one before: an order of convergence, where the series goes, and
-how far it still is from there. And how the particles of a run are compared with those of a finer one. Nothing here starts a run."""
+"""What a series of numbers says, each of a run twice as fine as the one before: an order of convergence, where the
+series goes, and how far it still is from there. And how the particles of a run are compared with those of a finer one.
+Nothing here starts a run."""
+
 import math
 
 import numpy as np
@@ -13,7 +15,7 @@ def orders(values):
     found = [None]
     for before, now in zip(map(abs, values), map(abs, values[1:])):
         found.append(math.log2(before / now) if now > 0 and before > 0 and math.isfinite(now + before) else None)
-    return found[:len(values)]
+    return found[: len(values)]
 
 
 def agree(pairs):
@@ -29,13 +31,15 @@ def falls(values):
 
 
 def rest(differences):
-    """How far differences still lead if they go on as they do, and by how much that is uncertain: the change that the pair before
-    makes to it, or all of it where there is no such pair. None if they do not fall. (Richardson's extrapolation.)"""
+    """How far differences still lead if they go on as they do, and by how much that is uncertain: the change that the
+    pair before makes to it, or all of it where there is no such pair. None if they do not fall. (Richardson's
+    extrapolation.)"""
     if not falls(differences):
         return None
 
     def after(pair, last):
         return 0.0 if pair[1] == 0 else last / (pair[0] / pair[1] - 1)
+
     last = differences[-1]
     far = after(differences[-2:], last)
     if len(differences) > 2 and falls(differences[:-1]):
@@ -45,21 +49,25 @@ def rest(differences):
 
 # ---- Particles
 
+
 class Body:
-    """The particles of a body: X and u [n, dim], where they started and their displacements, m; m, the mass of each, kg."""
+    """The particles of a body: X and u [n, dim], where they started and their displacements, m, NaN for those that left
+    the grid, which are not kept; rho, kg/m^3; thin: the spacing of their lattice on an axis on which there is one."""
 
-    def __init__(self, X, u, m=1.0):
-        self.X, self.u, self.m = np.asarray(X, float), np.asarray(u, float), m
-        self.first = self.X.min(0)
-        self.b = np.array([spacing(column) for column in self.X.T])
+    def __init__(self, X, u, rho=1.0, thin=(1.0, 1.0, 1.0)):
+        X, u = np.asarray(X, float), np.asarray(u, float)
+        self.first, self.b = X.min(0), np.array([spacing(*axis) for axis in zip(X.T, thin)])
+        self.m = rho * self.b.prod()
+        there = ~np.isnan(u).any(1)
+        self.X, self.u = X[there], u[there]
 
 
-def spacing(coordinates):
-    """Of a lattice with these coordinates on an axis; 1 if all are the same."""
+def spacing(coordinates, thin=1.0):
+    """Of a lattice with these coordinates on an axis; thin if all are the same."""
     some = np.unique(coordinates)
     gaps = np.diff(some)
-    gaps = gaps[gaps > 1e-6 * (some[-1] - some[0])] if len(gaps) else gaps  # but for rounding
-    return gaps.min() if len(gaps) else 1.0
+    gaps = gaps[gaps > 1e-6 * (some[-1] - some[0])]  # but for rounding
+    return gaps.min() if len(gaps) else thin
 
 
 def weights(t, points):
@@ -69,8 +77,8 @@ def weights(t, points):
 
 
 def step_to(coarse, fine, length, points):
-    """[n, dim] mean of u_fine - u over the fine particles around each coarse one, times the sum of their weights; and that sum [n],
-    1 if all of them are there. length: of the periodic axes, infinite for others."""
+    """[n, dim] mean of u_fine - u over the fine particles around each coarse one, times the sum of their weights; and
+    that sum [n], 1 if all of them are there. length: of the periodic axes, infinite for others."""
     dim = coarse.X.shape[1]
     where = np.rint((fine.X - fine.first) / fine.b).astype(int)
     there = np.full(where.max(0) + 1, -1)
@@ -96,8 +104,9 @@ def step_to(coarse, fine, length, points):
 
 
 def compare(coarse, fine, length):
-    """(difference, size) of two runs, m: the root of the mass-weighted mean over the coarse particles of |u - u_fine|^2, where they
-    started, and that of |u_fine|^2. coarse, fine: lists of Body. By cubic interpolation, linear at the edge of a body."""
+    """(difference, size) of two runs, m: the root of the mass-weighted mean over the coarse particles of |u -
+    u_fine|^2, where they started, and that of |u_fine|^2. coarse, fine: lists of Body. By cubic interpolation, linear
+    at the edge of a body."""
     d2 = u2 = mass = 0.0
     for one, other in zip(coarse, fine):
         sums, total = step_to(one, other, length, 4)
@@ -107,7 +116,7 @@ def compare(coarse, fine, length):
             sums[edge], total[edge] = linear[edge], its[edge]
         some = total >= 1e-9  # at a curved edge the finer lattice may have no particle here
         e = sums[some] / total[some, None]
-        d2 += one.m * math.fsum((e ** 2).sum(1))
+        d2 += one.m * math.fsum((e**2).sum(1))
         u2 += one.m * math.fsum(((one.u[some] + e) ** 2).sum(1))
         mass += one.m * some.sum()
     return math.sqrt(d2 / mass), math.sqrt(u2 / mass)

@@ -1,6 +1,7 @@
-"""The work-precision study: error, time and memory of settings of methods on a series of grids. Errors are parts of the solution's
-size. Where the solution is not known, one run with the finest grid halved once more is the reference for all, and a second one with
-another basis says how far it can be trusted."""
+"""The work-precision study: error, time and memory of settings of methods on a series of grids. Errors are parts of
+the solution's size. Where the solution is not known, one run with the finest grid halved once more is the reference
+for all, and a second one with another basis says how far it can be trusted."""
+
 import concurrent.futures
 import csv
 import math
@@ -13,20 +14,53 @@ from . import front, methods, scene, series
 from .scene import Refused
 
 TEXTS = ("study", "basis", "gimp_update", "update", "transfer", "cells", "status", "key", "note")
-FORMS = {"flip": ".10g", "order": ".0f", "strain": ".10g", "rate": ".10g", "ppc": ".0f", "cfl": ".10g", "h": ".17g", "particles": ".0f", "steps": ".0f", "seconds": ".6g",
-         "seconds_min": ".6g", "seconds_max": ".6g", "ns": ".5g", "memory": ".6g", "error": ".17g", "front": ".0f", "repeats": ".0f"}
-COLUMNS = ("study,basis,gimp_update,update,transfer,flip,order,strain,rate,ppc,cells,cfl,h,particles,steps,seconds,seconds_min,seconds_max,"
-           "ns,memory,error,status,front,repeats,key,note").split(",")
-OF_ONE = ("flip", "order", "gimp_update", "affine_strain", "damping_rate")  # -method_*: they belong to one method, and would be refused with another
+FORMS = {
+    "flip": ".10g",
+    "order": ".0f",
+    "strain": ".10g",
+    "rate": ".10g",
+    "ppc": ".0f",
+    "cfl": ".10g",
+    "h": ".17g",
+    "particles": ".0f",
+    "steps": ".0f",
+    "seconds": ".6g",
+    "seconds_min": ".6g",
+    "seconds_max": ".6g",
+    "ns": ".5g",
+    "memory": ".6g",
+    "error": ".17g",
+    "front": ".0f",
+    "repeats": ".0f",
+}
+COLUMNS = (
+    "study,basis,gimp_update,update,transfer,flip,order,strain,rate,ppc,cells,cfl,h,particles,steps,seconds,seconds_min,seconds_max,"
+    "ns,memory,error,status,front,repeats,key,note"
+).split(",")
+OF_ONE = (
+    "flip",
+    "order",
+    "gimp_update",
+    "affine_strain",
+    "damping_rate",
+)  # -method_*: they belong to one method, and would be refused with another
 DEFAULTS = {"update": "usl,musl", "transfer": "flip,apic,aflip"}
 
 
 class Setting:
-    """What is replaced in the scene besides its grid: the method, particles per cell, -dt_cfl; or a preset, which sets all of these; or
-    nothing, of the scene's own."""
+    """What is replaced in the scene besides its grid: the method, particles per cell, -dt_cfl; or a preset, which sets
+    all of these; or nothing, of the scene's own."""
 
     def __init__(self, name, basis="", update="", transfer="", ppc=0, cfl=0.0, preset=""):
-        self.name, self.basis, self.update, self.word, self.ppc, self.cfl, self.preset = name, basis, update, transfer, ppc, cfl, preset
+        self.name, self.basis, self.update, self.word, self.ppc, self.cfl, self.preset = (
+            name,
+            basis,
+            update,
+            transfer,
+            ppc,
+            cfl,
+            preset,
+        )
         self.own = False  # is it what the scene has?
 
     def apply(self, options, facts):
@@ -34,7 +68,9 @@ class Setting:
         if self.basis:
             basis, under, gimp = self.basis.partition("_")
             transfer, _, number = self.word.partition(":")
-            options = options | cleared | {"method_basis": basis, "method_update": self.update, "method_transfer": transfer}
+            options = (
+                options | cleared | {"method_basis": basis, "method_update": self.update, "method_transfer": transfer}
+            )
             if not basis.startswith("bspline"):
                 options["method_wall_basis"] = None
             if basis == "gimp":
@@ -42,8 +78,12 @@ class Setting:
             if number:
                 options["method_order" if transfer in methods.ORDERS else "method_flip"] = number
         if self.preset:
-            options = options | cleared | {f"method_{name}": None for name in ("basis", "update", "transfer", "wall_basis")}
-            options = options | {f"body_{name}_ppc": None for name in names} | {"dt_cfl": None, "method_preset": self.preset}
+            options = (
+                options | cleared | {f"method_{name}": None for name in ("basis", "update", "transfer", "wall_basis")}
+            )
+            options = (
+                options | {f"body_{name}_ppc": None for name in names} | {"dt_cfl": None, "method_preset": self.preset}
+            )
         if self.ppc:
             options = options | {f"body_{name}_ppc": [self.ppc] * facts.dim for name in names}
         return options | ({"dt_cfl": self.cfl} if self.cfl else {})
@@ -55,10 +95,22 @@ class Trade:
         words, cells = study.words, study.facts.cells
         if any(n % (1 << words.coarser) for n in cells):
             axis, n = next((axis, n) for axis, n in zip("xyz", cells) if n % (1 << words.coarser))
-            raise Refused(f"--coarser {words.coarser}: the {n} cells on axis {axis} are no multiple of {1 << words.coarser}")
-        legal = {"basis": methods.bases(), "update": methods.names("method_update"), "preset": [*methods.names("method_preset"), "none"]}
-        self.lists = {name: methods.read_list(name, getattr(words, name) or DEFAULTS.get(name) or ",".join(word for word in legal[name] if word != "none"), legal[name])
-                      for name in legal}
+            raise Refused(
+                f"--coarser {words.coarser}: the {n} cells on axis {axis} are no multiple of {1 << words.coarser}"
+            )
+        legal = {
+            "basis": methods.bases(),
+            "update": methods.names("method_update"),
+            "preset": [*methods.names("method_preset"), "none"],
+        }
+        self.lists = {
+            name: methods.read_list(
+                name,
+                getattr(words, name) or DEFAULTS.get(name) or ",".join(word for word in legal[name] if word != "none"),
+                legal[name],
+            )
+            for name in legal
+        }
         self.lists["transfer"] = methods.read_transfers(words.transfer or DEFAULTS["transfer"])
         self.lists["ppc"] = methods.read_list("ppc", words.ppc, None, 64) if words.ppc else ["0"]
         self.lists["cfl"] = methods.read_list("cfl", words.cfl, None, 2) if words.cfl else ["0"]
@@ -83,7 +135,11 @@ class Trade:
                 for transfer in self.lists["transfer"]:
                     for ppc in self.lists["ppc"]:
                         for cfl in self.lists["cfl"]:
-                            name = f"{basis} {update} {transfer}" + (f", {ppc} ppc" if ppc != "0" else "") + (f", cfl {cfl}" if cfl != "0" else "")
+                            name = (
+                                f"{basis} {update} {transfer}"
+                                + (f", {ppc} ppc" if ppc != "0" else "")
+                                + (f", cfl {cfl}" if cfl != "0" else "")
+                            )
                             yield Setting(name, basis, update, transfer, int(ppc), float(cfl))
         for preset in self.lists["preset"]:
             if preset != "none":
@@ -93,7 +149,9 @@ class Trade:
         """The settings, without those that the program refuses or warns of, for each of which a line is said."""
         own, some = Setting("the scene's own setting"), list(self.combine())
         with concurrent.futures.ThreadPoolExecutor(self.jobs) as pool:
-            facts = list(pool.map(lambda setting: scene.Facts(self.options_of(setting, 0), self.study.processes), [own, *some]))
+            facts = list(
+                pool.map(lambda setting: scene.Facts(self.options_of(setting, 0), self.study.processes), [own, *some])
+            )
         mine = facts[0]
         if mine.refused:
             raise Refused(f"--coarser: the coarsest run: {mine.refused}")
@@ -113,10 +171,17 @@ class Trade:
         self.settings = chosen
 
     def candidates(self):
-        """Who may make the references: of the bases of the list, the last first, the setting that is the first in all other lists."""
+        """Who may make the references: of the bases of the list, the last first, the setting that is the first in all
+        other lists."""
         found = []
         for basis in reversed(self.lists["basis"]):
-            found += [setting for setting in self.settings if setting.basis == basis and setting.update == self.lists["update"][0] and setting.word == self.lists["transfer"][0]][:1]
+            found += [
+                setting
+                for setting in self.settings
+                if setting.basis == basis
+                and setting.update == self.lists["update"][0]
+                and setting.word == self.lists["transfer"][0]
+            ][:1]
         return found
 
     # ---- The table
@@ -126,16 +191,28 @@ class Trade:
         against = [self.quantity.text, self.quantity.value, self.words.levels if self.needed else None]
         self.refer = self.candidates()[:2] if self.needed else []
         if self.needed and len(self.refer) < 2:
-            raise Refused("--basis: without a known solution two bases are needed that this scene takes, one for the reference and one to confirm it")
+            raise Refused(
+                "--basis: without a known solution two bases are needed that this scene takes, one for the reference "
+                "and one to confirm it"
+            )
         against += [setting.name for setting in self.refer]
         wanted = [("run", setting, level) for setting in self.settings for level in range(self.words.levels)]
         wanted += [(word, setting, self.words.levels) for word, setting in zip(("reference", "confirm"), self.refer)]
         file = read(self.path)
         for word, setting, level in wanted:
-            key = scene.digits(self.options_of(setting, level), self.study.processes, *(against if word == "run" else [word, self.quantity.text]))
-            row = file.pop(key, None) or dict.fromkeys(FORMS, math.nan) | dict.fromkeys(TEXTS, "") | {"repeats": 0, "front": 0}
+            key = scene.digits(
+                self.options_of(setting, level),
+                self.study.processes,
+                *(against if word == "run" else [word, self.quantity.text]),
+            )
+            row = file.pop(key, None) or dict.fromkeys(FORMS, math.nan) | dict.fromkeys(TEXTS, "") | {
+                "repeats": 0,
+                "front": 0,
+            }
             row |= {"study": word, "setting": setting, "level": level, "key": key}
-            row["done"] = row["status"] not in ("", "ok") or row["repeats"] >= (self.words.repeats if word == "run" else 1)
+            row["done"] = row["status"] not in ("", "ok") or row["repeats"] >= (
+                self.words.repeats if word == "run" else 1
+            )
             self.rows.append(row)
         known = sum(row["done"] and row["study"] == "run" for row in self.rows)
         self.others = [row | {"study": "other", "front": 0} for row in file.values()]
@@ -147,13 +224,16 @@ class Trade:
             out.writerow(COLUMNS)
             for row in [*self.rows, *self.others]:
                 if row["status"]:
-                    out.writerow([row[name] if name in TEXTS else scene.text_of(row[name], FORMS[name]) for name in COLUMNS])
+                    out.writerow(
+                        [row[name] if name in TEXTS else scene.text_of(row[name], FORMS[name]) for name in COLUMNS]
+                    )
         os.replace(self.path + ".new", self.path)
 
     # ---- Runs
 
     def make(self, row, compare):
-        """Makes one run of a row: sets its numbers but for the error. Returns the result and, if compare, its particles."""
+        """Makes one run of a row: sets its numbers but for the error. Returns the result and, if compare, its
+        particles."""
         options = self.options_of(row["setting"], row["level"])
         kept = {"output_every": 1e300, "output_fields": "body", "output_format": "hdf5" if compare else "none"}
         if not compare:
@@ -165,11 +245,15 @@ class Trade:
         if result.steps:
             n, s = row["repeats"], result.step_seconds
             row["seconds"] = (n * row["seconds"] + s) / (n + 1) if n else s
-            row["seconds_min"], row["seconds_max"] = (min(row["seconds_min"], s), max(row["seconds_max"], s)) if n else (s, s)
+            row["seconds_min"], row["seconds_max"] = (
+                (min(row["seconds_min"], s), max(row["seconds_max"], s)) if n else (s, s)
+            )
             row["ns"] = 1e9 * row["seconds_min"] / (row["particles"] * max(1, row["steps"]))
         row["repeats"] += 1
         row["done"] = stopped or row["repeats"] >= (self.words.repeats if row["study"] == "run" else 1)
-        return result, scene.samples(result.snapshots[0], result.snapshots[-1], self.its) if compare and not stopped else None
+        return result, scene.samples(
+            result.snapshots[0], result.snapshots[-1], self.its
+        ) if compare and not stopped else None
 
     def describe(self, row, options, result, stopped):
         """What a result says of its run, but for error and times."""
@@ -178,13 +262,28 @@ class Trade:
         if not facts.refused:
             if not hasattr(row["setting"], "axes"):
                 row["setting"].axes = scene.per_cell(options, facts, self.study.processes)
-            _, crossing = methods.bounds(facts.basis, facts.update, facts.transfer, facts.flip, facts.rate, facts.strain, facts.viscosity)
+            _, crossing = methods.bounds(
+                facts.basis, facts.update, facts.transfer, facts.flip, facts.rate, facts.strain, facts.viscosity
+            )
             if not stopped and not facts.fixed and facts.cfl > crossing * (1 + 1e-9):
                 row["note"] = f"steps too long where particles cross cells: stable up to {crossing:g} h/c"
-            row |= {"basis": facts.basis, "gimp_update": ("stretch" if facts.stretched else "none") if facts.basis == "gimp" else "", "update": facts.update,
-                    "transfer": facts.transfer, "flip": facts.flip, "strain": facts.strain, "rate": facts.rate, "order": facts.order, "ppc": row["setting"].axes[0][0],
-                    "cells": "x".join(map(str, facts.cells)), "cfl": math.nan if facts.fixed else facts.cfl, "h": facts.h[0], "particles": facts.particles,
-                    "steps": result.steps, "memory": facts.memory / 2 ** 20}
+            row |= {
+                "basis": facts.basis,
+                "gimp_update": ("stretch" if facts.stretched else "none") if facts.basis == "gimp" else "",
+                "update": facts.update,
+                "transfer": facts.transfer,
+                "flip": facts.flip,
+                "strain": facts.strain,
+                "rate": facts.rate,
+                "order": facts.order,
+                "ppc": row["setting"].axes[0][0],
+                "cells": "x".join(map(str, facts.cells)),
+                "cfl": math.nan if facts.fixed else facts.cfl,
+                "h": facts.h[0],
+                "particles": facts.particles,
+                "steps": result.steps,
+                "memory": facts.memory / 2**20,
+            }
         row["note"] = row["note"].translate(str.maketrans(',"\n', ";;;"))
 
     def error_of(self, result, samples):
@@ -192,16 +291,29 @@ class Trade:
         if self.quantity.on:
             to = self.reference if self.needed else self.quantity.value
             return abs(self.quantity.of(result) - to) / abs(to) if to else math.nan
-        error, size = series.compare(samples, self.reference, np.array(self.facts.length)) if self.needed else (result.error, result.size)
+        error, size = (
+            series.compare(samples, self.reference, np.array(self.facts.length))
+            if self.needed
+            else (result.error, result.size)
+        )
         return error / size if size > 0 else math.nan
 
     def print_row(self, number, row):
-        end = f"{row['status']}: {row['note']}" if row["status"] != "ok" else "" if math.isnan(row["error"]) else f"error {100 * row['error']:.3g} %"
-        self.study.say(f"{number:<10} {row['setting'].name:<34} {row['cells']:<13} {row['steps']:8.0f} steps  {row['seconds']:9.4g} s  {end}")
+        end = (
+            f"{row['status']}: {row['note']}"
+            if row["status"] != "ok"
+            else ""
+            if math.isnan(row["error"])
+            else f"error {100 * row['error']:.3g} %"
+        )
+        self.study.say(
+            f"{number:<10} {row['setting'].name:<34} {row['cells']:<13} {row['steps']:8.0f} steps  "
+            f"{row['seconds']:9.4g} s  {end}"
+        )
 
     def make_references(self):
-        """The reference and the second one that confirms it, and their difference; whether there are both. A candidate whose run stops
-        leaves its place to the next."""
+        """The reference and the second one that confirms it, and their difference; whether there are both. A candidate
+        whose run stops leaves its place to the next."""
         rows, names = [row for row in self.rows if row["study"] != "run"], []
         for setting in self.candidates():
             row = rows[len(names)]
@@ -217,7 +329,10 @@ class Trade:
                 continue
             names.append(setting.name)
             if len(names) == 2:
-                self.study.say(f"           {names[0]} and {names[1]} differ by {100 * self.floor:.2g} %: nothing is said of errors below")
+                self.study.say(
+                    f"           {names[0]} and {names[1]} differ by {100 * self.floor:.2g} %: nothing is said of "
+                    "errors below"
+                )
                 return not math.isnan(self.floor)
         return False
 
@@ -240,23 +355,34 @@ class Trade:
     # ---- The study
 
     def dry_run(self):
-        """The runs that would be made, with the time that the model gives them: 2^(dim + 1) times as long on each next grid."""
+        """The runs that would be made, with the time that the model gives them: 2^(dim + 1) times as long on each next
+        grid."""
         more, everything = 2 ** (self.facts.dim + 1), 0.0
         for setting in self.settings:
             left = [row for row in self.rows if row["setting"] is setting and row["study"] == "run" and not row["done"]]
             here = sum(setting.predicted * more ** row["level"] * (self.words.repeats - row["repeats"]) for row in left)
-            everything += here + (setting.predicted * more ** self.words.levels if setting in self.refer else 0)
-            self.study.say(f"runs       {setting.name:<34} {len(left)} of {self.words.levels} grids, about {time_words(here)}")
-        self.study.say(f"dry run    the study is valid; by the model about {time_words(everything)} of steps{', with its references' if self.needed else ''}; no step was made")
+            everything += here + (setting.predicted * more**self.words.levels if setting in self.refer else 0)
+            self.study.say(
+                f"runs       {setting.name:<34} {len(left)} of {self.words.levels} grids, about {time_words(here)}"
+            )
+        self.study.say(
+            f"dry run    the study is valid; by the model about {time_words(everything)} of "
+            f"steps{', with its references' if self.needed else ''}; no step was made"
+        )
 
     def run(self):
         study = self.study
         self.choose()
         known = self.make_rows()
-        study.say(f"study      trade of {self.facts.title}: {len(self.settings)} settings on {self.words.levels} grids, {self.quantity.text or 'displacements'} against "
-                  f"{'a finer run' if self.needed else 'what is known'}")
+        study.say(
+            f"study      trade of {self.facts.title}: {len(self.settings)} settings on {self.words.levels} grids, "
+            f"{self.quantity.text or 'displacements'} against "
+            f"{'a finer run' if self.needed else 'what is known'}"
+        )
         if known:
-            study.say(f"note       {known} runs are in {self.path} with the same options and version: they are not made again")
+            study.say(
+                f"note       {known} runs are in {self.path} with the same options and version: they are not made again"
+            )
         if study.dry:
             self.dry_run()
             return 0
@@ -276,12 +402,18 @@ class Trade:
         runs, say = [row for row in self.rows if row["study"] == "run"], self.study.say
         front.mark(runs, self.floor)
         say("front      runs that no other beats in both time and error")
-        say("           method                             ppc   cfl  cells            seconds   error (%)       MiB  ns/particle/step")
+        say(
+            "           method                             ppc   cfl  cells            seconds   error (%)       MiB "
+            " ns/particle/step"
+        )
         best = sorted((row for row in runs if row["front"]), key=lambda row: row["seconds_min"])
         for row in best:
             less = "< " if row["error"] < self.floor else "  "
-            say(f"           {method_of(row):<34} {row['ppc']:3.0f}  {row['cfl']:4.2g}  {row['cells']:<13} {row['seconds_min']:10.4g}  {less}{100 * max(row['error'], self.floor):9.3g}"
-                f"  {row['memory']:8.3g}  {row['ns']:8.1f}")
+            say(
+                f"           {method_of(row):<34} {row['ppc']:3.0f}  {row['cfl']:4.2g}  {row['cells']:<13} "
+                f"{row['seconds_min']:10.4g}  {less}{100 * max(row['error'], self.floor):9.3g}"
+                f"  {row['memory']:8.3g}  {row['ns']:8.1f}"
+            )
         if not best:
             say("           none: no run has an error")
         if any(row["seconds_min"] < 0.01 for row in best):
@@ -290,14 +422,21 @@ class Trade:
             self.print_cheapest(runs, error)
 
     def print_cheapest(self, runs, error):
-        say, cheap, head = self.study.say, front.cheapest(runs, error), f"{'for ' + format(100 * error, 'g') + ' %':<10} "
+        say, cheap, head = (
+            self.study.say,
+            front.cheapest(runs, error),
+            f"{'for ' + format(100 * error, 'g') + ' %':<10} ",
+        )
         if error < self.floor:
             say(f"{head}nothing is said: the two references differ by {100 * self.floor:.2g} %")
             return
         if cheap is None:
             say(f"{head}no run reached it; more --levels may")
             return
-        say(f"{head}{self.repeat(cheap)}\n           error {100 * cheap['error']:.2g} %, {cheap['steps']:.0f} steps, {cheap['seconds_min']:.3g} s, {cheap['memory']:.3g} MiB")
+        say(
+            f"{head}{self.repeat(cheap)}\n           error {100 * cheap['error']:.2g} %, {cheap['steps']:.0f} steps, "
+            f"{cheap['seconds_min']:.3g} s, {cheap['memory']:.3g} MiB"
+        )
         best = front.fastest([[row for row in runs if row["setting"] is setting] for setting in self.settings], error)
         own = [row for row in runs if row["setting"].own]
         if best is None:
@@ -306,38 +445,68 @@ class Trade:
         if lost and lost[0] <= 1:
             say("           the scene's own method is no slower for this error")
         elif lost:
-            say(f"           the scene's own method takes {lost[0]:.2f} ({lost[1]:.2f} to {lost[2]:.2f}) times as long for this error")
+            say(
+                f"           the scene's own method takes {lost[0]:.2f} ({lost[1]:.2f} to {lost[2]:.2f}) times as "
+                "long for this error"
+            )
         elif some:
             least = min(some, key=lambda row: row["error"])
-            say(f"           the scene's own method does not reach it: at best {100 * least['error']:.2g} %, with {least['cells']} cells")
+            say(
+                f"           the scene's own method does not reach it: at best {100 * least['error']:.2g} %, with "
+                f"{least['cells']} cells"
+            )
         else:
             say("           the scene's own method has no error: it stopped")
 
     def repeat(self, row):
         """The options by which a user repeats a run."""
-        setting, words = row["setting"], {"method_basis": row["basis"], "method_gimp_update": row["gimp_update"] or None, "method_update": row["update"], "method_transfer": row["transfer"]}
-        there = {name: value for name, value in row.items() if name in FORMS and value is not None and not math.isnan(value)}
+        setting, words = (
+            row["setting"],
+            {
+                "method_basis": row["basis"],
+                "method_gimp_update": row["gimp_update"] or None,
+                "method_update": row["update"],
+                "method_transfer": row["transfer"],
+            },
+        )
+        there = {
+            name: value for name, value in row.items() if name in FORMS and value is not None and not math.isnan(value)
+        }
         words["method_affine_strain"] = f"{there['strain']:g}" if "strain" in there else None
         if "flip" in there and not self.facts.viscosity:
-            words |= {"method_damping_rate": f"{there['rate']:g}"} if there.get("rate", 0) > 0 else {"method_flip": f"{there['flip']:g}"}
+            words |= (
+                {"method_damping_rate": f"{there['rate']:g}"}
+                if there.get("rate", 0) > 0
+                else {"method_flip": f"{there['flip']:g}"}
+            )
         words["method_order"] = f"{there['order']:.0f}" if "order" in there else None
         cells = [int(n) for n in row["cells"].split("x")]
         if "grid_h" in self.study.options:
-            words["grid_h"] = ",".join(f"{h * n / its:.17g}" for h, n, its in zip(self.facts.h, self.facts.cells, cells))
+            words["grid_h"] = ",".join(
+                f"{h * n / its:.17g}" for h, n, its in zip(self.facts.h, self.facts.cells, cells)
+            )
         else:
             words["grid_cells"] = tuple(cells)
         for name in scene.bodies(self.study.options) if setting.ppc or setting.preset else ():
             words[f"body_{name}_ppc"] = [int(row["ppc"])] * self.facts.dim
-        words |= {"dt_cfl": f"{row['cfl']:.10g}"} if "cfl" in there else {"dt_size": f"{self.facts.fixed / 2 ** (row['level'] - self.words.coarser):.10g}"}
+        words |= (
+            {"dt_cfl": f"{row['cfl']:.10g}"}
+            if "cfl" in there
+            else {"dt_size": f"{self.facts.fixed / 2 ** (row['level'] - self.words.coarser):.10g}"}
+        )
         return " ".join(pebble.words(words))
 
 
 def method_of(row):
-    there = {name: value for name, value in row.items() if name in FORMS and value is not None and not math.isnan(value)}
+    there = {
+        name: value for name, value in row.items() if name in FORMS and value is not None and not math.isnan(value)
+    }
     words = [row["basis"] + (" stretch" if row["gimp_update"] == "stretch" else ""), row["update"], row["transfer"]]
     words += [f"{there['order']:.0f}"] if "order" in there else []
     words += [f"strain {there['strain']:g}"] if "strain" in there else []
-    words += [f"rate {there['rate']:g}"] if "rate" in there else [f"{there['flip']:g}"] if there.get("flip", 1) < 1 else []
+    words += (
+        [f"rate {there['rate']:g}"] if "rate" in there else [f"{there['flip']:g}"] if there.get("flip", 1) < 1 else []
+    )
     return " ".join(words)
 
 
@@ -361,7 +530,9 @@ def read(path):
                 raise ValueError
             row = dict(zip(COLUMNS, line))
             if number > 1:
-                rows[row["key"]] = {name: text if name in TEXTS else float(text) if text else math.nan for name, text in row.items()}
+                rows[row["key"]] = {
+                    name: text if name in TEXTS else float(text) if text else math.nan for name, text in row.items()
+                }
         except ValueError:
             raise Refused(f"line {number} of {path} is not of a work-precision study; move the file away") from None
     return rows
