@@ -292,6 +292,14 @@ check.that(
     and not os.path.exists("dry"),
     f"--dry-run lists settings and leaves no file {dry.err}",
 )
+words = ["--basis", "linear,bspline2", "--update", "usl,musl", "--transfer", "flip,pic,xpic:3", "--preset", "none"]
+skipped = re.findall(r"^skipped +(\S+ \S+ \S+): (.*)$", study("trade", bar, "--dry-run", *words, *SWINGS).out, re.M)
+for name, why in (
+    ("linear usl flip", "is unstable where"),
+    ("bspline2 usl pic", "stops all motion"),
+    ("bspline2 musl xpic:3", "was wrong by"),
+):
+    check.that(dict(skipped).get(name, "").startswith(why), f"{name} is skipped: {dict(skipped).get(name)}")
 few = [
     "--levels",
     "2",

@@ -196,12 +196,8 @@ class Convergence:
 
     def print_verdict(self):
         errors, differences = [row["error"] for row in self.rows], [row["difference"] for row in self.rows[:-1]]
-        say, n, unit, known = (
-            self.study.say,
-            len(self.rows),
-            self.quantity.unit,
-            "value" if self.quantity.on else "solution",
-        )
+        say, n, unit = self.study.say, len(self.rows), self.quantity.unit
+        known = "value" if self.quantity.on else "solution"
         if self.known and errors[-1] > errors[-2]:
             say(
                 f"note       the error grew from run {n - 1} to run {n}: most of it does not come from {self.what}, "

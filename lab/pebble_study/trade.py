@@ -4,6 +4,7 @@ for all, and a second one with another basis says how far it can be trusted."""
 
 import concurrent.futures
 import csv
+import dataclasses
 import math
 import os
 
@@ -14,63 +15,44 @@ from . import front, methods, scene, series
 from .scene import Refused
 
 TEXTS = ("study", "basis", "gimp_update", "update", "transfer", "cells", "status", "key", "note")
-FORMS = {
-    "flip": ".10g",
-    "order": ".0f",
-    "strain": ".10g",
-    "rate": ".10g",
-    "ppc": ".0f",
-    "cfl": ".10g",
-    "h": ".17g",
-    "particles": ".0f",
-    "steps": ".0f",
-    "seconds": ".6g",
-    "seconds_min": ".6g",
-    "seconds_max": ".6g",
-    "ns": ".5g",
-    "memory": ".6g",
-    "error": ".17g",
-    "front": ".0f",
-    "repeats": ".0f",
-}
+FORMS = (
+    dict.fromkeys(("flip", "strain", "rate", "cfl"), ".10g")
+    | dict.fromkeys(("order", "ppc", "particles", "steps", "front", "repeats"), ".0f")
+    | dict.fromkeys(("seconds", "seconds_min", "seconds_max", "memory"), ".6g")
+    | {"h": ".17g", "error": ".17g", "ns": ".5g"}
+)
 COLUMNS = (
-    "study,basis,gimp_update,update,transfer,flip,order,strain,rate,ppc,cells,cfl,h,particles,steps,seconds,seconds_min,seconds_max,"
-    "ns,memory,error,status,front,repeats,key,note"
+    "study,basis,gimp_update,update,transfer,flip,order,strain,rate,ppc,cells,cfl,h,particles,steps,seconds,"
+    "seconds_min,seconds_max,ns,memory,error,status,front,repeats,key,note"
 ).split(",")
-OF_ONE = (
-    "flip",
-    "order",
-    "gimp_update",
-    "affine_strain",
-    "damping_rate",
-)  # -method_*: they belong to one method, and would be refused with another
+# -method_*: they belong to one method, and would be refused with another.
+OF_ONE = ("flip", "order", "gimp_update", "affine_strain", "damping_rate")
 DEFAULTS = {"update": "usl,musl", "transfer": "flip,apic,aflip"}
 
 
+@dataclasses.dataclass(eq=False)
 class Setting:
     """What is replaced in the scene besides its grid: the method, particles per cell, -dt_cfl; or a preset, which sets
     all of these; or nothing, of the scene's own."""
 
-    def __init__(self, name, basis="", update="", transfer="", ppc=0, cfl=0.0, preset=""):
-        self.name, self.basis, self.update, self.word, self.ppc, self.cfl, self.preset = (
-            name,
-            basis,
-            update,
-            transfer,
-            ppc,
-            cfl,
-            preset,
-        )
-        self.own = False  # is it what the scene has?
+    name: str
+    basis: str = ""
+    update: str = ""
+    word: str = ""  # of --transfer
+    ppc: int = 0
+    cfl: float = 0.0
+    preset: str = ""
+    own: bool = False  # is it what the scene has?
+    predicted: float = 0.0  # s of the run on the first grid, by the model
+    axes: list | None = None  # particles per cell and axis of each body
 
     def apply(self, options, facts):
         names, cleared = scene.bodies(options), {f"method_{name}": None for name in OF_ONE}
         if self.basis:
             basis, under, gimp = self.basis.partition("_")
             transfer, _, number = self.word.partition(":")
-            options = (
-                options | cleared | {"method_basis": basis, "method_update": self.update, "method_transfer": transfer}
-            )
+            options = options | cleared
+            options |= {"method_basis": basis, "method_update": self.update, "method_transfer": transfer}
             if not basis.startswith("bspline"):
                 options["method_wall_basis"] = None
             if basis == "gimp":
@@ -78,12 +60,9 @@ class Setting:
             if number:
                 options["method_order" if transfer in methods.ORDERS else "method_flip"] = number
         if self.preset:
-            options = (
-                options | cleared | {f"method_{name}": None for name in ("basis", "update", "transfer", "wall_basis")}
-            )
-            options = (
-                options | {f"body_{name}_ppc": None for name in names} | {"dt_cfl": None, "method_preset": self.preset}
-            )
+            chosen = {f"method_{name}": None for name in ("basis", "update", "transfer", "wall_basis")}
+            particles = {f"body_{name}_ppc": None for name in names}
+            options = options | cleared | chosen | particles | {"dt_cfl": None, "method_preset": self.preset}
         if self.ppc:
             options = options | {f"body_{name}_ppc": [self.ppc] * facts.dim for name in names}
         return options | ({"dt_cfl": self.cfl} if self.cfl else {})
@@ -205,14 +184,10 @@ class Trade:
                 self.study.processes,
                 *(against if word == "run" else [word, self.quantity.text]),
             )
-            row = file.pop(key, None) or dict.fromkeys(FORMS, math.nan) | dict.fromkeys(TEXTS, "") | {
-                "repeats": 0,
-                "front": 0,
-            }
+            empty = dict.fromkeys(FORMS, math.nan) | dict.fromkeys(TEXTS, "") | {"repeats": 0, "front": 0}
+            row = file.pop(key, None) or empty
             row |= {"study": word, "setting": setting, "level": level, "key": key}
-            row["done"] = row["status"] not in ("", "ok") or row["repeats"] >= (
-                self.words.repeats if word == "run" else 1
-            )
+            row["done"] = self.enough(row)
             self.rows.append(row)
         known = sum(row["done"] and row["study"] == "run" for row in self.rows)
         self.others = [row | {"study": "other", "front": 0} for row in file.values()]
@@ -245,22 +220,26 @@ class Trade:
         if result.steps:
             n, s = row["repeats"], result.step_seconds
             row["seconds"] = (n * row["seconds"] + s) / (n + 1) if n else s
-            row["seconds_min"], row["seconds_max"] = (
-                (min(row["seconds_min"], s), max(row["seconds_max"], s)) if n else (s, s)
-            )
+            row["seconds_min"] = min(row["seconds_min"], s) if n else s
+            row["seconds_max"] = max(row["seconds_max"], s) if n else s
             row["ns"] = 1e9 * row["seconds_min"] / (row["particles"] * max(1, row["steps"]))
         row["repeats"] += 1
-        row["done"] = stopped or row["repeats"] >= (self.words.repeats if row["study"] == "run" else 1)
-        return result, scene.samples(
-            result.snapshots[0], result.snapshots[-1], self.its
-        ) if compare and not stopped else None
+        row["done"] = self.enough(row)
+        if not compare or stopped:
+            return result, None
+        return result, scene.samples(result.snapshots[0], result.snapshots[-1], self.its)
+
+    def enough(self, row):
+        """Whether a run was made as often as wanted, now or before."""
+        often = self.words.repeats if row["study"] == "run" else 1
+        return row["status"] not in ("", "ok") or row["repeats"] >= often
 
     def describe(self, row, options, result, stopped):
         """What a result says of its run, but for error and times."""
         facts = self.its = scene.Facts(options, self.study.processes, result)
         row |= {"status": "stopped" if stopped else "ok", "note": result.reason if stopped else ""}
         if not facts.refused:
-            if not hasattr(row["setting"], "axes"):
+            if row["setting"].axes is None:
                 row["setting"].axes = scene.per_cell(options, facts, self.study.processes)
             _, crossing = methods.bounds(
                 facts.basis, facts.update, facts.transfer, facts.flip, facts.rate, facts.strain, facts.viscosity
@@ -291,21 +270,15 @@ class Trade:
         if self.quantity.on:
             to = self.reference if self.needed else self.quantity.value
             return abs(self.quantity.of(result) - to) / abs(to) if to else math.nan
-        error, size = (
-            series.compare(samples, self.reference, np.array(self.facts.length))
-            if self.needed
-            else (result.error, result.size)
-        )
+        error, size = result.error, result.size
+        if self.needed:
+            error, size = series.compare(samples, self.reference, np.array(self.facts.length))
         return error / size if size > 0 else math.nan
 
     def print_row(self, number, row):
-        end = (
-            f"{row['status']}: {row['note']}"
-            if row["status"] != "ok"
-            else ""
-            if math.isnan(row["error"])
-            else f"error {100 * row['error']:.3g} %"
-        )
+        end = "" if math.isnan(row["error"]) else f"error {100 * row['error']:.3g} %"
+        if row["status"] != "ok":
+            end = f"{row['status']}: {row['note']}"
         self.study.say(
             f"{number:<10} {row['setting'].name:<34} {row['cells']:<13} {row['steps']:8.0f} steps  "
             f"{row['seconds']:9.4g} s  {end}"
