@@ -8,7 +8,6 @@
 
 A test is started as `test_name.py PEBBLE SOURCE MPIEXEC [WORD...]` in an empty folder, and writes its files there.
 """
-import collections
 import csv
 import os
 import re
@@ -20,6 +19,7 @@ import h5py
 import numpy as np
 
 import mpi
+from pebble_mpm import read_history as history  # noqa: F401 (for those who use this module; mpi knows the path)
 
 TIMEOUT = 120  # s a run
 program = source = mpiexec = None
@@ -145,15 +145,6 @@ def rows(path):
     """Lines of a CSV file as dicts of texts."""
     with open(path, newline="") as file:
         return list(csv.DictReader(file))
-
-
-def history(path):
-    """Columns of a history as arrays."""
-    columns = collections.defaultdict(list)
-    for row in rows(path):
-        for key, value in row.items():
-            columns[key].append(float(value))
-    return {key: np.array(values) for key, values in columns.items()}
 
 
 def kicked(rows):

@@ -16,6 +16,7 @@ import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, "tools"))
 import launch  # noqa: E402 (after the path)
+from pebble_mpm import ALONE, own_lines  # noqa: E402, F401 (own_lines: for those who use this module)
 
 TIMED_OUT, LEFT_BEHIND = 124, 125  # exit statuses that stand for what happened to the run
 SAID = os.environ.get("PEBBLE_SAID")  # file for the lines that runs print, which messages.py reads
@@ -28,10 +29,8 @@ ENVIRONMENT = {
     "OMPI_MCA_mpi_yield_when_idle": "1", "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
     "OMPI_MCA_btl_base_warn_component_unused": "0",
 }
-# Open MPI starts twice as fast where it does not look for networks, and eight times as fast where a process alone does not
-# prepare to start others. What it computes is the same.
+# Open MPI starts twice as fast where it does not look for networks. What it computes is the same.
 FAST = {"OMPI_MCA_pml": "ob1"}
-ALONE = FAST | {"OMPI_MCA_btl": "self", "OMPI_MCA_ess_singleton_isolated": "1"}
 
 
 def members(session):
@@ -127,18 +126,6 @@ def run(n, arguments, timeout=120, mpiexec="mpiexec", during=None, plain=False, 
         out.seek(0)
         err.seek(0)
         return status, *keep(out.read(), err.read() + said)
-
-
-def own_lines(err):
-    """Lines of standard error that are not mpiexec's notices, which stand between lines of dashes, nor a warning that its
-    library of events sometimes prints as it ends."""
-    lines, notice = [], False
-    for line in err.splitlines():
-        if len(line) > 20 and set(line) == {"-"}:
-            notice = not notice
-        elif not notice and line.strip() and not line.startswith("[warn] Epoll "):
-            lines.append(line)
-    return lines
 
 
 if __name__ == "__main__":

@@ -30,9 +30,9 @@ import sys
 import check
 import mpi
 
-PROGRAMS = r"\./pebble|mpicc|(?:\.venv/bin/)?python3?|mpiexec|make|mkdir|cp|ctest|valgrind|module|srun|sbatch|smpirun|(?:build|tools)/\S+"
+PROGRAMS = r"\./pebble(?:-study)?|mpicc|(?:\.venv/bin/)?python3?|mpiexec|make|mkdir|cp|ctest|valgrind|module|srun|sbatch|smpirun|(?:build|tools)/\S+"
 COMMAND = re.compile(rf"\$ |(?:[A-Z_]+=\S+ )*(?:{PROGRAMS})(?: |$)")
-HIDDEN = re.compile(r"\$ |\./pebble |mpiexec |make [a-z]+$")  # in a block that does not begin with a command
+HIDDEN = re.compile(r"\$ |\./pebble(?:-study)? |mpiexec |make [a-z]+$")  # in a block that does not begin with a command
 FILE = re.compile(r"file `([\w.-]+)`[^`]*:$")
 
 # Commands that are not run here, and why. What they name has to exist all the same.
@@ -196,7 +196,7 @@ def renewed(shown, printed):
 def copy():
     """A folder in which the documents' commands can be run: the program, the tools and the scenes, and an empty output/."""
     folder = check.folder("copy")
-    for name in (".venv", "tools", "options", "docs", "src", "examples", "tests", "makefile"):
+    for name in (".venv", "tools", "lab", "pebble-study", "options", "docs", "src", "examples", "tests", "makefile"):
         os.symlink(os.path.join(check.source, name), os.path.join(folder, name))
     os.symlink(check.program, os.path.join(folder, "pebble"))
     os.mkdir(os.path.join(folder, "output"))

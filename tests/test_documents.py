@@ -105,7 +105,7 @@ def read_by_users():
         yield path, "\n".join(re.findall(r"#\s(?!.*(?:\./pebble|\.venv))(.*)", read(path)))
     for path in glob.glob("src/*/*.c") + glob.glob("src/*/*.h") + glob.glob("src/*/*.def"):
         yield path, "\n".join(re.findall(r'"((?:[^"\\\n]|\\.)*[a-z]{2} [a-z](?:[^"\\\n]|\\.)*)"', read(path)))
-    for path in glob.glob("tools/*.py"):
+    for path in glob.glob("tools/*.py") + glob.glob("lab/**/*.py", recursive=True):
         yield path, "\n".join(re.findall(r'"""(.*?)"""', read(path), re.S) + re.findall(r'help="([^"]*)"', read(path)))
 
 
@@ -121,7 +121,7 @@ def american():
 
 
 def all_words():
-    sources = DOCUMENTS + ["makefile", "CITATION.cff"] + [path for folder in ("options", "src", "examples", "tests", "tools", ".ci") for path in glob.glob(f"{folder}/**", recursive=True)
+    sources = DOCUMENTS + ["makefile", "CITATION.cff"] + [path for folder in ("options", "src", "examples", "tests", "tools", "lab", ".ci") for path in glob.glob(f"{folder}/**", recursive=True)
                            if os.path.isfile(path) and not path.endswith((".csv", ".stl", ".pyc", ".npz"))]
     found = [line for line in codespell("--builtin", "clear", *sources) if not line.startswith("tests/test_documents.py:")]
     check.that(not found, f"words of {len(sources)} files: {found}")

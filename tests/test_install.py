@@ -27,10 +27,10 @@ def below(*folders):
                   for path, folders_here, files in os.walk(folder) for name in files + folders_here)
 
 
-def python(*words, path=os.path.dirname(sys.executable), **more):
+def python(*words, path=os.path.dirname(sys.executable), env_more={}, **more):
     """A program that finds its Python first in this folder."""
-    env = os.environ | {"PATH": f"{path}{os.pathsep}{os.environ['PATH']}"}
-    del env["PYTHONDONTWRITEBYTECODE"]  # so that there is a __pycache__ to remove
+    env = os.environ | {"PATH": f"{path}{os.pathsep}{os.environ['PATH']}"} | env_more
+    env.pop("PYTHONDONTWRITEBYTECODE", None)  # so that there is a __pycache__ to remove
     done = subprocess.run(words, capture_output=True, text=True, env=env, **more)
     return check.Run(done.returncode, done.stdout, done.stderr)
 
@@ -41,7 +41,7 @@ prefix = os.path.join(HERE, "the place", "prefix")
 bin_, share = os.path.join(prefix, "bin"), os.path.join(prefix, "share", "pebble")
 run = make("install", f"PREFIX={prefix}")
 check.need(run.status == 0, f"make install: {run.said}")
-check.that(sorted(os.listdir(bin_)) == ["pebble", "pebble-movie", "pebble-plot"], f"bin has {sorted(os.listdir(bin_))}")
+check.that(sorted(os.listdir(bin_)) == ["pebble", "pebble-movie", "pebble-plot", "pebble-study"], f"bin has {sorted(os.listdir(bin_))}")
 for name in ("options", "docs"):
     there, here = below(os.path.join(share, name)), below(os.path.join(check.source, name))
     check.that(there == here, f"{len(there)} files and folders in {name}, as in the source")
@@ -60,6 +60,13 @@ run = python(os.path.join(bin_, "pebble-plot"), "output/disks.h5")
 check.that(run.status == 0 and os.path.getsize("output/disks.png") > 10000, f"pebble-plot draws it {run.err}")
 run = python(os.path.join(bin_, "pebble-movie"), "output/disks.h5", "-o", "disks.gif")
 check.that(run.status == 0 and os.path.getsize("disks.gif") > 10000, f"pebble-movie makes a movie {run.err}")
+run = python(os.path.join(bin_, "pebble-study"), "convergence", os.path.join(scenes, "mms.opts"), "-grid_cells", "4,4", "--levels", "2")
+check.that(run.status == 0 and os.path.exists("output/mms_study.csv") and os.path.getsize("output/mms_study.png") > 10000, f"pebble-study studies a scene and draws it {run.err}")
+run = python(sys.executable, "-c", "import pebble_mpm as pebble; print(pebble.find_program(), pebble.run(dry_run=True, options_file='{}').find('^scene +(.*?)  '))".format(
+    os.path.join(scenes, "bar.opts")), env_more={"PYTHONPATH": os.path.join(share, "lab")})
+check.that(run.out.strip() == os.path.join(bin_, "pebble") + " vibrating bar", f"the module starts the program that is installed: {run.said}")
+run = python(sys.executable, "-S", os.path.join(bin_, "pebble-study"), "convergence", "x.opts")
+check.that(run.status == 1 and len(run.err.splitlines()) == 1 and "python3-h5py" in run.err, f"pebble-study without its packages: {run.err.strip()}")
 run = python(sys.executable, "-S", os.path.join(bin_, "pebble-plot"), "output/disks.h5")  # -S: a Python without packages
 check.that(run.status == 1 and len(run.err.splitlines()) == 1 and "python3-h5py" in run.err and os.path.join(share, "tools", "requirements.txt") in run.err,
            f"without its packages: {run.err.strip()}")

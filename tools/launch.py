@@ -1,8 +1,10 @@
 """How programs with MPI are started: each with a temporary folder of its own, and those that are timed with settings."""
-import contextlib
 import os
 import subprocess
-import tempfile
+import sys
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, "lab"))
+from pebble_mpm import own_folder  # noqa: E402 (after the path)
 
 # The makefile's settings are for tests, which share few cores. When one run at a time has a free core for each process, waiting
 # processes need not yield, each process stays on its core, and large messages may be read from the other's memory.
@@ -21,16 +23,6 @@ def settings(processes, cores):
     """In words, what that environment says to Open MPI about waiting, binding and copies."""
     chosen = environment(processes, cores)
     return ", ".join(f"{name.removeprefix('OMPI_MCA_')} {chosen.get(name, 'as Open MPI has it')}" for name in (*TIMED, COPY))
-
-
-@contextlib.contextmanager
-def own_folder(env=None):
-    """An environment for one start, this one or env, with a folder for temporary files that no other start has; it is
-    removed at the end. Elsewhere Open MPI makes a folder of one name for all runs of a user, and each run removes it at its
-    end if it is empty then: of two runs that start or end in the same moment one may fail. A process without mpiexec makes
-    this folder too. The name is short, since paths of sockets have to be."""
-    with tempfile.TemporaryDirectory(prefix="mpi-", ignore_cleanup_errors=True) as folder:
-        yield (os.environ if env is None else env) | {"TMPDIR": folder}
 
 
 def run(command, env=None, **more):

@@ -3,7 +3,7 @@
 # the documents to these places below PREFIX (/usr/local), `package.sh uninstall` removes them:
 #
 #   bin/pebble
-#   bin/pebble-plot, bin/pebble-movie   links to tools/plot.py and tools/movie.py
+#   bin/pebble-plot, bin/pebble-movie, bin/pebble-study   links to tools/plot.py, tools/movie.py and lab/study.py
 #   share/pebble/                       the rest, in the folders of the checkout, so that links between documents hold
 #   share/pebble/installed              the list of the files and of the folders that were made for them
 #
@@ -42,7 +42,7 @@ put() {
 # Removes the files of the list, what Python compiled of them, and the folders that are empty then; the others stay listed.
 remove() {
   local name
-  rm -rf "$root/share/pebble/tools/__pycache__"
+  rm -rf "$root/share/pebble/tools/__pycache__" "$root/share/pebble/lab/__pycache__" "$root/share/pebble/lab/pebble_study/__pycache__"
   while read -r name; do
     if [ ! -d "$root/$name" ] || [ -L "$root/$name" ]; then rm -f "$root/$name"
     elif [ "$name" = . ]; then rmdir "$root" 2>/dev/null || made=(. "${made[@]}")
@@ -68,12 +68,12 @@ trap '[ ! -d "$root/share/pebble" ] || printf "%s\n" "${made[@]}" >"$list"' EXIT
 folder share/pebble
 made+=(share/pebble/installed)
 put 755 "$2" bin/pebble
-for tool in plot movie; do
-  put 755 "tools/$tool.py" "share/pebble/tools/$tool.py"
-  ln -sf "../share/pebble/tools/$tool.py" "$root/bin/pebble-$tool"
-  made+=("bin/pebble-$tool")
+for tool in tools/plot tools/movie lab/study; do
+  put 755 "$tool.py" "share/pebble/$tool.py"
+  ln -sf "../share/pebble/$tool.py" "$root/bin/pebble-${tool#*/}"
+  made+=("bin/pebble-${tool#*/}")
 done
 while read -r file; do put 644 "$file" "share/pebble/$file"; done < <(
-  printf '%s\n' tools/drawing.py tools/requirements.txt README.md LICENSE CITATION.cff CHANGELOG.md CONTRIBUTING.md
+  printf '%s\n' tools/drawing.py tools/requirements.txt src/step/stable.def lab/pebble_mpm.py lab/pebble_study/*.py README.md LICENSE CITATION.cff CHANGELOG.md CONTRIBUTING.md
   find options docs tools/cluster -type f | sort)
-echo "Pebble is in $root: bin/pebble, bin/pebble-plot, bin/pebble-movie and share/pebble"
+echo "Pebble is in $root: bin/pebble, bin/pebble-plot, bin/pebble-movie, bin/pebble-study and share/pebble"

@@ -285,6 +285,7 @@ def read_study(path):
     if not rows or len(rows[0]) < 6 or rows[0][0] != "run" or rows[0][4:6] != ["error", "order"]:
         fail(f"{path} is not the table of a study: its columns are not run, h, particles, steps, error, order")
     try:
+        rows[1:] = [row for row in rows[1:] if row[4:5] != [""]]  # the finest run has no error where it is the reference
         size, error = np.array([[float(row[1]), float(row[4])] for row in rows[1:]]).reshape(-1, 2).T
         order = [float(row[5]) if row[5] else None for row in rows[1:]]
     except (IndexError, ValueError) as wrong:

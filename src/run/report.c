@@ -392,9 +392,8 @@ PetscErrorCode MPMReportEnd(MPM mpm)
 
     PetscCall(MPMKnownError(&mpm->scene, &mpm->core, &error, &size));
     PetscCall(MPMPrint(&mpm->core.print, "reference  rms error of the displacement %.6g m", (double)error));
-    if (size > error)
-      PetscCall(MPMPrint(&mpm->core.print, "; its rms is %.6g m, so the relative error is %.4g", (double)size,
-                         (double)(error / size)));
+    if (size > 0) PetscCall(MPMPrint(&mpm->core.print, "; its rms is %.6g m", (double)size));
+    if (size > error) PetscCall(MPMPrint(&mpm->core.print, ", so the relative error is %.4g", (double)(error / size)));
     PetscCall(MPMPrint(&mpm->core.print, "\n"));
   }
   if (mpm->output.dir[0]) PetscCall(PrintResults(mpm));

@@ -9,36 +9,25 @@ allows a step at least 1.15 times as long. Only such methods can be the best tha
 import math
 import os
 import re
+import sys
 from typing import NamedTuple
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 MARGIN = 1.15  # MPM_STABLE_MARGIN
-KINDS = ["rest flip", "rest affine", "flip", "damped", "aflip 0", "aflip 0.5", "aflip 1", "apic", "filtered", "afmpm"]
+sys.path.insert(0, os.path.join(ROOT, "lab"))
+from pebble_study import methods as study  # noqa: E402 (after the path)
 
-
-def bounds(path=os.path.join(ROOT, "src", "step", "stable.def")):
-    """{(basis, update): {kind: largest stable C}}."""
-    with open(path) as file:
-        rows = [line[11:line.index(")")].split(", ") for line in file if line.startswith("MPM_STABLE(")]
-    return {(row[0], row[1]): dict(zip(KINDS, map(float, row[2:]), strict=True)) for row in rows}
-
-
-BOUNDS = bounds()
+BOUNDS = study.table()
 
 
 def bound(options):
-    """Of a method where particles cross cells; src/step/stable.c has the same rules."""
+    """The largest stable C of a method where particles cross cells; None if the table has none."""
     given = dict(re.findall(r"-method_(\w+) (\S+)", options))
-    transfer, strain = given.get("transfer", "flip"), float(given.get("affine_strain", 0))
-    if transfer == "aflip":
-        kind = f"aflip {1 if strain > 0.5 else 0.5 if strain > 0 else 0}"
-    elif transfer in ("pic", "xpic"):
-        kind = "filtered"
-    elif transfer == "flip" and (float(given.get("flip", 1)) < 0.995 or float(given.get("damping_rate", 0)) or float(given.get("damping_viscosity", 0))):
-        kind = "damped"
-    else:
-        kind = transfer
-    return BOUNDS.get((given.get("basis"), given.get("update")), {}).get(kind)
+    if (given.get("basis"), given.get("update")) not in BOUNDS:
+        return None
+    numbers = {name: float(given[option]) for name, option in (("flip", "flip"), ("rate", "damping_rate"), ("strain", "affine_strain"), ("viscosity", "damping_viscosity"))
+               if option in given}
+    return study.bounds(given["basis"], given["update"], given.get("transfer", "flip"), **numbers)[1]
 
 
 def own_cfl(options):

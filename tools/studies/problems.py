@@ -8,12 +8,15 @@ import csv
 import math
 import os
 import re
+import sys
 from typing import Callable, NamedTuple
 
-import h5py
 import numpy as np
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+sys.path.insert(0, os.path.join(ROOT, "lab"))
+import pebble_mpm as pebble  # noqa: E402 (after the path)
+
 DATA = os.path.join(ROOT, "docs", "data")
 
 
@@ -38,12 +41,10 @@ def reference(run):
 
 def positions(path):
     """Times, and positions [snapshot][particle][axis] in the order of the ids, and velocities where there are any."""
-    with h5py.File(path) as file:
-        steps = sorted((key for key in file if key.startswith("step_")), key=lambda key: file[key].attrs["time"])
-        order = [np.argsort(file[key]["particles/id"][:]) for key in steps]
-        x = [file[key]["particles/x"][:][o] for key, o in zip(steps, order)]
-        v = [file[key]["particles/v"][:][o] for key, o in zip(steps, order) if "v" in file[key]["particles"]]
-        return np.array([file[key].attrs["time"] for key in steps]), np.array(x), np.array(v)
+    snapshots = pebble.load(path).snapshots
+    x = [snapshot.particles["x"] for snapshot in snapshots]
+    v = [snapshot.particles["v"] for snapshot in snapshots if "v" in list(snapshot.particles)]
+    return snapshots.times, np.array(x), np.array(v)
 
 
 TIP = -2.3899  # m, the deepest place of the middle of the end X = 4 by spectral elements (reference_cantilever.py)

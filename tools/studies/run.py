@@ -29,9 +29,9 @@ import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.join(HERE, "..", "..")
-sys.path[:0] = [os.path.join(ROOT, "tools"), HERE]
-import launch  # noqa: E402 (after the path)
-import motion  # noqa: E402
+sys.path[:0] = [os.path.join(ROOT, "lab"), os.path.join(ROOT, "tools"), HERE]
+import motion  # noqa: E402 (after the path)
+import pebble_mpm as pebble  # noqa: E402
 import problems  # noqa: E402
 from methods import METHODS, PRESETS, REFERENCE, VARIANTS, VARIED, Method, own_cfl  # noqa: E402
 from problems import MAIN, PROBLEMS  # noqa: E402
@@ -52,36 +52,26 @@ def folder_of(parent, *name):
 
 
 class Run:
-    """One run and its files, in a folder of its own."""
+    """One run and its files, in a folder of its own: pebble_mpm's result, and what the studies ask of it."""
 
-    def __init__(self, pebble, folder, arguments, allowed=(0, 3)):
-        self.folder, self.name = folder, "run"
-        command = [pebble, *arguments, "-output_dir", self.folder, "-output_name", self.name]
+    def __init__(self, program, folder, arguments, allowed=(0, 3)):
         try:
-            told = launch.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=LIMIT)
-            self.status, self.said, self.err = told.returncode, told.stdout, told.stderr
+            self.result = pebble.run(arguments, folder=folder, program=program, timeout=LIMIT, check=False, output_name="run")
         except subprocess.TimeoutExpired:
-            self.status, self.said, self.err = 3, "", f"longer than {LIMIT} s"
+            self.result = pebble.Result(folder, "run", 3, "", f"longer than {LIMIT} s")
+        self.folder, self.path, self.number = folder, self.result.path, self.result.number
+        self.status, self.said, self.err = self.result.status, self.result.out, self.result.err
         if self.status not in allowed:
-            raise RuntimeError(f"exit status {self.status}: {' '.join(command)}\n{self.err.strip()[-800:]}")
-
-    def path(self, end):
-        return os.path.join(self.folder, self.name + end)
+            raise RuntimeError(f"exit status {self.status}: {' '.join(map(str, arguments))}\n{self.err.strip()[-800:]}")
 
     def find(self, pattern):
-        found = re.search(pattern, self.said, re.M)
-        return found[1] if found else ""
-
-    def number(self, pattern):
-        return float(self.find(pattern) or "nan")
+        return self.result.find(pattern) or ""
 
     def history(self, column):
-        with open(self.path(".csv")) as file:
-            return [float(row[column]) for row in csv.DictReader(file)]
+        return self.result.history[column]
 
     def columns(self):
-        with open(self.path(".csv")) as file:
-            return next(csv.reader(file))
+        return list(self.result.history)
 
     def done(self):
         shutil.rmtree(self.folder, ignore_errors=True)
@@ -124,10 +114,10 @@ class Data:
         write(self.path, self.columns, sorted(self.rows.values(), key=place))
 
 
-def measure(pebble, parent, key):
+def measure(program, parent, key):
     problem, method, options, ppc, cfl, n = key
     folder = folder_of(parent, problem, method, n, ppc, cfl)
-    run = Run(pebble, folder, [*problems.options(problem, n, None if ppc == "preset" else ppc, folder), *options.split(), *(["-dt_cfl", cfl] if cfl != "preset" else [])])
+    run = Run(program, folder, [*problems.options(problem, n, None if ppc == "preset" else ppc, folder), *options.split(), *(["-dt_cfl", cfl] if cfl != "preset" else [])])
     row = dict(zip(KEY, key), status=run.status, error="", steps=run.find(r"^done +(\d+) steps") or 0, particles=run.find(r" (\d+) particles") or 0, why=why(run))
     if run.status == 0:
         row["error"] = f"{PROBLEMS[problem].error(run):.6g}"
@@ -135,7 +125,7 @@ def measure(pebble, parent, key):
     return row
 
 
-def measure_motion(pebble, parent, key):
+def measure_motion(program, parent, key):
     case, method, options, cfl = key
     folder = folder_of(parent, case, method, cfl)
     words = [*motion.CASES[case].split(), *options.split(), "-dt_cfl", cfl]
@@ -143,7 +133,7 @@ def measure_motion(pebble, parent, key):
         scene = os.path.join(folder, "scene.opts")
         problems.plain(motion.SCENES[case], scene, problems.METHOD)
         words = ["-options_file", scene, *words]
-    run = Run(pebble, folder, words, (0, 2, 3))  # 2: gimp stretch refuses fluids
+    run = Run(program, folder, words, (0, 2, 3))  # 2: gimp stretch refuses fluids
     row = dict(zip(KEY_MOTION, key), status=run.status) | (dict.fromkeys(motion.COLUMNS[5:], "") if run.status == 2 else motion.evaluate(case, run))
     row["why"] = why(run)
     run.done()
@@ -181,10 +171,10 @@ SCENES = {2: ("disks", "-grid_cells 160,160 -body_disk1_ppc 2,2 -body_disk2_ppc 
 TURNS = 5
 
 
-def processor_time(pebble, folder, arguments):
+def processor_time(program, folder, arguments):
     """Of one run, s, user and system. It counts no time in which other programs have the core."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    run = Run(pebble, folder, arguments)
+    run = Run(program, folder, arguments)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return run, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures the largest stable time steps of the methods below with `pebble -study_type stability`, one method at a time, and
+"""Measures the largest stable time steps of the methods below with `pebble-study stability`, one method at a time, and
 writes docs/data/stability.csv; a method that the file has already is not measured again. table() makes of it the table
 "Largest stable steps" of docs/stability.md.
 """
@@ -55,12 +55,15 @@ def read(path):
 def measure(pebble, options):
     """The row of a method."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [pebble, *SCENE.split(), *options.split(), "-study_type", "stability", "-study_steps", str(STEPS), "-output_dir", folder, "-output_name", "bar"]
+        scene = os.path.join(folder, "bar.opts")
+        with open(scene, "w") as file:
+            file.write(SCENE.replace(" -", "\n-") + "\n")
+        command = [sys.executable, os.path.join(ROOT, "lab", "study.py"), "stability", scene, "--program", pebble, "--steps", str(STEPS), *options.split(), "-output_dir", folder]
         run = subprocess.run(command, capture_output=True, text=True)
         rows = read(os.path.join(folder, "bar_stability.csv"))
         if run.returncode or len(rows) != 1:
             raise RuntimeError(f"{' '.join(command)}: exit status {run.returncode}, {len(rows)} rows: {run.stdout[-500:]}{run.stderr}")
-        return rows[0]
+        return {name: value for name, value in rows[0].items() if name != "key"}
 
 
 def limit(row, probe):
