@@ -100,7 +100,7 @@ const char *const MPMWallParameters[] = {
 #undef MPM_WALL
 };
 
-static const int actions[] = {
+const int MPMWallActions[] = {
 #define MPM_WALL(name, parameters, acts, before, gradient, residual, what) acts,
 #include "physics/wall.def"
 #undef MPM_WALL
@@ -118,11 +118,6 @@ static const int actions[] = {
 #include "physics/wall.def"
 #undef MPM_WALL
 #undef NEEDS
-
-PetscBool MPMWallHas(MPMWall type, int acts)
-{
-  return actions[type] & acts ? PETSC_TRUE : PETSC_FALSE;
-}
 
 static PetscReal Least(const MPMFace *f, const MPMGrid *grid, PetscInt axis, const PetscInt ijk[])
 {

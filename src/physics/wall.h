@@ -23,7 +23,11 @@ enum {
   MPM_WALL_BRAKES  = 16,
   MPM_WALL_MOVES   = 32
 };
-PetscBool MPMWallHas(MPMWall, int acts);
+extern const int MPMWallActions[]; /* [MPMWall] */
+MPM_INLINE PetscBool MPMWallHas(MPMWall type, int acts)
+{
+  return MPMWallActions[type] & acts ? PETSC_TRUE : PETSC_FALSE;
+}
 
 extern const char MPMFaceNames[6][MPM_NAME_LEN]; /* [2 axis + side] rows of face.def */
 
