@@ -128,6 +128,9 @@ def thrown():
     work = YIELD * V0 * ep[left].sum()
     check.that(abs(h["dissipation_left"][-1] - work) < 0.02 * work,
                f"without hardening it is the yield stress times the plastic strain: {h['dissipation_left'][-1]:.5g}, {work:.5g} J")
+    check.must(*THROWN[:THROWN.index("-probes")], *QUIET, "-output_name", "every")
+    every = check.particles("output/every.h5")["plastic_strain"]
+    check.that(np.array_equal(every, ep), f"snapshots with all fields have it too, of metal and of soil: {every[left].max():.3g}, {every[~left].max():.3g}")
     gap = np.abs(ep[left] - ep[~left]).max() / ep.max()
     check.that(ep.max() > 0.01 and gap < 2e-3,
                f"druckerprager with the yield stress of vonmises has its plastic strain: {gap:.1e} of {ep.max():.3g}")
