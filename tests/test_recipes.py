@@ -245,7 +245,7 @@ def build(folder, *targets):
     words = ([] if compiler == "mpicc" else [f"CC={compiler}"]) + (["DEBUG=1"] if folder.endswith("-debug") else [])
     done = subprocess.run(["make", "-j2", *words, f"BUILD={folder}", "PEBBLE=pebble", *targets], capture_output=True, text=True)
     check.need(done.returncode == 0 and "warning" not in done.stderr, f"make {' '.join(targets)}: {done.stdout[-1000:]}{done.stderr[-3000:]}")
-    return re.findall(r"^  CC +\S+/(\S+)\.o$", done.stdout, re.M)
+    return re.findall(r"^  CC +\[\d+/\d+\] \S+/(\S+)\.o$", done.stdout, re.M)
 
 
 def copy(objects):
@@ -562,7 +562,7 @@ def stale(path, text, paths, source):
 
 
 def documents():
-    paths = "\n".join(tree("src", "tests", "tools", "docs", "options") + ["makefile", "README.md"])
+    paths = "\n".join(tree("src", "examples", "lab", "tests", "tools", "docs", "options") + ["makefile", "README.md"])
     source = "\n".join(read(path) for path in tree("src", "tests", "tools") if path.endswith((".c", ".h", ".def")))
     looked = ["makefile", "README.md"] + [path for path in tree("docs") if path.endswith(".md")] + \
              [path for path in tree("src", "tools") if path.endswith((".c", ".h", ".def", ".py"))]
