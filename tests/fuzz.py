@@ -46,7 +46,7 @@ def option_seeds(folder):
             key = re.sub(r"^-(material|body|load)_[a-z0-9]+_", lambda group: f"-{group[1]}_{group[1][0]}_", key)
             write(os.path.join(folder, f"S{k}{name}"), f'S{key} "{value}"\n')
     for k, text in enumerate(["Ygrid: {lower: [0, 0], upper: [1, 1]}\nbody:\n  b:\n    shape: box\n", "A-options_file\nscene.opts\n-dim\n2\n",
-                              "S-options_file scene.opts\n", 'S-acceleration "(-y)*(t<0.1 ? 1 : 0), max(x,X)^2"\n', "S-study_type convergence\n-reference_type finest\n"]):
+                              "S-options_file scene.opts\n", 'S-acceleration "(-y)*(t<0.1 ? 1 : 0), max(x,X)^2"\n']):
         write(os.path.join(folder, f"own{k}"), text)
 
 

@@ -46,7 +46,6 @@ NONE = {
     "it cannot be read": "a file of particles that vanishes between two readings of it",
     "eos fit": "the start of a list of options",
     "it has not been measured up to which time step": "every method has been; test_recipes.py adds others, whose runs it reads",
-    "steps too long where particles cross cells": "a note in a table of a study, which test_messages.py reads",
 }
 WORDS = re.compile(r"\b[A-Za-z]{2,}\b.* .*\b[A-Za-z]{2,}\b", re.S)
 TOKEN = re.compile(r"""

@@ -5,6 +5,7 @@ usage: test_faq.py PEBBLE SOURCE MPIEXEC
 A quotation is a code span between quotation marks, "`left the grid, to ...`". Its parts between `...` must stand in one
 text of the source, in this order; a part has no conversion such as %g in it.
 """
+import ast
 import pathlib
 import re
 
@@ -26,9 +27,20 @@ def known(quote, texts):
     return any(re.search(".*?".join(parts), text, re.S) for text in texts)
 
 
+def strings(path):
+    """The texts of a Python file, with \\0 for what stands in braces."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.JoinedStr):
+            yield "".join(part.value if isinstance(part, ast.Constant) else "\0" for part in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+
+
 def quotations():
     faq = re.sub(r"\s+", " ", check.content(f"{check.source}/docs/faq.md").decode())
     said = [text for path in sorted(pathlib.Path(check.source).glob("src/*/*.c")) for _, text in messages.texts(path)]
+    said += [text for path in sorted(pathlib.Path(check.source).glob("lab/**/*.py")) for text in strings(path)]
     texts, quotes = [spoken(text) for text in said], QUOTE.findall(faq)
     unknown = [quote for quote in quotes if not known(quote, texts)]
     check.that(not unknown and len(quotes) >= FEWEST, f"{len(quotes)} quotations, not in the source: {unknown}")

@@ -56,12 +56,6 @@ def part_own():
     check.folder("out")
     check.write("out/disks.snapshots", "a text\n")
     refused("a file where the folder of snapshots goes", "-output_name: out/disks.snapshots is there and is not a folder")
-    check.folder("out")
-    check.write("out/mms_study.csv", "run,of,another\n")
-    study = ["-options_file", check.scene("mms"), "-output_name", "mms", "-study_type", "convergence", "-study_levels", "2", "-grid_cells", "4,4", "-time_end", "0.01"]
-    before = tree("out")
-    told = check.pebble(*study, "-output_dir", "out")
-    check.that(told.status == 2 and told.lines == [f"-output_name: out/mms_study.csv {foreign}"] and tree("out") == before, f"a table of another program: {told.lines}")
 
     # The options file itself, by links and by names that only exist while a file is written.
     for name, link in (("disks.csv", os.link), ("disks.h5", os.symlink), ("disks.xdmf.pebble-new", os.link)):

@@ -203,16 +203,6 @@ def exact():
     check.that(again.digest == run.digest and check.content("output/exact.csv") == text, "a restart cuts the same steps")
 
 
-def study():
-    run = check.pebble(*BAR, "-bc_xmax_type", "slip", "-history_bodies", "b", "-study_type", "convergence",
-                       "-study_levels", "3", "-study_quantity", "upper_b_x:max", "-output_format", "none", "-output_name",
-                       "study", "-time_end", "0.1")
-    rows = check.rows("output/study_study.csv") if run.status == 0 else []
-    values = [float(row["quantity"]) for row in rows]
-    check.that(len(values) == 2 and all(0.9 < value < 1 for value in values),
-               f"a study of a column that is asked for: {values} {run.err.strip()}")
-
-
 check.arguments(__doc__, 0)
 check.folder("output")  # checkpoints of an earlier test would go on being numbered
 balance()
@@ -220,5 +210,4 @@ rest()
 thrown()
 leaves()
 exact()
-study()
 check.end()

@@ -7,7 +7,6 @@ import os
 import pty
 import re
 import shutil
-import signal
 import subprocess
 import time
 
@@ -41,12 +40,6 @@ BOX = """\
 -time_end 1
 -report_indicator false
 """
-# A bar between walls, whose first mode is known.
-KNOWN = ["-dim 1", "-grid_lower 0", "-grid_upper 1", "-grid_cells 8", "-bc_xmin_type fixed", "-bc_xmax_type fixed",
-         "-materials m", "-material_m_model elastic", "-material_m_rho 1", "-material_m_E 1", "-material_m_nu 0",
-         "-bodies b", "-body_b_shape box", "-body_b_lower 0", "-body_b_upper 1", "-body_b_material m", "-time_end 0.5",
-         "-reference_type standing", "-reference_amplitude 0.05", "-method_basis bspline2", "-method_update musl", "-method_transfer flip"]
-
 
 def tell(name, status, pattern, *options, n=1, **more):
     """The run ends with this status, and what it says has the pattern."""
@@ -60,11 +53,6 @@ def tell(name, status, pattern, *options, n=1, **more):
 def box(name, status, pattern, *options, text=BOX, **more):
     path = check.write("box.opts", text)
     return tell(name, status, pattern, "-options_file", path, "-output_dir", "box", *options, **more)
-
-
-def study(name, status, pattern, *options, lines=KNOWN, **more):
-    path = check.write("study.opts", lines)
-    return tell(name, status, pattern, "-options_file", path, "-output_dir", check.folder("study"), *options, **more)
 
 
 # ---- Stops
@@ -87,10 +75,6 @@ box("a stiff body beside a soft one", 0, "loses energy in each step, and the ste
     "-body_c_material", "hard", "-method_transfer", "apic")
 box("aflip with strain", 0, "is unstable where particles cross cells; use -method_affine_strain 0", *FEW, "-method_basis", "gimp", "-method_update", "usl", "-method_transfer", "aflip",
     "-method_affine_strain", "1")
-tell("-report_path of a study", 0, "note       -report_path has no effect with -study_type", *BAR, "-study_type", "convergence", "-study_quantity", "mass", "-study_levels", "2", "-report_path",
-     "-time_end", "0.01", "-output_dir", check.folder("path"))
-tell("-report_processes of a study", 0, "note       -report_processes has no effect with -study_type", *BAR, "-study_type", "convergence", "-study_quantity", "mass", "-study_levels", "2",
-     "-report_processes", "-dry_run", "-time_end", "0.01", "-output_dir", check.folder("path"))
 tell("PEBBLE_VECTOR=3", 0, "note       PEBBLE_VECTOR=3 is not 8, 4 or 2: [248] lanes", *BAR, *FEW, "-output_dir", "out", lanes=3)
 box("bodies that overlap", 0, "warning    16 particles lie in the shape of an earlier body too: matter is there twice", *FEW, "-bodies", "b,c", "-body_c_shape", "box",
     "-body_c_lower", "0.5,0.5", "-body_c_upper", "0.75,0.75", "-body_c_material", "m")
@@ -250,35 +234,6 @@ check.that(all(0.9 * there < told < 1.2 * there for told, there in zip(said, fou
 tell("more than the disk holds", 0, "warning    the files of this run need about .* MB, and the disk of out has .* MB free; choose a larger -output_every", *DISKS, "-dry_run", "-output_dir", "out",
      "-output_every", "0", "-time_end", "2e7")
 
-# ---- Studies
-
-plain = [line for line in KNOWN if not line.startswith("-reference")] + ["-body_b_velocity 0.1*sin(pi*x)"]
-value = ["-study_type", "convergence", "-study_levels", "3", "-study_quantity", "strain_energy:max", "-study_value", "0.0024955", "-grid_cells", "6"]
-study("errors that do not fall", 0, "verdict    -: the errors do not fall steadily, .* J: make one run more", *value, lines=plain)
-mass = ["-study_type", "convergence", "-study_levels", "2", "-study_quantity", "mass", "-study_value", "1", "-study_order_min", "1"]
-run = study("an error that is 0", 3, "no plot of it: an error is 0 or not finite", *mass, lines=plain)
-check.that("no order for -study_order_min 1: an error is 0" in run.err, "and it has no order")
-work = ["-study_type", "workprecision", "-study_levels", "2", "-study_repeats", "1", "-study_update", "usl", "-study_transfer", "flip", "-study_preset", "none"]
-study("a method of its own that stops", 0, "the scene's own method has no error: it stopped", *work, "-study_basis", "bspline2", "-method_basis", "linear", "-dt_cfl", "2", "-study_cfl", "0.2", "-method_update", "usl", "-time_end", "1.5", "-grid_cells", "16")
-study("a method of its own that is the only one", 0, "the scene's own method is no slower for this error", *work, "-study_basis", "bspline2", "-study_update", "musl", "-study_transfer", "apic", "-method_transfer", "apic", "-study_cfl", "0.2", "-dt_cfl", "0.2")
-study("steps too long where particles cross cells", 0, "results", *work, "-study_basis", "linear", "-study_update", "musl", "-study_cfl", "0.3", "-method_basis", "linear")
-notes = {row["note"] for row in check.rows("study/study_workprecision.csv")}
-check.that("steps too long where particles cross cells: stable up to 0.05 h/c" in notes, f"the table says so: {notes}")
-study("a coarsest run that is refused", 2, "-study_coarser: the coarsest run: ", *work, "-study_basis", "bspline2", "-study_coarser", "3")
-study("a setting of its own that is wrong", 0, "warning    the scene's own setting: ", *work, "-study_basis", "bspline2", "-method_transfer", "pic", "-dry_run")
-study("dry run with references", 0, "by the model about .* of steps, with its references; no step was made", *work, "-study_basis", "bspline2,gimp", "-reference_type", "finest", "-dry_run", lines=plain)
-study("no reference", 3, "no reference: fewer than two of the methods in -study_basis came to the end", *work, "-study_basis", "bspline2,gimp", "-reference_type", "finest",
-      "-dt_cfl", "2", "-time_end", "20", "-method_update", "usl", "-body_b_velocity", "10*sin(pi*x)", lines=plain)
-study("viscosity is left out", 0, "note       -method_damping_viscosity is left out: what it does depends on the cells of the scene", "-study_type", "stability", "-study_basis", "bspline2",
-      "-study_update", "usl", "-study_transfer", "flip", "-study_steps", "100", "-method_damping_viscosity", "1e-3", "-dry_run")
-
-
-
-def interrupt(session):
-    """SIGTERM, when a history of the study's second run grows, or after a second."""
-    time.sleep(1)
-    os.kill(session, signal.SIGTERM)
-
 
 def on_terminal():
     """A long run whose standard output is a terminal, ended after 4 s: what it prints."""
@@ -300,7 +255,4 @@ def on_terminal():
 
 status, said = on_terminal()
 check.that(status == 3 and re.search(r"\rstep \d+  t=\S+ of 1e\+06 s  \d+ %  \S+ (second|minute|hour|day|year)s? left", said), f"the line of progress on a terminal: status {status} {said[-200:]!r}")
-long = ["-time_end", "1e6", "-history_every", "1", "-check_energy", "0"]
-study("SIGTERM in a study of convergence", 3, "interrupted by a signal; the results are complete up to here", "-study_type", "convergence", *long, during=interrupt)
-study("SIGTERM in one of work and precision", 3, "interrupted by a signal; the same command goes on with the runs that are left", *work, "-study_basis", "bspline2", *long, during=interrupt)
 check.end()

@@ -191,8 +191,6 @@ for what, options, expected in (
         ("names a folder that is not there", ("-model_file", "nowhere/x.model"),
          "-model_file: cannot write nowhere/x.model: No such file or directory"),
         ("has no dry run", ("-dry_run",), "make calibrate does not go with -dry_run: it times short runs"),
-        ("is of one scene", ("-study_type", "convergence", "-reference_type", "finest"),
-         "make calibrate does not go with -study_type: it times this scene alone"),
         ("refuses what a run refuses", ("-dt_cfl", "x"), None),
         ("knows no option of that name", ("-model_calibrate",), "-model_calibrate is no option: make calibrate "
          "SCENE=<options file> measures the constants of the model")):

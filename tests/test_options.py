@@ -57,10 +57,10 @@ def vocabulary():
     ways = [row[0] for row in map(columns, table("parallel/exchange.def", "MPM_EXCHANGE")) if row[1] == "PETSC_TRUE"]
     check.that(sorted(ways) == sorted(values(text, "parallel_strategy")), f"-parallel_strategy takes {' '.join(ways)}")
     known = [columns(row) for row in table("physics/reference.def", "MPM_REFERENCE")]
-    for option, flag, more in (("mms_type", "PETSC_TRUE", []), ("reference_type", "PETSC_FALSE", ["expression", "finest"])):
+    for option, flag, more in (("mms_type", "PETSC_TRUE", []), ("reference_type", "PETSC_FALSE", ["expression"])):
         named = ["none"] + [row[0] for row in known if row[1] == flag] + more
         check.that(sorted(named) == sorted(values(text, option)), f"-{option} takes {' '.join(named)}")
-    check.need(len(known) == len(values(text, "mms_type")) + len(values(text, "reference_type")) - 4,
+    check.need(len(known) == len(values(text, "mms_type")) + len(values(text, "reference_type")) - 3,
                "a known solution is of neither kind")
     words = [row[2] for row in map(columns, table("output/diagnostics.def", "MPM_PARTICLE_QUANTITY")) if row[2]]
     check.that(sorted(words + ["grid"]) == sorted(values(text, "output_fields")), f"-output_fields takes {' '.join(words)} grid")
@@ -201,7 +201,7 @@ def kept():
     """Results never take the place of an options file, by whatever name it was given."""
     def refused(what, path, *words):
         before = check.content(path)
-        run = check.pebble(*words, *([] if "-study_type" in words else ["-time_max_steps", "1"]))
+        run = check.pebble(*words, "-time_max_steps", "1")
         check.that(run.status == 2 and "would overwrite the options file" in run.err and len(run.lines) == 1 and check.content(path) == before,
                    f"{what}: {run.lines}")
 
@@ -212,9 +212,6 @@ def kept():
     refused("a file that another names", "kept/inner.h5", "-options_file", "kept/main.opts", "-output_dir", "kept", "-output_name", "inner")
     os.symlink("inner.h5", "kept/link.csv")
     refused("a file by a link", "kept/inner.h5", "-options_file", "kept/main.opts", "-output_dir", "kept", "-output_name", "link")
-    shutil.copy(check.scene("mms"), "kept/mms_study.csv")
-    refused("the table of a study", "kept/mms_study.csv", "-options_file", "kept/mms_study.csv", "-output_dir", "kept", "-output_name", "mms",
-            "-study_type", "convergence")
     run = check.must("-options_file", "kept/main.opts", "-output_dir", "kept", "-time_max_steps", "1")
     check.that(run.good and os.path.exists("kept/main.h5"), "other names beside it are free")
 

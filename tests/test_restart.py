@@ -259,8 +259,6 @@ def options():
                f"a finished run goes on to a later -time_end: {len(steps)} lines of the history, none twice")
     run = bar("one", "-restart_file", "one/bar.h5")
     check.that(run.status == 2 and len(run.lines) == 1, f"not a checkpoint: {run.err.strip()}")
-    run = bar("one", "-restart_file", "latest", "-study_type", "convergence", "-reference_type", "finest")
-    check.that(run.status == 2 and "-restart_file" in run.err, f"a study: {run.err.strip()}")
     first = bar(check.folder("keep"), "-time_end", "0.5", "-checkpoint_every", "0.05", "-checkpoint_keep", "4")
     kept = sorted(int(path.split("-")[-1][:-3]) for path in glob.glob("keep/bar-checkpoint-*.h5"))
     check.that(len(kept) == 4 and kept[-1] - kept[0] == 3, f"-checkpoint_keep 4: {kept}")

@@ -470,7 +470,6 @@ def check_refusals():
         ("lines", points("moving") + ["-body_b_offset", "0,0"], "-body_b_offset "),
         ("lines", points("moving") + ["-initial_stress", "k0"], "-initial_stress does not apply: body b has shape file, where columns Fxx"),
         ("lines", points("moving") + ["-body_b_deformation", "1,0,0,1"], "-body_b_deformation does not apply: body b has shape file"),
-        ("lines", points("moving") + ["-study_type", "convergence", "-reference_type", "finest"], "-study_type convergence does not apply: the particles of b come from a file"),
         ("lines", ["-body_b_file", "p_bare.h5"], "-body_b_file p_bare.h5: it has no dataset x"),
         ("lines", ["-body_b_file", "p_text.h5", "-body_b_ppc", "2,2"], ": dataset x cannot be read as numbers"),
         ("lines", ["-body_b_file", "p_rows.h5"], "-body_b_file p_rows.h5: x has 3 rows, v 4"),

@@ -571,8 +571,7 @@ static PetscErrorCode Tables(void)
       Append(r->name);
       CheckParameters(manufactured ? "mms_%s" : "reference_%s", r->name, r->parameters);
     }
-    if (!manufactured) Append("expression"); /* made in the scene and in the study, by no row */
-    if (!manufactured) Append("finest");
+    if (!manufactured) Append("expression"); /* made in the scene, by no row */
     PetscCall(CheckValues(manufactured ? "mms_type" : "reference_type"));
   }
   for (PetscInt k = 0; MPMExchangeTypes[k]; k++, n++) /* one process alone is serial without being asked */

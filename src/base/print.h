@@ -6,7 +6,7 @@
 
 typedef struct {
   MPI_Comm  comm;  /* the first of these processes prints */
-  PetscBool quiet; /* nothing is printed: a run of a study */
+  PetscBool quiet; /* nothing is printed: a run of a calibration */
 } MPMPrinter;
 
 /* Prints as printf does, on the first process alone. PetscPrintf is not used as it would write 3 as "3.". Not

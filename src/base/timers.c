@@ -25,7 +25,7 @@ static PetscErrorCode Event(const char name[], PetscLogEvent *event)
 
   PetscFunctionBeginUser;
   PetscCall(PetscLogEventGetId(name, event));
-  if (*event >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* an earlier run of a study has registered it */
+  if (*event >= 0) PetscFunctionReturn(PETSC_SUCCESS); /* an earlier run of this program has registered it */
   if (!id) PetscCall(PetscClassIdRegister("MPM", &id));
   PetscCall(PetscLogEventRegister(name, id, event));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,7 +1,7 @@
 /* folder.c - the folder of the results: which of its files a run may replace, and what an earlier run left there.
 
-   A run writes <name>.csv, and with snapshots <name>.h5 and <name>.xdmf and the folder <name>.snapshots; a study its
-   table. Pebble knows its own files by what they begin with, or by an attribute. A file that is not complete has
+   A run writes <name>.csv, and with snapshots <name>.h5 and <name>.xdmf and the folder <name>.snapshots.
+   Pebble knows its own files by what they begin with, or by an attribute. A file that is not complete has
    another name, which ends with MPM_NEW_FILE and which nothing else has. */
 #include <ctype.h>
 #include <dirent.h>
@@ -20,11 +20,8 @@ static const Known known[] = {
     {".csv", "step,time,dt,kinetic_energy,", NULL},
     {".h5", NULL, NULL}, /* IsResult looks */
     {".xdmf", "<!-- pebble ", "<Grid Name=\"particles\" GridType=\"Collection\" CollectionType=\"Temporal\">"},
-    {"_study.csv", ",particles,steps,error,order,seconds", NULL},
-    {"_workprecision.csv", "study,basis,gimp_update,update,", NULL},
-    {"_stability.csv", "basis,update,transfer,flip,damping_rate,", NULL}};
-#define FILES    3 /* of a run; then tables of studies */
-#define NKNOWN   (sizeof known / sizeof known[0])
+};
+#define FILES    ((int)(sizeof known / sizeof known[0]))
 #define SEPARATE ".snapshots"
 
 /* Makes the folder and those that contain it; returns 0 or errno. */
@@ -174,8 +171,7 @@ static void CheckSnapshots(MPMOutput *out, const MPMScene *scene, char fault[MPM
   if (files) (void)closedir(files);
 }
 
-PetscErrorCode MPMOutputMakeFolder(MPMOutput *out, const MPMCore *core, const MPMScene *scene, const char table[],
-                                   MPMOptions o)
+PetscErrorCode MPMOutputMakeFolder(MPMOutput *out, const MPMCore *core, const MPMScene *scene, MPMOptions o)
 {
   char        fault[MPM_TEXT_LEN] = "";
   PetscMPIInt rank;
@@ -186,13 +182,9 @@ PetscErrorCode MPMOutputMakeFolder(MPMOutput *out, const MPMCore *core, const MP
     const int number = scene->dry_run ? 0 : MakeFolder(out->dir);
 
     if (number) (void)snprintf(fault, sizeof fault, "-output_dir %.1500s: %s", out->dir, strerror(number));
-    for (size_t k = 0; k < NKNOWN && !out->unwritten && !fault[0]; k++) {
-      const PetscBool of_run = k < FILES ? PETSC_TRUE : PETSC_FALSE;
-
-      if (of_run ? !table[0] && (out->enabled || !k) : !strcmp(known[k].end, table))
-        CheckFile(out, scene, &known[k], fault);
-    }
-    if (out->enabled && !table[0] && !out->unwritten && !fault[0]) CheckSnapshots(out, scene, fault);
+    for (int k = 0; k < FILES && !fault[0]; k++)
+      if (out->enabled || !k) CheckFile(out, scene, &known[k], fault);
+    if (out->enabled && !fault[0]) CheckSnapshots(out, scene, fault);
   }
   PetscCallMPI(MPI_Bcast(fault, MPM_TEXT_LEN, MPI_CHAR, 0, core->comm));
   PetscCallMPI(MPI_Bcast(&out->replaced, 1, MPM_MPI_BOOL, 0, core->comm));

@@ -105,7 +105,7 @@ PetscErrorCode MPMMonitorResume(MPMMonitor *mon, MPMCore *core, const MPMScene *
   PetscMPIInt rank;
 
   PetscFunctionBeginUser;
-  if (mon->off || mon->no_file) PetscFunctionReturn(PETSC_SUCCESS);
+  if (mon->off) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
   (void)snprintf(path, sizeof path, "%s/%s.csv", mon->dir, scene->name);
   if (!own)
@@ -255,8 +255,7 @@ PetscErrorCode MPMMonitorStep(MPMMonitor *mon, MPMCore *core, const MPMScene *sc
   }
   if (!due) PetscFunctionReturn(PETSC_SUCCESS); /* a line of the end comes after the checkpoint of it */
   PetscCall(MPMMeasuresCompute(&mon->measures, core, scene));
-  if (mon->watch) mon->watch(&shown, &mon->measures, mon->watcher);
-  if (!mon->no_file && !mon->failed) PetscCall(WriteLine(mon, core, &shown));
+  if (!mon->failed) PetscCall(WriteLine(mon, core, &shown));
   MPMMeasuresLine(&mon->measures, core);
   mon->last = core->step;
   mon->next = MPMNextTime(core->t, mon->every);

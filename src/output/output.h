@@ -22,10 +22,6 @@ typedef struct {
   MPMTotals   start, now;   /* of step 0, and of the last check or line */
   long        length;       /* bytes of the complete lines in the file */
   PetscBool   failed;       /* it could not be written: no more lines are */
-  PetscBool   no_file;      /* lines are watched and checked, but not written */
-  /* called for each line with watcher; or NULL */
-  void (*watch)(const MPMShown *, const MPMMeasures *, void *);
-  void *watcher;
 } MPMMonitor;
 
 /* Reads the options of the history and its checks; *follow is -history_energy, damped is whether there is damping of all motion. The first fault is left in the options.
@@ -53,7 +49,6 @@ typedef struct {
   PetscBool  enabled;
   PetscBool  replaced;         /* files of the same name were there */
   PetscBool  keep;             /* -output_replace false: earlier results are not replaced */
-  PetscBool  unwritten;        /* a run of a study that writes no files: none is looked for */
   PetscBool  resumed;          /* the run goes on with results that are there (set before MPMOutputMakeFolder) */
   PetscBool  begun;            /* what an earlier run left has been removed */
   PetscBool  failed;           /* a file could not be written: no more are */
@@ -90,9 +85,8 @@ PetscErrorCode MPMOutputFinish(MPMOutput *, MPMCore *, const MPMScene *);
 PetscErrorCode MPMOutputDestroy(MPMOutput *);
 
 /* Makes the folder of the results, and refuses names at which they would replace an options file, a file that Pebble
-   did not write or, with -output_replace false, an earlier result. table: the end of the name of a study's table, or
-   "" (folder.c). Collective on core.comm. */
-PetscErrorCode MPMOutputMakeFolder(MPMOutput *, const MPMCore *, const MPMScene *, const char table[], MPMOptions);
+   did not write or, with -output_replace false, an earlier result (folder.c). Collective on core.comm. */
+PetscErrorCode MPMOutputMakeFolder(MPMOutput *, const MPMCore *, const MPMScene *, MPMOptions);
 
 /* Returns how many particles a scene begins with; their ids are below. */
 MPM_INLINE PetscInt64 MPMSceneStarted(const MPMScene *scene)

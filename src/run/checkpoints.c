@@ -405,9 +405,6 @@ PetscErrorCode MPMCheckpointSetFromOptions(MPM mpm, MPMOptions o)
     MPMOptionsFail(o, "-checkpoint_%s needs a PETSc with HDF5, and this one has none", every ? "every" : "wall");
   c->off = PETSC_TRUE;
 #endif
-  if (mpm->study.type[0]) c->off = PETSC_TRUE;
-  if (mpm->study.type[0] && c->wanted)
-    MPMOptionsFail(o, "-checkpoint_%s does not apply: a study writes no checkpoints", every ? "every" : "wall");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

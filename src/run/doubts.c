@@ -61,9 +61,6 @@ PetscErrorCode MPMDoubtsRefuse(MPM mpm, MPMOptions o)
                    "-dt_size %g makes %.3g steps until -time_end %g, a run makes %.0f at most; choose a larger one, or "
                    "-time_max_steps",
                    (double)mpm->time.fixed, (double)steps, (double)mpm->time.end, MOST_STEPS);
-  if (mpm->study.type[0] && mpm->scene.nfilled < mpm->scene.nbodies)
-    MPMOptionsFail(o, "-study_type %s does not apply: the particles of %s come from a file, and cannot be made finer",
-                   mpm->study.type, mpm->scene.bodies[mpm->scene.nfilled].name);
   for (PetscInt k = 0; k < mpm->scene.nbodies && mpm->core.needs.stretched; k++)
     for (PetscInt d = 0; d < mpm->core.grid.dim; d++)
       if (mpm->scene.bodies[k].ppc[d] == 1)

@@ -1,4 +1,4 @@
-/* main.c - pebble: it reads the options, sets up a run or a study, and runs it. Its exit status says how it ended. */
+/* main.c - pebble: it reads the options, sets up a run, and runs it. Its exit status says how it ended. */
 #include "run/mpm.h"
 
 static PetscErrorCode Read(MPM mpm, MPMOptions options)
@@ -12,16 +12,12 @@ static PetscErrorCode Read(MPM mpm, MPMOptions options)
 static PetscErrorCode Run(MPM mpm, int *status)
 {
   PetscFunctionBeginUser;
-  if (mpm->study.type[0]) {
-    PetscCall(MPMStudyRun(mpm, status));
-  } else {
-    PetscCall(MPMSetUp(mpm));
-    if (mpm->core.stop[0])
-      PetscCall(PetscFPrintf(mpm->core.comm, stderr, "%s\n", mpm->core.stop));
-    else
-      PetscCall(MPMRun(mpm));
-    *status = mpm->core.stop[0] ? MPM_EXIT_STOPPED : MPM_EXIT_OK;
-  }
+  PetscCall(MPMSetUp(mpm));
+  if (mpm->core.stop[0])
+    PetscCall(PetscFPrintf(mpm->core.comm, stderr, "%s\n", mpm->core.stop));
+  else
+    PetscCall(MPMRun(mpm));
+  *status = mpm->core.stop[0] ? MPM_EXIT_STOPPED : MPM_EXIT_OK;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

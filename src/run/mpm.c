@@ -19,12 +19,8 @@ PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
 /* Makes the folder of the results, unless a file in it must not be replaced. Collective on core.comm. */
 static PetscErrorCode MakeFolder(MPM mpm, MPMOptions o)
 {
-  const char *type                    = mpm->study.type;
-  char        table[2 * MPM_NAME_LEN] = "";
-
   PetscFunctionBeginUser;
-  if (type[0]) (void)snprintf(table, sizeof table, "_%s.csv", strcmp(type, "convergence") ? type : "study");
-  PetscCall(MPMOutputMakeFolder(&mpm->output, &mpm->core, &mpm->scene, table, o));
+  PetscCall(MPMOutputMakeFolder(&mpm->output, &mpm->core, &mpm->scene, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -49,7 +45,6 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o, MPMDampingIsOn(core), &core->energy.on));
   PetscCall(MPMOutputSetFromOptions(&mpm->output, scene, mpm->time.end, o));
   PetscCall(MPMMeasuresSetFromOptions(&mpm->monitor.measures, scene, core, o));
-  PetscCall(MPMStudySetFromOptions(mpm, o));
   PetscCall(MPMOptionsBool(o, "report_indicator", NULL, &mpm->report.indicator));
   PetscCall(MPMOptionsBool(o, "report_limits", NULL, &mpm->report.limits));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-report_limits", &mpm->report.no_limits));

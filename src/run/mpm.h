@@ -2,7 +2,7 @@
 
      MPMCreate  MPMSetFromOptions  MPMSetUp  MPMRun  MPMDestroy
 
-   All data of a run are in its MPM, so that a study can make many runs. Comments give units in SI; any consistent set
+   All data of a run are in its MPM, so that a program can make many runs. Comments give units in SI; any consistent set
    of units works. docs/developer.md describes the folders of src. */
 #ifndef MPM_MPM_H
 #define MPM_MPM_H
@@ -10,40 +10,6 @@
 #include "cost/cost.h"
 #include "output/output.h"
 #include "run/watch.h"
-
-#define MPM_MAX_LEVELS 12 /* most runs of a study, -study_levels */
-
-/* A list of words of an option. */
-#define MPM_MAX_WORDS 32
-typedef struct {
-  PetscInt n;
-  char    *word[MPM_MAX_WORDS]; /* [n], in text */
-  char     text[MPM_TEXT_LEN];
-} MPMWords;
-
-/* A number of a run: what a column of the history was. */
-enum { MPM_SEEN_END, MPM_SEEN_MAX, MPM_SEEN_MIN, MPM_SEEN_START, MPM_NUM_SEEN };
-typedef struct {
-  PetscBool on, known;
-  char      name[MPM_NAME_LEN];   /* as given */
-  PetscInt  row, component, seen; /* of MPMDiagnostics; MPM_SEEN_.. */
-  PetscInt  measure;              /* the column of MPMMeasures, if row is MPM_NUM_DIAGNOSTICS */
-  PetscReal value;                /* if it is known */
-} MPMQuantity;
-
-/* A study: several runs of a scene; see study.h. */
-typedef struct {
-  char        type[MPM_NAME_LEN], vary[MPM_NAME_LEN]; /* type "": none */
-  PetscInt    levels;
-  PetscReal   order_min;
-  PetscBool   order_wanted; /* is order_min given? */
-  MPMQuantity quantity;
-  MPMWords    presets, bases, updates, transfers; /* the methods */
-  MPMWords    ppc, cfl;                           /* workprecision; empty: as the scene has it */
-  PetscInt    coarser;                            /* workprecision: the first grid is 2^coarser times as coarse */
-  PetscInt    repeats;                            /* workprecision: of each run, for its time */
-  PetscInt    steps;                              /* stability: of a run */
-} MPMStudy;
 
 /* What the printing functions keep between calls. */
 typedef struct {
@@ -56,7 +22,6 @@ typedef struct {
   PetscBool      no_phases;   /* -report_phases false: it is not, however long it is */
   PetscBool      processes;   /* -report_processes: does a dry run predict other numbers of processes? */
   PetscBool      progress;    /* is a line of progress on the terminal? */
-  PetscBool      untold;      /* is the reason to stop left to a study? Else the end of the run tells it */
 } MPMReport;
 
 /* What is done about a step that fails (advance.c). */
@@ -118,7 +83,6 @@ struct _p_MPM {
   MPMMonitor       monitor;
   MPMOutput        output;
   MPMCost          cost;
-  MPMStudy         study;
   MPMReport        report;
   MPMWatch         watch;
   MPMRetry         retry;
@@ -230,9 +194,5 @@ PetscErrorCode MPMRestartFiles(MPM);
 /* Sets the options that the results of -rerun were made with, as far as they are not given. fault: what is wrong with
    the file, or "". Not collective: every process reads it. */
 PetscErrorCode MPMRerun(char fault[MPM_TEXT_LEN]);
-
-/* Read the options of a study (study_options.c), and run it (study.c). Collective on core.comm. */
-PetscErrorCode MPMStudySetFromOptions(MPM, MPMOptions);
-PetscErrorCode MPMStudyRun(MPM, int *status);
 
 #endif

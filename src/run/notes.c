@@ -44,8 +44,7 @@ static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
                                                                                  : alone; /* periodic faces add sums */
   const char *const pool       = by_workers && !dry ? "with -parallel_strategy pool" : alone;
   const char *const cuts       = !by_workers && size > 1 && !dry ? "without -parallel_strategy pool" : alone;
-  const char *const study      = mpm->study.type[0] ? "with -study_type" : NULL;
-  const char *const not_run    = mpm->scene.dry_run ? "with -dry_run" : study;
+  const char *const not_run    = mpm->scene.dry_run ? "with -dry_run" : NULL;
   const struct {
     const char *option, *where; /* where: in which runs it has no effect; NULL: it has one */
   } rows[] = {
@@ -56,9 +55,7 @@ static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
       {"-pool_cells", cuts},
       {"-report_limits", mpm->report.limits ? not_run : NULL},
       {"-report_phases", mpm->report.phases ? not_run : NULL},
-      {"-report_processes", !mpm->report.processes ? NULL
-                            : !mpm->scene.dry_run  ? "without -dry_run"
-                                                   : study},
+      {"-report_processes", mpm->report.processes && !mpm->scene.dry_run ? "without -dry_run" : NULL},
       {"-report_path", mpm->core.timers.work.on ? not_run : NULL},
   };
 
@@ -105,7 +102,7 @@ static PetscErrorCode NoteExact(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the notes, before anything else of a run, a study or a calibration. Collective on mpm->core.comm. */
+/* Prints the notes, before anything else of a run or a calibration. Collective on mpm->core.comm. */
 PetscErrorCode MPMNotes(MPM mpm)
 {
   PetscMPIInt size;

@@ -377,7 +377,7 @@ PetscErrorCode MPMReportEnd(MPM mpm)
 
     (void)snprintf(line, sizeof line, "stopped at step %" PetscInt_FMT ", t=%g s: %s", mpm->core.step,
                    (double)mpm->core.t, mpm->core.stop);
-    if (!mpm->report.untold) PetscCall(PetscFPrintf(mpm->core.comm, stderr, "%s\n", line));
+    PetscCall(PetscFPrintf(mpm->core.comm, stderr, "%s\n", line));
   } else
     PetscCall(MPMPrint(&mpm->core.print, "done       %" PetscInt_FMT " steps, t=%g s, in %.3g s%s\n", mpm->core.step,
                        (double)mpm->core.t, now - mpm->report.start,

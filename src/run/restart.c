@@ -189,7 +189,6 @@ PetscErrorCode MPMRestartSetFromOptions(MPM mpm, MPMOptions o)
 #if !defined(PETSC_HAVE_HDF5)
   MPMOptionsFail(o, "-restart_file needs a PETSc with HDF5, and this one has none");
 #endif
-  if (mpm->study.type[0]) MPMOptionsFail(o, "-restart_file does not apply: a study makes runs of its own");
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Choose(mpm, o, given));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);

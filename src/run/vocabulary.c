@@ -29,11 +29,6 @@ static const char bases[] =
 #include "physics/basis.def"
     "";
 #undef MPM_BASIS
-#define MPM_BASIS(name, nodes, layers, inertia, what) #name ","
-static const char study_bases[] =
-#include "physics/basis.def"
-    "gimp_stretch";
-#undef MPM_BASIS
 #define MPM_SCHEME(name, keeps_increment, what, ...) "|" #name
 static const char schemes[] =
 #include "step/scheme.def"
@@ -47,11 +42,6 @@ static const char transfers[] =
 #define MPM_PRESET_NAME(name, what, expect) "|" #name
 #define MPM_PRESET(name, scenes, basis, stretch, update, transfer, strain, rate, cfl, ppc)
 static const char presets[] =
-#include "run/preset.def"
-    "";
-#undef MPM_PRESET_NAME
-#define MPM_PRESET_NAME(name, what, expect) "," #name
-static const char study_presets[] =
 #include "run/preset.def"
     "";
 #undef MPM_PRESET_NAME
@@ -103,7 +93,7 @@ static const char manufactured[] = "none"
 #define MPM_REFERENCE(name, manufactured, parameters, what) MPM_IF_##manufactured("", "|" #name)
 static const char references[] = "none"
 #include "physics/reference.def"
-                                 "|expression|finest";
+                                 "|expression";
 #undef MPM_REFERENCE
 
 /* The digits of a number that has a name, for intervals whose end is the capacity of an array. */
@@ -211,6 +201,7 @@ static const MPMOptionValue foreign[] = {
     {"material_<m>_model", "hyperelastic", "it is neohookean"},
     {"material_<m>_model", "plastic", "of metals it is vonmises, of soils druckerprager"},
     {"material_<m>_model", "water", "it is fluid"},
+    {"reference_type", "finest", "pebble-study convergence compares with the finest run where no solution is known"},
     {"body_<b>_shape", "rectangle", "it is box"},
     {"body_<b>_shape", "cuboid", "it is box"},
     {"body_<b>_shape", "circle", "it is sphere, in 2-D a disk"},

@@ -84,10 +84,7 @@ PetscErrorCode MPMKnownSetFromOptions(MPMScene *scene, const MPMCore *core, MPMO
   by_mms = strcmp(mms, "none") ? PETSC_TRUE : PETSC_FALSE;
   if (by_mms && strcmp(reference, "none"))
     MPMOptionsFail(o, "-reference_type %s does not apply: -mms_type %s is the exact solution", reference, mms);
-  scene->finest = !strcmp(reference, "finest") ? PETSC_TRUE : PETSC_FALSE;
-  if (scene->finest) scene->keeps_start = PETSC_TRUE;
-  if (scene->finest || (!by_mms && !strcmp(reference, "none")) || MPMOptionsError(o))
-    PetscFunctionReturn(PETSC_SUCCESS);
+  if ((!by_mms && !strcmp(reference, "none")) || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscNew(&known));
   scene->known       = known;
   scene->keeps_start = PETSC_TRUE;

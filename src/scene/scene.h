@@ -63,7 +63,6 @@ typedef struct {
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
   MPMKnown     *known;               /* or NULL */
   MPMInitial   *initial;             /* or NULL: bodies start without stress */
-  PetscBool     finest;              /* -reference_type finest: the last run of a study is the reference */
   PetscBool     body_force;          /* a body force besides gravity acts on all particles */
   PetscBool     forced, keeps_start; /* are there body forces or loads; do particles have field X? */
   PetscInt64    shapes;              /* checksum of the surfaces that were read; 0: there are none */

@@ -198,7 +198,6 @@ static PetscErrorCode Read(MPM scene, MPMOptions o)
   PetscCall(MPMSetFromOptions(scene, o));
   (void)snprintf(scene->cost.file, sizeof scene->cost.file, "%s", file);
   if (scene->scene.dry_run) MPMOptionsFail(o, "make calibrate does not go with -dry_run: it times short runs");
-  if (scene->study.type[0]) MPMOptionsFail(o, "make calibrate does not go with -study_type: it times this scene alone");
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMNotes(scene));
   if (scene->report.limits)
