@@ -260,7 +260,7 @@ pages: $(PEBBLE) $(BUILD)/calibrate $(BUILD)/predict
 # ---- Building. A line a file; V=1 shows the commands.
 say = $(if $(V),,@printf '  %-5s %s\n' $1 $@;)
 # Of objects also how many of all are there.
-count = $(if $(V),,@printf '  %-5s [%d/%d] %s\n' CC "$$(find $(BUILD) -name '*.o' | wc -l)" $(words $(objects)) $@;)
+count = $(if $(V),,@printf '  %-5s [%d/%d] %s\n' CC "$$(ls $(objects) 2>/dev/null | wc -l)" $(words $(objects)) $@;)
 # What the compiler says is also kept beside the object: tests/test_warnings.py wants it to be nothing.
 keep = 2>$@.said; status=$$?; cat $@.said >&2; exit $$status
 

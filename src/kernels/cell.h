@@ -36,7 +36,7 @@ MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, con
 /* Returns the half-widths [dim] in cells of particle p of a view: its own, or those of its kind. */
 MPM_INLINE const PetscReal *MPMHalfWidths(int dim, const MPMKind *kinds, const MPMView *view, PetscInt p)
 {
-  return view->l ? view->l + p * dim : kinds[view->kind ? view->kind[p] : 0].l;
+  return view->l ? view->l + p * dim : MPMKindOf(kinds, view, p)->l;
 }
 
 /* Returns the number of the cell of position x if the patch owns it, else MPM_ELSEWHERE or MPM_NOWHERE. base [dim] is

@@ -169,7 +169,7 @@ static PetscErrorCode Sums(const MPMMeasures *m, MPMCore *core, const MPMShown *
       if (view.id[p] < body->first || view.id[p] >= body->first + body->n) continue;
       if (of) of->fill(shown, &view, p, value);
       for (PetscInt c = 0; c < (of ? of->nc : 1); c++)
-        MPMSumAdd(&sum[3 * b + c], massive ? core->params.kinds[view.kind ? view.kind[p] : 0].m * value[c] : value[c]);
+        MPMSumAdd(&sum[3 * b + c], massive ? MPMKindOf(core->params.kinds, &view, p)->m * value[c] : value[c]);
     }
   PetscCall(MPMParticlesRestoreView(&core->particles, -1, &view));
   PetscCall(MPMSumReduce(sum, 3 * m->nbodies, core->exchange.data));

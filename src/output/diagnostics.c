@@ -9,7 +9,7 @@
 
 static const MPMKind *KindOf(const MPMShown *s, const MPMView *v, PetscInt p)
 {
-  return &s->scene->kinds[v->kind ? v->kind[p] : 0];
+  return MPMKindOf(s->scene->kinds, v, p);
 }
 
 static const MPMMaterial *MaterialOf(const MPMShown *s, const MPMView *v, PetscInt p)

@@ -231,7 +231,7 @@ static PetscErrorCode OfPlace(MPMMeasures *m, const MPMProbe *p, MPMCore *core, 
   PetscCall(PetscCalloc1(1 + MPM_MAX_COMPONENTS * MPM_NUM_DIAGNOSTICS, &sum));
   PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
   for (PetscInt k = 0; k < view.n; k++) {
-    const PetscReal W = Weight(&core->grid, &view, k, p->x), mass = core->params.kinds[view.kind ? view.kind[k] : 0].m;
+    const PetscReal W = Weight(&core->grid, &view, k, p->x), mass = MPMKindOf(core->params.kinds, &view, k)->m;
 
     n = 1;
     if (!(W > 0)) continue;

@@ -124,4 +124,10 @@ typedef struct {
   PetscReal l[3];     /* half-width of the particle's domain at the start, in cells */
 } MPMKind;
 
+/* Returns the kind of particle p of a view, which has the field `kind` where there are several. Not collective. */
+MPM_INLINE const MPMKind *MPMKindOf(const MPMKind kinds[], const MPMView *view, PetscInt p)
+{
+  return &kinds[view->kind ? view->kind[p] : 0];
+}
+
 #endif

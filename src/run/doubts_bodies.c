@@ -62,7 +62,7 @@ static PetscErrorCode Examine(MPM mpm, Table table[])
   PetscCall(MPMParticlesGetView(&mpm->core.particles, fields, &view));
   PetscCall(PetscMalloc1(PetscMax(1, view.n), &place));
   for (PetscInt p = 0; p < view.n; p++) {
-    const MPMKind *kind   = &core->params.kinds[view.kind ? view.kind[p] : 0];
+    const MPMKind *kind   = MPMKindOf(core->params.kinds, &view, p);
     PetscReal      volume = kind->V0;
     Place         *q      = &place[p];
 

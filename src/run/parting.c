@@ -371,7 +371,7 @@ PetscErrorCode MPMPartingLook(MPM mpm, PetscInt *near, MPMFound *wide, MPMFound 
   l.alone = size == 1 ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(MakeRows(&l));
   for (PetscInt p = 0; p < l.view.n; p++) {
-    const MPMKind *kind = &core->params.kinds[l.view.kind ? l.view.kind[p] : 0];
+    const MPMKind *kind = MPMKindOf(core->params.kinds, &l.view, p);
 
     if (!MPMNeighboursMay(&core->params.materials[kind->material])) continue;
     b = MPMBodyOf(&mpm->scene, l.view.id[p], b);

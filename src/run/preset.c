@@ -96,6 +96,7 @@ PetscErrorCode MPMPresetPrint(MPM mpm)
   }
   if (!(mpm->time.fixed > 0)) PetscCall(MPMPrint(&mpm->core.print, " -dt_cfl %g", (double)mpm->time.cfl));
   PetscCall(MPMPrint(&mpm->core.print, "\n"));
-  if (!any && mpm->preset->scenes == MPM_SCENES_elastic) PetscCall(MPMPrint(&mpm->core.print, "           %s\n", expect));
+  if (!any && mpm->preset->scenes == MPM_SCENES_elastic)
+    PetscCall(MPMPrint(&mpm->core.print, "           %s\n", expect));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

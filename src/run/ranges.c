@@ -120,7 +120,7 @@ PetscErrorCode MPMRangesLook(MPM mpm, PetscInt *beyond, PetscInt *lost, MPMFound
   for (PetscInt r = 0; r < NROWS; r++) most[r] = (MPMFound){-1, -1, {0}, {0}};
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    const MPMMaterial *m = core->params.materials + core->params.kinds[view.kind ? view.kind[p] : 0].material;
+    const MPMMaterial *m = core->params.materials + MPMKindOf(core->params.kinds, &view, p)->material;
 
     for (PetscInt r = 0; r < NROWS; r++) {
       MPMFound found = {0, 16 * view.id[p], {0}, {0}};

@@ -21,7 +21,7 @@ static PetscErrorCode CountParticles(MPM mpm, PetscInt shown, PetscInt64 n[], MP
   }
   PetscCall(MPMParticlesGetView(&mpm->core.particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    const MPMKind *kind = &mpm->scene.kinds[view.kind ? view.kind[p] : 0];
+    const MPMKind *kind = MPMKindOf(mpm->scene.kinds, &view, p);
     PetscInt       b    = 0;
 
     while (b < shown && (view.id[p] < bodies[b].first || view.id[p] >= bodies[b].first + bodies[b].n)) b++;

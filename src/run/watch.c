@@ -77,7 +77,7 @@ static PetscErrorCode FindCause(MPM mpm)
   PetscFunctionBeginUser;
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    const MPMMaterial *m     = core->params.materials + core->params.kinds[view.kind ? view.kind[p] : 0].material;
+    const MPMMaterial *m     = core->params.materials + MPMKindOf(core->params.kinds, &view, p)->material;
     PetscReal          value = 0;
 
     MPMMaterialState(dim, &view, p, &b);

@@ -160,7 +160,7 @@ PetscErrorCode MPMKnownError(const MPMScene *scene, MPMCore *core, PetscReal *er
   for (PetscInt k = 0; k < 3; k++) MPMSumZero(&sum[k]);
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    const PetscReal *X = view.X + p * dim, m = scene->kinds[view.kind ? view.kind[p] : 0].m;
+    const PetscReal *X = view.X + p * dim, m = MPMKindOf(scene->kinds, &view, p)->m;
     PetscReal        u[3], e2 = 0, u2 = 0;
 
     if (known->row)

@@ -32,7 +32,7 @@ static PetscErrorCode Scale(MPMCore *core, PetscReal keep, MPMSum *kinetic)
   MPMWorkBegin(&core->timers);
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    const PetscReal m  = core->params.kinds[view.kind ? view.kind[p] : 0].m;
+    const PetscReal m  = MPMKindOf(core->params.kinds, &view, p)->m;
     PetscReal       v2 = 0, now2 = 0;
 
     for (PetscInt d = 0; d < dim; d++) {

@@ -130,7 +130,7 @@ static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
   for (PetscInt k = 0; k < e->n; k++) {
     const PetscInt   p    = e->which[k];
     const PetscReal *was  = e->before + MotionRow(core) * k;
-    const PetscReal  m    = core->params.kinds[view->kind ? view->kind[p] : 0].m;
+    const PetscReal  m    = MPMKindOf(core->params.kinds, view, p)->m;
     PetscReal        work = 0, flip = 0;
 
     for (PetscInt d = 0; d < dim; d++) {
@@ -144,7 +144,7 @@ static void AddWork(const MPMCore *core, const MPMView *view, MPMEnergy *e)
     if (e->loads) MPMSumAdd(&e->sum[MPM_ENERGY_loads], m * work);
     if (e->loads && view->S && view->F)
       MPMSumAdd(&e->sum[MPM_ENERGY_loads],
-                core->params.kinds[view->kind ? view->kind[p] : 0].V0 * par->kick / par->dt *
+                MPMKindOf(core->params.kinds, view, p)->V0 * par->kick / par->dt *
                     WorkOfLoads((int)dim, was + 2 * dim, view->F + p * dim * dim, view->S + p * dim * dim));
     if (KeepsAll(e)) MPMSumAdd(&e->sum[MPM_ENERGY_advance], 0.5 * m * flip);
   }
@@ -163,7 +163,7 @@ static void Stress(PetscInt dim, const MPMMaterial *m, const MPMView *view, Pets
 
 static const MPMMaterial *MaterialOf(const MPMCore *core, const MPMView *view, PetscInt p, PetscReal *V0)
 {
-  const MPMKind *kind = &core->params.kinds[view->kind ? view->kind[p] : 0];
+  const MPMKind *kind = MPMKindOf(core->params.kinds, view, p);
 
   *V0 = kind->V0;
   return &core->params.materials[kind->material];

@@ -51,7 +51,7 @@ PetscErrorCode MPMGapsDestroy(MPMCore *core)
 
 static const MPMMaterial *MaterialOf(const MPMCore *core, const MPMView *view, PetscInt p)
 {
-  return &core->params.materials[core->params.kinds[view->kind ? view->kind[p] : 0].material];
+  return &core->params.materials[MPMKindOf(core->params.kinds, view, p)->material];
 }
 
 /* Sets F [dim*dim] to the deformation of particle p's domain. A fluid, and what flows, keeps no shape: its domain is the
@@ -79,7 +79,7 @@ static PetscReal Reaches(const MPMCore *core, const MPMView *view, PetscInt p, P
 {
   const int       dim = (int)core->grid.dim, axis = (int)k / 2;
   const PetscReal sign = k % 2 ? 1 : -1, *rim = view->rim + p * dim;
-  const MPMKind  *kind = &core->params.kinds[view->kind ? view->kind[p] : 0];
+  const MPMKind  *kind = MPMKindOf(core->params.kinds, view, p);
   PetscReal       half[3] = {0}, n[3] = {0}, F[9], cofactor[9], turned[3] = {0}, size = 0, far = 0, ahead, most;
 
   for (int d = 0; d < dim; d++) half[d] = kind->l[d] * core->grid.h[d];

@@ -68,7 +68,7 @@ static void Weigh(MPMCore *core, const MPMView *view, PetscInt p, PetscInt k)
   const MPMGrid   *grid = &core->grid;
   const int        dim = (int)grid->dim, axis = (int)k / 2;
   const MPMFace   *f    = &core->params.walls->given[axis][k % 2];
-  const MPMKind   *kind = &core->params.kinds[view->kind ? view->kind[p] : 0];
+  const MPMKind   *kind = MPMKindOf(core->params.kinds, view, p);
   const PetscReal *l    = MPMHalfWidths(dim, core->params.kinds, view, p);
   PetscReal        units = (k % 2 ? 1 : -1) * kind->V0 / UNIT, w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL], xi[3];
   PetscInt         base[3] = {0}, n[3] = {1, 1, 1}, ijk[3], at[3];

@@ -191,7 +191,7 @@ PetscErrorCode MPMStepBound(MPMCore *core)
   MPMStatusReset(&core->status);
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    const MPMMaterial *m  = core->params.materials + core->params.kinds[view.kind ? view.kind[p] : 0].material;
+    const MPMMaterial *m  = core->params.materials + MPMKindOf(core->params.kinds, &view, p)->material;
     PetscReal          v2 = 0;
 
     for (PetscInt d = 0; d < dim; d++) v2 += view.v[p * dim + d] * view.v[p * dim + d];
