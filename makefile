@@ -195,7 +195,7 @@ calibrate: ## measure the constants of the cost model for SCENE=options/x.opts o
 
 # The program in SimGrid's SMPI. Its build is separate: another compiler wrapper, a static PETSc.
 simulator = build/simulate/pebble
-simulate: ## run on simulated clusters (docs/simulate.md), hours; builds a PETSc first, once; SIMULATE="--only strong": a part
+simulate: ## run on simulated clusters (docs/cluster.md), hours; builds a PETSc first, once; SIMULATE="--only strong": a part
 	@tools/install.sh simulate
 	@PETSC_SRC='$(PETSC_SRC)' tools/petsc.sh simulate
 	+@$(again) $(PEBBLE) $(BUILD)/calibrate

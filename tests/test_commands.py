@@ -306,7 +306,7 @@ def labels():
     """The first words of the lines that a run or a study prints."""
     sources = [check.content(path).decode() for pattern in ("src/*/*.c", "lab/pebble_study/*.py") for path in glob.glob(os.path.join(check.source, pattern))]
     found = {label for source in sources for label in re.findall(r'"([a-z]+) {2,}', source)}
-    return sorted(found - {"simulated"})  # of the program of `make simulate`, docs/simulate.md
+    return sorted(found - {"simulated"})  # of the program of `make simulate`, docs/cluster.md
 
 
 def part_names():

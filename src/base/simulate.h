@@ -1,4 +1,4 @@
-/* simulate.h - work for the simulator of clusters (docs/simulate.md). There the processes take turns on one core, so
+/* simulate.h - work for the simulator of clusters (docs/cluster.md). There the processes take turns on one core, so
    measured times would be wrong: instead the program declares how much work it does, where it does it. In a normal
    build the function does nothing. */
 #ifndef MPM_SIMULATE_H

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs Pebble on simulated clusters, in SimGrid's SMPI: `make simulate`. docs/simulate.md says what that shows.
+"""Runs Pebble on simulated clusters, in SimGrid's SMPI: `make simulate`. docs/cluster.md says what that shows.
 
 The program is the real one: all particles are moved and all messages sent, by processes that take turns on one core. Only
 time is simulated: that of messages by SimGrid's model of the network in a platform file (*.xml), that of computation in
