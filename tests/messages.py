@@ -43,6 +43,7 @@ NONE = {
     "needs a mode >= 1": "the same",
     "simulated  %.9g s a step": "the program that `make simulate` builds",
     "more than %d facets": "a file of 2.5 GB",
+    "the results are complete up to here": "a PETSc without HDF5, so that no checkpoint is written",
     "it cannot be read": "a file of particles that vanishes between two readings of it",
     "eos fit": "the start of a list of options",
     "it has not been measured up to which time step": "every method has been; test_recipes.py adds others, whose runs it reads",
