@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Studies of a scene: what runs it many times.
 
-  pebble-study convergence my.opts    a series of runs, each twice as fine as the one before: errors, differences,
-  orders pebble-study trade my.opts          error, time and memory of methods on a series of grids, and the cheapest
-  setting for an error pebble-study stability my.opts      the largest stable time steps of methods, at rest and where
-  particles cross cells
+  pebble-study convergence my.opts    a series of runs, each twice as fine as the one before: errors, differences, orders
+  pebble-study trade my.opts          error, time and memory of methods on a series of grids, and the cheapest setting
+                                      for an error
+  pebble-study stability my.opts      the largest stable time steps of methods, at rest and where particles cross cells
 
 Options of the study have two dashes, those of Pebble one: they replace options of the scene. A study that was
 interrupted goes on with the same command: runs that its table has are not made again."""
