@@ -16,6 +16,43 @@ PetscErrorCode MPMPrint(const MPMPrinter *printer, const char format[], ...)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Prints a line with a label. */
+static PetscErrorCode Line(const MPMPrinter *printer, const char label[], const char format[], va_list args)
+{
+  PetscMPIInt rank;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(printer->comm, &rank));
+  if (rank || printer->quiet) PetscFunctionReturn(PETSC_SUCCESS);
+  (void)printf("%-10s ", label);
+  (void)vprintf(format, args);
+  (void)printf("\n");
+  (void)fflush(stdout);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMWarn(const MPMPrinter *printer, const char format[], ...)
+{
+  va_list args;
+
+  PetscFunctionBeginUser;
+  va_start(args, format);
+  PetscCall(Line(printer, "warning", format, args));
+  va_end(args);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMNote(const MPMPrinter *printer, const char format[], ...)
+{
+  va_list args;
+
+  PetscFunctionBeginUser;
+  va_start(args, format);
+  PetscCall(Line(printer, "note", format, args));
+  va_end(args);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 void MPMTimeWords(PetscReal seconds, char words[MPM_NAME_LEN])
 {
   static const struct {

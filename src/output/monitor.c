@@ -109,9 +109,7 @@ PetscErrorCode MPMMonitorResume(MPMMonitor *mon, MPMCore *core, const MPMScene *
   PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
   (void)snprintf(path, sizeof path, "%s/%s.csv", mon->dir, scene->name);
   if (!own)
-    PetscCall(MPMPrint(&core->print,
-                       "warning    %s is not there, or is not that of the run up to the checkpoint: the history begins "
-                       "with this restart\n",
+    PetscCall(MPMWarn(&core->print, "%s is not there, or is not that of the run up to the checkpoint: the history begins with this restart",
                        path));
   else if (!rank) {
     mon->length = length;

@@ -70,10 +70,8 @@ PetscErrorCode MPMOutputResume(MPMOutput *out, MPMCore *core, const MPMScene *sc
   }
   out->count = here;
   if (lost)
-    PetscCall(MPMPrint(&core->print,
-                       "warning    %" PetscInt_FMT
-                       " earlier snapshots are missing, cannot be read or are of another run, the first is %s: "
-                       "the results go on without them\n",
+    PetscCall(MPMWarn(&core->print, "%" PetscInt_FMT
+                       " earlier snapshots are missing, cannot be read or are of another run, the first is %s: the results go on without them",
                        lost, missing));
   out->joined = -1;
   PetscCall(MPMOutputFinish(out, core, scene));

@@ -291,8 +291,7 @@ static PetscErrorCode End(MPM mpm)
     NameParticle(mpm, who, at);
     if (core->particles.total == core->particles.born) {
       if (mpm->report.progress) PetscCall(MPMPrint(&core->print, "\r\033[K"));
-      PetscCall(MPMPrint(&core->print,
-                         "warning    %s left the grid at t=%g s, to %s, and is removed (-particles_leave delete)\n",
+      PetscCall(MPMWarn(&core->print, "%s left the grid at t=%g s, to %s, and is removed (-particles_leave delete)",
                          who, (double)core->t, at));
     }
     PetscCall(MPMLostAdd(&mpm->scene, core));

@@ -420,9 +420,7 @@ PetscErrorCode MPMCheckpointNote(MPM mpm)
   if (n) {
     MPMCheckpointPath(mpm, numbers[0], path);
     PetscCall(
-        MPMPrint(&mpm->core.print,
-                 "note       %s is of an earlier run: -restart_file latest goes on from it; this run starts anew, "
-                 "and replaces it once it writes checkpoints\n",
+        MPMNote(&mpm->core.print, "%s is of an earlier run: -restart_file latest goes on from it; this run starts anew, and replaces it once it writes checkpoints",
                  path));
   }
   PetscCall(PetscFree(numbers));

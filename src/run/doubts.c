@@ -90,18 +90,15 @@ static PetscErrorCode NoteMaterial(MPM mpm, const MPMMaterial *m, PetscBool eart
 
   PetscFunctionBeginUser;
   if (E < 100 && strcmp(ModulusOf(m), "c0") && (earth || m->rho >= 500))
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "note       -material_%s_%s %g Pa is very small; moduli are in Pa (rubber 1e6, steel "
-                       "2e11)\n",
+    PetscCall(MPMNote(&mpm->core.print, "-material_%s_%s %g Pa is very small; moduli are in Pa (rubber 1e6, steel 2e11)",
                        m->name, ModulusOf(m), (double)E));
   if (m->rho < 10 && (earth || E >= 1e6))
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "note       -material_%s_rho %g kg/m^3 is that of a gas; densities are in kg/m^3 (water 1000)\n",
+    PetscCall(MPMNote(&mpm->core.print, "-material_%s_rho %g kg/m^3 is that of a gas; densities are in kg/m^3 (water 1000)",
                        m->name, (double)m->rho));
   (void)snprintf(name, sizeof name, "-material_%s_dilation_angle", m->name);
   PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
   if (angle > 0 && angle < 0.5)
-    PetscCall(MPMPrint(&mpm->core.print, "note       %s %g is in degrees; as radians it would be %.3g degrees\n", name,
+    PetscCall(MPMNote(&mpm->core.print, "%s %g is in degrees; as radians it would be %.3g degrees", name,
                        (double)angle, (double)(angle * 180 / PETSC_PI)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -117,25 +114,17 @@ static PetscErrorCode NoteUnits(MPM mpm, const MPMMaterial *m)
   PetscFunctionBeginUser;
   if (yields && m->rho >= DENSE / 5 && (part < YIELD_LEAST || (part > YIELD_MOST && part < 1e4 * YIELD_MOST)))
     PetscCall(
-        MPMPrint(&mpm->core.print,
-                 "note       -material_%s_yield %g Pa is %.2g times -material_%s_%s; both are in Pa, and 1 MPa is "
-                 "1e6 Pa\n",
+        MPMNote(&mpm->core.print, "-material_%s_yield %g Pa is %.2g times -material_%s_%s; both are in Pa, and 1 MPa is 1e6 Pa",
                  m->name, (double)m->yield, (double)part, m->name, word));
   else if ((E || yields) && !MPMListHas(m->type->parameters, "friction_angle") && m->rho >= DENSE && modulus >= 1e4 &&
            modulus < 1e6)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "note       -material_%s_%s %g Pa is small for a solid of %g kg/m^3; if MPa are meant, write "
-                       "%g\n",
+    PetscCall(MPMNote(&mpm->core.print, "-material_%s_%s %g Pa is small for a solid of %g kg/m^3; if MPa are meant, write %g",
                        m->name, word, (double)modulus, (double)m->rho, (double)(1e6 * modulus)));
   else if (!E && yields && m->rho >= DENSE && modulus < 1e3)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "note       -material_%s_%s %g Pa is small for a solid of %g kg/m^3; if GPa are meant, write "
-                       "%g\n",
+    PetscCall(MPMNote(&mpm->core.print, "-material_%s_%s %g Pa is small for a solid of %g kg/m^3; if GPa are meant, write %g",
                        m->name, word, (double)modulus, (double)m->rho, (double)(1e9 * modulus)));
   if (MPMListHas(m->type->parameters, "temperature") && m->temperature < COLD && m->melting > HOT)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "note       -material_%s_temperature %g is in K, as -material_%s_melting is; if degrees Celsius "
-                       "are meant, write %g and %g\n",
+    PetscCall(MPMNote(&mpm->core.print, "-material_%s_temperature %g is in K, as -material_%s_melting is; if degrees Celsius are meant, write %g and %g",
                        m->name, (double)m->temperature, m->name, (double)(m->temperature + 273.15),
                        (double)(m->melting + 273.15)));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -147,9 +136,7 @@ static PetscErrorCode NoteSteps(MPM mpm, PetscReal steps)
   PetscFunctionBeginUser;
   if (steps > 0 && steps < FEW_STEPS && !mpm->core.step && !(mpm->time.fixed > 0) &&
       mpm->time.max_steps == PETSC_MAX_INT)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "note       the run makes only %g step%s until -time_end %g s, in which waves cross few cells; "
-                       "check it, and the units of moduli and densities\n",
+    PetscCall(MPMNote(&mpm->core.print, "the run makes only %g step%s until -time_end %g s, in which waves cross few cells; check it, and the units of moduli and densities",
                        (double)steps, steps > 1 ? "s" : "", (double)mpm->time.end));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -164,7 +151,7 @@ PetscErrorCode MPMDoubtsNote(MPM mpm)
 
   PetscFunctionBeginUser;
   if (earth && dim > 1 && g[dim - 1] > 9.7)
-    PetscCall(MPMPrint(&mpm->core.print, "note       -gravity points upward, along +%c\n", "xyz"[dim - 1]));
+    PetscCall(MPMNote(&mpm->core.print, "-gravity points upward, along +%c", "xyz"[dim - 1]));
   for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
     PetscCall(NoteMaterial(mpm, &mpm->scene.materials[k], earth && size < 9.9 ? PETSC_TRUE : PETSC_FALSE));
     PetscCall(NoteUnits(mpm, &mpm->scene.materials[k]));
@@ -197,9 +184,7 @@ static PetscErrorCode WarnLocking(MPM mpm)
     const MPMMaterial *m = &mpm->scene.materials[k];
 
     if ((m->type->traits & MPM_FLUID) || !(m->nu > NU_LOCKS)) continue;
-    PetscCall(MPMPrint(
-        &mpm->core.print,
-        "warning    %s is nearly incompressible (nu %g): %s makes it %s (locking); use %sa finer grid%s\n", m->name,
+    PetscCall(MPMWarn(&mpm->core.print, "%s is nearly incompressible (nu %g): %s makes it %s (locking); use %sa finer grid%s", m->name,
         (double)m->nu, MPMBasisNames[mpm->core.basis], spline ? "too stiff on coarse grids" : "far too stiff",
         spline ? "" : "bspline2 and ", cure ? ", or -method_locking fbar" : ""));
   }
@@ -221,9 +206,7 @@ static PetscErrorCode WarnSink(MPM mpm)
 
     if (!MPMWallHas(type, MPM_WALL_NORMAL)) continue;
     PetscCall(
-        MPMPrint(&mpm->core.print,
-                 "warning    gimp lets the fluid sink into the wall %s (%s) by up to half of a particle's domain; use "
-                 "bspline2\n",
+        MPMWarn(&mpm->core.print, "gimp lets the fluid sink into the wall %s (%s) by up to half of a particle's domain; use bspline2",
                  MPMFaceNames[k], MPMWallNames[type]));
     break;
   }
@@ -238,9 +221,7 @@ static PetscErrorCode WarnRest(MPM mpm)
 {
   PetscFunctionBeginUser;
   if (mpm->scene.nloads && mpm->core.params.flip == 0 && !MPMSchemeIsDirect(mpm->method.scheme))
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    %s with %s changes the state at rest under loads, by some per cent of the "
-                       "displacement; use usl, or -method_transfer flip\n",
+    PetscCall(MPMWarn(&mpm->core.print, "%s with %s changes the state at rest under loads, by some per cent of the displacement; use usl, or -method_transfer flip",
                        mpm->method.scheme->name, mpm->method.transfer->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -259,9 +240,7 @@ static PetscErrorCode WarnSpeed(MPM mpm)
 
     if (!(PetscSqrtReal(b->v2) > c)) continue;
     PetscCall(
-        MPMPrint(&mpm->core.print,
-                 "warning    %s starts at %.3g m/s, faster than its own sound, %.3g m/s; check -body_%s_velocity, "
-                 "-material_%s_%s and -material_%s_rho, and their units\n",
+        MPMWarn(&mpm->core.print, "%s starts at %.3g m/s, faster than its own sound, %.3g m/s; check -body_%s_velocity, -material_%s_%s and -material_%s_rho, and their units",
                  b->name, (double)PetscSqrtReal(b->v2), (double)c, b->name, m->name, ModulusOf(m), m->name));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -284,9 +263,7 @@ static PetscErrorCode WarnWeight(MPM mpm)
     weight /= fluid ? m->K : m->E;
     if (!(weight > WEIGHT)) continue;
     PetscCall(
-        MPMPrint(&mpm->core.print,
-                 "warning    the weight of %s presses it by rho g H/%s = %.3g; check -gravity, -material_%s_rho and "
-                 "-material_%s_%s, and their units\n",
+        MPMWarn(&mpm->core.print, "the weight of %s presses it by rho g H/%s = %.3g; check -gravity, -material_%s_rho and -material_%s_%s, and their units",
                  b->name, fluid ? "K" : "E", (double)weight, m->name, m->name, ModulusOf(m)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -334,9 +311,7 @@ static PetscErrorCode WarnRuns(MPM mpm)
     }
   }
   if (name)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    how far %s runs out grows as cells get smaller; if it counts, use -method_transfer "
-                       "flip -method_damping_viscosity %.1g (docs/choosing.md, soils)\n",
+    PetscCall(MPMWarn(&mpm->core.print, "how far %s runs out grows as cells get smaller; if it counts, use -method_transfer flip -method_damping_viscosity %.1g (docs/choosing.md, soils)",
                        name, (double)nu));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -358,13 +333,11 @@ static PetscErrorCode WarnAngle(MPM mpm)
     PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
     if (!chosen && mpm->core.grid.dim == 2 && m->acts[1] - angle > ANGLE_ACTS)
       PetscCall(
-          MPMPrint(&mpm->core.print,
-                   "warning    %s %.3g, fitted in triaxial compression, acts in plane strain like %.3g degrees%s; "
-                   "if %.3g is meant in plane strain, give %s plane_strain, else %s triaxial\n",
+          MPMWarn(&mpm->core.print, "%s %.3g, fitted in triaxial compression, acts in plane strain like %.3g degrees%s; if %.3g is meant in plane strain, give %s plane_strain, else %s triaxial",
                    name, (double)angle, (double)m->acts[1], m->acts[1] < 90 ? "" : " or more, so that it hardly flows",
                    (double)angle, fit, fit));
     if (angle > 0 && angle < ANGLE)
-      PetscCall(MPMPrint(&mpm->core.print, "warning    %s %g is in degrees; if radians are meant, write %.3g\n", name,
+      PetscCall(MPMWarn(&mpm->core.print, "%s %g is in degrees; if radians are meant, write %.3g", name,
                          (double)angle, (double)(angle * 180 / PETSC_PI)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -392,9 +365,7 @@ static PetscErrorCode WarnFall(MPM mpm)
   }
   if (!walls || g[down] == 0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(
-      MPMPrint(&mpm->core.print,
-               "warning    gravity points away from every wall, along %c%c: nothing holds the bodies; turn -gravity, "
-               "or choose -bc_%s_type\n",
+      MPMWarn(&mpm->core.print, "gravity points away from every wall, along %c%c: nothing holds the bodies; turn -gravity, or choose -bc_%s_type",
                g[down] > 0 ? '+' : '-', "xyz"[down], MPMFaceNames[2 * down + (g[down] > 0)]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -408,19 +379,13 @@ PetscErrorCode MPMDoubtsWarn(MPM mpm, PetscReal steps, PetscReal seconds)
 
   PetscFunctionBeginUser;
   if (shift > SHIFT_WARN)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    coordinates up to %g m are large beside cells of %g m: rounding may shift the "
-                       "particles by %.2g of their spacing; move the origin into the scene\n",
+    PetscCall(MPMWarn(&mpm->core.print, "coordinates up to %g m are large beside cells of %g m: rounding may shift the particles by %.2g of their spacing; move the origin into the scene",
                        (double)x, (double)MPMGridSmallestH(&mpm->core.grid), (double)shift));
   if (steps > MOST_STEPS)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    %.3g steps are more than a run makes, %.0f: it will end early; choose an earlier "
-                       "-time_end, larger cells or a slower wave\n",
+    PetscCall(MPMWarn(&mpm->core.print, "%.3g steps are more than a run makes, %.0f: it will end early; choose an earlier -time_end, larger cells or a slower wave",
                        (double)steps, MOST_STEPS));
   if (seconds > YEAR)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    the run would take about %.2g years; choose an earlier -time_end, larger cells or a "
-                       "larger time step\n",
+    PetscCall(MPMWarn(&mpm->core.print, "the run would take about %.2g years; choose an earlier -time_end, larger cells or a larger time step",
                        (double)(seconds / YEAR)));
   PetscCall(NoteSteps(mpm, steps));
   PetscCall(WarnLocking(mpm));

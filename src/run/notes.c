@@ -23,9 +23,7 @@ static PetscErrorCode NoteCrowd(MPM mpm)
   PetscCallMPI(MPI_Comm_free(&node));
   if (processes > CPU_COUNT(&cores))
     PetscCall(
-        MPMPrint(&mpm->core.print,
-                 "note       %d processes share %d core%s of this computer: they take turns, and more than %d are no "
-                 "faster\n",
+        MPMNote(&mpm->core.print, "%d processes share %d core%s of this computer: they take turns, and more than %d are no faster",
                  processes, CPU_COUNT(&cores), CPU_COUNT(&cores) > 1 ? "s" : "", CPU_COUNT(&cores)));
 #else
   (void)mpm; /* simulated processes always share a core */
@@ -65,7 +63,7 @@ static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
 
     PetscCall(PetscOptionsHasName(NULL, NULL, rows[k].option, &given));
     if (given && rows[k].where)
-      PetscCall(MPMPrint(&mpm->core.print, "note       %s has no effect %s\n", rows[k].option, rows[k].where));
+      PetscCall(MPMNote(&mpm->core.print, "%s has no effect %s", rows[k].option, rows[k].where));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -78,7 +76,7 @@ static PetscErrorCode NoteVector(MPM mpm)
 
   PetscFunctionBeginUser;
   if (wish && wish[0] && strcmp(wish, "8") && strcmp(wish, "4") && strcmp(wish, "2"))
-    PetscCall(MPMPrint(&mpm->core.print, "note       PEBBLE_VECTOR=%s is not 8, 4 or 2: %" PetscInt_FMT " lanes\n",
+    PetscCall(MPMNote(&mpm->core.print, "PEBBLE_VECTOR=%s is not 8, 4 or 2: %" PetscInt_FMT " lanes",
                        wish, MPMKernelWidth()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -199,11 +199,9 @@ static PetscErrorCode PrintLoads(MPM mpm)
     }
     PetscCall(MPMPrint(&mpm->core.print, ", in all %.3g N at t=%.3g s\n", (double)most, (double)at));
     if (!n[0])
-      PetscCall(MPMPrint(&mpm->core.print, "warning    load %s acts on no particle\n", load->name));
+      PetscCall(MPMWarn(&mpm->core.print, "load %s acts on no particle", load->name));
     else if (!(most > 0))
-      PetscCall(MPMPrint(&mpm->core.print,
-                         "warning    load %s is 0 on all of these particles, at the start and after each tenth of "
-                         "-time_end; see -load_%s_value\n",
+      PetscCall(MPMWarn(&mpm->core.print, "load %s is 0 on all of these particles, at the start and after each tenth of -time_end; see -load_%s_value",
                          load->name, load->name));
   }
   PetscCall(MPMParticlesRestoreView(&mpm->core.particles, fields, &view));
@@ -224,9 +222,7 @@ static PetscErrorCode WarnCuts(MPM mpm)
       PetscCall(MPMSceneCutsNothing(b, mpm->core.grid.dim, cut, &nothing));
       if (!nothing) continue;
       while (&other->region != b->region.others[cut]) other++;
-      PetscCall(MPMPrint(&mpm->core.print,
-                         "warning    -body_%s_cut %s removes no particle of %s; check where the shapes are, and their "
-                         "sizes\n",
+      PetscCall(MPMWarn(&mpm->core.print, "-body_%s_cut %s removes no particle of %s; check where the shapes are, and their sizes",
                          b->name, other->name, b->name));
     }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -240,36 +236,27 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal dt)
 
   PetscFunctionBeginUser;
   if (mpm->scene.overlap)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    %" PetscInt64_FMT
-                       " particles lie in the shape of an earlier body too: matter is there twice\n",
+    PetscCall(MPMWarn(&mpm->core.print, "%" PetscInt64_FMT
+                       " particles lie in the shape of an earlier body too: matter is there twice",
                        mpm->scene.overlap));
   if (mpm->scene.behind)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    %" PetscInt64_FMT
-                       " particles start behind a piston, which moves them along; shorten -bc_<f>_distance or cut the "
-                       "body\n",
+    PetscCall(MPMWarn(&mpm->core.print, "%" PetscInt64_FMT
+                       " particles start behind a piston, which moves them along; shorten -bc_<f>_distance or cut the body",
                        mpm->scene.behind));
   if (mpm->scene.on_line && mpm->core.basis == MPM_BASIS_linear)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    %" PetscInt64_FMT
-                       " particles start exactly on lines of the grid, where the gradient of the linear basis jumps; "
-                       "shift them by -body_<b>_offset\n",
+    PetscCall(MPMWarn(&mpm->core.print, "%" PetscInt64_FMT
+                       " particles start exactly on lines of the grid, where the gradient of the linear basis jumps; shift them by -body_<b>_offset",
                        mpm->scene.on_line));
   for (PetscInt k = 0; k < 2 * mpm->core.grid.dim && !advances; k++)
     PetscCall(MPMSceneWallAdvances(&mpm->scene, &mpm->core, k, mpm->time.end, &advances));
   if (advances)
-    PetscCall(MPMPrint(
-        &mpm->core.print,
-        "warning    a wall of type moving advances along its normal, but its face of the grid stays: right for "
-        "displacements far below a cell only; a wall of type piston moves through the grid\n"));
+    PetscCall(MPMWarn(&mpm->core.print, "a wall of type moving advances along its normal, but its face of the grid stays: right for displacements far below a cell only; a wall of type piston moves through the grid"));
   PetscCall(MPMSceneForesee(&mpm->scene, &mpm->core, mpm->time.end, meets));
   if (meets[0])
-    PetscCall(MPMPrint(&mpm->core.print, "warning    %s, which ends the run; choose an earlier -time_end\n", meets));
+    PetscCall(MPMWarn(&mpm->core.print, "%s, which ends the run; choose an earlier -time_end", meets));
   if (mpm->time.fixed > MPMViscousStep(&mpm->core))
     PetscCall(
-        MPMPrint(&mpm->core.print,
-                 "warning    dt is above the bound of viscosity, h^2/(2 dim nu) = %.3g s: expect the run to blow up\n",
+        MPMWarn(&mpm->core.print, "dt is above the bound of viscosity, h^2/(2 dim nu) = %.3g s: expect the run to blow up",
                  (double)MPMViscousStep(&mpm->core)));
   PetscCall(MPMDoubtsBodies(mpm));
   PetscCall(WarnCuts(mpm));

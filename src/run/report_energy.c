@@ -72,17 +72,13 @@ PetscErrorCode MPMReportEnergy(MPM mpm)
     PetscCall(MPMPrint(&mpm->core.print, "damping    all velocities were set to 0 %" PetscInt_FMT " times\n",
                        mpm->core.damping.stops));
   if (MPMEnergyIsFollowed(mpm) && residual > MPM_ENERGY_GROWN * (mpm->monitor.energy_max + PetscAbsReal(work)))
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    energy grew by %.2g of its largest value, which nothing in the scene explains\n",
+    PetscCall(MPMWarn(&mpm->core.print, "energy grew by %.2g of its largest value, which nothing in the scene explains",
                        (double)(residual / (mpm->monitor.energy_max + PetscAbsReal(work)))));
   if (mpm->courant > 1)
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    dt reached %.3g h/(c+|v|) on the way, above the bound 1: do not trust the results\n",
+    PetscCall(MPMWarn(&mpm->core.print, "dt reached %.3g h/(c+|v|) on the way, above the bound 1: do not trust the results",
                        (double)mpm->courant));
   else if (mpm->wave > MPMStableOf(&mpm->core, &mpm->method).rest * (1 + 1e-9))
-    PetscCall(MPMPrint(
-        &mpm->core.print,
-        "warning    dt reached %.3g h/c on the way, and the method is stable up to %g: do not trust the results\n",
+    PetscCall(MPMWarn(&mpm->core.print, "dt reached %.3g h/c on the way, and the method is stable up to %g: do not trust the results",
         (double)mpm->wave, (double)MPMStableOf(&mpm->core, &mpm->method).rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -10,7 +10,7 @@ PetscErrorCode MPMReportPrediction(MPM mpm, PetscReal steps, PetscReal step)
   char           all[MPM_NAME_LEN], within[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
-  if (cost->note[0]) PetscCall(MPMPrint(&mpm->core.print, "note       %s\n", cost->note));
+  if (cost->note[0]) PetscCall(MPMNote(&mpm->core.print, "%s", cost->note));
   MPMTimeWords(steps * step, all);
   (void)snprintf(within, sizeof within, "%g", (double)cost->model.within);
   PetscCall(MPMPrint(&mpm->core.print,

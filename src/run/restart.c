@@ -354,13 +354,11 @@ PetscErrorCode MPMRestartFiles(MPM mpm)
 
   PetscFunctionBeginUser;
   if (c->fallback[0])
-    PetscCall(MPMPrint(&mpm->core.print, "warning    %s; going on from the one before\n", c->fallback));
+    PetscCall(MPMWarn(&mpm->core.print, "%s; going on from the one before", c->fallback));
   PetscCall(MPMPrint(&mpm->core.print, "restart    from step %" PetscInt_FMT ", t=%g s of %s\n", c->step, (double)c->t,
                      c->from));
   if (strcmp(c->git, MPMVersionGit))
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "note       %s wrote the checkpoint, and this is %s: the bits may differ from those of a run "
-                       "without a restart\n",
+    PetscCall(MPMNote(&mpm->core.print, "%s wrote the checkpoint, and this is %s: the bits may differ from those of a run without a restart",
                        c->git, MPMVersionGit));
   PetscCall(MPMCheckpointList(mpm, mpm->core.exchange.data, &n, &numbers));
   for (PetscInt k = 0; k < n; k++) {
@@ -370,9 +368,7 @@ PetscErrorCode MPMRestartFiles(MPM mpm)
   if (n && here > 0 && numbers[0] > here && !c->fallback[0]) {
     MPMCheckpointPath(mpm, numbers[0], path);
     PetscCall(
-        MPMPrint(&mpm->core.print,
-                 "warning    there are later checkpoints, to %s: -restart_file latest takes that one until this run "
-                 "has written its own\n",
+        MPMWarn(&mpm->core.print, "there are later checkpoints, to %s: -restart_file latest takes that one until this run has written its own",
                  path));
   }
   PetscCall(PetscFree(numbers));

@@ -125,9 +125,7 @@ PetscErrorCode MPMWatchStep(MPM mpm, PetscReal dt)
   PetscCall(FindCause(mpm));
   if (told) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Clear(mpm));
-  PetscCall(MPMPrint(&mpm->core.print,
-                     "warning    dt has fallen to %.3g s at t=%g s, from %.3g s: %s limits it; about %.3g steps are "
-                     "left\n",
+  PetscCall(MPMWarn(&mpm->core.print, "dt has fallen to %.3g s at t=%g s, from %.3g s: %s limits it; about %.3g steps are left",
                      (double)dt, (double)w->t, (double)w->first, w->cause, (double)((mpm->time.end - w->t) / dt)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -179,10 +177,7 @@ PetscErrorCode MPMWatchRest(MPM mpm)
   PetscCall(MPMFoundAgree(&most, core->exchange.data));
   if (!(most.value > MPM_RESTLESS)) PetscFunctionReturn(PETSC_SUCCESS);
   MPMPlaceWords(dim, most.x, place);
-  PetscCall(MPMPrint(&core->print,
-                     "warning    %s does not rest in its stress of -initial_stress k0: near %s it starts with an "
-                     "acceleration of %.2g g. It needs a level surface, a wall below and walls at all sides; else let "
-                     "it settle with -damping_kinetic\n",
+  PetscCall(MPMWarn(&core->print, "%s does not rest in its stress of -initial_stress k0: near %s it starts with an acceleration of %.2g g. It needs a level surface, a wall below and walls at all sides; else let it settle with -damping_kinetic",
                      NameOf(mpm, &most), place, (double)most.value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -213,7 +208,7 @@ static PetscErrorCode WatchParting(MPM mpm)
     MPMPartingTell(mpm, parted.value > 1 ? &parted : &wide, parted.value > 1 ? PETSC_TRUE : PETSC_FALSE, what);
     if (!noisy) MPMPartingCure(mpm, &wide, cure);
     PetscCall(Clear(mpm));
-    PetscCall(MPMPrint(&core->print, "warning    seen at t=%g s: %.600s%s%.300s; use %.600s\n", (double)core->t, what,
+    PetscCall(MPMWarn(&core->print, "seen at t=%g s: %.600s%s%.300s; use %.600s", (double)core->t, what,
                        noisy ? "; " : "", noise, cure));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -241,7 +236,7 @@ static PetscErrorCode WatchRanges(MPM mpm)
       w->stopped = PETSC_TRUE;
     } else if (!(w->beyond & 1 << r)) {
       PetscCall(Clear(mpm));
-      PetscCall(MPMPrint(&core->print, "warning    seen at t=%g s: %.900s; use %.700s\n", (double)core->t, what, cure));
+      PetscCall(MPMWarn(&core->print, "seen at t=%g s: %.900s; use %.700s", (double)core->t, what, cure));
     }
     w->beyond |= 1 << r;
   }
@@ -284,9 +279,7 @@ PetscErrorCode MPMWatchEnd(MPM mpm)
 
   PetscFunctionBeginUser;
   if (w->cause[0])
-    PetscCall(MPMPrint(&mpm->core.print,
-                       "warning    dt fell to %.3g s at t=%g s, %.2g of the first: %s limits it; if this is not "
-                       "intended, make the body stiffer or reduce its loads and velocities\n",
+    PetscCall(MPMWarn(&mpm->core.print, "dt fell to %.3g s at t=%g s, %.2g of the first: %s limits it; if this is not intended, make the body stiffer or reduce its loads and velocities",
                        (double)w->least, (double)w->t, (double)(w->least / w->first), w->cause));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
