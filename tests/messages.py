@@ -56,13 +56,14 @@ TOKEN = re.compile(r"""
   | (?P<char>'(?:[^'\\]|\\.)*')
   | (?P<name>[A-Za-z_]\w*)
   | (?P<mark>[^\s\w])""", re.X | re.S | re.M)
+LABELS = {"MPMWarn": "warning    ", "MPMNote": "note       "}  # what these functions print before the first text that they get
 CONVERSION = re.compile(r"%[-+ #0]*(?:\d+|\*)?(?:\.(?:\d+|\*))?(?:hh|h|ll|l|z)?[a-zA-Z]|%%")
 
 
 def texts(path):
     """(line, text) of the messages of a file; \\0 stands where a macro such as PetscInt_FMT does."""
     code = path.read_text()
-    calls, before, parts, begin = [], "", [], 0
+    calls, before, parts, begin, label = [], "", [], 0, ""
     for token in TOKEN.finditer(code):
         kind, what = token.lastgroup, token[0]
         if kind in ("comment", "line"):
@@ -77,12 +78,13 @@ def texts(path):
             continue
         if parts:
             if not DEFECTS.intersection(calls):
-                yield begin, "".join(parts)
-            parts = []
+                yield begin, label + "".join(parts)
+            parts, label = [], ""
         if what == "(":
             calls.append(before)
-        elif what == ")" and calls:
-            calls.pop()
+            label = LABELS.get(before, label)
+        elif what == ")" and calls and calls.pop() in LABELS:
+            label = ""
         before = what
 
 

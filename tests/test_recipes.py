@@ -208,7 +208,7 @@ static PetscErrorCode WarnTall(MPM mpm)
 
   PetscFunctionBeginUser;
   if (grid->dim > 1 && grid->cells[1] > 40 * grid->cells[0])
-    PetscCall(MPMPrint(&mpm->core.print, "warning    the grid is tall\\n"));
+    PetscCall(MPMWarn(&mpm->core.print, "the grid is tall"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -109,8 +109,9 @@ PetscErrorCode MPMMonitorResume(MPMMonitor *mon, MPMCore *core, const MPMScene *
   PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
   (void)snprintf(path, sizeof path, "%s/%s.csv", mon->dir, scene->name);
   if (!own)
-    PetscCall(MPMWarn(&core->print, "%s is not there, or is not that of the run up to the checkpoint: the history begins with this restart",
-                       path));
+    PetscCall(MPMWarn(
+        &core->print,
+        "%s is not there, or is not that of the run up to the checkpoint: the history begins with this restart", path));
   else if (!rank) {
     mon->length = length;
     if (truncate(path, length) || !(mon->file = fopen(path, "a")))

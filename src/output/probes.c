@@ -196,8 +196,10 @@ static PetscErrorCode OfParticle(MPMMeasures *m, MPMProbe *p, MPMCore *core, con
     PetscCallMPI(MPI_Bcast(m->value + p->first, (PetscMPIInt)(at - p->first), MPIU_REAL, owner, core->exchange.data));
   if (owner < 0 && !p->told) {
     p->told = PETSC_TRUE;
-    PetscCall(MPMWarn(&core->print, "probe %s: particle %" PetscInt64_FMT " has left the grid before t=%g s; its columns are nan from here on",
-                       p->name, p->id, (double)core->t));
+    PetscCall(MPMWarn(&core->print,
+                      "probe %s: particle %" PetscInt64_FMT
+                      " has left the grid before t=%g s; its columns are nan from here on",
+                      p->name, p->id, (double)core->t));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -70,9 +70,12 @@ PetscErrorCode MPMOutputResume(MPMOutput *out, MPMCore *core, const MPMScene *sc
   }
   out->count = here;
   if (lost)
-    PetscCall(MPMWarn(&core->print, "%" PetscInt_FMT
-                       " earlier snapshots are missing, cannot be read or are of another run, the first is %s: the results go on without them",
-                       lost, missing));
+    PetscCall(MPMWarn(
+        &core->print,
+        "%" PetscInt_FMT
+        " earlier snapshots are missing, cannot be read or are of another run, the first is %s: the results go on "
+        "without them",
+        lost, missing));
   out->joined = -1;
   PetscCall(MPMOutputFinish(out, core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -292,7 +292,7 @@ static PetscErrorCode End(MPM mpm)
     if (core->particles.total == core->particles.born) {
       if (mpm->report.progress) PetscCall(MPMPrint(&core->print, "\r\033[K"));
       PetscCall(MPMWarn(&core->print, "%s left the grid at t=%g s, to %s, and is removed (-particles_leave delete)",
-                         who, (double)core->t, at));
+                        who, (double)core->t, at));
     }
     PetscCall(MPMLostAdd(&mpm->scene, core));
   }

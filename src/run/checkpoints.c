@@ -419,9 +419,11 @@ PetscErrorCode MPMCheckpointNote(MPM mpm)
   PetscCall(MPMCheckpointList(mpm, mpm->core.exchange.data, &n, &numbers));
   if (n) {
     MPMCheckpointPath(mpm, numbers[0], path);
-    PetscCall(
-        MPMNote(&mpm->core.print, "%s is of an earlier run: -restart_file latest goes on from it; this run starts anew, and replaces it once it writes checkpoints",
-                 path));
+    PetscCall(MPMNote(
+        &mpm->core.print,
+        "%s is of an earlier run: -restart_file latest goes on from it; this run starts anew, and replaces it once it "
+        "writes checkpoints",
+        path));
   }
   PetscCall(PetscFree(numbers));
   PetscFunctionReturn(PETSC_SUCCESS);

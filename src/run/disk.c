@@ -67,8 +67,10 @@ PetscErrorCode MPMDiskPrint(MPM mpm, PetscReal steps, PetscReal seconds)
                        (double)snapshots, (double)(1e-6 * snapshot), (double)kept, (double)(1e-6 * checkpoint),
                        (double)(1e-6 * history), (double)(1e-6 * all), mpm->output.dir, (double)(1e-6 * room)));
   if (room > 0 && all > room)
-    PetscCall(
-        MPMWarn(&core->print, "the files of this run need about %.3g MB, and the disk of %s has %.3g MB free; choose a larger -output_every or -history_every, or another -output_dir",
-                 (double)(1e-6 * all), mpm->output.dir, (double)(1e-6 * room)));
+    PetscCall(MPMWarn(
+        &core->print,
+        "the files of this run need about %.3g MB, and the disk of %s has %.3g MB free; choose a larger -output_every "
+        "or -history_every, or another -output_dir",
+        (double)(1e-6 * all), mpm->output.dir, (double)(1e-6 * room)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

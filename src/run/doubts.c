@@ -90,16 +90,18 @@ static PetscErrorCode NoteMaterial(MPM mpm, const MPMMaterial *m, PetscBool eart
 
   PetscFunctionBeginUser;
   if (E < 100 && strcmp(ModulusOf(m), "c0") && (earth || m->rho >= 500))
-    PetscCall(MPMNote(&mpm->core.print, "-material_%s_%s %g Pa is very small; moduli are in Pa (rubber 1e6, steel 2e11)",
-                       m->name, ModulusOf(m), (double)E));
+    PetscCall(MPMNote(&mpm->core.print,
+                      "-material_%s_%s %g Pa is very small; moduli are in Pa (rubber 1e6, steel 2e11)", m->name,
+                      ModulusOf(m), (double)E));
   if (m->rho < 10 && (earth || E >= 1e6))
-    PetscCall(MPMNote(&mpm->core.print, "-material_%s_rho %g kg/m^3 is that of a gas; densities are in kg/m^3 (water 1000)",
-                       m->name, (double)m->rho));
+    PetscCall(MPMNote(&mpm->core.print,
+                      "-material_%s_rho %g kg/m^3 is that of a gas; densities are in kg/m^3 (water 1000)", m->name,
+                      (double)m->rho));
   (void)snprintf(name, sizeof name, "-material_%s_dilation_angle", m->name);
   PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
   if (angle > 0 && angle < 0.5)
-    PetscCall(MPMNote(&mpm->core.print, "%s %g is in degrees; as radians it would be %.3g degrees", name,
-                       (double)angle, (double)(angle * 180 / PETSC_PI)));
+    PetscCall(MPMNote(&mpm->core.print, "%s %g is in degrees; as radians it would be %.3g degrees", name, (double)angle,
+                      (double)(angle * 180 / PETSC_PI)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -113,20 +115,24 @@ static PetscErrorCode NoteUnits(MPM mpm, const MPMMaterial *m)
 
   PetscFunctionBeginUser;
   if (yields && m->rho >= DENSE / 5 && (part < YIELD_LEAST || (part > YIELD_MOST && part < 1e4 * YIELD_MOST)))
-    PetscCall(
-        MPMNote(&mpm->core.print, "-material_%s_yield %g Pa is %.2g times -material_%s_%s; both are in Pa, and 1 MPa is 1e6 Pa",
-                 m->name, (double)m->yield, (double)part, m->name, word));
+    PetscCall(MPMNote(&mpm->core.print,
+                      "-material_%s_yield %g Pa is %.2g times -material_%s_%s; both are in Pa, and 1 MPa is 1e6 Pa",
+                      m->name, (double)m->yield, (double)part, m->name, word));
   else if ((E || yields) && !MPMListHas(m->type->parameters, "friction_angle") && m->rho >= DENSE && modulus >= 1e4 &&
            modulus < 1e6)
-    PetscCall(MPMNote(&mpm->core.print, "-material_%s_%s %g Pa is small for a solid of %g kg/m^3; if MPa are meant, write %g",
-                       m->name, word, (double)modulus, (double)m->rho, (double)(1e6 * modulus)));
+    PetscCall(MPMNote(&mpm->core.print,
+                      "-material_%s_%s %g Pa is small for a solid of %g kg/m^3; if MPa are meant, write %g", m->name,
+                      word, (double)modulus, (double)m->rho, (double)(1e6 * modulus)));
   else if (!E && yields && m->rho >= DENSE && modulus < 1e3)
-    PetscCall(MPMNote(&mpm->core.print, "-material_%s_%s %g Pa is small for a solid of %g kg/m^3; if GPa are meant, write %g",
-                       m->name, word, (double)modulus, (double)m->rho, (double)(1e9 * modulus)));
+    PetscCall(MPMNote(&mpm->core.print,
+                      "-material_%s_%s %g Pa is small for a solid of %g kg/m^3; if GPa are meant, write %g", m->name,
+                      word, (double)modulus, (double)m->rho, (double)(1e9 * modulus)));
   if (MPMListHas(m->type->parameters, "temperature") && m->temperature < COLD && m->melting > HOT)
-    PetscCall(MPMNote(&mpm->core.print, "-material_%s_temperature %g is in K, as -material_%s_melting is; if degrees Celsius are meant, write %g and %g",
-                       m->name, (double)m->temperature, m->name, (double)(m->temperature + 273.15),
-                       (double)(m->melting + 273.15)));
+    PetscCall(MPMNote(
+        &mpm->core.print,
+        "-material_%s_temperature %g is in K, as -material_%s_melting is; if degrees Celsius are meant, write %g and "
+        "%g",
+        m->name, (double)m->temperature, m->name, (double)(m->temperature + 273.15), (double)(m->melting + 273.15)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -136,8 +142,11 @@ static PetscErrorCode NoteSteps(MPM mpm, PetscReal steps)
   PetscFunctionBeginUser;
   if (steps > 0 && steps < FEW_STEPS && !mpm->core.step && !(mpm->time.fixed > 0) &&
       mpm->time.max_steps == PETSC_MAX_INT)
-    PetscCall(MPMNote(&mpm->core.print, "the run makes only %g step%s until -time_end %g s, in which waves cross few cells; check it, and the units of moduli and densities",
-                       (double)steps, steps > 1 ? "s" : "", (double)mpm->time.end));
+    PetscCall(MPMNote(
+        &mpm->core.print,
+        "the run makes only %g step%s until -time_end %g s, in which waves cross few cells; check it, and the units "
+        "of moduli and densities",
+        (double)steps, steps > 1 ? "s" : "", (double)mpm->time.end));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -184,8 +193,9 @@ static PetscErrorCode WarnLocking(MPM mpm)
     const MPMMaterial *m = &mpm->scene.materials[k];
 
     if ((m->type->traits & MPM_FLUID) || !(m->nu > NU_LOCKS)) continue;
-    PetscCall(MPMWarn(&mpm->core.print, "%s is nearly incompressible (nu %g): %s makes it %s (locking); use %sa finer grid%s", m->name,
-        (double)m->nu, MPMBasisNames[mpm->core.basis], spline ? "too stiff on coarse grids" : "far too stiff",
+    PetscCall(MPMWarn(
+        &mpm->core.print, "%s is nearly incompressible (nu %g): %s makes it %s (locking); use %sa finer grid%s",
+        m->name, (double)m->nu, MPMBasisNames[mpm->core.basis], spline ? "too stiff on coarse grids" : "far too stiff",
         spline ? "" : "bspline2 and ", cure ? ", or -method_locking fbar" : ""));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -206,8 +216,9 @@ static PetscErrorCode WarnSink(MPM mpm)
 
     if (!MPMWallHas(type, MPM_WALL_NORMAL)) continue;
     PetscCall(
-        MPMWarn(&mpm->core.print, "gimp lets the fluid sink into the wall %s (%s) by up to half of a particle's domain; use bspline2",
-                 MPMFaceNames[k], MPMWallNames[type]));
+        MPMWarn(&mpm->core.print,
+                "gimp lets the fluid sink into the wall %s (%s) by up to half of a particle's domain; use bspline2",
+                MPMFaceNames[k], MPMWallNames[type]));
     break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -221,8 +232,11 @@ static PetscErrorCode WarnRest(MPM mpm)
 {
   PetscFunctionBeginUser;
   if (mpm->scene.nloads && mpm->core.params.flip == 0 && !MPMSchemeIsDirect(mpm->method.scheme))
-    PetscCall(MPMWarn(&mpm->core.print, "%s with %s changes the state at rest under loads, by some per cent of the displacement; use usl, or -method_transfer flip",
-                       mpm->method.scheme->name, mpm->method.transfer->name));
+    PetscCall(MPMWarn(
+        &mpm->core.print,
+        "%s with %s changes the state at rest under loads, by some per cent of the displacement; use usl, or "
+        "-method_transfer flip",
+        mpm->method.scheme->name, mpm->method.transfer->name));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -239,9 +253,11 @@ static PetscErrorCode WarnSpeed(MPM mpm)
     const PetscReal    modulus = fluid ? m->K : m->lambda + 2 * m->mu, c = PetscSqrtReal(modulus / m->rho);
 
     if (!(PetscSqrtReal(b->v2) > c)) continue;
-    PetscCall(
-        MPMWarn(&mpm->core.print, "%s starts at %.3g m/s, faster than its own sound, %.3g m/s; check -body_%s_velocity, -material_%s_%s and -material_%s_rho, and their units",
-                 b->name, (double)PetscSqrtReal(b->v2), (double)c, b->name, m->name, ModulusOf(m), m->name));
+    PetscCall(MPMWarn(
+        &mpm->core.print,
+        "%s starts at %.3g m/s, faster than its own sound, %.3g m/s; check -body_%s_velocity, -material_%s_%s and "
+        "-material_%s_rho, and their units",
+        b->name, (double)PetscSqrtReal(b->v2), (double)c, b->name, m->name, ModulusOf(m), m->name));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -262,9 +278,11 @@ static PetscErrorCode WarnWeight(MPM mpm)
       weight += m->rho * PetscAbsReal(mpm->core.params.gravity[d]) * (upper[d] - lower[d]);
     weight /= fluid ? m->K : m->E;
     if (!(weight > WEIGHT)) continue;
-    PetscCall(
-        MPMWarn(&mpm->core.print, "the weight of %s presses it by rho g H/%s = %.3g; check -gravity, -material_%s_rho and -material_%s_%s, and their units",
-                 b->name, fluid ? "K" : "E", (double)weight, m->name, m->name, ModulusOf(m)));
+    PetscCall(MPMWarn(
+        &mpm->core.print,
+        "the weight of %s presses it by rho g H/%s = %.3g; check -gravity, -material_%s_rho and -material_%s_%s, and "
+        "their units",
+        b->name, fluid ? "K" : "E", (double)weight, m->name, m->name, ModulusOf(m)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -311,8 +329,11 @@ static PetscErrorCode WarnRuns(MPM mpm)
     }
   }
   if (name)
-    PetscCall(MPMWarn(&mpm->core.print, "how far %s runs out grows as cells get smaller; if it counts, use -method_transfer flip -method_damping_viscosity %.1g (docs/choosing.md, soils)",
-                       name, (double)nu));
+    PetscCall(MPMWarn(
+        &mpm->core.print,
+        "how far %s runs out grows as cells get smaller; if it counts, use -method_transfer flip "
+        "-method_damping_viscosity %.1g (docs/choosing.md, soils)",
+        name, (double)nu));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -332,13 +353,15 @@ static PetscErrorCode WarnAngle(MPM mpm)
     PetscCall(PetscOptionsHasName(NULL, NULL, fit, &chosen));
     PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
     if (!chosen && mpm->core.grid.dim == 2 && m->acts[1] - angle > ANGLE_ACTS)
-      PetscCall(
-          MPMWarn(&mpm->core.print, "%s %.3g, fitted in triaxial compression, acts in plane strain like %.3g degrees%s; if %.3g is meant in plane strain, give %s plane_strain, else %s triaxial",
-                   name, (double)angle, (double)m->acts[1], m->acts[1] < 90 ? "" : " or more, so that it hardly flows",
-                   (double)angle, fit, fit));
+      PetscCall(MPMWarn(
+          &mpm->core.print,
+          "%s %.3g, fitted in triaxial compression, acts in plane strain like %.3g degrees%s; if %.3g is meant in "
+          "plane strain, give %s plane_strain, else %s triaxial",
+          name, (double)angle, (double)m->acts[1], m->acts[1] < 90 ? "" : " or more, so that it hardly flows",
+          (double)angle, fit, fit));
     if (angle > 0 && angle < ANGLE)
-      PetscCall(MPMWarn(&mpm->core.print, "%s %g is in degrees; if radians are meant, write %.3g", name,
-                         (double)angle, (double)(angle * 180 / PETSC_PI)));
+      PetscCall(MPMWarn(&mpm->core.print, "%s %g is in degrees; if radians are meant, write %.3g", name, (double)angle,
+                        (double)(angle * 180 / PETSC_PI)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -364,9 +387,10 @@ static PetscErrorCode WarnFall(MPM mpm)
     }
   }
   if (!walls || g[down] == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(
-      MPMWarn(&mpm->core.print, "gravity points away from every wall, along %c%c: nothing holds the bodies; turn -gravity, or choose -bc_%s_type",
-               g[down] > 0 ? '+' : '-', "xyz"[down], MPMFaceNames[2 * down + (g[down] > 0)]));
+  PetscCall(MPMWarn(
+      &mpm->core.print,
+      "gravity points away from every wall, along %c%c: nothing holds the bodies; turn -gravity, or choose -bc_%s_type",
+      g[down] > 0 ? '+' : '-', "xyz"[down], MPMFaceNames[2 * down + (g[down] > 0)]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -379,14 +403,22 @@ PetscErrorCode MPMDoubtsWarn(MPM mpm, PetscReal steps, PetscReal seconds)
 
   PetscFunctionBeginUser;
   if (shift > SHIFT_WARN)
-    PetscCall(MPMWarn(&mpm->core.print, "coordinates up to %g m are large beside cells of %g m: rounding may shift the particles by %.2g of their spacing; move the origin into the scene",
-                       (double)x, (double)MPMGridSmallestH(&mpm->core.grid), (double)shift));
+    PetscCall(MPMWarn(
+        &mpm->core.print,
+        "coordinates up to %g m are large beside cells of %g m: rounding may shift the particles by %.2g of their "
+        "spacing; move the origin into the scene",
+        (double)x, (double)MPMGridSmallestH(&mpm->core.grid), (double)shift));
   if (steps > MOST_STEPS)
-    PetscCall(MPMWarn(&mpm->core.print, "%.3g steps are more than a run makes, %.0f: it will end early; choose an earlier -time_end, larger cells or a slower wave",
-                       (double)steps, MOST_STEPS));
+    PetscCall(MPMWarn(
+        &mpm->core.print,
+        "%.3g steps are more than a run makes, %.0f: it will end early; choose an earlier -time_end, larger cells or "
+        "a slower wave",
+        (double)steps, MOST_STEPS));
   if (seconds > YEAR)
-    PetscCall(MPMWarn(&mpm->core.print, "the run would take about %.2g years; choose an earlier -time_end, larger cells or a larger time step",
-                       (double)(seconds / YEAR)));
+    PetscCall(
+        MPMWarn(&mpm->core.print,
+                "the run would take about %.2g years; choose an earlier -time_end, larger cells or a larger time step",
+                (double)(seconds / YEAR)));
   PetscCall(NoteSteps(mpm, steps));
   PetscCall(WarnLocking(mpm));
   PetscCall(WarnSink(mpm));

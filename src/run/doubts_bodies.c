@@ -106,21 +106,29 @@ static PetscErrorCode WarnTable(MPM mpm, const MPMBody *b, Table *t)
     grid *= mpm->core.grid.upper[d] - mpm->core.grid.lower[d];
   }
   if (t->near)
-    PetscCall(MPMWarn(&mpm->core.print, "%" PetscInt64_FMT " of the %" PetscInt64_FMT
-                       " particles of %s lie at the place of another one, or nearer than a quarter of their size, the first is number %" PetscInt64_FMT " of %s: matter is there twice",
-                       t->near, b->n, b->name, t->at - b->first + 1, b->points->path));
+    PetscCall(MPMWarn(
+        &mpm->core.print,
+        "%" PetscInt64_FMT " of the %" PetscInt64_FMT
+        " particles of %s lie at the place of another one, or nearer than a quarter of their size, the first is number %" PetscInt64_FMT
+        " of %s: matter is there twice",
+        t->near, b->n, b->name, t->at - b->first + 1, b->points->path));
   if (have > grid)
-    PetscCall(MPMWarn(&mpm->core.print, "the particles of %s have a volume of %.3g m^%" PetscInt_FMT
-                       " together, more than the grid, %.3g; see the column volume of %s, and its unit",
-                       b->name, (double)have, dim, (double)grid, b->points->path));
+    PetscCall(MPMWarn(&mpm->core.print,
+                      "the particles of %s have a volume of %.3g m^%" PetscInt_FMT
+                      " together, more than the grid, %.3g; see the column volume of %s, and its unit",
+                      b->name, (double)have, dim, (double)grid, b->points->path));
   else if (have > FULL * (PetscReal)t->cells * cell)
-    PetscCall(MPMWarn(&mpm->core.print, "the particles of %s have a volume of %.3g m^%" PetscInt_FMT
-                       " together, and the %" PetscInt64_FMT " cells in which they lie %.3g; see the column volume of %s, and its unit",
-                       b->name, (double)have, dim, t->cells, (double)((PetscReal)t->cells * cell), b->points->path));
+    PetscCall(MPMWarn(&mpm->core.print,
+                      "the particles of %s have a volume of %.3g m^%" PetscInt_FMT " together, and the %" PetscInt64_FMT
+                      " cells in which they lie %.3g; see the column volume of %s, and its unit",
+                      b->name, (double)have, dim, t->cells, (double)((PetscReal)t->cells * cell), b->points->path));
   if (t->large)
-    PetscCall(MPMWarn(&mpm->core.print, "%" PetscInt64_FMT " of the %" PetscInt64_FMT
-                       " particles of %s are larger than %d cells, the largest has %.3g: they leave gaps; give more and smaller ones, or larger cells",
-                       t->large, b->n, b->name, LARGE, (double)(t->most / cell)));
+    PetscCall(MPMWarn(
+        &mpm->core.print,
+        "%" PetscInt64_FMT " of the %" PetscInt64_FMT
+        " particles of %s are larger than %d cells, the largest has %.3g: they leave gaps; give more and smaller "
+        "ones, or larger cells",
+        t->large, b->n, b->name, LARGE, (double)(t->most / cell)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -166,8 +174,9 @@ static PetscErrorCode WarnShapes(MPM mpm)
 
     if (!(PetscAbsReal(have / shape - 1) > MPM_FIT_MOST)) continue;
     MPMFitTell(b, grid, shape, why);
-    PetscCall(MPMWarn(&mpm->core.print, "the particles of %s have a volume of %.3g m^%" PetscInt_FMT ", and its shape %.3g: %s",
-                       b->name, (double)have, grid->dim, (double)shape, why));
+    PetscCall(MPMWarn(&mpm->core.print,
+                      "the particles of %s have a volume of %.3g m^%" PetscInt_FMT ", and its shape %.3g: %s", b->name,
+                      (double)have, grid->dim, (double)shape, why));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -192,8 +201,11 @@ static PetscErrorCode WarnOnWalls(MPM mpm)
       (void)snprintf(offset + strlen(offset), sizeof offset - strlen(offset), "%s%.10g", d ? "," : "", (double)at);
     }
     if (any)
-      PetscCall(MPMWarn(&mpm->core.print, "particles of %s would start exactly on a wall, and start a tenth of their spacing inside: what should rest does not; use -body_%s_offset %s",
-                         b->name, b->name, offset));
+      PetscCall(MPMWarn(
+          &mpm->core.print,
+          "particles of %s would start exactly on a wall, and start a tenth of their spacing inside: what should rest "
+          "does not; use -body_%s_offset %s",
+          b->name, b->name, offset));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

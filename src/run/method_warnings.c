@@ -15,8 +15,8 @@ static PetscErrorCode Warn(MPM mpm, const char format[], ...)
   va_start(args, format);
   (void)vsnprintf(text, sizeof text, format, args);
   va_end(args);
-  PetscCall(MPMWarn(&mpm->core.print, "%s with %s and %s %s", MPMBasisNames[mpm->core.basis],
-                     mpm->method.scheme->name, mpm->method.transfer->name, text));
+  PetscCall(MPMWarn(&mpm->core.print, "%s with %s and %s %s", MPMBasisNames[mpm->core.basis], mpm->method.scheme->name,
+                    mpm->method.transfer->name, text));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -109,8 +109,10 @@ static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
   if (cure[0])
     (void)snprintf(shorter, sizeof shorter, "%.1800s %s", cure, mpm->time.fixed > 0 ? "-dt_size auto" : "-dt_cfl 0.4");
   if (!stable.known)
-    PetscCall(MPMNote(&core->print, "it has not been measured up to which time step %s with %s and %s is stable; compare with a run of half of it",
-                       MPMBasisNames[core->basis], mpm->method.scheme->name, mpm->method.transfer->name));
+    PetscCall(MPMNote(
+        &core->print,
+        "it has not been measured up to which time step %s with %s and %s is stable; compare with a run of half of it",
+        MPMBasisNames[core->basis], mpm->method.scheme->name, mpm->method.transfer->name));
   if (C > stable.rest * (1 + 1e-9))
     PetscCall(Warn(mpm, "is stable up to dt = %g h/c, and dt is %.3g h/c: expect the run to blow up; use %s",
                    (double)stable.rest, (double)C, shorter));

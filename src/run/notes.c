@@ -22,9 +22,9 @@ static PetscErrorCode NoteCrowd(MPM mpm)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &cores, (PetscMPIInt)sizeof cores, MPI_BYTE, MPI_BOR, node));
   PetscCallMPI(MPI_Comm_free(&node));
   if (processes > CPU_COUNT(&cores))
-    PetscCall(
-        MPMNote(&mpm->core.print, "%d processes share %d core%s of this computer: they take turns, and more than %d are no faster",
-                 processes, CPU_COUNT(&cores), CPU_COUNT(&cores) > 1 ? "s" : "", CPU_COUNT(&cores)));
+    PetscCall(MPMNote(&mpm->core.print,
+                      "%d processes share %d core%s of this computer: they take turns, and more than %d are no faster",
+                      processes, CPU_COUNT(&cores), CPU_COUNT(&cores) > 1 ? "s" : "", CPU_COUNT(&cores)));
 #else
   (void)mpm; /* simulated processes always share a core */
 #endif
@@ -76,8 +76,8 @@ static PetscErrorCode NoteVector(MPM mpm)
 
   PetscFunctionBeginUser;
   if (wish && wish[0] && strcmp(wish, "8") && strcmp(wish, "4") && strcmp(wish, "2"))
-    PetscCall(MPMNote(&mpm->core.print, "PEBBLE_VECTOR=%s is not 8, 4 or 2: %" PetscInt_FMT " lanes",
-                       wish, MPMKernelWidth()));
+    PetscCall(MPMNote(&mpm->core.print, "PEBBLE_VECTOR=%s is not 8, 4 or 2: %" PetscInt_FMT " lanes", wish,
+                      MPMKernelWidth()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

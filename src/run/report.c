@@ -201,8 +201,10 @@ static PetscErrorCode PrintLoads(MPM mpm)
     if (!n[0])
       PetscCall(MPMWarn(&mpm->core.print, "load %s acts on no particle", load->name));
     else if (!(most > 0))
-      PetscCall(MPMWarn(&mpm->core.print, "load %s is 0 on all of these particles, at the start and after each tenth of -time_end; see -load_%s_value",
-                         load->name, load->name));
+      PetscCall(MPMWarn(
+          &mpm->core.print,
+          "load %s is 0 on all of these particles, at the start and after each tenth of -time_end; see -load_%s_value",
+          load->name, load->name));
   }
   PetscCall(MPMParticlesRestoreView(&mpm->core.particles, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -222,8 +224,9 @@ static PetscErrorCode WarnCuts(MPM mpm)
       PetscCall(MPMSceneCutsNothing(b, mpm->core.grid.dim, cut, &nothing));
       if (!nothing) continue;
       while (&other->region != b->region.others[cut]) other++;
-      PetscCall(MPMWarn(&mpm->core.print, "-body_%s_cut %s removes no particle of %s; check where the shapes are, and their sizes",
-                         b->name, other->name, b->name));
+      PetscCall(MPMWarn(&mpm->core.print,
+                        "-body_%s_cut %s removes no particle of %s; check where the shapes are, and their sizes",
+                        b->name, other->name, b->name));
     }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -236,28 +239,34 @@ static PetscErrorCode PrintWarnings(MPM mpm, PetscReal dt)
 
   PetscFunctionBeginUser;
   if (mpm->scene.overlap)
-    PetscCall(MPMWarn(&mpm->core.print, "%" PetscInt64_FMT
-                       " particles lie in the shape of an earlier body too: matter is there twice",
-                       mpm->scene.overlap));
+    PetscCall(MPMWarn(&mpm->core.print,
+                      "%" PetscInt64_FMT " particles lie in the shape of an earlier body too: matter is there twice",
+                      mpm->scene.overlap));
   if (mpm->scene.behind)
-    PetscCall(MPMWarn(&mpm->core.print, "%" PetscInt64_FMT
-                       " particles start behind a piston, which moves them along; shorten -bc_<f>_distance or cut the body",
-                       mpm->scene.behind));
+    PetscCall(
+        MPMWarn(&mpm->core.print,
+                "%" PetscInt64_FMT
+                " particles start behind a piston, which moves them along; shorten -bc_<f>_distance or cut the body",
+                mpm->scene.behind));
   if (mpm->scene.on_line && mpm->core.basis == MPM_BASIS_linear)
-    PetscCall(MPMWarn(&mpm->core.print, "%" PetscInt64_FMT
-                       " particles start exactly on lines of the grid, where the gradient of the linear basis jumps; shift them by -body_<b>_offset",
-                       mpm->scene.on_line));
+    PetscCall(MPMWarn(
+        &mpm->core.print,
+        "%" PetscInt64_FMT
+        " particles start exactly on lines of the grid, where the gradient of the linear basis jumps; shift them by "
+        "-body_<b>_offset",
+        mpm->scene.on_line));
   for (PetscInt k = 0; k < 2 * mpm->core.grid.dim && !advances; k++)
     PetscCall(MPMSceneWallAdvances(&mpm->scene, &mpm->core, k, mpm->time.end, &advances));
   if (advances)
-    PetscCall(MPMWarn(&mpm->core.print, "a wall of type moving advances along its normal, but its face of the grid stays: right for displacements far below a cell only; a wall of type piston moves through the grid"));
+    PetscCall(MPMWarn(
+        &mpm->core.print,
+        "a wall of type moving advances along its normal, but its face of the grid stays: right for displacements far below a cell only; a wall of type piston moves through the grid"));
   PetscCall(MPMSceneForesee(&mpm->scene, &mpm->core, mpm->time.end, meets));
-  if (meets[0])
-    PetscCall(MPMWarn(&mpm->core.print, "%s, which ends the run; choose an earlier -time_end", meets));
+  if (meets[0]) PetscCall(MPMWarn(&mpm->core.print, "%s, which ends the run; choose an earlier -time_end", meets));
   if (mpm->time.fixed > MPMViscousStep(&mpm->core))
-    PetscCall(
-        MPMWarn(&mpm->core.print, "dt is above the bound of viscosity, h^2/(2 dim nu) = %.3g s: expect the run to blow up",
-                 (double)MPMViscousStep(&mpm->core)));
+    PetscCall(MPMWarn(&mpm->core.print,
+                      "dt is above the bound of viscosity, h^2/(2 dim nu) = %.3g s: expect the run to blow up",
+                      (double)MPMViscousStep(&mpm->core)));
   PetscCall(MPMDoubtsBodies(mpm));
   PetscCall(WarnCuts(mpm));
   PetscCall(MPMMethodWarnings(mpm, dt));

@@ -73,12 +73,14 @@ PetscErrorCode MPMReportEnergy(MPM mpm)
                        mpm->core.damping.stops));
   if (MPMEnergyIsFollowed(mpm) && residual > MPM_ENERGY_GROWN * (mpm->monitor.energy_max + PetscAbsReal(work)))
     PetscCall(MPMWarn(&mpm->core.print, "energy grew by %.2g of its largest value, which nothing in the scene explains",
-                       (double)(residual / (mpm->monitor.energy_max + PetscAbsReal(work)))));
+                      (double)(residual / (mpm->monitor.energy_max + PetscAbsReal(work)))));
   if (mpm->courant > 1)
-    PetscCall(MPMWarn(&mpm->core.print, "dt reached %.3g h/(c+|v|) on the way, above the bound 1: do not trust the results",
-                       (double)mpm->courant));
+    PetscCall(MPMWarn(&mpm->core.print,
+                      "dt reached %.3g h/(c+|v|) on the way, above the bound 1: do not trust the results",
+                      (double)mpm->courant));
   else if (mpm->wave > MPMStableOf(&mpm->core, &mpm->method).rest * (1 + 1e-9))
-    PetscCall(MPMWarn(&mpm->core.print, "dt reached %.3g h/c on the way, and the method is stable up to %g: do not trust the results",
-        (double)mpm->wave, (double)MPMStableOf(&mpm->core, &mpm->method).rest));
+    PetscCall(MPMWarn(&mpm->core.print,
+                      "dt reached %.3g h/c on the way, and the method is stable up to %g: do not trust the results",
+                      (double)mpm->wave, (double)MPMStableOf(&mpm->core, &mpm->method).rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -146,7 +146,8 @@ static PetscErrorCode KeepOld(MPM mpm, MPMOptions o)
   if (n)
     MPMOptionsFail(
         o,
-        "-output_replace false: %s is there; go on from it (-restart_file latest), or give another -output_name or -output_dir",
+        "-output_replace false: %s is there; go on from it (-restart_file latest), or give another -output_name or "
+        "-output_dir",
         path);
   PetscCall(PetscFree(numbers));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -223,7 +224,8 @@ PetscErrorCode MPMRestartCheckFields(MPM mpm)
   if (strcmp(has, needs))
     (void)snprintf(
         mpm->core.stop, sizeof mpm->core.stop,
-        "-restart_file %.1000s has the fields %.300s of particles, and this run needs %.300s; another version of pebble "
+        "-restart_file %.1000s has the fields %.300s of particles, and this run needs %.300s; another version of "
+        "pebble "
         "wrote it",
         mpm->checkpoint.from, has, needs);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -353,13 +355,14 @@ PetscErrorCode MPMRestartFiles(MPM mpm)
   char           path[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  if (c->fallback[0])
-    PetscCall(MPMWarn(&mpm->core.print, "%s; going on from the one before", c->fallback));
+  if (c->fallback[0]) PetscCall(MPMWarn(&mpm->core.print, "%s; going on from the one before", c->fallback));
   PetscCall(MPMPrint(&mpm->core.print, "restart    from step %" PetscInt_FMT ", t=%g s of %s\n", c->step, (double)c->t,
                      c->from));
   if (strcmp(c->git, MPMVersionGit))
-    PetscCall(MPMNote(&mpm->core.print, "%s wrote the checkpoint, and this is %s: the bits may differ from those of a run without a restart",
-                       c->git, MPMVersionGit));
+    PetscCall(
+        MPMNote(&mpm->core.print,
+                "%s wrote the checkpoint, and this is %s: the bits may differ from those of a run without a restart",
+                c->git, MPMVersionGit));
   PetscCall(MPMCheckpointList(mpm, mpm->core.exchange.data, &n, &numbers));
   for (PetscInt k = 0; k < n; k++) {
     MPMCheckpointPath(mpm, numbers[k], path);
@@ -367,9 +370,10 @@ PetscErrorCode MPMRestartFiles(MPM mpm)
   }
   if (n && here > 0 && numbers[0] > here && !c->fallback[0]) {
     MPMCheckpointPath(mpm, numbers[0], path);
-    PetscCall(
-        MPMWarn(&mpm->core.print, "there are later checkpoints, to %s: -restart_file latest takes that one until this run has written its own",
-                 path));
+    PetscCall(MPMWarn(
+        &mpm->core.print,
+        "there are later checkpoints, to %s: -restart_file latest takes that one until this run has written its own",
+        path));
   }
   PetscCall(PetscFree(numbers));
   if (mpm->monitor.every != c->history_was || mpm->output.every != c->output_was)

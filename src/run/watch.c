@@ -125,8 +125,9 @@ PetscErrorCode MPMWatchStep(MPM mpm, PetscReal dt)
   PetscCall(FindCause(mpm));
   if (told) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Clear(mpm));
-  PetscCall(MPMWarn(&mpm->core.print, "dt has fallen to %.3g s at t=%g s, from %.3g s: %s limits it; about %.3g steps are left",
-                     (double)dt, (double)w->t, (double)w->first, w->cause, (double)((mpm->time.end - w->t) / dt)));
+  PetscCall(MPMWarn(&mpm->core.print,
+                    "dt has fallen to %.3g s at t=%g s, from %.3g s: %s limits it; about %.3g steps are left",
+                    (double)dt, (double)w->t, (double)w->first, w->cause, (double)((mpm->time.end - w->t) / dt)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -177,8 +178,11 @@ PetscErrorCode MPMWatchRest(MPM mpm)
   PetscCall(MPMFoundAgree(&most, core->exchange.data));
   if (!(most.value > MPM_RESTLESS)) PetscFunctionReturn(PETSC_SUCCESS);
   MPMPlaceWords(dim, most.x, place);
-  PetscCall(MPMWarn(&core->print, "%s does not rest in its stress of -initial_stress k0: near %s it starts with an acceleration of %.2g g. It needs a level surface, a wall below and walls at all sides; else let it settle with -damping_kinetic",
-                     NameOf(mpm, &most), place, (double)most.value));
+  PetscCall(MPMWarn(
+      &core->print,
+      "%s does not rest in its stress of -initial_stress k0: near %s it starts with an acceleration of %.2g g. It "
+      "needs a level surface, a wall below and walls at all sides; else let it settle with -damping_kinetic",
+      NameOf(mpm, &most), place, (double)most.value));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -209,7 +213,7 @@ static PetscErrorCode WatchParting(MPM mpm)
     if (!noisy) MPMPartingCure(mpm, &wide, cure);
     PetscCall(Clear(mpm));
     PetscCall(MPMWarn(&core->print, "seen at t=%g s: %.600s%s%.300s; use %.600s", (double)core->t, what,
-                       noisy ? "; " : "", noise, cure));
+                      noisy ? "; " : "", noise, cure));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -279,7 +283,10 @@ PetscErrorCode MPMWatchEnd(MPM mpm)
 
   PetscFunctionBeginUser;
   if (w->cause[0])
-    PetscCall(MPMWarn(&mpm->core.print, "dt fell to %.3g s at t=%g s, %.2g of the first: %s limits it; if this is not intended, make the body stiffer or reduce its loads and velocities",
-                       (double)w->least, (double)w->t, (double)(w->least / w->first), w->cause));
+    PetscCall(MPMWarn(
+        &mpm->core.print,
+        "dt fell to %.3g s at t=%g s, %.2g of the first: %s limits it; if this is not intended, make the body stiffer "
+        "or reduce its loads and velocities",
+        (double)w->least, (double)w->t, (double)(w->least / w->first), w->cause));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
