@@ -187,8 +187,8 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
     press[d] = PetscAbsReal(at[d] - trial[d]);
     met |= (PetscInt)1 << d;
   }
-  for (PetscInt d = 0; d < dim;
-       d++) { /* after all of them, so that friction at an edge takes nothing that another stops */
+  /* After all of them, so that friction at an edge takes nothing that another stops. */
+  for (PetscInt d = 0; d < dim; d++) {
     const MPMFace *f = &faces[d][ijk[d] <= 0 ? 0 : 1];
 
     if ((met & (PetscInt)1 << d) && MPMWallHas(f->type, MPM_WALL_BRAKES)) Brake(dim, d, f->mu * press[d], at);
