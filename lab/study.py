@@ -42,18 +42,8 @@ class Study:
         if words.program:
             os.environ["PEBBLE"] = os.path.abspath(words.program)
         given = ["-options_file", words.scene, *pebbles]
-        old = next((word for word in pebbles if word.startswith("-study_")), None)
-        if old:
-            raise scene.Refused(f"{old} is an option of pebble-study: pebble-study -help names what takes its place")
         self.options = scene.database(given, self.processes)
         self.dry = words.dry_run or "-dry_run" in pebbles
-        finest = self.options.get("reference_type") == "finest"
-        if finest or any(name.startswith("study_") for name in self.options):
-            wrong = next((f"-{name}" for name in self.options if name.startswith("study_")), "-reference_type finest")
-            raise scene.Refused(
-                f"{wrong}: remove it from the scene; pebble-study has options of its own"
-                + (", and compares with the finest run where no solution is known" if finest else "")
-            )
         if "time_max_steps" in self.options:
             raise scene.Refused("-time_max_steps does not apply: the runs of a study end at the same time, -time_end")
         for name in ("checkpoint_every", "checkpoint_steps", "restart_file"):

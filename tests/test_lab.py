@@ -183,7 +183,7 @@ REFUSED = [
         "-time_max_steps does not apply: the runs of a study end at the same time",
     ),
     (["convergence", "-checkpoint_every", "1"], "-checkpoint_every does not apply"),
-    (["convergence", "-study_levels", "3"], "-study_levels is an option of pebble-study"),
+    (["convergence", "-study_levels", "3"], "-study_levels is no option: it is --levels of pebble-study"),
     (["convergence", "-dt_clf", "0.2"], "-dt_clf"),
     (
         ["convergence", "--vary", "ppc", "-body_b_ppc", "40", "--levels", "2", *SWINGS],

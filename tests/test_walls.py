@@ -210,13 +210,15 @@ def check_on_walls():
 def check_edges():
     """Pistons that meet in edges: with gimp nodes beyond the faces get the velocity of the edge. And the velocities of the nodes in the
     snapshot of the start, when no step has been made, are numbers."""
-    for basis in ("linear", "gimp", "gimp -method_gimp_update stretch", "bspline3"):
-        lines = ["-dim 2", "-grid_lower 0,0", "-grid_upper 1,1", "-grid_cells 12,12", *(f"-bc_{face}_type piston" for face in ("xmin", "xmax", "ymin", "ymax")),
-                 *(f"-bc_{face}_velocity 0" for face in ("xmin", "xmax", "ymin", "ymax")), *material(rho=1000, E=1e4, nu=0.3), "-bodies b", "-body_b_shape box", "-body_b_lower 0,0", "-body_b_upper 1,1",
-                 "-body_b_material m", '-body_b_velocity "0.2*sin(2*pi*x), -0.2*sin(2*pi*y)"', "-dt_size 0.005", "-time_end 0.3", "-output_every 1e9"]
+    for dim, basis in ((2, "linear"), (2, "gimp"), (2, "gimp -method_gimp_update stretch"), (2, "bspline3"), (3, "gimp -method_gimp_update stretch")):
+        every, faces = lambda value, n=dim: ",".join([value] * n), [axis + side for axis in "xyz"[:dim] for side in ("min", "max")]
+        lines = [f"-dim {dim}", "-grid_lower " + every("0"), "-grid_upper " + every("1"), "-grid_cells " + every("12" if dim == 2 else "8"), *(f"-bc_{face}_type piston" for face in faces),
+                 *(f"-bc_{face}_velocity 0" for face in faces), *material(rho=1000, E=1e4, nu=0.3), "-bodies b", "-body_b_shape box", "-body_b_lower " + every("0"), "-body_b_upper " + every("1"),
+                 "-body_b_material m", '-body_b_velocity "' + ",".join(["0.2*sin(2*pi*x)", "-0.2*sin(2*pi*y)", "0.1*sin(2*pi*z)"][:dim]) + '"', "-dt_size 0.005", f"-time_end {0.3 if dim == 2 else 0.1}",
+                 "-output_every 1e9"]
         found, _ = run("edges", lines, "-method_transfer", "apic", "-method_update", "usl", "-method_basis", *basis.split())
         total = found["kinetic_energy"] + found["strain_energy"]
-        check.that(total.max() < 1.06 * total[0], f"a block between pistons, {basis}: its energy grows by {total.max() / total[0] - 1:.1e} at most")
+        check.that(total.max() < 1.06 * total[0], f"a block between pistons, {dim}-D {basis}: its energy grows by {total.max() / total[0] - 1:.1e} at most")
     for name in ("friction", "gate", "impact"):
         check.must("-options_file", check.scene(name), "-time_max_steps", 0, "-output_dir", ".", "-output_name", "start", "-output_fields", "grid")
         with h5py.File(sorted(glob.glob("start.snapshots/*.h5"))[0]) as file:

@@ -16,40 +16,20 @@ PetscErrorCode MPMPrint(const MPMPrinter *printer, const char format[], ...)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints a line with a label. */
-static PetscErrorCode Line(const MPMPrinter *printer, const char label[], const char format[], va_list args)
+PetscErrorCode MPMSay(const MPMPrinter *printer, const char label[], const char format[], ...)
 {
   PetscMPIInt rank;
+  va_list     args;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(printer->comm, &rank));
   if (rank || printer->quiet) PetscFunctionReturn(PETSC_SUCCESS);
+  va_start(args, format);
   (void)printf("%-10s ", label);
   (void)vprintf(format, args);
   (void)printf("\n");
+  va_end(args);
   (void)fflush(stdout);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode MPMWarn(const MPMPrinter *printer, const char format[], ...)
-{
-  va_list args;
-
-  PetscFunctionBeginUser;
-  va_start(args, format);
-  PetscCall(Line(printer, "warning", format, args));
-  va_end(args);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode MPMNote(const MPMPrinter *printer, const char format[], ...)
-{
-  va_list args;
-
-  PetscFunctionBeginUser;
-  va_start(args, format);
-  PetscCall(Line(printer, "note", format, args));
-  va_end(args);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

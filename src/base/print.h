@@ -13,9 +13,10 @@ typedef struct {
    collective. */
 PetscErrorCode MPMPrint(const MPMPrinter *, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
 
-/* Print a warning or a note: its label, in the margin of all lines, the text, and the end of the line. Not collective. */
-PetscErrorCode MPMWarn(const MPMPrinter *, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
-PetscErrorCode MPMNote(const MPMPrinter *, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
+/* Prints a line: its label in the margin, and the text, which ends it. Not collective. */
+PetscErrorCode MPMSay(const MPMPrinter *, const char label[], const char format[], ...) PETSC_ATTRIBUTE_FORMAT(3, 4);
+#define MPMWarn(printer, ...) MPMSay(printer, "warning", __VA_ARGS__)
+#define MPMNote(printer, ...) MPMSay(printer, "note", __VA_ARGS__)
 
 /* Writes a time in s with two digits and the unit that suits it, as in "34 minutes". Not collective. */
 void MPMTimeWords(PetscReal seconds, char words[MPM_NAME_LEN]);
