@@ -55,7 +55,7 @@ def option_words():
         rows = re.findall(r'^MPM_OPTION\("([^"]+)", \w+, "?([^",]*)', file.read(), re.M)
     words = {"-" + re.sub("<[mb]>", lambda group: group[0][1], name) for name, _ in rows}
     words |= {value for _, allowed in rows for value in re.split(r"[| ]", allowed) if value.isalpha()}
-    for table in ("physics/material.def", "physics/region.def", "physics/wall.def", "physics/basis.def", "step/transfer.def", "physics/reference.def"):
+    for table in ("physics/material.def", "physics/region.def", "physics/wall.def", "physics/basis.def", "step/transfer.def", "known/reference.def"):
         with open(os.path.join(SOURCE, "src", table), encoding="utf-8") as file:
             words |= set(re.findall(r"^MPM_\w+\((\w+),", file.read(), re.M))
     return sorted(words | {"-prefix_push ", "-prefix_pop\\x0a", "-options_file ", "\\x0a-", "\\xe2\\x88\\x92", "\\xef\\xbb\\xbf", "nan", "1e999", "sin(", "pi", "{", "[", ": "})

@@ -56,13 +56,13 @@ def vocabulary():
             check.fault(f"{row[0]} of {path}: -help has no option of {missing}" if missing else None)
     ways = [row[0] for row in map(columns, table("parallel/exchange.def", "MPM_EXCHANGE")) if row[1] == "PETSC_TRUE"]
     check.that(sorted(ways) == sorted(values(text, "parallel_strategy")), f"-parallel_strategy takes {' '.join(ways)}")
-    known = [columns(row) for row in table("physics/reference.def", "MPM_REFERENCE")]
+    known = [columns(row) for row in table("known/reference.def", "MPM_REFERENCE")]
     for option, flag, more in (("mms_type", "PETSC_TRUE", []), ("reference_type", "PETSC_FALSE", ["expression"])):
         named = ["none"] + [row[0] for row in known if row[1] == flag] + more
         check.that(sorted(named) == sorted(values(text, option)), f"-{option} takes {' '.join(named)}")
     check.need(len(known) == len(values(text, "mms_type")) + len(values(text, "reference_type")) - 3,
                "a known solution is of neither kind")
-    words = [row[2] for row in map(columns, table("output/diagnostics.def", "MPM_PARTICLE_QUANTITY")) if row[2]]
+    words = [row[2] for row in map(columns, table("results/diagnostics.def", "MPM_PARTICLE_QUANTITY")) if row[2]]
     check.that(sorted(words + ["grid"]) == sorted(values(text, "output_fields")), f"-output_fields takes {' '.join(words)} grid")
 
 

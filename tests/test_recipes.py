@@ -145,9 +145,9 @@ static PetscBool MPMWallApply_shaker(MPM_WALL_ARGUMENTS)
 
 """)]
 
-DIAGNOSTIC = [("src/output/diagnostics.def", None, """\
+DIAGNOSTIC = [("src/results/diagnostics.def", None, """\
 MPM_PARTICLE_QUANTITY(spin, FIELD | COLUMN, "spin", "kg m^2/s", "", 1, PETSC_FALSE, 0, 0)
-"""), ("src/output/diagnostics.c", "static void Fill_kinetic_energy", """\
+"""), ("src/results/diagnostics.c", "static void Fill_kinetic_energy", """\
 static void Fill_spin(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   const PetscReal *x = v->x + 2 * p, *u = v->v + 2 * p;
@@ -158,9 +158,9 @@ static void Fill_spin(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal
 """)]
 
 # Fields that read F, which some laws can do without, and X, which most scenes do not have.
-STRAIN = [("src/output/diagnostics.def", None, """\
+STRAIN = [("src/results/diagnostics.def", None, """\
 MPM_PARTICLE_QUANTITY(strain, FIELD, "strain", "1", "", 1, PETSC_FALSE, 0, MPM_BIT(F))
-"""), ("src/output/diagnostics.c", "static void Fill_stress", """\
+"""), ("src/results/diagnostics.c", "static void Fill_stress", """\
 static void Fill_strain(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   PetscReal F[9], all = 0;
@@ -171,9 +171,9 @@ static void Fill_strain(const MPMShown *s, const MPMView *v, PetscInt p, PetscRe
 }
 
 """)]
-SHIFT = [("src/output/diagnostics.def", None, """\
+SHIFT = [("src/results/diagnostics.def", None, """\
 MPM_PARTICLE_QUANTITY(shift, FIELD, "shift", "m", "x y z", 3, PETSC_FALSE, 0, MPM_BIT(X))
-"""), ("src/output/diagnostics.c", "static void Fill_stress", """\
+"""), ("src/results/diagnostics.c", "static void Fill_stress", """\
 static void Fill_shift(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   const PetscInt dim = s->core->grid.dim;
@@ -182,7 +182,7 @@ static void Fill_shift(const MPMShown *s, const MPMView *v, PetscInt p, PetscRea
 }
 
 """)]
-MEASURE = [("src/output/measures.def", None, """\
+MEASURE = [("src/results/measures.def", None, """\
 MPM_BODY_QUANTITY(most_strain, MOST, strain, "1", 1)
 MPM_BODY_QUANTITY(mean_strain, MEAN, strain, "1", 1)
 MPM_BODY_QUANTITY(least_shift, LEAST, shift, "m", 3)

@@ -6,7 +6,7 @@
 #include <petscsys.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include "output/checkpoint.h"
+#include "results/checkpoint.h"
 #include "unit_particles.h"
 
 #if defined(PETSC_HAVE_HDF5)

@@ -3,7 +3,7 @@
    the derivatives of its displacement; walls and free surfaces are met; scenes that do not fit are refused.
 
    A new row needs its scene in Scene(). */
-#include "physics/reference.h"
+#include "known/reference.h"
 #include "unit.h"
 
 typedef void (*Values)(const MPMReferenceData *, const PetscReal X[], PetscReal t, PetscReal value[]);

@@ -77,7 +77,7 @@ def round_time(time, step, every=0):
     return float(f"{time:.4g}")
 
 
-# ---- Exact solutions: displacements at time t of particles that started at X, as src/physics/reference.c has them
+# ---- Exact solutions: displacements at time t of particles that started at X, as src/known/reference.c has them
 
 def exact(options, X, t):
     kind = options.get("mms_type", options.get("reference_type"))

@@ -164,7 +164,7 @@ typedef struct {
   PetscReal  *impulse;  /* [columns] kg m/s */
 } MPMPistons;
 
-#define MPM_NUM_LOST 11 /* components of the rows LOST of output/diagnostics.def */
+#define MPM_NUM_LOST 11 /* components of the rows LOST of results/diagnostics.def */
 
 struct _MPMCore {
   MPI_Comm        comm;
@@ -187,7 +187,7 @@ struct _MPMCore {
   MPMPistons     *pistons;            /* or NULL: there is none */
   MPMVolumes      volumes;
   MPMReactions   *reactions;          /* or NULL: the history asks for none */
-  MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (output/lost.c) */
+  MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (results/lost.c) */
   PetscReal       t, kicked;          /* s; s, the sum of params.kick: velocities have changed over this time */
   PetscInt        step;
   char            stop[MPM_TEXT_LEN]; /* why the run has to stop early; it is empty if the run need not */

@@ -3,7 +3,7 @@
 #include <unistd.h>
 #include "base/fault.h"
 #include "base/signals.h"
-#include "output/checkpoint.h"
+#include "results/checkpoint.h"
 #include "run/restart.h"
 
 /* --- Names: <output_dir>/<name>-checkpoint-<number>.h5, numbered as they are written -------------------------------- */

@@ -8,7 +8,7 @@
 #define MPM_MPM_H
 
 #include "cost/cost.h"
-#include "output/output.h"
+#include "results/output.h"
 #include "run/watch.h"
 
 /* What the printing functions keep between calls. */

@@ -4,7 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include "base/fault.h"
-#include "output/hdf5.h"
+#include "results/hdf5.h"
 #include "run/mpm.h"
 
 #if defined(PETSC_HAVE_HDF5)

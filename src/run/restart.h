@@ -2,7 +2,7 @@
 #ifndef MPM_RESTART_H
 #define MPM_RESTART_H
 
-#include "output/checkpoint.h"
+#include "results/checkpoint.h"
 #include "run/mpm.h"
 
 #define MPM_MAX_KEPT 64

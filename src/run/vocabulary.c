@@ -66,10 +66,10 @@ static const char balances[] =
 #define MPM_ENERGY_QUANTITY(name, uses)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
 static const char fields[] =
-#include "output/diagnostics.def"
+#include "results/diagnostics.def"
     "grid";
 static const char probe_fields[] =
-#include "output/diagnostics.def"
+#include "results/diagnostics.def"
     "";
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
@@ -79,7 +79,7 @@ static const char probe_fields[] =
 #define MPM_WALL_QUANTITY(name, unit, nc)
 #define MPM_BODY_QUANTITY(name, how, of, unit, nc) " " #name
 static const char body_quantities[] =
-#include "output/measures.def"
+#include "results/measures.def"
     "";
 #undef MPM_WALL_QUANTITY
 #undef MPM_BODY_QUANTITY
@@ -87,12 +87,12 @@ static const char body_quantities[] =
 /* Known solutions: those with a force of their own are values of -mms_type, the others of -reference_type. */
 #define MPM_REFERENCE(name, manufactured, parameters, what) MPM_IF_##manufactured("|" #name, "")
 static const char manufactured[] = "none"
-#include "physics/reference.def"
+#include "known/reference.def"
                                    "";
 #undef MPM_REFERENCE
 #define MPM_REFERENCE(name, manufactured, parameters, what) MPM_IF_##manufactured("", "|" #name)
 static const char references[] = "none"
-#include "physics/reference.def"
+#include "known/reference.def"
                                  "|expression";
 #undef MPM_REFERENCE
 

@@ -6,7 +6,7 @@
 #include "options/options.h"
 #include "parallel/core.h"
 #include "physics/start_state.h"
-#include "physics/reference.h"
+#include "known/reference.h"
 #include "physics/region.h"
 #include "physics/wall.h"
 

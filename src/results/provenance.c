@@ -1,5 +1,5 @@
 /* provenance.c - what made a file of results: scene, program, libraries, machine, options, grid. */
-#include "output/provenance.h"
+#include "results/provenance.h"
 #if defined(PETSC_HAVE_HDF5)
 
 PetscErrorCode MPMProvenanceWrite(const MPMCore *core, const MPMScene *scene, hid_t file, size_t *room)

@@ -8,8 +8,8 @@
 #include <errno.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include "output/hdf5.h"
-#include "output/output.h"
+#include "results/hdf5.h"
+#include "results/output.h"
 
 /* The files of a run by the ends of their names. begin: what stands in the first lines of each; or: what stood there in
    files of the first version. */

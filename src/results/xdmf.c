@@ -4,7 +4,7 @@
    first, since meshio takes the last part of a file. */
 #include <errno.h>
 #include <unistd.h>
-#include "output/output.h"
+#include "results/output.h"
 
 static void XdmfArray(FILE *f, const char indent[], const char dims[], PetscBool whole, const char file[],
                       PetscInt step, const char path[])

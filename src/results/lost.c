@@ -1,14 +1,14 @@
 /* lost.c - what particles take along that leave the grid and are removed (-particles_leave delete): the rows LOST of
    diagnostics.def, as exact sums over the particles that this process has removed. Balances count these particles as if
    they were still there, in the state in which they left. */
-#include "output/diagnostics.h"
+#include "results/diagnostics.h"
 
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc) +nc
 _Static_assert(0
-#include "output/diagnostics.def"
+#include "results/diagnostics.def"
                    == MPM_NUM_LOST,
                "core->lost has a sum for each component");
 #undef MPM_LOST_QUANTITY

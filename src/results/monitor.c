@@ -5,7 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include "base/checksum.h"
-#include "output/output.h"
+#include "results/output.h"
 
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, PetscReal time_end, MPMOptions o,
                                         PetscBool damped, PetscBool *follow)

@@ -2,7 +2,7 @@
 #ifndef MPM_PROVENANCE_H
 #define MPM_PROVENANCE_H
 
-#include "output/hdf5.h"
+#include "results/hdf5.h"
 #include "scene/scene.h"
 #if defined(PETSC_HAVE_HDF5)
 

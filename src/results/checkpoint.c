@@ -12,10 +12,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include "base/fault.h"
-#include "output/checkpoint.h"
-#include "output/hdf5.h"
-#include "output/output.h"
-#include "output/provenance.h"
+#include "results/checkpoint.h"
+#include "results/hdf5.h"
+#include "results/output.h"
+#include "results/provenance.h"
 
 #define HEAD   512                     /* bytes of the user block */
 #define FORMAT "pebble checkpoint 1\n" /* its first line; a program that reads other files has another number */

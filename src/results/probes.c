@@ -5,8 +5,8 @@
      W_p = product over the axes of max(0, 1 - |x_p - place|/h).
    Sums are exact. Where no particle is within a cell size on every axis the values are nan. A probe that goes with a
    particle shows what this has, and where it is; the values are nan once the particle has left the grid. */
-#include "output/measures.h"
-#include "output/output.h"
+#include "results/measures.h"
+#include "results/output.h"
 #include "step/step.h"
 
 /* Returns whether a probe shows component c of a field: those of the axes of the scene, of a symmetric tensor each

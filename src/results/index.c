@@ -1,8 +1,8 @@
 /* index.c - the file <name>.h5, by which all snapshots of a run are read as one: it has the provenance of the run and a
    link /step_000123 to the group of this name in each file of a snapshot. It is written anew for new snapshots. */
-#include "output/hdf5.h"
-#include "output/output.h"
-#include "output/provenance.h"
+#include "results/hdf5.h"
+#include "results/output.h"
+#include "results/provenance.h"
 #if defined(PETSC_HAVE_HDF5)
 
 PetscErrorCode MPMIndexWrite(const MPMOutput *out, const MPMCore *core, const MPMScene *scene, char fault[MPM_TEXT_LEN])

@@ -7,7 +7,7 @@
    Sources: Steffen, Wallstedt, Guilkey, Kirby and Berzins, CMES 31 (2008) 107-127, eqs. (47)-(51); Wallstedt and
    Guilkey, J. Comput. Phys. 227 (2008) 9628-9642; Kamojjala, Brannon, Sadeghirad and Guilkey, Eng. Comput. 31 (2015)
    193-213. tests/unit_reference.c checks that every row satisfies the balance. */
-#include "physics/reference.h"
+#include "known/reference.h"
 
 /* A motion at one particle: displacement [dim] m, velocity [dim] m/s, body force per mass [dim] m/s^2, F [dim*dim]. */
 typedef struct {
@@ -407,7 +407,7 @@ static Motion Rest(PetscInt dim)
   MPM_REFERENCE_PART(name, velocity, v, d->dim)                                                                        \
   MPM_REFERENCE_PART(name, acceleration, b, d->dim)                                                                    \
   MPM_REFERENCE_PART(name, deformation, F, d->dim * d->dim)
-#include "physics/reference.def"
+#include "known/reference.def"
 #undef MPM_REFERENCE
 
 const MPMReference MPMReferences[] = {
@@ -421,7 +421,7 @@ const MPMReference MPMReferences[] = {
    name##_velocity,                                                                                                    \
    manufactured ? name##_acceleration : NULL,                                                                          \
    name##_deformation},
-#include "physics/reference.def"
+#include "known/reference.def"
 #undef MPM_REFERENCE
     {NULL, NULL, PETSC_FALSE, NULL, NULL, NULL, NULL, NULL, NULL}};
 

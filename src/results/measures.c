@@ -1,6 +1,6 @@
 /* measures.c - the columns of the history that one asks for, which are read before the first step and computed for each
    line; those of walls are made here, those of bodies and probes in bodies.c and probes.c. */
-#include "output/measures.h"
+#include "results/measures.h"
 #include "step/step.h"
 
 /* --- Walls -------------------------------------------------------------------------------------------------------- */
@@ -28,7 +28,7 @@ static const struct {
 } quantities[] = {
 #define MPM_WALL_QUANTITY(name, unit, nc) {#name, unit, nc, Wall_##name},
 #define MPM_BODY_QUANTITY(name, how, of, unit, nc)
-#include "output/measures.def"
+#include "results/measures.def"
 #undef MPM_WALL_QUANTITY
 #undef MPM_BODY_QUANTITY
 };

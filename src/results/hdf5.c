@@ -3,8 +3,8 @@
 #include <fcntl.h>
 #include <libgen.h>
 #include <unistd.h>
-#include "output/hdf5.h"
-#include "output/output.h"
+#include "results/hdf5.h"
+#include "results/output.h"
 #if defined(PETSC_HAVE_HDF5)
 
 PetscErrorCode MPMHDF5Attribute(hid_t object, const char name[], hid_t type, hsize_t n, const void *value)

@@ -1,6 +1,6 @@
 /* totals.c - the sums over all particles of the rows of diagnostics.def. */
 #include "base/exact_sum.h"
-#include "output/diagnostics.h"
+#include "results/diagnostics.h"
 
 /* Adds up the sums of core->energy over all processes, if the run has any. Collective on the exchange. */
 static PetscErrorCode ReduceEnergy(const MPMCore *core, PetscReal energy[])

@@ -2,7 +2,7 @@
    particles is averaged at the nodes, weighted by their masses, and the particles read it back (MPMStepRecover). Where
    their own stress is smooth on the grid both agree; what is left is the part that the grid cannot resolve, noise
    included. */
-#include "output/output.h"
+#include "results/output.h"
 #include "step/step.h"
 
 /* Some components of the stress, first .. first+n-1 of those that the dimension has. */

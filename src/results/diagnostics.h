@@ -10,7 +10,7 @@ enum {
 #define MPM_RUN_QUANTITY(name, unit, whole)                                                MPM_SHOWS_##name,
 #define MPM_ENERGY_QUANTITY(name, uses)                                                    MPM_SHOWS_##name,
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                            MPM_SHOWS_##name,
-#include "output/diagnostics.def"
+#include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY

@@ -3,7 +3,7 @@
 #ifndef MPM_MEASURES_H
 #define MPM_MEASURES_H
 
-#include "output/diagnostics.h"
+#include "results/diagnostics.h"
 
 /* A column: its name, its unit, and whether it has whole numbers. */
 typedef struct {

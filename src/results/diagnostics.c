@@ -2,7 +2,7 @@
    steps. A new quantity needs a row there and a function here. Fill_<name> sets row [nc], the quantity of particle p of
    a view; vectors have 3 components, and 0 on missing axes. Value_<name> returns a number of the run. */
 #include "kernels/cell.h"
-#include "output/diagnostics.h"
+#include "results/diagnostics.h"
 #include "step/step.h"
 
 /* --- Quantities of a particle ------------------------------------------------------------------------------------- */
@@ -354,7 +354,7 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
   {#name, "", "J", "", MPM_SHOW_COLUMN | (uses), 1, PETSC_FALSE, 0, 0, NULL, Value_##name, 0},
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)                                                        \
   {#name, "", unit, components, MPM_SHOW_LOST | (uses), nc, PETSC_FALSE, 0, 0, NULL, NULL, MPM_SHOWS_##of},
-#include "output/diagnostics.def"
+#include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
@@ -369,7 +369,7 @@ const MPMDiagnostic MPMDiagnostics[MPM_NUM_DIAGNOSTICS] = {
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
-#include "output/diagnostics.def"
+#include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY

@@ -1,8 +1,8 @@
 /* checkpoint_read.c - reads what checkpoint.c wrote, by functions of HDF5. They see whole checkpoints only
    (MPMCheckpointCheck). Each process opens the file by itself. */
 #include "base/fault.h"
-#include "output/checkpoint.h"
-#include "output/hdf5.h"
+#include "results/checkpoint.h"
+#include "results/hdf5.h"
 
 #if defined(PETSC_HAVE_HDF5)
 

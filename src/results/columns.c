@@ -1,5 +1,5 @@
 /* columns.c - the list of the columns of the history that one asks for (measures.h). */
-#include "output/measures.h"
+#include "results/measures.h"
 
 PetscErrorCode MPMMeasuresAdd(MPMMeasures *m, const char a[], const char b[], const char c[], const char unit[],
                               PetscBool whole)

@@ -1,7 +1,7 @@
 /* bodies.c - sums over the particles of a body as columns of the history (-history_bodies): the rows
    MPM_BODY_QUANTITY of measures.def. Sums are exact, so they are the same on any number of processes. */
-#include "output/measures.h"
-#include "output/output.h"
+#include "results/measures.h"
+#include "results/output.h"
 #include "step/step.h"
 
 typedef enum { NUMBER, SUM, MEAN, LEAST, MOST, LOST } How;
@@ -12,7 +12,7 @@ static const struct {
 } rows[] = {
 #define MPM_WALL_QUANTITY(name, unit, nc)
 #define MPM_BODY_QUANTITY(name, how, of, unit, nc) {#name, unit, how, MPM_SHOWS_##of, nc},
-#include "output/measures.def"
+#include "results/measures.def"
 #undef MPM_WALL_QUANTITY
 #undef MPM_BODY_QUANTITY
 };
@@ -23,7 +23,7 @@ enum { /* the components of the quantities of particles */
 #define MPM_RUN_QUANTITY(name, unit, whole)
 #define MPM_ENERGY_QUANTITY(name, uses)
 #define MPM_LOST_QUANTITY(name, of, uses, unit, components, nc)
-#include "output/diagnostics.def"
+#include "results/diagnostics.def"
 #undef MPM_PARTICLE_QUANTITY
 #undef MPM_RUN_QUANTITY
 #undef MPM_ENERGY_QUANTITY
@@ -32,7 +32,7 @@ enum { /* the components of the quantities of particles */
 #define MPM_WALL_QUANTITY(name, unit, nc)
 #define MPM_BODY_QUANTITY(name, how, of, unit, nc)                                                                     \
   _Static_assert((nc) == NC_##of && (nc) <= 3, #name " has the components of " #of ", at most 3");
-#include "output/measures.def"
+#include "results/measures.def"
 #undef MPM_WALL_QUANTITY
 #undef MPM_BODY_QUANTITY
 

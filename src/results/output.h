@@ -2,7 +2,7 @@
 #ifndef MPM_OUTPUT_H
 #define MPM_OUTPUT_H
 
-#include "output/measures.h"
+#include "results/measures.h"
 
 #define MPM_NEW_FILE ".pebble-new" /* end of the name of a file that is not complete yet */
 

@@ -1,6 +1,6 @@
 /* resume.c - goes on with the snapshots of an earlier run, after a restart. */
-#include "output/hdf5.h"
-#include "output/output.h"
+#include "results/hdf5.h"
+#include "results/output.h"
 #if defined(PETSC_HAVE_HDF5)
 
 /* Returns the number of particles of a snapshot, or -1 if its file is not there, cannot be read, or has another state. */

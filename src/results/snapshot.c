@@ -8,9 +8,9 @@
    the snapshots in one file, and xdmf.c writes the text by which ParaView opens them. With a PETSc that has no HDF5,
    options that ask for snapshots are refused. */
 #include <petscsf.h>
-#include "output/hdf5.h"
-#include "output/output.h"
-#include "output/provenance.h"
+#include "results/hdf5.h"
+#include "results/output.h"
+#include "results/provenance.h"
 #include "parallel/exchange.h"
 #include "step/step.h"
 
