@@ -182,7 +182,7 @@ paper: ## run the studies of docs/paper.md, renew its tables and figures
 	+@$(again) $(PEBBLE) $(BUILD)/quadrature
 	@$(python) tools/paper/paper.py --pebble $(program) --quadrature $(BUILD)/quadrature
 
-studies: ## docs/choosing.md and docs/stability.md anew from docs/data; STUDIES=missing: measure first what they lack; =all: all anew, 45 minutes
+studies: ## tables and figure of docs/choosing.md and docs/choosing-data.md anew from docs/data; STUDIES=missing: measure first what they lack; =all: all anew, 45 minutes
 	@tools/install.sh run
 	+@$(if $(STUDIES),$(again) $(PEBBLE))
 	@$(python) tools/studies/studies.py --pebble $(program) $(if $(STUDIES),--measure $(STUDIES))

@@ -1,6 +1,6 @@
 /* watch.h - what is watched while a run runs, and the bounds beyond which it is told: watch.c (time step, rest),
-   parting.c (matter that parts), ranges.c (laws out of their range), cause.c (why a run stopped). docs/stability.md
-   explains the bounds. */
+   parting.c (matter that parts), ranges.c (laws out of their range), cause.c (why a run stopped). docs/faq.md
+   has what is told, docs/stability.md where the bounds come from. */
 #ifndef MPM_WATCH_H
 #define MPM_WATCH_H
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures the largest stable time steps of the methods below with `pebble-study stability`, one method at a time, and
 writes docs/data/stability.csv; a method that the file has already is not measured again. table() makes of it the table
-"Largest stable steps" of docs/stability.md.
+"Largest stable steps" of docs/choosing-data.md.
 """
 import argparse
 import csv
@@ -87,7 +87,7 @@ def program(row):
 
 
 def table(_=None, path=os.path.join(DATA, "stability.csv")):
-    """The table of docs/stability.md: largest stable C at rest and where particles cross cells, what the program goes by, its
+    """The table of docs/choosing-data.md: largest stable C at rest and where particles cross cells, what the program goes by, its
     default of -dt_cfl, and how far that is from the smallest of them."""
     lines = []
     for row in read(path):

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Renders the tables and figures of docs/choosing.md and docs/stability.md from the data of docs/data: `make studies`.
+"""Renders the tables and figures of docs/choosing.md and docs/choosing-data.md from the data of docs/data: `make studies`.
 
 A table stands between the lines <!-- table NAME --> and <!-- end -->. tables.py makes it, or the function table() of the
-module of its name in this folder, or it is the file docs/data/NAME.csv as it is. `make studies STUDIES=missing` measures first what docs/data lacks, for example of a new method;
-`STUDIES=all` measures everything anew, in output/studies/data, and takes its place when it is complete. Both go on where
-they were stopped. With --check nothing is written: exit status 1 if a document is not what the data say.
+module of its name in this folder, or it is the file docs/data/NAME.csv as it is. `make studies STUDIES=missing` measures
+first what docs/data lacks, for example of a new method; `STUDIES=all` measures everything anew, in output/studies/data, and
+takes its place when it is complete. Both go on where they were stopped. With --check nothing is written: exit status 1 if a
+document is not what the data say.
 """
 import argparse
 import importlib
@@ -19,7 +20,7 @@ sys.path[:0] = [os.path.join(ROOT, "tools"), HERE]
 import marks  # noqa: E402 (after the path)
 import tables  # noqa: E402
 
-DOCUMENTS = ["choosing.md", "stability.md"]
+DOCUMENTS = ["choosing.md", "choosing-data.md"]
 # What measures, in sequence, and the files that it writes: each goes on where it was stopped. Times of a step last, alone.
 MEASURES = [(["run.py"], "choosing.csv"), (["run.py", "--varied"], "choosing.csv"), (["run.py", "--motion"], "motion.csv"), (["run.py", "--cost"], "method_cost.csv"),
             (["stability.py"], "stability.csv"), (["minimality.py"], "minimality.csv")]

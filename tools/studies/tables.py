@@ -171,8 +171,8 @@ def margin(results, name):
 
 
 def errors_table(results, names=None):
-    head = ["method", "cfl", "time 2-D", "3-D", *(f"{p} {PROBLEMS[p].common}" for p in MAIN)]
-    return markdown(head, [[name, f"{results.methods[name].cfl:g}", *(f"{results.ns[d, name]:.2f}" for d in (2, 3)), *(number(results.error(name, p, PROBLEMS[p].common)) for p in MAIN)]
+    head = ["method", "cfl", "time 2-D", "3-D", "bytes", *(f"{p} {PROBLEMS[p].common}" for p in MAIN)]
+    return markdown(head, [[name, f"{results.methods[name].cfl:g}", *(f"{results.ns[d, name]:.2f}" for d in (2, 3)), results.bytes.get((3, name), ""), *(number(results.error(name, p, PROBLEMS[p].common)) for p in MAIN)]
                            for name in names or results.methods])
 
 
@@ -200,16 +200,6 @@ def cheapest(results, problem, tolerance):
 
 
 TOLERANCES = {0.1: "10 %", 0.01: "1 %", 0.001: "0.1 %"}
-
-
-def reach_table(results):
-    lines = []
-    for tolerance, text in TOLERANCES.items():
-        best = {p: cheapest(results, p, tolerance)[0] for p in MAIN}
-        for name in method_names(results):
-            costs = [results.to_reach(name, p, tolerance) for p in MAIN]
-            lines.append([text, name, *("-" if c is None else "no" if c == INF else "1.0" if best[p] == INF else ratio(c / best[p]) for c, p in zip(costs, MAIN))])
-    return markdown(["error", "method", *MAIN], lines)
 
 
 def digit_table(results):
@@ -243,14 +233,6 @@ def preset_table(results):
         mean = math.exp(sum(map(math.log, work)) / len(work)) if len(work) == len(MAIN) else None
         lines.append([name, like, *(ratio(mean and mean * results.ns.get((dim, like), 1)) for dim in (2, 3)), *(number(row and results.number(row)) for row in rows.values())])
     return markdown(["preset", "method", "cost 2-D", "3-D", *(f"{p} {PROBLEMS[p].common}" for p in MAIN)], lines)
-
-
-def space_table(results):
-    names = [p for p in PROBLEMS if PROBLEMS[p].dim == 3]
-    columns = [(p, n) for p in names for n in PROBLEMS[p].levels]
-    return markdown(["method", "time", "bytes", *(f"{p} {n}" for p, n in columns)],
-                    [[name, f"{results.ns[3, name]:.2f}", results.bytes.get((3, name), ""), *(number(results.error(name, p, n)) for p, n in columns)]
-                     for name in method_names(results)])
 
 
 def motion_rows(results):
@@ -291,8 +273,8 @@ def motion_table(results):
     return markdown(["method", "block, 3 turns", "30", "100", "disk, 3 turns", "100", "with affine part, 3", "100", "disk, energy", "drift: strain energy"], lines)
 
 
-TABLES = {"errors": lambda r: errors_table(r, method_names(r)), "regret": regret_table, "grids": grids_table, "reach": reach_table, "digit": digit_table,
-          "varied": varied_table, "presets": preset_table, "space": space_table,
+TABLES = {"errors": lambda r: errors_table(r, method_names(r)), "regret": regret_table, "grids": grids_table, "digit": digit_table,
+          "varied": varied_table, "presets": preset_table,
           "motion": motion_table, "flow": flow_table}
 
 
