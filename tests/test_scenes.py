@@ -69,7 +69,7 @@ def check_text(scene, gallery):
     missing = [f"-method_{option}" for option in ("basis", "update", "transfer") if not re.search(rf"^-method_{option} ", text, re.M)]
     wanted = ["# Look at: ", f"#   ./pebble -options_file options/{name}.opts\n", f"#   .venv/bin/python tools/plot.py output/{name}.h5"]
     missing += [words for words in wanted if words not in text]
-    missing += [words for words in (f"(scene-{name}.png)", f"options/{name}.opts") if words not in gallery]
+    missing += [words for words in (f"[{name}](#{name})", f"## {name}\n", f"(scene-{name}.png)") if words not in gallery]
     if not os.path.exists(os.path.join(check.source, "docs", f"scene-{name}.png")):
         missing.append("its picture")
     check.that(not missing, f"{name}: comment, method and gallery{', without ' + ', '.join(map(repr, missing)) if missing else ''}")

@@ -345,18 +345,6 @@ def check_thin():
     check.that(told.status == 2 and "body b lies outside of the grid: it reaches from x = 1.01 to 1.05" in told.err, f"a small ball beside the grid: {told.err.strip()}")
 
 
-def check_documents():
-    """The scenes of docs/shapes.md run, as they stand there."""
-    with open(os.path.join(check.source, "docs", "shapes.md"), encoding="utf-8") as file:
-        text = file.read()
-    for name in ("slope", "ball"):
-        lines = re.search(rf"`{name}\.opts`:\n\n((?:    -.*\n)+)", text)
-        check.need(lines, f"docs/shapes.md: no {name}.opts")
-        check.write(name + ".opts", re.sub("^    ", "", lines[1], flags=re.M))
-        told = run(name, "-time_max_steps", 5)
-        check.that(told.digest and "warning" not in told.said, f"{name} of docs/shapes.md: {told.find('([0-9]+ particles)')}, no warning")
-
-
 # ---- Refusals
 
 def check_refusals():
@@ -508,6 +496,5 @@ check_files()
 check_marks()
 check_tables()
 check_thin()
-check_documents()
 check_refusals()
 check.end()
