@@ -371,7 +371,7 @@ def methods(updates, transfers):
                 yield basis, update, transfer, f"-method_basis {how} -method_update {update} -method_transfer {transfer}"
 
 
-# Methods that are unstable there (docs/stability.md): the strain energy grows to more than the kinetic one, and the run says so
+# Methods that are unstable there (docs/choosing-data.md): the strain energy grows to more than the kinetic one, and the run says so
 # at its end; with linear and apic it stops. A method that is in neither list may grow if it is warned of.
 def expected(basis, update, transfer):
     if basis == "linear" and transfer == "apic":
