@@ -46,7 +46,6 @@ NOT_RUN = [
     (r"make bench", "eleven minutes to an hour, on two free cores"),
     (r"make paper", "minutes"),
     (r"(make|NP=\d+ make) (simulate|scaling|report)", "minutes to hours; the first needs another PETSc"),
-    (r"smpirun ", "needs the program of `make simulate`"),
     (r"(module|srun|sbatch) ", "needs a cluster"),
     (r"mpiexec -n \d+ --bind-to", "needs a machine with that many cores"),
     (r"mpiexec --oversubscribe -n 32", "32 processes with millions of particles"),
