@@ -6,7 +6,7 @@
 #include <petscsys.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include "results/checkpoint.h"
+#include "restart/checkpoint.h"
 #include "unit_particles.h"
 
 #if defined(PETSC_HAVE_HDF5)
@@ -20,19 +20,27 @@ typedef struct {
   PetscInt64 wide[2];
   PetscBool  yes;
   char       text[64];
+  MPMSum     sum[2];
+  PetscInt   undone;
 } Things;
 
-static PetscInt List(Things *t, PetscInt n, MPMKept kept[])
+static void List(Things *t, PetscInt n, MPMVariables *v)
 {
-  const MPMKept table[] = {
-      {"real", MPM_KEPT_REAL, n, t->real},  {"other", MPM_KEPT_REAL, 1, &t->other},
-      {"whole", MPM_KEPT_INT, 3, t->whole}, {"empty", MPM_KEPT_INT, 0, &t->empty},
-      {"wide", MPM_KEPT_INT64, 2, t->wide}, {"yes", MPM_KEPT_BOOL, 1, &t->yes},
-      {"text", MPM_KEPT_TEXT, 64, t->text},
+  const MPMVariable table[] = {
+      {"real", MPM_VARIABLE_REAL, n, t->real, MPM_KEPT},
+      {"other", MPM_VARIABLE_REAL, 1, &t->other, MPM_KEPT | MPM_UNDONE},
+      {"whole", MPM_VARIABLE_INT, 3, t->whole, MPM_KEPT},
+      {"empty", MPM_VARIABLE_INT, 0, &t->empty, MPM_KEPT},
+      {"missing", MPM_VARIABLE_INT, 5, NULL, MPM_KEPT},
+      {"wide", MPM_VARIABLE_INT64, 2, t->wide, MPM_KEPT},
+      {"yes", MPM_VARIABLE_BOOL, 1, &t->yes, MPM_KEPT | MPM_UNDONE},
+      {"text", MPM_VARIABLE_TEXT, 64, t->text, MPM_KEPT},
+      {"sum", MPM_VARIABLE_SUM, 2, t->sum, MPM_KEPT | MPM_UNDONE},
+      {"undone", MPM_VARIABLE_BYTES, sizeof t->undone, &t->undone, MPM_UNDONE},
   };
 
-  memcpy(kept, table, sizeof table);
-  return (PetscInt)(sizeof table / sizeof table[0]);
+  v->n = (PetscInt)(sizeof table / sizeof table[0]);
+  memcpy(v->row, table, sizeof table);
 }
 
 static void Fill(Things *t)
@@ -48,6 +56,8 @@ static void Fill(Things *t)
   t->wide[0]  = INT64_MIN;
   t->wide[1]  = INT64_MAX;
   t->yes      = UnitInt(2) ? PETSC_TRUE : PETSC_FALSE;
+  for (int k = 0; k < 20; k++) MPMSumAdd(&t->sum[k % 2], ldexp(UnitReal(-1, 1), UnitInt(100) - 50));
+  t->undone = UnitInt(1000);
   (void)snprintf(t->text, sizeof t->text, "%.*s", UnitInt(60),
                  "a text, with \"quotes\", 'blanks' and\nlines; it is long enough");
 }
@@ -84,18 +94,18 @@ static PetscErrorCode RoundTrip(const char path[], PetscBool all)
 {
   MPMCore    core;
   MPMScene   scene;
-  MPMKept    kept[16];
+  MPMVariables   kept;
   Things     was, is;
   PetscInt64 id[N];
-  PetscInt   n = UnitInt(MOST), nkept;
+  PetscInt   n = UnitInt(MOST);
   PetscReal  bytes;
   char       fault[MPM_TEXT_LEN], names[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(Make(&core, &scene, id, all));
   Fill(&was);
-  nkept = List(&was, n, kept);
-  PetscCall(MPMCheckpointWrite(path, &core, &scene, nkept, kept, &bytes, fault));
+  List(&was, n, &kept);
+  PetscCall(MPMCheckpointWrite(path, &core, &scene, &kept, &bytes, fault));
   CHECK(!fault[0]);
   PetscCall(MPMCheckpointCheck(path, PETSC_COMM_SELF, fault));
   UnitContext("%s", fault);
@@ -106,8 +116,9 @@ static PetscErrorCode RoundTrip(const char path[], PetscBool all)
   is.wide[0] = is.wide[1] = 0;
   is.yes                  = !is.yes;
   memset(is.text, 0, sizeof is.text);
-  List(&is, n, kept);
-  PetscCall(MPMCheckpointRead(path, PETSC_COMM_SELF, nkept, kept, fault));
+  memset(is.sum, 0x55, sizeof is.sum);
+  List(&is, n, &kept);
+  PetscCall(MPMCheckpointRead(path, PETSC_COMM_SELF, &kept, fault));
   UnitContext("%s", fault);
   CHECK(!fault[0]);
   CHECK_SAME(is.real, was.real, sizeof was.real);
@@ -116,8 +127,9 @@ static PetscErrorCode RoundTrip(const char path[], PetscBool all)
   CHECK_SAME(is.wide, was.wide, sizeof was.wide);
   CHECK(is.yes == was.yes);
   CHECK(!strcmp(is.text, was.text));
-  kept[0].n = n + 1; /* another program's list */
-  PetscCall(MPMCheckpointRead(path, PETSC_COMM_SELF, nkept, kept, fault));
+  for (int k = 0; k < 2; k++) CHECK_EQ(MPMSumValue(&is.sum[k]), MPMSumValue(&was.sum[k]));
+  kept.row[0].n = n + 1; /* another program's list */
+  PetscCall(MPMCheckpointRead(path, PETSC_COMM_SELF, &kept, fault));
   CHECK(fault[0]);
   PetscCall(MPMCheckpointFields(path, PETSC_COMM_SELF, names));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
@@ -236,10 +248,34 @@ static PetscErrorCode Run(void)
 }
 #endif
 
+/* What a step that is undone puts back, and nothing else. */
+static PetscErrorCode PutBack(void)
+{
+  MPMVariables v;
+  Things       was, is;
+  char        *copy;
+
+  PetscFunctionBeginUser;
+  Fill(&was);
+  is = was;
+  List(&is, MOST, &v);
+  PetscCall(MPMVariablesSave(&v, &copy));
+  memset(&is, 0x55, sizeof is);
+  PetscCall(MPMVariablesPutBack(&v, copy));
+  PetscCall(PetscFree(copy));
+  CHECK_SAME(&is.other, &was.other, sizeof was.other);
+  CHECK_SAME(&is.yes, &was.yes, sizeof was.yes);
+  CHECK_SAME(is.sum, was.sum, sizeof was.sum);
+  CHECK_EQ(is.undone, was.undone);
+  CHECK_EQ(is.whole[2], 0x55555555);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   PetscCall(Run());
+  PetscCall(PutBack());
   PetscCall(PetscFinalize());
   return UnitEnd();
 }

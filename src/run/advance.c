@@ -99,83 +99,14 @@ static PetscErrorCode TellCause(MPM mpm, const MPMStatus *bad)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What a step changes besides the fields of particles. */
-typedef struct {
-  MPMStatus  status;
-  MPMSum     energy[MPM_NUM_ENERGIES];
-  MPMTotals  now; /* of the history */
-  MPMWalls   walls;
-  MPMDamping damping;
-  MPMVolumes volumes;
-  PetscReal  t, kicked, dt, flip, courant, wave, energy_max, speed_max;
-  PetscInt   step, looked;
-  MPMSum     impulse[6][3], work[6], *heat; /* of walls; [nheat] of bodies: only where they are asked for */
-} Before;
-
-/* Copies what a step changes, before it. Not collective. */
-static PetscErrorCode Save(MPM mpm, Before *b)
+/* Undoes a step: all that it changed, of which there is a copy. Not collective. */
+static PetscErrorCode Undo(MPM mpm, const MPMVariables *variables, const char copy[])
 {
-  const MPMCore    *core = &mpm->core;
-  const MPMMonitor *mon  = &mpm->monitor;
-
   PetscFunctionBeginUser;
-  b->status     = core->status;
-  b->now        = mon->now;
-  b->walls      = mpm->scene.walls;
-  b->damping    = core->damping;
-  b->volumes    = core->volumes;
-  b->t          = core->t;
-  b->kicked     = core->kicked;
-  b->dt         = core->params.dt;
-  b->flip       = core->params.flip;
-  b->courant    = mpm->courant;
-  b->wave       = mpm->wave;
-  b->energy_max = mon->energy_max;
-  b->speed_max  = mon->speed_max;
-  b->step       = core->step;
-  b->looked     = mon->looked;
-  PetscCall(PetscArraycpy(b->energy, core->energy.sum, MPM_NUM_ENERGIES));
-  if (core->reactions) {
-    PetscCall(PetscMemcpy(b->impulse, core->reactions->impulse, sizeof b->impulse));
-    PetscCall(PetscMemcpy(b->work, core->reactions->work, sizeof b->work));
-  }
-  PetscCall(PetscMalloc1(core->energy.nheat, &b->heat));
-  PetscCall(PetscArraycpy(b->heat, core->energy.heat, core->energy.nheat));
-  PetscCall(MPMParticlesSave(&mpm->core.particles));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Undoes a step. Not collective. */
-static PetscErrorCode Undo(MPM mpm, const Before *b)
-{
-  MPMCore    *core = &mpm->core;
-  MPMMonitor *mon  = &mpm->monitor;
-
-  PetscFunctionBeginUser;
-  if (core->status.asked == MPM_ASKED_CHECKPOINT) MPMSignalsAsk(); /* the step that is made in its place hears of it */
-  core->status      = b->status;
-  core->t           = b->t;
-  core->kicked      = b->kicked;
-  core->step        = b->step;
-  core->params.dt   = b->dt;
-  core->params.flip = b->flip;
-  core->stop[0]     = 0;
-  mpm->courant      = b->courant;
-  mpm->wave         = b->wave;
-  mon->now          = b->now;
-  mpm->scene.walls  = b->walls;
-  core->damping     = b->damping;
-  core->volumes     = b->volumes;
-  mon->energy_max   = b->energy_max;
-  mon->speed_max    = b->speed_max;
-  mon->looked       = b->looked;
-  PetscCall(PetscArraycpy(core->energy.sum, b->energy, MPM_NUM_ENERGIES));
-  if (core->reactions) {
-    PetscCall(PetscMemcpy(core->reactions->impulse, b->impulse, sizeof b->impulse));
-    PetscCall(PetscMemcpy(core->reactions->work, b->work, sizeof b->work));
-  }
-  PetscCall(PetscArraycpy(core->energy.heat, b->heat, core->energy.nheat));
-  PetscCall(MPMParticlesPutBack(&core->particles));
+  if (mpm->core.status.asked == MPM_ASKED_CHECKPOINT) MPMSignalsAsk(); /* the step that is made in its place hears of it */
+  PetscCall(MPMVariablesPutBack(variables, copy));
+  PetscCall(MPMParticlesPutBack(&mpm->core.particles));
+  mpm->core.stop[0] = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -241,10 +172,13 @@ static PetscErrorCode TryAgain(MPM mpm, PetscReal normal, PetscReal dt)
   const PetscReal least  = ldexp(PetscMin(normal, NextTime(mpm) - core->t), (int)-r->most) * (1 - 1e-9);
   PetscBool       undone = PETSC_FALSE;
   MPMStatus       bad;
-  Before          before;
+  MPMVariables    variables;
+  char           *copy;
 
   PetscFunctionBeginUser;
-  PetscCall(Save(mpm, &before));
+  MPMStateList(mpm, &variables);
+  PetscCall(MPMVariablesSave(&variables, &copy));
+  PetscCall(MPMParticlesSave(&core->particles));
   for (;;) {
     char      why[MPM_TEXT_LEN];
     PetscReal tried;
@@ -254,11 +188,11 @@ static PetscErrorCode TryAgain(MPM mpm, PetscReal normal, PetscReal dt)
     (void)snprintf(why, sizeof why, "%s", core->stop);
     tried = core->params.dt;
     bad   = core->status;
-    PetscCall(Undo(mpm, &before));
+    PetscCall(Undo(mpm, &variables, copy));
     if (0.5 * tried < least || !(core->t + 0.5 * tried > core->t)) {
       r->gave_up = PETSC_TRUE;
       if (!undone) r->steps++;
-      PetscCall(PetscFree(before.heat));
+      PetscCall(PetscFree(copy));
       (void)snprintf(
           core->stop, sizeof core->stop,
           "%.600s; with dt=%g s it still fails, -dt_retry allows no shorter step; the state is that before it", why,
@@ -273,7 +207,7 @@ static PetscErrorCode TryAgain(MPM mpm, PetscReal normal, PetscReal dt)
     r->undone++;
     PetscCall(TellRetry(mpm, why, dt));
   }
-  PetscCall(PetscFree(before.heat));
+  PetscCall(PetscFree(copy));
   if (!undone && !(r->limit > 0)) PetscFunctionReturn(PETSC_SUCCESS);
   r->limit = dt * r->growth < normal ? dt * r->growth : 0;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -11,6 +11,12 @@ PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
   (*mpm)->core.comm          = comm;
   (*mpm)->core.print.comm    = comm;
   (*mpm)->core.exchange.data = MPI_COMM_NULL;
+  (*mpm)->checkpoint         = (MPMCheckpoint){.core    = &(*mpm)->core,
+                                               .scene   = &(*mpm)->scene,
+                                               .monitor = &(*mpm)->monitor,
+                                               .output  = &(*mpm)->output,
+                                               .list    = MPMStateList,
+                                               .run     = *mpm};
   PetscCall(PetscTime(&(*mpm)->report.start));
   (*mpm)->report.base = MPMMemoryHere("VmRSS");
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -54,8 +60,8 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   if (mpm->report.phases) mpm->report.no_phases = PETSC_FALSE;
   PetscCall(MPMOptionsBool(o, "report_processes", NULL, &mpm->report.processes));
   PetscCall(MPMOptionsBool(o, "report_path", NULL, &core->timers.work.on));
-  PetscCall(MPMCheckpointSetFromOptions(mpm, o));
-  PetscCall(MPMRestartSetFromOptions(mpm, o));
+  PetscCall(MPMCheckpointSetFromOptions(&mpm->checkpoint, o));
+  PetscCall(MPMRestartSetFromOptions(&mpm->checkpoint, mpm->time.end, o));
   PetscCall(MPMOptionsFinish(o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -68,7 +74,6 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMReadOptions(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMPointsCount(&mpm->scene, &mpm->core, o));
-  if (!MPMOptionsError(o)) PetscCall(PetscCalloc1(mpm->core.energy.nheat * MPM_SUM_WORDS, &mpm->checkpoint.heat));
   if (!MPMOptionsError(o)) MPMMeasuresNumber(&mpm->monitor.measures, &mpm->scene, &mpm->core, o);
   if (!MPMOptionsError(o)) PetscCall(MPMDoubtsRefuse(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MakeFolder(mpm, o));
@@ -158,7 +163,7 @@ static PetscErrorCode SetUpExchange(MPM mpm)
   PetscCallMPI(MPI_Comm_size(core->comm, &size));
   if (core->exchange.type->cuts) {
     PetscCall(MPMHistogramCreate(&core->grid, core->basis, core->comm, &h));
-    PetscCall(mpm->checkpoint.from[0] ? MPMRestartHistogram(mpm, &h) : MPMSceneHistogram(&mpm->scene, core, &h));
+    PetscCall(mpm->checkpoint.from[0] ? MPMRestartHistogram(&mpm->checkpoint, &h) : MPMSceneHistogram(&mpm->scene, core, &h));
     if (!mpm->checkpoint.from[0]) PetscCall(MPMPointsHistogram(&mpm->scene, core, &h));
     PetscCall(MPMHistogramFinish(&h));
     MPMModelCosts(&mpm->cost.model, core, (PetscReal)core->particles.total / size, &core->exchange.partition.costs);
@@ -177,7 +182,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
 
   PetscFunctionBeginUser;
   PetscCall(MPMSetPhases(mpm));
-  if (mpm->checkpoint.from[0]) PetscCall(MPMRestartCheckFields(mpm));
+  if (mpm->checkpoint.from[0]) PetscCall(MPMRestartCheckFields(&mpm->checkpoint));
   if (core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Stage("MPM set-up", &stage));
   PetscCall(PetscLogStagePush(stage));
@@ -185,12 +190,13 @@ PetscErrorCode MPMSetUp(MPM mpm)
   PetscCall(SetUpExchange(mpm));
   if (core->exchange.data != MPI_COMM_NULL) { /* workers of the pool hold no particles */
     PetscCall(MPMParticlesCreate(&core->particles, core->exchange.data));
-    PetscCall(mpm->checkpoint.from[0] ? MPMRestartParticles(mpm) : MPMSceneAddParticles(&mpm->scene, core));
+    PetscCall(mpm->checkpoint.from[0] ? MPMRestartParticles(&mpm->checkpoint) : MPMSceneAddParticles(&mpm->scene, core));
     if (!mpm->checkpoint.from[0]) PetscCall(MPMPointsAdd(&mpm->scene, core));
     PetscCall(core->exchange.type->settle(core, PETSC_TRUE));
     PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
     PetscCall(MPMStepBound(core));
-    if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(mpm));
+    if (mpm->checkpoint.from[0]) PetscCall(MPMRestartState(&mpm->checkpoint, &mpm->scene.walls));
+    if (!mpm->retry.on) mpm->retry.limit = 0; /* after a restart nothing would raise it again */
     PetscCall(MPMModelPredict(&mpm->cost, core, MPMTimeStep(core, &mpm->time)));
   }
   PetscCall(PetscLogStagePop());
@@ -233,10 +239,10 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMReportStart(mpm));
-  if (mpm->checkpoint.from[0]) PetscCall(MPMRestartFiles(mpm));
+  if (mpm->checkpoint.from[0]) PetscCall(MPMRestartFiles(&mpm->checkpoint));
   if (mpm->scene.dry_run) PetscFunctionReturn(PETSC_SUCCESS);
   if (!mpm->checkpoint.from[0]) {
-    PetscCall(MPMCheckpointNote(mpm));
+    PetscCall(MPMCheckpointNote(&mpm->checkpoint));
     PetscCall(Output(mpm, output, PETSC_TRUE));
   }
   while (core->t < mpm->time.end && core->step < mpm->time.max_steps && !core->stop[0]) {
@@ -252,14 +258,14 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(MPMWatchRest(mpm));
     PetscCall(Output(mpm, output, PETSC_FALSE));
     PetscCall(MPMWatchState(mpm, core->t >= mpm->time.end ? PETSC_TRUE : PETSC_FALSE));
-    PetscCall(MPMCheckpointStep(mpm, PETSC_FALSE));
+    PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_FALSE));
     PetscCall(MPMReportProgress(mpm));
   }
   /* A run that may go on gets its checkpoint before the output of its end, which a run without a stop does not have. */
-  if (core->t < mpm->time.end && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
-  if (mpm->retry.gave_up || mpm->monitor.exceeded || mpm->watch.stopped) PetscCall(MPMCheckpointOfStop(mpm));
+  if (core->t < mpm->time.end && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
+  if (mpm->retry.gave_up || mpm->monitor.exceeded || mpm->watch.stopped) PetscCall(MPMCheckpointOfStop(&mpm->checkpoint));
   if (!MPMStatusIsBad(&core->status)) PetscCall(Output(mpm, output, PETSC_TRUE));
-  if (core->t >= mpm->time.end && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(mpm, PETSC_TRUE));
+  if (core->t >= mpm->time.end && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
   PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
   PetscCall(MPMReportEnd(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -287,7 +293,6 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscCall(MPMGapsDestroy(core));
   PetscCall(MPMTimersDestroy(&core->timers));
   PetscCall(PetscFree((*mpm)->checkpoint.options));
-  PetscCall(PetscFree((*mpm)->checkpoint.heat));
   PetscCall(MPMSceneDestroy(&(*mpm)->scene));
   PetscCall(PetscFree(*mpm));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -8,7 +8,7 @@
 #define MPM_MPM_H
 
 #include "cost/cost.h"
-#include "results/output.h"
+#include "restart/restart.h"
 #include "run/watch.h"
 
 /* What the printing functions keep between calls. */
@@ -35,29 +35,6 @@ typedef struct {
   PetscReal least;   /* s: the shortest of these steps */
   PetscBool gave_up; /* did a step fail for good? Then the state is that before it */
 } MPMRetry;
-
-/* Checkpoints of a run, and the one that it goes on from (checkpoints.c, restart.c). */
-typedef struct {
-  PetscReal      every, wall, next;  /* s of simulated time; s of the clock; s: when the next one is due */
-  PetscInt       keep, number;       /* -checkpoint_keep; number of the last one written */
-  PetscInt       last;               /* the step of the last one */
-  PetscLogDouble written;            /* when it was written, s of the clock */
-  PetscBool      rescued;            /* one was tried after a fault in writing */
-  PetscBool      off, wanted;        /* the run writes none; an option asks for some */
-  char           path[MPM_TEXT_LEN]; /* the last one; "": none was written */
-  /* What is kept that is no variable of the run. */
-  char       totals[MPM_TEXT_LEN];
-  PetscInt   step, snapshots;
-  PetscReal  t, every_was, history_was, output_was; /* s */
-  PetscInt64 history_length, history_sum;           /* bytes of the history, and their checksum */
-  PetscBool  own;                                   /* the history in the folder is that of the checkpoint */
-  PetscInt64 shapes;                                /* checksum of the files that shapes and particles were read from */
-  PetscInt64 walls[24][MPM_SUM_WORDS], *heat;       /* of core->reactions; [nheat][words] of bodies */
-  PetscInt64 total, energies[MPM_NUM_ENERGIES][MPM_SUM_WORDS], lost[MPM_NUM_LOST][MPM_SUM_WORDS];
-  /* Of a restart: the file; a damaged one that was passed over, and why; options that differ. */
-  char git[MPM_NAME_LEN], *options; /* of the file: the program that wrote it */
-  char from[MPM_TEXT_LEN], fallback[MPM_TEXT_LEN], differ[MPM_TEXT_LEN];
-} MPMCheckpoint;
 
 /* Scenes for which a preset has a row: all materials are elastic, all are fluids, or any others. */
 typedef enum { MPM_SCENES_elastic, MPM_SCENES_fluids, MPM_SCENES_others } MPMScenes;
@@ -172,27 +149,7 @@ void           MPMAdvanceSetUp(MPM);
 PetscErrorCode MPMAdvance(MPM);
 PetscErrorCode MPMAdvanceReport(MPM);
 
-/* Checkpoints (checkpoints.c). SetFromOptions is collective on core.comm; Note says what an earlier run left, Now writes
-   a checkpoint, and Step writes one if it is due, asked for, or if the run ends and checkpoints are wanted: collective on
-   exchange.data. A checkpoint that cannot be written is a reason to stop (core.stop). */
-PetscErrorCode MPMCheckpointSetFromOptions(MPM, MPMOptions);
-PetscErrorCode MPMCheckpointNote(MPM);
-PetscErrorCode MPMCheckpointNow(MPM);
-PetscErrorCode MPMCheckpointStep(MPM, PetscBool ends);
-PetscErrorCode MPMCheckpointOfStop(MPM); /* of the last state of a run that a check stops, unless it has one */
-
-/* A restart (restart.c): choose the file and compare options; check that it has the fields of this run; where its
-   particles are, for cutting the grid; make the particles; read all else; let the files of results go on. A fault is
-   left in the options, or in core.stop. Collective: the first three on core.comm, the others on exchange.data. */
-PetscErrorCode MPMRestartSetFromOptions(MPM, MPMOptions);
-PetscErrorCode MPMRestartCheckFields(MPM);
-PetscErrorCode MPMRestartHistogram(MPM, MPMHistogram *);
-PetscErrorCode MPMRestartParticles(MPM);
-PetscErrorCode MPMRestartState(MPM);
-PetscErrorCode MPMRestartFiles(MPM);
-
-/* Sets the options that the results of -rerun were made with, as far as they are not given. fault: what is wrong with
-   the file, or "". Not collective: every process reads it. */
-PetscErrorCode MPMRerun(char fault[MPM_TEXT_LEN]);
+/* Lists the variables of a run, an MPM, at this moment (state.c). Not collective. */
+void MPMStateList(void *run, MPMVariables *);
 
 #endif

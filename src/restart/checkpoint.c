@@ -1,6 +1,6 @@
 /* checkpoint.c - the file of a checkpoint. It is an HDF5 file,
 
-   /run         datasets and texts: what the run keeps beside its particles (MPMKept)
+   /run         datasets and texts: what the run keeps beside its particles (MPMVariable)
    /particles   a dataset [N] or [N][components] for each field of the state, in double or as 64-bit integers, in any
                 sequence of particles
 
@@ -12,7 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include "base/fault.h"
-#include "results/checkpoint.h"
+#include "restart/checkpoint.h"
 #include "results/hdf5.h"
 #include "results/output.h"
 #include "results/provenance.h"
@@ -103,40 +103,73 @@ PetscErrorCode MPMCheckpointCheck(const char path[], MPI_Comm comm, char fault[M
 
 /* --- Writing ------------------------------------------------------------------------------------------------------ */
 
-/* Writes what the run keeps beside the particles; returns whether HDF5 could. */
-static PetscBool WriteKept(hid_t group, PetscInt nkept, const MPMKept kept[])
+static PetscBool IsKept(const MPMVariable *v)
 {
-  for (PetscInt k = 0; k < nkept; k++) {
-    const hsize_t n     = kept[k].type == MPM_KEPT_TEXT ? 1 : (hsize_t)kept[k].n;
-    const hid_t   type  = kept[k].type == MPM_KEPT_TEXT   ? H5Tcopy(H5T_C_S1)
-                          : kept[k].type == MPM_KEPT_REAL ? H5Tcopy(H5T_IEEE_F64LE)
-                                                          : H5Tcopy(H5T_STD_I64LE);
-    int64_t      *whole = NULL;
-    void         *from  = kept[k].at;
-    hid_t         space, set;
-    PetscBool     good;
+  return v->uses & MPM_KEPT && v->n && v->at ? PETSC_TRUE : PETSC_FALSE;
+}
 
-    if (!n) {
-      (void)H5Tclose(type);
-      continue;
-    }
-    if (kept[k].type == MPM_KEPT_TEXT) (void)H5Tset_size(type, strlen(kept[k].at) + 1);
-    if (kept[k].type == MPM_KEPT_INT || kept[k].type == MPM_KEPT_BOOL) {
-      from = whole = malloc(n * sizeof *whole);
-      for (hsize_t q = 0; whole && q < n; q++)
-        whole[q] = kept[k].type == MPM_KEPT_INT ? (int64_t)((PetscInt *)kept[k].at)[q]
-                                                : (int64_t)((PetscBool *)kept[k].at)[q];
-    }
-    space = H5Screate_simple(1, &n, NULL);
-    set   = from ? H5Dcreate2(group, kept[k].name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT) : -1;
-    good  = set >= 0 && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, from) >= 0 ? PETSC_TRUE : PETSC_FALSE;
-    if (set >= 0 && H5Dclose(set) < 0) good = PETSC_FALSE;
-    (void)H5Sclose(space);
-    (void)H5Tclose(type);
-    free(whole);
-    if (!good) return PETSC_FALSE;
+/* Sets *words to the numbers of exact sums, reduced, which the caller frees. Collective on comm. */
+static PetscErrorCode SumWords(const MPMVariable *v, MPI_Comm comm, PetscInt64 **words)
+{
+  MPMSum *sum;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(v->n, &sum));
+  PetscCall(PetscArraycpy(sum, (MPMSum *)v->at, v->n));
+  PetscCall(MPMSumReduce(sum, v->n, comm));
+  PetscCall(PetscMalloc1(v->n * MPM_SUM_WORDS, words));
+  for (PetscInt k = 0; k < v->n; k++) PetscCall(PetscArraycpy(*words + k * MPM_SUM_WORDS, sum[k].word, MPM_SUM_WORDS));
+  PetscCall(PetscFree(sum));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes a variable; words: of exact sums. Returns whether HDF5 could. */
+static PetscBool WriteOne(hid_t group, const MPMVariable *v, PetscInt64 *words)
+{
+  const hsize_t n    = v->type == MPM_VARIABLE_TEXT ? 1 : (hsize_t)v->n * (words ? MPM_SUM_WORDS : 1);
+  const hid_t   type = v->type == MPM_VARIABLE_TEXT   ? H5Tcopy(H5T_C_S1)
+                       : v->type == MPM_VARIABLE_REAL ? H5Tcopy(H5T_IEEE_F64LE)
+                                                      : H5Tcopy(H5T_STD_I64LE);
+  int64_t      *whole = NULL;
+  void         *from  = words ? words : v->at;
+  hid_t         space, set;
+  PetscBool     good;
+
+  if (v->type == MPM_VARIABLE_TEXT) (void)H5Tset_size(type, strlen(v->at) + 1);
+  if (v->type == MPM_VARIABLE_INT || v->type == MPM_VARIABLE_BOOL) {
+    from = whole = malloc(n * sizeof *whole);
+    for (hsize_t q = 0; whole && q < n; q++)
+      whole[q] = v->type == MPM_VARIABLE_INT ? (int64_t)((PetscInt *)v->at)[q] : (int64_t)((PetscBool *)v->at)[q];
   }
-  return PETSC_TRUE;
+  space = H5Screate_simple(1, &n, NULL);
+  set   = from ? H5Dcreate2(group, v->name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT) : -1;
+  good  = set >= 0 && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, from) >= 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (set >= 0 && H5Dclose(set) < 0) good = PETSC_FALSE;
+  (void)H5Sclose(space);
+  (void)H5Tclose(type);
+  free(whole);
+  return good;
+}
+
+/* Writes what the run keeps beside the particles. Collective on comm. */
+static PetscErrorCode WriteKept(MPMFile *file, const MPMVariables *kept, MPI_Comm comm)
+{
+  hid_t group = -1;
+
+  PetscFunctionBeginUser;
+  if (file->file >= 0) H5(group = H5Gcreate2(file->file, "run", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  for (PetscInt k = 0; k < kept->n; k++) {
+    const MPMVariable *v     = &kept->row[k];
+    PetscInt64        *words = NULL;
+
+    if (!IsKept(v)) continue;
+    if (v->type == MPM_VARIABLE_SUM) PetscCall(SumWords(v, comm, &words));
+    PetscCheck(group < 0 || WriteOne(group, v, words), PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 failed to write %s",
+               v->name);
+    PetscCall(PetscFree(words));
+  }
+  if (group >= 0) H5(H5Gclose(group));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Makes a dataset for each field of the particles. */
@@ -183,28 +216,24 @@ static PetscErrorCode WriteRows(MPMFile *file, MPMParticles *particles, PetscInt
 }
 
 /* Writes a checkpoint of the present state, and sets *bytes to its length. If it cannot be written, fault says why on
-   all processes, and no other file is changed. kept is that of the first process. Collective on exchange.data. */
-PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *core, const MPMScene *scene, PetscInt nkept,
-                                  const MPMKept kept[], PetscReal *bytes, char fault[MPM_TEXT_LEN])
+   all processes, and no other file is changed. Numbers are those of the first process. Collective on exchange.data. */
+PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *core, const MPMScene *scene, const MPMVariables *kept,
+                                  PetscReal *bytes, char fault[MPM_TEXT_LEN])
 {
   char       head[HEAD];
   PetscInt64 first, n = core->particles.n;
+  PetscInt   rows = 0;
   uint64_t   sum;
   size_t     room;
   MPMFile    file;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Scan(&n, &first, 1, MPIU_INT64, MPI_SUM, core->exchange.data));
+  for (PetscInt k = 0; k < kept->n; k++) rows += IsKept(&kept->row[k]);
   PetscCall(MPMProvenanceWrite(core, scene, -1, &room));
-  PetscCall(MPMFileCreate(&file, core->exchange.data, path, HEAD, room + 640 * (size_t)(nkept + MPM_NUM_FIELDS)));
+  PetscCall(MPMFileCreate(&file, core->exchange.data, path, HEAD, room + 640 * (size_t)(rows + MPM_NUM_FIELDS)));
   PetscCall(MPMProvenanceWrite(core, scene, file.file, NULL));
-  if (file.file >= 0) {
-    hid_t group;
-
-    H5(group = H5Gcreate2(file.file, "run", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-    PetscCheck(WriteKept(group, nkept, kept), PETSC_COMM_SELF, PETSC_ERR_LIB, "HDF5 failed to make %s", path);
-    H5(H5Gclose(group));
-  }
+  PetscCall(WriteKept(&file, kept, core->exchange.data));
   PetscCall(MakeFields(&file, &core->particles));
   PetscCall(MPMFileLay(&file));
   PetscCall(WriteRows(&file, &core->particles, first - n));
@@ -219,8 +248,8 @@ PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *core, const MPMSce
 
 #else
 
-PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *core, const MPMScene *scene, PetscInt nkept,
-                                  const MPMKept kept[], PetscReal *bytes, char fault[MPM_TEXT_LEN])
+PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *core, const MPMScene *scene, const MPMVariables *kept,
+                                  PetscReal *bytes, char fault[MPM_TEXT_LEN])
 {
   PetscFunctionBeginUser;
   *bytes = 0;

@@ -5,7 +5,7 @@
 #include <unistd.h>
 #include "base/fault.h"
 #include "results/hdf5.h"
-#include "run/mpm.h"
+#include "restart/restart.h"
 
 #if defined(PETSC_HAVE_HDF5)
 

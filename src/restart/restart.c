@@ -2,7 +2,8 @@
    its particles and everything else. */
 #include <strings.h>
 #include "parallel/exchange.h"
-#include "run/restart.h"
+#include "restart/restart.h"
+#include "step/step.h"
 
 /* The options that may differ from those of the checkpoint, by their first letters: they say how long, how, where and
    with what output the run goes on, but not what is simulated; and damping, since a scene may settle before it starts. */
@@ -10,22 +11,6 @@ static const char *const may_differ[] = {
     "time_",   "dt_",         "check_",         "output_dir",    "output_name", "output_every", "history_every",
     "report_", "checkpoint_", "restart_",       "parallel_",     "pool_",       "model_",       "scene_title",
     "dry_run", "rerun",       "output_replace", "output_format", "damping_"};
-
-/* Returns the row of an option of this program, or NULL: it is PETSc's. */
-static const MPMOptionRow *FindRow(const char name[])
-{
-  for (size_t r = 0; r < MPMOptionTable.n; r++) {
-    const char *row = MPMOptionTable.row[r].name, *open = row ? strchr(row, '<') : NULL,
-               *close = open ? strchr(open, '>') : NULL;
-    const size_t tail = close ? strlen(close + 1) : 0, n = strlen(name);
-
-    if (!row) continue;
-    if (!open && !strcasecmp(row, name)) return &MPMOptionTable.row[r];
-    if (open && !strncasecmp(row, name, (size_t)(open - row)) && n > tail && !strcasecmp(name + n - tail, close + 1))
-      return &MPMOptionTable.row[r];
-  }
-  return NULL;
-}
 
 static PetscBool MayDiffer(const char name[])
 {
@@ -51,10 +36,10 @@ static PetscBool SameValue(const char a[], const char b[])
 
 /* Compares one option of the checkpoint (was) and of this run (is), NULL if it was not given: then its default counts, if
    that is a value. */
-static void Compare(MPM mpm, MPMOptions o, const char name[], const char was[], const char is[])
+static void Compare(MPMCheckpoint *c, MPMOptions o, const char name[], const char was[], const char is[])
 {
-  const MPMOptionRow *row  = FindRow(name + 1);
-  char               *text = mpm->checkpoint.differ;
+  const MPMOptionRow *row  = MPMOptionsRow(o, name + 1);
+  char               *text = c->differ;
   size_t              n    = strlen(text);
 
   if (!row || !strcasecmp(name, "-restart_file") || !strcasecmp(name, "-rerun")) return;
@@ -64,7 +49,7 @@ static void Compare(MPM mpm, MPMOptions o, const char name[], const char was[], 
         o,
         "-restart_file %.500s: %.100s %s%.200s in the checkpoint and %s%.200s in this run; it may not change "
         "(options of time, dt, damping, intervals of output, checkpoints and processes may)",
-        mpm->checkpoint.from, name,
+        c->from, name,
         !was     ? "is not given"
         : was[0] ? "is "
                  : "is given",
@@ -79,7 +64,7 @@ static void Compare(MPM mpm, MPMOptions o, const char name[], const char was[], 
 }
 
 /* Compares options. Damping is a column of the history by terms, which cannot come or go within a file. */
-static PetscErrorCode CompareOptions(MPM mpm, MPMOptions o)
+static PetscErrorCode CompareOptions(MPMCheckpoint *c, MPMOptions o)
 {
   char       *here;
   const char *at;
@@ -88,39 +73,38 @@ static PetscErrorCode CompareOptions(MPM mpm, MPMOptions o)
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsText(&here));
-  for (at = mpm->checkpoint.options; MPMOptionsNext(&at, name, value);)
-    Compare(mpm, o, name, value, MPMOptionsFindIn(here, name, other) ? other : NULL);
+  for (at = c->options; MPMOptionsNext(&at, name, value);)
+    Compare(c, o, name, value, MPMOptionsFindIn(here, name, other) ? other : NULL);
   for (at = here; MPMOptionsNext(&at, name, value);)
-    if (!MPMOptionsFindIn(mpm->checkpoint.options, name, other)) Compare(mpm, o, name, NULL, value);
+    if (!MPMOptionsFindIn(c->options, name, other)) Compare(c, o, name, NULL, value);
   PetscCall(PetscFree(here));
-  for (at = mpm->checkpoint.options; MPMOptionsNext(&at, name, value);)
+  for (at = c->options; MPMOptionsNext(&at, name, value);)
     if (!strncasecmp(name, "-damping_", 9) && !SameValue(value, "false")) damped = PETSC_TRUE;
-  if (mpm->core.energy.on && damped != MPMDampingIsOn(&mpm->core))
+  if (c->core->energy.on && damped != MPMDampingIsOn(c->core))
     MPMOptionsFail(o, "-damping_*: with -history_energy damping cannot begin or end at a restart, since its term is a "
                       "column of the history");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Sets the file to go on from: the one given, or the last whole one of this scene. Collective on core.comm. */
-static PetscErrorCode Choose(MPM mpm, MPMOptions o, const char given[])
+static PetscErrorCode Choose(MPMCheckpoint *c, MPMOptions o, const char given[])
 {
-  MPMCheckpoint *c = &mpm->checkpoint;
   PetscInt       n, *numbers;
   char           fault[MPM_TEXT_LEN], first[MPM_TEXT_LEN] = "";
 
   PetscFunctionBeginUser;
   if (strcmp(given, "latest")) {
-    PetscCall(MPMCheckpointCheck(given, mpm->core.comm, fault));
+    PetscCall(MPMCheckpointCheck(given, c->core->comm, fault));
     if (fault[0]) MPMOptionsFail(o, "-restart_file: %s; -restart_file latest takes the last complete one", fault);
     (void)snprintf(c->from, sizeof c->from, "%s", given);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MPMCheckpointList(mpm, mpm->core.comm, &n, &numbers));
+  PetscCall(MPMCheckpointList(c, c->core->comm, &n, &numbers));
   for (PetscInt k = 0; k < n && !c->from[0]; k++) {
     char path[MPM_TEXT_LEN];
 
-    MPMCheckpointPath(mpm, numbers[k], path);
-    PetscCall(MPMCheckpointCheck(path, mpm->core.comm, fault));
+    MPMCheckpointPath(c, numbers[k], path);
+    PetscCall(MPMCheckpointCheck(path, c->core->comm, fault));
     if (!fault[0]) (void)snprintf(c->from, sizeof c->from, "%s", path);
     if (fault[0] && !first[0]) (void)snprintf(first, sizeof first, "%s", fault);
   }
@@ -130,19 +114,19 @@ static PetscErrorCode Choose(MPM mpm, MPMOptions o, const char given[])
   if (!c->from[0])
     MPMOptionsFail(o,
                    "-restart_file latest: there is no checkpoint %s/%s-checkpoint-*.h5 (-output_dir names the folder)",
-                   mpm->output.dir, mpm->scene.name);
+                   c->output->dir, c->scene->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* With -output_replace false, refuses a run that would take the place of one that can go on. */
-static PetscErrorCode KeepOld(MPM mpm, MPMOptions o)
+static PetscErrorCode KeepOld(MPMCheckpoint *c, MPMOptions o)
 {
   PetscInt n, *numbers;
   char     path[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  PetscCall(MPMCheckpointList(mpm, mpm->core.comm, &n, &numbers));
-  if (n) MPMCheckpointPath(mpm, numbers[0], path);
+  PetscCall(MPMCheckpointList(c, c->core->comm, &n, &numbers));
+  if (n) MPMCheckpointPath(c, numbers[0], path);
   if (n)
     MPMOptionsFail(
         o,
@@ -155,97 +139,96 @@ static PetscErrorCode KeepOld(MPM mpm, MPMOptions o)
 
 /* Finds whether the history in the folder of the results is that of the run up to the checkpoint. If it is not, the
    results there are those of another run, which -output_replace false keeps. Collective on core.comm. */
-static PetscErrorCode FindHistory(MPM mpm, MPMOptions o)
+static PetscErrorCode FindHistory(MPMCheckpoint *c, MPMOptions o)
 {
-  MPMCheckpoint *c = &mpm->checkpoint;
   PetscMPIInt    rank;
 
   PetscFunctionBeginUser;
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  mpm->monitor.dir = mpm->output.dir;
-  PetscCallMPI(MPI_Comm_rank(mpm->core.comm, &rank));
+  c->monitor->dir = c->output->dir;
+  PetscCallMPI(MPI_Comm_rank(c->core->comm, &rank));
   if (!rank)
     c->own = c->history_length > 0 &&
-                     MPMMonitorSum(&mpm->monitor, &mpm->scene, (long)c->history_length) == (uint64_t)c->history_sum
+                     MPMMonitorSum(c->monitor, c->scene, (long)c->history_length) == (uint64_t)c->history_sum
                  ? PETSC_TRUE
                  : PETSC_FALSE;
-  PetscCallMPI(MPI_Bcast(&c->own, 1, MPM_MPI_BOOL, 0, mpm->core.comm));
-  mpm->output.resumed = c->own;
-  if (!c->own && mpm->output.keep) PetscCall(KeepOld(mpm, o));
+  PetscCallMPI(MPI_Bcast(&c->own, 1, MPM_MPI_BOOL, 0, c->core->comm));
+  c->output->resumed = c->own;
+  if (!c->own && c->output->keep) PetscCall(KeepOld(c, o));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMRestartSetFromOptions(MPM mpm, MPMOptions o)
+PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOptions o)
 {
-  MPMCheckpoint *c                   = &mpm->checkpoint;
   char           given[MPM_TEXT_LEN] = "", fault[MPM_TEXT_LEN];
-  MPMKept        kept[MPM_MAX_KEPT];
+  MPMVariables   header;
   PetscBool      set;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "restart_file", NULL, given, &set));
   PetscCall(MPMOptionsString(o, "rerun", NULL, fault, NULL)); /* it has been read (MPMRerun) */
-  if (!set && mpm->output.keep && !c->off && !MPMOptionsError(o)) PetscCall(KeepOld(mpm, o));
+  if (!set && c->output->keep && !c->off && !MPMOptionsError(o)) PetscCall(KeepOld(c, o));
   if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
 #if !defined(PETSC_HAVE_HDF5)
   MPMOptionsFail(o, "-restart_file needs a PETSc with HDF5, and this one has none");
 #endif
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Choose(mpm, o, given));
+  PetscCall(Choose(c, o, given));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMCheckpointOptions(c->from, &c->options, c->git));
-  PetscCall(MPMCheckpointRead(c->from, mpm->core.comm, MPMCheckpointHeader(mpm, kept), kept, fault));
+  MPMCheckpointHeader(c, &header);
+  PetscCall(MPMCheckpointRead(c->from, c->core->comm, &header, fault));
   if (fault[0]) MPMOptionsFail(o, "-restart_file: %s", fault);
-  if (!MPMOptionsError(o)) PetscCall(CompareOptions(mpm, o));
-  if (c->shapes != mpm->scene.shapes)
+  if (!MPMOptionsError(o)) PetscCall(CompareOptions(c, o));
+  if (c->shapes != c->scene->shapes)
     MPMOptionsFail(
         o,
         "-restart_file %.500s: what -body_<b>_file names has changed since the run that wrote it; put the old "
         "files back, or start anew",
         c->from);
-  PetscCall(FindHistory(mpm, o));
-  if (!MPMOptionsError(o) && c->t > mpm->time.end * (1 + 1e-9))
-    MPMOptionsFail(o, "-time_end %g lies before the time of -restart_file %s, %g s", (double)mpm->time.end, c->from,
+  PetscCall(FindHistory(c, o));
+  if (!MPMOptionsError(o) && c->t > end * (1 + 1e-9))
+    MPMOptionsFail(o, "-time_end %g lies before the time of -restart_file %s, %g s", (double)end, c->from,
                    (double)c->t);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMRestartCheckFields(MPM mpm)
+PetscErrorCode MPMRestartCheckFields(MPMCheckpoint *c)
 {
-  MPMParticles *particles = &mpm->core.particles;
+  MPMParticles *particles = &c->core->particles;
   char          has[MPM_TEXT_LEN], needs[MPM_TEXT_LEN] = "";
 
   PetscFunctionBeginUser;
-  PetscCall(MPMCheckpointFields(mpm->checkpoint.from, mpm->core.comm, has));
+  PetscCall(MPMCheckpointFields(c->from, c->core->comm, has));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++)
     if (particles->present[f] && MPMCheckpointHasField(f))
       (void)snprintf(needs + strlen(needs), sizeof needs - strlen(needs), "%s%s", needs[0] ? " " : "",
                      MPMFields[f].name);
   if (strcmp(has, needs))
     (void)snprintf(
-        mpm->core.stop, sizeof mpm->core.stop,
+        c->core->stop, sizeof c->core->stop,
         "-restart_file %.1000s has the fields %.300s of particles, and this run needs %.300s; another version of "
         "pebble "
         "wrote it",
-        mpm->checkpoint.from, has, needs);
+        c->from, has, needs);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* --- Particles ------------------------------------------------------------------------------------------------------ */
 
 /* Returns the rows of the file that a process reads first, an equal part of them. */
-static void Share(MPM mpm, PetscMPIInt rank, PetscMPIInt size, PetscInt64 *first, PetscInt *n)
+static void Share(MPMCheckpoint *c, PetscMPIInt rank, PetscMPIInt size, PetscInt64 *first, PetscInt *n)
 {
-  const PetscInt64 total = mpm->checkpoint.total, part = total / size, more = total % size;
+  const PetscInt64 total = c->total, part = total / size, more = total % size;
 
   *first = part * rank + PetscMin(rank, more);
   *n     = (PetscInt)(part + (rank < more ? 1 : 0));
 }
 
-PetscErrorCode MPMRestartHistogram(MPM mpm, MPMHistogram *h)
+PetscErrorCode MPMRestartHistogram(MPMCheckpoint *c, MPMHistogram *h)
 {
   const PetscInt fields[] = {MPM_FIELD_INDEX_x, MPM_FIELD_INDEX_kind, MPM_FIELD_INDEX_l};
-  MPMParticles  *p        = &mpm->core.particles;
+  MPMParticles  *p        = &c->core->particles;
   void          *rows[3]  = {NULL};
   MPMView        view;
   PetscMPIInt    rank, size;
@@ -255,67 +238,67 @@ PetscErrorCode MPMRestartHistogram(MPM mpm, MPMHistogram *h)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(h->comm, &rank));
   PetscCallMPI(MPI_Comm_size(h->comm, &size));
-  Share(mpm, rank, size, &first, &n);
+  Share(c, rank, size, &first, &n);
   for (int k = 0; k < 3; k++) {
     if (!p->present[fields[k]]) continue;
     PetscCall(PetscMalloc1(PetscMax(1, (size_t)n * (size_t)p->bytes[fields[k]]), (char **)&rows[k]));
-    PetscCall(MPMCheckpointRows(mpm->checkpoint.from, p, fields[k], first, n, rows[k]));
+    PetscCall(MPMCheckpointRows(c->from, p, fields[k], first, n, rows[k]));
   }
   PetscCall(PetscMemzero(&view, sizeof view));
   view.n    = n;
   view.x    = (PetscReal *)rows[0];
   view.kind = (PetscInt *)rows[1];
   view.l    = (PetscReal *)rows[2];
-  PetscCall(MPMHistogramAddView(h, &mpm->core, &view));
+  PetscCall(MPMHistogramAddView(h, c->core, &view));
   for (int k = 0; k < 3; k++) PetscCall(PetscFree(rows[k]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMRestartParticles(MPM mpm)
+PetscErrorCode MPMRestartParticles(MPMCheckpoint *c)
 {
-  MPMParticles *p = &mpm->core.particles;
+  MPMParticles *p = &c->core->particles;
   PetscMPIInt   rank, size;
   PetscInt64    first;
   PetscInt      n;
 
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(mpm->core.exchange.data, &rank));
-  PetscCallMPI(MPI_Comm_size(mpm->core.exchange.data, &size));
-  Share(mpm, rank, size, &first, &n);
-  p->total = mpm->checkpoint.total;
+  PetscCallMPI(MPI_Comm_rank(c->core->exchange.data, &rank));
+  PetscCallMPI(MPI_Comm_size(c->core->exchange.data, &size));
+  Share(c, rank, size, &first, &n);
+  p->total = c->total;
   PetscCall(MPMParticlesSetSize(p, n));
   for (PetscInt f = 0; f < MPM_NUM_FIELDS; f++) {
     void *rows;
 
     if (!p->present[f] || !MPMCheckpointHasField(f)) continue;
     PetscCall(MPMParticlesGetField(p, f, &rows));
-    PetscCall(MPMCheckpointRows(mpm->checkpoint.from, p, f, first, n, rows));
+    PetscCall(MPMCheckpointRows(c->from, p, f, first, n, rows));
     PetscCall(MPMParticlesRestoreField(p, f));
   }
-  PetscCall(MPMExchangeDistribute(&mpm->core));
+  PetscCall(MPMExchangeDistribute(c->core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* --- All else ------------------------------------------------------------------------------------------------------- */
 
-PetscErrorCode MPMRestartState(MPM mpm)
+PetscErrorCode MPMRestartState(MPMCheckpoint *c, MPMWalls *walls)
 {
-  MPMCheckpoint *c    = &mpm->checkpoint;
-  MPMCore       *core = &mpm->core;
-  MPMOutput     *out  = &mpm->output;
-  MPMKept        kept[MPM_MAX_KEPT];
-  PetscMPIInt    rank;
-  char           fault[MPM_TEXT_LEN], totals[MPM_TEXT_LEN];
-  const PetscInt room = (c->snapshots + 63) / 64 * 64; /* MPMOutputStep makes more in steps of 64 */
+  MPMCore        *core  = c->core;
+  MPMOutput      *out   = c->output;
+  MPMMonitor     *mon   = c->monitor;
+  const PetscReal every = c->every, history = mon->every, output = out->every; /* of the options of this run */
+  const PetscInt  room  = (c->snapshots + 63) / 64 * 64; /* MPMOutputStep makes more in steps of 64 */
+  MPMVariables    kept;
+  char            fault[MPM_TEXT_LEN], totals[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
   PetscCall(PetscMalloc1(PetscMax(1, room), &out->steps));
   PetscCall(PetscMalloc1(PetscMax(1, room), &out->times));
   PetscCall(PetscMalloc1(PetscMax(1, room), &out->digests));
   out->count = c->snapshots;
   MPMCheckpointTotals(totals);
-  PetscCall(MPMCheckpointRead(c->from, core->exchange.data, MPMCheckpointKept(mpm, kept), kept, fault));
+  c->list(c->run, &kept);
+  PetscCall(MPMCheckpointRead(c->from, core->exchange.data, &kept, fault));
   if (!fault[0] && strcmp(totals, c->totals))
     (void)snprintf(fault, sizeof fault, "cannot go on from %.1000s: another version of pebble wrote it", c->from);
   if (fault[0]) {
@@ -325,64 +308,56 @@ PetscErrorCode MPMRestartState(MPM mpm)
   core->step         = c->step;
   core->t            = c->t;
   core->timers.first = c->step;
-  for (PetscInt e = 0; e < MPM_NUM_ENERGIES; e++) {
-    MPMSumZero(&core->energy.sum[e]);
-    if (!rank) PetscCall(PetscArraycpy(core->energy.sum[e].word, c->energies[e], MPM_SUM_WORDS));
-  }
-  for (PetscInt e = 0; e < MPM_NUM_LOST && !rank; e++)
-    PetscCall(PetscArraycpy(core->lost[e].word, c->lost[e], MPM_SUM_WORDS));
-  MPMWallsMove(&mpm->scene.walls);
-  MPMWallsReachTo(&mpm->scene.walls, &core->grid, core->basis);
-  for (PetscInt k = 0; k < 24 && core->reactions && !rank; k++)
-    PetscCall(PetscArraycpy(k < 18 ? core->reactions->impulse[k / 3][k % 3].word : core->reactions->work[k - 18].word,
-                            c->walls[k], MPM_SUM_WORDS));
-  for (PetscInt k = 0; k < core->energy.nheat && !rank; k++)
-    PetscCall(PetscArraycpy(core->energy.heat[k].word, c->heat + k * MPM_SUM_WORDS, MPM_SUM_WORDS));
-  if (c->every != c->every_was) c->next = MPMNextTime(core->t, c->every);
-  if (mpm->monitor.every != c->history_was) mpm->monitor.next = MPMNextTime(core->t, mpm->monitor.every);
-  if (out->every != c->output_was) out->next = MPMNextTime(core->t, out->every);
-  c->last = core->step;
+  MPMWallsMove(walls);
+  MPMWallsReachTo(walls, &core->grid, core->basis);
+  c->history_was = mon->every;
+  c->output_was  = out->every;
+  if (every != c->every) c->next = MPMNextTime(core->t, every);
+  if (history != c->history_was) mon->next = MPMNextTime(core->t, history);
+  if (output != c->output_was) out->next = MPMNextTime(core->t, output);
+  c->every   = every;
+  mon->every = history;
+  out->every = output;
+  c->last    = core->step;
   if (!out->enabled) out->count = 0;
-  if (!mpm->retry.on) mpm->retry.limit = 0; /* nothing would raise it again */
-  PetscCall(MPMTotalsCompute(&mpm->scene, core, &mpm->monitor.now));
+  PetscCall(MPMTotalsCompute(c->scene, core, &mon->now));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMRestartFiles(MPM mpm)
+PetscErrorCode MPMRestartFiles(MPMCheckpoint *c)
 {
-  MPMCheckpoint *c    = &mpm->checkpoint;
   PetscInt       here = 0, n, *numbers;
   char           path[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  if (c->fallback[0]) PetscCall(MPMWarn(&mpm->core.print, "%s; going on from the one before", c->fallback));
-  PetscCall(MPMPrint(&mpm->core.print, "restart    from step %" PetscInt_FMT ", t=%g s of %s\n", c->step, (double)c->t,
+  if (c->fallback[0]) PetscCall(MPMWarn(&c->core->print, "%s; going on from the one before", c->fallback));
+  PetscCall(MPMPrint(&c->core->print, "restart    from step %" PetscInt_FMT ", t=%g s of %s\n", c->step, (double)c->t,
                      c->from));
   if (strcmp(c->git, MPMVersionGit))
     PetscCall(
-        MPMNote(&mpm->core.print,
+        MPMNote(&c->core->print,
                 "%s wrote the checkpoint, and this is %s: the bits may differ from those of a run without a restart",
                 c->git, MPMVersionGit));
-  PetscCall(MPMCheckpointList(mpm, mpm->core.exchange.data, &n, &numbers));
+  PetscCall(MPMCheckpointList(c, c->core->exchange.data, &n, &numbers));
   for (PetscInt k = 0; k < n; k++) {
-    MPMCheckpointPath(mpm, numbers[k], path);
+    MPMCheckpointPath(c, numbers[k], path);
     if (!strcmp(path, c->from)) here = numbers[k];
   }
   if (n && here > 0 && numbers[0] > here && !c->fallback[0]) {
-    MPMCheckpointPath(mpm, numbers[0], path);
+    MPMCheckpointPath(c, numbers[0], path);
     PetscCall(MPMWarn(
-        &mpm->core.print,
+        &c->core->print,
         "there are later checkpoints, to %s: -restart_file latest takes that one until this run has written its own",
         path));
   }
   PetscCall(PetscFree(numbers));
-  if (mpm->monitor.every != c->history_was || mpm->output.every != c->output_was)
-    PetscCall(MPMPrint(&mpm->core.print, "restart    history every %g s, was %g s; snapshots every %g s, were %g s\n",
-                       (double)mpm->monitor.every, (double)c->history_was, (double)mpm->output.every,
+  if (c->monitor->every != c->history_was || c->output->every != c->output_was)
+    PetscCall(MPMPrint(&c->core->print, "restart    history every %g s, was %g s; snapshots every %g s, were %g s\n",
+                       (double)c->monitor->every, (double)c->history_was, (double)c->output->every,
                        (double)c->output_was));
-  if (c->differ[0]) PetscCall(MPMPrint(&mpm->core.print, "restart    changed options: %s\n", c->differ));
-  if (mpm->scene.dry_run) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMMonitorResume(&mpm->monitor, &mpm->core, &mpm->scene, c->own, (long)c->history_length));
-  PetscCall(MPMOutputResume(&mpm->output, &mpm->core, &mpm->scene));
+  if (c->differ[0]) PetscCall(MPMPrint(&c->core->print, "restart    changed options: %s\n", c->differ));
+  if (c->scene->dry_run) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMMonitorResume(c->monitor, c->core, c->scene, c->own, (long)c->history_length));
+  PetscCall(MPMOutputResume(c->output, c->core, c->scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

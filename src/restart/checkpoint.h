@@ -3,21 +3,13 @@
 #ifndef MPM_CHECKPOINT_H
 #define MPM_CHECKPOINT_H
 
+#include "restart/variables.h"
 #include "scene/scene.h"
 
-/* A number, several, or a text that a checkpoint has beside the particles: what is at `at` on the first process. */
-typedef enum { MPM_KEPT_REAL, MPM_KEPT_INT, MPM_KEPT_INT64, MPM_KEPT_BOOL, MPM_KEPT_TEXT } MPMKeptType;
-typedef struct {
-  const char *name;
-  MPMKeptType type;
-  PetscInt    n; /* numbers; of a text the bytes that there is room for */
-  void       *at;
-} MPMKept;
-
-PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *, const MPMScene *, PetscInt nkept, const MPMKept kept[],
+PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *, const MPMScene *, const MPMVariables *kept,
                                   PetscReal *bytes, char fault[MPM_TEXT_LEN]);
 PetscErrorCode MPMCheckpointCheck(const char path[], MPI_Comm, char fault[MPM_TEXT_LEN]);
-PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm, PetscInt nkept, const MPMKept kept[],
+PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm, const MPMVariables *kept,
                                  char fault[MPM_TEXT_LEN]);
 PetscErrorCode MPMCheckpointRows(const char path[], const MPMParticles *, PetscInt field, PetscInt64 first, PetscInt n,
                                  void *rows);
