@@ -94,10 +94,10 @@ static PetscErrorCode RoundTrip(const char path[], PetscBool all)
 {
   MPMCore    core;
   MPMScene   scene;
-  MPMVariables   kept;
+  MPMVariables kept;
   Things     was, is;
   PetscInt64 id[N];
-  PetscInt   n = UnitInt(MOST);
+  PetscInt     n = UnitInt(MOST);
   PetscReal  bytes;
   char       fault[MPM_TEXT_LEN], names[MPM_TEXT_LEN];
 

@@ -61,7 +61,8 @@ void           MPMOptionsDeclareProbes(MPMOptions, PetscInt n, char (*probes)[MP
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
 PetscErrorCode MPMOptionsMethodGiven(PetscBool *all, PetscBool *any);
 PetscErrorCode MPMOptionsFinish(MPMOptions);          /* refuses options that this scene never asked for */
-const MPMOptionRow *MPMOptionsRow(MPMOptions, const char name[]); /* of an option of the program, or NULL: it is PETSc's */
+const MPMOptionRow *MPMOptionsRow(MPMOptions,
+                                  const char name[]);      /* of an option of the program, or NULL: it is PETSc's */
 PetscBool      MPMOptionsAreIn(const char path[]);    /* is it an options file of this run? */
 void           MPMOptionsNoteFile(const char path[]); /* makes it one; -rerun reads options from other files */
 

@@ -126,10 +126,10 @@ static PetscErrorCode SumWords(const MPMVariable *v, MPI_Comm comm, PetscInt64 *
 /* Writes a variable; words: of exact sums. Returns whether HDF5 could. */
 static PetscBool WriteOne(hid_t group, const MPMVariable *v, PetscInt64 *words)
 {
-  const hsize_t n    = v->type == MPM_VARIABLE_TEXT ? 1 : (hsize_t)v->n * (words ? MPM_SUM_WORDS : 1);
-  const hid_t   type = v->type == MPM_VARIABLE_TEXT   ? H5Tcopy(H5T_C_S1)
-                       : v->type == MPM_VARIABLE_REAL ? H5Tcopy(H5T_IEEE_F64LE)
-                                                      : H5Tcopy(H5T_STD_I64LE);
+  const hsize_t n     = v->type == MPM_VARIABLE_TEXT ? 1 : (hsize_t)v->n * (words ? MPM_SUM_WORDS : 1);
+  const hid_t   type  = v->type == MPM_VARIABLE_TEXT   ? H5Tcopy(H5T_C_S1)
+                        : v->type == MPM_VARIABLE_REAL ? H5Tcopy(H5T_IEEE_F64LE)
+                                                       : H5Tcopy(H5T_STD_I64LE);
   int64_t      *whole = NULL;
   void         *from  = words ? words : v->at;
   hid_t         space, set;

@@ -9,8 +9,7 @@
 PetscErrorCode MPMCheckpointWrite(const char path[], MPMCore *, const MPMScene *, const MPMVariables *kept,
                                   PetscReal *bytes, char fault[MPM_TEXT_LEN]);
 PetscErrorCode MPMCheckpointCheck(const char path[], MPI_Comm, char fault[MPM_TEXT_LEN]);
-PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm, const MPMVariables *kept,
-                                 char fault[MPM_TEXT_LEN]);
+PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm, const MPMVariables *kept, char fault[MPM_TEXT_LEN]);
 PetscErrorCode MPMCheckpointRows(const char path[], const MPMParticles *, PetscInt field, PetscInt64 first, PetscInt n,
                                  void *rows);
 PetscErrorCode MPMCheckpointOptions(const char path[], char **options, char git[MPM_NAME_LEN]);

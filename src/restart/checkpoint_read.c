@@ -16,13 +16,13 @@ static void SetWord(MPMSum *sum, PetscInt k, int64_t word)
 /* Reads a variable; returns whether it is there with this extent. The first process gets the exact sums. */
 static PetscBool ReadOne(hid_t group, const MPMVariable *kept, PetscMPIInt rank)
 {
-  const hid_t  set   = H5Lexists(group, kept->name, H5P_DEFAULT) > 0 ? H5Dopen2(group, kept->name, H5P_DEFAULT) : -1;
-  const hid_t  type  = set >= 0 ? H5Dget_type(set) : -1;
-  const hid_t  space = set >= 0 ? H5Dget_space(set) : -1;
-  const size_t width = type >= 0 ? H5Tget_size(type) : 0;
-  const PetscInt n   = kept->n * (kept->type == MPM_VARIABLE_SUM ? MPM_SUM_WORDS : 1);
-  int64_t     *whole = NULL;
-  PetscBool    good  = PETSC_FALSE;
+  const hid_t    set   = H5Lexists(group, kept->name, H5P_DEFAULT) > 0 ? H5Dopen2(group, kept->name, H5P_DEFAULT) : -1;
+  const hid_t    type  = set >= 0 ? H5Dget_type(set) : -1;
+  const hid_t    space = set >= 0 ? H5Dget_space(set) : -1;
+  const size_t   width = type >= 0 ? H5Tget_size(type) : 0;
+  const PetscInt n     = kept->n * (kept->type == MPM_VARIABLE_SUM ? MPM_SUM_WORDS : 1);
+  int64_t       *whole = NULL;
+  PetscBool      good  = PETSC_FALSE;
 
   if (set < 0) return kept->n ? PETSC_FALSE : PETSC_TRUE;
   if (kept->type == MPM_VARIABLE_TEXT)
@@ -31,7 +31,8 @@ static PetscBool ReadOne(hid_t group, const MPMVariable *kept, PetscMPIInt rank)
                ? PETSC_TRUE
                : PETSC_FALSE;
   else if (H5Sget_simple_extent_npoints(space) == n && width == 8) {
-    const PetscBool direct = kept->type == MPM_VARIABLE_REAL || kept->type == MPM_VARIABLE_INT64 ? PETSC_TRUE : PETSC_FALSE;
+    const PetscBool direct = kept->type == MPM_VARIABLE_REAL || kept->type == MPM_VARIABLE_INT64 ? PETSC_TRUE
+                                                                                                 : PETSC_FALSE;
 
     if (!direct) whole = malloc((size_t)n * sizeof *whole);
     good = H5Dread(set, kept->type == MPM_VARIABLE_REAL ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64, H5S_ALL, H5S_ALL,
@@ -40,7 +41,8 @@ static PetscBool ReadOne(hid_t group, const MPMVariable *kept, PetscMPIInt rank)
                : PETSC_FALSE;
     for (PetscInt k = 0; whole && good && k < n; k++) {
       if (kept->type == MPM_VARIABLE_INT) ((PetscInt *)kept->at)[k] = (PetscInt)whole[k];
-      if (kept->type == MPM_VARIABLE_SUM) SetWord((MPMSum *)kept->at + k / MPM_SUM_WORDS, k % MPM_SUM_WORDS, rank ? 0 : whole[k]);
+      if (kept->type == MPM_VARIABLE_SUM)
+        SetWord((MPMSum *)kept->at + k / MPM_SUM_WORDS, k % MPM_SUM_WORDS, rank ? 0 : whole[k]);
       if (kept->type == MPM_VARIABLE_BOOL) ((PetscBool *)kept->at)[k] = whole[k] ? PETSC_TRUE : PETSC_FALSE;
     }
     free(whole);
@@ -53,8 +55,7 @@ static PetscBool ReadOne(hid_t group, const MPMVariable *kept, PetscMPIInt rank)
 
 /* Reads what a whole checkpoint keeps beside the particles, on every process. fault gets the first thing that is not
    there, as with a file of another version of the program. Collective on comm. */
-PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm comm, const MPMVariables *kept,
-                                 char fault[MPM_TEXT_LEN])
+PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm comm, const MPMVariables *kept, char fault[MPM_TEXT_LEN])
 {
   hid_t       file, group;
   PetscMPIInt rank;
@@ -68,7 +69,8 @@ PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm comm, const MPMVari
     char why[MPM_NAME_LEN + 64];
 
     if (!(kept->row[k].uses & MPM_KEPT) || !kept->row[k].at) continue;
-    (void)snprintf(why, sizeof why, "it has no %s, or another one: another version of pebble wrote it", kept->row[k].name);
+    (void)snprintf(why, sizeof why, "it has no %s, or another one: another version of pebble wrote it",
+                   kept->row[k].name);
     if (!ReadOne(group, &kept->row[k], rank)) MPMFault(fault, "cannot go on from", path, why);
   }
   H5(H5Gclose(group));
@@ -157,8 +159,7 @@ PetscErrorCode MPMCheckpointOptions(const char path[], char **options, char git[
   SETERRQ(PETSC_COMM_SELF, PETSC_ERR_SUP, "checkpoints need a PETSc with HDF5");
 }
 
-PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm comm, const MPMVariables *kept,
-                                 char fault[MPM_TEXT_LEN])
+PetscErrorCode MPMCheckpointRead(const char path[], MPI_Comm comm, const MPMVariables *kept, char fault[MPM_TEXT_LEN])
 {
   PetscFunctionBeginUser;
   MPMFault(fault, "cannot read", path, "checkpoints need a PETSc with HDF5");

@@ -167,7 +167,7 @@ static PetscErrorCode Command(const char path[], char text[], size_t len)
 
 PetscErrorCode MPMCheckpointNow(MPMCheckpoint *c)
 {
-  MPMCore *core = c->core;
+  MPMCore       *core = c->core;
   MPMVariables   kept, header;
   PetscInt       n, *numbers;
   PetscLogDouble t0, t1;
@@ -209,7 +209,7 @@ PetscErrorCode MPMCheckpointNow(MPMCheckpoint *c)
 static PetscErrorCode Rescue(MPMCheckpoint *c)
 {
   MPMCore *core = c->core;
-  char           why[MPM_TEXT_LEN], command[MPM_TEXT_LEN];
+  char     why[MPM_TEXT_LEN], command[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   if (c->rescued) PetscFunctionReturn(PETSC_SUCCESS);
@@ -227,7 +227,7 @@ static PetscErrorCode Rescue(MPMCheckpoint *c)
 
 PetscErrorCode MPMCheckpointStep(MPMCheckpoint *c, PetscBool ends)
 {
-  MPMCore *core = c->core;
+  MPMCore        *core  = c->core;
   const PetscInt  asked = ends ? MPM_ASKED_NOTHING : (PetscInt)core->status.asked;
   PetscLogDouble  now;
   PetscMPIInt     rank;
@@ -283,7 +283,7 @@ PetscErrorCode MPMCheckpointOfStop(MPMCheckpoint *c)
 
 PetscErrorCode MPMCheckpointSetFromOptions(MPMCheckpoint *c, MPMOptions o)
 {
-  PetscBool      every, wall;
+  PetscBool every, wall;
 
   PetscFunctionBeginUser;
   c->last = -1;

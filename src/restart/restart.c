@@ -89,8 +89,8 @@ static PetscErrorCode CompareOptions(MPMCheckpoint *c, MPMOptions o)
 /* Sets the file to go on from: the one given, or the last whole one of this scene. Collective on core.comm. */
 static PetscErrorCode Choose(MPMCheckpoint *c, MPMOptions o, const char given[])
 {
-  PetscInt       n, *numbers;
-  char           fault[MPM_TEXT_LEN], first[MPM_TEXT_LEN] = "";
+  PetscInt n, *numbers;
+  char     fault[MPM_TEXT_LEN], first[MPM_TEXT_LEN] = "";
 
   PetscFunctionBeginUser;
   if (strcmp(given, "latest")) {
@@ -141,7 +141,7 @@ static PetscErrorCode KeepOld(MPMCheckpoint *c, MPMOptions o)
    results there are those of another run, which -output_replace false keeps. Collective on core.comm. */
 static PetscErrorCode FindHistory(MPMCheckpoint *c, MPMOptions o)
 {
-  PetscMPIInt    rank;
+  PetscMPIInt rank;
 
   PetscFunctionBeginUser;
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -160,9 +160,9 @@ static PetscErrorCode FindHistory(MPMCheckpoint *c, MPMOptions o)
 
 PetscErrorCode MPMRestartSetFromOptions(MPMCheckpoint *c, PetscReal end, MPMOptions o)
 {
-  char           given[MPM_TEXT_LEN] = "", fault[MPM_TEXT_LEN];
-  MPMVariables   header;
-  PetscBool      set;
+  char         given[MPM_TEXT_LEN] = "", fault[MPM_TEXT_LEN];
+  MPMVariables header;
+  PetscBool    set;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "restart_file", NULL, given, &set));
@@ -287,7 +287,7 @@ PetscErrorCode MPMRestartState(MPMCheckpoint *c, MPMWalls *walls)
   MPMOutput      *out   = c->output;
   MPMMonitor     *mon   = c->monitor;
   const PetscReal every = c->every, history = mon->every, output = out->every; /* of the options of this run */
-  const PetscInt  room  = (c->snapshots + 63) / 64 * 64; /* MPMOutputStep makes more in steps of 64 */
+  const PetscInt  room = (c->snapshots + 63) / 64 * 64; /* MPMOutputStep makes more in steps of 64 */
   MPMVariables    kept;
   char            fault[MPM_TEXT_LEN], totals[MPM_TEXT_LEN];
 
@@ -326,8 +326,8 @@ PetscErrorCode MPMRestartState(MPMCheckpoint *c, MPMWalls *walls)
 
 PetscErrorCode MPMRestartFiles(MPMCheckpoint *c)
 {
-  PetscInt       here = 0, n, *numbers;
-  char           path[MPM_TEXT_LEN];
+  PetscInt here = 0, n, *numbers;
+  char     path[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   if (c->fallback[0]) PetscCall(MPMWarn(&c->core->print, "%s; going on from the one before", c->fallback));

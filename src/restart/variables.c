@@ -3,9 +3,12 @@
 
 static size_t Bytes(const MPMVariable *v)
 {
-  static const size_t size[] = {[MPM_VARIABLE_REAL]  = sizeof(PetscReal),  [MPM_VARIABLE_INT]   = sizeof(PetscInt),
-                                [MPM_VARIABLE_INT64] = sizeof(PetscInt64), [MPM_VARIABLE_BOOL]  = sizeof(PetscBool),
-                                [MPM_VARIABLE_TEXT]  = 1,                  [MPM_VARIABLE_SUM]   = sizeof(MPMSum),
+  static const size_t size[] = {[MPM_VARIABLE_REAL]  = sizeof(PetscReal),
+                                [MPM_VARIABLE_INT]   = sizeof(PetscInt),
+                                [MPM_VARIABLE_INT64] = sizeof(PetscInt64),
+                                [MPM_VARIABLE_BOOL]  = sizeof(PetscBool),
+                                [MPM_VARIABLE_TEXT]  = 1,
+                                [MPM_VARIABLE_SUM]   = sizeof(MPMSum),
                                 [MPM_VARIABLE_BYTES] = 1};
 
   return v->at && v->uses & MPM_UNDONE ? (size_t)v->n * size[v->type] : 0;

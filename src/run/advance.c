@@ -103,7 +103,8 @@ static PetscErrorCode TellCause(MPM mpm, const MPMStatus *bad)
 static PetscErrorCode Undo(MPM mpm, const MPMVariables *variables, const char copy[])
 {
   PetscFunctionBeginUser;
-  if (mpm->core.status.asked == MPM_ASKED_CHECKPOINT) MPMSignalsAsk(); /* the step that is made in its place hears of it */
+  if (mpm->core.status.asked == MPM_ASKED_CHECKPOINT)
+    MPMSignalsAsk(); /* the step that is made in its place hears of it */
   PetscCall(MPMVariablesPutBack(variables, copy));
   PetscCall(MPMParticlesPutBack(&mpm->core.particles));
   mpm->core.stop[0] = 0;

@@ -163,7 +163,8 @@ static PetscErrorCode SetUpExchange(MPM mpm)
   PetscCallMPI(MPI_Comm_size(core->comm, &size));
   if (core->exchange.type->cuts) {
     PetscCall(MPMHistogramCreate(&core->grid, core->basis, core->comm, &h));
-    PetscCall(mpm->checkpoint.from[0] ? MPMRestartHistogram(&mpm->checkpoint, &h) : MPMSceneHistogram(&mpm->scene, core, &h));
+    PetscCall(mpm->checkpoint.from[0] ? MPMRestartHistogram(&mpm->checkpoint, &h)
+                                      : MPMSceneHistogram(&mpm->scene, core, &h));
     if (!mpm->checkpoint.from[0]) PetscCall(MPMPointsHistogram(&mpm->scene, core, &h));
     PetscCall(MPMHistogramFinish(&h));
     MPMModelCosts(&mpm->cost.model, core, (PetscReal)core->particles.total / size, &core->exchange.partition.costs);
@@ -190,7 +191,8 @@ PetscErrorCode MPMSetUp(MPM mpm)
   PetscCall(SetUpExchange(mpm));
   if (core->exchange.data != MPI_COMM_NULL) { /* workers of the pool hold no particles */
     PetscCall(MPMParticlesCreate(&core->particles, core->exchange.data));
-    PetscCall(mpm->checkpoint.from[0] ? MPMRestartParticles(&mpm->checkpoint) : MPMSceneAddParticles(&mpm->scene, core));
+    PetscCall(mpm->checkpoint.from[0] ? MPMRestartParticles(&mpm->checkpoint)
+                                      : MPMSceneAddParticles(&mpm->scene, core));
     if (!mpm->checkpoint.from[0]) PetscCall(MPMPointsAdd(&mpm->scene, core));
     PetscCall(core->exchange.type->settle(core, PETSC_TRUE));
     PetscCall(DMViewFromOptions(core->particles.swarm, NULL, "-dm_view"));
@@ -262,10 +264,13 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(MPMReportProgress(mpm));
   }
   /* A run that may go on gets its checkpoint before the output of its end, which a run without a stop does not have. */
-  if (core->t < mpm->time.end && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
-  if (mpm->retry.gave_up || mpm->monitor.exceeded || mpm->watch.stopped) PetscCall(MPMCheckpointOfStop(&mpm->checkpoint));
+  if (core->t < mpm->time.end && !MPMStatusIsBad(&core->status))
+    PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
+  if (mpm->retry.gave_up || mpm->monitor.exceeded || mpm->watch.stopped)
+    PetscCall(MPMCheckpointOfStop(&mpm->checkpoint));
   if (!MPMStatusIsBad(&core->status)) PetscCall(Output(mpm, output, PETSC_TRUE));
-  if (core->t >= mpm->time.end && !MPMStatusIsBad(&core->status)) PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
+  if (core->t >= mpm->time.end && !MPMStatusIsBad(&core->status))
+    PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
   PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
   PetscCall(MPMReportEnd(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);

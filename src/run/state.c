@@ -7,12 +7,12 @@ _Static_assert(offsetof(MPMReactions, work) - offsetof(MPMReactions, impulse) ==
 
 void MPMStateList(void *run, MPMVariables *v)
 {
-  MPM               mpm     = run;
-  MPMCore          *core    = &mpm->core;
-  MPMScene         *scene   = &mpm->scene;
-  MPMMonitor       *mon     = &mpm->monitor;
-  MPMOutput        *out     = &mpm->output;
-  MPMWatch         *watch   = &mpm->watch;
+  MPM         mpm   = run;
+  MPMCore    *core  = &mpm->core;
+  MPMScene   *scene = &mpm->scene;
+  MPMMonitor *mon   = &mpm->monitor;
+  MPMOutput  *out   = &mpm->output;
+  MPMWatch   *watch = &mpm->watch;
 #define MPM_VARIABLE(name, type, n, at, uses) {#name, MPM_VARIABLE_##type, (PetscInt)(n), at, uses},
   const MPMVariable table[] = {
 #include "run/state.def"
