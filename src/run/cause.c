@@ -108,9 +108,9 @@ static PetscErrorCode FindLoad(Facts *f)
   for (PetscInt k = 0; k < scene->nloads && modulus > 0; k++) {
     PetscReal value[3] = {0}, size = 0;
 
-    if (&scene->bodies[scene->loads[k].body] != f->body) continue;
+    if (MPMLoadIsOnVolume(&scene->loads[k]) || &scene->bodies[scene->loads[k].body] != f->body) continue;
     PetscCall(MPMExpressionEvaluate(scene->loads[k].value, dim, f->at.x, f->at.x, f->mpm->core.t, value));
-    for (PetscInt d = 0; d < (scene->loads[k].pressure ? 1 : dim); d++) size += value[d] * value[d];
+    for (PetscInt d = 0; d < scene->loads[k].nc; d++) size += value[d] * value[d];
     size = PetscSqrtReal(size) / modulus;
     if (!(size > f->heaviest)) continue;
     f->heaviest = size;

@@ -74,6 +74,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMReadOptions(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMPointsCount(&mpm->scene, &mpm->core, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMVolumeLoadsCheck(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o)) MPMMeasuresNumber(&mpm->monitor.measures, &mpm->scene, &mpm->core, o);
   if (!MPMOptionsError(o)) PetscCall(MPMDoubtsRefuse(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MakeFolder(mpm, o));
@@ -104,7 +105,8 @@ static PetscBool ReadsF(MPM mpm, PetscInt shown, PetscInt material)
       (mpm->core.gaps || !MPMMaterialKnowsFlow(&scene->materials[material])))
     return PETSC_TRUE;
   for (PetscInt l = 0; l < scene->nloads; l++)
-    if (scene->bodies[scene->loads[l].body].material == material) return PETSC_TRUE;
+    if (!MPMLoadIsOnVolume(&scene->loads[l]) && scene->bodies[scene->loads[l].body].material == material)
+      return PETSC_TRUE;
   return PETSC_FALSE;
 }
 
@@ -140,7 +142,8 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->needs.kinds    = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.forced   = scene->forced || core->needs.all ? PETSC_TRUE : PETSC_FALSE;
   core->energy.loads   = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.loaded   = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.loaded   = scene->nloads > scene->nvolume ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.chosen   = scene->nvolume > 0 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.start    = scene->keeps_start || shown & MPM_BIT(X) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.rim      = core->gaps ? PETSC_TRUE : PETSC_FALSE;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS : 0;

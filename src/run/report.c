@@ -151,7 +151,35 @@ static PetscErrorCode PrintParallel(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints what each load acts on at the start, and the sum of the sizes of its forces when it is largest, as it acts on
+/* Prints what a load on a volume acts on, and how large it is when it is largest. */
+static PetscErrorCode PrintVolumeLoad(MPM mpm, const MPMLoad *load)
+{
+  const PetscInt  dim    = mpm->core.grid.dim;
+  const PetscReal x[3]   = {0};
+  const char     *unit   = load->type == MPM_LOAD_FORCE ? "N" : "N m";
+  PetscReal       most = 0, at = 0;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k <= 10; k++) {
+    const PetscReal t = mpm->time.end * k / 10;
+    PetscReal       value[3] = {0}, size = 0;
+
+    PetscCall(MPMExpressionEvaluate(load->value, dim, x, NULL, t, value));
+    for (PetscInt d = 0; d < load->nc; d++) size += value[d] * value[d];
+    if (size > most) at = t;
+    most = PetscMax(most, size);
+  }
+  PetscCall(MPMPrint(&mpm->core.print, "load       %s: %s on %" PetscInt64_FMT " particles of %s, in all %.3g %s at t=%.3g s\n",
+                     load->name, load->type == MPM_LOAD_FORCE ? "force" : "torque", load->n,
+                     mpm->scene.bodies[load->body].name, (double)PetscSqrtReal(most), unit, (double)at));
+  if (!(most > 0))
+    PetscCall(MPMWarn(&mpm->core.print,
+                      "load %s is 0 at the start and after each tenth of -time_end; see -load_%s_value", load->name,
+                      load->name));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Prints what each load on a surface acts on at the start, and the sum of the sizes of its forces when it is largest, as it acts on
    the particles at their start. Collective on the exchange. */
 static PetscErrorCode PrintLoads(MPM mpm)
 {
@@ -168,6 +196,10 @@ static PetscErrorCode PrintLoads(MPM mpm)
     PetscInt64     n[7]    = {0}; /* particles, and their sides */
     PetscReal      area[3] = {0}, most = 0, at = 0;
 
+    if (MPMLoadIsOnVolume(load)) {
+      PetscCall(PrintVolumeLoad(mpm, load));
+      continue;
+    }
     for (PetscInt p = 0; p < view.n; p++) {
       PetscInt sides = 0;
 
@@ -181,7 +213,7 @@ static PetscErrorCode PrintLoads(MPM mpm)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, 7, MPIU_INT64, MPI_SUM, mpm->core.exchange.data));
     PetscCall(MPMPrint(&mpm->core.print,
                        "load       %s: %s on %" PetscInt64_FMT " particles of %s, area along each axis (", load->name,
-                       load->pressure ? "pressure" : "traction", n[0], body->name));
+                       load->type == MPM_LOAD_PRESSURE ? "pressure" : "traction", n[0], body->name));
     for (PetscInt d = 0; d < dim; d++) {
       area[d] = (PetscReal)(n[1 + 2 * d] + n[2 + 2 * d]);
       for (PetscInt e = 0; e < dim; e++) area[d] *= e == d ? 1 : body->b[e];
