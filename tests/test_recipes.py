@@ -201,19 +201,19 @@ MPM_SCHEME(usavg, PETSC_FALSE, "half of the stress before the advance, half afte
 TRANSFER = [("src/step/transfer.def", None, """\
 MPM_TRANSFER(flap, -1, 0, MPM_NO_ROUNDS, MPM_BOUNDS_UNKNOWN, "as flip")
 """)]
-WARNING = [("src/run/doubts.c", "/* Prints the warnings and a note before", """\
-static PetscErrorCode WarnTall(MPM mpm)
+WARNING = [("src/advice/doubts.c", "/* Prints the warnings and a note before", """\
+static PetscErrorCode WarnTall(const MPMCore *core)
 {
-  const MPMGrid *grid = &mpm->core.grid;
+  const MPMGrid *grid = &core->grid;
 
   PetscFunctionBeginUser;
   if (grid->dim > 1 && grid->cells[1] > 40 * grid->cells[0])
-    PetscCall(MPMWarn(&mpm->core.print, "the grid is tall"));
+    PetscCall(MPMWarn(&core->print, "the grid is tall"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-"""), ("src/run/doubts.c", "  PetscCall(WarnFall(mpm));", """\
-  PetscCall(WarnTall(mpm));
+"""), ("src/advice/doubts.c", "  PetscCall(WarnFall(core, scene));", """\
+  PetscCall(WarnTall(core));
 """)]
 
 

@@ -95,7 +95,7 @@ static void CheckState(MPM mpm)
 static PetscErrorCode TellCause(MPM mpm, const MPMStatus *bad)
 {
   PetscFunctionBeginUser;
-  if (MPMStatusIsBad(bad)) PetscCall(MPMCauseTell(mpm, bad));
+  if (MPMStatusIsBad(bad)) PetscCall(MPMCauseTell(&mpm->watch, &mpm->core, &mpm->scene, &mpm->method, &mpm->time, bad));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -128,8 +128,8 @@ static PetscErrorCode Save(MPM mpm, Before *b)
   b->kicked     = core->kicked;
   b->dt         = core->params.dt;
   b->flip       = core->params.flip;
-  b->courant    = mpm->courant;
-  b->wave       = mpm->wave;
+  b->courant    = mpm->watch.courant;
+  b->wave       = mpm->watch.wave;
   b->energy_max = mon->energy_max;
   b->speed_max  = mon->speed_max;
   b->step       = core->step;
@@ -153,22 +153,22 @@ static PetscErrorCode Undo(MPM mpm, const Before *b)
 
   PetscFunctionBeginUser;
   if (core->status.asked == MPM_ASKED_CHECKPOINT) MPMSignalsAsk(); /* the step that is made in its place hears of it */
-  core->status      = b->status;
-  core->t           = b->t;
-  core->kicked      = b->kicked;
-  core->step        = b->step;
-  core->params.dt   = b->dt;
-  core->params.flip = b->flip;
-  core->stop[0]     = 0;
-  mpm->courant      = b->courant;
-  mpm->wave         = b->wave;
-  mon->now          = b->now;
-  mpm->scene.walls  = b->walls;
-  core->damping     = b->damping;
-  core->volumes     = b->volumes;
-  mon->energy_max   = b->energy_max;
-  mon->speed_max    = b->speed_max;
-  mon->looked       = b->looked;
+  core->status       = b->status;
+  core->t            = b->t;
+  core->kicked       = b->kicked;
+  core->step         = b->step;
+  core->params.dt    = b->dt;
+  core->params.flip  = b->flip;
+  core->stop[0]      = 0;
+  mpm->watch.courant = b->courant;
+  mpm->watch.wave    = b->wave;
+  mon->now           = b->now;
+  mpm->scene.walls   = b->walls;
+  core->damping      = b->damping;
+  core->volumes      = b->volumes;
+  mon->energy_max    = b->energy_max;
+  mon->speed_max     = b->speed_max;
+  mon->looked        = b->looked;
   PetscCall(PetscArraycpy(core->energy.sum, b->energy, MPM_NUM_ENERGIES));
   if (core->reactions) {
     PetscCall(PetscMemcpy(core->reactions->impulse, b->impulse, sizeof b->impulse));
@@ -207,8 +207,8 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   core->params.dt   = now;
   MPMDamp(core, &mpm->method);
   PetscCall(MPMSceneMoveWalls(&mpm->scene, core, core->t + 0.5 * core->params.dt));
-  mpm->courant = PetscMax(mpm->courant, MPMCourant(core, core->params.dt));
-  mpm->wave    = PetscMax(mpm->wave, MPMWaveCourant(core, core->params.dt));
+  mpm->watch.courant = PetscMax(mpm->watch.courant, MPMCourant(core, core->params.dt));
+  mpm->watch.wave    = PetscMax(mpm->watch.wave, MPMWaveCourant(core, core->params.dt));
   PetscCall(MPMStepMake(core, &mpm->scene));
   MPMScenePassWalls(&mpm->scene, core, core->params.dt);
   CheckState(mpm);
@@ -224,10 +224,9 @@ static PetscErrorCode TellRetry(MPM mpm, const char why[], PetscReal dt)
 {
   PetscFunctionBeginUser;
   if (mpm->retry.undone > 1) PetscFunctionReturn(PETSC_SUCCESS);
-  if (mpm->report.progress) PetscCall(MPMPrint(&mpm->core.print, "\r\033[K"));
-  PetscCall(MPMPrint(&mpm->core.print,
-                     "retry      step %" PetscInt_FMT " from t=%g s is undone and made again with dt=%.3g s: %s\n",
-                     mpm->core.step + 1, (double)mpm->core.t, (double)dt, why));
+  PetscCall(MPMSay(&mpm->core.print, "retry",
+                   "step %" PetscInt_FMT " from t=%g s is undone and made again with dt=%.3g s: %s", mpm->core.step + 1,
+                   (double)mpm->core.t, (double)dt, why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -290,7 +289,6 @@ static PetscErrorCode End(MPM mpm)
   if (core->status.bad == MPM_GONE) {
     NameParticle(mpm, who, at);
     if (core->particles.total == core->particles.born) {
-      if (mpm->report.progress) PetscCall(MPMPrint(&core->print, "\r\033[K"));
       PetscCall(MPMWarn(&core->print, "%s left the grid at t=%g s, to %s, and is removed (-particles_leave delete)",
                         who, (double)core->t, at));
     }
@@ -312,12 +310,12 @@ PetscErrorCode MPMAdvance(MPM mpm)
 
   PetscFunctionBeginUser;
   if (!(dt > 0 && core->t + dt > core->t)) {
-    PetscCall(MPMWatchShort(mpm, dt));
+    PetscCall(MPMWatchShort(&mpm->watch, core, &mpm->scene, &mpm->method, &mpm->time, dt));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMSceneCheckWalls(&mpm->scene, core, core->t + 0.5 * dt));
   if (core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMWatchStep(mpm, normal));
+  PetscCall(MPMWatchStep(&mpm->watch, core, &mpm->scene, &mpm->time, normal));
   PetscCall(mpm->retry.on ? TryAgain(mpm, normal, dt) : Try(mpm, dt));
   if (!mpm->retry.gave_up) PetscCall(TellCause(mpm, &core->status));
   if (!MPMStatusIsBad(&core->status) && !mpm->retry.gave_up) PetscCall(End(mpm));

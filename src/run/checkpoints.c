@@ -144,8 +144,8 @@ PetscInt MPMCheckpointKept(MPM mpm, MPMKept kept[])
        {"kicked", MPM_KEPT_REAL, 1, &core->kicked},
        {"speed2", MPM_KEPT_REAL, 1, &core->status.v2},
        {"wave_speed2", MPM_KEPT_REAL, 1, &core->status.c2},
-       {"courant", MPM_KEPT_REAL, 1, &mpm->courant},
-       {"courant_wave", MPM_KEPT_REAL, 1, &mpm->wave},
+       {"courant", MPM_KEPT_REAL, 1, &watch->courant},
+       {"courant_wave", MPM_KEPT_REAL, 1, &watch->wave},
        {"energies", MPM_KEPT_INT64, MPM_NUM_ENERGIES * MPM_SUM_WORDS, c->energies},
        {"lost", MPM_KEPT_INT64, MPM_NUM_LOST * MPM_SUM_WORDS, c->lost},
        {"wall_velocity", MPM_KEPT_REAL, 18, mpm->scene.walls.velocity},
@@ -302,9 +302,8 @@ PetscErrorCode MPMCheckpointNow(MPM mpm)
   if (!rank) PetscCall(RemoveOld(mpm));
   (void)snprintf(c->path, sizeof c->path, "%s", path);
   PetscCall(MPMTimersClock(&core->timers, &t1));
-  if (mpm->report.progress) PetscCall(MPMPrint(&core->print, "\r\033[K"));
-  PetscCall(MPMPrint(&core->print, "checkpoint step %" PetscInt_FMT ", t=%g s: %s, %.3g MB in %.2g s\n", core->step,
-                     (double)core->t, path, (double)(bytes / 1e6), t1 - t0));
+  PetscCall(MPMSay(&core->print, "checkpoint", "step %" PetscInt_FMT ", t=%g s: %s, %.3g MB in %.2g s", core->step,
+                   (double)core->t, path, (double)(bytes / 1e6), t1 - t0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

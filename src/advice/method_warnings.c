@@ -2,11 +2,12 @@
    answers (docs/choosing.md). Each is one line before the first step, which names the setting and another one that
    works. */
 #include <stdarg.h>
-#include "run/mpm.h"
+#include "advice/advice.h"
 
 /* Prints a warning that begins with the name of the method. */
-static PetscErrorCode Warn(MPM mpm, const char format[], ...) PETSC_ATTRIBUTE_FORMAT(2, 3);
-static PetscErrorCode Warn(MPM mpm, const char format[], ...)
+static PetscErrorCode Warn(const MPMCore *core, const MPMMethod *method, const char format[], ...)
+    PETSC_ATTRIBUTE_FORMAT(3, 4);
+static PetscErrorCode Warn(const MPMCore *core, const MPMMethod *method, const char format[], ...)
 {
   char    text[MPM_TEXT_LEN];
   va_list args;
@@ -15,15 +16,15 @@ static PetscErrorCode Warn(MPM mpm, const char format[], ...)
   va_start(args, format);
   (void)vsnprintf(text, sizeof text, format, args);
   va_end(args);
-  PetscCall(MPMWarn(&mpm->core.print, "%s with %s and %s %s", MPMBasisNames[mpm->core.basis], mpm->method.scheme->name,
-                    mpm->method.transfer->name, text));
+  PetscCall(MPMWarn(&core->print, "%s with %s and %s %s", MPMBasisNames[core->basis], method->scheme->name,
+                    method->transfer->name, text));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Returns the option for shorter steps, behind which a number has to stand. */
-static const char *ShorterSteps(MPM mpm)
+static const char *ShorterSteps(const MPMTime *time)
 {
-  return mpm->time.fixed > 0 ? "-dt_size auto -dt_cfl" : "-dt_cfl";
+  return time->fixed > 0 ? "-dt_size auto -dt_cfl" : "-dt_cfl";
 }
 
 const char *MPMMethodSpline(void)
@@ -34,44 +35,44 @@ const char *MPMMethodSpline(void)
   return "-method_basis bspline2 without -method_gimp_update";
 }
 
-static PetscBool IsAdvised(MPM mpm)
+static PetscBool IsAdvised(const MPMMethod *method)
 {
-  return strcmp(mpm->method.scheme->name, MPM_UPDATE_ADVISED) ? PETSC_FALSE : PETSC_TRUE;
+  return strcmp(method->scheme->name, MPM_UPDATE_ADVISED) ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* Described in mpm.h: usl with the same basis, or with quadratic splines, with shorter steps if it needs them. */
-void MPMMethodStable(MPM mpm, PetscReal C, char options[MPM_TEXT_LEN])
+/* Writes the options of a method like this one that is stable where particles cross cells with steps of C = c dt/h: usl with the same basis, or with quadratic splines, with shorter steps if it needs them. */
+static void Stable(const MPMCore *core, const MPMMethod *method, const MPMTime *time, PetscReal C,
+                   char options[MPM_TEXT_LEN])
 {
-  const MPMBasis  own = mpm->core.basis, basis[] = {own, MPM_BASIS_bspline2};
-  const PetscBool usl = IsAdvised(mpm);
+  const MPMBasis  own = core->basis, basis[] = {own, MPM_BASIS_bspline2};
+  const PetscBool usl = IsAdvised(method);
 
   for (PetscInt k = 0; k < 2; k++) {
-    const MPMStable stable           = MPMStableWith(&mpm->core, &mpm->method, basis[k], MPM_UPDATE_ADVISED);
+    const MPMStable stable           = MPMStableWith(core, method, basis[k], MPM_UPDATE_ADVISED);
     char            dt[MPM_NAME_LEN] = "";
 
     if (!(stable.crossing > 0) || (!k && (usl || stable.crossing < C))) continue;
-    if (stable.crossing < C) (void)snprintf(dt, sizeof dt, " %s %g", ShorterSteps(mpm), (double)stable.cfl);
+    if (stable.crossing < C) (void)snprintf(dt, sizeof dt, " %s %g", ShorterSteps(time), (double)stable.cfl);
     (void)snprintf(options, MPM_TEXT_LEN, "%s%s%s%s", usl ? "" : "-method_update " MPM_UPDATE_ADVISED,
                    basis[k] != own && !usl ? " " : "", basis[k] != own ? MPMMethodSpline() : "", dt);
     return;
   }
 }
 
-void MPMMethodWrong(MPM mpm, char why[MPM_TEXT_LEN])
+static void Wrong(const MPMCore *core, const MPMMethod *method, const MPMTime *time, char why[MPM_TEXT_LEN])
 {
-  const MPMTransfer *transfer = mpm->method.transfer;
-  const PetscBool  linear = mpm->core.basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE, keeps = transfer->flip < 0;
-  const PetscReal *wrong              = MPMStableWrong(&mpm->core, &mpm->method);
-  char             cure[MPM_TEXT_LEN] = "";
+  const MPMTransfer *transfer = method->transfer;
+  const PetscBool    linear = core->basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE, keeps = transfer->flip < 0;
+  const PetscReal   *wrong              = MPMStableWrong(core, method);
+  char               cure[MPM_TEXT_LEN] = "";
 
   why[0] = 0;
-  if (MPMStableOf(&mpm->core, &mpm->method).crossing == 0) {
-    MPMMethodStable(mpm, 0, cure);
+  if (MPMStableOf(core, method).crossing == 0) {
+    Stable(core, method, time, 0, cure);
     (void)snprintf(why, MPM_TEXT_LEN, "is unstable where particles cross cells%s; use %s",
                    linear ? ": nodes with almost no mass get arbitrary velocity gradients" : "",
-                   mpm->core.params.strain > 0 && keeps && !linear && IsAdvised(mpm) ? "-method_affine_strain 0"
-                                                                                     : cure);
-  } else if (transfer->bounds == MPM_BOUNDS_FILTERED && (transfer->rounds != MPM_FILTER || mpm->core.params.order == 1))
+                   core->params.strain > 0 && keeps && !linear && IsAdvised(method) ? "-method_affine_strain 0" : cure);
+  } else if (transfer->bounds == MPM_BOUNDS_FILTERED && (transfer->rounds != MPM_FILTER || core->params.order == 1))
     (void)snprintf(why, MPM_TEXT_LEN,
                    "stops all motion in the time in which a wave crosses some cells; use -method_transfer aflip");
   else if (wrong)
@@ -90,13 +91,12 @@ static PetscReal Round(PetscReal x)
 
 /* Warns of steps that are too long for the method, or notes that nothing is known of them. The remedy must not lead to
    the next warning: noise in n steps of C grows with n C^2, and in a given time with C. */
-static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
+static PetscErrorCode WarnOfSteps(const MPMCore *core, const MPMMethod *method, const MPMTime *time, PetscReal dt)
 {
-  const MPMCore  *core   = &mpm->core;
-  const MPMStable stable = MPMStableOf(core, &mpm->method);
+  const MPMStable stable = MPMStableOf(core, method);
   const PetscReal C = MPMWaveCourant(core, dt), courant = MPMCourant(core, dt), grows = stable.grows / (C * C);
-  const PetscReal end   = (PetscReal)core->step + (mpm->time.end - core->t) / dt,
-                  steps = PetscMin(end, (PetscReal)mpm->time.max_steps);
+  const PetscReal end   = (PetscReal)core->step + (time->end - core->t) / dt,
+                  steps = PetscMin(end, (PetscReal)time->max_steps);
   const PetscReal most  = stable.grows > 0      ? stable.grows / (end * C)
                           : stable.crossing > 0 ? stable.crossing
                                                 : stable.rest;
@@ -104,85 +104,88 @@ static PetscErrorCode WarnOfSteps(MPM mpm, PetscReal dt)
   char            cure[MPM_TEXT_LEN] = "", shorter[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  (void)snprintf(shorter, sizeof shorter, "%s %g", ShorterSteps(mpm), (double)use);
-  if (use < 0.1 || stable.crossing == 0) MPMMethodStable(mpm, 0, cure); /* such short steps are hardly meant */
+  (void)snprintf(shorter, sizeof shorter, "%s %g", ShorterSteps(time), (double)use);
+  if (use < MPM_BOUND_short_remedy || stable.crossing == 0)
+    Stable(core, method, time, 0, cure); /* such short steps are hardly meant */
   if (cure[0])
-    (void)snprintf(shorter, sizeof shorter, "%.1800s %s", cure, mpm->time.fixed > 0 ? "-dt_size auto" : "-dt_cfl 0.4");
+    (void)snprintf(shorter, sizeof shorter, "%.1800s %s", cure, time->fixed > 0 ? "-dt_size auto" : "-dt_cfl 0.4");
   if (!stable.known)
     PetscCall(MPMNote(
         &core->print,
         "it has not been measured up to which time step %s with %s and %s is stable; compare with a run of half of it",
-        MPMBasisNames[core->basis], mpm->method.scheme->name, mpm->method.transfer->name));
+        MPMBasisNames[core->basis], method->scheme->name, method->transfer->name));
   if (C > stable.rest * (1 + 1e-9))
-    PetscCall(Warn(mpm, "is stable up to dt = %g h/c, and dt is %.3g h/c: expect the run to blow up; use %s",
+    PetscCall(Warn(core, method, "is stable up to dt = %g h/c, and dt is %.3g h/c: expect the run to blow up; use %s",
                    (double)stable.rest, (double)C, shorter));
-  else if (courant > 1)
-    PetscCall(Warn(mpm, "has dt = %.3g h/(c+|v|), above 1: expect the run to blow up where matter moves; use %s",
+  else if (courant > MPM_BOUND_courant)
+    PetscCall(Warn(core, method,
+                   "has dt = %.3g h/(c+|v|), above 1: expect the run to blow up where matter moves; use %s",
                    (double)courant, shorter));
   else if (stable.crossing > 0 && C > stable.crossing * (1 + 1e-9)) {
-    MPMMethodStable(mpm, C, cure);
+    Stable(core, method, time, C, cure);
     if (!(stable.grows > 0))
-      PetscCall(Warn(mpm, "amplifies noise where particles cross cells if dt is above %g h/c (here %.3g); use %s%s%s",
-                     (double)stable.crossing, (double)C, cure, use < 0.1 ? "" : " or ", use < 0.1 ? "" : shorter));
+      PetscCall(Warn(core, method,
+                     "amplifies noise where particles cross cells if dt is above %g h/c (here %.3g); use %s%s%s",
+                     (double)stable.crossing, (double)C, cure, use < MPM_BOUND_short_remedy ? "" : " or ",
+                     use < MPM_BOUND_short_remedy ? "" : shorter));
     else if (steps > grows)
-      PetscCall(Warn(mpm, "amplifies noise where particles cross cells, tenfold in about %g of the %.0f steps; use %s",
+      PetscCall(Warn(core, method,
+                     "amplifies noise where particles cross cells, tenfold in about %g of the %.0f steps; use %s",
                      (double)Round(grows), (double)steps, cure));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Warns of methods that gave wrong answers. */
-static PetscErrorCode WarnOfMethod(MPM mpm)
+static PetscErrorCode WarnOfMethod(const MPMCore *core, const MPMMethod *method, const MPMTime *time)
 {
   char why[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  MPMMethodWrong(mpm, why);
-  if (why[0]) PetscCall(Warn(mpm, "%s", why));
+  Wrong(core, method, time, why);
+  if (why[0]) PetscCall(Warn(core, method, "%s", why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Warns if bodies differ so much in stiffness, or steps are so short, that what a transfer loses in each step counts. */
-static PetscErrorCode WarnOfLoss(MPM mpm, PetscReal dt)
+static PetscErrorCode WarnOfLoss(const MPMCore *core, const MPMScene *scene, const MPMMethod *method, PetscReal dt)
 {
-  const MPMCore  *core  = &mpm->core;
-  const PetscBool each  = mpm->method.rate == 0 && mpm->method.viscosity == 0 && core->params.flip < 1 ? PETSC_TRUE
-                                                                                                       : PETSC_FALSE;
+  const PetscBool each  = method->rate == 0 && method->viscosity == 0 && core->params.flip < 1 ? PETSC_TRUE
+                                                                                               : PETSC_FALSE;
   PetscReal       least = PETSC_MAX_REAL, c2 = core->status.c2;
 
   PetscFunctionBeginUser;
   if (!each) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {
-    const MPMMaterial *m = &mpm->scene.materials[k];
+  for (PetscInt k = 0; k < scene->nmaterials; k++) {
+    const MPMMaterial *m = &scene->materials[k];
 
     least = PetscMin(least, (m->K > 0 ? m->K : m->lambda + 2 * m->mu) / m->rho);
   }
-  if (least * 1e3 < c2)
-    PetscCall(Warn(mpm,
+  if (least * MPM_BOUND_stiff < c2)
+    PetscCall(Warn(core, method,
                    "loses energy in each step, and the steps are those of the stiffest body: the softest one loses "
                    "most of its motion; use -method_transfer aflip -method_flip 1"));
-  else if (MPMCourant(core, dt) < 0.05)
-    PetscCall(
-        Warn(mpm, "loses energy in each step, however short; use -method_transfer aflip, or -method_damping_rate"));
+  else if (MPMCourant(core, dt) < MPM_BOUND_short_step)
+    PetscCall(Warn(core, method,
+                   "loses energy in each step, however short; use -method_transfer aflip, or -method_damping_rate"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Warns if a body spins and the transfer does not keep rotation. Sums for each body: m, m x [3], m v [3], m |x|^2,
    m |v|^2, and the moment m x cross v [3]. */
-static PetscErrorCode WarnOfSpin(MPM mpm)
+static PetscErrorCode WarnOfSpin(MPMCore *core, const MPMScene *scene, const MPMMethod *method, PetscReal end)
 {
   enum { M, X, V = X + 3, XX = V + 3, VV, L, N = L + 3 };
-  const PetscInt  dim = mpm->core.grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v);
-  const PetscBool affine = mpm->method.transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
-  const MPMScene *scene  = &mpm->scene;
+  const PetscInt  dim = core->grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v);
+  const PetscBool affine = method->transfer->parts & MPM_AFFINE ? PETSC_TRUE : PETSC_FALSE;
   PetscReal      *sum;
   MPMView         view;
 
   PetscFunctionBeginUser;
-  if (dim == 1 || (affine && mpm->method.transfer->flip >= 0)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (mpm->method.transfer->bounds == MPM_BOUNDS_UNKNOWN) PetscFunctionReturn(PETSC_SUCCESS);
+  if (dim == 1 || (affine && method->transfer->flip >= 0)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (method->transfer->bounds == MPM_BOUNDS_UNKNOWN) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(N * scene->nbodies, &sum));
-  PetscCall(MPMParticlesGetView(&mpm->core.particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     PetscReal x[3] = {0}, v[3] = {0}, *s;
 
@@ -198,9 +201,9 @@ static PetscErrorCode WarnOfSpin(MPM mpm)
     s[M] += 1;
     for (PetscInt d = 0; d < 3; d++) s[L + d] += x[(d + 1) % 3] * v[(d + 2) % 3] - x[(d + 2) % 3] * v[(d + 1) % 3];
   }
-  PetscCall(MPMParticlesRestoreView(&mpm->core.particles, fields, &view));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, (PetscMPIInt)(N * scene->nbodies), MPIU_REAL, MPIU_SUM,
-                             mpm->core.exchange.data));
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCallMPI(
+      MPI_Allreduce(MPI_IN_PLACE, sum, (PetscMPIInt)(N * scene->nbodies), MPIU_REAL, MPIU_SUM, core->exchange.data));
   for (PetscInt b = 0; b < scene->nbodies; b++) { /* a body has one density: its mass cancels */
     PetscReal *s = sum + N * b, l2 = 0, xx = s[XX], vv = s[VV];
 
@@ -212,17 +215,18 @@ static PetscErrorCode WarnOfSpin(MPM mpm)
       xx -= s[X + d] * s[X + d] / s[M];
       vv -= s[V + d] * s[V + d] / s[M];
     }
-    if (l2 > 0.25 * xx * vv && vv > 1e-6 * s[VV]) { /* l^2 <= xx vv, and equal in 2-D if it only spins */
-      const PetscReal turns = mpm->time.end * PetscSqrtReal(vv / xx) / (2 * PETSC_PI);
+    if (l2 > MPM_BOUND_spin * xx * vv &&
+        vv > MPM_BOUND_still * s[VV]) { /* l^2 <= xx vv, and equal in 2-D if it only spins */
+      const PetscReal turns = end * PetscSqrtReal(vv / xx) / (2 * PETSC_PI);
 
       if (!affine)
-        PetscCall(Warn(mpm,
+        PetscCall(Warn(core, method,
                        "slows down the spin of body %s by a quarter to a third in 3 turns of a disk of 8 cells; "
                        "-method_transfer aflip keeps it",
                        scene->bodies[b].name));
-      else if (turns > 20)
+      else if (turns > MPM_BOUND_turns)
         PetscCall(
-            Warn(mpm,
+            Warn(core, method,
                  "slows down the spin of body %s by 10 to 30 %% in 100 turns of a disk of 8 cells, and the run has "
                  "%.0f; -method_transfer afmpm keeps it",
                  scene->bodies[b].name, (double)turns));
@@ -233,28 +237,30 @@ static PetscErrorCode WarnOfSpin(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscBool MPMMethodAmplifies(MPM mpm, char what[MPM_TEXT_LEN], char options[MPM_TEXT_LEN])
+PetscBool MPMMethodAmplifies(const MPMCore *core, const MPMMethod *method, const MPMTime *time, const MPMWatch *w,
+                             char what[MPM_TEXT_LEN], char options[MPM_TEXT_LEN])
 {
-  const MPMStable stable = MPMStableOf(&mpm->core, &mpm->method);
-  const PetscReal C = mpm->wave, grows = stable.grows / (C * C), steps = (PetscReal)mpm->core.step;
+  const MPMStable stable = MPMStableOf(core, method);
+  const PetscReal C = w->wave, grows = stable.grows / (C * C), steps = (PetscReal)core->step;
 
-  if (stable.crossing > 0 && !(C > stable.crossing && steps > grows && mpm->watch.grows_at >= 0)) return PETSC_FALSE;
+  if (stable.crossing > 0 && !(C > stable.crossing && steps > grows && w->grows_at >= 0)) return PETSC_FALSE;
   (void)snprintf(what, MPM_TEXT_LEN,
                  stable.crossing > 0
                      ? "the method amplifies noise where particles cross cells, tenfold in about %g steps"
                      : "the method is unstable where particles cross cells",
                  (double)Round(grows));
   if (stable.crossing > 0 && !(grows > 0)) what[strcspn(what, ",")] = 0;
-  MPMMethodStable(mpm, C, options);
+  Stable(core, method, time, C, options);
   return PETSC_TRUE;
 }
 
-PetscErrorCode MPMMethodWarnings(MPM mpm, PetscReal dt)
+PetscErrorCode MPMMethodWarnings(MPMCore *core, const MPMScene *scene, const MPMMethod *method, const MPMTime *time,
+                                 PetscReal dt)
 {
   PetscFunctionBeginUser;
-  PetscCall(WarnOfSteps(mpm, dt));
-  PetscCall(WarnOfMethod(mpm));
-  PetscCall(WarnOfLoss(mpm, dt));
-  PetscCall(WarnOfSpin(mpm));
+  PetscCall(WarnOfSteps(core, method, time, dt));
+  PetscCall(WarnOfMethod(core, method, time));
+  PetscCall(WarnOfLoss(core, scene, method, dt));
+  PetscCall(WarnOfSpin(core, scene, method, time->end));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
