@@ -1,6 +1,6 @@
-/* advice.h - what a run tells its user: notes and warnings on a valid scene and its method, what the run will take, what it
-   found, and its progress. watch.h has what is watched while it runs. The functions get what they read of a run; none
-   changes its state. */
+/* advice.h - what a run tells its user: notes and warnings on a valid scene and its method, what the run will take,
+   what it found, and its progress. watch.h has what is watched while it runs. The functions get what they read of a
+   run; none changes its state. */
 #ifndef MPM_ADVICE_H
 #define MPM_ADVICE_H
 
@@ -27,15 +27,15 @@ typedef struct {
 } MPMForecast;
 MPMForecast MPMForecastOf(const MPMCore *, const MPMTime *, const MPMMonitor *, const MPMOutput *, const MPMCost *);
 
-/* --- Notes and warnings -------------------------------------------------------------------------------------------- */
+/* --- Notes and warnings ------------------------------------------------------------------------------------------- */
 
 /* Prints notes on the options, before anything else of a run or a calibration (notes.c). Collective on core.comm. */
 PetscErrorCode MPMNotes(const MPMCore *, const MPMScene *, const MPMMonitor *, const MPMOutput *, const MPMReport *);
 
 /* Tell what is doubtful in a valid scene: refuse it in the options, before anything is made, or note odd values
-   (doubts.c); warn of where matter is at the start, and what walls will do (doubts_start.c); warn of the rest (doubts.c).
-   restarted: the run goes on, so particles are not where they started. Not collective, but for the third, on
-   exchange.data. */
+   (doubts.c); warn of where matter is at the start, and what walls will do (doubts_start.c); warn of the rest
+   (doubts.c). restarted: the run goes on, so particles are not where they started. Not collective, but for the third,
+   on exchange.data. */
 PetscErrorCode MPMDoubtsRefuse(const MPMCore *, const MPMScene *, const MPMTime *, MPMOptions);
 PetscErrorCode MPMDoubtsNote(const MPMCore *, const MPMScene *);
 PetscErrorCode MPMDoubtsStart(MPMCore *, const MPMScene *, const MPMTime *, PetscBool restarted);
@@ -49,24 +49,25 @@ PetscErrorCode MPMMethodWarnings(MPMCore *, const MPMScene *, const MPMMethod *,
 /* Returns the option of quadratic splines (method_warnings.c). Not collective. */
 const char *MPMMethodSpline(void);
 
-/* --- What a run will take ------------------------------------------------------------------------------------------ */
+/* --- What a run will take ----------------------------------------------------------------------------------------- */
 
-/* Return the memory of this process in bytes, "VmRSS", or the most that it had, "VmHWM"; and print the largest that a run
+/* Return the memory of this process in bytes, "VmRSS", or the most that it had, "VmHWM"; print the largest that a run
    of so many seconds will need, with snapshots or without (memory.c). The second is collective on exchange.data. */
 PetscReal      MPMMemoryHere(const char what[]);
 PetscErrorCode MPMMemoryPrint(const MPMCore *, const MPMReport *, const MPMCost *, PetscBool snapshots,
                               PetscReal seconds);
 
-/* Prints with -dry_run how large the files of the run will be, of which `kept` checkpoints are there at a time, and warns
-   if their disk has less room (disk.c). Not collective. */
+/* Prints with -dry_run how large the files of the run will be, of which `kept` checkpoints are there at a time, and
+   warns if their disk has less room (disk.c). Not collective. */
 PetscErrorCode MPMDiskPrint(const MPMCore *, const MPMMonitor *, const MPMOutput *, const MPMForecast *, PetscReal kept,
                             PetscBool dry);
 
-/* --- Lines of a run (report*.c); run/prints.c has their sequence --------------------------------------------------- */
+/* --- Lines of a run (report*.c); run/prints.c has their sequence -------------------------------------------------- */
 
-/* Before the first step: grid and particles; bodies; fields and memory; the method; how the work is divided; the predicted
-   time; what each load acts on at the start, and the sum of the sizes of its forces when it is largest until `end`, s, as
-   it acts on the particles at their start. Not collective, but for bodies, parallel and loads: on exchange.data. */
+/* Before the first step: grid and particles; bodies; fields and memory; the method; how the work is divided; the
+   predicted time; what each load acts on at the start, and the sum of the sizes of its forces when it is largest until
+   `end`, s, as it acts on the particles at their start. Not collective, but for bodies, parallel and loads: on
+   exchange.data. */
 PetscErrorCode MPMReportScene(const MPMCore *, const MPMScene *);
 PetscErrorCode MPMReportBodies(MPMCore *, const MPMScene *);
 PetscErrorCode MPMReportFields(const MPMCore *);

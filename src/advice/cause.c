@@ -249,23 +249,20 @@ static const Case cases[] = {Case_force,  Case_step,    Case_law,  Case_method, 
 static void TellParticle(const Facts *f, char text[MPM_TEXT_LEN])
 {
   PetscReal speed = 0;
-  size_t    n;
 
   for (PetscInt d = 0; d < f->core->grid.dim; d++) speed += f->at.of[d] * f->at.of[d];
   if (!f->others)
     (void)snprintf(text, MPM_TEXT_LEN, "it is alone, no other particle shares its nodes");
   else
     (void)snprintf(text, MPM_TEXT_LEN, "the nearest particle is %.2g cells away", (double)f->nearest);
-  n = strlen(text);
   if (f->face >= 0 && f->away >= 0)
-    (void)snprintf(text + n, MPM_TEXT_LEN - n, ", its wall %s (%s) %.2g", MPMFaceNames[f->face],
+    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ", its wall %s (%s) %.2g", MPMFaceNames[f->face],
                    MPMWallNames[f->scene->walls.given[f->face / 2][f->face % 2].type], (double)f->away);
-  n = strlen(text);
   if (f->status->bad == MPM_LEFT_GRID && speed <= PETSC_MAX_REAL)
-    (void)snprintf(text + n, MPM_TEXT_LEN - n, ", its speed is %.3g m/s", (double)PetscSqrtReal(speed));
-  n = strlen(text);
+    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ", its speed is %.3g m/s",
+                   (double)PetscSqrtReal(speed));
   if (f->watch->grows_at >= 0)
-    (void)snprintf(text + n, MPM_TEXT_LEN - n, ", energy grows without a cause since t=%.3g s",
+    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ", energy grows without a cause since t=%.3g s",
                    (double)f->watch->grows_at);
 }
 

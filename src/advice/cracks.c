@@ -102,18 +102,15 @@ void MPMPartingCure(const MPMScene *scene, PetscInt dim, const MPMFound *f, char
   const MPMBody *b     = &scene->bodies[MPMBodyOf(scene, f->key / 16, 0)];
   const PetscInt face  = (PetscInt)(f->key % 16) - 3; /* of its wall; below 0: none */
   const PetscInt times = face < 0 ? 2 : 3;            /* at the edge of a clamp the strain has no bound */
-  size_t         n;
 
   (void)snprintf(text, MPM_TEXT_LEN, "more particles per cell (-body_%s_ppc %" PetscInt_FMT, b->name,
                  times * b->ppc[0]);
   for (PetscInt d = 1; d < dim; d++) {
-    n = strlen(text);
-    (void)snprintf(text + n, MPM_TEXT_LEN - n, ",%" PetscInt_FMT, times * b->ppc[d]);
+    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ",%" PetscInt_FMT, times * b->ppc[d]);
   }
-  n = strlen(text);
   if (face >= 0 && scene->walls.given[face / 2][face % 2].type != MPM_WALL_piston)
-    (void)snprintf(text + n, MPM_TEXT_LEN - n, "), or, where it may leave its wall, -bc_%s_type separate",
-                   MPMFaceNames[face]);
+    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text),
+                   "), or, where it may leave its wall, -bc_%s_type separate", MPMFaceNames[face]);
   else
-    (void)snprintf(text + n, MPM_TEXT_LEN - n, ")");
+    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ")");
 }

@@ -17,10 +17,7 @@ static PetscReal LatticeShift(const MPMGrid *grid, const MPMScene *scene, PetscR
       const PetscReal b     = grid->h[d] / (PetscReal)scene->bodies[k].ppc[d];
       const PetscReal shift = PETSC_MACHINE_EPSILON * x * (1 + x / (grid->upper[d] - grid->lower[d])) / b;
 
-      if (shift > most) {
-        most     = shift;
-        *largest = x;
-      }
+      if (shift > most) most = shift, *largest = x;
     }
   return most;
 }
@@ -43,7 +40,7 @@ PetscErrorCode MPMDoubtsRefuse(const MPMCore *core, const MPMScene *scene, const
     MPMOptionsFail(o,
                    "-dt_size %g makes %.3g steps until -time_end %g, a run makes %.0f at most; choose a larger one, or "
                    "-time_max_steps",
-                   (double)time->fixed, (double)steps, (double)time->end, MPM_BOUND_most_steps);
+                   (double)time->fixed, (double)steps, (double)time->end, (double)MPM_BOUND_most_steps);
   for (PetscInt k = 0; k < scene->nbodies && core->needs.stretched; k++)
     for (PetscInt d = 0; d < core->grid.dim; d++)
       if (scene->bodies[k].ppc[d] == 1)
@@ -231,8 +228,7 @@ static PetscErrorCode WarnSpeed(const MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of bodies that their own weight would crush: the stress below the height H, rho g H, is beyond half the
-   modulus. */
+/* Warns of bodies that their own weight would crush, by the stress below their height H, rho g H. */
 static PetscErrorCode WarnWeight(const MPMCore *core, const MPMScene *scene)
 {
   PetscFunctionBeginUser;
@@ -274,8 +270,7 @@ static PetscBool HasRoom(const MPMCore *core, const MPMScene *scene, const Petsc
   return PETSC_FALSE;
 }
 
-/* Warns that dry sand runs the farther the smaller the cells are, and tells the viscosity with which columns of sand,
-   as high as wide and twice as high, ran as far as in experiments on all grids: `runs` of bounds.def times H sqrt(g H). */
+/* Warns that dry sand runs the farther the smaller the cells are, and tells the viscosity with which it does not. */
 static PetscErrorCode WarnRuns(const MPMCore *core, const MPMScene *scene, const MPMMethod *method)
 {
   const char *name = NULL;
@@ -334,8 +329,8 @@ static PetscErrorCode WarnAngle(const MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns of gravity that points away from every wall, where no wall could hold the bodies: walls of type fixed and moving
-   hold what touches them in any direction, friction also along itself. */
+/* Warns of gravity that points away from every wall, where no wall could hold the bodies: walls of type fixed and
+   moving hold what touches them in any direction, friction also along itself. */
 static PetscErrorCode WarnFall(const MPMCore *core, const MPMScene *scene)
 {
   const PetscReal *g     = core->params.gravity;
@@ -382,7 +377,7 @@ PetscErrorCode MPMDoubtsWarn(const MPMCore *core, const MPMScene *scene, const M
         &core->print,
         "%.3g steps are more than a run makes, %.0f: it will end early; choose an earlier -time_end, larger cells or "
         "a slower wave",
-        (double)f->steps, MPM_BOUND_most_steps));
+        (double)f->steps, (double)MPM_BOUND_most_steps));
   if (seconds > MPM_BOUND_year)
     PetscCall(
         MPMWarn(&core->print,

@@ -90,9 +90,8 @@ static PetscReal Later(const MPMCore *core, PetscBool snapshots, PetscBool indic
 PetscErrorCode MPMMemoryPrint(const MPMCore *core, const MPMReport *report, const MPMCost *cost, PetscBool snapshots,
                               PetscReal seconds)
 {
-  const PetscBool measures = report->limits || (!report->no_limits && cost->model.flop == 0 && seconds > LIMITS_SECONDS)
-                                 ? PETSC_TRUE
-                                 : PETSC_FALSE;
+  const PetscBool measures = (PetscBool)(report->limits ||
+                                         (!report->no_limits && cost->model.flop == 0 && seconds > LIMITS_SECONDS));
   const PetscReal now = MPMMemoryHere("VmRSS"), most = MPMMemoryHere("VmHWM");
   PetscReal       largest, all, jobs;
   PetscMPIInt     size, data;

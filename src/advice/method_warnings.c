@@ -1,6 +1,6 @@
-/* method_warnings.c - what makes a method doubtful in a scene: settings that are unstable, or that were measured to give wrong
-   answers (docs/choosing.md). Each is one line before the first step, which names the setting and another one that
-   works. */
+/* method_warnings.c - what makes a method doubtful in a scene: settings that are unstable, or that were measured to
+   give wrong answers (docs/choosing.md). Each is one line before the first step, which names the setting and another
+   one that works. */
 #include <stdarg.h>
 #include "advice/advice.h"
 
@@ -21,11 +21,8 @@ static PetscErrorCode Warn(const MPMCore *core, const MPMMethod *method, const c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the option for shorter steps, behind which a number has to stand. */
-static const char *ShorterSteps(const MPMTime *time)
-{
-  return time->fixed > 0 ? "-dt_size auto -dt_cfl" : "-dt_cfl";
-}
+/* The option for shorter steps, behind which a number has to stand. */
+#define SHORTER_STEPS(time) (time->fixed > 0 ? "-dt_size auto -dt_cfl" : "-dt_cfl")
 
 const char *MPMMethodSpline(void)
 {
@@ -40,7 +37,8 @@ static PetscBool IsAdvised(const MPMMethod *method)
   return strcmp(method->scheme->name, MPM_UPDATE_ADVISED) ? PETSC_FALSE : PETSC_TRUE;
 }
 
-/* Writes the options of a method like this one that is stable where particles cross cells with steps of C = c dt/h: usl with the same basis, or with quadratic splines, with shorter steps if it needs them. */
+/* Writes the options of a method like this one that is stable where particles cross cells with steps of C = c dt/h: usl
+   with the same basis, or with quadratic splines, with shorter steps if it needs them. */
 static void Stable(const MPMCore *core, const MPMMethod *method, const MPMTime *time, PetscReal C,
                    char options[MPM_TEXT_LEN])
 {
@@ -52,33 +50,11 @@ static void Stable(const MPMCore *core, const MPMMethod *method, const MPMTime *
     char            dt[MPM_NAME_LEN] = "";
 
     if (!(stable.crossing > 0) || (!k && (usl || stable.crossing < C))) continue;
-    if (stable.crossing < C) (void)snprintf(dt, sizeof dt, " %s %g", ShorterSteps(time), (double)stable.cfl);
+    if (stable.crossing < C) (void)snprintf(dt, sizeof dt, " %s %g", SHORTER_STEPS(time), (double)stable.cfl);
     (void)snprintf(options, MPM_TEXT_LEN, "%s%s%s%s", usl ? "" : "-method_update " MPM_UPDATE_ADVISED,
                    basis[k] != own && !usl ? " " : "", basis[k] != own ? MPMMethodSpline() : "", dt);
     return;
   }
-}
-
-static void Wrong(const MPMCore *core, const MPMMethod *method, const MPMTime *time, char why[MPM_TEXT_LEN])
-{
-  const MPMTransfer *transfer = method->transfer;
-  const PetscBool    linear = core->basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE, keeps = transfer->flip < 0;
-  const PetscReal   *wrong              = MPMStableWrong(core, method);
-  char               cure[MPM_TEXT_LEN] = "";
-
-  why[0] = 0;
-  if (MPMStableOf(core, method).crossing == 0) {
-    Stable(core, method, time, 0, cure);
-    (void)snprintf(why, MPM_TEXT_LEN, "is unstable where particles cross cells%s; use %s",
-                   linear ? ": nodes with almost no mass get arbitrary velocity gradients" : "",
-                   core->params.strain > 0 && keeps && !linear && IsAdvised(method) ? "-method_affine_strain 0" : cure);
-  } else if (transfer->bounds == MPM_BOUNDS_FILTERED && (transfer->rounds != MPM_FILTER || core->params.order == 1))
-    (void)snprintf(why, MPM_TEXT_LEN,
-                   "stops all motion in the time in which a wave crosses some cells; use -method_transfer aflip");
-  else if (wrong)
-    (void)snprintf(why, MPM_TEXT_LEN,
-                   "was wrong by %g to %g %% on a manufactured solution; use -method_update " MPM_UPDATE_ADVISED,
-                   (double)wrong[0], (double)wrong[1]);
 }
 
 /* Returns a number with two digits, for texts. */
@@ -104,7 +80,7 @@ static PetscErrorCode WarnOfSteps(const MPMCore *core, const MPMMethod *method, 
   char            cure[MPM_TEXT_LEN] = "", shorter[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
-  (void)snprintf(shorter, sizeof shorter, "%s %g", ShorterSteps(time), (double)use);
+  (void)snprintf(shorter, sizeof shorter, "%s %g", SHORTER_STEPS(time), (double)use);
   if (use < MPM_BOUND_short_remedy || stable.crossing == 0)
     Stable(core, method, time, 0, cure); /* such short steps are hardly meant */
   if (cure[0])
@@ -139,23 +115,37 @@ static PetscErrorCode WarnOfSteps(const MPMCore *core, const MPMMethod *method, 
 /* Warns of methods that gave wrong answers. */
 static PetscErrorCode WarnOfMethod(const MPMCore *core, const MPMMethod *method, const MPMTime *time)
 {
-  char why[MPM_TEXT_LEN];
+  const MPMTransfer *transfer           = method->transfer;
+  const PetscBool    linear             = core->basis == MPM_BASIS_linear ? PETSC_TRUE : PETSC_FALSE;
+  const PetscReal   *wrong              = MPMStableWrong(core, method);
+  char               cure[MPM_TEXT_LEN] = "";
 
   PetscFunctionBeginUser;
-  Wrong(core, method, time, why);
-  if (why[0]) PetscCall(Warn(core, method, "%s", why));
+  if (MPMStableOf(core, method).crossing == 0) {
+    Stable(core, method, time, 0, cure);
+    PetscCall(Warn(core, method, "is unstable where particles cross cells%s; use %s",
+                   linear ? ": nodes with almost no mass get arbitrary velocity gradients" : "",
+                   core->params.strain > 0 && transfer->flip < 0 && !linear && IsAdvised(method)
+                       ? "-method_affine_strain 0"
+                       : cure));
+  } else if (transfer->bounds == MPM_BOUNDS_FILTERED && (transfer->rounds != MPM_FILTER || core->params.order == 1))
+    PetscCall(Warn(core, method,
+                   "stops all motion in the time in which a wave crosses some cells; use -method_transfer aflip"));
+  else if (wrong)
+    PetscCall(Warn(core, method,
+                   "was wrong by %g to %g %% on a manufactured solution; use -method_update " MPM_UPDATE_ADVISED,
+                   (double)wrong[0], (double)wrong[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Warns if bodies differ so much in stiffness, or steps are so short, that what a transfer loses in each step counts. */
+/* Warns if bodies differ so much in stiffness, or steps are so short, that what a transfer loses in each step counts.
+   */
 static PetscErrorCode WarnOfLoss(const MPMCore *core, const MPMScene *scene, const MPMMethod *method, PetscReal dt)
 {
-  const PetscBool each  = method->rate == 0 && method->viscosity == 0 && core->params.flip < 1 ? PETSC_TRUE
-                                                                                               : PETSC_FALSE;
-  PetscReal       least = PETSC_MAX_REAL, c2 = core->status.c2;
+  PetscReal least = PETSC_MAX_REAL, c2 = core->status.c2;
 
   PetscFunctionBeginUser;
-  if (!each) PetscFunctionReturn(PETSC_SUCCESS);
+  if (method->rate != 0 || method->viscosity != 0 || !(core->params.flip < 1)) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < scene->nmaterials; k++) {
     const MPMMaterial *m = &scene->materials[k];
 

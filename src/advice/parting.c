@@ -22,9 +22,8 @@ typedef struct {
 
 /* A message: a pair of neighbours is told to the process that has the number of its upper particle, by both of them. */
 typedef struct {
-  PetscReal upper,
-      axis; /* the number of the upper particle; the axis of the pair, or -1: of the upper particle itself */
-  Half half;
+  PetscReal upper, axis; /* number of the upper particle; axis of the pair, or -1: of the upper particle itself */
+  Half      half;
 } Message;
 
 typedef struct {
@@ -116,8 +115,9 @@ static void GetHalf(const Look *l, const MPMNeighbours *nb, PetscInt p, Half *ha
 /* --- Distances ---------------------------------------------------------------------------------------------------- */
 
 /* Returns the distance of neighbours, in cells, at which a body is apart whatever its deformation is. Of an elastic
-   body so few nodes then have both of them in reach that they hardly hold each other. A metal that flows gets thinner as it gets longer, and what comes from its sides fills
-   the gaps; it is apart for certain where its neighbours have no node in common. */
+   body so few nodes then have both of them in reach that they hardly hold each other. A metal that flows gets thinner
+   as it gets longer, and what comes from its sides fills the gaps; it is apart for certain where its neighbours have
+   no node in common. */
 static PetscReal TearsAt(MPMBasis basis, const MPMMaterial *m)
 {
   if (MPMMaterialKnowsFlow(m)) return (PetscReal)MPMBasisNodes(basis);
@@ -305,22 +305,17 @@ static PetscErrorCode LookAt(Look *l, const MPMNeighbours *nb, PetscInt p)
   PetscFunctionBeginUser;
   MPMNeighboursPlace(nb, l->view.id[p], ijk);
   for (PetscInt d = 0; d < dim; d++) {
-    PetscInt64 id;
+    PetscInt64 id, below;
     PetscInt   q;
     PetscReal  far2 = 0;
     Half       half, other;
 
     ijk[d]++;
     id = MPMNeighboursId(nb, ijk);
-    ijk[d]--;
-    if (!l->alone && !lower) {
-      PetscInt64 below;
-
-      ijk[d]--;
-      below = MPMNeighboursId(nb, ijk);
-      ijk[d]++;
-      if (below >= 0 && RowOf(l, below) == NEVER) lower = PETSC_TRUE;
-    }
+    ijk[d] -= 2;
+    below = l->alone || lower ? -1 : MPMNeighboursId(nb, ijk);
+    ijk[d]++;
+    if (below >= 0 && RowOf(l, below) == NEVER) lower = PETSC_TRUE;
     if (Holds(walls, d, 0) || Holds(walls, d, 1)) PetscCall(LookAtWalls(l, nb, p, ijk, d));
     if (id < 0) continue;
     q = RowOf(l, id);

@@ -150,15 +150,12 @@ void MPMRangesTell(const MPMScene *scene, PetscInt dim, PetscInt row, const MPMF
   const MPMBody     *b = &scene->bodies[MPMBodyOf(scene, most->key / 16, 0)];
   const MPMMaterial *m = &scene->materials[b->material];
   char               place[MPM_NAME_LEN];
-  size_t             n;
 
   MPMPlaceWords(dim, most->x, place);
   (void)snprintf(text, MPM_TEXT_LEN, "%s, of %s, is out of its range: particle %" PetscInt64_FMT " of %s at %s ",
                  rows[row].law, m->name, most->key / 16, b->name, place);
-  n = strlen(text);
-  (void)snprintf(text + n, MPM_TEXT_LEN - n, rows[row].told, (double)most->value);
-  n = strlen(text);
-  (void)snprintf(text + n, MPM_TEXT_LEN - n, " (up to %g is right)", (double)rows[row].warn);
+  (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), rows[row].told, (double)most->value);
+  (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), " (up to %g is right)", (double)rows[row].warn);
 }
 
 void MPMRangesCure(const MPMScene *scene, PetscInt row, const MPMFound *most, char text[MPM_TEXT_LEN])

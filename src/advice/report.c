@@ -1,5 +1,5 @@
-/* report.c - lines that a run prints of its scene before the first step, and of its results at the end (run/prints.c has
-   their sequence). */
+/* report.c - lines that a run prints of its scene before the first step, and of its results at the end (run/prints.c
+   has their sequence). */
 #include <unistd.h>
 #include "physics/skin.h"
 #include "kernels/tile_index.h"
@@ -100,7 +100,7 @@ PetscErrorCode MPMReportMethod(const MPMCore *core, const MPMScene *scene, const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Notes that the pool has fewer patches with particles than workers, with the largest patches of which there are enough. */
+/* Notes that the pool has fewer patches with particles than workers, with the largest edge that makes enough. */
 static PetscErrorCode NoteIdle(MPMCore *core, PetscInt workers)
 {
   const PetscInt tile   = MPMTileEdge(core->basis);
@@ -208,19 +208,18 @@ PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal en
 _Static_assert(sizeof(float) <= sizeof(PetscInt), "the order has room for numbers of float");
 PetscErrorCode MPMReportIndicator(MPMCore *core, const MPMScene *scene)
 {
-  MPMIndicator indicator;
-  PetscReal    rho = 0;
+  MPMIndicator indicator = {0};
+  PetscReal    rho       = 0;
+  char         place[MPM_NAME_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(MPMIndicatorCompute(scene, core, (float *)core->particles.spare, &indicator));
   for (PetscInt m = 0; m < scene->nmaterials; m++) rho = PetscMax(rho, scene->materials[m].rho);
-  if (indicator.stress > 1e-10 * rho * core->status.c2) {
-    PetscCall(MPMPrint(&core->print, "indicator  stress jumps by %.3g %% of its rms %.3g Pa, most at (",
-                       (double)(100 * indicator.jump), (double)indicator.stress));
-    for (PetscInt d = 0; d < core->grid.dim; d++)
-      PetscCall(MPMPrint(&core->print, "%s%g", d ? ", " : "", (double)indicator.x[d]));
-    PetscCall(MPMPrint(&core->print, "): by %.3g %%\n", (double)(100 * indicator.largest)));
-  }
+  MPMPlaceWords(core->grid.dim, indicator.x, place);
+  if (indicator.stress > 1e-10 * rho * core->status.c2)
+    PetscCall(MPMPrint(&core->print, "indicator  stress jumps by %.3g %% of its rms %.3g Pa, most at %s: by %.3g %%\n",
+                       (double)(100 * indicator.jump), (double)indicator.stress, place,
+                       (double)(100 * indicator.largest)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

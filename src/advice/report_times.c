@@ -1,5 +1,5 @@
-/* report_times.c - what a run prints of its time: the prediction before the first step, and at the end the phases of its
-   steps. */
+/* report_times.c - what a run prints of its time: the prediction before the first step, and at the end the phases of
+   its steps. */
 #include "advice/advice.h"
 
 #define LONG 1 /* s: steps that take as long are printed by phases unless -report_phases is false, and so is output */

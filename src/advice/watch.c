@@ -1,6 +1,6 @@
-/* watch.c - what is watched while a run runs: a time step that collapses, before each step; whether bodies rest that start
-   with the stress by their weight, after the first step; and after some steps matter that parts (parting.c) and laws
-   that leave their range (ranges.c). Each is told once, the time step again at the end. It changes no state. */
+/* watch.c - what is watched while a run runs: a time step that collapses, before each step; whether bodies rest that
+   start with the stress by their weight, after the first step; and after some steps matter that parts (parting.c) and
+   laws that leave their range (ranges.c). Each is told once, the time step again at the end. It changes no state. */
 #include "advice/advice.h"
 
 /* Takes particle p of a view, if its value is larger, or as large and its id smaller. */
@@ -118,7 +118,6 @@ PetscErrorCode MPMWatchStep(MPMWatch *w, MPMCore *core, const MPMScene *scene, c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Described in watch.h. */
 PetscErrorCode MPMWatchShort(MPMWatch *w, MPMCore *core, const MPMScene *scene, const MPMMethod *method,
                              const MPMTime *time, PetscReal dt)
 {
@@ -229,7 +228,6 @@ static PetscErrorCode WatchRanges(MPMWatch *w, MPMCore *core, const MPMScene *sc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Described in watch.h. */
 PetscErrorCode MPMWatchState(MPMWatch *w, MPMCore *core, const MPMScene *scene, const MPMMethod *method,
                              const MPMTime *time, const MPMMonitor *mon)
 {
@@ -256,7 +254,6 @@ PetscErrorCode MPMWatchState(MPMWatch *w, MPMCore *core, const MPMScene *scene, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Described in watch.h. */
 PetscErrorCode MPMWatchEnd(const MPMWatch *w, const MPMPrinter *print)
 {
   PetscFunctionBeginUser;

@@ -54,16 +54,16 @@ typedef struct {
   MPMNeighbours *neighbours; /* [nbodies]; NULL: matter that parts is not looked for */
 } MPMWatch;
 
-/* Read -check_parting and -check_law; make what the watch needs, before the grid is cut; free it. The second function is
-   collective on core.comm. */
+/* Read -check_parting and -check_law; make what the watch needs, before the grid is cut; free it. The second function
+   is collective on core.comm. */
 PetscErrorCode MPMWatchSetFromOptions(MPMWatch *, MPMOptions);
 PetscErrorCode MPMWatchSetUp(MPMWatch *, const MPMCore *, const MPMScene *);
 PetscErrorCode MPMWatchDestroy(MPMWatch *, const MPMScene *);
 
 /* Watch a run (watch.c): a time step dt in s that collapses, before the step; bodies that do not rest in the stress by
    their weight, after the first step; matter that parts and laws that leave their range, after some steps and at the
-   end, of which a reason to stop is left in core.stop; and what is to be said at the end. MPMWatchShort says in core.stop
-   why dt is too short to go on. Collective on exchange.data. */
+   end, of which a reason to stop is left in core.stop; and what is to be said at the end. MPMWatchShort says in
+   core.stop why dt is too short to go on. Collective on exchange.data. */
 PetscErrorCode MPMWatchStep(MPMWatch *, MPMCore *, const MPMScene *, const MPMTime *, PetscReal dt);
 PetscErrorCode MPMWatchShort(MPMWatch *, MPMCore *, const MPMScene *, const MPMMethod *, const MPMTime *, PetscReal dt);
 PetscErrorCode MPMWatchRest(MPMCore *, const MPMScene *);

@@ -16,14 +16,6 @@ PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes the folder of the results, unless a file in it must not be replaced. Collective on core.comm. */
-static PetscErrorCode MakeFolder(MPM mpm, MPMOptions o)
-{
-  PetscFunctionBeginUser;
-  PetscCall(MPMOutputMakeFolder(&mpm->output, &mpm->core, &mpm->scene, o));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Reads the options of a scene and of everything about its run; nothing is counted or checked by particles. The first
    fault is left in o. Collective on core.comm. */
 PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
@@ -71,7 +63,7 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   if (!MPMOptionsError(o)) PetscCall(PetscCalloc1(mpm->core.energy.nheat * MPM_SUM_WORDS, &mpm->checkpoint.heat));
   if (!MPMOptionsError(o)) MPMMeasuresNumber(&mpm->monitor.measures, &mpm->scene, &mpm->core, o);
   if (!MPMOptionsError(o)) PetscCall(MPMDoubtsRefuse(&mpm->core, &mpm->scene, &mpm->time, o));
-  if (!MPMOptionsError(o)) PetscCall(MakeFolder(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMOutputMakeFolder(&mpm->output, &mpm->core, &mpm->scene, o));
   mpm->monitor.dir = mpm->output.dir;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

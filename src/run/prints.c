@@ -1,21 +1,17 @@
-/* prints.c - what a run prints before its first step and at its end, in sequence. The lines are made in the room advice, and
-   by what has its own. */
+/* prints.c - what a run prints before its first step and at its end, in sequence. The lines are made in the room
+   advice, and by what has its own. */
 #include "run/mpm.h"
-
-/* Returns how many checkpoints there will be at a time in a run that takes so many seconds. */
-static PetscReal Kept(const MPMCheckpoint *c, PetscReal seconds)
-{
-  return !c->off && (c->every > 0 || (c->wall > 0 && seconds > c->wall)) ? 1 + (PetscReal)c->keep : 0;
-}
 
 /* Described in mpm.h. With -dry_run also what the model predicts of the run. */
 PetscErrorCode MPMPrintStart(MPM mpm)
 {
-  MPMCore          *core    = &mpm->core;
-  const MPMScene   *scene   = &mpm->scene;
-  const MPMForecast f       = MPMForecastOf(core, &mpm->time, &mpm->monitor, &mpm->output, &mpm->cost);
-  const PetscReal   seconds = f.steps * f.step;
-  char              initial[MPM_TEXT_LEN];
+  MPMCore             *core    = &mpm->core;
+  const MPMScene      *scene   = &mpm->scene;
+  const MPMForecast    f       = MPMForecastOf(core, &mpm->time, &mpm->monitor, &mpm->output, &mpm->cost);
+  const PetscReal      seconds = f.steps * f.step;
+  const MPMCheckpoint *c       = &mpm->checkpoint;
+  const PetscReal kept = !c->off && (c->every > 0 || (c->wall > 0 && seconds > c->wall)) ? 1 + (PetscReal)c->keep : 0;
+  char            initial[MPM_TEXT_LEN];
 
   PetscFunctionBeginUser;
   PetscCall(MPMReportScene(core, scene));
@@ -35,31 +31,11 @@ PetscErrorCode MPMPrintStart(MPM mpm)
     PetscCall(MPMModelView(&mpm->cost, core, scene, f.dt, f.steps, mpm->report.processes));
   }
   PetscCall(MPMReportLoads(core, scene, mpm->time.end));
-  PetscCall(MPMDiskPrint(core, &mpm->monitor, &mpm->output, &f, Kept(&mpm->checkpoint, seconds), scene->dry_run));
-  PetscCall(MPMDoubtsStart(core, scene, &mpm->time, mpm->checkpoint.from[0] ? PETSC_TRUE : PETSC_FALSE));
+  PetscCall(MPMDiskPrint(core, &mpm->monitor, &mpm->output, &f, kept, scene->dry_run));
+  PetscCall(MPMDoubtsStart(core, scene, &mpm->time, c->from[0] ? PETSC_TRUE : PETSC_FALSE));
   PetscCall(MPMMethodWarnings(core, scene, &mpm->method, &mpm->time, f.dt));
   PetscCall(MPMDoubtsWarn(core, scene, &mpm->method, &mpm->time, &f));
   if (scene->dry_run) PetscCall(MPMPrint(&core->print, "dry run    the scene is valid; no step was made\n"));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Says why the run ended. */
-static PetscErrorCode PrintEnd(const MPMCore *core, const MPMTime *time, PetscLogDouble start)
-{
-  PetscLogDouble now;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscTime(&now));
-  if (core->print.progress) PetscCall(MPMPrint(&core->print, "\r\033[K"));
-  if (core->stop[0]) {
-    char line[2 * MPM_TEXT_LEN];
-
-    (void)snprintf(line, sizeof line, "stopped at step %" PetscInt_FMT ", t=%g s: %s", core->step, (double)core->t,
-                   core->stop);
-    PetscCall(PetscFPrintf(core->comm, stderr, "%s\n", line));
-  } else
-    PetscCall(MPMPrint(&core->print, "done       %" PetscInt_FMT " steps, t=%g s, in %.3g s%s\n", core->step,
-                       (double)core->t, now - start, core->t < time->end ? " (-time_max_steps)" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -68,10 +44,20 @@ PetscErrorCode MPMPrintEnd(MPM mpm)
 {
   MPMCore        *core  = &mpm->core;
   const MPMScene *scene = &mpm->scene;
+  char            line[2 * MPM_TEXT_LEN];
   PetscInt64      digest;
+  PetscLogDouble  now;
 
   PetscFunctionBeginUser;
-  PetscCall(PrintEnd(core, &mpm->time, mpm->report.start));
+  PetscCall(PetscTime(&now));
+  if (core->print.progress) PetscCall(MPMPrint(&core->print, "\r\033[K"));
+  (void)snprintf(line, sizeof line, "stopped at step %" PetscInt_FMT ", t=%g s: %s", core->step, (double)core->t,
+                 core->stop); /* PETSc would write 3 as "3." */
+  if (core->stop[0])
+    PetscCall(PetscFPrintf(core->comm, stderr, "%s\n", line));
+  else
+    PetscCall(MPMPrint(&core->print, "done       %" PetscInt_FMT " steps, t=%g s, in %.3g s%s\n", core->step,
+                       (double)core->t, now - mpm->report.start, core->t < mpm->time.end ? " (-time_max_steps)" : ""));
   PetscCall(MPMReportEnergy(core, scene, &mpm->method, &mpm->monitor, &mpm->watch));
   PetscCall(MPMAdvanceReport(mpm));
   if (mpm->report.indicator && !MPMStatusIsBad(&core->status) && core->particles.total)
