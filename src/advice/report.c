@@ -108,7 +108,7 @@ static PetscErrorCode PrintVolumeLoad(const MPMCore *core, const MPMScene *scene
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k <= 10; k++) {
-    const PetscReal t = end * k / 10;
+    const PetscReal t        = end * k / 10;
     PetscReal       value[3] = {0}, size = 0;
 
     PetscCall(MPMExpressionEvaluate(load->value, core->grid.dim, nowhere, NULL, t, value));
