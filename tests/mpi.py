@@ -139,7 +139,8 @@ def run(n, arguments, timeout=120, mpiexec="mpiexec", during=None, plain=False, 
     fast = {} if plain else FAST if n > 1 else ALONE
     with launch.own_folder(ENVIRONMENT | dict(os.environ) | fast | (env or {})) as environment, \
             tempfile.TemporaryFile("w+", errors="replace") as out, tempfile.TemporaryFile("w+", errors="replace") as err:
-        if STARTER and n == 1 and not plain and not during and command[0] == STARTED:
+        preloads = any(name.startswith("LD_") for name in env or {})
+        if STARTER and n == 1 and not (plain or during or preloads) and command[0] == STARTED:
             first = Start(command, out, err, environment, cwd)
         else:
             first = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True,
