@@ -2,8 +2,8 @@
 pool are those of the serial run, whatever the process grid, the cuts, the way particles migrate and where particles lie.
 
 usage: test_parallel.py PEBBLE SOURCE MPIEXEC PART [COUNTS]
-PART    scenes (the three of FASTER), others (the other scenes), grids, periodic, migration, migration_all, roundoff, borders, placement, fit,
-        large; borders are more of what placement begins with
+PART    scenes (the three of FASTER), others (the other scenes), grids, periodic, migration, migration_all, roundoff,
+        borders, placement, fit, large; borders are more of what placement begins with
 COUNTS  process counts, as 2,3,5, that every scene gets with both strategies (default: a mix of 2, 3, 4, 6 and 8)
 """
 import glob
