@@ -1,11 +1,12 @@
-/* starter.c - starts the program for the tests. Of a start on one process more than half is the search for the libraries of
-   PETSc, a hundred of them. This program has done that: it is pebble, but its main() waits for requests, and makes a copy of
-   itself (fork) for each, which then is a run like any other, with a session, files and an environment of its own.
+/* starter.c - starts the program for the tests. Of a start on one process more than half is the search for the
+   libraries of PETSc, a hundred of them. This program has done that: it is pebble, but its main() waits for
+   requests, and makes a copy of itself (fork) for each, which then is a run like any other, with a session, files
+   and an environment of its own.
 
-   A request on standard input is a number of bytes and a line end, then so many bytes: strings that end with 0, which are the
-   folder, the files for standard output and standard error, the number of arguments, these, and the environment. The answers on
-   standard output are the number of the process, and, when it has ended, its status as of waitpid(); each is a line. It ends with
-   its input. See tests/mpi.py. */
+   A request on standard input is a number of bytes and a line end, then so many bytes: strings that end with 0,
+   which are the folder, the files for standard output and standard error, the number of arguments, these, and the
+   environment. The answers on standard output are the number of the process, and, when it has ended, its status as
+   of waitpid(); each is a line. It ends with its input. See tests/mpi.py. */
 int MPMMain(int argc, char **argv);
 #define main MPMMain
 #include "run/main.c"
@@ -60,8 +61,8 @@ static int Start(char *request, size_t n)
   char *at = request, *folder = Next(&at), *out = Next(&at), *err = Next(&at);
   const int argc = atoi(Next(&at));
   char    **argv = calloc((size_t)argc + 1, sizeof(char *));
-  if (!argv || setsid() < 0 || !Opened(out, O_WRONLY | O_APPEND, STDOUT_FILENO) || !Opened(err, O_WRONLY | O_APPEND, STDERR_FILENO) ||
-      !Opened("/dev/null", O_RDONLY, STDIN_FILENO) || chdir(folder))
+  if (!argv || setsid() < 0 || !Opened(out, O_WRONLY | O_APPEND, STDOUT_FILENO) ||
+      !Opened(err, O_WRONLY | O_APPEND, STDERR_FILENO) || !Opened("/dev/null", O_RDONLY, STDIN_FILENO) || chdir(folder))
     return 126;
   for (int i = 0; i < argc; i++) argv[i] = Next(&at);
   if (clearenv()) return 126;
@@ -76,7 +77,9 @@ int main(void)
     int         status;
     const pid_t child = fork();
     if (!child) exit(Start(request, n));
-    if (child < 0 || dprintf(STDOUT_FILENO, "%d\n", (int)child) < 0 || waitpid(child, &status, 0) < 0 || dprintf(STDOUT_FILENO, "%d\n", status) < 0) return 1;
+    if (child < 0 || dprintf(STDOUT_FILENO, "%d\n", (int)child) < 0 || waitpid(child, &status, 0) < 0 ||
+        dprintf(STDOUT_FILENO, "%d\n", status) < 0)
+      return 1;
   }
   return 0;
 }
