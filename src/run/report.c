@@ -29,10 +29,11 @@ static PetscErrorCode PrintScene(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the bytes of a node: sums and motion, where the particles of a cell begin, and how many come. */
-static PetscInt NodeBytes(PetscInt dim)
+/* Returns the bytes of a node: its numbers, where the particles of a cell begin, and how many come. */
+static PetscInt NodeBytes(const MPMCore *core)
 {
-  return (MPM_NODE_NC + MPM_MOTION_NC(dim)) * (PetscInt)sizeof(PetscReal) + 2 * (PetscInt)sizeof(PetscInt);
+  return MPMNodeNumbers(core->grid.dim, MPMExchangeLines(core)) * (PetscInt)sizeof(PetscReal) +
+         2 * (PetscInt)sizeof(PetscInt);
 }
 
 PetscReal MPMMemory(MPM mpm)
@@ -41,7 +42,7 @@ PetscReal MPMMemory(MPM mpm)
 
   for (PetscInt d = 0; d < mpm->core.grid.dim; d++) nodes *= mpm->core.grid.nodes[d];
   return MPMParticlesMemory(&mpm->core.particles) * (PetscReal)mpm->core.particles.total +
-         nodes * (PetscReal)NodeBytes(mpm->core.grid.dim);
+         nodes * (PetscReal)NodeBytes(&mpm->core);
 }
 
 static PetscErrorCode PrintFields(MPM mpm)
@@ -55,7 +56,7 @@ static PetscErrorCode PrintFields(MPM mpm)
                      "  %" PetscInt_FMT " B/particle, %" PetscInt_FMT " with order and scratch%s, %" PetscInt_FMT
                      " B/node: %.3g MB for both\n",
                      MPMParticlesBytes(&mpm->core.particles, MPM_STATE), MPMParticlesMemory(&mpm->core.particles),
-                     mpm->retry.on ? " and a copy of what a step changes" : "", NodeBytes(mpm->core.grid.dim),
+                     mpm->retry.on ? " and a copy of what a step changes" : "", NodeBytes(&mpm->core),
                      (double)(1e-6 * MPMMemory(mpm))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
