@@ -539,7 +539,7 @@ def use_node():
     ways = {"on one process": {}, "on 2": {"n": 2}, "on 3": {"n": 3, "more": ["-parallel_strategy", "spatial"]}, "by a pool": {"n": 3, "more": ["-parallel_strategy", "pool"]},
             "with -method_carry all": {"n": 2, "more": ["-method_carry", "all"]}, "with roundoff": {"n": 3, "more": ["-parallel_sums", "roundoff"]},
             "4 lanes": {"lanes": 4}, "2 lanes": {"lanes": 2}}
-    for scene, steps, update in (("disks", 60, "usf"), ("disks", 60, "musl"), ("disks3d", 20, "usl")):
+    for scene, steps, update in (("disks", 8, "usf"), ("disks", 8, "musl"), ("disks3d", 8, "usl")):
         text = check.content(check.scene(scene)).decode()
         lower, upper, cells = (np.array(re.search(rf"^-grid_{word} (\S+)", text, re.M)[1].split(","), float) for word in ("lower", "upper", "cells"))
         moving = ["-body_disk1_velocity", "2*x,-y"] if scene == "disks" else ["-body_ball1_velocity", "2*x,-y,z+x"]

@@ -69,14 +69,13 @@ MPM_INLINE PetscReal *MPMLineOfRow(const MPMPatch *patch, PetscInt line, PetscIn
   return (PetscReal *)patch->node + MPM_NODE_NC * ((size_t)line * plane + (size_t)row * (size_t)patch->n[0]);
 }
 
-/* Zeroes the sums that the parts make of a row of nodes, if that has not been done in this phase. */
-MPM_INLINE void MPMZeroRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt row)
+/* Zeroes the sums that the parts make of a row of nodes. */
+static __attribute__((noinline)) void MPMZeroRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt row)
 {
   MPMSpan       *span = patch->span + row;
   const PetscInt n    = span->last - span->first;
   PetscInt       which[MPM_NODE_NUMBERS], nw;
 
-  if (!span->fresh) return;
   span->fresh = PETSC_FALSE;
   if (n <= 0) return;
   nw = MPMNodeSums(dim, parts & ~MPM_P2G_WHOLE, which);
@@ -109,17 +108,22 @@ MPM_INLINE void MPMCloseRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt r
     for (PetscInt j = y->from; j < y->to; j++) { /* row j, k of the tiles' nodes, `at` of the arrays */
       const PetscInt at = (k + z->at) * patch->n[1] + j + y->at;
 
-      MPMZeroRow(dim, patch, parts, at);
+      if (patch->span[at].fresh) MPMZeroRow(dim, patch, parts, at);
       MPM_FOR_LINES(line, parts)
-      for (PetscInt i = first; i < last; i++) {
-        const MPMTileBox *x    = &t->box[0][i];
-        const PetscReal  *from = slot[i] >= 0 ? t->sum + (size_t)slot[i] * size : t->scratch + (size_t)i * size;
-        PetscReal        *to   = MPMLineOfRow(patch, line, at) + MPM_NODE_NC * x->at;
+      {
+        PetscReal   *nodes = MPMLineOfRow(patch, line, at);
+        const size_t row0  = (size_t)line * MPMTileLine(dim, patch->basis) + (size_t)(MPM_NODE_NC * (k * side + j) * side);
 
-        from += (size_t)line * MPMTileLine(dim, patch->basis) + (size_t)(MPM_NODE_NC * (k * side + j) * side);
-        if (slot[i] == MPM_TILE_EMPTY) continue;
-        for (PetscInt c = MPM_NODE_NC * x->from; c < MPM_NODE_NC * x->to; c += MPM_WIDTH)
-          MPMWrite(to + c, MPMRead(to + c) + MPMRead(from + c));
+        for (PetscInt i = first; i < last; i++) {
+          const MPMTileBox *x    = &t->box[0][i];
+          const PetscReal  *from = slot[i] >= 0 ? t->sum + (size_t)slot[i] * size : t->scratch + (size_t)i * size;
+          PetscReal        *to   = nodes + MPM_NODE_NC * x->at;
+
+          from += row0;
+          if (slot[i] == MPM_TILE_EMPTY) continue;
+          for (PetscInt c = MPM_NODE_NC * x->from; c < MPM_NODE_NC * x->to; c += MPM_WIDTH)
+            MPMWrite(to + c, MPMRead(to + c) + MPMRead(from + c));
+        }
       }
     }
 }

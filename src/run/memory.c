@@ -1,6 +1,7 @@
 /* memory.c - the largest memory that a run will take: what its processes have once the particles are there, which is
    measured, and what the steps, the output and the end of the run add to it, which is counted. */
 #include "kernels/tile_index.h"
+#include "parallel/exchange.h"
 #include "run/mpm.h"
 #include "step/step.h"
 
@@ -37,7 +38,8 @@ PetscReal MPMMemoryHere(const char what[])
 /* Returns the bytes of the sums of a tile. */
 static PetscReal TileBytes(const MPMCore *core)
 {
-  return (PetscReal)MPMTileNodes(core->grid.dim, core->basis) * MPM_NODE_NC * (PetscReal)sizeof(PetscReal);
+  return (PetscReal)MPMTileNodes(core->grid.dim, core->basis) * (PetscReal)(MPM_NODE_NC * MPMExchangeLines(core)) *
+         (PetscReal)sizeof(PetscReal);
 }
 
 /* Returns the bytes of a job of the pool: the sums of its tiles, and the fields of its particles, of which about a
