@@ -69,9 +69,9 @@ MPM_INLINE PetscReal *MPMLineOfRow(const MPMPatch *patch, PetscInt line, PetscIn
   return (PetscReal *)patch->node + MPM_NODE_NC * ((size_t)line * plane + (size_t)row * (size_t)patch->n[0]);
 }
 
-/* Zeroes the sums that the parts make of a row of nodes. Mass and momentum, and forces, are a half of the first line each,
-   which is faster to zero as a whole. */
-static __attribute__((noinline)) void MPMZeroRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt row)
+/* Zeroes the sums that the parts make of a row of nodes. Those of the first line that follow each other are zeroed
+   together, which is faster. */
+MPM_INLINE void MPMZeroRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt row)
 {
   MPMSpan       *span  = patch->span + row;
   const PetscInt n     = span->last - span->first;
@@ -83,9 +83,9 @@ static __attribute__((noinline)) void MPMZeroRow(int dim, MPMPatch *patch, Petsc
   if ((parts & lower) == lower && parts & upper)
     memset(sum, 0, (size_t)PetscMax(0, n) * MPM_NODE_NC * sizeof *sum);
   else if ((parts & lower) == lower)
-    for (PetscInt i = 0; i < n; i++) memset(sum + MPM_NODE_NC * i, 0, MPM_NODE_force * sizeof *sum);
+    for (PetscInt i = 0; i < n; i++) memset(sum + MPM_NODE_NC * i, 0, (size_t)(1 + dim) * sizeof *sum);
   else if (!(parts & lower) && parts & upper)
-    for (PetscInt i = 0; i < n; i++) memset(sum + MPM_NODE_NC * i + MPM_NODE_force, 0, MPM_NODE_force * sizeof *sum);
+    for (PetscInt i = 0; i < n; i++) memset(sum + MPM_NODE_NC * i + MPM_NODE_force, 0, (size_t)dim * sizeof *sum);
   else
     rest = parts & ~MPM_P2G_WHOLE;
   if (!(rest & MPM_P2G_CORE) && MPM_NODE_LINES == 1) return;
