@@ -33,6 +33,7 @@ typedef struct {
   MPMSpan   span[MAX_NODES];
   PetscInt  order[N], movers[N + 1], start[MAX_CELLS];
   PetscReal sum[MAX_NODES * NC], motion[MAX_NODES * NC]; /* sum: the records of the nodes, number by number */
+  PetscReal met[MAX_NODES];
 } Bench;
 
 static MPMMaterial materials[8];
@@ -314,11 +315,13 @@ static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, co
     patch->lo[d] = PetscMax(first, patch->own_lo[d] - reach);
     patch->n[d]  = PetscMin(last, patch->own_lo[d] + patch->own_n[d] - 1 + reach) - patch->lo[d] + 1;
   }
-  patch->node   = (MPMNode *)b->sum;
-  patch->motion = b->motion;
-  patch->span   = b->span;
-  patch->order  = b->order;
-  patch->movers = b->movers;
+  patch->node        = (MPMNode *)b->sum;
+  patch->motion      = b->motion;
+  patch->tiles.lines = 1;
+  patch->value.met   = b->met;
+  patch->span        = b->span;
+  patch->order       = b->order;
+  patch->movers      = b->movers;
   for (int k = 0; k <= N; k++) b->movers[k] = -9;
   memset(b->sum, 0, Used(patch));
   memset(b->motion, 0, Used(patch));
@@ -397,7 +400,7 @@ static int Asked(int dim, PetscInt parts, int k)
 {
   if (k == 0) return parts & MPM_P2G_MASS ? 1 : 0;
   if (k <= dim) return parts & MPM_P2G_MOMENTUM ? 1 : 0;
-  return k >= MPM_NODE_FORCE && k < MPM_NODE_FORCE + dim && parts & MPM_P2G_FORCE ? 1 : 0;
+  return k >= MPM_NODE_force && k < MPM_NODE_force + dim && parts & MPM_P2G_FORCE ? 1 : 0;
 }
 
 /* Nodes of a stencil. */
@@ -497,14 +500,14 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
         r[1 + d] += phi * k->m * v;
         z[1 + d] += phi * k->m * vs;
         if (core.needs.forced) {
-          r[MPM_NODE_FORCE + d] += phi * k->m * s->b[p * dim + d];
-          z[MPM_NODE_FORCE + d] += fabsl(phi * k->m * s->b[p * dim + d]);
+          r[MPM_NODE_force + d] += phi * k->m * s->b[p * dim + d];
+          z[MPM_NODE_force + d] += fabsl(phi * k->m * s->b[p * dim + d]);
         }
         for (int e = 0; e < dim; e++) {
           const long double force = -(long double)k->V0 * block.tau[MPMSymPart(dim, d, e)][0] * nodes[a].dphi[e];
-          r[MPM_NODE_FORCE + d] += force;
-          z[MPM_NODE_FORCE + d] += fabsl(force);
-          sizes[MPM_NODE_FORCE + d] += fabsl(force);
+          r[MPM_NODE_force + d] += force;
+          z[MPM_NODE_force + d] += fabsl(force);
+          sizes[MPM_NODE_force + d] += fabsl(force);
         }
       }
     particles[0] += k->m;
@@ -513,8 +516,8 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
       const long double v = parts & MPM_RESIDUAL ? s->r[p * dim + d] : s->v[p * dim + d];
       particles[1 + d] += k->m * v;
       sizes[1 + d] += k->m * (fabsl(v) + (parts & MPM_AFFINE ? 4 : 0));
-      if (core.needs.forced) particles[MPM_NODE_FORCE + d] += (long double)k->m * s->b[p * dim + d];
-      sizes[MPM_NODE_FORCE + d] += k->m;
+      if (core.needs.forced) particles[MPM_NODE_force + d] += (long double)k->m * s->b[p * dim + d];
+      sizes[MPM_NODE_force + d] += k->m;
     }
   }
   for (PetscInt c = 0; c < Nodes(patch); c++) {
@@ -1251,7 +1254,7 @@ static void Correction(int dim, MPMBasis basis)
       last = norm;
       Sweep(&b, &par, &filter);
       Sweep(&b, &par, &again);
-      for (PetscInt row = 0; row < b.patch.n[1] * b.patch.n[2]; row++) MPMNodesCorrect(&par, &b.patch, row);
+      MPM_FOR_OWN_ROWS(&b.patch, rows) MPMNodesCorrect(&par, &b.patch, &rows);
     }
     if (!constant) CHECK_LE(last, 0.2L * start);
     Destroy(&b);
