@@ -19,7 +19,7 @@
 /* The acceleration, in that of gravity, above which a body does not rest in the stress by its weight. In columns
    between walls the first step accelerates particles by up to 0.03, with splines near the surface; on slopes of 34 and
    45 degrees, which settle, by 0.5; without a wall on one side or below by 3 to 24, with 8 and 16 cells of height
-   (docs/theory.md). */
+   (docs/studies.md). */
 #define MPM_RESTLESS 1
 
 #define MPM_ENERGY_GROWN 0.05 /* of the largest energy and the work; what grows more without a cause is told */
