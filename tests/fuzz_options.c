@@ -68,7 +68,7 @@ static PetscErrorCode Read(void)
   PetscCall(MPMOptionsCreate(&MPMOptionTable, &o));
   PetscCall(MPMReadOptions(mpm, o));
   if (!MPMOptionsError(o) && IsSmall(mpm)) PetscCall(MPMSceneCountParticles(&mpm->scene, &mpm->core, o));
-  if (!MPMOptionsError(o) && mpm->scene.rows) PetscCall(MPMDoubtsRefuse(mpm, o));
+  if (!MPMOptionsError(o) && mpm->scene.rows) PetscCall(MPMDoubtsRefuse(&mpm->core, &mpm->scene, &mpm->time, o));
   if (MPMOptionsError(o)) CheckLine(MPMOptionsError(o));
   PetscCall(MPMOptionsDestroy(&o));
   PetscCall(MPMDestroy(&mpm));

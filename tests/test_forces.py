@@ -124,6 +124,73 @@ def check_traction():
     check.that(abs(tip.mean() / (T / E) - 1) < 0.03 and abs(tip.max() / (2 * T / E) - 1) < 0.05, f"bar under traction: mean strain {tip.mean() / (T / E):.3f}, largest {tip.max() / (T / E):.3f} of T/E (1 and 2)")
 
 
+def volume_load(kind, value, where=None, point=None):
+    return ["-loads l", "-load_l_body b", f"-load_l_type {kind}", f'-load_l_value "{value}"', *([f'-load_l_where "{where}"'] if where else []), *([f"-load_l_point {point}"] if point else [])]
+
+
+def turned(p, dim, about):
+    """The moment of the particles' accelerations about a point, from velocities after one step from rest; [3]."""
+    r, v = (np.pad(a, ((0, 0), (0, 3 - dim))) for a in (p["x"] - p["v"] * p["t"] - about, p["v"] / p["t"]))
+    return np.cross(r, v).sum(0)
+
+
+def check_volume_loads():
+    dt, steps = 1e-3, 40  # the sum of forces at the starts of steps is the momentum, whatever the method and the body do
+    for basis, method in BASES.items():
+        run("force", block("0.4,0.8", "1.2,1.2", dt=dt, steps=steps) + volume_load("force", "30*t, 0-2", "X > 1"), *method.split())
+        h, t = history("force"), dt * np.arange(steps)
+        for axis, exact in (("x", dt * (30 * t).sum()), ("y", -2 * dt * steps)):
+            error = abs(h[f"momentum_{axis}"][-1] - exact)
+            check.that(error < 1e-13, f"force, {basis}: momentum along {axis} is {h[f'momentum_{axis}'][-1]}, it should be {exact}")
+    first = particles("force", 1)
+    check.that((np.abs(first["v"][particles("force", 0)["x"][:, 0] < 0.58]) < 1e-12).all(), "force: it moves particles far from where it acts in the first step")
+    # A bar that is held at one end and stretched by a force on all of it is a bar that hangs: u = F L/(2 E) at its end.
+    still = ["-bc_xmin_type fixed", "-damping_time 0.02", "-time_end 0.6", "-output_every 0.6", "-history_every 0.6", "-dt_cfl 0.4"]
+    bar = [line for line in block("0", "1", grid="2", cells="40", E=1e4, nu=0, rho=1, velocity="0*x", ppc=2) if not line.startswith(("-time_", "-dt_", "-output_", "-history_"))]
+    for where, exact in ((None, 50 / 1e4), ("X > 0.5", 75 / 1e4)):
+        run("stretched", bar + still + volume_load("force", "100", where))
+        end = (particles("stretched")["x"] - particles("stretched", 0)["x"]).max()
+        check.that(abs(end / exact - 1) < 0.02, f"force on {where or 'all'} of a bar: its end moves by {end}, it should by {exact}")
+    # A torque: the sum of the moments about its point; about its centre the forces have no sum.
+    solid = ("0.6,0.7,0.8", "1.0,1.2,1.4", "2,2,2", "20,20,20")
+    for name, dim, args, value, about in (("plane", 2, ("0.6,0.7", "1.0,1.2"), "3", None), ("plane_point", 2, ("0.6,0.7", "1.0,1.2"), "3", "0.5,0.4"),
+                                          ("space", 3, solid, "3,0-1,2", None), ("space_point", 3, solid, "3,0-1,2", "0.9,0.4,0.2")):
+        run(name, block(*args, dt=dt, steps=1, velocity=",".join(["0*x"] * dim)) + volume_load("torque", value, point=about), "-method_basis", "linear", "-method_transfer", "flip")
+        run(name + "_cubic", block(*args, dt=dt, steps=1, velocity=",".join(["0*x"] * dim)) + volume_load("torque", value, point=about))
+        p = {**particles(name), "t": dt}
+        want = np.array([0, 0, 3.0]) if dim == 2 else np.array([3, -1, 2.0])
+        momentum, turn = history(name + "_cubic"), []
+        for axis in "xyz"[:dim]:
+            if not about:
+                check.that(abs(momentum[f"momentum_{axis}"][-1]) < 1e-15, f"{name}: a torque about the centre moves the body along {axis}")
+        for axis in ("z" if dim == 2 else "xyz"):
+            turn.append(momentum[f"angular_momentum_{axis}"][-1] / dt)
+        middle = [float(word) for word in (about or ("0.8,0.95" if dim == 2 else "0.8,0.95,1.1")).split(",")]
+        net = np.array([momentum[f"momentum_{axis}"][-1] / dt for axis in "xyz"[:dim]] + [0] * (3 - dim))
+        about_origin = np.cross(np.array(middle + [0] * (3 - dim)), net) + want  # moment about 0 of forces with this moment about the point
+        error = np.abs(np.array(turn) - about_origin[3 - len(turn):]).max()
+        check.that(error < 1e-10 and np.isfinite(p["v"]).all(), f"{name}: moment {turn}, it should be {about_origin}")
+    same("shared", block(velocity="0.3,0.2") + volume_load("torque", "5*sin(90*t)", "X+Y > 0.8"))
+    same("pushed", block("0.3,0.3,0.3", "0.7,0.7,0.7", "1,1,1", "10,10,10", steps=20, velocity="0.3,0.2,0.1") + volume_load("force", "5,t,0"))
+    for kind, value, what in (("force", "0*t,0", "0 N"), ("torque", "0", "0 N m")):
+        told = check.must("-options_file", check.write("nothing.opts", block(steps=1) + volume_load(kind, value)), "-output_dir", ".")
+        check.that(f"{kind} on 64 particles of b, in all {what} at t=0 s" in told.out and "load l is 0 at the start and after each tenth of -time_end; see -load_l_value" in told.out, f"a {kind} of 0 is told of")
+    # What does not hold is refused.
+    for what, words, answer in (("an empty set", volume_load("force", "1,1", "X > 9"), "-load_l_where is positive for no particle of body b"),
+                                ("a torque on a particle", volume_load("torque", "1", "(X > 0.3)*(X < 0.35)*(Y > 0.3)*(Y < 0.35)"), "the 1 particle that it acts on cannot take it, since they lie at its point"),
+                                ("a force of place", volume_load("force", "x,1"), '"x"'), ("a face of a force", volume_load("force", "1,1") + ["-load_l_face xmin"], "-load_l_face"),
+                                ("a place of a pressure", load("pressure", "1") + ['-load_l_where "X"'], "-load_l_where"), ("a point of a force", volume_load("force", "1,1", point="1,1"), "-load_l_point")):
+        told = check.pebble("-options_file", check.write("wrong.opts", block(steps=1) + words), "-output_dir", ".")
+        check.that(told.status == 2 and answer in told.err, f"{what}: status {told.status}, {told.err}")
+    line = block("0.3,0.3,0.3", "0.7,0.7,0.7", "1,1,1", "10,10,10", velocity="0*x,0*x,0*x") + volume_load("torque", "1,0,0", "(Y > 0.3)*(Y < 0.35)*(Z > 0.3)*(Z < 0.35)")
+    for what, lines, answer in (("a torque on a line", line, "they lie on one line through its point"), ("a torque in 1-D", bar + ["-time_end 1"] + volume_load("torque", "1"), "torque needs -dim 2 or 3"),
+                                ("a torque on a periodic grid", block() + ["-bc_xmin_type periodic", "-bc_xmax_type periodic"] + volume_load("torque", "1"), "the grid is periodic along x"),
+                                ("too many loads", block() + ["-loads " + ",".join(f"l{k}" for k in range(31))] + [f"-load_l{k}_{word}" for k in range(31) for word in ("body b", "type force", "value 1,1")],
+                                 "31 loads, of which some are forces or torques; then 30 are allowed")):
+        told = check.pebble("-options_file", check.write("wrong.opts", lines), "-output_dir", ".")
+        check.that(told.status == 2 and answer in told.err, f"{what}: status {told.status}, {told.err}")
+
+
 def check_friction():
     """A block on the floor under gravity decelerates by mu g, and sticks at last; with a large mu at once."""
     g, mu, v0 = 10.0, 0.3, 1.0
@@ -172,6 +239,6 @@ def check_moving():
 
 
 check.arguments(__doc__, 0)
-for part in (check_acceleration, check_traction, check_pressure, check_friction, check_separate, check_moving):
+for part in (check_acceleration, check_traction, check_pressure, check_volume_loads, check_friction, check_separate, check_moving):
     part()
 check.end()

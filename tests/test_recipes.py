@@ -201,19 +201,21 @@ MPM_SCHEME(usavg, PETSC_FALSE, "half of the stress before the advance, half afte
 TRANSFER = [("src/step/transfer.def", None, """\
 MPM_TRANSFER(flap, -1, 0, MPM_NO_ROUNDS, MPM_BOUNDS_UNKNOWN, "as flip")
 """)]
-WARNING = [("src/run/doubts.c", "/* Prints the warnings and a note before", """\
-static PetscErrorCode WarnTall(MPM mpm)
+WARNING = [("src/advice/bounds.def", None, """\
+MPM_BOUND(tall, 40, "of its width", "a grid that is higher is warned of", "judgement")
+"""), ("src/advice/doubts.c", "/* Prints the warnings and a note before", """\
+static PetscErrorCode WarnTall(const MPMCore *core)
 {
-  const MPMGrid *grid = &mpm->core.grid;
+  const MPMGrid *grid = &core->grid;
 
   PetscFunctionBeginUser;
-  if (grid->dim > 1 && grid->cells[1] > 40 * grid->cells[0])
-    PetscCall(MPMWarn(&mpm->core.print, "the grid is tall"));
+  if (grid->dim > 1 && grid->cells[1] > MPM_BOUND_tall * grid->cells[0])
+    PetscCall(MPMWarn(&core->print, "the grid is tall"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-"""), ("src/run/doubts.c", "  PetscCall(WarnFall(mpm));", """\
-  PetscCall(WarnTall(mpm));
+"""), ("src/advice/doubts.c", "  PetscCall(WarnFall(core, scene));", """\
+  PetscCall(WarnTall(core));
 """)]
 
 
@@ -510,6 +512,10 @@ def names():
     check.need(len(words) > 50, f"{len(words)} names in the recipes")
     lost = missing(words)
     check.that(not lost, f"{len(words)} names in the recipes, of which the source does not have: {lost}")
+    rows = re.findall(r"^MPM_BOUND\((\w+),", read("src/advice/bounds.def"), re.M)
+    source = "".join(read(path) for path in tree("src/advice") if path.endswith((".c", ".h")))
+    unused = [row for row in rows if not re.search(rf"\bMPM_BOUND_{row}\b", source)]
+    check.that(len(rows) > 40 and not unused, f"{len(rows)} bounds of warnings, which nothing uses: {unused}")
     wrong = ["MPMWallsOfResidual", "src/nosuch.c", "physics/nosuch_<name>.c", "Nosuch_<name>", "-nosuch_<m>_E", "unit_nosuch", "make nosuch",
              "MPMOptionsReal(o, nosuch)", ".nosuch.c", '"nosuch"', "1 + 2"]
     found = missing(wrong)
@@ -596,7 +602,7 @@ if __name__ == "__main__":
     follow("update scheme", SCHEME, files=1, functions=0)
     follow("update scheme with a new phase", HALVES, files=2, functions=0)
     follow("transfer", TRANSFER, files=1, functions=0)
-    follow("warning", WARNING, files=1, functions=1)
+    follow("warning", WARNING, files=2, functions=1)
     compiled = build(folder_of_objects, "pebble", os.path.join(folder_of_objects, "unit_material"))
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(f"     {len(compiled)} objects compiled in {used.ru_utime + used.ru_stime:.0f} s of processor time", flush=True)

@@ -25,7 +25,7 @@ PetscErrorCode MPMSay(const MPMPrinter *printer, const char label[], const char 
   PetscCallMPI(MPI_Comm_rank(printer->comm, &rank));
   if (rank || printer->quiet) PetscFunctionReturn(PETSC_SUCCESS);
   va_start(args, format);
-  (void)printf("%-10s ", label);
+  (void)printf("%s%-10s ", printer->progress ? "\r\033[K" : "", label);
   (void)vprintf(format, args);
   (void)printf("\n");
   va_end(args);

@@ -5,8 +5,9 @@
 #include "base/base.h"
 
 typedef struct {
-  MPI_Comm  comm;  /* the first of these processes prints */
-  PetscBool quiet; /* nothing is printed: a run of a calibration */
+  MPI_Comm  comm;     /* the first of these processes prints */
+  PetscBool quiet;    /* nothing is printed: a run of a calibration */
+  PetscBool progress; /* a line of progress may be on the terminal; MPMSay takes its place */
 } MPMPrinter;
 
 /* Prints as printf does, on the first process alone. PetscPrintf is not used as it would write 3 as "3.". Not

@@ -6,7 +6,7 @@
 extern const MPMKernel MPMKernels_8[3][2], MPMKernels_4[3][2], MPMKernels_2[3][2];
 
 /* Returns 8 with AVX-512, 4 with AVX2, else 2. The environment variable PEBBLE_VECTOR sets an upper limit
-   (run/notes.c). The bits of results do not depend on it. */
+   (advice/notes.c). The bits of results do not depend on it. */
 PetscInt MPMKernelWidth(void)
 {
   static PetscInt width = 0;

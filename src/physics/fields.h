@@ -27,7 +27,8 @@ typedef struct {
   PetscBool stretched; /* domains of gimp particles follow the deformation */
   PetscBool increment; /* a later phase than that of motion adds the displacement to x */
   PetscBool forced;    /* there are body forces or loads */
-  PetscBool loaded;    /* there are loads */
+  PetscBool loaded;    /* there are loads on surfaces */
+  PetscBool chosen;    /* there are loads on volumes */
   PetscBool rim;       /* there are walls that only push */
   PetscBool start;     /* the position at the start is needed */
   PetscBool all;       /* every field is present, needed or not (-method_carry all) */

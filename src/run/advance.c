@@ -95,7 +95,7 @@ static void CheckState(MPM mpm)
 static PetscErrorCode TellCause(MPM mpm, const MPMStatus *bad)
 {
   PetscFunctionBeginUser;
-  if (MPMStatusIsBad(bad)) PetscCall(MPMCauseTell(mpm, bad));
+  if (MPMStatusIsBad(bad)) PetscCall(MPMCauseTell(&mpm->watch, &mpm->core, &mpm->scene, &mpm->method, &mpm->time, bad));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,8 +139,8 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   core->params.dt   = now;
   MPMDamp(core, &mpm->method);
   PetscCall(MPMSceneMoveWalls(&mpm->scene, core, core->t + 0.5 * core->params.dt));
-  mpm->courant = PetscMax(mpm->courant, MPMCourant(core, core->params.dt));
-  mpm->wave    = PetscMax(mpm->wave, MPMWaveCourant(core, core->params.dt));
+  mpm->watch.courant = PetscMax(mpm->watch.courant, MPMCourant(core, core->params.dt));
+  mpm->watch.wave    = PetscMax(mpm->watch.wave, MPMWaveCourant(core, core->params.dt));
   PetscCall(MPMStepMake(core, &mpm->scene));
   MPMScenePassWalls(&mpm->scene, core, core->params.dt);
   CheckState(mpm);
@@ -156,10 +156,9 @@ static PetscErrorCode TellRetry(MPM mpm, const char why[], PetscReal dt)
 {
   PetscFunctionBeginUser;
   if (mpm->retry.undone > 1) PetscFunctionReturn(PETSC_SUCCESS);
-  if (mpm->report.progress) PetscCall(MPMPrint(&mpm->core.print, "\r\033[K"));
-  PetscCall(MPMPrint(&mpm->core.print,
-                     "retry      step %" PetscInt_FMT " from t=%g s is undone and made again with dt=%.3g s: %s\n",
-                     mpm->core.step + 1, (double)mpm->core.t, (double)dt, why));
+  PetscCall(MPMSay(&mpm->core.print, "retry",
+                   "step %" PetscInt_FMT " from t=%g s is undone and made again with dt=%.3g s: %s", mpm->core.step + 1,
+                   (double)mpm->core.t, (double)dt, why));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -225,7 +224,6 @@ static PetscErrorCode End(MPM mpm)
   if (core->status.bad == MPM_GONE) {
     NameParticle(mpm, who, at);
     if (core->particles.total == core->particles.born) {
-      if (mpm->report.progress) PetscCall(MPMPrint(&core->print, "\r\033[K"));
       PetscCall(MPMWarn(&core->print, "%s left the grid at t=%g s, to %s, and is removed (-particles_leave delete)",
                         who, (double)core->t, at));
     }
@@ -247,12 +245,12 @@ PetscErrorCode MPMAdvance(MPM mpm)
 
   PetscFunctionBeginUser;
   if (!(dt > 0 && core->t + dt > core->t)) {
-    PetscCall(MPMWatchShort(mpm, dt));
+    PetscCall(MPMWatchShort(&mpm->watch, core, &mpm->scene, &mpm->method, &mpm->time, dt));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMSceneCheckWalls(&mpm->scene, core, core->t + 0.5 * dt));
   if (core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMWatchStep(mpm, normal));
+  PetscCall(MPMWatchStep(&mpm->watch, core, &mpm->scene, &mpm->time, normal));
   PetscCall(mpm->retry.on ? TryAgain(mpm, normal, dt) : Try(mpm, dt));
   if (!mpm->retry.gave_up) PetscCall(TellCause(mpm, &core->status));
   if (!MPMStatusIsBad(&core->status) && !mpm->retry.gave_up) PetscCall(End(mpm));

@@ -5,7 +5,8 @@ static PetscErrorCode Read(MPM mpm, MPMOptions options)
 {
   PetscFunctionBeginUser;
   PetscCall(MPMSetFromOptions(mpm, options));
-  if (!MPMOptionsError(options)) PetscCall(MPMNotes(mpm));
+  if (!MPMOptionsError(options))
+    PetscCall(MPMNotes(&mpm->core, &mpm->scene, &mpm->monitor, &mpm->output, &mpm->report));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -22,14 +22,6 @@ PetscErrorCode MPMCreate(MPI_Comm comm, MPM *mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes the folder of the results, unless a file in it must not be replaced. Collective on core.comm. */
-static PetscErrorCode MakeFolder(MPM mpm, MPMOptions o)
-{
-  PetscFunctionBeginUser;
-  PetscCall(MPMOutputMakeFolder(&mpm->output, &mpm->core, &mpm->scene, o));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Reads the options of a scene and of everything about its run; nothing is counted or checked by particles. The first
    fault is left in o. Collective on core.comm. */
 PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
@@ -44,7 +36,7 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   MPMPresetChoose(mpm);
   PetscCall(MPMMethodSetFromOptions(mpm, o));
   PetscCall(MPMAdvanceSetFromOptions(mpm, o));
-  PetscCall(MPMWatchSetFromOptions(mpm, o));
+  PetscCall(MPMWatchSetFromOptions(&mpm->watch, o));
   PetscCall(MPMExchangeSetFromOptions(core, o));
   PetscCall(MPMModelSetFromOptions(&mpm->cost, o));
   PetscCall(MPMDampingSetFromOptions(core, o));
@@ -74,9 +66,10 @@ PetscErrorCode MPMSetFromOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMReadOptions(mpm, o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneCountParticles(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMPointsCount(&mpm->scene, &mpm->core, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMVolumeLoadsCheck(&mpm->scene, &mpm->core, o));
   if (!MPMOptionsError(o)) MPMMeasuresNumber(&mpm->monitor.measures, &mpm->scene, &mpm->core, o);
-  if (!MPMOptionsError(o)) PetscCall(MPMDoubtsRefuse(mpm, o));
-  if (!MPMOptionsError(o)) PetscCall(MakeFolder(mpm, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMDoubtsRefuse(&mpm->core, &mpm->scene, &mpm->time, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMOutputMakeFolder(&mpm->output, &mpm->core, &mpm->scene, o));
   mpm->monitor.dir = mpm->output.dir;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -92,7 +85,7 @@ static PetscErrorCode Stage(const char name[], PetscLogStage *stage)
 
 /* Returns whether anything but its law reads the deformation gradient of a material's particles: what is shown, domains
    that stretch, the volumes of F-bar, the energy by terms, the dissipation of bodies, walls that only push, gaps in
-   bodies (run/parting.c), a load on its surface. shown: bits of the fields that what is shown reads. */
+   bodies (advice/parting.c), a load on its surface. shown: bits of the fields that what is shown reads. */
 static PetscBool ReadsF(MPM mpm, PetscInt shown, PetscInt material)
 {
   const MPMScene *scene = &mpm->scene;
@@ -104,7 +97,8 @@ static PetscBool ReadsF(MPM mpm, PetscInt shown, PetscInt material)
       (mpm->core.gaps || !MPMMaterialKnowsFlow(&scene->materials[material])))
     return PETSC_TRUE;
   for (PetscInt l = 0; l < scene->nloads; l++)
-    if (scene->bodies[scene->loads[l].body].material == material) return PETSC_TRUE;
+    if (!MPMLoadIsOnVolume(&scene->loads[l]) && scene->bodies[scene->loads[l].body].material == material)
+      return PETSC_TRUE;
   return PETSC_FALSE;
 }
 
@@ -140,7 +134,8 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->needs.kinds    = scene->nkinds > 1 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.forced   = scene->forced || core->needs.all ? PETSC_TRUE : PETSC_FALSE;
   core->energy.loads   = scene->forced && (core->energy.on || !scene->body_force) ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.loaded   = scene->nloads > 0 ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.loaded   = scene->nloads > scene->nvolume ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.chosen   = scene->nvolume > 0 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.start    = scene->keeps_start || shown & MPM_BIT(X) ? PETSC_TRUE : PETSC_FALSE;
   core->needs.rim      = core->gaps ? PETSC_TRUE : PETSC_FALSE;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS : 0;
@@ -187,7 +182,7 @@ PetscErrorCode MPMSetUp(MPM mpm)
   if (core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Stage("MPM set-up", &stage));
   PetscCall(PetscLogStagePush(stage));
-  PetscCall(MPMWatchSetUp(mpm));
+  PetscCall(MPMWatchSetUp(&mpm->watch, core, &mpm->scene));
   PetscCall(SetUpExchange(mpm));
   if (core->exchange.data != MPI_COMM_NULL) { /* workers of the pool hold no particles */
     PetscCall(MPMParticlesCreate(&core->particles, core->exchange.data));
@@ -214,7 +209,8 @@ static PetscErrorCode Output(MPM mpm, PetscLogStage stage, PetscBool force)
   PetscCall(PetscLogStagePush(stage));
   PetscCall(MPMTimersClock(&mpm->core.timers, &t0));
   PetscCall(MPMMonitorStep(&mpm->monitor, &mpm->core, &mpm->scene, force));
-  if (mpm->core.status.bad == MPM_NOT_FINITE) PetscCall(MPMCauseTell(mpm, &mpm->core.status));
+  if (mpm->core.status.bad == MPM_NOT_FINITE)
+    PetscCall(MPMCauseTell(&mpm->watch, &mpm->core, &mpm->scene, &mpm->method, &mpm->time, &mpm->core.status));
   if (!MPMStatusIsBad(&mpm->core.status)) PetscCall(MPMOutputStep(&mpm->output, &mpm->core, &mpm->scene, force));
   PetscCall(MPMTimersClock(&mpm->core.timers, &t1));
   mpm->core.timers.output += t1 - t0;
@@ -240,7 +236,7 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(PetscLogStagePop());
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(MPMReportStart(mpm));
+  PetscCall(MPMPrintStart(mpm));
   if (mpm->checkpoint.from[0]) PetscCall(MPMRestartFiles(&mpm->checkpoint));
   if (mpm->scene.dry_run) PetscFunctionReturn(PETSC_SUCCESS);
   if (!mpm->checkpoint.from[0]) {
@@ -257,11 +253,11 @@ PetscErrorCode MPMRun(MPM mpm)
     PetscCall(MPMTimersClock(&core->timers, &t1));
     core->timers.steps += t1 - t0;
     if (MPMStatusIsBad(&core->status)) break; /* this state is neither measured nor written */
-    PetscCall(MPMWatchRest(mpm));
+    PetscCall(MPMWatchRest(core, &mpm->scene));
     PetscCall(Output(mpm, output, PETSC_FALSE));
-    PetscCall(MPMWatchState(mpm, core->t >= mpm->time.end ? PETSC_TRUE : PETSC_FALSE));
+    PetscCall(MPMWatchState(&mpm->watch, core, &mpm->scene, &mpm->method, &mpm->time, &mpm->monitor));
     PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_FALSE));
-    PetscCall(MPMReportProgress(mpm));
+    PetscCall(MPMReportProgress(&mpm->report, core, &mpm->time));
   }
   /* A run that may go on gets its checkpoint before the output of its end, which a run without a stop does not have. */
   if (core->t < mpm->time.end && !MPMStatusIsBad(&core->status))
@@ -272,7 +268,7 @@ PetscErrorCode MPMRun(MPM mpm)
   if (core->t >= mpm->time.end && !MPMStatusIsBad(&core->status))
     PetscCall(MPMCheckpointStep(&mpm->checkpoint, PETSC_TRUE));
   PetscCall(MPMOutputFinish(&mpm->output, core, &mpm->scene));
-  PetscCall(MPMReportEnd(mpm));
+  PetscCall(MPMPrintEnd(mpm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -282,7 +278,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   MPMCore *core = &(*mpm)->core;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMWatchDestroy(*mpm));
+  PetscCall(MPMWatchDestroy(&(*mpm)->watch, &(*mpm)->scene));
   PetscCall(MPMMonitorDestroy(&(*mpm)->monitor));
   PetscCall(MPMOutputDestroy(&(*mpm)->output));
   if (core->exchange.ready) {

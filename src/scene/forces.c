@@ -9,22 +9,19 @@
 #include "physics/skin.h"
 #include "scene/scene.h"
 
-static PetscErrorCode ReadLoad(const MPMScene *scene, const MPMCore *core, MPMOptions o, MPMLoad *load)
+/* Reads on which sides of its body a load on a surface acts. */
+static PetscErrorCode ReadSides(const MPMScene *scene, PetscInt dim, MPMOptions o, MPMLoad *load)
 {
-  const PetscInt dim                = core->grid.dim;
-  char           face[MPM_NAME_LEN] = "", type[MPM_NAME_LEN] = "", sides[MPM_TEXT_LEN / 2] = "all";
+  char face[MPM_NAME_LEN] = "", sides[MPM_TEXT_LEN / 2] = "all";
 
   PetscFunctionBeginUser;
-  PetscCall(MPMOptionsDeclared(o, "load_<l>_body", load->name, scene->nbodies, scene->bodies->name,
-                               sizeof *scene->bodies, &load->body));
   if (!MPMOptionsError(o) && scene->bodies[load->body].points)
-    MPMOptionsFail(o, "-load_%s_body %s does not apply: particles from a file have no known surface; use -acceleration",
-                   load->name, scene->bodies[load->body].name);
+    MPMOptionsFail(o,
+                   "-load_%s_body %s does not apply: particles from a file have no known surface; use -load_%s_type "
+                   "force or -acceleration",
+                   load->name, scene->bodies[load->body].name, load->name);
   PetscCall(MPMOptionsEnum(o, "load_<l>_face", load->name, face, NULL));
-  PetscCall(MPMOptionsEnum(o, "load_<l>_type", load->name, type, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  load->pressure = !strcmp(type, "pressure") ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(MPMOptionsExpression(o, "load_<l>_value", load->name, "xyzXYZt", load->pressure ? 1 : dim, &load->value));
   for (PetscInt k = 0; k < 2 * dim; k++) {
     if (!strcmp(face, "all") || !strcmp(face, MPMFaceNames[k])) load->sides |= (PetscInt)1 << k;
     (void)snprintf(sides + strlen(sides), sizeof sides - strlen(sides), "|%s", MPMFaceNames[k]);
@@ -34,13 +31,55 @@ static PetscErrorCode ReadLoad(const MPMScene *scene, const MPMCore *core, MPMOp
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reads on which particles of its body a load on a volume acts, and about which point. */
+static PetscErrorCode ReadPlaces(const MPMGrid *grid, MPMOptions o, MPMLoad *load)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsExpression(o, "load_<l>_where", load->name, "XYZ", 1, &load->where));
+  if (load->type != MPM_LOAD_TORQUE) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMOptionsReals(o, "load_<l>_point", load->name, load->point, &load->fixed));
+  if (grid->dim == 1) MPMOptionsFail(o, "-load_%s_type torque needs -dim 2 or 3: nothing turns in 1-D", load->name);
+  for (PetscInt d = 0; d < grid->dim; d++)
+    if (grid->periodic[d])
+      MPMOptionsFail(o, "-load_%s_type torque does not apply: the grid is periodic along %c, where places have no "
+                     "one distance from a point", load->name, "xyz"[d]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ReadLoad(const MPMScene *scene, const MPMCore *core, MPMOptions o, MPMLoad *load)
+{
+  const PetscInt dim                = core->grid.dim;
+  char           type[MPM_NAME_LEN] = "";
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMOptionsDeclared(o, "load_<l>_body", load->name, scene->nbodies, scene->bodies->name,
+                               sizeof *scene->bodies, &load->body));
+  PetscCall(MPMOptionsEnum(o, "load_<l>_type", load->name, type, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  load->type = !strcmp(type, "pressure")   ? MPM_LOAD_PRESSURE
+               : !strcmp(type, "traction") ? MPM_LOAD_TRACTION
+               : !strcmp(type, "force")    ? MPM_LOAD_FORCE
+                                           : MPM_LOAD_TORQUE;
+  load->nc   = load->type == MPM_LOAD_PRESSURE || (load->type == MPM_LOAD_TORQUE && dim < 3) ? 1 : dim;
+  PetscCall(MPMLoadIsOnVolume(load) ? ReadPlaces(&core->grid, o, load) : ReadSides(scene, dim, o, load));
+  PetscCall(MPMOptionsExpression(o, "load_<l>_value", load->name, MPMLoadIsOnVolume(load) ? "t" : "xyzXYZt", load->nc,
+                                 &load->value));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Reads -acceleration and -loads. The first fault is left in o. */
 PetscErrorCode MPMForcesSetFromOptions(MPMScene *scene, const MPMCore *core, MPMOptions o)
 {
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsExpression(o, "acceleration", NULL, "xyzXYZt", core->grid.dim, &scene->acceleration));
-  for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(ReadLoad(scene, core, o, &scene->loads[k]));
+  for (PetscInt k = 0; k < scene->nloads; k++) {
+    PetscCall(ReadLoad(scene, core, o, &scene->loads[k]));
+    scene->nvolume += MPMLoadIsOnVolume(&scene->loads[k]);
+  }
+  if (scene->nvolume && scene->nloads > MPM_MOST_LOADS)
+    MPMOptionsFail(o, "-loads: %" PetscInt_FMT " loads, of which some are forces or torques; then %d are allowed",
+                   scene->nloads, MPM_MOST_LOADS);
   scene->body_force  = scene->acceleration ? PETSC_TRUE : PETSC_FALSE;
   scene->forced      = scene->acceleration || scene->nloads ? PETSC_TRUE : PETSC_FALSE;
   scene->keeps_start = scene->forced;
@@ -52,7 +91,10 @@ PetscErrorCode MPMForcesDestroy(MPMScene *scene)
 {
   PetscFunctionBeginUser;
   PetscCall(MPMExpressionDestroy(&scene->acceleration));
-  for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(MPMExpressionDestroy(&scene->loads[k].value));
+  for (PetscInt k = 0; k < scene->nloads; k++) {
+    PetscCall(MPMExpressionDestroy(&scene->loads[k].value));
+    PetscCall(MPMExpressionDestroy(&scene->loads[k].where));
+  }
   PetscCall(PetscFree(scene->loads));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -95,7 +137,7 @@ static PetscReal Share(PetscInt dim, const MPMBody *b, PetscInt sides, PetscInt 
 static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const MPMLoad *load, const MPMView *view,
                               PetscInt p, PetscReal t, PetscReal b[], PetscReal S[])
 {
-  const PetscInt     dim = core->grid.dim, *depth = view->depth + 2 * dim * p;
+  const PetscInt     dim = core->grid.dim, *depth = view->depth ? view->depth + 2 * dim * p : NULL;
   const MPMBody     *body = &scene->bodies[load->body];
   const MPMKind     *kind = &scene->kinds[view->kind ? view->kind[p] : body->kind]; /* beside walls V0 is another */
   const MPMMaterial *m    = &scene->materials[body->material];
@@ -103,7 +145,8 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
   PetscReal          F[9], cofactor[9];
 
   PetscFunctionBeginUser;
-  if (view->id[p] < body->first || view->id[p] >= body->first + body->n) PetscFunctionReturn(PETSC_SUCCESS);
+  if (MPMLoadIsOnVolume(load) || view->id[p] < body->first || view->id[p] >= body->first + body->n)
+    PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < 2 * dim; k++) {
     const PetscInt axis = k / 2, sign = k % 2 ? 1 : -1;
     PetscReal      value[3], x[3], X[3], T[3], fall, w, away; /* away: from the particle at the surface, m */
@@ -122,7 +165,7 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
     }
     PetscCall(MPMExpressionEvaluate(load->value, dim, x, X, t, value));
     for (PetscInt d = 0; d < dim; d++)
-      T[d] = load->pressure ? -value[0] * cofactor[d * dim + axis] * sign
+      T[d] = load->type == MPM_LOAD_PRESSURE ? -value[0] * cofactor[d * dim + axis] * sign
                             : value[d] * Share(dim, body, MPMSkinSides(depth[k]) & load->sides, axis);
     for (PetscInt d = 0; d < dim; d++) {
       b[d] += T[d] * fall / body->b[axis] * kind->V0 / kind->m;
@@ -161,7 +204,7 @@ PetscErrorCode MPMForcesCheck(const MPMScene *scene, const MPMCore *core, MPMOpt
 
     if (!e) continue;
     PetscCall(MPMExpressionEvaluate(e, core->grid.dim, x, X, 0, value));
-    for (PetscInt d = 0; d < (k >= 0 && scene->loads[k].pressure ? 1 : core->grid.dim); d++)
+    for (PetscInt d = 0; d < (k >= 0 ? scene->loads[k].nc : core->grid.dim); d++)
       if (!(PetscAbsReal(value[d]) <= PETSC_MAX_REAL))
         MPMOptionsFail(o, "-%s%s%s is not finite at x = %g%s at the start", k < 0 ? "acceleration" : "load_",
                        k < 0 ? "" : scene->loads[k].name, k < 0 ? "" : "_value", (double)x[0],
@@ -170,15 +213,17 @@ PetscErrorCode MPMForcesCheck(const MPMScene *scene, const MPMCore *core, MPMOpt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the fields b, m/s^2, and S, Pa, of the particles here for the time t, s. Not collective. */
+/* Sets the fields b, m/s^2, and S, Pa, of the particles here for the time t, s. Collective on exchange.data. */
 PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t)
 {
   const PetscInt dim    = core->grid.dim;
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(depth) |
-                          MPM_BIT(kind) | MPM_BIT(b) | MPM_BIT(S);
-  MPMView view;
+                          MPM_BIT(kind) | MPM_BIT(chosen) | MPM_BIT(b) | MPM_BIT(S);
+  MPMView       view;
+  MPMVolumeLoad volume[MPM_MOST_LOADS];
 
   PetscFunctionBeginUser;
+  if (scene->nvolume) PetscCall(MPMVolumeLoadsSum(scene, core, t, volume));
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
     PetscReal b[3] = {0}, S[9] = {0};
@@ -187,6 +232,11 @@ PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t
       PetscCall(MPMExpressionEvaluate(scene->acceleration, dim, view.x + p * dim, view.X + p * dim, t, b));
     MPMKnownForce(scene, dim, view.X + p * dim, t, b);
     for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(AddLoad(scene, core, &scene->loads[k], &view, p, t, b, S));
+    if (scene->nvolume && view.chosen[p]) {
+      const MPMKind *kind = MPMKindOf(scene->kinds, &view, p);
+
+      MPMVolumeLoadsAdd(scene, volume, dim, view.chosen[p], view.x + p * dim, kind->V0 / kind->m, b);
+    }
     for (PetscInt d = 0; d < dim; d++) view.b[p * dim + d] = b[d];
     for (PetscInt k = 0; k < dim * dim && view.S; k++) view.S[p * dim * dim + k] = S[k];
   }

@@ -1,5 +1,5 @@
 /* neighbours.h - which particles were neighbours on the lattice at the start: the numbers (ids) of bodies as places,
-   and back. A run uses it while it looks for matter that parts (run/parting.c). */
+   and back. A run uses it while it looks for matter that parts (advice/parting.c). */
 #ifndef MPM_NEIGHBOURS_H
 #define MPM_NEIGHBOURS_H
 

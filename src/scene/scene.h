@@ -32,13 +32,26 @@ typedef struct {
 } MPMBody;
 
 /* A load on the surface of a body: a pressure against the deformed surface, or a traction per area of the surface at
-   the start. */
+   the start (forces.c); or one on its volume: a force, or a torque about a point (volume_loads.c). */
+#define MPM_MOST_LOADS 30 /* of a scene with loads on volumes: bits of the field `chosen` */
+typedef enum { MPM_LOAD_PRESSURE, MPM_LOAD_TRACTION, MPM_LOAD_FORCE, MPM_LOAD_TORQUE } MPMLoadType;
 typedef struct {
   char          name[MPM_NAME_LEN];
-  PetscInt      body, sides; /* row of the scene's bodies; bits 2d + side of the sides of axis d that it acts on */
-  PetscBool     pressure;    /* else it is a traction */
-  MPMExpression value;       /* Pa, of x y z X Y Z t */
+  PetscInt      body; /* row of the scene's bodies */
+  MPMLoadType   type;
+  PetscInt      nc;       /* components of its value */
+  MPMExpression value;    /* Pa, of x y z X Y Z t; or N, N m, of t */
+  PetscInt      sides;    /* of a surface: bits 2d + side of the sides of axis d that it acts on */
+  MPMExpression where;    /* of a volume: it acts on the particles where this is positive, of X Y Z; NULL: on all */
+  PetscBool     fixed;    /* of a torque: it is about `point`, m, else about the centre of these particles */
+  PetscReal     point[3];
+  PetscInt64    n;        /* of a volume: the particles that it acts on at the start */
+  PetscReal     moments[9]; /* of these: sums of x - x0 [3] and of its products [6], x0: the middle of the grid */
 } MPMLoad;
+MPM_INLINE PetscBool MPMLoadIsOnVolume(const MPMLoad *load)
+{
+  return load->type == MPM_LOAD_FORCE || load->type == MPM_LOAD_TORQUE ? PETSC_TRUE : PETSC_FALSE;
+}
 
 /* The known solution of a scene; see known.c. */
 typedef struct _MPMKnown MPMKnown;
@@ -59,7 +72,7 @@ typedef struct {
   MPMWalls      walls;
   MPMExpression wall_velocity[6]; /* of faces whose velocity is a formula: m/s, of t; else NULL */
   MPMLoad      *loads;
-  PetscInt      nloads;
+  PetscInt      nloads, nvolume; /* of these loads, those on volumes */
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
   MPMKnown     *known;               /* or NULL */
   MPMInitial   *initial;             /* or NULL: bodies start without stress */
@@ -135,7 +148,7 @@ PetscBool      MPMKnownStart(const MPMScene *, PetscInt dim, const PetscReal X[]
 void           MPMKnownForce(const MPMScene *, PetscInt dim, const PetscReal X[], PetscReal t, PetscReal b[]);
 PetscErrorCode MPMKnownError(const MPMScene *, MPMCore *, PetscReal *error, PetscReal *size);
 
-/* --- Body forces and loads (forces.c); not collective ------------------------------------------------------------- */
+/* --- Body forces and loads (forces.c); not collective, but for MPMForcesUpdate: on exchange.data ------------------- */
 
 PetscErrorCode MPMForcesSetFromOptions(MPMScene *, const MPMCore *, MPMOptions);
 PetscErrorCode MPMForcesUpdate(const MPMScene *, MPMCore *, PetscReal t);
@@ -143,5 +156,19 @@ PetscErrorCode MPMForcesCheck(const MPMScene *, const MPMCore *, MPMOptions, con
 PetscErrorCode MPMForcesSize(const MPMScene *, const MPMCore *, const MPMLoad *, const MPMView *, PetscReal t,
                              PetscReal *size);
 PetscErrorCode MPMForcesDestroy(MPMScene *);
+
+/* Loads on volumes (volume_loads.c): count a particle of body b at X [dim], m, for the loads that act on it; refuse loads
+   that act on no particle, or that these particles cannot take (collective on core->comm); return the loads that act on
+   a particle, as bits; and what all of them are at time t, s, as a force per volume. MPMVolumeLoadsSum is collective on
+   exchange.data, the others are not. */
+typedef struct {
+  PetscReal even[3], turn[3], centre[3]; /* N/m^3, N/m^4, m: the force per volume is even + turn x (x - centre) */
+} MPMVolumeLoad;
+PetscErrorCode MPMVolumeLoadsCount(MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[]);
+PetscErrorCode MPMVolumeLoadsCheck(MPMScene *, const MPMCore *, MPMOptions);
+PetscErrorCode MPMVolumeLoadsOn(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[], PetscInt *bits);
+PetscErrorCode MPMVolumeLoadsSum(const MPMScene *, MPMCore *, PetscReal t, MPMVolumeLoad loads[]);
+void           MPMVolumeLoadsAdd(const MPMScene *, const MPMVolumeLoad loads[], PetscInt dim, PetscInt bits,
+                                 const PetscReal x[], PetscReal volume, PetscReal f[]);
 
 #endif

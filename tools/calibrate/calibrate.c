@@ -199,7 +199,7 @@ static PetscErrorCode Read(MPM scene, MPMOptions o)
   (void)snprintf(scene->cost.file, sizeof scene->cost.file, "%s", file);
   if (scene->scene.dry_run) MPMOptionsFail(o, "make calibrate does not go with -dry_run: it times short runs");
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMNotes(scene));
+  PetscCall(MPMNotes(&scene->core, &scene->scene, &scene->monitor, &scene->output, &scene->report));
   if (scene->report.limits)
     PetscCall(MPMPrint(&scene->core.print, "note       -report_limits has no effect with make calibrate\n"));
   if (scene->report.phases)

@@ -1,7 +1,7 @@
 /* memory.c - the largest memory that a run will take: what its processes have once the particles are there, which is
    measured, and what the steps, the output and the end of the run add to it, which is counted. */
 #include "kernels/tile_index.h"
-#include "run/mpm.h"
+#include "advice/advice.h"
 #include "step/step.h"
 
 /* Returns a number of /proc/self/status in bytes: "VmRSS", the memory of this process, or "VmHWM", the most that it had
@@ -57,18 +57,14 @@ static PetscReal Job(const MPMCore *core, PetscMPIInt workers, PetscReal *jobs)
 }
 
 /* Returns the bytes that this process will need besides those that it has; in the steps, and until the end of an
-   output or the end of the run. seconds: of all steps, as predicted; processes: that have particles; workers: of the
-   pool. Not collective. */
-static PetscReal Later(MPM mpm, PetscReal seconds, PetscMPIInt processes, PetscMPIInt workers)
+   output or the end of the run. snapshots: there are any; measures: the limits of a core are measured; processes: that
+   have particles; workers: of the pool. Not collective. */
+static PetscReal Later(const MPMCore *core, PetscBool snapshots, PetscBool indicator, PetscBool measures,
+                       PetscMPIInt processes, PetscMPIInt workers)
 {
-  const MPMCore  *core     = &mpm->core;
-  const MPMPatch *patch    = &core->exchange.patch;
-  const MPMTiles *t        = &patch->tiles;
-  const PetscReal n        = (PetscReal)core->particles.n;
-  const PetscBool measures = mpm->report.limits ||
-                                     (!mpm->report.no_limits && mpm->cost.model.flop == 0 && seconds > LIMITS_SECONDS)
-                                 ? PETSC_TRUE
-                                 : PETSC_FALSE;
+  const MPMPatch *patch = &core->exchange.patch;
+  const MPMTiles *t     = &patch->tiles;
+  const PetscReal n     = (PetscReal)core->particles.n;
   PetscReal       steps = STEPS_BYTES, later = 0, nodes = 1, jobs;
 
   for (PetscInt d = 0; d < 3; d++) nodes *= (PetscReal)patch->own_n[d];
@@ -80,10 +76,10 @@ static PetscReal Later(MPM mpm, PetscReal seconds, PetscMPIInt processes, PetscM
 
     steps += ROOM * job * jobs;
   }
-  if (mpm->output.enabled)
+  if (snapshots)
     later = PetscMax((SNAPSHOT_BYTES + (processes > 1 ? PACKED_BYTES : 0)) * n, NODE_BYTES * nodes) + OUTPUT_BYTES;
-  if (mpm->report.indicator && !core->particles.scratch[MPM_FIELD_INDEX_dx] &&
-      !core->particles.scratch[MPM_FIELD_INDEX_b] && !core->particles.scratch[MPM_FIELD_INDEX_r])
+  if (indicator && !core->particles.scratch[MPM_FIELD_INDEX_dx] && !core->particles.scratch[MPM_FIELD_INDEX_b] &&
+      !core->particles.scratch[MPM_FIELD_INDEX_r])
     later = PetscMax(later, n * (PetscReal)(core->grid.dim * (PetscInt)sizeof(PetscReal)));
   if (measures) later = PetscMax(later, LIMITS_BYTES);
   return steps + later;
@@ -91,25 +87,27 @@ static PetscReal Later(MPM mpm, PetscReal seconds, PetscMPIInt processes, PetscM
 
 /* Prints the largest memory of the run, from its start to its end, if it makes its steps in so many seconds. Collective
    on the exchange. */
-PetscErrorCode MPMMemoryPrint(MPM mpm, PetscReal seconds)
+PetscErrorCode MPMMemoryPrint(const MPMCore *core, const MPMReport *report, const MPMCost *cost, PetscBool snapshots,
+                              PetscReal seconds)
 {
+  const PetscBool measures = (PetscBool)(report->limits ||
+                                         (!report->no_limits && cost->model.flop == 0 && seconds > LIMITS_SECONDS));
   const PetscReal now = MPMMemoryHere("VmRSS"), most = MPMMemoryHere("VmHWM");
   PetscReal       largest, all, jobs;
   PetscMPIInt     size, data;
 
   PetscFunctionBeginUser;
   if (!(now > 0)) PetscFunctionReturn(PETSC_SUCCESS); /* this system does not tell */
-  PetscCallMPI(MPI_Comm_size(mpm->core.comm, &size));
-  PetscCallMPI(MPI_Comm_size(mpm->core.exchange.data, &data));
-  largest = all = PetscMax(most, now + Later(mpm, seconds, data, size - data));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_REAL, MPIU_MAX, mpm->core.exchange.data));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPIU_REAL, MPIU_SUM, mpm->core.exchange.data));
+  PetscCallMPI(MPI_Comm_size(core->comm, &size));
+  PetscCallMPI(MPI_Comm_size(core->exchange.data, &data));
+  largest = all = PetscMax(most, now + Later(core, snapshots, report->indicator, measures, data, size - data));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPIU_REAL, MPIU_MAX, core->exchange.data));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPIU_REAL, MPIU_SUM, core->exchange.data));
   if (size > data) /* a worker has a job's fields, sums, message and answer */
-    all += (PetscReal)(size - data) *
-           (mpm->report.base + WORKER_BYTES + 2 * ROOM * Job(&mpm->core, size - data, &jobs));
-  PetscCall(MPMPrint(&mpm->core.print,
+    all += (PetscReal)(size - data) * (report->base + WORKER_BYTES + 2 * ROOM * Job(core, size - data, &jobs));
+  PetscCall(MPMPrint(&core->print,
                      "memory     at the most %.4g MB in a process, %.4g MB in all; %.4g MB of a process are MPI's, "
                      "PETSc's and the program's before the scene\n",
-                     (double)(1e-6 * largest), (double)(1e-6 * all), (double)(1e-6 * mpm->report.base)));
+                     (double)(1e-6 * largest), (double)(1e-6 * all), (double)(1e-6 * report->base)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -8,7 +8,7 @@
    is twice the distance of the particle next to it. Single particles may be left behind at corners, where the stress has
    no bound; a body has parted where a crack is longer than a cell, or goes through it. */
 #include <stdlib.h>
-#include "run/mpm.h"
+#include "advice/watch.h"
 
 #define NEVER (-1) /* no neighbour */
 
@@ -22,14 +22,15 @@ typedef struct {
 
 /* A message: a pair of neighbours is told to the process that has the number of its upper particle, by both of them. */
 typedef struct {
-  PetscReal upper,
-      axis; /* the number of the upper particle; the axis of the pair, or -1: of the upper particle itself */
-  Half half;
+  PetscReal upper, axis; /* number of the upper particle; axis of the pair, or -1: of the upper particle itself */
+  Half      half;
 } Message;
 
 typedef struct {
-  MPM       mpm;
-  MPMView   view;
+  MPMCore             *core;
+  const MPMScene      *scene;
+  const MPMNeighbours *neighbours; /* [nbodies] */
+  MPMView              view;
   PetscInt *row, nrow;     /* [nrow] the rows of ids, a table of hashes, or if `direct` by the id itself; -1: none */
   PetscBool direct, alone; /* alone: this process has all particles */
   PetscInt  near;          /* as in MPMWatch */
@@ -50,9 +51,9 @@ static PetscInt Slot(const Look *l, PetscInt64 id)
 static PetscErrorCode MakeRows(Look *l)
 {
   PetscFunctionBeginUser;
-  l->direct = l->mpm->core.particles.born <= 2 * (PetscInt64)l->view.n + 64 ? PETSC_TRUE : PETSC_FALSE;
+  l->direct = l->core->particles.born <= 2 * (PetscInt64)l->view.n + 64 ? PETSC_TRUE : PETSC_FALSE;
   if (l->direct)
-    l->nrow = (PetscInt)l->mpm->core.particles.born;
+    l->nrow = (PetscInt)l->core->particles.born;
   else
     for (l->nrow = 64; l->nrow < 2 * l->view.n;) l->nrow *= 2;
   PetscCall(PetscMalloc1(l->nrow, &l->row));
@@ -79,7 +80,7 @@ static PetscInt RowOf(const Look *l, PetscInt64 id)
 /* Fills in what is known of the particle of a row. */
 static void GetHalf(const Look *l, const MPMNeighbours *nb, PetscInt p, Half *half)
 {
-  const MPMCore     *core     = &l->mpm->core;
+  const MPMCore     *core     = l->core;
   const MPMMaterial *m        = &core->params.materials[nb->body->material];
   const PetscInt     dim      = core->grid.dim;
   const PetscBool    plastic  = MPMMaterialKnowsFlow(m);
@@ -114,14 +115,13 @@ static void GetHalf(const Look *l, const MPMNeighbours *nb, PetscInt p, Half *ha
 /* --- Distances ---------------------------------------------------------------------------------------------------- */
 
 /* Returns the distance of neighbours, in cells, at which a body is apart whatever its deformation is. Of an elastic
-   body so few nodes then have both of them in reach that they hardly hold each other: measured on bars pulled to 8
-   times their length with 2 and 4 particles per cell, whose largest gap runs away at 1.2 to 1.3 with the hats, and at
-   1.5 to 1.7 with the splines. A metal that flows gets thinner as it gets longer, and what comes from its sides fills
-   the gaps; it is apart for certain where its neighbours have no node in common. */
+   body so few nodes then have both of them in reach that they hardly hold each other. A metal that flows gets thinner
+   as it gets longer, and what comes from its sides fills the gaps; it is apart for certain where its neighbours have
+   no node in common. */
 static PetscReal TearsAt(MPMBasis basis, const MPMMaterial *m)
 {
   if (MPMMaterialKnowsFlow(m)) return (PetscReal)MPMBasisNodes(basis);
-  return MPMBasisIsSpline(basis) ? 1.5 : 1.2;
+  return MPMBasisIsSpline(basis) ? MPM_BOUND_gap_splines : MPM_BOUND_gap_hats;
 }
 
 /* Judges a distance `gap` of a particle, in cells, which was `start` at the start and which the deformation explains up
@@ -129,18 +129,20 @@ static PetscReal TearsAt(MPMBasis basis, const MPMMaterial *m)
 static PetscErrorCode Judge(Look *l, const MPMBody *b, PetscInt64 id, PetscInt code, const PetscReal x[], PetscReal gap,
                             PetscReal start, PetscReal known, PetscReal pull)
 {
-  const MPMMaterial *m       = &l->mpm->core.params.materials[b->material];
+  const MPMMaterial *m       = &l->core->params.materials[b->material];
   const PetscBool    plastic = MPMMaterialKnowsFlow(m);
-  const PetscReal    tears = TearsAt(l->mpm->core.basis, m), lags = known > 0 ? gap / known : PETSC_MAX_REAL;
-  const PetscBool    lagging = lags > MPM_GAP_LAGGING ? PETSC_TRUE : PETSC_FALSE;
-  MPMFound           found = {gap / (lagging ? MPM_GAP_LEFT : MPM_GAP_WIDE), 16 * id + code, {0}, {gap, start, known}};
+  const PetscReal    tears = TearsAt(l->core->basis, m), lags = known > 0 ? gap / known : PETSC_MAX_REAL;
+  const PetscBool    lagging = lags > MPM_BOUND_gap_lagging ? PETSC_TRUE : PETSC_FALSE;
+  MPMFound           found   = {
+                  gap / (lagging ? MPM_BOUND_gap_left : MPM_BOUND_gap_wide), 16 * id + code, {0}, {gap, start, known}};
 
   PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < l->mpm->core.grid.dim; d++) found.x[d] = x[d];
-  if (gap < MPM_GAP_NEAR || (!lagging && (plastic ? gap < tears : !(pull > 0)))) PetscFunctionReturn(PETSC_SUCCESS);
-  if (gap > start * 1.05) l->near = PetscMax(l->near, lagging && found.value > 1 ? 2 : 1);
-  if (gap > start * MPM_GAP_GROWN) MPMFoundTake(&l->wide, &found);
-  found.value = PetscMin(gap / MPM_GAP_PARTED, lags / MPM_GAP_LAGS);
+  for (PetscInt d = 0; d < l->core->grid.dim; d++) found.x[d] = x[d];
+  if (gap < MPM_BOUND_gap_near || (!lagging && (plastic ? gap < tears : !(pull > 0))))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  if (gap > start * MPM_BOUND_gap_opens) l->near = PetscMax(l->near, lagging && found.value > 1 ? 2 : 1);
+  if (gap > start * MPM_BOUND_gap_grown) MPMFoundTake(&l->wide, &found);
+  found.value = PetscMin(gap / MPM_BOUND_gap_parted, lags / MPM_BOUND_gap_lags);
   if (!plastic) found.value = PetscMax(found.value, gap / tears);
   if (!(found.value > 1)) PetscFunctionReturn(PETSC_SUCCESS);
   if (l->nlinks == l->links_room) {
@@ -156,7 +158,7 @@ static PetscErrorCode Judge(Look *l, const MPMBody *b, PetscInt64 id, PetscInt c
 static PetscErrorCode LookAtPair(Look *l, const MPMNeighbours *nb, PetscInt axis, const Half *p, const PetscReal y[],
                                  PetscReal known)
 {
-  const MPMGrid *grid = &l->mpm->core.grid;
+  const MPMGrid *grid = &l->core->grid;
   PetscReal      g[3], gap2 = 0;
 
   PetscFunctionBeginUser;
@@ -194,8 +196,8 @@ static PetscBool Holds(const MPMWalls *walls, PetscInt axis, PetscInt side)
    touched at the start. Of a wall of type moving matter may move away, since its face stays. */
 static PetscErrorCode LookAtWalls(Look *l, const MPMNeighbours *nb, PetscInt p, const PetscInt64 ijk[], PetscInt axis)
 {
-  const MPMGrid  *grid  = &l->mpm->core.grid;
-  const MPMWalls *walls = &l->mpm->scene.walls;
+  const MPMGrid  *grid  = &l->core->grid;
+  const MPMWalls *walls = &l->scene->walls;
   const MPMBody  *b     = nb->body;
   const PetscInt  dim   = grid->dim;
 
@@ -210,7 +212,7 @@ static PetscErrorCode LookAtWalls(Look *l, const MPMNeighbours *nb, PetscInt p, 
     Half            half;
 
     if (!Holds(walls, axis, side) || (MPMWallHas(type, MPM_WALL_MOVES) && !walls->given[axis][side].pulls)) continue;
-    if (!(from > 0 && from < b->b[axis]) || 2 * now < MPM_GAP_NEAR * h) continue;
+    if (!(from > 0 && from < b->b[axis]) || 2 * now < MPM_BOUND_gap_near * h) continue;
     GetHalf(l, nb, p, &half);
     PetscCall(Judge(l, b, l->view.id[p], 3 + face, half.x, 2 * now / h, 2 * from / h,
                     2 * from / h * half.known[axis] * h / b->b[axis], half.pull[axis]));
@@ -246,7 +248,7 @@ static int CompareMessages(const void *a, const void *b)
    particles among those that came: others have lost one of them. Collective on exchange.data. */
 static PetscErrorCode LookElsewhere(Look *l)
 {
-  const MPI_Comm comm = l->mpm->core.exchange.data;
+  const MPI_Comm comm = l->core->exchange.data;
   const size_t   each = sizeof(Message) / sizeof(PetscReal);
   PetscMPIInt    size, *count; /* [4][size]: numbers that are sent, and where they begin; that come, and where */
   PetscInt      *at, come = 0;
@@ -279,9 +281,8 @@ static PetscErrorCode LookElsewhere(Look *l)
     if (axis < 0)
       upper = k;
     else if (upper >= 0 && got[upper].upper == got[k].upper) {
-      b = MPMBodyOf(&l->mpm->scene, (PetscInt64)got[k].half.id, b);
-      PetscCall(LookAtPair(l, &l->mpm->watch.neighbours[b], axis, &got[k].half, got[upper].half.x,
-                           got[upper].half.known[axis]));
+      b = MPMBodyOf(l->scene, (PetscInt64)got[k].half.id, b);
+      PetscCall(LookAtPair(l, &l->neighbours[b], axis, &got[k].half, got[upper].half.x, got[upper].half.known[axis]));
     }
   }
   PetscCall(PetscFree(got));
@@ -296,30 +297,25 @@ static PetscErrorCode LookElsewhere(Look *l)
 /* Looks at a particle of a body on a lattice: at its upper neighbours, and at walls where it has none. */
 static PetscErrorCode LookAt(Look *l, const MPMNeighbours *nb, PetscInt p)
 {
-  const PetscInt  dim   = l->mpm->core.grid.dim;
-  const MPMWalls *walls = &l->mpm->scene.walls;
+  const PetscInt  dim   = l->core->grid.dim;
+  const MPMWalls *walls = &l->scene->walls;
   PetscInt64      ijk[3];
   PetscBool       lower = PETSC_FALSE; /* is its lower neighbour on some axis elsewhere? */
 
   PetscFunctionBeginUser;
   MPMNeighboursPlace(nb, l->view.id[p], ijk);
   for (PetscInt d = 0; d < dim; d++) {
-    PetscInt64 id;
+    PetscInt64 id, below;
     PetscInt   q;
     PetscReal  far2 = 0;
     Half       half, other;
 
     ijk[d]++;
     id = MPMNeighboursId(nb, ijk);
-    ijk[d]--;
-    if (!l->alone && !lower) {
-      PetscInt64 below;
-
-      ijk[d]--;
-      below = MPMNeighboursId(nb, ijk);
-      ijk[d]++;
-      if (below >= 0 && RowOf(l, below) == NEVER) lower = PETSC_TRUE;
-    }
+    ijk[d] -= 2;
+    below = l->alone || lower ? -1 : MPMNeighboursId(nb, ijk);
+    ijk[d]++;
+    if (below >= 0 && RowOf(l, below) == NEVER) lower = PETSC_TRUE;
     if (Holds(walls, d, 0) || Holds(walls, d, 1)) PetscCall(LookAtWalls(l, nb, p, ijk, d));
     if (id < 0) continue;
     q = RowOf(l, id);
@@ -328,8 +324,8 @@ static PetscErrorCode LookAt(Look *l, const MPMNeighbours *nb, PetscInt p)
       continue;
     }
     for (PetscInt e = 0; e < dim; e++)
-      far2 += PetscSqr((l->view.x[q * dim + e] - l->view.x[p * dim + e]) / l->mpm->core.grid.h[e]);
-    if (far2 < MPM_GAP_NEAR * MPM_GAP_NEAR) continue;
+      far2 += PetscSqr((l->view.x[q * dim + e] - l->view.x[p * dim + e]) / l->core->grid.h[e]);
+    if (far2 < MPM_BOUND_gap_near * MPM_BOUND_gap_near) continue;
     GetHalf(l, nb, p, &half);
     GetHalf(l, nb, q, &other);
     PetscCall(LookAtPair(l, nb, d, &half, other.x, other.known[d]));
@@ -341,7 +337,7 @@ static PetscErrorCode LookAt(Look *l, const MPMNeighbours *nb, PetscInt p)
 /* Looks at a particle of a table, which has no lattice: its neighbours are taken to be where its F takes them. */
 static PetscErrorCode LookAtLone(Look *l, const MPMBody *b, PetscInt p, const MPMKind *kind)
 {
-  const MPMGrid *grid = &l->mpm->core.grid;
+  const MPMGrid *grid = &l->core->grid;
   const PetscInt dim  = grid->dim;
 
   PetscFunctionBeginUser;
@@ -356,13 +352,13 @@ static PetscErrorCode LookAtLone(Look *l, const MPMBody *b, PetscInt p, const MP
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMPartingLook(MPM mpm, PetscInt *near, MPMFound *wide, MPMFound *parted)
+PetscErrorCode MPMPartingLook(MPMCore *core, const MPMScene *scene, const MPMNeighbours neighbours[], PetscInt *near,
+                              MPMFound *wide, MPMFound *parted)
 {
-  MPMCore       *core   = &mpm->core;
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_MATERIAL_BITS | MPM_BIT(kind);
   PetscMPIInt    size;
   PetscInt       b = 0;
-  Look           l = {.mpm = mpm, .wide = {-1, -1, {0}, {0}}};
+  Look           l = {.core = core, .scene = scene, .neighbours = neighbours, .wide = {-1, -1, {0}, {0}}};
 
   PetscFunctionBeginUser;
   *parted = l.wide;
@@ -374,11 +370,11 @@ PetscErrorCode MPMPartingLook(MPM mpm, PetscInt *near, MPMFound *wide, MPMFound 
     const MPMKind *kind = MPMKindOf(core->params.kinds, &l.view, p);
 
     if (!MPMNeighboursMay(&core->params.materials[kind->material])) continue;
-    b = MPMBodyOf(&mpm->scene, l.view.id[p], b);
-    if (mpm->watch.neighbours[b].body)
-      PetscCall(LookAt(&l, &mpm->watch.neighbours[b], p));
+    b = MPMBodyOf(scene, l.view.id[p], b);
+    if (neighbours[b].body)
+      PetscCall(LookAt(&l, &neighbours[b], p));
     else
-      PetscCall(LookAtLone(&l, &mpm->scene.bodies[b], p, kind));
+      PetscCall(LookAtLone(&l, &scene->bodies[b], p, kind));
   }
   PetscCall(LookElsewhere(&l));
   PetscCall(PetscFree(l.message));
@@ -386,7 +382,7 @@ PetscErrorCode MPMPartingLook(MPM mpm, PetscInt *near, MPMFound *wide, MPMFound 
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &l.view));
   PetscCallMPI(MPI_Allreduce(&l.near, near, 1, MPIU_INT, MPI_MAX, core->exchange.data));
   if (*near) PetscCall(MPMFoundAgree(&l.wide, core->exchange.data));
-  if (*near) PetscCall(MPMPartingCrack(mpm, l.nlinks, l.link, parted));
+  if (*near) PetscCall(MPMPartingCrack(core, scene, neighbours, l.nlinks, l.link, parted));
   *wide = l.wide;
   PetscCall(PetscFree(l.link));
   PetscFunctionReturn(PETSC_SUCCESS);

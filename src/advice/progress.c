@@ -1,6 +1,6 @@
 /* progress.c - the line of progress of a run on a terminal. */
 #include <unistd.h>
-#include "run/mpm.h"
+#include "advice/advice.h"
 
 /* Returns whether standard output is a terminal. Under Open MPI's mpiexec it always seems to be one; then the standard
    output of the parent process decides. */
@@ -17,26 +17,26 @@ static PetscBool OnTerminal(void)
 
 /* Prints a line of progress over the one before, at most once a second, if standard output is a terminal. Not
    collective. */
-PetscErrorCode MPMReportProgress(MPM mpm)
+PetscErrorCode MPMReportProgress(MPMReport *report, MPMCore *core, const MPMTime *time)
 {
   PetscMPIInt    rank;
   PetscLogDouble now, spent;
 
   PetscFunctionBeginUser;
   PetscCall(PetscTime(&now));
-  PetscCallMPI(MPI_Comm_rank(mpm->core.comm, &rank));
-  if (rank || mpm->core.print.quiet || now - mpm->report.line < 1 || !OnTerminal()) PetscFunctionReturn(PETSC_SUCCESS);
-  if (mpm->report.line > 0) {
-    const PetscReal part = PetscMax(mpm->core.t / mpm->time.end, (PetscReal)mpm->core.step / mpm->time.max_steps);
+  PetscCallMPI(MPI_Comm_rank(core->comm, &rank));
+  if (rank || core->print.quiet || now - report->line < 1 || !OnTerminal()) PetscFunctionReturn(PETSC_SUCCESS);
+  if (report->line > 0) {
+    const PetscReal part = PetscMax(core->t / time->end, (PetscReal)core->step / time->max_steps);
     char            left[MPM_NAME_LEN];
 
-    spent                = now - mpm->report.start;
-    mpm->report.progress = PETSC_TRUE;
+    spent                = now - report->start;
+    core->print.progress = PETSC_TRUE;
     MPMTimeWords(spent * (1 - part) / part, left);
-    printf("\rstep %" PetscInt_FMT "  t=%.4g of %.4g s  %.0f %%  %s left   ", mpm->core.step, (double)mpm->core.t,
-           (double)mpm->time.end, (double)(100 * part), left);
+    printf("\rstep %" PetscInt_FMT "  t=%.4g of %.4g s  %.0f %%  %s left   ", core->step, (double)core->t,
+           (double)time->end, (double)(100 * part), left);
     (void)fflush(stdout);
   }
-  mpm->report.line = now;
+  report->line = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,15 +1,11 @@
-/* doubts_bodies.c - what is doubtful in where the particles of bodies are at the start, and in how much matter they
+/* doubts_start.c - what is doubtful in where the particles of bodies are at the start, and in how much matter they
    are: particles of tables that lie at one place or are too large, and bodies whose particles have another volume than
    their shape has. */
 #include <stdlib.h>
-#include "run/mpm.h"
+#include "advice/advice.h"
 #include "scene/at_walls.h"
 #include "scene/fit.h"
 #include "scene/points.h"
-
-#define NEAR  0.25 /* of the size of a particle; one that is nearer to another one is at its place */
-#define LARGE 2    /* cells; larger particles leave gaps between them */
-#define FULL  1.01 /* of the cells that the particles of a table lie in: more matter does not fit there */
 
 /* A particle: its cell, its place, the edge of a cube of its volume or of a cell, its body and its row in the view. */
 typedef struct {
@@ -36,10 +32,10 @@ static PetscBool IsNear(PetscInt dim, PetscInt n, const Place place[], PetscInt 
 {
   for (PetscInt side = -1; side <= 1; side += 2)
     for (PetscInt q = k + side; q >= 0 && q < n && place[q].cell == place[k].cell; q += side) {
-      const PetscReal near = NEAR * PetscMin(place[q].edge, place[k].edge);
+      const PetscReal near = MPM_BOUND_at_one_place * PetscMin(place[q].edge, place[k].edge);
       PetscReal       far2 = 0;
 
-      if (PetscAbsReal(place[q].x[0] - place[k].x[0]) > NEAR * place[k].edge) break;
+      if (PetscAbsReal(place[q].x[0] - place[k].x[0]) > MPM_BOUND_at_one_place * place[k].edge) break;
       for (PetscInt d = 0; d < dim; d++) far2 += PetscSqr(place[q].x[d] - place[k].x[d]);
       if (far2 < near * near) return PETSC_TRUE;
     }
@@ -47,11 +43,9 @@ static PetscBool IsNear(PetscInt dim, PetscInt n, const Place place[], PetscInt 
 }
 
 /* Examines the particles of tables [nbodies - nfilled] here. Not collective. */
-static PetscErrorCode Examine(MPM mpm, Table table[])
+static PetscErrorCode Examine(MPMCore *core, const MPMScene *scene, Table table[])
 {
-  const MPMCore  *core  = &mpm->core;
-  const MPMScene *scene = &mpm->scene;
-  const PetscInt  dim = core->grid.dim, nf = scene->nfilled,
+  const PetscInt dim = core->grid.dim, nf = scene->nfilled,
                  fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(kind) | MPM_BIT(F) | MPM_BIT(cell);
   PetscReal cell        = 1;
   Place    *place;
@@ -59,7 +53,7 @@ static PetscErrorCode Examine(MPM mpm, Table table[])
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < dim; d++) cell *= core->grid.h[d];
-  PetscCall(MPMParticlesGetView(&mpm->core.particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   PetscCall(PetscMalloc1(PetscMax(1, view.n), &place));
   for (PetscInt p = 0; p < view.n; p++) {
     const MPMKind *kind   = MPMKindOf(core->params.kinds, &view, p);
@@ -72,7 +66,7 @@ static PetscErrorCode Examine(MPM mpm, Table table[])
     for (PetscInt d = 0; d < dim; d++) q->x[d] = view.x[p * dim + d];
     q->edge = PetscPowReal(PetscMin(volume, cell), 1 / (PetscReal)dim);
     if (q->body < nf) continue;
-    table[q->body - nf].large += volume > LARGE * cell;
+    table[q->body - nf].large += volume > MPM_BOUND_large * cell;
     table[q->body - nf].most = PetscMax(table[q->body - nf].most, volume);
     MPMSumAdd(&table[q->body - nf].volume, volume);
   }
@@ -89,57 +83,56 @@ static PetscErrorCode Examine(MPM mpm, Table table[])
     t->at = PetscMin(t->at, view.id[place[k].row]);
   }
   PetscCall(PetscFree(place));
-  PetscCall(MPMParticlesRestoreView(&mpm->core.particles, fields, &view));
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Warns of the particles of a table. */
-static PetscErrorCode WarnTable(MPM mpm, const MPMBody *b, Table *t)
+static PetscErrorCode WarnTable(const MPMCore *core, const MPMBody *b, Table *t)
 {
-  const PetscInt  dim  = mpm->core.grid.dim;
+  const PetscInt  dim  = core->grid.dim;
   const PetscReal have = MPMSumValue(&t->volume);
   PetscReal       cell = 1, grid = 1;
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < dim; d++) {
-    cell *= mpm->core.grid.h[d];
-    grid *= mpm->core.grid.upper[d] - mpm->core.grid.lower[d];
+    cell *= core->grid.h[d];
+    grid *= core->grid.upper[d] - core->grid.lower[d];
   }
   if (t->near)
     PetscCall(MPMWarn(
-        &mpm->core.print,
+        &core->print,
         "%" PetscInt64_FMT " of the %" PetscInt64_FMT
         " particles of %s lie at the place of another one, or nearer than a quarter of their size, the first is number %" PetscInt64_FMT
         " of %s: matter is there twice",
         t->near, b->n, b->name, t->at - b->first + 1, b->points->path));
   if (have > grid)
-    PetscCall(MPMWarn(&mpm->core.print,
+    PetscCall(MPMWarn(&core->print,
                       "the particles of %s have a volume of %.3g m^%" PetscInt_FMT
                       " together, more than the grid, %.3g; see the column volume of %s, and its unit",
                       b->name, (double)have, dim, (double)grid, b->points->path));
-  else if (have > FULL * (PetscReal)t->cells * cell)
-    PetscCall(MPMWarn(&mpm->core.print,
+  else if (have > MPM_BOUND_full * (PetscReal)t->cells * cell)
+    PetscCall(MPMWarn(&core->print,
                       "the particles of %s have a volume of %.3g m^%" PetscInt_FMT " together, and the %" PetscInt64_FMT
                       " cells in which they lie %.3g; see the column volume of %s, and its unit",
                       b->name, (double)have, dim, t->cells, (double)((PetscReal)t->cells * cell), b->points->path));
   if (t->large)
     PetscCall(MPMWarn(
-        &mpm->core.print,
+        &core->print,
         "%" PetscInt64_FMT " of the %" PetscInt64_FMT
         " particles of %s are larger than %d cells, the largest has %.3g: they leave gaps; give more and smaller "
         "ones, or larger cells",
-        t->large, b->n, b->name, LARGE, (double)(t->most / cell)));
+        t->large, b->n, b->name, (int)MPM_BOUND_large, (double)(t->most / cell)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Warns of tables. Collective on exchange.data. */
-static PetscErrorCode WarnTables(MPM mpm)
+static PetscErrorCode WarnTables(MPMCore *core, const MPMScene *scene)
 {
-  const MPMScene *scene  = &mpm->scene;
-  const PetscInt  n      = scene->nbodies - scene->nfilled;
-  const MPI_Comm  comm   = mpm->core.exchange.data;
-  const MPI_Op    how[4] = {MPI_SUM, MPI_MIN, MPI_SUM, MPI_SUM};
-  Table          *table;
+  const PetscInt n      = scene->nbodies - scene->nfilled;
+  const MPI_Comm comm   = core->exchange.data;
+  const MPI_Op   how[4] = {MPI_SUM, MPI_MIN, MPI_SUM, MPI_SUM};
+  Table         *table;
 
   PetscFunctionBeginUser;
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
@@ -148,33 +141,33 @@ static PetscErrorCode WarnTables(MPM mpm)
     table[k].at = INT64_MAX;
     MPMSumZero(&table[k].volume);
   }
-  PetscCall(Examine(mpm, table));
+  PetscCall(Examine(core, scene, table));
   for (PetscInt k = 0; k < n; k++) {
     PetscInt64 *const count[4] = {&table[k].near, &table[k].at, &table[k].large, &table[k].cells};
 
     for (int c = 0; c < 4; c++) PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, count[c], 1, MPIU_INT64, how[c], comm));
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &table[k].most, 1, MPIU_REAL, MPI_MAX, comm));
     PetscCall(MPMSumReduce(&table[k].volume, 1, comm));
-    PetscCall(WarnTable(mpm, &scene->bodies[scene->nfilled + k], &table[k]));
+    PetscCall(WarnTable(core, &scene->bodies[scene->nfilled + k], &table[k]));
   }
   PetscCall(PetscFree(table));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Warns of bodies whose particles have another volume than their shape, in which they start. */
-static PetscErrorCode WarnShapes(MPM mpm)
+static PetscErrorCode WarnShapes(const MPMCore *core, const MPMScene *scene)
 {
-  const MPMGrid *grid = &mpm->core.grid;
+  const MPMGrid *grid = &core->grid;
 
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < mpm->scene.nfilled; k++) {
-    const MPMBody  *b     = &mpm->scene.bodies[k];
-    const PetscReal shape = MPMFitVolume(b, grid->dim), have = (PetscReal)b->n * mpm->scene.kinds[b->kind].V0;
+  for (PetscInt k = 0; k < scene->nfilled; k++) {
+    const MPMBody  *b     = &scene->bodies[k];
+    const PetscReal shape = MPMFitVolume(b, grid->dim), have = (PetscReal)b->n * scene->kinds[b->kind].V0;
     char            why[MPM_TEXT_LEN];
 
     if (!(PetscAbsReal(have / shape - 1) > MPM_FIT_MOST)) continue;
     MPMFitTell(b, grid, shape, why);
-    PetscCall(MPMWarn(&mpm->core.print,
+    PetscCall(MPMWarn(&core->print,
                       "the particles of %s have a volume of %.3g m^%" PetscInt_FMT ", and its shape %.3g: %s", b->name,
                       (double)have, grid->dim, (double)shape, why));
   }
@@ -183,18 +176,16 @@ static PetscErrorCode WarnShapes(MPM mpm)
 
 /* Warns of particles of fluids, soils and metals that would start exactly on walls: they start a little inside, and
    what should rest does not. */
-static PetscErrorCode WarnOnWalls(MPM mpm)
+static PetscErrorCode WarnOnWalls(const MPMCore *core, const MPMScene *scene)
 {
-  const MPMCore *core = &mpm->core;
-
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < mpm->scene.nfilled; k++) {
-    const MPMBody *b                    = &mpm->scene.bodies[k];
+  for (PetscInt k = 0; k < scene->nfilled; k++) {
+    const MPMBody *b                    = &scene->bodies[k];
     PetscBool      any                  = PETSC_FALSE;
     char           offset[MPM_NAME_LEN] = "";
 
     for (PetscInt d = 0; d < core->grid.dim && !b->points; d++) {
-      const PetscBool lie = MPMAtWallsLie(&mpm->scene, core, b, d);
+      const PetscBool lie = MPMAtWallsLie(scene, core, b, d);
       const PetscReal at  = b->offset[d] + (lie ? 0.5 * b->b[d] : 0);
 
       any = any || lie ? PETSC_TRUE : PETSC_FALSE;
@@ -202,7 +193,7 @@ static PetscErrorCode WarnOnWalls(MPM mpm)
     }
     if (any)
       PetscCall(MPMWarn(
-          &mpm->core.print,
+          &core->print,
           "particles of %s would start exactly on a wall, and start a tenth of their spacing inside: what should rest "
           "does not; use -body_%s_offset %s",
           b->name, b->name, offset));
@@ -210,12 +201,73 @@ static PetscErrorCode WarnOnWalls(MPM mpm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMDoubtsBodies(MPM mpm)
+/* Warns of cuts that remove no particle. */
+static PetscErrorCode WarnCuts(const MPMCore *core, const MPMScene *scene)
 {
   PetscFunctionBeginUser;
-  if (mpm->checkpoint.from[0]) PetscFunctionReturn(PETSC_SUCCESS); /* their places are not those of the start */
-  PetscCall(WarnTables(mpm));
-  PetscCall(WarnShapes(mpm));
-  PetscCall(WarnOnWalls(mpm));
+  for (PetscInt k = 0; k < scene->nfilled; k++)
+    for (PetscInt cut = 0; cut < scene->bodies[k].region.ncut; cut++) {
+      const MPMBody *b = &scene->bodies[k], *other = scene->bodies;
+      PetscBool      nothing;
+
+      PetscCall(MPMSceneCutsNothing(b, core->grid.dim, cut, &nothing));
+      if (!nothing) continue;
+      while (&other->region != b->region.others[cut]) other++;
+      PetscCall(MPMWarn(&core->print,
+                        "-body_%s_cut %s removes no particle of %s; check where the shapes are, and their sizes",
+                        b->name, other->name, b->name));
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Warns of where matter is, and of what walls and viscosity will do. */
+static PetscErrorCode WarnStart(const MPMCore *core, const MPMScene *scene, const MPMTime *time)
+{
+  PetscBool advances = PETSC_FALSE;
+  char      meets[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  if (scene->overlap)
+    PetscCall(MPMWarn(&core->print,
+                      "%" PetscInt64_FMT " particles lie in the shape of an earlier body too: matter is there twice",
+                      scene->overlap));
+  if (scene->behind)
+    PetscCall(
+        MPMWarn(&core->print,
+                "%" PetscInt64_FMT
+                " particles start behind a piston, which moves them along; shorten -bc_<f>_distance or cut the body",
+                scene->behind));
+  if (scene->on_line && core->basis == MPM_BASIS_linear)
+    PetscCall(MPMWarn(
+        &core->print,
+        "%" PetscInt64_FMT
+        " particles start exactly on lines of the grid, where the gradient of the linear basis jumps; shift them by "
+        "-body_<b>_offset",
+        scene->on_line));
+  for (PetscInt k = 0; k < 2 * core->grid.dim && !advances; k++)
+    PetscCall(MPMSceneWallAdvances(scene, core, k, time->end, &advances));
+  if (advances)
+    PetscCall(MPMWarn(
+        &core->print,
+        "a wall of type moving advances along its normal, but its face of the grid stays: right for displacements far below a cell only; a wall of type piston moves through the grid"));
+  PetscCall(MPMSceneForesee(scene, core, time->end, meets));
+  if (meets[0]) PetscCall(MPMWarn(&core->print, "%s, which ends the run; choose an earlier -time_end", meets));
+  if (time->fixed > MPMViscousStep(core))
+    PetscCall(MPMWarn(&core->print,
+                      "dt is above the bound of viscosity, h^2/(2 dim nu) = %.3g s: expect the run to blow up",
+                      (double)MPMViscousStep(core)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMDoubtsStart(MPMCore *core, const MPMScene *scene, const MPMTime *time, PetscBool restarted)
+{
+  PetscFunctionBeginUser;
+  PetscCall(WarnStart(core, scene, time));
+  if (!restarted) { /* else particles are not where they started */
+    PetscCall(WarnTables(core, scene));
+    PetscCall(WarnShapes(core, scene));
+    PetscCall(WarnOnWalls(core, scene));
+  }
+  PetscCall(WarnCuts(core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

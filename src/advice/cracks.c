@@ -1,7 +1,7 @@
 /* cracks.c - which of the distances that parting.c finds belong to a crack of a body, and how one is told. Single
    particles are left behind at corners, where the stress has no bound, and do not count. */
 #include <stdlib.h>
-#include "run/mpm.h"
+#include "advice/watch.h"
 
 #define MOST_LINKS 100000 /* of a process, that are looked at */
 
@@ -15,11 +15,11 @@ static int CompareLinks(const void *a, const void *b)
 /* Returns whether a link of n sorted ones belongs to a crack: along each axis beside its own, more neighbours than a
    cell has have parted in the same way, or all from one surface of the body to the other. Of particles of a table,
    whose neighbours are not known, more than those of a side of a cell have to. */
-static PetscBool IsCrack(MPM mpm, PetscInt n, const MPMFound link[], const MPMFound *of)
+static PetscBool IsCrack(PetscInt dim, const MPMScene *scene, const MPMNeighbours neighbours[], PetscInt n,
+                         const MPMFound link[], const MPMFound *of)
 {
-  const MPMScene *scene = &mpm->scene;
-  const PetscInt  dim = mpm->core.grid.dim, body = MPMBodyOf(scene, of->key / 16, 0), code = (PetscInt)(of->key % 16);
-  const MPMNeighbours *nb = &mpm->watch.neighbours[body];
+  const PetscInt       body = MPMBodyOf(scene, of->key / 16, 0), code = (PetscInt)(of->key % 16);
+  const MPMNeighbours *nb = &neighbours[body];
   PetscInt64           ijk[3];
 
   if (!nb->body) return n > 1 << (dim - 1) ? PETSC_TRUE : PETSC_FALSE;
@@ -46,9 +46,10 @@ static PetscBool IsCrack(MPM mpm, PetscInt n, const MPMFound link[], const MPMFo
 }
 
 /* Described in watch.h: gathers the links of all processes, which are few while a body begins to part. */
-PetscErrorCode MPMPartingCrack(MPM mpm, PetscInt nlinks, const MPMFound link[], MPMFound *parted)
+PetscErrorCode MPMPartingCrack(const MPMCore *core, const MPMScene *scene, const MPMNeighbours neighbours[],
+                               PetscInt nlinks, const MPMFound link[], MPMFound *parted)
 {
-  const MPI_Comm    comm = mpm->core.exchange.data;
+  const MPI_Comm    comm = core->exchange.data;
   const PetscMPIInt each = sizeof *link;
   PetscMPIInt       size, mine = (PetscMPIInt)PetscMin(nlinks, MOST_LINKS) * each, *count, *start;
   MPMFound         *all;
@@ -66,7 +67,7 @@ PetscErrorCode MPMPartingCrack(MPM mpm, PetscInt nlinks, const MPMFound link[], 
   PetscCallMPI(MPI_Allgatherv(link, mine, MPI_BYTE, all, count, start, MPI_BYTE, comm));
   qsort(all, (size_t)n, sizeof *all, CompareLinks);
   for (PetscInt k = 0; k < n; k++)
-    if (all[k].value > parted->value && IsCrack(mpm, n, all, &all[k])) *parted = all[k];
+    if (all[k].value > parted->value && IsCrack(core->grid.dim, scene, neighbours, n, all, &all[k])) *parted = all[k];
   PetscCall(PetscFree(all));
   PetscCall(PetscFree2(count, start));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -74,12 +75,12 @@ PetscErrorCode MPMPartingCrack(MPM mpm, PetscInt nlinks, const MPMFound link[], 
 
 /* --- Words -------------------------------------------------------------------------------------------------------- */
 
-void MPMPartingTell(MPM mpm, const MPMFound *f, PetscBool parted, char text[MPM_TEXT_LEN])
+void MPMPartingTell(const MPMWatch *w, const MPMCore *core, const MPMScene *scene, const MPMFound *f, PetscBool parted,
+                    char text[MPM_TEXT_LEN])
 {
-  const MPMScene *scene = &mpm->scene;
-  const PetscInt  body = MPMBodyOf(scene, f->key / 16, 0), code = (PetscInt)(f->key % 16), face = code - 3;
-  const PetscInt  dim = mpm->core.grid.dim;
-  char            place[MPM_NAME_LEN], where[3 * MPM_NAME_LEN] = "", since[MPM_NAME_LEN] = "";
+  const PetscInt body = MPMBodyOf(scene, f->key / 16, 0), code = (PetscInt)(f->key % 16), face = code - 3;
+  const PetscInt dim = core->grid.dim;
+  char           place[MPM_NAME_LEN], where[3 * MPM_NAME_LEN] = "", since[MPM_NAME_LEN] = "";
 
   MPMPlaceWords(dim, f->x, place);
   if (code >= 3)
@@ -87,8 +88,8 @@ void MPMPartingTell(MPM mpm, const MPMFound *f, PetscBool parted, char text[MPM_
                    MPMWallNames[scene->walls.given[face / 2][face % 2].type]);
   else
     (void)snprintf(where, sizeof where, "apart");
-  if (mpm->watch.torn_at >= 0 && mpm->watch.torn_at < mpm->core.t)
-    (void)snprintf(since, sizeof since, ", above %g since t=%g s", MPM_GAP_LEFT, (double)mpm->watch.torn_at);
+  if (w->torn_at >= 0 && w->torn_at < core->t)
+    (void)snprintf(since, sizeof since, ", above %g since t=%g s", MPM_BOUND_gap_left, (double)w->torn_at);
   (void)snprintf(text, MPM_TEXT_LEN,
                  "%s %s %s, near %s: %s %.3g cells, which was %.3g at the start%s; the deformation explains %.3g",
                  scene->bodies[body].name, parted ? "has come" : "is coming", where, place,
@@ -96,23 +97,20 @@ void MPMPartingTell(MPM mpm, const MPMFound *f, PetscBool parted, char text[MPM_
                  (double)f->of[0], (double)f->of[1], since, (double)f->of[2]);
 }
 
-void MPMPartingCure(MPM mpm, const MPMFound *f, char text[MPM_TEXT_LEN])
+void MPMPartingCure(const MPMScene *scene, PetscInt dim, const MPMFound *f, char text[MPM_TEXT_LEN])
 {
-  const MPMBody *b     = &mpm->scene.bodies[MPMBodyOf(&mpm->scene, f->key / 16, 0)];
+  const MPMBody *b     = &scene->bodies[MPMBodyOf(scene, f->key / 16, 0)];
   const PetscInt face  = (PetscInt)(f->key % 16) - 3; /* of its wall; below 0: none */
   const PetscInt times = face < 0 ? 2 : 3;            /* at the edge of a clamp the strain has no bound */
-  size_t         n;
 
   (void)snprintf(text, MPM_TEXT_LEN, "more particles per cell (-body_%s_ppc %" PetscInt_FMT, b->name,
                  times * b->ppc[0]);
-  for (PetscInt d = 1; d < mpm->core.grid.dim; d++) {
-    n = strlen(text);
-    (void)snprintf(text + n, MPM_TEXT_LEN - n, ",%" PetscInt_FMT, times * b->ppc[d]);
+  for (PetscInt d = 1; d < dim; d++) {
+    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ",%" PetscInt_FMT, times * b->ppc[d]);
   }
-  n = strlen(text);
-  if (face >= 0 && mpm->scene.walls.given[face / 2][face % 2].type != MPM_WALL_piston)
-    (void)snprintf(text + n, MPM_TEXT_LEN - n, "), or, where it may leave its wall, -bc_%s_type separate",
-                   MPMFaceNames[face]);
+  if (face >= 0 && scene->walls.given[face / 2][face % 2].type != MPM_WALL_piston)
+    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text),
+                   "), or, where it may leave its wall, -bc_%s_type separate", MPMFaceNames[face]);
   else
-    (void)snprintf(text + n, MPM_TEXT_LEN - n, ")");
+    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ")");
 }

@@ -1,13 +1,15 @@
 /* cause.c - why a run stopped: what was measured of the particle that ended it, the case that this is, and the remedy
    for this case, which a test has tried. Cases are tried one after the other; where none holds, no remedy is named. It
    is used once, where a run stops with a state that is not valid (advance.c), and changes nothing. */
-#include "run/mpm.h"
-
-#define HEAVY 0.5 /* of the modulus; larger loads are hardly meant */
+#include "advice/advice.h"
 
 /* What is known of the particle and of the run. */
 typedef struct {
-  MPM                mpm;
+  MPMCore           *core;
+  const MPMScene    *scene;
+  const MPMMethod   *method;
+  const MPMTime     *time;
+  const MPMWatch    *watch;
   const MPMStatus   *status;
   const MPMBody     *body;
   const MPMMaterial *m;
@@ -38,7 +40,7 @@ static PetscBool IsFinite(PetscInt dim, const PetscReal x[])
    on exchange.data. */
 static PetscErrorCode FindNear(Facts *f)
 {
-  MPMCore        *core = &f->mpm->core;
+  MPMCore        *core = f->core;
   const PetscInt  dim = core->grid.dim, fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(v);
   const PetscReal reach = (PetscReal)MPMBasisNodes(core->basis);
   MPMView         view;
@@ -82,14 +84,14 @@ static PetscErrorCode FindNear(Facts *f)
 /* Finds the wall next to it. Not collective. */
 static void FindWall(Facts *f)
 {
-  const MPMGrid *grid = &f->mpm->core.grid;
+  const MPMGrid *grid = &f->core->grid;
 
   f->face = -1;
   f->away = 1;
   for (PetscInt k = 0; k < 2 * grid->dim; k++) {
     const PetscInt  d    = k / 2;
     const PetscReal away = (k % 2 ? grid->upper[d] - f->at.x[d] : f->at.x[d] - grid->lower[d]) / grid->h[d];
-    const MPMWall   type = f->mpm->scene.walls.given[d][k % 2].type;
+    const MPMWall   type = f->scene->walls.given[d][k % 2].type;
 
     if (!MPMWallHas(type, MPM_WALL_NORMAL) || !(away < f->away)) continue;
     f->face = k;
@@ -100,17 +102,17 @@ static void FindWall(Facts *f)
 /* Finds the load on its body that is largest beside its modulus. */
 static PetscErrorCode FindLoad(Facts *f)
 {
-  const MPMScene *scene   = &f->mpm->scene;
-  const PetscInt  dim     = f->mpm->core.grid.dim;
+  const MPMScene *scene   = f->scene;
+  const PetscInt  dim     = f->core->grid.dim;
   const PetscReal modulus = f->m->type->traits & MPM_FLUID ? f->m->K : f->m->E;
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < scene->nloads && modulus > 0; k++) {
     PetscReal value[3] = {0}, size = 0;
 
-    if (&scene->bodies[scene->loads[k].body] != f->body) continue;
-    PetscCall(MPMExpressionEvaluate(scene->loads[k].value, dim, f->at.x, f->at.x, f->mpm->core.t, value));
-    for (PetscInt d = 0; d < (scene->loads[k].pressure ? 1 : dim); d++) size += value[d] * value[d];
+    if (MPMLoadIsOnVolume(&scene->loads[k]) || &scene->bodies[scene->loads[k].body] != f->body) continue;
+    PetscCall(MPMExpressionEvaluate(scene->loads[k].value, dim, f->at.x, f->at.x, f->core->t, value));
+    for (PetscInt d = 0; d < scene->loads[k].nc; d++) size += value[d] * value[d];
     size = PetscSqrtReal(size) / modulus;
     if (!(size > f->heaviest)) continue;
     f->heaviest = size;
@@ -127,12 +129,12 @@ typedef PetscBool (*Case)(const Facts *, char what[MPM_TEXT_LEN], char remedy[MP
 /* A body force or a load has no value, or is infinite. */
 static PetscBool Case_force(const Facts *f, char what[MPM_TEXT_LEN], char remedy[MPM_TEXT_LEN])
 {
-  const MPMScene *scene = &f->mpm->scene;
-  const PetscInt  dim   = f->mpm->core.grid.dim;
+  const MPMScene *scene = f->scene;
+  const PetscInt  dim   = f->core->grid.dim;
 
   for (PetscInt k = -1; k < scene->nloads; k++)
     for (PetscInt back = 0; back < 2; back++) {
-      const PetscReal     t        = f->mpm->core.t - (PetscReal)back * f->mpm->core.params.dt;
+      const PetscReal     t        = f->core->t - (PetscReal)back * f->core->params.dt;
       const MPMExpression force    = k < 0 ? scene->acceleration : scene->loads[k].value;
       PetscReal           value[3] = {0};
 
@@ -160,7 +162,7 @@ static PetscBool Case_step(const Facts *f, char what[MPM_TEXT_LEN], char remedy[
   if (!(f->C > f->stable.rest)) return PETSC_FALSE;
   (void)snprintf(what, MPM_TEXT_LEN, "steps were up to %.3g h/c long, and the method is stable up to %g", (double)f->C,
                  (double)f->stable.rest);
-  (void)snprintf(remedy, MPM_TEXT_LEN, f->mpm->time.fixed > 0 ? "-dt_size auto" : "-dt_cfl %g", (double)f->stable.cfl);
+  (void)snprintf(remedy, MPM_TEXT_LEN, f->time->fixed > 0 ? "-dt_size auto" : "-dt_cfl %g", (double)f->stable.cfl);
   return PETSC_TRUE;
 }
 
@@ -169,8 +171,8 @@ static PetscBool Case_law(const Facts *f, char what[MPM_TEXT_LEN], char remedy[M
 {
   for (PetscInt r = 0; r < MPM_MAX_RANGES; r++) {
     if (!(f->lost & 1 << r)) continue;
-    MPMRangesTell(f->mpm, r, &f->range[r], what);
-    MPMRangesCure(f->mpm, r, &f->range[r], remedy);
+    MPMRangesTell(f->scene, f->core->grid.dim, r, &f->range[r], what);
+    MPMRangesCure(f->scene, r, &f->range[r], remedy);
     return PETSC_TRUE;
   }
   return PETSC_FALSE;
@@ -181,10 +183,10 @@ static PetscBool Case_parted(const Facts *f, char what[MPM_TEXT_LEN], char remed
 {
   const MPMFound *found = f->parted.value > 1 ? &f->parted : &f->wide; /* one particle may be apart without a crack */
 
-  if (!(found->value > 1 && found->of[0] > MPM_GAP_PARTED && found->of[0] > MPM_GAP_LAGS * found->of[2]))
+  if (!(found->value > 1 && found->of[0] > MPM_BOUND_gap_parted && found->of[0] > MPM_BOUND_gap_lags * found->of[2]))
     return PETSC_FALSE;
-  MPMPartingTell(f->mpm, found, PETSC_TRUE, what);
-  MPMPartingCure(f->mpm, found, remedy);
+  MPMPartingTell(f->watch, f->core, f->scene, found, PETSC_TRUE, what);
+  MPMPartingCure(f->scene, f->core->grid.dim, found, remedy);
   return PETSC_TRUE;
 }
 
@@ -201,17 +203,17 @@ static PetscBool Case_tension(const Facts *f, char what[MPM_TEXT_LEN], char reme
 /* The method amplifies noise, which has grown. */
 static PetscBool Case_method(const Facts *f, char what[MPM_TEXT_LEN], char remedy[MPM_TEXT_LEN])
 {
-  if (f->status->bad != MPM_BAD_J && f->mpm->watch.grows_at < 0) return PETSC_FALSE;
-  return MPMMethodAmplifies(f->mpm, what, remedy);
+  if (f->status->bad != MPM_BAD_J && f->watch->grows_at < 0) return PETSC_FALSE;
+  return MPMMethodAmplifies(f->core, f->method, f->time, f->watch, what, remedy);
 }
 
 /* A load is as large as the modulus. Where the end that it presses together passes a node, that has hardly any mass. */
 static PetscBool Case_load(const Facts *f, char what[MPM_TEXT_LEN], char remedy[MPM_TEXT_LEN])
 {
-  const PetscBool ends = MPMSchemeIsDirect(f->mpm->method.scheme) && f->mpm->core.basis == MPM_BASIS_gimp &&
-                         f->mpm->core.params.light == 0;
+  const PetscBool ends = MPMSchemeIsDirect(f->method->scheme) && f->core->basis == MPM_BASIS_gimp &&
+                         f->core->params.light == 0;
 
-  if (!(f->heaviest > HEAVY)) return PETSC_FALSE;
+  if (!(f->heaviest > MPM_BOUND_load)) return PETSC_FALSE;
   (void)snprintf(what, MPM_TEXT_LEN, "the load %s is %.3g of its modulus", f->load, (double)f->heaviest);
   (void)snprintf(remedy, MPM_TEXT_LEN, "%sa smaller -load_%s_value; check its unit, Pa, and that of the modulus",
                  ends ? "-method_light_nodes 0.03, or " : "", f->load);
@@ -221,13 +223,13 @@ static PetscBool Case_load(const Facts *f, char what[MPM_TEXT_LEN], char remedy[
 /* A particle leaves through a face without a wall, as particles of bodies do that move there. */
 static PetscBool Case_leaves(const Facts *f, char what[MPM_TEXT_LEN], char remedy[MPM_TEXT_LEN])
 {
-  const MPMGrid *grid = &f->mpm->core.grid;
+  const MPMGrid *grid = &f->core->grid;
   PetscBool      free = PETSC_FALSE; /* has it passed a face without a wall? */
 
   for (PetscInt k = 0; k < 2 * grid->dim; k++) {
     const PetscReal x = f->status->x[k / 2];
 
-    if (!MPMWallHas(f->mpm->scene.walls.given[k / 2][k % 2].type, MPM_WALL_NORMAL) && !grid->periodic[k / 2] &&
+    if (!MPMWallHas(f->scene->walls.given[k / 2][k % 2].type, MPM_WALL_NORMAL) && !grid->periodic[k / 2] &&
         (k % 2 ? x > grid->upper[k / 2] : x < grid->lower[k / 2]))
       free = PETSC_TRUE;
   }
@@ -247,44 +249,41 @@ static const Case cases[] = {Case_force,  Case_step,    Case_law,  Case_method, 
 static void TellParticle(const Facts *f, char text[MPM_TEXT_LEN])
 {
   PetscReal speed = 0;
-  size_t    n;
 
-  for (PetscInt d = 0; d < f->mpm->core.grid.dim; d++) speed += f->at.of[d] * f->at.of[d];
+  for (PetscInt d = 0; d < f->core->grid.dim; d++) speed += f->at.of[d] * f->at.of[d];
   if (!f->others)
     (void)snprintf(text, MPM_TEXT_LEN, "it is alone, no other particle shares its nodes");
   else
     (void)snprintf(text, MPM_TEXT_LEN, "the nearest particle is %.2g cells away", (double)f->nearest);
-  n = strlen(text);
   if (f->face >= 0 && f->away >= 0)
-    (void)snprintf(text + n, MPM_TEXT_LEN - n, ", its wall %s (%s) %.2g", MPMFaceNames[f->face],
-                   MPMWallNames[f->mpm->scene.walls.given[f->face / 2][f->face % 2].type], (double)f->away);
-  n = strlen(text);
+    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ", its wall %s (%s) %.2g", MPMFaceNames[f->face],
+                   MPMWallNames[f->scene->walls.given[f->face / 2][f->face % 2].type], (double)f->away);
   if (f->status->bad == MPM_LEFT_GRID && speed <= PETSC_MAX_REAL)
-    (void)snprintf(text + n, MPM_TEXT_LEN - n, ", its speed is %.3g m/s", (double)PetscSqrtReal(speed));
-  n = strlen(text);
-  if (f->mpm->watch.grows_at >= 0)
-    (void)snprintf(text + n, MPM_TEXT_LEN - n, ", energy grows without a cause since t=%.3g s",
-                   (double)f->mpm->watch.grows_at);
+    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ", its speed is %.3g m/s",
+                   (double)PetscSqrtReal(speed));
+  if (f->watch->grows_at >= 0)
+    (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), ", energy grows without a cause since t=%.3g s",
+                   (double)f->watch->grows_at);
 }
 
-PetscErrorCode MPMCauseTell(MPM mpm, const MPMStatus *status)
+PetscErrorCode MPMCauseTell(const MPMWatch *w, MPMCore *core, const MPMScene *scene, const MPMMethod *method,
+                            const MPMTime *time, const MPMStatus *status)
 {
-  MPMCore *core = &mpm->core;
-  Facts    f    = {.mpm = mpm, .status = status, .C = mpm->wave};
-  char     why[MPM_TEXT_LEN], saw[MPM_TEXT_LEN], what[MPM_TEXT_LEN] = "", remedy[MPM_TEXT_LEN] = "";
+  Facts f = {.core = core, .scene = scene, .method = method, .time = time, .watch = w, .status = status, .C = w->wave};
+  char  why[MPM_TEXT_LEN], saw[MPM_TEXT_LEN], what[MPM_TEXT_LEN] = "", remedy[MPM_TEXT_LEN] = "";
   PetscInt near;
 
   PetscFunctionBeginUser;
   (void)snprintf(why, sizeof why, "%s", core->stop);
-  f.body   = &mpm->scene.bodies[MPMBodyOf(&mpm->scene, status->id, 0)];
-  f.m      = &mpm->scene.materials[f.body->material];
-  f.stable = MPMStableOf(core, &mpm->method);
+  f.body   = &scene->bodies[MPMBodyOf(scene, status->id, 0)];
+  f.m      = &scene->materials[f.body->material];
+  f.stable = MPMStableOf(core, method);
   f.wide = f.parted = (MPMFound){-1, -1, {0}, {0}};
   PetscCall(FindNear(&f));
   FindWall(&f);
   PetscCall(FindLoad(&f));
-  PetscCall(MPMRangesLook(mpm, &f.beyond, &f.lost, f.range));
-  if (mpm->watch.neighbours) PetscCall(MPMPartingLook(mpm, &near, &f.wide, &f.parted));
+  PetscCall(MPMRangesLook(core, w->ranges, &f.beyond, &f.lost, f.range));
+  if (w->neighbours) PetscCall(MPMPartingLook(core, scene, w->neighbours, &near, &f.wide, &f.parted));
   TellParticle(&f, saw);
   for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
     what[0] = remedy[0] = 0;

@@ -1,5 +1,5 @@
 /* found.c - the most of something among the particles of all processes, as the watch of a run finds it (watch.h). */
-#include "run/mpm.h"
+#include "advice/watch.h"
 
 void MPMFoundTake(MPMFound *f, const MPMFound *other)
 {

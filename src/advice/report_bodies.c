@@ -1,15 +1,16 @@
 /* report_bodies.c - what a run prints of its bodies before the first step: shape, material, particles, mass and volume,
    so that a wrong unit or place shows. */
-#include "run/mpm.h"
+#include "advice/advice.h"
 #include "scene/points.h"
 
 #define SHOWN 8 /* bodies that get a line of their own; the others share one */
 
 /* Counts the particles of the first bodies, n [shown + 1] with those of all others last, and sums mass and volume of
    those bodies, sum [shown][2], whose particles may differ in them. Collective on the exchange. */
-static PetscErrorCode CountParticles(MPM mpm, PetscInt shown, PetscInt64 n[], MPMSum (*sum)[2])
+static PetscErrorCode CountParticles(MPMCore *core, const MPMScene *scene, PetscInt shown, PetscInt64 n[],
+                                     MPMSum (*sum)[2])
 {
-  const MPMBody *bodies = mpm->scene.bodies;
+  const MPMBody *bodies = scene->bodies;
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(kind);
   MPMView        view;
 
@@ -19,9 +20,9 @@ static PetscErrorCode CountParticles(MPM mpm, PetscInt shown, PetscInt64 n[], MP
     MPMSumZero(&sum[b][0]);
     MPMSumZero(&sum[b][1]);
   }
-  PetscCall(MPMParticlesGetView(&mpm->core.particles, fields, &view));
+  PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
   for (PetscInt p = 0; p < view.n; p++) {
-    const MPMKind *kind = MPMKindOf(mpm->scene.kinds, &view, p);
+    const MPMKind *kind = MPMKindOf(scene->kinds, &view, p);
     PetscInt       b    = 0;
 
     while (b < shown && (view.id[p] < bodies[b].first || view.id[p] >= bodies[b].first + bodies[b].n)) b++;
@@ -30,22 +31,21 @@ static PetscErrorCode CountParticles(MPM mpm, PetscInt shown, PetscInt64 n[], MP
     MPMSumAdd(&sum[b][0], kind->m);
     MPMSumAdd(&sum[b][1], kind->V0);
   }
-  PetscCall(MPMParticlesRestoreView(&mpm->core.particles, fields, &view));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, (PetscMPIInt)shown + 1, MPIU_INT64, MPI_SUM, mpm->core.exchange.data));
-  PetscCall(MPMSumReduce(sum[0], 2 * shown, mpm->core.exchange.data));
+  PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, n, (PetscMPIInt)shown + 1, MPIU_INT64, MPI_SUM, core->exchange.data));
+  PetscCall(MPMSumReduce(sum[0], 2 * shown, core->exchange.data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMReportBodies(MPM mpm)
+PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
 {
   static const char *const per[] = {" for a cross-section of 1 m^2", " for a thickness of 1 m", ""};
-  const MPMScene          *scene = &mpm->scene;
   const PetscInt           shown = scene->nbodies > SHOWN + 1 ? SHOWN : scene->nbodies;
   PetscInt64               n[SHOWN + 2];
   MPMSum                   sum[SHOWN + 1][2];
 
   PetscFunctionBeginUser;
-  PetscCall(CountParticles(mpm, shown, n, sum));
+  PetscCall(CountParticles(core, scene, shown, n, sum));
   for (PetscInt b = 0; b < shown; b++) {
     const MPMBody  *body   = &scene->bodies[b];
     const MPMKind  *kind   = &scene->kinds[body->kind];
@@ -53,14 +53,14 @@ PetscErrorCode MPMReportBodies(MPM mpm)
     const PetscReal mass   = alike ? (PetscReal)n[b] * kind->m : MPMSumValue(&sum[b][0]);
     const PetscReal volume = alike ? (PetscReal)n[b] * kind->V0 : MPMSumValue(&sum[b][1]);
 
-    PetscCall(MPMPrint(&mpm->core.print, "body       %s: %s", body->name, MPMRegionNames[body->region.type]));
+    PetscCall(MPMPrint(&core->print, "body       %s: %s", body->name, MPMRegionNames[body->region.type]));
     if (alike || !body->points->material)
-      PetscCall(MPMPrint(&mpm->core.print, " of %s", scene->materials[body->material].name));
-    PetscCall(MPMPrint(&mpm->core.print, ", %" PetscInt64_FMT " particles, %.6g kg, %.6g m^3%s\n", n[b], (double)mass,
-                       (double)volume, per[mpm->core.grid.dim - 1]));
+      PetscCall(MPMPrint(&core->print, " of %s", scene->materials[body->material].name));
+    PetscCall(MPMPrint(&core->print, ", %" PetscInt64_FMT " particles, %.6g kg, %.6g m^3%s\n", n[b], (double)mass,
+                       (double)volume, per[core->grid.dim - 1]));
   }
   if (shown < scene->nbodies)
-    PetscCall(MPMPrint(&mpm->core.print,
+    PetscCall(MPMPrint(&core->print,
                        "body       and %" PetscInt_FMT " more bodies with %" PetscInt64_FMT " particles together\n",
                        scene->nbodies - shown, n[shown]));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,6 +1,6 @@
 /* ranges.c - laws that leave the range for which they were made: the rows of physics/range.def. It is used after steps
    and where a run stops, and changes no state. */
-#include "run/mpm.h"
+#include "advice/watch.h"
 
 /* --- Measures ----------------------------------------------------------------------------------------------------- */
 
@@ -106,10 +106,9 @@ PetscInt MPMRangesOf(const MPMScene *scene)
   return bits;
 }
 
-PetscErrorCode MPMRangesLook(MPM mpm, PetscInt *beyond, PetscInt *lost, MPMFound most[])
+PetscErrorCode MPMRangesLook(MPMCore *core, PetscInt asked, PetscInt *beyond, PetscInt *lost, MPMFound most[])
 {
-  MPMCore       *core = &mpm->core;
-  const PetscInt dim = core->grid.dim, asked = mpm->watch.ranges;
+  const PetscInt dim    = core->grid.dim;
   const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(kind) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(theta);
   PetscInt64     n[2][MPM_MAX_RANGES] = {{0}}; /* particles beyond the bound, and of the law */
   MPMView        view;
@@ -146,25 +145,22 @@ PetscErrorCode MPMRangesLook(MPM mpm, PetscInt *beyond, PetscInt *lost, MPMFound
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-void MPMRangesTell(MPM mpm, PetscInt row, const MPMFound *most, char text[MPM_TEXT_LEN])
+void MPMRangesTell(const MPMScene *scene, PetscInt dim, PetscInt row, const MPMFound *most, char text[MPM_TEXT_LEN])
 {
-  const MPMBody     *b = &mpm->scene.bodies[MPMBodyOf(&mpm->scene, most->key / 16, 0)];
-  const MPMMaterial *m = &mpm->scene.materials[b->material];
+  const MPMBody     *b = &scene->bodies[MPMBodyOf(scene, most->key / 16, 0)];
+  const MPMMaterial *m = &scene->materials[b->material];
   char               place[MPM_NAME_LEN];
-  size_t             n;
 
-  MPMPlaceWords(mpm->core.grid.dim, most->x, place);
+  MPMPlaceWords(dim, most->x, place);
   (void)snprintf(text, MPM_TEXT_LEN, "%s, of %s, is out of its range: particle %" PetscInt64_FMT " of %s at %s ",
                  rows[row].law, m->name, most->key / 16, b->name, place);
-  n = strlen(text);
-  (void)snprintf(text + n, MPM_TEXT_LEN - n, rows[row].told, (double)most->value);
-  n = strlen(text);
-  (void)snprintf(text + n, MPM_TEXT_LEN - n, " (up to %g is right)", (double)rows[row].warn);
+  (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), rows[row].told, (double)most->value);
+  (void)snprintf(text + strlen(text), MPM_TEXT_LEN - strlen(text), " (up to %g is right)", (double)rows[row].warn);
 }
 
-void MPMRangesCure(MPM mpm, PetscInt row, const MPMFound *most, char text[MPM_TEXT_LEN])
+void MPMRangesCure(const MPMScene *scene, PetscInt row, const MPMFound *most, char text[MPM_TEXT_LEN])
 {
-  const MPMBody *b = &mpm->scene.bodies[MPMBodyOf(&mpm->scene, most->key / 16, 0)];
+  const MPMBody *b = &scene->bodies[MPMBodyOf(scene, most->key / 16, 0)];
 
-  (void)snprintf(text, MPM_TEXT_LEN, rows[row].remedy, mpm->scene.materials[b->material].name);
+  (void)snprintf(text, MPM_TEXT_LEN, rows[row].remedy, scene->materials[b->material].name);
 }

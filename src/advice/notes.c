@@ -3,10 +3,10 @@
    not refused. */
 #define _GNU_SOURCE /* sched_getaffinity and CPU_COUNT */
 #include <sched.h>
-#include "run/mpm.h"
+#include "advice/advice.h"
 
 /* Prints a note if the processes of one computer have to share cores. Collective on core.comm. */
-static PetscErrorCode NoteCrowd(MPM mpm)
+static PetscErrorCode NoteCrowd(const MPMCore *core)
 {
   PetscFunctionBeginUser;
 #if defined(__linux__) && !defined(MPM_SIMULATE)
@@ -14,7 +14,7 @@ static PetscErrorCode NoteCrowd(MPM mpm)
   PetscMPIInt processes;
   MPI_Comm    node;
 
-  PetscCallMPI(MPI_Comm_split_type(mpm->core.comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node));
+  PetscCallMPI(MPI_Comm_split_type(core->comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node));
   PetscCallMPI(MPI_Comm_size(node, &processes));
   CPU_ZERO(&cores);
   if (sched_getaffinity(0, sizeof cores, &cores)) memset(&cores, 0xff, sizeof cores); /* more than the set can hold */
@@ -22,27 +22,26 @@ static PetscErrorCode NoteCrowd(MPM mpm)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &cores, (PetscMPIInt)sizeof cores, MPI_BYTE, MPI_BOR, node));
   PetscCallMPI(MPI_Comm_free(&node));
   if (processes > CPU_COUNT(&cores))
-    PetscCall(MPMNote(&mpm->core.print,
+    PetscCall(MPMNote(&core->print,
                       "%d processes share %d core%s of this computer: they take turns, and more than %d are no faster",
                       processes, CPU_COUNT(&cores), CPU_COUNT(&cores) > 1 ? "s" : "", CPU_COUNT(&cores)));
 #else
-  (void)mpm; /* simulated processes always share a core */
+  (void)core; /* simulated processes always share a core */
 #endif
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Names the options that were given and have no effect. Not collective. */
-static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
+static PetscErrorCode NoteOptions(const MPMCore *core, const MPMScene *scene, const MPMReport *report, PetscMPIInt size)
 {
   /* A dry run that predicts other numbers of processes predicts them by every option of theirs. */
-  const PetscBool   dry        = mpm->scene.dry_run && mpm->report.processes ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool   by_workers = mpm->core.exchange.type->by_workers;
+  const PetscBool   dry        = scene->dry_run && report->processes ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool   by_workers = core->exchange.type->by_workers;
   const char *const alone      = size == 1 && !dry ? "on one process" : NULL;
-  const char *const serial     = strcmp(mpm->core.exchange.type->name, "serial") ? NULL
-                                                                                 : alone; /* periodic faces add sums */
-  const char *const pool       = by_workers && !dry ? "with -parallel_strategy pool" : alone;
-  const char *const cuts       = !by_workers && size > 1 && !dry ? "without -parallel_strategy pool" : alone;
-  const char *const not_run    = mpm->scene.dry_run ? "with -dry_run" : NULL;
+  const char *const serial  = strcmp(core->exchange.type->name, "serial") ? NULL : alone; /* periodic faces add sums */
+  const char *const pool    = by_workers && !dry ? "with -parallel_strategy pool" : alone;
+  const char *const cuts    = !by_workers && size > 1 && !dry ? "without -parallel_strategy pool" : alone;
+  const char *const not_run = scene->dry_run ? "with -dry_run" : NULL;
   const struct {
     const char *option, *where; /* where: in which runs it has no effect; NULL: it has one */
   } rows[] = {
@@ -51,10 +50,10 @@ static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
       {"-parallel_balance", pool},
       {"-parallel_migrate", pool},
       {"-pool_cells", cuts},
-      {"-report_limits", mpm->report.limits ? not_run : NULL},
-      {"-report_phases", mpm->report.phases ? not_run : NULL},
-      {"-report_processes", mpm->report.processes && !mpm->scene.dry_run ? "without -dry_run" : NULL},
-      {"-report_path", mpm->core.timers.work.on ? not_run : NULL},
+      {"-report_limits", report->limits ? not_run : NULL},
+      {"-report_phases", report->phases ? not_run : NULL},
+      {"-report_processes", report->processes && !scene->dry_run ? "without -dry_run" : NULL},
+      {"-report_path", core->timers.work.on ? not_run : NULL},
   };
 
   PetscFunctionBeginUser;
@@ -62,55 +61,53 @@ static PetscErrorCode NoteOptions(MPM mpm, PetscMPIInt size)
     PetscBool given;
 
     PetscCall(PetscOptionsHasName(NULL, NULL, rows[k].option, &given));
-    if (given && rows[k].where)
-      PetscCall(MPMNote(&mpm->core.print, "%s has no effect %s", rows[k].option, rows[k].where));
+    if (given && rows[k].where) PetscCall(MPMNote(&core->print, "%s has no effect %s", rows[k].option, rows[k].where));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Prints a note if the environment variable PEBBLE_VECTOR, by which tests limit the number of lanes, has a value other
    than 8, 4 or 2. Not collective. */
-static PetscErrorCode NoteVector(MPM mpm)
+static PetscErrorCode NoteVector(const MPMCore *core)
 {
   const char *wish = getenv("PEBBLE_VECTOR");
 
   PetscFunctionBeginUser;
   if (wish && wish[0] && strcmp(wish, "8") && strcmp(wish, "4") && strcmp(wish, "2"))
-    PetscCall(MPMNote(&mpm->core.print, "PEBBLE_VECTOR=%s is not 8, 4 or 2: %" PetscInt_FMT " lanes", wish,
-                      MPMKernelWidth()));
+    PetscCall(
+        MPMNote(&core->print, "PEBBLE_VECTOR=%s is not 8, 4 or 2: %" PetscInt_FMT " lanes", wish, MPMKernelWidth()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Says that time steps are cut to end at the times of output, if they are. */
-static PetscErrorCode NoteExact(MPM mpm)
+static PetscErrorCode NoteExact(const MPMCore *core, const MPMMonitor *mon, const MPMOutput *out)
 {
-  const MPMOutput  *out                     = &mpm->output;
-  const MPMMonitor *mon                     = &mpm->monitor;
-  char              snapshots[MPM_NAME_LEN] = "", lines[MPM_NAME_LEN] = "";
+  char snapshots[MPM_NAME_LEN] = "", lines[MPM_NAME_LEN] = "";
 
   PetscFunctionBeginUser;
   if (!out->exact && !mon->exact) PetscFunctionReturn(PETSC_SUCCESS);
   if (out->exact) (void)snprintf(snapshots, sizeof snapshots, "snapshots (every %g s)", (double)out->every);
   if (mon->exact) (void)snprintf(lines, sizeof lines, "lines of the history (every %g s)", (double)mon->every);
   PetscCall(
-      MPMPrint(&mpm->core.print,
+      MPMPrint(&core->print,
                "exact      time steps are cut to end at the times of %s%s%s: the results have other bits than those "
                "of a run without -%s_exact\n",
                snapshots, out->exact && mon->exact ? " and " : "", lines, out->exact ? "output" : "history"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prints the notes, before anything else of a run or a calibration. Collective on mpm->core.comm. */
-PetscErrorCode MPMNotes(MPM mpm)
+/* Prints the notes, before anything else of a run or a calibration. Collective on core.comm. */
+PetscErrorCode MPMNotes(const MPMCore *core, const MPMScene *scene, const MPMMonitor *mon, const MPMOutput *out,
+                        const MPMReport *report)
 {
   PetscMPIInt size;
 
   PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_size(mpm->core.comm, &size));
-  PetscCall(NoteOptions(mpm, size));
-  PetscCall(NoteVector(mpm));
-  PetscCall(MPMDoubtsNote(mpm));
-  PetscCall(NoteExact(mpm));
-  if (size > 1 && !mpm->scene.dry_run) PetscCall(NoteCrowd(mpm));
+  PetscCallMPI(MPI_Comm_size(core->comm, &size));
+  PetscCall(NoteOptions(core, scene, report, size));
+  PetscCall(NoteVector(core));
+  PetscCall(MPMDoubtsNote(core, scene));
+  PetscCall(NoteExact(core, mon, out));
+  if (size > 1 && !scene->dry_run) PetscCall(NoteCrowd(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,0 +1,79 @@
+/* prints.c - what a run prints before its first step and at its end, in sequence. The lines are made in the room
+   advice, and by what has its own. */
+#include "run/mpm.h"
+
+/* Described in mpm.h. With -dry_run also what the model predicts of the run. */
+PetscErrorCode MPMPrintStart(MPM mpm)
+{
+  MPMCore             *core    = &mpm->core;
+  const MPMScene      *scene   = &mpm->scene;
+  const MPMForecast    f       = MPMForecastOf(core, &mpm->time, &mpm->monitor, &mpm->output, &mpm->cost);
+  const PetscReal      seconds = f.steps * f.step;
+  const MPMCheckpoint *c       = &mpm->checkpoint;
+  const PetscReal kept = !c->off && (c->every > 0 || (c->wall > 0 && seconds > c->wall)) ? 1 + (PetscReal)c->keep : 0;
+  char            initial[MPM_TEXT_LEN];
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMReportScene(core, scene));
+  PetscCall(MPMReportBodies(core, scene));
+  MPMInitialTell(scene, initial);
+  if (initial[0]) PetscCall(MPMPrint(&core->print, "initial    %s\n", initial));
+  PetscCall(MPMReportFields(core));
+  PetscCall(MPMPresetPrint(mpm));
+  PetscCall(MPMReportMethod(core, scene, &mpm->method));
+  PetscCall(MPMReportParallel(core));
+  PetscCall(MPMPrint(&core->print, "stability  c=%.3g m/s |v|=%.3g m/s   dt=%.3g s = %.3g h/(c+|v|)\n",
+                     (double)PetscSqrtReal(core->status.c2), (double)PetscSqrtReal(core->status.v2), (double)f.dt,
+                     (double)MPMCourant(core, f.dt)));
+  PetscCall(MPMReportPrediction(core, &mpm->cost, &f));
+  if (scene->dry_run) {
+    PetscCall(MPMMemoryPrint(core, &mpm->report, &mpm->cost, mpm->output.enabled, seconds));
+    PetscCall(MPMModelView(&mpm->cost, core, scene, f.dt, f.steps, mpm->report.processes));
+  }
+  PetscCall(MPMReportLoads(core, scene, mpm->time.end));
+  PetscCall(MPMDiskPrint(core, &mpm->monitor, &mpm->output, &f, kept, scene->dry_run));
+  PetscCall(MPMDoubtsStart(core, scene, &mpm->time, c->from[0] ? PETSC_TRUE : PETSC_FALSE));
+  PetscCall(MPMMethodWarnings(core, scene, &mpm->method, &mpm->time, f.dt));
+  PetscCall(MPMDoubtsWarn(core, scene, &mpm->method, &mpm->time, &f));
+  if (scene->dry_run) PetscCall(MPMPrint(&core->print, "dry run    the scene is valid; no step was made\n"));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Described in mpm.h. */
+PetscErrorCode MPMPrintEnd(MPM mpm)
+{
+  MPMCore        *core  = &mpm->core;
+  const MPMScene *scene = &mpm->scene;
+  char            line[2 * MPM_TEXT_LEN];
+  PetscInt64      digest;
+  PetscLogDouble  now;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscTime(&now));
+  if (core->print.progress) PetscCall(MPMPrint(&core->print, "\r\033[K"));
+  (void)snprintf(line, sizeof line, "stopped at step %" PetscInt_FMT ", t=%g s: %s", core->step, (double)core->t,
+                 core->stop); /* PETSc would write 3 as "3." */
+  if (core->stop[0])
+    PetscCall(PetscFPrintf(core->comm, stderr, "%s\n", line));
+  else
+    PetscCall(MPMPrint(&core->print, "done       %" PetscInt_FMT " steps, t=%g s, in %.3g s%s\n", core->step,
+                       (double)core->t, now - mpm->report.start, core->t < mpm->time.end ? " (-time_max_steps)" : ""));
+  PetscCall(MPMReportEnergy(core, scene, &mpm->method, &mpm->monitor, &mpm->watch));
+  PetscCall(MPMAdvanceReport(mpm));
+  if (mpm->report.indicator && !MPMStatusIsBad(&core->status) && core->particles.total)
+    PetscCall(MPMReportIndicator(core, scene));
+  PetscCall(MPMWatchEnd(&mpm->watch, &core->print));
+  PetscCall(MPMReportKnown(core, scene));
+  PetscCall(MPMReportResults(core, scene, &mpm->output));
+  PetscCall(MPMReportExchange(core));
+  PetscCall(MPMReportPhases(core, &mpm->cost, &mpm->report));
+#if defined(MPM_SIMULATE)
+  PetscCall(MPMPrint(&core->print, "simulated  %.9g s a step\n",
+                     (double)(core->timers.steps / PetscMax(1, core->step - core->timers.first))));
+#endif
+  PetscCall(MPMRoofline(&mpm->cost, core, mpm->report.limits, mpm->report.no_limits));
+  if (MPMStatusIsBad(&core->status)) PetscFunctionReturn(PETSC_SUCCESS); /* the failed state is in no file */
+  PetscCall(MPMParticlesDigest(&core->particles, core->exchange.data, &digest));
+  PetscCall(MPMPrint(&core->print, "digest %016llx\n", (unsigned long long)digest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
