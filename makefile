@@ -29,7 +29,7 @@ kernels  := kernels/transfer_lanes kernels/transfer_sums kernels/fbar kernels/vo
 lanes    := $(kernels) $(patsubst src/%.c,%,$(wildcard src/physics/material_*.c))
 objects  := $(patsubst src/%.c,$(BUILD)/%.o,$(filter-out $(kernels:%=src/%.c),$(sources)))
 rooms    := $(patsubst src/%/,%,$(wildcard src/*/))
-units    := $(patsubst tests/%.c,$(BUILD)/%,$(wildcard tests/unit_*.c tests/mpi_*.c))
+units    := $(patsubst tests/%.c,$(BUILD)/%,$(wildcard tests/unit_*.c tests/mpi_*.c tests/starter.c))
 faults   := $(patsubst tests/%.c,$(BUILD)/%,$(wildcard tests/petsc/*.c))
 
 # ---- PETSc, HDF5 and muParser through pkg-config. On a fresh machine this finds nothing;
@@ -121,7 +121,7 @@ run: ## install what is missing, build, run options/disks.opts, draw output/disk
 	@tools/install.sh run
 	+@$(again) picture
 
-test: ## install what is missing, build, run every test but the long ones: five to six minutes on two cores
+test: ## install what is missing, build, run every test but the long ones: four to five minutes on two cores
 	@tools/install.sh test
 	+@$(again) ctest select="-LE 'long|extra'" after='$(python) tests/messages.py . $(BUILD)/tests/runs/said'
 
@@ -276,7 +276,7 @@ $(BUILD)/pebble: $(objects)
 	$(call say,LINK) $(link) -o $@ $^ $(rpath) $(libraries)
 
 $(units): $(BUILD)/%: tests/%.c $(filter-out $(BUILD)/run/main.o,$(objects))
-	$(call say,UNIT) $(compile) -o $@ $(filter %.c %.o,$^) $(rpath) $(libraries)
+	$(call say,UNIT) $(compile) -o $@ $(filter tests/%.c %.o,$^) $(rpath) $(libraries)
 
 # Programs that show faults of PETSc: nothing of Pebble is in them.
 $(faults): $(BUILD)/%: tests/%.c $(BUILD)/flags | $(BUILD)/petsc

@@ -6,8 +6,10 @@ of its own.
 
 One process is started without mpiexec. Linux only: processes are found in /proc.
 """
+import atexit
 import os
 import re
+import select
 import signal
 import subprocess
 import sys
@@ -20,7 +22,10 @@ from pebble_mpm import ALONE, own_lines  # noqa: E402, F401 (own_lines: for thos
 
 TIMED_OUT, LEFT_BEHIND = 124, 125  # exit statuses that stand for what happened to the run
 SAID = os.environ.get("PEBBLE_SAID")  # file for the lines that runs print, which messages.py reads
+STARTER = os.environ.get("PEBBLE_STARTER")  # the program that starts runs of a program on one process in less time, and
+STARTED = os.environ.get("PEBBLE_STARTED")  # that program (starter.c); without them all are started as users do
 kept = set()
+starters = []  # that have nothing to do
 
 # As in the makefile, which says why; for tests that are started by hand.
 ENVIRONMENT = {
@@ -91,6 +96,38 @@ def keep(*texts):
     return texts
 
 
+class Start:
+    """A run of STARTED by a STARTER, as far as it is a subprocess.Popen: its number, and waiting for its exit status."""
+
+    def __init__(self, command, out, err, environment, cwd):
+        try:
+            self.starter = starters.pop()
+        except IndexError:
+            self.starter = subprocess.Popen([STARTER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0)
+        files = [f"/proc/{os.getpid()}/fd/{file.fileno()}" for file in (out, err)]
+        words = [os.path.abspath(cwd or "."), *files, str(len(command)), *command]
+        words += [f"{name}={value}" for name, value in environment.items()]
+        request = b"".join(os.fsencode(word) + b"\0" for word in words)
+        self.starter.stdin.write(b"%d\n" % len(request) + request)
+        self.pid, self.status = int(self.starter.stdout.readline()), None
+
+    def wait(self, timeout=None):
+        if self.status is None:
+            if not select.select([self.starter.stdout], [], [], timeout)[0]:
+                raise subprocess.TimeoutExpired(STARTED, timeout)
+            self.status = os.waitstatus_to_exitcode(int(self.starter.stdout.readline()))
+            starters.append(self.starter)
+        return self.status
+
+
+@atexit.register
+def dismiss():
+    """Ends the starters; those that still wait for a run end with it."""
+    for starter in starters:
+        starter.stdin.close()
+        starter.wait()
+
+
 def run(n, arguments, timeout=120, mpiexec="mpiexec", during=None, plain=False, cwd=None, env=None):
     """Runs arguments[0] with the others on n processes: (exit status, standard output, standard error). The status is
     TIMED_OUT if it had to be killed, LEFT_BEHIND if a process outlived it; then all are killed. during(session) is
@@ -102,9 +139,13 @@ def run(n, arguments, timeout=120, mpiexec="mpiexec", during=None, plain=False, 
     fast = {} if plain else FAST if n > 1 else ALONE
     with launch.own_folder(ENVIRONMENT | dict(os.environ) | fast | (env or {})) as environment, \
             tempfile.TemporaryFile("w+", errors="replace") as out, tempfile.TemporaryFile("w+", errors="replace") as err:
-        first = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True,
-                                 env=environment, cwd=cwd)
-        said = ""
+        preloads = any(name.startswith("LD_") for name in env or {})
+        if STARTER and n == 1 and not (plain or during or preloads) and command[0] == STARTED:
+            first = Start(command, out, err, environment, cwd)
+        else:
+            first = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True,
+                                     env=environment, cwd=cwd)
+        said, left = "", True
         try:
             deadline = time.monotonic() + timeout
             if during:
@@ -115,13 +156,13 @@ def run(n, arguments, timeout=120, mpiexec="mpiexec", during=None, plain=False, 
                 status, said = TIMED_OUT, f"killed after {timeout} s\n"
             else:
                 patience = time.monotonic() + 3
-                while members(first.pid) and time.monotonic() < patience:
+                while (left := members(first.pid)) and time.monotonic() < patience:
                     time.sleep(0.02)
-                left = members(first.pid)
                 if left:
                     status, said = LEFT_BEHIND, f"exit status {status}, but processes are left behind: {left}\n"
         finally:
-            end(first.pid)
+            if left:
+                end(first.pid)
             first.wait()
         out.seek(0)
         err.seek(0)

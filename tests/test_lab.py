@@ -3,6 +3,8 @@ it ended, the same on several processes, the finest run in place of a solution, 
 
 usage: test_lab.py PEBBLE SOURCE MPIEXEC"""
 
+import contextlib
+import io
 import os
 import re
 import subprocess
@@ -17,6 +19,7 @@ check.arguments(__doc__, 0)
 os.environ.update(mpi.ENVIRONMENT | dict(os.environ) | {"PEBBLE": check.program, "MPIEXEC": check.mpiexec})
 sys.path.insert(0, os.path.join(check.source, "lab"))
 import pebble_mpm as pebble  # noqa: E402 (after the path)
+import study as lab  # noqa: E402
 
 BAR = [
     "-dim 1",
@@ -153,10 +156,32 @@ for what, wrong in (
 
 
 # ---- The command
-def study(kind, scene, *words):
-    command = [os.path.join(check.source, "pebble-study"), kind, scene, *words]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+def command(kind, scene, *words):
+    """The command as it is started."""
+    words = [os.path.join(check.source, "pebble-study"), kind, scene, *words]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
     return check.Run(done.returncode, done.stdout, done.stderr)
+
+
+def start(command, processes=1, timeout=None):
+    """pebble.start as tests start the program."""
+    return mpi.run(processes, command, timeout or check.TIMEOUT, check.mpiexec)
+
+
+pebble.start = start
+
+
+def study(kind, scene, *words):
+    """The same in this process, which has the libraries."""
+    own, sys.argv = sys.argv, ["pebble-study", kind, scene, *words]
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            status = lab.main()
+        except SystemExit as ends:  # of argparse
+            status = ends.code
+    sys.argv = own
+    return check.Run(status, out.getvalue(), err.getvalue())
 
 
 def rows(folder, end, name="bar"):
@@ -213,7 +238,7 @@ for (kind, *words), line in REFUSED:
     last = told.err.strip().splitlines()[-1:] or [""]
     check.that(told.status == 2 and line in last[0], f"{kind} {' '.join(words)}: {last[0]}")
 old = check.write("old.opts", BAR + ["-reference_type finest"])
-told = study("convergence", old)
+told = command("convergence", old)
 check.that(
     told.status == 2 and len(told.err.splitlines()) == 1 and "-reference_type finest" in told.err,
     f"-reference_type finest: {told.err.strip()}",
@@ -252,7 +277,7 @@ check.that(
 )
 
 words = ["-output_dir", "known", "--levels", "3", *SWINGS]
-first = study("convergence", bar, *words)
+first = command("convergence", bar, *words)
 before = check.content("known/bar_study.csv")
 again = study("convergence", bar, *words)
 check.that(
@@ -264,7 +289,7 @@ check.that(
 check.that(check.content("known/bar_study.png").startswith(b"\x89PNG"), "it is drawn")
 other = study("convergence", bar, *words, "-time_end", "0.25")
 check.that(len(re.findall("^run  ", other.out, re.M)) == 3, "another time_end: all runs anew")
-least = study("convergence", bar, *words, "-time_end", "0.25", "--order-min", "9")
+least = command("convergence", bar, *words, "-time_end", "0.25", "--order-min", "9")
 check.that(
     least.status == 3 and len(least.err.splitlines()) == 1 and "is below --order-min 9" in least.err,
     f"--order-min: {least.err.strip()}",
@@ -285,7 +310,7 @@ check.that(
     and 0 < float(plain[1]["error"]) < float(plain[0]["error"]),
     f"against the finest run, on 1 and 2 processes: {[row['error'] for row in plain]}",
 )
-dry = study("trade", bar, "--dry-run", *SWINGS, "-output_dir", "dry")
+dry = command("trade", bar, "--dry-run", *SWINGS, "-output_dir", "dry")
 check.that(
     dry.status == 0
     and len(re.findall(r"^runs +.* 4 of 4 grids, about \S+ \w+$", dry.out, re.M)) > 5
@@ -349,7 +374,7 @@ check.that(
     f"another file of that name: {foreign.err.strip()}",
 )
 steps = ["--steps", "100", "--basis", "linear", "--update", "usl", "--transfer", "apic", "-output_dir", "stable"]
-found = study("stability", bar, *steps)
+found = command("stability", bar, *steps)
 row = rows("stable", "stability")[0]
 check.that(
     found.status == 0 and float(row["crossing_unstable"]) <= 0.5 and float(row["rest"]) > 0,

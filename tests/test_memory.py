@@ -215,6 +215,7 @@ def share(_):
                              f"{1e-6 * own[many]:.2f} of {many}, {more:.2f} B for each particle of the others")
 
 
+mpi.STARTER = None  # whose copies share its memory
 words = check.arguments(__doc__, 2)
 {"flat": lambda word: flat(int(word)), "find": lambda word: find(int(word)), "peak": peak, "share": share}[words[0]](words[1])
 check.end()

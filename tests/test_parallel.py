@@ -2,8 +2,8 @@
 pool are those of the serial run, whatever the process grid, the cuts, the way particles migrate and where particles lie.
 
 usage: test_parallel.py PEBBLE SOURCE MPIEXEC PART [COUNTS]
-PART    scenes (the three of FASTER), others (the other scenes), grids, periodic, migration, roundoff, borders, placement, fit,
-        large; borders are more of what placement begins with
+PART    scenes (the three of FASTER), others (the other scenes), grids, periodic, migration, migration_all, roundoff,
+        borders, placement, fit, large; borders are more of what placement begins with
 COUNTS  process counts, as 2,3,5, that every scene gets with both strategies (default: a mix of 2, 3, 4, 6 and 8)
 """
 import glob
@@ -227,13 +227,20 @@ def cuts(result):
     return int(result.told.find(r"^balance .* anew (\d+) times") or 0)
 
 
-def part_migration(counts):
-    for dim, updates in ((2, ("musl", "usf")), (3, ("musl",)), (1, ("usf",))):
+def part_migration_all(counts):
+    part_migration(counts, True)
+
+
+def part_migration(counts, every=False):
+    """Every migration and every balance in 2-D, and one pair in the others; or each with each."""
+    for dim, updates in ((2, ("musl", "usf") if every else ("musl",)), (3, ("musl",)), (1, ("usf",))):
         scene = flight(dim)
         for update in updates:
             n = 4 if dim == 1 else 7 # too many for strips along the motion, which would stay balanced
             variants = [(n, "-parallel_migrate", migrate, "-parallel_balance", balance) for migrate in ("swarm", "direct") for balance in ("none", "start", "auto")]
-            if update != "musl" or dim != 2:
+            if not every:
+                variants = [variants[k] for k in ((0, 2, 4) if dim == 2 else (5,) if dim == 3 else (1, 5))]
+            elif update != "musl" or dim != 2:
                 variants = [variants[k] for k in (1, 2, 5)]
             if dim == 2:
                 variants += [(6, "-parallel_migrate", "direct", "-parallel_balance", "auto"), (3, *POOL)]

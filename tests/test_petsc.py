@@ -12,7 +12,7 @@ import check
 
 REFUSED = 2
 STEPS = 100
-SUMS = "mass momentum_x momentum_y momentum_z force_x force_y force_z met"
+SUMS = "mass momentum_x momentum_y momentum_z force_x force_y force_z none"
 PARTS = ["FORCES", "REDUCE", "MIGRATE", "SORT", "SETTLE", "other"]  # of a step, which are no phases
 STAGES = ["MPM set-up", "MPM steps", "MPM output"]
 

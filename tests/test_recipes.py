@@ -5,6 +5,7 @@ they say. What they make has true values, and warnings where there is something 
 
 usage: test_recipes.py PEBBLE SOURCE MPIEXEC names
        test_recipes.py PEBBLE SOURCE MPIEXEC BUILD     (folder of the objects, of which a copy is brought up to date)
+       test_recipes.py PEBBLE SOURCE MPIEXEC BUILD node    (the recipe of numbers of nodes, which compiles all objects anew)
 """
 import difflib
 import glob
@@ -201,6 +202,46 @@ MPM_SCHEME(usavg, PETSC_FALSE, "half of the stress before the advance, half afte
 TRANSFER = [("src/step/transfer.def", None, """\
 MPM_TRANSFER(flap, -1, 0, MPM_NO_ROUNDS, MPM_BOUNDS_UNKNOWN, "as flip")
 """)]
+# Numbers of a node: a scalar and a vector in one line of the record, a tensor that needs another, and a scalar that is
+# not summed with the masses, which no snapshot shows.
+NODE = [("src/kernels/node.def", "/* clang-format on */", """\
+MPM_NODE_SUM(room, 1, MPM_P2G_MASS, MPM_BIT(F), "room", "m^3", "volume of the particles as it is now")
+MPM_NODE_SUM(stretch, dim, MPM_P2G_MASS, MPM_BIT(F), "stretch", "m^3", "V0 times the diagonal of F of the particles")
+MPM_NODE_SUM(cauchy, 6, MPM_P2G_MASS, MPM_BIT(F), "cauchy", "m^3", "V0 F F^T of the particles")
+MPM_NODE_SUM(apart, 1, MPM_P2G_FORCE, 0, "", "m^3", "V0 of the particles, with the forces")
+"""), ("src/kernels/node_sums.h", "/* Sets the records of a block for line", """\
+MPM_INLINE void Give_room(MPM_GIVE_ARGUMENTS)
+{
+  MPMReal F[9];
+
+  MPMLoad(dim * dim, patch->particles.F, o, l, F);
+  q[0] = MPMRead(&s->V0[l]) * MPMDet(dim, F);
+}
+
+MPM_INLINE void Give_stretch(MPM_GIVE_ARGUMENTS)
+{
+  MPMReal F[9];
+
+  MPMLoad(dim * dim, patch->particles.F, o, l, F);
+  for (int d = 0; d < dim; d++) q[d] = MPMRead(&s->V0[l]) * F[d * (dim + 1)];
+}
+
+MPM_INLINE void Give_cauchy(MPM_GIVE_ARGUMENTS)
+{
+  MPMReal F[9];
+
+  MPMLoad(dim * dim, patch->particles.F, o, l, F);
+  MPMLeftCauchyGreen(dim, F, q);
+  for (int k = 0; k < 6; k++) q[k] *= MPMRead(&s->V0[l]);
+}
+
+MPM_INLINE void Give_apart(MPM_GIVE_ARGUMENTS)
+{
+  q[0] = MPMRead(&s->V0[l]);
+}
+
+""")]
+
 WARNING = [("src/advice/bounds.def", None, """\
 MPM_BOUND(tall, 40, "of its width", "a grid that is higher is warned of", "judgement")
 """), ("src/advice/doubts.c", "/* Prints the warnings and a note before", """\
@@ -467,6 +508,62 @@ def use_transfer():
     unknown(run, "usf and flap")
 
 
+def hats(x, lower, h, cells):
+    """The nodes of linear functions at positions x, [n][2^dim], and their weights."""
+    dim = len(cells)
+    at = (x - lower) / h
+    base = np.minimum(np.floor(at).astype(int), np.array(cells) - 1)
+    node, weight = [], []
+    for corner in np.ndindex(*(2,) * dim):
+        phi = np.prod(np.where(np.array(corner) == 1, at - base, 1 - (at - base)), axis=1)
+        ijk = base + corner
+        node.append(np.ravel_multi_index(tuple(ijk.T[::-1]), tuple(c + 1 for c in cells[::-1])))
+        weight.append(phi)
+    return np.array(node), np.array(weight)
+
+
+def sums_by_hand(found, lower, h, cells):
+    """What the recipe's numbers of nodes have to be, [nodes][1 + 3 + 6]: sums over the particles of a snapshot."""
+    dim = len(cells)
+    F = found["F"].reshape(-1, 3, 3)
+    J = np.linalg.det(F)
+    b = F @ F.transpose(0, 2, 1)
+    rows, columns = np.triu_indices(3)
+    diagonal = np.einsum("pkk->pk", F) * (np.arange(3) < dim)
+    given = (found["volume"] / J)[:, None] * np.hstack([J[:, None], diagonal, b[:, rows, columns]])
+    sums = np.zeros((np.prod(np.array(cells) + 1), 10))
+    for node, weight in zip(*hats(found["x"][:, :dim], lower, h, cells)):
+        np.add.at(sums, node, weight[:, None] * given)
+    return sums, abs(J - 1).max()
+
+
+def use_node():
+    ways = {"on one process": {}, "on 2": {"n": 2}, "on 3": {"n": 3, "more": ["-parallel_strategy", "spatial"]}, "by a pool": {"n": 3, "more": ["-parallel_strategy", "pool"]},
+            "with -method_carry all": {"n": 2, "more": ["-method_carry", "all"]}, "with roundoff": {"n": 3, "more": ["-parallel_sums", "roundoff"]},
+            "4 lanes": {"lanes": 4}, "2 lanes": {"lanes": 2}}
+    for scene, steps, update in (("disks", 8, "usf"), ("disks", 8, "musl"), ("disks3d", 8, "usl")):
+        text = check.content(check.scene(scene)).decode()
+        lower, upper, cells = (np.array(re.search(rf"^-grid_{word} (\S+)", text, re.M)[1].split(","), float) for word in ("lower", "upper", "cells"))
+        moving = ["-body_disk1_velocity", "2*x,-y"] if scene == "disks" else ["-body_ball1_velocity", "2*x,-y,z+x"]
+        for way, how in ways.items():
+            run = check.must("-options_file", check.scene(scene), "-time_max_steps", str(steps), "-method_update", update, "-method_basis", "linear", "-output_fields", "F,volume,grid",
+                             "-output_name", "node", *moving, *how.get("more", []), n=how.get("n", 1), lanes=how.get("lanes"))
+            with h5py.File("output/node.h5") as file:
+                grid = {name: values[()] for name, values in check.group(file)["grid"].items()}
+            right, changed = sums_by_hand(check.particles("output/node.h5"), lower, (upper - lower) / cells, [int(c) for c in cells])
+            found = np.hstack([grid[name].reshape(len(right), -1) for name in ("room", "stretch", "cauchy")])
+            wrong = abs(found - right).max() / right[:, 0].max()
+            check.that(wrong < 1e-12 and changed > 1e-4, f"{scene}, {update}, {way}: the numbers of the nodes differ by {wrong:.1e} from sums by hand; volumes changed by up to {changed:.1e}")
+            if way == "on one process":
+                digest, alone = run.digest, grid
+            elif way != "with roundoff":
+                check.that(run.digest == digest and all((grid[name] == alone[name]).all() for name in grid), f"{scene}, {update}, {way}: {', '.join(grid)} have the same bits")
+    said = check.must("-options_file", check.scene("disks"), "-time_max_steps", "1", "-dm_view").out
+    check.that("\nUnknowns of a node of more sums: room stretch_x stretch_y stretch_z none none none none\n" in said and " cauchy_0 cauchy_1" in said, "-dm_view names them")
+    text = check.content("output/node.xdmf").decode()
+    check.that(all(f'Name="{name}" AttributeType="{kind}"' in text for name, kind in (("mass", "Scalar"), ("room", "Scalar"), ("v", "Vector"), ("stretch", "Vector"), ("cauchy", "Tensor6"))), "the XDMF file has them")
+
+
 def use_warning():
     for cells, expected in ((160, 0), (161, 1)):
         block = ["-dim", "2", "-grid_lower", "0,0", "-grid_upper", f"0.04,{cells / 100}", "-grid_cells", f"4,{cells}", "-materials", "m", "-material_m_model", "neohookean", "-material_m_rho", "1000",
@@ -583,13 +680,22 @@ def documents():
 
 
 if __name__ == "__main__":
-    (objects,) = check.arguments(__doc__, 1)
+    objects, *words = check.arguments(__doc__, None)
     if objects == "names":
         names()
         documents()
         check.end()
     objects = os.path.abspath(objects)
     folder_of_objects = copy(objects)
+    if words == ["node"]:
+        before = check.must("-options_file", check.scene("disks"), "-time_max_steps", "60", "-output_format", "none").digest
+        follow("numbers of a node", NODE, files=2, functions=4, rows=4)
+        build(folder_of_objects, "pebble")
+        check.program = os.path.abspath("pebble")
+        after = check.must("-options_file", check.scene("disks"), "-time_max_steps", "60", "-output_format", "none").digest
+        check.that(after == before, f"they change no bit of the particles: {after}")
+        use_node()
+        check.end()
     follow("law", LAW, files=2, functions=0)
     follow("law with history", RATE, files=2, functions=0)
     follow("wall without a new parameter", WALL, files=2, functions=1)

@@ -9,6 +9,7 @@
 enum { MOST = 12, DIM = 3 };
 static MPMNode   nodes[MOST * MOST * MOST], before[MOST * MOST * MOST];
 static PetscReal motion[MOST * MOST * MOST * MPM_MOTION_NC(DIM)];
+static PetscReal met[MOST * MOST * MOST];
 static MPMSpan   spans[MOST * MOST];
 static MPMWalls  walls; /* all faces are free */
 static MPMGrid   grid;
@@ -17,7 +18,8 @@ static long      found; /* light nodes */
 /* A patch that is the whole grid. */
 static MPMPatch Patch(int dim)
 {
-  MPMPatch patch = {.grid = &grid, .node = nodes, .motion = motion, .span = spans};
+  MPMPatch patch = {
+      .grid = &grid, .node = nodes, .motion = motion, .value = {.met = met}, .span = spans, .tiles = {.lines = 1}};
 
   grid.dim = dim;
   for (int d = 0; d < 3; d++) {

@@ -5,7 +5,7 @@
 #include "physics/law.h"
 #include "unit.h"
 
-#define ROUNDS 300
+#define ROUNDS 100
 
 static const PetscReal poissons[] = {0.3, 0, 0.45, 0.499, -0.3, -0.9}, moduli[] = {3.7, 2.1e11};
 static PetscReal       least = 0.2; /* the smallest det F of random F */

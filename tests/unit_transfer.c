@@ -33,6 +33,7 @@ typedef struct {
   MPMSpan   span[MAX_NODES];
   PetscInt  order[N], movers[N + 1], start[MAX_CELLS];
   PetscReal sum[MAX_NODES * NC], motion[MAX_NODES * NC]; /* sum: the records of the nodes, number by number */
+  PetscReal met[MAX_NODES];
 } Bench;
 
 static MPMMaterial materials[8];
@@ -272,6 +273,17 @@ static int Mine(const MPMPatch *patch, const PetscInt ijk[])
   return 1;
 }
 
+static PetscInt Nodes(const MPMPatch *patch)
+{
+  return patch->n[0] * patch->n[1] * patch->n[2];
+}
+
+/* The bytes of an array of a bench that a patch needs, and one node beyond them, which nothing may write. */
+static size_t Used(const MPMPatch *patch)
+{
+  return (size_t)((Nodes(patch) + 1) * NC) * sizeof(PetscReal);
+}
+
 /* How an axis is cut: box k of p begins at node edge[k], counted from the grid's first. */
 typedef struct {
   PetscInt p[3], edge[3][MAX_BOXES + 1];
@@ -285,7 +297,7 @@ static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, co
   MPMPatch *patch = &b->patch;
   PetscInt  cells;
 
-  memset(b, 0, sizeof *b);
+  memset(b, 0, offsetof(Bench, sum));
   patch->grid  = g;
   patch->basis = basis;
   for (int d = 0; d < 3; d++) {
@@ -303,12 +315,16 @@ static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, co
     patch->lo[d] = PetscMax(first, patch->own_lo[d] - reach);
     patch->n[d]  = PetscMin(last, patch->own_lo[d] + patch->own_n[d] - 1 + reach) - patch->lo[d] + 1;
   }
-  patch->node   = (MPMNode *)b->sum;
-  patch->motion = b->motion;
-  patch->span   = b->span;
-  patch->order  = b->order;
-  patch->movers = b->movers;
+  patch->node        = (MPMNode *)b->sum;
+  patch->motion      = b->motion;
+  patch->tiles.lines = 1;
+  patch->value.met   = b->met;
+  patch->span        = b->span;
+  patch->order       = b->order;
+  patch->movers      = b->movers;
   for (int k = 0; k <= N; k++) b->movers[k] = -9;
+  memset(b->sum, 0, Used(patch));
+  memset(b->motion, 0, Used(patch));
   PetscCallAbort(PETSC_COMM_SELF, MPMTilesSetUp(patch, alone));
   cells = MPMTilesCells(patch);
   PetscCheckAbort(cells < MAX_CELLS, PETSC_COMM_SELF, PETSC_ERR_PLIB, "no room for so many cells");
@@ -358,11 +374,6 @@ static MPMStatus Run(Bench *b, const MPMParams *par, const MPMPhase *phase, MPMP
   return status;
 }
 
-static PetscInt Nodes(const MPMPatch *patch)
-{
-  return patch->n[0] * patch->n[1] * patch->n[2];
-}
-
 /* Node c of the arrays of the patch. */
 static void NodeOf(const MPMPatch *patch, PetscInt c, PetscInt ijk[3])
 {
@@ -389,7 +400,7 @@ static int Asked(int dim, PetscInt parts, int k)
 {
   if (k == 0) return parts & MPM_P2G_MASS ? 1 : 0;
   if (k <= dim) return parts & MPM_P2G_MOMENTUM ? 1 : 0;
-  return k >= MPM_NODE_FORCE && k < MPM_NODE_FORCE + dim && parts & MPM_P2G_FORCE ? 1 : 0;
+  return k >= MPM_NODE_force && k < MPM_NODE_force + dim && parts & MPM_P2G_FORCE ? 1 : 0;
 }
 
 /* Nodes of a stencil. */
@@ -489,14 +500,14 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
         r[1 + d] += phi * k->m * v;
         z[1 + d] += phi * k->m * vs;
         if (core.needs.forced) {
-          r[MPM_NODE_FORCE + d] += phi * k->m * s->b[p * dim + d];
-          z[MPM_NODE_FORCE + d] += fabsl(phi * k->m * s->b[p * dim + d]);
+          r[MPM_NODE_force + d] += phi * k->m * s->b[p * dim + d];
+          z[MPM_NODE_force + d] += fabsl(phi * k->m * s->b[p * dim + d]);
         }
         for (int e = 0; e < dim; e++) {
           const long double force = -(long double)k->V0 * block.tau[MPMSymPart(dim, d, e)][0] * nodes[a].dphi[e];
-          r[MPM_NODE_FORCE + d] += force;
-          z[MPM_NODE_FORCE + d] += fabsl(force);
-          sizes[MPM_NODE_FORCE + d] += fabsl(force);
+          r[MPM_NODE_force + d] += force;
+          z[MPM_NODE_force + d] += fabsl(force);
+          sizes[MPM_NODE_force + d] += fabsl(force);
         }
       }
     particles[0] += k->m;
@@ -505,8 +516,8 @@ static void CheckSums(const Bench *b, const State *s, const MPMParams *par, Pets
       const long double v = parts & MPM_RESIDUAL ? s->r[p * dim + d] : s->v[p * dim + d];
       particles[1 + d] += k->m * v;
       sizes[1 + d] += k->m * (fabsl(v) + (parts & MPM_AFFINE ? 4 : 0));
-      if (core.needs.forced) particles[MPM_NODE_FORCE + d] += (long double)k->m * s->b[p * dim + d];
-      sizes[MPM_NODE_FORCE + d] += k->m;
+      if (core.needs.forced) particles[MPM_NODE_force + d] += (long double)k->m * s->b[p * dim + d];
+      sizes[MPM_NODE_force + d] += k->m;
     }
   }
   for (PetscInt c = 0; c < Nodes(patch); c++) {
@@ -960,13 +971,13 @@ static void CheckBits(const MPMGrid *g, MPMBasis basis, const State *s, const MP
   other = *s;
   Permute(dim, &other);
   SetUp(&b, g, basis, &other, NULL, 0, PETSC_FALSE);
-  memcpy(b.motion, ref.motion, sizeof b.motion);
+  memcpy(b.motion, ref.motion, Used(&b.patch));
   NextWidth();
   Sweep(&b, par, phase);
   if (to_particles)
     CheckParticles(&b, &ref);
   else
-    CHECK_SAME(b.sum, ref.sum, sizeof b.sum);
+    CHECK_SAME(b.sum, ref.sum, Used(&b.patch));
   Destroy(&b);
   for (int cut = 0; cut <= dim; cut++) {
     Cuts           cuts;
@@ -1243,7 +1254,7 @@ static void Correction(int dim, MPMBasis basis)
       last = norm;
       Sweep(&b, &par, &filter);
       Sweep(&b, &par, &again);
-      for (PetscInt row = 0; row < b.patch.n[1] * b.patch.n[2]; row++) MPMNodesCorrect(&par, &b.patch, row);
+      MPM_FOR_OWN_ROWS(&b.patch, rows) MPMNodesCorrect(&par, &b.patch, &rows);
     }
     if (!constant) CHECK_LE(last, 0.2L * start);
     Destroy(&b);

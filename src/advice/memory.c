@@ -2,6 +2,7 @@
    measured, and what the steps, the output and the end of the run add to it, which is counted. */
 #include "kernels/tile_index.h"
 #include "advice/advice.h"
+#include "parallel/exchange.h"
 #include "step/step.h"
 
 /* Returns a number of /proc/self/status in bytes: "VmRSS", the memory of this process, or "VmHWM", the most that it had
@@ -37,7 +38,8 @@ PetscReal MPMMemoryHere(const char what[])
 /* Returns the bytes of the sums of a tile. */
 static PetscReal TileBytes(const MPMCore *core)
 {
-  return (PetscReal)MPMTileNodes(core->grid.dim, core->basis) * MPM_NODE_NC * (PetscReal)sizeof(PetscReal);
+  return (PetscReal)MPMTileNodes(core->grid.dim, core->basis) * (PetscReal)(MPM_NODE_NC * MPMExchangeLines(core)) *
+         (PetscReal)sizeof(PetscReal);
 }
 
 /* Returns the bytes of a job of the pool: the sums of its tiles, and the fields of its particles, of which about a

@@ -124,17 +124,18 @@ static PetscReal TearsAt(MPMBasis basis, const MPMMaterial *m)
   return MPMBasisIsSpline(basis) ? MPM_BOUND_gap_splines : MPM_BOUND_gap_hats;
 }
 
-/* Judges a distance `gap` of a particle, in cells, which was `start` at the start and which the deformation explains up
-   to `known`; pull: the stress that pulls at its ends, without which it does not open by itself. code: see MPMFound. */
-static PetscErrorCode Judge(Look *l, const MPMBody *b, PetscInt64 id, PetscInt code, const PetscReal x[], PetscReal gap,
-                            PetscReal start, PetscReal known, PetscReal pull)
+/* Judges a distance of a particle at x; of: its length, that at the start, and up to which the deformation explains it,
+   in cells; pull: the stress that pulls at its ends, without which it does not open by itself. key: see MPMFound. */
+static PetscErrorCode Judge(Look *l, const MPMBody *b, PetscInt64 key, const PetscReal x[], const PetscReal of[3],
+                            PetscReal pull)
 {
   const MPMMaterial *m       = &l->core->params.materials[b->material];
   const PetscBool    plastic = MPMMaterialKnowsFlow(m);
-  const PetscReal    tears = TearsAt(l->core->basis, m), lags = known > 0 ? gap / known : PETSC_MAX_REAL;
+  const PetscReal    gap = of[0], start = of[1], lags = of[2] > 0 ? gap / of[2] : PETSC_MAX_REAL;
+  const PetscReal    tears   = TearsAt(l->core->basis, m);
   const PetscBool    lagging = lags > MPM_BOUND_gap_lagging ? PETSC_TRUE : PETSC_FALSE;
-  MPMFound           found   = {
-                  gap / (lagging ? MPM_BOUND_gap_left : MPM_BOUND_gap_wide), 16 * id + code, {0}, {gap, start, known}};
+  const PetscReal    bound   = lagging ? MPM_BOUND_gap_left : MPM_BOUND_gap_wide;
+  MPMFound           found   = {gap / bound, key, {0}, {gap, start, of[2]}};
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < l->core->grid.dim; d++) found.x[d] = x[d];
@@ -159,7 +160,7 @@ static PetscErrorCode LookAtPair(Look *l, const MPMNeighbours *nb, PetscInt axis
                                  PetscReal known)
 {
   const MPMGrid *grid = &l->core->grid;
-  PetscReal      g[3], gap2 = 0;
+  PetscReal      g[3], of[3], gap2 = 0;
 
   PetscFunctionBeginUser;
   for (PetscInt e = 0; e < grid->dim; e++) {
@@ -179,8 +180,10 @@ static PetscErrorCode LookAtPair(Look *l, const MPMNeighbours *nb, PetscInt axis
       g[e] -= PetscFloorReal(along / size2 + 0.5) * p->column[a][e];
   }
   for (PetscInt e = 0; e < grid->dim; e++) gap2 += PetscSqr(g[e]);
-  PetscCall(Judge(l, nb->body, (PetscInt64)p->id, axis, p->x, PetscSqrtReal(gap2), nb->body->b[axis] / grid->h[axis],
-                  PetscMax(p->known[axis], known), p->pull[axis]));
+  of[0] = PetscSqrtReal(gap2);
+  of[1] = nb->body->b[axis] / grid->h[axis];
+  of[2] = PetscMax(p->known[axis], known);
+  PetscCall(Judge(l, nb->body, 16 * (PetscInt64)p->id + axis, p->x, of, p->pull[axis]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -209,13 +212,16 @@ static PetscErrorCode LookAtWalls(Look *l, const MPMNeighbours *nb, PetscInt p, 
     const PetscReal place = b->b[axis] * ((PetscReal)ijk[axis] + 0.5) + b->offset[axis];
     const PetscReal from  = sign * (place - at) - walls->given[axis][side].distance;
     const PetscReal now = sign * (l->view.x[p * dim + axis] - at) - walls->place[face], h = grid->h[axis];
+    PetscReal       of[3];
     Half            half;
 
     if (!Holds(walls, axis, side) || (MPMWallHas(type, MPM_WALL_MOVES) && !walls->given[axis][side].pulls)) continue;
     if (!(from > 0 && from < b->b[axis]) || 2 * now < MPM_BOUND_gap_near * h) continue;
     GetHalf(l, nb, p, &half);
-    PetscCall(Judge(l, b, l->view.id[p], 3 + face, half.x, 2 * now / h, 2 * from / h,
-                    2 * from / h * half.known[axis] * h / b->b[axis], half.pull[axis]));
+    of[0] = 2 * now / h;
+    of[1] = 2 * from / h;
+    of[2] = 2 * from / h * half.known[axis] * h / b->b[axis];
+    PetscCall(Judge(l, b, 16 * l->view.id[p] + 3 + face, half.x, of, half.pull[axis]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -342,12 +348,13 @@ static PetscErrorCode LookAtLone(Look *l, const MPMBody *b, PetscInt p, const MP
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < dim && l->view.F; d++) {
-    PetscReal far2 = 0;
+    PetscReal far2 = 0, of[3];
 
     for (PetscInt e = 0; e < dim; e++)
       far2 += PetscSqr(l->view.F[(p * dim + e) * dim + d] * 2 * kind->l[d] * grid->h[d] / grid->h[e]);
-    PetscCall(Judge(l, b, l->view.id[p], d, l->view.x + p * dim, PetscSqrtReal(far2), 2 * kind->l[d],
-                    PetscSqrtReal(far2), 1));
+    of[0] = of[2] = PetscSqrtReal(far2);
+    of[1]         = 2 * kind->l[d];
+    PetscCall(Judge(l, b, 16 * l->view.id[p] + d, l->view.x + p * dim, of, 1));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

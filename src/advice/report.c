@@ -28,10 +28,11 @@ PetscErrorCode MPMReportScene(const MPMCore *core, const MPMScene *scene)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the bytes of a node: sums and motion, where the particles of a cell begin, and how many come. */
-static PetscInt NodeBytes(PetscInt dim)
+/* Returns the bytes of a node: its numbers, where the particles of a cell begin, and how many come. */
+static PetscInt NodeBytes(const MPMCore *core)
 {
-  return (MPM_NODE_NC + MPM_MOTION_NC(dim)) * (PetscInt)sizeof(PetscReal) + 2 * (PetscInt)sizeof(PetscInt);
+  return MPMNodeNumbers(core->grid.dim, MPMExchangeLines(core)) * (PetscInt)sizeof(PetscReal) +
+         2 * (PetscInt)sizeof(PetscInt);
 }
 
 /* Returns the bytes of particles, with order and scratch, and of nodes, on all processes together. */
@@ -41,7 +42,7 @@ static PetscReal Memory(const MPMCore *core)
 
   for (PetscInt d = 0; d < core->grid.dim; d++) nodes *= core->grid.nodes[d];
   return MPMParticlesMemory(&core->particles) * (PetscReal)core->particles.total +
-         nodes * (PetscReal)NodeBytes(core->grid.dim);
+         nodes * (PetscReal)NodeBytes(core);
 }
 
 PetscErrorCode MPMReportFields(const MPMCore *core)
@@ -55,7 +56,7 @@ PetscErrorCode MPMReportFields(const MPMCore *core)
                      "  %" PetscInt_FMT " B/particle, %" PetscInt_FMT " with order and scratch%s, %" PetscInt_FMT
                      " B/node: %.3g MB for both\n",
                      MPMParticlesBytes(&core->particles, MPM_STATE), MPMParticlesMemory(&core->particles),
-                     core->particles.saved ? " and a copy of what a step changes" : "", NodeBytes(core->grid.dim),
+                     core->particles.saved ? " and a copy of what a step changes" : "", NodeBytes(core),
                      (double)(1e-6 * Memory(core))));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

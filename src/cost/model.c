@@ -60,7 +60,7 @@ static PetscReal Times(const MPMCore *core, PetscInt e, const MPMPhase **first)
 static PetscReal PhaseMessage(const MPMCore *core, const MPMPhase *phase)
 {
   const PetscInt dim = core->grid.dim;
-  PetscInt       which[MPM_NODE_NC];
+  PetscInt       which[MPM_NODE_NUMBERS];
 
   if (phase->kind == MPM_NODES) return (PetscReal)(phase->motion * dim) * (PetscReal)sizeof(PetscReal);
   return MPMTilesPerGhost(dim, core->basis) * (PetscReal)sizeof(PetscReal) *
@@ -127,7 +127,7 @@ PetscReal MPMModelPoolBytes(const MPMCore *core, PetscInt e, const MPMShare *s, 
   const PetscReal copies = PetscPowReal((PetscReal)MPMTileSide(core->basis) / (PetscReal)MPMTileEdge(core->basis),
                                         (PetscReal)dim); /* of a node in tiles */
   PetscReal       patches, cells, wide, bytes;
-  PetscInt        which[MPM_NODE_NC];
+  PetscInt        which[MPM_NODE_NUMBERS];
 
   *jobs = 0;
   if (!phase || phase->kind == MPM_NODES) return 0;

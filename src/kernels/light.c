@@ -2,6 +2,7 @@
    needs of other patches are the sums of nodes up to MPM_LIGHT_LAYERS from its own, so what becomes of a node does not
    depend on how the grid is cut: contributions to it are added in the sequence of the nodes that they come from. */
 #include "kernels/light.h"
+#include "kernels/node_rows.h"
 #include "physics/wall.h"
 
 /* Returns the distance in the arrays between neighbours on axis d. */
@@ -28,7 +29,7 @@ MPM_INLINE void Occupied(const MPMPatch *patch, PetscInt j, PetscInt k, PetscInt
 
 PetscErrorCode MPMLightMass(MPMLight *light, const MPMPatch *patch)
 {
-  const PetscInt rows = patch->n[1] * patch->n[2], own = patch->own_lo[0] - patch->lo[0];
+  const PetscInt rows = patch->n[1] * patch->n[2];
 
   PetscFunctionBeginUser;
   if (!light->mass) {
@@ -36,17 +37,14 @@ PetscErrorCode MPMLightMass(MPMLight *light, const MPMPatch *patch)
     PetscCall(PetscCalloc1(MPM_LIGHT_GIVEN * patch->n[0] * rows, &light->given));
     PetscCall(PetscCalloc1(rows, &light->filled));
   }
-  for (PetscInt k = 0; k < patch->own_n[2]; k++)
-    for (PetscInt j = 0; j < patch->own_n[1]; j++) {
-      const PetscInt row  = (k + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + j + patch->own_lo[1] - patch->lo[1];
-      const MPMSpan  now  = {PetscMax(own, patch->span[row].first),
-                             PetscMin(own + patch->own_n[0], patch->span[row].last), PETSC_FALSE};
-      PetscReal     *mass = light->mass + row * patch->n[0];
+  MPM_FOR_OWN_ROWS(patch, r)
+  {
+    PetscReal *mass = light->mass + r.row * patch->n[0];
 
-      for (PetscInt i = light->filled[row].first; i < light->filled[row].last; i++) mass[i] = 0;
-      for (PetscInt i = now.first; i < now.last; i++) mass[i] = patch->node[row * patch->n[0] + i].m;
-      light->filled[row] = now;
-    }
+    for (PetscInt i = light->filled[r.row].first; i < light->filled[r.row].last; i++) mass[i] = 0;
+    for (PetscInt i = r.first; i < r.last; i++) mass[i] = r.sum[i].m;
+    light->filled[r.row] = (MPMSpan){r.first, r.last, PETSC_FALSE};
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -298,8 +296,8 @@ void MPMLightMove(MPMLight *light, const MPMParams *par, MPMPatch *patch)
     Accelerate(par, patch, node, a, 0);
     held = Held(par, patch, node, ijk);
     if (held) (void)MPMWallsApply(par->walls->given, patch->grid, ijk, 0, patch->motion + node * nc);
-    for (PetscInt d = 0; d < dim; d++) /* its carriers have its force, and the wall its weight */
-      if (held >> d & 1 && (patch->motion[node * nc + dim + d] == 0 || MPMNodeStopped(&patch->node[node], d)))
+    for (PetscInt d = 0; d < dim && IsOwn(patch, node); d++) /* its carriers have its force, and the wall its weight */
+      if (held >> d & 1 && (patch->motion[node * nc + dim + d] == 0 || MPMNodeStopped(patch->value.met[node], d)))
         patch->node[node].f[d] = 0;
   }
   Collect(light, par, patch, PETSC_TRUE);

@@ -4,6 +4,7 @@
 #define MPM_P2G_H
 
 #include "kernels/fbar.h"
+#include "kernels/node_sums.h"
 #include "kernels/tile_sums.h"
 #include "kernels/transfer.h"
 #include "kernels/volume.h"
@@ -58,7 +59,7 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
 
         for (int d = 0; d < dim; d++) Q[d] = V0 * S[d * dim + e];
         if (dim == 2) Q[2] = V0 * S[0], Q[3] = V0 * S[2];
-        MPMWriteRecords(dim == 2 ? 4 : dim, Q, r->Q[l][dim == 2 ? 0 : 1 + e] + MPM_NODE_FORCE, MPM_Q_RECORDS);
+        MPMWriteRecords(dim == 2 ? 4 : dim, Q, r->Q[l][dim == 2 ? 0 : 1 + e] + MPM_NODE_force, MPM_Q_RECORDS);
       }
     }
   if ((parts & MPM_P2G_FORCE) && patch->particles.b) {
@@ -67,7 +68,7 @@ MPM_INLINE void MPMStageRecords(int dim, PetscInt parts, const MPMPatch *patch, 
       MPMReal Q[4] = {MPMAll(0), MPMAll(0), MPMAll(0), MPMAll(0)};
 
       for (int d = 0; d < dim; d++) Q[d] = MPMRead(&s->m[l]) * MPMRead(&force[d][l]);
-      MPMWriteRecords(dim, Q, r->Q[l][dim == 2 ? 1 : 0] + MPM_NODE_FORCE, MPM_Q_RECORDS);
+      MPMWriteRecords(dim, Q, r->Q[l][dim == 2 ? 1 : 0] + MPM_NODE_force, MPM_Q_RECORDS);
     }
   }
 }
@@ -80,6 +81,8 @@ typedef void (*MPMSumBlocks)(const MPMBlockOrder *, const MPMStencils *, const M
                              const MPMRecord *from, MPMRecord *to);
 /* [dim-1][nodes per axis - 2][forces: 0 none, 1 stress, 2 stress and loads][affine] */
 extern const MPMSumBlocks MPM_LANES_NAME(MPMSumBlock)[3][3][3][2];
+/* [dim-1][nodes per axis - 2] for a line besides the first one, of which all numbers are summed by phi */
+extern const MPMSumBlocks MPM_LANES_NAME(MPMSumLine)[3][3];
 
 /* Finds where in the sums of their tiles the cells of a block have theirs (tile_sums.h has a drawing). Most cells
    follow the one before in a row of cells, so what needs divisions is computed once for each row of cells. */
@@ -88,7 +91,7 @@ MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool kept, c
 {
   const MPMTiles *t     = &patch->tiles;
   const PetscInt  side  = MPMTileSide(patch->basis);
-  const size_t    size  = MPMTileSize(dim, patch->basis);
+  const size_t    size  = MPMTileSize(dim, patch);
   PetscInt        begin = 0, end = 0, left = 0; /* cells of the row: begin .. end-1; its row's first tile */
   PetscReal      *sums = NULL;                  /* the row of cells in the first tile of all these sums */
 
@@ -112,6 +115,27 @@ MPM_INLINE void MPMStagePlaces(int dim, const MPMPatch *patch, PetscBool kept, c
   }
 }
 
+/* Sums the lines besides the first one for a block whose stencils and places are staged; begun [lines] and cut are as in
+   MPMP2G. A run that sums none of them does not come here. */
+MPM_INLINE void MPMSumLines(int dim, const MPMParams *par, const MPMPatch *patch, PetscInt parts,
+                            const MPMBlockOrder *o, const MPMStencils *s, PetscReal *place[], PetscBool continues,
+                            PetscBool cut, MPMRecord (*begun)[MPM_MAX_NODES])
+{
+  const size_t       line = MPMTileLine(dim, patch->basis);
+  const MPMSumBlocks sum = MPM_LANES_NAME(MPMSumLine)[dim - 1][MPMBasisNodes(patch->basis) - 2];
+  MPMRecords         r;
+
+  memset(&r, 0, sizeof r);
+  for (int q = 1; q < MPM_NODE_LINES; q++) {
+    PetscReal *at[MPM_STAGED];
+
+    if (!MPMHasLine(parts, q)) continue;
+    for (PetscInt c = 0; c < o->ncells; c++) at[c] = place[c] + (size_t)q * line;
+    MPMStageLine(dim, par, patch, parts, q, o, s, &r);
+    sum(o, s, &r, at, continues ? begun[q] : NULL, cut ? begun[q] : NULL);
+  }
+}
+
 /* Sums mass (1), momentum (2) and forces (4), (13) of particles for the nodes, for the tiles of one pass. The early
    pass makes the sums of early tiles, for which other processes wait. The late pass makes those of late tiles while
    messages are under way. Both leave these sums in t->sum. The main pass works on one row of tiles after the other: it
@@ -121,16 +145,17 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
 {
   const int          forces = !(parts & MPM_P2G_FORCE) ? 0 : patch->particles.b ? 2 : 1;
   const int          affine = parts & MPM_AFFINE ? 1 : 0;
-  const MPMSumBlocks sum = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
-  const MPMTiles    *t   = &patch->tiles;
+  const MPMSumBlocks sum    = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
+  const MPMTiles    *t      = &patch->tiles;
   const MPMPass   pass = parts & MPM_P2G_EARLY ? MPM_PASS_EARLY : parts & MPM_P2G_LATE ? MPM_PASS_LATE : MPM_PASS_MAIN;
   const PetscBool kept = pass == MPM_PASS_MAIN ? PETSC_FALSE : PETSC_TRUE;
+  const PetscBool more = MPM_NODE_LINES > 1 && MPMNodeLines(parts) > 1 ? PETSC_TRUE : PETSC_FALSE;
   const MPMRange *runs = t->runs[pass], *end = runs + t->nruns[pass];
-  const PetscInt *cell = patch->particles.cell;
+  const PetscInt *cell   = patch->particles.cell;
   PetscInt        closed = 0, blocks = 0; /* rows of tiles whose sums the nodes have; blocks so far */
-  PetscBool       cut    = PETSC_FALSE; /* the last cell of a block continues in the next one */
+  PetscBool       cut = PETSC_FALSE;      /* the last cell of a block continues in the next one */
   PetscReal      *place[MPM_STAGED];
-  MPMRecord       begun[MPM_MAX_NODES] __attribute__((aligned(64)));
+  MPMRecord       begun[MPM_NODE_LINES][MPM_MAX_NODES] __attribute__((aligned(64)));
   MPMBlockOrder   o;
   MPMStencils     s;
   MPMRecords      r;
@@ -139,7 +164,7 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   MPMStencilsBegin(dim, par, patch, &s);
   memset(&r, 0, sizeof r);
   memset(&b, 0, sizeof b);
-  if (kept) MPMOpenKept(dim, patch, pass);
+  if (kept) MPMOpenKept(dim, patch, parts, pass);
   while (runs < end) {
     const PetscInt row = runs->row;
     PetscInt       n   = 1; /* ranges that are taken together: those of a row of tiles, or all if sums are kept */
@@ -147,11 +172,11 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
     while (runs + n < end && (kept || runs[n].row == row)) n++;
     while (!kept && closed < row)
       MPMCloseRow(dim, patch, parts, closed++); /* the row before, and rows without particles in this pass */
-    if (!kept) MPMOpenRow(dim, patch, row);
+    if (!kept) MPMOpenRow(dim, patch, parts, row);
     if (parts & MPM_P2G_FBAR) MPM_LANES_NAME(MPMSumPressures)(dim, par, patch, n, runs);
     MPMFirstBlock(n, runs, &o);
     while (MPMNextBlock(dim, patch, n, runs, &o)) {
-      const MPMRecord *from;
+      PetscBool continues;
 
       MPMStage(dim, par, patch, &o, &s);
       MPMStagePlaces(dim, patch, kept, &o, place);
@@ -163,9 +188,10 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
       }
       if (parts & MPM_P2G_VOLUME) MPM_LANES_NAME(MPMStageVolumes)(dim, par, patch, &o, &s, &r);
       MPMStageRecords(dim, parts, patch, &o, &s, &b, &r);
-      from = cut ? begun : NULL;
-      cut  = o.next >= 0 && cell[o.next] == cell[o.particle[o.n - 1]] ? PETSC_TRUE : PETSC_FALSE;
-      sum(&o, &s, &r, place, from, cut ? begun : NULL);
+      continues = cut;
+      cut       = o.next >= 0 && cell[o.next] == cell[o.particle[o.n - 1]] ? PETSC_TRUE : PETSC_FALSE;
+      if (parts & MPM_P2G_CORE) sum(&o, &s, &r, place, continues ? begun[0] : NULL, cut ? begun[0] : NULL);
+      if (more) MPMSumLines(dim, par, patch, parts, &o, &s, place, continues, cut, begun);
       if (patch->meanwhile && ++blocks % MPM_MEANWHILE == 0) patch->meanwhile(patch->ctx);
     }
     runs += n;

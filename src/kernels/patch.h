@@ -5,6 +5,7 @@
 
 #include <stddef.h>
 #include "base/status.h"
+#include "kernels/node.h"
 #include "physics/grid.h"
 #include "physics/material.h"
 
@@ -30,41 +31,6 @@ typedef struct {
   PetscInt               nmaterials;
   const struct MPMWalls *walls;
 } MPMParams;
-
-/* The sums of a node: the same record in every dimension, as long as one vector of 8 numbers or a whole number of
-   shorter ones, and in one line of the cache. */
-typedef struct {
-  PetscReal m, p[3], f[3]; /* mass in kg, momentum in kg m/s, force in N */
-  PetscReal met; /* axes (bits, as a whole number) along which the advance met a wall that only pushes; 8 times: a piston */
-} MPMNode;
-#define MPM_NODE_NC    8 /* numbers of the record, for vectors and messages */
-#define MPM_NODE_FORCE 4
-#define MPM_NODE_VOLUMES 4 /* numbers in the place of m and p that the relaxation of volumes sums (volume.h) */
-_Static_assert(sizeof(MPMNode) == 8 * sizeof(PetscReal), "the record of a node is one line of the cache");
-_Static_assert(offsetof(MPMNode, p) == sizeof(PetscReal), "momentum follows the mass");
-_Static_assert(offsetof(MPMNode, f) == MPM_NODE_FORCE * sizeof(PetscReal), "forces begin at their place");
-
-/* Returns whether the advance met a wall that only pushes along axis d. */
-MPM_INLINE PetscBool MPMNodeMet(const MPMNode *n, PetscInt d)
-{
-  return (PetscInt)n->met >> d & 1 ? PETSC_TRUE : PETSC_FALSE;
-}
-
-/* The same, or a piston that holds its column of nodes. */
-MPM_INLINE PetscBool MPMNodeStopped(const MPMNode *n, PetscInt d)
-{
-  return (PetscInt)n->met >> d & 9 ? PETSC_TRUE : PETSC_FALSE;
-}
-
-/* MPM_NODE_FIRST is the first number of the record that the parts of a transfer (transfer.h) sum, MPM_NODE_LAST the one
-   after the last. */
-#define MPM_NODE_FIRST(parts)                                                                                          \
-  ((parts) & (MPM_P2G_MASS | MPM_P2G_VOLUME) ? 0 : (parts)&MPM_P2G_MOMENTUM ? 1 : MPM_NODE_FORCE)
-#define MPM_NODE_LAST(dim, parts)                                                                                      \
-  ((parts)&MPM_P2G_FORCE ? MPM_NODE_FORCE + (dim) : (parts)&MPM_P2G_VOLUME ? MPM_NODE_VOLUMES : 1 + (dim))
-
-/* The motion of a node: velocity [dim] in m/s and acceleration [dim] in m/s^2. */
-#define MPM_MOTION_NC(dim) (2 * (dim))
 
 /* Tiles are boxes of 2^bits cells on each axis, counted from the first node of the grid. The cell of a particle is
    named by the base node of its stencil. Each tile has sums of its own for all nodes that its particles touch, `side`
@@ -115,8 +81,9 @@ typedef struct {
   const PetscInt *start;                  /* [cells+1] where the particles of a cell begin in the order */
   PetscInt        nruns[MPM_NUM_PASSES];  /* ranges of each pass, row after row of tiles */
   MPMRange       *runs[MPM_NUM_PASSES];
-  PetscReal      *sum;     /* [nslots][nodes of a tile][MPM_NODE_NC] records like MPMNode */
-  PetscReal      *scratch; /* [n0][nodes of a tile][MPM_NODE_NC] sums of one row of tiles */
+  PetscInt        lines;   /* of a node's sums that there is room for; the patch's arrays have as many */
+  PetscReal      *sum;     /* [nslots][lines][nodes of a tile][MPM_NODE_NC] records like MPMNode */
+  PetscReal      *scratch; /* [n0][lines][nodes of a tile][MPM_NODE_NC] sums of one row of tiles */
   size_t          room;
   void           *memory; /* the allocation of sum and scratch */
 } MPMTiles;
@@ -139,13 +106,14 @@ typedef struct {
   const PetscInt *order; /* [particles.n] particles by (cell, id) */
   PetscInt  *movers; /* [nmovers] entries q of the order that are movers, MPM_FLAGGED(q) for those that left; or NULL */
   PetscInt   nmovers;
-  MPMNode   *node;              /* [n2][n1][n0] sums, complete for own nodes */
+  MPMNode   *node;              /* [lines][n2][n1][n0] sums, complete for own nodes */
   PetscReal *motion;            /* [n2][n1][n0][MPM_MOTION_NC] m/s, m/s^2 */
-  MPMSpan   *span;              /* [n2][n1] */
-  PetscReal *boxes;             /* [boxes][materials][2] sums of F-bar (fbar.h); or NULL */
+  MPMNodeValues value;          /* of own nodes */
+  MPMSpan      *span;           /* [n2][n1] */
+  PetscReal    *boxes;          /* [boxes][materials][2] sums of F-bar (fbar.h); or NULL */
   void (*meanwhile)(void *ctx); /* called after every few blocks of P2G, so that messages progress; or NULL */
   void *ctx;
-  void *memory; /* the allocation of node and span, where the patch owns them */
+  void *memory; /* the allocation of node, span and value, where the patch owns them */
 } MPMPatch;
 
 /* Marks q >= 0 as a negative number, and converts that back to q. */

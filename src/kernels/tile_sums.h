@@ -17,47 +17,85 @@
 #include "kernels/tile_index.h"
 #include "kernels/transfer.h"
 
-/* Returns how many numbers the sums of a tile are. */
-MPM_INLINE size_t MPMTileSize(int dim, MPMBasis basis)
+/* Returns how many numbers a line of the sums of a tile is, and how many all of them are. */
+MPM_INLINE size_t MPMTileLine(int dim, MPMBasis basis)
 {
   return MPMTileNodes(dim, basis) * MPM_NODE_NC;
 }
 
+MPM_INLINE size_t MPMTileSize(int dim, const MPMPatch *patch)
+{
+  return MPMTileLine(dim, patch->basis) * (size_t)(MPM_NODE_LINES > 1 ? patch->tiles.lines : 1);
+}
+
+/* Returns whether these parts sum numbers of a line of the record. */
+MPM_INLINE PetscBool MPMHasLine(PetscInt parts, PetscInt line)
+{
+  return parts & (line ? MPMNodeParts(line) : MPM_P2G_CORE) ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Repeats a statement for each line that the parts sum. */
+#define MPM_FOR_LINES(line, parts)                                                                                     \
+  for (PetscInt line = 0; line < MPM_NODE_LINES; line++)                                                               \
+    if (MPMHasLine(parts, line))
+
 /* Zeroes the kept sums of a pass; those of early tiles come before those of late ones. */
-MPM_INLINE void MPMOpenKept(int dim, const MPMPatch *patch, MPMPass pass)
+MPM_INLINE void MPMOpenKept(int dim, const MPMPatch *patch, PetscInt parts, MPMPass pass)
 {
   const MPMTiles *t    = &patch->tiles;
-  const size_t    size = MPMTileSize(dim, patch->basis);
+  const size_t    size = MPMTileSize(dim, patch), line = MPMTileLine(dim, patch->basis);
   const PetscInt  from = pass == MPM_PASS_LATE ? t->n_early : 0, to = pass == MPM_PASS_LATE ? t->n_own : t->n_early;
 
-  if (from < to) memset(t->sum + (size_t)from * size, 0, (size_t)(to - from) * size * sizeof *t->sum);
+  for (PetscInt k = from; k < to; k++)
+    MPM_FOR_LINES(q, parts) memset(t->sum + (size_t)k * size + (size_t)q * line, 0, line * sizeof *t->sum);
 }
 
 /* Zeroes the sums of a row of tiles that are in scratch. */
-MPM_INLINE void MPMOpenRow(int dim, const MPMPatch *patch, PetscInt row)
+MPM_INLINE void MPMOpenRow(int dim, const MPMPatch *patch, PetscInt parts, PetscInt row)
 {
   const MPMTiles *t    = &patch->tiles;
-  const size_t    size = MPMTileSize(dim, patch->basis);
+  const size_t    size = MPMTileSize(dim, patch), line = MPMTileLine(dim, patch->basis);
 
   for (PetscInt i = t->used[row][0]; i < t->used[row][1]; i++)
     if (t->slot[row * t->n[0] + i] == MPM_TILE_SCRATCH)
-      memset(t->scratch + (size_t)i * size, 0, size * sizeof *t->scratch);
+      MPM_FOR_LINES(q, parts) memset(t->scratch + (size_t)i * size + (size_t)q * line, 0, line * sizeof *t->scratch);
 }
 
-/* Zeroes the sums that the parts make of a row of nodes, if that has not been done in this phase. */
+/* Returns line `line` of the sums of a row of the patch's nodes. */
+MPM_INLINE PetscReal *MPMLineOfRow(const MPMPatch *patch, PetscInt line, PetscInt row)
+{
+  const size_t plane = (size_t)patch->n[0] * (size_t)patch->n[1] * (size_t)patch->n[2];
+
+  return (PetscReal *)patch->node + MPM_NODE_NC * ((size_t)line * plane + (size_t)row * (size_t)patch->n[0]);
+}
+
+/* Zeroes the sums that the parts make of a row of nodes. Those of the first line that follow each other are zeroed
+   together, which is faster. */
 MPM_INLINE void MPMZeroRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt row)
 {
-  MPMSpan       *span = patch->span + row;
-  const PetscInt c0 = MPM_NODE_FIRST(parts), c1 = MPM_NODE_LAST(dim, parts), n = span->last - span->first;
-  PetscReal *sum = (PetscReal *)patch->node + MPM_NODE_NC * ((size_t)row * (size_t)patch->n[0] + (size_t)span->first);
+  MPMSpan       *span  = patch->span + row;
+  const PetscInt n     = span->last - span->first;
+  const PetscInt lower = MPM_P2G_MASS | MPM_P2G_MOMENTUM, upper = MPM_P2G_FORCE;
+  PetscReal     *sum = MPMLineOfRow(patch, 0, row) + MPM_NODE_NC * span->first;
+  PetscInt       which[MPM_NODE_NUMBERS], rest = parts & ~(lower | upper | MPM_P2G_WHOLE);
 
-  if (!span->fresh) return;
   span->fresh = PETSC_FALSE;
-  if (n > 0 && (parts & MPM_P2G_MASS) && (parts & MPM_P2G_FORCE))
-    memset(sum, 0, (size_t)(n * MPM_NODE_NC) * sizeof *sum);
+  if ((parts & lower) == lower && parts & upper)
+    memset(sum, 0, (size_t)PetscMax(0, n) * MPM_NODE_NC * sizeof *sum);
+  else if ((parts & lower) == lower)
+    for (PetscInt i = 0; i < n; i++) memset(sum + MPM_NODE_NC * i, 0, (size_t)(1 + dim) * sizeof *sum);
+  else if (!(parts & lower) && parts & upper)
+    for (PetscInt i = 0; i < n; i++) memset(sum + MPM_NODE_NC * i + MPM_NODE_force, 0, (size_t)dim * sizeof *sum);
   else
-    for (PetscInt i = 0; i < n; i++)
-      for (PetscInt c = c0; c < c1; c++) sum[i * MPM_NODE_NC + c] = 0;
+    rest = parts & ~MPM_P2G_WHOLE;
+  if (!(rest & MPM_P2G_CORE) && MPM_NODE_LINES == 1) return;
+  for (PetscInt w = MPMNodeSums(dim, parts & ~MPM_P2G_WHOLE, which) - 1; w >= 0; w--) {
+    const PetscInt line = which[w] / MPM_NODE_NC;
+
+    if (line == 0 && !(rest & MPM_P2G_CORE)) continue;
+    sum = MPMLineOfRow(patch, line, row) + MPM_NODE_NC * span->first + which[w] % MPM_NODE_NC;
+    for (PetscInt i = 0; i < n; i++) sum[MPM_NODE_NC * i] = 0;
+  }
 }
 
 /* Adds the sums of a row of tiles to those of the patch's nodes, from the lowest tile to the highest. */
@@ -65,26 +103,32 @@ MPM_INLINE void MPMCloseRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt r
 {
   const MPMTiles   *t    = &patch->tiles;
   const PetscInt    side = MPMTileSide(patch->basis), *slot = t->slot + row * t->n[0];
-  const size_t      size = MPMTileSize(dim, patch->basis);
+  const size_t      size = MPMTileSize(dim, patch);
   const MPMTileBox *y = &t->box[1][row % t->n[1]], *z = &t->box[2][row / t->n[1]];
   const PetscInt    first = t->used[row][0], last = t->used[row][1];
 
   if (first >= last) return;
   for (PetscInt k = z->from; k < z->to; k++)
     for (PetscInt j = y->from; j < y->to; j++) { /* row j, k of the tiles' nodes, `at` of the arrays */
-      const PetscInt at    = (k + z->at) * patch->n[1] + j + y->at;
-      PetscReal     *nodes = (PetscReal *)patch->node + MPM_NODE_NC * (size_t)at * (size_t)patch->n[0];
+      const PetscInt at = (k + z->at) * patch->n[1] + j + y->at;
 
-      MPMZeroRow(dim, patch, parts, at);
-      for (PetscInt i = first; i < last; i++) {
-        const MPMTileBox *x    = &t->box[0][i];
-        const PetscReal  *from = slot[i] >= 0 ? t->sum + (size_t)slot[i] * size : t->scratch + (size_t)i * size;
-        PetscReal        *to   = nodes + MPM_NODE_NC * x->at;
+      if (patch->span[at].fresh) MPMZeroRow(dim, patch, parts, at);
+      MPM_FOR_LINES(line, parts)
+      {
+        PetscReal   *nodes = MPMLineOfRow(patch, line, at);
+        const size_t row0  = (size_t)line * MPMTileLine(dim, patch->basis) +
+                            (size_t)(MPM_NODE_NC * (k * side + j) * side);
 
-        from += MPM_NODE_NC * (k * side + j) * side;
-        if (slot[i] == MPM_TILE_EMPTY) continue;
-        for (PetscInt c = MPM_NODE_NC * x->from; c < MPM_NODE_NC * x->to; c += MPM_WIDTH)
-          MPMWrite(to + c, MPMRead(to + c) + MPMRead(from + c));
+        for (PetscInt i = first; i < last; i++) {
+          const MPMTileBox *x    = &t->box[0][i];
+          const PetscReal  *from = slot[i] >= 0 ? t->sum + (size_t)slot[i] * size : t->scratch + (size_t)i * size;
+          PetscReal        *to   = nodes + MPM_NODE_NC * x->at;
+
+          from += row0;
+          if (slot[i] == MPM_TILE_EMPTY) continue;
+          for (PetscInt c = MPM_NODE_NC * x->from; c < MPM_NODE_NC * x->to; c += MPM_WIDTH)
+            MPMWrite(to + c, MPMRead(to + c) + MPMRead(from + c));
+        }
       }
     }
 }

@@ -30,7 +30,7 @@ PetscInt MPMKernelWidth(void)
 /* Returns the kernel for these parts, or NULL if there is none: all parts must be of one direction. Not collective. */
 MPMKernel MPMKernelFind(PetscInt dim, MPMBasis basis, PetscInt parts)
 {
-  const PetscInt to_nodes     = parts & (MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE | MPM_P2G_VOLUME) ? 1 : 0;
+  const PetscInt to_nodes     = parts & MPM_P2G_CORE || MPMNodeLines(parts) > 1 ? 1 : 0;
   const PetscInt to_particles = parts & (MPM_G2P_MOTION | MPM_G2P_STRESS | MPM_G2P_COMMIT | MPM_G2P_FILTER |
                                          MPM_G2P_VOLUME)
                                     ? 1
@@ -42,6 +42,16 @@ MPMKernel MPMKernelFind(PetscInt dim, MPMBasis basis, PetscInt parts)
   if (MPMKernelWidth() == 4) return MPMKernels_4[dim - 1][to_particles];
 #endif
   return MPMKernels_2[dim - 1][to_particles];
+}
+
+/* Returns how many sums of nodes besides those of the first line these parts make. */
+static PetscReal Further(PetscInt dim, PetscInt parts)
+{
+  PetscInt n = 0;
+
+  for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++)
+    if (g->home == MPM_IS_SUM && parts & g->part) n += g->components(dim);
+  return (PetscReal)n;
 }
 
 /* Returns the floating-point operations per particle, counted by hand from transfer_sums.c, p2g.h and g2p.h: an
@@ -59,8 +69,8 @@ PetscReal MPMKernelFlops(PetscInt dim, MPMBasis basis, PetscInt parts)
   const PetscReal one_force = dim == 3 ? 4 * (planes + inner + nodes) : dim == 2 ? 2 * inner + 4 * nodes : 2 * nodes;
   const PetscReal values    = parts & MPM_G2P_MOTION ? 2 * d : d;
   const PetscReal sums      = (parts & MPM_P2G_MASS ? 1 : 0) + (parts & MPM_P2G_MOMENTUM ? d : 0) +
-                         (parts & MPM_P2G_VOLUME ? 3 : 0);
-  PetscReal       flops     = d * (6 + weights[basis] + ns); /* coordinate, number of the cell; g/h */
+                         (parts & MPM_P2G_VOLUME ? 3 : 0) + Further(dim, parts);
+  PetscReal flops = d * (6 + weights[basis] + ns); /* coordinate, number of the cell; g/h */
 
   flops += sums * (planes + inner + 2 * nodes);
   if (parts & MPM_P2G_MOMENTUM) flops += d;

@@ -46,17 +46,48 @@ enum {
   MPM_G2P_VOLUME   = 32768  /* alone: relaxes the volumes of fluids */
 };
 
-/* Lists the numbers of a node's record that these parts sum, which are those that messages have; returns how many. */
-MPM_INLINE PetscInt MPMNodeSums(PetscInt dim, PetscInt parts, PetscInt which[MPM_NODE_NC])
+/* The parts whose sums are in the first line of a node's record. */
+#define MPM_P2G_CORE (MPM_P2G_MASS | MPM_P2G_MOMENTUM | MPM_P2G_FORCE | MPM_P2G_VOLUME)
+
+/* Lists the numbers of a node's record that these parts sum, ascending, which are those that messages have; returns how
+   many. */
+MPM_INLINE PetscInt MPMNodeSums(PetscInt dim, PetscInt parts, PetscInt which[MPM_NODE_NUMBERS])
 {
   PetscInt n = 0;
 
-  for (PetscInt c = 0; c < MPM_NODE_NC; c++)
-    if ((parts & MPM_P2G_WHOLE) || (c == 0 && (parts & MPM_P2G_MASS)) ||
-        (c >= 1 && c <= dim && (parts & MPM_P2G_MOMENTUM)) || (c < MPM_NODE_VOLUMES && (parts & MPM_P2G_VOLUME)) ||
-        (c >= MPM_NODE_FORCE && c < MPM_NODE_FORCE + dim && (parts & MPM_P2G_FORCE)))
-      which[n++] = c;
+#define MPM_NODE_LIST(part, nc, at)                                                                                    \
+  for (PetscInt c = 0; c < (nc) && (parts & (part)); c++) which[n++] = (at) + c;
+#define MPM_NODE_CORE(name, member, nc, part, dataset, unit, meaning) MPM_NODE_LIST(part, nc, MPM_NODE_##name)
+#define MPM_NODE_SHARE(name, place, nc, part, unit, meaning)          MPM_NODE_LIST(part, nc, place)
+#include "kernels/node.def"
+  if ((parts & MPM_P2G_WHOLE) && (parts & MPM_P2G_CORE))
+    for (n = 0; n < MPM_NODE_NC; n++) which[n] = n;
+#define MPM_NODE_SUM(name, nc, part, reads, dataset, unit, meaning) MPM_NODE_LIST(part, nc, MPM_NODE_##name)
+#include "kernels/node.def"
+#undef MPM_NODE_LIST
   return n;
+}
+
+/* Returns the parts whose sums are in a line of the record besides the first one. */
+MPM_INLINE PetscInt MPMNodeParts(PetscInt line)
+{
+  PetscInt parts = 0;
+
+  (void)line;
+#define MPM_NODE_SUM(name, nc, part, reads, dataset, unit, meaning)                                                    \
+  if (MPM_NODE_##name / MPM_NODE_NC == line) parts |= (part);
+#include "kernels/node.def"
+  return parts;
+}
+
+/* Returns how many lines of the record there are up to the last one that these parts sum. */
+MPM_INLINE PetscInt MPMNodeLines(PetscInt parts)
+{
+  PetscInt lines = 1;
+
+  for (PetscInt line = 1; line < MPM_NODE_LINES; line++)
+    if (MPMNodeParts(line) & parts) lines = line + 1;
+  return lines;
 }
 
 /* Runs the parts of a transfer on a patch, whose view has the fields that they need; notes its findings in status. Not

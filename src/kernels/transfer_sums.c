@@ -8,8 +8,8 @@
    the record; mass or momentum; forces. */
 #define MPM_PARTS               (8 / MPM_WIDTH)
 #define MPM_PART_HAS(h, lo, hi) ((h)*MPM_WIDTH < (hi) && ((h) + 1) * MPM_WIDTH > (lo))
-#define MPM_PART_MOTION(h)      MPM_PART_HAS(h, 0, MPM_NODE_FORCE)
-#define MPM_PART_FORCE(dim, h)  MPM_PART_HAS(h, MPM_NODE_FORCE, MPM_NODE_FORCE + (dim))
+#define MPM_PART_MOTION(h)      MPM_PART_HAS(h, 0, MPM_NODE_force)
+#define MPM_PART_FORCE(dim, h)  MPM_PART_HAS(h, MPM_NODE_force, MPM_NODE_force + (dim))
 
 /* Returns i c for i = 0 .. 3. */
 MPM_INLINE MPMReal MPMMultiple(int i, MPMReal c)
@@ -104,8 +104,8 @@ MPM_INLINE MPMReal MPMFold(MPMReal sum, MPMReal lower)
 
 /* Adds particles first .. last-1 of a block to the sums of their cell, which begin at 0 or, where the cell began in an
    earlier block, at `from`. They are added to those of the nodes in the tile, at `place`, or written to `to` if the cell
-   may go on in the next block. */
-MPM_INLINE void MPMSumCell(int dim, int ns, int forces, int affine, const MPMStencils *s, const MPMRecords *r,
+   may go on in the next block. all: all numbers are summed, by phi, as those of mass and momentum. */
+MPM_INLINE void MPMSumCell(int dim, int ns, int forces, int affine, int all, const MPMStencils *s, const MPMRecords *r,
                            PetscInt first, PetscInt last, const MPMRecord *from, PetscReal *place, MPMRecord *to)
 {
   const int ny = dim > 1 ? ns : 1, nz = dim > 2 ? ns : 1, rows = MPM_ROWS(dim, ns), planes = MPM_PLANES(dim, ns);
@@ -115,11 +115,11 @@ MPM_INLINE void MPMSumCell(int dim, int ns, int forces, int affine, const MPMSte
   /* With 4 and 8 lanes the loop is unrolled, so that each vector's content is known. */
   MPM_UNROLL
   for (int h = 0; h < MPM_PARTS; h++) {
-    const int upper = dim == 2 && forces && h * MPM_WIDTH >= MPM_NODE_FORCE; /* only forces */
+    const int upper = dim == 2 && forces && h * MPM_WIDTH >= MPM_NODE_force; /* only forces */
     const int force = forces && (upper || MPM_PART_FORCE(dim, h)), motion = affine && MPM_PART_MOTION(h);
-    const int two   = dim == 2 && force, held = two && MPM_WIDTH == 2 && h == 2;
+    const int two = dim == 2 && force, held = two && MPM_WIDTH == 2 && h == 2;
 
-    if (!force && !MPM_PART_MOTION(h)) continue;
+    if (!force && !MPM_PART_MOTION(h) && !all) continue;
     for (int k0 = 0; k0 < nz; k0 += planes)
       for (int j0 = 0; j0 < ny; j0 += rows) {
         const int at0 = (k0 * ny + j0) * ns; /* the first of these nodes */
@@ -136,7 +136,7 @@ MPM_INLINE void MPMSumCell(int dim, int ns, int forces, int affine, const MPMSte
           for (int a = 0; a < n; a++) {
             const int  k = k0 + a / (rows * ns), j = j0 + a / ns % rows;
             PetscReal *node = place + MPM_NODE_NC * (a % ns + side * (j + side * k)) +
-                              (two && MPM_WIDTH == 2 ? MPM_NODE_FORCE : h * MPM_WIDTH);
+                              (two && MPM_WIDTH == 2 ? MPM_NODE_force : h * MPM_WIDTH);
 
             if (held)
               lower[at0 + a] = sum[a];
@@ -148,11 +148,12 @@ MPM_INLINE void MPMSumCell(int dim, int ns, int forces, int affine, const MPMSte
 }
 
 /* Adds a block of particles to the sums of their tiles; p2g.h declares from and to. */
-MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, const MPMBlockOrder *o, const MPMStencils *s,
-                            const MPMRecords *r, PetscReal *const place[], const MPMRecord *from, MPMRecord *to)
+MPM_INLINE void MPMSumBlock(int dim, int ns, int forces, int affine, int all, const MPMBlockOrder *o,
+                            const MPMStencils *s, const MPMRecords *r, PetscReal *const place[], const MPMRecord *from,
+                            MPMRecord *to)
 {
   for (PetscInt c = 0, first = 0; c < o->ncells; first = o->end[c++], from = NULL)
-    MPMSumCell(dim, ns, forces, affine, s, r, first, o->end[c], from, place[c], c < o->ncells - 1 ? NULL : to);
+    MPMSumCell(dim, ns, forces, affine, all, s, r, first, o->end[c], from, place[c], c < o->ncells - 1 ? NULL : to);
 }
 
 /* --- Nodes to particles ------------------------------------------------------------------------------------------- */
@@ -231,7 +232,13 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
   static void SumBlock_##dim##ns##_##forces##affine(const MPMBlockOrder *o, const MPMStencils *s, const MPMRecords *r, \
                                                     PetscReal *const place[], const MPMRecord *from, MPMRecord *to)    \
   {                                                                                                                    \
-    MPMSumBlock(dim, ns, forces, affine, o, s, r, place, from, to);                                                    \
+    MPMSumBlock(dim, ns, forces, affine, 0, o, s, r, place, from, to);                                                 \
+  }
+#define MPM_SUM_LINE(dim, ns)                                                                                          \
+  static void SumLine_##dim##ns(const MPMBlockOrder *o, const MPMStencils *s, const MPMRecords *r,                     \
+                                PetscReal *const place[], const MPMRecord *from, MPMRecord *to)                        \
+  {                                                                                                                    \
+    if (MPM_NODE_LINES > 1) MPMSumBlock(dim, ns, 0, 0, 1, o, s, r, place, from, to);                                   \
   }
 #define MPM_INTERPOLATE_BLOCK(dim, ns, motion, stress)                                                                 \
   static void InterpolateBlock_##dim##ns##_##motion##stress(const MPMBlockOrder *o, const MPMStencils *s,              \
@@ -251,6 +258,7 @@ MPM_INLINE void MPMInterpolateBlock(int dim, int ns, int nv, int gradients, cons
   MPM_INTERPOLATE_BLOCK(dim, ns, 1, 0)                                                                                 \
   MPM_INTERPOLATE_BLOCK(dim, ns, 1, 1)
 MPM_FOR_ALL(MPM_DEFINE)
+MPM_FOR_ALL(MPM_SUM_LINE)
 
 #define MPM_SUM_ENTRY(dim, ns)                                                                                         \
   [dim - 1][ns - 2] = {{SumBlock_##dim##ns##_00, SumBlock_##dim##ns##_01},                                             \
@@ -259,5 +267,7 @@ MPM_FOR_ALL(MPM_DEFINE)
 #define MPM_INTERPOLATE_ENTRY(dim, ns)                                                                                 \
   [dim - 1][ns - 2] = {{NULL, InterpolateBlock_##dim##ns##_01},                                                        \
                        {InterpolateBlock_##dim##ns##_10, InterpolateBlock_##dim##ns##_11}},
+#define MPM_LINE_ENTRY(dim, ns) [dim - 1][ns - 2] = SumLine_##dim##ns,
 const MPMSumBlocks         MPM_LANES_NAME(MPMSumBlock)[3][3][3][2]         = {MPM_FOR_ALL(MPM_SUM_ENTRY)};
+const MPMSumBlocks         MPM_LANES_NAME(MPMSumLine)[3][3]                = {MPM_FOR_ALL(MPM_LINE_ENTRY)};
 const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][2][2] = {MPM_FOR_ALL(MPM_INTERPOLATE_ENTRY)};

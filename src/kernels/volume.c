@@ -79,7 +79,7 @@ MPM_INLINE MPMReal RatioOf(const MPMMaterial *m, MPMReal p)
 
 /* What a particle gives the nodes: numbers of their record, and the change of number 2 along each axis, a cell. */
 typedef struct {
-  MPMReal number[MPM_NODE_VOLUMES], slope[3];
+  MPMReal number[MPM_VOLUME_SUMS], slope[3];
 } Given;
 
 /* Sets what a fluid gives at lanes from l on; gravity [dim] in m/s^2. */
@@ -127,7 +127,7 @@ MPM_INLINE void StageVolumes(int dim, const MPMParams *par, const MPMPatch *patc
                              const MPMStencils *s, MPMRecords *r)
 {
   const MPMView *particles = &patch->particles;
-  MPMComponent   J, F[9], b[3], tau[6], vc, number[MPM_NODE_VOLUMES], slope[3];
+  MPMComponent   J, F[9], b[3], tau[6], vc, number[MPM_VOLUME_SUMS], slope[3];
 
   if (particles->J) MPMGather(1, particles->J, o, &J);
   if (particles->F) MPMGather(dim * dim, particles->F, o, F);
@@ -150,18 +150,18 @@ MPM_INLINE void StageVolumes(int dim, const MPMParams *par, const MPMPatch *patc
     else
       GiveFluid(dim, m, patch->grid, gravity, MPMRead(J + l), &to);
     for (int d = 0; d < dim; d++) to.number[2] -= to.slope[d] * MPMRead(&s->at[d][l]);
-    for (int c = 0; c < MPM_NODE_VOLUMES; c++) MPMWritePart(&number[c][l], to.number[c], first - l, next - l);
+    for (int c = 0; c < MPM_VOLUME_SUMS; c++) MPMWritePart(&number[c][l], to.number[c], first - l, next - l);
     for (int d = 0; d < dim; d++) MPMWritePart(&slope[d][l], to.slope[d], first - l, next - l);
   }
   for (PetscInt l = 0; l < o->n; l += MPM_WIDTH) {
-    MPMReal all[MPM_NODE_VOLUMES];
+    MPMReal all[MPM_VOLUME_SUMS];
 
-    for (int c = 0; c < MPM_NODE_VOLUMES; c++) all[c] = MPMRead(&number[c][l]);
-    MPMWriteRecords(MPM_NODE_VOLUMES, all, r->Q[l][0], MPM_Q_RECORDS);
+    for (int c = 0; c < MPM_VOLUME_SUMS; c++) all[c] = MPMRead(&number[c][l]);
+    MPMWriteRecords(MPM_VOLUME_SUMS, all, r->Q[l][0], MPM_Q_RECORDS);
     for (int d = 0; d < dim; d++) {
-      const MPMReal affine[MPM_NODE_VOLUMES] = {MPMAll(0), MPMAll(0), MPMRead(&slope[d][l]), MPMAll(0)};
+      const MPMReal affine[MPM_VOLUME_SUMS] = {MPMAll(0), MPMAll(0), MPMRead(&slope[d][l]), MPMAll(0)};
 
-      MPMWriteRecords(MPM_NODE_VOLUMES, affine, r->A[l][d], MPM_A_RECORDS);
+      MPMWriteRecords(MPM_VOLUME_SUMS, affine, r->A[l][d], MPM_A_RECORDS);
     }
   }
 }

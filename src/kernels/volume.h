@@ -14,7 +14,8 @@
 #include "kernels/records.h"
 #include "kernels/stencils.h"
 
-#define MPM_OPENED 1e-3 /* vc of open sand */
+#define MPM_OPENED      1e-3                         /* vc of open sand */
+#define MPM_VOLUME_SUMS (MPM_NODE_LAST_momentum + 1) /* filled and pressed of node.def */
 
 /* Sets the records of a block of particles for these sums. */
 void MPM_LANES_NAME(MPMStageVolumes)(int dim, const MPMParams *, const MPMPatch *, const MPMBlockOrder *,

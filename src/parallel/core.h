@@ -10,6 +10,7 @@
 #include "base/print.h"
 #include "base/timers.h"
 #include "kernels/light.h"
+#include "kernels/node_rows.h"
 #include "parallel/partition.h"
 #include "particles/box.h"
 #include "particles/particles.h"
@@ -23,7 +24,7 @@ struct _MPMPhase {
   const char  *name;
   MPMPhaseKind kind;
   PetscInt     parts;                                         /* bits: what a transfer does; unused by MPM_NODES */
-  void (*nodes)(const MPMParams *, MPMPatch *, PetscInt row); /* MPM_NODES: updates one row of nodes */
+  void (*nodes)(const MPMParams *, const MPMPatch *, const MPMNodes *); /* MPM_NODES: updates one row of nodes */
   PetscInt flops;                                             /* MPM_NODES: operations per node and axis */
   PetscErrorCode (*after)(MPMCore *, const MPMPhase *); /* MPM_NODES: what follows for own nodes, collective on exchange.data; or NULL */
   PetscInt motion;                      /* MPM_NODES: 1: velocities are new, and are sent; 2: accelerations too */
@@ -67,9 +68,9 @@ typedef struct {
   char                  *boxes; /* memory for the sums of F-bar, of a worker of the pool too */
   size_t                 boxes_room;
   DM                     da;         /* the nodes of the grid, with their motion */
-  DM                     sums;       /* the same nodes, with their sums */
+  DM                     sums[MPM_NODE_LINES]; /* the same nodes, with the lines of their sums */
   Vec                    motion;     /* the local vector whose array patch.motion is */
-  Vec                    node_sums;  /* the local vector whose array patch.node is */
+  Vec                    node_sums[MPM_NODE_LINES]; /* local vectors, whose arrays follow each other in patch.node */
   MPMBalance             balance;    /* -parallel_balance */
   PetscBool              direct;     /* -parallel_migrate direct */
   PetscBool              roundoff;   /* -parallel_sums roundoff */

@@ -3,17 +3,28 @@
 #include "parallel/exchange.h"
 #include "particles/poison.h"
 
+PetscInt MPMExchangeLines(const MPMCore *core)
+{
+  PetscInt lines = 1;
+
+  for (PetscInt k = 0; k < core->nprogram + core->nrare; k++)
+    lines = PetscMax(lines, MPMNodeLines(core->program[k]->parts));
+  return lines;
+}
+
 PetscErrorCode MPMExchangeCreateGrid(MPMCore *core, const PetscInt parts[3], PetscInt *const widths[3])
 {
   MPMExchange   *ex    = &core->exchange;
-  const PetscInt reach = MPMBasisNodes(core->basis) - 1;
+  const PetscInt reach = MPMBasisNodes(core->basis) - 1, lines = MPMExchangeLines(core);
 
   PetscFunctionBeginUser;
   PetscCall(MPMGridCreateDM(&core->grid, ex->data, core->params.light > 0 ? PetscMax(reach, MPM_LIGHT_LAYERS) : reach,
                             parts, widths, &ex->da));
-  PetscCall(MPMGridCreateSumsDM(ex->da, &ex->sums));
-  PetscCall(MPMPatchSetBox(&ex->patch, &core->grid, core->basis, ex->da));
-  PetscCall(MPMGridCreateVectors(&ex->patch, ex->da, ex->sums, &ex->motion, &ex->node_sums));
+  PetscCall(MPMPatchSetBox(&ex->patch, &core->grid, core->basis, ex->da, lines));
+  PetscCall(DMCreateLocalVector(ex->da, &ex->motion));
+  PetscCall(PetscObjectSetName((PetscObject)ex->motion, "motion"));
+  for (PetscInt line = 0; line < lines; line++)
+    PetscCall(MPMGridCreateSums(&ex->patch, ex->da, line, &ex->sums[line], &ex->node_sums[line]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -23,10 +34,10 @@ PetscErrorCode MPMExchangeDestroyGrid(MPMCore *core)
 
   PetscFunctionBeginUser;
   PetscCall(MPMLightDestroy(&ex->light));
-  PetscCall(VecDestroy(&ex->node_sums));
+  for (PetscInt line = 0; line < MPM_NODE_LINES; line++) PetscCall(VecDestroy(&ex->node_sums[line]));
   PetscCall(VecDestroy(&ex->motion));
   PetscCall(MPMPatchDestroy(&ex->patch));
-  PetscCall(DMDestroy(&ex->sums));
+  for (PetscInt line = 0; line < MPM_NODE_LINES; line++) PetscCall(DMDestroy(&ex->sums[line]));
   PetscCall(DMDestroy(&ex->da));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -38,19 +49,23 @@ PetscErrorCode MPMExchangeOpenNodes(MPMCore *core)
 
   PetscFunctionBeginUser;
   PetscCall(VecGetArray(core->exchange.motion, &patch->motion));
-  PetscCall(VecGetArray(core->exchange.node_sums, &sums));
+  for (PetscInt line = patch->tiles.lines - 1; line >= 0; line--)
+    PetscCall(VecGetArray(core->exchange.node_sums[line], &sums));
   patch->node = (MPMNode *)sums;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMExchangeCloseNodes(MPMCore *core)
 {
-  MPMPatch    *patch = &core->exchange.patch;
-  PetscScalar *sums  = (PetscScalar *)patch->node;
+  MPMPatch *patch = &core->exchange.patch;
 
   PetscFunctionBeginUser;
+  for (PetscInt line = 0; line < patch->tiles.lines; line++) {
+    PetscScalar *sums = (PetscScalar *)(patch->node + line * MPMPatchNodes(patch));
+
+    PetscCall(VecRestoreArray(core->exchange.node_sums[line], &sums));
+  }
   patch->node = NULL;
-  PetscCall(VecRestoreArray(core->exchange.node_sums, &sums));
   PetscCall(VecRestoreArray(core->exchange.motion, &patch->motion));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -175,11 +190,8 @@ PetscErrorCode MPMPatchRun(MPMCore *core, MPMPatch *patch, const MPMPhase *phase
   PetscFunctionBeginUser;
   MPMWorkBegin(&core->timers);
   if (phase->kind == MPM_NODES) {
-    for (PetscInt k = 0; k < patch->own_n[2]; k++)
-      for (PetscInt j = 0; j < patch->own_n[1]; j++) {
-        const PetscInt row = (k + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + j + patch->own_lo[1] - patch->lo[1];
-        if (patch->span[row].first < patch->span[row].last) phase->nodes(&core->params, patch, row);
-      }
+    MPM_FOR_OWN_ROWS(patch, r)
+    if (r.first < r.last) phase->nodes(&core->params, patch, &r);
   } else {
     const MPMKernel kernel = MPMKernelFind(patch->grid->dim, patch->basis, phase->parts);
     MPMParams       params = core->params;
@@ -214,7 +226,7 @@ static PetscReal PhaseFlops(const MPMCore *core, const MPMPhase *phase, PetscInt
 static PetscReal PhaseBytes(const MPMCore *core, const MPMPhase *phase, PetscInt n, PetscReal nodes)
 {
   const PetscInt dim = core->grid.dim;
-  const PetscInt nc  = phase->kind == MPM_PARTICLES_TO_NODES   ? 2 * MPM_NODE_NC
+  const PetscInt nc  = phase->kind == MPM_PARTICLES_TO_NODES   ? 2 * MPM_NODE_NC * MPMNodeLines(phase->parts)
                        : phase->kind == MPM_NODES_TO_PARTICLES ? MPM_MOTION_NC(dim)
                                                                : MPM_NODE_NC + MPM_MOTION_NC(dim);
 

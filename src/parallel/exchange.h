@@ -11,6 +11,9 @@ extern const MPMExchangeType        MPMExchange_serial, MPMExchange_spatial; /* 
 /* Chooses how the step is run. Collective on core->comm. */
 PetscErrorCode MPMExchangeSetFromOptions(MPMCore *, MPMOptions);
 
+/* Returns how many lines of the sums of a node (kernels/node.def) the program of a step makes. Not collective. */
+PetscInt MPMExchangeLines(const MPMCore *);
+
 /* Makes the DMs of the grid, which is cut into parts[axis] boxes of widths[axis][part] nodes (NULL: one process has all
    of it), and for the box of this process the patch and the vectors of its nodes. The second function destroys them.
    Collective on exchange.data. */

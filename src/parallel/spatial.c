@@ -63,14 +63,17 @@ static PetscErrorCode AddPartialSums(MPMCore *core)
   Vec          global;
 
   PetscFunctionBeginUser;
-  PetscCall(DMGetGlobalVector(ex->sums, &global));
-  PetscCall(VecZeroEntries(global));
-  PetscCall(DMLocalToGlobal(ex->sums, ex->node_sums, ADD_VALUES, global));
-  PetscCall(DMGlobalToLocal(ex->sums, global, INSERT_VALUES, ex->node_sums));
-  PetscCall(DMRestoreGlobalVector(ex->sums, &global));
+  for (PetscInt line = 0; line < patch->tiles.lines; line++) {
+    PetscCall(DMGetGlobalVector(ex->sums[line], &global));
+    PetscCall(VecZeroEntries(global));
+    PetscCall(DMLocalToGlobal(ex->sums[line], ex->node_sums[line], ADD_VALUES, global));
+    PetscCall(DMGlobalToLocal(ex->sums[line], global, INSERT_VALUES, ex->node_sums[line]));
+    PetscCall(DMRestoreGlobalVector(ex->sums[line], &global));
+  }
   PetscCall(MPMExchangeOpenNodes(core));
   for (PetscInt i = 0; i < MPMPatchNodes(patch); i++) /* ghosts start from 0 again, so that nothing is added twice */
-    if (MPMPatchSide(patch, i)) PetscCall(PetscArrayzero(patch->node + i, 1));
+    for (PetscInt line = 0; line < patch->tiles.lines && MPMPatchSide(patch, i); line++)
+      PetscCall(PetscArrayzero(patch->node + line * MPMPatchNodes(patch) + i, 1));
   PetscCall(MPMExchangeCloseNodes(core));
   MPMPatchVisitAll(patch); /* particles of other processes touch nodes here too */
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -81,13 +84,14 @@ static PetscErrorCode AddPartialSums(MPMCore *core)
 static PetscErrorCode ZeroSums(MPMCore *core, PetscInt parts)
 {
   const MPMPatch *patch = &core->exchange.patch;
-  const PetscInt  dim   = core->grid.dim;
+  PetscInt        which[MPM_NODE_NUMBERS];
+  const PetscInt  n = MPMNodeSums(core->grid.dim, parts & ~MPM_P2G_WHOLE, which), nodes = MPMPatchNodes(patch);
 
   PetscFunctionBeginUser;
   PetscCall(MPMExchangeOpenNodes(core));
-  for (PetscInt i = 0; i < MPMPatchNodes(patch); i++)
-    for (PetscInt c = MPM_NODE_FIRST(parts); c < MPM_NODE_LAST(dim, parts); c++)
-      ((PetscReal *)(patch->node + i))[c] = 0;
+  for (PetscInt i = 0; i < nodes; i++)
+    for (PetscInt w = 0; w < n; w++)
+      ((PetscReal *)(patch->node + which[w] / MPM_NODE_NC * nodes + i))[which[w] % MPM_NODE_NC] = 0;
   PetscCall(MPMExchangeCloseNodes(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

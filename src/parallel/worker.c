@@ -29,7 +29,7 @@ void MPMPoolBox(MPMCore *core, const PetscInt own_lo[3], const PetscInt own_n[3]
 /* Returns the bytes of the answer to a job of n particles in so many tiles: the status, then sums or fields. */
 size_t MPMPoolAnswerBytes(MPMCore *core, const MPMPhase *phase, PetscInt n, PetscInt tiles)
 {
-  PetscInt which[MPM_NODE_NC];
+  PetscInt which[MPM_NODE_NUMBERS];
 
   if (phase->kind == MPM_NODES_TO_PARTICLES)
     return sizeof(MPMStatus) + (size_t)n * MPMParticlesRowBytes(&core->particles, phase->particles_out);
@@ -63,7 +63,7 @@ typedef struct {
 
 /* Gives the patch's tiles with particles memory for their sums, and renumbers the particles' cells over the patch's
    tiles: in the job they are numbered over the master's. */
-static PetscErrorCode PlaceTiles(MPMCore *core, const MPMJob *job, Memory *memory)
+static PetscErrorCode PlaceTiles(MPMCore *core, const MPMPhase *phase, const MPMJob *job, Memory *memory)
 {
   MPMPatch      *patch = &memory->patch;
   MPMTiles      *t     = &patch->tiles;
@@ -73,10 +73,11 @@ static PetscErrorCode PlaceTiles(MPMCore *core, const MPMJob *job, Memory *memor
   const size_t   slots = ((size_t)tiles * sizeof *t->slot + MPM_LINE - 1) / MPM_LINE * MPM_LINE;
 
   PetscFunctionBeginUser;
+  t->lines = MPMNodeLines(phase->parts);
   PetscCall(MPMMessageRoom(&memory->nodes, &memory->nodes_capacity,
                            slots + MPM_LINE +
                                (size_t)PetscMin(tiles, job->n) * MPMTileNodes(core->grid.dim, core->basis) *
-                                   MPM_NODE_NC * sizeof(PetscReal)));
+                                   (size_t)(t->lines * MPM_NODE_NC) * sizeof(PetscReal)));
   t->slot = (PetscInt *)MPMAlign(memory->nodes);
   t->sum  = (PetscReal *)((char *)t->slot + slots);
   for (PetscInt k = 0; k < tiles; k++) t->slot[k] = MPM_TILE_EMPTY;
@@ -141,7 +142,7 @@ static PetscErrorCode Unpack(MPMCore *core, const MPMPhase *phase, const MPMJob 
     patch->motion = (PetscReal *)memory->nodes;
     memcpy(patch->motion, m, motions);
   } else
-    PetscCall(PlaceTiles(core, job, memory));
+    PetscCall(PlaceTiles(core, phase, job, memory));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -9,10 +9,9 @@
 /* The DMDAs of the grid's nodes, and the local vectors that hold the data of a patch's nodes (dmda.c). */
 PetscErrorCode MPMGridCreateDM(const MPMGrid *, MPI_Comm, PetscInt stencil, const PetscInt parts[3],
                                PetscInt *const widths[3], DM *);
-PetscErrorCode MPMGridCreateSumsDM(DM, DM *sums);
-PetscErrorCode MPMGridCreateVectors(const MPMPatch *, DM, DM sums, Vec *motion, Vec *node_sums);
+PetscErrorCode MPMGridCreateSums(const MPMPatch *, DM, PetscInt line, DM *sums, Vec *node_sums);
 
-PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da);
+PetscErrorCode MPMPatchSetBox(MPMPatch *, const MPMGrid *, MPMBasis, DM da, PetscInt lines);
 PetscErrorCode MPMPatchDestroy(MPMPatch *);
 PetscInt       MPMPatchNodes(const MPMPatch *);
 int            MPMPatchSide(const MPMPatch *, PetscInt node);

@@ -2,15 +2,22 @@
    motion, and a compatible one whose unknowns are their sums. */
 #include "particles/box.h"
 
-/* Names one unknown for each axis: <what>_x, <what>_y, ... */
-static PetscErrorCode NameUnknowns(DM da, PetscInt first, PetscInt axes, const char what[])
+/* Names the unknowns of a group from number `first` on: its name, that and an axis, or that and a number. Those that are
+   out of the DMDA's unknowns are passed over. */
+static PetscErrorCode NameUnknowns(DM da, PetscInt first, const MPMNodeGroup *g)
 {
-  char name[MPM_NAME_LEN];
+  const PetscInt most = g->components(3);
+  char           name[MPM_NAME_LEN];
+  PetscInt       unknowns;
 
   PetscFunctionBeginUser;
-  for (PetscInt d = 0; d < axes; d++) {
-    (void)snprintf(name, sizeof name, "%s_%c", what, "xyz"[d]);
-    PetscCall(DMDASetFieldName(da, first + d, name));
+  PetscCall(DMDAGetDof(da, &unknowns));
+  for (PetscInt c = 0; c < most; c++) {
+    if (first + c < 0 || first + c >= unknowns) continue;
+    (void)snprintf(name, sizeof name, "%s", g->name);
+    if (most == 3) (void)snprintf(name, sizeof name, "%s_%c", g->name, "xyz"[c]);
+    if (most != 1 && most != 3) (void)snprintf(name, sizeof name, "%s_%" PetscInt_FMT, g->name, c);
+    PetscCall(DMDASetFieldName(da, first + c, name));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -45,6 +52,7 @@ PetscErrorCode MPMGridCreateDM(const MPMGrid *grid, MPI_Comm comm, PetscInt sten
   const PetscInt *lx = widths ? widths[0] : NULL, *ly = widths ? widths[1] : NULL, *lz = widths ? widths[2] : NULL;
   const PetscInt *n = grid->nodes;
   DMBoundaryType  bc[3];
+  PetscInt        named = 0;
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < 3; d++) bc[d] = grid->periodic[d] ? DM_BOUNDARY_PERIODIC : DM_BOUNDARY_NONE;
@@ -62,38 +70,33 @@ PetscErrorCode MPMGridCreateDM(const MPMGrid *grid, MPI_Comm comm, PetscInt sten
   PetscCall(PetscObjectSetName((PetscObject)*da, "grid"));
   PetscCall(DMSetFromOptions(*da));
   PetscCall(DMSetUp(*da));
-  PetscCall(NameUnknowns(*da, 0, grid->dim, "velocity"));
-  PetscCall(NameUnknowns(*da, grid->dim, grid->dim, "acceleration"));
+  for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++) {
+    if (g->home != MPM_IS_MOTION) continue;
+    PetscCall(NameUnknowns(*da, named, g));
+    named += g->components(grid->dim);
+  }
   PetscCall(PrintUnknowns(*da));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates the DMDA "sums" of the same nodes on the same processes, with the numbers of MPMNode as unknowns.
-   Collective. */
-PetscErrorCode MPMGridCreateSumsDM(DM da, DM *sums)
+/* Creates the DMDA "sums" of the same nodes on the same processes, with the numbers of a line of their sums as unknowns
+   ("more sums" for the other lines than the first one), and the local vector of these of a patch's nodes, after
+   MPMPatchSetBox. It uses the memory of the patch, in which each record of a node begins a line of the cache; a vector
+   that the DMDA makes would not be aligned so. Collective. */
+PetscErrorCode MPMGridCreateSums(const MPMPatch *patch, DM da, PetscInt line, DM *sums, Vec *node_sums)
 {
+  const PetscInt nodes = MPMPatchNodes(patch);
+
   PetscFunctionBeginUser;
   PetscCall(DMDACreateCompatibleDMDA(da, MPM_NODE_NC, sums));
-  PetscCall(PetscObjectSetName((PetscObject)*sums, "sums"));
-  PetscCall(DMDASetFieldName(*sums, 0, "mass"));
-  PetscCall(NameUnknowns(*sums, 1, 3, "momentum"));
-  PetscCall(NameUnknowns(*sums, MPM_NODE_FORCE, 3, "force"));
-  PetscCall(DMDASetFieldName(*sums, MPM_NODE_NC - 1, "met"));
+  PetscCall(PetscObjectSetName((PetscObject)*sums, line ? "more sums" : "sums"));
+  for (PetscInt c = 0; c < MPM_NODE_NC; c++) PetscCall(DMDASetFieldName(*sums, c, "none"));
+  for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++)
+    if (g->home == MPM_IS_CORE || g->home == MPM_IS_SUM) PetscCall(NameUnknowns(*sums, g->at - line * MPM_NODE_NC, g));
   PetscCall(PrintUnknowns(*sums));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Creates the local vectors of a patch's nodes, after MPMPatchSetBox: "motion", of da, and "node sums", of sums. The
-   second uses the memory of the patch, in which each record of a node begins a line of the cache; a vector that the
-   DMDA makes would not be aligned so. Not collective. */
-PetscErrorCode MPMGridCreateVectors(const MPMPatch *patch, DM da, DM sums, Vec *motion, Vec *node_sums)
-{
-  PetscFunctionBeginUser;
-  PetscCall(DMCreateLocalVector(da, motion));
-  PetscCall(PetscObjectSetName((PetscObject)*motion, "motion"));
-  PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, MPM_NODE_NC, MPM_NODE_NC * MPMPatchNodes(patch),
-                                  (PetscScalar *)patch->node, node_sums));
-  PetscCall(VecSetDM(*node_sums, sums));
-  PetscCall(PetscObjectSetName((PetscObject)*node_sums, "node sums"));
+  PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, MPM_NODE_NC, MPM_NODE_NC * nodes,
+                                  (PetscScalar *)(patch->node + line * nodes), node_sums));
+  PetscCall(VecSetDM(*node_sums, *sums));
+  PetscCall(PetscObjectSetName((PetscObject)*node_sums, line ? "more node sums" : "node sums"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

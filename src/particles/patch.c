@@ -1,12 +1,13 @@
-/* patch.c - the box of a patch on the DMDA, and the memory of its node sums. */
+/* patch.c - the box of a patch on the DMDA, and the memory of its nodes. */
 #include "particles/box.h"
 
 /* Sets the boxes of a patch from the DMDA: its own nodes are those of this process, and its arrays also have the ghost
-   nodes. Allocates the node sums [nodes of the arrays] and spans. Not collective. */
-PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis basis, DM da)
+   nodes. Allocates `lines` lines of the node sums, their values and the spans. Not collective. */
+PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis basis, DM da, PetscInt lines)
 {
-  PetscInt nodes;
-  size_t   sums;
+  PetscInt   nodes, numbers;
+  size_t     sums;
+  PetscReal *value;
 
   PetscFunctionBeginUser;
   patch->grid  = grid;
@@ -19,12 +20,20 @@ PetscErrorCode MPMPatchSetBox(MPMPatch *patch, const MPMGrid *grid, MPMBasis bas
     patch->own_lo[d] -= grid->layers[d];
     patch->lo[d] -= grid->layers[d];
   }
-  nodes = patch->n[0] * patch->n[1] * patch->n[2];
-  sums  = (size_t)nodes * sizeof(MPMNode);
-  PetscCall(PetscCalloc1(sums + (size_t)(patch->n[1] * patch->n[2]) * sizeof *patch->span + MPM_LINE,
+  nodes   = patch->n[0] * patch->n[1] * patch->n[2];
+  sums    = (size_t)lines * (size_t)nodes * sizeof(MPMNode);
+  numbers = MPMNodeNumbers(grid->dim, lines) - MPM_MOTION_NC(grid->dim);
+  PetscCall(PetscCalloc1((size_t)numbers * (size_t)nodes * sizeof(PetscReal) +
+                             (size_t)(patch->n[1] * patch->n[2]) * sizeof *patch->span + MPM_LINE,
                          (char **)&patch->memory));
-  patch->node = (MPMNode *)MPMAlign(patch->memory);
-  patch->span = (MPMSpan *)((char *)patch->node + sums);
+  patch->tiles.lines = lines;
+  patch->node        = (MPMNode *)MPMAlign(patch->memory);
+  value              = (PetscReal *)((char *)patch->node + sums);
+#define MPM_NODE_VALUE(name, nc, unit, meaning)                                                                        \
+  patch->value.name = value;                                                                                           \
+  value += nodes * MPMNodeComponents_##name(grid->dim);
+#include "kernels/node.def"
+  patch->span = (MPMSpan *)value;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -68,20 +68,23 @@ static size_t CopyBox(const MPMPatch *patch, const SideIterator *w, PetscInt slo
                       char *message)
 {
   const PetscInt dim = patch->grid->dim, side = MPMTileSide(patch->basis);
-  PetscReal     *at = (PetscReal *)message;
-  PetscInt       which[MPM_NODE_NC];
-  const PetscInt n = MPMNodeSums(dim, parts, which);
+  const size_t   line = MPMTileNodes(dim, patch->basis) * MPM_NODE_NC; /* numbers of a tile's line */
+  PetscReal     *at   = (PetscReal *)message;
+  PetscInt       which[MPM_NODE_NUMBERS];
+  const PetscInt n = MPMNodeSums(dim, parts, which), lines = MPMNodeLines(parts);
+
+  for (PetscInt c = 0; c < n; c++) which[c] += which[c] / MPM_NODE_NC * (PetscInt)(line - MPM_NODE_NC);
 
   for (PetscInt k = w->from[2]; k < w->to[2]; k++)
     for (PetscInt j = w->from[1]; j < w->to[1]; j++) {
-      PetscReal *sum = patch->tiles.sum + MPM_NODE_NC * ((size_t)slot * MPMTileNodes(dim, patch->basis) +
-                                                         (size_t)((k * side + j) * side + w->from[0]));
+      PetscReal *sum = patch->tiles.sum + (size_t)(slot * patch->tiles.lines) * line +
+                       MPM_NODE_NC * (size_t)((k * side + j) * side + w->from[0]);
 
       for (PetscInt i = w->from[0]; i < w->to[0]; i++, sum += MPM_NODE_NC)
         if (pack)
           for (PetscInt c = 0; c < n; c++) *at++ = sum[which[c]];
         else {
-          memset(sum, 0, MPM_NODE_NC * sizeof *sum);
+          for (PetscInt q = 0; q < lines; q++) memset(sum + (size_t)q * line, 0, MPM_NODE_NC * sizeof *sum);
           for (PetscInt c = 0; c < n; c++) sum[which[c]] = *at++;
         }
     }
@@ -92,7 +95,7 @@ static size_t CopyBox(const MPMPatch *patch, const SideIterator *w, PetscInt slo
 size_t MPMTilesBytes(const MPMPatch *patch, const int toward[3], PetscInt parts, PetscBool above)
 {
   size_t       nodes = 1, tiles = 1;
-  PetscInt     which[MPM_NODE_NC];
+  PetscInt     which[MPM_NODE_NUMBERS];
   SideIterator w;
 
   SideBegin(patch, toward, above, &w);

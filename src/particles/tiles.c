@@ -49,7 +49,7 @@ PetscErrorCode MPMTilesSetUp(MPMPatch *patch, PetscBool alone)
   const MPMGrid *grid = patch->grid;
   const PetscInt edge = MPMTileEdge(patch->basis);
   MPMTiles      *t    = &patch->tiles;
-  const size_t   size = MPMTileNodes(grid->dim, patch->basis) * MPM_NODE_NC * sizeof(PetscReal);
+  const size_t   size = MPMTileNodes(grid->dim, patch->basis) * (size_t)(t->lines * MPM_NODE_NC) * sizeof(PetscReal);
   PetscInt       rows;
 
   PetscFunctionBeginUser;
@@ -165,7 +165,8 @@ static PetscInt AssignRow(MPMPatch *patch, PetscInt row, PetscInt cut, MPMPass p
 PetscErrorCode MPMTilesAssign(MPMPatch *patch, PetscBool keep, const PetscInt start[])
 {
   MPMTiles      *t     = &patch->tiles;
-  const size_t   size  = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_NODE_NC * sizeof(PetscReal);
+  const size_t   line  = MPMTileNodes(patch->grid->dim, patch->basis) * MPM_NODE_NC * sizeof(PetscReal);
+  const size_t   size  = line * (size_t)t->lines;
   const PetscInt tiles = t->n[0] * t->n[1] * t->n[2];
   const PetscInt came  = t->nslots - t->n_own; /* tiles whose sums came in the last exchange */
   PetscInt       late = 0, rows = 0;           /* late tiles; they are in the first rows */

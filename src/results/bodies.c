@@ -2,6 +2,7 @@
    MPM_BODY_QUANTITY of measures.def. Sums are exact, so they are the same on any number of processes. */
 #include "results/measures.h"
 #include "results/output.h"
+#include "results/selected.h"
 #include "step/step.h"
 
 typedef enum { NUMBER, SUM, MEAN, LEAST, MOST, LOST } How;
@@ -151,92 +152,64 @@ PetscErrorCode MPMBodiesSetFromOptions(MPMMeasures *m, const MPMScene *scene, MP
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sums a quantity over the particles of each body [nbodies][3], with `massive` times their mass; NULL: counts them. */
-static PetscErrorCode Sums(const MPMMeasures *m, MPMCore *core, const MPMShown *shown, const MPMDiagnostic *of,
-                           PetscBool massive, PetscReal out[])
+/* Selects the particles of a body; each counts once, or with `massive` as its mass. */
+static PetscErrorCode Select(const MPMBody *body, const MPMCore *core, const MPMView *view, PetscBool massive,
+                             MPMSelected *s)
 {
-  MPMSum *sum;
-  MPMView view;
-
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(3 * m->nbodies, &sum));
-  PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
-  for (PetscInt p = 0; p < view.n; p++)
-    for (PetscInt b = 0; b < m->nbodies; b++) {
-      const MPMBody *body     = &shown->scene->bodies[m->body[b]];
-      PetscReal      value[3] = {1};
-
-      if (view.id[p] < body->first || view.id[p] >= body->first + body->n) continue;
-      if (of) of->fill(shown, &view, p, value);
-      for (PetscInt c = 0; c < (of ? of->nc : 1); c++)
-        MPMSumAdd(&sum[3 * b + c], massive ? MPMKindOf(core->params.kinds, &view, p)->m * value[c] : value[c]);
-    }
-  PetscCall(MPMParticlesRestoreView(&core->particles, -1, &view));
-  PetscCall(MPMSumReduce(sum, 3 * m->nbodies, core->exchange.data));
-  for (PetscInt k = 0; k < 3 * m->nbodies; k++) out[k] = MPMSumValue(&sum[k]);
-  PetscCall(PetscFree(sum));
+  PetscCall(MPMSelectedCreate(s, view));
+  for (PetscInt p = 0; p < view->n; p++)
+    if (view->id[p] >= body->first && view->id[p] < body->first + body->n)
+      MPMSelectedAdd(s, p, massive ? MPMKindOf(core->params.kinds, view, p)->m : 1);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the smallest value of each component of a quantity among the particles of each body [nbodies][3], or with
-   sign -1 the largest one. */
-static PetscErrorCode Extents(const MPMMeasures *m, MPMCore *core, const MPMShown *shown, const MPMDiagnostic *of,
-                              PetscReal sign, PetscReal out[])
+/* Sets out [3] to the sum of a quantity over the selected particles, and *all to that of their weights. */
+static PetscErrorCode Sum(const MPMSelected *s, const MPMCore *core, const MPMShown *shown, const MPMView *view,
+                          PetscInt of, PetscReal out[], PetscReal *all)
 {
-  MPMView view;
+  MPMSum sum[4];
 
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < 3 * m->nbodies; k++) out[k] = PETSC_MAX_REAL;
-  PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
-  for (PetscInt p = 0; p < view.n; p++)
-    for (PetscInt b = 0; b < m->nbodies; b++) {
-      const MPMBody *body = &shown->scene->bodies[m->body[b]];
-      PetscReal      value[3];
-
-      if (view.id[p] < body->first || view.id[p] >= body->first + body->n) continue;
-      of->fill(shown, &view, p, value);
-      for (PetscInt c = 0; c < of->nc; c++) out[3 * b + c] = PetscMin(out[3 * b + c], sign * value[c]);
-    }
-  PetscCall(MPMParticlesRestoreView(&core->particles, -1, &view));
-  PetscCallMPI(
-      MPI_Allreduce(MPI_IN_PLACE, out, (PetscMPIInt)(3 * m->nbodies), MPIU_REAL, MPIU_MIN, core->exchange.data));
-  for (PetscInt k = 0; k < 3 * m->nbodies; k++)
-    out[k] = out[k] < PETSC_MAX_REAL ? sign * out[k] + 0 : (PetscReal)NAN; /* no -0 */
+  for (PetscInt c = 0; c < 4; c++) MPMSumZero(&sum[c]);
+  PetscCall(MPMSelectedSum(s, shown, view, of, sum, NULL));
+  for (PetscInt k = 0; k < s->n; k++) MPMSumAdd(&sum[3], s->weight[k]);
+  PetscCall(MPMSumReduce(sum, 4, core->exchange.data));
+  for (PetscInt c = 0; c < 3; c++) out[c] = MPMSumValue(&sum[c]);
+  *all = MPMSumValue(&sum[3]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the dissipation of each body, in the first of three [nbodies][3]. */
-static PetscErrorCode Dissipation(const MPMMeasures *m, const MPMCore *core, PetscReal out[])
+/* Sets out [3] to a row of body b of those that are asked for. Collective on exchange.data. */
+static PetscErrorCode Row(const MPMMeasures *m, MPMCore *core, const MPMShown *shown, PetscInt row, PetscInt b,
+                          PetscReal out[])
 {
+  const How   how = rows[row].how;
+  MPMView     view;
+  MPMSelected s;
+  PetscReal   all = 0;
+
   PetscFunctionBeginUser;
-  for (PetscInt b = 0; b < m->nbodies; b++) {
+  if (how == LOST) {
     MPMSum sum = core->energy.heat[b];
 
     PetscCall(MPMSumReduce(&sum, 1, core->exchange.data));
-    out[3 * b] = MPMSumValue(&sum);
+    out[0] = MPMSumValue(&sum);
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+  PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
+  PetscCall(Select(&shown->scene->bodies[m->body[b]], core, &view, (PetscBool)(how == MEAN), &s));
+  if (how == LEAST || how == MOST) {
+    const PetscReal sign = how == LEAST ? 1 : -1;
 
-/* Computes a row for each body [nbodies][3]. */
-static PetscErrorCode Row(const MPMMeasures *m, MPMCore *core, const MPMShown *shown, PetscInt row, PetscReal out[])
-{
-  const MPMDiagnostic *of = &MPMDiagnostics[rows[row].of];
-  PetscReal           *mass;
-
-  PetscFunctionBeginUser;
-  if (rows[row].how == LOST) PetscCall(Dissipation(m, core, out));
-  if (rows[row].how == LEAST) PetscCall(Extents(m, core, shown, of, 1, out));
-  if (rows[row].how == MOST) PetscCall(Extents(m, core, shown, of, -1, out));
-  if (rows[row].how == NUMBER) PetscCall(Sums(m, core, shown, NULL, PETSC_FALSE, out));
-  if (rows[row].how == SUM) PetscCall(Sums(m, core, shown, of, PETSC_FALSE, out));
-  if (rows[row].how == MEAN) PetscCall(Sums(m, core, shown, of, PETSC_TRUE, out));
-  if (rows[row].how != MEAN) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc1(3 * m->nbodies, &mass));
-  PetscCall(Sums(m, core, shown, &MPMDiagnostics[MPM_SHOWS_mass], PETSC_FALSE, mass));
-  for (PetscInt k = 0; k < 3 * m->nbodies; k++)
-    out[k] = mass[k / 3 * 3] > 0 ? out[k] / mass[k / 3 * 3] : (PetscReal)NAN;
-  PetscCall(PetscFree(mass));
+    PetscCall(MPMSelectedLeast(&s, shown, &view, rows[row].of, sign, core->exchange.data, out));
+    for (PetscInt c = 0; c < 3; c++) out[c] = out[c] < PETSC_MAX_REAL ? sign * out[c] + 0 : (PetscReal)NAN; /* no -0 */
+  } else
+    PetscCall(Sum(&s, core, shown, &view, rows[row].of, out, &all));
+  if (how == NUMBER) out[0] = all;
+  for (PetscInt c = 0; c < 3 && how == MEAN; c++) out[c] = all > 0 ? out[c] / all : (PetscReal)NAN;
+  PetscCall(MPMSelectedDestroy(&s));
+  PetscCall(MPMParticlesRestoreView(&core->particles, -1, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -251,7 +224,8 @@ PetscErrorCode MPMBodiesCompute(MPMMeasures *m, MPMCore *core, const MPMScene *s
   PetscCall(MPMShownBegin(scene, core, m->shown, &shown));
   PetscCall(PetscMalloc1(n * NROWS, &value));
   for (PetscInt k = 0; k < NROWS; k++)
-    if (m->quantities & (PetscInt)1 << k) PetscCall(Row(m, core, &shown, k, value + n * k));
+    for (PetscInt b = 0; b < m->nbodies && m->quantities & (PetscInt)1 << k; b++)
+      PetscCall(Row(m, core, &shown, k, b, value + n * k + 3 * b));
   for (PetscInt b = 0; b < m->nbodies; b++)
     for (PetscInt k = 0; k < NROWS; k++) {
       PetscInt       first;

@@ -1,7 +1,7 @@
 /* lost.c - what particles take along that leave the grid and are removed (-particles_leave delete): the rows LOST of
    diagnostics.def, as exact sums over the particles that this process has removed. Balances count these particles as if
    they were still there, in the state in which they left. */
-#include "results/diagnostics.h"
+#include "results/selected.h"
 
 #define MPM_PARTICLE_QUANTITY(name, uses, word, unit, components, nc, whole, needs, reads)
 #define MPM_RUN_QUANTITY(name, unit, whole)
@@ -24,21 +24,20 @@ PetscErrorCode MPMLostAdd(const MPMScene *scene, MPMCore *core)
   const MPMShown shown = {core, scene, NULL, NULL, NULL};
   MPMSum        *sum   = core->lost;
   MPMView        view;
+  MPMSelected    gone;
 
   PetscFunctionBeginUser;
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  PetscCall(MPMSelectedCreate(&gone, &view));
   for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
     if (!(MPMDiagnostics[k].uses & MPM_SHOW_LOST)) continue;
-    for (PetscInt p = 0; p < view.n; p++) {
-      PetscReal value[3];
-
-      if (view.cell[p] != MPM_NOWHERE) continue;
-      MPMDiagnostics[MPMDiagnostics[k].of].fill(&shown, &view, p, value);
-      for (PetscInt c = 0; c < MPMDiagnostics[k].nc; c++)
-        MPMSumAdd(&sum[c], k == MPM_SHOWS_lost_mass_time ? value[c] * core->kicked : value[c]);
-    }
+    gone.n = 0;
+    for (PetscInt p = 0; p < view.n; p++)
+      if (view.cell[p] == MPM_NOWHERE) MPMSelectedAdd(&gone, p, k == MPM_SHOWS_lost_mass_time ? core->kicked : 1);
+    PetscCall(MPMSelectedSum(&gone, &shown, &view, MPMDiagnostics[k].of, sum, NULL));
     sum += MPMDiagnostics[k].nc;
   }
+  PetscCall(MPMSelectedDestroy(&gone));
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -7,6 +7,7 @@
    particle shows what this has, and where it is; the values are nan once the particle has left the grid. */
 #include "results/measures.h"
 #include "results/output.h"
+#include "results/selected.h"
 #include "step/step.h"
 
 /* Returns whether a probe shows component c of a field: those of the axes of the scene, of a symmetric tensor each
@@ -222,37 +223,35 @@ static PetscReal Weight(const MPMGrid *grid, const MPMView *view, PetscInt p, co
 static PetscErrorCode OfPlace(MPMMeasures *m, const MPMProbe *p, MPMCore *core, const MPMShown *shown)
 {
   const PetscInt dim = core->grid.dim;
-  PetscInt       n   = 1;
-  MPMSum        *sum;
+  PetscInt       n = 0, at = p->first;
+  MPMSum        *sum; /* of a field, and behind all of the weights */
+  MPMSelected    near;
   MPMView        view;
   PetscReal      weight;
 
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(1 + MPM_MAX_COMPONENTS * MPM_NUM_DIAGNOSTICS, &sum));
   PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
+  PetscCall(MPMSelectedCreate(&near, &view));
   for (PetscInt k = 0; k < view.n; k++) {
-    const PetscReal W = Weight(&core->grid, &view, k, p->x), mass = MPMKindOf(core->params.kinds, &view, k)->m;
+    const PetscReal W = Weight(&core->grid, &view, k, p->x);
 
-    n = 1;
-    if (!(W > 0)) continue;
-    MPMSumAdd(&sum[0], W * mass);
-    for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) {
-      PetscReal value[MPM_MAX_COMPONENTS];
-
-      if (!(p->fields >> f & 1)) continue;
-      MPMDiagnostics[f].fill(shown, &view, k, value);
-      for (PetscInt c = 0; c < MPMDiagnostics[f].nc; c++)
-        if (Shows(dim, f, c)) MPMSumAdd(&sum[n++], W * mass * value[c]);
-    }
+    if (W > 0) MPMSelectedAdd(&near, k, W * MPMKindOf(core->params.kinds, &view, k)->m);
   }
+  for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) {
+    if (!(p->fields >> f & 1)) continue;
+    PetscCall(MPMSelectedSum(&near, shown, &view, f, sum + n, NULL));
+    n += MPMDiagnostics[f].nc;
+  }
+  for (PetscInt k = 0; k < near.n; k++) MPMSumAdd(&sum[n], near.weight[k]);
+  PetscCall(MPMSelectedDestroy(&near));
   PetscCall(MPMParticlesRestoreView(&core->particles, -1, &view));
-  n = 1;
+  PetscCall(MPMSumReduce(sum, n + 1, core->exchange.data));
+  weight = MPMSumValue(&sum[n]);
+  n      = 0;
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++)
-    for (PetscInt c = 0; c < MPMDiagnostics[f].nc && p->fields >> f & 1; c++) n += Shows(dim, f, c);
-  PetscCall(MPMSumReduce(sum, n, core->exchange.data));
-  weight = MPMSumValue(&sum[0]);
-  for (PetscInt k = 1; k < n; k++)
-    m->value[p->first + k - 1] = weight > 0 ? MPMSumValue(&sum[k]) / weight : (PetscReal)NAN;
+    for (PetscInt c = 0; c < MPMDiagnostics[f].nc && p->fields >> f & 1; c++, n++)
+      if (Shows(dim, f, c)) m->value[at++] = weight > 0 ? MPMSumValue(&sum[n]) / weight : (PetscReal)NAN;
   PetscCall(PetscFree(sum));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,7 +3,7 @@
    /                      attributes: provenance and the grid
    /step_000123           attributes time, step, dt, digest
      particles/id x ...   [N] or [N][nc], one row per particle, sorted by id on every number of processes
-     grid/mass v          [nz][ny][nx] and [nz][ny][nx][3], nodes sorted by coordinates
+     grid/mass v ...      [nz][ny][nx] and [nz][ny][nx][3], nodes sorted by coordinates; kernels/node.def names them
    Vectors have 3 components and tensors 9 in every dimension. A file has its name when it is complete. index.c joins
    the snapshots in one file, and xdmf.c writes the text by which ParaView opens them. With a PETSc that has no HDF5,
    options that ask for snapshots are refused. */
@@ -217,16 +217,27 @@ static void NodesBetween(const MPMGrid *grid, hsize_t extent[3])
     extent[2 - d] = (hsize_t)(d < grid->dim ? grid->cells[d] - grid->periodic[d] : 0) + 1;
 }
 
-/* Writes mass and velocity of the nodes between the walls, for the present state, to the datasets from *set on.
+/* Returns the numbers of a group [components] at a node of the patch's arrays, whose access is open. */
+static const PetscReal *NumbersOf(const MPMPatch *patch, const MPMNodeGroup *group, PetscInt node)
+{
+  const PetscInt   dim  = patch->grid->dim;
+  const PetscReal *from = patch->motion + node * MPM_MOTION_NC(dim);
+
+  for (const MPMNodeGroup *g = MPMNodeGroups; g < group; g++)
+    if (g->home == MPM_IS_MOTION) from += g->components(dim);
+  if (group->home != MPM_IS_MOTION)
+    from = (PetscReal *)(patch->node + group->at / MPM_NODE_NC * MPMPatchNodes(patch) + node) + group->at % MPM_NODE_NC;
+  return from;
+}
+
+/* Writes the numbers of the nodes between the walls that are shown, for the present state, to the datasets from *set on.
    Collective on the exchange. */
 static PetscErrorCode WriteGrid(MPMCore *core, MPMFile *file, PetscInt *set)
 {
   const MPMGrid  *grid  = &core->grid;
   const MPMPatch *patch = &core->exchange.patch;
-  const PetscInt  dim   = grid->dim;
-  PetscInt        lo[3], n[3], at = 0, *row;
+  PetscInt        lo[3], n[3], at = 0, *row, *node;
   hsize_t         extent[3];
-  PetscReal      *mass, *velocity, *sorted;
   Rows            rows;
 
   PetscFunctionBeginUser;
@@ -236,28 +247,32 @@ static PetscErrorCode WriteGrid(MPMCore *core, MPMFile *file, PetscInt *set)
     lo[d] = PetscMax(patch->own_lo[d], 0);
     n[d]  = PetscMax(0, PetscMin(patch->own_lo[d] + patch->own_n[d], (PetscInt)extent[2 - d]) - lo[d]);
   }
-  PetscCall(PetscMalloc1(n[0] * n[1] * n[2], &row));
-  PetscCall(PetscCalloc2(n[0] * n[1] * n[2], &mass, 3 * n[0] * n[1] * n[2], &velocity));
-  PetscCall(MPMExchangeOpenNodes(core));
+  PetscCall(PetscMalloc2(n[0] * n[1] * n[2], &row, n[0] * n[1] * n[2], &node));
   for (PetscInt k = lo[2]; k < lo[2] + n[2]; k++)
     for (PetscInt j = lo[1]; j < lo[1] + n[1]; j++)
       for (PetscInt i = lo[0]; i < lo[0] + n[0]; i++, at++) {
-        const PetscInt line = (k - patch->lo[2]) * patch->n[1] + j - patch->lo[1],
-                       node = line * patch->n[0] + i - patch->lo[0];
+        const PetscInt  line = (k - patch->lo[2]) * patch->n[1] + j - patch->lo[1], x = i - patch->lo[0];
+        const PetscBool touched = x >= patch->span[line].first && x < patch->span[line].last ? PETSC_TRUE : PETSC_FALSE;
 
-        row[at] = (k * (PetscInt)extent[1] + j) * (PetscInt)extent[2] + i;
-        if (i - patch->lo[0] < patch->span[line].first || i - patch->lo[0] >= patch->span[line].last) continue;
-        mass[at] = patch->node[node].m;
-        for (PetscInt d = 0; d < dim; d++) velocity[3 * at + d] = patch->motion[node * MPM_MOTION_NC(dim) + d];
+        row[at]  = (k * (PetscInt)extent[1] + j) * (PetscInt)extent[2] + i;
+        node[at] = touched ? line * patch->n[0] + x : -1;
       }
-  PetscCall(MPMExchangeCloseNodes(core));
   PetscCall(RowsCreate(core->exchange.data, (PetscInt)(extent[0] * extent[1] * extent[2]), at, row, &rows));
-  PetscCall(PetscMalloc1(3 * rows.n, &sorted));
-  PetscCall(WriteRows(file, (*set)++, &rows, 1, mass, sorted));
-  PetscCall(WriteRows(file, (*set)++, &rows, 3, velocity, sorted));
-  PetscCall(PetscFree(sorted));
-  PetscCall(PetscFree(row));
-  PetscCall(PetscFree2(mass, velocity));
+  for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++) {
+    const PetscInt wide = g->components(3);
+    PetscReal     *here, *sorted;
+
+    if (!g->dataset[0]) continue;
+    PetscCall(PetscCalloc2(wide * at, &here, wide * rows.n, &sorted));
+    PetscCall(MPMExchangeOpenNodes(core));
+    for (PetscInt q = 0; q < at; q++)
+      for (PetscInt c = 0; c < g->components(grid->dim) && node[q] >= 0; c++)
+        here[wide * q + c] = NumbersOf(patch, g, node[q])[c];
+    PetscCall(MPMExchangeCloseNodes(core));
+    PetscCall(WriteRows(file, (*set)++, &rows, wide, here, sorted));
+    PetscCall(PetscFree2(here, sorted));
+  }
+  PetscCall(PetscFree2(row, node));
   PetscCall(PetscSFDestroy(&rows.sf));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -296,8 +311,12 @@ static PetscErrorCode MakeDatasets(const MPMOutput *out, const MPMCore *core, co
   if (out->fields & MPM_OUTPUT_GRID) {
     if (step >= 0) H5(group = H5Gcreate2(step, "grid", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
     NodesBetween(&core->grid, extent);
-    PetscCall(MPMFileDataset(file, group, "mass", "kg", "", PETSC_FALSE, 3, extent));
-    PetscCall(MPMFileDataset(file, group, "v", "m/s", "x y z", PETSC_FALSE, 4, extent));
+    for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++) {
+      extent[3] = (hsize_t)g->components(3);
+      if (g->dataset[0])
+        PetscCall(MPMFileDataset(file, group, g->dataset, g->unit, extent[3] == 3 ? "x y z" : "", PETSC_FALSE,
+                                 extent[3] > 1 ? 4 : 3, extent));
+    }
     if (group >= 0) H5(H5Gclose(group));
   }
   if (step >= 0) H5(H5Gclose(step));
@@ -317,6 +336,7 @@ static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScen
   MPMSnapshotPath(out, scene, core->step, PETSC_FALSE, path);
   PetscCall(MPMProvenanceWrite(core, scene, -1, &room));
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) room += out->fields >> f & 1 ? 640 : 0;
+  for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++) room += g->dataset[0] ? 640 : 0;
   PetscCall(MPMFileCreate(&file, core->exchange.data, path, 0, room + 4096));
   PetscCall(MPMProvenanceWrite(core, scene, file.file, NULL));
   PetscCall(MakeDatasets(out, core, scene, text, &file));

@@ -1,6 +1,5 @@
 /* totals.c - the sums over all particles of the rows of diagnostics.def. */
-#include "base/exact_sum.h"
-#include "results/diagnostics.h"
+#include "results/selected.h"
 
 /* Adds up the sums of core->energy over all processes, if the run has any. Collective on the exchange. */
 static PetscErrorCode ReduceEnergy(const MPMCore *core, PetscReal energy[])
@@ -50,6 +49,7 @@ PetscErrorCode MPMTotalsCompute(const MPMScene *scene, MPMCore *core, MPMTotals 
                           MPM_BIT(kind) | MPM_BIT(cell) | MPMDiagnosticReads(0, core);
   const MPMShown shown = {core, scene, NULL, NULL, NULL};
   MPMView        view;
+  MPMSelected    all;
   MPMSum         sum[3 * MPM_NUM_DIAGNOSTICS];
   PetscInt64     count[3] = {0}; /* particles, their fingerprint, and how many quantities are not finite */
   PetscInt       n        = 0;
@@ -57,22 +57,13 @@ PetscErrorCode MPMTotalsCompute(const MPMScene *scene, MPMCore *core, MPMTotals 
   PetscFunctionBeginUser;
   PetscCall(PetscMemzero(totals, sizeof *totals));
   PetscCall(MPMParticlesGetView(&core->particles, fields, &view));
+  all = (MPMSelected){.n = view.n};
   for (PetscInt k = 0; k < MPM_NUM_DIAGNOSTICS; k++) {
     const MPMDiagnostic *row = &MPMDiagnostics[k];
 
     if (!(row->uses & MPM_SHOW_SUM) || !MPMDiagnosticIsOn(k, core)) continue;
     for (PetscInt c = 0; c < row->nc; c++) MPMSumZero(&sum[n + c]);
-    for (PetscInt p = 0; p < view.n; p++) {
-      PetscReal value[3];
-
-      row->fill(&shown, &view, p, value);
-      for (PetscInt c = 0; c < row->nc; c++) {
-        if (PetscAbsReal(value[c]) <= PETSC_MAX_REAL)
-          MPMSumAdd(&sum[n + c], value[c]);
-        else
-          count[2]++;
-      }
-    }
+    PetscCall(MPMSelectedSum(&all, &shown, &view, k, sum + n, &count[2]));
     n += row->nc;
   }
   PetscCall(MPMParticlesRestoreView(&core->particles, fields, &view));

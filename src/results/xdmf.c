@@ -51,12 +51,11 @@ static void XdmfNodes(const MPMOutput *out, const MPMCore *core, PetscInt64 star
                       PetscInt k)
 {
   const MPMGrid *g = &core->grid;
-  char           dims[128], vdims[160];
+  char           dims[128], wides[160], path[MPM_NAME_LEN];
 
   (void)snprintf(dims, sizeof dims, "%lld %lld %lld", (long long)g->cells[2] + 1 - g->periodic[2],
                  (long long)g->cells[1] + 1 - g->periodic[1], (long long)g->cells[0] + 1 - g->periodic[0]);
   (void)started;
-  (void)snprintf(vdims, sizeof vdims, "%s 3", dims);
   fprintf(f, "      <Grid Name=\"grid\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n",
           (double)out->times[k]);
   fprintf(
@@ -71,11 +70,18 @@ static void XdmfNodes(const MPMOutput *out, const MPMCore *core, PetscInt64 star
       f,
       "          <DataItem Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">%.17g %.17g %.17g</DataItem>\n        </Geometry>\n",
       (double)g->h[2], (double)g->h[1], (double)g->h[0]);
-  fprintf(f, "        <Attribute Name=\"mass\" AttributeType=\"Scalar\" Center=\"Node\">\n");
-  XdmfArray(f, "          ", dims, PETSC_FALSE, file, out->steps[k], "grid/mass");
-  fprintf(f, "        </Attribute>\n        <Attribute Name=\"v\" AttributeType=\"Vector\" Center=\"Node\">\n");
-  XdmfArray(f, "          ", vdims, PETSC_FALSE, file, out->steps[k], "grid/v");
-  fprintf(f, "        </Attribute>\n      </Grid>\n");
+  for (const MPMNodeGroup *q = MPMNodeGroups; q->name; q++) {
+    const PetscInt    wide    = q->components(3);
+    const char *const types[] = {[1] = "Scalar", [3] = "Vector", [6] = "Tensor6"};
+
+    if (!q->dataset[0]) continue;
+    (void)snprintf(path, sizeof path, "grid/%s", q->dataset);
+    (void)snprintf(wides, sizeof wides, wide > 1 ? "%s %d" : "%s", dims, (int)wide);
+    fprintf(f, "        <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"Node\">\n", q->dataset, types[wide]);
+    XdmfArray(f, "          ", wides, PETSC_FALSE, file, out->steps[k], path);
+    fprintf(f, "        </Attribute>\n");
+  }
+  fprintf(f, "      </Grid>\n");
 }
 
 PetscErrorCode MPMXdmfWrite(const MPMOutput *out, const MPMCore *core, const MPMScene *scene, char fault[MPM_TEXT_LEN])

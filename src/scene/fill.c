@@ -199,7 +199,7 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(core->comm, &size));
   CheckMemory(o, "nodes of the grid", MPMGridNodes(&core->grid, core->basis),
-              (PetscReal)(MPM_NODE_NC + MPM_MOTION_NC(dim)) * sizeof(PetscReal), size);
+              (PetscReal)MPMNodeNumbers(dim, 1) * sizeof(PetscReal), size);
   for (PetscInt k = 0; k < scene->nfilled && !MPMOptionsError(o); k++) {
     MPMBody *b = &scene->bodies[k];
 

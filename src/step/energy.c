@@ -289,7 +289,7 @@ PetscErrorCode MPMEnergyVolumes(MPMCore *core, PetscInt sign)
 /* --- Nodes -------------------------------------------------------------------------------------------------------- */
 
 /* Returns whether a moving wall acts on node ijk; a piston acts on those beside its plane where it holds them. */
-static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const PetscInt ijk[], const MPMNode *n)
+static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const PetscInt ijk[], PetscReal met)
 {
   for (PetscInt d = 0; d < grid->dim; d++)
     for (PetscInt side = 0; side < 2; side++) {
@@ -297,7 +297,7 @@ static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const 
       const PetscInt inside = side ? grid->cells[d] - ijk[d] : ijk[d];
 
       if (!MPMWallHas(f->type, MPM_WALL_MOVES) || !MPMWallActs(f, inside)) continue;
-      if (inside <= f->reach || MPMNodeStopped(n, d)) return PETSC_TRUE;
+      if (inside <= f->reach || MPMNodeStopped(met, d)) return PETSC_TRUE;
     }
   return PETSC_FALSE;
 }
@@ -325,13 +325,13 @@ static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], 
 
 /* Adds what the advance of a node did. `before` is its velocity before the advance as walls leave it. Where a moving wall
    holds the node, PIC also takes over the momentum that the wall gave it before the advance: its share is 1 - flip. */
-static void AddAdvance(const MPMCore *core, const MPMNode *n, const PetscReal *motion, const PetscInt ijk[],
-                       MPMEnergy *e)
+static void AddAdvance(const MPMCore *core, const MPMNode *n, PetscReal met, const PetscReal *motion,
+                       const PetscInt ijk[], MPMEnergy *e)
 {
   const MPMParams *par    = &core->params;
   const PetscInt   dim    = core->grid.dim;
   const PetscReal *a      = motion + dim;
-  const PetscBool  moving = AtMovingWall(par->walls, &core->grid, ijk, n);
+  const PetscBool  moving = AtMovingWall(par->walls, &core->grid, ijk, met);
   PetscReal        u[3], s[3], held = 0;
 
   for (PetscInt d = 0; d < dim; d++) {
@@ -339,49 +339,44 @@ static void AddAdvance(const MPMCore *core, const MPMNode *n, const PetscReal *m
 
     if (moving) held += (1 - par->flip) * (n->m * before - n->p[d]) * before;
     u[d] = before + (e->mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0);
-    s[d] = MPMNodeStopped(n, d) ? motion[d] : u[d];
+    s[d] = MPMNodeStopped(met, d) ? motion[d] : u[d];
   }
   AddNode(core, n, a, u, s, e->mean == MPM_MEAN_AGAIN ? 0.5 : 1, moving, held, e);
 }
 
 /* Adds the other half of it, along the velocity of the second mapping of musl. */
-static void AddAgain(const MPMCore *core, const MPMNode *n, const PetscReal *motion, const PetscInt ijk[], MPMEnergy *e)
+static void AddAgain(const MPMCore *core, const MPMNode *n, PetscReal met, const PetscReal *motion,
+                     const PetscInt ijk[], MPMEnergy *e)
 {
   const PetscInt dim = core->grid.dim;
   PetscReal      u[3];
 
-  for (PetscInt d = 0; d < dim; d++) u[d] = MPMNodeStopped(n, d) ? n->p[d] / n->m : motion[d];
-  AddNode(core, n, motion + dim, u, motion, 0.5, AtMovingWall(core->params.walls, &core->grid, ijk, n), 0, e);
+  for (PetscInt d = 0; d < dim; d++) u[d] = MPMNodeStopped(met, d) ? n->p[d] / n->m : motion[d];
+  AddNode(core, n, motion + dim, u, motion, 0.5, AtMovingWall(core->params.walls, &core->grid, ijk, met), 0, e);
 }
 
 PetscErrorCode MPMEnergyNodes(MPMCore *core, const MPMPhase *phase)
 {
   const MPMPatch *patch   = &core->exchange.patch;
   const PetscBool advance = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
-  const PetscInt  own = patch->own_lo[0] - patch->lo[0], dim = core->grid.dim;
-  MPMEnergy      *e = &core->energy;
+  const PetscInt  dim     = core->grid.dim;
+  MPMEnergy      *e       = &core->energy;
 
   PetscFunctionBeginUser;
   if (!advance && !(e->mean == MPM_MEAN_AGAIN && phase->nodes == MPMNodesVelocityAgain))
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMExchangeOpenNodes(core));
-  for (PetscInt k = 0; k < patch->own_n[2]; k++)
-    for (PetscInt j = 0; j < patch->own_n[1]; j++) {
-      const PetscInt row  = (k + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + j + patch->own_lo[1] - patch->lo[1];
-      const PetscInt last = PetscMin(own + patch->own_n[0], patch->span[row].last);
+  MPM_FOR_OWN_ROWS(patch, r)
+  for (PetscInt i = r.first; i < r.last; i++) {
+    const PetscReal *motion = r.motion + i * MPM_MOTION_NC(dim);
+    const PetscInt   ijk[3] = {r.ijk[0] + i, r.ijk[1], r.ijk[2]};
 
-      for (PetscInt i = PetscMax(own, patch->span[row].first); i < last; i++) {
-        const MPMNode   *n      = patch->node + row * patch->n[0] + i;
-        const PetscReal *motion = patch->motion + (row * patch->n[0] + i) * MPM_MOTION_NC(dim);
-        const PetscInt   ijk[3] = {patch->lo[0] + i, patch->own_lo[1] + j, patch->own_lo[2] + k};
-
-        if (!(n->m > 0)) continue;
-        if (advance)
-          AddAdvance(core, n, motion, ijk, e);
-        else
-          AddAgain(core, n, motion, ijk, e);
-      }
-    }
+    if (!(r.sum[i].m > 0)) continue;
+    if (advance)
+      AddAdvance(core, r.sum + i, r.value.met[i], motion, ijk, e);
+    else
+      AddAgain(core, r.sum + i, r.value.met[i], motion, ijk, e);
+  }
   PetscCall(MPMExchangeCloseNodes(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

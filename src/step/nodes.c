@@ -4,147 +4,131 @@
 #include "physics/wall.h"
 #include "step/scheme.h"
 
-/* A row of nodes along x. node, motion: those of its node 0. Its own nodes that particles touch are first .. last-1.
-   ijk: the number of node 0 in the grid. walled: does a wall along y or z reach the whole row? */
-typedef struct {
-  MPMNode   *node;
-  PetscReal *motion;
-  PetscInt   first, last, ijk[3];
-  PetscBool  walled;
-} NodeRow;
-
-static NodeRow OwnRow(const MPMParams *par, const MPMPatch *patch, PetscInt row)
+/* Returns whether a wall along y or z reaches a whole row. */
+static PetscBool RowWalled(const MPMParams *par, const MPMGrid *grid, const MPMNodes *r)
 {
-  const PetscInt dim = patch->grid->dim, own = patch->own_lo[0] - patch->lo[0];
-  NodeRow        r = {.node   = patch->node + row * patch->n[0],
-                      .motion = patch->motion + row * patch->n[0] * MPM_MOTION_NC(dim)};
-
-  r.first  = PetscMax(own, patch->span[row].first);
-  r.last   = PetscMin(own + patch->own_n[0], patch->span[row].last);
-  r.ijk[0] = patch->lo[0];
-  r.ijk[1] = row % patch->n[1] + patch->lo[1];
-  r.ijk[2] = row / patch->n[1] + patch->lo[2];
-  for (PetscInt d = 1; d < dim; d++)
-    if (MPMWallsReach(par->walls->given, patch->grid, d, r.ijk[d])) r.walled = PETSC_TRUE;
-  return r;
+  for (PetscInt d = 1; d < grid->dim; d++)
+    if (MPMWallsReach(par->walls->given, grid, d, r->ijk[d])) return PETSC_TRUE;
+  return PETSC_FALSE;
 }
 
-/* Returns whether a wall reaches node i of the row, and sets ijk [3] to the node's number in the grid. lo, hi: the
-   first node on x that no wall reaches, and the one after the last. */
-MPM_INLINE PetscBool Walled(const NodeRow *r, PetscInt lo, PetscInt hi, PetscInt i, PetscInt ijk[])
+/* Returns whether a wall reaches node i of the row, and sets ijk [3] to the node's number in the grid. walled: one reaches
+   the whole row; lo, hi: the first node on x that no wall reaches, and the one after the last. */
+MPM_INLINE PetscBool Walled(const MPMNodes *r, PetscBool walled, PetscInt lo, PetscInt hi, PetscInt i, PetscInt ijk[])
 {
   ijk[0] = r->ijk[0] + i;
   ijk[1] = r->ijk[1];
   ijk[2] = r->ijk[2];
-  return r->walled || ijk[0] < lo || ijk[0] >= hi ? PETSC_TRUE : PETSC_FALSE;
+  return walled || ijk[0] < lo || ijk[0] >= hi ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Sets v = p/m, eq. (2), and applies walls. A node without mass is at rest; there is no threshold of mass. Only a
    particle exactly on a grid line reads a node without mass: its weight there is 0, but its gradient is not. */
-MPM_INLINE void Divide(int dim, const MPMFace (*faces)[2], const MPMGrid *grid, const NodeRow *r)
+MPM_INLINE void Divide(int dim, const MPMFace (*faces)[2], const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
 {
   const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
   PetscInt       ijk[3];
 
   for (PetscInt i = r->first; i < r->last; i++) {
-    const MPMNode *n = r->node + i;
+    const MPMNode *n = r->sum + i;
     PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim);
 
     for (int d = 0; d < dim; d++) v[d] = n->m > 0 ? n->p[d] / n->m : 0;
-    if (Walled(r, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
+    if (Walled(r, walled, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
   }
 }
 
 /* Sets the velocity that output and velocity gradients use. */
-MPM_INLINE void Velocity(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+MPM_INLINE void Velocity(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
 {
-  Divide(dim, par->walls->gradient, grid, r);
+  Divide(dim, par->walls->gradient, grid, r, walled);
 }
 
 /* Does the same for the residual velocity of xpic. */
-MPM_INLINE void Residual(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+MPM_INLINE void Residual(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
 {
-  Divide(dim, par->walls->residual, grid, r);
+  Divide(dim, par->walls->residual, grid, r, walled);
 }
 
 /* Sets the mean of what the particles have in field r, on which no wall acts. */
-MPM_INLINE void Mean(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+MPM_INLINE void Mean(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
 {
   static const MPMFace none[3][2];
 
   (void)par;
-  Divide(dim, none, grid, r);
+  Divide(dim, none, grid, r, walled);
 }
 
 /* Sets a = f/m + g, eqs. (5) and (13), and v <- v + kick a, eq. (6), and applies walls, which also set a. */
-MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+MPM_INLINE void Advance(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
 {
   const MPMFace(*faces)[2] = par->walls->given;
   const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
   PetscInt       ijk[3];
 
-  Divide(dim, par->walls->before, grid, r);
+  Divide(dim, par->walls->before, grid, r, walled);
   for (PetscInt i = r->first; i < r->last; i++) {
-    MPMNode   *n = r->node + i;
-    PetscReal *v = r->motion + i * MPM_MOTION_NC(dim), *a = v + dim, before[3];
+    const MPMNode *n = r->sum + i;
+    PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim), *a = v + dim, before[3];
 
     for (int d = 0; d < dim; d++) {
       a[d]      = n->m > 0 ? n->f[d] / n->m + par->gravity[d] : 0;
       before[d] = v[d];
       v[d]      = v[d] + par->kick * a[d];
     }
-    n->met = 0;
-    if (Walled(r, lo, hi, i, ijk)) n->met = (PetscReal)MPMWallsAdvance(faces, grid, ijk, par->kick, before, v, a);
+    r->value.met[i] = 0;
+    if (Walled(r, walled, lo, hi, i, ijk))
+      r->value.met[i] = (PetscReal)MPMWallsAdvance(faces, grid, ijk, par->kick, before, v, a);
   }
 }
 
 /* Corrects v after the advance by S+ r + kick a, where the sums of p are those of r: each correction brings v nearer to the
    solution of M v = p + kick f with the full mass matrix M. Walls hold the new v too, and those that only push hold the
    nodes that met them in the advance. */
-MPM_INLINE void Correct(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+MPM_INLINE void Correct(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
 {
   const MPMFace(*faces)[2] = par->walls->gradient;
   const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
   PetscInt       ijk[3];
 
   for (PetscInt i = r->first; i < r->last; i++) {
-    const MPMNode *n = r->node + i;
+    const MPMNode *n = r->sum + i;
     PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim), *a = v + dim;
 
     for (int d = 0; d < dim; d++)
-      if (n->m > 0 && !MPMNodeMet(n, d)) v[d] += n->p[d] / n->m + par->kick * a[d];
-    if (Walled(r, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
+      if (n->m > 0 && !MPMNodeMet(r->value.met[i], d)) v[d] += n->p[d] / n->m + par->kick * a[d];
+    if (Walled(r, walled, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
   }
 }
 
 /* Sets the velocity that particles give the nodes after the advance. Nodes that met a wall that only pushes keep that of
    the advance, and such a wall holds no others. If this were decided anew, then of a body that oscillates at the wall
    only the velocities into it would be removed, and that would drive the oscillation. */
-MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid, const NodeRow *r)
+MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
 {
   const MPMFace(*faces)[2] = par->walls->again;
   const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
   PetscInt       ijk[3];
 
   for (PetscInt i = r->first; i < r->last; i++) {
-    const MPMNode *n = r->node + i;
+    const MPMNode *n = r->sum + i;
     PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim);
 
     for (int d = 0; d < dim; d++)
-      if (!MPMNodeMet(n, d)) v[d] = n->m > 0 ? n->p[d] / n->m : 0;
-    if (Walled(r, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
+      if (!MPMNodeMet(r->value.met[i], d)) v[d] = n->m > 0 ? n->p[d] / n->m : 0;
+    if (Walled(r, walled, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
   }
 }
 
 /* The kernels that scheme.h declares; the number of dimensions is a constant in each call. */
 #define NODE_KERNEL(what)                                                                                              \
-  void MPMNodes##what(const MPMParams *par, MPMPatch *patch, PetscInt row)                                             \
+  void MPMNodes##what(const MPMParams *par, const MPMPatch *patch, const MPMNodes *r)                                  \
   {                                                                                                                    \
-    const NodeRow r = OwnRow(par, patch, row);                                                                         \
+    const PetscBool walled = RowWalled(par, patch->grid, r);                                                           \
                                                                                                                        \
-    if (patch->grid->dim == 1) what(1, par, patch->grid, &r);                                                          \
-    if (patch->grid->dim == 2) what(2, par, patch->grid, &r);                                                          \
-    if (patch->grid->dim == 3) what(3, par, patch->grid, &r);                                                          \
+    if (patch->grid->dim == 1) what(1, par, patch->grid, r, walled);                                                   \
+    if (patch->grid->dim == 2) what(2, par, patch->grid, r, walled);                                                   \
+    if (patch->grid->dim == 3) what(3, par, patch->grid, r, walled);                                                   \
   }
 NODE_KERNEL(Velocity)
 NODE_KERNEL(VelocityAgain)

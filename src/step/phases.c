@@ -190,6 +190,9 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
       phase->parts |= transfer->parts;
     if ((phase->parts & MPM_G2P_MOTION) && transfer->rounds != MPM_FILTER) phase->particles_in &= ~B(r);
     if ((phase->parts & MPM_G2P_STRESS) && core->params.box) phase->parts |= MPM_G2P_FBAR;
+    for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++)
+      if (g->home == MPM_IS_SUM && phase->kind == MPM_PARTICLES_TO_NODES && phase->parts & g->part)
+        phase->particles_in |= g->reads;
     if ((phase->parts & MPM_P2G_FORCE) && core->params.box) {
       phase->parts |= MPM_P2G_FBAR;
       phase->particles_in |= B(F) | B(J);

@@ -67,10 +67,10 @@ static void Weigh(MPMCore *core, const MPMView *view, PetscInt p, PetscInt k)
 {
   const MPMGrid   *grid = &core->grid;
   const int        dim = (int)grid->dim, axis = (int)k / 2;
-  const MPMFace   *f    = &core->params.walls->given[axis][k % 2];
-  const MPMKind   *kind = MPMKindOf(core->params.kinds, view, p);
-  const PetscReal *l    = MPMHalfWidths(dim, core->params.kinds, view, p);
-  PetscReal        units = (k % 2 ? 1 : -1) * kind->V0 / UNIT, w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL], xi[3];
+  const MPMFace   *f       = &core->params.walls->given[axis][k % 2];
+  const MPMKind   *kind    = MPMKindOf(core->params.kinds, view, p);
+  const PetscReal *l       = MPMHalfWidths(dim, core->params.kinds, view, p);
+  PetscReal        units   = (k % 2 ? 1 : -1) * kind->V0 / UNIT, w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL], xi[3];
   PetscInt         base[3] = {0}, n[3] = {1, 1, 1}, ijk[3], at[3];
 
   units *= VolumeRatio(core, view, p, core->params.materials + kind->material);
@@ -102,7 +102,7 @@ PetscErrorCode MPMPistonsUpdate(MPMCore *core)
 {
   const MPMGrid *grid   = &core->grid;
   const PetscInt fields = MPM_BIT(x) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(l), dim = grid->dim;
-  const PetscInt n      = MPM_MAX_STENCIL * core->gaps->n;
+  const PetscInt n = MPM_MAX_STENCIL * core->gaps->n;
   PetscMPIInt    count;
   MPMView        view;
 
@@ -132,10 +132,9 @@ PetscErrorCode MPMPistonsUpdate(MPMCore *core)
 /* A node beside a piston: its column, and which of the nodes beside the plane it is; is it held by another wall; is it
    beyond another face, where gimp has nodes for domains that reach across it? It belongs to the column of the edge then. */
 typedef struct {
-  PetscInt   column, j;
-  PetscBool  held, beyond;
-  MPMNode   *node;
-  PetscReal *motion;
+  PetscInt  column, j;
+  PetscBool held, beyond;
+  PetscReal m, *motion, *met; /* its mass, kg, motion and walls met */
 } Beside;
 
 /* Returns whether a wall besides the piston of face k holds node ijk along the normal of that. */
@@ -159,34 +158,30 @@ static void ForNodes(MPMCore *core, PetscInt k, PetscBool advance,
 {
   const MPMPatch *patch = &core->exchange.patch;
   const MPMFace  *f     = &core->params.walls->given[k / 2][k % 2];
-  const PetscInt  own = patch->own_lo[0] - patch->lo[0], d = k / 2, end = f->first + f->beside;
+  const PetscInt  d = k / 2, end = f->first + f->beside;
 
-  for (PetscInt z = 0; z < patch->own_n[2]; z++)
-    for (PetscInt y = 0; y < patch->own_n[1]; y++) {
-      const PetscInt row    = (z + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + y + patch->own_lo[1] - patch->lo[1];
-      PetscInt       ijk[3] = {0, patch->own_lo[1] + y, patch->own_lo[2] + z};
-      PetscInt       first  = PetscMax(own, patch->span[row].first),
-               last         = PetscMin(own + patch->own_n[0], patch->span[row].last);
+  MPM_FOR_OWN_ROWS(patch, r)
+  {
+    PetscInt ijk[3] = {0, r.ijk[1], r.ijk[2]}, first = r.first, last = r.last;
 
-      if (d && (ijk[d] < f->first || ijk[d] >= end)) continue;
-      if (!d) {
-        first = PetscMax(first, f->first - patch->lo[0]);
-        last  = PetscMin(last, end - patch->lo[0]);
-      }
-      for (PetscInt i = first; i < last; i++) {
-        const PetscInt at = row * patch->n[0] + i;
-        Beside         b  = {.node = patch->node + at, .motion = patch->motion + at * MPM_MOTION_NC(core->grid.dim)};
-
-        ijk[0]   = patch->lo[0] + i;
-        b.j      = ijk[d] - f->first;
-        b.column = MPMFaceNode(&core->grid, d, ijk);
-        b.held   = HeldByOther(core, k, ijk);
-        b.beyond = PETSC_FALSE;
-        for (PetscInt q = 0; q < core->grid.dim; q++)
-          if (q != d && !core->grid.periodic[q] && (ijk[q] < 0 || ijk[q] > core->grid.cells[q])) b.beyond = PETSC_TRUE;
-        if (b.node->m > 0) act(core, k, advance, &b);
-      }
+    if (d && (ijk[d] < f->first || ijk[d] >= end)) continue;
+    if (!d) {
+      first = PetscMax(first, f->first - r.ijk[0]);
+      last  = PetscMin(last, end - r.ijk[0]);
     }
+    for (PetscInt i = first; i < last; i++) {
+      Beside b = {.m = r.sum[i].m, .motion = r.motion + i * MPM_MOTION_NC(core->grid.dim), .met = r.value.met + i};
+
+      ijk[0]   = r.ijk[0] + i;
+      b.j      = ijk[d] - f->first;
+      b.column = MPMFaceNode(&core->grid, d, ijk);
+      b.held   = HeldByOther(core, k, ijk);
+      b.beyond = PETSC_FALSE;
+      for (PetscInt q = 0; q < core->grid.dim; q++)
+        if (q != d && !core->grid.periodic[q] && (ijk[q] < 0 || ijk[q] > core->grid.cells[q])) b.beyond = PETSC_TRUE;
+      if (b.m > 0) act(core, k, advance, &b);
+    }
+  }
 }
 
 /* Tells the column of a node what the node has; one that is held has an infinite mass. */
@@ -197,21 +192,21 @@ static void Tell(MPMCore *core, PetscInt k, PetscBool advance, const Beside *b)
   (void)advance;
   if (b->beyond) return; /* its mass is a small part of that of the edge, whose velocity it gets */
   to[0] = b->motion[k / 2];
-  to[1] = b->held ? PETSC_INFINITY : b->node->m;
+  to[1] = b->held ? PETSC_INFINITY : b->m;
 }
 
 /* Gives a node its part of the impulse of its column. */
 static void Give(MPMCore *core, PetscInt k, PetscBool advance, const Beside *b)
 {
-  const MPMPistons *p = core->pistons;
-  const PetscInt    d = k / 2;
+  const MPMPistons *p  = core->pistons;
+  const PetscInt    d  = k / 2;
   const PetscInt    at = b->column * MPM_MAX_STENCIL + b->j;
   const PetscReal   by = b->held || !(p->share[at] > 0) ? 0 : p->impulse[b->column] * p->share[at] / p->sum[2 * at + 1];
 
   b->motion[d] += by;
   if (!advance) return;
   b->motion[core->grid.dim + d] += by / core->params.kick;
-  if (p->held[core->gaps->first[k] + b->column]) b->node->met = (PetscReal)((PetscInt)b->node->met | (PetscInt)8 << d);
+  if (p->held[core->gaps->first[k] + b->column]) *b->met = (PetscReal)((PetscInt)*b->met | (PetscInt)8 << d);
 }
 
 /* --- Columns ------------------------------------------------------------------------------------------------------ */
@@ -269,7 +264,8 @@ static void FindImpulses(MPMCore *core, PetscInt k, const MPMPhase *phase, Petsc
     }
     w = sign * (w - V);
     if (!(inverse > 0)) w = PETSC_INFINITY; /* there is nothing, or another wall holds all of it */
-    if (Changes(core, k, phase, core->gaps->first[k] + c, w, &to) && inverse > 0) p->impulse[c] = sign * (to - w) / inverse;
+    if (Changes(core, k, phase, core->gaps->first[k] + c, w, &to) && inverse > 0)
+      p->impulse[c] = sign * (to - w) / inverse;
   }
 }
 

@@ -53,7 +53,7 @@ typedef struct {
 
 /* Finds the walls of node ijk; those beside the plane of a piston have it as a wall where it holds them, or if `held`.
    */
-static void SetTouch(const MPMCore *core, const PetscInt ijk[], const MPMNode *node, PetscBool held, Touch *t)
+static void SetTouch(const MPMCore *core, const PetscInt ijk[], PetscReal met, PetscBool held, Touch *t)
 {
   const MPMGrid *grid = &core->grid;
 
@@ -63,7 +63,7 @@ static void SetTouch(const MPMCore *core, const PetscInt ijk[], const MPMNode *n
     const PetscInt inside = k % 2 ? grid->cells[k / 2] - ijk[k / 2] : ijk[k / 2];
 
     if (!MPMWallActs(f, inside) || MPMWallHas(f->type, MPM_WALL_OPEN)) continue;
-    if (inside <= f->reach || held || MPMNodeStopped(node, k / 2)) t->face[t->n++] = k;
+    if (inside <= f->reach || held || MPMNodeStopped(met, k / 2)) t->face[t->n++] = k;
   }
 }
 
@@ -139,7 +139,7 @@ static void WallVelocity(const MPMCore *core, const Touch *t, PetscReal V[])
 
 /* Adds what the walls of a node did in the advance; v, a: its motion after it. u is the mean velocity of energy.c,
    along which the impulse does its work. n->p still is the momentum that the particles gave. */
-static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, const PetscReal v[])
+static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, PetscReal met, const PetscReal v[])
 {
   const MPMParams    *par  = &core->params;
   const MPMReactions *r    = core->reactions;
@@ -150,7 +150,7 @@ static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, const Pe
     const PetscReal other = n->f[d] / n->m + par->gravity[d], wall = par->kick * n->m * (a[d] - other);
     const PetscReal before = v[d] - par->kick * a[d],
                     u      = before + (core->energy.mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0),
-                    work   = MPMEnergyWall(par, n, d, a[d], u, MPMNodeStopped(n, d) ? v[d] : u);
+                    work   = MPMEnergyWall(par, n, d, a[d], u, MPMNodeStopped(met, d) ? v[d] : u);
 
     J[d] = flip * wall + (1 - flip) * (n->m * v[d] - n->p[d] - par->kick * n->m * other);
     W[d] = (core->energy.mean == MPM_MEAN_AGAIN ? 0.5 : 1) * par->kick * n->m * work;
@@ -160,7 +160,7 @@ static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, const Pe
 }
 
 /* Adds the other half of the work, along the velocity of the second mapping of musl. */
-static void AddAgain(MPMCore *core, const Touch *t, const MPMNode *n, const PetscReal v[])
+static void AddAgain(MPMCore *core, const Touch *t, const MPMNode *n, PetscReal met, const PetscReal v[])
 {
   const MPMParams *par = &core->params;
   const PetscReal *a   = v + core->grid.dim;
@@ -168,7 +168,8 @@ static void AddAgain(MPMCore *core, const Touch *t, const MPMNode *n, const Pets
 
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     J[d] = par->kick * n->m * (a[d] - (n->f[d] / n->m + par->gravity[d]));
-    W[d] = 0.5 * par->kick * n->m * MPMEnergyWall(par, n, d, a[d], MPMNodeStopped(n, d) ? n->p[d] / n->m : v[d], v[d]);
+    W[d] = 0.5 * par->kick * n->m *
+           MPMEnergyWall(par, n, d, a[d], MPMNodeStopped(met, d) ? n->p[d] / n->m : v[d], v[d]);
   }
   Give(core, t, PETSC_TRUE, J, W);
 }
@@ -205,43 +206,38 @@ static PetscErrorCode Keep(MPMCore *core, PetscInt at, const PetscReal v[])
 
 PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
 {
-  const MPMPatch     *patch   = &core->exchange.patch;
-  const MPMReactions *r       = core->reactions;
-  const MPMPhase     *phase   = core->program[k];
-  const PetscBool     advance = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
-  const PetscInt      own = patch->own_lo[0] - patch->lo[0], dim = core->grid.dim;
-  const PetscBool     twice = core->energy.mean == MPM_MEAN_AGAIN ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool     again = twice && phase->nodes == MPMNodesVelocityAgain ? PETSC_TRUE : PETSC_FALSE;
-  PetscInt            at    = 0;
+  const MPMPatch     *patch     = &core->exchange.patch;
+  const MPMReactions *reactions = core->reactions;
+  const MPMPhase     *phase     = core->program[k];
+  const PetscBool     advance   = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt      dim       = core->grid.dim;
+  const PetscBool     twice     = core->energy.mean == MPM_MEAN_AGAIN ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool     again     = twice && phase->nodes == MPMNodesVelocityAgain ? PETSC_TRUE : PETSC_FALSE;
+  PetscInt            at        = 0;
 
   PetscFunctionBeginUser;
-  if (phase->kind != MPM_NODES || (begins && k != r->correct)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!advance && !again && k != r->filter && k != r->correct) PetscFunctionReturn(PETSC_SUCCESS);
+  if (phase->kind != MPM_NODES || (begins && k != reactions->correct)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!advance && !again && k != reactions->filter && k != reactions->correct) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMExchangeOpenNodes(core));
-  for (PetscInt z = 0; z < patch->own_n[2]; z++)
-    for (PetscInt y = 0; y < patch->own_n[1]; y++) {
-      const PetscInt row  = (z + patch->own_lo[2] - patch->lo[2]) * patch->n[1] + y + patch->own_lo[1] - patch->lo[1];
-      const PetscInt last = PetscMin(own + patch->own_n[0], patch->span[row].last);
+  MPM_FOR_OWN_ROWS(patch, r)
+  for (PetscInt i = r.first; i < r.last; i++) {
+    const MPMNode   *n = r.sum + i;
+    const PetscReal *v = r.motion + i * MPM_MOTION_NC(dim), met = r.value.met[i];
+    const PetscInt   ijk[3] = {r.ijk[0] + i, r.ijk[1], r.ijk[2]};
+    Touch            touch;
 
-      for (PetscInt i = PetscMax(own, patch->span[row].first); i < last; i++) {
-        const MPMNode   *n      = patch->node + row * patch->n[0] + i;
-        const PetscReal *v      = patch->motion + (row * patch->n[0] + i) * MPM_MOTION_NC(dim);
-        const PetscInt   ijk[3] = {patch->lo[0] + i, patch->own_lo[1] + y, patch->own_lo[2] + z};
-        Touch            touch;
-
-        SetTouch(core, ijk, n, k == r->filter ? PETSC_TRUE : PETSC_FALSE, &touch);
-        if (!touch.n || !(n->m > 0)) continue;
-        if (begins)
-          PetscCall(Keep(core, at, v));
-        else if (advance)
-          AddAdvance(core, &touch, n, v);
-        else if (again)
-          AddAgain(core, &touch, n, v);
-        else
-          AddVelocity(core, &touch, n, v, k == r->correct ? r->before + at * dim : NULL);
-        at++;
-      }
-    }
+    SetTouch(core, ijk, met, k == reactions->filter ? PETSC_TRUE : PETSC_FALSE, &touch);
+    if (!touch.n || !(n->m > 0)) continue;
+    if (begins)
+      PetscCall(Keep(core, at, v));
+    else if (advance)
+      AddAdvance(core, &touch, n, met, v);
+    else if (again)
+      AddAgain(core, &touch, n, met, v);
+    else
+      AddVelocity(core, &touch, n, v, k == reactions->correct ? reactions->before + at * dim : NULL);
+    at++;
+  }
   PetscCall(MPMExchangeCloseNodes(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

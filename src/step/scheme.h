@@ -80,12 +80,12 @@ const MPMPhase *MPMStepRecoverPhase(const MPMCore *, PetscInt k);
 
 /* The kernels of node updates (nodes.c): each updates the motion of the own nodes in one row of a patch along x. Not
    collective. */
-void MPMNodesVelocity(const MPMParams *, MPMPatch *, PetscInt row);
-void MPMNodesVelocityAgain(const MPMParams *, MPMPatch *, PetscInt row);
-void MPMNodesMean(const MPMParams *, MPMPatch *, PetscInt row);
-void MPMNodesResidual(const MPMParams *, MPMPatch *, PetscInt row);
-void MPMNodesAdvance(const MPMParams *, MPMPatch *, PetscInt row);
-void MPMNodesCorrect(const MPMParams *, MPMPatch *, PetscInt row);
-void MPMNodesVolume(const MPMParams *, MPMPatch *, PetscInt row); /* volume.c */
+void MPMNodesVelocity(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesVelocityAgain(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesMean(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesResidual(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesAdvance(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesCorrect(const MPMParams *, const MPMPatch *, const MPMNodes *);
+void MPMNodesVolume(const MPMParams *, const MPMPatch *, const MPMNodes *); /* volume.c */
 
 #endif

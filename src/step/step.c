@@ -19,7 +19,10 @@ static PetscErrorCode PoisonStep(MPMCore *core)
     if (MPMFields[f].home == MPM_SCRATCH) scratch |= 1 << f;
   PetscCall(MPMPoisonFields(&core->particles, scratch, 0));
   PetscCall(MPMExchangeOpenNodes(core));
-  MPMPoison(patch->node, nodes * sizeof *patch->node);
+  MPMPoison(patch->node, nodes * (size_t)patch->tiles.lines * sizeof *patch->node);
+#define MPM_NODE_VALUE(name, nc, unit, meaning)                                                                        \
+  MPMPoison(patch->value.name, nodes *(size_t)MPMNodeComponents_##name(core->grid.dim) * sizeof(PetscReal));
+#include "kernels/node.def"
   MPMPoison(patch->motion, nodes * (size_t)MPM_MOTION_NC(core->grid.dim) * sizeof *patch->motion);
   PetscCall(MPMExchangeCloseNodes(core));
   PetscFunctionReturn(PETSC_SUCCESS);

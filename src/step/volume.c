@@ -52,17 +52,16 @@ PetscBool MPMVolumesRelax(const MPMCore *core)
   return core->volumes.sound > 0 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-void MPMNodesVolume(const MPMParams *par, MPMPatch *patch, PetscInt row)
+void MPMNodesVolume(const MPMParams *par, const MPMPatch *patch, const MPMNodes *r)
 {
   const MPMGrid *grid = patch->grid;
-  const PetscInt dim = grid->dim, own = patch->own_lo[0] - patch->lo[0], nc = MPM_MOTION_NC(dim);
-  const PetscInt last = PetscMin(own + patch->own_n[0], patch->span[row].last);
+  const PetscInt dim = grid->dim, nc = MPM_MOTION_NC(dim);
 
   (void)par;
-  for (PetscInt i = PetscMax(own, patch->span[row].first); i < last; i++) {
-    const MPMNode *n      = patch->node + row * patch->n[0] + i;
-    PetscReal     *motion = patch->motion + (row * patch->n[0] + i) * nc, space = 1;
-    const PetscInt ijk[3] = {patch->lo[0] + i, row % patch->n[1] + patch->lo[1], row / patch->n[1] + patch->lo[2]};
+  for (PetscInt i = r->first; i < r->last; i++) {
+    const MPMNode *n      = r->sum + i;
+    PetscReal     *motion = r->motion + i * nc, space = 1;
+    const PetscInt ijk[3] = {r->ijk[0] + i, r->ijk[1], r->ijk[2]};
 
     for (PetscInt d = 0; d < dim; d++)
       space *= grid->h[d] *

@@ -1,0 +1,85 @@
+/* starter.c - starts the program for the tests. Of a start on one process more than half is the search for the
+   libraries of PETSc, a hundred of them. This program has done that: it is pebble, but its main() waits for
+   requests, and makes a copy of itself (fork) for each, which then is a run like any other, with a session, files
+   and an environment of its own.
+
+   A request on standard input is a number of bytes and a line end, then so many bytes: strings that end with 0,
+   which are the folder, the files for standard output and standard error, the number of arguments, these, and the
+   environment. The answers on standard output are the number of the process, and, when it has ended, its status as
+   of waitpid(); each is a line. It ends with its input. See tests/mpi.py. */
+int MPMMain(int argc, char **argv);
+#define main MPMMain
+#include "run/main.c"
+#undef main
+#include <fcntl.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/* Reads so many bytes; false at the end of the input. */
+static bool ReadBytes(char *bytes, size_t n)
+{
+  while (n) {
+    const ssize_t got = read(STDIN_FILENO, bytes, n);
+    if (got <= 0) return false;
+    bytes += got;
+    n -= (size_t)got;
+  }
+  return true;
+}
+
+/* Reads a request into memory of its own; NULL at the end of the input. */
+static char *ReadRequest(size_t *n)
+{
+  char digits[24] = "";
+  for (size_t k = 0; k + 1 < sizeof(digits) && ReadBytes(&digits[k], 1) && digits[k] != '\n';) k++;
+  *n            = strtoul(digits, NULL, 10);
+  char *request = *n ? malloc(*n) : NULL;
+  return request && ReadBytes(request, *n) ? request : NULL;
+}
+
+static char *Next(char **at)
+{
+  char *string = *at;
+  *at += strlen(string) + 1;
+  return string;
+}
+
+static bool Opened(const char *path, int flags, int as)
+{
+  const int file = open(path, flags);
+  if (file < 0 || dup2(file, as) < 0) return false;
+  return file == as || close(file) == 0;
+}
+
+/* The copy: is the run that the request tells of, and returns its exit status. */
+static int Start(char *request, size_t n)
+{
+  char *at = request, *folder = Next(&at), *out = Next(&at), *err = Next(&at);
+  const int argc = atoi(Next(&at));
+  char    **argv = calloc((size_t)argc + 1, sizeof(char *));
+  if (!argv || setsid() < 0 || !Opened(out, O_WRONLY | O_APPEND, STDOUT_FILENO) ||
+      !Opened(err, O_WRONLY | O_APPEND, STDERR_FILENO) || !Opened("/dev/null", O_RDONLY, STDIN_FILENO) || chdir(folder))
+    return 126;
+  for (int i = 0; i < argc; i++) argv[i] = Next(&at);
+  if (clearenv()) return 126;
+  while (at < request + n) putenv(Next(&at));
+  return MPMMain(argc, argv);
+}
+
+int main(void)
+{
+  size_t n;
+  for (char *request; (request = ReadRequest(&n)); free(request)) {
+    int         status;
+    const pid_t child = fork();
+    if (!child) exit(Start(request, n));
+    if (child < 0 || dprintf(STDOUT_FILENO, "%d\n", (int)child) < 0 || waitpid(child, &status, 0) < 0 ||
+        dprintf(STDOUT_FILENO, "%d\n", status) < 0)
+      return 1;
+  }
+  return 0;
+}
