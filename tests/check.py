@@ -148,7 +148,7 @@ def rows(path):
 
 
 def kicked(rows):
-    """The time over which velocities have changed, s, of the lines of a history with a line after the first step (theory.md)."""
+    """The time over which velocities have changed, s, of the lines of a history with a line after the first step (docs/method.md)."""
     first = rows["dt"][1]
     return np.where(rows["time"] > 0, rows["time"] + 0.5 * (first - rows["dt"]), 0)
 

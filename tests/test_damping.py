@@ -1,4 +1,4 @@
-"""What a transfer loses, against the laws of docs/theory.md: the damping of a wave in each step or in time, the rotation of a
+"""What a transfer loses, against the laws of docs/method.md: the damping of a wave in each step or in time, the rotation of a
 free disk, and what -method_damping_viscosity and -method_damping_rate leave when dt changes. And the presets of
 -method_preset: each is what its line `preset` says, options beside it count, and the default is balanced.
 
@@ -33,7 +33,7 @@ def wave(name, cells, C, method, periods=6):
 
 
 def check_laws():
-    """Section Damping of theory.md: flip a, usl, pic and xpic; the frequency of the wave is k, since c = 1."""
+    """What transfers lose (docs/method.md): flip a, usl, pic and xpic; the frequency of the wave is k, since c = 1."""
     cells = 16
     kh = 2 * math.pi / cells
     for basis, loss in LOSS.items():

@@ -1,5 +1,5 @@
 """The figure of docs/mpm.md: the functions of a node, their slopes, and the force on a node of a bar under uniform
-stress that moves through the grid. The force is - sum V sigma phi', equation (4) of docs/theory.md; the exact one is 0.
+stress that moves through the grid. The force is - sum V sigma phi', equation (4) of docs/method.md; the exact one is 0.
 
 usage: mpm_figure.py [PICTURE]     (docs/mpm.png unless given)
 """

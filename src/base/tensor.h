@@ -60,7 +60,7 @@ MPM_INLINE void MPMLeftCauchyGreen(int dim, const MPMReal *F, MPMReal b[6])
     }
 }
 
-/* Updates F <- (I + dt L) F, eqs. (10) and (11) of docs/theory.md. */
+/* Updates F <- (I + dt L) F, eqs. (10) and (11) of docs/method.md. */
 MPM_INLINE void MPMDeform(int dim, PetscReal dt, const MPMReal *L, MPMReal *F)
 {
   MPMReal G[9];

@@ -1,5 +1,5 @@
 /* fbar.h - F-bar (-method_locking fbar): in each step all particles of a material in a box of cells change their volume
-   by the same factor, and they have the same pressure. docs/theory.md has the formulas.
+   by the same factor, and they have the same pressure. docs/method.md has the formulas.
 
    Before a particle's state is updated, its deformation of the step, I + dt L, is scaled so that its determinant is the
    mean of those of the box, weighted by volumes; shear and rotation stay. The pressure in the forces is the mean that

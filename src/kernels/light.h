@@ -2,7 +2,7 @@
    has one particle alone, at a place where its stress and its load have little to do with each other; at rest it would
    set a wrong stress in that particle. So a light node is accelerated with the next nodes inside, linearly extrapolated
    on each axis on which it is light, and these get its mass and force by the same weights. Its velocity before stays
-   its own. docs/theory.md has more (Light nodes). */
+   its own. docs/method.md has more (Light nodes). */
 #ifndef MPM_LIGHT_H
 #define MPM_LIGHT_H
 

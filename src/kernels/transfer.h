@@ -18,7 +18,7 @@
    A cell is named by its base node, s->base, an index of the patch's arrays; its number in the table of tiles,
    particles.cell, defines the order. The tree of additions - particles of a cell by id, cells of a tile, tiles of a
    node - depends on cells and ids alone, never on blocks, lanes or processes. Equation numbers are those of
-   docs/theory.md. Input: particles x v F kind id cell state, and l b C r dx where a scene has them; the motion of
+   docs/method.md. Input: particles x v F kind id cell state, and l b C r dx where a scene has them; the motion of
    nodes. Output: sums of nodes; particles v F x dx cell, and state tau C r l likewise; status. For a first reading leave
    out what has to do with walls and with cells that are cut. */
 #ifndef MPM_TRANSFER_H

@@ -303,7 +303,7 @@ static const char *mode_check(const MPMReferenceData *d)
 }
 
 /* standing - u = A sin(k (X - lower)) sin(w t) along x, k = n pi/L, w = k cp: a bar between walls, exact for the same
-   reason as mode. The table in theory.md of the 1-D bar whose particles cross cells has n = 1, nu = 0, A = 0.05 L,
+   reason as mode. The table of orders of convergence in docs/studies.md has n = 1, nu = 0, A = 0.05 L,
    c dt/h = 0.1 and ends at w t = pi/2. */
 static const char *standing_check(const MPMReferenceData *d)
 {

@@ -1,6 +1,6 @@
 /* material_druckerprager.c - sand and soil: Hencky elasticity within the Drucker-Prager cone. A stress outside is
    returned to the cone in principal logarithmic strains (Klar et al., ACM Trans. Graph. 35 (2016) 103); opened volume
-   is remembered as by Tampubolon et al., ACM Trans. Graph. 36 (2017) 105. See docs/theory.md (12d).
+   is remembered as by Tampubolon et al., ACM Trans. Graph. 36 (2017) 105. See docs/materials.md (12d).
      |dev tau| + alpha (tr tau - T0) <= 0,  T0 = 3 cohesion cot(phi) at the apex,  beta is the slope of the flow
    The cone meets the hexagon of Mohr and Coulomb in triaxial compression, or in the stress of flow in plane strain.
    Sand that is pulled apart has the stress of the apex (none if T0 = 0) while its grains separate. vc [1] sums the

@@ -1,5 +1,5 @@
 /* material_elastic.c - linear elasticity, sig = lambda tr(e) I + 2 mu e with e = sym(F) - I, tau = J sig. It is right
-   for small strains and rotations, where it is the law of textbooks; it is not objective. See docs/theory.md (12a). */
+   for small strains and rotations, where it is the law of textbooks; it is not objective. docs/materials.md, (12a). */
 #include "physics/law.h"
 
 /* Computes the strain e = sym(F) - I. */

@@ -1,7 +1,7 @@
 /* material_fluid.c - compressible Newtonian fluid: sig = -p I + 2 viscosity dev(D), D = sym(L), tau = J sig, with
      p = K/gamma (J^-gamma - 1)   Tait's equation in Cole's form (Cole, Underwater Explosions, 1948, p. 44), or
      p = -K (J - 1)               linear, where gamma is 0; and never p < -tension, where tension >= 0.
-   Its particles carry the volume ratio, J <- J (1 + dt tr L), and no F. See docs/theory.md (12e). No step turns a
+   Its particles carry the volume ratio, J <- J (1 + dt tr L), and no F. See docs/materials.md (12e). No step turns a
    particle inside out: where dt tr L is below -0.2, which is so of particles alone, another function of it takes the
    place of 1 + dt tr L, with the same value and slope at -0.2, and positive everywhere; a step opens it by 1.5 at most.
    The viscous stress depends on the last velocity gradient, so tau is stored until forces are summed; without viscosity

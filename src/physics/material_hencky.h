@@ -1,6 +1,6 @@
 /* material_hencky.h - what the plastic laws have in common: Hencky elasticity, tau = lambda tr(e) I + 2 mu e in Pa, on
    the elastic logarithmic strain e = ln(be)/2. In principal axes the return mapping of large strains is that of small
-   strains (Simo, Comput. Methods Appl. Mech. Eng. 99 (1992) 61). See docs/theory.md (12c), (12d). be is updated by
+   strains (Simo, Comput. Methods Appl. Mech. Eng. 99 (1992) 61). See docs/materials.md (12c), (12d). be is updated by
    f = I + dt L as F is, so a step without flow rotates and stretches both alike. */
 #ifndef MPM_MATERIAL_HENCKY_H
 #define MPM_MATERIAL_HENCKY_H

@@ -1,6 +1,6 @@
 /* material_johnsoncook.c - metal under impact: Hencky elasticity of the deviator, the yield stress of Johnson and Cook
    (Proc. 7th Int. Symp. Ballistics (1983) 541), and the pressure of Mie and Grueneisen about the shock Hugoniot
-   us = c0 + s up. See docs/theory.md (12f), also for what it leaves out.
+   us = c0 + s up. See docs/materials.md (12f), also for what it leaves out.
      Y = (A + B ep^n) (1 + C ln max(1, rate/rate0)) (1 - T*^m),  T* = (T - T0)/(Tm - T0) within 0 .. 1
      p = pH(eta) (1 - g eta/2) + g E(eta, theta),  pH = K eta/(1 - s eta)^2,  eta = 1 - J,  K = rho c0^2
      T = (T0 + theta) exp(g eta)

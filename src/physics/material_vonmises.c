@@ -1,5 +1,5 @@
 /* material_vonmises.c - elastic-plastic metal: Hencky elasticity, the yield stress of von Mises on the Kirchhoff
-   stress, linear isotropic hardening (Simo, Comput. Methods Appl. Mech. Eng. 99 (1992) 61). See docs/theory.md (12c).
+   stress, linear isotropic hardening (Simo, Comput. Methods Appl. Mech. Eng. 99 (1992) 61). docs/materials.md, (12c).
      q = sqrt(3/2) |dev tau| <= yield + hardening ep
    A stress beyond is returned to this surface along dev tau, which changes no volume; ep grows by dgamma. */
 #include "physics/material_hencky.h"

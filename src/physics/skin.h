@@ -1,7 +1,7 @@
 /* skin.h - the layers of particles below a side of a body, in which a load on that side acts. A traction T on a side of
    normal N is, for every function phi of the grid, the same as a stress w T (x) N inside and a body force T |grad w|,
    where w is 1 at the surface and falls to 0 inside: the divergence theorem. So load and stress reach all nodes in the
-   same way, also those beyond the surface that few particles touch. docs/theory.md derives it (Loads). */
+   same way, also those beyond the surface that few particles touch. docs/method.md derives it (Loads). */
 #ifndef MPM_SKIN_H
 #define MPM_SKIN_H
 

@@ -1,5 +1,6 @@
-/* wall.c - conditions on the velocity at the faces of the grid, steps 2 and 5 of docs/theory.md. A condition is applied
-   to v [dim] of a node at or beyond its face `f`, or within the face's reach, and returns whether it constrained v. */
+/* wall.c - conditions on the velocity at the faces of the grid (docs/method.md, Walls), before the advance and in it. A
+   condition is applied to v [dim] of a node at or beyond its face `f`, or within the face's reach, and returns whether it
+   constrained v. */
 #include "physics/wall.h"
 
 /* The place of a node: along the normal `axis` of the face, `distance` m inside the grid (negative: beyond the face); h

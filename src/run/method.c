@@ -7,8 +7,8 @@
   0.025 /* -method_damping_rate of linear hats: musl is stable there with a share of FLIP below 0.995 */
 
 #define MPM_LOCK_SHARE                                                                                                 \
-  0.8 /* -method_lock_share of metals; docs/theory.md (Locking) has what was measured with others */
-#define MPM_LIGHT_SHARE 0.1  /* -method_light_nodes; docs/theory.md (Light nodes) has what was measured with others */
+  0.8 /* -method_lock_share of metals; docs/studies.md (Locking) has what was measured with others */
+#define MPM_LIGHT_SHARE 0.1  /* -method_light_nodes; docs/method.md (Light nodes) has what was measured with others */
 #define MPM_LIGHT_FLIP  0.03 /* the same of elastic scenes with transfers that keep no affine strain */
 
 /* Reads what decides the share of FLIP: that share itself or a damping, of which transfers without such a share take

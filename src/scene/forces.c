@@ -1,5 +1,5 @@
 /* forces.c - body forces and loads: the acceleration b [dim], m/s^2, of every particle besides gravity, eq. (13) of
-   docs/theory.md. At the beginning of each step it is evaluated from expressions of position and time.
+   docs/method.md. At the beginning of each step it is evaluated from expressions of position and time.
 
    A load acts on the sides of a body that are surface: those where the neighbour on the lattice was not in the body at
    the start. Such a side has the normal N of that side of the box around a particle. The force per area at the start is

@@ -1,6 +1,6 @@
 /* initial.c - bodies that start with a stress (-initial_stress) or a deformation (-body_<b>_deformation). A stress is a
    Kirchhoff stress, by the volume V0 of a particle, so that the internal forces of eq. (4) balance the weight of what
-   lies above. docs/theory.md has the formulas (Initial states). It is used before the first step. */
+   lies above. docs/materials.md has the formulas (Initial states). It is used before the first step. */
 #include <strings.h>
 #include "scene/scene.h"
 

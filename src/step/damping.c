@@ -1,7 +1,7 @@
 /* damping.c - damping of all motion, for settling: a body force -v/T (-damping_time), and velocities that are set to 0
    whenever the kinetic energy has passed a maximum (-damping_kinetic). Both act on the velocities of the particles
    between the phases of steps, so that every transfer and update has the same damping; a scene without them makes no
-   such pass over its particles. docs/theory.md has the formulas (Damping of all motion). */
+   such pass over its particles. docs/method.md has the formulas (Damping of all motion). */
 #include "step/step.h"
 
 PetscErrorCode MPMDampingSetFromOptions(MPMCore *core, MPMOptions o)

@@ -1,7 +1,7 @@
 /* energy.c - where the energy of a run comes from and goes to, summed while steps are made: the work of body forces and
    loads in every scene that has them, and all terms of the balance with -history_energy. The kernels know nothing of
    it: it reads particles and nodes between phases. Every sum is exact (MPMSum), and what a node or a particle adds
-   depends on its state alone, so the terms have the same bits on any number of processes. docs/theory.md derives them
+   depends on its state alone, so the terms have the same bits on any number of processes. docs/method.md derives them
    (Energy and momentum). */
 #include "parallel/exchange.h"
 #include "physics/wall.h"

@@ -1,6 +1,6 @@
 /* nodes.c - the kernels of node updates. In a step they follow a transfer to the nodes: they turn the sums of nodes
    into their motion, velocity v [dim], m/s, and acceleration a [dim], m/s^2. Equation numbers are those of
-   docs/theory.md. */
+   docs/method.md. */
 #include "physics/wall.h"
 #include "step/scheme.h"
 

@@ -1,6 +1,6 @@
 /* phases.c - the Material Point Method as data: the table of phases, the update schemes, which are lists of phases, and
    the transfers. Before the first step it makes the program of a step of them. Equation numbers are those of
-   docs/theory.md. */
+   docs/method.md. */
 #include "step/step.h"
 
 #define B(field)   MPM_BIT(field)

@@ -10,7 +10,7 @@
    This is done after each update of nodes from which particles take something: ADVANCE decides which columns are held, and
    the others of the step follow. Nodes that another wall holds take what they get. The weights are sums of whole
    numbers, and the nodes of a column, which may be on several processes, are collected in sums of which all other terms
-   are 0: both have the same bits in every sequence. docs/theory.md has the formulas (Walls). */
+   are 0: both have the same bits in every sequence. docs/method.md has the formulas (Walls). */
 #include "kernels/cell.h"
 #include "parallel/exchange.h"
 #include "physics/wall.h"

@@ -1,6 +1,6 @@
 /* reactions.c - what walls give the matter: the impulse of the wall of each face on the nodes, N s, and its work, J,
    for the faces that the history asks for (-history_walls). It reads nodes between phases, as energy.c does, and
-   every sum is exact (MPMSum), so a sum has the same bits on any number of processes. docs/theory.md derives them
+   every sum is exact (MPMSum), so a sum has the same bits on any number of processes. docs/method.md derives them
    (Reactions of walls).
 
    What particles take over of a wall depends on the transfer. FLIP takes the acceleration that the wall made, PIC

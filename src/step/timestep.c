@@ -1,4 +1,4 @@
-/* timestep.c - the length of the next step, which is chosen before it from the status of the last one. docs/theory.md
+/* timestep.c - the length of the next step, which is chosen before it from the status of the last one. docs/method.md
    derives the bounds. */
 #include "step/step.h"
 

@@ -1,7 +1,7 @@
 /* volume.c - when volumes relax (kernels/volume.h), by how much, and what the nodes do in between. It happens before
    the phases of a step, each time after sound has crossed two cells, so that it depends neither on dt nor on the
    processes; if only sand relaxes, then after steps at whose end some was open. Other scenes have none of it.
-   docs/theory.md has the formulas. */
+   docs/method.md has the formulas. */
 #include "parallel/exchange.h"
 #include "step/step.h"
 

@@ -1,5 +1,5 @@
 """Right values of the starter problems: closed forms, and small integrations where there is none.
-docs/theory.md has the laws."""
+docs/materials.md has the laws."""
 import math
 
 import numpy as np
