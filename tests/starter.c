@@ -58,7 +58,7 @@ static bool Opened(const char *path, int flags, int as)
 /* The copy: is the run that the request tells of, and returns its exit status. */
 static int Start(char *request, size_t n)
 {
-  char *at = request, *folder = Next(&at), *out = Next(&at), *err = Next(&at);
+  char     *at = request, *folder = Next(&at), *out = Next(&at), *err = Next(&at);
   const int argc = atoi(Next(&at));
   char    **argv = calloc((size_t)argc + 1, sizeof(char *));
   if (!argv || setsid() < 0 || !Opened(out, O_WRONLY | O_APPEND, STDOUT_FILENO) ||

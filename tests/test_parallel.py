@@ -337,10 +337,9 @@ def part_fit(counts):
         lines = told.lines
         check.that(told.status == 2 and len(lines) == 1 and re.search(rf"\b{n} processes\b.*\b{largest}$", lines[0]) and "digest" not in told.out, f"{name} on {n} processes: exit status {told.status}, {lines}")
         compare(f"{name}, as many processes as fit", scene, [(largest, *SPATIAL)] + [(7, *POOL)] * (n == 7))
-    # A whole row of a filled body crosses a cut at once, which all processes wait for: a few strips cost less than boxes.
+    # A whole row of a filled body crosses a cut at once, which all processes wait for: 4 strips cost less than boxes.
     filled = write_scene("fit_filled", 2, (64, 64), [{"lower": [0, 0], "upper": [1, 1]}], extra="-time_end 1") + ["-dry_run"]
-    for n, grid in ((4, "1x4"), (8, "2x4")):
-        check.that(f"spatial {grid}," in check.must(*filled, "-output_dir", "fit", n=n).out, f"a filled square on {n} processes is cut {grid}")
+    check.that("spatial 1x4," in check.must(*filled, "-output_dir", "fit", n=4).out, "a filled square on 4 processes is cut into strips")
 
 
 # ---- many processes, larger scenes

@@ -41,8 +41,7 @@ static PetscReal Memory(const MPMCore *core)
   PetscReal nodes = 1;
 
   for (PetscInt d = 0; d < core->grid.dim; d++) nodes *= core->grid.nodes[d];
-  return MPMParticlesMemory(&core->particles) * (PetscReal)core->particles.total +
-         nodes * (PetscReal)NodeBytes(core);
+  return MPMParticlesMemory(&core->particles) * (PetscReal)core->particles.total + nodes * (PetscReal)NodeBytes(core);
 }
 
 PetscErrorCode MPMReportFields(const MPMCore *core)

@@ -2,7 +2,7 @@
 #include "kernels/transfer.h"
 
 /* What a snapshot shows, the phases before it make; and it knows how to show these numbers of components. */
-#define dim 3
+#define dim                    3
 #define MPM_SHOWN(dataset, nc) (sizeof(dataset) == 1 || (nc) == 1 || (nc) == 3 || (nc) == 6)
 #define MPM_NODE_CORE(name, member, nc, part, dataset, unit, meaning)                                                  \
   _Static_assert(sizeof(dataset) == 1 || (part) & (MPM_P2G_MASS | MPM_P2G_MOMENTUM), #name " is not made");

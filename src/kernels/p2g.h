@@ -122,7 +122,7 @@ MPM_INLINE void MPMSumLines(int dim, const MPMParams *par, const MPMPatch *patch
                             PetscBool cut, MPMRecord (*begun)[MPM_MAX_NODES])
 {
   const size_t       line = MPMTileLine(dim, patch->basis);
-  const MPMSumBlocks sum = MPM_LANES_NAME(MPMSumLine)[dim - 1][MPMBasisNodes(patch->basis) - 2];
+  const MPMSumBlocks sum  = MPM_LANES_NAME(MPMSumLine)[dim - 1][MPMBasisNodes(patch->basis) - 2];
   MPMRecords         r;
 
   memset(&r, 0, sizeof r);
@@ -149,13 +149,13 @@ MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt 
   const MPMTiles    *t      = &patch->tiles;
   const MPMPass   pass = parts & MPM_P2G_EARLY ? MPM_PASS_EARLY : parts & MPM_P2G_LATE ? MPM_PASS_LATE : MPM_PASS_MAIN;
   const PetscBool kept = pass == MPM_PASS_MAIN ? PETSC_FALSE : PETSC_TRUE;
-  const PetscBool more = MPM_NODE_LINES > 1 && MPMNodeLines(parts) > 1 ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool    more   = MPM_NODE_LINES > 1 && MPMNodeLines(parts) > 1 ? PETSC_TRUE : PETSC_FALSE;
   const MPMRange *runs = t->runs[pass], *end = runs + t->nruns[pass];
-  const PetscInt *cell   = patch->particles.cell;
+  const PetscInt    *cell   = patch->particles.cell;
   PetscInt        closed = 0, blocks = 0; /* rows of tiles whose sums the nodes have; blocks so far */
-  PetscBool       cut = PETSC_FALSE;      /* the last cell of a block continues in the next one */
+  PetscBool          cut = PETSC_FALSE;      /* the last cell of a block continues in the next one */
   PetscReal      *place[MPM_STAGED];
-  MPMRecord       begun[MPM_NODE_LINES][MPM_MAX_NODES] __attribute__((aligned(64)));
+  MPMRecord          begun[MPM_NODE_LINES][MPM_MAX_NODES] __attribute__((aligned(64)));
   MPMBlockOrder   o;
   MPMStencils     s;
   MPMRecords      r;

@@ -32,7 +32,9 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
   if (mon->check_energy > 0 && damped && !*follow)
     MPMOptionsFail(o, "-check_energy does not apply: what -damping_* takes is followed with -history_energy only");
   if (mon->check_energy > 0 && pushes && !*follow)
-    MPMOptionsFail(o, "-check_energy does not apply: what walls take from matter that strikes them is followed with -history_energy only");
+    MPMOptionsFail(
+        o,
+        "-check_energy does not apply: what walls take from matter that strikes them is followed with -history_energy only");
   if (mon->check_momentum > 0 && damped) MPMOptionsFail(o, "-check_momentum does not apply: -damping_* takes momentum");
   if (mon->check_momentum > 0 && (scene->forced || moving))
     MPMOptionsFail(o, "-check_momentum does not apply: the impulse of %s is not followed",

@@ -14,8 +14,8 @@ typedef struct {
 } MPMSelected;
 
 /* Begin and end a selection of particles of a view, of none at first; add one. Not collective. */
-PetscErrorCode MPMSelectedCreate(MPMSelected *, const MPMView *);
-PetscErrorCode MPMSelectedDestroy(MPMSelected *);
+PetscErrorCode  MPMSelectedCreate(MPMSelected *, const MPMView *);
+PetscErrorCode  MPMSelectedDestroy(MPMSelected *);
 MPM_INLINE void MPMSelectedAdd(MPMSelected *s, PetscInt p, PetscReal weight)
 {
   s->p[s->n]        = p;

@@ -41,8 +41,10 @@ static PetscErrorCode ReadPlaces(const MPMGrid *grid, MPMOptions o, MPMLoad *loa
   if (grid->dim == 1) MPMOptionsFail(o, "-load_%s_type torque needs -dim 2 or 3: nothing turns in 1-D", load->name);
   for (PetscInt d = 0; d < grid->dim; d++)
     if (grid->periodic[d])
-      MPMOptionsFail(o, "-load_%s_type torque does not apply: the grid is periodic along %c, where places have no "
-                     "one distance from a point", load->name, "xyz"[d]);
+      MPMOptionsFail(o,
+                     "-load_%s_type torque does not apply: the grid is periodic along %c, where places have no "
+                     "one distance from a point",
+                     load->name, "xyz"[d]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -166,7 +168,7 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
     PetscCall(MPMExpressionEvaluate(load->value, dim, x, X, t, value));
     for (PetscInt d = 0; d < dim; d++)
       T[d] = load->type == MPM_LOAD_PRESSURE ? -value[0] * cofactor[d * dim + axis] * sign
-                            : value[d] * Share(dim, body, MPMSkinSides(depth[k]) & load->sides, axis);
+                                             : value[d] * Share(dim, body, MPMSkinSides(depth[k]) & load->sides, axis);
     for (PetscInt d = 0; d < dim; d++) {
       b[d] += T[d] * fall / body->b[axis] * kind->V0 / kind->m;
       for (PetscInt e = 0; e < dim; e++) S[d * dim + e] += w * T[d] * sign * F[e * dim + axis];

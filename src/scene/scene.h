@@ -39,13 +39,13 @@ typedef struct {
   char          name[MPM_NAME_LEN];
   PetscInt      body; /* row of the scene's bodies */
   MPMLoadType   type;
-  PetscInt      nc;       /* components of its value */
-  MPMExpression value;    /* Pa, of x y z X Y Z t; or N, N m, of t */
-  PetscInt      sides;    /* of a surface: bits 2d + side of the sides of axis d that it acts on */
-  MPMExpression where;    /* of a volume: it acts on the particles where this is positive, of X Y Z; NULL: on all */
-  PetscBool     fixed;    /* of a torque: it is about `point`, m, else about the centre of these particles */
+  PetscInt      nc;    /* components of its value */
+  MPMExpression value; /* Pa, of x y z X Y Z t; or N, N m, of t */
+  PetscInt      sides; /* of a surface: bits 2d + side of the sides of axis d that it acts on */
+  MPMExpression where; /* of a volume: it acts on the particles where this is positive, of X Y Z; NULL: on all */
+  PetscBool     fixed; /* of a torque: it is about `point`, m, else about the centre of these particles */
   PetscReal     point[3];
-  PetscInt64    n;        /* of a volume: the particles that it acts on at the start */
+  PetscInt64    n;          /* of a volume: the particles that it acts on at the start */
   PetscReal     moments[9]; /* of these: sums of x - x0 [3] and of its products [6], x0: the middle of the grid */
 } MPMLoad;
 MPM_INLINE PetscBool MPMLoadIsOnVolume(const MPMLoad *load)
@@ -72,7 +72,7 @@ typedef struct {
   MPMWalls      walls;
   MPMExpression wall_velocity[6]; /* of faces whose velocity is a formula: m/s, of t; else NULL */
   MPMLoad      *loads;
-  PetscInt      nloads, nvolume; /* of these loads, those on volumes */
+  PetscInt      nloads, nvolume;     /* of these loads, those on volumes */
   MPMExpression acceleration;        /* body force per mass in m/s^2, of x y z X Y Z t; or NULL */
   MPMKnown     *known;               /* or NULL */
   MPMInitial   *initial;             /* or NULL: bodies start without stress */
@@ -166,9 +166,10 @@ typedef struct {
 } MPMVolumeLoad;
 PetscErrorCode MPMVolumeLoadsCount(MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[]);
 PetscErrorCode MPMVolumeLoadsCheck(MPMScene *, const MPMCore *, MPMOptions);
-PetscErrorCode MPMVolumeLoadsOn(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[], PetscInt *bits);
+PetscErrorCode MPMVolumeLoadsOn(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[],
+                                PetscInt *bits);
 PetscErrorCode MPMVolumeLoadsSum(const MPMScene *, MPMCore *, PetscReal t, MPMVolumeLoad loads[]);
-void           MPMVolumeLoadsAdd(const MPMScene *, const MPMVolumeLoad loads[], PetscInt dim, PetscInt bits,
-                                 const PetscReal x[], PetscReal volume, PetscReal f[]);
+void MPMVolumeLoadsAdd(const MPMScene *, const MPMVolumeLoad loads[], PetscInt dim, PetscInt bits, const PetscReal x[],
+                       PetscReal volume, PetscReal f[]);
 
 #endif

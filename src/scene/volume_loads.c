@@ -107,7 +107,8 @@ PetscErrorCode MPMVolumeLoadsCheck(MPMScene *scene, const MPMCore *core, MPMOpti
                      scene->bodies[load->body].name);
     else if (load->type == MPM_LOAD_TORQUE && !Inertia(dim, m, c, A))
       MPMOptionsFail(o,
-                     "-load_%s_type torque: the %" PetscInt64_FMT " particle%s that it acts on cannot take it, since %s; "
+                     "-load_%s_type torque: the %" PetscInt64_FMT
+                     " particle%s that it acts on cannot take it, since %s; "
                      "widen -load_%s_where",
                      load->name, load->n, load->n == 1 ? "" : "s",
                      dim == 3 ? "they lie on one line through its point" : "they lie at its point", load->name);
@@ -121,7 +122,7 @@ static void Spread(const MPMGrid *grid, const MPMLoad *load, const PetscReal val
 {
   const PetscReal torque[3] = {grid->dim == 3 ? value[0] : 0, grid->dim == 3 ? value[1] : 0,
                                value[grid->dim == 3 ? 2 : 0]};
-  PetscReal       c[3], A[9], cofactor[9];
+  PetscReal c[3], A[9], cofactor[9];
 
   for (PetscInt d = 0; d < grid->dim && load->type == MPM_LOAD_FORCE && m[0] > 0; d++) v->even[d] = value[d] / m[0];
   if (load->type == MPM_LOAD_FORCE) return;
