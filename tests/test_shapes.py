@@ -464,7 +464,7 @@ def check_refusals():
         ("lines", ["-body_b_file", "p_wide.h5"], "-body_b_file p_wide.h5: dataset x has not 2 numbers a particle"),
         ("lines", ["-body_b_file", "p_minus.h5"], "-body_b_file p_minus.h5, particle 1: volume -1 is not above 0"),
         ("lines", ["-body_b_file", "p_kind.h5"], "-body_b_file p_kind.h5, particle 2: its material is none of the 1 of -materials"),
-        ("points", points("lattice"), "-load_l_body b does not apply: particles from a file have no known surface; use -acceleration"),
+        ("points", points("lattice"), "-load_l_body b does not apply: particles from a file have no known surface; use -load_l_type force or -acceleration"),
         ("cut", ["-body_a_cut", "d"], "-body_a_cut d: there is no such body"),
         ("cut", ["-body_a_cut", "a"], "-body_a_cut a: a body cannot cut itself"),
         ("cut", ["-body_a_cut", "b,b"], "-body_a_cut names b, which -body_a_cut or -body_a_within has named before"),

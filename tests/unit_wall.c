@@ -423,9 +423,9 @@ static void Derived(void)
       CHECK_EQ(of[0]->type, Pushes(type) ? MPM_WALL_free : type);
       CHECK_EQ(of[1]->type, type == MPM_WALL_friction ? MPM_WALL_separate : type);
       CHECK_EQ(of[2]->type, Pushes(type)              ? MPM_WALL_free
-                            : type == MPM_WALL_moving ? MPM_WALL_fixed
-                            : type == MPM_WALL_piston ? MPM_WALL_slip
-                                                      : type);
+                            : !MPMWallHas(type, MPM_WALL_MOVES) ? type
+                            : MPMWallHas(type, MPM_WALL_TANGENT) ? MPM_WALL_fixed
+                                                                 : MPM_WALL_slip);
       CHECK_EQ(of[3]->type, of[0]->type);
       for (int round = 0; round < 10; round++) {
         const MPMGrid   far  = {.dim = 3, .cells = {200, 200, 200}, .h = {1, 1, 1}};

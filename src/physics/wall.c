@@ -146,6 +146,16 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const Pe
                       dt};
       if (apply[f->type](f, &at, v)) constrained = PETSC_TRUE;
     }
+  /* At an edge the walls of the later axes may have moved the node along the normal of an earlier one, as a lid does that
+     slides between two side walls: what holds the normal keeps it. */
+  for (PetscInt d = 0; d < grid->dim && constrained; d++)
+    for (PetscInt side = 0; side < 2; side++) {
+      const MPMFace *f = &faces[d][side];
+
+      if ((side ? grid->cells[d] - ijk[d] : ijk[d]) > f->reach) continue;
+      if (MPMWallHas(f->type, MPM_WALL_NORMAL) && !MPMWallHas(f->type, MPM_WALL_PUSHES))
+        v[d] = MPMWallHas(f->type, MPM_WALL_MOVES) ? f->velocity[d] : 0;
+    }
   return constrained;
 }
 

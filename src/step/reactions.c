@@ -125,15 +125,16 @@ static void Give(MPMCore *core, const Touch *t, PetscBool again, const PetscReal
 }
 
 /* Sets V [dim] to the velocity at which walls hold the node; walls that do not move have the velocity 0. At a corner
-   the last wall counts, as in physics/wall.c. */
+   the last wall counts, but for the normals of others, as in physics/wall.c. */
 static void WallVelocity(const MPMCore *core, const Touch *t, PetscReal V[])
 {
   for (PetscInt d = 0; d < core->grid.dim; d++) V[d] = 0;
-  for (PetscInt n = 0; n < t->n; n++) {
-    const MPMFace *f = &core->params.walls->given[t->face[n] / 2][t->face[n] % 2];
+  for (PetscInt n = 0; n < 2 * t->n; n++) { /* the normals once more, after all */
+    const PetscInt k = t->face[n % t->n];
+    const MPMFace *f = &core->params.walls->given[k / 2][k % 2];
 
     for (PetscInt d = 0; d < core->grid.dim; d++)
-      if (MPMWallHas(f->type, MPM_WALL_TANGENT) || d == t->face[n] / 2) V[d] = f->velocity[d];
+      if ((n < t->n && MPMWallHas(f->type, MPM_WALL_TANGENT)) || d == k / 2) V[d] = f->velocity[d];
   }
 }
 
