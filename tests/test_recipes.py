@@ -184,10 +184,10 @@ static void Fill_shift(const MPMShown *s, const MPMView *v, PetscInt p, PetscRea
 
 """)]
 MEASURE = [("src/results/measures.def", None, """\
-MPM_BODY_QUANTITY(most_strain, MOST, strain, "1", 1)
-MPM_BODY_QUANTITY(mean_strain, MEAN, strain, "1", 1)
-MPM_BODY_QUANTITY(least_shift, LEAST, shift, "m", 3)
-MPM_BODY_QUANTITY(most_error, MOST, error_indicator, "1", 1)
+MPM_BODY_QUANTITY(most_strain, MOST, strain, "1", 1, 0)
+MPM_BODY_QUANTITY(mean_strain, MEAN, strain, "1", 1, 0)
+MPM_BODY_QUANTITY(least_shift, LEAST, shift, "m", 3, 0)
+MPM_BODY_QUANTITY(most_error, MOST, error_indicator, "1", 1, 0)
 """)]
 
 SCHEME = [("src/step/scheme.def", None, """\

@@ -9,10 +9,10 @@ typedef enum { NUMBER, SUM, MEAN, LEAST, MOST, LOST } How;
 static const struct {
   const char *name, *unit;
   How         how;
-  PetscInt    of, nc;
+  PetscInt    of, nc, asked;
 } rows[] = {
 #define MPM_WALL_QUANTITY(name, unit, nc)
-#define MPM_BODY_QUANTITY(name, how, of, unit, nc) {#name, unit, how, MPM_SHOWS_##of, nc},
+#define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked) {#name, unit, how, MPM_SHOWS_##of, nc, asked},
 #include "results/measures.def"
 #undef MPM_WALL_QUANTITY
 #undef MPM_BODY_QUANTITY
@@ -31,7 +31,7 @@ enum { /* the components of the quantities of particles */
 #undef MPM_LOST_QUANTITY
 };
 #define MPM_WALL_QUANTITY(name, unit, nc)
-#define MPM_BODY_QUANTITY(name, how, of, unit, nc)                                                                     \
+#define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked)                                                                     \
   _Static_assert((nc) == NC_##of && (nc) <= 3, #name " has the components of " #of ", at most 3");
 #include "results/measures.def"
 #undef MPM_WALL_QUANTITY
@@ -85,7 +85,7 @@ static PetscErrorCode ReadBodies(MPMMeasures *m, const MPMScene *scene, MPMOptio
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Reads -history_body_quantities; without it a body has all but its dissipation. heats: a body that is asked for has
+/* Reads -history_body_quantities; without it a body has all that need not be asked for. heats: a body that is asked for has
    some. */
 static PetscErrorCode ReadQuantities(MPMMeasures *m, PetscBool heats, MPMOptions o)
 {
@@ -95,7 +95,7 @@ static PetscErrorCode ReadQuantities(MPMMeasures *m, PetscBool heats, MPMOptions
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "history_body_quantities", NULL, text, &set));
   for (PetscInt k = 0; k < NROWS; k++) {
-    if (rows[k].how != LOST && !set) m->quantities |= (PetscInt)1 << k;
+    if (!rows[k].asked && !set) m->quantities |= (PetscInt)1 << k;
     (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? "," : "", rows[k].name);
   }
   if (set && !m->nbodies) MPMOptionsFail(o, "-history_body_quantities does not apply: -history_bodies names no body");
@@ -180,34 +180,48 @@ static PetscErrorCode Sum(const MPMSelected *s, const MPMCore *core, const MPMSh
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets out [3] to a row of body b of those that are asked for. Collective on exchange.data. */
+/* Sets out [3] to the extremes of a quantity of the selected particles; nan if there are none. */
+static PetscErrorCode Extreme(const MPMSelected *s, const MPMCore *core, const MPMShown *shown, const MPMView *view,
+                              PetscInt of, PetscReal sign, PetscReal out[])
+{
+  PetscFunctionBeginUser;
+  PetscCall(MPMSelectedLeast(s, shown, view, of, sign, core->exchange.data, out));
+  for (PetscInt c = 0; c < 3; c++) out[c] = out[c] < PETSC_MAX_REAL ? sign * out[c] + 0 : (PetscReal)NAN; /* no -0 */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets out [3] to a row of body b of those that are asked for; nan where a body without particles has no value.
+   Collective on exchange.data. */
 static PetscErrorCode Row(const MPMMeasures *m, MPMCore *core, const MPMShown *shown, PetscInt row, PetscInt b,
                           PetscReal out[])
 {
-  const How   how = rows[row].how;
-  MPMView     view;
-  MPMSelected s;
-  PetscReal   all = 0;
+  const PetscInt of = rows[row].of;
+  MPMSum         lost;
+  MPMView        view;
+  MPMSelected    s;
+  PetscReal      all = 0;
 
   PetscFunctionBeginUser;
-  if (how == LOST) {
-    MPMSum sum = core->energy.heat[b];
-
-    PetscCall(MPMSumReduce(&sum, 1, core->exchange.data));
-    out[0] = MPMSumValue(&sum);
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
-  PetscCall(Select(&shown->scene->bodies[m->body[b]], core, &view, (PetscBool)(how == MEAN), &s));
-  if (how == LEAST || how == MOST) {
-    const PetscReal sign = how == LEAST ? 1 : -1;
-
-    PetscCall(MPMSelectedLeast(&s, shown, &view, rows[row].of, sign, core->exchange.data, out));
-    for (PetscInt c = 0; c < 3; c++) out[c] = out[c] < PETSC_MAX_REAL ? sign * out[c] + 0 : (PetscReal)NAN; /* no -0 */
-  } else
-    PetscCall(Sum(&s, core, shown, &view, rows[row].of, out, &all));
-  if (how == NUMBER) out[0] = all;
-  for (PetscInt c = 0; c < 3 && how == MEAN; c++) out[c] = all > 0 ? out[c] / all : (PetscReal)NAN;
+  PetscCall(Select(&shown->scene->bodies[m->body[b]], core, &view, (PetscBool)(rows[row].how == MEAN), &s));
+  switch (rows[row].how) {
+  case LEAST: PetscCall(Extreme(&s, core, shown, &view, of, 1, out)); break;
+  case MOST: PetscCall(Extreme(&s, core, shown, &view, of, -1, out)); break;
+  case SUM: PetscCall(Sum(&s, core, shown, &view, of, out, &all)); break;
+  case NUMBER:
+    PetscCall(Sum(&s, core, shown, &view, of, out, &all));
+    out[0] = all;
+    break;
+  case MEAN:
+    PetscCall(Sum(&s, core, shown, &view, of, out, &all));
+    for (PetscInt c = 0; c < 3; c++) out[c] = all > 0 ? out[c] / all : (PetscReal)NAN;
+    break;
+  case LOST:
+    lost = core->energy.heat[b];
+    PetscCall(MPMSumReduce(&lost, 1, core->exchange.data));
+    out[0] = MPMSumValue(&lost);
+    break;
+  }
   PetscCall(MPMSelectedDestroy(&s));
   PetscCall(MPMParticlesRestoreView(&core->particles, -1, &view));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -77,7 +77,7 @@ static const char probe_fields[] =
 #undef MPM_LOST_QUANTITY
 
 #define MPM_WALL_QUANTITY(name, unit, nc)
-#define MPM_BODY_QUANTITY(name, how, of, unit, nc) " " #name
+#define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked) " " #name
 static const char body_quantities[] =
 #include "results/measures.def"
     "";
