@@ -492,6 +492,33 @@ static void Bound(const MPMMaterial *m, int dim, PetscReal size)
 }
 
 /* size: of F - I. */
+/* The part of the stress that a velocity gradient a n (x) n makes at once is along n at most what the diffusivity says,
+   by which the time step is bounded. The step is so short that the elastic part is small. */
+static void Rates(const MPMMaterial *m, int dim, const PetscReal *F)
+{
+  const PetscReal  a = 1e6, dt = 1e-15, J = MPMDet(dim, F), modulus = m->K + m->lambda + 2 * m->mu + m->shear;
+  MPMParticleState s[2];
+  PetscReal        n[3] = {0}, L[9], size = 0, jump = 0;
+
+  if (!m->type->law->update[dim - 1]) return;
+  for (int d = 0; d < dim; d++) {
+    n[d] = UnitReal(-1, 1);
+    size += n[d] * n[d];
+  }
+  for (int k = 0; k < 2; k++) {
+    State(m, dim, F, &s[k]);
+    for (int d = 0; d < dim * dim; d++) L[d] = (k ? -a : a) * n[d / dim] * n[d % dim] / size;
+    Step(m, dim, dt, L, &s[k]);
+  }
+  for (int d = 0; d < dim; d++)
+    for (int e = 0; e < dim; e++) {
+      const int at = MPMSymIndex(d, e);
+
+      jump += 0.5 * (s[0].tau[at] - s[1].tau[at]) * n[d] * n[e] / size;
+    }
+  CHECK_LE(jump, (1 + 1e-9) * J * m->rho * m->diffusivity * a + 100 * modulus * (dt * a + DBL_EPSILON));
+}
+
 static void Law(const MPMMaterial *m, int dim, PetscReal size)
 {
   const PetscInt traits = m->type->traits;
@@ -509,6 +536,7 @@ static void Law(const MPMMaterial *m, int dim, PetscReal size)
     if (traits & MPM_HYPERELASTIC) Hyperelastic(m, dim, F);
     if (traits & MPM_SMALL_STRAIN) SmallStrain(m, dim, F);
     if (traits & MPM_OBJECTIVE) Objective(m, dim, F);
+    Rates(m, dim, F);
     if (traits & (MPM_HYPERELASTIC | MPM_SMALL_STRAIN)) Hooke(m, dim);
     Dimensions(m, dim, F);
     /* With nu < 0 a finite compression may have W < 0 by the law itself: the term of lambda is negative. */

@@ -25,6 +25,7 @@ static void Random(MPMCore *core, MPMTime *time)
     kinds[k].material      = 2 - k;
     materials[k].rho       = UnitReal(1, 3000);
     materials[k].viscosity = UnitInt(2) ? UnitReal(0, 1000) : 0;
+    materials[k].diffusivity = 4. / 3 * materials[k].viscosity / materials[k].rho;
   }
   time->cfl = UnitReal(0.01, 1);
 }

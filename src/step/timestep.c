@@ -17,11 +17,8 @@ PetscReal MPMViscousStep(const MPMCore *core)
 {
   PetscReal nu = 0;
 
-  for (PetscInt k = 0; k < core->params.nkinds; k++) {
-    const MPMMaterial *m = &core->params.materials[core->params.kinds[k].material];
-
-    nu = PetscMax(nu, 4. / 3 * m->viscosity / m->rho);
-  }
+  for (PetscInt k = 0; k < core->params.nkinds; k++)
+    nu = PetscMax(nu, core->params.materials[core->params.kinds[k].material].diffusivity);
   return nu > 0 ? PetscSqr(MPMGridSmallestH(&core->grid)) / (2 * (PetscReal)core->grid.dim * nu) : PETSC_INFINITY;
 }
 
