@@ -36,10 +36,13 @@ class Error(Exception):
 
 
 def find_program():
-    """Path of the program: that of the variable PEBBLE, else the one of this folder or of this installation, else of
-    PATH."""
+    """Path of the program: that of the variable PEBBLE, which then has to be there, else the one of this folder or of
+    this installation, else of PATH."""
+    named = os.environ.get("PEBBLE", "")
+    if named and not os.access(named, os.X_OK):
+        raise FileNotFoundError(f"there is no program {named}, which the variable PEBBLE names")
     places = [
-        os.environ.get("PEBBLE", ""),
+        named,
         os.path.join(HERE, "..", "pebble"),
         os.path.join(HERE, "..", "..", "..", "bin", "pebble"),
     ]

@@ -40,6 +40,8 @@ class Study:
     def __init__(self, words, pebbles):
         self.words, self.processes, self.warned = words, words.processes, set()
         if words.program:
+            if not (os.path.isfile(words.program) and os.access(words.program, os.X_OK)):
+                raise scene.Refused(f"--program {words.program}: there is no such program")
             os.environ["PEBBLE"] = os.path.abspath(words.program)
         given = ["-options_file", words.scene, *pebbles]
         self.options = scene.database(given, self.processes)
@@ -71,7 +73,10 @@ class Study:
         elif getattr(words, "value", None) is not None:
             raise scene.Refused("--value does not apply: it is that of --quantity")
         if not self.dry:
-            os.makedirs(self.folder, exist_ok=True)
+            try:
+                os.makedirs(self.folder, exist_ok=True)
+            except OSError as fault:
+                raise scene.Refused(f"-output_dir {self.folder}: {fault.strerror}") from None
 
     def path(self, end):
         return os.path.join(self.folder, self.name + end)
@@ -256,7 +261,7 @@ def main():
     try:
         study = Study(words, pebbles)
         return {"convergence": Convergence, "stability": Stability, "trade": Trade}[words.study](study).run()
-    except scene.Refused as refused:
+    except (scene.Refused, FileNotFoundError) as refused:
         print(refused, file=sys.stderr)
         return 2
     except KeyboardInterrupt:

@@ -229,4 +229,7 @@ if word == "--self-test":
 else:
     for wrong in faults_of(os.path.join(check.source, "src"), word, ROOMS):
         check.fault(wrong)
+    guide = check.content(os.path.join(check.source, "docs", "developer.md")).decode().partition("## The rooms")[2]
+    drawn = [match[1] for match in re.finditer(r"^    (\w+) +\S", guide.partition("\n`physics`")[0], re.M)]
+    check.that(drawn[::-1] == ROOMS, f"docs/developer.md has the rooms {' '.join(drawn)}, from above")
 check.end()

@@ -1,5 +1,5 @@
 """The bounds of notes and warnings before the first step (src/advice/bounds.def), from both sides: a value before a
-bound is not told of, and one beyond it is. The bounds are those of docs/stability.md, written here again.
+bound is not told of, and one beyond it is. The bounds are written here again.
 
 usage: test_bounds.py PEBBLE SOURCE MPIEXEC
 """

@@ -132,20 +132,19 @@ static PetscErrorCode NoteIdle(MPMCore *core, PetscInt workers)
   const PetscInt tile   = MPMTileEdge(core->basis);
   const PetscInt widest = PetscMax(core->grid.nodes[0], PetscMax(core->grid.nodes[1], core->grid.nodes[2]));
   PetscInt       edge   = PetscMin(core->exchange.pool_cells, MPMPoolEdge(core->basis, widest)), has, n;
+  char           more[MPM_TEXT_LEN] = "";
 
   PetscFunctionBeginUser;
   PetscCall(MPMPoolPatches(core, edge, &has));
   for (n = has; n < workers && edge > tile;) PetscCall(MPMPoolPatches(core, edge -= tile, &n));
   if (has >= workers) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMPrint(&core->print,
-                     "note       the pool has fewer patches with particles than workers, %" PetscInt_FMT
-                     " for %" PetscInt_FMT ", so some have no work: ",
-                     has, workers));
-  PetscCall(n >= workers ? MPMPrint(&core->print, "-pool_cells %" PetscInt_FMT " makes %" PetscInt_FMT "\n", edge, n)
-                         : MPMPrint(&core->print,
-                                    "-pool_cells %" PetscInt_FMT " makes %" PetscInt_FMT
-                                    ", and smaller ones are not possible; use %" PetscInt_FMT " processes at most\n",
-                                    edge, n, n + 1));
+  if (n < workers)
+    (void)snprintf(more, sizeof more,
+                   ", and smaller ones are not possible; use %" PetscInt_FMT " processes at most", n + 1);
+  PetscCall(MPMNote(&core->print,
+                    "the pool has fewer patches with particles than workers, %" PetscInt_FMT " for %" PetscInt_FMT
+                    ", so some have no work: -pool_cells %" PetscInt_FMT " makes %" PetscInt_FMT "%s",
+                    has, workers, edge, n, more));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -165,7 +165,8 @@ static PetscErrorCode Command(const char path[], char text[], size_t len)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMCheckpointNow(MPMCheckpoint *c)
+/* Writes a checkpoint. Collective on exchange.data. */
+static PetscErrorCode Now(MPMCheckpoint *c)
 {
   MPMCore       *core = c->core;
   MPMVariables   kept, header;
@@ -216,7 +217,7 @@ static PetscErrorCode Rescue(MPMCheckpoint *c)
   c->rescued = PETSC_TRUE;
   (void)snprintf(why, sizeof why, "%s", core->stop);
   core->stop[0] = 0;
-  if (c->last != core->step || !c->path[0]) PetscCall(MPMCheckpointNow(c));
+  if (c->last != core->step || !c->path[0]) PetscCall(Now(c));
   PetscCall(Command(c->path, command, sizeof command));
   if (c->path[0])
     (void)snprintf(core->stop, sizeof core->stop, "%.900s; go on with: %.1000s", why, command);
@@ -249,7 +250,7 @@ PetscErrorCode MPMCheckpointStep(MPMCheckpoint *c, PetscBool ends)
   }
   if (c->last == core->step || (core->stop[0] && asked != MPM_ASKED_END)) PetscFunctionReturn(PETSC_SUCCESS);
   if (!asked && !due && !(ends && (c->wanted || c->path[0]))) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMCheckpointNow(c));
+  PetscCall(Now(c));
   if (asked == MPM_ASKED_END && c->path[0] && c->last == core->step && strstr(core->stop, "signal")) {
     char command[MPM_TEXT_LEN];
 
@@ -268,7 +269,7 @@ PetscErrorCode MPMCheckpointOfStop(MPMCheckpoint *c)
   if (c->off || c->last == core->step) PetscFunctionReturn(PETSC_SUCCESS);
   (void)snprintf(why, sizeof why, "%s", core->stop);
   core->stop[0] = 0;
-  PetscCall(MPMCheckpointNow(c));
+  PetscCall(Now(c));
   if (core->stop[0]) { /* it could not be written */
     char fault[MPM_TEXT_LEN];
 

@@ -49,13 +49,11 @@ PetscErrorCode MPMCheckpointList(MPMCheckpoint *, MPI_Comm comm, PetscInt *n, Pe
 void MPMCheckpointHeader(MPMCheckpoint *, MPMVariables *);
 void MPMCheckpointTotals(char text[MPM_TEXT_LEN]);
 
-/* Checkpoints (checkpoints.c). SetFromOptions is collective on core.comm; Note says what an earlier run left, Now writes
-   a checkpoint, and Step writes one if it is due, asked for, or if the run ends and checkpoints are wanted: collective on
-   exchange.data. OfStop writes one of the last state of a run that a check stops, unless it has one. A checkpoint that
+/* Checkpoints (checkpoints.c). SetFromOptions is collective on core.comm; Note says what an earlier run left, and Step
+   writes one if it is due, asked for, or if the run ends and checkpoints are wanted: collective on exchange.data. OfStop writes one of the last state of a run that a check stops, unless it has one. A checkpoint that
    cannot be written is a reason to stop (core.stop). */
 PetscErrorCode MPMCheckpointSetFromOptions(MPMCheckpoint *, MPMOptions);
 PetscErrorCode MPMCheckpointNote(MPMCheckpoint *);
-PetscErrorCode MPMCheckpointNow(MPMCheckpoint *);
 PetscErrorCode MPMCheckpointStep(MPMCheckpoint *, PetscBool ends);
 PetscErrorCode MPMCheckpointOfStop(MPMCheckpoint *);
 

@@ -111,7 +111,6 @@ void MPMSnapshotPath(const MPMOutput *out, const MPMScene *scene, PetscInt step,
 /* Writes to fault why the file of this kind must not be replaced, if so. */
 static void CheckFile(MPMOutput *out, const MPMScene *scene, const Known *kind, char fault[MPM_TEXT_LEN])
 {
-  const PetscBool goes_on = !strcmp(kind->end, "_workprecision.csv") || out->resumed; /* nothing of it is lost */
   char            path[2 * MPM_TEXT_LEN], fresh[2 * MPM_TEXT_LEN];
   struct stat     s;
 
@@ -130,7 +129,7 @@ static void CheckFile(MPMOutput *out, const MPMScene *scene, const Known *kind, 
                    "-output_name: %.1500s is there and was not written by Pebble; give another name or folder "
                    "(-output_dir), or move it away",
                    path);
-  else if (out->keep && !goes_on)
+  else if (out->keep && !out->resumed)
     (void)snprintf(fault, MPM_TEXT_LEN,
                    "-output_replace false: %.1500s is there; give another -output_name or -output_dir", path);
   else if (kind - known < FILES)
