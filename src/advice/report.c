@@ -139,8 +139,8 @@ static PetscErrorCode NoteIdle(MPMCore *core, PetscInt workers)
   for (n = has; n < workers && edge > tile;) PetscCall(MPMPoolPatches(core, edge -= tile, &n));
   if (has >= workers) PetscFunctionReturn(PETSC_SUCCESS);
   if (n < workers)
-    (void)snprintf(more, sizeof more,
-                   ", and smaller ones are not possible; use %" PetscInt_FMT " processes at most", n + 1);
+    (void)snprintf(more, sizeof more, ", and smaller ones are not possible; use %" PetscInt_FMT " processes at most",
+                   n + 1);
   PetscCall(MPMNote(&core->print,
                     "the pool has fewer patches with particles than workers, %" PetscInt_FMT " for %" PetscInt_FMT
                     ", so some have no work: -pool_cells %" PetscInt_FMT " makes %" PetscInt_FMT "%s",

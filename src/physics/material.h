@@ -77,7 +77,7 @@ struct _MPMMaterial {
   PetscReal              rho, E, nu;     /* density in kg/m^3, Young's modulus in Pa, Poisson's ratio */
   PetscReal              lambda, mu;     /* Lame's constants in Pa, set by MPMMaterialSetUp */
   PetscReal              K, viscosity;   /* of a fluid: bulk modulus in Pa, viscosity in Pa s */
-  PetscReal              diffusivity;    /* of velocities by stress that depends on their gradient, m^2/s: it bounds dt */
+  PetscReal              diffusivity; /* of velocities by stress that depends on their gradient, m^2/s: it bounds dt */
   PetscReal              gamma, tension; /* of a fluid: Tait's exponent (0: linear), largest tension in Pa (< 0: any) */
   PetscReal              relaxation;     /* of a fluid, of sand: rate of the relaxation of volumes (kernels/volume.h) */
   PetscReal              follows; /* share of the mean that it takes at a time, at most 1; 0: it does not relax */
