@@ -191,11 +191,11 @@ MPM_BODY_QUANTITY(most_error, MOST, error_indicator, "1", 1, 0)
 """)]
 
 SCHEME = [("src/step/scheme.def", None, """\
-MPM_SCHEME(twice, PETSC_FALSE, "as usl, in two transfers to the nodes", P2G_MASS, P2G_FORCE, ADVANCE, G2P)
+MPM_SCHEME(twice, PETSC_FALSE, PETSC_TRUE, "as usl, in two transfers to the nodes", P2G_MASS, P2G_FORCE, ADVANCE, G2P)
 """)]
 # A scheme with a phase that no scheme had, which works over a share of the step.
 HALVES = [("src/step/scheme.def", None, """\
-MPM_SCHEME(usavg, PETSC_FALSE, "half of the stress before the advance, half after it", P2G_MASS, VELOCITY, G2P_STRESS_HALF, P2G_FORCE, ADVANCE, G2P_STRESS_HALF, G2P_MOTION)
+MPM_SCHEME(usavg, PETSC_FALSE, PETSC_FALSE, "half of the stress before the advance, half after it", P2G_MASS, VELOCITY, G2P_STRESS_HALF, P2G_FORCE, ADVANCE, G2P_STRESS_HALF, G2P_MOTION)
 """), ("src/step/phases.c", "  [G2P_FILTER]        =", """\
   [G2P_STRESS_HALF]   = SHARE_TO_PARTICLES("G2P_STRESS", 0.5, MPM_G2P_STRESS, WHERE | B(id) | STATE, STATE),
 """), ("src/step/phases.c", "enum { P2G, P2G_MASS,", ("NUM_PHASES };", "G2P_STRESS_HALF, NUM_PHASES };"))]

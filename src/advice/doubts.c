@@ -197,7 +197,7 @@ static PetscErrorCode WarnSink(const MPMCore *core, const MPMScene *scene)
 static PetscErrorCode WarnRest(const MPMCore *core, const MPMScene *scene, const MPMMethod *method)
 {
   PetscFunctionBeginUser;
-  if (scene->nloads && core->params.flip == 0 && !MPMSchemeIsDirect(method->scheme))
+  if (scene->nloads && core->params.flip == 0 && !method->scheme->direct)
     PetscCall(
         MPMWarn(&core->print,
                 "%s with %s changes the state at rest under loads, by some per cent of the displacement; use usl, or "

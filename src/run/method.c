@@ -167,7 +167,7 @@ static PetscErrorCode ReadLight(MPM mpm, MPMOptions o)
 {
   const PetscBool affine =
       mpm->method.transfer->parts & MPM_AFFINE && mpm->core.params.strain > 0 ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool direct = MPMSchemeIsDirect(mpm->method.scheme);
+  const PetscBool direct = mpm->method.scheme->direct;
   PetscReal      *share  = &mpm->core.params.light;
   PetscBool       given, set;
 

@@ -29,7 +29,7 @@ static const char bases[] =
 #include "physics/basis.def"
     "";
 #undef MPM_BASIS
-#define MPM_SCHEME(name, keeps_increment, what, ...) "|" #name
+#define MPM_SCHEME(name, keeps_increment, direct, what, ...) "|" #name
 static const char schemes[] =
 #include "step/scheme.def"
     "";

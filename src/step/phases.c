@@ -68,17 +68,17 @@ _Static_assert(NUM_PHASES <= MPM_MAX_PHASES, "core->phases has room for the tabl
 _Static_assert(MPM_TIMER_PHASES + NUM_PHASES <= MPM_MAX_TIMERS, "every phase may have a timer");
 
 /* The update schemes: the row of each phase in the table, then -1. */
-#define MPM_SCHEME(name, keeps_increment, what, ...)                                                                   \
+#define MPM_SCHEME(name, keeps_increment, direct, what, ...)                                                           \
   static const int name##_phases[] = {__VA_ARGS__, -1};                                                                \
   _Static_assert(sizeof name##_phases / sizeof name##_phases[0] <= MPM_MAX_SCHEME, "a scheme's program has room");
 #include "step/scheme.def"
 #undef MPM_SCHEME
 
 const MPMScheme MPMSchemes[] = {
-#define MPM_SCHEME(name, keeps_increment, what, ...) {#name, what, keeps_increment, name##_phases},
+#define MPM_SCHEME(name, keeps_increment, direct, what, ...) {#name, what, keeps_increment, direct, name##_phases},
 #include "step/scheme.def"
 #undef MPM_SCHEME
-    {NULL, NULL, PETSC_FALSE, NULL}};
+    {NULL, NULL, PETSC_FALSE, PETSC_FALSE, NULL}};
 
 const MPMTransfer MPMTransfers[] = {
 #define MPM_TRANSFER(name, flip, parts, rounds, bounds, what) {#name, what, flip, parts, rounds, bounds},
@@ -93,23 +93,6 @@ _Static_assert(3 * MPM_MAX_XPIC + MPM_MAX_SCHEME + 3 <= MPM_MAX_PROGRAM, "a step
 
 /* A correction of afmpm, of which -method_order - 1 follow the advance: r = v - S v', and v' <- v' + S+ r + kick a. */
 static const int correction[3] = {G2P_FILTER, P2G_RESIDUAL, CORRECT};
-
-PetscBool MPMSchemeIsDirect(const MPMScheme *scheme)
-{
-  int velocities = 0, motion = -1; /* how often nodes have got velocities; those of the motion */
-
-  for (const int *k = scheme->phases; *k >= 0; k++) {
-    if (phases[*k].kind == MPM_NODES) velocities++;
-    if (phases[*k].parts & MPM_G2P_MOTION && phases[*k].kind == MPM_NODES_TO_PARTICLES) motion = velocities;
-  }
-  velocities = 0;
-  for (const int *k = scheme->phases; *k >= 0; k++) {
-    if (phases[*k].kind == MPM_NODES) velocities++;
-    if (phases[*k].parts & MPM_G2P_STRESS && phases[*k].kind == MPM_NODES_TO_PARTICLES && velocities != motion)
-      return PETSC_FALSE;
-  }
-  return PETSC_TRUE;
-}
 
 const MPMPhase *MPMStepOutputPhase(const MPMCore *core, PetscInt k)
 {
@@ -209,7 +192,7 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
   FitPhases(core, method->transfer);
   core->nphases     = NUM_PHASES;
   core->energy.mean = method->scheme->keeps_increment                                 ? MPM_MEAN_AGAIN
-                      : MPMSchemeIsDirect(method->scheme) || !(core->params.flip > 0) ? MPM_MEAN_NODES
+                      : method->scheme->direct || !(core->params.flip > 0) ? MPM_MEAN_NODES
                                                                                       : MPM_MEAN_PARTICLES;
   for (PetscInt k = 0; k < NUM_PHASES; k++)
     PetscCall(MPMTimersPhase(&core->timers, phases[k].name, &core->phases[k].timer));

@@ -9,7 +9,8 @@
 #define MPM_MAX_SCHEME 8
 typedef struct {
   const char *name, *what;
-  PetscBool   keeps_increment; /* x is read again after the motion: a later phase adds dx to it */
+  PetscBool   keeps_increment;
+  PetscBool   direct; /* most of the strain comes from the velocities of the motion */ /* x is read again after the motion: a later phase adds dx to it */
   const int  *phases;          /* their rows in the table of phases, then -1 */
 } MPMScheme;
 extern const MPMScheme MPMSchemes[]; /* rows of scheme.def; the last has no name */
@@ -66,10 +67,6 @@ const PetscReal *MPMStableWrong(const MPMCore *, const MPMMethod *);
 /* Sets core->phases as this scene needs them, core->program, which lists those of a step one after the other, and their
    timers. Method, needs and basis have to be known. Collective on the world, for the events of -log_view. */
 PetscErrorCode MPMStepSetUp(MPMCore *, const MPMMethod *);
-
-/* Returns whether particles get their stress from the same node velocities as their motion, with no transfer to the
-   nodes between: then a node of vanishing mass may have any velocity when its gradient is taken. */
-PetscBool MPMSchemeIsDirect(const MPMScheme *);
 
 /* Returns phase k = 0, 1 of the two that give the mass and the velocity of the nodes for output. */
 const MPMPhase *MPMStepOutputPhase(const MPMCore *, PetscInt k);
