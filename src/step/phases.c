@@ -191,9 +191,9 @@ PetscErrorCode MPMStepSetUp(MPMCore *core, const MPMMethod *method)
   PetscCall(MPMTimersCreate(&core->timers));
   FitPhases(core, method->transfer);
   core->nphases     = NUM_PHASES;
-  core->energy.mean = method->scheme->keeps_increment                                 ? MPM_MEAN_AGAIN
+  core->energy.mean = method->scheme->keeps_increment                      ? MPM_MEAN_AGAIN
                       : method->scheme->direct || !(core->params.flip > 0) ? MPM_MEAN_NODES
-                                                                                      : MPM_MEAN_PARTICLES;
+                                                                           : MPM_MEAN_PARTICLES;
   for (PetscInt k = 0; k < NUM_PHASES; k++)
     PetscCall(MPMTimersPhase(&core->timers, phases[k].name, &core->phases[k].timer));
   core->nprogram = 0;
