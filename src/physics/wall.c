@@ -125,6 +125,17 @@ static PetscReal Least(const MPMFace *f, const MPMGrid *grid, PetscInt axis, con
   return f->least ? f->least[MPMFaceNode(grid, axis, ijk)] : 0;
 }
 
+/* Holds the velocity along the normal as a wall does that holds it, or pushes; others leave it. */
+static PetscBool HoldNormal(MPM_WALL_ARGUMENTS)
+{
+  if (!MPMWallHas(f->type, MPM_WALL_NORMAL)) return PETSC_FALSE;
+  if (MPMWallHas(f->type, MPM_WALL_PUSHES)) return MPMWallApply_separate(f, at, v);
+  v[at->axis] = MPMWallHas(f->type, MPM_WALL_MOVES) ? f->velocity[at->axis] : 0;
+  return PETSC_TRUE;
+}
+
+/* At an edge the walls of later axes may move a node along the normal of an earlier one, as a lid does that slides between
+   two side walls: so after all of them the normals are held once more. */
 PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const PetscInt ijk[], PetscReal dt,
                         PetscReal v[])
 {
@@ -135,26 +146,16 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const Pe
   };
   PetscBool constrained = PETSC_FALSE;
 
-  for (PetscInt d = 0; d < grid->dim; d++)
-    for (PetscInt side = 0; side < 2; side++) {
-      const MPMFace *f      = &faces[d][side];
-      const PetscInt inside = side ? grid->cells[d] - ijk[d] : ijk[d];
+  for (int again = 0; again < (constrained ? 2 : 1); again++)
+    for (PetscInt k = 0; k < 2 * grid->dim; k++) {
+      const PetscInt d = k / 2, inside = k % 2 ? grid->cells[d] - ijk[d] : ijk[d];
+      const MPMFace *f = &faces[d][k % 2];
       WallNode       at;
 
       if (inside > f->reach || f->type == MPM_WALL_free) continue;
-      at = (WallNode){grid->dim, d, side ? -1 : 1, (PetscReal)inside * grid->h[d], grid->h[d], Least(f, grid, d, ijk),
+      at = (WallNode){grid->dim, d, k % 2 ? -1 : 1, (PetscReal)inside * grid->h[d], grid->h[d], Least(f, grid, d, ijk),
                       dt};
-      if (apply[f->type](f, &at, v)) constrained = PETSC_TRUE;
-    }
-  /* At an edge the walls of the later axes may have moved the node along the normal of an earlier one, as a lid does that
-     slides between two side walls: what holds the normal keeps it. */
-  for (PetscInt d = 0; d < grid->dim && constrained; d++)
-    for (PetscInt side = 0; side < 2; side++) {
-      const MPMFace *f = &faces[d][side];
-
-      if ((side ? grid->cells[d] - ijk[d] : ijk[d]) > f->reach) continue;
-      if (MPMWallHas(f->type, MPM_WALL_NORMAL) && !MPMWallHas(f->type, MPM_WALL_PUSHES))
-        v[d] = MPMWallHas(f->type, MPM_WALL_MOVES) ? f->velocity[d] : 0;
+      if (again ? HoldNormal(f, &at, v) : apply[f->type](f, &at, v)) constrained = PETSC_TRUE;
     }
   return constrained;
 }
@@ -176,6 +177,21 @@ static const MPMWall residual[] = {
 #undef MPM_WALL
 };
 
+/* Returns whether another wall drives node ijk along axis d into the one that pushes there, which leaves it the inward
+   velocity `least`. */
+static PetscBool Driven(const MPMFace (*faces)[2], const MPMGrid *grid, const PetscInt ijk[], PetscInt d,
+                        PetscReal inward, PetscReal least)
+{
+  for (PetscInt k = 0; k < 2 * grid->dim; k++) {
+    const MPMFace *f = &faces[k / 2][k % 2];
+
+    if (k / 2 == d || (k % 2 ? grid->cells[k / 2] - ijk[k / 2] : ijk[k / 2]) > f->reach) continue;
+    if (MPMWallHas(f->type, MPM_WALL_TANGENT) && MPMWallHas(f->type, MPM_WALL_MOVES) && inward * f->velocity[d] < least)
+      return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
 /* A node meets a wall that only pushes if it would come nearer to it than its matter is. The velocity with which the
    matter just arrives is left to it. The acceleration has all that is taken, and the friction, so that FLIP hands the
    stop on to the particles. */
@@ -183,7 +199,7 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
                          const PetscReal v[], PetscReal at[], PetscReal a[])
 {
   const PetscInt dim = grid->dim;
-  PetscReal      trial[3], press[3];
+  PetscReal      trial[3], press[3] = {0};
   PetscInt       met = 0;
 
   for (PetscInt d = 0; d < dim; d++) {
@@ -194,6 +210,7 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
     trial[d] = at[d];
     if ((ijk[d] > 0 && ijk[d] < grid->cells[d]) || !MPMWallHas(f->type, MPM_WALL_PUSHES)) continue;
     node.least = Least(f, grid, d, ijk);
+    if (Driven(faces, grid, ijk, d, node.inward, node.least)) met |= (PetscInt)1 << d;
     if (!MPMWallApply_separate(f, &node, at)) continue;
     press[d] = PetscAbsReal(at[d] - trial[d]);
     met |= (PetscInt)1 << d;
@@ -205,15 +222,8 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
     if ((met & (PetscInt)1 << d) && MPMWallHas(f->type, MPM_WALL_BRAKES)) Brake(dim, d, f->mu * press[d], at);
   }
   (void)MPMWallsApply(faces, grid, ijk, dt, at);
-  for (PetscInt d = 0; d < dim; d++) {
-    const PetscInt side = ijk[d] <= 0 ? 0 : 1;
-    const WallNode node = {
-        .dim = dim, .axis = d, .inward = side ? -1 : 1, .least = Least(&faces[d][side], grid, d, ijk)};
-
-    if (met & (PetscInt)1 << d)
-      (void)MPMWallApply_separate(&faces[d][side], &node, at); /* another wall may have moved it */
+  for (PetscInt d = 0; d < dim; d++)
     if (at[d] != trial[d]) a[d] = (at[d] - v[d]) / dt;
-  }
   return met;
 }
 

@@ -112,11 +112,16 @@ MPM_INLINE void VelocityAgain(int dim, const MPMParams *par, const MPMGrid *grid
 
   for (PetscInt i = r->first; i < r->last; i++) {
     const MPMNode *n = r->sum + i;
-    PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim);
+    PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim), kept[3];
 
-    for (int d = 0; d < dim; d++)
+    for (int d = 0; d < dim; d++) {
+      kept[d] = v[d];
       if (!MPMNodeMet(r->value.met[i], d)) v[d] = n->m > 0 ? n->p[d] / n->m : 0;
-    if (Walled(r, walled, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
+    }
+    if (!Walled(r, walled, lo, hi, i, ijk)) continue;
+    (void)MPMWallsApply(faces, grid, ijk, 0, v);
+    for (int d = 0; d < dim; d++) /* a wall that moves may drive it into the one that it met */
+      if (MPMNodeMet(r->value.met[i], d)) v[d] = kept[d];
   }
 }
 
