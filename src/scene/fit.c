@@ -36,7 +36,7 @@ PetscReal MPMFitVolume(const MPMBody *b, PetscInt dim)
 
 /* Returns the fewest particles per cell and axis, more than the body has, whose volume is near that of its shape,
    m^dim, or 0 if none of those that are tried is. */
-PetscInt MPMFitPPC(const MPMBody *b, const MPMGrid *grid, PetscReal volume)
+static PetscInt Fitting(const MPMBody *b, const MPMGrid *grid, PetscReal volume)
 {
   const PetscInt dim    = grid->dim;
   PetscInt       before = b->ppc[0];
@@ -65,7 +65,7 @@ PetscInt MPMFitPPC(const MPMBody *b, const MPMGrid *grid, PetscReal volume)
    and more particles per cell, or another scale of its file. volume: of its shape, m^dim. */
 void MPMFitTell(const MPMBody *b, const MPMGrid *grid, PetscReal volume, char text[MPM_TEXT_LEN])
 {
-  const PetscInt ppc = volume > 0 ? MPMFitPPC(b, grid, volume) : 0;
+  const PetscInt ppc = volume > 0 ? Fitting(b, grid, volume) : 0;
   PetscReal      lower[3], upper[3], most = 0;
   PetscInt       thin = 0;
   size_t         n;

@@ -8,7 +8,6 @@
 
 /* fit.c describes these functions; none is collective. */
 PetscReal MPMFitVolume(const MPMBody *, PetscInt dim);
-PetscInt  MPMFitPPC(const MPMBody *, const MPMGrid *, PetscReal volume);
 void      MPMFitTell(const MPMBody *, const MPMGrid *, PetscReal volume, char text[MPM_TEXT_LEN]);
 
 #endif
