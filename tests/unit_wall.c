@@ -423,8 +423,8 @@ static void Derived(void)
               of[i]->velocity[2] == f->velocity[2] && of[i]->reach == f->reach);
       CHECK_EQ(of[0]->type, Pushes(type) ? MPM_WALL_free : type);
       CHECK_EQ(of[1]->type, type == MPM_WALL_friction ? MPM_WALL_separate : type);
-      CHECK_EQ(of[2]->type, Pushes(type)              ? MPM_WALL_free
-                            : !MPMWallHas(type, MPM_WALL_MOVES) ? type
+      CHECK_EQ(of[2]->type, Pushes(type)                         ? MPM_WALL_free
+                            : !MPMWallHas(type, MPM_WALL_MOVES)  ? type
                             : MPMWallHas(type, MPM_WALL_TANGENT) ? MPM_WALL_fixed
                                                                  : MPM_WALL_slip);
       CHECK_EQ(of[3]->type, of[0]->type);

@@ -129,9 +129,9 @@ static PetscErrorCode PrintVolumeLoad(const MPMCore *core, const MPMScene *scene
 /* Notes that the pool has fewer patches with particles than workers, with the largest edge that makes enough. */
 static PetscErrorCode NoteIdle(MPMCore *core, PetscInt workers)
 {
-  const PetscInt tile   = MPMTileEdge(core->basis);
-  const PetscInt widest = PetscMax(core->grid.nodes[0], PetscMax(core->grid.nodes[1], core->grid.nodes[2]));
-  PetscInt       edge   = PetscMin(core->exchange.pool_cells, MPMPoolEdge(core->basis, widest)), has, n;
+  const PetscInt tile               = MPMTileEdge(core->basis);
+  const PetscInt widest             = PetscMax(core->grid.nodes[0], PetscMax(core->grid.nodes[1], core->grid.nodes[2]));
+  PetscInt       edge               = PetscMin(core->exchange.pool_cells, MPMPoolEdge(core->basis, widest)), has, n;
   char           more[MPM_TEXT_LEN] = "";
 
   PetscFunctionBeginUser;

@@ -13,9 +13,9 @@
 static PetscErrorCode SetOptions(hid_t file, char fault[MPM_TEXT_LEN], const char path[])
 {
   const MPMPrinter print = {.comm = PETSC_COMM_WORLD};
-  char       *text, *scene, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN];
-  PetscBool   given, elsewhere = PETSC_FALSE;
-  const char *at;
+  char            *text, *scene, name[4 * MPM_NAME_LEN], value[MPM_TEXT_LEN];
+  PetscBool        given, elsewhere = PETSC_FALSE;
+  const char      *at;
 
   PetscFunctionBeginUser;
   PetscCall(MPMHDF5ReadText(file, "options", &text));
@@ -29,15 +29,17 @@ static PetscErrorCode SetOptions(hid_t file, char fault[MPM_TEXT_LEN], const cha
     MPMFault(fault, "-rerun", path, "give a folder for the new results (-output_dir), or a name (-output_name)");
   for (at = text; !fault[0] && MPMOptionsNext(&at, name, value);) {
     if (!strcasecmp(name, "-restart_file")) { /* from its beginning */
-      PetscCall(MPMNote(&print, "%s is of a run that continued from a checkpoint: -rerun runs all of it with the "
-                      "options of its last part",
-                      path));
+      PetscCall(MPMNote(&print,
+                        "%s is of a run that continued from a checkpoint: -rerun runs all of it with the "
+                        "options of its last part",
+                        path));
       continue;
     }
     if (!strcasecmp(name, "-pool_particles")) { /* of an older version; it changed no bit */
-      PetscCall(MPMNote(&print, "%s is of a run with -pool_particles %s, which is no option any more: -rerun "
-                            "leaves it out, and the bits are the same",
-                            path, value));
+      PetscCall(MPMNote(&print,
+                        "%s is of a run with -pool_particles %s, which is no option any more: -rerun "
+                        "leaves it out, and the bits are the same",
+                        path, value));
       continue;
     }
     PetscCall(PetscOptionsHasName(NULL, NULL, name, &given));

@@ -31,7 +31,7 @@ enum { /* the components of the quantities of particles */
 #undef MPM_LOST_QUANTITY
 };
 #define MPM_WALL_QUANTITY(name, unit, nc)
-#define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked)                                                                     \
+#define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked)                                                              \
   _Static_assert((nc) == NC_##of && (nc) <= 3, #name " has the components of " #of ", at most 3");
 #include "results/measures.def"
 #undef MPM_WALL_QUANTITY
@@ -205,9 +205,15 @@ static PetscErrorCode Row(const MPMMeasures *m, MPMCore *core, const MPMShown *s
   PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
   PetscCall(Select(&shown->scene->bodies[m->body[b]], core, &view, (PetscBool)(rows[row].how == MEAN), &s));
   switch (rows[row].how) {
-  case LEAST: PetscCall(Extreme(&s, core, shown, &view, of, 1, out)); break;
-  case MOST: PetscCall(Extreme(&s, core, shown, &view, of, -1, out)); break;
-  case SUM: PetscCall(Sum(&s, core, shown, &view, of, out, &all)); break;
+  case LEAST:
+    PetscCall(Extreme(&s, core, shown, &view, of, 1, out));
+    break;
+  case MOST:
+    PetscCall(Extreme(&s, core, shown, &view, of, -1, out));
+    break;
+  case SUM:
+    PetscCall(Sum(&s, core, shown, &view, of, out, &all));
+    break;
   case NUMBER:
     PetscCall(Sum(&s, core, shown, &view, of, out, &all));
     out[0] = all;

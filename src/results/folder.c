@@ -111,8 +111,8 @@ void MPMSnapshotPath(const MPMOutput *out, const MPMScene *scene, PetscInt step,
 /* Writes to fault why the file of this kind must not be replaced, if so. */
 static void CheckFile(MPMOutput *out, const MPMScene *scene, const Known *kind, char fault[MPM_TEXT_LEN])
 {
-  char            path[2 * MPM_TEXT_LEN], fresh[2 * MPM_TEXT_LEN];
-  struct stat     s;
+  char        path[2 * MPM_TEXT_LEN], fresh[2 * MPM_TEXT_LEN];
+  struct stat s;
 
   (void)snprintf(path, sizeof path, "%s/%s%s", out->dir, scene->name, kind->end);
   (void)snprintf(fresh, sizeof fresh, "%s/%s%s" MPM_NEW_FILE, out->dir, scene->name, kind->end);
