@@ -11,6 +11,7 @@
 #include "base/timers.h"
 #include "kernels/light.h"
 #include "kernels/node_rows.h"
+#include "parallel/contact.h"
 #include "parallel/partition.h"
 #include "particles/box.h"
 #include "particles/particles.h"
@@ -186,6 +187,7 @@ struct _MPMCore {
   MPMDamping      damping;
   MPMGaps        *gaps;               /* or NULL: no wall only pushes */
   MPMPistons     *pistons;            /* or NULL: there is none */
+  MPMContacts    *contacts;           /* or NULL: bodies share the nodes of the grid */
   MPMVolumes      volumes;
   MPMReactions   *reactions;          /* or NULL: the history asks for none */
   MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (results/lost.c) */

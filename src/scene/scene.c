@@ -262,6 +262,7 @@ static PetscErrorCode ReadNames(MPMScene *scene, MPMCore *core, MPMOptions o)
   PetscCall(MPMOptionsNames(o, "bodies", &scene->nbodies, &bodies));
   PetscCall(MPMOptionsNames(o, "loads", &scene->nloads, &loads));
   PetscCall(MPMOptionsNames(o, "probes", &scene->nprobes, &scene->probes));
+  PetscCall(MPMOptionsNames(o, "contacts", &scene->ncontacts, &scene->contacts));
   PetscCall(PetscCalloc1(scene->nloads, &scene->loads));
   for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(PetscStrncpy(scene->loads[k].name, loads[k], MPM_NAME_LEN));
   PetscCall(PetscCalloc1(scene->nmaterials, &scene->materials));
@@ -269,7 +270,7 @@ static PetscErrorCode ReadNames(MPMScene *scene, MPMCore *core, MPMOptions o)
   for (PetscInt k = 0; k < scene->nmaterials; k++)
     PetscCall(PetscStrncpy(scene->materials[k].name, materials[k], MPM_NAME_LEN));
   for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(PetscStrncpy(scene->bodies[k].name, bodies[k], MPM_NAME_LEN));
-  if (!MPMOptionsError(o)) MPMOptionsDeclareProbes(o, scene->nprobes, scene->probes);
+  if (!MPMOptionsError(o)) MPMOptionsDeclareOthers(o, scene->nprobes, scene->probes, scene->ncontacts, scene->contacts);
   if (MPMOptionsError(o))
     PetscCall(MPMOptionsDeclare(o, 3, 0, NULL, 0, NULL, 0, NULL)); /* so that a misspelt -dim is named, not missed */
   else
@@ -322,6 +323,7 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
         used = PETSC_TRUE;
     if (!used) MPMOptionsFail(o, "-materials: no body is of %s; remove it", scene->materials[m].name);
   }
+  if (!MPMOptionsError(o)) PetscCall(MPMSceneReadContacts(scene, core, o));
   PetscCall(MPMSceneReadWalls(scene, core, o));
   PetscCall(MPMForcesSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMKnownSetFromOptions(scene, core, o));
@@ -346,6 +348,7 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   PetscCall(PetscFree(scene->bodies));
   PetscCall(PetscFree(scene->kinds));
   PetscCall(PetscFree(scene->probes));
+  PetscCall(PetscFree(scene->contacts));
   PetscCall(PetscFree(scene->share_first));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

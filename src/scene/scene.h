@@ -21,6 +21,7 @@ typedef struct {
   MPMRegion     region;
   MPMPoints    *points;                 /* its particles are those of a file; or NULL */
   PetscBool     alone;                  /* a shape that cuts others, of material none; it has no particles */
+  PetscInt      copy;                   /* of the grid's nodes that its particles use */
   PetscInt      material, kind, ppc[3]; /* rows of the scene's materials and kinds; particles per cell on each axis */
   PetscReal     offset[3], b[3];        /* of the lattice of its particles: offset and spacing, m */
   MPMExpression velocity;               /* m/s, of x y z; NULL: at rest */
@@ -87,6 +88,8 @@ typedef struct {
 
   PetscInt nprobes; /* names of the probes; what they show is left to the output */
   char (*probes)[MPM_NAME_LEN];
+  PetscInt ncontacts; /* names of the contacts */
+  char (*contacts)[MPM_NAME_LEN];
 } MPMScene;
 
 /* Reads grid, materials, bodies, walls, forces and known solution; the first fault is left in o. Collective on
@@ -115,6 +118,10 @@ PetscErrorCode MPMSceneHistogram(const MPMScene *, const MPMCore *, MPMHistogram
 PetscErrorCode MPMPointsCount(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMPointsHistogram(const MPMScene *, const MPMCore *, MPMHistogram *);
 PetscErrorCode MPMPointsAdd(const MPMScene *, MPMCore *);
+
+/* Contact (read_contacts.c): reads it, after the bodies, gives these copies of the grid's nodes, and makes core->contacts.
+   A fault is left in the options. Not collective. */
+PetscErrorCode MPMSceneReadContacts(MPMScene *, MPMCore *, MPMOptions);
 
 /* Returns the number of the body that particle id belongs to; guess: of one, such as that of the particle before. Not
    collective. */

@@ -1,0 +1,581 @@
+/* contact_find.c - where bodies may meet in a step: the nodes that have matter of two copies of the grid's nodes, the
+   normals there, how far the matter of both is apart, and the columns in which these nodes act (contact.c).
+
+   Tiles that have particles of one copy next to a tile that has particles of the other one are looked at, and no others:
+   so bodies that do not meet cost a loop over tiles. Everything that is added up over particles is a whole number, and all
+   other things are minima, so they have the same bits in every sequence; every process knows all nodes of contact.
+
+   The normal at a node is that of the plane that separates the particles of a and b best, by weighted least squares:
+     sum_p phi_p (n . (x_p - x_i) + d - c_p)^2 + SMOOTH |n|^2 is least,  c_p = 1 for b and -1 for a. docs/method.md has the
+   reasons. */
+#include "kernels/cell.h"
+#include "parallel/exchange.h"
+#include "step/matter.h"
+#include "step/step.h"
+
+#define SMOOTH 1e-9           /* cells^2, times the sum of phi: it only matters where all particles lie on a line */
+#define TIE    1e-9           /* cells: a particle in the middle between two columns lies in both */
+#define TOUCHES 0.25          /* cells: matter that is nearer touches, or may do so in this step */
+#define UNIT   ldexp(1, -50)  /* of sums of phi, and of the weights in sides of cells */
+#define MOST   ldexp(1, 54)   /* of what a particle adds to a weight, in units */
+
+/* The sums at a node of a pair from which its normal comes, in units: of phi times 1, xi, xi xi^T (xx xy xz yy yz zz), c, c
+   xi; xi = (x_p - x_i)/h. */
+#define NSUMS 14
+typedef struct {
+  PetscInt   pair, ijk[3];
+  PetscInt64 sum[NSUMS];
+} Fit;
+
+/* What a search has: tiles of the grid on each axis; bits of those with particles, copy after copy; the records of nodes so
+   far, and for each node of the patch its record, from 1 on. */
+typedef struct {
+  MPMCore     *core;
+  MPMContacts *c;
+  MPMView      view;
+  PetscInt     n[3], words; /* words: of 64 bits for a copy */
+  uint64_t    *tiles;       /* [copies][words] */
+  Fit         *fit;
+  PetscInt     nfits, room, *map, *key, *at; /* key, at [nnodes]: of the nodes found, sorted */
+} Search;
+
+/* --- Tiles -------------------------------------------------------------------------------------------------------- */
+
+/* Sets at [3] to the place of an own tile among those of a copy, and returns the copy. */
+static PetscInt TilePlace(const Search *s, PetscInt tile, PetscInt at[])
+{
+  const MPMPatch *patch = &s->core->exchange.patch;
+  const MPMGrid  *grid  = patch->grid;
+  const MPMTiles *t     = &patch->tiles;
+  const PetscInt  edge  = MPMTileEdge(patch->basis), own[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
+  PetscInt        copy  = 0;
+
+  for (PetscInt d = 0; d < 3; d++) {
+    at[d] = (patch->own_lo[d] + grid->layers[d]) / edge + own[d] - t->below[d];
+    if (d != grid->stack) continue;
+    copy = at[d] / s->n[d];
+    at[d] %= s->n[d];
+  }
+  return copy;
+}
+
+static PetscBool HasTile(const Search *s, PetscInt copy, const PetscInt at[])
+{
+  const PetscInt bit = (at[2] * s->n[1] + at[1]) * s->n[0] + at[0];
+
+  return s->tiles[copy * s->words + bit / 64] >> bit % 64 & 1 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Returns whether a copy has particles in a tile or in one beside it. */
+static PetscBool IsNear(const Search *s, PetscInt copy, const PetscInt at[])
+{
+  const MPMGrid *grid = &s->core->grid;
+
+  for (PetscInt q = 0; q < 27; q++) {
+    const PetscInt by[3] = {q % 3 - 1, q / 3 % 3 - 1, q / 9 - 1};
+    PetscInt       to[3];
+    PetscBool      inside = PETSC_TRUE;
+
+    for (PetscInt d = 0; d < 3; d++) {
+      to[d] = at[d] + by[d];
+      if (grid->periodic[d]) to[d] = (to[d] + s->n[d]) % s->n[d];
+      if (to[d] < 0 || to[d] >= s->n[d]) inside = PETSC_FALSE;
+    }
+    if (inside && HasTile(s, copy, to)) return PETSC_TRUE;
+  }
+  return PETSC_FALSE;
+}
+
+/* Returns whether tile number `tile` of the patch is one of its own and has particles. */
+static PetscBool IsOccupied(const MPMTiles *t, PetscInt tile)
+{
+  const PetscInt at[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
+
+  return at[0] >= t->below[0] && at[1] >= t->below[1] && at[2] >= t->below[2] && t->slot[tile] != MPM_TILE_EMPTY
+             ? PETSC_TRUE
+             : PETSC_FALSE;
+}
+
+/* Finds the tiles that have particles, of all processes, and sets *any to whether bodies of a pair are near each other
+   somewhere. Collective on exchange.data. */
+static PetscErrorCode FindTiles(Search *s, PetscBool *any)
+{
+  const MPMGrid  *grid = &s->core->grid;
+  const MPMTiles *t    = &s->core->exchange.patch.tiles;
+  const PetscInt  edge = MPMTileEdge(s->core->basis);
+  PetscInt        all  = 1, at[3];
+  PetscMPIInt     count;
+
+  PetscFunctionBeginUser;
+  for (PetscInt d = 0; d < 3; d++) {
+    s->n[d] = ((d == grid->stack ? grid->stride : grid->nodes[d]) + edge - 1) / edge;
+    all *= s->n[d];
+  }
+  s->words = (all + 63) / 64;
+  PetscCall(PetscCalloc1(grid->copies * s->words, &s->tiles));
+  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+    PetscInt copy, bit;
+
+    if (!IsOccupied(t, tile)) continue;
+    copy = TilePlace(s, tile, at);
+    bit  = (at[2] * s->n[1] + at[1]) * s->n[0] + at[0];
+    s->tiles[copy * s->words + bit / 64] |= (uint64_t)1 << bit % 64;
+  }
+  PetscCall(PetscMPIIntCast(grid->copies * s->words, &count));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, s->tiles, count, MPI_UINT64_T, MPI_BOR, s->core->exchange.data));
+  *any = PETSC_FALSE;
+  for (PetscInt k = 0; k < s->c->npairs && !*any; k++)
+    for (PetscInt bit = 0; bit < all && !*any; bit++) {
+      if (!s->tiles[s->c->pair[k].a * s->words + bit / 64]) {
+        bit |= 63;
+        continue;
+      }
+      at[0] = bit % s->n[0];
+      at[1] = bit / s->n[0] % s->n[1];
+      at[2] = bit / (s->n[0] * s->n[1]);
+      if (HasTile(s, s->c->pair[k].a, at) && IsNear(s, s->c->pair[k].b, at)) *any = PETSC_TRUE;
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Calls act for each particle of one side (0: a, 1: b) of a pair that is near matter of the other one. */
+static PetscErrorCode ForParticles(Search *s, PetscInt pair, int side, PetscErrorCode (*act)(Search *, PetscInt, int, PetscInt))
+{
+  const MPMTiles *t    = &s->core->exchange.patch.tiles;
+  const int       dim  = (int)s->core->grid.dim;
+  const PetscInt  rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits;
+  const PetscInt  own = side ? s->c->pair[pair].b : s->c->pair[pair].a, other = side ? s->c->pair[pair].a : s->c->pair[pair].b;
+
+  PetscFunctionBeginUser;
+  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+    PetscInt at[3];
+
+    if (!IsOccupied(t, tile) || TilePlace(s, tile, at) != own || !IsNear(s, other, at)) continue;
+    for (PetscInt in = 0; in < rows; in++) {
+      const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
+
+      for (PetscInt q = cell[0]; q < cell[edge]; q++) PetscCall(act(s, pair, side, s->core->particles.order[q]));
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- Stencils of single particles --------------------------------------------------------------------------------- */
+
+typedef struct {
+  PetscInt  base[3], n[3];
+  PetscReal xi[3], w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* g: 1/cells */
+} Stencil;
+
+static void SetStencil(const Search *s, PetscInt p, Stencil *to)
+{
+  const MPMCore *core = s->core;
+  const MPMGrid *grid = &core->grid;
+  const int      dim  = (int)grid->dim;
+  const PetscReal *l = MPMHalfWidths(dim, core->params.kinds, &s->view, p);
+
+  *to = (Stencil){.n = {1, 1, 1}};
+  MPMCoordinates(dim, core->basis, grid, s->view.x + p * dim, l, to->xi, to->base);
+  for (int d = 0; d < dim; d++) {
+    to->n[d] = MPMBasisNodes(core->basis);
+    MPMBasisWeights(core->basis, to->xi[d], l[d], to->base[d], grid->cells[d], grid->wall_basis[d], to->w[d], to->g[d]);
+  }
+}
+
+/* Sets ijk [3] to node at [3] of a stencil, as the grid numbers it across periodic faces. */
+static void SetIjk(const MPMGrid *grid, const Stencil *t, const PetscInt at[], PetscInt ijk[])
+{
+  for (PetscInt d = 0; d < 3; d++) {
+    ijk[d] = d < grid->dim ? t->base[d] + at[d] : 0;
+    if (grid->periodic[d]) ijk[d] = (ijk[d] + grid->cells[d]) % grid->cells[d];
+  }
+}
+
+#define FOR_STENCIL(t, at)                                                                                             \
+  for (at[2] = 0; at[2] < (t)->n[2]; at[2]++)                                                                          \
+    for (at[1] = 0; at[1] < (t)->n[1]; at[1]++)                                                                        \
+      for (at[0] = 0; at[0] < (t)->n[0]; at[0]++)
+
+/* --- Normals ------------------------------------------------------------------------------------------------------ */
+
+/* Adds a particle to the sums of its nodes. */
+static PetscErrorCode AddToFits(Search *s, PetscInt pair, int side, PetscInt p)
+{
+  const MPMPatch *patch = &s->core->exchange.patch;
+  const MPMGrid  *grid  = patch->grid;
+  const PetscInt  copy  = side ? s->c->pair[pair].b : s->c->pair[pair].a;
+  PetscInt        at[3];
+  Stencil         t;
+
+  PetscFunctionBeginUser;
+  SetStencil(s, p, &t);
+  FOR_STENCIL(&t, at)
+  {
+    PetscReal units = 1 / UNIT, xi[3] = {0};
+    PetscInt  i = 0, k = 4;
+    Fit      *fit;
+
+    for (PetscInt d = 2; d >= 0; d--)
+      i = i * patch->n[d] + (d < grid->dim ? t.base[d] + at[d] + MPMGridFirst(grid, d, copy) - patch->lo[d] : 0);
+    for (PetscInt d = 0; d < grid->dim; d++) {
+      units *= t.w[d][at[d]];
+      xi[d] = t.xi[d] - (PetscReal)(t.base[d] + at[d]);
+    }
+    if (!(units > 0)) continue;
+    if (!s->map[i]) {
+      if (s->nfits == s->room) {
+        s->room = 2 * s->room + 256;
+        PetscCall(PetscRealloc((size_t)s->room * sizeof *s->fit, &s->fit));
+      }
+      fit = &s->fit[s->nfits++];
+      PetscCall(PetscMemzero(fit, sizeof *fit));
+      fit->pair = pair;
+      SetIjk(grid, &t, at, fit->ijk);
+      s->map[i] = s->nfits;
+    }
+    fit = &s->fit[s->map[i] - 1];
+    fit->sum[0] += (PetscInt64)units;
+    fit->sum[10] += side ? (PetscInt64)units : -(PetscInt64)units;
+    for (PetscInt d = 0; d < 3; d++) {
+      const PetscInt64 one = (PetscInt64)(units * xi[d]);
+
+      fit->sum[1 + d] += one;
+      fit->sum[11 + d] += side ? one : -one;
+      for (PetscInt e = d; e < 3; e++) fit->sum[k++] += (PetscInt64)(units * xi[d] * xi[e]);
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static int InOrderOfFits(const void *a, const void *b)
+{
+  const Fit *p = a, *q = b;
+
+  if (p->pair != q->pair) return p->pair < q->pair ? -1 : 1;
+  for (PetscInt d = 2; d >= 0; d--)
+    if (p->ijk[d] != q->ijk[d]) return p->ijk[d] < q->ijk[d] ? -1 : 1;
+  return 0;
+}
+
+/* Collects the sums of all processes, and merges those of a node. Collective on exchange.data. */
+static PetscErrorCode CollectFits(Search *s)
+{
+  PetscMPIInt size, n, *counts, *from;
+  PetscInt    all = 0, kept = 0;
+  Fit        *mine;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(s->core->exchange.data, &size));
+  if (size > 1) {
+    PetscCall(PetscMPIIntCast(s->nfits * (PetscInt)sizeof *mine, &n));
+    PetscCall(PetscMalloc2(size, &counts, size, &from));
+    PetscCallMPI(MPI_Allgather(&n, 1, MPI_INT, counts, 1, MPI_INT, s->core->exchange.data));
+    for (PetscMPIInt k = 0; k < size; k++) {
+      PetscCall(PetscMPIIntCast(all, &from[k]));
+      all += counts[k];
+    }
+    mine     = s->fit;
+    s->nfits = s->room = all / (PetscInt)sizeof *mine;
+    PetscCall(PetscMalloc1(s->room, &s->fit));
+    PetscCallMPI(MPI_Allgatherv(mine, n, MPI_BYTE, s->fit, counts, from, MPI_BYTE, s->core->exchange.data));
+    PetscCall(PetscFree(mine));
+    PetscCall(PetscFree2(counts, from));
+  }
+  qsort(s->fit, (size_t)s->nfits, sizeof *s->fit, InOrderOfFits);
+  for (PetscInt k = 0; k < s->nfits; k++) {
+    Fit *to = kept ? &s->fit[kept - 1] : NULL;
+
+    if (to && !InOrderOfFits(to, &s->fit[k]))
+      for (PetscInt q = 0; q < NSUMS; q++) to->sum[q] += s->fit[k].sum[q];
+    else
+      s->fit[kept++] = s->fit[k];
+  }
+  s->nfits = kept;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Solves A y = b for n <= 4 unknowns by elimination with pivots; returns false if A has none. */
+static PetscBool Solve(int n, PetscReal A[4][4], PetscReal b[4], PetscReal y[4])
+{
+  for (int k = 0; k < n; k++) {
+    int best = k;
+
+    for (int i = k + 1; i < n; i++)
+      if (PetscAbsReal(A[i][k]) > PetscAbsReal(A[best][k])) best = i;
+    if (!(PetscAbsReal(A[best][k]) > 0)) return PETSC_FALSE;
+    for (int j = 0; j < n && best != k; j++) {
+      const PetscReal was = A[k][j];
+
+      A[k][j]    = A[best][j];
+      A[best][j] = was;
+    }
+    if (best != k) {
+      const PetscReal was = b[k];
+
+      b[k]    = b[best];
+      b[best] = was;
+    }
+    for (int i = k + 1; i < n; i++) {
+      const PetscReal by = A[i][k] / A[k][k];
+
+      for (int j = k; j < n; j++) A[i][j] -= by * A[k][j];
+      b[i] -= by * b[k];
+    }
+  }
+  for (int k = n - 1; k >= 0; k--) {
+    y[k] = b[k];
+    for (int j = k + 1; j < n; j++) y[k] -= A[k][j] * y[j];
+    y[k] /= A[k][k];
+  }
+  return PETSC_TRUE;
+}
+
+/* Sets n [3] to the normal at a node by its sums; returns false if only one side has matter there, or it has no normal. */
+static PetscBool SetNormal(const MPMGrid *grid, const MPMPair *pair, const Fit *fit, PetscReal n[])
+{
+  static const int row[3][3] = {{4, 5, 6}, {5, 7, 8}, {6, 8, 9}};
+  const int        dim       = (int)grid->dim;
+  const PetscReal  all       = (PetscReal)fit->sum[0];
+  PetscReal        A[4][4], b[4], y[4], size = 0;
+
+  if (fit->sum[10] >= fit->sum[0] || fit->sum[10] <= -fit->sum[0]) return PETSC_FALSE;
+  for (int d = 0; d < dim; d++) {
+    for (int e = 0; e < dim; e++) A[d][e] = (PetscReal)fit->sum[row[d][e]] / all;
+    A[d][d] += SMOOTH;
+    A[d][dim] = A[dim][d] = (PetscReal)fit->sum[1 + d] / all;
+    b[d]                  = (PetscReal)fit->sum[11 + d] / all;
+  }
+  A[dim][dim] = 1;
+  b[dim]      = (PetscReal)fit->sum[10] / all;
+  if (!Solve(dim + 1, A, b, y)) return PETSC_FALSE;
+  for (int d = 0; d < 3; d++) n[d] = d < dim && (pair->axis < 0 || pair->axis == d) ? y[d] / grid->h[d] : 0;
+  for (int d = 0; d < dim; d++) size += n[d] * n[d];
+  if (!(size > 0)) return PETSC_FALSE;
+  for (int d = 0; d < dim; d++) n[d] /= PetscSqrtReal(size);
+  return PETSC_TRUE;
+}
+
+/* --- Nodes, weights and gaps -------------------------------------------------------------------------------------- */
+
+/* The sequence of nodes: by pair, columns, and along these. */
+static int InOrder(const void *a, const void *b)
+{
+  const MPMContactNode *p = a, *q = b;
+
+  if (p->pair != q->pair) return p->pair < q->pair ? -1 : 1;
+  if (p->axis != q->axis) return p->axis < q->axis ? -1 : 1;
+  if (p->side != q->side) return p->side < q->side ? -1 : 1;
+  for (PetscInt d = 2; d >= 0; d--)
+    if (d != p->axis && p->ijk[d] != q->ijk[d]) return p->ijk[d] < q->ijk[d] ? -1 : 1;
+  return p->ijk[p->axis] == q->ijk[q->axis] ? 0 : p->ijk[p->axis] < q->ijk[q->axis] ? -1 : 1;
+}
+
+static PetscBool SameColumn(const MPMContactNode *p, const MPMContactNode *q)
+{
+  if (p->pair != q->pair || p->axis != q->axis || p->side != q->side) return PETSC_FALSE;
+  for (PetscInt d = 0; d < 3; d++)
+    if (d != p->axis && p->ijk[d] != q->ijk[d]) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
+/* A number for each node of a pair. */
+static PetscInt KeyOf(const MPMGrid *grid, PetscInt pair, const PetscInt ijk[])
+{
+  PetscInt key = pair;
+
+  for (PetscInt d = grid->dim - 1; d >= 0; d--) key = key * (grid->cells[d] + 2 * MPM_GRID_APART) + ijk[d] + MPM_GRID_APART;
+  return key;
+}
+
+/* Makes the nodes of contact of the sums, in their sequence. */
+static PetscErrorCode MakeNodes(Search *s)
+{
+  const MPMGrid *grid = &s->core->grid;
+  MPMContacts   *c    = s->c;
+
+  PetscFunctionBeginUser;
+  if (c->room < s->nfits) {
+    c->room = 2 * s->nfits;
+    PetscCall(PetscRealloc((size_t)c->room * sizeof *c->node, &c->node));
+    PetscCall(PetscRealloc((size_t)c->room * sizeof *c->column, &c->column));
+    PetscCall(PetscRealloc((size_t)c->room * 8 * sizeof *c->sum, &c->sum));
+  }
+  for (PetscInt k = 0; k < s->nfits; k++) {
+    MPMContactNode *q = &c->node[c->nnodes];
+
+    *q = (MPMContactNode){.pair = s->fit[k].pair, .near = {PETSC_INFINITY, PETSC_INFINITY}, .wide = {PETSC_INFINITY, PETSC_INFINITY}};
+    if (!SetNormal(grid, &c->pair[q->pair], &s->fit[k], q->n)) continue;
+    for (PetscInt d = 0; d < 3; d++) {
+      q->ijk[d] = s->fit[k].ijk[d];
+      if (PetscAbsReal(q->n[d]) > PetscAbsReal(q->n[q->axis])) q->axis = d;
+    }
+    q->side = q->n[q->axis] > 0 ? 1 : 0;
+    c->nnodes++;
+  }
+  qsort(c->node, (size_t)c->nnodes, sizeof *c->node, InOrder);
+  PetscCall(PetscMalloc2(c->nnodes, &s->key, c->nnodes, &s->at));
+  for (PetscInt k = 0; k < c->nnodes; k++) {
+    s->key[k] = KeyOf(grid, c->node[k].pair, c->node[k].ijk);
+    s->at[k]  = k;
+  }
+  PetscCall(PetscSortIntWithArray(c->nnodes, s->key, s->at));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lets a particle tell the nodes of contact of its stencil its part of the weights, and where its matter ends. */
+static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
+{
+  const MPMCore *core = s->core;
+  const MPMGrid *grid = &core->grid;
+  const PetscInt dim  = grid->dim;
+  PetscReal      F[9], units;
+  PetscInt       at[3];
+  Stencil        t;
+
+  PetscFunctionBeginUser;
+  SetStencil(s, p, &t);
+  units = -MPMKindOf(core->params.kinds, &s->view, p)->V0 / UNIT * MPMMatterDeformation(core, &s->view, p, F);
+  for (PetscInt d = 0; d < dim; d++) units /= grid->h[d];
+  FOR_STENCIL(&t, at)
+  {
+    PetscReal       part = 0, aside = 0, n[3] = {0}, end = 0;
+    PetscInt        ijk[3], k;
+    MPMContactNode *q;
+
+    SetIjk(grid, &t, at, ijk);
+    PetscCall(PetscFindInt(KeyOf(grid, pair, ijk), s->c->nnodes, s->key, &k));
+    if (k < 0) continue;
+    q = &s->c->node[s->at[k]];
+    for (PetscInt d = 0; d < dim; d++) {
+      PetscReal       phi = 1;
+      const PetscReal by  = t.xi[d] - (PetscReal)(t.base[d] + at[d]);
+
+      n[d] = side ? q->n[d] : -q->n[d];
+      for (PetscInt e = 0; e < dim; e++) phi *= e == d ? t.g[e][at[e]] : t.w[e][at[e]];
+      part += phi * n[d];
+      end += by * grid->h[d] * n[d];
+      if (d != q->axis) aside = PetscMax(aside, PetscAbsReal(by));
+    }
+    q->weight[side] += (PetscInt64)PetscMax(-MOST, PetscMin(MOST, units * part));
+    end -= MPMMatterReaches(core, &s->view, p, F, n, grid->h[q->axis]);
+    if (aside < 0.5 + TIE) q->near[side] = PetscMin(q->near[side], end);
+    q->wide[side] = PetscMin(q->wide[side], end);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Merges weights and ends of all processes. Collective on exchange.data. */
+static PetscErrorCode CollectEnds(Search *s)
+{
+  MPMContacts *c = s->c;
+  PetscInt64  *weight;
+  PetscReal   *end;
+  PetscMPIInt  size, count;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_size(s->core->exchange.data, &size));
+  if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscMalloc2(2 * c->nnodes, &weight, 4 * c->nnodes, &end));
+  for (PetscInt k = 0; k < c->nnodes; k++)
+    for (int side = 0; side < 2; side++) {
+      weight[2 * k + side]  = c->node[k].weight[side];
+      end[4 * k + side]     = c->node[k].near[side];
+      end[4 * k + 2 + side] = c->node[k].wide[side];
+    }
+  PetscCall(PetscMPIIntCast(4 * c->nnodes, &count));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, weight, count / 2, MPIU_INT64, MPI_SUM, s->core->exchange.data));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, end, count, MPIU_REAL, MPI_MIN, s->core->exchange.data));
+  for (PetscInt k = 0; k < c->nnodes; k++)
+    for (int side = 0; side < 2; side++) {
+      c->node[k].weight[side] = weight[2 * k + side];
+      c->node[k].near[side]   = end[4 * k + side];
+      c->node[k].wide[side]   = end[4 * k + 2 + side];
+    }
+  PetscCall(PetscFree2(weight, end));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds the columns of the nodes, which are in sequence, and the gaps of these. */
+static void SetColumns(MPMContacts *c, PetscReal dt)
+{
+  c->ncolumns = 0;
+  for (PetscInt k = 0; k < c->nnodes; k++) {
+    const MPMContactNode *q = &c->node[k];
+    MPMContactColumn     *to;
+
+    if (!k || !SameColumn(q - 1, q)) c->column[c->ncolumns++] = (MPMContactColumn){.first = k, .gap = PETSC_INFINITY};
+    to       = &c->column[c->ncolumns - 1];
+    to->last = k + 1;
+    to->gap  = PetscMin(to->gap, q->near[0] + q->near[1]);
+  }
+  for (MPMContactColumn *to = c->column; to < c->column + c->ncolumns; to++) {
+    if (!(to->gap < PETSC_INFINITY))
+      for (PetscInt k = to->first; k < to->last; k++) to->gap = PetscMin(to->gap, c->node[k].wide[0] + c->node[k].wide[1]);
+    to->least = dt > 0 ? -PetscMax(0, to->gap) / dt : to->gap > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */
+  }
+}
+
+/* Marks the nodes of the patch's arrays where matter touches, which are not to be light (kernels/light.h): these nodes of
+   little mass take a part of the impulse. */
+static PetscErrorCode MarkTouching(Search *s)
+{
+  const MPMPatch *patch = &s->core->exchange.patch;
+  const MPMGrid  *grid  = patch->grid;
+  char           *held;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(MPMPatchNodes(patch), &held));
+  s->core->exchange.light.held = held;
+  for (const MPMContactColumn *c = s->c->column; c < s->c->column + s->c->ncolumns; c++)
+    for (PetscInt k = c->first; k < c->last; k++)
+      for (PetscInt q = 0; q < 54 && c->gap < TOUCHES * grid->h[s->c->node[k].axis]; q++) {
+        const MPMPair *pair  = &s->c->pair[s->c->node[k].pair];
+        const PetscInt by[3] = {q % 3 - 1, q / 3 % 3 - 1, q / 9 % 3 - 1};
+        PetscInt       at    = 0;
+
+        for (PetscInt d = 2; d >= 0 && at >= 0; d--) { /* across periodic faces too */
+          const PetscInt i = s->c->node[k].ijk[d] + MPMGridFirst(grid, d, q < 27 ? pair->a : pair->b) +
+                             by[d] * (grid->periodic[d] ? grid->cells[d] : 0) - patch->lo[d];
+
+          at = i < 0 || i >= patch->n[d] || (by[d] && !grid->periodic[d]) ? -1 : at * patch->n[d] + i;
+        }
+        if (at >= 0) held[at] = 1;
+      }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMContactsFind(MPMCore *core)
+{
+  const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim) | MPM_BIT(l);
+  const PetscInt nodes  = MPMPatchNodes(&core->exchange.patch);
+  Search         s      = {.core = core, .c = core->contacts};
+  PetscBool      any = PETSC_FALSE;
+
+  PetscFunctionBeginUser;
+  s.c->nnodes = s.c->ncolumns = 0;
+  PetscCall(PetscFree(core->exchange.light.held));
+  PetscCall(FindTiles(&s, &any));
+  if (any) {
+    PetscCall(MPMParticlesGetView(&core->particles, fields, &s.view));
+    PetscCall(PetscCalloc1(nodes, &s.map));
+    for (PetscInt pair = 0; pair < s.c->npairs; pair++) {
+      const PetscInt before = s.nfits;
+
+      for (int side = 0; side < 2; side++) PetscCall(ForParticles(&s, pair, side, AddToFits));
+      if (s.nfits > before) PetscCall(PetscArrayzero(s.map, nodes));
+    }
+    PetscCall(CollectFits(&s));
+    PetscCall(MakeNodes(&s));
+    for (PetscInt pair = 0; pair < s.c->npairs; pair++)
+      for (int side = 0; side < 2; side++) PetscCall(ForParticles(&s, pair, side, Tell));
+    PetscCall(CollectEnds(&s));
+    SetColumns(s.c, core->params.dt);
+    if (core->params.light > 0) PetscCall(MarkTouching(&s));
+    PetscCall(PetscFree2(s.key, s.at));
+    PetscCall(PetscFree(s.map));
+    PetscCall(PetscFree(s.fit));
+    PetscCall(MPMParticlesRestoreView(&core->particles, fields, &s.view));
+  }
+  PetscCall(PetscFree(s.tiles));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
