@@ -1,5 +1,5 @@
-/* contact.h - what a run keeps of contact between bodies whose particles have nodes of their own: what a scene declares, and what a step
-   finds (step/contact_find.c) and applies (step/contact.c). */
+/* contact.h - what a run keeps of contact between bodies whose particles have nodes of their own: what a scene declares, and
+   what a step finds (step/contact_find.c) and applies (step/contact.c). */
 #ifndef MPM_CONTACT_H
 #define MPM_CONTACT_H
 
@@ -12,33 +12,45 @@ typedef struct {
   PetscBool glued;      /* no contact is declared: where they meet they move as one */
 } MPMPair;
 
-/* A node that has matter of both copies of a pair, or of a body beside a rigid one: its place in the grid; the normal there,
-   from a to b; the axis and side of its column. Of a and b each: the sum of the weights of the surface, in units; how far
-   the end of the matter straight ahead is from the node along the normal, and of that beside, m; its share in the impulse
-   of its column. */
+/* A node of a copy that takes part in contact: mass, kg, and velocity, m/s, as a phase has left it, and as contact changes
+   it. */
 typedef struct {
-  PetscInt   pair, ijk[3], axis, side;
-  PetscReal  n[3], share[2];
+  PetscInt  copy, ijk[3];
+  PetscReal m, was[3], v[3];
+} MPMContactSite;
+
+/* A node of the grid that has matter of both copies of a pair: the sites of a and b; the normal there, from a to b. Of a and
+   b each: the sum of the weights of the surface, in units; and for columns along each axis how far the end of the matter
+   straight ahead is from the node along the normal, and of that beside, m. */
+typedef struct {
+  PetscInt   pair, ijk[3], site[2];
+  PetscReal  n[3];
   PetscInt64 weight[2];
-  PetscReal  near[2], wide[2];
+  PetscReal  near[2][3], wide[2];
 } MPMContactNode;
 
-/* A column of nodes, first .. last-1, which follow each other along their axis. gap: between the matter of a and b, m;
-   least: the least velocity with which they may part, below 0: approach, m/s; held: is it given one in this step, and
-   which. */
+/* A node's part in a column along an axis: its shares in the impulse on a and b. */
 typedef struct {
-  PetscInt  first, last;
-  PetscReal gap, least, to;
+  PetscInt  node, pair, axis, side;
+  PetscReal share[2];
+} MPMContactPart;
+
+/* A column of nodes that follow each other along an axis, parts first .. last-1: its normal; gap: between the matter of a and
+   b, m; least: the least velocity with which they may part, below 0: approach, m/s; by how much an impulse changes it,
+   1/kg; the impulses along the normal and across, on b, N s; held: is it given a velocity in this step? */
+typedef struct {
+  PetscInt  first, last, pair;
+  PetscReal n[3], gap, least, inverse, press, brake[3];
   PetscBool held;
 } MPMContactColumn;
 
 typedef struct {
-  PetscInt          npairs, nnodes, ncolumns, room;
+  PetscInt          npairs, nnodes, nsites, nparts, ncolumns;
   MPMPair          *pair;   /* [npairs] */
-  MPMContactNode   *node;   /* [nnodes] in sequence of pairs and columns: the same ones on all processes */
+  MPMContactNode   *node;   /* [nnodes]; these and the others are the same ones on all processes */
+  MPMContactSite   *site;   /* [nsites] */
+  MPMContactPart   *part;   /* [nparts] in sequence of columns */
   MPMContactColumn *column; /* [ncolumns] */
-  PetscReal        *sum;    /* [nnodes][2][4] mass, kg, and velocity, m/s, of the nodes of both copies */
-  PetscInt64        met;    /* columns that were held in the last step */
 } MPMContacts;
 
 #endif

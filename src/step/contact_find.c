@@ -16,6 +16,9 @@
 #define SMOOTH 1e-9           /* cells^2, times the sum of phi: it only matters where all particles lie on a line */
 #define TIE    1e-9           /* cells: a particle in the middle between two columns lies in both */
 #define TOUCHES 0.25          /* cells: matter that is nearer touches, or may do so in this step */
+#define AHEAD  0.5            /* cells */
+#define AGREE  8              /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
+#define INCLINES 0.05          /* squared component of a normal, below which a node is in no column along that axis */
 #define UNIT   ldexp(1, -50)  /* of sums of phi, and of the weights in sides of cells */
 #define MOST   ldexp(1, 54)   /* of what a particle adds to a weight, in units */
 
@@ -27,6 +30,10 @@ typedef struct {
   PetscInt64 sum[NSUMS];
 } Fit;
 
+/* What the particles at the surface of one side tell a node of the normal, in units: sums of phi times the unit normal of the
+   surface, and of phi. */
+typedef PetscInt64 Faces[2][4];
+
 /* What a search has: tiles of the grid on each axis; bits of those with particles, copy after copy; the records of nodes so
    far, and for each node of the patch its record, from 1 on. */
 typedef struct {
@@ -36,7 +43,10 @@ typedef struct {
   PetscInt     n[3], words; /* words: of 64 bits for a copy */
   uint64_t    *tiles;       /* [copies][words] */
   Fit         *fit;
-  PetscInt     nfits, room, *map, *key, *at; /* key, at [nnodes]: of the nodes found, sorted */
+  PetscInt     nfits, room, *map, *key, *at; /* key, at: of nodes, sorted */
+  PetscReal   *normal;                       /* [nfits][3] */
+  Faces       *faces;                        /* [nfits] */
+  PetscReal    full[MPM_MAX_COPIES];         /* particles of a cell that is full, of each copy */
 } Search;
 
 /* --- Tiles -------------------------------------------------------------------------------------------------------- */
@@ -167,19 +177,25 @@ typedef struct {
   PetscReal xi[3], w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL]; /* g: 1/cells */
 } Stencil;
 
-static void SetStencil(const Search *s, PetscInt p, Stencil *to)
+/* Sets the stencil of a place x [dim], m, by the domain of particle p. */
+static void SetStencilAt(const Search *s, PetscInt p, const PetscReal x[], Stencil *to)
 {
-  const MPMCore *core = s->core;
-  const MPMGrid *grid = &core->grid;
-  const int      dim  = (int)grid->dim;
-  const PetscReal *l = MPMHalfWidths(dim, core->params.kinds, &s->view, p);
+  const MPMCore   *core = s->core;
+  const MPMGrid   *grid = &core->grid;
+  const int        dim  = (int)grid->dim;
+  const PetscReal *l    = MPMHalfWidths(dim, core->params.kinds, &s->view, p);
 
   *to = (Stencil){.n = {1, 1, 1}};
-  MPMCoordinates(dim, core->basis, grid, s->view.x + p * dim, l, to->xi, to->base);
+  MPMCoordinates(dim, core->basis, grid, x, l, to->xi, to->base);
   for (int d = 0; d < dim; d++) {
     to->n[d] = MPMBasisNodes(core->basis);
     MPMBasisWeights(core->basis, to->xi[d], l[d], to->base[d], grid->cells[d], grid->wall_basis[d], to->w[d], to->g[d]);
   }
+}
+
+static void SetStencil(const Search *s, PetscInt p, Stencil *to)
+{
+  SetStencilAt(s, p, s->view.x + p * s->core->grid.dim, to);
 }
 
 /* Sets ijk [3] to node at [3] of a stencil, as the grid numbers it across periodic faces. */
@@ -195,6 +211,15 @@ static void SetIjk(const MPMGrid *grid, const Stencil *t, const PetscInt at[], P
   for (at[2] = 0; at[2] < (t)->n[2]; at[2]++)                                                                          \
     for (at[1] = 0; at[1] < (t)->n[1]; at[1]++)                                                                        \
       for (at[0] = 0; at[0] < (t)->n[0]; at[0]++)
+
+/* A number for each node of a pair, or of a copy. */
+static PetscInt KeyOf(const MPMGrid *grid, PetscInt of, const PetscInt ijk[])
+{
+  PetscInt key = of;
+
+  for (PetscInt d = grid->dim - 1; d >= 0; d--) key = key * (grid->cells[d] + 2 * MPM_GRID_APART) + ijk[d] + MPM_GRID_APART;
+  return key;
+}
 
 /* --- Normals ------------------------------------------------------------------------------------------------------ */
 
@@ -355,70 +380,190 @@ static PetscBool SetNormal(const MPMGrid *grid, const MPMPair *pair, const Fit *
   return PETSC_TRUE;
 }
 
-/* --- Nodes, weights and gaps -------------------------------------------------------------------------------------- */
-
-/* The sequence of nodes: by pair, columns, and along these. */
-static int InOrder(const void *a, const void *b)
+/* Sets n [3] of a node from the surfaces that face each other there, as far as there are any: the mean of both sides by how
+   much they have, and by how well they agree: at a corner of one body the surface of the other one counts. */
+static void UseFaces(PetscInt dim, Faces of, PetscReal n[])
 {
-  const MPMContactNode *p = a, *q = b;
+  PetscReal sum[3] = {0}, length = 0;
 
-  if (p->pair != q->pair) return p->pair < q->pair ? -1 : 1;
-  if (p->axis != q->axis) return p->axis < q->axis ? -1 : 1;
-  if (p->side != q->side) return p->side < q->side ? -1 : 1;
-  for (PetscInt d = 2; d >= 0; d--)
-    if (d != p->axis && p->ijk[d] != q->ijk[d]) return p->ijk[d] < q->ijk[d] ? -1 : 1;
-  return p->ijk[p->axis] == q->ijk[q->axis] ? 0 : p->ijk[p->axis] < q->ijk[q->axis] ? -1 : 1;
+  for (int side = 0; side < 2; side++) {
+    const PetscReal all = (PetscReal)of[side][3];
+    PetscReal       size = 0, weight;
+
+    for (PetscInt d = 0; d < dim; d++) size += PetscSqr((PetscReal)of[side][d]);
+    size = PetscSqrtReal(size);
+    if (!(size > 0)) continue;
+    weight = all * PetscPowReal(size / all, AGREE);
+    for (PetscInt d = 0; d < dim; d++) sum[d] += (side ? -1 : 1) * weight * (PetscReal)of[side][d] / size;
+  }
+  for (PetscInt d = 0; d < dim; d++) length += sum[d] * sum[d];
+  if (!(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 0)) return; /* only one side has matter there */
+  for (PetscInt d = 0; d < dim && length > 0; d++) n[d] = sum[d] / PetscSqrtReal(length);
 }
 
-static PetscBool SameColumn(const MPMContactNode *p, const MPMContactNode *q)
-{
-  if (p->pair != q->pair || p->axis != q->axis || p->side != q->side) return PETSC_FALSE;
-  for (PetscInt d = 0; d < 3; d++)
-    if (d != p->axis && p->ijk[d] != q->ijk[d]) return PETSC_FALSE;
-  return PETSC_TRUE;
-}
-
-/* A number for each node of a pair. */
-static PetscInt KeyOf(const MPMGrid *grid, PetscInt pair, const PetscInt ijk[])
-{
-  PetscInt key = pair;
-
-  for (PetscInt d = grid->dim - 1; d >= 0; d--) key = key * (grid->cells[d] + 2 * MPM_GRID_APART) + ijk[d] + MPM_GRID_APART;
-  return key;
-}
-
-/* Makes the nodes of contact of the sums, in their sequence. */
-static PetscErrorCode MakeNodes(Search *s)
+/* Returns how much matter of the other side is ahead of the surface of particle p, along the unit normal n [dim] of that: the
+   sums of its particles' phi interpolated to a place AHEAD of the surface, by those of full cells. */
+static PetscReal Ahead(const Search *s, PetscInt pair, int side, PetscInt p, const PetscReal n[], PetscReal rim)
 {
   const MPMGrid *grid = &s->core->grid;
-  MPMContacts   *c    = s->c;
+  PetscReal      x[3] = {0}, h = 0, found = 0;
+  PetscInt       at[3];
+  Stencil        t;
+
+  for (PetscInt d = 0; d < grid->dim; d++) h += PetscSqr(n[d] * grid->h[d]);
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    x[d] = s->view.x[p * grid->dim + d] + (rim + AHEAD * PetscSqrtReal(h)) * n[d];
+    if (grid->periodic[d]) x[d] -= PetscFloorReal((x[d] - grid->lower[d]) / (grid->upper[d] - grid->lower[d])) * (grid->upper[d] - grid->lower[d]);
+    if (!(x[d] >= grid->lower[d] && x[d] < grid->upper[d])) return 0;
+  }
+  SetStencilAt(s, p, x, &t);
+  FOR_STENCIL(&t, at)
+  {
+    PetscReal phi = 1;
+    PetscInt  ijk[3], k;
+
+    SetIjk(grid, &t, at, ijk);
+    (void)PetscFindInt(KeyOf(grid, pair, ijk), s->nfits, s->key, &k);
+    for (PetscInt d = 0; d < grid->dim; d++) phi *= t.w[d][at[d]];
+    if (k >= 0) found += phi * 0.5 * (PetscReal)(s->fit[s->at[k]].sum[0] + (side ? -1 : 1) * s->fit[s->at[k]].sum[10]);
+  }
+  return found * UNIT / s->full[side ? s->c->pair[pair].a : s->c->pair[pair].b];
+}
+
+/* Lets a particle at the surface of a body that keeps its shape tell the nodes of its stencil the normal of that, as far as
+   there is matter of the other side ahead. */
+static PetscErrorCode TellFaces(Search *s, PetscInt pair, int side, PetscInt p)
+{
+  const MPMCore   *core = s->core;
+  const int        dim  = (int)core->grid.dim;
+  const PetscReal *rim  = s->view.rim + p * dim;
+  PetscReal        F[9], cofactor[9], turned[3] = {0}, size = 0, far = 0, ahead;
+  PetscInt         at[3];
+  Stencil          t;
 
   PetscFunctionBeginUser;
-  if (c->room < s->nfits) {
-    c->room = 2 * s->nfits;
-    PetscCall(PetscRealloc((size_t)c->room * sizeof *c->node, &c->node));
-    PetscCall(PetscRealloc((size_t)c->room * sizeof *c->column, &c->column));
-    PetscCall(PetscRealloc((size_t)c->room * 8 * sizeof *c->sum, &c->sum));
+  if (!MPMMaterialKeepsShape(&core->params.materials[MPMKindOf(core->params.kinds, &s->view, p)->material]))
+    PetscFunctionReturn(PETSC_SUCCESS);
+  (void)MPMMatterDeformation(core, &s->view, p, F);
+  MPMCofactor(dim, F, cofactor);
+  for (int d = 0; d < dim; d++) {
+    for (int e = 0; e < dim; e++) turned[d] += cofactor[d * dim + e] * rim[e];
+    size += turned[d] * turned[d];
+    far += rim[d] * rim[d];
   }
+  if (!(size > 0)) PetscFunctionReturn(PETSC_SUCCESS);
+  for (int d = 0; d < dim; d++) turned[d] /= PetscSqrtReal(size);
+  ahead = Ahead(s, pair, side, p, turned, MPMDet(dim, F) * far / PetscSqrtReal(size));
+  ahead *= ahead;
+  ahead *= ahead;
+  SetStencil(s, p, &t);
+  FOR_STENCIL(&t, at)
+  {
+    PetscReal   units = ahead / UNIT;
+    PetscInt    ijk[3], k;
+    PetscInt64 *to;
+
+    SetIjk(&core->grid, &t, at, ijk);
+    PetscCall(PetscFindInt(KeyOf(&core->grid, pair, ijk), s->nfits, s->key, &k));
+    if (k < 0) continue;
+    for (int d = 0; d < dim; d++) units *= t.w[d][at[d]];
+    if (!(units > 0)) continue;
+    to = s->faces[s->at[k]][side];
+    for (int d = 0; d < dim; d++) to[d] += (PetscInt64)(units * turned[d]);
+    to[3] += (PetscInt64)units;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets key and at [n] to the numbers of n nodes and their places, sorted by number. */
+static PetscErrorCode SetKeys(Search *s, PetscInt n, const void *first, size_t bytes, size_t pair, size_t ijk)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscRealloc((size_t)(n + 1) * sizeof *s->key, &s->key));
+  PetscCall(PetscRealloc((size_t)(n + 1) * sizeof *s->at, &s->at));
+  for (PetscInt k = 0; k < n; k++) {
+    const char *row = (const char *)first + (size_t)k * bytes;
+
+    s->key[k] = KeyOf(&s->core->grid, *(const PetscInt *)(row + pair), (const PetscInt *)(row + ijk));
+    s->at[k]  = k;
+  }
+  PetscCall(PetscSortIntWithArray(n, s->key, s->at));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds the normals at the nodes of the sums, [nfits][3]; they are 0 where there is none. Collective on exchange.data. */
+static PetscErrorCode FindNormals(Search *s)
+{
+  PetscMPIInt count;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(3 * s->nfits + 1, &s->normal));
+  PetscCall(PetscCalloc1(s->nfits + 1, &s->faces));
+  for (PetscInt k = 0; k < s->nfits; k++)
+    if (!SetNormal(&s->core->grid, &s->c->pair[s->fit[k].pair], &s->fit[k], s->normal + 3 * k))
+      for (PetscInt d = 0; d < 3; d++) s->normal[3 * k + d] = 0;
+  PetscCall(SetKeys(s, s->nfits, s->fit, sizeof *s->fit, offsetof(Fit, pair), offsetof(Fit, ijk)));
+  for (PetscInt pair = 0; pair < s->c->npairs; pair++)
+    for (int side = 0; side < 2 && s->c->pair[pair].axis < 0; side++) PetscCall(ForParticles(s, pair, side, TellFaces));
+  PetscCall(PetscMPIIntCast(8 * s->nfits, &count));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, s->faces, count, MPIU_INT64, MPI_SUM, s->core->exchange.data));
+  for (PetscInt k = 0; k < s->nfits; k++) UseFaces(s->core->grid.dim, s->faces[k], s->normal + 3 * k);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* --- Nodes, weights and gaps -------------------------------------------------------------------------------------- */
+
+/* Makes the nodes of contact of the sums, and the sites of their copies. */
+static PetscErrorCode MakeNodes(Search *s)
+{
+  MPMContacts *c = s->c;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscRealloc((size_t)(s->nfits + 1) * sizeof *c->node, &c->node));
+  PetscCall(PetscRealloc((size_t)(2 * s->nfits + 1) * sizeof *c->site, &c->site));
   for (PetscInt k = 0; k < s->nfits; k++) {
     MPMContactNode *q = &c->node[c->nnodes];
 
-    *q = (MPMContactNode){.pair = s->fit[k].pair, .near = {PETSC_INFINITY, PETSC_INFINITY}, .wide = {PETSC_INFINITY, PETSC_INFINITY}};
-    if (!SetNormal(grid, &c->pair[q->pair], &s->fit[k], q->n)) continue;
-    for (PetscInt d = 0; d < 3; d++) {
-      q->ijk[d] = s->fit[k].ijk[d];
-      if (PetscAbsReal(q->n[d]) > PetscAbsReal(q->n[q->axis])) q->axis = d;
+    *q = (MPMContactNode){.pair = s->fit[k].pair};
+    for (int side = 0; side < 2; side++) {
+      q->wide[side] = PETSC_INFINITY;
+      for (PetscInt d = 0; d < 3; d++) q->near[side][d] = PETSC_INFINITY;
     }
-    q->side = q->n[q->axis] > 0 ? 1 : 0;
-    c->nnodes++;
+    for (PetscInt d = 0; d < 3; d++) {
+      q->n[d]   = s->normal[3 * k + d];
+      q->ijk[d] = s->fit[k].ijk[d];
+    }
+    if (q->n[0] != 0 || q->n[1] != 0 || q->n[2] != 0) c->nnodes++;
   }
-  qsort(c->node, (size_t)c->nnodes, sizeof *c->node, InOrder);
-  PetscCall(PetscMalloc2(c->nnodes, &s->key, c->nnodes, &s->at));
-  for (PetscInt k = 0; k < c->nnodes; k++) {
-    s->key[k] = KeyOf(grid, c->node[k].pair, c->node[k].ijk);
-    s->at[k]  = k;
+  PetscCall(SetKeys(s, c->nnodes, c->node, sizeof *c->node, offsetof(MPMContactNode, pair), offsetof(MPMContactNode, ijk)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes the sites: the nodes of contact of several pairs share those of a copy. */
+static PetscErrorCode MakeSites(Search *s)
+{
+  MPMContacts *c = s->c;
+  PetscInt    *key, *at, n = 0;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc2(2 * c->nnodes, &key, 2 * c->nnodes, &at));
+  for (PetscInt k = 0; k < c->nnodes; k++)
+    for (int side = 0; side < 2; side++) {
+      const MPMPair *pair = &c->pair[c->node[k].pair];
+
+      key[n]  = KeyOf(&s->core->grid, side ? pair->b : pair->a, c->node[k].ijk);
+      at[n++] = 2 * k + side;
+    }
+  PetscCall(PetscSortIntWithArray(n, key, at));
+  for (PetscInt k = 0; k < n; k++) {
+    MPMContactNode *q = &c->node[at[k] / 2];
+    const MPMPair  *pair = &c->pair[q->pair];
+
+    if (!k || key[k] != key[k - 1])
+      c->site[c->nsites++] = (MPMContactSite){.copy = at[k] % 2 ? pair->b : pair->a, .ijk = {q->ijk[0], q->ijk[1], q->ijk[2]}};
+    q->site[at[k] % 2] = c->nsites - 1;
   }
-  PetscCall(PetscSortIntWithArray(c->nnodes, s->key, s->at));
+  PetscCall(PetscFree2(key, at));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -438,7 +583,7 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
   for (PetscInt d = 0; d < dim; d++) units /= grid->h[d];
   FOR_STENCIL(&t, at)
   {
-    PetscReal       part = 0, aside = 0, n[3] = {0}, end = 0;
+    PetscReal       part = 0, aside[3] = {0}, n[3] = {0}, end = 0, h = 0;
     PetscInt        ijk[3], k;
     MPMContactNode *q;
 
@@ -454,11 +599,14 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
       for (PetscInt e = 0; e < dim; e++) phi *= e == d ? t.g[e][at[e]] : t.w[e][at[e]];
       part += phi * n[d];
       end += by * grid->h[d] * n[d];
-      if (d != q->axis) aside = PetscMax(aside, PetscAbsReal(by));
+      h = PetscMax(h, grid->h[d]);
+      for (PetscInt e = 0; e < dim; e++)
+        if (e != d) aside[e] = PetscMax(aside[e], PetscAbsReal(by));
     }
     q->weight[side] += (PetscInt64)PetscMax(-MOST, PetscMin(MOST, units * part));
-    end -= MPMMatterReaches(core, &s->view, p, F, n, grid->h[q->axis]);
-    if (aside < 0.5 + TIE) q->near[side] = PetscMin(q->near[side], end);
+    end -= MPMMatterReaches(core, &s->view, p, F, n, h);
+    for (PetscInt d = 0; d < dim; d++)
+      if (aside[d] < 0.5 + TIE) q->near[side][d] = PetscMin(q->near[side][d], end);
     q->wide[side] = PetscMin(q->wide[side], end);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -475,43 +623,118 @@ static PetscErrorCode CollectEnds(Search *s)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(s->core->exchange.data, &size));
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc2(2 * c->nnodes, &weight, 4 * c->nnodes, &end));
+  PetscCall(PetscMalloc2(2 * c->nnodes, &weight, 8 * c->nnodes, &end));
   for (PetscInt k = 0; k < c->nnodes; k++)
     for (int side = 0; side < 2; side++) {
-      weight[2 * k + side]  = c->node[k].weight[side];
-      end[4 * k + side]     = c->node[k].near[side];
-      end[4 * k + 2 + side] = c->node[k].wide[side];
+      weight[2 * k + side] = c->node[k].weight[side];
+      for (PetscInt d = 0; d < 3; d++) end[8 * k + 4 * side + d] = c->node[k].near[side][d];
+      end[8 * k + 4 * side + 3] = c->node[k].wide[side];
     }
-  PetscCall(PetscMPIIntCast(4 * c->nnodes, &count));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, weight, count / 2, MPIU_INT64, MPI_SUM, s->core->exchange.data));
+  PetscCall(PetscMPIIntCast(8 * c->nnodes, &count));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, weight, count / 4, MPIU_INT64, MPI_SUM, s->core->exchange.data));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, end, count, MPIU_REAL, MPI_MIN, s->core->exchange.data));
   for (PetscInt k = 0; k < c->nnodes; k++)
     for (int side = 0; side < 2; side++) {
       c->node[k].weight[side] = weight[2 * k + side];
-      c->node[k].near[side]   = end[4 * k + side];
-      c->node[k].wide[side]   = end[4 * k + 2 + side];
+      for (PetscInt d = 0; d < 3; d++) c->node[k].near[side][d] = end[8 * k + 4 * side + d];
+      c->node[k].wide[side] = end[8 * k + 4 * side + 3];
     }
   PetscCall(PetscFree2(weight, end));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the columns of the nodes, which are in sequence, and the gaps of these. */
+/* --- Columns ------------------------------------------------------------------------------------------------------ */
+
+static const MPMContactNode *nodes_to_sort; /* qsort has no context */
+
+/* The sequence of parts: by pair, columns, and along these. */
+static int InOrder(const void *a, const void *b)
+{
+  const MPMContactPart *p = a, *q = b;
+  const PetscInt       *i = nodes_to_sort[p->node].ijk, *j = nodes_to_sort[q->node].ijk;
+
+  if (p->pair != q->pair) return p->pair < q->pair ? -1 : 1;
+  if (p->axis != q->axis) return p->axis < q->axis ? -1 : 1;
+  if (p->side != q->side) return p->side < q->side ? -1 : 1;
+  for (PetscInt d = 2; d >= 0; d--)
+    if (d != p->axis && i[d] != j[d]) return i[d] < j[d] ? -1 : 1;
+  return i[p->axis] == j[p->axis] ? 0 : i[p->axis] < j[p->axis] ? -1 : 1;
+}
+
+static PetscBool SameColumn(const MPMContactNode node[], const MPMContactPart *p, const MPMContactPart *q)
+{
+  if (p->pair != q->pair || p->axis != q->axis || p->side != q->side) return PETSC_FALSE;
+  for (PetscInt d = 0; d < 3; d++)
+    if (d != p->axis && node[p->node].ijk[d] != node[q->node].ijk[d]) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
+/* Makes the parts of the nodes: a node is in the columns along all axes to which its normal inclines, by the square of the
+   normal's component, so that the parts add up to its weight. */
+static PetscErrorCode MakeParts(MPMContacts *c, PetscInt dim)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscRealloc((size_t)(dim * c->nnodes + 1) * sizeof *c->part, &c->part));
+  PetscCall(PetscRealloc((size_t)(dim * c->nnodes + 1) * sizeof *c->column, &c->column));
+  for (PetscInt k = 0; k < c->nnodes; k++) {
+    const MPMContactNode *q   = &c->node[k];
+    PetscReal             all = 0;
+
+    if (c->pair[q->pair].glued) continue;
+    for (PetscInt d = 0; d < dim; d++) all += PetscSqr(q->n[d]) > INCLINES ? PetscSqr(q->n[d]) : 0;
+    for (PetscInt d = 0; d < dim; d++) {
+      MPMContactPart *to = &c->part[c->nparts];
+
+      if (!(PetscSqr(q->n[d]) > INCLINES)) continue;
+      *to = (MPMContactPart){.node = k, .pair = q->pair, .axis = d, .side = q->n[d] > 0};
+      for (int side = 0; side < 2; side++)
+        to->share[side] = PetscSqr(q->n[d]) / all * (PetscReal)PetscMax(0, q->weight[side]);
+      if (to->share[0] > 0 || to->share[1] > 0) c->nparts++;
+    }
+  }
+  nodes_to_sort = c->node;
+  qsort(c->part, (size_t)c->nparts, sizeof *c->part, InOrder);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets normal and gap of a column, and the shares of its parts; returns false if it has no matter on one side. */
+static PetscBool SetColumn(MPMContacts *c, PetscReal dt, MPMContactColumn *to)
+{
+  const PetscInt axis = c->part[to->first].axis;
+  PetscReal      all[2] = {0}, size = 0;
+
+  for (PetscInt k = to->first; k < to->last; k++)
+    for (int side = 0; side < 2; side++) all[side] += c->part[k].share[side];
+  if (!(all[0] > 0 && all[1] > 0)) return PETSC_FALSE;
+  for (PetscInt k = to->first; k < to->last; k++) {
+    const MPMContactNode *q = &c->node[c->part[k].node];
+
+    for (int side = 0; side < 2; side++) {
+      c->part[k].share[side] /= all[side];
+      for (PetscInt d = 0; d < 3; d++) to->n[d] += c->part[k].share[side] * q->n[d];
+    }
+    to->gap = PetscMin(to->gap, q->near[0][axis] + q->near[1][axis]);
+  }
+  for (PetscInt k = to->first; k < to->last && !(to->gap < PETSC_INFINITY); k++) {
+    const MPMContactNode *q = &c->node[c->part[k].node];
+
+    to->gap = PetscMin(to->gap, q->wide[0] + q->wide[1]);
+  }
+  for (PetscInt d = 0; d < 3; d++) size += PetscSqr(to->n[d]);
+  if (!(size > 0)) return PETSC_FALSE;
+  for (PetscInt d = 0; d < 3; d++) to->n[d] /= PetscSqrtReal(size);
+  to->least = dt > 0 ? -PetscMax(0, to->gap) / dt : to->gap > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */
+  return PETSC_TRUE;
+}
+
 static void SetColumns(MPMContacts *c, PetscReal dt)
 {
-  c->ncolumns = 0;
-  for (PetscInt k = 0; k < c->nnodes; k++) {
-    const MPMContactNode *q = &c->node[k];
-    MPMContactColumn     *to;
+  for (PetscInt first = 0, last; first < c->nparts; first = last) {
+    MPMContactColumn *to = &c->column[c->ncolumns];
 
-    if (!k || !SameColumn(q - 1, q)) c->column[c->ncolumns++] = (MPMContactColumn){.first = k, .gap = PETSC_INFINITY};
-    to       = &c->column[c->ncolumns - 1];
-    to->last = k + 1;
-    to->gap  = PetscMin(to->gap, q->near[0] + q->near[1]);
-  }
-  for (MPMContactColumn *to = c->column; to < c->column + c->ncolumns; to++) {
-    if (!(to->gap < PETSC_INFINITY))
-      for (PetscInt k = to->first; k < to->last; k++) to->gap = PetscMin(to->gap, c->node[k].wide[0] + c->node[k].wide[1]);
-    to->least = dt > 0 ? -PetscMax(0, to->gap) / dt : to->gap > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */
+    for (last = first + 1; last < c->nparts && SameColumn(c->node, &c->part[first], &c->part[last]);) last++;
+    *to = (MPMContactColumn){.first = first, .last = last, .pair = c->part[first].pair, .gap = PETSC_INFINITY};
+    if (SetColumn(c, dt, to)) c->ncolumns++;
   }
 }
 
@@ -528,13 +751,13 @@ static PetscErrorCode MarkTouching(Search *s)
   s->core->exchange.light.held = held;
   for (const MPMContactColumn *c = s->c->column; c < s->c->column + s->c->ncolumns; c++)
     for (PetscInt k = c->first; k < c->last; k++)
-      for (PetscInt q = 0; q < 54 && c->gap < TOUCHES * grid->h[s->c->node[k].axis]; q++) {
-        const MPMPair *pair  = &s->c->pair[s->c->node[k].pair];
+      for (PetscInt q = 0; q < 54 && c->gap < TOUCHES * grid->h[s->c->part[k].axis]; q++) {
+        const MPMPair *pair  = &s->c->pair[c->pair];
         const PetscInt by[3] = {q % 3 - 1, q / 3 % 3 - 1, q / 9 % 3 - 1};
         PetscInt       at    = 0;
 
         for (PetscInt d = 2; d >= 0 && at >= 0; d--) { /* across periodic faces too */
-          const PetscInt i = s->c->node[k].ijk[d] + MPMGridFirst(grid, d, q < 27 ? pair->a : pair->b) +
+          const PetscInt i = s->c->node[s->c->part[k].node].ijk[d] + MPMGridFirst(grid, d, q < 27 ? pair->a : pair->b) +
                              by[d] * (grid->periodic[d] ? grid->cells[d] : 0) - patch->lo[d];
 
           at = i < 0 || i >= patch->n[d] || (by[d] && !grid->periodic[d]) ? -1 : at * patch->n[d] + i;
@@ -552,7 +775,14 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
   PetscBool      any = PETSC_FALSE;
 
   PetscFunctionBeginUser;
-  s.c->nnodes = s.c->ncolumns = 0;
+  for (PetscInt k = 0; k < core->params.nkinds; k++) {
+    const MPMKind *kind = &core->params.kinds[k];
+    PetscReal      full = 1;
+
+    for (PetscInt d = 0; d < core->grid.dim; d++) full *= 0.5 / kind->l[d];
+    s.full[kind->copy] = PetscMax(s.full[kind->copy], full);
+  }
+  s.c->nnodes = s.c->nsites = s.c->nparts = s.c->ncolumns = 0;
   PetscCall(PetscFree(core->exchange.light.held));
   PetscCall(FindTiles(&s, &any));
   if (any) {
@@ -565,13 +795,19 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
       if (s.nfits > before) PetscCall(PetscArrayzero(s.map, nodes));
     }
     PetscCall(CollectFits(&s));
+    PetscCall(FindNormals(&s));
     PetscCall(MakeNodes(&s));
     for (PetscInt pair = 0; pair < s.c->npairs; pair++)
       for (int side = 0; side < 2; side++) PetscCall(ForParticles(&s, pair, side, Tell));
     PetscCall(CollectEnds(&s));
+    PetscCall(MakeSites(&s));
+    PetscCall(MakeParts(s.c, core->grid.dim));
     SetColumns(s.c, core->params.dt);
     if (core->params.light > 0) PetscCall(MarkTouching(&s));
-    PetscCall(PetscFree2(s.key, s.at));
+    PetscCall(PetscFree(s.key));
+    PetscCall(PetscFree(s.at));
+    PetscCall(PetscFree(s.normal));
+    PetscCall(PetscFree(s.faces));
     PetscCall(PetscFree(s.map));
     PetscCall(PetscFree(s.fit));
     PetscCall(MPMParticlesRestoreView(&core->particles, fields, &s.view));
