@@ -46,8 +46,18 @@ PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const 
     if (scene->walls.given[k / 2][k % 2].type == MPM_WALL_piston &&
         (k % 2 ? core->grid.upper[k / 2] - x[k / 2] : x[k / 2] - core->grid.lower[k / 2]) < scene->walls.place[k])
       scene->behind++;
-  for (PetscInt k = 0; k < scene->nbodies; k++)
-    if (scene->bodies + k < b && MPMRegionInside(&scene->bodies[k].region, dim, X)) scene->overlap++;
+  for (PetscInt k = 0; k < scene->nbodies; k++) {
+    const MPMBody *other = &scene->bodies[k];
+
+    if ((other >= b && other->copy == b->copy) || other == b || !MPMRegionInside(&other->region, dim, X)) continue;
+    scene->overlap++;
+    if (other->copy != b->copy)
+      MPMOptionsFail(o,
+                     "-bodies: a particle of %s at (%g, %g, %g) lies in the shape of %s; bodies in contact must not overlap "
+                     "at the start: move one, or cut it (-body_%s_cut %s)",
+                     b->name, (double)X[0], (double)(dim > 1 ? X[1] : 0), (double)(dim > 2 ? X[2] : 0), other->name, b->name,
+                     other->name);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

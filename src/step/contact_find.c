@@ -42,6 +42,8 @@ typedef struct {
   MPMView      view;
   PetscInt     n[3], words; /* words: of 64 bits for a copy */
   uint64_t    *tiles;       /* [copies][words] */
+  uint64_t    *cells;       /* [copies][tiles] bits of their cells that have particles */
+  PetscInt    *wanted, *first, nwanted, most; /* the particles of each side of each pair that are near the other side */
   Fit         *fit;
   PetscInt     nfits, room, *map, *key, *at; /* key, at: of nodes, sorted */
   PetscReal   *normal;                       /* [nfits][3] */
@@ -148,8 +150,71 @@ static PetscErrorCode FindTiles(Search *s, PetscBool *any)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Calls act for each particle of one side (0: a, 1: b) of a pair that is near matter of the other one. */
-static PetscErrorCode ForParticles(Search *s, PetscInt pair, int side, PetscErrorCode (*act)(Search *, PetscInt, int, PetscInt))
+/* Finds the cells that have particles: a bit for each of a tile, which has 64 at most. Collective on exchange.data. */
+static PetscErrorCode FindCells(Search *s)
+{
+  const MPMGrid  *grid = &s->core->grid;
+  const MPMTiles *t    = &s->core->exchange.patch.tiles;
+  const int       dim  = (int)grid->dim;
+  const PetscInt  rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits, all = s->n[0] * s->n[1] * s->n[2];
+  PetscMPIInt     count;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc1(grid->copies * all, &s->cells));
+  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+    PetscInt  at[3], copy;
+    uint64_t *cells;
+
+    if (!IsOccupied(t, tile)) continue;
+    copy  = TilePlace(s, tile, at);
+    cells = s->cells + copy * all + (at[2] * s->n[1] + at[1]) * s->n[0] + at[0];
+    for (PetscInt in = 0; in < rows; in++) {
+      const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
+
+      for (PetscInt i = 0; i < edge; i++)
+        if (cell[i] < cell[i + 1]) *cells |= (uint64_t)1 << (in * edge + i);
+    }
+  }
+  PetscCall(PetscMPIIntCast(grid->copies * all, &count));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, s->cells, count, MPI_UINT64_T, MPI_BOR, s->core->exchange.data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns whether a copy has particles in a cell so near to one of a tile at place `at` [3], cell number `in` of it, that
+   both touch the same nodes or the next ones. */
+static PetscBool IsCellNear(const Search *s, PetscInt copy, const PetscInt at[], PetscInt in)
+{
+  const MPMGrid *grid  = &s->core->grid;
+  const PetscInt bits = s->core->exchange.patch.tiles.bits, edge = 1 << bits, reach = MPMBasisNodes(s->core->basis);
+  PetscInt       lo[3] = {0}, hi[3] = {0}, to[3];
+
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscInt cell = at[d] * edge + (in >> bits * d & (edge - 1));
+
+    lo[d] = cell - reach;
+    hi[d] = cell + reach;
+  }
+  for (to[2] = lo[2]; to[2] <= hi[2]; to[2]++)
+    for (to[1] = lo[1]; to[1] <= hi[1]; to[1]++)
+      for (to[0] = lo[0]; to[0] <= hi[0]; to[0]++) {
+        PetscInt  tile = 0, bit = 0;
+        PetscBool inside = PETSC_TRUE;
+
+        for (PetscInt d = 2; d >= 0; d--) {
+          PetscInt cell = to[d];
+
+          if (grid->periodic[d]) cell = (cell + grid->cells[d]) % grid->cells[d];
+          if (cell < 0 || cell >= s->n[d] * edge) inside = PETSC_FALSE;
+          tile = tile * s->n[d] + (cell >> bits);
+          if (d < grid->dim) bit = (bit << bits) + (cell & (edge - 1));
+        }
+        if (inside && s->cells[copy * s->n[0] * s->n[1] * s->n[2] + tile] >> bit & 1) return PETSC_TRUE;
+      }
+  return PETSC_FALSE;
+}
+
+/* Lists the particles here of one side (0: a, 1: b) of a pair that are near matter of the other one: from s->nwanted on. */
+static PetscErrorCode ListParticles(Search *s, PetscInt pair, int side)
 {
   const MPMTiles *t    = &s->core->exchange.patch.tiles;
   const int       dim  = (int)s->core->grid.dim;
@@ -164,9 +229,41 @@ static PetscErrorCode ForParticles(Search *s, PetscInt pair, int side, PetscErro
     for (PetscInt in = 0; in < rows; in++) {
       const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
 
-      for (PetscInt q = cell[0]; q < cell[edge]; q++) PetscCall(act(s, pair, side, s->core->particles.order[q]));
+      for (PetscInt i = 0; i < edge; i++) {
+        const PetscInt n = cell[i + 1] - cell[i];
+
+        if (!n || !IsCellNear(s, other, at, in * edge + i)) continue;
+        if (s->nwanted + n > s->most) {
+          s->most = 2 * (s->nwanted + n);
+          PetscCall(PetscRealloc((size_t)s->most * sizeof *s->wanted, &s->wanted));
+        }
+        PetscCall(PetscArraycpy(s->wanted + s->nwanted, s->core->particles.order + cell[i], n));
+        s->nwanted += n;
+      }
     }
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Lists those of all pairs. */
+static PetscErrorCode ListAll(Search *s)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(2 * s->c->npairs + 1, &s->first));
+  for (PetscInt k = 0; k < 2 * s->c->npairs; k++) {
+    s->first[k] = s->nwanted;
+    PetscCall(ListParticles(s, k / 2, k % 2));
+  }
+  s->first[2 * s->c->npairs] = s->nwanted;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Calls act for each particle of one side of a pair that is near matter of the other one. */
+static PetscErrorCode ForParticles(Search *s, PetscInt pair, int side, PetscErrorCode (*act)(Search *, PetscInt, int, PetscInt))
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = s->first[2 * pair + side]; k < s->first[2 * pair + side + 1]; k++)
+    PetscCall(act(s, pair, side, s->wanted[k]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -786,6 +883,8 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
   PetscCall(FindTiles(&s, &any));
   if (any) {
     PetscCall(MPMParticlesGetView(&core->particles, fields, &s.view));
+    PetscCall(FindCells(&s));
+    PetscCall(ListAll(&s));
     PetscCall(PetscCalloc1(nodes, &s.map));
     for (PetscInt pair = 0; pair < s.c->npairs; pair++) {
       const PetscInt before = s.nfits;
@@ -806,11 +905,14 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
     PetscCall(PetscFree(s.key));
     PetscCall(PetscFree(s.at));
     PetscCall(PetscFree(s.normal));
+    PetscCall(PetscFree(s.wanted));
+    PetscCall(PetscFree(s.first));
     PetscCall(PetscFree(s.faces));
     PetscCall(PetscFree(s.map));
     PetscCall(PetscFree(s.fit));
     PetscCall(MPMParticlesRestoreView(&core->particles, fields, &s.view));
   }
+  PetscCall(PetscFree(s.cells));
   PetscCall(PetscFree(s.tiles));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
