@@ -12,11 +12,12 @@ typedef struct {
   PetscBool glued;      /* no contact is declared: where they meet they move as one */
 } MPMPair;
 
-/* A node of a copy that takes part in contact: mass, kg, and velocity, m/s, as a phase has left it, and as contact changes
-   it. */
+/* A node of a copy that takes part in contact: mass, kg, acceleration, m/s^2, and velocity, m/s, as a phase has left it, where
+   bodies that are glued have the same one, and as contact changes it. */
 typedef struct {
   PetscInt  copy, ijk[3];
-  PetscReal m, was[3], v[3];
+  PetscReal m, a[3], was[3], v[3];
+  PetscBool changes;
 } MPMContactSite;
 
 /* A node of the grid that has matter of both copies of a pair: the sites of a and b; the normal there, from a to b. Of a and

@@ -57,19 +57,26 @@ static PetscErrorCode Motion(MPMCore *core)
   PetscReal      *sum;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscCalloc1(4 * c->nsites, &sum));
+  PetscCall(PetscCalloc1(7 * c->nsites, &sum));
   for (PetscInt k = 0; k < c->nsites; k++) {
     const PetscInt at = Own(patch, &c->site[k]);
 
     if (at < 0 || !(patch->node[at].m > 0)) continue;
-    sum[4 * k] = patch->node[at].m;
-    for (PetscInt d = 0; d < dim; d++) sum[4 * k + 1 + d] = patch->motion[at * MPM_MOTION_NC(dim) + d];
+    sum[7 * k] = patch->node[at].m;
+    for (PetscInt d = 0; d < dim; d++) {
+      sum[7 * k + 1 + d] = patch->motion[at * MPM_MOTION_NC(dim) + d];
+      sum[7 * k + 4 + d] = patch->motion[at * MPM_MOTION_NC(dim) + dim + d];
+    }
   }
-  PetscCall(PetscMPIIntCast(4 * c->nsites, &count));
+  PetscCall(PetscMPIIntCast(7 * c->nsites, &count));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, sum, count, MPIU_REAL, MPI_SUM, core->exchange.data));
   for (PetscInt k = 0; k < c->nsites; k++) {
-    c->site[k].m = sum[4 * k];
-    for (PetscInt d = 0; d < 3; d++) c->site[k].v[d] = c->site[k].was[d] = sum[4 * k + 1 + d];
+    c->site[k].m       = sum[7 * k];
+    c->site[k].changes = PETSC_FALSE;
+    for (PetscInt d = 0; d < 3; d++) {
+      c->site[k].v[d] = c->site[k].was[d] = sum[7 * k + 1 + d];
+      c->site[k].a[d] = sum[7 * k + 4 + d];
+    }
   }
   PetscCall(PetscFree(sum));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -151,14 +158,20 @@ static void Act(MPMContacts *c, MPMContactColumn *col, PetscBool decides, PetscB
   Give(c, col, J);
 }
 
-/* Gives the nodes of pairs that are glued the same velocity. */
-static void Glue(MPMContacts *c)
+/* Gives the nodes of pairs that are glued the same velocity; before contact acts as the one that they have, with the same
+   acceleration. */
+static void Glue(MPMContacts *c, PetscBool before)
 {
   for (PetscInt k = 0; k < c->nnodes; k++) {
     MPMContactSite *a = &c->site[c->node[k].site[0]], *b = &c->site[c->node[k].site[1]];
 
     if (!c->pair[c->node[k].pair].glued || !(a->m > 0 && b->m > 0)) continue;
-    for (PetscInt d = 0; d < 3; d++) a->v[d] = b->v[d] = (a->m * a->v[d] + b->m * b->v[d]) / (a->m + b->m);
+    for (PetscInt d = 0; d < 3; d++) {
+      a->v[d] = b->v[d] = (a->m * a->v[d] + b->m * b->v[d]) / (a->m + b->m);
+      if (before) a->was[d] = b->was[d] = a->v[d];
+      if (before) a->a[d] = b->a[d] = (a->m * a->a[d] + b->m * b->a[d]) / (a->m + b->m);
+    }
+    a->changes = b->changes = PETSC_TRUE;
   }
 }
 
@@ -173,7 +186,7 @@ static void Take(MPMCore *core, PetscBool advance)
     const PetscInt at      = Own(patch, s);
     PetscReal     *v       = patch->motion + at * MPM_MOTION_NC(dim);
     PetscInt       ijk[3]  = {0};
-    PetscBool      changes = PETSC_FALSE;
+    PetscBool      changes = s->changes;
 
     if (at < 0 || !(s->m > 0)) continue;
     for (PetscInt d = 0; d < dim; d++) {
@@ -183,7 +196,7 @@ static void Take(MPMCore *core, PetscBool advance)
     if (!changes) continue;
     for (PetscInt d = 0; d < dim; d++) v[d] = s->v[d];
     (void)MPMWallsApply(core->params.walls->given, grid, ijk, 0, v);
-    for (PetscInt d = 0; d < dim && advance; d++) v[dim + d] += (v[d] - s->was[d]) / core->params.kick;
+    for (PetscInt d = 0; d < dim && advance; d++) v[dim + d] = s->a[d] + (v[d] - s->was[d]) / core->params.kick;
   }
 }
 
@@ -198,7 +211,7 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
   PetscCall(Motion(core));
   for (PetscInt k = 0; k < c->ncolumns; k++) Begin(c, &c->column[k]);
   for (int sweep = 0; sweep < SWEEPS; sweep++) {
-    Glue(c);
+    Glue(c, sweep ? PETSC_FALSE : PETSC_TRUE);
     for (PetscInt k = 0; k < c->ncolumns; k++) Act(c, &c->column[k], decides, advance);
   }
   for (PetscInt k = 0; k < c->ncolumns && advance; k++) c->column[k].held = c->column[k].press > 0 ? PETSC_TRUE : PETSC_FALSE;

@@ -458,7 +458,7 @@ static PetscBool SetNormal(const MPMGrid *grid, const MPMPair *pair, const Fit *
   static const int row[3][3] = {{4, 5, 6}, {5, 7, 8}, {6, 8, 9}};
   const int        dim       = (int)grid->dim;
   const PetscReal  all       = (PetscReal)fit->sum[0];
-  PetscReal        A[4][4], b[4], y[4], size = 0;
+  PetscReal        A[4][4], b[4], y[4] = {0}, size = 0;
 
   if (fit->sum[10] >= fit->sum[0] || fit->sum[10] <= -fit->sum[0]) return PETSC_FALSE;
   for (int d = 0; d < dim; d++) {
@@ -834,6 +834,25 @@ static void SetColumns(MPMContacts *c, PetscReal dt)
   }
 }
 
+/* Marks the nodes of both copies of a node of contact in the patch's arrays, across periodic faces too. */
+static void MarkNode(const MPMPatch *patch, const MPMPair *pair, const MPMContactNode *node, char held[])
+{
+  const MPMGrid *grid = patch->grid;
+
+  for (PetscInt q = 0; q < 54; q++) {
+    const PetscInt by[3] = {q % 3 - 1, q / 3 % 3 - 1, q / 9 % 3 - 1};
+    PetscInt       at    = 0;
+
+    for (PetscInt d = 2; d >= 0 && at >= 0; d--) {
+      const PetscInt i = node->ijk[d] + MPMGridFirst(grid, d, q < 27 ? pair->a : pair->b) +
+                         by[d] * (grid->periodic[d] ? grid->cells[d] : 0) - patch->lo[d];
+
+      at = i < 0 || i >= patch->n[d] || (by[d] && !grid->periodic[d]) ? -1 : at * patch->n[d] + i;
+    }
+    if (at >= 0) held[at] = 1;
+  }
+}
+
 /* Marks the nodes of the patch's arrays where matter touches, which are not to be light (kernels/light.h): these nodes of
    little mass take a part of the impulse. */
 static PetscErrorCode MarkTouching(Search *s)
@@ -845,21 +864,11 @@ static PetscErrorCode MarkTouching(Search *s)
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(MPMPatchNodes(patch), &held));
   s->core->exchange.light.held = held;
+  for (PetscInt k = 0; k < s->c->nnodes; k++)
+    if (s->c->pair[s->c->node[k].pair].glued) MarkNode(patch, &s->c->pair[s->c->node[k].pair], &s->c->node[k], held);
   for (const MPMContactColumn *c = s->c->column; c < s->c->column + s->c->ncolumns; c++)
-    for (PetscInt k = c->first; k < c->last; k++)
-      for (PetscInt q = 0; q < 54 && c->gap < TOUCHES * grid->h[s->c->part[k].axis]; q++) {
-        const MPMPair *pair  = &s->c->pair[c->pair];
-        const PetscInt by[3] = {q % 3 - 1, q / 3 % 3 - 1, q / 9 % 3 - 1};
-        PetscInt       at    = 0;
-
-        for (PetscInt d = 2; d >= 0 && at >= 0; d--) { /* across periodic faces too */
-          const PetscInt i = s->c->node[s->c->part[k].node].ijk[d] + MPMGridFirst(grid, d, q < 27 ? pair->a : pair->b) +
-                             by[d] * (grid->periodic[d] ? grid->cells[d] : 0) - patch->lo[d];
-
-          at = i < 0 || i >= patch->n[d] || (by[d] && !grid->periodic[d]) ? -1 : at * patch->n[d] + i;
-        }
-        if (at >= 0) held[at] = 1;
-      }
+    for (PetscInt k = c->first; k < c->last && c->gap < TOUCHES * grid->h[s->c->part[c->first].axis]; k++)
+      MarkNode(patch, &s->c->pair[c->pair], &s->c->node[s->c->part[k].node], held);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
