@@ -5,9 +5,9 @@
 
 #include "base/exact_sum.h"
 
-/* Two copies of the grid's nodes whose bodies meet, a < b, and how. */
+/* Two copies of the grid's nodes whose bodies meet, a < b, and how; or a rigid body and a copy. */
 typedef struct {
-  PetscInt  a, b, axis; /* axis: the normal is along it; -1: it is found */
+  PetscInt  a, b, axis; /* a below 0: rigid body -1 - a; axis: the normal is along it; -1: it is found */
   PetscReal mu;         /* of friction; PETSC_INFINITY: nothing slides while it touches */
   PetscBool glued;      /* no contact is declared: where they meet they move as one */
 } MPMPair;
@@ -36,12 +36,13 @@ typedef struct {
   PetscReal share[2];
 } MPMContactPart;
 
-/* A column of nodes that follow each other along an axis, parts first .. last-1: its normal; gap: between the matter of a and
+/* A column of nodes that follow each other along an axis, parts first .. last-1: its normal; at: where it acts on a rigid
+   body, m; gap: between the matter of a and
    b, m; least: the least velocity with which they may part, below 0: approach, m/s; by how much an impulse changes it,
    1/kg; the impulses along the normal and across, on b, N s; held: is it given a velocity in this step? */
 typedef struct {
   PetscInt  first, last, pair;
-  PetscReal n[3], gap, least, inverse, press, brake[3];
+  PetscReal n[3], at[3], gap, least, inverse, press, brake[3];
   PetscBool held;
 } MPMContactColumn;
 

@@ -291,6 +291,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscCall(MPMEnergyHeatDestroy(&core->energy));
   PetscCall(MPMReactionsDestroy(core));
   PetscCall(MPMContactsDestroy(core));
+  PetscCall(MPMSceneDestroyRigids(core));
   PetscCall(MPMPistonsDestroy(core));
   PetscCall(MPMGapsDestroy(core));
   PetscCall(MPMTimersDestroy(&core->timers));

@@ -167,12 +167,19 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
 /* Reads a body; b->alone says whether it is a shape for others, without particles. Collective on core->comm. */
 static PetscErrorCode ReadBody(MPMScene *scene, MPMCore *core, MPMOptions o, MPMBody *b)
 {
-  char      material[MPM_TEXT_LEN] = "";
+  char      material[MPM_TEXT_LEN] = "", rigid[MPM_NAME_LEN] = "";
   PetscBool ppc;
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < 3; d++) b->ppc[d] = scene->ppc;
   PetscCall(MPMSceneReadRegion(core, o, b->name, &b->region));
+  PetscCall(MPMOptionsEnum(o, "body_<b>_rigid", b->name, rigid, NULL));
+  b->rigid = !strcmp(rigid, "fixed") ? MPM_RIGID_FIXED : !strcmp(rigid, "moving") ? MPM_RIGID_MOVING : MPM_RIGID_NONE;
+  if (b->rigid != MPM_RIGID_NONE) {
+    b->alone = PETSC_TRUE;
+    PetscCall(MPMSceneReadRigid(core, o, b));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MPMOptionsString(o, "body_<b>_material", b->name, material, NULL));
   b->alone = !strcasecmp(material, "none") ? PETSC_TRUE : PETSC_FALSE;
   for (PetscInt k = 0; k < scene->nmaterials; k++) /* a material may have this name */
@@ -324,6 +331,7 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
     if (!used) MPMOptionsFail(o, "-materials: no body is of %s; remove it", scene->materials[m].name);
   }
   if (!MPMOptionsError(o)) PetscCall(MPMSceneReadContacts(scene, core, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMSceneMakeRigids(scene, core, o));
   PetscCall(MPMSceneReadWalls(scene, core, o));
   PetscCall(MPMForcesSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMKnownSetFromOptions(scene, core, o));
@@ -335,7 +343,10 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
 PetscErrorCode MPMSceneDestroy(MPMScene *scene)
 {
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
+  for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {
+    PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
+    PetscCall(MPMExpressionDestroy(&scene->bodies[k].spin));
+  }
   for (PetscInt k = 0; k < 6; k++) PetscCall(MPMExpressionDestroy(&scene->wall_velocity[k]));
   PetscCall(MPMInitialDestroy(scene));
   for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {

@@ -85,15 +85,28 @@ static PetscErrorCode Motion(MPMCore *core)
 /* Returns the site of a part on a side if it has mass and a share there, else NULL. */
 static MPMContactSite *SiteOf(const MPMContacts *c, const MPMContactPart *part, int side)
 {
-  MPMContactSite *site = &c->site[c->node[part->node].site[side]];
+  const PetscInt k = c->node[part->node].site[side];
 
-  return site->m > 0 && part->share[side] > 0 ? site : NULL;
+  return k >= 0 && c->site[k].m > 0 && part->share[side] > 0 ? &c->site[k] : NULL;
+}
+
+/* Returns the rigid body of a column, or NULL. */
+static MPMRigid *RigidOf(const MPMCore *core, const MPMContactColumn *col)
+{
+  const PetscInt a = core->contacts->pair[col->pair].a;
+
+  return a < 0 ? &core->rigids.body[-1 - a] : NULL;
 }
 
 /* Sets v [3] to the relative velocity of b and a at the surface, m/s. */
-static void Relative(const MPMContacts *c, const MPMContactColumn *col, PetscReal v[])
+static void Relative(const MPMCore *core, const MPMContactColumn *col, PetscReal v[])
 {
+  const MPMContacts *c     = core->contacts;
+  const MPMRigid    *rigid = RigidOf(core, col);
+
   for (PetscInt d = 0; d < 3; d++) v[d] = 0;
+  if (rigid) MPMRigidVelocity(rigid, core->grid.dim, col->at, v);
+  for (PetscInt d = 0; d < 3; d++) v[d] = -v[d];
   for (PetscInt k = col->first; k < col->last; k++)
     for (int side = 0; side < 2; side++) {
       const MPMContactSite *site = SiteOf(c, &c->part[k], side);
@@ -128,13 +141,14 @@ static void Begin(const MPMContacts *c, MPMContactColumn *col)
 
 /* Changes the impulses of a column by what is missing now. decides: it only pushes, and may leave the matter alone; else it
    does what the advance has decided. rubs: with friction. */
-static void Act(MPMContacts *c, MPMContactColumn *col, PetscBool decides, PetscBool rubs)
+static void Act(MPMCore *core, MPMContactColumn *col, PetscBool decides, PetscBool rubs)
 {
+  MPMContacts    *c  = core->contacts;
   const PetscReal mu = c->pair[col->pair].mu;
   PetscReal       v[3], J[3], w = 0, more, size = 0, most;
 
   if (!(col->inverse > 0) || (!decides && !col->held)) return;
-  Relative(c, col, v);
+  Relative(core, col, v);
   for (PetscInt d = 0; d < 3; d++) w += col->n[d] * v[d];
   more = (col->least - w) / col->inverse;
   if (decides) more = PetscMax(more, -col->press);
@@ -200,6 +214,39 @@ static void Take(MPMCore *core, PetscBool advance)
   }
 }
 
+/* Adds up what rigid bodies have given the matter. The nodes count it as friction: what moving bodies do is work. */
+static void Account(MPMCore *core)
+{
+  const MPMContacts *c = core->contacts;
+  PetscReal          work = 0;
+  PetscMPIInt        rank;
+
+  for (const MPMContactColumn *col = c->column; col < c->column + c->ncolumns; col++) {
+    MPMRigid *rigid = RigidOf(core, col);
+    PetscReal V[3], J[3], r[3], by = 0;
+
+    if (!rigid || !(col->press > 0)) continue;
+    MPMRigidVelocity(rigid, core->grid.dim, col->at, V);
+    for (PetscInt d = 0; d < 3; d++) {
+      J[d] = col->press * col->n[d] + col->brake[d];
+      r[d] = col->at[d] - rigid->pivot[d] - rigid->place[d];
+      by += J[d] * V[d];
+    }
+    for (PetscInt d = 0; d < 3; d++) {
+      const PetscInt e = (d + 1) % 3, f = (d + 2) % 3;
+
+      rigid->impulse[d] += J[d];
+      rigid->torque[d] += r[e] * J[f] - r[f] * J[e];
+    }
+    *rigid->work += by;
+    work += by;
+  }
+  (void)MPI_Comm_rank(core->exchange.data, &rank);
+  if (rank || !core->energy.on || work == 0) return;
+  MPMSumAdd(&core->energy.sum[MPM_ENERGY_walls], work);
+  MPMSumAdd(&core->energy.sum[MPM_ENERGY_friction], -work);
+}
+
 PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
 {
   const PetscBool advance = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
@@ -212,9 +259,10 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
   for (PetscInt k = 0; k < c->ncolumns; k++) Begin(c, &c->column[k]);
   for (int sweep = 0; sweep < SWEEPS; sweep++) {
     Glue(c, sweep ? PETSC_FALSE : PETSC_TRUE);
-    for (PetscInt k = 0; k < c->ncolumns; k++) Act(c, &c->column[k], decides, advance);
+    for (PetscInt k = 0; k < c->ncolumns; k++) Act(core, &c->column[k], decides, advance);
   }
   for (PetscInt k = 0; k < c->ncolumns && advance; k++) c->column[k].held = c->column[k].press > 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (advance) Account(core);
   Take(core, advance);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

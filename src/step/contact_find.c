@@ -19,6 +19,7 @@
 #define AHEAD  0.75           /* cells: a block slides on a plane within 0.1 %; with 0.5 and 1 within 1 %, and ends sink in with more */
 #define AGREE  8              /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
 #define INCLINES 0.05          /* squared component of a normal, below which a node is in no column along that axis */
+#define BAND   0.6            /* cells: how much further than a stencil's reach the nodes of columns are from a rigid body */
 #define UNIT   ldexp(1, -50)  /* of sums of phi, and of the weights in sides of cells */
 #define MOST   ldexp(1, 54)   /* of what a particle adds to a weight, in units */
 
@@ -40,6 +41,7 @@ typedef struct {
   MPMCore     *core;
   MPMContacts *c;
   MPMView      view;
+  PetscReal    reach;       /* m: what is nearer to a rigid body is looked at */
   PetscInt     n[3], words; /* words: of 64 bits for a copy */
   uint64_t    *tiles;       /* [copies][words] */
   uint64_t    *cells;       /* [copies][tiles] bits of their cells that have particles */
@@ -120,10 +122,12 @@ static PetscErrorCode FindTiles(Search *s, PetscBool *any)
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < 3; d++) {
-    s->n[d] = ((d == grid->stack ? grid->stride : grid->nodes[d]) + edge - 1) / edge;
+    s->n[d] = ((d == grid->stack && grid->copies > 1 ? grid->stride : grid->nodes[d]) + edge - 1) / edge;
     all *= s->n[d];
   }
   s->words = (all + 63) / 64;
+  *any     = PETSC_FALSE;
+  if (grid->copies < 2) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(grid->copies * s->words, &s->tiles));
   for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
     PetscInt copy, bit;
@@ -135,9 +139,8 @@ static PetscErrorCode FindTiles(Search *s, PetscBool *any)
   }
   PetscCall(PetscMPIIntCast(grid->copies * s->words, &count));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, s->tiles, count, MPI_UINT64_T, MPI_BOR, s->core->exchange.data));
-  *any = PETSC_FALSE;
   for (PetscInt k = 0; k < s->c->npairs && !*any; k++)
-    for (PetscInt bit = 0; bit < all && !*any; bit++) {
+    for (PetscInt bit = 0; bit < all && !*any && s->c->pair[k].a >= 0; bit++) {
       if (!s->tiles[s->c->pair[k].a * s->words + bit / 64]) {
         bit |= 63;
         continue;
@@ -213,6 +216,67 @@ static PetscBool IsCellNear(const Search *s, PetscInt copy, const PetscInt at[],
   return PETSC_FALSE;
 }
 
+/* Makes room for n more particles in the list. */
+static PetscErrorCode MakeRoom(Search *s, PetscInt n)
+{
+  PetscFunctionBeginUser;
+  if (s->nwanted + n <= s->most) PetscFunctionReturn(PETSC_SUCCESS);
+  s->most = 2 * (s->nwanted + n);
+  PetscCall(PetscRealloc((size_t)s->most * sizeof *s->wanted, &s->wanted));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns whether a tile at place `at` [3] may have particles near a rigid body. */
+static PetscBool IsRigidNear(const Search *s, PetscInt rigid, const PetscInt at[])
+{
+  const MPMGrid *grid = &s->core->grid;
+  const PetscInt edge = MPMTileEdge(s->core->basis);
+  PetscReal      x[3] = {0}, n[3], half = 0;
+
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    const PetscReal wide = 0.5 * (PetscReal)(edge + MPMBasisNodes(s->core->basis)) * grid->h[d];
+
+    x[d] = grid->lower[d] + (PetscReal)(at[d] * edge - grid->layers[d]) * grid->h[d] + wide;
+    half += PetscSqr(wide);
+  }
+  half = PetscSqrtReal(half);
+  return PetscAbsReal(MPMRigidDistance(&s->core->rigids.body[rigid], grid->dim, x, n)) < half + s->reach ? PETSC_TRUE
+                                                                                                       : PETSC_FALSE;
+}
+
+/* Returns whether particle p is near a rigid body. */
+static PetscBool IsParticleNear(const Search *s, PetscInt rigid, PetscInt p)
+{
+  const PetscInt  dim = s->core->grid.dim;
+  PetscReal       n[3];
+  const PetscReal distance = MPMRigidDistance(&s->core->rigids.body[rigid], dim, s->view.x + p * dim, n);
+
+  return distance < s->reach && distance > -s->reach ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Lists those near a rigid body, as ListParticles does. */
+static PetscErrorCode ListNearRigid(Search *s, PetscInt pair)
+{
+  const MPMTiles *t    = &s->core->exchange.patch.tiles;
+  const int       dim  = (int)s->core->grid.dim;
+  const PetscInt  rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits, rigid = -1 - s->c->pair[pair].a;
+
+  PetscFunctionBeginUser;
+  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+    PetscInt at[3];
+
+    if (!IsOccupied(t, tile) || TilePlace(s, tile, at) != s->c->pair[pair].b || !IsRigidNear(s, rigid, at)) continue;
+    for (PetscInt in = 0; in < rows; in++) {
+      const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
+
+      PetscCall(MakeRoom(s, cell[edge] - cell[0]));
+      for (PetscInt q = cell[0]; q < cell[edge]; q++)
+        if (IsParticleNear(s, rigid, s->core->particles.order[q])) s->wanted[s->nwanted++] = s->core->particles.order[q];
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Lists the particles here of one side (0: a, 1: b) of a pair that are near matter of the other one: from s->nwanted on. */
 static PetscErrorCode ListParticles(Search *s, PetscInt pair, int side)
 {
@@ -233,10 +297,7 @@ static PetscErrorCode ListParticles(Search *s, PetscInt pair, int side)
         const PetscInt n = cell[i + 1] - cell[i];
 
         if (!n || !IsCellNear(s, other, at, in * edge + i)) continue;
-        if (s->nwanted + n > s->most) {
-          s->most = 2 * (s->nwanted + n);
-          PetscCall(PetscRealloc((size_t)s->most * sizeof *s->wanted, &s->wanted));
-        }
+        PetscCall(MakeRoom(s, n));
         PetscCall(PetscArraycpy(s->wanted + s->nwanted, s->core->particles.order + cell[i], n));
         s->nwanted += n;
       }
@@ -246,13 +307,14 @@ static PetscErrorCode ListParticles(Search *s, PetscInt pair, int side)
 }
 
 /* Lists those of all pairs. */
-static PetscErrorCode ListAll(Search *s)
+static PetscErrorCode ListAll(Search *s, PetscBool any)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(2 * s->c->npairs + 1, &s->first));
   for (PetscInt k = 0; k < 2 * s->c->npairs; k++) {
     s->first[k] = s->nwanted;
-    PetscCall(ListParticles(s, k / 2, k % 2));
+    if (s->c->pair[k / 2].a < 0 && k % 2) PetscCall(ListNearRigid(s, k / 2));
+    if (s->c->pair[k / 2].a >= 0 && any) PetscCall(ListParticles(s, k / 2, k % 2));
   }
   s->first[2 * s->c->npairs] = s->nwanted;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -453,7 +515,7 @@ static PetscBool Solve(int n, PetscReal A[4][4], PetscReal b[4], PetscReal y[4])
 }
 
 /* Sets n [3] to the normal at a node by its sums; returns false if only one side has matter there, or it has no normal. */
-static PetscBool SetNormal(const MPMGrid *grid, const MPMPair *pair, const Fit *fit, PetscReal n[])
+static PetscBool SetFitted(const MPMGrid *grid, const MPMPair *pair, const Fit *fit, PetscReal n[])
 {
   static const int row[3][3] = {{4, 5, 6}, {5, 7, 8}, {6, 8, 9}};
   const int        dim       = (int)grid->dim;
@@ -571,6 +633,22 @@ static PetscErrorCode TellFaces(Search *s, PetscInt pair, int side, PetscInt p)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Does so, or sets the normal of a rigid body at a node that is near its surface. */
+static PetscBool SetNormal(const MPMCore *core, const MPMPair *pair, const Fit *fit, PetscReal n[])
+{
+  const MPMGrid *grid = &core->grid;
+  PetscReal      x[3] = {0}, distance;
+  PetscInt       axis = 0;
+
+  if (pair->a >= 0) return SetFitted(grid, pair, fit, n);
+  for (PetscInt d = 0; d < grid->dim; d++) x[d] = grid->lower[d] + (PetscReal)fit->ijk[d] * grid->h[d];
+  distance = MPMRigidDistance(&core->rigids.body[-1 - pair->a], grid->dim, x, n);
+  for (PetscInt d = grid->dim; d < 3; d++) n[d] = 0;
+  for (PetscInt d = 1; d < grid->dim; d++)
+    if (PetscAbsReal(n[d]) > PetscAbsReal(n[axis])) axis = d;
+  return PetscAbsReal(distance) < (0.5 * MPMBasisNodes(core->basis) + BAND) * grid->h[axis] ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Sets key and at [n] to the numbers of n nodes and their places, sorted by number. */
 static PetscErrorCode SetKeys(Search *s, PetscInt n, const void *first, size_t bytes, size_t pair, size_t ijk)
 {
@@ -596,11 +674,12 @@ static PetscErrorCode FindNormals(Search *s)
   PetscCall(PetscCalloc1(3 * s->nfits + 1, &s->normal));
   PetscCall(PetscCalloc1(s->nfits + 1, &s->faces));
   for (PetscInt k = 0; k < s->nfits; k++)
-    if (!SetNormal(&s->core->grid, &s->c->pair[s->fit[k].pair], &s->fit[k], s->normal + 3 * k))
+    if (!SetNormal(s->core, &s->c->pair[s->fit[k].pair], &s->fit[k], s->normal + 3 * k))
       for (PetscInt d = 0; d < 3; d++) s->normal[3 * k + d] = 0;
   PetscCall(SetKeys(s, s->nfits, s->fit, sizeof *s->fit, offsetof(Fit, pair), offsetof(Fit, ijk)));
   for (PetscInt pair = 0; pair < s->c->npairs; pair++)
-    for (int side = 0; side < 2 && s->c->pair[pair].axis < 0; side++) PetscCall(ForParticles(s, pair, side, TellFaces));
+    for (int side = 0; side < 2 && s->c->pair[pair].axis < 0 && s->c->pair[pair].a >= 0; side++)
+      PetscCall(ForParticles(s, pair, side, TellFaces));
   PetscCall(PetscMPIIntCast(8 * s->nfits, &count));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, s->faces, count, MPIU_INT64, MPI_SUM, s->core->exchange.data));
   for (PetscInt k = 0; k < s->nfits; k++) UseFaces(s->core->grid.dim, s->faces[k], s->normal + 3 * k);
@@ -621,7 +700,7 @@ static PetscErrorCode MakeNodes(Search *s)
     MPMContactNode *q = &c->node[c->nnodes];
 
     *q = (MPMContactNode){.pair = s->fit[k].pair};
-    for (int side = 0; side < 2; side++) {
+    for (int side = s->c->pair[q->pair].a < 0; side < 2; side++) { /* distances from rigid bodies are from their surface */
       q->wide[side] = PETSC_INFINITY;
       for (PetscInt d = 0; d < 3; d++) q->near[side][d] = PETSC_INFINITY;
     }
@@ -647,6 +726,8 @@ static PetscErrorCode MakeSites(Search *s)
     for (int side = 0; side < 2; side++) {
       const MPMPair *pair = &c->pair[c->node[k].pair];
 
+      c->node[k].site[side] = -1;
+      if (!side && pair->a < 0) continue;
       key[n]  = KeyOf(&s->core->grid, side ? pair->b : pair->a, c->node[k].ijk);
       at[n++] = 2 * k + side;
     }
@@ -669,12 +750,19 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
   const MPMCore *core = s->core;
   const MPMGrid *grid = &core->grid;
   const PetscInt dim  = grid->dim;
-  PetscReal      F[9], units;
+  const PetscInt rigid = -1 - s->c->pair[pair].a;
+  PetscReal      F[9], units, V[3], own[3] = {0}, from = 0;
   PetscInt       at[3];
   Stencil        t;
 
   PetscFunctionBeginUser;
   SetStencil(s, p, &t);
+  if (rigid >= 0) {
+    const PetscReal *x = s->view.x + p * dim;
+
+    from = MPMRigidDistance(&core->rigids.body[rigid], dim, x, own);
+    MPMRigidVelocity(&core->rigids.body[rigid], dim, x, V);
+  }
   units = -MPMKindOf(core->params.kinds, &s->view, p)->V0 / UNIT * MPMMatterDeformation(core, &s->view, p, F);
   for (PetscInt d = 0; d < dim; d++) units /= grid->h[d];
   FOR_STENCIL(&t, at)
@@ -700,7 +788,10 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
         if (e != d) aside[e] = PetscMax(aside[e], PetscAbsReal(by));
     }
     q->weight[side] += (PetscInt64)PetscMax(-MOST, PetscMin(MOST, units * part));
-    end -= MPMMatterReaches(core, &s->view, p, F, n, h);
+    if (rigid >= 0) /* by the distance and the normal where the particle is */
+      end = PetscMin(from - MPMMatterReaches(core, &s->view, p, F, own, h), MPMMatterArrives(core, &s->view, p, own, V));
+    else
+      end -= MPMMatterReaches(core, &s->view, p, F, n, h);
     for (PetscInt d = 0; d < dim; d++)
       if (aside[d] < 0.5 + TIE) q->near[side][d] = PetscMin(q->near[side][d], end);
     q->wide[side] = PetscMin(q->wide[side], end);
@@ -793,14 +884,31 @@ static PetscErrorCode MakeParts(MPMContacts *c, PetscInt dim)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets normal and gap of a column, and the shares of its parts; returns false if it has no matter on one side. */
-static PetscBool SetColumn(MPMContacts *c, PetscReal dt, MPMContactColumn *to)
+/* Sets where a column acts on a rigid body: on the surface, at the mean of its nodes by their shares. */
+static void SetPlace(const MPMCore *core, MPMContactColumn *to)
 {
+  const MPMContacts *c    = core->contacts;
+  const MPMGrid     *grid = &core->grid;
+  PetscReal          n[3] = {0}, distance;
+
+  for (PetscInt k = to->first; k < to->last; k++)
+    for (PetscInt d = 0; d < grid->dim; d++)
+      to->at[d] += c->part[k].share[1] * (grid->lower[d] + (PetscReal)c->node[c->part[k].node].ijk[d] * grid->h[d]);
+  distance = MPMRigidDistance(&core->rigids.body[-1 - c->pair[to->pair].a], grid->dim, to->at, n);
+  for (PetscInt d = 0; d < grid->dim; d++) to->at[d] -= distance * n[d];
+}
+
+/* Sets normal and gap of a column, and the shares of its parts; returns false if it has no matter on one side. */
+static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
+{
+  const PetscReal dt = core->params.dt;
+  MPMContacts    *c  = core->contacts;
   const PetscInt axis = c->part[to->first].axis;
   PetscReal      all[2] = {0}, size = 0;
 
   for (PetscInt k = to->first; k < to->last; k++)
     for (int side = 0; side < 2; side++) all[side] += c->part[k].share[side];
+  if (c->pair[to->pair].a < 0) all[0] = 1;
   if (!(all[0] > 0 && all[1] > 0)) return PETSC_FALSE;
   for (PetscInt k = to->first; k < to->last; k++) {
     const MPMContactNode *q = &c->node[c->part[k].node];
@@ -819,18 +927,21 @@ static PetscBool SetColumn(MPMContacts *c, PetscReal dt, MPMContactColumn *to)
   for (PetscInt d = 0; d < 3; d++) size += PetscSqr(to->n[d]);
   if (!(size > 0)) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++) to->n[d] /= PetscSqrtReal(size);
+  if (c->pair[to->pair].a < 0) SetPlace(core, to);
   to->least = dt > 0 ? -PetscMax(0, to->gap) / dt : to->gap > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */
   return PETSC_TRUE;
 }
 
-static void SetColumns(MPMContacts *c, PetscReal dt)
+static void SetColumns(const MPMCore *core)
 {
+  MPMContacts *c = core->contacts;
+
   for (PetscInt first = 0, last; first < c->nparts; first = last) {
     MPMContactColumn *to = &c->column[c->ncolumns];
 
     for (last = first + 1; last < c->nparts && SameColumn(c->node, &c->part[first], &c->part[last]);) last++;
     *to = (MPMContactColumn){.first = first, .last = last, .pair = c->part[first].pair, .gap = PETSC_INFINITY};
-    if (SetColumn(c, dt, to)) c->ncolumns++;
+    if (SetColumn(core, to)) c->ncolumns++;
   }
 }
 
@@ -839,7 +950,7 @@ static void MarkNode(const MPMPatch *patch, const MPMPair *pair, const MPMContac
 {
   const MPMGrid *grid = patch->grid;
 
-  for (PetscInt q = 0; q < 54; q++) {
+  for (PetscInt q = pair->a < 0 ? 27 : 0; q < 54; q++) {
     const PetscInt by[3] = {q % 3 - 1, q / 3 % 3 - 1, q / 9 % 3 - 1};
     PetscInt       at    = 0;
 
@@ -889,11 +1000,13 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
   }
   s.c->nnodes = s.c->nsites = s.c->nparts = s.c->ncolumns = 0;
   PetscCall(PetscFree(core->exchange.light.held));
+  for (PetscInt d = 0; d < core->grid.dim; d++)
+    s.reach = PetscMax(s.reach, (0.5 * MPMBasisNodes(core->basis) + 1) * core->grid.h[d]);
   PetscCall(FindTiles(&s, &any));
-  if (any) {
+  if (any || core->rigids.n) {
     PetscCall(MPMParticlesGetView(&core->particles, fields, &s.view));
-    PetscCall(FindCells(&s));
-    PetscCall(ListAll(&s));
+    if (any) PetscCall(FindCells(&s));
+    PetscCall(ListAll(&s, any));
     PetscCall(PetscCalloc1(nodes, &s.map));
     for (PetscInt pair = 0; pair < s.c->npairs; pair++) {
       const PetscInt before = s.nfits;
@@ -909,7 +1022,7 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
     PetscCall(CollectEnds(&s));
     PetscCall(MakeSites(&s));
     PetscCall(MakeParts(s.c, core->grid.dim));
-    SetColumns(s.c, core->params.dt);
+    SetColumns(core);
     if (core->params.light > 0) PetscCall(MarkTouching(&s));
     PetscCall(PetscFree(s.key));
     PetscCall(PetscFree(s.at));
