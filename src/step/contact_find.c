@@ -562,9 +562,9 @@ static void UseFaces(PetscInt dim, Faces of, PetscReal n[])
   for (PetscInt d = 0; d < dim && length > 0; d++) n[d] = sum[d] / PetscSqrtReal(length);
 }
 
-/* Returns how much matter of the other side is ahead of the surface of particle p, along the unit normal n [dim] of that: the
-   sums of its particles' phi interpolated to a place AHEAD of the surface, by those of full cells. */
-static PetscReal Ahead(const Search *s, PetscInt pair, int side, PetscInt p, const PetscReal n[], PetscReal rim)
+/* Returns how much matter of the other side is at a place `by` cells ahead of the surface of particle p, along the unit normal
+   n [dim] of that: the sums of its particles' phi interpolated to there, by those of full cells. */
+static PetscReal Filled(const Search *s, PetscInt pair, int side, PetscInt p, const PetscReal n[], PetscReal rim, PetscReal by)
 {
   const MPMGrid *grid = &s->core->grid;
   PetscReal      x[3] = {0}, h = 0, found = 0;
@@ -573,7 +573,7 @@ static PetscReal Ahead(const Search *s, PetscInt pair, int side, PetscInt p, con
 
   for (PetscInt d = 0; d < grid->dim; d++) h += PetscSqr(n[d] * grid->h[d]);
   for (PetscInt d = 0; d < grid->dim; d++) {
-    x[d] = s->view.x[p * grid->dim + d] + (rim + AHEAD * PetscSqrtReal(h)) * n[d];
+    x[d] = s->view.x[p * grid->dim + d] + (rim + by * PetscSqrtReal(h)) * n[d];
     if (grid->periodic[d]) x[d] -= PetscFloorReal((x[d] - grid->lower[d]) / (grid->upper[d] - grid->lower[d])) * (grid->upper[d] - grid->lower[d]);
     if (!(x[d] >= grid->lower[d] && x[d] < grid->upper[d])) return 0;
   }
@@ -614,7 +614,9 @@ static PetscErrorCode TellFaces(Search *s, PetscInt pair, int side, PetscInt p)
   }
   if (!(size > 0)) PetscFunctionReturn(PETSC_SUCCESS);
   for (int d = 0; d < dim; d++) turned[d] /= PetscSqrtReal(size);
-  ahead = Ahead(s, pair, side, p, turned, MPMDet(dim, F) * far / PetscSqrtReal(size));
+  far   = MPMDet(dim, F) * far / PetscSqrtReal(size);
+  ahead = Filled(s, pair, side, p, turned, far, AHEAD);
+  if (ahead > 0) ahead = PetscMax(0, ahead - Filled(s, pair, side, p, turned, far, -AHEAD));
   for (int k = 0; k < 3; k++) ahead *= ahead; /* so that of the surfaces at a corner the one that faces matter counts */
   SetStencil(s, p, &t);
   FOR_STENCIL(&t, at)
