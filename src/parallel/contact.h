@@ -28,6 +28,7 @@ typedef struct {
   PetscReal  n[3];
   PetscInt64 weight[2];
   PetscReal  near[2][3], wide[2];
+  PetscReal  room[4]; /* of rigid bodies: what they leave of these gaps in this step, m; the last one beside */
 } MPMContactNode;
 
 /* A node's part in a column along an axis: its shares in the impulse on a and b. */

@@ -16,7 +16,8 @@
 
 #define SMOOTH 1e-9           /* cells^2, times the sum of phi: it only matters where all particles lie on a line */
 #define TIE    1e-9           /* cells: a particle in the middle between two columns lies in both */
-#define TOUCHES 0.25          /* cells: matter that is nearer touches, or may do so in this step */
+#define AROUND 2              /* nodes around touching ones that are not light either */
+#define TOUCHES 1.0           /* cells: matter that is nearer touches, or may do so in this step */
 #define AHEAD  0.75           /* cells: a block slides on a plane within 0.1 %; with 0.5 and 1 within 1 %, and ends sink in with more */
 #define AGREE  8              /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
 #define INCLINES 0.05          /* squared component of a normal, below which a node is in no column along that axis */
@@ -708,6 +709,7 @@ static PetscErrorCode MakeNodes(Search *s)
       q->wide[side] = PETSC_INFINITY;
       for (PetscInt d = 0; d < 3; d++) q->near[side][d] = PETSC_INFINITY;
     }
+    for (PetscInt d = 0; d < 4; d++) q->room[d] = PETSC_INFINITY;
     for (PetscInt d = 0; d < 3; d++) {
       q->n[d]   = s->normal[3 * k + d];
       q->ijk[d] = s->fit[k].ijk[d];
@@ -799,6 +801,12 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
     for (PetscInt d = 0; d < dim; d++)
       if (aside[d] < 0.5 + TIE) q->near[side][d] = PetscMin(q->near[side][d], end);
     q->wide[side] = PetscMin(q->wide[side], end);
+    if (rigid < 0) continue;
+    end = PetscMax(0, end);
+    for (PetscInt d = 0; d < dim; d++) end -= core->params.dt * V[d] * own[d];
+    for (PetscInt d = 0; d < dim; d++)
+      if (aside[d] < 0.5 + TIE) q->room[d] = PetscMin(q->room[d], end);
+    q->room[3] = PetscMin(q->room[3], end);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -814,22 +822,26 @@ static PetscErrorCode CollectEnds(Search *s)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(s->core->exchange.data, &size));
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc2(2 * c->nnodes, &weight, 8 * c->nnodes, &end));
-  for (PetscInt k = 0; k < c->nnodes; k++)
+  PetscCall(PetscMalloc2(2 * c->nnodes, &weight, 12 * c->nnodes, &end));
+  for (PetscInt k = 0; k < c->nnodes; k++) {
+    for (PetscInt d = 0; d < 4; d++) end[12 * k + 8 + d] = c->node[k].room[d];
     for (int side = 0; side < 2; side++) {
       weight[2 * k + side] = c->node[k].weight[side];
-      for (PetscInt d = 0; d < 3; d++) end[8 * k + 4 * side + d] = c->node[k].near[side][d];
-      end[8 * k + 4 * side + 3] = c->node[k].wide[side];
+      for (PetscInt d = 0; d < 3; d++) end[12 * k + 4 * side + d] = c->node[k].near[side][d];
+      end[12 * k + 4 * side + 3] = c->node[k].wide[side];
     }
-  PetscCall(PetscMPIIntCast(8 * c->nnodes, &count));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, weight, count / 4, MPIU_INT64, MPI_SUM, s->core->exchange.data));
+  }
+  PetscCall(PetscMPIIntCast(12 * c->nnodes, &count));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, weight, count / 6, MPIU_INT64, MPI_SUM, s->core->exchange.data));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, end, count, MPIU_REAL, MPI_MIN, s->core->exchange.data));
-  for (PetscInt k = 0; k < c->nnodes; k++)
+  for (PetscInt k = 0; k < c->nnodes; k++) {
+    for (PetscInt d = 0; d < 4; d++) c->node[k].room[d] = end[12 * k + 8 + d];
     for (int side = 0; side < 2; side++) {
       c->node[k].weight[side] = weight[2 * k + side];
-      for (PetscInt d = 0; d < 3; d++) c->node[k].near[side][d] = end[8 * k + 4 * side + d];
-      c->node[k].wide[side] = end[8 * k + 4 * side + 3];
+      for (PetscInt d = 0; d < 3; d++) c->node[k].near[side][d] = end[12 * k + 4 * side + d];
+      c->node[k].wide[side] = end[12 * k + 4 * side + 3];
     }
+  }
   PetscCall(PetscFree2(weight, end));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -908,7 +920,7 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
   const PetscReal dt = core->params.dt;
   MPMContacts    *c  = core->contacts;
   const PetscInt axis = c->part[to->first].axis;
-  PetscReal      all[2] = {0}, size = 0;
+  PetscReal      all[2] = {0}, size = 0, room = PETSC_INFINITY, V[3];
 
   for (PetscInt k = to->first; k < to->last; k++)
     for (int side = 0; side < 2; side++) all[side] += c->part[k].share[side];
@@ -922,17 +934,23 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
       for (PetscInt d = 0; d < 3; d++) to->n[d] += c->part[k].share[side] * q->n[d];
     }
     to->gap = PetscMin(to->gap, q->near[0][axis] + q->near[1][axis]);
+    room    = PetscMin(room, q->room[axis]);
   }
   for (PetscInt k = to->first; k < to->last && !(to->gap < PETSC_INFINITY); k++) {
     const MPMContactNode *q = &c->node[c->part[k].node];
 
     to->gap = PetscMin(to->gap, q->wide[0] + q->wide[1]);
+    room    = PetscMin(room, q->room[3]);
   }
   for (PetscInt d = 0; d < 3; d++) size += PetscSqr(to->n[d]);
   if (!(size > 0)) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++) to->n[d] /= PetscSqrtReal(size);
-  if (c->pair[to->pair].a < 0) SetPlace(core, to);
   to->least = dt > 0 ? -PetscMax(0, to->gap) / dt : to->gap > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */
+  if (c->pair[to->pair].a >= 0) return PETSC_TRUE;
+  SetPlace(core, to);
+  MPMRigidVelocity(&core->rigids.body[-1 - c->pair[to->pair].a], core->grid.dim, to->at, V);
+  if (dt > 0) to->least = -room / dt;
+  for (PetscInt d = 0; d < core->grid.dim && dt > 0; d++) to->least -= V[d] * to->n[d];
   return PETSC_TRUE;
 }
 
@@ -949,22 +967,27 @@ static void SetColumns(const MPMCore *core)
   }
 }
 
-/* Marks the nodes of both copies of a node of contact in the patch's arrays, across periodic faces too. */
+/* Marks the nodes around a node of contact, of both copies, in the patch's arrays, across periodic faces too. */
 static void MarkNode(const MPMPatch *patch, const MPMPair *pair, const MPMContactNode *node, char held[])
 {
   const MPMGrid *grid = patch->grid;
 
   for (PetscInt q = pair->a < 0 ? 27 : 0; q < 54; q++) {
     const PetscInt by[3] = {q % 3 - 1, q / 3 % 3 - 1, q / 9 % 3 - 1};
-    PetscInt       at    = 0;
+    PetscInt       lo[3] = {0}, hi[3] = {0}, at[3];
+    PetscBool      there = PETSC_TRUE;
 
-    for (PetscInt d = 2; d >= 0 && at >= 0; d--) {
+    for (PetscInt d = 0; d < 3; d++) {
       const PetscInt i = node->ijk[d] + MPMGridFirst(grid, d, q < 27 ? pair->a : pair->b) +
                          by[d] * (grid->periodic[d] ? grid->cells[d] : 0) - patch->lo[d];
 
-      at = i < 0 || i >= patch->n[d] || (by[d] && !grid->periodic[d]) ? -1 : at * patch->n[d] + i;
+      if (by[d] && !grid->periodic[d]) there = PETSC_FALSE;
+      lo[d] = PetscMax(0, i - (d < grid->dim ? AROUND : 0));
+      hi[d] = PetscMin(patch->n[d] - 1, i + (d < grid->dim ? AROUND : 0));
     }
-    if (at >= 0) held[at] = 1;
+    for (at[2] = lo[2]; at[2] <= hi[2] && there; at[2]++)
+      for (at[1] = lo[1]; at[1] <= hi[1]; at[1]++)
+        for (at[0] = lo[0]; at[0] <= hi[0]; at[0]++) held[(at[2] * patch->n[1] + at[1]) * patch->n[0] + at[0]] = 1;
   }
 }
 
