@@ -20,7 +20,7 @@
 #define TOUCHES 1.0           /* cells: matter that is nearer touches, or may do so in this step */
 #define AHEAD  0.75           /* cells: a block slides on a plane within 0.1 %; with 0.5 and 1 within 1 %, and ends sink in with more */
 #define AGREE  8              /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
-#define INCLINES 0.05          /* squared component of a normal, below which a node is in no column along that axis */
+#define INCLINES 0.25         /* squared component of a normal, below which a node is in no column along that axis: 60 degrees */
 #define BAND   0.6            /* cells: how much further than a stencil's reach the nodes of columns are from a rigid body */
 #define LOWEST 0.01           /* cells: places of a rigid body that are higher by less meet a wall too */
 #define UNIT   ldexp(1, -50)  /* of sums of phi, and of the weights in sides of cells */
@@ -872,8 +872,9 @@ static PetscBool SameColumn(const MPMContactNode node[], const MPMContactPart *p
   return PETSC_TRUE;
 }
 
-/* Makes the parts of the nodes: a node is in the columns along all axes to which its normal inclines, by the square of the
-   normal's component, so that the parts add up to its weight. */
+/* Makes the parts of the nodes: a node is in the columns along all axes to which its normal inclines, by what the square of the
+   normal's component is above INCLINES, so that the parts add up to its weight. A column that goes along a surface would
+   have places of it that are far apart. */
 static PetscErrorCode MakeParts(MPMContacts *c, PetscInt dim)
 {
   PetscFunctionBeginUser;
@@ -884,14 +885,14 @@ static PetscErrorCode MakeParts(MPMContacts *c, PetscInt dim)
     PetscReal             all = 0;
 
     if (c->pair[q->pair].glued) continue;
-    for (PetscInt d = 0; d < dim; d++) all += PetscSqr(q->n[d]) > INCLINES ? PetscSqr(q->n[d]) : 0;
+    for (PetscInt d = 0; d < dim; d++) all += PetscMax(0, PetscSqr(q->n[d]) - INCLINES);
     for (PetscInt d = 0; d < dim; d++) {
       MPMContactPart *to = &c->part[c->nparts];
 
       if (!(PetscSqr(q->n[d]) > INCLINES)) continue;
       *to = (MPMContactPart){.node = k, .pair = q->pair, .axis = d, .side = q->n[d] > 0};
       for (int side = 0; side < 2; side++)
-        to->share[side] = PetscSqr(q->n[d]) / all * (PetscReal)PetscMax(0, q->weight[side]);
+        to->share[side] = (PetscSqr(q->n[d]) - INCLINES) / all * (PetscReal)PetscMax(0, q->weight[side]);
       if (to->share[0] > 0 || to->share[1] > 0) c->nparts++;
     }
   }
