@@ -10,8 +10,8 @@
    that and at the start, in kg m^2, in 2-D of a thickness of 1 m. What changes is in an array of all bodies:
    place, m; turn, a rotation, row-major; velocity of the pivot in this step, m/s; spin, rad/s; angular momentum, kg m^2/s;
    and what the body has given the matter since the last line of the history: impulse, N s, torque about the pivot times time, N m s; and since
-   the start work, J. */
-#define MPM_RIGID_NUMBERS 28
+   the start work, J; and angle, the integral of spin over time, rad. */
+#define MPM_RIGID_NUMBERS 31
 typedef struct {
   const char      *name;
   const MPMRegion *shape;
@@ -21,7 +21,7 @@ typedef struct {
   PetscReal        mass, inverse[9]; /* inverse: of the inertia */
   PetscInt         npoints;
   PetscReal       *points; /* [npoints][3] of a free body: places on its surface at the start, m; of a sphere none */
-  PetscReal       *place, *turn, *velocity, *spin, *momentum, *impulse, *torque, *work;
+  PetscReal       *place, *turn, *velocity, *spin, *momentum, *impulse, *torque, *work, *angle;
 } MPMRigid;
 
 /* Sets the pointers of a body to its numbers. */
@@ -35,6 +35,7 @@ MPM_INLINE void MPMRigidUse(MPMRigid *r, PetscReal numbers[])
   r->impulse  = numbers + 21;
   r->torque   = numbers + 24;
   r->work     = numbers + 27;
+  r->angle    = numbers + 28;
 }
 
 /* Returns the distance of x [dim], m, from the surface of the body, m, negative inside; n [dim]: its unit gradient. */
@@ -154,6 +155,7 @@ MPM_INLINE void MPMRigidMove(MPMRigid *r, PetscReal dt)
 
   for (PetscInt d = 0; d < 3; d++) {
     r->place[d] += dt * r->velocity[d];
+    r->angle[d] += dt * w[d];
     q[d] = a * w[d];
     size += q[d] * q[d];
   }

@@ -196,6 +196,7 @@ PetscErrorCode MPMSceneMakeRigids(const MPMScene *scene, MPMCore *core, MPMOptio
     to->shape = &b->region;
     to->mu    = b->mu;
     to->moves = b->rigid == MPM_RIGID_MOVING ? PETSC_TRUE : PETSC_FALSE;
+    if (to->moves) r->move = PETSC_TRUE;
     for (PetscInt d = 0; d < 3; d++) {
       to->pivot[d]    = b->pivot[d];
       to->turn[4 * d] = 1;

@@ -294,7 +294,7 @@ static void Account(MPMCore *core)
   }
   (void)MPI_Comm_rank(core->exchange.data, &rank);
   if (rank || !core->energy.on || work == 0) return;
-  MPMSumAdd(&core->energy.sum[MPM_ENERGY_walls], work);
+  MPMSumAdd(&core->energy.sum[MPM_ENERGY_rigid], work);
   MPMSumAdd(&core->energy.sum[MPM_ENERGY_friction], -work);
 }
 
