@@ -181,7 +181,7 @@ static PetscBool HasFaces(const MPMRegion *r)
 }
 
 /* Copies the faces of a surface that do not lie at a wall of the grid, or beyond it, if such ones are open. */
-static PetscBool CopyFaces(const MPMSurface *s, const MPMDistanceGrid *grid, PetscBool open, MPMFaces *to)
+static PetscBool CopyFaces(const MPMSurface *s, const MPMGrid *grid, PetscBool open, MPMFaces *to)
 {
   const PetscInt size = s->dim * s->dim;
 
@@ -212,7 +212,7 @@ static PetscReal Formula(const void *context, PetscInt dim, const PetscReal x[])
 }
 
 /* Samples the zeros of a formula in its box, and a little beyond. */
-static PetscBool SampleFormula(const MPMRegion *r, const MPMDistanceGrid *grid, PetscReal reach, MPMFaces *to)
+static PetscBool SampleFormula(const MPMRegion *r, const MPMGrid *grid, PetscReal reach, MPMFaces *to)
 {
   MPMSampled of = {.dim = grid->dim, .f = Formula, .context = r};
 
@@ -236,7 +236,7 @@ static PetscReal Sign(const void *context, const PetscReal x[], PetscReal distan
 }
 
 /* Samples the distance from many faces, which are not needed any more then. */
-static PetscBool Sample(MPMRegion *r, const MPMDistanceGrid *grid)
+static PetscBool Sample(MPMRegion *r, const MPMGrid *grid)
 {
   PetscReal spacing[3];
 
@@ -252,7 +252,7 @@ void MPMRegionDropDistance(MPMRegion *r)
   MPMSampledDestroy(&r->sampled);
 }
 
-PetscBool MPMRegionMakeDistance(MPMRegion *r, const MPMDistanceGrid *grid, PetscBool open)
+PetscBool MPMRegionMakeDistance(MPMRegion *r, const MPMGrid *grid, PetscBool open)
 {
   const PetscBool endless = r->type == MPM_REGION_halfspace || r->type == MPM_REGION_polygon ||
                                     r->type == MPM_REGION_expression

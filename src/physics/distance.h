@@ -2,15 +2,10 @@
 #ifndef MPM_DISTANCE_H
 #define MPM_DISTANCE_H
 
+#include "physics/grid.h"
 #include "physics/region.h"
 
 #define MPM_DISTANCE_REACH 3.0 /* cells: how far from polygons, STLs and formulas distances are known */
-
-/* The grid in which distances are asked for; bounds and spacing in m. */
-typedef struct {
-  PetscInt  dim;
-  PetscReal lower[3], upper[3], h[3];
-} MPMDistanceGrid;
 
 /* Prepares the distance of a shape, and of those that cut it or limit it, whose surface and formula are set; it may be
    called again. Returns whether there was memory. MPMRegionDropDistance frees it, of this shape alone. Not collective: all
@@ -31,7 +26,7 @@ typedef struct {
    open: what of its surface lies at the walls of the grid, or beyond them, is no surface: matter is never on its other
    side, and near its edges normals would be wrong. This suits a shape that stays where it is. The bounds of the grid,
    which halfspaces, formulas and prisms have by default, are a surface of none of them. */
-PetscBool MPMRegionMakeDistance(MPMRegion *, const MPMDistanceGrid *, PetscBool open);
+PetscBool MPMRegionMakeDistance(MPMRegion *, const MPMGrid *, PetscBool open);
 void      MPMRegionDropDistance(MPMRegion *);
 
 /* Returns whether a shape, and those that cut it or limit it, have a distance: a list of particles has none, and
