@@ -37,6 +37,34 @@ static PetscErrorCode CountParticles(MPMCore *core, const MPMScene *scene, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns the name of the first body that has a copy of the nodes. */
+static const char *BodyOf(const MPMScene *scene, PetscInt copy)
+{
+  PetscInt b = 0;
+
+  while (b + 1 < scene->nbodies && scene->bodies[b].copy != copy) b++;
+  return scene->bodies[b].name;
+}
+
+/* Prints which bodies meet, and how. */
+static PetscErrorCode ReportContacts(const MPMCore *core, const MPMScene *scene)
+{
+  PetscInt declared = 0;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; core->contacts && k < core->contacts->npairs; k++) {
+    const MPMPair *pair = &core->contacts->pair[k];
+
+    if (pair->glued || ++declared > SHOWN) continue;
+    PetscCall(MPMPrint(&core->print, "contact    %s and %s: ", BodyOf(scene, pair->a), BodyOf(scene, pair->b)));
+    PetscCall(pair->mu < PETSC_INFINITY ? MPMPrint(&core->print, "friction %g\n", (double)pair->mu)
+                                        : MPMPrint(&core->print, "nothing slides\n"));
+  }
+  if (declared > SHOWN)
+    PetscCall(MPMPrint(&core->print, "contact    of %" PetscInt_FMT " more pairs of bodies\n", declared - SHOWN));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
 {
   static const char *const per[] = {" for a cross-section of 1 m^2", " for a thickness of 1 m", ""};
@@ -63,5 +91,6 @@ PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
     PetscCall(MPMPrint(&core->print,
                        "body       and %" PetscInt_FMT " more bodies with %" PetscInt64_FMT " particles together\n",
                        scene->nbodies - shown, n[shown]));
+  PetscCall(ReportContacts(core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

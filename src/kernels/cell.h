@@ -23,13 +23,15 @@ MPM_INLINE void MPMCoordinates(int dim, MPMBasis basis, const MPMGrid *grid, con
     base[d] = MPMCoordinate(basis, grid, d, x[d], basis == MPM_BASIS_gimp ? l[d] : 0, &xi[d]);
 }
 
-/* Does the same for any x; returns false if x is outside of the grid or not finite. */
-MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, const PetscReal x[], const PetscReal l[],
-                               PetscReal xi[], PetscInt base[])
+/* Does the same for any x, with the number of the base node in a copy; returns false if x is outside of the grid or not
+   finite. */
+MPM_INLINE PetscBool MPMLocate(int dim, MPMBasis basis, const MPMGrid *grid, PetscInt copy, const PetscReal x[],
+                               const PetscReal l[], PetscReal xi[], PetscInt base[])
 {
   for (int d = 0; d < dim; d++)
     if (!(x[d] >= grid->lower[d] && x[d] <= grid->upper[d])) return PETSC_FALSE;
   MPMCoordinates(dim, basis, grid, x, l, xi, base);
+  base[grid->stack] += MPMGridFirst(grid, grid->stack, copy);
   return PETSC_TRUE;
 }
 
@@ -41,13 +43,13 @@ MPM_INLINE const PetscReal *MPMHalfWidths(int dim, const MPMKind *kinds, const M
 
 /* Returns the number of the cell of position x if the patch owns it, else MPM_ELSEWHERE or MPM_NOWHERE. base [dim] is
    its base node. */
-MPM_INLINE PetscInt MPMOwnCell(int dim, MPMBasis basis, const MPMPatch *patch, const PetscReal x[], const PetscReal l[],
-                               PetscInt base[])
+MPM_INLINE PetscInt MPMOwnCell(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt copy, const PetscReal x[],
+                               const PetscReal l[], PetscInt base[])
 {
   PetscReal xi[3];
   PetscInt  at[3] = {0};
 
-  if (!MPMLocate(dim, basis, patch->grid, x, l, xi, base)) return MPM_NOWHERE;
+  if (!MPMLocate(dim, basis, patch->grid, copy, x, l, xi, base)) return MPM_NOWHERE;
   for (int d = 0; d < dim; d++) {
     at[d] = base[d] - patch->own_lo[d];
     if (at[d] < 0 || at[d] >= patch->own_n[d]) return MPM_ELSEWHERE;

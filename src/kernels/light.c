@@ -137,10 +137,10 @@ static PetscErrorCode Look(MPMLight *light, const MPMParams *par, const MPMPatch
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < patch->grid->dim; d++) {
     node.side[d] = Side(patch, light->mass + node.node, d, at[d], par->light);
-    if (node.side[d] && AtWall(par->walls, patch->grid, d, patch->lo[d] + at[d])) node.side[d] = 0;
+    if (node.side[d] && AtWall(par->walls, patch->grid, d, MPMGridFold(patch->grid, d, patch->lo[d] + at[d]))) node.side[d] = 0;
     if (node.side[d]) any = PETSC_TRUE;
   }
-  if (!any || !IsCarried(patch, light->mass, &node, at, par->light)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!any || (light->held && light->held[node.node]) || !IsCarried(patch, light->mass, &node, at, par->light)) PetscFunctionReturn(PETSC_SUCCESS);
   if (light->n == light->room) {
     light->room = 2 * light->room + 256;
     PetscCall(PetscRealloc((size_t)light->room * sizeof *light->node, &light->node));
@@ -235,7 +235,7 @@ static int Held(const MPMParams *par, const MPMPatch *patch, PetscInt node, Pets
     for (int side = 0; side < 2 && d < dim; side++) {
       const MPMFace *f = &par->walls->given[d][side];
 
-      if (!AtFace(f, side, patch->grid->cells[d], ijk[d], PETSC_FALSE)) continue;
+      if (!AtFace(f, side, patch->grid->cells[d], MPMGridFold(patch->grid, d, ijk[d]), PETSC_FALSE)) continue;
       held |= MPMWallHas(f->type, MPM_WALL_TANGENT | MPM_WALL_BRAKES) ? (1 << dim) - 1 : 1 << d;
     }
   }
@@ -325,6 +325,7 @@ PetscErrorCode MPMLightDestroy(MPMLight *light)
 {
   PetscFunctionBeginUser;
   PetscCall(PetscFree(light->node));
+  PetscCall(PetscFree(light->held));
   PetscCall(PetscFree(light->mass));
   PetscCall(PetscFree(light->filled));
   PetscCall(PetscFree(light->given));

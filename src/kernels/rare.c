@@ -84,12 +84,13 @@ MPM_INLINE void RareCells(int dim, MPMBasis basis, const MPMParams *par, MPMPatc
     const PetscInt l = which[k], p = order[l];
     PetscReal      x[3] = {0}, half[3] = {0};
     PetscInt       base[3], cell;
+    const PetscInt copy = par->kinds[s->kind[l]].copy;
 
     for (int d = 0; d < dim; d++) x[d] = particles->x[(size_t)p * dim + d], half[d] = s->l[d][l];
-    cell = MPMOwnCell(dim, basis, patch, x, half, base);
+    cell = MPMOwnCell(dim, basis, patch, copy, x, half, base);
     if (cell == MPM_NOWHERE && PutBack(dim, patch->grid, par->closed, x)) {
       for (int d = 0; d < dim; d++) particles->x[(size_t)p * dim + d] = x[d];
-      cell = MPMOwnCell(dim, basis, patch, x, half, base);
+      cell = MPMOwnCell(dim, basis, patch, copy, x, half, base);
     }
     if (cell == particles->cell[p]) continue;
     particles->cell[p] = cell;

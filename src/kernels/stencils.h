@@ -13,6 +13,7 @@ MPM_INLINE void MPMStageKind(int dim, const MPMParams *par, const MPMKind *k, Pe
   for (PetscInt l = first; l < last; l++) {
     s->m[l]     = k->m;
     s->V0[l]    = k->V0;
+    s->copy[l]  = (PetscReal)k->copy * s->stride;
     s->has_F[l] = par->materials[k->material].state & MPM_BIT(F) ? 1 : 0;
     for (int d = 0; d < dim; d++) s->l[d][l] = k->l[d];
   }
@@ -24,6 +25,8 @@ MPM_INLINE void MPMStencilsBegin(int dim, const MPMParams *par, const MPMPatch *
   const MPMGrid *grid = patch->grid;
 
   memset(s, 0, sizeof *s);
+  s->stride = grid->copies > 1 ? (PetscReal)grid->stride : 0;
+  for (PetscInt d = 0; d < grid->stack; d++) s->stride *= (PetscReal)patch->n[d];
   MPMStageKind(dim, par, par->kinds, 0, MPM_BLOCK, s);
   for (int d = 0; d < dim; d++) {
     const PetscReal far = PetscMax(PetscAbsReal(grid->lower[d]), PetscAbsReal(grid->upper[d]));
@@ -89,7 +92,7 @@ MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, 
       }
       if (MPMBasisIsSpline(basis)) least[d] = MPMMin(least[d], xi), most[d] = MPMMax(most[d], xi);
     }
-    MPMWrite(&s->base[q], index);
+    MPMWrite(&s->base[q], patch->grid->copies > 1 ? index + MPMRead(&s->copy[q]) : index);
   }
   for (int d = 0; d < dim && MPMBasisIsSpline(basis); d++)
     if (MPMAny((least[d] < axes[d].reach) | (axes[d].cells - most[d] < axes[d].reach))) wall = PETSC_TRUE;

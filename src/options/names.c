@@ -21,10 +21,12 @@ static PetscInt Words(MPMOptions o, const MPMOptionRow *row, const char (**words
   *words = open && open[1] == 'm'   ? (const char(*)[MPM_NAME_LEN])o->materials
            : open && open[1] == 'b' ? (const char(*)[MPM_NAME_LEN])o->bodies
            : open && open[1] == 'l' ? (const char(*)[MPM_NAME_LEN])o->loads
+           : open && open[1] == 'c' ? (const char(*)[MPM_NAME_LEN])o->contacts
            : open && open[1] == 'p' ? (const char(*)[MPM_NAME_LEN])o->probes
                                     : o->table->faces;
   if (!open) return 0;
   if (open[1] == 'p') return o->np;
+  if (open[1] == 'c') return o->nc;
   return open[1] == 'm' ? o->nm : open[1] == 'b' ? o->nb : open[1] == 'l' ? o->nl : open[1] == 'f' ? 2 * o->dim : 0;
 }
 
@@ -181,7 +183,7 @@ static PetscBool IsOfName(MPMOptions o, const char given[])
   for (size_t r = 0; r < o->table->n; r++) {
     const char *open = o->table->row[r].name ? strchr(o->table->row[r].name, '<') : NULL;
 
-    if (open && strchr("mblpf", open[1]) &&
+    if (open && strchr("mblcpf", open[1]) &&
         !strncasecmp(o->table->row[r].name, given, (size_t)(open - o->table->row[r].name)) &&
         strchr(given + (open - o->table->row[r].name), '_'))
       return PETSC_TRUE;
@@ -205,6 +207,7 @@ static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NA
     *list = open[1] == 'm'   ? "among -materials"
             : open[1] == 'b' ? "among -bodies"
             : open[1] == 'l' ? "among -loads"
+            : open[1] == 'c' ? "among -contacts"
             : open[1] == 'p' ? "among -probes"
                              : "a face of the grid";
     return PETSC_TRUE;
@@ -339,10 +342,13 @@ static PetscBool IsChoice(MPMOptions o, const char given[])
   return PetscOptionsHasName(NULL, NULL, dashed, &set) || set ? PETSC_FALSE : PETSC_TRUE;
 }
 
-void MPMOptionsDeclareProbes(MPMOptions o, PetscInt n, char (*probes)[MPM_NAME_LEN])
+void MPMOptionsDeclareOthers(MPMOptions o, PetscInt np, char (*probes)[MPM_NAME_LEN], PetscInt nc,
+                             char (*contacts)[MPM_NAME_LEN])
 {
-  o->np     = n;
-  o->probes = probes;
+  o->np       = np;
+  o->probes   = probes;
+  o->nc       = nc;
+  o->contacts = contacts;
 }
 
 /* Takes the names that the scene declares, then refuses every given option that is not in the vocabulary or not built
@@ -388,8 +394,9 @@ PetscErrorCode MPMOptionsDeclare(MPMOptions o, PetscInt dim, PetscInt nm, char (
   RefuseAmbiguous(o, 'b', nb, bodies);
   RefuseAmbiguous(o, 'l', nl, loads);
   RefuseAmbiguous(o, 'p', o->np, o->probes);
-  o->materials = o->bodies = o->loads = o->probes = NULL; /* the caller owns them */
-  o->nm = o->nb = o->nl = o->np = 0;
+  RefuseAmbiguous(o, 'c', o->nc, o->contacts);
+  o->materials = o->bodies = o->loads = o->probes = o->contacts = NULL; /* the caller owns them */
+  o->nm = o->nb = o->nl = o->np = o->nc = 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -22,7 +22,7 @@ typedef enum {
   MPM_MOVED
 } MPMOptionType;
 
-/* A row of the vocabulary: the name of an option, with <m>, <b>, <l>, <p> or <f> for a material, body, load, probe or face; its
+/* A row of the vocabulary: the name of an option, with <m>, <b>, <l>, <c>, <p> or <f> for a material, body, load, contact, probe or face; its
    type; the values that are allowed; unit; default; meaning. A row without a name is the title of a group, which is in
    `help`. */
 typedef struct {
@@ -57,7 +57,8 @@ void           MPMOptionsFail(MPMOptions, const char format[], ...) PETSC_ATTRIB
 PetscErrorCode MPMOptionsShare(MPMOptions, MPI_Comm); /* an error of any becomes one of all; collective on the comm */
 PetscErrorCode MPMOptionsDeclare(MPMOptions, PetscInt dim, PetscInt nm, char (*materials)[MPM_NAME_LEN], PetscInt nb,
                                  char (*bodies)[MPM_NAME_LEN], PetscInt nl, char (*loads)[MPM_NAME_LEN]);
-void           MPMOptionsDeclareProbes(MPMOptions, PetscInt n, char (*probes)[MPM_NAME_LEN]); /* before the others */
+void           MPMOptionsDeclareOthers(MPMOptions, PetscInt np, char (*probes)[MPM_NAME_LEN], PetscInt nc,
+                                       char (*contacts)[MPM_NAME_LEN]); /* before the others */
 PetscBool      MPMOptionsOverridden(const char name[], const char by[]);
 PetscErrorCode MPMOptionsMethodGiven(PetscBool *all, PetscBool *any);
 PetscErrorCode MPMOptionsFinish(MPMOptions);          /* refuses options that this scene never asked for */

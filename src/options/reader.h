@@ -9,8 +9,9 @@
 struct _MPMOptions {
   const MPMVocabulary *table;
   char                 error[MPM_TEXT_LEN];
-  PetscInt             dim, nm, nb, nl, np; /* of the declarations; all but dim are 0 before these */
-  char (*materials)[MPM_NAME_LEN], (*bodies)[MPM_NAME_LEN], (*loads)[MPM_NAME_LEN], (*probes)[MPM_NAME_LEN];
+  PetscInt             dim, nm, nb, nl, np, nc; /* of the declarations; all but dim are 0 before these */
+  char (*materials)[MPM_NAME_LEN], (*bodies)[MPM_NAME_LEN], (*loads)[MPM_NAME_LEN], (*probes)[MPM_NAME_LEN],
+      (*contacts)[MPM_NAME_LEN];
   PetscInt nasked, masked; /* full names that were asked for: number and capacity */
   char (*asked)[MPM_FULL_LEN];
 };

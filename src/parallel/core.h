@@ -11,6 +11,8 @@
 #include "base/timers.h"
 #include "kernels/light.h"
 #include "kernels/node_rows.h"
+#include "parallel/contact.h"
+#include "physics/rigid.h"
 #include "parallel/partition.h"
 #include "particles/box.h"
 #include "particles/particles.h"
@@ -165,6 +167,14 @@ typedef struct {
   PetscReal  *impulse;  /* [columns] kg m/s */
 } MPMPistons;
 
+/* Rigid bodies. */
+typedef struct {
+  PetscInt   n;
+  MPMRigid  *body;    /* [n] */
+  PetscReal *numbers; /* [n][MPM_RIGID_NUMBERS] */
+  PetscReal  since;   /* core->kicked at the last line of the history, s */
+} MPMRigids;
+
 #define MPM_NUM_LOST 11 /* components of the rows LOST of results/diagnostics.def */
 
 struct _MPMCore {
@@ -186,6 +196,8 @@ struct _MPMCore {
   MPMDamping      damping;
   MPMGaps        *gaps;               /* or NULL: no wall only pushes */
   MPMPistons     *pistons;            /* or NULL: there is none */
+  MPMContacts    *contacts;           /* or NULL: bodies share the nodes of the grid, and there are no rigid ones */
+  MPMRigids       rigids;
   MPMVolumes      volumes;
   MPMReactions   *reactions;          /* or NULL: the history asks for none */
   MPMSum          lost[MPM_NUM_LOST]; /* what the particles took along that this process removed (results/lost.c) */

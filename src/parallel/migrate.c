@@ -18,7 +18,8 @@ static PetscErrorCode FindOwner(MPMCore *core, const MPMSpatial *s, const MPMVie
   PetscInt       base[3] = {0};
 
   PetscFunctionBeginUser;
-  PetscCheck(MPMLocate((int)dim, core->basis, &core->grid, view->x + p * dim,
+  PetscCheck(MPMLocate((int)dim, core->basis, &core->grid, MPMKindOf(core->params.kinds, view, p)->copy,
+                       view->x + p * dim,
                        MPMHalfWidths((int)dim, core->params.kinds, view, p), xi, base),
              PETSC_COMM_SELF, PETSC_ERR_PLIB, "particle %" PetscInt64_FMT " has no cell", view->id[p]);
   *owner = MPMSpatialOwner(s, &core->grid, base, hops);
@@ -89,7 +90,8 @@ static PetscErrorCode LocateArrivals(MPMCore *core, MPMSpatial *s)
     PetscInt       base[3] = {0};
 
     if (p >= view.n || view.cell[p] >= 0) continue;
-    view.cell[p] = MPMOwnCell((int)dim, core->basis, patch, view.x + p * dim,
+    view.cell[p] = MPMOwnCell((int)dim, core->basis, patch, MPMKindOf(core->params.kinds, &view, p)->copy,
+                              view.x + p * dim,
                               MPMHalfWidths((int)dim, core->params.kinds, &view, p), base);
     PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                "particle %" PetscInt64_FMT " came to the wrong process", view.id[p]);

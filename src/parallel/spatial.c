@@ -218,7 +218,8 @@ PetscErrorCode MPMHistogramAddView(MPMHistogram *h, const MPMCore *core, const M
     PetscReal xi[3];
     PetscInt  base[3] = {0};
 
-    (void)MPMLocate((int)dim, core->basis, &core->grid, view->x + p * dim,
+    (void)MPMLocate((int)dim, core->basis, &core->grid, MPMKindOf(core->params.kinds, view, p)->copy,
+                    view->x + p * dim,
                     MPMHalfWidths((int)dim, core->params.kinds, view, p), xi, base);
     for (PetscInt d = 0; d < dim; d++) base[d] += core->grid.layers[d];
     PetscCall(MPMHistogramAdd(h, base, 1));
@@ -234,7 +235,8 @@ static void FindCells(const MPMCore *core, MPMView *view)
   for (PetscInt p = 0; p < view->n; p++) {
     PetscInt base[3] = {0};
 
-    view->cell[p] = MPMOwnCell((int)dim, core->basis, &core->exchange.patch, view->x + p * dim,
+    view->cell[p] = MPMOwnCell((int)dim, core->basis, &core->exchange.patch,
+                               MPMKindOf(core->params.kinds, view, p)->copy, view->x + p * dim,
                                MPMHalfWidths((int)dim, core->params.kinds, view, p), base);
   }
 }

@@ -255,8 +255,8 @@ PetscErrorCode MPMParticlesLocate(MPMParticles *particles, const MPMPatch *patch
   for (PetscInt p = 0; p < view.n; p++) {
     PetscInt base[3] = {0};
 
-    view.cell[p] = MPMOwnCell((int)d, patch->basis, patch, view.x + p * d, MPMHalfWidths((int)d, kinds, &view, p),
-                              base);
+    view.cell[p] = MPMOwnCell((int)d, patch->basis, patch, MPMKindOf(kinds, &view, p)->copy, view.x + p * d,
+                              MPMHalfWidths((int)d, kinds, &view, p), base);
     PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                "particle %" PetscInt64_FMT " at (%g, %g, %g) is on the wrong process", view.id[p],
                (double)view.x[p * d], (double)(d > 1 ? view.x[p * d + 1] : 0), (double)(d > 2 ? view.x[p * d + 2] : 0));

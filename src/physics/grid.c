@@ -7,6 +7,8 @@ const char *const MPMBasisNames[] = {
 #undef MPM_BASIS
 };
 
+#define TILES 4 /* nodes: copies begin with whole tiles and boxes of F-bar, so that each body has the same ones alone */
+
 /* Sets layers and stored nodes of each axis from cells, periodic axes and basis. */
 void MPMGridSetNodes(MPMGrid *grid, MPMBasis basis)
 {
@@ -14,6 +16,9 @@ void MPMGridSetNodes(MPMGrid *grid, MPMBasis basis)
     grid->layers[d] = d < grid->dim && !grid->periodic[d] ? MPMBasisLayers(basis) : 0;
     grid->nodes[d] = d >= grid->dim ? 1 : grid->periodic[d] ? grid->cells[d] : grid->cells[d] + 1 + 2 * grid->layers[d];
   }
+  if (grid->copies < 2) return;
+  grid->stride = (grid->nodes[grid->stack] + 2 * MPM_GRID_APART + TILES - 1) / TILES * TILES;
+  grid->nodes[grid->stack] = grid->copies * grid->stride;
 }
 
 /* Returns the nodes in the arrays of a process that has the whole grid: with the layers beyond walls, and with ghost

@@ -6,14 +6,41 @@
 
 extern const char *const MPMBasisNames[]; /* [MPMBasis] */
 
+#define MPM_MAX_COPIES 32 /* largest number of copies of the nodes */
+
 /* Node ijk is at lower + ijk*h, 0 <= ijk <= cells. On an axis with walls, `layers` more nodes lie beyond each face; on
-   a periodic axis node `cells` is node 0 again. */
+   a periodic axis node `cells` is node 0 again.
+
+   Bodies that may part from each other have nodes of their own: `copies` of the grid's nodes, one after the other along
+   axis `stack`, on which node i of copy c has the number i + c stride. Numbers of nodes and of cells are such ones, and
+   MPMGridFold finds the place of one; the DMDA, its cuts, tiles and messages know nothing of copies. */
 typedef struct {
-  PetscInt     dim, cells[3], layers[3], nodes[3]; /* nodes that are stored per axis, layers included */
+  PetscInt     dim, cells[3], layers[3], nodes[3]; /* nodes that are stored per axis, layers and copies included */
+  PetscInt     copies, stack, stride;              /* copies is 0 or 1 where all bodies share the nodes */
   PetscReal    lower[3], upper[3], h[3];           /* m */
   PetscBool    periodic[3];
   MPMWallBasis wall_basis[3]; /* form of the splines at the walls of each axis */
 } MPMGrid;
+
+#define MPM_GRID_APART 4 /* nodes below node 0 that count to the same copy, for what looks beyond faces */
+
+/* Returns the copy that number i of a node on the stacked axis belongs to. */
+MPM_INLINE PetscInt MPMGridCopy(const MPMGrid *grid, PetscInt i)
+{
+  return grid->copies > 1 ? (i + MPM_GRID_APART) / grid->stride : 0;
+}
+
+/* Returns the number on axis d of the node of a copy that has the number 0 in the first one. */
+MPM_INLINE PetscInt MPMGridFirst(const MPMGrid *grid, PetscInt d, PetscInt copy)
+{
+  return copy && d == grid->stack ? copy * grid->stride : 0;
+}
+
+/* Returns the place on axis d of a node with the number i there. */
+MPM_INLINE PetscInt MPMGridFold(const MPMGrid *grid, PetscInt d, PetscInt i)
+{
+  return grid->copies > 1 && d == grid->stack ? i - MPMGridCopy(grid, i) * grid->stride : i;
+}
 
 void      MPMGridSetNodes(MPMGrid *, MPMBasis);    /* sets layers and nodes from the other members */
 PetscReal MPMGridNodes(const MPMGrid *, MPMBasis); /* nodes in the arrays of one process that has the whole grid */

@@ -123,6 +123,7 @@ typedef struct {
   PetscInt  material; /* row of the scene's materials */
   PetscReal m, V0;    /* mass in kg, reference volume in m^3 (unit thickness where dim < 3) */
   PetscReal l[3];     /* half-width of the particle's domain at the start, in cells */
+  PetscInt  copy;     /* of the grid's nodes that they use */
 } MPMKind;
 
 /* Returns the kind of particle p of a view, which has the field `kind` where there are several. Not collective. */

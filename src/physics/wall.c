@@ -148,7 +148,7 @@ PetscBool MPMWallsApply(const MPMFace (*faces)[2], const MPMGrid *grid, const Pe
 
   for (int again = 0; again < (constrained ? 2 : 1); again++)
     for (PetscInt k = 0; k < 2 * grid->dim; k++) {
-      const PetscInt d = k / 2, inside = k % 2 ? grid->cells[d] - ijk[d] : ijk[d];
+      const PetscInt d = k / 2, inside = MPMWallInside(grid, k, ijk);
       const MPMFace *f = &faces[d][k % 2];
       WallNode       at;
 
@@ -185,7 +185,7 @@ static PetscBool Driven(const MPMFace (*faces)[2], const MPMGrid *grid, const Pe
   for (PetscInt k = 0; k < 2 * grid->dim; k++) {
     const MPMFace *f = &faces[k / 2][k % 2];
 
-    if (k / 2 == d || (k % 2 ? grid->cells[k / 2] - ijk[k / 2] : ijk[k / 2]) > f->reach) continue;
+    if (k / 2 == d || MPMWallInside(grid, k, ijk) > f->reach) continue;
     if (MPMWallHas(f->type, MPM_WALL_TANGENT) && MPMWallHas(f->type, MPM_WALL_MOVES) && inward * f->velocity[d] < least)
       return PETSC_TRUE;
   }
@@ -203,12 +203,13 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
   PetscInt       met = 0;
 
   for (PetscInt d = 0; d < dim; d++) {
-    const PetscInt side = ijk[d] <= 0 ? 0 : 1;
+    const PetscInt side = MPMWallInside(grid, 2 * d, ijk) <= 0 ? 0 : 1;
     const MPMFace *f    = &faces[d][side];
     WallNode       node = {.dim = dim, .axis = d, .inward = side ? -1 : 1};
 
     trial[d] = at[d];
-    if ((ijk[d] > 0 && ijk[d] < grid->cells[d]) || !MPMWallHas(f->type, MPM_WALL_PUSHES)) continue;
+    if ((MPMWallInside(grid, 2 * d, ijk) > 0 && MPMWallInside(grid, 2 * d + 1, ijk) > 0) ||
+        !MPMWallHas(f->type, MPM_WALL_PUSHES)) continue;
     node.least = Least(f, grid, d, ijk);
     if (Driven(faces, grid, ijk, d, node.inward, node.least)) met |= (PetscInt)1 << d;
     if (!MPMWallApply_separate(f, &node, at)) continue;
@@ -217,7 +218,7 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
   }
   /* After all of them, so that friction at an edge takes nothing that another stops. */
   for (PetscInt d = 0; d < dim; d++) {
-    const MPMFace *f = &faces[d][ijk[d] <= 0 ? 0 : 1];
+    const MPMFace *f = &faces[d][MPMWallInside(grid, 2 * d, ijk) <= 0 ? 0 : 1];
 
     if ((met & (PetscInt)1 << d) && MPMWallHas(f->type, MPM_WALL_BRAKES)) Brake(dim, d, f->mu * press[d], at);
   }

@@ -83,11 +83,12 @@ MPM_INLINE PetscBool MPMWallActs(const MPMFace *f, PetscInt inside)
   return inside <= f->reach + f->beside ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Returns the number of the nodes of a face with normal `axis`, and which of them node ijk [dim] of the grid lies over:
-   those beyond the edges of the face count to the edges. Across a periodic axis the last is the first one again. */
+/* Returns the number of the nodes of a face with normal `axis`, those of all copies, and which of them node ijk [dim] of
+   the grid lies over: those beyond the edges of the face count to the edges. Across a periodic axis the last is the first
+   one again. */
 MPM_INLINE PetscInt MPMFaceNodes(const MPMGrid *grid, PetscInt axis)
 {
-  PetscInt n = 1;
+  PetscInt n = PetscMax(1, grid->copies);
 
   for (PetscInt d = 0; d < grid->dim; d++) n *= d == axis ? 1 : grid->cells[d] + !grid->periodic[d];
   return n;
@@ -95,14 +96,14 @@ MPM_INLINE PetscInt MPMFaceNodes(const MPMGrid *grid, PetscInt axis)
 
 MPM_INLINE PetscInt MPMFaceNode(const MPMGrid *grid, PetscInt axis, const PetscInt ijk[])
 {
-  PetscInt at = 0;
+  PetscInt at = MPMGridCopy(grid, ijk[grid->stack]);
 
   for (PetscInt d = grid->dim - 1; d >= 0; d--) {
-    const PetscInt cells = grid->cells[d];
+    const PetscInt cells = grid->cells[d], i = MPMGridFold(grid, d, ijk[d]);
 
     if (d == axis) continue;
-    at = grid->periodic[d] ? at * cells + (ijk[d] % cells + cells) % cells
-                           : at * (cells + 1) + PetscClipInterval(ijk[d], 0, cells);
+    at = grid->periodic[d] ? at * cells + (i % cells + cells) % cells
+                           : at * (cells + 1) + PetscClipInterval(i, 0, cells);
   }
   return at;
 }
@@ -114,10 +115,20 @@ MPM_INLINE void MPMWallPlane(const MPMWalls *w, const MPMGrid *grid, PetscInt k,
   *plane = (k % 2 ? grid->upper[k / 2] : grid->lower[k / 2]) + *sign * w->place[k];
 }
 
+/* Returns by how many layers node ijk [dim] lies inside of face k = 2 axis + side; below 0: beyond it. */
+MPM_INLINE PetscInt MPMWallInside(const MPMGrid *grid, PetscInt k, const PetscInt ijk[])
+{
+  const PetscInt i = MPMGridFold(grid, k / 2, ijk[k / 2]);
+
+  return k % 2 ? grid->cells[k / 2] - i : i;
+}
+
 /* Returns whether a wall acts on node i of axis d; MPMWallsApply need not be called for other nodes. */
 MPM_INLINE PetscBool MPMWallsReach(const MPMFace (*faces)[2], const MPMGrid *grid, PetscInt d, PetscInt i)
 {
-  return i <= faces[d][0].reach || i >= grid->cells[d] - faces[d][1].reach ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt at = MPMGridFold(grid, d, i);
+
+  return at <= faces[d][0].reach || at >= grid->cells[d] - faces[d][1].reach ? PETSC_TRUE : PETSC_FALSE;
 }
 
 #endif

@@ -10,10 +10,10 @@
 
 PetscErrorCode MPMRigidFacesMake(MPMOutput *out, const MPMCore *core)
 {
-  const MPMRigids *r = core->rigids;
+  const MPMRigids *r = &core->rigids;
 
   PetscFunctionBeginUser;
-  if (!r || out->first) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!r->n || out->first) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(r->n + 1, &out->first));
   for (PetscInt b = 0; b < r->n; b++) {
     PetscCheck(MPMRegionOutline(r->body[b].shape, &core->grid, &out->faces), PETSC_COMM_SELF, PETSC_ERR_MEM,
@@ -36,7 +36,7 @@ PetscErrorCode MPMRigidFacesDestroy(MPMOutput *out)
 
 PetscErrorCode MPMRigidDatasets(const MPMOutput *out, const MPMCore *core, MPMFile *file, hid_t step)
 {
-  const MPMRigids *r     = core->rigids;
+  const MPMRigids *r     = &core->rigids;
   const hsize_t    dim   = (hsize_t)core->grid.dim, faces = (hsize_t)out->faces.n, bodies = (hsize_t)r->n;
   hid_t            group = -1;
   char             names[MPM_TEXT_LEN] = "";
@@ -68,7 +68,7 @@ static void Moved(const MPMRigid *r, PetscInt dim, const PetscReal X[], PetscRea
 
 PetscErrorCode MPMRigidWrite(const MPMOutput *out, const MPMCore *core, MPMFile *file, PetscInt *set)
 {
-  const MPMRigids *r   = core->rigids;
+  const MPMRigids *r   = &core->rigids;
   const PetscInt   dim = core->grid.dim, corners = out->faces.n * dim;
   PetscReal       *value;
 

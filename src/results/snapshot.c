@@ -164,9 +164,8 @@ static PetscErrorCode ParticleRows(MPMCore *core, const MPMScene *scene, Rows *r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sends nc numbers of each item here [n][nc] to its row, and writes the rows. Collective on exchange.data. */
-static PetscErrorCode WriteRows(MPMFile *file, PetscInt set, const Rows *rows, PetscInt nc, const PetscReal here[],
-                                PetscReal sorted[])
+/* Sends nc numbers of each item here [n][nc] to its row. Collective on exchange.data. */
+static PetscErrorCode SendRows(const Rows *rows, PetscInt nc, const PetscReal here[], PetscReal sorted[])
 {
   MPI_Datatype unit;
 
@@ -176,6 +175,15 @@ static PetscErrorCode WriteRows(MPMFile *file, PetscInt set, const Rows *rows, P
   PetscCall(PetscSFReduceBegin(rows->sf, unit, here, sorted, MPI_REPLACE));
   PetscCall(PetscSFReduceEnd(rows->sf, unit, here, sorted, MPI_REPLACE));
   PetscCallMPI(MPI_Type_free(&unit));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Does so, and writes the rows. Collective on exchange.data. */
+static PetscErrorCode WriteRows(MPMFile *file, PetscInt set, const Rows *rows, PetscInt nc, const PetscReal here[],
+                                PetscReal sorted[])
+{
+  PetscFunctionBeginUser;
+  PetscCall(SendRows(rows, nc, here, sorted));
   PetscCall(MPMFileWrite(file, set, (PetscInt64)rows->first * nc, (PetscInt64)rows->n * nc, sorted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -232,50 +240,106 @@ static const PetscReal *NumbersOf(const MPMPatch *patch, const MPMNodeGroup *gro
   return from;
 }
 
-/* Writes the numbers of the nodes between the walls that are shown, for the present state, to the datasets from *set on.
-   Collective on the exchange. */
-static PetscErrorCode WriteGrid(MPMCore *core, MPMFile *file, PetscInt *set)
+/* The nodes of a copy that this process owns between the walls: their rows, and for each its number in the patch's arrays,
+   or -1 where no particle touches it. */
+typedef struct {
+  PetscInt n, *node;
+  Rows     rows;
+} CopyRows;
+
+/* Finds them. Collective on the exchange. */
+static PetscErrorCode CopyRowsCreate(const MPMCore *core, PetscInt copy, CopyRows *c)
 {
   const MPMGrid  *grid  = &core->grid;
   const MPMPatch *patch = &core->exchange.patch;
-  PetscInt        lo[3], n[3], at = 0, *row, *node;
+  PetscInt        lo[3], n[3], from[3], at = 0, *row, *node;
   hsize_t         extent[3];
-  Rows            rows;
 
   PetscFunctionBeginUser;
-  PetscCall(MPMStepNodes(core));
   NodesBetween(grid, extent);
   for (PetscInt d = 0; d < 3; d++) {
-    lo[d] = PetscMax(patch->own_lo[d], 0);
-    n[d]  = PetscMax(0, PetscMin(patch->own_lo[d] + patch->own_n[d], (PetscInt)extent[2 - d]) - lo[d]);
+    from[d] = patch->own_lo[d] - MPMGridFirst(grid, d, copy);
+    lo[d]   = PetscMax(from[d], 0);
+    n[d]    = PetscMax(0, PetscMin(from[d] + patch->own_n[d], (PetscInt)extent[2 - d]) - lo[d]);
+    from[d] += patch->lo[d] - patch->own_lo[d];
   }
-  PetscCall(PetscMalloc2(n[0] * n[1] * n[2], &row, n[0] * n[1] * n[2], &node));
+  PetscCall(PetscMalloc1(n[0] * n[1] * n[2], &row));
+  PetscCall(PetscMalloc1(n[0] * n[1] * n[2], &node));
   for (PetscInt k = lo[2]; k < lo[2] + n[2]; k++)
     for (PetscInt j = lo[1]; j < lo[1] + n[1]; j++)
       for (PetscInt i = lo[0]; i < lo[0] + n[0]; i++, at++) {
-        const PetscInt  line = (k - patch->lo[2]) * patch->n[1] + j - patch->lo[1], x = i - patch->lo[0];
+        const PetscInt  line = (k - from[2]) * patch->n[1] + j - from[1], x = i - from[0];
         const PetscBool touched = x >= patch->span[line].first && x < patch->span[line].last ? PETSC_TRUE : PETSC_FALSE;
 
         row[at]  = (k * (PetscInt)extent[1] + j) * (PetscInt)extent[2] + i;
         node[at] = touched ? line * patch->n[0] + x : -1;
       }
-  PetscCall(RowsCreate(core->exchange.data, (PetscInt)(extent[0] * extent[1] * extent[2]), at, row, &rows));
+  PetscCall(RowsCreate(core->exchange.data, (PetscInt)(extent[0] * extent[1] * extent[2]), at, row, &c->rows));
+  PetscCall(PetscFree(row));
+  c->n    = at;
+  c->node = node;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds the numbers of a group of nodes, of copy after copy, to the rows sorted [components]; those of its motion are means by
+   mass where there are several copies, and mass has what it is so far. Collective on the exchange. */
+static PetscErrorCode AddCopies(MPMCore *core, const MPMNodeGroup *g, const CopyRows *copies, PetscReal *sorted)
+{
+  const MPMPatch *patch = &core->exchange.patch;
+  const PetscInt  ncopies = PetscMax(1, core->grid.copies), wide = g->components(3), n = copies->rows.n;
+  const PetscBool mean = g->home == MPM_IS_MOTION && ncopies > 1 ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal      *all, *part, *mass;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc2((wide + 1) * n, &part, n, &mass));
+  for (const CopyRows *c = copies; c < copies + ncopies; c++) {
+    PetscCall(PetscCalloc1((wide + 1) * c->n, &all));
+    PetscCall(MPMExchangeOpenNodes(core));
+    for (PetscInt q = 0; q < c->n; q++) {
+      const PetscReal m = mean && c->node[q] >= 0 ? patch->node[c->node[q]].m : 1;
+
+      all[(wide + 1) * q + wide] = mean && c->node[q] < 0 ? 0 : m;
+      for (PetscInt k = 0; k < g->components(core->grid.dim) && c->node[q] >= 0; k++)
+        all[(wide + 1) * q + k] = m * NumbersOf(patch, g, c->node[q])[k];
+    }
+    PetscCall(MPMExchangeCloseNodes(core));
+    PetscCall(SendRows(&c->rows, wide + 1, all, part));
+    for (PetscInt q = 0; q < n; q++) {
+      for (PetscInt k = 0; k < wide; k++) sorted[wide * q + k] += part[(wide + 1) * q + k];
+      mass[q] += part[(wide + 1) * q + wide];
+    }
+    PetscCall(PetscFree(all));
+  }
+  for (PetscInt q = 0; q < n && mean; q++)
+    for (PetscInt k = 0; k < wide && mass[q] > 0; k++) sorted[wide * q + k] /= mass[q];
+  PetscCall(PetscFree2(part, mass));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Writes the numbers of the nodes between the walls that are shown, for the present state, to the datasets from *set on.
+   Collective on the exchange. */
+static PetscErrorCode WriteGrid(MPMCore *core, MPMFile *file, PetscInt *set)
+{
+  const PetscInt ncopies = PetscMax(1, core->grid.copies);
+  CopyRows       copies[MPM_MAX_COPIES];
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMStepNodes(core));
+  for (PetscInt c = 0; c < ncopies; c++) PetscCall(CopyRowsCreate(core, c, &copies[c]));
   for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++) {
     const PetscInt wide = g->components(3);
-    PetscReal     *here, *sorted;
+    PetscReal     *sorted;
 
     if (!g->dataset[0]) continue;
-    PetscCall(PetscCalloc2(wide * at, &here, wide * rows.n, &sorted));
-    PetscCall(MPMExchangeOpenNodes(core));
-    for (PetscInt q = 0; q < at; q++)
-      for (PetscInt c = 0; c < g->components(grid->dim) && node[q] >= 0; c++)
-        here[wide * q + c] = NumbersOf(patch, g, node[q])[c];
-    PetscCall(MPMExchangeCloseNodes(core));
-    PetscCall(WriteRows(file, (*set)++, &rows, wide, here, sorted));
-    PetscCall(PetscFree2(here, sorted));
+    PetscCall(PetscCalloc1(wide * copies->rows.n, &sorted));
+    PetscCall(AddCopies(core, g, copies, sorted));
+    PetscCall(MPMFileWrite(file, (*set)++, wide * copies->rows.first, wide * copies->rows.n, sorted));
+    PetscCall(PetscFree(sorted));
   }
-  PetscCall(PetscFree2(row, node));
-  PetscCall(PetscSFDestroy(&rows.sf));
+  for (PetscInt c = 0; c < ncopies; c++) {
+    PetscCall(PetscFree(copies[c].node));
+    PetscCall(PetscSFDestroy(&copies[c].rows.sf));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -310,7 +374,7 @@ static PetscErrorCode MakeDatasets(const MPMOutput *out, const MPMCore *core, co
   if (core->particles.total < MPMSceneStarted(scene)) /* ids have gaps, and XDMF needs numbers that have none */
     PetscCall(MPMFileDataset(file, group, "row", "1", "", PETSC_TRUE, 1, extent));
   if (group >= 0) H5(H5Gclose(group));
-  if (core->rigids) PetscCall(MPMRigidDatasets(out, core, file, step));
+  if (core->rigids.n) PetscCall(MPMRigidDatasets(out, core, file, step));
   if (out->fields & MPM_OUTPUT_GRID) {
     if (step >= 0) H5(group = H5Gcreate2(step, "grid", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
     NodesBetween(&core->grid, extent);
@@ -348,7 +412,7 @@ static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScen
   out->begun = PETSC_TRUE;
   PetscCall(MPMFileLay(&file));
   PetscCall(WriteParticles(out, core, scene, &file, &set));
-  if (core->rigids) PetscCall(MPMRigidWrite(out, core, &file, &set));
+  if (core->rigids.n) PetscCall(MPMRigidWrite(out, core, &file, &set));
   if (out->fields & MPM_OUTPUT_GRID) PetscCall(WriteGrid(core, &file, &set));
   PetscCall(MPMFileClose(&file, PETSC_FALSE, fault));
   PetscFunctionReturn(PETSC_SUCCESS);

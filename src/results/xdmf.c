@@ -117,7 +117,7 @@ PetscErrorCode MPMXdmfWrite(MPMOutput *out, const MPMCore *core, const MPMScene 
                         PetscInt) = {XdmfNodes, XdmfRigids, XdmfParticles};
   const char *const names[]       = {"grid", "rigid", "particles"};
   const PetscBool   there[] = {out->fields & MPM_OUTPUT_GRID ? PETSC_TRUE : PETSC_FALSE,
-                               core->rigids ? PETSC_TRUE : PETSC_FALSE, PETSC_TRUE};
+                               core->rigids.n ? PETSC_TRUE : PETSC_FALSE, PETSC_TRUE};
 
   PetscFunctionBeginUser;
   fault[0] = 0;

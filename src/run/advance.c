@@ -139,10 +139,12 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   core->params.dt   = now;
   MPMDamp(core, &mpm->method);
   PetscCall(MPMSceneMoveWalls(&mpm->scene, core, core->t + 0.5 * core->params.dt));
+  PetscCall(MPMSceneMoveRigids(&mpm->scene, core, core->t + 0.5 * core->params.dt));
   mpm->watch.courant = PetscMax(mpm->watch.courant, MPMCourant(core, core->params.dt));
   mpm->watch.wave    = PetscMax(mpm->watch.wave, MPMWaveCourant(core, core->params.dt));
   PetscCall(MPMStepMake(core, &mpm->scene));
   MPMScenePassWalls(&mpm->scene, core, core->params.dt);
+  for (PetscInt k = 0; k < core->rigids.n; k++) MPMRigidMove(&core->rigids.body[k], core->params.dt);
   CheckState(mpm);
   core->t = last ? next : core->t + core->params.dt;
   core->kicked += core->params.kick;

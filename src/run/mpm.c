@@ -94,7 +94,7 @@ static PetscBool ReadsF(MPM mpm, PetscInt shown, PetscInt material)
       mpm->core.energy.nheat)
     return PETSC_TRUE;
   if (MPMMaterialKeepsShape(&scene->materials[material]) &&
-      (mpm->core.gaps || !MPMMaterialKnowsFlow(&scene->materials[material])))
+      (mpm->core.gaps || mpm->core.contacts || !MPMMaterialKnowsFlow(&scene->materials[material])))
     return PETSC_TRUE;
   for (PetscInt l = 0; l < scene->nloads; l++)
     if (!MPMLoadIsOnVolume(&scene->loads[l]) && scene->bodies[scene->loads[l].body].material == material)
@@ -137,7 +137,7 @@ PetscErrorCode MPMSetPhases(MPM mpm)
   core->needs.loaded   = scene->nloads > scene->nvolume ? PETSC_TRUE : PETSC_FALSE;
   core->needs.chosen   = scene->nvolume > 0 ? PETSC_TRUE : PETSC_FALSE;
   core->needs.start    = scene->keeps_start || shown & MPM_BIT(X) ? PETSC_TRUE : PETSC_FALSE;
-  core->needs.rim      = core->gaps ? PETSC_TRUE : PETSC_FALSE;
+  core->needs.rim      = core->gaps || core->contacts ? PETSC_TRUE : PETSC_FALSE;
   core->params.carried = core->needs.all ? MPM_MATERIAL_BITS : 0;
   MPMVolumesSetUp(core, scene->materials, &mpm->time);
   PetscCall(MPMStepSetUp(core, &mpm->method));
@@ -290,6 +290,8 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscCall(MPMEnergyDestroy(&core->energy));
   PetscCall(MPMEnergyHeatDestroy(&core->energy));
   PetscCall(MPMReactionsDestroy(core));
+  PetscCall(MPMContactsDestroy(core));
+  PetscCall(MPMSceneDestroyRigids(core));
   PetscCall(MPMPistonsDestroy(core));
   PetscCall(MPMGapsDestroy(core));
   PetscCall(MPMTimersDestroy(&core->timers));

@@ -46,8 +46,18 @@ PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const 
     if (scene->walls.given[k / 2][k % 2].type == MPM_WALL_piston &&
         (k % 2 ? core->grid.upper[k / 2] - x[k / 2] : x[k / 2] - core->grid.lower[k / 2]) < scene->walls.place[k])
       scene->behind++;
-  for (PetscInt k = 0; k < scene->nbodies; k++)
-    if (scene->bodies + k < b && MPMRegionInside(&scene->bodies[k].region, dim, X)) scene->overlap++;
+  for (PetscInt k = 0; k < scene->nbodies; k++) {
+    const MPMBody *other = &scene->bodies[k];
+
+    if ((other >= b && other->copy == b->copy) || other == b || !MPMRegionInside(&other->region, dim, X)) continue;
+    scene->overlap++;
+    if (other->copy != b->copy)
+      MPMOptionsFail(o,
+                     "-bodies: a particle of %s at (%g, %g, %g) lies in the shape of %s; bodies in contact must not overlap "
+                     "at the start: move one, or cut it (-body_%s_cut %s)",
+                     b->name, (double)X[0], (double)(dim > 1 ? X[1] : 0), (double)(dim > 2 ? X[2] : 0), other->name, b->name,
+                     other->name);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -66,7 +76,7 @@ static void CheckMemory(MPMOptions o, const char what[], PetscReal number, Petsc
    size. */
 static void FindKind(MPMScene *scene, MPMOptions o, PetscInt dim, MPMBody *b)
 {
-  MPMKind kind = {b->material, 0, 1, {0}};
+  MPMKind kind = {b->material, 0, 1, {0}, b->copy};
 
   for (PetscInt d = 0; d < dim; d++) {
     kind.V0 *= b->b[d];
@@ -78,7 +88,7 @@ static void FindKind(MPMScene *scene, MPMOptions o, PetscInt dim, MPMBody *b)
                    (double)kind.V0, (double)kind.m);
   for (b->kind = 0; b->kind < scene->nkinds; b->kind++)
     if (scene->kinds[b->kind].material == kind.material && scene->kinds[b->kind].V0 == kind.V0 &&
-        !memcmp(scene->kinds[b->kind].l, kind.l, sizeof kind.l))
+        scene->kinds[b->kind].copy == kind.copy && !memcmp(scene->kinds[b->kind].l, kind.l, sizeof kind.l))
       return;
   scene->kinds[scene->nkinds++] = kind;
 }
@@ -263,15 +273,15 @@ static PetscBool StartsMoved(const MPMScene *scene, const MPMCore *core)
    rows: bases [last - first + 1]. The caller frees it. */
 static PetscErrorCode LastBases(const MPMScene *scene, const MPMCore *core, const MPMLattice *w, PetscInt **bases)
 {
-  const PetscInt d = w->dim - 1;
+  const PetscInt d = w->dim - 1, from = core->grid.layers[d] + MPMGridFirst(&core->grid, d, w->body->copy);
   PetscReal      X[3], xi;
 
   PetscFunctionBeginUser;
   PetscCall(PetscMalloc1(w->last[d] - w->first[d] + 1, bases));
   for (PetscInt64 k = w->first[d]; k <= w->last[d]; k++) {
     MPMLatticePlace(w, k, X);
-    (*bases)[k - w->first[d]] = core->grid.layers[d] + MPMCoordinate(core->basis, &core->grid, (int)d, X[d],
-                                                                     scene->kinds[w->body->kind].l[d], &xi);
+    (*bases)[k - w->first[d]] = from + MPMCoordinate(core->basis, &core->grid, (int)d, X[d],
+                                                     scene->kinds[w->body->kind].l[d], &xi);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -302,7 +312,7 @@ PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPM
         if (!q || moved) {
           MPMLatticePlace(&w, w.ijk[axis] + q, X);
           PetscCall(StartPlace(scene, core, w.body, X, x, l));
-          (void)MPMLocate((int)dim, core->basis, &core->grid, x, l, xi, base);
+          (void)MPMLocate((int)dim, core->basis, &core->grid, w.body->copy, x, l, xi, base);
           for (PetscInt d = 0; d < dim; d++) base[d] += core->grid.layers[d];
         }
         if (!moved)
@@ -338,7 +348,7 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   if (view->depth) MPMRimDepth(scene, b, dim, X, view->depth + 2 * dim * p);
   if (view->chosen) PetscCall(MPMVolumeLoadsOn(scene, core, b, X, view->chosen + p));
   if (core->needs.rim && !b->points) {
-    MPMRim(b, dim, core->gaps->faces, X, view->rim + p * dim);
+    MPMRim(b, dim, core->gaps ? core->gaps->faces : 0, X, view->rim + p * dim);
     if (scene->initial) MPMRimUndoStart(scene, b, dim, view, p);
   }
   for (PetscInt d = 0; d < dim; d++) {
@@ -360,8 +370,8 @@ static PetscBool OwnPlaces(const MPMScene *scene, const MPMCore *core, const MPM
   const MPMBody  *b     = w->body;
 
   for (PetscInt d = 0; d < w->dim; d++) {
-    const PetscInt below = patch->own_lo[d] - 1,
-                   above = patch->own_lo[d] + patch->own_n[d] + MPMBasisNodes(core->basis);
+    const PetscInt own = patch->own_lo[d] - MPMGridFirst(grid, d, b->copy), below = own - 1,
+                   above = own + patch->own_n[d] + MPMBasisNodes(core->basis);
     PetscInt64 from, to;
 
     lo[d] = w->first[d];
@@ -406,7 +416,7 @@ PetscErrorCode MPMSceneAddParticles(const MPMScene *scene, MPMCore *core)
           for (PetscInt64 q = PetscMax(w.ijk[axis], lo[axis]); q <= PetscMin(w.ijk[axis] + w.n - 1, hi[axis]); q++) {
             MPMLatticePlace(&w, q, X);
             PetscCall(StartPlace(scene, core, w.body, X, x, l));
-            if (MPMOwnCell((int)dim, core->basis, patch, x, l, base) < 0) continue;
+            if (MPMOwnCell((int)dim, core->basis, patch, w.body->copy, x, l, base) < 0) continue;
             if (round) PetscCall(MPMFillSet(scene, core, w.body, w.id + q - w.ijk[axis], X, p, &view));
             p++;
           }

@@ -79,6 +79,7 @@ static PetscErrorCode MakeKinds(MPMScene *scene, MPMCore *core, MPMOptions o, MP
 
     PetscCall(PetscMemzero(&kind, sizeof kind));
     kind.material = (PetscInt)p->sort[2 * q];
+    kind.copy     = b->copy;
     kind.V0       = p->sort[2 * q + 1];
     kind.m        = scene->materials[kind.material].rho * kind.V0;
     for (PetscInt d = 0; d < dim; d++)
@@ -91,7 +92,8 @@ static PetscErrorCode MakeKinds(MPMScene *scene, MPMCore *core, MPMOptions o, MP
                      scene->materials[kind.material].name);
     for (p->kind[q] = 0; p->kind[q] < before; p->kind[q]++)
       if (scene->kinds[p->kind[q]].material == kind.material && scene->kinds[p->kind[q]].V0 == kind.V0 &&
-          scene->kinds[p->kind[q]].m == kind.m && !memcmp(scene->kinds[p->kind[q]].l, kind.l, sizeof kind.l))
+          scene->kinds[p->kind[q]].m == kind.m && scene->kinds[p->kind[q]].copy == kind.copy &&
+          !memcmp(scene->kinds[p->kind[q]].l, kind.l, sizeof kind.l))
         break;
     if (p->kind[q] < before) continue;
     p->kind[q]                    = scene->nkinds;

@@ -188,7 +188,7 @@ PetscErrorCode MPMSceneReadOthers(MPMScene *scene, MPMOptions o)
       MPMOptionsFail(o, "-body_%s_%s: the shape of %s would depend on itself, through the bodies that it names",
                      scene->bodies[b].name, scene->bodies[b].region.ncut ? "cut" : "within", scene->bodies[b].name);
   for (PetscInt b = scene->nbodies; b < all && !MPMOptionsError(o); b++)
-    if (!used[b])
+    if (!used[b] && scene->bodies[b].rigid == MPM_RIGID_NONE)
       MPMOptionsFail(o, "-body_%s_material none: no -body_<b>_cut and no -body_<b>_within names %s; remove it",
                      scene->bodies[b].name, scene->bodies[b].name);
   PetscCall(PetscFree(used));

@@ -167,12 +167,19 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
 /* Reads a body; b->alone says whether it is a shape for others, without particles. Collective on core->comm. */
 static PetscErrorCode ReadBody(MPMScene *scene, MPMCore *core, MPMOptions o, MPMBody *b)
 {
-  char      material[MPM_TEXT_LEN] = "";
+  char      material[MPM_TEXT_LEN] = "", rigid[MPM_NAME_LEN] = "";
   PetscBool ppc;
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < 3; d++) b->ppc[d] = scene->ppc;
   PetscCall(MPMSceneReadRegion(core, o, b->name, &b->region));
+  PetscCall(MPMOptionsEnum(o, "body_<b>_rigid", b->name, rigid, NULL));
+  b->rigid = !strcmp(rigid, "fixed") ? MPM_RIGID_FIXED : !strcmp(rigid, "moving") ? MPM_RIGID_MOVING : MPM_RIGID_NONE;
+  if (b->rigid != MPM_RIGID_NONE) {
+    b->alone = PETSC_TRUE;
+    PetscCall(MPMSceneReadRigid(core, o, b));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(MPMOptionsString(o, "body_<b>_material", b->name, material, NULL));
   b->alone = !strcasecmp(material, "none") ? PETSC_TRUE : PETSC_FALSE;
   for (PetscInt k = 0; k < scene->nmaterials; k++) /* a material may have this name */
@@ -262,6 +269,7 @@ static PetscErrorCode ReadNames(MPMScene *scene, MPMCore *core, MPMOptions o)
   PetscCall(MPMOptionsNames(o, "bodies", &scene->nbodies, &bodies));
   PetscCall(MPMOptionsNames(o, "loads", &scene->nloads, &loads));
   PetscCall(MPMOptionsNames(o, "probes", &scene->nprobes, &scene->probes));
+  PetscCall(MPMOptionsNames(o, "contacts", &scene->ncontacts, &scene->contacts));
   PetscCall(PetscCalloc1(scene->nloads, &scene->loads));
   for (PetscInt k = 0; k < scene->nloads; k++) PetscCall(PetscStrncpy(scene->loads[k].name, loads[k], MPM_NAME_LEN));
   PetscCall(PetscCalloc1(scene->nmaterials, &scene->materials));
@@ -269,7 +277,7 @@ static PetscErrorCode ReadNames(MPMScene *scene, MPMCore *core, MPMOptions o)
   for (PetscInt k = 0; k < scene->nmaterials; k++)
     PetscCall(PetscStrncpy(scene->materials[k].name, materials[k], MPM_NAME_LEN));
   for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(PetscStrncpy(scene->bodies[k].name, bodies[k], MPM_NAME_LEN));
-  if (!MPMOptionsError(o)) MPMOptionsDeclareProbes(o, scene->nprobes, scene->probes);
+  if (!MPMOptionsError(o)) MPMOptionsDeclareOthers(o, scene->nprobes, scene->probes, scene->ncontacts, scene->contacts);
   if (MPMOptionsError(o))
     PetscCall(MPMOptionsDeclare(o, 3, 0, NULL, 0, NULL, 0, NULL)); /* so that a misspelt -dim is named, not missed */
   else
@@ -322,6 +330,8 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
         used = PETSC_TRUE;
     if (!used) MPMOptionsFail(o, "-materials: no body is of %s; remove it", scene->materials[m].name);
   }
+  if (!MPMOptionsError(o)) PetscCall(MPMSceneReadContacts(scene, core, o));
+  if (!MPMOptionsError(o)) PetscCall(MPMSceneMakeRigids(scene, core, o));
   PetscCall(MPMSceneReadWalls(scene, core, o));
   PetscCall(MPMForcesSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMKnownSetFromOptions(scene, core, o));
@@ -333,7 +343,10 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
 PetscErrorCode MPMSceneDestroy(MPMScene *scene)
 {
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
+  for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {
+    PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
+    PetscCall(MPMExpressionDestroy(&scene->bodies[k].spin));
+  }
   for (PetscInt k = 0; k < 6; k++) PetscCall(MPMExpressionDestroy(&scene->wall_velocity[k]));
   PetscCall(MPMInitialDestroy(scene));
   for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {
@@ -346,6 +359,7 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   PetscCall(PetscFree(scene->bodies));
   PetscCall(PetscFree(scene->kinds));
   PetscCall(PetscFree(scene->probes));
+  PetscCall(PetscFree(scene->contacts));
   PetscCall(PetscFree(scene->share_first));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -15,15 +15,22 @@ typedef struct _MPMPoints MPMPoints;
 
 #define MPM_AT_WALLS 27 /* no wall or one of two on each axis */
 
+/* Is a body matter, or does it move as a whole: not, or by formulas of t? */
+typedef enum { MPM_RIGID_NONE, MPM_RIGID_FIXED, MPM_RIGID_MOVING } MPMRigidType;
+
 /* A body: where its particles start, of what, how fast. */
 typedef struct {
   char          name[MPM_NAME_LEN];
   MPMRegion     region;
   MPMPoints    *points;                 /* its particles are those of a file; or NULL */
-  PetscBool     alone;                  /* a shape that cuts others, of material none; it has no particles */
+  PetscBool     alone;                  /* a shape that cuts others, of material none, or rigid; it has no particles */
+  PetscInt      copy;                   /* of the grid's nodes that its particles use */
   PetscInt      material, kind, ppc[3]; /* rows of the scene's materials and kinds; particles per cell on each axis */
   PetscReal     offset[3], b[3];        /* of the lattice of its particles: offset and spacing, m */
-  MPMExpression velocity;               /* m/s, of x y z; NULL: at rest */
+  MPMRigidType  rigid;
+  PetscReal     mu, pivot[3]; /* of a rigid body: coefficient of friction; the point about which it turns, m */
+  MPMExpression spin;         /* of a rigid body, rad/s, of t; NULL: it does not turn */
+  MPMExpression velocity;     /* m/s, of x y z, of a rigid body of t; NULL: at rest */
   MPMExpression deformation;            /* F at the start, row-major, of x y z; NULL: undeformed */
   PetscReal     v2;                     /* largest squared speed of its particles at the start, m^2/s^2 */
   PetscInt64    first, n;               /* ids first .. first+n-1 */
@@ -87,6 +94,8 @@ typedef struct {
 
   PetscInt nprobes; /* names of the probes; what they show is left to the output */
   char (*probes)[MPM_NAME_LEN];
+  PetscInt ncontacts; /* names of the contacts */
+  char (*contacts)[MPM_NAME_LEN];
 } MPMScene;
 
 /* Reads grid, materials, bodies, walls, forces and known solution; the first fault is left in o. Collective on
@@ -115,6 +124,17 @@ PetscErrorCode MPMSceneHistogram(const MPMScene *, const MPMCore *, MPMHistogram
 PetscErrorCode MPMPointsCount(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMPointsHistogram(const MPMScene *, const MPMCore *, MPMHistogram *);
 PetscErrorCode MPMPointsAdd(const MPMScene *, MPMCore *);
+
+/* Contact (read_contacts.c): reads it, after the bodies, gives these copies of the grid's nodes, and makes core->contacts.
+   A fault is left in the options. Not collective. */
+PetscErrorCode MPMSceneReadContacts(MPMScene *, MPMCore *, MPMOptions);
+
+/* Rigid bodies (read_rigid.c): read one; make those of core, after the contacts; set their velocities of time t; refuse
+   particles that start inside one. The last one is collective on core->comm. */
+PetscErrorCode MPMSceneReadRigid(const MPMCore *, MPMOptions, MPMBody *);
+PetscErrorCode MPMSceneMakeRigids(MPMScene *, MPMCore *, MPMOptions);
+PetscErrorCode MPMSceneMoveRigids(const MPMScene *, MPMCore *, PetscReal t);
+PetscErrorCode MPMSceneDestroyRigids(MPMCore *);
 
 /* Returns the number of the body that particle id belongs to; guess: of one, such as that of the particle before. Not
    collective. */

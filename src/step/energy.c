@@ -294,7 +294,7 @@ static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const 
   for (PetscInt d = 0; d < grid->dim; d++)
     for (PetscInt side = 0; side < 2; side++) {
       const MPMFace *f      = &walls->given[d][side];
-      const PetscInt inside = side ? grid->cells[d] - ijk[d] : ijk[d];
+      const PetscInt inside = MPMWallInside(grid, 2 * d + side, ijk);
 
       if (!MPMWallHas(f->type, MPM_WALL_MOVES) || !MPMWallActs(f, inside)) continue;
       if (inside <= f->reach || MPMNodeStopped(met, d)) return PETSC_TRUE;

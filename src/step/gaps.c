@@ -4,12 +4,10 @@
    since a minimum has the same bits in every sequence. A node without a particle over it has the least gap of the nodes
    beside it from which it may have mass. docs/method.md has the condition that nodes get (Walls). */
 #include "parallel/exchange.h"
-#include "physics/extent.h"
 #include "physics/wall.h"
+#include "step/matter.h"
 #include "step/step.h"
 
-#define FACES 0.25 /* squared cosine of the angle from the wall within which a surface is turned towards it: 60 degrees */
-#define STEEP 0.1  /* cells */
 #define SPREAD 0.1 /* of what is beyond the nearest nodes */
 #define SUNK  0.02 /* cells: what an end may have sunk into a wall before other nodes than the nearest are looked at */
 #define TIE    1e-9 /* cells: a particle in the middle between two nodes lies over both */
@@ -54,64 +52,24 @@ static const MPMMaterial *MaterialOf(const MPMCore *core, const MPMView *view, P
   return &core->params.materials[MPMKindOf(core->params.kinds, view, p)->material];
 }
 
-/* Sets F [dim*dim] to the deformation of particle p's domain. A fluid, and what flows, keeps no shape: its domain is the
-   one of the start, with the particle's volume as far as its law keeps it, unless it is alone and has any volume. */
-static void Deformation(const MPMCore *core, const MPMView *view, PetscInt p, PetscReal F[])
+/* Returns how near, m, the end of particle p, at the distance `at`, m, from the wall of face k, is to that, or may come in
+   this step. How far the matter of what is too far away to arrive reaches is not computed. */
+static PetscReal End(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k, PetscReal at)
 {
-  const PetscInt     dim = core->grid.dim;
-  const MPMMaterial *m   = MaterialOf(core, view, p);
-  PetscReal          J   = 1;
+  static const PetscReal rest[3];
+  const PetscInt         d = k / 2;
+  const PetscReal        h = core->grid.h[d], most = 2 * MPMKindOf(core->params.kinds, view, p)->l[d] * h;
+  PetscReal              n[3] = {0}, F[9], end;
 
-  if (MPMMaterialKeepsShape(m)) {
-    for (PetscInt k = 0; k < dim * dim; k++) F[k] = view->F[p * dim * dim + k];
-    return;
+  n[d] = k % 2 ? -1 : 1;
+  if (at > 2 * most)
+    end = at - most;
+  else {
+    (void)MPMMatterDeformation(core, view, p, F);
+    end = at - MPMMatterReaches(core, view, p, F, n, h);
   }
-  if (m->type->traits & MPM_FLUID) J = PetscClipInterval(view->J[p], 0.5, 2);
-  for (PetscInt k = 0; k < dim * dim; k++) F[k] = 0;
-  for (PetscInt d = 0; d < dim; d++) F[d * (dim + 1)] = dim == 1 ? J : dim == 2 ? PetscSqrtReal(J) : cbrt(J);
-}
-
-/* Returns how far the matter of particle p, at the distance `at`, m, reaches towards the wall of face k, m. Where the surface of its body at the start
-   was beside it and now is turned towards the wall, it reaches to that surface, straight ahead, or at the lowest place of
-   its domain if that is lower by more than STEEP; else to the end of its domain. What is too far away to arrive in this step
-   is not computed. */
-static PetscReal Reaches(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k, PetscReal at)
-{
-  const int       dim = (int)core->grid.dim, axis = (int)k / 2;
-  const PetscReal sign = k % 2 ? 1 : -1, *rim = view->rim + p * dim;
-  const MPMKind  *kind = MPMKindOf(core->params.kinds, view, p);
-  PetscReal       half[3] = {0}, n[3] = {0}, F[9], cofactor[9], turned[3] = {0}, size = 0, far = 0, ahead, most;
-
-  for (int d = 0; d < dim; d++) half[d] = kind->l[d] * core->grid.h[d];
-  if (at > 4 * half[axis]) return 2 * half[axis];
-  Deformation(core, view, p, F);
-  MPMCofactor(dim, F, cofactor); /* J F^-T turns normals of surfaces */
-  for (int d = 0; d < dim; d++) {
-    for (int e = 0; e < dim; e++) turned[d] += cofactor[d * dim + e] * rim[e];
-    far += rim[d] * rim[d];
-    size += turned[d] * turned[d];
-  }
-  n[axis] = 1;
-  if (!(sign * turned[axis] > 0 && turned[axis] * turned[axis] > FACES * size)) return MPMExtent(dim, half, F, n);
-  ahead = most = MPMDet(dim, F) * far / (sign * turned[axis]);
-  for (int d = 0; d < dim; d++) most += d == axis ? 0 : PetscAbsReal(turned[d] / turned[axis]) * half[d];
-  return PetscMax(ahead, most - STEEP * core->grid.h[axis]);
-}
-
-/* Returns how far, m, the end of particle p may come nearer to the wall of face k in this step at most: of what keeps
-   its shape any distance. The end of what flows is where its centre is, less a constant; so nodes may approach the wall
-   only as its centre does, twice as fast, or else it would be stretched towards a wall that it never reaches. */
-static PetscReal Arrives(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt k)
-{
-  const PetscInt  dim = core->grid.dim;
-  const PetscReal dt = core->params.dt, speed = (k % 2 ? 1 : -1) * view->v[p * dim + k / 2];
-  PetscReal       g2 = 0;
-
-  if (core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ||
-      MPMMaterialKeepsShape(MaterialOf(core, view, p)))
-    return PETSC_INFINITY;
-  for (PetscInt d = 0; d < dim; d++) g2 += PetscSqr(core->params.gravity[d]);
-  return 2 * dt * (PetscMax(0, speed) + dt * PetscSqrtReal(g2));
+  if (core->params.walls->given[d][k % 2].type == MPM_WALL_piston) return end;
+  return PetscMin(end, MPMMatterArrives(core, view, p, n, rest));
 }
 
 /* Lets particle p, at the distance `at`, m, from the wall of face k, tell the nodes that it lies over how far its end is, those
@@ -127,8 +85,9 @@ static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt 
   const PetscInt  dim    = grid->dim;
   const PetscBool moves  = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
   const PetscBool pulled = moves && MPMMaterialKeepsShape(MaterialOf(core, view, p)) ? PETSC_TRUE : PETSC_FALSE;
-  const PetscReal h = grid->h[k / 2], end = PetscMin(at - Reaches(core, view, p, k, at), Arrives(core, view, p, k));
+  const PetscReal h = grid->h[k / 2], end = End(core, view, p, k, at);
   const PetscBool sinks = !moves && end < -SUNK * h ? PETSC_TRUE : PETSC_FALSE;
+  const PetscInt  from  = MPMGridFirst(grid, grid->stack, MPMKindOf(core->params.kinds, view, p)->copy);
   const PetscReal reach = sinks ? 0.5 * MPM_MAX_STENCIL : 0.5;
   PetscInt        lo[3] = {0}, hi[3] = {0}, ijk[3];
   PetscReal       xi[3] = {0};
@@ -142,11 +101,14 @@ static void Tell(const MPMCore *core, const MPMView *view, PetscInt p, PetscInt 
   for (ijk[2] = lo[2]; ijk[2] <= hi[2]; ijk[2]++)
     for (ijk[1] = lo[1]; ijk[1] <= hi[1]; ijk[1]++)
       for (ijk[0] = lo[0]; ijk[0] <= hi[0]; ijk[0]++) {
-        const PetscInt i    = MPMFaceNode(grid, k / 2, ijk);
-        PetscReal      most = 0; /* cells: the largest distance along an axis */
+        PetscInt  i;
+        PetscReal most = 0; /* cells: the largest distance along an axis */
 
         for (PetscInt d = 0; d < dim; d++)
           most = PetscMax(most, d == k / 2 ? 0 : PetscAbsReal((PetscReal)ijk[d] - xi[d]));
+        ijk[grid->stack] += from;
+        i = MPMFaceNode(grid, k / 2, ijk);
+        ijk[grid->stack] -= from;
         if (most < 0.5 + 2 * TIE) gap[i] = PetscMin(gap[i], end);
         if (most < 0.5 + 2 * TIE && pulled) rest[i] = PetscMin(rest[i], end);
         if (sinks) rest[i] = PetscMin(rest[i], end + SPREAD * (most - 0.5) * h);
@@ -177,19 +139,24 @@ static void SetLeast(const MPMCore *core, PetscInt k)
   const PetscBool moves = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
   PetscReal      *gap = core->gaps->gap + core->gaps->first[k], *rest = gap + core->gaps->n;
   PetscReal      *least = core->gaps->least + core->gaps->first[k];
-  PetscInt        n[3], ijk[3];
+  const PetscReal dt = core->params.dt;
 
-  for (PetscInt d = 0; d < 3; d++) n[d] = d < grid->dim && d != k / 2 ? grid->cells[d] + !grid->periodic[d] : 1;
-  for (ijk[2] = 0; ijk[2] < n[2]; ijk[2]++)
-    for (ijk[1] = 0; ijk[1] < n[1]; ijk[1]++)
-      for (ijk[0] = 0; ijk[0] < n[0]; ijk[0]++) {
-        const PetscInt  i   = MPMFaceNode(grid, k / 2, ijk);
-        const PetscReal own = Nearby(core, k, ijk, gap), dt = core->params.dt;
-        const PetscReal room = PetscMax(0, moves ? own : PetscMin(own, rest[i]));
+  for (PetscInt i = 0; i < MPMFaceNodes(grid, k / 2); i++) {
+    PetscInt  ijk[3] = {0}, rest_of = i;
+    PetscReal own, room;
 
-        least[i] = dt > 0 && room < PETSC_INFINITY ? -room / dt : room > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */
-        if (moves) least[i + core->gaps->n] = Nearby(core, k, ijk, rest);
-      }
+    for (PetscInt d = 0; d < grid->dim; d++) {
+      const PetscInt n = d == k / 2 ? 1 : grid->cells[d] + !grid->periodic[d];
+
+      ijk[d] = rest_of % n;
+      rest_of /= n;
+    }
+    ijk[grid->stack] += MPMGridFirst(grid, grid->stack, rest_of);
+    own      = Nearby(core, k, ijk, gap);
+    room     = PetscMax(0, moves ? own : PetscMin(own, rest[i]));
+    least[i] = dt > 0 && room < PETSC_INFINITY ? -room / dt : room > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */
+    if (moves) least[i + core->gaps->n] = Nearby(core, k, ijk, rest);
+  }
 }
 
 PetscErrorCode MPMGapsUpdate(MPMCore *core)

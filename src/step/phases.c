@@ -164,8 +164,8 @@ static void FitPhases(MPMCore *core, const MPMTransfer *transfer)
     MPMPhase *phase = &core->phases[k];
 
     *phase = phases[k];
-    if (core->pistons && phase->kind == MPM_NODES && phase->nodes != MPMNodesMean && k < P2G_VOLUME)
-      phase->after = MPMPistonsAfter;
+    if ((core->pistons || core->contacts) && phase->kind == MPM_NODES && phase->nodes != MPMNodesMean && k < P2G_VOLUME)
+      phase->after = MPMSurfacesAfter;
     if (phase->parts & MPM_P2G_FORCE) phase->particles_in &= ~STRESS | stress;
     if ((phase->particles_in & COMMIT_IN) == COMMIT_IN && !(phase->parts & MPM_G2P_STRESS) && !core->needs.stretched)
       phase->particles_in &= ~B(F);

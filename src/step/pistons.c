@@ -87,10 +87,10 @@ static void Weigh(MPMCore *core, const MPMView *view, PetscInt p, PetscInt k)
         PetscInt  j;
 
         for (int d = 0; d < dim; d++) {
-          ijk[d] = base[d] + at[d];
+          ijk[d] = base[d] + at[d] + MPMGridFirst(grid, d, kind->copy);
           part *= d == axis ? g[d][at[d]] : w[d][at[d]];
         }
-        j = ijk[axis] - f->first;
+        j = base[axis] + at[axis] - f->first;
         if (j < 0 || j >= f->beside) continue;
         part = PetscMax(-MOST, PetscMin(MOST, part));
         core->pistons->weight[(core->gaps->first[k] + MPMFaceNode(grid, axis, ijk)) * MPM_MAX_STENCIL + j] +=
@@ -144,7 +144,7 @@ static PetscBool HeldByOther(const MPMCore *core, PetscInt k, const PetscInt ijk
 
   for (PetscInt q = 0; q < 2 * grid->dim; q++) {
     const MPMFace *f      = &core->params.walls->given[q / 2][q % 2];
-    const PetscInt inside = q % 2 ? grid->cells[q / 2] - ijk[q / 2] : ijk[q / 2];
+    const PetscInt inside = MPMWallInside(grid, q, ijk);
 
     if (q == k || inside > 0 || !MPMWallHas(f->type, MPM_WALL_NORMAL) || f->type == MPM_WALL_piston) continue;
     if (q / 2 == k / 2 || MPMWallHas(f->type, MPM_WALL_TANGENT)) return PETSC_TRUE;
@@ -162,23 +162,23 @@ static void ForNodes(MPMCore *core, PetscInt k, PetscBool advance,
 
   MPM_FOR_OWN_ROWS(patch, r)
   {
-    PetscInt ijk[3] = {0, r.ijk[1], r.ijk[2]}, first = r.first, last = r.last;
+    const MPMGrid *grid   = patch->grid;
+    const PetscInt at     = d ? MPMGridFold(grid, d, r.ijk[d]) : f->first;
+    PetscInt       ijk[3] = {0, r.ijk[1], r.ijk[2]};
 
-    if (d && (ijk[d] < f->first || ijk[d] >= end)) continue;
-    if (!d) {
-      first = PetscMax(first, f->first - r.ijk[0]);
-      last  = PetscMin(last, end - r.ijk[0]);
-    }
-    for (PetscInt i = first; i < last; i++) {
+    for (PetscInt i = r.first; i < r.last && at >= f->first && at < end; i++) {
       Beside b = {.m = r.sum[i].m, .motion = r.motion + i * MPM_MOTION_NC(core->grid.dim), .met = r.value.met + i};
 
       ijk[0]   = r.ijk[0] + i;
-      b.j      = ijk[d] - f->first;
+      b.j      = MPMGridFold(grid, d, ijk[d]) - f->first;
+      if (b.j < 0 || b.j >= f->beside) continue;
       b.column = MPMFaceNode(&core->grid, d, ijk);
       b.held   = HeldByOther(core, k, ijk);
       b.beyond = PETSC_FALSE;
       for (PetscInt q = 0; q < core->grid.dim; q++)
-        if (q != d && !core->grid.periodic[q] && (ijk[q] < 0 || ijk[q] > core->grid.cells[q])) b.beyond = PETSC_TRUE;
+        if (q != d && !grid->periodic[q] &&
+            (MPMWallInside(grid, 2 * q, ijk) < 0 || MPMWallInside(grid, 2 * q + 1, ijk) < 0))
+          b.beyond = PETSC_TRUE;
       if (b.m > 0) act(core, k, advance, &b);
     }
   }

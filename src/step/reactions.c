@@ -60,7 +60,7 @@ static void SetTouch(const MPMCore *core, const PetscInt ijk[], PetscReal met, P
   t->n = 0;
   for (PetscInt k = 0; k < 2 * grid->dim; k++) {
     const MPMFace *f      = &core->params.walls->given[k / 2][k % 2];
-    const PetscInt inside = k % 2 ? grid->cells[k / 2] - ijk[k / 2] : ijk[k / 2];
+    const PetscInt inside = MPMWallInside(grid, k, ijk);
 
     if (!MPMWallActs(f, inside) || MPMWallHas(f->type, MPM_WALL_OPEN)) continue;
     if (inside <= f->reach || held || MPMNodeStopped(met, k / 2)) t->face[t->n++] = k;

@@ -57,8 +57,17 @@ static PetscErrorCode FindGaps(MPMCore *core)
   PetscCall(MPMTimersBegin(&core->timers, MPM_TIMER_FORCES));
   MPMWorkBegin(&core->timers);
   PetscCall(MPMGapsUpdate(core));
+  if (core->contacts) PetscCall(MPMContactsFind(core));
   MPMWorkEnd(&core->timers, MPM_TIMER_FORCES, NULL, 0);
   PetscCall(MPMTimersEnd(&core->timers, MPM_TIMER_FORCES));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMSurfacesAfter(MPMCore *core, const MPMPhase *phase)
+{
+  PetscFunctionBeginUser;
+  if (core->contacts) PetscCall(MPMContactsAfter(core, phase));
+  if (core->pistons) PetscCall(MPMPistonsAfter(core, phase));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -117,7 +126,7 @@ PetscErrorCode MPMStepMake(MPMCore *core, const MPMScene *scene)
   if (core->needs.forced) PetscCall(SetForces(core, scene));
   if (MPMVolumesRelax(core)) PetscCall(MPMVolumesStep(core, &last));
   if (MPMEnergyFollows(core)) PetscCall(FollowEnergy(core, PETSC_TRUE));
-  if (core->gaps) PetscCall(FindGaps(core));
+  if (core->gaps || core->contacts) PetscCall(FindGaps(core));
   for (PetscInt k = 0; k < core->nprogram; k++) PetscCall(RunPhase(core, k));
   PetscCall(Reduce(core));
   if (MPMEnergyFollows(core) && !MPMStatusIsBad(&core->status)) PetscCall(FollowEnergy(core, PETSC_FALSE));
@@ -142,6 +151,7 @@ PetscErrorCode MPMStepNodes(MPMCore *core)
 {
   PetscFunctionBeginUser;
   if (core->gaps) PetscCall(MPMGapsUpdate(core));
+  if (core->contacts) PetscCall(MPMContactsFind(core));
   for (PetscInt k = 0; k < 2; k++) PetscCall(RunUntimed(core, MPMStepOutputPhase(core, k)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

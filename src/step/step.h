@@ -77,6 +77,15 @@ PetscErrorCode MPMPistonsDestroy(MPMCore *);
 PetscErrorCode MPMPistonsUpdate(MPMCore *);
 PetscErrorCode MPMPistonsAfter(MPMCore *, const MPMPhase *);
 
+/* Contact (contact_find.c, contact.c), in core->contacts, if there is any: where bodies may meet at the present positions in
+   the step core->params.dt, and what they do to the nodes after a phase of these; both are collective on exchange.data. */
+PetscErrorCode MPMContactsDestroy(MPMCore *);
+PetscErrorCode MPMContactsFind(MPMCore *);
+PetscErrorCode MPMContactsAfter(MPMCore *, const MPMPhase *);
+
+/* What acts on surfaces after a phase of nodes: contact, then pistons (step.c). Collective on exchange.data. */
+PetscErrorCode MPMSurfacesAfter(MPMCore *, const MPMPhase *);
+
 /* Damping of all motion (damping.c): read its options; before the phases of a step, and after them if the state is
    good, which is collective on the exchange. MPMDampingIsOn returns whether there is any. */
 PetscErrorCode MPMDampingSetFromOptions(MPMCore *, MPMOptions);

@@ -65,7 +65,8 @@ void MPMNodesVolume(const MPMParams *par, const MPMPatch *patch, const MPMNodes 
 
     for (PetscInt d = 0; d < dim; d++)
       space *= grid->h[d] *
-               (grid->periodic[d] ? 1 : MPMBasisIntegral(patch->basis, ijk[d], grid->cells[d], grid->wall_basis[d]));
+               (grid->periodic[d] ? 1 : MPMBasisIntegral(patch->basis, MPMGridFold(grid, d, ijk[d]), grid->cells[d],
+                                                        grid->wall_basis[d]));
     for (PetscInt c = 0; c < nc; c++) motion[c] = 0;
     motion[0] = space > 0 ? n->m / space : 1;
     motion[1] = n->p[0] > 0 ? n->p[1] / n->p[0] : 0;

@@ -1,0 +1,58 @@
+/* contact.h - what a run keeps of contact between bodies whose particles have nodes of their own: what a scene declares, and
+   what a step finds (step/contact_find.c) and applies (step/contact.c). */
+#ifndef MPM_CONTACT_H
+#define MPM_CONTACT_H
+
+#include "base/exact_sum.h"
+
+/* Two copies of the grid's nodes whose bodies meet, a < b, and how; or a rigid body and a copy. */
+typedef struct {
+  PetscInt  a, b, axis; /* a below 0: rigid body -1 - a; axis: the normal is along it; -1: it is found */
+  PetscReal mu;         /* of friction; PETSC_INFINITY: nothing slides while it touches */
+  PetscBool glued;      /* no contact is declared: where they meet they move as one */
+} MPMPair;
+
+/* A node of a copy that takes part in contact: mass, kg, acceleration, m/s^2, and velocity, m/s, as a phase has left it, where
+   bodies that are glued have the same one, and as contact changes it. */
+typedef struct {
+  PetscInt  copy, ijk[3];
+  PetscReal m, a[3], was[3], v[3];
+  PetscBool changes;
+} MPMContactSite;
+
+/* A node of the grid that has matter of both copies of a pair: the sites of a and b; the normal there, from a to b. Of a and
+   b each: the sum of the weights of the surface, in units; and for columns along each axis how far the end of the matter
+   straight ahead is from the node along the normal, and of that beside, m. */
+typedef struct {
+  PetscInt   pair, ijk[3], site[2];
+  PetscReal  n[3];
+  PetscInt64 weight[2];
+  PetscReal  near[2][3], wide[2];
+} MPMContactNode;
+
+/* A node's part in a column along an axis: its shares in the impulse on a and b. */
+typedef struct {
+  PetscInt  node, pair, axis, side;
+  PetscReal share[2];
+} MPMContactPart;
+
+/* A column of nodes that follow each other along an axis, parts first .. last-1: its normal; at: where it acts on a rigid
+   body, m; gap: between the matter of a and
+   b, m; least: the least velocity with which they may part, below 0: approach, m/s; by how much an impulse changes it,
+   1/kg; the impulses along the normal and across, on b, N s; held: is it given a velocity in this step? */
+typedef struct {
+  PetscInt  first, last, pair;
+  PetscReal n[3], at[3], gap, least, inverse, press, brake[3];
+  PetscBool held;
+} MPMContactColumn;
+
+typedef struct {
+  PetscInt          npairs, nnodes, nsites, nparts, ncolumns;
+  MPMPair          *pair;   /* [npairs] */
+  MPMContactNode   *node;   /* [nnodes]; these and the others are the same ones on all processes */
+  MPMContactSite   *site;   /* [nsites] */
+  MPMContactPart   *part;   /* [nparts] in sequence of columns */
+  MPMContactColumn *column; /* [ncolumns] */
+} MPMContacts;
+
+#endif

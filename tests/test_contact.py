@@ -1,0 +1,161 @@
+"""Contact between bodies (-contacts, -contact_mu): when it begins, how long it lasts, what it keeps; a block that slides;
+bodies that are glued; three bodies in a row; bodies that never meet have the bits of a run without contact. The bits are
+the same on any number of processes, with a pool, after a restart and after retries.
+
+usage: test_contact.py PEBBLE SOURCE MPIEXEC
+"""
+import numpy as np
+
+import check
+
+check.arguments(__doc__, 0)
+QUIET = "-output_format none -report_indicator false".split()
+
+
+def words(values):
+    return ",".join(repr(float(v)) for v in values)
+
+
+def run(name, lines, *more, n=1):
+    """Runs a scene of these lines with a line of the history for each step; returns it, and the run."""
+    path = check.write(name + ".opts", lines)
+    done = check.must("-options_file", path, *QUIET, "-history_every", 0, "-output_name", name, *more, n=n)
+    return check.history(f"output/{name}.csv"), done
+
+
+def boxes(dim, cells, h, materials, bodies, *more):
+    """A grid of these cells of size h, of neo-Hookean materials {name: (rho, E, nu)} and boxes {name: (material, lower, upper, velocity)}."""
+    lines = [f"-dim {dim}", "-grid_lower " + words([0] * dim), "-grid_upper " + words(c * h for c in cells), "-grid_cells " + ",".join(map(str, cells)),
+             "-materials " + ",".join(materials), "-bodies " + ",".join(bodies), "-history_bodies all", *more]
+    for name, (rho, E, nu) in materials.items():
+        lines += [f"-material_{name}_model neohookean", f"-material_{name}_rho {rho}", f"-material_{name}_E {E}", f"-material_{name}_nu {nu}"]
+    for name, (material, lower, upper, velocity) in bodies.items():
+        lines += [f"-body_{name}_shape box", f"-body_{name}_material {material}", f"-body_{name}_lower {words(lower)}", f"-body_{name}_upper {words(upper)}",
+                  f"-body_{name}_velocity {words(velocity)}"]
+    return lines
+
+
+def bars(n, lengths, speeds, gap=3.2, dim=1, axis=0):
+    """Two bars of length 1 or so, density, modulus and wave speed 1, n cells a length; along x or y."""
+    h, at = 1 / n, 6
+    ends = [at * h, at * h + lengths[0], at * h + lengths[0] + gap * h, at * h + lengths[0] + gap * h + lengths[1]]
+    cells = [round(ends[-1] / h) + at, 8]
+
+    def turned(values):
+        return values[:1] if dim == 1 else values if axis == 0 else values[::-1]
+
+    bodies = {name: ("m", turned([ends[2 * k], 2 * h]), turned([ends[2 * k + 1], 6 * h]), turned([speeds[k], 0])) for k, name in enumerate("ab")}
+    return boxes(dim, turned(cells), h, {"m": (1, 1, 0)}, bodies), gap * h / (speeds[0] - speeds[1])
+
+
+def check_bars():
+    """The first force, the duration 2 L/c, and velocities that are exchanged; the stress is rho c v."""
+    v = 0.01
+    for n, most in ((32, 0.06), (64, 0.04)):
+        lines, meet = bars(n, [1, 1], [v, -v])
+        h, _ = run("bars", lines, "-time_end", meet + 2.6, "-contact_mu", 0, "-history_energy")
+        p, t = h["momentum_a_x"] / v, h["time"]
+        on, off = t[np.nonzero(p < 1 - 1e-6)[0][0] - 1], t[np.nonzero(p < 0.98 * p[-1])[0][0]]
+        energy = (h["kinetic_energy"] + h["strain_energy"]) / h["kinetic_energy"][0]
+        check.that(abs(on - meet) < 0.03 and abs(off - on - 2) < 0.06 and 1 + p[-1] < most and energy.max() < 1 + 1e-9 and np.abs(h["momentum_x"]).max() < 1e-13,
+                   f"bars, {n} cells: first force {on - meet:+.3f} after they meet, for {off - on:.3f}; back with {-p[-1]:.3f}; energy {energy[-1]:.3f}")
+        check.fault(None if np.abs(h["energy_integration"]).max() < 0.5 / n * h["kinetic_energy"][0] else f"bars: the balance of energy is off by {np.abs(h['energy_integration']).max() / h['kinetic_energy'][0]:.4f}")
+    lines, meet = bars(32, [1, 2], [v, 0])
+    h, _ = run("unequal", lines, "-time_end", meet + 2.6, "-contact_mu", 0)
+    a, b = h["momentum_a_x"][-1] / v, h["momentum_b_x"][-1] / v
+    check.that(abs(a) < 0.06 and abs(b - 1) < 0.06, f"a bar meets a longer one at rest: it stops ({a:+.3f}), the longer one has its momentum ({b:.3f})")
+
+
+def check_turned():
+    """The same along y as along x, but for the surface, which is found to 1e-6 of a spacing."""
+    found = []
+    for axis in (0, 1):
+        lines, meet = bars(16, [1, 1], [0.01, -0.01], dim=2, axis=axis)
+        h, _ = run("turned", lines, "-time_end", meet + 1, "-contact_mu", 0.2)
+        found.append(h["center_a_" + "xy"[axis]])
+    check.that(len(found[0]) == len(found[1]) and np.abs(found[0] - found[1]).max() < 1e-8, f"along y as along x: {np.abs(found[0] - found[1]).max():.1e}")
+
+
+def slope(mu, *more, turn=(0.5, 3 ** 0.5 / 2), end=0.8, h=0.125):
+    """A block on a floor, with gravity turned by 30 degrees; returns how far it comes by how far it should."""
+    lines = boxes(2, [round(5 / h), round(1.5 / h)], h, {"m": (1000, 1e7, 0.3)}, {"floor": ("m", [0, 0], [5, 0.5], [0, 0]), "block": ("m", [1, 0.5], [2, 1], [0, 0])},
+                  "-gravity " + words([10 * turn[0], -10 * turn[1]]), "-bc_ymin_type fixed", "-bc_xmin_type slip", "-bc_xmax_type slip", f"-time_end {end}")
+    found, _ = run("slope", lines, *more, "-history_every", end)
+    return (found["center_block_x"][-1] - 1.5) / (5 * end ** 2 * max(turn[0] - mu * turn[1], 1e-2)), found
+
+
+def check_slope():
+    for mu in (0, 0.3):
+        share, _ = slope(mu, "-contact_mu", mu)
+        check.that(abs(share - 1) < 0.03, f"a block slides on a floor with friction {mu}: {share:.4f} of the exact way")
+    share, found = slope(0, "-contacts", "c", "-contact_c_stick", end=0.3)
+    check.that(abs(found["center_block_x"][-1] - 1.5) < 0.01 * 0.225, f"with -contact_c_stick it moves by {found['center_block_x'][-1] - 1.5:.1e} m where it would slide 0.225 m")
+
+
+def disks(*more, **how):
+    return check.must("-options_file", check.scene("disks"), *QUIET, "-check_energy", 0, *more, **how)
+
+
+def check_disks():
+    """Momentum, and no force before the gap closes."""
+    disks("-contact_mu", 0.3, "-history_bodies", "all", "-output_name", "disks", "-history_every", 0)
+    h = check.history("output/disks.csv")
+    p = np.hypot(h["momentum_disk1_x"], h["momentum_disk1_y"])
+    on, meet = h["time"][np.nonzero(np.abs(p - p[0]) > 1e-9 * p[0])[0][0]], (0.6 * 2 ** 0.5 - 0.4) / (0.2 * 2 ** 0.5)
+    change = np.abs(h["momentum_x"]).max() / p[0]
+    check.that(abs(on - meet) < 0.06 and change < 1e-13, f"disks: first force {on - meet:+.3f} s after they meet, momentum changes by {change:.0e}")
+
+
+def check_apart():
+    """Bodies that never meet have the bits of a run without contact."""
+    for update, transfer in (("usl", "aflip"), ("musl", "flip"), ("usf", "apic")):
+        digests = {disks("-time_end", 0.3, "-method_update", update, "-method_transfer", transfer, *more).digest for more in ([], ["-contact_mu", 0.3])}
+        check.that(len(digests) == 1, f"{update} {transfer}: as long as bodies do not meet, contact changes no bit")
+
+
+def check_glued():
+    """Bodies in no contact move as one, as without contact; those in contact part."""
+    lines = boxes(2, [24, 16], 0.1, {"m": (1000, 1e5, 0.3)},
+                  {"a": ("m", [0.4, 0.4], [1, 1.2], [0.1, 0]), "b": ("m", [1, 0.4], [1.6, 1.2], [-0.1, 0.05]), "c": ("m", [1.9, 0.4], [2.1, 1.2], [0, 0])}, "-time_end 0.1")
+    for light, most in ((0, 1e-12), (0.1, 1e-6)):
+        alone, _ = run("alone", lines, "-method_light_nodes", light)
+        glued, _ = run("glued", lines, "-method_light_nodes", light, "-contacts", "k", "-contact_k_bodies", "b,c")
+        off = max(np.abs(alone["center_" + at] - glued["center_" + at]).max() for at in ("a_x", "a_y", "b_x", "b_y"))
+        check.that(len(alone["time"]) == len(glued["time"]) and off < most, f"bodies that no contact names move as one, light nodes {light}: centres differ by {off:.0e} m")
+    apart, _ = run("apart", lines, "-contacts", "k", "-body_b_velocity", "0.3,0", "-body_a_velocity", "0,0", "-time_end", 0.2)
+    check.that(apart["center_a_x"][-1] - 0.7 < 0.002 < apart["center_b_x"][-1] - 1.3, "bodies that touch at the start part freely")
+
+
+def check_stack():
+    """Three blocks on each other at rest, which touch at the start, weigh what they weigh."""
+    bodies = {name: ("m", [0.4, 0.5 * k], [1.2, 0.5 * (k + 1)], [0, 0]) for k, name in enumerate("abc")}
+    lines = boxes(2, [16, 18], 0.1, {"m": (1000, 1e6, 0)}, bodies, "-gravity 0,-10", "-bc_ymin_type separate", "-history_walls ymin", "-damping_kinetic", "-time_end 1.2")
+    h, _ = run("stack", lines, "-contact_mu", 0.3)
+    late = h["time"] > 0.9
+    load, low = h["reaction_ymin_y"][late].mean() / 12e3, h["lower_c_y"][-1]
+    check.that(abs(load - 1) < 0.02 and abs(low - 1.025 + 0.01) < 0.006, f"a stack of three blocks: {load:.4f} of its weight on the floor, its top one at {low:.4f} m")
+
+
+def check_equal():
+    """The same bits on any number of processes, with pool, both migrations, less lanes, after restart and retries."""
+    words = ["-contact_mu", 0.3, "-time_end", 2.2, "-body_disk1_velocity", "0.12,0.08"]
+    one = disks(*words).digest
+    others = {f"{n} processes": disks(*words, n=n).digest for n in (2, 3, 4)}
+    others["pool"] = disks(*words, "-parallel_strategy", "pool", n=3).digest
+    others["direct"] = disks(*words, "-parallel_migrate", "direct", n=3).digest
+    others["2 lanes"] = disks(*words, lanes=2).digest
+    disks(*words, "-time_max_steps", 120, "-checkpoint_every", 1e30, n=2)
+    others["restart"] = disks(*words, "-restart_file", "latest", n=3).digest
+    wrong = [name for name, digest in others.items() if digest != one]
+    check.that(not wrong, f"the bits of one process also on {', '.join(others)}; not on {', '.join(wrong) or 'none'}")
+
+
+check_bars()
+check_turned()
+check_slope()
+check_disks()
+check_apart()
+check_glued()
+check_stack()
+check_equal()
+check.end()
