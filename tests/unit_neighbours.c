@@ -6,7 +6,7 @@
 #define ROUNDS 40
 
 /* Makes a random body with a hole in it. */
-static void MakeBody(int dim, MPMBody *b, MPMRegion *hole, const MPMRegion **others)
+static void MakeBody(int dim, MPMBody *b, MPMRegion *hole, MPMRegion **others)
 {
   const MPMRegionType types[] = {MPM_REGION_box, MPM_REGION_sphere, MPM_REGION_annulus};
 
@@ -37,14 +37,14 @@ static void MakeBody(int dim, MPMBody *b, MPMRegion *hole, const MPMRegion **oth
 
 static PetscErrorCode Round(int dim)
 {
-  MPMRegion        hole;
-  const MPMRegion *others[1];
-  MPMBody          b;
-  MPMScene         scene;
-  MPMCore         *core;
-  MPMLattice       w;
-  MPMNeighbours    nb;
-  PetscInt64       id;
+  MPMRegion     hole;
+  MPMRegion    *others[1];
+  MPMBody       b;
+  MPMScene      scene;
+  MPMCore      *core;
+  MPMLattice    w;
+  MPMNeighbours nb;
+  PetscInt64    id;
 
   PetscFunctionBeginUser;
   MakeBody(dim, &b, &hole, others);

@@ -265,8 +265,8 @@ static void Rows(const MPMRegion *r, int dim)
 /* Any shape cut by another and within a third, which is cut too. */
 static void Composed(MPMRegionType type, int dim)
 {
-  MPMRegion        r[4];
-  const MPMRegion *of_first[2] = {&r[1], &r[2]}, *of_third[1] = {&r[3]};
+  MPMRegion  r[4];
+  MPMRegion *of_first[2] = {&r[1], &r[2]}, *of_third[1] = {&r[3]};
 
   for (int k = 0; k < 4; k++) {
     do r[k] = Random(k ? (MPMRegionType)UnitInt(MPM_NUM_REGIONS) : type);
@@ -325,10 +325,10 @@ static PetscReal Volume(const MPMRegion *r, int dim, int n)
 /* Volumes of lattices converge to the exact ones. */
 static void Volumes(void)
 {
-  MPMRegion        r   = {.type = MPM_REGION_cylinder, .center = {1, 2, 3}, .radius = 0.5, .length = 1.25};
-  MPMRegion        cut = {.type = MPM_REGION_sphere, .center = {1, 2, 3}, .radius = 0.25};
-  const MPMRegion *one = &cut;
-  PetscReal        size;
+  MPMRegion  r   = {.type = MPM_REGION_cylinder, .center = {1, 2, 3}, .radius = 0.5, .length = 1.25};
+  MPMRegion  cut = {.type = MPM_REGION_sphere, .center = {1, 2, 3}, .radius = 0.25};
+  MPMRegion *one = &cut;
+  PetscReal  size;
 
   r.axis[0] = 2 / 7.0;
   r.axis[1] = 3 / 7.0;

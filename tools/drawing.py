@@ -4,7 +4,8 @@ A picture is made of a run, a dictionary:
 
   title, dim, lower, upper, cells, options   of the file
   snapshots     of each that is drawn: time, round (the time as the title gives it), x, values, size and, where particles are
-                drawn with their domains, domain: the sides of each particle's parallelogram or parallelepiped as columns
+                drawn with their domains, domain: the sides of each particle's parallelogram or parallelepiped as columns;
+                rigid: the corners of the faces of rigid bodies, [faces, dim, dim], of edges in 2-D, triangles in 3-D
   series        over all snapshots: time, front (largest x of the particles), height (largest y, in 3-D z), error
   label, signed, noise        of the quantity that the colours show
   length, second, seconds     units: name of that of lengths, factor and name of that of times
@@ -32,6 +33,8 @@ import numpy as np  # noqa: E402
 from matplotlib.cm import ScalarMappable  # noqa: E402
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection  # noqa: E402
 from matplotlib.colors import ListedColormap, Normalize  # noqa: E402
+from matplotlib.patches import PathPatch  # noqa: E402
+from matplotlib.path import Path  # noqa: E402
 from matplotlib.ticker import MaxNLocator  # noqa: E402
 from PIL import Image  # noqa: E402 (matplotlib needs it too)
 
@@ -39,6 +42,7 @@ PANELS = 6
 STYLE = {"font.size": 9, "axes.titlesize": 9, "axes.linewidth": 0.6, "xtick.major.width": 0.6,
          "ytick.major.width": 0.6, "legend.frameon": False, "savefig.dpi": 200, "mathtext.fontset": "cm", "svg.fonttype": "none"}
 GREY = "0.45"
+RIGID = "0.75"
 # The view of 3-D runs: orthographic, from the front right and above. Its rows point to the right, up, and towards the eye.
 AZIMUTH, ELEVATION = np.radians(-58), np.radians(22)
 VIEW = np.array([[-np.sin(AZIMUTH), np.cos(AZIMUTH), 0],
@@ -332,6 +336,9 @@ def read_run(path, field, *, times=None, count=PANELS, domains=True, limits=None
                         "size": volumes_of(run, particles)**(1 / dim)}
             if domains and dim > 1:
                 snapshot["domain"] = domains_of(run, particles)
+            if "rigid" in file[name] and dim > 1:
+                rigid = file[name]["rigid"]
+                snapshot["rigid"] = rigid["x"][:, :dim][rigid["faces"][...]]
             run["snapshots"].append(snapshot)
     tell_far(times, run)
     look_at(run, limits, cut)
@@ -393,6 +400,8 @@ def look_at(run, limits, cut):
         for name in ("x", "values", "size", "domain"):
             if name in snapshot:
                 snapshot[name] = snapshot[name][keep]
+        if cut and "rigid" in snapshot:
+            snapshot["rigid"] = cut_triangles(snapshot["rigid"], "xyz".index(cut[0]), cut[1])[:, :, keep_axes]
         if cut:
             snapshot["x"] = snapshot["x"][:, keep_axes]
             if "domain" in snapshot:
@@ -401,6 +410,45 @@ def look_at(run, limits, cut):
         run["lower"], run["upper"], run["dim"] = run["lower"][keep_axes], run["upper"][keep_axes], 2
         run["axes"] = "".join("xyz"[d] for d in keep_axes)
         run["title"] += f", ${cut[0]}$ = {cut[1]:g} m"
+
+
+def cut_triangles(triangles, d, place):
+    """The edges in which a plane cuts triangles, [edges, 2, 3]. Of two triangles with a common edge both have the same place
+    there, to the last bit."""
+    above = triangles[:, :, d] > place
+    found = []
+    for k in range(3):  # the corner that is alone on its side, and the two others
+        alone = (above[:, k] != above[:, (k + 1) % 3]) & (above[:, k] != above[:, (k + 2) % 3])
+        a, ends = triangles[alone, k], []
+        for other in (triangles[alone, (k + 1) % 3], triangles[alone, (k + 2) % 3]):
+            swap = (a[:, d] > other[:, d])[:, None]
+            low, high = np.where(swap, other, a), np.where(swap, a, other)
+            ends.append(low + ((place - low[:, d]) / (high[:, d] - low[:, d]))[:, None] * (high - low))
+        found.append(np.stack(ends, axis=1))
+    return np.concatenate(found)
+
+
+def loops_of(edges):
+    """Closed edges [edges, 2, 2], whose common ends have the same bits, as a list of loops [points, 2]."""
+    ends = collections.defaultdict(list)
+    names = [[tuple(end) for end in edge] for edge in edges.tolist()]
+    names = [edge for edge in names if edge[0] != edge[1]]
+    for k, edge in enumerate(names):
+        for end in edge:
+            ends[end].append(k)
+    left, loops = set(range(len(names))), []
+    while left:
+        k = min(left)
+        left.discard(k)
+        loop = list(names[k])
+        while loop[-1] != loop[0]:
+            k = next((k for k in ends[loop[-1]] if k in left), None)
+            if k is None:
+                break
+            left.discard(k)
+            loop.append(names[k][1] if names[k][0] == loop[-1] else names[k][0])
+        loops.append(np.array(loop))
+    return loops
 
 
 def in_units(run, name, unit, end):
@@ -421,7 +469,7 @@ def in_units(run, name, unit, end):
     for snapshot in run["snapshots"]:
         snapshot["round"] = round_time(*(run["second"] * one for one in (snapshot["time"], snapshot["step"], every)))
         snapshot["values"] = snapshot["values"] * factor
-        for name in ("x", "size", "domain"):
+        for name in ("x", "size", "domain", "rigid"):
             if name in snapshot:
                 snapshot[name] = snapshot[name] * length
 
@@ -513,6 +561,23 @@ def draw_solids(axes, x, domain, faces):
     axes.add_collection(PolyCollection(polygons, facecolors=shaded, edgecolors=shaded * [0.9, 0.9, 0.9, 1], linewidths=0.2))
 
 
+def draw_rigid(axes, run, snapshot):
+    """Draws rigid bodies: filled in 2-D, where a hole is what an even number of loops encloses; in 3-D as if of glass."""
+    faces = snapshot["rigid"]
+    if not len(faces):
+        return
+    if run["dim"] == 2:
+        path = Path.make_compound_path(*(Path(np.concatenate([loop, loop[:1]]), closed=True) for loop in loops_of(faces)))
+        axes.add_patch(PathPatch(path, facecolor=RIGID, edgecolor=GREY, linewidth=0.5, zorder=0.5))
+        return
+    normal = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    shade = 0.35 + 0.4 * np.abs(normal @ LIGHT)
+    order = np.argsort(faces.mean(1) @ VIEW[2], kind="stable")
+    colours_ = np.concatenate([np.repeat(shade[order, None], 3, axis=1), np.full((len(faces), 1), 0.35)], axis=1)
+    axes.add_collection(PolyCollection((faces @ VIEW[:2].T)[order], facecolors=colours_, edgecolors="none", zorder=2))
+
+
 def draw_particles(axes, run, snapshot, colour):
     """Draws the domain of each particle, or the disc around the square of its area (in 3-D: a disc in the cube of its volume,
     a little larger), so that a continuous body looks continuous."""
@@ -546,6 +611,8 @@ def draw_particles(axes, run, snapshot, colour):
                                               offset_transform=axes.transData, facecolors=faces[order],
                                               edgecolors=(0, 0, 0, 0.25) if dim == 3 else "none",
                                               linewidths=0.15 if dim == 3 else 0))
+    if "rigid" in snapshot:
+        draw_rigid(axes, run, snapshot)
     low, high = limits.min(0), limits.max(0)
     margin = (0.08 if dim == 3 else 0.01) * (high - low).max()
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")

@@ -126,7 +126,8 @@ def loser_of(options):
     def given(pattern):
         return {name: value for name, value in options.items() if re.fullmatch(pattern, name)}
 
-    if options.get("mms_type", "none") != "none" or "acceleration" in options or {"moving", "piston"} & set(given("bc_.*_type").values()):
+    if options.get("mms_type", "none") != "none" or "acceleration" in options or {"moving", "piston"} & set(given("bc_.*_type").values()) or \
+            {"moving", "free"} & set(given("body_.*_rigid").values()):
         return ""  # forces whose work the history's external_work has not
     models = set(given("material_.*_model").values())
     losers = {"friction": "druckerprager" in models or "friction" in given("bc_.*_type").values(),

@@ -2,6 +2,7 @@
 #ifndef MPM_REGION_H
 #define MPM_REGION_H
 
+#include "physics/sampled.h"
 #include "physics/surface.h"
 
 typedef enum {
@@ -20,9 +21,13 @@ struct _MPMRegion {
   PetscReal     axis[3]; /* unit vector: axis of a cylinder, or normal of a halfspace, which points out of it */
   MPMSurface   *surface; /* of polygon and stl */
   PetscReal (*formula)(void *context, PetscInt dim, const PetscReal x[]); /* of expression */
-  void             *context;
-  PetscInt          ncut, nwithin;
-  const MPMRegion **others;
+  void               *context;
+  PetscInt            ncut, nwithin;
+  MPMRegion         **others;
+  MPMNearest         *nearest; /* of polygon, stl and expression, for distances (distance.h); or NULL */
+  MPMSampledDistance *sampled; /* of those that have many faces, in 3-D; or NULL */
+  PetscReal           margin;  /* m: how far from the faces of `nearest` a place is known to be inside or outside */
+  PetscBool open[2][3]; /* has the box from lower to upper no surface at its lower and upper ends, for distances? */
 };
 
 /* A row of places along the last axis: place k is at (k + 1/2) spacing + offset there, and at x on the other axes. */

@@ -2,6 +2,7 @@
 #ifndef MPM_OUTPUT_H
 #define MPM_OUTPUT_H
 
+#include "physics/outline.h"
 #include "results/measures.h"
 
 #define MPM_NEW_FILE ".pebble-new" /* end of the name of a file that is not complete yet */
@@ -60,6 +61,8 @@ typedef struct {
   PetscInt  *steps, *n;        /* [count] and the number of particles in it */
   PetscReal *times;            /* [count] s */
   PetscInt64 digest, *digests; /* of the state in the last one, and [count] in each */
+  MPMFaces   faces;            /* of the surfaces of rigid bodies, as they were at the start */
+  PetscInt  *first;            /* [bodies + 1] the first one of each rigid body; NULL: not made yet, or there is none */
 } MPMOutput;
 #define MPM_OUTPUT_GRID ((PetscInt64)1 << 62) /* bit of the nodes in MPMOutput.fields */
 
@@ -108,7 +111,7 @@ PetscErrorCode MPMOutputFail(MPMCore *, const char fault[], PetscBool *failed);
    that both are complete at every moment. The first process writes; *fault, on this process, says what went wrong
    (index.c, xdmf.c). Collective on exchange.data. */
 PetscErrorCode MPMIndexWrite(const MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
-PetscErrorCode MPMXdmfWrite(const MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
+PetscErrorCode MPMXdmfWrite(MPMOutput *, const MPMCore *, const MPMScene *, char fault[MPM_TEXT_LEN]);
 
 /* Goes on with the snapshots of an earlier run, whose count, steps, times, last and next are in MPMOutput: removes
    those that are not listed, warns of those that are missing, writes index and text anew (resume.c). Collective on

@@ -3,6 +3,7 @@
    /                      attributes: provenance and the grid
    /step_000123           attributes time, step, dt, digest
      particles/id x ...   [N] or [N][nc], one row per particle, sorted by id on every number of processes
+     rigid/x faces ...    the surfaces of rigid bodies, if there are any (rigids.c)
      grid/mass v ...      [nz][ny][nx] and [nz][ny][nx][3], nodes sorted by coordinates; kernels/node.def names them
    Vectors have 3 components and tensors 9 in every dimension. A file has its name when it is complete. index.c joins
    the snapshots in one file, and xdmf.c writes the text by which ParaView opens them. With a PETSc that has no HDF5,
@@ -11,6 +12,7 @@
 #include "results/hdf5.h"
 #include "results/output.h"
 #include "results/provenance.h"
+#include "results/rigid_faces.h"
 #include "parallel/exchange.h"
 #include "step/step.h"
 
@@ -372,6 +374,7 @@ static PetscErrorCode MakeDatasets(const MPMOutput *out, const MPMCore *core, co
   if (core->particles.total < MPMSceneStarted(scene)) /* ids have gaps, and XDMF needs numbers that have none */
     PetscCall(MPMFileDataset(file, group, "row", "1", "", PETSC_TRUE, 1, extent));
   if (group >= 0) H5(H5Gclose(group));
+  if (core->rigids.n) PetscCall(MPMRigidDatasets(out, core, file, step));
   if (out->fields & MPM_OUTPUT_GRID) {
     if (step >= 0) H5(group = H5Gcreate2(step, "grid", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
     NodesBetween(&core->grid, extent);
@@ -398,6 +401,7 @@ static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScen
   PetscCall(MPMParticlesDigest(&core->particles, core->exchange.data, &out->digest));
   (void)snprintf(text, sizeof text, "%016llx", (unsigned long long)out->digest);
   MPMSnapshotPath(out, scene, core->step, PETSC_FALSE, path);
+  PetscCall(MPMRigidFacesMake(out, core));
   PetscCall(MPMProvenanceWrite(core, scene, -1, &room));
   for (PetscInt f = 0; f < MPM_NUM_DIAGNOSTICS; f++) room += out->fields >> f & 1 ? 640 : 0;
   for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++) room += g->dataset[0] ? 640 : 0;
@@ -408,6 +412,7 @@ static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScen
   out->begun = PETSC_TRUE;
   PetscCall(MPMFileLay(&file));
   PetscCall(WriteParticles(out, core, scene, &file, &set));
+  if (core->rigids.n) PetscCall(MPMRigidWrite(out, core, &file, &set));
   if (out->fields & MPM_OUTPUT_GRID) PetscCall(WriteGrid(core, &file, &set));
   PetscCall(MPMFileClose(&file, PETSC_FALSE, fault));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -480,6 +485,7 @@ PetscErrorCode MPMOutputStep(MPMOutput *out, MPMCore *core, const MPMScene *scen
 PetscErrorCode MPMOutputDestroy(MPMOutput *out)
 {
   PetscFunctionBeginUser;
+  PetscCall(MPMRigidFacesDestroy(out));
   PetscCall(PetscFree(out->digests));
   PetscCall(PetscFree(out->steps));
   PetscCall(PetscFree(out->n));

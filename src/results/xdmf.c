@@ -1,10 +1,10 @@
 /* xdmf.c - the file <name>.xdmf, which lies beside the folder of the snapshots: a text by which ParaView (its readers
    Xdmf3 and Xdmf2), VTK and meshio open them. Each particle is a vertex of its own, of which the first reader draws
-   nothing else; the numbers of the vertices are the ids, or the dataset `row` if particles were removed. The nodes come
-   first, since meshio takes the last part of a file. */
+   nothing else; the numbers of the vertices are the ids, or the dataset `row` if particles were removed. The surfaces of
+   rigid bodies are edges or triangles. The particles come last, since meshio takes the last part of a file. */
 #include <errno.h>
 #include <unistd.h>
-#include "results/output.h"
+#include "results/rigid_faces.h"
 
 static void XdmfArray(FILE *f, const char indent[], const char dims[], PetscBool whole, const char file[],
                       PetscInt step, const char path[])
@@ -84,20 +84,46 @@ static void XdmfNodes(const MPMOutput *out, const MPMCore *core, PetscInt64 star
   fprintf(f, "      </Grid>\n");
 }
 
-PetscErrorCode MPMXdmfWrite(const MPMOutput *out, const MPMCore *core, const MPMScene *scene, char fault[MPM_TEXT_LEN])
+static void XdmfRigids(const MPMOutput *out, const MPMCore *core, PetscInt64 started, FILE *f, const char file[],
+                       PetscInt k)
+{
+  const int       dim    = (int)core->grid.dim;
+  const long long n      = out->faces.n;
+  const char     *types[] = {"", "Polyvertex", "Polyline", "Triangle"};
+  char            dims[64];
+
+  (void)started;
+  fprintf(f, "      <Grid Name=\"rigid\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n",
+          (double)out->times[k]);
+  fprintf(f, "        <Topology TopologyType=\"%s\" NumberOfElements=\"%lld\" NodesPerElement=\"%d\">\n", types[dim], n, dim);
+  (void)snprintf(dims, sizeof dims, "%lld %d", n, dim);
+  XdmfArray(f, "          ", dims, PETSC_TRUE, file, out->steps[k], "rigid/faces");
+  fprintf(f, "        </Topology>\n        <Geometry GeometryType=\"XYZ\">\n");
+  (void)snprintf(dims, sizeof dims, "%lld 3", n * dim);
+  XdmfArray(f, "          ", dims, PETSC_FALSE, file, out->steps[k], "rigid/x");
+  fprintf(f, "        </Geometry>\n        <Attribute Name=\"body\" AttributeType=\"Scalar\" Center=\"Cell\">\n");
+  (void)snprintf(dims, sizeof dims, "%lld", n);
+  XdmfArray(f, "          ", dims, PETSC_TRUE, file, out->steps[k], "rigid/body");
+  fprintf(f, "        </Attribute>\n      </Grid>\n");
+}
+
+PetscErrorCode MPMXdmfWrite(MPMOutput *out, const MPMCore *core, const MPMScene *scene, char fault[MPM_TEXT_LEN])
 {
   char        path[2 * MPM_TEXT_LEN], fresh[2 * MPM_TEXT_LEN + 16], file[2 * MPM_TEXT_LEN];
   FILE       *f;
   PetscBool   good;
   PetscMPIInt rank;
   void (*const write[])(const MPMOutput *, const MPMCore *, PetscInt64, FILE *, const char[],
-                        PetscInt) = {XdmfNodes, XdmfParticles};
-  const char *const names[]       = {"grid", "particles"};
+                        PetscInt) = {XdmfNodes, XdmfRigids, XdmfParticles};
+  const char *const names[]       = {"grid", "rigid", "particles"};
+  const PetscBool   there[] = {out->fields & MPM_OUTPUT_GRID ? PETSC_TRUE : PETSC_FALSE,
+                               core->rigids.n ? PETSC_TRUE : PETSC_FALSE, PETSC_TRUE};
 
   PetscFunctionBeginUser;
   fault[0] = 0;
   PetscCallMPI(MPI_Comm_rank(core->exchange.data, &rank));
   if (rank) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMRigidFacesMake(out, core));
   (void)snprintf(path, sizeof path, "%s/%s.xdmf", out->dir, scene->name);
   (void)snprintf(fresh, sizeof fresh, "%s" MPM_NEW_FILE, path);
   (void)unlink(fresh); /* one that an earlier run left; a link is not followed */
@@ -105,7 +131,8 @@ PetscErrorCode MPMXdmfWrite(const MPMOutput *out, const MPMCore *core, const MPM
   good = f ? PETSC_TRUE : PETSC_FALSE;
   if (f) {
     fprintf(f, "<?xml version=\"1.0\"?>\n<!-- pebble " MPM_VERSION " -->\n<Xdmf Version=\"3.0\">\n  <Domain>\n");
-    for (int part = out->fields & MPM_OUTPUT_GRID ? 0 : 1; part < 2; part++) {
+    for (int part = 0; part < 3; part++) {
+      if (!there[part]) continue;
       fprintf(f, "    <Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", names[part]);
       for (PetscInt k = 0; k < out->count; k++) {
         MPMSnapshotPath(out, scene, out->steps[k], PETSC_TRUE, file);

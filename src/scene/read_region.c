@@ -1,5 +1,6 @@
 /* read_region.c - reads the shapes of bodies, and which bodies cut others, before the first step. */
 #include <strings.h>
+#include "physics/distance.h"
 #include "scene/lattice.h"
 #include "scene/shapes.h"
 
@@ -116,6 +117,7 @@ PetscErrorCode MPMSceneDestroyRegion(MPMRegion *r)
   PetscCall(MPMExpressionDestroy(&e));
   r->context = NULL;
   MPMSurfaceDestroy(&r->surface);
+  MPMRegionDropDistance(r);
   PetscCall(PetscFree(r->others));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -173,7 +173,32 @@ static PetscErrorCode AddPairs(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMSceneMakeRigids(const MPMScene *scene, MPMCore *core, MPMOptions o)
+/* Prepares the distances from rigid bodies of one type: from shapes that others share too, last those of bodies that move,
+   whose surfaces at the walls of the grid count. */
+static PetscErrorCode MakeDistances(MPMScene *scene, const MPMCore *core, MPMOptions o, MPMRigidType type)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes && !MPMOptionsError(o); k++) {
+    MPMBody   *b = &scene->bodies[k];
+    MPMRegion *r = &b->region;
+    PetscReal  middle[3];
+
+    if (b->rigid == MPM_RIGID_NONE || (b->rigid == MPM_RIGID_FIXED) != (type == MPM_RIGID_FIXED)) continue;
+    if (r->type == MPM_REGION_file)
+      MPMOptionsFail(o, "-body_%s_rigid does not apply: %s has particles from a file, but no shape", b->name, b->name);
+    if (MPMOptionsError(o)) break;
+    PetscCheck(MPMRegionMakeDistance(r, &core->grid, b->rigid == MPM_RIGID_FIXED), PETSC_COMM_SELF, PETSC_ERR_MEM,
+               "no memory for the distance from %s", b->name);
+    for (PetscInt d = 0; d < core->grid.dim; d++) middle[d] = 0.5 * (r->lower[d] + r->upper[d]);
+    if (r->type == MPM_REGION_expression && r->nearest && !r->nearest->n &&
+        !(r->formula(r->context, core->grid.dim, middle) > 0))
+      MPMOptionsFail(o, "-body_%s_expression is not positive at any of the places half a cell apart at which it was "
+                     "computed; a rigid body must be thicker", b->name);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
   MPMRigids *r = &core->rigids;
   PetscInt   n = 0;
@@ -181,6 +206,9 @@ PetscErrorCode MPMSceneMakeRigids(const MPMScene *scene, MPMCore *core, MPMOptio
   PetscFunctionBeginUser;
   for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes; k++) n += scene->bodies[k].rigid != MPM_RIGID_NONE;
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MakeDistances(scene, core, o, MPM_RIGID_FIXED));
+  PetscCall(MakeDistances(scene, core, o, MPM_RIGID_MOVING));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(n, &r->body));
   PetscCall(PetscCalloc1(n * MPM_RIGID_NUMBERS, &r->numbers));
   for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes; k++) {
@@ -188,9 +216,6 @@ PetscErrorCode MPMSceneMakeRigids(const MPMScene *scene, MPMCore *core, MPMOptio
     MPMRigid      *to = &r->body[r->n];
 
     if (b->rigid == MPM_RIGID_NONE) continue;
-    if (!MPMRegionHasDistance(&b->region))
-      MPMOptionsFail(o, "-body_%s_shape %s is not built yet for rigid bodies; choose box, sphere, annulus, cylinder or "
-                     "halfspace", b->name, MPMRegionNames[b->region.type]);
     MPMRigidUse(to, r->numbers + r->n * MPM_RIGID_NUMBERS);
     to->name  = b->name;
     to->shape = &b->region;

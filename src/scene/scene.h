@@ -134,7 +134,7 @@ PetscErrorCode MPMSceneReadContacts(MPMScene *, MPMCore *, MPMOptions);
 /* Rigid bodies (read_rigid.c): read one; make those of core, after the contacts; set their velocities of time t; refuse
    particles that start inside one. The last one is collective on core->comm. */
 PetscErrorCode MPMSceneReadRigid(const MPMCore *, MPMOptions, MPMBody *);
-PetscErrorCode MPMSceneMakeRigids(const MPMScene *, MPMCore *, MPMOptions);
+PetscErrorCode MPMSceneMakeRigids(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneMoveRigids(const MPMScene *, MPMCore *, PetscReal t);
 PetscErrorCode MPMSceneDestroyRigids(MPMCore *);
 
