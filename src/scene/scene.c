@@ -335,6 +335,7 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
   }
   if (!MPMOptionsError(o)) PetscCall(MPMSceneReadContacts(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneMakeRigids(scene, core, o));
+  scene->meets = core->contacts ? PETSC_TRUE : PETSC_FALSE;
   PetscCall(MPMSceneReadWalls(scene, core, o));
   PetscCall(MPMForcesSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMKnownSetFromOptions(scene, core, o));
