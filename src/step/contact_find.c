@@ -47,6 +47,7 @@ typedef struct {
   PetscReal    reach;       /* m: what is nearer to a rigid body is looked at */
   PetscInt     n[3], words; /* words: of 64 bits for a copy */
   uint64_t    *tiles;       /* [copies][words] */
+  PetscInt     box[MPM_MAX_COPIES][6]; /* of the tiles of each copy: minus the lowest on each axis, the highest */
   uint64_t    *cells;       /* [copies][tiles] bits of their cells that have particles */
   PetscInt    *wanted, *first, nwanted, most; /* the particles of each side of each pair that are near the other side */
   Fit         *fit;
@@ -103,14 +104,30 @@ static PetscBool IsNear(const Search *s, PetscInt copy, const PetscInt at[])
   return PETSC_FALSE;
 }
 
-/* Returns whether tile number `tile` of the patch is one of its own and has particles. */
-static PetscBool IsOccupied(const MPMTiles *t, PetscInt tile)
+/* Returns the next one of the patch's own tiles that has particles after `tile`, or the first one after -1; or -1. */
+static PetscInt NextTile(const MPMTiles *t, PetscInt tile)
 {
-  const PetscInt at[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
+  PetscInt row = tile < 0 ? 0 : tile / t->n[0], i = tile < 0 ? t->below[0] : tile % t->n[0] + 1;
 
-  return at[0] >= t->below[0] && at[1] >= t->below[1] && at[2] >= t->below[2] && t->slot[tile] != MPM_TILE_EMPTY
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+  for (; row < t->n[1] * t->n[2]; row++, i = t->below[0]) {
+    if (row % t->n[1] < t->below[1] || row / t->n[1] < t->below[2]) continue;
+    for (i = PetscMax(i, t->used[row][0]); i < t->used[row][1]; i++)
+      if (t->slot[row * t->n[0] + i] != MPM_TILE_EMPTY) return row * t->n[0] + i;
+  }
+  return -1;
+}
+
+/* Returns whether the boxes around the tiles of two copies, or tiles beside them, have any in common. */
+static PetscBool BoxesMeet(const Search *s, const MPMPair *pair)
+{
+  if (pair->a < 0) return PETSC_FALSE;
+  for (PetscInt d = 0; d < 3; d++) {
+    const PetscInt *a = s->box[pair->a], *b = s->box[pair->b];
+
+    if (a[3 + d] < 0 || b[3 + d] < 0) return PETSC_FALSE; /* no particles */
+    if (!s->core->grid.periodic[d] && (a[3 + d] + 1 < -b[d] || b[3 + d] + 1 < -a[d])) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
 }
 
 /* Finds the tiles that have particles, of all processes, and sets *any to whether bodies of a pair are near each other
@@ -121,6 +138,7 @@ static PetscErrorCode FindTiles(Search *s, PetscBool *any)
   const MPMTiles *t    = &s->core->exchange.patch.tiles;
   const PetscInt  edge = MPMTileEdge(s->core->basis);
   PetscInt        all  = 1, at[3];
+  PetscBool       near = PETSC_FALSE;
   PetscMPIInt     count;
 
   PetscFunctionBeginUser;
@@ -132,18 +150,27 @@ static PetscErrorCode FindTiles(Search *s, PetscBool *any)
   *any     = PETSC_FALSE;
   if (grid->copies < 2) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(grid->copies * s->words, &s->tiles));
-  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+  for (PetscInt c = 0; c < grid->copies; c++)
+    for (PetscInt d = 0; d < 6; d++) s->box[c][d] = PETSC_MIN_INT;
+  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
     PetscInt copy, bit;
 
-    if (!IsOccupied(t, tile)) continue;
     copy = TilePlace(s, tile, at);
     bit  = (at[2] * s->n[1] + at[1]) * s->n[0] + at[0];
     s->tiles[copy * s->words + bit / 64] |= (uint64_t)1 << bit % 64;
+    for (PetscInt d = 0; d < 3; d++) {
+      s->box[copy][d]     = PetscMax(s->box[copy][d], -at[d]);
+      s->box[copy][3 + d] = PetscMax(s->box[copy][3 + d], at[d]);
+    }
   }
+  PetscCall(PetscMPIIntCast(6 * grid->copies, &count));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, s->box, count, MPIU_INT, MPI_MAX, s->core->exchange.data));
+  for (PetscInt k = 0; k < s->c->npairs; k++) near = BoxesMeet(s, &s->c->pair[k]) ? PETSC_TRUE : near;
+  if (!near) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMPIIntCast(grid->copies * s->words, &count));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, s->tiles, count, MPI_UINT64_T, MPI_BOR, s->core->exchange.data));
   for (PetscInt k = 0; k < s->c->npairs && !*any; k++)
-    for (PetscInt bit = 0; bit < all && !*any && s->c->pair[k].a >= 0; bit++) {
+    for (PetscInt bit = 0; bit < all && !*any && BoxesMeet(s, &s->c->pair[k]); bit++) {
       if (!s->tiles[s->c->pair[k].a * s->words + bit / 64]) {
         bit |= 63;
         continue;
@@ -167,11 +194,10 @@ static PetscErrorCode FindCells(Search *s)
 
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(grid->copies * all, &s->cells));
-  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
     PetscInt  at[3], copy;
     uint64_t *cells;
 
-    if (!IsOccupied(t, tile)) continue;
     copy  = TilePlace(s, tile, at);
     cells = s->cells + copy * all + (at[2] * s->n[1] + at[1]) * s->n[0] + at[0];
     for (PetscInt in = 0; in < rows; in++) {
@@ -265,10 +291,10 @@ static PetscErrorCode ListNearRigid(Search *s, PetscInt pair)
   const PetscInt  rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits, rigid = -1 - s->c->pair[pair].a;
 
   PetscFunctionBeginUser;
-  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
     PetscInt at[3];
 
-    if (!IsOccupied(t, tile) || TilePlace(s, tile, at) != s->c->pair[pair].b || !IsRigidNear(s, rigid, at)) continue;
+    if (TilePlace(s, tile, at) != s->c->pair[pair].b || !IsRigidNear(s, rigid, at)) continue;
     for (PetscInt in = 0; in < rows; in++) {
       const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
 
@@ -289,10 +315,10 @@ static PetscErrorCode ListParticles(Search *s, PetscInt pair, int side)
   const PetscInt  own = side ? s->c->pair[pair].b : s->c->pair[pair].a, other = side ? s->c->pair[pair].a : s->c->pair[pair].b;
 
   PetscFunctionBeginUser;
-  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
     PetscInt at[3];
 
-    if (!IsOccupied(t, tile) || TilePlace(s, tile, at) != own || !IsNear(s, other, at)) continue;
+    if (TilePlace(s, tile, at) != own || !IsNear(s, other, at)) continue;
     for (PetscInt in = 0; in < rows; in++) {
       const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
 
