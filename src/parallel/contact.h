@@ -39,10 +39,10 @@ typedef struct {
 /* A column of nodes that follow each other along an axis, parts first .. last-1: its normal; at: where it acts on a rigid
    body, m; gap: between the matter of a and
    b, m; least: the least velocity with which they may part, below 0: approach, m/s; by how much an impulse changes it,
-   1/kg; the impulses along the normal and across, on b, N s; held: is it given a velocity in this step? */
+   1/kg, and one across the normal of matter alone; the impulses along the normal and across, on b, N s; held: is it given a velocity in this step? */
 typedef struct {
   PetscInt  first, last, pair;
-  PetscReal n[3], at[3], gap, least, inverse, press, brake[3];
+  PetscReal n[3], at[3], gap, least, inverse, across, press, brake[3];
   PetscBool held;
 } MPMContactColumn;
 

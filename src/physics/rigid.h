@@ -18,7 +18,11 @@ typedef struct {
   PetscReal        mu; /* of friction; PETSC_INFINITY: nothing slides on it */
   PetscReal        pivot[3];
   PetscBool        moves, free;
-  PetscReal        mass, inertia[9];
+  PetscReal        mass, inertia[9], inverse[9]; /* inverse: of inertia */
+  PetscReal        reach;                        /* of the shape from the pivot, m */
+  PetscInt         npoints;                      /* of a free body: points of its surface at the start, from the pivot, m */
+  PetscReal       *point;                        /* [npoints][3] */
+  PetscReal        before[6];                    /* velocity and spin as the step began */
   PetscReal       *place, *turn, *velocity, *spin, *momentum, *impulse, *torque, *work, *angle;
 } MPMRigid;
 
@@ -67,33 +71,24 @@ MPM_INLINE void MPMRigidVelocity(const MPMRigid *r, PetscInt dim, const PetscRea
   }
 }
 
-/* Moves the body on by a step dt, s: by dt velocity, and by a turn of dt |spin| about spin. The turn is that of the
-   quaternion (1, a spin) with a = tan(dt |spin|/2)/|spin|, by its series to the third power of the angle: the error of an
-   angle of 0.1 is 3e-9. */
-MPM_INLINE void MPMRigidMove(MPMRigid *r, PetscReal dt)
+/* What a shape is made of, per density: volume, m^3, in 2-D m^2, in 1-D m; its centre, m; the second moments about that,
+   m^5, [3][3], as inertia has them. rigid.c describes these functions; none is collective. */
+typedef struct {
+  PetscReal volume, center[3], inertia[9];
+} MPMRigidMass;
+void           MPMRigidMassOf(const MPMRegion *, PetscInt dim, MPMRigidMass *);
+PetscErrorCode MPMRigidSetFree(MPMRigid *, PetscInt dim, PetscReal mass, const PetscReal inertia[]);
+void           MPMRigidMove(MPMRigid *, PetscReal dt);
+PetscReal      MPMRigidYields(const MPMRigid *, const PetscReal x[], const PetscReal n[]);
+void           MPMRigidKick(MPMRigid *, const PetscReal x[], const PetscReal J[]);
+void           MPMRigidPoint(const MPMRigid *, PetscInt k, PetscReal x[]);
+PetscReal      MPMRigidSpeed(const MPMRigid *);
+void MPMRigidsMeet(PetscInt n, const MPMRigid body[], PetscInt dim, PetscReal most, PetscInt *a, PetscInt *b);
+
+/* Returns whether a body is a ball or a disk. */
+MPM_INLINE PetscBool MPMRigidIsRound(const MPMRigid *r)
 {
-  const PetscReal *w = r->spin, half = 0.25 * dt * dt * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]); /* (angle/2)^2 */
-  const PetscReal  a = 0.5 * dt * (1 + half * (1 / 3. + half * (2 / 15. + half * 17 / 315.)));
-  PetscReal        q[3], size = 1, by[9], was[9];
-
-  for (PetscInt d = 0; d < 3; d++) {
-    r->place[d] += dt * r->velocity[d];
-    r->angle[d] += dt * w[d];
-    q[d] = a * w[d];
-    size += q[d] * q[d];
-  }
-  if (size == 1) return;
-  for (PetscInt d = 0; d < 3; d++)
-    for (PetscInt e = 0; e < 3; e++) {
-      const PetscInt f = 3 - d - e;
-
-      by[3 * d + e] = d == e ? (2 + 2 * q[d] * q[d]) / size - 1
-                             : 2 * (q[d] * q[e] + ((e + 1) % 3 == d ? q[f] : -q[f])) / size;
-    }
-  for (PetscInt k = 0; k < 9; k++) was[k] = r->turn[k];
-  for (PetscInt d = 0; d < 3; d++)
-    for (PetscInt e = 0; e < 3; e++)
-      r->turn[3 * d + e] = by[3 * d] * was[e] + by[3 * d + 1] * was[3 + e] + by[3 * d + 2] * was[6 + e];
+  return r->shape->type == MPM_REGION_sphere && !(r->shape->ncut + r->shape->nwithin) ? PETSC_TRUE : PETSC_FALSE;
 }
 
 #endif

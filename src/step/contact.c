@@ -17,6 +17,8 @@
 #include "step/step.h"
 
 #define SWEEPS 8
+#define MOST   200  /* sweeps where rigid bodies are free, */
+#define QUIET  1e-9 /* until velocities change by less than this part of what they did in the first one */
 
 PetscErrorCode MPMContactsDestroy(MPMCore *core)
 {
@@ -98,6 +100,14 @@ static MPMRigid *RigidOf(const MPMCore *core, const MPMContactColumn *col)
   return a < 0 ? &core->rigids.body[-1 - a] : NULL;
 }
 
+/* Returns it if it is free and yields in this phase, or NULL. */
+static MPMRigid *Free(const MPMCore *core, const MPMContactColumn *col, PetscBool yield)
+{
+  MPMRigid *rigid = yield ? RigidOf(core, col) : NULL;
+
+  return rigid && rigid->free ? rigid : NULL;
+}
+
 /* Sets v [3] to the relative velocity of b and a at the surface, m/s. */
 static void Relative(const MPMCore *core, const MPMContactColumn *col, PetscReal v[])
 {
@@ -115,9 +125,12 @@ static void Relative(const MPMCore *core, const MPMContactColumn *col, PetscReal
     }
 }
 
-/* Gives the sites of a column an impulse J [3] on b, N s, and its opposite on a. */
-static void Give(MPMContacts *c, const MPMContactColumn *col, const PetscReal J[])
+/* Gives the sites of a column an impulse J [3] on b, N s, and its opposite on a; free: to a rigid body, or NULL. */
+static void Give(MPMContacts *c, const MPMContactColumn *col, const PetscReal J[], MPMRigid *free)
 {
+  const PetscReal back[3] = {-J[0], -J[1], -J[2]};
+
+  if (free) MPMRigidKick(free, col->at, back);
   for (PetscInt k = col->first; k < col->last; k++)
     for (int side = 0; side < 2; side++) {
       MPMContactSite *site = SiteOf(c, &c->part[k], side);
@@ -126,8 +139,8 @@ static void Give(MPMContacts *c, const MPMContactColumn *col, const PetscReal J[
     }
 }
 
-/* Makes a column ready for a phase: no impulse yet, and what one changes. */
-static void Begin(const MPMContacts *c, MPMContactColumn *col)
+/* Makes a column ready for a phase: no impulse yet, and what one changes; free: a rigid body that it changes too, or NULL. */
+static void Begin(const MPMContacts *c, MPMContactColumn *col, const MPMRigid *free)
 {
   col->press = col->inverse = 0;
   for (PetscInt d = 0; d < 3; d++) col->brake[d] = 0;
@@ -137,17 +150,20 @@ static void Begin(const MPMContacts *c, MPMContactColumn *col)
 
       if (site) col->inverse += PetscSqr(c->part[k].share[side]) / site->m;
     }
+  col->across = col->inverse;
+  if (free && col->inverse > 0) col->inverse += MPMRigidYields(free, col->at, col->n);
 }
 
 /* Changes the impulses of a column by what is missing now. decides: it only pushes, and may leave the matter alone; else it
-   does what the advance has decided. rubs: with friction. */
-static void Act(MPMCore *core, MPMContactColumn *col, PetscBool decides, PetscBool rubs)
+   does what the advance has decided. rubs: with friction. free: a rigid body that yields, or NULL. Returns by how much the
+   relative velocity changes, m/s. */
+static PetscReal Act(MPMCore *core, MPMContactColumn *col, PetscBool decides, PetscBool rubs, MPMRigid *free)
 {
   MPMContacts    *c  = core->contacts;
   const PetscReal mu = c->pair[col->pair].mu;
   PetscReal       v[3], J[3], w = 0, more, size = 0, most;
 
-  if (!(col->inverse > 0) || (!decides && !col->held)) return;
+  if (!(col->inverse > 0) || (!decides && !col->held)) return 0;
   Relative(core, col, v);
   for (PetscInt d = 0; d < 3; d++) w += col->n[d] * v[d];
   more = (col->least - w) / col->inverse;
@@ -155,10 +171,20 @@ static void Act(MPMCore *core, MPMContactColumn *col, PetscBool decides, PetscBo
   col->press += more;
   for (PetscInt d = 0; d < 3; d++) J[d] = more * col->n[d];
   if (rubs && mu > 0) {
-    PetscReal brake[3];
+    PetscReal brake[3], inverse = col->across;
 
+    if (free) {
+      PetscReal t[3], slide = 0;
+
+      for (PetscInt d = 0; d < 3; d++) {
+        t[d] = v[d] - w * col->n[d];
+        slide += t[d] * t[d];
+      }
+      for (PetscInt d = 0; d < 3 && slide > 0; d++) t[d] /= PetscSqrtReal(slide);
+      if (slide > 0) inverse += MPMRigidYields(free, col->at, t);
+    }
     for (PetscInt d = 0; d < 3; d++) {
-      brake[d] = col->brake[d] - (v[d] - w * col->n[d]) / col->inverse;
+      brake[d] = col->brake[d] - (v[d] - w * col->n[d]) / inverse;
       size += brake[d] * brake[d];
     }
     size = PetscSqrtReal(size);
@@ -169,7 +195,8 @@ static void Act(MPMCore *core, MPMContactColumn *col, PetscBool decides, PetscBo
       col->brake[d] = brake[d];
     }
   }
-  Give(c, col, J);
+  Give(c, col, J, free);
+  return col->inverse * (PetscAbsReal(J[0]) + PetscAbsReal(J[1]) + PetscAbsReal(J[2]));
 }
 
 /* Gives the nodes of pairs that are glued the same velocity; before contact acts as the one that they have, with the same
@@ -214,6 +241,21 @@ static void Take(MPMCore *core, PetscBool advance)
   }
 }
 
+/* Sets V [3] to the velocity of a rigid body at x: of a free one the mean of those before the step and after it. */
+static void MeanVelocity(MPMRigid *r, PetscInt dim, const PetscReal x[], PetscReal V[])
+{
+  PetscReal velocity[3], spin[3];
+  MPMRigid  mean = *r;
+
+  for (PetscInt d = 0; d < 3; d++) {
+    velocity[d] = 0.5 * (r->velocity[d] + (r->free ? r->before[d] : r->velocity[d]));
+    spin[d]     = 0.5 * (r->spin[d] + (r->free ? r->before[3 + d] : r->spin[d]));
+  }
+  mean.velocity = velocity;
+  mean.spin     = spin;
+  MPMRigidVelocity(&mean, dim, x, V);
+}
+
 /* Adds up what rigid bodies have given the matter. The nodes count it as friction: what moving bodies do is work. */
 static void Account(MPMCore *core)
 {
@@ -226,7 +268,7 @@ static void Account(MPMCore *core)
     PetscReal V[3], J[3], r[3], by = 0;
 
     if (!rigid || !(col->press > 0)) continue;
-    MPMRigidVelocity(rigid, core->grid.dim, col->at, V);
+    MeanVelocity(rigid, core->grid.dim, col->at, V);
     for (PetscInt d = 0; d < 3; d++) {
       J[d] = col->press * col->n[d] + col->brake[d];
       r[d] = col->at[d] - rigid->pivot[d] - rigid->place[d];
@@ -253,13 +295,22 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
   const PetscBool decides = advance || phase->nodes == MPMNodesVelocity ? PETSC_TRUE : PETSC_FALSE;
   MPMContacts    *c       = core->contacts;
 
+  const PetscBool yield = advance && core->rigids.free ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal       first = 0, most = 1;
+
   PetscFunctionBeginUser;
-  if (!c->nnodes || phase->nodes == MPMNodesResidual) PetscFunctionReturn(PETSC_SUCCESS);
+  if (yield) PetscCall(MPMRigidsBegin(core));
+  if ((!c->nnodes && !(yield && core->rigids.nsupports)) || phase->nodes == MPMNodesResidual)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Motion(core));
-  for (PetscInt k = 0; k < c->ncolumns; k++) Begin(c, &c->column[k]);
-  for (int sweep = 0; sweep < SWEEPS; sweep++) {
+  for (PetscInt k = 0; k < c->ncolumns; k++) Begin(c, &c->column[k], Free(core, &c->column[k], yield));
+  for (int sweep = 0; yield ? sweep < MOST && (sweep < SWEEPS || most > QUIET * first) : sweep < SWEEPS; sweep++) {
     Glue(c, sweep ? PETSC_FALSE : PETSC_TRUE);
-    for (PetscInt k = 0; k < c->ncolumns; k++) Act(core, &c->column[k], decides, advance);
+    most = 0;
+    for (PetscInt k = 0; k < c->ncolumns; k++)
+      most = PetscMax(most, Act(core, &c->column[k], decides, advance, Free(core, &c->column[k], yield)));
+    if (yield) most = PetscMax(most, MPMRigidsStand(core));
+    first = PetscMax(first, most);
   }
   for (PetscInt k = 0; k < c->ncolumns && advance; k++) c->column[k].held = c->column[k].press > 0 ? PETSC_TRUE : PETSC_FALSE;
   if (advance) Account(core);
