@@ -48,6 +48,7 @@ typedef struct {
 
 typedef struct {
   PetscInt          npairs, nnodes, nsites, nparts, ncolumns;
+  PetscInt          corrections; /* of afmpm in this step so far */
   MPMPair          *pair;   /* [npairs] */
   MPMContactNode   *node;   /* [nnodes]; these and the others are the same ones on all processes */
   MPMContactSite   *site;   /* [nsites] */

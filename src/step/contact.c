@@ -256,8 +256,17 @@ static void MeanVelocity(MPMRigid *r, PetscInt dim, const PetscReal x[], PetscRe
   MPMRigidVelocity(&mean, dim, x, V);
 }
 
+/* Returns whether a phase is the last correction of afmpm, whose impulses particles take like those of the advance. */
+static PetscBool IsLastCorrection(MPMCore *core, const MPMPhase *phase)
+{
+  MPMContacts *c = core->contacts;
+
+  if (phase->nodes == MPMNodesAdvance) c->corrections = 0;
+  return phase->nodes == MPMNodesCorrect && ++c->corrections == core->params.order - 1 ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Adds up what rigid bodies have given the matter. The nodes count it as friction: what moving bodies do is work. */
-static void Account(MPMCore *core)
+static void Account(MPMCore *core, PetscBool advance)
 {
   const MPMContacts *c = core->contacts;
   PetscReal          work = 0;
@@ -267,7 +276,7 @@ static void Account(MPMCore *core)
     MPMRigid *rigid = RigidOf(core, col);
     PetscReal V[3], J[3], r[3], by = 0;
 
-    if (!rigid || !(col->press > 0)) continue;
+    if (!rigid || (advance ? !(col->press > 0) : col->press == 0)) continue;
     MeanVelocity(rigid, core->grid.dim, col->at, V);
     for (PetscInt d = 0; d < 3; d++) {
       J[d] = col->press * col->n[d] + col->brake[d];
@@ -295,11 +304,12 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
   const PetscBool decides = advance || phase->nodes == MPMNodesVelocity ? PETSC_TRUE : PETSC_FALSE;
   MPMContacts    *c       = core->contacts;
 
-  const PetscBool yield = advance && core->rigids.free ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool counts = IsLastCorrection(core, phase) || advance ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool yield  = counts && core->rigids.free ? PETSC_TRUE : PETSC_FALSE;
   PetscReal       first = 0, most = 1;
 
   PetscFunctionBeginUser;
-  if (yield) PetscCall(MPMRigidsBegin(core));
+  if (advance && yield) PetscCall(MPMRigidsBegin(core));
   if ((!c->nnodes && !(yield && core->rigids.nsupports)) || phase->nodes == MPMNodesResidual)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Motion(core));
@@ -313,7 +323,7 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
     first = PetscMax(first, most);
   }
   for (PetscInt k = 0; k < c->ncolumns && advance; k++) c->column[k].held = c->column[k].press > 0 ? PETSC_TRUE : PETSC_FALSE;
-  if (advance) Account(core);
+  if (counts) Account(core, advance);
   Take(core, advance);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
