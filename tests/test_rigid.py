@@ -74,15 +74,13 @@ def check_weight():
 
 
 def check_spin():
-    """A roller under a plate that a wall presses on it: the plate gets the roller's speed at its rim."""
-    lines = grid([0, 0], [3, 2], 0.1) + SOFT + [
-        "-gravity 0,-10", "-bodies plate,left,right", *box("plate", [1, 1], [2.4, 1.3], "material m", "velocity 0,0"), "-time_end 0.5", "-history_energy"]
+    """Rollers, of a radius of 18 cells, under a plate: it gets the speed of their rims."""
+    lines = grid([0, 0], [3, 1.5], 0.05) + SOFT + ["-gravity 0,-10", "-bodies plate,left,right", *box("plate", [1, 1], [2.4, 1.3], "material m"), "-time_end 0.5"]
     for name, x in (("left", 1.3), ("right", 2.1)):
-        lines += [f"-body_{name}_shape sphere", f"-body_{name}_center {x},0.7", f"-body_{name}_radius 0.3", f"-body_{name}_rigid moving", f"-body_{name}_mu 0.5",
-                  f"-body_{name}_spin -1", f"-body_{name}_pivot {x},0.7"]
+        lines += [f"-body_{name}_{word}" for word in ("shape sphere", f"center {x},0.1", "radius 0.9", "rigid moving", "mu 0.5", "spin -1/3", f"pivot {x},0.1")]
     found, _ = run("rollers", lines)
-    speed = found["momentum_plate_x"][-1] / found["mass_plate"][-1]
-    check.that(abs(speed / 0.3 - 1) < 0.1 and abs(found["angle_left_z"][-1] + 0.5) < 1e-12, f"rollers give a plate {speed:.4f} m/s of their 0.3, turned by {found['angle_left_z'][-1]:.3f}")
+    speed = found["momentum_plate_x"][-20:].mean() / found["mass_plate"][-1]
+    check.that(abs(speed / 0.3 - 1) < 0.1 and abs(found["angle_left_z"][-1] + 0.5 / 3) < 1e-12, f"rollers give a plate {speed:.4f} m/s of their 0.3, turned by {found['angle_left_z'][-1]:.4f}")
 
 
 def check_energy():
@@ -93,7 +91,7 @@ def check_energy():
         found, _ = run("ram", lines, "-gravity", "0,0", "-bodies", "block,floor,ram")
         work, off = found["energy_rigid"][-1], np.abs(found["energy_integration"]).max()
         same = abs(found["work_ram"][-1] + found["work_floor"][-1] - work)
-        check.that(work > 100 and off < 0.02 * work and same < 1e-9 * work, f"a ram, {update} {transfer}: work {work:.2f} J, of which {off:.3f} J are not explained; friction {found['energy_friction'][-1]:.3f} J")
+        check.that(work > 100 and off < (0.05 if update == "usf" else 0.02) * work and same < 1e-9 * work, f"a ram, {update} {transfer}: work {work:.2f} J, of which {off:.3f} J are not explained; friction {found['energy_friction'][-1]:.3f} J")
 
 
 def free(dim, *more, wall="friction", end=1.0):
@@ -139,7 +137,7 @@ def check_strikes():
 
 
 def check_ends():
-    meet = check.pebble("-options_file", check.write("meet.opts", STRIKES + box("stop", [0, 1.5], [3, 1.6], "rigid fixed")), *QUIET, "-bodies", "block,disk,stop")
+    meet = check.pebble("-options_file", check.write("meet.opts", STRIKES + box("stop", [0, 1.38], [1.4, 1.5], "rigid fixed")), *QUIET, "-bodies", "block,disk,stop")
     check.that(meet.status == 3 and "the rigid bodies disk and stop meet at t=" in meet.err, f"rigid bodies that meet: {meet.err.strip()}")
     gone = check.pebble("-options_file", check.write("gone.opts", STRIKES), *QUIET, "-body_disk_velocity", "-20,0")
     check.that(gone.status == 3 and "the rigid body disk left the grid, to x = " in gone.err, f"a free body that leaves the grid: {gone.err.strip()}")
@@ -170,7 +168,7 @@ def check_equal():
     check.that(not wrong, f"the bits of one process also on {', '.join(others)}; not on {', '.join(wrong) or 'none'}")
     last = [text[1].splitlines()[-1] for text in (one, others["restart"])]
     check.that(last[0] == last[1], "the last line of the history after a restart, with place, turn and work of the bodies")
-    hasty = ["-dt_size", 0.004, "-check_state", "retry", "-check_energy", 0.5]
+    hasty = ["-dt_size", 0.0016, "-check_state", "retry", "-check_energy", 0.1, "-time_max_steps", 50]
     tried = [check.must(*options, "-output_name", f"tried{n}", *hasty, n=n) for n in (1, 3)]
     undone = tried[0].find(r"^retries +(\d+) tries")
     check.that(undone and int(undone) > 0 and tried[0].digest == tried[1].digest, f"the same bits on 1 and 3 processes with {undone} steps undone")
