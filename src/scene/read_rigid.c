@@ -31,7 +31,7 @@ static PetscErrorCode ReadMass(MPMOptions o, PetscInt dim, MPMBody *b)
     if (!(b->inertia[d] > 0 && b->inertia[d] <= PETSC_MAX_REAL))
       MPMOptionsFail(o, "-body_%s_inertia has %g, moments of inertia are above 0", b->name, (double)b->inertia[d]);
   if (rho == mass)
-    MPMOptionsFail(o, "-body_%s_rigid free needs %s -body_%s_rho or -body_%s_mass%s", b->name, rho ? "either" : "", b->name,
+    MPMOptionsFail(o, "-body_%s_rigid free needs %s-body_%s_rho or -body_%s_mass%s", b->name, rho ? "either " : "", b->name,
                    b->name, rho ? ", not both" : "");
   if (inertia && !mass)
     MPMOptionsFail(o, "-body_%s_inertia does not apply without -body_%s_mass: with -body_%s_rho it follows from the shape",
