@@ -252,12 +252,14 @@ PetscErrorCode MPMAdvance(MPM mpm)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMSceneCheckWalls(&mpm->scene, core, core->t + 0.5 * dt));
+  if (!core->stop[0]) PetscCall(MPMSceneCheckRigids(&mpm->scene, core, core->t + 0.5 * dt));
   if (core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMWatchStep(&mpm->watch, core, &mpm->scene, &mpm->time, normal));
   PetscCall(mpm->retry.on ? TryAgain(mpm, normal, dt) : Try(mpm, dt));
   if (!mpm->retry.gave_up) PetscCall(TellCause(mpm, &core->status));
   if (!MPMStatusIsBad(&core->status) && !mpm->retry.gave_up) PetscCall(End(mpm));
   MPMSceneCheckPistons(&mpm->scene, core);
+  MPMRigidsCheck(core);
   if (core->status.asked == MPM_ASKED_END && !core->stop[0])
     (void)snprintf(core->stop, sizeof core->stop, "interrupted by a signal; the results are complete up to here");
   PetscFunctionReturn(PETSC_SUCCESS);
