@@ -7,7 +7,7 @@
 
 /* A place X of the shape at the start is at pivot + place + turn (X - pivot). All are vectors of 3 numbers in every
    dimension; in 2-D a body turns about z. Of a free body the pivot is the centre of mass; mass is in kg and inertia, about
-   that and at the start, in kg m^2, in 2-D of a thickness of 1 m. What changes is in an array of all bodies:
+   that and at the start, in kg m^2, in 1-D and 2-D of a thickness of 1 m. What changes is in an array of all bodies:
    place, m; turn, a rotation, row-major; velocity of the pivot in this step, m/s; spin, rad/s; angular momentum, kg m^2/s;
    and what the body has given the matter since the last line of the history: impulse, N s, torque about the pivot times time, N m s; and since
    the start work, J; and angle, the integral of spin over time, rad. */

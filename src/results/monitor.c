@@ -10,7 +10,7 @@
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, PetscReal time_end, MPMOptions o,
                                         PetscBool damped, PetscBool *follow)
 {
-  PetscBool moving = PETSC_FALSE, pushes = PETSC_FALSE, rigid = PETSC_FALSE;
+  PetscBool moving = PETSC_FALSE, pushes = scene->meets, rigid = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   mon->every = time_end / 100;

@@ -227,7 +227,6 @@ PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
     if (r->body[r->n].moves) r->move = PETSC_TRUE;
     if (r->body[r->n].free) r->free = PETSC_TRUE;
     r->n++;
-    if (b->rigid == MPM_RIGID_FREE && !MPMOptionsError(o)) PetscCall(SetFree(b, core->grid.dim, o, to));
   }
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   MPMRigidsMeet(r->n, r->body, core->grid.dim, TOUCHES * MPMGridSmallestH(&core->grid), &a, &b);

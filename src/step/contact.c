@@ -31,7 +31,6 @@ PetscErrorCode MPMContactsDestroy(MPMCore *core)
   PetscCall(PetscFree(c->site));
   PetscCall(PetscFree(c->part));
   PetscCall(PetscFree(c->column));
-  PetscCall(PetscFree(c->stop));
   PetscCall(PetscFree(core->contacts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -143,9 +142,6 @@ static void Give(MPMContacts *c, const MPMContactColumn *col, const PetscReal J[
 /* Makes a column ready for a phase: no impulse yet, and what one changes; free: a rigid body that it changes too, or NULL. */
 static void Begin(const MPMContacts *c, MPMContactColumn *col, const MPMRigid *free)
 {
-  const MPMContacts *c     = core->contacts;
-  const MPMRigid    *rigid = RigidOf(core, col);
-
   col->press = col->inverse = 0;
   for (PetscInt d = 0; d < 3; d++) col->brake[d] = 0;
   for (PetscInt k = col->first; k < col->last; k++)
@@ -164,8 +160,8 @@ static void Begin(const MPMContacts *c, MPMContactColumn *col, const MPMRigid *f
 static PetscReal Act(MPMCore *core, MPMContactColumn *col, PetscBool decides, PetscBool rubs, MPMRigid *free)
 {
   MPMContacts    *c  = core->contacts;
-  MPMRigid       *rigid = RigidOf(core, col);
-  PetscReal       v[3], J[3];
+  const PetscReal mu = c->pair[col->pair].mu;
+  PetscReal       v[3], J[3], w = 0, more, size = 0, most;
 
   if (!(col->inverse > 0) || (!decides && !col->held)) return 0;
   Relative(core, col, v);

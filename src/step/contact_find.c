@@ -10,7 +10,6 @@
    reasons. */
 #include "kernels/cell.h"
 #include "parallel/exchange.h"
-#include "physics/wall.h"
 #include "step/matter.h"
 #include "step/step.h"
 
@@ -22,7 +21,6 @@
 #define AGREE  8              /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
 #define INCLINES 0.25         /* squared component of a normal, below which a node is in no column along that axis: 60 degrees */
 #define BAND   0.6            /* cells: how much further than a stencil's reach the nodes of columns are from a rigid body */
-#define LOWEST 0.01           /* cells: places of a rigid body that are higher by less meet a wall too */
 #define UNIT   ldexp(1, -50)  /* of sums of phi, and of the weights in sides of cells */
 #define MOST   ldexp(1, 54)   /* of what a particle adds to a weight, in units */
 
@@ -1037,91 +1035,6 @@ static PetscErrorCode MarkTouching(Search *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- Free rigid bodies at walls ----------------------------------------------------------------------------------- */
-
-/* Adds the place x [3] of a rigid body as one where it may meet the wall of a face, at a distance gap, m. */
-static PetscErrorCode AddStop(MPMCore *core, PetscInt rigid, PetscInt face, const PetscReal x[], PetscReal gap)
-{
-  const MPMFace  *f = &core->params.walls->given[face / 2][face % 2];
-  const PetscReal dt = core->params.dt;
-  MPMContacts    *c = core->contacts;
-  MPMContactStop *to;
-
-  PetscFunctionBeginUser;
-  if (c->nstops == c->stops) {
-    c->stops = 2 * c->stops + 64;
-    PetscCall(PetscRealloc((size_t)c->stops * sizeof *c->stop, &c->stop));
-  }
-  to  = &c->stop[c->nstops++];
-  *to = (MPMContactStop){.rigid = rigid, .face = face, .least = dt > 0 ? -PetscMax(0, gap) / dt : 0};
-  for (PetscInt d = 0; d < 3; d++) to->at[d] = x[d];
-  to->n[face / 2] = face % 2 ? -1 : 1;
-  to->mu          = MPMWallHas(f->type, MPM_WALL_TANGENT)  ? PETSC_INFINITY
-                    : MPMWallHas(f->type, MPM_WALL_BRAKES) ? f->mu
-                                                           : 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds where a free body may meet the wall of a face: of a sphere the lowest place, else the places of its surface that
-   are lower than all others, or nearly so. */
-static PetscErrorCode FindStops(MPMCore *core, PetscInt rigid, PetscInt face)
-{
-  const MPMRigid *r = &core->rigids.body[rigid];
-  const PetscInt  d = face / 2, n = PetscMax(1, r->npoints);
-  PetscReal       plane, sign, lowest = PETSC_INFINITY;
-
-  PetscFunctionBeginUser;
-  MPMWallPlane(core->params.walls, &core->grid, face, &plane, &sign);
-  for (int round = 0; round < 2; round++)
-    for (PetscInt k = 0; k < n; k++) {
-      PetscReal x[3], at;
-
-      if (r->npoints)
-        MPMRigidPlace(r, r->points + 3 * k, x);
-      else {
-        for (PetscInt e = 0; e < 3; e++) x[e] = r->pivot[e] + r->place[e];
-        x[d] -= sign * r->shape->radius;
-      }
-      at = sign * (x[d] - plane);
-      if (!round) lowest = PetscMin(lowest, at);
-      if (round && lowest < core->grid.h[d] && at < lowest + LOWEST * core->grid.h[d]) PetscCall(AddStop(core, rigid, face, x, at));
-    }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Stops the run if a free body meets another rigid one. */
-static void CheckMeeting(MPMCore *core, PetscInt rigid)
-{
-  const MPMRigid *r = &core->rigids.body[rigid];
-
-  for (PetscInt q = 0; q < core->rigids.n && !core->stop[0]; q++)
-    for (PetscInt k = 0; k < PetscMax(1, r->npoints) && q != rigid && !core->stop[0]; k++) {
-      PetscReal x[3], n[3], at;
-
-      for (PetscInt d = 0; d < 3; d++) x[d] = r->pivot[d] + r->place[d];
-      if (r->npoints) MPMRigidPlace(r, r->points + 3 * k, x);
-      at = MPMRigidDistance(&core->rigids.body[q], core->grid.dim, x, n) - (r->npoints ? 0 : r->shape->radius);
-      if (at < 0)
-        (void)snprintf(core->stop, sizeof core->stop,
-                       "rigid bodies %s and %s meet at (%g, %g, %g); contact between rigid bodies is not built: make one of "
-                       "them of matter, or keep them apart",
-                       r->name, core->rigids.body[q].name, (double)x[0], (double)x[1], (double)x[2]);
-    }
-}
-
-static PetscErrorCode FindAllStops(MPMCore *core)
-{
-  PetscFunctionBeginUser;
-  core->contacts->nstops = 0;
-  for (PetscInt k = 0; k < core->rigids.n; k++) {
-    if (!core->rigids.body[k].free) continue;
-    for (PetscInt face = 0; face < 2 * core->grid.dim; face++)
-      if (MPMWallHas(core->params.walls->given[face / 2][face % 2].type, MPM_WALL_NORMAL)) PetscCall(FindStops(core, k, face));
-    CheckMeeting(core, k);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode MPMContactsFind(MPMCore *core)
 {
   const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim) | MPM_BIT(l);
@@ -1141,7 +1054,6 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
   PetscCall(PetscFree(core->exchange.light.held));
   for (PetscInt d = 0; d < core->grid.dim; d++)
     s.reach = PetscMax(s.reach, (0.5 * MPMBasisNodes(core->basis) + 1) * core->grid.h[d]);
-  PetscCall(FindAllStops(core));
   PetscCall(FindTiles(&s, &any));
   if (any || core->rigids.n) {
     PetscCall(MPMParticlesGetView(&core->particles, fields, &s.view));
