@@ -19,6 +19,7 @@ static PetscErrorCode PrintTerms(const MPMCore *core, const MPMMonitor *mon, con
       {"gravity", MPM_SHOWS_energy_gravity},
       {"loads", MPM_SHOWS_load_work},
       {"walls", MPM_SHOWS_energy_walls},
+      {"rigid", MPM_SHOWS_energy_rigid},
       {"friction", MPM_SHOWS_energy_friction},
       {"damping", MPM_SHOWS_energy_damping},
       {"volumes", MPM_SHOWS_energy_volumes},

@@ -93,7 +93,8 @@ enum {
   MPM_ENERGY_loads,    /* work of body forces and loads */
   MPM_ENERGY_gravity,  /* work of gravity on the nodes */
   MPM_ENERGY_walls,    /* work of moving walls */
-  MPM_ENERGY_friction, /* work of friction at walls, below 0 */
+  MPM_ENERGY_rigid,    /* work of rigid bodies that move */
+  MPM_ENERGY_friction, /* work of friction at walls and rigid bodies, and between bodies, below 0 */
   MPM_ENERGY_advance,  /* kinetic energy that accelerations and moving walls gave */
   MPM_ENERGY_damping,  /* kinetic energy that damping of all motion took, below 0 */
   MPM_ENERGY_volumes,  /* change of the stored energy by the relaxation of volumes */
@@ -173,6 +174,7 @@ typedef struct {
   MPMRigid  *body;    /* [n] */
   PetscReal *numbers; /* [n][MPM_RIGID_NUMBERS] */
   PetscReal  since;   /* core->kicked at the last line of the history, s */
+  PetscBool  move;    /* does any move, by formulas or freely? */
 } MPMRigids;
 
 #define MPM_NUM_LOST 11 /* components of the rows LOST of results/diagnostics.def */

@@ -12,9 +12,11 @@ static const struct {
   PetscInt    of, nc, asked;
 } rows[] = {
 #define MPM_WALL_QUANTITY(name, unit, nc)
+#define MPM_RIGID_QUANTITY(name, unit, nc, axial)
 #define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked) {#name, unit, how, MPM_SHOWS_##of, nc, asked},
 #include "results/measures.def"
 #undef MPM_WALL_QUANTITY
+#undef MPM_RIGID_QUANTITY
 #undef MPM_BODY_QUANTITY
 };
 #define NROWS ((PetscInt)(sizeof rows / sizeof rows[0]))
@@ -31,10 +33,12 @@ enum { /* the components of the quantities of particles */
 #undef MPM_LOST_QUANTITY
 };
 #define MPM_WALL_QUANTITY(name, unit, nc)
+#define MPM_RIGID_QUANTITY(name, unit, nc, axial)
 #define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked)                                                              \
   _Static_assert((nc) == NC_##of && (nc) <= 3, #name " has the components of " #of ", at most 3");
 #include "results/measures.def"
 #undef MPM_WALL_QUANTITY
+#undef MPM_RIGID_QUANTITY
 #undef MPM_BODY_QUANTITY
 
 /* Returns how many columns a row has, of its components first .. first+n-1. */
@@ -52,35 +56,44 @@ static PetscBool Heats(const MPMScene *scene, PetscInt body)
   return m->type->law->update[0] ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Reads -history_bodies. */
-static PetscErrorCode ReadBodies(MPMMeasures *m, const MPMScene *scene, MPMOptions o)
+/* Returns the name of body b of those with particles, then the rigid ones. */
+static const char *NameOf(const MPMScene *scene, const MPMCore *core, PetscInt b)
 {
-  char      text[MPM_TEXT_LEN] = "", list[MPM_TEXT_LEN] = "", *save = NULL;
-  PetscBool set, *asked;
+  return b < scene->nbodies ? scene->bodies[b].name : core->rigids.body[b - scene->nbodies].name;
+}
+
+/* Reads -history_bodies. */
+static PetscErrorCode ReadBodies(MPMMeasures *m, const MPMScene *scene, const MPMCore *core, MPMOptions o)
+{
+  const PetscInt all                = scene->nbodies + core->rigids.n;
+  char           text[MPM_TEXT_LEN] = "", list[MPM_TEXT_LEN] = "", *save = NULL;
+  PetscBool      set, *asked;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsString(o, "history_bodies", NULL, text, &set));
   if (!set || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscCalloc1(scene->nbodies, &asked));
-  for (PetscInt b = 0; b < scene->nbodies; b++)
-    (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", b ? "," : "", scene->bodies[b].name);
+  PetscCall(PetscCalloc1(all, &asked));
+  for (PetscInt b = 0; b < all; b++)
+    (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", b ? "," : "", NameOf(scene, core, b));
   for (char *w = strtok_r(text, ", ", &save); w; w = strtok_r(NULL, ", ", &save)) {
     PetscBool any = PETSC_FALSE;
 
-    for (PetscInt b = 0; b < scene->nbodies; b++) {
-      if (strcmp(w, "all") && strcmp(w, scene->bodies[b].name)) continue;
-      if (!asked[b]) m->nbodies++;
+    for (PetscInt b = 0; b < all; b++) {
+      if (strcmp(w, "all") && strcmp(w, NameOf(scene, core, b))) continue;
       asked[b] = any = PETSC_TRUE;
     }
     if (!any)
       MPMOptionsFail(o, "-history_bodies %.*s: choose all, or a list of the bodies %.*s", MPM_NAME_LEN, w,
                      MPM_TEXT_LEN / 2, list);
   }
-  if (!m->nbodies)
+  PetscCall(PetscMalloc1(scene->nbodies, &m->body));
+  PetscCall(PetscMalloc1(PetscMax(1, core->rigids.n), &m->rigid));
+  for (PetscInt b = 0; b < all; b++) {
+    if (asked[b] && b < scene->nbodies) m->body[m->nbodies++] = b;
+    if (asked[b] && b >= scene->nbodies) m->rigid[m->nrigids++] = b - scene->nbodies;
+  }
+  if (!m->nbodies && !m->nrigids)
     MPMOptionsFail(o, "-history_bodies names no body: choose all, or a list of %.*s", MPM_TEXT_LEN / 2, list);
-  PetscCall(PetscMalloc1(PetscMax(1, m->nbodies), &m->body));
-  for (PetscInt b = 0, n = 0; b < scene->nbodies; b++)
-    if (asked[b]) m->body[n++] = b;
   PetscCall(PetscFree(asked));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -98,7 +111,7 @@ static PetscErrorCode ReadQuantities(MPMMeasures *m, PetscBool heats, MPMOptions
     if (!rows[k].asked && !set) m->quantities |= (PetscInt)1 << k;
     (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? "," : "", rows[k].name);
   }
-  if (set && !m->nbodies) MPMOptionsFail(o, "-history_body_quantities does not apply: -history_bodies names no body");
+  if (set && !m->nbodies) MPMOptionsFail(o, "-history_body_quantities does not apply: -history_bodies names no body with particles");
   for (char *w = strtok_r(text, ", ", &save); w && set; w = strtok_r(NULL, ", ", &save)) {
     PetscInt k = 0;
 
@@ -122,10 +135,11 @@ PetscErrorCode MPMBodiesSetFromOptions(MPMMeasures *m, const MPMScene *scene, MP
   PetscBool heats = PETSC_FALSE;
 
   PetscFunctionBeginUser;
-  PetscCall(ReadBodies(m, scene, o));
+  PetscCall(ReadBodies(m, scene, core, o));
   for (PetscInt b = 0; b < m->nbodies; b++)
     if (Heats(scene, m->body[b])) heats = PETSC_TRUE;
   if (!MPMOptionsError(o)) PetscCall(ReadQuantities(m, heats, o));
+  if (m->nrigids && !MPMOptionsError(o)) PetscCall(MPMRigidsAddColumns(m, core));
   if (!m->nbodies || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   m->first_body = m->n;
   for (PetscInt b = 0; b < m->nbodies; b++) {

@@ -283,6 +283,11 @@ static PetscReal Value_energy_walls(const MPMShown *s)
   return s->now->energy[MPM_ENERGY_walls];
 }
 
+static PetscReal Value_energy_rigid(const MPMShown *s)
+{
+  return s->now->energy[MPM_ENERGY_rigid];
+}
+
 static PetscReal Value_energy_friction(const MPMShown *s)
 {
   return s->now->energy[MPM_ENERGY_friction];
@@ -319,7 +324,7 @@ PetscReal MPMShownIntegration(const MPMShown *s)
 {
   return Change(s, MPM_SHOWS_kinetic_energy) + Change(s, MPM_SHOWS_strain_energy) - Value_load_work(s) -
          Value_energy_gravity(s) - Value_energy_walls(s) - Value_energy_friction(s) - Value_energy_transfer(s) -
-         Value_energy_laws(s) - Value_energy_damping(s) - Value_energy_volumes(s);
+         Value_energy_laws(s) - Value_energy_damping(s) - Value_energy_volumes(s) - Value_energy_rigid(s);
 }
 
 static PetscReal Value_energy_integration(const MPMShown *s)
@@ -341,6 +346,7 @@ static PetscReal Value_particles(const MPMShown *s)
 #define LOADS     MPM_SHOW_LOADS
 #define DAMPED    MPM_SHOW_DAMPED
 #define RELAXED   MPM_SHOW_RELAXED
+#define RIGID     MPM_SHOW_RIGID
 #define AXIAL     MPM_SHOW_AXIAL
 #define ASKED     MPM_SHOW_ASKED
 #define SYMMETRIC MPM_SHOW_SYMMETRIC
@@ -429,7 +435,7 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
   const PetscInt uses = MPMDiagnostics[row].uses;
 
   return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ||
-                 (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) ||
+                 (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) || (uses & RIGID && !core->rigids.move) ||
                  (uses & MPM_SHOW_LOST && !core->params.deletes)
              ? PETSC_FALSE
              : PETSC_TRUE;

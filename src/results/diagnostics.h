@@ -50,7 +50,8 @@ enum {
   MPM_SHOW_LOST      = 128,
   MPM_SHOW_DAMPED    = 256,
   MPM_SHOW_RELAXED   = 512,
-  MPM_SHOW_SYMMETRIC = 1024
+  MPM_SHOW_SYMMETRIC = 1024,
+  MPM_SHOW_RIGID     = 2048
 };
 typedef struct {
   const char *name, *word, *unit, *components;

@@ -27,9 +27,11 @@ static const struct {
   PetscReal (*value)(const MPMCore *, MPMSum sum[4], PetscInt c);
 } quantities[] = {
 #define MPM_WALL_QUANTITY(name, unit, nc) {#name, unit, nc, Wall_##name},
+#define MPM_RIGID_QUANTITY(name, unit, nc, axial)
 #define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked)
 #include "results/measures.def"
 #undef MPM_WALL_QUANTITY
+#undef MPM_RIGID_QUANTITY
 #undef MPM_BODY_QUANTITY
 };
 #define NQUANTITIES (sizeof quantities / sizeof quantities[0])
@@ -131,12 +133,16 @@ PetscErrorCode MPMMeasuresCompute(MPMMeasures *m, MPMCore *core, const MPMScene 
   PetscFunctionBeginUser;
   if (m->faces) PetscCall(Walls(m, core));
   if (m->nbodies) PetscCall(MPMBodiesCompute(m, core, scene));
+  MPMRigidsCompute(m, core);
   if (m->nprobes) PetscCall(MPMProbesCompute(m, core, scene));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 void MPMMeasuresLine(MPMMeasures *m, MPMCore *core)
 {
+  core->rigids.since = core->kicked;
+  for (PetscInt k = 0; k < core->rigids.n; k++)
+    for (PetscInt d = 0; d < 3; d++) core->rigids.body[k].impulse[d] = core->rigids.body[k].torque[d] = 0;
   if (!m->faces) return;
   core->reactions->since = core->kicked;
   for (PetscInt k = 0; k < 18; k++) MPMSumZero(&core->reactions->impulse[k / 3][k % 3]);
@@ -148,6 +154,7 @@ PetscErrorCode MPMMeasuresDestroy(MPMMeasures *m)
   PetscCall(PetscFree(m->column));
   PetscCall(PetscFree(m->value));
   PetscCall(PetscFree(m->body));
+  PetscCall(PetscFree(m->rigid));
   PetscCall(PetscFree(m->probe));
   PetscCall(PetscFree(m->ids));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -33,6 +33,9 @@ typedef struct {
   PetscInt    quantities; /* -history_body_quantities, as bits */
   PetscInt    first_body; /* its first column */
   PetscBool   heat;       /* the dissipation of bodies is one of them */
+  PetscInt    nrigids;    /* the rigid ones of -history_bodies: */
+  PetscInt   *rigid;      /* [nrigids] numbers in core->rigids */
+  PetscInt    first_rigid; /* their first column */
   PetscInt    nprobes;    /* -probes */
   MPMProbe   *probe;      /* [nprobes] */
   PetscInt64 *ids;        /* [nprobes] of their particles, as a checkpoint keeps them */
@@ -55,6 +58,10 @@ PetscInt       MPMMeasuresFind(const MPMMeasures *, const char name[]);
    are collective on exchange.data. */
 PetscErrorCode MPMMeasuresCompute(MPMMeasures *, MPMCore *, const MPMScene *);
 void           MPMMeasuresLine(MPMMeasures *, MPMCore *);
+
+/* Rigid bodies (rigids.c): add the columns of those in m->rigid, and compute these. Not collective. */
+PetscErrorCode MPMRigidsAddColumns(MPMMeasures *, const MPMCore *);
+void           MPMRigidsCompute(MPMMeasures *, const MPMCore *);
 
 /* Bodies (bodies.c) and probes (probes.c): read their options and add their columns, and compute these. The first is
    not collective, the others are on exchange.data. */

@@ -1,102 +1,107 @@
-/* rigids.c - rigid bodies in snapshots: the surface of each, which is sampled once, where it is at that time.
+/* rigids.c - rigid bodies as columns of the history (-history_bodies): the rows MPM_RIGID_QUANTITY of measures.def. All
+   processes have the same numbers. */
+#include "results/measures.h"
 
-   /step_000123/rigid     attribute names: of the bodies, with commas between them
-     place turn           [n][3] where the pivot is, [n][9] a rotation: of each body
-     x                    [corners][3]
-     faces                [faces][dim] the corners of each face; edges in 2-D, triangles in 3-D
-     body                 [faces] the number of its body, from 0 on */
-#include <stdlib.h>
-#include "results/rigids.h"
-
-PetscErrorCode MPMRigidFacesMake(MPMOutput *out, const MPMCore *core)
+/* The mean force of the body on the matter since the last line, N; 0 in the first line, before any step. */
+static PetscReal Rigid_reaction(const MPMRigid *r, PetscReal time, PetscInt c)
 {
-  const MPMRigids *r = &core->rigids;
+  return time > 0 ? r->impulse[c] / time : 0;
+}
 
+/* Its mean torque about the pivot, N m. */
+static PetscReal Rigid_torque(const MPMRigid *r, PetscReal time, PetscInt c)
+{
+  return time > 0 ? r->torque[c] / time : 0;
+}
+
+/* The work of the body on the matter since the start, J. */
+static PetscReal Rigid_work(const MPMRigid *r, PetscReal time, PetscInt c)
+{
+  (void)time;
+  (void)c;
+  return *r->work;
+}
+
+/* Where the pivot is, m. */
+static PetscReal Rigid_pivot(const MPMRigid *r, PetscReal time, PetscInt c)
+{
+  (void)time;
+  return r->pivot[c] + r->place[c];
+}
+
+/* The velocity of the pivot in the last step, m/s. */
+static PetscReal Rigid_velocity(const MPMRigid *r, PetscReal time, PetscInt c)
+{
+  (void)time;
+  return r->velocity[c];
+}
+
+/* By how much the body has turned about each axis: the integral of its spin, rad. */
+static PetscReal Rigid_angle(const MPMRigid *r, PetscReal time, PetscInt c)
+{
+  (void)time;
+  return r->angle[c];
+}
+
+static PetscReal Rigid_spin(const MPMRigid *r, PetscReal time, PetscInt c)
+{
+  (void)time;
+  return r->spin[c];
+}
+
+static const struct {
+  const char *name, *unit;
+  PetscInt    nc, axial;
+  PetscReal (*value)(const MPMRigid *, PetscReal time, PetscInt c);
+} rows[] = {
+#define MPM_WALL_QUANTITY(name, unit, nc)
+#define MPM_RIGID_QUANTITY(name, unit, nc, axial) {#name, unit, nc, axial, Rigid_##name},
+#define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked)
+#include "results/measures.def"
+#undef MPM_WALL_QUANTITY
+#undef MPM_RIGID_QUANTITY
+#undef MPM_BODY_QUANTITY
+};
+#define NROWS ((PetscInt)(sizeof rows / sizeof rows[0]))
+
+/* Returns how many columns a row has, of its components first .. first+n-1. */
+static PetscInt Columns(PetscInt row, PetscInt dim, PetscInt *first)
+{
+  *first = rows[row].axial && dim == 2 ? 2 : 0;
+  if (rows[row].axial) return dim == 3 ? 3 : dim - 1;
+  return PetscMin(rows[row].nc, dim);
+}
+
+PetscErrorCode MPMRigidsAddColumns(MPMMeasures *m, const MPMCore *core)
+{
   PetscFunctionBeginUser;
-  if (!r->n || out->first) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscCalloc1(r->n + 1, &out->first));
-  for (PetscInt b = 0; b < r->n; b++) {
-    PetscCheck(MPMRegionOutline(r->body[b].shape, &core->grid, &out->faces), PETSC_COMM_SELF, PETSC_ERR_MEM,
-               "no memory for the surface of %s", r->body[b].name);
-    out->first[b + 1] = out->faces.n;
-  }
+  m->first_rigid = m->n;
+  for (PetscInt b = 0; b < m->nrigids; b++)
+    for (PetscInt k = 0; k < NROWS; k++) {
+      PetscInt       first;
+      const PetscInt n = Columns(k, core->grid.dim, &first);
+
+      for (PetscInt c = first; c < first + n; c++) {
+        const char axis[2] = {"xyz"[c], 0};
+
+        PetscCall(MPMMeasuresAdd(m, rows[k].name, core->rigids.body[m->rigid[b]].name, rows[k].nc > 1 ? axis : "",
+                                 rows[k].unit, PETSC_FALSE));
+      }
+    }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMRigidFacesDestroy(MPMOutput *out)
+void MPMRigidsCompute(MPMMeasures *m, const MPMCore *core)
 {
-  PetscFunctionBeginUser;
-  PetscCall(PetscFree(out->first));
-  free(out->faces.corner);
-  out->faces = (MPMFaces){0};
-  PetscFunctionReturn(PETSC_SUCCESS);
+  const PetscReal time = core->kicked - core->rigids.since;
+  PetscInt        at   = m->first_rigid;
+
+  for (PetscInt b = 0; b < m->nrigids; b++)
+    for (PetscInt k = 0; k < NROWS; k++) {
+      PetscInt       first;
+      const PetscInt n = Columns(k, core->grid.dim, &first);
+
+      for (PetscInt c = first; c < first + n; c++)
+        m->value[at++] = rows[k].value(&core->rigids.body[m->rigid[b]], time, c);
+    }
 }
-
-#if defined(PETSC_HAVE_HDF5)
-
-PetscErrorCode MPMRigidDatasets(const MPMOutput *out, const MPMCore *core, MPMFile *file, hid_t step)
-{
-  const MPMRigids *r     = &core->rigids;
-  const hsize_t    dim   = (hsize_t)core->grid.dim, faces = (hsize_t)out->faces.n, bodies = (hsize_t)r->n;
-  hid_t            group = -1;
-  char             names[MPM_TEXT_LEN] = "";
-
-  PetscFunctionBeginUser;
-  if (step >= 0) H5(group = H5Gcreate2(step, "rigid", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-  for (PetscInt b = 0; b < r->n; b++)
-    (void)snprintf(names + strlen(names), sizeof names - strlen(names), "%s%s", b ? "," : "", r->body[b].name);
-  PetscCall(MPMHDF5Text(group, "names", names));
-  PetscCall(MPMFileDataset(file, group, "place", "m", "x y z", PETSC_FALSE, 2, (const hsize_t[]){bodies, 3}));
-  PetscCall(MPMFileDataset(file, group, "turn", "1", "xx xy xz yx yy yz zx zy zz", PETSC_FALSE, 2,
-                           (const hsize_t[]){bodies, 9}));
-  PetscCall(MPMFileDataset(file, group, "x", "m", "x y z", PETSC_FALSE, 2, (const hsize_t[]){faces * dim, 3}));
-  PetscCall(MPMFileDataset(file, group, "faces", "1", "", PETSC_TRUE, 2, (const hsize_t[]){faces, dim}));
-  PetscCall(MPMFileDataset(file, group, "body", "1", "", PETSC_TRUE, 1, (const hsize_t[]){faces}));
-  if (group >= 0) H5(H5Gclose(group));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sets x [3] to where the place X [dim] of a body's shape is. */
-static void Moved(const MPMRigid *r, PetscInt dim, const PetscReal X[], PetscReal x[])
-{
-  for (PetscInt d = 0; d < 3; d++) x[d] = 0;
-  for (PetscInt d = 0; d < dim; d++) {
-    x[d] = r->pivot[d] + r->place[d];
-    for (PetscInt e = 0; e < dim; e++) x[d] += r->turn[3 * d + e] * (X[e] - r->pivot[e]);
-  }
-}
-
-PetscErrorCode MPMRigidWrite(const MPMOutput *out, const MPMCore *core, MPMFile *file, PetscInt *set)
-{
-  const MPMRigids *r   = &core->rigids;
-  const PetscInt   dim = core->grid.dim, corners = out->faces.n * dim;
-  PetscReal       *value;
-
-  PetscFunctionBeginUser;
-  if (file->rank) {
-    *set += 5;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(PetscMalloc1(PetscMax(3 * corners, 9 * r->n), &value));
-  for (PetscInt b = 0; b < r->n; b++) {
-    for (PetscInt d = 0; d < 3; d++) value[3 * b + d] = 0;
-    for (PetscInt d = 0; d < dim; d++) value[3 * b + d] = r->body[b].pivot[d] + r->body[b].place[d];
-  }
-  PetscCall(MPMFileWrite(file, (*set)++, 0, 3 * r->n, value));
-  for (PetscInt b = 0; b < r->n; b++)
-    for (PetscInt k = 0; k < 9; k++) value[9 * b + k] = r->body[b].turn[k];
-  PetscCall(MPMFileWrite(file, (*set)++, 0, 9 * r->n, value));
-  for (PetscInt b = 0; b < r->n; b++)
-    for (PetscInt k = out->first[b] * dim; k < out->first[b + 1] * dim; k++)
-      Moved(&r->body[b], dim, out->faces.corner + k * dim, value + 3 * k);
-  PetscCall(MPMFileWrite(file, (*set)++, 0, 3 * corners, value));
-  for (PetscInt k = 0; k < corners; k++) value[k] = (PetscReal)k;
-  PetscCall(MPMFileWrite(file, (*set)++, 0, corners, value));
-  for (PetscInt b = 0; b < r->n; b++)
-    for (PetscInt k = out->first[b]; k < out->first[b + 1]; k++) value[k] = (PetscReal)b;
-  PetscCall(MPMFileWrite(file, (*set)++, 0, out->faces.n, value));
-  PetscCall(PetscFree(value));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-#endif

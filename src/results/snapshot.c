@@ -12,7 +12,7 @@
 #include "results/hdf5.h"
 #include "results/output.h"
 #include "results/provenance.h"
-#include "results/rigids.h"
+#include "results/rigid_faces.h"
 #include "parallel/exchange.h"
 #include "step/step.h"
 

@@ -4,7 +4,7 @@
    rigid bodies are edges or triangles. The particles come last, since meshio takes the last part of a file. */
 #include <errno.h>
 #include <unistd.h>
-#include "results/rigids.h"
+#include "results/rigid_faces.h"
 
 static void XdmfArray(FILE *f, const char indent[], const char dims[], PetscBool whole, const char file[],
                       PetscInt step, const char path[])

@@ -145,6 +145,7 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   PetscCall(MPMStepMake(core, &mpm->scene));
   MPMScenePassWalls(&mpm->scene, core, core->params.dt);
   for (PetscInt k = 0; k < core->rigids.n; k++) MPMRigidMove(&core->rigids.body[k], core->params.dt);
+  if (getenv("DBG") && core->step % atoi(getenv("DBG")) == 0) for (PetscInt k = 0; k < core->rigids.n; k++) { MPMRigid *r = &core->rigids.body[k]; printf("RIGID %s t %g place %g %g v %g %g spin %g\n", r->name, core->t, r->place[0], r->place[1], r->velocity[0], r->velocity[1], r->spin[2]); }
   CheckState(mpm);
   core->t = last ? next : core->t + core->params.dt;
   core->kicked += core->params.kick;

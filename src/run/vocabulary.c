@@ -77,11 +77,13 @@ static const char probe_fields[] =
 #undef MPM_LOST_QUANTITY
 
 #define MPM_WALL_QUANTITY(name, unit, nc)
+#define MPM_RIGID_QUANTITY(name, unit, nc, axial)
 #define MPM_BODY_QUANTITY(name, how, of, unit, nc, asked) " " #name
 static const char body_quantities[] =
 #include "results/measures.def"
     "";
 #undef MPM_WALL_QUANTITY
+#undef MPM_RIGID_QUANTITY
 #undef MPM_BODY_QUANTITY
 
 /* Known solutions: those with a force of their own are values of -mms_type, the others of -reference_type. */

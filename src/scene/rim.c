@@ -5,7 +5,9 @@
 #include "physics/skin.h"
 #include "scene/rim.h"
 
-#define HALVINGS 20 /* of an interval of a few spacings */
+#define HALVINGS 20     /* of an interval of a few spacings */
+#define EDGE     0.3    /* difference of slopes on both sides, above which they are those of different faces */
+#define NEARER   0.0625 /* by how much */
 
 /* Returns whether the place that is `by` m from x [dim], m, along axis k / 2, towards its upper end if k is odd, lies
    in the body. */
@@ -65,7 +67,7 @@ void MPMRim(const MPMBody *b, PetscInt dim, PetscInt faces, const PetscReal x[],
     }
   if (side < 0) return;
   for (PetscInt e = 0; e < dim; e++) { /* the normal of the plane through the surface there and half a spacing beside it */
-    const PetscReal by = 0.5 * b->b[e];
+    PetscReal       by    = 0.5 * b->b[e];
     PetscReal       lower = far, upper = far;
     PetscBool       below, above;
 
@@ -75,6 +77,11 @@ void MPMRim(const MPMBody *b, PetscInt dim, PetscInt faces, const PetscReal x[],
     }
     below = Beside(b, dim, x, side, e, -by, &lower);
     above = Beside(b, dim, x, side, e, by, &upper);
+    if (below && above && PetscAbsReal(lower + upper - 2 * far) > EDGE * by) { /* the normal of the face that it has there */
+      by *= NEARER;
+      below = Beside(b, dim, x, side, e, -by, &lower);
+      above = Beside(b, dim, x, side, e, by, &upper);
+    }
     if (below || above) rim[e] = (lower - upper) / (below && above ? 2 * by : by);
     size += rim[e] * rim[e];
   }

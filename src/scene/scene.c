@@ -174,7 +174,10 @@ static PetscErrorCode ReadBody(MPMScene *scene, MPMCore *core, MPMOptions o, MPM
   for (PetscInt d = 0; d < 3; d++) b->ppc[d] = scene->ppc;
   PetscCall(MPMSceneReadRegion(core, o, b->name, &b->region));
   PetscCall(MPMOptionsEnum(o, "body_<b>_rigid", b->name, rigid, NULL));
-  b->rigid = !strcmp(rigid, "fixed") ? MPM_RIGID_FIXED : !strcmp(rigid, "moving") ? MPM_RIGID_MOVING : MPM_RIGID_NONE;
+  b->rigid = !strcmp(rigid, "fixed")    ? MPM_RIGID_FIXED
+             : !strcmp(rigid, "moving") ? MPM_RIGID_MOVING
+             : !strcmp(rigid, "free")   ? MPM_RIGID_FREE
+                                        : MPM_RIGID_NONE;
   if (b->rigid != MPM_RIGID_NONE) {
     b->alone = PETSC_TRUE;
     PetscCall(MPMSceneReadRigid(core, o, b));
@@ -346,6 +349,7 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {
     PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
     PetscCall(MPMExpressionDestroy(&scene->bodies[k].spin));
+    PetscCall(MPMExpressionDestroy(&scene->bodies[k].inertia));
   }
   for (PetscInt k = 0; k < 6; k++) PetscCall(MPMExpressionDestroy(&scene->wall_velocity[k]));
   PetscCall(MPMInitialDestroy(scene));

@@ -15,8 +15,8 @@ typedef struct _MPMPoints MPMPoints;
 
 #define MPM_AT_WALLS 27 /* no wall or one of two on each axis */
 
-/* Is a body matter, or does it move as a whole: not, or by formulas of t? */
-typedef enum { MPM_RIGID_NONE, MPM_RIGID_FIXED, MPM_RIGID_MOVING } MPMRigidType;
+/* Is a body matter, or does it move as a whole: not, or by formulas of t, or by forces? */
+typedef enum { MPM_RIGID_NONE, MPM_RIGID_FIXED, MPM_RIGID_MOVING, MPM_RIGID_FREE } MPMRigidType;
 
 /* A body: where its particles start, of what, how fast. */
 typedef struct {
@@ -29,6 +29,8 @@ typedef struct {
   PetscReal     offset[3], b[3];        /* of the lattice of its particles: offset and spacing, m */
   MPMRigidType  rigid;
   PetscReal     mu, pivot[3]; /* of a rigid body: coefficient of friction; the point about which it turns, m */
+  PetscReal     rho, mass;    /* of a free one, kg/m^3 or kg; 0: not given */
+  MPMExpression inertia;      /* kg m^2; NULL: by the shape */
   MPMExpression spin;         /* of a rigid body, rad/s, of t; NULL: it does not turn */
   MPMExpression velocity;     /* m/s, of x y z, of a rigid body of t; NULL: at rest */
   MPMExpression deformation;            /* F at the start, row-major, of x y z; NULL: undeformed */

@@ -17,6 +17,7 @@
 #include "step/step.h"
 
 #define SWEEPS 8
+#define STOPS  4 /* rounds of free bodies at walls in each of them */
 
 PetscErrorCode MPMContactsDestroy(MPMCore *core)
 {
@@ -29,6 +30,7 @@ PetscErrorCode MPMContactsDestroy(MPMCore *core)
   PetscCall(PetscFree(c->site));
   PetscCall(PetscFree(c->part));
   PetscCall(PetscFree(c->column));
+  PetscCall(PetscFree(c->stop));
   PetscCall(PetscFree(core->contacts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -126,9 +128,12 @@ static void Give(MPMContacts *c, const MPMContactColumn *col, const PetscReal J[
     }
 }
 
-/* Makes a column ready for a phase: no impulse yet, and what one changes. */
-static void Begin(const MPMContacts *c, MPMContactColumn *col)
+/* Makes a column ready for a phase: no impulse yet, and what one changes. advance: free bodies yield. */
+static void Begin(const MPMCore *core, PetscBool advance, MPMContactColumn *col)
 {
+  const MPMContacts *c     = core->contacts;
+  const MPMRigid    *rigid = RigidOf(core, col);
+
   col->press = col->inverse = 0;
   for (PetscInt d = 0; d < 3; d++) col->brake[d] = 0;
   for (PetscInt k = col->first; k < col->last; k++)
@@ -137,6 +142,39 @@ static void Begin(const MPMContacts *c, MPMContactColumn *col)
 
       if (site) col->inverse += PetscSqr(c->part[k].share[side]) / site->m;
     }
+  col->across = col->inverse;
+  if (rigid && advance && col->inverse > 0) {
+    PetscReal across;
+
+    col->inverse += MPMRigidYields(rigid, col->at, col->n, &across);
+    col->across += across;
+  }
+}
+
+/* Adds to the impulses along n and across what is missing of the relative velocity v [3]: pushes alone where `decides`; with
+   friction mu where `rubs`. Sets J [3] to what they change by. */
+static void Missing(const PetscReal v[], const PetscReal n[], PetscReal least, PetscReal inverse, PetscReal across,
+                    PetscBool decides, PetscReal mu, PetscReal *press, PetscReal brake[], PetscReal J[])
+{
+  PetscReal w = 0, more, size = 0, most, now[3];
+
+  for (PetscInt d = 0; d < 3; d++) w += n[d] * v[d];
+  more = (least - w) / inverse;
+  if (decides) more = PetscMax(more, -*press);
+  *press += more;
+  for (PetscInt d = 0; d < 3; d++) J[d] = more * n[d];
+  if (!(mu > 0)) return;
+  for (PetscInt d = 0; d < 3; d++) {
+    now[d] = brake[d] - (v[d] - w * n[d]) / across;
+    size += now[d] * now[d];
+  }
+  size = PetscSqrtReal(size);
+  most = *press > 0 ? mu * *press : 0;
+  for (PetscInt d = 0; d < 3; d++) {
+    if (size > most) now[d] *= most / size;
+    J[d] += now[d] - brake[d];
+    brake[d] = now[d];
+  }
 }
 
 /* Changes the impulses of a column by what is missing now. decides: it only pushes, and may leave the matter alone; else it
@@ -144,32 +182,45 @@ static void Begin(const MPMContacts *c, MPMContactColumn *col)
 static void Act(MPMCore *core, MPMContactColumn *col, PetscBool decides, PetscBool rubs)
 {
   MPMContacts    *c  = core->contacts;
-  const PetscReal mu = c->pair[col->pair].mu;
-  PetscReal       v[3], J[3], w = 0, more, size = 0, most;
+  MPMRigid       *rigid = RigidOf(core, col);
+  PetscReal       v[3], J[3];
 
   if (!(col->inverse > 0) || (!decides && !col->held)) return;
   Relative(core, col, v);
-  for (PetscInt d = 0; d < 3; d++) w += col->n[d] * v[d];
-  more = (col->least - w) / col->inverse;
-  if (decides) more = PetscMax(more, -col->press);
-  col->press += more;
-  for (PetscInt d = 0; d < 3; d++) J[d] = more * col->n[d];
-  if (rubs && mu > 0) {
-    PetscReal brake[3];
-
-    for (PetscInt d = 0; d < 3; d++) {
-      brake[d] = col->brake[d] - (v[d] - w * col->n[d]) / col->inverse;
-      size += brake[d] * brake[d];
-    }
-    size = PetscSqrtReal(size);
-    most = col->press > 0 ? mu * col->press : 0;
-    for (PetscInt d = 0; d < 3; d++) {
-      if (size > most) brake[d] *= most / size;
-      J[d] += brake[d] - col->brake[d];
-      col->brake[d] = brake[d];
-    }
-  }
+  Missing(v, col->n, col->least, col->inverse, col->across, decides, rubs ? c->pair[col->pair].mu : 0, &col->press,
+          col->brake, J);
   Give(c, col, J);
+  for (PetscInt d = 0; d < 3; d++) J[d] = -J[d];
+  if (rigid && rubs) MPMRigidPush(rigid, col->at, J);
+}
+
+/* Does the same for a free rigid body at a wall. */
+static void ActStop(MPMCore *core, MPMContactStop *stop)
+{
+  const MPMFace *f     = &core->params.walls->given[stop->face / 2][stop->face % 2];
+  MPMRigid      *rigid = &core->rigids.body[stop->rigid];
+  PetscReal      v[3], J[3];
+
+  MPMRigidVelocity(rigid, core->grid.dim, stop->at, v);
+  for (PetscInt d = 0; d < 3 && MPMWallHas(f->type, MPM_WALL_MOVES); d++)
+    if (d == stop->face / 2 || MPMWallHas(f->type, MPM_WALL_TANGENT)) v[d] -= f->velocity[d];
+  Missing(v, stop->n, stop->least, stop->inverse, stop->across, PETSC_TRUE, stop->mu, &stop->press, stop->brake, J);
+  MPMRigidPush(rigid, stop->at, J);
+}
+
+/* Gives free bodies the velocity that gravity alone would, and makes the places ready where they may meet walls. */
+static void BeginFree(MPMCore *core)
+{
+  MPMContacts *c = core->contacts;
+
+  for (PetscInt k = 0; k < core->rigids.n; k++)
+    for (PetscInt d = 0; d < core->grid.dim && core->rigids.body[k].free; d++)
+      core->rigids.body[k].velocity[d] += core->params.kick * core->params.gravity[d];
+  for (MPMContactStop *stop = c->stop; stop < c->stop + c->nstops; stop++) {
+    stop->press   = 0;
+    stop->inverse = MPMRigidYields(&core->rigids.body[stop->rigid], stop->at, stop->n, &stop->across);
+    for (PetscInt d = 0; d < 3; d++) stop->brake[d] = 0;
+  }
 }
 
 /* Gives the nodes of pairs that are glued the same velocity; before contact acts as the one that they have, with the same
@@ -243,7 +294,7 @@ static void Account(MPMCore *core)
   }
   (void)MPI_Comm_rank(core->exchange.data, &rank);
   if (rank || !core->energy.on || work == 0) return;
-  MPMSumAdd(&core->energy.sum[MPM_ENERGY_walls], work);
+  MPMSumAdd(&core->energy.sum[MPM_ENERGY_rigid], work);
   MPMSumAdd(&core->energy.sum[MPM_ENERGY_friction], -work);
 }
 
@@ -254,12 +305,14 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
   MPMContacts    *c       = core->contacts;
 
   PetscFunctionBeginUser;
-  if (!c->nnodes || phase->nodes == MPMNodesResidual) PetscFunctionReturn(PETSC_SUCCESS);
+  if (advance) BeginFree(core);
+  if ((!c->nnodes && !(advance && c->nstops)) || phase->nodes == MPMNodesResidual) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Motion(core));
-  for (PetscInt k = 0; k < c->ncolumns; k++) Begin(c, &c->column[k]);
+  for (PetscInt k = 0; k < c->ncolumns; k++) Begin(core, advance, &c->column[k]);
   for (int sweep = 0; sweep < SWEEPS; sweep++) {
     Glue(c, sweep ? PETSC_FALSE : PETSC_TRUE);
     for (PetscInt k = 0; k < c->ncolumns; k++) Act(core, &c->column[k], decides, advance);
+    for (PetscInt k = 0; k < STOPS * c->nstops && advance; k++) ActStop(core, &c->stop[k % c->nstops]);
   }
   for (PetscInt k = 0; k < c->ncolumns && advance; k++) c->column[k].held = c->column[k].press > 0 ? PETSC_TRUE : PETSC_FALSE;
   if (advance) Account(core);

@@ -10,16 +10,19 @@
    reasons. */
 #include "kernels/cell.h"
 #include "parallel/exchange.h"
+#include "physics/wall.h"
 #include "step/matter.h"
 #include "step/step.h"
 
 #define SMOOTH 1e-9           /* cells^2, times the sum of phi: it only matters where all particles lie on a line */
 #define TIE    1e-9           /* cells: a particle in the middle between two columns lies in both */
-#define TOUCHES 0.25          /* cells: matter that is nearer touches, or may do so in this step */
+#define AROUND 2              /* nodes around touching ones that are not light either */
+#define TOUCHES 1.0           /* cells: matter that is nearer touches, or may do so in this step */
 #define AHEAD  0.75           /* cells: a block slides on a plane within 0.1 %; with 0.5 and 1 within 1 %, and ends sink in with more */
 #define AGREE  8              /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
-#define INCLINES 0.05          /* squared component of a normal, below which a node is in no column along that axis */
+#define INCLINES 0.25         /* squared component of a normal, below which a node is in no column along that axis: 60 degrees */
 #define BAND   0.6            /* cells: how much further than a stencil's reach the nodes of columns are from a rigid body */
+#define LOWEST 0.01           /* cells: places of a rigid body that are higher by less meet a wall too */
 #define UNIT   ldexp(1, -50)  /* of sums of phi, and of the weights in sides of cells */
 #define MOST   ldexp(1, 54)   /* of what a particle adds to a weight, in units */
 
@@ -560,9 +563,9 @@ static void UseFaces(PetscInt dim, Faces of, PetscReal n[])
   for (PetscInt d = 0; d < dim && length > 0; d++) n[d] = sum[d] / PetscSqrtReal(length);
 }
 
-/* Returns how much matter of the other side is ahead of the surface of particle p, along the unit normal n [dim] of that: the
-   sums of its particles' phi interpolated to a place AHEAD of the surface, by those of full cells. */
-static PetscReal Ahead(const Search *s, PetscInt pair, int side, PetscInt p, const PetscReal n[], PetscReal rim)
+/* Returns how much matter of the other side is at a place `by` cells ahead of the surface of particle p, along the unit normal
+   n [dim] of that: the sums of its particles' phi interpolated to there, by those of full cells. */
+static PetscReal Filled(const Search *s, PetscInt pair, int side, PetscInt p, const PetscReal n[], PetscReal rim, PetscReal by)
 {
   const MPMGrid *grid = &s->core->grid;
   PetscReal      x[3] = {0}, h = 0, found = 0;
@@ -571,7 +574,7 @@ static PetscReal Ahead(const Search *s, PetscInt pair, int side, PetscInt p, con
 
   for (PetscInt d = 0; d < grid->dim; d++) h += PetscSqr(n[d] * grid->h[d]);
   for (PetscInt d = 0; d < grid->dim; d++) {
-    x[d] = s->view.x[p * grid->dim + d] + (rim + AHEAD * PetscSqrtReal(h)) * n[d];
+    x[d] = s->view.x[p * grid->dim + d] + (rim + by * PetscSqrtReal(h)) * n[d];
     if (grid->periodic[d]) x[d] -= PetscFloorReal((x[d] - grid->lower[d]) / (grid->upper[d] - grid->lower[d])) * (grid->upper[d] - grid->lower[d]);
     if (!(x[d] >= grid->lower[d] && x[d] < grid->upper[d])) return 0;
   }
@@ -612,7 +615,9 @@ static PetscErrorCode TellFaces(Search *s, PetscInt pair, int side, PetscInt p)
   }
   if (!(size > 0)) PetscFunctionReturn(PETSC_SUCCESS);
   for (int d = 0; d < dim; d++) turned[d] /= PetscSqrtReal(size);
-  ahead = Ahead(s, pair, side, p, turned, MPMDet(dim, F) * far / PetscSqrtReal(size));
+  far   = MPMDet(dim, F) * far / PetscSqrtReal(size);
+  ahead = Filled(s, pair, side, p, turned, far, AHEAD);
+  if (ahead > 0) ahead = PetscMax(0, ahead - Filled(s, pair, side, p, turned, far, -AHEAD));
   for (int k = 0; k < 3; k++) ahead *= ahead; /* so that of the surfaces at a corner the one that faces matter counts */
   SetStencil(s, p, &t);
   FOR_STENCIL(&t, at)
@@ -704,6 +709,7 @@ static PetscErrorCode MakeNodes(Search *s)
       q->wide[side] = PETSC_INFINITY;
       for (PetscInt d = 0; d < 3; d++) q->near[side][d] = PETSC_INFINITY;
     }
+    for (PetscInt d = 0; d < 4; d++) q->room[d] = PETSC_INFINITY;
     for (PetscInt d = 0; d < 3; d++) {
       q->n[d]   = s->normal[3 * k + d];
       q->ijk[d] = s->fit[k].ijk[d];
@@ -795,6 +801,12 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
     for (PetscInt d = 0; d < dim; d++)
       if (aside[d] < 0.5 + TIE) q->near[side][d] = PetscMin(q->near[side][d], end);
     q->wide[side] = PetscMin(q->wide[side], end);
+    if (rigid < 0) continue;
+    end = PetscMax(0, end);
+    for (PetscInt d = 0; d < dim; d++) end -= core->params.dt * V[d] * own[d];
+    for (PetscInt d = 0; d < dim; d++)
+      if (aside[d] < 0.5 + TIE) q->room[d] = PetscMin(q->room[d], end);
+    q->room[3] = PetscMin(q->room[3], end);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -810,22 +822,26 @@ static PetscErrorCode CollectEnds(Search *s)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_size(s->core->exchange.data, &size));
   if (size == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscMalloc2(2 * c->nnodes, &weight, 8 * c->nnodes, &end));
-  for (PetscInt k = 0; k < c->nnodes; k++)
+  PetscCall(PetscMalloc2(2 * c->nnodes, &weight, 12 * c->nnodes, &end));
+  for (PetscInt k = 0; k < c->nnodes; k++) {
+    for (PetscInt d = 0; d < 4; d++) end[12 * k + 8 + d] = c->node[k].room[d];
     for (int side = 0; side < 2; side++) {
       weight[2 * k + side] = c->node[k].weight[side];
-      for (PetscInt d = 0; d < 3; d++) end[8 * k + 4 * side + d] = c->node[k].near[side][d];
-      end[8 * k + 4 * side + 3] = c->node[k].wide[side];
+      for (PetscInt d = 0; d < 3; d++) end[12 * k + 4 * side + d] = c->node[k].near[side][d];
+      end[12 * k + 4 * side + 3] = c->node[k].wide[side];
     }
-  PetscCall(PetscMPIIntCast(8 * c->nnodes, &count));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, weight, count / 4, MPIU_INT64, MPI_SUM, s->core->exchange.data));
+  }
+  PetscCall(PetscMPIIntCast(12 * c->nnodes, &count));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, weight, count / 6, MPIU_INT64, MPI_SUM, s->core->exchange.data));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, end, count, MPIU_REAL, MPI_MIN, s->core->exchange.data));
-  for (PetscInt k = 0; k < c->nnodes; k++)
+  for (PetscInt k = 0; k < c->nnodes; k++) {
+    for (PetscInt d = 0; d < 4; d++) c->node[k].room[d] = end[12 * k + 8 + d];
     for (int side = 0; side < 2; side++) {
       c->node[k].weight[side] = weight[2 * k + side];
-      for (PetscInt d = 0; d < 3; d++) c->node[k].near[side][d] = end[8 * k + 4 * side + d];
-      c->node[k].wide[side] = end[8 * k + 4 * side + 3];
+      for (PetscInt d = 0; d < 3; d++) c->node[k].near[side][d] = end[12 * k + 4 * side + d];
+      c->node[k].wide[side] = end[12 * k + 4 * side + 3];
     }
+  }
   PetscCall(PetscFree2(weight, end));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -856,8 +872,9 @@ static PetscBool SameColumn(const MPMContactNode node[], const MPMContactPart *p
   return PETSC_TRUE;
 }
 
-/* Makes the parts of the nodes: a node is in the columns along all axes to which its normal inclines, by the square of the
-   normal's component, so that the parts add up to its weight. */
+/* Makes the parts of the nodes: a node is in the columns along all axes to which its normal inclines, by what the square of the
+   normal's component is above INCLINES, so that the parts add up to its weight. A column that goes along a surface would
+   have places of it that are far apart. */
 static PetscErrorCode MakeParts(MPMContacts *c, PetscInt dim)
 {
   PetscFunctionBeginUser;
@@ -868,14 +885,14 @@ static PetscErrorCode MakeParts(MPMContacts *c, PetscInt dim)
     PetscReal             all = 0;
 
     if (c->pair[q->pair].glued) continue;
-    for (PetscInt d = 0; d < dim; d++) all += PetscSqr(q->n[d]) > INCLINES ? PetscSqr(q->n[d]) : 0;
+    for (PetscInt d = 0; d < dim; d++) all += PetscMax(0, PetscSqr(q->n[d]) - INCLINES);
     for (PetscInt d = 0; d < dim; d++) {
       MPMContactPart *to = &c->part[c->nparts];
 
       if (!(PetscSqr(q->n[d]) > INCLINES)) continue;
       *to = (MPMContactPart){.node = k, .pair = q->pair, .axis = d, .side = q->n[d] > 0};
       for (int side = 0; side < 2; side++)
-        to->share[side] = PetscSqr(q->n[d]) / all * (PetscReal)PetscMax(0, q->weight[side]);
+        to->share[side] = (PetscSqr(q->n[d]) - INCLINES) / all * (PetscReal)PetscMax(0, q->weight[side]);
       if (to->share[0] > 0 || to->share[1] > 0) c->nparts++;
     }
   }
@@ -904,7 +921,7 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
   const PetscReal dt = core->params.dt;
   MPMContacts    *c  = core->contacts;
   const PetscInt axis = c->part[to->first].axis;
-  PetscReal      all[2] = {0}, size = 0;
+  PetscReal      all[2] = {0}, size = 0, room = PETSC_INFINITY, V[3];
 
   for (PetscInt k = to->first; k < to->last; k++)
     for (int side = 0; side < 2; side++) all[side] += c->part[k].share[side];
@@ -918,17 +935,23 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
       for (PetscInt d = 0; d < 3; d++) to->n[d] += c->part[k].share[side] * q->n[d];
     }
     to->gap = PetscMin(to->gap, q->near[0][axis] + q->near[1][axis]);
+    room    = PetscMin(room, q->room[axis]);
   }
   for (PetscInt k = to->first; k < to->last && !(to->gap < PETSC_INFINITY); k++) {
     const MPMContactNode *q = &c->node[c->part[k].node];
 
     to->gap = PetscMin(to->gap, q->wide[0] + q->wide[1]);
+    room    = PetscMin(room, q->room[3]);
   }
   for (PetscInt d = 0; d < 3; d++) size += PetscSqr(to->n[d]);
   if (!(size > 0)) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++) to->n[d] /= PetscSqrtReal(size);
-  if (c->pair[to->pair].a < 0) SetPlace(core, to);
   to->least = dt > 0 ? -PetscMax(0, to->gap) / dt : to->gap > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */
+  if (c->pair[to->pair].a >= 0) return PETSC_TRUE;
+  SetPlace(core, to);
+  MPMRigidVelocity(&core->rigids.body[-1 - c->pair[to->pair].a], core->grid.dim, to->at, V);
+  if (dt > 0) to->least = -room / dt;
+  for (PetscInt d = 0; d < core->grid.dim && dt > 0; d++) to->least -= V[d] * to->n[d];
   return PETSC_TRUE;
 }
 
@@ -945,22 +968,27 @@ static void SetColumns(const MPMCore *core)
   }
 }
 
-/* Marks the nodes of both copies of a node of contact in the patch's arrays, across periodic faces too. */
+/* Marks the nodes around a node of contact, of both copies, in the patch's arrays, across periodic faces too. */
 static void MarkNode(const MPMPatch *patch, const MPMPair *pair, const MPMContactNode *node, char held[])
 {
   const MPMGrid *grid = patch->grid;
 
   for (PetscInt q = pair->a < 0 ? 27 : 0; q < 54; q++) {
     const PetscInt by[3] = {q % 3 - 1, q / 3 % 3 - 1, q / 9 % 3 - 1};
-    PetscInt       at    = 0;
+    PetscInt       lo[3] = {0}, hi[3] = {0}, at[3];
+    PetscBool      there = PETSC_TRUE;
 
-    for (PetscInt d = 2; d >= 0 && at >= 0; d--) {
+    for (PetscInt d = 0; d < 3; d++) {
       const PetscInt i = node->ijk[d] + MPMGridFirst(grid, d, q < 27 ? pair->a : pair->b) +
                          by[d] * (grid->periodic[d] ? grid->cells[d] : 0) - patch->lo[d];
 
-      at = i < 0 || i >= patch->n[d] || (by[d] && !grid->periodic[d]) ? -1 : at * patch->n[d] + i;
+      if (by[d] && !grid->periodic[d]) there = PETSC_FALSE;
+      lo[d] = PetscMax(0, i - (d < grid->dim ? AROUND : 0));
+      hi[d] = PetscMin(patch->n[d] - 1, i + (d < grid->dim ? AROUND : 0));
     }
-    if (at >= 0) held[at] = 1;
+    for (at[2] = lo[2]; at[2] <= hi[2] && there; at[2]++)
+      for (at[1] = lo[1]; at[1] <= hi[1]; at[1]++)
+        for (at[0] = lo[0]; at[0] <= hi[0]; at[0]++) held[(at[2] * patch->n[1] + at[1]) * patch->n[0] + at[0]] = 1;
   }
 }
 
@@ -983,6 +1011,91 @@ static PetscErrorCode MarkTouching(Search *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* --- Free rigid bodies at walls ----------------------------------------------------------------------------------- */
+
+/* Adds the place x [3] of a rigid body as one where it may meet the wall of a face, at a distance gap, m. */
+static PetscErrorCode AddStop(MPMCore *core, PetscInt rigid, PetscInt face, const PetscReal x[], PetscReal gap)
+{
+  const MPMFace  *f = &core->params.walls->given[face / 2][face % 2];
+  const PetscReal dt = core->params.dt;
+  MPMContacts    *c = core->contacts;
+  MPMContactStop *to;
+
+  PetscFunctionBeginUser;
+  if (c->nstops == c->stops) {
+    c->stops = 2 * c->stops + 64;
+    PetscCall(PetscRealloc((size_t)c->stops * sizeof *c->stop, &c->stop));
+  }
+  to  = &c->stop[c->nstops++];
+  *to = (MPMContactStop){.rigid = rigid, .face = face, .least = dt > 0 ? -PetscMax(0, gap) / dt : 0};
+  for (PetscInt d = 0; d < 3; d++) to->at[d] = x[d];
+  to->n[face / 2] = face % 2 ? -1 : 1;
+  to->mu          = MPMWallHas(f->type, MPM_WALL_TANGENT)  ? PETSC_INFINITY
+                    : MPMWallHas(f->type, MPM_WALL_BRAKES) ? f->mu
+                                                           : 0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Finds where a free body may meet the wall of a face: of a sphere the lowest place, else the places of its surface that
+   are lower than all others, or nearly so. */
+static PetscErrorCode FindStops(MPMCore *core, PetscInt rigid, PetscInt face)
+{
+  const MPMRigid *r = &core->rigids.body[rigid];
+  const PetscInt  d = face / 2, n = PetscMax(1, r->npoints);
+  PetscReal       plane, sign, lowest = PETSC_INFINITY;
+
+  PetscFunctionBeginUser;
+  MPMWallPlane(core->params.walls, &core->grid, face, &plane, &sign);
+  for (int round = 0; round < 2; round++)
+    for (PetscInt k = 0; k < n; k++) {
+      PetscReal x[3], at;
+
+      if (r->npoints)
+        MPMRigidPlace(r, r->points + 3 * k, x);
+      else {
+        for (PetscInt e = 0; e < 3; e++) x[e] = r->pivot[e] + r->place[e];
+        x[d] -= sign * r->shape->radius;
+      }
+      at = sign * (x[d] - plane);
+      if (!round) lowest = PetscMin(lowest, at);
+      if (round && lowest < core->grid.h[d] && at < lowest + LOWEST * core->grid.h[d]) PetscCall(AddStop(core, rigid, face, x, at));
+    }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Stops the run if a free body meets another rigid one. */
+static void CheckMeeting(MPMCore *core, PetscInt rigid)
+{
+  const MPMRigid *r = &core->rigids.body[rigid];
+
+  for (PetscInt q = 0; q < core->rigids.n && !core->stop[0]; q++)
+    for (PetscInt k = 0; k < PetscMax(1, r->npoints) && q != rigid && !core->stop[0]; k++) {
+      PetscReal x[3], n[3], at;
+
+      for (PetscInt d = 0; d < 3; d++) x[d] = r->pivot[d] + r->place[d];
+      if (r->npoints) MPMRigidPlace(r, r->points + 3 * k, x);
+      at = MPMRigidDistance(&core->rigids.body[q], core->grid.dim, x, n) - (r->npoints ? 0 : r->shape->radius);
+      if (at < 0)
+        (void)snprintf(core->stop, sizeof core->stop,
+                       "rigid bodies %s and %s meet at (%g, %g, %g); contact between rigid bodies is not built: make one of "
+                       "them of matter, or keep them apart",
+                       r->name, core->rigids.body[q].name, (double)x[0], (double)x[1], (double)x[2]);
+    }
+}
+
+static PetscErrorCode FindAllStops(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  core->contacts->nstops = 0;
+  for (PetscInt k = 0; k < core->rigids.n; k++) {
+    if (!core->rigids.body[k].free) continue;
+    for (PetscInt face = 0; face < 2 * core->grid.dim; face++)
+      if (MPMWallHas(core->params.walls->given[face / 2][face % 2].type, MPM_WALL_NORMAL)) PetscCall(FindStops(core, k, face));
+    CheckMeeting(core, k);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMContactsFind(MPMCore *core)
 {
   const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim) | MPM_BIT(l);
@@ -1002,6 +1115,7 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
   PetscCall(PetscFree(core->exchange.light.held));
   for (PetscInt d = 0; d < core->grid.dim; d++)
     s.reach = PetscMax(s.reach, (0.5 * MPMBasisNodes(core->basis) + 1) * core->grid.h[d]);
+  PetscCall(FindAllStops(core));
   PetscCall(FindTiles(&s, &any));
   if (any || core->rigids.n) {
     PetscCall(MPMParticlesGetView(&core->particles, fields, &s.view));

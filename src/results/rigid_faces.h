@@ -1,4 +1,4 @@
-/* rigids.h - the surfaces of rigid bodies in snapshots (rigids.c). */
+/* rigid_faces.h - the surfaces of rigid bodies in snapshots (rigid_faces.c). */
 #ifndef MPM_RIGIDS_H
 #define MPM_RIGIDS_H
 
