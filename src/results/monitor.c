@@ -10,7 +10,7 @@
 PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, PetscReal time_end, MPMOptions o,
                                         PetscBool damped, PetscBool *follow)
 {
-  PetscBool moving = PETSC_FALSE, pushes = PETSC_FALSE;
+  PetscBool moving = PETSC_FALSE, pushes = scene->meets, rigid = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   mon->every = time_end / 100;
@@ -26,19 +26,25 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
     if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_MOVES)) moving = PETSC_TRUE;
     if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_PUSHES)) pushes = PETSC_TRUE;
   }
+  for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++) {
+    if (scene->bodies[b].rigid != MPM_RIGID_NONE) rigid = PETSC_TRUE;
+    if (scene->bodies[b].rigid > MPM_RIGID_FIXED) moving = PETSC_TRUE;
+  }
   if (mon->check_energy > 0 && (scene->body_force || moving) && !*follow)
     MPMOptionsFail(o, "-check_energy does not apply: the work of %s is followed with -history_energy only",
-                   moving ? "moving walls" : "body forces");
+                   moving ? "moving walls and rigid bodies" : "body forces");
   if (mon->check_energy > 0 && damped && !*follow)
     MPMOptionsFail(o, "-check_energy does not apply: what -damping_* takes is followed with -history_energy only");
   if (mon->check_energy > 0 && pushes && !*follow)
     MPMOptionsFail(
         o,
-        "-check_energy does not apply: what walls take from matter that strikes them is followed with -history_energy only");
+        "-check_energy does not apply: what walls and contact take from matter that strikes is followed with -history_energy only");
   if (mon->check_momentum > 0 && damped) MPMOptionsFail(o, "-check_momentum does not apply: -damping_* takes momentum");
-  if (mon->check_momentum > 0 && (scene->forced || moving))
+  if (mon->check_momentum > 0 && (scene->forced || moving || rigid))
     MPMOptionsFail(o, "-check_momentum does not apply: the impulse of %s is not followed",
-                   moving ? "moving walls" : "body forces and loads");
+                   rigid    ? "rigid bodies"
+                   : moving ? "moving walls"
+                            : "body forces and loads");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
