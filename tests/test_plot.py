@@ -17,9 +17,10 @@ from PIL import Image
 import check
 
 check.arguments(__doc__, 0)
-sys.path.insert(0, os.path.join(check.source, "tools"))
+sys.path[:0] = [os.path.join(check.source, "tools"), os.path.join(check.source, "lab")]
 import drawing  # noqa: E402 (its folder is known only now)
 import movie  # noqa: E402
+import pebble_mpm  # noqa: E402
 import plot  # noqa: E402
 
 
@@ -165,6 +166,8 @@ moved = (was[bar] - [0.2, 0.65, 0]) @ turn.T + place
 check.that(names == "ring,bar" and np.allclose(place, [0.2 + 0.4 * t, 0.65, 0], atol=1e-12) and abs(turn[1, 0] - np.sin(np.pi * t)) < 1e-6,
            f"rigid bodies {names}: place and turn at {t:g} s: {place} {turn[1, 0]}")
 check.that(np.abs(now[bar] - moved).max() < 1e-15, "their surfaces are moved with them")
+read = [pebble_mpm.load(name).snapshots[-1].rigid for name in ("rigid", "disks")]
+check.that(np.array_equal(read[0]["x"], now) and len(read[1]) == 0, f"pebble_mpm reads {list(read[0])}, and none of a run without")
 check.that(len(loops) == 3 and abs(area_of(loops) - np.pi * (0.2**2 + 0.1**2) - 0.02) < 1e-3, f"{len(loops)} loops of a ring and a bar, {area_of(loops)} m2")
 ball = drawing.read_run("rigid3d.h5", "speed", times=[0])["snapshots"][0]["rigid"]
 volume = abs(np.einsum("ij,ij->i", np.cross(ball[:, 0] - [1.2, 0.1, 0.5], ball[:, 1] - [1.2, 0.1, 0.5]), ball[:, 2] - [1.2, 0.1, 0.5])).sum() / 6

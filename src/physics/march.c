@@ -77,18 +77,18 @@ static void Add(March *m, const PetscReal *const corner[])
    and the others, or in 3-D two between two corners and two. */
 static void Cut(March *m, PetscInt k[][3], const PetscReal f[])
 {
-  PetscInt  in[4], out[4], nin = 0, nout = 0;
+  PetscInt  in[4], out[4], inner = 0, outer = 0;
   PetscReal at[4][3];
 
   for (PetscInt c = 0; c <= m->of->dim; c++)
     if (f[c] > 0)
-      in[nin++] = c;
+      in[inner++] = c;
     else
-      out[nout++] = c;
-  for (PetscInt a = 0; a < nin; a++)
-    for (PetscInt b = 0; b < nout; b++) Zero(m, k[in[a]], k[out[b]], f[in[a]], f[out[b]], at[a * nout + b]);
-  if (!nin || !nout) return;
-  if (nin * nout == 4) {
+      out[outer++] = c;
+  for (PetscInt a = 0; a < inner; a++)
+    for (PetscInt b = 0; b < outer; b++) Zero(m, k[in[a]], k[out[b]], f[in[a]], f[out[b]], at[a * outer + b]);
+  if (!inner || !outer) return;
+  if (inner * outer == 4) {
     Add(m, (const PetscReal *const[]){at[0], at[1], at[3]});
     Add(m, (const PetscReal *const[]){at[0], at[3], at[2]});
   } else
