@@ -76,7 +76,7 @@ static PetscErrorCode Motion(MPMCore *core)
     c->site[k].changes = PETSC_FALSE;
     for (PetscInt d = 0; d < 3; d++) {
       c->site[k].v[d] = c->site[k].was[d] = sum[7 * k + 1 + d];
-      c->site[k].a[d] = sum[7 * k + 4 + d];
+      c->site[k].a[d]                     = sum[7 * k + 4 + d];
     }
   }
   PetscCall(PetscFree(sum));
@@ -267,7 +267,7 @@ static PetscBool IsLastCorrection(MPMCore *core, const MPMPhase *phase)
 /* Adds up what rigid bodies have given the matter. The nodes count it as friction: what moving bodies do is work. */
 static void Account(MPMCore *core, PetscBool advance)
 {
-  const MPMContacts *c = core->contacts;
+  const MPMContacts *c    = core->contacts;
   PetscReal          work = 0;
   PetscMPIInt        rank;
 
@@ -321,7 +321,8 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
     if (yield) most = PetscMax(most, MPMRigidsStand(core));
     first = PetscMax(first, most);
   }
-  for (PetscInt k = 0; k < c->ncolumns && advance; k++) c->column[k].held = c->column[k].press > 0 ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt k = 0; k < c->ncolumns && advance; k++)
+    c->column[k].held = c->column[k].press > 0 ? PETSC_TRUE : PETSC_FALSE;
   if (counts) Account(core, advance);
   Take(core, advance);
   PetscFunctionReturn(PETSC_SUCCESS);
