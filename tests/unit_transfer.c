@@ -333,7 +333,7 @@ static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, co
     PetscReal      xi[3];
     PetscInt       base[3] = {0};
 
-    CHECK(MPMLocate(dim, basis, g, s->x + p * dim, Widths(s, p, dim), xi, base));
+    CHECK(MPMLocate(dim, basis, g, 0, s->x + p * dim, Widths(s, p, dim), xi, base));
     if (!Mine(patch, base)) continue;
     CopyParticle(dim, s, p, &b->own);
     b->order[q]    = q;
@@ -774,7 +774,7 @@ static MPMStatus CheckParticlesMoved(Bench *b, const MPMParams *par, const MPMPh
         CHECK_EQ(b->own.l[p * dim + d], l[d]);
       }
     }
-    if (MPMLocate(dim, patch->basis, g, x, Widths(&b->own, p, dim), xi, base)) {
+    if (MPMLocate(dim, patch->basis, g, 0, x, Widths(&b->own, p, dim), xi, base)) {
       CHECK_EQ(b->own.cell[p], CellOf(patch, base));
       moved += CellOf(patch, base) != before.cell[p];
     } else {
@@ -829,7 +829,7 @@ static void CheckCells(const Bench *b, MPMStatus status, const MPMPhase *phase)
     const PetscReal *x = b->own.x + p * dim, *l = Widths(&b->own, p, dim);
     PetscReal        xi[3];
     PetscInt         base[3] = {0};
-    const int in = MPMLocate(dim, b->patch.basis, b->patch.grid, x, l, xi, base), mine = in && Mine(&b->patch, base);
+    const int in = MPMLocate(dim, b->patch.basis, b->patch.grid, 0, x, l, xi, base), mine = in && Mine(&b->patch, base);
 
     left += in && !mine; /* a leaver goes to another patch; outside the grid there is none */
     CHECK(mine ? b->own.cell[p] == CellOf(&b->patch, base) : b->own.cell[p] < 0);
@@ -1280,7 +1280,7 @@ static void UpperWall(MPMBasis basis)
       PetscInt        base[3] = {0}, last = MPMBasisBase(basis, &inside, l, cells, PETSC_FALSE, MPM_WALL_BASIS_EXTRAP);
 
       UnitContext("upper wall: grid 0 .. %g of %d cells, basis %d", lengths[k], (int)cells, (int)basis);
-      CHECK(MPMLocate(1, basis, &g, g.upper, &l, xi, base));
+      CHECK(MPMLocate(1, basis, &g, 0, g.upper, &l, xi, base));
       CHECK_EQ(base[0], last);
       if (base[0] != last) continue;
       MPMBasisWeights(basis, xi[0], l, base[0], cells, MPM_WALL_BASIS_EXTRAP, w, grad);
