@@ -130,7 +130,11 @@ static PetscBool Touches(const MPMRigid *a, const MPMRigid *b, PetscInt dim, Pet
 
   for (PetscInt d = 0; d < 3; d++) x[d] = a->pivot[d] + a->place[d];
   distance = MPMRigidDistance(b, dim, x, n);
-  if (MPMRigidIsRound(a)) return distance <= a->shape->radius + most ? PETSC_TRUE : PETSC_FALSE;
+  if (MPMRigidIsRound(a)) {
+    if (distance > a->shape->radius + most) return PETSC_FALSE;
+    for (PetscInt d = 0; d < dim; d++) x[d] -= distance * n[d]; /* far from some shapes the distance is too small */
+    return MPMRigidDistance(b, dim, x, n) <= 0.5 * distance ? PETSC_TRUE : PETSC_FALSE;
+  }
   for (PetscInt k = 0; k < a->npoints && distance <= a->reach + most; k++) {
     MPMRigidPoint(a, k, x);
     if (MPMRigidDistance(b, dim, x, n) <= most) return PETSC_TRUE;

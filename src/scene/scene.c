@@ -345,7 +345,6 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {
     PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
     PetscCall(MPMExpressionDestroy(&scene->bodies[k].spin));
-    PetscCall(MPMExpressionDestroy(&scene->bodies[k].inertia));
   }
   for (PetscInt k = 0; k < 6; k++) PetscCall(MPMExpressionDestroy(&scene->wall_velocity[k]));
   PetscCall(MPMInitialDestroy(scene));
