@@ -43,7 +43,7 @@ MPM_INLINE void MPMRigidUse(MPMRigid *r, PetscReal numbers[])
 /* Returns the distance of x [dim], m, from the surface of the body, m, negative inside; n [dim]: its unit gradient. */
 MPM_INLINE PetscReal MPMRigidDistance(const MPMRigid *r, PetscInt dim, const PetscReal x[], PetscReal n[])
 {
-  PetscReal y[3] = {0}, X[3], m[3] = {0}, distance;
+  PetscReal y[3] = {0}, X[3] = {0}, m[3] = {0}, distance;
 
   for (PetscInt d = 0; d < dim; d++) y[d] = x[d] - r->pivot[d] - r->place[d];
   for (PetscInt d = 0; d < dim; d++) {
