@@ -192,9 +192,6 @@ static PetscErrorCode MakeDistances(MPMScene *scene, const MPMCore *core, MPMOpt
     PetscReal  middle[3];
 
     if (b->rigid == MPM_RIGID_NONE || (b->rigid == MPM_RIGID_FIXED) != (type == MPM_RIGID_FIXED)) continue;
-    if (r->type == MPM_REGION_file)
-      MPMOptionsFail(o, "-body_%s_rigid does not apply: %s has particles from a file, but no shape", b->name, b->name);
-    if (MPMOptionsError(o)) break;
     PetscCheck(MPMRegionMakeDistance(r, &core->grid, b->rigid == MPM_RIGID_FIXED), PETSC_COMM_SELF, PETSC_ERR_MEM,
                "no memory for the distance from %s", b->name);
     for (PetscInt d = 0; d < core->grid.dim; d++) middle[d] = 0.5 * (r->lower[d] + r->upper[d]);

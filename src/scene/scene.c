@@ -330,8 +330,8 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
   }
   PetscCall(MPMSceneReadWalls(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneReadContacts(scene, core, o));
-  if (!MPMOptionsError(o)) PetscCall(MPMSceneMakeRigids(scene, core, o));
   scene->meets = core->contacts ? PETSC_TRUE : PETSC_FALSE;
+  if (!MPMOptionsError(o)) PetscCall(MPMSceneMakeRigids(scene, core, o));
   PetscCall(MPMForcesSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMKnownSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMInitialSetFromOptions(scene, core, o));
