@@ -1,5 +1,6 @@
-/* unit_rigid.c - rigid bodies: mass, centre and inertia of shapes beside their formulas; a body that no force acts on keeps
-   its momentum and energy, and turns as Euler's equations say; an impulse gives a place the velocity that Yields says. */
+/* unit_rigid.c - rigid bodies: mass, centre and inertia of shapes beside their formulas; a body that no force acts on
+   keeps its momentum and energy, and turns as Euler's equations say; an impulse gives a place the velocity that Yields
+   says. */
 #include "base/tensor.h"
 #include "physics/rigid.h"
 #include "unit.h"
