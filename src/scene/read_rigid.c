@@ -232,7 +232,7 @@ PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
     MPMOptionsFail(
         o,
         "the rigid bodies %s and %s touch at the start; contact between rigid bodies is not built: move one, or "
-                   "make both fixed or moving",
+        "make both fixed or moving",
         r->body[a].name, r->body[b].name);
   PetscCall(AddPairs(core));
   PetscFunctionReturn(PETSC_SUCCESS);
