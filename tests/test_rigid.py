@@ -146,6 +146,14 @@ def check_ends():
     check.that(nan.status == 3 and "-body_ram_velocity is not finite at t = 0.1" in nan.err, f"a formula that ends: {nan.err.strip()}")
 
 
+def check_many():
+    lines = rest("-time_end 1e-3")
+    for k in range(8):
+        lines += box(f"r{k}", [0.1 * k, 1.7], [0.1 * k + 0.05, 1.8], "rigid fixed")
+    _, done = run("many", lines, "-bodies", "block,floor," + ",".join(f"r{k}" for k in range(8)))
+    check.that(done.find("^rigid +(and 1 more)$"), "of nine rigid bodies eight have a line at the start")
+
+
 def check_equal():
     """The same bits on any number of processes, with a pool, both migrations, less lanes, after a restart and after retries, of the history too."""
     path = check.write("equal.opts", ["-history_bodies all"] + STRIKES + box("paddle", [2.1, 0.9], [2.2, 1.8], "rigid moving", "spin 2*cos(t)", "pivot 2.15,1.3", "mu 0.2"))
@@ -182,5 +190,6 @@ check_rolls()
 check_box()
 check_strikes()
 check_ends()
+check_many()
 check_equal()
 check.end()

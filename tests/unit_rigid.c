@@ -1,5 +1,6 @@
-/* unit_rigid.c - rigid bodies: mass, centre and inertia of shapes beside their formulas; a body that no force acts on keeps
-   its momentum and energy, and turns as Euler's equations say; an impulse gives a place the velocity that Yields says. */
+/* unit_rigid.c - rigid bodies: mass, centre and inertia of shapes beside their formulas; a body that no force acts on
+   keeps its momentum and energy, and turns as Euler's equations say; an impulse gives a place the velocity that Yields
+   says. */
 #include "base/tensor.h"
 #include "physics/rigid.h"
 #include "unit.h"
@@ -12,10 +13,10 @@ static PetscReal Error(PetscReal value, PetscReal exact)
 static void CheckMass(void)
 {
   MPMRegion box = {.type = MPM_REGION_box, .lower = {1, 2, 3}, .upper = {2, 2.3, 5}}, all = box,
-            ball = {.type = MPM_REGION_sphere, .center = {1, 2, 3}, .radius = 0.7};
-  MPMRegion tube = {.type = MPM_REGION_cylinder, .center = {1, 2, 3}, .axis = {0, 0, 1}, .radius = 0.5, .length = 2};
-  const MPMRegion *others[] = {&all};
-  MPMRigidMass     m;
+            ball    = {.type = MPM_REGION_sphere, .center = {1, 2, 3}, .radius = 0.7};
+  MPMRegion    tube = {.type = MPM_REGION_cylinder, .center = {1, 2, 3}, .axis = {0, 0, 1}, .radius = 0.5, .length = 2};
+  MPMRegion   *others[] = {&all};
+  MPMRigidMass m;
 
   UnitContext("box");
   for (int dim = 1; dim < 4; dim++) {

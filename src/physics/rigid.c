@@ -2,8 +2,8 @@
 #include "base/tensor.h"
 #include "physics/rigid.h"
 
-/* Sets T [9] to the rotation by the angle |w| dt about w [3]: that of the quaternion (1, a w) with a = tan(dt |w|/2)/|w|, by
-   its series to the third power of the angle: the error of an angle of 0.1 is 3e-9. */
+/* Sets T [9] to the rotation by the angle |w| dt about w [3]: that of the quaternion (1, a w) with a = tan(dt
+   |w|/2)/|w|, by its series to the third power of the angle: the error of an angle of 0.1 is 3e-9. */
 static void Rotation(const PetscReal w[], PetscReal dt, PetscReal T[])
 {
   const PetscReal half = 0.25 * dt * dt * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]); /* (angle/2)^2 */
@@ -48,8 +48,8 @@ static void Cross(const PetscReal a[], const PetscReal b[], PetscReal c[])
   for (PetscInt d = 0; d < 3; d++) c[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
 }
 
-/* Moves the body on by a step dt, s: by dt velocity, and by a turn of dt |spin| about spin. The spin of a free body is that
-   of the middle of the step, which its angular momentum has there; afterwards that of the end. */
+/* Moves the body on by a step dt, s: by dt velocity, and by a turn of dt |spin| about spin. The spin of a free body is
+   that of the middle of the step, which its angular momentum has there; afterwards that of the end. */
 void MPMRigidMove(MPMRigid *r, PetscReal dt)
 {
   PetscReal by[9], was[9], spin[3];
@@ -130,7 +130,11 @@ static PetscBool Touches(const MPMRigid *a, const MPMRigid *b, PetscInt dim, Pet
 
   for (PetscInt d = 0; d < 3; d++) x[d] = a->pivot[d] + a->place[d];
   distance = MPMRigidDistance(b, dim, x, n);
-  if (MPMRigidIsRound(a)) return distance <= a->shape->radius + most ? PETSC_TRUE : PETSC_FALSE;
+  if (MPMRigidIsRound(a)) {
+    if (distance > a->shape->radius + most) return PETSC_FALSE;
+    for (PetscInt d = 0; d < dim; d++) x[d] -= distance * n[d]; /* far from some shapes the distance is too small */
+    return MPMRigidDistance(b, dim, x, n) <= 0.5 * distance ? PETSC_TRUE : PETSC_FALSE;
+  }
   for (PetscInt k = 0; k < a->npoints && distance <= a->reach + most; k++) {
     MPMRigidPoint(a, k, x);
     if (MPMRigidDistance(b, dim, x, n) <= most) return PETSC_TRUE;
@@ -138,7 +142,8 @@ static PetscBool Touches(const MPMRigid *a, const MPMRigid *b, PetscInt dim, Pet
   return PETSC_FALSE;
 }
 
-/* Finds two of n bodies, one of which is free, that are nearer to each other than `most`, m; a is -1 if there are none. */
+/* Finds two of n bodies, one of which is free, that are nearer to each other than `most`, m; a is -1 if there are none.
+   */
 void MPMRigidsMeet(PetscInt n, const MPMRigid body[], PetscInt dim, PetscReal most, PetscInt *a, PetscInt *b)
 {
   *a = *b = -1;
@@ -182,9 +187,9 @@ static void SamplePlace(const Samples *g, PetscInt k, PetscReal x[])
   for (PetscInt d = 0; d < g->dim; d++, k /= g->n) x[d] = g->lower[d] + ((PetscReal)(k % g->n) + 0.5) * g->s[d];
 }
 
-/* Of balls and disks by formulas, else sums over 1000 places in 1-D, 400 x 400 in 2-D, 64 x 64 x 64 in 3-D: those near the surface count by how far their box
-   lies inside by their distance. The errors of volume and inertia are 2e-5 for a disk, 2.2e-3 for a ball, and rounding for boxes
-   (tests/unit_rigid.c). */
+/* Of balls and disks by formulas, else sums over 1000 places in 1-D, 400 x 400 in 2-D, 64 x 64 x 64 in 3-D: those near
+   the surface count by how far their box lies inside by their distance. The errors of volume and inertia are 2e-5 for a
+   disk, 2.2e-3 for a ball, and rounding for boxes (tests/unit_rigid.c). */
 void MPMRigidMassOf(const MPMRegion *shape, PetscInt dim, MPMRigidMass *m)
 {
   const Samples g         = SamplesOf(shape, dim, samples[dim - 1]);
@@ -224,8 +229,8 @@ void MPMRigidMassOf(const MPMRegion *shape, PetscInt dim, MPMRigidMass *m)
   for (PetscInt k = 0; k < 9; k++) m->inertia[k] = (k % 4 ? 0 : trace) - second[k];
 }
 
-/* Sets the points of the surface: a corner of a box, polygon or triangles each, and places of the rest of it, which are found
-   from a grid of 64 x 64 places in 2-D, 24 x 24 x 24 in 3-D. */
+/* Sets the points of the surface: a corner of a box, polygon or triangles each, and places of the rest of it, which are
+   found from a grid of 64 x 64 places in 2-D, 24 x 24 x 24 in 3-D. */
 static PetscErrorCode SetPoints(MPMRigid *r, PetscInt dim)
 {
   const MPMRegion *shape    = r->shape;

@@ -1,16 +1,16 @@
-/* rigid.h - rigid bodies: a shape that moves as a whole. Where it is, how fast each of its places moves, and how far it is
-   from a place. */
+/* rigid.h - rigid bodies: a shape that moves as a whole. Where it is, how fast each of its places moves, and how far it
+   is from a place. */
 #ifndef MPM_RIGID_H
 #define MPM_RIGID_H
 
 #include "physics/distance.h"
 
 /* A place X of the shape at the start is at pivot + place + turn (X - pivot). All are vectors of 3 numbers in every
-   dimension; in 2-D a body turns about z. Of a free body the pivot is the centre of mass; mass is in kg and inertia, about
-   that and at the start, in kg m^2, in 1-D and 2-D of a thickness of 1 m. What changes is in an array of all bodies:
-   place, m; turn, a rotation, row-major; velocity of the pivot in this step, m/s; spin, rad/s; angular momentum, kg m^2/s;
-   and what the body has given the matter since the last line of the history: impulse, N s, torque about the pivot times time, N m s; and since
-   the start work, J; and angle, the integral of spin over time, rad. */
+   dimension; in 2-D a body turns about z. Of a free body the pivot is the centre of mass; mass is in kg and inertia,
+   about that and at the start, in kg m^2, in 1-D and 2-D of a thickness of 1 m. What changes is in an array of all
+   bodies: place, m; turn, a rotation, row-major; velocity of the pivot in this step, m/s; spin, rad/s; angular
+   momentum, kg m^2/s; and what the body has given the matter since the last line of the history: impulse, N s, torque
+   about the pivot times time, N m s; and since the start work, J; and angle, the integral of spin over time, rad. */
 #define MPM_RIGID_NUMBERS 31
 typedef struct {
   const char      *name;
@@ -43,7 +43,7 @@ MPM_INLINE void MPMRigidUse(MPMRigid *r, PetscReal numbers[])
 /* Returns the distance of x [dim], m, from the surface of the body, m, negative inside; n [dim]: its unit gradient. */
 MPM_INLINE PetscReal MPMRigidDistance(const MPMRigid *r, PetscInt dim, const PetscReal x[], PetscReal n[])
 {
-  PetscReal y[3] = {0}, X[3], m[3] = {0}, distance;
+  PetscReal y[3] = {0}, X[3] = {0}, m[3] = {0}, distance;
 
   for (PetscInt d = 0; d < dim; d++) y[d] = x[d] - r->pivot[d] - r->place[d];
   for (PetscInt d = 0; d < dim; d++) {
@@ -71,8 +71,8 @@ MPM_INLINE void MPMRigidVelocity(const MPMRigid *r, PetscInt dim, const PetscRea
   }
 }
 
-/* What a shape is made of, per density: volume, m^3, in 2-D m^2, in 1-D m; its centre, m; the second moments about that,
-   m^5, [3][3], as inertia has them. rigid.c describes these functions; none is collective. */
+/* What a shape is made of, per density: volume, m^3, in 2-D m^2, in 1-D m; its centre, m; the second moments about
+   that, m^5, [3][3], as inertia has them. rigid.c describes these functions; none is collective. */
 typedef struct {
   PetscReal volume, center[3], inertia[9];
 } MPMRigidMass;

@@ -140,12 +140,6 @@ static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOption
   const char    *what;
 
   PetscFunctionBeginUser;
-  if (!MPMRegionHasDistance(&b->region)) {
-    MPMOptionsFail(
-        o, "-body_%s_shape %s is not built yet for rigid bodies; choose box, sphere, annulus, cylinder or halfspace",
-        b->name, MPMRegionNames[b->region.type]);
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   MPMRegionBounds(&b->region, dim, lower, upper);
   for (PetscInt d = 0; d < dim; d++)
     if (!(upper[d] > core->grid.lower[d] && lower[d] < core->grid.upper[d]))
@@ -186,8 +180,8 @@ static PetscErrorCode AddPairs(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prepares the distances from rigid bodies of one type: from shapes that others share too, last those of bodies that move,
-   whose surfaces at the walls of the grid count. */
+/* Prepares the distances from rigid bodies of one type: from shapes that others share too, last those of bodies that
+   move, whose surfaces at the walls of the grid count. */
 static PetscErrorCode MakeDistances(MPMScene *scene, const MPMCore *core, MPMOptions o, MPMRigidType type)
 {
   PetscFunctionBeginUser;
@@ -237,7 +231,8 @@ PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
   if (a >= 0)
     MPMOptionsFail(
         o,
-        "the rigid bodies %s and %s touch at the start; contact between rigid bodies is not built: move one, or make both fixed or moving",
+        "the rigid bodies %s and %s touch at the start; contact between rigid bodies is not built: move one, or "
+        "make both fixed or moving",
         r->body[a].name, r->body[b].name);
   PetscCall(AddPairs(core));
   PetscFunctionReturn(PETSC_SUCCESS);

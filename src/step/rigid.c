@@ -1,9 +1,9 @@
-/* rigid.c - rigid bodies that are free in a step: gravity, and the walls of the grid on which they stand. What matter does to
-   them is in contact.c. All processes compute the same numbers.
+/* rigid.c - rigid bodies that are free in a step: gravity, and the walls of the grid on which they stand. What matter
+   does to them is in contact.c. All processes compute the same numbers.
 
-   A body stands on a wall with a few points of its surface: the one that is nearest to the wall, and in some directions along
-   the wall one that is nearly as near (SLOPES) and farther out; a ball and a disk with the lowest one. A point may come nearer
-   by its gap at most. */
+   A body stands on a wall with a few points of its surface: the one that is nearest to the wall, and in some directions
+   along the wall one that is nearly as near (SLOPES) and farther out; a ball and a disk with the lowest one. A point
+   may come nearer by its gap at most. */
 #include "physics/wall.h"
 #include "step/step.h"
 
@@ -107,7 +107,8 @@ PetscErrorCode MPMRigidsBegin(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Changes the impulses of a support by what is missing now; returns by how much the velocity of its place changes, m/s. */
+/* Changes the impulses of a support by what is missing now; returns by how much the velocity of its place changes, m/s.
+   */
 static PetscReal Act(MPMCore *core, MPMRigidSupport *s)
 {
   const MPMFace  *f    = &core->params.walls->given[s->face / 2][s->face % 2];
