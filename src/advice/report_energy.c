@@ -6,8 +6,7 @@ PetscBool MPMEnergyIsFollowed(const MPMCore *core, const MPMScene *scene)
 {
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++)
     if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_MOVES)) return PETSC_FALSE;
-  for (PetscInt k = 0; k < core->rigids.n; k++)
-    if (core->rigids.body[k].moves || core->rigids.body[k].free) return PETSC_FALSE;
+  if (core->rigids.move) return PETSC_FALSE;
   return scene->body_force ? PETSC_FALSE : PETSC_TRUE;
 }
 

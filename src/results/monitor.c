@@ -22,6 +22,8 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
   PetscCall(MPMOptionsBool(o, "history_energy", NULL, follow));
   PetscCall(MPMOptionsReal(o, "check_energy", NULL, &mon->check_energy, NULL));
   PetscCall(MPMOptionsReal(o, "check_momentum", NULL, &mon->check_momentum, NULL));
+  for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes; k++)
+    if (scene->bodies[k].rigid != MPM_RIGID_NONE) rigid = PETSC_TRUE;
   for (PetscInt k = 0; k < 6; k++) {
     if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_MOVES)) moving = PETSC_TRUE;
     if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_PUSHES)) pushes = PETSC_TRUE;
@@ -35,6 +37,10 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
                    moving ? "moving walls and rigid bodies" : "body forces");
   if (mon->check_energy > 0 && damped && !*follow)
     MPMOptionsFail(o, "-check_energy does not apply: what -damping_* takes is followed with -history_energy only");
+  if (mon->check_energy > 0 && rigid && !*follow)
+    MPMOptionsFail(o, "-check_energy does not apply: what rigid bodies give and take is followed with -history_energy only");
+  if (mon->check_momentum > 0 && rigid)
+    MPMOptionsFail(o, "-check_momentum does not apply: the impulse of rigid bodies is not followed");
   if (mon->check_energy > 0 && pushes && !*follow)
     MPMOptionsFail(
         o,

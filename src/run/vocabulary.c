@@ -217,7 +217,7 @@ static const MPMOptionValue foreign[] = {
     {"load_<l>_face", "bottom", "it is the lower side of the last axis, ymin in 2-D and zmin in 3-D"},
     {"geometry", "plane_stress", "there is none; a plate of a few cells in 3-D has it"},
     {"", "contact", "bodies meet, slide and part with -contact_mu, or by -contacts and its -contact_<c>_bodies, _mu, _stick, _normal"},
-    {"", "rigid", "a rigid body has -body_<b>_rigid fixed, moving or free"},
+    {"", "rigid", "bodies are rigid with -body_<b>_rigid fixed, moving or free"},
     {"", "omega", "a body that turns has -body_<b>_velocity \"0-w*y, w*x\""},
     {"", "motion",
      "bodies move by -body_<b>_velocity at the start and by forces; walls move as they are told (piston)"},

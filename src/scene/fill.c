@@ -46,6 +46,7 @@ PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const 
     if (scene->walls.given[k / 2][k % 2].type == MPM_WALL_piston &&
         (k % 2 ? core->grid.upper[k / 2] - x[k / 2] : x[k / 2] - core->grid.lower[k / 2]) < scene->walls.place[k])
       scene->behind++;
+  PetscCall(MPMSceneCheckInside(core, o, b, x));
   for (PetscInt k = 0; k < scene->nbodies; k++) {
     const MPMBody *other = &scene->bodies[k];
 

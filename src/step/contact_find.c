@@ -10,7 +10,6 @@
    reasons. */
 #include "kernels/cell.h"
 #include "parallel/exchange.h"
-#include "physics/wall.h"
 #include "step/matter.h"
 #include "step/step.h"
 
@@ -22,7 +21,6 @@
 #define AGREE  8              /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
 #define INCLINES 0.25         /* squared component of a normal, below which a node is in no column along that axis: 60 degrees */
 #define BAND   0.6            /* cells: how much further than a stencil's reach the nodes of columns are from a rigid body */
-#define LOWEST 0.01           /* cells: places of a rigid body that are higher by less meet a wall too */
 #define UNIT   ldexp(1, -50)  /* of sums of phi, and of the weights in sides of cells */
 #define MOST   ldexp(1, 54)   /* of what a particle adds to a weight, in units */
 
@@ -47,6 +45,7 @@ typedef struct {
   PetscReal    reach;       /* m: what is nearer to a rigid body is looked at */
   PetscInt     n[3], words; /* words: of 64 bits for a copy */
   uint64_t    *tiles;       /* [copies][words] */
+  PetscInt     box[MPM_MAX_COPIES][6]; /* of the tiles of each copy: minus the lowest on each axis, the highest */
   uint64_t    *cells;       /* [copies][tiles] bits of their cells that have particles */
   PetscInt    *wanted, *first, nwanted, most; /* the particles of each side of each pair that are near the other side */
   Fit         *fit;
@@ -103,14 +102,30 @@ static PetscBool IsNear(const Search *s, PetscInt copy, const PetscInt at[])
   return PETSC_FALSE;
 }
 
-/* Returns whether tile number `tile` of the patch is one of its own and has particles. */
-static PetscBool IsOccupied(const MPMTiles *t, PetscInt tile)
+/* Returns the next one of the patch's own tiles that has particles after `tile`, or the first one after -1; or -1. */
+static PetscInt NextTile(const MPMTiles *t, PetscInt tile)
 {
-  const PetscInt at[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
+  PetscInt row = tile < 0 ? 0 : tile / t->n[0], i = tile < 0 ? t->below[0] : tile % t->n[0] + 1;
 
-  return at[0] >= t->below[0] && at[1] >= t->below[1] && at[2] >= t->below[2] && t->slot[tile] != MPM_TILE_EMPTY
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+  for (; row < t->n[1] * t->n[2]; row++, i = t->below[0]) {
+    if (row % t->n[1] < t->below[1] || row / t->n[1] < t->below[2]) continue;
+    for (i = PetscMax(i, t->used[row][0]); i < t->used[row][1]; i++)
+      if (t->slot[row * t->n[0] + i] != MPM_TILE_EMPTY) return row * t->n[0] + i;
+  }
+  return -1;
+}
+
+/* Returns whether the boxes around the tiles of two copies, or tiles beside them, have any in common. */
+static PetscBool BoxesMeet(const Search *s, const MPMPair *pair)
+{
+  if (pair->a < 0) return PETSC_FALSE;
+  for (PetscInt d = 0; d < 3; d++) {
+    const PetscInt *a = s->box[pair->a], *b = s->box[pair->b];
+
+    if (a[3 + d] < 0 || b[3 + d] < 0) return PETSC_FALSE; /* no particles */
+    if (!s->core->grid.periodic[d] && (a[3 + d] + 1 < -b[d] || b[3 + d] + 1 < -a[d])) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
 }
 
 /* Finds the tiles that have particles, of all processes, and sets *any to whether bodies of a pair are near each other
@@ -121,6 +136,7 @@ static PetscErrorCode FindTiles(Search *s, PetscBool *any)
   const MPMTiles *t    = &s->core->exchange.patch.tiles;
   const PetscInt  edge = MPMTileEdge(s->core->basis);
   PetscInt        all  = 1, at[3];
+  PetscBool       near = PETSC_FALSE;
   PetscMPIInt     count;
 
   PetscFunctionBeginUser;
@@ -132,18 +148,27 @@ static PetscErrorCode FindTiles(Search *s, PetscBool *any)
   *any     = PETSC_FALSE;
   if (grid->copies < 2) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(grid->copies * s->words, &s->tiles));
-  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+  for (PetscInt c = 0; c < grid->copies; c++)
+    for (PetscInt d = 0; d < 6; d++) s->box[c][d] = PETSC_MIN_INT;
+  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
     PetscInt copy, bit;
 
-    if (!IsOccupied(t, tile)) continue;
     copy = TilePlace(s, tile, at);
     bit  = (at[2] * s->n[1] + at[1]) * s->n[0] + at[0];
     s->tiles[copy * s->words + bit / 64] |= (uint64_t)1 << bit % 64;
+    for (PetscInt d = 0; d < 3; d++) {
+      s->box[copy][d]     = PetscMax(s->box[copy][d], -at[d]);
+      s->box[copy][3 + d] = PetscMax(s->box[copy][3 + d], at[d]);
+    }
   }
+  PetscCall(PetscMPIIntCast(6 * grid->copies, &count));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, s->box, count, MPIU_INT, MPI_MAX, s->core->exchange.data));
+  for (PetscInt k = 0; k < s->c->npairs; k++) near = BoxesMeet(s, &s->c->pair[k]) ? PETSC_TRUE : near;
+  if (!near) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMPIIntCast(grid->copies * s->words, &count));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, s->tiles, count, MPI_UINT64_T, MPI_BOR, s->core->exchange.data));
   for (PetscInt k = 0; k < s->c->npairs && !*any; k++)
-    for (PetscInt bit = 0; bit < all && !*any && s->c->pair[k].a >= 0; bit++) {
+    for (PetscInt bit = 0; bit < all && !*any && BoxesMeet(s, &s->c->pair[k]); bit++) {
       if (!s->tiles[s->c->pair[k].a * s->words + bit / 64]) {
         bit |= 63;
         continue;
@@ -167,11 +192,10 @@ static PetscErrorCode FindCells(Search *s)
 
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(grid->copies * all, &s->cells));
-  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
     PetscInt  at[3], copy;
     uint64_t *cells;
 
-    if (!IsOccupied(t, tile)) continue;
     copy  = TilePlace(s, tile, at);
     cells = s->cells + copy * all + (at[2] * s->n[1] + at[1]) * s->n[0] + at[0];
     for (PetscInt in = 0; in < rows; in++) {
@@ -265,10 +289,10 @@ static PetscErrorCode ListNearRigid(Search *s, PetscInt pair)
   const PetscInt  rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits, rigid = -1 - s->c->pair[pair].a;
 
   PetscFunctionBeginUser;
-  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
     PetscInt at[3];
 
-    if (!IsOccupied(t, tile) || TilePlace(s, tile, at) != s->c->pair[pair].b || !IsRigidNear(s, rigid, at)) continue;
+    if (TilePlace(s, tile, at) != s->c->pair[pair].b || !IsRigidNear(s, rigid, at)) continue;
     for (PetscInt in = 0; in < rows; in++) {
       const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
 
@@ -289,10 +313,10 @@ static PetscErrorCode ListParticles(Search *s, PetscInt pair, int side)
   const PetscInt  own = side ? s->c->pair[pair].b : s->c->pair[pair].a, other = side ? s->c->pair[pair].a : s->c->pair[pair].b;
 
   PetscFunctionBeginUser;
-  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
     PetscInt at[3];
 
-    if (!IsOccupied(t, tile) || TilePlace(s, tile, at) != own || !IsNear(s, other, at)) continue;
+    if (TilePlace(s, tile, at) != own || !IsNear(s, other, at)) continue;
     for (PetscInt in = 0; in < rows; in++) {
       const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
 
@@ -1011,91 +1035,6 @@ static PetscErrorCode MarkTouching(Search *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- Free rigid bodies at walls ----------------------------------------------------------------------------------- */
-
-/* Adds the place x [3] of a rigid body as one where it may meet the wall of a face, at a distance gap, m. */
-static PetscErrorCode AddStop(MPMCore *core, PetscInt rigid, PetscInt face, const PetscReal x[], PetscReal gap)
-{
-  const MPMFace  *f = &core->params.walls->given[face / 2][face % 2];
-  const PetscReal dt = core->params.dt;
-  MPMContacts    *c = core->contacts;
-  MPMContactStop *to;
-
-  PetscFunctionBeginUser;
-  if (c->nstops == c->stops) {
-    c->stops = 2 * c->stops + 64;
-    PetscCall(PetscRealloc((size_t)c->stops * sizeof *c->stop, &c->stop));
-  }
-  to  = &c->stop[c->nstops++];
-  *to = (MPMContactStop){.rigid = rigid, .face = face, .least = dt > 0 ? -PetscMax(0, gap) / dt : 0};
-  for (PetscInt d = 0; d < 3; d++) to->at[d] = x[d];
-  to->n[face / 2] = face % 2 ? -1 : 1;
-  to->mu          = MPMWallHas(f->type, MPM_WALL_TANGENT)  ? PETSC_INFINITY
-                    : MPMWallHas(f->type, MPM_WALL_BRAKES) ? f->mu
-                                                           : 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds where a free body may meet the wall of a face: of a sphere the lowest place, else the places of its surface that
-   are lower than all others, or nearly so. */
-static PetscErrorCode FindStops(MPMCore *core, PetscInt rigid, PetscInt face)
-{
-  const MPMRigid *r = &core->rigids.body[rigid];
-  const PetscInt  d = face / 2, n = PetscMax(1, r->npoints);
-  PetscReal       plane, sign, lowest = PETSC_INFINITY;
-
-  PetscFunctionBeginUser;
-  MPMWallPlane(core->params.walls, &core->grid, face, &plane, &sign);
-  for (int round = 0; round < 2; round++)
-    for (PetscInt k = 0; k < n; k++) {
-      PetscReal x[3], at;
-
-      if (r->npoints)
-        MPMRigidPlace(r, r->points + 3 * k, x);
-      else {
-        for (PetscInt e = 0; e < 3; e++) x[e] = r->pivot[e] + r->place[e];
-        x[d] -= sign * r->shape->radius;
-      }
-      at = sign * (x[d] - plane);
-      if (!round) lowest = PetscMin(lowest, at);
-      if (round && lowest < core->grid.h[d] && at < lowest + LOWEST * core->grid.h[d]) PetscCall(AddStop(core, rigid, face, x, at));
-    }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Stops the run if a free body meets another rigid one. */
-static void CheckMeeting(MPMCore *core, PetscInt rigid)
-{
-  const MPMRigid *r = &core->rigids.body[rigid];
-
-  for (PetscInt q = 0; q < core->rigids.n && !core->stop[0]; q++)
-    for (PetscInt k = 0; k < PetscMax(1, r->npoints) && q != rigid && !core->stop[0]; k++) {
-      PetscReal x[3], n[3], at;
-
-      for (PetscInt d = 0; d < 3; d++) x[d] = r->pivot[d] + r->place[d];
-      if (r->npoints) MPMRigidPlace(r, r->points + 3 * k, x);
-      at = MPMRigidDistance(&core->rigids.body[q], core->grid.dim, x, n) - (r->npoints ? 0 : r->shape->radius);
-      if (at < 0)
-        (void)snprintf(core->stop, sizeof core->stop,
-                       "rigid bodies %s and %s meet at (%g, %g, %g); contact between rigid bodies is not built: make one of "
-                       "them of matter, or keep them apart",
-                       r->name, core->rigids.body[q].name, (double)x[0], (double)x[1], (double)x[2]);
-    }
-}
-
-static PetscErrorCode FindAllStops(MPMCore *core)
-{
-  PetscFunctionBeginUser;
-  core->contacts->nstops = 0;
-  for (PetscInt k = 0; k < core->rigids.n; k++) {
-    if (!core->rigids.body[k].free) continue;
-    for (PetscInt face = 0; face < 2 * core->grid.dim; face++)
-      if (MPMWallHas(core->params.walls->given[face / 2][face % 2].type, MPM_WALL_NORMAL)) PetscCall(FindStops(core, k, face));
-    CheckMeeting(core, k);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode MPMContactsFind(MPMCore *core)
 {
   const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim) | MPM_BIT(l);
@@ -1115,7 +1054,6 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
   PetscCall(PetscFree(core->exchange.light.held));
   for (PetscInt d = 0; d < core->grid.dim; d++)
     s.reach = PetscMax(s.reach, (0.5 * MPMBasisNodes(core->basis) + 1) * core->grid.h[d]);
-  PetscCall(FindAllStops(core));
   PetscCall(FindTiles(&s, &any));
   if (any || core->rigids.n) {
     PetscCall(MPMParticlesGetView(&core->particles, fields, &s.view));

@@ -43,6 +43,15 @@ void MPMDamp(MPMCore *core, const MPMMethod *method)
   if (method->rate > 0) core->params.flip = PetscExpReal(-method->rate * dt * c / h);
 }
 
+/* Returns the largest speed of a particle or of a place of a rigid body, m/s. */
+static PetscReal Speed(const MPMCore *core)
+{
+  PetscReal most = PetscSqrtReal(core->status.v2);
+
+  for (PetscInt k = 0; k < core->rigids.n; k++) most = PetscMax(most, MPMRigidSpeed(&core->rigids.body[k]));
+  return most;
+}
+
 /* Returns the fixed dt, if there is one, else cfl h/(c + |v|) of the present state, but at most cfl times the bound by
    viscosity, and at most the time in which gravity moves a particle from rest by a tenth of a cell. */
 PetscReal MPMTimeStep(const MPMCore *core, const MPMTime *time)
@@ -52,7 +61,7 @@ PetscReal MPMTimeStep(const MPMCore *core, const MPMTime *time)
 
   if (time->fixed > 0) return time->fixed;
   for (PetscInt d = 0; d < core->grid.dim; d++) g2 += core->params.gravity[d] * core->params.gravity[d];
-  dt = time->cfl * h / (PetscSqrtReal(core->status.c2) + PetscSqrtReal(core->status.v2));
+  dt = time->cfl * h / (PetscSqrtReal(core->status.c2) + Speed(core));
   dt = PetscMin(dt, time->cfl * MPMViscousStep(core));
   return g2 > 0 ? PetscMin(dt, PetscSqrtReal(0.2 * h / PetscSqrtReal(g2))) : dt;
 }
