@@ -330,8 +330,8 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
   }
   PetscCall(MPMSceneReadWalls(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneReadContacts(scene, core, o));
-  if (!MPMOptionsError(o)) PetscCall(MPMSceneMakeRigids(scene, core, o));
   scene->meets = core->contacts ? PETSC_TRUE : PETSC_FALSE;
+  if (!MPMOptionsError(o)) PetscCall(MPMSceneMakeRigids(scene, core, o));
   PetscCall(MPMForcesSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMKnownSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMInitialSetFromOptions(scene, core, o));
@@ -345,7 +345,6 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {
     PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
     PetscCall(MPMExpressionDestroy(&scene->bodies[k].spin));
-    PetscCall(MPMExpressionDestroy(&scene->bodies[k].inertia));
   }
   for (PetscInt k = 0; k < 6; k++) PetscCall(MPMExpressionDestroy(&scene->wall_velocity[k]));
   PetscCall(MPMInitialDestroy(scene));

@@ -88,7 +88,7 @@ typedef struct {
   PetscBool     body_force;          /* a body force besides gravity acts on all particles */
   PetscBool     forced, keeps_start; /* are there body forces or loads; do particles have field X? */
   PetscInt64    shapes;              /* checksum of the surfaces that were read; 0: there are none */
-  PetscBool     meets;               /* is there contact between bodies, or are there rigid ones? */
+  PetscBool     meets;               /* is there contact between bodies? */
   PetscInt64    overlap;             /* particles that lie in an earlier body too */
   PetscInt64    on_line;             /* particles that start exactly on a line of the grid */
   PetscInt64    behind;              /* particles that start behind a piston */

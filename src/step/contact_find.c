@@ -14,6 +14,8 @@
 #include "step/step.h"
 
 #define SMOOTH 1e-9           /* cells^2, times the sum of phi: it only matters where all particles lie on a line */
+#define PUSH   3e-4 /* of the depth to which single particles of what flows have crept into the other body, undone in a step: with 1e-4
+                         water goes on to creep in, with 1e-3 blocks float a cell too high */
 #define TIE    1e-9           /* cells: a particle in the middle between two columns lies in both */
 #define AROUND 2              /* nodes around touching ones that are not light either */
 #define TOUCHES 1.0           /* cells: matter that is nearer touches, or may do so in this step */
@@ -888,9 +890,9 @@ static int InOrder(const void *a, const void *b)
   return i[p->axis] == j[p->axis] ? 0 : i[p->axis] < j[p->axis] ? -1 : 1;
 }
 
-static PetscBool SameColumn(const MPMContactNode node[], const MPMContactPart *p, const MPMContactPart *q)
+static PetscBool SameColumn(PetscBool flows, const MPMContactNode node[], const MPMContactPart *p, const MPMContactPart *q)
 {
-  if (p->pair != q->pair || p->axis != q->axis || p->side != q->side) return PETSC_FALSE;
+  if (flows || p->pair != q->pair || p->axis != q->axis || p->side != q->side) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++)
     if (d != p->axis && node[p->node].ijk[d] != node[q->node].ijk[d]) return PETSC_FALSE;
   return PETSC_TRUE;
@@ -909,6 +911,14 @@ static PetscErrorCode MakeParts(MPMContacts *c, PetscInt dim)
     PetscReal             all = 0;
 
     if (c->pair[q->pair].glued) continue;
+    if (c->pair[q->pair].flows) { /* a mean of the surface would let single particles through */
+      PetscInt axis = 0;
+
+      for (PetscInt d = 1; d < dim; d++)
+        if (PetscSqr(q->n[d]) > PetscSqr(q->n[axis]) + TIE) axis = d;
+      c->part[c->nparts++] = (MPMContactPart){.node = k, .pair = q->pair, .axis = axis, .side = q->n[axis] > 0, .share = {1, 1}};
+      continue;
+    }
     for (PetscInt d = 0; d < dim; d++) all += PetscMax(0, PetscSqr(q->n[d]) - INCLINES);
     for (PetscInt d = 0; d < dim; d++) {
       MPMContactPart *to = &c->part[c->nparts];
@@ -970,7 +980,8 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
   for (PetscInt d = 0; d < 3; d++) size += PetscSqr(to->n[d]);
   if (!(size > 0)) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++) to->n[d] /= PetscSqrtReal(size);
-  to->least = dt > 0 ? -PetscMax(0, to->gap) / dt : to->gap > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */
+  if (c->pair[to->pair].flows && to->gap < 0) to->gap *= PUSH;
+  to->least = dt > 0 ? -(c->pair[to->pair].flows ? to->gap : PetscMax(0, to->gap)) / dt : to->gap > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */
   if (c->pair[to->pair].a >= 0) return PETSC_TRUE;
   SetPlace(core, to);
   MPMRigidVelocity(&core->rigids.body[-1 - c->pair[to->pair].a], core->grid.dim, to->at, V);
@@ -986,7 +997,7 @@ static void SetColumns(const MPMCore *core)
   for (PetscInt first = 0, last; first < c->nparts; first = last) {
     MPMContactColumn *to = &c->column[c->ncolumns];
 
-    for (last = first + 1; last < c->nparts && SameColumn(c->node, &c->part[first], &c->part[last]);) last++;
+    for (last = first + 1; last < c->nparts && SameColumn(c->pair[c->part[first].pair].flows, c->node, &c->part[first], &c->part[last]);) last++;
     *to = (MPMContactColumn){.first = first, .last = last, .pair = c->part[first].pair, .gap = PETSC_INFINITY};
     if (SetColumn(core, to)) c->ncolumns++;
   }
@@ -1048,6 +1059,8 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
     PetscReal      full = 1;
 
     for (PetscInt d = 0; d < core->grid.dim; d++) full *= 0.5 / kind->l[d];
+    for (PetscInt q = 0; q < s.c->npairs && !MPMMaterialKeepsShape(&core->params.materials[kind->material]); q++)
+      if (s.c->pair[q].a >= 0 && (s.c->pair[q].a == kind->copy || s.c->pair[q].b == kind->copy)) s.c->pair[q].flows = PETSC_TRUE;
     s.full[kind->copy] = PetscMax(s.full[kind->copy], full);
   }
   s.c->nnodes = s.c->nsites = s.c->nparts = s.c->ncolumns = 0;

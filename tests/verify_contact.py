@@ -1,0 +1,351 @@
+"""Contact between bodies beside exact solutions, on grids of which each is finer than the last.
+
+usage: verify_contact.py PEBBLE SOURCE MPIEXEC PART GRIDS
+
+PART: bars slope rolling ball hertz impact disks turned rest float methods. GRIDS: coarse (the first grid alone) or all. Every
+row says what was measured, what is exact, and what is allowed.
+
+Blocks on slopes and disks that roll get their weight within 0.2 s, so that they do not bounce; what is exact then follows from
+the same formula of t.
+"""
+import math
+
+import h5py
+import numpy as np
+
+import check
+
+RAMP = 0.2  # s
+
+
+def simulate(name, options, n=1):
+    """Runs a scene of these options; the history as arrays."""
+    lines = [f"-{key}" + ("" if value is True else f" {value}") for key, value in {"output_format": "none", **options}.items()]
+    check.must("-options_file", check.write(name + ".opts", lines), "-output_dir", ".", n=n, timeout=1200)
+    rows = check.rows(name + ".csv")
+    return {key: np.array([float(row[key]) for row in rows]) for key in rows[0]}
+
+
+def materials(**moduli):
+    """Options of neo-Hookean materials of density 1000 and nu 0.3, each of its E."""
+    found = {"materials": ",".join(moduli)}
+    for name, E in moduli.items():
+        found.update({f"material_{name}_model": "neohookean", f"material_{name}_rho": 1000, f"material_{name}_E": E, f"material_{name}_nu": 0.3})
+    return found
+
+
+def body(name, material, shape, **options):
+    return {f"body_{name}_material": material, f"body_{name}_shape": shape, **{f"body_{name}_{key}": value for key, value in options.items()}}
+
+
+def vector(values):
+    return ",".join(repr(float(value)) for value in values)
+
+
+def frame(tilt):
+    """Unit vectors down a slope of so many degrees, and out of it."""
+    a = math.radians(tilt)
+    return np.array([math.cos(a), -math.sin(a)]), np.array([math.sin(a), math.cos(a)])
+
+
+def ramped(g):
+    """-acceleration of weight that grows to g."""
+    return '"' + ",".join(f"{float(value)!r}*(t<{RAMP}?(1-cos(pi*t/{RAMP}))/2:1)" for value in g) + '"'
+
+
+def ramped_motion(t):
+    """Velocity and way of what such a unit acceleration moves."""
+    T = RAMP
+    return (np.where(t < T, t / 2 - np.sin(np.pi * t / T) * T / (2 * np.pi), t - T / 2),
+            np.where(t < T, t ** 2 / 4 - (1 - np.cos(np.pi * t / T)) * T * T / (2 * np.pi ** 2), T * T / 4 - T * T / np.pi ** 2 + T * (t - T) / 2 + (t - T) ** 2 / 2))
+
+
+def row(good, name, measured, exact, allowed):
+    check.that(good, f"{name:<52} {measured:<58} | exact {exact} | {allowed}")
+
+
+def grids(cells, how):
+    return cells[:1] if how == "coarse" else cells
+
+
+# ---- Two bars: they touch for 2 L/c and exchange their velocities; the stress is rho c v. A bar that hits one at rest of twice
+# its length stops, and the other one goes on with half its velocity.
+def bars_scene(n, lengths, speeds, gap=0.1, **more):
+    lower = 0.45 * 32 / 32
+    a, b = (lower, lower + lengths[0]), (lower + lengths[0] + gap, lower + lengths[0] + gap + lengths[1])
+    upper = math.ceil(b[1] + 0.5)
+    return {"dim": 1, "grid_lower": 0, "grid_upper": upper, "grid_cells": n * upper, "materials": "m", "material_m_model": "neohookean",
+            "material_m_rho": 1, "material_m_E": 1, "material_m_nu": 0, "bodies": "a,b", **body("a", "m", "box", lower=a[0], upper=a[1], velocity=speeds[0]),
+            **body("b", "m", "box", lower=b[0], upper=b[1], velocity=speeds[1]), "history_bodies": "all", "history_every": 0.02,
+            "contact_mu": 0, "time_end": 12, **more}
+
+
+def peak_stress(name):
+    with h5py.File(name + ".h5") as file:
+        return max(np.abs(file[f"step_{step:06d}/particles/stress"][:].reshape(len(file[f"step_{step:06d}/particles/id"]), -1)[:, 0]).max() for step in check.steps(file))
+
+
+def touching(found, what, tolerance):
+    """First and last time at which a column is off its value at the start, and at the end, by more than a share."""
+    p, t = found[what], found["time"]
+    return t[np.abs(p - p[0]) > tolerance * abs(p[0])][0], t[np.abs(p - p[-1]) > 0.02 * abs(p[-1])][-1]
+
+
+def bars(how):
+    errors = []
+    for n in grids((32, 64, 128), how):
+        found = simulate(f"bars{n}", bars_scene(n, (1, 1), (0.01, -0.01), output_format="hdf5", output_fields="stress", output_every=0.1))
+        v = -found["momentum_a_x"][-1] / 0.01
+        start, end = touching(found, "momentum_a_x", 1e-6)
+        peak, lost = peak_stress(f"bars{n}") / 0.01, np.abs(found["momentum_x"]).max() / 0.02
+        errors.append(1 - v)
+        row(v >= 0.94 and 0.98 <= (end - start) / 2 <= 1.05 and 4.98 <= start <= 5.08 and peak <= 1.6 and lost < 1e-13, f"bars, {n} cells each",
+            f"v {v:.4f} touch at {start:.2f} for {end - start:.2f} peak {peak:.2f} p {lost:.0e}", "1, 5, 2, 1, 0", ">= 0.94, 5 .. 5.08, -2 +5 %, <= 1.6, 1e-13")
+    if len(errors) > 1:
+        row(all(b < a for a, b in zip(errors, errors[1:])), "bars: velocity lost falls", " ".join(f"{e:.4f}" for e in errors), "0", "falls")
+    for n in grids((32, 64), how):
+        found = simulate(f"unequal{n}", bars_scene(n, (1, 2), (0.01, 0), time_end=17))
+        v = found["momentum_a_x"][-1] / 0.01, found["momentum_b_x"][-1] / 2 / 0.01
+        lost = np.abs(found["momentum_x"] / 0.01 - 1).max()
+        row(abs(v[0]) <= 0.02 + 1 / n and abs(v[1] - 0.5) <= 0.02 and lost < 1e-13, f"bars 1:2, {n} cells", f"v {v[0]:.4f} {v[1]:.4f} p {lost:.0e}", "0, 0.5, 0", "0.02 + h, 0.02, 1e-13")
+
+
+# ---- A block on a slope of 30 degrees: gravity is turned, and the floor may be inclined too.
+def slope_scene(h, mu, tilt, **more):
+    along, out = frame(tilt)
+    g = 10 * (0.5 * along - math.sqrt(0.75) * out)
+    scene = {"dim": 2, "grid_lower": "0,0", "grid_h": f"{h},{h}", "acceleration": ramped(g), **materials(m=1e7, f=1e7), "bodies": "floor,block",
+             "bc_ymin_type": "fixed", "bc_xmin_type": "fixed", "bc_xmax_type": "fixed", "history_bodies": "block", "history_every": 0.02, "time_end": 0.7, "contact_mu": mu}
+    if tilt == 0:
+        scene.update({"grid_upper": "3,1.5", **body("floor", "f", "box", lower="0,0", upper="3,0.5"), **body("block", "m", "box", lower="0.5,0.5", upper="1.5,1")})
+    else:
+        corner = np.array([0, 0.5 + 3 * math.tan(math.radians(tilt))])
+        foot = corner + 0.5 * along
+        top = math.ceil((corner[1] + 0.75) * 8) / 8
+        corners = " ".join(vector(foot + a * along + b * out) for a, b in ((0, 0), (1, 0), (1, 0.5), (0, 0.5)))
+        scene.update({"grid_upper": f"3,{top}", **body("floor", "f", "halfspace", point=vector(corner), normal=vector(out)),
+                      **body("block", "m", "polygon", vertices=f'"{corners}"')})
+    return {**scene, **more}
+
+
+def slope(how):
+    for tilt in (0, 17):
+        along, out = frame(tilt)
+        for mu in (0, 0.3, 0.7):
+            for h in grids((0.125, 0.0625, 0.03125), how):
+                found = simulate(f"slope{tilt}-{mu}-{h}", slope_scene(h, mu, tilt))
+                x = np.stack([found["center_block_x"], found["center_block_y"]], 1)
+                way = ((x - x[0]) @ along)[-1]
+                free = 10 * ramped_motion(found["time"][-1])[1] * 0.5
+                exact = 10 * ramped_motion(found["time"][-1])[1] * max(0, 0.5 - mu * math.sqrt(0.75))
+                name = f"block on a slope, floor at {tilt}, mu {mu}, H/h {0.5 / h:.0f}"
+                if exact:
+                    row(abs(way / exact - 1) <= 0.03, name, f"way {way:.4f}, off {way / exact - 1:+.4f}", f"{exact:.4f}", "3 %")
+                else:
+                    row(abs(way) <= 3e-3 * free, name, f"way {way:.5f}, {way / free:.4f} of the free one", "0", "3e-3 of the free one, elastic")
+
+
+# ---- A disk or ball that rolls down a slope of 45 degrees.
+def rolling_scene(h, mu, dim, length=4.0, **more):
+    pad, mid, wide = (",0", ",0.625", ",1.25") if dim == 3 else ("", "", "")
+    floor = 0.25
+    g = 10 * math.sqrt(0.5)
+    scene = {"dim": dim, "grid_lower": "0,0" + pad, "grid_upper": f"{length},{floor + 1.25}{wide}", "grid_h": ",".join([f"{h}"] * dim),
+             "acceleration": ramped([g, -g] + [0] * (dim - 2)), **materials(m=1e7, f=1e7), "bodies": "floor,ball", "bc_ymin_type": "fixed", "bc_xmin_type": "fixed",
+             "bc_xmax_type": "fixed", **body("floor", "f", "box", lower="0,0" + pad, upper=f"{length},{floor}{wide}"),
+             **body("ball", "m", "sphere", center=f"0.75,{floor + 0.5}{mid}", radius=0.5), "history_bodies": "ball", "history_every": 0.02, "contact_mu": mu}
+    if dim == 3:
+        scene.update({"bc_zmin_type": "slip", "bc_zmax_type": "slip"})
+    return {**scene, **more}
+
+
+def roll(name, scene, mu, dim):
+    """Velocity and angular velocity at the end, each over the exact one (of a slide without friction: the latter over that of
+    rolling)."""
+    found = simulate(name, scene)
+    inertia, g = (0.5, 0.4)[dim - 2], 10 * math.sqrt(0.5)
+    sticks = 1 <= mu * (1 + 1 / inertia)
+    a = g / (1 + inertia) if sticks else g * (1 - mu)
+    spin = a / 0.5 if sticks else mu * g / (inertia * 0.5)
+    m, speed = found["mass_ball"][0], ramped_motion(found["time"][-1])[0]
+    p = found["momentum_ball_x"][-1], found["momentum_ball_y"][-1]
+    L = found["angular_momentum_ball_z" if dim == 3 else "angular_momentum_ball"][-1] - found["center_ball_x"][-1] * p[1] + found["center_ball_y"][-1] * p[0]
+    return p[0] / m / (a * speed), -L / (inertia * m * 0.25) / ((spin or g / (1 + inertia) / 0.5) * speed)
+
+
+def rolling(how):
+    for mu in (0, 0.2, 0.5):
+        for h in grids((0.125, 0.0625, 0.03125), how):
+            v, w = roll(f"disk{mu}-{h}", rolling_scene(h, mu, 2, time_end=0.7), mu, 2)
+            wide = 0.12 if h > 0.1 else 0.06
+            row(abs(v - 1) <= 0.05 and abs(w - (mu > 0)) <= wide, f"disk, mu {mu} {'rolls' if mu > 1 / 3 else 'slides'}, R/h {0.5 / h:.0f}",
+                f"v {v:.4f} angular v {w:.4f}", f"1, {int(mu > 0)}", f"5 %, {wide}")
+
+
+def ball(how):
+    for mu in (0.1, 0.5):
+        v, w = roll(f"ball{mu}", rolling_scene(0.125, mu, 3, length=2.5, time_end=0.5), mu, 3)
+        row(abs(v - 1) <= 0.07 and abs(w - 1) <= 0.35, f"ball, mu {mu} {'rolls' if mu > 2 / 7 else 'slides'}, R/h 4", f"v {v:.4f} angular v {w:.4f}", "1, 1", "7 %, 35 %")
+
+
+# ---- Hertz: a disk of radius 1 that its weight presses on a plate, b = 0.125; normal stress on the axis p0/sqrt(1 + (z/b)^2).
+def hertz_scene(h, tilt, g, **more):
+    along, out = frame(tilt)
+    scene = {"dim": 2, "grid_lower": "0,0", "grid_upper": "3,3", "grid_h": f"{h},{h}", "gravity": vector(-g * out), "materials": "d,p"}
+    for name, E in (("d", 1), ("p", 4)):
+        scene.update({f"material_{name}_model": "neohookean", f"material_{name}_rho": 1, f"material_{name}_E": E, f"material_{name}_nu": 0.3})
+    scene.update({"bodies": "plate,disk", **body("disk", "d", "sphere", center=vector(np.array([1.5, 0.75]) + out), radius=1), "bc_ymin_type": "fixed",
+                  "damping_kinetic": True, "time_end": 25, "output_format": "hdf5", "output_every": 25, "output_fields": "stress,body", "contact_mu": 0})
+    if tilt == 0:
+        scene.update({"bc_xmin_type": "slip", "bc_xmax_type": "slip", **body("plate", "p", "box", lower="0,0", upper="3,0.75")})
+    else:
+        scene.update({"bc_xmin_type": "fixed", "bc_xmax_type": "fixed", **body("plate", "p", "halfspace", point="1.5,0.75", normal=vector(out))})
+    return {**scene, **more}
+
+
+def axis_stress(name, h, tilt, b):
+    """Normal stress times sqrt(1 + (z/b)^2), its mean over three cells on the axis, of plate and disk."""
+    along, out = frame(tilt)
+    with h5py.File(name + ".h5") as file:
+        particles = file[f"step_{check.steps(file)[-1]:06d}/particles"]
+        x, stress, of = particles["x"][:][:, :2] - [1.5, 0.75], particles["stress"][:], particles["body"][:]
+    normal = -np.einsum("i,pij,j->p", out, stress.reshape(len(x), 3, 3)[:, :2, :2], out)
+    u, w = x @ along, x @ out
+    found = []
+    for side in (0, 1):
+        near = (of == side) & (np.abs(u) < 0.5 * h)
+        z = np.abs(w[near] - (w[near].min() - h / 4 if side else w[near].max() + h / 4))
+        found.append((normal[near] * np.sqrt(1 + (z / b) ** 2))[z < 3 * h].mean())
+    return found
+
+
+def hertz(how):
+    b, stiff = 0.125, 1 / (0.91 + 0.91 / 4)
+    force = b * b * math.pi * stiff / 4
+    p0 = 2 * force / (math.pi * b)
+    for tilt in (0, 17):
+        for h in grids((1 / 16, 1 / 24, 1 / 32), how):
+            simulate(f"hertz{tilt}-{round(1 / h)}", hertz_scene(h, tilt, force / math.pi))
+            plate, disk = (value / p0 for value in axis_stress(f"hertz{tilt}-{round(1 / h)}", h, tilt, b))
+            row(abs(plate - 1) <= 0.1 and abs(disk - 1) <= 0.1, f"Hertz, plate at {tilt}, {2 * b / h:.0f} cells in the width", f"p0 of plate {plate:.3f}, of disk {disk:.3f}", "1", "10 %")
+
+
+# ---- Two disks collide.
+def disks_scene(cells, angle=0.0, offset=0.0, mu=0.3, turned=False, **more):
+    """Disks of radius 0.2 in a unit square, along a line at an angle, each off that line by half the offset."""
+    to = np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
+    side = np.array([-to[1], to[0]])
+    centers = [np.array([0.5, 0.5]) + sign * (0.297 * to + 0.5 * offset * side) for sign in (-1, 1)]
+    speeds = [0.14142 * to, -0.14142 * to]
+    if turned:
+        centers, speeds = ([np.array([1 - y, x]) for x, y in centers], [np.array([-y, x]) for x, y in speeds])
+    return {"dim": 2, "grid_lower": "0,0", "grid_upper": "1,1", "grid_cells": f"{cells},{cells}", **materials(m=1e3), "bodies": "a,b",
+            **body("a", "m", "sphere", center=vector(centers[0]), radius=0.2, velocity=vector(speeds[0]), ppc="2,2"),
+            **body("b", "m", "sphere", center=vector(centers[1]), radius=0.2, velocity=vector(speeds[1]), ppc="2,2"),
+            "history_bodies": "all", "history_every": 0.01, "time_end": 1.8, "contact_mu": mu, **more}
+
+
+def spin(found, name):
+    return found[f"angular_momentum_{name}"]
+
+
+def disks(how):
+    for cells in grids((20, 40, 80), how):
+        for name, angle, offset in (("along x", 0, 0), ("along the diagonal", 45, 0), ("at an offset", 0, 0.2)):
+            found = simulate(f"disks{cells}-{angle}-{offset}", disks_scene(cells, angle, offset))
+            plain = simulate(f"plain{cells}-{angle}-{offset}", {key: value for key, value in disks_scene(cells, angle, offset).items() if key != "contact_mu"})
+            m, all_p = found["mass_a"][0], 2 * found["mass_a"][0] * 0.14142
+            lost = max(np.abs(found[f"momentum_{axis}"]).max() for axis in "xy") / all_p
+            L = spin(found, "a") + spin(found, "b")
+            L0 = all_p * (offset or 0.2)
+            turn = np.abs(L - L[0]).max() / L0
+            pa = np.hypot(found["momentum_a_x"] - found["momentum_a_x"][0], found["momentum_a_y"] - found["momentum_a_y"][0])
+            start = found["time"][pa > 1e-6 * all_p][0]
+            touch = (0.594 - (math.sqrt(0.16 - offset ** 2))) / 0.28284
+            energy = [one["kinetic_energy"][-1] / one["kinetic_energy"][0] for one in (found, plain)]
+            row(lost < 1e-12 and turn < 0.02 and -0.01 <= start - touch <= 0.35 / cells / 0.28284 + 0.02 and energy[0] >= energy[1] - 0.05 * bool(offset),
+                f"disks {name}, {cells} cells", f"p {lost:.0e} L {turn:.0e} touch {start:.3f} energy {energy[0]:.3f} ({energy[1]:.3f} without)",
+                f"0, 0, {touch:.3f}, 1", "1e-12, 0.02, +h/3, not less than without")
+
+
+def turned(how):
+    for offset in (0, 0.2):
+        first, second = (simulate(f"turned{offset}-{turned}", disks_scene(20, 0, offset, turned=turned)) for turned in (False, True))
+        worst = 0
+        for one, other, sign in (("center_a_x", "center_a_y", 1), ("momentum_a_x", "momentum_a_y", 1), ("momentum_a_y", "momentum_a_x", -1), ("momentum_b_x", "momentum_b_y", 1)):
+            worst = max(worst, np.abs(first[one] - sign * second[other]).max() / np.abs(first[one]).max() if np.abs(first[one]).max() > 1e-9 else 0)
+        row(worst < 1e-10, f"disks at offset {offset}, the scene turned by 90 degrees", f"{worst:.1e}", "0", "1e-10, relative")
+
+
+# ---- Bodies at rest on each other: what the walls carry.
+def rest_scene(h, bodies, walls, g, **more):
+    scene = {"dim": 2, "grid_lower": "0,0", "grid_upper": "1.5,2", "grid_h": f"{h},{h}", "acceleration": ramped(g), **materials(m=1e6), "bodies": ",".join(bodies),
+             "damping_time": 0.1, "time_end": 1.5, "history_bodies": "all", "history_every": 0.1, "history_walls": "all", "contact_mu": 0, **{f"bc_{face}_type": "slip" for face in walls}}
+    for name, (lower, upper) in bodies.items():
+        scene.update(body(name, "m", "box", lower=vector(lower), upper=vector(upper)))
+    return {**scene, **more}
+
+
+def rest(how):
+    for h in grids((0.125, 0.0625, 0.03125), how):
+        stack = {"low": ((0.25, 0), (1.25, 0.5)), "middle": ((0.5, 0.5), (1, 1)), "high": ((0.25, 1), (1.25, 1.5))}
+        found = simulate(f"stack{h}", rest_scene(h, stack, ["ymin"], [0, -10]))
+        weight = 1000 * 10 * 1.25
+        carried, moves = found["reaction_ymin_y"][-1] / weight, max(np.abs(found[f"momentum_{name}_y"][-1]) / found[f"mass_{name}"][0] for name in stack)
+        sinks = found["center_high_y"][0] - found["center_high_y"][-1]
+        row(abs(carried - 1) <= 0.01 and moves < 2e-3, f"three blocks on each other, {0.5 / h:.0f} cells each", f"reaction {carried:.4f} v {moves:.0e} top sinks {sinks:.4f}", "1, 0", "1 %, 2e-3 m/s")
+        corner = {"floor": ((0.5, 0), (1.5, 0.5)), "side": ((0, 0.5), (0.5, 1.5)), "block": ((0.5, 0.5), (1, 1))}
+        found = simulate(f"corner{h}", rest_scene(h, corner, ["ymin", "xmin", "xmax"], [-10, -10]))
+        down, aside = found["reaction_ymin_y"][-1], found["reaction_xmin_x"][-1]
+        speed = max(np.abs(found[f"momentum_block_{axis}"][-1]) / found["mass_block"][0] for axis in "xy")
+        print(f"     corner h {h}: reactions {down:.1f} {aside:.1f} block v {speed:.1e}", {k: float(v[-1]) for k, v in found.items() if k.startswith("center") or k.startswith("momentum_")}, flush=True)
+
+
+# ---- A light block floats: its centre, by Archimedes.
+def float_scene(h, rho, **more):
+    scene = {"dim": 2, "gravity": "0,-10", "grid_lower": "0,0", "grid_upper": "2,1.5", "grid_h": f"{h},{h}", "bc_xmin_type": "slip", "bc_xmax_type": "slip", "bc_ymin_type": "slip",
+             **materials(wood=1e6), "bodies": "block,pool", **body("block", "wood", "box", lower="0.8,0.4", upper="1.2,0.8"),
+             **body("pool", "water", "box", lower="0,0", upper="2,0.8", cut="block"), "damping_time": 0.5, "time_end": 4, "history_every": 0.1, "history_bodies": "block",
+             "contact_mu": 0}
+    scene.update({"materials": "wood,water", "material_wood_rho": rho, "material_water_model": "fluid", "material_water_rho": 1000, "material_water_K": 1e6})
+    return {**scene, **more}
+
+
+def floats(how):
+    for h in grids((0.1, 0.05), how):
+        for rho in (200, 500):
+            found = simulate(f"float{h}-{rho}", float_scene(h, rho))
+            deep = rho / 1000 * 0.4
+            exact = (1.44 + 0.4 * deep) / 2 - deep + 0.2
+            late = found["time"] > 2
+            y, turn = found["center_block_y"][late].mean(), found["upper_block_y"][-1] - found["lower_block_y"][-1] - (found["upper_block_y"][0] - found["lower_block_y"][0])
+            row(abs(y - exact) <= 0.5 * h and abs(turn) < 0.05, f"a block of density {rho} floats, h {h}", f"centre {y:.4f}, turned by {turn:.3f} m", f"{exact:.3f}", "half a cell")
+
+
+# ---- Every basis, update and transfer; the presets.
+def methods(how):
+    for more in ({"method_preset": preset} for preset in ("fast", "balanced", "accurate", "energy")):
+        found = simulate("preset", bars_scene(32, (1, 1), (0.01, -0.01), **more))
+        v, (start, end), lost = -found["momentum_a_x"][-1] / 0.01, touching(found, "momentum_a_x", 1e-6), np.abs(found["momentum_x"]).max() / 0.02
+        row(v >= 0.9 and 0.97 <= (end - start) / 2 <= 1.06 and 4.98 <= start <= 5.1 and lost < 1e-13, f"bars, preset {more['method_preset']}",
+            f"v {v:.4f} touch at {start:.2f} for {end - start:.2f} p {lost:.0e}", "1, 5, 2, 0", ">= 0.9")
+    for basis in ("linear", "gimp", "bspline2", "bspline3"):
+        for update in ("usf", "usl", "musl"):
+            for transfer in ("flip", "apic", "aflip", "xpic", "afmpm"):
+                if update != "musl" and transfer not in ("flip", "apic"):
+                    continue
+                more = {"method_basis": basis, "method_update": update, "method_transfer": transfer}
+                found = simulate("method", disks_scene(20, 0, 0.2, **more))
+                all_p = 2 * found["mass_a"][0] * 0.14142
+                lost = max(np.abs(found[f"momentum_{axis}"]).max() for axis in "xy") / all_p
+                energy = found["total_energy"].max() / found["total_energy"][0]
+                row(lost < 1e-12 and energy < 1.01, f"disks at an offset, {basis} {update} {transfer}", f"p {lost:.0e} most energy {energy:.4f} kinetic after {found['kinetic_energy'][-1] / found['kinetic_energy'][0]:.3f}", "0, 1", "1e-12, 1.01")
+
+
+PARTS = {"bars": bars, "slope": slope, "rolling": rolling, "ball": ball, "hertz": hertz, "disks": disks, "turned": turned, "rest": rest, "float": floats,
+         "methods": methods}
+
+if __name__ == "__main__":
+    part, how = check.arguments(__doc__, 2)
+    PARTS[part](how)
+    check.end()
