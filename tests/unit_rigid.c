@@ -11,9 +11,10 @@ static PetscReal Error(PetscReal value, PetscReal exact)
 
 static void CheckMass(void)
 {
-  MPMRegion        box = {.type = MPM_REGION_box, .lower = {1, 2, 3}, .upper = {2, 2.3, 5}}, all = box, ball = {.type = MPM_REGION_sphere, .center = {1, 2, 3}, .radius = 0.7};
-  MPMRegion        tube = {.type = MPM_REGION_cylinder, .center = {1, 2, 3}, .axis = {0, 0, 1}, .radius = 0.5, .length = 2};
-  const MPMRegion *others[] = {&all};
+  MPMRegion box = {.type = MPM_REGION_box, .lower = {1, 2, 3}, .upper = {2, 2.3, 5}}, all = box,
+            ball = {.type = MPM_REGION_sphere, .center = {1, 2, 3}, .radius = 0.7};
+  MPMRegion tube = {.type = MPM_REGION_cylinder, .center = {1, 2, 3}, .axis = {0, 0, 1}, .radius = 0.5, .length = 2};
+  MPMRegion *others[] = {&all};
   MPMRigidMass     m;
 
   UnitContext("box");
@@ -29,7 +30,8 @@ static void CheckMass(void)
   all = (MPMRegion){.type = MPM_REGION_box, .lower = {-9, -9, -9}, .upper = {9, 9, 9}};
   for (int dim = 2; dim < 4; dim++) /* by the formula, and by sums, which a limit that limits nothing asks for */
     for (int k = 0; k < 2; k++) {
-      const PetscReal R = 0.7, V = dim == 2 ? PETSC_PI * R * R : 4 * PETSC_PI / 3 * R * R * R, most = k ? dim == 2 ? 2e-5 : 2.5e-3 : 1e-14;
+      const PetscReal R = 0.7, V = dim == 2 ? PETSC_PI * R * R : 4 * PETSC_PI / 3 * R * R * R,
+                      most = k ? dim == 2 ? 2e-5 : 2.5e-3 : 1e-14;
 
       UnitContext("ball in %d-D, %d", dim, k);
       ball.others  = others;

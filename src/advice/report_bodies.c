@@ -66,7 +66,10 @@ static PetscErrorCode ReportContacts(const MPMCore *core, const MPMScene *scene)
     const MPMRigid *r = &core->rigids.body[k];
 
     PetscCall(MPMPrint(&core->print, "rigid      %s: %s, %s, friction %g", r->name, MPMRegionNames[r->shape->type],
-                       r->free ? "free" : r->moves ? "moving" : "fixed", (double)r->mu));
+                       r->free    ? "free"
+                       : r->moves ? "moving"
+                                  : "fixed",
+                       (double)r->mu));
     if (r->free) PetscCall(MPMPrint(&core->print, ", %g kg%s", (double)r->mass, per[core->grid.dim - 1]));
     PetscCall(MPMPrint(&core->print, "\n"));
   }

@@ -50,11 +50,11 @@ typedef struct {
 typedef struct {
   PetscInt          npairs, nnodes, nsites, nparts, ncolumns;
   PetscInt          corrections; /* of afmpm in this step so far */
-  MPMPair          *pair;   /* [npairs] */
-  MPMContactNode   *node;   /* [nnodes]; these and the others are the same ones on all processes */
-  MPMContactSite   *site;   /* [nsites] */
-  MPMContactPart   *part;   /* [nparts] in sequence of columns */
-  MPMContactColumn *column; /* [ncolumns] */
+  MPMPair          *pair;        /* [npairs] */
+  MPMContactNode   *node;        /* [nnodes]; these and the others are the same ones on all processes */
+  MPMContactSite   *site;        /* [nsites] */
+  MPMContactPart   *part;        /* [nparts] in sequence of columns */
+  MPMContactColumn *column;      /* [ncolumns] */
 } MPMContacts;
 
 #endif

@@ -177,11 +177,11 @@ typedef struct {
 
 /* Rigid bodies. */
 typedef struct {
-  PetscInt   n;
-  MPMRigid  *body;    /* [n] */
-  PetscReal *numbers; /* [n][MPM_RIGID_NUMBERS] */
-  PetscReal  since;   /* core->kicked at the last line of the history, s */
-  PetscBool  move, free; /* does any move, by formulas or freely? freely? */
+  PetscInt         n;
+  MPMRigid        *body;       /* [n] */
+  PetscReal       *numbers;    /* [n][MPM_RIGID_NUMBERS] */
+  PetscReal        since;      /* core->kicked at the last line of the history, s */
+  PetscBool        move, free; /* does any move, by formulas or freely? freely? */
   PetscInt         nsupports, room;
   MPMRigidSupport *support; /* [nsupports] in this step */
 } MPMRigids;

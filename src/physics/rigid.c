@@ -187,7 +187,7 @@ static void SamplePlace(const Samples *g, PetscInt k, PetscReal x[])
    (tests/unit_rigid.c). */
 void MPMRigidMassOf(const MPMRegion *shape, PetscInt dim, MPMRigidMass *m)
 {
-  const Samples g = SamplesOf(shape, dim, samples[dim - 1]);
+  const Samples g         = SamplesOf(shape, dim, samples[dim - 1]);
   PetscReal     second[9] = {0}, middle[3] = {0}, trace;
 
   *m = (MPMRigidMass){0};
@@ -228,10 +228,10 @@ void MPMRigidMassOf(const MPMRegion *shape, PetscInt dim, MPMRigidMass *m)
    from a grid of 64 x 64 places in 2-D, 24 x 24 x 24 in 3-D. */
 static PetscErrorCode SetPoints(MPMRigid *r, PetscInt dim)
 {
-  const MPMRegion *shape = r->shape;
-  const Samples    g     = SamplesOf(shape, dim, rough[dim - 1]);
+  const MPMRegion *shape    = r->shape;
+  const Samples    g        = SamplesOf(shape, dim, rough[dim - 1]);
   const PetscInt   ncorners = shape->surface && shape->surface->dim == dim ? shape->surface->n * dim : 0;
-  PetscReal        near = 0;
+  PetscReal        near     = 0;
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < dim; d++) near += 0.25 * g.s[d] * g.s[d];

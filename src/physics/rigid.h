@@ -20,9 +20,9 @@ typedef struct {
   PetscBool        moves, free;
   PetscReal        mass, inertia[9], inverse[9]; /* inverse: of inertia */
   PetscReal        reach;                        /* of the shape from the pivot, m */
-  PetscInt         npoints;                      /* of a free body: points of its surface at the start, from the pivot, m */
-  PetscReal       *point;                        /* [npoints][3] */
-  PetscReal        before[6];                    /* velocity and spin as the step began */
+  PetscInt         npoints;   /* of a free body: points of its surface at the start, from the pivot, m */
+  PetscReal       *point;     /* [npoints][3] */
+  PetscReal        before[6]; /* velocity and spin as the step began */
   PetscReal       *place, *turn, *velocity, *spin, *momentum, *impulse, *torque, *work, *angle;
 } MPMRigid;
 
@@ -83,7 +83,7 @@ PetscReal      MPMRigidYields(const MPMRigid *, const PetscReal x[], const Petsc
 void           MPMRigidKick(MPMRigid *, const PetscReal x[], const PetscReal J[]);
 void           MPMRigidPoint(const MPMRigid *, PetscInt k, PetscReal x[]);
 PetscReal      MPMRigidSpeed(const MPMRigid *);
-void MPMRigidsMeet(PetscInt n, const MPMRigid body[], PetscInt dim, PetscReal most, PetscInt *a, PetscInt *b);
+void           MPMRigidsMeet(PetscInt n, const MPMRigid body[], PetscInt dim, PetscReal most, PetscInt *a, PetscInt *b);
 
 /* Returns whether a body is a ball or a disk. */
 MPM_INLINE PetscBool MPMRigidIsRound(const MPMRigid *r)

@@ -34,7 +34,8 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
   if (mon->check_energy > 0 && damped && !*follow)
     MPMOptionsFail(o, "-check_energy does not apply: what -damping_* takes is followed with -history_energy only");
   if (mon->check_energy > 0 && rigid && !*follow)
-    MPMOptionsFail(o, "-check_energy does not apply: what rigid bodies give and take is followed with -history_energy only");
+    MPMOptionsFail(
+        o, "-check_energy does not apply: what rigid bodies give and take is followed with -history_energy only");
   if (mon->check_momentum > 0 && rigid)
     MPMOptionsFail(o, "-check_momentum does not apply: the impulse of rigid bodies is not followed");
   if (mon->check_energy > 0 && pushes && !*follow)

@@ -285,7 +285,7 @@ static PetscErrorCode CopyRowsCreate(const MPMCore *core, PetscInt copy, CopyRow
    mass where there are several copies, and mass has what it is so far. Collective on the exchange. */
 static PetscErrorCode AddCopies(MPMCore *core, const MPMNodeGroup *g, const CopyRows *copies, PetscReal *sorted)
 {
-  const MPMPatch *patch = &core->exchange.patch;
+  const MPMPatch *patch   = &core->exchange.patch;
   const PetscInt  ncopies = PetscMax(1, core->grid.copies), wide = g->components(3), n = copies->rows.n;
   const PetscBool mean = g->home == MPM_IS_MOTION && ncopies > 1 ? PETSC_TRUE : PETSC_FALSE;
   PetscReal      *all, *part, *mass;

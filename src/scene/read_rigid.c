@@ -31,21 +31,23 @@ static PetscErrorCode ReadMass(MPMOptions o, PetscInt dim, MPMBody *b)
     if (!(b->inertia[d] > 0 && b->inertia[d] <= PETSC_MAX_REAL))
       MPMOptionsFail(o, "-body_%s_inertia has %g, moments of inertia are above 0", b->name, (double)b->inertia[d]);
   if (rho == mass)
-    MPMOptionsFail(o, "-body_%s_rigid free needs %s-body_%s_rho or -body_%s_mass%s", b->name, rho ? "either " : "", b->name,
-                   b->name, rho ? ", not both" : "");
+    MPMOptionsFail(o, "-body_%s_rigid free needs %s-body_%s_rho or -body_%s_mass%s", b->name, rho ? "either " : "",
+                   b->name, b->name, rho ? ", not both" : "");
   if (inertia && !mass)
-    MPMOptionsFail(o, "-body_%s_inertia does not apply without -body_%s_mass: with -body_%s_rho it follows from the shape",
+    MPMOptionsFail(o,
+                   "-body_%s_inertia does not apply without -body_%s_mass: with -body_%s_rho it follows from the shape",
                    b->name, b->name, b->name);
   if (inertia && dim == 1) MPMOptionsFail(o, "-body_%s_inertia does not apply: in 1-D nothing turns", b->name);
   if (b->region.type == MPM_REGION_halfspace)
-    MPMOptionsFail(o, "-body_%s_rigid free does not apply: a halfspace has no end, and so no mass; choose another shape", b->name);
+    MPMOptionsFail(
+        o, "-body_%s_rigid free does not apply: a halfspace has no end, and so no mass; choose another shape", b->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMSceneReadRigid(const MPMCore *core, MPMOptions o, MPMBody *b)
 {
-  static const char *const names[]             = {"no", "fixed", "moving", "free"};
-  const PetscInt           dim                 = core->grid.dim;
+  static const char *const names[]            = {"no", "fixed", "moving", "free"};
+  const PetscInt           dim                = core->grid.dim;
   char                     word[MPM_NAME_LEN] = "no";
   PetscInt                 row;
 
@@ -61,8 +63,10 @@ PetscErrorCode MPMSceneReadRigid(const MPMCore *core, MPMOptions o, MPMBody *b)
     MPMOptionsFail(o, "-body_%s_rigid %s does not apply: the particles of a file have no shape", b->name, word);
   PetscCall(MPMOptionsReal(o, "body_<b>_mu", b->name, &b->mu, NULL));
   if (b->rigid == MPM_RIGID_FIXED) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMOptionsExpression(o, "body_<b>_velocity", b->name, b->rigid == MPM_RIGID_FREE ? "" : "t", dim, &b->velocity));
-  PetscCall(MPMOptionsExpression(o, "body_<b>_spin", b->name, b->rigid == MPM_RIGID_FREE ? "" : "t", dim == 3 ? 3 : 1, &b->spin));
+  PetscCall(
+      MPMOptionsExpression(o, "body_<b>_velocity", b->name, b->rigid == MPM_RIGID_FREE ? "" : "t", dim, &b->velocity));
+  PetscCall(MPMOptionsExpression(o, "body_<b>_spin", b->name, b->rigid == MPM_RIGID_FREE ? "" : "t", dim == 3 ? 3 : 1,
+                                 &b->spin));
   if (b->spin && dim == 1) MPMOptionsFail(o, "-body_%s_spin does not apply: in 1-D nothing turns", b->name);
   if (b->rigid == MPM_RIGID_FREE) {
     PetscCall(ReadMass(o, dim, b));
@@ -70,8 +74,8 @@ PetscErrorCode MPMSceneReadRigid(const MPMCore *core, MPMOptions o, MPMBody *b)
   }
   PetscCall(MPMOptionsReals(o, "body_<b>_pivot", b->name, b->pivot, &b->has_pivot));
   if (!MPMOptionsError(o) && !b->velocity && !b->spin)
-    MPMOptionsFail(o, "-body_%s_rigid moving needs -body_%s_velocity or -body_%s_spin; a body at rest is fixed", b->name,
-                   b->name, b->name);
+    MPMOptionsFail(o, "-body_%s_rigid moving needs -body_%s_velocity or -body_%s_spin; a body at rest is fixed",
+                   b->name, b->name, b->name);
   if (b->spin && !b->has_pivot)
     MPMOptionsFail(o, "-body_%s_spin needs -body_%s_pivot, the point about which the body turns", b->name, b->name);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -139,8 +143,9 @@ static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOption
   MPMRegionBounds(&b->region, dim, lower, upper);
   for (PetscInt d = 0; d < dim; d++)
     if (!(upper[d] > core->grid.lower[d] && lower[d] < core->grid.upper[d]))
-      MPMOptionsFail(o, "the rigid body %s lies outside of the grid: on axis %c from %g to %g, the grid from %g to %g", b->name,
-                     "xyz"[d], (double)lower[d], (double)upper[d], (double)core->grid.lower[d], (double)core->grid.upper[d]);
+      MPMOptionsFail(o, "the rigid body %s lies outside of the grid: on axis %c from %g to %g, the grid from %g to %g",
+                     b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)core -> grid.lower[d],
+                     (double)core->grid.upper[d]);
   PetscCall(IsFinite(b, dim, 0, &what));
   if (what) MPMOptionsFail(o, "-body_%s_%s is not finite at t = 0", b->name, what);
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -191,8 +196,10 @@ static PetscErrorCode MakeDistances(MPMScene *scene, const MPMCore *core, MPMOpt
     for (PetscInt d = 0; d < core->grid.dim; d++) middle[d] = 0.5 * (r->lower[d] + r->upper[d]);
     if (r->type == MPM_REGION_expression && r->nearest && !r->nearest->n &&
         !(r->formula(r->context, core->grid.dim, middle) > 0))
-      MPMOptionsFail(o, "-body_%s_expression is not positive at any of the places half a cell apart at which it was "
-                     "computed; a rigid body must be thicker", b->name);
+      MPMOptionsFail(o,
+                     "-body_%s_expression is not positive at any of the places half a cell apart at which it was "
+                     "computed; a rigid body must be thicker",
+                     b->name);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -222,8 +229,10 @@ PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   MPMRigidsMeet(r->n, r->body, core->grid.dim, TOUCHES * MPMGridSmallestH(&core->grid), &a, &b);
   if (a >= 0)
-    MPMOptionsFail(o, "the rigid bodies %s and %s touch at the start; contact between rigid bodies is not built: move one, or make both fixed or moving",
-                   r->body[a].name, r->body[b].name);
+    MPMOptionsFail(
+        o,
+        "the rigid bodies %s and %s touch at the start; contact between rigid bodies is not built: move one, or make both fixed or moving",
+        r->body[a].name, r->body[b].name);
   PetscCall(AddPairs(core));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -240,10 +249,9 @@ PetscErrorCode MPMSceneCheckInside(const MPMCore *core, MPMOptions o, const MPMB
 
     if (!(distance < -TOUCHES * MPMGridSmallestH(&core->grid))) continue;
     MPMPlaceWords(dim, x, at);
-    MPMOptionsFail(o,
-                   "a particle of %s at %s starts %g m inside the rigid body %s: move one of them, or cut %s (-body_%s_cut %s)",
-                   b->name, at, (double)-distance, core->rigids.body[k].name, b->name, b->name,
-                   core->rigids.body[k].name);
+    MPMOptionsFail(
+        o, "a particle of %s at %s starts %g m inside the rigid body %s: move one of them, or cut %s (-body_%s_cut %s)",
+        b->name, at, (double)-distance, core->rigids.body[k].name, b->name, b->name, core->rigids.body[k].name);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -270,8 +278,8 @@ PetscErrorCode MPMSceneCheckRigids(const MPMScene *scene, MPMCore *core, PetscRe
 
     if (scene->bodies[k].rigid == MPM_RIGID_MOVING) PetscCall(IsFinite(&scene->bodies[k], core->grid.dim, t, &what));
     if (what)
-      (void)snprintf(core->stop, sizeof core->stop, "-body_%s_%s is not finite at t = %g s", scene->bodies[k].name, what,
-                     (double)t);
+      (void)snprintf(core->stop, sizeof core->stop, "-body_%s_%s is not finite at t = %g s", scene->bodies[k].name,
+                     what, (double)t);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

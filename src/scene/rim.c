@@ -77,7 +77,8 @@ void MPMRim(const MPMBody *b, PetscInt dim, PetscInt faces, const PetscReal x[],
     }
     below = Beside(b, dim, x, side, e, -by, &lower);
     above = Beside(b, dim, x, side, e, by, &upper);
-    if (below && above && PetscAbsReal(lower + upper - 2 * far) > EDGE * by) { /* the normal of the face that it has there */
+    if (below && above &&
+        PetscAbsReal(lower + upper - 2 * far) > EDGE * by) { /* the normal of the face that it has there */
       by *= NEARER;
       below = Beside(b, dim, x, side, e, -by, &lower);
       above = Beside(b, dim, x, side, e, by, &upper);

@@ -30,9 +30,9 @@ typedef struct {
   MPMRigidType  rigid;
   PetscReal     mu, pivot[3]; /* of a rigid body: coefficient of friction; the point about which it turns, m */
   PetscBool     has_pivot;
-  PetscReal     rho, mass, inertia[3]; /* of a free one: kg/m^3, kg, kg m^2; 0: not given */
-  MPMExpression spin;         /* of a rigid body, rad/s, of t; NULL: it does not turn */
-  MPMExpression velocity;     /* m/s, of x y z, of a rigid body of t; NULL: at rest */
+  PetscReal     rho, mass, inertia[3];  /* of a free one: kg/m^3, kg, kg m^2; 0: not given */
+  MPMExpression spin;                   /* of a rigid body, rad/s, of t; NULL: it does not turn */
+  MPMExpression velocity;               /* m/s, of x y z, of a rigid body of t; NULL: at rest */
   MPMExpression deformation;            /* F at the start, row-major, of x y z; NULL: undeformed */
   PetscReal     v2;                     /* largest squared speed of its particles at the start, m^2/s^2 */
   PetscInt64    first, n;               /* ids first .. first+n-1 */

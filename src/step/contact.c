@@ -8,7 +8,7 @@
    node k, as a uniform stress has it. The relative velocity changes by p sum_sk N_sk^2/m_sk. A node alone would also hold
    the matter behind the surface, over the reach of a stencil.
 
-   Columns have nodes in common, so their impulses are found one after the other in SWEEPS rounds, by the velocities that the
+   Columns have nodes in common, so their impulses are found one after the other in rounds, by the velocities that the
    others have left; impulses along normals only push, and friction stays within its cone. Every process does this for all
    columns, with the same bits: of the sums over processes all terms but one are 0. docs/method.md has the formulas
    (Contact). */
@@ -16,9 +16,8 @@
 #include "physics/wall.h"
 #include "step/step.h"
 
-#define SWEEPS 8
-#define MOST   200  /* sweeps where rigid bodies are free, */
-#define QUIET  1e-9 /* until velocities change by less than this part of what they did in the first one */
+#define MOST  200  /* rounds at most, */
+#define QUIET 1e-4 /* until velocities change by less than this part of what they did in the first one */
 
 PetscErrorCode MPMContactsDestroy(MPMCore *core)
 {
@@ -77,7 +76,7 @@ static PetscErrorCode Motion(MPMCore *core)
     c->site[k].changes = PETSC_FALSE;
     for (PetscInt d = 0; d < 3; d++) {
       c->site[k].v[d] = c->site[k].was[d] = sum[7 * k + 1 + d];
-      c->site[k].a[d] = sum[7 * k + 4 + d];
+      c->site[k].a[d]                     = sum[7 * k + 4 + d];
     }
   }
   PetscCall(PetscFree(sum));
@@ -268,7 +267,7 @@ static PetscBool IsLastCorrection(MPMCore *core, const MPMPhase *phase)
 /* Adds up what rigid bodies have given the matter. The nodes count it as friction: what moving bodies do is work. */
 static void Account(MPMCore *core, PetscBool advance)
 {
-  const MPMContacts *c = core->contacts;
+  const MPMContacts *c    = core->contacts;
   PetscReal          work = 0;
   PetscMPIInt        rank;
 
@@ -314,7 +313,7 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Motion(core));
   for (PetscInt k = 0; k < c->ncolumns; k++) Begin(c, &c->column[k], Free(core, &c->column[k], yield));
-  for (int sweep = 0; yield ? sweep < MOST && (sweep < SWEEPS || most > QUIET * first) : sweep < SWEEPS; sweep++) {
+  for (int sweep = 0; sweep < MOST && (!sweep || most > QUIET * first); sweep++) {
     Glue(c, sweep ? PETSC_FALSE : PETSC_TRUE);
     most = 0;
     for (PetscInt k = 0; k < c->ncolumns; k++)
@@ -322,7 +321,8 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
     if (yield) most = PetscMax(most, MPMRigidsStand(core));
     first = PetscMax(first, most);
   }
-  for (PetscInt k = 0; k < c->ncolumns && advance; k++) c->column[k].held = c->column[k].press > 0 ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt k = 0; k < c->ncolumns && advance; k++)
+    c->column[k].held = c->column[k].press > 0 ? PETSC_TRUE : PETSC_FALSE;
   if (counts) Account(core, advance);
   Take(core, advance);
   PetscFunctionReturn(PETSC_SUCCESS);

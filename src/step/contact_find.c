@@ -13,18 +13,21 @@
 #include "step/matter.h"
 #include "step/step.h"
 
-#define SMOOTH 1e-9           /* cells^2, times the sum of phi: it only matters where all particles lie on a line */
-#define PUSH   3e-4 /* of the depth to which single particles of what flows have crept into the other body, undone in a step: with 1e-4
+#define SMOOTH 1e-9 /* cells^2, times the sum of phi: it only matters where all particles lie on a line */
+#define PUSH                                                                                                           \
+  3e-4 /* of the depth to which single particles of what flows have crept into the other body, undone in a step: with 1e-4
                          water goes on to creep in, with 1e-3 blocks float a cell too high */
-#define TIE    1e-9           /* cells: a particle in the middle between two columns lies in both */
-#define AROUND 2              /* nodes around touching ones that are not light either */
-#define TOUCHES 1.0           /* cells: matter that is nearer touches, or may do so in this step */
-#define AHEAD  0.75           /* cells: a block slides on a plane within 0.1 %; with 0.5 and 1 within 1 %, and ends sink in with more */
-#define AGREE  8              /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
-#define INCLINES 0.25         /* squared component of a normal, below which a node is in no column along that axis: 60 degrees */
-#define BAND   0.6            /* cells: how much further than a stencil's reach the nodes of columns are from a rigid body */
-#define UNIT   ldexp(1, -50)  /* of sums of phi, and of the weights in sides of cells */
-#define MOST   ldexp(1, 54)   /* of what a particle adds to a weight, in units */
+#define TIE     1e-9 /* cells: a particle in the middle between two columns lies in both */
+#define AROUND  2    /* nodes around touching ones that are not light either */
+#define TOUCHES 1.0  /* cells: matter that is nearer touches, or may do so in this step */
+#define AHEAD                                                                                                          \
+  0.75 /* cells: a block slides on a plane within 0.1 %; with 0.5 and 1 within 1 %, and ends sink in with more */
+#define AGREE 8 /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
+#define INCLINES                                                                                                       \
+  0.25           /* squared component of a normal, below which a node is in no column along that axis: 60 degrees */
+#define BAND 0.6 /* cells: how much further than a stencil's reach the nodes of columns are from a rigid body */
+#define UNIT ldexp(1, -50) /* of sums of phi, and of the weights in sides of cells */
+#define MOST ldexp(1, 54)  /* of what a particle adds to a weight, in units */
 
 /* The sums at a node of a pair from which its normal comes, in units: of phi times 1, xi, xi xi^T (xx xy xz yy yz zz), c, c
    xi; xi = (x_p - x_i)/h. */
@@ -44,11 +47,11 @@ typedef struct {
   MPMCore     *core;
   MPMContacts *c;
   MPMView      view;
-  PetscReal    reach;       /* m: what is nearer to a rigid body is looked at */
-  PetscInt     n[3], words; /* words: of 64 bits for a copy */
-  uint64_t    *tiles;       /* [copies][words] */
+  PetscReal    reach;                  /* m: what is nearer to a rigid body is looked at */
+  PetscInt     n[3], words;            /* words: of 64 bits for a copy */
+  uint64_t    *tiles;                  /* [copies][words] */
   PetscInt     box[MPM_MAX_COPIES][6]; /* of the tiles of each copy: minus the lowest on each axis, the highest */
-  uint64_t    *cells;       /* [copies][tiles] bits of their cells that have particles */
+  uint64_t    *cells;                  /* [copies][tiles] bits of their cells that have particles */
   PetscInt    *wanted, *first, nwanted, most; /* the particles of each side of each pair that are near the other side */
   Fit         *fit;
   PetscInt     nfits, room, *map, *key, *at; /* key, at: of nodes, sorted */
@@ -65,8 +68,9 @@ static PetscInt TilePlace(const Search *s, PetscInt tile, PetscInt at[])
   const MPMPatch *patch = &s->core->exchange.patch;
   const MPMGrid  *grid  = patch->grid;
   const MPMTiles *t     = &patch->tiles;
-  const PetscInt  edge  = MPMTileEdge(patch->basis), own[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
-  PetscInt        copy  = 0;
+  const PetscInt  edge  = MPMTileEdge(patch->basis),
+                 own[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
+  PetscInt copy         = 0;
 
   for (PetscInt d = 0; d < 3; d++) {
     at[d] = (patch->own_lo[d] + grid->layers[d]) / edge + own[d] - t->below[d];
@@ -216,7 +220,7 @@ static PetscErrorCode FindCells(Search *s)
    both touch the same nodes or the next ones. */
 static PetscBool IsCellNear(const Search *s, PetscInt copy, const PetscInt at[], PetscInt in)
 {
-  const MPMGrid *grid  = &s->core->grid;
+  const MPMGrid *grid = &s->core->grid;
   const PetscInt bits = s->core->exchange.patch.tiles.bits, edge = 1 << bits, reach = MPMBasisNodes(s->core->basis);
   PetscInt       lo[3] = {0}, hi[3] = {0}, to[3];
 
@@ -270,7 +274,7 @@ static PetscBool IsRigidNear(const Search *s, PetscInt rigid, const PetscInt at[
   }
   half = PetscSqrtReal(half);
   return PetscAbsReal(MPMRigidDistance(&s->core->rigids.body[rigid], grid->dim, x, n)) < half + s->reach ? PETSC_TRUE
-                                                                                                       : PETSC_FALSE;
+                                                                                                         : PETSC_FALSE;
 }
 
 /* Returns whether particle p is near a rigid body. */
@@ -300,7 +304,8 @@ static PetscErrorCode ListNearRigid(Search *s, PetscInt pair)
 
       PetscCall(MakeRoom(s, cell[edge] - cell[0]));
       for (PetscInt q = cell[0]; q < cell[edge]; q++)
-        if (IsParticleNear(s, rigid, s->core->particles.order[q])) s->wanted[s->nwanted++] = s->core->particles.order[q];
+        if (IsParticleNear(s, rigid, s->core->particles.order[q]))
+          s->wanted[s->nwanted++] = s->core->particles.order[q];
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -312,7 +317,8 @@ static PetscErrorCode ListParticles(Search *s, PetscInt pair, int side)
   const MPMTiles *t    = &s->core->exchange.patch.tiles;
   const int       dim  = (int)s->core->grid.dim;
   const PetscInt  rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits;
-  const PetscInt  own = side ? s->c->pair[pair].b : s->c->pair[pair].a, other = side ? s->c->pair[pair].a : s->c->pair[pair].b;
+  const PetscInt  own  = side ? s->c->pair[pair].b : s->c->pair[pair].a,
+                 other = side ? s->c->pair[pair].a : s->c->pair[pair].b;
 
   PetscFunctionBeginUser;
   for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
@@ -350,7 +356,8 @@ static PetscErrorCode ListAll(Search *s, PetscBool any)
 }
 
 /* Calls act for each particle of one side of a pair that is near matter of the other one. */
-static PetscErrorCode ForParticles(Search *s, PetscInt pair, int side, PetscErrorCode (*act)(Search *, PetscInt, int, PetscInt))
+static PetscErrorCode ForParticles(Search *s, PetscInt pair, int side,
+                                   PetscErrorCode (*act)(Search *, PetscInt, int, PetscInt))
 {
   PetscFunctionBeginUser;
   for (PetscInt k = s->first[2 * pair + side]; k < s->first[2 * pair + side + 1]; k++)
@@ -405,7 +412,8 @@ static PetscInt KeyOf(const MPMGrid *grid, PetscInt of, const PetscInt ijk[])
 {
   PetscInt key = of;
 
-  for (PetscInt d = grid->dim - 1; d >= 0; d--) key = key * (grid->cells[d] + 2 * MPM_GRID_APART) + ijk[d] + MPM_GRID_APART;
+  for (PetscInt d = grid->dim - 1; d >= 0; d--)
+    key = key * (grid->cells[d] + 2 * MPM_GRID_APART) + ijk[d] + MPM_GRID_APART;
   return key;
 }
 
@@ -575,7 +583,7 @@ static void UseFaces(PetscInt dim, Faces of, PetscReal n[])
   PetscReal sum[3] = {0}, length = 0;
 
   for (int side = 0; side < 2; side++) {
-    const PetscReal all = (PetscReal)of[side][3];
+    const PetscReal all  = (PetscReal)of[side][3];
     PetscReal       size = 0, weight;
 
     for (PetscInt d = 0; d < dim; d++) size += PetscSqr((PetscReal)of[side][d]);
@@ -591,7 +599,8 @@ static void UseFaces(PetscInt dim, Faces of, PetscReal n[])
 
 /* Returns how much matter of the other side is at a place `by` cells ahead of the surface of particle p, along the unit normal
    n [dim] of that: the sums of its particles' phi interpolated to there, by those of full cells. */
-static PetscReal Filled(const Search *s, PetscInt pair, int side, PetscInt p, const PetscReal n[], PetscReal rim, PetscReal by)
+static PetscReal Filled(const Search *s, PetscInt pair, int side, PetscInt p, const PetscReal n[], PetscReal rim,
+                        PetscReal by)
 {
   const MPMGrid *grid = &s->core->grid;
   PetscReal      x[3] = {0}, h = 0, found = 0;
@@ -601,7 +610,9 @@ static PetscReal Filled(const Search *s, PetscInt pair, int side, PetscInt p, co
   for (PetscInt d = 0; d < grid->dim; d++) h += PetscSqr(n[d] * grid->h[d]);
   for (PetscInt d = 0; d < grid->dim; d++) {
     x[d] = s->view.x[p * grid->dim + d] + (rim + by * PetscSqrtReal(h)) * n[d];
-    if (grid->periodic[d]) x[d] -= PetscFloorReal((x[d] - grid->lower[d]) / (grid->upper[d] - grid->lower[d])) * (grid->upper[d] - grid->lower[d]);
+    if (grid->periodic[d])
+      x[d] -= PetscFloorReal((x[d] - grid->lower[d]) / (grid->upper[d] - grid->lower[d])) *
+              (grid->upper[d] - grid->lower[d]);
     if (!(x[d] >= grid->lower[d] && x[d] < grid->upper[d])) return 0;
   }
   SetStencilAt(s, p, x, &t);
@@ -731,7 +742,8 @@ static PetscErrorCode MakeNodes(Search *s)
     MPMContactNode *q = &c->node[c->nnodes];
 
     *q = (MPMContactNode){.pair = s->fit[k].pair};
-    for (int side = s->c->pair[q->pair].a < 0; side < 2; side++) { /* distances from rigid bodies are from their surface */
+    for (int side = s->c->pair[q->pair].a < 0; side < 2;
+         side++) { /* distances from rigid bodies are from their surface */
       q->wide[side] = PETSC_INFINITY;
       for (PetscInt d = 0; d < 3; d++) q->near[side][d] = PETSC_INFINITY;
     }
@@ -742,7 +754,8 @@ static PetscErrorCode MakeNodes(Search *s)
     }
     if (q->n[0] != 0 || q->n[1] != 0 || q->n[2] != 0) c->nnodes++;
   }
-  PetscCall(SetKeys(s, c->nnodes, c->node, sizeof *c->node, offsetof(MPMContactNode, pair), offsetof(MPMContactNode, ijk)));
+  PetscCall(
+      SetKeys(s, c->nnodes, c->node, sizeof *c->node, offsetof(MPMContactNode, pair), offsetof(MPMContactNode, ijk)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -765,11 +778,12 @@ static PetscErrorCode MakeSites(Search *s)
     }
   PetscCall(PetscSortIntWithArray(n, key, at));
   for (PetscInt k = 0; k < n; k++) {
-    MPMContactNode *q = &c->node[at[k] / 2];
+    MPMContactNode *q    = &c->node[at[k] / 2];
     const MPMPair  *pair = &c->pair[q->pair];
 
     if (!k || key[k] != key[k - 1])
-      c->site[c->nsites++] = (MPMContactSite){.copy = at[k] % 2 ? pair->b : pair->a, .ijk = {q->ijk[0], q->ijk[1], q->ijk[2]}};
+      c->site[c->nsites++] = (MPMContactSite){.copy = at[k] % 2 ? pair->b : pair->a,
+                                              .ijk  = {q->ijk[0], q->ijk[1], q->ijk[2]}};
     q->site[at[k] % 2] = c->nsites - 1;
   }
   PetscCall(PetscFree2(key, at));
@@ -779,9 +793,9 @@ static PetscErrorCode MakeSites(Search *s)
 /* Lets a particle tell the nodes of contact of its stencil its part of the weights, and where its matter ends. */
 static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
 {
-  const MPMCore *core = s->core;
-  const MPMGrid *grid = &core->grid;
-  const PetscInt dim  = grid->dim;
+  const MPMCore *core  = s->core;
+  const MPMGrid *grid  = &core->grid;
+  const PetscInt dim   = grid->dim;
   const PetscInt rigid = -1 - s->c->pair[pair].a;
   PetscReal      F[9], units, V[3], own[3] = {0}, from = 0;
   PetscInt       at[3];
@@ -821,7 +835,8 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
     }
     q->weight[side] += (PetscInt64)PetscMax(-MOST, PetscMin(MOST, units * part));
     if (rigid >= 0) /* by the distance and the normal where the particle is */
-      end = PetscMin(from - MPMMatterReaches(core, &s->view, p, F, own, h), MPMMatterArrives(core, &s->view, p, own, V));
+      end = PetscMin(from - MPMMatterReaches(core, &s->view, p, F, own, h),
+                     MPMMatterArrives(core, &s->view, p, own, V));
     else
       end -= MPMMatterReaches(core, &s->view, p, F, n, h);
     for (PetscInt d = 0; d < dim; d++)
@@ -890,7 +905,8 @@ static int InOrder(const void *a, const void *b)
   return i[p->axis] == j[p->axis] ? 0 : i[p->axis] < j[p->axis] ? -1 : 1;
 }
 
-static PetscBool SameColumn(PetscBool flows, const MPMContactNode node[], const MPMContactPart *p, const MPMContactPart *q)
+static PetscBool SameColumn(PetscBool flows, const MPMContactNode node[], const MPMContactPart *p,
+                            const MPMContactPart *q)
 {
   if (flows || p->pair != q->pair || p->axis != q->axis || p->side != q->side) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++)
@@ -916,7 +932,8 @@ static PetscErrorCode MakeParts(MPMContacts *c, PetscInt dim)
 
       for (PetscInt d = 1; d < dim; d++)
         if (PetscSqr(q->n[d]) > PetscSqr(q->n[axis]) + TIE) axis = d;
-      c->part[c->nparts++] = (MPMContactPart){.node = k, .pair = q->pair, .axis = axis, .side = q->n[axis] > 0, .share = {1, 1}};
+      c->part[c->nparts++] = (MPMContactPart){
+          .node = k, .pair = q->pair, .axis = axis, .side = q->n[axis] > 0, .share = {1, 1}};
       continue;
     }
     for (PetscInt d = 0; d < dim; d++) all += PetscMax(0, PetscSqr(q->n[d]) - INCLINES);
@@ -952,10 +969,10 @@ static void SetPlace(const MPMCore *core, MPMContactColumn *to)
 /* Sets normal and gap of a column, and the shares of its parts; returns false if it has no matter on one side. */
 static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
 {
-  const PetscReal dt = core->params.dt;
-  MPMContacts    *c  = core->contacts;
-  const PetscInt axis = c->part[to->first].axis;
-  PetscReal      all[2] = {0}, size = 0, room = PETSC_INFINITY, V[3];
+  const PetscReal dt     = core->params.dt;
+  MPMContacts    *c      = core->contacts;
+  const PetscInt  axis   = c->part[to->first].axis;
+  PetscReal       all[2] = {0}, size = 0, room = PETSC_INFINITY, V[3];
 
   for (PetscInt k = to->first; k < to->last; k++)
     for (int side = 0; side < 2; side++) all[side] += c->part[k].share[side];
@@ -981,7 +998,9 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
   if (!(size > 0)) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++) to->n[d] /= PetscSqrtReal(size);
   if (c->pair[to->pair].flows && to->gap < 0) to->gap *= PUSH;
-  to->least = dt > 0 ? -(c->pair[to->pair].flows ? to->gap : PetscMax(0, to->gap)) / dt : to->gap > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */
+  to->least = dt > 0        ? -(c->pair[to->pair].flows ? to->gap : PetscMax(0, to->gap)) / dt
+              : to->gap > 0 ? -PETSC_INFINITY
+                            : 0; /* dt 0: no step yet */
   if (c->pair[to->pair].a >= 0) return PETSC_TRUE;
   SetPlace(core, to);
   MPMRigidVelocity(&core->rigids.body[-1 - c->pair[to->pair].a], core->grid.dim, to->at, V);
@@ -997,7 +1016,9 @@ static void SetColumns(const MPMCore *core)
   for (PetscInt first = 0, last; first < c->nparts; first = last) {
     MPMContactColumn *to = &c->column[c->ncolumns];
 
-    for (last = first + 1; last < c->nparts && SameColumn(c->pair[c->part[first].pair].flows, c->node, &c->part[first], &c->part[last]);) last++;
+    for (last = first + 1;
+         last < c->nparts && SameColumn(c->pair[c->part[first].pair].flows, c->node, &c->part[first], &c->part[last]);)
+      last++;
     *to = (MPMContactColumn){.first = first, .last = last, .pair = c->part[first].pair, .gap = PETSC_INFINITY};
     if (SetColumn(core, to)) c->ncolumns++;
   }
@@ -1051,7 +1072,7 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
   const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim) | MPM_BIT(l);
   const PetscInt nodes  = MPMPatchNodes(&core->exchange.patch);
   Search         s      = {.core = core, .c = core->contacts};
-  PetscBool      any = PETSC_FALSE;
+  PetscBool      any    = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < core->params.nkinds; k++) {
@@ -1060,7 +1081,8 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
 
     for (PetscInt d = 0; d < core->grid.dim; d++) full *= 0.5 / kind->l[d];
     for (PetscInt q = 0; q < s.c->npairs && !MPMMaterialKeepsShape(&core->params.materials[kind->material]); q++)
-      if (s.c->pair[q].a >= 0 && (s.c->pair[q].a == kind->copy || s.c->pair[q].b == kind->copy)) s.c->pair[q].flows = PETSC_TRUE;
+      if (s.c->pair[q].a >= 0 && (s.c->pair[q].a == kind->copy || s.c->pair[q].b == kind->copy))
+        s.c->pair[q].flows = PETSC_TRUE;
     s.full[kind->copy] = PetscMax(s.full[kind->copy], full);
   }
   s.c->nnodes = s.c->nsites = s.c->nparts = s.c->ncolumns = 0;

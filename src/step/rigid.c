@@ -38,8 +38,8 @@ static PetscErrorCode Add(MPMCore *core, PetscInt body, PetscInt face, const Pet
 
     if (at[0] == x[0] && at[1] == x[1] && at[2] == x[2]) PetscFunctionReturn(PETSC_SUCCESS);
   }
-  r->support[r->nsupports++] = (MPMRigidSupport){.body = body, .face = face, .at = {x[0], x[1], x[2]},
-                                                 .least = gap > 0 ? -gap / dt : -gap / (CLOSES * dt)};
+  r->support[r->nsupports++] = (MPMRigidSupport){
+      .body = body, .face = face, .at = {x[0], x[1], x[2]}, .least = gap > 0 ? -gap / dt : -gap / (CLOSES * dt)};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -48,7 +48,7 @@ static PetscErrorCode FindSupports(MPMCore *core, PetscInt body, PetscInt face)
 {
   const MPMGrid  *grid = &core->grid;
   const PetscInt  dim = grid->dim, axis = face / 2;
-  const MPMRigid *r   = &core->rigids.body[body];
+  const MPMRigid *r = &core->rigids.body[body];
   PetscReal       plane, sign, x[3], best[DIRECTIONS + 1], at[3];
   PetscInt        which[DIRECTIONS + 1] = {0}, n = dim == 1 ? 1 : dim == 2 ? 3 : DIRECTIONS + 1;
 
@@ -69,9 +69,10 @@ static PetscErrorCode FindSupports(MPMCore *core, PetscInt body, PetscInt face)
     gap = sign * (x[axis] - plane);
     for (PetscInt d = 0; d < 2; d++) along[d] = dim == 2 && d ? 0 : x[(axis + 1 + d) % dim] - at[(axis + 1 + d) % dim];
     for (PetscInt q = 0; q < n; q++) {
-      const PetscReal by = q == 0   ? 0
-                           : dim == 2 ? (q == 1 ? along[0] : -along[0])
-                                      : along[0] * PetscCosReal(q * PETSC_PI / 4) + along[1] * PetscSinReal(q * PETSC_PI / 4);
+      const PetscReal by = q == 0 ? 0
+                           : dim == 2
+                               ? (q == 1 ? along[0] : -along[0])
+                               : along[0] * PetscCosReal(q * PETSC_PI / 4) + along[1] * PetscSinReal(q * PETSC_PI / 4);
 
       if (!(gap - SLOPES * by < best[q])) continue;
       best[q]  = gap - SLOPES * by;
@@ -112,7 +113,9 @@ static PetscReal Act(MPMCore *core, MPMRigidSupport *s)
   const MPMFace  *f    = &core->params.walls->given[s->face / 2][s->face % 2];
   const PetscInt  axis = s->face / 2;
   const PetscReal sign = s->face % 2 ? -1 : 1;
-  const PetscReal mu   = MPMWallHas(f->type, MPM_WALL_TANGENT) ? PETSC_MAX_REAL : MPMWallHas(f->type, MPM_WALL_BRAKES) ? f->mu : 0;
+  const PetscReal mu   = MPMWallHas(f->type, MPM_WALL_TANGENT)  ? PETSC_MAX_REAL
+                         : MPMWallHas(f->type, MPM_WALL_BRAKES) ? f->mu
+                                                                : 0;
   MPMRigid       *r    = &core->rigids.body[s->body];
   PetscReal       v[3], n[3] = {0}, J[3] = {0}, yields, more, size = 0, slide = 0, most;
 
@@ -163,10 +166,11 @@ void MPMRigidsCheck(MPMCore *core)
 
   MPMRigidsMeet(core->rigids.n, core->rigids.body, core->grid.dim, TOUCHES * MPMGridSmallestH(&core->grid), &a, &b);
   if (a >= 0 && !core->stop[0])
-    (void)snprintf(core->stop, sizeof core->stop,
-                   "the rigid bodies %s and %s meet at t=%g s; they would pass through each other, since contact between rigid "
-                   "bodies is not built",
-                   core->rigids.body[a].name, core->rigids.body[b].name, (double)core->t);
+    (void)snprintf(
+        core->stop, sizeof core->stop,
+        "the rigid bodies %s and %s meet at t=%g s; they would pass through each other, since contact between rigid "
+        "bodies is not built",
+        core->rigids.body[a].name, core->rigids.body[b].name, (double)core->t);
   for (PetscInt k = 0; k < core->rigids.n && !core->stop[0]; k++) {
     const MPMRigid *r = &core->rigids.body[k];
 
@@ -174,7 +178,8 @@ void MPMRigidsCheck(MPMCore *core)
       const PetscReal at = r->pivot[d] + r->place[d];
 
       if (!(at >= core->grid.lower[d] && at <= core->grid.upper[d]))
-        (void)snprintf(core->stop, sizeof core->stop, "the rigid body %s left the grid, to %c = %g m", r->name, "xyz"[d], (double)at);
+        (void)snprintf(core->stop, sizeof core->stop, "the rigid body %s left the grid, to %c = %g m", r->name,
+                       "xyz"[d], (double)at);
     }
   }
 }
