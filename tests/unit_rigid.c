@@ -12,10 +12,10 @@ static PetscReal Error(PetscReal value, PetscReal exact)
 static void CheckMass(void)
 {
   MPMRegion box = {.type = MPM_REGION_box, .lower = {1, 2, 3}, .upper = {2, 2.3, 5}}, all = box,
-            ball = {.type = MPM_REGION_sphere, .center = {1, 2, 3}, .radius = 0.7};
-  MPMRegion tube = {.type = MPM_REGION_cylinder, .center = {1, 2, 3}, .axis = {0, 0, 1}, .radius = 0.5, .length = 2};
-  MPMRegion *others[] = {&all};
-  MPMRigidMass     m;
+            ball    = {.type = MPM_REGION_sphere, .center = {1, 2, 3}, .radius = 0.7};
+  MPMRegion    tube = {.type = MPM_REGION_cylinder, .center = {1, 2, 3}, .axis = {0, 0, 1}, .radius = 0.5, .length = 2};
+  MPMRegion   *others[] = {&all};
+  MPMRigidMass m;
 
   UnitContext("box");
   for (int dim = 1; dim < 4; dim++) {
