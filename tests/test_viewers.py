@@ -24,7 +24,7 @@ except ImportError as error:
     missing = error
 # A rigid ball that turns and moves, and a fixed post.
 TOOL = ("-bodies", "star,ball,post", "-body_ball_shape", "sphere", "-body_ball_center", "0.05,0.05,0.05", "-body_ball_radius", "0.02", "-body_ball_rigid",
-        "moving", "-body_ball_velocity", "0.1,0,0", "-body_ball_spin", "0,3,0", "-body_post_shape", "box", "-body_post_lower", "0.01,0.01,0.01", "-body_post_upper",
+        "moving", "-body_ball_velocity", "0.1,0,0", "-body_ball_spin", "0,3,0", "-body_ball_pivot", "0.05,0.05,0.05", "-body_post_shape", "box", "-body_post_lower", "0.01,0.01,0.01", "-body_post_upper",
         "0.02,0.02,0.03", "-body_post_rigid", "fixed")
 FIELDS = ("id", "x", "v", "F", "stress", "volume", "body")
 
