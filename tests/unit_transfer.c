@@ -1042,6 +1042,7 @@ static void Affine(int dim, MPMBasis basis)
                           .kinds       = kinds,
                           .nkinds      = nkinds,
                           .materials   = materials,
+                          .nmaterials  = nmaterials,
                           .own_inertia = PETSC_TRUE};
   MPMGrid      g       = Grid(dim, basis, MPM_WALL_BASIS_EXTRAP, 1);
   PetscReal    A[9], c[3];
@@ -1125,11 +1126,17 @@ static void Filter(int dim, MPMBasis basis, MPMWallBasis wall)
                         filter = {.parts = MPM_G2P_FILTER, .particles_in = -1, .particles_out = -1},
                         more   = {.parts = MPM_G2P_FILTER | MPM_RESIDUAL, .particles_in = -1, .particles_out = -1},
                         move   = {.parts = MPM_G2P_MOTION, .particles_in = -1, .particles_out = -1};
-  static Bench b;
-  static State s, after;
-  MPMParams    par = {
-         .dt = 0.125, .kick = 0.1875, .flip = 0, .strain = 1, .kinds = kinds, .nkinds = nkinds, .materials = materials};
-  const MPMGrid g = Grid(dim, basis, wall, 0);
+  static Bench  b;
+  static State  s, after;
+  MPMParams     par = {.dt         = 0.125,
+                       .kick       = 0.1875,
+                       .flip       = 0,
+                       .strain     = 1,
+                       .kinds      = kinds,
+                       .nkinds     = nkinds,
+                       .materials  = materials,
+                       .nmaterials = nmaterials};
+  const MPMGrid g   = Grid(dim, basis, wall, 0);
 
   SetOrder(1);
   Particles(&s, &g, N, 0);
@@ -1197,14 +1204,15 @@ static void Correction(int dim, MPMBasis basis)
   static State  s;
   static Node   nodes[MAX_STENCIL];
   const MPMGrid g   = Grid(dim, basis, MPM_WALL_BASIS_EXTRAP, 0);
-  MPMParams     par = {.dt        = 0.125,
-                       .kick      = 0.1875,
-                       .flip      = 0,
-                       .strain    = 1,
-                       .kinds     = kinds,
-                       .nkinds    = nkinds,
-                       .materials = materials,
-                       .walls     = &walls};
+  MPMParams     par = {.dt         = 0.125,
+                       .kick       = 0.1875,
+                       .flip       = 0,
+                       .strain     = 1,
+                       .kinds      = kinds,
+                       .nkinds     = nkinds,
+                       .materials  = materials,
+                       .nmaterials = nmaterials,
+                       .walls      = &walls};
 
   for (int constant = 0; constant < 2; constant++) {
     static long double missing[3 * MAX_NODES];
@@ -1294,15 +1302,16 @@ static void TestPhase(int dim, MPMBasis basis, MPMWallBasis wall, const MPMPhase
   static Bench     start, b, first;
   static State     s;
   MPMStatus        status, found;
-  MPMParams        par = {.dt        = 0.125,
-                          .kick      = 0.1875,
-                          .flip      = 1,
-                          .strain    = 1,
-                          .order     = core.params.order,
-                          .kinds     = kinds,
-                          .nkinds    = nkinds,
-                          .materials = materials,
-                          .walls     = &walls};
+  MPMParams        par = {.dt         = 0.125,
+                          .kick       = 0.1875,
+                          .flip       = 1,
+                          .strain     = 1,
+                          .order      = core.params.order,
+                          .kinds      = kinds,
+                          .nkinds     = nkinds,
+                          .materials  = materials,
+                          .nmaterials = nmaterials,
+                          .walls      = &walls};
 
   CHECK(MPMKernelFlops(dim, basis, phase->parts) > 0);
   for (int round = 0; round < 6; round++) {
