@@ -327,3 +327,11 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
   Take(core, advance);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode MPMSurfacesAfter(MPMCore *core, const MPMPhase *phase)
+{
+  PetscFunctionBeginUser;
+  if (core->contacts) PetscCall(MPMContactsAfter(core, phase));
+  if (core->pistons) PetscCall(MPMPistonsAfter(core, phase));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

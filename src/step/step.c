@@ -63,14 +63,6 @@ static PetscErrorCode FindGaps(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMSurfacesAfter(MPMCore *core, const MPMPhase *phase)
-{
-  PetscFunctionBeginUser;
-  if (core->contacts) PetscCall(MPMContactsAfter(core, phase));
-  if (core->pistons) PetscCall(MPMPistonsAfter(core, phase));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode FollowEnergy(MPMCore *core, PetscBool begins)
 {
   PetscFunctionBeginUser;

@@ -91,7 +91,7 @@ PetscErrorCode MPMRigidsBegin(MPMCore *);
 PetscReal      MPMRigidsStand(MPMCore *);
 void           MPMRigidsCheck(MPMCore *);
 
-/* What acts on surfaces after a phase of nodes: contact, then pistons (step.c). Collective on exchange.data. */
+/* What acts on surfaces after a phase of nodes: contact, then pistons (contact.c). Collective on exchange.data. */
 PetscErrorCode MPMSurfacesAfter(MPMCore *, const MPMPhase *);
 
 /* Damping of all motion (damping.c): read its options; before the phases of a step, and after them if the state is

@@ -1,0 +1,151 @@
+/* contact_columns.c - the columns in which nodes of contact act (contact.c): their parts, normals and gaps. */
+#include "step/contact_search.h"
+
+#define PUSH                                                                                                           \
+  3e-4 /* of the depth to which single particles of what flows have crept into the other body, undone in a step: with 1e-4
+                         water goes on to creep in, with 1e-3 blocks float a cell too high */
+#define INCLINES                                                                                                       \
+  0.25 /* squared component of a normal, below which a node is in no column along that axis: 60 degrees */
+
+static const MPMContactNode *nodes_to_sort; /* qsort has no context */
+
+/* The sequence of parts: by pair, columns, and along these. */
+static int InOrder(const void *a, const void *b)
+{
+  const MPMContactPart *p = a, *q = b;
+  const PetscInt       *i = nodes_to_sort[p->node].ijk, *j = nodes_to_sort[q->node].ijk;
+
+  if (p->pair != q->pair) return p->pair < q->pair ? -1 : 1;
+  if (p->axis != q->axis) return p->axis < q->axis ? -1 : 1;
+  if (p->side != q->side) return p->side < q->side ? -1 : 1;
+  for (PetscInt d = 2; d >= 0; d--)
+    if (d != p->axis && i[d] != j[d]) return i[d] < j[d] ? -1 : 1;
+  return i[p->axis] == j[p->axis] ? 0 : i[p->axis] < j[p->axis] ? -1 : 1;
+}
+
+static PetscBool SameColumn(PetscBool flows, const MPMContactNode node[], const MPMContactPart *p,
+                            const MPMContactPart *q)
+{
+  if (flows || p->pair != q->pair || p->axis != q->axis || p->side != q->side) return PETSC_FALSE;
+  for (PetscInt d = 0; d < 3; d++)
+    if (d != p->axis && node[p->node].ijk[d] != node[q->node].ijk[d]) return PETSC_FALSE;
+  return PETSC_TRUE;
+}
+
+/* Makes the parts of the nodes: a node is in the columns along all axes to which its normal inclines, by what the square of the
+   normal's component is above INCLINES, so that the parts add up to its weight. A column that goes along a surface would
+   have places of it that are far apart. */
+static PetscErrorCode MakeParts(MPMContacts *c, PetscInt dim)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscRealloc((size_t)(dim * c->nnodes + 1) * sizeof *c->part, &c->part));
+  PetscCall(PetscRealloc((size_t)(dim * c->nnodes + 1) * sizeof *c->column, &c->column));
+  for (PetscInt k = 0; k < c->nnodes; k++) {
+    const MPMContactNode *q   = &c->node[k];
+    PetscReal             all = 0;
+
+    if (c->pair[q->pair].glued) continue;
+    if (c->pair[q->pair].flows) { /* a mean of the surface would let single particles through */
+      PetscInt axis = 0;
+
+      for (PetscInt d = 1; d < dim; d++)
+        if (PetscSqr(q->n[d]) > PetscSqr(q->n[axis]) + 1e-9) axis = d;
+      c->part[c->nparts++] = (MPMContactPart){
+          .node = k, .pair = q->pair, .axis = axis, .side = q->n[axis] > 0, .share = {1, 1}};
+      continue;
+    }
+    for (PetscInt d = 0; d < dim; d++) all += PetscMax(0, PetscSqr(q->n[d]) - INCLINES);
+    for (PetscInt d = 0; d < dim; d++) {
+      MPMContactPart *to = &c->part[c->nparts];
+
+      if (!(PetscSqr(q->n[d]) > INCLINES)) continue;
+      *to = (MPMContactPart){.node = k, .pair = q->pair, .axis = d, .side = q->n[d] > 0};
+      for (int side = 0; side < 2; side++)
+        to->share[side] = (PetscSqr(q->n[d]) - INCLINES) / all * (PetscReal)PetscMax(0, q->weight[side]);
+      if (to->share[0] > 0 || to->share[1] > 0) c->nparts++;
+    }
+  }
+  nodes_to_sort = c->node;
+  qsort(c->part, (size_t)c->nparts, sizeof *c->part, InOrder);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets where a column acts on a rigid body: on the surface, at the mean of its nodes by their shares. */
+static void SetPlace(const MPMCore *core, MPMContactColumn *to)
+{
+  const MPMContacts *c    = core->contacts;
+  const MPMGrid     *grid = &core->grid;
+  PetscReal          n[3] = {0}, distance;
+
+  for (PetscInt k = to->first; k < to->last; k++)
+    for (PetscInt d = 0; d < grid->dim; d++)
+      to->at[d] += c->part[k].share[1] * (grid->lower[d] + (PetscReal)c->node[c->part[k].node].ijk[d] * grid->h[d]);
+  distance = MPMRigidDistance(&core->rigids.body[-1 - c->pair[to->pair].a], grid->dim, to->at, n);
+  for (PetscInt d = 0; d < grid->dim; d++) to->at[d] -= distance * n[d];
+}
+
+/* Sets normal and gap of a column, and the shares of its parts; returns false if it has no matter on one side. */
+static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
+{
+  const PetscReal dt     = core->params.dt;
+  MPMContacts    *c      = core->contacts;
+  const PetscInt  axis   = c->part[to->first].axis;
+  PetscReal       all[2] = {0}, size = 0, room = PETSC_INFINITY, V[3];
+
+  for (PetscInt k = to->first; k < to->last; k++)
+    for (int side = 0; side < 2; side++) all[side] += c->part[k].share[side];
+  if (c->pair[to->pair].a < 0) all[0] = 1;
+  if (!(all[0] > 0 && all[1] > 0)) return PETSC_FALSE;
+  for (PetscInt k = to->first; k < to->last; k++) {
+    const MPMContactNode *q = &c->node[c->part[k].node];
+
+    for (int side = 0; side < 2; side++) {
+      c->part[k].share[side] /= all[side];
+      for (PetscInt d = 0; d < 3; d++) to->n[d] += c->part[k].share[side] * q->n[d];
+    }
+    to->gap = PetscMin(to->gap, q->near[0][axis] + q->near[1][axis]);
+    room    = PetscMin(room, q->room[axis]);
+  }
+  for (PetscInt k = to->first; k < to->last && !(to->gap < PETSC_INFINITY); k++) {
+    const MPMContactNode *q = &c->node[c->part[k].node];
+
+    to->gap = PetscMin(to->gap, q->wide[0] + q->wide[1]);
+    room    = PetscMin(room, q->room[3]);
+  }
+  for (PetscInt d = 0; d < 3; d++) size += PetscSqr(to->n[d]);
+  if (!(size > 0)) return PETSC_FALSE;
+  for (PetscInt d = 0; d < 3; d++) to->n[d] /= PetscSqrtReal(size);
+  if (c->pair[to->pair].flows && to->gap < 0) to->gap *= PUSH;
+  to->least = dt > 0        ? -(c->pair[to->pair].flows ? to->gap : PetscMax(0, to->gap)) / dt
+              : to->gap > 0 ? -PETSC_INFINITY
+                            : 0; /* dt 0: no step yet */
+  if (c->pair[to->pair].a >= 0) return PETSC_TRUE;
+  SetPlace(core, to);
+  MPMRigidVelocity(&core->rigids.body[-1 - c->pair[to->pair].a], core->grid.dim, to->at, V);
+  if (dt > 0) to->least = -room / dt;
+  for (PetscInt d = 0; d < core->grid.dim && dt > 0; d++) to->least -= V[d] * to->n[d];
+  return PETSC_TRUE;
+}
+
+static void SetColumns(const MPMCore *core)
+{
+  MPMContacts *c = core->contacts;
+
+  for (PetscInt first = 0, last; first < c->nparts; first = last) {
+    MPMContactColumn *to = &c->column[c->ncolumns];
+
+    for (last = first + 1;
+         last < c->nparts && SameColumn(c->pair[c->part[first].pair].flows, c->node, &c->part[first], &c->part[last]);)
+      last++;
+    *to = (MPMContactColumn){.first = first, .last = last, .pair = c->part[first].pair, .gap = PETSC_INFINITY};
+    if (SetColumn(core, to)) c->ncolumns++;
+  }
+}
+
+PetscErrorCode MPMContactColumns(MPMCore *core)
+{
+  PetscFunctionBeginUser;
+  PetscCall(MakeParts(core->contacts, core->grid.dim));
+  SetColumns(core);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,143 @@
+/* contact_search.h - what the files that find contact share (contact_near.c, contact_normals.c, contact_columns.c,
+   contact_find.c): a search, the stencils of single particles, and numbers of nodes. */
+#ifndef MPM_CONTACT_SEARCH_H
+#define MPM_CONTACT_SEARCH_H
+
+#include <stdlib.h>
+#include "kernels/cell.h"
+#include "parallel/exchange.h"
+#include "step/matter.h"
+#include "step/step.h"
+
+#define UNIT ldexp(1, -50) /* of sums of phi, and of the weights in sides of cells */
+
+/* The sums at a node of a pair from which its normal comes, in units: of phi times 1, xi, xi xi^T (xx xy xz yy yz zz), c, c
+   xi; xi = (x_p - x_i)/h. */
+#define NSUMS 14
+typedef struct {
+  PetscInt   pair, ijk[3];
+  PetscInt64 sum[NSUMS];
+} Fit;
+
+/* What the particles at the surface of one side tell a node of the normal, in units: sums of phi times the unit normal of the
+   surface, and of phi. */
+typedef PetscInt64 Faces[2][4];
+
+/* A node of a pair or of a copy by a number, and its place in a list. */
+typedef struct {
+  PetscInt64 number;
+  PetscInt   at;
+} Key;
+
+/* What a search has: tiles of the grid on each axis; bits of those with particles, copy after copy; the records of nodes so
+   far, and for each node of the patch its record, from 1 on. */
+typedef struct {
+  MPMCore     *core;
+  MPMContacts *c;
+  MPMView      view;
+  PetscReal    reach;                  /* m: what is nearer to a rigid body is looked at */
+  PetscInt     n[3], words;            /* words: of 64 bits for a copy */
+  uint64_t    *tiles;                  /* [copies][words] */
+  PetscInt     box[MPM_MAX_COPIES][6]; /* of the tiles of each copy: minus the lowest on each axis, the highest */
+  uint64_t    *cells;                  /* [copies][tiles] bits of their cells that have particles */
+  PetscInt    *wanted, *first, nwanted, most; /* the particles of each side of each pair that are near the other side */
+  Fit         *fit;
+  PetscInt     nfits, room, *map, nkeys;
+  Key         *key;                  /* [nkeys] of nodes, sorted */
+  PetscReal   *normal;               /* [nfits][3] */
+  Faces       *faces;                /* [nfits] */
+  PetscReal    full[MPM_MAX_COPIES]; /* particles of a cell that is full, of each copy */
+} Search;
+
+/* The stencil of a place: base node, nodes on each axis, weights and gradients, 1/cells. */
+typedef struct {
+  PetscInt  base[3], n[3];
+  PetscReal xi[3], w[3][MPM_MAX_STENCIL], g[3][MPM_MAX_STENCIL];
+} Stencil;
+
+/* Sets the stencil of a place x [dim], m, by the domain of particle p. */
+MPM_INLINE void SetStencilAt(const Search *s, PetscInt p, const PetscReal x[], Stencil *to)
+{
+  const MPMCore   *core = s->core;
+  const MPMGrid   *grid = &core->grid;
+  const int        dim  = (int)grid->dim;
+  const PetscReal *l    = MPMHalfWidths(dim, core->params.kinds, &s->view, p);
+
+  *to = (Stencil){.n = {1, 1, 1}};
+  MPMCoordinates(dim, core->basis, grid, x, l, to->xi, to->base);
+  for (int d = 0; d < dim; d++) {
+    to->n[d] = MPMBasisNodes(core->basis);
+    MPMBasisWeights(core->basis, to->xi[d], l[d], to->base[d], grid->cells[d], grid->wall_basis[d], to->w[d], to->g[d]);
+  }
+}
+
+MPM_INLINE void SetStencil(const Search *s, PetscInt p, Stencil *to)
+{
+  SetStencilAt(s, p, s->view.x + p * s->core->grid.dim, to);
+}
+
+/* Sets ijk [3] to node at [3] of a stencil, as the grid numbers it across periodic faces. */
+MPM_INLINE void SetIjk(const MPMGrid *grid, const Stencil *t, const PetscInt at[], PetscInt ijk[])
+{
+  for (PetscInt d = 0; d < 3; d++) {
+    ijk[d] = d < grid->dim ? t->base[d] + at[d] : 0;
+    if (grid->periodic[d]) ijk[d] = (ijk[d] + grid->cells[d]) % grid->cells[d];
+  }
+}
+
+#define FOR_STENCIL(t, at)                                                                                             \
+  for (at[2] = 0; at[2] < (t)->n[2]; at[2]++)                                                                          \
+    for (at[1] = 0; at[1] < (t)->n[1]; at[1]++)                                                                        \
+      for (at[0] = 0; at[0] < (t)->n[0]; at[0]++)
+
+/* A number for each node of a pair, or of a copy. */
+MPM_INLINE PetscInt64 KeyOf(const MPMGrid *grid, PetscInt of, const PetscInt ijk[])
+{
+  PetscInt64 key = of;
+
+  for (PetscInt d = grid->dim - 1; d >= 0; d--)
+    key = key * (grid->cells[d] + 2 * MPM_GRID_APART) + ijk[d] + MPM_GRID_APART;
+  return key;
+}
+
+MPM_INLINE int CompareKeys(const void *a, const void *b)
+{
+  const PetscInt64 p = ((const Key *)a)->number, q = ((const Key *)b)->number;
+
+  return p < q ? -1 : p > q;
+}
+
+/* Returns the place of a number in the list of the keys, or -1. */
+MPM_INLINE PetscInt FindKey(const Search *s, PetscInt64 number)
+{
+  const Key  key   = {number, 0};
+  const Key *found = s->nkeys ? bsearch(&key, s->key, (size_t)s->nkeys, sizeof key, CompareKeys) : NULL;
+
+  return found ? found->at : -1;
+}
+
+/* Sets the keys to the numbers of n nodes, whose records of so many bytes have pair and ijk at these offsets. */
+MPM_INLINE PetscErrorCode SetKeys(Search *s, PetscInt n, const void *first, size_t bytes, size_t pair, size_t ijk)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscRealloc((size_t)(n + 1) * sizeof *s->key, &s->key));
+  for (PetscInt k = 0; k < n; k++) {
+    const char *row = (const char *)first + (size_t)k * bytes;
+
+    s->key[k] = (Key){KeyOf(&s->core->grid, *(const PetscInt *)(row + pair), (const PetscInt *)(row + ijk)), k};
+  }
+  s->nkeys = n;
+  qsort(s->key, (size_t)n, sizeof *s->key, CompareKeys);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Find which particles are near matter of another copy, or near rigid bodies (contact_near.c); call a function for those of one
+   side, 0: a, 1: b, of a pair; find the records `fit` of nodes and the normals there (contact_normals.c); make parts and
+   columns of the nodes (contact_columns.c). All but the second are collective on exchange.data. */
+PetscErrorCode MPMContactNear(Search *, PetscBool *any);
+PetscErrorCode MPMContactForParticles(Search *, PetscInt pair, int side,
+                                      PetscErrorCode (*)(Search *, PetscInt pair, int side, PetscInt p));
+PetscErrorCode MPMContactNormals(Search *);
+PetscErrorCode MPMContactColumns(MPMCore *);
+
+#endif
