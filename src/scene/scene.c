@@ -333,10 +333,10 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
         used = PETSC_TRUE;
     if (!used) MPMOptionsFail(o, "-materials: no body is of %s; remove it", scene->materials[m].name);
   }
+  PetscCall(MPMSceneReadWalls(scene, core, o)); /* before contact, which has to know which axes are periodic */
   if (!MPMOptionsError(o)) PetscCall(MPMSceneReadContacts(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMSceneMakeRigids(scene, core, o));
   scene->meets = core->contacts ? PETSC_TRUE : PETSC_FALSE;
-  PetscCall(MPMSceneReadWalls(scene, core, o));
   PetscCall(MPMForcesSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMKnownSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMInitialSetFromOptions(scene, core, o));
