@@ -94,7 +94,8 @@ class Fields(Mapping):
 
 
 class Snapshot:
-    """A state: step, time [s], dt [s], digest; particles[field], in the order of their ids; grid[field], by z, y, x."""
+    """A state: step, time [s], dt [s], digest; particles[field], in the order of their ids; grid[field], by z, y, x;
+    rigid[field], of the surfaces of rigid bodies, without fields if there are none."""
 
     def __init__(self, path, group, keep=None):
         with h5py.File(path) as file:
@@ -103,6 +104,7 @@ class Snapshot:
         self.digest = attributes["digest"]
         self.particles = Fields(path, f"{group}/particles", "id", keep)
         self.grid = Fields(path, f"{group}/grid", keep=keep)
+        self.rigid = Fields(path, f"{group}/rigid", keep=keep)
 
 
 class Snapshots(Sequence):

@@ -70,7 +70,7 @@ static PetscInt CellOf(const MPMCore *core, PetscInt64 id, int round)
   PetscInt        base[3] = {0}, at[3] = {0};
 
   Position(&core->grid, id, round, x);
-  CHECK(MPMLocate((int)core->grid.dim, core->basis, &core->grid, x, kinds[0].l, xi, base));
+  CHECK(MPMLocate((int)core->grid.dim, core->basis, &core->grid, 0, x, kinds[0].l, xi, base));
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     at[d] = base[d] - patch->own_lo[d];
     if (at[d] < 0 || at[d] >= patch->own_n[d]) return MPM_ELSEWHERE;
@@ -140,7 +140,7 @@ static PetscErrorCode Create(const Case *c, PetscBool direct, MPMCore *core)
     PetscInt  base[3] = {0};
 
     Position(&core->grid, first, 0, x);
-    CHECK(MPMLocate(c->dim, core->basis, &core->grid, x, kinds[0].l, xi, base));
+    CHECK(MPMLocate(c->dim, core->basis, &core->grid, 0, x, kinds[0].l, xi, base));
     for (int d = 0; d < c->dim; d++) base[d] += core->grid.layers[d];
     PetscCall(MPMHistogramAdd(&h, base, 1));
   }

@@ -17,9 +17,10 @@ from PIL import Image
 import check
 
 check.arguments(__doc__, 0)
-sys.path.insert(0, os.path.join(check.source, "tools"))
+sys.path[:0] = [os.path.join(check.source, "tools"), os.path.join(check.source, "lab")]
 import drawing  # noqa: E402 (its folder is known only now)
 import movie  # noqa: E402
+import pebble_mpm  # noqa: E402
 import plot  # noqa: E402
 
 
@@ -111,7 +112,7 @@ check.that(layouts == {0.12: (6, 1), 0.45: (3, 2), 1: (2, 3), 3: (1, 6)}, f"wide
 # ---- What took the energy
 for options, loser in (({"bc_ymin_type": "friction"}, "friction"), ({"material_sand_model": "druckerprager"}, "friction"),
                        ({"material_copper_model": "vonmises"}, "plastic flow"), ({"bc_ymin_type": "slip"}, "the method"),
-                       ({"bc_ymin_type": "moving"}, ""), ({"bc_ymin_type": "piston"}, ""), ({"acceleration": "1, 0"}, ""), ({"material_oil_viscosity": "2"}, "viscosity"), ({"mms_type": "axis"}, "")):
+                       ({"bc_ymin_type": "moving"}, ""), ({"body_ram_rigid": "moving"}, ""), ({"body_block_rigid": "fixed"}, "the method"), ({"bc_ymin_type": "piston"}, ""), ({"acceleration": "1, 0"}, ""), ({"material_oil_viscosity": "2"}, "viscosity"), ({"mms_type": "axis"}, "")):
     check.that(plot.loser_of(options) == loser, f"with {options} energy is lost to '{plot.loser_of(options)}'")
 run, history = drawing.read_run("dambreak.h5", "speed"), plot.read_history("dambreak.csv", True)
 curves = {name: values for name, values, _, _ in plot.energy_curves(run, history)}
@@ -139,6 +140,47 @@ with h5py.File("disks.h5") as file:
         run = drawing.read_run("disks.h5", name, times=[1.5])
         same = np.allclose(run["snapshots"][0]["values"], file[f"{last}/particles/{column[0]}"][:, column[1]])
         check.that(same and run["signed"], f"--field {name} is that component: {run['label']}")
+
+# ---- Rigid bodies: loops and cuts of their surfaces enclose them, and they are drawn where they are, filled, with holes.
+def area_of(loops):
+    return sum(0.5 * abs((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()) for x, y in (loop.T for loop in loops))
+
+
+def tool_of(name, **options):
+    return [word for option, value in options.items() for word in (f"-body_{name}_{option}", value)]
+
+
+check.must("-options_file", check.scene("disks"), "-bodies", "disk1,disk2,ring,bar", "-output_name", "rigid", "-check_energy", "0", "-check_momentum", "0", "-output_every", "0.25", "-time_end", "0.5", *common,
+           *tool_of("ring", shape="annulus", center="0.75,0.25", radius="0.2", inner_radius="0.1", rigid="fixed"),
+           *tool_of("bar", shape="box", lower="0.1,0.6", upper="0.3,0.7", rigid="moving", velocity="0.4,0", spin="pi", pivot="0.2,0.65"))
+check.must("-options_file", check.scene("dambreak3d"), "-bodies", "column,ball", "-output_name", "rigid3d", "-check_energy", "0", "-time_max_steps", "1", *common,
+           *tool_of("ball", shape="sphere", center="1.2,0.1,0.5", radius="0.09", rigid="fixed"))
+last = drawing.read_run("rigid.h5", "speed", times=[0.5])["snapshots"][0]
+loops = drawing.loops_of(last["rigid"])
+with h5py.File("rigid.h5") as file:
+    first, end = (sorted(key for key in file if key.startswith("step_"))[k] for k in (0, -1))
+    names, place, turn, t = file[end]["rigid"].attrs["names"].decode(), file[end]["rigid/place"][1], file[end]["rigid/turn"][1].reshape(3, 3), file[end].attrs["time"]
+    was, now = file[first]["rigid/x"][:], file[end]["rigid/x"][:]
+    bar = file[end]["rigid/faces"][:][file[end]["rigid/body"][:] == 1].ravel()
+moved = (was[bar] - [0.2, 0.65, 0]) @ turn.T + place
+check.that(names == "ring,bar" and np.allclose(place, [0.2 + 0.4 * t, 0.65, 0], atol=1e-12) and abs(turn[1, 0] - np.sin(np.pi * t)) < 1e-6,
+           f"rigid bodies {names}: place and turn at {t:g} s: {place} {turn[1, 0]}")
+check.that(np.abs(now[bar] - moved).max() < 1e-15, "their surfaces are moved with them")
+read = [pebble_mpm.load(name).snapshots[-1].rigid for name in ("rigid", "disks")]
+check.that(np.array_equal(read[0]["x"], now) and len(read[1]) == 0, f"pebble_mpm reads {list(read[0])}, and none of a run without")
+check.that(len(loops) == 3 and abs(area_of(loops) - np.pi * (0.2**2 + 0.1**2) - 0.02) < 1e-3, f"{len(loops)} loops of a ring and a bar, {area_of(loops)} m2")
+ball = drawing.read_run("rigid3d.h5", "speed", times=[0])["snapshots"][0]["rigid"]
+volume = abs(np.einsum("ij,ij->i", np.cross(ball[:, 0] - [1.2, 0.1, 0.5], ball[:, 1] - [1.2, 0.1, 0.5]), ball[:, 2] - [1.2, 0.1, 0.5])).sum() / 6
+check.that(abs(volume / (4 / 3 * np.pi * 0.09**3) - 1) < 0.2, f"triangles of a ball enclose {volume:.3g} m3")
+cut = drawing.loops_of(drawing.cut_triangles(ball, 1, 0.11)[:, :, [0, 2]])
+check.that(len(cut) == 1 and abs(area_of(cut) / (np.pi * (0.09**2 - 0.01**2)) - 1) < 0.2, f"a cut of the ball: {len(cut)} loops, {area_of(cut):.3g} m2")
+for name, words in (("rigid", ("--times", "0,0.5")), ("rigid3d", ("--times", "0")), ("rigid3d", ("--times", "0", "--slice", "y=0.1"))):
+    kept, one = drawing.draw_rigid, picture(name, "--below", "none", *words)
+    drawing.draw_rigid = lambda *_: None
+    other = picture(name, "--below", "none", *words)
+    drawing.draw_rigid = kept
+    changed = (one != other).any(-1)
+    check.that(changed.sum() > 30 and np.ptp(one[changed], axis=-1).max() < 60, f"{name} {' '.join(words)}: rigid bodies are {changed.sum()} grey pixels")
 
 # ---- Known curves: units, places, and a picture with points in their colour
 check.write("known.csv", "# source: a book\n# front: x in 0.5 s, y in 2 m\nwhere,style,label,x,y\nfront,points,measured,1,0.25\nfront,points,measured,2,0.3\nt=0.75,line,surface,0.1,0.1\nt=0.75,line,surface,0.9,0.9\n")

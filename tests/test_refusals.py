@@ -36,6 +36,11 @@ FILLED = """\
 -body_b_material m
 -time_end 0.005
 """
+TOOL = FILLED.replace("-bodies b\n", "-bodies b,r\n").replace("-body_b_upper 1,1", "-body_b_upper 0.5,1") + """\
+-body_r_shape box
+-body_r_lower 0.6,0.2
+-body_r_upper 0.8,0.4
+"""
 SECONDS = 10  # far more than a refusal takes, but the machine may be busy
 
 
@@ -76,8 +81,8 @@ def prepare(arguments, folder):
         key, _, value = word.partition(":")
         if key == "bare":
             bare = True
-        elif key == "filled":
-            text, name = FILLED, "scene.opts"
+        elif key in ("filled", "tool"):
+            text, name = FILLED if key == "filled" else TOOL, "scene.opts"
         elif key == "drop":
             text, name = re.sub(rf"^{value}\b.*\n", "", text, flags=re.M), name or "scene.opts"
         elif key == "add":

@@ -1,5 +1,6 @@
 """Snapshots open in ParaView (its readers Xdmf3, S and T, and Xdmf2, by pvpython of Debian), VTK, pyvista and meshio: every particle
-is drawn as a vertex, and names, values and times are those of the HDF5 files. A run in 2-D and one in 3-D.
+is drawn as a vertex, and names, values and times are those of the HDF5 files; the surfaces of rigid bodies are edges or triangles
+where these are. Runs in 2-D and in 3-D.
 
 usage: test_viewers.py PEBBLE SOURCE MPIEXEC
 """
@@ -21,6 +22,10 @@ try:
 except ImportError as error:
     meshio = pyvista = None
     missing = error
+# A rigid ball that turns and moves, and a fixed post.
+TOOL = ("-bodies", "star,ball,post", "-body_ball_shape", "sphere", "-body_ball_center", "0.05,0.05,0.05", "-body_ball_radius", "0.02", "-body_ball_rigid",
+        "moving", "-body_ball_velocity", "0.1,0,0", "-body_ball_spin", "0,3,0", "-body_ball_pivot", "0.05,0.05,0.05", "-body_post_shape", "box", "-body_post_lower", "0.01,0.01,0.01", "-body_post_upper",
+        "0.02,0.02,0.03", "-body_post_rigid", "fixed")
 FIELDS = ("id", "x", "v", "F", "stress", "volume", "body")
 
 
@@ -44,6 +49,12 @@ def compare(what, found, path):
             if f"{k}/grid/bounds" in found:
                 low, high = np.array(found[f"{k}/grid/bounds"]).reshape(3, 2).T
                 wrong += ["bounds"] * (not (np.allclose(low, file.attrs["grid_lower"]) and np.allclose(high, file.attrs["grid_upper"])))
+            if "rigid" in steps[k] and f"{k}/rigid/points" in found:
+                rigid = steps[k]["rigid"]
+                wrong += [f"rigid/{name}" for name, ours in (("points", "x"), ("faces", "faces"), ("body", "body"))
+                          if not same(found[f"{k}/rigid/{name}"], rigid[ours][:])]
+            elif "rigid" in steps[k] and "meshio" not in what:
+                wrong += ["no rigid bodies"]
             check.that(not wrong, f"{what}: snapshot {k}, {n} particles drawn, names and values; wrong: {wrong}")
 
 
@@ -61,12 +72,16 @@ def paraview(reader, path):
 
 def blocks(found, k, leaf, grid):
     """Adds a data set as pyvista or VTK gives it."""
-    start = f"{k}/grid/" if grid else f"{k}/"
     leaf = pyvista.wrap(leaf)
+    rigid = not grid and leaf.n_cells and leaf.get_cell(0).n_points > 1
+    start = f"{k}/grid/" if grid else f"{k}/rigid/" if rigid else f"{k}/"
     for name in leaf.point_data:
         found[start + name] = np.array(leaf.point_data[name])
     if grid:
         found[start + "bounds"] = np.array(leaf.bounds)
+    elif rigid:
+        found[start + "points"], found[start + "body"] = np.array(leaf.points), np.array(leaf.cell_data["body"])
+        found[start + "faces"] = np.array([leaf.get_cell(c).point_ids for c in range(leaf.n_cells)])
     else:
         found[start + "points"] = np.array(leaf.points)
         found[start + "vertices"] = np.array([leaf.get_cell(c).point_ids[0] for c in range(leaf.n_cells) if leaf.get_cell(c).n_points == 1])
@@ -115,7 +130,8 @@ def main():
     check.need(pyvista and meshio, f"{'' if pyvista else missing}: tools/install.sh viewers installs what tools/requirements-viewers.txt lists")
     check.need(shutil.which("pvpython"), "pvpython is missing: tools/install.sh viewers installs Debian's packages paraview and python3-paraview")
     print(subprocess.run(["pvpython", "--version"], capture_output=True, text=True).stdout.strip(), "pyvista", pyvista.__version__, "meshio", meshio.__version__)
-    for name, options in (("disks", ("-time_end", "0.3", "-output_every", "0.05")), ("disks3d", ("-time_max_steps", "4", "-output_every", "0"))):
+    for name, options in (("disks", ("-time_end", "0.3", "-output_every", "0.05")), ("disks3d", ("-time_max_steps", "4", "-output_every", "0")),
+                          ("extrusion", ("-time_end", "0.001", "-output_every", "0.0001")), ("stl_drop", (*TOOL, "-time_max_steps", "4", "-output_every", "0"))):
         folder = os.path.abspath(name)
         check.must("-options_file", check.scene(name), "-output_dir", folder, *options)
         path, truth = f"{folder}/{name}.xdmf", f"{folder}/{name}.h5"

@@ -193,7 +193,7 @@ static void Sampled(int dim, int stl)
   for (int cells = 4; cells <= (dim < 3 ? 16 : 8); cells *= 2) {
     const PetscReal h    = 1. / cells;
     MPMRegion       ball = {.type = MPM_REGION_expression, .radius = 1, .formula = BallFormula};
-    MPMGrid grid = Grid(dim, h);
+    MPMGrid         grid = Grid(dim, h);
     PetscReal       error, angle;
 
     UnitContext("a ball of %d cells in %d-D %s", cells, dim, stl ? "of triangles" : "by a formula");
@@ -221,7 +221,7 @@ static void Sampled(int dim, int stl)
 static void Edges(int sides)
 {
   const PetscReal h    = 0.25;
-  MPMGrid grid = Grid(3, h);
+  MPMGrid         grid = Grid(3, h);
   MPMRegion       r = {.type = MPM_REGION_stl, .lower = {0, 0.1, -0.3}, .upper = {2, 1.7, 1.2}}, box = r;
   PetscReal(*corner)[3] = malloc((size_t)(36 * sides * sides) * sizeof *corner), error = 0, beside = 0;
   int n = 0;
@@ -266,7 +266,7 @@ static void Open(MPMRegionType type, int dim)
   const PetscReal corners[4][2] = {{1, 0}, {3, -0.5}, {3, 1}, {1, 1}};
   PetscReal       edge[4][2][2], x[3] = {2.4, 0.3, 0.5}, n[3];
   MPMRegion       r = {.type = type};
-  MPMGrid grid;
+  MPMGrid         grid;
 
   UnitContext("%s at walls in %d-D", MPMRegionNames[type], dim);
   grid = (MPMGrid){.dim = dim, .upper = {3, 2, 2}, .h = {0.25, 0.25, 0.25}};
@@ -302,7 +302,7 @@ static void Open(MPMRegionType type, int dim)
 static void Far(MPMRegionType type, int dim)
 {
   const PetscReal h    = 0.1;
-  MPMGrid grid = Grid(dim, h);
+  MPMGrid         grid = Grid(dim, h);
   MPMRegion       twice[2];
   int             cut = 0;
 

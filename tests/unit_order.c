@@ -274,7 +274,7 @@ static PetscErrorCode Locate(int dim)
         if (!(x[d] >= grid.lower[d] && x[d] <= grid.upper[d])) mine = 0;
       }
       if (!mine) continue;
-      CHECK(MPMLocate(dim, patch.basis, &grid, x, MPMHalfWidths(dim, kinds, &view, p), xi, base));
+      CHECK(MPMLocate(dim, patch.basis, &grid, 0, x, MPMHalfWidths(dim, kinds, &view, p), xi, base));
       for (int d = 0; d < dim; d++) {
         at[d] = base[d] - patch.own_lo[d];
         if (at[d] < 0 || at[d] >= patch.own_n[d]) mine = 0;

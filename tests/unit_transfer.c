@@ -333,7 +333,7 @@ static void SetUp(Bench *b, const MPMGrid *g, MPMBasis basis, const State *s, co
     PetscReal      xi[3];
     PetscInt       base[3] = {0};
 
-    CHECK(MPMLocate(dim, basis, g, s->x + p * dim, Widths(s, p, dim), xi, base));
+    CHECK(MPMLocate(dim, basis, g, 0, s->x + p * dim, Widths(s, p, dim), xi, base));
     if (!Mine(patch, base)) continue;
     CopyParticle(dim, s, p, &b->own);
     b->order[q]    = q;
@@ -774,7 +774,7 @@ static MPMStatus CheckParticlesMoved(Bench *b, const MPMParams *par, const MPMPh
         CHECK_EQ(b->own.l[p * dim + d], l[d]);
       }
     }
-    if (MPMLocate(dim, patch->basis, g, x, Widths(&b->own, p, dim), xi, base)) {
+    if (MPMLocate(dim, patch->basis, g, 0, x, Widths(&b->own, p, dim), xi, base)) {
       CHECK_EQ(b->own.cell[p], CellOf(patch, base));
       moved += CellOf(patch, base) != before.cell[p];
     } else {
@@ -829,7 +829,7 @@ static void CheckCells(const Bench *b, MPMStatus status, const MPMPhase *phase)
     const PetscReal *x = b->own.x + p * dim, *l = Widths(&b->own, p, dim);
     PetscReal        xi[3];
     PetscInt         base[3] = {0};
-    const int in = MPMLocate(dim, b->patch.basis, b->patch.grid, x, l, xi, base), mine = in && Mine(&b->patch, base);
+    const int in = MPMLocate(dim, b->patch.basis, b->patch.grid, 0, x, l, xi, base), mine = in && Mine(&b->patch, base);
 
     left += in && !mine; /* a leaver goes to another patch; outside the grid there is none */
     CHECK(mine ? b->own.cell[p] == CellOf(&b->patch, base) : b->own.cell[p] < 0);
@@ -1042,6 +1042,7 @@ static void Affine(int dim, MPMBasis basis)
                           .kinds       = kinds,
                           .nkinds      = nkinds,
                           .materials   = materials,
+                          .nmaterials  = nmaterials,
                           .own_inertia = PETSC_TRUE};
   MPMGrid      g       = Grid(dim, basis, MPM_WALL_BASIS_EXTRAP, 1);
   PetscReal    A[9], c[3];
@@ -1125,11 +1126,17 @@ static void Filter(int dim, MPMBasis basis, MPMWallBasis wall)
                         filter = {.parts = MPM_G2P_FILTER, .particles_in = -1, .particles_out = -1},
                         more   = {.parts = MPM_G2P_FILTER | MPM_RESIDUAL, .particles_in = -1, .particles_out = -1},
                         move   = {.parts = MPM_G2P_MOTION, .particles_in = -1, .particles_out = -1};
-  static Bench b;
-  static State s, after;
-  MPMParams    par = {
-         .dt = 0.125, .kick = 0.1875, .flip = 0, .strain = 1, .kinds = kinds, .nkinds = nkinds, .materials = materials};
-  const MPMGrid g = Grid(dim, basis, wall, 0);
+  static Bench  b;
+  static State  s, after;
+  MPMParams     par = {.dt         = 0.125,
+                       .kick       = 0.1875,
+                       .flip       = 0,
+                       .strain     = 1,
+                       .kinds      = kinds,
+                       .nkinds     = nkinds,
+                       .materials  = materials,
+                       .nmaterials = nmaterials};
+  const MPMGrid g   = Grid(dim, basis, wall, 0);
 
   SetOrder(1);
   Particles(&s, &g, N, 0);
@@ -1197,14 +1204,15 @@ static void Correction(int dim, MPMBasis basis)
   static State  s;
   static Node   nodes[MAX_STENCIL];
   const MPMGrid g   = Grid(dim, basis, MPM_WALL_BASIS_EXTRAP, 0);
-  MPMParams     par = {.dt        = 0.125,
-                       .kick      = 0.1875,
-                       .flip      = 0,
-                       .strain    = 1,
-                       .kinds     = kinds,
-                       .nkinds    = nkinds,
-                       .materials = materials,
-                       .walls     = &walls};
+  MPMParams     par = {.dt         = 0.125,
+                       .kick       = 0.1875,
+                       .flip       = 0,
+                       .strain     = 1,
+                       .kinds      = kinds,
+                       .nkinds     = nkinds,
+                       .materials  = materials,
+                       .nmaterials = nmaterials,
+                       .walls      = &walls};
 
   for (int constant = 0; constant < 2; constant++) {
     static long double missing[3 * MAX_NODES];
@@ -1280,7 +1288,7 @@ static void UpperWall(MPMBasis basis)
       PetscInt        base[3] = {0}, last = MPMBasisBase(basis, &inside, l, cells, PETSC_FALSE, MPM_WALL_BASIS_EXTRAP);
 
       UnitContext("upper wall: grid 0 .. %g of %d cells, basis %d", lengths[k], (int)cells, (int)basis);
-      CHECK(MPMLocate(1, basis, &g, g.upper, &l, xi, base));
+      CHECK(MPMLocate(1, basis, &g, 0, g.upper, &l, xi, base));
       CHECK_EQ(base[0], last);
       if (base[0] != last) continue;
       MPMBasisWeights(basis, xi[0], l, base[0], cells, MPM_WALL_BASIS_EXTRAP, w, grad);
@@ -1294,15 +1302,16 @@ static void TestPhase(int dim, MPMBasis basis, MPMWallBasis wall, const MPMPhase
   static Bench     start, b, first;
   static State     s;
   MPMStatus        status, found;
-  MPMParams        par = {.dt        = 0.125,
-                          .kick      = 0.1875,
-                          .flip      = 1,
-                          .strain    = 1,
-                          .order     = core.params.order,
-                          .kinds     = kinds,
-                          .nkinds    = nkinds,
-                          .materials = materials,
-                          .walls     = &walls};
+  MPMParams        par = {.dt         = 0.125,
+                          .kick       = 0.1875,
+                          .flip       = 1,
+                          .strain     = 1,
+                          .order      = core.params.order,
+                          .kinds      = kinds,
+                          .nkinds     = nkinds,
+                          .materials  = materials,
+                          .nmaterials = nmaterials,
+                          .walls      = &walls};
 
   CHECK(MPMKernelFlops(dim, basis, phase->parts) > 0);
   for (int round = 0; round < 6; round++) {

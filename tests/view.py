@@ -3,7 +3,8 @@
 usage: pvpython view.py Xdmf3ReaderS|Xdmf3ReaderT|XDMFReader FILE.xdmf FOUND.npz
 
 FOUND.npz has the times and, for the first, the middle and the last of them (k), k/points, k/vertices (the point of each
-cell), k/array for the arrays of the particles, and k/grid/array for those of the nodes.
+cell), k/array for the arrays of the particles, k/grid/array for those of the nodes, and of the surfaces of rigid bodies
+k/rigid/points and k/rigid/faces (the points of each face).
 """
 import sys
 
@@ -23,11 +24,17 @@ for k in sorted({0, len(times) // 2, len(times) - 1}):
     while not leaves.IsDoneWithTraversal():
         leaf = leaves.GetCurrentDataObject()
         particles = leaf.IsA("vtkUnstructuredGrid")
-        start = f"{k}/" if particles else f"{k}/grid/"
+        rigid = particles and leaf.GetNumberOfCells() and leaf.GetCell(0).GetNumberOfPoints() > 1
+        start = f"{k}/rigid/" if rigid else f"{k}/" if particles else f"{k}/grid/"
         arrays = leaf.GetPointData()
         for a in range(arrays.GetNumberOfArrays()):
             found[start + arrays.GetArrayName(a)] = vtk_to_numpy(arrays.GetArray(a)).copy()
-        if particles:
+        if rigid:
+            found[start + "points"] = vtk_to_numpy(leaf.GetPoints().GetData()).copy()
+            found[start + "faces"] = np.array([[leaf.GetCell(c).GetPointId(p) for p in range(leaf.GetCell(c).GetNumberOfPoints())]
+                                               for c in range(leaf.GetNumberOfCells())])
+            found[start + "body"] = vtk_to_numpy(leaf.GetCellData().GetArray("body")).copy()
+        elif particles:
             found[start + "points"] = vtk_to_numpy(leaf.GetPoints().GetData()).copy()
             found[start + "vertices"] = np.array([leaf.GetCell(c).GetPointId(0) for c in range(leaf.GetNumberOfCells()) if leaf.GetCell(c).GetNumberOfPoints() == 1])
         else:

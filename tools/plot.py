@@ -156,7 +156,7 @@ def energy_curves(run, history):
     return curves + [("lost by the method" if loser == "the method" else f"lost to {loser}, and by the method", lost, "tab:red", "-")]
 
 
-UNITS = {r".*_energy|.*_work|energy_.*": "J", r".*momentum_.*": "kg m/s", "mass": "kg", "time|dt": "s"}
+UNITS = {r".*_energy|.*_work|energy_.*": "J", r".*momentum_.*": "kg m/s", r"reaction_.*": "N", r"torque_.*": "N m", "mass": "kg", "time|dt": "s"}
 
 
 def draw_curves(axes, run, history, below, known):

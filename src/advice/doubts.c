@@ -349,7 +349,7 @@ static PetscErrorCode WarnFall(const MPMCore *core, const MPMScene *scene)
         PetscFunctionReturn(PETSC_SUCCESS);
     }
   }
-  if (!walls || g[down] == 0) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!walls || g[down] == 0 || core->rigids.n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMWarn(
       &core->print,
       "gravity points away from every wall, along %c%c: nothing holds the bodies; turn -gravity, or choose -bc_%s_type",

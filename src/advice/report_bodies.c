@@ -46,6 +46,8 @@ static const char *BodyOf(const MPMScene *scene, PetscInt copy)
   return scene->bodies[b].name;
 }
 
+static const char *const per[] = {" for a cross-section of 1 m^2", " for a thickness of 1 m", ""};
+
 /* Prints which bodies meet, and how. */
 static PetscErrorCode ReportContacts(const MPMCore *core, const MPMScene *scene)
 {
@@ -55,11 +57,24 @@ static PetscErrorCode ReportContacts(const MPMCore *core, const MPMScene *scene)
   for (PetscInt k = 0; core->contacts && k < core->contacts->npairs; k++) {
     const MPMPair *pair = &core->contacts->pair[k];
 
-    if (pair->glued || ++declared > SHOWN) continue;
+    if (pair->a < 0 || pair->glued || ++declared > SHOWN) continue;
     PetscCall(MPMPrint(&core->print, "contact    %s and %s: ", BodyOf(scene, pair->a), BodyOf(scene, pair->b)));
     PetscCall(pair->mu < PETSC_INFINITY ? MPMPrint(&core->print, "friction %g\n", (double)pair->mu)
                                         : MPMPrint(&core->print, "nothing slides\n"));
   }
+  for (PetscInt k = 0; k < PetscMin(SHOWN, core->rigids.n); k++) {
+    const MPMRigid *r = &core->rigids.body[k];
+
+    PetscCall(MPMPrint(&core->print, "rigid      %s: %s, %s, friction %g", r->name, MPMRegionNames[r->shape->type],
+                       r->free    ? "free"
+                       : r->moves ? "moving"
+                                  : "fixed",
+                       (double)r->mu));
+    if (r->free) PetscCall(MPMPrint(&core->print, ", %g kg%s", (double)r->mass, per[core->grid.dim - 1]));
+    PetscCall(MPMPrint(&core->print, "\n"));
+  }
+  if (core->rigids.n > SHOWN)
+    PetscCall(MPMPrint(&core->print, "rigid      and %" PetscInt_FMT " more\n", core->rigids.n - SHOWN));
   if (declared > SHOWN)
     PetscCall(MPMPrint(&core->print, "contact    of %" PetscInt_FMT " more pairs of bodies\n", declared - SHOWN));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -67,7 +82,6 @@ static PetscErrorCode ReportContacts(const MPMCore *core, const MPMScene *scene)
 
 PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
 {
-  static const char *const per[] = {" for a cross-section of 1 m^2", " for a thickness of 1 m", ""};
   const PetscInt           shown = scene->nbodies > SHOWN + 1 ? SHOWN : scene->nbodies;
   PetscInt64               n[SHOWN + 2];
   MPMSum                   sum[SHOWN + 1][2];

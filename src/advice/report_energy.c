@@ -6,8 +6,7 @@ PetscBool MPMEnergyIsFollowed(const MPMCore *core, const MPMScene *scene)
 {
   for (PetscInt k = 0; k < 2 * core->grid.dim; k++)
     if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_MOVES)) return PETSC_FALSE;
-  for (PetscInt k = 0; k < core->rigids.n; k++)
-    if (core->rigids.body[k].moves || core->rigids.body[k].free) return PETSC_FALSE;
+  if (core->rigids.move) return PETSC_FALSE;
   return scene->body_force ? PETSC_FALSE : PETSC_TRUE;
 }
 
@@ -18,16 +17,11 @@ static PetscErrorCode PrintTerms(const MPMCore *core, const MPMMonitor *mon, con
     const char *name;
     PetscInt    row;
   } terms[] = {
-      {"gravity", MPM_SHOWS_energy_gravity},
-      {"loads", MPM_SHOWS_load_work},
-      {"walls", MPM_SHOWS_energy_walls},
-      {"rigid", MPM_SHOWS_energy_rigid},
-      {"friction", MPM_SHOWS_energy_friction},
-      {"damping", MPM_SHOWS_energy_damping},
-      {"volumes", MPM_SHOWS_energy_volumes},
-      {"transfer", MPM_SHOWS_energy_transfer},
-      {"laws", MPM_SHOWS_energy_laws},
-      {"integration", MPM_SHOWS_energy_integration},
+      {"gravity", MPM_SHOWS_energy_gravity},   {"loads", MPM_SHOWS_load_work},
+      {"walls", MPM_SHOWS_energy_walls},       {"rigid", MPM_SHOWS_energy_rigid},
+      {"friction", MPM_SHOWS_energy_friction}, {"damping", MPM_SHOWS_energy_damping},
+      {"volumes", MPM_SHOWS_energy_volumes},   {"transfer", MPM_SHOWS_energy_transfer},
+      {"laws", MPM_SHOWS_energy_laws},         {"integration", MPM_SHOWS_energy_integration},
   };
   const PetscReal base = mon->energy_max + PetscAbsReal(MPMShownWork(shown));
   PetscReal       sum  = 0;

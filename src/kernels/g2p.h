@@ -86,7 +86,7 @@ MPM_INLINE void MPMMoveBlock(int dim, const MPMParams *par, MPMPatch *patch, Pet
       MPMLoad(dim * dim, particles->F, o, l, F);
       for (int k = 0; k < dim * dim; k++) {
         G[k] = MPMRead(&L[k][l]);
-        if (par->nkinds > 1) G[k] = MPMSelect(MPMRead(&s->has_F[l]) > 0.0, G[k], MPMAll(0)); /* else it stays I */
+        if (par->nmaterials > 1) G[k] = MPMSelect(MPMRead(&s->has_F[l]) > 0.0, G[k], MPMAll(0)); /* else it stays I */
       }
       MPMDeform(dim, dt, G, F);
       for (int k = 0; k < dim * dim; k++) MPMWrite(&b->F[k][l], F[k]);

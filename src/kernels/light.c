@@ -137,10 +137,12 @@ static PetscErrorCode Look(MPMLight *light, const MPMParams *par, const MPMPatch
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < patch->grid->dim; d++) {
     node.side[d] = Side(patch, light->mass + node.node, d, at[d], par->light);
-    if (node.side[d] && AtWall(par->walls, patch->grid, d, MPMGridFold(patch->grid, d, patch->lo[d] + at[d]))) node.side[d] = 0;
+    if (node.side[d] && AtWall(par->walls, patch->grid, d, MPMGridFold(patch->grid, d, patch->lo[d] + at[d])))
+      node.side[d] = 0;
     if (node.side[d]) any = PETSC_TRUE;
   }
-  if (!any || (light->held && light->held[node.node]) || !IsCarried(patch, light->mass, &node, at, par->light)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!any || (light->held && light->held[node.node]) || !IsCarried(patch, light->mass, &node, at, par->light))
+    PetscFunctionReturn(PETSC_SUCCESS);
   if (light->n == light->room) {
     light->room = 2 * light->room + 256;
     PetscCall(PetscRealloc((size_t)light->room * sizeof *light->node, &light->node));

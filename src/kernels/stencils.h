@@ -107,8 +107,11 @@ MPM_INLINE void MPMStage(int dim, const MPMParams *par, const MPMPatch *patch, M
 
   MPMGather(dim, patch->particles.x, o, s->x);
   for (PetscInt l = 0; l < o->lanes && par->nkinds > 1; l++) {
-    s->kind[l] = patch->particles.kind[o->particle[l]];
-    MPMStageKind(dim, par, par->kinds + s->kind[l], l, l + 1, s);
+    const PetscInt kind = patch->particles.kind[o->particle[l]];
+
+    if (kind == s->kind[l]) continue; /* the lane has what this kind has from the block before */
+    s->kind[l] = kind;
+    MPMStageKind(dim, par, par->kinds + kind, l, l + 1, s);
   }
   if (patch->particles.l) MPMGather(dim, patch->particles.l, o, s->l);
 #define MPM_BASIS(name, nodes, layers, inertia, what)                                                                  \
@@ -146,7 +149,7 @@ MPM_INLINE const MPMMaterial *MPMSameMaterial(const MPMParams *par, PetscInt lan
   const PetscInt row = par->kinds[kind[first]].material;
 
   *next = lanes;
-  if (par->nkinds > 1)
+  if (par->nmaterials > 1)
     for (*next = first + 1; *next < lanes && par->kinds[kind[*next]].material == row;) (*next)++;
   return par->materials + row;
 }

@@ -39,29 +39,22 @@ typedef struct {
 } MPMContactPart;
 
 /* A column of nodes that follow each other along an axis, parts first .. last-1: its normal; at: where it acts on a rigid
-   body, m; gap: between the matter of a and
-   b, m; least: the least velocity with which they may part, below 0: approach, m/s; by how much an impulse changes it,
-   1/kg, and one across the velocity there at most; the impulses along the normal and across, on b, N s; held: is it given a velocity in this step? */
+   body, m; gap: between the matter of a and b, m; least: the least velocity with which they may part, below 0: approach, m/s; by how much an impulse changes it,
+   1/kg, and one across the normal of matter alone; the impulses along the normal and across, on b, N s; held: is it given a velocity in this step? */
 typedef struct {
   PetscInt  first, last, pair;
   PetscReal n[3], at[3], gap, least, inverse, across, press, brake[3];
   PetscBool held;
 } MPMContactColumn;
 
-/* A place where a free rigid body may meet a wall: the normal of that, into the grid; the rest as of columns. */
 typedef struct {
-  PetscInt  rigid, face;
-  PetscReal n[3], at[3], mu, least, inverse, across, press, brake[3];
-} MPMContactStop;
-
-typedef struct {
-  PetscInt          npairs, nnodes, nsites, nparts, ncolumns, nstops, stops;
-  MPMPair          *pair;   /* [npairs] */
-  MPMContactNode   *node;   /* [nnodes]; these and the others are the same ones on all processes */
-  MPMContactSite   *site;   /* [nsites] */
-  MPMContactPart   *part;   /* [nparts] in sequence of columns */
-  MPMContactColumn *column; /* [ncolumns] */
-  MPMContactStop   *stop;   /* [nstops], with room for `stops` */
+  PetscInt          npairs, nnodes, nsites, nparts, ncolumns;
+  PetscInt          corrections; /* of afmpm in this step so far */
+  MPMPair          *pair;        /* [npairs] */
+  MPMContactNode   *node;        /* [nnodes]; these and the others are the same ones on all processes */
+  MPMContactSite   *site;        /* [nsites] */
+  MPMContactPart   *part;        /* [nparts] in sequence of columns */
+  MPMContactColumn *column;      /* [ncolumns] */
 } MPMContacts;
 
 #endif

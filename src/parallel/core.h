@@ -168,13 +168,22 @@ typedef struct {
   PetscReal  *impulse;  /* [columns] kg m/s */
 } MPMPistons;
 
+/* Where a free rigid body stands on the wall of a face, 2 axis + side (step/rigid.c): the place, m; the least velocity away
+   from the wall, below 0: approach, m/s; the impulses along the normal and across it, N s. */
+typedef struct {
+  PetscInt  body, face;
+  PetscReal at[3], least, press, brake[3];
+} MPMRigidSupport;
+
 /* Rigid bodies. */
 typedef struct {
-  PetscInt   n;
-  MPMRigid  *body;    /* [n] */
-  PetscReal *numbers; /* [n][MPM_RIGID_NUMBERS] */
-  PetscReal  since;   /* core->kicked at the last line of the history, s */
-  PetscBool  move;    /* does any move, by formulas or freely? */
+  PetscInt         n;
+  MPMRigid        *body;       /* [n] */
+  PetscReal       *numbers;    /* [n][MPM_RIGID_NUMBERS] */
+  PetscReal        since;      /* core->kicked at the last line of the history, s */
+  PetscBool        move, free; /* does any move, by formulas or freely? freely? */
+  PetscInt         nsupports, room;
+  MPMRigidSupport *support; /* [nsupports] in this step */
 } MPMRigids;
 
 #define MPM_NUM_LOST 11 /* components of the rows LOST of results/diagnostics.def */

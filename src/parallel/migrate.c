@@ -19,8 +19,7 @@ static PetscErrorCode FindOwner(MPMCore *core, const MPMSpatial *s, const MPMVie
 
   PetscFunctionBeginUser;
   PetscCheck(MPMLocate((int)dim, core->basis, &core->grid, MPMKindOf(core->params.kinds, view, p)->copy,
-                       view->x + p * dim,
-                       MPMHalfWidths((int)dim, core->params.kinds, view, p), xi, base),
+                       view->x + p * dim, MPMHalfWidths((int)dim, core->params.kinds, view, p), xi, base),
              PETSC_COMM_SELF, PETSC_ERR_PLIB, "particle %" PetscInt64_FMT " has no cell", view->id[p]);
   *owner = MPMSpatialOwner(s, &core->grid, base, hops);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -91,8 +90,7 @@ static PetscErrorCode LocateArrivals(MPMCore *core, MPMSpatial *s)
 
     if (p >= view.n || view.cell[p] >= 0) continue;
     view.cell[p] = MPMOwnCell((int)dim, core->basis, patch, MPMKindOf(core->params.kinds, &view, p)->copy,
-                              view.x + p * dim,
-                              MPMHalfWidths((int)dim, core->params.kinds, &view, p), base);
+                              view.x + p * dim, MPMHalfWidths((int)dim, core->params.kinds, &view, p), base);
     PetscCheck(view.cell[p] >= 0, PETSC_COMM_SELF, PETSC_ERR_PLIB,
                "particle %" PetscInt64_FMT " came to the wrong process", view.id[p]);
     s->ids = (PetscInt64)((uint64_t)s->ids + MPMParticleHash(view.id[p]));

@@ -160,10 +160,9 @@ static void NumberCells(MPMCore *core, const MPMJob *job, MPMPatch *patch)
   for (PetscInt p = 0; p < patch->particles.n; p++) {
     PetscInt base[3];
 
-    patch->particles.cell[p] = MPMOwnCell((int)dim, core->basis, &all,
-                                          MPMKindOf(core->params.kinds, &patch->particles, p)->copy,
-                                          patch->particles.x + p * dim,
-                                          MPMHalfWidths((int)dim, core->params.kinds, &patch->particles, p), base);
+    patch->particles.cell[p] = MPMOwnCell(
+        (int)dim, core->basis, &all, MPMKindOf(core->params.kinds, &patch->particles, p)->copy,
+        patch->particles.x + p * dim, MPMHalfWidths((int)dim, core->params.kinds, &patch->particles, p), base);
   }
 }
 

@@ -109,9 +109,9 @@ static PetscBool Encloses(const MPMRegion *r, PetscInt dim, const PetscReal x[])
   return MPMSurfaceBelow(r->surface, x[r->surface->dim - 1]) % 2 ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* The way from the nearest place `at` of the faces to a place x is along the normal n, to one side or the other, and the
-   shape encloses what it leads to or not: returns -1 if so, else 1. A place on the faces is on neither side, and one near
-   those of a formula may be on the wrong side of them: there one that is `margin` away from them decides. */
+/* The way from the nearest place `at` of the faces to a place x is along the normal n, to one side or the other, and
+   the shape encloses what it leads to or not: returns -1 if so, else 1. A place on the faces is on neither side, and
+   one near those of a formula may be on the wrong side of them: there one that is `margin` away from them decides. */
 static PetscReal Side(const MPMRegion *r, PetscInt dim, const PetscReal x[], PetscReal distance, const PetscReal at[],
                       const PetscReal n[])
 {
@@ -122,8 +122,8 @@ static PetscReal Side(const MPMRegion *r, PetscInt dim, const PetscReal x[], Pet
   return Encloses(r, dim, y) ? -1 : 1;
 }
 
-/* Sets n [dim] to the direction from the nearest place `at` of a face to x, or to the normal of the face if they are too
-   near to each other. */
+/* Sets n [dim] to the direction from the nearest place `at` of a face to x, or to the normal of the face if they are
+   too near to each other. */
 static void Direction(const MPMRegion *r, PetscInt face, const PetscReal x[], const PetscReal at[], PetscReal n[])
 {
   const PetscInt dim = r->nearest->dim;

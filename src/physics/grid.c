@@ -17,7 +17,7 @@ void MPMGridSetNodes(MPMGrid *grid, MPMBasis basis)
     grid->nodes[d] = d >= grid->dim ? 1 : grid->periodic[d] ? grid->cells[d] : grid->cells[d] + 1 + 2 * grid->layers[d];
   }
   if (grid->copies < 2) return;
-  grid->stride = (grid->nodes[grid->stack] + 2 * MPM_GRID_APART + TILES - 1) / TILES * TILES;
+  grid->stride             = (grid->nodes[grid->stack] + 2 * MPM_GRID_APART + TILES - 1) / TILES * TILES;
   grid->nodes[grid->stack] = grid->copies * grid->stride;
 }
 

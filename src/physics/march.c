@@ -26,8 +26,8 @@ static PetscReal Value(const March *m, const PetscReal x[])
   return PetscIsNanReal(f) ? -1 : f;
 }
 
-/* Sets at [dim] to the zero between the places a, where f > 0, and b of the lattice, by bisection, and by a line between
-   the ends of the rest. */
+/* Sets at [dim] to the zero between the places a, where f > 0, and b of the lattice, by bisection, and by a line
+   between the ends of the rest. */
 static void Zero(const March *m, const PetscInt a[], const PetscInt b[], PetscReal fa, PetscReal fb, PetscReal at[])
 {
   PetscReal x[3], y[3], middle[3], share;
@@ -73,30 +73,30 @@ static void Add(March *m, const PetscReal *const corner[])
   to->n++;
 }
 
-/* Adds the faces of a simplex with the places k [dim + 1] of the lattice and the values f there: one between a corner and
-   the others, or in 3-D two between two corners and two. */
+/* Adds the faces of a simplex with the places k [dim + 1] of the lattice and the values f there: one between a corner
+   and the others, or in 3-D two between two corners and two. */
 static void Cut(March *m, PetscInt k[][3], const PetscReal f[])
 {
-  PetscInt  in[4], out[4], nin = 0, nout = 0;
+  PetscInt  in[4], out[4], inner = 0, outer = 0;
   PetscReal at[4][3];
 
   for (PetscInt c = 0; c <= m->of->dim; c++)
     if (f[c] > 0)
-      in[nin++] = c;
+      in[inner++] = c;
     else
-      out[nout++] = c;
-  for (PetscInt a = 0; a < nin; a++)
-    for (PetscInt b = 0; b < nout; b++) Zero(m, k[in[a]], k[out[b]], f[in[a]], f[out[b]], at[a * nout + b]);
-  if (!nin || !nout) return;
-  if (nin * nout == 4) {
+      out[outer++] = c;
+  for (PetscInt a = 0; a < inner; a++)
+    for (PetscInt b = 0; b < outer; b++) Zero(m, k[in[a]], k[out[b]], f[in[a]], f[out[b]], at[a * outer + b]);
+  if (!inner || !outer) return;
+  if (inner * outer == 4) {
     Add(m, (const PetscReal *const[]){at[0], at[1], at[3]});
     Add(m, (const PetscReal *const[]){at[0], at[3], at[2]});
   } else
     Add(m, (const PetscReal *const[]){at[0], at[1], at[2]});
 }
 
-/* Goes through the simplices of the box at place k, whose corners have the values f [2][2][2], x fastest: from its first
-   corner to its last along the axes, in each of their sequences. */
+/* Goes through the simplices of the box at place k, whose corners have the values f [2][2][2], x fastest: from its
+   first corner to its last along the axes, in each of their sequences. */
 static void Box(March *m, const PetscInt k[], const PetscReal f[])
 {
   static const PetscInt axes[6][3] = {{0, 1, 2}, {1, 0, 2}, {0, 2, 1}, {2, 0, 1}, {1, 2, 0}, {2, 1, 0}};

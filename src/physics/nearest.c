@@ -1,6 +1,6 @@
-/* nearest.c - a tree of boxes around faces, which are put in sequence along a curve that fills space (Morton's), so that
-   faces that follow each other are near each other; a search goes into the nearer box first, and leaves out boxes that
-   are further away than what it has found. */
+/* nearest.c - a tree of boxes around faces, which are put in sequence along a curve that fills space (Morton's), so
+   that faces that follow each other are near each other; a search goes into the nearer box first, and leaves out boxes
+   that are further away than what it has found. */
 #include <stdlib.h>
 #include "physics/nearest.h"
 
@@ -138,7 +138,8 @@ static void OnEdge(PetscInt dim, const PetscReal a[], const PetscReal b[], const
   for (PetscInt d = 0; d < dim; d++) at[d] = a[d] + s * ab[d];
 }
 
-/* Sets at [3] to the place of the triangle, corner [3][3], that is nearest to x [3]: a corner, or on an edge, or within. */
+/* Sets at [3] to the place of the triangle, corner [3][3], that is nearest to x [3]: a corner, or on an edge, or
+   within. */
 static void OnTriangle(const PetscReal corner[], const PetscReal x[], PetscReal at[])
 {
   const PetscReal *a = corner, *b = corner + 3, *c = corner + 6;

@@ -1,16 +1,16 @@
-/* rigid.h - rigid bodies: a shape that moves as a whole. Where it is, how fast each of its places moves, and how far it is
-   from a place. */
+/* rigid.h - rigid bodies: a shape that moves as a whole. Where it is, how fast each of its places moves, and how far it
+   is from a place. */
 #ifndef MPM_RIGID_H
 #define MPM_RIGID_H
 
 #include "physics/distance.h"
 
 /* A place X of the shape at the start is at pivot + place + turn (X - pivot). All are vectors of 3 numbers in every
-   dimension; in 2-D a body turns about z. Of a free body the pivot is the centre of mass; mass is in kg and inertia, about
-   that and at the start, in kg m^2, in 2-D of a thickness of 1 m. What changes is in an array of all bodies:
-   place, m; turn, a rotation, row-major; velocity of the pivot in this step, m/s; spin, rad/s; angular momentum, kg m^2/s;
-   and what the body has given the matter since the last line of the history: impulse, N s, torque about the pivot times time, N m s; and since
-   the start work, J; and angle, the integral of spin over time, rad. */
+   dimension; in 2-D a body turns about z. Of a free body the pivot is the centre of mass; mass is in kg and inertia,
+   about that and at the start, in kg m^2, in 1-D and 2-D of a thickness of 1 m. What changes is in an array of all
+   bodies: place, m; turn, a rotation, row-major; velocity of the pivot in this step, m/s; spin, rad/s; angular
+   momentum, kg m^2/s; and what the body has given the matter since the last line of the history: impulse, N s, torque
+   about the pivot times time, N m s; and since the start work, J; and angle, the integral of spin over time, rad. */
 #define MPM_RIGID_NUMBERS 31
 typedef struct {
   const char      *name;
@@ -18,9 +18,11 @@ typedef struct {
   PetscReal        mu; /* of friction; PETSC_INFINITY: nothing slides on it */
   PetscReal        pivot[3];
   PetscBool        moves, free;
-  PetscReal        mass, inverse[9]; /* inverse: of the inertia */
-  PetscInt         npoints;
-  PetscReal       *points; /* [npoints][3] of a free body: places on its surface at the start, m; of a sphere none */
+  PetscReal        mass, inertia[9], inverse[9]; /* inverse: of inertia */
+  PetscReal        reach;                        /* of the shape from the pivot, m */
+  PetscInt         npoints;   /* of a free body: points of its surface at the start, from the pivot, m */
+  PetscReal       *point;     /* [npoints][3] */
+  PetscReal        before[6]; /* velocity and spin as the step began */
   PetscReal       *place, *turn, *velocity, *spin, *momentum, *impulse, *torque, *work, *angle;
 } MPMRigid;
 
@@ -41,7 +43,7 @@ MPM_INLINE void MPMRigidUse(MPMRigid *r, PetscReal numbers[])
 /* Returns the distance of x [dim], m, from the surface of the body, m, negative inside; n [dim]: its unit gradient. */
 MPM_INLINE PetscReal MPMRigidDistance(const MPMRigid *r, PetscInt dim, const PetscReal x[], PetscReal n[])
 {
-  PetscReal y[3] = {0}, X[3], m[3] = {0}, distance;
+  PetscReal y[3] = {0}, X[3] = {0}, m[3] = {0}, distance;
 
   for (PetscInt d = 0; d < dim; d++) y[d] = x[d] - r->pivot[d] - r->place[d];
   for (PetscInt d = 0; d < dim; d++) {
@@ -69,109 +71,24 @@ MPM_INLINE void MPMRigidVelocity(const MPMRigid *r, PetscInt dim, const PetscRea
   }
 }
 
-/* Sets x [3] to where the place X [3] of the start is now, m. */
-MPM_INLINE void MPMRigidPlace(const MPMRigid *r, const PetscReal X[], PetscReal x[])
+/* What a shape is made of, per density: volume, m^3, in 2-D m^2, in 1-D m; its centre, m; the second moments about
+   that, m^5, [3][3], as inertia has them. rigid.c describes these functions; none is collective. */
+typedef struct {
+  PetscReal volume, center[3], inertia[9];
+} MPMRigidMass;
+void           MPMRigidMassOf(const MPMRegion *, PetscInt dim, MPMRigidMass *);
+PetscErrorCode MPMRigidSetFree(MPMRigid *, PetscInt dim, PetscReal mass, const PetscReal inertia[]);
+void           MPMRigidMove(MPMRigid *, PetscReal dt);
+PetscReal      MPMRigidYields(const MPMRigid *, const PetscReal x[], const PetscReal n[]);
+void           MPMRigidKick(MPMRigid *, const PetscReal x[], const PetscReal J[]);
+void           MPMRigidPoint(const MPMRigid *, PetscInt k, PetscReal x[]);
+PetscReal      MPMRigidSpeed(const MPMRigid *);
+void           MPMRigidsMeet(PetscInt n, const MPMRigid body[], PetscInt dim, PetscReal most, PetscInt *a, PetscInt *b);
+
+/* Returns whether a body is a ball or a disk. */
+MPM_INLINE PetscBool MPMRigidIsRound(const MPMRigid *r)
 {
-  for (PetscInt d = 0; d < 3; d++) {
-    x[d] = r->pivot[d] + r->place[d];
-    for (PetscInt e = 0; e < 3; e++) x[d] += r->turn[3 * d + e] * (X[e] - r->pivot[e]);
-  }
-}
-
-/* Sets w [3] to the spin that angular momentum L [3] has as the body is turned now. */
-MPM_INLINE void MPMRigidSpin(const MPMRigid *r, const PetscReal L[], PetscReal w[])
-{
-  PetscReal own[3] = {0}, by[3] = {0};
-
-  for (PetscInt d = 0; d < 3; d++)
-    for (PetscInt e = 0; e < 3; e++) own[d] += r->turn[3 * e + d] * L[e];
-  for (PetscInt d = 0; d < 3; d++)
-    for (PetscInt e = 0; e < 3; e++) by[d] += r->inverse[3 * d + e] * own[e];
-  for (PetscInt d = 0; d < 3; d++) {
-    w[d] = 0;
-    for (PetscInt e = 0; e < 3; e++) w[d] += r->turn[3 * d + e] * by[e];
-  }
-}
-
-/* Sets m [3] to (at - centre) x J. */
-MPM_INLINE void MPMRigidMoment(const MPMRigid *r, const PetscReal at[], const PetscReal J[], PetscReal m[])
-{
-  PetscReal y[3];
-
-  for (PetscInt d = 0; d < 3; d++) y[d] = at[d] - r->pivot[d] - r->place[d];
-  for (PetscInt d = 0; d < 3; d++) {
-    const PetscInt e = (d + 1) % 3, f = (d + 2) % 3;
-
-    m[d] = y[e] * J[f] - y[f] * J[e];
-  }
-}
-
-/* Gives a free body the impulse J [3], N s, at a place `at` [3], m. */
-MPM_INLINE void MPMRigidPush(MPMRigid *r, const PetscReal at[], const PetscReal J[])
-{
-  PetscReal m[3];
-
-  if (!r->free) return;
-  MPMRigidMoment(r, at, J, m);
-  for (PetscInt d = 0; d < 3; d++) {
-    r->velocity[d] += J[d] / r->mass;
-    r->momentum[d] += m[d];
-  }
-  MPMRigidSpin(r, r->momentum, r->spin);
-}
-
-/* Returns by how much an impulse along n [3] at a place changes the velocity of the body there along n, 1/kg; and an upper
-   bound of that across n, which is exact in 2-D and of spheres. */
-MPM_INLINE PetscReal MPMRigidYields(const MPMRigid *r, const PetscReal at[], const PetscReal n[], PetscReal *across)
-{
-  PetscReal m[3], w[3], own = 0, square = 0, along = 0, most = 0;
-
-  *across = 0;
-  if (!r->free) return 0;
-  MPMRigidMoment(r, at, n, m);
-  MPMRigidSpin(r, m, w);
-  for (PetscInt d = 0; d < 3; d++) {
-    const PetscReal y = at[d] - r->pivot[d] - r->place[d];
-    PetscReal       row = 0;
-
-    own += m[d] * w[d];
-    square += y * y;
-    along += y * n[d];
-    for (PetscInt e = 0; e < 3; e++) row += PetscAbsReal(r->inverse[3 * d + e]);
-    most = PetscMax(most, row);
-  }
-  *across = 1 / r->mass + (r->inverse[0] > 0 ? square : along * along) * most; /* in 2-D it turns about z alone */
-  return 1 / r->mass + own;
-}
-
-/* Moves the body on by a step dt, s: by dt velocity, and by a turn of dt |spin| about spin. The turn is that of the
-   quaternion (1, a spin) with a = tan(dt |spin|/2)/|spin|, by its series to the third power of the angle: the error of an
-   angle of 0.1 is 3e-9. */
-MPM_INLINE void MPMRigidMove(MPMRigid *r, PetscReal dt)
-{
-  const PetscReal *w = r->spin, half = 0.25 * dt * dt * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]); /* (angle/2)^2 */
-  const PetscReal  a = 0.5 * dt * (1 + half * (1 / 3. + half * (2 / 15. + half * 17 / 315.)));
-  PetscReal        q[3], size = 1, by[9], was[9];
-
-  for (PetscInt d = 0; d < 3; d++) {
-    r->place[d] += dt * r->velocity[d];
-    r->angle[d] += dt * w[d];
-    q[d] = a * w[d];
-    size += q[d] * q[d];
-  }
-  if (size == 1) return;
-  for (PetscInt d = 0; d < 3; d++)
-    for (PetscInt e = 0; e < 3; e++) {
-      const PetscInt f = 3 - d - e;
-
-      by[3 * d + e] = d == e ? (2 + 2 * q[d] * q[d]) / size - 1
-                             : 2 * (q[d] * q[e] + ((e + 1) % 3 == d ? q[f] : -q[f])) / size;
-    }
-  for (PetscInt k = 0; k < 9; k++) was[k] = r->turn[k];
-  for (PetscInt d = 0; d < 3; d++)
-    for (PetscInt e = 0; e < 3; e++)
-      r->turn[3 * d + e] = by[3 * d] * was[e] + by[3 * d + 1] * was[3 + e] + by[3 * d + 2] * was[6 + e];
-  if (r->free) MPMRigidSpin(r, r->momentum, r->spin); /* the angular momentum stays, and the inertia turns */
+  return r->shape->type == MPM_REGION_sphere && !(r->shape->ncut + r->shape->nwithin) ? PETSC_TRUE : PETSC_FALSE;
 }
 
 #endif

@@ -209,7 +209,8 @@ PetscInt MPMWallsAdvance(const MPMFace (*faces)[2], const MPMGrid *grid, const P
 
     trial[d] = at[d];
     if ((MPMWallInside(grid, 2 * d, ijk) > 0 && MPMWallInside(grid, 2 * d + 1, ijk) > 0) ||
-        !MPMWallHas(f->type, MPM_WALL_PUSHES)) continue;
+        !MPMWallHas(f->type, MPM_WALL_PUSHES))
+      continue;
     node.least = Least(f, grid, d, ijk);
     if (Driven(faces, grid, ijk, d, node.inward, node.least)) met |= (PetscInt)1 << d;
     if (!MPMWallApply_separate(f, &node, at)) continue;

@@ -111,7 +111,8 @@ static PetscErrorCode ReadQuantities(MPMMeasures *m, PetscBool heats, MPMOptions
     if (!rows[k].asked && !set) m->quantities |= (PetscInt)1 << k;
     (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? "," : "", rows[k].name);
   }
-  if (set && !m->nbodies) MPMOptionsFail(o, "-history_body_quantities does not apply: -history_bodies names no body with particles");
+  if (set && !m->nbodies)
+    MPMOptionsFail(o, "-history_body_quantities does not apply: -history_bodies names no body with particles");
   for (char *w = strtok_r(text, ", ", &save); w && set; w = strtok_r(NULL, ", ", &save)) {
     PetscInt k = 0;
 

@@ -435,8 +435,8 @@ PetscBool MPMDiagnosticIsOn(PetscInt row, const MPMCore *core)
   const PetscInt uses = MPMDiagnostics[row].uses;
 
   return (uses & TERM && !core->energy.on) || (uses & LOADS && !core->energy.loads) ||
-                 (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) || (uses & RIGID && !core->rigids.move) ||
-                 (uses & MPM_SHOW_LOST && !core->params.deletes)
+                 (uses & DAMPED && !MPMDampingIsOn(core)) || (uses & RELAXED && !MPMVolumesRelax(core)) ||
+                 (uses & RIGID && !core->rigids.move) || (uses & MPM_SHOW_LOST && !core->params.deletes)
              ? PETSC_FALSE
              : PETSC_TRUE;
 }

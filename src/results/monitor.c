@@ -22,29 +22,30 @@ PetscErrorCode MPMMonitorSetFromOptions(MPMMonitor *mon, const MPMScene *scene, 
   PetscCall(MPMOptionsBool(o, "history_energy", NULL, follow));
   PetscCall(MPMOptionsReal(o, "check_energy", NULL, &mon->check_energy, NULL));
   PetscCall(MPMOptionsReal(o, "check_momentum", NULL, &mon->check_momentum, NULL));
+  for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes; k++)
+    if (scene->bodies[k].rigid != MPM_RIGID_NONE) rigid = PETSC_TRUE;
   for (PetscInt k = 0; k < 6; k++) {
     if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_MOVES)) moving = PETSC_TRUE;
     if (MPMWallHas(scene->walls.given[k / 2][k % 2].type, MPM_WALL_PUSHES)) pushes = PETSC_TRUE;
   }
-  for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++) {
-    if (scene->bodies[b].rigid != MPM_RIGID_NONE) rigid = PETSC_TRUE;
-    if (scene->bodies[b].rigid > MPM_RIGID_FIXED) moving = PETSC_TRUE;
-  }
   if (mon->check_energy > 0 && (scene->body_force || moving) && !*follow)
     MPMOptionsFail(o, "-check_energy does not apply: the work of %s is followed with -history_energy only",
-                   moving ? "moving walls and rigid bodies" : "body forces");
+                   moving ? "moving walls" : "body forces");
   if (mon->check_energy > 0 && damped && !*follow)
     MPMOptionsFail(o, "-check_energy does not apply: what -damping_* takes is followed with -history_energy only");
+  if (mon->check_energy > 0 && rigid && !*follow)
+    MPMOptionsFail(
+        o, "-check_energy does not apply: what rigid bodies give and take is followed with -history_energy only");
+  if (mon->check_momentum > 0 && rigid)
+    MPMOptionsFail(o, "-check_momentum does not apply: the impulse of rigid bodies is not followed");
   if (mon->check_energy > 0 && pushes && !*follow)
     MPMOptionsFail(
         o,
         "-check_energy does not apply: what walls and contact take from matter that strikes is followed with -history_energy only");
   if (mon->check_momentum > 0 && damped) MPMOptionsFail(o, "-check_momentum does not apply: -damping_* takes momentum");
-  if (mon->check_momentum > 0 && (scene->forced || moving || rigid))
+  if (mon->check_momentum > 0 && (scene->forced || moving))
     MPMOptionsFail(o, "-check_momentum does not apply: the impulse of %s is not followed",
-                   rigid    ? "rigid bodies"
-                   : moving ? "moving walls"
-                            : "body forces and loads");
+                   moving ? "moving walls" : "body forces and loads");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -36,9 +36,9 @@ PetscErrorCode MPMRigidFacesDestroy(MPMOutput *out)
 
 PetscErrorCode MPMRigidDatasets(const MPMOutput *out, const MPMCore *core, MPMFile *file, hid_t step)
 {
-  const MPMRigids *r     = &core->rigids;
-  const hsize_t    dim   = (hsize_t)core->grid.dim, faces = (hsize_t)out->faces.n, bodies = (hsize_t)r->n;
-  hid_t            group = -1;
+  const MPMRigids *r   = &core->rigids;
+  const hsize_t    dim = (hsize_t)core->grid.dim, faces = (hsize_t)out->faces.n, bodies = (hsize_t)r->n;
+  hid_t            group               = -1;
   char             names[MPM_TEXT_LEN] = "";
 
   PetscFunctionBeginUser;

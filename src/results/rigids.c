@@ -102,6 +102,6 @@ void MPMRigidsCompute(MPMMeasures *m, const MPMCore *core)
       const PetscInt n = Columns(k, core->grid.dim, &first);
 
       for (PetscInt c = first; c < first + n; c++)
-        m->value[at++] = rows[k].value(&core->rigids.body[m->rigid[b]], time, c);
+        m->value[at++] = rows[k].value(&core->rigids.body[m->rigid[b]], time, c) + 0; /* no -0 */
     }
 }

@@ -8,11 +8,11 @@
    Vectors have 3 components and tensors 9 in every dimension. A file has its name when it is complete. index.c joins
    the snapshots in one file, and xdmf.c writes the text by which ParaView opens them. With a PETSc that has no HDF5,
    options that ask for snapshots are refused. */
-#include <petscsf.h>
 #include "results/hdf5.h"
 #include "results/output.h"
 #include "results/provenance.h"
 #include "results/rigid_faces.h"
+#include "results/rows.h"
 #include "parallel/exchange.h"
 #include "step/step.h"
 
@@ -97,35 +97,14 @@ PetscErrorCode MPMOutputSetFromOptions(MPMOutput *out, const MPMScene *scene, Pe
 
 #if defined(PETSC_HAVE_HDF5)
 
-/* The rows of a dataset: each process writes an equal part of them, which begins with row `first`. */
-typedef struct {
-  PetscSF  sf; /* sends what the processes have to its row */
-  PetscInt first, n;
-} Rows;
-
-/* Makes the rows of `total` items, of which this process has those of row [n]. Collective on comm. */
-static PetscErrorCode RowsCreate(MPI_Comm comm, PetscInt total, PetscInt n, const PetscInt row[], Rows *rows)
-{
-  PetscLayout layout;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscLayoutCreateFromSizes(comm, PETSC_DECIDE, total, 1, &layout));
-  PetscCall(PetscLayoutGetRange(layout, &rows->first, &rows->n));
-  rows->n -= rows->first;
-  PetscCall(PetscSFCreate(comm, &rows->sf));
-  PetscCall(PetscSFSetGraphLayout(rows->sf, layout, n, NULL, PETSC_COPY_VALUES, row));
-  PetscCall(PetscLayoutDestroy(&layout));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Replaces the ids of n particles here by their places among all that are left of `start`. Collective on comm. */
 static PetscErrorCode PlacesOfIds(MPI_Comm comm, PetscInt start, PetscInt n, PetscInt row[])
 {
   PetscInt *one, *place, at = 0;
-  Rows      all;
+  MPMRows   all;
 
   PetscFunctionBeginUser;
-  PetscCall(RowsCreate(comm, start, n, row, &all));
+  PetscCall(MPMRowsCreate(comm, start, n, row, &all));
   PetscCall(PetscMalloc1(n, &one));
   PetscCall(PetscCalloc1(all.n, &place));
   for (PetscInt p = 0; p < n; p++) one[p] = 1;
@@ -146,7 +125,7 @@ static PetscErrorCode PlacesOfIds(MPI_Comm comm, PetscInt start, PetscInt n, Pet
 }
 
 /* Makes the rows of the particles, sorted by id. Collective on exchange.data. */
-static PetscErrorCode ParticleRows(MPMCore *core, const MPMScene *scene, Rows *rows)
+static PetscErrorCode ParticleRows(MPMCore *core, const MPMScene *scene, MPMRows *rows)
 {
   const MPI_Comm comm = core->exchange.data;
   PetscInt      *row;
@@ -159,32 +138,8 @@ static PetscErrorCode ParticleRows(MPMCore *core, const MPMScene *scene, Rows *r
   PetscCall(MPMParticlesRestoreView(&core->particles, MPM_BIT(id), &view));
   if (core->particles.total < MPMSceneStarted(scene))
     PetscCall(PlacesOfIds(comm, (PetscInt)MPMSceneStarted(scene), core->particles.n, row));
-  PetscCall(RowsCreate(comm, (PetscInt)core->particles.total, core->particles.n, row, rows));
+  PetscCall(MPMRowsCreate(comm, (PetscInt)core->particles.total, core->particles.n, row, rows));
   PetscCall(PetscFree(row));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sends nc numbers of each item here [n][nc] to its row. Collective on exchange.data. */
-static PetscErrorCode SendRows(const Rows *rows, PetscInt nc, const PetscReal here[], PetscReal sorted[])
-{
-  MPI_Datatype unit;
-
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Type_contiguous((PetscMPIInt)nc, MPIU_REAL, &unit));
-  PetscCallMPI(MPI_Type_commit(&unit));
-  PetscCall(PetscSFReduceBegin(rows->sf, unit, here, sorted, MPI_REPLACE));
-  PetscCall(PetscSFReduceEnd(rows->sf, unit, here, sorted, MPI_REPLACE));
-  PetscCallMPI(MPI_Type_free(&unit));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Does so, and writes the rows. Collective on exchange.data. */
-static PetscErrorCode WriteRows(MPMFile *file, PetscInt set, const Rows *rows, PetscInt nc, const PetscReal here[],
-                                PetscReal sorted[])
-{
-  PetscFunctionBeginUser;
-  PetscCall(SendRows(rows, nc, here, sorted));
-  PetscCall(MPMFileWrite(file, set, (PetscInt64)rows->first * nc, (PetscInt64)rows->n * nc, sorted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -193,7 +148,7 @@ static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMSce
 {
   const PetscInt n = core->particles.n;
   MPMShown       shown;
-  Rows           rows;
+  MPMRows        rows;
   MPMView        view;
   PetscReal     *here, *sorted;
 
@@ -208,7 +163,7 @@ static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMSce
     PetscCall(MPMParticlesGetView(&core->particles, -1, &view));
     for (PetscInt p = 0; p < n; p++) MPMDiagnostics[f].fill(&shown, &view, p, here + p * nc);
     PetscCall(MPMParticlesRestoreView(&core->particles, -1, &view));
-    PetscCall(WriteRows(file, (*set)++, &rows, nc, here, sorted));
+    PetscCall(MPMRowsWrite(file, (*set)++, &rows, nc, here, sorted));
   }
   if (core->particles.total < MPMSceneStarted(scene)) {
     for (PetscInt k = 0; k < rows.n; k++) sorted[k] = (PetscReal)(rows.first + k);
@@ -217,129 +172,6 @@ static PetscErrorCode WriteParticles(MPMOutput *out, MPMCore *core, const MPMSce
   PetscCall(PetscFree2(here, sorted));
   PetscCall(MPMShownEnd(&shown));
   PetscCall(PetscSFDestroy(&rows.sf));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Writes to extent [3] how many nodes lie between the walls, on axes z, y, x. */
-static void NodesBetween(const MPMGrid *grid, hsize_t extent[3])
-{
-  for (PetscInt d = 0; d < 3; d++)
-    extent[2 - d] = (hsize_t)(d < grid->dim ? grid->cells[d] - grid->periodic[d] : 0) + 1;
-}
-
-/* Returns the numbers of a group [components] at a node of the patch's arrays, whose access is open. */
-static const PetscReal *NumbersOf(const MPMPatch *patch, const MPMNodeGroup *group, PetscInt node)
-{
-  const PetscInt   dim  = patch->grid->dim;
-  const PetscReal *from = patch->motion + node * MPM_MOTION_NC(dim);
-
-  for (const MPMNodeGroup *g = MPMNodeGroups; g < group; g++)
-    if (g->home == MPM_IS_MOTION) from += g->components(dim);
-  if (group->home != MPM_IS_MOTION)
-    from = (PetscReal *)(patch->node + group->at / MPM_NODE_NC * MPMPatchNodes(patch) + node) + group->at % MPM_NODE_NC;
-  return from;
-}
-
-/* The nodes of a copy that this process owns between the walls: their rows, and for each its number in the patch's arrays,
-   or -1 where no particle touches it. */
-typedef struct {
-  PetscInt n, *node;
-  Rows     rows;
-} CopyRows;
-
-/* Finds them. Collective on the exchange. */
-static PetscErrorCode CopyRowsCreate(const MPMCore *core, PetscInt copy, CopyRows *c)
-{
-  const MPMGrid  *grid  = &core->grid;
-  const MPMPatch *patch = &core->exchange.patch;
-  PetscInt        lo[3], n[3], from[3], at = 0, *row, *node;
-  hsize_t         extent[3];
-
-  PetscFunctionBeginUser;
-  NodesBetween(grid, extent);
-  for (PetscInt d = 0; d < 3; d++) {
-    from[d] = patch->own_lo[d] - MPMGridFirst(grid, d, copy);
-    lo[d]   = PetscMax(from[d], 0);
-    n[d]    = PetscMax(0, PetscMin(from[d] + patch->own_n[d], (PetscInt)extent[2 - d]) - lo[d]);
-    from[d] += patch->lo[d] - patch->own_lo[d];
-  }
-  PetscCall(PetscMalloc1(n[0] * n[1] * n[2], &row));
-  PetscCall(PetscMalloc1(n[0] * n[1] * n[2], &node));
-  for (PetscInt k = lo[2]; k < lo[2] + n[2]; k++)
-    for (PetscInt j = lo[1]; j < lo[1] + n[1]; j++)
-      for (PetscInt i = lo[0]; i < lo[0] + n[0]; i++, at++) {
-        const PetscInt  line = (k - from[2]) * patch->n[1] + j - from[1], x = i - from[0];
-        const PetscBool touched = x >= patch->span[line].first && x < patch->span[line].last ? PETSC_TRUE : PETSC_FALSE;
-
-        row[at]  = (k * (PetscInt)extent[1] + j) * (PetscInt)extent[2] + i;
-        node[at] = touched ? line * patch->n[0] + x : -1;
-      }
-  PetscCall(RowsCreate(core->exchange.data, (PetscInt)(extent[0] * extent[1] * extent[2]), at, row, &c->rows));
-  PetscCall(PetscFree(row));
-  c->n    = at;
-  c->node = node;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Adds the numbers of a group of nodes, of copy after copy, to the rows sorted [components]; those of its motion are means by
-   mass where there are several copies, and mass has what it is so far. Collective on the exchange. */
-static PetscErrorCode AddCopies(MPMCore *core, const MPMNodeGroup *g, const CopyRows *copies, PetscReal *sorted)
-{
-  const MPMPatch *patch = &core->exchange.patch;
-  const PetscInt  ncopies = PetscMax(1, core->grid.copies), wide = g->components(3), n = copies->rows.n;
-  const PetscBool mean = g->home == MPM_IS_MOTION && ncopies > 1 ? PETSC_TRUE : PETSC_FALSE;
-  PetscReal      *all, *part, *mass;
-
-  PetscFunctionBeginUser;
-  PetscCall(PetscCalloc2((wide + 1) * n, &part, n, &mass));
-  for (const CopyRows *c = copies; c < copies + ncopies; c++) {
-    PetscCall(PetscCalloc1((wide + 1) * c->n, &all));
-    PetscCall(MPMExchangeOpenNodes(core));
-    for (PetscInt q = 0; q < c->n; q++) {
-      const PetscReal m = mean && c->node[q] >= 0 ? patch->node[c->node[q]].m : 1;
-
-      all[(wide + 1) * q + wide] = mean && c->node[q] < 0 ? 0 : m;
-      for (PetscInt k = 0; k < g->components(core->grid.dim) && c->node[q] >= 0; k++)
-        all[(wide + 1) * q + k] = m * NumbersOf(patch, g, c->node[q])[k];
-    }
-    PetscCall(MPMExchangeCloseNodes(core));
-    PetscCall(SendRows(&c->rows, wide + 1, all, part));
-    for (PetscInt q = 0; q < n; q++) {
-      for (PetscInt k = 0; k < wide; k++) sorted[wide * q + k] += part[(wide + 1) * q + k];
-      mass[q] += part[(wide + 1) * q + wide];
-    }
-    PetscCall(PetscFree(all));
-  }
-  for (PetscInt q = 0; q < n && mean; q++)
-    for (PetscInt k = 0; k < wide && mass[q] > 0; k++) sorted[wide * q + k] /= mass[q];
-  PetscCall(PetscFree2(part, mass));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Writes the numbers of the nodes between the walls that are shown, for the present state, to the datasets from *set on.
-   Collective on the exchange. */
-static PetscErrorCode WriteGrid(MPMCore *core, MPMFile *file, PetscInt *set)
-{
-  const PetscInt ncopies = PetscMax(1, core->grid.copies);
-  CopyRows       copies[MPM_MAX_COPIES];
-
-  PetscFunctionBeginUser;
-  PetscCall(MPMStepNodes(core));
-  for (PetscInt c = 0; c < ncopies; c++) PetscCall(CopyRowsCreate(core, c, &copies[c]));
-  for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++) {
-    const PetscInt wide = g->components(3);
-    PetscReal     *sorted;
-
-    if (!g->dataset[0]) continue;
-    PetscCall(PetscCalloc1(wide * copies->rows.n, &sorted));
-    PetscCall(AddCopies(core, g, copies, sorted));
-    PetscCall(MPMFileWrite(file, (*set)++, wide * copies->rows.first, wide * copies->rows.n, sorted));
-    PetscCall(PetscFree(sorted));
-  }
-  for (PetscInt c = 0; c < ncopies; c++) {
-    PetscCall(PetscFree(copies[c].node));
-    PetscCall(PetscSFDestroy(&copies[c].rows.sf));
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -377,7 +209,7 @@ static PetscErrorCode MakeDatasets(const MPMOutput *out, const MPMCore *core, co
   if (core->rigids.n) PetscCall(MPMRigidDatasets(out, core, file, step));
   if (out->fields & MPM_OUTPUT_GRID) {
     if (step >= 0) H5(group = H5Gcreate2(step, "grid", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-    NodesBetween(&core->grid, extent);
+    MPMNodesBetween(&core->grid, extent);
     for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++) {
       extent[3] = (hsize_t)g->components(3);
       if (g->dataset[0])
@@ -413,7 +245,7 @@ static PetscErrorCode WriteSnapshot(MPMOutput *out, MPMCore *core, const MPMScen
   PetscCall(MPMFileLay(&file));
   PetscCall(WriteParticles(out, core, scene, &file, &set));
   if (core->rigids.n) PetscCall(MPMRigidWrite(out, core, &file, &set));
-  if (out->fields & MPM_OUTPUT_GRID) PetscCall(WriteGrid(core, &file, &set));
+  if (out->fields & MPM_OUTPUT_GRID) PetscCall(MPMNodesWrite(core, &file, &set));
   PetscCall(MPMFileClose(&file, PETSC_FALSE, fault));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

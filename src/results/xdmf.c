@@ -1,7 +1,7 @@
 /* xdmf.c - the file <name>.xdmf, which lies beside the folder of the snapshots: a text by which ParaView (its readers
    Xdmf3 and Xdmf2), VTK and meshio open them. Each particle is a vertex of its own, of which the first reader draws
-   nothing else; the numbers of the vertices are the ids, or the dataset `row` if particles were removed. The surfaces of
-   rigid bodies are edges or triangles. The particles come last, since meshio takes the last part of a file. */
+   nothing else; the numbers of the vertices are the ids, or the dataset `row` if particles were removed. The surfaces
+   of rigid bodies are edges or triangles. The particles come last, since meshio takes the last part of a file. */
 #include <errno.h>
 #include <unistd.h>
 #include "results/rigid_faces.h"
@@ -87,15 +87,16 @@ static void XdmfNodes(const MPMOutput *out, const MPMCore *core, PetscInt64 star
 static void XdmfRigids(const MPMOutput *out, const MPMCore *core, PetscInt64 started, FILE *f, const char file[],
                        PetscInt k)
 {
-  const int       dim    = (int)core->grid.dim;
-  const long long n      = out->faces.n;
+  const int       dim     = (int)core->grid.dim;
+  const long long n       = out->faces.n;
   const char     *types[] = {"", "Polyvertex", "Polyline", "Triangle"};
   char            dims[64];
 
   (void)started;
   fprintf(f, "      <Grid Name=\"rigid\" GridType=\"Uniform\">\n        <Time Value=\"%.17g\"/>\n",
           (double)out->times[k]);
-  fprintf(f, "        <Topology TopologyType=\"%s\" NumberOfElements=\"%lld\" NodesPerElement=\"%d\">\n", types[dim], n, dim);
+  fprintf(f, "        <Topology TopologyType=\"%s\" NumberOfElements=\"%lld\" NodesPerElement=\"%d\">\n", types[dim], n,
+          dim);
   (void)snprintf(dims, sizeof dims, "%lld %d", n, dim);
   XdmfArray(f, "          ", dims, PETSC_TRUE, file, out->steps[k], "rigid/faces");
   fprintf(f, "        </Topology>\n        <Geometry GeometryType=\"XYZ\">\n");
@@ -116,8 +117,8 @@ PetscErrorCode MPMXdmfWrite(MPMOutput *out, const MPMCore *core, const MPMScene 
   void (*const write[])(const MPMOutput *, const MPMCore *, PetscInt64, FILE *, const char[],
                         PetscInt) = {XdmfNodes, XdmfRigids, XdmfParticles};
   const char *const names[]       = {"grid", "rigid", "particles"};
-  const PetscBool   there[] = {out->fields & MPM_OUTPUT_GRID ? PETSC_TRUE : PETSC_FALSE,
-                               core->rigids.n ? PETSC_TRUE : PETSC_FALSE, PETSC_TRUE};
+  const PetscBool   there[]       = {out->fields & MPM_OUTPUT_GRID ? PETSC_TRUE : PETSC_FALSE,
+                             core->rigids.n ? PETSC_TRUE : PETSC_FALSE, PETSC_TRUE};
 
   PetscFunctionBeginUser;
   fault[0] = 0;

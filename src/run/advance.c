@@ -145,7 +145,6 @@ static PetscErrorCode Try(MPM mpm, PetscReal dt)
   PetscCall(MPMStepMake(core, &mpm->scene));
   MPMScenePassWalls(&mpm->scene, core, core->params.dt);
   for (PetscInt k = 0; k < core->rigids.n; k++) MPMRigidMove(&core->rigids.body[k], core->params.dt);
-  if (getenv("DBG") && core->step % atoi(getenv("DBG")) == 0) for (PetscInt k = 0; k < core->rigids.n; k++) { MPMRigid *r = &core->rigids.body[k]; printf("RIGID %s t %g place %g %g v %g %g spin %g\n", r->name, core->t, r->place[0], r->place[1], r->velocity[0], r->velocity[1], r->spin[2]); }
   CheckState(mpm);
   core->t = last ? next : core->t + core->params.dt;
   core->kicked += core->params.kick;
@@ -252,12 +251,14 @@ PetscErrorCode MPMAdvance(MPM mpm)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MPMSceneCheckWalls(&mpm->scene, core, core->t + 0.5 * dt));
+  if (!core->stop[0]) PetscCall(MPMSceneCheckRigids(&mpm->scene, core, core->t + 0.5 * dt));
   if (core->stop[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMWatchStep(&mpm->watch, core, &mpm->scene, &mpm->time, normal));
   PetscCall(mpm->retry.on ? TryAgain(mpm, normal, dt) : Try(mpm, dt));
   if (!mpm->retry.gave_up) PetscCall(TellCause(mpm, &core->status));
   if (!MPMStatusIsBad(&core->status) && !mpm->retry.gave_up) PetscCall(End(mpm));
   MPMSceneCheckPistons(&mpm->scene, core);
+  MPMRigidsCheck(core);
   if (core->status.asked == MPM_ASKED_END && !core->stop[0])
     (void)snprintf(core->stop, sizeof core->stop, "interrupted by a signal; the results are complete up to here");
   PetscFunctionReturn(PETSC_SUCCESS);

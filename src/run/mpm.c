@@ -40,6 +40,8 @@ PetscErrorCode MPMReadOptions(MPM mpm, MPMOptions o)
   PetscCall(MPMExchangeSetFromOptions(core, o));
   PetscCall(MPMModelSetFromOptions(&mpm->cost, o));
   PetscCall(MPMDampingSetFromOptions(core, o));
+  if (MPMDampingIsOn(core) && core->rigids.free)
+    MPMOptionsFail(o, "-damping_* does not apply: it would not brake the rigid bodies that are free");
   PetscCall(MPMMonitorSetFromOptions(&mpm->monitor, scene, mpm->time.end, o, MPMDampingIsOn(core), &core->energy.on));
   PetscCall(MPMOutputSetFromOptions(&mpm->output, scene, mpm->time.end, o));
   PetscCall(MPMMeasuresSetFromOptions(&mpm->monitor.measures, scene, core, o));
@@ -291,7 +293,7 @@ PetscErrorCode MPMDestroy(MPM *mpm)
   PetscCall(MPMEnergyHeatDestroy(&core->energy));
   PetscCall(MPMReactionsDestroy(core));
   PetscCall(MPMContactsDestroy(core));
-  PetscCall(MPMSceneDestroyRigids(core));
+  PetscCall(MPMRigidsDestroy(core));
   PetscCall(MPMPistonsDestroy(core));
   PetscCall(MPMGapsDestroy(core));
   PetscCall(MPMTimersDestroy(&core->timers));

@@ -46,17 +46,19 @@ PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const 
     if (scene->walls.given[k / 2][k % 2].type == MPM_WALL_piston &&
         (k % 2 ? core->grid.upper[k / 2] - x[k / 2] : x[k / 2] - core->grid.lower[k / 2]) < scene->walls.place[k])
       scene->behind++;
+  PetscCall(MPMSceneCheckInside(core, o, b, x));
   for (PetscInt k = 0; k < scene->nbodies; k++) {
     const MPMBody *other = &scene->bodies[k];
 
     if ((other >= b && other->copy == b->copy) || other == b || !MPMRegionInside(&other->region, dim, X)) continue;
     scene->overlap++;
     if (other->copy != b->copy)
-      MPMOptionsFail(o,
-                     "-bodies: a particle of %s at (%g, %g, %g) lies in the shape of %s; bodies in contact must not overlap "
-                     "at the start: move one, or cut it (-body_%s_cut %s)",
-                     b->name, (double)X[0], (double)(dim > 1 ? X[1] : 0), (double)(dim > 2 ? X[2] : 0), other->name, b->name,
-                     other->name);
+      MPMOptionsFail(
+          o,
+          "-bodies: a particle of %s at (%g, %g, %g) lies in the shape of %s; bodies in contact must not overlap "
+          "at the start: move one, or cut it (-body_%s_cut %s)",
+          b->name, (double)X[0], (double)(dim > 1 ? X[1] : 0), (double)(dim > 2 ? X[2] : 0), other->name, b->name,
+          other->name);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -348,7 +350,7 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   if (view->depth) MPMRimDepth(scene, b, dim, X, view->depth + 2 * dim * p);
   if (view->chosen) PetscCall(MPMVolumeLoadsOn(scene, core, b, X, view->chosen + p));
   if (core->needs.rim && !b->points) {
-    MPMRim(b, dim, core->gaps ? core->gaps->faces : 0, X, view->rim + p * dim);
+    MPMRim(b, dim, core->gaps ? core->gaps->faces : 0, core->contacts ? PETSC_TRUE : PETSC_FALSE, X, view->rim + p * dim);
     if (scene->initial) MPMRimUndoStart(scene, b, dim, view, p);
   }
   for (PetscInt d = 0; d < dim; d++) {

@@ -38,8 +38,7 @@ static PetscErrorCode ReadBodies(const MPMScene *scene, MPMOptions o, const char
       in[b] = PETSC_TRUE;
   }
   for (PetscInt b = 0; b < scene->nbodies; b++) n += in[b];
-  if (n < 2)
-    MPMOptionsFail(o, "-contact_%s_bodies: a contact needs two bodies or more, not %" PetscInt_FMT, name, n);
+  if (n < 2) MPMOptionsFail(o, "-contact_%s_bodies: a contact needs two bodies or more, not %" PetscInt_FMT, name, n);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -57,7 +56,8 @@ static PetscErrorCode ReadContact(MPMScene *scene, const MPMCore *core, MPMConta
   PetscCall(MPMOptionsBool(o, "contact_<c>_stick", name, &stick));
   PetscCall(MPMOptionsEnum(o, "contact_<c>_normal", name, normal, NULL));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (stick && set) MPMOptionsFail(o, "-contact_%s_mu does not apply: -contact_%s_stick lets nothing slide", name, name);
+  if (stick && set)
+    MPMOptionsFail(o, "-contact_%s_mu does not apply: -contact_%s_stick lets nothing slide", name, name);
   PetscCall(MPMOptionsFind(normal, 4, normals, &row));
   if (row > core->grid.dim)
     MPMOptionsFail(o, "-contact_%s_normal %s: -dim is %" PetscInt_FMT, name, normal, core->grid.dim);
@@ -73,9 +73,9 @@ static PetscErrorCode ReadContact(MPMScene *scene, const MPMCore *core, MPMConta
    bodies. */
 static PetscErrorCode SetCopies(MPMScene *scene, MPMCore *core, MPMContacts *c, MPMOptions o)
 {
-  MPMGrid       *grid = &core->grid;
+  MPMGrid       *grid     = &core->grid;
   const PetscInt declared = c->npairs;
-  PetscInt       shared = -1;
+  PetscInt       shared   = -1;
   PetscBool     *named;
 
   PetscFunctionBeginUser;
@@ -86,7 +86,9 @@ static PetscErrorCode SetCopies(MPMScene *scene, MPMCore *core, MPMContacts *c, 
     scene->bodies[b].copy = named[b] ? grid->copies++ : shared;
   }
   if (grid->copies > MPM_MAX_COPIES)
-    MPMOptionsFail(o, "-contacts: %" PetscInt_FMT " bodies have nodes of their own, %d are allowed; let bodies that do not "
+    MPMOptionsFail(o,
+                   "-contacts: %" PetscInt_FMT
+                   " bodies have nodes of their own, %d are allowed; let bodies that do not "
                    "part from each other be one body, or out of contacts",
                    grid->copies, MPM_MAX_COPIES);
   for (grid->stack = grid->dim - 1; grid->stack >= 0 && grid->periodic[grid->stack];) grid->stack--;
@@ -116,7 +118,8 @@ PetscErrorCode MPMSceneReadContacts(MPMScene *scene, MPMCore *core, MPMOptions o
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsReal(o, "contact_mu", NULL, &mu, &all));
   if (MPMOptionsError(o) || (!all && !scene->ncontacts)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (all && scene->ncontacts) MPMOptionsFail(o, "-contact_mu does not apply: -contacts says which bodies meet, and how");
+  if (all && scene->ncontacts)
+    MPMOptionsFail(o, "-contact_mu does not apply: -contacts says which bodies meet, and how");
   if (all && scene->nbodies < 2) MPMOptionsFail(o, "-contact_mu: contact needs two bodies or more, and there is one");
   PetscCall(PetscNew(&c));
   core->contacts = c;

@@ -2,158 +2,165 @@
    and spin. All processes compute the same numbers. */
 #include "scene/scene.h"
 
-/* Reads what only a free body has. */
-static PetscErrorCode ReadFree(PetscInt dim, MPMOptions o, MPMBody *b)
+#define TOUCHES 1e-6 /* cells: free rigid bodies that start nearer to another one touch it */
+
+static const PetscReal nowhere[3] = {0};
+
+/* The options of a body that its kind of motion decides on: all of them, and those that each kind takes. */
+static const char        all[]   = "material ppc offset deformation velocity mu spin pivot rho mass inertia";
+static const char *const taken[] = {[MPM_RIGID_NONE]   = "material ppc offset deformation velocity",
+                                    [MPM_RIGID_FIXED]  = "mu",
+                                    [MPM_RIGID_MOVING] = "mu velocity spin pivot",
+                                    [MPM_RIGID_FREE]   = "mu velocity spin rho mass inertia"};
+
+/* Reads what a free body weighs. */
+static PetscErrorCode ReadMass(MPMOptions o, PetscInt dim, MPMBody *b)
 {
-  PetscBool rho, mass;
+  MPMExpression e = NULL;
+  PetscBool     rho, mass, inertia;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsReal(o, "body_<b>_rho", b->name, &b->rho, &rho));
   PetscCall(MPMOptionsReal(o, "body_<b>_mass", b->name, &b->mass, &mass));
-  if (rho == mass && !MPMOptionsError(o))
-    MPMOptionsFail(o, "-body_%s_rigid free needs %s -body_%s_rho %s -body_%s_mass", b->name, rho ? "one of" : "a mass:",
-                   b->name, rho ? "and" : "or", b->name);
-  if (dim > 1) PetscCall(MPMOptionsExpression(o, "body_<b>_inertia", b->name, "", dim == 3 ? 3 : 1, &b->inertia));
+  PetscCall(MPMOptionsExpression(o, "body_<b>_inertia", b->name, "", dim == 3 ? 3 : 1, &e));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  inertia = e ? PETSC_TRUE : PETSC_FALSE;
+  if (e) PetscCall(MPMExpressionEvaluate(e, dim, nowhere, NULL, 0, b->inertia));
+  PetscCall(MPMExpressionDestroy(&e));
+  for (PetscInt d = 0; d < (dim == 3 ? 3 : 1) && inertia; d++)
+    if (!(b->inertia[d] > 0 && b->inertia[d] <= PETSC_MAX_REAL))
+      MPMOptionsFail(o, "-body_%s_inertia has %g, moments of inertia are above 0", b->name, (double)b->inertia[d]);
+  if (rho == mass)
+    MPMOptionsFail(o, "-body_%s_rigid free needs %s-body_%s_rho or -body_%s_mass%s", b->name, rho ? "either " : "",
+                   b->name, b->name, rho ? ", not both" : "");
+  if (inertia && !mass)
+    MPMOptionsFail(o,
+                   "-body_%s_inertia does not apply without -body_%s_mass: with -body_%s_rho it follows from the shape",
+                   b->name, b->name, b->name);
+  if (inertia && dim == 1) MPMOptionsFail(o, "-body_%s_inertia does not apply: in 1-D nothing turns", b->name);
+  if (b->region.type == MPM_REGION_halfspace)
+    MPMOptionsFail(
+        o, "-body_%s_rigid free does not apply: a halfspace has no end, and so no mass; choose another shape", b->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMSceneReadRigid(const MPMCore *core, MPMOptions o, MPMBody *b)
 {
-  const PetscInt dim = core->grid.dim;
+  static const char *const names[]            = {"no", "fixed", "moving", "free"};
+  const PetscInt           dim                = core->grid.dim;
+  char                     word[MPM_NAME_LEN] = "no";
+  PetscInt                 row;
 
   PetscFunctionBeginUser;
+  PetscCall(MPMOptionsEnum(o, "body_<b>_rigid", b->name, word, NULL));
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MPMOptionsFind(word, 4, names, &row));
+  b->rigid = (MPMRigidType)row;
+  PetscCall(MPMOptionsRefuseOthers(o, "body", b->name, "rigid", word, all, taken[row]));
+  if (b->rigid == MPM_RIGID_NONE || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  b->alone = PETSC_TRUE;
+  if (b->region.type == MPM_REGION_file)
+    MPMOptionsFail(o, "-body_%s_rigid %s does not apply: the particles of a file have no shape", b->name, word);
   PetscCall(MPMOptionsReal(o, "body_<b>_mu", b->name, &b->mu, NULL));
   if (b->rigid == MPM_RIGID_FIXED) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MPMOptionsExpression(o, "body_<b>_velocity", b->name, b->rigid == MPM_RIGID_FREE ? "" : "t", dim, &b->velocity));
-  if (dim > 1)
-    PetscCall(MPMOptionsExpression(o, "body_<b>_spin", b->name, b->rigid == MPM_RIGID_FREE ? "" : "t", dim == 3 ? 3 : 1,
-                                   &b->spin));
+  PetscCall(
+      MPMOptionsExpression(o, "body_<b>_velocity", b->name, b->rigid == MPM_RIGID_FREE ? "" : "t", dim, &b->velocity));
+  PetscCall(MPMOptionsExpression(o, "body_<b>_spin", b->name, b->rigid == MPM_RIGID_FREE ? "" : "t", dim == 3 ? 3 : 1,
+                                 &b->spin));
+  if (b->spin && dim == 1) MPMOptionsFail(o, "-body_%s_spin does not apply: in 1-D nothing turns", b->name);
   if (b->rigid == MPM_RIGID_FREE) {
-    PetscCall(ReadFree(dim, o, b));
+    PetscCall(ReadMass(o, dim, b));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (dim > 1) PetscCall(MPMOptionsReals(o, "body_<b>_pivot", b->name, b->pivot, NULL));
+  PetscCall(MPMOptionsReals(o, "body_<b>_pivot", b->name, b->pivot, &b->has_pivot));
   if (!MPMOptionsError(o) && !b->velocity && !b->spin)
-    MPMOptionsFail(o, "-body_%s_rigid moving needs -body_%s_velocity or -body_%s_spin; a body at rest is fixed", b->name,
-                   b->name, b->name);
+    MPMOptionsFail(o, "-body_%s_rigid moving needs -body_%s_velocity or -body_%s_spin; a body at rest is fixed",
+                   b->name, b->name, b->name);
+  if (b->spin && !b->has_pivot)
+    MPMOptionsFail(o, "-body_%s_spin needs -body_%s_pivot, the point about which the body turns", b->name, b->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets volume, centre [3] and moments of inertia [9] about that, for a density of 1, of a shape: sums over SAMPLES places on
-   each axis of the box around it. Of a disk of 1 m their errors are 1e-4 of the values, of a ball 1e-3; boxes and spheres
-   are exact. */
-static PetscReal Moments(const MPMRegion *r, PetscInt dim, PetscReal centre[], PetscReal inertia[])
+/* Sets velocity and spin [3] of a body at time t, s. */
+static PetscErrorCode Evaluate(const MPMBody *b, PetscInt dim, PetscReal t, PetscReal velocity[], PetscReal spin[])
 {
-  const PetscInt samples = dim == 3 ? 96 : 1024, n[3] = {samples, dim > 1 ? samples : 1, dim > 2 ? samples : 1};
-  PetscReal      lower[3] = {0}, upper[3] = {0}, sum[10] = {0}, cell = 1, middle[3] = {0};
-
-  MPMRegionBounds(r, dim, lower, upper);
-  for (PetscInt d = 0; d < dim; d++) {
-    cell *= (upper[d] - lower[d]) / (PetscReal)n[d];
-    middle[d] = 0.5 * (lower[d] + upper[d]);
-  }
-  for (PetscInt k = 0; k < n[2]; k++)
-    for (PetscInt j = 0; j < n[1]; j++)
-      for (PetscInt i = 0; i < n[0]; i++) {
-        const PetscInt at[3] = {i, j, k};
-        PetscReal      x[3] = {0}, y[3] = {0};
-
-        for (PetscInt d = 0; d < dim; d++) x[d] = lower[d] + ((PetscReal)at[d] + 0.5) * (upper[d] - lower[d]) / (PetscReal)n[d];
-        if (!MPMRegionInside(r, dim, x)) continue;
-        for (PetscInt d = 0; d < dim; d++) y[d] = x[d] - middle[d];
-        sum[0] += cell;
-        for (PetscInt d = 0, q = 4; d < 3; d++) {
-          sum[1 + d] += cell * y[d];
-          for (PetscInt e = d; e < 3; e++) sum[q++] += cell * y[d] * y[e];
-        }
-      }
-  for (PetscInt d = 0; d < 3 && sum[0] > 0; d++) centre[d] = sum[1 + d] / sum[0];
-  for (PetscInt d = 0, q = 4; d < 3; d++)
-    for (PetscInt e = d; e < 3; e++, q++) inertia[3 * d + e] = inertia[3 * e + d] = -(sum[q] - sum[0] * centre[d] * centre[e]);
-  cell = inertia[0] + inertia[4] + inertia[8];
-  for (PetscInt d = 0; d < 3; d++) {
-    inertia[4 * d] -= cell;
-    centre[d] += middle[d];
-  }
-  if (r->ncut + r->nwithin) return sum[0];
-  if (r->type == MPM_REGION_sphere) {
-    const PetscReal R = r->radius, V = dim == 3 ? 4. / 3 * PETSC_PI * R * R * R : dim == 2 ? PETSC_PI * R * R : 2 * R;
-
-    for (PetscInt d = 0; d < 9; d++) inertia[d] = d % 4 ? 0 : (dim == 3 ? 0.4 : 0.5) * V * R * R;
-    return V;
-  }
-  return sum[0];
-}
-
-/* Puts places on the surface of a shape: the nearest ones of a lattice around it. */
-static PetscErrorCode SetPoints(PetscInt dim, MPMRigid *r)
-{
-  const PetscInt samples = dim == 3 ? 24 : 96, n[3] = {samples, dim > 1 ? samples : 1, dim > 2 ? samples : 1};
-  PetscReal      lower[3] = {0}, upper[3] = {0}, wide = 0;
-  PetscInt       room = 0;
-
   PetscFunctionBeginUser;
-  MPMRegionBounds(r->shape, dim, lower, upper);
-  for (PetscInt d = 0; d < dim; d++) wide = PetscMax(wide, (upper[d] - lower[d]) / (PetscReal)(samples - 1));
-  for (PetscInt k = 0; k < n[2]; k++)
-    for (PetscInt j = 0; j < n[1]; j++)
-      for (PetscInt i = 0; i < n[0]; i++) {
-        const PetscInt at[3] = {i, j, k};
-        PetscReal      x[3] = {0}, m[3] = {0}, away;
-
-        for (PetscInt d = 0; d < dim; d++) x[d] = lower[d] + (PetscReal)at[d] * (upper[d] - lower[d]) / (PetscReal)(n[d] - 1);
-        away = MPMRegionDistance(r->shape, dim, x, m);
-        if (!(PetscAbsReal(away) < 0.75 * wide)) continue;
-        if (r->npoints == room) {
-          room = 2 * room + 256;
-          PetscCall(PetscRealloc((size_t)(3 * room) * sizeof *r->points, &r->points));
-        }
-        for (PetscInt d = 0; d < 3; d++) r->points[3 * r->npoints + d] = x[d] - away * m[d];
-        r->npoints++;
-      }
+  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, nowhere, NULL, t, velocity));
+  if (b->spin) PetscCall(MPMExpressionEvaluate(b->spin, dim, nowhere, NULL, t, dim == 3 ? spin : spin + 2));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets mass, inertia, and the motion at the start of a free body. */
-static PetscErrorCode SetFree(const MPMBody *b, PetscInt dim, MPMOptions o, MPMRigid *r)
+/* Returns whether they are finite, and sets *what to the word of the option that is not. */
+static PetscErrorCode IsFinite(const MPMBody *b, PetscInt dim, PetscReal t, const char **what)
 {
-  static const PetscReal nowhere[3] = {0};
-  PetscReal              inertia[9] = {0}, volume, given[3], det;
+  PetscReal v[3] = {0}, w[3] = {0};
 
   PetscFunctionBeginUser;
-  r->free = PETSC_TRUE;
-  volume  = Moments(&b->region, dim, r->pivot, inertia);
-  if (!(volume > 0)) MPMOptionsFail(o, "body %s: nothing is inside of its shape", b->name);
-  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  r->mass = b->mass > 0 ? b->mass : b->rho * volume;
-  for (PetscInt k = 0; k < 9; k++) inertia[k] *= r->mass / volume;
-  if (b->inertia) {
-    PetscCall(MPMExpressionEvaluate(b->inertia, dim, nowhere, NULL, 0, given));
-    for (PetscInt k = 0; k < 9; k++) inertia[k] = k % 4 ? 0 : given[dim == 3 ? k / 4 : 0];
-    for (PetscInt d = 0; d < (dim == 3 ? 3 : 1); d++)
-      if (!(given[d] > 0)) MPMOptionsFail(o, "-body_%s_inertia: %g is not larger than 0", b->name, (double)given[d]);
+  PetscCall(Evaluate(b, dim, t, v, w));
+  *what = !(PetscAbsReal(v[0]) + PetscAbsReal(v[1]) + PetscAbsReal(v[2]) <= PETSC_MAX_REAL)   ? "velocity"
+          : !(PetscAbsReal(w[0]) + PetscAbsReal(w[1]) + PetscAbsReal(w[2]) <= PETSC_MAX_REAL) ? "spin"
+                                                                                              : NULL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Makes a free body of one that has been read: its mass, centre, inertia and angular momentum. */
+static PetscErrorCode MakeFree(const MPMBody *b, PetscInt dim, MPMOptions o, MPMRigid *r)
+{
+  MPMRigidMass m;
+  PetscReal    mass, inertia[9] = {0};
+  PetscBool    turns = PETSC_TRUE;
+
+  PetscFunctionBeginUser;
+  MPMRigidMassOf(&b->region, dim, &m);
+  if (!(m.volume > 0)) {
+    MPMOptionsFail(o, "the rigid body %s has no volume", b->name);
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  det = MPMDet(3, inertia);
-  if (dim == 3) {
-    MPMCofactor(3, inertia, r->inverse);
-    for (PetscInt k = 0; k < 9; k++) r->inverse[k] /= det;
-  } else if (dim == 2)
-    r->inverse[8] = 1 / inertia[8];
-  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, nowhere, NULL, 0, r->velocity));
-  if (b->spin) PetscCall(MPMExpressionEvaluate(b->spin, dim, nowhere, NULL, 0, dim == 3 ? r->spin : r->spin + 2));
+  mass = b->mass > 0 ? b->mass : b->rho * m.volume;
+  for (PetscInt k = 0; k < 9; k++) inertia[k] = m.inertia[k] * mass / m.volume;
+  if (b->inertia[0] > 0) {
+    for (PetscInt k = 0; k < 9; k++) inertia[k] = 0;
+    for (PetscInt d = 0; d < 3; d++) inertia[4 * d] = b->inertia[dim == 3 ? d : 0];
+  }
+  for (PetscInt d = 0; d < dim; d++) r->pivot[d] = m.center[d];
+  PetscCall(MPMRigidSetFree(r, dim, mass, inertia));
   for (PetscInt d = 0; d < 3; d++)
-    for (PetscInt e = 0; e < 3; e++) r->momentum[d] += inertia[3 * d + e] * r->spin[e];
-  if (b->region.type != MPM_REGION_sphere || b->region.ncut + b->region.nwithin) PetscCall(SetPoints(dim, r));
+    for (PetscInt e = 0; e < 3; e++)
+      if (dim == 3 || (dim == 2 && d == 2 && e == 2)) r->momentum[d] += inertia[3 * d + e] * r->spin[e];
+  for (PetscInt d = 0; d < 3; d++) turns = turns && PetscAbsReal(r->momentum[d]) <= PETSC_MAX_REAL;
+  if (!(mass <= PETSC_MAX_REAL && turns)) MPMOptionsFail(o, "the rigid body %s has a mass that is not finite", b->name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode MPMSceneDestroyRigids(MPMCore *core)
+/* Makes rigid body r of a body that has been read. */
+static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOptions o, MPMRigid *r)
 {
+  const PetscInt dim      = core->grid.dim;
+  PetscReal      lower[3] = {0}, upper[3] = {0};
+  const char    *what;
+
   PetscFunctionBeginUser;
-  for (PetscInt k = 0; k < core->rigids.n; k++) PetscCall(PetscFree(core->rigids.body[k].points));
-  PetscCall(PetscFree(core->rigids.body));
-  PetscCall(PetscFree(core->rigids.numbers));
+  MPMRegionBounds(&b->region, dim, lower, upper);
+  for (PetscInt d = 0; d < dim; d++)
+    if (!(upper[d] > core->grid.lower[d] && lower[d] < core->grid.upper[d]))
+      MPMOptionsFail(o, "the rigid body %s lies outside of the grid: on axis %c from %g to %g, the grid from %g to %g",
+                     b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)core -> grid.lower[d],
+                     (double)core->grid.upper[d]);
+  PetscCall(IsFinite(b, dim, 0, &what));
+  if (what) MPMOptionsFail(o, "-body_%s_%s is not finite at t = 0", b->name, what);
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  r->name  = b->name;
+  r->shape = &b->region;
+  r->mu    = b->mu;
+  r->moves = b->rigid == MPM_RIGID_MOVING || b->rigid == MPM_RIGID_FREE ? PETSC_TRUE : PETSC_FALSE;
+  for (PetscInt d = 0; d < 3; d++) {
+    r->pivot[d]    = d < dim && !b->has_pivot ? 0.5 * (lower[d] + upper[d]) : b->pivot[d];
+    r->turn[4 * d] = 1;
+  }
+  PetscCall(Evaluate(b, dim, 0, r->velocity, r->spin));
+  if (b->rigid == MPM_RIGID_FREE) PetscCall(MakeFree(b, dim, o, r));
+  for (PetscInt d = 0; d < dim; d++) r->reach += PetscSqr(PetscMax(r->pivot[d] - lower[d], upper[d] - r->pivot[d]));
+  r->reach = PetscSqrtReal(r->reach);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -173,8 +180,8 @@ static PetscErrorCode AddPairs(MPMCore *core)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Prepares the distances from rigid bodies of one type: from shapes that others share too, last those of bodies that move,
-   whose surfaces at the walls of the grid count. */
+/* Prepares the distances from rigid bodies of one type: from shapes that others share too, last those of bodies that
+   move, whose surfaces at the walls of the grid count. */
 static PetscErrorCode MakeDistances(MPMScene *scene, const MPMCore *core, MPMOptions o, MPMRigidType type)
 {
   PetscFunctionBeginUser;
@@ -184,71 +191,96 @@ static PetscErrorCode MakeDistances(MPMScene *scene, const MPMCore *core, MPMOpt
     PetscReal  middle[3];
 
     if (b->rigid == MPM_RIGID_NONE || (b->rigid == MPM_RIGID_FIXED) != (type == MPM_RIGID_FIXED)) continue;
-    if (r->type == MPM_REGION_file)
-      MPMOptionsFail(o, "-body_%s_rigid does not apply: %s has particles from a file, but no shape", b->name, b->name);
-    if (MPMOptionsError(o)) break;
     PetscCheck(MPMRegionMakeDistance(r, &core->grid, b->rigid == MPM_RIGID_FIXED), PETSC_COMM_SELF, PETSC_ERR_MEM,
                "no memory for the distance from %s", b->name);
     for (PetscInt d = 0; d < core->grid.dim; d++) middle[d] = 0.5 * (r->lower[d] + r->upper[d]);
     if (r->type == MPM_REGION_expression && r->nearest && !r->nearest->n &&
         !(r->formula(r->context, core->grid.dim, middle) > 0))
-      MPMOptionsFail(o, "-body_%s_expression is not positive at any of the places half a cell apart at which it was "
-                     "computed; a rigid body must be thicker", b->name);
+      MPMOptionsFail(o,
+                     "-body_%s_expression is not positive at any of the places half a cell apart at which it was "
+                     "computed; a rigid body must be thicker",
+                     b->name);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMSceneMakeRigids(MPMScene *scene, MPMCore *core, MPMOptions o)
 {
-  MPMRigids *r = &core->rigids;
-  PetscInt   n = 0;
+  const MPMBody *first = scene->bodies + scene->nbodies;
+  MPMRigids     *r     = &core->rigids;
+  PetscInt       n     = 0, a, b;
 
   PetscFunctionBeginUser;
-  for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes; k++) n += scene->bodies[k].rigid != MPM_RIGID_NONE;
+  for (PetscInt k = 0; k < scene->nshapes; k++) n += first[k].rigid != MPM_RIGID_NONE;
   if (!n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MakeDistances(scene, core, o, MPM_RIGID_FIXED));
   PetscCall(MakeDistances(scene, core, o, MPM_RIGID_MOVING));
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(n, &r->body));
   PetscCall(PetscCalloc1(n * MPM_RIGID_NUMBERS, &r->numbers));
-  for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes; k++) {
-    const MPMBody *b = &scene->bodies[k];
-    MPMRigid      *to = &r->body[r->n];
-
-    if (b->rigid == MPM_RIGID_NONE) continue;
-    MPMRigidUse(to, r->numbers + r->n * MPM_RIGID_NUMBERS);
-    to->name  = b->name;
-    to->shape = &b->region;
-    to->mu    = b->mu;
-    to->moves = b->rigid == MPM_RIGID_MOVING ? PETSC_TRUE : PETSC_FALSE;
-    if (to->moves) r->move = PETSC_TRUE;
-    for (PetscInt d = 0; d < 3; d++) {
-      to->pivot[d]    = b->pivot[d];
-      to->turn[4 * d] = 1;
-    }
+  for (PetscInt k = 0; k < scene->nshapes && !MPMOptionsError(o); k++) {
+    if (first[k].rigid == MPM_RIGID_NONE) continue;
+    MPMRigidUse(&r->body[r->n], r->numbers + r->n * MPM_RIGID_NUMBERS);
+    PetscCall(MakeRigid(core, &first[k], o, &r->body[r->n]));
+    if (r->body[r->n].moves) r->move = PETSC_TRUE;
+    if (r->body[r->n].free) r->free = PETSC_TRUE;
     r->n++;
-    if (b->rigid == MPM_RIGID_FREE && !MPMOptionsError(o)) PetscCall(SetFree(b, core->grid.dim, o, to));
   }
+  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
+  MPMRigidsMeet(r->n, r->body, core->grid.dim, TOUCHES * MPMGridSmallestH(&core->grid), &a, &b);
+  if (a >= 0)
+    MPMOptionsFail(
+        o,
+        "the rigid bodies %s and %s touch at the start; contact between rigid bodies is not built: move one, or "
+        "make both fixed or moving",
+        r->body[a].name, r->body[b].name);
   PetscCall(AddPairs(core));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMSceneCheckInside(const MPMCore *core, MPMOptions o, const MPMBody *b, const PetscReal x[])
+{
+  const PetscInt dim = core->grid.dim;
+
+  PetscFunctionBeginUser;
+  for (PetscInt k = 0; k < core->rigids.n; k++) {
+    char            at[MPM_NAME_LEN];
+    PetscReal       n[3];
+    const PetscReal distance = MPMRigidDistance(&core->rigids.body[k], dim, x, n);
+
+    if (!(distance < -TOUCHES * MPMGridSmallestH(&core->grid))) continue;
+    MPMPlaceWords(dim, x, at);
+    MPMOptionsFail(
+        o, "a particle of %s at %s starts %g m inside the rigid body %s: move one of them, or cut %s (-body_%s_cut %s)",
+        b->name, at, (double)-distance, core->rigids.body[k].name, b->name, b->name, core->rigids.body[k].name);
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode MPMSceneMoveRigids(const MPMScene *scene, MPMCore *core, PetscReal t)
 {
-  static const PetscReal nowhere[3] = {0};
-  const PetscInt         dim = core->grid.dim;
-  MPMRigid              *r = core->rigids.body;
+  MPMRigid *r = core->rigids.body;
 
   PetscFunctionBeginUser;
   for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes && r; k++) {
     const MPMBody *b = &scene->bodies[k];
 
-    if (b->rigid == MPM_RIGID_NONE) continue;
-    if (b->rigid == MPM_RIGID_MOVING && b->velocity)
-      PetscCall(MPMExpressionEvaluate(b->velocity, dim, nowhere, NULL, t, r->velocity));
-    if (b->rigid == MPM_RIGID_MOVING && b->spin)
-      PetscCall(MPMExpressionEvaluate(b->spin, dim, nowhere, NULL, t, dim == 3 ? r->spin : r->spin + 2));
-    r++;
+    if (b->rigid == MPM_RIGID_MOVING) PetscCall(Evaluate(b, core->grid.dim, t, r->velocity, r->spin));
+    if (b->rigid != MPM_RIGID_NONE) r++;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMSceneCheckRigids(const MPMScene *scene, MPMCore *core, PetscReal t)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt k = scene->nbodies; k < scene->nbodies + scene->nshapes && !core->stop[0]; k++) {
+    const char *what = NULL;
+
+    if (scene->bodies[k].rigid == MPM_RIGID_MOVING) PetscCall(IsFinite(&scene->bodies[k], core->grid.dim, t, &what));
+    if (what)
+      (void)snprintf(core->stop, sizeof core->stop, "-body_%s_%s is not finite at t = %g s", scene->bodies[k].name,
+                     what, (double)t);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -49,7 +49,7 @@ static PetscBool Beside(const MPMBody *b, PetscInt dim, const PetscReal x[], Pet
   return PETSC_TRUE;
 }
 
-void MPMRim(const MPMBody *b, PetscInt dim, PetscInt faces, const PetscReal x[], PetscReal rim[])
+void MPMRim(const MPMBody *b, PetscInt dim, PetscInt faces, PetscBool own, const PetscReal x[], PetscReal rim[])
 {
   PetscInt  side = -1;
   PetscReal far = PETSC_INFINITY, size = 1;
@@ -77,7 +77,8 @@ void MPMRim(const MPMBody *b, PetscInt dim, PetscInt faces, const PetscReal x[],
     }
     below = Beside(b, dim, x, side, e, -by, &lower);
     above = Beside(b, dim, x, side, e, by, &upper);
-    if (below && above && PetscAbsReal(lower + upper - 2 * far) > EDGE * by) { /* the normal of the face that it has there */
+    if (own && below && above &&
+        PetscAbsReal(lower + upper - 2 * far) > EDGE * by) { /* the normal of the face that it has there */
       by *= NEARER;
       below = Beside(b, dim, x, side, e, -by, &lower);
       above = Beside(b, dim, x, side, e, by, &upper);

@@ -167,22 +167,14 @@ static PetscErrorCode ReadMaterial(MPMOptions o, MPMMaterial *m)
 /* Reads a body; b->alone says whether it is a shape for others, without particles. Collective on core->comm. */
 static PetscErrorCode ReadBody(MPMScene *scene, MPMCore *core, MPMOptions o, MPMBody *b)
 {
-  char      material[MPM_TEXT_LEN] = "", rigid[MPM_NAME_LEN] = "";
+  char      material[MPM_TEXT_LEN] = "";
   PetscBool ppc;
 
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < 3; d++) b->ppc[d] = scene->ppc;
   PetscCall(MPMSceneReadRegion(core, o, b->name, &b->region));
-  PetscCall(MPMOptionsEnum(o, "body_<b>_rigid", b->name, rigid, NULL));
-  b->rigid = !strcmp(rigid, "fixed")    ? MPM_RIGID_FIXED
-             : !strcmp(rigid, "moving") ? MPM_RIGID_MOVING
-             : !strcmp(rigid, "free")   ? MPM_RIGID_FREE
-                                        : MPM_RIGID_NONE;
-  if (b->rigid != MPM_RIGID_NONE) {
-    b->alone = PETSC_TRUE;
-    PetscCall(MPMSceneReadRigid(core, o, b));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
+  PetscCall(MPMSceneReadRigid(core, o, b));
+  if (b->rigid != MPM_RIGID_NONE) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsString(o, "body_<b>_material", b->name, material, NULL));
   b->alone = !strcasecmp(material, "none") ? PETSC_TRUE : PETSC_FALSE;
   for (PetscInt k = 0; k < scene->nmaterials; k++) /* a material may have this name */
@@ -231,6 +223,9 @@ static PetscErrorCode ReadBodies(MPMScene *scene, MPMCore *core, MPMOptions o)
   }
   PetscCall(PetscFree(was));
   scene->nshapes = all - scene->nbodies;
+  for (PetscInt k = 0; k < all && !scene->nbodies; k++)
+    if (scene->bodies[k].rigid != MPM_RIGID_NONE)
+      MPMOptionsFail(o, "-bodies: all are rigid or of material none; a scene needs particles");
   if (!scene->nbodies) MPMOptionsFail(o, "-bodies: all are of material none; a scene needs particles");
   PetscCall(MPMSceneReadOthers(scene, o));
   for (PetscInt k = 0; k < all; k++) {
@@ -335,8 +330,8 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
   }
   PetscCall(MPMSceneReadWalls(scene, core, o)); /* before contact, which has to know which axes are periodic */
   if (!MPMOptionsError(o)) PetscCall(MPMSceneReadContacts(scene, core, o));
-  if (!MPMOptionsError(o)) PetscCall(MPMSceneMakeRigids(scene, core, o));
   scene->meets = core->contacts ? PETSC_TRUE : PETSC_FALSE;
+  if (!MPMOptionsError(o)) PetscCall(MPMSceneMakeRigids(scene, core, o));
   PetscCall(MPMForcesSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMKnownSetFromOptions(scene, core, o));
   if (!MPMOptionsError(o)) PetscCall(MPMInitialSetFromOptions(scene, core, o));
@@ -350,7 +345,6 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {
     PetscCall(MPMExpressionDestroy(&scene->bodies[k].velocity));
     PetscCall(MPMExpressionDestroy(&scene->bodies[k].spin));
-    PetscCall(MPMExpressionDestroy(&scene->bodies[k].inertia));
   }
   for (PetscInt k = 0; k < 6; k++) PetscCall(MPMExpressionDestroy(&scene->wall_velocity[k]));
   PetscCall(MPMInitialDestroy(scene));

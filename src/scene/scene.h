@@ -15,7 +15,7 @@ typedef struct _MPMPoints MPMPoints;
 
 #define MPM_AT_WALLS 27 /* no wall or one of two on each axis */
 
-/* Is a body matter, or does it move as a whole: not, or by formulas of t, or by forces? */
+/* Is a body matter, or does it move as a whole: not, by formulas of t, or as the matter and walls make it? */
 typedef enum { MPM_RIGID_NONE, MPM_RIGID_FIXED, MPM_RIGID_MOVING, MPM_RIGID_FREE } MPMRigidType;
 
 /* A body: where its particles start, of what, how fast. */
@@ -29,10 +29,10 @@ typedef struct {
   PetscReal     offset[3], b[3];        /* of the lattice of its particles: offset and spacing, m */
   MPMRigidType  rigid;
   PetscReal     mu, pivot[3]; /* of a rigid body: coefficient of friction; the point about which it turns, m */
-  PetscReal     rho, mass;    /* of a free one, kg/m^3 or kg; 0: not given */
-  MPMExpression inertia;      /* kg m^2; NULL: by the shape */
-  MPMExpression spin;         /* of a rigid body, rad/s, of t; NULL: it does not turn */
-  MPMExpression velocity;     /* m/s, of x y z, of a rigid body of t; NULL: at rest */
+  PetscBool     has_pivot;
+  PetscReal     rho, mass, inertia[3];  /* of a free one: kg/m^3, kg, kg m^2; 0: not given */
+  MPMExpression spin;                   /* of a rigid body, rad/s, of t; NULL: it does not turn */
+  MPMExpression velocity;               /* m/s, of x y z, of a rigid body of t; NULL: at rest */
   MPMExpression deformation;            /* F at the start, row-major, of x y z; NULL: undeformed */
   PetscReal     v2;                     /* largest squared speed of its particles at the start, m^2/s^2 */
   PetscInt64    first, n;               /* ids first .. first+n-1 */
@@ -88,7 +88,7 @@ typedef struct {
   PetscBool     body_force;          /* a body force besides gravity acts on all particles */
   PetscBool     forced, keeps_start; /* are there body forces or loads; do particles have field X? */
   PetscInt64    shapes;              /* checksum of the surfaces that were read; 0: there are none */
-  PetscBool     meets;               /* is there contact between bodies, or are there rigid ones? */
+  PetscBool     meets;               /* is there contact between bodies? */
   PetscInt64    overlap;             /* particles that lie in an earlier body too */
   PetscInt64    on_line;             /* particles that start exactly on a line of the grid */
   PetscInt64    behind;              /* particles that start behind a piston */
@@ -137,7 +137,8 @@ PetscErrorCode MPMSceneReadContacts(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneReadRigid(const MPMCore *, MPMOptions, MPMBody *);
 PetscErrorCode MPMSceneMakeRigids(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneMoveRigids(const MPMScene *, MPMCore *, PetscReal t);
-PetscErrorCode MPMSceneDestroyRigids(MPMCore *);
+PetscErrorCode MPMSceneCheckInside(const MPMCore *, MPMOptions, const MPMBody *, const PetscReal x[]);
+PetscErrorCode MPMSceneCheckRigids(const MPMScene *, MPMCore *, PetscReal t);
 
 /* Returns the number of the body that particle id belongs to; guess: of one, such as that of the particle before. Not
    collective. */

@@ -8,7 +8,7 @@
    node k, as a uniform stress has it. The relative velocity changes by p sum_sk N_sk^2/m_sk. A node alone would also hold
    the matter behind the surface, over the reach of a stencil.
 
-   Columns have nodes in common, so their impulses are found one after the other in SWEEPS rounds, by the velocities that the
+   Columns have nodes in common, so their impulses are found one after the other in rounds, by the velocities that the
    others have left; impulses along normals only push, and friction stays within its cone. Every process does this for all
    columns, with the same bits: of the sums over processes all terms but one are 0. docs/method.md has the formulas
    (Contact). */
@@ -16,8 +16,8 @@
 #include "physics/wall.h"
 #include "step/step.h"
 
-#define SWEEPS 8
-#define STOPS  4 /* rounds of free bodies at walls in each of them */
+#define MOST  200  /* rounds at most, */
+#define QUIET 1e-4 /* until velocities change by less than this part of what they did in the first one */
 
 PetscErrorCode MPMContactsDestroy(MPMCore *core)
 {
@@ -30,7 +30,6 @@ PetscErrorCode MPMContactsDestroy(MPMCore *core)
   PetscCall(PetscFree(c->site));
   PetscCall(PetscFree(c->part));
   PetscCall(PetscFree(c->column));
-  PetscCall(PetscFree(c->stop));
   PetscCall(PetscFree(core->contacts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -77,7 +76,7 @@ static PetscErrorCode Motion(MPMCore *core)
     c->site[k].changes = PETSC_FALSE;
     for (PetscInt d = 0; d < 3; d++) {
       c->site[k].v[d] = c->site[k].was[d] = sum[7 * k + 1 + d];
-      c->site[k].a[d] = sum[7 * k + 4 + d];
+      c->site[k].a[d]                     = sum[7 * k + 4 + d];
     }
   }
   PetscCall(PetscFree(sum));
@@ -100,6 +99,14 @@ static MPMRigid *RigidOf(const MPMCore *core, const MPMContactColumn *col)
   return a < 0 ? &core->rigids.body[-1 - a] : NULL;
 }
 
+/* Returns it if it is free and yields in this phase, or NULL. */
+static MPMRigid *Free(const MPMCore *core, const MPMContactColumn *col, PetscBool yield)
+{
+  MPMRigid *rigid = yield ? RigidOf(core, col) : NULL;
+
+  return rigid && rigid->free ? rigid : NULL;
+}
+
 /* Sets v [3] to the relative velocity of b and a at the surface, m/s. */
 static void Relative(const MPMCore *core, const MPMContactColumn *col, PetscReal v[])
 {
@@ -117,9 +124,12 @@ static void Relative(const MPMCore *core, const MPMContactColumn *col, PetscReal
     }
 }
 
-/* Gives the sites of a column an impulse J [3] on b, N s, and its opposite on a. */
-static void Give(MPMContacts *c, const MPMContactColumn *col, const PetscReal J[])
+/* Gives the sites of a column an impulse J [3] on b, N s, and its opposite on a; free: to a rigid body, or NULL. */
+static void Give(MPMContacts *c, const MPMContactColumn *col, const PetscReal J[], MPMRigid *free)
 {
+  const PetscReal back[3] = {-J[0], -J[1], -J[2]};
+
+  if (free) MPMRigidKick(free, col->at, back);
   for (PetscInt k = col->first; k < col->last; k++)
     for (int side = 0; side < 2; side++) {
       MPMContactSite *site = SiteOf(c, &c->part[k], side);
@@ -128,12 +138,9 @@ static void Give(MPMContacts *c, const MPMContactColumn *col, const PetscReal J[
     }
 }
 
-/* Makes a column ready for a phase: no impulse yet, and what one changes. advance: free bodies yield. */
-static void Begin(const MPMCore *core, PetscBool advance, MPMContactColumn *col)
+/* Makes a column ready for a phase: no impulse yet, and what one changes; free: a rigid body that it changes too, or NULL. */
+static void Begin(const MPMContacts *c, MPMContactColumn *col, const MPMRigid *free)
 {
-  const MPMContacts *c     = core->contacts;
-  const MPMRigid    *rigid = RigidOf(core, col);
-
   col->press = col->inverse = 0;
   for (PetscInt d = 0; d < 3; d++) col->brake[d] = 0;
   for (PetscInt k = col->first; k < col->last; k++)
@@ -143,84 +150,52 @@ static void Begin(const MPMCore *core, PetscBool advance, MPMContactColumn *col)
       if (site) col->inverse += PetscSqr(c->part[k].share[side]) / site->m;
     }
   col->across = col->inverse;
-  if (rigid && advance && col->inverse > 0) {
-    PetscReal across;
-
-    col->inverse += MPMRigidYields(rigid, col->at, col->n, &across);
-    col->across += across;
-  }
-}
-
-/* Adds to the impulses along n and across what is missing of the relative velocity v [3]: pushes alone where `decides`; with
-   friction mu where `rubs`. Sets J [3] to what they change by. */
-static void Missing(const PetscReal v[], const PetscReal n[], PetscReal least, PetscReal inverse, PetscReal across,
-                    PetscBool decides, PetscReal mu, PetscReal *press, PetscReal brake[], PetscReal J[])
-{
-  PetscReal w = 0, more, size = 0, most, now[3];
-
-  for (PetscInt d = 0; d < 3; d++) w += n[d] * v[d];
-  more = (least - w) / inverse;
-  if (decides) more = PetscMax(more, -*press);
-  *press += more;
-  for (PetscInt d = 0; d < 3; d++) J[d] = more * n[d];
-  if (!(mu > 0)) return;
-  for (PetscInt d = 0; d < 3; d++) {
-    now[d] = brake[d] - (v[d] - w * n[d]) / across;
-    size += now[d] * now[d];
-  }
-  size = PetscSqrtReal(size);
-  most = *press > 0 ? mu * *press : 0;
-  for (PetscInt d = 0; d < 3; d++) {
-    if (size > most) now[d] *= most / size;
-    J[d] += now[d] - brake[d];
-    brake[d] = now[d];
-  }
+  if (free && col->inverse > 0) col->inverse += MPMRigidYields(free, col->at, col->n);
 }
 
 /* Changes the impulses of a column by what is missing now. decides: it only pushes, and may leave the matter alone; else it
-   does what the advance has decided. rubs: with friction. */
-static void Act(MPMCore *core, MPMContactColumn *col, PetscBool decides, PetscBool rubs)
+   does what the advance has decided. rubs: with friction. free: a rigid body that yields, or NULL. Returns by how much the
+   relative velocity changes, m/s. */
+static PetscReal Act(MPMCore *core, MPMContactColumn *col, PetscBool decides, PetscBool rubs, MPMRigid *free)
 {
   MPMContacts    *c  = core->contacts;
-  MPMRigid       *rigid = RigidOf(core, col);
-  PetscReal       v[3], J[3];
+  const PetscReal mu = c->pair[col->pair].mu;
+  PetscReal       v[3], J[3], w = 0, more, size = 0, most;
 
-  if (!(col->inverse > 0) || (!decides && !col->held)) return;
+  if (!(col->inverse > 0) || (!decides && !col->held)) return 0;
   Relative(core, col, v);
-  Missing(v, col->n, col->least, col->inverse, col->across, decides, rubs ? c->pair[col->pair].mu : 0, &col->press,
-          col->brake, J);
-  Give(c, col, J);
-  for (PetscInt d = 0; d < 3; d++) J[d] = -J[d];
-  if (rigid && rubs) MPMRigidPush(rigid, col->at, J);
-}
+  for (PetscInt d = 0; d < 3; d++) w += col->n[d] * v[d];
+  more = (col->least - w) / col->inverse;
+  if (decides) more = PetscMax(more, -col->press);
+  col->press += more;
+  for (PetscInt d = 0; d < 3; d++) J[d] = more * col->n[d];
+  if (rubs && mu > 0) {
+    PetscReal brake[3], inverse = col->across;
 
-/* Does the same for a free rigid body at a wall. */
-static void ActStop(MPMCore *core, MPMContactStop *stop)
-{
-  const MPMFace *f     = &core->params.walls->given[stop->face / 2][stop->face % 2];
-  MPMRigid      *rigid = &core->rigids.body[stop->rigid];
-  PetscReal      v[3], J[3];
+    if (free) {
+      PetscReal t[3], slide = 0;
 
-  MPMRigidVelocity(rigid, core->grid.dim, stop->at, v);
-  for (PetscInt d = 0; d < 3 && MPMWallHas(f->type, MPM_WALL_MOVES); d++)
-    if (d == stop->face / 2 || MPMWallHas(f->type, MPM_WALL_TANGENT)) v[d] -= f->velocity[d];
-  Missing(v, stop->n, stop->least, stop->inverse, stop->across, PETSC_TRUE, stop->mu, &stop->press, stop->brake, J);
-  MPMRigidPush(rigid, stop->at, J);
-}
-
-/* Gives free bodies the velocity that gravity alone would, and makes the places ready where they may meet walls. */
-static void BeginFree(MPMCore *core)
-{
-  MPMContacts *c = core->contacts;
-
-  for (PetscInt k = 0; k < core->rigids.n; k++)
-    for (PetscInt d = 0; d < core->grid.dim && core->rigids.body[k].free; d++)
-      core->rigids.body[k].velocity[d] += core->params.kick * core->params.gravity[d];
-  for (MPMContactStop *stop = c->stop; stop < c->stop + c->nstops; stop++) {
-    stop->press   = 0;
-    stop->inverse = MPMRigidYields(&core->rigids.body[stop->rigid], stop->at, stop->n, &stop->across);
-    for (PetscInt d = 0; d < 3; d++) stop->brake[d] = 0;
+      for (PetscInt d = 0; d < 3; d++) {
+        t[d] = v[d] - w * col->n[d];
+        slide += t[d] * t[d];
+      }
+      for (PetscInt d = 0; d < 3 && slide > 0; d++) t[d] /= PetscSqrtReal(slide);
+      if (slide > 0) inverse += MPMRigidYields(free, col->at, t);
+    }
+    for (PetscInt d = 0; d < 3; d++) {
+      brake[d] = col->brake[d] - (v[d] - w * col->n[d]) / inverse;
+      size += brake[d] * brake[d];
+    }
+    size = PetscSqrtReal(size);
+    most = col->press > 0 ? mu * col->press : 0;
+    for (PetscInt d = 0; d < 3; d++) {
+      if (size > most) brake[d] *= most / size;
+      J[d] += brake[d] - col->brake[d];
+      col->brake[d] = brake[d];
+    }
   }
+  Give(c, col, J, free);
+  return col->inverse * (PetscAbsReal(J[0]) + PetscAbsReal(J[1]) + PetscAbsReal(J[2]));
 }
 
 /* Gives the nodes of pairs that are glued the same velocity; before contact acts as the one that they have, with the same
@@ -265,10 +240,34 @@ static void Take(MPMCore *core, PetscBool advance)
   }
 }
 
-/* Adds up what rigid bodies have given the matter. The nodes count it as friction: what moving bodies do is work. */
-static void Account(MPMCore *core)
+/* Sets V [3] to the velocity of a rigid body at x: of a free one the mean of those before the step and after it. */
+static void MeanVelocity(MPMRigid *r, PetscInt dim, const PetscReal x[], PetscReal V[])
 {
-  const MPMContacts *c = core->contacts;
+  PetscReal velocity[3], spin[3];
+  MPMRigid  mean = *r;
+
+  for (PetscInt d = 0; d < 3; d++) {
+    velocity[d] = 0.5 * (r->velocity[d] + (r->free ? r->before[d] : r->velocity[d]));
+    spin[d]     = 0.5 * (r->spin[d] + (r->free ? r->before[3 + d] : r->spin[d]));
+  }
+  mean.velocity = velocity;
+  mean.spin     = spin;
+  MPMRigidVelocity(&mean, dim, x, V);
+}
+
+/* Returns whether a phase is the last correction of afmpm, whose impulses particles take like those of the advance. */
+static PetscBool IsLastCorrection(MPMCore *core, const MPMPhase *phase)
+{
+  MPMContacts *c = core->contacts;
+
+  if (phase->nodes == MPMNodesAdvance) c->corrections = 0;
+  return phase->nodes == MPMNodesCorrect && ++c->corrections == core->params.order - 1 ? PETSC_TRUE : PETSC_FALSE;
+}
+
+/* Adds up what rigid bodies have given the matter. The nodes count it as friction: what moving bodies do is work. */
+static void Account(MPMCore *core, PetscBool advance)
+{
+  const MPMContacts *c    = core->contacts;
   PetscReal          work = 0;
   PetscMPIInt        rank;
 
@@ -276,8 +275,8 @@ static void Account(MPMCore *core)
     MPMRigid *rigid = RigidOf(core, col);
     PetscReal V[3], J[3], r[3], by = 0;
 
-    if (!rigid || !(col->press > 0)) continue;
-    MPMRigidVelocity(rigid, core->grid.dim, col->at, V);
+    if (!rigid || (advance ? !(col->press > 0) : col->press == 0)) continue;
+    MeanVelocity(rigid, core->grid.dim, col->at, V);
     for (PetscInt d = 0; d < 3; d++) {
       J[d] = col->press * col->n[d] + col->brake[d];
       r[d] = col->at[d] - rigid->pivot[d] - rigid->place[d];
@@ -304,18 +303,27 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
   const PetscBool decides = advance || phase->nodes == MPMNodesVelocity ? PETSC_TRUE : PETSC_FALSE;
   MPMContacts    *c       = core->contacts;
 
+  const PetscBool counts = IsLastCorrection(core, phase) || advance ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool yield  = counts && core->rigids.free ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal       first = 0, most = 1;
+
   PetscFunctionBeginUser;
-  if (advance) BeginFree(core);
-  if ((!c->nnodes && !(advance && c->nstops)) || phase->nodes == MPMNodesResidual) PetscFunctionReturn(PETSC_SUCCESS);
+  if (advance && yield) PetscCall(MPMRigidsBegin(core));
+  if ((!c->nnodes && !(yield && core->rigids.nsupports)) || phase->nodes == MPMNodesResidual)
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Motion(core));
-  for (PetscInt k = 0; k < c->ncolumns; k++) Begin(core, advance, &c->column[k]);
-  for (int sweep = 0; sweep < SWEEPS; sweep++) {
+  for (PetscInt k = 0; k < c->ncolumns; k++) Begin(c, &c->column[k], Free(core, &c->column[k], yield));
+  for (int sweep = 0; sweep < MOST && (!sweep || most > QUIET * first); sweep++) {
     Glue(c, sweep ? PETSC_FALSE : PETSC_TRUE);
-    for (PetscInt k = 0; k < c->ncolumns; k++) Act(core, &c->column[k], decides, advance);
-    for (PetscInt k = 0; k < STOPS * c->nstops && advance; k++) ActStop(core, &c->stop[k % c->nstops]);
+    most = 0;
+    for (PetscInt k = 0; k < c->ncolumns; k++)
+      most = PetscMax(most, Act(core, &c->column[k], decides, advance, Free(core, &c->column[k], yield)));
+    if (yield) most = PetscMax(most, MPMRigidsStand(core));
+    first = PetscMax(first, most);
   }
-  for (PetscInt k = 0; k < c->ncolumns && advance; k++) c->column[k].held = c->column[k].press > 0 ? PETSC_TRUE : PETSC_FALSE;
-  if (advance) Account(core);
+  for (PetscInt k = 0; k < c->ncolumns && advance; k++)
+    c->column[k].held = c->column[k].press > 0 ? PETSC_TRUE : PETSC_FALSE;
+  if (counts) Account(core, advance);
   Take(core, advance);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

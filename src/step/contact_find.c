@@ -10,23 +10,24 @@
    reasons. */
 #include "kernels/cell.h"
 #include "parallel/exchange.h"
-#include "physics/wall.h"
 #include "step/matter.h"
 #include "step/step.h"
 
-#define SMOOTH 1e-9           /* cells^2, times the sum of phi: it only matters where all particles lie on a line */
-#define PUSH   3e-4 /* of the depth to which single particles of what flows have crept into the other body, undone in a step: with 1e-4
+#define SMOOTH 1e-9 /* cells^2, times the sum of phi: it only matters where all particles lie on a line */
+#define PUSH                                                                                                           \
+  3e-4 /* of the depth to which single particles of what flows have crept into the other body, undone in a step: with 1e-4
                          water goes on to creep in, with 1e-3 blocks float a cell too high */
-#define TIE    1e-9           /* cells: a particle in the middle between two columns lies in both */
-#define AROUND 2              /* nodes around touching ones that are not light either */
-#define TOUCHES 1.0           /* cells: matter that is nearer touches, or may do so in this step */
-#define AHEAD  0.75           /* cells: a block slides on a plane within 0.1 %; with 0.5 and 1 within 1 %, and ends sink in with more */
-#define AGREE  8              /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
-#define INCLINES 0.25         /* squared component of a normal, below which a node is in no column along that axis: 60 degrees */
-#define BAND   0.6            /* cells: how much further than a stencil's reach the nodes of columns are from a rigid body */
-#define LOWEST 0.01           /* cells: places of a rigid body that are higher by less meet a wall too */
-#define UNIT   ldexp(1, -50)  /* of sums of phi, and of the weights in sides of cells */
-#define MOST   ldexp(1, 54)   /* of what a particle adds to a weight, in units */
+#define TIE     1e-9 /* cells: a particle in the middle between two columns lies in both */
+#define AROUND  2    /* nodes around touching ones that are not light either */
+#define TOUCHES 1.0  /* cells: matter that is nearer touches, or may do so in this step */
+#define AHEAD                                                                                                          \
+  0.75 /* cells: a block slides on a plane within 0.1 %; with 0.5 and 1 within 1 %, and ends sink in with more */
+#define AGREE 8 /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
+#define INCLINES                                                                                                       \
+  0.25           /* squared component of a normal, below which a node is in no column along that axis: 60 degrees */
+#define BAND 0.6 /* cells: how much further than a stencil's reach the nodes of columns are from a rigid body */
+#define UNIT ldexp(1, -50) /* of sums of phi, and of the weights in sides of cells */
+#define MOST ldexp(1, 54)  /* of what a particle adds to a weight, in units */
 
 /* The sums at a node of a pair from which its normal comes, in units: of phi times 1, xi, xi xi^T (xx xy xz yy yz zz), c, c
    xi; xi = (x_p - x_i)/h. */
@@ -46,10 +47,11 @@ typedef struct {
   MPMCore     *core;
   MPMContacts *c;
   MPMView      view;
-  PetscReal    reach;       /* m: what is nearer to a rigid body is looked at */
-  PetscInt     n[3], words; /* words: of 64 bits for a copy */
-  uint64_t    *tiles;       /* [copies][words] */
-  uint64_t    *cells;       /* [copies][tiles] bits of their cells that have particles */
+  PetscReal    reach;                  /* m: what is nearer to a rigid body is looked at */
+  PetscInt     n[3], words;            /* words: of 64 bits for a copy */
+  uint64_t    *tiles;                  /* [copies][words] */
+  PetscInt     box[MPM_MAX_COPIES][6]; /* of the tiles of each copy: minus the lowest on each axis, the highest */
+  uint64_t    *cells;                  /* [copies][tiles] bits of their cells that have particles */
   PetscInt    *wanted, *first, nwanted, most; /* the particles of each side of each pair that are near the other side */
   Fit         *fit;
   PetscInt     nfits, room, *map, *key, *at; /* key, at: of nodes, sorted */
@@ -66,8 +68,9 @@ static PetscInt TilePlace(const Search *s, PetscInt tile, PetscInt at[])
   const MPMPatch *patch = &s->core->exchange.patch;
   const MPMGrid  *grid  = patch->grid;
   const MPMTiles *t     = &patch->tiles;
-  const PetscInt  edge  = MPMTileEdge(patch->basis), own[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
-  PetscInt        copy  = 0;
+  const PetscInt  edge  = MPMTileEdge(patch->basis),
+                 own[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
+  PetscInt copy         = 0;
 
   for (PetscInt d = 0; d < 3; d++) {
     at[d] = (patch->own_lo[d] + grid->layers[d]) / edge + own[d] - t->below[d];
@@ -105,14 +108,30 @@ static PetscBool IsNear(const Search *s, PetscInt copy, const PetscInt at[])
   return PETSC_FALSE;
 }
 
-/* Returns whether tile number `tile` of the patch is one of its own and has particles. */
-static PetscBool IsOccupied(const MPMTiles *t, PetscInt tile)
+/* Returns the next one of the patch's own tiles that has particles after `tile`, or the first one after -1; or -1. */
+static PetscInt NextTile(const MPMTiles *t, PetscInt tile)
 {
-  const PetscInt at[3] = {tile % t->n[0], tile / t->n[0] % t->n[1], tile / (t->n[0] * t->n[1])};
+  PetscInt row = tile < 0 ? 0 : tile / t->n[0], i = tile < 0 ? t->below[0] : tile % t->n[0] + 1;
 
-  return at[0] >= t->below[0] && at[1] >= t->below[1] && at[2] >= t->below[2] && t->slot[tile] != MPM_TILE_EMPTY
-             ? PETSC_TRUE
-             : PETSC_FALSE;
+  for (; row < t->n[1] * t->n[2]; row++, i = t->below[0]) {
+    if (row % t->n[1] < t->below[1] || row / t->n[1] < t->below[2]) continue;
+    for (i = PetscMax(i, t->used[row][0]); i < t->used[row][1]; i++)
+      if (t->slot[row * t->n[0] + i] != MPM_TILE_EMPTY) return row * t->n[0] + i;
+  }
+  return -1;
+}
+
+/* Returns whether the boxes around the tiles of two copies, or tiles beside them, have any in common. */
+static PetscBool BoxesMeet(const Search *s, const MPMPair *pair)
+{
+  if (pair->a < 0) return PETSC_FALSE;
+  for (PetscInt d = 0; d < 3; d++) {
+    const PetscInt *a = s->box[pair->a], *b = s->box[pair->b];
+
+    if (a[3 + d] < 0 || b[3 + d] < 0) return PETSC_FALSE; /* no particles */
+    if (!s->core->grid.periodic[d] && (a[3 + d] + 1 < -b[d] || b[3 + d] + 1 < -a[d])) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
 }
 
 /* Finds the tiles that have particles, of all processes, and sets *any to whether bodies of a pair are near each other
@@ -123,6 +142,7 @@ static PetscErrorCode FindTiles(Search *s, PetscBool *any)
   const MPMTiles *t    = &s->core->exchange.patch.tiles;
   const PetscInt  edge = MPMTileEdge(s->core->basis);
   PetscInt        all  = 1, at[3];
+  PetscBool       near = PETSC_FALSE;
   PetscMPIInt     count;
 
   PetscFunctionBeginUser;
@@ -134,18 +154,27 @@ static PetscErrorCode FindTiles(Search *s, PetscBool *any)
   *any     = PETSC_FALSE;
   if (grid->copies < 2) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscCalloc1(grid->copies * s->words, &s->tiles));
-  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+  for (PetscInt c = 0; c < grid->copies; c++)
+    for (PetscInt d = 0; d < 6; d++) s->box[c][d] = PETSC_MIN_INT;
+  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
     PetscInt copy, bit;
 
-    if (!IsOccupied(t, tile)) continue;
     copy = TilePlace(s, tile, at);
     bit  = (at[2] * s->n[1] + at[1]) * s->n[0] + at[0];
     s->tiles[copy * s->words + bit / 64] |= (uint64_t)1 << bit % 64;
+    for (PetscInt d = 0; d < 3; d++) {
+      s->box[copy][d]     = PetscMax(s->box[copy][d], -at[d]);
+      s->box[copy][3 + d] = PetscMax(s->box[copy][3 + d], at[d]);
+    }
   }
+  PetscCall(PetscMPIIntCast(6 * grid->copies, &count));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, s->box, count, MPIU_INT, MPI_MAX, s->core->exchange.data));
+  for (PetscInt k = 0; k < s->c->npairs; k++) near = BoxesMeet(s, &s->c->pair[k]) ? PETSC_TRUE : near;
+  if (!near) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscMPIIntCast(grid->copies * s->words, &count));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, s->tiles, count, MPI_UINT64_T, MPI_BOR, s->core->exchange.data));
   for (PetscInt k = 0; k < s->c->npairs && !*any; k++)
-    for (PetscInt bit = 0; bit < all && !*any && s->c->pair[k].a >= 0; bit++) {
+    for (PetscInt bit = 0; bit < all && !*any && BoxesMeet(s, &s->c->pair[k]); bit++) {
       if (!s->tiles[s->c->pair[k].a * s->words + bit / 64]) {
         bit |= 63;
         continue;
@@ -169,11 +198,10 @@ static PetscErrorCode FindCells(Search *s)
 
   PetscFunctionBeginUser;
   PetscCall(PetscCalloc1(grid->copies * all, &s->cells));
-  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
     PetscInt  at[3], copy;
     uint64_t *cells;
 
-    if (!IsOccupied(t, tile)) continue;
     copy  = TilePlace(s, tile, at);
     cells = s->cells + copy * all + (at[2] * s->n[1] + at[1]) * s->n[0] + at[0];
     for (PetscInt in = 0; in < rows; in++) {
@@ -192,7 +220,7 @@ static PetscErrorCode FindCells(Search *s)
    both touch the same nodes or the next ones. */
 static PetscBool IsCellNear(const Search *s, PetscInt copy, const PetscInt at[], PetscInt in)
 {
-  const MPMGrid *grid  = &s->core->grid;
+  const MPMGrid *grid = &s->core->grid;
   const PetscInt bits = s->core->exchange.patch.tiles.bits, edge = 1 << bits, reach = MPMBasisNodes(s->core->basis);
   PetscInt       lo[3] = {0}, hi[3] = {0}, to[3];
 
@@ -246,7 +274,7 @@ static PetscBool IsRigidNear(const Search *s, PetscInt rigid, const PetscInt at[
   }
   half = PetscSqrtReal(half);
   return PetscAbsReal(MPMRigidDistance(&s->core->rigids.body[rigid], grid->dim, x, n)) < half + s->reach ? PETSC_TRUE
-                                                                                                       : PETSC_FALSE;
+                                                                                                         : PETSC_FALSE;
 }
 
 /* Returns whether particle p is near a rigid body. */
@@ -267,16 +295,17 @@ static PetscErrorCode ListNearRigid(Search *s, PetscInt pair)
   const PetscInt  rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits, rigid = -1 - s->c->pair[pair].a;
 
   PetscFunctionBeginUser;
-  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
     PetscInt at[3];
 
-    if (!IsOccupied(t, tile) || TilePlace(s, tile, at) != s->c->pair[pair].b || !IsRigidNear(s, rigid, at)) continue;
+    if (TilePlace(s, tile, at) != s->c->pair[pair].b || !IsRigidNear(s, rigid, at)) continue;
     for (PetscInt in = 0; in < rows; in++) {
       const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
 
       PetscCall(MakeRoom(s, cell[edge] - cell[0]));
       for (PetscInt q = cell[0]; q < cell[edge]; q++)
-        if (IsParticleNear(s, rigid, s->core->particles.order[q])) s->wanted[s->nwanted++] = s->core->particles.order[q];
+        if (IsParticleNear(s, rigid, s->core->particles.order[q]))
+          s->wanted[s->nwanted++] = s->core->particles.order[q];
     }
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -288,13 +317,14 @@ static PetscErrorCode ListParticles(Search *s, PetscInt pair, int side)
   const MPMTiles *t    = &s->core->exchange.patch.tiles;
   const int       dim  = (int)s->core->grid.dim;
   const PetscInt  rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits;
-  const PetscInt  own = side ? s->c->pair[pair].b : s->c->pair[pair].a, other = side ? s->c->pair[pair].a : s->c->pair[pair].b;
+  const PetscInt  own  = side ? s->c->pair[pair].b : s->c->pair[pair].a,
+                 other = side ? s->c->pair[pair].a : s->c->pair[pair].b;
 
   PetscFunctionBeginUser;
-  for (PetscInt tile = 0; tile < t->n[0] * t->n[1] * t->n[2]; tile++) {
+  for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
     PetscInt at[3];
 
-    if (!IsOccupied(t, tile) || TilePlace(s, tile, at) != own || !IsNear(s, other, at)) continue;
+    if (TilePlace(s, tile, at) != own || !IsNear(s, other, at)) continue;
     for (PetscInt in = 0; in < rows; in++) {
       const PetscInt *cell = t->start + MPMTileRowCell(dim, t, tile / t->n[0], in) + tile % t->n[0] * edge;
 
@@ -326,7 +356,8 @@ static PetscErrorCode ListAll(Search *s, PetscBool any)
 }
 
 /* Calls act for each particle of one side of a pair that is near matter of the other one. */
-static PetscErrorCode ForParticles(Search *s, PetscInt pair, int side, PetscErrorCode (*act)(Search *, PetscInt, int, PetscInt))
+static PetscErrorCode ForParticles(Search *s, PetscInt pair, int side,
+                                   PetscErrorCode (*act)(Search *, PetscInt, int, PetscInt))
 {
   PetscFunctionBeginUser;
   for (PetscInt k = s->first[2 * pair + side]; k < s->first[2 * pair + side + 1]; k++)
@@ -381,7 +412,8 @@ static PetscInt KeyOf(const MPMGrid *grid, PetscInt of, const PetscInt ijk[])
 {
   PetscInt key = of;
 
-  for (PetscInt d = grid->dim - 1; d >= 0; d--) key = key * (grid->cells[d] + 2 * MPM_GRID_APART) + ijk[d] + MPM_GRID_APART;
+  for (PetscInt d = grid->dim - 1; d >= 0; d--)
+    key = key * (grid->cells[d] + 2 * MPM_GRID_APART) + ijk[d] + MPM_GRID_APART;
   return key;
 }
 
@@ -551,7 +583,7 @@ static void UseFaces(PetscInt dim, Faces of, PetscReal n[])
   PetscReal sum[3] = {0}, length = 0;
 
   for (int side = 0; side < 2; side++) {
-    const PetscReal all = (PetscReal)of[side][3];
+    const PetscReal all  = (PetscReal)of[side][3];
     PetscReal       size = 0, weight;
 
     for (PetscInt d = 0; d < dim; d++) size += PetscSqr((PetscReal)of[side][d]);
@@ -567,7 +599,8 @@ static void UseFaces(PetscInt dim, Faces of, PetscReal n[])
 
 /* Returns how much matter of the other side is at a place `by` cells ahead of the surface of particle p, along the unit normal
    n [dim] of that: the sums of its particles' phi interpolated to there, by those of full cells. */
-static PetscReal Filled(const Search *s, PetscInt pair, int side, PetscInt p, const PetscReal n[], PetscReal rim, PetscReal by)
+static PetscReal Filled(const Search *s, PetscInt pair, int side, PetscInt p, const PetscReal n[], PetscReal rim,
+                        PetscReal by)
 {
   const MPMGrid *grid = &s->core->grid;
   PetscReal      x[3] = {0}, h = 0, found = 0;
@@ -577,7 +610,9 @@ static PetscReal Filled(const Search *s, PetscInt pair, int side, PetscInt p, co
   for (PetscInt d = 0; d < grid->dim; d++) h += PetscSqr(n[d] * grid->h[d]);
   for (PetscInt d = 0; d < grid->dim; d++) {
     x[d] = s->view.x[p * grid->dim + d] + (rim + by * PetscSqrtReal(h)) * n[d];
-    if (grid->periodic[d]) x[d] -= PetscFloorReal((x[d] - grid->lower[d]) / (grid->upper[d] - grid->lower[d])) * (grid->upper[d] - grid->lower[d]);
+    if (grid->periodic[d])
+      x[d] -= PetscFloorReal((x[d] - grid->lower[d]) / (grid->upper[d] - grid->lower[d])) *
+              (grid->upper[d] - grid->lower[d]);
     if (!(x[d] >= grid->lower[d] && x[d] < grid->upper[d])) return 0;
   }
   SetStencilAt(s, p, x, &t);
@@ -707,7 +742,8 @@ static PetscErrorCode MakeNodes(Search *s)
     MPMContactNode *q = &c->node[c->nnodes];
 
     *q = (MPMContactNode){.pair = s->fit[k].pair};
-    for (int side = s->c->pair[q->pair].a < 0; side < 2; side++) { /* distances from rigid bodies are from their surface */
+    for (int side = s->c->pair[q->pair].a < 0; side < 2;
+         side++) { /* distances from rigid bodies are from their surface */
       q->wide[side] = PETSC_INFINITY;
       for (PetscInt d = 0; d < 3; d++) q->near[side][d] = PETSC_INFINITY;
     }
@@ -718,7 +754,8 @@ static PetscErrorCode MakeNodes(Search *s)
     }
     if (q->n[0] != 0 || q->n[1] != 0 || q->n[2] != 0) c->nnodes++;
   }
-  PetscCall(SetKeys(s, c->nnodes, c->node, sizeof *c->node, offsetof(MPMContactNode, pair), offsetof(MPMContactNode, ijk)));
+  PetscCall(
+      SetKeys(s, c->nnodes, c->node, sizeof *c->node, offsetof(MPMContactNode, pair), offsetof(MPMContactNode, ijk)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -741,11 +778,12 @@ static PetscErrorCode MakeSites(Search *s)
     }
   PetscCall(PetscSortIntWithArray(n, key, at));
   for (PetscInt k = 0; k < n; k++) {
-    MPMContactNode *q = &c->node[at[k] / 2];
+    MPMContactNode *q    = &c->node[at[k] / 2];
     const MPMPair  *pair = &c->pair[q->pair];
 
     if (!k || key[k] != key[k - 1])
-      c->site[c->nsites++] = (MPMContactSite){.copy = at[k] % 2 ? pair->b : pair->a, .ijk = {q->ijk[0], q->ijk[1], q->ijk[2]}};
+      c->site[c->nsites++] = (MPMContactSite){.copy = at[k] % 2 ? pair->b : pair->a,
+                                              .ijk  = {q->ijk[0], q->ijk[1], q->ijk[2]}};
     q->site[at[k] % 2] = c->nsites - 1;
   }
   PetscCall(PetscFree2(key, at));
@@ -755,9 +793,9 @@ static PetscErrorCode MakeSites(Search *s)
 /* Lets a particle tell the nodes of contact of its stencil its part of the weights, and where its matter ends. */
 static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
 {
-  const MPMCore *core = s->core;
-  const MPMGrid *grid = &core->grid;
-  const PetscInt dim  = grid->dim;
+  const MPMCore *core  = s->core;
+  const MPMGrid *grid  = &core->grid;
+  const PetscInt dim   = grid->dim;
   const PetscInt rigid = -1 - s->c->pair[pair].a;
   PetscReal      F[9], units, V[3], own[3] = {0}, from = 0;
   PetscInt       at[3];
@@ -797,7 +835,8 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
     }
     q->weight[side] += (PetscInt64)PetscMax(-MOST, PetscMin(MOST, units * part));
     if (rigid >= 0) /* by the distance and the normal where the particle is */
-      end = PetscMin(from - MPMMatterReaches(core, &s->view, p, F, own, h), MPMMatterArrives(core, &s->view, p, own, V));
+      end = PetscMin(from - MPMMatterReaches(core, &s->view, p, F, own, h),
+                     MPMMatterArrives(core, &s->view, p, own, V));
     else
       end -= MPMMatterReaches(core, &s->view, p, F, n, h);
     for (PetscInt d = 0; d < dim; d++)
@@ -866,7 +905,8 @@ static int InOrder(const void *a, const void *b)
   return i[p->axis] == j[p->axis] ? 0 : i[p->axis] < j[p->axis] ? -1 : 1;
 }
 
-static PetscBool SameColumn(PetscBool flows, const MPMContactNode node[], const MPMContactPart *p, const MPMContactPart *q)
+static PetscBool SameColumn(PetscBool flows, const MPMContactNode node[], const MPMContactPart *p,
+                            const MPMContactPart *q)
 {
   if (flows || p->pair != q->pair || p->axis != q->axis || p->side != q->side) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++)
@@ -892,7 +932,8 @@ static PetscErrorCode MakeParts(MPMContacts *c, PetscInt dim)
 
       for (PetscInt d = 1; d < dim; d++)
         if (PetscSqr(q->n[d]) > PetscSqr(q->n[axis]) + TIE) axis = d;
-      c->part[c->nparts++] = (MPMContactPart){.node = k, .pair = q->pair, .axis = axis, .side = q->n[axis] > 0, .share = {1, 1}};
+      c->part[c->nparts++] = (MPMContactPart){
+          .node = k, .pair = q->pair, .axis = axis, .side = q->n[axis] > 0, .share = {1, 1}};
       continue;
     }
     for (PetscInt d = 0; d < dim; d++) all += PetscMax(0, PetscSqr(q->n[d]) - INCLINES);
@@ -928,10 +969,10 @@ static void SetPlace(const MPMCore *core, MPMContactColumn *to)
 /* Sets normal and gap of a column, and the shares of its parts; returns false if it has no matter on one side. */
 static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
 {
-  const PetscReal dt = core->params.dt;
-  MPMContacts    *c  = core->contacts;
-  const PetscInt axis = c->part[to->first].axis;
-  PetscReal      all[2] = {0}, size = 0, room = PETSC_INFINITY, V[3];
+  const PetscReal dt     = core->params.dt;
+  MPMContacts    *c      = core->contacts;
+  const PetscInt  axis   = c->part[to->first].axis;
+  PetscReal       all[2] = {0}, size = 0, room = PETSC_INFINITY, V[3];
 
   for (PetscInt k = to->first; k < to->last; k++)
     for (int side = 0; side < 2; side++) all[side] += c->part[k].share[side];
@@ -957,7 +998,9 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
   if (!(size > 0)) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++) to->n[d] /= PetscSqrtReal(size);
   if (c->pair[to->pair].flows && to->gap < 0) to->gap *= PUSH;
-  to->least = dt > 0 ? -(c->pair[to->pair].flows ? to->gap : PetscMax(0, to->gap)) / dt : to->gap > 0 ? -PETSC_INFINITY : 0; /* dt 0: no step yet */
+  to->least = dt > 0        ? -(c->pair[to->pair].flows ? to->gap : PetscMax(0, to->gap)) / dt
+              : to->gap > 0 ? -PETSC_INFINITY
+                            : 0; /* dt 0: no step yet */
   if (c->pair[to->pair].a >= 0) return PETSC_TRUE;
   SetPlace(core, to);
   MPMRigidVelocity(&core->rigids.body[-1 - c->pair[to->pair].a], core->grid.dim, to->at, V);
@@ -973,7 +1016,9 @@ static void SetColumns(const MPMCore *core)
   for (PetscInt first = 0, last; first < c->nparts; first = last) {
     MPMContactColumn *to = &c->column[c->ncolumns];
 
-    for (last = first + 1; last < c->nparts && SameColumn(c->pair[c->part[first].pair].flows, c->node, &c->part[first], &c->part[last]);) last++;
+    for (last = first + 1;
+         last < c->nparts && SameColumn(c->pair[c->part[first].pair].flows, c->node, &c->part[first], &c->part[last]);)
+      last++;
     *to = (MPMContactColumn){.first = first, .last = last, .pair = c->part[first].pair, .gap = PETSC_INFINITY};
     if (SetColumn(core, to)) c->ncolumns++;
   }
@@ -1022,97 +1067,12 @@ static PetscErrorCode MarkTouching(Search *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* --- Free rigid bodies at walls ----------------------------------------------------------------------------------- */
-
-/* Adds the place x [3] of a rigid body as one where it may meet the wall of a face, at a distance gap, m. */
-static PetscErrorCode AddStop(MPMCore *core, PetscInt rigid, PetscInt face, const PetscReal x[], PetscReal gap)
-{
-  const MPMFace  *f = &core->params.walls->given[face / 2][face % 2];
-  const PetscReal dt = core->params.dt;
-  MPMContacts    *c = core->contacts;
-  MPMContactStop *to;
-
-  PetscFunctionBeginUser;
-  if (c->nstops == c->stops) {
-    c->stops = 2 * c->stops + 64;
-    PetscCall(PetscRealloc((size_t)c->stops * sizeof *c->stop, &c->stop));
-  }
-  to  = &c->stop[c->nstops++];
-  *to = (MPMContactStop){.rigid = rigid, .face = face, .least = dt > 0 ? -PetscMax(0, gap) / dt : 0};
-  for (PetscInt d = 0; d < 3; d++) to->at[d] = x[d];
-  to->n[face / 2] = face % 2 ? -1 : 1;
-  to->mu          = MPMWallHas(f->type, MPM_WALL_TANGENT)  ? PETSC_INFINITY
-                    : MPMWallHas(f->type, MPM_WALL_BRAKES) ? f->mu
-                                                           : 0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Finds where a free body may meet the wall of a face: of a sphere the lowest place, else the places of its surface that
-   are lower than all others, or nearly so. */
-static PetscErrorCode FindStops(MPMCore *core, PetscInt rigid, PetscInt face)
-{
-  const MPMRigid *r = &core->rigids.body[rigid];
-  const PetscInt  d = face / 2, n = PetscMax(1, r->npoints);
-  PetscReal       plane, sign, lowest = PETSC_INFINITY;
-
-  PetscFunctionBeginUser;
-  MPMWallPlane(core->params.walls, &core->grid, face, &plane, &sign);
-  for (int round = 0; round < 2; round++)
-    for (PetscInt k = 0; k < n; k++) {
-      PetscReal x[3], at;
-
-      if (r->npoints)
-        MPMRigidPlace(r, r->points + 3 * k, x);
-      else {
-        for (PetscInt e = 0; e < 3; e++) x[e] = r->pivot[e] + r->place[e];
-        x[d] -= sign * r->shape->radius;
-      }
-      at = sign * (x[d] - plane);
-      if (!round) lowest = PetscMin(lowest, at);
-      if (round && lowest < core->grid.h[d] && at < lowest + LOWEST * core->grid.h[d]) PetscCall(AddStop(core, rigid, face, x, at));
-    }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Stops the run if a free body meets another rigid one. */
-static void CheckMeeting(MPMCore *core, PetscInt rigid)
-{
-  const MPMRigid *r = &core->rigids.body[rigid];
-
-  for (PetscInt q = 0; q < core->rigids.n && !core->stop[0]; q++)
-    for (PetscInt k = 0; k < PetscMax(1, r->npoints) && q != rigid && !core->stop[0]; k++) {
-      PetscReal x[3], n[3], at;
-
-      for (PetscInt d = 0; d < 3; d++) x[d] = r->pivot[d] + r->place[d];
-      if (r->npoints) MPMRigidPlace(r, r->points + 3 * k, x);
-      at = MPMRigidDistance(&core->rigids.body[q], core->grid.dim, x, n) - (r->npoints ? 0 : r->shape->radius);
-      if (at < 0)
-        (void)snprintf(core->stop, sizeof core->stop,
-                       "rigid bodies %s and %s meet at (%g, %g, %g); contact between rigid bodies is not built: make one of "
-                       "them of matter, or keep them apart",
-                       r->name, core->rigids.body[q].name, (double)x[0], (double)x[1], (double)x[2]);
-    }
-}
-
-static PetscErrorCode FindAllStops(MPMCore *core)
-{
-  PetscFunctionBeginUser;
-  core->contacts->nstops = 0;
-  for (PetscInt k = 0; k < core->rigids.n; k++) {
-    if (!core->rigids.body[k].free) continue;
-    for (PetscInt face = 0; face < 2 * core->grid.dim; face++)
-      if (MPMWallHas(core->params.walls->given[face / 2][face % 2].type, MPM_WALL_NORMAL)) PetscCall(FindStops(core, k, face));
-    CheckMeeting(core, k);
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode MPMContactsFind(MPMCore *core)
 {
   const PetscInt fields = MPM_BIT(x) | MPM_BIT(v) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(kind) | MPM_BIT(rim) | MPM_BIT(l);
   const PetscInt nodes  = MPMPatchNodes(&core->exchange.patch);
   Search         s      = {.core = core, .c = core->contacts};
-  PetscBool      any = PETSC_FALSE;
+  PetscBool      any    = PETSC_FALSE;
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < core->params.nkinds; k++) {
@@ -1121,14 +1081,14 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
 
     for (PetscInt d = 0; d < core->grid.dim; d++) full *= 0.5 / kind->l[d];
     for (PetscInt q = 0; q < s.c->npairs && !MPMMaterialKeepsShape(&core->params.materials[kind->material]); q++)
-      if (s.c->pair[q].a >= 0 && (s.c->pair[q].a == kind->copy || s.c->pair[q].b == kind->copy)) s.c->pair[q].flows = PETSC_TRUE;
+      if (s.c->pair[q].a >= 0 && (s.c->pair[q].a == kind->copy || s.c->pair[q].b == kind->copy))
+        s.c->pair[q].flows = PETSC_TRUE;
     s.full[kind->copy] = PetscMax(s.full[kind->copy], full);
   }
   s.c->nnodes = s.c->nsites = s.c->nparts = s.c->ncolumns = 0;
   PetscCall(PetscFree(core->exchange.light.held));
   for (PetscInt d = 0; d < core->grid.dim; d++)
     s.reach = PetscMax(s.reach, (0.5 * MPMBasisNodes(core->basis) + 1) * core->grid.h[d]);
-  PetscCall(FindAllStops(core));
   PetscCall(FindTiles(&s, &any));
   if (any || core->rigids.n) {
     PetscCall(MPMParticlesGetView(&core->particles, fields, &s.view));

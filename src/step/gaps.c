@@ -139,7 +139,7 @@ static void SetLeast(const MPMCore *core, PetscInt k)
   const PetscBool moves = core->params.walls->given[k / 2][k % 2].type == MPM_WALL_piston ? PETSC_TRUE : PETSC_FALSE;
   PetscReal      *gap = core->gaps->gap + core->gaps->first[k], *rest = gap + core->gaps->n;
   PetscReal      *least = core->gaps->least + core->gaps->first[k];
-  const PetscReal dt = core->params.dt;
+  const PetscReal dt    = core->params.dt;
 
   for (PetscInt i = 0; i < MPMFaceNodes(grid, k / 2); i++) {
     PetscInt  ijk[3] = {0}, rest_of = i;

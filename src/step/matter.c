@@ -2,8 +2,9 @@
 #include "physics/extent.h"
 #include "step/matter.h"
 
-#define FACES 0.25 /* squared cosine of the angle from -n within which a surface is turned to what it meets: 60 degrees */
-#define STEEP 0.1  /* cells */
+#define FACES                                                                                                          \
+  0.25 /* squared cosine of the angle from -n within which a surface is turned to what it meets: 60 degrees */
+#define STEEP 0.1 /* cells */
 
 static const MPMMaterial *MaterialOf(const MPMCore *core, const MPMView *view, PetscInt p)
 {
@@ -29,10 +30,10 @@ PetscReal MPMMatterDeformation(const MPMCore *core, const MPMView *view, PetscIn
 PetscReal MPMMatterReaches(const MPMCore *core, const MPMView *view, PetscInt p, const PetscReal F[],
                            const PetscReal n[], PetscReal h)
 {
-  const int       dim  = (int)core->grid.dim;
-  const MPMKind  *kind = MPMKindOf(core->params.kinds, view, p);
-  const PetscReal *rim = view->rim + p * dim;
-  PetscReal       half[3] = {0}, cofactor[9], turned[3] = {0}, size = 0, far = 0, along = 0, ahead, most;
+  const int        dim     = (int)core->grid.dim;
+  const MPMKind   *kind    = MPMKindOf(core->params.kinds, view, p);
+  const PetscReal *rim     = view->rim + p * dim;
+  PetscReal        half[3] = {0}, cofactor[9], turned[3] = {0}, size = 0, far = 0, along = 0, ahead, most;
 
   for (int d = 0; d < dim; d++) half[d] = kind->l[d] * core->grid.h[d];
   MPMCofactor(dim, F, cofactor); /* J F^-T turns normals of surfaces */

@@ -83,6 +83,14 @@ PetscErrorCode MPMContactsDestroy(MPMCore *);
 PetscErrorCode MPMContactsFind(MPMCore *);
 PetscErrorCode MPMContactsAfter(MPMCore *, const MPMPhase *);
 
+/* Rigid bodies that are free (rigid.c). MPMRigidsBegin gives them gravity's impulse, and finds where they stand on walls at the
+   present positions; MPMRigidsStand lets walls act once, and returns the largest change of a velocity, m/s; MPMRigidsCheck
+   says in core->stop if two of them meet, or if one has left the grid. Not collective. */
+PetscErrorCode MPMRigidsDestroy(MPMCore *);
+PetscErrorCode MPMRigidsBegin(MPMCore *);
+PetscReal      MPMRigidsStand(MPMCore *);
+void           MPMRigidsCheck(MPMCore *);
+
 /* What acts on surfaces after a phase of nodes: contact, then pistons (step.c). Collective on exchange.data. */
 PetscErrorCode MPMSurfacesAfter(MPMCore *, const MPMPhase *);
 

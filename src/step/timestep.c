@@ -44,7 +44,8 @@ void MPMDamp(MPMCore *core, const MPMMethod *method)
 }
 
 /* Returns the fixed dt, if there is one, else cfl h/(c + |v|) of the present state, but at most cfl times the bound by
-   viscosity, and at most the time in which gravity moves a particle from rest by a tenth of a cell. */
+   viscosity, and at most the time in which gravity moves a particle from rest by a tenth of a cell, or a rigid body that moves comes half
+   a cell far. */
 PetscReal MPMTimeStep(const MPMCore *core, const MPMTime *time)
 {
   const PetscReal h  = MPMGridSmallestH(&core->grid);
@@ -54,5 +55,10 @@ PetscReal MPMTimeStep(const MPMCore *core, const MPMTime *time)
   for (PetscInt d = 0; d < core->grid.dim; d++) g2 += core->params.gravity[d] * core->params.gravity[d];
   dt = time->cfl * h / (PetscSqrtReal(core->status.c2) + PetscSqrtReal(core->status.v2));
   dt = PetscMin(dt, time->cfl * MPMViscousStep(core));
+  for (PetscInt k = 0; k < core->rigids.n; k++) {
+    const PetscReal speed = MPMRigidSpeed(&core->rigids.body[k]);
+
+    if (speed * dt > 0.5 * h) dt = 0.5 * h / speed;
+  }
   return g2 > 0 ? PetscMin(dt, PetscSqrtReal(0.2 * h / PetscSqrtReal(g2))) : dt;
 }

@@ -64,9 +64,9 @@ void MPMNodesVolume(const MPMParams *par, const MPMPatch *patch, const MPMNodes 
     const PetscInt ijk[3] = {r->ijk[0] + i, r->ijk[1], r->ijk[2]};
 
     for (PetscInt d = 0; d < dim; d++)
-      space *= grid->h[d] *
-               (grid->periodic[d] ? 1 : MPMBasisIntegral(patch->basis, MPMGridFold(grid, d, ijk[d]), grid->cells[d],
-                                                        grid->wall_basis[d]));
+      space *= grid->h[d] * (grid->periodic[d] ? 1
+                                               : MPMBasisIntegral(patch->basis, MPMGridFold(grid, d, ijk[d]),
+                                                                  grid->cells[d], grid->wall_basis[d]));
     for (PetscInt c = 0; c < nc; c++) motion[c] = 0;
     motion[0] = space > 0 ? n->m / space : 1;
     motion[1] = n->p[0] > 0 ? n->p[1] / n->p[0] : 0;

@@ -1,0 +1,129 @@
+/* snapshot_nodes.c - the nodes of the grid in snapshots. */
+#include "parallel/exchange.h"
+#include "results/rows.h"
+#include "step/step.h"
+#if defined(PETSC_HAVE_HDF5)
+
+void MPMNodesBetween(const MPMGrid *grid, hsize_t extent[3])
+{
+  for (PetscInt d = 0; d < 3; d++)
+    extent[2 - d] = (hsize_t)(d < grid->dim ? grid->cells[d] - grid->periodic[d] : 0) + 1;
+}
+
+/* Returns the numbers of a group [components] at a node of the patch's arrays, whose access is open. */
+static const PetscReal *NumbersOf(const MPMPatch *patch, const MPMNodeGroup *group, PetscInt node)
+{
+  const PetscInt   dim  = patch->grid->dim;
+  const PetscReal *from = patch->motion + node * MPM_MOTION_NC(dim);
+
+  for (const MPMNodeGroup *g = MPMNodeGroups; g < group; g++)
+    if (g->home == MPM_IS_MOTION) from += g->components(dim);
+  if (group->home != MPM_IS_MOTION)
+    from = (PetscReal *)(patch->node + group->at / MPM_NODE_NC * MPMPatchNodes(patch) + node) + group->at % MPM_NODE_NC;
+  return from;
+}
+
+/* The nodes of a copy that this process owns between the walls: their rows, and for each its number in the patch's arrays,
+   or -1 where no particle touches it. */
+typedef struct {
+  PetscInt n, *node;
+  MPMRows  rows;
+} CopyRows;
+
+/* Finds them. Collective on the exchange. */
+static PetscErrorCode CopyRowsCreate(const MPMCore *core, PetscInt copy, CopyRows *c)
+{
+  const MPMGrid  *grid  = &core->grid;
+  const MPMPatch *patch = &core->exchange.patch;
+  PetscInt        lo[3], n[3], from[3], at = 0, *row, *node;
+  hsize_t         extent[3];
+
+  PetscFunctionBeginUser;
+  MPMNodesBetween(grid, extent);
+  for (PetscInt d = 0; d < 3; d++) {
+    from[d] = patch->own_lo[d] - MPMGridFirst(grid, d, copy);
+    lo[d]   = PetscMax(from[d], 0);
+    n[d]    = PetscMax(0, PetscMin(from[d] + patch->own_n[d], (PetscInt)extent[2 - d]) - lo[d]);
+    from[d] += patch->lo[d] - patch->own_lo[d];
+  }
+  PetscCall(PetscMalloc1(n[0] * n[1] * n[2], &row));
+  PetscCall(PetscMalloc1(n[0] * n[1] * n[2], &node));
+  for (PetscInt k = lo[2]; k < lo[2] + n[2]; k++)
+    for (PetscInt j = lo[1]; j < lo[1] + n[1]; j++)
+      for (PetscInt i = lo[0]; i < lo[0] + n[0]; i++, at++) {
+        const PetscInt  line = (k - from[2]) * patch->n[1] + j - from[1], x = i - from[0];
+        const PetscBool touched = x >= patch->span[line].first && x < patch->span[line].last ? PETSC_TRUE : PETSC_FALSE;
+
+        row[at]  = (k * (PetscInt)extent[1] + j) * (PetscInt)extent[2] + i;
+        node[at] = touched ? line * patch->n[0] + x : -1;
+      }
+  PetscCall(MPMRowsCreate(core->exchange.data, (PetscInt)(extent[0] * extent[1] * extent[2]), at, row, &c->rows));
+  PetscCall(PetscFree(row));
+  c->n    = at;
+  c->node = node;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds the numbers of a group of nodes, of copy after copy, to the rows sorted [components]; those of its motion are means by
+   mass where there are several copies, and mass has what it is so far. Collective on the exchange. */
+static PetscErrorCode AddCopies(MPMCore *core, const MPMNodeGroup *g, const CopyRows *copies, PetscReal *sorted)
+{
+  const MPMPatch *patch   = &core->exchange.patch;
+  const PetscInt  ncopies = PetscMax(1, core->grid.copies), wide = g->components(3), n = copies->rows.n;
+  const PetscBool mean = g->home == MPM_IS_MOTION && ncopies > 1 ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal      *all, *part, *mass;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscCalloc2((wide + 1) * n, &part, n, &mass));
+  for (const CopyRows *c = copies; c < copies + ncopies; c++) {
+    PetscCall(PetscCalloc1((wide + 1) * c->n, &all));
+    PetscCall(MPMExchangeOpenNodes(core));
+    for (PetscInt q = 0; q < c->n; q++) {
+      const PetscReal m = mean && c->node[q] >= 0 ? patch->node[c->node[q]].m : 1;
+
+      all[(wide + 1) * q + wide] = mean && c->node[q] < 0 ? 0 : m;
+      for (PetscInt k = 0; k < g->components(core->grid.dim) && c->node[q] >= 0; k++)
+        all[(wide + 1) * q + k] = m * NumbersOf(patch, g, c->node[q])[k];
+    }
+    PetscCall(MPMExchangeCloseNodes(core));
+    PetscCall(MPMRowsSend(&c->rows, wide + 1, all, part));
+    for (PetscInt q = 0; q < n; q++) {
+      for (PetscInt k = 0; k < wide; k++) sorted[wide * q + k] += part[(wide + 1) * q + k];
+      mass[q] += part[(wide + 1) * q + wide];
+    }
+    PetscCall(PetscFree(all));
+  }
+  for (PetscInt q = 0; q < n && mean; q++)
+    for (PetscInt k = 0; k < wide && mass[q] > 0; k++) sorted[wide * q + k] /= mass[q];
+  PetscCall(PetscFree2(part, mass));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMNodesWrite(MPMCore *core, MPMFile *file, PetscInt *set)
+{
+  const PetscInt ncopies = PetscMax(1, core->grid.copies);
+  CopyRows       copies[MPM_MAX_COPIES];
+
+  PetscFunctionBeginUser;
+  PetscCall(MPMStepNodes(core));
+  for (PetscInt c = 0; c < ncopies; c++) PetscCall(CopyRowsCreate(core, c, &copies[c]));
+  for (const MPMNodeGroup *g = MPMNodeGroups; g->name; g++) {
+    const PetscInt wide = g->components(3);
+    PetscReal     *sorted;
+
+    if (!g->dataset[0]) continue;
+    PetscCall(PetscCalloc1(wide * copies->rows.n, &sorted));
+    PetscCall(AddCopies(core, g, copies, sorted));
+    PetscCall(MPMFileWrite(file, (*set)++, wide * copies->rows.first, wide * copies->rows.n, sorted));
+    PetscCall(PetscFree(sorted));
+  }
+  for (PetscInt c = 0; c < ncopies; c++) {
+    PetscCall(PetscFree(copies[c].node));
+    PetscCall(PetscSFDestroy(&copies[c].rows.sf));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+#else
+typedef int MPMSnapshotNodesNothing; /* a file must not be empty */
+#endif

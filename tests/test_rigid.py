@@ -1,0 +1,195 @@
+"""Rigid bodies (-body_<b>_rigid): a block slides on a floor that is inclined by three angles; a fixed floor bears the weight of
+what rests on it, and feels nothing early; a roller that turns drives a plate; the balance of energy closes where a ram moves; a free
+disk and a free ball roll and slide on a wall as the formulas say, a box comes to rest; momentum is kept where a free body
+strikes; bodies that meet stop the run. The bits are the same on any number of processes, with a pool, after a restart and
+after retries.
+
+usage: test_rigid.py PEBBLE SOURCE MPIEXEC
+"""
+import numpy as np
+
+import check
+
+check.arguments(__doc__, 0)
+QUIET = "-output_format none -report_indicator false".split()
+SOFT = ["-materials m", "-material_m_model neohookean", "-material_m_rho 1000", "-material_m_E 1e6", "-material_m_nu 0.3"]
+
+
+def words(values):
+    return ",".join(repr(float(v)) for v in values)
+
+
+def grid(lower, upper, h):
+    cells = [round((b - a) / h) for a, b in zip(lower, upper)]
+    return [f"-dim {len(cells)}", "-grid_lower " + words(lower), "-grid_upper " + words(a + c * h for a, c in zip(lower, cells)), "-grid_cells " + ",".join(map(str, cells))]
+
+
+def box(name, lower, upper, *more):
+    return [f"-body_{name}_shape box", f"-body_{name}_lower {words(lower)}", f"-body_{name}_upper {words(upper)}", *(f"-body_{name}_{word}" for word in more)]
+
+
+def run(name, lines, *more, n=1):
+    """Runs a scene of these lines; returns its history and the run."""
+    path = check.write(name + ".opts", ["-history_bodies all", *lines])
+    done = check.must("-options_file", path, *QUIET, "-output_name", name, *more, n=n)
+    return check.history(f"output/{name}.csv"), done
+
+
+def slope(tilt, mu, h=1 / 12, end=0.6):
+    """A block of 1 x 0.5 on a plane, with gravity at 30 degrees from its normal; all turned by `tilt`. Returns its way by the exact one,
+    and how far it leaves the plane, in cells."""
+    turn = np.array([[np.cos(np.radians(tilt)), -np.sin(np.radians(tilt))], [np.sin(np.radians(tilt)), np.cos(np.radians(tilt))]])
+    corners = [turn @ at for at in ([-0.5, 0], [0.5, 0], [0.5, 0.5], [-0.5, 0.5])]
+    lines = grid([-2, -1], [3, 3], h) + SOFT + [
+        "-gravity " + words(turn @ [5, -10 * 0.75 ** 0.5]), "-bodies block,floor", "-body_block_material m", "-body_block_shape polygon",
+        '-body_block_vertices "' + " ".join(f"{float(x)!r},{float(y)!r}" for x, y in corners) + '"',
+        "-body_floor_rigid fixed", "-body_floor_shape halfspace", "-body_floor_point 0,0", "-body_floor_normal " + words(turn @ [0, 1]), f"-body_floor_mu {mu}", f"-time_end {end}"]
+    found, _ = run("slope", lines)
+    way, off = turn.T @ [found["center_block_x"][-1] - found["center_block_x"][0], found["center_block_y"][-1] - found["center_block_y"][0]]
+    return way / (5 * end ** 2 * (0.5 - mu * 0.75 ** 0.5)), off / h
+
+
+def check_slope():
+    for tilt in (0, 17, 45):
+        way, off = slope(tilt, 0.3)
+        check.that(abs(way - 1) < 0.03 and abs(off) < 0.1, f"a block slides on a floor inclined by {tilt} degrees: {way:.4f} of the exact way, {off:+.3f} cells off the floor")
+
+
+def rest(*more):
+    """A block on a fixed floor between the lines of the grid."""
+    return grid([0, 0], [3, 2], 0.1) + SOFT + ["-gravity 0,-10", "-bodies block,floor", *box("block", [1, 0.53], [2, 1.03], "material m"),
+                                             *box("floor", [0, 0.1], [3, 0.53], "rigid fixed", "mu 0.3"), *more]
+
+
+def check_weight():
+    found, done = run("rest", rest("-damping_kinetic", "-time_end 0.6", "-history_energy"))
+    late = found["time"] > 0.3
+    load, moment = found["reaction_floor_y"][late].mean(), found["torque_floor_z"][late].mean()
+    check.that(abs(load / 5000 - 1) < 0.01 and abs(moment) < 0.01 * 5000 and done.find("^rigid +(floor: box, fixed, friction 0.3)$"),
+               f"a floor bears the weight of a block: {load / 5000:.5f} of it, torque about its middle {moment:.2g} N m")
+    check.fault(None if not found["work_floor"].any() and "energy_rigid" not in found else "a fixed floor does work")
+    fall, _ = run("fall", rest("-time_end 0.3", "-history_every 0"), "-body_block_lower", "1,0.83", "-body_block_upper", "2,1.33")
+    touches = fall["time"][np.nonzero(fall["reaction_floor_y"])[0][0]]
+    check.that(abs(touches - (0.6 / 10) ** 0.5) < 0.01, f"a block that falls feels the floor {touches - 0.06 ** 0.5:+.4f} s after it meets it")
+
+
+def check_spin():
+    """Rollers, of a radius of 18 cells, under a plate: it gets the speed of their rims."""
+    lines = grid([0, 0], [3, 1.5], 0.05) + SOFT + ["-gravity 0,-10", "-bodies plate,left,right", *box("plate", [1, 1], [2.4, 1.3], "material m"), "-time_end 0.5"]
+    for name, x in (("left", 1.3), ("right", 2.1)):
+        lines += [f"-body_{name}_{word}" for word in ("shape sphere", f"center {x},0.1", "radius 0.9", "rigid moving", "mu 0.5", "spin -1/3", f"pivot {x},0.1")]
+    found, _ = run("rollers", lines)
+    speed = found["momentum_plate_x"][-20:].mean() / found["mass_plate"][-1]
+    check.that(abs(speed / 0.3 - 1) < 0.1 and abs(found["angle_left_z"][-1] + 0.5 / 3) < 1e-12, f"rollers give a plate {speed:.4f} m/s of their 0.3, turned by {found['angle_left_z'][-1]:.4f}")
+
+
+def check_energy():
+    """A rigid ram presses a block on a rigid floor; the balance closes as it does with a wall that moves."""
+    for update, transfer in (("usl", "aflip"), ("musl", "flip"), ("usf", "apic"), ("usl", "afmpm")):
+        lines = rest(*box("ram", [0.8, 1.03], [2.2, 1.5], "rigid moving", 'velocity "0, -0.2*sin(5*t)"', "mu 0.3"),
+                     "-time_end 0.3", "-history_energy", f"-method_update {update}", f"-method_transfer {transfer}")
+        found, _ = run("ram", lines, "-gravity", "0,0", "-bodies", "block,floor,ram")
+        work, off = found["energy_rigid"][-1], np.abs(found["energy_integration"]).max()
+        same = abs(found["work_ram"][-1] + found["work_floor"][-1] - work)
+        check.that(work > 100 and off < (0.05 if update == "usf" else 0.02) * work and same < 1e-9 * work, f"a ram, {update} {transfer}: work {work:.2f} J, of which {off:.3f} J are not explained; friction {found['energy_friction'][-1]:.3f} J")
+
+
+def free(dim, *more, wall="friction", end=1.0):
+    """A free body above a wall, and a crumb of matter far away from it."""
+    up = [8, 2, 2][:dim]
+    return grid([0] * dim, up, 0.25) + SOFT + ["-bodies crumb,b", *box("crumb", [7.5, 0, 0][:dim], [8, 0.5, 0.5][:dim], "material m"), f"-bc_ymin_type {wall}", "-bc_xmax_type slip",
+                                              f"-time_end {end}", "-body_b_rigid free", "-body_b_rho 1000", *more]
+
+
+def check_rolls():
+    for dim, name, inertia in ((2, "disk", 0.5), (3, "ball", 0.4)):
+        for angle, mu in ((30, 0.5), (45, 0.2)):
+            down, across = 10 * np.sin(np.radians(angle)), 10 * np.cos(np.radians(angle))
+            found, _ = run("rolls", free(dim, "-gravity " + words([down, -across, 0][:dim]), f"-bc_ymin_mu {mu}", "-body_b_shape sphere", "-body_b_center " + words([1, 0.5, 1][:dim]), "-body_b_radius 0.5"),
+                           "-dt_size", 1e-3)
+            rolls = mu * across > down / (1 + 1 / inertia)
+            way, spin = (down / (1 + inertia) / 2, down / (1 + inertia) / 0.5) if rolls else ((down - mu * across) / 2, mu * across / inertia / 0.5)
+            x, w = (found["pivot_b_x"][-1] - 1) / way, -found["spin_b_z"][-1] / spin
+            check.that(abs(x - 1) < 2e-3 and abs(w - 1) < 2e-3 and abs(found["pivot_b_y"] - 0.5).max() < 1e-9, f"a free {name} {'rolls' if rolls else 'slides'}: way {x:.5f}, spin {w:.5f} of the exact ones")
+
+
+def check_box():
+    found, _ = run("tumbles", free(2, "-gravity 0,-10", "-bc_ymin_mu 0.5", "-body_b_velocity 1,0", "-body_b_spin 3", *box("b", [1, 1], [2, 1.5]), end=1.6), "-dt_size", 2e-3)
+    mass, inertia = 500, 500 * 1.25 / 12
+    energy = mass / 2 * (found["velocity_b_x"] ** 2 + found["velocity_b_y"] ** 2) + inertia / 2 * found["spin_b_z"] ** 2 + 10 * mass * found["pivot_b_y"]
+    flies = found["time"] < 0.2
+    check.that(np.diff(energy).max() < 1e-9 * energy[0] and abs(found["pivot_b_y"][-1] - 0.25) < 1e-6 and np.abs(found["angle_b_z"][flies] - 3 * found["time"][flies]).max() < 1e-12,
+               f"a free box tumbles on a wall and lies at {found['pivot_b_y'][-1]:.6f} m; its energy never grows")
+
+
+STRIKES = grid([0, 0], [3, 2], 0.05) + SOFT + [
+    "-bodies block,disk", *box("block", [1.5, 0.5], [2, 1.5], "material m"), "-time_end 0.3", "-body_disk_rigid free", "-body_disk_shape sphere", "-body_disk_center 1.2,1.1",
+    "-body_disk_radius 0.25", "-body_disk_rho 2000", "-body_disk_velocity 1,0.3", "-body_disk_mu 0.3", "-body_disk_spin 2"]
+
+
+def check_strikes():
+    mass = 2000 * np.pi / 16
+    for update, transfer in (("usl", "aflip"), ("musl", "flip"), ("usf", "apic"), ("usl", "afmpm"), ("usl", "xpic")):
+        found, _ = run("strikes", STRIKES, "-method_update", update, "-method_transfer", transfer)
+        p = np.array([found["momentum_block_" + axis] + mass * found["velocity_disk_" + axis] for axis in "xy"])
+        off, given = np.abs(p - p[:, :1]).max() / p[0, 0], found["momentum_block_x"][-1] / p[0, 0]
+        check.that(off < 1e-12 and given > 0.6, f"a free disk strikes a block, {update} {transfer}: it gives {given:.3f} of its momentum, the sum changes by {off:.0e}")
+
+
+def check_ends():
+    meet = check.pebble("-options_file", check.write("meet.opts", STRIKES + box("stop", [0, 1.38], [1.4, 1.5], "rigid fixed")), *QUIET, "-bodies", "block,disk,stop")
+    check.that(meet.status == 3 and "the rigid bodies disk and stop meet at t=" in meet.err, f"rigid bodies that meet: {meet.err.strip()}")
+    gone = check.pebble("-options_file", check.write("gone.opts", STRIKES), *QUIET, "-body_disk_velocity", "-20,0")
+    check.that(gone.status == 3 and "the rigid body disk left the grid, to x = " in gone.err, f"a free body that leaves the grid: {gone.err.strip()}")
+    lines = rest("-time_end 0.3", *box("ram", [0.8, 1.3], [2.2, 1.5], "rigid moving", 'velocity "0, 0.01/(t < 0.1)"'))
+    nan = check.pebble("-options_file", check.write("nan.opts", lines), *QUIET, "-bodies", "block,floor,ram")
+    check.that(nan.status == 3 and "-body_ram_velocity is not finite at t = 0.1" in nan.err, f"a formula that ends: {nan.err.strip()}")
+
+
+def check_many():
+    lines = rest("-time_end 1e-3")
+    for k in range(8):
+        lines += box(f"r{k}", [0.1 * k, 1.7], [0.1 * k + 0.05, 1.8], "rigid fixed")
+    _, done = run("many", lines, "-bodies", "block,floor," + ",".join(f"r{k}" for k in range(8)))
+    check.that(done.find("^rigid +(and 1 more)$"), "of nine rigid bodies eight have a line at the start")
+
+
+def check_equal():
+    """The same bits on any number of processes, with a pool, both migrations, less lanes, after a restart and after retries, of the history too."""
+    path = check.write("equal.opts", ["-history_bodies all"] + STRIKES + box("paddle", [2.1, 0.9], [2.2, 1.8], "rigid moving", "spin 2*cos(t)", "pivot 2.15,1.3", "mu 0.2"))
+    options = ["-options_file", path, *QUIET, "-bodies", "block,disk,paddle", "-time_end", 0.15, "-history_energy"]
+
+    def digest(name, *more, **how):
+        done = check.must(*options, "-output_name", name, *more, **how)
+        with open(f"output/{name}.csv") as file:
+            return done.digest, file.read()
+
+    one, others = digest("one"), {}
+    for n in (2, 3):
+        others[f"{n} processes"] = digest(f"on{n}", n=n)
+    others["pool"] = digest("pool", "-parallel_strategy", "pool", n=3)
+    others["direct"] = digest("direct", "-parallel_migrate", "direct", n=3)
+    others["2 lanes"] = digest("lanes", lanes=2)
+    digest("again", "-time_max_steps", 40, "-checkpoint_every", 1e30, n=2)
+    others["restart"] = digest("again", "-restart_file", "latest", n=3)
+    wrong = [name for name, found in others.items() if found[0] != one[0] or (found[1] != one[1] and name != "restart")]
+    check.that(not wrong, f"the bits of one process also on {', '.join(others)}; not on {', '.join(wrong) or 'none'}")
+    last = [text[1].splitlines()[-1] for text in (one, others["restart"])]
+    check.that(last[0] == last[1], "the last line of the history after a restart, with place, turn and work of the bodies")
+    hasty = ["-dt_size", 0.0016, "-check_state", "retry", "-check_energy", 0.1, "-time_max_steps", 50]
+    tried = [check.must(*options, "-output_name", f"tried{n}", *hasty, n=n) for n in (1, 3)]
+    undone = tried[0].find(r"^retries +(\d+) tries")
+    check.that(undone and int(undone) > 0 and tried[0].digest == tried[1].digest, f"the same bits on 1 and 3 processes with {undone} steps undone")
+
+
+check_slope()
+check_weight()
+check_spin()
+check_energy()
+check_rolls()
+check_box()
+check_strikes()
+check_ends()
+check_many()
+check_equal()
+check.end()
