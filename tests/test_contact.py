@@ -136,6 +136,17 @@ def check_stack():
     check.that(abs(load - 1) < 0.02 and abs(low - 1.025 + 0.01) < 0.006, f"a stack of three blocks: {load:.4f} of its weight on the floor, its top one at {low:.4f} m")
 
 
+def check_piston():
+    """The reaction of a piston at rest beside a body of two cells is the force that another piston presses through it."""
+    lines = boxes(2, [16, 24], 0.125, {"m": (1000, 1e6, 0)}, {"a": ("m", [0.5, 0], [1.5, 0.25], [0, 0]), "b": ("m", [0.5, 0.25], [1.5, 1.25], [0, 0])},
+                  "-bc_ymin_type piston", "-bc_ymin_velocity 0", "-bc_ymax_type piston", "-bc_ymax_velocity -0.1", "-bc_ymax_distance 1.75", "-damping_time 0.05",
+                  "-time_end 0.3", "-history_walls ymin,ymax")
+    h, _ = run("piston", lines, "-contact_mu", 0.3, "-history_every", 0.05)
+    alone, _ = run("alone_piston", lines, "-history_every", 0.05)
+    share = h["reaction_ymin_y"][-1] / alone["reaction_ymin_y"][-1]
+    check.that(abs(share - 1) < 0.01, f"the reaction of a piston beside contact is {share:.4f} of that without contact")
+
+
 def check_equal():
     """The same bits on any number of processes, with pool, both migrations, less lanes, after restart and retries."""
     words = ["-contact_mu", 0.3, "-time_end", 2.2, "-body_disk1_velocity", "0.12,0.08"]
@@ -157,5 +168,6 @@ check_disks()
 check_apart()
 check_glued()
 check_stack()
+check_piston()
 check_equal()
 check.end()

@@ -328,6 +328,39 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Compares a site with the node ijk [3] of a copy: sites are in the sequence of copies, rows and places in these. */
+static int Compare(const MPMContactSite *site, PetscInt copy, const PetscInt ijk[])
+{
+  if (site->copy != copy) return site->copy < copy ? -1 : 1;
+  for (PetscInt d = 2; d >= 0; d--)
+    if (site->ijk[d] != ijk[d]) return site->ijk[d] < ijk[d] ? -1 : 1;
+  return 0;
+}
+
+void MPMContactsGave(const MPMCore *core, const PetscInt ijk[], PetscReal dv[])
+{
+  const MPMGrid     *grid = &core->grid;
+  const MPMContacts *c    = core->contacts;
+  const PetscInt     copy = MPMGridCopy(grid, ijk[grid->stack]);
+  PetscInt           lo = 0, hi = c->nsites, at[3] = {0};
+
+  for (PetscInt d = 0; d < grid->dim; d++) {
+    at[d] = MPMGridFold(grid, d, ijk[d]);
+    dv[d] = 0;
+  }
+  while (hi - lo > 0) {
+    const PetscInt middle = (lo + hi) / 2;
+    const int      order  = Compare(&c->site[middle], copy, at);
+
+    if (order < 0)
+      lo = middle + 1;
+    else
+      hi = middle;
+  }
+  if (lo == c->nsites || Compare(&c->site[lo], copy, at) || !(c->site[lo].m > 0)) return;
+  for (PetscInt d = 0; d < grid->dim; d++) dv[d] = c->site[lo].v[d] - c->site[lo].was[d];
+}
+
 PetscErrorCode MPMSurfacesAfter(MPMCore *core, const MPMPhase *phase)
 {
   PetscFunctionBeginUser;

@@ -138,22 +138,24 @@ static void WallVelocity(const MPMCore *core, const Touch *t, PetscReal V[])
   }
 }
 
-/* Adds what the walls of a node did in the advance; v, a: its motion after it. u is the mean velocity of energy.c,
+/* Adds what the walls of node ijk [3] did in the advance, less what contact did; v, a: its motion after it. u is the mean velocity of energy.c,
    along which the impulse does its work. n->p still is the momentum that the particles gave. */
-static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, PetscReal met, const PetscReal v[])
+static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, PetscReal met, const PetscInt ijk[],
+                       const PetscReal v[])
 {
   const MPMParams    *par  = &core->params;
   const MPMReactions *r    = core->reactions;
   const PetscReal     flip = r->filter >= 0 || r->correct >= 0 ? 1 : par->flip, *a = v + core->grid.dim;
-  PetscReal           J[3], W[3];
+  PetscReal           J[3], W[3], contact[3] = {0};
 
+  if (core->contacts) MPMContactsGave(core, ijk, contact);
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     const PetscReal other = n->f[d] / n->m + par->gravity[d], wall = par->kick * n->m * (a[d] - other);
     const PetscReal before = v[d] - par->kick * a[d],
                     u      = before + (core->energy.mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0),
                     work   = MPMEnergyWall(par, n, d, a[d], u, MPMNodeStopped(met, d) ? v[d] : u);
 
-    J[d] = flip * wall + (1 - flip) * (n->m * v[d] - n->p[d] - par->kick * n->m * other);
+    J[d] = flip * wall + (1 - flip) * (n->m * v[d] - n->p[d] - par->kick * n->m * other) - n->m * contact[d];
     W[d] = (core->energy.mean == MPM_MEAN_AGAIN ? 0.5 : 1) * par->kick * n->m * work;
     W[d] += (1 - flip) * (n->m * before - n->p[d]) * before; /* what a wall gave before; 0 unless it moves */
   }
@@ -232,7 +234,7 @@ PetscErrorCode MPMReactionsPhase(MPMCore *core, PetscInt k, PetscBool begins)
     if (begins)
       PetscCall(Keep(core, at, v));
     else if (advance)
-      AddAdvance(core, &touch, n, met, v);
+      AddAdvance(core, &touch, n, met, ijk, v);
     else if (again)
       AddAgain(core, &touch, n, met, v);
     else
