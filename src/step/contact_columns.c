@@ -1,9 +1,6 @@
 /* contact_columns.c - the columns in which nodes of contact act (contact.c): their parts, normals and gaps. */
 #include "step/contact_search.h"
 
-#define PUSH                                                                                                           \
-  3e-4 /* of the depth to which single particles of what flows have crept into the other body, undone in a step: with 1e-4
-                         water goes on to creep in, with 1e-3 blocks float a cell too high */
 #define INCLINES                                                                                                       \
   0.25 /* squared component of a normal, below which a node is in no column along that axis: 60 degrees */
 
@@ -115,7 +112,7 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
   for (PetscInt d = 0; d < 3; d++) size += PetscSqr(to->n[d]);
   if (!(size > 0)) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++) to->n[d] /= PetscSqrtReal(size);
-  if (c->pair[to->pair].flows && to->gap < 0) to->gap *= PUSH;
+  if (c->pair[to->pair].flows && to->gap < 0) to->gap *= MPM_CONTACT_PUSH;
   to->least = dt > 0        ? -(c->pair[to->pair].flows ? to->gap : PetscMax(0, to->gap)) / dt
               : to->gap > 0 ? -PETSC_INFINITY
                             : 0; /* dt 0: no step yet */

@@ -121,7 +121,7 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
       if (aside[d] < 0.5 + TIE) q->near[side][d] = PetscMin(q->near[side][d], end);
     q->wide[side] = PetscMin(q->wide[side], end);
     if (rigid < 0) continue;
-    end = PetscMax(0, end);
+    if (end < 0) end *= s->c->pair[pair].flows ? MPM_CONTACT_PUSH : 0;
     for (PetscInt d = 0; d < dim; d++) end -= core->params.dt * V[d] * own[d];
     for (PetscInt d = 0; d < dim; d++)
       if (aside[d] < 0.5 + TIE) q->room[d] = PetscMin(q->room[d], end);
@@ -220,9 +220,13 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
     PetscReal      full = 1;
 
     for (PetscInt d = 0; d < core->grid.dim; d++) full *= 0.5 / kind->l[d];
-    for (PetscInt q = 0; q < s.c->npairs && !MPMMaterialKeepsShape(&core->params.materials[kind->material]); q++)
-      if (s.c->pair[q].a >= 0 && (s.c->pair[q].a == kind->copy || s.c->pair[q].b == kind->copy))
-        s.c->pair[q].flows = PETSC_TRUE;
+    for (PetscInt q = 0; q < s.c->npairs; q++) {
+      const MPMMaterial *m = &core->params.materials[kind->material];
+      MPMPair           *p = &s.c->pair[q];
+
+      if (p->a == kind->copy || p->b == kind->copy)
+        p->flows = p->flows || (p->a < 0 ? m->type->traits & MPM_FLUID : !MPMMaterialKeepsShape(m)) ? PETSC_TRUE : PETSC_FALSE;
+    }
     s.full[kind->copy] = PetscMax(s.full[kind->copy], full);
   }
   s.c->nnodes = s.c->nsites = s.c->nparts = s.c->ncolumns = 0;

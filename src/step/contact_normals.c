@@ -10,6 +10,7 @@
 #define AHEAD                                                                                                          \
   0.75 /* cells: a block slides on a plane within 0.1 %; with 0.5 and 1 within 1 %, and ends sink in with more */
 #define AGREE 8   /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
+#define BESIDE 1 /* cells: nodes that are further out of a rigid body do not hold a fluid; with 0.5 water leaks into it */
 #define BAND  0.6 /* cells: how much further than a stencil's reach the nodes of columns are from a rigid body */
 
 /* Adds a particle to the sums of its nodes. */
@@ -281,6 +282,7 @@ static PetscBool SetNormal(const MPMCore *core, const MPMPair *pair, const Fit *
   for (PetscInt d = grid->dim; d < 3; d++) n[d] = 0;
   for (PetscInt d = 1; d < grid->dim; d++)
     if (PetscAbsReal(n[d]) > PetscAbsReal(n[axis])) axis = d;
+  if (pair->flows && distance > BESIDE * grid->h[axis]) return PETSC_FALSE;
   return PetscAbsReal(distance) < (0.5 * MPMBasisNodes(core->basis) + BAND) * grid->h[axis] ? PETSC_TRUE : PETSC_FALSE;
 }
 
