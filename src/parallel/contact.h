@@ -10,7 +10,7 @@ typedef struct {
   PetscInt  a, b, axis; /* a below 0: rigid body -1 - a; axis: the normal is along it; -1: it is found */
   PetscReal mu;         /* of friction; PETSC_INFINITY: nothing slides while it touches */
   PetscBool glued;      /* no contact is declared: where they meet they move as one */
-  PetscBool flows;      /* one of them, a fluid (between bodies a soil too), keeps no shape: every node acts on its own */
+  PetscBool flows; /* one of them, a fluid (between bodies a soil too), keeps no shape: every node acts on its own */
 } MPMPair;
 
 /* A node of a copy that takes part in contact: mass, kg, acceleration, m/s^2, and velocity, m/s, as a phase has left it, where

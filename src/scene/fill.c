@@ -350,7 +350,8 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   if (view->depth) MPMRimDepth(scene, b, dim, X, view->depth + 2 * dim * p);
   if (view->chosen) PetscCall(MPMVolumeLoadsOn(scene, core, b, X, view->chosen + p));
   if (core->needs.rim && !b->points) {
-    MPMRim(b, dim, core->gaps ? core->gaps->faces : 0, core->contacts ? PETSC_TRUE : PETSC_FALSE, X, view->rim + p * dim);
+    MPMRim(b, dim, core->gaps ? core->gaps->faces : 0, core->contacts ? PETSC_TRUE : PETSC_FALSE, X,
+           view->rim + p * dim);
     if (scene->initial) MPMRimUndoStart(scene, b, dim, view, p);
   }
   for (PetscInt d = 0; d < dim; d++) {

@@ -225,7 +225,8 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
       MPMPair           *p = &s.c->pair[q];
 
       if (p->a == kind->copy || p->b == kind->copy)
-        p->flows = p->flows || (p->a < 0 ? m->type->traits & MPM_FLUID : !MPMMaterialKeepsShape(m)) ? PETSC_TRUE : PETSC_FALSE;
+        p->flows = p->flows || (p->a < 0 ? m->type->traits & MPM_FLUID : !MPMMaterialKeepsShape(m)) ? PETSC_TRUE
+                                                                                                    : PETSC_FALSE;
     }
     s.full[kind->copy] = PetscMax(s.full[kind->copy], full);
   }

@@ -9,9 +9,10 @@
 #define SMOOTH 1e-9 /* cells^2, times the sum of phi: it only matters where all particles lie on a line */
 #define AHEAD                                                                                                          \
   0.75 /* cells: a block slides on a plane within 0.1 %; with 0.5 and 1 within 1 %, and ends sink in with more */
-#define AGREE 8   /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
-#define BESIDE 1 /* cells: nodes that are further out of a rigid body do not hold a fluid; with 0.5 water leaks into it */
-#define BAND  0.6 /* cells: how much further than a stencil's reach the nodes of columns are from a rigid body */
+#define AGREE 8 /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
+#define BESIDE                                                                                                         \
+  1 /* cells: nodes that are further out of a rigid body do not hold a fluid; with 0.5 water leaks into it */
+#define BAND 0.6 /* cells: how much further than a stencil's reach the nodes of columns are from a rigid body */
 
 /* Adds a particle to the sums of its nodes. */
 static PetscErrorCode AddToFits(Search *s, PetscInt pair, int side, PetscInt p)

@@ -12,7 +12,7 @@
 /* Of the depth to which single particles of what flows have crept into the other body, undone in a step: with 1e-4 water
    goes on to creep in, with 1e-3 blocks float a cell too high. */
 #define MPM_CONTACT_PUSH 3e-4
-#define UNIT ldexp(1, -50) /* of sums of phi, and of the weights in sides of cells */
+#define UNIT             ldexp(1, -50) /* of sums of phi, and of the weights in sides of cells */
 
 /* The sums at a node of a pair from which its normal comes, in units: of phi times 1, xi, xi xi^T (xx xy xz yy yz zz), c, c
    xi; xi = (x_p - x_i)/h. */
