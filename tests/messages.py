@@ -47,6 +47,9 @@ NONE = {
     "the results are complete up to here": "a PETSc without HDF5, so that no checkpoint is written",
     "it cannot be read": "a file of particles that vanishes between two readings of it",
     "eos fit": "the start of a list of options",
+    "material ppc offset": "the same",
+    "xx xy xz yx yy yz zx zy zz": "an attribute in a file of snapshots",
+    "</Attribute>": "a line of an .xdmf file",
     "it has not been measured up to which time step": "every method has been; test_recipes.py adds others, whose runs it reads",
 }
 WORDS = re.compile(r"\b[A-Za-z]{2,}\b.* .*\b[A-Za-z]{2,}\b", re.S)

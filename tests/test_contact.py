@@ -147,6 +147,14 @@ def check_piston():
     check.that(abs(share - 1) < 0.01, f"the reaction of a piston beside contact is {share:.4f} of that without contact")
 
 
+def check_many():
+    """Contact of many pairs is told in one line; more bodies than there may be are refused."""
+    for n, status, line in ((5, 0, "contact    of 2 more pairs of bodies"), (33, 2, "-contacts: 33 bodies have nodes of their own, 32 are allowed")):
+        lines = boxes(1, [4 * n], 1, {"m": (1, 1, 0)}, {f"b{k}": ("m", [4 * k + 1], [4 * k + 3], [0]) for k in range(n)}, "-time_end 0.01")
+        done = check.pebble("-options_file", check.write("many.opts", lines), *QUIET, "-contact_mu", 0)
+        check.that(done.status == status and line in done.said, f"{n} bodies: {line}")
+
+
 def check_equal():
     """The same bits on any number of processes, with pool, both migrations, less lanes, after restart and retries."""
     words = ["-contact_mu", 0.3, "-time_end", 2.2, "-body_disk1_velocity", "0.12,0.08"]
@@ -169,5 +177,6 @@ check_apart()
 check_glued()
 check_stack()
 check_piston()
+check_many()
 check_equal()
 check.end()

@@ -191,7 +191,7 @@ static PetscBool IsOfName(MPMOptions o, const char given[])
   return PETSC_FALSE;
 }
 
-/* Returns whether `given` would be legal with another name in the place of <m>, <b>, <l>, <p> or <f>; name is that name, and
+/* Returns whether `given` would be legal with another name in the place of <m>, <b>, <l>, <c>, <p> or <f>; name is that name, and
    *list says what should declare it. */
 static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NAME_LEN], const char **list)
 {
@@ -200,7 +200,7 @@ static PetscBool IsUndeclared(MPMOptions o, const char given[], char name[MPM_NA
     const char         *open = row->name ? strchr(row->name, '<') : NULL;
     const size_t        head = open ? (size_t)(open - row->name) : 0, n = strlen(given);
 
-    if (!open || !strchr("mblpf", open[1]) || strncasecmp(row->name, given, head)) continue;
+    if (!open || !strchr("mblcpf", open[1]) || strncasecmp(row->name, given, head)) continue;
     if (!EndsWith(given, open + 4) || n <= head + strlen(open + 3)) continue;
     (void)snprintf(name, MPM_NAME_LEN, "%.*s", (int)PetscMin(n - head - strlen(open + 3), MPM_NAME_LEN - 1),
                    given + head);
@@ -278,7 +278,7 @@ static PetscErrorCode Refuse(MPMOptions o, const char given[])
   const char           *list, *foreign = MPMOptionsForeign(o->table, given);
 
   PetscFunctionBeginUser;
-  if (foreign) {
+  if (foreign && !(o->nb && IsUndeclared(o, given, name, &list))) {
     MPMOptionsFail(o, "-%.*s is not an option of this scene; %s", MPM_FULL_LEN, given, foreign);
     PetscFunctionReturn(PETSC_SUCCESS);
   }

@@ -46,7 +46,7 @@ static PetscReal FromBox(const MPMRegion *r, PetscInt dim, const PetscReal x[], 
 
 static PetscReal FromSphere(const MPMRegion *r, PetscInt dim, const PetscReal x[], PetscReal n[])
 {
-  PetscReal away[3];
+  PetscReal away[3] = {0};
 
   for (PetscInt d = 0; d < dim; d++) away[d] = x[d] - r->center[d];
   return Unit(dim, away, n) - r->radius;
@@ -64,7 +64,7 @@ static PetscReal FromAnnulus(const MPMRegion *r, PetscInt dim, const PetscReal x
 /* Of a place beyond both the side and an end the nearest is on the edge between them. */
 static PetscReal FromCylinder(const MPMRegion *r, PetscInt dim, const PetscReal x[], PetscReal n[])
 {
-  PetscReal along = 0, across[3], side[3], beside, beyond, sign;
+  PetscReal along = 0, across[3] = {0}, side[3], beside, beyond, sign;
 
   for (PetscInt d = 0; d < dim; d++) along += (x[d] - r->center[d]) * r->axis[d];
   for (PetscInt d = 0; d < dim; d++) across[d] = x[d] - r->center[d] - along * r->axis[d];

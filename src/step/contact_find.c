@@ -3,9 +3,10 @@
    minima, so they have the same bits in every sequence; every process knows all nodes of contact. */
 #include "step/contact_search.h"
 
-#define TIE     1e-9         /* cells: a particle in the middle between two columns lies in both */
-#define AROUND  2            /* nodes around touching ones that are not light either */
-#define TOUCHES 1.0          /* cells: matter that is nearer touches, or may do so in this step */
+#define BESIDE  1.24 /* cells: matter that is further beside a column does not count as that ahead of a rigid body */
+#define TIE     1e-9 /* cells: a particle in the middle between two columns lies in both */
+#define AROUND  2    /* nodes around touching ones that are not light either */
+#define TOUCHES 1.0  /* cells: matter that is nearer touches, or may do so in this step */
 #define MOST    ldexp(1, 54) /* of what a particle adds to a weight, in units */
 
 /* Makes the nodes of contact of the sums, and the sites of their copies. */
@@ -92,7 +93,7 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
   FOR_STENCIL(&t, at)
   {
     PetscReal       part = 0, aside[3] = {0}, n[3] = {0}, end = 0, h = 0;
-    PetscInt        ijk[3], k;
+    PetscInt        ijk[3], k, main = 0; /* the axis that the normal is nearest to */
     MPMContactNode *q;
 
     SetIjk(grid, &t, at, ijk);
@@ -111,6 +112,8 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
       for (PetscInt e = 0; e < dim; e++)
         if (e != d) aside[e] = PetscMax(aside[e], PetscAbsReal(by));
     }
+    for (PetscInt d = 1; d < dim; d++)
+      if (PetscAbsReal(n[d]) > PetscAbsReal(n[main])) main = d;
     q->weight[side] += (PetscInt64)PetscMax(-MOST, PetscMin(MOST, units * part));
     if (rigid >= 0) /* by the distance and the normal where the particle is */
       end = PetscMin(from - MPMMatterReaches(core, &s->view, p, F, own, h),
@@ -119,13 +122,13 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
       end -= MPMMatterReaches(core, &s->view, p, F, n, h);
     for (PetscInt d = 0; d < dim; d++)
       if (aside[d] < 0.5 + TIE) q->near[side][d] = PetscMin(q->near[side][d], end);
-    q->wide[side] = PetscMin(q->wide[side], end);
+    if (rigid < 0 || aside[main] < BESIDE) q->wide[side] = PetscMin(q->wide[side], end);
     if (rigid < 0) continue;
     if (end < 0) end *= s->c->pair[pair].flows ? MPM_CONTACT_PUSH : 0;
     for (PetscInt d = 0; d < dim; d++) end -= core->params.dt * V[d] * own[d];
     for (PetscInt d = 0; d < dim; d++)
       if (aside[d] < 0.5 + TIE) q->room[d] = PetscMin(q->room[d], end);
-    q->room[3] = PetscMin(q->room[3], end);
+    if (aside[main] < BESIDE) q->room[3] = PetscMin(q->room[3], end);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
