@@ -81,7 +81,7 @@ static void SetPlace(const MPMCore *core, MPMContactColumn *to)
   for (PetscInt d = 0; d < grid->dim; d++) to->at[d] -= distance * n[d];
 }
 
-/* Sets normal and gap of a column, and the shares of its parts; returns false if it has no matter on one side. */
+/* Sets normal and gap of a column, and the shares of its parts; returns false if no matter that counts is on one side. */
 static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
 {
   const PetscReal dt     = core->params.dt;
@@ -110,7 +110,7 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
     room    = PetscMin(room, q->room[3]);
   }
   for (PetscInt d = 0; d < 3; d++) size += PetscSqr(to->n[d]);
-  if (!(size > 0)) return PETSC_FALSE;
+  if (!(size > 0 && (c->pair[to->pair].a < 0 ? room : to->gap) < PETSC_INFINITY)) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++) to->n[d] /= PetscSqrtReal(size);
   if (c->pair[to->pair].flows && to->gap < 0) to->gap *= MPM_CONTACT_PUSH;
   to->least = dt > 0        ? -(c->pair[to->pair].flows ? to->gap : PetscMax(0, to->gap)) / dt
