@@ -57,7 +57,7 @@ static PetscErrorCode ReportContacts(const MPMCore *core, const MPMScene *scene)
   for (PetscInt k = 0; core->contacts && k < core->contacts->npairs; k++) {
     const MPMPair *pair = &core->contacts->pair[k];
 
-    if (pair->a < 0 || pair->glued || ++declared > SHOWN) continue;
+    if (pair->rigid || pair->glued || ++declared > SHOWN) continue;
     PetscCall(MPMPrint(&core->print, "contact    %s and %s: ", BodyOf(scene, pair->a), BodyOf(scene, pair->b)));
     PetscCall(pair->mu < PETSC_INFINITY ? MPMPrint(&core->print, "friction %g\n", (double)pair->mu)
                                         : MPMPrint(&core->print, "nothing slides\n"));
@@ -82,9 +82,9 @@ static PetscErrorCode ReportContacts(const MPMCore *core, const MPMScene *scene)
 
 PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
 {
-  const PetscInt           shown = scene->nbodies > SHOWN + 1 ? SHOWN : scene->nbodies;
-  PetscInt64               n[SHOWN + 2];
-  MPMSum                   sum[SHOWN + 1][2];
+  const PetscInt shown = scene->nbodies > SHOWN + 1 ? SHOWN : scene->nbodies;
+  PetscInt64     n[SHOWN + 2];
+  MPMSum         sum[SHOWN + 1][2];
 
   PetscFunctionBeginUser;
   PetscCall(CountParticles(core, scene, shown, n, sum));

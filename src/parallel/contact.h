@@ -3,11 +3,12 @@
 #ifndef MPM_CONTACT_H
 #define MPM_CONTACT_H
 
-#include "base/exact_sum.h"
+#include "physics/rigid.h"
 
-/* Two copies of the grid's nodes whose bodies meet, a < b, and how; or a rigid body and a copy. */
+/* Two copies of the grid's nodes whose bodies meet, a < b, and how; or a rigid body and a copy, with a = -1. */
 typedef struct {
-  PetscInt  a, b, axis; /* a below 0: rigid body -1 - a; axis: the normal is along it; -1: it is found */
+  PetscInt  a, b, axis; /* axis: the normal is along it; -1: it is found */
+  MPMRigid *rigid;      /* NULL: the pair is of two copies */
   PetscReal mu;         /* of friction; PETSC_INFINITY: nothing slides while it touches */
   PetscBool glued;      /* no contact is declared: where they meet they move as one */
   PetscBool flows; /* one of them, a fluid (between bodies a soil too), keeps no shape: every node acts on its own */
@@ -38,9 +39,11 @@ typedef struct {
   PetscReal share[2];
 } MPMContactPart;
 
-/* A column of nodes that follow each other along an axis, parts first .. last-1: its normal; at: where it acts on a rigid
-   body, m; gap: between the matter of a and b, m; least: the least velocity with which they may part, below 0: approach, m/s; by how much an impulse changes it,
-   1/kg, and one across the normal of matter alone; the impulses along the normal and across, on b, N s; held: is it given a velocity in this step? */
+/* A column of nodes that follow each other along an axis, parts first .. last-1: its normal; at: where it acts on a
+   rigid body, m; gap: between the matter of a and b, m; least: the least velocity with which they may part, below 0:
+   approach, m/s; inverse: by how much an impulse of 1 N s changes it, 1/kg; across: and one across the normal, of matter
+   alone; press, brake: the impulses along the normal and across it, on b, N s; held: is it given a velocity in this
+   step? */
 typedef struct {
   PetscInt  first, last, pair;
   PetscReal n[3], at[3], gap, least, inverse, across, press, brake[3];

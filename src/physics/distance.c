@@ -214,7 +214,7 @@ static PetscReal Formula(const void *context, PetscInt dim, const PetscReal x[])
 /* Samples the zeros of a formula in its box, and a little beyond. */
 static PetscBool SampleFormula(const MPMRegion *r, const MPMGrid *grid, PetscReal reach, MPMFaces *to)
 {
-  MPMSampled of = {.dim = grid->dim, .f = Formula, .context = r};
+  MPMImplicit of = {.dim = grid->dim, .f = Formula, .context = r};
 
   for (PetscInt d = 0; d < grid->dim; d++) {
     of.spacing[d] = FINE * grid->h[d];

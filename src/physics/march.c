@@ -6,11 +6,11 @@
 #define HALVINGS 6
 
 typedef struct {
-  const MPMSampled *of;
-  PetscInt          n[3]; /* boxes of the lattice */
-  PetscReal         s[3]; /* m */
-  MPMFaces         *to;
-  PetscBool         memory;
+  const MPMImplicit *of;
+  PetscInt           n[3]; /* boxes of the lattice */
+  PetscReal          s[3]; /* m */
+  MPMFaces          *to;
+  PetscBool          memory;
 } March;
 
 static void Place(const March *m, const PetscInt k[], PetscReal x[])
@@ -118,7 +118,7 @@ static void Box(March *m, const PetscInt k[], const PetscReal f[])
   }
 }
 
-PetscBool MPMMarch(const MPMSampled *of, MPMFaces *to)
+PetscBool MPMMarch(const MPMImplicit *of, MPMFaces *to)
 {
   const PetscInt dim       = of->dim;
   March          m         = {.of = of, .n = {1, 1, 1}, .to = to, .memory = PETSC_TRUE};

@@ -11,7 +11,7 @@ typedef struct {
   PetscReal lower[3], upper[3], spacing[3];
   PetscReal (*f)(const void *context, PetscInt dim, const PetscReal x[]);
   const void *context;
-} MPMSampled;
+} MPMImplicit;
 
 /* Faces, corner [n][dim][dim] in m, of which there is room for `room`. */
 typedef struct {
@@ -25,6 +25,6 @@ typedef struct {
    about c s^2/8 of the surface, c its largest curvature and s the diagonal of a box. What is thinner than the spacing
    may be missed. The surface has gaps only at the box. The same bits on all processes, which all compute it. Returns
    whether there was memory for it. Not collective. */
-PetscBool MPMMarch(const MPMSampled *, MPMFaces *);
+PetscBool MPMMarch(const MPMImplicit *, MPMFaces *);
 
 #endif

@@ -2,6 +2,7 @@
    that faces that follow each other are near each other; a search goes into the nearer box first, and leaves out boxes
    that are further away than what it has found. */
 #include <stdlib.h>
+#include "base/algebra.h"
 #include "physics/nearest.h"
 
 #define DEPTH 64 /* of a tree, at most */
@@ -38,7 +39,7 @@ static uint64_t Code(PetscInt dim, const PetscReal corner[], const PetscReal low
   return code;
 }
 
-/* Enlarges the box [2][dim] by `more` boxes or places, which are `apart` numbers apart: [more][dim]. */
+/* Enlarges the box [2][dim] by places x [more][dim]. */
 static void Enlarge(PetscInt dim, PetscReal box[], PetscInt more, const PetscReal x[])
 {
   for (PetscInt k = 0; k < more * dim; k++) {
@@ -264,10 +265,14 @@ PetscBool MPMNearestNormal(const MPMNearest *t, PetscInt face, PetscReal n[])
     n[0] = b[1] - a[1];
     n[1] = a[0] - b[0];
   }
-  for (PetscInt d = 0; d < 3 && dim == 3; d++) {
-    const PetscInt e = (d + 1) % 3, f = (d + 2) % 3;
+  if (dim == 3) {
+    PetscReal ab[3], ac[3];
 
-    n[d] = (b[e] - a[e]) * (c[f] - a[f]) - (b[f] - a[f]) * (c[e] - a[e]);
+    for (PetscInt d = 0; d < 3; d++) {
+      ab[d] = b[d] - a[d];
+      ac[d] = c[d] - a[d];
+    }
+    MPMCross(ab, ac, n);
   }
   size = PetscSqrtReal(Dot(dim, n, n));
   if (!(size > 0)) return PETSC_FALSE;

@@ -59,7 +59,7 @@ PetscBool MPMRegionOutline(const MPMRegion *r, const MPMGrid *grid, MPMFaces *to
   const PetscInt dim   = grid->dim;
   PetscBool      whole = r->others ? PETSC_FALSE : PETSC_TRUE;
   Drawn          drawn = {.shape = r, .box = {.type = MPM_REGION_box}};
-  MPMSampled     of    = {.dim = dim, .f = Within, .context = &drawn};
+  MPMImplicit    of    = {.dim = dim, .f = Within, .context = &drawn};
 
   for (PetscInt d = 0; d < dim && r->surface; d++)
     if (r->surface->dim != dim || r->lower[d] > r->surface->lower[d] || r->upper[d] < r->surface->upper[d])

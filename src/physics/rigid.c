@@ -1,4 +1,5 @@
 /* rigid.c - how rigid bodies move, and what a free one weighs. */
+#include "base/algebra.h"
 #include "base/tensor.h"
 #include "physics/rigid.h"
 
@@ -43,11 +44,6 @@ static void Inverse(const MPMRigid *r, const PetscReal turn[], const PetscReal v
   for (PetscInt d = 0; d < 3; d++) out[d] = B[3 * d] * v[0] + B[3 * d + 1] * v[1] + B[3 * d + 2] * v[2];
 }
 
-static void Cross(const PetscReal a[], const PetscReal b[], PetscReal c[])
-{
-  for (PetscInt d = 0; d < 3; d++) c[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
-}
-
 /* Moves the body on by a step dt, s: by dt velocity, and by a turn of dt |spin| about spin. The spin of a free body is
    that of the middle of the step, which its angular momentum has there; afterwards that of the end. */
 void MPMRigidMove(MPMRigid *r, PetscReal dt)
@@ -82,7 +78,7 @@ PetscReal MPMRigidYields(const MPMRigid *r, const PetscReal x[], const PetscReal
     y[d] = x[d] - r->pivot[d] - r->place[d];
     size += n[d] * n[d];
   }
-  Cross(y, n, arm);
+  MPMCross(y, n, arm);
   Inverse(r, r->turn, arm, turns);
   for (PetscInt d = 0; d < 3; d++) by += arm[d] * turns[d];
   return size / r->mass + by;
@@ -94,7 +90,7 @@ void MPMRigidKick(MPMRigid *r, const PetscReal x[], const PetscReal J[])
   PetscReal y[3], moment[3];
 
   for (PetscInt d = 0; d < 3; d++) y[d] = x[d] - r->pivot[d] - r->place[d];
-  Cross(y, J, moment);
+  MPMCross(y, J, moment);
   for (PetscInt d = 0; d < 3; d++) {
     r->velocity[d] += J[d] / r->mass;
     r->momentum[d] += moment[d];

@@ -15,7 +15,7 @@
 typedef struct {
   const char      *name;
   const MPMRegion *shape;
-  PetscReal        mu; /* of friction; PETSC_INFINITY: nothing slides on it */
+  PetscReal        mu; /* of friction */
   PetscReal        pivot[3];
   PetscBool        moves, free;
   PetscReal        mass, inertia[9], inverse[9]; /* inverse: of inertia */

@@ -2,6 +2,7 @@
    state of a given deformation. A fluid has a volume ratio, a plastic law elastic strains within its yield surface, and
    another one a symmetric F. Only the functions of the law's row are called, so a new law needs nothing here unless it
    is of another kind. */
+#include "base/algebra.h"
 #include "physics/start_state.h"
 
 #define ROUNDS     60
@@ -178,41 +179,6 @@ static const char *Elastic(const MPMMaterial *m, PetscInt dim, PetscBool whole, 
   return size <= ON_SURFACE * most ? NULL : none;
 }
 
-/* Solves A y = r [n], n <= 6, by elimination with pivots; returns false if A is singular. */
-static PetscBool Solve(PetscInt n, PetscReal A[6][6], PetscReal r[])
-{
-  for (PetscInt k = 0; k < n; k++) {
-    PetscInt pivot = k;
-
-    for (PetscInt i = k; i < n; i++)
-      if (PetscAbsReal(A[i][k]) > PetscAbsReal(A[pivot][k])) pivot = i;
-    if (!(PetscAbsReal(A[pivot][k]) > 0)) return PETSC_FALSE;
-    for (PetscInt j = 0; j < n; j++) {
-      const PetscReal swap = A[k][j];
-
-      A[k][j]     = A[pivot][j];
-      A[pivot][j] = swap;
-    }
-    {
-      const PetscReal swap = r[k];
-
-      r[k]     = r[pivot];
-      r[pivot] = swap;
-    }
-    for (PetscInt i = k + 1; i < n; i++) {
-      const PetscReal f = A[i][k] / A[k][k];
-
-      for (PetscInt j = k; j < n; j++) A[i][j] -= f * A[k][j];
-      r[i] -= f * r[k];
-    }
-  }
-  for (PetscInt k = n - 1; k >= 0; k--) {
-    for (PetscInt j = k + 1; j < n; j++) r[k] -= A[k][j] * r[j];
-    r[k] /= A[k][k];
-  }
-  return PETSC_TRUE;
-}
-
 /* Adds `more` to component k, of n = dim (dim + 1)/2, of a symmetric F. */
 static void AddTo(PetscInt dim, PetscInt k, PetscReal more, PetscReal F[])
 {
@@ -271,7 +237,7 @@ static const char *Symmetric(const MPMMaterial *m, PetscInt dim, const PetscReal
       for (PetscInt i = 0; i < n; i++) A[i][k] = (ru[i] - rd[i]) / (2 * step);
     }
     for (PetscInt k = 0; k < n; k++) y[k] = r[k];
-    if (!Solve(n, A, y)) return none;
+    if (!MPMSolve((int)n, 6, &A[0][0], y)) return none;
     for (PetscInt halved = 0; halved < 20 && !(now < size); halved++, share *= 0.5) {
       *s = best;
       for (PetscInt k = 0; k < n; k++) AddTo(dim, k, -share * y[k], s->F);

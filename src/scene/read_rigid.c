@@ -174,9 +174,9 @@ static PetscErrorCode AddPairs(MPMCore *core)
   if (!c) PetscCall(PetscNew(&c));
   core->contacts = c;
   PetscCall(PetscRealloc((size_t)(c->npairs + core->rigids.n * copies) * sizeof *c->pair, &c->pair));
-  for (PetscInt k = 0; k < core->rigids.n; k++)
+  for (MPMRigid *r = core->rigids.body; r < core->rigids.body + core->rigids.n; r++)
     for (PetscInt copy = 0; copy < copies; copy++)
-      c->pair[c->npairs++] = (MPMPair){.a = -1 - k, .b = copy, .axis = -1, .mu = core->rigids.body[k].mu};
+      c->pair[c->npairs++] = (MPMPair){.a = -1, .b = copy, .axis = -1, .rigid = r, .mu = r->mu};
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -13,11 +13,13 @@
    columns, with the same bits: of the sums over processes all terms but one are 0. docs/method.md has the formulas
    (Contact). */
 #include "parallel/exchange.h"
+#include "base/algebra.h"
 #include "physics/wall.h"
+#include "step/friction.h"
 #include "step/step.h"
 
-#define MOST  200  /* rounds at most, */
-#define QUIET 1e-4 /* until velocities change by less than this part of what they did in the first one */
+#define ROUNDS 200  /* at most, */
+#define QUIET  1e-4 /* until one changes velocities by less than this part of the largest change in a round */
 
 PetscErrorCode MPMContactsDestroy(MPMCore *core)
 {
@@ -91,18 +93,10 @@ static MPMContactSite *SiteOf(const MPMContacts *c, const MPMContactPart *part, 
   return k >= 0 && c->site[k].m > 0 && part->share[side] > 0 ? &c->site[k] : NULL;
 }
 
-/* Returns the rigid body of a column, or NULL. */
-static MPMRigid *RigidOf(const MPMCore *core, const MPMContactColumn *col)
+/* Returns the rigid body of a column if it is free and yields in this phase, or NULL. */
+static MPMRigid *Free(const MPMContacts *c, const MPMContactColumn *col, PetscBool yield)
 {
-  const PetscInt a = core->contacts->pair[col->pair].a;
-
-  return a < 0 ? &core->rigids.body[-1 - a] : NULL;
-}
-
-/* Returns it if it is free and yields in this phase, or NULL. */
-static MPMRigid *Free(const MPMCore *core, const MPMContactColumn *col, PetscBool yield)
-{
-  MPMRigid *rigid = yield ? RigidOf(core, col) : NULL;
+  MPMRigid *rigid = yield ? c->pair[col->pair].rigid : NULL;
 
   return rigid && rigid->free ? rigid : NULL;
 }
@@ -111,7 +105,7 @@ static MPMRigid *Free(const MPMCore *core, const MPMContactColumn *col, PetscBoo
 static void Relative(const MPMCore *core, const MPMContactColumn *col, PetscReal v[])
 {
   const MPMContacts *c     = core->contacts;
-  const MPMRigid    *rigid = RigidOf(core, col);
+  const MPMRigid    *rigid = c->pair[col->pair].rigid;
 
   for (PetscInt d = 0; d < 3; d++) v[d] = 0;
   if (rigid) MPMRigidVelocity(rigid, core->grid.dim, col->at, v);
@@ -160,7 +154,7 @@ static PetscReal Act(MPMCore *core, MPMContactColumn *col, PetscBool decides, Pe
 {
   MPMContacts    *c  = core->contacts;
   const PetscReal mu = c->pair[col->pair].mu;
-  PetscReal       v[3], J[3], w = 0, more, size = 0, most;
+  PetscReal       v[3], J[3], w = 0, more;
 
   if (!(col->inverse > 0) || (!decides && !col->held)) return 0;
   Relative(core, col, v);
@@ -182,17 +176,8 @@ static PetscReal Act(MPMCore *core, MPMContactColumn *col, PetscBool decides, Pe
       for (PetscInt d = 0; d < 3 && slide > 0; d++) t[d] /= PetscSqrtReal(slide);
       if (slide > 0) inverse += MPMRigidYields(free, col->at, t);
     }
-    for (PetscInt d = 0; d < 3; d++) {
-      brake[d] = col->brake[d] - (v[d] - w * col->n[d]) / inverse;
-      size += brake[d] * brake[d];
-    }
-    size = PetscSqrtReal(size);
-    most = col->press > 0 ? mu * col->press : 0;
-    for (PetscInt d = 0; d < 3; d++) {
-      if (size > most) brake[d] *= most / size;
-      J[d] += brake[d] - col->brake[d];
-      col->brake[d] = brake[d];
-    }
+    for (PetscInt d = 0; d < 3; d++) brake[d] = col->brake[d] - (v[d] - w * col->n[d]) / inverse;
+    MPMFrictionSet(mu, col->press, brake, col->brake, J);
   }
   Give(c, col, J, free);
   return col->inverse * (PetscAbsReal(J[0]) + PetscAbsReal(J[1]) + PetscAbsReal(J[2]));
@@ -272,8 +257,8 @@ static void Account(MPMCore *core, PetscBool advance)
   PetscMPIInt        rank;
 
   for (const MPMContactColumn *col = c->column; col < c->column + c->ncolumns; col++) {
-    MPMRigid *rigid = RigidOf(core, col);
-    PetscReal V[3], J[3], r[3], by = 0;
+    MPMRigid *rigid = c->pair[col->pair].rigid;
+    PetscReal V[3], J[3], r[3], torque[3], by = 0;
 
     if (!rigid || (advance ? !(col->press > 0) : col->press == 0)) continue;
     MeanVelocity(rigid, core->grid.dim, col->at, V);
@@ -282,11 +267,10 @@ static void Account(MPMCore *core, PetscBool advance)
       r[d] = col->at[d] - rigid->pivot[d] - rigid->place[d];
       by += J[d] * V[d];
     }
+    MPMCross(r, J, torque);
     for (PetscInt d = 0; d < 3; d++) {
-      const PetscInt e = (d + 1) % 3, f = (d + 2) % 3;
-
       rigid->impulse[d] += J[d];
-      rigid->torque[d] += r[e] * J[f] - r[f] * J[e];
+      rigid->torque[d] += torque[d];
     }
     *rigid->work += by;
     work += by;
@@ -302,24 +286,23 @@ PetscErrorCode MPMContactsAfter(MPMCore *core, const MPMPhase *phase)
   const PetscBool advance = phase->nodes == MPMNodesAdvance ? PETSC_TRUE : PETSC_FALSE;
   const PetscBool decides = advance || phase->nodes == MPMNodesVelocity ? PETSC_TRUE : PETSC_FALSE;
   MPMContacts    *c       = core->contacts;
-
-  const PetscBool counts = IsLastCorrection(core, phase) || advance ? PETSC_TRUE : PETSC_FALSE;
-  const PetscBool yield  = counts && core->rigids.free ? PETSC_TRUE : PETSC_FALSE;
-  PetscReal       first = 0, most = 1;
+  const PetscBool counts  = IsLastCorrection(core, phase) || advance ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool yield   = counts && core->rigids.free ? PETSC_TRUE : PETSC_FALSE;
+  PetscReal       largest = 0, most = 1;
 
   PetscFunctionBeginUser;
   if (advance && yield) PetscCall(MPMRigidsBegin(core));
   if ((!c->nnodes && !(yield && core->rigids.nsupports)) || phase->nodes == MPMNodesResidual)
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Motion(core));
-  for (PetscInt k = 0; k < c->ncolumns; k++) Begin(c, &c->column[k], Free(core, &c->column[k], yield));
-  for (int sweep = 0; sweep < MOST && (!sweep || most > QUIET * first); sweep++) {
-    Glue(c, sweep ? PETSC_FALSE : PETSC_TRUE);
+  for (PetscInt k = 0; k < c->ncolumns; k++) Begin(c, &c->column[k], Free(c, &c->column[k], yield));
+  for (int rounds = 0; rounds < ROUNDS && (!rounds || most > QUIET * largest); rounds++) {
+    Glue(c, rounds ? PETSC_FALSE : PETSC_TRUE);
     most = 0;
     for (PetscInt k = 0; k < c->ncolumns; k++)
-      most = PetscMax(most, Act(core, &c->column[k], decides, advance, Free(core, &c->column[k], yield)));
+      most = PetscMax(most, Act(core, &c->column[k], decides, advance, Free(c, &c->column[k], yield)));
     if (yield) most = PetscMax(most, MPMRigidsStand(core));
-    first = PetscMax(first, most);
+    largest = PetscMax(largest, most);
   }
   for (PetscInt k = 0; k < c->ncolumns && advance; k++)
     c->column[k].held = c->column[k].press > 0 ? PETSC_TRUE : PETSC_FALSE;

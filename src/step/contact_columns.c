@@ -77,7 +77,7 @@ static void SetPlace(const MPMCore *core, MPMContactColumn *to)
   for (PetscInt k = to->first; k < to->last; k++)
     for (PetscInt d = 0; d < grid->dim; d++)
       to->at[d] += c->part[k].share[1] * (grid->lower[d] + (PetscReal)c->node[c->part[k].node].ijk[d] * grid->h[d]);
-  distance = MPMRigidDistance(&core->rigids.body[-1 - c->pair[to->pair].a], grid->dim, to->at, n);
+  distance = MPMRigidDistance(c->pair[to->pair].rigid, grid->dim, to->at, n);
   for (PetscInt d = 0; d < grid->dim; d++) to->at[d] -= distance * n[d];
 }
 
@@ -86,12 +86,13 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
 {
   const PetscReal dt     = core->params.dt;
   MPMContacts    *c      = core->contacts;
+  const MPMPair  *pair   = &c->pair[to->pair];
   const PetscInt  axis   = c->part[to->first].axis;
   PetscReal       all[2] = {0}, size = 0, room = PETSC_INFINITY, V[3];
 
   for (PetscInt k = to->first; k < to->last; k++)
     for (int side = 0; side < 2; side++) all[side] += c->part[k].share[side];
-  if (c->pair[to->pair].a < 0) all[0] = 1;
+  if (pair->rigid) all[0] = 1;
   if (!(all[0] > 0 && all[1] > 0)) return PETSC_FALSE;
   for (PetscInt k = to->first; k < to->last; k++) {
     const MPMContactNode *q = &c->node[c->part[k].node];
@@ -110,15 +111,15 @@ static PetscBool SetColumn(const MPMCore *core, MPMContactColumn *to)
     room    = PetscMin(room, q->room[3]);
   }
   for (PetscInt d = 0; d < 3; d++) size += PetscSqr(to->n[d]);
-  if (!(size > 0 && (c->pair[to->pair].a < 0 ? room : to->gap) < PETSC_INFINITY)) return PETSC_FALSE;
+  if (!(size > 0 && (pair->rigid ? room : to->gap) < PETSC_INFINITY)) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++) to->n[d] /= PetscSqrtReal(size);
-  if (c->pair[to->pair].flows && to->gap < 0) to->gap *= MPM_CONTACT_PUSH;
-  to->least = dt > 0        ? -(c->pair[to->pair].flows ? to->gap : PetscMax(0, to->gap)) / dt
+  if (pair->flows && to->gap < 0) to->gap *= MPM_CONTACT_PUSH;
+  to->least = dt > 0        ? -(pair->flows ? to->gap : PetscMax(0, to->gap)) / dt
               : to->gap > 0 ? -PETSC_INFINITY
                             : 0; /* dt 0: no step yet */
-  if (c->pair[to->pair].a >= 0) return PETSC_TRUE;
+  if (!pair->rigid) return PETSC_TRUE;
   SetPlace(core, to);
-  MPMRigidVelocity(&core->rigids.body[-1 - c->pair[to->pair].a], core->grid.dim, to->at, V);
+  MPMRigidVelocity(pair->rigid, core->grid.dim, to->at, V);
   if (dt > 0) to->least = -room / dt;
   for (PetscInt d = 0; d < core->grid.dim && dt > 0; d++) to->least -= V[d] * to->n[d];
   return PETSC_TRUE;

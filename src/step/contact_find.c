@@ -3,7 +3,7 @@
    minima, so they have the same bits in every sequence; every process knows all nodes of contact. */
 #include "step/contact_search.h"
 
-#define BESIDE  1.24 /* cells: matter that is further beside a column does not count as that ahead of a rigid body */
+#define BESIDE  1.24 /* cells: matter that is farther beside a column does not count as that ahead of a rigid body */
 #define TIE     1e-9 /* cells: a particle in the middle between two columns lies in both */
 #define AROUND  2    /* nodes around touching ones that are not light either */
 #define TOUCHES 1.0  /* cells: matter that is nearer touches, or may do so in this step */
@@ -21,7 +21,7 @@ static PetscErrorCode MakeNodes(Search *s)
     MPMContactNode *q = &c->node[c->nnodes];
 
     *q = (MPMContactNode){.pair = s->fit[k].pair};
-    for (int side = s->c->pair[q->pair].a < 0; side < 2;
+    for (int side = s->c->pair[q->pair].rigid != NULL; side < 2;
          side++) { /* distances from rigid bodies are from their surface */
       q->wide[side] = PETSC_INFINITY;
       for (PetscInt d = 0; d < 3; d++) q->near[side][d] = PETSC_INFINITY;
@@ -42,51 +42,52 @@ static PetscErrorCode MakeNodes(Search *s)
 static PetscErrorCode MakeSites(Search *s)
 {
   MPMContacts *c = s->c;
-  PetscInt    *key, *at, n = 0;
+  Key         *key;
+  PetscInt     n = 0;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscMalloc2(2 * c->nnodes, &key, 2 * c->nnodes, &at));
+  PetscCall(PetscMalloc1(2 * c->nnodes, &key));
   for (PetscInt k = 0; k < c->nnodes; k++)
     for (int side = 0; side < 2; side++) {
       const MPMPair *pair = &c->pair[c->node[k].pair];
 
       c->node[k].site[side] = -1;
-      if (!side && pair->a < 0) continue;
-      key[n]  = KeyOf(&s->core->grid, side ? pair->b : pair->a, c->node[k].ijk);
-      at[n++] = 2 * k + side;
+      if (!side && pair->rigid) continue;
+      key[n++] = (Key){KeyOf(&s->core->grid, side ? pair->b : pair->a, c->node[k].ijk), 2 * k + side};
     }
-  PetscCall(PetscSortIntWithArray(n, key, at));
+  qsort(key, (size_t)n, sizeof *key, CompareKeys);
   for (PetscInt k = 0; k < n; k++) {
-    MPMContactNode *q    = &c->node[at[k] / 2];
+    const PetscInt  side = key[k].at % 2;
+    MPMContactNode *q    = &c->node[key[k].at / 2];
     const MPMPair  *pair = &c->pair[q->pair];
 
-    if (!k || key[k] != key[k - 1])
-      c->site[c->nsites++] = (MPMContactSite){.copy = at[k] % 2 ? pair->b : pair->a,
+    if (!k || key[k].number != key[k - 1].number)
+      c->site[c->nsites++] = (MPMContactSite){.copy = side ? pair->b : pair->a,
                                               .ijk  = {q->ijk[0], q->ijk[1], q->ijk[2]}};
-    q->site[at[k] % 2] = c->nsites - 1;
+    q->site[side] = c->nsites - 1;
   }
-  PetscCall(PetscFree2(key, at));
+  PetscCall(PetscFree(key));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Lets a particle tell the nodes of contact of its stencil its part of the weights, and where its matter ends. */
 static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
 {
-  const MPMCore *core  = s->core;
-  const MPMGrid *grid  = &core->grid;
-  const PetscInt dim   = grid->dim;
-  const PetscInt rigid = -1 - s->c->pair[pair].a;
-  PetscReal      F[9], units, V[3], own[3] = {0}, from = 0;
-  PetscInt       at[3];
-  Stencil        t;
+  const MPMCore  *core  = s->core;
+  const MPMGrid  *grid  = &core->grid;
+  const PetscInt  dim   = grid->dim;
+  const MPMRigid *rigid = s->c->pair[pair].rigid;
+  PetscReal       F[9], units, V[3], own[3] = {0}, from = 0;
+  PetscInt        at[3];
+  Stencil         t;
 
   PetscFunctionBeginUser;
   SetStencil(s, p, &t);
-  if (rigid >= 0) {
+  if (rigid) {
     const PetscReal *x = s->view.x + p * dim;
 
-    from = MPMRigidDistance(&core->rigids.body[rigid], dim, x, own);
-    MPMRigidVelocity(&core->rigids.body[rigid], dim, x, V);
+    from = MPMRigidDistance(rigid, dim, x, own);
+    MPMRigidVelocity(rigid, dim, x, V);
   }
   units = -MPMKindOf(core->params.kinds, &s->view, p)->V0 / UNIT * MPMMatterDeformation(core, &s->view, p, F);
   for (PetscInt d = 0; d < dim; d++) units /= grid->h[d];
@@ -115,15 +116,15 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
     for (PetscInt d = 1; d < dim; d++)
       if (PetscAbsReal(n[d]) > PetscAbsReal(n[main])) main = d;
     q->weight[side] += (PetscInt64)PetscMax(-MOST, PetscMin(MOST, units * part));
-    if (rigid >= 0) /* by the distance and the normal where the particle is */
+    if (rigid) /* by the distance and the normal where the particle is */
       end = PetscMin(from - MPMMatterReaches(core, &s->view, p, F, own, h),
                      MPMMatterArrives(core, &s->view, p, own, V));
     else
       end -= MPMMatterReaches(core, &s->view, p, F, n, h);
     for (PetscInt d = 0; d < dim; d++)
       if (aside[d] < 0.5 + TIE) q->near[side][d] = PetscMin(q->near[side][d], end);
-    if (rigid < 0 || aside[main] < BESIDE) q->wide[side] = PetscMin(q->wide[side], end);
-    if (rigid < 0) continue;
+    if (!rigid || aside[main] < BESIDE) q->wide[side] = PetscMin(q->wide[side], end);
+    if (!rigid) continue;
     if (end < 0) end *= s->c->pair[pair].flows ? MPM_CONTACT_PUSH : 0;
     for (PetscInt d = 0; d < dim; d++) end -= core->params.dt * V[d] * own[d];
     for (PetscInt d = 0; d < dim; d++)
@@ -173,7 +174,7 @@ static void MarkNode(const MPMPatch *patch, const MPMPair *pair, const MPMContac
 {
   const MPMGrid *grid = patch->grid;
 
-  for (PetscInt q = pair->a < 0 ? 27 : 0; q < 54; q++) {
+  for (PetscInt q = pair->rigid ? 27 : 0; q < 54; q++) {
     const PetscInt by[3] = {q % 3 - 1, q / 3 % 3 - 1, q / 9 % 3 - 1};
     PetscInt       lo[3] = {0}, hi[3] = {0}, at[3];
     PetscBool      there = PETSC_TRUE;
@@ -228,7 +229,7 @@ PetscErrorCode MPMContactsFind(MPMCore *core)
       MPMPair           *p = &s.c->pair[q];
 
       if (p->a == kind->copy || p->b == kind->copy)
-        p->flows = p->flows || (p->a < 0 ? m->type->traits & MPM_FLUID : !MPMMaterialKeepsShape(m)) ? PETSC_TRUE
+        p->flows = p->flows || (p->rigid ? m->type->traits & MPM_FLUID : !MPMMaterialKeepsShape(m)) ? PETSC_TRUE
                                                                                                     : PETSC_FALSE;
     }
     s.full[kind->copy] = PetscMax(s.full[kind->copy], full);

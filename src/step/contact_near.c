@@ -65,7 +65,7 @@ static PetscInt NextTile(const MPMTiles *t, PetscInt tile)
 /* Returns whether the boxes around the tiles of two copies, or tiles beside them, have any in common. */
 static PetscBool BoxesMeet(const Search *s, const MPMPair *pair)
 {
-  if (pair->a < 0) return PETSC_FALSE;
+  if (pair->rigid) return PETSC_FALSE;
   for (PetscInt d = 0; d < 3; d++) {
     const PetscInt *a = s->box[pair->a], *b = s->box[pair->b];
 
@@ -201,7 +201,7 @@ static PetscErrorCode MakeRoom(Search *s, PetscInt n)
 }
 
 /* Returns whether a tile at place `at` [3] may have particles near a rigid body. */
-static PetscBool IsRigidNear(const Search *s, PetscInt rigid, const PetscInt at[])
+static PetscBool IsRigidNear(const Search *s, const MPMRigid *rigid, const PetscInt at[])
 {
   const MPMGrid *grid = &s->core->grid;
   const PetscInt edge = MPMTileEdge(s->core->basis);
@@ -214,16 +214,15 @@ static PetscBool IsRigidNear(const Search *s, PetscInt rigid, const PetscInt at[
     half += PetscSqr(wide);
   }
   half = PetscSqrtReal(half);
-  return PetscAbsReal(MPMRigidDistance(&s->core->rigids.body[rigid], grid->dim, x, n)) < half + s->reach ? PETSC_TRUE
-                                                                                                         : PETSC_FALSE;
+  return PetscAbsReal(MPMRigidDistance(rigid, grid->dim, x, n)) < half + s->reach ? PETSC_TRUE : PETSC_FALSE;
 }
 
 /* Returns whether particle p is near a rigid body. */
-static PetscBool IsParticleNear(const Search *s, PetscInt rigid, PetscInt p)
+static PetscBool IsParticleNear(const Search *s, const MPMRigid *rigid, PetscInt p)
 {
   const PetscInt  dim = s->core->grid.dim;
   PetscReal       n[3];
-  const PetscReal distance = MPMRigidDistance(&s->core->rigids.body[rigid], dim, s->view.x + p * dim, n);
+  const PetscReal distance = MPMRigidDistance(rigid, dim, s->view.x + p * dim, n);
 
   return distance < s->reach && distance > -s->reach ? PETSC_TRUE : PETSC_FALSE;
 }
@@ -233,7 +232,8 @@ static PetscErrorCode ListNearRigid(Search *s, PetscInt pair)
 {
   const MPMTiles *t    = &s->core->exchange.patch.tiles;
   const int       dim  = (int)s->core->grid.dim;
-  const PetscInt  rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits, rigid = -1 - s->c->pair[pair].a;
+  const PetscInt  rows = 1 << t->bits * (dim - 1), edge = 1 << t->bits;
+  const MPMRigid *rigid = s->c->pair[pair].rigid;
 
   PetscFunctionBeginUser;
   for (PetscInt tile = NextTile(t, -1); tile >= 0; tile = NextTile(t, tile)) {
@@ -289,8 +289,8 @@ static PetscErrorCode ListAll(Search *s, PetscBool any)
   PetscCall(PetscMalloc1(2 * s->c->npairs + 1, &s->first));
   for (PetscInt k = 0; k < 2 * s->c->npairs; k++) {
     s->first[k] = s->nwanted;
-    if (s->c->pair[k / 2].a < 0 && k % 2) PetscCall(ListNearRigid(s, k / 2));
-    if (s->c->pair[k / 2].a >= 0 && any) PetscCall(ListParticles(s, k / 2, k % 2));
+    if (s->c->pair[k / 2].rigid && k % 2) PetscCall(ListNearRigid(s, k / 2));
+    if (!s->c->pair[k / 2].rigid && any) PetscCall(ListParticles(s, k / 2, k % 2));
   }
   s->first[2 * s->c->npairs] = s->nwanted;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -4,15 +4,16 @@
    separates the particles of a and b best, by weighted least squares:
      sum_p phi_p (n . (x_p - x_i) + d - c_p)^2 + SMOOTH |n|^2 is least,  c_p = 1 for b and -1 for a.
    docs/method.md has the reasons. All sums are of whole numbers, so they have the same bits in every sequence. */
+#include "base/algebra.h"
 #include "step/contact_search.h"
 
 #define SMOOTH 1e-9 /* cells^2, times the sum of phi: it only matters where all particles lie on a line */
 #define AHEAD                                                                                                          \
   0.75 /* cells: a block slides on a plane within 0.1 %; with 0.5 and 1 within 1 %, and ends sink in with more */
 #define AGREE 8 /* power of how well the surface of one side agrees: 1 where it is flat, 0.7 at a corner */
-#define BESIDE                                                                                                         \
-  1 /* cells: nodes that are further out of a rigid body do not hold a fluid; with 0.5 water leaks into it */
-#define BAND 0.6 /* cells: how much further than a stencil's reach the nodes of columns are from a rigid body */
+#define OUTSIDE                                                                                                        \
+  1 /* cells: nodes that are farther out of a rigid body do not hold a fluid; with 0.5 water leaks into it */
+#define BAND 0.6 /* cells: how much farther than a stencil's reach the nodes of columns are from a rigid body */
 
 /* Adds a particle to the sums of its nodes. */
 static PetscErrorCode AddToFits(Search *s, PetscInt pair, int side, PetscInt p)
@@ -110,49 +111,13 @@ static PetscErrorCode CollectFits(Search *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Solves A y = b for n <= 4 unknowns by elimination with pivots; returns false if A has none. */
-static PetscBool Solve(int n, PetscReal A[4][4], PetscReal b[4], PetscReal y[4])
-{
-  for (int k = 0; k < n; k++) {
-    int best = k;
-
-    for (int i = k + 1; i < n; i++)
-      if (PetscAbsReal(A[i][k]) > PetscAbsReal(A[best][k])) best = i;
-    if (!(PetscAbsReal(A[best][k]) > 0)) return PETSC_FALSE;
-    for (int j = 0; j < n && best != k; j++) {
-      const PetscReal was = A[k][j];
-
-      A[k][j]    = A[best][j];
-      A[best][j] = was;
-    }
-    if (best != k) {
-      const PetscReal was = b[k];
-
-      b[k]    = b[best];
-      b[best] = was;
-    }
-    for (int i = k + 1; i < n; i++) {
-      const PetscReal by = A[i][k] / A[k][k];
-
-      for (int j = k; j < n; j++) A[i][j] -= by * A[k][j];
-      b[i] -= by * b[k];
-    }
-  }
-  for (int k = n - 1; k >= 0; k--) {
-    y[k] = b[k];
-    for (int j = k + 1; j < n; j++) y[k] -= A[k][j] * y[j];
-    y[k] /= A[k][k];
-  }
-  return PETSC_TRUE;
-}
-
 /* Sets n [3] to the normal at a node by its sums; returns false if only one side has matter there, or it has no normal. */
 static PetscBool SetFitted(const MPMGrid *grid, const MPMPair *pair, const Fit *fit, PetscReal n[])
 {
   static const int row[3][3] = {{4, 5, 6}, {5, 7, 8}, {6, 8, 9}};
   const int        dim       = (int)grid->dim;
   const PetscReal  all       = (PetscReal)fit->sum[0];
-  PetscReal        A[4][4], b[4], y[4] = {0}, size = 0;
+  PetscReal        A[4][4], b[4], size = 0;
 
   if (fit->sum[10] >= fit->sum[0] || fit->sum[10] <= -fit->sum[0]) return PETSC_FALSE;
   for (int d = 0; d < dim; d++) {
@@ -163,8 +128,8 @@ static PetscBool SetFitted(const MPMGrid *grid, const MPMPair *pair, const Fit *
   }
   A[dim][dim] = 1;
   b[dim]      = (PetscReal)fit->sum[10] / all;
-  if (!Solve(dim + 1, A, b, y)) return PETSC_FALSE;
-  for (int d = 0; d < 3; d++) n[d] = d < dim && (pair->axis < 0 || pair->axis == d) ? y[d] / grid->h[d] : 0;
+  if (!MPMSolve(dim + 1, 4, &A[0][0], b)) return PETSC_FALSE;
+  for (int d = 0; d < 3; d++) n[d] = d < dim && (pair->axis < 0 || pair->axis == d) ? b[d] / grid->h[d] : 0;
   for (int d = 0; d < dim; d++) size += n[d] * n[d];
   if (!(size > 0)) return PETSC_FALSE;
   for (int d = 0; d < dim; d++) n[d] /= PetscSqrtReal(size);
@@ -277,13 +242,13 @@ static PetscBool SetNormal(const MPMCore *core, const MPMPair *pair, const Fit *
   PetscReal      x[3] = {0}, distance;
   PetscInt       axis = 0;
 
-  if (pair->a >= 0) return SetFitted(grid, pair, fit, n);
+  if (!pair->rigid) return SetFitted(grid, pair, fit, n);
   for (PetscInt d = 0; d < grid->dim; d++) x[d] = grid->lower[d] + (PetscReal)fit->ijk[d] * grid->h[d];
-  distance = MPMRigidDistance(&core->rigids.body[-1 - pair->a], grid->dim, x, n);
+  distance = MPMRigidDistance(pair->rigid, grid->dim, x, n);
   for (PetscInt d = grid->dim; d < 3; d++) n[d] = 0;
   for (PetscInt d = 1; d < grid->dim; d++)
     if (PetscAbsReal(n[d]) > PetscAbsReal(n[axis])) axis = d;
-  if (pair->flows && distance > BESIDE * grid->h[axis]) return PETSC_FALSE;
+  if (pair->flows && distance > OUTSIDE * grid->h[axis]) return PETSC_FALSE;
   return PetscAbsReal(distance) < (0.5 * MPMBasisNodes(core->basis) + BAND) * grid->h[axis] ? PETSC_TRUE : PETSC_FALSE;
 }
 
@@ -300,7 +265,7 @@ static PetscErrorCode FindNormals(Search *s)
       for (PetscInt d = 0; d < 3; d++) s->normal[3 * k + d] = 0;
   PetscCall(SetKeys(s, s->nfits, s->fit, sizeof *s->fit, offsetof(Fit, pair), offsetof(Fit, ijk)));
   for (PetscInt pair = 0; pair < s->c->npairs; pair++)
-    for (int side = 0; side < 2 && s->c->pair[pair].axis < 0 && s->c->pair[pair].a >= 0; side++)
+    for (int side = 0; side < 2 && s->c->pair[pair].axis < 0 && !s->c->pair[pair].rigid; side++)
       PetscCall(MPMContactForParticles(s, pair, side, TellFaces));
   PetscCall(PetscMPIIntCast(8 * s->nfits, &count));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, s->faces, count, MPIU_INT64, MPI_SUM, s->core->exchange.data));

@@ -5,6 +5,7 @@
    along the wall one that is nearly as near (SLOPES) and farther out; a ball and a disk with the lowest one. A point
    may come nearer by its gap at most. */
 #include "physics/wall.h"
+#include "step/friction.h"
 #include "step/step.h"
 
 #define SLOPES     0.02 /* m a point may be higher for each m that it lies farther out */
@@ -118,7 +119,7 @@ static PetscReal Act(MPMCore *core, MPMRigidSupport *s)
                          : MPMWallHas(f->type, MPM_WALL_BRAKES) ? f->mu
                                                                 : 0;
   MPMRigid       *r    = &core->rigids.body[s->body];
-  PetscReal       v[3], n[3] = {0}, J[3] = {0}, yields, more, size = 0, slide = 0, most;
+  PetscReal       v[3], n[3] = {0}, J[3] = {0}, yields, more, slide = 0;
 
   n[axis] = sign;
   MPMRigidVelocity(r, core->grid.dim, s->at, v);
@@ -140,14 +141,7 @@ static PetscReal Act(MPMCore *core, MPMRigidSupport *s)
       brake[d] = s->brake[d];
     }
     for (PetscInt d = 0; d < 3 && slide > 0; d++) brake[d] -= t[d] * slide / MPMRigidYields(r, s->at, t);
-    for (PetscInt d = 0; d < 3; d++) size += brake[d] * brake[d];
-    size = PetscSqrtReal(size);
-    most = s->press > 0 ? mu * s->press : 0;
-    for (PetscInt d = 0; d < 3; d++) {
-      if (size > most) brake[d] *= most / size;
-      J[d] += brake[d] - s->brake[d];
-      s->brake[d] = brake[d];
-    }
+    MPMFrictionSet(mu, s->press, brake, s->brake, J);
   }
   MPMRigidKick(r, s->at, J);
   return yields * (PetscAbsReal(J[0]) + PetscAbsReal(J[1]) + PetscAbsReal(J[2]));
