@@ -150,6 +150,7 @@ static PetscErrorCode Calibrate(MPM scene, int *status)
     m->exchange = PetscMax(0, all.together.step - all.together.predicted) / all.together.exchanges;
   PetscCall(MPMLimits(scene->core.comm, &m->flop, &m->byte));
   PetscCall(PetscGetDate(date, sizeof date));
+  m->measured = PETSC_TRUE;
   (void)snprintf(m->from, sizeof m->from, "calibrated on %d process%s, %s", size, size > 1 ? "es" : " (messages rough)",
                  date);
   if (!rank) PetscCall(MPMModelSave(&scene->cost, &scene->core, &scene->scene));
