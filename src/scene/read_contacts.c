@@ -17,6 +17,14 @@ static void AddPair(const MPMScene *scene, MPMContacts *c, MPMOptions o, PetscIn
   if (!MPMOptionsError(o)) c->pair[c->npairs++] = pair;
 }
 
+/* Returns whether a scene has rigid bodies. */
+static PetscBool HasRigid(const MPMScene *scene)
+{
+  for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++)
+    if (scene->bodies[b].rigid != MPM_RIGID_NONE) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
 /* Refuses a name that is not one of a body with particles, by what it is. */
 static void RefuseBody(const MPMScene *scene, MPMOptions o, const char contact[], const char name[])
 {
@@ -55,7 +63,9 @@ static PetscErrorCode ReadBodies(const MPMScene *scene, MPMOptions o, const char
       in[b] = PETSC_TRUE;
   }
   for (PetscInt b = 0; b < scene->nbodies; b++) n += in[b];
-  if (n < 2) MPMOptionsFail(o, "-contact_%s_bodies: a contact needs two bodies or more, not %" PetscInt_FMT, name, n);
+  if (n < 2)
+    MPMOptionsFail(o, "-contact_%s_bodies: a contact needs two bodies with particles or more, not %" PetscInt_FMT "%s",
+                   name, n, HasRigid(scene) ? "; rigid bodies need none, and have -body_<b>_mu" : "");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -123,13 +133,6 @@ static PetscErrorCode SetCopies(MPMScene *scene, MPMCore *core, MPMContacts *c, 
     }
   PetscCall(PetscFree(named));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscBool HasRigid(const MPMScene *scene)
-{
-  for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++)
-    if (scene->bodies[b].rigid != MPM_RIGID_NONE) return PETSC_TRUE;
-  return PETSC_FALSE;
 }
 
 PetscErrorCode MPMSceneReadContacts(MPMScene *scene, MPMCore *core, MPMOptions o)

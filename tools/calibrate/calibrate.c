@@ -143,6 +143,7 @@ static PetscErrorCode Calibrate(MPM scene, int *status)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(FitModel(scene, size, &all));
+  m->measured = PETSC_TRUE;
   /* What an exchange costs besides its messages, such as calls and waiting, is the time of a step that the rest of the
      model does not explain, over the number of exchanges. */
   if (size > 1) PetscCall(TimeTogether(scene, &all.together));
@@ -150,7 +151,6 @@ static PetscErrorCode Calibrate(MPM scene, int *status)
     m->exchange = PetscMax(0, all.together.step - all.together.predicted) / all.together.exchanges;
   PetscCall(MPMLimits(scene->core.comm, &m->flop, &m->byte));
   PetscCall(PetscGetDate(date, sizeof date));
-  m->measured = PETSC_TRUE;
   (void)snprintf(m->from, sizeof m->from, "calibrated on %d process%s, %s", size, size > 1 ? "es" : " (messages rough)",
                  date);
   if (!rank) PetscCall(MPMModelSave(&scene->cost, &scene->core, &scene->scene));
