@@ -38,6 +38,13 @@ static PetscErrorCode MakeNodes(Search *s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static int CompareKeys(const void *a, const void *b)
+{
+  const PetscInt64 p = ((const Key *)a)->number, q = ((const Key *)b)->number;
+
+  return p < q ? -1 : p > q;
+}
+
 /* Makes the sites: the nodes of contact of several pairs share those of a copy. */
 static PetscErrorCode MakeSites(Search *s)
 {
@@ -77,23 +84,29 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
   const MPMGrid  *grid  = &core->grid;
   const PetscInt  dim   = grid->dim;
   const MPMRigid *rigid = s->c->pair[pair].rigid;
-  PetscReal       F[9], units, V[3], own[3] = {0}, from = 0;
+  PetscReal       F[9], units, V[3], own[3] = {0}, surface = 0, h = 0;
   PetscInt        at[3];
+  MPMMatterEnd    matter;
   Stencil         t;
 
   PetscFunctionBeginUser;
   SetStencil(s, p, &t);
-  if (rigid) {
-    const PetscReal *x = s->view.x + p * dim;
-
-    from = MPMRigidDistance(rigid, dim, x, own);
-    MPMRigidVelocity(rigid, dim, x, V);
-  }
   units = -MPMKindOf(core->params.kinds, &s->view, p)->V0 / UNIT * MPMMatterDeformation(core, &s->view, p, F);
-  for (PetscInt d = 0; d < dim; d++) units /= grid->h[d];
+  MPMMatterSetEnd(core, &s->view, p, F, &matter);
+  for (PetscInt d = 0; d < dim; d++) {
+    units /= grid->h[d];
+    h = PetscMax(h, grid->h[d]);
+  }
+  if (rigid) { /* by the distance and the normal where the particle is */
+    const PetscReal *x    = s->view.x + p * dim;
+    const PetscReal  from = MPMRigidDistance(rigid, dim, x, own);
+
+    MPMRigidVelocity(rigid, dim, x, V);
+    surface = PetscMin(from - MPMMatterReaches(dim, &matter, own, h), MPMMatterArrives(core, &s->view, p, own, V));
+  }
   FOR_STENCIL(&t, at)
   {
-    PetscReal       part = 0, aside[3] = {0}, n[3] = {0}, end = 0, h = 0;
+    PetscReal       part = 0, aside[3] = {0}, n[3] = {0}, end = 0;
     PetscInt        ijk[3], k, main = 0; /* the axis that the normal is nearest to */
     MPMContactNode *q;
 
@@ -109,18 +122,13 @@ static PetscErrorCode Tell(Search *s, PetscInt pair, int side, PetscInt p)
       for (PetscInt e = 0; e < dim; e++) phi *= e == d ? t.g[e][at[e]] : t.w[e][at[e]];
       part += phi * n[d];
       end += by * grid->h[d] * n[d];
-      h = PetscMax(h, grid->h[d]);
       for (PetscInt e = 0; e < dim; e++)
         if (e != d) aside[e] = PetscMax(aside[e], PetscAbsReal(by));
     }
     for (PetscInt d = 1; d < dim; d++)
       if (PetscAbsReal(n[d]) > PetscAbsReal(n[main])) main = d;
     q->weight[side] += (PetscInt64)PetscMax(-MOST, PetscMin(MOST, units * part));
-    if (rigid) /* by the distance and the normal where the particle is */
-      end = PetscMin(from - MPMMatterReaches(core, &s->view, p, F, own, h),
-                     MPMMatterArrives(core, &s->view, p, own, V));
-    else
-      end -= MPMMatterReaches(core, &s->view, p, F, n, h);
+    end = rigid ? surface : end - MPMMatterReaches(dim, &matter, n, h);
     for (PetscInt d = 0; d < dim; d++)
       if (aside[d] < 0.5 + TIE) q->near[side][d] = PetscMin(q->near[side][d], end);
     if (!rigid || aside[main] < BESIDE) q->wide[side] = PetscMin(q->wide[side], end);

@@ -45,8 +45,9 @@ typedef struct {
   uint64_t    *cells;                  /* [copies][tiles] bits of their cells that have particles */
   PetscInt    *wanted, *first, nwanted, most; /* the particles of each side of each pair that are near the other side */
   Fit         *fit;
-  PetscInt     nfits, room, *map, nkeys;
-  Key         *key;                  /* [nkeys] of nodes, sorted */
+  PetscInt     nfits, room, *map;
+  Key         *key;                  /* [nkeys] of nodes, each where its number is mapped to or behind it; at -1: none */
+  size_t       nkeys;                /* a power of 2 */
   PetscReal   *normal;               /* [nfits][3] */
   Faces       *faces;                /* [nfits] */
   PetscReal    full[MPM_MAX_COPIES]; /* particles of a cell that is full, of each copy */
@@ -103,34 +104,34 @@ MPM_INLINE PetscInt64 KeyOf(const MPMGrid *grid, PetscInt of, const PetscInt ijk
   return key;
 }
 
-MPM_INLINE int CompareKeys(const void *a, const void *b)
+/* Returns where a number is in the table of the keys, or the empty place where it belongs. */
+MPM_INLINE Key *PlaceOfKey(const Search *s, PetscInt64 number)
 {
-  const PetscInt64 p = ((const Key *)a)->number, q = ((const Key *)b)->number;
+  size_t at = (size_t)(((uint64_t)number * 0x9e3779b97f4a7c15u) >> 32) & (s->nkeys - 1);
 
-  return p < q ? -1 : p > q;
+  while (s->key[at].at >= 0 && s->key[at].number != number) at = (at + 1) & (s->nkeys - 1);
+  return &s->key[at];
 }
 
 /* Returns the place of a number in the list of the keys, or -1. */
 MPM_INLINE PetscInt FindKey(const Search *s, PetscInt64 number)
 {
-  const Key  key   = {number, 0};
-  const Key *found = s->nkeys ? bsearch(&key, s->key, (size_t)s->nkeys, sizeof key, CompareKeys) : NULL;
-
-  return found ? found->at : -1;
+  return PlaceOfKey(s, number)->at;
 }
 
 /* Sets the keys to the numbers of n nodes, whose records of so many bytes have pair and ijk at these offsets. */
 MPM_INLINE PetscErrorCode SetKeys(Search *s, PetscInt n, const void *first, size_t bytes, size_t pair, size_t ijk)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscRealloc((size_t)(n + 1) * sizeof *s->key, &s->key));
+  for (s->nkeys = 16; s->nkeys < 2 * (size_t)n;) s->nkeys *= 2;
+  PetscCall(PetscRealloc(s->nkeys * sizeof *s->key, &s->key));
+  for (size_t k = 0; k < s->nkeys; k++) s->key[k].at = -1;
   for (PetscInt k = 0; k < n; k++) {
     const char *row = (const char *)first + (size_t)k * bytes;
+    const Key   key = {KeyOf(&s->core->grid, *(const PetscInt *)(row + pair), (const PetscInt *)(row + ijk)), k};
 
-    s->key[k] = (Key){KeyOf(&s->core->grid, *(const PetscInt *)(row + pair), (const PetscInt *)(row + ijk)), k};
+    *PlaceOfKey(s, key.number) = key;
   }
-  s->nkeys = n;
-  qsort(s->key, (size_t)n, sizeof *s->key, CompareKeys);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

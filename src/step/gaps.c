@@ -60,13 +60,15 @@ static PetscReal End(const MPMCore *core, const MPMView *view, PetscInt p, Petsc
   const PetscInt         d = k / 2;
   const PetscReal        h = core->grid.h[d], most = 2 * MPMKindOf(core->params.kinds, view, p)->l[d] * h;
   PetscReal              n[3] = {0}, F[9], end;
+  MPMMatterEnd           matter;
 
   n[d] = k % 2 ? -1 : 1;
   if (at > 2 * most)
     end = at - most;
   else {
     (void)MPMMatterDeformation(core, view, p, F);
-    end = at - MPMMatterReaches(core, view, p, F, n, h);
+    MPMMatterSetEnd(core, view, p, F, &matter);
+    end = at - MPMMatterReaches(core->grid.dim, &matter, n, h);
   }
   if (core->params.walls->given[d][k % 2].type == MPM_WALL_piston) return end;
   return PetscMin(end, MPMMatterArrives(core, view, p, n, rest));

@@ -27,25 +27,36 @@ PetscReal MPMMatterDeformation(const MPMCore *core, const MPMView *view, PetscIn
   return m->type->traits & MPM_FLUID ? view->J[p] : 1;
 }
 
-PetscReal MPMMatterReaches(const MPMCore *core, const MPMView *view, PetscInt p, const PetscReal F[],
-                           const PetscReal n[], PetscReal h)
+void MPMMatterSetEnd(const MPMCore *core, const MPMView *view, PetscInt p, const PetscReal F[], MPMMatterEnd *end)
 {
-  const int        dim     = (int)core->grid.dim;
-  const MPMKind   *kind    = MPMKindOf(core->params.kinds, view, p);
-  const PetscReal *rim     = view->rim + p * dim;
-  PetscReal        half[3] = {0}, cofactor[9], turned[3] = {0}, size = 0, far = 0, along = 0, ahead, most;
+  const int        dim  = (int)core->grid.dim;
+  const MPMKind   *kind = MPMKindOf(core->params.kinds, view, p);
+  const PetscReal *rim  = view->rim + p * dim;
+  PetscReal        cofactor[9], far = 0;
 
-  for (int d = 0; d < dim; d++) half[d] = kind->l[d] * core->grid.h[d];
+  *end = (MPMMatterEnd){.size = 0};
   MPMCofactor(dim, F, cofactor); /* J F^-T turns normals of surfaces */
   for (int d = 0; d < dim; d++) {
-    for (int e = 0; e < dim; e++) turned[d] += cofactor[d * dim + e] * rim[e];
+    end->half[d] = kind->l[d] * core->grid.h[d];
+    for (int e = 0; e < dim; e++) {
+      end->F[d * dim + e] = F[d * dim + e];
+      end->normal[d] += cofactor[d * dim + e] * rim[e];
+    }
     far += rim[d] * rim[d];
-    size += turned[d] * turned[d];
-    along -= turned[d] * n[d];
+    end->size += end->normal[d] * end->normal[d];
   }
-  if (!(along > 0 && along * along > FACES * size)) return MPMExtent(dim, half, F, n);
-  ahead = most = MPMDet(dim, F) * far / along;
-  for (int d = 0; d < dim; d++) most += PetscAbsReal(turned[d] + along * n[d]) / along * half[d];
+  end->far = MPMDet(dim, F) * far;
+}
+
+PetscReal MPMMatterReaches(PetscInt dim, const MPMMatterEnd *end, const PetscReal n[], PetscReal h)
+{
+  const PetscReal *turned = end->normal;
+  PetscReal        along  = 0, ahead, most;
+
+  for (PetscInt d = 0; d < dim; d++) along -= turned[d] * n[d];
+  if (!(along > 0 && along * along > FACES * end->size)) return MPMExtent((int)dim, end->half, end->F, n);
+  ahead = most = end->far / along;
+  for (PetscInt d = 0; d < dim; d++) most += PetscAbsReal(turned[d] + along * n[d]) / along * end->half[d];
   return PetscMax(ahead, most - STEEP * h);
 }
 

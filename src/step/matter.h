@@ -10,11 +10,19 @@
    particle's volume as far as its law keeps it, unless it is alone and has any volume. */
 PetscReal MPMMatterDeformation(const MPMCore *, const MPMView *, PetscInt p, PetscReal F[]);
 
-/* Returns how far the matter of particle p, with that F, reaches along -n [dim], m. Where the surface of its body was beside it
-   at the start and now is turned towards -n, it reaches to that surface, straight ahead, or to the lowest place of its
-   domain if that is lower by more than a tenth of a cell, h in m; else to the end of its domain. */
-PetscReal MPMMatterReaches(const MPMCore *, const MPMView *, PetscInt p, const PetscReal F[], const PetscReal n[],
-                           PetscReal h);
+/* The end of a particle's matter: half of its domain at the start, m, and F; where the surface of its body was beside it at
+   the start, a normal of this surface now, its squared size, and that times the distance, m; else size is 0. */
+typedef struct {
+  PetscReal half[3], F[9], normal[3], size, far;
+} MPMMatterEnd;
+
+/* Sets the end of particle p with that F [dim*dim]. */
+void MPMMatterSetEnd(const MPMCore *, const MPMView *, PetscInt p, const PetscReal F[], MPMMatterEnd *);
+
+/* Returns how far matter with that end reaches along -n [dim], m. Where the surface of its body was beside it at the start and
+   now is turned towards -n, it reaches to that surface, straight ahead, or to the lowest place of its domain if that is
+   lower by more than a tenth of a cell, h in m; else to the end of its domain. */
+PetscReal MPMMatterReaches(PetscInt dim, const MPMMatterEnd *, const PetscReal n[], PetscReal h);
 
 /* Returns how far, m, the end of particle p may come nearer, along -n, to what moves with V [dim], m/s, in this step at most:
    of what keeps its shape any distance. The end of what flows is where its centre is, less a constant; so nodes may
