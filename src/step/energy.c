@@ -354,7 +354,7 @@ static void AddAdvance(const MPMCore *core, const MPMNode *n, PetscReal met, con
     u[d] = before + (e->mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0);
     s[d] = MPMNodeStopped(met, d) ? motion[d] : u[d];
   }
-  if (Pushed(core, ijk, push)) {
+  if (e->mean != MPM_MEAN_PARTICLES && Pushed(core, ijk, push)) { /* there the strain is made before contact acts */
     for (PetscInt d = 0; d < dim; d++) along += push[d] * (motion[d] - s[d]);
     for (PetscInt d = 0; d < dim; d++) s[d] += along * push[d];
   }
