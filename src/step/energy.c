@@ -303,7 +303,7 @@ static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const 
 }
 
 /* Adds, times `share`, the work of a node's acceleration along the velocity u [dim], which is that of the particles'
-   momentum. Forces work along s [dim], with which the matter moves: it differs from u where a wall or contact stopped the
+   momentum. Forces work along s [dim], with which the matter moves: it differs from u where a wall or contact held the
    node. Their part is the rest. `held`: what PIC takes over besides from a moving wall, J. */
 static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], const PetscReal u[],
                     const PetscReal s[], PetscReal share, PetscBool moving, PetscReal held, MPMEnergy *e)
@@ -323,8 +323,8 @@ static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], 
   MPMSumAdd(&e->sum[moving ? MPM_ENERGY_walls : MPM_ENERGY_friction], wall + held);
 }
 
-/* Sets e [3] to the direction in which contact has changed the velocity of a node in the last phase, and returns true, or
-   returns false if it has not. */
+/* Sets e [3] to the direction in which contact has changed the velocity of a node in the last phase, and returns true;
+   if it has not, returns false. Not collective. */
 static PetscBool Pushed(const MPMCore *core, const PetscInt ijk[], PetscReal e[])
 {
   PetscReal dv[3] = {0}, size = 0;
