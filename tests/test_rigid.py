@@ -1,5 +1,6 @@
 """Rigid bodies (-body_<b>_rigid): a block slides on a floor that is inclined by three angles; a fixed floor bears the weight of
-what rests on it, and feels nothing early; a roller that turns drives a plate; the balance of energy closes where a ram moves; a free
+what rests on it, and feels nothing early; a roller that turns drives a plate; the balance of energy closes where a ram moves;
+friction and impacts only take energy; a free
 disk and a free ball roll and slide on a wall as the formulas say, a box comes to rest; momentum is kept where a free body
 strikes; a plate presses on a disk as by Hertz; bodies that meet stop the run. The bits are the same on any number of
 processes, with a pool, after a restart and after retries.
@@ -35,15 +36,19 @@ def run(name, lines, *more, n=1):
     return check.history(f"output/{name}.csv"), done
 
 
-def slope(tilt, mu, h=1 / 12, end=0.6):
-    """A block of 1 x 0.5 on a plane, with gravity at 30 degrees from its normal; all turned by `tilt`. Returns its way by the exact one,
-    and how far it leaves the plane, in cells."""
+def slope_scene(tilt, mu, h=1 / 12, end=0.6):
+    """A block of 1 x 0.5 on a plane, with gravity at 30 degrees from its normal; all turned by `tilt`, a matrix."""
     turn = np.array([[np.cos(np.radians(tilt)), -np.sin(np.radians(tilt))], [np.sin(np.radians(tilt)), np.cos(np.radians(tilt))]])
     corners = [turn @ at for at in ([-0.5, 0], [0.5, 0], [0.5, 0.5], [-0.5, 0.5])]
-    lines = grid([-2, -1], [3, 3], h) + SOFT + [
+    return turn, grid([-2, -1], [3, 3], h) + SOFT + [
         "-gravity " + words(turn @ [5, -10 * 0.75 ** 0.5]), "-bodies block,floor", "-body_block_material m", "-body_block_shape polygon",
         '-body_block_vertices "' + " ".join(f"{float(x)!r},{float(y)!r}" for x, y in corners) + '"',
         "-body_floor_rigid fixed", "-body_floor_shape halfspace", "-body_floor_point 0,0", "-body_floor_normal " + words(turn @ [0, 1]), f"-body_floor_mu {mu}", f"-time_end {end}"]
+
+
+def slope(tilt, mu, h=1 / 12, end=0.6):
+    """Its way by the exact one, and how far it leaves the plane, in cells."""
+    turn, lines = slope_scene(tilt, mu, h, end)
     found, _ = run("slope", lines)
     way, off = turn.T @ [found["center_block_x"][-1] - found["center_block_x"][0], found["center_block_y"][-1] - found["center_block_y"][0]]
     return way / (5 * end ** 2 * (0.5 - mu * 0.75 ** 0.5)), off / h
@@ -92,6 +97,19 @@ def check_energy():
         work, off = found["energy_rigid"][-1], np.abs(found["energy_integration"]).max()
         same = abs(found["work_ram"][-1] + found["work_floor"][-1] - work)
         check.that(work > 100 and off < (0.05 if update == "usf" else 0.02) * work and same < 1e-9 * work, f"a ram, {update} {transfer}: work {work:.2f} J, of which {off:.3f} J are not explained; friction {found['energy_friction'][-1]:.3f} J")
+
+
+def check_friction():
+    """Friction and impacts at a rigid body only take energy, in every step (with usf and flip of a slide alone); of a slide the balance closes."""
+    for update, transfer in (("usl", "aflip"), ("musl", "flip"), ("usf", "flip"), ("usl", "xpic")):
+        for tilt, mu, speed in ((0, 0.3, 2), (17, 0.3, 0), (0, 0.7, 0)):
+            turn, lines = slope_scene(tilt, mu, h=1 / 8, end=0.2)
+            found, _ = run("friction", lines + ["-body_block_velocity " + words(turn @ [0, -speed])], "-history_energy", "-history_every", "0", "-method_update", update, "-method_transfer", transfer)
+            least, off = np.diff(found["energy_friction"]), np.abs(found["energy_integration"]).max()
+            energy = found["total_energy"].max() + np.abs(found["energy_gravity"]).max()
+            slides = mu < 0.5 and not speed
+            check.that((least.max() < 1e-12 * energy or (update == "usf" and not slides)) and found["energy_friction"][-1] < -0.05 * energy and (not slides or off < 0.01 * energy),
+                       f"block {f'meets a floor with {speed} m/s' if speed else 'slides' if slides else 'sticks'}, {update} {transfer}: friction {found['energy_friction'][-1]:.2f} J, in no step more than {least.max():.1e} J; {off / energy:.4f} of the energy not explained")
 
 
 def free(dim, *more, wall="friction", end=1.0):
@@ -198,6 +216,7 @@ check_hertz()
 check_weight()
 check_spin()
 check_energy()
+check_friction()
 check_rolls()
 check_box()
 check_strikes()

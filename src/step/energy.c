@@ -303,8 +303,8 @@ static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const 
 }
 
 /* Adds, times `share`, the work of a node's acceleration along the velocity u [dim], which is that of the particles'
-   momentum. Forces work along s [dim], with which the matter moves: it differs from u where a wall stopped the node. The
-   wall's part is the rest. `held`: what PIC takes over besides from a moving wall, J. */
+   momentum. Forces work along s [dim], with which the matter moves: it differs from u where a wall or contact held the
+   node. Their part is the rest. `held`: what PIC takes over besides from a moving wall, J. */
 static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], const PetscReal u[],
                     const PetscReal s[], PetscReal share, PetscBool moving, PetscReal held, MPMEnergy *e)
 {
@@ -323,6 +323,19 @@ static void AddNode(const MPMCore *core, const MPMNode *n, const PetscReal a[], 
   MPMSumAdd(&e->sum[moving ? MPM_ENERGY_walls : MPM_ENERGY_friction], wall + held);
 }
 
+/* Sets e [3] to the direction in which contact has changed the velocity of a node in the last phase, and returns true;
+   if it has not, returns false. Not collective. */
+static PetscBool Pushed(const MPMCore *core, const PetscInt ijk[], PetscReal e[])
+{
+  PetscReal dv[3] = {0}, size = 0;
+
+  if (!core->contacts) return PETSC_FALSE;
+  MPMContactsGave(core, ijk, dv);
+  for (PetscInt d = 0; d < core->grid.dim; d++) size += PetscSqr(dv[d]);
+  for (PetscInt d = 0; d < 3 && size > 0; d++) e[d] = dv[d] / PetscSqrtReal(size);
+  return size > 0 ? PETSC_TRUE : PETSC_FALSE;
+}
+
 /* Adds what the advance of a node did. `before` is its velocity before the advance as walls leave it. Where a moving wall
    holds the node, PIC also takes over the momentum that the wall gave it before the advance: its share is 1 - flip. */
 static void AddAdvance(const MPMCore *core, const MPMNode *n, PetscReal met, const PetscReal *motion,
@@ -332,7 +345,7 @@ static void AddAdvance(const MPMCore *core, const MPMNode *n, PetscReal met, con
   const PetscInt   dim    = core->grid.dim;
   const PetscReal *a      = motion + dim;
   const PetscBool  moving = AtMovingWall(par->walls, &core->grid, ijk, met);
-  PetscReal        u[3], s[3], held = 0;
+  PetscReal        u[3], s[3], push[3], along = 0, held = 0;
 
   for (PetscInt d = 0; d < dim; d++) {
     const PetscReal before = motion[d] - par->kick * a[d];
@@ -341,6 +354,10 @@ static void AddAdvance(const MPMCore *core, const MPMNode *n, PetscReal met, con
     u[d] = before + (e->mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0);
     s[d] = MPMNodeStopped(met, d) ? motion[d] : u[d];
   }
+  if (e->mean != MPM_MEAN_PARTICLES && Pushed(core, ijk, push)) { /* there the strain is made before contact acts */
+    for (PetscInt d = 0; d < dim; d++) along += push[d] * (motion[d] - s[d]);
+    for (PetscInt d = 0; d < dim; d++) s[d] += along * push[d];
+  }
   AddNode(core, n, a, u, s, e->mean == MPM_MEAN_AGAIN ? 0.5 : 1, moving, held, e);
 }
 
@@ -348,10 +365,11 @@ static void AddAdvance(const MPMCore *core, const MPMNode *n, PetscReal met, con
 static void AddAgain(const MPMCore *core, const MPMNode *n, PetscReal met, const PetscReal *motion,
                      const PetscInt ijk[], MPMEnergy *e)
 {
-  const PetscInt dim = core->grid.dim;
-  PetscReal      u[3];
+  const PetscInt  dim = core->grid.dim;
+  PetscReal       u[3], push[3];
+  const PetscBool pushed = Pushed(core, ijk, push);
 
-  for (PetscInt d = 0; d < dim; d++) u[d] = MPMNodeStopped(met, d) ? n->p[d] / n->m : motion[d];
+  for (PetscInt d = 0; d < dim; d++) u[d] = pushed || MPMNodeStopped(met, d) ? n->p[d] / n->m : motion[d];
   AddNode(core, n, motion + dim, u, motion, 0.5, AtMovingWall(core->params.walls, &core->grid, ijk, met), 0, e);
 }
 
