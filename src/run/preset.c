@@ -55,6 +55,7 @@ static PetscErrorCode PrintRemedies(const MPM mpm)
 
   PetscFunctionBeginUser;
   if (core->params.light > 0) PetscCall(MPMPrint(&core->print, " -method_light_nodes %g", (double)core->params.light));
+  if (mpm->scene.cut) PetscCall(MPMPrint(&core->print, " -method_rim cut"));
   if (core->params.box)
     PetscCall(MPMPrint(&core->print, " -method_locking fbar -method_lock_share %g", (double)core->params.lock_share));
   for (PetscInt k = 0; k < mpm->scene.nmaterials; k++) {

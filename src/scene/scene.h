@@ -13,8 +13,6 @@
 /* The file of a body's particles; see points.c. */
 typedef struct _MPMPoints MPMPoints;
 
-#define MPM_AT_WALLS 27 /* no wall or one of two on each axis */
-
 /* Is a body matter, or does it move as a whole: not, by formulas of t, or as the matter and walls make it? */
 typedef enum { MPM_RIGID_NONE, MPM_RIGID_FIXED, MPM_RIGID_MOVING, MPM_RIGID_FREE } MPMRigidType;
 
@@ -36,7 +34,9 @@ typedef struct {
   MPMExpression deformation;            /* F at the start, row-major, of x y z; NULL: undeformed */
   PetscReal     v2;                     /* largest squared speed of its particles at the start, m^2/s^2 */
   PetscInt64    first, n;               /* ids first .. first+n-1 */
-  PetscInt      at_walls[MPM_AT_WALLS]; /* kinds of its particles by the walls that they are next to; see at_walls.c */
+  PetscBool     whole; /* have all of its particles the volume of a whole place of the lattice? */
+  PetscInt     *cut;   /* kinds of its particles by the parts of a place that they have; see cut.c */
+  PetscInt64    parts; /* of all of its particles */
   PetscInt64    row;                    /* the number of its first row of lattice places among those of all bodies */
 } MPMBody;
 
@@ -76,6 +76,7 @@ typedef struct {
   PetscInt      nmaterials;
   MPMBody      *bodies;
   PetscInt      nbodies, nfilled, nshapes; /* bodies with particles, first those on a lattice; then shapes alone */
+  PetscBool     cut; /* have particles at the surface of a body what it leaves of their places? (cut.h) */
   MPMKind      *kinds;
   PetscInt      nkinds;
   MPMWalls      walls;
