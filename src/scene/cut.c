@@ -27,8 +27,7 @@ PetscErrorCode MPMCutSetFromOptions(MPMScene *scene, MPMOptions o)
   PetscCall(MPMOptionsMethodGiven(&given, NULL));
   (void)snprintf(rim, sizeof rim, "%s", given ? "whole" : "cut");
   PetscCall(MPMOptionsEnum(o, "method_rim", NULL, rim, NULL));
-  scene->cut = !strcmp(rim, "cut") ? PETSC_TRUE : PETSC_FALSE;
-  for (PetscInt k = 0; k < scene->nbodies; k++) scene->bodies[k].whole = scene->cut ? PETSC_FALSE : PETSC_TRUE;
+  for (PetscInt k = 0; k < scene->nbodies; k++) scene->bodies[k].whole = strcmp(rim, "cut") ? PETSC_TRUE : PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -190,6 +189,7 @@ PetscErrorCode MPMCutFind(MPMScene *scene, const MPMCore *core, MPMBody *b)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &b->parts, 1, MPIU_INT64, MPI_SUM, core->comm));
   b->cut[whole] = 0;
   for (PetscInt k = 0; k <= most; k++) n += b->cut[k];
+  scene->ncut += n > 0;
   PetscCall(MPMKindsRoom(scene, n + scene->nbodies));
   for (PetscInt k = 0; k <= most; k++) {
     MPMKind kind = own;

@@ -76,7 +76,7 @@ typedef struct {
   PetscInt      nmaterials;
   MPMBody      *bodies;
   PetscInt      nbodies, nfilled, nshapes; /* bodies with particles, first those on a lattice; then shapes alone */
-  PetscBool     cut; /* have particles at the surface of a body what it leaves of their places? (cut.h) */
+  PetscInt      ncut; /* bodies that cut places of their particles (cut.h) */
   MPMKind      *kinds;
   PetscInt      nkinds;
   MPMWalls      walls;
