@@ -14,9 +14,24 @@
 
 #define PLACES 27   /* of a neighbourhood: 3^dim are used */
 #define TIE    1e-9 /* spacings squared: places as near as this share alike, as symmetry wants it */
+#define MEMO   8192
 #define SPLIT  12   /* a part of a place is as many parts as can be shared by 2, 3, 4, 6 or 12 */
 
 static const PetscInt along[] = {1024, 16, 8}; /* parts of a place on each axis, by the dimension less one */
+
+/* A place whose centre is outside of the body, next to one inside: how many of its parts are in the body, and the sum of
+   their places relative to its centre, in spacings; which of its neighbours share them (bits), and how many these are. */
+typedef struct {
+  const MPMBody *body; /* NULL: nothing is here yet */
+  PetscInt64     ijk[3];
+  PetscInt       parts, takers, sharing;
+  PetscReal      sum[3];
+} Outer;
+
+/* The places outside that were examined last, each where its number is mapped to: up to 9 particles ask for the same one. */
+struct _MPMCutMemo {
+  Outer outer[MEMO];
+};
 
 PetscErrorCode MPMCutSetFromOptions(MPMScene *scene, MPMOptions o)
 {
@@ -27,7 +42,9 @@ PetscErrorCode MPMCutSetFromOptions(MPMScene *scene, MPMOptions o)
   PetscCall(MPMOptionsMethodGiven(&given, NULL));
   (void)snprintf(rim, sizeof rim, "%s", given ? "whole" : "cut");
   PetscCall(MPMOptionsEnum(o, "method_rim", NULL, rim, NULL));
-  for (PetscInt k = 0; k < scene->nbodies; k++) scene->bodies[k].whole = strcmp(rim, "cut") ? PETSC_TRUE : PETSC_FALSE;
+  if (MPMOptionsError(o) || strcmp(rim, "cut")) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscCalloc1(1, &scene->memo));
+  for (PetscInt k = 0; k < scene->nfilled; k++) scene->bodies[k].memo = scene->memo;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -39,15 +56,29 @@ PetscInt MPMCutParts(PetscInt dim)
   return n;
 }
 
-/* Sets by [dim] to the offset of place q of a neighbourhood from its middle, in spacings. */
-static void Offset(PetscInt dim, PetscInt q, PetscInt by[])
+/* Sets to [dim] to place q of the neighbourhood of the place ijk [dim], and y [dim], m, to its centre, with the bits that the
+   lattice has (lattice.c). */
+static void Neighbour(const MPMBody *b, PetscInt dim, const PetscInt64 ijk[], PetscInt q, PetscInt64 to[],
+                      PetscReal y[])
 {
-  for (PetscInt d = 0; d < dim; d++, q /= 3) by[d] = q % 3 - 1;
+  for (PetscInt d = 0; d < dim; d++, q /= 3) {
+    to[d] = ijk[d] + q % 3 - 1;
+    y[d]  = ((PetscReal)to[d] + 0.5) * b->b[d] + b->offset[d];
+  }
 }
 
-static void Neighbour(const MPMBody *b, PetscInt dim, const PetscReal x[], const PetscInt by[], PetscReal y[])
+/* Returns whether the parts at all corners of the place x [dim], m, are in the body: then in a solid shape all are, since
+   these are convex (region.def). */
+static PetscBool Corners(const MPMBody *b, PetscInt dim, const PetscReal x[])
 {
-  for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (PetscReal)by[d] * b->b[d];
+  const PetscReal far = 0.5 - 0.5 / (PetscReal)along[dim - 1];
+  PetscReal       y[3];
+
+  for (PetscInt k = 0; k < 1 << dim; k++) {
+    for (PetscInt d = 0; d < dim; d++) y[d] = x[d] + (k >> d & 1 ? far : -far) * b->b[d];
+    if (!MPMRegionInside(&b->region, dim, y)) return PETSC_FALSE;
+  }
+  return PETSC_TRUE;
 }
 
 /* Returns how many parts of the place x [dim], m, are in the body, and sets sum [dim] to the sum of their places relative to
@@ -58,6 +89,7 @@ static PetscInt Parts(const MPMBody *b, PetscInt dim, const PetscReal x[], Petsc
   PetscInt       count = 0, rows = 1;
 
   for (PetscInt d = 0; d < dim; d++) sum[d] = 0;
+  if (MPMRegionSolid(&b->region) && !b->region.others && Corners(b, dim, x)) return MPMCutParts(dim) / SPLIT;
   for (PetscInt d = 0; d < last; d++) rows *= n;
   for (PetscInt k = 0; k < rows; k++) {
     MPMRow     row = {.dim = dim, .spacing = b->b[last] / (PetscReal)n, .offset = x[last] - 0.5 * b->b[last]};
@@ -79,73 +111,64 @@ static PetscInt Parts(const MPMBody *b, PetscInt dim, const PetscReal x[], Petsc
   return count;
 }
 
-/* Returns by how many neighbours what is in the body of a place x [dim], m, outside it is shared, if that at `by` [dim] is
-   one of them, else 0; centre [dim], in spacings, is its centroid. */
-static PetscInt Sharing(const MPMBody *b, PetscInt dim, PetscInt places, const PetscReal x[], const PetscReal centre[],
-                       const PetscInt by[])
+/* Returns what the body has of the place ijk [dim] with its centre at x [dim], m, outside. */
+static const Outer *Find(const MPMBody *b, PetscInt dim, PetscInt places, const PetscInt64 ijk[], const PetscReal x[])
 {
-  PetscReal nearest = PETSC_INFINITY, y[3];
-  PetscInt  sharing = 0;
-  PetscBool takes   = PETSC_FALSE;
+  const PetscInt64 number = ijk[0] + 37 * (dim > 1 ? ijk[1] : 0) + 1009 * (dim > 2 ? ijk[2] : 0);
+  Outer           *o      = &b->memo->outer[((number % MEMO) + MEMO) % MEMO];
+  PetscReal        nearest = PETSC_INFINITY, y[3];
+  PetscInt64       to[3];
 
-  for (PetscInt q = 0; q < places; q++) {
+  if (o->body == b && !memcmp(o->ijk, ijk, (size_t)dim * sizeof *ijk)) return o;
+  *o = (Outer){.body = b};
+  for (PetscInt d = 0; d < dim; d++) o->ijk[d] = ijk[d];
+  o->parts = Parts(b, dim, x, o->sum);
+  for (PetscInt q = 0; q < places && o->parts; q++) {
     PetscReal away = 0;
-    PetscInt  at[3];
-    PetscBool own = PETSC_TRUE;
 
-    Offset(dim, q, at);
-    for (PetscInt d = 0; d < dim; d++) away += PetscSqr((PetscReal)at[d] - centre[d]);
+    for (PetscInt d = 0, w = q; d < dim; d++, w /= 3)
+      away += PetscSqr((PetscReal)(w % 3 - 1) - o->sum[d] / (PetscReal)o->parts);
     if (!(away < nearest + TIE)) continue;
-    Neighbour(b, dim, x, at, y);
+    Neighbour(b, dim, ijk, q, to, y);
     if (!MPMRegionInside(&b->region, dim, y)) continue;
-    for (PetscInt d = 0; d < dim; d++)
-      if (at[d] != by[d]) own = PETSC_FALSE;
     if (away < nearest - TIE) {
-      nearest = away;
-      sharing = 0;
-      takes   = PETSC_FALSE;
+      nearest   = away;
+      o->takers = o->sharing = 0;
     }
-    sharing++;
-    if (own) takes = PETSC_TRUE;
+    o->takers |= (PetscInt)1 << q;
+    o->sharing = PetscMin(SPLIT, o->sharing + 1);
   }
-  return takes ? PetscMin(sharing, SPLIT) : 0;
+  return o;
 }
 
 PetscInt MPMCut(const MPMBody *b, PetscInt dim, const PetscReal place[], PetscReal X[])
 {
-  PetscInt  places = 1, out[PLACES], nout = 0, count, by[3];
-  PetscReal sum[3], y[3];
+  PetscInt   places = 1, out[PLACES], nout = 0, count;
+  PetscInt64 ijk[3], to[3];
+  PetscReal  sum[3], y[3];
 
   for (PetscInt d = 0; d < dim; d++) {
-    X[d] = place[d];
+    X[d]   = place[d];
+    ijk[d] = b->memo ? (PetscInt64)PetscFloorReal((place[d] - b->offset[d]) / b->b[d]) : 0;
     places *= 3;
   }
-  if (b->whole || b->points) return MPMCutParts(dim);
+  if (!b->memo) return MPMCutParts(dim);
   for (PetscInt q = 0; q < places; q++) {
-    Offset(dim, q, by);
-    Neighbour(b, dim, place, by, y);
+    Neighbour(b, dim, ijk, q, to, y);
     if (!MPMRegionInside(&b->region, dim, y)) out[nout++] = q;
   }
   if (!nout) return MPMCutParts(dim);
   count = SPLIT * Parts(b, dim, place, sum);
   for (PetscInt d = 0; d < dim; d++) sum[d] *= SPLIT;
   for (PetscInt k = 0; k < nout; k++) {
-    PetscInt  more, sharing, back[3];
-    PetscReal own[3], centre[3];
+    const Outer *o;
 
-    Offset(dim, out[k], by);
-    Neighbour(b, dim, place, by, y);
-    more = Parts(b, dim, y, own);
-    if (!more) continue;
-    for (PetscInt d = 0; d < dim; d++) {
-      centre[d] = own[d] / (PetscReal)more;
-      back[d]   = -by[d];
-    }
-    sharing = Sharing(b, dim, places, y, centre, back);
-    if (!sharing) continue;
-    count += more * (SPLIT / sharing);
+    Neighbour(b, dim, ijk, out[k], to, y);
+    o = Find(b, dim, places, to, y);
+    if (!o->parts || !(o->takers >> (places - 1 - out[k]) & 1)) continue; /* this place, seen from there */
+    count += o->parts * (SPLIT / o->sharing);
     for (PetscInt d = 0; d < dim; d++)
-      sum[d] += (own[d] + (PetscReal)(more * by[d])) * (PetscReal)(SPLIT / sharing);
+      sum[d] += (o->sum[d] + (PetscReal)(o->parts * (PetscInt)(to[d] - ijk[d]))) * (PetscReal)(SPLIT / o->sharing);
   }
   count = PetscMax(1, count); /* a shape thinner than a part may lie between their centres */
   for (PetscInt d = 0; d < dim; d++) X[d] = place[d] + sum[d] / (PetscReal)count * b->b[d];
@@ -161,32 +184,29 @@ static PetscInt Most(PetscInt dim)
   return n;
 }
 
-PetscErrorCode MPMCutFind(MPMScene *scene, const MPMCore *core, MPMBody *b)
+void MPMCutNote(MPMBody *b, PetscInt parts)
 {
-  const PetscInt  dim = core->grid.dim, whole = MPMCutParts(dim), most = Most(dim);
-  const MPMKind   own = scene->kinds[b->kind];
-  MPMLattice      w;
-  PetscMPIInt     rank, size;
-  PetscInt        n = 0, parts;
-  PetscReal       place[3], X[3];
+  if (b->cut) b->cut[parts] = 1;
+  b->parts += parts;
+}
+
+PetscErrorCode MPMCutBegin(MPMBody *b, PetscInt dim)
+{
+  PetscFunctionBeginUser;
+  if (b->memo) PetscCall(PetscCalloc1(Most(dim) + 1, &b->cut));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode MPMCutEnd(MPMScene *scene, const MPMCore *core, MPMBody *b)
+{
+  const PetscInt dim = core->grid.dim, whole = MPMCutParts(dim), most = Most(dim);
+  const MPMKind  own = scene->kinds[b->kind];
+  PetscInt       n   = 0;
 
   PetscFunctionBeginUser;
-  b->parts = b->n * whole;
-  if (b->whole) PetscFunctionReturn(PETSC_SUCCESS);
-  b->parts = 0;
-  PetscCallMPI(MPI_Comm_size(core->comm, &size));
-  PetscCallMPI(MPI_Comm_rank(core->comm, &rank));
-  PetscCall(PetscCalloc1(most + 1, &b->cut));
-  w = MPMLatticeShare(scene, b, dim, rank, size);
-  while (MPMLatticeNext(&w))
-    for (PetscInt64 k = 0; k < w.n; k++) {
-      MPMLatticePlace(&w, w.ijk[dim - 1] + k, place);
-      parts         = MPMCut(b, dim, place, X);
-      b->cut[parts] = 1;
-      b->parts += parts;
-    }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, b->cut, (PetscMPIInt)(most + 1), MPIU_INT, MPI_MAX, core->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &b->parts, 1, MPIU_INT64, MPI_SUM, core->comm));
+  if (!b->memo) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, b->cut, (PetscMPIInt)(most + 1), MPIU_INT, MPI_MAX, core->comm));
   b->cut[whole] = 0;
   for (PetscInt k = 0; k <= most; k++) n += b->cut[k];
   scene->ncut += n > 0;

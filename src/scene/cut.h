@@ -13,9 +13,12 @@ PetscErrorCode MPMCutSetFromOptions(MPMScene *, MPMOptions);
 PetscInt MPMCutParts(PetscInt dim);
 PetscInt MPMCut(const MPMBody *, PetscInt dim, const PetscReal place[], PetscReal X[]);
 
-/* Adds the kinds of a body's particles to those of the scene, once its own kind is known: one for each number of parts
-   that there is. Collective on core->comm. The second function returns the kind of a particle with so many parts. */
-PetscErrorCode MPMCutFind(MPMScene *, const MPMCore *, MPMBody *);
+/* Begin to note which numbers of parts a body's particles have, note one, and add the kinds of all that there are to those
+   of the scene, where the body's own kind is known; the last is collective on core->comm. The fourth function returns the
+   kind of a particle with so many parts. */
+PetscErrorCode MPMCutBegin(MPMBody *, PetscInt dim);
+void           MPMCutNote(MPMBody *, PetscInt parts);
+PetscErrorCode MPMCutEnd(MPMScene *, const MPMCore *, MPMBody *);
 PetscInt       MPMCutKind(const MPMBody *, PetscInt dim, PetscInt parts);
 
 #endif

@@ -166,17 +166,21 @@ static PetscErrorCode CheckParticles(MPMScene *scene, MPMCore *core, MPMOptions 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(core->comm, &rank));
   for (PetscInt k = 0; k < scene->nfilled && !MPMOptionsError(o); k++) {
-    MPMLattice w = MPMLatticeShare(scene, &scene->bodies[k], core->grid.dim, rank, scene->shares);
+    MPMBody   *b = &scene->bodies[k];
+    MPMLattice w = MPMLatticeShare(scene, b, core->grid.dim, rank, scene->shares);
     PetscReal  place[3], X[3];
 
+    PetscCall(MPMCutBegin(b, w.dim));
     while (MPMLatticeNext(&w))
       for (PetscInt64 q = 0; q < w.n && !MPMOptionsError(o); q++) {
         MPMLatticePlace(&w, w.ijk[w.dim - 1] + q, place);
-        (void)MPMCut(w.body, w.dim, place, X);
-        PetscCall(MPMFillCheck(scene, core, o, w.body, place, X));
+        MPMCutNote(b, MPMCut(b, w.dim, place, X));
+        PetscCall(MPMFillCheck(scene, core, o, b, place, X));
       }
   }
   PetscCall(MPMOptionsShare(o, core->comm));
+  for (PetscInt k = 0; k < scene->nfilled && !MPMOptionsError(o); k++)
+    PetscCall(MPMCutEnd(scene, core, &scene->bodies[k]));
   for (PetscInt k = 0; k < scene->nfilled; k++)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->bodies[k].v2, 1, MPIU_REAL, MPI_MAX, core->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->on_line, 1, MPIU_INT64, MPI_SUM, core->comm));
@@ -235,8 +239,6 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   }
   CheckMemory(o, "particles", (PetscReal)core->particles.total,
               (PetscReal)(1 + 2 * dim + dim * dim) * sizeof(PetscReal), size);
-  if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt k = 0; k < scene->nfilled; k++) PetscCall(MPMCutFind(scene, core, &scene->bodies[k]));
   PetscCall(CheckParticles(scene, core, o)); /* after a fault too, since others may have none */
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -360,6 +360,7 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   PetscCall(PetscFree(scene->materials));
   PetscCall(PetscFree(scene->bodies));
   PetscCall(PetscFree(scene->kinds));
+  PetscCall(PetscFree(scene->memo));
   PetscCall(PetscFree(scene->probes));
   PetscCall(PetscFree(scene->contacts));
   PetscCall(PetscFree(scene->share_first));
