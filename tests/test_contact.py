@@ -4,6 +4,8 @@ the same on any number of processes, with a pool, after a restart and after retr
 
 usage: test_contact.py PEBBLE SOURCE MPIEXEC
 """
+import re
+
 import numpy as np
 
 import check
@@ -155,6 +157,24 @@ def check_many():
         check.that(done.status == status and line in done.said, f"{n} bodies: {line}")
 
 
+def check_presets():
+    """What a collision loses, as the line of the preset says it, without contact and with it: disks 8 cells across, along a diagonal and
+    along x."""
+    for preset in ("fast", "balanced", "accurate", "energy"):
+        lost = {}
+        for mu in (None, 0.3):
+            for name, more in ("diagonal", []), ("x", ["-body_disk1_center", "0.203,0.5", "-body_disk2_center", "0.797,0.5", "-body_disk1_velocity", "0.14142,0",
+                                                       "-body_disk2_velocity", "-0.14142,0", "-time_end", 1.8]):
+                path = check.write("own.opts", [line for line in open(check.scene("disks")).read().split("\n") if not line.startswith(("-method_", "-dt_cfl", "-check_energy"))])
+                done = check.must("-options_file", path, *QUIET, "-method_preset", preset, *(["-contact_mu", mu] if mu else []), *more)
+                h = check.history("output/own.csv")
+                lost[mu, name] = 1 - (h["kinetic_energy"] + h["strain_energy"])[-1] / h["kinetic_energy"][0]
+            said = [float(number) for number in re.search(r"a collision loses (?:less than )?([\d.]+)(?: to ([\d.]+))? % of its energy", done.out).groups() if number]
+            worst, along = 100 * lost[mu, "diagonal"], 100 * lost[mu, "x"]
+            good = abs(worst - said[-1]) < 2 and (not mu or said[0] - 1 < along < said[1])
+            check.that(good, f"{preset}, {'with' if mu else 'without'} contact: a collision loses {worst:.2f} %, along x {along:.2f} %; the program says {said}")
+
+
 def check_equal():
     """The same bits on any number of processes, with pool, both migrations, less lanes, after restart and retries."""
     words = ["-contact_mu", 0.3, "-time_end", 2.2, "-body_disk1_velocity", "0.12,0.08"]
@@ -178,5 +198,6 @@ check_glued()
 check_stack()
 check_piston()
 check_many()
+check_presets()
 check_equal()
 check.end()

@@ -350,6 +350,13 @@ check.that(
     made.status == 0 and len(table) == 4 * 2 and sum(row["front"] == "1" for row in table) >= 1,
     f"trade: {len(table)} runs {made.err}",
 )
+touching = study("trade", check.scene("disks_contact"), "--levels", "2", "--coarser", "1", "--repeats", "1", "--basis", "bspline2,gimp", "--update", "usl",
+                 "--transfer", "aflip", "--preset", "none", "-time_end", "1.2", "-output_dir", "touch")  # fmt: skip
+errors = {(row["basis"], row["cells"]): float(row["error"]) for row in check.rows("touch/disks_contact_workprecision.csv") if row["study"] == "run"}
+check.that(
+    touching.status == 0 and all(0 < errors[basis, "40x40"] < 0.7 * errors[basis, "20x20"] < 0.1 for basis in ("bspline2", "gimp")),
+    f"trade of bodies that meet: errors {errors} {touching.err}",
+)
 lines = check.content("trade/bar_workprecision.csv").decode().splitlines()
 check.write("trade/bar_workprecision.csv", lines[:4])
 rest = study("trade", bar, *few)

@@ -45,6 +45,23 @@ holds("without a calibration the model says that it is rough", "constants rough"
 holds("every phase of usf is predicted", {"P2G_MASS", "P2G_FORCE", "VELOCITY", "ADVANCE", "G2P_MOTION", "G2P_STRESS",
                                           "SORT", "REDUCE", "all"} <= set(predictions(plain)))
 
+# ---- Contact: its search is shared by processes, its impulses are not, and both grow with the surface
+def contact(*options, n=1, name="disks_contact"):
+    scene = ["-options_file", check.scene(name), "-time_max_steps", "5", "-report_phases", "-output_format", "none"]
+    found = predictions(run(*options, n=n, scene=scene))
+    return found.get("FORCES", 0), found["ADVANCE"]
+
+
+touching, apart = contact(), contact("-contact_mu", "0", "-body_disk2_velocity", "0.14,0")
+alone = contact(name="disks")
+holds("contact is predicted, whatever will happen, and only where it is declared", touching == apart and touching[0] > 0 and alone[0] == 0 and
+      touching[1] > 10 * alone[1], f"{touching} {apart} {alone}")
+fine, shared, block = contact("-grid_cells", "80,80"), contact(n=4), contact(name="dambreak_block")
+holds("twice the cells along a surface take twice the time", 1.8 < fine[1] / touching[1] < 2.3 and 1.8 < fine[0] / touching[0] < 2.6, f"{fine} {touching}")
+holds("four processes share the search in 2-D by halves, and each finds the impulses", 0.35 < shared[0] / touching[0] < 0.55 and
+      shared[1] > 0.9 * touching[1], f"{shared} {touching}")
+holds("a rigid body counts too", block[0] > 0 and block[1] > 0, f"{block}")
+
 # ---- A calibration, and a run by it
 calibrated = run(n=2, program=calibrate)
 holds("the calibration names its file", "output/disks.model" in calibrated and os.path.exists("output/disks.model"))

@@ -1,8 +1,8 @@
 """Rigid bodies (-body_<b>_rigid): a block slides on a floor that is inclined by three angles; a fixed floor bears the weight of
 what rests on it, and feels nothing early; a roller that turns drives a plate; the balance of energy closes where a ram moves; a free
 disk and a free ball roll and slide on a wall as the formulas say, a box comes to rest; momentum is kept where a free body
-strikes; bodies that meet stop the run. The bits are the same on any number of processes, with a pool, after a restart and
-after retries.
+strikes; a plate presses on a disk as by Hertz; bodies that meet stop the run. The bits are the same on any number of
+processes, with a pool, after a restart and after retries.
 
 usage: test_rigid.py PEBBLE SOURCE MPIEXEC
 """
@@ -182,7 +182,19 @@ def check_equal():
     check.that(undone and int(undone) > 0 and tried[0].digest == tried[1].digest, f"the same bits on 1 and 3 processes with {undone} steps undone")
 
 
+def check_hertz():
+    """The force of the plate of options/hertz.opts at its approach d, by Johnson, Contact Mechanics (1985), eqs. (4.43), (5.56)."""
+    check.must("-options_file", check.scene("hertz"), *QUIET, "-output_name", "hertz")
+    found = check.history("output/hertz.csv")
+    force, radius, stiff = np.linspace(1, 4000, 4000), 0.1, 1e6 / (1 - 0.3**2)
+    approach = force / (np.pi * stiff) * (2 * np.log(4 * radius / np.sqrt(4 * force * radius / (np.pi * stiff))) - 1)
+    late = found["time"] > 0.015
+    off = -2 * found["reaction_plate_y"][late] / np.interp(0.15 - found["pivot_plate_y"][late], approach, force) - 1
+    check.that(late.sum() > 100 and np.abs(off).max() < 0.04, f"a plate on a disk: its force is {off.min():+.4f} to {off.max():+.4f} off that of Hertz")
+
+
 check_slope()
+check_hertz()
 check_weight()
 check_spin()
 check_energy()

@@ -166,8 +166,10 @@ PetscErrorCode MPMWatchRest(MPMCore *core, const MPMScene *scene)
   PetscCall(MPMWarn(
       &core->print,
       "%s does not rest in its stress of -initial_stress k0: near %s it starts with an acceleration of %.2g g. It "
-      "needs a level surface, a wall below and walls at all sides; else let it settle with -damping_kinetic",
-      NameOf(scene, &most), place, (double)most.value));
+      "needs a level surface, a wall below and walls at all sides; else let it settle %s",
+      NameOf(scene, &most), place, (double)most.value,
+      core->rigids.free ? "first, since rigid bodies that are free cannot be damped: start later what is to be seen"
+                        : "with -damping_kinetic"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -39,7 +39,8 @@ typedef struct {
 #define MPM_WITHIN_ROUGH      2
 #define MPM_WITHIN_CALIBRATED 1.3
 
-/* The constants of the model. */
+/* The constants of the model. Those of contact (contact_cost.c) follow from the scene; a calibration has them in its rates.
+   look is in s a particle; search and impulses are s a step: of all processes together, and of each one. */
 typedef struct {
   MPMRate      rate[MPM_MAX_TIMERS];   /* by timer; all phases of a step that share it together */
   PetscReal    exchange, message;      /* s per exchange with the neighbours, and per message until it arrives */
@@ -50,6 +51,8 @@ typedef struct {
   MPMMigration migration[2];           /* swarm, direct */
   PetscReal    job, pool;              /* s per job of the pool and per byte of it, for the master as for the worker */
   PetscReal    flop, byte;             /* s that a core takes at best for an operation, a byte of memory; 0: unknown */
+  PetscReal    look, search, impulses; /* of contact */
+  PetscBool    measured;               /* are the rates those of a calibration? */
   PetscReal    within;                 /* the factor within which the time of a run is predicted (MPM_WITHIN_..) */
   char         from[2 * MPM_NAME_LEN]; /* where the constants come from */
 } MPMModel;
@@ -75,6 +78,9 @@ void           MPMModelMethod(const MPMCore *, const MPMScene *, char text[], si
 
 /* --- Predictions (model.c); dt: of the next step, s --------------------------------------------------------------- */
 
+/* MPMModelContact (contact_cost.c) sets look, search and impulses by where matter and rigid bodies are now; it is
+   collective on exchange.data. model.c describes the others. */
+
 void           MPMModelRough(MPMModel *, const MPMCore *, const MPMScene *);
 PetscReal      MPMModelMigrationMessages(const MPMModel *, PetscBool direct, PetscReal axes, PetscReal processes);
 PetscReal      MPMModelTimer(const MPMModel *, const MPMCore *, PetscInt timer, const MPMShare *);
@@ -83,6 +89,7 @@ PetscReal      MPMModelPoolBytes(const MPMCore *, PetscInt timer, const MPMShare
 PetscReal      MPMModelPoolStep(const MPMModel *, const MPMCore *, const MPMShare *, PetscInt edge, PetscReal *bound);
 PetscInt       MPMModelPoolEdge(const MPMModel *, const MPMCore *, const MPMShare *);
 void           MPMModelCosts(const MPMModel *, const MPMCore *, PetscReal particles, MPMCosts *);
+PetscErrorCode MPMModelContact(MPMModel *, MPMCore *);
 PetscErrorCode MPMModelShare(MPMCore *, PetscReal dt, MPMShare *);
 PetscErrorCode MPMModelPredict(MPMCost *, MPMCore *, PetscReal dt);
 

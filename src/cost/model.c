@@ -90,6 +90,14 @@ PetscReal MPMModelMigrationMessages(const MPMModel *m, PetscBool direct, PetscRe
   return MPM_SWARM_COLLECTIVES * Log2(processes) * m->reduction + numbers * MPM_SWARM_NUMBER * processes * m->wire;
 }
 
+/* Returns the seconds in which contact is looked for, on the process that has most of a surface in a cut into cubes. */
+static PetscReal Search(const MPMModel *m, const MPMCore *core, const MPMShare *s)
+{
+  const PetscReal dim = (PetscReal)core->grid.dim;
+
+  return m->look * s->particles + m->search / PetscPowReal(PetscMax(1, s->processes), (dim - 1) / dim);
+}
+
 /* Returns the predicted seconds per step of timer e, on a process with this share, in spatial decomposition or in a run
    on one process. Not collective. */
 PetscReal MPMModelTimer(const MPMModel *m, const MPMCore *core, PetscInt e, const MPMShare *s)
@@ -106,13 +114,15 @@ PetscReal MPMModelTimer(const MPMModel *m, const MPMCore *core, PetscInt e, cons
     return Migrates(s) * (way->call + way->particle * s->particles +
                           MPMModelMigrationMessages(m, core->exchange.direct, s->axes, s->processes)) +
            way->leaver * s->row * s->waits;
-  if (e < MPM_TIMER_PHASES) return Seconds(&m->rate[e], s->particles);
+  if (e < MPM_TIMER_PHASES)
+    return Seconds(&m->rate[e], s->particles) + (e == MPM_TIMER_FORCES ? Search(m, core, s) : 0);
   times = Times(core, e, &phase);
   if (!phase) return 0;
   if (phase->kind == MPM_NODES_TO_PARTICLES) return Seconds(&m->rate[e], s->particles);
   sent = s->ghosts * PhaseMessage(core, phase);
   if (phase->kind == MPM_NODES)
-    return Seconds(&m->rate[e], s->nodes) + times * (posts + way_of + sent * (m->wire + m->copy));
+    return Seconds(&m->rate[e], s->nodes) + (phase->nodes == MPMNodesAdvance ? m->impulses : 0) +
+           times * (posts + way_of + sent * (m->wire + m->copy));
   return Seconds(&m->rate[e], s->particles) + times * (posts + sent * m->kept);
 }
 
@@ -159,7 +169,7 @@ static PetscReal PoolTimer(const MPMModel *m, const MPMCore *core, PetscInt e, c
   *master         = MPMModelTimer(m, core, e, &alone);
   if (jobs == 0) return *master;
   *master = jobs * (m->job + m->message) + bytes * (m->pool + m->wire);
-  worker = (Seconds(&m->rate[e], s->particles) + *master) / PetscMin(s->processes - 1, jobs);
+  worker  = (Seconds(&m->rate[e], s->particles) + *master) / PetscMin(s->processes - 1, jobs);
   return PetscMax(*master, worker) + (Seconds(&m->rate[e], s->particles) + 2 * *master) / jobs;
 }
 
@@ -307,6 +317,8 @@ PetscErrorCode MPMModelPredict(MPMCost *cost, MPMCore *core, PetscReal dt)
 
   PetscFunctionBeginUser;
   PetscCall(MPMModelShare(core, dt, &s));
+  PetscCall(MPMModelContact(&cost->model, core));
+  if (core->contacts) cost->model.within = MPM_WITHIN_ROUGH; /* nothing else was measured */
   for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
     cost->predicted[e] = core->exchange.type->by_workers
                              ? PoolTimer(&cost->model, core, e, &s, core->exchange.pool_cells, &ignored)
@@ -316,7 +328,7 @@ PetscErrorCode MPMModelPredict(MPMCost *cost, MPMCore *core, PetscReal dt)
     const MPMModel model = cost->model;
 
     PetscCall(PetscMemzero(cost->model.rate, sizeof cost->model.rate));
-    cost->model.kept = 0; /* this is work, and counts as such */
+    cost->model.kept = cost->model.look = cost->model.search = cost->model.impulses = 0; /* this is work too */
     for (PetscInt e = 0; e < MPM_MAX_TIMERS; e++)
       cost->messages[e] = core->exchange.type->by_workers ? 0 : MPMModelTimer(&cost->model, core, e, &s);
     cost->model = model;

@@ -162,6 +162,7 @@ static PetscErrorCode Load(const char path[], const MPMCore *core, const MPMScen
     (void)snprintf(wrong, len, "%.1000s was measured %s", path, Differs(theirs, method));
   else if (strcmp(theirs, method) || !sound)
     (void)snprintf(wrong, len, "%.1000s is damaged, or of another version of pebble", path);
+  m->measured = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -141,6 +141,15 @@ static void CutPosition(char message[])
   }
 }
 
+/* Adds to what is said of a token that is not known which variables there are. */
+static void AddVariables(const char variables[], char error[], size_t len)
+{
+  size_t at = strlen(error);
+
+  at += (size_t)snprintf(error + at, len - at, variables[0] ? "; its variables are" : "; it has no variables");
+  for (const char *v = variables; *v; v++) at += (size_t)snprintf(error + at, len - at, " %c", *v);
+}
+
 /* Parses text, which may use the letters in `variables`. error [len] gets a description of a fault, or "" if there is
    none; *n is the number of components. The caller destroys *e. Not collective. */
 static PetscErrorCode Create(const char text[], const char variables[], MPMExpression *e, PetscInt *n, char error[],
@@ -173,6 +182,7 @@ static PetscErrorCode Create(const char text[], const char variables[], MPMExpre
     CutPosition(message);
     (void)snprintf(error, len, "%.300s (at position %" PetscInt_FMT ")", message,
                    at >= 0 && at <= (PetscInt)strlen(text) ? at + 1 : (PetscInt)strlen(text) + 1);
+    if (!strncmp(message, "Unexpected token", 16)) AddVariables(variables, error, len);
     mupErrorReset((*e)->parser);
   }
   if (MPMOptionsDash(text)) (void)snprintf(error, len, "write a plain - in place of the Unicode minus");

@@ -3,7 +3,7 @@
 #include "run/mpm.h"
 
 static const MPMPreset rows[] = {
-#define MPM_PRESET_NAME(name, what, expect)
+#define MPM_PRESET_NAME(name, what, expect, collision, contact)
 #define MPM_PRESET(name, scenes, basis, stretch, update, transfer, strain, rate, cfl, ppc)                             \
   {#name, MPM_SCENES_##scenes, #basis, stretch, #update, #transfer, strain, rate, cfl, ppc},
 #include "run/preset.def"
@@ -12,9 +12,9 @@ static const MPMPreset rows[] = {
 };
 
 static const struct {
-  const char *name, *expect;
+  const char *name, *expect, *collision, *contact;
 } names[] = {
-#define MPM_PRESET_NAME(name, what, expect) {#name, expect},
+#define MPM_PRESET_NAME(name, what, expect, collision, contact) {#name, expect, collision, contact},
 #define MPM_PRESET(...)
 #include "run/preset.def"
 #undef MPM_PRESET_NAME
@@ -70,14 +70,13 @@ static PetscErrorCode PrintRemedies(const MPM mpm)
 /* Prints the preset and what it stands for in this scene, unless all of the method was given without one. */
 PetscErrorCode MPMPresetPrint(MPM mpm)
 {
-  const char *expect = NULL;
-  PetscBool   given, own, any;
+  PetscBool given, own, any;
+  size_t    of = 0;
 
   PetscFunctionBeginUser;
   PetscCall(MPMOptionsMethodGiven(&own, &any));
   if (own && !mpm->preset_given) PetscFunctionReturn(PETSC_SUCCESS);
-  for (size_t k = 0; k < sizeof names / sizeof names[0]; k++)
-    if (!strcmp(names[k].name, mpm->preset->name)) expect = names[k].expect;
+  while (strcmp(names[of].name, mpm->preset->name)) of++;
   PetscCall(MPMPrint(&mpm->core.print, "preset     %s: -method_basis %s%s -method_update %s -method_transfer %s",
                      mpm->preset->name, MPMBasisNames[mpm->core.basis],
                      mpm->core.needs.stretched ? " -method_gimp_update stretch" : "", mpm->method.scheme->name,
@@ -98,6 +97,7 @@ PetscErrorCode MPMPresetPrint(MPM mpm)
   if (!(mpm->time.fixed > 0)) PetscCall(MPMPrint(&mpm->core.print, " -dt_cfl %g", (double)mpm->time.cfl));
   PetscCall(MPMPrint(&mpm->core.print, "\n"));
   if (!any && mpm->preset->scenes == MPM_SCENES_elastic)
-    PetscCall(MPMPrint(&mpm->core.print, "           %s\n", expect));
+    PetscCall(MPMPrint(&mpm->core.print, "           %s; a collision loses %s\n", names[of].expect,
+                       mpm->core.contacts ? names[of].contact : names[of].collision));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

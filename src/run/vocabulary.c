@@ -39,7 +39,7 @@ static const char transfers[] =
 #include "step/transfer.def"
     "";
 #undef MPM_TRANSFER
-#define MPM_PRESET_NAME(name, what, expect) "|" #name
+#define MPM_PRESET_NAME(name, what, expect, collision, contact) "|" #name
 #define MPM_PRESET(name, scenes, basis, stretch, update, transfer, strain, rate, cfl, ppc)
 static const char presets[] =
 #include "run/preset.def"

@@ -53,16 +53,16 @@ PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const 
   PetscCall(MPMSceneCheckInside(core, o, b, x));
   for (PetscInt k = 0; k < scene->nbodies; k++) {
     const MPMBody *other = &scene->bodies[k];
+    char           at[MPM_NAME_LEN];
 
     if ((other >= b && other->copy == b->copy) || other == b || !MPMRegionInside(&other->region, dim, place)) continue;
     scene->overlap++;
-    if (other->copy != b->copy)
-      MPMOptionsFail(
-          o,
-          "-bodies: a particle of %s at (%g, %g, %g) lies in the shape of %s; bodies in contact must not overlap "
-          "at the start: move one, or cut it (-body_%s_cut %s)",
-          b->name, (double)X[0], (double)(dim > 1 ? X[1] : 0), (double)(dim > 2 ? X[2] : 0), other->name, b->name,
-          other->name);
+    if (other->copy == b->copy) continue;
+    MPMPlaceWords(dim, X, at);
+    MPMOptionsFail(o,
+                   "-bodies: a particle of %s at %s lies in the shape of %s; bodies in contact must not overlap at the "
+                   "start: move one, or cut it (-body_%s_cut %s)",
+                   b->name, at, other->name, b->name, other->name);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

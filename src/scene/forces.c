@@ -51,9 +51,15 @@ static PetscErrorCode ReadPlaces(const MPMGrid *grid, MPMOptions o, MPMLoad *loa
 static PetscErrorCode ReadLoad(const MPMScene *scene, const MPMCore *core, MPMOptions o, MPMLoad *load)
 {
   const PetscInt dim                = core->grid.dim;
-  char           type[MPM_NAME_LEN] = "";
+  char           type[MPM_NAME_LEN] = "", body[MPM_TEXT_LEN] = "";
 
   PetscFunctionBeginUser;
+  PetscCall(MPMOptionsString(o, "load_<l>_body", load->name, body, NULL));
+  for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++)
+    if (!strcasecmp(scene->bodies[b].name, body))
+      MPMOptionsFail(o, "-load_%s_body %s: loads act on particles, and %s has none; %s", load->name, body, body,
+                     scene->bodies[b].rigid == MPM_RIGID_NONE ? "it is a shape for others"
+                                                              : "a rigid body moves by -body_<b>_rigid moving or free");
   PetscCall(MPMOptionsDeclared(o, "load_<l>_body", load->name, scene->nbodies, scene->bodies->name,
                                sizeof *scene->bodies, &load->body));
   PetscCall(MPMOptionsEnum(o, "load_<l>_type", load->name, type, NULL));

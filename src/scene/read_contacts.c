@@ -17,6 +17,31 @@ static void AddPair(const MPMScene *scene, MPMContacts *c, MPMOptions o, PetscIn
   if (!MPMOptionsError(o)) c->pair[c->npairs++] = pair;
 }
 
+/* Returns whether a scene has rigid bodies. */
+static PetscBool HasRigid(const MPMScene *scene)
+{
+  for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++)
+    if (scene->bodies[b].rigid != MPM_RIGID_NONE) return PETSC_TRUE;
+  return PETSC_FALSE;
+}
+
+/* Refuses a name that is not one of a body with particles, by what it is. */
+static void RefuseBody(const MPMScene *scene, MPMOptions o, const char contact[], const char name[])
+{
+  char list[MPM_TEXT_LEN / 2] = "";
+
+  for (PetscInt b = scene->nbodies; b < scene->nbodies + scene->nshapes; b++)
+    if (!strcmp(scene->bodies[b].name, name) && scene->bodies[b].rigid != MPM_RIGID_NONE)
+      MPMOptionsFail(o,
+                     "-contact_%s_bodies %s: %s is rigid, and meets all bodies with particles without a contact; its "
+                     "friction is -body_%s_mu",
+                     contact, name, name, name);
+  for (PetscInt b = 0; b < scene->nbodies; b++)
+    (void)snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", b ? "," : "", scene->bodies[b].name);
+  MPMOptionsFail(o, "-contact_%s_bodies %.100s: choose all, or a list of bodies with particles, of %s", contact, name,
+                 list);
+}
+
 /* Reads the bodies of a contact: sets in [nbodies] to which they are. */
 static PetscErrorCode ReadBodies(const MPMScene *scene, MPMOptions o, const char name[], PetscBool in[])
 {
@@ -31,14 +56,16 @@ static PetscErrorCode ReadBodies(const MPMScene *scene, MPMOptions o, const char
 
     while (b < scene->nbodies && strcmp(scene->bodies[b].name, w)) b++;
     if (b == scene->nbodies)
-      MPMOptionsFail(o, "-contact_%s_bodies %.100s: no body with particles has this name", name, w);
+      RefuseBody(scene, o, name, w);
     else if (in[b])
       MPMOptionsFail(o, "-contact_%s_bodies names %s twice: a contact is between different bodies", name, w);
     else
       in[b] = PETSC_TRUE;
   }
   for (PetscInt b = 0; b < scene->nbodies; b++) n += in[b];
-  if (n < 2) MPMOptionsFail(o, "-contact_%s_bodies: a contact needs two bodies or more, not %" PetscInt_FMT, name, n);
+  if (n < 2)
+    MPMOptionsFail(o, "-contact_%s_bodies: a contact needs two bodies with particles or more, not %" PetscInt_FMT "%s",
+                   name, n, HasRigid(scene) ? "; rigid bodies need none, and have -body_<b>_mu" : "");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -120,7 +147,10 @@ PetscErrorCode MPMSceneReadContacts(MPMScene *scene, MPMCore *core, MPMOptions o
   if (MPMOptionsError(o) || (!all && !scene->ncontacts)) PetscFunctionReturn(PETSC_SUCCESS);
   if (all && scene->ncontacts)
     MPMOptionsFail(o, "-contact_mu does not apply: -contacts says which bodies meet, and how");
-  if (all && scene->nbodies < 2) MPMOptionsFail(o, "-contact_mu: contact needs two bodies or more, and there is one");
+  if (all && scene->nbodies < 2)
+    MPMOptionsFail(o, "-contact_mu is between bodies with particles, and %s is the only one; remove it%s",
+                   scene->bodies[0].name,
+                   HasRigid(scene) ? ": bodies that are rigid have their own friction, -body_<b>_mu" : "");
   PetscCall(PetscNew(&c));
   core->contacts = c;
   PetscCall(PetscCalloc1(most, &c->pair));

@@ -3,6 +3,7 @@
 #include "scene/scene.h"
 
 #define TOUCHES 1e-6 /* cells: free rigid bodies that start nearer to another one touch it */
+#define EMPTY   0.01 /* cells: rigid bodies of less volume are refused */
 
 static const PetscReal nowhere[3] = {0};
 
@@ -44,6 +45,30 @@ static PetscErrorCode ReadMass(MPMOptions o, PetscInt dim, MPMBody *b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Refuses options of rigid bodies for a body that is not rigid, with what it has in their place. */
+static PetscErrorCode RefuseOfRigid(MPMOptions o, const char name[])
+{
+  static const char *const option[][2] = {
+      {"mu", "fixed, moving or free; bodies with particles have -contact_mu, or -contacts"},
+      {"rho", "free; a body with particles has that of its material"},
+      {"mass", "free; a body with particles has the density of its material"},
+      {"inertia", "free; that of a body with particles follows from them"},
+      {"spin", "moving or free; a body with particles spins by its -body_<b>_velocity, a formula of x, y, z"},
+      {"pivot", "moving"}};
+
+  PetscFunctionBeginUser;
+  for (size_t k = 0; k < sizeof option / sizeof option[0]; k++) {
+    char      full[4 * MPM_NAME_LEN];
+    PetscBool given;
+
+    (void)snprintf(full, sizeof full, "-body_%s_%s", name, option[k][0]);
+    PetscCall(PetscOptionsHasName(NULL, NULL, full, &given));
+    if (given)
+      MPMOptionsFail(o, "%s does not apply: it is of rigid bodies, with -body_%s_rigid %s", full, name, option[k][1]);
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode MPMSceneReadRigid(const MPMCore *core, MPMOptions o, MPMBody *b)
 {
   static const char *const names[]            = {"no", "fixed", "moving", "free"};
@@ -56,6 +81,7 @@ PetscErrorCode MPMSceneReadRigid(const MPMCore *core, MPMOptions o, MPMBody *b)
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MPMOptionsFind(word, 4, names, &row));
   b->rigid = (MPMRigidType)row;
+  if (b->rigid == MPM_RIGID_NONE) PetscCall(RefuseOfRigid(o, b->name));
   PetscCall(MPMOptionsRefuseOthers(o, "body", b->name, "rigid", word, all, taken[row]));
   if (b->rigid == MPM_RIGID_NONE || MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   b->alone = PETSC_TRUE;
@@ -103,26 +129,19 @@ static PetscErrorCode IsFinite(const MPMBody *b, PetscInt dim, PetscReal t, cons
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes a free body of one that has been read: its mass, centre, inertia and angular momentum. */
-static PetscErrorCode MakeFree(const MPMBody *b, PetscInt dim, MPMOptions o, MPMRigid *r)
+/* Makes a free body of one that has been read, with a shape of mass m: its mass, centre, inertia and angular momentum. */
+static PetscErrorCode MakeFree(const MPMBody *b, PetscInt dim, const MPMRigidMass *m, MPMOptions o, MPMRigid *r)
 {
-  MPMRigidMass m;
-  PetscReal    mass, inertia[9] = {0};
-  PetscBool    turns = PETSC_TRUE;
+  PetscReal mass = b->mass > 0 ? b->mass : b->rho * m->volume, inertia[9] = {0};
+  PetscBool turns = PETSC_TRUE;
 
   PetscFunctionBeginUser;
-  MPMRigidMassOf(&b->region, dim, &m);
-  if (!(m.volume > 0)) {
-    MPMOptionsFail(o, "the rigid body %s has no volume", b->name);
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  mass = b->mass > 0 ? b->mass : b->rho * m.volume;
-  for (PetscInt k = 0; k < 9; k++) inertia[k] = m.inertia[k] * mass / m.volume;
+  for (PetscInt k = 0; k < 9; k++) inertia[k] = m->inertia[k] * mass / m->volume;
   if (b->inertia[0] > 0) {
     for (PetscInt k = 0; k < 9; k++) inertia[k] = 0;
     for (PetscInt d = 0; d < 3; d++) inertia[4 * d] = b->inertia[dim == 3 ? d : 0];
   }
-  for (PetscInt d = 0; d < dim; d++) r->pivot[d] = m.center[d];
+  for (PetscInt d = 0; d < dim; d++) r->pivot[d] = m->center[d];
   PetscCall(MPMRigidSetFree(r, dim, mass, inertia));
   for (PetscInt d = 0; d < 3; d++)
     for (PetscInt e = 0; e < 3; e++)
@@ -135,8 +154,9 @@ static PetscErrorCode MakeFree(const MPMBody *b, PetscInt dim, MPMOptions o, MPM
 /* Makes rigid body r of a body that has been read. */
 static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOptions o, MPMRigid *r)
 {
-  const PetscInt dim      = core->grid.dim;
-  PetscReal      lower[3] = {0}, upper[3] = {0};
+  const PetscInt dim = core->grid.dim, others = b->region.ncut + b->region.nwithin;
+  PetscReal      lower[3] = {0}, upper[3] = {0}, cell = 1;
+  MPMRigidMass   m;
   const char    *what;
 
   PetscFunctionBeginUser;
@@ -146,6 +166,15 @@ static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOption
       MPMOptionsFail(o, "the rigid body %s lies outside of the grid: on axis %c from %g to %g, the grid from %g to %g",
                      b->name, "xyz"[d], (double)lower[d], (double)upper[d], (double)core -> grid.lower[d],
                      (double)core->grid.upper[d]);
+  if (b->rigid == MPM_RIGID_FREE || others > 0) {
+    MPMRigidMassOf(&b->region, dim, &m);
+    for (PetscInt d = 0; d < dim; d++) cell *= core->grid.h[d];
+    if (!(m.volume > EMPTY * cell))
+      MPMOptionsFail(
+          o, "-body_%s_%s: the rigid body %s has only %.2g times the volume of a cell, it must have more than %g times",
+          b->name, others > 0 ? others > b->region.ncut ? "within" : "cut" : "shape", b->name,
+          (double)(m.volume / cell), EMPTY);
+  }
   PetscCall(IsFinite(b, dim, 0, &what));
   if (what) MPMOptionsFail(o, "-body_%s_%s is not finite at t = 0", b->name, what);
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
@@ -158,7 +187,7 @@ static PetscErrorCode MakeRigid(const MPMCore *core, const MPMBody *b, MPMOption
     r->turn[4 * d] = 1;
   }
   PetscCall(Evaluate(b, dim, 0, r->velocity, r->spin));
-  if (b->rigid == MPM_RIGID_FREE) PetscCall(MakeFree(b, dim, o, r));
+  if (b->rigid == MPM_RIGID_FREE) PetscCall(MakeFree(b, dim, &m, o, r));
   for (PetscInt d = 0; d < dim; d++) r->reach += PetscSqr(PetscMax(r->pivot[d] - lower[d], upper[d] - r->pivot[d]));
   r->reach = PetscSqrtReal(r->reach);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -244,15 +273,16 @@ PetscErrorCode MPMSceneCheckInside(const MPMCore *core, MPMOptions o, const MPMB
 
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < core->rigids.n; k++) {
-    char            at[MPM_NAME_LEN];
+    char            at[MPM_NAME_LEN], deep[MPM_NAME_LEN] = "";
     PetscReal       n[3];
     const PetscReal distance = MPMRigidDistance(&core->rigids.body[k], dim, x, n);
 
     if (!(distance < -TOUCHES * MPMGridSmallestH(&core->grid))) continue;
     MPMPlaceWords(dim, x, at);
+    if (distance > -PETSC_MAX_REAL) (void)snprintf(deep, sizeof deep, " %g m", (double)-distance);
     MPMOptionsFail(
-        o, "a particle of %s at %s starts %g m inside the rigid body %s: move one of them, or cut %s (-body_%s_cut %s)",
-        b->name, at, (double)-distance, core->rigids.body[k].name, b->name, b->name, core->rigids.body[k].name);
+        o, "a particle of %s at %s starts%s inside the rigid body %s: move one of them, or cut %s (-body_%s_cut %s)",
+        b->name, at, deep, core->rigids.body[k].name, b->name, b->name, core->rigids.body[k].name);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -143,6 +143,7 @@ static PetscErrorCode Calibrate(MPM scene, int *status)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(FitModel(scene, size, &all));
+  m->measured = PETSC_TRUE;
   /* What an exchange costs besides its messages, such as calls and waiting, is the time of a step that the rest of the
      model does not explain, over the number of exchanges. */
   if (size > 1) PetscCall(TimeTogether(scene, &all.together));

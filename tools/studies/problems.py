@@ -112,6 +112,8 @@ PROBLEMS = {
     "pressure": Problem(2, "pressure", lambda n: square(n) + " -output_every 1 -output_fields body", [15, 30, 60], 30, pressure, "ring",
                         about="displacement, load on a rim"),
     "disks": Problem(2, "disks", lambda n: square(n), [10, 20, 40], 20, lost, "disk1 disk2", 1e-2, about="energy lost in a collision"),
+    "disks_contact": Problem(2, "disks_contact", lambda n: square(n) + " -contact_mu 0", [20, 40, 80], 40, lost, "disk1 disk2", 1e-2,
+                             about="energy lost in a smooth collision with contact"),
     "mms3d": Problem(3, "mms", lambda n: f"-dim 3 -geometry cartesian -grid_lower 0,0,0 -grid_upper 1,1,1 {square(n, 3)} -bc_zmin_type slip -bc_zmax_type slip "
                      "-body_block_lower 0,0,0 -body_block_upper 1,1,1", [8, 16], 16, reference, "block", about="manufactured, 3-D"),
     "disks3d": Problem(3, "disks3d", lambda n: square(n, 3), [8, 16, 24], 16, lost, "ball1 ball2", 1e-2, about="energy lost in a collision of balls"),
