@@ -163,7 +163,7 @@ def check_loads():
 def check_rotation():
     """A disk turns freely: APIC keeps its angular momentum, of which a part is in C; that of FLIP is sum m x x v."""
     disk = ["-dim 2", "-grid_lower 0,0", "-grid_upper 1,1", "-grid_cells 16,16", "-materials m", "-material_m_model neohookean", "-material_m_rho 1000", "-material_m_E 1e6", "-material_m_nu 0.3",
-            "-bodies b", "-body_b_shape sphere", "-body_b_center 0.5,0.5", "-body_b_radius 0.25", "-body_b_material m", '-body_b_velocity "0.5-y,x-0.5"', "-time_end 0.5", "-output_every 1"]
+            "-bodies b", "-body_b_shape sphere", "-body_b_center 0.5,0.5", "-body_b_radius 0.25", "-body_b_material m", '-body_b_velocity "0.5-y,x-0.5"', "-time_end 0.5", "-output_every 1", "-method_rim whole"]
     path = check.write("disk.opts", disk)
     kept = {}
     for basis in ("bspline2", "bspline3", "gimp"):

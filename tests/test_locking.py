@@ -22,7 +22,7 @@ def two_bodies(dim, velocity, steps=2, basis="linear", cells=8):
     lines = [f"-dim {dim}", "-grid_lower " + zeros, "-grid_upper " + ",".join(["1"] * dim), "-grid_cells " + ",".join([str(cells)] * dim), "-materials soft,stiff",
              "-material_soft_model neohookean", "-material_soft_rho 1", "-material_soft_E 1", "-material_soft_nu 0.3", "-material_stiff_model vonmises", "-material_stiff_rho 2",
              "-material_stiff_E 3", "-material_stiff_nu 0.4", "-material_stiff_yield 0.1", "-bodies low,high", "-body_low_material stiff", "-body_high_material soft",
-             f"-time_max_steps {steps}", "-time_end 1", "-dt_size 0.02", "-output_every 0", f"-method_basis {basis}"]
+             f"-time_max_steps {steps}", "-time_end 1", "-dt_size 0.02", "-output_every 0", "-method_rim whole", f"-method_basis {basis}"]
     for body, lower, upper in (("low", 0.1875, 0.5), ("high", 0.5, 0.8125)):
         lines += [f"-body_{body}_shape box", f"-body_{body}_lower " + ",".join(["0.1875"] * (dim - 1) + [str(lower)]),
                   f"-body_{body}_upper " + ",".join(["0.8125"] * (dim - 1) + [str(upper)]), f'-body_{body}_velocity "{velocity}"', f"-body_{body}_ppc " + ",".join(["2"] * dim),

@@ -21,6 +21,7 @@ def scene(name, dim, bodies, *more, cells=8):
     """Writes an options file with these bodies, {name: lines without their prefix}; all are of material m, unless they say it."""
     lines = [f"-dim {dim}", "-grid_lower " + ",".join(["0"] * dim), "-grid_upper " + ",".join(["1"] * dim), "-grid_cells " + ",".join([str(cells)] * dim), *MATERIAL,
              "-bodies " + ",".join(bodies), "-time_end 0.02", "-output_every 0", "-output_fields body", "-method_basis linear", *more]
+    lines += ["-method_rim whole"] if any("shape file" not in words for words in bodies.values()) else []  # the particles are at the places of the lattice
     for body, words in bodies.items():
         lines += [f"-body_{body}_{word}" for word in words] + ([] if any(word.startswith("material") for word in words) else [f"-body_{body}_material m"])
     return check.write(name + ".opts", lines)

@@ -164,7 +164,7 @@ static void CheckSkin(PetscInt layers, PetscInt whole)
 
   UnitContext("%d layers, %d of them whole", (int)layers, (int)whole);
   for (PetscInt layer = 0; layer < layers; layer++) {
-    const PetscReal share = MPMSkinShare(MPMSkinPack(layer, layers, 5), whole, &fall);
+    const PetscReal share = MPMSkinShare(MPMSkinPack(layer, layers, 5, 1), whole, &fall);
 
     CHECK_NEAR(share, w - fall / 2, 1e-15);
     CHECK(fall >= 0 && share >= 0 && share <= 1);
@@ -172,8 +172,9 @@ static void CheckSkin(PetscInt layers, PetscInt whole)
   }
   CHECK_NEAR(w, 0, 1e-15);
   CHECK_EQ(MPMSkinShare(0, whole, &fall), 0);
-  CHECK_EQ(MPMSkinLayer(MPMSkinPack(3, layers, 5)), 3);
-  CHECK_EQ(MPMSkinSides(MPMSkinPack(3, layers, 63)), 63);
+  CHECK_EQ(MPMSkinLayer(MPMSkinPack(3, layers, 5, 1)), 3);
+  CHECK_EQ(MPMSkinSides(MPMSkinPack(3, layers, 63, 0.7)), 63);
+  CHECK(fabs(MPMSkinArea(MPMSkinPack(3, layers, 63, 0.7)) - 0.7) < 0.002);
 }
 
 int main(int argc, char **argv)

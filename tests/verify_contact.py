@@ -278,7 +278,7 @@ def turned(how):
         worst = 0
         for one, other, sign in (("center_a_x", "center_a_y", 1), ("momentum_a_x", "momentum_a_y", 1), ("momentum_a_y", "momentum_a_x", -1), ("momentum_b_x", "momentum_b_y", 1)):
             worst = max(worst, np.abs(first[one] - sign * second[other]).max() / np.abs(first[one]).max() if np.abs(first[one]).max() > 1e-9 else 0)
-        allowed = 1e-2 if offset else 1e-12  # the rounds of impulses end before they have settled, and columns along x act first
+        allowed = 2e-2 if offset else 1e-12  # rounding decides in which step a column opens
         row(worst < allowed, f"disks at offset {offset}, the scene turned by 90 degrees", f"{worst:.1e}", "0", f"{allowed:.0e}, relative")
 
 

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include "advice/advice.h"
 #include "scene/at_walls.h"
+#include "scene/cut.h"
 #include "scene/fit.h"
 #include "scene/points.h"
 
@@ -162,7 +163,8 @@ static PetscErrorCode WarnShapes(const MPMCore *core, const MPMScene *scene)
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < scene->nfilled; k++) {
     const MPMBody  *b     = &scene->bodies[k];
-    const PetscReal shape = MPMFitVolume(b, grid->dim), have = (PetscReal)b->n * scene->kinds[b->kind].V0;
+    const PetscReal shape = MPMFitVolume(b, grid->dim);
+    const PetscReal have  = (PetscReal)b->parts / (PetscReal)MPMCutParts(grid->dim) * scene->kinds[b->kind].V0;
     char            why[MPM_TEXT_LEN];
 
     if (!(PetscAbsReal(have / shape - 1) > MPM_FIT_MOST)) continue;

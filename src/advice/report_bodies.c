@@ -27,7 +27,7 @@ static PetscErrorCode CountParticles(MPMCore *core, const MPMScene *scene, Petsc
 
     while (b < shown && (view.id[p] < bodies[b].first || view.id[p] >= bodies[b].first + bodies[b].n)) b++;
     n[b]++;
-    if (b == shown || !bodies[b].points) continue;
+    if (b == shown) continue;
     MPMSumAdd(&sum[b][0], kind->m);
     MPMSumAdd(&sum[b][1], kind->V0);
   }
@@ -90,10 +90,8 @@ PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
   PetscCall(CountParticles(core, scene, shown, n, sum));
   for (PetscInt b = 0; b < shown; b++) {
     const MPMBody  *body   = &scene->bodies[b];
-    const MPMKind  *kind   = &scene->kinds[body->kind];
     const PetscBool alike  = body->points ? PETSC_FALSE : PETSC_TRUE;
-    const PetscReal mass   = alike ? (PetscReal)n[b] * kind->m : MPMSumValue(&sum[b][0]);
-    const PetscReal volume = alike ? (PetscReal)n[b] * kind->V0 : MPMSumValue(&sum[b][1]);
+    const PetscReal mass = MPMSumValue(&sum[b][0]), volume = MPMSumValue(&sum[b][1]);
 
     PetscCall(MPMPrint(&core->print, "body       %s: %s", body->name, MPMRegionNames[body->region.type]));
     if (alike || !body->points->material)

@@ -9,11 +9,20 @@
 
 /* Where a particle is below a side of its body, as one number; 0: there is no surface near. layer: 0 at the surface;
    layers: those of the body there, or more than are asked for; sides: those of the particle at the surface that are
-   surface (bits 2d + side of axis d). */
-#define MPM_SKIN_MOST 127 /* layers that can be told apart */
-MPM_INLINE PetscInt MPMSkinPack(PetscInt layer, PetscInt layers, PetscInt sides)
+   surface (bits 2d + side of axis d); area: of the column of particles on which the side acts, over that of the lattice. */
+#define MPM_SKIN_MOST  127 /* layers that can be told apart */
+#define MPM_SKIN_SIDES 64
+#define MPM_SKIN_AREA  256 /* parts of an area that can be told apart; it is below 4 */
+MPM_INLINE PetscInt MPMSkinPack(PetscInt layer, PetscInt layers, PetscInt sides, PetscReal area)
 {
-  return 1 + layer + (MPM_SKIN_MOST + 1) * (layers + (MPM_SKIN_MOST + 1) * sides);
+  const PetscInt parts = (PetscInt)PetscMin(4 * MPM_SKIN_AREA - 1, area * MPM_SKIN_AREA + 0.5);
+
+  return 1 + layer + (MPM_SKIN_MOST + 1) * (layers + (MPM_SKIN_MOST + 1) * (sides + MPM_SKIN_SIDES * parts));
+}
+
+MPM_INLINE PetscReal MPMSkinArea(PetscInt depth)
+{
+  return (PetscReal)(depth / (MPM_SKIN_MOST + 1) / (MPM_SKIN_MOST + 1) / MPM_SKIN_SIDES) / MPM_SKIN_AREA;
 }
 
 MPM_INLINE PetscInt MPMSkinLayer(PetscInt depth) /* -1: there is no surface near */
@@ -23,7 +32,7 @@ MPM_INLINE PetscInt MPMSkinLayer(PetscInt depth) /* -1: there is no surface near
 
 MPM_INLINE PetscInt MPMSkinSides(PetscInt depth)
 {
-  return depth / (MPM_SKIN_MOST + 1) / (MPM_SKIN_MOST + 1);
+  return depth / (MPM_SKIN_MOST + 1) / (MPM_SKIN_MOST + 1) % MPM_SKIN_SIDES;
 }
 
 /* Returns in how many layers w is 1, and in how many after them it falls: those of a cell, n particles on the axis. */

@@ -54,6 +54,7 @@ static PetscErrorCode PrintRemedies(const MPM mpm)
   const MPMCore *core = &mpm->core;
 
   PetscFunctionBeginUser;
+  if (mpm->scene.ncut) PetscCall(MPMPrint(&core->print, " -method_rim cut"));
   if (core->params.light > 0) PetscCall(MPMPrint(&core->print, " -method_light_nodes %g", (double)core->params.light));
   if (core->params.box)
     PetscCall(MPMPrint(&core->print, " -method_locking fbar -method_lock_share %g", (double)core->params.lock_share));

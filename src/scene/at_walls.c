@@ -1,12 +1,5 @@
 /* at_walls.c - particles of a lattice that start beside walls.
 
-   A wall holds a solid by the stress of the particles next to it. The lattice may leave a gap between the wall and
-   their domains, or let these reach beyond it. Then a uniform stress is not at rest: with a gap of 0.4 spacings the first
-   particle has to carry 1.7 times the stress of the others, and comes off at a stretch that the rest bears. So the stress
-   of the first particles, and the loads on them, act in all of the volume from the wall to the end of their domains;
-   their mass stays. Volume and mass are columns of the table of kinds, so this needs rows of it, and nothing for a
-   particle.
-
    With splines the node next to a wall has no weight at the wall but a slope: the pressure of a particle that lies on
    the wall pushes a node to which it gives no mass. Where matter flows, a particle may be left alone there, so it
    starts a part of its spacing inside. */
@@ -14,7 +7,6 @@
 
 #define ON_WALL  1e-3 /* of the spacing: what is nearer to a wall starts on it, and is moved inside by OFF_WALL */
 #define OFF_WALL 0.1
-#define SAME     1e-9 /* of the volume */
 
 /* Returns whether a body flows, so that none of its particles may start on a wall. */
 static PetscBool Flows(const MPMScene *scene, const MPMCore *core, const MPMBody *b)
@@ -65,59 +57,4 @@ PetscBool MPMAtWallsLie(const MPMScene *scene, const MPMCore *core, const MPMBod
     if (PetscMin(in, 1 - in) < ON_WALL) return PETSC_TRUE;
   }
   return PETSC_FALSE;
-}
-
-/* Returns the share of its own volume in which the stress of a particle acts that lies `in` spacings from a wall which
-   holds it along the normal; 1 if it is not next to the wall, or lies on it. */
-static PetscReal Share(MPMWall type, PetscReal in)
-{
-  if (!MPMWallHas(type, MPM_WALL_NORMAL) || MPMWallHas(type, MPM_WALL_PUSHES | MPM_WALL_MOVES)) return 1;
-  return in > ON_WALL && in < 1 - ON_WALL && PetscAbsReal(in - 0.5) > SAME ? in + 0.5 : 1;
-}
-
-void MPMAtWallsFind(MPMScene *scene, const MPMCore *core, MPMBody *b, PetscBool any)
-{
-  const PetscInt dim = core->grid.dim;
-  PetscInt       all = 1;
-
-  for (PetscInt d = 0; d < dim; d++) all *= 3;
-  for (PetscInt n = 0; n < all; n++) {
-    MPMKind   kind  = scene->kinds[b->kind];
-    PetscReal share = 1;
-
-    for (PetscInt d = 0, digits = n; d < dim; d++, digits /= 3)
-      if (digits % 3) {
-        const int       side = (int)(digits % 3) - 1;
-        const PetscReal of   = Share(scene->walls.given[d][side].type, First(&core->grid, b, d, side));
-
-        share *= of == 1 ? 0 : of;
-      }
-    b->at_walls[n] = b->kind;
-    if (!any || share == 1 || share == 0 || !MPMMaterialKeepsShape(&scene->materials[b->material])) continue;
-    kind.V0 *= share;
-    b->at_walls[n]                = scene->nkinds;
-    scene->kinds[scene->nkinds++] = kind;
-  }
-}
-
-PetscInt MPMAtWallsKind(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[])
-{
-  const PetscInt dim    = core->grid.dim;
-  PetscInt       number = 0; /* a digit of base 3 for each axis: 0 if no wall is near, else 1 + its side */
-
-  for (PetscInt d = dim - 1; d >= 0; d--) {
-    PetscInt digit = 0;
-
-    for (int side = 0; side < 2 && !digit; side++) {
-      const PetscReal in = Inside(&core->grid, b, d, side, X[d]);
-      PetscReal       y[3];
-
-      if (Share(scene->walls.given[d][side].type, in) == 1) continue;
-      for (PetscInt e = 0; e < dim; e++) y[e] = X[e];
-      y[d] = X[d] + (side ? 1 : -1) * (1 - ON_WALL) * in * b->b[d];
-      if (MPMRegionInside(&b->region, dim, y)) digit = 1 + side; /* the body reaches the wall */
-    }
-    number = 3 * number + digit;
-  }
-  return b->at_walls[number];
 }

@@ -11,10 +11,4 @@ void MPMAtWallsMove(const MPMScene *, const MPMCore *, const MPMBody *, PetscRea
 /* Returns whether particles of body b, which flows, would start exactly on a wall of axis d, so that they are moved. */
 PetscBool MPMAtWallsLie(const MPMScene *, const MPMCore *, const MPMBody *, PetscInt d);
 
-/* Adds the kinds of a body's particles beside walls to those of the scene, which have room for MPM_AT_WALLS kinds of
-   each body, once its own kind is known; any: else they have that one. The second function returns the kind of the
-   particle with lattice place X [dim], m. */
-void     MPMAtWallsFind(MPMScene *, const MPMCore *, MPMBody *, PetscBool any);
-PetscInt MPMAtWallsKind(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[]);
-
 #endif

@@ -3,15 +3,19 @@
 #include <unistd.h>
 #include "kernels/cell.h"
 #include "scene/at_walls.h"
+#include "scene/cut.h"
 #include "scene/fill.h"
 #include "scene/fit.h"
+#include "scene/kinds.h"
 #include "scene/lattice.h"
 #include "scene/rim.h"
 
 #define MILLIMETRES 50 /* times the grid, a body that is larger is taken to have another unit of length */
 
-/* Checks a particle of body b with lattice place X [dim], m: its position, its velocity and the forces on it. */
-PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const MPMBody *b, const PetscReal X[])
+/* Checks a particle of body b with lattice place `place` [dim] that starts at X [dim], m: its position, its velocity
+   and the forces on it. */
+PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const MPMBody *b, const PetscReal place[],
+                            const PetscReal X[])
 {
   const PetscInt dim     = core->grid.dim;
   PetscReal      v[3]    = {0}, xi[3], x[3];
@@ -51,7 +55,7 @@ PetscErrorCode MPMFillCheck(MPMScene *scene, MPMCore *core, MPMOptions o, const 
     const MPMBody *other = &scene->bodies[k];
     char           at[MPM_NAME_LEN];
 
-    if ((other >= b && other->copy == b->copy) || other == b || !MPMRegionInside(&other->region, dim, X)) continue;
+    if ((other >= b && other->copy == b->copy) || other == b || !MPMRegionInside(&other->region, dim, place)) continue;
     scene->overlap++;
     if (other->copy == b->copy) continue;
     MPMPlaceWords(dim, X, at);
@@ -88,11 +92,7 @@ static void FindKind(MPMScene *scene, MPMOptions o, PetscInt dim, MPMBody *b)
   if (!(kind.V0 > 0 && kind.m > 0 && kind.m < PETSC_MAX_REAL))
     MPMOptionsFail(o, "body %s: a particle of volume %g and mass %g is beyond the range of numbers", b->name,
                    (double)kind.V0, (double)kind.m);
-  for (b->kind = 0; b->kind < scene->nkinds; b->kind++)
-    if (scene->kinds[b->kind].material == kind.material && scene->kinds[b->kind].V0 == kind.V0 &&
-        scene->kinds[b->kind].copy == kind.copy && !memcmp(scene->kinds[b->kind].l, kind.l, sizeof kind.l))
-      return;
-  scene->kinds[scene->nkinds++] = kind;
+  b->kind = MPMKindsFind(scene, scene->nkinds, &kind);
 }
 
 /* Sets the lattice of a body, adds roughly the number of its particles to places, and checks that it lies in the
@@ -166,16 +166,21 @@ static PetscErrorCode CheckParticles(MPMScene *scene, MPMCore *core, MPMOptions 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(core->comm, &rank));
   for (PetscInt k = 0; k < scene->nfilled && !MPMOptionsError(o); k++) {
-    MPMLattice w = MPMLatticeShare(scene, &scene->bodies[k], core->grid.dim, rank, scene->shares);
-    PetscReal  X[3];
+    MPMBody   *b = &scene->bodies[k];
+    MPMLattice w = MPMLatticeShare(scene, b, core->grid.dim, rank, scene->shares);
+    PetscReal  place[3], X[3];
 
+    PetscCall(MPMCutBegin(b, w.dim));
     while (MPMLatticeNext(&w))
       for (PetscInt64 q = 0; q < w.n && !MPMOptionsError(o); q++) {
-        MPMLatticePlace(&w, w.ijk[w.dim - 1] + q, X);
-        PetscCall(MPMFillCheck(scene, core, o, w.body, X));
+        MPMLatticePlace(&w, w.ijk[w.dim - 1] + q, place);
+        MPMCutNote(b, MPMCut(b, w.dim, place, X));
+        PetscCall(MPMFillCheck(scene, core, o, b, place, X));
       }
   }
   PetscCall(MPMOptionsShare(o, core->comm));
+  for (PetscInt k = 0; k < scene->nfilled && !MPMOptionsError(o); k++)
+    PetscCall(MPMCutEnd(scene, core, &scene->bodies[k]));
   for (PetscInt k = 0; k < scene->nfilled; k++)
     PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->bodies[k].v2, 1, MPIU_REAL, MPI_MAX, core->comm));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &scene->on_line, 1, MPIU_INT64, MPI_SUM, core->comm));
@@ -205,7 +210,6 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
 {
   const PetscInt dim    = core->grid.dim;
   PetscReal      places = 0;
-  PetscBool      given;
   PetscMPIInt    size;
 
   PetscFunctionBeginUser;
@@ -226,23 +230,20 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   PetscCall(MPMOptionsShare(o, core->comm)); /* machines may differ in what fits into their memory */
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Count(scene, core));
-  PetscCall(PetscCalloc1(MPM_AT_WALLS * scene->nbodies, &scene->kinds));
+  PetscCall(MPMKindsRoom(scene, scene->nbodies));
   for (PetscInt k = 0; k < scene->nfilled; k++) {
     MPMBody *b = &scene->bodies[k];
 
     if (!b->n) RefuseEmpty(o, &core->grid, b);
     FindKind(scene, o, dim, b);
   }
-  PetscCall(MPMOptionsMethodGiven(&given, NULL));
-  for (PetscInt k = 0; k < scene->nfilled && !MPMOptionsError(o); k++)
-    MPMAtWallsFind(scene, core, &scene->bodies[k], !given);
   CheckMemory(o, "particles", (PetscReal)core->particles.total,
               (PetscReal)(1 + 2 * dim + dim * dim) * sizeof(PetscReal), size);
   PetscCall(CheckParticles(scene, core, o)); /* after a fault too, since others may have none */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets where the particle of body b with lattice place X [dim], m, starts: its position x [dim], m, and the half-widths
+/* Sets where the particle of body b whose matter is at X [dim], m, starts: its position x [dim], m, and the half-widths
    l [dim] of its domain in cells. */
 static PetscErrorCode StartPlace(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[],
                                  PetscReal x[], PetscReal l[])
@@ -326,9 +327,10 @@ PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes particle p of a view: undeformed at X [dim], m, or as the scene's known solution starts. */
+/* Makes particle p of a view, with lattice place `place` [dim] and so many parts of it: undeformed at X [dim], m, or as
+   the scene's known solution starts. */
 PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscInt64 id,
-                          const PetscReal X[], PetscInt p, MPMView *view)
+                          const PetscReal place[], PetscInt parts, const PetscReal X[], PetscInt p, MPMView *view)
 {
   const PetscInt dim  = core->grid.dim;
   PetscReal      v[3] = {0}, x[3], F[9], l[3];
@@ -346,11 +348,11 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
     for (PetscInt k = 0; k < dim * dim && view->F; k++) view->F[p * dim * dim + k] = F[k];
   if (scene->initial) PetscCall(MPMInitialSet(scene, core, b, X, p, view));
   view->id[p] = id;
-  if (view->kind) view->kind[p] = b->points ? b->kind : MPMAtWallsKind(scene, core, b, X);
-  if (view->depth) MPMRimDepth(scene, b, dim, X, view->depth + 2 * dim * p);
+  if (view->kind) view->kind[p] = MPMCutKind(b, dim, parts);
+  if (view->depth) MPMRimDepth(scene, b, dim, place, view->depth + 2 * dim * p);
   if (view->chosen) PetscCall(MPMVolumeLoadsOn(scene, core, b, X, view->chosen + p));
   if (core->needs.rim && !b->points) {
-    MPMRim(b, dim, core->gaps ? core->gaps->faces : 0, core->contacts ? PETSC_TRUE : PETSC_FALSE, X,
+    MPMRim(b, dim, core->gaps ? core->gaps->faces : 0, core->contacts ? PETSC_TRUE : PETSC_FALSE, place, X,
            view->rim + p * dim);
     if (scene->initial) MPMRimUndoStart(scene, b, dim, view, p);
   }
@@ -381,8 +383,8 @@ static PetscBool OwnPlaces(const MPMScene *scene, const MPMCore *core, const MPM
     hi[d] = w->last[d];
     if (StartsMoved(scene, core)) continue;
     if (grid->periodic[d] && (below < 0 || above > grid->cells[d])) continue; /* from the other end too */
-    from  = (PetscInt64)PetscFloorReal((grid->lower[d] + (PetscReal)below * grid->h[d] - b->offset[d]) / b->b[d]) - 1;
-    to    = (PetscInt64)PetscCeilReal((grid->lower[d] + (PetscReal)above * grid->h[d] - b->offset[d]) / b->b[d]) + 1;
+    from  = (PetscInt64)PetscFloorReal((grid->lower[d] + (PetscReal)below * grid->h[d] - b->offset[d]) / b->b[d]) - 2;
+    to    = (PetscInt64)PetscCeilReal((grid->lower[d] + (PetscReal)above * grid->h[d] - b->offset[d]) / b->b[d]) + 2;
     lo[d] = PetscMax(lo[d], from);
     hi[d] = PetscMin(hi[d], to);
     if (lo[d] > hi[d]) return PETSC_FALSE;
@@ -407,8 +409,8 @@ PetscErrorCode MPMSceneAddParticles(const MPMScene *scene, MPMCore *core)
     for (PetscInt k = 0; k < scene->nfilled; k++) {
       MPMLattice w     = MPMLatticeBegin(&scene->bodies[k], dim);
       PetscInt64 lo[3] = {0}, hi[3] = {0};
-      PetscReal  X[3], x[3], l[3];
-      PetscInt   base[3] = {0};
+      PetscReal  place[3], X[3], x[3], l[3];
+      PetscInt   base[3] = {0}, parts;
 
       if (!OwnPlaces(scene, core, &w, lo, hi)) continue;
       for (PetscInt64 plane = lo[0]; plane <= (dim == 3 ? hi[0] : lo[0]); plane++) { /* its rows follow each other */
@@ -417,10 +419,11 @@ PetscErrorCode MPMSceneAddParticles(const MPMScene *scene, MPMCore *core)
         MPMLatticeGoTo(scene, &w, MPMLatticeRow(&w, from), MPMLatticeRow(&w, to) + 1);
         while (MPMLatticeNext(&w))
           for (PetscInt64 q = PetscMax(w.ijk[axis], lo[axis]); q <= PetscMin(w.ijk[axis] + w.n - 1, hi[axis]); q++) {
-            MPMLatticePlace(&w, q, X);
+            MPMLatticePlace(&w, q, place);
+            parts = MPMCut(w.body, dim, place, X);
             PetscCall(StartPlace(scene, core, w.body, X, x, l));
             if (MPMOwnCell((int)dim, core->basis, patch, w.body->copy, x, l, base) < 0) continue;
-            if (round) PetscCall(MPMFillSet(scene, core, w.body, w.id + q - w.ijk[axis], X, p, &view));
+            if (round) PetscCall(MPMFillSet(scene, core, w.body, w.id + q - w.ijk[axis], place, parts, X, p, &view));
             p++;
           }
       }

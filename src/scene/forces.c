@@ -147,7 +147,8 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
 {
   const PetscInt     dim = core->grid.dim, *depth = view->depth ? view->depth + 2 * dim * p : NULL;
   const MPMBody     *body = &scene->bodies[load->body];
-  const MPMKind     *kind = &scene->kinds[view->kind ? view->kind[p] : body->kind]; /* beside walls V0 is another */
+  const MPMKind     *kind = &scene->kinds[view->kind ? view->kind[p] : body->kind];
+  const PetscReal    whole = scene->kinds[body->kind].V0;
   const MPMMaterial *m    = &scene->materials[body->material];
   const PetscBool    thin = m->state & MPM_BIT(F) ? PETSC_FALSE : PETSC_TRUE;
   PetscReal          F[9], cofactor[9];
@@ -176,7 +177,7 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
       T[d] = load->type == MPM_LOAD_PRESSURE ? -value[0] * cofactor[d * dim + axis] * sign
                                              : value[d] * Share(dim, body, MPMSkinSides(depth[k]) & load->sides, axis);
     for (PetscInt d = 0; d < dim; d++) {
-      b[d] += T[d] * fall / body->b[axis] * kind->V0 / kind->m;
+      b[d] += T[d] * fall / body->b[axis] * whole * MPMSkinArea(depth[k]) / kind->m;
       for (PetscInt e = 0; e < dim; e++) S[d * dim + e] += w * T[d] * sign * F[e * dim + axis];
     }
   }
@@ -187,11 +188,10 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
 PetscErrorCode MPMForcesSize(const MPMScene *scene, const MPMCore *core, const MPMLoad *load, const MPMView *view,
                              PetscReal t, PetscReal *size)
 {
-  const PetscReal m = scene->kinds[scene->bodies[load->body].kind].m;
-
   PetscFunctionBeginUser;
   for (PetscInt p = 0; p < view->n; p++) {
-    PetscReal b[3] = {0}, S[9] = {0};
+    const PetscReal m    = MPMKindOf(scene->kinds, view, p)->m;
+    PetscReal       b[3] = {0}, S[9] = {0};
 
     PetscCall(AddLoad(scene, core, load, view, p, t, b, S));
     *size += m * PetscSqrtReal(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);

@@ -2,7 +2,7 @@
    Kirchhoff stress, by the volume V0 of a particle, so that the internal forces of eq. (4) balance the weight of what
    lies above. docs/materials.md has the formulas (Initial states). It is used before the first step. */
 #include <strings.h>
-#include "scene/scene.h"
+#include "scene/cut.h"
 
 /* The lattice places of a body in a line along gravity: which lie in it, and the weight per area of those above each.
    It is kept until another line is asked for, since particles are made line by line. */
@@ -11,6 +11,7 @@ typedef struct {
   PetscInt64 at[3];       /* its place on the other axes */
   PetscInt64 first, n;    /* the places along gravity */
   PetscReal *above, *own; /* [n] of the places above one, and of the one itself, Pa */
+  PetscReal *middle;      /* [n] the place of what is in the body, m */
 } Line;
 
 struct _MPMInitial {
@@ -127,7 +128,7 @@ PetscErrorCode MPMInitialDestroy(MPMScene *scene)
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < scene->nbodies; k++) PetscCall(MPMExpressionDestroy(&scene->bodies[k].deformation));
   if (!in) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscInt k = 0; k < scene->nbodies && in->line; k++) PetscCall(PetscFree2(in->line[k].above, in->line[k].own));
+  for (PetscInt k = 0; k < scene->nbodies && in->line; k++) PetscCall(PetscFree3(in->line[k].above, in->line[k].own, in->line[k].middle));
   PetscCall(MPMExpressionDestroy(&in->stress));
   PetscCall(PetscFree(in->k0));
   PetscCall(PetscFree(in->line));
@@ -166,15 +167,21 @@ static PetscErrorCode FindLine(const MPMScene *scene, const MPMCore *core, Petsc
     MPMRegionBounds(&b->region, dim, lower, upper);
     line->first = PlaceOf(b, a, lower[a]) - 1;
     line->n     = PlaceOf(b, a, upper[a]) + 2 - line->first;
-    PetscCall(PetscMalloc2(line->n, &line->above, line->n, &line->own));
+    PetscCall(PetscMalloc3(line->n, &line->above, line->n, &line->own, line->n, &line->middle));
     line->known = PETSC_TRUE;
   }
   for (PetscInt64 k = 0; k < line->n; k++) { /* from the uppermost place down */
     const PetscInt64 at = in->g < 0 ? line->n - 1 - k : k;
+    PetscReal        X[3];
 
     y[a]            = ((PetscReal)(line->first + at) + 0.5) * b->b[a] + b->offset[a];
-    line->above[at] = sum;
-    line->own[at]   = MPMRegionInside(&b->region, dim, y) ? layer : 0;
+    line->above[at]  = sum;
+    line->own[at]    = 0;
+    line->middle[at] = y[a];
+    if (MPMRegionInside(&b->region, dim, y)) {
+      line->own[at]    = layer * (PetscReal)MPMCut(b, dim, y, X) / (PetscReal)MPMCutParts(dim);
+      line->middle[at] = X[a];
+    }
     sum += line->own[at];
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -197,7 +204,7 @@ static PetscErrorCode Weight(const MPMScene *scene, const MPMCore *core, const P
 
     PetscCall(FindLine(scene, core, k, x));
     at    = PetscMin(PetscMax(PlaceOf(b, a, x[a]) - line->first, 0), line->n - 1);
-    share = ((PetscReal)(line->first + at) + 0.5) - (x[a] - b->offset[a]) / b->b[a];
+    share = (line->middle[at] - x[a]) / b->b[a];
     share = 0.5 + (in->g < 0 ? share : -share);
     *weight += line->above[at] + PetscMin(1, PetscMax(0, share)) * line->own[at];
   }

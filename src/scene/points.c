@@ -3,7 +3,9 @@
    in the sequence of the lines, behind those of the other bodies. */
 #include <stdlib.h>
 #include "parallel/exchange.h"
+#include "scene/cut.h"
 #include "scene/fill.h"
+#include "scene/kinds.h"
 #include "scene/points.h"
 
 #define MOST 65536 /* pairs of material and volume in a file, each of which is a kind */
@@ -72,7 +74,7 @@ static PetscErrorCode MakeKinds(MPMScene *scene, MPMCore *core, MPMOptions o, MP
   PetscFunctionBeginUser;
   for (PetscInt d = 0; d < dim; d++) box *= b->b[d];
   PetscCall(PetscMalloc1(PetscMax(1, p->nkinds), &p->kind));
-  PetscCall(PetscRealloc((size_t)(scene->nkinds + p->nkinds + scene->nbodies) * sizeof *scene->kinds, &scene->kinds));
+  PetscCall(MPMKindsRoom(scene, p->nkinds + scene->nbodies));
   for (PetscInt q = 0; q < p->nkinds; q++) {
     const PetscReal grow = PetscPowReal(p->sort[2 * q + 1] / box, 1 / (PetscReal)dim);
     MPMKind         kind;
@@ -90,14 +92,7 @@ static PetscErrorCode MakeKinds(MPMScene *scene, MPMCore *core, MPMOptions o, MP
     if (p->deformation && scene->materials[kind.material].state & MPM_BIT(tau))
       MPMOptionsFail(o, "%.600s: F of %s does not apply: the stress of this material depends on its history", p->what,
                      scene->materials[kind.material].name);
-    for (p->kind[q] = 0; p->kind[q] < before; p->kind[q]++)
-      if (scene->kinds[p->kind[q]].material == kind.material && scene->kinds[p->kind[q]].V0 == kind.V0 &&
-          scene->kinds[p->kind[q]].m == kind.m && scene->kinds[p->kind[q]].copy == kind.copy &&
-          !memcmp(scene->kinds[p->kind[q]].l, kind.l, sizeof kind.l))
-        break;
-    if (p->kind[q] < before) continue;
-    p->kind[q]                    = scene->nkinds;
-    scene->kinds[scene->nkinds++] = kind;
+    p->kind[q] = MPMKindsFind(scene, before, &kind);
   }
   b->kind = p->nkinds ? p->kind[0] : 0;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -137,7 +132,7 @@ static PetscErrorCode CountBody(MPMScene *scene, MPMCore *core, MPMOptions o, MP
     const PetscReal *x = rows.number + k * rows.stride;
     PetscReal        v = 0;
 
-    PetscCall(MPMFillCheck(scene, core, o, b, x));
+    PetscCall(MPMFillCheck(scene, core, o, b, x, x));
     for (PetscInt d = 0; d < dim; d++) {
       bounds[d]     = PetscMax(bounds[d], -x[d]);
       bounds[3 + d] = PetscMax(bounds[3 + d], x[d]);
@@ -181,7 +176,7 @@ static PetscErrorCode SetPoint(const MPMScene *scene, const MPMCore *core, const
   PetscReal        V[3] = {1, 1, 1};
 
   PetscFunctionBeginUser;
-  PetscCall(MPMFillSet(scene, core, b, b->first + rows->first + k, x, p, view));
+  PetscCall(MPMFillSet(scene, core, b, b->first + rows->first + k, x, MPMCutParts(core->grid.dim), x, p, view));
   if (view->kind) view->kind[p] = kind;
   for (PetscInt d = 0; d < 2 * dim && view->depth; d++)
     view->depth[2 * dim * p + d] = 0; /* loads act on bodies of a lattice */

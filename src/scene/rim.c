@@ -3,6 +3,7 @@
    between the last place of the lattice in the body and the next one, and it may slant or be curved, while the last
    particles are steps. All that is asked of a shape is whether a place lies in it. */
 #include "physics/skin.h"
+#include "scene/cut.h"
 #include "scene/rim.h"
 
 #define HALVINGS 20     /* of an interval of a few spacings */
@@ -49,10 +50,11 @@ static PetscBool Beside(const MPMBody *b, PetscInt dim, const PetscReal x[], Pet
   return PETSC_TRUE;
 }
 
-void MPMRim(const MPMBody *b, PetscInt dim, PetscInt faces, PetscBool own, const PetscReal x[], PetscReal rim[])
+void MPMRim(const MPMBody *b, PetscInt dim, PetscInt faces, PetscBool own, const PetscReal x[], const PetscReal X[],
+            PetscReal rim[])
 {
   PetscInt  side = -1;
-  PetscReal far = PETSC_INFINITY, size = 1;
+  PetscReal far = PETSC_INFINITY, size = 1, moved = 0;
 
   for (PetscInt d = 0; d < dim; d++) rim[d] = 0;
   for (int only = 1; only >= 0 && side < 0; only--) /* the nearest side on which the neighbour is missing, at a wall first */
@@ -86,7 +88,8 @@ void MPMRim(const MPMBody *b, PetscInt dim, PetscInt faces, PetscBool own, const
     if (below || above) rim[e] = (lower - upper) / (below && above ? 2 * by : by);
     size += rim[e] * rim[e];
   }
-  for (PetscInt d = 0; d < dim; d++) rim[d] *= far / size;
+  for (PetscInt d = 0; d < dim; d++) moved += (X[d] - x[d]) * rim[d];
+  for (PetscInt d = 0; d < dim; d++) rim[d] *= (far - moved) / size;
 }
 
 void MPMRimUndoStart(const MPMScene *scene, const MPMBody *b, PetscInt dim, const MPMView *view, PetscInt p)
@@ -114,6 +117,20 @@ static PetscInt Run(const MPMBody *b, PetscInt dim, const PetscReal x[], PetscIn
   return n;
 }
 
+/* Returns the area of a column of particles, over that of the lattice, that begins with the surface's particle at top [dim],
+   m, along side k, and has so many layers, at most `most`: that of the innermost layer that takes a part of the load
+   and is not cut along the column. */
+static PetscReal Area(const MPMBody *b, PetscInt dim, const PetscReal top[], PetscInt k, PetscInt layers, PetscInt most)
+{
+  const PetscInt in = PetscMin(layers - 2, most - 1);
+  PetscReal      x[3], X[3];
+
+  if (in < 1) return 1;
+  for (PetscInt d = 0; d < dim; d++)
+    x[d] = top[d] + (d == k / 2 ? (PetscReal)(k % 2 ? -in : in) * b->b[d] : 0);
+  return (PetscReal)MPMCut(b, dim, x, X) / (PetscReal)MPMCutParts(dim);
+}
+
 void MPMRimDepth(const MPMScene *scene, const MPMBody *b, PetscInt dim, const PetscReal x[], PetscInt depth[])
 {
   for (PetscInt k = 0; k < 2 * dim; k++) {
@@ -130,6 +147,6 @@ void MPMRimDepth(const MPMScene *scene, const MPMBody *b, PetscInt dim, const Pe
     for (PetscInt d = 0; d < dim; d++)
       top[d] = x[d] + (d == k / 2 ? (PetscReal)(k % 2 ? out - 1 : 1 - out) * b->b[d] : 0);
     for (PetscInt e = 0; e < 2 * dim; e++) sides |= (PetscInt)(Run(b, dim, top, e, 2) == 1) << e;
-    depth[k] = MPMSkinPack(out - 1, layers, sides);
+    depth[k] = MPMSkinPack(out - 1, layers, sides, Area(b, dim, top, k, layers, most));
   }
 }

@@ -3,6 +3,7 @@
    step. */
 #include <strings.h>
 #include "base/checksum.h"
+#include "scene/cut.h"
 #include "scene/points.h"
 #include "scene/shapes.h"
 
@@ -320,6 +321,7 @@ PetscErrorCode MPMSceneSetFromOptions(MPMScene *scene, MPMCore *core, MPMOptions
   PetscCall(ReadGrid(core, o));
   for (PetscInt k = 0; k < scene->nmaterials; k++) PetscCall(ReadMaterial(o, &scene->materials[k]));
   PetscCall(ReadBodies(scene, core, o));
+  if (scene->nfilled) PetscCall(MPMCutSetFromOptions(scene, o));
   for (PetscInt m = 0; m < scene->nmaterials; m++) {
     PetscBool used = PETSC_FALSE;
 
@@ -351,12 +353,14 @@ PetscErrorCode MPMSceneDestroy(MPMScene *scene)
   for (PetscInt k = 0; k < scene->nbodies + scene->nshapes; k++) {
     PetscCall(MPMSceneDestroyRegion(&scene->bodies[k].region));
     PetscCall(MPMPointsDestroy(&scene->bodies[k].points));
+    PetscCall(PetscFree(scene->bodies[k].cut));
   }
   PetscCall(MPMForcesDestroy(scene));
   PetscCall(MPMKnownDestroy(scene));
   PetscCall(PetscFree(scene->materials));
   PetscCall(PetscFree(scene->bodies));
   PetscCall(PetscFree(scene->kinds));
+  PetscCall(PetscFree(scene->memo));
   PetscCall(PetscFree(scene->probes));
   PetscCall(PetscFree(scene->contacts));
   PetscCall(PetscFree(scene->share_first));

@@ -13,7 +13,8 @@
 /* The file of a body's particles; see points.c. */
 typedef struct _MPMPoints MPMPoints;
 
-#define MPM_AT_WALLS 27 /* no wall or one of two on each axis */
+/* What was found of places that a surface cuts; see cut.c. */
+typedef struct _MPMCutMemo MPMCutMemo;
 
 /* Is a body matter, or does it move as a whole: not, by formulas of t, or as the matter and walls make it? */
 typedef enum { MPM_RIGID_NONE, MPM_RIGID_FIXED, MPM_RIGID_MOVING, MPM_RIGID_FREE } MPMRigidType;
@@ -36,7 +37,9 @@ typedef struct {
   MPMExpression deformation;            /* F at the start, row-major, of x y z; NULL: undeformed */
   PetscReal     v2;                     /* largest squared speed of its particles at the start, m^2/s^2 */
   PetscInt64    first, n;               /* ids first .. first+n-1 */
-  PetscInt      at_walls[MPM_AT_WALLS]; /* kinds of its particles by the walls that they are next to; see at_walls.c */
+  MPMCutMemo   *memo;  /* of places that its surface cuts; NULL: its particles have whole places */
+  PetscInt     *cut;   /* kinds of its particles by the parts of a place that they have; see cut.c */
+  PetscInt64    parts; /* of all of its particles */
   PetscInt64    row;                    /* the number of its first row of lattice places among those of all bodies */
 } MPMBody;
 
@@ -76,6 +79,8 @@ typedef struct {
   PetscInt      nmaterials;
   MPMBody      *bodies;
   PetscInt      nbodies, nfilled, nshapes; /* bodies with particles, first those on a lattice; then shapes alone */
+  MPMCutMemo   *memo; /* of all bodies (cut.c) */
+  PetscInt      ncut; /* bodies that cut places of their particles (cut.h) */
   MPMKind      *kinds;
   PetscInt      nkinds;
   MPMWalls      walls;
