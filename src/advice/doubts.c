@@ -315,7 +315,7 @@ static PetscErrorCode WarnAngle(const MPMCore *core, const MPMScene *scene)
     (void)snprintf(fit, sizeof fit, "-material_%s_fit", m->name);
     PetscCall(PetscOptionsHasName(NULL, NULL, fit, &chosen));
     PetscCall(PetscOptionsGetReal(NULL, NULL, name, &angle, NULL));
-    if (!chosen && core->grid.dim == 2 && m->acts[1] - angle > MPM_BOUND_angle_acts)
+    if (!chosen && core->grid.dim == 2 && !core->grid.round && m->acts[1] - angle > MPM_BOUND_angle_acts)
       PetscCall(MPMWarn(
           &core->print,
           "%s %.3g, fitted in triaxial compression, acts in plane strain like %.3g degrees%s; if %.3g is meant in "

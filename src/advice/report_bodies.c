@@ -27,7 +27,7 @@ static PetscErrorCode CountParticles(MPMCore *core, const MPMScene *scene, Petsc
 
     while (b < shown && (view.id[p] < bodies[b].first || view.id[p] >= bodies[b].first + bodies[b].n)) b++;
     n[b]++;
-    if (b == shown || !bodies[b].points) continue;
+    if (b == shown || !(bodies[b].points || bodies[b].round)) continue;
     MPMSumAdd(&sum[b][0], kind->m);
     MPMSumAdd(&sum[b][1], kind->V0);
   }
@@ -91,15 +91,15 @@ PetscErrorCode MPMReportBodies(MPMCore *core, const MPMScene *scene)
   for (PetscInt b = 0; b < shown; b++) {
     const MPMBody  *body   = &scene->bodies[b];
     const MPMKind  *kind   = &scene->kinds[body->kind];
-    const PetscBool alike  = body->points ? PETSC_FALSE : PETSC_TRUE;
+    const PetscBool alike  = body->points || body->round ? PETSC_FALSE : PETSC_TRUE;
     const PetscReal mass   = alike ? (PetscReal)n[b] * kind->m : MPMSumValue(&sum[b][0]);
     const PetscReal volume = alike ? (PetscReal)n[b] * kind->V0 : MPMSumValue(&sum[b][1]);
 
     PetscCall(MPMPrint(&core->print, "body       %s: %s", body->name, MPMRegionNames[body->region.type]));
-    if (alike || !body->points->material)
+    if (!body->points || !body->points->material)
       PetscCall(MPMPrint(&core->print, " of %s", scene->materials[body->material].name));
     PetscCall(MPMPrint(&core->print, ", %" PetscInt64_FMT " particles, %.6g kg, %.6g m^3%s\n", n[b], (double)mass,
-                       (double)volume, per[core->grid.dim - 1]));
+                       (double)volume, core->grid.round ? " in full turns" : per[core->grid.dim - 1]));
   }
   if (shown < scene->nbodies)
     PetscCall(MPMPrint(&core->print,

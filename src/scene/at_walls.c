@@ -11,10 +11,12 @@
    the wall pushes a node to which it gives no mass. Where matter flows, a particle may be left alone there, so it
    starts a part of its spacing inside. */
 #include "scene/at_walls.h"
+#include "scene/lattice.h"
 
 #define ON_WALL  1e-3 /* of the spacing: what is nearer to a wall starts on it, and is moved inside by OFF_WALL */
 #define OFF_WALL 0.1
 #define SAME     1e-9 /* of the volume */
+#define COLUMN   MPM_AT_WALLS_COLUMN
 
 /* Returns whether a body flows, so that none of its particles may start on a wall. */
 static PetscBool Flows(const MPMScene *scene, const MPMCore *core, const MPMBody *b)
@@ -42,6 +44,7 @@ void MPMAtWallsMove(const MPMScene *scene, const MPMCore *core, const MPMBody *b
 {
   const MPMGrid *grid = &core->grid;
 
+  if (b->round && x[0] < 0.5 * b->b[0]) x[0] = 0.5 * (x[0] + 0.5 * b->b[0]); /* the middle of what is right of the axis */
   if (!Flows(scene, core, b)) return;
   for (PetscInt d = 0; d < grid->dim; d++)
     for (int side = 0; side < 2; side++) {
@@ -100,6 +103,55 @@ void MPMAtWallsFind(MPMScene *scene, const MPMCore *core, MPMBody *b, PetscBool 
   }
 }
 
+/* Returns the volume of revolution, m^3, of the box of a particle whose column of the lattice is at r. What would be left of
+   the axis does not count; reaches: the box goes on to the axis. */
+static PetscReal Ring(const MPMBody *b, PetscReal r, PetscBool reaches)
+{
+  const PetscReal upper = r + 0.5 * b->b[0], lower = reaches ? 0 : PetscMax(0, r - 0.5 * b->b[0]);
+
+  return PETSC_PI * (upper - lower) * (upper + lower) * b->b[1];
+}
+
+PetscErrorCode MPMAtWallsColumns(MPMScene *scene, const MPMCore *core, MPMBody *b, PetscBool any)
+{
+  const MPMLattice w      = MPMLatticeBegin(b, 2);
+  const PetscBool  shaped = MPMMaterialKeepsShape(&scene->materials[b->material]);
+
+  PetscFunctionBeginUser;
+  b->column   = w.first[0];
+  b->ncolumns = (PetscInt)(w.last[0] - w.first[0] + 1);
+  PetscCall(PetscMalloc1(COLUMN * b->ncolumns, &b->columns));
+  for (PetscInt k = 0; k < b->ncolumns; k++) {
+    const PetscReal r   = ((PetscReal)(b->column + k) + 0.5) * b->b[0] + b->offset[0];
+    MPMKind         own = {b->material, 0, 0, {0}, b->copy};
+
+    for (PetscInt d = 0; d < 2; d++) own.l[d] = 0.5 / (PetscReal)b->ppc[d];
+    own.V0 = Ring(b, r, PETSC_FALSE);
+    own.m  = scene->materials[b->material].rho * own.V0;
+    for (PetscInt n = 0; n < COLUMN; n++) {
+      MPMKind         kind = own;
+      const int       x = (int)(n % 3), y = (int)(n / 3);
+      const PetscReal in    = x ? Inside(&core->grid, b, 0, x - 1, r) : 0,
+                      along = y ? Share(scene->walls.given[1][y - 1].type, First(&core->grid, b, 1, y - 1)) : 1;
+      PetscReal       share = x ? Share(scene->walls.given[0][x - 1].type, in) : 1;
+
+      if (x == 1 && core->grid.lower[0] == 0 && share != 1) {
+        kind.V0 = Ring(b, r, PETSC_TRUE);
+        share   = kind.V0 / own.V0;
+      }
+      kind.V0 = own.V0 * share * along;
+      if (n && (!any || !shaped || (x && share == 1) || (y && along == 1)))
+        b->columns[COLUMN * k + n] = b->columns[COLUMN * k];
+      else {
+        b->columns[COLUMN * k + n]    = scene->nkinds;
+        scene->kinds[scene->nkinds++] = kind;
+      }
+    }
+  }
+  b->kind = b->columns[0];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscInt MPMAtWallsKind(const MPMScene *scene, const MPMCore *core, const MPMBody *b, const PetscReal X[])
 {
   const PetscInt dim    = core->grid.dim;
@@ -119,5 +171,8 @@ PetscInt MPMAtWallsKind(const MPMScene *scene, const MPMCore *core, const MPMBod
     }
     number = 3 * number + digit;
   }
+  if (b->columns)
+    return b->columns[COLUMN * (PetscInt)(PetscFloorReal((X[0] - b->offset[0]) / b->b[0]) - (PetscReal)b->column) +
+                      number];
   return b->at_walls[number];
 }

@@ -15,6 +15,12 @@ PetscBool MPMAtWallsLie(const MPMScene *, const MPMCore *, const MPMBody *, Pets
    each body, once its own kind is known; any: else they have that one. The second function returns the kind of the
    particle with lattice place X [dim], m. */
 void     MPMAtWallsFind(MPMScene *, const MPMCore *, MPMBody *, PetscBool any);
+
+/* The same of a body of revolution, whose particles have more mass the further they are from the axis: kinds for each
+   column of its lattice, for which the scene has room. */
+#define MPM_AT_WALLS_COLUMN 9 /* no wall or one of two on each axis */
+PetscErrorCode MPMAtWallsColumns(MPMScene *, const MPMCore *, MPMBody *, PetscBool any);
+
 PetscInt MPMAtWallsKind(const MPMScene *, const MPMCore *, const MPMBody *, const PetscReal X[]);
 
 #endif

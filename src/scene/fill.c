@@ -113,6 +113,7 @@ static void SetLattice(const MPMCore *core, MPMOptions o, MPMBody *b, PetscReal 
                          ? "; if its file is in mm, give -body_%s_scale 0.001"
                          : "; -body_%s_scale and -body_%s_shift change its size and place",
                      b->name, b->name);
+    if (b->round && d == 0) lower[0] = PetscMax(lower[0], 0); /* the rest is its mirror image */
     if (!(upper[d] <= grid->upper[d] + b->b[d] && lower[d] >= grid->lower[d] - b->b[d] && upper[d] > grid->lower[d] &&
           lower[d] < grid->upper[d]))
       MPMOptionsFail(o, "body %s lies outside of the grid: it reaches from %c = %g to %g, the grid from %g to %g%s",
@@ -205,6 +206,7 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
 {
   const PetscInt dim    = core->grid.dim;
   PetscReal      places = 0;
+  size_t         columns = 0; /* of bodies of revolution */
   PetscBool      given;
   PetscMPIInt    size;
 
@@ -226,15 +228,21 @@ PetscErrorCode MPMSceneCountParticles(MPMScene *scene, MPMCore *core, MPMOptions
   PetscCall(MPMOptionsShare(o, core->comm)); /* machines may differ in what fits into their memory */
   if (MPMOptionsError(o)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(Count(scene, core));
-  PetscCall(PetscCalloc1(MPM_AT_WALLS * scene->nbodies, &scene->kinds));
+  for (PetscInt k = 0; k < scene->nfilled && core->grid.round; k++) {
+    const MPMLattice w = MPMLatticeBegin(&scene->bodies[k], dim);
+
+    columns += (size_t)(w.last[0] - w.first[0] + 1);
+  }
+  PetscCall(PetscCalloc1(MPM_AT_WALLS * (size_t)scene->nbodies + MPM_AT_WALLS_COLUMN * columns, &scene->kinds));
+  PetscCall(MPMOptionsMethodGiven(&given, NULL));
   for (PetscInt k = 0; k < scene->nfilled; k++) {
     MPMBody *b = &scene->bodies[k];
 
     if (!b->n) RefuseEmpty(o, &core->grid, b);
-    FindKind(scene, o, dim, b);
+    if (core->grid.round && !MPMOptionsError(o)) PetscCall(MPMAtWallsColumns(scene, core, b, !given));
+    if (!core->grid.round) FindKind(scene, o, dim, b);
   }
-  PetscCall(MPMOptionsMethodGiven(&given, NULL));
-  for (PetscInt k = 0; k < scene->nfilled && !MPMOptionsError(o); k++)
+  for (PetscInt k = 0; k < scene->nfilled && !core->grid.round && !MPMOptionsError(o); k++)
     MPMAtWallsFind(scene, core, &scene->bodies[k], !given);
   CheckMemory(o, "particles", (PetscReal)core->particles.total,
               (PetscReal)(1 + 2 * dim + dim * dim) * sizeof(PetscReal), size);
@@ -326,6 +334,33 @@ PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sets the affine velocity C [dim*dim], 1/s, with which a particle at x [dim], m, of a body of revolution starts: the
+   gradient of the body's velocity, of which the strain rate counts by its share. In planes C starts as 0, with which a
+   uniform expansion is right in the first step too; here it would not be so near the axis. */
+static PetscErrorCode StartAffine(const MPMCore *core, const MPMBody *b, const PetscReal x[], PetscReal C[])
+{
+  const PetscInt dim = core->grid.dim;
+  PetscReal      L[9];
+
+  PetscFunctionBeginUser;
+  for (PetscInt e = 0; e < dim; e++) {
+    const PetscReal by   = 0x1p-10 * b->b[e];
+    PetscReal       y[3] = {0}, lower[3], upper[3];
+
+    PetscCall(PetscArraycpy(y, x, dim));
+    y[e] = x[e] - by;
+    PetscCall(MPMExpressionEvaluate(b->velocity, dim, y, NULL, 0, lower));
+    y[e] = x[e] + by;
+    PetscCall(MPMExpressionEvaluate(b->velocity, dim, y, NULL, 0, upper));
+    for (PetscInt d = 0; d < dim; d++) L[d * dim + e] = (upper[d] - lower[d]) / (2 * by);
+  }
+  for (PetscInt d = 0; d < dim; d++)
+    for (PetscInt e = 0; e < dim; e++)
+      C[d * dim + e] = core->params.strain * 0.5 * (L[d * dim + e] + L[e * dim + d]) +
+                       0.5 * (L[d * dim + e] - L[e * dim + d]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Makes particle p of a view: undeformed at X [dim], m, or as the scene's known solution starts. */
 PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscInt64 id,
                           const PetscReal X[], PetscInt p, MPMView *view)
@@ -335,7 +370,7 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
 
   PetscFunctionBeginUser;
   PetscCall(StartPlace(scene, core, b, X, x, l));
-  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, X, NULL, 0, v));
+  if (b->velocity) PetscCall(MPMExpressionEvaluate(b->velocity, dim, b->round ? x : X, NULL, 0, v));
 #define MPM_FIELD(name, ctype, ptype, nc, home, present, start, unit, meaning)                                         \
   if (view->name)                                                                                                      \
     for (PetscInt k = 0; k < MPMComponents_##name((int)dim); k++)                                                      \
@@ -345,6 +380,7 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   if (MPMKnownStart(scene, dim, X, x, v, F))
     for (PetscInt k = 0; k < dim * dim && view->F; k++) view->F[p * dim * dim + k] = F[k];
   if (scene->initial) PetscCall(MPMInitialSet(scene, core, b, X, p, view));
+  if (b->round && b->velocity && core->needs.affine) PetscCall(StartAffine(core, b, x, view->C + p * dim * dim));
   view->id[p] = id;
   if (view->kind) view->kind[p] = b->points ? b->kind : MPMAtWallsKind(scene, core, b, X);
   if (view->depth) MPMRimDepth(scene, b, dim, X, view->depth + 2 * dim * p);

@@ -105,16 +105,17 @@ PetscErrorCode MPMForcesDestroy(MPMScene *scene)
 static void Deformation(PetscInt dim, const MPMMaterial *m, const MPMView *view, PetscInt p, PetscReal F[],
                         PetscReal cofactor[])
 {
-  const PetscReal J = m->state & MPM_BIT(J) ? view->J[p] : 1;
+  const PetscReal J = m->state & MPM_BIT(J) ? view->J[p] : 1, axes = m->round ? 3 : (PetscReal)dim;
 
   if (m->state & MPM_BIT(F)) {
     for (PetscInt k = 0; k < dim * dim; k++) F[k] = view->F[p * dim * dim + k];
     MPMCofactor((int)dim, F, cofactor);
+    for (PetscInt k = 0; k < dim * dim && m->round; k++) cofactor[k] *= view->F33[p];
     return;
   }
   for (PetscInt k = 0; k < dim * dim; k++) { /* a material without F has J^(1/dim) I */
-    F[k]        = k % (dim + 1) ? 0 : PetscPowReal(J, 1 / (PetscReal)dim);
-    cofactor[k] = k % (dim + 1) ? 0 : PetscPowReal(J, 1 - 1 / (PetscReal)dim);
+    F[k]        = k % (dim + 1) ? 0 : PetscPowReal(J, 1 / axes);
+    cofactor[k] = k % (dim + 1) ? 0 : PetscPowReal(J, 1 - 1 / axes);
   }
 }
 
@@ -160,6 +161,9 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
     w     = MPMSkinShare(depth[k], MPMSkinWhole(body->ppc[axis]), &fall);
     if (thin ? layer != 0 : !(w > 0)) continue;
     if (thin) w = 0, fall = 1;
+    fall /= body->b[axis];
+    if (body->round && axis == 0) /* the surface outside of a particle is longer than its own circle, or shorter */
+      fall += sign * (thin ? 0.5 : w) / view->X[p * dim];
     Deformation(dim, m, view, p, F, cofactor);
     for (PetscInt d = 0; d < dim; d++) {
       x[d] = view->x[p * dim + d] + F[d * dim + axis] * away;
@@ -170,7 +174,7 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
       T[d] = load->type == MPM_LOAD_PRESSURE ? -value[0] * cofactor[d * dim + axis] * sign
                                              : value[d] * Share(dim, body, MPMSkinSides(depth[k]) & load->sides, axis);
     for (PetscInt d = 0; d < dim; d++) {
-      b[d] += T[d] * fall / body->b[axis] * kind->V0 / kind->m;
+      b[d] += T[d] * fall * kind->V0 / kind->m;
       for (PetscInt e = 0; e < dim; e++) S[d * dim + e] += w * T[d] * sign * F[e * dim + axis];
     }
   }
@@ -181,11 +185,12 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
 PetscErrorCode MPMForcesSize(const MPMScene *scene, const MPMCore *core, const MPMLoad *load, const MPMView *view,
                              PetscReal t, PetscReal *size)
 {
-  const PetscReal m = scene->kinds[scene->bodies[load->body].kind].m;
+  const MPMBody *body = &scene->bodies[load->body];
 
   PetscFunctionBeginUser;
   for (PetscInt p = 0; p < view->n; p++) {
-    PetscReal b[3] = {0}, S[9] = {0};
+    const PetscReal m    = scene->kinds[body->round ? view->kind[p] : body->kind].m;
+    PetscReal       b[3] = {0}, S[9] = {0};
 
     PetscCall(AddLoad(scene, core, load, view, p, t, b, S));
     *size += m * PetscSqrtReal(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
@@ -219,7 +224,7 @@ PetscErrorCode MPMForcesCheck(const MPMScene *scene, const MPMCore *core, MPMOpt
 PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t)
 {
   const PetscInt dim    = core->grid.dim;
-  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(J) | MPM_BIT(depth) |
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(F33) | MPM_BIT(J) | MPM_BIT(depth) |
                           MPM_BIT(kind) | MPM_BIT(chosen) | MPM_BIT(b) | MPM_BIT(S);
   MPMView       view;
   MPMVolumeLoad volume[MPM_MOST_LOADS];

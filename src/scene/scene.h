@@ -37,6 +37,9 @@ typedef struct {
   PetscReal     v2;                     /* largest squared speed of its particles at the start, m^2/s^2 */
   PetscInt64    first, n;               /* ids first .. first+n-1 */
   PetscInt      at_walls[MPM_AT_WALLS]; /* kinds of its particles by the walls that they are next to; see at_walls.c */
+  PetscBool     round;                  /* is it a body of revolution? */
+  PetscInt64    column;                 /* of these: the first column of its lattice, */
+  PetscInt     *columns, ncolumns;      /* and kinds [ncolumns][9] by column and walls, as at_walls, or NULL */
   PetscInt64    row;                    /* the number of its first row of lattice places among those of all bodies */
 } MPMBody;
 
@@ -105,6 +108,10 @@ typedef struct {
    core->comm. The second function frees the scene; not collective. */
 PetscErrorCode MPMSceneSetFromOptions(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneDestroy(MPMScene *);
+
+/* Bodies of revolution (read_round.c): refuse what they do not have, after everything else of the scene is read. Not
+   collective. */
+PetscErrorCode MPMSceneCheckRound(MPMScene *, MPMCore *, MPMOptions);
 
 /* --- Walls (read_walls.c, move_walls.c), particles (fill.c) --------------------------------------------------------------------- */
 
