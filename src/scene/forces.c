@@ -161,9 +161,8 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
     w     = MPMSkinShare(depth[k], MPMSkinWhole(body->ppc[axis]), &fall);
     if (thin ? layer != 0 : !(w > 0)) continue;
     if (thin) w = 0, fall = 1;
-    fall /= body->b[axis];
     if (body->round && axis == 0) /* the surface outside of a particle is longer than its own circle, or shorter */
-      fall += sign * (thin ? 0.5 : w) / view->X[p * dim];
+      fall += sign * (thin ? 0.5 : w) * body->b[axis] / view->X[p * dim];
     Deformation(dim, m, view, p, F, cofactor);
     for (PetscInt d = 0; d < dim; d++) {
       x[d] = view->x[p * dim + d] + F[d * dim + axis] * away;
@@ -174,7 +173,7 @@ static PetscErrorCode AddLoad(const MPMScene *scene, const MPMCore *core, const 
       T[d] = load->type == MPM_LOAD_PRESSURE ? -value[0] * cofactor[d * dim + axis] * sign
                                              : value[d] * Share(dim, body, MPMSkinSides(depth[k]) & load->sides, axis);
     for (PetscInt d = 0; d < dim; d++) {
-      b[d] += T[d] * fall * kind->V0 / kind->m;
+      b[d] += T[d] * fall / body->b[axis] * kind->V0 / kind->m;
       for (PetscInt e = 0; e < dim; e++) S[d * dim + e] += w * T[d] * sign * F[e * dim + axis];
     }
   }
