@@ -9,7 +9,11 @@
 
    With splines the node next to a wall has no weight at the wall but a slope: the pressure of a particle that lies on
    the wall pushes a node to which it gives no mass. Where matter flows, a particle may be left alone there, so it
-   starts a part of its spacing inside. */
+   starts a part of its spacing inside.
+
+   The particles of a body of revolution have the mass of the circle on which they are, so there is a kind for each
+   column of its lattice. */
+#include "kernels/cell.h"
 #include "scene/at_walls.h"
 #include "scene/lattice.h"
 
@@ -17,6 +21,8 @@
 #define OFF_WALL 0.1
 #define SAME     1e-9 /* of the volume */
 #define COLUMN   MPM_AT_WALLS_COLUMN
+#define NEAR_AXIS 3               /* cells from the axis within which volumes are chosen for it */
+#define NODES     (NEAR_AXIS + 2) /* at the nodes that have particles there */
 
 /* Returns whether a body flows, so that none of its particles may start on a wall. */
 static PetscBool Flows(const MPMScene *scene, const MPMCore *core, const MPMBody *b)
@@ -38,6 +44,12 @@ static PetscReal First(const MPMGrid *grid, const MPMBody *b, PetscInt d, int si
   const PetscReal places = ((side ? grid->upper[d] : grid->lower[d]) - b->offset[d]) / b->b[d] - 0.5;
 
   return side ? places - PetscFloorReal(places) : PetscCeilReal(places) - places;
+}
+
+/* Returns whether a particle at r, m, of a body of revolution is near the axis. */
+static PetscBool AtAxis(const MPMCore *core, const MPMBody *b, PetscReal r)
+{
+  return b->round && core->grid.lower[0] == 0 && r < NEAR_AXIS * core->grid.h[0] ? PETSC_TRUE : PETSC_FALSE;
 }
 
 void MPMAtWallsMove(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscReal x[])
@@ -112,15 +124,96 @@ static PetscReal Ring(const MPMBody *b, PetscReal r, PetscBool reaches)
   return PETSC_PI * (upper - lower) * (upper + lower) * b->b[1];
 }
 
+/* Returns the radius at which the particles of a column start, m. */
+static PetscReal ColumnRadius(const MPMBody *b, PetscInt k)
+{
+  const PetscReal r = ((PetscReal)(b->column + k) + 0.5) * b->b[0] + b->offset[0];
+
+  return r < 0.5 * b->b[0] ? 0.5 * (r + 0.5 * b->b[0]) : r;
+}
+
+/* Solves A y = b, n equations, by elimination with pivots; A [n][n] and b are overwritten, b with y. */
+static void Solve(PetscInt n, PetscReal A[NODES][NODES], PetscReal b[])
+{
+  for (PetscInt c = 0; c < n; c++) {
+    PetscInt pivot = c;
+
+    for (PetscInt k = c + 1; k < n; k++)
+      if (PetscAbsReal(A[k][c]) > PetscAbsReal(A[pivot][c])) pivot = k;
+    for (PetscInt k = 0; k < n; k++) {
+      const PetscReal was = A[c][k];
+
+      A[c][k]     = A[pivot][k];
+      A[pivot][k] = was;
+    }
+    {
+      const PetscReal was = b[c];
+
+      b[c]     = b[pivot];
+      b[pivot] = was;
+    }
+    for (PetscInt k = 0; k < n; k++) {
+      const PetscReal factor = k == c ? 0 : A[k][c] / A[c][c];
+
+      for (PetscInt e = c; e < n; e++) A[k][e] -= factor * A[c][e];
+      b[k] -= factor * b[c];
+    }
+  }
+  for (PetscInt k = 0; k < n; k++) b[k] /= A[k][k];
+}
+
+/* Sets share [n] to that of its volume that a particle has which starts in each of the first columns of a body that
+   reaches the axis. In a uniform stress s the forces of the particles on node i, of the sum of V s (phi' + phi/r), have to
+   cancel; but the particles are few, and near the axis this sum over them is not the integral, which is 0. Of all shares
+   with which it is 0 at the first nodes these are the nearest to 1 (in the mean of squares). */
+static void AxisShares(const MPMCore *core, const MPMBody *b, PetscInt n, PetscReal share[])
+{
+  const PetscReal h    = core->grid.h[0];
+  const PetscInt  all  = (PetscInt)((NEAR_AXIS + 2 * NODES) * h / b->b[0]);
+  MPMGrid         grid = core->grid;
+  PetscReal       A[NODES][NODES] = {{0}}, rest[NODES] = {0}, trace = 0;
+  PetscReal       w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
+
+  grid.cells[0] = 1000; /* so that no other wall is near */
+  grid.upper[0] = grid.lower[0] + 1000 * h;
+  for (PetscInt pass = 0; pass < 2; pass++) {
+    for (PetscInt k = 0; k < all; k++) {
+      const PetscReal r = ColumnRadius(b, k), l = PetscMin(0.5 / (PetscReal)b->ppc[0], r / h);
+      const PetscReal volume = Ring(b, ((PetscReal)(b->column + k) + 0.5) * b->b[0] + b->offset[0], k ? PETSC_FALSE : PETSC_TRUE);
+      PetscReal       xi, push[NODES] = {0};
+      const PetscInt  base = MPMCoordinate(core->basis, &grid, 0, r, l, &xi);
+
+      MPMBasisWeights(core->basis, xi, l, base, grid.cells[0], grid.wall_basis[0], w, g);
+      for (PetscInt i = 0; i < MPMBasisNodes(core->basis); i++)
+        if (base + i >= 1 && base + i <= NODES) push[base + i - 1] = volume / (b->b[0] * b->b[1]) * (g[i] / h + w[i] / r);
+      if (pass && k < n)
+        for (PetscInt i = 0; i < NODES; i++) share[k] -= push[i] * rest[i];
+      if (pass) continue;
+      for (PetscInt i = 0; i < NODES; i++) rest[i] += push[i];
+      for (PetscInt i = 0; i < NODES && k < n; i++)
+        for (PetscInt j = 0; j < NODES; j++) A[i][j] += push[i] * push[j];
+    }
+    if (pass) break;
+    for (PetscInt i = 0; i < NODES; i++) trace += A[i][i];
+    for (PetscInt i = 0; i < NODES; i++) A[i][i] += 1e-12 * trace;
+    Solve(NODES, A, rest);
+  }
+}
+
 PetscErrorCode MPMAtWallsColumns(MPMScene *scene, const MPMCore *core, MPMBody *b, PetscBool any)
 {
   const MPMLattice w      = MPMLatticeBegin(b, 2);
   const PetscBool  shaped = MPMMaterialKeepsShape(&scene->materials[b->material]);
+  const PetscInt   near   = (PetscInt)(NEAR_AXIS * core->grid.h[0] / b->b[0] + 1);
+  PetscReal       *shares;
 
   PetscFunctionBeginUser;
   b->column   = w.first[0];
   b->ncolumns = (PetscInt)(w.last[0] - w.first[0] + 1);
   PetscCall(PetscMalloc1(COLUMN * b->ncolumns, &b->columns));
+  PetscCall(PetscMalloc1(near, &shares));
+  for (PetscInt k = 0; k < near; k++) shares[k] = 1;
+  if (AtAxis(core, b, ColumnRadius(b, 0)) && ColumnRadius(b, 0) < b->b[0]) AxisShares(core, b, near, shares);
   for (PetscInt k = 0; k < b->ncolumns; k++) {
     const PetscReal r   = ((PetscReal)(b->column + k) + 0.5) * b->b[0] + b->offset[0];
     MPMKind         own = {b->material, 0, 0, {0}, b->copy};
@@ -129,18 +222,19 @@ PetscErrorCode MPMAtWallsColumns(MPMScene *scene, const MPMCore *core, MPMBody *
     own.V0 = Ring(b, r, PETSC_FALSE);
     own.m  = scene->materials[b->material].rho * own.V0;
     for (PetscInt n = 0; n < COLUMN; n++) {
-      MPMKind         kind = own;
+      MPMKind         kind  = own;
       const int       x = (int)(n % 3), y = (int)(n / 3);
-      const PetscReal in    = x ? Inside(&core->grid, b, 0, x - 1, r) : 0,
-                      along = y ? Share(scene->walls.given[1][y - 1].type, First(&core->grid, b, 1, y - 1)) : 1;
-      PetscReal       share = x ? Share(scene->walls.given[0][x - 1].type, in) : 1;
+      const PetscBool axis  = x == 1 && k < near && AtAxis(core, b, r) ? PETSC_TRUE : PETSC_FALSE;
+      const PetscReal in    = x ? Inside(&core->grid, b, 0, x - 1, r) : 0;
+      const PetscReal along = y && any && shaped ? Share(scene->walls.given[1][y - 1].type, First(&core->grid, b, 1, y - 1)) : 1;
+      PetscReal       share = x && !axis && any && shaped ? Share(scene->walls.given[0][x - 1].type, in) : 1;
 
-      if (x == 1 && core->grid.lower[0] == 0 && share != 1) {
-        kind.V0 = Ring(b, r, PETSC_TRUE);
-        share   = kind.V0 / own.V0;
+      if (axis) {
+        kind.V0 = shares[k] * Ring(b, r, k ? PETSC_FALSE : PETSC_TRUE);
+        kind.m  = scene->materials[b->material].rho * kind.V0;
       }
-      kind.V0 = own.V0 * share * along;
-      if (n && (!any || !shaped || (x && share == 1) || (y && along == 1)))
+      kind.V0 *= share * along;
+      if (n && kind.V0 == own.V0)
         b->columns[COLUMN * k + n] = b->columns[COLUMN * k];
       else {
         b->columns[COLUMN * k + n]    = scene->nkinds;
@@ -148,6 +242,7 @@ PetscErrorCode MPMAtWallsColumns(MPMScene *scene, const MPMCore *core, MPMBody *
       }
     }
   }
+  PetscCall(PetscFree(shares));
   b->kind = b->columns[0];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -163,6 +258,13 @@ PetscInt MPMAtWallsKind(const MPMScene *scene, const MPMCore *core, const MPMBod
     for (int side = 0; side < 2 && !digit; side++) {
       const PetscReal in = Inside(&core->grid, b, d, side, X[d]);
       PetscReal       y[3];
+
+      if (b->round && 2 * d + side == 0 && core->grid.lower[0] == 0) { /* no wall, but the axis */
+        const PetscReal on[3] = {ON_WALL * b->b[0], X[1], 0};
+
+        if (AtAxis(core, b, X[0]) && MPMRegionInside(&b->region, dim, on)) digit = 1;
+        continue;
+      }
 
       if (Share(scene->walls.given[d][side].type, in) == 1) continue;
       for (PetscInt e = 0; e < dim; e++) y[e] = X[e];
