@@ -519,17 +519,18 @@ static void Rates(const MPMMaterial *m, int dim, const PetscReal *F)
   CHECK_LE(jump, (1 + 1e-9) * J * m->rho * m->diffusivity * a + 100 * modulus * (dt * a + DBL_EPSILON));
 }
 
-/* Bodies of revolution: the stretch around the axis is that along z of the same state in 3-D, for a step with rates in both,
-   at each number of lanes. */
+/* Bodies of revolution: the stretch around the axis is that along z of the same state in 3-D, for a step with rates in
+   both, at each number of lanes. */
 static void Revolution(const MPMMaterial *plane, const PetscReal *F)
 {
-  const PetscReal  around = UnitReal(0.8, 1.25), dt = 0.05, rate = UnitReal(-1, 1);
-  const PetscReal  F3[9] = {F[0], F[1], 0, F[2], F[3], 0, 0, 0, around}, L[4] = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)};
-  const PetscReal  L3[9] = {L[0], L[1], 0, L[2], L[3], 0, 0, 0, rate};
+  const PetscReal around = UnitReal(0.8, 1.25), dt = 0.05, rate = UnitReal(-1, 1);
+  const PetscReal F3[9]         = {F[0], F[1], 0, F[2], F[3], 0, 0, 0, around},
+                  L[4]          = {UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1), UnitReal(-1, 1)};
+  const PetscReal       L3[9]   = {L[0], L[1], 0, L[2], L[3], 0, 0, 0, rate};
   const MPMMaterialLaw *laws[4] = {plane->type->law};
-  MPMMaterial      m            = *plane;
-  MPMParticleState s, begin;
-  PetscReal        W[2][MPM_BLOCK], c2[2][MPM_BLOCK];
+  MPMMaterial           m       = *plane;
+  MPMParticleState      s, begin;
+  PetscReal             W[2][MPM_BLOCK], c2[2][MPM_BLOCK];
 
   m.round = PETSC_TRUE;
   if (m.state & MPM_BIT(F)) m.state |= MPM_BIT(F33);
@@ -561,8 +562,7 @@ static void Revolution(const MPMMaterial *plane, const PetscReal *F)
     if (!(m.state & MPM_BIT(tau))) laws[k]->stress[form](&m, 3, 4, &b);
     if (!(m.state & MPM_BIT(tau))) laws[0]->stress[2](plane, 3, 4, &three);
     for (int c = 0; c < 4; c++) scale = PetscMax(scale, PetscAbsReal(three.tau[MPMSymPlace(2, c)][3]));
-    for (int c = 0; c < 4; c++)
-      CHECK_NEAR(b.tau[c][3] / scale, three.tau[MPMSymPlace(2, c)][3] / scale, 1e-12);
+    for (int c = 0; c < 4; c++) CHECK_NEAR(b.tau[c][3] / scale, three.tau[MPMSymPlace(2, c)][3] / scale, 1e-12);
     if (m.state & MPM_BIT(J)) CHECK_NEAR(b.J[0][3] / three.J[0][3], 1, 1e-12);
     if (m.state & MPM_BIT(ep)) CHECK_NEAR(b.ep[0][3], three.ep[0][3], 1e-11);
     if (m.state & MPM_BIT(theta)) CHECK_NEAR(b.theta[0][3], three.theta[0][3], 1e-11 * (1 + three.theta[0][3]));

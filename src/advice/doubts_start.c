@@ -163,7 +163,8 @@ static PetscErrorCode WarnShapes(const MPMCore *core, const MPMScene *scene)
   PetscFunctionBeginUser;
   for (PetscInt k = 0; k < scene->nfilled; k++) {
     const MPMBody  *b     = &scene->bodies[k];
-    const PetscReal shape = MPMFitVolume(b, grid->dim), have = (PetscReal)b->n * (b->round ? b->b[0] * b->b[1] : scene->kinds[b->kind].V0);
+    const PetscReal shape = MPMFitVolume(b, grid->dim),
+                    have  = (PetscReal)b->n * (b->round ? b->b[0] * b->b[1] : scene->kinds[b->kind].V0);
     char            why[MPM_TEXT_LEN];
 
     if (!(PetscAbsReal(have / shape - 1) > MPM_FIT_MOST)) continue;

@@ -176,8 +176,8 @@ PetscErrorCode MPMReportParallel(MPMCore *core)
 PetscErrorCode MPMReportLoads(MPMCore *core, const MPMScene *scene, PetscReal end)
 {
   const PetscInt dim    = core->grid.dim;
-  const PetscInt fields = MPM_BIT(id) | MPM_BIT(depth) | MPM_BIT(kind) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(F33) |
-                          MPM_BIT(J);
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(depth) | MPM_BIT(kind) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) |
+                          MPM_BIT(F33) | MPM_BIT(J);
   MPMView view;
 
   PetscFunctionBeginUser;

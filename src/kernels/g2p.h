@@ -153,7 +153,7 @@ MPM_INLINE void MPMUpdateState(int dim, const MPMParams *par, MPMPatch *patch, c
     for (PetscInt l = from; l < next; l += MPM_WIDTH)
       found->c2 = MPMMax(found->c2, MPMSelect(MPMBetween(l, first, next), MPMRead(c2 + l), MPMAll(0)));
 #define MPM_SCATTER(name, rows)                                                                                        \
-  if (!(MPM_BIT(name) & (MPM_BIT(F) | MPM_BIT(F33))) && ((m->state | par->carried) & MPM_BIT(name)))                                      \
+  if (!(MPM_BIT(name) & (MPM_BIT(F) | MPM_BIT(F33))) && ((m->state | par->carried) & MPM_BIT(name)))                   \
     MPMScatter(MPMComponents_##name(dim), b->name, o, first, next, patch->particles.name);
     MPM_MATERIAL_FIELDS(MPM_SCATTER)
 #undef MPM_SCATTER
@@ -177,9 +177,9 @@ MPM_INLINE void MPMUpdateCells(int dim, const MPMParams *par, MPMPatch *patch, c
    and material state; new positions; the filter of xpic; volumes of fluids. */
 MPM_INLINE void MPMG2P(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts, MPMStatus *status)
 {
-  const int stress = parts & MPM_G2P_STRESS ? 1 : 0, gradients = stress || parts & MPM_G2P_VOLUME ? 1 : 0;
-  const int round  = dim == 2 && stress && patch->grid->round; /* the strain needs v_r too */
-  const int motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER | MPM_G2P_VOLUME) ? 1 : round ? 2 : 0;
+  const int      stress = parts & MPM_G2P_STRESS ? 1 : 0, gradients = stress || parts & MPM_G2P_VOLUME ? 1 : 0;
+  const int      round  = dim == 2 && stress && patch->grid->round; /* the strain needs v_r too */
+  const int      motion = parts & (MPM_G2P_MOTION | MPM_G2P_FILTER | MPM_G2P_VOLUME) ? 1 : round ? 2 : 0;
   const MPMView *particles               = &patch->particles;
   const MPMRange all                     = {0, particles->n, 0};
   const MPMInterpolateBlocks interpolate = MPM_LANES_NAME(

@@ -205,8 +205,8 @@ MPM_INLINE PetscReal Mass(const MPMPatch *patch, PetscInt node, PetscInt d)
   return MPMNodeMass(patch->grid, patch->node + node, patch->lo[0] + node % patch->n[0], d);
 }
 
-/* Returns the mass that was collected for a carrier along axis d. Along r it is such that a uniform expansion of carriers
-   and light nodes has the momentum that they have. */
+/* Returns the mass that was collected for a carrier along axis d. Along r it is such that a uniform expansion of
+   carriers and light nodes has the momentum that they have. */
 MPM_INLINE PetscReal GivenMass(const MPMPatch *patch, PetscInt node, const PetscReal given[], PetscInt d)
 {
   const MPMGrid  *grid = patch->grid;
@@ -341,7 +341,8 @@ void MPMLightMove(MPMLight *light, const MPMParams *par, MPMPatch *patch)
 
         a[d] = now;
         if (!(held >> d & 1))
-          a[d] += (GivenMass(patch, carrier, given, d) * (now - par->gravity[d]) - given[1 + d]) / Mass(patch, carrier, d);
+          a[d] += (GivenMass(patch, carrier, given, d) * (now - par->gravity[d]) - given[1 + d]) /
+                  Mass(patch, carrier, d);
       }
       Accelerate(par, patch, carrier, a, held);
       for (PetscInt c = 0; c < MPM_LIGHT_GIVEN; c++) given[c] = 0;

@@ -152,7 +152,7 @@ MPM_INLINE void MPMSumLines(int dim, const MPMParams *par, const MPMPatch *patch
    the row, those of t->sum too, to the nodes. Sums that are not among the parts get 0 added. */
 MPM_INLINE void MPMP2G(int dim, const MPMParams *par, MPMPatch *patch, PetscInt parts)
 {
-  const int forces = !(parts & MPM_P2G_FORCE) ? 0 : patch->particles.b || patch->grid->round ? 2 : 1;
+  const int          forces = !(parts & MPM_P2G_FORCE) ? 0 : patch->particles.b || patch->grid->round ? 2 : 1;
   const int          affine = parts & MPM_AFFINE ? 1 : 0;
   const MPMSumBlocks sum    = MPM_LANES_NAME(MPMSumBlock)[dim - 1][MPMBasisNodes(patch->basis) - 2][forces][affine];
   const MPMTiles    *t      = &patch->tiles;

@@ -66,7 +66,7 @@ static __attribute__((noinline)) void MPMStageWalls(int dim, MPMBasis basis, con
 /* Computes base nodes and weights of a block of particles; their positions were checked when they were committed. */
 MPM_INLINE void MPMStageWeights(int dim, MPMBasis basis, const MPMPatch *patch, PetscInt lanes, MPMStencils *s)
 {
-  const PetscBool round = patch->grid->round && basis == MPM_BASIS_gimp ? PETSC_TRUE : PETSC_FALSE;
+  const PetscBool round   = patch->grid->round && basis == MPM_BASIS_gimp ? PETSC_TRUE : PETSC_FALSE;
   const MPMAxis axes[3] = {s->axis[0], s->axis[1], s->axis[2]}; /* a copy, which no write changes */
   MPMReal       least[3], most[3];                              /* of xi */
   PetscBool     wall = PETSC_FALSE;
@@ -142,7 +142,8 @@ MPM_INLINE void MPMRoundGradient(const MPMBlockOrder *o, const MPMStencils *s, c
 }
 
 /* The innermost loops of transfer_sums.c that sum over the nodes of a block's cells, for its particles:
-   [dim-1][nodes per axis - 2][motion: 0 none, 1 v and a, 2 the first component of v, in 2-D][stress]. nodes [n2][n1][n0][MPM_MOTION_NC] has the motion of the patch's nodes. */
+   [dim-1][nodes per axis - 2][motion: 0 none, 1 v and a, 2 the first component of v, in 2-D][stress].
+   nodes [n2][n1][n0][MPM_MOTION_NC] has the motion of the patch's nodes. */
 typedef void (*MPMInterpolateBlocks)(const MPMBlockOrder *, const MPMStencils *, const PetscInt n[],
                                      const PetscReal *nodes, MPMComponent *value, MPMComponent *gradient);
 extern const MPMInterpolateBlocks MPM_LANES_NAME(MPMInterpolateBlock)[3][3][3][2];

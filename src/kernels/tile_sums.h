@@ -83,7 +83,8 @@ MPM_INLINE void MPMZeroRow(int dim, MPMPatch *patch, PetscInt parts, PetscInt ro
   if ((parts & lower) == lower && parts & upper)
     memset(sum, 0, (size_t)PetscMax(0, n) * MPM_NODE_NC * sizeof *sum);
   else if ((parts & lower) == lower)
-    for (PetscInt i = 0; i < n; i++) memset(sum + MPM_NODE_NC * i, 0, (size_t)(parts & MPM_P2G_ROUND ? 4 : 1 + dim) * sizeof *sum);
+    for (PetscInt i = 0; i < n; i++)
+      memset(sum + MPM_NODE_NC * i, 0, (size_t)(parts & MPM_P2G_ROUND ? 4 : 1 + dim) * sizeof *sum);
   else if (!(parts & lower) && parts & upper)
     for (PetscInt i = 0; i < n; i++) memset(sum + MPM_NODE_NC * i + MPM_NODE_force, 0, (size_t)dim * sizeof *sum);
   else

@@ -8,16 +8,17 @@
      <name>_energy(dim, m, s)         returns the stored energy per reference volume in J/m^3
      <name>_speed2(dim, m, s)         returns an upper bound of the squared wave speed in m^2/s^2
 
-   These functions are made for each form: dim 1, 2, 3, and bodies of revolution. The latter have dim 2, the stretch s->F33
-   around the axis and its rate s->L33 = v_r/r, of which J, be and the stress along zz depend: law functions take J and
-   b = F F^T from MPMParticleJ and MPMParticleB, and use L33 where s->round. */
+   These functions are made for each form: dim 1, 2, 3, and bodies of revolution. The latter have dim 2, the stretch
+   s->F33 around the axis and its rate s->L33 = v_r/r, of which J, be and the stress along zz depend: law functions take
+   J and b = F F^T from MPMParticleJ and MPMParticleB, and use L33 where s->round. */
 #ifndef MPM_LAW_H
 #define MPM_LAW_H
 
 #include "physics/material.h"
 
 /* The state of one particle or, where the file is compiled for lanes, of several. The tensors be and tau have all six
-   components in every dimension: xx xy xz yy yz zz. round: is it of a body of revolution? Else F33 is 1 and L33 is 0. */
+   components in every dimension: xx xy xz yy yz zz. round: is it of a body of revolution? Else F33 is 1 and L33 is 0.
+   */
 typedef struct {
   int     round;
   MPMReal F[9], F33, L33, J, be[6], ep, vc, theta, tau[6];
@@ -164,15 +165,15 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
   MPM_LAW_SCALARS(law, energy)                                                                                         \
   MPM_LAW_SCALARS(law, speed2)                                                                                         \
   extern const MPMMaterialLaw MPMMaterialLaw_##law##_8, MPMMaterialLaw_##law##_4, MPMMaterialLaw_##law##_2;            \
-  const MPMMaterialLaw        MPMMaterialLaw_##law = {.stress = MPM_LAW_ALL(law, stress),                            \
-                                                      .energy = MPM_LAW_ALL(law, energy),                            \
-                                                      .speed2 = MPM_LAW_ALL(law, speed2),                            \
+  const MPMMaterialLaw        MPMMaterialLaw_##law = {.stress = MPM_LAW_ALL(law, stress),                              \
+                                                      .energy = MPM_LAW_ALL(law, energy),                              \
+                                                      .speed2 = MPM_LAW_ALL(law, speed2),                              \
                                                       .lanes  = MPM_LAW_LANES(law)};
 #else
 #define MPM_MATERIAL_DEFINE(law)                                                                                       \
   MPM_LAW_STRESSES(law)                                                                                                \
   MPM_LAW_SCALARS(law, speed2)                                                                                         \
-  const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_##law) = {.stress = MPM_LAW_ALL(law, stress),                   \
+  const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_##law) = {.stress = MPM_LAW_ALL(law, stress),                     \
                                                                .speed2 = MPM_LAW_ALL(law, speed2)};
 #endif
 
@@ -185,15 +186,15 @@ MPM_INLINE void MPMParticleStore(int dim, PetscInt state, const MPMParticleState
   MPM_LAW_SCALARS(law, speed2)                                                                                         \
   extern const MPMMaterialLaw MPMMaterialLaw_##law##_8, MPMMaterialLaw_##law##_4, MPMMaterialLaw_##law##_2;            \
   const MPMMaterialLaw        MPMMaterialLaw_##law = {.setup  = (prepare),                                             \
-                                                      .update = MPM_LAW_ALL(law, update),                            \
-                                                      .energy = MPM_LAW_ALL(law, energy),                            \
-                                                      .speed2 = MPM_LAW_ALL(law, speed2),                            \
+                                                      .update = MPM_LAW_ALL(law, update),                              \
+                                                      .energy = MPM_LAW_ALL(law, energy),                              \
+                                                      .speed2 = MPM_LAW_ALL(law, speed2),                              \
                                                       .lanes  = MPM_LAW_LANES(law)};
 #else
 #define MPM_MATERIAL_DEFINE_HISTORY(law, prepare, state)                                                               \
   MPM_LAW_UPDATES(law, state)                                                                                          \
   MPM_LAW_SCALARS(law, speed2)                                                                                         \
-  const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_##law) = {.update = MPM_LAW_ALL(law, update),                   \
+  const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_##law) = {.update = MPM_LAW_ALL(law, update),                     \
                                                                .speed2 = MPM_LAW_ALL(law, speed2)};
 #endif
 

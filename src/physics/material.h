@@ -41,7 +41,8 @@ typedef struct {
 typedef struct _MPMMaterial MPMMaterial;
 
 /* A material law: functions of particles first .. last-1 of a block, one for each form ([MPMLawForm]): a dimension, or
-   bodies of revolution, which have 2-D tensors and the stretch F33 around the axis. All J must be positive. A law without history has stress and no update. */
+   bodies of revolution, which have 2-D tensors and the stretch F33 around the axis. All J must be positive. A law
+   without history has stress and no update. */
 typedef struct _MPMMaterialLaw MPMMaterialLaw;
 #define MPM_LAW_FORMS 4
 struct _MPMMaterialLaw {
@@ -51,7 +52,8 @@ struct _MPMMaterialLaw {
   void (*stress[MPM_LAW_FORMS])(const MPMMaterial *, PetscInt first, PetscInt last, MPMBlock *b);
   /* computes the state after a step dt in s with velocity gradient L [dim*dim] in 1/s, after which bodies of revolution
      have v_r/r; b->F and b->F33 are updated before the call */
-  void (*update[MPM_LAW_FORMS])(const MPMMaterial *, PetscReal dt, MPMComponent *L, PetscInt first, PetscInt last, MPMBlock *b);
+  void (*update[MPM_LAW_FORMS])(const MPMMaterial *, PetscReal dt, MPMComponent *L, PetscInt first, PetscInt last,
+                                MPMBlock *b);
   /* computes the stored energy per reference volume W [last] in J/m^3 */
   void (*energy[MPM_LAW_FORMS])(const MPMMaterial *, PetscInt first, PetscInt last, const MPMBlock *b, PetscReal W[]);
   /* computes an upper bound c2 [last] of the squared speed of waves in the deformed state in m^2/s^2 */

@@ -7,7 +7,8 @@ MPM_INLINE void elastic_strain(int dim, const MPMParticleState *s, MPMReal e[6])
 {
   for (int k = 0; k < 6; k++) e[k] = MPMAll(0);
   for (int d = 0; d < dim; d++)
-    for (int f = d; f < dim; f++) e[MPMSymIndex(d, f)] = 0.5 * (s->F[d * dim + f] + s->F[f * dim + d]) - (d == f ? 1.0 : 0.0);
+    for (int f = d; f < dim; f++)
+      e[MPMSymIndex(d, f)] = 0.5 * (s->F[d * dim + f] + s->F[f * dim + d]) - (d == f ? 1.0 : 0.0);
   if (s->round) e[5] = s->F33 - 1.0;
 }
 

@@ -105,7 +105,6 @@ const MPMMaterialLaw        MPMMaterialLaw_fluid = {.setup  = fluid_setup,
                                                     .speed2 = MPM_LAW_ALL(fluid, speed2),
                                                     .lanes  = MPM_LAW_LANES(fluid)};
 #else
-const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_fluid) = {.stress = MPM_LAW_ALL(fluid, stress),
-                                                             .update = MPM_LAW_ALL(fluid, update),
-                                                             .speed2 = MPM_LAW_ALL(fluid, speed2)};
+const MPMMaterialLaw MPM_LANES_NAME(MPMMaterialLaw_fluid) = {
+    .stress = MPM_LAW_ALL(fluid, stress), .update = MPM_LAW_ALL(fluid, update), .speed2 = MPM_LAW_ALL(fluid, speed2)};
 #endif

@@ -41,8 +41,8 @@ static void Fill_v(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal ro
   for (PetscInt d = 0; d < 3; d++) row[d] = d < s->core->grid.dim ? v->v[p * s->core->grid.dim + d] : 0;
 }
 
-/* Materials without F have J; then F is shown as J^(1/dim) I, which has the same volume. Bodies of revolution deform along
-   all axes. */
+/* Materials without F have J; then F is shown as J^(1/dim) I, which has the same volume. Bodies of revolution deform
+   along all axes. */
 static void Fill_F(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   const PetscInt dim = s->core->grid.dim, axes = s->core->grid.round ? 3 : dim;
@@ -154,8 +154,8 @@ static void SetInertia(const MPMCore *core, const MPMView *v, PetscInt p, PetscR
   }
 }
 
-/* Bodies of revolution do not turn. Else it is m x x v about the origin, and with APIC that of the affine velocity: C moves the mass around the particle, whose
-   moment of inertia on axis e is m inertia_e. */
+/* Bodies of revolution do not turn. Else it is m x x v about the origin, and with APIC that of the affine velocity: C
+   moves the mass around the particle, whose moment of inertia on axis e is m inertia_e. */
 static void Fill_angular_momentum(const MPMShown *s, const MPMView *v, PetscInt p, PetscReal row[])
 {
   const PetscInt  dim  = s->core->grid.dim;

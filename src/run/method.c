@@ -228,7 +228,8 @@ static PetscErrorCode ReadBasis(MPM mpm, MPMOptions o)
       MPMOptionsFail(o, "-method_gimp_update stretch does not apply: material %s (%s) has no deformation gradient",
                      mpm->scene.materials[k].name, mpm->scene.materials[k].type->name);
   if (core->grid.round && !strcmp(wall, "steffen"))
-    MPMOptionsFail(o, "-method_wall_basis steffen does not apply: at the axis of -geometry axisymmetric its strain is 0");
+    MPMOptionsFail(o,
+                   "-method_wall_basis steffen does not apply: at the axis of -geometry axisymmetric its strain is 0");
   for (PetscInt d = 0; d < core->grid.dim; d++)
     core->grid.wall_basis[d] = core->grid.periodic[d]     ? MPM_WALL_BASIS_NONE
                                : !strcmp(wall, "steffen") ? MPM_WALL_BASIS_STEFFEN

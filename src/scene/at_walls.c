@@ -1,11 +1,11 @@
 /* at_walls.c - particles of a lattice that start beside walls.
 
    A wall holds a solid by the stress of the particles next to it. The lattice may leave a gap between the wall and
-   their domains, or let these reach beyond it. Then a uniform stress is not at rest: with a gap of 0.4 spacings the first
-   particle has to carry 1.7 times the stress of the others, and comes off at a stretch that the rest bears. So the stress
-   of the first particles, and the loads on them, act in all of the volume from the wall to the end of their domains;
-   their mass stays. Volume and mass are columns of the table of kinds, so this needs rows of it, and nothing for a
-   particle.
+   their domains, or let these reach beyond it. Then a uniform stress is not at rest: with a gap of 0.4 spacings the
+   first particle has to carry 1.7 times the stress of the others, and comes off at a stretch that the rest bears. So
+   the stress of the first particles, and the loads on them, act in all of the volume from the wall to the end of their
+   domains; their mass stays. Volume and mass are columns of the table of kinds, so this needs rows of it, and nothing
+   for a particle.
 
    With splines the node next to a wall has no weight at the wall but a slope: the pressure of a particle that lies on
    the wall pushes a node to which it gives no mass. Where matter flows, a particle may be left alone there, so it
@@ -20,7 +20,7 @@
 #define ON_WALL  1e-3 /* of the spacing: what is nearer to a wall starts on it, and is moved inside by OFF_WALL */
 #define OFF_WALL 0.1
 #define SAME     1e-9 /* of the volume */
-#define COLUMN   MPM_AT_WALLS_COLUMN
+#define COLUMN    MPM_AT_WALLS_COLUMN
 #define NEAR_AXIS 3               /* cells from the axis within which volumes are chosen for it */
 #define NODES     (NEAR_AXIS + 2) /* at the nodes that have particles there */
 
@@ -56,7 +56,8 @@ void MPMAtWallsMove(const MPMScene *scene, const MPMCore *core, const MPMBody *b
 {
   const MPMGrid *grid = &core->grid;
 
-  if (b->round && x[0] < 0.5 * b->b[0]) x[0] = 0.5 * (x[0] + 0.5 * b->b[0]); /* the middle of what is right of the axis */
+  if (b->round && x[0] < 0.5 * b->b[0])
+    x[0] = 0.5 * (x[0] + 0.5 * b->b[0]); /* the middle of what is right of the axis */
   if (!Flows(scene, core, b)) return;
   for (PetscInt d = 0; d < grid->dim; d++)
     for (int side = 0; side < 2; side++) {
@@ -115,8 +116,8 @@ void MPMAtWallsFind(MPMScene *scene, const MPMCore *core, MPMBody *b, PetscBool 
   }
 }
 
-/* Returns the volume of revolution, m^3, of the box of a particle whose column of the lattice is at r. What would be left of
-   the axis does not count; reaches: the box goes on to the axis. */
+/* Returns the volume of revolution, m^3, of the box of a particle whose column of the lattice is at r. What would be
+   left of the axis does not count; reaches: the box goes on to the axis. */
 static PetscReal Ring(const MPMBody *b, PetscReal r, PetscBool reaches)
 {
   const PetscReal upper = r + 0.5 * b->b[0], lower = reaches ? 0 : PetscMax(0, r - 0.5 * b->b[0]);
@@ -163,14 +164,14 @@ static void Solve(PetscInt n, PetscReal A[NODES][NODES], PetscReal b[])
 }
 
 /* Sets share [n] to that of its volume that a particle has which starts in each of the first columns of a body that
-   reaches the axis. In a uniform stress s the forces of the particles on node i, of the sum of V s (phi' + phi/r), have to
-   cancel; but the particles are few, and near the axis this sum over them is not the integral, which is 0. Of all shares
-   with which it is 0 at the first nodes these are the nearest to 1 (in the mean of squares). */
+   reaches the axis. In a uniform stress s the forces of the particles on node i, of the sum of V s (phi' + phi/r), have
+   to cancel; but the particles are few, and near the axis this sum over them is not the integral, which is 0. Of all
+   shares with which it is 0 at the first nodes these are the nearest to 1 (in the mean of squares). */
 static void AxisShares(const MPMCore *core, const MPMBody *b, PetscInt n, PetscReal share[])
 {
-  const PetscReal h    = core->grid.h[0];
-  const PetscInt  all  = (PetscInt)((NEAR_AXIS + 2 * NODES) * h / b->b[0]);
-  MPMGrid         grid = core->grid;
+  const PetscReal h               = core->grid.h[0];
+  const PetscInt  all             = (PetscInt)((NEAR_AXIS + 2 * NODES) * h / b->b[0]);
+  MPMGrid         grid            = core->grid;
   PetscReal       A[NODES][NODES] = {{0}}, rest[NODES] = {0}, trace = 0;
   PetscReal       w[MPM_MAX_STENCIL], g[MPM_MAX_STENCIL];
 
@@ -179,13 +180,15 @@ static void AxisShares(const MPMCore *core, const MPMBody *b, PetscInt n, PetscR
   for (PetscInt pass = 0; pass < 2; pass++) {
     for (PetscInt k = 0; k < all; k++) {
       const PetscReal r = ColumnRadius(b, k), l = PetscMin(0.5 / (PetscReal)b->ppc[0], r / h);
-      const PetscReal volume = Ring(b, ((PetscReal)(b->column + k) + 0.5) * b->b[0] + b->offset[0], k ? PETSC_FALSE : PETSC_TRUE);
+      const PetscReal volume = Ring(b, ((PetscReal)(b->column + k) + 0.5) * b->b[0] + b->offset[0],
+                                    k ? PETSC_FALSE : PETSC_TRUE);
       PetscReal       xi, push[NODES] = {0};
       const PetscInt  base = MPMCoordinate(core->basis, &grid, 0, r, l, &xi);
 
       MPMBasisWeights(core->basis, xi, l, base, grid.cells[0], grid.wall_basis[0], w, g);
       for (PetscInt i = 0; i < MPMBasisNodes(core->basis); i++)
-        if (base + i >= 1 && base + i <= NODES) push[base + i - 1] = volume / (b->b[0] * b->b[1]) * (g[i] / h + w[i] / r);
+        if (base + i >= 1 && base + i <= NODES)
+          push[base + i - 1] = volume / (b->b[0] * b->b[1]) * (g[i] / h + w[i] / r);
       if (pass && k < n)
         for (PetscInt i = 0; i < NODES; i++) share[k] -= push[i] * rest[i];
       if (pass) continue;
@@ -222,11 +225,13 @@ PetscErrorCode MPMAtWallsColumns(MPMScene *scene, const MPMCore *core, MPMBody *
     own.V0 = Ring(b, r, PETSC_FALSE);
     own.m  = scene->materials[b->material].rho * own.V0;
     for (PetscInt n = 0; n < COLUMN; n++) {
-      MPMKind         kind  = own;
+      MPMKind         kind = own;
       const int       x = (int)(n % 3), y = (int)(n / 3);
       const PetscBool axis  = x == 1 && k < near && AtAxis(core, b, r) ? PETSC_TRUE : PETSC_FALSE;
       const PetscReal in    = x ? Inside(&core->grid, b, 0, x - 1, r) : 0;
-      const PetscReal along = y && any && shaped ? Share(scene->walls.given[1][y - 1].type, First(&core->grid, b, 1, y - 1)) : 1;
+      const PetscReal along = y && any && shaped
+                                  ? Share(scene->walls.given[1][y - 1].type, First(&core->grid, b, 1, y - 1))
+                                  : 1;
       PetscReal       share = x && !axis && any && shaped ? Share(scene->walls.given[0][x - 1].type, in) : 1;
 
       if (axis) {
@@ -274,7 +279,7 @@ PetscInt MPMAtWallsKind(const MPMScene *scene, const MPMCore *core, const MPMBod
     number = 3 * number + digit;
   }
   if (b->columns)
-    return b->columns[COLUMN * (PetscInt)(PetscFloorReal((X[0] - b->offset[0]) / b->b[0]) - (PetscReal)b->column) +
-                      number];
+    return b
+        ->columns[COLUMN * (PetscInt)(PetscFloorReal((X[0] - b->offset[0]) / b->b[0]) - (PetscReal)b->column) + number];
   return b->at_walls[number];
 }

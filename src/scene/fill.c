@@ -334,33 +334,6 @@ PetscErrorCode MPMSceneHistogram(const MPMScene *scene, const MPMCore *core, MPM
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the affine velocity C [dim*dim], 1/s, with which a particle at x [dim], m, of a body of revolution starts: the
-   gradient of the body's velocity, of which the strain rate counts by its share. In planes C starts as 0, with which a
-   uniform expansion is right in the first step too; here it would not be so near the axis. */
-static PetscErrorCode StartAffine(const MPMCore *core, const MPMBody *b, const PetscReal x[], PetscReal C[])
-{
-  const PetscInt dim = core->grid.dim;
-  PetscReal      L[9];
-
-  PetscFunctionBeginUser;
-  for (PetscInt e = 0; e < dim; e++) {
-    const PetscReal by   = 0x1p-10 * b->b[e];
-    PetscReal       y[3] = {0}, lower[3], upper[3];
-
-    PetscCall(PetscArraycpy(y, x, dim));
-    y[e] = x[e] - by;
-    PetscCall(MPMExpressionEvaluate(b->velocity, dim, y, NULL, 0, lower));
-    y[e] = x[e] + by;
-    PetscCall(MPMExpressionEvaluate(b->velocity, dim, y, NULL, 0, upper));
-    for (PetscInt d = 0; d < dim; d++) L[d * dim + e] = (upper[d] - lower[d]) / (2 * by);
-  }
-  for (PetscInt d = 0; d < dim; d++)
-    for (PetscInt e = 0; e < dim; e++)
-      C[d * dim + e] = core->params.strain * 0.5 * (L[d * dim + e] + L[e * dim + d]) +
-                       0.5 * (L[d * dim + e] - L[e * dim + d]);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Makes particle p of a view: undeformed at X [dim], m, or as the scene's known solution starts. */
 PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMBody *b, PetscInt64 id,
                           const PetscReal X[], PetscInt p, MPMView *view)
@@ -380,7 +353,7 @@ PetscErrorCode MPMFillSet(const MPMScene *scene, const MPMCore *core, const MPMB
   if (MPMKnownStart(scene, dim, X, x, v, F))
     for (PetscInt k = 0; k < dim * dim && view->F; k++) view->F[p * dim * dim + k] = F[k];
   if (scene->initial) PetscCall(MPMInitialSet(scene, core, b, X, p, view));
-  if (b->round && b->velocity && core->needs.affine) PetscCall(StartAffine(core, b, x, view->C + p * dim * dim));
+  if (b->round && b->velocity && core->needs.affine) PetscCall(MPMSceneStartAffine(core, b, x, view->C + p * dim * dim));
   view->id[p] = id;
   if (view->kind) view->kind[p] = b->points ? b->kind : MPMAtWallsKind(scene, core, b, X);
   if (view->depth) MPMRimDepth(scene, b, dim, X, view->depth + 2 * dim * p);

@@ -223,8 +223,8 @@ PetscErrorCode MPMForcesCheck(const MPMScene *scene, const MPMCore *core, MPMOpt
 PetscErrorCode MPMForcesUpdate(const MPMScene *scene, MPMCore *core, PetscReal t)
 {
   const PetscInt dim    = core->grid.dim;
-  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(F33) | MPM_BIT(J) | MPM_BIT(depth) |
-                          MPM_BIT(kind) | MPM_BIT(chosen) | MPM_BIT(b) | MPM_BIT(S);
+  const PetscInt fields = MPM_BIT(id) | MPM_BIT(x) | MPM_BIT(X) | MPM_BIT(F) | MPM_BIT(F33) | MPM_BIT(J) |
+                          MPM_BIT(depth) | MPM_BIT(kind) | MPM_BIT(chosen) | MPM_BIT(b) | MPM_BIT(S);
   MPMView       view;
   MPMVolumeLoad volume[MPM_MOST_LOADS];
 

@@ -45,8 +45,11 @@ static PetscErrorCode ReadGrid(MPMCore *core, MPMOptions o)
   if (!by_cells && !by_h) MPMOptionsFail(o, "-grid_cells is required (number of cells), or -grid_h");
   for (PetscInt d = 0; d < grid->dim && !MPMOptionsError(o); d++) SetAxis(grid, o, d, h[d]);
   if (grid->round && grid->lower[0] < 0)
-    MPMOptionsFail(o, "-grid_lower %g: with -geometry axisymmetric x is the radius; the grid begins at x = 0, the axis, or "
-                      "further out", (double)grid->lower[0]);
+    MPMOptionsFail(
+        o,
+        "-grid_lower %g: with -geometry axisymmetric x is the radius; the grid begins at x = 0, the axis, or "
+        "further out",
+        (double)grid->lower[0]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -109,9 +109,11 @@ typedef struct {
 PetscErrorCode MPMSceneSetFromOptions(MPMScene *, MPMCore *, MPMOptions);
 PetscErrorCode MPMSceneDestroy(MPMScene *);
 
-/* Bodies of revolution (read_round.c): refuse what they do not have, after everything else of the scene is read. Not
+/* Bodies of revolution (read_round.c): refuse what they do not have, after everything else of the scene is read; set the
+   affine velocity C [dim*dim], 1/s, with which a particle at x [dim], m, of a body with a velocity starts. Not
    collective. */
 PetscErrorCode MPMSceneCheckRound(MPMScene *, MPMCore *, MPMOptions);
+PetscErrorCode MPMSceneStartAffine(const MPMCore *, const MPMBody *, const PetscReal x[], PetscReal C[]);
 
 /* --- Walls (read_walls.c, move_walls.c), particles (fill.c) --------------------------------------------------------------------- */
 

@@ -259,7 +259,7 @@ static void AddStress(const MPMCore *core, const MPMView *view, MPMEnergy *e)
     Stress(dim, m, view, p, tau);
     work = V0 * (viscous ? Viscous(m, view->J[p], core->params.dt, tau)
                          : WorkOfStress((int)dim, e->stress + p * MPM_STRESS_ROW, view->F + p * dim * dim,
-                                       m->round ? view->F33 + p : NULL, tau));
+                                        m->round ? view->F33 + p : NULL, tau));
     if (e->on) MPMSumAdd(&e->sum[MPM_ENERGY_stress], work);
     if (e->nheat && viscous) AddHeat(view, p, work, e);
     if (e->nheat && !viscous && m->type->law->update[dim - 1]) /* what became heat in the step is no stored energy */
@@ -306,9 +306,9 @@ static PetscBool AtMovingWall(const MPMWalls *walls, const MPMGrid *grid, const 
   return PETSC_FALSE;
 }
 
-/* Adds, times `share`, the work of the acceleration of node n, number i on x, along the velocity u [dim], which is that of the particles'
-   momentum. Forces work along s [dim], with which the matter moves: it differs from u where a wall stopped the node. The
-   wall's part is the rest. `held`: what PIC takes over besides from a moving wall, J. */
+/* Adds, times `share`, the work of the acceleration of node n, number i on x, along the velocity u [dim], which is that
+   of the particles' momentum. Forces work along s [dim], with which the matter moves: it differs from u where a wall
+   stopped the node. The wall's part is the rest. `held`: what PIC takes over besides from a moving wall, J. */
 static void AddNode(const MPMCore *core, const MPMNode *n, PetscInt i, const PetscReal a[], const PetscReal u[],
                     const PetscReal s[], PetscReal share, PetscBool moving, PetscReal held, MPMEnergy *e)
 {
@@ -355,7 +355,8 @@ static void AddAgain(const MPMCore *core, const MPMNode *n, PetscReal met, const
   const PetscInt dim = core->grid.dim;
   PetscReal      u[3];
 
-  for (PetscInt d = 0; d < dim; d++) u[d] = MPMNodeStopped(met, d) ? n->p[d] / MPMNodeMass(&core->grid, n, ijk[0], d) : motion[d];
+  for (PetscInt d = 0; d < dim; d++)
+    u[d] = MPMNodeStopped(met, d) ? n->p[d] / MPMNodeMass(&core->grid, n, ijk[0], d) : motion[d];
   AddNode(core, n, ijk[0], motion + dim, u, motion, 0.5, AtMovingWall(core->params.walls, &core->grid, ijk, met), 0, e);
 }
 

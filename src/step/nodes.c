@@ -47,13 +47,15 @@ MPM_INLINE void Divide(int dim, int round, const MPMFace (*faces)[2], const MPMG
 }
 
 /* Sets the velocity that output and velocity gradients use. */
-MPM_INLINE void Velocity(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
+MPM_INLINE void Velocity(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                         PetscBool walled)
 {
   Divide(dim, round, par->walls->gradient, grid, r, walled);
 }
 
 /* Does the same for the residual velocity of xpic. */
-MPM_INLINE void Residual(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
+MPM_INLINE void Residual(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                         PetscBool walled)
 {
   Divide(dim, round, par->walls->residual, grid, r, walled);
 }
@@ -69,7 +71,8 @@ MPM_INLINE void Mean(int dim, int round, const MPMParams *par, const MPMGrid *gr
 }
 
 /* Sets a = f/m + g, eqs. (5) and (13), and v <- v + kick a, eq. (6), and applies walls, which also set a. */
-MPM_INLINE void Advance(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
+MPM_INLINE void Advance(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                        PetscBool walled)
 {
   const MPMFace(*faces)[2] = par->walls->given;
   const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
@@ -94,7 +97,8 @@ MPM_INLINE void Advance(int dim, int round, const MPMParams *par, const MPMGrid 
 /* Corrects v after the advance by S+ r + kick a, where the sums of p are those of r: each correction brings v nearer to the
    solution of M v = p + kick f with the full mass matrix M. Walls hold the new v too, and those that only push hold the
    nodes that met them in the advance. */
-MPM_INLINE void Correct(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
+MPM_INLINE void Correct(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                        PetscBool walled)
 {
   const MPMFace(*faces)[2] = par->walls->gradient;
   const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;
@@ -105,7 +109,8 @@ MPM_INLINE void Correct(int dim, int round, const MPMParams *par, const MPMGrid 
     PetscReal     *v = r->motion + i * MPM_MOTION_NC(dim), *a = v + dim;
 
     for (int d = 0; d < dim; d++)
-      if (n->m > 0 && !MPMNodeMet(r->value.met[i], d)) v[d] += n->p[d] / Mass(round, grid, n, r->ijk[0] + i, d) + par->kick * a[d];
+      if (n->m > 0 && !MPMNodeMet(r->value.met[i], d))
+        v[d] += n->p[d] / Mass(round, grid, n, r->ijk[0] + i, d) + par->kick * a[d];
     if (Walled(r, walled, lo, hi, i, ijk)) (void)MPMWallsApply(faces, grid, ijk, 0, v);
   }
 }
@@ -113,7 +118,8 @@ MPM_INLINE void Correct(int dim, int round, const MPMParams *par, const MPMGrid 
 /* Sets the velocity that particles give the nodes after the advance. Nodes that met a wall that only pushes keep that of
    the advance, and such a wall holds no others. If this were decided anew, then of a body that oscillates at the wall
    only the velocities into it would be removed, and that would drive the oscillation. */
-MPM_INLINE void VelocityAgain(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r, PetscBool walled)
+MPM_INLINE void VelocityAgain(int dim, int round, const MPMParams *par, const MPMGrid *grid, const MPMNodes *r,
+                              PetscBool walled)
 {
   const MPMFace(*faces)[2] = par->walls->again;
   const PetscInt lo = faces[0][0].reach + 1, hi = grid->cells[0] - faces[0][1].reach;

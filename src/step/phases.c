@@ -6,7 +6,7 @@
 #define B(field)   MPM_BIT(field)
 #define WHERE      (B(x) | B(cell) | B(kind) | B(l))           /* what a stencil depends on */
 #define MOMENTUM   (B(v) | B(C))                               /* apic alone has C */
-#define STRESS     (B(F) | B(F33) | B(J) | B(tau))                      /* what the internal force depends on */
+#define STRESS     (B(F) | B(F33) | B(J) | B(tau))             /* what the internal force depends on */
 #define STATE      (STRESS | B(be) | B(ep) | B(vc) | B(theta)) /* the state of a material */
 #define SAND       (B(vc) | B(tau))        /* what the volume of sand depends on, with J of fluids */
 #define COMMIT_IN  (B(id) | B(F))          /* F: only for gimp domains that stretch */

@@ -151,7 +151,7 @@ static void AddAdvance(MPMCore *core, const Touch *t, const MPMNode *n, PetscRea
   if (core->contacts) MPMContactsGave(core, ijk, contact);
   for (PetscInt d = 0; d < core->grid.dim; d++) {
     const PetscReal m = MPMNodeMass(&core->grid, n, ijk[0], d), other = n->f[d] / m + par->gravity[d],
-                    wall = par->kick * m * (a[d] - other);
+                    wall   = par->kick * m * (a[d] - other);
     const PetscReal before = v[d] - par->kick * a[d],
                     u      = before + (core->energy.mean == MPM_MEAN_NODES ? 0.5 * par->kick * a[d] : 0),
                     work   = MPMEnergyWall(core, n, ijk[0], d, a[d], u, MPMNodeStopped(met, d) ? v[d] : u);

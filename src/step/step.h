@@ -46,8 +46,8 @@ MPM_INLINE PetscBool MPMEnergyFollows(const MPMCore *core)
   return core->energy.loads || core->energy.on || core->energy.nheat ? PETSC_TRUE : PETSC_FALSE;
 }
 
-/* Returns the work of the walls of a node, number i on x, along axis d, by its mass and kick: what the acceleration a does along u, less
-   what the force and gravity do along s, m^2/s^3 (energy.c). */
+/* Returns the work of the walls of a node, number i on x, along axis d, by its mass and kick: what the acceleration a
+   does along u, less what the force and gravity do along s, m^2/s^3 (energy.c). */
 MPM_INLINE PetscReal MPMEnergyWall(const MPMCore *core, const MPMNode *n, PetscInt i, PetscInt d, PetscReal a,
                                    PetscReal u, PetscReal s)
 {
